@@ -1,0 +1,83 @@
+/* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
+
+static inline P_v3 P_m4_point(const float *m, P_v3 p)
+{
+    return P_v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
+                     m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
+}
+
+static inline P_v3 P_m4_direction(const float *m, P_v3 d)
+{
+    return P_v3_make(m[0] * d.x + m[4] * d.y + m[8] * d.z, m[1] * d.x + m[5] * d.y + m[9] * d.z,
+                     m[2] * d.x + m[6] * d.y + m[10] * d.z);
+}
+
+/* Finite, with 0 0 0 1 as its last row. */
+static inline int P_m4_is_affine(const float *m)
+{
+    int i;
+    for (i = 0; i < 16; i++)
+        if (!P_finite(m[i])) return 0;
+    return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
+}
+
+/* out = m^-1 and 1; 0 and out untouched where m is singular to float precision: the determinant against the product
+   of the column lengths, so that the test is free of scale. In double: the inverse of a badly scaled matrix is used
+   on points. out may be m. */
+static inline int P_m4_affine_inverse(float *out, const float *m)
+{
+    double a = (double)m[0], b = (double)m[4], c = (double)m[8];
+    double d = (double)m[1], e = (double)m[5], f = (double)m[9];
+    double g = (double)m[2], h = (double)m[6], k = (double)m[10];
+    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
+    double ca = e * k - f * h, cb = f * g - d * k, cc = d * h - e * g;
+    double det = a * ca + b * cb + c * cc;
+    double size = sqrt((a * a + d * d + g * g) * (b * b + e * e + h * h)) * sqrt(c * c + f * f + k * k);
+    double r[12];
+    int i;
+
+    if (!(det > 1e-7 * size || det < -1e-7 * size)) return 0;
+    r[0] = ca / det;
+    r[1] = cb / det;
+    r[2] = cc / det;
+    r[3] = (c * h - b * k) / det;
+    r[4] = (a * k - c * g) / det;
+    r[5] = (b * g - a * h) / det;
+    r[6] = (b * f - c * e) / det;
+    r[7] = (c * d - a * f) / det;
+    r[8] = (a * e - b * d) / det;
+    for (i = 0; i < 3; i++) r[9 + i] = -(r[i] * tx + r[3 + i] * ty + r[6 + i] * tz);
+    for (i = 0; i < 12; i++)
+        if (!P_finite((float)r[i])) return 0;
+    for (i = 0; i < 4; i++) {
+        out[4 * i] = (float)r[3 * i];
+        out[4 * i + 1] = (float)r[3 * i + 1];
+        out[4 * i + 2] = (float)r[3 * i + 2];
+        out[4 * i + 3] = i == 3 ? 1.0f : 0.0f;
+    }
+    return 1;
+}
+
+/* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
+   and at right angles within 1e-4, which is what products of float rotations reach. */
+static inline int P_m4_is_rigid_uniform(const float *m, float *scale)
+{
+    P_v3 x = P_v3_load(m), y = P_v3_load(m + 4), z = P_v3_load(m + 8);
+    float s, lx, ly, lz, tolerance;
+
+    if (!P_m4_is_affine(m)) return 0;
+    lx = P_v3_length(x);
+    ly = P_v3_length(y);
+    lz = P_v3_length(z);
+    if (!(lx > 0.0f && ly > 0.0f && lz > 0.0f) || !P_finite(lx + ly + lz)) return 0;
+    s = (lx + ly + lz) / 3.0f;
+    tolerance = 1e-4f * s;
+    if (fabsf(lx - s) > tolerance || fabsf(ly - s) > tolerance || fabsf(lz - s) > tolerance) return 0;
+    x = P_v3_scale(x, 1.0f / lx);
+    y = P_v3_scale(y, 1.0f / ly);
+    z = P_v3_scale(z, 1.0f / lz);
+    if (fabsf(P_v3_dot(x, y)) > 1e-4f || fabsf(P_v3_dot(x, z)) > 1e-4f) return 0;
+    if (fabsf(P_v3_dot(y, z)) > 1e-4f || P_v3_dot(P_v3_cross(x, y), z) < 0.0f) return 0;
+    *scale = s;
+    return 1;
+}

@@ -1,0 +1,169 @@
+/* unit trig: elementary functions with the same bits on every machine */
+
+/* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
+   Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
+   them vectorise at SSE2 level; exp, log and pow work in double inside. Largest errors against the double functions,
+   all float arguments or a dense set tried (tests/unit/shared_test.c):
+       sin cos   1e-7 absolute, |x| <= 8192       asin acos  3e-7 absolute       atan2   4e-7 absolute, 3 ulp
+       exp log pow   1 ulp
+   Out of range or NaN is clamped into the range, so that nothing here is undefined or returns NaN. */
+
+static inline float P_from_bits(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static inline uint32_t P_to_bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* |x| with the sign bit of s; s = -0 counts as negative. */
+static inline float P_copysign(float x, float s)
+{
+    return P_from_bits((P_to_bits(x) & 0x7fffffffu) | (P_to_bits(s) & 0x80000000u));
+}
+
+/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
+static inline void P_sincos(float x, float *sine, float *cosine)
+{
+    float t, r, z, s, c, a, b;
+    int32_t k;
+
+    t = x > -8192.0f ? x : -8192.0f;
+    t = t < 8192.0f ? t : 8192.0f;
+    k = (int32_t)(t * 0.636619772f + (t < 0.0f ? -0.5f : 0.5f));
+    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) - (float)k * 7.5497899548918822e-8f;
+    z = r * r;
+    s = r + r * z * (-0.1666665494f + z * (0.008332178146f + z * -0.0001951729898f));
+    c = (1.0f - 0.5f * z) + z * z * (0.04166664687f + z * (-0.001388736752f + z * 2.443845159e-5f));
+    a = k & 1 ? c : s;
+    b = k & 1 ? s : c;
+    *sine = k & 2 ? -a : a;
+    *cosine = (k + 1) & 2 ? -b : b;
+}
+
+static inline float P_sin(float x)
+{
+    float s, c;
+    P_sincos(x, &s, &c);
+    return s;
+}
+
+static inline float P_cos(float x)
+{
+    float s, c;
+    P_sincos(x, &s, &c);
+    return c;
+}
+
+/* asin of 0 <= x <= 0.5, z = x * x. */
+static inline float P_asin_core(float x, float z)
+{
+    return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
+                        z * 0.04221856856f))));
+}
+
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. */
+static inline float P_acos(float x)
+{
+    float a = fabsf(x), h, s, p;
+    a = a < 1.0f ? a : 1.0f;
+    h = 0.5f * (1.0f - a);
+    s = sqrtf(h);
+    s = a > 0.5f ? s : a;
+    p = P_asin_core(s, a > 0.5f ? h : a * a);
+    p = a > 0.5f ? 2.0f * p : 1.57079633f - p;
+    return x < 0.0f ? 3.14159265f - p : p;
+}
+
+static inline float P_asin(float x)
+{
+    float a = fabsf(x), h, s, p;
+    a = a < 1.0f ? a : 1.0f;
+    h = 0.5f * (1.0f - a);
+    s = sqrtf(h);
+    s = a > 0.5f ? s : a;
+    p = P_asin_core(s, a > 0.5f ? h : a * a);
+    return P_copysign(a > 0.5f ? 1.57079633f - 2.0f * p : p, x);
+}
+
+/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
+static inline float P_atan2(float y, float x)
+{
+    float ax = fabsf(x), ay = fabsf(y), hi = ax > ay ? ax : ay, lo = ax > ay ? ay : ax, a, t, z, p;
+    a = lo == hi && hi > 0.0f ? 1.0f : lo / (hi > 0.0f ? hi : 1.0f);
+    t = a > 0.414213562f ? (a - 1.0f) / (a + 1.0f) : a;
+    z = t * t;
+    p = t + t * z * (-0.3333295525f + z * (0.1997792608f + z * (-0.1387984996f + z * 0.08060308882f)));
+    p = a > 0.414213562f ? p + 0.785398163f : p;
+    p = ay > ax ? 1.57079633f - p : p;
+    p = P_to_bits(x) >> 31 ? 3.14159265f - p : p;
+    return P_copysign(p, y);
+}
+
+/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2. */
+static inline double P_exp_core(double x)
+{
+    double r, p, power;
+    int32_t k;
+    uint64_t bits;
+
+    x = x > -110.0 ? x : -110.0;
+    x = x < 90.0 ? x : 90.0;
+    k = (int32_t)(x * 1.4426950408889634 + (x < 0.0 ? -0.5 : 0.5));
+    r = x - (double)k * 0.69314718055994531;
+    p = 0.00139460621285616904 + r * 0.000199183706518237736;
+    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 + r * (0.00833326438132814496 +
+        r * p)));
+    bits = (uint64_t)(k + 1023) << 52;
+    memcpy(&power, &bits, sizeof power);
+    return power * (1.0 + (r + r * r * p));
+}
+
+/* x > 0: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)). */
+static inline double P_log_core(float x)
+{
+    double m = (double)x, s, z;
+    uint64_t bits;
+    int32_t e;
+
+    memcpy(&bits, &m, sizeof bits);
+    e = (int32_t)(bits >> 52) - 1023;
+    bits = (bits & 0x000fffffffffffffu) | 0x3ff0000000000000u;
+    memcpy(&m, &bits, sizeof m);
+    if (m > 1.4142135623730951) {
+        m *= 0.5;
+        e++;
+    }
+    s = (m - 1.0) / (m + 1.0);
+    z = s * s;
+    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 + z * 0.117910756496012977));
+    return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
+}
+
+/* Infinity from 88.7228394 on. */
+static inline float P_exp(float x)
+{
+    return x > 88.7228394f ? P_from_bits(0x7f800000u) : (float)P_exp_core((double)x);
+}
+
+/* -infinity where x is not above 0. */
+static inline float P_log(float x)
+{
+    return x > 0.0f ? (float)P_log_core(x) : P_from_bits(0xff800000u);
+}
+
+/* x below 0 counts as 0; pow(0, y) is 0, 1 or infinity for y above, equal to or below 0. */
+static inline float P_pow(float x, float y)
+{
+    double t;
+    if (y == 0.0f) return 1.0f;
+    if (!(x > 0.0f)) return y > 0.0f ? 0.0f : P_from_bits(0x7f800000u);
+    t = (double)y * P_log_core(x);
+    return t > 88.722839111 ? P_from_bits(0x7f800000u) : (float)P_exp_core(t);
+}
