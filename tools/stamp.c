@@ -194,6 +194,10 @@ int main(int argc, char **argv)
         return 2;
     }
     for (i = 2 + check; i < argc; i++) ok = treat(argv[1 + check], argv[i], check, &differs) && ok;
-    if (check && differs) printf("repair with:\n    make stamp\n    git add -u && git commit -m \"stamp: Follow src/shared\"\n");
+    if (check && differs) {
+        printf("repair with:\n    make stamp\n    git commit -m \"stamp: Follow src/shared\" -- src");
+        for (i = 2 + check; i < argc; i++) printf(" %s", argv[i]);
+        printf("\n");
+    }
     return ok && !(check && differs) ? 0 : 1;
 }

@@ -1,0 +1,193 @@
+# make            the programs: build/render, build/compare, build/bench, build/bake and the examples
+# make demo       pictures of every technique beside the reference: out/index.html
+# make test       every test; the last line is "dapple: N passed, N failed, N skipped"
+# make check      compares what is generated, builds headers and snippets every way (stamp readme docs leaks compile)
+# make stamp      writes src/shared into the headers; make readme writes the README's table
+# make bench      build/bench all; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
+#
+# config=release  -O2, the default          config=sanitize  address and undefined behaviour
+# config=debug    -O0 -g                    config=thread    data races
+# config=scalar   -O2, no intrinsics        config=coverage  what coverage is measured with
+# Other configurations than release build in build/NAME. DEPS=0 never installs a package.
+
+config ?= release
+BUILD  := build$(if $(filter-out release,$(config)),/$(config))
+OBJ    := $(BUILD)/obj
+TOOLS  := build/tools
+
+ifeq ($(origin CC),default)
+CC := $(if $(shell command -v gcc),gcc,cc)
+endif
+ifeq ($(origin CXX),default)
+CXX := $(if $(findstring clang,$(CC)),clang++,$(if $(shell command -v g++),g++,c++))
+endif
+DEPS ?= 1
+FUZZ_TIME ?= 60
+
+HEADERS := $(wildcard csm.h shadowfield.h envshadow.h rsm.h ism.h gl_backend.h)
+
+FLAGS_release  := -O2 -g
+FLAGS_debug    := -O0 -g
+FLAGS_scalar   := -O2 -g $(foreach p,COHSM SFIELD ENVSH RSM ISM GLBK,-D$(p)_NO_SIMD)
+FLAGS_sanitize := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
+FLAGS_thread   := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
+FLAGS_coverage := -O0 -g --coverage -DNDEBUG -DDAPPLE_COVERAGE
+ifndef FLAGS_$(config)
+$(error config=$(config) is none of release debug scalar sanitize thread coverage)
+endif
+
+WARN   := -pedantic -Wall -Wextra -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef -Wcast-qual -Wvla \
+          -Werror
+WARN_C := $(WARN) -Wstrict-prototypes -Wmissing-prototypes
+
+# What the machine has. Made again when the package data base changes, so that an installed package is seen.
+ifneq ($(MAKECMDGOALS),clean)
+include build/config.mk
+endif
+build/config.mk: tools/probe $(wildcard /var/lib/dpkg/status)
+	@mkdir -p build
+	@CC='$(CC)' CXX='$(CXX)' CFLAGS='$(CFLAGS)' LDFLAGS='$(LDFLAGS)' sh tools/probe > $@.new && mv $@.new $@
+
+HAVE := -DDAPPLE_EMBREE=$(EMBREE) -DDAPPLE_HAVE_TINYGLTF=$(HAVE_TINYGLTF) -DDAPPLE_HAVE_STB=$(HAVE_STB) \
+        -DDAPPLE_HAVE_EGL=$(HAVE_EGL) -DDAPPLE_HAVE_OSMESA=$(HAVE_OSMESA) -DDAPPLE_HAVE_GLFW=$(HAVE_GLFW)
+# No library that a program does not call: the tests of a header run without Embree's start-up.
+EX_LIBS := $(AS_NEEDED) $(EMBREE_LIBS) $(TINYGLTF_LIBS) $(STB_LIBS)
+
+BASE_C   = $(CC) -std=c99 $(WARN_C) $(FLAGS_$(config)) -pthread -I. $(CFLAGS) -MMD -MP
+BASE_CXX = $(CXX) -std=c++11 $(WARN) $(FLAGS_$(config)) -pthread -I. $(CXXFLAGS) -MMD -MP
+LINK     = $(if $(filter 1,$(HAVE_CXX)),$(CXX),$(CC)) $(FLAGS_$(config)) -pthread $(LDFLAGS)
+
+objects = $(patsubst %,$(OBJ)/%.o,$(basename $(wildcard $(1)/*.c) $(if $(filter 1,$(HAVE_CXX)),$(wildcard $(1)/*.cpp))))
+
+COMMON   := $(if $(wildcard examples/common/*.c),$(OBJ)/common.a)
+PROGRAMS := $(foreach p,render compare bake viewer,$(if $(wildcard examples/$(p)/*.c),$(BUILD)/$(p)))
+PROGRAMS += $(if $(wildcard bench/*.c),$(BUILD)/bench)
+ifneq ($(HAVE_GLFW),1)
+PROGRAMS := $(filter-out $(BUILD)/viewer,$(PROGRAMS))
+endif
+EXAMPLES := $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/[0-9][0-9]_*.c))
+TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/*.c tests/conformance/*.c tests/golden/*.c))
+REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/fuzz/*.c))
+FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
+
+.PHONY: all programs tests test run-tests demo bench stamp check-stamp readme check-readme check-docs check-leaks \
+        check-compile check deps fuzz fuzzers coverage clean FORCE
+.DELETE_ON_ERROR:
+.SECONDARY:
+
+all: programs
+programs: $(PROGRAMS) $(EXAMPLES)
+tests: $(TESTS) $(REPLAYS)
+
+# ---- programs ----
+
+$(OBJ)/examples/%.o: examples/%.c build/config.mk
+	@mkdir -p $(@D)
+	$(BASE_C) $(HAVE) -Iexamples/common -c $< -o $@
+$(OBJ)/examples/%.o: examples/%.cpp build/config.mk
+	@mkdir -p $(@D)
+	$(BASE_CXX) $(HAVE) -Iexamples/common -c $< -o $@
+$(OBJ)/bench/%.o: bench/%.c build/config.mk
+	@mkdir -p $(@D)
+	$(BASE_C) $(HAVE) -Iexamples/common -c $< -o $@
+
+# The commit that figures belong to: "extern const char dapple_commit[];"
+$(OBJ)/commit.c: FORCE
+	@mkdir -p $(@D)
+	@printf 'extern const char dapple_commit[];\nconst char dapple_commit[] = "%s";\n' \
+	  "$$(git describe --always --dirty --exclude '*' 2>/dev/null || echo unknown)" > $@.new; \
+	cmp -s $@ $@.new && rm $@.new || mv $@.new $@
+$(OBJ)/commit.o: $(OBJ)/commit.c
+	$(BASE_C) -c $< -o $@
+
+$(OBJ)/common.a: $(call objects,examples/common) $(OBJ)/commit.o
+	@rm -f $@
+	ar rcs $@ $^
+
+# Which objects a program is made of: its folder, and the shared library of the examples.
+define program
+$(BUILD)/$(1): $(call objects,$(2)) $(COMMON)
+	$$(LINK) $$^ $$(EX_LIBS) $(3) -lm -o $$@
+endef
+$(foreach p,render compare bake,$(eval $(call program,$(p),examples/$(p))))
+$(eval $(call program,viewer,examples/viewer,$(GLFW_LIBS)))
+$(eval $(call program,bench,bench))
+
+# The minimal examples stand alone: one file and the header.
+$(EXAMPLES): $(BUILD)/%: examples/%.c build/config.mk
+	@mkdir -p $(OBJ)/examples
+	$(BASE_C) -MF $(OBJ)/examples/$*.d $< $(LDFLAGS) -lm -o $@
+
+# ---- tests ----
+
+TEST_FLAGS = $(HAVE) -Iexamples/common -Itests $(if $(filter 1,$(HAVE_CMOCKA)),,-Itests/shim)
+TEST_LIBS  = $(CMOCKA_LIBS) $(EX_LIBS) -lm
+
+$(OBJ)/tests/%.o: tests/%.c build/config.mk
+	@mkdir -p $(@D)
+	$(BASE_C) $(TEST_FLAGS) -c $< -o $@
+$(TESTS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(COMMON)
+	@mkdir -p $(@D)
+	$(LINK) $^ $(TEST_LIBS) -o $@
+$(REPLAYS): $(BUILD)/tests/replay/%: $(OBJ)/tests/fuzz/%.o $(OBJ)/tests/shim/replay.o $(COMMON)
+	@mkdir -p $(@D)
+	$(LINK) $^ $(EX_LIBS) -lm -o $@
+
+deps:
+	@DEPS=$(DEPS) sh tools/deps
+
+# deps may install packages: what depends on them is read by a new make.
+test: deps
+	@+$(MAKE) --no-print-directory run-tests
+run-tests: programs tests
+	@BUILD=$(BUILD) sh tools/run-tests $(TESTS) $(REPLAYS)
+
+demo: deps
+	@+$(MAKE) --no-print-directory programs
+	@if [ -f examples/demo.sh ]; then BUILD=$(BUILD) sh examples/demo.sh; \
+	else echo 'make demo: examples/demo.sh is not there yet'; exit 1; fi
+
+bench: $(BUILD)/bench
+	$(BUILD)/bench --list
+
+coverage:
+	@+$(MAKE) --no-print-directory config=coverage run-tests
+	@sh tools/coverage build/coverage $(HEADERS)
+
+# ---- fuzzing: libFuzzer of clang, with the sanitizers ----
+
+build/fuzz/%: tests/fuzz/%.c
+	@mkdir -p $(@D)
+	clang -std=c99 $(WARN_C) -O1 -g -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all -I. -Itests \
+	  -MMD -MP -MF $@.d $< -lm -o $@
+fuzzers: $(FUZZERS)
+fuzz: $(FUZZERS)
+	@FUZZ_TIME=$(FUZZ_TIME) sh tools/fuzz $(FUZZERS)
+
+# ---- what is generated, and what is compared ----
+
+$(TOOLS)/%: tools/%.c
+	@mkdir -p $(@D)
+	$(CC) -std=c99 $(WARN_C) -O1 $< -o $@
+
+stamp: $(TOOLS)/stamp
+	@$(TOOLS)/stamp src/shared $(HEADERS)
+check-stamp: $(TOOLS)/stamp
+	@$(TOOLS)/stamp --check src/shared $(HEADERS)
+readme:
+	@sh tools/readme $(HEADERS)
+check-readme:
+	@sh tools/readme --check $(HEADERS)
+check-docs:
+	@CC='$(CC)' sh tests/docs/check $(HEADERS)
+check-leaks:
+	@CC='$(CC)' sh tools/check-leaks $(HEADERS)
+check-compile:
+	@sh tests/compile/check $(HEADERS)
+check: check-stamp check-readme check-docs check-leaks check-compile
+
+clean:
+	rm -rf build
+
+FORCE:
+-include $(shell find build -name '*.d' 2>/dev/null)
