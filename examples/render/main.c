@@ -1,0 +1,358 @@
+/* main.c - the program `render`: one picture of one scene by one technique. design.md "Programs" is its definition. */
+#include "setup.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifndef DAPPLE_VERSION
+#define DAPPLE_VERSION "0.1.0"
+#endif
+
+enum { DONE = 0, FAILED = 1, BAD_ARGUMENTS = 2 };
+
+/* ---- --help, --list, --version ---- */
+
+static void print_help(void)
+{
+    puts("usage: render --technique NAME --scene SCENE --out FILE.png|FILE.pfm [options]\n"
+         "       render --list | --help | --version\n"
+         "\n"
+         "  --technique NAME      csm, shadowfield, envshadow, rsm, ism or reference\n"
+         "  --backend cpu|gl      default cpu\n"
+         "  --scene SCENE         builtin:NAME, FILE.glb or FILE.gltf\n"
+         "  --env SKY             builtin:NAME or a latitude-longitude FILE.hdr\n"
+         "  --light LIGHT         may be repeated; directions point to the sun and out of lamps; d, n, u, v, p, q are\n"
+         "                        three numbers each; E, I, L one number or r,g,b:\n"
+         "                          sun:d[,E]  spot:p,d,degrees[,I]  point:p[,I]  sphere:p,radius[,L]\n"
+         "                          rect:p,u,v[,L]  disc:p,n,radius[,L]  line:p,q,radius[,L]\n"
+         "  --baked FILE          data made by bake\n"
+         "  --camera px,py,pz,tx,ty,tz,fovy_degrees\n"
+         "  --size 640x360        width and height\n"
+         "  --samples N           see --list for each technique's default\n"
+         "  --frames N            frame i has seed + i and shows the time i / 30 s\n"
+         "  --seed N              default 0\n"
+         "  --threads N           default 0: all cores; the result does not depend on it\n"
+         "  --set key=value       may be repeated; see --list\n"
+         "  --json FILE           figures of the run; - is stdout\n"
+         "\n"
+         "exit status: 0 done, 1 failed, 2 bad arguments");
+}
+
+static void print_keys(const char *title, const rd_key *keys)
+{
+    printf("\nsettings of %s (--set key=value):\n", title);
+    for (; keys->name; keys++) {
+        char range[100] = "";
+        if (keys->kind != RD_WORD)
+            snprintf(range, sizeof range, "%s%g..%g", keys->words ? "|" : "", keys->low, keys->high);
+        printf("  %-20s %s%s [%s] %s\n", keys->name, keys->words ? keys->words : "", range, keys->standard, keys->help);
+    }
+}
+
+static void print_names(const char *title, const char *const *names)
+{
+    printf("\n%s:\n ", title);
+    for (; *names; names++)
+        printf(" builtin:%s", *names);
+    puts("");
+}
+
+static void print_list(void)
+{
+    const rd_technique *const *t;
+    puts("techniques:");
+    for (t = rd_techniques(); *t; t++) {
+        printf("  %-12s %s", (*t)->name, (*t)->summary);
+        if ((*t)->missing)
+            printf(" (%s)", (*t)->missing);
+        else if ((*t)->most_samples)
+            printf(" (--samples %u)", (unsigned)(*t)->samples);
+        puts("");
+    }
+    print_names("scenes", ex_scene_names());
+    print_names("skies", ex_sky_names());
+    print_keys("every technique", rd_common_keys);
+    for (t = rd_techniques(); *t; t++)
+        if ((*t)->keys)
+            print_keys((*t)->name, (*t)->keys);
+}
+
+/* ---- one run ---- */
+
+typedef struct run {
+    const rd_args *args;
+    ex_scene       scene;
+    rd_emitter    *emitters;
+    ex_gbuffer     gbuffer;
+    rd_job         job;
+    void          *state;
+    ex_image       frame;              /* as large as the G-buffer */
+    double        *sum;                /* of averaged frames */
+    ex_image       picture;
+    double         precompute_ms, *frame_ms;
+} run;
+
+static int open_technique(run *r, double *ms, char *error)
+{
+    double start = ex_seconds();
+    int result = r->args->technique->open(&r->state, &r->job, error);
+    *ms = 1000 * (ex_seconds() - start);
+    if (result != 0)
+        r->state = NULL;
+    return result;
+}
+
+static void close_technique(run *r)
+{
+    if (r->args->technique->close)
+        r->args->technique->close(r->state);
+    r->state = NULL;
+}
+
+static int load(run *r, uint32_t frame, char *error)
+{
+    float time = (float)frame / 30.0f;
+    uint32_t aa = (uint32_t)rd_setting_integer(&r->args->settings, "aa");
+    free(r->emitters);
+    ex_scene_free(&r->scene);
+    ex_gbuffer_free(&r->gbuffer);
+    if (rd_setup(&r->scene, &r->job, &r->emitters, r->args, time, error) != 0)
+        return -1;
+    return ex_gbuffer_render(&r->gbuffer, &r->scene, r->args->width, r->args->height, aa, r->args->threads, error);
+}
+
+/* Moves an animated scene on; techniques without update are opened anew. Its time belongs to the frame. */
+static int advance(run *r, double *ms, char *error)
+{
+    const rd_technique *technique = r->args->technique;
+    double start;
+    *ms = 0;
+    if (r->job.frame == 0 || !r->scene.animated)
+        return 0;
+    if (!technique->update)
+        close_technique(r);
+    if (load(r, r->job.frame, error) != 0)
+        return -1;
+    start = ex_seconds();
+    if (technique->update) {
+        int result = technique->update(r->state, &r->job, error);
+        *ms = 1000 * (ex_seconds() - start);
+        return result;
+    }
+    return open_technique(r, ms, error);
+}
+
+static int render_frames(run *r, char *error)
+{
+    size_t values = 3 * (size_t)r->gbuffer.width * r->gbuffer.height;
+    int average = r->args->technique->averages && !r->scene.animated;
+    double weight = average ? 1.0 / r->args->frames : 1;
+    for (uint32_t i = 0; i < r->args->frames; i++) {
+        double start, update_ms;
+        r->job.frame = i;
+        r->job.seed = r->args->seed + i;
+        if (advance(r, &update_ms, error) != 0)
+            return -1;
+        memset(r->frame.rgb, 0, values * sizeof *r->frame.rgb);
+        start = ex_seconds();
+        if (r->args->technique->frame(r->state, &r->job, &r->frame, error) != 0)
+            return -1;
+        r->frame_ms[i] = update_ms + 1000 * (ex_seconds() - start);
+        for (size_t k = 0; k < values; k++)
+            r->sum[k] = (average && i ? r->sum[k] : 0) + weight * (double)r->frame.rgb[k];
+    }
+    return 0;
+}
+
+/* Direction of the ray through the centre of a G-buffer pixel. */
+static void ray_direction(const run *r, uint32_t x, uint32_t y, float out[3])
+{
+    const ex_camera *camera = &r->scene.camera;
+    double back[3], right[3], up[3], length = 0, half = tan(0.5 * (double)camera->fovy);
+    double height = r->gbuffer.height, sx = (2 * x + 1.0 - r->gbuffer.width) / height * half;
+    double sy = (height - 2 * y - 1.0) / height * half;
+    for (int k = 0; k < 3; k++)
+        back[k] = (double)camera->eye[k] - (double)camera->target[k];
+    for (int k = 0; k < 3; k++)
+        right[k] = (double)camera->up[(k + 1) % 3] * back[(k + 2) % 3] - (double)camera->up[(k + 2) % 3] * back[(k + 1) % 3];
+    for (int k = 0; k < 3; k++)
+        up[k] = back[(k + 1) % 3] * right[(k + 2) % 3] - back[(k + 2) % 3] * right[(k + 1) % 3];
+    sx /= sqrt(right[0] * right[0] + right[1] * right[1] + right[2] * right[2]);
+    sy /= sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2]);
+    length = sqrt(back[0] * back[0] + back[1] * back[1] + back[2] * back[2]);
+    for (int k = 0; k < 3; k++)
+        back[k] = sx * right[k] + sy * up[k] - back[k] / length;
+    length = sqrt(back[0] * back[0] + back[1] * back[1] + back[2] * back[2]);
+    for (int k = 0; k < 3; k++)
+        out[k] = (float)(back[k] / length);
+}
+
+static void add_seen_light(run *r)
+{
+    int background = rd_setting_integer(&r->args->settings, "background");
+    int emission = rd_setting_integer(&r->args->settings, "emission");
+    for (size_t i = 0; i < (size_t)r->gbuffer.width * r->gbuffer.height; i++) {
+        const ex_pixel *pixel = &r->gbuffer.pixels[i];
+        float radiance[3] = { 0, 0, 0 }, direction[3];
+        if (pixel->object != UINT32_MAX && emission) {
+            memcpy(radiance, pixel->emission, sizeof radiance);
+        } else if (pixel->object == UINT32_MAX && background) {
+            ray_direction(r, (uint32_t)(i % r->gbuffer.width), (uint32_t)(i / r->gbuffer.width), direction);
+            ex_sky_radiance(&r->scene.sky, direction, radiance);
+        }
+        for (size_t k = 0; k < 3; k++)
+            r->sum[3 * i + k] += (double)radiance[k];
+    }
+}
+
+static void average_sub_pixels(run *r)
+{
+    size_t aa = r->job.aa, wide = r->gbuffer.width;
+    for (size_t y = 0; y < r->args->height; y++)
+        for (size_t x = 0; x < r->args->width; x++)
+            for (size_t k = 0; k < 3; k++) {
+                double sum = 0;
+                for (size_t i = 0; i < aa * aa; i++)
+                    sum += r->sum[3 * ((y * aa + i / aa) * wide + x * aa + i % aa) + k];
+                r->picture.rgb[3 * (y * r->args->width + x) + k] = (float)(sum / (double)(aa * aa));
+            }
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static double median(double *values, uint32_t count)
+{
+    qsort(values, count, sizeof *values, compare_doubles);
+    return 0.5 * (values[count / 2] + values[(count - 1) / 2]);
+}
+
+static int write_json(run *r, double ev, char *error)
+{
+    const rd_args *args = r->args;
+    rd_json json = { NULL, 0, 0, 0 };
+    rd_report report = { 0, 0, &json };
+    int result;
+    rd_json_text(&json, "technique", args->technique->name);
+    rd_json_text(&json, "backend", args->use_gl ? "gl" : "cpu");
+    rd_json_text(&json, "gl_renderer", NULL);
+    rd_json_text(&json, "scene", args->scene);
+    rd_json_integer(&json, "triangles", ex_scene_triangles(&r->scene));
+    rd_json_integer(&json, "width", args->width);
+    rd_json_integer(&json, "height", args->height);
+    rd_json_integer(&json, "samples", args->samples);
+    rd_json_number(&json, "ev", ev);
+    rd_json_number(&json, "precompute_ms", r->precompute_ms);
+    rd_json_number(&json, "frame_ms", median(r->frame_ms, args->frames));
+    {
+        rd_json own = { NULL, 0, 0, 0 };       /* the sizes come first, but one call reports both */
+        report.json = &own;
+        args->technique->report(r->state, &report);
+        rd_json_integer(&json, "memory_bytes", report.memory_bytes);
+        rd_json_integer(&json, "peak_bytes", report.peak_bytes);
+        rd_json_append(&json, &own);
+        rd_json_free(&own);
+    }
+    result = rd_json_write(&json, args->json, error);
+    rd_json_free(&json);
+    return result;
+}
+
+static int allocate(run *r, char *error)
+{
+    r->frame_ms = calloc(r->args->frames, sizeof *r->frame_ms);
+    r->sum = calloc((size_t)r->gbuffer.width * r->gbuffer.height, 3 * sizeof *r->sum);
+    if (r->frame_ms && r->sum && ex_image_alloc(&r->frame, r->gbuffer.width, r->gbuffer.height) == 0 &&
+        ex_image_alloc(&r->picture, r->args->width, r->args->height) == 0)
+        return 0;
+    snprintf(error, EX_ERROR_SIZE, "out of memory");
+    return -1;
+}
+
+static int render(run *r, char *error)
+{
+    const rd_args *args = r->args;
+    float ev;
+    if (load(r, 0, error) != 0 || allocate(r, error) != 0)
+        return -1;
+    r->job.scene = &r->scene;
+    r->job.gbuffer = &r->gbuffer;
+    r->job.settings = &args->settings;
+    r->job.baked = args->baked;
+    r->job.aa = (uint32_t)rd_setting_integer(&args->settings, "aa");
+    r->job.samples = (args->samples + r->job.aa * r->job.aa - 1) / (r->job.aa * r->job.aa);
+    r->job.frames = args->frames;
+    r->job.seed = args->seed;
+    r->job.pool = ex_pool_create(args->threads);
+    if (!r->job.pool) {
+        snprintf(error, EX_ERROR_SIZE, "out of memory");
+        return -1;
+    }
+    r->job.threads = ex_pool_threads(r->job.pool);
+    if (open_technique(r, &r->precompute_ms, error) != 0 || render_frames(r, error) != 0)
+        return -1;
+    add_seen_light(r);
+    average_sub_pixels(r);
+    ev = rd_setting_is(&args->settings, "ev", "auto") ? ex_image_auto_ev(&r->picture)
+                                                      : (float)rd_setting_number(&args->settings, "ev");
+    if (ex_image_write(&r->picture, args->out, ev, error) != 0)
+        return -1;
+    return args->json ? write_json(r, (double)ev, error) : 0;
+}
+
+static void release(run *r)
+{
+    if (r->state)
+        close_technique(r);
+    ex_pool_free(r->job.pool);
+    ex_image_free(&r->picture);
+    ex_image_free(&r->frame);
+    ex_gbuffer_free(&r->gbuffer);
+    ex_scene_free(&r->scene);
+    free(r->emitters);
+    free(r->sum);
+    free(r->frame_ms);
+}
+
+static int complain(const char *error)
+{
+    fprintf(stderr, "render: %s\n", error);
+    return -1;
+}
+
+int main(int count, char **values)
+{
+    char error[EX_ERROR_SIZE] = "";
+    rd_args args;
+    run r;
+    int status = FAILED;
+    if (count == 2 && strcmp(values[1], "--help") == 0)
+        return print_help(), DONE;
+    if (count == 2 && strcmp(values[1], "--list") == 0)
+        return print_list(), DONE;
+    if (count == 2 && strcmp(values[1], "--version") == 0)
+        return puts("render " DAPPLE_VERSION), DONE;
+    memset(&r, 0, sizeof r);
+    r.args = &args;
+    if (rd_args_parse(&args, count, values, error) != 0) {
+        complain(error);
+        status = BAD_ARGUMENTS;
+    } else if (args.technique->missing) {
+        snprintf(error, sizeof error, "%s: %s", args.technique->name, args.technique->missing);
+        complain(error);
+    } else if (args.use_gl) {
+        complain("--backend gl: not in this build");
+    } else if (render(&r, error) != 0) {
+        complain(error);
+    } else {
+        status = DONE;
+    }
+    release(&r);
+    rd_args_free(&args);
+    return status;
+}

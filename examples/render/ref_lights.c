@@ -1,0 +1,416 @@
+/* ref_lights.c - see ref_lights.h */
+#include "ref_lights.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static int is_delta(const ex_light *light)
+{
+    return light->kind == EX_LIGHT_SUN || light->kind == EX_LIGHT_SPOT || light->kind == EX_LIGHT_POINT;
+}
+
+/* ---- tables ---- */
+
+/* Largest i with cdf[i] <= x among the intervals of non-zero width; *rest: position of x inside interval i. */
+static size_t search(const double *cdf, size_t count, double u, double *rest)
+{
+    double x = u * cdf[count];
+    size_t low = 0, high = count;
+    while (high - low > 1) {
+        size_t middle = low + (high - low) / 2;
+        if (cdf[middle] <= x)
+            low = middle;
+        else
+            high = middle;
+    }
+    while (low > 0 && !(cdf[low + 1] > cdf[low]))       /* x rounded up to the end: the last one that counts */
+        low--;
+    *rest = fmin(fmax((x - cdf[low]) / (cdf[low + 1] - cdf[low]), 0), 1);
+    return low;
+}
+
+static double *make_table(rf_lights *lights, size_t count)
+{
+    lights->bytes += count * sizeof(double);
+    return calloc(count, sizeof(double));
+}
+
+static rf_v3 emission_of(const rf_lights *lights, size_t emitter)
+{
+    return rf_load(lights->scene->materials[lights->emitters[emitter].material].emission);
+}
+
+static int build_emitters(rf_lights *lights)
+{
+    double *cdf = lights->emitter_cdf = make_table(lights, lights->emitter_count + 1);
+    if (!cdf)
+        return -1;
+    for (size_t i = 0; i < lights->emitter_count; i++)
+        cdf[i + 1] = cdf[i] + (double)lights->emitters[i].area * rf_mean(emission_of(lights, i));
+    lights->emitter_power = cdf[lights->emitter_count];
+    return 0;
+}
+
+static double row_edge(const ex_sky *sky, size_t row)      /* cosine of the polar angle above a row */
+{
+    return cos(RF_PI * (double)row / (double)sky->height);
+}
+
+static double texel_solid_angle(const ex_sky *sky, size_t row)
+{
+    return 2 * RF_PI / (double)sky->width * (row_edge(sky, row) - row_edge(sky, row + 1));
+}
+
+static int build_sky(rf_lights *lights)
+{
+    const ex_sky *sky = &lights->scene->sky;
+    size_t width = sky->width, height = sky->height;
+    lights->sky_cos = cos((double)sky->rotation);
+    lights->sky_sin = sin((double)sky->rotation);
+    if (!width || !height)
+        return 0;
+    lights->row_cdf = make_table(lights, height + 1);
+    lights->texel_cdf = make_table(lights, (width + 1) * height);
+    if (!lights->row_cdf || !lights->texel_cdf)
+        return -1;
+    for (size_t row = 0; row < height; row++) {
+        double *cdf = lights->texel_cdf + row * (width + 1);
+        for (size_t x = 0; x < width; x++)
+            cdf[x + 1] = cdf[x] + rf_mean(rf_load(sky->rgb + 3 * (row * width + x)));
+        lights->row_cdf[row + 1] = lights->row_cdf[row] + cdf[width] * texel_solid_angle(sky, row);
+    }
+    lights->sky_power = lights->row_cdf[height];
+    return 0;
+}
+
+static double area_of(const ex_light *light)
+{
+    double r = (double)light->radius;
+    switch (light->kind) {
+    case EX_LIGHT_SPHERE: return 4 * RF_PI * r * r;
+    case EX_LIGHT_RECT:   return rf_length(rf_cross(rf_load(light->u), rf_load(light->v)));
+    case EX_LIGHT_DISC:   return RF_PI * r * r;
+    case EX_LIGHT_LINE:   return 2 * RF_PI * r * rf_length(rf_load(light->u));
+    default:              return 0;
+    }
+}
+
+static double power_of(const ex_light *light, double radius)
+{
+    double value = rf_mean(rf_load(light->value));
+    switch (light->kind) {
+    case EX_LIGHT_SUN:   return RF_PI * radius * radius * value;
+    case EX_LIGHT_SPOT:  return 2 * RF_PI * (1 - (double)light->cos_half_angle) * value;
+    case EX_LIGHT_POINT: return 4 * RF_PI * value;
+    default:             return RF_PI * area_of(light) * value;
+    }
+}
+
+/* Half of the samples go evenly to every source, so that a weak one nearby is not starved; half by power. */
+static int build_pick(rf_lights *lights, int area_only, double radius)
+{
+    size_t count = lights->source_count, n = lights->scene->light_count, used = 0;
+    double *cdf = lights->pick[area_only] = make_table(lights, count + 1), total = 0;
+    if (!cdf)
+        return -1;
+    for (size_t i = 0; i < count; i++) {
+        const ex_light *light = i < n ? &lights->scene->lights[i] : NULL;
+        if (light)
+            cdf[i + 1] = area_only && is_delta(light) ? 0 : power_of(light, radius);
+        else
+            cdf[i + 1] = i == n ? RF_PI * lights->emitter_power : RF_PI * radius * radius * lights->sky_power;
+        total += cdf[i + 1];
+        used += cdf[i + 1] > 0;
+    }
+    for (size_t i = 0; i < count; i++)
+        cdf[i + 1] = cdf[i] + (cdf[i + 1] > 0 ? 0.5 / (double)used + 0.5 * cdf[i + 1] / total : 0);
+    return 0;
+}
+
+static double pick_probability(const rf_lights *lights, int area_only, size_t source)
+{
+    const double *cdf = lights->pick[area_only];
+    return cdf[lights->source_count] > 0 ? (cdf[source + 1] - cdf[source]) / cdf[lights->source_count] : 0;
+}
+
+int rf_lights_init(rf_lights *lights, const rd_job *job, double epsilon, char *error)
+{
+    memset(lights, 0, sizeof *lights);
+    lights->scene = job->scene;
+    lights->emitters = job->emitters;
+    lights->emitter_count = job->emitter_count;
+    lights->epsilon = epsilon;
+    lights->source_count = (size_t)job->scene->light_count + 2;
+    if (build_emitters(lights) || build_sky(lights) || build_pick(lights, 0, (double)job->radius) ||
+        build_pick(lights, 1, (double)job->radius)) {
+        rf_lights_free(lights);
+        snprintf(error, EX_ERROR_SIZE, "out of memory");
+        return -1;
+    }
+    return 0;
+}
+
+void rf_lights_free(rf_lights *lights)
+{
+    free(lights->emitter_cdf);
+    free(lights->row_cdf);
+    free(lights->texel_cdf);
+    free(lights->pick[0]);
+    free(lights->pick[1]);
+    memset(lights, 0, sizeof *lights);
+}
+
+/* ---- sampling ---- */
+
+/* A point q of a surface with normal n, chosen with density pdf_area; 0: p is behind it. */
+static int sample_surface(rf_v3 p, rf_v3 q, rf_v3 n, double pdf_area, double epsilon, rf_light_sample *s)
+{
+    rf_v3 d = rf_sub(q, p);
+    double distance = rf_length(d), cosine;
+    if (!(distance > 0))
+        return 0;
+    s->direction = rf_scale(d, 1 / distance);
+    cosine = -rf_dot(s->direction, n);
+    s->pdf = pdf_area * distance * distance / cosine;
+    s->target = rf_mad(q, n, epsilon);
+    return cosine > 0 && s->pdf < 1e30;
+}
+
+/* The cone that a sphere fills as seen from outside: 1 - cos of its half angle, without cancellation. */
+static double cone_of(double radius, double distance)
+{
+    double sine = radius / distance;
+    return sine * sine / (1 + sqrt(1 - sine * sine));
+}
+
+static int sample_sphere(const ex_light *light, rf_v3 p, const double u[2], rf_light_sample *s)
+{
+    rf_v3 z = rf_sub(rf_load(light->position), p), x, y;
+    double distance = rf_length(z), radius = (double)light->radius, cone, c, sine, phi = 2 * RF_PI * u[1];
+    if (!(distance > radius))
+        return 0;
+    z = rf_scale(z, 1 / distance);
+    cone = cone_of(radius, distance);
+    c = 1 - u[0] * cone;
+    sine = sqrt(u[0] * cone * (2 - u[0] * cone));
+    rf_frame(z, &x, &y);
+    s->direction = rf_unit(rf_from_frame(x, y, z, rf_make(sine * cos(phi), sine * sin(phi), c)));
+    s->pdf = 1 / (2 * RF_PI * cone);
+    s->target = rf_mad(p, s->direction,
+                       distance * c - sqrt(fmax(0, radius * radius - distance * distance * sine * sine)));
+    return 1;
+}
+
+static int sample_shape(const rf_lights *lights, const ex_light *light, rf_v3 p, const double u[2], rf_light_sample *s)
+{
+    rf_v3 q = rf_load(light->position), eu = rf_load(light->u), ev = rf_load(light->v), n, x, y;
+    double r = (double)light->radius, phi = 2 * RF_PI * u[1];
+    if (light->kind == EX_LIGHT_SPHERE)
+        return sample_sphere(light, p, u, s);
+    if (light->kind == EX_LIGHT_RECT) {
+        n = rf_unit(rf_cross(eu, ev));
+        q = rf_mad(rf_mad(q, eu, u[0]), ev, u[1]);
+    } else if (light->kind == EX_LIGHT_DISC) {
+        n = rf_load(light->direction);
+        rf_frame(n, &x, &y);
+        q = rf_mad(rf_mad(q, x, r * sqrt(u[0]) * cos(phi)), y, r * sqrt(u[0]) * sin(phi));
+    } else {
+        rf_frame(rf_unit(eu), &x, &y);
+        n = rf_add(rf_scale(x, cos(phi)), rf_scale(y, sin(phi)));
+        q = rf_mad(rf_mad(q, eu, u[0]), n, r);
+    }
+    return sample_surface(p, q, n, 1 / area_of(light), lights->epsilon, s);
+}
+
+static int sample_emitter(const rf_lights *lights, rf_v3 p, const double u[2], rf_light_sample *s)
+{
+    double rest, root, a, b;
+    size_t i = search(lights->emitter_cdf, lights->emitter_count, u[0], &rest);
+    const rd_emitter *emitter = &lights->emitters[i];
+    rf_v3 v0 = rf_load(emitter->v[0]), v1 = rf_load(emitter->v[1]), v2 = rf_load(emitter->v[2]), q;
+    rf_v3 n = rf_unit(rf_cross(rf_sub(v1, v0), rf_sub(v2, v0)));
+    root = sqrt(rest);
+    a = root * (1 - u[1]);
+    b = root * u[1];
+    q = rf_mad(rf_mad(v0, rf_sub(v1, v0), a), rf_sub(v2, v0), b);
+    if (lights->scene->materials[emitter->material].double_sided && rf_dot(n, rf_sub(p, q)) < 0)
+        n = rf_scale(n, -1);
+    s->value = emission_of(lights, i);
+    return sample_surface(p, q, n, rf_mean(s->value) / lights->emitter_power, lights->epsilon, s);
+}
+
+/* Directions of the sky turn about +Y against its map. */
+static rf_v3 sky_to_world(const rf_lights *lights, rf_v3 d)
+{
+    return rf_make(d.x * lights->sky_cos + d.z * lights->sky_sin, d.y, d.z * lights->sky_cos - d.x * lights->sky_sin);
+}
+
+static rf_v3 world_to_sky(const rf_lights *lights, rf_v3 d)
+{
+    return rf_make(d.x * lights->sky_cos - d.z * lights->sky_sin, d.y, d.z * lights->sky_cos + d.x * lights->sky_sin);
+}
+
+static int sample_sky(const rf_lights *lights, const double u[2], rf_light_sample *s)
+{
+    const ex_sky *sky = &lights->scene->sky;
+    double down, along, c, sine, phi;
+    size_t row = search(lights->row_cdf, sky->height, u[1], &down);
+    size_t x = search(lights->texel_cdf + row * (sky->width + (size_t)1), sky->width, u[0], &along);
+    c = row_edge(sky, row) + down * (row_edge(sky, row + 1) - row_edge(sky, row));
+    sine = sqrt(fmax(0, 1 - c * c));
+    phi = 2 * RF_PI * (((double)x + along) / (double)sky->width - 0.5);
+    s->direction = rf_unit(sky_to_world(lights, rf_make(sine * cos(phi), c, sine * sin(phi))));
+    s->value = rf_load(sky->rgb + 3 * (row * sky->width + x));
+    s->pdf = rf_mean(s->value) / lights->sky_power;
+    s->at_infinity = 1;
+    return s->pdf > 0;
+}
+
+int rf_lights_delta(const rf_lights *lights, uint32_t index, rf_v3 p, rf_light_sample *s)
+{
+    const ex_light *light = &lights->scene->lights[index];
+    double distance;
+    if (!is_delta(light))
+        return 0;
+    memset(s, 0, sizeof *s);
+    s->is_delta = 1;
+    s->pdf = 1;
+    s->value = rf_load(light->value);
+    s->direction = rf_load(light->direction);
+    s->at_infinity = light->kind == EX_LIGHT_SUN;
+    if (s->at_infinity)
+        return 1;
+    s->target = rf_load(light->position);
+    s->direction = rf_sub(s->target, p);
+    distance = rf_length(s->direction);
+    if (!(distance > 0))
+        return 0;
+    s->direction = rf_scale(s->direction, 1 / distance);
+    s->value = rf_scale(s->value, 1 / (distance * distance));
+    return light->kind == EX_LIGHT_POINT ||
+           -rf_dot(s->direction, rf_load(light->direction)) >= (double)light->cos_half_angle;
+}
+
+int rf_lights_sample(const rf_lights *lights, rf_v3 p, int area_only, const double u[2], rf_light_sample *s)
+{
+    const double *cdf = lights->pick[area_only];
+    size_t source, n = lights->scene->light_count;
+    double v[2];
+    int reached;
+    if (!(cdf[lights->source_count] > 0))
+        return 0;
+    source = search(cdf, lights->source_count, u[0], &v[0]);
+    v[1] = u[1];
+    memset(s, 0, sizeof *s);
+    if (source < n && is_delta(&lights->scene->lights[source])) {
+        reached = rf_lights_delta(lights, (uint32_t)source, p, s);
+    } else if (source < n) {
+        s->value = rf_load(lights->scene->lights[source].value);
+        reached = sample_shape(lights, &lights->scene->lights[source], p, v, s);
+    } else {
+        reached = source == n ? sample_emitter(lights, p, v, s) : sample_sky(lights, v, s);
+    }
+    s->pdf *= pick_probability(lights, area_only, source);
+    return reached;
+}
+
+/* ---- what rays meet ---- */
+
+static int hit_sphere(const ex_light *light, rf_v3 o, rf_v3 d, double *t, double *pdf)
+{
+    rf_v3 c = rf_sub(rf_load(light->position), o);
+    double distance = rf_length(c), radius = (double)light->radius, along = rf_dot(c, d), cone, miss;
+    if (!(distance > radius) || along <= 0)
+        return 0;
+    cone = cone_of(radius, distance);
+    miss = rf_length(rf_mad(c, d, -along));
+    if (miss >= radius)
+        return 0;
+    *t = along - sqrt(radius * radius - miss * miss);
+    *pdf = 1 / (2 * RF_PI * cone);
+    return 1;
+}
+
+static int hit_flat(const ex_light *light, rf_v3 o, rf_v3 d, double *t, double *cosine)
+{
+    rf_v3 corner = rf_load(light->position), u = rf_load(light->u), v = rf_load(light->v), n, q;
+    int is_disc = light->kind == EX_LIGHT_DISC;
+    double a, b, squared;
+    n = is_disc ? rf_load(light->direction) : rf_cross(u, v);
+    squared = rf_dot(n, n);
+    *cosine = -rf_dot(d, n) / sqrt(squared);
+    *t = rf_dot(rf_sub(corner, o), n) / rf_dot(d, n);
+    if (!(*cosine > 0) || !(*t > 0))
+        return 0;
+    q = rf_sub(rf_mad(o, d, *t), corner);
+    if (is_disc)
+        return rf_dot(q, q) < (double)light->radius * (double)light->radius;
+    a = rf_dot(rf_cross(q, v), n) / squared;
+    b = rf_dot(rf_cross(u, q), n) / squared;
+    return a >= 0 && a < 1 && b >= 0 && b < 1;
+}
+
+static int hit_line(const ex_light *light, rf_v3 o, rf_v3 d, double *t, double *cosine)
+{
+    rf_v3 axis = rf_load(light->u), from = rf_sub(o, rf_load(light->position)), across, offset;
+    double length = rf_length(axis), radius = (double)light->radius, a, b, c, root, along;
+    axis = rf_scale(axis, 1 / length);
+    across = rf_mad(d, axis, -rf_dot(d, axis));
+    offset = rf_mad(from, axis, -rf_dot(from, axis));
+    a = rf_dot(across, across);
+    b = rf_dot(across, offset);
+    c = rf_dot(offset, offset) - radius * radius;
+    root = b * b - a * c;
+    if (c <= 0 || b >= 0 || root <= 0)
+        return 0;
+    *t = (-b - sqrt(root)) / a;
+    along = rf_dot(rf_mad(from, d, *t), axis);
+    *cosine = -rf_dot(d, rf_unit(rf_mad(offset, across, *t)));
+    return along >= 0 && along <= length && *cosine > 0;
+}
+
+int rf_lights_hit(const rf_lights *lights, uint32_t index, int area_only, rf_v3 origin, rf_v3 direction, double limit,
+                  rf_v3 *radiance, double *pdf)
+{
+    const ex_light *light = &lights->scene->lights[index];
+    double t, cosine;
+    if (is_delta(light))
+        return 0;
+    if (light->kind == EX_LIGHT_SPHERE) {
+        if (!hit_sphere(light, origin, direction, &t, pdf))
+            return 0;
+    } else {
+        if (!(light->kind == EX_LIGHT_LINE ? hit_line(light, origin, direction, &t, &cosine)
+                                           : hit_flat(light, origin, direction, &t, &cosine)))
+            return 0;
+        *pdf = t * t / (cosine * area_of(light));
+    }
+    *pdf *= pick_probability(lights, area_only, index);
+    *radiance = rf_load(light->value);
+    return t < limit;
+}
+
+double rf_lights_emitter_pdf(const rf_lights *lights, int area_only, rf_v3 radiance, double distance, double cosine)
+{
+    if (!(lights->emitter_power > 0) || !(cosine > 0))
+        return 0;
+    return pick_probability(lights, area_only, lights->scene->light_count) * rf_mean(radiance) /
+           lights->emitter_power * distance * distance / cosine;
+}
+
+rf_v3 rf_lights_sky(const rf_lights *lights, int area_only, rf_v3 direction, double *pdf)
+{
+    const ex_sky *sky = &lights->scene->sky;
+    rf_v3 d = world_to_sky(lights, direction), radiance;
+    size_t row, x;
+    *pdf = 0;
+    if (!(lights->sky_power > 0))
+        return rf_make(0, 0, 0);
+    row = (size_t)(acos(fmin(fmax(d.y, -1), 1)) / RF_PI * (double)sky->height);
+    x = (size_t)((0.5 + atan2(d.z, d.x) / (2 * RF_PI)) * (double)sky->width);
+    row = row < sky->height ? row : sky->height - 1u;
+    x = x < sky->width ? x : 0;
+    radiance = rf_load(sky->rgb + 3 * (row * sky->width + x));
+    *pdf = pick_probability(lights, area_only, lights->source_count - 1) * rf_mean(radiance) / lights->sky_power;
+    return radiance;
+}

@@ -1,0 +1,347 @@
+/* reference.c - the technique "reference": a path tracer over Embree that starts at the G-buffer's points.
+
+   At every vertex of a path one sample of the lights and one of the BRDF are combined by the balance heuristic
+   (Veach 1997, section 9.2). Sun, spot and point lights have no size: at the first vertex, where they need no random
+   number, each is evaluated exactly once a pixel; further on they are chosen like the others. */
+#include "ref_bsdf.h"
+#include "ref_lights.h"
+#include "ref_scene.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define BATCHES 4              /* independently scrambled parts of a pixel's samples; their spread tells the noise */
+#define ROULETTE_DEPTH 4       /* bounces before Russian roulette may end a path */
+#define MAX_LAYERS 4096        /* surfaces that a ray with indirect_visibility=0 passes; guards against endless loops */
+
+typedef struct reference {
+    rf_scene  *scene;
+    rf_lights  lights;
+    int        has_lights;
+    double     epsilon;        /* offset along the geometric normal */
+    int        full, bounces, direct, indirect, indirect_visibility;
+    float     *variance;       /* of each value of the last frame, 3 a G-buffer pixel */
+    size_t     values;
+    /* sums over frames and lit values, for `noise` */
+    double     sum, sum_variance, count;
+    uint32_t   frames;
+    uint32_t   aa;
+    int        noise_known;
+} reference;
+
+typedef struct rf_surface { rf_v3 position, geometric; rf_bsdf bsdf; } rf_surface;
+
+/* ---- light at one vertex ---- */
+
+static rf_v3 offset(const reference *r, rf_v3 position, rf_v3 geometric)
+{
+    return rf_mad(position, geometric, r->epsilon);
+}
+
+static int is_lit(const reference *r, rf_v3 origin, const rf_light_sample *light)
+{
+    rf_v3 d;
+    double distance;
+    if (light->at_infinity)
+        return !rf_scene_blocked(r->scene, origin, light->direction, HUGE_VAL);
+    d = rf_sub(light->target, origin);
+    distance = rf_length(d);
+    return !(distance > 0) || !rf_scene_blocked(r->scene, origin, rf_scale(d, 1 / distance), distance);
+}
+
+/* Reflected light of one light sample; mixed: weigh it against BRDF sampling. */
+static rf_v3 add_light(const reference *r, const rf_surface *s, const rf_light_sample *light, int mixed)
+{
+    double bsdf_pdf;
+    rf_v3 value = rf_mul(rf_bsdf_eval(&s->bsdf, light->direction, &bsdf_pdf), light->value);
+    if (rf_is_black(value) || !is_lit(r, offset(r, s->position, s->geometric), light))
+        return rf_make(0, 0, 0);
+    return rf_scale(value, light->is_delta || !mixed ? 1 / light->pdf : 1 / (light->pdf + bsdf_pdf));
+}
+
+/* What a BRDF-sampled ray of density pdf sees, weighted against sampling the lights. */
+static rf_v3 seen_light(const reference *r, rf_v3 origin, rf_v3 direction, double pdf, int area_only, const rf_hit *hit)
+{
+    rf_v3 sum = rf_make(0, 0, 0), radiance;
+    double light_pdf;
+    for (uint32_t i = 0; i < r->lights.scene->light_count; i++)
+        if (rf_lights_hit(&r->lights, i, area_only, origin, direction, hit ? hit->distance : HUGE_VAL, &radiance,
+                          &light_pdf))
+            sum = rf_mad(sum, radiance, pdf / (pdf + light_pdf));
+    if (!hit) {
+        radiance = rf_lights_sky(&r->lights, area_only, direction, &light_pdf);
+        sum = rf_mad(sum, radiance, pdf / (pdf + light_pdf));
+    } else if (!rf_is_black(hit->emission)) {
+        light_pdf = rf_lights_emitter_pdf(&r->lights, area_only, hit->emission, hit->distance,
+                                          -rf_dot(direction, hit->geometric));
+        sum = rf_mad(sum, hit->emission, pdf / (pdf + light_pdf));
+    }
+    return sum;
+}
+
+/* ---- paths ---- */
+
+static void surface_of_pixel(const reference *r, const ex_pixel *pixel, rf_surface *s)
+{
+    s->position = rf_load(pixel->position);
+    s->geometric = rf_load(pixel->geometric);
+    rf_bsdf_init(&s->bsdf, rf_load(pixel->normal), rf_load(pixel->view), rf_load(pixel->albedo),
+                 (double)pixel->metallic, (double)pixel->roughness, r->full);
+}
+
+static void surface_of_hit(const reference *r, const rf_hit *hit, rf_v3 direction, rf_surface *s)
+{
+    s->position = hit->position;
+    s->geometric = hit->geometric;
+    rf_bsdf_init(&s->bsdf, hit->normal, rf_scale(direction, -1), hit->base, hit->metallic, hit->roughness, r->full);
+}
+
+/* indirect_visibility=0: every lit surface along the ray that faces its origin reflects towards it, as in a technique
+   that gathers from reflective shadow maps without testing whether something stands between. */
+static rf_v3 all_layers(const reference *r, rf_v3 origin, rf_v3 direction, rf_sampler *sampler)
+{
+    rf_v3 sum = rf_make(0, 0, 0);
+    double near_distance = 0;
+    rf_hit hit;
+    for (int i = 0; i < MAX_LAYERS && rf_scene_trace(r->scene, origin, direction, near_distance, &hit); i++) {
+        rf_surface s;
+        rf_light_sample light;
+        double u[2];
+        surface_of_hit(r, &hit, direction, &s);
+        rf_sample_2d(sampler, u);
+        if (rf_lights_sample(&r->lights, s.position, 0, u, &light)) {
+            double unused;
+            rf_v3 reflected = rf_bsdf_eval(&s.bsdf, light.direction, &unused);
+            if (rf_dot(light.direction, hit.geometric) > 0 && !rf_is_black(reflected))
+                sum = rf_add(sum, add_light(r, &s, &light, 0));
+        }
+        near_distance = hit.distance + r->epsilon;
+    }
+    return sum;
+}
+
+static rf_v3 trace_path(const reference *r, const ex_pixel *pixel, rf_sampler *sampler)
+{
+    rf_v3 sum = rf_make(0, 0, 0), throughput = rf_make(1, 1, 1);
+    rf_surface s;
+    surface_of_pixel(r, pixel, &s);
+    for (int depth = 0; depth <= r->bounces; depth++) {
+        int wanted = depth ? r->indirect : r->direct, area_only = depth == 0, met;
+        rf_light_sample light;
+        rf_v3 origin = offset(r, s.position, s.geometric), direction, value;
+        rf_hit hit;
+        double u[2], pdf;
+        rf_sample_2d(sampler, u);
+        if (wanted && rf_lights_sample(&r->lights, s.position, area_only, u, &light))
+            sum = rf_add(sum, rf_mul(throughput, add_light(r, &s, &light, 1)));
+        rf_sample_2d(sampler, u);
+        if (!rf_bsdf_sample(&s.bsdf, u, &direction, &value, &pdf))
+            break;
+        throughput = rf_mul(throughput, value);
+        if (depth > ROULETTE_DEPTH) {
+            double survival = fmin(rf_max(throughput), 0.95);
+            rf_sample_2d(sampler, u);
+            if (u[0] >= survival)
+                break;
+            throughput = rf_scale(throughput, 1 / survival);
+        }
+        met = rf_scene_trace(r->scene, origin, direction, 0, &hit);
+        if (wanted)
+            sum = rf_add(sum, rf_mul(throughput, seen_light(r, origin, direction, pdf, area_only, met ? &hit : NULL)));
+        if (depth == 0 && r->bounces == 1 && !r->indirect_visibility)
+            return r->indirect ? rf_add(sum, rf_mul(throughput, all_layers(r, origin, direction, sampler))) : sum;
+        if (!met)
+            break;
+        surface_of_hit(r, &hit, direction, &s);
+    }
+    return sum;
+}
+
+static rf_v3 delta_light(const reference *r, const ex_pixel *pixel)
+{
+    rf_v3 sum = rf_make(0, 0, 0);
+    rf_surface s;
+    rf_light_sample light;
+    surface_of_pixel(r, pixel, &s);
+    for (uint32_t i = 0; r->direct && i < r->lights.scene->light_count; i++)
+        if (rf_lights_delta(&r->lights, i, s.position, &light))
+            sum = rf_add(sum, add_light(r, &s, &light, 0));
+    return sum;
+}
+
+/* ---- pixels ---- */
+
+typedef struct frame_work {
+    reference    *reference;
+    const rd_job *job;
+    ex_image     *out;
+    uint32_t      first_row;
+} frame_work;
+
+static void shade_pixel(const frame_work *work, size_t index)
+{
+    reference *r = work->reference;
+    const ex_pixel *pixel = &work->job->gbuffer->pixels[index];
+    uint32_t samples = work->job->samples, batches = samples < BATCHES ? samples : BATCHES;
+    double mean[3] = { 0, 0, 0 }, square[3] = { 0, 0, 0 };
+    rf_v3 fixed = delta_light(r, pixel);
+    for (uint32_t batch = 0; batch < batches; batch++) {
+        uint32_t first = (uint32_t)((uint64_t)samples * batch / batches);
+        uint32_t count = (uint32_t)((uint64_t)samples * (batch + 1) / batches) - first;
+        uint32_t seed = rf_hash(rf_hash((uint32_t)index + 1) ^ rf_hash(work->job->seed * BATCHES + batch + 0x51ed270bu));
+        double share = (double)count / (double)samples;
+        rf_v3 sum = rf_make(0, 0, 0);
+        for (uint32_t i = 0; i < count; i++) {
+            rf_sampler sampler = { seed, i, 0 };
+            sum = rf_add(sum, trace_path(r, pixel, &sampler));
+        }
+        sum = rf_scale(sum, 1.0 / count);
+        mean[0] += share * sum.x, square[0] += share * sum.x * sum.x;
+        mean[1] += share * sum.y, square[1] += share * sum.y * sum.y;
+        mean[2] += share * sum.z, square[2] += share * sum.z * sum.z;
+    }
+    for (size_t k = 0; k < 3; k++) {
+        double spread = fmax(square[k] - mean[k] * mean[k], 0);
+        r->variance[3 * index + k] = (float)(batches > 1 ? spread / (batches - 1) : 0);
+    }
+    work->out->rgb[3 * index] = (float)(mean[0] + fixed.x);
+    work->out->rgb[3 * index + 1] = (float)(mean[1] + fixed.y);
+    work->out->rgb[3 * index + 2] = (float)(mean[2] + fixed.z);
+}
+
+static void shade_row(void *context, size_t row)
+{
+    const frame_work *work = context;
+    const ex_gbuffer *g = work->job->gbuffer;
+    size_t first = (work->first_row + row) * g->width;
+    for (size_t i = first; i < first + g->width; i++)
+        if (g->pixels[i].object != UINT32_MAX)
+            shade_pixel(work, i);
+}
+
+/* In order and on one thread, so that the figure is the same for every thread count. */
+static void gather_noise(reference *r, const ex_image *out)
+{
+    for (size_t i = 0; i < r->values; i += 3) {
+        const float *v = out->rgb + i;
+        if (!(v[0] > 0 || v[1] > 0 || v[2] > 0))
+            continue;
+        for (size_t k = 0; k < 3; k++) {
+            r->sum += (double)v[k];
+            r->sum_variance += (double)r->variance[i + k];
+            r->count++;
+        }
+    }
+    r->frames++;
+}
+
+/* ---- technique ---- */
+
+static void close_reference(void *state)
+{
+    reference *r = state;
+    if (!r)
+        return;
+    rf_scene_free(r->scene);
+    if (r->has_lights)
+        rf_lights_free(&r->lights);
+    free(r->variance);
+    free(r);
+}
+
+static int update_reference(void *state, const rd_job *job, char *error)
+{
+    reference *r = state;
+    double extent = (double)job->radius;
+    rf_scene_free(r->scene);
+    if (r->has_lights)
+        rf_lights_free(&r->lights);
+    r->has_lights = 0;
+    /* far enough to clear the rounding of float positions, near enough to be invisible */
+    for (int k = 0; k < 3; k++)
+        extent = fmax(extent, fabs((double)job->center[k]));
+    r->epsilon = 2e-5 * extent;
+    r->scene = rf_scene_create(job->scene, job->threads, error);
+    if (!r->scene || rf_lights_init(&r->lights, job, r->epsilon, error) != 0)
+        return -1;
+    r->has_lights = 1;
+    return 0;
+}
+
+static int open_reference(void **state, const rd_job *job, char *error)
+{
+    reference *r = calloc(1, sizeof *r);
+    if (!r) {
+        snprintf(error, EX_ERROR_SIZE, "out of memory");
+        return -1;
+    }
+    r->full = rd_setting_is(job->settings, "materials", "full");
+    r->direct = !rd_setting_is(job->settings, "only", "indirect");
+    r->indirect = !rd_setting_is(job->settings, "only", "direct");
+    r->bounces = r->indirect ? rd_setting_integer(job->settings, "bounces") : 0;
+    r->indirect_visibility = rd_setting_integer(job->settings, "indirect_visibility");
+    r->aa = job->aa;
+    r->noise_known = job->samples > 1;
+    r->values = 3 * (size_t)job->gbuffer->width * job->gbuffer->height;
+    r->variance = calloc(r->values + 1, sizeof *r->variance);
+    if (!r->variance)
+        snprintf(error, EX_ERROR_SIZE, "out of memory");
+    else if (!r->indirect_visibility && rd_setting_integer(job->settings, "bounces") != 1)
+        snprintf(error, EX_ERROR_SIZE, "indirect_visibility=0 is defined for bounces=1 only");
+    else if (update_reference(r, job, error) == 0) {
+        *state = r;
+        return 0;
+    }
+    close_reference(r);
+    return -1;
+}
+
+static int frame_reference(void *state, const rd_job *job, ex_image *out, char *error)
+{
+    reference *r = state;
+    const uint32_t rows = job->gbuffer->height, steps = 32;
+    frame_work work = { r, job, out, 0 };
+    (void)error;
+    for (uint32_t step = 0; step < steps; step++) {
+        uint32_t end = (uint32_t)((uint64_t)rows * (step + 1) / steps);
+        char label[] = "reference";
+        ex_progress(label, (float)step / (float)steps);
+        ex_pool_run(job->pool, end - work.first_row, shade_row, &work);
+        work.first_row = end;
+    }
+    ex_progress(NULL, 1);
+    gather_noise(r, out);
+    return 0;
+}
+
+static void report_reference(const void *state, rd_report *report)
+{
+    const reference *r = state;
+    uint64_t now, peak, own = r->lights.bytes + r->values * sizeof *r->variance;
+    double values = r->count > 0 ? r->count : 1, mean = r->sum / values;
+    /* the means of `frames` frames and aa * aa sub-pixels average independent errors */
+    double error = sqrt(r->sum_variance / values / (double)r->frames) / (double)r->aa;
+    rf_scene_memory(r->scene, &now, &peak);
+    report->memory_bytes = now + own;
+    report->peak_bytes = peak + own;
+    rd_json_number(report->json, "noise", r->noise_known && mean > 0 ? error / mean : HUGE_VAL);
+    rd_json_integer(report->json, "bounces", (uint64_t)r->bounces);
+    rd_json_text(report->json, "tracer", rf_scene_version());
+}
+
+static const rd_key keys[] = {
+    { "bounces", RD_INTEGER, NULL, 0, 1000, "0", "diffuse or glossy bounces between the first surface and the light" },
+    { "only", RD_WORD, "direct|indirect|all", 0, 0, "all", "the part of the light that is wanted" },
+    { "indirect_visibility", RD_WORD, "0|1", 0, 0, "1", "0: light of every surface along a ray, hidden or not; bounces=1" },
+    { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
+};
+
+const rd_technique rd_reference = {
+    "reference", "path tracer on Embree, to compare the others with",
+#if defined DAPPLE_EMBREE && DAPPLE_EMBREE > 0
+    NULL,
+#else
+    "needs Embree: apt-get install libembree-dev",
+#endif
+    1024, 1, 1u << 24, 1, 0, keys, open_reference, update_reference, frame_reference, report_reference, close_reference
+};

@@ -1,0 +1,138 @@
+/* settings.c - see settings.h */
+#include "settings.h"
+#include "../common/common.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const rd_key rd_common_keys[] = {
+    { "ev", RD_NUMBER, "auto", -100, 100, "auto", "exposure of a PNG: 2^ev times radiance" },
+    { "background", RD_WORD, "0|1", 0, 0, "0", "1 shows the sky behind the scene" },
+    { "emission", RD_WORD, "0|1", 0, 0, "0", "1 shows the emission of directly seen emitters" },
+    { "aa", RD_INTEGER, NULL, 1, 16, "1", "aa x aa primary rays a pixel; --samples are shared among them" },
+    { "materials", RD_WORD, "diffuse|full", 0, 0, "diffuse", "Lambert of the base colour, or the technique's full BRDF" },
+    { "ground", RD_WORD, "auto|0|1", 0, 0, "auto", "a plane of albedo 0.5 below; auto: without camera and emitters" },
+    { "env_rotation", RD_NUMBER, NULL, -360000, 360000, "0", "of the sky about +Y, in degrees" },
+    { "env_scale", RD_NUMBER, NULL, 0, 1e9, "1", "factor on the sky's radiance" },
+    { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
+};
+
+static const rd_key *find_in(const rd_key *table, const char *name, size_t length)
+{
+    for (; table && table->name; table++)
+        if (strlen(table->name) == length && memcmp(table->name, name, length) == 0)
+            return table;
+    return NULL;
+}
+
+static const rd_key *find(const rd_settings *settings, const char *name, size_t length)
+{
+    const rd_key *key = find_in(settings->common, name, length);
+    return key ? key : find_in(settings->own, name, length);
+}
+
+static int is_word_of(const char *words, const char *value)
+{
+    size_t length = strlen(value);
+    while (words && *words) {
+        size_t word = strcspn(words, "|");
+        if (word == length && memcmp(words, value, length) == 0)
+            return 1;
+        words += word + (words[word] == '|');
+    }
+    return 0;
+}
+
+int rd_parse_number(const char *text, double *value)
+{
+    char *end;
+    if (!*text || strchr(" \t\n\v\f\r", *text))
+        return -1;
+    *value = strtod(text, &end);
+    return *end || !isfinite(*value) ? -1 : 0;
+}
+
+static int is_valid(const rd_key *key, const char *value)
+{
+    double number;
+    if (is_word_of(key->words, value))
+        return 1;
+    if (key->kind == RD_WORD || rd_parse_number(value, &number) != 0 || number < key->low || number > key->high)
+        return 0;
+    return key->kind == RD_NUMBER || floor(number) >= number;
+}
+
+static void describe_range(const rd_key *key, char *text, size_t size)
+{
+    if (key->kind == RD_WORD)
+        snprintf(text, size, "%s", key->words);
+    else
+        snprintf(text, size, "%s%s%s from %g to %g", key->words ? key->words : "", key->words ? " or " : "",
+                 key->kind == RD_INTEGER ? "an integer" : "a number", key->low, key->high);
+}
+
+int rd_settings_add(rd_settings *settings, const char *pair, char *error)
+{
+    const char *equals = strchr(pair, '=');
+    const rd_key *key = equals ? find(settings, pair, (size_t)(equals - pair)) : NULL;
+    char range[120];
+    size_t i;
+    if (!equals) {
+        snprintf(error, EX_ERROR_SIZE, "--set %.60s: expected key=value", pair);
+        return -1;
+    }
+    if (!key) {
+        snprintf(error, EX_ERROR_SIZE, "--set %.60s: unknown key for this technique (see render --list)", pair);
+        return -1;
+    }
+    if (strlen(equals + 1) >= sizeof settings->set[0].value || !is_valid(key, equals + 1)) {
+        describe_range(key, range, sizeof range);
+        snprintf(error, EX_ERROR_SIZE, "--set %.60s: the value must be %s", pair, range);
+        return -1;
+    }
+    for (i = 0; i < settings->count && settings->set[i].key != key; i++)
+        continue;
+    if (i == RD_MAX_SETTINGS) {
+        snprintf(error, EX_ERROR_SIZE, "--set: too many keys");
+        return -1;
+    }
+    settings->set[i].key = key;
+    strcpy(settings->set[i].value, equals + 1);
+    settings->count += i == settings->count;
+    return 0;
+}
+
+int rd_setting_given(const rd_settings *settings, const char *name)
+{
+    for (size_t i = 0; i < settings->count; i++)
+        if (strcmp(settings->set[i].key->name, name) == 0)
+            return 1;
+    return 0;
+}
+
+const char *rd_setting_text(const rd_settings *settings, const char *name)
+{
+    const rd_key *key = find(settings, name, strlen(name));
+    for (size_t i = 0; i < settings->count; i++)
+        if (settings->set[i].key == key)
+            return settings->set[i].value;
+    assert(key);
+    return key ? key->standard : "";
+}
+
+double rd_setting_number(const rd_settings *settings, const char *key)
+{
+    return strtod(rd_setting_text(settings, key), NULL);
+}
+
+int rd_setting_integer(const rd_settings *settings, const char *key)
+{
+    return (int)rd_setting_number(settings, key);
+}
+
+int rd_setting_is(const rd_settings *settings, const char *key, const char *word)
+{
+    return strcmp(rd_setting_text(settings, key), word) == 0;
+}

@@ -1,0 +1,125 @@
+/* setup.c - see setup.h */
+#include "setup.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *builtin_name(const char *text)
+{
+    return strncmp(text, "builtin:", 8) == 0 ? text + 8 : NULL;
+}
+
+static int out_of_memory(char *error)
+{
+    snprintf(error, EX_ERROR_SIZE, "out of memory");
+    return -1;
+}
+
+static int add_light(ex_scene *scene, const ex_light *light)
+{
+    ex_light *grown = realloc(scene->lights, (scene->light_count + (size_t)1) * sizeof *grown);
+    if (!grown)
+        return -1;
+    scene->lights = grown;
+    scene->lights[scene->light_count++] = *light;
+    return 0;
+}
+
+/* --light. Spot and point without a value: I = pi d^2, which is E = pi at the scene's centre. */
+static int add_lights(ex_scene *scene, const rd_job *job, const rd_args *args, char *error)
+{
+    for (uint32_t i = 0; i < args->light_count; i++) {
+        ex_light light = args->lights[i].light;
+        if (!args->lights[i].has_value) {
+            float squared = 0;
+            for (int k = 0; k < 3; k++) {
+                float d = light.position[k] - job->center[k];
+                squared += d * d;
+            }
+            for (int k = 0; k < 3; k++)
+                light.value[k] = 3.14159265f * squared;
+        }
+        if (add_light(scene, &light) != 0)
+            return out_of_memory(error);
+    }
+    return 0;
+}
+
+/* Radiance is finite and not negative from here on, for every technique alike. */
+static void scale_sky(ex_sky *sky, float scale)
+{
+    size_t values = 3 * (size_t)sky->width * sky->height;
+    for (size_t i = 0; i < values; i++) {
+        float value = sky->rgb[i] * scale;
+        sky->rgb[i] = value > 0 && value < 1e30f ? value : 0;
+    }
+}
+
+static int wants_sun(const rd_technique *technique)        /* "nothing given" of rsm and ism */
+{
+    return strcmp(technique->name, "rsm") == 0 || strcmp(technique->name, "ism") == 0;
+}
+
+/* --env, or the light of a scene that brings none and was given none. */
+static int add_sky(ex_scene *scene, const rd_args *args, int has_light, char *error)
+{
+    const char *env = args->env ? args->env : has_light ? NULL : "builtin:sky";
+    ex_sky sky;
+    int result;
+    if (!args->env && !has_light && wants_sun(args->technique)) {
+        const ex_light sun = { EX_LIGHT_SUN, { 0, 0, 0 }, { 0.48f, 0.8f, 0.36f }, { 0, 0, 0 }, { 0, 0, 0 }, 0, 0,
+                               { 3.14159265f, 3.14159265f, 3.14159265f } };
+        return add_light(scene, &sun) ? out_of_memory(error) : 0;
+    }
+    if (env) {
+        result = builtin_name(env) ? ex_sky_builtin(&sky, builtin_name(env), error) : ex_sky_load(&sky, env, error);
+        if (result != 0)
+            return -1;
+        ex_sky_free(&scene->sky);
+        scene->sky = sky;
+    }
+    scene->sky.rotation += (float)(rd_setting_number(&args->settings, "env_rotation") / 180 * 3.14159265358979323846);
+    scale_sky(&scene->sky, (float)rd_setting_number(&args->settings, "env_scale"));
+    return 0;
+}
+
+static int finish(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args *args, char *error)
+{
+    int has_light, ground;
+    if (ex_scene_bounds(scene, job->center, &job->radius) != 0 || !(job->radius > 0)) {
+        snprintf(error, EX_ERROR_SIZE, "%.120s: the scene is empty", args->scene);
+        return -1;
+    }
+    if (rd_emitters_build(scene, emitters, &job->emitter_count) != 0)
+        return out_of_memory(error);
+    job->emitters = *emitters;
+    ground = rd_setting_is(&args->settings, "ground", "auto") ? !scene->has_camera && job->emitter_count == 0
+                                                              : rd_setting_integer(&args->settings, "ground");
+    if (args->has_camera)
+        scene->camera = args->camera;
+    else if (!scene->has_camera)
+        ex_scene_default_camera(scene, args->width, args->height);
+    scene->has_camera = 1;
+    if (add_lights(scene, job, args, error) != 0)
+        return -1;
+    has_light = scene->light_count > 0 || job->emitter_count > 0 || scene->sky.width > 0;
+    if (add_sky(scene, args, has_light, error) != 0)
+        return -1;
+    return ground && ex_scene_add_ground(scene) != 0 ? out_of_memory(error) : 0;
+}
+
+int rd_setup(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args *args, float time, char *error)
+{
+    const char *builtin = builtin_name(args->scene);
+    *emitters = NULL;
+    if ((builtin ? ex_scene_builtin(scene, builtin, time, error) : ex_scene_load(scene, args->scene, error)) != 0)
+        return -1;
+    if (finish(scene, job, emitters, args, error) == 0)
+        return 0;
+    ex_scene_free(scene);
+    free(*emitters);
+    *emitters = NULL;
+    return -1;
+}

@@ -1,0 +1,11 @@
+/* setup.h - from the command line to a scene that is ready to be shaded. */
+#ifndef RD_SETUP_H
+#define RD_SETUP_H
+
+#include "args.h"
+
+/* Loads the scene at `time` with lights, sky, ground and camera as design.md "nothing given" has them. Fills bounds
+   (without the ground) and emitters of the job; *emitters is freed by the caller. 0, or -1 with error filled in. */
+int rd_setup(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args *args, float time, char *error);
+
+#endif

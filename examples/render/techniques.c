@@ -1,0 +1,31 @@
+/* techniques.c - the table of techniques. */
+#include "technique.h"
+
+#include <string.h>
+
+#define NOT_YET(name, summary) \
+    static const rd_technique name = { #name, summary, "not in this build yet", 0, 0, 0, 0, 0, \
+                                       NULL, NULL, NULL, NULL, NULL, NULL };
+
+#ifdef RD_HAVE_CSM
+#else
+NOT_YET(csm, "coherent shadow maps: precomputed visibility of rigid objects")
+#endif
+NOT_YET(shadowfield, "precomputed shadow fields of moving objects")
+NOT_YET(envshadow, "shadow maps of many lights taken from an environment map")
+NOT_YET(rsm, "one bounce from reflective shadow maps")
+NOT_YET(ism, "one bounce from virtual point lights with imperfect shadow maps")
+
+const rd_technique *const *rd_techniques(void)
+{
+    static const rd_technique *const all[] = { &csm, &shadowfield, &envshadow, &rsm, &ism, &rd_reference, NULL };
+    return all;
+}
+
+const rd_technique *rd_technique_find(const char *name)
+{
+    const rd_technique *const *all = rd_techniques();
+    while (*all && strcmp((*all)->name, name) != 0)
+        all++;
+    return *all;
+}
