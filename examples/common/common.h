@@ -1,0 +1,50 @@
+/* common.h - images, primary visibility, threads and progress for the example programs. See scene.h for conventions. */
+#ifndef EX_COMMON_H
+#define EX_COMMON_H
+
+#include "scene.h"
+#include <stdio.h>
+
+/* ---- images: 3 floats a pixel, rows from the top down ---- */
+
+typedef struct ex_image { uint32_t width, height; float *rgb; } ex_image;
+
+int   ex_image_alloc(ex_image *image, uint32_t width, uint32_t height);
+void  ex_image_free(ex_image *image);
+int   ex_image_write(const ex_image *image, const char *path, float ev, char *error);  /* .png (sRGB of 2^ev L) or .pfm */
+int   ex_image_read_pfm(ex_image *image, const char *path, char *error);
+float ex_image_auto_ev(const ex_image *image);   /* 98th percentile of lit luminance to 0.9 */
+
+/* ---- primary visibility through pixel centres; every technique shades this ---- */
+
+typedef struct ex_pixel {
+    float    position[3];        /* world */
+    float    normal[3];          /* shading normal, faces the camera */
+    float    geometric[3];       /* face normal, faces the camera; offsets go along it */
+    float    view[3];            /* unit, towards the camera */
+    float    albedo[3];          /* base colour times texture, linear */
+    float    emission[3];        /* of the side that is seen */
+    float    metallic, roughness;
+    uint32_t object;             /* UINT32_MAX: background */
+} ex_pixel;
+
+typedef struct ex_gbuffer { uint32_t width, height; ex_pixel *pixels; } ex_gbuffer;  /* rows from the top down */
+
+/* aa * aa sub-pixels a pixel on a regular grid: the buffer is aa times as wide and high. Tiled, multi-threaded. */
+int  ex_gbuffer_render(ex_gbuffer *out, const ex_scene *scene, uint32_t width, uint32_t height, uint32_t aa,
+                       int threads, char *error);
+void ex_gbuffer_free(ex_gbuffer *g);
+
+/* ---- threads, time, progress ---- */
+
+typedef void (*ex_task)(void *context, size_t index);
+typedef struct ex_pool ex_pool;                       /* workers on pthreads, dynamic scheduling */
+ex_pool *ex_pool_create(int threads);                 /* 0 = all cores; the caller is one of them */
+void     ex_pool_run(void *pool, size_t count, ex_task task, void *context);   /* signature of the headers' callback */
+int      ex_pool_threads(const ex_pool *pool);
+void     ex_pool_free(ex_pool *pool);
+
+double   ex_seconds(void);                            /* monotonic */
+int      ex_progress(void *label, float fraction);    /* stderr, on a terminal only; returns 0 = go on. Headers' callback */
+
+#endif

@@ -1,0 +1,449 @@
+/* gltf.c - a glTF file becomes an ex_scene. The parser (gltf.h) lets everything through, so that all checks stand here:
+   indices, types, strides and sizes of accessors, the shape of the node graph, non-finite numbers. What is broken as a
+   whole is an error; single bad vertices and triangles, which real models have, are left out and counted. */
+#include "internal.h"
+#include "gltf.h"
+#include <stdlib.h>
+#include <string.h>
+
+#ifndef DAPPLE_HAVE_TINYGLTF
+
+int ex_gltf_load(ex_scene *scene, const char *path, char *error)
+{
+    (void)scene;
+    return ex_fail(error, "%s: built without a glTF parser (Debian: libtinygltf-dev)", path);
+}
+
+#else
+
+#define HUGE_COORDINATE 1e12f        /* beyond it areas and volumes leave the range of floats */
+
+typedef struct loader {
+    const gltf_file *file;
+    ex_scene        *scene;
+    ex_builder       builder;
+    const char      *path;
+    char            *error;
+} loader;
+
+/* ---- accessors ---- */
+
+static size_t component_size(int type)
+{
+    return type == 5120 || type == 5121 ? 1 : type == 5122 || type == 5123 ? 2 : type == 5125 || type == 5126 ? 4 : 0;
+}
+
+/* The accessor if it is there, has that many components and lies inside its bytes; else NULL with the error. */
+static const gltf_accessor *get_accessor(const loader *l, int index, int components, const char *what)
+{
+    if (index < 0 || (size_t)index >= l->file->accessor_count) {
+        ex_fail(l->error, "%s: %s: accessor %d does not exist", l->path, what, index);
+        return NULL;
+    }
+    const gltf_accessor *a = &l->file->accessors[index];
+    size_t size = component_size(a->component_type) * (size_t)components, stride = a->stride ? a->stride : size;
+    const char *problem = NULL;
+    if (a->sparse) problem = "is sparse, which is not supported";
+    else if (!a->data) problem = "has no data";
+    else if (size == 0 || a->components != components) problem = "has the wrong type";
+    else if (stride < size) problem = "has a stride below its element size";
+    else if (a->count == 0 || a->count > 0x7fffffff) problem = "has an impossible count";
+    else if (a->bytes < size || (a->bytes - size) / stride < a->count - 1) problem = "reaches beyond its buffer";
+    if (!problem) return a;
+    ex_fail(l->error, "%s: %s: accessor %d %s", l->path, what, index, problem);
+    return NULL;
+}
+
+static const uint8_t *element(const gltf_accessor *a, size_t i, int component)
+{
+    size_t size = component_size(a->component_type), stride = a->stride ? a->stride : size * (size_t)a->components;
+    return a->data + i * stride + size * (size_t)component;
+}
+
+static uint32_t read_bits(const uint8_t *p, size_t size)     /* files are little-endian */
+{
+    uint32_t bits = 0;
+    for (size_t i = 0; i < size; i++) bits |= (uint32_t)p[i] << (8 * i);
+    return bits;
+}
+
+/* Floats as they are; integers by glTF's normalisation, or plain where the file says so (KHR_mesh_quantization). */
+static float read_float(const gltf_accessor *a, size_t i, int component)
+{
+    uint32_t bits = read_bits(element(a, i, component), component_size(a->component_type));
+    float value = 0;
+    switch (a->component_type) {
+    case 5120: value = (float)(int8_t)bits; return a->normalized ? fmaxf(value / 127, -1) : value;
+    case 5121: value = (float)bits; return a->normalized ? value / 255 : value;
+    case 5122: value = (float)(int16_t)bits; return a->normalized ? fmaxf(value / 32767, -1) : value;
+    case 5123: value = (float)bits; return a->normalized ? value / 65535 : value;
+    case 5125: return (float)bits;
+    default: memcpy(&value, &bits, sizeof value); return value;
+    }
+}
+
+/* ---- meshes ---- */
+
+typedef struct primitive {
+    const gltf_accessor *positions, *normals, *uvs, *indices;
+    uint32_t  material;
+    uint32_t *remap;             /* vertex of the file -> vertex of the mesh; UINT32_MAX not yet, BAD never */
+} primitive;
+
+#define UNSEEN UINT32_MAX
+#define BAD    (UINT32_MAX - 1)
+
+static uint32_t corner_index(const primitive *p, size_t i)
+{
+    return p->indices ? read_bits(element(p->indices, i, 0), component_size(p->indices->component_type)) : (uint32_t)i;
+}
+
+static v3 read_v3(const gltf_accessor *a, size_t i)
+{
+    return v3_make(read_float(a, i, 0), read_float(a, i, 1), read_float(a, i, 2));
+}
+
+/* Adds vertex i with the given or its own normal; zero normals are made by the builder. */
+static uint32_t add_vertex(loader *l, const primitive *p, uint32_t i, const v3 *normal)
+{
+    v3 n = v3_make(0, 0, 0), zero = n;
+    if (normal) n = *normal;
+    else if (p->normals) n = v3_unit_or(read_v3(p->normals, i), zero);
+    uint32_t index = ex_build_vertex(&l->builder, read_v3(p->positions, i), n);
+    for (int k = 0; p->uvs && !l->builder.failed && k < 2; k++) {
+        float uv = read_float(p->uvs, i, k);
+        l->builder.mesh.uvs[2 * (size_t)index + (size_t)k] = fabsf(uv) < 1e6f ? uv : 0;
+    }
+    return index;
+}
+
+/* Checks the three corners, then adds the triangle: sharing vertices where the file has normals, with three of its own
+   and the face's normal where it has none (the format's rule: flat). */
+static void add_triangle(loader *l, const primitive *p, uint32_t corner[3])
+{
+    v3 q[3];
+    for (int k = 0; k < 3; k++) {
+        if (corner[k] >= p->positions->count || p->remap[corner[k]] == BAD) { l->scene->skipped_triangles++; return; }
+        q[k] = read_v3(p->positions, corner[k]);
+    }
+    v3 face = v3_cross(v3_sub(q[1], q[0]), v3_sub(q[2], q[0]));
+    if (!(v3_length(face) > 0)) {
+        /* Too small for float products is not degenerate yet: the unit vectors of the edges decide. */
+        v3 zero = v3_make(0, 0, 0);
+        face = v3_cross(v3_unit_or(v3_sub(q[1], q[0]), zero), v3_unit_or(v3_sub(q[2], q[0]), zero));
+        if (!(v3_length(face) > 0)) { l->scene->skipped_triangles++; return; }
+    }
+    face = v3_unit(v3_scale(face, 1 / v3_length(face)));
+    uint32_t index[3];
+    for (int k = 0; k < 3; k++) {
+        uint32_t *known = &p->remap[corner[k]];
+        if (!p->normals)
+            index[k] = add_vertex(l, p, corner[k], &face);
+        else
+            index[k] = *known = *known == UNSEEN ? add_vertex(l, p, corner[k], NULL) : *known;
+    }
+    ex_build_triangle(&l->builder, index[0], index[1], index[2], p->material);
+}
+
+static void add_triangles(loader *l, const primitive *p, int mode)
+{
+    size_t count = p->indices ? p->indices->count : p->positions->count;
+    size_t triangles = mode == 4 ? count / 3 : count < 3 ? 0 : count - 2;
+    for (size_t t = 0; t < triangles && !l->builder.failed; t++) {
+        size_t first = mode == 4 ? 3 * t : t;
+        size_t at[3] = {first, first + 1, first + 2};
+        if (mode == 5 && t % 2 == 1) { at[1] = first + 2; at[2] = first + 1; }      /* strip: every other one turns */
+        if (mode == 6) at[0] = 0;                                                  /* fan: round the first */
+        uint32_t corner[3] = {corner_index(p, at[0]), corner_index(p, at[1]), corner_index(p, at[2])};
+        add_triangle(l, p, corner);
+    }
+}
+
+/* Finds and checks the arrays of a primitive. Returns 1 ready, 0 nothing to draw in it, -1 error. */
+static int open_primitive(loader *l, const gltf_primitive *from, primitive *p)
+{
+    memset(p, 0, sizeof *p);
+    if (from->mode < 4 || from->mode > 6) return 0;
+    if (from->positions < 0) return 0;
+    p->positions = get_accessor(l, from->positions, 3, "POSITION");
+    if (!p->positions) return -1;
+    if (from->normals >= 0 && !(p->normals = get_accessor(l, from->normals, 3, "NORMAL"))) return -1;
+    if (from->indices >= 0 && !(p->indices = get_accessor(l, from->indices, 1, "indices"))) return -1;
+    if (p->normals && p->normals->count < p->positions->count)
+        return ex_fail(l->error, "%s: NORMAL has fewer elements than POSITION", l->path);
+    if (p->indices && p->indices->component_type != 5121 && p->indices->component_type != 5123 &&
+        p->indices->component_type != 5125)
+        return ex_fail(l->error, "%s: indices are not unsigned integers", l->path);
+    int material = from->material, set = 0;
+    if (material >= 0 && (size_t)material >= l->file->material_count)
+        return ex_fail(l->error, "%s: material %d does not exist", l->path, material);
+    if (material >= 0) set = l->file->materials[material].uv_set;
+    p->material = material >= 0 ? (uint32_t)material : (uint32_t)l->file->material_count;   /* the last is the default */
+    if (l->scene->materials[p->material].base_texture < 0) return 1;
+    if (set < 0 || set > 1 || from->uvs[set] < 0) return 1;
+    p->uvs = get_accessor(l, from->uvs[set], 2, "TEXCOORD");
+    if (!p->uvs) return -1;
+    if (p->uvs->count < p->positions->count)
+        return ex_fail(l->error, "%s: TEXCOORD has fewer elements than POSITION", l->path);
+    return 1;
+}
+
+/* A material whose constant alpha is below its cutoff is one hole. */
+static int is_invisible(const loader *l, int material)
+{
+    if (material < 0) return 0;
+    const gltf_material *m = &l->file->materials[material];
+    return l->scene->materials[material].alpha_cutoff > 1 ||
+           (m->alpha_mode != 0 && l->scene->materials[material].base_texture < 0 && m->base_color[3] < m->alpha_cutoff);
+}
+
+static int load_primitive(loader *l, const gltf_primitive *from)
+{
+    primitive p;
+    int ready = open_primitive(l, from, &p);
+    if (ready <= 0 || is_invisible(l, from->material)) return ready < 0 ? -1 : 0;
+    p.remap = (uint32_t *)malloc(p.positions->count * sizeof *p.remap);
+    if (!p.remap) return ex_fail(l->error, "%s: out of memory", l->path);
+    for (size_t i = 0; i < p.positions->count; i++) {
+        v3 q = read_v3(p.positions, i);
+        int fine = fabsf(q.x) < HUGE_COORDINATE && fabsf(q.y) < HUGE_COORDINATE && fabsf(q.z) < HUGE_COORDINATE;
+        p.remap[i] = fine ? UNSEEN : BAD;
+        l->scene->skipped_vertices += !fine;
+    }
+    add_triangles(l, &p, from->mode);
+    free(p.remap);
+    return l->builder.failed ? ex_fail(l->error, "%s: out of memory", l->path) : 0;
+}
+
+/* One glTF mesh, all its primitives, becomes one ex_mesh, an empty one where nothing can be drawn: so the numbers of
+   the meshes stay those of the file. */
+static int load_mesh(loader *l, size_t mesh, size_t *next)
+{
+    const gltf_file *f = l->file;
+    size_t first = *next;
+    l->builder.with_uvs = 0;
+    for (; *next < f->primitive_count && (size_t)f->primitives[*next].mesh == mesh; (*next)++) {
+        int m = f->primitives[*next].material;
+        if (m >= 0 && (size_t)m < f->material_count && l->scene->materials[m].base_texture >= 0) l->builder.with_uvs = 1;
+    }
+    for (size_t i = first; i < *next; i++)
+        if (load_primitive(l, &f->primitives[i]) != 0) return -1;
+    ex_build_finish(&l->builder);
+    return l->builder.failed ? ex_fail(l->error, "%s: out of memory", l->path) : 0;
+}
+
+/* ---- materials and textures ---- */
+
+static float to_color(double x) { return x > 0 ? x < 1 ? (float)x : 1.0f : 0.0f; }
+
+static void load_material(const loader *l, const gltf_material *from, ex_material *to)
+{
+    double alpha = from->base_color[3];
+    for (int k = 0; k < 3; k++) {
+        double e = from->emissive[k] * from->emissive_strength;
+        to->base_color[k] = to_color(from->base_color[k]);
+        to->emission[k] = e > 0 ? e < 1e9 ? (float)e : 1e9f : 0.0f;
+    }
+    to->metallic = to_color(from->metallic);
+    to->roughness = to_color(from->roughness);
+    to->double_sided = from->double_sided != 0;
+    to->base_texture = -1;
+    if (from->base_image >= 0 && (size_t)from->base_image < l->file->image_count) to->base_texture = from->base_image;
+    /* Blending is beyond a visibility buffer: what is more than half there is taken as solid. The constant alpha
+       multiplies the texture's, so dividing the cutoff by it once says the same. */
+    double cutoff = from->alpha_mode == 1 ? from->alpha_cutoff : from->alpha_mode == 2 ? 0.5 : 0;
+    if (cutoff > 0) to->alpha_cutoff = alpha > 1e-6 ? (float)(cutoff / alpha) : 2.0f;
+}
+
+static int load_texture(const loader *l, const gltf_image *from, ex_texture *to)
+{
+    size_t channel_bytes = from->bits == 16 ? 2 : 1, channels = from->channels > 0 ? (size_t)from->channels : 0;
+    if (from->width <= 0 || from->height <= 0 || from->width > 65536 || from->height > 65536 || channels > 4 ||
+        channels == 0 || (from->bits != 8 && from->bits != 16))
+        return ex_fail(l->error, "%s: an image has an impossible size or format", l->path);
+    size_t count = (size_t)from->width * (size_t)from->height;
+    if (!from->pixels || from->bytes / (channels * channel_bytes) < count)
+        return ex_fail(l->error, "%s: an image has fewer pixels than it says", l->path);
+    to->rgba = (uint8_t *)malloc(4 * count);
+    if (!to->rgba) return ex_fail(l->error, "%s: out of memory", l->path);
+    to->width = (uint32_t)from->width;
+    to->height = (uint32_t)from->height;
+    for (size_t i = 0; i < count; i++)
+        for (size_t k = 0; k < 4; k++) {
+            /* 16-bit channels are little-endian here: tinygltf keeps them as the host's. Grey: 1 or 2 channels. */
+            size_t channel = k == 3 ? channels - 1 : channels < 3 ? 0 : k;
+            const uint8_t *p = from->pixels + (i * channels + channel) * channel_bytes;
+            uint16_t wide = 0;
+            if (channel_bytes == 2) memcpy(&wide, p, 2);
+            to->rgba[4 * i + k] = k == 3 && channels % 2 == 1 ? 255 : channel_bytes == 2 ? (uint8_t)(wide >> 8) : *p;
+        }
+    return 0;
+}
+
+/* All materials of the file, then the default one for primitives that name none. */
+static int load_materials(loader *l)
+{
+    const gltf_file *f = l->file;
+    for (size_t i = 0; i <= f->material_count; i++) ex_build_material(&l->builder, 1, 1, 1);
+    if (l->builder.failed) return ex_fail(l->error, "%s: out of memory", l->path);
+    for (size_t i = 0; i < f->material_count; i++) load_material(l, &f->materials[i], &l->scene->materials[i]);
+    for (size_t i = 0; i < f->image_count; i++) {
+        int used = 0;
+        for (size_t k = 0; k < f->material_count; k++) used |= l->scene->materials[k].base_texture == (int)i;
+        if (ex_grow(&l->scene->textures, &l->scene->texture_count, sizeof(ex_texture)) != 0)
+            return ex_fail(l->error, "%s: out of memory", l->path);
+        if (used && load_texture(l, &f->images[i], &l->scene->textures[i]) != 0) return -1;
+    }
+    return 0;
+}
+
+/* ---- nodes ---- */
+
+static void local_matrix(const gltf_node *node, float m[16])
+{
+    if (node->has_matrix) {
+        for (int i = 0; i < 16; i++) m[i] = (float)node->matrix[i];
+        return;
+    }
+    const double *q = node->rotation, *s = node->scale;
+    double n = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3], k = n > 0 ? 2 / n : 0;
+    double x = q[0], y = q[1], z = q[2], w = q[3];
+    double r[9] = {1 - k * (y * y + z * z), k * (x * y + z * w), k * (x * z - y * w),
+                   k * (x * y - z * w), 1 - k * (x * x + z * z), k * (y * z + x * w),
+                   k * (x * z + y * w), k * (y * z - x * w), 1 - k * (x * x + y * y)};
+    ex_identity(m);
+    for (int i = 0; i < 9; i++) m[4 * (i / 3) + i % 3] = (float)(r[i] * s[i / 3]);
+    for (int i = 0; i < 3; i++) m[12 + i] = (float)node->translation[i];
+}
+
+static int transform_usable(const float m[16])
+{
+    float largest = 0;
+    for (int i = 0; i < 16; i++) {
+        if (!(fabsf(m[i]) < HUGE_COORDINATE)) return 0;
+        if (i % 4 < 3 && i < 12 && fabsf(m[i]) > largest) largest = fabsf(m[i]);
+    }
+    return largest > 0 && fabsf(m[3]) + fabsf(m[7]) + fabsf(m[11]) < 1e-6f && fabsf(m[15] - 1) < 1e-6f;
+}
+
+static void load_camera(loader *l, double yfov, const float m[16])
+{
+    ex_camera *camera = &l->scene->camera;
+    v3 back = v3_unit_or(ex_transform_vector(m, v3_make(0, 0, 1)), v3_make(0, 0, 1));
+    v3 up = v3_unit(ex_transform_vector(m, v3_make(0, 1, 0))), eye = ex_transform_point(m, v3_make(0, 0, 0));
+    if (l->scene->has_camera || !(yfov > 1e-3) || !(yfov < 3.1)) return;
+    v3_store(camera->eye, eye);
+    v3_store(camera->target, v3_sub(eye, back));
+    v3_store(camera->up, up);
+    camera->fovy = (float)yfov;
+    l->scene->has_camera = 1;
+}
+
+/* KHR_lights_punctual: along -Z of the node; lux as W/m^2, candela as W/sr; the spot's soft inner cone is ignored. */
+static int load_light(loader *l, const gltf_light *from, const float m[16])
+{
+    static const ex_light_kind kinds[3] = {EX_LIGHT_SUN, EX_LIGHT_POINT, EX_LIGHT_SPOT};
+    double angle = from->outer_angle;
+    if (from->kind < 0 || from->kind > 2 || !(from->intensity > 0) || !(from->intensity < 1e12)) return 0;
+    if (from->kind == 2 && (!(angle > 0) || !(angle < 1.5709))) return 0;
+    if (ex_grow(&l->scene->lights, &l->scene->light_count, sizeof(ex_light)) != 0)
+        return ex_fail(l->error, "%s: out of memory", l->path);
+    ex_light *light = &l->scene->lights[l->scene->light_count - 1];
+    v3 out = v3_unit_or(ex_transform_vector(m, v3_make(0, 0, -1)), v3_make(0, 0, -1));
+    light->kind = kinds[from->kind];
+    v3_store(light->position, ex_transform_point(m, v3_make(0, 0, 0)));
+    v3_store(light->direction, from->kind == 0 ? v3_scale(out, -1) : out);
+    light->cos_half_angle = (float)cos(angle);
+    for (int k = 0; k < 3; k++) light->value[k] = to_color(from->color[k]) * (float)from->intensity;
+    return 0;
+}
+
+static int load_node(loader *l, const gltf_node *node, const float m[16])
+{
+    const gltf_file *f = l->file;
+    if (node->mesh >= 0 && (size_t)node->mesh >= f->mesh_count)
+        return ex_fail(l->error, "%s: mesh %d does not exist", l->path, node->mesh);
+    if (node->mesh >= 0 && l->scene->meshes[node->mesh].triangle_count > 0) {
+        if (!transform_usable(m)) {
+            l->scene->skipped_triangles += l->scene->meshes[node->mesh].triangle_count;
+        } else {
+            ex_object *object = ex_build_object(&l->builder, node->name ? node->name : "", (uint32_t)node->mesh);
+            if (!object) return ex_fail(l->error, "%s: out of memory", l->path);
+            memcpy(object->transform, m, sizeof object->transform);
+        }
+    }
+    if (!transform_usable(m)) return 0;
+    if (node->camera >= 0 && (size_t)node->camera < f->camera_count) load_camera(l, f->yfovs[node->camera], m);
+    if (node->light >= 0 && (size_t)node->light < f->light_count) return load_light(l, &f->lights[node->light], m);
+    return 0;
+}
+
+typedef struct visit { int node; float matrix[16]; } visit;
+
+/* Depth first with a stack of our own, in the file's order, so that the first camera is the first. glTF wants a forest: a
+   node that is reached twice is a cycle or a shared child, and both are refused; so no node is ever on the stack twice. */
+static int walk(loader *l, visit *stack, uint8_t *reached)
+{
+    const gltf_file *f = l->file;
+    const int *list = f->roots;
+    size_t list_count = f->root_count, depth = 0;
+    float parent[16], local[16];
+    ex_identity(parent);
+    for (;;) {
+        for (size_t k = list_count; k-- > 0;) {
+            if (list[k] < 0 || (size_t)list[k] >= f->node_count)
+                return ex_fail(l->error, "%s: node %d does not exist", l->path, list[k]);
+            if (reached[list[k]]++)
+                return ex_fail(l->error, "%s: node %d is reached twice: not a tree", l->path, list[k]);
+            stack[depth].node = list[k];
+            memcpy(stack[depth++].matrix, parent, sizeof parent);
+        }
+        if (depth == 0) return 0;
+        const gltf_node *node = &f->nodes[stack[--depth].node];
+        local_matrix(node, local);
+        ex_multiply(parent, stack[depth].matrix, local);
+        if (load_node(l, node, parent) != 0) return -1;
+        list = node->children;
+        list_count = node->child_count;
+    }
+}
+
+static int load_nodes(loader *l)
+{
+    visit *stack = (visit *)malloc((l->file->node_count + 1) * sizeof *stack);
+    uint8_t *reached = (uint8_t *)calloc(l->file->node_count + 1, 1);
+    int result = stack && reached ? walk(l, stack, reached) : ex_fail(l->error, "%s: out of memory", l->path);
+    free(stack);
+    free(reached);
+    return result;
+}
+
+static int load_file(void *context, const gltf_file *file, char *error)
+{
+    loader *l = (loader *)context;
+    size_t next = 0;
+    l->file = file;
+    l->error = error;
+    if (file->unsupported)
+        return ex_fail(error, "%s: needs the extension %s, which is not supported", l->path, file->unsupported);
+    if (load_materials(l) != 0) return -1;
+    for (size_t i = 0; i < file->mesh_count; i++)
+        if (load_mesh(l, i, &next) != 0) return -1;
+    if (load_nodes(l) != 0) return -1;
+    if (l->scene->object_count == 0) return ex_fail(error, "%s: holds no triangle that can be drawn", l->path);
+    return 0;
+}
+
+int ex_gltf_load(ex_scene *scene, const char *path, char *error)
+{
+    loader l;
+    memset(&l, 0, sizeof l);
+    l.scene = scene;
+    l.builder.scene = scene;
+    l.path = path;
+    int result = ex_gltf_parse(path, load_file, &l, error, EX_ERROR_SIZE);
+    ex_mesh_free(&l.builder.mesh);
+    return result;
+}
+
+#endif

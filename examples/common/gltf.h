@@ -1,0 +1,72 @@
+/* gltf.h - the seam between gltf.c and whatever parses glTF files: one function. It shows the parsed file as plain arrays
+   and promises nothing about what they say; every index, size and number is checked in gltf.c. */
+#ifndef EX_GLTF_H
+#define EX_GLTF_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct gltf_accessor {
+    const uint8_t *data;         /* first element, or NULL: no such bytes in the file */
+    size_t   bytes;              /* from data to the end of its buffer view */
+    size_t   stride;             /* between elements; 0 = tightly packed */
+    size_t   count;
+    int      component_type;     /* 5120..5126 as in the file */
+    int      components;         /* 1..4; 0 for matrices and nonsense */
+    int      normalized, sparse;
+} gltf_accessor;
+
+typedef struct gltf_primitive {
+    int mesh;                    /* primitives are listed mesh by mesh */
+    int mode;                    /* 4 triangles, 5 strip, 6 fan; others hold no surface */
+    int positions, normals, indices, material;      /* -1 = none */
+    int uvs[2];                  /* TEXCOORD_0 and _1 */
+} gltf_primitive;
+
+typedef struct gltf_material {
+    double base_color[4], emissive[3], emissive_strength, metallic, roughness, alpha_cutoff;
+    int    alpha_mode;           /* 0 opaque, 1 mask, 2 blend */
+    int    double_sided, base_image, uv_set;
+} gltf_material;
+
+typedef struct gltf_image { const uint8_t *pixels; size_t bytes; int width, height, channels, bits; } gltf_image;
+
+typedef struct gltf_light { int kind; double color[3], intensity, outer_angle; } gltf_light;    /* 0 sun 1 point 2 spot */
+
+typedef struct gltf_node {
+    const char *name;
+    const int  *children;
+    size_t      child_count;
+    int         mesh, camera, light;
+    int         has_matrix;
+    double      matrix[16], translation[3], rotation[4], scale[3];
+} gltf_node;
+
+typedef struct gltf_file {
+    const gltf_accessor  *accessors;  size_t accessor_count;
+    const gltf_primitive *primitives; size_t primitive_count;
+    const gltf_material  *materials;  size_t material_count;
+    const gltf_image     *images;     size_t image_count;
+    const gltf_light     *lights;     size_t light_count;
+    const gltf_node      *nodes;      size_t node_count;
+    const double         *yfovs;      size_t camera_count;      /* 0 for an orthographic one */
+    const int            *roots;      size_t root_count;        /* of the default scene */
+    size_t mesh_count;
+    const char *unsupported;          /* a required extension that the parser does not know, or NULL */
+} gltf_file;
+
+typedef int (*gltf_visitor)(void *context, const gltf_file *file, char *error);
+
+/* Parses path, calls visit with the contents, frees them. Returns visit's result, or -1 with error (error_size bytes)
+   filled in where the file cannot be read or parsed. */
+int ex_gltf_parse(const char *path, gltf_visitor visit, void *context, char *error, size_t error_size);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

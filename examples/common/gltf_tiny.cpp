@@ -1,0 +1,233 @@
+/* gltf_tiny.cpp - ex_gltf_parse on tinygltf: Debian's libtinygltf-dev (a shared library), or upstream's single header
+   when the Makefile defines TINYGLTF_IMPLEMENTATION with the STB macros that it asks for. No other file of the project
+   is C++. */
+#ifdef DAPPLE_HAVE_TINYGLTF
+
+#include "gltf.h"
+#if defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wsign-conversion"
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wdouble-promotion"
+#pragma GCC diagnostic ignored "-Wcast-qual"
+#endif
+#include <tiny_gltf.h>
+#if defined(__GNUC__)
+#pragma GCC diagnostic pop
+#endif
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <string>
+#include <vector>
+
+namespace {
+
+struct Arrays {
+    std::vector<gltf_accessor> accessors;
+    std::vector<gltf_primitive> primitives;
+    std::vector<gltf_material> materials;
+    std::vector<gltf_image> images;
+    std::vector<gltf_light> lights;
+    std::vector<gltf_node> nodes;
+    std::vector<double> yfovs;
+    std::vector<int> roots;
+    std::string unsupported;
+};
+
+template <typename T> bool valid(int index, const std::vector<T> &list)
+{
+    return index >= 0 && static_cast<size_t>(index) < list.size();
+}
+
+int attribute(const tinygltf::Primitive &primitive, const char *name)
+{
+    std::map<std::string, int>::const_iterator it = primitive.attributes.find(name);
+    return it == primitive.attributes.end() ? -1 : it->second;
+}
+
+gltf_accessor convert_accessor(const tinygltf::Model &model, const tinygltf::Accessor &from)
+{
+    gltf_accessor to = gltf_accessor();
+    to.count = from.count;
+    to.component_type = from.componentType;
+    to.components = from.type == TINYGLTF_TYPE_SCALAR ? 1 : from.type >= 2 && from.type <= 4 ? from.type : 0;
+    to.normalized = from.normalized;
+    to.sparse = from.sparse.isSparse;
+    if (!valid(from.bufferView, model.bufferViews)) return to;
+    const tinygltf::BufferView &view = model.bufferViews[static_cast<size_t>(from.bufferView)];
+    if (!valid(view.buffer, model.buffers)) return to;
+    const std::vector<unsigned char> &data = model.buffers[static_cast<size_t>(view.buffer)].data;
+    if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset) return to;
+    if (from.byteOffset >= view.byteLength) return to;
+    to.data = data.data() + view.byteOffset + from.byteOffset;
+    to.bytes = view.byteLength - from.byteOffset;
+    to.stride = view.byteStride;
+    return to;
+}
+
+void convert_materials(const tinygltf::Model &model, Arrays &out)
+{
+    for (size_t i = 0; i < model.materials.size(); i++) {
+        const tinygltf::Material &from = model.materials[i];
+        const tinygltf::PbrMetallicRoughness &pbr = from.pbrMetallicRoughness;
+        gltf_material to = gltf_material();
+        for (size_t k = 0; k < 4; k++) to.base_color[k] = k < pbr.baseColorFactor.size() ? pbr.baseColorFactor[k] : 1;
+        for (size_t k = 0; k < 3; k++) to.emissive[k] = k < from.emissiveFactor.size() ? from.emissiveFactor[k] : 0;
+        to.emissive_strength = 1;
+        tinygltf::ExtensionMap::const_iterator it = from.extensions.find("KHR_materials_emissive_strength");
+        if (it != from.extensions.end() && it->second.Has("emissiveStrength"))
+            to.emissive_strength = it->second.Get("emissiveStrength").GetNumberAsDouble();
+        to.metallic = pbr.metallicFactor;
+        to.roughness = pbr.roughnessFactor;
+        to.alpha_cutoff = from.alphaCutoff;
+        to.alpha_mode = from.alphaMode == "MASK" ? 1 : from.alphaMode == "BLEND" ? 2 : 0;
+        to.double_sided = from.doubleSided;
+        to.base_image = -1;
+        if (valid(pbr.baseColorTexture.index, model.textures))
+            to.base_image = model.textures[static_cast<size_t>(pbr.baseColorTexture.index)].source;
+        to.uv_set = pbr.baseColorTexture.texCoord;
+        out.materials.push_back(to);
+    }
+}
+
+void convert_meshes(const tinygltf::Model &model, Arrays &out)
+{
+    for (size_t i = 0; i < model.meshes.size(); i++)
+        for (size_t k = 0; k < model.meshes[i].primitives.size(); k++) {
+            const tinygltf::Primitive &from = model.meshes[i].primitives[k];
+            gltf_primitive to = gltf_primitive();
+            to.mesh = static_cast<int>(i);
+            to.mode = from.mode;
+            to.positions = attribute(from, "POSITION");
+            to.normals = attribute(from, "NORMAL");
+            to.uvs[0] = attribute(from, "TEXCOORD_0");
+            to.uvs[1] = attribute(from, "TEXCOORD_1");
+            to.indices = from.indices;
+            to.material = from.material;
+            out.primitives.push_back(to);
+        }
+}
+
+void convert_lights(const tinygltf::Model &model, Arrays &out)
+{
+    for (size_t i = 0; i < model.lights.size(); i++) {
+        const tinygltf::Light &from = model.lights[i];
+        gltf_light to = gltf_light();
+        to.kind = from.type == "directional" ? 0 : from.type == "point" ? 1 : from.type == "spot" ? 2 : -1;
+        for (size_t k = 0; k < 3; k++) to.color[k] = k < from.color.size() ? from.color[k] : 1;
+        to.intensity = from.intensity;
+        to.outer_angle = from.spot.outerConeAngle;
+        out.lights.push_back(to);
+    }
+}
+
+void convert_nodes(const tinygltf::Model &model, Arrays &out)
+{
+    for (size_t i = 0; i < model.nodes.size(); i++) {
+        const tinygltf::Node &from = model.nodes[i];
+        gltf_node to = gltf_node();
+        to.name = from.name.c_str();
+        to.children = from.children.data();
+        to.child_count = from.children.size();
+        to.mesh = from.mesh;
+        to.camera = from.camera;
+        to.light = -1;
+        tinygltf::ExtensionMap::const_iterator it = from.extensions.find("KHR_lights_punctual");
+        if (it != from.extensions.end() && it->second.Has("light"))
+            to.light = it->second.Get("light").GetNumberAsInt();
+        to.has_matrix = from.matrix.size() == 16;
+        for (size_t k = 0; to.has_matrix && k < 16; k++) to.matrix[k] = from.matrix[k];
+        for (size_t k = 0; k < 3; k++) {
+            to.translation[k] = from.translation.size() == 3 ? from.translation[k] : 0;
+            to.scale[k] = from.scale.size() == 3 ? from.scale[k] : 1;
+        }
+        for (size_t k = 0; k < 4; k++) to.rotation[k] = from.rotation.size() == 4 ? from.rotation[k] : k == 3;
+        out.nodes.push_back(to);
+    }
+}
+
+/* Roots of the default scene, of the first one, or all nodes without a parent where the file names no scene. */
+void find_roots(const tinygltf::Model &model, Arrays &out)
+{
+    if (!model.scenes.empty()) {
+        size_t scene = valid(model.defaultScene, model.scenes) ? static_cast<size_t>(model.defaultScene) : 0;
+        out.roots = model.scenes[scene].nodes;
+        return;
+    }
+    std::vector<char> has_parent(model.nodes.size(), 0);
+    for (size_t i = 0; i < model.nodes.size(); i++)
+        for (size_t k = 0; k < model.nodes[i].children.size(); k++)
+            if (valid(model.nodes[i].children[k], model.nodes))
+                has_parent[static_cast<size_t>(model.nodes[i].children[k])] = 1;
+    for (size_t i = 0; i < model.nodes.size(); i++)
+        if (!has_parent[i]) out.roots.push_back(static_cast<int>(i));
+}
+
+void find_unsupported(const tinygltf::Model &model, Arrays &out)
+{
+    static const char *const known[] = {"KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_materials_ior",
+                                        "KHR_materials_specular", "KHR_materials_clearcoat", "KHR_materials_sheen",
+                                        "KHR_materials_transmission", "KHR_materials_volume", "KHR_materials_unlit",
+                                        "KHR_mesh_quantization"};
+    for (size_t i = 0; i < model.extensionsRequired.size(); i++) {
+        bool found = false;
+        for (size_t k = 0; k < sizeof known / sizeof *known; k++) found |= model.extensionsRequired[i] == known[k];
+        if (!found) out.unsupported = model.extensionsRequired[i];
+    }
+}
+
+int show(const tinygltf::Model &model, gltf_visitor visit, void *context, char *error)
+{
+    Arrays a;
+    for (size_t i = 0; i < model.accessors.size(); i++)
+        a.accessors.push_back(convert_accessor(model, model.accessors[i]));
+    for (size_t i = 0; i < model.images.size(); i++) {
+        const tinygltf::Image &from = model.images[i];
+        gltf_image to = {from.image.data(), from.image.size(), from.width, from.height, from.component, from.bits};
+        a.images.push_back(to);
+    }
+    for (size_t i = 0; i < model.cameras.size(); i++)
+        a.yfovs.push_back(model.cameras[i].type == "perspective" ? model.cameras[i].perspective.yfov : 0);
+    convert_materials(model, a);
+    convert_meshes(model, a);
+    convert_lights(model, a);
+    convert_nodes(model, a);
+    find_roots(model, a);
+    find_unsupported(model, a);
+    gltf_file file = gltf_file();
+    file.accessors = a.accessors.data();   file.accessor_count = a.accessors.size();
+    file.primitives = a.primitives.data(); file.primitive_count = a.primitives.size();
+    file.materials = a.materials.data();   file.material_count = a.materials.size();
+    file.images = a.images.data();         file.image_count = a.images.size();
+    file.lights = a.lights.data();         file.light_count = a.lights.size();
+    file.nodes = a.nodes.data();           file.node_count = a.nodes.size();
+    file.yfovs = a.yfovs.data();           file.camera_count = a.yfovs.size();
+    file.roots = a.roots.data();           file.root_count = a.roots.size();
+    file.mesh_count = model.meshes.size();
+    file.unsupported = a.unsupported.empty() ? nullptr : a.unsupported.c_str();
+    return visit(context, &file, error);
+}
+
+} // namespace
+
+extern "C" int ex_gltf_parse(const char *path, gltf_visitor visit, void *context, char *error, size_t error_size)
+{
+    try {
+        tinygltf::TinyGLTF loader;
+        tinygltf::Model model;
+        std::string problem, warning, name(path);
+        bool binary = name.size() > 4 && name.compare(name.size() - 4, 4, ".glb") == 0;
+        bool ok = binary ? loader.LoadBinaryFromFile(&model, &problem, &warning, name)
+                         : loader.LoadASCIIFromFile(&model, &problem, &warning, name);
+        if (ok) return show(model, visit, context, error);
+        std::snprintf(error, error_size, "%s: %s", path, problem.empty() ? "not a glTF file" : problem.c_str());
+    } catch (const std::exception &e) {      /* out of memory, or the JSON parser's own */
+        std::snprintf(error, error_size, "%s: %s", path, e.what());
+    }
+    error[std::strcspn(error, "\r\n")] = 0;
+    return -1;
+}
+
+#endif

@@ -1,0 +1,92 @@
+/* internal.h - what the files of examples/common share among themselves: small vectors and a mesh builder. */
+#ifndef EX_INTERNAL_H
+#define EX_INTERNAL_H
+
+#include "common.h"
+#include <math.h>
+
+#define EX_PI 3.14159265358979323846f
+
+typedef struct v3 { float x, y, z; } v3;
+
+static inline v3 v3_make(float x, float y, float z) { v3 r = {x, y, z}; return r; }
+static inline v3 v3_load(const float *p) { v3 r = {p[0], p[1], p[2]}; return r; }
+static inline void v3_store(float *p, v3 a) { p[0] = a.x; p[1] = a.y; p[2] = a.z; }
+static inline v3 v3_add(v3 a, v3 b) { return v3_make(a.x + b.x, a.y + b.y, a.z + b.z); }
+static inline v3 v3_sub(v3 a, v3 b) { return v3_make(a.x - b.x, a.y - b.y, a.z - b.z); }
+static inline v3 v3_scale(v3 a, float s) { return v3_make(a.x * s, a.y * s, a.z * s); }
+static inline v3 v3_mad(v3 a, v3 b, float s) { return v3_add(a, v3_scale(b, s)); }
+static inline float v3_dot(v3 a, v3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline float v3_length(v3 a) { return sqrtf(v3_dot(a, a)); }
+static inline v3 v3_cross(v3 a, v3 b)
+{
+    return v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+/* Unit vector, or `otherwise` where the length is zero, tiny or not a number. */
+static inline v3 v3_unit_or(v3 a, v3 otherwise)
+{
+    float length = v3_length(a);
+    return length > 1e-30f && length < 1e30f ? v3_scale(a, 1.0f / length) : otherwise;
+}
+
+static inline v3 v3_unit(v3 a) { return v3_unit_or(a, v3_make(0, 1, 0)); }
+static inline int v3_finite(v3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
+static inline float ex_clamp(float x, float low, float high) { return x < low ? low : x > high ? high : x; }
+static inline float ex_mix(float a, float b, float t) { return a + (b - a) * t; }
+static inline float ex_smooth(float low, float high, float x)    /* 0 below low, 1 above high, smooth between */
+{
+    float t = ex_clamp((x - low) / (high - low), 0, 1);
+    return t * t * (3 - 2 * t);
+}
+
+v3 ex_transform_point(const float m[16], v3 p);
+v3 ex_transform_vector(const float m[16], v3 p);
+v3 ex_transform_normal(const float m[16], v3 n);   /* by the cofactors; not normalised; winding sign included */
+float ex_determinant(const float m[16]);           /* of the upper 3 x 3 */
+void ex_identity(float m[16]);
+void ex_multiply(float out[16], const float a[16], const float b[16]);   /* out may be a or b */
+void ex_place(float m[16], v3 position, float yaw, float scale);         /* scale, turn about +Y, move */
+
+int  ex_fail(char *error, const char *format, ...);   /* fills error, returns -1 */
+int  ex_grow(void *array, uint32_t *count, size_t item_size);   /* one zeroed item more; array is a T** */
+
+/* Grows a mesh; out of memory is remembered in `failed`, so that scene code needs one check at its end. */
+typedef struct ex_builder {
+    ex_scene *scene;
+    ex_mesh   mesh;                    /* the one being built */
+    size_t    vertex_room, triangle_room;
+    int       with_uvs;                /* room for uvs too, zero until written */
+    int       failed;
+} ex_builder;
+
+uint32_t ex_build_material(ex_builder *b, float red, float green, float blue);
+uint32_t ex_build_vertex(ex_builder *b, v3 position, v3 normal);
+void ex_build_triangle(ex_builder *b, uint32_t i, uint32_t j, uint32_t k, uint32_t material);
+void ex_build_quad(ex_builder *b, v3 p, v3 q, v3 r, v3 s, uint32_t material);    /* flat, counter-clockwise */
+void ex_build_box(ex_builder *b, v3 low, v3 high, uint32_t material);            /* closed */
+void ex_build_lathe(ex_builder *b, const float *profile, uint32_t points, uint32_t sides, float crease,
+                    uint32_t material);
+/* Turns points (radius, height), from the bottom's axis point to the top's, about +Y; first and last radius are 0.
+   Normals are smooth where the profile bends by less than crease radians. Closed. */
+void ex_build_tube(ex_builder *b, const v3 *path, const float *radii, uint32_t points, uint32_t sides,
+                   uint32_t material);
+/* Sweeps a circle along an open path with parallel-transported frames and closes both ends with a cone to the end point. */
+uint32_t ex_build_finish(ex_builder *b);                     /* hands the mesh to the scene, returns its index */
+ex_object *ex_build_object(ex_builder *b, const char *name, uint32_t mesh);      /* at the origin; NULL when failed */
+void ex_smooth_normals(ex_mesh *mesh);                       /* by angle-weighted face normals of shared vertices */
+void ex_mesh_free(ex_mesh *mesh);
+
+void ex_build_cornell(ex_builder *b, float time);
+void ex_build_knot(ex_builder *b, float time);
+void ex_build_plant(ex_builder *b, float time);
+void ex_build_chess(ex_builder *b, float time);
+
+/* Loads through whatever glTF parser was built in; see gltf.c. */
+int  ex_gltf_load(ex_scene *scene, const char *path, char *error);
+
+/* stb behind two functions, see stb.c. Pixels of read are malloc'ed, 3 floats each. */
+int  ex_stb_read_hdr(const char *path, uint32_t *width, uint32_t *height, float **rgb, char *error);
+int  ex_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgb, char *error);
+
+#endif
