@@ -124,7 +124,7 @@ static void add_board(ex_builder *b, uint32_t light, uint32_t dark, uint32_t fra
         for (int k = 0; k < 10; k++) {
             float z0 = line[k], z1 = line[k + 1];
             int inside = i > 0 && i < 9 && k > 0 && k < 9;
-            uint32_t material = !inside ? frame : (i + k) % 2 ? light : dark;
+            uint32_t material = !inside ? frame : (i + k) % 2 ? dark : light;     /* a1 is dark */
             ex_build_quad(b, v3_make(a, 0, z1), v3_make(c, 0, z1), v3_make(c, 0, z0), v3_make(a, 0, z0), material);
             ex_build_quad(b, v3_make(a, low, z0), v3_make(c, low, z0), v3_make(c, low, z1), v3_make(a, low, z1), frame);
         }

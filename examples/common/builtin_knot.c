@@ -3,13 +3,14 @@
 
 enum { ALONG = 520, AROUND = 48 };
 
-/* The knot's curve c(t) and its first two derivatives; q = 2 + cos 3t is the distance from the axis. */
+/* The knot's curve c(t) and its first two derivatives; q = 2 + cos 3t is the distance from the
+   axis, here Z: the knot stands. */
 static void knot_curve(float t, v3 *c, v3 *d1, v3 *d2)
 {
     float q = 2 + cosf(3 * t), q1 = -3 * sinf(3 * t), q2 = -9 * cosf(3 * t), cs = cosf(2 * t), sn = sinf(2 * t);
-    *c = v3_make(q * cs, sinf(3 * t), q * sn);
-    *d1 = v3_make(q1 * cs - 2 * q * sn, 3 * cosf(3 * t), q1 * sn + 2 * q * cs);
-    *d2 = v3_make(q2 * cs - 4 * q1 * sn - 4 * q * cs, -9 * sinf(3 * t), q2 * sn + 4 * q1 * cs - 4 * q * sn);
+    *c = v3_make(q * cs, q * sn, sinf(3 * t));
+    *d1 = v3_make(q1 * cs - 2 * q * sn, q1 * sn + 2 * q * cs, 3 * cosf(3 * t));
+    *d2 = v3_make(q2 * cs - 4 * q1 * sn - 4 * q * cs, q2 * sn + 4 * q1 * cs - 4 * q * sn, -9 * sinf(3 * t));
 }
 
 void ex_build_knot(ex_builder *b, float time)

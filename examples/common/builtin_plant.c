@@ -2,7 +2,7 @@
    double-sided, which is what makes it a hard case; pot and stems are closed. Metres. */
 #include "internal.h"
 
-enum { STEMS = 22, STEM_POINTS = 14, LEAVES_PER_STEM = 7, LEAF_ALONG = 12, LEAF_ACROSS = 6 };
+enum { STEMS = 24, STEM_POINTS = 14, LEAVES_PER_STEM = 8, LEAF_ALONG = 12, LEAF_ACROSS = 6 };
 
 typedef struct plant_look { uint32_t clay, soil, stem, leaf[3]; } plant_look;
 
@@ -63,7 +63,7 @@ static void add_stem(ex_builder *b, const plant_look *look, int number, uint32_t
 {
     const float golden = 2.3999632f;
     float turn = golden * (float)number, spread = sqrtf(((float)number + 0.5f) / STEMS);
-    float height = 0.62f - 0.30f * spread + 0.10f * next_random(seed), lean = 0.05f + 0.75f * spread;
+    float height = 0.50f - 0.20f * spread + 0.10f * next_random(seed), lean = 0.05f + 0.75f * spread;
     v3 outwards = v3_make(cosf(turn), 0, sinf(turn)), path[STEM_POINTS];
     float radii[STEM_POINTS];
     v3 p = v3_add(v3_scale(outwards, 0.085f * spread), v3_make(0, 0.205f, 0));
@@ -77,7 +77,7 @@ static void add_stem(ex_builder *b, const plant_look *look, int number, uint32_t
     }
     ex_build_tube(b, path, radii, STEM_POINTS, 8, look->stem);
     for (int k = 0; k < LEAVES_PER_STEM; k++) {
-        float s = 0.28f + 0.70f * (float)k / (LEAVES_PER_STEM - 1), at = s * (STEM_POINTS - 1);
+        float s = 0.22f + 0.77f * (float)k / (LEAVES_PER_STEM - 1), at = s * (STEM_POINTS - 1);
         int i = (int)at;
         v3 base = v3_mad(v3_scale(path[i], 1 - (at - (float)i)), path[i + 1], at - (float)i);
         v3 stem = v3_unit(v3_sub(path[i + 1], path[i]));
@@ -85,7 +85,7 @@ static void add_stem(ex_builder *b, const plant_look *look, int number, uint32_t
         v3 around = v3_make(cosf(angle), 0.25f + 0.3f * next_random(seed), sinf(angle));
         int tip = k + 1 == LEAVES_PER_STEM;
         v3 along = v3_unit(v3_add(v3_scale(around, tip ? 0.35f : 1), v3_scale(stem, tip ? 1.0f : 0.45f)));
-        float length = (0.115f + 0.05f * next_random(seed)) * (1.15f - 0.35f * s);
+        float length = (0.165f + 0.06f * next_random(seed)) * (1.15f - 0.45f * s);
         uint32_t material = look->leaf[(int)(3 * next_random(seed))];
         add_leaf(b, base, along, length, 0.44f * length, material);
     }

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#ifndef DAPPLE_HAVE_TINYGLTF
+#if !defined(DAPPLE_HAVE_TINYGLTF) || !DAPPLE_HAVE_TINYGLTF
 
 int ex_gltf_load(ex_scene *scene, const char *path, char *error)
 {

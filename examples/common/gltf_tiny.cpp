@@ -1,7 +1,7 @@
 /* gltf_tiny.cpp - ex_gltf_parse on tinygltf: Debian's libtinygltf-dev (a shared library), or upstream's single header
    when the Makefile defines TINYGLTF_IMPLEMENTATION with the STB macros that it asks for. No other file of the project
    is C++. */
-#ifdef DAPPLE_HAVE_TINYGLTF
+#if defined(DAPPLE_HAVE_TINYGLTF) && DAPPLE_HAVE_TINYGLTF
 
 #include "gltf.h"
 #if defined(__GNUC__)

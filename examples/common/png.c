@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#ifdef DAPPLE_HAVE_STB
+#if defined(DAPPLE_HAVE_STB) && DAPPLE_HAVE_STB
 
 /* Static copies of both headers: works with Debian's libstb-dev as with the single files, and never meets the copy
    inside tinygltf at link time. */

@@ -133,7 +133,7 @@ int ex_scene_add_ground(ex_scene *scene)
     b.scene = scene;
     uint32_t grey = ex_build_material(&b, 0.5f, 0.5f, 0.5f);
     if (!b.failed) scene->materials[grey].double_sided = 1;
-    float h = 50 * (radius > 0 ? radius : 1);       /* reaches the horizon for the default camera, but for 1 degree */
+    float h = 200 * (radius > 0 ? radius : 1);      /* to a third of a degree below the default camera's horizon */
     ex_build_quad(&b, v3_make(-h, 0, h), v3_make(h, 0, h), v3_make(h, 0, -h), v3_make(-h, 0, -h), grey);
     ex_object *object = ex_build_object(&b, "ground", ex_build_finish(&b));
     if (!object) return -1;
