@@ -22,12 +22,12 @@ void rf_bsdf_init(rf_bsdf *b, rf_v3 normal, rf_v3 view, rf_v3 base, double metal
     b->alpha = b->specular_share = 0;
     if (!full)
         return;
-    b->alpha = fmax(roughness * roughness, 0.002);
+    b->alpha = rf_most(roughness * roughness, 0.002);
     b->diffuse = rf_scale(base, 1 - metallic);
     b->f0 = rf_add(rf_scale(base, metallic), rf_scale(rf_make(0.04, 0.04, 0.04), 1 - metallic));
     specular = rf_mean(schlick(b->f0, b->view.z));
     diffuse = rf_mean(b->diffuse);
-    b->specular_share = diffuse > 0 ? fmin(fmax(specular / (specular + diffuse), 0.1), 0.9) : 1;
+    b->specular_share = diffuse > 0 ? rf_least(rf_most(specular / (specular + diffuse), 0.1), 0.9) : 1;
 }
 
 /* Smith's shadowing term, as Lambda of Heitz, "Understanding the masking-shadowing function" (2014), equation 72. */
@@ -54,7 +54,7 @@ static rf_v3 eval_local(const rf_bsdf *b, rf_v3 l, double *pdf)
         return rf_scale(b->diffuse, l.z / RF_PI);
     }
     h = rf_unit(rf_add(b->view, l));
-    vh = fmin(rf_dot(b->view, h), 1);
+    vh = rf_least(rf_dot(b->view, h), 1);
     f = schlick(b->f0, vh);
     density = ggx(h, b->alpha) / (4 * b->view.z);       /* D / (4 n.v): the cosine of f cos cancels n.l */
     lambda_view = lambda(b->view, b->alpha);
@@ -75,9 +75,9 @@ rf_v3 rf_bsdf_eval(const rf_bsdf *b, rf_v3 direction, double *pdf)
 static rf_v3 sample_half(const rf_bsdf *b, const double u[2])
 {
     rf_v3 view = rf_unit(rf_make(b->alpha * b->view.x, b->alpha * b->view.y, b->view.z)), h;
-    double phi = 2 * RF_PI * u[0], z = (1 - u[1]) * (1 + view.z) - view.z, r = sqrt(fmax(0, 1 - z * z));
+    double phi = 2 * RF_PI * u[0], z = (1 - u[1]) * (1 + view.z) - view.z, r = sqrt(rf_most(0, 1 - z * z));
     h = rf_add(rf_make(r * cos(phi), r * sin(phi), z), view);
-    return rf_unit(rf_make(b->alpha * h.x, b->alpha * h.y, fmax(h.z, 0)));
+    return rf_unit(rf_make(b->alpha * h.x, b->alpha * h.y, rf_most(h.z, 0)));
 }
 
 int rf_bsdf_sample(const rf_bsdf *b, const double u[2], rf_v3 *direction, rf_v3 *value, double *pdf)
@@ -94,7 +94,7 @@ int rf_bsdf_sample(const rf_bsdf *b, const double u[2], rf_v3 *direction, rf_v3 
         v[0] = (v[0] - b->specular_share) / (1 - b->specular_share);
         r = sqrt(v[1]);
         phi = 2 * RF_PI * v[0];
-        l = rf_make(r * cos(phi), r * sin(phi), sqrt(fmax(0, 1 - v[1])));
+        l = rf_make(r * cos(phi), r * sin(phi), sqrt(rf_most(0, 1 - v[1])));
     }
     *value = eval_local(b, l, pdf);
     if (!(*pdf > 0))

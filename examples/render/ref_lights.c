@@ -11,28 +11,54 @@ static int is_delta(const ex_light *light)
 
 /* ---- tables ---- */
 
-/* Largest i with cdf[i] <= x among the intervals of non-zero width; *rest: position of x inside interval i. */
-static size_t search(const double *cdf, size_t count, double u, double *rest)
+static int make_table(rf_lights *lights, rf_table *table, size_t count)
 {
-    double x = u * cdf[count];
-    size_t low = 0, high = count;
-    while (high - low > 1) {
-        size_t middle = low + (high - low) / 2;
-        if (cdf[middle] <= x)
-            low = middle;
-        else
-            high = middle;
-    }
-    while (low > 0 && !(cdf[low + 1] > cdf[low]))       /* x rounded up to the end: the last one that counts */
-        low--;
-    *rest = fmin(fmax((x - cdf[low]) / (cdf[low + 1] - cdf[low]), 0), 1);
-    return low;
+    table->count = count;
+    table->cdf = calloc(count + 1, sizeof *table->cdf);
+    table->guide = calloc(count + 1, sizeof *table->guide);
+    lights->bytes += (count + 1) * (sizeof *table->cdf + sizeof *table->guide);
+    return table->cdf && table->guide ? 0 : -1;
 }
 
-static double *make_table(rf_lights *lights, size_t count)
+static void free_table(rf_table *table)
 {
-    lights->bytes += count * sizeof(double);
-    return calloc(count, sizeof(double));
+    free(table->cdf);
+    free(table->guide);
+}
+
+/* Call it when the weights stand in cdf[1 .. count]. */
+static void sum_table(rf_table *table)
+{
+    size_t i = 0;
+    for (size_t k = 0; k < table->count; k++)
+        table->cdf[k + 1] += table->cdf[k];
+    for (size_t k = 0; k < table->count; k++) {
+        double x = table->cdf[table->count] * (double)k / (double)table->count;
+        while (i + 1 < table->count && table->cdf[i + 1] <= x)
+            i++;
+        table->guide[k] = (uint32_t)i;
+    }
+}
+
+static double total_of(const rf_table *table) { return table->cdf[table->count]; }
+
+static double probability(const rf_table *table, size_t i)
+{
+    return total_of(table) > 0 ? (table->cdf[i + 1] - table->cdf[i]) / total_of(table) : 0;
+}
+
+/* The interval that u in [0, 1) falls into, never an empty one; *rest: where inside, 0 to 1. The sum is positive. */
+static size_t search(const rf_table *table, double u, double *rest)
+{
+    const double *cdf = table->cdf;
+    double x = u * total_of(table);
+    size_t i = table->guide[(size_t)(u * (double)table->count)];
+    while (i + 1 < table->count && cdf[i + 1] <= x)
+        i++;
+    while (i > 0 && !(cdf[i + 1] > cdf[i]))        /* x rounded up to the end: the last one that counts */
+        i--;
+    *rest = rf_least(rf_most((x - cdf[i]) / (cdf[i + 1] - cdf[i]), 0), 1);
+    return i;
 }
 
 static rf_v3 emission_of(const rf_lights *lights, size_t emitter)
@@ -40,14 +66,15 @@ static rf_v3 emission_of(const rf_lights *lights, size_t emitter)
     return rf_load(lights->scene->materials[lights->emitters[emitter].material].emission);
 }
 
-static int build_emitters(rf_lights *lights)
+static int build_emitters(rf_lights *lights, size_t count)
 {
-    double *cdf = lights->emitter_cdf = make_table(lights, lights->emitter_count + 1);
-    if (!cdf)
+    rf_table *table = &lights->emitter_table;
+    if (make_table(lights, table, count) != 0)
         return -1;
-    for (size_t i = 0; i < lights->emitter_count; i++)
-        cdf[i + 1] = cdf[i] + (double)lights->emitters[i].area * rf_mean(emission_of(lights, i));
-    lights->emitter_power = cdf[lights->emitter_count];
+    for (size_t i = 0; i < count; i++)
+        table->cdf[i + 1] = (double)lights->emitters[i].area * rf_mean(emission_of(lights, i));
+    sum_table(table);
+    lights->emitter_power = total_of(table);
     return 0;
 }
 
@@ -69,17 +96,20 @@ static int build_sky(rf_lights *lights)
     lights->sky_sin = sin((double)sky->rotation);
     if (!width || !height)
         return 0;
-    lights->row_cdf = make_table(lights, height + 1);
-    lights->texel_cdf = make_table(lights, (width + 1) * height);
-    if (!lights->row_cdf || !lights->texel_cdf)
+    lights->texels = calloc(height, sizeof *lights->texels);
+    if (!lights->texels || make_table(lights, &lights->rows, height) != 0)
         return -1;
     for (size_t row = 0; row < height; row++) {
-        double *cdf = lights->texel_cdf + row * (width + 1);
+        rf_table *table = &lights->texels[row];
+        if (make_table(lights, table, width) != 0)
+            return -1;
         for (size_t x = 0; x < width; x++)
-            cdf[x + 1] = cdf[x] + rf_mean(rf_load(sky->rgb + 3 * (row * width + x)));
-        lights->row_cdf[row + 1] = lights->row_cdf[row] + cdf[width] * texel_solid_angle(sky, row);
+            table->cdf[x + 1] = rf_mean(rf_load(sky->rgb + 3 * (row * width + x)));
+        sum_table(table);
+        lights->rows.cdf[row + 1] = total_of(table) * texel_solid_angle(sky, row);
     }
-    lights->sky_power = lights->row_cdf[height];
+    sum_table(&lights->rows);
+    lights->sky_power = total_of(&lights->rows);
     return 0;
 }
 
@@ -110,27 +140,24 @@ static double power_of(const ex_light *light, double radius)
 static int build_pick(rf_lights *lights, int area_only, double radius)
 {
     size_t count = lights->source_count, n = lights->scene->light_count, used = 0;
-    double *cdf = lights->pick[area_only] = make_table(lights, count + 1), total = 0;
-    if (!cdf)
+    rf_table *table = &lights->pick[area_only];
+    double total = 0;
+    if (make_table(lights, table, count) != 0)
         return -1;
     for (size_t i = 0; i < count; i++) {
         const ex_light *light = i < n ? &lights->scene->lights[i] : NULL;
+        double power = i == n ? RF_PI * lights->emitter_power : RF_PI * radius * radius * lights->sky_power;
         if (light)
-            cdf[i + 1] = area_only && is_delta(light) ? 0 : power_of(light, radius);
-        else
-            cdf[i + 1] = i == n ? RF_PI * lights->emitter_power : RF_PI * radius * radius * lights->sky_power;
-        total += cdf[i + 1];
-        used += cdf[i + 1] > 0;
+            power = area_only && is_delta(light) ? 0 : power_of(light, radius);
+        table->cdf[i + 1] = power;
+        total += power;
+        used += power > 0;
     }
     for (size_t i = 0; i < count; i++)
-        cdf[i + 1] = cdf[i] + (cdf[i + 1] > 0 ? 0.5 / (double)used + 0.5 * cdf[i + 1] / total : 0);
+        if (table->cdf[i + 1] > 0)
+            table->cdf[i + 1] = 0.5 / (double)used + 0.5 * table->cdf[i + 1] / total;
+    sum_table(table);
     return 0;
-}
-
-static double pick_probability(const rf_lights *lights, int area_only, size_t source)
-{
-    const double *cdf = lights->pick[area_only];
-    return cdf[lights->source_count] > 0 ? (cdf[source + 1] - cdf[source]) / cdf[lights->source_count] : 0;
 }
 
 int rf_lights_init(rf_lights *lights, const rd_job *job, double epsilon, char *error)
@@ -138,10 +165,9 @@ int rf_lights_init(rf_lights *lights, const rd_job *job, double epsilon, char *e
     memset(lights, 0, sizeof *lights);
     lights->scene = job->scene;
     lights->emitters = job->emitters;
-    lights->emitter_count = job->emitter_count;
     lights->epsilon = epsilon;
     lights->source_count = (size_t)job->scene->light_count + 2;
-    if (build_emitters(lights) || build_sky(lights) || build_pick(lights, 0, (double)job->radius) ||
+    if (build_emitters(lights, job->emitter_count) || build_sky(lights) || build_pick(lights, 0, (double)job->radius) ||
         build_pick(lights, 1, (double)job->radius)) {
         rf_lights_free(lights);
         snprintf(error, EX_ERROR_SIZE, "out of memory");
@@ -152,11 +178,13 @@ int rf_lights_init(rf_lights *lights, const rd_job *job, double epsilon, char *e
 
 void rf_lights_free(rf_lights *lights)
 {
-    free(lights->emitter_cdf);
-    free(lights->row_cdf);
-    free(lights->texel_cdf);
-    free(lights->pick[0]);
-    free(lights->pick[1]);
+    for (size_t row = 0; lights->texels && row < lights->scene->sky.height; row++)
+        free_table(&lights->texels[row]);
+    free(lights->texels);
+    free_table(&lights->rows);
+    free_table(&lights->emitter_table);
+    free_table(&lights->pick[0]);
+    free_table(&lights->pick[1]);
     memset(lights, 0, sizeof *lights);
 }
 
@@ -197,7 +225,7 @@ static int sample_sphere(const ex_light *light, rf_v3 p, const double u[2], rf_l
     s->direction = rf_unit(rf_from_frame(x, y, z, rf_make(sine * cos(phi), sine * sin(phi), c)));
     s->pdf = 1 / (2 * RF_PI * cone);
     s->target = rf_mad(p, s->direction,
-                       distance * c - sqrt(fmax(0, radius * radius - distance * distance * sine * sine)));
+                       distance * c - sqrt(rf_most(0, radius * radius - distance * distance * sine * sine)));
     return 1;
 }
 
@@ -225,7 +253,7 @@ static int sample_shape(const rf_lights *lights, const ex_light *light, rf_v3 p,
 static int sample_emitter(const rf_lights *lights, rf_v3 p, const double u[2], rf_light_sample *s)
 {
     double rest, root, a, b;
-    size_t i = search(lights->emitter_cdf, lights->emitter_count, u[0], &rest);
+    size_t i = search(&lights->emitter_table, u[0], &rest);
     const rd_emitter *emitter = &lights->emitters[i];
     rf_v3 v0 = rf_load(emitter->v[0]), v1 = rf_load(emitter->v[1]), v2 = rf_load(emitter->v[2]), q;
     rf_v3 n = rf_unit(rf_cross(rf_sub(v1, v0), rf_sub(v2, v0)));
@@ -254,10 +282,10 @@ static int sample_sky(const rf_lights *lights, const double u[2], rf_light_sampl
 {
     const ex_sky *sky = &lights->scene->sky;
     double down, along, c, sine, phi;
-    size_t row = search(lights->row_cdf, sky->height, u[1], &down);
-    size_t x = search(lights->texel_cdf + row * (sky->width + (size_t)1), sky->width, u[0], &along);
+    size_t row = search(&lights->rows, u[1], &down);
+    size_t x = search(&lights->texels[row], u[0], &along);
     c = row_edge(sky, row) + down * (row_edge(sky, row + 1) - row_edge(sky, row));
-    sine = sqrt(fmax(0, 1 - c * c));
+    sine = sqrt(rf_most(0, 1 - c * c));
     phi = 2 * RF_PI * (((double)x + along) / (double)sky->width - 0.5);
     s->direction = rf_unit(sky_to_world(lights, rf_make(sine * cos(phi), c, sine * sin(phi))));
     s->value = rf_load(sky->rgb + 3 * (row * sky->width + x));
@@ -293,13 +321,13 @@ int rf_lights_delta(const rf_lights *lights, uint32_t index, rf_v3 p, rf_light_s
 
 int rf_lights_sample(const rf_lights *lights, rf_v3 p, int area_only, const double u[2], rf_light_sample *s)
 {
-    const double *cdf = lights->pick[area_only];
+    const rf_table *pick = &lights->pick[area_only];
     size_t source, n = lights->scene->light_count;
     double v[2];
     int reached;
-    if (!(cdf[lights->source_count] > 0))
+    if (!(total_of(pick) > 0))
         return 0;
-    source = search(cdf, lights->source_count, u[0], &v[0]);
+    source = search(pick, u[0], &v[0]);
     v[1] = u[1];
     memset(s, 0, sizeof *s);
     if (source < n && is_delta(&lights->scene->lights[source])) {
@@ -310,7 +338,7 @@ int rf_lights_sample(const rf_lights *lights, rf_v3 p, int area_only, const doub
     } else {
         reached = source == n ? sample_emitter(lights, p, v, s) : sample_sky(lights, v, s);
     }
-    s->pdf *= pick_probability(lights, area_only, source);
+    s->pdf *= probability(pick, source);
     return reached;
 }
 
@@ -385,7 +413,7 @@ int rf_lights_hit(const rf_lights *lights, uint32_t index, int area_only, rf_v3 
             return 0;
         *pdf = t * t / (cosine * area_of(light));
     }
-    *pdf *= pick_probability(lights, area_only, index);
+    *pdf *= probability(&lights->pick[area_only], index);
     *radiance = rf_load(light->value);
     return t < limit;
 }
@@ -394,7 +422,7 @@ double rf_lights_emitter_pdf(const rf_lights *lights, int area_only, rf_v3 radia
 {
     if (!(lights->emitter_power > 0) || !(cosine > 0))
         return 0;
-    return pick_probability(lights, area_only, lights->scene->light_count) * rf_mean(radiance) /
+    return probability(&lights->pick[area_only], lights->scene->light_count) * rf_mean(radiance) /
            lights->emitter_power * distance * distance / cosine;
 }
 
@@ -406,11 +434,11 @@ rf_v3 rf_lights_sky(const rf_lights *lights, int area_only, rf_v3 direction, dou
     *pdf = 0;
     if (!(lights->sky_power > 0))
         return rf_make(0, 0, 0);
-    row = (size_t)(acos(fmin(fmax(d.y, -1), 1)) / RF_PI * (double)sky->height);
+    row = (size_t)(acos(rf_least(rf_most(d.y, -1), 1)) / RF_PI * (double)sky->height);
     x = (size_t)((0.5 + atan2(d.z, d.x) / (2 * RF_PI)) * (double)sky->width);
     row = row < sky->height ? row : sky->height - 1u;
     x = x < sky->width ? x : 0;
     radiance = rf_load(sky->rgb + 3 * (row * sky->width + x));
-    *pdf = pick_probability(lights, area_only, lights->source_count - 1) * rf_mean(radiance) / lights->sky_power;
+    *pdf = probability(&lights->pick[area_only], lights->source_count - 1) * rf_mean(radiance) / lights->sky_power;
     return radiance;
 }

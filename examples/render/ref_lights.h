@@ -6,19 +6,21 @@
 #include "technique.h"
 #include "ref_math.h"
 
+/* A cumulative distribution; guide[k] is the interval at k / count of the whole, so that a search takes O(1). */
+typedef struct rf_table { double *cdf; uint32_t *guide; size_t count; } rf_table;
+
 typedef struct rf_lights {
     const ex_scene   *scene;
     const rd_emitter *emitters;
-    size_t            emitter_count;
-    double           *emitter_cdf;     /* emitter_count + 1, by area times mean radiance */
-    double            emitter_power;   /* the last of them, not normalised */
-    double           *row_cdf;         /* sky: height + 1 */
-    double           *texel_cdf;       /* sky: (width + 1) a row */
+    rf_table          emitter_table;   /* by area times mean radiance */
+    double            emitter_power;   /* the sum of it */
+    rf_table          rows;            /* of the sky, by their share of sky_power */
+    rf_table         *texels;          /* one table a row */
     double            sky_power;       /* integral of mean radiance over the sphere */
     double            sky_cos, sky_sin;
     double            epsilon;         /* length of offsets */
     size_t            source_count;    /* scene->light_count + 2: lights, emitters, sky */
-    double           *pick[2];         /* cumulative choice of a source; [1] without sun, spot and point lights */
+    rf_table          pick[2];         /* choice of a source; [1] without sun, spot and point lights */
     uint64_t          bytes;
 } rf_lights;
 

@@ -8,6 +8,10 @@
 
 #define RF_PI 3.14159265358979323846
 
+/* As fmin and fmax but for NaN, which never gets here; those are function calls for most compilers. */
+static inline double rf_least(double a, double b) { return a < b ? a : b; }
+static inline double rf_most(double a, double b) { return a > b ? a : b; }
+
 typedef struct rf_v3 { double x, y, z; } rf_v3;
 
 static inline rf_v3 rf_make(double x, double y, double z) { rf_v3 r = { x, y, z }; return r; }
@@ -20,7 +24,7 @@ static inline rf_v3 rf_mad(rf_v3 a, rf_v3 b, double s) { return rf_add(a, rf_sca
 static inline double rf_dot(rf_v3 a, rf_v3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline double rf_length(rf_v3 a) { return sqrt(rf_dot(a, a)); }
 static inline double rf_mean(rf_v3 a) { return (a.x + a.y + a.z) / 3; }
-static inline double rf_max(rf_v3 a) { return fmax(a.x, fmax(a.y, a.z)); }
+static inline double rf_max(rf_v3 a) { return rf_most(a.x, rf_most(a.y, a.z)); }
 static inline int rf_is_black(rf_v3 a) { return !(rf_max(a) > 0); }
 
 static inline rf_v3 rf_cross(rf_v3 a, rf_v3 b)
@@ -88,16 +92,23 @@ static inline uint32_t rf_permute(uint32_t x, uint32_t seed)
 
 static inline double rf_to_unit(uint32_t x) { return (x + 0.5) * (1.0 / 4294967296.0); }       /* inside (0, 1) */
 
+/* The second Sobol dimension multiplies the digits by Pascal's triangle modulo 2: digit j is the sum of all digits
+   whose number contains the bits of j. (The first dimension is the digits themselves.) */
+static inline uint32_t rf_pascal(uint32_t x)
+{
+    x ^= (x >> 1) & 0x55555555u;
+    x ^= (x >> 2) & 0x33333333u;
+    x ^= (x >> 4) & 0x0f0f0f0fu;
+    x ^= (x >> 8) & 0x00ff00ffu;
+    return x ^ (x >> 16);
+}
+
 static inline void rf_sample_2d(rf_sampler *s, double u[2])
 {
-    uint32_t seed = rf_hash(s->seed + 0x9e3779b9u * ++s->pair), index, x, y = 0, direction = 0x80000000u;
-    index = rf_reverse(rf_permute(rf_reverse(s->index), seed));
-    x = rf_reverse(index);
-    for (uint32_t i = index; i; i >>= 1, direction ^= direction >> 1)
-        if (i & 1)
-            y ^= direction;
-    u[0] = rf_to_unit(rf_reverse(rf_permute(rf_reverse(x), rf_hash(seed ^ 0x68bc21ebu))));
-    u[1] = rf_to_unit(rf_reverse(rf_permute(rf_reverse(y), rf_hash(seed ^ 0x02e5be93u))));
+    uint32_t seed = rf_hash(s->seed + 0x9e3779b9u * ++s->pair);
+    uint32_t index = rf_reverse(rf_permute(rf_reverse(s->index), seed));
+    u[0] = rf_to_unit(rf_reverse(rf_permute(index, rf_hash(seed ^ 0x68bc21ebu))));
+    u[1] = rf_to_unit(rf_reverse(rf_permute(rf_pascal(index), rf_hash(seed ^ 0x02e5be93u))));
 }
 
 #endif

@@ -120,11 +120,10 @@ static rf_v3 all_layers(const reference *r, rf_v3 origin, rf_v3 direction, rf_sa
     return sum;
 }
 
-static rf_v3 trace_path(const reference *r, const ex_pixel *pixel, rf_sampler *sampler)
+static rf_v3 trace_path(const reference *r, const rf_surface *first, rf_sampler *sampler)
 {
     rf_v3 sum = rf_make(0, 0, 0), throughput = rf_make(1, 1, 1);
-    rf_surface s;
-    surface_of_pixel(r, pixel, &s);
+    rf_surface s = *first;
     for (int depth = 0; depth <= r->bounces; depth++) {
         int wanted = depth ? r->indirect : r->direct, area_only = depth == 0, met;
         rf_light_sample light;
@@ -139,7 +138,7 @@ static rf_v3 trace_path(const reference *r, const ex_pixel *pixel, rf_sampler *s
             break;
         throughput = rf_mul(throughput, value);
         if (depth > ROULETTE_DEPTH) {
-            double survival = fmin(rf_max(throughput), 0.95);
+            double survival = rf_least(rf_max(throughput), 0.95);
             rf_sample_2d(sampler, u);
             if (u[0] >= survival)
                 break;
@@ -157,15 +156,13 @@ static rf_v3 trace_path(const reference *r, const ex_pixel *pixel, rf_sampler *s
     return sum;
 }
 
-static rf_v3 delta_light(const reference *r, const ex_pixel *pixel)
+static rf_v3 delta_light(const reference *r, const rf_surface *s)
 {
     rf_v3 sum = rf_make(0, 0, 0);
-    rf_surface s;
     rf_light_sample light;
-    surface_of_pixel(r, pixel, &s);
     for (uint32_t i = 0; r->direct && i < r->lights.scene->light_count; i++)
-        if (rf_lights_delta(&r->lights, i, s.position, &light))
-            sum = rf_add(sum, add_light(r, &s, &light, 0));
+        if (rf_lights_delta(&r->lights, i, s->position, &light))
+            sum = rf_add(sum, add_light(r, s, &light, 0));
     return sum;
 }
 
@@ -181,10 +178,12 @@ typedef struct frame_work {
 static void shade_pixel(const frame_work *work, size_t index)
 {
     reference *r = work->reference;
-    const ex_pixel *pixel = &work->job->gbuffer->pixels[index];
     uint32_t samples = work->job->samples, batches = samples < BATCHES ? samples : BATCHES;
     double mean[3] = { 0, 0, 0 }, square[3] = { 0, 0, 0 };
-    rf_v3 fixed = delta_light(r, pixel);
+    rf_surface s;
+    rf_v3 fixed;
+    surface_of_pixel(r, &work->job->gbuffer->pixels[index], &s);
+    fixed = delta_light(r, &s);
     for (uint32_t batch = 0; batch < batches; batch++) {
         uint32_t first = (uint32_t)((uint64_t)samples * batch / batches);
         uint32_t count = (uint32_t)((uint64_t)samples * (batch + 1) / batches) - first;
@@ -193,7 +192,7 @@ static void shade_pixel(const frame_work *work, size_t index)
         rf_v3 sum = rf_make(0, 0, 0);
         for (uint32_t i = 0; i < count; i++) {
             rf_sampler sampler = { seed, i, 0 };
-            sum = rf_add(sum, trace_path(r, pixel, &sampler));
+            sum = rf_add(sum, trace_path(r, &s, &sampler));
         }
         sum = rf_scale(sum, 1.0 / count);
         mean[0] += share * sum.x, square[0] += share * sum.x * sum.x;
@@ -201,7 +200,7 @@ static void shade_pixel(const frame_work *work, size_t index)
         mean[2] += share * sum.z, square[2] += share * sum.z * sum.z;
     }
     for (size_t k = 0; k < 3; k++) {
-        double spread = fmax(square[k] - mean[k] * mean[k], 0);
+        double spread = rf_most(square[k] - mean[k] * mean[k], 0);
         r->variance[3 * index + k] = (float)(batches > 1 ? spread / (batches - 1) : 0);
     }
     work->out->rgb[3 * index] = (float)(mean[0] + fixed.x);
@@ -259,7 +258,7 @@ static int update_reference(void *state, const rd_job *job, char *error)
     r->has_lights = 0;
     /* far enough to clear the rounding of float positions, near enough to be invisible */
     for (int k = 0; k < 3; k++)
-        extent = fmax(extent, fabs((double)job->center[k]));
+        extent = rf_most(extent, fabs((double)job->center[k]));
     r->epsilon = 2e-5 * extent;
     r->scene = rf_scene_create(job->scene, job->threads, error);
     if (!r->scene || rf_lights_init(&r->lights, job, r->epsilon, error) != 0)
