@@ -1,0 +1,4301 @@
+/* csm.h - v1.0.0 - coherent shadow maps: precomputed visibility of rigid objects, compressed without loss - MIT-0 OR Unlicense */
+#ifndef CSM_H
+#define CSM_H
+
+#define COHSM_VERSION 10000 /* major * 10000 + minor * 100 + patch */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef COHSM_DEF
+#ifdef CSM_STATIC
+#define COHSM_DEF static
+#else
+#define COHSM_DEF extern
+#endif
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- results ---- */
+
+#define COHSM_RESULTS(X)                                                                                     \
+    X(COHSM_OK, "ok")                                                                                        \
+    X(COHSM_ERR_ARGUMENT, "an argument is NULL, zero, not finite or out of range")                           \
+    X(COHSM_ERR_DESC, "a desc field is out of range")                                                        \
+    X(COHSM_ERR_INPUT, "the mesh, layers or locations cannot be used")                                       \
+    X(COHSM_ERR_ALLOC, "the allocator returned no memory")                                                   \
+    X(COHSM_ERR_MEMORY, "the caller's buffer is too small or misaligned")                                    \
+    X(COHSM_ERR_LIMIT, "a size overflows or passes a limit of the format")                                   \
+    X(COHSM_ERR_CANCELLED, "cancelled by the progress callback")                                             \
+    X(COHSM_ERR_ORDER, "views must come once each, in sequence")                                             \
+    X(COHSM_ERR_FORMAT, "not a csm file, or a damaged one")                                                  \
+    X(COHSM_ERR_VERSION, "a csm file of an unknown version")                                                 \
+    X(COHSM_ERR_DOMAIN, "this call needs maps of another domain")                                            \
+    X(COHSM_ERR_MISMATCH, "these shards do not belong together")
+
+typedef enum cohsm_result {
+#define COHSM__ENUM(name, text) name,
+    COHSM_RESULTS(COHSM__ENUM)
+#undef COHSM__ENUM
+    COHSM_RESULT_COUNT
+} cohsm_result;
+
+COHSM_DEF const char *cohsm_result_text(cohsm_result result);
+/* A constant string for any value, "unknown result" beyond the list. */
+
+/* ---- memory, threads, progress: the caller's ---- */
+
+typedef struct cohsm_allocator {    /* all zero = malloc and free; else both functions */
+    void *(*alloc_fn)(size_t size, void *user);   /* 16-byte aligned like malloc, or NULL */
+    void (*free_fn)(void *memory, void *user);
+    void *user;
+} cohsm_allocator;
+
+typedef void (*cohsm_task)(void *context, size_t index);
+typedef void (*cohsm_parallel_for)(void *user, size_t count, cohsm_task task, void *context);
+/* Must call task(context, i) once for each i < count, in any order and on any threads, and return when all are done. */
+
+typedef int (*cohsm_progress)(void *user, float fraction);
+/* Called between batches of views, from the thread that called us, fraction 0..1 never falling; not 0 cancels. */
+
+/* ---- what is mapped: locations, layers, order ---- */
+
+typedef struct cohsm_mesh {
+    const float    *positions;      /* x, y, z of each vertex */
+    size_t          vertex_count;
+    size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
+    const uint32_t *indices;        /* three to a triangle; NULL = 0, 1, 2, ... */
+    size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
+} cohsm_mesh;
+
+typedef enum cohsm_domain_kind {    /* D: [0,1]^d -> (x, y, z, w); w = 0 a direction to the light, w = 1 a position */
+    COHSM_DOMAIN_DEFAULT,           /* = COHSM_DOMAIN_LATLONG */
+    COHSM_DOMAIN_LATLONG,           /* d = 2, w = 0: s = 0.5 + atan2(z, x) / 2 pi, t = acos(y) / pi; row 0 is +Y */
+    COHSM_DOMAIN_OCTAHEDRAL,        /* d = 2, w = 0: equal-area octahedral square (Clarberg 2008); side[0] = side[1] */
+    COHSM_DOMAIN_LINE,              /* d = 1, w = 1: origin + s u */
+    COHSM_DOMAIN_RECTANGLE,         /* d = 2, w = 1: origin + s u + t v */
+    COHSM_DOMAIN_DISC,              /* d = 2, w = 1: centre origin, in the plane of u and v (its two half axes) */
+    COHSM_DOMAIN_SPHERE,            /* d = 2, w = 1: surface of radius |u| about origin, lat-long of equal area */
+    COHSM_DOMAIN_VOLUME,            /* d = 3, w = 1: origin + s u + t v + r w */
+    COHSM_DOMAIN_TABLE,             /* d = 1..3: your own D at the cell centres, see locations */
+    COHSM_DOMAIN_LIST,              /* d = 0: any set of locations (VPLs), asked by index, never interpolated */
+    COHSM_DOMAIN_KIND_COUNT
+} cohsm_domain_kind;
+
+typedef struct cohsm_domain {
+    cohsm_domain_kind kind;
+    uint32_t side[3];               /* cells a dimension, 1..4096, N = their product <= 2^24. 0 = 128 (2-D), 32 (3-D) */
+    float origin[3], u[3], v[3], w[3]; /* shape of the local kinds, in the mesh's space and units */
+    const float *locations;         /* TABLE, LIST: x, y, z, w each; all w equal, 0 or 1. Copied */
+    size_t location_count;          /* TABLE: the product of side; LIST: N, and side is ignored */
+} cohsm_domain;
+
+typedef enum cohsm_layers {         /* which interval [z1, upper) a stored depth may lie in */
+    COHSM_LAYERS_DEFAULT,           /* = COHSM_LAYERS_Z1Z2 */
+    COHSM_LAYERS_Z1Z2,              /* upper = second hit: right for every receiver */
+    COHSM_LAYERS_Z1Z3_SPHERE,       /* third hit, or where the ray leaves the bounding sphere: closed surfaces only */
+    COHSM_LAYERS_Z1Z3_FAR,          /* third hit, or infinity: closed, and nothing else behind (T62) */
+    COHSM_LAYERS_COUNT
+} cohsm_layers;
+
+typedef enum cohsm_order {          /* the enumeration of maps; the longer neighbours look alike, the smaller the block */
+    COHSM_ORDER_DEFAULT,            /* by trial on a small version of the build (a tenth of its time); Hilbert where
+                                       no mesh is at hand */
+    COHSM_ORDER_SCANLINE,           /* first dimension fastest */
+    COHSM_ORDER_ZIGZAG,             /* the same, every other line backwards */
+    COHSM_ORDER_ZIGZAG_THETA,       /* zig-zag with the second dimension fastest */
+    COHSM_ORDER_HILBERT,            /* any size; exact steps of 1 for powers of two */
+    COHSM_ORDER_COUNT
+} cohsm_order;
+
+typedef enum cohsm_frame {          /* which way is up in the image of a direction's map */
+    COHSM_FRAME_DEFAULT,            /* the one measured best: POLAR for LATLONG, TWO_POLES otherwise (T64) */
+    COHSM_FRAME_POLAR,              /* right along rising s of LATLONG, up towards +Y */
+    COHSM_FRAME_MINIMAL,            /* shortest rotation of the frame at +Y; turns fast near -Y */
+    COHSM_FRAME_TWO_POLES,          /* shortest rotation from the nearer of +Y and -Y; jumps at the equator */
+    COHSM_FRAME_COUNT
+} cohsm_frame;
+
+typedef struct cohsm_desc {
+    cohsm_domain domain;
+    uint32_t     map_size;          /* M, pixels a side of a map, 4..1024; 0 = 128 */
+    cohsm_layers layers;
+    cohsm_order  order;
+    cohsm_frame  frame;             /* directions only */
+    uint32_t     depth_bits;        /* grid of the stored depths, 4..8; 0 = 8. Depths that no grid value separates are
+                                       kept in 16 bits, so this trades segments against bits and never exactness */
+    int          self_only;         /* not 0: pixels without a hit may store anything; smaller, for self-shadows only */
+    float        center[3], radius; /* bounding sphere of the mesh; radius 0 = fitted (builder: required) */
+    uint32_t     pixel_begin, pixel_end;   /* shard: lists of pixels begin..end-1 of the M * M; 0, 0 = all */
+    cohsm_allocator    allocator;
+    cohsm_parallel_for parallel_for;       /* NULL = this thread alone; the bytes built are the same */
+    void              *parallel_user;
+    cohsm_progress     progress;           /* NULL = none */
+    void              *progress_user;
+} cohsm_desc;                       /* zero it, then set what you care about */
+
+typedef struct cohsm_stats {        /* of a build; every field may be read after COHSM_OK */
+    uint64_t segments;              /* in all lists */
+    uint64_t exact_depths;          /* segments of one map kept in 16 bits, no grid value lying in [z1, upper) */
+    uint64_t empty_intervals;       /* entries with z1 = upper: stored z = z1, needs the bias (T59, T71) */
+    uint64_t open_entries;          /* entries with one hit only: an open border was seen */
+    uint32_t triangles;             /* used */
+    uint32_t skipped_triangles;     /* a vertex not finite, or two corners equal */
+    uint32_t duplicate_triangles;   /* same three corners as an earlier one, in any order */
+    cohsm_order order;              /* the one taken */
+    size_t   peak_bytes;            /* asked of the allocator at once */
+} cohsm_stats;
+
+/* ---- building ---- */
+
+typedef struct cohsm_maps cohsm_maps;       /* one object's maps: a block of bytes and what was derived from it */
+
+COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mesh, cohsm_maps **out,
+                                   cohsm_stats *stats);
+/* Renders the layers of every map by the built-in rasteriser and compresses them.
+   desc     NULL = all defaults
+   out      written on COHSM_OK only; cohsm_free
+   stats    may be NULL; written on COHSM_OK only
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_INPUT (stride, index beyond vertex_count, no usable triangle),
+            COHSM_ERR_LIMIT, COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
+   Cost     O(N (triangles + M^2)); memory 36 bytes a triangle + 32 views of 4 or 8 M^2 bytes + 4 M^2 bytes of state +
+            8 bytes a segment of the last 65,536 maps + the block. The bytes do not depend on compiler or threads. */
+
+typedef struct cohsm_builder cohsm_builder; /* the same for layers from your own renderer, one view at a time */
+
+typedef struct cohsm_view {         /* the camera of one map, or of one face of a cube */
+    uint32_t index;                 /* 0..view count - 1, in sequence */
+    float matrix[16];               /* column-major; object space to x, y in 0..M (pixels, y up), z the linear depth in
+                                       0..1; perspective faces give (x w, y w, -, w) with depth = w * depth_scale */
+    float depth_scale;              /* perspective: depth = w * depth_scale; 0 for orthographic views */
+    float location[4];              /* D of this view */
+    uint32_t face;                  /* 0..5: +X -X +Y -Y +Z -Z; 0 for orthographic views */
+} cohsm_view;
+
+COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builder **out);
+COHSM_DEF uint32_t     cohsm_builder_view_count(const cohsm_builder *builder);   /* N, or 6 N for positions */
+COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *builder, uint32_t index, cohsm_view *out);
+COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *builder, uint32_t index, const float *z1, const float *z2,
+                                         const float *z3);
+COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *builder, cohsm_maps **out, cohsm_stats *stats);
+COHSM_DEF void         cohsm_builder_destroy(cohsm_builder *builder);
+/* create   desc->radius must be > 0; desc->order must be a concrete one (DEFAULT = Hilbert)
+   add      index counts up from 0; each of z1 <= z2 <= z3 is M * M depths in 0..1 (the view's z; row 0 is y = 0), or
+            above 1 where there is no such hit; z3 may be NULL with COHSM_LAYERS_Z1Z2. NaN is COHSM_ERR_INPUT, and then
+            the view may be given again
+   finish   after the last view; the builder can only be destroyed after it
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_ORDER, COHSM_ERR_INPUT, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC
+   Cost     state of 4 M^2 bytes + 8 bytes a segment of the last 65,536 views + the block; never the maps themselves.
+   On a k-DOP: light refused by semi-local queries is then anything inside the bounding sphere. */
+
+COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_allocator *allocator,
+                                   cohsm_maps **out);
+/* Joins shards of one desc whose pixel ranges follow each other from 0 to M * M; the bytes are those of the unsharded
+   build. Errors: COHSM_ERR_ARGUMENT, COHSM_ERR_MISMATCH, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC. */
+
+COHSM_DEF void cohsm_free(cohsm_maps *maps);    /* NULL is fine */
+
+/* ---- facts ---- */
+
+typedef struct cohsm_info {
+    cohsm_domain_kind domain;
+    cohsm_layers layers;
+    cohsm_order  order;
+    cohsm_frame  frame;
+    uint32_t side[3];
+    uint32_t map_count;             /* N */
+    uint32_t view_count;            /* N, or 6 N */
+    uint32_t map_size;              /* M */
+    uint32_t depth_bits;
+    uint32_t dimensions;            /* d */
+    int      positional;            /* w = 1 */
+    int      self_only;
+    uint32_t pixel_begin, pixel_end;
+    float    center[3], radius;
+    float    depth_far;             /* positional: distance that depth 1 stands for */
+    uint64_t segments;
+    size_t   bytes;                 /* of the block */
+    double   ratio;                 /* view_count * M * M * 2 / bytes, as the paper counts */
+} cohsm_info;
+
+COHSM_DEF void cohsm_get_info(const cohsm_maps *maps, cohsm_info *out);
+
+COHSM_DEF cohsm_result cohsm_location(const cohsm_maps *maps, uint32_t map, float out[4]);
+/* D at the centre of cell map < N (cells counted with the first dimension fastest, not in the order of storage). */
+
+/* ---- files ---- */
+
+COHSM_DEF const void *cohsm_data(const cohsm_maps *maps, size_t *size);
+/* The block: position-independent little-endian 32-bit words, the plain file format and what is uploaded. On
+   big-endian hosts use cohsm_write. Valid as long as maps. */
+
+COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *maps, void *memory, size_t memory_size);
+/* The bytes of the plain file, info.bytes of them, on a host of any byte order. */
+
+COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_allocator *allocator, cohsm_maps **out);
+/* Takes a plain or a packed file from memory: checks version, sizes, checksum and every list before anything is used,
+   and copies it (data may go). Memory asked for: at most 64 bytes a byte of file, see cohsm_pack.
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_FORMAT, COHSM_ERR_VERSION, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC */
+
+COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_allocator *allocator, void **data, size_t *size);
+/* The packed file: the same block, entropy-coded against neighbouring pixels, a half to a third of the plain size.
+   data     written on COHSM_OK only, from the allocator (NULL = malloc): free it there
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_ALLOC, COHSM_ERR_LIMIT
+   Cost     about 50 ns a segment; cohsm_open decodes at about the same rate */
+
+/* ---- checking a build ---- */
+
+typedef struct cohsm_report {
+    uint64_t entries;               /* pixels x views compared */
+    uint64_t wrong;                 /* stored depth outside its interval; 0 or the block is not lossless */
+    uint64_t empty;                 /* entries with z1 = upper, stored at z1 as promised */
+    uint32_t first_view, first_pixel;   /* of the first wrong entry */
+} cohsm_report;
+
+COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_desc *desc, const cohsm_mesh *mesh,
+                                    cohsm_report *out);
+/* Renders every view of the mesh again and compares every stored value with max z1 <= z < upper (equation 1).
+   desc     for its allocator, threads and progress only; may be NULL
+   Errors   those of cohsm_build */
+
+COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint16_t *out);
+/* One map decompressed: M * M stored depths, row 0 at y = 0; z * 65533, 65534 = open to the sphere's far side,
+   65535 = infinity. For tests, and for renderers that want one plain shadow map. Cost: M^2 searches. */
+
+/* ---- queries: is the point lit? ---- */
+
+typedef enum cohsm_light {
+    COHSM_LIGHT_DIRECTION,          /* lights are unit directions to the light (x, y, z); maps of directions */
+    COHSM_LIGHT_POSITION,           /* semi-local: lights are positions outside the hulls; maps of directions */
+    COHSM_LIGHT_PARAMETER,          /* lights are d parameters in 0..1 of the maps' domain, any domain but LIST */
+    COHSM_LIGHT_INDEX               /* lights are uint32_t cells < N, any domain */
+} cohsm_light;
+
+typedef enum cohsm_filter {
+    COHSM_FILTER_NEAREST,           /* the nearest map, its nearest pixel: 0 or 1 */
+    COHSM_FILTER_PCF,               /* 2^d maps x 4 pixels, weighted by distance: 0..1 (paper 4.5) */
+    COHSM_FILTER_ROULETTE           /* one of those at random, its weight the probability: 0 or 1, same mean */
+} cohsm_filter;
+
+#define COHSM_NO_SELF UINT32_MAX    /* the point lies on no instance: a receiver only */
+#define COHSM_REFUSED (-1.0f)       /* visibility of a sample whose light lies inside an instance's hull */
+
+typedef struct cohsm_query {
+    const float    *points;         /* x, y, z of each receiver, in world space (object space for cohsm_visible) */
+    size_t          point_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
+    size_t          count;
+    const void     *lights;         /* see cohsm_light */
+    size_t          light_stride;   /* bytes, a multiple of 4; 0 = packed */
+    int             one_light;      /* not 0: lights is one element for all points. Much faster where points cluster */
+    cohsm_light     light;
+    cohsm_filter    filter;
+    float           bias;           /* map pixels, >= 0: receivers count as that much nearer to the light */
+    uint32_t        seed;           /* of COHSM_FILTER_ROULETTE; sample i draws from (seed, i) */
+    const uint32_t *self;           /* instance that each point lies on, tested first, or COHSM_NO_SELF; NULL = none */
+} cohsm_query;
+
+COHSM_DEF cohsm_query cohsm_query_default(void);
+/* All zero but the bias, which is 1 pixel: 0 is a bias too. */
+
+COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *query, float *visible,
+                                     size_t *refused);
+/* visible  count floats: 1 lit, 0 shadowed by this object, in between with PCF, COHSM_REFUSED
+   refused  NULL, or receives the number of COHSM_REFUSED samples
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DOMAIN. Points and lights that are not finite give 1: nothing is known there.
+   Safe from several threads on the same maps. Cost: one list's block, about one cache miss, a sample; PCF 2^(d+2). */
+
+typedef struct cohsm_instance {     /* an object of the scene; several may share maps */
+    const cohsm_maps *maps;
+    float transform[16];            /* object to world: rotation, one scale > 0, translation */
+} cohsm_instance;
+
+COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size_t instance_count,
+                                           const cohsm_query *query, float *visible, size_t *refused);
+/* The product over all instances (paper 4.6): the point's own object first, then, while some light is left, the others.
+   Errors   as cohsm_visible; COHSM_ERR_ARGUMENT also for transforms that shear, mirror or scale unevenly */
+
+/* ---- choosing sizes ---- */
+
+COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *mesh, size_t bytes,
+                                    uint32_t *side, uint32_t *map_size);
+/* The side of a two-dimensional domain and the map size M with the least expected error whose block stays below bytes.
+   The size is measured on a few small builds and continued by their growth; the error weighs the width of a cell
+   against that of a pixel as measured in docs/csm.md. Takes about as long as a build at side 32.
+   Errors   those of cohsm_build; COHSM_ERR_LIMIT where not even side 8, M = 16 fits */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* CSM_H */
+
+/* ==== implementation ============================================================================================== */
+
+#if defined(CSM_IMPLEMENTATION) && !defined(CSM_IMPLEMENTED)
+#define CSM_IMPLEMENTED
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifndef COHSM_ASSERT
+#include <assert.h>
+#define COHSM_ASSERT(condition) assert(condition)
+#endif
+
+#ifdef COHSM_NO_SIMD
+#define COHSM__NO_SIMD
+#endif
+
+/* >>> shared mem v3 m4 bytes crc trig octa hilbert rng lds cdf cpu fp_begin: written by tools/stamp from src/shared, edit there */
+
+/* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
+
+typedef struct cohsm__allocator {
+    void *(*alloc_fn)(size_t size, void *user);
+    void (*free_fn)(void *memory, void *user);
+    void *user;
+} cohsm__allocator;
+
+static inline void *cohsm__default_alloc(size_t size, void *user)
+{
+    (void)user;
+    return malloc(size);
+}
+
+static inline void cohsm__default_free(void *memory, void *user)
+{
+    (void)user;
+    free(memory);
+}
+
+/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+static inline int cohsm__mul_size(size_t a, size_t b, size_t *out)
+{
+    if (b != 0 && a > SIZE_MAX / b) return 0;
+    *out = a * b;
+    return 1;
+}
+
+static inline int cohsm__add_size(size_t a, size_t b, size_t *out)
+{
+    if (a > SIZE_MAX - b) return 0;
+    *out = a + b;
+    return 1;
+}
+
+/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+static inline int cohsm__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
+{
+    return (alloc_fn == NULL) == (free_fn == NULL);
+}
+
+static inline cohsm__allocator cohsm__allocator_make(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *),
+                                           void *user)
+{
+    cohsm__allocator a;
+    a.alloc_fn = alloc_fn && free_fn ? alloc_fn : cohsm__default_alloc;
+    a.free_fn = alloc_fn && free_fn ? free_fn : cohsm__default_free;
+    a.user = user;
+    return a;
+}
+
+/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+static inline void *cohsm__alloc(const cohsm__allocator *a, size_t size)
+{
+    return size ? a->alloc_fn(size, a->user) : NULL;
+}
+
+static inline void *cohsm__alloc_array(const cohsm__allocator *a, size_t count, size_t item_size)
+{
+    size_t size;
+    return cohsm__mul_size(count, item_size, &size) ? cohsm__alloc(a, size) : NULL;
+}
+
+static inline void cohsm__free(const cohsm__allocator *a, void *memory)
+{
+    if (memory) a->free_fn(memory, a->user);
+}
+
+/* unit v3: three floats */
+
+typedef struct cohsm__v3 { float x, y, z; } cohsm__v3;
+
+static inline cohsm__v3 cohsm__v3_make(float x, float y, float z)
+{
+    cohsm__v3 v;
+    v.x = x;
+    v.y = y;
+    v.z = z;
+    return v;
+}
+
+static inline cohsm__v3 cohsm__v3_load(const float *p) { return cohsm__v3_make(p[0], p[1], p[2]); }
+static inline void cohsm__v3_store(float *p, cohsm__v3 v) { p[0] = v.x; p[1] = v.y; p[2] = v.z; }
+
+static inline cohsm__v3 cohsm__v3_add(cohsm__v3 a, cohsm__v3 b)
+{
+    return cohsm__v3_make(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+
+static inline cohsm__v3 cohsm__v3_sub(cohsm__v3 a, cohsm__v3 b)
+{
+    return cohsm__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+static inline cohsm__v3 cohsm__v3_mul(cohsm__v3 a, cohsm__v3 b)
+{
+    return cohsm__v3_make(a.x * b.x, a.y * b.y, a.z * b.z);
+}
+
+static inline cohsm__v3 cohsm__v3_scale(cohsm__v3 a, float s)
+{
+    return cohsm__v3_make(a.x * s, a.y * s, a.z * s);
+}
+
+/* a + b s */
+static inline cohsm__v3 cohsm__v3_madd(cohsm__v3 a, cohsm__v3 b, float s)
+{
+    return cohsm__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
+}
+
+static inline float cohsm__v3_dot(cohsm__v3 a, cohsm__v3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline float cohsm__v3_length(cohsm__v3 a)
+{
+    return sqrtf(cohsm__v3_dot(a, a));
+}
+
+static inline cohsm__v3 cohsm__v3_cross(cohsm__v3 a, cohsm__v3 b)
+{
+    return cohsm__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+static inline cohsm__v3 cohsm__v3_min(cohsm__v3 a, cohsm__v3 b)
+{
+    return cohsm__v3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
+}
+
+static inline cohsm__v3 cohsm__v3_max(cohsm__v3 a, cohsm__v3 b)
+{
+    return cohsm__v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
+}
+
+/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
+   The zero vector stays zero. */
+static inline cohsm__v3 cohsm__v3_normalize(cohsm__v3 a)
+{
+    float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
+    m = m > z ? m : z;
+    if (!(m > 0.0f)) return cohsm__v3_make(0.0f, 0.0f, 0.0f);
+    if (m < 1e-30f) {
+        a = cohsm__v3_scale(a, 1e30f);
+        m *= 1e30f;
+    }
+    a = cohsm__v3_make(a.x / m, a.y / m, a.z / m);
+    m = cohsm__v3_length(a);
+    return cohsm__v3_make(a.x / m, a.y / m, a.z / m);
+}
+
+/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+static inline int cohsm__finite(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (bits & 0x7f800000u) != 0x7f800000u;
+}
+
+static inline int cohsm__v3_finite(cohsm__v3 a)
+{
+    return cohsm__finite(a.x) && cohsm__finite(a.y) && cohsm__finite(a.z);
+}
+
+/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
+   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+static inline void cohsm__v3_basis(cohsm__v3 n, cohsm__v3 *b1, cohsm__v3 *b2)
+{
+    float s = n.z >= 0.0f ? 1.0f : -1.0f;
+    float a = -1.0f / (s + n.z), b = n.x * n.y * a;
+    *b1 = cohsm__v3_make(1.0f + s * n.x * n.x * a, s * b, -s * n.x);
+    *b2 = cohsm__v3_make(b, s + n.y * n.y * a, -n.y);
+}
+
+/* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
+
+static inline cohsm__v3 cohsm__m4_point(const float *m, cohsm__v3 p)
+{
+    return cohsm__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
+                     m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
+}
+
+static inline cohsm__v3 cohsm__m4_direction(const float *m, cohsm__v3 d)
+{
+    return cohsm__v3_make(m[0] * d.x + m[4] * d.y + m[8] * d.z, m[1] * d.x + m[5] * d.y + m[9] * d.z,
+                     m[2] * d.x + m[6] * d.y + m[10] * d.z);
+}
+
+/* Finite, with 0 0 0 1 as its last row. */
+static inline int cohsm__m4_is_affine(const float *m)
+{
+    int i;
+    for (i = 0; i < 16; i++)
+        if (!cohsm__finite(m[i])) return 0;
+    return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
+}
+
+/* out = m^-1 and 1; 0 and out untouched where m is singular to float precision: the determinant against the product
+   of the column lengths, so that the test is free of scale. In double: the inverse of a badly scaled matrix is used
+   on points. out may be m. */
+static inline int cohsm__m4_affine_inverse(float *out, const float *m)
+{
+    double a = (double)m[0], b = (double)m[4], c = (double)m[8];
+    double d = (double)m[1], e = (double)m[5], f = (double)m[9];
+    double g = (double)m[2], h = (double)m[6], k = (double)m[10];
+    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
+    double ca = e * k - f * h, cb = f * g - d * k, cc = d * h - e * g;
+    double det = a * ca + b * cb + c * cc;
+    double size = sqrt((a * a + d * d + g * g) * (b * b + e * e + h * h)) * sqrt(c * c + f * f + k * k);
+    double r[12];
+    int i;
+
+    if (!(det > 1e-7 * size || det < -1e-7 * size)) return 0;
+    r[0] = ca / det;
+    r[1] = cb / det;
+    r[2] = cc / det;
+    r[3] = (c * h - b * k) / det;
+    r[4] = (a * k - c * g) / det;
+    r[5] = (b * g - a * h) / det;
+    r[6] = (b * f - c * e) / det;
+    r[7] = (c * d - a * f) / det;
+    r[8] = (a * e - b * d) / det;
+    for (i = 0; i < 3; i++) r[9 + i] = -(r[i] * tx + r[3 + i] * ty + r[6 + i] * tz);
+    for (i = 0; i < 12; i++)
+        if (!cohsm__finite((float)r[i])) return 0;
+    for (i = 0; i < 4; i++) {
+        out[4 * i] = (float)r[3 * i];
+        out[4 * i + 1] = (float)r[3 * i + 1];
+        out[4 * i + 2] = (float)r[3 * i + 2];
+        out[4 * i + 3] = i == 3 ? 1.0f : 0.0f;
+    }
+    return 1;
+}
+
+/* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
+   and at right angles within 1e-4, which is what products of float rotations reach. */
+static inline int cohsm__m4_is_rigid_uniform(const float *m, float *scale)
+{
+    cohsm__v3 x = cohsm__v3_load(m), y = cohsm__v3_load(m + 4), z = cohsm__v3_load(m + 8);
+    float s, lx, ly, lz, tolerance;
+
+    if (!cohsm__m4_is_affine(m)) return 0;
+    lx = cohsm__v3_length(x);
+    ly = cohsm__v3_length(y);
+    lz = cohsm__v3_length(z);
+    if (!(lx > 0.0f && ly > 0.0f && lz > 0.0f) || !cohsm__finite(lx + ly + lz)) return 0;
+    s = (lx + ly + lz) / 3.0f;
+    tolerance = 1e-4f * s;
+    if (fabsf(lx - s) > tolerance || fabsf(ly - s) > tolerance || fabsf(lz - s) > tolerance) return 0;
+    x = cohsm__v3_scale(x, 1.0f / lx);
+    y = cohsm__v3_scale(y, 1.0f / ly);
+    z = cohsm__v3_scale(z, 1.0f / lz);
+    if (fabsf(cohsm__v3_dot(x, y)) > 1e-4f || fabsf(cohsm__v3_dot(x, z)) > 1e-4f) return 0;
+    if (fabsf(cohsm__v3_dot(y, z)) > 1e-4f || cohsm__v3_dot(cohsm__v3_cross(x, y), z) < 0.0f) return 0;
+    *scale = s;
+    return 1;
+}
+
+/* unit bytes: little-endian values in byte arrays, whatever the host's order and alignment */
+
+static inline void cohsm__put_u16(uint8_t *p, uint32_t v)
+{
+    p[0] = (uint8_t)(v & 255u);
+    p[1] = (uint8_t)(v >> 8 & 255u);
+}
+
+static inline void cohsm__put_u32(uint8_t *p, uint32_t v)
+{
+    cohsm__put_u16(p, v & 0xffffu);
+    cohsm__put_u16(p + 2, v >> 16);
+}
+
+static inline void cohsm__put_u64(uint8_t *p, uint64_t v)
+{
+    cohsm__put_u32(p, (uint32_t)(v & 0xffffffffu));
+    cohsm__put_u32(p + 4, (uint32_t)(v >> 32));
+}
+
+static inline void cohsm__put_f32(uint8_t *p, float v)
+{
+    uint32_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    cohsm__put_u32(p, bits);
+}
+
+static inline uint16_t cohsm__get_u16(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
+
+static inline uint32_t cohsm__get_u32(const uint8_t *p)
+{
+    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+}
+
+static inline uint64_t cohsm__get_u64(const uint8_t *p)
+{
+    return (uint64_t)cohsm__get_u32(p) | (uint64_t)cohsm__get_u32(p + 4) << 32;
+}
+
+static inline float cohsm__get_f32(const uint8_t *p)
+{
+    uint32_t bits = cohsm__get_u32(p);
+    float v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+
+static inline int cohsm__host_is_little_endian(void)
+{
+    uint16_t one = 1;
+    uint8_t first;
+    memcpy(&first, &one, 1);
+    return first == 1;
+}
+
+/* unit crc: CRC-32 as in zip and PNG (reflected 0xEDB88320) */
+
+/* Begin with crc = 0 and go on with the last result. A table of 16: a nibble a step is fast enough for files and small
+   enough to read. */
+static inline uint32_t cohsm__crc32(uint32_t crc, const void *data, size_t size)
+{
+    static const uint32_t table[16] = {
+        0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu, 0x76dc4190u, 0x6b6b51f4u, 0x4db26158u, 0x5005713cu,
+        0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu, 0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu
+    };
+    const uint8_t *p = (const uint8_t *)data;
+    size_t i;
+
+    crc = ~crc;
+    for (i = 0; i < size; i++) {
+        crc ^= p[i];
+        crc = crc >> 4 ^ table[crc & 15u];
+        crc = crc >> 4 ^ table[crc & 15u];
+    }
+    return ~crc;
+}
+
+/* unit trig: elementary functions with the same bits on every machine */
+
+/* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
+   Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
+   them vectorise at SSE2 level; exp, log and pow work in double inside. Largest errors against the double functions,
+   all float arguments or a dense set tried (tests/unit/shared_test.c):
+       sin cos   1e-7 absolute, |x| <= 8192       asin acos  3e-7 absolute       atan2   4e-7 absolute, 3 ulp
+       exp log pow   1 ulp
+   Out of range or NaN is clamped into the range, so that nothing here is undefined or returns NaN. */
+
+static inline float cohsm__from_bits(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static inline uint32_t cohsm__to_bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* |x| with the sign bit of s; s = -0 counts as negative. */
+static inline float cohsm__copysign(float x, float s)
+{
+    return cohsm__from_bits((cohsm__to_bits(x) & 0x7fffffffu) | (cohsm__to_bits(s) & 0x80000000u));
+}
+
+/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
+static inline void cohsm__sincos(float x, float *sine, float *cosine)
+{
+    float t, r, z, s, c, a, b;
+    int32_t k;
+
+    t = x > -8192.0f ? x : -8192.0f;
+    t = t < 8192.0f ? t : 8192.0f;
+    k = (int32_t)(t * 0.636619772f + (t < 0.0f ? -0.5f : 0.5f));
+    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) - (float)k * 7.5497899548918822e-8f;
+    z = r * r;
+    s = r + r * z * (-0.1666665494f + z * (0.008332178146f + z * -0.0001951729898f));
+    c = (1.0f - 0.5f * z) + z * z * (0.04166664687f + z * (-0.001388736752f + z * 2.443845159e-5f));
+    a = k & 1 ? c : s;
+    b = k & 1 ? s : c;
+    *sine = k & 2 ? -a : a;
+    *cosine = (k + 1) & 2 ? -b : b;
+}
+
+static inline float cohsm__sin(float x)
+{
+    float s, c;
+    cohsm__sincos(x, &s, &c);
+    return s;
+}
+
+static inline float cohsm__cos(float x)
+{
+    float s, c;
+    cohsm__sincos(x, &s, &c);
+    return c;
+}
+
+/* asin of 0 <= x <= 0.5, z = x * x. */
+static inline float cohsm__asin_core(float x, float z)
+{
+    return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
+                        z * 0.04221856856f))));
+}
+
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. */
+static inline float cohsm__acos(float x)
+{
+    float a = fabsf(x), h, s, p;
+    a = a < 1.0f ? a : 1.0f;
+    h = 0.5f * (1.0f - a);
+    s = sqrtf(h);
+    s = a > 0.5f ? s : a;
+    p = cohsm__asin_core(s, a > 0.5f ? h : a * a);
+    p = a > 0.5f ? 2.0f * p : 1.57079633f - p;
+    return x < 0.0f ? 3.14159265f - p : p;
+}
+
+static inline float cohsm__asin(float x)
+{
+    float a = fabsf(x), h, s, p;
+    a = a < 1.0f ? a : 1.0f;
+    h = 0.5f * (1.0f - a);
+    s = sqrtf(h);
+    s = a > 0.5f ? s : a;
+    p = cohsm__asin_core(s, a > 0.5f ? h : a * a);
+    return cohsm__copysign(a > 0.5f ? 1.57079633f - 2.0f * p : p, x);
+}
+
+/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
+static inline float cohsm__atan2(float y, float x)
+{
+    float ax = fabsf(x), ay = fabsf(y), hi = ax > ay ? ax : ay, lo = ax > ay ? ay : ax, a, t, z, p;
+    a = lo == hi && hi > 0.0f ? 1.0f : lo / (hi > 0.0f ? hi : 1.0f);
+    t = a > 0.414213562f ? (a - 1.0f) / (a + 1.0f) : a;
+    z = t * t;
+    p = t + t * z * (-0.3333295525f + z * (0.1997792608f + z * (-0.1387984996f + z * 0.08060308882f)));
+    p = a > 0.414213562f ? p + 0.785398163f : p;
+    p = ay > ax ? 1.57079633f - p : p;
+    p = cohsm__to_bits(x) >> 31 ? 3.14159265f - p : p;
+    return cohsm__copysign(p, y);
+}
+
+/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2. */
+static inline double cohsm__exp_core(double x)
+{
+    double r, p, power;
+    int32_t k;
+    uint64_t bits;
+
+    x = x > -110.0 ? x : -110.0;
+    x = x < 90.0 ? x : 90.0;
+    k = (int32_t)(x * 1.4426950408889634 + (x < 0.0 ? -0.5 : 0.5));
+    r = x - (double)k * 0.69314718055994531;
+    p = 0.00139460621285616904 + r * 0.000199183706518237736;
+    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 + r * (0.00833326438132814496 +
+        r * p)));
+    bits = (uint64_t)(k + 1023) << 52;
+    memcpy(&power, &bits, sizeof power);
+    return power * (1.0 + (r + r * r * p));
+}
+
+/* x > 0: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)). */
+static inline double cohsm__log_core(float x)
+{
+    double m = (double)x, s, z;
+    uint64_t bits;
+    int32_t e;
+
+    memcpy(&bits, &m, sizeof bits);
+    e = (int32_t)(bits >> 52) - 1023;
+    bits = (bits & 0x000fffffffffffffu) | 0x3ff0000000000000u;
+    memcpy(&m, &bits, sizeof m);
+    if (m > 1.4142135623730951) {
+        m *= 0.5;
+        e++;
+    }
+    s = (m - 1.0) / (m + 1.0);
+    z = s * s;
+    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 + z * 0.117910756496012977));
+    return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
+}
+
+/* Infinity from 88.7228394 on. */
+static inline float cohsm__exp(float x)
+{
+    return x > 88.7228394f ? cohsm__from_bits(0x7f800000u) : (float)cohsm__exp_core((double)x);
+}
+
+/* -infinity where x is not above 0. */
+static inline float cohsm__log(float x)
+{
+    return x > 0.0f ? (float)cohsm__log_core(x) : cohsm__from_bits(0xff800000u);
+}
+
+/* x below 0 counts as 0; pow(0, y) is 0, 1 or infinity for y above, equal to or below 0. */
+static inline float cohsm__pow(float x, float y)
+{
+    double t;
+    if (y == 0.0f) return 1.0f;
+    if (!(x > 0.0f)) return y > 0.0f ? 0.0f : cohsm__from_bits(0x7f800000u);
+    t = (double)y * cohsm__log_core(x);
+    return t > 88.722839111 ? cohsm__from_bits(0x7f800000u) : (float)cohsm__exp_core(t);
+}
+
+/* unit octa, needs v3 trig: equal-area map between the unit square and the sphere, +Y at its centre */
+
+/* Clarberg, "Fast equal-area mapping of the (hemi)sphere using SIMD", J. Graphics Tools 13(3), 2008. The inner diamond
+   is the hemisphere y >= 0; neighbouring cells of the square are neighbours on the sphere. */
+static inline cohsm__v3 cohsm__octa_direction(float u, float v)
+{
+    float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f, x = fabsf(a), z = fabsf(b);
+    float d = 1.0f - (x + z), r = 1.0f - fabsf(d), s, c, f;
+
+    cohsm__sincos(r > 0.0f ? ((z - x) / r + 1.0f) * 0.785398163f : 0.0f, &s, &c);
+    f = r * sqrtf(2.0f - r * r);
+    return cohsm__v3_make(a < 0.0f ? -f * c : f * c, d < 0.0f ? r * r - 1.0f : 1.0f - r * r,
+                     b < 0.0f ? -f * s : f * s);
+}
+
+/* n of unit length. 1 - |y| by x^2 + z^2, which is exact near the poles. u and v in [0, 1]. */
+static inline void cohsm__octa_square(cohsm__v3 n, float *u, float *v)
+{
+    float r = sqrtf((n.x * n.x + n.z * n.z) / (1.0f + fabsf(n.y)));
+    float b = cohsm__atan2(fabsf(n.z), fabsf(n.x)) * 0.636619772f * r, a = r - b, t = a;
+
+    if (n.y < 0.0f) {
+        a = 1.0f - b;
+        b = 1.0f - t;
+    }
+    a = a < 0.0f ? 0.0f : a > 1.0f ? 1.0f : a;
+    b = b < 0.0f ? 0.0f : b > 1.0f ? 1.0f : b;
+    *u = 0.5f * (n.x < 0.0f ? 1.0f - a : 1.0f + a);
+    *v = 0.5f * (n.z < 0.0f ? 1.0f - b : 1.0f + b);
+}
+
+/* unit hilbert: Hilbert curves in 1 to 3 dimensions */
+
+/* Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707, 2004: the index's bits dealt out to the axes are
+   Gray-decoded, then exchanges and inversions are undone from the finest level up. A cube of 2^bits cells a side,
+   dims * bits <= 32; index < 2^(dims * bits), cell[i] < 2^bits. Neighbours on the curve share a face. */
+static inline void cohsm__hilbert_cell(uint32_t index, uint32_t bits, uint32_t dims, uint32_t *cell)
+{
+    uint32_t i, b, q, t;
+
+    for (i = 0; i < dims; i++) {
+        cell[i] = 0;
+        for (b = 0; b < bits; b++) cell[i] |= (index >> (b * dims + (dims - 1u - i)) & 1u) << b;
+    }
+    t = cell[dims - 1u] >> 1;
+    for (i = dims - 1u; i > 0; i--) cell[i] ^= cell[i - 1u];
+    cell[0] ^= t;
+    for (b = 1; b < bits; b++) {
+        q = (1u << b) - 1u;
+        for (i = dims; i-- > 0;) {
+            t = cell[i] >> b & 1u ? 0u : (cell[0] ^ cell[i]) & q;
+            cell[0] ^= cell[i] >> b & 1u ? q : t;
+            cell[i] ^= t;
+        }
+    }
+}
+
+static inline uint32_t cohsm__hilbert_index(const uint32_t *cell, uint32_t bits, uint32_t dims)
+{
+    uint32_t x[3] = { 0, 0, 0 }, i, b, q, t, index = 0;
+
+    for (i = 0; i < dims; i++) x[i] = cell[i];
+    for (b = bits; b-- > 1u;) {
+        q = (1u << b) - 1u;
+        for (i = 0; i < dims; i++) {
+            t = x[i] >> b & 1u ? 0u : (x[0] ^ x[i]) & q;
+            x[0] ^= x[i] >> b & 1u ? q : t;
+            x[i] ^= t;
+        }
+    }
+    for (i = 1; i < dims; i++) x[i] ^= x[i - 1u];
+    for (t = 0, b = bits; b-- > 1u;)
+        if (x[dims - 1u] >> b & 1u) t ^= (1u << b) - 1u;
+    for (i = 0; i < dims; i++) x[i] ^= t;
+    for (i = 0; i < dims; i++)
+        for (b = 0; b < bits; b++) index |= (x[i] >> b & 1u) << (b * dims + (dims - 1u - i));
+    return index;
+}
+
+/* unit rng: hashes and random numbers, the same on every machine */
+
+/* Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020: the output function of O'Neill's PCG. */
+static inline uint32_t cohsm__hash32(uint32_t x)
+{
+    uint32_t state = x * 747796405u + 2891336453u;
+    uint32_t word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
+    return word >> 22 ^ word;
+}
+
+static inline uint32_t cohsm__hash_combine(uint32_t a, uint32_t b)
+{
+    return cohsm__hash32(a + 0x9e3779b9u * cohsm__hash32(b));
+}
+
+/* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
+static inline float cohsm__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
+
+/* Number i of the stream (seed, stream), in [0, 1), without state: what threads and tiles need. */
+static inline float cohsm__random(uint32_t seed, uint32_t stream, uint32_t i)
+{
+    return cohsm__to_unit(cohsm__hash_combine(cohsm__hash_combine(seed, stream), i));
+}
+
+typedef struct cohsm__rng { uint64_t state; } cohsm__rng;
+
+static inline uint32_t cohsm__rng_u32(cohsm__rng *r)
+{
+    uint64_t old = r->state;
+    uint32_t x = (uint32_t)((old >> 18 ^ old) >> 27 & 0xffffffffu), rot = (uint32_t)(old >> 59);
+    r->state = old * 6364136223846793005u + 1442695040888963407u;
+    return x >> rot | x << ((32u - rot) & 31u);
+}
+
+static inline cohsm__rng cohsm__rng_make(uint32_t seed)
+{
+    cohsm__rng r;
+    r.state = (uint64_t)cohsm__hash32(seed) << 32 | cohsm__hash32(~seed);
+    cohsm__rng_u32(&r);
+    return r;
+}
+
+static inline float cohsm__rng_float(cohsm__rng *r) { return cohsm__to_unit(cohsm__rng_u32(r)); }
+
+/* unit lds, needs rng: low-discrepancy points in [0, 1) */
+
+static inline uint32_t cohsm__reverse_bits(uint32_t x)
+{
+    x = x >> 16 | x << 16;
+    x = (x >> 8 & 0x00ff00ffu) | (x & 0x00ff00ffu) << 8;
+    x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;
+    x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
+    return (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
+}
+
+static inline float cohsm__radical2(uint32_t i) { return cohsm__to_unit(cohsm__reverse_bits(i)); }
+
+/* The digits turned round as an integer below 3^20, so that only one rounding happens; i counts modulo 3^20. */
+static inline float cohsm__radical3(uint32_t i)
+{
+    uint32_t r = 0, k;
+    for (k = 0; k < 20u; k++, i /= 3u) r = r * 3u + i % 3u;
+    return cohsm__to_unit((uint32_t)((double)r * (4294967296.0 / 3486784401.0)));
+}
+
+/* Roberts' R2 sequence: fractions of i / g and i / g^2, g^3 = g + 1, in 32-bit fixed point. */
+static inline void cohsm__r2(uint32_t i, float *u, float *v)
+{
+    *u = cohsm__to_unit(0x80000000u + i * 3242174889u);
+    *v = cohsm__to_unit(0x80000000u + i * 2447445413u);
+}
+
+/* Owen scrambling by the hash of Laine and Karras as Burley tuned it, "Practical hash-based Owen scrambling",
+   JCGT 9(4), 2020. Works on reversed bits: a bit depends on the more significant ones only. */
+static inline uint32_t cohsm__owen(uint32_t x, uint32_t seed)
+{
+    x = cohsm__reverse_bits(x) + seed;
+    x ^= x * 0x6c50b47cu;
+    x ^= x * 0xb82f1e52u;
+    x ^= x * 0xc7afe638u;
+    x ^= x * 0x8d22f6e6u;
+    return cohsm__reverse_bits(x);
+}
+
+/* Point i of a scrambled (0, 2)-sequence: the first two dimensions of Sobol's. The order is shuffled too, so that
+   different seeds may be combined to more dimensions. */
+static inline void cohsm__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
+{
+    uint32_t x, y = 0, d = 0x80000000u, k;
+    i = cohsm__owen(i, cohsm__hash32(seed));
+    x = cohsm__reverse_bits(i);
+    for (k = i; k; k >>= 1, d ^= d >> 1)
+        if (k & 1u) y ^= d;
+    *u = cohsm__to_unit(cohsm__owen(x, cohsm__hash_combine(seed, 1u)));
+    *v = cohsm__to_unit(cohsm__owen(y, cohsm__hash_combine(seed, 2u)));
+}
+
+/* unit cdf: piecewise-constant distributions in 1D and 2D, sampled by inversion */
+
+/* Running sums in double: a float sum of 1e6 small weights is wrong in the third digit. sums[i] is the weight before
+   cell i, sums[count] the total; the array is the caller's. */
+typedef struct cohsm__cdf { const double *sums; uint32_t count; } cohsm__cdf;
+
+typedef struct cohsm__cdf_sample {
+    uint32_t index;
+    float    fraction;      /* where u fell inside the cell, [0, 1): a fresh random number */
+    float    probability;   /* of the cell; 0 only where all weights are 0 */
+} cohsm__cdf_sample;
+
+/* Doubles that a distribution over count cells needs; 0 where that overflows. */
+static inline size_t cohsm__cdf_doubles(size_t count) { return count < SIZE_MAX / sizeof(double) ? count + 1u : 0u; }
+
+/* Negative, NaN and infinite weights count as 0; their number is returned. scale is 1 for most callers. */
+static inline size_t cohsm__cdf_build(cohsm__cdf *cdf, double *sums, const float *weights, uint32_t count, double scale)
+{
+    size_t bad = 0;
+    double sum = 0.0;
+    uint32_t i;
+
+    for (i = 0; i < count; i++) {
+        uint32_t bits;
+        memcpy(&bits, weights + i, sizeof bits);
+        sums[i] = sum;
+        if ((bits & 0x7fffffffu) == 0) continue;
+        if ((bits & 0x7f800000u) == 0x7f800000u || bits >> 31) bad++;
+        else sum += (double)weights[i] * scale;
+    }
+    sums[count] = sum;
+    cdf->sums = sums;
+    cdf->count = count;
+    return bad;
+}
+
+static inline double cohsm__cdf_total(const cohsm__cdf *cdf) { return cdf->sums[cdf->count]; }
+
+static inline float cohsm__cdf_probability(const cohsm__cdf *cdf, uint32_t index)
+{
+    double total = cohsm__cdf_total(cdf);
+    return total > 0.0 ? (float)((cdf->sums[index + 1u] - cdf->sums[index]) / total) : 0.0f;
+}
+
+/* The cell with sums[i] <= u * total < sums[i + 1]: the strict upper bound is what keeps empty cells out, also at
+   u = 0, and u below 1 in range. u outside [0, 1) is clamped. */
+static inline cohsm__cdf_sample cohsm__cdf_sample_at(const cohsm__cdf *cdf, float u)
+{
+    cohsm__cdf_sample s;
+    double total = cohsm__cdf_total(cdf), x, width, f;
+    uint32_t lo = 0, hi = cdf->count;
+
+    s.index = 0;
+    s.fraction = 0.0f;
+    s.probability = 0.0f;
+    if (!(total > 0.0)) return s;
+    if (!(u > 0.0f)) u = 0.0f;
+    if (u > 0.99999994f) u = 0.99999994f;
+    x = (double)u * total;
+    while (hi - lo > 1u) {
+        uint32_t mid = lo + (hi - lo) / 2u;
+        if (cdf->sums[mid] <= x) lo = mid;
+        else hi = mid;
+    }
+    /* Only where x rounded up to a total of denormal size. */
+    while (lo > 0 && !(cdf->sums[lo + 1u] > cdf->sums[lo])) lo--;
+    width = cdf->sums[lo + 1u] - cdf->sums[lo];
+    f = (x - cdf->sums[lo]) / width;
+    s.index = lo;
+    s.fraction = f < 0.99999994 ? (float)f : 0.99999994f;
+    s.probability = (float)(width / total);
+    return s;
+}
+
+/* Rows first: marginal over the rows, then the row's own distribution. */
+typedef struct cohsm__cdf2 { const double *rows, *sums; uint32_t width, height; } cohsm__cdf2;
+
+typedef struct cohsm__cdf2_sample {
+    uint32_t x, y;
+    float    fx, fy;        /* inside the cell, [0, 1) */
+    float    probability;   /* of the cell */
+} cohsm__cdf2_sample;
+
+/* Doubles for width * height cells; 0 where that overflows. */
+static inline size_t cohsm__cdf2_doubles(uint32_t width, uint32_t height)
+{
+    size_t row = (size_t)width + 1u, rows = (size_t)height + 1u;
+    if (row == 0 || rows == 0 || height > (SIZE_MAX / sizeof(double) - rows) / row) return 0;
+    return row * height + rows;
+}
+
+/* weights row by row; row_scale (NULL: 1) multiplies whole rows, as the solid angle of a latitude-longitude map's row
+   does. Returns the number of bad weights, as cohsm__cdf_build. */
+static inline size_t cohsm__cdf2_build(cohsm__cdf2 *cdf, double *memory, const float *weights, const float *row_scale,
+                                  uint32_t width, uint32_t height)
+{
+    double *rows = memory, *sums = memory + height + 1u, total = 0.0;
+    size_t bad = 0;
+    uint32_t y;
+
+    for (y = 0; y < height; y++) {
+        cohsm__cdf row;
+        bad += cohsm__cdf_build(&row, sums + (size_t)y * (width + 1u), weights + (size_t)y * width, width,
+                           row_scale ? (double)row_scale[y] : 1.0);
+        rows[y] = total;
+        total += cohsm__cdf_total(&row);
+    }
+    rows[height] = total;
+    cdf->rows = rows;
+    cdf->sums = sums;
+    cdf->width = width;
+    cdf->height = height;
+    return bad;
+}
+
+static inline cohsm__cdf cohsm__cdf2_row(const cohsm__cdf2 *cdf, uint32_t y)
+{
+    cohsm__cdf row;
+    row.sums = cdf->sums + (size_t)y * (cdf->width + 1u);
+    row.count = cdf->width;
+    return row;
+}
+
+static inline double cohsm__cdf2_total(const cohsm__cdf2 *cdf) { return cdf->rows[cdf->height]; }
+
+static inline float cohsm__cdf2_probability(const cohsm__cdf2 *cdf, uint32_t x, uint32_t y)
+{
+    const double *row = cdf->sums + (size_t)y * (cdf->width + 1u);
+    double total = cohsm__cdf2_total(cdf);
+    return total > 0.0 ? (float)((row[x + 1u] - row[x]) / total) : 0.0f;
+}
+
+static inline cohsm__cdf2_sample cohsm__cdf2_sample_at(const cohsm__cdf2 *cdf, float u, float v)
+{
+    cohsm__cdf marginal, row;
+    cohsm__cdf_sample sx, sy;
+    cohsm__cdf2_sample s;
+
+    marginal.sums = cdf->rows;
+    marginal.count = cdf->height;
+    sy = cohsm__cdf_sample_at(&marginal, v);
+    row = cohsm__cdf2_row(cdf, sy.index);
+    sx = cohsm__cdf_sample_at(&row, u);
+    s.x = sx.index;
+    s.y = sy.index;
+    s.fx = sx.fraction;
+    s.fy = sy.fraction;
+    s.probability = cohsm__cdf2_probability(cdf, s.x, s.y);
+    return s;
+}
+
+/* unit cpu: run-time detection of x86 vector units */
+
+/* COHSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time. COHSM__NO_SIMD, defined by
+   the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs none. */
+#if !defined(COHSM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
+#define COHSM__X86 1
+#define COHSM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
+#define COHSM__TARGET_AVX512 \
+    __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi,bmi2,lzcnt,popcnt")))
+#elif !defined(COHSM__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64)
+#define COHSM__X86 1
+#define COHSM__TARGET_AVX2
+#define COHSM__TARGET_AVX512
+#else
+#define COHSM__X86 0
+#endif
+
+#if COHSM__X86 && defined(_MSC_VER) && !defined(__clang__)
+#include <intrin.h>
+/* Bit of leaf 7's ebx, after FMA and what the operating system saves were checked. */
+static inline int cohsm__cpu_leaf7(unsigned xcr0, unsigned ebx)
+{
+    int r[4];
+    __cpuid(r, 0);
+    if (r[0] < 7) return 0;
+    __cpuid(r, 1);
+    if (!(r[2] & 1 << 12) || !(r[2] & 1 << 27) || !(r[2] & 1 << 23)) return 0;   /* FMA, OSXSAVE, POPCNT */
+    if (((unsigned)_xgetbv(0) & xcr0) != xcr0) return 0;
+    __cpuidex(r, 7, 0);
+    return ((unsigned)r[1] & ebx) == ebx;
+}
+static inline int cohsm__cpu_has_avx2(void) { return cohsm__cpu_leaf7(0x06u, 0x00000128u); }
+static inline int cohsm__cpu_has_avx512(void) { return cohsm__cpu_leaf7(0xe6u, 0xc0030128u); }
+#elif COHSM__X86
+/* The compiler's run time asks the operating system too. Every processor with BMI2 has LZCNT. */
+static inline int cohsm__cpu_has_avx2(void)
+{
+    __builtin_cpu_init();
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
+           __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
+}
+static inline int cohsm__cpu_has_avx512(void)
+{
+    return cohsm__cpu_has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+}
+#else
+static inline int cohsm__cpu_has_avx2(void) { return 0; }
+static inline int cohsm__cpu_has_avx512(void) { return 0; }
+#endif
+
+/* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
+
+/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
+   clang within expressions. gcc also forgets errno for sqrtf, which would keep it from being inlined and vectorised.
+   A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
+   stay within tolerance but not equal to the bit. */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__) && !defined(__TINYC__)
+#pragma GCC push_options
+#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-fno-trapping-math")
+#elif defined(_MSC_VER)
+#pragma fp_contract(off)
+#endif
+
+/* <<< shared */
+
+#if COHSM__X86
+#include <immintrin.h>
+#endif
+
+/* ---- >>types ---- */
+
+/* The block is 32-bit little-endian words, so that one rule serves memory, file, upload and hosts of either byte order:
+
+     header        COHSM__HEADER_WORDS words, cohsm__header below
+     order table   HILBERT only: place in the sequence of each cell, 16 bits each up to 65,536 cells, else 32
+     locations     TABLE and LIST only: 4 floats a cell
+     lookup        one word for each 65,536 views (a chunk) and pixel: the word where its list begins,
+                   or COHSM__CONSTANT | depth where all maps of the chunk store the same depth there
+     lists         see "lists" below, then 4 words of padding so that readers may load ahead */
+
+enum {
+    COHSM__MAGIC = 0x4d534344,          /* "DCSM" */
+    COHSM__FORMAT = 1,
+    COHSM__HEADER_WORDS = 96,
+    COHSM__PADDING = 4,
+    COHSM__BLOCK_WORDS = 16,            /* a block of a list is one cache line */
+    COHSM__CHUNK_BITS = 16,
+    COHSM__DOP_AXES = 13,
+    COHSM__OPEN = 65534,                /* depth of the sphere's far side; hits are at most COHSM__HIT_MAX */
+    COHSM__HIT_MAX = 65533,
+    COHSM__INFINITE = 65535
+};
+#define COHSM__CONSTANT 0x80000000u
+#define COHSM__CHUNK (1u << COHSM__CHUNK_BITS)
+
+typedef struct cohsm__header {          /* 32-bit fields only */
+    uint32_t magic, format, words, crc; /* crc of everything after this field */
+    uint32_t domain, layers, order, frame;
+    uint32_t side[3], map_count, view_count, map_size, depth_bits, dimensions;
+    uint32_t positional, self_only, pixel_begin, pixel_end;
+    uint32_t order_words, location_words, lookup_words, list_words;
+    uint32_t segments_low, segments_high;
+    float    center[3], radius, depth_far;
+    float    origin[3], u[3], v[3], w[3];
+    float    dop[2 * COHSM__DOP_AXES];  /* least and greatest extent along each axis of cohsm__dop_axis */
+    uint32_t reserved[COHSM__HEADER_WORDS - 69];
+} cohsm__header;
+
+typedef char cohsm__header_size[sizeof(cohsm__header) == 4 * COHSM__HEADER_WORDS ? 1 : -1];
+
+struct cohsm_maps {
+    cohsm__allocator  allocator;
+    uint32_t         *words;            /* the block */
+    cohsm__header     head;
+    const uint32_t   *order, *lookup, *lists;
+    const float      *locations;
+    uint32_t          range;            /* pixel_end - pixel_begin */
+    float            *angles;           /* LATLONG: cos, sin of each column, then of each row */
+    float             dop[2 * COHSM__DOP_AXES]; /* in radii about the centre */
+    uint16_t          depth_of[512];    /* stored grid value -> 16-bit depth */
+    int               simd;             /* 0 none, 1 AVX2 */
+};
+
+typedef struct cohsm__parallel { cohsm_parallel_for run; void *user; } cohsm__parallel;
+
+static void cohsm__run(const cohsm__parallel *p, size_t count, cohsm_task task, void *context)
+{
+    size_t i;
+    if (p->run) p->run(p->user, count, task, context);
+    else
+        for (i = 0; i < count; i++) task(context, i);
+}
+
+/* Allocation with a count of what is asked for at once, for cohsm_stats.peak_bytes. */
+typedef struct cohsm__heap { cohsm__allocator allocator; size_t used, peak; } cohsm__heap;
+
+static void *cohsm__take(cohsm__heap *h, size_t count, size_t size)
+{
+    void *p = cohsm__alloc_array(&h->allocator, count, size);
+    if (p) {
+        h->used += count * size;
+        if (h->used > h->peak) h->peak = h->used;
+    }
+    return p;
+}
+
+static void cohsm__give(cohsm__heap *h, void *p, size_t count, size_t size)
+{
+    if (!p) return;
+    h->used -= count * size;
+    cohsm__free(&h->allocator, p);
+}
+
+static uint32_t cohsm__min_u32(uint32_t a, uint32_t b) { return a < b ? a : b; }
+static uint32_t cohsm__max_u32(uint32_t a, uint32_t b) { return a > b ? a : b; }
+
+/* ---- >>order: from cells to places in the sequence ---- */
+
+typedef struct cohsm__walk { uint32_t *out, count, width; } cohsm__walk;
+
+static int cohsm__half(int v) { return v >= 0 ? v / 2 : -((1 - v) / 2); }   /* rounds down */
+static int cohsm__sign(int v) { return v > 0 ? 1 : v < 0 ? -1 : 0; }
+
+/* A Hilbert-like curve through a rectangle of any size: starts at (x, y) and covers the cells spanned by the vectors a
+   (the way it ends up) and b. Long rectangles are cut in two along a; others in three, as Hilbert's square is in four
+   with the middle two joined. Halves are made even where possible, which leaves at most one diagonal step. */
+static void cohsm__hilbert_walk(cohsm__walk *walk, int x, int y, int ax, int ay, int bx, int by)
+{
+    int w = abs(ax + ay), h = abs(bx + by), i;
+    int dax = cohsm__sign(ax), day = cohsm__sign(ay), dbx = cohsm__sign(bx), dby = cohsm__sign(by);
+    int ax2 = cohsm__half(ax), ay2 = cohsm__half(ay), bx2 = cohsm__half(bx), by2 = cohsm__half(by);
+
+    if (h == 1 || w == 1) {
+        for (i = 0; i < (h == 1 ? w : h); i++) {
+            walk->out[walk->count++] = (uint32_t)x + (uint32_t)y * walk->width;
+            x += h == 1 ? dax : dbx;
+            y += h == 1 ? day : dby;
+        }
+        return;
+    }
+    if (2 * w > 3 * h) {
+        if (abs(ax2 + ay2) % 2 && w > 2) {
+            ax2 += dax;
+            ay2 += day;
+        }
+        cohsm__hilbert_walk(walk, x, y, ax2, ay2, bx, by);
+        cohsm__hilbert_walk(walk, x + ax2, y + ay2, ax - ax2, ay - ay2, bx, by);
+        return;
+    }
+    if (abs(bx2 + by2) % 2 && h > 2) {
+        bx2 += dbx;
+        by2 += dby;
+    }
+    cohsm__hilbert_walk(walk, x, y, bx2, by2, ax2, ay2);
+    cohsm__hilbert_walk(walk, x + bx2, y + by2, ax, ay, bx - bx2, by - by2);
+    cohsm__hilbert_walk(walk, x + (ax - dax) + (bx2 - dbx), y + (ay - day) + (by2 - dby), -bx2, -by2, -(ax - ax2),
+                        -(ay - ay2));
+}
+
+/* cells[i] = the cell at place i. Zig-zag in any size, and Hilbert in 1 and 2 dimensions; in 3 dimensions Hilbert's cube
+   for powers of two, else layers of the 2-D curve, every other one backwards. */
+static void cohsm__order_cells(uint32_t *cells, const uint32_t *side, cohsm_order order)
+{
+    uint32_t n0 = side[0], n1 = side[1], n2 = side[2], n = n0 * n1 * n2, i, x, y, z, bits, c[3];
+    cohsm__walk walk;
+
+    if (order == COHSM_ORDER_HILBERT && n2 > 1 && n0 == n1 && n1 == n2 && (n0 & (n0 - 1u)) == 0) {
+        for (bits = 0; 1u << bits < n0; bits++) {}
+        for (i = 0; i < n; i++) {
+            cohsm__hilbert_cell(i, bits, 3, c);
+            cells[i] = c[0] + n0 * (c[1] + n1 * c[2]);
+        }
+        return;
+    }
+    if (order == COHSM_ORDER_HILBERT) {
+        walk.out = cells;
+        walk.count = 0;
+        walk.width = n0;
+        if (n0 >= n1) cohsm__hilbert_walk(&walk, 0, 0, (int)n0, 0, 0, (int)n1);
+        else cohsm__hilbert_walk(&walk, 0, 0, 0, (int)n1, (int)n0, 0);
+        for (z = 1; z < n2; z++)
+            for (i = 0; i < n0 * n1; i++) cells[z * n0 * n1 + i] = cells[z * n0 * n1 - 1u - i] + n0 * n1;
+        return;
+    }
+    for (i = 0; i < n; i++) {
+        if (order == COHSM_ORDER_ZIGZAG_THETA) {
+            y = i % n1;
+            x = i / n1 % n0;
+            z = i / (n0 * n1);
+            if ((i / n1) & 1u) y = n1 - 1u - y;
+            if (z & 1u) x = n0 - 1u - x;
+        } else {
+            x = i % n0;
+            y = i / n0 % n1;
+            z = i / (n0 * n1);
+            if (order == COHSM_ORDER_ZIGZAG && (i / n0) & 1u) x = n0 - 1u - x;
+            if (order == COHSM_ORDER_ZIGZAG && z & 1u) y = n1 - 1u - y;
+        }
+        cells[i] = x + n0 * (y + n1 * z);
+    }
+}
+
+/* ---- >>domain: D, cells and frames ---- */
+
+static uint32_t cohsm__dimensions(cohsm_domain_kind kind, const uint32_t *side)
+{
+    switch (kind) {
+    case COHSM_DOMAIN_LINE: return 1;
+    case COHSM_DOMAIN_VOLUME: return 3;
+    case COHSM_DOMAIN_LIST: return 0;
+    case COHSM_DOMAIN_TABLE: return side[2] > 1 ? 3 : side[1] > 1 ? 2 : 1;
+    default: return 2;
+    }
+}
+
+static int cohsm__has_table(uint32_t kind) { return kind == COHSM_DOMAIN_TABLE || kind == COHSM_DOMAIN_LIST; }
+
+static cohsm__v3 cohsm__affine(const cohsm__header *h, float s, float t, float r)
+{
+    cohsm__v3 p = cohsm__v3_load(h->origin);
+    p = cohsm__v3_madd(p, cohsm__v3_load(h->u), s);
+    p = cohsm__v3_madd(p, cohsm__v3_load(h->v), t);
+    return cohsm__v3_madd(p, cohsm__v3_load(h->w), r);
+}
+
+/* Shirley and Chiu's concentric map of the square to the disc, area-preserving. */
+static void cohsm__concentric(float s, float t, float *x, float *y)
+{
+    float a = 2.0f * s - 1.0f, b = 2.0f * t - 1.0f, r, phi, sine, cosine;
+    if (fabsf(a) > fabsf(b)) {
+        r = a;
+        phi = 0.785398163f * (b / a);
+    } else {
+        r = b;
+        phi = b == 0.0f ? 0.0f : 1.57079633f - 0.785398163f * (a / b);
+    }
+    cohsm__sincos(phi, &sine, &cosine);
+    *x = r * cosine;
+    *y = r * sine;
+}
+
+/* The analytic D of every kind but TABLE and LIST. */
+static cohsm__v3 cohsm__map_parameter(const cohsm__header *h, float s, float t, float r)
+{
+    float sine, cosine, ring, x, y;
+    cohsm__v3 p;
+
+    switch (h->domain) {
+    case COHSM_DOMAIN_OCTAHEDRAL: return cohsm__octa_direction(s, t);
+    case COHSM_DOMAIN_DISC:
+        cohsm__concentric(s, t, &x, &y);
+        return cohsm__affine(h, x, y, 0.0f);
+    case COHSM_DOMAIN_SPHERE:
+        cohsm__sincos((s - 0.5f) * 6.28318531f, &sine, &cosine);
+        y = 1.0f - 2.0f * t;
+        ring = sqrtf(y >= 1.0f || y <= -1.0f ? 0.0f : 1.0f - y * y);
+        p = cohsm__v3_make(ring * cosine, y, ring * sine);
+        return cohsm__v3_madd(cohsm__v3_load(h->origin), p, cohsm__v3_length(cohsm__v3_load(h->u)));
+    case COHSM_DOMAIN_LATLONG:
+        cohsm__sincos((s - 0.5f) * 6.28318531f, &sine, &cosine);
+        cohsm__sincos(t * 3.14159265f, &ring, &y);
+        return cohsm__v3_make(ring * cosine, y, ring * sine);
+    default: return cohsm__affine(h, s, t, r);
+    }
+}
+
+static void cohsm__cell_split(const uint32_t *side, uint32_t cell, uint32_t *c)
+{
+    c[0] = cell % side[0];
+    c[1] = cell / side[0] % side[1];
+    c[2] = cell / (side[0] * side[1]);
+}
+
+static cohsm__v3 cohsm__cell_location(const cohsm__header *h, const float *table, uint32_t cell)
+{
+    uint32_t c[3];
+    if (cohsm__has_table(h->domain)) return cohsm__v3_load(table + 4 * (size_t)cell);
+    cohsm__cell_split(h->side, cell, c);
+    return cohsm__map_parameter(h, ((float)c[0] + 0.5f) / (float)h->side[0], ((float)c[1] + 0.5f) / (float)h->side[1],
+                                ((float)c[2] + 0.5f) / (float)h->side[2]);
+}
+
+typedef struct cohsm__frame { cohsm__v3 right, up, back; } cohsm__frame;  /* back points to the light */
+
+static cohsm__frame cohsm__frame_of(uint32_t kind, cohsm__v3 d)
+{
+    cohsm__frame f;
+    float s, a, h;
+
+    f.back = d;
+    if (kind == COHSM_FRAME_POLAR) {
+        h = sqrtf(d.x * d.x + d.z * d.z);
+        f.right = h > 1e-6f ? cohsm__v3_make(-d.z / h, 0.0f, d.x / h) : cohsm__v3_make(0.0f, 0.0f, 1.0f);
+        f.up = cohsm__v3_cross(f.right, d);
+        return f;
+    }
+    s = kind == COHSM_FRAME_MINIMAL || d.y >= 0.0f ? 1.0f : -1.0f;
+    if (s + d.y > -1e-6f && s + d.y < 1e-6f) {       /* MINIMAL at -Y: any frame is as short a way */
+        f.right = cohsm__v3_make(1.0f, 0.0f, 0.0f);
+        f.up = cohsm__v3_make(0.0f, 0.0f, 1.0f);
+        return f;
+    }
+    a = -1.0f / (s + d.y);
+    f.right = cohsm__v3_make(1.0f + s * d.x * d.x * a, -s * d.x, s * d.x * d.z * a);
+    f.up = cohsm__v3_make(d.x * d.z * a, -d.z, s + d.z * d.z * a);
+    return f;
+}
+
+/* LATLONG with the polar frame, from its four angles: the pole has a right direction too. */
+static cohsm__frame cohsm__frame_latlong(float cos_phi, float sin_phi, float cos_theta, float sin_theta)
+{
+    cohsm__frame f;
+    f.right = cohsm__v3_make(-sin_phi, 0.0f, cos_phi);
+    f.up = cohsm__v3_make(-cos_theta * cos_phi, sin_theta, -cos_theta * sin_phi);
+    f.back = cohsm__v3_make(sin_theta * cos_phi, cos_theta, sin_theta * sin_phi);
+    return f;
+}
+
+/* angles = cos, sin of each column's azimuth, then of each row's polar angle; 2 (side[0] + side[1]) floats */
+static void cohsm__latlong_angles(const uint32_t *side, float *angles)
+{
+    uint32_t i;
+    for (i = 0; i < side[0]; i++, angles += 2)
+        cohsm__sincos((((float)i + 0.5f) / (float)side[0] - 0.5f) * 6.28318531f, angles + 1, angles);
+    for (i = 0; i < side[1]; i++, angles += 2)
+        cohsm__sincos(((float)i + 0.5f) / (float)side[1] * 3.14159265f, angles + 1, angles);
+}
+
+static cohsm__frame cohsm__cell_frame(const cohsm__header *h, const float *table, const float *angles, uint32_t cell)
+{
+    const float *column, *row;
+    if (h->domain != COHSM_DOMAIN_LATLONG || h->frame != COHSM_FRAME_POLAR)
+        return cohsm__frame_of(h->frame, cohsm__cell_location(h, table, cell));
+    column = angles + 2 * (cell % h->side[0]);
+    row = angles + 2 * h->side[0] + 2 * (cell / h->side[0]);
+    return cohsm__frame_latlong(column[0], column[1], row[0], row[1]);
+}
+
+/* Faces of a cube: 2 axis + (1 where it looks along the negative axis). Pixel x runs along the next axis, y along the
+   one after, in every face: neighbours along an edge need no rotation, and the mirroring harms nothing. */
+static void cohsm__face_coordinates(uint32_t face, cohsm__v3 q, float *x, float *y, float *w)
+{
+    float c[3];
+    c[0] = q.x;
+    c[1] = q.y;
+    c[2] = q.z;
+    *w = face & 1u ? -c[face >> 1] : c[face >> 1];
+    *x = c[((face >> 1) + 1u) % 3u];
+    *y = c[((face >> 1) + 2u) % 3u];
+}
+
+static uint32_t cohsm__face_of(cohsm__v3 q)
+{
+    float x = fabsf(q.x), y = fabsf(q.y), z = fabsf(q.z);
+    if (x >= y && x >= z) return q.x < 0.0f ? 1u : 0u;
+    if (y >= z) return q.y < 0.0f ? 3u : 2u;
+    return q.z < 0.0f ? 5u : 4u;
+}
+
+/* ---- >>raster: the first layers of a triangle mesh ---- */
+
+/* Samples lie at pixel centres; corners are rounded to 1/256 pixel, so that triangles of a shared edge see the same
+   corners, and the fill rule gives every sample of that edge to one of them: no sample is counted twice or missed.
+   Every bit of the result follows from + - * / and integers; the order of triangles does not matter. */
+
+enum { COHSM__LANES = 8, COHSM__SUBPIXEL = 256 };
+
+typedef struct cohsm__soup {            /* corners in units of the bounding sphere, groups of 8 triangles */
+    float   *v;                         /* per group x0[8] y0[8] z0[8] x1[8] ... z2[8]; the last group is filled up
+                                           with triangles of no area */
+    uint32_t groups, triangles;
+} cohsm__soup;
+
+typedef struct cohsm__camera {
+    int          perspective;
+    cohsm__frame frame;                 /* orthographic */
+    cohsm__v3    eye;                   /* perspective, in units of the bounding sphere about its centre */
+    uint32_t     face;
+    float        depth_scale;           /* perspective: w (in radii) to depth 0..1 */
+} cohsm__camera;
+
+typedef struct cohsm__target {
+    uint16_t *z;                        /* keep values a pixel, nearest first; COHSM__INFINITE = no hit */
+    uint32_t  keep;                     /* 2 or 4 (the fourth is unused) */
+    int       size, row_begin, row_end; /* M, and the rows that are wanted */
+} cohsm__target;
+
+static void cohsm__insert(uint16_t *z, uint32_t keep, uint16_t depth)
+{
+    uint16_t t;
+    if (keep == 2) {
+        if (depth >= z[1]) return;
+        if (depth < z[0]) {
+            z[1] = z[0];
+            z[0] = depth;
+        } else z[1] = depth;
+        return;
+    }
+    if (depth >= z[2]) return;
+    z[2] = depth;
+    if (z[2] < z[1]) {
+        t = z[1];
+        z[1] = z[2];
+        z[2] = t;
+    }
+    if (z[1] < z[0]) {
+        t = z[0];
+        z[0] = z[1];
+        z[1] = t;
+    }
+}
+
+static uint16_t cohsm__depth16(float z)
+{
+    float s = z * (float)COHSM__HIT_MAX;
+    return (uint16_t)(s > 0.0f ? s < (float)COHSM__HIT_MAX ? (int)s : COHSM__HIT_MAX : 0);
+}
+
+/* A corner on the image plane: fixed-point position, and depth or 1/w. */
+typedef struct cohsm__corner { int32_t x, y; float z; } cohsm__corner;
+
+/* The edge from a to b takes the samples exactly on it or leaves them to the neighbour, who sees it from b to a. */
+static int cohsm__edge_loses(const cohsm__corner *a, const cohsm__corner *b)
+{
+    return !(b->y > a->y || (b->y == a->y && b->x > a->x));
+}
+
+static int64_t cohsm__edge(const cohsm__corner *a, const cohsm__corner *b, int32_t x, int32_t y)
+{
+    return (int64_t)(b->x - a->x) * (y - a->y) - (int64_t)(b->y - a->y) * (x - a->x);
+}
+
+static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const cohsm__corner *p0,
+                        const cohsm__corner *p1, const cohsm__corner *p2)
+{
+    int64_t area = (int64_t)(p1->x - p0->x) * (p2->y - p0->y) - (int64_t)(p1->y - p0->y) * (p2->x - p0->x);
+    int64_t w0, w1, w2, s0, s1, s2;
+    int e0, e1, e2;
+    int32_t lx, hx, ly, hy, x0, x1, y0, y1, x, y;
+    const cohsm__corner *swap;
+    float scale, z;
+
+    if (area == 0) return;
+    if (area < 0) {
+        swap = p1;
+        p1 = p2;
+        p2 = swap;
+        area = -area;
+    }
+    lx = p0->x < p1->x ? p0->x : p1->x;
+    hx = p0->x > p1->x ? p0->x : p1->x;
+    ly = p0->y < p1->y ? p0->y : p1->y;
+    hy = p0->y > p1->y ? p0->y : p1->y;
+    if (p2->x < lx) lx = p2->x;
+    if (p2->x > hx) hx = p2->x;
+    if (p2->y < ly) ly = p2->y;
+    if (p2->y > hy) hy = p2->y;
+    /* the samples x * 256 + 128 within lx..hx; clamped first, since shifts of negative numbers are not portable */
+    x0 = lx <= 128 ? 0 : (lx + 127) >> 8;
+    y0 = ly <= 128 + 256 * t->row_begin ? t->row_begin : (ly + 127) >> 8;
+    x1 = hx < 128 ? -1 : (hx - 128) >> 8;
+    y1 = hy < 128 ? -1 : (hy - 128) >> 8;
+    if (x1 >= t->size) x1 = t->size - 1;
+    if (y1 >= t->row_end) y1 = t->row_end - 1;
+    if (x0 > x1 || y0 > y1) return;
+
+    s0 = cohsm__edge(p1, p2, x0 * 256 + 128, y0 * 256 + 128);
+    s1 = cohsm__edge(p2, p0, x0 * 256 + 128, y0 * 256 + 128);
+    s2 = cohsm__edge(p0, p1, x0 * 256 + 128, y0 * 256 + 128);
+    e0 = cohsm__edge_loses(p1, p2);
+    e1 = cohsm__edge_loses(p2, p0);
+    e2 = cohsm__edge_loses(p0, p1);
+    scale = 1.0f / (float)area;
+    for (y = y0; y <= y1; y++) {
+        w0 = s0;
+        w1 = s1;
+        w2 = s2;
+        for (x = x0; x <= x1; x++) {
+            if (w0 >= e0 && w1 >= e1 && w2 >= e2) {
+                z = ((float)w0 * p0->z + (float)w1 * p1->z + (float)w2 * p2->z) * scale;
+                if (cam->perspective) z = cam->depth_scale / z;
+                cohsm__insert(t->z + (size_t)t->keep * (size_t)(y * t->size + x), t->keep, cohsm__depth16(z));
+            }
+            w0 -= (int64_t)(p2->y - p1->y) * 256;
+            w1 -= (int64_t)(p0->y - p2->y) * 256;
+            w2 -= (int64_t)(p1->y - p0->y) * 256;
+        }
+        s0 += (int64_t)(p2->x - p1->x) * 256;
+        s1 += (int64_t)(p0->x - p2->x) * 256;
+        s2 += (int64_t)(p1->x - p0->x) * 256;
+    }
+}
+
+/* One group, orthographic. Most triangles of a fine mesh cover no sample, so their boxes are tested first. */
+static void cohsm__raster_group(const cohsm__target *t, const cohsm__camera *cam, const float *v)
+{
+    int32_t px[3][COHSM__LANES], py[3][COHSM__LANES];
+    float scale = (float)(t->size * (COHSM__SUBPIXEL / 2)), offset = scale + 0.5f;
+    cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
+    cohsm__v3 b = cam->frame.back;
+    cohsm__corner corner[3];
+    int i, k;
+
+    for (k = 0; k < 3; k++, v += 3 * COHSM__LANES)
+        for (i = 0; i < COHSM__LANES; i++) {
+            px[k][i] = (int32_t)(v[i] * r.x + v[8 + i] * r.y + v[16 + i] * r.z + offset);
+            py[k][i] = (int32_t)(v[i] * u.x + v[8 + i] * u.y + v[16 + i] * u.z + offset);
+        }
+    v -= 9 * COHSM__LANES;
+    for (i = 0; i < COHSM__LANES; i++) {
+        int32_t lx = px[0][i] < px[1][i] ? px[0][i] : px[1][i], hx = px[0][i] > px[1][i] ? px[0][i] : px[1][i];
+        int32_t ly = py[0][i] < py[1][i] ? py[0][i] : py[1][i], hy = py[0][i] > py[1][i] ? py[0][i] : py[1][i];
+        lx = lx < px[2][i] ? lx : px[2][i];
+        hx = hx > px[2][i] ? hx : px[2][i];
+        ly = ly < py[2][i] ? ly : py[2][i];
+        hy = hy > py[2][i] ? hy : py[2][i];
+        if ((lx + 127) >> 8 > (hx - 128) >> 8 || (ly + 127) >> 8 > (hy - 128) >> 8) continue;
+        for (k = 0; k < 3; k++) {
+            const float *c = v + 3 * COHSM__LANES * k + i;
+            corner[k].x = px[k][i];
+            corner[k].y = py[k][i];
+            corner[k].z = 0.5f - 0.5f * (c[0] * b.x + c[8] * b.y + c[16] * b.z);
+        }
+        cohsm__fill(t, cam, corner, corner + 1, corner + 2);
+    }
+}
+
+/* Perspective: triangles are cut to |x|, |y| <= 2 w, so that fixed-point positions stay small, and to w >= near. */
+typedef struct cohsm__clip { float x, y, w; } cohsm__clip;
+
+static float cohsm__clip_distance(const cohsm__clip *c, int plane)
+{
+    switch (plane) {
+    case 0: return c->w - 1e-5f;
+    case 1: return 2.0f * c->w - c->x;
+    case 2: return 2.0f * c->w + c->x;
+    case 3: return 2.0f * c->w - c->y;
+    default: return 2.0f * c->w + c->y;
+    }
+}
+
+/* The cut is computed from the inner end, whichever way the edge runs: both its triangles get the same corner. */
+static cohsm__clip cohsm__clip_cut(const cohsm__clip *in, const cohsm__clip *out, float din, float dout)
+{
+    cohsm__clip c;
+    float t = din / (din - dout);
+    c.x = in->x + (out->x - in->x) * t;
+    c.y = in->y + (out->y - in->y) * t;
+    c.w = in->w + (out->w - in->w) * t;
+    return c;
+}
+
+static int cohsm__clip_polygon(cohsm__clip *p, int count)
+{
+    cohsm__clip q[10];
+    int plane, i, n;
+
+    for (plane = 0; plane < 5; plane++) {
+        for (i = 0, n = 0; i < count; i++) {
+            const cohsm__clip *a = p + i, *b = p + (i + 1 == count ? 0 : i + 1);
+            float da = cohsm__clip_distance(a, plane), db = cohsm__clip_distance(b, plane);
+            if (da >= 0.0f) q[n++] = *a;
+            if (da >= 0.0f && db < 0.0f) q[n++] = cohsm__clip_cut(a, b, da, db);
+            if (da < 0.0f && db >= 0.0f) q[n++] = cohsm__clip_cut(b, a, db, da);
+        }
+        count = n;
+        if (count < 3) return 0;
+        memcpy(p, q, sizeof *p * (size_t)count);
+    }
+    return count;
+}
+
+static cohsm__corner cohsm__project(const cohsm__clip *c, int size)
+{
+    cohsm__corner p;
+    float scale = (float)(size * (COHSM__SUBPIXEL / 2)), inverse = 1.0f / c->w, offset = scale * 3.0f + 0.5f;
+    /* offset by one image first: conversion to int then truncates downwards everywhere */
+    p.x = (int32_t)(c->x * inverse * scale + offset) - size * COHSM__SUBPIXEL;
+    p.y = (int32_t)(c->y * inverse * scale + offset) - size * COHSM__SUBPIXEL;
+    p.z = inverse;
+    return p;
+}
+
+static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam, const float *v, int lane)
+{
+    cohsm__clip p[10];
+    cohsm__corner c0, c1, c2;
+    int k, n = 3, behind = 0, left = 0, right = 0, below = 0, above = 0, inside = 0;
+
+    for (k = 0; k < 3; k++, v += 3 * COHSM__LANES) {
+        cohsm__v3 q = cohsm__v3_sub(cohsm__v3_make(v[lane], v[8 + lane], v[16 + lane]), cam->eye);
+        cohsm__face_coordinates(cam->face, q, &p[k].x, &p[k].y, &p[k].w);
+        behind += p[k].w < 1e-5f;
+        left += p[k].x < -p[k].w;
+        right += p[k].x > p[k].w;
+        below += p[k].y < -p[k].w;
+        above += p[k].y > p[k].w;
+        inside += p[k].w >= 1e-5f && fabsf(p[k].x) <= 2.0f * p[k].w && fabsf(p[k].y) <= 2.0f * p[k].w;
+    }
+    if (behind == 3 || left == 3 || right == 3 || below == 3 || above == 3) return;
+    if (inside < 3) n = cohsm__clip_polygon(p, 3);
+    if (n < 3) return;
+    c0 = cohsm__project(p, t->size);
+    c1 = cohsm__project(p + 1, t->size);
+    for (k = 2; k < n; k++) {
+        c2 = cohsm__project(p + k, t->size);
+        cohsm__fill(t, cam, &c0, &c1, &c2);
+        c1 = c2;
+    }
+}
+
+/* Can the unit sphere be seen in this face at all? */
+static int cohsm__face_sees_sphere(const cohsm__camera *cam)
+{
+    cohsm__v3 q = cohsm__v3_scale(cam->eye, -1.0f);
+    float x, y, w;
+    cohsm__face_coordinates(cam->face, q, &x, &y, &w);
+    return w > -1.001f && fabsf(x) - w < 1.4157f && fabsf(y) - w < 1.4157f;
+}
+
+static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, int simd)
+{
+    size_t first = (size_t)(t->row_begin * t->size) * t->keep, last = (size_t)(t->row_end * t->size) * t->keep;
+    uint32_t g;
+    int lane;
+
+    (void)simd;
+    memset(t->z + first, 0xff, (last - first) * sizeof *t->z);
+    if (cam->perspective) {
+        if (!cohsm__face_sees_sphere(cam)) return;
+        for (g = 0; g < soup->groups; g++)
+            for (lane = 0; lane < COHSM__LANES; lane++)
+                cohsm__raster_perspective(t, cam, soup->v + (size_t)g * 9 * COHSM__LANES, lane);
+        return;
+    }
+#if COHSM__X86
+    if (simd) {
+        cohsm__raster_avx2(t, cam, soup);
+        return;
+    }
+#endif
+    for (g = 0; g < soup->groups; g++) cohsm__raster_group(t, cam, soup->v + (size_t)g * 9 * COHSM__LANES);
+}
+
+/* ---- >>mesh: checked, normalised triangles ---- */
+
+static const uint32_t *cohsm__corners(const cohsm_mesh *m, size_t triangle, uint32_t *scratch)
+{
+    if (m->indices) return m->indices + 3 * triangle;
+    scratch[0] = (uint32_t)(3 * triangle);
+    scratch[1] = scratch[0] + 1;
+    scratch[2] = scratch[0] + 2;
+    return scratch;
+}
+
+static cohsm__v3 cohsm__vertex(const cohsm_mesh *m, uint32_t i)
+{
+    size_t stride = m->vertex_stride ? m->vertex_stride : 12;
+    float p[3];
+    memcpy(p, (const char *)m->positions + stride * i, sizeof p);
+    return cohsm__v3_load(p);
+}
+
+static size_t cohsm__triangle_count(const cohsm_mesh *m) { return (m->indices ? m->index_count : m->vertex_count) / 3; }
+
+static cohsm_result cohsm__check_mesh(const cohsm_mesh *m)
+{
+    size_t i, count;
+    if (!m || !m->positions || !m->vertex_count) return COHSM_ERR_ARGUMENT;
+    if (m->vertex_count > 0x7fffffffu || (m->indices && m->index_count > 0x7fffffffu)) return COHSM_ERR_LIMIT;
+    if (m->vertex_stride && (m->vertex_stride < 12 || m->vertex_stride % 4)) return COHSM_ERR_INPUT;
+    count = m->indices ? m->index_count : m->vertex_count;
+    if (count == 0 || count % 3) return COHSM_ERR_INPUT;
+    if (m->indices)
+        for (i = 0; i < count; i++)
+            if (m->indices[i] >= m->vertex_count) return COHSM_ERR_INPUT;
+    return COHSM_OK;
+}
+
+/* The order of a triangle's corners by position, so that copies of it compare equal whatever their winding. */
+static int cohsm__less(cohsm__v3 a, cohsm__v3 b)
+{
+    if (a.x < b.x || a.x > b.x) return a.x < b.x;
+    if (a.y < b.y || a.y > b.y) return a.y < b.y;
+    return a.z < b.z;
+}
+
+static void cohsm__sort3(cohsm__v3 *p)
+{
+    cohsm__v3 t;
+    int i;
+    for (i = 0; i < 3; i++)
+        if (cohsm__less(p[i == 1 ? 2 : 1], p[i == 1 ? 1 : 0])) {
+            t = p[i == 1 ? 1 : 0];
+            p[i == 1 ? 1 : 0] = p[i == 1 ? 2 : 1];
+            p[i == 1 ? 2 : 1] = t;
+        }
+}
+
+static int cohsm__equal(cohsm__v3 a, cohsm__v3 b) { return !cohsm__less(a, b) && !cohsm__less(b, a); }
+
+static uint32_t cohsm__hash_corners(const cohsm__v3 *p)
+{
+    uint32_t h = 0, bits, i, k;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 3; k++) {
+            float f = (k == 0 ? p[i].x : k == 1 ? p[i].y : p[i].z) + 0.0f;   /* -0 becomes 0 */
+            memcpy(&bits, &f, sizeof bits);
+            h = cohsm__hash_combine(h, bits);
+        }
+    return h;
+}
+
+/* used[t] = 1 for triangles that are rendered: finite, with three different corners, the first of its copies. Copies
+   would put two equal depths into every map and so a segment of its own into every entry. */
+static cohsm_result cohsm__select(const cohsm_mesh *mesh, uint8_t *used, cohsm__heap *heap, cohsm_stats *stats)
+{
+    size_t count = cohsm__triangle_count(mesh), slots = 16, t, s;
+    uint32_t *table, scratch[3], scratch2[3];
+    int k, copy;
+
+    while (slots < 2 * count) slots *= 2;
+    table = (uint32_t *)cohsm__take(heap, slots, sizeof *table);
+    if (!table) return COHSM_ERR_ALLOC;
+    memset(table, 0, slots * sizeof *table);
+    for (t = 0; t < count; t++) {
+        const uint32_t *c = cohsm__corners(mesh, t, scratch);
+        cohsm__v3 p[3], q[3];
+        for (k = 0; k < 3; k++) p[k] = cohsm__vertex(mesh, c[k]);
+        used[t] = 0;
+        if (!cohsm__v3_finite(p[0]) || !cohsm__v3_finite(p[1]) || !cohsm__v3_finite(p[2]) ||
+            cohsm__equal(p[0], p[1]) || cohsm__equal(p[1], p[2]) || cohsm__equal(p[2], p[0])) {
+            stats->skipped_triangles++;
+            continue;
+        }
+        cohsm__sort3(p);
+        for (s = cohsm__hash_corners(p) & (slots - 1), copy = 0; table[s] && !copy; s = (s + 1) & (slots - 1)) {
+            c = cohsm__corners(mesh, table[s] - 1u, scratch2);
+            for (k = 0; k < 3; k++) q[k] = cohsm__vertex(mesh, c[k]);
+            cohsm__sort3(q);
+            copy = cohsm__equal(p[0], q[0]) && cohsm__equal(p[1], q[1]) && cohsm__equal(p[2], q[2]);
+        }
+        if (copy) {
+            stats->duplicate_triangles++;
+            continue;
+        }
+        table[s] = (uint32_t)t + 1u;
+        used[t] = 1;
+        stats->triangles++;
+    }
+    cohsm__give(heap, table, slots, sizeof *table);
+    return stats->triangles ? COHSM_OK : COHSM_ERR_INPUT;
+}
+
+static double cohsm__distance2(const double *c, cohsm__v3 p)
+{
+    double x = (double)p.x - c[0], y = (double)p.y - c[1], z = (double)p.z - c[2];
+    return x * x + y * y + z * z;
+}
+
+/* The smallest sphere, nearly: from the middle of the box, steps of 1/2, 1/3, 1/4 ... towards the farthest corner
+   (Badoiu and Clarkson, "Smaller core-sets for balls", SODA 2003). */
+static void cohsm__fit_sphere(const cohsm_mesh *mesh, const uint8_t *used, float *center, float *radius)
+{
+    size_t count = cohsm__triangle_count(mesh), t;
+    uint32_t scratch[3];
+    double c[3] = { 0, 0, 0 }, best = -1.0, far2, d2;
+    cohsm__v3 lo = { 0, 0, 0 }, hi = { 0, 0, 0 }, p, farthest = { 0, 0, 0 };
+    int step, k, any = 0;
+
+    for (t = 0; t < count; t++)
+        for (k = 0; used[t] && k < 3; k++) {
+            p = cohsm__vertex(mesh, cohsm__corners(mesh, t, scratch)[k]);
+            lo = any ? cohsm__v3_min(lo, p) : p;
+            hi = any ? cohsm__v3_max(hi, p) : p;
+            any = 1;
+        }
+    c[0] = 0.5 * ((double)lo.x + (double)hi.x);
+    c[1] = 0.5 * ((double)lo.y + (double)hi.y);
+    c[2] = 0.5 * ((double)lo.z + (double)hi.z);
+    for (step = 1; step <= 64; step++) {
+        for (t = 0, far2 = -1.0; t < count; t++)
+            for (k = 0; used[t] && k < 3; k++) {
+                p = cohsm__vertex(mesh, cohsm__corners(mesh, t, scratch)[k]);
+                d2 = cohsm__distance2(c, p);
+                if (d2 > far2) {
+                    far2 = d2;
+                    farthest = p;
+                }
+            }
+        if (best < 0.0 || far2 < best) {
+            best = far2;
+            for (k = 0; k < 3; k++) center[k] = (float)c[k];
+        }
+        c[0] += ((double)farthest.x - c[0]) / (step + 1);
+        c[1] += ((double)farthest.y - c[1]) / (step + 1);
+        c[2] += ((double)farthest.z - c[2]) / (step + 1);
+    }
+    *radius = (float)(sqrt(best) * 1.00001);
+}
+
+/* A little beyond what rounding of the centre may have lost. */
+static int cohsm__sphere_holds(const cohsm_mesh *mesh, const uint8_t *used, const float *center, float radius)
+{
+    size_t count = cohsm__triangle_count(mesh), t;
+    double c[3], r2 = (double)radius * (double)radius * 1.0001;
+    uint32_t scratch[3];
+    int k;
+    for (k = 0; k < 3; k++) c[k] = (double)center[k];
+    for (t = 0; t < count; t++)
+        for (k = 0; used[t] && k < 3; k++)
+            if (cohsm__distance2(c, cohsm__vertex(mesh, cohsm__corners(mesh, t, scratch)[k])) > r2) return 0;
+    return 1;
+}
+
+/* Axes of the k-DOP: the faces, edges and corners of a cube. */
+static cohsm__v3 cohsm__dop_axis(int i)
+{
+    static const signed char axis[COHSM__DOP_AXES][3] = {
+        { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 }, { 1, 1, 0 }, { 1, -1, 0 }, { 1, 0, 1 }, { 1, 0, -1 },
+        { 0, 1, 1 }, { 0, 1, -1 }, { 1, 1, 1 }, { 1, 1, -1 }, { 1, -1, 1 }, { -1, 1, 1 }
+    };
+    return cohsm__v3_make((float)axis[i][0], (float)axis[i][1], (float)axis[i][2]);
+}
+
+static void cohsm__dop_of_sphere(float *dop, const float *center, float radius)
+{
+    int i;
+    for (i = 0; i < COHSM__DOP_AXES; i++) {
+        cohsm__v3 a = cohsm__dop_axis(i);
+        float middle = cohsm__v3_dot(a, cohsm__v3_load(center)), reach = cohsm__v3_length(a) * radius;
+        dop[2 * i] = middle - reach;
+        dop[2 * i + 1] = middle + reach;
+    }
+}
+
+static void cohsm__dop_of_mesh(float *dop, const cohsm_mesh *mesh, const uint8_t *used)
+{
+    size_t count = cohsm__triangle_count(mesh), t;
+    uint32_t scratch[3];
+    int i, k, any = 0;
+    for (t = 0; t < count; t++)
+        for (k = 0; used[t] && k < 3; k++) {
+            cohsm__v3 p = cohsm__vertex(mesh, cohsm__corners(mesh, t, scratch)[k]);
+            for (i = 0; i < COHSM__DOP_AXES; i++) {
+                float d = cohsm__v3_dot(cohsm__dop_axis(i), p);
+                if (!any || d < dop[2 * i]) dop[2 * i] = d;
+                if (!any || d > dop[2 * i + 1]) dop[2 * i + 1] = d;
+            }
+            any = 1;
+        }
+}
+
+static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used, uint32_t triangles,
+                            const float *center, float radius, cohsm__heap *heap)
+{
+    size_t count = cohsm__triangle_count(mesh), t, n = 0, floats;
+    cohsm__v3 c = cohsm__v3_load(center), p;
+    uint32_t scratch[3];
+    float *v, inverse = 1.0f / radius;
+    int k;
+
+    soup->triangles = triangles;
+    soup->groups = (triangles + COHSM__LANES - 1) / COHSM__LANES;
+    floats = (size_t)soup->groups * 9 * COHSM__LANES;
+    soup->v = (float *)cohsm__take(heap, floats, sizeof(float));
+    if (!soup->v) return 0;
+    memset(soup->v, 0, floats * sizeof(float));
+    for (t = 0; t < count; t++) {
+        if (!used[t]) continue;
+        for (k = 0; k < 3; k++) {
+            p = cohsm__vertex(mesh, cohsm__corners(mesh, t, scratch)[k]);
+            p = cohsm__v3_scale(cohsm__v3_sub(p, c), inverse);
+            v = soup->v + n / COHSM__LANES * 9 * COHSM__LANES + 3 * COHSM__LANES * (size_t)k + n % COHSM__LANES;
+            v[0] = p.x;
+            v[COHSM__LANES] = p.y;
+            v[2 * COHSM__LANES] = p.z;
+        }
+        n++;
+    }
+    return 1;
+}
+
+static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
+{
+    cohsm__give(heap, soup->v, (size_t)soup->groups * 9 * COHSM__LANES, sizeof(float));
+    soup->v = NULL;
+}
+
+/* ---- >>lists: the format ---- */
+
+/* One pixel's depths over the views of a chunk are piecewise constant: segments, each with a first view and a depth.
+   A list is
+
+     directory     16-bit numbers: the count of blocks, then the first view of each block but the first, padded to a word
+     blocks        16 words each, the last one as short as it can be
+
+   and a block, read as a string of bits from the low end of its first word,
+
+     8 base, 4 k, 4 width     of the two fields below
+     64 marks                 Elias-Fano: the block's views fall into buckets of 2^k; for each bucket a 1 for every
+                              segment that begins in it, then a 0. The first segment begins at the block's first view
+     n x k low bits           first view of each segment within its bucket
+     n x width codes          depth on the grid, less base; all ones but the last bit: infinite; all ones: exact
+     16 bits each             the exact depths, in order
+
+   A search looks through the directory, finds its bucket by counting zeros, and compares a few low bits: one line of
+   directory and one or two of the block, whatever the number of segments. */
+
+enum { COHSM__BLOCK_BITS = 32 * COHSM__BLOCK_WORDS, COHSM__MARKS = 64, COHSM__LOW_AT = 16 + COHSM__MARKS };
+
+typedef struct cohsm__segment {
+    uint16_t first;                     /* view within the chunk */
+    uint16_t lo, hi;                    /* grid values that separate the layers; exact: lo = depth, hi unused */
+    uint16_t exact;
+} cohsm__segment;
+
+/* 33 bits or more from any position: more than any field needs. */
+static uint64_t cohsm__window(const uint32_t *words, uint32_t bit)
+{
+    const uint32_t *w = words + (bit >> 5);
+    return (w[0] | (uint64_t)w[1] << 32) >> (bit & 31u);
+}
+
+static uint32_t cohsm__bits(const uint32_t *words, uint32_t bit, uint32_t count)
+{
+    return (uint32_t)cohsm__window(words, bit) & ((1u << count) - 1u);
+}
+
+static void cohsm__put_bits(uint32_t *words, uint32_t bit, uint32_t count, uint32_t value)
+{
+    uint32_t *w = words + (bit >> 5);
+    uint64_t shifted = (uint64_t)value << (bit & 31u);
+    w[0] |= (uint32_t)(shifted & 0xffffffffu);
+    if ((bit & 31u) + count > 32) w[1] |= (uint32_t)(shifted >> 32);
+}
+
+static uint32_t cohsm__half_word(const uint32_t *words, uint32_t i) { return words[i >> 1] >> (16 * (i & 1u)) & 0xffffu; }
+
+static uint64_t cohsm__marks(const uint32_t *block)
+{
+    return block[0] >> 16 | (uint64_t)block[1] << 16 | (uint64_t)block[2] << 48;
+}
+
+static uint32_t cohsm__popcount(uint64_t x)
+{
+    x -= x >> 1 & 0x5555555555555555u;
+    x = (x & 0x3333333333333333u) + (x >> 2 & 0x3333333333333333u);
+    x = (x + (x >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+    return (uint32_t)(x * 0x0101010101010101u >> 56);
+}
+
+/* Position of the zero with this number (from 0); 64 where there are not so many. Halving by counts. */
+static uint32_t cohsm__select_zero(uint64_t marks, uint32_t number)
+{
+    uint64_t zeros = ~marks;
+    uint32_t at = 0, step, n;
+    for (step = 32; step; step >>= 1) {
+        n = cohsm__popcount(zeros >> at & (((uint64_t)1 << step) - 1u));
+        if (number >= n) {
+            number -= n;
+            at += step;
+        }
+    }
+    return number == 0 && (zeros >> at & 1u) ? at : 64u;
+}
+
+/* The exact depth of segment j: it has as many predecessors as there are codes of all ones before it. */
+static uint32_t cohsm__exact_depth(const uint32_t *block, uint32_t codes_at, uint32_t width, uint32_t n, uint32_t j)
+{
+    uint32_t i, rank = 0, exact = (1u << width) - 1u;
+    for (i = 0; i < j; i++) rank += cohsm__bits(block, codes_at + i * width, width) == exact;
+    return cohsm__bits(block, codes_at + n * width + 16 * rank, 16);
+}
+
+/* The 16-bit depth of segment j in a block. */
+static uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t *depth_of, uint32_t n, uint32_t j)
+{
+    uint32_t k = block[0] >> 8 & 15u, width = block[0] >> 12 & 15u, codes_at = COHSM__LOW_AT + n * k;
+    uint32_t code = cohsm__bits(block, codes_at + j * width, width), top = (1u << width) - 1u;
+    if (code < top - 1u) return depth_of[(block[0] & 255u) + code];
+    return code == top ? cohsm__exact_depth(block, codes_at, width, n, j) : (uint32_t)COHSM__INFINITE;
+}
+
+/* Segment of a block that holds a view: offset = view less the block's first. */
+static uint32_t cohsm__block_find(const uint32_t *block, uint32_t offset)
+{
+    uint32_t k = block[0] >> 8 & 15u, bucket = offset >> k, low = offset & ((1u << k) - 1u), at = 0, j;
+    uint64_t marks = cohsm__marks(block);
+
+    if (bucket) at = cohsm__select_zero(marks, bucket - 1u) + 1u;
+    j = at - bucket;                                /* segments that begin before this bucket */
+    while (at < 64 && (marks >> at & 1u) && cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low) {
+        at++;
+        j++;
+    }
+    return j - 1u;
+}
+
+static uint32_t cohsm__list_depth(const uint32_t *list, const uint16_t *depth_of, uint32_t view)
+{
+    uint32_t blocks = list[0] & 0xffffu, lo = 0, hi = blocks, middle;
+    const uint32_t *block;
+    while (hi - lo > 1) {                           /* the last block that begins at or before the view */
+        middle = (lo + hi) / 2;
+        if (cohsm__half_word(list, middle) <= view) lo = middle;
+        else hi = middle;
+    }
+    block = list + (blocks + 1) / 2 + COHSM__BLOCK_WORDS * (size_t)lo;
+    return cohsm__block_depth(block, depth_of, cohsm__popcount(cohsm__marks(block)),
+                              cohsm__block_find(block, view - (lo ? cohsm__half_word(list, lo) : 0u)));
+}
+
+static uint32_t cohsm__stored_depth(const uint32_t *lookup, const uint32_t *lists, const uint16_t *depth_of,
+                                    uint32_t range, uint32_t pixel, uint32_t place)
+{
+    uint32_t entry = lookup[(size_t)(place >> COHSM__CHUNK_BITS) * range + pixel];
+    if (entry & COHSM__CONSTANT) return entry & 0xffffu;
+    return cohsm__list_depth(lists + entry, depth_of, place & (COHSM__CHUNK - 1u));
+}
+
+/* ---- >>encode: segments to lists ---- */
+
+typedef struct cohsm__plan {
+    uint32_t n, exact, least_hi, greatest_lo;   /* of the segments taken so far; greatest_lo = -1: none is finite */
+    uint32_t k, width, base, values, bits;
+} cohsm__plan;
+
+static void cohsm__plan_start(cohsm__plan *p)
+{
+    p->n = p->exact = p->greatest_lo = p->bits = 0;
+    p->least_hi = COHSM__INFINITE;
+}
+
+/* Takes one more segment; 0 where the block would become too long. end = first view after it. */
+static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, uint32_t grid, uint32_t end)
+{
+    uint32_t span = end - s[0].first;
+    const cohsm__segment *last = s + p->n;
+
+    p->n++;
+    if (last->exact) p->exact++;
+    else if (last->lo < grid) {
+        p->least_hi = cohsm__min_u32(p->least_hi, cohsm__min_u32(last->hi, grid - 1u));
+        p->greatest_lo = cohsm__max_u32(p->greatest_lo, last->lo);
+    }
+    /* the narrowest range of grid values with one in each interval: from the least hi to the greatest lo */
+    if (p->least_hi == COHSM__INFINITE) {
+        p->base = p->values = 0;
+    } else if (p->least_hi < p->greatest_lo) {
+        p->base = p->least_hi;
+        p->values = p->greatest_lo - p->least_hi + 1u;
+    } else {
+        p->base = (p->least_hi + p->greatest_lo) / 2u;
+        p->values = 1;
+    }
+    for (p->width = 1; (1u << p->width) - 2u < p->values; p->width++) {}
+    for (p->k = 0; p->n + ((span - 1u) >> p->k) > COHSM__MARKS; p->k++)
+        if (p->k == 15) return 0;
+    p->bits = COHSM__LOW_AT + p->n * (p->k + p->width) + 16u * p->exact;
+    return p->bits <= COHSM__BLOCK_BITS;
+}
+
+static uint32_t cohsm__segment_end(const cohsm__segment *s, size_t i, size_t count, uint32_t views)
+{
+    return i + 1 < count ? s[i + 1].first : views;
+}
+
+/* The most segments that fit, found one by one: taking more may need a larger k or width, so a block that is too long
+   with n segments may not be tried with n + 1. */
+static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, uint32_t grid, uint32_t views)
+{
+    cohsm__plan best, next;
+    cohsm__plan_start(&next);
+    best = next;
+    while (next.n < count && cohsm__plan_take(&next, s, grid, cohsm__segment_end(s, next.n, count, views))) best = next;
+    return best;
+}
+
+static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, const cohsm__plan *p, uint32_t grid)
+{
+    uint32_t i, offset, bucket = 0, at = 16, code, value, middle, exact = 0;
+    uint32_t codes_at = COHSM__LOW_AT + p->n * p->k, infinite = (1u << p->width) - 2u;
+
+    cohsm__put_bits(block, 0, 16, p->base | p->k << 8 | p->width << 12);
+    for (i = 0; i < p->n; i++) {
+        offset = (uint32_t)s[i].first - s[0].first;
+        at += (offset >> p->k) - bucket;
+        bucket = offset >> p->k;
+        cohsm__put_bits(block, at++, 1, 1);
+        cohsm__put_bits(block, COHSM__LOW_AT + i * p->k, p->k, offset & ((1u << p->k) - 1u));
+        if (s[i].exact) {
+            code = infinite + 1u;
+            cohsm__put_bits(block, codes_at + p->n * p->width + 16u * exact++, 16, s[i].lo);
+        } else if (s[i].lo >= grid) code = infinite;
+        else {
+            /* the middle of the interval leaves the most room on both sides (paper 3.1), within the block's range */
+            middle = (s[i].lo + cohsm__min_u32(s[i].hi, grid - 1u)) / 2u;
+            value = cohsm__max_u32(p->base, cohsm__min_u32(middle, p->base + p->values - 1u));
+            code = value - p->base;
+        }
+        cohsm__put_bits(block, codes_at + i * p->width, p->width, code);
+    }
+}
+
+/* Words for any list of count segments: a block takes 10 at least, all of them exact, or all that are left. */
+static size_t cohsm__list_bound(size_t count)
+{
+    size_t blocks = count / 10 + 1;
+    return (blocks + 2) / 2 + COHSM__BLOCK_WORDS * blocks;
+}
+
+/* Writes a list of two or more segments into zeroed words; returns the words taken. Two passes: the directory comes
+   first and needs the count of blocks. */
+static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count, uint32_t grid, uint32_t views)
+{
+    size_t i, blocks = 0, used;
+    cohsm__plan p;
+
+    for (i = 0; i < count; i += p.n, blocks++) p = cohsm__plan_block(s + i, count - i, grid, views);
+    cohsm__put_bits(words, 0, 16, (uint32_t)blocks);
+    used = (blocks + 1) / 2;
+    for (i = 0, blocks = 0; i < count; i += p.n, blocks++) {
+        p = cohsm__plan_block(s + i, count - i, grid, views);
+        if (blocks) cohsm__put_bits(words, 16u * (uint32_t)blocks, 16, s[i].first);
+        cohsm__write_block(words + used, s + i, &p, grid);
+        used += i + p.n < count ? COHSM__BLOCK_WORDS : (p.bits + 31u) / 32u;
+    }
+    return used;
+}
+
+/* ---- >>builder: layers to segments, one view at a time ---- */
+
+enum { COHSM__RANGES = 16, COHSM__BATCH = 32 };
+
+typedef struct cohsm__record {          /* a closed segment on its way to a list */
+    uint32_t pixel;                     /* within the range; top bit: exact, its depth in lo | hi << 8 */
+    uint16_t first;
+    uint8_t  lo, hi;
+} cohsm__record;
+#define COHSM__EXACT 0x80000000u
+
+typedef struct cohsm__page { struct cohsm__page *next; uint32_t count; cohsm__record records[1]; } cohsm__page;
+
+typedef struct cohsm__range {           /* neighbouring pixels, compressed by one task */
+    uint32_t     begin, end;            /* pixels of the shard */
+    cohsm__page *first, *last, *spare;  /* log of the chunk; spare: taken from the allocator between tasks */
+    uint32_t     next_view;             /* of the batch */
+    int          starved;               /* stopped for want of a page */
+    uint64_t     segments, exact, empty, open;
+} cohsm__range;
+
+typedef struct cohsm__words { struct cohsm__words *next; size_t count; uint32_t data[1]; } cohsm__words;
+
+struct cohsm_builder {
+    cohsm__heap       heap;
+    cohsm_desc        desc;             /* defaults filled in */
+    cohsm__header     head;
+    cohsm__parallel   parallel;
+    uint32_t         *cells;            /* place in the sequence -> cell */
+    float            *locations, *angles;
+    uint16_t         *leave;            /* Z1Z3_SPHERE, directions: depth where each pixel's ray leaves the sphere */
+    uint8_t          *lo, *hi;          /* the open segment of each pixel of the shard: what grid values it can have */
+    uint32_t         *first;            /* its first view within the chunk */
+    uint16_t         *batch;            /* COHSM__BATCH views: keep values a pixel, z1 z2 z3 and the depth
+                                           where the ray leaves the sphere (Z1Z3_SPHERE only) */
+    uint32_t          keep, batch_size, batch_begin, batch_count;
+    uint32_t          next_view, range_pixels, page_records, grid;
+    cohsm__range      ranges[COHSM__RANGES];
+    cohsm__words     *lists, *lists_last;
+    uint32_t         *lookup;           /* words from the beginning of its piece of lists, until finish */
+    size_t            list_words;
+    const cohsm__soup *soup;            /* cohsm_build only */
+    int               simd, finished;
+};
+
+/* ceil and floor of d * grid / 65535 */
+static uint32_t cohsm__grid_above(uint32_t d, uint32_t grid) { return (d * grid + 65534u) / 65535u; }
+static uint32_t cohsm__grid_below(uint32_t d, uint32_t grid) { return d * grid / 65535u; }
+
+static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel, uint32_t flag, uint32_t lo, uint32_t hi)
+{
+    cohsm__record *c = &r->last->records[r->last->count++];
+    c->pixel = (pixel - r->begin) | flag;
+    c->first = (uint16_t)b->first[pixel];
+    c->lo = (uint8_t)lo;
+    c->hi = (uint8_t)hi;
+    r->segments++;
+}
+
+/* A page with room for what one view can close: two segments a pixel, one before and one of an exact depth. */
+static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
+{
+    cohsm__page *p = r->last;
+    if (p && p->count + 2 * (r->end - r->begin) <= b->page_records) return 1;
+    if (!r->spare) return 0;
+    p = r->spare;
+    r->spare = NULL;
+    p->next = NULL;
+    p->count = 0;
+    if (r->last) r->last->next = p;
+    else r->first = p;
+    r->last = p;
+    return 1;
+}
+
+/* The interval [lo, hi] that a stored depth must lie in: from the first hit to just before the layer that bounds it. */
+static void cohsm__interval(const cohsm_desc *desc, const uint16_t *z, uint32_t *lo, uint32_t *hi)
+{
+    uint32_t z2 = z[1], upper;
+
+    *lo = z[0];
+    *hi = COHSM__INFINITE;
+    if (z[0] == COHSM__INFINITE) {
+        if (desc->self_only) *lo = 0;
+        return;
+    }
+    if (desc->layers == COHSM_LAYERS_Z1Z2) upper = z2 == COHSM__INFINITE ? (uint32_t)COHSM__INFINITE : z2;
+    else if (z[2] != COHSM__INFINITE) upper = z[2];
+    else if (desc->layers == COHSM_LAYERS_Z1Z3_FAR) return;
+    else upper = cohsm__max_u32(z[3], z2 == COHSM__INFINITE ? z[0] : z2) + 1u;
+    *hi = upper > z[0] ? upper - 1u : z[0];     /* two surfaces at one depth: z = z1, and trust the bias */
+}
+
+/* Greedy: a segment goes on as long as one grid value separates the layers of all its views (equation 1).
+   No sequence of segments is shorter: any part of a segment that can be stored can be stored too, so by induction the
+   greedy segments end no earlier than those of any other sequence. A view that no grid value separates is a segment of
+   its own, and stored exactly, in every sequence. */
+static void cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const uint16_t *z, uint32_t view)
+{
+    uint32_t p, lo, hi, glo, ghi, nlo, nhi, depth;
+
+    for (p = r->begin, z += (size_t)p * b->keep; p < r->end; p++, z += b->keep) {
+        cohsm__interval(&b->desc, z, &lo, &hi);
+        glo = cohsm__grid_above(lo, b->grid);
+        ghi = cohsm__grid_below(hi, b->grid);
+        nlo = cohsm__max_u32(b->lo[p], glo);
+        nhi = cohsm__min_u32(b->hi[p], ghi);
+        r->open += z[0] != COHSM__INFINITE && z[1] == COHSM__INFINITE;
+        r->empty += z[0] != COHSM__INFINITE && z[0] == z[1];
+        if (nlo > nhi) {
+            if (b->first[p] != view) cohsm__close_segment(b, r, p, 0, b->lo[p], b->hi[p]);
+            b->first[p] = view;
+            nlo = glo;
+            nhi = ghi;
+            if (glo > ghi) {
+                depth = (lo + hi) / 2u;
+                cohsm__close_segment(b, r, p, COHSM__EXACT, depth & 255u, depth >> 8);
+                r->exact++;
+                b->first[p] = view + 1u;
+                nlo = 0;
+                nhi = b->grid;
+            }
+        }
+        b->lo[p] = (uint8_t)nlo;
+        b->hi[p] = (uint8_t)nhi;
+    }
+}
+
+static void cohsm__compress_task(void *context, size_t index)
+{
+    cohsm_builder *b = (cohsm_builder *)context;
+    cohsm__range *r = &b->ranges[index];
+    uint32_t chunk_begin = b->batch_begin & ~(COHSM__CHUNK - 1u);
+
+    for (; r->next_view < b->batch_count; r->next_view++) {
+        r->starved = !cohsm__page_ready(b, r);
+        if (r->starved) return;
+        cohsm__compress_view(b, r, b->batch + (size_t)r->next_view * b->batch_size + (size_t)b->desc.pixel_begin * b->keep,
+                             b->batch_begin + r->next_view - chunk_begin);
+    }
+}
+
+static size_t cohsm__page_size(const cohsm_builder *b)
+{
+    return sizeof(cohsm__page) + (size_t)b->page_records * sizeof(cohsm__record);
+}
+
+/* A spare page for each range. Allocation happens here, between tasks, since the caller's allocator need not be safe to
+   call from several threads. */
+static cohsm_result cohsm__take_spares(cohsm_builder *b)
+{
+    int i;
+    for (i = 0; i < COHSM__RANGES; i++) {
+        cohsm__range *r = &b->ranges[i];
+        if (r->spare || r->begin == r->end) continue;
+        r->spare = (cohsm__page *)cohsm__take(&b->heap, 1, cohsm__page_size(b));
+        if (!r->spare) return COHSM_ERR_ALLOC;
+    }
+    return COHSM_OK;
+}
+
+static cohsm_result cohsm__compress_batch(cohsm_builder *b)
+{
+    int i, starved;
+
+    for (i = 0; i < COHSM__RANGES; i++) b->ranges[i].next_view = 0;
+    do {
+        if (cohsm__take_spares(b) != COHSM_OK) return COHSM_ERR_ALLOC;
+        cohsm__run(&b->parallel, COHSM__RANGES, cohsm__compress_task, b);
+        for (i = 0, starved = 0; i < COHSM__RANGES; i++) starved |= b->ranges[i].starved;
+    } while (starved);
+    return COHSM_OK;
+}
+
+static void cohsm__free_pages(cohsm_builder *b, cohsm__page *p)
+{
+    while (p) {
+        cohsm__page *next = p->next;
+        cohsm__give(&b->heap, p, 1, cohsm__page_size(b));
+        p = next;
+    }
+}
+
+static cohsm__segment cohsm__segment_of(const cohsm__record *c)
+{
+    cohsm__segment s;
+    s.exact = (c->pixel & COHSM__EXACT) != 0;
+    s.first = c->first;
+    s.lo = s.exact ? (uint16_t)(c->lo | c->hi << 8) : c->lo;
+    s.hi = c->hi;
+    return s;
+}
+
+static uint32_t cohsm__constant(const cohsm__segment *s, uint32_t grid)
+{
+    uint32_t depth = s->lo;
+    if (!s->exact) {
+        depth = s->lo >= grid ? grid : (s->lo + cohsm__min_u32(s->hi, grid - 1u)) / 2u;
+        depth = depth * 65535u / grid;
+    }
+    return COHSM__CONSTANT | depth;
+}
+
+/* Lists of one range: its log sorted by pixel (views are in order already), then written one after the other. */
+static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32_t *lookup, uint32_t views)
+{
+    uint32_t pixels = r->end - r->begin, p, i;
+    size_t total = 0, bound = 0, used = 0, n;
+    size_t *at = (size_t *)cohsm__take(&b->heap, (size_t)pixels + 1, sizeof *at);
+    cohsm__segment *segments = NULL;
+    cohsm__words *words = NULL, *exact;
+    cohsm__page *page;
+
+    if (!at) return COHSM_ERR_ALLOC;
+    memset(at, 0, ((size_t)pixels + 1) * sizeof *at);
+    for (page = r->first; page; page = page->next)
+        for (i = 0; i < page->count; i++) at[page->records[i].pixel & ~COHSM__EXACT]++;
+    for (p = 0; p < pixels; p++) {                  /* from counts to ends, walked down to beginnings below */
+        bound += at[p] > 1 ? cohsm__list_bound(at[p]) : 0;
+        total += at[p];
+        at[p] = total - at[p];
+    }
+    at[pixels] = total;
+    segments = (cohsm__segment *)cohsm__take(&b->heap, total, sizeof *segments);
+    words = (cohsm__words *)cohsm__take(&b->heap, 1, sizeof *words + 4 * bound);
+    if (segments && words) {
+        for (page = r->first; page; page = page->next)
+            for (i = 0; i < page->count; i++)
+                segments[at[page->records[i].pixel & ~COHSM__EXACT]++] = cohsm__segment_of(&page->records[i]);
+        memset(words->data, 0, 4 * bound);
+        for (p = 0, n = 0; p < pixels; n = at[p++]) {   /* at[p] is the end of list p by now */
+            if (at[p] - n == 1) {
+                lookup[p] = cohsm__constant(segments + n, b->grid);
+                continue;
+            }
+            lookup[p] = (uint32_t)used;
+            used += cohsm__write_list(words->data + used, segments + n, at[p] - n, b->grid, views);
+        }
+        exact = (cohsm__words *)cohsm__take(&b->heap, 1, sizeof *exact + 4 * used);
+        if (exact) {
+            exact->next = NULL;
+            exact->count = used;
+            memcpy(exact->data, words->data, 4 * used);
+            if (b->lists_last) b->lists_last->next = exact;
+            else b->lists = exact;
+            b->lists_last = exact;
+            b->list_words += used;
+        }
+    } else exact = NULL;
+    cohsm__give(&b->heap, words, 1, sizeof *words + 4 * bound);
+    cohsm__give(&b->heap, segments, total, sizeof *segments);
+    cohsm__give(&b->heap, at, (size_t)pixels + 1, sizeof *at);
+    return exact ? COHSM_OK : COHSM_ERR_ALLOC;
+}
+
+/* A chunk of views is complete: closes every segment and turns the log into lists. */
+static cohsm_result cohsm__close_chunk(cohsm_builder *b)
+{
+    uint32_t chunk = (b->next_view - 1u) >> COHSM__CHUNK_BITS, views = ((b->next_view - 1u) & (COHSM__CHUNK - 1u)) + 1u;
+    uint32_t *lookup = b->lookup + (size_t)chunk * b->range_pixels, p;
+    cohsm_result result = cohsm__take_spares(b);
+    int i;
+
+    for (i = 0; i < COHSM__RANGES && result == COHSM_OK; i++) {
+        cohsm__range *r = &b->ranges[i];
+        if (r->begin == r->end) continue;
+        cohsm__page_ready(b, r);
+        for (p = r->begin; p < r->end; p++) {
+            if (b->first[p] != views) cohsm__close_segment(b, r, p, 0, b->lo[p], b->hi[p]);
+            b->first[p] = 0;
+            b->lo[p] = 0;
+            b->hi[p] = (uint8_t)b->grid;
+        }
+        result = cohsm__write_range(b, r, lookup + r->begin, views);
+        cohsm__free_pages(b, r->first);
+        r->first = r->last = NULL;
+    }
+    return result;
+}
+
+/* ---- >>desc: checked, with defaults filled in ---- */
+
+static int cohsm__finite3(const float *p) { return cohsm__v3_finite(cohsm__v3_load(p)); }
+
+static int cohsm__check_sides(cohsm_domain *d)
+{
+    uint32_t *s = d->side, dims, i, fallback;
+    uint64_t n = 1;
+
+    if (d->kind == COHSM_DOMAIN_LIST) {
+        if (d->location_count == 0 || d->location_count > 1u << 24) return 0;
+        s[0] = (uint32_t)d->location_count;
+        s[1] = s[2] = 1;
+        return 1;
+    }
+    if (d->kind == COHSM_DOMAIN_TABLE)
+        for (i = 0; i < 3; i++) s[i] = s[i] ? s[i] : 1u;
+    dims = cohsm__dimensions(d->kind, s);
+    fallback = dims == 3 ? 32u : 128u;
+    for (i = 0; i < 3; i++) {
+        if (i >= dims && s[i] > 1) return 0;
+        if (!s[i]) s[i] = i < dims ? fallback : 1u;
+        if (s[i] > 4096 && d->kind != COHSM_DOMAIN_TABLE) return 0;
+        n *= s[i];
+        if (n > 1u << 24) return 0;
+    }
+    if (d->kind == COHSM_DOMAIN_OCTAHEDRAL && s[0] != s[1]) return 0;
+    return d->kind != COHSM_DOMAIN_TABLE || d->location_count == n;
+}
+
+static int cohsm__check_shape(const cohsm_domain *d)
+{
+    cohsm__v3 u = cohsm__v3_load(d->u), v = cohsm__v3_load(d->v), w = cohsm__v3_load(d->w);
+    const float *p = d->locations;
+    size_t i;
+
+    if (cohsm__has_table((uint32_t)d->kind)) {
+        if (!p) return 0;
+        for (i = 0; i < d->location_count; i++, p += 4) {
+            if (!cohsm__finite3(p) || (p[3] != 0.0f && p[3] != 1.0f) || p[3] != d->locations[3]) return 0;
+            if (p[3] == 0.0f && cohsm__v3_length(cohsm__v3_normalize(cohsm__v3_load(p))) == 0.0f) return 0;
+        }
+        return 1;
+    }
+    if (d->kind == COHSM_DOMAIN_LATLONG || d->kind == COHSM_DOMAIN_OCTAHEDRAL) return 1;
+    if (!cohsm__finite3(d->origin) || !cohsm__finite3(d->u) || !cohsm__finite3(d->v) || !cohsm__finite3(d->w)) return 0;
+    if (!(cohsm__v3_length(u) > 0.0f)) return 0;
+    if (d->kind == COHSM_DOMAIN_RECTANGLE || d->kind == COHSM_DOMAIN_DISC)
+        return cohsm__v3_length(cohsm__v3_cross(u, v)) > 0.0f;
+    return d->kind != COHSM_DOMAIN_VOLUME || fabsf(cohsm__v3_dot(cohsm__v3_cross(u, v), w)) > 0.0f;
+}
+
+/* Fills in defaults; order and the sphere may stay open until the mesh is known. */
+static cohsm_result cohsm__check_desc(cohsm_desc *d)
+{
+    uint32_t pixels;
+
+    if (!cohsm__allocator_valid(d->allocator.alloc_fn, d->allocator.free_fn)) return COHSM_ERR_DESC;
+    if ((unsigned)d->domain.kind >= COHSM_DOMAIN_KIND_COUNT || (unsigned)d->layers >= COHSM_LAYERS_COUNT ||
+        (unsigned)d->order >= COHSM_ORDER_COUNT || (unsigned)d->frame >= COHSM_FRAME_COUNT)
+        return COHSM_ERR_DESC;
+    if (d->domain.kind == COHSM_DOMAIN_DEFAULT) d->domain.kind = COHSM_DOMAIN_LATLONG;
+    if (d->layers == COHSM_LAYERS_DEFAULT) d->layers = COHSM_LAYERS_Z1Z2;
+    if (d->frame == COHSM_FRAME_DEFAULT)
+        d->frame = d->domain.kind == COHSM_DOMAIN_LATLONG ? COHSM_FRAME_POLAR : COHSM_FRAME_TWO_POLES;
+    if (!d->map_size) d->map_size = 128;
+    if (!d->depth_bits) d->depth_bits = 8;
+    if (d->map_size < 4 || d->map_size > 1024 || d->depth_bits < 4 || d->depth_bits > 8) return COHSM_ERR_DESC;
+    if (!cohsm__check_sides(&d->domain) || !cohsm__check_shape(&d->domain)) return COHSM_ERR_DESC;
+    if (d->domain.kind == COHSM_DOMAIN_LIST || d->domain.kind == COHSM_DOMAIN_LINE) d->order = COHSM_ORDER_SCANLINE;
+    if (!cohsm__finite3(d->center) || !cohsm__finite(d->radius) || d->radius < 0.0f) return COHSM_ERR_DESC;
+    pixels = d->map_size * d->map_size;
+    if (!d->pixel_begin && !d->pixel_end) d->pixel_end = pixels;
+    return d->pixel_begin < d->pixel_end && d->pixel_end <= pixels ? COHSM_OK : COHSM_ERR_DESC;
+}
+
+static int cohsm__is_positional(const cohsm_domain *d)
+{
+    if (cohsm__has_table((uint32_t)d->kind)) return d->locations[3] != 0.0f;
+    return d->kind != COHSM_DOMAIN_LATLONG && d->kind != COHSM_DOMAIN_OCTAHEDRAL;
+}
+
+static void cohsm__fill_header(cohsm__header *h, const cohsm_desc *d)
+{
+    memset(h, 0, sizeof *h);
+    h->magic = COHSM__MAGIC;
+    h->format = COHSM__FORMAT;
+    h->domain = (uint32_t)d->domain.kind;
+    h->layers = (uint32_t)d->layers;
+    h->order = (uint32_t)d->order;
+    h->frame = (uint32_t)d->frame;
+    memcpy(h->side, d->domain.side, sizeof h->side);
+    h->map_count = h->side[0] * h->side[1] * h->side[2];
+    h->positional = (uint32_t)cohsm__is_positional(&d->domain);
+    h->view_count = h->map_count * (h->positional ? 6u : 1u);
+    h->map_size = d->map_size;
+    h->depth_bits = d->depth_bits;
+    h->dimensions = cohsm__dimensions(d->domain.kind, h->side);
+    h->self_only = d->self_only != 0;
+    h->pixel_begin = d->pixel_begin;
+    h->pixel_end = d->pixel_end;
+    if (d->order == COHSM_ORDER_HILBERT) h->order_words = h->map_count <= 65536 ? (h->map_count + 1) / 2 : h->map_count;
+    if (cohsm__has_table(h->domain)) h->location_words = 4 * h->map_count;
+    memcpy(h->center, d->center, sizeof h->center);
+    h->radius = d->radius;
+    if (!cohsm__has_table(h->domain) && h->positional) {
+        memcpy(h->origin, d->domain.origin, sizeof h->origin);
+        memcpy(h->u, d->domain.u, sizeof h->u);
+        memcpy(h->v, d->domain.v, sizeof h->v);
+        memcpy(h->w, d->domain.w, sizeof h->w);
+    }
+}
+
+static uint32_t cohsm__chunks(const cohsm__header *h) { return (h->view_count - 1u) / COHSM__CHUNK + 1u; }
+
+/* Depth 1 of positional maps: as far as anything of the object is from any location. */
+static float cohsm__far_distance(const cohsm__header *h, const float *locations)
+{
+    cohsm__v3 c = cohsm__v3_load(h->center);
+    float far = 0.0f, d;
+    uint32_t i;
+    for (i = 0; i < h->map_count; i++) {
+        d = cohsm__v3_length(cohsm__v3_sub(cohsm__cell_location(h, locations, i), c));
+        if (d > far) far = d;
+    }
+    return (far + h->radius) * 1.0001f;
+}
+
+static cohsm__camera cohsm__camera_of(const cohsm__header *h, const float *locations, const float *angles,
+                                      uint32_t cell, uint32_t face)
+{
+    cohsm__camera cam;
+    memset(&cam, 0, sizeof cam);
+    cam.perspective = h->positional != 0;
+    if (cam.perspective) {
+        cam.face = face;
+        cam.eye = cohsm__v3_sub(cohsm__cell_location(h, locations, cell), cohsm__v3_load(h->center));
+        cam.eye = cohsm__v3_scale(cam.eye, 1.0f / h->radius);
+        cam.depth_scale = h->radius / h->depth_far;
+    } else cam.frame = cohsm__cell_frame(h, locations, angles, cell);
+    return cam;
+}
+
+/* Depth at which the ray through a pixel's centre leaves the bounding sphere. */
+static uint16_t cohsm__leave_depth(const cohsm__camera *cam, uint32_t size, uint32_t pixel)
+{
+    float x = ((float)(pixel % size) + 0.5f) / (float)size * 2.0f - 1.0f;
+    float y = ((float)(pixel / size) + 0.5f) / (float)size * 2.0f - 1.0f, a, b, c, disc;
+    cohsm__v3 e = cam->eye;
+    float ex, ey, ew;
+
+    if (!cam->perspective) {
+        disc = 1.0f - x * x - y * y;
+        return cohsm__depth16(0.5f + 0.5f * sqrtf(disc > 0.0f ? disc : 0.0f));
+    }
+    cohsm__face_coordinates(cam->face, e, &ex, &ey, &ew);
+    a = x * x + y * y + 1.0f;
+    b = ex * x + ey * y + ew;
+    c = ex * ex + ey * ey + ew * ew - 1.0f;
+    disc = b * b - a * c;
+    if (!(disc > 0.0f)) return 0;
+    return cohsm__depth16((sqrtf(disc) - b) / a * cam->depth_scale);
+}
+
+/* ---- >>builder: public ---- */
+
+COHSM_DEF void cohsm_builder_destroy(cohsm_builder *b)
+{
+    cohsm__words *w, *next;
+    cohsm__heap heap;
+    uint32_t n;
+    int i;
+
+    if (!b) return;
+    n = b->range_pixels;
+    for (w = b->lists; w; w = next) {
+        next = w->next;
+        cohsm__give(&b->heap, w, 1, sizeof *w + 4 * w->count);
+    }
+    for (i = 0; i < COHSM__RANGES; i++) {
+        cohsm__free_pages(b, b->ranges[i].first);
+        cohsm__free_pages(b, b->ranges[i].spare);
+    }
+    cohsm__give(&b->heap, b->batch, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
+    cohsm__give(&b->heap, b->lookup, (size_t)n * cohsm__chunks(&b->head), sizeof *b->lookup);
+    cohsm__give(&b->heap, b->first, n, sizeof *b->first);
+    cohsm__give(&b->heap, b->hi, n, 1);
+    cohsm__give(&b->heap, b->lo, n, 1);
+    cohsm__give(&b->heap, b->angles, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
+    cohsm__give(&b->heap, b->locations, b->head.location_words, sizeof(float));
+    cohsm__give(&b->heap, b->cells, b->head.map_count, sizeof *b->cells);
+    heap = b->heap;
+    cohsm__give(&heap, b, 1, sizeof *b);
+}
+
+/* The header's table of locations: directions made unit length. */
+static void cohsm__copy_locations(float *out, const cohsm_domain *d)
+{
+    size_t i;
+    for (i = 0; i < d->location_count; i++) {
+        cohsm__v3 p = cohsm__v3_load(d->locations + 4 * i);
+        if (d->locations[3] == 0.0f) p = cohsm__v3_normalize(p);
+        cohsm__v3_store(out + 4 * i, p);
+        out[4 * i + 3] = d->locations[3];
+    }
+}
+
+static void cohsm__split_ranges(cohsm_builder *b)
+{
+    uint32_t n = b->range_pixels, i, widest = (n + COHSM__RANGES - 1) / COHSM__RANGES;
+    for (i = 0; i < COHSM__RANGES; i++) {
+        b->ranges[i].begin = (uint32_t)((uint64_t)n * i / COHSM__RANGES);
+        b->ranges[i].end = (uint32_t)((uint64_t)n * (i + 1) / COHSM__RANGES);
+    }
+    b->page_records = cohsm__max_u32(8 * widest, 512);
+}
+
+/* desc is checked and complete. On success the builder's heap takes over what heap had counted. */
+static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *heap, cohsm_builder **out)
+{
+    cohsm_builder *b = (cohsm_builder *)cohsm__take(heap, 1, sizeof *b);
+    uint32_t n = desc->pixel_end - desc->pixel_begin;
+    size_t lookup;
+
+    if (!b) return COHSM_ERR_ALLOC;
+    memset(b, 0, sizeof *b);
+    b->desc = *desc;
+    cohsm__fill_header(&b->head, desc);
+    b->heap = *heap;
+    b->parallel.run = desc->parallel_for;
+    b->parallel.user = desc->parallel_user;
+    b->range_pixels = n;
+    b->grid = (1u << desc->depth_bits) - 1u;
+    b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
+    b->batch_size = desc->map_size * desc->map_size * b->keep;
+    if (!cohsm__mul_size(n, cohsm__chunks(&b->head), &lookup) || lookup > UINT32_MAX / 4) {
+        cohsm__give(heap, b, 1, sizeof *b);
+        return COHSM_ERR_LIMIT;
+    }
+    b->cells = (uint32_t *)cohsm__take(&b->heap, b->head.map_count, sizeof *b->cells);
+    b->angles = (float *)cohsm__take(&b->heap, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
+    if (b->head.location_words)
+        b->locations = (float *)cohsm__take(&b->heap, b->head.location_words, sizeof(float));
+    b->lo = (uint8_t *)cohsm__take(&b->heap, n, 1);
+    b->hi = (uint8_t *)cohsm__take(&b->heap, n, 1);
+    b->first = (uint32_t *)cohsm__take(&b->heap, n, sizeof *b->first);
+    b->lookup = (uint32_t *)cohsm__take(&b->heap, lookup, sizeof *b->lookup);
+    b->batch = (uint16_t *)cohsm__take(&b->heap, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
+    cohsm__split_ranges(b);
+    if (!b->cells || !b->angles || (b->head.location_words && !b->locations) || !b->lo || !b->hi || !b->first ||
+        !b->lookup || !b->batch) {
+        cohsm__heap counted = b->heap;
+        cohsm_builder_destroy(b);
+        heap->peak = counted.peak;
+        heap->used -= sizeof *b;
+        return COHSM_ERR_ALLOC;
+    }
+    memset(b->lo, 0, n);
+    memset(b->hi, (int)b->grid, n);
+    memset(b->first, 0, n * sizeof *b->first);
+    memset(b->lookup, 0, lookup * sizeof *b->lookup);
+    cohsm__order_cells(b->cells, b->head.side, desc->order);
+    if (b->locations) cohsm__copy_locations(b->locations, &desc->domain);
+    cohsm__latlong_angles(b->head.side, b->angles);
+    cohsm__dop_of_sphere(b->head.dop, b->head.center, b->head.radius);
+    if (b->head.positional) b->head.depth_far = cohsm__far_distance(&b->head, b->locations);
+    *out = b;
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builder **out)
+{
+    cohsm_desc d;
+    cohsm__heap heap;
+    cohsm_result result;
+
+    if (!desc || !out) return COHSM_ERR_ARGUMENT;
+    d = *desc;
+    result = cohsm__check_desc(&d);
+    if (result != COHSM_OK) return result;
+    if (!(d.radius > 0.0f)) return COHSM_ERR_DESC;
+    if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
+    memset(&heap, 0, sizeof heap);
+    heap.allocator = cohsm__allocator_make(d.allocator.alloc_fn, d.allocator.free_fn, d.allocator.user);
+    return cohsm__builder_make(&d, &heap, out);
+}
+
+COHSM_DEF uint32_t cohsm_builder_view_count(const cohsm_builder *b) { return b ? b->head.view_count : 0; }
+
+static void cohsm__put_row(float *m, int row, cohsm__v3 v, float w)
+{
+    m[row] = v.x;
+    m[row + 4] = v.y;
+    m[row + 8] = v.z;
+    m[row + 12] = w;
+}
+
+static void cohsm__view_matrix(const cohsm__header *h, const cohsm__camera *cam, cohsm__v3 location, float *m)
+{
+    float half = 0.5f * (float)h->map_size, scale = half / h->radius;
+    cohsm__v3 c = cohsm__v3_load(h->center), axis[3], x, y, w;
+    int i = (int)(cam->face >> 1);
+
+    memset(m, 0, 16 * sizeof *m);
+    m[15] = 1.0f;
+    if (!cam->perspective) {
+        cohsm__put_row(m, 0, cohsm__v3_scale(cam->frame.right, scale), half - scale * cohsm__v3_dot(cam->frame.right, c));
+        cohsm__put_row(m, 1, cohsm__v3_scale(cam->frame.up, scale), half - scale * cohsm__v3_dot(cam->frame.up, c));
+        cohsm__put_row(m, 2, cohsm__v3_scale(cam->frame.back, -0.5f / h->radius),
+                       0.5f + 0.5f / h->radius * cohsm__v3_dot(cam->frame.back, c));
+        return;
+    }
+    axis[0] = cohsm__v3_make(1, 0, 0);
+    axis[1] = cohsm__v3_make(0, 1, 0);
+    axis[2] = cohsm__v3_make(0, 0, 1);
+    w = cohsm__v3_scale(axis[i], cam->face & 1u ? -1.0f : 1.0f);
+    x = cohsm__v3_scale(cohsm__v3_add(axis[(i + 1) % 3], w), half);
+    y = cohsm__v3_scale(cohsm__v3_add(axis[(i + 2) % 3], w), half);
+    cohsm__put_row(m, 0, x, -cohsm__v3_dot(x, location));
+    cohsm__put_row(m, 1, y, -cohsm__v3_dot(y, location));
+    cohsm__put_row(m, 3, w, -cohsm__v3_dot(w, location));
+}
+
+COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *b, uint32_t index, cohsm_view *out)
+{
+    cohsm__camera cam;
+    cohsm__v3 location;
+    uint32_t cell;
+
+    if (!b || !out || index >= b->head.view_count) return COHSM_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    cell = b->cells[index % b->head.map_count];
+    location = cohsm__cell_location(&b->head, b->locations, cell);
+    out->index = index;
+    out->face = index / b->head.map_count;
+    cohsm__v3_store(out->location, location);
+    out->location[3] = b->head.positional ? 1.0f : 0.0f;
+    cam = cohsm__camera_of(&b->head, b->locations, b->angles, cell, out->face);
+    if (cam.perspective) out->depth_scale = 1.0f / b->head.depth_far;
+    cohsm__view_matrix(&b->head, &cam, location, out->matrix);
+    return COHSM_OK;
+}
+
+static cohsm_result cohsm__close_batch(cohsm_builder *b)
+{
+    cohsm_result result = cohsm__compress_batch(b);
+    b->next_view = b->batch_begin + b->batch_count;
+    b->batch_begin = b->next_view;
+    b->batch_count = 0;
+    if (result == COHSM_OK && (b->next_view % COHSM__CHUNK == 0 || b->next_view == b->head.view_count))
+        result = cohsm__close_chunk(b);
+    return result;
+}
+
+/* 16-bit layers of the shard's pixels. */
+static void cohsm__take_layers(const cohsm_builder *b, uint16_t *z, const float *z1, const float *z2, const float *z3)
+{
+    const float *layer[3];
+    cohsm__camera cam = cohsm__camera_of(&b->head, b->locations, b->angles,
+                                         b->cells[b->next_view % b->head.map_count], b->next_view / b->head.map_count);
+    uint32_t p, pixel, i;
+
+    layer[0] = z1;
+    layer[1] = z2;
+    layer[2] = z3;
+    for (p = 0; p < b->range_pixels; p++) {
+        pixel = b->desc.pixel_begin + p;
+        for (i = 0; i < (b->keep == 4 ? 3u : 2u); i++)
+            z[pixel * b->keep + i] = layer[i][pixel] <= 1.0f ? cohsm__depth16(layer[i][pixel]) : (uint16_t)COHSM__INFINITE;
+        if (b->keep == 4) z[pixel * b->keep + 3] = cohsm__leave_depth(&cam, b->head.map_size, pixel);
+    }
+}
+
+COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const float *z1, const float *z2,
+                                         const float *z3)
+{
+    uint32_t i, pixels;
+
+    if (!b || !z1 || !z2 || (b->keep == 4 && !z3)) return COHSM_ERR_ARGUMENT;
+    if (b->finished || index != b->batch_begin + b->batch_count || index >= b->head.view_count) return COHSM_ERR_ORDER;
+    pixels = b->head.map_size * b->head.map_size;
+    for (i = 0; i < pixels; i++)
+        if (!(z1[i] <= z2[i]) || (b->keep == 4 && !(z2[i] <= z3[i]))) return COHSM_ERR_INPUT;
+    b->next_view = index;
+    cohsm__take_layers(b, b->batch + (size_t)b->batch_size * b->batch_count, z1, z2, z3);
+    b->batch_count++;
+    if (b->batch_count < COHSM__BATCH && index + 1 < b->head.view_count) return COHSM_OK;
+    return cohsm__close_batch(b);
+}
+
+/* ---- >>block: the finished maps ---- */
+
+static void cohsm__host_words(uint32_t *words, size_t count)
+{
+    size_t i;
+    if (cohsm__host_is_little_endian()) return;
+    for (i = 0; i < count; i++) words[i] = cohsm__get_u32((const uint8_t *)(words + i));
+}
+
+static void cohsm__crc_words(const uint32_t *words, size_t count, uint32_t *crc)
+{
+    uint8_t bytes[256];
+    size_t i, n;
+    if (cohsm__host_is_little_endian()) {
+        *crc = cohsm__crc32(*crc, words, 4 * count);
+        return;
+    }
+    for (; count; count -= n, words += n) {
+        n = count < 64 ? count : 64;
+        for (i = 0; i < n; i++) cohsm__put_u32(bytes + 4 * i, words[i]);
+        *crc = cohsm__crc32(*crc, bytes, 4 * n);
+    }
+}
+
+static uint32_t cohsm__block_crc(const uint32_t *words, size_t count)
+{
+    uint32_t crc = 0;
+    cohsm__crc_words(words + 4, count - 4, &crc);
+    return crc;
+}
+
+/* Sections of a block whose header is sound. */
+static void cohsm__point(cohsm_maps *m)
+{
+    const uint32_t *at = m->words + COHSM__HEADER_WORDS;
+    uint32_t i, grid = (1u << m->head.depth_bits) - 1u;
+
+    m->order = at;
+    at += m->head.order_words;
+    m->locations = (const float *)(const void *)at;
+    at += m->head.location_words;
+    m->lookup = at;
+    at += m->head.lookup_words;
+    m->lists = at;
+    m->range = m->head.pixel_end - m->head.pixel_begin;
+    for (i = 0; i < 512; i++) m->depth_of[i] = (uint16_t)(i < grid ? i * 65535u / grid : (uint32_t)COHSM__INFINITE);
+    for (i = 0; i < 2 * COHSM__DOP_AXES; i++)
+        m->dop[i] = (m->head.dop[i] - cohsm__v3_dot(cohsm__dop_axis((int)(i / 2)), cohsm__v3_load(m->head.center))) /
+                    m->head.radius;
+    m->simd = cohsm__cpu_has_avx2();
+    if (m->angles) cohsm__latlong_angles(m->head.side, m->angles);
+}
+
+/* An object for words (taken over on success); words are in host order and their header is sound. */
+static cohsm_result cohsm__maps_make(const cohsm__allocator *a, uint32_t *words, cohsm_maps **out)
+{
+    cohsm_maps *m = (cohsm_maps *)cohsm__alloc(a, sizeof *m);
+    if (!m) return COHSM_ERR_ALLOC;
+    memset(m, 0, sizeof *m);
+    m->allocator = *a;
+    m->words = words;
+    memcpy(&m->head, words, sizeof m->head);
+    if (m->head.domain == COHSM_DOMAIN_LATLONG) {
+        m->angles = (float *)cohsm__alloc_array(a, 2 * ((size_t)m->head.side[0] + m->head.side[1]), sizeof(float));
+        if (!m->angles) {
+            cohsm__free(a, m);
+            return COHSM_ERR_ALLOC;
+        }
+    }
+    cohsm__point(m);
+    *out = m;
+    return COHSM_OK;
+}
+
+COHSM_DEF void cohsm_free(cohsm_maps *maps)
+{
+    cohsm__allocator a;
+    if (!maps) return;
+    a = maps->allocator;
+    cohsm__free(&a, maps->angles);
+    cohsm__free(&a, maps->words);
+    cohsm__free(&a, maps);
+}
+
+static void cohsm__write_order(uint32_t *words, const uint32_t *cells, uint32_t count)
+{
+    uint32_t i;
+    for (i = 0; i < count; i++)
+        if (count <= 65536) cohsm__put_bits(words, 16 * cells[i], 16, i);
+        else words[cells[i]] = i;
+}
+
+/* Header, order, locations, lookup, lists: words[] is zeroed and as long as the header says. Lookup entries are made
+   relative to the beginning of the lists: pieces follow each other by chunk, then by range. */
+static void cohsm__assemble(const cohsm_builder *b, uint32_t *words)
+{
+    const cohsm__header *h = &b->head;
+    uint32_t *lookup = words + COHSM__HEADER_WORDS + h->order_words + h->location_words, c, i, p;
+    uint32_t *lists = lookup + h->lookup_words, *at = lists;
+    const cohsm__words *piece = b->lists;
+
+    if (h->order_words) cohsm__write_order(words + COHSM__HEADER_WORDS, b->cells, h->map_count);
+    if (h->location_words) memcpy(words + COHSM__HEADER_WORDS + h->order_words, b->locations, 4 * (size_t)h->location_words);
+    memcpy(lookup, b->lookup, 4 * (size_t)h->lookup_words);
+    for (c = 0; c < cohsm__chunks(h); c++, lookup += b->range_pixels)
+        for (i = 0; i < COHSM__RANGES; i++) {
+            const cohsm__range *r = &b->ranges[i];
+            if (r->begin == r->end) continue;
+            for (p = r->begin; p < r->end; p++)
+                if (!(lookup[p] & COHSM__CONSTANT)) lookup[p] += (uint32_t)(at - lists);
+            memcpy(at, piece->data, 4 * piece->count);
+            at += piece->count;
+            piece = piece->next;
+        }
+    memcpy(words, h, sizeof *h);
+    words[3] = cohsm__block_crc(words, h->words);
+}
+
+static void cohsm__sum_stats(const cohsm_builder *b, cohsm_stats *s)
+{
+    int i;
+    for (i = 0; i < COHSM__RANGES; i++) {
+        s->segments += b->ranges[i].segments;
+        s->exact_depths += b->ranges[i].exact;
+        s->empty_intervals += b->ranges[i].empty;
+        s->open_entries += b->ranges[i].open;
+    }
+    s->order = (cohsm_order)b->head.order;
+    s->peak_bytes = b->heap.peak;
+}
+
+/* Every field of stats but the mesh's. */
+static cohsm_result cohsm__finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
+{
+    cohsm__header *h = &b->head;
+    uint64_t words = (uint64_t)COHSM__HEADER_WORDS + h->order_words + h->location_words;
+    uint32_t *block;
+    cohsm_result result;
+
+    cohsm__sum_stats(b, stats);
+    words += (uint64_t)b->range_pixels * cohsm__chunks(h) + b->list_words + COHSM__PADDING;
+    if (words > 0x3fffffffu) return COHSM_ERR_LIMIT;
+    h->words = (uint32_t)words;
+    h->lookup_words = b->range_pixels * cohsm__chunks(h);
+    h->list_words = (uint32_t)b->list_words + COHSM__PADDING;
+    h->segments_low = (uint32_t)(stats->segments & 0xffffffffu);
+    h->segments_high = (uint32_t)(stats->segments >> 32);
+    block = (uint32_t *)cohsm__take(&b->heap, h->words, 4);
+    if (!block) return COHSM_ERR_ALLOC;
+    stats->peak_bytes = b->heap.peak;
+    memset(block, 0, 4 * (size_t)h->words);
+    cohsm__assemble(b, block);
+    result = cohsm__maps_make(&b->heap.allocator, block, out);
+    b->heap.used -= 4 * (size_t)h->words;           /* the maps' now */
+    if (result != COHSM_OK) cohsm__free(&b->heap.allocator, block);
+    return result;
+}
+
+COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
+{
+    cohsm_stats s;
+    cohsm_result result;
+
+    if (!b || !out) return COHSM_ERR_ARGUMENT;
+    if (b->finished || b->next_view != b->head.view_count || b->batch_count) return COHSM_ERR_ORDER;
+    memset(&s, 0, sizeof s);
+    result = cohsm__finish(b, out, &s);
+    if (result != COHSM_OK) return result;
+    b->finished = 1;
+    if (stats) *stats = s;
+    return COHSM_OK;
+}
+
+/* ---- >>build: from a mesh ---- */
+
+typedef struct cohsm__job { cohsm_builder *builder; const cohsm__soup *soup; int simd; } cohsm__job;
+
+static void cohsm__raster_task(void *context, size_t index)
+{
+    const cohsm__job *job = (const cohsm__job *)context;
+    const cohsm_builder *b = job->builder;
+    uint32_t view = b->batch_begin + (uint32_t)index, m = b->head.map_size, p;
+    cohsm__camera cam = cohsm__camera_of(&b->head, b->locations, b->angles, b->cells[view % b->head.map_count],
+                                         view / b->head.map_count);
+    cohsm__target target;
+
+    target.z = b->batch + index * b->batch_size;
+    target.keep = b->keep;
+    target.size = (int)m;
+    target.row_begin = (int)(b->desc.pixel_begin / m);
+    target.row_end = (int)((b->desc.pixel_end + m - 1u) / m);
+    cohsm__raster(&target, &cam, job->soup, job->simd);
+    if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
+        for (p = b->desc.pixel_begin; p < b->desc.pixel_end; p++)
+            target.z[4 * (size_t)p + 3] = cohsm__leave_depth(&cam, m, p);
+}
+
+static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup)
+{
+    cohsm__job job;
+    cohsm_result result = COHSM_OK;
+
+    job.builder = b;
+    job.soup = soup;
+    job.simd = cohsm__cpu_has_avx2();
+    while (result == COHSM_OK && b->next_view < b->head.view_count) {
+        if (b->desc.progress &&
+            b->desc.progress(b->desc.progress_user, (float)b->next_view / (float)b->head.view_count))
+            return COHSM_ERR_CANCELLED;
+        b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->next_view);
+        cohsm__run(&b->parallel, b->batch_count, cohsm__raster_task, &job);
+        result = cohsm__close_batch(b);
+    }
+    return result;
+}
+
+/* A mesh made ready: sphere, k-DOP and soup; desc gets the sphere. */
+typedef struct cohsm__model { cohsm__soup soup; float dop[2 * COHSM__DOP_AXES]; } cohsm__model;
+
+static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const cohsm_mesh *mesh, cohsm__heap *heap,
+                                      cohsm_stats *stats)
+{
+    size_t count;
+    uint8_t *used;
+    cohsm_result result = cohsm__check_mesh(mesh);
+
+    if (result != COHSM_OK) return result;
+    count = cohsm__triangle_count(mesh);
+    used = (uint8_t *)cohsm__take(heap, count, 1);
+    if (!used) return COHSM_ERR_ALLOC;
+    result = cohsm__select(mesh, used, heap, stats);
+    if (result == COHSM_OK) {
+        if (!(d->radius > 0.0f)) cohsm__fit_sphere(mesh, used, d->center, &d->radius);
+        else if (!cohsm__sphere_holds(mesh, used, d->center, d->radius)) result = COHSM_ERR_DESC;
+        if (!(d->radius > 1e-18f) || !(d->radius < 1e18f)) result = COHSM_ERR_INPUT;
+    }
+    if (result == COHSM_OK) {
+        cohsm__dop_of_mesh(model->dop, mesh, used);
+        if (!cohsm__soup_make(&model->soup, mesh, used, stats->triangles, d->center, d->radius, heap))
+            result = COHSM_ERR_ALLOC;
+    }
+    cohsm__give(heap, used, count, 1);
+    return result;
+}
+
+static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap,
+                                       cohsm_maps **out, cohsm_stats *stats)
+{
+    cohsm_builder *b;
+    cohsm_result result = cohsm__builder_make(d, heap, &b);
+
+    if (result != COHSM_OK) return result;
+    memcpy(b->head.dop, model->dop, sizeof model->dop);
+    result = cohsm__build_views(b, &model->soup);
+    if (result == COHSM_OK) result = cohsm__finish(b, out, stats);
+    heap->peak = b->heap.peak;
+    cohsm_builder_destroy(b);
+    return result;
+}
+
+/* The order with the smallest block at a quarter of each side and half the map size: the ranking follows the object's
+   shape, which a small version shows (docs/csm.md has the figures). */
+static cohsm_result cohsm__choose_order(cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap)
+{
+    static const cohsm_order orders[3] = { COHSM_ORDER_HILBERT, COHSM_ORDER_ZIGZAG_THETA, COHSM_ORDER_ZIGZAG };
+    cohsm_desc trial = *d;
+    uint64_t least = UINT64_MAX;
+    int i;
+
+    d->order = COHSM_ORDER_HILBERT;
+    if (cohsm__has_table((uint32_t)d->domain.kind)) return COHSM_OK;
+    trial.progress = NULL;
+    for (i = 0; i < 3; i++) trial.domain.side[i] = cohsm__max_u32((d->domain.side[i] + 3u) / 4u, 1);
+    trial.map_size = cohsm__max_u32(d->map_size / 2, 8);
+    trial.pixel_begin = 0;
+    trial.pixel_end = trial.map_size * trial.map_size;
+    for (i = 0; i < 3; i++) {
+        cohsm_maps *maps;
+        cohsm_stats stats;
+        cohsm_result result;
+        memset(&stats, 0, sizeof stats);
+        trial.order = orders[i];
+        result = cohsm__build_model(&trial, model, heap, &maps, &stats);
+        if (result != COHSM_OK) return result;
+        cohsm_free(maps);
+        if (stats.segments < least) {
+            least = stats.segments;
+            d->order = orders[i];
+        }
+    }
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mesh, cohsm_maps **out, cohsm_stats *stats)
+{
+    cohsm_desc d;
+    cohsm_stats s;
+    cohsm__heap heap;
+    cohsm__model model;
+    cohsm_result result;
+
+    if (!mesh || !out) return COHSM_ERR_ARGUMENT;
+    memset(&d, 0, sizeof d);
+    memset(&s, 0, sizeof s);
+    memset(&heap, 0, sizeof heap);
+    memset(&model, 0, sizeof model);
+    if (desc) d = *desc;
+    result = cohsm__check_desc(&d);
+    if (result != COHSM_OK) return result;
+    heap.allocator = cohsm__allocator_make(d.allocator.alloc_fn, d.allocator.free_fn, d.allocator.user);
+    result = cohsm__model_make(&model, &d, mesh, &heap, &s);
+    if (result == COHSM_OK && d.order == COHSM_ORDER_DEFAULT) result = cohsm__choose_order(&d, &model, &heap);
+    if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, out, &s);
+    cohsm__soup_free(&model.soup, &heap);
+    if (result == COHSM_OK && stats) *stats = s;
+    return result;
+}
+
+/* ---- >>facts ---- */
+
+COHSM_DEF const char *cohsm_result_text(cohsm_result result)
+{
+    switch (result) {
+#define COHSM__TEXT(name, text) case name: return text;
+    COHSM_RESULTS(COHSM__TEXT)
+#undef COHSM__TEXT
+    default: return "unknown result";
+    }
+}
+
+COHSM_DEF void cohsm_get_info(const cohsm_maps *m, cohsm_info *out)
+{
+    const cohsm__header *h;
+    if (!m || !out) return;
+    h = &m->head;
+    memset(out, 0, sizeof *out);
+    out->domain = (cohsm_domain_kind)h->domain;
+    out->layers = (cohsm_layers)h->layers;
+    out->order = (cohsm_order)h->order;
+    out->frame = (cohsm_frame)h->frame;
+    memcpy(out->side, h->side, sizeof out->side);
+    out->map_count = h->map_count;
+    out->view_count = h->view_count;
+    out->map_size = h->map_size;
+    out->depth_bits = h->depth_bits;
+    out->dimensions = h->dimensions;
+    out->positional = (int)h->positional;
+    out->self_only = (int)h->self_only;
+    out->pixel_begin = h->pixel_begin;
+    out->pixel_end = h->pixel_end;
+    memcpy(out->center, h->center, sizeof out->center);
+    out->radius = h->radius;
+    out->depth_far = h->depth_far;
+    out->segments = (uint64_t)h->segments_high << 32 | h->segments_low;
+    out->bytes = 4 * (size_t)h->words;
+    out->ratio = 2.0 * (double)h->view_count * (double)m->range / (double)out->bytes;
+}
+
+COHSM_DEF cohsm_result cohsm_location(const cohsm_maps *m, uint32_t map, float out[4])
+{
+    if (!m || !out || map >= m->head.map_count) return COHSM_ERR_ARGUMENT;
+    cohsm__v3_store(out, cohsm__cell_location(&m->head, m->locations, map));
+    out[3] = m->head.positional ? 1.0f : 0.0f;
+    return COHSM_OK;
+}
+
+COHSM_DEF const void *cohsm_data(const cohsm_maps *m, size_t *size)
+{
+    if (!m) return NULL;
+    if (size) *size = 4 * (size_t)m->head.words;
+    return m->words;
+}
+
+COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *m, void *memory, size_t memory_size)
+{
+    uint32_t i;
+    if (!m || !memory) return COHSM_ERR_ARGUMENT;
+    if (memory_size < 4 * (size_t)m->head.words) return COHSM_ERR_MEMORY;
+    for (i = 0; i < m->head.words; i++) cohsm__put_u32((uint8_t *)memory + 4 * (size_t)i, m->words[i]);
+    return COHSM_OK;
+}
+
+static uint32_t cohsm__place(const cohsm_maps *m, uint32_t x, uint32_t y, uint32_t z)
+{
+    const uint32_t *s = m->head.side;
+    uint32_t line, cell;
+    switch (m->head.order) {
+    case COHSM_ORDER_ZIGZAG:
+        line = (z & 1u ? s[1] - 1u - y : y) + s[1] * z;
+        return line * s[0] + (line & 1u ? s[0] - 1u - x : x);
+    case COHSM_ORDER_ZIGZAG_THETA:
+        line = (z & 1u ? s[0] - 1u - x : x) + s[0] * z;
+        return line * s[1] + (line & 1u ? s[1] - 1u - y : y);
+    case COHSM_ORDER_HILBERT:
+        cell = x + s[0] * (y + s[1] * z);
+        return m->head.map_count <= 65536 ? cohsm__half_word(m->order, cell) : m->order[cell];
+    default: return x + s[0] * (y + s[1] * z);
+    }
+}
+
+COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t *out)
+{
+    uint32_t c[3], p, place;
+    if (!m || !out || view >= m->head.view_count) return COHSM_ERR_ARGUMENT;
+    cohsm__cell_split(m->head.side, view % m->head.map_count, c);
+    place = view / m->head.map_count * m->head.map_count + cohsm__place(m, c[0], c[1], c[2]);
+    for (p = 0; p < m->range; p++)
+        out[p] = (uint16_t)cohsm__stored_depth(m->lookup, m->lists, m->depth_of, m->range, p, place);
+    return COHSM_OK;
+}
+
+/* ---- >>query ---- */
+
+/* Samples are treated in tiles: first every sample's map, pixel and depth, then the searches in steps that each begin
+   by prefetching what the next needs, so that cache misses overlap. */
+
+enum { COHSM__TILE = 256 };
+#define COHSM__NO_PIXEL UINT32_MAX      /* outside the map, or not finite: lit */
+
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define COHSM__PREFETCH(p) __builtin_prefetch(p)
+#else
+#define COHSM__PREFETCH(p) ((void)(p))
+#endif
+
+typedef struct cohsm__tile {            /* one object's samples, in its space */
+    const cohsm_maps  *maps;
+    const cohsm_query *query;
+    size_t   count;
+    int      one_light;                 /* light[.][0] is everyone's */
+    float    point[3][COHSM__TILE];     /* in radii about the sphere's centre */
+    float    light[3][COHSM__TILE];     /* direction; position in radii; or parameters */
+    uint32_t cell[COHSM__TILE];         /* COHSM_LIGHT_INDEX */
+    uint32_t id[COHSM__TILE];           /* number in the query */
+    float    visible[COHSM__TILE];
+    uint32_t pixel[COHSM__TILE], place[COHSM__TILE];
+    int32_t  depth[COHSM__TILE];
+} cohsm__tile;
+
+/* Continuous position in the domain: cell units, cell centres at whole numbers. */
+static void cohsm__domain_position(const cohsm_maps *m, cohsm__v3 l, cohsm_light kind, float f[3])
+{
+    const uint32_t *s = m->head.side;
+    float u[3];
+    int i;
+
+    u[0] = l.x;
+    u[1] = l.y;
+    u[2] = l.z;
+    if (kind == COHSM_LIGHT_DIRECTION || kind == COHSM_LIGHT_POSITION) {
+        l = cohsm__v3_normalize(l);
+        if (m->head.domain == COHSM_DOMAIN_LATLONG) {
+            u[0] = 0.5f + cohsm__atan2(l.z, l.x) * 0.159154943f;
+            u[1] = cohsm__acos(l.y) * 0.318309886f;
+        } else cohsm__octa_square(l, u, u + 1);
+    }
+    for (i = 0; i < 3; i++) {
+        float top = (float)s[i];
+        f[i] = i < (int)m->head.dimensions ? u[i] * top : 0.0f;
+        if (!(f[i] >= 0.0f)) f[i] = 0.0f;
+        if (f[i] > top) f[i] = top;
+        f[i] -= 0.5f;
+    }
+}
+
+static int cohsm__floor(float x)
+{
+    int i = (int)x;
+    return (float)i > x ? i - 1 : i;
+}
+
+/* Brings a cell one step outside back: around the seam, over a pole, across the edge of the octahedral square, or to the
+   border. */
+static void cohsm__wrap(const cohsm_maps *m, int *c)
+{
+    int n0 = (int)m->head.side[0], n1 = (int)m->head.side[1], i;
+    uint32_t kind = m->head.domain;
+
+    if (kind == COHSM_DOMAIN_LATLONG || kind == COHSM_DOMAIN_SPHERE) {
+        if (c[1] < 0 || c[1] >= n1) c[0] += n0 / 2;
+        if (c[0] < 0) c[0] += n0;
+        while (c[0] >= n0) c[0] -= n0;
+    } else if (kind == COHSM_DOMAIN_OCTAHEDRAL) {
+        if (c[0] < 0 || c[0] >= n0) c[1] = n1 - 1 - c[1];
+        else if (c[1] < 0 || c[1] >= n1) c[0] = n0 - 1 - c[0];
+    }
+    for (i = 0; i < 3; i++) {
+        if (c[i] < 0) c[i] = 0;
+        if (c[i] >= (int)m->head.side[i]) c[i] = (int)m->head.side[i] - 1;
+    }
+}
+
+static uint32_t cohsm__cell_index(const cohsm_maps *m, const int *c)
+{
+    return (uint32_t)c[0] + m->head.side[0] * ((uint32_t)c[1] + m->head.side[1] * (uint32_t)c[2]);
+}
+
+/* A point seen in one map: position in pixels, depth in 16 bits, and where the six faces of a cube begin. */
+typedef struct cohsm__seen { float x, y, depth; uint32_t face; } cohsm__seen;
+
+static cohsm__seen cohsm__see(const cohsm_maps *m, uint32_t cell, cohsm__v3 p, float bias)
+{
+    float half = 0.5f * (float)m->head.map_size, w;
+    cohsm__seen s;
+    cohsm__frame f;
+    cohsm__v3 q;
+
+    s.face = 0;
+    if (!m->head.positional) {
+        f = cohsm__cell_frame(&m->head, m->locations, m->angles, cell);
+        s.x = cohsm__v3_dot(p, f.right) * half + half;
+        s.y = cohsm__v3_dot(p, f.up) * half + half;
+        s.depth = (0.5f - 0.5f * cohsm__v3_dot(p, f.back) - bias / (float)m->head.map_size) * (float)COHSM__HIT_MAX;
+        return s;
+    }
+    q = cohsm__v3_sub(cohsm__cell_location(&m->head, m->locations, cell), cohsm__v3_load(m->head.center));
+    q = cohsm__v3_sub(p, cohsm__v3_scale(q, 1.0f / m->head.radius));
+    s.face = cohsm__face_of(q);
+    cohsm__face_coordinates(s.face, q, &s.x, &s.y, &w);
+    s.x = s.x / w * half + half;
+    s.y = s.y / w * half + half;
+    s.depth = w * (1.0f - 2.0f * bias / (float)m->head.map_size) * (m->head.radius / m->head.depth_far) *
+              (float)COHSM__HIT_MAX;
+    return s;
+}
+
+static int32_t cohsm__compared_depth(float depth)
+{
+    if (!(depth >= 0.0f)) return -1;
+    return depth < 65535.0f ? (int32_t)depth : 65535;
+}
+
+static uint32_t cohsm__pixel(const cohsm_maps *m, float x, float y)
+{
+    float top = (float)m->head.map_size;
+    uint32_t p;
+    if (m->head.positional) {                       /* rounding may leave the face by a hair */
+        x = x < 0.0f ? 0.0f : x >= top ? top - 0.5f : x;
+        y = y < 0.0f ? 0.0f : y >= top ? top - 0.5f : y;
+    }
+    if (!(x >= 0.0f && x < top && y >= 0.0f && y < top)) return COHSM__NO_PIXEL;
+    p = (uint32_t)y * m->head.map_size + (uint32_t)x;
+    return p >= m->head.pixel_begin && p < m->head.pixel_end ? p - m->head.pixel_begin : COHSM__NO_PIXEL;
+}
+
+static float cohsm__lit(const cohsm_maps *m, uint32_t pixel, uint32_t place, int32_t depth)
+{
+    if (pixel == COHSM__NO_PIXEL || depth < 0) return 1.0f;
+    return depth > (int32_t)cohsm__stored_depth(m->lookup, m->lists, m->depth_of, m->range, pixel, place) ? 0.0f : 1.0f;
+}
+
+/* Weights of generalised PCF are products of one fraction for each of the d + 2 dimensions (paper 4.5). */
+static float cohsm__pcf_map(const cohsm_maps *m, const int *c, cohsm__v3 p, float bias)
+{
+    uint32_t place = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]), corner;
+    cohsm__seen s = cohsm__see(m, cohsm__cell_index(m, c), p, bias);
+    float x, y, fx, fy, lit = 0.0f;
+    int32_t depth = cohsm__compared_depth(s.depth);
+
+    if (!(fabsf(s.x) < 1e6f && fabsf(s.y) < 1e6f)) return 1.0f;
+    place += s.face * m->head.map_count;
+    x = (float)cohsm__floor(s.x - 0.5f);
+    y = (float)cohsm__floor(s.y - 0.5f);
+    fx = s.x - 0.5f - x;
+    fy = s.y - 0.5f - y;
+    for (corner = 0; corner < 4; corner++) {
+        float weight = (corner & 1u ? fx : 1.0f - fx) * (corner & 2u ? fy : 1.0f - fy);
+        uint32_t pixel = cohsm__pixel(m, x + (float)(corner & 1u) + 0.5f, y + (float)(corner >> 1) + 0.5f);
+        if (weight > 0.0f) lit += weight * cohsm__lit(m, pixel, place, depth);
+    }
+    return lit;
+}
+
+static float cohsm__pcf(const cohsm_maps *m, const float *f, cohsm__v3 p, float bias)
+{
+    uint32_t d = m->head.dimensions, corner, i;
+    float lit = 0.0f;
+
+    for (corner = 0; corner < 1u << d; corner++) {
+        float weight = 1.0f;
+        int c[3] = { 0, 0, 0 };
+        for (i = 0; i < d; i++) {
+            int low = cohsm__floor(f[i]);
+            float fraction = f[i] - (float)low;
+            weight *= corner >> i & 1u ? fraction : 1.0f - fraction;
+            c[i] = low + (int)(corner >> i & 1u);
+        }
+        if (!(weight > 0.0f)) continue;
+        cohsm__wrap(m, c);
+        lit += weight * cohsm__pcf_map(m, c, p, bias);
+    }
+    return lit;
+}
+
+static cohsm__v3 cohsm__tile_point(const cohsm__tile *t, size_t i)
+{
+    return cohsm__v3_make(t->point[0][i], t->point[1][i], t->point[2][i]);
+}
+
+static cohsm__v3 cohsm__tile_light(const cohsm__tile *t, size_t i)
+{
+    if (t->one_light) i = 0;
+    return cohsm__v3_make(t->light[0][i], t->light[1][i], t->light[2][i]);
+}
+
+/* Roulette is the nearest neighbour of a position moved at random by up to half a step: a fraction f is rounded up with
+   probability f, which is its weight in PCF. */
+static float cohsm__jitter(const cohsm_query *q, uint32_t id, uint32_t dimension)
+{
+    return q->filter == COHSM_FILTER_ROULETTE ? cohsm__random(q->seed, id, dimension) : 0.5f;
+}
+
+/* Map, pixel and depth of sample i; or its visibility at once, with PCF. */
+static void cohsm__address(cohsm__tile *t, size_t i)
+{
+    const cohsm_maps *m = t->maps;
+    const cohsm_query *q = t->query;
+    cohsm__v3 p = cohsm__tile_point(t, i), l = cohsm__tile_light(t, i);
+    cohsm__seen s;
+    float f[3] = { 0, 0, 0 };
+    uint32_t k, id = t->id[i];
+    int c[3] = { 0, 0, 0 };
+
+    t->pixel[i] = COHSM__NO_PIXEL;
+    if (!cohsm__v3_finite(p) || (q->light != COHSM_LIGHT_INDEX && !cohsm__v3_finite(l))) return;
+    if (q->light == COHSM_LIGHT_INDEX) {
+        cohsm__cell_split(m->head.side, t->cell[t->one_light ? 0 : i], (uint32_t *)c);
+        if (q->filter == COHSM_FILTER_PCF) {
+            t->visible[i] = cohsm__pcf_map(m, c, p, q->bias);
+            return;
+        }
+    } else {
+        if (q->light == COHSM_LIGHT_POSITION) l = cohsm__v3_sub(l, p);
+        if (q->light != COHSM_LIGHT_PARAMETER && !(cohsm__v3_length(l) > 0.0f)) return;
+        cohsm__domain_position(m, l, q->light, f);
+        if (q->filter == COHSM_FILTER_PCF) {
+            t->visible[i] = cohsm__pcf(m, f, p, q->bias);
+            return;
+        }
+        for (k = 0; k < m->head.dimensions; k++) c[k] = cohsm__floor(f[k] + cohsm__jitter(q, id, k));
+        cohsm__wrap(m, c);
+    }
+    s = cohsm__see(m, cohsm__cell_index(m, c), p, q->bias);
+    if (q->filter == COHSM_FILTER_ROULETTE) {
+        s.x += cohsm__jitter(q, id, 3) - 0.5f;
+        s.y += cohsm__jitter(q, id, 4) - 0.5f;
+    }
+    t->depth[i] = cohsm__compared_depth(s.depth);
+    if (t->depth[i] < 0) return;
+    t->pixel[i] = cohsm__pixel(m, s.x, s.y);
+    t->place[i] = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]) + s.face * m->head.map_count;
+}
+
+static void cohsm__search(cohsm__tile *t)
+{
+    const cohsm_maps *m = t->maps;
+    const uint32_t *list[COHSM__TILE];
+    uint32_t n = 0, which[COHSM__TILE], i, entry;
+
+    for (i = 0; i < t->count; i++) {
+        if (t->pixel[i] == COHSM__NO_PIXEL) continue;
+        entry = m->lookup[(size_t)(t->place[i] >> COHSM__CHUNK_BITS) * m->range + t->pixel[i]];
+        if (entry & COHSM__CONSTANT) {
+            t->visible[i] = t->depth[i] > (int32_t)(entry & 0xffffu) ? 0.0f : 1.0f;
+            continue;
+        }
+        list[n] = m->lists + entry;
+        COHSM__PREFETCH(list[n]);
+        which[n++] = i;
+    }
+    for (i = 0; i < n; i++) {
+        uint32_t place = t->place[which[i]] & (COHSM__CHUNK - 1u);
+        if (t->depth[which[i]] > (int32_t)cohsm__list_depth(list[i], m->depth_of, place)) t->visible[which[i]] = 0.0f;
+    }
+}
+
+/* Semi-local light: refused inside the hull; and where the ray meets the hull only beyond the light, or not at all, the
+   object cannot be in between (T67): one of light or hull must come first, since the light is outside a convex hull. */
+static int cohsm__light_refused(const cohsm_maps *m, cohsm__v3 l)
+{
+    int i;
+    for (i = 0; i < COHSM__DOP_AXES; i++) {
+        float d = cohsm__v3_dot(cohsm__dop_axis(i), l);
+        if (d < m->dop[2 * i] || d > m->dop[2 * i + 1]) return 0;
+    }
+    return 1;
+}
+
+static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
+{
+    float enter = 0.0f, leave = 1.0f;
+    int i;
+    for (i = 0; i < COHSM__DOP_AXES; i++) {
+        cohsm__v3 a = cohsm__dop_axis(i);
+        float from = cohsm__v3_dot(a, p), step = cohsm__v3_dot(a, l) - from, t0, t1;
+        if (step == 0.0f) {
+            if (from < m->dop[2 * i] || from > m->dop[2 * i + 1]) return 0;
+            continue;
+        }
+        t0 = (m->dop[2 * i] - from) / step;
+        t1 = (m->dop[2 * i + 1] - from) / step;
+        if (t0 > t1) {
+            float swap = t0;
+            t0 = t1;
+            t1 = swap;
+        }
+        if (t0 > enter) enter = t0;
+        if (t1 < leave) leave = t1;
+    }
+    return enter <= leave;
+}
+
+static void cohsm__run_tile(cohsm__tile *t)
+{
+    size_t i;
+    for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
+#if COHSM__X86
+    if (cohsm__tile_fast(t)) return;
+#endif
+    for (i = 0; i < t->count; i++) {
+        t->pixel[i] = COHSM__NO_PIXEL;
+        if (t->query->light == COHSM_LIGHT_POSITION) {
+            cohsm__v3 l = cohsm__tile_light(t, i);
+            if (cohsm__light_refused(t->maps, l)) {
+                t->visible[i] = COHSM_REFUSED;
+                continue;
+            }
+            if (!cohsm__hull_between(t->maps, cohsm__tile_point(t, i), l)) continue;
+        }
+        cohsm__address(t, i);
+    }
+    if (t->query->filter != COHSM_FILTER_PCF) cohsm__search(t);
+}
+
+/* ---- >>scene: samples to the objects' spaces and back ---- */
+
+static size_t cohsm__light_size(const cohsm_maps *m, cohsm_light kind)
+{
+    if (kind == COHSM_LIGHT_INDEX) return 4;
+    return kind == COHSM_LIGHT_PARAMETER ? 4 * (size_t)m->head.dimensions : 12;
+}
+
+static void cohsm__load_light(cohsm__tile *t, size_t at, const cohsm_query *q, size_t i, const float *inverse)
+{
+    size_t size = cohsm__light_size(t->maps, q->light), stride = q->light_stride ? q->light_stride : size;
+    const char *from = (const char *)q->lights + stride * (q->one_light ? 0 : i);
+    const cohsm__header *h = &t->maps->head;
+    float v[3] = { 0, 0, 0 };
+    cohsm__v3 l;
+
+    if (q->light == COHSM_LIGHT_INDEX) {
+        memcpy(&t->cell[at], from, 4);
+        if (t->cell[at] >= h->map_count) t->cell[at] = h->map_count - 1u;
+        return;
+    }
+    memcpy(v, from, size);
+    l = cohsm__v3_load(v);
+    if (q->light == COHSM_LIGHT_DIRECTION && inverse) l = cohsm__m4_direction(inverse, l);
+    if (q->light == COHSM_LIGHT_POSITION) {
+        if (inverse) l = cohsm__m4_point(inverse, l);
+        l = cohsm__v3_scale(cohsm__v3_sub(l, cohsm__v3_load(h->center)), 1.0f / h->radius);
+    }
+    t->light[0][at] = l.x;
+    t->light[1][at] = l.y;
+    t->light[2][at] = l.z;
+}
+
+static void cohsm__load_sample(cohsm__tile *t, const cohsm_query *q, size_t i, const float *inverse)
+{
+    size_t stride = q->point_stride ? q->point_stride : 12, at = t->count++;
+    const cohsm__header *h = &t->maps->head;
+    float v[3];
+    cohsm__v3 p;
+
+    memcpy(v, (const char *)q->points + stride * i, sizeof v);
+    p = cohsm__v3_load(v);
+    if (inverse) p = cohsm__m4_point(inverse, p);
+    p = cohsm__v3_scale(cohsm__v3_sub(p, cohsm__v3_load(h->center)), 1.0f / h->radius);
+    t->point[0][at] = p.x;
+    t->point[1][at] = p.y;
+    t->point[2][at] = p.z;
+    t->id[at] = (uint32_t)i;
+    if (!t->one_light || at == 0) cohsm__load_light(t, at, q, i, inverse);
+}
+
+static cohsm_result cohsm__check_query(const cohsm_maps *m, const cohsm_query *q)
+{
+    if (!q->points || !q->lights || (unsigned)q->light > COHSM_LIGHT_INDEX || (unsigned)q->filter > COHSM_FILTER_ROULETTE)
+        return COHSM_ERR_ARGUMENT;
+    if (!cohsm__finite(q->bias) || q->bias < 0.0f) return COHSM_ERR_ARGUMENT;
+    if ((q->point_stride && q->point_stride < 12) || q->point_stride % 4 || q->light_stride % 4 ||
+        (q->light_stride && q->light_stride < cohsm__light_size(m, q->light)))
+        return COHSM_ERR_ARGUMENT;
+    if (q->light == COHSM_LIGHT_INDEX) return COHSM_OK;
+    if (q->light == COHSM_LIGHT_PARAMETER) return m->head.dimensions ? COHSM_OK : COHSM_ERR_DOMAIN;
+    return m->head.domain == COHSM_DOMAIN_LATLONG || m->head.domain == COHSM_DOMAIN_OCTAHEDRAL ? COHSM_OK
+                                                                                               : COHSM_ERR_DOMAIN;
+}
+
+static size_t cohsm__count_refused(const float *visible, size_t count)
+{
+    size_t i, n = 0;
+    for (i = 0; i < count; i++) n += visible[i] == COHSM_REFUSED;
+    return n;
+}
+
+COHSM_DEF cohsm_query cohsm_query_default(void)
+{
+    cohsm_query q;
+    memset(&q, 0, sizeof q);
+    q.bias = 1.0f;
+    return q;
+}
+
+COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *query, float *visible, size_t *refused)
+{
+    cohsm__tile t;
+    size_t begin, i;
+    cohsm_result result;
+
+    if (!maps || !query || (query->count && !visible)) return COHSM_ERR_ARGUMENT;
+    if (query->count) {
+        result = cohsm__check_query(maps, query);
+        if (result != COHSM_OK) return result;
+    }
+    t.maps = maps;
+    t.query = query;
+    t.one_light = query->one_light;
+    for (begin = 0; begin < query->count; begin += t.count) {
+        for (t.count = 0, i = begin; i < query->count && t.count < COHSM__TILE; i++)
+            cohsm__load_sample(&t, query, i, NULL);
+        cohsm__run_tile(&t);
+        memcpy(visible + begin, t.visible, t.count * sizeof *visible);
+    }
+    if (refused) *refused = cohsm__count_refused(visible, query->count);
+    return COHSM_OK;
+}
+
+static void cohsm__flush_tile(cohsm__tile *t, float *visible)
+{
+    size_t i;
+    cohsm__run_tile(t);
+    for (i = 0; i < t->count; i++) {
+        float *v = visible + t->id[i];
+        if (t->visible[i] == COHSM_REFUSED) *v = COHSM_REFUSED;
+        else *v *= t->visible[i];
+    }
+    t->count = 0;
+}
+
+/* own = 1: samples that lie on this instance; 0: all others that still see some light. */
+static void cohsm__visit(cohsm__tile *t, const cohsm_query *q, uint32_t self, int own, const float *inverse,
+                         float *visible)
+{
+    size_t i;
+    t->count = 0;
+    for (i = 0; i < q->count; i++) {
+        if ((q->self && q->self[i] == self) != own || !(visible[i] > 0.0f)) continue;
+        cohsm__load_sample(t, q, i, inverse);
+        if (t->count == COHSM__TILE) cohsm__flush_tile(t, visible);
+    }
+    if (t->count) cohsm__flush_tile(t, visible);
+}
+
+COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size_t instance_count,
+                                           const cohsm_query *query, float *visible, size_t *refused)
+{
+    cohsm__tile t;
+    float inverse[16], scale;
+    size_t i;
+    int own;
+    cohsm_result result;
+
+    if (!query || (instance_count && !instances) || (query->count && !visible) || instance_count >= COHSM_NO_SELF)
+        return COHSM_ERR_ARGUMENT;
+    for (i = 0; i < instance_count; i++) {
+        if (!instances[i].maps || !cohsm__m4_is_rigid_uniform(instances[i].transform, &scale)) return COHSM_ERR_ARGUMENT;
+        result = query->count ? cohsm__check_query(instances[i].maps, query) : COHSM_OK;
+        if (result != COHSM_OK) return result;
+    }
+    for (i = 0; i < query->count; i++) visible[i] = 1.0f;
+    t.query = query;
+    t.one_light = query->one_light;
+    for (own = query->self != NULL; own >= 0; own--)
+        for (i = 0; i < instance_count; i++) {
+            t.maps = instances[i].maps;
+            if (!cohsm__m4_affine_inverse(inverse, instances[i].transform)) return COHSM_ERR_ARGUMENT;
+            cohsm__visit(&t, query, (uint32_t)i, own, inverse, visible);
+        }
+    if (refused) *refused = cohsm__count_refused(visible, query->count);
+    return COHSM_OK;
+}
+
+/* ---- >>verify: every stored value against its interval ---- */
+
+typedef struct cohsm__check {
+    const cohsm_builder *builder;       /* for layers and intervals; its batch holds the views */
+    const cohsm_maps    *maps;
+    cohsm_report         part[COHSM__BATCH];
+} cohsm__check;
+
+static void cohsm__verify_task(void *context, size_t index)
+{
+    cohsm__check *k = (cohsm__check *)context;
+    const cohsm_builder *b = k->builder;
+    const cohsm_maps *m = k->maps;
+    cohsm_report *r = &k->part[index];
+    uint32_t view = b->batch_begin + (uint32_t)index, p, lo, hi, z;
+    const uint16_t *layers = b->batch + index * b->batch_size + (size_t)b->desc.pixel_begin * b->keep;
+
+    memset(r, 0, sizeof *r);
+    for (p = 0; p < m->range; p++, layers += b->keep) {
+        cohsm__interval(&b->desc, layers, &lo, &hi);
+        z = cohsm__stored_depth(m->lookup, m->lists, m->depth_of, m->range, p, view);
+        r->entries++;
+        r->empty += layers[0] != COHSM__INFINITE && layers[0] == layers[1];
+        if (z >= lo && z <= hi) continue;
+        if (!r->wrong++) {
+            r->first_view = view;
+            r->first_pixel = p + b->desc.pixel_begin;
+        }
+    }
+}
+
+/* The desc that a block was built with, but for the caller's services. */
+static cohsm_desc cohsm__desc_of(const cohsm_maps *m, const cohsm_desc *services)
+{
+    const cohsm__header *h = &m->head;
+    cohsm_desc d;
+
+    memset(&d, 0, sizeof d);
+    if (services) {
+        d.allocator = services->allocator;
+        d.parallel_for = services->parallel_for;
+        d.parallel_user = services->parallel_user;
+        d.progress = services->progress;
+        d.progress_user = services->progress_user;
+    }
+    d.domain.kind = (cohsm_domain_kind)h->domain;
+    memcpy(d.domain.side, h->side, sizeof h->side);
+    memcpy(d.domain.origin, h->origin, sizeof h->origin);
+    memcpy(d.domain.u, h->u, sizeof h->u);
+    memcpy(d.domain.v, h->v, sizeof h->v);
+    memcpy(d.domain.w, h->w, sizeof h->w);
+    if (h->location_words) {
+        d.domain.locations = m->locations;
+        d.domain.location_count = h->map_count;
+    }
+    d.map_size = h->map_size;
+    d.layers = (cohsm_layers)h->layers;
+    d.order = (cohsm_order)h->order;
+    d.frame = (cohsm_frame)h->frame;
+    d.depth_bits = h->depth_bits;
+    d.self_only = (int)h->self_only;
+    memcpy(d.center, h->center, sizeof h->center);
+    d.radius = h->radius;
+    d.pixel_begin = h->pixel_begin;
+    d.pixel_end = h->pixel_end;
+    return d;
+}
+
+static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps, const cohsm__soup *soup,
+                                        cohsm_report *out)
+{
+    cohsm__job job;
+    cohsm__check check;
+    uint32_t i;
+
+    job.builder = b;
+    job.soup = soup;
+    job.simd = cohsm__cpu_has_avx2();
+    check.builder = b;
+    check.maps = maps;
+    for (; b->batch_begin < b->head.view_count; b->batch_begin += b->batch_count) {
+        if (b->desc.progress &&
+            b->desc.progress(b->desc.progress_user, (float)b->batch_begin / (float)b->head.view_count))
+            return COHSM_ERR_CANCELLED;
+        b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->batch_begin);
+        cohsm__run(&b->parallel, b->batch_count, cohsm__raster_task, &job);
+        cohsm__run(&b->parallel, b->batch_count, cohsm__verify_task, &check);
+        for (i = 0; i < b->batch_count; i++) {
+            const cohsm_report *r = &check.part[i];
+            if (!out->wrong && r->wrong) {
+                out->first_view = r->first_view;
+                out->first_pixel = r->first_pixel;
+            }
+            out->entries += r->entries;
+            out->wrong += r->wrong;
+            out->empty += r->empty;
+        }
+    }
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_desc *desc, const cohsm_mesh *mesh,
+                                    cohsm_report *out)
+{
+    cohsm_desc d;
+    cohsm_stats stats;
+    cohsm__heap heap;
+    cohsm__model model;
+    cohsm_report report;
+    cohsm_builder *b;
+    cohsm_result result;
+
+    if (!maps || !mesh || !out) return COHSM_ERR_ARGUMENT;
+    if (desc && !cohsm__allocator_valid(desc->allocator.alloc_fn, desc->allocator.free_fn)) return COHSM_ERR_DESC;
+    d = cohsm__desc_of(maps, desc);
+    memset(&stats, 0, sizeof stats);
+    memset(&heap, 0, sizeof heap);
+    memset(&model, 0, sizeof model);
+    memset(&report, 0, sizeof report);
+    heap.allocator = cohsm__allocator_make(d.allocator.alloc_fn, d.allocator.free_fn, d.allocator.user);
+    result = cohsm__model_make(&model, &d, mesh, &heap, &stats);
+    if (result == COHSM_OK) {
+        result = cohsm__builder_make(&d, &heap, &b);
+        if (result == COHSM_OK) {
+            result = cohsm__verify_views(b, maps, &model.soup, &report);
+            cohsm_builder_destroy(b);
+        }
+    }
+    cohsm__soup_free(&model.soup, &heap);
+    if (result == COHSM_OK) *out = report;
+    return result;
+}
+
+/* ---- >>shards ---- */
+
+/* Shards of one build differ in their pixels, lengths and counts only. */
+static int cohsm__same_build(const cohsm_maps *a, const cohsm_maps *b)
+{
+    cohsm__header x = a->head, y = b->head;
+    size_t before = (size_t)x.order_words + x.location_words;
+    x.words = y.words = x.crc = y.crc = 0;
+    x.pixel_begin = y.pixel_begin = x.pixel_end = y.pixel_end = 0;
+    x.lookup_words = y.lookup_words = x.list_words = y.list_words = 0;
+    x.segments_low = y.segments_low = x.segments_high = y.segments_high = 0;
+    return memcmp(&x, &y, sizeof x) == 0 &&
+           memcmp(a->words + COHSM__HEADER_WORDS, b->words + COHSM__HEADER_WORDS, 4 * before) == 0;
+}
+
+/* Words of a shard's lists for one chunk: up to where the next chunk's first list begins. */
+static size_t cohsm__chunk_begin(const cohsm_maps *m, uint32_t chunk)
+{
+    size_t i, n = m->head.lookup_words;
+    for (i = (size_t)chunk * m->range; i < n; i++)
+        if (!(m->lookup[i] & COHSM__CONSTANT)) return m->lookup[i];
+    return m->head.list_words - COHSM__PADDING;
+}
+
+static void cohsm__join(const cohsm_maps *const *shards, size_t count, const cohsm__header *h, uint32_t *words)
+{
+    uint32_t *lookup = words + COHSM__HEADER_WORDS + h->order_words + h->location_words, chunk, p;
+    uint32_t *lists = lookup + h->lookup_words, *at = lists;
+    size_t i, before = (size_t)h->order_words + h->location_words;
+
+    memcpy(words + COHSM__HEADER_WORDS, shards[0]->words + COHSM__HEADER_WORDS, 4 * before);
+    for (chunk = 0; chunk < cohsm__chunks(h); chunk++)
+        for (i = 0; i < count; i++) {
+            const cohsm_maps *s = shards[i];
+            size_t from = cohsm__chunk_begin(s, chunk), to = cohsm__chunk_begin(s, chunk + 1u);
+            for (p = 0; p < s->range; p++) {
+                uint32_t entry = s->lookup[(size_t)chunk * s->range + p];
+                *lookup++ = entry & COHSM__CONSTANT ? entry : entry - (uint32_t)from + (uint32_t)(at - lists);
+            }
+            memcpy(at, s->lists + from, 4 * (to - from));
+            at += to - from;
+        }
+    memcpy(words, h, sizeof *h);
+    words[3] = cohsm__block_crc(words, h->words);
+}
+
+COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_allocator *allocator,
+                                   cohsm_maps **out)
+{
+    cohsm__allocator a = cohsm__allocator_make(allocator ? allocator->alloc_fn : NULL,
+                                               allocator ? allocator->free_fn : NULL, allocator ? allocator->user : NULL);
+    uint64_t lists = COHSM__PADDING, segments = 0, total;
+    cohsm__header h;
+    uint32_t *words, next = 0;
+    size_t i;
+    cohsm_result result;
+
+    if (!shards || !count || !out) return COHSM_ERR_ARGUMENT;
+    for (i = 0; i < count; i++) {
+        if (!shards[i]) return COHSM_ERR_ARGUMENT;
+        if (!cohsm__same_build(shards[0], shards[i]) || shards[i]->head.pixel_begin != next) return COHSM_ERR_MISMATCH;
+        next = shards[i]->head.pixel_end;
+        lists += shards[i]->head.list_words - COHSM__PADDING;
+        segments += (uint64_t)shards[i]->head.segments_high << 32 | shards[i]->head.segments_low;
+    }
+    h = shards[0]->head;
+    if (next != h.map_size * h.map_size) return COHSM_ERR_MISMATCH;
+    h.pixel_end = next;
+    total = (uint64_t)COHSM__HEADER_WORDS + h.order_words + h.location_words + (uint64_t)next * cohsm__chunks(&h) + lists;
+    if (total > 0x3fffffffu) return COHSM_ERR_LIMIT;
+    h.words = (uint32_t)total;
+    h.lookup_words = next * cohsm__chunks(&h);
+    h.list_words = (uint32_t)lists;
+    h.segments_low = (uint32_t)(segments & 0xffffffffu);
+    h.segments_high = (uint32_t)(segments >> 32);
+    words = (uint32_t *)cohsm__alloc_array(&a, h.words, 4);
+    if (!words) return COHSM_ERR_ALLOC;
+    memset(words, 0, 4 * (size_t)h.words);
+    cohsm__join(shards, count, &h, words);
+    result = cohsm__maps_make(&a, words, out);
+    if (result != COHSM_OK) cohsm__free(&a, words);
+    return result;
+}
+
+/* ---- >>open: files, which may be hostile ---- */
+
+static int cohsm__header_sound(const cohsm__header *h)
+{
+    cohsm_domain_kind kind = (cohsm_domain_kind)h->domain;
+    uint64_t n = (uint64_t)h->side[0] * h->side[1], total;
+    const float *f;
+    uint32_t order;
+    size_t i;
+
+    if (h->domain == 0 || h->domain >= COHSM_DOMAIN_KIND_COUNT || h->layers == 0 || h->layers >= COHSM_LAYERS_COUNT ||
+        h->order == 0 || h->order >= COHSM_ORDER_COUNT || h->frame == 0 || h->frame >= COHSM_FRAME_COUNT)
+        return 0;
+    for (i = 0; i < 3; i++)
+        if (h->side[i] == 0 || h->side[i] > 1u << 24) return 0;
+    if (n > 1u << 24 || n * h->side[2] > 1u << 24 || n * h->side[2] != h->map_count) return 0;
+    if (h->positional > 1 || h->self_only > 1 || h->view_count != h->map_count * (h->positional ? 6u : 1u)) return 0;
+    if (kind == COHSM_DOMAIN_LATLONG || kind == COHSM_DOMAIN_OCTAHEDRAL) {
+        if (h->positional || h->side[2] != 1) return 0;
+    } else if (!cohsm__has_table(h->domain) && !h->positional) return 0;
+    if (h->dimensions != cohsm__dimensions(kind, h->side)) return 0;
+    if (h->map_size < 4 || h->map_size > 1024 || h->depth_bits < 4 || h->depth_bits > 8) return 0;
+    if (h->pixel_begin >= h->pixel_end || h->pixel_end > h->map_size * h->map_size) return 0;
+    order = h->order != COHSM_ORDER_HILBERT ? 0 : h->map_count <= 65536 ? (h->map_count + 1) / 2 : h->map_count;
+    if (h->order_words != order || h->location_words != (cohsm__has_table(h->domain) ? 4 * h->map_count : 0)) return 0;
+    total = (uint64_t)(h->pixel_end - h->pixel_begin) * cohsm__chunks(h);
+    if (total != h->lookup_words || h->list_words < COHSM__PADDING) return 0;
+    total += (uint64_t)COHSM__HEADER_WORDS + order + h->location_words + h->list_words;
+    if (total != h->words || total > 0x3fffffffu) return 0;
+    for (f = h->center; f < h->dop + 2 * COHSM__DOP_AXES; f++)
+        if (!cohsm__finite(*f)) return 0;
+    if (!(h->radius > 1e-18f && h->radius < 1e18f) || (h->positional && !(h->depth_far > 0.0f))) return 0;
+    for (i = 0; i < sizeof h->reserved / sizeof h->reserved[0]; i++)
+        if (h->reserved[i]) return 0;
+    return 1;
+}
+
+/* One block within the words that are left: its parts lie inside it, its segments rise and stay below end. */
+static int cohsm__block_sound(const uint32_t *block, size_t left, uint32_t views, int last)
+{
+    uint32_t k, width, n, exact = 0, j, at, bucket = 0, low, offset, previous = 0, bits;
+    uint64_t marks;
+
+    if (left < 3) return 0;
+    k = block[0] >> 8 & 15u;
+    width = block[0] >> 12 & 15u;
+    marks = cohsm__marks(block);
+    n = cohsm__popcount(marks);
+    bits = COHSM__LOW_AT + n * (k + width);
+    if (!(marks & 1u) || width == 0 || width > 9 || bits > COHSM__BLOCK_BITS || (bits + 31u) / 32u > left) return 0;
+    for (j = 0; j < n; j++) exact += cohsm__bits(block, COHSM__LOW_AT + n * k + j * width, width) == (1u << width) - 1u;
+    bits += 16u * exact;
+    if (bits > COHSM__BLOCK_BITS || (bits + 31u) / 32u > left || (!last && left < COHSM__BLOCK_WORDS)) return 0;
+    for (at = 0, j = 0; j < n; at++) {
+        if (!(marks >> at & 1u)) {
+            bucket++;
+            continue;
+        }
+        low = cohsm__bits(block, COHSM__LOW_AT + j * k, k);
+        offset = (bucket << k) + low;
+        if (j == 0 ? offset != 0 : offset <= previous) return 0;
+        previous = offset;
+        j++;
+    }
+    if (previous >= views) return 0;
+    return ((views - 1u) >> k) + n <= COHSM__MARKS;    /* every bucket that a search may ask for is marked */
+}
+
+static int cohsm__list_sound(const uint32_t *list, size_t left, uint32_t views)
+{
+    uint32_t blocks, i, first = 0, next;
+    size_t at;
+
+    if (left < 1) return 0;
+    blocks = list[0] & 0xffffu;
+    at = (blocks + 1u) / 2u;
+    if (blocks == 0 || at > left) return 0;
+    for (i = 0; i < blocks; i++, at += COHSM__BLOCK_WORDS) {
+        next = i + 1 < blocks ? cohsm__half_word(list, i + 1) : views;
+        if (at > left || next <= first || next > views) return 0;
+        if (!cohsm__block_sound(list + at, left - at, next - first, i + 1 == blocks)) return 0;
+        first = next;
+    }
+    return 1;
+}
+
+static int cohsm__lists_sound(const cohsm_maps *m)
+{
+    uint32_t chunk, p, entry, views, chunks = cohsm__chunks(&m->head);
+    size_t words = m->head.list_words - COHSM__PADDING;
+
+    for (chunk = 0; chunk < chunks; chunk++) {
+        views = chunk + 1 < chunks ? COHSM__CHUNK : m->head.view_count - chunk * COHSM__CHUNK;
+        for (p = 0; p < m->range; p++) {
+            entry = m->lookup[(size_t)chunk * m->range + p];
+            if (entry & COHSM__CONSTANT) {
+                if (entry & 0x7fff0000u) return 0;
+            } else if (entry >= words || !cohsm__list_sound(m->lists + entry, words - entry, views)) return 0;
+        }
+    }
+    return 1;
+}
+
+static int cohsm__tables_sound(const cohsm_maps *m)
+{
+    uint32_t i, n = m->head.map_count;
+    const float *l = m->locations;
+
+    for (i = 0; m->head.order_words && i < n; i++)
+        if ((n <= 65536 ? cohsm__half_word(m->order, i) : m->order[i]) >= n) return 0;
+    for (i = 0; m->head.location_words && i < n; i++, l += 4)
+        if (!cohsm__finite3(l) || l[3] != (m->head.positional ? 1.0f : 0.0f)) return 0;
+    return 1;
+}
+
+COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_allocator *allocator, cohsm_maps **out)
+{
+    cohsm__allocator a;
+    const uint8_t *bytes = (const uint8_t *)data;
+    cohsm__header h;
+    cohsm_maps *m;
+    uint32_t *words;
+    cohsm_result result;
+
+    if (!data || !out) return COHSM_ERR_ARGUMENT;
+    if (allocator && !cohsm__allocator_valid(allocator->alloc_fn, allocator->free_fn)) return COHSM_ERR_ARGUMENT;
+    a = cohsm__allocator_make(allocator ? allocator->alloc_fn : NULL, allocator ? allocator->free_fn : NULL,
+                              allocator ? allocator->user : NULL);
+    if (size < 16 || cohsm__get_u32(bytes) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
+    if (cohsm__get_u32(bytes + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
+    if (size < sizeof h) return COHSM_ERR_FORMAT;
+    memcpy(&h, data, sizeof h);
+    cohsm__host_words((uint32_t *)(void *)&h, COHSM__HEADER_WORDS);
+    if (!cohsm__header_sound(&h) || size != 4 * (size_t)h.words) return COHSM_ERR_FORMAT;
+    words = (uint32_t *)cohsm__alloc_array(&a, h.words, 4);
+    if (!words) return COHSM_ERR_ALLOC;
+    memcpy(words, data, size);
+    cohsm__host_words(words, h.words);
+    result = cohsm__block_crc(words, h.words) == h.crc ? cohsm__maps_make(&a, words, &m) : COHSM_ERR_FORMAT;
+    if (result != COHSM_OK) {
+        cohsm__free(&a, words);
+        return result;
+    }
+    if (!cohsm__tables_sound(m) || !cohsm__lists_sound(m)) {
+        cohsm_free(m);
+        return COHSM_ERR_FORMAT;
+    }
+    *out = m;
+    return COHSM_OK;
+}
+
+/* >>> shared fp_end: written by tools/stamp from src/shared, edit there */
+
+/* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)
+#pragma GCC pop_options
+#endif
+
+/* <<< shared */
+
+#endif /* CSM_IMPLEMENTATION */
