@@ -38,7 +38,7 @@ static uint32_t refine(const float (*in)[2], uint32_t count, float (*out)[2])
     enum { STEPS = 3 };
     uint32_t n = 0;
     for (uint32_t i = 0; i + 1 < count; i++)
-        for (int step = 0; step < STEPS; step++, n++) {
+        for (int step = 0; step < STEPS; step++) {
             const float *a = in[i > 0 ? i - 1 : 0], *b = in[i], *c = in[i + 1], *d = in[i + 2 < count ? i + 2 : i + 1];
             float t = (float)step / STEPS;
             for (int k = 0; k < 2; k++) {
@@ -46,6 +46,7 @@ static uint32_t refine(const float (*in)[2], uint32_t count, float (*out)[2])
                                                                     t * (3 * (b[k] - c[k]) + d[k] - a[k])));
                 out[n][k] = ex_clamp(curve, fminf(b[k], c[k]), fmaxf(b[k], c[k]));
             }
+            if (n == 0 || out[n][0] != out[n - 1][0] || out[n][1] != out[n - 1][1]) n++;       /* clamped twice: once */
         }
     out[n][0] = in[count - 1][0];
     out[n][1] = in[count - 1][1];
@@ -74,8 +75,8 @@ static void add_limb(ex_builder *b, const float (*points)[3], uint32_t count, fl
 static void add_horse(ex_builder *b, uint32_t material)
 {
     static const float neck[][3] = {{-2, 15, 0}, {-2, 15.2f, 11}, {-3.5f, 22, 11}, {-5, 30, 10.6f}, {-5, 38, 10.4f},
-        {-3.2f, 46, 10.4f}, {0.6f, 52.2f, 10.2f}, {5.2f, 54.2f, 8.8f}, {9.6f, 51.4f, 7.4f}, {13.4f, 46.4f, 6.2f},
-        {16.6f, 41.6f, 5.6f}, {18.2f, 39, 4.4f}, {18.8f, 38, 0}};
+        {-3.6f, 46, 9.8f}, {0.6f, 52.8f, 7.8f}, {6.0f, 54.6f, 6.6f}, {11, 51.8f, 6.6f}, {14.4f, 46.4f, 6.2f},
+        {17.2f, 41.6f, 5.6f}, {18.6f, 39, 4.4f}, {19.2f, 38, 0}};
     static const float ear[][3] = {{-2, 57, 0}, {-1.9f, 57.4f, 2.4f}, {-2.4f, 61, 2.2f}, {-3, 65, 1.2f}, {-3.3f, 67, 0}};
     static const float mane[][3] = {{-12, 20, 0}, {-12.4f, 21, 3.6f}, {-14.6f, 30, 4.2f}, {-14.4f, 40, 4.2f},
         {-11.6f, 50, 4.2f}, {-6, 58, 4}, {-3, 61, 2.6f}, {-2, 61.6f, 0}};
