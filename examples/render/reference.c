@@ -59,13 +59,14 @@ static rf_v3 add_light(const reference *r, const rf_surface *s, const rf_light_s
     return rf_scale(value, light->is_delta || !mixed ? 1 / light->pdf : 1 / (light->pdf + bsdf_pdf));
 }
 
-/* What a BRDF-sampled ray of density pdf sees, weighted against sampling the lights. */
-static rf_v3 seen_light(const reference *r, rf_v3 origin, rf_v3 direction, double pdf, int area_only, const rf_hit *hit)
+/* What a BRDF-sampled ray from `position` with density pdf sees, weighted against sampling the lights. */
+static rf_v3 seen_light(const reference *r, rf_v3 position, rf_v3 direction, double pdf, int area_only,
+                        const rf_hit *hit)
 {
     rf_v3 sum = rf_make(0, 0, 0), radiance;
     double light_pdf;
     for (uint32_t i = 0; i < r->lights.scene->light_count; i++)
-        if (rf_lights_hit(&r->lights, i, area_only, origin, direction, hit ? hit->distance : HUGE_VAL, &radiance,
+        if (rf_lights_hit(&r->lights, i, area_only, position, direction, hit ? hit->distance : HUGE_VAL, &radiance,
                           &light_pdf))
             sum = rf_mad(sum, radiance, pdf / (pdf + light_pdf));
     if (!hit) {
@@ -145,8 +146,10 @@ static rf_v3 trace_path(const reference *r, const rf_surface *first, rf_sampler 
             throughput = rf_scale(throughput, 1 / survival);
         }
         met = rf_scene_trace(r->scene, origin, direction, 0, &hit);
-        if (wanted)
-            sum = rf_add(sum, rf_mul(throughput, seen_light(r, origin, direction, pdf, area_only, met ? &hit : NULL)));
+        if (wanted) {
+            rf_v3 seen = seen_light(r, s.position, direction, pdf, area_only, met ? &hit : NULL);
+            sum = rf_add(sum, rf_mul(throughput, seen));
+        }
         if (depth == 0 && r->bounces == 1 && !r->indirect_visibility)
             return r->indirect ? rf_add(sum, rf_mul(throughput, all_layers(r, origin, direction, sampler))) : sum;
         if (!met)
