@@ -3,14 +3,12 @@
 
 #include <string.h>
 
+/* A technique that lives in a file of its own declares its rd_technique in technique.h, as rd_reference does. */
 #define NOT_YET(name, summary) \
     static const rd_technique name = { #name, summary, "not in this build yet", 0, 0, 0, 0, 0, \
                                        NULL, NULL, NULL, NULL, NULL, NULL };
 
-#ifdef RD_HAVE_CSM
-#else
 NOT_YET(csm, "coherent shadow maps: precomputed visibility of rigid objects")
-#endif
 NOT_YET(shadowfield, "precomputed shadow fields of moving objects")
 NOT_YET(envshadow, "shadow maps of many lights taken from an environment map")
 NOT_YET(rsm, "one bounce from reflective shadow maps")
