@@ -1,5 +1,5 @@
-/* builtin_chess.c - the opening position: 32 pieces, instances of twelve meshes (six kinds in two colours), on a board on a
-   table. Metres; a square is 55 mm, the king 95 mm high, as in tournament sets. */
+/* builtin_chess.c - the opening position: 32 pieces, instances of twelve meshes (six kinds in two colours), on a board
+   on a table. Metres; a square is 55 mm, the king 95 mm high, as in tournament sets. */
 #include "internal.h"
 
 enum { SIDES = 48 };
@@ -7,29 +7,32 @@ enum { SIDES = 48 };
 static const float square = 0.055f;
 
 /* Profiles (radius, height) in millimetres. Every piece stands on the same turned foot, scaled to it. */
-static const float foot[][2] = {{0, 0}, {17.5f, 0}, {18.5f, 1}, {18.5f, 4.5f}, {17.8f, 5.6f}, {16, 6.4f}, {15.4f, 7.4f},
-    {15.4f, 9}, {14, 10.6f}, {12, 12.6f}};
-static const float pawn[][2] = {{9.0f, 16}, {7.0f, 22}, {6.2f, 28}, {6.6f, 31}, {10.2f, 32.4f}, {10.6f, 33.4f}, {10.2f, 34.4f},
-    {6.6f, 35.6f}, {8.6f, 37.2f}, {10.0f, 39.6f}, {10.6f, 42.6f}, {10.2f, 45.6f}, {8.8f, 48.2f}, {6.6f, 50.2f},
-    {3.6f, 51.6f}, {0, 52}};
-static const float rook[][2] = {{10.6f, 16}, {9.6f, 24}, {9.0f, 34}, {9.4f, 40}, {11.8f, 42}, {12.4f, 43.4f}, {12.4f, 44.6f},
-    {12.0f, 45.6f}, {13.4f, 47.6f}, {13.8f, 56.4f}, {13.2f, 57.2f}, {10.4f, 57.2f}, {9.8f, 56.6f}, {9.4f, 51.4f},
-    {8.8f, 51}, {0, 51}};
-static const float bishop[][2] = {{9.4f, 16}, {7.4f, 26}, {6.4f, 38}, {6.8f, 43}, {11.4f, 44.6f}, {11.8f, 45.6f}, {11.4f, 46.6f},
-    {7.6f, 48}, {7.2f, 49.6f}, {9.4f, 52.6f}, {10.2f, 56.6f}, {9.6f, 61}, {7.8f, 65}, {5.4f, 68.4f}, {3.2f, 70.6f},
-    {3.0f, 71.4f}, {3.8f, 73}, {3.4f, 75}, {1.8f, 76.2f}, {0, 76.5f}};
-static const float queen[][2] = {{10.4f, 16}, {8.2f, 28}, {7.0f, 44}, {7.4f, 51}, {12.6f, 52.8f}, {13.0f, 54}, {12.6f, 55.2f},
-    {8.4f, 57}, {8.6f, 60}, {10.4f, 68}, {12.8f, 75}, {12.6f, 76.4f}, {11.0f, 76.8f}, {9.4f, 75.6f}, {7.6f, 77.6f},
-    {4.4f, 79.6f}, {3.2f, 80.4f}, {3.6f, 82}, {3.2f, 83.8f}, {1.8f, 84.8f}, {0, 85.2f}};
-static const float king[][2] = {{10.8f, 16}, {8.6f, 28}, {7.4f, 46}, {7.8f, 54}, {13.0f, 56}, {13.4f, 57.2f}, {13.0f, 58.4f},
-    {8.8f, 60.2f}, {9.0f, 63}, {10.6f, 71}, {12.4f, 78}, {12.0f, 79.2f}, {8.6f, 80.8f}, {4.0f, 82.2f}, {2.6f, 83}, {0, 83.2f}};
+static const float foot[][2] = {{0, 0}, {17.5f, 0}, {18.5f, 1}, {18.5f, 4.5f}, {17.8f, 5.6f}, {16, 6.4f},
+    {15.4f, 7.4f}, {15.4f, 9}, {14, 10.6f}, {12, 12.6f}};
+static const float pawn[][2] = {{9.0f, 16}, {7.0f, 22}, {6.2f, 28}, {6.6f, 31}, {10.2f, 32.4f}, {10.6f, 33.4f},
+    {10.2f, 34.4f}, {6.6f, 35.6f}, {8.6f, 37.2f}, {10.0f, 39.6f}, {10.6f, 42.6f}, {10.2f, 45.6f}, {8.8f, 48.2f},
+    {6.6f, 50.2f}, {3.6f, 51.6f}, {0, 52}};
+static const float rook[][2] = {{10.6f, 16}, {9.6f, 24}, {9.0f, 34}, {9.4f, 40}, {11.8f, 42}, {12.4f, 43.4f},
+    {12.4f, 44.6f}, {12.0f, 45.6f}, {13.4f, 47.6f}, {13.8f, 56.4f}, {13.2f, 57.2f}, {10.4f, 57.2f},
+    {9.8f, 56.6f}, {9.4f, 51.4f}, {8.8f, 51}, {0, 51}};
+static const float bishop[][2] = {{9.4f, 16}, {7.4f, 26}, {6.4f, 38}, {6.8f, 43}, {11.4f, 44.6f},
+    {11.8f, 45.6f}, {11.4f, 46.6f}, {7.6f, 48}, {7.2f, 49.6f}, {9.4f, 52.6f}, {10.2f, 56.6f}, {9.6f, 61},
+    {7.8f, 65}, {5.4f, 68.4f}, {3.2f, 70.6f}, {3.0f, 71.4f}, {3.8f, 73}, {3.4f, 75}, {1.8f, 76.2f}, {0, 76.5f}};
+static const float queen[][2] = {{10.4f, 16}, {8.2f, 28}, {7.0f, 44}, {7.4f, 51}, {12.6f, 52.8f}, {13.0f, 54},
+    {12.6f, 55.2f}, {8.4f, 57}, {8.6f, 60}, {10.4f, 68}, {12.8f, 75}, {12.6f, 76.4f}, {11.0f, 76.8f},
+    {9.4f, 75.6f}, {7.6f, 77.6f}, {4.4f, 79.6f}, {3.2f, 80.4f}, {3.6f, 82}, {3.2f, 83.8f}, {1.8f, 84.8f},
+    {0, 85.2f}};
+static const float king[][2] = {{10.8f, 16}, {8.6f, 28}, {7.4f, 46}, {7.8f, 54}, {13.0f, 56}, {13.4f, 57.2f},
+    {13.0f, 58.4f}, {8.8f, 60.2f}, {9.0f, 63}, {10.6f, 71}, {12.4f, 78}, {12.0f, 79.2f}, {8.6f, 80.8f},
+    {4.0f, 82.2f}, {2.6f, 83}, {0, 83.2f}};
 static const float knight[][2] = {{12.0f, 14}, {11.8f, 15.4f}, {11.0f, 16.2f}, {0, 16.4f}};
 
 typedef struct piece_shape { const float (*body)[2]; uint32_t points; float foot_scale; } piece_shape;
 #define SHAPE(body, scale) {body, sizeof body / sizeof *body, scale}
 enum { PAWN, ROOK, KNIGHT, BISHOP, QUEEN, KING, KINDS };
-static const piece_shape shapes[KINDS] = {SHAPE(pawn, 0.86f), SHAPE(rook, 0.96f), SHAPE(knight, 0.96f), SHAPE(bishop, 0.96f),
-                                          SHAPE(queen, 1.04f), SHAPE(king, 1.08f)};
+static const piece_shape shapes[KINDS] = {
+    SHAPE(pawn, 0.86f), SHAPE(rook, 0.96f), SHAPE(knight, 0.96f), SHAPE(bishop, 0.96f), SHAPE(queen, 1.04f),
+    SHAPE(king, 1.08f)};
 
 /* Bends a profile's corners round: each segment of the drawing becomes several by a Catmull-Rom curve in radius and
    height, clamped between its ends so that it cannot overshoot the axis. */
@@ -54,7 +57,8 @@ static uint32_t refine(const float (*in)[2], uint32_t count, float (*out)[2])
 }
 
 /* A tube through a few drawn points (x forward, y up, radius; millimetres), flattened sideways. Closed by itself. */
-static void add_limb(ex_builder *b, const float (*points)[3], uint32_t count, float flatten, float side, uint32_t material)
+static void add_limb(ex_builder *b, const float (*points)[3], uint32_t count, float flatten, float side,
+                     uint32_t material)
 {
     v3 path[16];
     float radii[16];
@@ -74,10 +78,11 @@ static void add_limb(ex_builder *b, const float (*points)[3], uint32_t count, fl
 /* The knight's horse: neck and head are one bent, flattened tube, with two ears and a mane. Faces +X. */
 static void add_horse(ex_builder *b, uint32_t material)
 {
-    static const float neck[][3] = {{-2, 15, 0}, {-2, 15.2f, 11}, {-3.5f, 22, 11}, {-5, 30, 10.6f}, {-5, 38, 10.4f},
-        {-3.6f, 46, 9.8f}, {0.6f, 52.8f, 7.8f}, {6.0f, 54.6f, 6.6f}, {11, 51.8f, 6.6f}, {14.4f, 46.4f, 6.2f},
-        {17.2f, 41.6f, 5.6f}, {18.6f, 39, 4.4f}, {19.2f, 38, 0}};
-    static const float ear[][3] = {{-2, 57, 0}, {-1.9f, 57.4f, 2.4f}, {-2.4f, 61, 2.2f}, {-3, 65, 1.2f}, {-3.3f, 67, 0}};
+    static const float neck[][3] = {{-2, 15, 0}, {-2, 15.2f, 11}, {-3.4f, 22, 11}, {-4.8f, 30, 10.6f},
+        {-5.2f, 37, 10.2f}, {-4.2f, 44, 9.6f}, {-1.4f, 50.8f, 8.2f}, {3.2f, 54.8f, 7.0f}, {8.6f, 54.8f, 6.3f},
+        {12.8f, 51.2f, 6.2f}, {15.6f, 46, 6.0f}, {17.6f, 41.6f, 5.4f}, {18.8f, 39, 4.2f}, {19.2f, 38, 0}};
+    static const float ear[][3] = {{-2, 57, 0}, {-1.9f, 57.4f, 2.4f}, {-2.4f, 61, 2.2f}, {-3, 65, 1.2f},
+        {-3.3f, 67, 0}};
     static const float mane[][3] = {{-12, 20, 0}, {-12.4f, 21, 3.6f}, {-14.6f, 30, 4.2f}, {-14.4f, 40, 4.2f},
         {-11.6f, 50, 4.2f}, {-6, 58, 4}, {-3, 61, 2.6f}, {-2, 61.6f, 0}};
     add_limb(b, neck, sizeof neck / sizeof *neck, 0.72f, 0, material);
@@ -86,7 +91,7 @@ static void add_horse(ex_builder *b, uint32_t material)
     add_limb(b, ear, sizeof ear / sizeof *ear, 0.8f, -3.4f, material);
 }
 
-/* Merlons of the rook, the bishop's finial is turned, the king's cross: what a lathe cannot do. */
+/* The knight's horse and the king's cross: what a lathe cannot do. */
 static void add_extras(ex_builder *b, int kind, uint32_t material)
 {
     if (kind == KNIGHT) add_horse(b, material);

@@ -1,5 +1,5 @@
-/* builtin_plant.c - a leafy pot plant: arching stems with alternate leaves round a clay pot. The leaves are single sheets,
-   double-sided, which is what makes it a hard case; pot and stems are closed. Metres. */
+/* builtin_plant.c - a leafy pot plant: arching stems with alternate leaves round a clay pot. The leaves are single
+   sheets, double-sided, which is what makes it a hard case; pot and stems are closed. Metres. */
 #include "internal.h"
 
 enum { STEMS = 24, STEM_POINTS = 14, LEAVES_PER_STEM = 8, LEAF_ALONG = 12, LEAF_ACROSS = 6 };

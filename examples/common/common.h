@@ -11,7 +11,7 @@ typedef struct ex_image { uint32_t width, height; float *rgb; } ex_image;
 
 int   ex_image_alloc(ex_image *image, uint32_t width, uint32_t height);
 void  ex_image_free(ex_image *image);
-int   ex_image_write(const ex_image *image, const char *path, float ev, char *error);  /* .png (sRGB of 2^ev L) or .pfm */
+int   ex_image_write(const ex_image *image, const char *path, float ev, char *error); /* .png (sRGB of 2^ev L), .pfm */
 int   ex_image_read_pfm(ex_image *image, const char *path, char *error);
 float ex_image_auto_ev(const ex_image *image);   /* 98th percentile of lit luminance to 0.9 */
 
@@ -45,6 +45,6 @@ int      ex_pool_threads(const ex_pool *pool);
 void     ex_pool_free(ex_pool *pool);
 
 double   ex_seconds(void);                            /* monotonic */
-int      ex_progress(void *label, float fraction);    /* stderr, on a terminal only; returns 0 = go on. Headers' callback */
+int      ex_progress(void *label, float fraction);    /* stderr, on a terminal only; 0 = go on. Headers' callback */
 
 #endif

@@ -37,8 +37,6 @@ typedef struct raster {
 
 /* ---- surface colour ---- */
 
-static float srgb_to_linear(float s) { return s <= 0.04045f ? s / 12.92f : powf((s + 0.055f) / 1.055f, 2.4f); }
-
 /* Bilinear and repeating; the texels are made linear before they are mixed. */
 static void sample_texture(const ex_texture *texture, float u, float v, float rgba[4])
 {
@@ -53,7 +51,7 @@ static void sample_texture(const ex_texture *texture, float u, float v, float rg
         const uint8_t *texel = texture->rgba + 4 * ((size_t)ty * texture->width + tx);
         float weight = (right ? fx : 1 - fx) * (down ? fy : 1 - fy);
         if (weight == 0) continue;
-        for (int k = 0; k < 3; k++) rgba[k] += weight * srgb_to_linear((float)texel[k] / 255);
+        for (int k = 0; k < 3; k++) rgba[k] += weight * ex_srgb_to_linear((float)texel[k] / 255);
         rgba[3] += weight * (float)texel[3] / 255;
     }
 }

@@ -178,7 +178,7 @@ static int open_primitive(loader *l, const gltf_primitive *from, primitive *p)
     if (material >= 0 && (size_t)material >= l->file->material_count)
         return ex_fail(l->error, "%s: material %d does not exist", l->path, material);
     if (material >= 0) set = l->file->materials[material].uv_set;
-    p->material = material >= 0 ? (uint32_t)material : (uint32_t)l->file->material_count;   /* the last is the default */
+    p->material = material >= 0 ? (uint32_t)material : (uint32_t)l->file->material_count;   /* last: the default */
     if (l->scene->materials[p->material].base_texture < 0) return 1;
     if (set < 0 || set > 1 || from->uvs[set] < 0) return 1;
     p->uvs = get_accessor(l, from->uvs[set], 2, "TEXCOORD");
@@ -224,7 +224,8 @@ static int load_mesh(loader *l, size_t mesh, size_t *next)
     l->builder.with_uvs = 0;
     for (; *next < f->primitive_count && (size_t)f->primitives[*next].mesh == mesh; (*next)++) {
         int m = f->primitives[*next].material;
-        if (m >= 0 && (size_t)m < f->material_count && l->scene->materials[m].base_texture >= 0) l->builder.with_uvs = 1;
+        if (m >= 0 && (size_t)m < f->material_count && l->scene->materials[m].base_texture >= 0)
+            l->builder.with_uvs = 1;
     }
     for (size_t i = first; i < *next; i++)
         if (load_primitive(l, &f->primitives[i]) != 0) return -1;
@@ -280,6 +281,26 @@ static int load_texture(const loader *l, const gltf_image *from, ex_texture *to)
     return 0;
 }
 
+/* A lamp's texture enters as its mean, which keeps the energy: light sources here have one radiance a triangle. */
+static int load_emissive_textures(loader *l)
+{
+    for (size_t i = 0; i < l->file->material_count; i++) {
+        int image = l->file->materials[i].emissive_image;
+        ex_material *m = &l->scene->materials[i];
+        ex_texture texture;
+        double mean[3] = {0, 0, 0};
+        if (image < 0 || (size_t)image >= l->file->image_count) continue;
+        if (!(m->emission[0] + m->emission[1] + m->emission[2] > 0)) continue;
+        if (load_texture(l, &l->file->images[image], &texture) != 0) return -1;
+        size_t count = (size_t)texture.width * texture.height;
+        for (size_t t = 0; t < 4 * count; t++)
+            if (t % 4 < 3) mean[t % 4] += (double)ex_srgb_to_linear((float)texture.rgba[t] / 255) / (double)count;
+        for (int k = 0; k < 3; k++) m->emission[k] *= (float)mean[k];
+        free(texture.rgba);
+    }
+    return 0;
+}
+
 /* All materials of the file, then the default one for primitives that name none. */
 static int load_materials(loader *l)
 {
@@ -294,7 +315,7 @@ static int load_materials(loader *l)
             return ex_fail(l->error, "%s: out of memory", l->path);
         if (used && load_texture(l, &f->images[i], &l->scene->textures[i]) != 0) return -1;
     }
-    return 0;
+    return load_emissive_textures(l);
 }
 
 /* ---- nodes ---- */
@@ -380,8 +401,8 @@ static int load_node(loader *l, const gltf_node *node, const float m[16])
 
 typedef struct visit { int node; float matrix[16]; } visit;
 
-/* Depth first with a stack of our own, in the file's order, so that the first camera is the first. glTF wants a forest: a
-   node that is reached twice is a cycle or a shared child, and both are refused; so no node is ever on the stack twice. */
+/* Depth first with a stack of our own, in the file's order, so that the first camera is the first. glTF wants a forest:
+   a node that is reached twice is a cycle or a shared child, and both are refused; so none is on the stack twice. */
 static int walk(loader *l, visit *stack, uint8_t *reached)
 {
     const gltf_file *f = l->file;

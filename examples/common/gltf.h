@@ -1,5 +1,5 @@
-/* gltf.h - the seam between gltf.c and whatever parses glTF files: one function. It shows the parsed file as plain arrays
-   and promises nothing about what they say; every index, size and number is checked in gltf.c. */
+/* gltf.h - the seam between gltf.c and whatever parses glTF files: one function. It shows the parsed file as plain
+   arrays and promises nothing about what they say; every index, size and number is checked in gltf.c. */
 #ifndef EX_GLTF_H
 #define EX_GLTF_H
 
@@ -30,12 +30,12 @@ typedef struct gltf_primitive {
 typedef struct gltf_material {
     double base_color[4], emissive[3], emissive_strength, metallic, roughness, alpha_cutoff;
     int    alpha_mode;           /* 0 opaque, 1 mask, 2 blend */
-    int    double_sided, base_image, uv_set;
+    int    double_sided, base_image, emissive_image, uv_set;     /* images: -1 = none; uv_set of the base */
 } gltf_material;
 
 typedef struct gltf_image { const uint8_t *pixels; size_t bytes; int width, height, channels, bits; } gltf_image;
 
-typedef struct gltf_light { int kind; double color[3], intensity, outer_angle; } gltf_light;    /* 0 sun 1 point 2 spot */
+typedef struct gltf_light { int kind; double color[3], intensity, outer_angle; } gltf_light;  /* 0 sun 1 point 2 spot */
 
 typedef struct gltf_node {
     const char *name;

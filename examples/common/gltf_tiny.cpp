@@ -87,6 +87,9 @@ void convert_materials(const tinygltf::Model &model, Arrays &out)
         to.base_image = -1;
         if (valid(pbr.baseColorTexture.index, model.textures))
             to.base_image = model.textures[static_cast<size_t>(pbr.baseColorTexture.index)].source;
+        to.emissive_image = -1;
+        if (valid(from.emissiveTexture.index, model.textures))
+            to.emissive_image = model.textures[static_cast<size_t>(from.emissiveTexture.index)].source;
         to.uv_set = pbr.baseColorTexture.texCoord;
         out.materials.push_back(to);
     }

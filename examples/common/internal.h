@@ -40,6 +40,11 @@ static inline float ex_smooth(float low, float high, float x)    /* 0 below low,
     return t * t * (3 - 2 * t);
 }
 
+static inline float ex_srgb_to_linear(float s)
+{
+    return s <= 0.04045f ? s / 12.92f : powf((s + 0.055f) / 1.055f, 2.4f);
+}
+
 v3 ex_transform_point(const float m[16], v3 p);
 v3 ex_transform_vector(const float m[16], v3 p);
 v3 ex_transform_normal(const float m[16], v3 n);   /* by the cofactors; not normalised; winding sign included */
@@ -71,7 +76,7 @@ void ex_build_lathe(ex_builder *b, const float *profile, uint32_t points, uint32
    Normals are smooth where the profile bends by less than crease radians. Closed. */
 void ex_build_tube(ex_builder *b, const v3 *path, const float *radii, uint32_t points, uint32_t sides,
                    uint32_t material);
-/* Sweeps a circle along an open path with parallel-transported frames and closes both ends with a cone to the end point. */
+/* Sweeps a circle along an open path, its frame carried along without twist; a cone to the end point ends it. */
 uint32_t ex_build_finish(ex_builder *b);                     /* hands the mesh to the scene, returns its index */
 ex_object *ex_build_object(ex_builder *b, const char *name, uint32_t mesh);      /* at the origin; NULL when failed */
 void ex_smooth_normals(ex_mesh *mesh);                       /* by angle-weighted face normals of shared vertices */

@@ -64,7 +64,7 @@ int ex_fail(char *error, const char *format, ...)
         va_start(arguments, format);
         vsnprintf(error, EX_ERROR_SIZE, format, arguments);
         va_end(arguments);
-        error[strcspn(error, "\r\n")] = 0;      /* parsers' texts may have several lines; the first says what is wrong */
+        error[strcspn(error, "\r\n")] = 0;      /* of a parser's many lines the first says what is wrong */
     }
     return -1;
 }

@@ -80,7 +80,7 @@ typedef struct ex_scene {
 
 /* All return 0, or -1 with error filled in and *scene zeroed. */
 int  ex_scene_load(ex_scene *scene, const char *path, char *error);                 /* .glb, .gltf */
-int  ex_scene_builtin(ex_scene *scene, const char *name, float time, char *error);  /* cornell, chess, plant, knot ... */
+int  ex_scene_builtin(ex_scene *scene, const char *name, float time, char *error);  /* cornell, chess, plant, knot */
 const char *const *ex_scene_names(void);                                            /* NULL-terminated */
 int  ex_sky_load(ex_sky *sky, const char *path, char *error);                       /* .hdr */
 int  ex_sky_builtin(ex_sky *sky, const char *name, char *error);                    /* sky, overcast, studio, uniform */
@@ -90,9 +90,9 @@ void ex_sky_free(ex_sky *sky);
 
 /* Derived facts */
 uint64_t ex_scene_triangles(const ex_scene *scene);                       /* of all objects, instances counted each */
-int      ex_scene_bounds(const ex_scene *scene, float center[3], float *radius);   /* of objects; -1 when empty */
+int      ex_scene_bounds(const ex_scene *scene, float center[3], float *radius);   /* no receivers; -1 = empty */
 int      ex_scene_has_emitters(const ex_scene *scene);
-int      ex_scene_add_ground(ex_scene *scene);                            /* plane of albedo 0.5 under it, receiver_only */
+int      ex_scene_add_ground(ex_scene *scene);                         /* plane of albedo 0.5 under it, receiver_only */
 void     ex_scene_default_camera(ex_scene *scene, uint32_t width, uint32_t height); /* design.md "nothing given" */
 /* Unit direction of the point (x, y) of an unrotated map, in texels from its top left corner; (0.5, 0.5) is the centre
    of the first texel. */

@@ -75,7 +75,8 @@ static void raster_inside_a_box_hits_its_walls(void **state)
 {
     /* Faces of [-1, 1]^3, seen from within: most triangles reach behind the eye. */
     float corners[24];
-    uint32_t indices[36] = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
+    uint32_t indices[36] = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4,
+        5, 7, 4, 7, 6};
     static const float targets[4][3] = {{0.3f, 0.2f, -1}, {-1, -0.4f, 0.3f}, {0.1f, 1, 0.05f}, {0, -1, 0}};
     small_scene *s = (small_scene *)malloc(sizeof *s);
     (void)state;
@@ -96,7 +97,8 @@ static void raster_inside_a_box_hits_its_walls(void **state)
             for (int k = 0; k < 3; k++)
                 if (fabsf(p->position[k]) > largest) { largest = fabsf(p->position[k]); wall = k; }
             assert_near(largest, 1, 2e-6);
-            if (fabsf(fabsf(p->position[(wall + 1) % 3]) - 1) > 1e-4f && fabsf(fabsf(p->position[(wall + 2) % 3]) - 1) > 1e-4f)
+            if (fabsf(fabsf(p->position[(wall + 1) % 3]) - 1) > 1e-4f
+                && fabsf(fabsf(p->position[(wall + 2) % 3]) - 1) > 1e-4f)
                 assert_near(p->geometric[wall], -p->position[wall], 1e-5);        /* inwards */
         }
         ex_gbuffer_free(&g);
@@ -156,7 +158,7 @@ static void raster_has_no_cracks(void **state)
     free(s);
 }
 
-/* Two triangles whose common edge runs exactly through pixel centres, drawn one at a time: each pixel belongs to one. */
+/* Two triangles whose common edge runs exactly through pixel centres, drawn one by one: each pixel belongs to one. */
 static void raster_gives_shared_edges_to_one_side(void **state)
 {
     float corners[12] = {-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1};

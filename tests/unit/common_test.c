@@ -126,7 +126,8 @@ static void pfm_round_trip_keeps_bits(void **state)
 
 static void pfm_stores_rows_from_the_bottom_up(void **state)
 {
-    static const uint8_t big_endian[] = "PF\n1 2\n1.0\n" "\x3f\x80\0\0" "\x40\0\0\0" "\x40\x40\0\0" "\0\0\0\0\0\0\0\0\0\0\0\0";
+    static const uint8_t big_endian[] = "PF\n1 2\n1.0\n" "\x3f\x80\0\0" "\x40\0\0\0" "\x40\x40\0\0"
+        "\0\0\0\0\0\0\0\0\0\0\0\0";
     char error[EX_ERROR_SIZE];
     ex_image image;
     (void)state;
@@ -138,8 +139,10 @@ static void pfm_stores_rows_from_the_bottom_up(void **state)
 
 static void broken_pfm_is_refused(void **state)
 {
-    static const char *const texts[] = {"", "PF", "PF\n1 1\n-1.0\n123", "Pf\n1 1\n-1.0\n1234", "PF\n0 1\n-1.0\n", "PF\n1 1\n0\n123456789012",
-                                        "PF\n999999999 999999999\n-1.0\n", "PF\n-1 1\n-1.0\n123456789012", "PF\n1 1\nnan\n123456789012"};
+    static const char *const texts[] = {"", "PF", "PF\n1 1\n-1.0\n123", "Pf\n1 1\n-1.0\n1234", "PF\n0 1\n-1.0\n",
+        "PF\n1 1\n0\n123456789012",
+                                        "PF\n999999999 999999999\n-1.0\n", "PF\n-1 1\n-1.0\n123456789012",
+                                            "PF\n1 1\nnan\n123456789012"};
     char error[EX_ERROR_SIZE];
     ex_image image;
     (void)state;
@@ -195,7 +198,8 @@ static void automatic_exposure_brings_the_98th_percentile_to_0_9(void **state)
 
 static void sky_directions_follow_the_convention(void **state)
 {
-    static const float expected[5][5] = {{4, 2, 1, 0, 0}, {6, 2, 0, 0, 1}, {2, 2, 0, 0, -1}, {0, 2, -1, 0, 0}, {3, 0, 0, 1, 0}};
+    static const float expected[5][5] = {{4, 2, 1, 0, 0}, {6, 2, 0, 0, 1}, {2, 2, 0, 0, -1}, {0, 2, -1, 0, 0}, {3, 0, 0,
+        1, 0}};
     float d[3];
     (void)state;
     for (int i = 0; i < 5; i++) {            /* +X in the centre, +Z right of it, +Y above row 0 */
@@ -234,9 +238,9 @@ static double ground_irradiance(const ex_sky *sky, int channel)
     for (uint32_t y = 0; y < sky->height / 2; y++) {
         double a = cos(pi * y / sky->height), b = cos(pi * (y + 1) / sky->height);
         for (uint32_t x = 0; x < sky->width; x++)
-            sum += (double)sky->rgb[3 * (y * (size_t)sky->width + x) + (size_t)channel] * (a * a - b * b) * pi / sky->width;
+            sum += (double)sky->rgb[3 * (y * (size_t)sky->width + x) + (size_t)channel] * (a * a - b * b);
     }
-    return sum;
+    return sum * pi / sky->width;
 }
 
 static void built_in_skies_have_their_energy(void **state)
@@ -246,7 +250,8 @@ static void built_in_skies_have_their_energy(void **state)
     (void)state;
     for (int i = 0; ex_sky_names()[i]; i++) {
         assert_int_equal(ex_sky_builtin(&sky, ex_sky_names()[i], error), 0);
-        for (size_t k = 0; k < 3 * (size_t)sky.width * sky.height; k++) assert_true(sky.rgb[k] >= 0 && isfinite(sky.rgb[k]));
+        for (size_t k = 0; k < 3 * (size_t)sky.width * sky.height; k++)
+            assert_true(sky.rgb[k] >= 0 && isfinite(sky.rgb[k]));
         double e = ground_irradiance(&sky, 1);
         if (strcmp(ex_sky_names()[i], "uniform") == 0) assert_near(e, pi, 1e-4);
         if (strcmp(ex_sky_names()[i], "overcast") == 0) assert_near(e, 7 * pi / 9, 1e-3);
@@ -318,7 +323,8 @@ static size_t open_edges(const ex_scene *scene, const ex_mesh *mesh, int all)
     qsort(edges, count, sizeof *edges, compare_edges);
     for (size_t i = 0, next; i < count; i = next) {
         int balance = 0;
-        for (next = i; next < count && compare_edges(&edges[i], &edges[next]) == 0; next++) balance += edges[next].direction;
+        for (next = i; next < count && compare_edges(&edges[i], &edges[next]) == 0; next++)
+            balance += edges[next].direction;
         open += balance != 0 || next - i != 2;
     }
     free(edges);
@@ -404,7 +410,8 @@ static void every_built_in_scene_is_sound(void **state)
 
 static void closed_meshes_are_closed_and_face_outwards(void **state)
 {
-    static const char *const closed[] = {"short block", "tall block", "knot", "board", "pawn", "rook", "knight", "bishop",
+    static const char *const closed[] = {"short block", "tall block", "knot", "board", "pawn", "rook", "knight",
+        "bishop",
                                          "queen", "king"};
     int seen = 0;
     (void)state;
@@ -433,7 +440,8 @@ static void knot_is_a_tube_of_the_right_volume(void **state)
     load_builtin(&scene, "knot");
     assert_int_equal(ex_scene_triangles(&scene), 49920);
     for (int i = 1; i <= 100000; i++) {
-        double t = 2 * pi * i / 100000, q = s * (2 + cos(3 * t)), p[3] = {q * cos(2 * t), q * sin(2 * t), s * sin(3 * t)};
+        double t = 2 * pi * i / 100000, q = s * (2 + cos(3 * t)), p[3] = {q * cos(2 * t), q * sin(2 * t),
+            s * sin(3 * t)};
         length += sqrt(pow(p[0] - previous[0], 2) + pow(p[1] - previous[1], 2) + pow(p[2] - previous[2], 2));
         memcpy(previous, p, sizeof p);
     }
@@ -506,7 +514,8 @@ static void ground_lies_under_the_scene_and_outside_its_bounds(void **state)
     assert_true(mesh->normals[1] == 1);
     assert_near(scene.materials[mesh->materials[0]].base_color[1], 0.5, 0);
     float lowest = 1;
-    for (uint32_t i = 0; i < scene.meshes[0].vertex_count; i++) lowest = fminf(lowest, scene.meshes[0].positions[3 * i + 1]);
+    for (uint32_t i = 0; i < scene.meshes[0].vertex_count; i++)
+        lowest = fminf(lowest, scene.meshes[0].positions[3 * i + 1]);
     assert_near(ground->transform[13], lowest, 1e-6);
     ex_scene_free(&scene);
     memset(&scene, 0, sizeof scene);
