@@ -229,23 +229,71 @@ static int sample_sphere(const ex_light *light, rf_v3 p, const double u[2], rf_l
     return 1;
 }
 
+/* A line light as p sees it: its visible arc, and its length as an angle at p's foot on the axis. Sampling is uniform in
+   both angles, so that the part nearby gets more samples. */
+typedef struct line_view {
+    rf_v3  axis, x, y;         /* x: from the axis towards p */
+    double length, radius, distance;   /* of p from the axis */
+    double foot;               /* of p along the axis */
+    double arc;                /* half of what is visible */
+    double first, last;        /* angles of the ends */
+} line_view;
+
+static int view_line(const ex_light *light, rf_v3 p, line_view *view)
+{
+    rf_v3 from = rf_sub(p, rf_load(light->position));
+    view->axis = rf_load(light->u);
+    view->length = rf_length(view->axis);
+    view->axis = rf_scale(view->axis, 1 / view->length);
+    view->radius = (double)light->radius;
+    view->foot = rf_dot(from, view->axis);
+    view->x = rf_mad(from, view->axis, -view->foot);
+    view->distance = rf_length(view->x);
+    if (!(view->distance > view->radius))
+        return 0;
+    view->x = rf_scale(view->x, 1 / view->distance);
+    view->y = rf_cross(view->axis, view->x);
+    view->arc = acos(view->radius / view->distance);
+    view->first = atan(-view->foot / view->distance);
+    view->last = atan((view->length - view->foot) / view->distance);
+    return 1;
+}
+
+static double line_pdf_area(const line_view *view, double along)
+{
+    double t = along - view->foot, d = view->distance;
+    return d / ((d * d + t * t) * (view->last - view->first)) / (2 * view->arc * view->radius);
+}
+
+static int sample_line(const ex_light *light, rf_v3 p, const double u[2], double epsilon, rf_light_sample *s)
+{
+    line_view view;
+    rf_v3 n;
+    double angle, along;
+    if (!view_line(light, p, &view))
+        return 0;
+    angle = (2 * u[1] - 1) * view.arc;
+    along = view.foot + view.distance * tan(view.first + u[0] * (view.last - view.first));
+    n = rf_add(rf_scale(view.x, cos(angle)), rf_scale(view.y, sin(angle)));
+    return sample_surface(p, rf_mad(rf_mad(rf_load(light->position), view.axis, along), n, view.radius), n,
+                          line_pdf_area(&view, along), epsilon, s);
+}
+
 static int sample_shape(const rf_lights *lights, const ex_light *light, rf_v3 p, const double u[2], rf_light_sample *s)
 {
     rf_v3 q = rf_load(light->position), eu = rf_load(light->u), ev = rf_load(light->v), n, x, y;
     double r = (double)light->radius, phi = 2 * RF_PI * u[1];
     if (light->kind == EX_LIGHT_SPHERE)
         return sample_sphere(light, p, u, s);
+    if (light->kind == EX_LIGHT_LINE)
+        return sample_line(light, p, u, lights->epsilon, s);
     if (light->kind == EX_LIGHT_RECT) {
         n = rf_unit(rf_cross(eu, ev));
         q = rf_mad(rf_mad(q, eu, u[0]), ev, u[1]);
-    } else if (light->kind == EX_LIGHT_DISC) {
+    } else {
         n = rf_load(light->direction);
         rf_frame(n, &x, &y);
         q = rf_mad(rf_mad(q, x, r * sqrt(u[0]) * cos(phi)), y, r * sqrt(u[0]) * sin(phi));
-    } else {
-        rf_frame(rf_unit(eu), &x, &y);
-        n = rf_add(rf_scale(x, cos(phi)), rf_scale(y, sin(phi)));
-        q = rf_mad(rf_mad(q, eu, u[0]), n, r);
     }
     return sample_surface(p, q, n, 1 / area_of(light), lights->epsilon, s);
 }
@@ -378,40 +426,44 @@ static int hit_flat(const ex_light *light, rf_v3 o, rf_v3 d, double *t, double *
     return a >= 0 && a < 1 && b >= 0 && b < 1;
 }
 
-static int hit_line(const ex_light *light, rf_v3 o, rf_v3 d, double *t, double *cosine)
+/* The density is per area here: that of the caller's other shapes is constant. */
+static int hit_line(const ex_light *light, rf_v3 o, rf_v3 d, double *t, double *cosine, double *pdf_area)
 {
-    rf_v3 axis = rf_load(light->u), from = rf_sub(o, rf_load(light->position)), across, offset;
-    double length = rf_length(axis), radius = (double)light->radius, a, b, c, root, along;
-    axis = rf_scale(axis, 1 / length);
-    across = rf_mad(d, axis, -rf_dot(d, axis));
-    offset = rf_mad(from, axis, -rf_dot(from, axis));
+    line_view view;
+    rf_v3 across, offset;
+    double a, b, root, along, step = rf_dot(d, rf_unit(rf_load(light->u)));
+    if (!view_line(light, o, &view))
+        return 0;
+    across = rf_mad(d, view.axis, -step);
+    offset = rf_scale(view.x, view.distance);
     a = rf_dot(across, across);
     b = rf_dot(across, offset);
-    c = rf_dot(offset, offset) - radius * radius;
-    root = b * b - a * c;
-    if (c <= 0 || b >= 0 || root <= 0)
+    root = b * b - a * (view.distance * view.distance - view.radius * view.radius);
+    if (b >= 0 || root <= 0)
         return 0;
     *t = (-b - sqrt(root)) / a;
-    along = rf_dot(rf_mad(from, d, *t), axis);
+    along = view.foot + *t * step;
     *cosine = -rf_dot(d, rf_unit(rf_mad(offset, across, *t)));
-    return along >= 0 && along <= length && *cosine > 0;
+    *pdf_area = line_pdf_area(&view, along);
+    return along >= 0 && along <= view.length && *cosine > 0;
 }
 
 int rf_lights_hit(const rf_lights *lights, uint32_t index, int area_only, rf_v3 origin, rf_v3 direction, double limit,
                   rf_v3 *radiance, double *pdf)
 {
     const ex_light *light = &lights->scene->lights[index];
-    double t, cosine;
+    double t, cosine, pdf_area;
     if (is_delta(light))
         return 0;
     if (light->kind == EX_LIGHT_SPHERE) {
         if (!hit_sphere(light, origin, direction, &t, pdf))
             return 0;
     } else {
-        if (!(light->kind == EX_LIGHT_LINE ? hit_line(light, origin, direction, &t, &cosine)
+        pdf_area = 1 / area_of(light);
+        if (!(light->kind == EX_LIGHT_LINE ? hit_line(light, origin, direction, &t, &cosine, &pdf_area)
                                            : hit_flat(light, origin, direction, &t, &cosine)))
             return 0;
-        *pdf = t * t / (cosine * area_of(light));
+        *pdf = pdf_area * t * t / cosine;
     }
     *pdf *= probability(&lights->pick[area_only], index);
     *radiance = rf_load(light->value);
