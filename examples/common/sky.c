@@ -14,17 +14,17 @@ static v3 mix3(v3 a, v3 b, float t) { return v3_add(v3_scale(a, 1 - t), v3_scale
 /* What a diffuse ground below shows: constant, meeting the sky over two degrees. */
 static v3 with_ground(v3 sky, v3 ground, float y) { return mix3(ground, sky, ex_smooth(-0.035f, 0, y)); }
 
-/* A clear day: about 1.3 W/m^2 of blue sky on the ground and, facing it, 2.4 W/m^2 from the sun, whose disc is softened
-   to some 5 degrees across so that maps of moderate resolution sample it well. */
+/* A clear day: about 1 W/m^2 of sky on the ground and, facing it, 3 W/m^2 from the sun, whose disc is softened to some
+   5 degrees across so that maps of moderate resolution sample it well. */
 static v3 clear_sky(v3 d)
 {
-    const v3 sun = {0.4924f, 0.6428f, 0.5868f};             /* azimuth 40 degrees from +Z towards +X, elevation 40 */
+    const v3 sun = {-0.5868f, 0.6428f, 0.4924f};            /* azimuth -50 degrees from +Z towards +X, elevation 40 */
     float up = d.y > 0 ? d.y : 0, cosine = ex_clamp(v3_dot(d, sun), -1, 1), angle = acosf(cosine) * 180 / EX_PI;
-    v3 zenith = v3_make(0.13f, 0.26f, 0.60f), horizon = v3_make(0.55f, 0.66f, 0.80f);
+    v3 zenith = v3_make(0.15f, 0.22f, 0.35f), horizon = v3_make(0.48f, 0.53f, 0.57f);
     v3 sky = mix3(horizon, zenith, powf(up, 0.45f));
-    sky = v3_mad(sky, v3_make(1.0f, 0.85f, 0.62f), 0.5f * expf(-angle / 12));           /* haze round the sun */
+    sky = v3_mad(sky, v3_make(1.0f, 0.85f, 0.62f), 0.4f * expf(-angle / 12));           /* haze round the sun */
     sky = with_ground(sky, v3_make(0.20f, 0.18f, 0.15f), d.y);
-    return v3_mad(sky, v3_make(1.0f, 0.93f, 0.80f), 320 * (1 - ex_smooth(1.5f, 4, angle)));
+    return v3_mad(sky, v3_make(1.0f, 0.93f, 0.80f), 400 * (1 - ex_smooth(1.5f, 4, angle)));
 }
 
 /* CIE standard overcast sky, zenith radiance 1: irradiance 7 pi / 9 on the ground, which has albedo 0.2. */
