@@ -16,7 +16,7 @@ int ex_gltf_load(ex_scene *scene, const char *path, char *error)
 
 #else
 
-#define HUGE_COORDINATE 1e12f        /* beyond it areas and volumes leave the range of floats */
+#define HUGE_COORDINATE 1e9f         /* beyond it squared areas leave the range of floats */
 
 typedef struct loader {
     const gltf_file *file;
@@ -191,10 +191,7 @@ static int open_primitive(loader *l, const gltf_primitive *from, primitive *p)
 /* A material whose constant alpha is below its cutoff is one hole. */
 static int is_invisible(const loader *l, int material)
 {
-    if (material < 0) return 0;
-    const gltf_material *m = &l->file->materials[material];
-    return l->scene->materials[material].alpha_cutoff > 1 ||
-           (m->alpha_mode != 0 && l->scene->materials[material].base_texture < 0 && m->base_color[3] < m->alpha_cutoff);
+    return material >= 0 && l->scene->materials[material].alpha_cutoff > 1;
 }
 
 static int load_primitive(loader *l, const gltf_primitive *from)

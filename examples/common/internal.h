@@ -79,7 +79,7 @@ void ex_build_tube(ex_builder *b, const v3 *path, const float *radii, uint32_t p
 /* Sweeps a circle along an open path, its frame carried along without twist; a cone to the end point ends it. */
 uint32_t ex_build_finish(ex_builder *b);                     /* hands the mesh to the scene, returns its index */
 ex_object *ex_build_object(ex_builder *b, const char *name, uint32_t mesh);      /* at the origin; NULL when failed */
-void ex_smooth_normals(ex_mesh *mesh);                       /* by angle-weighted face normals of shared vertices */
+int  ex_smooth_normals(ex_mesh *mesh);                       /* fills in zero ones from the faces; -1: no memory */
 void ex_mesh_free(ex_mesh *mesh);
 
 void ex_build_cornell(ex_builder *b, float time);
@@ -90,7 +90,7 @@ void ex_build_chess(ex_builder *b, float time);
 /* Loads through whatever glTF parser was built in; see gltf.c. */
 int  ex_gltf_load(ex_scene *scene, const char *path, char *error);
 
-/* stb behind two functions, see stb.c. Pixels of read are malloc'ed, 3 floats each. */
+/* stb behind two functions, see png.c. Pixels of read are malloc'ed, 3 floats each. */
 int  ex_stb_read_hdr(const char *path, uint32_t *width, uint32_t *height, float **rgb, char *error);
 int  ex_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgb, char *error);
 

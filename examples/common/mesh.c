@@ -248,12 +248,12 @@ void ex_build_tube(ex_builder *b, const v3 *path, const float *radii, uint32_t p
     }
 }
 
-/* Fills in the normals that are still zero: sum of the neighbouring faces' normals, weighted by area. */
-void ex_smooth_normals(ex_mesh *m)
+/* The normals that are still zero become the sum of the neighbouring faces' normals, weighted by area. */
+int ex_smooth_normals(ex_mesh *m)
 {
     size_t count = 3 * (size_t)m->vertex_count;
     uint8_t *missing = (uint8_t *)calloc(m->vertex_count ? m->vertex_count : 1, 1);
-    if (!missing) return;
+    if (!missing) return -1;
     for (size_t i = 0; i < count; i += 3) missing[i / 3] = !(v3_length(v3_load(m->normals + i)) > 0);
     for (size_t t = 0; t < m->triangle_count; t++) {
         const uint32_t *index = m->indices + 3 * t;
@@ -267,16 +267,17 @@ void ex_smooth_normals(ex_mesh *m)
     }
     for (size_t i = 0; i < count; i += 3) v3_store(m->normals + i, v3_unit(v3_load(m->normals + i)));
     free(missing);
+    return 0;
 }
 
 uint32_t ex_build_finish(ex_builder *b)
 {
     ex_scene *s = b->scene;
-    if (b->failed || ex_grow(&s->meshes, &s->mesh_count, sizeof *s->meshes) != 0) {
+    if (b->failed || ex_smooth_normals(&b->mesh) != 0 ||
+        ex_grow(&s->meshes, &s->mesh_count, sizeof *s->meshes) != 0) {
         b->failed = 1;
         ex_mesh_free(&b->mesh);
     } else {
-        ex_smooth_normals(&b->mesh);
         s->meshes[s->mesh_count - 1] = b->mesh;
     }
     memset(&b->mesh, 0, sizeof b->mesh);
