@@ -40,7 +40,7 @@ static void add_leaf(ex_builder *b, v3 base, v3 along, float length, float width
         v3 up = v3_unit(v3_cross(side, direction));
         /* Ovate outline: a short stalk, widest at a third, drawn out to a tip. */
         float t = ex_clamp((s - 0.08f) / 0.92f, 0, 1);
-        float half = 0.004f + 0.5f * width * 2.6f * powf(t, 0.75f) * powf(1 - t, 1.15f);
+        float half = 0.0003f + 0.0037f * (1 - s) + 0.5f * width * 2.6f * powf(t, 0.75f) * powf(1 - t, 1.15f);
         for (int k = 0; k <= LEAF_ACROSS; k++) {
             float across = 2 * (float)k / LEAF_ACROSS - 1, fold = 0.30f * fabsf(across) - 0.16f * across * across;
             float wave = 0.05f * sinf(9 * s + 2 * across) * across * across;
