@@ -156,7 +156,8 @@ int rd_light_parse(rd_light_arg *out, const char *text, char *error)
         return fail(error, "--light %.80s: %s", text, problem);
     out->has_value = extra > 0 || (kinds[i].kind != EX_LIGHT_SPOT && kinds[i].kind != EX_LIGHT_POINT);
     for (int k = 0; k < 3; k++) {
-        out->light.value[k] = extra ? (float)n[kinds[i].numbers + (extra == 3 ? k : 0)] : default_value(out->light.kind);
+        const double *given = n + kinds[i].numbers + (extra == 3 ? k : 0);
+        out->light.value[k] = extra ? (float)*given : default_value(out->light.kind);
         if (!(out->light.value[k] >= 0))
             return fail(error, "--light %.80s: the value must not be negative", text);
     }
@@ -194,7 +195,8 @@ static int set_scene(rd_args *args, const char *value, char *error)
 {
     args->scene = value;
     if (strncmp(value, "builtin:", 8) == 0)
-        return is_in(ex_scene_names(), value + 8) ? 0 : fail(error, "--scene %.80s: unknown (see render --list)", value);
+        return is_in(ex_scene_names(), value + 8) ? 0
+                   : fail(error, "--scene %.80s: unknown (see render --list)", value);
     if (has_suffix(value, ".glb") || has_suffix(value, ".gltf"))
         return 0;
     return fail(error, "--scene %.80s: must be builtin:NAME, FILE.glb or FILE.gltf", value);
@@ -258,7 +260,8 @@ static int set_size(rd_args *args, const char *value, char *error)
     x = strchr(text, 'x');
     if (x)
         *x = 0;
-    if (!x || strlen(value) >= sizeof text || parse_count(text, 1, 16384, &width) || parse_count(x + 1, 1, 16384, &height))
+    if (!x || strlen(value) >= sizeof text || parse_count(text, 1, 16384, &width) ||
+        parse_count(x + 1, 1, 16384, &height))
         return fail(error, "--size %.40s: expected WIDTHxHEIGHT, each from 1 to 16384", value);
     args->width = (uint32_t)width;
     args->height = (uint32_t)height;

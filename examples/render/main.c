@@ -176,7 +176,8 @@ static void ray_direction(const run *r, uint32_t x, uint32_t y, float out[3])
     for (int k = 0; k < 3; k++)
         back[k] = (double)camera->eye[k] - (double)camera->target[k];
     for (int k = 0; k < 3; k++)
-        right[k] = (double)camera->up[(k + 1) % 3] * back[(k + 2) % 3] - (double)camera->up[(k + 2) % 3] * back[(k + 1) % 3];
+        right[k] = (double)camera->up[(k + 1) % 3] * back[(k + 2) % 3] -
+                   (double)camera->up[(k + 2) % 3] * back[(k + 1) % 3];
     for (int k = 0; k < 3; k++)
         up[k] = back[(k + 1) % 3] * right[(k + 2) % 3] - back[(k + 2) % 3] * right[(k + 1) % 3];
     sx /= sqrt(right[0] * right[0] + right[1] * right[1] + right[2] * right[2]);

@@ -32,7 +32,7 @@ static void sum_table(rf_table *table)
     size_t i = 0;
     for (size_t k = 0; k < table->count; k++)
         table->cdf[k + 1] += table->cdf[k];
-    for (size_t k = 0; k < table->count; k++) {
+    for (size_t k = 0; k <= table->count; k++) {
         double x = table->cdf[table->count] * (double)k / (double)table->count;
         while (i + 1 < table->count && table->cdf[i + 1] <= x)
             i++;
@@ -178,7 +178,7 @@ int rf_lights_init(rf_lights *lights, const rd_job *job, double epsilon, char *e
 
 void rf_lights_free(rf_lights *lights)
 {
-    for (size_t row = 0; lights->texels && row < lights->scene->sky.height; row++)
+    for (size_t row = 0; lights->texels && row < lights->rows.count; row++)
         free_table(&lights->texels[row]);
     free(lights->texels);
     free_table(&lights->rows);
@@ -229,8 +229,8 @@ static int sample_sphere(const ex_light *light, rf_v3 p, const double u[2], rf_l
     return 1;
 }
 
-/* A line light as p sees it: its visible arc, and its length as an angle at p's foot on the axis. Sampling is uniform in
-   both angles, so that the part nearby gets more samples. */
+/* A line light as p sees it: its visible arc, and its length as an angle at p. Sampling is uniform in both angles, so
+   that the part nearby gets more samples. */
 typedef struct line_view {
     rf_v3  axis, x, y;         /* x: from the axis towards p */
     double length, radius, distance;   /* of p from the axis */

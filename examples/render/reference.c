@@ -190,7 +190,8 @@ static void shade_pixel(const frame_work *work, size_t index)
     for (uint32_t batch = 0; batch < batches; batch++) {
         uint32_t first = (uint32_t)((uint64_t)samples * batch / batches);
         uint32_t count = (uint32_t)((uint64_t)samples * (batch + 1) / batches) - first;
-        uint32_t seed = rf_hash(rf_hash((uint32_t)index + 1) ^ rf_hash(work->job->seed * BATCHES + batch + 0x51ed270bu));
+        uint32_t run = rf_hash(work->job->seed * BATCHES + batch + 0x51ed270bu);
+        uint32_t seed = rf_hash(rf_hash((uint32_t)index + 1) ^ run);
         double share = (double)count / (double)samples;
         rf_v3 sum = rf_make(0, 0, 0);
         for (uint32_t i = 0; i < count; i++) {
@@ -334,7 +335,8 @@ static void report_reference(const void *state, rd_report *report)
 static const rd_key keys[] = {
     { "bounces", RD_INTEGER, NULL, 0, 1000, "0", "diffuse or glossy bounces between the first surface and the light" },
     { "only", RD_WORD, "direct|indirect|all", 0, 0, "all", "the part of the light that is wanted" },
-    { "indirect_visibility", RD_WORD, "0|1", 0, 0, "1", "0: light of every surface along a ray, hidden or not; bounces=1" },
+    { "indirect_visibility", RD_WORD, "0|1", 0, 0, "1",
+      "0: light of every surface along a ray, hidden or not; bounces=1" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };
 

@@ -3,7 +3,8 @@
    A technique is one rd_technique in the table of techniques.c. main.c loads the scene, resolves lights and settings,
    renders the G-buffer and calls
        open    once: build whatever is precomputed (timed as precompute_ms)
-       update  before a frame whose scene differs from the last one; NULL: closed and opened again (counts as frame time)
+       update  before a frame whose scene differs from the last one (its time counts as the frame's); where it is NULL,
+               the technique is closed and opened again
        frame   once per frame: fill `out`, one value per G-buffer pixel (timed as frame_ms)
        report  once, at the end: sizes and the technique's own figures
        close   once; accepts NULL
@@ -46,7 +47,7 @@ typedef struct rd_job {
 typedef struct rd_technique {
     const char   *name;
     const char   *summary;             /* for --list */
-    const char   *missing;             /* NULL, or why this build cannot run it; nothing below is set then */
+    const char   *missing;             /* NULL, or why this build cannot run it; nothing below is used then */
     uint32_t      samples;             /* default of --samples */
     uint32_t      least_samples, most_samples;     /* both 0: --samples is refused */
     int           averages;            /* averages the frames of a static scene; else the last frame is written */
@@ -54,7 +55,7 @@ typedef struct rd_technique {
     const rd_key *keys;                /* its own --set keys, ended by a NULL name */
     int         (*open)(void **state, const rd_job *job, char *error);
     int         (*update)(void *state, const rd_job *job, char *error);
-    int         (*frame)(void *state, const rd_job *job, ex_image *out, char *error);   /* out: gbuffer's size, zeroed */
+    int         (*frame)(void *state, const rd_job *job, ex_image *out, char *error);   /* out: zeroed */
     void        (*report)(const void *state, rd_report *report);
     void        (*close)(void *state);
 } rd_technique;                        /* functions return 0, or -1 with one line in error */
