@@ -1754,6 +1754,152 @@ static void cohsm__raster_group(const cohsm__target *t, const cohsm__camera *cam
     }
 }
 
+#if COHSM__X86
+/* The same for 8 triangles at a time, equal to the last bit. Nearly all boxes of a fine mesh hold no sample or a few:
+   those go through the samples of their boxes together; triangles with larger ones take cohsm__fill. */
+COHSM__TARGET_AVX2 static __m256i cohsm__edge8(__m256i ax, __m256i ay, __m256i bx, __m256i by)
+{
+    return _mm256_sub_epi32(_mm256_mullo_epi32(ax, by), _mm256_mullo_epi32(bx, ay));
+}
+
+/* -1 where the edge from a to b loses the samples exactly on it */
+COHSM__TARGET_AVX2 static __m256i cohsm__edge_loses8(__m256i ax, __m256i ay, __m256i bx, __m256i by)
+{
+    __m256i wins = _mm256_or_si256(_mm256_cmpgt_epi32(by, ay),
+                                   _mm256_and_si256(_mm256_cmpeq_epi32(by, ay), _mm256_cmpgt_epi32(bx, ax)));
+    return _mm256_xor_si256(wins, _mm256_set1_epi32(-1));
+}
+
+COHSM__TARGET_AVX2 static __m256 cohsm__dot8(const float *v, cohsm__v3 a)
+{
+    __m256 xy = _mm256_add_ps(_mm256_mul_ps(_mm256_loadu_ps(v), _mm256_set1_ps(a.x)),
+                              _mm256_mul_ps(_mm256_loadu_ps(v + 8), _mm256_set1_ps(a.y)));
+    return _mm256_add_ps(xy, _mm256_mul_ps(_mm256_loadu_ps(v + 16), _mm256_set1_ps(a.z)));
+}
+
+typedef struct cohsm__corners8 { __m256i x[3], y[3]; __m256 z[3]; } cohsm__corners8;
+
+/* Samples (x, y) of 8 triangles, where wanted. Coordinates relative to the sample stay below 2^11: 32 bits are enough. */
+COHSM__TARGET_AVX2 static void cohsm__sample8(const cohsm__target *t, const cohsm__corners8 *c, __m256i x, __m256i y,
+                                              __m256i wanted)
+{
+    __m256i sx = _mm256_add_epi32(_mm256_slli_epi32(x, 8), _mm256_set1_epi32(128));
+    __m256i sy = _mm256_add_epi32(_mm256_slli_epi32(y, 8), _mm256_set1_epi32(128));
+    __m256i x0 = _mm256_sub_epi32(c->x[0], sx), y0 = _mm256_sub_epi32(c->y[0], sy);
+    __m256i x1 = _mm256_sub_epi32(c->x[1], sx), y1 = _mm256_sub_epi32(c->y[1], sy);
+    __m256i x2 = _mm256_sub_epi32(c->x[2], sx), y2 = _mm256_sub_epi32(c->y[2], sy);
+    __m256i w0 = cohsm__edge8(x1, y1, x2, y2), w1 = cohsm__edge8(x2, y2, x0, y0), w2 = cohsm__edge8(x0, y0, x1, y1);
+    __m256i area = _mm256_add_epi32(_mm256_add_epi32(w0, w1), w2), zero = _mm256_setzero_si256();
+    __m256i flip = _mm256_cmpgt_epi32(zero, area), in0, in1, in2;
+    __m256 za = c->z[1], zb = c->z[2], wa, wb, z, flipped = _mm256_castsi256_ps(flip);
+    uint32_t pixel[8], depth[8];
+    unsigned mask;
+
+    /* seen from behind: all signs turn, and an edge run the other way loses where it would win */
+    in0 = _mm256_xor_si256(cohsm__edge_loses8(x1, y1, x2, y2), flip);
+    in1 = _mm256_xor_si256(cohsm__edge_loses8(x2, y2, x0, y0), flip);
+    in2 = _mm256_xor_si256(cohsm__edge_loses8(x0, y0, x1, y1), flip);
+    w0 = _mm256_sub_epi32(_mm256_xor_si256(w0, flip), flip);
+    w1 = _mm256_sub_epi32(_mm256_xor_si256(w1, flip), flip);
+    w2 = _mm256_sub_epi32(_mm256_xor_si256(w2, flip), flip);
+    area = _mm256_sub_epi32(_mm256_xor_si256(area, flip), flip);
+    wanted = _mm256_and_si256(wanted, _mm256_cmpgt_epi32(area, zero));
+    wanted = _mm256_and_si256(wanted, _mm256_cmpgt_epi32(w0, _mm256_xor_si256(in0, _mm256_set1_epi32(-1))));
+    wanted = _mm256_and_si256(wanted, _mm256_cmpgt_epi32(w1, _mm256_xor_si256(in1, _mm256_set1_epi32(-1))));
+    wanted = _mm256_and_si256(wanted, _mm256_cmpgt_epi32(w2, _mm256_xor_si256(in2, _mm256_set1_epi32(-1))));
+    mask = (unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(wanted));
+    if (!mask) return;
+    wa = _mm256_blendv_ps(_mm256_cvtepi32_ps(w1), _mm256_cvtepi32_ps(w2), flipped);
+    wb = _mm256_blendv_ps(_mm256_cvtepi32_ps(w2), _mm256_cvtepi32_ps(w1), flipped);
+    za = _mm256_blendv_ps(c->z[1], c->z[2], flipped);
+    zb = _mm256_blendv_ps(c->z[2], c->z[1], flipped);
+    z = _mm256_add_ps(_mm256_mul_ps(_mm256_cvtepi32_ps(w0), c->z[0]), _mm256_mul_ps(wa, za));
+    z = _mm256_add_ps(z, _mm256_mul_ps(wb, zb));
+    z = _mm256_mul_ps(z, _mm256_div_ps(_mm256_set1_ps(1.0f), _mm256_cvtepi32_ps(area)));
+    z = _mm256_mul_ps(z, _mm256_set1_ps((float)COHSM__HIT_MAX));
+    z = _mm256_min_ps(_mm256_max_ps(z, _mm256_setzero_ps()), _mm256_set1_ps((float)COHSM__HIT_MAX));
+    _mm256_storeu_si256((__m256i *)(void *)depth, _mm256_cvttps_epi32(z));
+    _mm256_storeu_si256((__m256i *)(void *)pixel,
+                        _mm256_add_epi32(_mm256_mullo_epi32(y, _mm256_set1_epi32(t->size)), x));
+    for (; mask; mask &= mask - 1u) {
+        unsigned lane = (unsigned)__builtin_ctz(mask);
+        cohsm__insert(t->z + (size_t)t->keep * pixel[lane], t->keep, (uint16_t)depth[lane]);
+    }
+}
+
+COHSM__TARGET_AVX2 static void cohsm__fill_lanes(const cohsm__target *t, const cohsm__camera *cam,
+                                                 const cohsm__corners8 *c, unsigned lanes)
+{
+    int32_t x[3][8], y[3][8];
+    float z[3][8];
+    cohsm__corner p[3];
+    int k;
+
+    for (k = 0; k < 3; k++) {
+        _mm256_storeu_si256((__m256i *)(void *)x[k], c->x[k]);
+        _mm256_storeu_si256((__m256i *)(void *)y[k], c->y[k]);
+        _mm256_storeu_ps(z[k], c->z[k]);
+    }
+    for (; lanes; lanes &= lanes - 1u) {
+        int lane = __builtin_ctz(lanes);
+        for (k = 0; k < 3; k++) {
+            p[k].x = x[k][lane];
+            p[k].y = y[k][lane];
+            p[k].z = z[k][lane];
+        }
+        cohsm__fill(t, cam, p, p + 1, p + 2);
+    }
+}
+
+COHSM__TARGET_AVX2 static void cohsm__raster_avx2(const cohsm__target *t, const cohsm__camera *cam,
+                                                  const cohsm__soup *soup)
+{
+    float scale = (float)(t->size * (COHSM__SUBPIXEL / 2)), offset = scale + 0.5f;
+    cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
+    __m256 offset8 = _mm256_set1_ps(offset), half = _mm256_set1_ps(0.5f);
+    __m256i first = _mm256_set1_epi32(127), last = _mm256_set1_epi32(128), few = _mm256_set1_epi32(4);
+    const float *v = soup->v;
+    cohsm__corners8 c;
+    uint32_t g;
+    int k;
+
+    for (g = 0; g < soup->groups; g++, v += 9 * COHSM__LANES) {
+        __m256i lx, hx, ly, hy, wide, none, x, y, in_row;
+        unsigned large;
+        for (k = 0; k < 3; k++) {
+            c.x[k] = _mm256_cvttps_epi32(_mm256_add_ps(cohsm__dot8(v + 24 * k, r), offset8));
+            c.y[k] = _mm256_cvttps_epi32(_mm256_add_ps(cohsm__dot8(v + 24 * k, u), offset8));
+        }
+        lx = _mm256_min_epi32(_mm256_min_epi32(c.x[0], c.x[1]), c.x[2]);
+        hx = _mm256_max_epi32(_mm256_max_epi32(c.x[0], c.x[1]), c.x[2]);
+        ly = _mm256_min_epi32(_mm256_min_epi32(c.y[0], c.y[1]), c.y[2]);
+        hy = _mm256_max_epi32(_mm256_max_epi32(c.y[0], c.y[1]), c.y[2]);
+        lx = _mm256_max_epi32(_mm256_srai_epi32(_mm256_add_epi32(lx, first), 8), _mm256_setzero_si256());
+        ly = _mm256_max_epi32(_mm256_srai_epi32(_mm256_add_epi32(ly, first), 8), _mm256_set1_epi32(t->row_begin));
+        hx = _mm256_min_epi32(_mm256_srai_epi32(_mm256_sub_epi32(hx, last), 8), _mm256_set1_epi32(t->size - 1));
+        hy = _mm256_min_epi32(_mm256_srai_epi32(_mm256_sub_epi32(hy, last), 8), _mm256_set1_epi32(t->row_end - 1));
+        none = _mm256_or_si256(_mm256_cmpgt_epi32(lx, hx), _mm256_cmpgt_epi32(ly, hy));
+        if (_mm256_movemask_ps(_mm256_castsi256_ps(none)) == 255) continue;
+        for (k = 0; k < 3; k++) c.z[k] = _mm256_sub_ps(half, _mm256_mul_ps(half, cohsm__dot8(v + 24 * k, cam->frame.back)));
+        wide = _mm256_or_si256(_mm256_cmpgt_epi32(_mm256_sub_epi32(hx, lx), few),
+                               _mm256_cmpgt_epi32(_mm256_sub_epi32(hy, ly), few));
+        wide = _mm256_andnot_si256(none, wide);
+        large = (unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(wide));
+        if (large) cohsm__fill_lanes(t, cam, &c, large);
+        none = _mm256_or_si256(none, wide);
+        for (y = ly;; y = _mm256_sub_epi32(y, _mm256_set1_epi32(-1))) {
+            in_row = _mm256_andnot_si256(_mm256_or_si256(_mm256_cmpgt_epi32(y, hy), none), _mm256_set1_epi32(-1));
+            if (_mm256_testz_si256(in_row, in_row)) break;
+            for (x = lx;; x = _mm256_sub_epi32(x, _mm256_set1_epi32(-1))) {
+                __m256i wanted = _mm256_andnot_si256(_mm256_cmpgt_epi32(x, hx), in_row);
+                if (_mm256_testz_si256(wanted, wanted)) break;
+                cohsm__sample8(t, &c, x, y, wanted);
+            }
+        }
+    }
+}
+#endif
+
 /* Perspective: triangles are cut to |x|, |y| <= 2 w, so that fixed-point positions stay small, and to w >= near. */
 typedef struct cohsm__clip { float x, y, w; } cohsm__clip;
 
@@ -1853,7 +1999,6 @@ static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, cons
     uint32_t g;
     int lane;
 
-    (void)simd;
     memset(t->z + first, 0xff, (last - first) * sizeof *t->z);
     if (cam->perspective) {
         if (!cohsm__face_sees_sphere(cam)) return;
@@ -1868,6 +2013,7 @@ static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, cons
         return;
     }
 #endif
+    (void)simd;
     for (g = 0; g < soup->groups; g++) cohsm__raster_group(t, cam, soup->v + (size_t)g * 9 * COHSM__LANES);
 }
 
@@ -2130,13 +2276,17 @@ static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
      64 marks                 Elias-Fano: the block's views fall into buckets of 2^k; for each bucket a 1 for every
                               segment that begins in it, then a 0. The first segment begins at the block's first view
      n x k low bits           first view of each segment within its bucket
-     n x width codes          depth on the grid, less base; all ones but the last bit: infinite; all ones: exact
+     n x width codes          width 1..9: depth on the grid, less base; all ones but the last bit: infinite
+                              width 10..15: codes of width - 9 bits, places in a palette of base depths
+                              all ones, in both: exact
+     base x 8 bits            the palette, if there is one
      16 bits each             the exact depths, in order
 
    A search looks through the directory, finds its bucket by counting zeros, and compares a few low bits: one line of
    directory and one or two of the block, whatever the number of segments. */
 
-enum { COHSM__BLOCK_BITS = 32 * COHSM__BLOCK_WORDS, COHSM__MARKS = 64, COHSM__LOW_AT = 16 + COHSM__MARKS };
+enum { COHSM__BLOCK_BITS = 32 * COHSM__BLOCK_WORDS, COHSM__MARKS = 64, COHSM__LOW_AT = 16 + COHSM__MARKS,
+       COHSM__WIDEST = 9 };
 
 typedef struct cohsm__segment {
     uint16_t first;                     /* view within the chunk */
@@ -2194,21 +2344,36 @@ static uint32_t cohsm__select_zero(uint64_t marks, uint32_t number)
     return number == 0 && (zeros >> at & 1u) ? at : 64u;
 }
 
-/* The exact depth of segment j: it has as many predecessors as there are codes of all ones before it. */
-static uint32_t cohsm__exact_depth(const uint32_t *block, uint32_t codes_at, uint32_t width, uint32_t n, uint32_t j)
+/* Where the fields of a block begin. */
+typedef struct cohsm__fields { uint32_t n, k, bits, palette, codes_at, palette_at, exact_at; } cohsm__fields;
+
+static cohsm__fields cohsm__block_fields(const uint32_t *block, uint32_t n)
 {
-    uint32_t i, rank = 0, exact = (1u << width) - 1u;
-    for (i = 0; i < j; i++) rank += cohsm__bits(block, codes_at + i * width, width) == exact;
-    return cohsm__bits(block, codes_at + n * width + 16 * rank, 16);
+    cohsm__fields f;
+    f.n = n;
+    f.k = block[0] >> 8 & 15u;
+    f.bits = block[0] >> 12 & 15u;
+    f.palette = f.bits > COHSM__WIDEST ? block[0] & 255u : 0u;
+    if (f.bits > COHSM__WIDEST) f.bits -= COHSM__WIDEST;
+    f.codes_at = COHSM__LOW_AT + n * f.k;
+    f.palette_at = f.codes_at + n * f.bits;
+    f.exact_at = f.palette_at + 8u * f.palette;
+    return f;
 }
 
-/* The 16-bit depth of segment j in a block. */
+/* The 16-bit depth of segment j in a block of n. Exact depths have as many predecessors as there are codes of all ones
+   before j. */
 static uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t *depth_of, uint32_t n, uint32_t j)
 {
-    uint32_t k = block[0] >> 8 & 15u, width = block[0] >> 12 & 15u, codes_at = COHSM__LOW_AT + n * k;
-    uint32_t code = cohsm__bits(block, codes_at + j * width, width), top = (1u << width) - 1u;
-    if (code < top - 1u) return depth_of[(block[0] & 255u) + code];
-    return code == top ? cohsm__exact_depth(block, codes_at, width, n, j) : (uint32_t)COHSM__INFINITE;
+    cohsm__fields f = cohsm__block_fields(block, n);
+    uint32_t code = cohsm__bits(block, f.codes_at + j * f.bits, f.bits), ones = (1u << f.bits) - 1u, i, rank = 0;
+
+    if (code == ones) {
+        for (i = 0; i < j; i++) rank += cohsm__bits(block, f.codes_at + i * f.bits, f.bits) == ones;
+        return cohsm__bits(block, f.exact_at + 16 * rank, 16);
+    }
+    if (f.palette) return depth_of[cohsm__bits(block, f.palette_at + 8 * code, 8)];
+    return code + 1u == ones ? (uint32_t)COHSM__INFINITE : depth_of[(block[0] & 255u) + code];
 }
 
 /* Segment of a block that holds a view: offset = view less the block's first. */
@@ -2250,15 +2415,50 @@ static uint32_t cohsm__stored_depth(const uint32_t *lookup, const uint32_t *list
 
 /* ---- >>encode: segments to lists ---- */
 
+/* What the first n segments would take in one block. */
 typedef struct cohsm__plan {
-    uint32_t n, exact, least_hi, greatest_lo;   /* of the segments taken so far; greatest_lo = -1: none is finite */
-    uint32_t k, width, base, values, bits;
+    uint32_t n, exact, least_hi, greatest_lo;   /* of the segments taken so far */
+    uint32_t k, bits, base, values, size;
+    uint32_t palette;                           /* entries, 0: none */
+    uint8_t  value[COHSM__MARKS];
 } cohsm__plan;
 
 static void cohsm__plan_start(cohsm__plan *p)
 {
-    p->n = p->exact = p->greatest_lo = p->bits = 0;
+    memset(p, 0, sizeof *p);
     p->least_hi = COHSM__INFINITE;
+}
+
+/* The fewest grid values with one in each interval: the least hi that is left must be met, and meeting it as late as
+   possible meets the most others. Each value then moves to the middle of what its intervals have in common. */
+static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, uint32_t grid, uint8_t *value, uint8_t *code)
+{
+    uint8_t todo[COHSM__MARKS];
+    uint32_t i, count = 0, left = 0, at, lo;
+
+    for (i = 0; i < n; i++)
+        if (!s[i].exact) todo[left++] = (uint8_t)i;
+    for (; left; count++) {
+        for (i = 0, at = grid; i < left; i++) {
+            const cohsm__segment *t = &s[todo[i]];
+            uint32_t hi = t->lo >= grid ? grid : cohsm__min_u32(t->hi, grid - 1u);
+            at = cohsm__min_u32(at, hi);
+        }
+        for (i = 0, lo = 0, n = left, left = 0; i < n; i++) {
+            if (s[todo[i]].lo <= at) {
+                lo = cohsm__max_u32(lo, s[todo[i]].lo);
+                if (code) code[todo[i]] = (uint8_t)count;
+            } else todo[left++] = todo[i];
+        }
+        value[count] = (uint8_t)((lo + at) / 2u);
+    }
+    return count;
+}
+
+static int cohsm__plan_size(cohsm__plan *p)
+{
+    p->size = COHSM__LOW_AT + p->n * (p->k + p->bits) + 8u * p->palette + 16u * p->exact;
+    return p->size <= COHSM__BLOCK_BITS;
 }
 
 /* Takes one more segment; 0 where the block would become too long. end = first view after it. */
@@ -2267,27 +2467,26 @@ static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, uint32_t gr
     uint32_t span = end - s[0].first;
     const cohsm__segment *last = s + p->n;
 
+    if (p->n == COHSM__MARKS) return 0;
     p->n++;
     if (last->exact) p->exact++;
     else if (last->lo < grid) {
         p->least_hi = cohsm__min_u32(p->least_hi, cohsm__min_u32(last->hi, grid - 1u));
         p->greatest_lo = cohsm__max_u32(p->greatest_lo, last->lo);
     }
-    /* the narrowest range of grid values with one in each interval: from the least hi to the greatest lo */
-    if (p->least_hi == COHSM__INFINITE) {
-        p->base = p->values = 0;
-    } else if (p->least_hi < p->greatest_lo) {
-        p->base = p->least_hi;
-        p->values = p->greatest_lo - p->least_hi + 1u;
-    } else {
-        p->base = (p->least_hi + p->greatest_lo) / 2u;
-        p->values = 1;
-    }
-    for (p->width = 1; (1u << p->width) - 2u < p->values; p->width++) {}
     for (p->k = 0; p->n + ((span - 1u) >> p->k) > COHSM__MARKS; p->k++)
         if (p->k == 15) return 0;
-    p->bits = COHSM__LOW_AT + p->n * (p->k + p->width) + 16u * p->exact;
-    return p->bits <= COHSM__BLOCK_BITS;
+    /* the narrowest range of grid values with one in each interval: from the least hi to the greatest lo */
+    p->base = cohsm__min_u32(p->least_hi, p->greatest_lo);
+    p->values = p->least_hi < p->greatest_lo ? p->greatest_lo - p->least_hi + 1u : 1u;
+    if (p->least_hi == COHSM__INFINITE) p->base = 0;
+    else if (p->least_hi > p->greatest_lo) p->base = (p->least_hi + p->greatest_lo) / 2u;
+    p->palette = 0;
+    for (p->bits = 1; (1u << p->bits) - 2u < p->values; p->bits++) {}
+    if (cohsm__plan_size(p)) return 1;
+    p->palette = cohsm__pierce(s, p->n, grid, p->value, NULL);
+    for (p->bits = 1; (1u << p->bits) - 1u < p->palette; p->bits++) {}
+    return p->palette && p->bits <= 15 - COHSM__WIDEST && cohsm__plan_size(p);
 }
 
 static uint32_t cohsm__segment_end(const cohsm__segment *s, size_t i, size_t count, uint32_t views)
@@ -2295,8 +2494,7 @@ static uint32_t cohsm__segment_end(const cohsm__segment *s, size_t i, size_t cou
     return i + 1 < count ? s[i + 1].first : views;
 }
 
-/* The most segments that fit, found one by one: taking more may need a larger k or width, so a block that is too long
-   with n segments may not be tried with n + 1. */
+/* As many segments as fit. */
 static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, uint32_t grid, uint32_t views)
 {
     cohsm__plan best, next;
@@ -2306,56 +2504,65 @@ static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, uint
     return best;
 }
 
-static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, const cohsm__plan *p, uint32_t grid)
+/* The middle of the interval leaves the most room on both sides (paper 3.1), within the block's range. */
+static uint32_t cohsm__range_code(const cohsm__segment *s, const cohsm__plan *p, uint32_t grid)
 {
-    uint32_t i, offset, bucket = 0, at = 16, code, value, middle, exact = 0;
-    uint32_t codes_at = COHSM__LOW_AT + p->n * p->k, infinite = (1u << p->width) - 2u;
+    uint32_t middle = (s->lo + cohsm__min_u32(s->hi, grid - 1u)) / 2u;
+    if (s->lo >= grid) return (1u << p->bits) - 2u;
+    return cohsm__max_u32(p->base, cohsm__min_u32(middle, p->base + p->values - 1u)) - p->base;
+}
 
-    cohsm__put_bits(block, 0, 16, p->base | p->k << 8 | p->width << 12);
+static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, cohsm__plan *p, uint32_t grid)
+{
+    uint32_t i, offset, bucket = 0, at = 16, code, head = p->palette ? p->palette : p->base;
+    uint8_t place[COHSM__MARKS];
+    cohsm__fields f;
+
+    cohsm__put_bits(block, 0, 16, head | p->k << 8 | (p->palette ? p->bits + COHSM__WIDEST : p->bits) << 12);
+    f = cohsm__block_fields(block, p->n);
+    if (p->palette) cohsm__pierce(s, p->n, grid, p->value, place);
     for (i = 0; i < p->n; i++) {
         offset = (uint32_t)s[i].first - s[0].first;
         at += (offset >> p->k) - bucket;
         bucket = offset >> p->k;
         cohsm__put_bits(block, at++, 1, 1);
         cohsm__put_bits(block, COHSM__LOW_AT + i * p->k, p->k, offset & ((1u << p->k) - 1u));
+        code = s[i].exact ? (1u << p->bits) - 1u : p->palette ? place[i] : cohsm__range_code(s + i, p, grid);
+        cohsm__put_bits(block, f.codes_at + i * f.bits, f.bits, code);
         if (s[i].exact) {
-            code = infinite + 1u;
-            cohsm__put_bits(block, codes_at + p->n * p->width + 16u * exact++, 16, s[i].lo);
-        } else if (s[i].lo >= grid) code = infinite;
-        else {
-            /* the middle of the interval leaves the most room on both sides (paper 3.1), within the block's range */
-            middle = (s[i].lo + cohsm__min_u32(s[i].hi, grid - 1u)) / 2u;
-            value = cohsm__max_u32(p->base, cohsm__min_u32(middle, p->base + p->values - 1u));
-            code = value - p->base;
+            cohsm__put_bits(block, f.exact_at, 16, s[i].lo);
+            f.exact_at += 16;
         }
-        cohsm__put_bits(block, codes_at + i * p->width, p->width, code);
     }
+    for (i = 0; i < p->palette; i++) cohsm__put_bits(block, f.palette_at + 8 * i, 8, p->value[i]);
 }
 
-/* Words for any list of count segments: a block takes 10 at least, all of them exact, or all that are left. */
+/* Blocks of a list are at most this many: one takes 10 segments at least, all of them exact, or all that are left. */
+static size_t cohsm__blocks_bound(size_t count) { return count / 10 + 1; }
+
 static size_t cohsm__list_bound(size_t count)
 {
-    size_t blocks = count / 10 + 1;
-    return (blocks + 2) / 2 + COHSM__BLOCK_WORDS * blocks;
+    return (cohsm__blocks_bound(count) + 2) / 2 + COHSM__BLOCK_WORDS * cohsm__blocks_bound(count);
 }
 
-/* Writes a list of two or more segments into zeroed words; returns the words taken. Two passes: the directory comes
-   first and needs the count of blocks. */
+/* Writes a list of two or more segments into zeroed words; returns the words taken. The blocks are written behind the
+   longest possible directory first, and then moved to the end of the real one. */
 static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count, uint32_t grid, uint32_t views)
 {
-    size_t i, blocks = 0, used;
+    size_t i, blocks = 0, gap = (cohsm__blocks_bound(count) + 2) / 2, used = 0, directory;
     cohsm__plan p;
 
-    for (i = 0; i < count; i += p.n, blocks++) p = cohsm__plan_block(s + i, count - i, grid, views);
-    cohsm__put_bits(words, 0, 16, (uint32_t)blocks);
-    used = (blocks + 1) / 2;
-    for (i = 0, blocks = 0; i < count; i += p.n, blocks++) {
+    for (i = 0; i < count; i += p.n, blocks++) {
         p = cohsm__plan_block(s + i, count - i, grid, views);
         if (blocks) cohsm__put_bits(words, 16u * (uint32_t)blocks, 16, s[i].first);
-        cohsm__write_block(words + used, s + i, &p, grid);
-        used += i + p.n < count ? COHSM__BLOCK_WORDS : (p.bits + 31u) / 32u;
+        cohsm__write_block(words + gap + used, s + i, &p, grid);
+        used += i + p.n < count ? COHSM__BLOCK_WORDS : (p.size + 31u) / 32u;
     }
-    return used;
+    cohsm__put_bits(words, 0, 16, (uint32_t)blocks);
+    directory = (blocks + 1) / 2;
+    memmove(words + directory, words + gap, 4 * used);
+    memset(words + directory + used, 0, 4 * (gap - directory));
+    return directory + used;
 }
 
 /* ---- >>builder: layers to segments, one view at a time ---- */
@@ -3744,9 +3951,6 @@ static void cohsm__run_tile(cohsm__tile *t)
 {
     size_t i;
     for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
-#if COHSM__X86
-    if (cohsm__tile_fast(t)) return;
-#endif
     for (i = 0; i < t->count; i++) {
         t->pixel[i] = COHSM__NO_PIXEL;
         if (t->query->light == COHSM_LIGHT_POSITION) {
@@ -4178,32 +4382,36 @@ static int cohsm__header_sound(const cohsm__header *h)
 /* One block within the words that are left: its parts lie inside it, its segments rise and stay below end. */
 static int cohsm__block_sound(const uint32_t *block, size_t left, uint32_t views, int last)
 {
-    uint32_t k, width, n, exact = 0, j, at, bucket = 0, low, offset, previous = 0, bits;
+    uint32_t n, exact = 0, j, at, bucket = 0, low, offset, previous = 0, size, code;
     uint64_t marks;
+    cohsm__fields f;
 
     if (left < 3) return 0;
-    k = block[0] >> 8 & 15u;
-    width = block[0] >> 12 & 15u;
     marks = cohsm__marks(block);
     n = cohsm__popcount(marks);
-    bits = COHSM__LOW_AT + n * (k + width);
-    if (!(marks & 1u) || width == 0 || width > 9 || bits > COHSM__BLOCK_BITS || (bits + 31u) / 32u > left) return 0;
-    for (j = 0; j < n; j++) exact += cohsm__bits(block, COHSM__LOW_AT + n * k + j * width, width) == (1u << width) - 1u;
-    bits += 16u * exact;
-    if (bits > COHSM__BLOCK_BITS || (bits + 31u) / 32u > left || (!last && left < COHSM__BLOCK_WORDS)) return 0;
+    f = cohsm__block_fields(block, n);
+    if (!(marks & 1u) || f.bits == 0 || f.exact_at > COHSM__BLOCK_BITS || (f.exact_at + 31u) / 32u > left) return 0;
+    if ((block[0] >> 12 & 15u) > COHSM__WIDEST && f.palette == 0) return 0;
+    for (j = 0; j < n; j++) {
+        code = cohsm__bits(block, f.codes_at + j * f.bits, f.bits);
+        if (code + 1u == 1u << f.bits) exact++;
+        else if (f.palette && code >= f.palette) return 0;
+    }
+    size = f.exact_at + 16u * exact;
+    if (size > COHSM__BLOCK_BITS || (size + 31u) / 32u > left || (!last && left < COHSM__BLOCK_WORDS)) return 0;
     for (at = 0, j = 0; j < n; at++) {
         if (!(marks >> at & 1u)) {
             bucket++;
             continue;
         }
-        low = cohsm__bits(block, COHSM__LOW_AT + j * k, k);
-        offset = (bucket << k) + low;
+        low = cohsm__bits(block, COHSM__LOW_AT + j * f.k, f.k);
+        offset = (bucket << f.k) + low;
         if (j == 0 ? offset != 0 : offset <= previous) return 0;
         previous = offset;
         j++;
     }
     if (previous >= views) return 0;
-    return ((views - 1u) >> k) + n <= COHSM__MARKS;    /* every bucket that a search may ask for is marked */
+    return ((views - 1u) >> f.k) + n <= COHSM__MARKS;    /* every bucket that a search may ask for is marked */
 }
 
 static int cohsm__list_sound(const uint32_t *list, size_t left, uint32_t views)
