@@ -20,12 +20,10 @@ typedef struct reference {
     int        has_lights;
     double     epsilon;        /* offset along the geometric normal */
     int        full, bounces, direct, indirect, indirect_visibility;
-    float     *variance;       /* of each value of the last frame, 3 a G-buffer pixel */
-    size_t     values;
-    /* sums over frames and lit values, for `noise` */
-    double     sum, sum_variance, count;
+    struct { double value, variance; } *noise; /* of each pixel of the last frame, mean of the channels */
+    size_t     pixels;
+    double     sum, sum_variance, count;       /* of them over frames and lit pixels */
     uint32_t   frames;
-    uint32_t   aa;
     int        noise_known;
 } reference;
 
@@ -178,62 +176,79 @@ typedef struct frame_work {
     uint32_t      first_row;
 } frame_work;
 
-static void shade_pixel(const frame_work *work, size_t index)
+/* One of the aa * aa parts of a pixel, the `part`th that takes samples from the pixel's sequences. Writes its value and
+   adds the mean of every batch. */
+static void shade_part(const frame_work *work, size_t index, uint32_t pixel_hash, uint32_t part,
+                       rf_v3 batch_sums[BATCHES])
 {
-    reference *r = work->reference;
+    const reference *r = work->reference;
     uint32_t samples = work->job->samples, batches = samples < BATCHES ? samples : BATCHES;
-    double mean[3] = { 0, 0, 0 }, square[3] = { 0, 0, 0 };
+    rf_v3 total = rf_make(0, 0, 0), fixed;
     rf_surface s;
-    rf_v3 fixed;
     surface_of_pixel(r, &work->job->gbuffer->pixels[index], &s);
     fixed = delta_light(r, &s);
     for (uint32_t batch = 0; batch < batches; batch++) {
         uint32_t first = (uint32_t)((uint64_t)samples * batch / batches);
         uint32_t count = (uint32_t)((uint64_t)samples * (batch + 1) / batches) - first;
         uint32_t run = rf_hash(work->job->seed * BATCHES + batch + 0x51ed270bu);
-        uint32_t seed = rf_hash(rf_hash((uint32_t)index + 1) ^ run);
-        double share = (double)count / (double)samples;
         rf_v3 sum = rf_make(0, 0, 0);
         for (uint32_t i = 0; i < count; i++) {
-            rf_sampler sampler = { seed, i, 0 };
+            rf_sampler sampler = { rf_hash(pixel_hash ^ run), part * count + i, 0 };
             sum = rf_add(sum, trace_path(r, &s, &sampler));
         }
-        sum = rf_scale(sum, 1.0 / count);
-        mean[0] += share * sum.x, square[0] += share * sum.x * sum.x;
-        mean[1] += share * sum.y, square[1] += share * sum.y * sum.y;
-        mean[2] += share * sum.z, square[2] += share * sum.z * sum.z;
+        total = rf_add(total, sum);
+        batch_sums[batch] = rf_add(batch_sums[batch], rf_mad(fixed, sum, 1.0 / count));
     }
-    for (size_t k = 0; k < 3; k++) {
-        double spread = rf_most(square[k] - mean[k] * mean[k], 0);
-        r->variance[3 * index + k] = (float)(batches > 1 ? spread / (batches - 1) : 0);
+    total = rf_mad(fixed, total, 1.0 / samples);
+    work->out->rgb[3 * index] = (float)total.x;
+    work->out->rgb[3 * index + 1] = (float)total.y;
+    work->out->rgb[3 * index + 2] = (float)total.z;
+}
+
+/* The parts of a pixel share its sequences, so that their samples are stratified together. */
+static void shade_pixel(const frame_work *work, size_t x, size_t y)
+{
+    const rd_job *job = work->job;
+    reference *r = work->reference;
+    size_t aa = job->aa, wide = job->gbuffer->width, pixel = y * (wide / aa) + x;
+    uint32_t batches = job->samples < BATCHES ? job->samples : BATCHES, parts = 0;
+    rf_v3 sums[BATCHES] = { { 0, 0, 0 } }, mean = { 0, 0, 0 }, spread = { 0, 0, 0 };
+    for (size_t i = 0; i < aa * aa; i++) {
+        size_t index = (y * aa + i / aa) * wide + x * aa + i % aa;
+        if (job->gbuffer->pixels[index].object != UINT32_MAX)
+            shade_part(work, index, rf_hash((uint32_t)pixel + 1), parts++, sums);
     }
-    work->out->rgb[3 * index] = (float)(mean[0] + fixed.x);
-    work->out->rgb[3 * index + 1] = (float)(mean[1] + fixed.y);
-    work->out->rgb[3 * index + 2] = (float)(mean[2] + fixed.z);
+    for (uint32_t batch = 0; batch < batches; batch++) {
+        rf_v3 value = rf_scale(sums[batch], 1.0 / (double)(aa * aa));
+        mean = rf_mad(mean, value, 1.0 / batches);
+        spread = rf_mad(spread, rf_mul(value, value), 1.0 / batches);
+    }
+    spread = rf_sub(spread, rf_mul(mean, mean));
+    r->noise[pixel].value = rf_mean(mean);
+    r->noise[pixel].variance = batches > 1 ? rf_most(rf_mean(spread), 0) / (batches - 1) : 0;
 }
 
 static void shade_row(void *context, size_t row)
 {
     const frame_work *work = context;
-    const ex_gbuffer *g = work->job->gbuffer;
-    size_t first = (work->first_row + row) * g->width;
-    for (size_t i = first; i < first + g->width; i++)
-        if (g->pixels[i].object != UINT32_MAX)
-            shade_pixel(work, i);
+    for (size_t x = 0; x < work->job->gbuffer->width / work->job->aa; x++)
+        shade_pixel(work, x, work->first_row + row);
 }
 
-/* In order and on one thread, so that the figure is the same for every thread count. */
-static void gather_noise(reference *r, const ex_image *out)
+/* In order and on one thread, so that the figure is the same for every thread count. Of an animated scene only the last
+   frame is written, so that only its noise counts. */
+static void gather_noise(reference *r, const rd_job *job)
 {
-    for (size_t i = 0; i < r->values; i += 3) {
-        const float *v = out->rgb + i;
-        if (!(v[0] > 0 || v[1] > 0 || v[2] > 0))
+    if (job->scene->animated) {
+        r->sum = r->sum_variance = r->count = 0;
+        r->frames = 0;
+    }
+    for (size_t i = 0; i < r->pixels; i++) {
+        if (!(r->noise[i].value > 0))
             continue;
-        for (size_t k = 0; k < 3; k++) {
-            r->sum += (double)v[k];
-            r->sum_variance += (double)r->variance[i + k];
-            r->count++;
-        }
+        r->sum += r->noise[i].value;
+        r->sum_variance += r->noise[i].variance;
+        r->count++;
     }
     r->frames++;
 }
@@ -248,7 +263,7 @@ static void close_reference(void *state)
     rf_scene_free(r->scene);
     if (r->has_lights)
         rf_lights_free(&r->lights);
-    free(r->variance);
+    free(r->noise);
     free(r);
 }
 
@@ -283,11 +298,10 @@ static int open_reference(void **state, const rd_job *job, char *error)
     r->indirect = !rd_setting_is(job->settings, "only", "direct");
     r->bounces = r->indirect ? rd_setting_integer(job->settings, "bounces") : 0;
     r->indirect_visibility = rd_setting_integer(job->settings, "indirect_visibility");
-    r->aa = job->aa;
     r->noise_known = job->samples > 1;
-    r->values = 3 * (size_t)job->gbuffer->width * job->gbuffer->height;
-    r->variance = calloc(r->values + 1, sizeof *r->variance);
-    if (!r->variance)
+    r->pixels = (size_t)(job->gbuffer->width / job->aa) * (job->gbuffer->height / job->aa);
+    r->noise = calloc(r->pixels, sizeof *r->noise);
+    if (!r->noise)
         snprintf(error, EX_ERROR_SIZE, "out of memory");
     else if (!r->indirect_visibility && rd_setting_integer(job->settings, "bounces") != 1)
         snprintf(error, EX_ERROR_SIZE, "indirect_visibility=0 is defined for bounces=1 only");
@@ -302,7 +316,7 @@ static int open_reference(void **state, const rd_job *job, char *error)
 static int frame_reference(void *state, const rd_job *job, ex_image *out, char *error)
 {
     reference *r = state;
-    const uint32_t rows = job->gbuffer->height, steps = 32;
+    const uint32_t rows = job->gbuffer->height / job->aa, steps = 32;
     frame_work work = { r, job, out, 0 };
     (void)error;
     for (uint32_t step = 0; step < steps; step++) {
@@ -313,17 +327,16 @@ static int frame_reference(void *state, const rd_job *job, ex_image *out, char *
         work.first_row = end;
     }
     ex_progress(NULL, 1);
-    gather_noise(r, out);
+    gather_noise(r, job);
     return 0;
 }
 
 static void report_reference(const void *state, rd_report *report)
 {
     const reference *r = state;
-    uint64_t now, peak, own = r->lights.bytes + r->values * sizeof *r->variance;
-    double values = r->count > 0 ? r->count : 1, mean = r->sum / values;
-    /* the means of `frames` frames and aa * aa sub-pixels average independent errors */
-    double error = sqrt(r->sum_variance / values / (double)r->frames) / (double)r->aa;
+    uint64_t now, peak, own = r->lights.bytes + r->pixels * sizeof *r->noise;
+    double count = r->count > 0 ? r->count : 1, mean = r->sum / count;
+    double error = sqrt(r->sum_variance / count / (double)r->frames);      /* frames' errors are independent */
     rf_scene_memory(r->scene, &now, &peak);
     report->memory_bytes = now + own;
     report->peak_bytes = peak + own;
