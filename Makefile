@@ -8,7 +8,7 @@
 # config=release  -O2, the default          config=sanitize  address and undefined behaviour
 # config=debug    -O0 -g                    config=thread    data races
 # config=scalar   -O2, no intrinsics        config=coverage  what coverage is measured with
-# Other configurations than release build in build/NAME. DEPS=0 never installs a package.
+# Other configurations than release build in build/NAME. DEPS=0 never installs a package; V=1 shows the commands.
 
 config ?= release
 BUILD  := build$(if $(filter-out release,$(config)),/$(config))
@@ -22,6 +22,8 @@ ifeq ($(origin CXX),default)
 CXX := $(if $(findstring clang,$(CC)),clang++,$(if $(shell command -v g++),g++,c++))
 endif
 DEPS ?= 1
+# A line for each step, or the whole command.
+say = $(if $(V),,@echo '  $(1) $(2)';)
 FUZZ_TIME ?= 60
 
 HEADERS := $(wildcard csm.h shadowfield.h envshadow.h rsm.h ism.h gl_backend.h)
@@ -83,13 +85,13 @@ tests: $(TESTS) $(REPLAYS)
 
 $(OBJ)/examples/%.o: examples/%.c build/config.mk
 	@mkdir -p $(@D)
-	$(BASE_C) $(HAVE) -Iexamples/common -c $< -o $@
+	$(call say,CC,$<)$(BASE_C) $(HAVE) -Iexamples/common -c $< -o $@
 $(OBJ)/examples/%.o: examples/%.cpp build/config.mk
 	@mkdir -p $(@D)
-	$(BASE_CXX) $(HAVE) -Iexamples/common -c $< -o $@
+	$(call say,CXX,$<)$(BASE_CXX) $(HAVE) -Iexamples/common -c $< -o $@
 $(OBJ)/bench/%.o: bench/%.c build/config.mk
 	@mkdir -p $(@D)
-	$(BASE_C) $(HAVE) -Iexamples/common -c $< -o $@
+	$(call say,CC,$<)$(BASE_C) $(HAVE) -Iexamples/common -c $< -o $@
 
 # The commit that figures belong to: "extern const char dapple_commit[];"
 $(OBJ)/commit.c: FORCE
@@ -98,16 +100,16 @@ $(OBJ)/commit.c: FORCE
 	  "$$(git describe --always --dirty --exclude '*' 2>/dev/null || echo unknown)" > $@.new; \
 	cmp -s $@ $@.new && rm $@.new || mv $@.new $@
 $(OBJ)/commit.o: $(OBJ)/commit.c
-	$(BASE_C) -c $< -o $@
+	$(call say,CC,$<)$(BASE_C) -c $< -o $@
 
 $(OBJ)/common.a: $(call objects,examples/common) $(OBJ)/commit.o
 	@rm -f $@
-	ar rcs $@ $^
+	$(call say,AR,$@)ar rcs $@ $^
 
 # Which objects a program is made of: its folder, and the shared library of the examples.
 define program
 $(BUILD)/$(1): $(call objects,$(2)) $(COMMON)
-	$$(LINK) $$^ $$(EX_LIBS) $(3) -lm -o $$@
+	$$(call say,LINK,$$@)$$(LINK) $$^ $$(EX_LIBS) $(3) -lm -o $$@
 endef
 $(foreach p,render compare bake,$(eval $(call program,$(p),examples/$(p))))
 $(eval $(call program,viewer,examples/viewer,$(GLFW_LIBS)))
@@ -116,7 +118,7 @@ $(eval $(call program,bench,bench))
 # The minimal examples stand alone: one file and the header.
 $(EXAMPLES): $(BUILD)/%: examples/%.c build/config.mk
 	@mkdir -p $(OBJ)/examples
-	$(BASE_C) -MF $(OBJ)/examples/$*.d $< $(LDFLAGS) -lm -o $@
+	$(call say,CC,$<)$(BASE_C) -MF $(OBJ)/examples/$*.d $< $(LDFLAGS) -lm -o $@
 
 # ---- tests ----
 
@@ -125,13 +127,13 @@ TEST_LIBS  = $(CMOCKA_LIBS) $(EX_LIBS) -lm
 
 $(OBJ)/tests/%.o: tests/%.c build/config.mk
 	@mkdir -p $(@D)
-	$(BASE_C) $(TEST_FLAGS) -c $< -o $@
+	$(call say,CC,$<)$(BASE_C) $(TEST_FLAGS) -c $< -o $@
 $(TESTS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(COMMON)
 	@mkdir -p $(@D)
-	$(LINK) $^ $(TEST_LIBS) -o $@
+	$(call say,LINK,$@)$(LINK) $^ $(TEST_LIBS) -o $@
 $(REPLAYS): $(BUILD)/tests/replay/%: $(OBJ)/tests/fuzz/%.o $(OBJ)/tests/shim/replay.o $(COMMON)
 	@mkdir -p $(@D)
-	$(LINK) $^ $(EX_LIBS) -lm -o $@
+	$(call say,LINK,$@)$(LINK) $^ $(EX_LIBS) -lm -o $@
 
 deps:
 	@DEPS=$(DEPS) sh tools/deps
@@ -158,7 +160,7 @@ coverage:
 
 build/fuzz/%: tests/fuzz/%.c
 	@mkdir -p $(@D)
-	clang -std=c99 $(WARN_C) -O1 -g -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all -I. -Itests \
+	$(call say,CLANG,$<)clang -std=c99 $(WARN_C) -O1 -g -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all -I. -Itests \
 	  -MMD -MP -MF $@.d $< -lm -o $@
 fuzzers: $(FUZZERS)
 fuzz: $(FUZZERS)
@@ -168,7 +170,7 @@ fuzz: $(FUZZERS)
 
 $(TOOLS)/%: tools/%.c
 	@mkdir -p $(@D)
-	$(CC) -std=c99 $(WARN_C) -O1 $< -o $@
+	$(call say,CC,$<)$(CC) -std=c99 $(WARN_C) -O1 $< -o $@
 
 stamp: $(TOOLS)/stamp
 	@$(TOOLS)/stamp src/shared $(HEADERS)

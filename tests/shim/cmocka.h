@@ -27,7 +27,7 @@ struct CMUnitTest {
 
 static jmp_buf shim_exit;      /* 1 from a failed check, 2 from skip() */
 
-static void shim_fail(const char *file, int line, const char *format, ...)
+static inline void shim_fail(const char *file, int line, const char *format, ...)
 {
     va_list args;
     fprintf(stderr, "[  ERROR   ] --- ");
@@ -38,18 +38,18 @@ static void shim_fail(const char *file, int line, const char *format, ...)
     longjmp(shim_exit, 1);
 }
 
-static void shim_int(intmax_t a, intmax_t b, int ok, const char *op, const char *file, int line)
+static inline void shim_int(intmax_t a, intmax_t b, int ok, const char *op, const char *file, int line)
 {
     if (!ok) shim_fail(file, line, "%lld %s %lld", (long long)a, op, (long long)b);
 }
 
-static void shim_float(double a, double b, double epsilon, int equal, const char *file, int line)
+static inline void shim_float(double a, double b, double epsilon, int equal, const char *file, int line)
 {
     double d = a > b ? a - b : b - a;
     if ((d <= epsilon) != equal) shim_fail(file, line, "%.9g %s %.9g", a, equal ? "!=" : "==", b);
 }
 
-static void shim_memory(const void *a, const void *b, size_t size, int equal, const char *file, int line)
+static inline void shim_memory(const void *a, const void *b, size_t size, int equal, const char *file, int line)
 {
     if ((memcmp(a, b, size) == 0) != equal) shim_fail(file, line, equal ? "memory differs" : "memory is equal");
 }
@@ -81,7 +81,7 @@ static void shim_memory(const void *a, const void *b, size_t size, int equal, co
 #define print_error(...) ((void)fprintf(stderr, __VA_ARGS__))
 
 /* 0 passed, 1 failed, 2 skipped */
-static int shim_run_one(const struct CMUnitTest *test, void *group_state)
+static inline int shim_run_one(const struct CMUnitTest *test, void *group_state)
 {
     void *state = test->initial_state ? test->initial_state : group_state;
     int result;
@@ -93,7 +93,7 @@ static int shim_run_one(const struct CMUnitTest *test, void *group_state)
     return result;
 }
 
-static int shim_run_group(const char *name, const struct CMUnitTest *tests, size_t count, CMFixtureFunction setup,
+static inline int shim_run_group(const char *name, const struct CMUnitTest *tests, size_t count, CMFixtureFunction setup,
                           CMFixtureFunction teardown)
 {
     static const char *const line[3] = { "[       OK ] ", "[  FAILED  ] ", "[  SKIPPED ] " };
