@@ -336,6 +336,33 @@ static void render_background(void **state)
     assert_true(number("relative_rmse") > 0.005);
 }
 
+/* Nothing given: a ground under a scene without camera and emitters, and only there; builtin:sky as its light. */
+static void render_defaults(void **state)
+{
+    double with, without;
+    (void)state;
+    need_reference();
+    need("compare");
+#define SMALL "--technique reference --size 32x24 --samples 64 --json - "
+    assert_int_equal(run("render", SMALL "--scene builtin:knot --out %s/with.pfm"), 0);
+    with = number("triangles");
+    assert_int_equal(run("render", SMALL "--scene builtin:knot --set ground=0 --out %s/without.pfm"), 0);
+    without = number("triangles");
+    assert_near(with - without, 2, 0);
+    assert_int_equal(run("render", SMALL "--scene builtin:cornell --set ground=1 --out %s/x.pfm"), 0);
+    with = number("triangles");
+    assert_int_equal(run("render", SMALL "--scene builtin:cornell --out %s/x.pfm"), 0);
+    assert_near(with - number("triangles"), 2, 0);
+    assert_int_equal(run("render", SMALL "--scene builtin:knot --env builtin:sky --out %s/sky.pfm"), 0);
+    same_files("with.pfm", "sky.pfm", 1);
+    assert_int_equal(run("render", SMALL "--scene builtin:knot --set env_scale=2 --out %s/twice.pfm"), 0);
+    assert_int_equal(run("compare", "%s/twice.pfm %s/sky.pfm"), 0);
+    assert_near(number("mean_ratio"), 2, 1e-4);
+    assert_int_equal(run("render", SMALL "--scene builtin:knot --set env_rotation=120 --out %s/turned.pfm"), 0);
+    assert_int_equal(run("compare", "%s/turned.pfm %s/sky.pfm"), 0);
+    assert_true(number("relative_rmse") > 0.1);
+}
+
 static int make_folder(void **state)
 {
     (void)state;
@@ -356,7 +383,8 @@ int main(void)
         cmocka_unit_test(compare_numbers), cmocka_unit_test(compare_flat), cmocka_unit_test(compare_refuses),
         cmocka_unit_test(render_arguments), cmocka_unit_test(render_fails), cmocka_unit_test(render_informs),
         cmocka_unit_test(render_json), cmocka_unit_test(render_is_deterministic), cmocka_unit_test(render_frames),
-        cmocka_unit_test(render_light_defaults), cmocka_unit_test(render_background)
+        cmocka_unit_test(render_light_defaults), cmocka_unit_test(render_background),
+        cmocka_unit_test(render_defaults)
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
