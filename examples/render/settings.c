@@ -104,14 +104,6 @@ int rd_settings_add(rd_settings *settings, const char *pair, char *error)
     return 0;
 }
 
-int rd_setting_given(const rd_settings *settings, const char *name)
-{
-    for (size_t i = 0; i < settings->count; i++)
-        if (strcmp(settings->set[i].key->name, name) == 0)
-            return 1;
-    return 0;
-}
-
 const char *rd_setting_text(const rd_settings *settings, const char *name)
 {
     const rd_key *key = find(settings, name, strlen(name));

@@ -33,7 +33,6 @@ const char *rd_setting_text(const rd_settings *settings, const char *key);
 double      rd_setting_number(const rd_settings *settings, const char *key);
 int         rd_setting_integer(const rd_settings *settings, const char *key);
 int         rd_setting_is(const rd_settings *settings, const char *key, const char *word);
-int         rd_setting_given(const rd_settings *settings, const char *key);
 
 /* The whole of text as a finite number. */
 int         rd_parse_number(const char *text, double *value);
