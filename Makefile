@@ -55,6 +55,13 @@ HAVE := -DDAPPLE_EMBREE=$(EMBREE) -DDAPPLE_HAVE_TINYGLTF=$(HAVE_TINYGLTF) -DDAPP
 # No library that a program does not call: the tests of a header run without Embree's start-up.
 EX_LIBS := $(AS_NEEDED) $(EMBREE_LIBS) $(TINYGLTF_LIBS) $(STB_LIBS)
 
+# Said by test and demo.
+LEFT_OUT := $(if $(filter 0,$(EMBREE)),'left out: the reference path tracer (no Embree 3 or 4)') \
+            $(if $(filter 0,$(HAVE_TINYGLTF)),'left out: .glb and .gltf scenes (no tinygltf, or no C++)') \
+            $(if $(filter 0,$(HAVE_STB)),'left out: .hdr skies (no stb)') \
+            $(if $(filter 0,$(HAVE_CMOCKA)),'cmocka is missing: the tests use tests/shim instead')
+tell_left_out = $(if $(strip $(LEFT_OUT)),@printf '%s\n' $(LEFT_OUT))
+
 BASE_C   = $(CC) -std=c99 $(WARN_C) $(FLAGS_$(config)) -pthread -I. $(CFLAGS) -MMD -MP
 BASE_CXX = $(CXX) -std=c++11 $(WARN) $(FLAGS_$(config)) -pthread -I. $(CXXFLAGS) -MMD -MP
 LINK     = $(if $(filter 1,$(HAVE_CXX)),$(CXX),$(CC)) $(FLAGS_$(config)) -pthread $(LDFLAGS)
@@ -142,10 +149,12 @@ deps:
 test: deps
 	@+$(MAKE) --no-print-directory run-tests
 run-tests: programs tests
+	$(tell_left_out)
 	@BUILD=$(BUILD) sh tools/run-tests $(TESTS) $(REPLAYS)
 
 demo: deps
 	@+$(MAKE) --no-print-directory programs
+	$(tell_left_out)
 	@if [ -f examples/demo.sh ]; then BUILD=$(BUILD) sh examples/demo.sh; \
 	else echo 'make demo: examples/demo.sh is not there yet'; exit 1; fi
 

@@ -1,6 +1,6 @@
 /* cmocka.h - the part of cmocka that our tests use, for targets that lack it: tcc, musl, mingw, s390x, wasm, or a
-   machine with only a compiler. Same names and same lines of output, so that tools/run-tests reads both. Include
-   <stdarg.h>, <stddef.h>, <setjmp.h> and <stdint.h> before, as with cmocka itself. */
+   machine with only a compiler. Same names and same lines of output, so that tools/run-tests reads both. Arguments are
+   evaluated once. Include <stdarg.h>, <stddef.h>, <setjmp.h> and <stdint.h> before, as with cmocka itself. */
 #ifndef CMOCKA_H_
 #define CMOCKA_H_
 
@@ -38,9 +38,21 @@ static inline void shim_fail(const char *file, int line, const char *format, ...
     longjmp(shim_exit, 1);
 }
 
-static inline void shim_int(intmax_t a, intmax_t b, int ok, const char *op, const char *file, int line)
+static inline void shim_int(intmax_t a, intmax_t b, int equal, const char *file, int line)
 {
-    if (!ok) shim_fail(file, line, "%lld %s %lld", (long long)a, op, (long long)b);
+    if ((a == b) != equal) shim_fail(file, line, "%lld %s %lld", (long long)a, equal ? "!=" : "==", (long long)b);
+}
+
+static inline void shim_range(uintmax_t v, uintmax_t lo, uintmax_t hi, const char *file, int line)
+{
+    if (v < lo || v > hi)
+        shim_fail(file, line, "%llu is not within %llu and %llu", (unsigned long long)v, (unsigned long long)lo,
+                  (unsigned long long)hi);
+}
+
+static inline void shim_string(const char *a, const char *b, int equal, const char *file, int line)
+{
+    if ((strcmp(a, b) == 0) != equal) shim_fail(file, line, "\"%s\" %s \"%s\"", a, equal ? "!=" : "==", b);
 }
 
 static inline void shim_float(double a, double b, double epsilon, int equal, const char *file, int line)
@@ -59,18 +71,13 @@ static inline void shim_memory(const void *a, const void *b, size_t size, int eq
 #define assert_null(p) assert_true((p) == NULL)
 #define assert_non_null(p) assert_true((p) != NULL)
 #define assert_ptr_equal(a, b) assert_true((const void *)(a) == (const void *)(b))
-#define assert_int_equal(a, b) \
-    shim_int((intmax_t)(a), (intmax_t)(b), (intmax_t)(a) == (intmax_t)(b), "!=", __FILE__, __LINE__)
-#define assert_int_not_equal(a, b) \
-    shim_int((intmax_t)(a), (intmax_t)(b), (intmax_t)(a) != (intmax_t)(b), "==", __FILE__, __LINE__)
-#define assert_in_range(v, lo, hi) \
-    shim_int((intmax_t)(v), (intmax_t)(lo), (uintmax_t)(v) >= (uintmax_t)(lo) && (uintmax_t)(v) <= (uintmax_t)(hi), \
-             "is not in the range from", __FILE__, __LINE__)
+#define assert_int_equal(a, b) shim_int((intmax_t)(a), (intmax_t)(b), 1, __FILE__, __LINE__)
+#define assert_int_not_equal(a, b) shim_int((intmax_t)(a), (intmax_t)(b), 0, __FILE__, __LINE__)
+#define assert_in_range(v, lo, hi) shim_range((uintmax_t)(v), (uintmax_t)(lo), (uintmax_t)(hi), __FILE__, __LINE__)
 #define assert_float_equal(a, b, e) shim_float((double)(a), (double)(b), (double)(e), 1, __FILE__, __LINE__)
 #define assert_float_not_equal(a, b, e) shim_float((double)(a), (double)(b), (double)(e), 0, __FILE__, __LINE__)
-#define assert_string_equal(a, b) \
-    (strcmp(a, b) ? shim_fail(__FILE__, __LINE__, "\"%s\" != \"%s\"", a, b) : (void)0)
-#define assert_string_not_equal(a, b) assert_true(strcmp(a, b) != 0)
+#define assert_string_equal(a, b) shim_string(a, b, 1, __FILE__, __LINE__)
+#define assert_string_not_equal(a, b) shim_string(a, b, 0, __FILE__, __LINE__)
 #define assert_memory_equal(a, b, n) shim_memory(a, b, n, 1, __FILE__, __LINE__)
 #define assert_memory_not_equal(a, b, n) shim_memory(a, b, n, 0, __FILE__, __LINE__)
 #define assert_return_code(rc, error) assert_true((rc) >= 0)
