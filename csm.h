@@ -25,7 +25,7 @@ extern "C" {
     X(COHSM_OK, "ok")                                                                                        \
     X(COHSM_ERR_ARGUMENT, "an argument is NULL, zero, not finite or out of range")                           \
     X(COHSM_ERR_DESC, "a desc field is out of range")                                                        \
-    X(COHSM_ERR_INPUT, "the mesh, layers or locations cannot be used")                                       \
+    X(COHSM_ERR_INPUT, "the mesh or layers cannot be used")                                       \
     X(COHSM_ERR_ALLOC, "the allocator returned no memory")                                                   \
     X(COHSM_ERR_MEMORY, "the caller's buffer is too small or misaligned")                                    \
     X(COHSM_ERR_LIMIT, "a size overflows or passes a limit of the format")                                   \
@@ -161,13 +161,15 @@ COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mes
    stats    may be NULL; written on COHSM_OK only
    Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_INPUT (stride, index beyond vertex_count, no usable triangle),
             COHSM_ERR_LIMIT, COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
-   Cost     O(N (triangles + M^2)); memory 36 bytes a triangle + 32 views of 4 or 8 M^2 bytes + 4 M^2 bytes of state +
-            8 bytes a segment of the last 65,536 maps + the block. The bytes do not depend on compiler or threads. */
+   Cost     O(N (triangles + M^2)). Memory, n being the pixels of the shard: at most 100 bytes a triangle at first, then
+            40; 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with locations); 16 bytes a segment of the last
+            65,536 maps; and twice the block. The bytes built do not depend on compiler or threads. */
 
 typedef struct cohsm_builder cohsm_builder; /* the same for layers from your own renderer, one view at a time */
 
 typedef struct cohsm_view {         /* the camera of one map, or of one face of a cube */
     uint32_t index;                 /* 0..view count - 1, in sequence */
+    uint32_t cell;                  /* which map, 0..N - 1, as cohsm_location counts */
     float matrix[16];               /* column-major; object space to x, y in 0..M (pixels, y up), z the linear depth in
                                        0..1; perspective faces give (x w, y w, -, w) with depth = w * depth_scale */
     float depth_scale;              /* perspective: depth = w * depth_scale; 0 for orthographic views */
@@ -186,9 +188,9 @@ COHSM_DEF void         cohsm_builder_destroy(cohsm_builder *builder);
    add      index counts up from 0; each of z1 <= z2 <= z3 is M * M depths in 0..1 (the view's z; row 0 is y = 0), or
             above 1 where there is no such hit; z3 may be NULL with COHSM_LAYERS_Z1Z2. NaN is COHSM_ERR_INPUT, and then
             the view may be given again
-   finish   after the last view; the builder can only be destroyed after it
+   finish   after the last view; the builder can only be destroyed after it, and after COHSM_ERR_ALLOC from add
    Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_ORDER, COHSM_ERR_INPUT, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC
-   Cost     state of 4 M^2 bytes + 8 bytes a segment of the last 65,536 views + the block; never the maps themselves.
+   Cost     memory as for cohsm_build, without the triangles; never the maps themselves.
    On a k-DOP: light refused by semi-local queries is then anything inside the bounding sphere. */
 
 COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_allocator *allocator,
@@ -252,7 +254,7 @@ typedef struct cohsm_report {
     uint64_t entries;               /* pixels x views compared */
     uint64_t wrong;                 /* stored depth outside its interval; 0 or the block is not lossless */
     uint64_t empty;                 /* entries with z1 = upper, stored at z1 as promised */
-    uint32_t first_view, first_pixel;   /* of the first wrong entry */
+    uint32_t first_view, first_pixel;   /* of the first wrong entry; the view in sequence, as cohsm_view.index */
 } cohsm_report;
 
 COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_desc *desc, const cohsm_mesh *mesh,
@@ -262,8 +264,9 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_desc *de
    Errors   those of cohsm_build */
 
 COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint16_t *out);
-/* One map decompressed: M * M stored depths, row 0 at y = 0; z * 65533, 65534 = open to the sphere's far side,
-   65535 = infinity. For tests, and for renderers that want one plain shadow map. Cost: M^2 searches. */
+/* One map decompressed: view = cell, or face * N + cell; its stored depths z * 65533 of pixel_begin..pixel_end - 1 (all
+   M * M unless maps is a shard), row 0 at y = 0; 65534 = open to the sphere's far side, 65535 = infinity. For tests,
+   and for renderers that want one plain shadow map. Cost: M^2 searches. */
 
 /* ---- queries: is the point lit? ---- */
 
@@ -1263,9 +1266,10 @@ static inline int cohsm__cpu_has_avx512(void) { return 0; }
      header        COHSM__HEADER_WORDS words, cohsm__header below
      order table   HILBERT only: place in the sequence of each cell, 16 bits each up to 65,536 cells, else 32
      locations     TABLE and LIST only: 4 floats a cell
-     lookup        one word for each 65,536 views (a chunk) and pixel: the word where its list begins,
+     lookup        one word for each 65,536 views (a chunk) and pixel: where its directory begins,
                    or COHSM__CONSTANT | depth where all maps of the chunk store the same depth there
-     lists         see "lists" below, then 4 words of padding so that readers may load ahead */
+     directories   see "lists" below; filled up to a multiple of 16 words from the beginning
+     lines         the blocks of all lists, 16 words each, then 4 words of padding so that readers may load ahead */
 
 enum {
     COHSM__MAGIC = 0x4d534344,          /* "DCSM" */
@@ -1287,21 +1291,22 @@ typedef struct cohsm__header {          /* 32-bit fields only */
     uint32_t domain, layers, order, frame;
     uint32_t side[3], map_count, view_count, map_size, depth_bits, dimensions;
     uint32_t positional, self_only, pixel_begin, pixel_end;
-    uint32_t order_words, location_words, lookup_words, list_words;
+    uint32_t order_words, location_words, lookup_words, directory_words, line_words;
     uint32_t segments_low, segments_high;
     float    center[3], radius, depth_far;
     float    origin[3], u[3], v[3], w[3];
     float    dop[2 * COHSM__DOP_AXES];  /* least and greatest extent along each axis of cohsm__dop_axis */
-    uint32_t reserved[COHSM__HEADER_WORDS - 69];
+    uint32_t reserved[COHSM__HEADER_WORDS - 70];
 } cohsm__header;
 
 typedef char cohsm__header_size[sizeof(cohsm__header) == 4 * COHSM__HEADER_WORDS ? 1 : -1];
 
 struct cohsm_maps {
     cohsm__allocator  allocator;
-    uint32_t         *words;            /* the block */
+    void             *memory;           /* what the allocator gave */
+    uint32_t         *words;            /* the block, 64-byte aligned in it so that its lines are cache lines */
     cohsm__header     head;
-    const uint32_t   *order, *lookup, *lists;
+    const uint32_t   *order, *lookup, *directories, *lines;
     const float      *locations;
     uint32_t          range;            /* pixel_end - pixel_begin */
     float            *angles;           /* LATLONG: cos, sin of each column, then of each row */
@@ -1338,6 +1343,13 @@ static void cohsm__give(cohsm__heap *h, void *p, size_t count, size_t size)
     if (!p) return;
     h->used -= count * size;
     cohsm__free(&h->allocator, p);
+}
+
+static int cohsm__allocator_of(const cohsm_allocator *in, cohsm__allocator *out)
+{
+    if (in && !cohsm__allocator_valid(in->alloc_fn, in->free_fn)) return 0;
+    *out = cohsm__allocator_make(in ? in->alloc_fn : NULL, in ? in->free_fn : NULL, in ? in->user : NULL);
+    return 1;
 }
 
 static uint32_t cohsm__min_u32(uint32_t a, uint32_t b) { return a < b ? a : b; }
@@ -2265,12 +2277,13 @@ static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
 /* ---- >>lists: the format ---- */
 
 /* One pixel's depths over the views of a chunk are piecewise constant: segments, each with a first view and a depth.
-   A list is
+   A list is cut into blocks of one cache line each; the last one, its tail, is as short as it can be and shares a line
+   with the tails of other lists. A directory says where they are: one word each for the line of the first block; the
+   count of blocks (low 16 bits), the word of the tail in its line (4 bits), and how many lines before the first block's
+   that one is (12 bits); then 16 bits for the first view of every block but the first. A query so reads lookup and
+   directory, which are small and stay in a near cache, and one line of the large rest.
 
-     directory     16-bit numbers: the count of blocks, then the first view of each block but the first, padded to a word
-     blocks        16 words each, the last one as short as it can be
-
-   and a block, read as a string of bits from the low end of its first word,
+   A block, read as a string of bits from the low end of its first word, is
 
      8 base, 4 k, 4 width     of the two fields below
      64 marks                 Elias-Fano: the block's views fall into buckets of 2^k; for each bucket a 1 for every
@@ -2282,11 +2295,11 @@ static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
      base x 8 bits            the palette, if there is one
      16 bits each             the exact depths, in order
 
-   A search looks through the directory, finds its bucket by counting zeros, and compares a few low bits: one line of
-   directory and one or two of the block, whatever the number of segments. */
+   A search finds its bucket by counting zeros and compares a few low bits: whatever the number of segments, its time is
+   the same. */
 
 enum { COHSM__BLOCK_BITS = 32 * COHSM__BLOCK_WORDS, COHSM__MARKS = 64, COHSM__LOW_AT = 16 + COHSM__MARKS,
-       COHSM__WIDEST = 9 };
+       COHSM__WIDEST = 9, COHSM__FARTHEST_TAIL = 4095 };
 
 typedef struct cohsm__segment {
     uint16_t first;                     /* view within the chunk */
@@ -2391,26 +2404,44 @@ static uint32_t cohsm__block_find(const uint32_t *block, uint32_t offset)
     return j - 1u;
 }
 
-static uint32_t cohsm__list_depth(const uint32_t *list, const uint16_t *depth_of, uint32_t view)
+/* Words of a block, from its exact codes. */
+static uint32_t cohsm__block_words(const uint32_t *block)
 {
-    uint32_t blocks = list[0] & 0xffffu, lo = 0, hi = blocks, middle;
+    cohsm__fields f = cohsm__block_fields(block, cohsm__popcount(cohsm__marks(block)));
+    uint32_t j, size = f.exact_at, ones = (1u << f.bits) - 1u;
+    for (j = 0; j < f.n; j++) size += cohsm__bits(block, f.codes_at + j * f.bits, f.bits) == ones ? 16u : 0u;
+    return (size + 31u) / 32u;
+}
+
+static uint32_t cohsm__block_count(const uint32_t *directory) { return directory[1] & 0xffffu; }
+static uint32_t cohsm__block_first(const uint32_t *directory, uint32_t b) { return cohsm__half_word(directory, b + 3u); }
+
+static const uint32_t *cohsm__block_at(const uint32_t *directory, const uint32_t *lines, uint32_t b)
+{
+    uint32_t tail = directory[1] >> 16;
+    if (b + 1u < cohsm__block_count(directory)) return lines + COHSM__BLOCK_WORDS * ((size_t)directory[0] + b);
+    return lines + COHSM__BLOCK_WORDS * ((size_t)directory[0] - (tail >> 4)) + (tail & 15u);
+}
+
+static uint32_t cohsm__list_depth(const cohsm_maps *m, const uint32_t *directory, uint32_t view)
+{
+    uint32_t lo = 0, hi = cohsm__block_count(directory), middle;
     const uint32_t *block;
     while (hi - lo > 1) {                           /* the last block that begins at or before the view */
         middle = (lo + hi) / 2;
-        if (cohsm__half_word(list, middle) <= view) lo = middle;
+        if (cohsm__block_first(directory, middle) <= view) lo = middle;
         else hi = middle;
     }
-    block = list + (blocks + 1) / 2 + COHSM__BLOCK_WORDS * (size_t)lo;
-    return cohsm__block_depth(block, depth_of, cohsm__popcount(cohsm__marks(block)),
-                              cohsm__block_find(block, view - (lo ? cohsm__half_word(list, lo) : 0u)));
+    block = cohsm__block_at(directory, m->lines, lo);
+    return cohsm__block_depth(block, m->depth_of, cohsm__popcount(cohsm__marks(block)),
+                              cohsm__block_find(block, view - (lo ? cohsm__block_first(directory, lo) : 0u)));
 }
 
-static uint32_t cohsm__stored_depth(const uint32_t *lookup, const uint32_t *lists, const uint16_t *depth_of,
-                                    uint32_t range, uint32_t pixel, uint32_t place)
+static uint32_t cohsm__stored_depth(const cohsm_maps *m, uint32_t pixel, uint32_t place)
 {
-    uint32_t entry = lookup[(size_t)(place >> COHSM__CHUNK_BITS) * range + pixel];
+    uint32_t entry = m->lookup[(size_t)(place >> COHSM__CHUNK_BITS) * m->range + pixel];
     if (entry & COHSM__CONSTANT) return entry & 0xffffu;
-    return cohsm__list_depth(lists + entry, depth_of, place & (COHSM__CHUNK - 1u));
+    return cohsm__list_depth(m, m->directories + entry, place & (COHSM__CHUNK - 1u));
 }
 
 /* ---- >>encode: segments to lists ---- */
@@ -2461,6 +2492,13 @@ static int cohsm__plan_size(cohsm__plan *p)
     return p->size <= COHSM__BLOCK_BITS;
 }
 
+static int cohsm__plan_palette(cohsm__plan *p, const cohsm__segment *s, uint32_t grid)
+{
+    p->palette = cohsm__pierce(s, p->n, grid, p->value, NULL);
+    for (p->bits = 1; (1u << p->bits) - 1u < p->palette; p->bits++) {}
+    return p->palette && p->bits <= 15 - COHSM__WIDEST && cohsm__plan_size(p);
+}
+
 /* Takes one more segment; 0 where the block would become too long. end = first view after it. */
 static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, uint32_t grid, uint32_t end)
 {
@@ -2483,10 +2521,7 @@ static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, uint32_t gr
     else if (p->least_hi > p->greatest_lo) p->base = (p->least_hi + p->greatest_lo) / 2u;
     p->palette = 0;
     for (p->bits = 1; (1u << p->bits) - 2u < p->values; p->bits++) {}
-    if (cohsm__plan_size(p)) return 1;
-    p->palette = cohsm__pierce(s, p->n, grid, p->value, NULL);
-    for (p->bits = 1; (1u << p->bits) - 1u < p->palette; p->bits++) {}
-    return p->palette && p->bits <= 15 - COHSM__WIDEST && cohsm__plan_size(p);
+    return cohsm__plan_size(p) || cohsm__plan_palette(p, s, grid);
 }
 
 static uint32_t cohsm__segment_end(const cohsm__segment *s, size_t i, size_t count, uint32_t views)
@@ -2494,13 +2529,15 @@ static uint32_t cohsm__segment_end(const cohsm__segment *s, size_t i, size_t cou
     return i + 1 < count ? s[i + 1].first : views;
 }
 
-/* As many segments as fit. */
+/* As many segments as fit; the shorter kind for a tail. */
 static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, uint32_t grid, uint32_t views)
 {
     cohsm__plan best, next;
     cohsm__plan_start(&next);
     best = next;
     while (next.n < count && cohsm__plan_take(&next, s, grid, cohsm__segment_end(s, next.n, count, views))) best = next;
+    next = best;
+    if (best.n == count && !best.palette && cohsm__plan_palette(&next, s, grid) && next.size < best.size) best = next;
     return best;
 }
 
@@ -2545,8 +2582,9 @@ static size_t cohsm__list_bound(size_t count)
     return (cohsm__blocks_bound(count) + 2) / 2 + COHSM__BLOCK_WORDS * cohsm__blocks_bound(count);
 }
 
-/* Writes a list of two or more segments into zeroed words; returns the words taken. The blocks are written behind the
-   longest possible directory first, and then moved to the end of the real one. */
+/* Writes a list of two or more segments into zeroed words as the builder keeps it: 16-bit count of blocks and first views
+   of all but the first, padded to a word, then the blocks. Returns the words taken. The blocks are written behind the
+   longest possible beginning first, and then moved to the end of the real one. */
 static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count, uint32_t grid, uint32_t views)
 {
     size_t i, blocks = 0, gap = (cohsm__blocks_bound(count) + 2) / 2, used = 0, directory;
@@ -2563,6 +2601,66 @@ static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t
     memmove(words + directory, words + gap, 4 * used);
     memset(words + directory + used, 0, 4 * (gap - directory));
     return directory + used;
+}
+
+/* ---- >>layout: blocks to lines ---- */
+
+/* Lists come in order of chunk and pixel, whoever made them, and always get the same places: a dry run with NULL pointers
+   counts, a second one writes. Tails go where they fit best among a few lines that are still open. */
+
+enum { COHSM__OPEN_LINES = 16 };
+
+typedef struct cohsm__layout {
+    uint32_t *directories, *lines;      /* NULL: count only */
+    uint64_t  directory_words, line_count;
+    uint64_t  open[COHSM__OPEN_LINES];
+    uint32_t  used[COHSM__OPEN_LINES];  /* words; 0: no line */
+} cohsm__layout;
+
+/* A line with room for a tail, near enough to the next list; a new one where there is none. */
+static int cohsm__open_line(cohsm__layout *l, uint32_t words)
+{
+    int i, best = -1, oldest = 0;
+    for (i = 0; i < COHSM__OPEN_LINES; i++) {
+        if (l->used[i] && l->line_count - l->open[i] > COHSM__FARTHEST_TAIL) l->used[i] = 0;
+        if (l->used[i] && l->used[i] + words <= COHSM__BLOCK_WORDS && (best < 0 || l->used[i] > l->used[best])) best = i;
+    }
+    if (best >= 0) return best;
+    for (i = 1; i < COHSM__OPEN_LINES; i++)         /* an unused place, else the fullest line gives way */
+        if (l->used[oldest] && (!l->used[i] || l->used[i] > l->used[oldest])) oldest = i;
+    l->open[oldest] = l->line_count++;
+    l->used[oldest] = 0;
+    return oldest;
+}
+
+static void cohsm__lay_list(cohsm__layout *l, uint32_t *lookup, uint32_t count, const uint32_t *firsts, uint32_t firsts_at,
+                            const uint32_t *full, const uint32_t *tail)
+{
+    uint32_t words = cohsm__block_words(tail), b, *directory;
+    int open = cohsm__open_line(l, words);
+    uint64_t base = l->line_count;
+
+    if (l->lines) {
+        *lookup = (uint32_t)l->directory_words;
+        directory = l->directories + l->directory_words;
+        directory[0] = (uint32_t)base;
+        directory[1] = count | l->used[open] << 16 | (uint32_t)(base - l->open[open]) << 20;
+        for (b = 1; b < count; b++)
+            cohsm__put_bits(directory, 16u * (b + 3u), 16, cohsm__half_word(firsts, firsts_at + b));
+        memcpy(l->lines + COHSM__BLOCK_WORDS * base, full, 4 * (size_t)COHSM__BLOCK_WORDS * (count - 1u));
+        memcpy(l->lines + COHSM__BLOCK_WORDS * l->open[open] + l->used[open], tail, 4 * (size_t)words);
+    }
+    l->used[open] += words;
+    if (l->used[open] + 3u > COHSM__BLOCK_WORDS) l->used[open] = 0;     /* no block is shorter than 3 words */
+    l->line_count += count - 1u;
+    l->directory_words += 2u + count / 2u;
+}
+
+static void cohsm__lay_raw(cohsm__layout *l, uint32_t *lookup, const uint32_t *list)
+{
+    uint32_t count = list[0] & 0xffffu;
+    const uint32_t *full = list + (count + 1u) / 2u;
+    cohsm__lay_list(l, lookup, count, list, 0, full, full + COHSM__BLOCK_WORDS * (size_t)(count - 1u));
 }
 
 /* ---- >>builder: layers to segments, one view at a time ---- */
@@ -2606,8 +2704,7 @@ struct cohsm_builder {
     cohsm__words     *lists, *lists_last;
     uint32_t         *lookup;           /* words from the beginning of its piece of lists, until finish */
     size_t            list_words;
-    const cohsm__soup *soup;            /* cohsm_build only */
-    int               simd, finished;
+    int               finished;         /* or failed: it can only be destroyed */
 };
 
 /* ceil and floor of d * grid / 65535 */
@@ -2640,8 +2737,9 @@ static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
     return 1;
 }
 
-/* The interval [lo, hi] that a stored depth must lie in: from the first hit to just before the layer that bounds it. */
-static void cohsm__interval(const cohsm_desc *desc, const uint16_t *z, uint32_t *lo, uint32_t *hi)
+/* The interval [lo, hi] that a stored depth must lie in: from the first hit to just before the layer that bounds it.
+   1 where that layer lies at the first hit: then z = z1, and the query's bias is trusted. */
+static int cohsm__interval(const cohsm_desc *desc, const uint16_t *z, uint32_t *lo, uint32_t *hi)
 {
     uint32_t z2 = z[1], upper;
 
@@ -2649,13 +2747,14 @@ static void cohsm__interval(const cohsm_desc *desc, const uint16_t *z, uint32_t 
     *hi = COHSM__INFINITE;
     if (z[0] == COHSM__INFINITE) {
         if (desc->self_only) *lo = 0;
-        return;
+        return 0;
     }
     if (desc->layers == COHSM_LAYERS_Z1Z2) upper = z2 == COHSM__INFINITE ? (uint32_t)COHSM__INFINITE : z2;
     else if (z[2] != COHSM__INFINITE) upper = z[2];
-    else if (desc->layers == COHSM_LAYERS_Z1Z3_FAR) return;
+    else if (desc->layers == COHSM_LAYERS_Z1Z3_FAR) return 0;
     else upper = cohsm__max_u32(z[3], z2 == COHSM__INFINITE ? z[0] : z2) + 1u;
-    *hi = upper > z[0] ? upper - 1u : z[0];     /* two surfaces at one depth: z = z1, and trust the bias */
+    *hi = upper > z[0] ? upper - 1u : z[0];
+    return upper <= z[0];
 }
 
 /* Greedy: a segment goes on as long as one grid value separates the layers of all its views (equation 1).
@@ -2667,13 +2766,12 @@ static void cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const uint16
     uint32_t p, lo, hi, glo, ghi, nlo, nhi, depth;
 
     for (p = r->begin, z += (size_t)p * b->keep; p < r->end; p++, z += b->keep) {
-        cohsm__interval(&b->desc, z, &lo, &hi);
+        r->empty += (uint64_t)cohsm__interval(&b->desc, z, &lo, &hi);
         glo = cohsm__grid_above(lo, b->grid);
         ghi = cohsm__grid_below(hi, b->grid);
         nlo = cohsm__max_u32(b->lo[p], glo);
         nhi = cohsm__min_u32(b->hi[p], ghi);
         r->open += z[0] != COHSM__INFINITE && z[1] == COHSM__INFINITE;
-        r->empty += z[0] != COHSM__INFINITE && z[0] == z[1];
         if (nlo > nhi) {
             if (b->first[p] != view) cohsm__close_segment(b, r, p, 0, b->lo[p], b->hi[p]);
             b->first[p] = view;
@@ -2722,6 +2820,7 @@ static cohsm_result cohsm__take_spares(cohsm_builder *b)
         if (r->spare || r->begin == r->end) continue;
         r->spare = (cohsm__page *)cohsm__take(&b->heap, 1, cohsm__page_size(b));
         if (!r->spare) return COHSM_ERR_ALLOC;
+        r->spare->next = NULL;
     }
     return COHSM_OK;
 }
@@ -2921,6 +3020,9 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d)
     return d->pixel_begin < d->pixel_end && d->pixel_end <= pixels ? COHSM_OK : COHSM_ERR_DESC;
 }
 
+/* Far enough from the ends of the float range for squares and inverses. */
+static int cohsm__radius_usable(float r) { return r > 1e-18f && r < 1e18f; }
+
 static int cohsm__is_positional(const cohsm_domain *d)
 {
     if (cohsm__has_table((uint32_t)d->kind)) return d->locations[3] != 0.0f;
@@ -3059,7 +3161,23 @@ static void cohsm__split_ranges(cohsm_builder *b)
         b->ranges[i].begin = (uint32_t)((uint64_t)n * i / COHSM__RANGES);
         b->ranges[i].end = (uint32_t)((uint64_t)n * (i + 1) / COHSM__RANGES);
     }
-    b->page_records = cohsm__max_u32(8 * widest, 512);
+    b->page_records = cohsm__max_u32(4 * widest, 256);
+}
+
+/* Locations so far away that distances overflow leave something that is not finite here. */
+static int cohsm__floats_finite(const cohsm__header *h)
+{
+    const float *f;
+    for (f = h->center; f < h->dop + 2 * COHSM__DOP_AXES; f++)
+        if (!cohsm__finite(*f)) return 0;
+    return 1;
+}
+
+static void cohsm__drop_builder(cohsm_builder *b, cohsm__heap *heap)
+{
+    heap->peak = b->heap.peak;
+    heap->used -= sizeof *b;
+    cohsm_builder_destroy(b);
 }
 
 /* desc is checked and complete. On success the builder's heap takes over what heap had counted. */
@@ -3096,10 +3214,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *hea
     cohsm__split_ranges(b);
     if (!b->cells || !b->angles || (b->head.location_words && !b->locations) || !b->lo || !b->hi || !b->first ||
         !b->lookup || !b->batch) {
-        cohsm__heap counted = b->heap;
-        cohsm_builder_destroy(b);
-        heap->peak = counted.peak;
-        heap->used -= sizeof *b;
+        cohsm__drop_builder(b, heap);
         return COHSM_ERR_ALLOC;
     }
     memset(b->lo, 0, n);
@@ -3112,7 +3227,9 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *hea
     cohsm__dop_of_sphere(b->head.dop, b->head.center, b->head.radius);
     if (b->head.positional) b->head.depth_far = cohsm__far_distance(&b->head, b->locations);
     *out = b;
-    return COHSM_OK;
+    if (cohsm__floats_finite(&b->head)) return COHSM_OK;
+    cohsm__drop_builder(b, heap);
+    return COHSM_ERR_DESC;
 }
 
 COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builder **out)
@@ -3125,7 +3242,7 @@ COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builde
     d = *desc;
     result = cohsm__check_desc(&d);
     if (result != COHSM_OK) return result;
-    if (!(d.radius > 0.0f)) return COHSM_ERR_DESC;
+    if (!cohsm__radius_usable(d.radius)) return COHSM_ERR_DESC;
     if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
     memset(&heap, 0, sizeof heap);
     heap.allocator = cohsm__allocator_make(d.allocator.alloc_fn, d.allocator.free_fn, d.allocator.user);
@@ -3179,6 +3296,7 @@ COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *b, uint32_t index
     cell = b->cells[index % b->head.map_count];
     location = cohsm__cell_location(&b->head, b->locations, cell);
     out->index = index;
+    out->cell = cell;
     out->face = index / b->head.map_count;
     cohsm__v3_store(out->location, location);
     out->location[3] = b->head.positional ? 1.0f : 0.0f;
@@ -3196,6 +3314,7 @@ static cohsm_result cohsm__close_batch(cohsm_builder *b)
     b->batch_count = 0;
     if (result == COHSM_OK && (b->next_view % COHSM__CHUNK == 0 || b->next_view == b->head.view_count))
         result = cohsm__close_chunk(b);
+    b->finished = result != COHSM_OK;
     return result;
 }
 
@@ -3278,7 +3397,9 @@ static void cohsm__point(cohsm_maps *m)
     at += m->head.location_words;
     m->lookup = at;
     at += m->head.lookup_words;
-    m->lists = at;
+    m->directories = at;
+    at += m->head.directory_words;
+    m->lines = at;
     m->range = m->head.pixel_end - m->head.pixel_begin;
     for (i = 0; i < 512; i++) m->depth_of[i] = (uint16_t)(i < grid ? i * 65535u / grid : (uint32_t)COHSM__INFINITE);
     for (i = 0; i < 2 * COHSM__DOP_AXES; i++)
@@ -3288,21 +3409,41 @@ static void cohsm__point(cohsm_maps *m)
     if (m->angles) cohsm__latlong_angles(m->head.side, m->angles);
 }
 
-/* An object for words (taken over on success); words are in host order and their header is sound. */
-static cohsm_result cohsm__maps_make(const cohsm__allocator *a, uint32_t *words, cohsm_maps **out)
+/* Zeroed words at a cache line's boundary; the allocator promises 16 bytes only. */
+typedef struct cohsm__memory { void *memory; uint32_t *words; } cohsm__memory;
+
+static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words)
+{
+    cohsm__memory b;
+    b.memory = cohsm__alloc(a, 4 * (size_t)words + 64);
+    b.words = NULL;
+    if (!b.memory) return b;
+    b.words = (uint32_t *)(void *)((char *)b.memory + (64u - (uintptr_t)b.memory % 64u));
+    memset(b.words, 0, 4 * (size_t)words);
+    return b;
+}
+
+/* An object for a block in host order whose header is sound. Takes the memory over, or frees it where it fails. */
+static cohsm_result cohsm__maps_make(const cohsm__allocator *a, cohsm__memory block, cohsm_maps **out)
 {
     cohsm_maps *m = (cohsm_maps *)cohsm__alloc(a, sizeof *m);
-    if (!m) return COHSM_ERR_ALLOC;
-    memset(m, 0, sizeof *m);
-    m->allocator = *a;
-    m->words = words;
-    memcpy(&m->head, words, sizeof m->head);
-    if (m->head.domain == COHSM_DOMAIN_LATLONG) {
-        m->angles = (float *)cohsm__alloc_array(a, 2 * ((size_t)m->head.side[0] + m->head.side[1]), sizeof(float));
-        if (!m->angles) {
-            cohsm__free(a, m);
-            return COHSM_ERR_ALLOC;
+    if (m) {
+        memset(m, 0, sizeof *m);
+        m->allocator = *a;
+        m->memory = block.memory;
+        m->words = block.words;
+        memcpy(&m->head, block.words, sizeof m->head);
+        if (m->head.domain == COHSM_DOMAIN_LATLONG) {
+            m->angles = (float *)cohsm__alloc_array(a, 2 * ((size_t)m->head.side[0] + m->head.side[1]), sizeof(float));
+            if (!m->angles) {
+                cohsm__free(a, m);
+                m = NULL;
+            }
         }
+    }
+    if (!m) {
+        cohsm__free(a, block.memory);
+        return COHSM_ERR_ALLOC;
     }
     cohsm__point(m);
     *out = m;
@@ -3315,7 +3456,7 @@ COHSM_DEF void cohsm_free(cohsm_maps *maps)
     if (!maps) return;
     a = maps->allocator;
     cohsm__free(&a, maps->angles);
-    cohsm__free(&a, maps->words);
+    cohsm__free(&a, maps->memory);
     cohsm__free(&a, maps);
 }
 
@@ -3327,30 +3468,63 @@ static void cohsm__write_order(uint32_t *words, const uint32_t *cells, uint32_t 
         else words[cells[i]] = i;
 }
 
-/* Header, order, locations, lookup, lists: words[] is zeroed and as long as the header says. Lookup entries are made
-   relative to the beginning of the lists: pieces follow each other by chunk, then by range. */
-static void cohsm__assemble(const cohsm_builder *b, uint32_t *words)
+/* All lists of a builder. lookup: where each list begins in its piece, replaced by where its directory is. */
+static void cohsm__lay_builder(const cohsm_builder *b, cohsm__layout *l, uint32_t *lookup)
 {
-    const cohsm__header *h = &b->head;
-    uint32_t *lookup = words + COHSM__HEADER_WORDS + h->order_words + h->location_words, c, i, p;
-    uint32_t *lists = lookup + h->lookup_words, *at = lists;
     const cohsm__words *piece = b->lists;
+    uint32_t c, i, p, chunks = cohsm__chunks(&b->head);
 
-    if (h->order_words) cohsm__write_order(words + COHSM__HEADER_WORDS, b->cells, h->map_count);
-    if (h->location_words) memcpy(words + COHSM__HEADER_WORDS + h->order_words, b->locations, 4 * (size_t)h->location_words);
-    memcpy(lookup, b->lookup, 4 * (size_t)h->lookup_words);
-    for (c = 0; c < cohsm__chunks(h); c++, lookup += b->range_pixels)
+    for (c = 0; c < chunks; c++, lookup += b->range_pixels)
         for (i = 0; i < COHSM__RANGES; i++) {
             const cohsm__range *r = &b->ranges[i];
             if (r->begin == r->end) continue;
             for (p = r->begin; p < r->end; p++)
-                if (!(lookup[p] & COHSM__CONSTANT)) lookup[p] += (uint32_t)(at - lists);
-            memcpy(at, piece->data, 4 * piece->count);
-            at += piece->count;
+                if (!(lookup[p] & COHSM__CONSTANT)) cohsm__lay_raw(l, lookup + p, piece->data + lookup[p]);
             piece = piece->next;
         }
+}
+
+/* Lengths of the last sections, from a dry run of the layout. */
+static cohsm_result cohsm__size_block(cohsm__header *h, const cohsm__layout *l)
+{
+    uint64_t before = (uint64_t)COHSM__HEADER_WORDS + h->order_words + h->location_words + h->lookup_words;
+    uint64_t directories = l->directory_words, lines = COHSM__BLOCK_WORDS * l->line_count + COHSM__PADDING;
+    directories += (0u - (before + directories)) % COHSM__BLOCK_WORDS;
+    if (before + directories + lines > 0x3fffffffu) return COHSM_ERR_LIMIT;
+    h->directory_words = (uint32_t)directories;
+    h->line_words = (uint32_t)lines;
+    h->words = (uint32_t)(before + directories + lines);
+    return COHSM_OK;
+}
+
+static void cohsm__layout_into(cohsm__layout *l, const cohsm__header *h, uint32_t *words, uint32_t **lookup)
+{
+    memset(l, 0, sizeof *l);
+    *lookup = words + COHSM__HEADER_WORDS + h->order_words + h->location_words;
+    l->directories = *lookup + h->lookup_words;
+    l->lines = l->directories + h->directory_words;
+}
+
+static void cohsm__seal(uint32_t *words, const cohsm__header *h)
+{
     memcpy(words, h, sizeof *h);
     words[3] = cohsm__block_crc(words, h->words);
+}
+
+/* words[] is zeroed and as long as the header says. */
+static void cohsm__assemble(const cohsm_builder *b, uint32_t *words)
+{
+    const cohsm__header *h = &b->head;
+    cohsm__layout layout;
+    uint32_t *lookup;
+
+    cohsm__layout_into(&layout, h, words, &lookup);
+    if (h->order_words) cohsm__write_order(words + COHSM__HEADER_WORDS, b->cells, h->map_count);
+    if (h->location_words)
+        memcpy(words + COHSM__HEADER_WORDS + h->order_words, b->locations, 4 * (size_t)h->location_words);
+    memcpy(lookup, b->lookup, 4 * (size_t)h->lookup_words);
+    cohsm__lay_builder(b, &layout, lookup);
+    cohsm__seal(words, h);
 }
 
 static void cohsm__sum_stats(const cohsm_builder *b, cohsm_stats *s)
@@ -3370,27 +3544,25 @@ static void cohsm__sum_stats(const cohsm_builder *b, cohsm_stats *s)
 static cohsm_result cohsm__finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
 {
     cohsm__header *h = &b->head;
-    uint64_t words = (uint64_t)COHSM__HEADER_WORDS + h->order_words + h->location_words;
-    uint32_t *block;
+    cohsm__layout dry;
+    cohsm__memory block;
     cohsm_result result;
 
+    memset(&dry, 0, sizeof dry);
     cohsm__sum_stats(b, stats);
-    words += (uint64_t)b->range_pixels * cohsm__chunks(h) + b->list_words + COHSM__PADDING;
-    if (words > 0x3fffffffu) return COHSM_ERR_LIMIT;
-    h->words = (uint32_t)words;
     h->lookup_words = b->range_pixels * cohsm__chunks(h);
-    h->list_words = (uint32_t)b->list_words + COHSM__PADDING;
     h->segments_low = (uint32_t)(stats->segments & 0xffffffffu);
     h->segments_high = (uint32_t)(stats->segments >> 32);
-    block = (uint32_t *)cohsm__take(&b->heap, h->words, 4);
-    if (!block) return COHSM_ERR_ALLOC;
-    stats->peak_bytes = b->heap.peak;
-    memset(block, 0, 4 * (size_t)h->words);
-    cohsm__assemble(b, block);
-    result = cohsm__maps_make(&b->heap.allocator, block, out);
-    b->heap.used -= 4 * (size_t)h->words;           /* the maps' now */
-    if (result != COHSM_OK) cohsm__free(&b->heap.allocator, block);
-    return result;
+    cohsm__lay_builder(b, &dry, b->lookup);
+    result = cohsm__size_block(h, &dry);
+    if (result != COHSM_OK) return result;
+    stats->peak_bytes = b->heap.used + 4 * (size_t)h->words + 64 + sizeof(cohsm_maps) +
+                        8 * ((size_t)h->side[0] + h->side[1]) * (h->domain == COHSM_DOMAIN_LATLONG);
+    if (stats->peak_bytes < b->heap.peak) stats->peak_bytes = b->heap.peak;
+    block = cohsm__take_block(&b->heap.allocator, h->words);
+    if (!block.words) return COHSM_ERR_ALLOC;
+    cohsm__assemble(b, block.words);
+    return cohsm__maps_make(&b->heap.allocator, block, out);
 }
 
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, cohsm_stats *stats)
@@ -3469,7 +3641,7 @@ static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const 
     if (result == COHSM_OK) {
         if (!(d->radius > 0.0f)) cohsm__fit_sphere(mesh, used, d->center, &d->radius);
         else if (!cohsm__sphere_holds(mesh, used, d->center, d->radius)) result = COHSM_ERR_DESC;
-        if (!(d->radius > 1e-18f) || !(d->radius < 1e18f)) result = COHSM_ERR_INPUT;
+        if (result == COHSM_OK && !cohsm__radius_usable(d->radius)) result = COHSM_ERR_INPUT;
     }
     if (result == COHSM_OK) {
         cohsm__dop_of_mesh(model->dop, mesh, used);
@@ -3642,7 +3814,7 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t
     cohsm__cell_split(m->head.side, view % m->head.map_count, c);
     place = view / m->head.map_count * m->head.map_count + cohsm__place(m, c[0], c[1], c[2]);
     for (p = 0; p < m->range; p++)
-        out[p] = (uint16_t)cohsm__stored_depth(m->lookup, m->lists, m->depth_of, m->range, p, place);
+        out[p] = (uint16_t)cohsm__stored_depth(m, p, place);
     return COHSM_OK;
 }
 
@@ -3651,7 +3823,7 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t
 /* Samples are treated in tiles: first every sample's map, pixel and depth, then the searches in steps that each begin
    by prefetching what the next needs, so that cache misses overlap. */
 
-enum { COHSM__TILE = 256 };
+enum { COHSM__TILE = 256, COHSM__KEPT = 512 };   /* kept: by 4 bits of x and 5 of y, for M = 128 */
 #define COHSM__NO_PIXEL UINT32_MAX      /* outside the map, or not finite: lit */
 
 #if defined(__GNUC__) && !defined(__TINYC__)
@@ -3668,11 +3840,25 @@ typedef struct cohsm__tile {            /* one object's samples, in its space */
     float    point[3][COHSM__TILE];     /* in radii about the sphere's centre */
     float    light[3][COHSM__TILE];     /* direction; position in radii; or parameters */
     uint32_t cell[COHSM__TILE];         /* COHSM_LIGHT_INDEX */
-    uint32_t id[COHSM__TILE];           /* number in the query */
+    size_t   id[COHSM__TILE];           /* number in the query */
     float    visible[COHSM__TILE];
     uint32_t pixel[COHSM__TILE], place[COHSM__TILE];
     int32_t  depth[COHSM__TILE];
+    uint32_t kept_pixel[COHSM__KEPT], kept_depth[COHSM__KEPT];     /* one light: depths decoded for earlier samples */
+    uint8_t  wanted[COHSM__KEPT];
 } cohsm__tile;
+
+static void cohsm__tile_start(cohsm__tile *t, const cohsm_query *q, const cohsm_maps *maps)
+{
+    t->maps = maps;
+    t->query = q;
+    t->one_light = q->one_light;
+    t->count = 0;
+    if (!q->one_light) return;
+    memset(t->kept_pixel, 0xff, sizeof t->kept_pixel);
+    memset(t->kept_depth, 0, sizeof t->kept_depth);
+    memset(t->wanted, 0, sizeof t->wanted);
+}
 
 /* Continuous position in the domain: cell units, cell centres at whole numbers. */
 static void cohsm__domain_position(const cohsm_maps *m, cohsm__v3 l, cohsm_light kind, float f[3])
@@ -3685,11 +3871,10 @@ static void cohsm__domain_position(const cohsm_maps *m, cohsm__v3 l, cohsm_light
     u[1] = l.y;
     u[2] = l.z;
     if (kind == COHSM_LIGHT_DIRECTION || kind == COHSM_LIGHT_POSITION) {
-        l = cohsm__v3_normalize(l);
         if (m->head.domain == COHSM_DOMAIN_LATLONG) {
             u[0] = 0.5f + cohsm__atan2(l.z, l.x) * 0.159154943f;
-            u[1] = cohsm__acos(l.y) * 0.318309886f;
-        } else cohsm__octa_square(l, u, u + 1);
+            u[1] = cohsm__acos(l.y / cohsm__v3_length(l)) * 0.318309886f;
+        } else cohsm__octa_square(cohsm__v3_normalize(l), u, u + 1);
     }
     for (i = 0; i < 3; i++) {
         float top = (float)s[i];
@@ -3783,7 +3968,7 @@ static uint32_t cohsm__pixel(const cohsm_maps *m, float x, float y)
 static float cohsm__lit(const cohsm_maps *m, uint32_t pixel, uint32_t place, int32_t depth)
 {
     if (pixel == COHSM__NO_PIXEL || depth < 0) return 1.0f;
-    return depth > (int32_t)cohsm__stored_depth(m->lookup, m->lists, m->depth_of, m->range, pixel, place) ? 0.0f : 1.0f;
+    return depth > (int32_t)cohsm__stored_depth(m, pixel, place) ? 0.0f : 1.0f;
 }
 
 /* Weights of generalised PCF are products of one fraction for each of the d + 2 dimensions (paper 4.5). */
@@ -3847,6 +4032,13 @@ static float cohsm__jitter(const cohsm_query *q, uint32_t id, uint32_t dimension
     return q->filter == COHSM_FILTER_ROULETTE ? cohsm__random(q->seed, id, dimension) : 0.5f;
 }
 
+/* A direction whose length can be computed. */
+static int cohsm__usable(cohsm__v3 l)
+{
+    float length = cohsm__v3_length(l);
+    return length > 0.0f && length < 3.4e38f;
+}
+
 /* Map, pixel and depth of sample i; or its visibility at once, with PCF. */
 static void cohsm__address(cohsm__tile *t, size_t i)
 {
@@ -3855,7 +4047,7 @@ static void cohsm__address(cohsm__tile *t, size_t i)
     cohsm__v3 p = cohsm__tile_point(t, i), l = cohsm__tile_light(t, i);
     cohsm__seen s;
     float f[3] = { 0, 0, 0 };
-    uint32_t k, id = t->id[i];
+    uint32_t k, id = (uint32_t)t->id[i];
     int c[3] = { 0, 0, 0 };
 
     t->pixel[i] = COHSM__NO_PIXEL;
@@ -3868,7 +4060,7 @@ static void cohsm__address(cohsm__tile *t, size_t i)
         }
     } else {
         if (q->light == COHSM_LIGHT_POSITION) l = cohsm__v3_sub(l, p);
-        if (q->light != COHSM_LIGHT_PARAMETER && !(cohsm__v3_length(l) > 0.0f)) return;
+        if (q->light != COHSM_LIGHT_PARAMETER && !cohsm__usable(l)) return;
         cohsm__domain_position(m, l, q->light, f);
         if (q->filter == COHSM_FILTER_PCF) {
             t->visible[i] = cohsm__pcf(m, f, p, q->bias);
@@ -3901,13 +4093,13 @@ static void cohsm__search(cohsm__tile *t)
             t->visible[i] = t->depth[i] > (int32_t)(entry & 0xffffu) ? 0.0f : 1.0f;
             continue;
         }
-        list[n] = m->lists + entry;
+        list[n] = m->directories + entry;
         COHSM__PREFETCH(list[n]);
         which[n++] = i;
     }
     for (i = 0; i < n; i++) {
         uint32_t place = t->place[which[i]] & (COHSM__CHUNK - 1u);
-        if (t->depth[which[i]] > (int32_t)cohsm__list_depth(list[i], m->depth_of, place)) t->visible[which[i]] = 0.0f;
+        if (t->depth[which[i]] > (int32_t)cohsm__list_depth(m, list[i], place)) t->visible[which[i]] = 0.0f;
     }
 }
 
@@ -3947,14 +4139,375 @@ static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
     return enter <= leave;
 }
 
+/* ---- >>avx2: queries, eight at a time ---- */
+
+#if COHSM__X86
+
+typedef struct cohsm__vec { __m256 x, y, z; } cohsm__vec;
+
+COHSM__TARGET_AVX2 static __m256 cohsm__abs8(__m256 x) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), x); }
+
+COHSM__TARGET_AVX2 static __m256 cohsm__horner8(__m256 z, const float *c, int n)
+{
+    __m256 p = _mm256_set1_ps(c[n - 1]);
+    for (n--; n-- > 0;) p = _mm256_add_ps(_mm256_set1_ps(c[n]), _mm256_mul_ps(z, p));
+    return p;
+}
+
+/* cohsm__acos and cohsm__atan2, operation by operation. */
+COHSM__TARGET_AVX2 static __m256 cohsm__acos8(__m256 x)
+{
+    static const float c[5] = { 0.1666675393f, 0.07495241769f, 0.04547709903f, 0.02414760004f, 0.04221856856f };
+    __m256 one = _mm256_set1_ps(1.0f), half = _mm256_set1_ps(0.5f), a = cohsm__abs8(x), big, h, s, z, p;
+    a = _mm256_min_ps(a, one);
+    big = _mm256_cmp_ps(a, half, _CMP_GT_OQ);
+    h = _mm256_mul_ps(half, _mm256_sub_ps(one, a));
+    s = _mm256_blendv_ps(a, _mm256_sqrt_ps(h), big);
+    z = _mm256_blendv_ps(_mm256_mul_ps(a, a), h, big);
+    p = _mm256_add_ps(s, _mm256_mul_ps(_mm256_mul_ps(s, z), cohsm__horner8(z, c, 5)));
+    p = _mm256_blendv_ps(_mm256_sub_ps(_mm256_set1_ps(1.57079633f), p), _mm256_mul_ps(_mm256_set1_ps(2.0f), p), big);
+    return _mm256_blendv_ps(p, _mm256_sub_ps(_mm256_set1_ps(3.14159265f), p), _mm256_cmp_ps(x, _mm256_setzero_ps(), _CMP_LT_OQ));
+}
+
+COHSM__TARGET_AVX2 static __m256 cohsm__atan2_8(__m256 y, __m256 x)
+{
+    static const float c[4] = { -0.3333295525f, 0.1997792608f, -0.1387984996f, 0.08060308882f };
+    __m256 ax = cohsm__abs8(x), ay = cohsm__abs8(y), hi = _mm256_max_ps(ax, ay), lo = _mm256_min_ps(ax, ay);
+    __m256 one = _mm256_set1_ps(1.0f), zero = _mm256_setzero_ps(), a, t, z, p, big;
+    a = _mm256_div_ps(lo, _mm256_blendv_ps(one, hi, _mm256_cmp_ps(hi, zero, _CMP_GT_OQ)));
+    big = _mm256_cmp_ps(a, _mm256_set1_ps(0.414213562f), _CMP_GT_OQ);
+    t = _mm256_blendv_ps(a, _mm256_div_ps(_mm256_sub_ps(a, one), _mm256_add_ps(a, one)), big);
+    z = _mm256_mul_ps(t, t);
+    p = _mm256_add_ps(t, _mm256_mul_ps(_mm256_mul_ps(t, z), cohsm__horner8(z, c, 4)));
+    p = _mm256_blendv_ps(p, _mm256_add_ps(p, _mm256_set1_ps(0.785398163f)), big);
+    p = _mm256_blendv_ps(p, _mm256_sub_ps(_mm256_set1_ps(1.57079633f), p), _mm256_cmp_ps(ay, ax, _CMP_GT_OQ));
+    p = _mm256_blendv_ps(p, _mm256_sub_ps(_mm256_set1_ps(3.14159265f), p), x);      /* by x's sign bit */
+    return _mm256_or_ps(cohsm__abs8(p), _mm256_and_ps(_mm256_set1_ps(-0.0f), y));
+}
+
+COHSM__TARGET_AVX2 static __m256 cohsm__dot8v(cohsm__vec a, cohsm__vec b)
+{
+    return _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(a.x, b.x), _mm256_mul_ps(a.y, b.y)), _mm256_mul_ps(a.z, b.z));
+}
+
+/* u side - 0.5 + 0.5 rounded down, with u side clamped to 0..side: the nearest cell, side itself included. */
+COHSM__TARGET_AVX2 static __m256i cohsm__nearest8(__m256 u, uint32_t side)
+{
+    __m256 top = _mm256_set1_ps((float)side), half = _mm256_set1_ps(0.5f), f = _mm256_mul_ps(u, top);
+    f = _mm256_min_ps(_mm256_max_ps(f, _mm256_setzero_ps()), top);
+    return _mm256_cvttps_epi32(_mm256_add_ps(_mm256_sub_ps(f, half), half));
+}
+
+COHSM__TARGET_AVX2 static __m256i cohsm__odd_reversed8(__m256i odd, __m256i v, uint32_t side)
+{
+    __m256i one = _mm256_set1_epi32(1), is_odd = _mm256_cmpeq_epi32(_mm256_and_si256(odd, one), one);
+    return _mm256_blendv_epi8(v, _mm256_sub_epi32(_mm256_set1_epi32((int)side - 1), v), is_odd);
+}
+
+COHSM__TARGET_AVX2 static __m256i cohsm__place8(const cohsm_maps *m, __m256i x, __m256i y)
+{
+    __m256i n0 = _mm256_set1_epi32((int)m->head.side[0]), n1 = _mm256_set1_epi32((int)m->head.side[1]);
+    __m256i cell = _mm256_add_epi32(x, _mm256_mullo_epi32(y, n0));
+    switch (m->head.order) {
+    case COHSM_ORDER_ZIGZAG:
+        return _mm256_add_epi32(_mm256_mullo_epi32(y, n0), cohsm__odd_reversed8(y, x, m->head.side[0]));
+    case COHSM_ORDER_ZIGZAG_THETA:
+        return _mm256_add_epi32(_mm256_mullo_epi32(x, n1), cohsm__odd_reversed8(x, y, m->head.side[1]));
+    case COHSM_ORDER_HILBERT:
+        if (m->head.map_count > 65536) return _mm256_i32gather_epi32((const int *)(const void *)m->order, cell, 4);
+        cell = _mm256_i32gather_epi32((const int *)(const void *)m->order, cell, 2);   /* x86 reads little-endian */
+        return _mm256_and_si256(cell, _mm256_set1_epi32(0xffff));
+    default: return cell;
+    }
+}
+
+/* Pixel and depth of eight points in maps with the given frames: cohsm__see, cohsm__pixel and cohsm__compared_depth.
+   Points outside the map, in front of it or not finite get COHSM__NO_PIXEL. */
+COHSM__TARGET_AVX2 static void cohsm__see8(cohsm__tile *t, size_t i, const cohsm__vec *right, const cohsm__vec *up,
+                                           const cohsm__vec *back, __m256 valid)
+{
+    const cohsm_maps *m = t->maps;
+    float size = (float)m->head.map_size;
+    __m256 half = _mm256_set1_ps(0.5f * size), top = _mm256_set1_ps(size), zero = _mm256_setzero_ps(), x, y, d;
+    __m256 point5 = _mm256_set1_ps(0.5f);
+    __m256i pixel, out;
+    cohsm__vec p;
+
+    p.x = _mm256_loadu_ps(t->point[0] + i);
+    p.y = _mm256_loadu_ps(t->point[1] + i);
+    p.z = _mm256_loadu_ps(t->point[2] + i);
+    x = _mm256_add_ps(_mm256_mul_ps(cohsm__dot8v(p, *right), half), half);
+    y = _mm256_add_ps(_mm256_mul_ps(cohsm__dot8v(p, *up), half), half);
+    d = _mm256_sub_ps(point5, _mm256_mul_ps(point5, cohsm__dot8v(p, *back)));
+    d = _mm256_sub_ps(d, _mm256_set1_ps(t->query->bias / size));
+    d = _mm256_mul_ps(d, _mm256_set1_ps((float)COHSM__HIT_MAX));
+    valid = _mm256_and_ps(valid, _mm256_and_ps(_mm256_cmp_ps(x, zero, _CMP_GE_OQ), _mm256_cmp_ps(x, top, _CMP_LT_OQ)));
+    valid = _mm256_and_ps(valid, _mm256_and_ps(_mm256_cmp_ps(y, zero, _CMP_GE_OQ), _mm256_cmp_ps(y, top, _CMP_LT_OQ)));
+    valid = _mm256_and_ps(valid, _mm256_cmp_ps(d, zero, _CMP_GE_OQ));
+    pixel = _mm256_mullo_epi32(_mm256_cvttps_epi32(y), _mm256_set1_epi32((int)m->head.map_size));
+    pixel = _mm256_add_epi32(pixel, _mm256_cvttps_epi32(x));
+    pixel = _mm256_sub_epi32(pixel, _mm256_set1_epi32((int)m->head.pixel_begin));
+    out = _mm256_or_si256(_mm256_cmpgt_epi32(_mm256_setzero_si256(), pixel),
+                          _mm256_cmpgt_epi32(pixel, _mm256_set1_epi32((int)m->range - 1)));
+    out = _mm256_or_si256(out, _mm256_xor_si256(_mm256_castps_si256(valid), _mm256_set1_epi32(-1)));
+    _mm256_storeu_si256((__m256i *)(void *)(t->pixel + i), _mm256_or_si256(pixel, out));
+    d = _mm256_min_ps(d, _mm256_set1_ps(65535.0f));
+    _mm256_storeu_si256((__m256i *)(void *)(t->depth + i), _mm256_cvttps_epi32(d));
+}
+
+/* cohsm__address for eight directions to LATLONG maps with polar frames. */
+COHSM__TARGET_AVX2 static void cohsm__address8(cohsm__tile *t, size_t i)
+{
+    const cohsm_maps *m = t->maps;
+    const float *rows = m->angles + 2 * m->head.side[0];
+    __m256i c0, c1, n0 = _mm256_set1_epi32((int)m->head.side[0]), n1 = _mm256_set1_epi32((int)m->head.side[1]), over;
+    __m256 length, valid, cp, sp, ct, st, zero = _mm256_setzero_ps();
+    cohsm__vec l, right, up, back;
+
+    l.x = _mm256_loadu_ps(t->light[0] + i);
+    l.y = _mm256_loadu_ps(t->light[1] + i);
+    l.z = _mm256_loadu_ps(t->light[2] + i);
+    length = _mm256_sqrt_ps(cohsm__dot8v(l, l));
+    valid = _mm256_and_ps(_mm256_cmp_ps(length, zero, _CMP_GT_OQ),
+                          _mm256_cmp_ps(length, _mm256_set1_ps(3.4e38f), _CMP_LT_OQ));
+    c0 = cohsm__nearest8(_mm256_add_ps(_mm256_set1_ps(0.5f), _mm256_mul_ps(cohsm__atan2_8(l.z, l.x),
+                                                                         _mm256_set1_ps(0.159154943f))), m->head.side[0]);
+    c1 = cohsm__nearest8(_mm256_mul_ps(cohsm__acos8(_mm256_div_ps(l.y, length)), _mm256_set1_ps(0.318309886f)),
+                         m->head.side[1]);
+    c0 = _mm256_and_si256(c0, _mm256_castps_si256(valid));
+    c1 = _mm256_and_si256(c1, _mm256_castps_si256(valid));
+    over = _mm256_cmpgt_epi32(n1, c1);                                      /* cohsm__wrap */
+    c0 = _mm256_add_epi32(c0, _mm256_andnot_si256(over, _mm256_set1_epi32((int)(m->head.side[0] / 2))));
+    c1 = _mm256_add_epi32(c1, _mm256_xor_si256(over, _mm256_set1_epi32(-1)));
+    over = _mm256_cmpgt_epi32(n0, c0);
+    c0 = _mm256_sub_epi32(c0, _mm256_andnot_si256(over, n0));
+    cp = _mm256_i32gather_ps(m->angles, c0, 8);
+    sp = _mm256_i32gather_ps(m->angles + 1, c0, 8);
+    ct = _mm256_i32gather_ps(rows, c1, 8);
+    st = _mm256_i32gather_ps(rows + 1, c1, 8);
+    right.x = _mm256_xor_ps(sp, _mm256_set1_ps(-0.0f));
+    right.y = zero;
+    right.z = cp;
+    ct = _mm256_xor_ps(ct, _mm256_set1_ps(-0.0f));
+    up.x = _mm256_mul_ps(ct, cp);
+    up.y = st;
+    up.z = _mm256_mul_ps(ct, sp);
+    back.x = _mm256_mul_ps(st, cp);
+    back.y = _mm256_xor_ps(ct, _mm256_set1_ps(-0.0f));
+    back.z = _mm256_mul_ps(st, sp);
+    _mm256_storeu_si256((__m256i *)(void *)(t->place + i), cohsm__place8(m, c0, c1));
+    cohsm__see8(t, i, &right, &up, &back, valid);
+}
+
+#if defined(__x86_64__) || defined(_M_X64)
+COHSM__TARGET_AVX2 static uint32_t cohsm__select_zero_bmi(uint64_t marks, uint32_t number)
+{
+    return (uint32_t)_tzcnt_u64(_pdep_u64((uint64_t)1 << number, ~marks));
+}
+#else
+#define cohsm__select_zero_bmi cohsm__select_zero
+#endif
+
+/* cohsm__list_depth in its two halves: the block, which is then prefetched, and the depth in it. */
+typedef struct cohsm__found { const uint32_t *at; uint32_t view, sample; } cohsm__found;
+
+COHSM__TARGET_AVX2 static void cohsm__find_block(cohsm__found *f, const uint32_t *lines)
+{
+    const uint32_t *directory = f->at;
+    uint32_t blocks = cohsm__block_count(directory), rest = blocks - 1u, i, count = 0, mask;
+    __m256i view = _mm256_set1_epi16((short)f->view), first;
+
+    for (i = 0; i < rest; i += 16) {            /* the first views rise */
+        first = _mm256_loadu_si256((const __m256i *)(const void *)(directory + 2 + i / 2));
+        first = _mm256_cmpeq_epi16(_mm256_min_epu16(first, view), first);
+        mask = (uint32_t)_mm256_movemask_epi8(first);
+        if (rest - i < 16) mask &= (1u << (2 * (rest - i))) - 1u;
+        count += (uint32_t)_mm_popcnt_u32(mask);
+        if (mask >> 31 == 0) break;
+    }
+    count /= 2;
+    f->view -= count ? cohsm__block_first(directory, count) : 0u;
+    f->at = cohsm__block_at(directory, lines, count);
+    COHSM__PREFETCH(f->at);
+}
+
+/* cohsm__block_find and cohsm__block_depth without branches that data decides: two low bits compared always, more only
+   for crowded buckets, and both kinds of depth fetched. */
+COHSM__TARGET_AVX2 static uint32_t cohsm__found_depth(const cohsm__found *f, const uint16_t *depth_of)
+{
+    const uint32_t *block = f->at;
+    uint32_t head = block[0], k = head >> 8 & 15u, bucket = f->view >> k, low = f->view & ((1u << k) - 1u), at, j, n, run;
+    uint32_t bits = head >> 12 & 15u, palette = bits > COHSM__WIDEST, codes_at, code, ones, value, more;
+    uint64_t marks = cohsm__marks(block);
+
+    at = bucket ? cohsm__select_zero_bmi(marks, bucket - (bucket != 0)) + 1u : 0u;
+    j = at - bucket;
+    run = at < 64 ? (uint32_t)_tzcnt_u64(~(marks >> at)) : 0u;
+    more = (run > 0) & (cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low);
+    j += more;
+    more &= (run > 1) & (cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low);
+    j += more;
+    if (more && run > 2)
+        for (run -= 2; run && cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low; run--) j++;
+    j--;
+    n = (uint32_t)_mm_popcnt_u64(marks);
+    bits -= palette ? (uint32_t)COHSM__WIDEST : 0u;
+    ones = (1u << bits) - 1u;
+    codes_at = COHSM__LOW_AT + n * k;
+    code = cohsm__bits(block, codes_at + j * bits, bits);
+    if (code == ones) return cohsm__block_depth(block, depth_of, n, j);
+    value = (head & 255u) + code;
+    value = code + 1u == ones ? 511u : value;                               /* infinite, as all places from the grid's top */
+    value = palette ? cohsm__bits(block, codes_at + n * bits + 8u * code, 8) : value;
+    return depth_of[value];
+}
+
+/* Steps small enough that what one prefetches is still in the first-level cache when the next needs it. */
+enum { COHSM__STEP = 64 };
+
+COHSM__TARGET_AVX2 static void cohsm__find_depths(const cohsm_maps *m, const uint32_t *pixel, const uint32_t *place,
+                                                  uint32_t count, uint32_t *depth)
+{
+    cohsm__found found[COHSM__STEP];
+    uint32_t n = 0, i, entry;
+
+    for (i = 0; i < count; i++) {
+        depth[i] = COHSM__INFINITE;
+        if (pixel[i] == COHSM__NO_PIXEL) continue;
+        entry = m->lookup[(size_t)(place[i] >> COHSM__CHUNK_BITS) * m->range + pixel[i]];
+        depth[i] = entry & 0xffffu;
+        found[n].at = m->directories + (entry & ~COHSM__CONSTANT);
+        found[n].view = place[i] & (COHSM__CHUNK - 1u);
+        found[n].sample = i;
+        if (entry & COHSM__CONSTANT) continue;
+        COHSM__PREFETCH(found[n].at);
+        n++;
+    }
+    for (i = 0; i < n; i++) cohsm__find_block(&found[i], m->lines);
+    for (i = 0; i < n; i++) depth[found[i].sample] = cohsm__found_depth(&found[i], m->depth_of);
+}
+
+COHSM__TARGET_AVX2 static void cohsm__search_avx2(cohsm__tile *t)
+{
+    uint32_t stored[COHSM__STEP], i, k, n;
+
+    for (i = 0; i < t->count; i += n) {
+        n = cohsm__min_u32(COHSM__STEP, (uint32_t)t->count - i);
+        cohsm__find_depths(t->maps, t->pixel + i, t->place + i, n, stored);
+        for (k = 0; k < n; k++)
+            t->visible[i + k] = (t->pixel[i + k] != COHSM__NO_PIXEL) & (t->depth[i + k] > (int32_t)stored[k]) ? 0.0f : 1.0f;
+    }
+}
+
+/* Pixels that no slot holds yet are decoded together, up to a step of them at a time; a slot goes to the first of two
+   that want it, and the other is left to the caller. */
+COHSM__TARGET_AVX2 static void cohsm__keep_depths(cohsm__tile *t, uint32_t place)
+{
+    uint32_t pixel[COHSM__STEP], places[COHSM__STEP], depth[COHSM__STEP], n = 0, i, k, p, s;
+
+    for (i = 0; i < t->count; i++) {
+        p = t->pixel[i];
+        s = (p & 15u) | (p >> 3 & 0x1f0u);
+        if (p != t->kept_pixel[s] && p != COHSM__NO_PIXEL && !t->wanted[s]) {
+            t->wanted[s] = 1;
+            pixel[n] = p;
+            places[n++] = place;
+        }
+        if (n < COHSM__STEP && (i + 1 < t->count || n == 0)) continue;
+        cohsm__find_depths(t->maps, pixel, places, n, depth);
+        for (k = 0; k < n; k++) {
+            s = (pixel[k] & 15u) | (pixel[k] >> 3 & 0x1f0u);
+            t->kept_pixel[s] = pixel[k];
+            t->kept_depth[s] = depth[k];
+            t->wanted[s] = 0;
+        }
+        n = 0;
+    }
+}
+
+COHSM__TARGET_AVX2 static cohsm__vec cohsm__all8(cohsm__v3 v)
+{
+    cohsm__vec r;
+    r.x = _mm256_set1_ps(v.x);
+    r.y = _mm256_set1_ps(v.y);
+    r.z = _mm256_set1_ps(v.z);
+    return r;
+}
+
+/* One direction for all points: neighbours share pixels, so decoded depths are kept by the low bits of x and y. */
+COHSM__TARGET_AVX2 static void cohsm__one_light_avx2(cohsm__tile *t)
+{
+    const cohsm_maps *m = t->maps;
+    cohsm__vec right, up, back;
+    cohsm__frame f;
+    int c[3] = { 0, 0, 0 };
+    float u[3];
+    uint32_t place, i, missed;
+
+    cohsm__domain_position(m, cohsm__tile_light(t, 0), t->query->light, u);
+    c[0] = cohsm__floor(u[0] + 0.5f);
+    c[1] = cohsm__floor(u[1] + 0.5f);
+    cohsm__wrap(m, c);
+    place = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], 0);
+    f = cohsm__cell_frame(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
+    right = cohsm__all8(f.right);
+    up = cohsm__all8(f.up);
+    back = cohsm__all8(f.back);
+    for (i = 0; i < t->count; i += 8) cohsm__see8(t, i, &right, &up, &back, _mm256_castsi256_ps(_mm256_set1_epi32(-1)));
+    cohsm__keep_depths(t, place);
+    for (i = 0; i < t->count; i += 8) {
+        __m256i pixel = _mm256_loadu_si256((const __m256i *)(const void *)(t->pixel + i));
+        __m256i depth = _mm256_loadu_si256((const __m256i *)(const void *)(t->depth + i)), slot, tag, known, lit;
+        slot = _mm256_and_si256(_mm256_srli_epi32(pixel, 3), _mm256_set1_epi32(0x1f0));
+        slot = _mm256_or_si256(slot, _mm256_and_si256(pixel, _mm256_set1_epi32(15)));
+        tag = _mm256_i32gather_epi32((const int *)(const void *)t->kept_pixel, slot, 4);
+        known = _mm256_i32gather_epi32((const int *)(const void *)t->kept_depth, slot, 4);
+        lit = _mm256_cmpeq_epi32(pixel, _mm256_set1_epi32(-1));
+        tag = _mm256_or_si256(lit, _mm256_cmpeq_epi32(tag, pixel));
+        lit = _mm256_or_si256(lit, _mm256_xor_si256(_mm256_cmpgt_epi32(depth, known), _mm256_set1_epi32(-1)));
+        _mm256_storeu_ps(t->visible + i, _mm256_and_ps(_mm256_castsi256_ps(lit), _mm256_set1_ps(1.0f)));
+        missed = ~(uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(tag)) & 255u;
+        for (; missed; missed &= missed - 1u) {
+            uint32_t at = i + (uint32_t)__builtin_ctz(missed);
+            t->visible[at] = cohsm__lit(m, t->pixel[at], place, t->depth[at]);
+        }
+    }
+}
+
+/* 0 where the samples are of a kind that only the portable code treats. */
+COHSM__TARGET_AVX2 static int cohsm__tile_avx2(cohsm__tile *t)
+{
+    const cohsm_maps *m = t->maps;
+    size_t i;
+
+    if (!m->simd || t->query->filter != COHSM_FILTER_NEAREST || t->query->light != COHSM_LIGHT_DIRECTION) return 0;
+    for (i = t->count; i % 8; i++) t->point[0][i] = t->point[1][i] = t->point[2][i] = 0.0f;
+    if (t->one_light) {
+        cohsm__v3 l = cohsm__tile_light(t, 0);
+        if (!cohsm__usable(l)) return 0;
+        cohsm__one_light_avx2(t);
+        return 1;
+    }
+    if (m->head.domain != COHSM_DOMAIN_LATLONG || m->head.frame != COHSM_FRAME_POLAR) return 0;
+    for (i = t->count; i % 8; i++) t->light[0][i] = t->light[1][i] = t->light[2][i] = 1.0f;
+    for (i = 0; i < t->count; i += 8) cohsm__address8(t, i);
+    cohsm__search_avx2(t);
+    return 1;
+}
+#endif
+
 static void cohsm__run_tile(cohsm__tile *t)
 {
     size_t i;
     for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
+#if COHSM__X86
+    if (cohsm__tile_avx2(t)) return;
+#endif
     for (i = 0; i < t->count; i++) {
         t->pixel[i] = COHSM__NO_PIXEL;
         if (t->query->light == COHSM_LIGHT_POSITION) {
             cohsm__v3 l = cohsm__tile_light(t, i);
+            if (!cohsm__v3_finite(l)) continue;
             if (cohsm__light_refused(t->maps, l)) {
                 t->visible[i] = COHSM_REFUSED;
                 continue;
@@ -3974,47 +4527,52 @@ static size_t cohsm__light_size(const cohsm_maps *m, cohsm_light kind)
     return kind == COHSM_LIGHT_PARAMETER ? 4 * (size_t)m->head.dimensions : 12;
 }
 
-static void cohsm__load_light(cohsm__tile *t, size_t at, const cohsm_query *q, size_t i, const float *inverse)
+/* Lights of the samples in id[], or the one for all, to the object's space. */
+static void cohsm__load_lights(cohsm__tile *t, const float *inverse)
 {
-    size_t size = cohsm__light_size(t->maps, q->light), stride = q->light_stride ? q->light_stride : size;
-    const char *from = (const char *)q->lights + stride * (q->one_light ? 0 : i);
+    const cohsm_query *q = t->query;
     const cohsm__header *h = &t->maps->head;
-    float v[3] = { 0, 0, 0 };
-    cohsm__v3 l;
+    size_t size = cohsm__light_size(t->maps, q->light), stride = q->light_stride ? q->light_stride : size, i;
+    size_t count = t->one_light ? (t->count ? 1 : 0) : t->count;
+    cohsm__v3 c = cohsm__v3_load(h->center), l;
+    float per_radius = 1.0f / h->radius, v[3] = { 0, 0, 0 };
 
-    if (q->light == COHSM_LIGHT_INDEX) {
-        memcpy(&t->cell[at], from, 4);
-        if (t->cell[at] >= h->map_count) t->cell[at] = h->map_count - 1u;
-        return;
+    for (i = 0; i < count; i++) {
+        const char *from = (const char *)q->lights + stride * (t->one_light ? 0 : t->id[i]);
+        if (q->light == COHSM_LIGHT_INDEX) {
+            memcpy(&t->cell[i], from, 4);
+            t->cell[i] = cohsm__min_u32(t->cell[i], h->map_count - 1u);
+            continue;
+        }
+        if (q->light == COHSM_LIGHT_PARAMETER) memcpy(v, from, size);
+        else memcpy(v, from, sizeof v);
+        l = cohsm__v3_load(v);
+        if (q->light == COHSM_LIGHT_DIRECTION && inverse) l = cohsm__m4_direction(inverse, l);
+        if (q->light == COHSM_LIGHT_POSITION && inverse) l = cohsm__m4_point(inverse, l);
+        if (q->light == COHSM_LIGHT_POSITION) l = cohsm__v3_scale(cohsm__v3_sub(l, c), per_radius);
+        t->light[0][i] = l.x;
+        t->light[1][i] = l.y;
+        t->light[2][i] = l.z;
     }
-    memcpy(v, from, size);
-    l = cohsm__v3_load(v);
-    if (q->light == COHSM_LIGHT_DIRECTION && inverse) l = cohsm__m4_direction(inverse, l);
-    if (q->light == COHSM_LIGHT_POSITION) {
-        if (inverse) l = cohsm__m4_point(inverse, l);
-        l = cohsm__v3_scale(cohsm__v3_sub(l, cohsm__v3_load(h->center)), 1.0f / h->radius);
-    }
-    t->light[0][at] = l.x;
-    t->light[1][at] = l.y;
-    t->light[2][at] = l.z;
 }
 
-static void cohsm__load_sample(cohsm__tile *t, const cohsm_query *q, size_t i, const float *inverse)
+static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
 {
-    size_t stride = q->point_stride ? q->point_stride : 12, at = t->count++;
-    const cohsm__header *h = &t->maps->head;
-    float v[3];
-    cohsm__v3 p;
+    const cohsm_query *q = t->query;
+    size_t stride = q->point_stride ? q->point_stride : 12, i;
+    cohsm__v3 c = cohsm__v3_load(t->maps->head.center), p;
+    float per_radius = 1.0f / t->maps->head.radius, v[3];
 
-    memcpy(v, (const char *)q->points + stride * i, sizeof v);
-    p = cohsm__v3_load(v);
-    if (inverse) p = cohsm__m4_point(inverse, p);
-    p = cohsm__v3_scale(cohsm__v3_sub(p, cohsm__v3_load(h->center)), 1.0f / h->radius);
-    t->point[0][at] = p.x;
-    t->point[1][at] = p.y;
-    t->point[2][at] = p.z;
-    t->id[at] = (uint32_t)i;
-    if (!t->one_light || at == 0) cohsm__load_light(t, at, q, i, inverse);
+    for (i = 0; i < t->count; i++) {
+        memcpy(v, (const char *)q->points + stride * t->id[i], sizeof v);
+        p = cohsm__v3_load(v);
+        if (inverse) p = cohsm__m4_point(inverse, p);
+        p = cohsm__v3_scale(cohsm__v3_sub(p, c), per_radius);
+        t->point[0][i] = p.x;
+        t->point[1][i] = p.y;
+        t->point[2][i] = p.z;
+    }
+    cohsm__load_lights(t, inverse);
 }
 
 static cohsm_result cohsm__check_query(const cohsm_maps *m, const cohsm_query *q)
@@ -4057,12 +4615,11 @@ COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *
         result = cohsm__check_query(maps, query);
         if (result != COHSM_OK) return result;
     }
-    t.maps = maps;
-    t.query = query;
-    t.one_light = query->one_light;
+    cohsm__tile_start(&t, query, maps);
     for (begin = 0; begin < query->count; begin += t.count) {
-        for (t.count = 0, i = begin; i < query->count && t.count < COHSM__TILE; i++)
-            cohsm__load_sample(&t, query, i, NULL);
+        t.count = query->count - begin < COHSM__TILE ? query->count - begin : COHSM__TILE;
+        for (i = 0; i < t.count; i++) t.id[i] = begin + i;
+        cohsm__load_tile(&t, NULL);
         cohsm__run_tile(&t);
         memcpy(visible + begin, t.visible, t.count * sizeof *visible);
     }
@@ -4070,9 +4627,10 @@ COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *
     return COHSM_OK;
 }
 
-static void cohsm__flush_tile(cohsm__tile *t, float *visible)
+static void cohsm__flush_tile(cohsm__tile *t, const float *inverse, float *visible)
 {
     size_t i;
+    cohsm__load_tile(t, inverse);
     cohsm__run_tile(t);
     for (i = 0; i < t->count; i++) {
         float *v = visible + t->id[i];
@@ -4090,10 +4648,10 @@ static void cohsm__visit(cohsm__tile *t, const cohsm_query *q, uint32_t self, in
     t->count = 0;
     for (i = 0; i < q->count; i++) {
         if ((q->self && q->self[i] == self) != own || !(visible[i] > 0.0f)) continue;
-        cohsm__load_sample(t, q, i, inverse);
-        if (t->count == COHSM__TILE) cohsm__flush_tile(t, visible);
+        t->id[t->count++] = i;
+        if (t->count == COHSM__TILE) cohsm__flush_tile(t, inverse, visible);
     }
-    if (t->count) cohsm__flush_tile(t, visible);
+    if (t->count) cohsm__flush_tile(t, inverse, visible);
 }
 
 COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size_t instance_count,
@@ -4108,17 +4666,17 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
     if (!query || (instance_count && !instances) || (query->count && !visible) || instance_count >= COHSM_NO_SELF)
         return COHSM_ERR_ARGUMENT;
     for (i = 0; i < instance_count; i++) {
-        if (!instances[i].maps || !cohsm__m4_is_rigid_uniform(instances[i].transform, &scale)) return COHSM_ERR_ARGUMENT;
+        if (!instances[i].maps || !cohsm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
+            !cohsm__m4_affine_inverse(inverse, instances[i].transform))
+            return COHSM_ERR_ARGUMENT;
         result = query->count ? cohsm__check_query(instances[i].maps, query) : COHSM_OK;
         if (result != COHSM_OK) return result;
     }
     for (i = 0; i < query->count; i++) visible[i] = 1.0f;
-    t.query = query;
-    t.one_light = query->one_light;
     for (own = query->self != NULL; own >= 0; own--)
         for (i = 0; i < instance_count; i++) {
-            t.maps = instances[i].maps;
-            if (!cohsm__m4_affine_inverse(inverse, instances[i].transform)) return COHSM_ERR_ARGUMENT;
+            cohsm__tile_start(&t, query, instances[i].maps);
+            cohsm__m4_affine_inverse(inverse, instances[i].transform);
             cohsm__visit(&t, query, (uint32_t)i, own, inverse, visible);
         }
     if (refused) *refused = cohsm__count_refused(visible, query->count);
@@ -4144,10 +4702,9 @@ static void cohsm__verify_task(void *context, size_t index)
 
     memset(r, 0, sizeof *r);
     for (p = 0; p < m->range; p++, layers += b->keep) {
-        cohsm__interval(&b->desc, layers, &lo, &hi);
-        z = cohsm__stored_depth(m->lookup, m->lists, m->depth_of, m->range, p, view);
+        r->empty += (uint64_t)cohsm__interval(&b->desc, layers, &lo, &hi);
+        z = cohsm__stored_depth(m, p, view);
         r->entries++;
-        r->empty += layers[0] != COHSM__INFINITE && layers[0] == layers[1];
         if (z >= lo && z <= hi) continue;
         if (!r->wrong++) {
             r->first_view = view;
@@ -4267,79 +4824,78 @@ static int cohsm__same_build(const cohsm_maps *a, const cohsm_maps *b)
     size_t before = (size_t)x.order_words + x.location_words;
     x.words = y.words = x.crc = y.crc = 0;
     x.pixel_begin = y.pixel_begin = x.pixel_end = y.pixel_end = 0;
-    x.lookup_words = y.lookup_words = x.list_words = y.list_words = 0;
+    x.lookup_words = y.lookup_words = x.directory_words = y.directory_words = x.line_words = y.line_words = 0;
     x.segments_low = y.segments_low = x.segments_high = y.segments_high = 0;
     return memcmp(&x, &y, sizeof x) == 0 &&
            memcmp(a->words + COHSM__HEADER_WORDS, b->words + COHSM__HEADER_WORDS, 4 * before) == 0;
 }
 
-/* Words of a shard's lists for one chunk: up to where the next chunk's first list begins. */
-static size_t cohsm__chunk_begin(const cohsm_maps *m, uint32_t chunk)
+static void cohsm__lay_shards(const cohsm_maps *const *shards, size_t count, cohsm__layout *l, uint32_t *lookup)
 {
-    size_t i, n = m->head.lookup_words;
-    for (i = (size_t)chunk * m->range; i < n; i++)
-        if (!(m->lookup[i] & COHSM__CONSTANT)) return m->lookup[i];
-    return m->head.list_words - COHSM__PADDING;
-}
+    uint32_t chunk, p, dry_entry;
+    size_t i;
 
-static void cohsm__join(const cohsm_maps *const *shards, size_t count, const cohsm__header *h, uint32_t *words)
-{
-    uint32_t *lookup = words + COHSM__HEADER_WORDS + h->order_words + h->location_words, chunk, p;
-    uint32_t *lists = lookup + h->lookup_words, *at = lists;
-    size_t i, before = (size_t)h->order_words + h->location_words;
-
-    memcpy(words + COHSM__HEADER_WORDS, shards[0]->words + COHSM__HEADER_WORDS, 4 * before);
-    for (chunk = 0; chunk < cohsm__chunks(h); chunk++)
+    for (chunk = 0; chunk < cohsm__chunks(&shards[0]->head); chunk++)
         for (i = 0; i < count; i++) {
             const cohsm_maps *s = shards[i];
-            size_t from = cohsm__chunk_begin(s, chunk), to = cohsm__chunk_begin(s, chunk + 1u);
             for (p = 0; p < s->range; p++) {
-                uint32_t entry = s->lookup[(size_t)chunk * s->range + p];
-                *lookup++ = entry & COHSM__CONSTANT ? entry : entry - (uint32_t)from + (uint32_t)(at - lists);
+                uint32_t entry = s->lookup[(size_t)chunk * s->range + p], *at = lookup ? lookup++ : &dry_entry, blocks;
+                const uint32_t *directory = s->directories + entry;
+                *at = entry;
+                if (entry & COHSM__CONSTANT) continue;
+                blocks = cohsm__block_count(directory);
+                cohsm__lay_list(l, at, blocks, directory, 3, cohsm__block_at(directory, s->lines, 0),
+                                cohsm__block_at(directory, s->lines, blocks - 1u));
             }
-            memcpy(at, s->lists + from, 4 * (to - from));
-            at += to - from;
         }
-    memcpy(words, h, sizeof *h);
-    words[3] = cohsm__block_crc(words, h->words);
+}
+
+static cohsm_result cohsm__join(const cohsm_maps *const *shards, size_t count, cohsm__header *h,
+                                const cohsm__allocator *a, cohsm_maps **out)
+{
+    cohsm__layout layout;
+    cohsm__memory block;
+    uint32_t *lookup;
+    cohsm_result result;
+
+    memset(&layout, 0, sizeof layout);
+    cohsm__lay_shards(shards, count, &layout, NULL);
+    result = cohsm__size_block(h, &layout);
+    if (result != COHSM_OK) return result;
+    block = cohsm__take_block(a, h->words);
+    if (!block.words) return COHSM_ERR_ALLOC;
+    memcpy(block.words + COHSM__HEADER_WORDS, shards[0]->words + COHSM__HEADER_WORDS,
+           4 * ((size_t)h->order_words + h->location_words));
+    cohsm__layout_into(&layout, h, block.words, &lookup);
+    cohsm__lay_shards(shards, count, &layout, lookup);
+    cohsm__seal(block.words, h);
+    return cohsm__maps_make(a, block, out);
 }
 
 COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_allocator *allocator,
                                    cohsm_maps **out)
 {
-    cohsm__allocator a = cohsm__allocator_make(allocator ? allocator->alloc_fn : NULL,
-                                               allocator ? allocator->free_fn : NULL, allocator ? allocator->user : NULL);
-    uint64_t lists = COHSM__PADDING, segments = 0, total;
+    cohsm__allocator a;
+    uint64_t segments = 0;
     cohsm__header h;
-    uint32_t *words, next = 0;
+    uint32_t next = 0;
     size_t i;
-    cohsm_result result;
 
     if (!shards || !count || !out) return COHSM_ERR_ARGUMENT;
+    if (!cohsm__allocator_of(allocator, &a)) return COHSM_ERR_ARGUMENT;
     for (i = 0; i < count; i++) {
         if (!shards[i]) return COHSM_ERR_ARGUMENT;
         if (!cohsm__same_build(shards[0], shards[i]) || shards[i]->head.pixel_begin != next) return COHSM_ERR_MISMATCH;
         next = shards[i]->head.pixel_end;
-        lists += shards[i]->head.list_words - COHSM__PADDING;
         segments += (uint64_t)shards[i]->head.segments_high << 32 | shards[i]->head.segments_low;
     }
     h = shards[0]->head;
     if (next != h.map_size * h.map_size) return COHSM_ERR_MISMATCH;
     h.pixel_end = next;
-    total = (uint64_t)COHSM__HEADER_WORDS + h.order_words + h.location_words + (uint64_t)next * cohsm__chunks(&h) + lists;
-    if (total > 0x3fffffffu) return COHSM_ERR_LIMIT;
-    h.words = (uint32_t)total;
     h.lookup_words = next * cohsm__chunks(&h);
-    h.list_words = (uint32_t)lists;
     h.segments_low = (uint32_t)(segments & 0xffffffffu);
     h.segments_high = (uint32_t)(segments >> 32);
-    words = (uint32_t *)cohsm__alloc_array(&a, h.words, 4);
-    if (!words) return COHSM_ERR_ALLOC;
-    memset(words, 0, 4 * (size_t)h.words);
-    cohsm__join(shards, count, &h, words);
-    result = cohsm__maps_make(&a, words, out);
-    if (result != COHSM_OK) cohsm__free(&a, words);
-    return result;
+    return cohsm__join(shards, count, &h, &a, out);
 }
 
 /* ---- >>open: files, which may be hostile ---- */
@@ -4348,7 +4904,6 @@ static int cohsm__header_sound(const cohsm__header *h)
 {
     cohsm_domain_kind kind = (cohsm_domain_kind)h->domain;
     uint64_t n = (uint64_t)h->side[0] * h->side[1], total;
-    const float *f;
     uint32_t order;
     size_t i;
 
@@ -4356,7 +4911,7 @@ static int cohsm__header_sound(const cohsm__header *h)
         h->order == 0 || h->order >= COHSM_ORDER_COUNT || h->frame == 0 || h->frame >= COHSM_FRAME_COUNT)
         return 0;
     for (i = 0; i < 3; i++)
-        if (h->side[i] == 0 || h->side[i] > 1u << 24) return 0;
+        if (h->side[i] == 0 || h->side[i] > (cohsm__has_table(h->domain) ? 1u << 24 : 4096u)) return 0;
     if (n > 1u << 24 || n * h->side[2] > 1u << 24 || n * h->side[2] != h->map_count) return 0;
     if (h->positional > 1 || h->self_only > 1 || h->view_count != h->map_count * (h->positional ? 6u : 1u)) return 0;
     if (kind == COHSM_DOMAIN_LATLONG || kind == COHSM_DOMAIN_OCTAHEDRAL) {
@@ -4368,19 +4923,20 @@ static int cohsm__header_sound(const cohsm__header *h)
     order = h->order != COHSM_ORDER_HILBERT ? 0 : h->map_count <= 65536 ? (h->map_count + 1) / 2 : h->map_count;
     if (h->order_words != order || h->location_words != (cohsm__has_table(h->domain) ? 4 * h->map_count : 0)) return 0;
     total = (uint64_t)(h->pixel_end - h->pixel_begin) * cohsm__chunks(h);
-    if (total != h->lookup_words || h->list_words < COHSM__PADDING) return 0;
-    total += (uint64_t)COHSM__HEADER_WORDS + order + h->location_words + h->list_words;
+    if (total != h->lookup_words || h->line_words % COHSM__BLOCK_WORDS != COHSM__PADDING) return 0;
+    total += (uint64_t)COHSM__HEADER_WORDS + order + h->location_words + h->directory_words;
+    if (total % COHSM__BLOCK_WORDS) return 0;
+    total += h->line_words;
     if (total != h->words || total > 0x3fffffffu) return 0;
-    for (f = h->center; f < h->dop + 2 * COHSM__DOP_AXES; f++)
-        if (!cohsm__finite(*f)) return 0;
-    if (!(h->radius > 1e-18f && h->radius < 1e18f) || (h->positional && !(h->depth_far > 0.0f))) return 0;
+    if (!cohsm__floats_finite(h)) return 0;
+    if (!cohsm__radius_usable(h->radius) || (h->positional && !(h->depth_far > 0.0f))) return 0;
     for (i = 0; i < sizeof h->reserved / sizeof h->reserved[0]; i++)
         if (h->reserved[i]) return 0;
     return 1;
 }
 
-/* One block within the words that are left: its parts lie inside it, its segments rise and stay below end. */
-static int cohsm__block_sound(const uint32_t *block, size_t left, uint32_t views, int last)
+/* One block within the words that are left of its line: its parts lie inside it, its segments rise and stay below end. */
+static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t views)
 {
     uint32_t n, exact = 0, j, at, bucket = 0, low, offset, previous = 0, size, code;
     uint64_t marks;
@@ -4395,10 +4951,10 @@ static int cohsm__block_sound(const uint32_t *block, size_t left, uint32_t views
     for (j = 0; j < n; j++) {
         code = cohsm__bits(block, f.codes_at + j * f.bits, f.bits);
         if (code + 1u == 1u << f.bits) exact++;
-        else if (f.palette && code >= f.palette) return 0;
+        else if (f.palette ? code >= f.palette : code + 2u < 1u << f.bits && (block[0] & 255u) + code > 254u) return 0;
     }
     size = f.exact_at + 16u * exact;
-    if (size > COHSM__BLOCK_BITS || (size + 31u) / 32u > left || (!last && left < COHSM__BLOCK_WORDS)) return 0;
+    if (size > COHSM__BLOCK_BITS || (size + 31u) / 32u > left) return 0;
     for (at = 0, j = 0; j < n; at++) {
         if (!(marks >> at & 1u)) {
             bucket++;
@@ -4414,19 +4970,25 @@ static int cohsm__block_sound(const uint32_t *block, size_t left, uint32_t views
     return ((views - 1u) >> f.k) + n <= COHSM__MARKS;    /* every bucket that a search may ask for is marked */
 }
 
-static int cohsm__list_sound(const uint32_t *list, size_t left, uint32_t views)
+static int cohsm__list_sound(const cohsm_maps *m, uint32_t entry, uint32_t views)
 {
-    uint32_t blocks, i, first = 0, next;
-    size_t at;
+    const uint32_t *directory = m->directories + entry;
+    uint32_t lines = m->head.line_words / COHSM__BLOCK_WORDS, left = m->head.directory_words - entry, blocks, tail, b;
+    uint32_t first = 0, next;
 
-    if (left < 1) return 0;
-    blocks = list[0] & 0xffffu;
-    at = (blocks + 1u) / 2u;
-    if (blocks == 0 || at > left) return 0;
-    for (i = 0; i < blocks; i++, at += COHSM__BLOCK_WORDS) {
-        next = i + 1 < blocks ? cohsm__half_word(list, i + 1) : views;
-        if (at > left || next <= first || next > views) return 0;
-        if (!cohsm__block_sound(list + at, left - at, next - first, i + 1 == blocks)) return 0;
+    if (left < 2) return 0;
+    blocks = cohsm__block_count(directory);
+    tail = directory[1] >> 16;
+    if (blocks == 0 || 2u + blocks / 2u > left) return 0;
+    if (directory[0] > lines || blocks - 1u > lines - directory[0]) return 0;
+    if (tail >> 4 > directory[0] || directory[0] - (tail >> 4) >= lines) return 0;
+    for (b = 0; b < blocks; b++) {
+        next = b + 1 < blocks ? cohsm__block_first(directory, b + 1) : views;
+        if (next <= first || next > views) return 0;
+        if (!cohsm__block_sound(cohsm__block_at(directory, m->lines, b),
+                                b + 1 < blocks ? (uint32_t)COHSM__BLOCK_WORDS : COHSM__BLOCK_WORDS - (tail & 15u),
+                                next - first))
+            return 0;
         first = next;
     }
     return 1;
@@ -4435,15 +4997,14 @@ static int cohsm__list_sound(const uint32_t *list, size_t left, uint32_t views)
 static int cohsm__lists_sound(const cohsm_maps *m)
 {
     uint32_t chunk, p, entry, views, chunks = cohsm__chunks(&m->head);
-    size_t words = m->head.list_words - COHSM__PADDING;
 
     for (chunk = 0; chunk < chunks; chunk++) {
         views = chunk + 1 < chunks ? COHSM__CHUNK : m->head.view_count - chunk * COHSM__CHUNK;
         for (p = 0; p < m->range; p++) {
             entry = m->lookup[(size_t)chunk * m->range + p];
-            if (entry & COHSM__CONSTANT) {
-                if (entry & 0x7fff0000u) return 0;
-            } else if (entry >= words || !cohsm__list_sound(m->lists + entry, words - entry, views)) return 0;
+            if (entry & COHSM__CONSTANT ? entry & 0x7fff0000u
+                                        : entry >= m->head.directory_words || !cohsm__list_sound(m, entry, views))
+                return 0;
         }
     }
     return 1;
@@ -4461,40 +5022,44 @@ static int cohsm__tables_sound(const cohsm_maps *m)
     return 1;
 }
 
-COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_allocator *allocator, cohsm_maps **out)
+static cohsm_result cohsm__open_plain(const uint8_t *data, size_t size, const cohsm__allocator *a, cohsm_maps **out)
 {
-    cohsm__allocator a;
-    const uint8_t *bytes = (const uint8_t *)data;
     cohsm__header h;
+    cohsm__memory block;
     cohsm_maps *m;
-    uint32_t *words;
     cohsm_result result;
 
-    if (!data || !out) return COHSM_ERR_ARGUMENT;
-    if (allocator && !cohsm__allocator_valid(allocator->alloc_fn, allocator->free_fn)) return COHSM_ERR_ARGUMENT;
-    a = cohsm__allocator_make(allocator ? allocator->alloc_fn : NULL, allocator ? allocator->free_fn : NULL,
-                              allocator ? allocator->user : NULL);
-    if (size < 16 || cohsm__get_u32(bytes) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
-    if (cohsm__get_u32(bytes + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
     if (size < sizeof h) return COHSM_ERR_FORMAT;
     memcpy(&h, data, sizeof h);
     cohsm__host_words((uint32_t *)(void *)&h, COHSM__HEADER_WORDS);
     if (!cohsm__header_sound(&h) || size != 4 * (size_t)h.words) return COHSM_ERR_FORMAT;
-    words = (uint32_t *)cohsm__alloc_array(&a, h.words, 4);
-    if (!words) return COHSM_ERR_ALLOC;
-    memcpy(words, data, size);
-    cohsm__host_words(words, h.words);
-    result = cohsm__block_crc(words, h.words) == h.crc ? cohsm__maps_make(&a, words, &m) : COHSM_ERR_FORMAT;
-    if (result != COHSM_OK) {
-        cohsm__free(&a, words);
-        return result;
+    block = cohsm__take_block(a, h.words);
+    if (!block.words) return COHSM_ERR_ALLOC;
+    memcpy(block.words, data, size);
+    cohsm__host_words(block.words, h.words);
+    if (cohsm__block_crc(block.words, h.words) != h.crc) {
+        cohsm__free(a, block.memory);
+        return COHSM_ERR_FORMAT;
     }
+    result = cohsm__maps_make(a, block, &m);
+    if (result != COHSM_OK) return result;
     if (!cohsm__tables_sound(m) || !cohsm__lists_sound(m)) {
         cohsm_free(m);
         return COHSM_ERR_FORMAT;
     }
     *out = m;
     return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_allocator *allocator, cohsm_maps **out)
+{
+    const uint8_t *bytes = (const uint8_t *)data;
+    cohsm__allocator a;
+
+    if (!data || !out || !cohsm__allocator_of(allocator, &a)) return COHSM_ERR_ARGUMENT;
+    if (size < 16 || cohsm__get_u32(bytes) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
+    if (cohsm__get_u32(bytes + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
+    return cohsm__open_plain(bytes, size, &a, out);
 }
 
 /* >>> shared fp_end: written by tools/stamp from src/shared, edit there */
