@@ -66,6 +66,7 @@ const rd_technique        *rd_technique_find(const char *name); /* NULL when unk
 /* Emissive triangles of every object, in order; *out is freed with free(). -1: out of memory. */
 int rd_emitters_build(const ex_scene *scene, rd_emitter **out, size_t *count);
 
+extern const rd_technique rd_csm;
 extern const rd_technique rd_reference;
 
 #endif

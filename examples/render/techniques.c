@@ -8,7 +8,6 @@
     static const rd_technique name = { #name, summary, "not in this build yet", 0, 0, 0, 0, 0, \
                                        NULL, NULL, NULL, NULL, NULL, NULL };
 
-NOT_YET(csm, "coherent shadow maps: precomputed visibility of rigid objects")
 NOT_YET(shadowfield, "precomputed shadow fields of moving objects")
 NOT_YET(envshadow, "shadow maps of many lights taken from an environment map")
 NOT_YET(rsm, "one bounce from reflective shadow maps")
@@ -16,7 +15,7 @@ NOT_YET(ism, "one bounce from virtual point lights with imperfect shadow maps")
 
 const rd_technique *const *rd_techniques(void)
 {
-    static const rd_technique *const all[] = { &csm, &shadowfield, &envshadow, &rsm, &ism, &rd_reference, NULL };
+    static const rd_technique *const all[] = { &rd_csm, &shadowfield, &envshadow, &rsm, &ism, &rd_reference, NULL };
     return all;
 }
 

@@ -1,0 +1,456 @@
+/* csm_maps.c - shadow casters of the technique csm: which meshes get maps, and where they stand. */
+#define CSM_IMPLEMENTATION
+#include "csm_parts.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MOST_OBJECTS 256         /* objects=auto: scenes of more are cheaper to ask as one rigid object */
+
+int cs_out_of_memory(char *error)
+{
+    snprintf(error, EX_ERROR_SIZE, "csm: out of memory");
+    return -1;
+}
+
+int cs_failed(const char *what, cohsm_result result, char *error)
+{
+    snprintf(error, EX_ERROR_SIZE, "csm: %.120s: %s", what, cohsm_result_text(result));
+    return -1;
+}
+
+/* ---- memory ---- */
+
+enum { MEMORY_HEAD = 16 };       /* holds the size and keeps the alignment of malloc */
+
+static void *counted_alloc(size_t size, void *user)
+{
+    cs_memory *memory = user;
+    char *block = size <= SIZE_MAX - MEMORY_HEAD ? malloc(size + MEMORY_HEAD) : NULL;
+    if (!block)
+        return NULL;
+    memcpy(block, &size, sizeof size);
+    pthread_mutex_lock(&memory->lock);
+    memory->now += size;
+    if (memory->peak < memory->now)
+        memory->peak = memory->now;
+    pthread_mutex_unlock(&memory->lock);
+    return block + MEMORY_HEAD;
+}
+
+static void counted_free(void *pointer, void *user)
+{
+    cs_memory *memory = user;
+    char *block = (char *)pointer - MEMORY_HEAD;
+    size_t size;
+    memcpy(&size, block, sizeof size);
+    pthread_mutex_lock(&memory->lock);
+    memory->now -= size;
+    pthread_mutex_unlock(&memory->lock);
+    free(block);
+}
+
+void cs_memory_init(cs_memory *memory)
+{
+    memset(memory, 0, sizeof *memory);
+    pthread_mutex_init(&memory->lock, NULL);
+}
+
+cohsm_allocator cs_memory_allocator(cs_memory *memory)
+{
+    cohsm_allocator allocator = { counted_alloc, counted_free, memory };
+    return allocator;
+}
+
+/* ---- transforms and meshes ---- */
+
+static const float identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+
+/* Rotation, one scale and translation, as cohsm_visible_scene wants it; anything else gets maps of its own. */
+static int is_similarity(const float *m, float *scale)
+{
+    float length[3], volume;
+    for (int i = 0; i < 3; i++) {
+        const float *c = m + 4 * i, *d = m + 4 * ((i + 1) % 3);
+        length[i] = sqrtf(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
+        *scale = sqrtf(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        if (fabsf(c[0] * d[0] + c[1] * d[1] + c[2] * d[2]) > 5e-5f * length[i] * *scale)
+            return 0;
+    }
+    *scale = (length[0] + length[1] + length[2]) / 3;
+    for (int i = 0; i < 3; i++)
+        if (!(fabsf(length[i] - *scale) < 5e-5f * *scale))
+            return 0;
+    volume = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[4] * (m[1] * m[10] - m[2] * m[9]) +
+             m[8] * (m[1] * m[6] - m[2] * m[5]);
+    return volume > 0;
+}
+
+typedef struct soup { float *positions; uint32_t *indices; size_t vertices, triangles; } soup;
+
+static void soup_free(soup *s)
+{
+    free(s->positions);
+    free(s->indices);
+}
+
+static int soup_alloc(soup *s, size_t vertices, size_t triangles, char *error)
+{
+    memset(s, 0, sizeof *s);
+    s->positions = malloc((3 * vertices + 1) * sizeof *s->positions);
+    s->indices = malloc((3 * triangles + 1) * sizeof *s->indices);
+    if (s->positions && s->indices)
+        return 0;
+    soup_free(s);
+    return cs_out_of_memory(error);
+}
+
+static void soup_add(soup *s, const ex_mesh *mesh, const float *m)
+{
+    float *to = s->positions + 3 * s->vertices;
+    for (size_t i = 0; i < mesh->vertex_count; i++)
+        for (size_t k = 0; k < 3; k++) {
+            const float *p = mesh->positions + 3 * i;
+            to[3 * i + k] = m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k];
+        }
+    for (size_t i = 0; i < 3 * (size_t)mesh->triangle_count; i++)
+        s->indices[3 * s->triangles + i] = mesh->indices[i] + (uint32_t)s->vertices;
+    s->vertices += mesh->vertex_count;
+    s->triangles += mesh->triangle_count;
+}
+
+/* All casters in world space. */
+static int whole_scene(soup *s, const ex_scene *scene, char *error)
+{
+    size_t vertices = 0, triangles = 0;
+    for (uint32_t i = 0; i < scene->object_count; i++)
+        if (!scene->objects[i].receiver_only) {
+            vertices += scene->meshes[scene->objects[i].mesh].vertex_count;
+            triangles += scene->meshes[scene->objects[i].mesh].triangle_count;
+        }
+    if (vertices > UINT32_MAX) {
+        snprintf(error, EX_ERROR_SIZE, "csm: the scene has too many vertices");
+        return -1;
+    }
+    if (soup_alloc(s, vertices, triangles, error) != 0)
+        return -1;
+    for (uint32_t i = 0; i < scene->object_count; i++)
+        if (!scene->objects[i].receiver_only)
+            soup_add(s, &scene->meshes[scene->objects[i].mesh], scene->objects[i].transform);
+    return 0;
+}
+
+/* ---- building ---- */
+
+static char progress_label[] = "csm maps";
+
+static int build(cohsm_maps **out, cs_state *state, const rd_job *job, const cohsm_domain *domain, uint32_t map_size,
+                 const cohsm_mesh *mesh, const char *name, char *error)
+{
+    cohsm_desc desc;
+    cohsm_result result;
+    memset(&desc, 0, sizeof desc);
+    desc.domain = *domain;
+    desc.map_size = map_size;
+    desc.layers = state->options.layers;
+    desc.order = state->options.order;
+    desc.allocator = cs_memory_allocator(&state->memory);
+    desc.parallel_for = ex_pool_run;
+    desc.parallel_user = job->pool;
+    desc.progress = ex_progress;
+    desc.progress_user = progress_label;
+    result = cohsm_build(&desc, mesh, out, NULL);
+    ex_progress(NULL, 1);
+    return result == COHSM_OK ? 0 : cs_failed(name, result, error);
+}
+
+static cohsm_mesh mesh_of(const ex_mesh *mesh)
+{
+    cohsm_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count };
+    return m;
+}
+
+static cohsm_mesh mesh_of_soup(const soup *s)
+{
+    cohsm_mesh m = { s->positions, s->vertices, 0, s->indices, 3 * s->triangles };
+    return m;
+}
+
+static int allocate(cs_casters *c, const ex_scene *scene, char *error)
+{
+    size_t n = scene->object_count + (size_t)1;
+    memset(c, 0, sizeof *c);
+    c->instances = calloc(n, sizeof *c->instances);
+    c->offsets = calloc(n, sizeof *c->offsets);
+    c->maps = calloc(n, sizeof(cohsm_maps *));
+    c->self = malloc(n * sizeof *c->self);
+    if (!c->instances || !c->offsets || !c->maps || !c->self)
+        return cs_out_of_memory(error);
+    for (size_t i = 0; i < n; i++)
+        c->self[i] = COHSM_NO_SELF;
+    return 0;
+}
+
+static void add_instance(cs_casters *c, const cohsm_maps *maps, const float *transform, float scale, float offset)
+{
+    cohsm_info info;
+    cohsm_get_info(maps, &info);
+    c->instances[c->count].maps = maps;
+    memcpy(c->instances[c->count].transform, transform, sizeof c->instances[c->count].transform);
+    c->offsets[c->count++] = info.positional ? 0 : offset * scale * 2 * info.radius / (float)info.map_size;
+}
+
+/* Everything that casts shadows as one object; it gets the maps *maps. */
+static void add_whole(cs_casters *c, const ex_scene *scene, cohsm_maps *maps, float offset)
+{
+    c->maps[c->map_count++] = maps;
+    add_instance(c, maps, identity, 1, offset);
+    for (uint32_t i = 0; i < scene->object_count; i++)
+        if (!scene->objects[i].receiver_only)
+            c->self[i] = 0;
+}
+
+static int build_whole(cs_casters *c, cs_state *state, const rd_job *job, const cohsm_domain *domain,
+                       uint32_t map_size, char *error)
+{
+    cohsm_mesh mesh;
+    cohsm_maps *maps;
+    soup s;
+    int result;
+    if (whole_scene(&s, job->scene, error) != 0)
+        return -1;
+    mesh = mesh_of_soup(&s);
+    result = s.triangles ? build(&maps, state, job, domain, map_size, &mesh, job->scene->name, error) : 0;
+    if (result == 0 && s.triangles)
+        add_whole(c, job->scene, maps, state->options.offset);
+    soup_free(&s);
+    return result;
+}
+
+/* The direction as an object sees it that stands in the world by a similarity. */
+static void to_object(const float *m, const float *direction, float *out)
+{
+    float length;
+    for (int i = 0; i < 3; i++)
+        out[i] = m[4 * i] * direction[0] + m[4 * i + 1] * direction[1] + m[4 * i + 2] * direction[2];
+    length = sqrtf(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]);
+    for (int i = 0; i < 3; i++)
+        out[i] /= length;
+}
+
+/* Maps that an earlier object got for the same mesh and, with a sun, for the same direction in its space. */
+static const cohsm_maps *find_maps(const cs_casters *c, const ex_scene *scene, uint32_t object, const float *location)
+{
+    for (uint32_t i = 0; i < object; i++) {
+        const cohsm_maps *maps;
+        float scale, d[4];
+        if (scene->objects[i].mesh != scene->objects[object].mesh || c->self[i] == COHSM_NO_SELF ||
+            !is_similarity(scene->objects[i].transform, &scale))
+            continue;
+        maps = c->instances[c->self[i]].maps;
+        if (!location || (cohsm_location(maps, 0, d) == COHSM_OK &&
+                          fabsf(d[0] - location[0]) + fabsf(d[1] - location[1]) + fabsf(d[2] - location[2]) < 1e-6f))
+            return maps;
+    }
+    return NULL;
+}
+
+static int build_object(cs_casters *c, cs_state *state, const rd_job *job, uint32_t object, const float *direction,
+                        char *error)
+{
+    const ex_scene *scene = job->scene;
+    const ex_object *o = &scene->objects[object];
+    const ex_mesh *source = &scene->meshes[o->mesh];
+    float scale = 1, location[4] = { 0, 0, 0, 0 };
+    int similar = is_similarity(o->transform, &scale), result = 0;
+    const cohsm_maps *maps;
+    cohsm_domain domain;
+    if (direction)
+        to_object(similar ? o->transform : identity, direction, location);
+    maps = similar ? find_maps(c, scene, object, direction ? location : NULL) : NULL;
+    if (!maps) {
+        cohsm_mesh mesh = mesh_of(source);
+        cohsm_maps *made = NULL;
+        soup moved = { NULL, NULL, 0, 0 };
+        memset(&domain, 0, sizeof domain);
+        domain.side[0] = domain.side[1] = state->options.side;
+        if (direction) {
+            domain.kind = COHSM_DOMAIN_LIST;
+            domain.locations = location;
+            domain.location_count = 1;
+        }
+        if (!similar) {
+            if (soup_alloc(&moved, source->vertex_count, source->triangle_count, error) != 0)
+                return -1;
+            soup_add(&moved, source, o->transform);
+            mesh = mesh_of_soup(&moved);
+        }
+        result = build(&made, state, job, &domain, direction ? state->options.sun_size : state->options.map_size,
+                       &mesh, o->name, error);
+        soup_free(&moved);
+        if (result != 0)
+            return -1;
+        maps = c->maps[c->map_count++] = made;
+    }
+    c->self[object] = (uint32_t)c->count;
+    add_instance(c, maps, similar ? o->transform : identity, similar ? scale : 1, state->options.offset);
+    return 0;
+}
+
+int cs_casters_build(cs_casters *c, cs_state *state, const rd_job *job, const float *direction, char *error)
+{
+    const ex_scene *scene = job->scene;
+    if (allocate(c, scene, error) != 0)
+        return -1;
+    if (state->options.whole > 0 || (state->options.whole < 0 && scene->object_count > MOST_OBJECTS)) {
+        cohsm_domain domain;
+        float location[4] = { 0, 0, 0, 0 };
+        memset(&domain, 0, sizeof domain);
+        domain.side[0] = domain.side[1] = state->options.side;
+        if (direction) {
+            memcpy(location, direction, 3 * sizeof *direction);
+            domain.kind = COHSM_DOMAIN_LIST;
+            domain.locations = location;
+            domain.location_count = 1;
+        }
+        return build_whole(c, state, job, &domain, direction ? state->options.sun_size : state->options.map_size,
+                           error);
+    }
+    for (uint32_t i = 0; i < scene->object_count; i++)
+        if (!scene->objects[i].receiver_only && scene->meshes[scene->objects[i].mesh].triangle_count &&
+            build_object(c, state, job, i, direction, error) != 0)
+            return -1;
+    return 0;
+}
+
+int cs_casters_build_local(cs_casters *c, cs_state *state, const rd_job *job, const cohsm_domain *domain, char *error)
+{
+    if (allocate(c, job->scene, error) != 0)
+        return -1;
+    return build_whole(c, state, job, domain, state->options.light_map_size, error);
+}
+
+/* ---- receivers ---- */
+
+/* 1 and the plane that all vertices of an object lie in. */
+static int is_flat(const ex_mesh *mesh, const float *m, cs_plane *plane)
+{
+    double corner[3][3], a[3], b[3], n[3], length;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            const float *p = mesh->positions + 3 * (size_t)mesh->indices[i];
+            corner[i][k] = (double)(m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k]);
+        }
+    for (int k = 0; k < 3; k++) {
+        a[k] = corner[1][k] - corner[0][k];
+        b[k] = corner[2][k] - corner[0][k];
+    }
+    for (int k = 0; k < 3; k++)
+        n[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+    length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    if (!(length > 0))
+        return 0;
+    for (int k = 0; k < 3; k++)
+        plane->normal[k] = (float)(n[k] / length);
+    plane->distance = (float)((n[0] * corner[0][0] + n[1] * corner[0][1] + n[2] * corner[0][2]) / length);
+    for (uint32_t i = 0; i < mesh->vertex_count; i++) {
+        const float *p = mesh->positions + 3 * (size_t)i;
+        float height = -plane->distance;
+        for (int k = 0; k < 3; k++)
+            height += plane->normal[k] * (m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k]);
+        if (fabsf(height) > 1e-5f * (float)sqrt(length))
+            return 0;
+    }
+    return 1;
+}
+
+int cs_planes_build(cs_plane **planes, size_t *count, const ex_scene *scene, char *error)
+{
+    *count = 0;
+    *planes = calloc(scene->object_count + (size_t)1, sizeof **planes);
+    if (!*planes)
+        return cs_out_of_memory(error);
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        const ex_mesh *mesh = &scene->meshes[scene->objects[i].mesh];
+        if (scene->objects[i].receiver_only && mesh->triangle_count &&
+            is_flat(mesh, scene->objects[i].transform, &(*planes)[*count]))
+            (*planes)[(*count)++].object = i;
+    }
+    return 0;
+}
+
+/* ---- --baked ---- */
+
+static void *read_file(const char *path, size_t *size, char *error)
+{
+    FILE *file = fopen(path, "rb");
+    char *data = NULL;
+    size_t room = 0, got = 1;
+    *size = 0;
+    while (file && got) {
+        if (*size == room) {
+            char *grown = realloc(data, room = 2 * room + 65536);
+            if (!grown)
+                break;
+            data = grown;
+        }
+        *size += got = fread(data + *size, 1, room - *size, file);
+    }
+    if (file && !got && !ferror(file)) {
+        fclose(file);
+        return data;
+    }
+    snprintf(error, EX_ERROR_SIZE, "cannot read %.150s: %s", path, errno ? strerror(errno) : "error");
+    if (file)
+        fclose(file);
+    free(data);
+    return NULL;
+}
+
+/* The file must have been made of this scene's casters: their bounds are what can be compared at no cost. */
+static int fits(const cohsm_maps *maps, const rd_job *job)
+{
+    cohsm_info info;
+    float far_off = 0;
+    cohsm_get_info(maps, &info);
+    for (int k = 0; k < 3; k++)
+        far_off = fmaxf(far_off, fabsf(info.center[k] - job->center[k]));
+    return far_off < 0.2f * job->radius && info.radius > 0.75f * job->radius && info.radius < 1.25f * job->radius;
+}
+
+int cs_casters_open(cs_casters *c, cs_state *state, const rd_job *job, char *error)
+{
+    cohsm_allocator allocator = cs_memory_allocator(&state->memory);
+    cohsm_info info;
+    cohsm_maps *maps;
+    cohsm_result result;
+    size_t size;
+    void *data;
+    if (allocate(c, job->scene, error) != 0 || !(data = read_file(job->baked, &size, error)))
+        return -1;
+    result = cohsm_open(data, size, &allocator, &maps);
+    free(data);
+    if (result != COHSM_OK)
+        return cs_failed(job->baked, result, error);
+    add_whole(c, job->scene, maps, state->options.offset);
+    cohsm_get_info(maps, &info);
+    if (!info.positional && info.domain != COHSM_DOMAIN_LIST && info.domain != COHSM_DOMAIN_TABLE && fits(maps, job))
+        return 0;
+    snprintf(error, EX_ERROR_SIZE, "%.150s: %s", job->baked,
+             fits(maps, job) ? "not maps of directions" : "maps of another object");
+    return -1;
+}
+
+void cs_casters_free(cs_casters *c)
+{
+    for (size_t i = 0; i < c->map_count; i++)
+        cohsm_free(c->maps[i]);
+    free(c->instances);
+    free(c->offsets);
+    free(c->maps);
+    free(c->self);
+    memset(c, 0, sizeof *c);
+}

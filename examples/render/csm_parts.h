@@ -1,0 +1,88 @@
+/* csm_parts.h - what the files of the technique csm share: settings, shadow casters with maps, lights. */
+#ifndef RD_CSM_PARTS_H
+#define RD_CSM_PARTS_H
+
+#include "technique.h"
+#include "csm.h"
+
+#include <pthread.h>
+
+/* Counts what the header asks for; several threads may ask at once. */
+typedef struct cs_memory { size_t now, peak; pthread_mutex_t lock; } cs_memory;
+
+typedef struct cs_options {      /* --set, resolved */
+    uint32_t     side, map_size;             /* of the maps of directions */
+    uint32_t     light_side, light_map_size; /* of the maps of places on lights */
+    uint32_t     sun_size;                   /* pixels a side of a sun's own map */
+    cohsm_layers layers;
+    cohsm_order  order;
+    cohsm_filter filter;
+    float        bias, offset;               /* map pixels: towards the light, and along the geometric normal */
+    int          semi, shared_sun, whole;
+} cs_options;
+
+/* Objects with maps of one domain: what cohsm_visible_scene takes. */
+typedef struct cs_casters {
+    cohsm_instance *instances;
+    float          *offsets;     /* of each: world units that a receiver on it moves along its geometric normal */
+    size_t          count;
+    cohsm_maps    **maps;        /* distinct ones; instances share them */
+    size_t          map_count;
+    uint32_t       *self;        /* by object of the scene; COHSM_NO_SELF for receivers */
+} cs_casters;
+
+/* A flat object that only receives (the ground) has no maps: it counts as an infinite plane, and a sample on its other
+   side is not lit. */
+typedef struct cs_plane { float normal[3], distance; uint32_t object; } cs_plane;
+
+typedef struct cs_patches cs_patches;        /* emissive triangles as a curve of small pieces */
+
+typedef struct cs_light {
+    cohsm_emitter    *emitter;
+    void             *memory;    /* of the emitter */
+    size_t            bytes;
+    cs_patches       *patches;   /* emissive meshes only */
+    int               is_delta;  /* sun, spot, point: one sample is enough */
+    int               at_infinity;
+    const ex_light   *wide_spot; /* a cone above 180 degrees, treated as a point light and cut here */
+    float             sun[3];    /* direction, where is_delta and at_infinity */
+    cohsm_light       ask;
+    const cs_casters *casters;
+    cs_casters        own;       /* maps for this light alone */
+} cs_light;
+
+typedef struct cs_state {
+    cs_options  options;
+    cs_memory   memory;
+    cs_light   *lights;
+    size_t      light_count, area_count;     /* area_count: those that samples are shared among */
+    cs_plane   *planes;
+    size_t      plane_count;
+    cs_casters  directions;      /* maps of all directions, for sky and semi-local light */
+    int         full;            /* materials=full */
+    uint64_t    queries, refused;
+} cs_state;
+
+int  cs_out_of_memory(char *error);          /* both return -1 */
+int  cs_failed(const char *what, cohsm_result result, char *error);
+
+void cs_memory_init(cs_memory *memory);
+cohsm_allocator cs_memory_allocator(cs_memory *memory);
+
+/* csm_maps.c. direction: NULL, or unit and towards a sun: each caster gets one map, of that direction. */
+int  cs_casters_build(cs_casters *casters, cs_state *state, const rd_job *job, const float *direction, char *error);
+/* Whole static scene as one rigid object with maps of places on a light. */
+int  cs_casters_build_local(cs_casters *casters, cs_state *state, const rd_job *job, const cohsm_domain *domain,
+                            char *error);
+int  cs_casters_open(cs_casters *casters, cs_state *state, const rd_job *job, char *error);      /* --baked */
+void cs_casters_free(cs_casters *casters);
+
+int  cs_planes_build(cs_plane **planes, size_t *count, const ex_scene *scene, char *error);
+
+/* csm_lights.c */
+int  cs_lights_build(cs_state *state, const rd_job *job, char *error);       /* emitters alone, no maps yet */
+int  cs_light_domain(const cs_light *light, const rd_job *job, const cs_options *options, cohsm_domain *out,
+                     float **locations, char *error);    /* *locations: free() it after the build */
+void cs_light_free(cs_light *light);
+
+#endif
