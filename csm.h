@@ -1,4 +1,102 @@
-/* csm.h - v1.0.0 - coherent shadow maps: precomputed visibility of rigid objects, compressed without loss - MIT-0 OR Unlicense */
+/* csm.h - v1.0.0 - coherent shadow maps: visibility of rigid objects, precomputed without loss - MIT-0 OR Unlicense
+
+   What it does
+
+   Renders an object's depth from thousands of directions (or light positions) once, compresses all those shadow maps
+   into one small block, and answers "is this point lit from there?" with one cache line a query. After Ritschel,
+   Grosch, Kautz and Mueller, "Interactive Illumination with Coherent Shadow Maps", EGSR 2007. On top of it: everything
+   that a Monte Carlo renderer of direct light needs around visibility (environments, area lights, materials, sampling).
+
+   What it does not do
+
+   - Objects are rigid; they may move, turn and scale evenly. Nothing deforms.
+   - Answers are exact for the maps, not for the scene: directions snap to N maps and points to M x M pixels. Shadows of
+     details finer than a pixel (1/128 of the object) are lost or widened; docs/csm.md has pictures and figures.
+   - No bounced light, no rendering, no file access, no threads of its own.
+
+   Quick start
+
+   In exactly one source file write the define; everywhere else include the header alone.
+
+       #define CSM_IMPLEMENTATION
+       #include "csm.h"
+       #include <stdio.h>
+
+       int main(void)
+       {
+           static const float corners[] = { -1, 0, -1,  1, 0, -1,  1, 0, 1,  -1, 0, 1 };    // a square
+           static const uint32_t triangles[] = { 0, 2, 1,  0, 3, 2 };
+           const float point[3] = { 0.0f, -0.5f, 0.0f }, sideways[3] = { 1, 0, 0 }, up[3] = { 0, 1, 0 };
+           cohsm_mesh mesh = { corners, 4, 0, triangles, 6 };
+           cohsm_query query = cohsm_query_default();
+           cohsm_maps *maps;
+           float lit[2];
+
+           if (cohsm_build(NULL, &mesh, &maps, NULL) != COHSM_OK) return 1;     // 128 x 128 directions
+           query.points = point;
+           query.count = 1;
+           query.lights = up;                                                   // towards the light
+           cohsm_visible(maps, &query, &lit[0], NULL);
+           query.lights = sideways;
+           cohsm_visible(maps, &query, &lit[1], NULL);
+           printf("below the square: light from above %g, from the side %g\n", (double)lit[0], (double)lit[1]);
+           cohsm_free(maps);
+           return !(lit[0] == 0.0f && lit[1] == 1.0f);
+       }
+
+   Real programs ask for thousands of points at once: the searches of a batch overlap, and one light for all points
+   (query.one_light) is several times faster still.
+
+   Conventions
+
+   Right-handed; matrices are column-major float[16]; directions have unit length and point from the surface to the
+   light; distances in the mesh's units, angles in radians, radiance in W/(sr m^2).
+
+     map        the depth of the object along one direction (orthographic) or around one position (six faces of a cube)
+     domain     the set of those directions or positions: a mapping D of d parameters in 0..1
+     cell       one of the N samples of the domain; its map is what is precomputed
+     view       one rendered image: a map, or one face of it; views are stored in a sequence chosen for coherence
+     layers     z1, z2, z3: depths of the first hits of a pixel's ray
+     segment    a run of views for which one stored depth separates z1 from the layer behind it
+     receiver   the point that is asked about
+     semi-local a light at a position outside the object's convex hull, answered by the maps of directions
+
+   How it works
+
+   A pixel's depth z may be stored as any value in [z1, z2): the comparison with a receiver on a surface comes out the
+   same. For each pixel, the builder walks through the views and goes on with one value as long as it fits; that is the
+   least number of segments. What it then writes is 14 to 16 bits a segment:
+
+     lookup        4 bytes a pixel          directory     2 bytes a block of about 30 segments
+     blocks        64 bytes: where each segment begins (Elias-Fano), and its depth (8-bit grid, range or palette)
+
+   Memory is about M^2 s 1.9 bytes for s segments a pixel; s grows with about N^0.45 and with the object's detail (bunny
+   340, dragon 530 at N = 128^2, M = 128). The knobs, and what each trades:
+
+     side          fewer directions: banding in penumbrae, shadows that jump as a light moves
+     map_size      fewer pixels: jagged and widened contact shadows; leaks through things thinner than a pixel
+     layers        Z1Z2 right everywhere; Z1Z3_SPHERE and Z1Z3_FAR halve and third the block, for closed objects, and
+                   leak light onto receivers between the second and third surface, and with FAR behind the object
+     bias          too little: acne at grazing light; too much: light leaks in corners. 1 pixel suits most
+     filter        NEAREST is fastest and jagged; PCF smooth and slow; ROULETTE as fast as NEAREST, noise for jags
+
+   Configuration
+
+     CSM_IMPLEMENTATION   in one source file: compiles the code
+     CSM_STATIC           everywhere it is included: a private copy, all functions static
+     COHSM_DEF            everywhere: your own linkage instead
+     COHSM_NO_SIMD        with the implementation: portable code only (results are the same)
+     COHSM_ASSERT(x)      with the implementation: in place of assert
+
+   Memory, errors, threads, determinism
+
+   All memory comes from the allocator in the desc, called from the thread that called us. Every function that can fail
+   returns a cohsm_result; where it is not COHSM_OK, outputs are untouched and nothing leaks. There are no globals:
+   const maps may be queried from any number of threads; builders and progressive buffers belong to one at a time.
+   Blocks built from the same input have the same bytes on every compiler, processor, byte order and thread count (not
+   with x87 arithmetic, nor with clang's -ffast-math).
+
+   Cost: docs/csm.md and build/bench csm_query, csm_compression.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef CSM_H
 #define CSM_H
 
@@ -102,8 +200,8 @@ typedef enum cohsm_layers {         /* which interval [z1, upper) a stored depth
 } cohsm_layers;
 
 typedef enum cohsm_order {          /* the enumeration of maps; the longer neighbours look alike, the smaller the block */
-    COHSM_ORDER_DEFAULT,            /* by trial on a small version of the build (a tenth of its time); Hilbert where
-                                       no mesh is at hand */
+    COHSM_ORDER_DEFAULT,            /* cohsm_build: by trial on small versions of the build (a fifth of its time); else
+                                       Hilbert */
     COHSM_ORDER_SCANLINE,           /* first dimension fastest */
     COHSM_ORDER_ZIGZAG,             /* the same, every other line backwards */
     COHSM_ORDER_ZIGZAG_THETA,       /* zig-zag with the second dimension fastest */
@@ -112,7 +210,7 @@ typedef enum cohsm_order {          /* the enumeration of maps; the longer neigh
 } cohsm_order;
 
 typedef enum cohsm_frame {          /* which way is up in the image of a direction's map */
-    COHSM_FRAME_DEFAULT,            /* the one measured best: POLAR for LATLONG, TWO_POLES otherwise (T64) */
+    COHSM_FRAME_DEFAULT,            /* cohsm_build: by trial together with the order; else POLAR (T64) */
     COHSM_FRAME_POLAR,              /* right along rising s of LATLONG, up towards +Y */
     COHSM_FRAME_MINIMAL,            /* shortest rotation of the frame at +Y; turns fast near -Y */
     COHSM_FRAME_TWO_POLES,          /* shortest rotation from the nearer of +Y and -Y; jumps at the equator */
@@ -328,6 +426,209 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
    The size is measured on a few small builds and continued by their growth; the error weighs the width of a cell
    against that of a pixel as measured in docs/csm.md. Takes about as long as a build at side 32.
    Errors   those of cohsm_build; COHSM_ERR_LIMIT where not even side 8, M = 16 fits */
+
+/* ---- Sampling: the direct-light estimator of section 5 ---------------------------------------------------------
+
+   L(x, wo) = integral of f(x, wo, w) L_in(x, w) V(x, w) cos(theta) dw, in three steps that arrays of points share:
+
+       cohsm_sample      for each point S directions towards one light, each with its weight f L cos / (pdf S)
+       a visibility query                    yours, or one of this header; a sample of weight 0 needs none
+       cohsm_accumulate  adds weight x visibility up
+
+   Several lights are several calls. Nothing here allocates; lights and patterns live in memory that you own. All
+   vectors that must have unit length may be off by 1e-3. Every call is safe beside others on the same light. */
+
+typedef enum cohsm_brdf {
+    COHSM_BRDF_DEFAULT,          /* Lambert */
+    COHSM_BRDF_LAMBERT,          /* diffuse / pi */
+    COHSM_BRDF_PHONG,            /* + specular (n + 2) / (2 pi) cos^n(angle between w and the mirrored wo) */
+    COHSM_BRDF_LAFORTUNE,        /* + sum over lobes of scale max(0, w . C wo)^n, Lafortune et al. 1997 */
+    COHSM_BRDF_METAL_ROUGH       /* glTF: diffuse (1 - metallic) (1 - F) / pi + GGX, F0 = 0.04 to diffuse by metallic */
+} cohsm_brdf;
+
+#define COHSM_MAX_LOBES 8u
+
+typedef struct cohsm_lobe {      /* in the frame tangent, bitangent, normal */
+    float axis[3];               /* Cx, Cy, Cz: -1, -1, 1 mirrors; Cx != Cy needs a tangent */
+    float exponent;              /* 0..1e5 */
+    float scale[3];              /* >= 0, 1/sr */
+} cohsm_lobe;
+
+typedef struct cohsm_material {
+    cohsm_brdf        type;
+    float             diffuse[3];   /* albedo 0..1 (with specular <= 1 conserves energy); metal-rough: base colour */
+    float             specular[3];  /* PHONG: albedo of the lobe seen along the normal, its largest; 0..1 */
+    float             exponent;     /* PHONG: n, 0..1e5 */
+    float             metallic;     /* METAL_ROUGH: 0..1 */
+    float             roughness;    /* METAL_ROUGH: 0..1; alpha = roughness^2, not below 0.002 */
+    const cohsm_lobe *lobes;        /* LAFORTUNE */
+    uint32_t          lobe_count;   /* LAFORTUNE: 0..COHSM_MAX_LOBES */
+} cohsm_material;
+
+COHSM_DEF cohsm_result cohsm_brdf_eval(const cohsm_material *material, const float normal[3], const float tangent[3],
+                                       const float wo[3], const float wi[3], float f[3], float *pdf);
+/* f(wo, wi) without the cosine, in 1/sr, and the density per solid angle with which cohsm_brdf_sample returns wi.
+   tangent  NULL: any; else unit, made orthogonal to normal
+   wo, wi   unit, away from the surface; f = 0 where wi is below it, wo is lifted to just above it
+   Errors   COHSM_ERR_DESC (material), COHSM_ERR_ARGUMENT (NULL, NaN, length) */
+
+COHSM_DEF cohsm_result cohsm_brdf_sample(const cohsm_material *material, const float normal[3],
+                                         const float tangent[3], const float wo[3], const float u[2], float wi[3],
+                                         float f[3], float *pdf);
+/* As above with wi chosen by u, both 0 <= u < 1: u[0] picks the lobe by Russian roulette and is then stretched to 0..1
+   again. *pdf = 0: no sample (the lobe went below the surface, or the material is black); wi is the normal then. */
+
+typedef enum cohsm_shape {       /* A: what emits, and its coordinates in [0, 1)^d, all of equal area */
+    COHSM_SHAPE_DEFAULT,         /* environment */
+    COHSM_SHAPE_ENVIRONMENT,     /* x = 0.5 + atan2(z, x) / (2 pi), y = acos(y) / pi: row 0 is +Y, the centre +X */
+    COHSM_SHAPE_SUN,             /* one direction; no coordinates */
+    COHSM_SHAPE_POINT,           /* no coordinates */
+    COHSM_SHAPE_SPOT,            /* hard circular cone; no coordinates */
+    COHSM_SHAPE_LINE,            /* cylinder without caps: x along it */
+    COHSM_SHAPE_RECTANGLE,       /* position + x u + y v; emits along u x v */
+    COHSM_SHAPE_DISC,            /* Shirley and Chiu's concentric map of the square; emits along direction */
+    COHSM_SHAPE_SPHERE,          /* x as in the environment, y = (1 - cos of the angle from +Y) / 2; emits outwards */
+    COHSM_SHAPE_CALLBACK         /* shape_fn */
+} cohsm_shape;
+
+typedef void (*cohsm_shape_fn)(void *user, float time, const float x[3], float position[3], float normal[3],
+                               float *area);
+/* The surface point at x in [0, 1)^3, its emission side (0, 0, 0: a volume, emits without a cosine) and the Jacobian
+   d area / dx there: its mean over the domain is the area (or volume). */
+
+typedef void (*cohsm_emission_fn)(void *user, float time, const float x[3], const float direction[3], float rgb[3]);
+/* Factor of the radiance that leaves the point x along the unit direction. For environments direction points from
+   the surface to the sky. Values that are not finite or negative count as 0. */
+
+typedef struct cohsm_emitter_desc {
+    cohsm_shape       shape;
+    float             position[3];  /* point, spot, disc, sphere: centre; rectangle: corner; line: start */
+    float             direction[3]; /* sun: to it; spot: out of the lamp; disc: normal; unit */
+    float             u[3], v[3];   /* rectangle: edges; line: u = end - start */
+    float             radius;       /* disc, sphere, line: world units, > 0 */
+    float             cone_angle;   /* spot: full apex angle, radians, above 0, below pi */
+    float             radiance[3];  /* L, W/(sr m^2); point and spot: I, W/sr; sun: E facing it, W/m^2; >= 0 */
+    float             cosine_power; /* areas: L(theta) = radiance cos^power(theta); 0 is a Lambertian emitter */
+    float             rotation;     /* environment: radians about +Y */
+    const float      *texels;       /* L over [0, 1)^2: factors of radiance, height rows of width rgb texels, each
+                                       constant; NULL: 1. Frames follow one another. Copied by cohsm_emitter_build */
+    uint32_t          width, height;     /* a line has height 1 */
+    uint32_t          frames;            /* 0 = 1 */
+    float             frames_per_second; /* linear between frames; 0 = 30 */
+    int               loop;              /* 1: the frame after the last is the first; 0: the last one stays */
+    float             time;              /* seconds: the light is built as it is at this time */
+    cohsm_shape_fn    shape_fn;
+    cohsm_emission_fn emission_fn;       /* NULL: 1; not for sun, point and spot */
+    void             *user;
+} cohsm_emitter_desc;
+
+typedef struct cohsm_emitter cohsm_emitter;
+
+COHSM_DEF size_t cohsm_emitter_size(const cohsm_emitter_desc *desc);
+/* Bytes that cohsm_emitter_build needs: at most 512 + 22 a texel + 26 a row + 4 a column. 0: the desc is refused. */
+
+COHSM_DEF cohsm_result cohsm_emitter_build(const cohsm_emitter_desc *desc, void *memory, size_t memory_size,
+                                         cohsm_emitter **out, uint64_t *bad_texels);
+/* memory      cohsm_emitter_size(desc) bytes, 16-byte aligned; must outlive *out
+   bad_texels  may be NULL; texels of the frames in use with a channel that is not finite or negative: the channel is 0
+   Errors      COHSM_ERR_DESC, COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_MEMORY
+   A light that moves or changes is built again, for each frame if need be: O(texels). */
+
+COHSM_DEF cohsm_result cohsm_emitter_domain(const cohsm_emitter *emitter, cohsm_domain *out);
+/* D of section 4: the domain whose maps answer for samples of this emitter. Ask them with coords as
+   COHSM_LIGHT_PARAMETER; the sky's and the sun's, LATLONG, with directions; a point's and a spot's, LIST, by index 0.
+   out      its side is 0, the default; locations of a LIST point into the emitter
+   Errors   COHSM_ERR_ARGUMENT; COHSM_ERR_DOMAIN for callbacks: build a TABLE from shape_fn */
+
+#define COHSM_INFINITY 340282346638528859811704183484516925440.0f   /* distance of sky and sun: the largest float */
+
+typedef struct cohsm_emission {  /* one point of a light as seen from a point p */
+    float direction[3];          /* unit, from p to it */
+    float distance;              /* COHSM_INFINITY for environment and sun */
+    float coords[3];             /* in [0, 1), the light's own coordinates; unused ones are 0 */
+    float radiance[3];           /* towards p; sun, point, spot: irradiance facing it */
+    float pdf;                   /* with which cohsm_emitter_sample returns it, per solid angle; sun, point, spot: 1 */
+} cohsm_emission;
+
+COHSM_DEF int cohsm_emitter_sample(const cohsm_emitter *light, const float p[3], const float u[3], cohsm_emission *out);
+/* P_L: picks a point of the light in proportion to its texture, rectangles and spheres without one by solid angle.
+   u are random numbers in [0, 1); u[2] serves callbacks only. Returns 0, *out untouched, where nothing reaches p. */
+
+COHSM_DEF int cohsm_emitter_hit(const cohsm_emitter *light, const float p[3], const float direction[3],
+                              cohsm_emission *out);
+/* What a ray from p sees of the light alone. Returns 0, *out untouched, if it misses; always for sun, point, spot and
+   callback, which have no area or none that is known: those are only sampled from their side. */
+
+typedef enum cohsm_sampling {
+    COHSM_SAMPLING_DEFAULT,      /* both, weighted by the balance heuristic (Veach and Guibas 1995), shared out by
+                                    solid angle of the light and width of the lobe */
+    COHSM_SAMPLING_LIGHT,        /* P_L */
+    COHSM_SAMPLING_BRDF,         /* P_f; sun, point, spot and callback: P_L all the same */
+    COHSM_SAMPLING_PAPER         /* environment: the diffuse part by P_L, the specular one by P_f, roulette between them
+                                    by k_d, the diffuse share of the albedo; every other light by P_L */
+} cohsm_sampling;
+
+typedef struct cohsm_points {    /* strides in bytes, multiples of 4; 0 = 12 */
+    size_t                count;
+    const float          *positions;  size_t position_stride;  /* 3 floats, world space */
+    const float          *normals;    size_t normal_stride;    /* 3 floats, unit shading normals */
+    const float          *views;      size_t view_stride;      /* 3 floats, unit, to the eye; NULL = normals */
+    const float          *tangents;   size_t tangent_stride;   /* 3 floats, unit; NULL = any */
+    const cohsm_material *materials;  size_t material_stride;  /* 0: one for all; else sizeof or above */
+    const uint32_t       *pixels;     /* y * width + x, picks the random numbers; NULL: 0, 1, ... */
+} cohsm_points;
+
+typedef struct cohsm_sample_desc {
+    uint32_t       samples;      /* S for each point, 1..65536 */
+    cohsm_sampling sampling;
+    uint32_t       seed;         /* another seed, other noise: use one for each light */
+    uint32_t       frame;        /* of progressive rendering: frame i goes on where frame i - 1 stopped */
+    const float   *patterns;     /* from cohsm_patterns_build with length S; NULL: a scrambled (0, 2)-sequence a pixel,
+                                    which converges faster over many frames */
+} cohsm_sample_desc;
+
+typedef struct cohsm_samples {   /* room for count * S each; sample k of point i is number i S + k */
+    float *directions;           /* 3 floats, unit; the normal where the weight is 0 and no direction was found */
+    float *distances;            /* COHSM_INFINITY for distant lights */
+    float *coords;               /* 3 floats, of the light; NULL: not wanted */
+    float *weights;              /* 3 floats: f L cos / (pdf S) */
+} cohsm_samples;
+
+COHSM_DEF cohsm_result cohsm_sample(const cohsm_sample_desc *desc, const cohsm_emitter *light,
+                                    const cohsm_points *points, const cohsm_samples *out, size_t *useful);
+/* useful  may be NULL; number of samples whose weight is not 0: only these need visibility
+   Errors  COHSM_ERR_DESC (desc, a material), COHSM_ERR_ARGUMENT (NULL, stride, NaN, length); outputs are then untouched
+   Cost    O(count S); a point's samples depend on its own inputs and pixel only, so that batches may be cut anywhere */
+
+COHSM_DEF cohsm_result cohsm_accumulate(size_t count, uint32_t samples, const float *weights, const float *visibility,
+                                        float *radiance, size_t radiance_stride);
+/* radiance[i] += sum over k of weights[i S + k] visibility[i S + k], 3 floats radiance_stride bytes apart (0 = 12).
+   visibility  one float for each sample, 0..1; NULL: all lit. COHSM_REFUSED counts as 0
+   Errors      COHSM_ERR_ARGUMENT */
+
+#define COHSM_PATTERN_COUNT 256u
+
+COHSM_DEF size_t cohsm_patterns_size(uint32_t length);
+/* Bytes of COHSM_PATTERN_COUNT patterns of length points in the unit square; 0 if length is not 1..65536. */
+
+COHSM_DEF cohsm_result cohsm_patterns_build(uint32_t length, uint32_t seed, float *patterns, size_t size);
+/* Section 5.1: pattern j holds its points at patterns + j * length * 2. Each of the length columns of the square holds
+   one point, jittered; so does each cell of the square grid where length is a power of 4.
+   cohsm_sample takes the pattern by pixel and moves to another one each frame; after 256 frames all have been used and
+   return shifted. */
+
+typedef struct cohsm_progressive { /* section 5.2: the mean of frames; sums are doubles, good for 1e6 frames */
+    double  *sums;               /* count doubles of yours */
+    size_t   count;              /* 3 x pixels */
+    uint32_t frames;             /* in the sums */
+} cohsm_progressive;
+
+COHSM_DEF cohsm_result cohsm_progressive_reset(cohsm_progressive *p);
+/* Forgets all frames: after every change of camera, scene or light. */
+COHSM_DEF cohsm_result cohsm_progressive_add(cohsm_progressive *p, const float *frame);
+/* Adds a frame of count floats. */
+COHSM_DEF cohsm_result cohsm_progressive_mean(const cohsm_progressive *p, float *mean);
+/* Writes count floats; COHSM_ERR_ARGUMENT before the first frame. */
 
 #ifdef __cplusplus
 }
@@ -1570,11 +1871,12 @@ static void cohsm__latlong_angles(const uint32_t *side, float *angles)
 static cohsm__frame cohsm__cell_frame(const cohsm__header *h, const float *table, const float *angles, uint32_t cell)
 {
     const float *column, *row;
-    if (h->domain != COHSM_DOMAIN_LATLONG || h->frame != COHSM_FRAME_POLAR)
-        return cohsm__frame_of(h->frame, cohsm__cell_location(h, table, cell));
+    cohsm__frame f;
+    if (h->domain != COHSM_DOMAIN_LATLONG) return cohsm__frame_of(h->frame, cohsm__cell_location(h, table, cell));
     column = angles + 2 * (cell % h->side[0]);
     row = angles + 2 * h->side[0] + 2 * (cell / h->side[0]);
-    return cohsm__frame_latlong(column[0], column[1], row[0], row[1]);
+    f = cohsm__frame_latlong(column[0], column[1], row[0], row[1]);
+    return h->frame == COHSM_FRAME_POLAR ? f : cohsm__frame_of(h->frame, f.back);
 }
 
 /* Faces of a cube: 2 axis + (1 where it looks along the negative axis). Pixel x runs along the next axis, y along the
@@ -2594,7 +2896,7 @@ static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t
         p = cohsm__plan_block(s + i, count - i, grid, views);
         if (blocks) cohsm__put_bits(words, 16u * (uint32_t)blocks, 16, s[i].first);
         cohsm__write_block(words + gap + used, s + i, &p, grid);
-        used += i + p.n < count ? COHSM__BLOCK_WORDS : (p.size + 31u) / 32u;
+        used += i + p.n < count ? (uint32_t)COHSM__BLOCK_WORDS : (p.size + 31u) / 32u;
     }
     cohsm__put_bits(words, 0, 16, (uint32_t)blocks);
     directory = (blocks + 1) / 2;
@@ -2707,9 +3009,10 @@ struct cohsm_builder {
     int               finished;         /* or failed: it can only be destroyed */
 };
 
-/* ceil and floor of d * grid / 65535 */
+/* Grid value i stands for the depth floor(i 65535 / grid): the least i whose depth is at least d, and the greatest whose
+   depth is at most d. */
 static uint32_t cohsm__grid_above(uint32_t d, uint32_t grid) { return (d * grid + 65534u) / 65535u; }
-static uint32_t cohsm__grid_below(uint32_t d, uint32_t grid) { return d * grid / 65535u; }
+static uint32_t cohsm__grid_below(uint32_t d, uint32_t grid) { return ((d + 1u) * grid - 1u) / 65535u; }
 
 static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel, uint32_t flag, uint32_t lo, uint32_t hi)
 {
@@ -2797,6 +3100,7 @@ static void cohsm__compress_task(void *context, size_t index)
     cohsm__range *r = &b->ranges[index];
     uint32_t chunk_begin = b->batch_begin & ~(COHSM__CHUNK - 1u);
 
+    if (r->begin == r->end) return;                 /* fewer pixels than ranges */
     for (; r->next_view < b->batch_count; r->next_view++) {
         r->starved = !cohsm__page_ready(b, r);
         if (r->starved) return;
@@ -3007,8 +3311,6 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d)
         return COHSM_ERR_DESC;
     if (d->domain.kind == COHSM_DOMAIN_DEFAULT) d->domain.kind = COHSM_DOMAIN_LATLONG;
     if (d->layers == COHSM_LAYERS_DEFAULT) d->layers = COHSM_LAYERS_Z1Z2;
-    if (d->frame == COHSM_FRAME_DEFAULT)
-        d->frame = d->domain.kind == COHSM_DOMAIN_LATLONG ? COHSM_FRAME_POLAR : COHSM_FRAME_TWO_POLES;
     if (!d->map_size) d->map_size = 128;
     if (!d->depth_bits) d->depth_bits = 8;
     if (d->map_size < 4 || d->map_size > 1024 || d->depth_bits < 4 || d->depth_bits > 8) return COHSM_ERR_DESC;
@@ -3244,6 +3546,7 @@ COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builde
     if (result != COHSM_OK) return result;
     if (!cohsm__radius_usable(d.radius)) return COHSM_ERR_DESC;
     if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
+    if (d.frame == COHSM_FRAME_DEFAULT) d.frame = COHSM_FRAME_POLAR;
     memset(&heap, 0, sizeof heap);
     heap.allocator = cohsm__allocator_make(d.allocator.alloc_fn, d.allocator.free_fn, d.allocator.user);
     return cohsm__builder_make(&d, &heap, out);
@@ -3667,36 +3970,59 @@ static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *
     return result;
 }
 
-/* The order with the smallest block at a quarter of each side and half the map size: the ranking follows the object's
-   shape, which a small version shows (docs/csm.md has the figures). */
-static cohsm_result cohsm__choose_order(cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap)
+/* Segments of a build with sides divided by shrink and half the map size. */
+static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *model, uint32_t shrink, cohsm__heap *heap,
+                                     double *segments)
 {
-    static const cohsm_order orders[3] = { COHSM_ORDER_HILBERT, COHSM_ORDER_ZIGZAG_THETA, COHSM_ORDER_ZIGZAG };
-    cohsm_desc trial = *d;
-    uint64_t least = UINT64_MAX;
+    cohsm_desc small = *d;
+    cohsm_maps *maps;
+    cohsm_stats stats;
+    cohsm_result result;
     int i;
 
-    d->order = COHSM_ORDER_HILBERT;
-    if (cohsm__has_table((uint32_t)d->domain.kind)) return COHSM_OK;
-    trial.progress = NULL;
-    for (i = 0; i < 3; i++) trial.domain.side[i] = cohsm__max_u32((d->domain.side[i] + 3u) / 4u, 1);
-    trial.map_size = cohsm__max_u32(d->map_size / 2, 8);
-    trial.pixel_begin = 0;
-    trial.pixel_end = trial.map_size * trial.map_size;
-    for (i = 0; i < 3; i++) {
-        cohsm_maps *maps;
-        cohsm_stats stats;
-        cohsm_result result;
-        memset(&stats, 0, sizeof stats);
-        trial.order = orders[i];
-        result = cohsm__build_model(&trial, model, heap, &maps, &stats);
-        if (result != COHSM_OK) return result;
-        cohsm_free(maps);
-        if (stats.segments < least) {
-            least = stats.segments;
-            d->order = orders[i];
+    memset(&stats, 0, sizeof stats);
+    small.progress = NULL;
+    for (i = 0; i < 3; i++) small.domain.side[i] = (d->domain.side[i] + shrink - 1u) / shrink;
+    small.map_size = cohsm__max_u32(d->map_size / 2, 8);
+    small.pixel_begin = 0;
+    small.pixel_end = small.map_size * small.map_size;
+    result = cohsm__build_model(&small, model, heap, &maps, &stats);
+    if (result != COHSM_OK) return result;
+    cohsm_free(maps);
+    *segments = (double)stats.segments;
+    return COHSM_OK;
+}
+
+/* Order and frame, where the desc leaves them open: tried at a quarter and an eighth of each side and continued by that
+   growth for two more doublings, since zig-zag is ahead of Hilbert on few maps and falls behind on many. */
+static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap)
+{
+    static const cohsm_order orders[2] = { COHSM_ORDER_HILBERT, COHSM_ORDER_ZIGZAG_THETA };
+    static const cohsm_frame frames[2] = { COHSM_FRAME_POLAR, COHSM_FRAME_TWO_POLES };
+    int tabled = cohsm__has_table((uint32_t)d->domain.kind), o, f;
+    int any_order = d->order == COHSM_ORDER_DEFAULT && !tabled;
+    int any_frame = d->frame == COHSM_FRAME_DEFAULT && !tabled && !cohsm__is_positional(&d->domain);
+    double least = 0.0, quarter, eighth;
+    cohsm_desc trial = *d;
+    cohsm_result result;
+
+    if (d->order == COHSM_ORDER_DEFAULT) d->order = COHSM_ORDER_HILBERT;
+    if (d->frame == COHSM_FRAME_DEFAULT) d->frame = COHSM_FRAME_POLAR;
+    if (!any_order && !any_frame) return COHSM_OK;
+    for (o = 0; o < (any_order ? 2 : 1); o++)
+        for (f = 0; f < (any_frame ? 2 : 1); f++) {
+            trial.order = any_order ? orders[o] : d->order;
+            trial.frame = any_frame ? frames[f] : d->frame;
+            result = cohsm__try_small(&trial, model, 4, heap, &quarter);
+            if (result == COHSM_OK) result = cohsm__try_small(&trial, model, 8, heap, &eighth);
+            if (result != COHSM_OK) return result;
+            quarter *= quarter / eighth * (quarter / eighth);
+            if (least == 0.0 || quarter < least) {
+                least = quarter;
+                d->order = any_order ? orders[o] : d->order;
+                d->frame = any_frame ? frames[f] : d->frame;
+            }
         }
-    }
     return COHSM_OK;
 }
 
@@ -3718,7 +4044,7 @@ COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mes
     if (result != COHSM_OK) return result;
     heap.allocator = cohsm__allocator_make(d.allocator.alloc_fn, d.allocator.free_fn, d.allocator.user);
     result = cohsm__model_make(&model, &d, mesh, &heap, &s);
-    if (result == COHSM_OK && d.order == COHSM_ORDER_DEFAULT) result = cohsm__choose_order(&d, &model, &heap);
+    if (result == COHSM_OK) result = cohsm__choose_sequence(&d, &model, &heap);
     if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, out, &s);
     cohsm__soup_free(&model.soup, &heap);
     if (result == COHSM_OK && stats) *stats = s;
@@ -4255,13 +4581,28 @@ COHSM__TARGET_AVX2 static void cohsm__see8(cohsm__tile *t, size_t i, const cohsm
     _mm256_storeu_si256((__m256i *)(void *)(t->depth + i), _mm256_cvttps_epi32(d));
 }
 
-/* cohsm__address for eight directions to LATLONG maps with polar frames. */
+/* cohsm__frame_of for COHSM_FRAME_TWO_POLES */
+COHSM__TARGET_AVX2 static void cohsm__two_poles8(cohsm__vec d, cohsm__vec *right, cohsm__vec *up)
+{
+    __m256 one = _mm256_set1_ps(1.0f), minus = _mm256_set1_ps(-1.0f), a, s, sx;
+    s = _mm256_blendv_ps(minus, one, _mm256_cmp_ps(d.y, _mm256_setzero_ps(), _CMP_GE_OQ));
+    a = _mm256_div_ps(minus, _mm256_add_ps(s, d.y));
+    sx = _mm256_mul_ps(s, d.x);
+    right->x = _mm256_add_ps(one, _mm256_mul_ps(_mm256_mul_ps(sx, d.x), a));
+    right->y = _mm256_xor_ps(sx, _mm256_set1_ps(-0.0f));
+    right->z = _mm256_mul_ps(_mm256_mul_ps(sx, d.z), a);
+    up->x = _mm256_mul_ps(_mm256_mul_ps(d.x, d.z), a);
+    up->y = _mm256_xor_ps(d.z, _mm256_set1_ps(-0.0f));
+    up->z = _mm256_add_ps(s, _mm256_mul_ps(_mm256_mul_ps(d.z, d.z), a));
+}
+
+/* cohsm__address for eight directions to LATLONG maps. */
 COHSM__TARGET_AVX2 static void cohsm__address8(cohsm__tile *t, size_t i)
 {
     const cohsm_maps *m = t->maps;
     const float *rows = m->angles + 2 * m->head.side[0];
     __m256i c0, c1, n0 = _mm256_set1_epi32((int)m->head.side[0]), n1 = _mm256_set1_epi32((int)m->head.side[1]), over;
-    __m256 length, valid, cp, sp, ct, st, zero = _mm256_setzero_ps();
+    __m256 length, valid, cp, sp, ct, st, zero = _mm256_setzero_ps(), minus = _mm256_set1_ps(-0.0f);
     cohsm__vec l, right, up, back;
 
     l.x = _mm256_loadu_ps(t->light[0] + i);
@@ -4285,16 +4626,18 @@ COHSM__TARGET_AVX2 static void cohsm__address8(cohsm__tile *t, size_t i)
     sp = _mm256_i32gather_ps(m->angles + 1, c0, 8);
     ct = _mm256_i32gather_ps(rows, c1, 8);
     st = _mm256_i32gather_ps(rows + 1, c1, 8);
-    right.x = _mm256_xor_ps(sp, _mm256_set1_ps(-0.0f));
-    right.y = zero;
-    right.z = cp;
-    ct = _mm256_xor_ps(ct, _mm256_set1_ps(-0.0f));
-    up.x = _mm256_mul_ps(ct, cp);
-    up.y = st;
-    up.z = _mm256_mul_ps(ct, sp);
     back.x = _mm256_mul_ps(st, cp);
-    back.y = _mm256_xor_ps(ct, _mm256_set1_ps(-0.0f));
+    back.y = ct;
     back.z = _mm256_mul_ps(st, sp);
+    if (m->head.frame == COHSM_FRAME_POLAR) {
+        right.x = _mm256_xor_ps(sp, minus);
+        right.y = zero;
+        right.z = cp;
+        ct = _mm256_xor_ps(ct, minus);
+        up.x = _mm256_mul_ps(ct, cp);
+        up.y = st;
+        up.z = _mm256_mul_ps(ct, sp);
+    } else cohsm__two_poles8(back, &right, &up);
     _mm256_storeu_si256((__m256i *)(void *)(t->place + i), cohsm__place8(m, c0, c1));
     cohsm__see8(t, i, &right, &up, &back, valid);
 }
@@ -4343,9 +4686,9 @@ COHSM__TARGET_AVX2 static uint32_t cohsm__found_depth(const cohsm__found *f, con
     at = bucket ? cohsm__select_zero_bmi(marks, bucket - (bucket != 0)) + 1u : 0u;
     j = at - bucket;
     run = at < 64 ? (uint32_t)_tzcnt_u64(~(marks >> at)) : 0u;
-    more = (run > 0) & (cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low);
+    more = (uint32_t)((run > 0) & (cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low));
     j += more;
-    more &= (run > 1) & (cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low);
+    more &= (uint32_t)((run > 1) & (cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low));
     j += more;
     if (more && run > 2)
         for (run -= 2; run && cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low; run--) j++;
@@ -4372,7 +4715,7 @@ COHSM__TARGET_AVX2 static void cohsm__find_depths(const cohsm_maps *m, const uin
     uint32_t n = 0, i, entry;
 
     for (i = 0; i < count; i++) {
-        depth[i] = COHSM__INFINITE;
+        depth[i] = COHSM__INFINITE;             /* nothing is deeper */
         if (pixel[i] == COHSM__NO_PIXEL) continue;
         entry = m->lookup[(size_t)(place[i] >> COHSM__CHUNK_BITS) * m->range + pixel[i]];
         depth[i] = entry & 0xffffu;
@@ -4395,7 +4738,7 @@ COHSM__TARGET_AVX2 static void cohsm__search_avx2(cohsm__tile *t)
         n = cohsm__min_u32(COHSM__STEP, (uint32_t)t->count - i);
         cohsm__find_depths(t->maps, t->pixel + i, t->place + i, n, stored);
         for (k = 0; k < n; k++)
-            t->visible[i + k] = (t->pixel[i + k] != COHSM__NO_PIXEL) & (t->depth[i + k] > (int32_t)stored[k]) ? 0.0f : 1.0f;
+            t->visible[i + k] = t->depth[i + k] > (int32_t)stored[k] ? 0.0f : 1.0f;
     }
 }
 
@@ -4488,7 +4831,7 @@ COHSM__TARGET_AVX2 static int cohsm__tile_avx2(cohsm__tile *t)
         cohsm__one_light_avx2(t);
         return 1;
     }
-    if (m->head.domain != COHSM_DOMAIN_LATLONG || m->head.frame != COHSM_FRAME_POLAR) return 0;
+    if (m->head.domain != COHSM_DOMAIN_LATLONG || m->head.frame == COHSM_FRAME_MINIMAL) return 0;
     for (i = t->count; i % 8; i++) t->light[0][i] = t->light[1][i] = t->light[2][i] = 1.0f;
     for (i = 0; i < t->count; i += 8) cohsm__address8(t, i);
     cohsm__search_avx2(t);
@@ -4617,7 +4960,7 @@ COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *
     }
     cohsm__tile_start(&t, query, maps);
     for (begin = 0; begin < query->count; begin += t.count) {
-        t.count = query->count - begin < COHSM__TILE ? query->count - begin : COHSM__TILE;
+        t.count = query->count - begin < COHSM__TILE ? query->count - begin : (size_t)COHSM__TILE;
         for (i = 0; i < t.count; i++) t.id[i] = begin + i;
         cohsm__load_tile(&t, NULL);
         cohsm__run_tile(&t);
@@ -5062,6 +5405,1370 @@ COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_all
     return cohsm__open_plain(bytes, size, &a, out);
 }
 
+/* ---- >>sampling: BRDFs ----------------------------------------------------------------------------------------- */
+
+#define COHSM__PI 3.14159265f
+#define COHSM__BELOW_1 0.99999994f
+
+typedef struct cohsm__cosine_lobe { /* scale max(0, axis . wi)^exponent */
+    cohsm__v3 axis, scale;
+    float     exponent;
+} cohsm__cosine_lobe;
+
+typedef struct cohsm__surface {  /* a material at one point, all directions in the frame t, b, n */
+    cohsm__v3 t, b, n, wo;
+    cohsm__v3 diffuse, f0;
+    float     alpha;             /* GGX; 0: cosine lobes */
+    uint32_t  lobe_count;
+    cohsm__cosine_lobe lobes[COHSM_MAX_LOBES];
+    float     lobe_share[COHSM_MAX_LOBES]; /* roulette among them, the sum is 1 */
+    float     diffuse_share;     /* roulette between the diffuse part and them: k_d of the paper */
+    float     peak;              /* largest density of the BRDF samples, roughly, 1/sr */
+    int       black;
+} cohsm__surface;
+
+typedef struct cohsm__response { /* f and density for one wi, the two parts apart */
+    cohsm__v3 diffuse, specular;
+    float     diffuse_pdf, specular_pdf;
+} cohsm__response;
+
+static float cohsm__mean3(cohsm__v3 c) { return (c.x + c.y + c.z) * (1.0f / 3.0f); }
+static float cohsm__clamp_unit(float u) { return u > 0.0f ? u < COHSM__BELOW_1 ? u : COHSM__BELOW_1 : 0.0f; }
+static float cohsm__safe_sqrt(float x) { return x > 0.0f ? sqrtf(x) : 0.0f; }
+
+static cohsm__v3 cohsm__to_frame(const cohsm__surface *s, cohsm__v3 w)
+{
+    return cohsm__v3_make(cohsm__v3_dot(w, s->t), cohsm__v3_dot(w, s->b), cohsm__v3_dot(w, s->n));
+}
+
+static cohsm__v3 cohsm__from_frame(cohsm__v3 t, cohsm__v3 b, cohsm__v3 n, cohsm__v3 w)
+{
+    return cohsm__v3_madd(cohsm__v3_madd(cohsm__v3_scale(t, w.x), b, w.y), n, w.z);
+}
+
+static float cohsm__pow5(float x) { return x * x * (x * x) * x; }
+
+static cohsm__v3 cohsm__schlick(cohsm__v3 f0, float cosine)
+{
+    float f = cohsm__pow5(1.0f - cosine);
+    return cohsm__v3_madd(cohsm__v3_scale(f0, 1.0f - f), cohsm__v3_make(1.0f, 1.0f, 1.0f), f);
+}
+
+/* Inverse of cohsm__concentric. */
+static void cohsm__disc_square(float x, float y, float *u, float *v)
+{
+    float r = sqrtf(x * x + y * y), a, b;
+    if (fabsf(x) > fabsf(y)) {
+        a = x > 0.0f ? r : -r;
+        b = a * (4.0f / COHSM__PI) * cohsm__atan2(y / x, 1.0f);
+    } else {
+        b = y > 0.0f ? r : -r;
+        a = r > 0.0f ? b * (4.0f / COHSM__PI) * cohsm__atan2(x / y, 1.0f) : 0.0f;
+    }
+    *u = cohsm__clamp_unit(0.5f * (a + 1.0f));
+    *v = cohsm__clamp_unit(0.5f * (b + 1.0f));
+}
+
+static int cohsm__in_range3(const float *p, float low, float high)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+        if (!cohsm__finite(p[i]) || p[i] < low || p[i] > high) return 0;
+    return 1;
+}
+
+static int cohsm__in_range(float x, float low, float high) { return cohsm__finite(x) && x >= low && x <= high; }
+
+static int cohsm__is_unit(const float *p)
+{
+    cohsm__v3 v = cohsm__v3_load(p);
+    return cohsm__v3_finite(v) && fabsf(cohsm__v3_dot(v, v) - 1.0f) <= 2e-3f;
+}
+
+static int cohsm__material_valid(const cohsm_material *m)
+{
+    uint32_t i;
+    if ((unsigned)m->type > (unsigned)COHSM_BRDF_METAL_ROUGH || !cohsm__in_range3(m->diffuse, 0.0f, 1.0f)) return 0;
+    if (m->type == COHSM_BRDF_PHONG)
+        return cohsm__in_range3(m->specular, 0.0f, 1.0f) && cohsm__in_range(m->exponent, 0.0f, 1e5f);
+    if (m->type == COHSM_BRDF_METAL_ROUGH)
+        return cohsm__in_range(m->metallic, 0.0f, 1.0f) && cohsm__in_range(m->roughness, 0.0f, 1.0f);
+    if (m->type != COHSM_BRDF_LAFORTUNE) return 1;
+    if (m->lobe_count > COHSM_MAX_LOBES || (m->lobe_count && !m->lobes)) return 0;
+    for (i = 0; i < m->lobe_count; i++)
+        if (!cohsm__in_range3(m->lobes[i].axis, -10.0f, 10.0f) || !cohsm__in_range3(m->lobes[i].scale, 0.0f, 1e9f) ||
+            !cohsm__in_range(m->lobes[i].exponent, 0.0f, 1e5f))
+            return 0;
+    return 1;
+}
+
+/* Adds a lobe about C wo and returns its albedo, roughly: that only steers the roulette. */
+static float cohsm__add_lobe(cohsm__surface *s, cohsm__v3 c, float exponent, cohsm__v3 scale)
+{
+    cohsm__cosine_lobe *lobe = &s->lobes[s->lobe_count];
+    cohsm__v3 a = cohsm__v3_mul(c, s->wo);
+    float length = cohsm__v3_length(a), albedo;
+
+    if (!(length > 0.0f)) return 0.0f;
+    lobe->axis = cohsm__v3_scale(a, 1.0f / length);
+    lobe->exponent = exponent;
+    lobe->scale = cohsm__v3_scale(scale, exponent > 0.0f ? cohsm__pow(length, exponent) : 1.0f);
+    albedo = cohsm__mean3(lobe->scale) * 2.0f * COHSM__PI / (exponent + 2.0f);
+    albedo *= lobe->axis.z > 0.1f ? lobe->axis.z : 0.1f;
+    if (!(albedo > 0.0f) || !cohsm__v3_finite(lobe->scale)) return 0.0f;
+    s->lobe_share[s->lobe_count++] = albedo;
+    return albedo;
+}
+
+static float cohsm__specular_init(cohsm__surface *s, const cohsm_material *m)
+{
+    cohsm__v3 base = cohsm__v3_load(m->diffuse);
+    float sum = 0.0f;
+    uint32_t i;
+
+    if (m->type == COHSM_BRDF_METAL_ROUGH) {
+        s->alpha = m->roughness * m->roughness > 0.002f ? m->roughness * m->roughness : 0.002f;
+        s->f0 = cohsm__v3_make(0.04f, 0.04f, 0.04f);
+        s->f0 = cohsm__v3_madd(cohsm__v3_scale(s->f0, 1.0f - m->metallic), base, m->metallic);
+        s->diffuse = cohsm__v3_scale(base, 1.0f - m->metallic);
+        s->lobe_count = 1;
+        s->lobe_share[0] = sum = cohsm__mean3(cohsm__schlick(s->f0, s->wo.z));
+    } else if (m->type == COHSM_BRDF_PHONG) {
+        float norm = (m->exponent + 2.0f) / (2.0f * COHSM__PI);
+        sum = cohsm__add_lobe(s, cohsm__v3_make(-1.0f, -1.0f, 1.0f), m->exponent,
+                              cohsm__v3_scale(cohsm__v3_load(m->specular), norm));
+    } else if (m->type == COHSM_BRDF_LAFORTUNE) {
+        for (i = 0; i < m->lobe_count; i++)
+            sum += cohsm__add_lobe(s, cohsm__v3_load(m->lobes[i].axis), m->lobes[i].exponent,
+                                   cohsm__v3_load(m->lobes[i].scale));
+    }
+    return sum;
+}
+
+static void cohsm__surface_init(cohsm__surface *s, const cohsm_material *m, cohsm__v3 n, const float *tangent,
+                                cohsm__v3 wo)
+{
+    cohsm__v3 t = tangent ? cohsm__v3_load(tangent) : cohsm__v3_make(0.0f, 0.0f, 0.0f);
+    float specular, diffuse;
+    uint32_t i;
+
+    s->n = cohsm__v3_normalize(n);
+    t = cohsm__v3_madd(t, s->n, -cohsm__v3_dot(t, s->n));
+    if (cohsm__v3_dot(t, t) > 1e-6f) {
+        s->t = cohsm__v3_normalize(t);
+        s->b = cohsm__v3_cross(s->n, s->t);
+    } else {
+        cohsm__v3_basis(s->n, &s->t, &s->b);
+    }
+    s->wo = cohsm__to_frame(s, cohsm__v3_normalize(wo));
+    if (s->wo.z < 1e-3f) {       /* the eye may be below the horizon of an interpolated normal */
+        s->wo.z = 1e-3f;
+        s->wo = cohsm__v3_normalize(s->wo);
+    }
+    if (s->wo.z > 1.0f) s->wo.z = 1.0f;
+    s->diffuse = cohsm__v3_load(m->diffuse);
+    s->alpha = 0.0f;
+    s->lobe_count = 0;
+    specular = cohsm__specular_init(s, m);
+    for (i = 0; i < s->lobe_count; i++) s->lobe_share[i] /= specular;
+    diffuse = cohsm__mean3(s->diffuse);
+    s->black = !(diffuse + specular > 0.0f);
+    s->diffuse_share = s->black ? 1.0f : diffuse / (diffuse + specular);
+    s->peak = s->diffuse_share * (1.0f / COHSM__PI);
+    for (i = 0; i < s->lobe_count; i++) {
+        float lobe = s->alpha > 0.0f ? 0.25f / (COHSM__PI * s->alpha * s->alpha)
+                                     : (s->lobes[i].exponent + 1.0f) / (2.0f * COHSM__PI);
+        s->peak += (1.0f - s->diffuse_share) * s->lobe_share[i] * lobe;
+    }
+}
+
+/* GGX with Smith's height-correlated shadowing (Heitz, JCGT 3(2), 2014); 1 - nh^2 as hx^2 + hy^2, which keeps the
+   digits of narrow peaks. The density is that of visible normals. */
+static void cohsm__ggx(const cohsm__surface *s, cohsm__v3 wi, cohsm__response *r)
+{
+    cohsm__v3 h = cohsm__v3_normalize(cohsm__v3_add(s->wo, wi)), f;
+    float a2 = s->alpha * s->alpha, q = h.x * h.x + h.y * h.y + a2 * h.z * h.z, d = a2 / (COHSM__PI * q * q);
+    float go = sqrtf(a2 + (1.0f - a2) * s->wo.z * s->wo.z), gi = sqrtf(a2 + (1.0f - a2) * wi.z * wi.z);
+    float vh = cohsm__v3_dot(s->wo, h);
+
+    vh = vh > 0.0f ? vh < 1.0f ? vh : 1.0f : 0.0f;
+    f = cohsm__schlick(s->f0, vh);
+    r->specular = cohsm__v3_scale(f, 0.5f * d / (wi.z * go + s->wo.z * gi));
+    r->diffuse = cohsm__v3_mul(r->diffuse, cohsm__v3_make(1.0f - f.x, 1.0f - f.y, 1.0f - f.z));
+    r->specular_pdf = 0.5f * d / (s->wo.z + go);
+}
+
+static cohsm__response cohsm__respond(const cohsm__surface *s, cohsm__v3 wi)
+{
+    cohsm__response r;
+    uint32_t i;
+
+    memset(&r, 0, sizeof r);
+    if (!(wi.z > 0.0f)) return r;
+    r.diffuse = cohsm__v3_scale(s->diffuse, 1.0f / COHSM__PI);
+    r.diffuse_pdf = wi.z * (1.0f / COHSM__PI);
+    if (s->lobe_count && s->alpha > 0.0f) {
+        cohsm__ggx(s, wi, &r);
+        return r;
+    }
+    for (i = 0; i < s->lobe_count; i++) {
+        const cohsm__cosine_lobe *lobe = &s->lobes[i];
+        float c = cohsm__v3_dot(lobe->axis, wi);
+        if (!(c > 0.0f)) continue;
+        c = cohsm__pow(c, lobe->exponent);
+        r.specular = cohsm__v3_madd(r.specular, lobe->scale, c);
+        r.specular_pdf += s->lobe_share[i] * c * (lobe->exponent + 1.0f) / (2.0f * COHSM__PI);
+    }
+    return r;
+}
+
+static float cohsm__brdf_pdf(const cohsm__surface *s, const cohsm__response *r)
+{
+    return s->diffuse_share * r->diffuse_pdf + (1.0f - s->diffuse_share) * r->specular_pdf;
+}
+
+/* Visible normals by spherical caps: Dupuy and Benyoub, "Sampling visible GGX normals with spherical caps", 2023. */
+static cohsm__v3 cohsm__ggx_draw(const cohsm__surface *s, float u, float v)
+{
+    float a = s->alpha, z, r, sn, cs, d;
+    cohsm__v3 o = cohsm__v3_normalize(cohsm__v3_make(s->wo.x * a, s->wo.y * a, s->wo.z)), h;
+
+    z = (1.0f - u) * (1.0f + o.z) - o.z;
+    r = cohsm__safe_sqrt(1.0f - z * z);
+    cohsm__sincos(2.0f * COHSM__PI * v, &sn, &cs);
+    h = cohsm__v3_add(cohsm__v3_make(r * cs, r * sn, z), o);
+    h = cohsm__v3_normalize(cohsm__v3_make(h.x * a, h.y * a, h.z));
+    d = 2.0f * cohsm__v3_dot(s->wo, h);
+    return cohsm__v3_normalize(cohsm__v3_sub(cohsm__v3_scale(h, d), s->wo));
+}
+
+static cohsm__v3 cohsm__lobe_draw(const cohsm__cosine_lobe *lobe, float u, float v)
+{
+    cohsm__v3 t, b;
+    float c = cohsm__pow(1.0f - u, 1.0f / (lobe->exponent + 1.0f)), r = cohsm__safe_sqrt(1.0f - c * c), sn, cs;
+    cohsm__v3_basis(lobe->axis, &t, &b);
+    cohsm__sincos(2.0f * COHSM__PI * v, &sn, &cs);
+    return cohsm__from_frame(t, b, lobe->axis, cohsm__v3_make(r * cs, r * sn, c));
+}
+
+/* wi in the frame; the lobe is picked by u, which is then stretched over [0, 1) again and stays stratified. */
+static cohsm__v3 cohsm__brdf_draw(const cohsm__surface *s, float diffuse_share, float u, float v)
+{
+    uint32_t i = 0;
+    if (u < diffuse_share || s->lobe_count == 0) {
+        float x, y;
+        cohsm__concentric(diffuse_share > 0.0f ? cohsm__clamp_unit(u / diffuse_share) : u, v, &x, &y);
+        return cohsm__v3_make(x, y, cohsm__safe_sqrt(1.0f - x * x - y * y));
+    }
+    u = (u - diffuse_share) / (1.0f - diffuse_share);
+    if (s->alpha > 0.0f) return cohsm__ggx_draw(s, cohsm__clamp_unit(u), v);
+    for (; i + 1u < s->lobe_count && u >= s->lobe_share[i]; i++) u -= s->lobe_share[i];
+    return cohsm__lobe_draw(&s->lobes[i], cohsm__clamp_unit(u / s->lobe_share[i]), v);
+}
+
+/* ---- >>sampling: light functions A, D, L ----------------------------------------------------------------------- */
+
+struct cohsm_emitter {
+    cohsm_emitter_desc desc;       /* texels: the sanitised frame at desc.time, or NULL */
+    const double *edges;         /* environment: cos of the height + 1 row edges */
+    cohsm__cdf2   cdf;           /* over the texels; unused without */
+    const uint16_t *guide;       /* for the rows, then for the texels of each row */
+    cohsm__v3     origin, n;     /* n: emission side; line: axis; sun: to it; spot: out of the lamp */
+    cohsm__v3     ex, ey;        /* rectangle: dual edges; disc: frame */
+    cohsm__v3     radiance, tint; /* tint . texel: its density relative to uniform coordinates; sky: per solid angle */
+    float         lx, ly, area;  /* lengths of the edges */
+    float         cos_cone, turn; /* turn: rotation / (2 pi) */
+    int           orthogonal;
+    float         location[4];   /* D of point and spot */
+};
+
+typedef struct cohsm__aim {      /* a light as one point sees it: what all its samples share */
+    const cohsm_emitter *light;
+    cohsm__v3 p, axis;           /* sphere: to the centre; line: unit, from the line to p */
+    float distance;              /* sphere: to the centre; line: to its axis */
+    float spread;                /* sphere: 1 - cos of the cone; line: largest sin(phi) that p sees */
+    float solid_pdf;             /* above 0: sampled uniformly by solid angle */
+    float solid;                 /* solid angle of what p sees: roughly, but for spheres and large rectangles */
+    float x0, x1, y0, y1, z, b0, b1, k; /* rectangle: Urena et al. 2013 */
+} cohsm__aim;
+
+static int cohsm__is_delta(const cohsm_emitter *l)
+{
+    return l->desc.shape == COHSM_SHAPE_SUN || l->desc.shape == COHSM_SHAPE_POINT ||
+           l->desc.shape == COHSM_SHAPE_SPOT;
+}
+
+static cohsm__v3 cohsm__texel(const cohsm_emitter *l, uint32_t x, uint32_t y)
+{
+    const float *t = l->desc.texels;
+    return t ? cohsm__v3_load(t + 3u * ((size_t)y * l->desc.width + x)) : cohsm__v3_make(1.0f, 1.0f, 1.0f);
+}
+
+static uint32_t cohsm__cell(float x, uint32_t count)
+{
+    uint32_t i = (uint32_t)((double)x * count);
+    return i < count ? i : count - 1u;
+}
+
+static cohsm__v3 cohsm__texel_at(const cohsm_emitter *l, float x, float y)
+{
+    return cohsm__texel(l, cohsm__cell(x, l->desc.width), cohsm__cell(y, l->desc.height));
+}
+
+/* Of what cohsm__pick returns, relative to uniform coordinates. */
+static float cohsm__density(const cohsm_emitter *l, float x, float y)
+{
+    return l->desc.texels ? cohsm__v3_dot(cohsm__texel_at(l, x, y), l->tint) : 1.0f;
+}
+
+/* Inversion of a cdf: guide[b] is the cell where b / count of the total falls, so that the search begins a step or two
+   from its end, in the same cache line. The last loops mend what rounding at the ends of a bucket may have done, and
+   leave cells of weight 0. */
+static uint32_t cohsm__invert(const double *sums, const uint16_t *guide, uint32_t count, float u, float *fraction)
+{
+    double x = (double)u * sums[count], f;
+    uint32_t bucket = cohsm__cell(u, count), lo = guide[bucket], hi = bucket + 1u < count ? guide[bucket + 1u] + 1u
+                                                                                          : count;
+    while (hi - lo > 1u) {
+        uint32_t mid = lo + (hi - lo) / 2u;
+        if (sums[mid] <= x) lo = mid;
+        else hi = mid;
+    }
+    while (lo + 1u < count && sums[lo + 1u] <= x) lo++;
+    while (lo > 0 && (sums[lo] > x || !(sums[lo + 1u] > sums[lo]))) lo--;
+    f = (x - sums[lo]) / (sums[lo + 1u] - sums[lo]);
+    *fraction = cohsm__clamp_unit((float)f);
+    return lo;
+}
+
+static void cohsm__guide_build(const double *sums, uint16_t *guide, uint32_t count)
+{
+    uint32_t b, i = 0;
+    for (b = 0; b < count; b++) {
+        double x = sums[count] * b / count;
+        while (i + 1u < count && sums[i + 1u] <= x) i++;
+        guide[b] = (uint16_t)i;
+    }
+}
+
+/* The texel that u picks and where inside. 0 if all are black. */
+static int cohsm__pick_cell(const cohsm_emitter *l, const float *u, uint32_t *x, uint32_t *y, float *fx, float *fy)
+{
+    uint32_t w = l->desc.width;
+    if (!(cohsm__cdf2_total(&l->cdf) > 0.0)) return 0;
+    *y = cohsm__invert(l->cdf.rows, l->guide, l->desc.height, u[1], fy);
+    *x = cohsm__invert(l->cdf.sums + (size_t)*y * (w + 1u), l->guide + l->desc.height + (size_t)*y * w, w, u[0], fx);
+    return 1;
+}
+
+/* Coordinates in proportion to the texels. */
+static void cohsm__pick(const cohsm_emitter *l, const float *u, float *x, float *y)
+{
+    uint32_t i, j;
+    *x = u[0];
+    *y = u[1];
+    if (!l->desc.texels || !cohsm__pick_cell(l, u, &i, &j, x, y)) return;
+    *x = cohsm__clamp_unit(((float)i + *x) / (float)l->desc.width);
+    *y = cohsm__clamp_unit(((float)j + *y) / (float)l->desc.height);
+}
+
+/* L at out->coords along away, times texel and the angular factors; 0 if it is black. */
+static int cohsm__emit(const cohsm_emitter *l, cohsm__v3 texel, float cosine, cohsm__v3 away, cohsm_emission *out)
+{
+    cohsm__v3 c = cohsm__v3_mul(l->radiance, texel);
+    if (l->desc.cosine_power > 0.0f) c = cohsm__v3_scale(c, cohsm__pow(cosine, l->desc.cosine_power));
+    if (l->desc.emission_fn) {
+        float w[3], rgb[3] = { 0.0f, 0.0f, 0.0f };
+        int i;
+        cohsm__v3_store(w, away);
+        l->desc.emission_fn(l->desc.user, l->desc.time, out->coords, w, rgb);
+        for (i = 0; i < 3; i++)
+            if (!cohsm__finite(rgb[i]) || rgb[i] < 0.0f) rgb[i] = 0.0f;
+        c = cohsm__v3_mul(c, cohsm__v3_load(rgb));
+    }
+    cohsm__v3_store(out->radiance, c);
+    return cohsm__v3_finite(c) && c.x + c.y + c.z > 0.0f;
+}
+
+/* From a point of the surface to what p sees of it. The density is solid_pdf, or where that is 0 area_pdf turned into
+   solid angle. n = 0: a volume. */
+static int cohsm__emit_area(const cohsm__aim *a, cohsm__v3 q, cohsm__v3 n, float x, float y, float area_pdf,
+                            cohsm_emission *out)
+{
+    const cohsm_emitter *l = a->light;
+    cohsm__v3 d = cohsm__v3_sub(q, a->p), w;
+    float d2 = cohsm__v3_dot(d, d), distance = sqrtf(d2), cosine;
+
+    if (!(distance > 0.0f) || !cohsm__finite(d2)) return 0;
+    w = cohsm__v3_scale(d, 1.0f / distance);
+    cosine = n.x != 0.0f || n.y != 0.0f || n.z != 0.0f ? -cohsm__v3_dot(n, w) : 1.0f;
+    if (!(cosine > 1e-7f)) return 0;
+    if (cosine > 1.0f) cosine = 1.0f;
+    out->coords[0] = cohsm__clamp_unit(x);
+    out->coords[1] = cohsm__clamp_unit(y);
+    out->distance = distance;
+    out->pdf = a->solid_pdf > 0.0f ? a->solid_pdf : area_pdf * d2 / cosine;
+    cohsm__v3_store(out->direction, w);
+    return cohsm__emit(l, cohsm__texel_at(l, x, y), cosine, cohsm__v3_scale(w, -1.0f), out);
+}
+
+/* Environment: y of the texel rows by the cosines of their edges, so that solid angles are exact (T12). */
+static int cohsm__environment_found(const cohsm_emitter *l, uint32_t x, uint32_t y, float u, float v, cohsm__v3 w,
+                                    cohsm_emission *out)
+{
+    cohsm__v3 texel = cohsm__texel(l, x, y);
+
+    u -= l->turn;
+    out->coords[0] = cohsm__clamp_unit(u - floorf(u));
+    out->coords[1] = cohsm__clamp_unit(v);
+    out->distance = COHSM_INFINITY;
+    out->pdf = cohsm__v3_dot(texel, l->tint);
+    cohsm__v3_store(out->direction, w);
+    return cohsm__emit(l, texel, 1.0f, w, out) && out->pdf > 0.0f;
+}
+
+static int cohsm__environment_draw(const cohsm_emitter *l, const float *u, cohsm_emission *out)
+{
+    float x, y, r, sn, cs, fx, fy;
+    uint32_t i, j;
+
+    if (!cohsm__pick_cell(l, u, &i, &j, &fx, &fy)) return 0;
+    x = ((float)i + fx) / (float)l->desc.width;
+    y = (float)(l->edges[j] + (l->edges[j + 1u] - l->edges[j]) * (double)fy);
+    r = cohsm__safe_sqrt((1.0f - y) * (1.0f + y));
+    cohsm__sincos(2.0f * COHSM__PI * (x - l->turn - 0.5f), &sn, &cs);
+    return cohsm__environment_found(l, i, j, x, cohsm__acos(y) / COHSM__PI,
+                                    cohsm__v3_make(r * cs, y, r * sn), out);
+}
+
+static int cohsm__environment_hit(const cohsm_emitter *l, cohsm__v3 w, cohsm_emission *out)
+{
+    float u = 0.5f + cohsm__atan2(w.z, w.x) / (2.0f * COHSM__PI) + l->turn, v = cohsm__acos(w.y) / COHSM__PI;
+    u -= floorf(u);
+    return cohsm__environment_found(l, cohsm__cell(u, l->desc.width), cohsm__cell(v, l->desc.height), u, v, w, out);
+}
+
+/* Rectangle by solid angle: Urena, Fajardo and King, "An area-preserving parametrization for spherical rectangles",
+   EGSR 2013. In floats it needs a solid angle that is not small; smaller ones are sampled by area, no worse there. */
+static void cohsm__rectangle_aim(cohsm__aim *a)
+{
+    const cohsm_emitter *l = a->light;
+    cohsm__v3 d = cohsm__v3_sub(l->origin, a->p);
+    float n0, n1, n2, n3, g0, g1, g2, g3, z2;
+
+    a->x0 = cohsm__v3_dot(d, l->ex) * l->lx;
+    a->y0 = cohsm__v3_dot(d, l->ey) * l->ly;
+    a->x1 = a->x0 + l->lx;
+    a->y1 = a->y0 + l->ly;
+    a->z = cohsm__v3_dot(d, l->n);   /* below 0: p is on the emission side */
+    z2 = a->z * a->z;
+    n0 = -a->y0 / sqrtf(z2 + a->y0 * a->y0);
+    n1 = a->x1 / sqrtf(z2 + a->x1 * a->x1);
+    n2 = a->y1 / sqrtf(z2 + a->y1 * a->y1);
+    n3 = -a->x0 / sqrtf(z2 + a->x0 * a->x0);
+    g0 = cohsm__acos(-n0 * n1);
+    g1 = cohsm__acos(-n1 * n2);
+    g2 = cohsm__acos(-n2 * n3);
+    g3 = cohsm__acos(-n3 * n0);
+    a->b0 = n0;
+    a->b1 = n2;
+    a->k = 2.0f * COHSM__PI - g2 - g3;
+    a->solid = g0 + g1 - a->k;
+    if (a->solid > 0.05f && cohsm__finite(a->solid)) a->solid_pdf = 1.0f / a->solid;
+}
+
+/* Of a flat shape of this area and normal about d: right far away, at most 2 pi close by. */
+static float cohsm__flat_solid(cohsm__v3 n, cohsm__v3 d, float area)
+{
+    float d2 = cohsm__v3_dot(d, d), cosine = fabsf(cohsm__v3_dot(n, d)) / sqrtf(d2 > 0.0f ? d2 : 1.0f);
+    float near2 = area * (1.0f / (2.0f * COHSM__PI));
+    return area * (cosine * d2 + near2) / ((d2 + near2) * (d2 + near2));
+}
+
+static void cohsm__rectangle_pick(const cohsm__aim *a, const float *u, float *x, float *y)
+{
+    float au = u[0] * a->solid + a->k, sn, cs, f, c, d, xu, yv, h0, h1, h;
+
+    cohsm__sincos(au, &sn, &cs);
+    f = (cs * a->b0 - a->b1) / sn;
+    c = 1.0f / sqrtf(f * f + a->b0 * a->b0);
+    c = f > 0.0f ? c : -c;
+    c = c > -1.0f ? c < 1.0f ? c : 1.0f : -1.0f;
+    xu = -(c * a->z) / sqrtf(1.0f - c * c > 1e-12f ? 1.0f - c * c : 1e-12f);
+    xu = xu > a->x0 ? xu < a->x1 ? xu : a->x1 : a->x0;
+    d = sqrtf(xu * xu + a->z * a->z);
+    h0 = a->y0 / sqrtf(d * d + a->y0 * a->y0);
+    h1 = a->y1 / sqrtf(d * d + a->y1 * a->y1);
+    h = h0 + u[1] * (h1 - h0);
+    yv = h * h < 1.0f - 1e-6f ? h * d / sqrtf(1.0f - h * h) : a->y1;
+    *x = (xu - a->x0) / (a->x1 - a->x0);
+    *y = (yv - a->y0) / (a->y1 - a->y0);
+}
+
+/* All that depends on the point alone. 0: the light does not reach p. */
+static int cohsm__aim_at(cohsm__aim *a, const cohsm_emitter *l, cohsm__v3 p)
+{
+    cohsm__v3 d = cohsm__v3_sub(l->origin, p);
+    float r = l->desc.radius, s;
+
+    memset(a, 0, sizeof *a);
+    a->light = l;
+    a->p = p;
+    switch (l->desc.shape) {
+    case COHSM_SHAPE_RECTANGLE:
+        if (!(cohsm__v3_dot(l->n, d) < 0.0f)) return 0;
+        if (l->orthogonal && !l->desc.texels) cohsm__rectangle_aim(a);
+        if (a->solid_pdf > 0.0f) return 1;
+        d = cohsm__v3_madd(d, cohsm__v3_add(cohsm__v3_load(l->desc.u), cohsm__v3_load(l->desc.v)), 0.5f);
+        a->solid = cohsm__flat_solid(l->n, d, l->area);
+        return 1;
+    case COHSM_SHAPE_DISC:
+        a->solid = cohsm__flat_solid(l->n, d, l->area);
+        return cohsm__v3_dot(l->n, d) < 0.0f;
+    case COHSM_SHAPE_SPHERE:
+        a->distance = cohsm__v3_length(d);
+        if (!(a->distance > r)) return 0;
+        a->axis = cohsm__v3_scale(d, 1.0f / a->distance);
+        s = (r / a->distance) * (r / a->distance);
+        a->spread = s / (1.0f + sqrtf(1.0f - s));
+        a->solid = 2.0f * COHSM__PI * a->spread;
+        if (!l->desc.texels && a->spread > 0.0f) a->solid_pdf = 1.0f / a->solid;
+        return 1;
+    case COHSM_SHAPE_LINE:
+        s = cohsm__v3_dot(d, l->n);
+        d = cohsm__v3_sub(cohsm__v3_scale(l->n, s), d);
+        a->distance = cohsm__v3_length(d);
+        if (!(a->distance > r)) return 0;
+        a->axis = cohsm__v3_scale(d, 1.0f / a->distance);
+        a->spread = cohsm__safe_sqrt(1.0f - (r / a->distance) * (r / a->distance));
+        d = cohsm__v3_make(a->distance, s, s + l->lx);   /* the line seen edge to edge: sines of its ends */
+        a->solid = 2.0f * r / d.x * (d.z / sqrtf(d.x * d.x + d.z * d.z) - d.y / sqrtf(d.x * d.x + d.y * d.y));
+        return 1;
+    default:
+        return 1;
+    }
+}
+
+/* A of what is flat or round; a line is its axis. */
+static cohsm__v3 cohsm__shape_point(const cohsm_emitter *l, float x, float y)
+{
+    float dx, dy, sn, cs, r = l->desc.radius;
+    cohsm__v3 a, b;
+
+    switch (l->desc.shape) {
+    case COHSM_SHAPE_LINE:
+        return cohsm__v3_madd(l->origin, l->n, x * l->lx);
+    case COHSM_SHAPE_RECTANGLE:
+        a = cohsm__v3_scale(cohsm__v3_load(l->desc.u), x);
+        b = cohsm__v3_scale(cohsm__v3_load(l->desc.v), y);
+        return cohsm__v3_add(l->origin, cohsm__v3_add(a, b));
+    case COHSM_SHAPE_DISC:
+        cohsm__concentric(x, y, &dx, &dy);
+        a = cohsm__v3_add(cohsm__v3_scale(l->ex, dx), cohsm__v3_scale(l->ey, dy));
+        return cohsm__v3_madd(l->origin, a, r);
+    case COHSM_SHAPE_SPHERE:
+        dy = 1.0f - 2.0f * y;
+        dx = cohsm__safe_sqrt(1.0f - dy * dy);
+        cohsm__sincos(2.0f * COHSM__PI * (x - 0.5f), &sn, &cs);
+        return cohsm__v3_madd(l->origin, cohsm__v3_make(dx * cs, dy, dx * sn), r);
+    default:
+        return l->origin;
+    }
+}
+
+/* The cylinder by y, spread evenly over the breadth that p sees: the lamp's own cosine drops out. */
+static int cohsm__line_at(const cohsm__aim *a, float x, float sine, cohsm_emission *out)
+{
+    const cohsm_emitter *l = a->light;
+    float cosine = cohsm__safe_sqrt(1.0f - sine * sine);
+    cohsm__v3 n = cohsm__v3_scale(a->axis, cosine), q;
+
+    n = cohsm__v3_madd(n, cohsm__v3_cross(l->n, a->axis), sine);
+    q = cohsm__v3_madd(cohsm__shape_point(l, x, 0.0f), n, l->desc.radius);
+    return cohsm__emit_area(a, q, n, x, 0.0f, cohsm__density(l, x, 0.0f) * cosine /
+                                                  (2.0f * a->spread * l->desc.radius * l->lx), out);
+}
+
+static int cohsm__sphere_at(const cohsm__aim *a, cohsm__v3 n, cohsm_emission *out)
+{
+    const cohsm_emitter *l = a->light;
+    float x = 0.5f + cohsm__atan2(n.z, n.x) / (2.0f * COHSM__PI), y = 0.5f * (1.0f - n.y);
+    x = cohsm__clamp_unit(x);
+    y = cohsm__clamp_unit(y);
+    return cohsm__emit_area(a, cohsm__v3_madd(l->origin, n, l->desc.radius), n, x, y,
+                            cohsm__density(l, x, y) / l->area, out);
+}
+
+static int cohsm__sphere_draw(const cohsm__aim *a, const float *u, cohsm_emission *out)
+{
+    const cohsm_emitter *l = a->light;
+    float r = l->desc.radius, x, y, sn, cs, c, s2, along, reach;
+    cohsm__v3 t, b, n;
+
+    if (!(a->solid_pdf > 0.0f)) {
+        cohsm__pick(l, u, &x, &y);
+        n = cohsm__v3_sub(cohsm__shape_point(l, x, y), l->origin);
+        return cohsm__sphere_at(a, cohsm__v3_normalize(n), out);
+    }
+    /* Cone about the axis; the normal where the ray meets the sphere follows from the law of sines. */
+    c = u[0] * a->spread;
+    s2 = c * (2.0f - c);
+    c = 1.0f - c;
+    reach = cohsm__safe_sqrt(r * r - a->distance * a->distance * s2);
+    along = a->distance * s2 + c * reach;       /* from the centre towards p */
+    x = cohsm__safe_sqrt(s2) * (a->distance * c - reach) / r;
+    cohsm__sincos(2.0f * COHSM__PI * u[1], &sn, &cs);
+    cohsm__v3_basis(a->axis, &t, &b);
+    n = cohsm__from_frame(t, b, a->axis, cohsm__v3_make(x * cs, x * sn, -along / r));
+    return cohsm__sphere_at(a, cohsm__v3_normalize(n), out);
+}
+
+static int cohsm__delta_draw(const cohsm__aim *a, cohsm_emission *out)
+{
+    const cohsm_emitter *l = a->light;
+    cohsm__v3 d = cohsm__v3_sub(l->origin, a->p), w = l->n;
+    float distance = cohsm__v3_length(d), scale = 1.0f;
+
+    out->pdf = 1.0f;
+    out->distance = COHSM_INFINITY;
+    if (l->desc.shape != COHSM_SHAPE_SUN) {
+        if (!(distance > 0.0f) || !cohsm__finite(distance)) return 0;
+        w = cohsm__v3_scale(d, 1.0f / distance);
+        if (l->desc.shape == COHSM_SHAPE_SPOT && -cohsm__v3_dot(w, l->n) < l->cos_cone) return 0;
+        scale = 1.0f / (distance * distance);
+        out->distance = distance;
+    }
+    cohsm__v3_store(out->direction, w);
+    return cohsm__emit(l, cohsm__v3_make(scale, scale, scale), 1.0f, cohsm__v3_scale(w, -1.0f), out);
+}
+
+static int cohsm__callback_draw(const cohsm__aim *a, const float *u, cohsm_emission *out)
+{
+    const cohsm_emitter *l = a->light;
+    float q[3] = { 0.0f, 0.0f, 0.0f }, n[3] = { 0.0f, 0.0f, 0.0f }, area = 0.0f, x, y;
+
+    cohsm__pick(l, u, &x, &y);
+    out->coords[0] = x;
+    out->coords[1] = y;
+    out->coords[2] = u[2];
+    l->desc.shape_fn(l->desc.user, l->desc.time, out->coords, q, n, &area);
+    if (!cohsm__v3_finite(cohsm__v3_load(q)) || !cohsm__v3_finite(cohsm__v3_load(n)) || !cohsm__finite(area) ||
+        !(area > 0.0f))
+        return 0;
+    return cohsm__emit_area(a, cohsm__v3_load(q), cohsm__v3_normalize(cohsm__v3_load(n)), x, y,
+                            cohsm__density(l, x, y) / area, out);
+}
+
+static int cohsm__emitter_draw(const cohsm__aim *a, const float *u, cohsm_emission *out)
+{
+    const cohsm_emitter *l = a->light;
+    float x, y;
+
+    memset(out, 0, sizeof *out);
+    switch (l->desc.shape) {
+    case COHSM_SHAPE_RECTANGLE:
+    case COHSM_SHAPE_DISC:
+        if (a->solid_pdf > 0.0f) cohsm__rectangle_pick(a, u, &x, &y);
+        else cohsm__pick(l, u, &x, &y);
+        return cohsm__emit_area(a, cohsm__shape_point(l, x, y), l->n, x, y, cohsm__density(l, x, y) / l->area, out);
+    case COHSM_SHAPE_SPHERE:
+        return cohsm__sphere_draw(a, u, out);
+    case COHSM_SHAPE_LINE:
+        cohsm__pick(l, u, &x, &y);
+        return cohsm__line_at(a, x, (2.0f * u[1] - 1.0f) * a->spread, out);
+    case COHSM_SHAPE_CALLBACK:
+        return cohsm__callback_draw(a, u, out);
+    case COHSM_SHAPE_SUN:
+    case COHSM_SHAPE_POINT:
+    case COHSM_SHAPE_SPOT:
+        return cohsm__delta_draw(a, out);
+    default:
+        return cohsm__environment_draw(l, u, out);
+    }
+}
+
+/* Rectangle and disc: the plane, then the edges. */
+static int cohsm__plane_hit(const cohsm__aim *a, cohsm__v3 w, cohsm_emission *out)
+{
+    const cohsm_emitter *l = a->light;
+    cohsm__v3 d = cohsm__v3_sub(a->p, l->origin), q;
+    float slope = -cohsm__v3_dot(l->n, w), height = cohsm__v3_dot(l->n, d), x, y;
+
+    if (!(slope > 1e-7f) || !(height > 0.0f)) return 0;
+    d = cohsm__v3_madd(d, w, height / slope);
+    q = cohsm__v3_add(l->origin, d);
+    x = cohsm__v3_dot(d, l->ex);
+    y = cohsm__v3_dot(d, l->ey);
+    if (l->desc.shape == COHSM_SHAPE_DISC) {
+        x /= l->desc.radius;
+        y /= l->desc.radius;
+        if (!(x * x + y * y < 1.0f)) return 0;
+        cohsm__disc_square(x, y, &x, &y);
+    } else if (!(x >= 0.0f && x < 1.0f && y >= 0.0f && y < 1.0f)) {
+        return 0;
+    }
+    return cohsm__emit_area(a, q, l->n, x, y, cohsm__density(l, x, y) / l->area, out);
+}
+
+/* Sphere and line: the nearer root, measured from the foot of the perpendicular, which keeps its digits. */
+static int cohsm__round_hit(const cohsm__aim *a, cohsm__v3 w, cohsm_emission *out)
+{
+    const cohsm_emitter *l = a->light;
+    cohsm__v3 d = cohsm__v3_sub(l->origin, a->p), v = w, n;
+    float r = l->desc.radius, along, s, x, len2;
+
+    if (l->desc.shape == COHSM_SHAPE_LINE) {     /* what is across the axis: a circle */
+        d = cohsm__v3_scale(a->axis, -a->distance);
+        v = cohsm__v3_madd(w, l->n, -cohsm__v3_dot(w, l->n));
+    }
+    len2 = cohsm__v3_dot(v, v);
+    if (!(len2 > 1e-14f)) return 0;
+    along = cohsm__v3_dot(d, v) / len2;
+    n = cohsm__v3_sub(cohsm__v3_scale(v, along), d);
+    s = r * r - cohsm__v3_dot(n, n);
+    if (!(along > 0.0f) || !(s > 0.0f)) return 0;
+    s = sqrtf(s / len2);
+    n = cohsm__v3_scale(cohsm__v3_madd(n, v, -s), 1.0f / r);
+    if (l->desc.shape == COHSM_SHAPE_SPHERE) return cohsm__sphere_at(a, cohsm__v3_normalize(n), out);
+    x = cohsm__v3_dot(cohsm__v3_madd(cohsm__v3_sub(a->p, l->origin), w, along - s), l->n) / l->lx;
+    if (!(x >= 0.0f && x < 1.0f)) return 0;
+    return cohsm__line_at(a, x, cohsm__v3_dot(n, cohsm__v3_cross(l->n, a->axis)), out);
+}
+
+static int cohsm__aim_hit(const cohsm__aim *a, cohsm__v3 w, cohsm_emission *out)
+{
+    memset(out, 0, sizeof *out);
+    switch (a->light->desc.shape) {
+    case COHSM_SHAPE_RECTANGLE:
+    case COHSM_SHAPE_DISC:
+        return cohsm__plane_hit(a, w, out);
+    case COHSM_SHAPE_SPHERE:
+    case COHSM_SHAPE_LINE:
+        return cohsm__round_hit(a, w, out);
+    case COHSM_SHAPE_DEFAULT:
+    case COHSM_SHAPE_ENVIRONMENT:
+        return cohsm__environment_hit(a->light, w, out);
+    default:
+        return 0;
+    }
+}
+
+static int cohsm__emitter_valid(const cohsm_emitter_desc *d)
+{
+    const float big = 1e18f;
+    cohsm__v3 n = cohsm__v3_cross(cohsm__v3_load(d->u), cohsm__v3_load(d->v));
+
+    if (!cohsm__in_range3(d->radiance, 0.0f, 3e38f) || !cohsm__in_range(d->time, -1e9f, 1e9f) ||
+        !cohsm__in_range(d->cosine_power, 0.0f, 1e5f) || !cohsm__in_range(d->rotation, -1000.0f, 1000.0f) ||
+        !cohsm__in_range(d->frames_per_second, 0.0f, 1e6f))
+        return 0;
+    if (d->texels ? !d->width || !d->height || d->width > 65536u || d->height > 65536u || d->frames > 1u << 24
+                  : d->width || d->height || d->frames)
+        return 0;
+    if (d->shape == COHSM_SHAPE_DEFAULT || d->shape == COHSM_SHAPE_ENVIRONMENT) return d->cosine_power == 0.0f;
+    if (d->shape == COHSM_SHAPE_CALLBACK) return d->shape_fn != NULL;
+    if (!cohsm__in_range3(d->position, -big, big)) return 0;
+    switch (d->shape) {
+    case COHSM_SHAPE_SUN:
+        return !d->texels && !d->emission_fn && cohsm__is_unit(d->direction);
+    case COHSM_SHAPE_POINT:
+        return !d->texels && !d->emission_fn;
+    case COHSM_SHAPE_SPOT:
+        return !d->texels && !d->emission_fn && cohsm__is_unit(d->direction) &&
+               cohsm__in_range(d->cone_angle, 1e-6f, COHSM__PI);
+    case COHSM_SHAPE_LINE:
+        return cohsm__in_range3(d->u, -big, big) && cohsm__v3_length(cohsm__v3_load(d->u)) > 0.0f &&
+               cohsm__in_range(d->radius, 1e-18f, big) && (!d->texels || d->height == 1u);
+    case COHSM_SHAPE_RECTANGLE:
+        return cohsm__in_range3(d->u, -big, big) && cohsm__in_range3(d->v, -big, big) && cohsm__v3_finite(n) &&
+               cohsm__v3_length(n) > 0.0f && cohsm__finite(cohsm__v3_length(n));
+    case COHSM_SHAPE_DISC:
+        return cohsm__is_unit(d->direction) && cohsm__in_range(d->radius, 1e-18f, big);
+    case COHSM_SHAPE_SPHERE:
+        return cohsm__in_range(d->radius, 1e-18f, big);
+    default:
+        return 0;
+    }
+}
+
+static int cohsm__is_environment(const cohsm_emitter_desc *d)
+{
+    return d->shape == COHSM_SHAPE_DEFAULT || d->shape == COHSM_SHAPE_ENVIRONMENT;
+}
+
+#define COHSM__EMITTER_HEAD ((sizeof(struct cohsm_emitter) + 15u) & ~(size_t)15u)
+
+COHSM_DEF size_t cohsm_emitter_size(const cohsm_emitter_desc *desc)
+{
+    size_t doubles, edges, bytes;
+    uint32_t w, h;
+
+    if (!desc || !cohsm__emitter_valid(desc)) return 0;
+    if (!desc->texels && !cohsm__is_environment(desc)) return COHSM__EMITTER_HEAD;
+    w = desc->texels ? desc->width : 1u;
+    h = desc->texels ? desc->height : 1u;
+    edges = cohsm__is_environment(desc) ? h + 1u : 0u;
+    doubles = cohsm__cdf2_doubles(w, h);
+    /* texels, one row of weights and the guides; then the sums. Sides of 65536 at most: 14 h + 4 never overflows */
+    if (!doubles || !cohsm__mul_size(w, (size_t)h * 14u + 4u, &bytes) ||
+        !cohsm__add_size(bytes, COHSM__EMITTER_HEAD + 2u * h, &bytes) || !cohsm__add_size(doubles, edges, &doubles) ||
+        !cohsm__mul_size(doubles, sizeof(double), &doubles) || !cohsm__add_size(bytes, doubles, &bytes))
+        return 0;
+    return bytes;
+}
+
+/* cos(pi y / h) to the last digits of a double: sines up to pi / 4, so that rows at the poles keep theirs (T12). */
+static double cohsm__row_edge(uint32_t y, uint32_t h)
+{
+    uint32_t m = y < h - y ? y : h - y;
+    double x = 1.5707963267948966 * m / h, z = x * x, s;
+    s = 1.0 - z / 110.0 * (1.0 - z / 156.0 * (1.0 - z / 210.0));
+    s = x * (1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0 * (1.0 - z / 72.0 * s))));
+    s = 1.0 - 2.0 * s * s;
+    return m == y ? s : -s;
+}
+
+/* The frame at desc.time, linear between its neighbours, with bad channels 0. Returns the number of bad texels. */
+static uint64_t cohsm__emitter_frame(const cohsm_emitter_desc *d, float *texels)
+{
+    uint32_t frames = d->frames ? d->frames : 1u, f0, f1;
+    size_t count = (size_t)d->width * d->height, i;
+    double t = (double)d->time * (d->frames_per_second > 0.0f ? (double)d->frames_per_second : 30.0);
+    float blend;
+    uint64_t bad = 0;
+
+    if (d->loop) t -= floor(t / frames) * frames;
+    t = t > 0.0 ? t : 0.0;
+    if (!d->loop && t > frames - 1.0) t = frames - 1.0;
+    f0 = t < frames ? (uint32_t)t : 0u;
+    f1 = (f0 + 1u) % frames;
+    blend = t < frames ? (float)(t - f0) : 0.0f;
+    for (i = 0; i < count; i++) {
+        int c, broken = 0;
+        for (c = 0; c < 3; c++) {
+            float a = d->texels[(f0 * count + i) * 3u + (size_t)c];
+            float b = blend > 0.0f ? d->texels[(f1 * count + i) * 3u + (size_t)c] : 0.0f;
+            if (!cohsm__finite(a) || a < 0.0f) broken = 1, a = 0.0f;
+            if (!cohsm__finite(b) || b < 0.0f) broken = 1, b = 0.0f;
+            texels[i * 3u + (size_t)c] = a * (1.0f - blend) + b * blend;
+        }
+        bad += (uint64_t)broken;
+    }
+    return bad;
+}
+
+/* cdf over the texels in proportion to what they send out, all three channels (T18). */
+static void cohsm__emitter_cdf(cohsm_emitter *l, double *memory, float *row, uint16_t *guide)
+{
+    uint32_t w = l->desc.width, h = l->desc.height, x, y;
+    double *rows = memory, *sums = memory + h + 1u, total = 0.0;
+    float top = l->radiance.x > l->radiance.y ? l->radiance.x : l->radiance.y, norm;
+    cohsm__v3 tint = cohsm__v3_make(1.0f, 1.0f, 1.0f);
+
+    top = top > l->radiance.z ? top : l->radiance.z;
+    if (top > 0.0f) tint = cohsm__v3_make(l->radiance.x / top, l->radiance.y / top, l->radiance.z / top);
+    tint = cohsm__v3_scale(tint, 1.0f / 3.0f);
+    for (y = 0; y < h; y++) {
+        cohsm__cdf line;
+        double *at = sums + (size_t)y * (w + 1u);
+        for (x = 0; x < w; x++) row[x] = cohsm__v3_dot(cohsm__texel(l, x, y), tint);
+        (void)cohsm__cdf_build(&line, at, row, w, l->edges ? l->edges[y] - l->edges[y + 1u] : 1.0);
+        cohsm__guide_build(at, guide + h + (size_t)y * w, w);
+        rows[y] = total;
+        total += cohsm__cdf_total(&line);
+    }
+    rows[h] = total;
+    cohsm__guide_build(rows, guide, h);
+    l->guide = guide;
+    norm = (float)(total > 0.0 ? (l->edges ? w / (6.283185307179586 * total) : (double)w * h / total) : 0.0);
+    l->tint = cohsm__v3_scale(tint, norm);
+    l->cdf.rows = rows;
+    l->cdf.sums = sums;
+    l->cdf.width = w;
+    l->cdf.height = h;
+}
+
+static void cohsm__emitter_geometry(cohsm_emitter *l)
+{
+    const cohsm_emitter_desc *d = &l->desc;
+    cohsm__v3 u = cohsm__v3_load(d->u), v = cohsm__v3_load(d->v), n;
+    float area2;
+
+    l->origin = cohsm__v3_load(d->position);
+    l->radiance = cohsm__v3_load(d->radiance);
+    l->n = cohsm__v3_normalize(cohsm__v3_load(d->direction));
+    l->cos_cone = d->shape == COHSM_SHAPE_SPOT ? cohsm__cos(0.5f * d->cone_angle) : 0.0f;
+    l->turn = d->rotation / (2.0f * COHSM__PI);
+    l->area = 1.0f;
+    memcpy(l->location, d->position, sizeof d->position);
+    l->location[3] = 1.0f;
+    if (d->shape == COHSM_SHAPE_LINE) {
+        l->n = cohsm__v3_normalize(u);
+        l->lx = cohsm__v3_length(u);
+    } else if (d->shape == COHSM_SHAPE_DISC) {
+        cohsm__v3_basis(l->n, &l->ex, &l->ey);
+        l->area = COHSM__PI * d->radius * d->radius;
+    } else if (d->shape == COHSM_SHAPE_SPHERE) {
+        l->area = 4.0f * COHSM__PI * d->radius * d->radius;
+    } else if (d->shape == COHSM_SHAPE_RECTANGLE) {
+        n = cohsm__v3_cross(u, v);
+        l->area = cohsm__v3_length(n);
+        l->n = cohsm__v3_normalize(n);
+        l->lx = cohsm__v3_length(u);
+        l->ly = cohsm__v3_length(v);
+        area2 = 1.0f / l->area;
+        l->ex = cohsm__v3_scale(cohsm__v3_cross(v, l->n), area2);
+        l->ey = cohsm__v3_scale(cohsm__v3_cross(l->n, u), area2);
+        l->orthogonal = fabsf(cohsm__v3_dot(u, v)) <= 1e-5f * l->area;
+    }
+}
+
+COHSM_DEF cohsm_result cohsm_emitter_build(const cohsm_emitter_desc *desc, void *memory, size_t memory_size,
+                                         cohsm_emitter **out, uint64_t *bad_texels)
+{
+    size_t size = cohsm_emitter_size(desc);
+    cohsm_emitter *l = (cohsm_emitter *)memory;
+    uint64_t bad = 0;
+
+    if (!desc || !memory || !out) return COHSM_ERR_ARGUMENT;
+    if (!size) return COHSM_ERR_DESC;
+    if (memory_size < size || ((uintptr_t)memory & 15u)) return COHSM_ERR_MEMORY;
+    memset(l, 0, sizeof *l);
+    l->desc = *desc;
+    if (desc->shape == COHSM_SHAPE_DEFAULT) l->desc.shape = COHSM_SHAPE_ENVIRONMENT;
+    l->desc.texels = NULL;
+    cohsm__emitter_geometry(l);
+    if (desc->texels || cohsm__is_environment(desc)) {
+        static const float white[3] = { 1.0f, 1.0f, 1.0f };
+        double *sums = (double *)(void *)((char *)memory + COHSM__EMITTER_HEAD);
+        float *texels, *row;
+        uint32_t y;
+
+        if (!desc->texels) {
+            l->desc.width = l->desc.height = 1;
+            l->desc.texels = white;
+        } else {
+            l->desc.texels = desc->texels;
+        }
+        if (cohsm__is_environment(desc)) {
+            for (y = 0; y <= l->desc.height; y++) sums[y] = cohsm__row_edge(y, l->desc.height);
+            l->edges = sums;
+            sums += l->desc.height + 1u;
+        }
+        texels = (float *)(void *)(sums + cohsm__cdf2_doubles(l->desc.width, l->desc.height));
+        bad = cohsm__emitter_frame(&l->desc, texels);
+        l->desc.texels = texels;
+        row = texels + (size_t)l->desc.width * l->desc.height * 3u;
+        cohsm__emitter_cdf(l, sums, row, (uint16_t *)(void *)(row + l->desc.width));
+    }
+    if (bad_texels) *bad_texels = bad;
+    *out = l;
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_emitter_domain(const cohsm_emitter *emitter, cohsm_domain *out)
+{
+    static const cohsm_domain_kind kinds[10] = {
+        COHSM_DOMAIN_LATLONG, COHSM_DOMAIN_LATLONG, COHSM_DOMAIN_LATLONG, COHSM_DOMAIN_LIST, COHSM_DOMAIN_LIST,
+        COHSM_DOMAIN_LINE, COHSM_DOMAIN_RECTANGLE, COHSM_DOMAIN_DISC, COHSM_DOMAIN_SPHERE, COHSM_DOMAIN_TABLE
+    };
+    const cohsm_emitter_desc *d;
+
+    if (!emitter || !out) return COHSM_ERR_ARGUMENT;
+    d = &emitter->desc;
+    if (d->shape == COHSM_SHAPE_CALLBACK) return COHSM_ERR_DOMAIN;
+    memset(out, 0, sizeof *out);
+    out->kind = kinds[d->shape];
+    memcpy(out->origin, d->position, sizeof out->origin);
+    memcpy(out->u, d->u, sizeof out->u);
+    memcpy(out->v, d->v, sizeof out->v);
+    if (d->shape == COHSM_SHAPE_DISC) {
+        cohsm__v3_store(out->u, cohsm__v3_scale(emitter->ex, d->radius));
+        cohsm__v3_store(out->v, cohsm__v3_scale(emitter->ey, d->radius));
+    } else if (d->shape == COHSM_SHAPE_SPHERE) {
+        cohsm__v3_store(out->u, cohsm__v3_make(d->radius, 0.0f, 0.0f));
+    } else if (out->kind == COHSM_DOMAIN_LIST) {
+        out->locations = emitter->location;
+        out->location_count = 1;
+    }
+    return COHSM_OK;
+}
+
+COHSM_DEF int cohsm_emitter_sample(const cohsm_emitter *light, const float p[3], const float u[3], cohsm_emission *out)
+{
+    cohsm__aim aim;
+    cohsm_emission e;
+
+    if (!light || !p || !u || !out || !cohsm__v3_finite(cohsm__v3_load(p)) || !cohsm__in_range3(u, 0.0f, 1.0f))
+        return 0;
+    if (!cohsm__aim_at(&aim, light, cohsm__v3_load(p)) || !cohsm__emitter_draw(&aim, u, &e)) return 0;
+    *out = e;
+    return 1;
+}
+
+COHSM_DEF int cohsm_emitter_hit(const cohsm_emitter *light, const float p[3], const float direction[3],
+                              cohsm_emission *out)
+{
+    cohsm__aim aim;
+    cohsm_emission e;
+
+    if (!light || !p || !direction || !out || !cohsm__v3_finite(cohsm__v3_load(p)) || !cohsm__is_unit(direction))
+        return 0;
+    if (!cohsm__aim_at(&aim, light, cohsm__v3_load(p)) ||
+        !cohsm__aim_hit(&aim, cohsm__v3_normalize(cohsm__v3_load(direction)), &e))
+        return 0;
+    *out = e;
+    return 1;
+}
+
+/* ---- >>sampling: the estimator --------------------------------------------------------------------------------- */
+
+COHSM_DEF size_t cohsm_patterns_size(uint32_t length)
+{
+    if (length == 0 || length > 65536u) return 0;
+    return (size_t)COHSM_PATTERN_COUNT * length * 2u * sizeof(float);
+}
+
+/* Hammersley points with one axis jittered inside the columns, the other Owen-scrambled. In integers of 24 bits, so
+   that no rounding takes a point across the edge of its column. */
+COHSM_DEF cohsm_result cohsm_patterns_build(uint32_t length, uint32_t seed, float *patterns, size_t size)
+{
+    size_t need = cohsm_patterns_size(length);
+    uint32_t j, k;
+
+    if (!patterns) return COHSM_ERR_ARGUMENT;
+    if (!need) return COHSM_ERR_DESC;
+    if (size < need) return COHSM_ERR_MEMORY;
+    for (j = 0; j < COHSM_PATTERN_COUNT; j++) {
+        uint32_t scramble = cohsm__hash_combine(seed, j);
+        for (k = 0; k < length; k++, patterns += 2) {
+            uint32_t low = (uint32_t)((((uint64_t)k << 24) + length - 1u) / length);
+            uint32_t high = (uint32_t)((((uint64_t)(k + 1u) << 24) + length - 1u) / length);
+            uint32_t at = low + (uint32_t)(cohsm__random(seed, ~j, k) * (float)(high - low));
+            patterns[0] = (float)(at < high ? at : high - 1u) * (1.0f / 16777216.0f);
+            patterns[1] = cohsm__to_unit(cohsm__owen(cohsm__reverse_bits(k), scramble));
+        }
+    }
+    return COHSM_OK;
+}
+
+/* Random numbers of sample k. 159 is odd and close to 256 / golden ratio: the patterns of successive frames are far
+   apart and all 256 get their turn; then they come again with a toroidal shift. */
+static void cohsm__numbers(const cohsm_sample_desc *d, uint32_t pixel, uint32_t k, int third, float *u)
+{
+    uint32_t key = cohsm__hash_combine(d->seed, pixel), index = d->frame * d->samples + k;
+
+    if (d->patterns) {
+        const float *at = d->patterns + ((size_t)((key + d->frame * 159u) & 255u) * d->samples + k) * 2u;
+        u[0] = at[0];
+        u[1] = at[1];
+        if (d->frame > 255u) {
+            u[0] += cohsm__random(key, d->frame >> 8, 0u);
+            u[1] += cohsm__random(key, d->frame >> 8, 1u);
+            u[0] = cohsm__clamp_unit(u[0] - floorf(u[0]));
+            u[1] = cohsm__clamp_unit(u[1] - floorf(u[1]));
+        }
+    } else {
+        cohsm__sobol2(index, key, &u[0], &u[1]);
+    }
+    u[2] = third ? cohsm__random(key, 0x9e3779b9u, index) : 0.0f;
+}
+
+typedef struct cohsm__estimator { /* one point and one light */
+    const cohsm_sample_desc *desc;
+    cohsm__surface surface;
+    cohsm__aim     aim;
+    int            reachable;    /* by the light */
+    int            split;        /* paper: the two parts of the BRDF are two integrals */
+    float          light_share;  /* of the samples, by roulette */
+} cohsm__estimator;
+
+/* Few BRDF samples where the light is smaller than the lobe, few light samples where the lobe is smaller: with
+   q = (solid angle) (peak density) the BRDF's share q^3 / (8 + q^3) had 0.29 of the noise of one half over 54 pairs of
+   light and material (64 samples, geometric mean), 0.68 of it under shadows; q / (1 + q) 0.52 and 0.76. Whole samples,
+   so that stratified numbers are split without a remainder. */
+static void cohsm__estimator_init(cohsm__estimator *e, const cohsm_sample_desc *desc, const cohsm_emitter *light)
+{
+    int unseen = cohsm__is_delta(light) || light->desc.shape == COHSM_SHAPE_CALLBACK;
+    int distant = light->desc.shape == COHSM_SHAPE_ENVIRONMENT;
+    float q;
+
+    e->desc = desc;
+    e->split = distant && desc->sampling == COHSM_SAMPLING_PAPER;
+    e->light_share = 1.0f;
+    if (unseen || desc->sampling == COHSM_SAMPLING_LIGHT || !e->reachable) return;
+    if (desc->sampling == COHSM_SAMPLING_BRDF) e->light_share = 0.0f;
+    else if (desc->sampling == COHSM_SAMPLING_PAPER) e->light_share = distant ? e->surface.diffuse_share : 1.0f;
+    else if (distant) e->light_share = 0.5f;
+    else {
+        q = e->aim.solid * e->surface.peak;
+        e->light_share = 8.0f / (8.0f + q * q * q);
+        e->light_share = floorf(e->light_share * (float)desc->samples + 0.5f) / (float)desc->samples;
+    }
+}
+
+/* One sample: roulette between light and BRDF, both with the first number, stretched again. The densities of both
+   techniques are summed in proportion: the one-sample form of the balance heuristic. Returns the weight times S. */
+static cohsm__v3 cohsm__estimate(const cohsm__estimator *e, const float *numbers, cohsm_emission *found)
+{
+    const cohsm__v3 zero = cohsm__v3_make(0.0f, 0.0f, 0.0f);
+    const cohsm__surface *s = &e->surface;
+    float u[3], c = e->light_share, pdf;
+    int by_light = numbers[0] < c, hit;
+    cohsm__v3 wi, f;
+    cohsm__response r;
+
+    u[0] = cohsm__clamp_unit(by_light ? numbers[0] / c : (numbers[0] - c) / (1.0f - c));
+    u[1] = numbers[1];
+    u[2] = numbers[2];
+    if (by_light) {
+        hit = cohsm__emitter_draw(&e->aim, u, found);
+    } else {
+        wi = cohsm__brdf_draw(s, e->split ? 0.0f : s->diffuse_share, u[0], u[1]);
+        hit = wi.z > 0.0f && cohsm__aim_hit(&e->aim, cohsm__from_frame(s->t, s->b, s->n, wi), found);
+    }
+    if (!hit) {
+        memset(found, 0, sizeof *found);
+        return zero;
+    }
+    wi = cohsm__to_frame(s, cohsm__v3_load(found->direction));
+    r = cohsm__respond(s, wi);
+    if (e->split) {
+        f = by_light ? r.diffuse : r.specular;
+        pdf = by_light ? c * found->pdf : (1.0f - c) * r.specular_pdf;
+    } else {
+        f = cohsm__v3_add(r.diffuse, r.specular);
+        pdf = c * found->pdf + (1.0f - c) * cohsm__brdf_pdf(s, &r);
+    }
+    if (!(wi.z > 0.0f) || !(pdf > 0.0f)) return zero;
+    f = cohsm__v3_scale(cohsm__v3_mul(f, cohsm__v3_load(found->radiance)), wi.z / pdf);
+    return cohsm__v3_finite(f) ? f : zero;
+}
+
+#define COHSM__SAMPLE_BLOCK 32u
+
+/* Large maps do not fit the cache: asks for what the light samples of a block will read, one dependency at a time. */
+static void cohsm__environment_warm(const cohsm__estimator *e, float (*u)[3], uint32_t count)
+{
+    const cohsm_emitter *l = e->aim.light;
+    uint32_t k, w = l->desc.width, h = l->desc.height;
+    size_t at[COHSM__SAMPLE_BLOCK];
+    float unused;
+
+    if (l->desc.shape != COHSM_SHAPE_ENVIRONMENT || !(cohsm__cdf2_total(&l->cdf) > 0.0)) return;
+    for (k = 0; k < count; k++) {
+        uint32_t y = cohsm__invert(l->cdf.rows, l->guide, h, u[k][1], &unused);
+        at[k] = (size_t)y * w;
+        if (!(u[k][0] < e->light_share)) continue;
+        COHSM__PREFETCH(l->guide + h + at[k] + cohsm__cell(u[k][0] / e->light_share, w));
+    }
+    for (k = 0; k < count; k++) {
+        uint32_t x;
+        if (!(u[k][0] < e->light_share)) continue;
+        x = l->guide[h + at[k] + cohsm__cell(u[k][0] / e->light_share, w)];
+        COHSM__PREFETCH(l->cdf.sums + at[k] + at[k] / w + x);
+        COHSM__PREFETCH(l->desc.texels + (at[k] + x) * 3u);
+    }
+}
+
+static const float *cohsm__row(const float *base, size_t stride, size_t i)
+{
+    return (const float *)(const void *)((const char *)base + (stride ? stride : 12u) * i);
+}
+
+static int cohsm__stride_valid(size_t stride) { return stride == 0 || (stride >= 12u && stride % 4u == 0); }
+
+static const cohsm_material *cohsm__material_at(const cohsm_points *p, size_t i)
+{
+    return (const cohsm_material *)(const void *)((const char *)p->materials + p->material_stride * i);
+}
+
+static cohsm_result cohsm__points_check(const cohsm_points *p)
+{
+    size_t i;
+
+    if (p->count == 0) return COHSM_OK;
+    if (!p->positions || !p->normals || !p->materials || !cohsm__stride_valid(p->position_stride) ||
+        !cohsm__stride_valid(p->normal_stride) || !cohsm__stride_valid(p->view_stride) ||
+        !cohsm__stride_valid(p->tangent_stride) || p->material_stride % sizeof(void *) ||
+        (p->material_stride && p->material_stride < sizeof(cohsm_material)))
+        return COHSM_ERR_ARGUMENT;
+    for (i = 0; i < p->count; i++) {
+        if (!cohsm__v3_finite(cohsm__v3_load(cohsm__row(p->positions, p->position_stride, i))) ||
+            !cohsm__is_unit(cohsm__row(p->normals, p->normal_stride, i)) ||
+            (p->views && !cohsm__is_unit(cohsm__row(p->views, p->view_stride, i))) ||
+            (p->tangents && !cohsm__is_unit(cohsm__row(p->tangents, p->tangent_stride, i))))
+            return COHSM_ERR_ARGUMENT;
+        if ((i == 0 || p->material_stride) && !cohsm__material_valid(cohsm__material_at(p, i)))
+            return COHSM_ERR_DESC;
+    }
+    return COHSM_OK;
+}
+
+/* All samples of one point, the first of which is number at. Returns how many have a weight. */
+static size_t cohsm__sample_point(const cohsm__estimator *e, uint32_t pixel, const cohsm_samples *out, size_t at)
+{
+    uint32_t count = e->desc->samples, k, b, block;
+    int third = e->aim.light->desc.shape == COHSM_SHAPE_CALLBACK;
+    float u[COHSM__SAMPLE_BLOCK][3], scale = 1.0f / (float)count;
+    size_t useful = 0;
+
+    for (k = 0; k < count; k += block) {
+        block = count - k < COHSM__SAMPLE_BLOCK ? count - k : COHSM__SAMPLE_BLOCK;
+        if (e->reachable) {
+            for (b = 0; b < block; b++) cohsm__numbers(e->desc, pixel, k + b, third, u[b]);
+            cohsm__environment_warm(e, u, block);
+        }
+        for (b = 0; b < block; b++, at++) {
+            cohsm__v3 weight = cohsm__v3_make(0.0f, 0.0f, 0.0f);
+            cohsm_emission found;
+
+            memset(&found, 0, sizeof found);
+            if (e->reachable) weight = cohsm__v3_scale(cohsm__estimate(e, u[b], &found), scale);
+            if (!(found.pdf > 0.0f)) {
+                cohsm__v3_store(found.direction, e->surface.n);
+                found.distance = COHSM_INFINITY;
+            }
+            useful += weight.x + weight.y + weight.z > 0.0f;
+            memcpy(out->directions + at * 3u, found.direction, sizeof found.direction);
+            out->distances[at] = found.distance;
+            if (out->coords) memcpy(out->coords + at * 3u, found.coords, sizeof found.coords);
+            cohsm__v3_store(out->weights + at * 3u, weight);
+        }
+    }
+    return useful;
+}
+
+COHSM_DEF cohsm_result cohsm_sample(const cohsm_sample_desc *desc, const cohsm_emitter *light,
+                                    const cohsm_points *points, const cohsm_samples *out, size_t *useful)
+{
+    cohsm_result result;
+    size_t i, n = 0, total;
+
+    if (!desc || !light || !points || !out || !out->directions || !out->distances || !out->weights)
+        return COHSM_ERR_ARGUMENT;
+    if (desc->samples == 0 || desc->samples > 65536u || (unsigned)desc->sampling > (unsigned)COHSM_SAMPLING_PAPER)
+        return COHSM_ERR_DESC;
+    if (!cohsm__mul_size(points->count, (size_t)desc->samples * 12u, &total)) return COHSM_ERR_ARGUMENT;
+    result = cohsm__points_check(points);
+    if (result != COHSM_OK) return result;
+    for (i = 0; i < points->count; i++) {
+        cohsm__estimator e;
+        const float *normal = cohsm__row(points->normals, points->normal_stride, i);
+        const float *view = points->views ? cohsm__row(points->views, points->view_stride, i) : normal;
+        const float *tangent = points->tangents ? cohsm__row(points->tangents, points->tangent_stride, i) : NULL;
+        const float *p = cohsm__row(points->positions, points->position_stride, i);
+
+        cohsm__surface_init(&e.surface, cohsm__material_at(points, i), cohsm__v3_load(normal), tangent,
+                            cohsm__v3_load(view));
+        e.reachable = cohsm__aim_at(&e.aim, light, cohsm__v3_load(p)) && !e.surface.black;
+        cohsm__estimator_init(&e, desc, light);
+        n += cohsm__sample_point(&e, points->pixels ? points->pixels[i] : (uint32_t)i, out, i * desc->samples);
+    }
+    if (useful) *useful = n;
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_accumulate(size_t count, uint32_t samples, const float *weights, const float *visibility,
+                                        float *radiance, size_t radiance_stride)
+{
+    size_t i, c, at = 0;
+    uint32_t k;
+
+    if (samples == 0 || (count && (!weights || !radiance)) || !cohsm__stride_valid(radiance_stride))
+        return COHSM_ERR_ARGUMENT;
+    for (i = 0; i < count; i++) {
+        float *out = (float *)(void *)((char *)radiance + (radiance_stride ? radiance_stride : 12u) * i);
+        double sum[3] = { 0.0, 0.0, 0.0 };
+
+        for (k = 0; k < samples; k++, at++) {
+            const float *w = weights + at * 3u;
+            double v;
+            if (w[0] == 0.0f && w[1] == 0.0f && w[2] == 0.0f) continue;
+            v = visibility ? (double)visibility[at] : 1.0;
+            if (!(v > 0.0)) continue;      /* COHSM_REFUSED too */
+            for (c = 0; c < 3; c++) sum[c] += v * (double)w[c];
+        }
+        for (c = 0; c < 3; c++) out[c] += (float)sum[c];
+    }
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_progressive_reset(cohsm_progressive *p)
+{
+    size_t i;
+    if (!p || (p->count && !p->sums)) return COHSM_ERR_ARGUMENT;
+    for (i = 0; i < p->count; i++) p->sums[i] = 0.0;
+    p->frames = 0;
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_progressive_add(cohsm_progressive *p, const float *frame)
+{
+    size_t i;
+    if (!p || (p->count && (!p->sums || !frame)) || p->frames == UINT32_MAX) return COHSM_ERR_ARGUMENT;
+    for (i = 0; i < p->count; i++) p->sums[i] += (double)frame[i];
+    p->frames++;
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_progressive_mean(const cohsm_progressive *p, float *mean)
+{
+    size_t i;
+    if (!p || (p->count && (!p->sums || !mean)) || p->frames == 0) return COHSM_ERR_ARGUMENT;
+    for (i = 0; i < p->count; i++) mean[i] = (float)(p->sums[i] / (double)p->frames);
+    return COHSM_OK;
+}
+
+/* ---- >>sampling: BRDFs one by one ------------------------------------------------------------------------------ */
+
+static cohsm_result cohsm__brdf_prepare(cohsm__surface *s, const cohsm_material *m, const float *normal,
+                                        const float *tangent, const float *wo)
+{
+    if (!m || !normal || !wo || !cohsm__is_unit(normal) || !cohsm__is_unit(wo) || (tangent && !cohsm__is_unit(tangent)))
+        return COHSM_ERR_ARGUMENT;
+    if (!cohsm__material_valid(m)) return COHSM_ERR_DESC;
+    cohsm__surface_init(s, m, cohsm__v3_load(normal), tangent, cohsm__v3_load(wo));
+    return COHSM_OK;
+}
+
+static void cohsm__brdf_result(const cohsm__surface *s, cohsm__v3 wi, float *f, float *pdf)
+{
+    cohsm__response r = cohsm__respond(s, wi);
+    cohsm__v3_store(f, cohsm__v3_add(r.diffuse, r.specular));
+    *pdf = s->black ? 0.0f : cohsm__brdf_pdf(s, &r);
+}
+
+COHSM_DEF cohsm_result cohsm_brdf_eval(const cohsm_material *material, const float normal[3], const float tangent[3],
+                                       const float wo[3], const float wi[3], float f[3], float *pdf)
+{
+    cohsm__surface s;
+    cohsm_result result = cohsm__brdf_prepare(&s, material, normal, tangent, wo);
+
+    if (result != COHSM_OK) return result;
+    if (!wi || !f || !pdf || !cohsm__is_unit(wi)) return COHSM_ERR_ARGUMENT;
+    cohsm__brdf_result(&s, cohsm__to_frame(&s, cohsm__v3_normalize(cohsm__v3_load(wi))), f, pdf);
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_brdf_sample(const cohsm_material *material, const float normal[3],
+                                         const float tangent[3], const float wo[3], const float u[2], float wi[3],
+                                         float f[3], float *pdf)
+{
+    cohsm__surface s;
+    cohsm__v3 w;
+    cohsm_result result = cohsm__brdf_prepare(&s, material, normal, tangent, wo);
+
+    if (result != COHSM_OK) return result;
+    if (!u || !wi || !f || !pdf || !cohsm__in_range(u[0], 0.0f, COHSM__BELOW_1) ||
+        !cohsm__in_range(u[1], 0.0f, COHSM__BELOW_1))
+        return COHSM_ERR_ARGUMENT;
+    w = cohsm__brdf_draw(&s, s.diffuse_share, u[0], u[1]);
+    cohsm__brdf_result(&s, w, f, pdf);
+    cohsm__v3_store(wi, *pdf > 0.0f ? cohsm__from_frame(s.t, s.b, s.n, w) : s.n);
+    return COHSM_OK;
+}
+
 /* >>> shared fp_end: written by tools/stamp from src/shared, edit there */
 
 /* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
@@ -5072,3 +6779,53 @@ COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_all
 /* <<< shared */
 
 #endif /* CSM_IMPLEMENTATION */
+
+/*
+Dapple is available under either of the two licences below, at your choice:
+MIT-0 OR Unlicense.
+
+------------------------------------------------------------------------------
+MIT No Attribution
+
+Copyright 2026 The Dapple authors
+
+Permission is hereby granted, free of charge, to any person obtaining a copy
+of this software and associated documentation files (the "Software"), to deal
+in the Software without restriction, including without limitation the rights
+to use, copy, modify, merge, publish, distribute, sublicense, and/or sell
+copies of the Software, and to permit persons to whom the Software is
+furnished to do so.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
+OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE
+SOFTWARE.
+
+------------------------------------------------------------------------------
+The Unlicense
+
+This is free and unencumbered software released into the public domain.
+
+Anyone is free to copy, modify, publish, use, compile, sell, or distribute
+this software, either in source code form or as a compiled binary, for any
+purpose, commercial or non-commercial, and by any means.
+
+In jurisdictions that recognize copyright laws, the author or authors of this
+software dedicate any and all copyright interest in the software to the public
+domain. We make this dedication for the benefit of the public at large and to
+the detriment of our heirs and successors. We intend this dedication to be an
+overt act of relinquishment in perpetuity of all present and future rights to
+this software under copyright law.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN
+ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION
+WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+
+For more information, please refer to <https://unlicense.org/>
+*/
