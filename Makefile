@@ -169,8 +169,8 @@ coverage:
 
 build/fuzz/%: tests/fuzz/%.c
 	@mkdir -p $(@D)
-	$(call say,CLANG,$<)clang -std=c99 $(WARN_C) -O1 -g -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all -I. -Itests \
-	  -MMD -MP -MF $@.d $< -lm -o $@
+	$(call say,CLANG,$<)clang -std=c99 $(WARN_C) -O1 -g -I. -Itests \
+	  -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all -MMD -MP -MF $@.d $< -lm -o $@
 fuzzers: $(FUZZERS)
 fuzz: $(FUZZERS)
 	@FUZZ_TIME=$(FUZZ_TIME) sh tools/fuzz $(FUZZERS)
