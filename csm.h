@@ -422,10 +422,12 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
 
 COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *mesh, size_t bytes,
                                     uint32_t *side, uint32_t *map_size);
-/* The side of a two-dimensional domain and the map size M with the least expected error whose block stays below bytes.
-   The size is measured on a few small builds and continued by their growth; the error weighs the width of a cell
-   against that of a pixel as measured in docs/csm.md. Takes about as long as a build at side 32.
-   Errors   those of cohsm_build; COHSM_ERR_LIMIT where not even side 8, M = 16 fits */
+/* The side of LATLONG or OCTAHEDRAL and the map size M with the least expected error whose block stays below bytes.
+   Sizes are measured on builds of side 16 and 32 and continued by their growth, with a tenth in reserve. The error is
+   0.0055 (128 / side) + 0.0185 sqrt(128 / M): the shares of rays that snapping directions and pixels gets wrong on the
+   bunny (docs/csm.md). desc's side and map_size are ignored.
+   Errors   those of cohsm_build; COHSM_ERR_DOMAIN; COHSM_ERR_LIMIT where not even side 8, M = 16 fits
+   Cost     about a build of side 40 */
 
 /* ---- Sampling: the direct-light estimator of section 5 ---------------------------------------------------------
 
@@ -4026,6 +4028,56 @@ static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *mo
     return COHSM_OK;
 }
 
+/* Bytes a pixel, and the cells' own, of a build with this side. */
+static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32_t side, double *per_pixel)
+{
+    cohsm_maps *maps;
+    cohsm_result result;
+
+    d.domain.side[0] = d.domain.side[1] = side;
+    d.map_size = 64;
+    d.pixel_begin = d.pixel_end = 0;
+    result = cohsm_build(&d, mesh, &maps, NULL);
+    if (result != COHSM_OK) return result;
+    *per_pixel = (double)(maps->head.lookup_words + maps->head.directory_words + maps->head.line_words) * 4.0 / (64 * 64);
+    cohsm_free(maps);
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *mesh, size_t bytes, uint32_t *side,
+                                    uint32_t *map_size)
+{
+    cohsm_desc d;
+    double small, large, pixel, error, least = 0.0, growth;
+    uint32_t n, m, step;
+    cohsm_result result;
+
+    if (!mesh || !side || !map_size) return COHSM_ERR_ARGUMENT;
+    memset(&d, 0, sizeof d);
+    if (desc) d = *desc;
+    if (d.domain.kind != COHSM_DOMAIN_DEFAULT && d.domain.kind != COHSM_DOMAIN_LATLONG &&
+        d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL)
+        return COHSM_ERR_DOMAIN;
+    if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
+    result = cohsm__try_side(d, mesh, 16, &small);
+    if (result == COHSM_OK) result = cohsm__try_side(d, mesh, 32, &large);
+    if (result != COHSM_OK) return result;
+    growth = large / small > 1.0 ? large / small : 1.0;
+    for (n = 8, pixel = small / growth; n <= 2048; n *= 2, pixel *= growth)     /* n, and 1.5 n half a doubling on */
+        for (step = 2; step <= 3; step++)
+            for (m = 16; m <= 1024; m += 16) {
+                double size = pixel * (step == 3 ? 0.5 * (1.0 + growth) : 1.0) * m * m;
+                size += 4.0 * COHSM__HEADER_WORDS + 2.0 * (n * step / 2u) * (n * step / 2u);
+                if (size > 0.9 * (double)bytes) break;
+                error = 0.0055 * 128.0 / (n * step / 2u) + 0.0185 * sqrt(128.0 / m);
+                if (least > 0.0 && error >= least) continue;
+                least = error;
+                *side = n * step / 2u;
+                *map_size = m;
+            }
+    return least > 0.0 ? COHSM_OK : COHSM_ERR_LIMIT;
+}
+
 COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mesh, cohsm_maps **out, cohsm_stats *stats)
 {
     cohsm_desc d;
@@ -4297,15 +4349,16 @@ static float cohsm__lit(const cohsm_maps *m, uint32_t pixel, uint32_t place, int
     return depth > (int32_t)cohsm__stored_depth(m, pixel, place) ? 0.0f : 1.0f;
 }
 
-/* Weights of generalised PCF are products of one fraction for each of the d + 2 dimensions (paper 4.5). */
+/* Weights of generalised PCF are products of one fraction for each of the d + 2 dimensions (paper 4.5). What is dark is
+   summed, so that a sample which nothing shadows is exactly 1. */
 static float cohsm__pcf_map(const cohsm_maps *m, const int *c, cohsm__v3 p, float bias)
 {
     uint32_t place = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]), corner;
     cohsm__seen s = cohsm__see(m, cohsm__cell_index(m, c), p, bias);
-    float x, y, fx, fy, lit = 0.0f;
+    float x, y, fx, fy, dark = 0.0f;
     int32_t depth = cohsm__compared_depth(s.depth);
 
-    if (!(fabsf(s.x) < 1e6f && fabsf(s.y) < 1e6f)) return 1.0f;
+    if (!(fabsf(s.x) < 1e6f && fabsf(s.y) < 1e6f)) return 0.0f;
     place += s.face * m->head.map_count;
     x = (float)cohsm__floor(s.x - 0.5f);
     y = (float)cohsm__floor(s.y - 0.5f);
@@ -4314,15 +4367,15 @@ static float cohsm__pcf_map(const cohsm_maps *m, const int *c, cohsm__v3 p, floa
     for (corner = 0; corner < 4; corner++) {
         float weight = (corner & 1u ? fx : 1.0f - fx) * (corner & 2u ? fy : 1.0f - fy);
         uint32_t pixel = cohsm__pixel(m, x + (float)(corner & 1u) + 0.5f, y + (float)(corner >> 1) + 0.5f);
-        if (weight > 0.0f) lit += weight * cohsm__lit(m, pixel, place, depth);
+        if (weight > 0.0f) dark += weight * (1.0f - cohsm__lit(m, pixel, place, depth));
     }
-    return lit;
+    return dark;
 }
 
 static float cohsm__pcf(const cohsm_maps *m, const float *f, cohsm__v3 p, float bias)
 {
     uint32_t d = m->head.dimensions, corner, i;
-    float lit = 0.0f;
+    float dark = 0.0f;
 
     for (corner = 0; corner < 1u << d; corner++) {
         float weight = 1.0f;
@@ -4335,10 +4388,13 @@ static float cohsm__pcf(const cohsm_maps *m, const float *f, cohsm__v3 p, float 
         }
         if (!(weight > 0.0f)) continue;
         cohsm__wrap(m, c);
-        lit += weight * cohsm__pcf_map(m, c, p, bias);
+        dark += weight * cohsm__pcf_map(m, c, p, bias);
     }
-    return lit;
+    return dark;
 }
+
+/* Rounding of the weights may leave a little of either. */
+static float cohsm__lit_of(float dark) { return dark >= 0.999999f ? 0.0f : 1.0f - dark; }
 
 static cohsm__v3 cohsm__tile_point(const cohsm__tile *t, size_t i)
 {
@@ -4381,7 +4437,7 @@ static void cohsm__address(cohsm__tile *t, size_t i)
     if (q->light == COHSM_LIGHT_INDEX) {
         cohsm__cell_split(m->head.side, t->cell[t->one_light ? 0 : i], (uint32_t *)c);
         if (q->filter == COHSM_FILTER_PCF) {
-            t->visible[i] = cohsm__pcf_map(m, c, p, q->bias);
+            t->visible[i] = cohsm__lit_of(cohsm__pcf_map(m, c, p, q->bias));
             return;
         }
     } else {
@@ -4389,7 +4445,7 @@ static void cohsm__address(cohsm__tile *t, size_t i)
         if (q->light != COHSM_LIGHT_PARAMETER && !cohsm__usable(l)) return;
         cohsm__domain_position(m, l, q->light, f);
         if (q->filter == COHSM_FILTER_PCF) {
-            t->visible[i] = cohsm__pcf(m, f, p, q->bias);
+            t->visible[i] = cohsm__lit_of(cohsm__pcf(m, f, p, q->bias));
             return;
         }
         for (k = 0; k < m->head.dimensions; k++) c[k] = cohsm__floor(f[k] + cohsm__jitter(q, id, k));
