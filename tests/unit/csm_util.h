@@ -47,8 +47,8 @@ typedef struct model {
 UNUSED_OK model model_alloc(size_t vertices, size_t triangles)
 {
     model m;
-    m.p = (float *)calloc(3 * vertices, sizeof(float));
-    m.i = (uint32_t *)calloc(3 * triangles, sizeof(uint32_t));
+    m.p = (float *)calloc(3 * vertices + 1, sizeof(float));
+    m.i = (uint32_t *)calloc(3 * triangles + 1, sizeof(uint32_t));
     m.vertices = vertices;
     m.indices = 3 * triangles;
     if (!m.p || !m.i) abort();
@@ -172,9 +172,36 @@ UNUSED_OK model model_join(const model *a, const model *b)
     return m;
 }
 
+/* A room with walls of some thickness: what lies between a ray's first and second hit counts as inside of the object, so
+   that walls without thickness would not do. left_out = bits of walls, as for a box. */
+UNUSED_OK model model_room(const double *lo, const double *hi, double wall, unsigned left_out)
+{
+    model m = model_alloc(0, 0);
+    int f, c;
+    for (f = 0; f < 6; f++) {
+        double a[3], b[3];
+        model slab, both;
+        if (left_out >> f & 1u) continue;
+        for (c = 0; c < 3; c++) {
+            a[c] = lo[c] - wall;
+            b[c] = hi[c] + wall;
+        }
+        if (f & 1) b[f / 2] = lo[f / 2];
+        else a[f / 2] = hi[f / 2];
+        slab = model_box(a, b, 0);
+        both = model_join(&m, &slab);
+        model_free(&m);
+        model_free(&slab);
+        m = both;
+    }
+    return m;
+}
+
 /* ---- rays, in double ---- */
 
-/* Distance along direction d from o of the hit with triangle t, or -1. */
+#define NO_HIT (-1e300)
+
+/* Distance along direction d from o of the hit with triangle t, or NO_HIT. */
 UNUSED_OK double ray_triangle(const model *m, size_t t, const double *o, const double *d)
 {
     const float *a = m->p + 3 * m->i[3 * t], *b = m->p + 3 * m->i[3 * t + 1], *c = m->p + 3 * m->i[3 * t + 2];
@@ -187,12 +214,12 @@ UNUSED_OK double ray_triangle(const model *m, size_t t, const double *o, const d
     }
     for (k = 0; k < 3; k++) pv[k] = d[(k + 1) % 3] * e2[(k + 2) % 3] - d[(k + 2) % 3] * e2[(k + 1) % 3];
     det = e1[0] * pv[0] + e1[1] * pv[1] + e1[2] * pv[2];
-    if (fabs(det) < 1e-300) return -1;
+    if (fabs(det) < 1e-300) return NO_HIT;
     u = (s[0] * pv[0] + s[1] * pv[1] + s[2] * pv[2]) / det;
-    if (u < 0 || u > 1) return -1;
+    if (u < 0 || u > 1) return NO_HIT;
     for (k = 0; k < 3; k++) qv[k] = s[(k + 1) % 3] * e1[(k + 2) % 3] - s[(k + 2) % 3] * e1[(k + 1) % 3];
     v = (d[0] * qv[0] + d[1] * qv[1] + d[2] * qv[2]) / det;
-    if (v < 0 || u + v > 1) return -1;
+    if (v < 0 || u + v > 1) return NO_HIT;
     return (e2[0] * qv[0] + e2[1] * qv[1] + e2[2] * qv[2]) / det;
 }
 
