@@ -107,7 +107,7 @@
 
 #ifndef COHSM_DEF
 #ifdef CSM_STATIC
-#define COHSM_DEF static
+#define COHSM_DEF static inline
 #else
 #define COHSM_DEF extern
 #endif
@@ -193,7 +193,7 @@ typedef struct cohsm_domain {
 
 typedef enum cohsm_layers {         /* which interval [z1, upper) a stored depth may lie in */
     COHSM_LAYERS_DEFAULT,           /* = COHSM_LAYERS_Z1Z2 */
-    COHSM_LAYERS_Z1Z2,              /* upper = second hit: right for every receiver */
+    COHSM_LAYERS_Z1Z2,              /* upper = second hit, or see open_thickness: right for every receiver */
     COHSM_LAYERS_Z1Z3_SPHERE,       /* third hit, or where the ray leaves the bounding sphere: closed surfaces only */
     COHSM_LAYERS_Z1Z3_FAR,          /* third hit, or infinity: closed, and nothing else behind (T62) */
     COHSM_LAYERS_COUNT
@@ -225,6 +225,9 @@ typedef struct cohsm_desc {
     cohsm_frame  frame;             /* directions only */
     uint32_t     depth_bits;        /* grid of the stored depths, 4..8; 0 = 8. Depths that no grid value separates are
                                        kept in 16 bits, so this trades segments against bits and never exactness */
+    float        open_thickness;    /* map pixels, >= 0; 0 = 2. How far behind a surface without a second hit (a leaf, an
+                                       open border) its stored depth may lie, since receivers may be right behind it;
+                                       map_size or more: as far as the bounding sphere goes, as in the paper */
     int          self_only;         /* not 0: pixels without a hit may store anything; smaller, for self-shadows only */
     float        center[3], radius; /* bounding sphere of the mesh; radius 0 = fitted (builder: required) */
     uint32_t     pixel_begin, pixel_end;   /* shard: lists of pixels begin..end-1 of the M * M; 0, 0 = all */
@@ -239,7 +242,7 @@ typedef struct cohsm_stats {        /* of a build; every field may be read after
     uint64_t segments;              /* in all lists */
     uint64_t exact_depths;          /* segments of one map kept in 16 bits, no grid value lying in [z1, upper) */
     uint64_t empty_intervals;       /* entries with z1 = upper: stored z = z1, needs the bias (T59, T71) */
-    uint64_t open_entries;          /* entries with one hit only: an open border was seen */
+    uint64_t open_entries;          /* entries with one hit only: an open border or a sheet was seen */
     uint32_t triangles;             /* used */
     uint32_t skipped_triangles;     /* a vertex not finite, or two corners equal */
     uint32_t duplicate_triangles;   /* same three corners as an earlier one, in any order */
@@ -656,7 +659,22 @@ COHSM_DEF cohsm_result cohsm_progressive_mean(const cohsm_progressive *p, float 
 #define COHSM__NO_SIMD
 #endif
 
-/* >>> shared mem v3 m4 bytes crc trig octa hilbert rng lds cdf cpu fp_begin: written by tools/stamp from src/shared, edit there */
+/* >>> shared fp_begin mem v3 m4 bytes crc trig octa hilbert rng lds cdf cpu: written by tools/stamp from src/shared, edit there */
+
+/* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
+
+/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
+   clang within expressions. gcc also forgets errno for sqrtf, which would keep it from being inlined and vectorised.
+   A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
+   stay within tolerance but not equal to the bit. */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__) && !defined(__TINYC__)
+#pragma GCC push_options
+#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-fno-trapping-math")
+#elif defined(_MSC_VER)
+#pragma fp_contract(off)
+#endif
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -1492,8 +1510,8 @@ static inline cohsm__cdf2_sample cohsm__cdf2_sample_at(const cohsm__cdf2 *cdf, f
 
 /* unit cpu: run-time detection of x86 vector units */
 
-/* COHSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time. COHSM__NO_SIMD, defined by
-   the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs none. */
+/* COHSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time. COHSM__NO_SIMD, defined
+   by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs none. */
 #if !defined(COHSM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define COHSM__X86 1
 #define COHSM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
@@ -1541,21 +1559,6 @@ static inline int cohsm__cpu_has_avx2(void) { return 0; }
 static inline int cohsm__cpu_has_avx512(void) { return 0; }
 #endif
 
-/* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
-
-/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. gcc also forgets errno for sqrtf, which would keep it from being inlined and vectorised.
-   A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
-   stay within tolerance but not equal to the bit. */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#elif defined(__GNUC__) && !defined(__TINYC__)
-#pragma GCC push_options
-#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-fno-trapping-math")
-#elif defined(_MSC_VER)
-#pragma fp_contract(off)
-#endif
-
 /* <<< shared */
 
 #if COHSM__X86
@@ -1596,10 +1599,10 @@ typedef struct cohsm__header {          /* 32-bit fields only */
     uint32_t positional, self_only, pixel_begin, pixel_end;
     uint32_t order_words, location_words, lookup_words, directory_words, line_words;
     uint32_t segments_low, segments_high;
-    float    center[3], radius, depth_far;
+    float    center[3], radius, depth_far, open_thickness;
     float    origin[3], u[3], v[3], w[3];
     float    dop[2 * COHSM__DOP_AXES];  /* least and greatest extent along each axis of cohsm__dop_axis */
-    uint32_t reserved[COHSM__HEADER_WORDS - 70];
+    uint32_t reserved[COHSM__HEADER_WORDS - 71];
 } cohsm__header;
 
 typedef char cohsm__header_size[sizeof(cohsm__header) == 4 * COHSM__HEADER_WORDS ? 1 : -1];
@@ -2750,6 +2753,25 @@ static uint32_t cohsm__stored_depth(const cohsm_maps *m, uint32_t pixel, uint32_
 
 /* ---- >>encode: segments to lists ---- */
 
+/* The grid of stored depths: values 0..top, top = infinite. */
+typedef struct cohsm__grid { uint32_t top, margin; } cohsm__grid;
+
+/* Of the values lo..hi, the middle leaves the most room on both sides (paper 3.1). But a value far behind the first hit
+   lets light through to whatever is there, other objects among them; so it stays within two pixels of it. */
+static uint32_t cohsm__choose(const cohsm__grid *g, uint32_t lo, uint32_t hi)
+{
+    uint32_t middle = (lo + hi) / 2u;
+    return middle < lo + g->margin ? middle : lo + g->margin;
+}
+
+static cohsm__grid cohsm__grid_of(uint32_t depth_bits, uint32_t map_size)
+{
+    cohsm__grid g;
+    g.top = (1u << depth_bits) - 1u;
+    g.margin = (2u * g.top + map_size - 1u) / map_size;
+    return g;
+}
+
 /* What the first n segments would take in one block. */
 typedef struct cohsm__plan {
     uint32_t n, exact, least_hi, greatest_lo;   /* of the segments taken so far */
@@ -2766,7 +2788,7 @@ static void cohsm__plan_start(cohsm__plan *p)
 
 /* The fewest grid values with one in each interval: the least hi that is left must be met, and meeting it as late as
    possible meets the most others. Each value then moves to the middle of what its intervals have in common. */
-static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, uint32_t grid, uint8_t *value, uint8_t *code)
+static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__grid *grid, uint8_t *value, uint8_t *code)
 {
     uint8_t todo[COHSM__MARKS];
     uint32_t i, count = 0, left = 0, at, lo;
@@ -2774,9 +2796,9 @@ static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, uint32_t grid
     for (i = 0; i < n; i++)
         if (!s[i].exact) todo[left++] = (uint8_t)i;
     for (; left; count++) {
-        for (i = 0, at = grid; i < left; i++) {
+        for (i = 0, at = grid->top; i < left; i++) {
             const cohsm__segment *t = &s[todo[i]];
-            uint32_t hi = t->lo >= grid ? grid : cohsm__min_u32(t->hi, grid - 1u);
+            uint32_t hi = t->lo >= grid->top ? grid->top : cohsm__min_u32(t->hi, grid->top - 1u);
             at = cohsm__min_u32(at, hi);
         }
         for (i = 0, lo = 0, n = left, left = 0; i < n; i++) {
@@ -2785,7 +2807,7 @@ static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, uint32_t grid
                 if (code) code[todo[i]] = (uint8_t)count;
             } else todo[left++] = todo[i];
         }
-        value[count] = (uint8_t)((lo + at) / 2u);
+        value[count] = (uint8_t)cohsm__choose(grid, lo, at);
     }
     return count;
 }
@@ -2796,7 +2818,7 @@ static int cohsm__plan_size(cohsm__plan *p)
     return p->size <= COHSM__BLOCK_BITS;
 }
 
-static int cohsm__plan_palette(cohsm__plan *p, const cohsm__segment *s, uint32_t grid)
+static int cohsm__plan_palette(cohsm__plan *p, const cohsm__segment *s, const cohsm__grid *grid)
 {
     p->palette = cohsm__pierce(s, p->n, grid, p->value, NULL);
     for (p->bits = 1; (1u << p->bits) - 1u < p->palette; p->bits++) {}
@@ -2804,7 +2826,7 @@ static int cohsm__plan_palette(cohsm__plan *p, const cohsm__segment *s, uint32_t
 }
 
 /* Takes one more segment; 0 where the block would become too long. end = first view after it. */
-static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, uint32_t grid, uint32_t end)
+static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, const cohsm__grid *grid, uint32_t end)
 {
     uint32_t span = end - s[0].first;
     const cohsm__segment *last = s + p->n;
@@ -2812,8 +2834,8 @@ static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, uint32_t gr
     if (p->n == COHSM__MARKS) return 0;
     p->n++;
     if (last->exact) p->exact++;
-    else if (last->lo < grid) {
-        p->least_hi = cohsm__min_u32(p->least_hi, cohsm__min_u32(last->hi, grid - 1u));
+    else if (last->lo < grid->top) {
+        p->least_hi = cohsm__min_u32(p->least_hi, cohsm__min_u32(last->hi, grid->top - 1u));
         p->greatest_lo = cohsm__max_u32(p->greatest_lo, last->lo);
     }
     for (p->k = 0; p->n + ((span - 1u) >> p->k) > COHSM__MARKS; p->k++)
@@ -2822,7 +2844,7 @@ static int cohsm__plan_take(cohsm__plan *p, const cohsm__segment *s, uint32_t gr
     p->base = cohsm__min_u32(p->least_hi, p->greatest_lo);
     p->values = p->least_hi < p->greatest_lo ? p->greatest_lo - p->least_hi + 1u : 1u;
     if (p->least_hi == COHSM__INFINITE) p->base = 0;
-    else if (p->least_hi > p->greatest_lo) p->base = (p->least_hi + p->greatest_lo) / 2u;
+    else if (p->least_hi > p->greatest_lo) p->base = cohsm__choose(grid, p->greatest_lo, p->least_hi);
     p->palette = 0;
     for (p->bits = 1; (1u << p->bits) - 2u < p->values; p->bits++) {}
     return cohsm__plan_size(p) || cohsm__plan_palette(p, s, grid);
@@ -2834,7 +2856,7 @@ static uint32_t cohsm__segment_end(const cohsm__segment *s, size_t i, size_t cou
 }
 
 /* As many segments as fit; the shorter kind for a tail. */
-static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, uint32_t grid, uint32_t views)
+static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, const cohsm__grid *grid, uint32_t views)
 {
     cohsm__plan best, next;
     cohsm__plan_start(&next);
@@ -2845,15 +2867,15 @@ static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, uint
     return best;
 }
 
-/* The middle of the interval leaves the most room on both sides (paper 3.1), within the block's range. */
-static uint32_t cohsm__range_code(const cohsm__segment *s, const cohsm__plan *p, uint32_t grid)
+static uint32_t cohsm__range_code(const cohsm__segment *s, const cohsm__plan *p, const cohsm__grid *grid)
 {
-    uint32_t middle = (s->lo + cohsm__min_u32(s->hi, grid - 1u)) / 2u;
-    if (s->lo >= grid) return (1u << p->bits) - 2u;
-    return cohsm__max_u32(p->base, cohsm__min_u32(middle, p->base + p->values - 1u)) - p->base;
+    uint32_t value = cohsm__choose(grid, s->lo, cohsm__min_u32(s->hi, grid->top - 1u));
+    if (s->lo >= grid->top) return (1u << p->bits) - 2u;
+    return cohsm__max_u32(p->base, cohsm__min_u32(value, p->base + p->values - 1u)) - p->base;
 }
 
-static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, cohsm__plan *p, uint32_t grid)
+static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, cohsm__plan *p,
+                               const cohsm__grid *grid)
 {
     uint32_t i, offset, bucket = 0, at = 16, code, head = p->palette ? p->palette : p->base;
     uint8_t place[COHSM__MARKS];
@@ -2889,7 +2911,7 @@ static size_t cohsm__list_bound(size_t count)
 /* Writes a list of two or more segments into zeroed words as the builder keeps it: 16-bit count of blocks and first views
    of all but the first, padded to a word, then the blocks. Returns the words taken. The blocks are written behind the
    longest possible beginning first, and then moved to the end of the real one. */
-static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count, uint32_t grid, uint32_t views)
+static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count, const cohsm__grid *grid, uint32_t views)
 {
     size_t i, blocks = 0, gap = (cohsm__blocks_bound(count) + 2) / 2, used = 0, directory;
     cohsm__plan p;
@@ -3003,7 +3025,9 @@ struct cohsm_builder {
     uint16_t         *batch;            /* COHSM__BATCH views: keep values a pixel, z1 z2 z3 and the depth
                                            where the ray leaves the sphere (Z1Z3_SPHERE only) */
     uint32_t          keep, batch_size, batch_begin, batch_count;
-    uint32_t          next_view, range_pixels, page_records, grid;
+    uint32_t          next_view, range_pixels, page_records;
+    cohsm__grid       grid;
+    float             thickness;        /* desc.open_thickness in 16-bit depths; of the depth, for positions */
     cohsm__range      ranges[COHSM__RANGES];
     cohsm__words     *lists, *lists_last;
     uint32_t         *lookup;           /* words from the beginning of its piece of lists, until finish */
@@ -3044,21 +3068,23 @@ static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
 
 /* The interval [lo, hi] that a stored depth must lie in: from the first hit to just before the layer that bounds it.
    1 where that layer lies at the first hit: then z = z1, and the query's bias is trusted. */
-static int cohsm__interval(const cohsm_desc *desc, const uint16_t *z, uint32_t *lo, uint32_t *hi)
+static int cohsm__interval(const cohsm_builder *b, const uint16_t *z, uint32_t *lo, uint32_t *hi)
 {
     uint32_t z2 = z[1], upper;
 
     *lo = z[0];
     *hi = COHSM__INFINITE;
     if (z[0] == COHSM__INFINITE) {
-        if (desc->self_only) *lo = 0;
+        if (b->desc.self_only) *lo = 0;
         return 0;
     }
-    if (desc->layers == COHSM_LAYERS_Z1Z2) upper = z2 == COHSM__INFINITE ? (uint32_t)COHSM__INFINITE : z2;
-    else if (z[2] != COHSM__INFINITE) upper = z[2];
-    else if (desc->layers == COHSM_LAYERS_Z1Z3_FAR) return 0;
+    if (b->desc.layers == COHSM_LAYERS_Z1Z2) {
+        upper = z2;
+        if (z2 == COHSM__INFINITE) upper = z[0] + 1u + (uint32_t)(b->head.positional ? b->thickness * (float)z[0] : b->thickness);
+    } else if (z[2] != COHSM__INFINITE) upper = z[2];
+    else if (b->desc.layers == COHSM_LAYERS_Z1Z3_FAR) return 0;
     else upper = cohsm__max_u32(z[3], z2 == COHSM__INFINITE ? z[0] : z2) + 1u;
-    *hi = upper > z[0] ? upper - 1u : z[0];
+    *hi = upper > z[0] ? cohsm__min_u32(upper - 1u, COHSM__OPEN) : z[0];
     return upper <= z[0];
 }
 
@@ -3071,9 +3097,9 @@ static void cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const uint16
     uint32_t p, lo, hi, glo, ghi, nlo, nhi, depth;
 
     for (p = r->begin, z += (size_t)p * b->keep; p < r->end; p++, z += b->keep) {
-        r->empty += (uint64_t)cohsm__interval(&b->desc, z, &lo, &hi);
-        glo = cohsm__grid_above(lo, b->grid);
-        ghi = cohsm__grid_below(hi, b->grid);
+        r->empty += (uint64_t)cohsm__interval(b, z, &lo, &hi);
+        glo = cohsm__grid_above(lo, b->grid.top);
+        ghi = cohsm__grid_below(hi, b->grid.top);
         nlo = cohsm__max_u32(b->lo[p], glo);
         nhi = cohsm__min_u32(b->hi[p], ghi);
         r->open += z[0] != COHSM__INFINITE && z[1] == COHSM__INFINITE;
@@ -3088,7 +3114,7 @@ static void cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const uint16
                 r->exact++;
                 b->first[p] = view + 1u;
                 nlo = 0;
-                nhi = b->grid;
+                nhi = b->grid.top;
             }
         }
         b->lo[p] = (uint8_t)nlo;
@@ -3163,14 +3189,12 @@ static cohsm__segment cohsm__segment_of(const cohsm__record *c)
     return s;
 }
 
-static uint32_t cohsm__constant(const cohsm__segment *s, uint32_t grid)
+static uint32_t cohsm__constant(const cohsm__segment *s, const cohsm__grid *grid)
 {
-    uint32_t depth = s->lo;
-    if (!s->exact) {
-        depth = s->lo >= grid ? grid : (s->lo + cohsm__min_u32(s->hi, grid - 1u)) / 2u;
-        depth = depth * 65535u / grid;
-    }
-    return COHSM__CONSTANT | depth;
+    uint32_t value = grid->top;
+    if (s->exact) return COHSM__CONSTANT | s->lo;
+    if (s->lo < grid->top) value = cohsm__choose(grid, s->lo, cohsm__min_u32(s->hi, grid->top - 1u));
+    return COHSM__CONSTANT | value * 65535u / grid->top;
 }
 
 /* Lists of one range: its log sorted by pixel (views are in order already), then written one after the other. */
@@ -3202,11 +3226,11 @@ static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32
         memset(words->data, 0, 4 * bound);
         for (p = 0, n = 0; p < pixels; n = at[p++]) {   /* at[p] is the end of list p by now */
             if (at[p] - n == 1) {
-                lookup[p] = cohsm__constant(segments + n, b->grid);
+                lookup[p] = cohsm__constant(segments + n, &b->grid);
                 continue;
             }
             lookup[p] = (uint32_t)used;
-            used += cohsm__write_list(words->data + used, segments + n, at[p] - n, b->grid, views);
+            used += cohsm__write_list(words->data + used, segments + n, at[p] - n, &b->grid, views);
         }
         exact = (cohsm__words *)cohsm__take(&b->heap, 1, sizeof *exact + 4 * used);
         if (exact) {
@@ -3241,7 +3265,7 @@ static cohsm_result cohsm__close_chunk(cohsm_builder *b)
             if (b->first[p] != views) cohsm__close_segment(b, r, p, 0, b->lo[p], b->hi[p]);
             b->first[p] = 0;
             b->lo[p] = 0;
-            b->hi[p] = (uint8_t)b->grid;
+            b->hi[p] = (uint8_t)b->grid.top;
         }
         result = cohsm__write_range(b, r, lookup + r->begin, views);
         cohsm__free_pages(b, r->first);
@@ -3315,6 +3339,9 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d)
     if (d->layers == COHSM_LAYERS_DEFAULT) d->layers = COHSM_LAYERS_Z1Z2;
     if (!d->map_size) d->map_size = 128;
     if (!d->depth_bits) d->depth_bits = 8;
+    if (!(d->open_thickness >= 0.0f)) return COHSM_ERR_DESC;
+    if (d->open_thickness == 0.0f) d->open_thickness = 2.0f;
+    if (d->open_thickness > (float)d->map_size) d->open_thickness = (float)d->map_size;
     if (d->map_size < 4 || d->map_size > 1024 || d->depth_bits < 4 || d->depth_bits > 8) return COHSM_ERR_DESC;
     if (!cohsm__check_sides(&d->domain) || !cohsm__check_shape(&d->domain)) return COHSM_ERR_DESC;
     if (d->domain.kind == COHSM_DOMAIN_LIST || d->domain.kind == COHSM_DOMAIN_LINE) d->order = COHSM_ORDER_SCANLINE;
@@ -3348,6 +3375,7 @@ static void cohsm__fill_header(cohsm__header *h, const cohsm_desc *d)
     h->view_count = h->map_count * (h->positional ? 6u : 1u);
     h->map_size = d->map_size;
     h->depth_bits = d->depth_bits;
+    h->open_thickness = d->open_thickness;
     h->dimensions = cohsm__dimensions(d->domain.kind, h->side);
     h->self_only = d->self_only != 0;
     h->pixel_begin = d->pixel_begin;
@@ -3499,7 +3527,8 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *hea
     b->parallel.run = desc->parallel_for;
     b->parallel.user = desc->parallel_user;
     b->range_pixels = n;
-    b->grid = (1u << desc->depth_bits) - 1u;
+    b->grid = cohsm__grid_of(desc->depth_bits, desc->map_size);
+    b->thickness = desc->open_thickness * (b->head.positional ? 2.0f : 65536.0f) / (float)desc->map_size;
     b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
     b->batch_size = desc->map_size * desc->map_size * b->keep;
     if (!cohsm__mul_size(n, cohsm__chunks(&b->head), &lookup) || lookup > UINT32_MAX / 4) {
@@ -3522,7 +3551,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *hea
         return COHSM_ERR_ALLOC;
     }
     memset(b->lo, 0, n);
-    memset(b->hi, (int)b->grid, n);
+    memset(b->hi, (int)b->grid.top, n);
     memset(b->first, 0, n * sizeof *b->first);
     memset(b->lookup, 0, lookup * sizeof *b->lookup);
     cohsm__order_cells(b->cells, b->head.side, desc->order);
@@ -5101,7 +5130,7 @@ static void cohsm__verify_task(void *context, size_t index)
 
     memset(r, 0, sizeof *r);
     for (p = 0; p < m->range; p++, layers += b->keep) {
-        r->empty += (uint64_t)cohsm__interval(&b->desc, layers, &lo, &hi);
+        r->empty += (uint64_t)cohsm__interval(b, layers, &lo, &hi);
         z = cohsm__stored_depth(m, p, view);
         r->entries++;
         if (z >= lo && z <= hi) continue;
@@ -5141,6 +5170,7 @@ static cohsm_desc cohsm__desc_of(const cohsm_maps *m, const cohsm_desc *services
     d.order = (cohsm_order)h->order;
     d.frame = (cohsm_frame)h->frame;
     d.depth_bits = h->depth_bits;
+    d.open_thickness = h->open_thickness;
     d.self_only = (int)h->self_only;
     memcpy(d.center, h->center, sizeof h->center);
     d.radius = h->radius;
@@ -5327,7 +5357,7 @@ static int cohsm__header_sound(const cohsm__header *h)
     if (total % COHSM__BLOCK_WORDS) return 0;
     total += h->line_words;
     if (total != h->words || total > 0x3fffffffu) return 0;
-    if (!cohsm__floats_finite(h)) return 0;
+    if (!cohsm__floats_finite(h) || !(h->open_thickness > 0.0f && h->open_thickness <= 1024.0f)) return 0;
     if (!cohsm__radius_usable(h->radius) || (h->positional && !(h->depth_far > 0.0f))) return 0;
     for (i = 0; i < sizeof h->reserved / sizeof h->reserved[0]; i++)
         if (h->reserved[i]) return 0;
