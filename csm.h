@@ -225,7 +225,7 @@ typedef struct cohsm_desc {
     cohsm_frame  frame;             /* directions only */
     uint32_t     depth_bits;        /* grid of the stored depths, 4..8; 0 = 8. Depths that no grid value separates are
                                        kept in 16 bits, so this trades segments against bits and never exactness */
-    float        open_thickness;    /* map pixels, >= 0; 0 = 2. How far behind a surface without a second hit (a leaf, an
+    float        open_thickness;    /* map pixels, >= 0; 0 = 8. How far behind a surface without a second hit (a leaf, an
                                        open border) its stored depth may lie, since receivers may be right behind it;
                                        map_size or more: as far as the bounding sphere goes, as in the paper */
     int          self_only;         /* not 0: pixels without a hit may store anything; smaller, for self-shadows only */
@@ -3340,7 +3340,7 @@ static cohsm_result cohsm__check_desc(cohsm_desc *d)
     if (!d->map_size) d->map_size = 128;
     if (!d->depth_bits) d->depth_bits = 8;
     if (!(d->open_thickness >= 0.0f)) return COHSM_ERR_DESC;
-    if (d->open_thickness == 0.0f) d->open_thickness = 2.0f;
+    if (d->open_thickness == 0.0f) d->open_thickness = 8.0f;
     if (d->open_thickness > (float)d->map_size) d->open_thickness = (float)d->map_size;
     if (d->map_size < 4 || d->map_size > 1024 || d->depth_bits < 4 || d->depth_bits > 8) return COHSM_ERR_DESC;
     if (!cohsm__check_sides(&d->domain) || !cohsm__check_shape(&d->domain)) return COHSM_ERR_DESC;
