@@ -1,0 +1,67 @@
+/* bench.h - what the benchmarks share: options, models, lines of JSON. */
+#ifndef BN_BENCH_H
+#define BN_BENCH_H
+
+#include "common.h"
+#include "csm.h"
+
+typedef struct bn_options {
+    const char *program;         /* argv[0]: render and compare lie beside it */
+    const char *model, *assets;  /* NULL where not given */
+    int         threads, full;
+    ex_pool    *pool;            /* of `threads` */
+    FILE       *json;            /* copy of the lines, or NULL */
+} bn_options;
+
+typedef struct bn_model {        /* one rigid object in world space */
+    char      name[64];
+    float    *positions;
+    uint32_t *indices;
+    size_t    vertices, triangles;
+    float     low[3], high[3];
+} bn_model;
+
+#define BN_MOST_MODELS 8
+
+/* Loads --model, or bunny and dragon from the assets, or else built-in knot and plant. -1: error was printed. */
+int        bn_models_load(const bn_options *options, bn_model *models, size_t *count);
+int        bn_model_load(bn_model *model, const char *scene);    /* file or builtin:NAME */
+void       bn_model_free(bn_model *model);
+cohsm_mesh bn_model_mesh(const bn_model *model);
+cohsm_desc bn_desc(const bn_options *options);                   /* with threads and progress */
+
+/* One line of JSON; begin writes what every line has. */
+void bn_begin(const bn_options *options, const char *bench, int threads, const char *simd);
+void bn_text(const char *name, const char *value);       /* NULL: null */
+void bn_number(const char *name, double value);          /* not finite: null */
+void bn_integer(const char *name, uint64_t value);
+void bn_flag(const char *name, int value);               /* true, false */
+void bn_end(const bn_options *options);
+const char *bn_simd(void);                               /* what csm.h takes at run time here */
+
+int bn_failed(const char *what, const char *why);        /* one line on stderr; returns -1 */
+
+/* The benchmarks: 0, or -1 after a line on stderr. */
+int bn_csm_compression(const bn_options *options);
+int bn_csm_query(const bn_options *options);
+int bn_csm_render(const bn_options *options);
+
+/* csm_scalar.c: the queries of csm.h built with COHSM_NO_SIMD. */
+typedef struct bn_scalar { cohsm_maps *maps; } bn_scalar;
+cohsm_result bn_scalar_open(bn_scalar *scalar, const void *block, size_t size);
+cohsm_result bn_scalar_visible(const bn_scalar *scalar, const cohsm_query *query, float *visible);
+void         bn_scalar_free(bn_scalar *scalar);
+
+/* rays.c: Embree, or nothing where it is missing. */
+typedef enum bn_ray_mode { BN_RAY1, BN_RAY8, BN_RAY16, BN_RAY_STREAM, BN_RAY_MODES } bn_ray_mode;
+typedef struct bn_rays bn_rays;
+
+bn_rays    *bn_rays_create(const bn_model *model, int threads);  /* NULL: not built in, or it failed */
+void        bn_rays_free(bn_rays *rays);
+const char *bn_rays_mode_name(bn_ray_mode mode);
+const char *bn_rays_version(void);
+/* lit[i] = 1 where nothing is in the way. 0: this Embree has no such mode. */
+int         bn_rays_trace(const bn_rays *rays, bn_ray_mode mode, int coherent, const float *points,
+                          const float *directions, size_t count, float *lit);
+
+#endif

@@ -1,0 +1,457 @@
+/* csm_query.c - queries a second and their errors beside Embree's occlusion rays, on the same points and directions in
+   the same run. performance.md part 1 defines both: area-weighted random points, 1e-4 of the bounding radius off the
+   surface; random is one direction of the hemisphere for each; coherent is points in Morton order, of which 1024
+   neighbours share a direction and those that face away from it are left out. */
+#include "bench.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SIDE = 128, GROUP = 1024, CHUNK = 16384, REPEATS = 5 };
+
+#define MOST_SECONDS 3.0         /* of repeats */
+
+typedef struct rays {            /* and the exact answers */
+    float  *points, *directions, *lit;
+    size_t *groups;              /* coherent: where each group of one direction begins; groups[group_count] = count */
+    size_t  count, group_count;
+} rays;
+
+/* ---- random points ---- */
+
+static double random_unit(uint64_t *state)       /* xorshift64*, 53 bits */
+{
+    *state ^= *state >> 12;
+    *state ^= *state << 25;
+    *state ^= *state >> 27;
+    return (double)(*state * 0x2545f4914f6cdd1du >> 11) / 9007199254740992.0;
+}
+
+typedef struct sample { float p[3], n[3]; uint32_t key, number; } sample;
+
+static uint32_t morton(const bn_model *model, const float *p)
+{
+    uint32_t key = 0;
+    for (int k = 0; k < 3; k++) {
+        float x = (p[k] - model->low[k]) / fmaxf(model->high[k] - model->low[k], 1e-30f);
+        uint32_t cell = x > 0 ? x < 1 ? (uint32_t)(x * 1023) : 1023 : 0;
+        for (int bit = 0; bit < 10; bit++)
+            key |= (cell >> bit & 1) << (3 * bit + k);
+    }
+    return key;
+}
+
+static int by_key(const void *a, const void *b)
+{
+    const sample *x = a, *y = b;
+    if (x->key != y->key)
+        return x->key < y->key ? -1 : 1;
+    return x->number < y->number ? -1 : x->number > y->number;
+}
+
+static void corners(const bn_model *model, size_t triangle, const float *v[3])
+{
+    for (size_t i = 0; i < 3; i++)
+        v[i] = model->positions + 3 * (size_t)model->indices[3 * triangle + i];
+}
+
+/* Twice the area; n is its normal, not yet of unit length. */
+static double normal_of(const float *v[3], double n[3])
+{
+    for (int k = 0; k < 3; k++) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        n[k] = ((double)v[1][i] - (double)v[0][i]) * ((double)v[2][j] - (double)v[0][j]) -
+               ((double)v[1][j] - (double)v[0][j]) * ((double)v[2][i] - (double)v[0][i]);
+    }
+    return sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+}
+
+static float radius_of(const bn_model *model)
+{
+    double sum = 0;
+    for (int k = 0; k < 3; k++) {
+        double d = (double)model->high[k] - (double)model->low[k];
+        sum += d * d;
+    }
+    return (float)(0.5 * sqrt(sum));
+}
+
+static sample *make_samples(const bn_model *model, size_t count)
+{
+    double *sums = malloc((model->triangles + 1) * sizeof *sums);
+    sample *samples = malloc((count + 1) * sizeof *samples);
+    float off = 1e-4f * radius_of(model);
+    uint64_t state = 0x9e3779b97f4a7c15u;
+    if (!sums || !samples) {
+        free(sums);
+        free(samples);
+        return NULL;
+    }
+    sums[0] = 0;
+    for (size_t i = 0; i < model->triangles; i++) {
+        const float *v[3];
+        double n[3];
+        corners(model, i, v);
+        sums[i + 1] = sums[i] + normal_of(v, n);
+    }
+    for (size_t i = 0; i < count; i++) {
+        double x = random_unit(&state) * sums[model->triangles], n[3], length, a, b;
+        size_t low = 0, high = model->triangles - 1;
+        const float *v[3];
+        while (low < high) {
+            size_t middle = (low + high) / 2;
+            if (sums[middle + 1] > x)
+                high = middle;
+            else
+                low = middle + 1;
+        }
+        corners(model, low, v);
+        length = normal_of(v, n);
+        a = 1 - sqrt(random_unit(&state));
+        b = (1 - a) * random_unit(&state);
+        for (int k = 0; k < 3; k++) {
+            samples[i].n[k] = (float)(length > 0 ? n[k] / length : 0);
+            samples[i].p[k] = (float)((double)v[0][k] + a * ((double)v[1][k] - (double)v[0][k]) +
+                                      b * ((double)v[2][k] - (double)v[0][k])) + off * samples[i].n[k];
+        }
+        samples[i].key = morton(model, samples[i].p);
+        samples[i].number = (uint32_t)i;
+    }
+    free(sums);
+    return samples;
+}
+
+static void sphere_direction(uint64_t *state, float d[3])
+{
+    double z = 1 - 2 * random_unit(state), phi = 6.283185307179586 * random_unit(state), r = sqrt(1 - z * z);
+    d[0] = (float)(r * cos(phi));
+    d[1] = (float)(r * sin(phi));
+    d[2] = (float)z;
+}
+
+static void rays_free(rays *r)
+{
+    free(r->points);
+    free(r->directions);
+    free(r->lit);
+    free(r->groups);
+    memset(r, 0, sizeof *r);
+}
+
+static int rays_alloc(rays *r, size_t count)
+{
+    memset(r, 0, sizeof *r);
+    r->points = malloc(3 * count * sizeof *r->points);
+    r->directions = malloc(3 * count * sizeof *r->directions);
+    r->lit = malloc(count * sizeof *r->lit);
+    r->groups = calloc(count / GROUP + 2, sizeof *r->groups);
+    if (r->points && r->directions && r->lit && r->groups)
+        return 0;
+    rays_free(r);
+    return bn_failed("csm_query", "out of memory");
+}
+
+static void add_ray(rays *r, const sample *s, const float *d)
+{
+    memcpy(r->points + 3 * r->count, s->p, sizeof s->p);
+    memcpy(r->directions + 3 * r->count, d, sizeof s->p);
+    r->count++;
+}
+
+static float dot(const float *a, const float *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+static void make_random(rays *r, const sample *samples, size_t count)
+{
+    uint64_t state = 0xd1b54a32d192ed03u;
+    for (size_t i = 0; i < count; i++) {
+        float d[3];
+        sphere_direction(&state, d);
+        if (dot(d, samples[i].n) < 0) {
+            d[0] = -d[0], d[1] = -d[1], d[2] = -d[2];
+        }
+        add_ray(r, &samples[i], d);
+    }
+}
+
+static void make_coherent(rays *r, sample *samples, size_t count)
+{
+    uint64_t state = 0xaef17502108ef2d9u;
+    qsort(samples, count, sizeof *samples, by_key);
+    for (size_t first = 0; first < count; first += GROUP) {
+        float d[3];
+        sphere_direction(&state, d);
+        for (size_t i = first; i < first + GROUP && i < count; i++)
+            if (dot(samples[i].n, d) > 0)
+                add_ray(r, &samples[i], d);
+        if (r->count > r->groups[r->group_count])
+            r->groups[++r->group_count] = r->count;
+    }
+}
+
+/* ---- one measurement ---- */
+
+typedef struct work {
+    const rays      *rays;
+    const bn_rays   *tracer;     /* NULL: maps */
+    bn_ray_mode      mode;
+    const cohsm_maps *maps;
+    const bn_scalar *scalar;     /* NULL: maps */
+    cohsm_filter     filter;
+    float            bias;
+    int              one_light;
+    float           *lit;
+    int              failed;
+} work;
+
+static void query(work *w, size_t first, size_t count, int one_light)
+{
+    cohsm_query q = cohsm_query_default();
+    cohsm_result result;
+    q.points = w->rays->points + 3 * first;
+    q.lights = w->rays->directions + 3 * first;
+    q.count = count;
+    q.one_light = one_light;
+    q.filter = w->filter;
+    q.bias = w->bias;
+    q.seed = (uint32_t)first;
+    result = w->scalar ? bn_scalar_visible(w->scalar, &q, w->lit + first)
+                       : cohsm_visible(w->maps, &q, w->lit + first, NULL);
+    if (result != COHSM_OK)
+        w->failed = 1;
+}
+
+static void do_chunk(void *context, size_t index)
+{
+    work *w = context;
+    size_t first = index * CHUNK, count = w->rays->count - first < CHUNK ? w->rays->count - first : CHUNK;
+    if (w->tracer)
+        w->failed |= !bn_rays_trace(w->tracer, w->mode, w->rays->group_count > 0, w->rays->points + 3 * first,
+                                    w->rays->directions + 3 * first, count, w->lit + first);
+    else
+        query(w, first, count, 0);
+}
+
+static void do_group(void *context, size_t index)
+{
+    work *w = context;
+    query(w, w->rays->groups[index], w->rays->groups[index + 1] - w->rays->groups[index], 1);
+}
+
+/* Million rays or queries a second, the best of some runs. */
+static double speed(work *w, ex_pool *pool)
+{
+    size_t tasks = w->one_light ? w->rays->group_count : (w->rays->count + CHUNK - 1) / CHUNK;
+    double best = HUGE_VAL, begin = ex_seconds();
+    for (int i = 0; i < REPEATS && !w->failed && (i == 0 || ex_seconds() - begin < MOST_SECONDS); i++) {
+        double start = ex_seconds();
+        ex_pool_run(pool, tasks, w->one_light ? do_group : do_chunk, w);
+        start = ex_seconds() - start;
+        best = start < best ? start : best;
+    }
+    return w->failed ? -1 : (double)w->rays->count / best * 1e-6;
+}
+
+typedef struct peer { double mrays[2]; const char *mode[2]; } peer;      /* by threads - 1 */
+
+static void measure_peer(peer *p, const bn_rays *tracer, const rays *r, ex_pool *const pools[2], float *scratch)
+{
+    for (int t = 0; t < 2; t++) {
+        p->mrays[t] = -1;
+        p->mode[t] = NULL;
+        for (int mode = 0; tracer && pools[t] && mode < BN_RAY_MODES; mode++) {
+            work w = { r, tracer, (bn_ray_mode)mode, NULL, NULL, COHSM_FILTER_NEAREST, 0, 0, scratch, 0 };
+            double s = speed(&w, pools[t]);
+            if (s > p->mrays[t]) {
+                p->mrays[t] = s;
+                p->mode[t] = bn_rays_mode_name((bn_ray_mode)mode);
+            }
+        }
+    }
+}
+
+/* ---- rows ---- */
+
+typedef struct table { cohsm_maps *maps; bn_scalar scalar; cohsm_info info; } table;
+
+static void table_free(table *t)
+{
+    cohsm_free(t->maps);
+    bn_scalar_free(&t->scalar);
+}
+
+static int table_build(table *t, const bn_options *options, const bn_model *model, uint32_t m)
+{
+    cohsm_desc desc = bn_desc(options);
+    cohsm_mesh mesh = bn_model_mesh(model);
+    cohsm_result result;
+    size_t size;
+    const void *data;
+    memset(t, 0, sizeof *t);
+    desc.domain.side[0] = desc.domain.side[1] = SIDE;
+    desc.map_size = m;
+    result = cohsm_build(&desc, &mesh, &t->maps, NULL);
+    ex_progress(NULL, 1);
+    if (result == COHSM_OK) {
+        cohsm_get_info(t->maps, &t->info);
+        data = cohsm_data(t->maps, &size);
+        result = bn_scalar_open(&t->scalar, data, size);
+    }
+    if (result == COHSM_OK)
+        return 0;
+    table_free(t);
+    return bn_failed(model->name, cohsm_result_text(result));
+}
+
+typedef struct subject {         /* what all rows of a model share */
+    const bn_options *options;
+    const bn_model   *model;
+    const rays       *rays[2];   /* random, coherent */
+    peer              peers[2];
+    int               has_peer;
+    ex_pool          *pools[2];
+    float            *lit;
+} subject;
+
+static void print_errors(const subject *s, const rays *r)
+{
+    size_t shadow = 0, light = 0;
+    for (size_t i = 0; i < r->count; i++) {
+        int lit = s->lit[i] >= 0.5f;
+        shadow += !lit && r->lit[i] > 0;
+        light += lit && !(r->lit[i] > 0);
+    }
+    bn_number("agreement", s->has_peer ? 1 - (double)(shadow + light) / (double)r->count : HUGE_VAL);
+    bn_number("false_shadow", s->has_peer ? (double)shadow / (double)r->count : HUGE_VAL);
+    bn_number("false_light", s->has_peer ? (double)light / (double)r->count : HUGE_VAL);
+}
+
+static int print_row(const subject *s, const table *t, int coherent, int threads, int simd, cohsm_filter filter,
+                     float bias)
+{
+    static const char *const filters[] = { "nearest", "pcf", "roulette" };
+    const rays *r = s->rays[coherent];
+    const peer *p = &s->peers[coherent];
+    work w = { r, NULL, BN_RAY1, t->maps, simd ? NULL : &t->scalar, filter, bias, coherent, s->lit, 0 };
+    double mqueries = speed(&w, s->pools[threads - 1]);
+    if (w.failed)
+        return bn_failed(s->model->name, "a query failed");
+    bn_begin(s->options, "csm_query", threads, simd ? bn_simd() : "none");
+    bn_text("model", s->model->name);
+    bn_text("layers", "z1z2");
+    bn_integer("table_bytes", t->info.bytes);
+    bn_text("mode", coherent ? "coherent" : "random");
+    bn_text("filter", filters[filter]);
+    bn_integer("n", t->info.map_count);
+    bn_integer("m", t->info.map_size);
+    bn_number("bias", (double)bias);
+#if defined(__AVX2__)
+    bn_text("flags", "above the baseline of the architecture");
+#else
+    bn_text("flags", "baseline");
+#endif
+    bn_number("mqueries_s", mqueries);
+    bn_number("embree_mrays_s", p->mrays[threads - 1] > 0 ? p->mrays[threads - 1] : HUGE_VAL);
+    bn_number("ratio", p->mrays[threads - 1] > 0 ? mqueries / p->mrays[threads - 1] : HUGE_VAL);
+    print_errors(s, r);
+    bn_text("embree_mode", p->mode[threads - 1]);
+    bn_text("embree", bn_rays_version());
+    bn_end(s->options);
+    return 0;
+}
+
+static int print_rows(const subject *s, const table *t, int is_default_size)
+{
+    int most = s->pools[1] ? 2 : 1, failed = 0;
+    for (int coherent = 0; coherent < 2; coherent++)
+        for (int threads = 1; threads <= most; threads++)
+            failed |= print_row(s, t, coherent, threads, 1, COHSM_FILTER_NEAREST, 1);
+    if (!is_default_size && !s->options->full)
+        return failed;
+    for (int coherent = 0; coherent < 2; coherent++)
+        failed |= print_row(s, t, coherent, 1, 0, COHSM_FILTER_NEAREST, 1);
+    failed |= print_row(s, t, 0, 1, 1, COHSM_FILTER_NEAREST, 0);
+    failed |= print_row(s, t, 0, 1, 1, COHSM_FILTER_PCF, 1);
+    failed |= print_row(s, t, 0, 1, 1, COHSM_FILTER_ROULETTE, 1);
+    return failed;
+}
+
+/* The exact answers come from single rays. */
+static void answer(const bn_rays *tracer, rays *r, ex_pool *pool)
+{
+    work w = { r, tracer, BN_RAY1, NULL, NULL, COHSM_FILTER_NEAREST, 0, 0, r->lit, 0 };
+    if (tracer)
+        ex_pool_run(pool, (r->count + CHUNK - 1) / CHUNK, do_chunk, &w);
+}
+
+static int measure_tables(subject *s)
+{
+    static const uint32_t sizes[] = { 128, 256 };
+    int result = 0;
+    for (size_t i = 0; i < 2 && result == 0; i++) {
+        table t;
+        if (table_build(&t, s->options, s->model, sizes[i]) != 0)
+            return -1;
+        result = print_rows(s, &t, sizes[i] == 128);
+        table_free(&t);
+    }
+    return result;
+}
+
+static int measure_model(const bn_options *options, const bn_model *model, ex_pool *const pools[2])
+{
+    size_t count = options->full ? 4000000 : 2000000;
+    sample *samples = make_samples(model, count);
+    bn_rays *tracer = bn_rays_create(model, options->threads);
+    rays r[2] = { { NULL, NULL, NULL, NULL, 0, 0 }, { NULL, NULL, NULL, NULL, 0, 0 } };
+    subject s;
+    int result = -1;
+    memset(&s, 0, sizeof s);
+    s.options = options;
+    s.model = model;
+    s.has_peer = tracer != NULL;
+    s.lit = malloc(count * sizeof *s.lit);
+    if (!samples || !s.lit) {
+        bn_failed(model->name, "out of memory");
+    } else if (rays_alloc(&r[0], count) == 0 && rays_alloc(&r[1], count) == 0) {
+        make_random(&r[0], samples, count);
+        make_coherent(&r[1], samples, count);
+        for (int i = 0; i < 2; i++) {
+            s.rays[i] = &r[i];
+            s.pools[i] = pools[i];
+        }
+        for (int i = 0; i < 2; i++) {
+            answer(tracer, &r[i], options->pool);
+            measure_peer(&s.peers[i], tracer, &r[i], pools, s.lit);
+        }
+        result = measure_tables(&s);
+    }
+    rays_free(&r[0]);
+    rays_free(&r[1]);
+    free(s.lit);
+    bn_rays_free(tracer);
+    free(samples);
+    return result;
+}
+
+int bn_csm_query(const bn_options *options)
+{
+    bn_model models[BN_MOST_MODELS];
+    size_t count;
+    ex_pool *pools[2];
+    int result = 0;
+    if (bn_models_load(options, models, &count) != 0)
+        return -1;
+    pools[0] = ex_pool_create(1);
+    pools[1] = options->threads > 1 ? ex_pool_create(2) : NULL;
+    if (!pools[0])
+        result = bn_failed("csm_query", "out of memory");
+    for (size_t i = 0; i < count; i++) {
+        if (result == 0)
+            result = measure_model(options, &models[i], pools);
+        bn_model_free(&models[i]);
+    }
+    ex_pool_free(pools[0]);
+    ex_pool_free(pools[1]);
+    return result;
+}

@@ -1,0 +1,161 @@
+/* csm_render.c - pictures by `render --technique csm` beside those of the reference: the programs themselves are run,
+   as users would. 4096 samples a pixel in both, maps of 128 x 128 directions with 256 x 256 pixels. */
+#define _POSIX_C_SOURCE 200809L
+#include "bench.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+typedef struct files { char folder[64], reference[96], picture[96], json[96]; } files;
+
+static int start(const char *program, const char *const *arguments)
+{
+    int status;
+    pid_t child = fork();
+    if (child == 0) {
+        execv(program, (char *const *)(size_t)arguments);
+        _exit(127);
+    }
+    return child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0 ? 0 : -1;
+}
+
+static double read_number(const char *path, const char *name)
+{
+    char text[4096], key[64], *at;
+    FILE *file = fopen(path, "rb");
+    size_t length = file ? fread(text, 1, sizeof text - 1, file) : 0;
+    if (file)
+        fclose(file);
+    text[length] = 0;
+    snprintf(key, sizeof key, "\"%s\": ", name);
+    at = strstr(text, key);
+    return at ? strtod(at + strlen(key), NULL) : NAN;
+}
+
+/* The relative_rmse of `compare`, and the pixels that it counts. */
+static int compare(const char *a_path, const char *b_path, double *error, size_t *pixels)
+{
+    char message[EX_ERROR_SIZE];
+    ex_image a, b;
+    double square = 0, sum = 0;
+    if (ex_image_read_pfm(&a, a_path, message) != 0)
+        return bn_failed(a_path, message);
+    if (ex_image_read_pfm(&b, b_path, message) != 0) {
+        ex_image_free(&a);
+        return bn_failed(b_path, message);
+    }
+    *pixels = 0;
+    for (size_t i = 0; i < (size_t)a.width * a.height; i++) {
+        const float *p = a.rgb + 3 * i, *q = b.rgb + 3 * i;
+        int lit = 0;
+        for (int k = 0; k < 3; k++) {
+            double d = (double)p[k] - (double)q[k];
+            square += d * d;
+            sum += (double)q[k];
+            lit |= fabsf(p[k]) > 0 || fabsf(q[k]) > 0;
+        }
+        *pixels += (size_t)lit;
+    }
+    *error = sqrt(square * 3 * (double)*pixels) / sum;      /* sqrt(square / n) / (sum / n), n = 3 pixels */
+    ex_image_free(&a);
+    ex_image_free(&b);
+    return 0;
+}
+
+static int measure(const bn_options *options, const char *program, const files *f, const char *scene, const char *sky,
+                   const char *size, const char *filter)
+{
+    char threads[16], set_filter[32];
+    const char *slash = strrchr(sky, '/');
+    double noise, error;
+    size_t pixels;
+    snprintf(threads, sizeof threads, "%d", options->threads);
+    snprintf(set_filter, sizeof set_filter, "filter=%s", filter);
+    {
+        const char *const reference[] = { program, "--technique", "reference", "--scene", scene, "--env", sky, "--size", size,
+            "--samples", "4096", "--threads", threads, "--out", f->reference, "--json", f->json, NULL };
+        const char *const csm[] = { program, "--technique", "csm", "--scene", scene, "--env", sky, "--size", size,
+            "--samples", "4096", "--threads", threads, "--out", f->picture, "--json", f->json,
+            "--set", "side=128", "--set", "m=256", "--set", set_filter, NULL };
+        if (start(program, reference) != 0)
+            return bn_failed(program, "the reference failed");
+        noise = read_number(f->json, "noise");
+        if (start(program, csm) != 0)
+            return bn_failed(program, "csm failed");
+    }
+    if (compare(f->picture, f->reference, &error, &pixels) != 0)
+        return -1;
+    bn_begin(options, "csm_render", options->threads, bn_simd());
+    bn_text("model", scene);
+    bn_text("env", slash ? slash + 1 : sky);
+    bn_text("size", size);
+    bn_integer("samples", 4096);
+    bn_text("filter", filter);
+    bn_integer("side", 128);
+    bn_integer("m", 256);
+    bn_number("msamples_s", (double)pixels * 4096 / read_number(f->json, "frame_ms") * 1e-3);
+    bn_number("rmse_vs_reference", error);
+    bn_number("reference_noise", noise);
+    bn_number("precompute_ms", read_number(f->json, "precompute_ms"));
+    bn_number("frame_ms", read_number(f->json, "frame_ms"));
+    bn_number("memory_bytes", read_number(f->json, "memory_bytes"));
+    bn_end(options);
+    return 0;
+}
+
+static int make_files(files *f)
+{
+    snprintf(f->folder, sizeof f->folder, "/tmp/dapple-bench-XXXXXX");
+    if (!mkdtemp(f->folder))
+        return bn_failed("/tmp", "no room for temporary files");
+    snprintf(f->reference, sizeof f->reference, "%s/reference.pfm", f->folder);
+    snprintf(f->picture, sizeof f->picture, "%s/csm.pfm", f->folder);
+    snprintf(f->json, sizeof f->json, "%s/figures.json", f->folder);
+    return 0;
+}
+
+static void remove_files(const files *f)
+{
+    remove(f->reference);
+    remove(f->picture);
+    remove(f->json);
+    rmdir(f->folder);
+}
+
+int bn_csm_render(const bn_options *options)
+{
+    char program[1024], path[3][1024];
+    const char *scenes[3], *slash = strrchr(options->program, '/');
+    const char *size = options->full ? "640x360" : "160x120";
+    size_t count = 0;
+    files f;
+    int result = 0, skies = 1;
+    snprintf(program, sizeof program, "%.*srender", slash ? (int)(slash + 1 - options->program) : 0, options->program);
+    if (!bn_rays_version())
+        return bn_failed("csm_render", "the reference needs Embree: apt-get install libembree-dev");
+    if (options->model) {
+        scenes[count++] = options->model;
+    } else if (options->assets) {
+        snprintf(path[0], sizeof path[0], "%.1000s/bunny.glb", options->assets);
+        snprintf(path[1], sizeof path[1], "%.1000s/dragon.glb", options->assets);
+        scenes[count++] = path[0];
+        scenes[count++] = path[1];
+    }
+    if (!options->model)
+        scenes[count++] = "builtin:plant";
+    if (options->assets) {
+        snprintf(path[2], sizeof path[2], "%.990s/venice_sunset_1k.hdr", options->assets);
+        skies = 2;
+    }
+    if (make_files(&f) != 0)
+        return -1;
+    for (size_t i = 0; i < count && result == 0; i++)
+        for (int sky = 0; sky < skies && result == 0; sky++)
+            result = measure(options, program, &f, scenes[i], sky ? path[2] : "builtin:sky", size,
+                             options->full ? "pcf" : "roulette");
+    remove_files(&f);
+    return result;
+}

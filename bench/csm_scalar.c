@@ -1,0 +1,24 @@
+/* csm_scalar.c - csm.h once more, without intrinsics, so that both kinds of query run in one program. */
+#define COHSM_NO_SIMD
+#define CSM_STATIC
+#define CSM_IMPLEMENTATION
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wunused-function"     /* static, and only queries are wanted */
+#endif
+#include "bench.h"
+
+cohsm_result bn_scalar_open(bn_scalar *scalar, const void *block, size_t size)
+{
+    return cohsm_open(block, size, NULL, &scalar->maps);
+}
+
+cohsm_result bn_scalar_visible(const bn_scalar *scalar, const cohsm_query *query, float *visible)
+{
+    return cohsm_visible(scalar->maps, query, visible, NULL);
+}
+
+void bn_scalar_free(bn_scalar *scalar)
+{
+    cohsm_free(scalar->maps);
+    scalar->maps = NULL;
+}

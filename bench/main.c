@@ -1,0 +1,332 @@
+/* main.c - build/bench: figures of the headers, one JSON line each. design.md "Programs" and performance.md say which. */
+#define _POSIX_C_SOURCE 200809L
+#include "bench.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+extern const char dapple_commit[];
+
+static const struct { const char *name, *what; int (*run)(const bn_options *options); } benches[] = {
+    { "csm_compression", "size and build time of coherent shadow maps, by layers and order", bn_csm_compression },
+    { "csm_query", "visibility queries a second and their errors, beside Embree", bn_csm_query },
+    { "csm_render", "pictures by csm beside the reference", bn_csm_render },
+};
+
+int bn_failed(const char *what, const char *why)
+{
+    fprintf(stderr, "bench: %s: %s\n", what, why);
+    return -1;
+}
+
+/* ---- lines ---- */
+
+static char line[4096];
+static size_t line_length;
+
+static void append(const char *format, ...)
+{
+    va_list list;
+    int written;
+    va_start(list, format);
+    written = vsnprintf(line + line_length, sizeof line - line_length, format, list);
+    va_end(list);
+    if (written > 0)
+        line_length += (size_t)written;
+    if (line_length >= sizeof line)
+        line_length = sizeof line - 1;
+}
+
+static void append_quoted(const char *text)
+{
+    append("\"");
+    for (; *text; text++)
+        append(*text == '"' || *text == '\\' ? "\\%c" : (unsigned char)*text < 0x20 ? "\\u%04x" : "%c",
+               (unsigned char)*text);
+    append("\"");
+}
+
+static void append_name(const char *name)
+{
+    append("%s\"%s\": ", line_length ? ", " : "{", name);
+}
+
+void bn_text(const char *name, const char *value)
+{
+    append_name(name);
+    if (value)
+        append_quoted(value);
+    else
+        append("null");
+}
+
+void bn_number(const char *name, double value)
+{
+    append_name(name);
+    if (isfinite(value))
+        append("%.6g", value);
+    else
+        append("null");
+}
+
+void bn_integer(const char *name, uint64_t value)
+{
+    append_name(name);
+    append("%llu", (unsigned long long)value);
+}
+
+void bn_flag(const char *name, int value)
+{
+    append_name(name);
+    append(value ? "true" : "false");
+}
+
+static void read_cpu_name(char *name, size_t size)
+{
+    FILE *file = fopen("/proc/cpuinfo", "r");
+    char text[256];
+    snprintf(name, size, "unknown");
+    while (file && fgets(text, sizeof text, file)) {
+        char *colon = strchr(text, ':');
+        if (!colon || (strncmp(text, "model name", 10) != 0 && strncmp(text, "Model", 5) != 0))
+            continue;
+        text[strcspn(text, "\n")] = 0;
+        snprintf(name, size, "%s", colon + 2);
+        break;
+    }
+    if (file)
+        fclose(file);
+}
+
+void bn_begin(const bn_options *options, const char *bench, int threads, const char *simd)
+{
+    static char cpu[128];
+    (void)options;
+    if (!cpu[0])
+        read_cpu_name(cpu, sizeof cpu);
+    line_length = 0;
+    bn_text("bench", bench);
+    bn_text("cpu", cpu);
+    bn_integer("threads", (uint64_t)threads);
+    bn_text("simd", simd);
+    bn_text("commit", dapple_commit);
+}
+
+void bn_end(const bn_options *options)
+{
+    printf("%s}\n", line);
+    fflush(stdout);
+    if (options->json)
+        fprintf(options->json, "%s}\n", line);
+}
+
+const char *bn_simd(void)
+{
+#if defined(COHSM_NO_SIMD)
+    return "none";
+#elif defined(__x86_64__) && (defined(__GNUC__) || defined(__clang__))
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") ? "avx2" : "none";
+#else
+    return "none";
+#endif
+}
+
+/* ---- models ---- */
+
+cohsm_mesh bn_model_mesh(const bn_model *m)
+{
+    cohsm_mesh mesh = { m->positions, m->vertices, 0, m->indices, 3 * m->triangles };
+    return mesh;
+}
+
+cohsm_desc bn_desc(const bn_options *options)
+{
+    static char label[] = "build";
+    cohsm_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.parallel_for = ex_pool_run;
+    desc.parallel_user = options->pool;
+    desc.progress = ex_progress;
+    desc.progress_user = label;
+    return desc;
+}
+
+void bn_model_free(bn_model *model)
+{
+    free(model->positions);
+    free(model->indices);
+    memset(model, 0, sizeof *model);
+}
+
+static void add_object(bn_model *m, const ex_mesh *mesh, const float *t)
+{
+    for (size_t i = 0; i < mesh->vertex_count; i++)
+        for (size_t k = 0; k < 3; k++) {
+            const float *p = mesh->positions + 3 * i;
+            float x = t[k] * p[0] + t[4 + k] * p[1] + t[8 + k] * p[2] + t[12 + k];
+            m->positions[3 * (m->vertices + i) + k] = x;
+            m->low[k] = fminf(m->low[k], x);
+            m->high[k] = fmaxf(m->high[k], x);
+        }
+    for (size_t i = 0; i < 3 * (size_t)mesh->triangle_count; i++)
+        m->indices[3 * m->triangles + i] = (uint32_t)m->vertices + mesh->indices[i];
+    m->vertices += mesh->vertex_count;
+    m->triangles += mesh->triangle_count;
+}
+
+static int flatten(bn_model *m, const ex_scene *scene)
+{
+    size_t vertices = 0, triangles = 0;
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        vertices += scene->meshes[scene->objects[i].mesh].vertex_count;
+        triangles += scene->meshes[scene->objects[i].mesh].triangle_count;
+    }
+    m->positions = malloc((3 * vertices + 1) * sizeof *m->positions);
+    m->indices = malloc((3 * triangles + 1) * sizeof *m->indices);
+    if (!m->positions || !m->indices || vertices > UINT32_MAX)
+        return -1;
+    for (int k = 0; k < 3; k++) {
+        m->low[k] = HUGE_VALF;
+        m->high[k] = -HUGE_VALF;
+    }
+    for (uint32_t i = 0; i < scene->object_count; i++)
+        add_object(m, &scene->meshes[scene->objects[i].mesh], scene->objects[i].transform);
+    return 0;
+}
+
+/* "folder/bunny.glb" and "builtin:knot" are bunny and knot. */
+static void set_name(bn_model *m, const char *scene)
+{
+    const char *slash = strrchr(scene, '/'), *start = slash ? slash + 1 : scene;
+    start = strncmp(start, "builtin:", 8) == 0 ? start + 8 : start;
+    snprintf(m->name, sizeof m->name, "%.*s", (int)strcspn(start, "."), start);
+}
+
+int bn_model_load(bn_model *m, const char *scene)
+{
+    char error[EX_ERROR_SIZE];
+    ex_scene loaded;
+    int result;
+    memset(m, 0, sizeof *m);
+    result = strncmp(scene, "builtin:", 8) == 0 ? ex_scene_builtin(&loaded, scene + 8, 0, error)
+                                                : ex_scene_load(&loaded, scene, error);
+    if (result != 0)
+        return bn_failed(scene, error);
+    set_name(m, scene);
+    result = flatten(m, &loaded);
+    ex_scene_free(&loaded);
+    if (result == 0)
+        return 0;
+    bn_model_free(m);
+    return bn_failed(scene, "out of memory");
+}
+
+int bn_models_load(const bn_options *options, bn_model *models, size_t *count)
+{
+    static const char *const files[] = { "bunny.glb", "dragon.glb" }, *const made[] = { "builtin:knot", "builtin:plant" };
+    size_t most = options->model ? 1 : 2;
+    for (*count = 0; *count < most; ++*count) {
+        char path[1024];
+        const char *scene = options->model ? options->model : made[*count];
+        if (!options->model && options->assets) {
+            snprintf(path, sizeof path, "%s/%s", options->assets, files[*count]);
+            scene = path;
+        }
+        if (bn_model_load(&models[*count], scene) != 0) {
+            while (*count)
+                bn_model_free(&models[--*count]);
+            return -1;
+        }
+    }
+    return 0;
+}
+
+/* ---- command line ---- */
+
+static int bad_arguments(const char *what, const char *why)
+{
+    bn_failed(what, why);
+    return 2;
+}
+
+static int parse(bn_options *o, int count, char **values, const char **json)
+{
+    for (int i = 2; i < count; i++) {
+        const char *value = i + 1 < count ? values[i + 1] : NULL;
+        char *end;
+        if (strcmp(values[i], "--full") == 0) {
+            o->full = 1;
+            continue;
+        }
+        if (!value)
+            return bad_arguments(values[i], "unknown option, or its value is missing");
+        if (strcmp(values[i], "--model") == 0) {
+            o->model = value;
+        } else if (strcmp(values[i], "--assets") == 0) {
+            o->assets = value;
+        } else if (strcmp(values[i], "--json") == 0) {
+            *json = value;
+        } else if (strcmp(values[i], "--threads") == 0) {
+            o->threads = (int)strtol(value, &end, 10);
+            if (*end || end == value || o->threads < 0 || o->threads > 256)
+                return bad_arguments("--threads", "must be 0 to 256");
+        } else {
+            return bad_arguments(values[i], "unknown option");
+        }
+        i++;
+    }
+    return 0;
+}
+
+static int run(const char *name, const bn_options *options)
+{
+    int result = 0;
+    for (size_t i = 0; i < sizeof benches / sizeof benches[0]; i++)
+        if ((strcmp(name, "all") == 0 || strcmp(name, benches[i].name) == 0) && benches[i].run(options) != 0)
+            result = 1;
+    return result;
+}
+
+static int is_known(const char *name)
+{
+    for (size_t i = 0; i < sizeof benches / sizeof benches[0]; i++)
+        if (strcmp(name, benches[i].name) == 0)
+            return 1;
+    return strcmp(name, "all") == 0;
+}
+
+int main(int count, char **values)
+{
+    bn_options options;
+    const char *json = NULL;
+    int result;
+    if (count == 2 && strcmp(values[1], "--list") == 0) {
+        for (size_t i = 0; i < sizeof benches / sizeof benches[0]; i++)
+            printf("%-18s %s\n", benches[i].name, benches[i].what);
+        return 0;
+    }
+    if (count < 2 || !is_known(values[1]))
+        return bad_arguments(count < 2 ? "usage" : values[1], "bench NAME|all [--model FILE.glb|builtin:NAME] "
+                             "[--assets DIR] [--threads N] [--full] [--json FILE], or bench --list");
+    memset(&options, 0, sizeof options);
+    options.program = values[0];
+    options.assets = getenv("ASSETS") && *getenv("ASSETS") ? getenv("ASSETS") : NULL;
+    if (parse(&options, count, values, &json) != 0)
+        return 2;
+    options.pool = ex_pool_create(options.threads);
+    if (!options.pool)
+        return bn_failed("threads", "out of memory"), 1;
+    options.threads = ex_pool_threads(options.pool);
+    options.json = json ? fopen(json, "w") : NULL;
+    if (json && !options.json) {
+        ex_pool_free(options.pool);
+        return bn_failed(json, "cannot be written"), 1;
+    }
+    result = run(values[1], &options);
+    if (options.json && fclose(options.json) != 0)
+        result = bn_failed(json, "cannot be written") != 0;
+    ex_pool_free(options.pool);
+    return result;
+}
