@@ -32,7 +32,7 @@ static double read_number(const char *path, const char *name)
     text[length] = 0;
     snprintf(key, sizeof key, "\"%s\": ", name);
     at = strstr(text, key);
-    return at ? strtod(at + strlen(key), NULL) : NAN;
+    return at ? strtod(at + strlen(key), NULL) : HUGE_VAL;
 }
 
 /* The relative_rmse of `compare`, and the pixels that it counts. */
@@ -70,15 +70,15 @@ static int measure(const bn_options *options, const char *program, const files *
 {
     char threads[16], set_filter[32];
     const char *slash = strrchr(sky, '/');
-    double noise, error;
-    size_t pixels;
+    double noise, error = 0;
+    size_t pixels = 0;
     snprintf(threads, sizeof threads, "%d", options->threads);
     snprintf(set_filter, sizeof set_filter, "filter=%s", filter);
     {
-        const char *const reference[] = { program, "--technique", "reference", "--scene", scene, "--env", sky, "--size", size,
-            "--samples", "4096", "--threads", threads, "--out", f->reference, "--json", f->json, NULL };
-        const char *const csm[] = { program, "--technique", "csm", "--scene", scene, "--env", sky, "--size", size,
-            "--samples", "4096", "--threads", threads, "--out", f->picture, "--json", f->json,
+        const char *const reference[] = { program, "--technique", "reference", "--scene", scene, "--env", sky, "--size",
+            size, "--samples", "4096", "--threads", threads, "--out", f->reference, "--json", f->json, NULL };
+        const char *const csm[] = { program, "--technique", "csm", "--scene", scene, "--env", sky, "--size",
+            size, "--samples", "4096", "--threads", threads, "--out", f->picture, "--json", f->json,
             "--set", "side=128", "--set", "m=256", "--set", set_filter, NULL };
         if (start(program, reference) != 0)
             return bn_failed(program, "the reference failed");
