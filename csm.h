@@ -4736,58 +4736,75 @@ COHSM__TARGET_AVX2 static uint32_t cohsm__select_zero_bmi(uint64_t marks, uint32
 #define cohsm__select_zero_bmi cohsm__select_zero
 #endif
 
-/* cohsm__list_depth in its two halves: the block, which is then prefetched, and the depth in it. */
+/* cohsm__list_depth in its two halves: the block, which is then prefetched, and the depth in it. Neither has branches
+   that data decides but for rare cases: a mispredicted one costs as much as ten instructions. */
 typedef struct cohsm__found { const uint32_t *at; uint32_t view, sample; } cohsm__found;
+
+/* How many of the directory's first views, from number 32 turn, are at most the view. */
+COHSM__TARGET_AVX2 static uint32_t cohsm__begun32(const uint32_t *directory, uint32_t rest, uint32_t turn, __m256i view)
+{
+    __m256i number = _mm256_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    __m256i end = _mm256_set1_epi16((short)(rest - 32u * turn < 32u ? rest - 32u * turn : 32u));
+    __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)(directory + 2 + 16 * turn));
+    __m256i b = _mm256_loadu_si256((const __m256i *)(const void *)(directory + 10 + 16 * turn));
+    a = _mm256_and_si256(_mm256_cmpeq_epi16(_mm256_min_epu16(a, view), a), _mm256_cmpgt_epi16(end, number));
+    number = _mm256_add_epi16(number, _mm256_set1_epi16(16));
+    b = _mm256_and_si256(_mm256_cmpeq_epi16(_mm256_min_epu16(b, view), b), _mm256_cmpgt_epi16(end, number));
+    return (uint32_t)_mm_popcnt_u32((uint32_t)_mm256_movemask_epi8(_mm256_packs_epi16(a, b)));
+}
 
 COHSM__TARGET_AVX2 static void cohsm__find_block(cohsm__found *f, const uint32_t *lines)
 {
     const uint32_t *directory = f->at;
-    uint32_t blocks = cohsm__block_count(directory), rest = blocks - 1u, i, count = 0, mask;
-    __m256i view = _mm256_set1_epi16((short)f->view), first;
+    uint32_t where = directory[1], rest = (where & 0xffffu) - 1u, count, turn, line, word;
+    __m256i view = _mm256_set1_epi16((short)f->view);
 
-    for (i = 0; i < rest; i += 16) {            /* the first views rise */
-        first = _mm256_loadu_si256((const __m256i *)(const void *)(directory + 2 + i / 2));
-        first = _mm256_cmpeq_epi16(_mm256_min_epu16(first, view), first);
-        mask = (uint32_t)_mm256_movemask_epi8(first);
-        if (rest - i < 16) mask &= (1u << (2 * (rest - i))) - 1u;
-        count += (uint32_t)_mm_popcnt_u32(mask);
-        if (mask >> 31 == 0) break;
-    }
-    count /= 2;
-    f->view -= count ? cohsm__block_first(directory, count) : 0u;
-    f->at = cohsm__block_at(directory, lines, count);
+    count = cohsm__begun32(directory, rest, 0, view);
+    for (turn = 1; 32u * turn < rest; turn++) count += cohsm__begun32(directory, rest, turn, view);
+    f->view -= cohsm__half_word(directory, count + 3u) & (0u - (uint32_t)(count > 0));
+    line = directory[0] + count;
+    word = count == rest ? where >> 16 & 15u : 0u;
+    line = count == rest ? directory[0] - (where >> 20) : line;
+    f->at = lines + COHSM__BLOCK_WORDS * (size_t)line + word;
     COHSM__PREFETCH(f->at);
 }
 
-/* cohsm__block_find and cohsm__block_depth without branches that data decides: two low bits compared always, more only
-   for crowded buckets, and both kinds of depth fetched. */
+/* x86 is little-endian: fields may be read at the byte where they begin; 57 bits or more from any position. */
+COHSM__TARGET_AVX2 static uint64_t cohsm__load64(const uint32_t *words, uint32_t bit)
+{
+    uint64_t v;
+    memcpy(&v, (const char *)words + (bit >> 3), sizeof v);
+    return v >> (bit & 7u);
+}
+
 COHSM__TARGET_AVX2 static uint32_t cohsm__found_depth(const cohsm__found *f, const uint16_t *depth_of)
 {
     const uint32_t *block = f->at;
-    uint32_t head = block[0], k = head >> 8 & 15u, bucket = f->view >> k, low = f->view & ((1u << k) - 1u), at, j, n, run;
-    uint32_t bits = head >> 12 & 15u, palette = bits > COHSM__WIDEST, codes_at, code, ones, value, more;
-    uint64_t marks = cohsm__marks(block);
+    uint64_t marks = cohsm__load64(block, 16), lows;
+    uint32_t head = block[0], k = head >> 8 & 15u, bucket = f->view >> k, mask = (1u << k) - 1u, low = f->view & mask;
+    uint32_t bits = head >> 12 & 15u, palette = bits > COHSM__WIDEST, at, j, n, run, more, codes_at, code, ones, value;
 
-    at = bucket ? cohsm__select_zero_bmi(marks, bucket - (bucket != 0)) + 1u : 0u;
+    at = bucket ? cohsm__select_zero_bmi(marks, bucket - 1u) + 1u : 0u;
     j = at - bucket;
-    run = at < 64 ? (uint32_t)_tzcnt_u64(~(marks >> at)) : 0u;
-    more = (uint32_t)((run > 0) & (cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low));
+    run = (uint32_t)_tzcnt_u64(~(marks >> (at & 63u))) & (0u - (uint32_t)(at < 64));
+    lows = cohsm__load64(block, COHSM__LOW_AT + j * k);                     /* three of them at least */
+    more = (uint32_t)((run > 0) & (((uint32_t)lows & mask) <= low));
     j += more;
-    more &= (uint32_t)((run > 1) & (cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low));
+    more &= (uint32_t)((run > 1) & (((uint32_t)(lows >> k) & mask) <= low));
     j += more;
-    if (more && run > 2)
+    if (more & (uint32_t)(run > 2))
         for (run -= 2; run && cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low; run--) j++;
     j--;
     n = (uint32_t)_mm_popcnt_u64(marks);
-    bits -= palette ? (uint32_t)COHSM__WIDEST : 0u;
+    bits -= (uint32_t)COHSM__WIDEST & (0u - palette);
     ones = (1u << bits) - 1u;
     codes_at = COHSM__LOW_AT + n * k;
-    code = cohsm__bits(block, codes_at + j * bits, bits);
+    code = (uint32_t)cohsm__load64(block, codes_at + j * bits) & ones;
     if (code == ones) return cohsm__block_depth(block, depth_of, n, j);
     value = (head & 255u) + code;
     value = code + 1u == ones ? 511u : value;                               /* infinite, as all places from the grid's top */
-    value = palette ? cohsm__bits(block, codes_at + n * bits + 8u * code, 8) : value;
-    return depth_of[value];
+    code = (uint32_t)cohsm__load64(block, codes_at + n * bits + 8u * (code & (0u - palette))) & 255u;
+    return depth_of[palette ? code : value];
 }
 
 /* Steps small enough that what one prefetches is still in the first-level cache when the next needs it. */
@@ -4796,20 +4813,19 @@ enum { COHSM__STEP = 64 };
 COHSM__TARGET_AVX2 static void cohsm__find_depths(const cohsm_maps *m, const uint32_t *pixel, const uint32_t *place,
                                                   uint32_t count, uint32_t *depth)
 {
-    cohsm__found found[COHSM__STEP];
-    uint32_t n = 0, i, entry;
+    cohsm__found found[COHSM__STEP + 1];
+    uint32_t n = 0, i;
 
     for (i = 0; i < count; i++) {
-        depth[i] = COHSM__INFINITE;             /* nothing is deeper */
-        if (pixel[i] == COHSM__NO_PIXEL) continue;
-        entry = m->lookup[(size_t)(place[i] >> COHSM__CHUNK_BITS) * m->range + pixel[i]];
-        depth[i] = entry & 0xffffu;
-        found[n].at = m->directories + (entry & ~COHSM__CONSTANT);
+        uint32_t inside = pixel[i] != COHSM__NO_PIXEL;
+        uint32_t entry = m->lookup[(size_t)(place[i] >> COHSM__CHUNK_BITS) * m->range + (pixel[i] & (0u - inside))];
+        uint32_t listed = inside & (uint32_t)!(entry & COHSM__CONSTANT);
+        depth[i] = inside ? entry & 0xffffu : (uint32_t)COHSM__INFINITE;        /* nothing is deeper */
+        found[n].at = m->directories + (entry & (0u - listed));
         found[n].view = place[i] & (COHSM__CHUNK - 1u);
         found[n].sample = i;
-        if (entry & COHSM__CONSTANT) continue;
         COHSM__PREFETCH(found[n].at);
-        n++;
+        n += listed;
     }
     for (i = 0; i < n; i++) cohsm__find_block(&found[i], m->lines);
     for (i = 0; i < n; i++) depth[found[i].sample] = cohsm__found_depth(&found[i], m->depth_of);
