@@ -2452,14 +2452,33 @@ static double cohsm__distance2(const double *c, cohsm__v3 p)
     return x * x + y * y + z * z;
 }
 
+/* Squared distance of the farthest used corner. */
+static double cohsm__farthest(const cohsm_mesh *mesh, const uint8_t *used, const double *c, cohsm__v3 *where)
+{
+    size_t count = cohsm__triangle_count(mesh), t;
+    uint32_t scratch[3];
+    double far2 = -1.0, d2;
+    int k;
+
+    for (t = 0; t < count; t++)
+        for (k = 0; used[t] && k < 3; k++) {
+            cohsm__v3 p = cohsm__vertex(mesh, cohsm__corners(mesh, t, scratch)[k]);
+            d2 = cohsm__distance2(c, p);
+            if (d2 <= far2) continue;
+            far2 = d2;
+            *where = p;
+        }
+    return far2;
+}
+
 /* The smallest sphere, nearly: from the middle of the box, steps of 1/2, 1/3, 1/4 ... towards the farthest corner
    (Badoiu and Clarkson, "Smaller core-sets for balls", SODA 2003). */
 static void cohsm__fit_sphere(const cohsm_mesh *mesh, const uint8_t *used, float *center, float *radius)
 {
     size_t count = cohsm__triangle_count(mesh), t;
     uint32_t scratch[3];
-    double c[3] = { 0, 0, 0 }, best = -1.0, far2, d2;
-    cohsm__v3 lo = { 0, 0, 0 }, hi = { 0, 0, 0 }, p, farthest = { 0, 0, 0 };
+    double c[3], best = -1.0, far2;
+    cohsm__v3 lo = { 0, 0, 0 }, hi = { 0, 0, 0 }, p = { 0, 0, 0 };
     int step, k, any = 0;
 
     for (t = 0; t < count; t++)
@@ -2473,38 +2492,27 @@ static void cohsm__fit_sphere(const cohsm_mesh *mesh, const uint8_t *used, float
     c[1] = 0.5 * ((double)lo.y + (double)hi.y);
     c[2] = 0.5 * ((double)lo.z + (double)hi.z);
     for (step = 1; step <= 64; step++) {
-        for (t = 0, far2 = -1.0; t < count; t++)
-            for (k = 0; used[t] && k < 3; k++) {
-                p = cohsm__vertex(mesh, cohsm__corners(mesh, t, scratch)[k]);
-                d2 = cohsm__distance2(c, p);
-                if (d2 > far2) {
-                    far2 = d2;
-                    farthest = p;
-                }
-            }
+        far2 = cohsm__farthest(mesh, used, c, &p);
         if (best < 0.0 || far2 < best) {
             best = far2;
             for (k = 0; k < 3; k++) center[k] = (float)c[k];
         }
-        c[0] += ((double)farthest.x - c[0]) / (step + 1);
-        c[1] += ((double)farthest.y - c[1]) / (step + 1);
-        c[2] += ((double)farthest.z - c[2]) / (step + 1);
+        c[0] += ((double)p.x - c[0]) / (step + 1);
+        c[1] += ((double)p.y - c[1]) / (step + 1);
+        c[2] += ((double)p.z - c[2]) / (step + 1);
     }
-    *radius = (float)(sqrt(best) * 1.00001);
+    for (k = 0; k < 3; k++) c[k] = (double)center[k];       /* as it is stored */
+    *radius = (float)(sqrt(cohsm__farthest(mesh, used, c, &p)) * 1.00001);
 }
 
 /* A little beyond what rounding of the centre may have lost. */
 static int cohsm__sphere_holds(const cohsm_mesh *mesh, const uint8_t *used, const float *center, float radius)
 {
-    size_t count = cohsm__triangle_count(mesh), t;
-    double c[3], r2 = (double)radius * (double)radius * 1.0001;
-    uint32_t scratch[3];
+    double c[3];
+    cohsm__v3 p;
     int k;
     for (k = 0; k < 3; k++) c[k] = (double)center[k];
-    for (t = 0; t < count; t++)
-        for (k = 0; used[t] && k < 3; k++)
-            if (cohsm__distance2(c, cohsm__vertex(mesh, cohsm__corners(mesh, t, scratch)[k])) > r2) return 0;
-    return 1;
+    return cohsm__farthest(mesh, used, c, &p) <= (double)radius * (double)radius * 1.0001;
 }
 
 /* Axes of the k-DOP: the faces, edges and corners of a cube. */
@@ -3559,10 +3567,12 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *hea
     cohsm__latlong_angles(b->head.side, b->angles);
     cohsm__dop_of_sphere(b->head.dop, b->head.center, b->head.radius);
     if (b->head.positional) b->head.depth_far = cohsm__far_distance(&b->head, b->locations);
+    if (!cohsm__floats_finite(&b->head)) {
+        cohsm__drop_builder(b, heap);
+        return COHSM_ERR_DESC;
+    }
     *out = b;
-    if (cohsm__floats_finite(&b->head)) return COHSM_OK;
-    cohsm__drop_builder(b, heap);
-    return COHSM_ERR_DESC;
+    return COHSM_OK;
 }
 
 COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builder **out)
