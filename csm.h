@@ -340,14 +340,15 @@ COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *maps, void *memory, size_t 
 
 COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_allocator *allocator, cohsm_maps **out);
 /* Takes a plain or a packed file from memory: checks version, sizes, checksum and every list before anything is used,
-   and copies it (data may go). Memory asked for: at most 64 bytes a byte of file, see cohsm_pack.
+   and copies it (data may go). Memory asked for: at most 64 bytes a byte of file + 256 KB.
    Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_FORMAT, COHSM_ERR_VERSION, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC */
 
 COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_allocator *allocator, void **data, size_t *size);
 /* The packed file: the same block, entropy-coded against neighbouring pixels, a half to a third of the plain size.
    data     written on COHSM_OK only, from the allocator (NULL = malloc): free it there
    Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_ALLOC, COHSM_ERR_LIMIT
-   Cost     about 50 ns a segment; cohsm_open decodes at about the same rate */
+   Cost     about 1 microsecond a segment, half of it to check that the file decodes to the same block; cohsm_open takes
+            the other half. Memory: twice the block, and the packed file */
 
 /* ---- checking a build ---- */
 
@@ -5506,13 +5507,788 @@ static cohsm_result cohsm__open_plain(const uint8_t *data, size_t size, const co
     return COHSM_OK;
 }
 
+/* ---- >>pack: the entropy-coded file ---- */
+
+/* The packed file:
+
+     "DCSP", format, size of the file, the most segments in one list           4 words
+     header of the plain block, then its locations, as they are
+     lists, coded (most segments 0: the rest of the plain block as it is)
+
+   The order table is derived. A list is coded as the first views of its segments, their depths, and how many go into
+   each block; everything else in it follows, because blocks are written in one way only (see cohsm__plan_block). Every
+   decision is a bit, coded with the adaptive probability of its context, and contexts come from the lists of the pixels
+   to the left, above, and above to either side. Range coder after Martin, "Range encoding", 1979, on bits. */
+
+enum {
+    COHSM__PACK_MAGIC = 0x50534344,     /* "DCSP" */
+    COHSM__PACK_FORMAT = 1,
+    COHSM__PACK_HEADER = 16,            /* bytes */
+    COHSM__PACK_MULTIPLE = 64           /* of the file's size: the most memory that opening asks for */
+};
+
+typedef uint16_t cohsm__prob;           /* of a 1, in 1/65536 */
+
+/* Both directions in one: each step takes a bit to code and returns the bit coded, so that encoder and decoder are
+   the same lines of code and cannot differ. */
+typedef struct cohsm__coder {
+    uint8_t       *out;                 /* NULL: decoding */
+    const uint8_t *in;
+    size_t         at, size;
+    uint32_t       low, range, code;
+    int            full;                /* the encoder ran out of room */
+} cohsm__coder;
+
+static void cohsm__coder_byte(cohsm__coder *c)
+{
+    if (c->out) {
+        if (c->at < c->size) c->out[c->at++] = (uint8_t)(c->low >> 24);
+        else c->full = 1;
+        c->low <<= 8;
+    } else c->code = c->code << 8 | (c->at < c->size ? c->in[c->at++] : 0u);    /* zeros beyond the end */
+    c->range <<= 8;
+}
+
+static void cohsm__coder_start(cohsm__coder *c, uint8_t *out, const uint8_t *in, size_t size)
+{
+    int i;
+    memset(c, 0, sizeof *c);
+    c->out = out;
+    c->in = in;
+    c->size = size;
+    for (i = 0; !out && i < 4; i++) cohsm__coder_byte(c);
+    c->range = 0xffffffffu;
+}
+
+/* A 1 is the upper part of the range, a 0 the part below it. */
+static void cohsm__coder_one(cohsm__coder *c, uint32_t zero)
+{
+    size_t i = c->at;
+    c->range -= zero;
+    if (!c->out) {
+        c->code -= zero;
+        return;
+    }
+    c->low += zero;
+    if (c->low < zero)
+        while (i && ++c->out[--i] == 0) {}          /* carry */
+}
+
+/* Probabilities stay within 31..65505 of 65536, so that neither part is ever empty. */
+static inline uint32_t cohsm__code_bit(cohsm__coder *c, cohsm__prob *p, uint32_t bit)
+{
+    uint32_t zero = (c->range >> 12) * (4096u - (*p >> 4));
+    if (!c->out) bit = c->code >= zero;
+    if (bit) {
+        cohsm__coder_one(c, zero);
+        *p = (cohsm__prob)(*p + ((65536u - *p) >> 5));
+    } else {
+        c->range = zero;
+        *p = (cohsm__prob)(*p - (*p >> 5));
+    }
+    while (c->range < 1u << 24) cohsm__coder_byte(c);
+    return bit;
+}
+
+/* A number of this many bits, high bits first; each prefix has a probability of its own. */
+static uint32_t cohsm__code_tree(cohsm__coder *c, cohsm__prob *p, uint32_t bits, uint32_t value)
+{
+    uint32_t node = 1;
+    while (bits--) node = node << 1 | cohsm__code_bit(c, p + node, value >> bits & 1u);
+    for (bits = 1; bits <= node >> 1; bits <<= 1) {}
+    return node - bits;
+}
+
+/* Bits without a model. */
+static uint32_t cohsm__code_raw(cohsm__coder *c, uint32_t bits, uint32_t value)
+{
+    uint32_t out = 0, bit;
+    while (bits--) {
+        c->range >>= 1;
+        bit = c->out ? value >> bits & 1u : c->code >= c->range;
+        if (bit) {
+            c->range <<= 1;
+            cohsm__coder_one(c, c->range >> 1);
+        }
+        while (c->range < 1u << 24) cohsm__coder_byte(c);
+        out = out << 1 | bit;
+    }
+    return out;
+}
+
+/* Bits of x: 0 for 0, 1 for 1, 2 for 2 and 3, 3 for 4 to 7, ... */
+static uint32_t cohsm__length(uint32_t x)
+{
+    x |= x >> 1;
+    x |= x >> 2;
+    x |= x >> 4;
+    x |= x >> 8;
+    return cohsm__popcount(x | x >> 16);
+}
+
+/* A number below 2^31: its length, then the bits below the leading one, of which the first is modelled. */
+enum { COHSM__NUMBER = 64 };                    /* probabilities that one takes */
+
+static uint32_t cohsm__code_number(cohsm__coder *c, cohsm__prob *p, uint32_t value)
+{
+    uint32_t bits = cohsm__code_tree(c, p, 5, cohsm__length(value)), low;
+    if (bits < 2) return bits;
+    low = cohsm__code_bit(c, p + 32 + bits, value >> (bits - 2u) & 1u) << (bits - 2u);
+    if (bits > 2) low |= cohsm__code_raw(c, bits - 2u, value);
+    return 1u << (bits - 1u) | low;
+}
+
+/* One list, taken apart. */
+typedef struct cohsm__strip {
+    uint32_t        count;              /* 0: there is no such pixel */
+    cohsm__segment *s;                  /* hi: the grid value at or below an exact depth; else lo = hi */
+    uint32_t       *breaks;             /* bit COHSM__MARGIN + i: a segment begins at view i > 0 */
+} cohsm__strip;
+
+enum { COHSM__LEFT, COHSM__UP, COHSM__UP_LEFT, COHSM__UP_RIGHT, COHSM__SELF, COHSM__STRIPS };
+enum { COHSM__MARGIN = 32, COHSM__REACH = 2, COHSM__NEAR = 1 << (2 * COHSM__REACH + 1), COHSM__RUNS = 8,
+       COHSM__BREAK_WORDS = (COHSM__MARGIN + 65536 + COHSM__REACH) / 32 + 2 };
+
+typedef struct cohsm__odds {
+    cohsm__prob hot[COHSM__NEAR * COHSM__NEAR * 3 * COHSM__RUNS];
+    cohsm__prob cold[32 * 32], cold_length[32 * COHSM__NUMBER];
+    cohsm__prob exact[3], repeat[128], left[64], up[8], below[16], error[32 * COHSM__NUMBER];
+    cohsm__prob more[16 * 64];
+    uint32_t breaks[COHSM__STRIPS][COHSM__BREAK_WORDS];     /* of the strips */
+} cohsm__odds;
+
+typedef struct cohsm__packer {
+    cohsm__coder  c;
+    cohsm__odds *m;
+    cohsm__strip  strip[COHSM__STRIPS];
+    cohsm__segment *segments;                   /* memory of the strips, then of taken */
+    uint32_t      longest, width, views;        /* views of the chunk; width: words of strip.breaks */
+    cohsm__grid   grid;
+    uint32_t     *list;                         /* one list on its way out of the decoder */
+    uint8_t      *taken;                        /* segments in each block of strip[COHSM__SELF] */
+    int           bad;                          /* the decoder met what no encoder writes */
+} cohsm__packer;
+
+static uint32_t cohsm__grid_depth(uint32_t value, uint32_t grid)
+{
+    return value < grid ? value * 65535u / grid : (uint32_t)COHSM__INFINITE;
+}
+
+static void cohsm__strip_clear(cohsm__strip *t)
+{
+    uint32_t i;
+    for (i = 1; i < t->count; i++) t->breaks[(COHSM__MARGIN + t->s[i].first) >> 5] = 0;
+    t->count = 0;
+}
+
+static void cohsm__strip_breaks(cohsm__strip *t)
+{
+    uint32_t i;
+    for (i = 1; i < t->count; i++) cohsm__put_bits(t->breaks, COHSM__MARGIN + t->s[i].first, 1, 1);
+}
+
+/* Segments of one block appended to a strip. */
+static void cohsm__strip_block(const cohsm__packer *p, cohsm__strip *t, const uint32_t *block, uint32_t first)
+{
+    uint64_t marks = cohsm__marks(block);
+    uint32_t n = cohsm__popcount(marks), bucket = 0, j, code, exact_at;
+    cohsm__fields f = cohsm__block_fields(block, n);
+    uint32_t ones = (1u << f.bits) - 1u;
+
+    for (j = 0, exact_at = f.exact_at; j < n; marks >>= 1) {
+        cohsm__segment *s = &t->s[t->count];
+        if (!(marks & 1u)) {
+            bucket++;
+            continue;
+        }
+        s->first = (uint16_t)(first + (bucket << f.k) + cohsm__bits(block, COHSM__LOW_AT + j * f.k, f.k));
+        code = cohsm__bits(block, f.codes_at + j * f.bits, f.bits);
+        s->exact = code == ones;
+        if (s->exact) {
+            code = cohsm__bits(block, exact_at, 16);
+            exact_at += 16;
+        } else if (f.palette) code = cohsm__bits(block, f.palette_at + 8 * code, 8);
+        else code = code + 1u == ones ? p->grid.top : code + (block[0] & 255u);
+        s->lo = (uint16_t)(s->exact ? code : cohsm__min_u32(code, p->grid.top));
+        s->hi = (uint16_t)(s->exact ? cohsm__grid_below(code, p->grid.top) : s->lo);
+        t->count++;
+        j++;
+    }
+}
+
+/* Where the lists of a block are. The decoder reads what it wrote. */
+typedef struct cohsm__lists { const uint32_t *lookup, *directories, *lines; } cohsm__lists;
+
+static cohsm__lists cohsm__lists_of(const cohsm__header *h, const uint32_t *words)
+{
+    cohsm__lists l;
+    l.lookup = words + COHSM__HEADER_WORDS + h->order_words + h->location_words;
+    l.directories = l.lookup + h->lookup_words;
+    l.lines = l.directories + h->directory_words;
+    return l;
+}
+
+static void cohsm__strip_constant(const cohsm__packer *p, cohsm__strip *t, uint32_t depth)
+{
+    uint32_t value = cohsm__grid_above(depth, p->grid.top);
+    t->s[0].first = 0;
+    t->s[0].exact = cohsm__grid_depth(value, p->grid.top) != depth;
+    t->s[0].lo = (uint16_t)(t->s[0].exact ? depth : value);
+    t->s[0].hi = (uint16_t)(t->s[0].exact ? cohsm__grid_below(depth, p->grid.top) : value);
+    t->count = 1;
+}
+
+/* A list as a strip; taken may be NULL. */
+static void cohsm__strip_read(const cohsm__packer *p, cohsm__strip *t, const cohsm__lists *l, size_t index,
+                              uint8_t *taken)
+{
+    uint32_t entry = l->lookup[index], b, before;
+    const uint32_t *directory = l->directories + entry;
+
+    cohsm__strip_clear(t);
+    if (entry & COHSM__CONSTANT) cohsm__strip_constant(p, t, entry & 0xffffu);
+    else
+        for (b = 0; b < cohsm__block_count(directory); b++) {
+            before = t->count;
+            cohsm__strip_block(p, t, cohsm__block_at(directory, l->lines, b),
+                               b ? cohsm__block_first(directory, b) : 0u);
+            if (taken) taken[b] = (uint8_t)(t->count - before);
+        }
+    cohsm__strip_breaks(t);
+}
+
+/* Breaks of a strip from view - COHSM__REACH on, as bits, 33 of them or more. */
+static uint64_t cohsm__near(const cohsm__strip *t, uint32_t view)
+{
+    return cohsm__window(t->breaks, COHSM__MARGIN + view - COHSM__REACH);
+}
+
+/* The first view at or after this one that has a break of either neighbour within reach, at most p->views. */
+static uint32_t cohsm__next_hot(const cohsm__packer *p, uint32_t view)
+{
+    const uint32_t *a = p->strip[COHSM__LEFT].breaks, *b = p->strip[COHSM__UP].breaks;
+    uint32_t at = COHSM__MARGIN + view + COHSM__REACH, i = at >> 5, word;
+
+    if (i >= p->width) return p->views;
+    for (word = (a[i] | b[i]) >> (at & 31u) << (at & 31u); !word; word = a[i] | b[i])
+        if (++i == p->width) return p->views;
+    at = 32 * i + cohsm__popcount((word & (0u - word)) - 1u);
+    return at - COHSM__MARGIN - COHSM__REACH;
+}
+
+/* Views next to a break of the left or the upper list are asked one by one. Returns the first that is not, or the one
+   where the segment ends, with *ended. */
+static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view, uint32_t next, int *ended)
+{
+    uint64_t left = cohsm__near(&p->strip[COHSM__LEFT], view), up = cohsm__near(&p->strip[COHSM__UP], view);
+    uint64_t right = cohsm__near(&p->strip[COHSM__UP_RIGHT], view);
+    uint32_t stop = cohsm__min_u32(p->views, view + 33u - 2 * COHSM__REACH), run = cohsm__length(view - first), l, u, r;
+    cohsm__prob *odds;
+
+    for (; view < stop; view++, left >>= 1, up >>= 1, right >>= 1) {
+        l = (uint32_t)left & (COHSM__NEAR - 1u);
+        u = (uint32_t)up & (COHSM__NEAR - 1u);
+        r = (uint32_t)right & (COHSM__NEAR - 1u);
+        if (!(l | u)) break;
+        if ((view - first) >> run) run++;
+        r = r >> COHSM__REACH & 1u ? 2u : r ? 1u : 0u;
+        odds = p->m->hot + ((l * COHSM__NEAR + u) * 3u + r) * COHSM__RUNS + cohsm__min_u32(run, COHSM__RUNS) - 1u;
+        *ended = (int)cohsm__code_bit(&p->c, odds, view == next);
+        if (*ended) break;
+    }
+    return view;
+}
+
+/* Where the segment that began at first ends. The stretches between such views are asked as a whole, and then for the
+   place. */
+static uint32_t cohsm__code_next(cohsm__packer *p, uint32_t first, uint32_t next)
+{
+    uint32_t view = first + 1u, gap, hot;
+    int ended = 0;
+
+    for (;;) {
+        view = cohsm__code_hot(p, first, view, next, &ended);
+        if (ended || view >= p->views) return view;
+        hot = cohsm__next_hot(p, view);
+        if (hot == view) continue;
+        gap = cohsm__length(hot - view);
+        if (cohsm__code_bit(&p->c, p->m->cold + 32 * gap + cohsm__length(view - first), next < hot)) {
+            next = view + cohsm__code_number(&p->c, p->m->cold_length + COHSM__NUMBER * gap, next - view);
+            return cohsm__min_u32(next, hot - 1u);
+        }
+        view = hot;
+    }
+}
+
+static void cohsm__code_breaks(cohsm__packer *p)
+{
+    cohsm__strip *t = &p->strip[COHSM__SELF];
+    uint32_t count = t->count, i = 0, next;
+
+    if (!p->c.out) t->s[0].first = 0;
+    for (;;) {
+        next = cohsm__code_next(p, t->s[i].first, p->c.out && i + 1 < count ? t->s[i + 1].first : p->views);
+        if (next >= p->views) break;
+        if (++i == p->longest) {
+            p->bad = 1;
+            break;
+        }
+        t->s[i].first = (uint16_t)next;
+    }
+    t->count = cohsm__min_u32(i + 1u, p->longest);
+    if (!p->c.out) cohsm__strip_breaks(t);
+}
+
+/* The grid value that a strip has at a view; views are asked in rising sequence. */
+static uint32_t cohsm__strip_value(const cohsm__strip *t, uint32_t *at, uint32_t view, uint32_t otherwise)
+{
+    if (!t->count) return otherwise;
+    while (*at + 1u < t->count && t->s[*at + 1u].first <= view) ++*at;
+    return t->s[*at].hi;
+}
+
+/* The median of left, up and left + up - up_left: an edge, or else a plane, through three known neighbours. */
+static uint32_t cohsm__predict(uint32_t left, uint32_t up, uint32_t corner)
+{
+    uint32_t least = cohsm__min_u32(left, up), most = cohsm__max_u32(left, up);
+    return corner >= most ? least : corner <= least ? most : left + up - corner;
+}
+
+/* What is known when a segment's value is coded: of the neighbours at its middle, and of the two segments before. */
+typedef struct cohsm__around { uint32_t left, up, corner, before[2], history, run; } cohsm__around;
+
+/* In turn: the value before last, as where two surfaces flicker; the left and the upper one's; a correction. */
+static uint32_t cohsm__code_value(cohsm__packer *p, const cohsm__around *a, uint32_t value)
+{
+    cohsm__odds *m = p->m;
+    cohsm__coder *c = &p->c;
+    uint32_t last = a->before[1], h = a->history, guess, below, error, spread;
+
+    if (cohsm__code_bit(c, m->repeat + ((a->left == last ? 1u : 0u) | (a->up == last ? 2u : 0u) | (h & 7u) << 2 |
+                                        (a->run == 1 ? 32u : 0u) | (a->before[0] == last ? 64u : 0u)), value == last))
+        return last;
+    if (a->left != last && cohsm__code_bit(c, m->left + ((a->up == a->left ? 1u : 0u) | (h & 14u) << 1 |
+                                                         (a->before[0] == a->left ? 32u : 0u)), value == a->left))
+        return a->left;
+    if (a->up != last && a->up != a->left && cohsm__code_bit(c, m->up + (h & 7u), value == a->up)) return a->up;
+    guess = cohsm__predict(a->left, a->up, a->corner);
+    spread = cohsm__length(cohsm__max_u32(a->left, a->up) - cohsm__min_u32(a->left, a->up));
+    below = cohsm__code_bit(c, m->below + spread, value < guess);
+    error = cohsm__code_number(c, m->error + COHSM__NUMBER * (2 * spread + below),
+                               below ? guess - value : value - guess);
+    return below ? guess - cohsm__min_u32(error, guess) : guess + cohsm__min_u32(error, p->grid.top - guess);
+}
+
+static void cohsm__code_values(cohsm__packer *p)
+{
+    cohsm__strip *t = &p->strip[COHSM__SELF];
+    uint32_t at[COHSM__SELF], i, end, middle, exact = 0;
+    cohsm__around a;
+
+    memset(at, 0, sizeof at);
+    memset(&a, 0, sizeof a);
+    for (i = 0; i < t->count; i++) {
+        cohsm__segment *s = &t->s[i];
+        end = cohsm__segment_end(t->s, i, t->count, p->views);
+        middle = (s->first + end) / 2u;
+        a.run = end - s->first;
+        a.up = cohsm__strip_value(&p->strip[COHSM__UP], at + COHSM__UP, middle, a.before[1]);
+        a.left = cohsm__strip_value(&p->strip[COHSM__LEFT], at + COHSM__LEFT, middle, a.up);
+        if (!p->strip[COHSM__UP].count) a.up = a.left;
+        a.corner = cohsm__strip_value(&p->strip[COHSM__UP_LEFT], at + COHSM__UP_LEFT, middle, a.up);
+        exact = cohsm__code_bit(&p->c, p->m->exact + (a.run > 1 ? 0u : 1u + exact), s->exact);
+        if (exact) {
+            s->lo = (uint16_t)cohsm__code_raw(&p->c, 16, s->lo);
+            s->hi = (uint16_t)cohsm__grid_below(s->lo, p->grid.top);
+        } else {
+            s->hi = s->lo = (uint16_t)cohsm__code_value(p, &a, s->lo);
+            a.history = a.history << 1 | (s->hi == a.before[1]);
+        }
+        s->exact = (uint16_t)exact;
+        a.before[1] = a.before[0];
+        a.before[0] = s->hi;
+    }
+}
+
+/* How many of the segments fit into a block without a palette, as cohsm__plan_take would find. */
+static uint32_t cohsm__fitting(const cohsm__segment *s, uint32_t count, uint32_t grid, uint32_t views)
+{
+    uint32_t n, least = grid, most = 0, exact = 0, k = 0, bits = 2, span;
+
+    for (n = 0; n < count && n < COHSM__MARKS; n++) {
+        span = cohsm__segment_end(s, n, count, views) - s[0].first;
+        if (s[n].exact) exact++;
+        else if (s[n].lo < grid) {
+            least = cohsm__min_u32(least, s[n].lo);
+            most = cohsm__max_u32(most, s[n].lo);
+        }
+        while (n + 1u + ((span - 1u) >> k) > COHSM__MARKS) k++;
+        while (least < most && (1u << bits) - 2u < most - least + 1u) bits++;
+        if (COHSM__LOW_AT + (n + 1u) * (k + bits) + 16u * exact > COHSM__BLOCK_BITS) break;
+    }
+    return n;
+}
+
+/* How many segments each block takes: more than fit by their values, since the planner went by intervals. */
+static uint32_t cohsm__code_blocks(cohsm__packer *p)
+{
+    const cohsm__strip *t = &p->strip[COHSM__SELF];
+    uint32_t i, n, blocks, left;
+
+    for (i = 0, blocks = 0; i < t->count; i += p->taken[blocks++]) {
+        left = t->count - i;
+        n = cohsm__fitting(t->s + i, left, p->grid.top, p->views);
+        left = cohsm__min_u32(left, COHSM__MARKS);
+        if (n < left)
+            n += cohsm__code_tree(&p->c, p->m->more + 64 * (n / 4u), 6, p->c.out ? p->taken[blocks] - n : 0);
+        p->taken[blocks] = (uint8_t)cohsm__min_u32(n, left);
+    }
+    return blocks;
+}
+
+/* The plan of exactly n segments; last: as those of a tail. */
+static int cohsm__plan_exactly(cohsm__plan *plan, const cohsm__segment *s, uint32_t n, const cohsm__grid *grid,
+                               uint32_t end, int last)
+{
+    cohsm__plan other;
+
+    cohsm__plan_start(plan);
+    for (; plan->n + 1u < n; plan->n++) {
+        const cohsm__segment *t = &s[plan->n];
+        if (t->exact) plan->exact++;
+        else if (t->lo < grid->top) {
+            plan->least_hi = cohsm__min_u32(plan->least_hi, t->hi);
+            plan->greatest_lo = cohsm__max_u32(plan->greatest_lo, t->lo);
+        }
+    }
+    if (!cohsm__plan_take(plan, s, grid, end)) return 0;
+    other = *plan;
+    if (last && !plan->palette && cohsm__plan_palette(&other, s, grid) && other.size < plan->size) *plan = other;
+    return 1;
+}
+
+/* The decoded list as the builder would keep it, see cohsm__write_list. 0: no builder wrote this. */
+static int cohsm__strip_write(const cohsm__packer *p, uint32_t blocks)
+{
+    const cohsm__segment *s = p->strip[COHSM__SELF].s;
+    uint32_t count = p->strip[COHSM__SELF].count, i, n, end, *block = p->list + (blocks + 1u) / 2u;
+    cohsm__plan plan;
+
+    if (blocks > cohsm__blocks_bound(count)) return 0;
+    memset(p->list, 0, 4 * cohsm__list_bound(count));
+    p->list[0] = blocks;
+    for (i = 0; i < blocks; i++, s += n, count -= n, block += COHSM__BLOCK_WORDS) {
+        n = p->taken[i];
+        end = cohsm__segment_end(s, n - 1u, count, p->views);
+        if (!cohsm__plan_exactly(&plan, s, n, &p->grid, end, n == count)) return 0;
+        if (i) cohsm__put_bits(p->list, 16u * i, 16, s[0].first);
+        cohsm__write_block(block, s, &plan, &p->grid);
+    }
+    return 1;
+}
+
+/* The decoded list, laid where it belongs, if there is room. */
+static int cohsm__strip_lay(const cohsm__packer *p, const cohsm__header *h, uint32_t blocks, cohsm__layout *l,
+                            uint32_t *entry)
+{
+    const cohsm__segment *s = p->strip[COHSM__SELF].s;
+    cohsm__layout dry = *l;
+
+    if (p->strip[COHSM__SELF].count == 1) {
+        *entry = COHSM__CONSTANT | (s->exact ? s->lo : cohsm__grid_depth(s->lo, p->grid.top));
+        return 1;
+    }
+    if (!cohsm__strip_write(p, blocks)) return 0;
+    dry.directories = dry.lines = NULL;
+    cohsm__lay_raw(&dry, entry, p->list);
+    if (dry.directory_words > h->directory_words || dry.line_count > h->line_words / COHSM__BLOCK_WORDS) return 0;
+    cohsm__lay_raw(l, entry, p->list);
+    return 1;
+}
+
+static void cohsm__slide(cohsm__packer *p)
+{
+    cohsm__strip *t = p->strip, spare = t[COHSM__UP_LEFT];
+    t[COHSM__UP_LEFT] = t[COHSM__UP];
+    t[COHSM__UP] = t[COHSM__UP_RIGHT];
+    t[COHSM__UP_RIGHT] = t[COHSM__LEFT];
+    t[COHSM__LEFT] = t[COHSM__SELF];
+    t[COHSM__SELF] = spare;
+}
+
+/* Strips around a pixel of the range; index: of its lookup entry. Within a row all but the upper right one are at
+   hand. */
+static void cohsm__look_around(cohsm__packer *p, const cohsm__header *h, uint32_t pixel, size_t index,
+                               const cohsm__lists *l)
+{
+    uint32_t m = h->map_size, x = (h->pixel_begin + pixel) % m;
+    cohsm__strip *t = p->strip;
+
+    cohsm__slide(p);
+    cohsm__strip_clear(&t[COHSM__SELF]);
+    if (x == 0 || pixel == 0) {
+        cohsm__strip_clear(&t[COHSM__LEFT]);
+        cohsm__strip_clear(&t[COHSM__UP_LEFT]);
+        if (pixel >= m) cohsm__strip_read(p, &t[COHSM__UP], l, index - m, NULL);
+        else cohsm__strip_clear(&t[COHSM__UP]);
+    }
+    if (x + 1 < m && pixel + 1 >= m) cohsm__strip_read(p, &t[COHSM__UP_RIGHT], l, index + 1u - m, NULL);
+    else cohsm__strip_clear(&t[COHSM__UP_RIGHT]);
+}
+
+/* Codes all lists of a block. The decoder writes them and the lookup into out, which is words with its header. */
+static int cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, const uint32_t *words, uint32_t *out)
+{
+    cohsm__lists lists = cohsm__lists_of(h, words);
+    cohsm__layout layout;
+    uint32_t range = h->pixel_end - h->pixel_begin, pixel, blocks, *lookup = NULL;
+    size_t i;
+
+    if (out) cohsm__layout_into(&layout, h, out, &lookup);
+    for (i = 0; i < h->lookup_words; i++) {
+        pixel = (uint32_t)(i % range);
+        if (pixel == 0) {
+            p->views = cohsm__min_u32(h->view_count - (uint32_t)(i / range) * COHSM__CHUNK, COHSM__CHUNK);
+            p->width = (COHSM__MARGIN + p->views + COHSM__REACH) / 32u + 2u;
+        }
+        cohsm__look_around(p, h, pixel, i, &lists);
+        if (!out) cohsm__strip_read(p, &p->strip[COHSM__SELF], &lists, i, p->taken);
+        cohsm__code_breaks(p);
+        cohsm__code_values(p);
+        blocks = cohsm__code_blocks(p);
+        if (p->bad || p->c.full) return 0;
+        if (out && !cohsm__strip_lay(p, h, blocks, &layout, &lookup[i])) return 0;
+    }
+    return 1;
+}
+
+/* Segments of the longest list. */
+static uint32_t cohsm__longest(const cohsm_maps *m)
+{
+    uint32_t longest = 1, n, b;
+    size_t i;
+    for (i = 0; i < m->head.lookup_words; i++) {
+        const uint32_t *directory = m->directories + m->lookup[i];
+        if (m->lookup[i] & COHSM__CONSTANT) continue;
+        for (b = 0, n = 0; b < cohsm__block_count(directory); b++)
+            n += cohsm__popcount(cohsm__marks(cohsm__block_at(directory, m->lines, b)));
+        longest = cohsm__max_u32(longest, n);
+    }
+    return longest;
+}
+
+/* Memory of the work on a block: strips, and the order table's cells. */
+static uint64_t cohsm__pack_work(const cohsm__header *h, uint32_t longest)
+{
+    return (uint64_t)longest * (COHSM__STRIPS * sizeof(cohsm__segment) + 1) + 4 * (uint64_t)cohsm__list_bound(longest) +
+           (h->order_words ? 4 * (uint64_t)h->map_count : 0);
+}
+
+static int cohsm__packer_make(cohsm__packer *p, const cohsm__allocator *a, const cohsm__header *h, uint32_t longest)
+{
+    cohsm__prob *probs;
+    size_t i;
+
+    memset(p, 0, sizeof *p);
+    p->longest = longest;
+    p->grid = cohsm__grid_of(h->depth_bits, h->map_size);
+    p->m = (cohsm__odds *)cohsm__alloc(a, sizeof *p->m);
+    p->segments = (cohsm__segment *)cohsm__alloc_array(a, longest, COHSM__STRIPS * sizeof(cohsm__segment) + 1);
+    p->list = (uint32_t *)cohsm__alloc_array(a, cohsm__list_bound(longest), 4);
+    if (!p->m || !p->segments || !p->list) return 0;
+    memset(p->m->breaks, 0, sizeof p->m->breaks);
+    probs = p->m->hot;
+    for (i = 0; i < offsetof(cohsm__odds, breaks) / sizeof *probs; i++) probs[i] = 0x8000u;
+    for (i = 0; i < COHSM__STRIPS; i++) {
+        p->strip[i].breaks = p->m->breaks[i];
+        p->strip[i].s = p->segments + i * longest;
+    }
+    p->taken = (uint8_t *)(p->segments + COHSM__STRIPS * (size_t)longest);
+    return 1;
+}
+
+static void cohsm__packer_free(cohsm__packer *p, const cohsm__allocator *a)
+{
+    cohsm__free(a, p->m);
+    cohsm__free(a, p->segments);
+    cohsm__free(a, p->list);
+}
+
+static size_t cohsm__pack_head(const cohsm__header *h)
+{
+    return COHSM__PACK_HEADER + 4 * ((size_t)COHSM__HEADER_WORDS + h->location_words);
+}
+
+/* The words that are not coded, in place, and the order table. */
+static cohsm_result cohsm__unpack_head(const uint8_t *data, const cohsm__allocator *a, const cohsm__header *h,
+                                       uint32_t *words)
+{
+    size_t i, gap = COHSM__HEADER_WORDS + (size_t)h->order_words;
+    uint32_t *cells;
+
+    data += COHSM__PACK_HEADER;
+    for (i = 0; i < COHSM__HEADER_WORDS; i++) words[i] = cohsm__get_u32(data + 4 * i);
+    data += 4 * (size_t)COHSM__HEADER_WORDS;
+    for (i = 0; i < h->location_words; i++) words[gap + i] = cohsm__get_u32(data + 4 * i);
+    if (!h->order_words) return COHSM_OK;
+    cells = (uint32_t *)cohsm__alloc_array(a, h->map_count, 4);
+    if (!cells) return COHSM_ERR_ALLOC;
+    cohsm__order_cells(cells, h->side, (cohsm_order)h->order);
+    cohsm__write_order(words + COHSM__HEADER_WORDS, cells, h->map_count);
+    cohsm__free(a, cells);
+    return COHSM_OK;
+}
+
+static cohsm_result cohsm__unpack_words(const uint8_t *data, size_t size, const cohsm__allocator *a,
+                                        const cohsm__header *h, uint32_t *words)
+{
+    cohsm__packer p;
+    size_t head = cohsm__pack_head(h);
+    cohsm_result result = cohsm__unpack_head(data, a, h, words);
+
+    if (result != COHSM_OK) return result;
+    if (!cohsm__packer_make(&p, a, h, cohsm__get_u32(data + 12))) result = COHSM_ERR_ALLOC;
+    else {
+        cohsm__coder_start(&p.c, NULL, data + head, size - head);
+        if (!cohsm__code_lists(&p, h, words, words) || cohsm__block_crc(words, h->words) != h->crc)
+            result = COHSM_ERR_FORMAT;
+    }
+    cohsm__packer_free(&p, a);
+    return result;
+}
+
+/* A packed file, which may be hostile. Memory asked for: COHSM__PACK_MULTIPLE bytes a byte of file, and below 256 KB
+   for the probabilities and the object. */
+static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm__allocator *a, cohsm_maps **out)
+{
+    const uint8_t *inner = data + COHSM__PACK_HEADER;
+    cohsm__header h;
+    cohsm__memory block;
+    cohsm_maps *m;
+    uint32_t longest;
+    cohsm_result result;
+
+    if (size < COHSM__PACK_HEADER || cohsm__get_u32(data) != COHSM__PACK_MAGIC) return COHSM_ERR_FORMAT;
+    if (cohsm__get_u32(data + 4) != COHSM__PACK_FORMAT) return COHSM_ERR_VERSION;
+    if (cohsm__get_u32(data + 8) != size || size < COHSM__PACK_HEADER + sizeof h) return COHSM_ERR_FORMAT;
+    if (cohsm__get_u32(inner) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
+    if (cohsm__get_u32(inner + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
+    longest = cohsm__get_u32(data + 12);
+    if (longest == 0) return cohsm__open_plain(inner, size - COHSM__PACK_HEADER, a, out);
+    memcpy(&h, inner, sizeof h);
+    cohsm__host_words((uint32_t *)(void *)&h, COHSM__HEADER_WORDS);
+    if (!cohsm__header_sound(&h) || longest > COHSM__CHUNK || longest > h.view_count || cohsm__pack_head(&h) > size ||
+        4 * (uint64_t)h.words + cohsm__pack_work(&h, longest) > COHSM__PACK_MULTIPLE * (uint64_t)size)
+        return COHSM_ERR_FORMAT;
+    block = cohsm__take_block(a, h.words);
+    if (!block.words) return COHSM_ERR_ALLOC;
+    result = cohsm__unpack_words(data, size, a, &h, block.words);
+    if (result != COHSM_OK) {
+        cohsm__free(a, block.memory);
+        return result;
+    }
+    result = cohsm__maps_make(a, block, &m);
+    if (result != COHSM_OK) return result;
+    if (!cohsm__tables_sound(m) || !cohsm__lists_sound(m)) {
+        cohsm_free(m);
+        return COHSM_ERR_FORMAT;
+    }
+    *out = m;
+    return COHSM_OK;
+}
+
+static void cohsm__pack_begin(uint8_t *data, size_t size, uint32_t longest)
+{
+    cohsm__put_u32(data, COHSM__PACK_MAGIC);
+    cohsm__put_u32(data + 4, COHSM__PACK_FORMAT);
+    cohsm__put_u32(data + 8, (uint32_t)size);
+    cohsm__put_u32(data + 12, longest);
+}
+
+/* Codes into data; returns the size, 0 where it would reach room. Filled up with zeros to what opening has to see
+   before it asks for memory. */
+static size_t cohsm__pack_coded(cohsm__packer *p, const cohsm_maps *m, uint8_t *data, size_t room)
+{
+    const cohsm__header *h = &m->head;
+    size_t head = cohsm__pack_head(h), i, size, gap = COHSM__HEADER_WORDS + (size_t)h->order_words;
+    uint64_t least = 4 * (uint64_t)h->words + cohsm__pack_work(h, p->longest);
+
+    least = (least + COHSM__PACK_MULTIPLE - 1u) / COHSM__PACK_MULTIPLE;
+    if (head >= room || least >= room) return 0;
+    for (i = 0; i < COHSM__HEADER_WORDS; i++) cohsm__put_u32(data + COHSM__PACK_HEADER + 4 * i, m->words[i]);
+    for (i = 0; i < h->location_words; i++)
+        cohsm__put_u32(data + COHSM__PACK_HEADER + 4 * (COHSM__HEADER_WORDS + i), m->words[gap + i]);
+    cohsm__coder_start(&p->c, data + head, NULL, room - head);
+    if (!cohsm__code_lists(p, h, m->words, NULL)) return 0;
+    for (i = 0; i < 4; i++) cohsm__coder_byte(&p->c);
+    if (p->c.full) return 0;
+    size = head + p->c.at;
+    if (size < least) {
+        memset(data + size, 0, (size_t)least - size);
+        size = (size_t)least;
+    }
+    cohsm__pack_begin(data, size, p->longest);
+    return size;
+}
+
+/* *same: data unpacks to these maps. It does not for a block that is sound but was not written by our builder. */
+static cohsm_result cohsm__pack_check(const cohsm_maps *m, const cohsm__allocator *a, const uint8_t *data, size_t size,
+                                      int *same)
+{
+    cohsm_maps *copy;
+    cohsm_result result = cohsm__unpack(data, size, a, &copy);
+
+    *same = 0;
+    if (result != COHSM_OK) return result == COHSM_ERR_ALLOC ? result : COHSM_OK;
+    *same = copy->head.words == m->head.words && memcmp(copy->words, m->words, 4 * (size_t)m->head.words) == 0;
+    cohsm_free(copy);
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_allocator *allocator, void **data, size_t *size)
+{
+    cohsm__allocator a;
+    cohsm__packer p;
+    uint8_t *big, *packed = NULL;
+    size_t plain, coded = 0;
+    int same = 0;
+    cohsm_result result = COHSM_OK;
+
+    if (!maps || !data || !size || !cohsm__allocator_of(allocator, &a)) return COHSM_ERR_ARGUMENT;
+    if (!cohsm__add_size(4 * (size_t)maps->head.words, COHSM__PACK_HEADER, &plain) || plain > 0xffffffffu)
+        return COHSM_ERR_LIMIT;
+    big = (uint8_t *)cohsm__alloc(&a, plain);
+    if (!big) return COHSM_ERR_ALLOC;
+    if (cohsm__packer_make(&p, &a, &maps->head, cohsm__longest(maps))) coded = cohsm__pack_coded(&p, maps, big, plain);
+    else result = COHSM_ERR_ALLOC;
+    cohsm__packer_free(&p, &a);
+    if (coded) result = cohsm__pack_check(maps, &a, big, coded, &same);
+    if (result == COHSM_OK && !same) {
+        coded = plain;
+        cohsm__pack_begin(big, plain, 0);
+        result = cohsm_write(maps, big + COHSM__PACK_HEADER, plain - COHSM__PACK_HEADER);
+    }
+    if (result == COHSM_OK) {
+        packed = (uint8_t *)cohsm__alloc(&a, coded);
+        if (packed) memcpy(packed, big, coded);
+        else result = COHSM_ERR_ALLOC;
+    }
+    cohsm__free(&a, big);
+    if (result != COHSM_OK) return result;
+    *data = packed;
+    *size = coded;
+    return COHSM_OK;
+}
+
 COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_allocator *allocator, cohsm_maps **out)
 {
     const uint8_t *bytes = (const uint8_t *)data;
     cohsm__allocator a;
 
     if (!data || !out || !cohsm__allocator_of(allocator, &a)) return COHSM_ERR_ARGUMENT;
-    if (size < 16 || cohsm__get_u32(bytes) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
+    if (size < 16) return COHSM_ERR_FORMAT;
+    if (cohsm__get_u32(bytes) == COHSM__PACK_MAGIC) return cohsm__unpack(bytes, size, &a, out);
+    if (cohsm__get_u32(bytes) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
     if (cohsm__get_u32(bytes + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
     return cohsm__open_plain(bytes, size, &a, out);
 }
