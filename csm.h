@@ -1562,8 +1562,12 @@ static inline int cohsm__cpu_has_avx512(void) { return 0; }
 
 /* <<< shared */
 
-#if COHSM__X86
+/* 64-bit x86 with AVX2 and BMI2, asked for at run time. */
+#if COHSM__X86 && (defined(__x86_64__) || defined(_M_X64))
+#define COHSM__SIMD 1
 #include <immintrin.h>
+#else
+#define COHSM__SIMD 0
 #endif
 
 /* ---- >>types ---- */
@@ -2074,7 +2078,7 @@ static void cohsm__raster_group(const cohsm__target *t, const cohsm__camera *cam
     }
 }
 
-#if COHSM__X86
+#if COHSM__SIMD
 /* The same for 8 triangles at a time, equal to the last bit. Nearly all boxes of a fine mesh hold no sample or a few:
    those go through the samples of their boxes together; triangles with larger ones take cohsm__fill. */
 COHSM__TARGET_AVX2 static __m256i cohsm__edge8(__m256i ax, __m256i ay, __m256i bx, __m256i by)
@@ -2171,52 +2175,114 @@ COHSM__TARGET_AVX2 static void cohsm__fill_lanes(const cohsm__target *t, const c
     }
 }
 
+/* The samples lx..hx, ly..hy of the boxes of 8 triangles, within the map and the wanted rows. */
+typedef struct cohsm__boxes8 { __m256i lx, hx, ly, hy, none; } cohsm__boxes8;
+
+COHSM__TARGET_AVX2 static cohsm__boxes8 cohsm__boxes_of8(const cohsm__target *t, const __m256i *x, const __m256i *y)
+{
+    __m256i first = _mm256_set1_epi32(127), last = _mm256_set1_epi32(128);
+    cohsm__boxes8 b;
+    b.lx = _mm256_add_epi32(_mm256_min_epi32(_mm256_min_epi32(x[0], x[1]), x[2]), first);
+    b.hx = _mm256_sub_epi32(_mm256_max_epi32(_mm256_max_epi32(x[0], x[1]), x[2]), last);
+    b.ly = _mm256_add_epi32(_mm256_min_epi32(_mm256_min_epi32(y[0], y[1]), y[2]), first);
+    b.hy = _mm256_sub_epi32(_mm256_max_epi32(_mm256_max_epi32(y[0], y[1]), y[2]), last);
+    b.lx = _mm256_max_epi32(_mm256_srai_epi32(b.lx, 8), _mm256_setzero_si256());
+    b.ly = _mm256_max_epi32(_mm256_srai_epi32(b.ly, 8), _mm256_set1_epi32(t->row_begin));
+    b.hx = _mm256_min_epi32(_mm256_srai_epi32(b.hx, 8), _mm256_set1_epi32(t->size - 1));
+    b.hy = _mm256_min_epi32(_mm256_srai_epi32(b.hy, 8), _mm256_set1_epi32(t->row_end - 1));
+    b.none = _mm256_or_si256(_mm256_cmpgt_epi32(b.lx, b.hx), _mm256_cmpgt_epi32(b.ly, b.hy));
+    return b;
+}
+
+/* Triangles whose boxes hold samples wait here until there are 8: one in five does on a fine mesh. */
+typedef struct cohsm__queue { int32_t x[3][16], y[3][16]; float z[3][16]; uint32_t count; } cohsm__queue;
+
+COHSM__TARGET_AVX2 static void cohsm__raster_queue(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q)
+{
+    __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), one = _mm256_set1_epi32(1), few = _mm256_set1_epi32(4);
+    __m256i wide, none, x, y, row;
+    cohsm__corners8 c;
+    cohsm__boxes8 b;
+    unsigned large;
+    int k;
+
+    for (k = 0; k < 3; k++) {
+        c.x[k] = _mm256_loadu_si256((const __m256i *)(const void *)q->x[k]);
+        c.y[k] = _mm256_loadu_si256((const __m256i *)(const void *)q->y[k]);
+        c.z[k] = _mm256_loadu_ps(q->z[k]);
+    }
+    b = cohsm__boxes_of8(t, c.x, c.y);
+    none = _mm256_or_si256(b.none, _mm256_cmpgt_epi32(lane, _mm256_set1_epi32((int)q->count - 1)));
+    wide = _mm256_or_si256(_mm256_cmpgt_epi32(_mm256_sub_epi32(b.hx, b.lx), few),
+                           _mm256_cmpgt_epi32(_mm256_sub_epi32(b.hy, b.ly), few));
+    wide = _mm256_andnot_si256(none, wide);
+    large = (unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(wide));
+    if (large) cohsm__fill_lanes(t, cam, &c, large);
+    none = _mm256_or_si256(none, wide);
+    for (y = b.ly;; y = _mm256_add_epi32(y, one)) {
+        row = _mm256_andnot_si256(_mm256_or_si256(_mm256_cmpgt_epi32(y, b.hy), none), _mm256_set1_epi32(-1));
+        if (_mm256_testz_si256(row, row)) break;
+        for (x = b.lx;; x = _mm256_add_epi32(x, one)) {
+            __m256i wanted = _mm256_andnot_si256(_mm256_cmpgt_epi32(x, b.hx), row);
+            if (_mm256_testz_si256(wanted, wanted)) break;
+            cohsm__sample8(t, &c, x, y, wanted);
+        }
+    }
+}
+
+/* Appends the lanes in mask, which permute brings to the front. */
+COHSM__TARGET_AVX2 static void cohsm__enqueue8(cohsm__queue *q, const cohsm__corners8 *c, unsigned mask)
+{
+    uint64_t bytes = _pext_u64(0x0706050403020100u, _pdep_u64(mask, 0x0101010101010101u) * 255u);
+    __m256i permute = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)bytes));
+    int k;
+    for (k = 0; k < 3; k++) {
+        _mm256_storeu_si256((__m256i *)(void *)(q->x[k] + q->count), _mm256_permutevar8x32_epi32(c->x[k], permute));
+        _mm256_storeu_si256((__m256i *)(void *)(q->y[k] + q->count), _mm256_permutevar8x32_epi32(c->y[k], permute));
+        _mm256_storeu_ps(q->z[k] + q->count, _mm256_permutevar8x32_ps(c->z[k], permute));
+    }
+    q->count += (uint32_t)_mm_popcnt_u32(mask);
+}
+
+COHSM__TARGET_AVX2 static void cohsm__dequeue8(cohsm__queue *q)
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        memcpy(q->x[k], q->x[k] + 8, 32);
+        memcpy(q->y[k], q->y[k] + 8, 32);
+        memcpy(q->z[k], q->z[k] + 8, 32);
+    }
+    q->count -= 8;
+}
+
 COHSM__TARGET_AVX2 static void cohsm__raster_avx2(const cohsm__target *t, const cohsm__camera *cam,
                                                   const cohsm__soup *soup)
 {
     float scale = (float)(t->size * (COHSM__SUBPIXEL / 2)), offset = scale + 0.5f;
     cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
     __m256 offset8 = _mm256_set1_ps(offset), half = _mm256_set1_ps(0.5f);
-    __m256i first = _mm256_set1_epi32(127), last = _mm256_set1_epi32(128), few = _mm256_set1_epi32(4);
     const float *v = soup->v;
     cohsm__corners8 c;
+    cohsm__queue q;
     uint32_t g;
     int k;
 
+    memset(&q, 0, sizeof q);
     for (g = 0; g < soup->groups; g++, v += 9 * COHSM__LANES) {
-        __m256i lx, hx, ly, hy, wide, none, x, y, in_row;
-        unsigned large;
+        unsigned mask;
         for (k = 0; k < 3; k++) {
             c.x[k] = _mm256_cvttps_epi32(_mm256_add_ps(cohsm__dot8(v + 24 * k, r), offset8));
             c.y[k] = _mm256_cvttps_epi32(_mm256_add_ps(cohsm__dot8(v + 24 * k, u), offset8));
         }
-        lx = _mm256_min_epi32(_mm256_min_epi32(c.x[0], c.x[1]), c.x[2]);
-        hx = _mm256_max_epi32(_mm256_max_epi32(c.x[0], c.x[1]), c.x[2]);
-        ly = _mm256_min_epi32(_mm256_min_epi32(c.y[0], c.y[1]), c.y[2]);
-        hy = _mm256_max_epi32(_mm256_max_epi32(c.y[0], c.y[1]), c.y[2]);
-        lx = _mm256_max_epi32(_mm256_srai_epi32(_mm256_add_epi32(lx, first), 8), _mm256_setzero_si256());
-        ly = _mm256_max_epi32(_mm256_srai_epi32(_mm256_add_epi32(ly, first), 8), _mm256_set1_epi32(t->row_begin));
-        hx = _mm256_min_epi32(_mm256_srai_epi32(_mm256_sub_epi32(hx, last), 8), _mm256_set1_epi32(t->size - 1));
-        hy = _mm256_min_epi32(_mm256_srai_epi32(_mm256_sub_epi32(hy, last), 8), _mm256_set1_epi32(t->row_end - 1));
-        none = _mm256_or_si256(_mm256_cmpgt_epi32(lx, hx), _mm256_cmpgt_epi32(ly, hy));
-        if (_mm256_movemask_ps(_mm256_castsi256_ps(none)) == 255) continue;
+        mask = ~(unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(cohsm__boxes_of8(t, c.x, c.y).none)) & 255u;
+        if (!mask) continue;
         for (k = 0; k < 3; k++) c.z[k] = _mm256_sub_ps(half, _mm256_mul_ps(half, cohsm__dot8(v + 24 * k, cam->frame.back)));
-        wide = _mm256_or_si256(_mm256_cmpgt_epi32(_mm256_sub_epi32(hx, lx), few),
-                               _mm256_cmpgt_epi32(_mm256_sub_epi32(hy, ly), few));
-        wide = _mm256_andnot_si256(none, wide);
-        large = (unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(wide));
-        if (large) cohsm__fill_lanes(t, cam, &c, large);
-        none = _mm256_or_si256(none, wide);
-        for (y = ly;; y = _mm256_sub_epi32(y, _mm256_set1_epi32(-1))) {
-            in_row = _mm256_andnot_si256(_mm256_or_si256(_mm256_cmpgt_epi32(y, hy), none), _mm256_set1_epi32(-1));
-            if (_mm256_testz_si256(in_row, in_row)) break;
-            for (x = lx;; x = _mm256_sub_epi32(x, _mm256_set1_epi32(-1))) {
-                __m256i wanted = _mm256_andnot_si256(_mm256_cmpgt_epi32(x, hx), in_row);
-                if (_mm256_testz_si256(wanted, wanted)) break;
-                cohsm__sample8(t, &c, x, y, wanted);
-            }
-        }
+        cohsm__enqueue8(&q, &c, mask);
+        if (q.count < 8) continue;
+        cohsm__raster_queue(t, cam, &q);
+        cohsm__dequeue8(&q);
     }
+    if (q.count) cohsm__raster_queue(t, cam, &q);
 }
 #endif
 
@@ -2327,7 +2393,7 @@ static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, cons
                 cohsm__raster_perspective(t, cam, soup->v + (size_t)g * 9 * COHSM__LANES, lane);
         return;
     }
-#if COHSM__X86
+#if COHSM__SIMD
     if (simd) {
         cohsm__raster_avx2(t, cam, soup);
         return;
@@ -3750,7 +3816,7 @@ static void cohsm__point(cohsm_maps *m)
     for (i = 0; i < 2 * COHSM__DOP_AXES; i++)
         m->dop[i] = (m->head.dop[i] - cohsm__v3_dot(cohsm__dop_axis((int)(i / 2)), cohsm__v3_load(m->head.center))) /
                     m->head.radius;
-    m->simd = cohsm__cpu_has_avx2();
+    m->simd = COHSM__SIMD && cohsm__cpu_has_avx2();
     if (m->angles) cohsm__latlong_angles(m->head.side, m->angles);
 }
 
@@ -3956,7 +4022,7 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
 
     job.builder = b;
     job.soup = soup;
-    job.simd = cohsm__cpu_has_avx2();
+    job.simd = COHSM__SIMD && cohsm__cpu_has_avx2();
     while (result == COHSM_OK && b->next_view < b->head.view_count) {
         if (b->desc.progress &&
             b->desc.progress(b->desc.progress_user, (float)b->next_view / (float)b->head.view_count))
@@ -4563,7 +4629,7 @@ static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
 
 /* ---- >>avx2: queries, eight at a time ---- */
 
-#if COHSM__X86
+#if COHSM__SIMD
 
 typedef struct cohsm__vec { __m256 x, y, z; } cohsm__vec;
 
@@ -4738,14 +4804,10 @@ COHSM__TARGET_AVX2 static void cohsm__address8(cohsm__tile *t, size_t i)
     cohsm__see8(t, i, &right, &up, &back, valid);
 }
 
-#if defined(__x86_64__) || defined(_M_X64)
 COHSM__TARGET_AVX2 static uint32_t cohsm__select_zero_bmi(uint64_t marks, uint32_t number)
 {
     return (uint32_t)_tzcnt_u64(_pdep_u64((uint64_t)1 << number, ~marks));
 }
-#else
-#define cohsm__select_zero_bmi cohsm__select_zero
-#endif
 
 /* cohsm__list_depth in its two halves: the block, which is then prefetched, and the depth in it. Neither has branches
    that data decides but for rare cases: a mispredicted one costs as much as ten instructions. */
@@ -4955,7 +5017,7 @@ static void cohsm__run_tile(cohsm__tile *t)
 {
     size_t i;
     for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
-#if COHSM__X86
+#if COHSM__SIMD
     if (cohsm__tile_avx2(t)) return;
 #endif
     for (i = 0; i < t->count; i++) {
@@ -5215,7 +5277,7 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
 
     job.builder = b;
     job.soup = soup;
-    job.simd = cohsm__cpu_has_avx2();
+    job.simd = COHSM__SIMD && cohsm__cpu_has_avx2();
     check.builder = b;
     check.maps = maps;
     for (; b->batch_begin < b->head.view_count; b->batch_begin += b->batch_count) {
