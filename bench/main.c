@@ -1,4 +1,4 @@
-/* main.c - build/bench: figures of the headers, one JSON line each. design.md "Programs" and performance.md say which. */
+/* main.c - build/bench: figures of the headers, a JSON line each; design.md and performance.md say which. */
 #define _POSIX_C_SOURCE 200809L
 #include "bench.h"
 
@@ -225,7 +225,8 @@ int bn_model_load(bn_model *m, const char *scene)
 
 int bn_models_load(const bn_options *options, bn_model *models, size_t *count)
 {
-    static const char *const files[] = { "bunny.glb", "dragon.glb" }, *const made[] = { "builtin:knot", "builtin:plant" };
+    static const char *const files[] = { "bunny.glb", "dragon.glb" };
+    static const char *const made[] = { "builtin:knot", "builtin:plant" };
     size_t most = options->model ? 1 : 2;
     for (*count = 0; *count < most; ++*count) {
         char path[1024];

@@ -111,7 +111,7 @@ static int is_behind_plane(const cs_state *state, const ex_pixel *p, const float
 static float offset_of(const cs_state *state, const cs_light *light, uint32_t self, float distance)
 {
     if (light->ask == COHSM_LIGHT_PARAMETER || (light->ask == COHSM_LIGHT_INDEX && !light->at_infinity))
-        return state->options.offset * 2 * distance / (float)state->options.light_map_size;
+        return state->options.offset * 2 * distance / (float)light->map_size;
     return self == COHSM_NO_SELF ? 0 : light->casters->offsets[self];
 }
 
@@ -294,7 +294,7 @@ static void read_options(cs_options *o, const rd_settings *settings)
     o->map_size = (uint32_t)rd_setting_integer(settings, "m");
     o->light_side = (uint32_t)rd_setting_integer(settings, "light_side");
     o->light_map_size = (uint32_t)rd_setting_integer(settings, "light_m");
-    o->sun_size = (uint32_t)rd_setting_integer(settings, "sun_m");
+    o->hard_size = (uint32_t)rd_setting_integer(settings, "hard_m");
     o->layers = (cohsm_layers)(COHSM_LAYERS_Z1Z2 + place_of(layers_words, rd_setting_text(settings, "layers")));
     o->order = (cohsm_order)(COHSM_ORDER_DEFAULT + place_of(order_words, rd_setting_text(settings, "order")));
     o->filter = (cohsm_filter)(COHSM_FILTER_NEAREST + place_of(filter_words, rd_setting_text(settings, "filter")));
@@ -322,11 +322,12 @@ static int build_maps(cs_state *state, cs_light *light, const rd_job *job, char 
     }
     light->ask = light->is_delta ? COHSM_LIGHT_INDEX : COHSM_LIGHT_PARAMETER;
     light->casters = &light->own;
+    light->map_size = light->is_delta ? state->options.hard_size : state->options.light_map_size;
     if (light->at_infinity)
         return cs_casters_build(&light->own, state, job, light->sun, error);
     if (cs_light_domain(light, job, &state->options, &domain, &locations, error) != 0)
         return -1;
-    result = cs_casters_build_local(&light->own, state, job, &domain, error);
+    result = cs_casters_build_local(&light->own, state, job, &domain, light->map_size, error);
     free(locations);
     return result;
 }
@@ -423,7 +424,7 @@ static void report_csm(const void *opaque, rd_report *report)
 }
 
 static const rd_key keys[] = {
-    { "side", RD_INTEGER, NULL, 1, 2048, "128", "maps of directions a side of their domain: 128 gives 16,384 an object" },
+    { "side", RD_INTEGER, NULL, 1, 2048, "128", "maps of directions a side of their domain" },
     { "m", RD_INTEGER, NULL, 4, 1024, "128", "pixels a side of each of them" },
     { "layers", RD_WORD, layers_words, 0, 0, "z1z2", "z1z3: smaller, for closed surfaces with nothing else near" },
     { "order", RD_WORD, order_words, 0, 0, "auto", "how maps follow one another; auto: tries them" },
@@ -432,9 +433,9 @@ static const rd_key keys[] = {
     { "offset", RD_NUMBER, NULL, 0, 100, "0.5", "of receivers along the geometric normal, in map pixels" },
     { "objects", RD_WORD, "auto|each|whole", 0, 0, "auto", "maps of directions for each mesh, or of all as one" },
     { "sun", RD_WORD, "exact|shared", 0, 0, "exact", "a map of its direction, or the nearest of all directions" },
-    { "sun_m", RD_INTEGER, NULL, 4, 1024, "1024", "pixels a side of an exact sun's map" },
+    { "hard_m", RD_INTEGER, NULL, 4, 1024, "1024", "pixels a side of the map of a sun, spot or point" },
     { "light_maps", RD_WORD, "local|semi", 0, 0, "local", "cube maps of places on a light, or maps of directions" },
-    { "light_side", RD_INTEGER, NULL, 1, 128, "16", "places a side of an area light" },
+    { "light_side", RD_INTEGER, NULL, 1, 128, "8", "places a side of an area light" },
     { "light_m", RD_INTEGER, NULL, 4, 1024, "256", "pixels a side of a cube's face" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };

@@ -288,7 +288,7 @@ static int build_object(cs_casters *c, cs_state *state, const rd_job *job, uint3
             soup_add(&moved, source, o->transform);
             mesh = mesh_of_soup(&moved);
         }
-        result = build(&made, state, job, &domain, direction ? state->options.sun_size : state->options.map_size,
+        result = build(&made, state, job, &domain, direction ? state->options.hard_size : state->options.map_size,
                        &mesh, o->name, error);
         soup_free(&moved);
         if (result != 0)
@@ -316,7 +316,7 @@ int cs_casters_build(cs_casters *c, cs_state *state, const rd_job *job, const fl
             domain.locations = location;
             domain.location_count = 1;
         }
-        return build_whole(c, state, job, &domain, direction ? state->options.sun_size : state->options.map_size,
+        return build_whole(c, state, job, &domain, direction ? state->options.hard_size : state->options.map_size,
                            error);
     }
     for (uint32_t i = 0; i < scene->object_count; i++)
@@ -326,11 +326,12 @@ int cs_casters_build(cs_casters *c, cs_state *state, const rd_job *job, const fl
     return 0;
 }
 
-int cs_casters_build_local(cs_casters *c, cs_state *state, const rd_job *job, const cohsm_domain *domain, char *error)
+int cs_casters_build_local(cs_casters *c, cs_state *state, const rd_job *job, const cohsm_domain *domain,
+                           uint32_t map_size, char *error)
 {
     if (allocate(c, job->scene, error) != 0)
         return -1;
-    return build_whole(c, state, job, domain, state->options.light_map_size, error);
+    return build_whole(c, state, job, domain, map_size, error);
 }
 
 /* ---- receivers ---- */

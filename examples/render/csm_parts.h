@@ -13,7 +13,7 @@ typedef struct cs_memory { size_t now, peak; pthread_mutex_t lock; } cs_memory;
 typedef struct cs_options {      /* --set, resolved */
     uint32_t     side, map_size;             /* of the maps of directions */
     uint32_t     light_side, light_map_size; /* of the maps of places on lights */
-    uint32_t     sun_size;                   /* pixels a side of a sun's own map */
+    uint32_t     hard_size;                  /* pixels a side of the map of a light without size */
     cohsm_layers layers;
     cohsm_order  order;
     cohsm_filter filter;
@@ -45,6 +45,7 @@ typedef struct cs_light {
     int               is_delta;  /* sun, spot, point: one sample is enough */
     int               at_infinity;
     const ex_light   *wide_spot; /* a cone above 180 degrees, treated as a point light and cut here */
+    uint32_t          map_size;  /* of its own maps */
     float             sun[3];    /* direction, where is_delta and at_infinity */
     cohsm_light       ask;
     const cs_casters *casters;
@@ -73,7 +74,7 @@ cohsm_allocator cs_memory_allocator(cs_memory *memory);
 int  cs_casters_build(cs_casters *casters, cs_state *state, const rd_job *job, const float *direction, char *error);
 /* Whole static scene as one rigid object with maps of places on a light. */
 int  cs_casters_build_local(cs_casters *casters, cs_state *state, const rd_job *job, const cohsm_domain *domain,
-                            char *error);
+                            uint32_t map_size, char *error);
 int  cs_casters_open(cs_casters *casters, cs_state *state, const rd_job *job, char *error);      /* --baked */
 void cs_casters_free(cs_casters *casters);
 
