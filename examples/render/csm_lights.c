@@ -378,8 +378,11 @@ int cs_light_domain(const cs_light *light, const rd_job *job, const cs_options *
         cohsm_result result = cohsm_emitter_domain(light->emitter, out);
         if (result != COHSM_OK)
             return cs_failed("a light", result, error);
-        out->side[0] = out->kind == COHSM_DOMAIN_LINE ? n < MOST_LINE_MAPS ? n : MOST_LINE_MAPS : options->light_side;
-        out->side[1] = options->light_side;
+        out->side[0] = out->side[1] = options->light_side;
+        if (out->kind == COHSM_DOMAIN_LINE) {
+            out->side[0] = n < MOST_LINE_MAPS ? n : MOST_LINE_MAPS;
+            out->side[1] = 1;
+        }
         return 0;
     }
     *locations = malloc(4 * (size_t)n * sizeof **locations);

@@ -1,0 +1,256 @@
+/* csm_render_test - `render --technique csm` as a user calls it: pictures beside the reference for every kind of light,
+   bytes that do not depend on threads, baked files, refusals. */
+#define _POSIX_C_SOURCE 200809L
+#define CSM_IMPLEMENTATION
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <cmocka.h>
+
+#include "common.h"
+#include "csm.h"
+
+static char folder[] = "/tmp/dapple-csm-XXXXXX";
+static char output[4096];
+
+/* Runs a program of the build folder, its output into `output`; returns the exit status. */
+static int run(const char *program, const char *arguments)
+{
+    const char *build = getenv("BUILD");
+    char command[1024];
+    FILE *pipe;
+    int status;
+    snprintf(command, sizeof command, "cd %s && %s%s/%s %s 2>&1", folder, build && *build == '/' ? "" : "$OLDPWD/",
+             build && *build ? build : "build", program, arguments);
+    pipe = popen(command, "r");
+    assert_non_null(pipe);
+    output[fread(output, 1, sizeof output - 1, pipe)] = 0;
+    status = pclose(pipe);
+    assert_true(WIFEXITED(status));
+    return WEXITSTATUS(status);
+}
+
+static void expect(int status, const char *text, const char *arguments)
+{
+    int found = run("render", arguments);
+    if (found != status || !strstr(output, text))
+        fail_msg("render %s: status %d, expected %d and \"%s\": %s", arguments, found, status, text, output);
+}
+
+static double number(const char *name)
+{
+    char quoted[64];
+    const char *at;
+    snprintf(quoted, sizeof quoted, "\"%s\": ", name);
+    at = strstr(output, quoted);
+    if (!at)
+        fail_msg("no %s in %s", name, output);
+    return strtod(at + strlen(quoted), NULL);
+}
+
+static void need_reference(void)
+{
+    run("render", "--list");
+    if (strstr(output, "needs Embree")) {
+        printf("skip: needs Embree\n");
+        skip();
+    }
+}
+
+/* csm against the reference: relative_rmse (with both pictures' noise) and the mean. */
+static void compare_with_reference(const char *scene, const char *settings, double most_error, double most_mean)
+{
+    char arguments[768];
+    double error, mean;
+    snprintf(arguments, sizeof arguments, "--technique csm --scene %s --samples 256 --out csm.pfm %s", scene, settings);
+    expect(0, "", arguments);
+    snprintf(arguments, sizeof arguments, "--technique reference --scene %s --samples 256 --out ref.pfm", scene);
+    expect(0, "", arguments);
+    assert_int_equal(run("compare", "csm.pfm ref.pfm"), 0);
+    error = number("relative_rmse");
+    mean = number("mean_ratio") - 1;
+    if (!(error <= most_error) || !(mean <= most_mean && mean >= -most_mean))
+        fail_msg("%s: relative_rmse %.4f (limit %.4f), mean off by %.4f (limit %.4f)", scene, error, most_error, mean,
+                 most_mean);
+}
+
+static void cornell_matches_reference(void **state)
+{
+    (void)state;
+    need_reference();
+    compare_with_reference("builtin:cornell --size 96x72", "", 0.03, 0.004);
+}
+
+static void every_light_matches_reference(void **state)
+{
+    static const struct { const char *light; double most_error; } lights[] = {
+        { "sun:0.48,0.8,0.36", 0.05 }, { "point:3,5,2", 0.12 }, { "spot:3,5,2,-0.48,-0.8,-0.36,50", 0.12 },
+        { "spot:3,5,2,-0.48,-0.8,-0.36,200", 0.12 }, { "sphere:3,5,2,0.5,20", 0.05 },
+        { "rect:2,5,1,1,0,0,0,0,1,20", 0.06 },
+        { "disc:3,5,2,0,-1,0,0.7,20", 0.06 }, { "line:2,5,1,4,5,1,0.05,40", 0.1 },
+    };
+    (void)state;
+    need_reference();
+    for (size_t i = 0; i < sizeof lights / sizeof lights[0]; i++) {
+        char scene[256];
+        snprintf(scene, sizeof scene, "builtin:knot --size 64x48 --light %s", lights[i].light);
+        compare_with_reference(scene, "", lights[i].most_error, 0.02);
+    }
+}
+
+static void sky_matches_reference(void **state)
+{
+    (void)state;
+    need_reference();
+    compare_with_reference("builtin:knot --size 64x48", "--set side=64 --set filter=roulette", 0.06, 0.01);
+}
+
+static size_t read_file(const char *name, void *data, size_t room)
+{
+    char path[256];
+    FILE *file;
+    size_t size;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    file = fopen(path, "rb");
+    assert_non_null(file);
+    size = fread(data, 1, room, file);
+    fclose(file);
+    return size;
+}
+
+static void assert_same_files(const char *a, const char *b)
+{
+    static char x[200000], y[200000];
+    size_t size = read_file(a, x, sizeof x);
+    assert_true(size > 1000);
+    assert_int_equal(size, read_file(b, y, sizeof y));
+    assert_memory_equal(x, y, size);
+}
+
+#define SMALL "--technique csm --scene builtin:knot --size 48x27 --samples 32 --set side=8 --set m=32 "
+
+static void threads_do_not_matter(void **state)
+{
+    (void)state;
+    expect(0, "", SMALL "--set filter=roulette --threads 1 --out one.pfm");
+    expect(0, "", SMALL "--set filter=roulette --threads 3 --out three.pfm");
+    assert_same_files("one.pfm", "three.pfm");
+    expect(0, "", SMALL "--light rect:2,5,1,1,0,0,0,0,1,20 --set light_side=2 --threads 1 --out one.pfm");
+    expect(0, "", SMALL "--light rect:2,5,1,1,0,0,0,0,1,20 --set light_side=2 --threads 2 --out three.pfm");
+    assert_same_files("one.pfm", "three.pfm");
+}
+
+static void frame_is_seed(void **state)
+{
+    (void)state;
+    expect(0, "", SMALL "--seed 7 --out a.pfm");
+    expect(0, "", SMALL "--seed 8 --out b.pfm");
+    expect(0, "", SMALL "--seed 7 --out c.pfm");
+    assert_same_files("a.pfm", "c.pfm");
+    assert_int_equal(run("compare", "a.pfm b.pfm"), 0);
+    assert_true(number("rmse") > 0);
+}
+
+static void lights_inside_hulls_are_refused(void **state)
+{
+    (void)state;
+    expect(1, "hull", "--technique csm --scene builtin:cornell --size 32x24 --samples 16 --set light_maps=semi "
+           "--set side=4 --set m=16 --out refused.pfm");
+    expect(0, "", SMALL "--light rect:2,5,1,1,0,0,0,0,1,20 --set light_maps=semi --out semi.pfm");
+}
+
+static void bad_settings_are_bad_arguments(void **state)
+{
+    (void)state;
+    expect(2, "side", SMALL "--set side=0 --out x.pfm");
+    expect(2, "layers", SMALL "--set layers=z2 --out x.pfm");
+    expect(1, "missing.csm", SMALL "--baked missing.csm --out x.pfm");
+}
+
+/* The casters of a scene in world space, as `bake` takes a file. */
+static void write_baked(const char *name)
+{
+    char error[EX_ERROR_SIZE], path[256];
+    ex_scene scene;
+    cohsm_desc desc;
+    cohsm_mesh mesh;
+    cohsm_maps *maps;
+    cohsm_info info;
+    void *memory;
+    FILE *file;
+    assert_int_equal(ex_scene_builtin(&scene, "knot", 0, error), 0);
+    assert_int_equal(scene.object_count, 1);
+    memset(&desc, 0, sizeof desc);
+    memset(&mesh, 0, sizeof mesh);
+    desc.domain.side[0] = desc.domain.side[1] = 8;
+    desc.map_size = 32;
+    mesh.positions = scene.meshes[0].positions;
+    mesh.vertex_count = scene.meshes[0].vertex_count;
+    mesh.indices = scene.meshes[0].indices;
+    mesh.index_count = 3 * (size_t)scene.meshes[0].triangle_count;
+    assert_int_equal(cohsm_build(&desc, &mesh, &maps, NULL), COHSM_OK);
+    cohsm_get_info(maps, &info);
+    memory = malloc(info.bytes);
+    assert_non_null(memory);
+    assert_int_equal(cohsm_write(maps, memory, info.bytes), COHSM_OK);
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    file = fopen(path, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(memory, 1, info.bytes, file), info.bytes);
+    assert_int_equal(fclose(file), 0);
+    free(memory);
+    cohsm_free(maps);
+    ex_scene_free(&scene);
+}
+
+static void baked_file_is_used(void **state)
+{
+    (void)state;
+    write_baked("knot.csm");
+    expect(0, "", SMALL "--out built.pfm");
+    expect(0, "", SMALL "--baked knot.csm --out baked.pfm");
+    assert_int_equal(run("compare", "built.pfm baked.pfm"), 0);
+    assert_true(number("relative_rmse") < 1e-3);
+    expect(1, "another object",
+           "--technique csm --scene builtin:plant --size 32x24 --samples 4 --baked knot.csm --out x.pfm");
+    expect(1, "no light", SMALL "--baked knot.csm --light sun:0,1,0 --out x.pfm");
+}
+
+static int make_folder(void **state)
+{
+    (void)state;
+    return mkdtemp(folder) ? 0 : -1;
+}
+
+static int remove_folder(void **state)
+{
+    static const char *const names[] = {
+        "csm.pfm", "ref.pfm", "one.pfm", "three.pfm", "a.pfm", "b.pfm", "c.pfm", "semi.pfm", "built.pfm", "baked.pfm",
+        "knot.csm"
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        char path[256];
+        snprintf(path, sizeof path, "%s/%s", folder, names[i]);
+        remove(path);
+    }
+    return rmdir(folder);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(cornell_matches_reference), cmocka_unit_test(every_light_matches_reference),
+        cmocka_unit_test(sky_matches_reference), cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(frame_is_seed), cmocka_unit_test(lights_inside_hulls_are_refused),
+        cmocka_unit_test(bad_settings_are_bad_arguments), cmocka_unit_test(baked_file_is_used),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
