@@ -105,10 +105,8 @@ static int measure(const bn_options *options, const bn_model *model, const char 
     result = cohsm_verify(maps, &desc, &mesh, &report);
     r->verified = result == COHSM_OK && report.wrong == 0;
     ex_progress(NULL, 1);
-#ifdef BN_PACK
     if (result == COHSM_OK)
         result = cohsm_pack(maps, NULL, &packed, &packed_size);
-#endif
     r->packed_bytes = (double)packed_size;
     free(packed);
     cohsm_free(maps);
