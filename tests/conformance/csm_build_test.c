@@ -151,7 +151,11 @@ static tally lossless_by_hand(const cohsm_desc *desc, const model *m)
         assert_int_equal(cohsm_depths(maps, i / map_count * map_count + cell[i % map_count], out), COHSM_OK);
         for (p = 0; p < pixels; p++) {
             uint32_t lo = quantised(z[0][p]), z2 = quantised(z[1][p]), z3 = quantised(z[2][p]), upper, hi;
-            upper = desc->layers == COHSM_LAYERS_Z1Z3_FAR ? (z3 == 65535 ? 65536 : z3) : z2;
+            /* a sheet is open_thickness pixels thick; a pixel is 2 / M of the distance in a cube's face */
+            float pixel = v.depth_scale > 0.0f ? 2.0f * (float)lo : 65536.0f;
+            float sheet = (desc->open_thickness > 0.0f ? desc->open_thickness : 8.0f) / (float)size * pixel;
+            upper = desc->layers == COHSM_LAYERS_Z1Z3_FAR ? (z3 == 65535 ? 65536 : z3) : z2 != 65535 ? z2 : lo + 1 + (uint32_t)sheet;
+            if (desc->layers != COHSM_LAYERS_Z1Z3_FAR && upper > 65535) upper = 65535;
             hi = lo == 65535 ? 65535 : upper > lo ? upper - 1 : lo;
             if (lo == 65535 && desc->self_only) lo = 0;
             t.entries++;
@@ -189,6 +193,7 @@ static void t59_every_stored_value_separates_the_layers_of_rays(void **state)
             d.layers = k % 3 == 1 ? COHSM_LAYERS_Z1Z3_FAR : COHSM_LAYERS_Z1Z2;
             d.order = (cohsm_order)(1 + (k + s) % 4);
             d.self_only = k == 3;
+            d.open_thickness = s == 1 ? 0.5f * (float)k : 0.0f;
             place_domain(&d, -0.8f, 2.0f, -0.9f, 1.5f);
             t = lossless_by_hand(&d, &shape[s]);
             assert_int_equal(t.wrong, 0);
@@ -913,7 +918,7 @@ static void peak_memory_is_as_documented(void **state)
 {
     model m = model_soup(2000, 0.05, 3);
     static const uint32_t sides[4] = { 4, 16, 40, 300 };
-    int i;
+    int i, wrong = 0;
     (void)state;
     for (i = 0; i < 4; i++) {
         cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, sides[i], i == 3 ? 8 : 64);
@@ -930,13 +935,13 @@ static void peak_memory_is_as_documented(void **state)
         bound = documented_bytes(&d, 2000, info.map_count, s.segments, info.bytes);
         print_message("memory: side %u, M %u: peak %lu counted, %lu reported, %.0f documented, block %lu\n", sides[i], d.map_size,
                       (unsigned long)l.peak, (unsigned long)s.peak_bytes, bound, (unsigned long)info.bytes);
-        assert_int_equal(l.peak, s.peak_bytes);
-        assert_true((double)l.peak <= bound);
+        wrong += l.peak != s.peak_bytes || (double)l.peak > bound;
         assert_true(l.live > 0 && l.used >= info.bytes);
         cohsm_free(maps);
         assert_int_equal(l.live, 0);
         assert_int_equal(l.wrong, 0);
     }
+    assert_int_equal(wrong, 0);
     model_free(&m);
 }
 
