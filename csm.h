@@ -747,7 +747,13 @@ static inline void cohsm__free(const cohsm__allocator *a, void *memory)
 
 /* unit v3: three floats */
 
-typedef struct cohsm__v3 { float x, y, z; } cohsm__v3;
+/* tcc 0.9.27 stores a returned struct of 12 bytes as 16, over the caller's next variable. */
+typedef struct cohsm__v3 {
+    float x, y, z;
+#ifdef __TINYC__
+    float unused;
+#endif
+} cohsm__v3;
 
 static inline cohsm__v3 cohsm__v3_make(float x, float y, float z)
 {
@@ -4073,8 +4079,7 @@ static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *
     memcpy(b->head.dop, model->dop, sizeof model->dop);
     result = cohsm__build_views(b, &model->soup);
     if (result == COHSM_OK) result = cohsm__finish(b, out, stats);
-    heap->peak = b->heap.peak;
-    cohsm_builder_destroy(b);
+    cohsm__drop_builder(b, heap);
     return result;
 }
 
@@ -5205,25 +5210,53 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
 typedef struct cohsm__check {
     const cohsm_builder *builder;       /* for layers and intervals; its batch holds the views */
     const cohsm_maps    *maps;
-    cohsm_report         part[COHSM__BATCH];
+    cohsm_report         part[COHSM__RANGES];
 } cohsm__check;
 
+/* The stored depth, and the first view after its segment. */
+static uint32_t cohsm__segment_depth(const cohsm_maps *m, uint32_t pixel, uint32_t view, uint32_t *end)
+{
+    uint32_t begin = view & ~(COHSM__CHUNK - 1u), entry = m->lookup[(size_t)(view >> COHSM__CHUNK_BITS) * m->range + pixel];
+    uint32_t b = 0, count, n, j, k, at, bucket;
+    const uint32_t *directory = m->directories + entry, *block;
+    uint64_t marks;
+
+    *end = cohsm__min_u32(m->head.view_count, begin + COHSM__CHUNK);
+    if (entry & COHSM__CONSTANT) return entry & 0xffffu;
+    count = cohsm__block_count(directory);
+    while (b + 1 < count && cohsm__block_first(directory, b + 1u) <= view - begin) b++;
+    if (b + 1 < count) *end = begin + cohsm__block_first(directory, b + 1u);
+    if (b) begin += cohsm__block_first(directory, b);
+    block = cohsm__block_at(directory, m->lines, b);
+    marks = cohsm__marks(block);
+    n = cohsm__popcount(marks);
+    j = cohsm__block_find(block, view - begin);
+    if (j + 1 < n) {                                /* the next mark, and its low bits */
+        k = block[0] >> 8 & 15u;
+        for (at = 0, count = 0; count <= j + 1u; at++) count += (uint32_t)(marks >> at & 1u);
+        bucket = at - 1u - (j + 1u);
+        *end = begin + (bucket << k | cohsm__bits(block, COHSM__LOW_AT + (j + 1u) * k, k));
+    }
+    return cohsm__block_depth(block, m->depth_of, n, j);
+}
+
+/* A range of pixels in all views of the batch, pixel by pixel: a list is read once for many views. */
 static void cohsm__verify_task(void *context, size_t index)
 {
     cohsm__check *k = (cohsm__check *)context;
     const cohsm_builder *b = k->builder;
-    const cohsm_maps *m = k->maps;
     cohsm_report *r = &k->part[index];
-    uint32_t view = b->batch_begin + (uint32_t)index, p, lo, hi, z;
-    const uint16_t *layers = b->batch + index * b->batch_size + (size_t)b->desc.pixel_begin * b->keep;
+    uint32_t p, i, view, end, lo, hi, z = 0;
 
     memset(r, 0, sizeof *r);
-    for (p = 0; p < m->range; p++, layers += b->keep) {
-        r->empty += (uint64_t)cohsm__interval(b, layers, &lo, &hi);
-        z = cohsm__stored_depth(m, p, view);
-        r->entries++;
-        if (z >= lo && z <= hi) continue;
-        if (!r->wrong++) {
+    for (p = b->ranges[index].begin; p < b->ranges[index].end; p++) {
+        const uint16_t *layers = b->batch + (size_t)(b->desc.pixel_begin + p) * b->keep;
+        for (i = 0, end = 0; i < b->batch_count; i++, layers += b->batch_size) {
+            view = b->batch_begin + i;
+            if (view >= end) z = cohsm__segment_depth(k->maps, p, view, &end);
+            r->empty += (uint64_t)cohsm__interval(b, layers, &lo, &hi);
+            r->entries++;
+            if ((z >= lo && z <= hi) || (r->wrong++ && view >= r->first_view)) continue;
             r->first_view = view;
             r->first_pixel = p + b->desc.pixel_begin;
         }
@@ -5273,6 +5306,7 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
 {
     cohsm__job job;
     cohsm__check check;
+    uint64_t wrong_before;
     uint32_t i;
 
     job.builder = b;
@@ -5286,10 +5320,10 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
             return COHSM_ERR_CANCELLED;
         b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->batch_begin);
         cohsm__run(&b->parallel, b->batch_count, cohsm__raster_task, &job);
-        cohsm__run(&b->parallel, b->batch_count, cohsm__verify_task, &check);
-        for (i = 0; i < b->batch_count; i++) {
+        cohsm__run(&b->parallel, COHSM__RANGES, cohsm__verify_task, &check);
+        for (i = 0, wrong_before = out->wrong; i < COHSM__RANGES; i++) {
             const cohsm_report *r = &check.part[i];
-            if (!out->wrong && r->wrong) {
+            if (r->wrong && !wrong_before && (!out->wrong || r->first_view < out->first_view)) {
                 out->first_view = r->first_view;
                 out->first_pixel = r->first_pixel;
             }
@@ -5325,7 +5359,7 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_desc *de
         result = cohsm__builder_make(&d, &heap, &b);
         if (result == COHSM_OK) {
             result = cohsm__verify_views(b, maps, &model.soup, &report);
-            cohsm_builder_destroy(b);
+            cohsm__drop_builder(b, &heap);
         }
     }
     cohsm__soup_free(&model.soup, &heap);

@@ -1,6 +1,12 @@
 /* unit v3: three floats */
 
-typedef struct P_v3 { float x, y, z; } P_v3;
+/* tcc 0.9.27 stores a returned struct of 12 bytes as 16, over the caller's next variable. */
+typedef struct P_v3 {
+    float x, y, z;
+#ifdef __TINYC__
+    float unused;
+#endif
+} P_v3;
 
 static inline P_v3 P_v3_make(float x, float y, float z)
 {
