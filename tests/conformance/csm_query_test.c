@@ -99,7 +99,7 @@ static void unproject(const cohsm_view *v, double x, double y, double z, double 
 static void t61_what_is_seen_through_a_hole_is_lit_at_any_distance(void **state)
 {
     model m = model_torus(24, 12, 0.7, 0.25);
-    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 16, 32);
+    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 10, 32);
     cohsm_maps *maps = build(&d, &m);
     cohsm_view *views = views_of(&d, maps);
     static const double depths[5] = { -3, 0.01, 0.6, 1.5, 40 };
@@ -107,7 +107,7 @@ static void t61_what_is_seen_through_a_hole_is_lit_at_any_distance(void **state)
     uint16_t out[1024];
     uint32_t i, p, k;
     (void)state;
-    for (i = 0; i < 256; i++) {
+    for (i = 0; i < 100; i++) {
         assert_int_equal(cohsm_depths(maps, i, out), COHSM_OK);
         for (p = 0; p < 1024; p++) {
             double o[3], e[3], r[3], hit;
@@ -607,7 +607,7 @@ static void t70_cube_faces_agree_with_ray_casts(void **state)
         d.domain.location_count = 3;
         d.order = COHSM_ORDER_SCANLINE;
         maps = build(&d, &all);
-        for (i = 0; i < 20000; i++) {
+        for (i = 0; i < 5000; i++) {
             uint32_t which = i % 3;
             double o[3], r[3], hits[1] = { 2 }, len;
             float p[3], v;
@@ -646,7 +646,7 @@ static void t70_cube_faces_agree_with_ray_casts(void **state)
     }
     print_message("T70: %lu answers, %lu differ from rays; %lu within a texel of an edge left out\n", (unsigned long)asked,
                   (unsigned long)wrong, (unsigned long)edge);
-    assert_true(asked > 100000);
+    assert_true(asked > 25000);
     assert_int_equal(wrong, 0);
 }
 
@@ -662,12 +662,12 @@ static void t71_convex_objects_do_not_shadow_themselves_at_bias_0(void **state)
     shape[1] = model_cube(0.55, 0);
     for (s = 0; s < 2; s++)
         for (kind = COHSM_DOMAIN_LATLONG; kind <= COHSM_DOMAIN_OCTAHEDRAL; kind++) {
-            cohsm_desc d = desc_of((cohsm_domain_kind)kind, 16, 32);
+            cohsm_desc d = desc_of((cohsm_domain_kind)kind, 8, 32);
             cohsm_builder *b;
             cohsm_maps *maps, *raster = build(&d, &shape[s]);
             cohsm_info info;
             cohsm_view *views;
-            float *first = (float *)malloc(256 * 1024 * sizeof *first), *second = (float *)malloc(256 * 1024 * sizeof *second);
+            float *first = (float *)malloc(64 * 1024 * sizeof *first), *second = (float *)malloc(64 * 1024 * sizeof *second);
             uint64_t asked = 0, shadowed = 0, excused = 0, by_raster = 0, by_raster_biased = 0;
             uint32_t i, p, c;
             assert_true(first && second);
@@ -678,7 +678,7 @@ static void t71_convex_objects_do_not_shadow_themselves_at_bias_0(void **state)
             d.order = COHSM_ORDER_SCANLINE;
             views = views_of(&d, raster);
             assert_int_equal(cohsm_builder_create(&d, &b), COHSM_OK);
-            for (i = 0; i < 256; i++) {
+            for (i = 0; i < 64; i++) {
                 for (p = 0; p < 1024; p++) {
                     double o[3], e[3], r[3], hits[2];
                     int n;
@@ -692,7 +692,7 @@ static void t71_convex_objects_do_not_shadow_themselves_at_bias_0(void **state)
                 assert_int_equal(cohsm_builder_add(b, i, first + 1024 * i, second + 1024 * i, NULL), COHSM_OK);
             }
             assert_int_equal(cohsm_builder_finish(b, &maps, NULL), COHSM_OK);
-            for (i = 0; i < 256; i++)
+            for (i = 0; i < 64; i++)
                 for (p = 0; p < 1024; p++) {
                     float at[3], z1 = first[1024 * i + p], z2 = second[1024 * i + p];
                     double q[3];
@@ -755,7 +755,7 @@ static double lit_share(const cohsm_maps *maps, const float *point, size_t n, co
 static void blocked_solid_angle_of_a_sphere(void **state)
 {
     static const double away[4] = { 1.25, 2, 4, 8 };
-    model m = model_sphere(96, 64, 0);
+    model m = model_sphere(64, 40, 0);
     int kind, i, filter;
     (void)state;
     for (kind = COHSM_DOMAIN_LATLONG; kind <= COHSM_DOMAIN_OCTAHEDRAL; kind++) {
@@ -772,12 +772,12 @@ static void blocked_solid_angle_of_a_sphere(void **state)
                     float p[3];
                     rnd_direction(&seed, p);
                     for (c = 0; c < 3; c++) p[c] *= (float)away[i];
-                    got += (1 - lit_share(maps, p, 20000, (cohsm_filter)filter, 1)) / 16;
+                    got += (1 - lit_share(maps, p, 40000, (cohsm_filter)filter, 1)) / 16;
                 }
                 print_message("T72 sphere at %.2f r, domain %d, filter %d: blocked %.5f %%, exact %.5f %%\n", away[i], kind, filter,
                               100 * got, 100 * exact);
-                /* a pixel is 1/48 of the disc's radius; a cell is 1.9 degrees, the disc 7.2 at 8 r */
-                assert_true(fabs(got - exact) < 0.02 * exact + 5e-5);
+                /* a pixel is 1/48 of the disc's radius; a cell is 1.9 degrees high, the disc 7.2 at 8 r */
+                assert_true(fabs(got - exact) < 0.02 * exact + (filter == COHSM_FILTER_ROULETTE ? 3 * sqrt(exact / 640000) : 5e-5));
             }
         cohsm_free(maps);
     }
@@ -789,7 +789,7 @@ static void above_a_plane_and_in_a_closed_box(void **state)
     static const double lo[3] = { -1, -0.1, -1 }, hi[3] = { 1, 0, 1 };
     static const double in_lo[3] = { -1, -1, -1 }, in_hi[3] = { 1, 1, 1 };
     model quad = model_box(lo, hi, 0), box = model_room(in_lo, in_hi, 0.15, 0);      /* closed: behind an open sheet nothing is known */
-    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 128, 128);
+    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 64, 128);
     cohsm_maps *plane, *room;
     float h = 0.05f, p[3] = { 0.1f, 0, -0.07f };
     double exact = 0, got;
