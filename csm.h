@@ -70,15 +70,15 @@
      lookup        4 bytes a pixel          directory     2 bytes a block of about 30 segments
      blocks        64 bytes: where each segment begins (Elias-Fano), and its depth (8-bit grid, range or palette)
 
-   Memory is about M^2 s 1.9 bytes for s segments a pixel; s grows with about N^0.45 and with the object's detail (bunny
-   340, dragon 530 at N = 128^2, M = 128). The knobs, and what each trades:
+   Memory is about M^2 s 1.9 bytes for s segments a pixel; s grows with about N^0.55 and with the object's detail (bunny
+   345, dragon 530 at N = 128^2, M = 128). The knobs, and what each trades:
 
      side          fewer directions: banding in penumbrae, shadows that jump as a light moves
      map_size      fewer pixels: jagged and widened contact shadows; leaks through things thinner than a pixel
      layers        Z1Z2 right everywhere; Z1Z3_SPHERE and Z1Z3_FAR halve and third the block, for closed objects, and
                    leak light onto receivers between the second and third surface, and with FAR behind the object
      bias          too little: acne at grazing light; too much: light leaks in corners. 1 pixel suits most
-     filter        NEAREST is fastest and jagged; PCF smooth and slow; ROULETTE as fast as NEAREST, noise for jags
+     filter        NEAREST is fastest and jagged; PCF smooth and slow; ROULETTE a search as NEAREST, noise for jags
 
    Configuration
 
@@ -344,7 +344,7 @@ COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_all
    Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_FORMAT, COHSM_ERR_VERSION, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC */
 
 COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_allocator *allocator, void **data, size_t *size);
-/* The packed file: the same block, entropy-coded against neighbouring pixels, a half to a third of the plain size.
+/* The packed file: the same block, entropy-coded against neighbouring pixels, about half of the plain size.
    data     written on COHSM_OK only, from the allocator (NULL = malloc): free it there
    Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_ALLOC, COHSM_ERR_LIMIT
    Cost     about 1 microsecond a segment, half of it to check that the file decodes to the same block; cohsm_open takes
@@ -2811,25 +2811,32 @@ static const uint32_t *cohsm__block_at(const uint32_t *directory, const uint32_t
     return lines + COHSM__BLOCK_WORDS * ((size_t)directory[0] - (tail >> 4)) + (tail & 15u);
 }
 
-static uint32_t cohsm__list_depth(const cohsm_maps *m, const uint32_t *directory, uint32_t view)
+/* The last block that begins at or before the view, which becomes relative to it. */
+static const uint32_t *cohsm__list_block(const cohsm_maps *m, const uint32_t *directory, uint32_t *view)
 {
     uint32_t lo = 0, hi = cohsm__block_count(directory), middle;
-    const uint32_t *block;
-    while (hi - lo > 1) {                           /* the last block that begins at or before the view */
+    while (hi - lo > 1) {
         middle = (lo + hi) / 2;
-        if (cohsm__block_first(directory, middle) <= view) lo = middle;
+        if (cohsm__block_first(directory, middle) <= *view) lo = middle;
         else hi = middle;
     }
-    block = cohsm__block_at(directory, m->lines, lo);
-    return cohsm__block_depth(block, m->depth_of, cohsm__popcount(cohsm__marks(block)),
-                              cohsm__block_find(block, view - (lo ? cohsm__block_first(directory, lo) : 0u)));
+    if (lo) *view -= cohsm__block_first(directory, lo);
+    return cohsm__block_at(directory, m->lines, lo);
+}
+
+static uint32_t cohsm__depth_in_block(const cohsm_maps *m, const uint32_t *block, uint32_t view)
+{
+    return cohsm__block_depth(block, m->depth_of, cohsm__popcount(cohsm__marks(block)), cohsm__block_find(block, view));
 }
 
 static uint32_t cohsm__stored_depth(const cohsm_maps *m, uint32_t pixel, uint32_t place)
 {
+    const uint32_t *block;
     uint32_t entry = m->lookup[(size_t)(place >> COHSM__CHUNK_BITS) * m->range + pixel];
     if (entry & COHSM__CONSTANT) return entry & 0xffffu;
-    return cohsm__list_depth(m, m->directories + entry, place & (COHSM__CHUNK - 1u));
+    place &= COHSM__CHUNK - 1u;
+    block = cohsm__list_block(m, m->directories + entry, &place);
+    return cohsm__depth_in_block(m, block, place);
 }
 
 /* ---- >>encode: segments to lists ---- */
@@ -4576,8 +4583,8 @@ static void cohsm__address(cohsm__tile *t, size_t i)
 static void cohsm__search(cohsm__tile *t)
 {
     const cohsm_maps *m = t->maps;
-    const uint32_t *list[COHSM__TILE];
-    uint32_t n = 0, which[COHSM__TILE], i, entry;
+    const uint32_t *at[COHSM__TILE];
+    uint32_t n = 0, which[COHSM__TILE], view[COHSM__TILE], i, entry;
 
     for (i = 0; i < t->count; i++) {
         if (t->pixel[i] == COHSM__NO_PIXEL) continue;
@@ -4586,14 +4593,17 @@ static void cohsm__search(cohsm__tile *t)
             t->visible[i] = t->depth[i] > (int32_t)(entry & 0xffffu) ? 0.0f : 1.0f;
             continue;
         }
-        list[n] = m->directories + entry;
-        COHSM__PREFETCH(list[n]);
+        at[n] = m->directories + entry;
+        COHSM__PREFETCH(at[n]);
+        view[n] = t->place[i] & (COHSM__CHUNK - 1u);
         which[n++] = i;
     }
     for (i = 0; i < n; i++) {
-        uint32_t place = t->place[which[i]] & (COHSM__CHUNK - 1u);
-        if (t->depth[which[i]] > (int32_t)cohsm__list_depth(m, list[i], place)) t->visible[which[i]] = 0.0f;
+        at[i] = cohsm__list_block(m, at[i], &view[i]);
+        COHSM__PREFETCH(at[i]);
     }
+    for (i = 0; i < n; i++)
+        if (t->depth[which[i]] > (int32_t)cohsm__depth_in_block(m, at[i], view[i])) t->visible[which[i]] = 0.0f;
 }
 
 /* Semi-local light: refused inside the hull; and where the ray meets the hull only beyond the light, or not at all, the
@@ -4814,7 +4824,7 @@ COHSM__TARGET_AVX2 static uint32_t cohsm__select_zero_bmi(uint64_t marks, uint32
     return (uint32_t)_tzcnt_u64(_pdep_u64((uint64_t)1 << number, ~marks));
 }
 
-/* cohsm__list_depth in its two halves: the block, which is then prefetched, and the depth in it. Neither has branches
+/* cohsm__list_block, whose block is then prefetched, and cohsm__depth_in_block. Neither has branches
    that data decides but for rare cases: a mispredicted one costs as much as ten instructions. */
 typedef struct cohsm__found { const uint32_t *at; uint32_t view, sample; } cohsm__found;
 
