@@ -74,6 +74,24 @@ static cohsm_result act_open(plan *p, const cohsm_allocator *a)
     return r;
 }
 
+static cohsm_result act_pack(plan *p, const cohsm_allocator *a)
+{
+    void *data = UNTOUCHED;
+    size_t size = 4711;
+    cohsm_maps *maps = (cohsm_maps *)UNTOUCHED;
+    cohsm_result r = cohsm_pack(p->maps, a, &data, &size);
+    if (r != COHSM_OK) {
+        assert_ptr_equal(data, UNTOUCHED);
+        assert_int_equal(size, 4711);
+        return r;
+    }
+    r = cohsm_open(data, size, a, &maps);
+    if (r == COHSM_OK) cohsm_free(maps);
+    else assert_ptr_equal(maps, UNTOUCHED);
+    a->free_fn(data, a->user);
+    return r;
+}
+
 /* The caller goes on as if nothing had happened: every call must still be safe, and a finished block must be right. */
 static cohsm_result act_builder(plan *p, const cohsm_allocator *a)
 {
@@ -223,6 +241,7 @@ static void other_calls_survive(void **state)
     fail_everywhere("verify", act_verify, &made, 1);
     fail_everywhere("merge", act_merge, &made, 1);
     fail_everywhere("open", act_open, &made, 1);
+    fail_everywhere("pack and open", act_pack, &made, 1);
     fail_everywhere("budget", act_budget, &made, 97);
 }
 
