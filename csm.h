@@ -4185,7 +4185,7 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
         for (step = 2; step <= 3; step++)
             for (m = 16; m <= 1024; m += 16) {
                 double size = pixel * (step == 3 ? 0.5 * (1.0 + growth) : 1.0) * m * m;
-                size += 4.0 * COHSM__HEADER_WORDS + 2.0 * (n * step / 2u) * (n * step / 2u);
+                size += 4.0 * (double)COHSM__HEADER_WORDS + 2.0 * (n * step / 2u) * (n * step / 2u);
                 if (size > 0.9 * (double)bytes) break;
                 error = 0.0055 * 128.0 / (n * step / 2u) + 0.0185 * sqrt(128.0 / m);
                 if (least > 0.0 && error >= least) continue;
