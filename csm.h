@@ -3272,7 +3272,7 @@ static cohsm__segment cohsm__segment_of(const cohsm__record *c)
     cohsm__segment s;
     s.exact = (c->pixel & COHSM__EXACT) != 0;
     s.first = c->first;
-    s.lo = s.exact ? (uint16_t)(c->lo | c->hi << 8) : c->lo;
+    s.lo = s.exact ? (uint16_t)((uint32_t)c->lo | (uint32_t)c->hi << 8) : (uint16_t)c->lo;
     s.hi = c->hi;
     return s;
 }
