@@ -492,7 +492,7 @@ static int load_model(const char *name, model *out)
 
     folder[0] = getenv("ASSETS");
     folder[1] = "../shared/data";
-    folder[2] = "/work/shared/data";
+    folder[2] = "../../shared/data";
     for (i = 0; i < 3; i++) {
         if (!folder[i]) continue;
         snprintf(path, sizeof path, "%s/%s.glb", folder[i], name);
