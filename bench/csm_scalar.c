@@ -1,5 +1,7 @@
 /* csm_scalar.c - csm.h once more, without intrinsics, so that both kinds of query run in one program. */
+#ifndef COHSM_NO_SIMD                  /* config=scalar defines it too */
 #define COHSM_NO_SIMD
+#endif
 #define CSM_STATIC
 #define CSM_IMPLEMENTATION
 #if defined(__GNUC__)
