@@ -1,7 +1,9 @@
 # make            the programs: build/render, build/compare, build/bench, build/bake and the examples
 # make demo       pictures of every technique beside the reference: out/index.html
 # make test       every test; the last line is "dapple: N passed, N failed, N skipped"
-# make check      compares what is generated, builds headers and snippets every way (stamp readme docs leaks compile)
+# make check      compares what is generated, builds headers and snippets every way (stamp readme docs leaks compile);
+#                 make check-conformance
+# make conformance  docs/conformance.md from what the tests measure
 # make stamp      writes src/shared into the headers; make readme writes the README's table
 # make bench      build/bench all; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
 #
@@ -80,7 +82,7 @@ REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/f
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
 
 .PHONY: all programs tests test run-tests demo bench stamp check-stamp readme check-readme check-docs check-leaks \
-        check-compile check deps fuzz fuzzers coverage clean FORCE
+        check-compile check conformance check-conformance deps fuzz fuzzers coverage clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -145,12 +147,25 @@ $(REPLAYS): $(BUILD)/tests/replay/%: $(OBJ)/tests/fuzz/%.o $(OBJ)/tests/shim/rep
 deps:
 	@DEPS=$(DEPS) sh tools/deps
 
+# What the tests say about the rows of docs/conformance.md: written by the last run, else by one of the tests that do.
+LINES   := $(BUILD)/conformance.tsv
+CONFORM := $(patsubst tests/%.c,$(BUILD)/tests/%,$(shell grep -l '"conformance\.h"' tests/*/*.c))
+$(LINES): $(CONFORM)
+	@rm -f $@
+	@BUILD=$(BUILD) CONFORMANCE=$@ sh tools/run-tests $(CONFORM) && touch $@
+conformance: $(LINES)
+	@sh tools/conformance $(LINES)
+check-conformance: $(LINES)
+	@sh tools/conformance --check $(LINES)
+
 # deps may install packages: what depends on them is read by a new make.
 test: deps
 	@+$(MAKE) --no-print-directory run-tests
 run-tests: programs tests
 	$(tell_left_out)
-	@BUILD=$(BUILD) sh tools/run-tests $(TESTS) $(REPLAYS)
+	@rm -f $(LINES)
+	@BUILD=$(BUILD) CONFORMANCE=$(LINES) sh tools/run-tests $(TESTS) $(REPLAYS)
+	@touch $(LINES)
 
 demo: deps
 	@+$(MAKE) --no-print-directory programs

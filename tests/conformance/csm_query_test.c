@@ -7,6 +7,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <cmocka.h>
+#include "conformance.h"
 #include "unit/csm_util.h"
 
 static cohsm_maps *build(const cohsm_desc *d, const model *m)
@@ -138,7 +139,7 @@ static void t61_what_is_seen_through_a_hole_is_lit_at_any_distance(void **state)
     }
     print_message("T61: %lu queries behind misses, %lu wrong\n", (unsigned long)asked, (unsigned long)wrong);
     assert_true(asked > 100000);
-    assert_int_equal(wrong, 0);
+    CONFORM("T61", "queries behind misses that are not lit, five distances", 0, wrong, 0);
     free(views);
     cohsm_free(maps);
     model_free(&m);
@@ -180,9 +181,17 @@ static void t62_other_objects_behind_and_inside_the_sphere(void **state)
         }
         print_message("T62 %s: wrongly lit: object beyond the sphere %.4f, receiver between z2 and the sphere %.4f\n", names[l],
                       wrong_far / 2000.0, wrong_near / 2000.0);
-        if (l == COHSM_LAYERS_Z1Z3_FAR) assert_true(wrong_far > 0);     /* the documented fault */
-        else assert_int_equal(wrong_far, 0);
-        if (l == COHSM_LAYERS_Z1Z2) assert_int_equal(wrong_near, 0);
+        if (l == COHSM_LAYERS_Z1Z2) {
+            CONFORM("T62", "wrongly lit beyond the sphere, z1z2", 0, wrong_far / 2000.0, 0);
+            CONFORM("T62", "wrongly lit between z2 and the sphere, z1z2", 0, wrong_near / 2000.0, 0);
+        } else if (l == COHSM_LAYERS_Z1Z3_SPHERE) {
+            CONFORM("T62", "wrongly lit beyond the sphere, z1z3_sphere", 0, wrong_far / 2000.0, 0);
+            CONFORM_NOTE("T62", "wrongly lit between z2 and the sphere, z1z3_sphere", wrong_near / 2000.0);
+        } else {
+            assert_true(wrong_far > 0);     /* the documented fault */
+            CONFORM_NOTE("T62", "wrongly lit beyond the sphere, z1z3_far", wrong_far / 2000.0);
+            CONFORM_NOTE("T62", "wrongly lit between z2 and the sphere, z1z3_far", wrong_near / 2000.0);
+        }
         cohsm_free(maps);
     }
     model_free(&m);
@@ -239,6 +248,7 @@ static void t66_object_and_light_moved_together_give_the_same_answers(void **sta
     uint64_t seed = 21;
     int filter, light, round, i, differ;
     double worst = 0;
+    uint32_t turned = 0;
     (void)state;
     inst.maps = maps;
     for (light = 0; light < 2; light++)
@@ -273,6 +283,7 @@ static void t66_object_and_light_moved_together_give_the_same_answers(void **sta
             assert_int_equal(cohsm_visible_scene(&inst, 1, &b, w, NULL), COHSM_OK);
             for (i = 0, differ = 0; i < N; i++) differ += v[i] != w[i];
             if (differ) fail_msg("light %d, filter %d: %d of %d differ after a quarter turn", light, filter, differ, N);
+            turned += (uint32_t)differ;
             for (round = 0; round < 4; round++) {
                 double sum = 0;
                 placed(inst.transform, &seed, round == 0 ? 1.0 : rnd_in(&seed, 0.1, 20));
@@ -292,7 +303,9 @@ static void t66_object_and_light_moved_together_give_the_same_answers(void **sta
             }
         }
     print_message("T66: quarter turns: 0 of 120000 differ; any rotation and scale: mean difference at most %.6f\n", worst);
-    assert_true(worst < 1e-3);      /* roundings that cross a pixel, cell or depth border */
+    CONFORM("T66", "answers that differ after a quarter turn and a scale of 4, of 120,000", 0, turned, 0);
+    /* roundings that cross a pixel, cell or depth border */
+    CONFORM_MAX("T66", "mean difference after any rotation and scale", 1e-3, worst);
     cohsm_free(maps);
     model_free(&m);
 }
@@ -324,9 +337,9 @@ static void t67_an_occluder_beyond_the_light_casts_no_shadow(void **state)
     }
     print_message("T67: point, light, sphere: %u of 3000 lit; light, point, sphere: %u lit; point, sphere, light: %u dark\n", lit,
                   lit_before, dark);
-    assert_int_equal(lit, 3000);
-    assert_int_equal(lit_before, 3000);
-    assert_int_equal(dark, 3000);
+    CONFORM("T67", "lit of 3000: point, light, sphere", 3000, lit, 0);
+    CONFORM("T67", "lit of 3000: light, point, sphere", 3000, lit_before, 0);
+    CONFORM("T67", "dark of 3000: point, sphere, light", 3000, dark, 0);
     cohsm_free(maps);
     model_free(&m);
 }
@@ -365,6 +378,8 @@ static void t68_a_light_inside_the_hull_is_refused_and_counted(void **state)
         }
         assert_int_equal(refused, mine);
         assert_true(mine > 500);
+        if (filter == COHSM_FILTER_NEAREST)
+            CONFORM("T68", "lights refused of those in a sphere, of 4096", mine, refused, 0);
     }
     /* in a scene: inside either hull; refusal is never multiplied away by a later object */
     for (i = 0; i < 2; i++) {
@@ -487,7 +502,9 @@ static void t69_pcf_is_the_weighted_sum_and_the_mean_of_roulette(void **state)
         print_message("T69 d = %d: %d comparisons; PCF differs from the sum by hand at %.0f of 3000 points (rounding), %d partly lit\n",
                       dims, comparisons, worst, partial);
         assert_int_equal(comparisons, 4 << dims);
-        assert_true(worst <= 6);
+        CONFORM_MAX("T69", dims == 1 ? "PCF off the sum of 8 comparisons by hand, of 3000 (rounding)" :
+                    dims == 2 ? "PCF off the sum of 16 comparisons by hand, of 3000 (rounding)" :
+                    "PCF off the sum of 32 comparisons by hand, of 3000 (rounding)", 6, worst);
         assert_true(partial > 30);
         /* Roulette's mean */
         for (round = 0; round < POINTS; round++) {
@@ -518,7 +535,10 @@ static void t69_pcf_is_the_weighted_sum_and_the_mean_of_roulette(void **state)
                 fail_msg("d = %d: roulette %.5f, PCF %.5f, %.2f sigma", dims, mean, (double)pcf, (mean - (double)pcf) / sigma);
         }
         print_message("T69 d = %d: mean of 1e5 roulettes against PCF at %d points: %.2f sigma at most\n", dims, POINTS, worst_sigma);
-        assert_true(worst_sigma < 3.5);       /* the largest of 40 is 2.5 on average; 3.5 is passed once in 50 runs of all three */
+        /* the largest of 40 is 2.5 on average; 3.5 is passed once in 50 runs of all three */
+        CONFORM_MAX("T69", dims == 1 ? "mean of 1e5 roulettes off PCF, d = 1, largest of 40 points in sigmas" :
+                    dims == 2 ? "mean of 1e5 roulettes off PCF, d = 2, largest of 40 points in sigmas" :
+                    "mean of 1e5 roulettes off PCF, d = 3, largest of 40 points in sigmas", 3.5, worst_sigma);
         for (i = 0; i < info.view_count; i++) free(depths[i]);
         free(depths);
         free(views);
@@ -533,6 +553,7 @@ static void t69_agreement_is_exactly_one_or_zero(void **state)
     enum { N = 20000 };
     static float p[N][3], l[N][3], v[N];
     model m = model_cube(0.577, 0);
+    uint32_t all_bad = 0;
     int k;
     (void)state;
     for (k = 0; k < 5; k++) {
@@ -560,9 +581,10 @@ static void t69_agreement_is_exactly_one_or_zero(void **state)
             if (!(v[i] >= 0.0f && v[i] <= 1.0f)) fail_msg("visibility %.9g", (double)v[i]);
         for (i = 0; i < N; i++) bad += i & 1 ? v[i] != 1.0f : v[i] != 0.0f && k < 2;
         print_message("T69 domain %d: %u of %d constant neighbourhoods are not exactly 1 or 0\n", (int)d.domain.kind, bad, N);
-        assert_int_equal(bad, 0);
+        all_bad += bad;
         cohsm_free(maps);
     }
+    CONFORM("T69", "PCF not exactly 0 or 1 where all comparisons agree, of 100,000", 0, all_bad, 0);
     model_free(&m);
 }
 
@@ -647,15 +669,36 @@ static void t70_cube_faces_agree_with_ray_casts(void **state)
     print_message("T70: %lu answers, %lu differ from rays; %lu within a texel of an edge left out\n", (unsigned long)asked,
                   (unsigned long)wrong, (unsigned long)edge);
     assert_true(asked > 25000);
-    assert_int_equal(wrong, 0);
+    CONFORM("T70", "answers in a room that differ from rays a texel off every edge", 0, wrong, 0);
 }
 
 /* ---- T71 ---- */
 
-/* Layers cast as rays through the pixel centres, so that surface points are exactly what was stored. */
+/* The least depth of the front within 1/512 pixel of a pixel's centre: the rasteriser rounds corners to 1/256 pixel, so
+   the depth that it finds at the centre is that of a point of the true triangle at most so far away along x and y. The
+   front of a convex object is planar there or nearly so: 5 x 5 rays find its least depth. */
+static double front_nearby(const model *m, const cohsm_view *v, uint32_t pixel, uint32_t size)
+{
+    double least = 2;
+    int i, c;
+    for (i = 0; i < 25; i++) {
+        double x = pixel % size + 0.5 + (i % 5 - 2) / 1024.0, y = pixel / size + 0.5 + (i / 5 - 2) / 1024.0;
+        double o[3], e[3], hit = 2;
+        unproject(v, x, y, 0, o);
+        unproject(v, x, y, 1, e);
+        for (c = 0; c < 3; c++) e[c] -= o[c];
+        if (ray_hits(m, o, e, -9, &hit, 1) && hit < least) least = hit;
+    }
+    return least;
+}
+
+/* Layers cast as rays through the pixel centres, so that surface points are exactly what was stored. Rasterised layers
+   may lie before them by the rounding of the corners, and a stored value between the two shadows the point at bias 0:
+   each such answer must be explained by it. */
 static void t71_convex_objects_do_not_shadow_themselves_at_bias_0(void **state)
 {
     model shape[2];
+    uint64_t all = 0, own = 0, same = 0, rounded = 0, unexplained = 0, biased = 0;
     int s, kind;
     (void)state;
     shape[0] = model_sphere(20, 12, 0);
@@ -669,6 +712,7 @@ static void t71_convex_objects_do_not_shadow_themselves_at_bias_0(void **state)
             cohsm_view *views;
             float *first = (float *)malloc(64 * 1024 * sizeof *first), *second = (float *)malloc(64 * 1024 * sizeof *second);
             uint64_t asked = 0, shadowed = 0, excused = 0, by_raster = 0, by_raster_biased = 0;
+            uint16_t stored[1024];
             uint32_t i, p, c;
             assert_true(first && second);
             cohsm_get_info(raster, &info);
@@ -692,7 +736,8 @@ static void t71_convex_objects_do_not_shadow_themselves_at_bias_0(void **state)
                 assert_int_equal(cohsm_builder_add(b, i, first + 1024 * i, second + 1024 * i, NULL), COHSM_OK);
             }
             assert_int_equal(cohsm_builder_finish(b, &maps, NULL), COHSM_OK);
-            for (i = 0; i < 64; i++)
+            for (i = 0; i < 64; i++) {
+                assert_int_equal(cohsm_depths(raster, i, stored), COHSM_OK);
                 for (p = 0; p < 1024; p++) {
                     float at[3], z1 = first[1024 * i + p], z2 = second[1024 * i + p];
                     double q[3];
@@ -700,19 +745,26 @@ static void t71_convex_objects_do_not_shadow_themselves_at_bias_0(void **state)
                     unproject(&views[i], p % 32 + 0.5, p / 32 + 0.5, (double)z1, q);
                     for (c = 0; c < 3; c++) at[c] = (float)q[c];
                     asked++;
-                    by_raster += ask(raster, at, &i, COHSM_LIGHT_INDEX, 0) == 0.0f;
+                    if (ask(raster, at, &i, COHSM_LIGHT_INDEX, 0) == 0.0f) {
+                        by_raster++;
+                        /* 2 of 65,533 for the rounding of floats */
+                        unexplained += stored[p] + 2.0 < front_nearby(&shape[s], &views[i], p, 32) * 65533.0;
+                    }
                     by_raster_biased += ask(raster, at, &i, COHSM_LIGHT_INDEX, 1) == 0.0f;
                     if (ask(maps, at, &i, COHSM_LIGHT_INDEX, 0) != 0.0f) continue;
                     if ((uint32_t)(z2 * 65533.0f) <= (uint32_t)(z1 * 65533.0f) + 1) excused++;
                     else shadowed++;
                 }
+            }
             print_message("T71 %s, domain %d: %lu surface points, %lu self-shadowed at bias 0, %lu where z1 = z2; rasterised layers "
                           "%.5f at bias 0, %.5f at bias 1\n", s ? "cube" : "sphere", kind, (unsigned long)asked,
                           (unsigned long)shadowed, (unsigned long)excused, (double)by_raster / (double)asked,
                           (double)by_raster_biased / (double)asked);
-            assert_int_equal(shadowed, 0);
-            assert_true((double)by_raster < 0.01 * (double)asked);       /* corners rounded to 1/256 pixel */
-            assert_int_equal(by_raster_biased, 0);
+            all += asked;
+            own += shadowed;
+            same += excused;
+            rounded += by_raster;
+            biased += by_raster_biased;
             cohsm_free(maps);
             cohsm_free(raster);
             cohsm_builder_destroy(b);
@@ -720,6 +772,12 @@ static void t71_convex_objects_do_not_shadow_themselves_at_bias_0(void **state)
             free(first);
             free(second);
         }
+    CONFORM("T71", "convex objects, layers of rays: points self-shadowed at bias 0", 0, own, 0);
+    CONFORM_NOTE("T71", "convex objects, layers of rays: segment starts with z1 = z2", same);
+    CONFORM("T71", "rasterised layers: points self-shadowed at bias 0, not by corners at 1/256 pixel", 0,
+            unexplained, 0);
+    CONFORM_NOTE("T71", "rasterised layers: share of points self-shadowed at bias 0", (double)rounded / (double)all);
+    CONFORM("T71", "rasterised layers: points self-shadowed at bias 1", 0, biased, 0);
     model_free(&shape[0]);
     model_free(&shape[1]);
 }
@@ -778,6 +836,11 @@ static void blocked_solid_angle_of_a_sphere(void **state)
                               100 * got, 100 * exact);
                 /* a pixel is 1/48 of the disc's radius; a cell is 1.9 degrees high, the disc 7.2 at 8 r */
                 assert_true(fabs(got - exact) < 0.02 * exact + (filter == COHSM_FILTER_ROULETTE ? 3 * sqrt(exact / 640000) : 5e-5));
+                if (filter == COHSM_FILTER_PCF) {
+                    char what[80];
+                    snprintf(what, sizeof what, "percent blocked %g r away, %s, PCF", away[i], kind == 1 ? "latlong" : "octahedral");
+                    CONFORM("T72", what, 100 * exact, 100 * got, 2 * exact + 5e-3);
+                }
             }
         cohsm_free(maps);
     }
@@ -792,7 +855,7 @@ static void above_a_plane_and_in_a_closed_box(void **state)
     cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 64, 128);
     cohsm_maps *plane, *room;
     float h = 0.05f, p[3] = { 0.1f, 0, -0.07f };
-    double exact = 0, got;
+    double exact = 0, got, most = 0;
     uint64_t seed = 81;
     int i, c, sx, sz;
     (void)state;
@@ -806,18 +869,18 @@ static void above_a_plane_and_in_a_closed_box(void **state)
         }
     got = lit_share(plane, p, 200000, COHSM_FILTER_NEAREST, 1);
     print_message("furnace: %.2f above a plane of side 2: lit %.4f, exact %.4f (infinite: 0.5)\n", (double)h, got, 1 - exact);
-    assert_true(fabs(got - (1 - exact)) < 0.01);
+    /* the rim of the plane and its horizon fall on rows of maps 2.8 degrees high: a quarter of one is 0.006 of the sphere */
+    CONFORM("furnace", "share of directions lit 0.05 above a plane of side 2", 1 - exact, got, 0.01);
     d.domain.side[0] = d.domain.side[1] = 48;
     room = build(&d, &box);
     for (i = 0; i < 40; i++) {
         for (c = 0; c < 3; c++) p[c] = (float)rnd_in(&seed, -0.9, 0.9);
         for (c = 0; c < 3; c++) {
             got = lit_share(room, p, 20000, (cohsm_filter)c, 1);
-            if (got > 0) fail_msg("(%g, %g, %g), filter %d: %g of the sphere is lit inside a closed box", (double)p[0], (double)p[1],
-                                  (double)p[2], c, got);
+            most = got > most ? got : most;
         }
     }
-    print_message("furnace: 40 points in a sealed box: lit 0\n");
+    CONFORM("furnace", "largest share of directions lit in a sealed box, 40 points, every filter", 0, most, 0);
     cohsm_free(plane);
     cohsm_free(room);
     model_free(&quad);
@@ -880,8 +943,11 @@ static void irradiance_of_area_lights(void **state)
             model_free(&m);
         }
         print_message("irradiance under a %s: %.6f, exact %.6f; half covered: %.6f of it\n", names[light], e[0], exact, e[1] / e[0]);
-        assert_true(fabs(e[0] / exact - 1) < 0.005);
-        assert_true(fabs(e[1] / e[0] - 0.5) < 0.02);         /* half a cell of 40 columns is 0.0125 */
+        CONFORM(light == 0 ? "irradiance" : light == 1 ? "T43" : "T73",
+                light == 0 ? "disc of radius 0.5, 2 above, by 1600 maps" : light == 1 ? "unit square 1 above, by 1600 maps" : "sphere 4 r away, by 1600 maps", exact, e[0], 0.005 * exact);
+        /* half a cell of 40 columns is 0.0125 */
+        CONFORM("T50", light == 0 ? "share of a disc left by a half-plane" :
+                light == 1 ? "share of a square left by a half-plane" : "share of a sphere left by a half-plane", 0.5, e[1] / e[0], 0.02);
     }
 }
 
