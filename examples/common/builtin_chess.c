@@ -1,4 +1,4 @@
-/* builtin_chess.c - the opening position: 32 pieces, instances of twelve meshes (six kinds in two colours), on a board
+/* builtin_chess.c - the opening position: 32 pieces, instances of six meshes in two colours, on a board
    on a table. Metres; a square is 55 mm, the king 95 mm high, as in tournament sets. */
 #include "internal.h"
 
@@ -75,8 +75,8 @@ static void add_limb(ex_builder *b, const float (*points)[3], uint32_t count, fl
     }
 }
 
-/* The knight's horse: neck and head are one bent, flattened tube, with two ears and a mane. Faces +X. */
-static void add_horse(ex_builder *b, uint32_t material)
+/* The knight's horse: neck and head are one bent, flattened tube, with two ears and a mane. */
+void ex_build_horse(ex_builder *b, uint32_t material)
 {
     static const float neck[][3] = {{-2, 15, 0}, {-2, 15.2f, 11}, {-3.4f, 22, 11}, {-4.8f, 30, 10.6f},
         {-5.2f, 37, 10.2f}, {-4.2f, 44, 9.6f}, {-1.4f, 50.8f, 8.2f}, {3.2f, 54.8f, 7.0f}, {8.6f, 54.8f, 6.3f},
@@ -94,7 +94,7 @@ static void add_horse(ex_builder *b, uint32_t material)
 /* The knight's horse and the king's cross: what a lathe cannot do. */
 static void add_extras(ex_builder *b, int kind, uint32_t material)
 {
-    if (kind == KNIGHT) add_horse(b, material);
+    if (kind == KNIGHT) ex_build_horse(b, material);
     if (kind == KING) {
         ex_build_box(b, v3_make(-0.0016f, 0.0820f, -0.0016f), v3_make(0.0016f, 0.0950f, 0.0016f), material);
         ex_build_box(b, v3_make(-0.0048f, 0.0880f, -0.0014f), v3_make(0.0048f, 0.0912f, 0.0014f), material);
@@ -142,7 +142,7 @@ static void add_board(ex_builder *b, uint32_t light, uint32_t dark, uint32_t fra
     ex_build_object(b, "board", ex_build_finish(b));
 }
 
-static void place_piece(ex_builder *b, const uint32_t meshes[KINDS], int kind, int file, int white)
+static void place_piece(ex_builder *b, const uint32_t meshes[KINDS], uint32_t material, int kind, int file, int white)
 {
     static const char *const names[KINDS] = {"pawn", "rook", "knight", "bishop", "queen", "king"};
     char name[32];
@@ -151,30 +151,25 @@ static void place_piece(ex_builder *b, const uint32_t meshes[KINDS], int kind, i
     ex_object *object = ex_build_object(b, name, meshes[kind]);
     /* White sits at +Z and plays towards -Z; the horses look at the enemy. */
     v3 position = v3_make(((float)file - 3.5f) * square, 0, (3.5f - (float)rank) * square);
-    if (object) ex_place(object->transform, position, white ? EX_PI / 2 : -EX_PI / 2, 1);
+    if (!object) return;
+    ex_place(object->transform, position, white ? EX_PI / 2 : -EX_PI / 2, 1);
+    object->material = 1 + material;
 }
 
-void ex_build_chess(ex_builder *b, float time)
+void ex_build_chess(ex_builder *b)
 {
     static const int back_rank[8] = {ROOK, KNIGHT, BISHOP, QUEEN, KING, BISHOP, KNIGHT, ROOK};
-    (void)time;                                  /* it is White's move */
     uint32_t light = ex_build_material(b, 0.66f, 0.52f, 0.34f), dark = ex_build_material(b, 0.20f, 0.095f, 0.045f);
     uint32_t frame = ex_build_material(b, 0.12f, 0.055f, 0.028f);
     uint32_t white = ex_build_material(b, 0.74f, 0.66f, 0.50f), black = ex_build_material(b, 0.055f, 0.045f, 0.042f);
     add_board(b, light, dark, frame);
-    for (int side = 1; side >= 0; side--) {
-        uint32_t meshes[KINDS];
-        for (int kind = 0; kind < KINDS; kind++) meshes[kind] = build_piece(b, kind, side ? white : black);
+    uint32_t meshes[KINDS];
+    for (int kind = 0; kind < KINDS; kind++) meshes[kind] = build_piece(b, kind, white);
+    for (int side = 1; side >= 0; side--)
         for (int file = 0; file < 8; file++) {
-            place_piece(b, meshes, back_rank[file], file, side);
-            place_piece(b, meshes, PAWN, file, side);
+            place_piece(b, meshes, side ? white : black, back_rank[file], file, side);
+            place_piece(b, meshes, side ? white : black, PAWN, file, side);
         }
-    }
     if (b->failed || ex_scene_add_ground(b->scene) != 0) { b->failed = 1; return; }
-    ex_camera *camera = &b->scene->camera;
-    v3_store(camera->eye, v3_make(0.34f, 0.36f, 0.56f));
-    v3_store(camera->target, v3_make(0.01f, 0.0f, 0.02f));
-    v3_store(camera->up, v3_make(0, 1, 0));
-    camera->fovy = 36 * EX_PI / 180;
-    b->scene->has_camera = 1;
+    ex_build_camera(b, v3_make(0.34f, 0.36f, 0.56f), v3_make(0.01f, 0, 0.02f), 36);
 }

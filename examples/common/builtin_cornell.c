@@ -45,9 +45,8 @@ static uint32_t add_block(ex_builder *b, const float corners[4][2], float height
     return ex_build_finish(b);
 }
 
-void ex_build_cornell(ex_builder *b, float time)
+void ex_build_cornell(ex_builder *b)
 {
-    (void)time;                                  /* nothing moves in it */
     uint32_t white = ex_build_material(b, 0.7378f, 0.7361f, 0.7371f);
     uint32_t green = ex_build_material(b, 0.0871f, 0.3986f, 0.0843f);
     uint32_t red = ex_build_material(b, 0.4718f, 0.0468f, 0.0489f);

@@ -13,7 +13,7 @@ static void knot_curve(float t, v3 *c, v3 *d1, v3 *d2)
     *d2 = v3_make(q2 * cs - 4 * q1 * sn - 4 * q * cs, q2 * sn + 4 * q1 * cs - 4 * q * sn, -9 * sinf(3 * t));
 }
 
-void ex_build_knot(ex_builder *b, float time)
+void ex_build_knot(ex_builder *b)
 {
     const float radius = 0.46f, scale = 1 / 3.46f;           /* fits the unit sphere */
     uint32_t clay = ex_build_material(b, 0.62f, 0.42f, 0.30f);
@@ -34,7 +34,11 @@ void ex_build_knot(ex_builder *b, float time)
             ex_build_triangle(b, here + k, here + next, there + next, clay);
             ex_build_triangle(b, here + k, there + next, there + k, clay);
         }
-    ex_object *object = ex_build_object(b, "knot", ex_build_finish(b));
-    if (object) ex_place(object->transform, v3_make(0, 0, 0), time * EX_PI / 6, 1);
-    b->scene->animated = 1;
+    ex_build_object(b, "knot", ex_build_finish(b));
+}
+
+int ex_pose_knot(ex_scene *scene, float time)
+{
+    ex_place(scene->objects[0].transform, v3_make(0, 0, 0), time * EX_PI / 6, 1);
+    return 0;
 }

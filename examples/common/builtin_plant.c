@@ -6,13 +6,6 @@ enum { STEMS = 24, STEM_POINTS = 14, LEAVES_PER_STEM = 8, LEAF_ALONG = 12, LEAF_
 
 typedef struct plant_look { uint32_t clay, soil, stem, leaf[3]; } plant_look;
 
-/* Small reproducible random numbers in [0, 1): the same plant on every machine. */
-static float next_random(uint32_t *state)
-{
-    *state = *state * 1664525u + 1013904223u;
-    return (float)(*state >> 8) / 16777216.0f;
-}
-
 static void add_pot(ex_builder *b, const plant_look *look)
 {
     /* Up the outside, over the rim, down the inside to the soil. */
@@ -63,7 +56,7 @@ static void add_stem(ex_builder *b, const plant_look *look, int number, uint32_t
 {
     const float golden = 2.3999632f;
     float turn = golden * (float)number, spread = sqrtf(((float)number + 0.5f) / STEMS);
-    float height = 0.50f - 0.20f * spread + 0.10f * next_random(seed), lean = 0.05f + 0.75f * spread;
+    float height = 0.50f - 0.20f * spread + 0.10f * ex_random(seed), lean = 0.05f + 0.75f * spread;
     v3 outwards = v3_make(cosf(turn), 0, sinf(turn)), path[STEM_POINTS];
     float radii[STEM_POINTS];
     v3 p = v3_add(v3_scale(outwards, 0.085f * spread), v3_make(0, 0.205f, 0));
@@ -81,21 +74,20 @@ static void add_stem(ex_builder *b, const plant_look *look, int number, uint32_t
         int i = (int)at;
         v3 base = v3_mad(v3_scale(path[i], 1 - (at - (float)i)), path[i + 1], at - (float)i);
         v3 stem = v3_unit(v3_sub(path[i + 1], path[i]));
-        float angle = turn + golden * (float)(k + 1) + 0.5f * next_random(seed);
-        v3 around = v3_make(cosf(angle), 0.25f + 0.3f * next_random(seed), sinf(angle));
+        float angle = turn + golden * (float)(k + 1) + 0.5f * ex_random(seed);
+        v3 around = v3_make(cosf(angle), 0.25f + 0.3f * ex_random(seed), sinf(angle));
         int tip = k + 1 == LEAVES_PER_STEM;
         v3 along = v3_unit(v3_add(v3_scale(around, tip ? 0.35f : 1), v3_scale(stem, tip ? 1.0f : 0.45f)));
-        float length = (0.165f + 0.06f * next_random(seed)) * (1.15f - 0.45f * s);
-        uint32_t material = look->leaf[(int)(3 * next_random(seed))];
+        float length = (0.165f + 0.06f * ex_random(seed)) * (1.15f - 0.45f * s);
+        uint32_t material = look->leaf[(int)(3 * ex_random(seed))];
         add_leaf(b, base, along, length, 0.44f * length, material);
     }
 }
 
-void ex_build_plant(ex_builder *b, float time)
+void ex_build_plant(ex_builder *b)
 {
     plant_look look;
     uint32_t seed = 20260;
-    (void)time;                          /* it stands indoors */
     look.clay = ex_build_material(b, 0.46f, 0.20f, 0.115f);
     look.soil = ex_build_material(b, 0.060f, 0.042f, 0.030f);
     look.stem = ex_build_material(b, 0.16f, 0.22f, 0.07f);

@@ -56,10 +56,11 @@ static void sample_texture(const ex_texture *texture, float u, float v, float rg
     }
 }
 
-int ex_surface_color(const ex_scene *scene, const ex_mesh *mesh, uint32_t triangle, const float barycentric[3],
+int ex_surface_color(const ex_scene *scene, const ex_object *object, uint32_t triangle, const float barycentric[3],
                      float albedo[3])
 {
-    const ex_material *material = &scene->materials[mesh->materials[triangle]];
+    const ex_mesh *mesh = &scene->meshes[object->mesh];
+    const ex_material *material = &scene->materials[ex_object_material(scene, object, triangle)];
     memcpy(albedo, material->base_color, 3 * sizeof(float));
     if (material->base_texture < 0 || !mesh->uvs) return 1;
     const uint32_t *index = mesh->indices + 3 * (size_t)triangle;
@@ -225,12 +226,12 @@ static int inside_edges(const edges *e, const int owned[3], double x, double y, 
 
 static int is_hole(const raster *r, const candidate *c, const double w[3])
 {
-    const ex_mesh *mesh = &r->scene->meshes[r->scene->objects[c->object].mesh];
-    const ex_material *material = &r->scene->materials[mesh->materials[c->triangle]];
+    const ex_object *object = &r->scene->objects[c->object];
+    const ex_material *material = &r->scene->materials[ex_object_material(r->scene, object, c->triangle)];
     if (!(material->alpha_cutoff > 0) || material->base_texture < 0) return 0;
     double sum = w[0] + w[1] + w[2];
     float barycentric[3] = {(float)(w[0] / sum), (float)(w[1] / sum), (float)(w[2] / sum)}, albedo[3];
-    return !ex_surface_color(r->scene, mesh, c->triangle, barycentric, albedo);
+    return !ex_surface_color(r->scene, object, c->triangle, barycentric, albedo);
 }
 
 static void corners_of(const raster *r, const candidate *c, v3 p[3])
@@ -278,7 +279,7 @@ static void shade_pixel(const raster *r, size_t id, uint32_t x, uint32_t y, ex_p
     const candidate *c = &r->sorted[id];
     const ex_object *object = &r->scene->objects[c->object];
     const ex_mesh *mesh = &r->scene->meshes[object->mesh];
-    const ex_material *material = &r->scene->materials[mesh->materials[c->triangle]];
+    const ex_material *material = &r->scene->materials[ex_object_material(r->scene, object, c->triangle)];
     const uint32_t *index = mesh->indices + 3 * (size_t)c->triangle;
     double w[3], sum = 0;
     float barycentric[3];
@@ -312,7 +313,7 @@ static void shade_pixel(const raster *r, size_t id, uint32_t x, uint32_t y, ex_p
     v3_store(out->view, view);
     v3_store(out->geometric, geometric);
     v3_store(out->normal, face_viewer(normal, geometric, view));
-    ex_surface_color(r->scene, mesh, c->triangle, barycentric, out->albedo);
+    ex_surface_color(r->scene, object, c->triangle, barycentric, out->albedo);
     if (!from_behind || material->double_sided) memcpy(out->emission, material->emission, sizeof out->emission);
     out->metallic = material->metallic;
     out->roughness = material->roughness;

@@ -65,6 +65,7 @@ typedef struct ex_builder {
     int       failed;
 } ex_builder;
 
+ex_builder ex_build_begin(ex_scene *scene);
 uint32_t ex_build_material(ex_builder *b, float red, float green, float blue);
 uint32_t ex_build_vertex(ex_builder *b, v3 position, v3 normal);
 void ex_build_triangle(ex_builder *b, uint32_t i, uint32_t j, uint32_t k, uint32_t material);
@@ -77,15 +78,47 @@ void ex_build_lathe(ex_builder *b, const float *profile, uint32_t points, uint32
 void ex_build_tube(ex_builder *b, const v3 *path, const float *radii, uint32_t points, uint32_t sides,
                    uint32_t material);
 /* Sweeps a circle along an open path, its frame carried along without twist; a cone to the end point ends it. */
+/* Shapes of shapes.c. Closed unless a surface's flags leave it open; bevels > 0 may not eat a whole face. */
+typedef struct ex_mark { uint32_t vertex, triangle; } ex_mark;
+ex_mark ex_build_mark(const ex_builder *b);
+void ex_build_transform(ex_builder *b, ex_mark since, const float m[16]);                /* what was built since */
+void ex_build_copy(ex_builder *b, ex_mark since, ex_mark until, const float m[16]);
+void ex_build_ring(ex_builder *b, ex_mark since, uint32_t count);    /* count - 1 more of it, turned about +Y */
+typedef v3 (*ex_surface)(const void *context, float u, float v);     /* u, v in 0..1 */
+enum { EX_WRAP = 1, EX_TIP_LOW = 2, EX_TIP_HIGH = 4 };   /* u = 1 is u = 0; v = 0, v = 1 is one point */
+void ex_build_surface(ex_builder *b, ex_surface fn, const void *context, uint32_t across, uint32_t along, int flags,
+                      uint32_t material);
+/* A grid of across x along quads that faces where dp/du x dp/dv points; smooth. */
+void ex_build_panel(ex_builder *b, v3 corner, v3 u, v3 v, uint32_t across, uint32_t along, uint32_t material);
+/* A flat grid that faces u x v. */
+void ex_build_ball(ex_builder *b, v3 center, v3 radii, uint32_t sides, uint32_t material);
+void ex_build_prism(ex_builder *b, const float (*outline)[2], uint32_t points, float low, float high, float bevel,
+                    uint32_t material);
+/* An outline in x, y, counter-clockwise and star-shaped about its mean, from z = low to high. */
+void ex_build_block(ex_builder *b, v3 low, v3 high, float bevel, uint32_t material);     /* a box, edges cut off */
+void ex_build_tile(ex_builder *b, v3 corner, float wide, float deep, float bevel, float sunk, uint32_t material);
+/* The top of a floor tile from corner along +X and +Z, its edges cut down by `sunk`: tiles side by side make a floor. */
+float ex_random(uint32_t *state);                            /* in [0, 1), the same on every machine */
+
 uint32_t ex_build_finish(ex_builder *b);                     /* hands the mesh to the scene, returns its index */
+int  ex_build_replace(ex_builder *b, uint32_t mesh);         /* puts it in the place of a mesh that deforms; 0 or -1 */
+void ex_build_camera(ex_builder *b, v3 eye, v3 target, float fovy_degrees);
+ex_light *ex_build_light(ex_builder *b, ex_light_kind kind); /* the rest zeroed; NULL when failed */
 ex_object *ex_build_object(ex_builder *b, const char *name, uint32_t mesh);      /* at the origin; NULL when failed */
 int  ex_smooth_normals(ex_mesh *mesh);                       /* fills in zero ones from the faces; -1: no memory */
 void ex_mesh_free(ex_mesh *mesh);
 
-void ex_build_cornell(ex_builder *b, float time);
-void ex_build_knot(ex_builder *b, float time);
-void ex_build_plant(ex_builder *b, float time);
-void ex_build_chess(ex_builder *b, float time);
+/* The built-in scenes. build: everything that does not depend on time; meshes that deform may be left empty. pose: the
+   rest, see ex_scene_set_time; 0, or -1 for out of memory. */
+void ex_build_cornell(ex_builder *b);
+void ex_build_knot(ex_builder *b);
+int  ex_pose_knot(ex_scene *scene, float time);
+void ex_build_plant(ex_builder *b);
+void ex_build_chess(ex_builder *b);
+void ex_build_uroom(ex_builder *b);
+void ex_build_corridor(ex_builder *b);
+
+void ex_build_horse(ex_builder *b, uint32_t material);       /* head and neck of the chess knight, metres, faces +X */
 
 /* Loads through whatever glTF parser was built in; see gltf.c. */
 int  ex_gltf_load(ex_scene *scene, const char *path, char *error);

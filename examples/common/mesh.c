@@ -93,6 +93,14 @@ void ex_mesh_free(ex_mesh *mesh)
 
 /* ---- the builder ---- */
 
+ex_builder ex_build_begin(ex_scene *scene)
+{
+    ex_builder b;
+    memset(&b, 0, sizeof b);
+    b.scene = scene;
+    return b;
+}
+
 uint32_t ex_build_material(ex_builder *b, float red, float green, float blue)
 {
     ex_scene *s = b->scene;
@@ -283,6 +291,42 @@ uint32_t ex_build_finish(ex_builder *b)
     memset(&b->mesh, 0, sizeof b->mesh);
     b->vertex_room = b->triangle_room = 0;
     return s->mesh_count ? s->mesh_count - 1 : 0;
+}
+
+int ex_build_replace(ex_builder *b, uint32_t mesh)
+{
+    ex_mesh *to = &b->scene->meshes[mesh];
+    if (b->failed || ex_smooth_normals(&b->mesh) != 0) {
+        ex_mesh_free(&b->mesh);
+        return -1;
+    }
+    ex_mesh_free(to);
+    *to = b->mesh;
+    to->deforms = 1;
+    memset(&b->mesh, 0, sizeof b->mesh);
+    b->vertex_room = b->triangle_room = 0;
+    return 0;
+}
+
+void ex_build_camera(ex_builder *b, v3 eye, v3 target, float fovy_degrees)
+{
+    ex_camera *camera = &b->scene->camera;
+    v3_store(camera->eye, eye);
+    v3_store(camera->target, target);
+    v3_store(camera->up, v3_make(0, 1, 0));
+    camera->fovy = fovy_degrees * EX_PI / 180;
+    b->scene->has_camera = 1;
+}
+
+ex_light *ex_build_light(ex_builder *b, ex_light_kind kind)
+{
+    ex_scene *s = b->scene;
+    if (b->failed || ex_grow(&s->lights, &s->light_count, sizeof *s->lights) != 0) {
+        b->failed = 1;
+        return NULL;
+    }
+    s->lights[s->light_count - 1].kind = kind;
+    return &s->lights[s->light_count - 1];
 }
 
 ex_object *ex_build_object(ex_builder *b, const char *name, uint32_t mesh)

@@ -3,28 +3,43 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const scene_names[] = {"cornell", "chess", "plant", "knot", NULL};
+static const char *const scene_names[] = {"cornell", "chess", "plant", "knot", "uroom", "corridor", NULL};
 
 const char *const *ex_scene_names(void) { return scene_names; }
 
+/* In the order of the names. build makes the scene, pose puts it where it is at a time; NULL where nothing moves. */
+typedef struct builtin { void (*build)(ex_builder *); int (*pose)(ex_scene *, float); } builtin;
+static const builtin builtins[] = {
+    {ex_build_cornell, NULL}, {ex_build_chess, NULL}, {ex_build_plant, NULL}, {ex_build_knot, ex_pose_knot},
+    {ex_build_uroom, NULL}, {ex_build_corridor, NULL}};
+
+static int build(ex_scene *scene, const builtin *recipe, float time)
+{
+    ex_builder b = ex_build_begin(scene);
+    recipe->build(&b);
+    ex_mesh_free(&b.mesh);
+    scene->pose = recipe->pose;
+    scene->animated = recipe->pose != NULL;
+    return b.failed ? -1 : ex_scene_set_time(scene, time, NULL);
+}
+
 int ex_scene_builtin(ex_scene *scene, const char *name, float time, char *error)
 {
-    static void (*const builders[])(ex_builder *, float) = {ex_build_cornell, ex_build_chess, ex_build_plant,
-                                                           ex_build_knot};
     memset(scene, 0, sizeof *scene);
     for (int i = 0; scene_names[i]; i++) {
         if (strcmp(name, scene_names[i]) != 0) continue;
-        ex_builder b;
-        memset(&b, 0, sizeof b);
-        b.scene = scene;
         snprintf(scene->name, sizeof scene->name, "builtin:%s", name);
-        builders[i](&b, time);
-        ex_mesh_free(&b.mesh);
-        if (!b.failed) return 0;
+        if (build(scene, &builtins[i], time) == 0) return 0;
         ex_scene_free(scene);
         return ex_fail(error, "scene %s: out of memory", name);
     }
     return ex_fail(error, "no built-in scene is called '%s'", name);
+}
+
+int ex_scene_set_time(ex_scene *scene, float time, char *error)
+{
+    if (!scene->pose || scene->pose(scene, time) == 0) return 0;
+    return ex_fail(error, "%s: out of memory", scene->name);
 }
 
 int ex_scene_load(ex_scene *scene, const char *path, char *error)
@@ -116,7 +131,7 @@ int ex_scene_has_emitters(const ex_scene *scene)
     for (uint32_t i = 0; i < scene->object_count; i++) {
         const ex_mesh *mesh = &scene->meshes[scene->objects[i].mesh];
         for (uint32_t t = 0; t < mesh->triangle_count; t++) {
-            const float *e = scene->materials[mesh->materials[t]].emission;
+            const float *e = scene->materials[ex_object_material(scene, &scene->objects[i], t)].emission;
             if (e[0] > 0 || e[1] > 0 || e[2] > 0) return 1;
         }
     }
@@ -128,9 +143,7 @@ int ex_scene_add_ground(ex_scene *scene)
     float center[3], radius;
     double box[7];
     if (ex_scene_bounds(scene, center, &radius) != 0 || scene_box(scene, box) != 0) return -1;
-    ex_builder b;
-    memset(&b, 0, sizeof b);
-    b.scene = scene;
+    ex_builder b = ex_build_begin(scene);
     uint32_t grey = ex_build_material(&b, 0.5f, 0.5f, 0.5f);
     if (!b.failed) scene->materials[grey].double_sided = 1;
     float h = 200 * (radius > 0 ? radius : 1);      /* to a third of a degree below the default camera's horizon */

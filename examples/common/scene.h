@@ -22,19 +22,21 @@ typedef struct ex_material {
     int   base_texture;          /* index into ex_scene.textures, -1 for none */
 } ex_material;
 
-typedef struct ex_mesh {         /* one rigid piece in its own space, indexed triangles */
+typedef struct ex_mesh {         /* one piece in its own space, indexed triangles */
     float    *positions;         /* 3 per vertex, finite */
     float    *normals;           /* 3 per vertex, unit shading normals, always present */
     float    *uvs;               /* 2 per vertex or NULL */
     uint32_t *indices;           /* 3 per triangle, all < vertex_count */
     uint32_t *materials;         /* 1 per triangle, index into ex_scene.materials */
     uint32_t  vertex_count, triangle_count;
+    int       deforms;           /* vertices or materials change with time; all other meshes are rigid */
 } ex_mesh;
 
 typedef struct ex_object {       /* a mesh placed in the world; several objects may share a mesh */
     char     name[48];
     uint32_t mesh;
     float    transform[16];      /* object to world, affine */
+    uint32_t material;           /* 0: each triangle its own; else 1 + the index of the material of all of them */
     int      receiver_only;      /* planar or convex receiver (a ground plane) that need not cast shadows */
 } ex_object;
 
@@ -74,14 +76,19 @@ typedef struct ex_scene {
     ex_camera    camera;    int has_camera;
     uint32_t     skipped_vertices, skipped_triangles;   /* non-finite, out of range or degenerate; never loaded */
     int          animated;       /* a built-in scene that another `time` would change */
+    int        (*pose)(struct ex_scene *, float time);  /* how; NULL = nothing moves. For ex_scene_set_time */
 } ex_scene;
 
 #define EX_ERROR_SIZE 256        /* room that every char *error argument must have; one line, no newline */
 
 /* All return 0, or -1 with error filled in and *scene zeroed. */
 int  ex_scene_load(ex_scene *scene, const char *path, char *error);                 /* .glb, .gltf */
-int  ex_scene_builtin(ex_scene *scene, const char *name, float time, char *error);  /* cornell, chess, plant, knot */
+int  ex_scene_builtin(ex_scene *scene, const char *name, float time, char *error);  /* a name of ex_scene_names() */
 const char *const *ex_scene_names(void);                                            /* NULL-terminated */
+/* Moves an animated scene: transforms, lights, emission and meshes that deform. Objects, meshes, materials and lights
+   keep their numbers, what was added behind them stays as it is, and the bytes are those of a new scene at that time.
+   Does nothing to other scenes. After an error (out of memory) the scene is whole but may be between two times. */
+int  ex_scene_set_time(ex_scene *scene, float time, char *error);
 int  ex_sky_load(ex_sky *sky, const char *path, char *error);                       /* .hdr */
 int  ex_sky_builtin(ex_sky *sky, const char *name, char *error);                    /* sky, overcast, studio, uniform */
 const char *const *ex_sky_names(void);
@@ -99,9 +106,15 @@ void     ex_scene_default_camera(ex_scene *scene, uint32_t width, uint32_t heigh
 void     ex_sky_texel_direction(uint32_t width, uint32_t height, float x, float y, float direction[3]);
 void     ex_sky_radiance(const ex_sky *sky, const float direction[3], float rgb[3]); /* bilinear */
 
+/* Index of the material that a triangle of an object's mesh has on this object. */
+static inline uint32_t ex_object_material(const ex_scene *scene, const ex_object *object, uint32_t triangle)
+{
+    return object->material ? object->material - 1 : scene->meshes[object->mesh].materials[triangle];
+}
+
 /* Colour of a point of a triangle: base colour times texture, linear. barycentric: weights of its three corners.
    Returns 0 where the alpha mask cuts a hole, else 1. Any ray tracer needs the same answer as the rasteriser. */
-int      ex_surface_color(const ex_scene *scene, const ex_mesh *mesh, uint32_t triangle, const float barycentric[3],
-                          float albedo[3]);
+int      ex_surface_color(const ex_scene *scene, const ex_object *object, uint32_t triangle,
+                          const float barycentric[3], float albedo[3]);
 
 #endif

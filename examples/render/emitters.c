@@ -42,7 +42,7 @@ static int fill(const ex_scene *scene, uint32_t object, uint32_t triangle, rd_em
     e->area = (float)(0.5 * length);
     e->object = object;
     e->triangle = triangle;
-    e->material = mesh->materials[triangle];
+    e->material = ex_object_material(scene, &scene->objects[object], triangle);
     return e->area > 0;
 }
 
@@ -53,7 +53,8 @@ int rd_emitters_build(const ex_scene *scene, rd_emitter **out, size_t *count)
     for (uint32_t object = 0; object < scene->object_count; object++) {
         const ex_mesh *mesh = &scene->meshes[scene->objects[object].mesh];
         for (uint32_t triangle = 0; triangle < mesh->triangle_count; triangle++) {
-            const float *emission = scene->materials[mesh->materials[triangle]].emission;
+            uint32_t material = ex_object_material(scene, &scene->objects[object], triangle);
+            const float *emission = scene->materials[material].emission;
             if (!(emission[0] > 0 || emission[1] > 0 || emission[2] > 0))
                 continue;
             if (used == room) {

@@ -111,14 +111,15 @@ static void close_technique(run *r)
     r->state = NULL;
 }
 
+/* The scene at a frame's time, and what the camera sees of it. */
 static int load(run *r, uint32_t frame, char *error)
 {
     float time = (float)frame / 30.0f;
     uint32_t aa = (uint32_t)rd_setting_integer(&r->args->settings, "aa");
-    free(r->emitters);
-    ex_scene_free(&r->scene);
+    int result = frame == 0 ? rd_setup(&r->scene, &r->job, &r->emitters, r->args, time, error)
+                            : rd_move(&r->scene, &r->job, &r->emitters, time, error);
     ex_gbuffer_free(&r->gbuffer);
-    if (rd_setup(&r->scene, &r->job, &r->emitters, r->args, time, error) != 0)
+    if (result != 0)
         return -1;
     return ex_gbuffer_render(&r->gbuffer, &r->scene, r->args->width, r->args->height, aa, r->args->threads, error);
 }

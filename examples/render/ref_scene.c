@@ -48,11 +48,12 @@ int rf_scene_blocked(const rf_scene *scene, rf_v3 origin, rf_v3 direction, doubl
 #endif
 
 typedef struct rf_object {
-    const ex_scene *scene;
-    const ex_mesh  *mesh;
-    const float    *vertices;  /* world space, owned by Embree */
-    rf_v3           normal_x, normal_y, normal_z;      /* columns of the matrix that transforms normals */
-    int             mirrored;  /* the transform turns the triangles' winding round */
+    const ex_scene  *scene;
+    const ex_object *source;
+    const ex_mesh   *mesh;
+    const float     *vertices;  /* world space, owned by Embree */
+    rf_v3            normal_x, normal_y, normal_z;      /* columns of the matrix that transforms normals */
+    int              mirrored; /* the transform turns the triangles' winding round */
 } rf_object;
 
 struct rf_scene {
@@ -100,7 +101,7 @@ static rf_v3 shading_normal(const rf_object *object, uint32_t triangle, double u
 
 static const ex_material *material_of(const rf_object *object, uint32_t triangle)
 {
-    return &object->scene->materials[object->mesh->materials[triangle]];
+    return &object->scene->materials[ex_object_material(object->scene, object->source, triangle)];
 }
 
 /* Base colour at a point of a triangle; 0 in a hole of its alpha mask. */
@@ -111,7 +112,7 @@ static int surface_color(const rf_object *object, uint32_t triangle, double u, d
     weights[0] = (float)(1 - u - v);
     weights[1] = (float)u;
     weights[2] = (float)v;
-    solid = ex_surface_color(object->scene, object->mesh, triangle, weights, color);
+    solid = ex_surface_color(object->scene, object->source, triangle, weights, color);
     *base = rf_load(color);
     return solid;
 }
@@ -158,6 +159,7 @@ static int add_object(rf_scene *scene, const ex_scene *source, uint32_t index)
     float *vertices;
     uint32_t *indices;
     object->scene = source;
+    object->source = &source->objects[index];
     object->mesh = mesh;
     set_normal_matrix(object, m);
     vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float),

@@ -85,16 +85,26 @@ static int add_sky(ex_scene *scene, const rd_args *args, int has_light, char *er
     return 0;
 }
 
-static int finish(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args *args, char *error)
+/* Bounds and emitters. */
+static int measure(const ex_scene *scene, rd_job *job, rd_emitter **emitters, char *error)
 {
-    int has_light, ground;
     if (ex_scene_bounds(scene, job->center, &job->radius) != 0 || !(job->radius > 0)) {
-        snprintf(error, EX_ERROR_SIZE, "%.120s: the scene is empty", args->scene);
+        snprintf(error, EX_ERROR_SIZE, "%.120s: the scene is empty", scene->name);
         return -1;
     }
+    free(*emitters);
+    *emitters = NULL;
     if (rd_emitters_build(scene, emitters, &job->emitter_count) != 0)
         return out_of_memory(error);
     job->emitters = *emitters;
+    return 0;
+}
+
+static int finish(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args *args, char *error)
+{
+    int has_light, ground;
+    if (measure(scene, job, emitters, error) != 0)
+        return -1;
     ground = rd_setting_is(&args->settings, "ground", "auto") ? !scene->has_camera && job->emitter_count == 0
                                                               : rd_setting_integer(&args->settings, "ground");
     if (args->has_camera)
@@ -122,4 +132,9 @@ int rd_setup(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args 
     free(*emitters);
     *emitters = NULL;
     return -1;
+}
+
+int rd_move(ex_scene *scene, rd_job *job, rd_emitter **emitters, float time, char *error)
+{
+    return ex_scene_set_time(scene, time, error) != 0 ? -1 : measure(scene, job, emitters, error);
 }

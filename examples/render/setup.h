@@ -8,4 +8,7 @@
    (without the ground) and emitters of the job; *emitters is freed by the caller. 0, or -1 with error filled in. */
 int rd_setup(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args *args, float time, char *error);
 
+/* Moves what rd_setup made on to another time; camera, ground and the command line's lights stay where they are. */
+int rd_move(ex_scene *scene, rd_job *job, rd_emitter **emitters, float time, char *error);
+
 #endif

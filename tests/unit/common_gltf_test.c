@@ -244,10 +244,10 @@ static void gltf_materials_and_textures(void **state)
     assert_int_equal(scene.textures[0].rgba[0], 188);
     const float left[3] = {1, 0, 0}, right[3] = {0, 1, 0};
     float albedo[3];
-    assert_int_equal(ex_surface_color(&scene, &scene.meshes[0], 0, left, albedo), 1);
+    assert_int_equal(ex_surface_color(&scene, &scene.objects[0], 0, left, albedo), 1);
     assert_near(albedo[0], 0.5 * 0.5029, 1e-4);       /* factor times 188 made linear */
     assert_near(albedo[1], 0, 1e-6);
-    assert_int_equal(ex_surface_color(&scene, &scene.meshes[0], 0, right, albedo), 0);
+    assert_int_equal(ex_surface_color(&scene, &scene.objects[0], 0, right, albedo), 0);
     ex_scene_free(&scene);
 }
 
