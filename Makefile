@@ -1,10 +1,11 @@
 # make            the programs: build/render, build/compare, build/bench, build/bake and the examples
 # make demo       pictures of every technique beside the reference: out/index.html
 # make test       every test; the last line is "dapple: N passed, N failed, N skipped"
-# make check      compares what is generated, builds headers and snippets every way (stamp readme docs leaks compile);
-#                 make check-conformance
+# make check      compares what is generated, builds headers and snippets every way (stamp embed readme docs
+#                 leaks compile glsl); make check-conformance
 # make conformance  docs/conformance.md from what the tests measure
-# make stamp      writes src/shared into the headers; make readme writes the README's table
+# make stamp      writes src/shared into the headers; make embed writes src/shaders into gl_backend.h; make readme
+#                 writes the README's table
 # make bench      build/bench all; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
 #
 # config=release  -O2, the default          config=sanitize  address and undefined behaviour
@@ -55,12 +56,14 @@ build/config.mk: tools/probe $(wildcard /var/lib/dpkg/status)
 HAVE := -DDAPPLE_EMBREE=$(EMBREE) -DDAPPLE_HAVE_TINYGLTF=$(HAVE_TINYGLTF) -DDAPPLE_HAVE_STB=$(HAVE_STB) \
         -DDAPPLE_HAVE_EGL=$(HAVE_EGL) -DDAPPLE_HAVE_OSMESA=$(HAVE_OSMESA) -DDAPPLE_HAVE_GLFW=$(HAVE_GLFW)
 # No library that a program does not call: the tests of a header run without Embree's start-up.
-EX_LIBS := $(AS_NEEDED) $(EMBREE_LIBS) $(TINYGLTF_LIBS) $(STB_LIBS)
+EX_LIBS := $(AS_NEEDED) $(EMBREE_LIBS) $(TINYGLTF_LIBS) $(STB_LIBS) $(EGL_LIBS) $(OSMESA_LIBS)
 
 # Said by test and demo.
 LEFT_OUT := $(if $(filter 0,$(EMBREE)),'left out: the reference path tracer (no Embree 3 or 4)') \
             $(if $(filter 0,$(HAVE_TINYGLTF)),'left out: .glb and .gltf scenes (no tinygltf, or no C++)') \
             $(if $(filter 0,$(HAVE_STB)),'left out: .hdr skies (no stb)') \
+            $(if $(filter 00,$(HAVE_EGL)$(HAVE_OSMESA)),'left out: OpenGL (neither EGL nor OSMesa)') \
+            $(if $(filter 0,$(HAVE_GLFW)),'left out: the viewer (no GLFW)') \
             $(if $(filter 0,$(HAVE_CMOCKA)),'cmocka is missing: the tests use tests/shim instead')
 tell_left_out = $(if $(strip $(LEFT_OUT)),@printf '%s\n' $(LEFT_OUT))
 
@@ -77,12 +80,12 @@ ifneq ($(HAVE_GLFW),1)
 PROGRAMS := $(filter-out $(BUILD)/viewer,$(PROGRAMS))
 endif
 EXAMPLES := $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/[0-9][0-9]_*.c))
-TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/*.c tests/conformance/*.c tests/golden/*.c))
+TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/*.c tests/conformance/*.c tests/golden/*.c tests/gl/*.c))
 REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/fuzz/*.c))
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
 
-.PHONY: all programs tests test run-tests demo bench stamp check-stamp readme check-readme check-docs check-leaks \
-        check-compile check conformance check-conformance deps fuzz fuzzers coverage clean FORCE
+.PHONY: all programs tests test run-tests demo bench stamp check-stamp embed check-embed check-glsl readme check-readme \
+        check-docs check-leaks check-compile check conformance check-conformance deps fuzz fuzzers coverage clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -132,7 +135,7 @@ $(EXAMPLES): $(BUILD)/%: examples/%.c build/config.mk
 # ---- tests ----
 
 TEST_FLAGS = $(HAVE) -Iexamples/common -Itests $(if $(filter 1,$(HAVE_CMOCKA)),,-Itests/shim)
-TEST_LIBS  = $(CMOCKA_LIBS) $(EX_LIBS) -lm
+TEST_LIBS  = $(CMOCKA_LIBS) $(EX_LIBS) $(GLFW_LIBS) -lm
 
 $(OBJ)/tests/%.o: tests/%.c build/config.mk
 	@mkdir -p $(@D)
@@ -200,6 +203,14 @@ stamp: $(TOOLS)/stamp
 	@$(TOOLS)/stamp src/shared $(HEADERS)
 check-stamp: $(TOOLS)/stamp
 	@$(TOOLS)/stamp --check src/shared $(HEADERS)
+# embed reads the lists of bindings that gl_backend.h declares, glsl compiles what embed has written.
+$(TOOLS)/embed $(TOOLS)/glsl: gl_backend.h
+embed: $(TOOLS)/embed
+	@$(TOOLS)/embed src/shaders gl_backend.h
+check-embed: $(TOOLS)/embed
+	@$(TOOLS)/embed --check src/shaders gl_backend.h
+check-glsl: $(TOOLS)/glsl
+	@sh tools/check-glsl $(TOOLS)/glsl build/glsl
 readme:
 	@sh tools/readme $(HEADERS)
 check-readme:
@@ -210,7 +221,7 @@ check-leaks:
 	@CC='$(CC)' sh tools/check-leaks $(HEADERS)
 check-compile:
 	@sh tests/compile/check $(HEADERS)
-check: check-stamp check-readme check-docs check-leaks check-compile
+check: check-stamp check-embed check-readme check-docs check-leaks check-compile check-glsl
 
 clean:
 	rm -rf build

@@ -1,4 +1,5 @@
 /* main.c - the program `render`: one picture of one scene by one technique. design.md "Programs" is its definition. */
+#include "../common/gl_context.h"
 #include "setup.h"
 
 #include <math.h>
@@ -92,7 +93,35 @@ typedef struct run {
     double        *sum;                /* of averaged frames */
     ex_image       picture;
     double         precompute_ms, *frame_ms;
+    ex_gl         *context;            /* --backend gl, else NULL */
+    glbk_context   gl;
+    char           gl_log[200];
 } run;
+
+/* A context of its own for the technique, and gl_backend.h on it. */
+static int open_gl(run *r, char *error)
+{
+    ex_gl_options options = { EX_GL_HEADLESS, 0, 0, 0, 0, 0, 0, 0, 0, NULL };
+    glbk_desc desc;
+    glbk_result result;
+    if (!r->args->use_gl)
+        return 0;
+    r->context = ex_gl_create(&options, error);
+    if (!r->context)
+        return -1;
+    memset(&desc, 0, sizeof desc);
+    desc.get_proc = ex_gl_get_proc;
+    desc.user = r->context;
+    desc.log = r->gl_log;
+    desc.log_size = sizeof r->gl_log;
+    result = glbk_init(&r->gl, &desc);
+    if (result != GLBK_OK) {
+        snprintf(error, EX_ERROR_SIZE, "--backend gl: %s (%.150s)", glbk_result_text(result), r->gl_log);
+        return -1;
+    }
+    r->job.gl = &r->gl;
+    return 0;
+}
 
 static int open_technique(run *r, double *ms, char *error)
 {
@@ -242,7 +271,7 @@ static int write_json(run *r, double ev, char *error)
     int result;
     rd_json_text(&json, "technique", args->technique->name);
     rd_json_text(&json, "backend", args->use_gl ? "gl" : "cpu");
-    rd_json_text(&json, "gl_renderer", NULL);
+    rd_json_text(&json, "gl_renderer", r->job.gl ? r->gl.renderer : NULL);
     rd_json_text(&json, "scene", args->scene);
     rd_json_integer(&json, "triangles", ex_scene_triangles(&r->scene));
     rd_json_integer(&json, "width", args->width);
@@ -296,7 +325,7 @@ static int render(run *r, char *error)
         return -1;
     }
     r->job.threads = ex_pool_threads(r->job.pool);
-    if (open_technique(r, &r->precompute_ms, error) != 0 || render_frames(r, error) != 0)
+    if (open_gl(r, error) != 0 || open_technique(r, &r->precompute_ms, error) != 0 || render_frames(r, error) != 0)
         return -1;
     add_seen_light(r);
     average_sub_pixels(r);
@@ -311,6 +340,8 @@ static void release(run *r)
 {
     if (r->state)
         close_technique(r);
+    glbk_destroy(&r->gl);
+    ex_gl_free(r->context);
     ex_pool_free(r->job.pool);
     ex_image_free(&r->picture);
     ex_image_free(&r->frame);
@@ -347,8 +378,9 @@ int main(int count, char **values)
     } else if (args.technique->missing) {
         snprintf(error, sizeof error, "%s: %s", args.technique->name, args.technique->missing);
         complain(error);
-    } else if (args.use_gl) {
-        complain("--backend gl: not in this build");
+    } else if (args.use_gl && !rd_technique_has_gl(args.technique)) {
+        snprintf(error, sizeof error, "--backend gl: technique %s has no GL path", args.technique->name);
+        complain(error);
     } else if (render(&r, error) != 0) {
         complain(error);
     } else {

@@ -8,10 +8,13 @@
        frame   once per frame: fill `out`, one value per G-buffer pixel (timed as frame_ms)
        report  once, at the end: sizes and the technique's own figures
        close   once; accepts NULL
+   With --backend gl, job->gl is a context that is current in all of these calls; a technique with a GL path does its work
+   there (and stands in the list of rd_technique_has_gl); frame still fills `out`.
    main.c averages aa x aa sub-pixels and frames, adds what background=1 and emission=1 ask for, and writes files. */
 #ifndef RD_TECHNIQUE_H
 #define RD_TECHNIQUE_H
 
+#include "../../gl_backend.h"
 #include "../common/common.h"
 #include "json.h"
 #include "settings.h"
@@ -42,6 +45,7 @@ typedef struct rd_job {
     uint32_t           seed;           /* --seed + frame */
     int                threads;
     ex_pool           *pool;
+    glbk_context      *gl;             /* --backend gl, else NULL */
 } rd_job;
 
 typedef struct rd_technique {
@@ -62,6 +66,7 @@ typedef struct rd_technique {
 
 const rd_technique *const *rd_techniques(void);                 /* NULL-terminated */
 const rd_technique        *rd_technique_find(const char *name); /* NULL when unknown */
+int                        rd_technique_has_gl(const rd_technique *technique);
 
 /* Emissive triangles of every object, in order; *out is freed with free(). -1: out of memory. */
 int rd_emitters_build(const ex_scene *scene, rd_emitter **out, size_t *count);

@@ -1,0 +1,20 @@
+/* gl_internal.h - what the ways to a GL context have in common. */
+#ifndef EX_GL_INTERNAL_H
+#define EX_GL_INTERNAL_H
+
+#include "gl_context.h"
+
+/* One way to a context. create gets a complete version and puts its state into *self. */
+typedef struct ex_gl_way {
+    int       (*create)(void **self, const ex_gl_options *options, char *error);    /* 0, or -1 */
+    void      (*destroy)(void *self);
+    int       (*make_current)(void *self, int on);
+    glbk_proc (*get_proc)(const char *name);
+} ex_gl_way;
+
+extern const ex_gl_way ex_gl_way_egl, ex_gl_way_osmesa;
+
+ex_gl *ex_gl_create_by(const ex_gl_way *way, const ex_gl_options *options, char *error);
+void  *ex_gl_self(ex_gl *gl);
+
+#endif

@@ -1,0 +1,95 @@
+/* glsl - writes every embedded program with every set of its defines and for every promised dialect to a folder, for the
+   validator of tools/check-glsl: NAME-SET-DIALECT.STAGE, and beside it .layout, what its uniform blocks must look like.
+
+   glsl FOLDER */
+
+#define GL_BACKEND_IMPLEMENTATION
+#include "../gl_backend.h"
+
+#include <stdio.h>
+
+static const struct { glbk_dialect dialect; const char *name; } dialects[] = {
+    { GLBK_GLSL_330, "330" }, { GLBK_GLSL_300_ES, "300es" }, { GLBK_GLSL_430, "430" }
+};
+
+static int write_text(const char *path, const char *text)
+{
+    FILE *f = fopen(path, "wb");
+    int ok = f && fputs(text, f) >= 0;
+    if (f && fclose(f) != 0) ok = 0;
+    if (!ok) fprintf(stderr, "glsl: cannot write %s\n", path);
+    return ok;
+}
+
+/* "block.member offset": C's view, which the validator must share. */
+#define MEMBER(type, name, count) fprintf(f, "%s.%s %u\n", block, #name, (unsigned)offset), offset += 4 * SIZE_##type * (count);
+#define SIZE_mat4 16
+#define SIZE_vec4 4
+#define SIZE_ivec4 4
+#define SIZE_uvec4 4
+#define BLOCK(name, slot, members)              \
+    {                                           \
+        const char *block = #name "_block";     \
+        size_t offset = 0;                      \
+        members(MEMBER)                         \
+        ok = ok && offset == sizeof(name);      \
+    }
+#define PART(part, PART) GLBK_##PART##_BLOCKS(BLOCK)
+
+static int write_layout(const char *path)
+{
+    FILE *f = fopen(path, "wb");
+    int ok = f != NULL;
+    if (!f) return 0;
+    GLBK_PARTS(PART)
+    return fclose(f) == 0 && ok;
+}
+
+static int write_set(const char *folder, const glbk_file *file, const char *defines, int set)
+{
+    static char text[1 << 20];
+    char path[1024];
+    const char *name = file->name + 5, *stage = strrchr(name, '.');
+    size_t i;
+
+    for (i = 0; i < sizeof dialects / sizeof dialects[0]; i++) {
+        int is_compute = strcmp(stage, ".comp") == 0, bits;
+        if (is_compute && dialects[i].dialect != GLBK_GLSL_430) continue;
+        /* Targets that hold bits are for ES alone. */
+        for (bits = 0; bits <= (dialects[i].dialect == GLBK_GLSL_300_ES); bits++) {
+            size_t size = glbk_write_glsl(dialects[i].dialect, bits, NULL, defines, file->name, NULL, text, sizeof text);
+            if (size == 0 || size > sizeof text) {
+                fprintf(stderr, "glsl: %s: an unknown file in uses, or bad defines: %s\n", file->name, defines);
+                return 0;
+            }
+            snprintf(path, sizeof path, "%s/%.*s-%d-%s%s%s", folder, (int)(stage - name), name, set, dialects[i].name,
+                     bits ? "bits" : "", stage);
+            if (!write_text(path, text)) return 0;
+        }
+    }
+    return 1;
+}
+
+int main(int argc, char **argv)
+{
+    const glbk_file *files;
+    uint32_t count, i;
+    char path[1024];
+
+    if (argc != 2) return fprintf(stderr, "usage: glsl FOLDER\n"), 2;
+    files = glbk_files(&count);
+    for (i = 0; i < count; i++) {
+        const char *s = files[i].sets;
+        int set = 0;
+        if (strncmp(files[i].name, "prog/", 5) != 0) continue;
+        do {
+            char defines[256];
+            const char *bar = strstr(s, "|");
+            snprintf(defines, sizeof defines, "%.*s", (int)(bar ? bar - s : (ptrdiff_t)strlen(s)), s);
+            if (!write_set(argv[1], &files[i], defines, set++)) return 1;
+            s = bar ? bar + 1 : NULL;
+        } while (s);
+    }
+    snprintf(path, sizeof path, "%s/layout", argv[1]);
+    return write_layout(path) ? 0 : 1;
+}
