@@ -665,14 +665,13 @@ COHSM_DEF cohsm_result cohsm_progressive_mean(const cohsm_progressive *p, float 
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
 /* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. gcc also forgets errno for sqrtf, which would keep it from being inlined and vectorised.
-   A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
+   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
    stay within tolerance but not equal to the bit. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(__TINYC__)
 #pragma GCC push_options
-#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-fno-trapping-math")
+#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-trapping-math")
 #elif defined(_MSC_VER)
 #pragma fp_contract(off)
 #endif
@@ -1048,6 +1047,14 @@ static inline float cohsm__copysign(float x, float s)
     return cohsm__from_bits((cohsm__to_bits(x) & 0x7fffffffu) | (cohsm__to_bits(s) & 0x80000000u));
 }
 
+/* a where yes is 1, b where it is 0, both computed: compilers turn a chain of ?: with one condition into a branch, and
+   then do not vectorise the loop round it. */
+static inline float cohsm__either(int yes, float a, float b)
+{
+    uint32_t mask = 0u - (uint32_t)yes;
+    return cohsm__from_bits((cohsm__to_bits(a) & mask) | (cohsm__to_bits(b) & ~mask));
+}
+
 /* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
 static inline void cohsm__sincos(float x, float *sine, float *cosine)
 {
@@ -1088,18 +1095,25 @@ static inline float cohsm__asin_core(float x, float z)
                         z * 0.04221856856f))));
 }
 
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. */
-static inline float cohsm__acos(float x)
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart, since
+   C compilers do not vectorise that one: acos(x) = cohsm__acos_rooted(x, sqrtf(cohsm__acos_square(x))). */
+static inline float cohsm__acos_square(float x)
 {
-    float a = fabsf(x), h, s, p;
-    a = a < 1.0f ? a : 1.0f;
-    h = 0.5f * (1.0f - a);
-    s = sqrtf(h);
-    s = a > 0.5f ? s : a;
-    p = cohsm__asin_core(s, a > 0.5f ? h : a * a);
-    p = a > 0.5f ? 2.0f * p : 1.57079633f - p;
-    return x < 0.0f ? 3.14159265f - p : p;
+    float a = fabsf(x);
+    return 0.5f * (1.0f - cohsm__either(a < 1.0f, a, 1.0f));
 }
+
+static inline float cohsm__acos_rooted(float x, float root)
+{
+    float a = fabsf(x), h = cohsm__acos_square(x), p;
+    int big = a > 0.5f;
+    a = cohsm__either(a < 1.0f, a, 1.0f);
+    p = cohsm__asin_core(cohsm__either(big, root, a), cohsm__either(big, h, a * a));
+    p = cohsm__either(big, 2.0f * p, 1.57079633f - p);
+    return cohsm__either(x < 0.0f, 3.14159265f - p, p);
+}
+
+static inline float cohsm__acos(float x) { return cohsm__acos_rooted(x, sqrtf(cohsm__acos_square(x))); }
 
 static inline float cohsm__asin(float x)
 {
@@ -1115,14 +1129,16 @@ static inline float cohsm__asin(float x)
 /* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
 static inline float cohsm__atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), hi = ax > ay ? ax : ay, lo = ax > ay ? ay : ax, a, t, z, p;
-    a = lo == hi && hi > 0.0f ? 1.0f : lo / (hi > 0.0f ? hi : 1.0f);
-    t = a > 0.414213562f ? (a - 1.0f) / (a + 1.0f) : a;
+    float ax = fabsf(x), ay = fabsf(y), hi = cohsm__either(ax > ay, ax, ay), lo = cohsm__either(ax > ay, ay, ax), a, t, z, p;
+    int big;
+    a = cohsm__either((lo == hi) & (hi > 0.0f), 1.0f, lo / cohsm__either(hi > 0.0f, hi, 1.0f));
+    big = a > 0.414213562f;
+    t = cohsm__either(big, (a - 1.0f) / (a + 1.0f), a);
     z = t * t;
     p = t + t * z * (-0.3333295525f + z * (0.1997792608f + z * (-0.1387984996f + z * 0.08060308882f)));
-    p = a > 0.414213562f ? p + 0.785398163f : p;
-    p = ay > ax ? 1.57079633f - p : p;
-    p = cohsm__to_bits(x) >> 31 ? 3.14159265f - p : p;
+    p = cohsm__either(big, p + 0.785398163f, p);
+    p = cohsm__either(ay > ax, 1.57079633f - p, p);
+    p = cohsm__either((int)(cohsm__to_bits(x) >> 31), 3.14159265f - p, p);
     return cohsm__copysign(p, y);
 }
 
@@ -2702,9 +2718,13 @@ static uint64_t cohsm__window(const uint32_t *words, uint32_t bit)
     return (w[0] | (uint64_t)w[1] << 32) >> (bit & 31u);
 }
 
-static uint32_t cohsm__bits(const uint32_t *words, uint32_t bit, uint32_t count)
+/* A field of up to 30 bits of a block, 32 bits or more from its begin. Read with the word before its last one and never
+   with the one after, which may be another line's: that miss would cost more than the whole search. */
+static uint32_t cohsm__bits(const uint32_t *block, uint32_t bit, uint32_t count)
 {
-    return (uint32_t)cohsm__window(words, bit) & ((1u << count) - 1u);
+    uint32_t i = ((bit + count - 1u) >> 5) - 1u;
+    const uint32_t *w = block + i;
+    return (uint32_t)((w[0] | (uint64_t)w[1] << 32) >> (bit - 32u * i)) & ((1u << count) - 1u);
 }
 
 static void cohsm__put_bits(uint32_t *words, uint32_t bit, uint32_t count, uint32_t value)
@@ -2719,7 +2739,7 @@ static uint32_t cohsm__half_word(const uint32_t *words, uint32_t i) { return wor
 
 static uint64_t cohsm__marks(const uint32_t *block)
 {
-    return block[0] >> 16 | (uint64_t)block[1] << 16 | (uint64_t)block[2] << 48;
+    return (block[0] | (uint64_t)block[1] << 32) >> 16 | (uint64_t)block[2] << 48;
 }
 
 static uint32_t cohsm__popcount(uint64_t x)
@@ -2730,19 +2750,30 @@ static uint32_t cohsm__popcount(uint64_t x)
     return (uint32_t)(x * 0x0101010101010101u >> 56);
 }
 
-/* Position of the zero with this number (from 0); 64 where there are not so many. Halving by counts. */
+/* For each of the eight bytes from 0 to 127, 1 where it is at least x. */
+static uint64_t cohsm__bytes_from(uint64_t bytes, uint32_t x)
+{
+    const uint64_t ones = 0x0101010101010101u, tops = 0x8080808080808080u;
+    return (((bytes | tops) - x * ones) & tops) >> 7;
+}
+
+/* Position of the zero with this number (from 0); 64 where there are not so many. From the counts of zeros up to each
+   byte, then from those up to each bit of the right byte. */
 static uint32_t cohsm__select_zero(uint64_t marks, uint32_t number)
 {
-    uint64_t zeros = ~marks;
-    uint32_t at = 0, step, n;
-    for (step = 32; step; step >>= 1) {
-        n = cohsm__popcount(zeros >> at & (((uint64_t)1 << step) - 1u));
-        if (number >= n) {
-            number -= n;
-            at += step;
-        }
-    }
-    return number == 0 && (zeros >> at & 1u) ? at : 64u;
+    const uint64_t ones = 0x0101010101010101u;
+    uint64_t x = ~marks, upto;
+    uint32_t at;
+
+    number = number < 127 ? number + 1u : 127u;
+    upto = x - (x >> 1 & 0x5555555555555555u);
+    upto = (upto & 0x3333333333333333u) + (upto >> 2 & 0x3333333333333333u);
+    upto = ((upto + (upto >> 4)) & 0x0f0f0f0f0f0f0f0fu) * ones;
+    at = 64u - 8u * (uint32_t)(cohsm__bytes_from(upto, number) * ones >> 56);
+    if (at == 64) return 64;
+    number -= (uint32_t)(upto << 8 >> at) & 255u;
+    upto = (((x >> at & 255u) * ones & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & ones;     /* a bit in each byte */
+    return at + 8u - (uint32_t)(cohsm__bytes_from(upto * ones, number) * ones >> 56);
 }
 
 /* Where the fields of a block begin. */
@@ -2764,32 +2795,46 @@ static cohsm__fields cohsm__block_fields(const uint32_t *block, uint32_t n)
 
 /* The 16-bit depth of segment j in a block of n. Exact depths have as many predecessors as there are codes of all ones
    before j. */
-static uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t *depth_of, uint32_t n, uint32_t j)
+static inline uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t *depth_of, uint32_t n, uint32_t j)
 {
-    cohsm__fields f = cohsm__block_fields(block, n);
-    uint32_t code = cohsm__bits(block, f.codes_at + j * f.bits, f.bits), ones = (1u << f.bits) - 1u, i, rank = 0;
+    uint32_t head = block[0], bits = head >> 12 & 15u, palette = 0u - (uint32_t)(bits > COHSM__WIDEST), ones, codes_at;
+    uint32_t code, value, i, rank = 0;
 
+    bits -= (uint32_t)COHSM__WIDEST & palette;
+    ones = (1u << bits) - 1u;
+    codes_at = COHSM__LOW_AT + n * (head >> 8 & 15u);
+    code = cohsm__bits(block, codes_at + j * bits, bits);
     if (code == ones) {
-        for (i = 0; i < j; i++) rank += cohsm__bits(block, f.codes_at + i * f.bits, f.bits) == ones;
-        return cohsm__bits(block, f.exact_at + 16 * rank, 16);
+        for (i = 0; i < j; i++) rank += cohsm__bits(block, codes_at + i * bits, bits) == ones;
+        return cohsm__bits(block, cohsm__block_fields(block, n).exact_at + 16 * rank, 16);
     }
-    if (f.palette) return depth_of[cohsm__bits(block, f.palette_at + 8 * code, 8)];
-    return code + 1u == ones ? (uint32_t)COHSM__INFINITE : depth_of[(block[0] & 255u) + code];
+    value = code + 1u == ones ? 511u : (head & 255u) + code;        /* infinite, as all places from the grid's top */
+    code = cohsm__bits(block, codes_at + ((n * bits + 8u * code) & palette), 8);
+    return depth_of[(code & palette) | (value & ~palette)];
 }
 
-/* Segment of a block that holds a view: offset = view less the block's first. */
+/* Segment of a block that holds a view: offset = view less the block's first; at = where its bucket begins in the marks.
+   No branches that data decides but for rare cases: a mispredicted one costs as much as ten instructions. */
+static inline uint32_t cohsm__segment_at(const uint32_t *block, uint64_t marks, uint32_t offset, uint32_t at)
+{
+    uint32_t k = block[0] >> 8 & 15u, j = at - (offset >> k), mask = (1u << k) - 1u, low = offset & mask, run, more, lows;
+
+    run = (uint32_t)((marks >> (at & 63u)) & (at < 64 ? 7u : 0u));
+    lows = cohsm__bits(block, COHSM__LOW_AT + j * k, 2u * k);       /* two, or one and what follows: codes, never less */
+    more = run & (uint32_t)((lows & mask) <= low);
+    j += more & 1u;
+    more &= run >> 1 & (uint32_t)(lows >> k <= low);
+    j += more & 1u;
+    if (more & run >> 2 & 1u)
+        for (at += 2; at < 64 && (marks >> at & 1u) && cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low; at++) j++;
+    return j - 1u;
+}
+
 static uint32_t cohsm__block_find(const uint32_t *block, uint32_t offset)
 {
-    uint32_t k = block[0] >> 8 & 15u, bucket = offset >> k, low = offset & ((1u << k) - 1u), at = 0, j;
     uint64_t marks = cohsm__marks(block);
-
-    if (bucket) at = cohsm__select_zero(marks, bucket - 1u) + 1u;
-    j = at - bucket;                                /* segments that begin before this bucket */
-    while (at < 64 && (marks >> at & 1u) && cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low) {
-        at++;
-        j++;
-    }
-    return j - 1u;
+    uint32_t bucket = offset >> (block[0] >> 8 & 15u);
+    return cohsm__segment_at(block, marks, offset, bucket ? cohsm__select_zero(marks, bucket - 1u) + 1u : 0u);
 }
 
 /* Words of a block, from its exact codes. */
@@ -2814,11 +2859,10 @@ static const uint32_t *cohsm__block_at(const uint32_t *directory, const uint32_t
 /* The last block that begins at or before the view, which becomes relative to it. */
 static const uint32_t *cohsm__list_block(const cohsm_maps *m, const uint32_t *directory, uint32_t *view)
 {
-    uint32_t lo = 0, hi = cohsm__block_count(directory), middle;
-    while (hi - lo > 1) {
-        middle = (lo + hi) / 2;
-        if (cohsm__block_first(directory, middle) <= *view) lo = middle;
-        else hi = middle;
+    uint32_t lo = 0, count = cohsm__block_count(directory), half;
+    for (; count > 1; count -= half) {              /* halving without branches */
+        half = count / 2;
+        lo += half & (0u - (uint32_t)(cohsm__block_first(directory, lo + half) <= *view));
     }
     if (lo) *view -= cohsm__block_first(directory, lo);
     return cohsm__block_at(directory, m->lines, lo);
@@ -4324,8 +4368,10 @@ enum { COHSM__TILE = 256, COHSM__KEPT = 512 };   /* kept: by 4 bits of x and 5 o
 
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define COHSM__PREFETCH(p) __builtin_prefetch(p)
+#define COHSM__FLATTEN __attribute__((flatten))
 #else
 #define COHSM__PREFETCH(p) ((void)(p))
+#define COHSM__FLATTEN
 #endif
 
 typedef struct cohsm__tile {            /* one object's samples, in its space */
@@ -4580,6 +4626,180 @@ static void cohsm__address(cohsm__tile *t, size_t i)
     t->place[i] = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]) + s.face * m->head.map_count;
 }
 
+/* Directions to LATLONG maps, NEAREST or ROULETTE, a step of samples at a time: cohsm__address, but in loops of constant
+   length without branches or calls, which compilers vectorise at -O2. On x86 they are compiled once more for AVX2.
+   Step small enough that what one loop leaves, or prefetches, is still in the first-level cache for the next. */
+
+enum { COHSM__STEP = 64 };
+
+typedef struct cohsm__step {
+    float jitter[5][COHSM__STEP];       /* of the cell's two dimensions, -, and the pixel's */
+    int32_t cell[2][COHSM__STEP], valid[COHSM__STEP];
+    float angle[4][COHSM__STEP];        /* cos phi, sin phi, cos theta, sin theta */
+    float right[3][COHSM__STEP], up[3][COHSM__STEP], back[3][COHSM__STEP];
+} cohsm__step;
+
+/* sqrtf may set errno, so that compilers do not vectorise it. */
+static void cohsm__step_roots(float *x)
+{
+    int k;
+#if COHSM__SIMD && (defined(__SSE2__) || defined(_M_X64))
+    for (k = 0; k < COHSM__STEP; k += 4) _mm_storeu_ps(x + k, _mm_sqrt_ps(_mm_loadu_ps(x + k)));
+#else
+    for (k = 0; k < COHSM__STEP; k++) x[k] = sqrtf(x[k]);
+#endif
+}
+
+static void cohsm__step_cells(cohsm__step *s, const cohsm__tile *t, size_t first)
+{
+    const cohsm_maps *m = t->maps;
+    const float *x = t->light[0] + first, *y = t->light[1] + first, *z = t->light[2] + first;
+    int32_t n0 = (int32_t)m->head.side[0], n1 = (int32_t)m->head.side[1], c0, c1;
+    float top0 = (float)n0, top1 = (float)n1, u, v, height[COHSM__STEP], root[COHSM__STEP];
+    int k;
+
+    for (k = 0; k < COHSM__STEP; k++) root[k] = x[k] * x[k] + y[k] * y[k] + z[k] * z[k];
+    cohsm__step_roots(root);
+    for (k = 0; k < COHSM__STEP; k++) {
+        s->valid[k] = (root[k] > 0.0f) & (root[k] < 3.4e38f);
+        height[k] = y[k] / root[k];
+        root[k] = cohsm__acos_square(height[k]);
+    }
+    cohsm__step_roots(root);
+    for (k = 0; k < COHSM__STEP; k++) {
+        u = (0.5f + cohsm__atan2(z[k], x[k]) * 0.159154943f) * top0;
+        v = cohsm__acos_rooted(height[k], root[k]) * 0.318309886f * top1;
+        u = cohsm__either(u >= 0.0f, u, 0.0f);
+        v = cohsm__either(v >= 0.0f, v, 0.0f);
+        u = cohsm__either(u > top0, top0, u) - 0.5f + s->jitter[0][k];
+        v = cohsm__either(v > top1, top1, v) - 0.5f + s->jitter[1][k];
+        c0 = (int32_t)u;
+        c1 = (int32_t)v;
+        c0 -= (float)c0 > u;
+        c1 -= (float)c1 > v;
+        c0 += n0 / 2 & (0 - ((c1 < 0) | (c1 >= n1)));                       /* cohsm__wrap */
+        c0 += n0 & (0 - (c0 < 0));
+        c0 -= n0 & (0 - (c0 >= n0));
+        s->cell[0][k] = c0;
+        s->cell[1][k] = c1 + (c1 < 0) - (c1 >= n1);
+    }
+}
+
+/* cohsm__cell_frame */
+static void cohsm__step_frames(cohsm__step *s, const cohsm_maps *m)
+{
+    const float *columns = m->angles, *rows = m->angles + 2 * m->head.side[0];
+    int k, two_poles = m->head.frame == COHSM_FRAME_TWO_POLES;
+
+    for (k = 0; k < COHSM__STEP; k++) {
+        s->angle[0][k] = columns[2 * s->cell[0][k]];
+        s->angle[1][k] = columns[2 * s->cell[0][k] + 1];
+        s->angle[2][k] = rows[2 * s->cell[1][k]];
+        s->angle[3][k] = rows[2 * s->cell[1][k] + 1];
+    }
+    for (k = 0; k < COHSM__STEP; k++) {
+        float cp = s->angle[0][k], sp = s->angle[1][k], ct = s->angle[2][k], st = s->angle[3][k];
+        s->right[0][k] = -sp;
+        s->right[1][k] = 0.0f;
+        s->right[2][k] = cp;
+        s->up[0][k] = -ct * cp;
+        s->up[1][k] = st;
+        s->up[2][k] = -ct * sp;
+        s->back[0][k] = st * cp;
+        s->back[1][k] = ct;
+        s->back[2][k] = st * sp;
+    }
+    if (m->head.frame == COHSM_FRAME_POLAR) return;
+    for (k = 0; k < COHSM__STEP; k++) {
+        float x = s->back[0][k], y = s->back[1][k], z = s->back[2][k], a, g, odd;
+        g = cohsm__either(!two_poles | (y >= 0.0f), 1.0f, -1.0f);
+        odd = fabsf(g + y) < 1e-6f ? 1.0f : 0.0f;
+        a = -1.0f / (g + y + odd);
+        a = odd > 0.0f ? 0.0f : a;
+        s->right[0][k] = 1.0f + g * x * x * a;
+        s->right[1][k] = odd > 0.0f ? 0.0f : -g * x;
+        s->right[2][k] = g * x * z * a;
+        s->up[0][k] = x * z * a;
+        s->up[1][k] = odd > 0.0f ? 0.0f : -z;
+        s->up[2][k] = g + z * z * a;
+    }
+}
+
+/* cohsm__see, cohsm__pixel and cohsm__compared_depth. Points outside the map, in front of it or not finite get
+   COHSM__NO_PIXEL. */
+static void cohsm__step_see(const cohsm__step *s, cohsm__tile *t, size_t first)
+{
+    const cohsm_maps *m = t->maps;
+    const float *px = t->point[0] + first, *py = t->point[1] + first, *pz = t->point[2] + first;
+    float top = (float)m->head.map_size, half = 0.5f * top, bias = t->query->bias / top, x, y, d;
+    int32_t side = (int32_t)m->head.map_size, begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range, in, p;
+    int k;
+
+    for (k = 0; k < COHSM__STEP; k++) {
+        x = (px[k] * s->right[0][k] + py[k] * s->right[1][k] + pz[k] * s->right[2][k]) * half + half;
+        y = (px[k] * s->up[0][k] + py[k] * s->up[1][k] + pz[k] * s->up[2][k]) * half + half;
+        d = px[k] * s->back[0][k] + py[k] * s->back[1][k] + pz[k] * s->back[2][k];
+        d = (0.5f - 0.5f * d - bias) * (float)COHSM__HIT_MAX;
+        x += s->jitter[3][k] - 0.5f;
+        y += s->jitter[4][k] - 0.5f;
+        in = s->valid[k] & (x >= 0.0f) & (x < top) & (y >= 0.0f) & (y < top) & (d >= 0.0f);
+        x = in ? x : 0.0f;
+        y = in ? y : 0.0f;
+        d = in ? d : 0.0f;
+        p = (int32_t)y * side + (int32_t)x;
+        in &= (p >= begin) & (p < end);
+        t->pixel[first + (size_t)k] = in ? (uint32_t)(p - begin) : COHSM__NO_PIXEL;
+        t->depth[first + (size_t)k] = (int32_t)(d < 65535.0f ? d : 65535.0f);
+    }
+}
+
+static void cohsm__step_places(const cohsm__step *s, cohsm__tile *t, size_t first)
+{
+    const cohsm_maps *m = t->maps;
+    uint32_t *place = t->place + first, n0 = m->head.side[0], n1 = m->head.side[1], c0, c1;
+    int k;
+
+    if (m->head.order == COHSM_ORDER_HILBERT)
+        for (k = 0; k < COHSM__STEP; k++)
+            place[k] = cohsm__place(m, (uint32_t)s->cell[0][k], (uint32_t)s->cell[1][k], 0);
+    else if (m->head.order == COHSM_ORDER_ZIGZAG_THETA)
+        for (k = 0; k < COHSM__STEP; k++) {
+            c0 = (uint32_t)s->cell[0][k];
+            c1 = (uint32_t)s->cell[1][k];
+            place[k] = c0 * n1 + (c0 & 1u ? n1 - 1u - c1 : c1);
+        }
+    else {
+        uint32_t zigzag = m->head.order == COHSM_ORDER_ZIGZAG;
+        for (k = 0; k < COHSM__STEP; k++) {
+            c0 = (uint32_t)s->cell[0][k];
+            c1 = (uint32_t)s->cell[1][k];
+            place[k] = c1 * n0 + (c1 & zigzag ? n0 - 1u - c0 : c0);
+        }
+    }
+}
+
+static void cohsm__address_latlong(cohsm__tile *t)
+{
+    cohsm__step s;
+    size_t first;
+    int k, d, roulette = t->query->filter == COHSM_FILTER_ROULETTE;
+
+    for (first = 0; first < t->count; first += COHSM__STEP) {
+        for (d = 0; d < 5; d++) {
+            if (roulette && d != 2)
+                for (k = 0; k < COHSM__STEP; k++)
+                    s.jitter[d][k] = cohsm__random(t->query->seed, (uint32_t)t->id[first + (size_t)k], (uint32_t)d);
+            else for (k = 0; k < COHSM__STEP; k++) s.jitter[d][k] = 0.5f;
+        }
+        cohsm__step_cells(&s, t, first);
+        cohsm__step_frames(&s, t->maps);
+        cohsm__step_see(&s, t, first);
+        cohsm__step_places(&s, t, first);
+    }
+}
+
+COHSM__FLATTEN static void cohsm__address_portable(cohsm__tile *t) { cohsm__address_latlong(t); }
+
 static void cohsm__search(cohsm__tile *t)
 {
     const cohsm_maps *m = t->maps;
@@ -4642,194 +4862,68 @@ static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
     return enter <= leave;
 }
 
+/* One direction for all points: one frame, and neighbours share pixels, so decoded depths are kept by the low bits of x and
+   y. Returns the place of the map. */
+static inline uint32_t cohsm__see_all(cohsm__tile *t)
+{
+    const cohsm_maps *m = t->maps;
+    cohsm__step s;
+    cohsm__frame f;
+    int c[3] = { 0, 0, 0 }, k;
+    float u[3];
+    size_t first;
+
+    cohsm__domain_position(m, cohsm__tile_light(t, 0), t->query->light, u);
+    c[0] = cohsm__floor(u[0] + 0.5f);
+    c[1] = cohsm__floor(u[1] + 0.5f);
+    cohsm__wrap(m, c);
+    f = cohsm__cell_frame(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
+    for (k = 0; k < COHSM__STEP; k++) {
+        s.right[0][k] = f.right.x;
+        s.right[1][k] = f.right.y;
+        s.right[2][k] = f.right.z;
+        s.up[0][k] = f.up.x;
+        s.up[1][k] = f.up.y;
+        s.up[2][k] = f.up.z;
+        s.back[0][k] = f.back.x;
+        s.back[1][k] = f.back.y;
+        s.back[2][k] = f.back.z;
+        s.jitter[3][k] = s.jitter[4][k] = 0.5f;
+        s.valid[k] = 1;
+    }
+    for (first = 0; first < t->count; first += COHSM__STEP) cohsm__step_see(&s, t, first);
+    return cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], 0);
+}
+
+static uint32_t cohsm__slot(uint32_t pixel) { return (pixel & 15u) | (pixel >> 3 & 0x1f0u); }
+
+COHSM__FLATTEN static void cohsm__one_light_portable(cohsm__tile *t)
+{
+    uint32_t place = cohsm__see_all(t), i, s;
+    for (i = 0; i < t->count; i++) {
+        if (t->pixel[i] == COHSM__NO_PIXEL) continue;
+        s = cohsm__slot(t->pixel[i]);
+        if (t->kept_pixel[s] != t->pixel[i]) {
+            t->kept_pixel[s] = t->pixel[i];
+            t->kept_depth[s] = cohsm__stored_depth(t->maps, t->pixel[i], place);
+        }
+        t->visible[i] = t->depth[i] > (int32_t)t->kept_depth[s] ? 0.0f : 1.0f;
+    }
+}
+
 /* ---- >>avx2: queries, eight at a time ---- */
 
 #if COHSM__SIMD
 
 typedef struct cohsm__vec { __m256 x, y, z; } cohsm__vec;
 
-COHSM__TARGET_AVX2 static __m256 cohsm__abs8(__m256 x) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), x); }
+COHSM__TARGET_AVX2 COHSM__FLATTEN static void cohsm__address_avx2(cohsm__tile *t) { cohsm__address_latlong(t); }
 
-COHSM__TARGET_AVX2 static __m256 cohsm__horner8(__m256 z, const float *c, int n)
-{
-    __m256 p = _mm256_set1_ps(c[n - 1]);
-    for (n--; n-- > 0;) p = _mm256_add_ps(_mm256_set1_ps(c[n]), _mm256_mul_ps(z, p));
-    return p;
-}
-
-/* cohsm__acos and cohsm__atan2, operation by operation. */
-COHSM__TARGET_AVX2 static __m256 cohsm__acos8(__m256 x)
-{
-    static const float c[5] = { 0.1666675393f, 0.07495241769f, 0.04547709903f, 0.02414760004f, 0.04221856856f };
-    __m256 one = _mm256_set1_ps(1.0f), half = _mm256_set1_ps(0.5f), a = cohsm__abs8(x), big, h, s, z, p;
-    a = _mm256_min_ps(a, one);
-    big = _mm256_cmp_ps(a, half, _CMP_GT_OQ);
-    h = _mm256_mul_ps(half, _mm256_sub_ps(one, a));
-    s = _mm256_blendv_ps(a, _mm256_sqrt_ps(h), big);
-    z = _mm256_blendv_ps(_mm256_mul_ps(a, a), h, big);
-    p = _mm256_add_ps(s, _mm256_mul_ps(_mm256_mul_ps(s, z), cohsm__horner8(z, c, 5)));
-    p = _mm256_blendv_ps(_mm256_sub_ps(_mm256_set1_ps(1.57079633f), p), _mm256_mul_ps(_mm256_set1_ps(2.0f), p), big);
-    return _mm256_blendv_ps(p, _mm256_sub_ps(_mm256_set1_ps(3.14159265f), p), _mm256_cmp_ps(x, _mm256_setzero_ps(), _CMP_LT_OQ));
-}
-
-COHSM__TARGET_AVX2 static __m256 cohsm__atan2_8(__m256 y, __m256 x)
-{
-    static const float c[4] = { -0.3333295525f, 0.1997792608f, -0.1387984996f, 0.08060308882f };
-    __m256 ax = cohsm__abs8(x), ay = cohsm__abs8(y), hi = _mm256_max_ps(ax, ay), lo = _mm256_min_ps(ax, ay);
-    __m256 one = _mm256_set1_ps(1.0f), zero = _mm256_setzero_ps(), a, t, z, p, big;
-    a = _mm256_div_ps(lo, _mm256_blendv_ps(one, hi, _mm256_cmp_ps(hi, zero, _CMP_GT_OQ)));
-    big = _mm256_cmp_ps(a, _mm256_set1_ps(0.414213562f), _CMP_GT_OQ);
-    t = _mm256_blendv_ps(a, _mm256_div_ps(_mm256_sub_ps(a, one), _mm256_add_ps(a, one)), big);
-    z = _mm256_mul_ps(t, t);
-    p = _mm256_add_ps(t, _mm256_mul_ps(_mm256_mul_ps(t, z), cohsm__horner8(z, c, 4)));
-    p = _mm256_blendv_ps(p, _mm256_add_ps(p, _mm256_set1_ps(0.785398163f)), big);
-    p = _mm256_blendv_ps(p, _mm256_sub_ps(_mm256_set1_ps(1.57079633f), p), _mm256_cmp_ps(ay, ax, _CMP_GT_OQ));
-    p = _mm256_blendv_ps(p, _mm256_sub_ps(_mm256_set1_ps(3.14159265f), p), x);      /* by x's sign bit */
-    return _mm256_or_ps(cohsm__abs8(p), _mm256_and_ps(_mm256_set1_ps(-0.0f), y));
-}
-
-COHSM__TARGET_AVX2 static __m256 cohsm__dot8v(cohsm__vec a, cohsm__vec b)
-{
-    return _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(a.x, b.x), _mm256_mul_ps(a.y, b.y)), _mm256_mul_ps(a.z, b.z));
-}
-
-/* u side - 0.5 + 0.5 rounded down, with u side clamped to 0..side: the nearest cell, side itself included. */
-COHSM__TARGET_AVX2 static __m256i cohsm__nearest8(__m256 u, uint32_t side)
-{
-    __m256 top = _mm256_set1_ps((float)side), half = _mm256_set1_ps(0.5f), f = _mm256_mul_ps(u, top);
-    f = _mm256_min_ps(_mm256_max_ps(f, _mm256_setzero_ps()), top);
-    return _mm256_cvttps_epi32(_mm256_add_ps(_mm256_sub_ps(f, half), half));
-}
-
-COHSM__TARGET_AVX2 static __m256i cohsm__odd_reversed8(__m256i odd, __m256i v, uint32_t side)
-{
-    __m256i one = _mm256_set1_epi32(1), is_odd = _mm256_cmpeq_epi32(_mm256_and_si256(odd, one), one);
-    return _mm256_blendv_epi8(v, _mm256_sub_epi32(_mm256_set1_epi32((int)side - 1), v), is_odd);
-}
-
-COHSM__TARGET_AVX2 static __m256i cohsm__place8(const cohsm_maps *m, __m256i x, __m256i y)
-{
-    __m256i n0 = _mm256_set1_epi32((int)m->head.side[0]), n1 = _mm256_set1_epi32((int)m->head.side[1]);
-    __m256i cell = _mm256_add_epi32(x, _mm256_mullo_epi32(y, n0));
-    switch (m->head.order) {
-    case COHSM_ORDER_ZIGZAG:
-        return _mm256_add_epi32(_mm256_mullo_epi32(y, n0), cohsm__odd_reversed8(y, x, m->head.side[0]));
-    case COHSM_ORDER_ZIGZAG_THETA:
-        return _mm256_add_epi32(_mm256_mullo_epi32(x, n1), cohsm__odd_reversed8(x, y, m->head.side[1]));
-    case COHSM_ORDER_HILBERT:
-        if (m->head.map_count > 65536) return _mm256_i32gather_epi32((const int *)(const void *)m->order, cell, 4);
-        cell = _mm256_i32gather_epi32((const int *)(const void *)m->order, cell, 2);   /* x86 reads little-endian */
-        return _mm256_and_si256(cell, _mm256_set1_epi32(0xffff));
-    default: return cell;
-    }
-}
-
-/* Pixel and depth of eight points in maps with the given frames: cohsm__see, cohsm__pixel and cohsm__compared_depth.
-   Points outside the map, in front of it or not finite get COHSM__NO_PIXEL. */
-COHSM__TARGET_AVX2 static void cohsm__see8(cohsm__tile *t, size_t i, const cohsm__vec *right, const cohsm__vec *up,
-                                           const cohsm__vec *back, __m256 valid)
-{
-    const cohsm_maps *m = t->maps;
-    float size = (float)m->head.map_size;
-    __m256 half = _mm256_set1_ps(0.5f * size), top = _mm256_set1_ps(size), zero = _mm256_setzero_ps(), x, y, d;
-    __m256 point5 = _mm256_set1_ps(0.5f);
-    __m256i pixel, out;
-    cohsm__vec p;
-
-    p.x = _mm256_loadu_ps(t->point[0] + i);
-    p.y = _mm256_loadu_ps(t->point[1] + i);
-    p.z = _mm256_loadu_ps(t->point[2] + i);
-    x = _mm256_add_ps(_mm256_mul_ps(cohsm__dot8v(p, *right), half), half);
-    y = _mm256_add_ps(_mm256_mul_ps(cohsm__dot8v(p, *up), half), half);
-    d = _mm256_sub_ps(point5, _mm256_mul_ps(point5, cohsm__dot8v(p, *back)));
-    d = _mm256_sub_ps(d, _mm256_set1_ps(t->query->bias / size));
-    d = _mm256_mul_ps(d, _mm256_set1_ps((float)COHSM__HIT_MAX));
-    valid = _mm256_and_ps(valid, _mm256_and_ps(_mm256_cmp_ps(x, zero, _CMP_GE_OQ), _mm256_cmp_ps(x, top, _CMP_LT_OQ)));
-    valid = _mm256_and_ps(valid, _mm256_and_ps(_mm256_cmp_ps(y, zero, _CMP_GE_OQ), _mm256_cmp_ps(y, top, _CMP_LT_OQ)));
-    valid = _mm256_and_ps(valid, _mm256_cmp_ps(d, zero, _CMP_GE_OQ));
-    pixel = _mm256_mullo_epi32(_mm256_cvttps_epi32(y), _mm256_set1_epi32((int)m->head.map_size));
-    pixel = _mm256_add_epi32(pixel, _mm256_cvttps_epi32(x));
-    pixel = _mm256_sub_epi32(pixel, _mm256_set1_epi32((int)m->head.pixel_begin));
-    out = _mm256_or_si256(_mm256_cmpgt_epi32(_mm256_setzero_si256(), pixel),
-                          _mm256_cmpgt_epi32(pixel, _mm256_set1_epi32((int)m->range - 1)));
-    out = _mm256_or_si256(out, _mm256_xor_si256(_mm256_castps_si256(valid), _mm256_set1_epi32(-1)));
-    _mm256_storeu_si256((__m256i *)(void *)(t->pixel + i), _mm256_or_si256(pixel, out));
-    d = _mm256_min_ps(d, _mm256_set1_ps(65535.0f));
-    _mm256_storeu_si256((__m256i *)(void *)(t->depth + i), _mm256_cvttps_epi32(d));
-}
-
-/* cohsm__frame_of for COHSM_FRAME_TWO_POLES */
-COHSM__TARGET_AVX2 static void cohsm__two_poles8(cohsm__vec d, cohsm__vec *right, cohsm__vec *up)
-{
-    __m256 one = _mm256_set1_ps(1.0f), minus = _mm256_set1_ps(-1.0f), a, s, sx;
-    s = _mm256_blendv_ps(minus, one, _mm256_cmp_ps(d.y, _mm256_setzero_ps(), _CMP_GE_OQ));
-    a = _mm256_div_ps(minus, _mm256_add_ps(s, d.y));
-    sx = _mm256_mul_ps(s, d.x);
-    right->x = _mm256_add_ps(one, _mm256_mul_ps(_mm256_mul_ps(sx, d.x), a));
-    right->y = _mm256_xor_ps(sx, _mm256_set1_ps(-0.0f));
-    right->z = _mm256_mul_ps(_mm256_mul_ps(sx, d.z), a);
-    up->x = _mm256_mul_ps(_mm256_mul_ps(d.x, d.z), a);
-    up->y = _mm256_xor_ps(d.z, _mm256_set1_ps(-0.0f));
-    up->z = _mm256_add_ps(s, _mm256_mul_ps(_mm256_mul_ps(d.z, d.z), a));
-}
-
-/* cohsm__address for eight directions to LATLONG maps. */
-COHSM__TARGET_AVX2 static void cohsm__address8(cohsm__tile *t, size_t i)
-{
-    const cohsm_maps *m = t->maps;
-    const float *rows = m->angles + 2 * m->head.side[0];
-    __m256i c0, c1, n0 = _mm256_set1_epi32((int)m->head.side[0]), n1 = _mm256_set1_epi32((int)m->head.side[1]), over;
-    __m256 length, valid, cp, sp, ct, st, zero = _mm256_setzero_ps(), minus = _mm256_set1_ps(-0.0f);
-    cohsm__vec l, right, up, back;
-
-    l.x = _mm256_loadu_ps(t->light[0] + i);
-    l.y = _mm256_loadu_ps(t->light[1] + i);
-    l.z = _mm256_loadu_ps(t->light[2] + i);
-    length = _mm256_sqrt_ps(cohsm__dot8v(l, l));
-    valid = _mm256_and_ps(_mm256_cmp_ps(length, zero, _CMP_GT_OQ),
-                          _mm256_cmp_ps(length, _mm256_set1_ps(3.4e38f), _CMP_LT_OQ));
-    c0 = cohsm__nearest8(_mm256_add_ps(_mm256_set1_ps(0.5f), _mm256_mul_ps(cohsm__atan2_8(l.z, l.x),
-                                                                         _mm256_set1_ps(0.159154943f))), m->head.side[0]);
-    c1 = cohsm__nearest8(_mm256_mul_ps(cohsm__acos8(_mm256_div_ps(l.y, length)), _mm256_set1_ps(0.318309886f)),
-                         m->head.side[1]);
-    c0 = _mm256_and_si256(c0, _mm256_castps_si256(valid));
-    c1 = _mm256_and_si256(c1, _mm256_castps_si256(valid));
-    over = _mm256_cmpgt_epi32(n1, c1);                                      /* cohsm__wrap */
-    c0 = _mm256_add_epi32(c0, _mm256_andnot_si256(over, _mm256_set1_epi32((int)(m->head.side[0] / 2))));
-    c1 = _mm256_add_epi32(c1, _mm256_xor_si256(over, _mm256_set1_epi32(-1)));
-    over = _mm256_cmpgt_epi32(n0, c0);
-    c0 = _mm256_sub_epi32(c0, _mm256_andnot_si256(over, n0));
-    cp = _mm256_i32gather_ps(m->angles, c0, 8);
-    sp = _mm256_i32gather_ps(m->angles + 1, c0, 8);
-    ct = _mm256_i32gather_ps(rows, c1, 8);
-    st = _mm256_i32gather_ps(rows + 1, c1, 8);
-    back.x = _mm256_mul_ps(st, cp);
-    back.y = ct;
-    back.z = _mm256_mul_ps(st, sp);
-    if (m->head.frame == COHSM_FRAME_POLAR) {
-        right.x = _mm256_xor_ps(sp, minus);
-        right.y = zero;
-        right.z = cp;
-        ct = _mm256_xor_ps(ct, minus);
-        up.x = _mm256_mul_ps(ct, cp);
-        up.y = st;
-        up.z = _mm256_mul_ps(ct, sp);
-    } else cohsm__two_poles8(back, &right, &up);
-    _mm256_storeu_si256((__m256i *)(void *)(t->place + i), cohsm__place8(m, c0, c1));
-    cohsm__see8(t, i, &right, &up, &back, valid);
-}
-
-COHSM__TARGET_AVX2 static uint32_t cohsm__select_zero_bmi(uint64_t marks, uint32_t number)
-{
-    return (uint32_t)_tzcnt_u64(_pdep_u64((uint64_t)1 << number, ~marks));
-}
-
-/* cohsm__list_block, whose block is then prefetched, and cohsm__depth_in_block. Neither has branches
-   that data decides but for rare cases: a mispredicted one costs as much as ten instructions. */
+/* cohsm__list_block, whose block is then prefetched, and cohsm__depth_in_block */
 typedef struct cohsm__found { const uint32_t *at; uint32_t view, sample; } cohsm__found;
 
 /* How many of the directory's first views, from number 32 turn, are at most the view. */
-COHSM__TARGET_AVX2 static uint32_t cohsm__begun32(const uint32_t *directory, uint32_t rest, uint32_t turn, __m256i view)
+COHSM__TARGET_AVX2 static inline uint32_t cohsm__begun32(const uint32_t *directory, uint32_t rest, uint32_t turn, __m256i view)
 {
     __m256i number = _mm256_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     __m256i end = _mm256_set1_epi16((short)(rest - 32u * turn < 32u ? rest - 32u * turn : 32u));
@@ -4844,59 +4938,26 @@ COHSM__TARGET_AVX2 static uint32_t cohsm__begun32(const uint32_t *directory, uin
 COHSM__TARGET_AVX2 static void cohsm__find_block(cohsm__found *f, const uint32_t *lines)
 {
     const uint32_t *directory = f->at;
-    uint32_t where = directory[1], rest = (where & 0xffffu) - 1u, count, turn, line, word;
+    uint32_t where = directory[1], rest = (where & 0xffffu) - 1u, count, turn, line, tail;
     __m256i view = _mm256_set1_epi16((short)f->view);
 
     count = cohsm__begun32(directory, rest, 0, view);
     for (turn = 1; 32u * turn < rest; turn++) count += cohsm__begun32(directory, rest, turn, view);
     f->view -= cohsm__half_word(directory, count + 3u) & (0u - (uint32_t)(count > 0));
-    line = directory[0] + count;
-    word = count == rest ? where >> 16 & 15u : 0u;
-    line = count == rest ? directory[0] - (where >> 20) : line;
-    f->at = lines + COHSM__BLOCK_WORDS * (size_t)line + word;
+    tail = 0u - (uint32_t)(count == rest);
+    line = directory[0] + (count & ~tail) - (where >> 20 & tail);
+    f->at = lines + COHSM__BLOCK_WORDS * (size_t)line + (where >> 16 & 15u & tail);
     COHSM__PREFETCH(f->at);
 }
 
-/* x86 is little-endian: fields may be read at the byte where they begin; 57 bits or more from any position. */
-COHSM__TARGET_AVX2 static uint64_t cohsm__load64(const uint32_t *words, uint32_t bit)
+COHSM__TARGET_AVX2 static inline uint32_t cohsm__found_depth(const cohsm__found *f, const uint16_t *depth_of)
 {
-    uint64_t v;
-    memcpy(&v, (const char *)words + (bit >> 3), sizeof v);
-    return v >> (bit & 7u);
+    uint64_t marks = cohsm__marks(f->at);
+    uint32_t bucket = f->view >> (f->at[0] >> 8 & 15u), at;
+    at = bucket ? (uint32_t)_tzcnt_u64(_pdep_u64((uint64_t)1 << ((bucket - 1u) & 63u), ~marks)) + 1u : 0u;
+    return cohsm__block_depth(f->at, depth_of, (uint32_t)_mm_popcnt_u64(marks),
+                              cohsm__segment_at(f->at, marks, f->view, at));
 }
-
-COHSM__TARGET_AVX2 static uint32_t cohsm__found_depth(const cohsm__found *f, const uint16_t *depth_of)
-{
-    const uint32_t *block = f->at;
-    uint64_t marks = cohsm__load64(block, 16), lows;
-    uint32_t head = block[0], k = head >> 8 & 15u, bucket = f->view >> k, mask = (1u << k) - 1u, low = f->view & mask;
-    uint32_t bits = head >> 12 & 15u, palette = bits > COHSM__WIDEST, at, j, n, run, more, codes_at, code, ones, value;
-
-    at = bucket ? cohsm__select_zero_bmi(marks, bucket - 1u) + 1u : 0u;
-    j = at - bucket;
-    run = (uint32_t)_tzcnt_u64(~(marks >> (at & 63u))) & (0u - (uint32_t)(at < 64));
-    lows = cohsm__load64(block, COHSM__LOW_AT + j * k);                     /* three of them at least */
-    more = (uint32_t)((run > 0) & (((uint32_t)lows & mask) <= low));
-    j += more;
-    more &= (uint32_t)((run > 1) & (((uint32_t)(lows >> k) & mask) <= low));
-    j += more;
-    if (more & (uint32_t)(run > 2))
-        for (run -= 2; run && cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low; run--) j++;
-    j--;
-    n = (uint32_t)_mm_popcnt_u64(marks);
-    bits -= (uint32_t)COHSM__WIDEST & (0u - palette);
-    ones = (1u << bits) - 1u;
-    codes_at = COHSM__LOW_AT + n * k;
-    code = (uint32_t)cohsm__load64(block, codes_at + j * bits) & ones;
-    if (code == ones) return cohsm__block_depth(block, depth_of, n, j);
-    value = (head & 255u) + code;
-    value = code + 1u == ones ? 511u : value;                               /* infinite, as all places from the grid's top */
-    code = (uint32_t)cohsm__load64(block, codes_at + n * bits + 8u * (code & (0u - palette))) & 255u;
-    return depth_of[palette ? code : value];
-}
-
-/* Steps small enough that what one prefetches is still in the first-level cache when the next needs it. */
-enum { COHSM__STEP = 64 };
 
 COHSM__TARGET_AVX2 static void cohsm__find_depths(const cohsm_maps *m, const uint32_t *pixel, const uint32_t *place,
                                                   uint32_t count, uint32_t *depth)
@@ -4926,8 +4987,11 @@ COHSM__TARGET_AVX2 static void cohsm__search_avx2(cohsm__tile *t)
     for (i = 0; i < t->count; i += n) {
         n = cohsm__min_u32(COHSM__STEP, (uint32_t)t->count - i);
         cohsm__find_depths(t->maps, t->pixel + i, t->place + i, n, stored);
-        for (k = 0; k < n; k++)
-            t->visible[i + k] = t->depth[i + k] > (int32_t)stored[k] ? 0.0f : 1.0f;
+        for (k = 0; k < n; k += 8) {
+            __m256i depth = _mm256_loadu_si256((const __m256i *)(const void *)(t->depth + i + k));
+            __m256i dark = _mm256_cmpgt_epi32(depth, _mm256_loadu_si256((const __m256i *)(const void *)(stored + k)));
+            _mm256_storeu_ps(t->visible + i + k, _mm256_andnot_ps(_mm256_castsi256_ps(dark), _mm256_set1_ps(1.0f)));
+        }
     }
 }
 
@@ -4939,7 +5003,7 @@ COHSM__TARGET_AVX2 static void cohsm__keep_depths(cohsm__tile *t, uint32_t place
 
     for (i = 0; i < t->count; i++) {
         p = t->pixel[i];
-        s = (p & 15u) | (p >> 3 & 0x1f0u);
+        s = cohsm__slot(p);
         if (p != t->kept_pixel[s] && p != COHSM__NO_PIXEL && !t->wanted[s]) {
             t->wanted[s] = 1;
             pixel[n] = p;
@@ -4948,7 +5012,7 @@ COHSM__TARGET_AVX2 static void cohsm__keep_depths(cohsm__tile *t, uint32_t place
         if (n < COHSM__STEP && (i + 1 < t->count || n == 0)) continue;
         cohsm__find_depths(t->maps, pixel, places, n, depth);
         for (k = 0; k < n; k++) {
-            s = (pixel[k] & 15u) | (pixel[k] >> 3 & 0x1f0u);
+            s = cohsm__slot(pixel[k]);
             t->kept_pixel[s] = pixel[k];
             t->kept_depth[s] = depth[k];
             t->wanted[s] = 0;
@@ -4966,26 +5030,12 @@ COHSM__TARGET_AVX2 static cohsm__vec cohsm__all8(cohsm__v3 v)
     return r;
 }
 
-/* One direction for all points: neighbours share pixels, so decoded depths are kept by the low bits of x and y. */
+COHSM__TARGET_AVX2 COHSM__FLATTEN static uint32_t cohsm__see_all_avx2(cohsm__tile *t) { return cohsm__see_all(t); }
+
 COHSM__TARGET_AVX2 static void cohsm__one_light_avx2(cohsm__tile *t)
 {
-    const cohsm_maps *m = t->maps;
-    cohsm__vec right, up, back;
-    cohsm__frame f;
-    int c[3] = { 0, 0, 0 };
-    float u[3];
-    uint32_t place, i, missed;
+    uint32_t place = cohsm__see_all_avx2(t), i, missed;
 
-    cohsm__domain_position(m, cohsm__tile_light(t, 0), t->query->light, u);
-    c[0] = cohsm__floor(u[0] + 0.5f);
-    c[1] = cohsm__floor(u[1] + 0.5f);
-    cohsm__wrap(m, c);
-    place = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], 0);
-    f = cohsm__cell_frame(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
-    right = cohsm__all8(f.right);
-    up = cohsm__all8(f.up);
-    back = cohsm__all8(f.back);
-    for (i = 0; i < t->count; i += 8) cohsm__see8(t, i, &right, &up, &back, _mm256_castsi256_ps(_mm256_set1_epi32(-1)));
     cohsm__keep_depths(t, place);
     for (i = 0; i < t->count; i += 8) {
         __m256i pixel = _mm256_loadu_si256((const __m256i *)(const void *)(t->pixel + i));
@@ -5001,40 +5051,96 @@ COHSM__TARGET_AVX2 static void cohsm__one_light_avx2(cohsm__tile *t)
         missed = ~(uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(tag)) & 255u;
         for (; missed; missed &= missed - 1u) {
             uint32_t at = i + (uint32_t)__builtin_ctz(missed);
-            t->visible[at] = cohsm__lit(m, t->pixel[at], place, t->depth[at]);
+            t->visible[at] = cohsm__lit(t->maps, t->pixel[at], place, t->depth[at]);
         }
     }
 }
 
-/* 0 where the samples are of a kind that only the portable code treats. */
-COHSM__TARGET_AVX2 static int cohsm__tile_avx2(cohsm__tile *t)
+/* x, y and z of eight samples whose 24 floats follow each other. */
+COHSM__TARGET_AVX2 static cohsm__vec cohsm__load8(const float *p)
+{
+    __m256 a = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p)), _mm_loadu_ps(p + 12), 1);
+    __m256 b = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p + 4)), _mm_loadu_ps(p + 16), 1);
+    __m256 c = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p + 8)), _mm_loadu_ps(p + 20), 1);
+    __m256 ab = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 2, 1)), bc = _mm256_shuffle_ps(b, c, _MM_SHUFFLE(2, 1, 3, 2));
+    cohsm__vec r;
+    r.x = _mm256_shuffle_ps(a, bc, _MM_SHUFFLE(2, 0, 3, 0));      /* a = x y z x, b = y z x y, c = z x y z of each half */
+    r.y = _mm256_shuffle_ps(ab, bc, _MM_SHUFFLE(3, 1, 2, 0));
+    r.z = _mm256_shuffle_ps(ab, c, _MM_SHUFFLE(3, 0, 3, 1));
+    return r;
+}
+
+/* Samples read, as long as eight together are consecutive in the query: all but the last few of a batch. */
+COHSM__TARGET_AVX2 static size_t cohsm__load_points_avx2(cohsm__tile *t, cohsm__v3 c, float per_radius)
+{
+    const float *points = (const float *)(const void *)t->query->points;
+    cohsm__vec center = cohsm__all8(c), p;
+    __m256 scale = _mm256_set1_ps(per_radius);
+    size_t i;
+    for (i = 0; i + 8 <= t->count && t->id[i + 7] == t->id[i] + 7; i += 8) {
+        p = cohsm__load8(points + 3 * t->id[i]);
+        _mm256_storeu_ps(t->point[0] + i, _mm256_mul_ps(_mm256_sub_ps(p.x, center.x), scale));
+        _mm256_storeu_ps(t->point[1] + i, _mm256_mul_ps(_mm256_sub_ps(p.y, center.y), scale));
+        _mm256_storeu_ps(t->point[2] + i, _mm256_mul_ps(_mm256_sub_ps(p.z, center.z), scale));
+    }
+    return i;
+}
+
+COHSM__TARGET_AVX2 static size_t cohsm__load_directions_avx2(cohsm__tile *t)
+{
+    const float *lights = (const float *)(const void *)t->query->lights;
+    size_t i;
+    for (i = 0; i + 8 <= t->count && t->id[i + 7] == t->id[i] + 7; i += 8) {
+        cohsm__vec l = cohsm__load8(lights + 3 * t->id[i]);
+        _mm256_storeu_ps(t->light[0] + i, l.x);
+        _mm256_storeu_ps(t->light[1] + i, l.y);
+        _mm256_storeu_ps(t->light[2] + i, l.z);
+    }
+    return i;
+}
+
+#endif
+
+/* 0 where the samples are of a kind that is treated one by one. */
+static int cohsm__run_steps(cohsm__tile *t)
 {
     const cohsm_maps *m = t->maps;
+    int nearest = t->query->filter == COHSM_FILTER_NEAREST, shared = t->one_light && nearest, simd = 0;
     size_t i;
 
-    if (!m->simd || t->query->filter != COHSM_FILTER_NEAREST || t->query->light != COHSM_LIGHT_DIRECTION) return 0;
-    for (i = t->count; i % 8; i++) t->point[0][i] = t->point[1][i] = t->point[2][i] = 0.0f;
-    if (t->one_light) {
-        cohsm__v3 l = cohsm__tile_light(t, 0);
-        if (!cohsm__usable(l)) return 0;
-        cohsm__one_light_avx2(t);
-        return 1;
+    if (t->query->filter == COHSM_FILTER_PCF || t->query->light != COHSM_LIGHT_DIRECTION) return 0;
+    if (shared ? !cohsm__usable(cohsm__tile_light(t, 0)) : m->head.domain != COHSM_DOMAIN_LATLONG) return 0;
+    for (i = t->count; i % COHSM__STEP; i++) {      /* what the last step has too much */
+        t->point[0][i] = t->point[1][i] = t->point[2][i] = 0.0f;
+        t->id[i] = 0;
     }
-    if (m->head.domain != COHSM_DOMAIN_LATLONG || m->head.frame == COHSM_FRAME_MINIMAL) return 0;
-    for (i = t->count; i % 8; i++) t->light[0][i] = t->light[1][i] = t->light[2][i] = 1.0f;
-    for (i = 0; i < t->count; i += 8) cohsm__address8(t, i);
-    cohsm__search_avx2(t);
+    for (i = t->one_light ? 0 : t->count; !shared && (i < t->count || i % COHSM__STEP); i++) {
+        t->light[0][i] = t->light[0][0];
+        t->light[1][i] = t->light[1][0];
+        t->light[2][i] = t->light[2][0];
+    }
+#if COHSM__SIMD
+    simd = m->simd;
+    if (simd && shared) cohsm__one_light_avx2(t);
+    else if (simd) {
+        cohsm__address_avx2(t);
+        cohsm__search_avx2(t);
+    }
+#endif
+    if (simd) return 1;
+    if (shared) cohsm__one_light_portable(t);
+    else {
+        cohsm__address_portable(t);
+        cohsm__search(t);
+    }
     return 1;
 }
-#endif
 
 static void cohsm__run_tile(cohsm__tile *t)
 {
     size_t i;
     for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
-#if COHSM__SIMD
-    if (cohsm__tile_avx2(t)) return;
-#endif
+    if (cohsm__run_steps(t)) return;
     for (i = 0; i < t->count; i++) {
         t->pixel[i] = COHSM__NO_PIXEL;
         if (t->query->light == COHSM_LIGHT_POSITION) {
@@ -5069,7 +5175,12 @@ static void cohsm__load_lights(cohsm__tile *t, const float *inverse)
     cohsm__v3 c = cohsm__v3_load(h->center), l;
     float per_radius = 1.0f / h->radius, v[3] = { 0, 0, 0 };
 
-    for (i = 0; i < count; i++) {
+    i = 0;
+#if COHSM__SIMD
+    if (t->maps->simd && q->light == COHSM_LIGHT_DIRECTION && !inverse && stride == 12 && !t->one_light)
+        i = cohsm__load_directions_avx2(t);
+#endif
+    for (; i < count; i++) {
         const char *from = (const char *)q->lights + stride * (t->one_light ? 0 : t->id[i]);
         if (q->light == COHSM_LIGHT_INDEX) {
             memcpy(&t->cell[i], from, 4);
@@ -5091,11 +5202,14 @@ static void cohsm__load_lights(cohsm__tile *t, const float *inverse)
 static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
 {
     const cohsm_query *q = t->query;
-    size_t stride = q->point_stride ? q->point_stride : 12, i;
+    size_t stride = q->point_stride ? q->point_stride : 12, i = 0;
     cohsm__v3 c = cohsm__v3_load(t->maps->head.center), p;
     float per_radius = 1.0f / t->maps->head.radius, v[3];
 
-    for (i = 0; i < t->count; i++) {
+#if COHSM__SIMD
+    if (t->maps->simd && !inverse && stride == 12) i = cohsm__load_points_avx2(t, c, per_radius);
+#endif
+    for (; i < t->count; i++) {
         memcpy(v, (const char *)q->points + stride * t->id[i], sizeof v);
         p = cohsm__v3_load(v);
         if (inverse) p = cohsm__m4_point(inverse, p);

@@ -28,6 +28,14 @@ static inline float P_copysign(float x, float s)
     return P_from_bits((P_to_bits(x) & 0x7fffffffu) | (P_to_bits(s) & 0x80000000u));
 }
 
+/* a where yes is 1, b where it is 0, both computed: compilers turn a chain of ?: with one condition into a branch, and
+   then do not vectorise the loop round it. */
+static inline float P_either(int yes, float a, float b)
+{
+    uint32_t mask = 0u - (uint32_t)yes;
+    return P_from_bits((P_to_bits(a) & mask) | (P_to_bits(b) & ~mask));
+}
+
 /* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
 static inline void P_sincos(float x, float *sine, float *cosine)
 {
@@ -68,18 +76,25 @@ static inline float P_asin_core(float x, float z)
                         z * 0.04221856856f))));
 }
 
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. */
-static inline float P_acos(float x)
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart, since
+   C compilers do not vectorise that one: acos(x) = P_acos_rooted(x, sqrtf(P_acos_square(x))). */
+static inline float P_acos_square(float x)
 {
-    float a = fabsf(x), h, s, p;
-    a = a < 1.0f ? a : 1.0f;
-    h = 0.5f * (1.0f - a);
-    s = sqrtf(h);
-    s = a > 0.5f ? s : a;
-    p = P_asin_core(s, a > 0.5f ? h : a * a);
-    p = a > 0.5f ? 2.0f * p : 1.57079633f - p;
-    return x < 0.0f ? 3.14159265f - p : p;
+    float a = fabsf(x);
+    return 0.5f * (1.0f - P_either(a < 1.0f, a, 1.0f));
 }
+
+static inline float P_acos_rooted(float x, float root)
+{
+    float a = fabsf(x), h = P_acos_square(x), p;
+    int big = a > 0.5f;
+    a = P_either(a < 1.0f, a, 1.0f);
+    p = P_asin_core(P_either(big, root, a), P_either(big, h, a * a));
+    p = P_either(big, 2.0f * p, 1.57079633f - p);
+    return P_either(x < 0.0f, 3.14159265f - p, p);
+}
+
+static inline float P_acos(float x) { return P_acos_rooted(x, sqrtf(P_acos_square(x))); }
 
 static inline float P_asin(float x)
 {
@@ -95,14 +110,16 @@ static inline float P_asin(float x)
 /* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
 static inline float P_atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), hi = ax > ay ? ax : ay, lo = ax > ay ? ay : ax, a, t, z, p;
-    a = lo == hi && hi > 0.0f ? 1.0f : lo / (hi > 0.0f ? hi : 1.0f);
-    t = a > 0.414213562f ? (a - 1.0f) / (a + 1.0f) : a;
+    float ax = fabsf(x), ay = fabsf(y), hi = P_either(ax > ay, ax, ay), lo = P_either(ax > ay, ay, ax), a, t, z, p;
+    int big;
+    a = P_either((lo == hi) & (hi > 0.0f), 1.0f, lo / P_either(hi > 0.0f, hi, 1.0f));
+    big = a > 0.414213562f;
+    t = P_either(big, (a - 1.0f) / (a + 1.0f), a);
     z = t * t;
     p = t + t * z * (-0.3333295525f + z * (0.1997792608f + z * (-0.1387984996f + z * 0.08060308882f)));
-    p = a > 0.414213562f ? p + 0.785398163f : p;
-    p = ay > ax ? 1.57079633f - p : p;
-    p = P_to_bits(x) >> 31 ? 3.14159265f - p : p;
+    p = P_either(big, p + 0.785398163f, p);
+    p = P_either(ay > ax, 1.57079633f - p, p);
+    p = P_either((int)(P_to_bits(x) >> 31), 3.14159265f - p, p);
     return P_copysign(p, y);
 }
 
