@@ -84,7 +84,7 @@ static void add_stem(ex_builder *b, const plant_look *look, int number, uint32_t
     }
 }
 
-void ex_build_plant(ex_builder *b)
+uint32_t ex_build_plant_mesh(ex_builder *b)
 {
     plant_look look;
     uint32_t seed = 20260;
@@ -97,5 +97,10 @@ void ex_build_plant(ex_builder *b)
     for (int i = 0; i < 3 && !b->failed; i++) b->scene->materials[look.leaf[i]].double_sided = 1;
     add_pot(b, &look);
     for (int i = 0; i < STEMS; i++) add_stem(b, &look, i, &seed);
-    ex_build_object(b, "plant", ex_build_finish(b));
+    return ex_build_finish(b);
+}
+
+void ex_build_plant(ex_builder *b)
+{
+    ex_build_object(b, "plant", ex_build_plant_mesh(b));
 }

@@ -98,6 +98,13 @@ void ex_build_prism(ex_builder *b, const float (*outline)[2], uint32_t points, f
 void ex_build_block(ex_builder *b, v3 low, v3 high, float bevel, uint32_t material);     /* a box, edges cut off */
 void ex_build_tile(ex_builder *b, v3 corner, float wide, float deep, float bevel, float sunk, uint32_t material);
 /* The top of a floor tile from corner along +X and +Z, its edges cut down by `sunk`: tiles side by side make a floor. */
+/* Cloth that hangs from a straight edge; the front faces to the right of from -> to seen from above. */
+typedef struct ex_drape {
+    v3    from, to;
+    float length, fold_depth, folds, wind, phase;    /* wind: radians it leans at the hem, about */
+} ex_drape;
+void ex_build_drape(ex_builder *b, const ex_drape *drape, float time, uint32_t across, uint32_t along,
+                    uint32_t material);
 float ex_random(uint32_t *state);                            /* in [0, 1), the same on every machine */
 
 uint32_t ex_build_finish(ex_builder *b);                     /* hands the mesh to the scene, returns its index */
@@ -117,7 +124,10 @@ void ex_build_plant(ex_builder *b);
 void ex_build_chess(ex_builder *b);
 void ex_build_uroom(ex_builder *b);
 void ex_build_corridor(ex_builder *b);
+void ex_build_atrium(ex_builder *b);
+int  ex_pose_atrium(ex_scene *scene, float time);
 
+uint32_t ex_build_plant_mesh(ex_builder *b);                 /* with its pot; 1 metre high, on the floor */
 void ex_build_horse(ex_builder *b, uint32_t material);       /* head and neck of the chess knight, metres, faces +X */
 
 /* Loads through whatever glTF parser was built in; see gltf.c. */

@@ -75,6 +75,54 @@ static double volume_of(const ex_mesh *mesh)
     return sum;
 }
 
+/* ---- pieces: what hangs together, welded by position ---- */
+
+typedef struct welded { const float *p; uint32_t vertex; } welded;
+
+static int compare_corners(const void *a, const void *b)
+{
+    return compare_points(((const welded *)a)->p, ((const welded *)b)->p);
+}
+
+static uint32_t root_of(uint32_t *parent, uint32_t i)
+{
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+}
+
+/* Pieces whose volume, seen from their first vertex, is not positive. */
+static size_t pieces_inside_out(const ex_mesh *mesh)
+{
+    size_t n = mesh->vertex_count, bad = 0;
+    welded *corners = (welded *)malloc(n * sizeof *corners);
+    uint32_t *parent = (uint32_t *)malloc(n * sizeof *parent);
+    double *volume = (double *)calloc(n, sizeof *volume);
+    assert_true(corners && parent && volume);
+    for (uint32_t i = 0; i < n; i++) {
+        corners[i].p = mesh->positions + 3 * (size_t)i;
+        parent[corners[i].vertex = i] = i;
+    }
+    qsort(corners, n, sizeof *corners, compare_corners);
+    for (size_t i = 1; i < n; i++)
+        if (compare_corners(&corners[i - 1], &corners[i]) == 0)
+            parent[root_of(parent, corners[i].vertex)] = root_of(parent, corners[i - 1].vertex);
+    for (size_t t = 0; t < mesh->triangle_count; t++)
+        for (size_t k = 1; k < 3; k++)
+            parent[root_of(parent, mesh->indices[3 * t + k])] = root_of(parent, mesh->indices[3 * t]);
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        uint32_t piece = root_of(parent, mesh->indices[3 * t]);
+        v3 p[3], origin = v3_load(mesh->positions + 3 * (size_t)piece);
+        for (size_t k = 0; k < 3; k++)
+            p[k] = v3_sub(v3_load(mesh->positions + 3 * (size_t)mesh->indices[3 * t + k]), origin);
+        volume[piece] += (double)v3_dot(p[0], v3_cross(p[1], p[2]));
+    }
+    for (uint32_t i = 0; i < n; i++) bad += root_of(parent, i) == i && !(volume[i] > 0);
+    free(corners);
+    free(parent);
+    free(volume);
+    return bad;
+}
+
 /* ---- shapes ---- */
 
 static ex_mesh *finish_shape(ex_builder *b)
@@ -97,8 +145,8 @@ static void shapes_are_closed_and_have_their_volume(void **state)
     assert_int_equal(mesh->triangle_count, 44);
     assert_int_equal(count_edges(mesh).open, 0);
     /* Along each edge a prism of half a bevel squared is cut off; at a corner three of them share 2/3 bevel^3. */
-    double cut = 4 * (2 + 3 + 4) * 0.5 * 0.25 * 0.25, corner = volume_of(mesh) - (24 - cut);
-    assert_near(corner / 8, 0.25 * 0.25 * 0.25 * 2 / 3, 1e-4);
+    double cut = 4 * (2 + 3 + 4) * 0.5 * 0.25 * 0.25, overlap = volume_of(mesh) - (24 - cut);
+    assert_near(overlap / 8, 0.25 * 0.25 * 0.25 * 2 / 3, 1e-4);
     ex_build_ball(&b, v3_make(1, 2, 3), v3_make(1, 2, 3), 128, 0);
     mesh = finish_shape(&b);
     assert_int_equal(count_edges(mesh).open, 0);
@@ -178,6 +226,7 @@ typedef struct expected {
 static const expected scenes[] = {
     {"uroom", 10000, 30000, 5, 6, 1, 0, 1},
     {"corridor", 10000, 40000, 6, 8, 1, 0, 1},
+    {"atrium", 1000000, 1200000, 13, 18, 1, 1, 1},
 };
 
 enum { SCENES = sizeof scenes / sizeof *scenes };
@@ -239,14 +288,15 @@ static void solid_parts_are_closed_and_face_outwards(void **state)
     static const char *const solids[][2] = {
         {"uroom", "divider"}, {"uroom", "skirting"}, {"uroom", "table"}, {"uroom", "vase"}, {"uroom", "stool"},
         {"uroom", "shelf"}, {"corridor", "bay left"}, {"corridor", "beam"}, {"corridor", "pedestal"},
-        {"corridor", "statue"}};
+        {"corridor", "statue"}, {"atrium", "column"}, {"atrium", "arch"}, {"atrium", "cornice"}, {"atrium", "balustrade"},
+        {"atrium", "door"}, {"atrium", "fountain"}};
     (void)state;
     for (size_t i = 0; i < sizeof solids / sizeof *solids; i++) {
         ex_scene scene;
         load(&scene, solids[i][0], 0);
         const ex_mesh *mesh = &scene.meshes[object_called(&scene, solids[i][1])->mesh];
         if (count_edges(mesh).open) fail_msg("%s of %s is open", solids[i][1], solids[i][0]);
-        assert_true(volume_of(mesh) > 0);
+        if (pieces_inside_out(mesh)) fail_msg("%s of %s is inside out", solids[i][1], solids[i][0]);
         ex_scene_free(&scene);
     }
 }
@@ -333,15 +383,15 @@ static void what_was_added_stays_when_time_passes(void **state)
 static void one_material_overrides_those_of_the_mesh(void **state)
 {
     ex_scene scene;
-    const float corner[3] = {1, 0, 0};
+    const float at[3] = {1, 0, 0};
     float white[3], black[3];
     (void)state;
     load(&scene, "chess", 0);
     const ex_object *a = object_called(&scene, "white pawn a2"), *b = object_called(&scene, "black pawn a7");
     assert_int_equal(a->mesh, b->mesh);
     assert_int_equal(scene.mesh_count, 1 + 6 + 1);           /* board, kinds, ground */
-    assert_int_equal(ex_surface_color(&scene, a, 0, corner, white), 1);
-    assert_int_equal(ex_surface_color(&scene, b, 0, corner, black), 1);
+    assert_int_equal(ex_surface_color(&scene, a, 0, at, white), 1);
+    assert_int_equal(ex_surface_color(&scene, b, 0, at, black), 1);
     assert_near(white[0], 0.74, 1e-6);
     assert_near(black[0], 0.055, 1e-6);
     assert_int_equal(ex_object_material(&scene, a, 0), a->material - 1);
