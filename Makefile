@@ -80,7 +80,7 @@ ifneq ($(HAVE_GLFW),1)
 PROGRAMS := $(filter-out $(BUILD)/viewer,$(PROGRAMS))
 endif
 EXAMPLES := $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/[0-9][0-9]_*.c))
-TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/*.c tests/conformance/*.c tests/golden/*.c tests/gl/*.c))
+TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(foreach d,conformance gl unit golden,$(wildcard tests/$(d)/*.c)))
 REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/fuzz/*.c))
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
 

@@ -1,5 +1,5 @@
-/* csm_builder - libFuzzer target: bytes choose a desc, layers and a mesh; what is built must hold its intervals, verify and
-   open again. */
+/* csm_builder - libFuzzer target: bytes choose a desc, layers and a mesh; what is built must hold its intervals, verify,
+   and open again from a plain and from a packed file. */
 
 #define CSM_IMPLEMENTATION
 #include "csm.h"
@@ -63,7 +63,7 @@ static void check(cohsm_maps *maps, const cohsm_mesh *mesh)
 {
     cohsm_report report;
     if (mesh && cohsm_verify(maps, NULL, mesh, &report) == COHSM_OK && report.wrong) abort();
-    if (!use_maps(maps)) abort();
+    if (!use_maps(maps) || !use_packed(maps)) abort();
     cohsm_free(maps);
 }
 

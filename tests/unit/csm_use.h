@@ -15,7 +15,7 @@ static inline int use_queries(const cohsm_maps *maps, const cohsm_info *info)
     uint32_t self[N];
     cohsm_instance inst[2];
     size_t refused;
-    int i, k, light, filter, one;
+    int i, k, light, filter;
 
     memset(inst, 0, sizeof inst);
     for (k = 0; k < 2; k++) {
@@ -24,40 +24,40 @@ static inline int use_queries(const cohsm_maps *maps, const cohsm_info *info)
         inst[k].transform[12] = info->center[0];
     }
     for (light = 0; light < 4; light++)
-        for (filter = 0; filter < 3; filter++)
-            for (one = 0; one < 2; one++) {
-                cohsm_query q = cohsm_query_default();
-                for (i = 0; i < N; i++) {
-                    self[i] = (uint32_t)(i % 4);
-                    for (k = 0; k < 3; k++) {
-                        int h = i * 37 + k * 101 + light * 7 + filter * 13;
-                        p[i][k] = info->center[k] + info->radius * ((float)(h % 61) / 30.0f - 1.0f);
-                        l[i][k] = (float)(h % 53) / 26.0f - 1.0f;
-                        if (i % 7 == 6) p[i][k] = odd[h % 6];
-                        if (i % 5 == 4) l[i][k] = odd[h % 6];
-                        if (light == COHSM_LIGHT_POSITION) l[i][k] = info->center[k] + 3 * info->radius * l[i][k];
-                        if (light == COHSM_LIGHT_PARAMETER) l[i][k] = 0.5f * l[i][k] + 0.5f;
-                    }
-                    if (light == COHSM_LIGHT_INDEX) {
-                        uint32_t index = (uint32_t)(((uint64_t)(uint32_t)i * 2654435761u % 1000u) * info->map_count / 1000u);
-                        memcpy(l[i], &index, 4);
-                    }
+        for (filter = 0; filter < 3; filter++) {
+            int one = (int)((uint32_t)(light + filter) + info->map_count + info->map_size) & 1;      /* by turns */
+            cohsm_query q = cohsm_query_default();
+            for (i = 0; i < N; i++) {
+                self[i] = (uint32_t)(i % 4);
+                for (k = 0; k < 3; k++) {
+                    int h = i * 37 + k * 101 + light * 7 + filter * 13;
+                    p[i][k] = info->center[k] + info->radius * ((float)(h % 61) / 30.0f - 1.0f);
+                    l[i][k] = (float)(h % 53) / 26.0f - 1.0f;
+                    if (i % 7 == 6) p[i][k] = odd[h % 6];
+                    if (i % 5 == 4) l[i][k] = odd[h % 6];
+                    if (light == COHSM_LIGHT_POSITION) l[i][k] = info->center[k] + 3 * info->radius * l[i][k];
+                    if (light == COHSM_LIGHT_PARAMETER) l[i][k] = 0.5f * l[i][k] + 0.5f;
                 }
-                q.points = p[0];
-                q.lights = l[0];
-                q.light_stride = 12;
-                q.count = N;
-                q.one_light = one;
-                q.light = (cohsm_light)light;
-                q.filter = (cohsm_filter)filter;
-                q.bias = (float)one;
-                q.seed = 3;
-                if (cohsm_visible(maps, &q, v, &refused) == COHSM_OK)
-                    for (i = 0; i < N; i++)
-                        if (!((v[i] >= 0.0f && v[i] <= 1.00001f) || (v[i] < 0.0f && v[i] > -1.00001f))) return 0;
-                q.self = self;
-                (void)cohsm_visible_scene(inst, 2, &q, v, &refused);
+                if (light == COHSM_LIGHT_INDEX) {
+                    uint32_t index = (uint32_t)(((uint64_t)(uint32_t)i * 2654435761u % 1000u) * info->map_count / 1000u);
+                    memcpy(l[i], &index, 4);
+                }
             }
+            q.points = p[0];
+            q.lights = l[0];
+            q.light_stride = 12;
+            q.count = N;
+            q.one_light = one;
+            q.light = (cohsm_light)light;
+            q.filter = (cohsm_filter)filter;
+            q.bias = (float)one;
+            q.seed = 3;
+            if (cohsm_visible(maps, &q, v, &refused) == COHSM_OK)
+                for (i = 0; i < N; i++)
+                    if (!((v[i] >= 0.0f && v[i] <= 1.00001f) || (v[i] < 0.0f && v[i] > -1.00001f))) return 0;
+            q.self = self;
+            (void)cohsm_visible_scene(inst, 2, &q, v, &refused);
+        }
     return 1;
 }
 
@@ -110,6 +110,25 @@ static inline int use_maps(const cohsm_maps *maps)
     }
     free(copy);
     free(depths);
+    return ok;
+}
+
+/* Packed and opened again it is the same block. */
+static inline int use_packed(const cohsm_maps *maps)
+{
+    cohsm_maps *back = NULL;
+    void *data = NULL;
+    size_t size = 0, a, b;
+    int ok;
+
+    if (cohsm_pack(maps, NULL, &data, &size) != COHSM_OK) return 1;      /* out of memory, or 4 GB */
+    ok = cohsm_open(data, size, NULL, &back) == COHSM_OK;
+    if (ok) {
+        const void *p = cohsm_data(maps, &a), *q = cohsm_data(back, &b);
+        ok = a == b && memcmp(p, q, a) == 0;
+    }
+    cohsm_free(back);
+    free(data);
     return ok;
 }
 
