@@ -62,6 +62,7 @@ typedef struct ex_builder {
     ex_mesh   mesh;                    /* the one being built */
     size_t    vertex_room, triangle_room;
     int       with_uvs;                /* room for uvs too, zero until written */
+    int       split;                   /* no smooth normal of a finished mesh may face away from its triangle */
     int       failed;
 } ex_builder;
 

@@ -278,11 +278,27 @@ int ex_smooth_normals(ex_mesh *m)
     return 0;
 }
 
+/* At a sharp edge of a smooth surface the mean normal may face away from a small triangle: its corner then gets a vertex
+   of its own with the triangle's normal. */
+static void split_contrary(ex_builder *b)
+{
+    for (size_t i = 0; i < 3 * (size_t)b->mesh.triangle_count && !b->failed; i++) {
+        const uint32_t *index = b->mesh.indices + i / 3 * 3;
+        v3 p[3], normal = v3_load(b->mesh.normals + 3 * (size_t)index[i % 3]);
+        for (int k = 0; k < 3; k++) p[k] = v3_load(b->mesh.positions + 3 * (size_t)index[k]);
+        v3 face = v3_unit_or(v3_cross(v3_sub(p[1], p[0]), v3_sub(p[2], p[0])), normal);
+        if (v3_dot(face, normal) > 0) continue;
+        uint32_t own = ex_build_vertex(b, p[i % 3], face);
+        if (!b->failed) b->mesh.indices[i] = own;
+    }
+}
+
 uint32_t ex_build_finish(ex_builder *b)
 {
     ex_scene *s = b->scene;
-    if (b->failed || ex_smooth_normals(&b->mesh) != 0 ||
-        ex_grow(&s->meshes, &s->mesh_count, sizeof *s->meshes) != 0) {
+    if (!b->failed) b->failed = ex_smooth_normals(&b->mesh) != 0;
+    if (b->split) split_contrary(b);
+    if (b->failed || ex_grow(&s->meshes, &s->mesh_count, sizeof *s->meshes) != 0) {
         b->failed = 1;
         ex_mesh_free(&b->mesh);
     } else {

@@ -16,6 +16,7 @@ static const builtin builtins[] = {
 static int build(ex_scene *scene, const builtin *recipe, float time)
 {
     ex_builder b = ex_build_begin(scene);
+    b.split = 1;
     recipe->build(&b);
     ex_mesh_free(&b.mesh);
     scene->pose = recipe->pose;
