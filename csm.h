@@ -4626,14 +4626,15 @@ static void cohsm__address(cohsm__tile *t, size_t i)
     t->place[i] = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]) + s.face * m->head.map_count;
 }
 
-/* Directions to LATLONG maps, NEAREST or ROULETTE, a step of samples at a time: cohsm__address, but in loops of constant
-   length without branches or calls, which compilers vectorise at -O2. On x86 they are compiled once more for AVX2.
+/* Directions to LATLONG maps, a step of samples at a time: cohsm__address, but in loops of constant length without
+   branches or calls, which compilers vectorise at -O2. On x86 they are compiled once more for AVX2.
    Step small enough that what one loop leaves, or prefetches, is still in the first-level cache for the next. */
 
 enum { COHSM__STEP = 64 };
 
 typedef struct cohsm__step {
     float jitter[5][COHSM__STEP];       /* of the cell's two dimensions, -, and the pixel's */
+    float at[4][COHSM__STEP];           /* jittered: in the domain, in cells; -, - or in the map, in pixels */
     int32_t cell[2][COHSM__STEP], valid[COHSM__STEP];
     float angle[4][COHSM__STEP];        /* cos phi, sin phi, cos theta, sin theta */
     float right[3][COHSM__STEP], up[3][COHSM__STEP], back[3][COHSM__STEP];
@@ -4673,6 +4674,8 @@ static void cohsm__step_cells(cohsm__step *s, const cohsm__tile *t, size_t first
         v = cohsm__either(v >= 0.0f, v, 0.0f);
         u = cohsm__either(u > top0, top0, u) - 0.5f + s->jitter[0][k];
         v = cohsm__either(v > top1, top1, v) - 0.5f + s->jitter[1][k];
+        s->at[0][k] = u;
+        s->at[1][k] = v;
         c0 = (int32_t)u;
         c1 = (int32_t)v;
         c0 -= (float)c0 > u;
@@ -4727,7 +4730,7 @@ static void cohsm__step_frames(cohsm__step *s, const cohsm_maps *m)
 
 /* cohsm__see, cohsm__pixel and cohsm__compared_depth. Points outside the map, in front of it or not finite get
    COHSM__NO_PIXEL. */
-static void cohsm__step_see(const cohsm__step *s, cohsm__tile *t, size_t first)
+static void cohsm__step_see(cohsm__step *s, cohsm__tile *t, size_t first)
 {
     const cohsm_maps *m = t->maps;
     const float *px = t->point[0] + first, *py = t->point[1] + first, *pz = t->point[2] + first;
@@ -4742,6 +4745,8 @@ static void cohsm__step_see(const cohsm__step *s, cohsm__tile *t, size_t first)
         d = (0.5f - 0.5f * d - bias) * (float)COHSM__HIT_MAX;
         x += s->jitter[3][k] - 0.5f;
         y += s->jitter[4][k] - 0.5f;
+        s->at[2][k] = x;
+        s->at[3][k] = y;
         in = s->valid[k] & (x >= 0.0f) & (x < top) & (y >= 0.0f) & (y < top) & (d >= 0.0f);
         x = in ? x : 0.0f;
         y = in ? y : 0.0f;
@@ -4778,27 +4783,56 @@ static void cohsm__step_places(const cohsm__step *s, cohsm__tile *t, size_t firs
     }
 }
 
-static void cohsm__address_latlong(cohsm__tile *t)
+/* NEAREST takes the cell and pixel round a sample; ROULETTE those round it moved at random by up to a half; PCF all
+   sixteen round it, one for each corner: bits 0 and 1 in the domain, 2 and 3 in the map. */
+static void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t first, uint32_t corner)
+{
+    static const uint32_t dimension[4] = { 0, 1, 3, 4 };
+    cohsm_filter filter = t->query->filter;
+    float same;
+    uint32_t i, d;
+    int k;
+
+    for (i = 0; i < 4; i++) {
+        d = dimension[i];
+        same = filter != COHSM_FILTER_PCF ? 0.5f : corner >> i & 1u ? 1.0f : 0.0f;
+        if (filter == COHSM_FILTER_ROULETTE)
+            for (k = 0; k < COHSM__STEP; k++)
+                s->jitter[d][k] = cohsm__random(t->query->seed, (uint32_t)t->id[first + (size_t)k], d);
+        else for (k = 0; k < COHSM__STEP; k++) s->jitter[d][k] = same;
+    }
+}
+
+/* weight: where not NULL, by what share each sample lies towards the next cell or pixel, in the dimensions of which the
+   corner is the lower one */
+static void cohsm__address_latlong(cohsm__tile *t, uint32_t corner, float (*weight)[COHSM__TILE])
 {
     cohsm__step s;
     size_t first;
-    int k, d, roulette = t->query->filter == COHSM_FILTER_ROULETTE;
+    float x, low;
+    int k, i;
 
     for (first = 0; first < t->count; first += COHSM__STEP) {
-        for (d = 0; d < 5; d++) {
-            if (roulette && d != 2)
-                for (k = 0; k < COHSM__STEP; k++)
-                    s.jitter[d][k] = cohsm__random(t->query->seed, (uint32_t)t->id[first + (size_t)k], (uint32_t)d);
-            else for (k = 0; k < COHSM__STEP; k++) s.jitter[d][k] = 0.5f;
-        }
+        cohsm__step_jitter(&s, t, first, corner);
         cohsm__step_cells(&s, t, first);
         cohsm__step_frames(&s, t->maps);
         cohsm__step_see(&s, t, first);
         cohsm__step_places(&s, t, first);
+        for (i = 0; weight && i < 4; i++) {
+            if (corner >> i & 1u) continue;
+            for (k = 0; k < COHSM__STEP; k++) {
+                x = cohsm__either(fabsf(s.at[i][k]) < 1e6f, s.at[i][k], 0.0f);
+                low = (float)(int32_t)x;
+                weight[i][first + (size_t)k] = x - (low - cohsm__either(low > x, 1.0f, 0.0f));
+            }
+        }
     }
 }
 
-COHSM__FLATTEN static void cohsm__address_portable(cohsm__tile *t) { cohsm__address_latlong(t); }
+COHSM__FLATTEN static void cohsm__address_portable(cohsm__tile *t, uint32_t corner, float (*weight)[COHSM__TILE])
+{
+    cohsm__address_latlong(t, corner, weight);
+}
 
 static void cohsm__search(cohsm__tile *t)
 {
@@ -4917,7 +4951,11 @@ COHSM__FLATTEN static void cohsm__one_light_portable(cohsm__tile *t)
 
 typedef struct cohsm__vec { __m256 x, y, z; } cohsm__vec;
 
-COHSM__TARGET_AVX2 COHSM__FLATTEN static void cohsm__address_avx2(cohsm__tile *t) { cohsm__address_latlong(t); }
+COHSM__TARGET_AVX2 COHSM__FLATTEN static void cohsm__address_avx2(cohsm__tile *t, uint32_t corner,
+                                                                  float (*weight)[COHSM__TILE])
+{
+    cohsm__address_latlong(t, corner, weight);
+}
 
 /* cohsm__list_block, whose block is then prefetched, and cohsm__depth_in_block */
 typedef struct cohsm__found { const uint32_t *at; uint32_t view, sample; } cohsm__found;
@@ -5101,14 +5139,54 @@ COHSM__TARGET_AVX2 static size_t cohsm__load_directions_avx2(cohsm__tile *t)
 
 #endif
 
+/* Looks up one corner of every sample. */
+static void cohsm__run_corner(cohsm__tile *t, uint32_t corner, float (*weight)[COHSM__TILE])
+{
+    size_t i;
+#if COHSM__SIMD
+    if (t->maps->simd) {
+        cohsm__address_avx2(t, corner, weight);
+        cohsm__search_avx2(t);
+        return;
+    }
+#endif
+    for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
+    cohsm__address_portable(t, corner, weight);
+    cohsm__search(t);
+}
+
+/* cohsm__pcf for the whole tile: sums in the same order. */
+static void cohsm__run_pcf(cohsm__tile *t)
+{
+    float weight[4][COHSM__TILE], dark[COHSM__TILE], map[COHSM__TILE], w;
+    uint32_t corner, d;
+    size_t i;
+
+    memset(dark, 0, sizeof dark);
+    for (corner = 0; corner < 16; corner++) {       /* pixels fastest: turned, the low two bits are the pixel's */
+        uint32_t turned = corner >> 2 | (corner & 3u) << 2;
+        cohsm__run_corner(t, turned, weight);
+        for (i = 0; i < t->count; i++) {
+            w = 1.0f;
+            for (d = 2; d < 4; d++) w *= turned >> d & 1u ? weight[d][i] : 1.0f - weight[d][i];
+            map[i] = (corner & 3u ? map[i] : 0.0f) + w * (1.0f - t->visible[i]);
+            if ((corner & 3u) < 3) continue;
+            w = 1.0f;
+            for (d = 0; d < 2; d++) w *= turned >> d & 1u ? weight[d][i] : 1.0f - weight[d][i];
+            dark[i] += w * map[i];
+        }
+    }
+    for (i = 0; i < t->count; i++) t->visible[i] = cohsm__lit_of(dark[i]);
+}
+
 /* 0 where the samples are of a kind that is treated one by one. */
 static int cohsm__run_steps(cohsm__tile *t)
 {
     const cohsm_maps *m = t->maps;
-    int nearest = t->query->filter == COHSM_FILTER_NEAREST, shared = t->one_light && nearest, simd = 0;
+    int shared = t->one_light && t->query->filter == COHSM_FILTER_NEAREST;
     size_t i;
 
-    if (t->query->filter == COHSM_FILTER_PCF || t->query->light != COHSM_LIGHT_DIRECTION) return 0;
+    if (t->query->light != COHSM_LIGHT_DIRECTION) return 0;
     if (shared ? !cohsm__usable(cohsm__tile_light(t, 0)) : m->head.domain != COHSM_DOMAIN_LATLONG) return 0;
     for (i = t->count; i % COHSM__STEP; i++) {      /* what the last step has too much */
         t->point[0][i] = t->point[1][i] = t->point[2][i] = 0.0f;
@@ -5119,20 +5197,12 @@ static int cohsm__run_steps(cohsm__tile *t)
         t->light[1][i] = t->light[1][0];
         t->light[2][i] = t->light[2][0];
     }
+    if (t->query->filter == COHSM_FILTER_PCF) cohsm__run_pcf(t);
+    else if (!shared) cohsm__run_corner(t, 0, NULL);
 #if COHSM__SIMD
-    simd = m->simd;
-    if (simd && shared) cohsm__one_light_avx2(t);
-    else if (simd) {
-        cohsm__address_avx2(t);
-        cohsm__search_avx2(t);
-    }
+    else if (m->simd) cohsm__one_light_avx2(t);
 #endif
-    if (simd) return 1;
-    if (shared) cohsm__one_light_portable(t);
-    else {
-        cohsm__address_portable(t);
-        cohsm__search(t);
-    }
+    else cohsm__one_light_portable(t);
     return 1;
 }
 
