@@ -103,6 +103,8 @@ static int measure(const ex_scene *scene, rd_job *job, rd_emitter **emitters, ch
 static int finish(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args *args, char *error)
 {
     int has_light, ground;
+    for (uint32_t i = 0; i < scene->material_count && rd_setting_is(&args->settings, "emitters", "0"); i++)
+        memset(scene->materials[i].emission, 0, sizeof scene->materials[i].emission);
     if (measure(scene, job, emitters, error) != 0)
         return -1;
     ground = rd_setting_is(&args->settings, "ground", "auto") ? !scene->has_camera && job->emitter_count == 0

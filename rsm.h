@@ -1,0 +1,3487 @@
+/* rsm.h - v1.0.0 - reflective shadow maps: one bounce of light from the texels of a shadow map - MIT-0 OR Unlicense
+
+   What it does
+
+   A shadow map that stores position, normal and reflected flux knows every surface that one bounce of its light can come
+   from. After Dachsbacher and Stamminger, "Reflective Shadow Maps", I3D 2005: this header fills such maps from your
+   renderer's buffers or from triangles, picks pixel lights from them, and gathers their light at points, per pixel with
+   interpolation or a filter, or per vertex. Flux, weights and units are exact where the paper was not; docs/rsm.md says
+   where.
+
+   What it does not do
+
+   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. An occlusion factor
+     for each point (ambient occlusion) is taken as input; ism.h has real shadows.
+   - One bounce only. No rendering of pictures, no threads of its own, no file access.
+
+   Quick start
+
+   In exactly one source file write the define; everywhere else include the header alone.
+
+       #define RSM_IMPLEMENTATION
+       #include "rsm.h"
+       #include <stdio.h>
+
+       int main(void)
+       {
+           static const float corners[] = { -1, 0, -1,  1, 0, -1,  1, 0, 1,  -1, 0, 1 };   // a floor, two units wide
+           static const uint32_t triangles[] = { 0, 2, 1,  0, 3, 2 };
+           const float above[3] = { 0, 1, 0 }, down[3] = { 0, -1, 0 };
+           rsm_desc desc = { 0 };
+           rsm_mesh mesh = { 0 };
+           rsm_gather_desc gather = { 0 };
+           rsm_points points = { 0 };
+           rsm_map *map;
+           float e[3];
+
+           desc.light.direction[1] = 1;                     // the sun stands above
+           desc.light.value[0] = desc.light.value[1] = desc.light.value[2] = 1;
+           desc.light.radius = 1;                           // and its map covers the floor
+           mesh.positions = corners;
+           mesh.vertex_count = 4;
+           mesh.indices = triangles;
+           mesh.index_count = 6;
+           mesh.albedo[0] = mesh.albedo[1] = mesh.albedo[2] = 0.5f;
+           if (rsm_map_create(&desc, &map) != RSM_OK) return 1;
+           if (rsm_rasterize(map, &mesh, 1) != RSM_OK || rsm_finish(map, NULL) != RSM_OK) return 1;
+           points.count = 1;
+           points.positions = above;
+           points.normals = down;
+           if (rsm_gather((const rsm_map *const *)&map, 1, &gather, &points, e, NULL) != RSM_OK) return 1;
+           printf("irradiance from the floor: %.3f, exact 0.277\n", (double)e[0]);
+           rsm_map_free(map);
+           return !(e[0] > 0.27f && e[0] < 0.285f);
+       }
+
+   Conventions
+
+   Right-handed; matrices are column-major float[16]; distances in your units, angles in radians; directions have unit
+   length. Irradiance W/m^2, intensity W/sr, flux W. Linear colours: three floats.
+
+     map        what one light sees: 1 face, or the faces of a cube: 5 about a patch's normal, 6 about a point
+     texel      one pixel of a face, row by row, row 0 at the bottom (v = 0); also a pixel light: flux leaves it along
+                its normal as from a diffuse surface, I = flux / pi cos
+     receiver   a point that is lit by pixel lights; irradiance is written, so multiply by albedo / pi
+     pattern    where a receiver takes its samples: texels about its own projection, or texels chosen by flux
+
+   How it works
+
+     rsm_map_create -> rsm_fill (your buffers) or rsm_rasterize (triangles), each face -> rsm_finish
+       -> rsm_direct         direct light of receivers by the same map
+       -> rsm_gather         bounced light of any receivers
+       -> rsm_interpolate    the same for a picture: a coarse grid, refined where it does not do
+       -> rsm_filter_apply   the same from few samples: over frames and over neighbours
+       -> rsm_pixel_lights, rsm_cluster -> rsm_gather_list: one list of lights for all
+
+   A map takes 56 bytes a texel (48 of them rsm_texel), a list of lights 48 bytes each, a gather 44 bytes a light in
+   scratch, interpolation 5 bytes a pixel, the filter 80 bytes a pixel. The knobs, and what each trades:
+
+     samples    fewer: banding (list and unrotated patterns) or noise (noise, interleave)
+     pattern    FLUX is best on the whole; LOG_RADIAL where the light near a corner matters most
+     offset     pixel lights move below their surface: tames corners, darkens them too (docs/rsm.md has the curve)
+     near_limit the same by a bound on each light; what is lost is counted
+     size       fewer texels: blurred sources, spotted corners
+
+   Configuration
+
+     RSM_IMPLEMENTATION   in one source file: compiles the code
+     RSM_STATIC           everywhere it is included: a private copy, all functions static
+     RSM_DEF              everywhere: your own linkage instead
+     RSM_NO_SIMD          with the implementation: portable code only (results are the same to the bit)
+     RSM_ASSERT(x)        with the implementation: in place of assert
+
+   Memory, errors, threads, determinism
+
+   All memory comes from the allocator in the desc, called from the thread that called us. Every function that can fail
+   returns an rsm_result; where it is not RSM_OK, outputs are untouched (where a contract does not say otherwise) and
+   nothing leaks. No globals: finished maps may be used from any number of threads; a map being filled and a filter belong
+   to one at a time. Same input, same bytes, on every compiler, processor, byte order and thread count (not with x87
+   arithmetic, nor with clang's -ffast-math).
+
+   Cost: docs/rsm.md and build/bench rsm_gather.   History: CHANGELOG.md.   Licence: end of this file. */
+#ifndef RSM_H
+#define RSM_H
+
+#define RSM_VERSION 10000 /* major * 10000 + minor * 100 + patch */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef RSM_DEF
+#ifdef RSM_STATIC
+#define RSM_DEF static inline
+#else
+#define RSM_DEF extern
+#endif
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- results ---- */
+
+#define RSM_RESULTS(X)                                                                                       \
+    X(RSM_OK, "ok")                                                                                          \
+    X(RSM_ERR_ARGUMENT, "an argument is NULL, zero, not finite or out of range")                             \
+    X(RSM_ERR_DESC, "a desc field is out of range")                                                          \
+    X(RSM_ERR_INPUT, "a mesh or buffer cannot be used")                                                      \
+    X(RSM_ERR_ALLOC, "the allocator returned no memory")                                                     \
+    X(RSM_ERR_MEMORY, "the caller's buffer is too small or misaligned")                                      \
+    X(RSM_ERR_LIMIT, "a size overflows or passes a limit")                                                   \
+    X(RSM_ERR_CANCELLED, "cancelled by the progress callback")                                               \
+    X(RSM_ERR_ORDER, "the map is not finished, or is already")
+
+typedef enum rsm_result {
+#define RSM__ENUM(name, text) name,
+    RSM_RESULTS(RSM__ENUM)
+#undef RSM__ENUM
+    RSM_RESULT_COUNT
+} rsm_result;
+
+RSM_DEF const char *rsm_result_text(rsm_result result);
+/* A constant string for any value, "unknown result" beyond the list. */
+
+/* ---- memory, threads, progress: the caller's ---- */
+
+typedef struct rsm_allocator {      /* all zero = malloc and free; else both functions */
+    void *(*alloc_fn)(size_t size, void *user);   /* 16-byte aligned like malloc, or NULL */
+    void (*free_fn)(void *memory, void *user);
+    void *user;
+} rsm_allocator;
+
+typedef void (*rsm_task)(void *context, size_t index);
+typedef void (*rsm_parallel_for)(void *user, size_t count, rsm_task task, void *context);
+/* Must call task(context, i) once for each i < count, in any order and on any threads, and return when all are done. */
+
+typedef int (*rsm_progress)(void *user, float fraction);
+/* Called between steps, from the thread that called us, fraction 0..1 never falling; not 0 cancels. */
+
+typedef struct rsm_system {         /* all zero: malloc, this thread alone, no progress */
+    rsm_allocator    allocator;
+    rsm_parallel_for parallel_for;
+    void            *parallel_user;
+    rsm_progress     progress;
+    void            *progress_user;
+} rsm_system;
+
+/* ---- maps ---- */
+
+typedef enum rsm_light_kind {
+    RSM_LIGHT_DEFAULT,              /* = RSM_LIGHT_SUN */
+    RSM_LIGHT_SUN,                  /* parallel light; the map is a square of side 2 radius about position */
+    RSM_LIGHT_SPOT,                 /* uniform intensity in a hard circular cone; above 2 rad the map is a cube */
+    RSM_LIGHT_SQUARE_SPOT,          /* uniform intensity in a square pyramid: the whole map; below 2 rad */
+    RSM_LIGHT_POINT,                /* uniform intensity all round: cube */
+    RSM_LIGHT_PATCH,                /* small piece of a diffuse emitter, I cos: half a cube. Several make an area light */
+    RSM_LIGHT_KIND_COUNT
+} rsm_light_kind;
+
+typedef struct rsm_light {
+    rsm_light_kind kind;
+    float position[3];              /* sun: centre of what its map covers */
+    float direction[3];             /* unit. Sun: towards it; spot: out of the lamp; patch: its normal; point: unused */
+    float up[3];                    /* which way v grows; 0 0 0 = +Y, or +Z where direction is near it */
+    float value[3];                 /* sun: irradiance facing it; spot, point: intensity; patch: that along its normal,
+                                       radiance x area. 0..1e12 */
+    float radius;                   /* sun: half side of the map, world units, > 0 */
+    float cone_angle;               /* spot: full apex angle, above 0, at most 6.28; square: between opposite sides */
+    float near_depth, far_depth;    /* depths that the map holds. 0 0 = -radius..radius (sun), 0.001..1000 (others) */
+} rsm_light;
+
+typedef struct rsm_texel {          /* and a pixel light: 48 bytes */
+    float    position[3];           /* of the surface at the texel's centre */
+    float    depth;                 /* along the face's axis; sun: from position. RSM_FAR: nothing there */
+    float    normal[3];             /* unit */
+    uint32_t material;              /* index into rsm_gather_desc.materials, 0 = none */
+    float    flux[3];               /* reflected: light through the texel x albedo */
+    float    area;                  /* of surface that the texel stands for; 0 = unknown */
+} rsm_texel;
+
+#define RSM_FAR 3.0e38f
+
+typedef struct rsm_desc {
+    rsm_light  light;
+    uint32_t   size;                /* texels a side of a face, 4..4096; 0 = 512, cubes 256 */
+    int        clip_zero_to_one;    /* clip depth of rsm_map_matrix and of fill: 0 = -1..1 (GL), 1 = 0..1 (D3D, Vulkan) */
+    int        y_down;              /* 1: clip y points down, and row 0 of your buffers is the top (Vulkan, D3D) */
+    rsm_system system;
+} rsm_desc;                         /* zero it, then set what you care about */
+
+typedef struct rsm_map rsm_map;
+
+RSM_DEF size_t rsm_map_size(const rsm_desc *desc);
+/* Bytes of a map: 56 a texel, 8 a row and 1 KB at most. 0: the desc is refused. */
+
+RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t size, rsm_map **out);
+/* An empty map inside memory of yours: rsm_map_size(desc) bytes, 16-byte aligned, which must outlive *out. Nothing is
+   allocated; for the next frame call it again on the same memory.
+   Errors   RSM_ERR_DESC, RSM_ERR_ARGUMENT (NULL), RSM_ERR_MEMORY */
+
+RSM_DEF rsm_result rsm_map_create(const rsm_desc *desc, rsm_map **out);
+/* The same in memory of the desc's allocator. rsm_map_free gives it back. */
+
+RSM_DEF void rsm_map_free(rsm_map *map);
+/* Accepts NULL, and maps of rsm_map_init, which it leaves alone. */
+
+RSM_DEF uint32_t rsm_map_faces(const rsm_map *map);   /* 1, 5 or 6 */
+RSM_DEF uint32_t rsm_map_side(const rsm_map *map);    /* texels a side */
+
+RSM_DEF const rsm_texel *rsm_map_texels(const rsm_map *map);
+/* faces x size x size texels, as they are at this moment. */
+
+RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world_to_clip[16]);
+/* What to render face with. Faces of a cube: forward, right, left, up, down, back in the frame of direction and up. */
+
+RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uint32_t *face, float uv[2],
+                                   float *depth);
+/* Where the light sees a point: uv in 0..1 where it lies inside the face; depth as in rsm_texel. depth <= 0 and a
+   perspective map: behind it, uv is the middle. */
+
+typedef struct rsm_buffers {        /* one face as your renderer drew it; size rows of size pixels, tightly packed rows */
+    const float   *positions;       size_t position_stride;  /* world; strides are bytes a pixel, multiples of 4, 0 = 12 */
+    const float   *depth;           size_t depth_stride;     /* of a depth buffer, 0..1; 0 = 4. Used where positions is
+                                                                NULL; else, where not NULL, only 1 marks background */
+    const float   *normals;         size_t normal_stride;    /* world; made unit. 0 0 0 marks background */
+    const float   *albedo;          size_t albedo_stride;    /* linear reflectance */
+    const uint8_t *albedo_srgb;     size_t srgb_stride;      /* or 8-bit sRGB; 0 = 4 bytes a pixel */
+    const uint32_t *materials;      size_t material_stride;  /* NULL: none; 0 = 4 */
+} rsm_buffers;
+
+RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buffers);
+/* Pixels with a value that is not finite or a negative albedo become empty and are counted.
+   Errors   RSM_ERR_ARGUMENT (NULL, face, stride, neither positions nor depth), RSM_ERR_ORDER (finished) */
+
+typedef struct rsm_mesh {
+    const float    *positions;      /* x, y, z of each vertex */
+    size_t          vertex_count;
+    size_t          vertex_stride;  /* bytes, a multiple of 4, >= 12; 0 = 12 */
+    const uint32_t *indices;        /* three to a triangle; NULL = 0, 1, 2, ... */
+    size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
+    const float    *transform;      /* object to world, affine; NULL = none */
+    float           albedo[3];      /* linear, where surface_fn is NULL */
+    uint32_t        material;       /* of its texels */
+    int             has_holes;      /* 1: surface_fn is asked for every pixel drawn, else for the visible ones */
+    int           (*surface_fn)(void *user, const struct rsm_mesh *mesh, uint32_t triangle, const float weights[3],
+                                float albedo[3]);
+    /* Linear albedo of a point of a triangle by the weights of its corners; returns 0 for a hole. Called on any thread. */
+    void           *user;
+    uint32_t        taps;           /* surface_fn is averaged over taps x taps points of a texel: textures finer than
+                                       texels neither flicker nor lose energy. 1..16, 0 = 1 */
+} rsm_mesh;
+
+RSM_DEF rsm_result rsm_rasterize(rsm_map *map, const rsm_mesh *meshes, size_t mesh_count);
+/* Draws triangles into all faces, both sides, normals of the faces turned towards the light. Replaces what was there.
+   Degenerate triangles and ones with a vertex not finite are skipped and counted.
+   Errors   RSM_ERR_ARGUMENT, RSM_ERR_INPUT (index, counts), RSM_ERR_LIMIT (2^32 triangles), RSM_ERR_ALLOC,
+            RSM_ERR_CANCELLED; the map is then empty
+   Cost     scratch of 8 bytes a triangle and 4 a texel of one face */
+
+typedef struct rsm_stats {
+    uint64_t lit_texels;            /* with flux */
+    uint64_t bad_texels;            /* not finite, negative or above 1e18: empty */
+    uint64_t skipped_triangles;
+    double   incident[3];           /* flux that falls on texels with a surface */
+    double   reflected[3];          /* sum of flux */
+} rsm_stats;
+
+RSM_DEF rsm_result rsm_finish(rsm_map *map, rsm_stats *stats);
+/* Ends filling; the map may be used from then on. stats may be NULL. */
+
+/* ---- direct light by the same map ---- */
+
+typedef struct rsm_points {         /* strides in bytes, multiples of 4; 0 = 12 (occlusion 4) */
+    size_t          count;
+    const float    *positions;      size_t position_stride;    /* world */
+    const float    *normals;        size_t normal_stride;      /* unit; 0 0 0: no receiver, its result is 0 */
+    const float    *occlusion;      size_t occlusion_stride;   /* factor of each result, 0..1; NULL = 1 */
+    uint32_t        width;          /* of the picture that the points are, row by row; 0 = no picture */
+    const uint32_t *indices;        /* only these points, each once; count is their number then; NULL = all */
+    size_t          index_count;
+} rsm_points;
+
+typedef struct rsm_direct_desc {
+    uint32_t   taps;                /* percentage-closer filter: taps x taps texels, 1..15; 0 = 2, bilinear */
+    float      bias;                /* texels, towards the light; >= 0. 0 really is none */
+    float      slope_bias;          /* texels for each unit of the slope against the light, up to a slope of 10; >= 0 */
+    int        add;                 /* 1: results are added to what is there */
+    rsm_system system;
+} rsm_direct_desc;
+
+RSM_DEF rsm_direct_desc rsm_direct_default(void);     /* taps 2, bias 0.5, slope_bias 1 */
+
+RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, const rsm_points *points,
+                              float *irradiance);
+/* Irradiance of the light itself, shadowed by the map: 3 floats a point, indexed as the points. occlusion is not used.
+   Points that are outside the map or not finite: outside is lit by a sun, dark otherwise. */
+
+/* ---- bounced light ---- */
+
+typedef enum rsm_pattern {
+    RSM_PATTERN_DEFAULT,            /* = RSM_PATTERN_FLUX */
+    RSM_PATTERN_FLUX,               /* texels in proportion to flux, the same for all receivers */
+    RSM_PATTERN_EQUATION3,          /* the paper's: about the receiver's projection, density 1/r */
+    RSM_PATTERN_LOG_RADIAL,         /* density 1/r^2 from r_min out, a uniform disc inside it */
+    RSM_PATTERN_POISSON,            /* uniform disc with a least distance; 4096 samples at most */
+    RSM_PATTERN_LOW_DISCREPANCY,    /* uniform disc, a (0, 2)-sequence */
+    RSM_PATTERN_COUNT
+} rsm_pattern;
+
+typedef struct rsm_material {       /* Phong lobe beside the diffuse flux, energy bounded by specular */
+    float specular[3];              /* 0..1 */
+    float exponent;                 /* 0..1e4 */
+} rsm_material;
+
+typedef struct rsm_gather_desc {
+    rsm_pattern pattern;
+    uint32_t    samples;            /* of each receiver and map, 1..2^20; 0 = every texel, whatever the pattern */
+    int         paper_weights;      /* EQUATION3: 1 = xi^2, normalised, as the paper has it; biased (T26) */
+    float       r_max;              /* radius of the pattern in sides of the map; above 0: samples outside the map count
+                                       as dark, and what lies beyond is lost. 0: each ray ends at the map's border.
+                                       Cubes: sine of half the angle, 1 = all round */
+    float       r_min;              /* LOG_RADIAL: share of the radius, below 1; 0 = 1/32 */
+    float       offset;             /* world units: pixel lights move along -normal; >= 0 (section 3.2) */
+    float       clamp;              /* bound on cos cos / d^2, 1 / unit^2; 0 = none */
+    float       near_limit;         /* bound on a light's irradiance, in its own radiosity (1 is what an infinite wall
+                                       gives); 0 = none. Uses texel areas x weights */
+    uint32_t    seed;               /* another seed, another choice of samples */
+    const float *noise;             /* noise_side^2 floats in 0..1, tiled over the picture: turns the pattern of each pixel
+                                       (not FLUX). rsm_blue_noise makes one */
+    uint32_t    noise_side;
+    uint32_t    interleave;         /* k: pixel (x, y) takes set x % k + k (y % k) of k k sets that share the samples;
+                                       1, 2, 4, 8; 0 = 1. rsm_filter_apply with log2 k passes puts them together */
+    const rsm_material *materials;  /* NULL: all diffuse. Texels with material m use materials[m - 1] */
+    uint32_t    material_count;
+    int         add;                /* 1: results are added to what is there: several lists, light maps */
+    rsm_system  system;
+} rsm_gather_desc;
+
+typedef struct rsm_gather_stats {
+    uint64_t evaluated;             /* receivers that were gathered for */
+    uint64_t pairs;                 /* of receiver and pixel light */
+    uint64_t bad_points;            /* not finite or beyond 1e9: result 0 */
+    double   clamped_share;         /* light lost by clamp and near_limit / light without them, channels together */
+    double   outside_share;         /* flux beyond r_max, mean over receivers (64 of them are looked at) */
+} rsm_gather_stats;
+
+RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count, const rsm_gather_desc *desc,
+                              const rsm_points *points, float *irradiance, rsm_gather_stats *stats);
+/* Irradiance from all maps' texels: 3 floats a point, indexed as the points. stats may be NULL; with it a clamp costs a
+   fifth more. Nothing is written where the result is not RSM_OK, but RSM_ERR_CANCELLED may leave some points done.
+   Errors   RSM_ERR_ARGUMENT, RSM_ERR_DESC, RSM_ERR_ORDER (a map is not finished), RSM_ERR_ALLOC, RSM_ERR_CANCELLED
+   Cost     receivers x maps x samples, about 1 ns a pair (FLUX), 5 ns (patterns about the receiver) */
+
+RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const rsm_gather_desc *desc,
+                                   const rsm_points *points, float *irradiance, rsm_gather_stats *stats);
+/* The same from a list of pixel lights of any origin. pattern, samples, r_max, seed, noise and materials are not used;
+   area is used by near_limit. */
+
+RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t samples, uint32_t seed,
+                                    rsm_texel *lights, size_t capacity, size_t *count);
+/* Lights that stand for whole maps: samples of each map in proportion to flux, flux and area scaled; 0 = every lit texel.
+   count     written on RSM_OK and RSM_ERR_MEMORY: lights needed; lights may be NULL with capacity 0 to ask */
+
+RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint32_t cluster_count,
+                               const rsm_system *system, rsm_texel *clusters, size_t *count);
+/* Groups lights into at most cluster_count area lights: flux and area are sums, position and normal means by flux.
+   clusters  room for cluster_count; *count of them are written, without flux none
+   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ALLOC (4 bytes a light, 80 a cluster). system may be NULL */
+
+RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, float r_min, int paper_weights,
+                                     uint32_t seed, float *points);
+/* The pattern in the unit disc: x, y and weight of each sample; the mean of f over the disc is sum(weight f) / pi.
+   points    3 floats each
+   Errors    RSM_ERR_ARGUMENT (pattern FLUX, samples 0 or above 2^20, POISSON above 4096, r_min not in 0..1) */
+
+RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system *system, float *values);
+/* side^2 values (i + 0.5) / side^2, each once, by void and cluster (Ulichney 1993), which tile. side 4..64: O(side^4).
+   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ALLOC (4 bytes a value) */
+
+/* ---- pictures: interpolation, or few samples and a filter ---- */
+
+typedef struct rsm_interpolation {
+    uint32_t step;                  /* pixels between samples of the coarse grid, a power of two, 2..64; 0 = 8 */
+    uint32_t levels;                /* grids tried, each of half the step, before pixels are evaluated one by one; 0 = all;
+                                       1 = the paper */
+    float    normal_cosine;         /* of a sample's normal against the pixel's at least this; 0 = 0.95 */
+    float    plane_slope;           /* a sample lies off the pixel's plane at most this times its distance; 0 = 0.1 */
+    float    distance;              /* world units, at most this far; 0 = no limit */
+    float    contrast;              /* largest difference of the samples / their mean; above it the grid is refined. 0 =
+                                       0.1; negative = not asked, as in the paper */
+    uint8_t *mask;                  /* NULL, or one byte a pixel: 0 none, 1 interpolated, 2 evaluated */
+} rsm_interpolation;
+
+RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count, const rsm_gather_desc *desc,
+                                   const rsm_interpolation *interpolation, const rsm_points *points, float *irradiance,
+                                   rsm_gather_stats *stats);
+/* rsm_gather for a picture (points->width, no indices), most pixels by interpolation between 3 or 4 samples of a grid
+   that look alike (section 4); only what is left is evaluated. stats->evaluated / pixels is the share that was.
+   desc->noise and interleave must be off, and add too: RSM_ERR_DESC. interpolation may be NULL. */
+
+typedef struct rsm_filter rsm_filter;
+
+RSM_DEF rsm_result rsm_filter_create(uint32_t width, uint32_t height, const rsm_system *system, rsm_filter **out);
+RSM_DEF void       rsm_filter_free(rsm_filter *filter);      /* accepts NULL */
+RSM_DEF void       rsm_filter_reset(rsm_filter *filter);     /* forgets the frames before */
+
+typedef struct rsm_filter_desc {
+    const float *view_projection;   /* world to clip of this frame, for the next one; NULL: neither is reprojected, the
+                                       frame starts anew */
+    const float *motion;            /* NULL, or for each pixel where its surface was: x, y in pixels of the last frame */
+    int      y_up;                  /* row 0 of the picture is 0 the top, 1 the bottom */
+    uint32_t history;               /* frames that count at most: a static light reaches 1 / history of the noise's
+                                       variance, a moving one lags by as many. 0 = 8; 1 = none */
+    uint32_t passes;                /* a-trous passes over neighbours, steps 1, 2, 4, ..; 0..6 */
+    float    normal_cosine;         /* 0 = 0.9 */
+    float    plane_slope;           /* 0 = 0.1 */
+} rsm_filter_desc;
+
+RSM_DEF rsm_result rsm_filter_apply(rsm_filter *filter, const rsm_filter_desc *desc, const rsm_points *points,
+                                    const float *irradiance, float *out);
+/* Temporal accumulation with reprojection, then passes of the kernel 1 2 1 by 1 2 1 that stop at edges of normals and
+   planes. Two passes average 4 x 4 interleaved sets with equal weights, three 8 x 8.
+   points    the picture: width x height receivers, no indices
+   out       3 floats a pixel; may be irradiance */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* RSM_H */
+
+/* ==== implementation ============================================================================================== */
+
+#if defined(RSM_IMPLEMENTATION) && !defined(RSM_IMPLEMENTED)
+#define RSM_IMPLEMENTED
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifndef RSM_ASSERT
+#include <assert.h>
+#define RSM_ASSERT(condition) assert(condition)
+#endif
+
+#ifdef RSM_NO_SIMD
+#define RSM__NO_SIMD
+#endif
+
+/* >>> shared fp_begin mem v3 trig rng lds cpu: written by tools/stamp from src/shared, edit there */
+
+/* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
+
+/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
+   clang within expressions. gcc also forgets errno for sqrtf, which would keep it from being inlined and vectorised.
+   A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
+   stay within tolerance but not equal to the bit. */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__) && !defined(__TINYC__)
+#pragma GCC push_options
+#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-fno-trapping-math")
+#elif defined(_MSC_VER)
+#pragma fp_contract(off)
+#endif
+
+/* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
+
+typedef struct rsm__allocator {
+    void *(*alloc_fn)(size_t size, void *user);
+    void (*free_fn)(void *memory, void *user);
+    void *user;
+} rsm__allocator;
+
+static inline void *rsm__default_alloc(size_t size, void *user)
+{
+    (void)user;
+    return malloc(size);
+}
+
+static inline void rsm__default_free(void *memory, void *user)
+{
+    (void)user;
+    free(memory);
+}
+
+/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+static inline int rsm__mul_size(size_t a, size_t b, size_t *out)
+{
+    if (b != 0 && a > SIZE_MAX / b) return 0;
+    *out = a * b;
+    return 1;
+}
+
+static inline int rsm__add_size(size_t a, size_t b, size_t *out)
+{
+    if (a > SIZE_MAX - b) return 0;
+    *out = a + b;
+    return 1;
+}
+
+/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+static inline int rsm__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
+{
+    return (alloc_fn == NULL) == (free_fn == NULL);
+}
+
+static inline rsm__allocator rsm__allocator_make(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *),
+                                           void *user)
+{
+    rsm__allocator a;
+    a.alloc_fn = alloc_fn && free_fn ? alloc_fn : rsm__default_alloc;
+    a.free_fn = alloc_fn && free_fn ? free_fn : rsm__default_free;
+    a.user = user;
+    return a;
+}
+
+/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+static inline void *rsm__alloc(const rsm__allocator *a, size_t size)
+{
+    return size ? a->alloc_fn(size, a->user) : NULL;
+}
+
+static inline void *rsm__alloc_array(const rsm__allocator *a, size_t count, size_t item_size)
+{
+    size_t size;
+    return rsm__mul_size(count, item_size, &size) ? rsm__alloc(a, size) : NULL;
+}
+
+static inline void rsm__free(const rsm__allocator *a, void *memory)
+{
+    if (memory) a->free_fn(memory, a->user);
+}
+
+/* unit v3: three floats */
+
+/* tcc 0.9.27 stores a returned struct of 12 bytes as 16, over the caller's next variable. */
+typedef struct rsm__v3 {
+    float x, y, z;
+#ifdef __TINYC__
+    float unused;
+#endif
+} rsm__v3;
+
+static inline rsm__v3 rsm__v3_make(float x, float y, float z)
+{
+    rsm__v3 v;
+    v.x = x;
+    v.y = y;
+    v.z = z;
+    return v;
+}
+
+static inline rsm__v3 rsm__v3_load(const float *p) { return rsm__v3_make(p[0], p[1], p[2]); }
+static inline void rsm__v3_store(float *p, rsm__v3 v) { p[0] = v.x; p[1] = v.y; p[2] = v.z; }
+
+static inline rsm__v3 rsm__v3_add(rsm__v3 a, rsm__v3 b)
+{
+    return rsm__v3_make(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+
+static inline rsm__v3 rsm__v3_sub(rsm__v3 a, rsm__v3 b)
+{
+    return rsm__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+static inline rsm__v3 rsm__v3_mul(rsm__v3 a, rsm__v3 b)
+{
+    return rsm__v3_make(a.x * b.x, a.y * b.y, a.z * b.z);
+}
+
+static inline rsm__v3 rsm__v3_scale(rsm__v3 a, float s)
+{
+    return rsm__v3_make(a.x * s, a.y * s, a.z * s);
+}
+
+/* a + b s */
+static inline rsm__v3 rsm__v3_madd(rsm__v3 a, rsm__v3 b, float s)
+{
+    return rsm__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
+}
+
+static inline float rsm__v3_dot(rsm__v3 a, rsm__v3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline float rsm__v3_length(rsm__v3 a)
+{
+    return sqrtf(rsm__v3_dot(a, a));
+}
+
+static inline rsm__v3 rsm__v3_cross(rsm__v3 a, rsm__v3 b)
+{
+    return rsm__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+static inline rsm__v3 rsm__v3_min(rsm__v3 a, rsm__v3 b)
+{
+    return rsm__v3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
+}
+
+static inline rsm__v3 rsm__v3_max(rsm__v3 a, rsm__v3 b)
+{
+    return rsm__v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
+}
+
+/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
+   The zero vector stays zero. */
+static inline rsm__v3 rsm__v3_normalize(rsm__v3 a)
+{
+    float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
+    m = m > z ? m : z;
+    if (!(m > 0.0f)) return rsm__v3_make(0.0f, 0.0f, 0.0f);
+    if (m < 1e-30f) {
+        a = rsm__v3_scale(a, 1e30f);
+        m *= 1e30f;
+    }
+    a = rsm__v3_make(a.x / m, a.y / m, a.z / m);
+    m = rsm__v3_length(a);
+    return rsm__v3_make(a.x / m, a.y / m, a.z / m);
+}
+
+/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+static inline int rsm__finite(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (bits & 0x7f800000u) != 0x7f800000u;
+}
+
+static inline int rsm__v3_finite(rsm__v3 a)
+{
+    return rsm__finite(a.x) && rsm__finite(a.y) && rsm__finite(a.z);
+}
+
+/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
+   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+static inline void rsm__v3_basis(rsm__v3 n, rsm__v3 *b1, rsm__v3 *b2)
+{
+    float s = n.z >= 0.0f ? 1.0f : -1.0f;
+    float a = -1.0f / (s + n.z), b = n.x * n.y * a;
+    *b1 = rsm__v3_make(1.0f + s * n.x * n.x * a, s * b, -s * n.x);
+    *b2 = rsm__v3_make(b, s + n.y * n.y * a, -n.y);
+}
+
+/* unit trig: elementary functions with the same bits on every machine */
+
+/* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
+   Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
+   them vectorise at SSE2 level; exp, log and pow work in double inside. Largest errors against the double functions,
+   all float arguments or a dense set tried (tests/unit/shared_test.c):
+       sin cos   1e-7 absolute, |x| <= 8192       asin acos  3e-7 absolute       atan2   4e-7 absolute, 3 ulp
+       exp log pow   1 ulp
+   Out of range or NaN is clamped into the range, so that nothing here is undefined or returns NaN. */
+
+static inline float rsm__from_bits(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static inline uint32_t rsm__to_bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* |x| with the sign bit of s; s = -0 counts as negative. */
+static inline float rsm__copysign(float x, float s)
+{
+    return rsm__from_bits((rsm__to_bits(x) & 0x7fffffffu) | (rsm__to_bits(s) & 0x80000000u));
+}
+
+/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
+static inline void rsm__sincos(float x, float *sine, float *cosine)
+{
+    float t, r, z, s, c, a, b;
+    int32_t k;
+
+    t = x > -8192.0f ? x : -8192.0f;
+    t = t < 8192.0f ? t : 8192.0f;
+    k = (int32_t)(t * 0.636619772f + (t < 0.0f ? -0.5f : 0.5f));
+    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) - (float)k * 7.5497899548918822e-8f;
+    z = r * r;
+    s = r + r * z * (-0.1666665494f + z * (0.008332178146f + z * -0.0001951729898f));
+    c = (1.0f - 0.5f * z) + z * z * (0.04166664687f + z * (-0.001388736752f + z * 2.443845159e-5f));
+    a = k & 1 ? c : s;
+    b = k & 1 ? s : c;
+    *sine = k & 2 ? -a : a;
+    *cosine = (k + 1) & 2 ? -b : b;
+}
+
+static inline float rsm__sin(float x)
+{
+    float s, c;
+    rsm__sincos(x, &s, &c);
+    return s;
+}
+
+static inline float rsm__cos(float x)
+{
+    float s, c;
+    rsm__sincos(x, &s, &c);
+    return c;
+}
+
+/* asin of 0 <= x <= 0.5, z = x * x. */
+static inline float rsm__asin_core(float x, float z)
+{
+    return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
+                        z * 0.04221856856f))));
+}
+
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. */
+static inline float rsm__acos(float x)
+{
+    float a = fabsf(x), h, s, p;
+    a = a < 1.0f ? a : 1.0f;
+    h = 0.5f * (1.0f - a);
+    s = sqrtf(h);
+    s = a > 0.5f ? s : a;
+    p = rsm__asin_core(s, a > 0.5f ? h : a * a);
+    p = a > 0.5f ? 2.0f * p : 1.57079633f - p;
+    return x < 0.0f ? 3.14159265f - p : p;
+}
+
+static inline float rsm__asin(float x)
+{
+    float a = fabsf(x), h, s, p;
+    a = a < 1.0f ? a : 1.0f;
+    h = 0.5f * (1.0f - a);
+    s = sqrtf(h);
+    s = a > 0.5f ? s : a;
+    p = rsm__asin_core(s, a > 0.5f ? h : a * a);
+    return rsm__copysign(a > 0.5f ? 1.57079633f - 2.0f * p : p, x);
+}
+
+/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
+static inline float rsm__atan2(float y, float x)
+{
+    float ax = fabsf(x), ay = fabsf(y), hi = ax > ay ? ax : ay, lo = ax > ay ? ay : ax, a, t, z, p;
+    a = lo == hi && hi > 0.0f ? 1.0f : lo / (hi > 0.0f ? hi : 1.0f);
+    t = a > 0.414213562f ? (a - 1.0f) / (a + 1.0f) : a;
+    z = t * t;
+    p = t + t * z * (-0.3333295525f + z * (0.1997792608f + z * (-0.1387984996f + z * 0.08060308882f)));
+    p = a > 0.414213562f ? p + 0.785398163f : p;
+    p = ay > ax ? 1.57079633f - p : p;
+    p = rsm__to_bits(x) >> 31 ? 3.14159265f - p : p;
+    return rsm__copysign(p, y);
+}
+
+/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2. */
+static inline double rsm__exp_core(double x)
+{
+    double r, p, power;
+    int32_t k;
+    uint64_t bits;
+
+    x = x > -110.0 ? x : -110.0;
+    x = x < 90.0 ? x : 90.0;
+    k = (int32_t)(x * 1.4426950408889634 + (x < 0.0 ? -0.5 : 0.5));
+    r = x - (double)k * 0.69314718055994531;
+    p = 0.00139460621285616904 + r * 0.000199183706518237736;
+    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 + r * (0.00833326438132814496 +
+        r * p)));
+    bits = (uint64_t)(k + 1023) << 52;
+    memcpy(&power, &bits, sizeof power);
+    return power * (1.0 + (r + r * r * p));
+}
+
+/* x > 0: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)). */
+static inline double rsm__log_core(float x)
+{
+    double m = (double)x, s, z;
+    uint64_t bits;
+    int32_t e;
+
+    memcpy(&bits, &m, sizeof bits);
+    e = (int32_t)(bits >> 52) - 1023;
+    bits = (bits & 0x000fffffffffffffu) | 0x3ff0000000000000u;
+    memcpy(&m, &bits, sizeof m);
+    if (m > 1.4142135623730951) {
+        m *= 0.5;
+        e++;
+    }
+    s = (m - 1.0) / (m + 1.0);
+    z = s * s;
+    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 + z * 0.117910756496012977));
+    return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
+}
+
+/* Infinity from 88.7228394 on. */
+static inline float rsm__exp(float x)
+{
+    return x > 88.7228394f ? rsm__from_bits(0x7f800000u) : (float)rsm__exp_core((double)x);
+}
+
+/* -infinity where x is not above 0. */
+static inline float rsm__log(float x)
+{
+    return x > 0.0f ? (float)rsm__log_core(x) : rsm__from_bits(0xff800000u);
+}
+
+/* x below 0 counts as 0; pow(0, y) is 0, 1 or infinity for y above, equal to or below 0. */
+static inline float rsm__pow(float x, float y)
+{
+    double t;
+    if (y == 0.0f) return 1.0f;
+    if (!(x > 0.0f)) return y > 0.0f ? 0.0f : rsm__from_bits(0x7f800000u);
+    t = (double)y * rsm__log_core(x);
+    return t > 88.722839111 ? rsm__from_bits(0x7f800000u) : (float)rsm__exp_core(t);
+}
+
+/* unit rng: hashes and random numbers, the same on every machine */
+
+/* Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020: the output function of O'Neill's PCG. */
+static inline uint32_t rsm__hash32(uint32_t x)
+{
+    uint32_t state = x * 747796405u + 2891336453u;
+    uint32_t word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
+    return word >> 22 ^ word;
+}
+
+static inline uint32_t rsm__hash_combine(uint32_t a, uint32_t b)
+{
+    return rsm__hash32(a + 0x9e3779b9u * rsm__hash32(b));
+}
+
+/* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
+static inline float rsm__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
+
+/* Number i of the stream (seed, stream), in [0, 1), without state: what threads and tiles need. */
+static inline float rsm__random(uint32_t seed, uint32_t stream, uint32_t i)
+{
+    return rsm__to_unit(rsm__hash_combine(rsm__hash_combine(seed, stream), i));
+}
+
+typedef struct rsm__rng { uint64_t state; } rsm__rng;
+
+static inline uint32_t rsm__rng_u32(rsm__rng *r)
+{
+    uint64_t old = r->state;
+    uint32_t x = (uint32_t)((old >> 18 ^ old) >> 27 & 0xffffffffu), rot = (uint32_t)(old >> 59);
+    r->state = old * 6364136223846793005u + 1442695040888963407u;
+    return x >> rot | x << ((32u - rot) & 31u);
+}
+
+static inline rsm__rng rsm__rng_make(uint32_t seed)
+{
+    rsm__rng r;
+    r.state = (uint64_t)rsm__hash32(seed) << 32 | rsm__hash32(~seed);
+    rsm__rng_u32(&r);
+    return r;
+}
+
+static inline float rsm__rng_float(rsm__rng *r) { return rsm__to_unit(rsm__rng_u32(r)); }
+
+/* unit lds, needs rng: low-discrepancy points in [0, 1) */
+
+static inline uint32_t rsm__reverse_bits(uint32_t x)
+{
+    x = x >> 16 | x << 16;
+    x = (x >> 8 & 0x00ff00ffu) | (x & 0x00ff00ffu) << 8;
+    x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;
+    x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
+    return (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
+}
+
+static inline float rsm__radical2(uint32_t i) { return rsm__to_unit(rsm__reverse_bits(i)); }
+
+/* The digits turned round as an integer below 3^20, so that only one rounding happens; i counts modulo 3^20. */
+static inline float rsm__radical3(uint32_t i)
+{
+    uint32_t r = 0, k;
+    for (k = 0; k < 20u; k++, i /= 3u) r = r * 3u + i % 3u;
+    return rsm__to_unit((uint32_t)((double)r * (4294967296.0 / 3486784401.0)));
+}
+
+/* Roberts' R2 sequence: fractions of i / g and i / g^2, g^3 = g + 1, in 32-bit fixed point. */
+static inline void rsm__r2(uint32_t i, float *u, float *v)
+{
+    *u = rsm__to_unit(0x80000000u + i * 3242174889u);
+    *v = rsm__to_unit(0x80000000u + i * 2447445413u);
+}
+
+/* Owen scrambling by the hash of Laine and Karras as Burley tuned it, "Practical hash-based Owen scrambling",
+   JCGT 9(4), 2020. Works on reversed bits: a bit depends on the more significant ones only. */
+static inline uint32_t rsm__owen(uint32_t x, uint32_t seed)
+{
+    x = rsm__reverse_bits(x) + seed;
+    x ^= x * 0x6c50b47cu;
+    x ^= x * 0xb82f1e52u;
+    x ^= x * 0xc7afe638u;
+    x ^= x * 0x8d22f6e6u;
+    return rsm__reverse_bits(x);
+}
+
+/* Point i of a scrambled (0, 2)-sequence: the first two dimensions of Sobol's. The order is shuffled too, so that
+   different seeds may be combined to more dimensions. */
+static inline void rsm__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
+{
+    uint32_t x, y = 0, d = 0x80000000u, k;
+    i = rsm__owen(i, rsm__hash32(seed));
+    x = rsm__reverse_bits(i);
+    for (k = i; k; k >>= 1, d ^= d >> 1)
+        if (k & 1u) y ^= d;
+    *u = rsm__to_unit(rsm__owen(x, rsm__hash_combine(seed, 1u)));
+    *v = rsm__to_unit(rsm__owen(y, rsm__hash_combine(seed, 2u)));
+}
+
+/* unit cpu: run-time detection of x86 vector units */
+
+/* RSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time. RSM__NO_SIMD, defined
+   by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs none. */
+#if !defined(RSM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
+#define RSM__X86 1
+#define RSM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
+#define RSM__TARGET_AVX512 \
+    __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi,bmi2,lzcnt,popcnt")))
+#elif !defined(RSM__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64)
+#define RSM__X86 1
+#define RSM__TARGET_AVX2
+#define RSM__TARGET_AVX512
+#else
+#define RSM__X86 0
+#endif
+
+#if RSM__X86 && defined(_MSC_VER) && !defined(__clang__)
+#include <intrin.h>
+/* Bit of leaf 7's ebx, after FMA and what the operating system saves were checked. */
+static inline int rsm__cpu_leaf7(unsigned xcr0, unsigned ebx)
+{
+    int r[4];
+    __cpuid(r, 0);
+    if (r[0] < 7) return 0;
+    __cpuid(r, 1);
+    if (!(r[2] & 1 << 12) || !(r[2] & 1 << 27) || !(r[2] & 1 << 23)) return 0;   /* FMA, OSXSAVE, POPCNT */
+    if (((unsigned)_xgetbv(0) & xcr0) != xcr0) return 0;
+    __cpuidex(r, 7, 0);
+    return ((unsigned)r[1] & ebx) == ebx;
+}
+static inline int rsm__cpu_has_avx2(void) { return rsm__cpu_leaf7(0x06u, 0x00000128u); }
+static inline int rsm__cpu_has_avx512(void) { return rsm__cpu_leaf7(0xe6u, 0xc0030128u); }
+#elif RSM__X86
+/* The compiler's run time asks the operating system too. Every processor with BMI2 has LZCNT. */
+static inline int rsm__cpu_has_avx2(void)
+{
+    __builtin_cpu_init();
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
+           __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
+}
+static inline int rsm__cpu_has_avx512(void)
+{
+    return rsm__cpu_has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+}
+#else
+static inline int rsm__cpu_has_avx2(void) { return 0; }
+static inline int rsm__cpu_has_avx512(void) { return 0; }
+#endif
+
+/* <<< shared */
+
+#define RSM__PI 3.14159265f
+
+enum {
+    RSM__LANES = 8,          /* pixel lights that the kernel takes at once */
+    RSM__BLOCK = 64,         /* of them in one block of arrays */
+    RSM__BATCH = 32,         /* receivers of a task */
+    RSM__MAX_SIZE = 4096,
+    RSM__MAX_SAMPLES = 1 << 20,
+    RSM__MAX_POISSON = 4096
+};
+
+/* ---- >>arguments: strides, systems, points ---- */
+
+static inline size_t rsm__stride(size_t stride, size_t standard) { return stride ? stride : standard; }
+
+static inline int rsm__stride_valid(size_t stride, size_t standard)
+{
+    return stride == 0 || (stride >= standard && stride % 4 == 0);
+}
+
+static inline const float *rsm__at(const float *base, size_t stride, size_t i)
+{
+    return (const float *)(const void *)((const char *)(const void *)base + i * stride);
+}
+
+/* Finite and not beyond what squares and fourth powers of floats can hold. */
+static inline int rsm__usable(rsm__v3 v)
+{
+    return fabsf(v.x) <= 1e9f && fabsf(v.y) <= 1e9f && fabsf(v.z) <= 1e9f;      /* false for NaN */
+}
+
+static inline int rsm__system_valid(const rsm_system *s)
+{
+    return rsm__allocator_valid(s->allocator.alloc_fn, s->allocator.free_fn);
+}
+
+static inline rsm__allocator rsm__allocator_of(const rsm_system *s)
+{
+    return rsm__allocator_make(s->allocator.alloc_fn, s->allocator.free_fn, s->allocator.user);
+}
+
+static inline void rsm__run(const rsm_system *s, size_t count, rsm_task task, void *context)
+{
+    size_t i;
+    if (s->parallel_for) s->parallel_for(s->parallel_user, count, task, context);
+    else
+        for (i = 0; i < count; i++) task(context, i);
+}
+
+static inline int rsm__cancelled(const rsm_system *s, float fraction)
+{
+    return s->progress && s->progress(s->progress_user, fraction) != 0;
+}
+
+typedef struct rsm__part { rsm_task task; void *context; size_t first; } rsm__part;
+
+static inline void rsm__run_part(void *context, size_t i)
+{
+    const rsm__part *part = (const rsm__part *)context;
+    part->task(part->context, part->first + i);
+}
+
+/* The same in steps, between which the caller may cancel. begin..end: what of the whole this is. 0: cancelled. */
+static inline int rsm__run_steps(const rsm_system *s, size_t count, rsm_task task, void *context, float begin, float end)
+{
+    size_t step, steps = s->progress ? 16 : 1;
+    rsm__part part;
+    part.task = task;
+    part.context = context;
+    part.first = 0;
+    for (step = 0; step < steps; step++) {
+        size_t next = count / steps * (step + 1) + count % steps * (step + 1) / steps;
+        if (rsm__cancelled(s, begin + (end - begin) * (float)step / (float)steps)) return 0;
+        rsm__run(s, next - part.first, rsm__run_part, &part);
+        part.first = next;
+    }
+    return 1;
+}
+
+static inline int rsm__points_valid(const rsm_points *p)
+{
+    size_t i, size;
+    if (!p || !p->positions || !p->normals) return 0;
+    if (!rsm__stride_valid(p->position_stride, 12) || !rsm__stride_valid(p->normal_stride, 12)) return 0;
+    if (!rsm__stride_valid(p->occlusion_stride, 4)) return 0;
+    if (!rsm__mul_size(p->count, 12, &size)) return 0;
+    if (p->indices)
+        for (i = 0; i < p->index_count; i++)
+            if (p->indices[i] >= p->count) return 0;
+    return 1;
+}
+
+/* Receiver i: 0 where there is none; *bad counts the ones that are not finite. */
+static inline int rsm__receiver(const rsm_points *p, size_t i, rsm__v3 *x, rsm__v3 *n, uint64_t *bad)
+{
+    *x = rsm__v3_load(rsm__at(p->positions, rsm__stride(p->position_stride, 12), i));
+    *n = rsm__v3_load(rsm__at(p->normals, rsm__stride(p->normal_stride, 12), i));
+    if (n->x == 0.0f && n->y == 0.0f && n->z == 0.0f) return 0;
+    if (rsm__usable(*x) && rsm__usable(*n)) return 1;
+    ++*bad;
+    return 0;
+}
+
+static inline float rsm__mean3(const float *rgb) { return (rgb[0] + rgb[1] + rgb[2]) * (1.0f / 3.0f); }
+static inline float rsm__fraction(float x) { return x - floorf(x); }
+
+/* ---- >>map: frames of faces, projection, matrices ---- */
+
+struct rsm_map {
+    rsm_desc   desc;               /* defaults filled in */
+    uint32_t   size, faces;
+    int        finished, owned;
+    rsm__v3    right, up, axis;    /* of face 0; the light travels along axis */
+    float      extent;             /* sun: radius; others: tangent of half the face's angle */
+    float      cos_half;           /* spot: of half the cone */
+    float      epsilon;            /* rounding of positions: what cosines times distance must exceed */
+    rsm_stats  stats;
+    rsm_texel *texels;
+    double    *rows;               /* size * faces + 1 running sums of flux */
+    double    *sums;               /* in each row, flux up to and including the texel */
+};
+
+static inline size_t rsm__texel_count(const rsm_map *map) { return (size_t)map->size * map->size * map->faces; }
+
+static inline int rsm__is_sun(const rsm_map *map) { return map->desc.light.kind == RSM_LIGHT_SUN; }
+
+/* Directions of a face: the cube of a patch looks out of its front and to its four sides. */
+static inline void rsm__face_frame(const rsm_map *map, uint32_t face, rsm__v3 *r, rsm__v3 *u, rsm__v3 *a)
+{
+    rsm__v3 right = map->right, up = map->up, axis = map->axis;
+    *r = right;
+    *u = up;
+    *a = axis;
+    switch (face) {
+    case 1: *r = rsm__v3_scale(axis, -1); *a = right; break;
+    case 2: *r = axis; *a = rsm__v3_scale(right, -1); break;
+    case 3: *u = rsm__v3_scale(axis, -1); *a = up; break;
+    case 4: *u = axis; *a = rsm__v3_scale(up, -1); break;
+    case 5: *r = rsm__v3_scale(right, -1); *a = rsm__v3_scale(axis, -1); break;
+    default: break;
+    }
+}
+
+static inline rsm_result rsm__light_check(rsm_light *l)
+{
+    rsm__v3 d = rsm__v3_load(l->direction), up = rsm__v3_load(l->up);
+    int i, directed = l->kind != RSM_LIGHT_POINT;
+    if ((int)l->kind < 0 || l->kind >= RSM_LIGHT_KIND_COUNT) return RSM_ERR_DESC;
+    if (l->kind == RSM_LIGHT_DEFAULT) l->kind = RSM_LIGHT_SUN;
+    if (!rsm__usable(rsm__v3_load(l->position)) || !rsm__v3_finite(d) || !rsm__v3_finite(up)) return RSM_ERR_DESC;
+    if (directed && fabsf(rsm__v3_length(d) - 1.0f) > 1e-3f) return RSM_ERR_DESC;
+    for (i = 0; i < 3; i++)
+        if (!(l->value[i] >= 0.0f && l->value[i] <= 1e12f)) return RSM_ERR_DESC;
+    if (l->kind == RSM_LIGHT_SUN && !(l->radius > 0.0f && l->radius <= 1e9f)) return RSM_ERR_DESC;
+    if (l->kind == RSM_LIGHT_SPOT && !(l->cone_angle > 1e-3f && l->cone_angle <= 6.28f)) return RSM_ERR_DESC;
+    if (l->kind == RSM_LIGHT_SQUARE_SPOT && !(l->cone_angle > 1e-3f && l->cone_angle <= 2.0f)) return RSM_ERR_DESC;
+    if (l->near_depth == 0.0f && l->far_depth == 0.0f) {
+        l->near_depth = l->kind == RSM_LIGHT_SUN ? -l->radius : 1e-3f;
+        l->far_depth = l->kind == RSM_LIGHT_SUN ? l->radius : 1e3f;
+    }
+    if (!(l->near_depth < l->far_depth) || !(fabsf(l->near_depth) <= 1e9f) || !(l->far_depth <= 1e9f)) return RSM_ERR_DESC;
+    if (l->kind != RSM_LIGHT_SUN && !(l->near_depth > 0.0f)) return RSM_ERR_DESC;
+    return RSM_OK;
+}
+
+/* Copies the desc into the map with its defaults. Nothing else of the map is touched on an error. */
+static inline rsm_result rsm__map_set(rsm_map *map, const rsm_desc *desc)
+{
+    rsm_desc d = *desc;
+    rsm__v3 up;
+    int cube;
+    rsm_result result = rsm__light_check(&d.light);
+    if (result != RSM_OK) return result;
+    if (!rsm__system_valid(&d.system)) return RSM_ERR_DESC;
+    if (d.size != 0 && (d.size < 4 || d.size > RSM__MAX_SIZE)) return RSM_ERR_DESC;
+    cube = d.light.kind == RSM_LIGHT_POINT || d.light.kind == RSM_LIGHT_PATCH ||
+           (d.light.kind == RSM_LIGHT_SPOT && d.light.cone_angle > 2.0f);
+    if (d.size == 0) d.size = cube ? 256 : 512;
+    map->faces = !cube ? 1 : d.light.kind == RSM_LIGHT_PATCH ? 5 : 6;
+    map->size = d.size;
+    map->desc = d;
+    map->axis = d.light.kind == RSM_LIGHT_POINT ? rsm__v3_make(0, 0, -1) : rsm__v3_normalize(rsm__v3_load(d.light.direction));
+    if (d.light.kind == RSM_LIGHT_SUN) map->axis = rsm__v3_scale(map->axis, -1);
+    up = rsm__v3_normalize(d.light.kind == RSM_LIGHT_POINT ? rsm__v3_make(0, 1, 0) : rsm__v3_load(d.light.up));
+    if (rsm__v3_length(rsm__v3_cross(map->axis, up)) < 1e-3f)
+        up = fabsf(map->axis.y) < 0.9f ? rsm__v3_make(0, 1, 0) : rsm__v3_make(0, 0, 1);
+    map->right = rsm__v3_normalize(rsm__v3_cross(map->axis, up));
+    map->up = rsm__v3_cross(map->right, map->axis);
+    map->extent = 1.0f;
+    map->cos_half = -1.0f;
+    if (d.light.kind == RSM_LIGHT_SUN) map->extent = d.light.radius;
+    else if (d.light.kind == RSM_LIGHT_SPOT || d.light.kind == RSM_LIGHT_SQUARE_SPOT) {
+        float s, c;
+        rsm__sincos(0.5f * d.light.cone_angle, &s, &c);
+        if (!cube) map->extent = s / c;
+        if (d.light.kind == RSM_LIGHT_SPOT) map->cos_half = c;
+    }
+    return RSM_OK;
+}
+
+/* In a face's frame: x and y in units of its half side, z the depth. */
+static inline rsm__v3 rsm__to_face(const rsm_map *map, uint32_t face, rsm__v3 p)
+{
+    rsm__v3 r, u, a, q = rsm__v3_sub(p, rsm__v3_load(map->desc.light.position));
+    float z, scale;
+    rsm__face_frame(map, face, &r, &u, &a);
+    z = rsm__v3_dot(q, a);
+    scale = rsm__is_sun(map) ? 1.0f / map->extent : 1.0f / (map->extent * z);
+    return rsm__v3_make(rsm__v3_dot(q, r) * scale, rsm__v3_dot(q, u) * scale, z);
+}
+
+/* The point at depth z under (x, y) of a face, both -1..1. */
+static inline rsm__v3 rsm__from_face(const rsm_map *map, uint32_t face, float x, float y, float z)
+{
+    rsm__v3 r, u, a, p = rsm__v3_load(map->desc.light.position);
+    float scale = rsm__is_sun(map) ? map->extent : map->extent * z;
+    rsm__face_frame(map, face, &r, &u, &a);
+    p = rsm__v3_madd(p, r, x * scale);
+    p = rsm__v3_madd(p, u, y * scale);
+    return rsm__v3_madd(p, a, z);
+}
+
+/* The face that a direction in the light's frame (right, up, axis) leaves the cube by. */
+static inline uint32_t rsm__cube_face(float x, float y, float z)
+{
+    float ax = fabsf(x), ay = fabsf(y), az = fabsf(z);
+    if (az >= ax && az >= ay) return z >= 0.0f ? 0 : 5;
+    if (ax >= ay) return x >= 0.0f ? 1 : 2;
+    return y >= 0.0f ? 3 : 4;
+}
+
+static inline uint32_t rsm__face_of(const rsm_map *map, rsm__v3 p)
+{
+    rsm__v3 q = rsm__v3_sub(p, rsm__v3_load(map->desc.light.position));
+    if (map->faces == 1) return 0;
+    return rsm__cube_face(rsm__v3_dot(q, map->right), rsm__v3_dot(q, map->up), rsm__v3_dot(q, map->axis));
+}
+
+static inline float rsm__texel_centre(const rsm_map *map, uint32_t i)
+{
+    return ((float)i + 0.5f) * 2.0f / (float)map->size - 1.0f;
+}
+
+/* Unit, from a point of the scene to the light. */
+static inline rsm__v3 rsm__to_light(const rsm_map *map, rsm__v3 p)
+{
+    if (rsm__is_sun(map)) return rsm__v3_scale(map->axis, -1);
+    return rsm__v3_normalize(rsm__v3_sub(rsm__v3_load(map->desc.light.position), p));
+}
+
+/* ---- >>flux: light through a texel ---- */
+
+/* Flux for a light of value 1 through the part (x, y) +- h of a face, in its plane at distance 1: the integral of
+   cos^3 by Gauss points, two an axis where texels are small and four else, which is exact to 1e-6 and free of the
+   cancellation of the arctangent form. A patch adds the cosine to its normal. The cone's rim is cut by rsm__incident. */
+static inline float rsm__solid_angle(const rsm_map *map, rsm__v3 r, rsm__v3 u, rsm__v3 a, float x, float y, float h)
+{
+    static const float node[6] = { -0.577350269f, 0.577350269f, -0.861136312f, -0.339981044f, 0.339981044f, 0.861136312f };
+    static const float weight[6] = { 0.5f, 0.5f, 0.173927423f, 0.326072577f, 0.326072577f, 0.173927423f };
+    float sum = 0.0f;
+    int i, j, first = h < 0.05f ? 0 : 2, end = h < 0.05f ? 2 : 6;
+    for (j = first; j < end; j++)
+        for (i = first; i < end; i++) {
+            float s = x + h * node[i], t = y + h * node[j], q = 1.0f / (1.0f + s * s + t * t);
+            float f = q * sqrtf(q);
+            if (map->desc.light.kind == RSM_LIGHT_PATCH) {
+                float c = rsm__v3_dot(map->axis, rsm__v3_madd(rsm__v3_madd(a, r, s), u, t)) * sqrtf(q);
+                f = c > 0.0f ? f * c : 0.0f;
+            }
+            sum += f * weight[i] * weight[j];
+        }
+    return sum * 4.0f * h * h;
+}
+
+static inline int rsm__in_cone(const rsm_map *map, rsm__v3 r, rsm__v3 u, rsm__v3 a, float x, float y)
+{
+    rsm__v3 d = rsm__v3_madd(rsm__v3_madd(a, r, x), u, y);
+    return rsm__v3_dot(map->axis, d) >= map->cos_half * rsm__v3_length(d);
+}
+
+static inline float rsm__incident(const rsm_map *map, uint32_t face, uint32_t i, uint32_t j)
+{
+    rsm__v3 r, u, a;
+    float h = map->extent / (float)map->size, x = rsm__texel_centre(map, i) * map->extent;
+    float y = rsm__texel_centre(map, j) * map->extent, flux;
+    int k, l, corners = 0, covered = 0;
+    if (rsm__is_sun(map)) return 4.0f * h * h;
+    rsm__face_frame(map, face, &r, &u, &a);
+    flux = rsm__solid_angle(map, r, u, a, x, y, h);
+    if (map->desc.light.kind != RSM_LIGHT_SPOT) return flux;
+    for (k = 0; k < 4; k++) corners += rsm__in_cone(map, r, u, a, x + (k & 1 ? h : -h), y + (k & 2 ? h : -h));
+    if (corners == 4) return flux;
+    if (corners == 0 && !rsm__in_cone(map, r, u, a, x, y)) return 0.0f;
+    for (l = 0; l < 8; l++)
+        for (k = 0; k < 8; k++)
+            covered += rsm__in_cone(map, r, u, a, x + h * ((float)k - 3.5f) * 0.25f, y + h * ((float)l - 3.5f) * 0.25f);
+    return flux * (float)covered * (1.0f / 64.0f);
+}
+
+static inline void rsm__texel_clear(rsm_texel *t)
+{
+    memset(t, 0, sizeof *t);
+    t->depth = RSM_FAR;
+}
+
+/* One texel from what a renderer knows of it. */
+static inline void rsm__texel_set(rsm_map *map, uint32_t face, uint32_t i, uint32_t j, rsm__v3 position, rsm__v3 normal,
+                                  const float albedo[3], uint32_t material)
+{
+    rsm_texel *t = map->texels + ((size_t)face * map->size + j) * map->size + i;
+    rsm__v3 q = rsm__to_face(map, face, position);
+    float incident = rsm__incident(map, face, i, j), slope, distance;
+    int c, bad;
+    normal = rsm__v3_normalize(normal);
+    bad = !rsm__usable(position) || !rsm__v3_finite(normal) || !rsm__finite(q.z);
+    for (c = 0; c < 3; c++) bad |= !(albedo[c] >= 0.0f && albedo[c] * incident * map->desc.light.value[c] <= 1e18f);
+    rsm__texel_clear(t);
+    if (bad) {
+        t->material = UINT32_MAX;                /* counted by rsm_finish */
+        return;
+    }
+    rsm__v3_store(t->position, position);
+    rsm__v3_store(t->normal, normal);
+    t->depth = q.z;
+    t->material = material == UINT32_MAX ? 0 : material;
+    for (c = 0; c < 3; c++) t->flux[c] = incident * map->desc.light.value[c] * albedo[c];
+    /* Surface under the texel: the cross section of its beam over the cosine, grazing ones bounded. */
+    slope = fabsf(rsm__v3_dot(normal, rsm__to_light(map, position)));
+    distance = rsm__is_sun(map) ? 1.0f : q.z * map->extent;
+    t->area = 4.0f * distance * distance / ((float)map->size * (float)map->size) *
+              (rsm__is_sun(map) ? map->extent * map->extent : 1.0f);
+    if (!rsm__is_sun(map)) {                     /* a face's plane cuts the beam at an angle */
+        rsm__v3 r, u, a;
+        rsm__face_frame(map, face, &r, &u, &a);
+        t->area *= fabsf(rsm__v3_dot(a, rsm__to_light(map, position)));
+    }
+    t->area /= slope > 0.05f ? slope : 0.05f;
+}
+
+/* Running sums of flux, in double. A texel that is counted bad becomes empty here. */
+static inline void rsm__sum_flux(rsm_map *map, int want_incident)
+{
+    size_t i, at = 0, rows = (size_t)map->size * map->faces, row;
+    float extent = 0.0f;
+    double total = 0.0;
+    map->stats.lit_texels = map->stats.bad_texels = 0;
+    for (i = 0; i < 3; i++) map->stats.incident[i] = map->stats.reflected[i] = 0.0;
+    for (row = 0; row < rows; row++) {
+        double sum = 0.0;
+        map->rows[row] = total;
+        for (i = 0; i < map->size; i++, at++) {
+            rsm_texel *t = map->texels + at;
+            int c;
+            if (t->material == UINT32_MAX) {
+                t->material = 0;
+                map->stats.bad_texels++;
+            }
+            if (t->depth < RSM_FAR) {
+                float f = !want_incident ? 0.0f : rsm__incident(map, (uint32_t)(row / map->size), (uint32_t)i,
+                                                                (uint32_t)(row % map->size));
+                for (c = 0; c < 3; c++) {
+                    float x = fabsf(t->position[c]);
+                    extent = x > extent ? x : extent;
+                    map->stats.incident[c] += (double)(f * map->desc.light.value[c]);
+                    map->stats.reflected[c] += (double)t->flux[c];
+                }
+            }
+            sum += (double)rsm__mean3(t->flux);
+            map->stats.lit_texels += rsm__mean3(t->flux) > 0.0f;
+            map->sums[at] = sum;
+        }
+        total += sum;
+    }
+    map->rows[rows] = total;
+    map->epsilon = extent * 4e-7f;
+}
+
+/* ---- >>raster: triangles into a face ---- */
+
+/* Homogeneous edge functions (Olano and Greer 1997): with corners (x, y, w), w the depth in a perspective face and 1 for
+   a sun, the ray (X, Y, 1) meets the triangle where three determinants have one sign; their shares are the weights of
+   the corners. Nothing is clipped. In double, from the same floats on both sides of a shared edge: no cracks. */
+typedef struct rsm__corner { double x, y, w, z; } rsm__corner;
+
+typedef struct rsm__box { uint16_t x0, y0, x1, y1; } rsm__box;    /* inclusive; x0 > x1: nothing */
+
+typedef struct rsm__raster {
+    rsm_map        *map;
+    const rsm_mesh *meshes;
+    size_t          mesh_count, triangles;
+    uint32_t        face;
+    rsm__box       *boxes;         /* of each triangle on this face */
+    uint32_t       *winners;       /* of each texel, triangle + 1 */
+    rsm__v3         right, up, axis;
+} rsm__raster;
+
+enum { RSM__CHUNK = 4096, RSM__BAND = 16 };
+
+static inline size_t rsm__mesh_triangles(const rsm_mesh *m) { return (m->indices ? m->index_count : m->vertex_count) / 3; }
+
+static inline rsm__v3 rsm__mesh_corner(const rsm_mesh *m, size_t triangle, int k)
+{
+    size_t i = 3 * triangle + (size_t)k;
+    const float *p, *t = m->transform;
+    if (m->indices) i = m->indices[i];
+    p = rsm__at(m->positions, rsm__stride(m->vertex_stride, 12), i);
+    if (!t) return rsm__v3_load(p);
+    return rsm__v3_make(t[0] * p[0] + t[4] * p[1] + t[8] * p[2] + t[12], t[1] * p[0] + t[5] * p[1] + t[9] * p[2] + t[13],
+                        t[2] * p[0] + t[6] * p[1] + t[10] * p[2] + t[14]);
+}
+
+/* Mesh and triangle of a running number. */
+static inline const rsm_mesh *rsm__mesh_of(const rsm__raster *r, size_t number, size_t *triangle)
+{
+    const rsm_mesh *m = r->meshes;
+    while (number >= rsm__mesh_triangles(m)) number -= rsm__mesh_triangles(m++);
+    *triangle = number;
+    return m;
+}
+
+static inline rsm__corner rsm__project_corner(const rsm__raster *r, rsm__v3 p)
+{
+    const float *o = r->map->desc.light.position;
+    double x = (double)p.x - (double)o[0], y = (double)p.y - (double)o[1], z = (double)p.z - (double)o[2];
+    double e = (double)r->map->extent;
+    rsm__corner c;
+    c.x = x * (double)r->right.x + y * (double)r->right.y + z * (double)r->right.z;
+    c.y = x * (double)r->up.x + y * (double)r->up.y + z * (double)r->up.z;
+    c.z = x * (double)r->axis.x + y * (double)r->axis.y + z * (double)r->axis.z;
+    c.w = 1.0;
+    if (rsm__is_sun(r->map)) {
+        c.x /= e;
+        c.y /= e;
+    } else c.w = c.z * e;
+    return c;
+}
+
+static inline void rsm__widen(double box[4], double x, double y)
+{
+    if (x < box[0]) box[0] = x;
+    if (y < box[1]) box[1] = y;
+    if (x > box[2]) box[2] = x;
+    if (y > box[3]) box[3] = y;
+}
+
+/* Texels whose centres may lie in the triangle. Corners before the near plane count where their edges cross it. */
+static inline rsm__box rsm__bound(const rsm__raster *r, const rsm__corner c[3])
+{
+    double box[4] = { 1e30, 1e30, -1e30, -1e30 }, near_z = (double)r->map->desc.light.near_depth, size = r->map->size;
+    rsm__box out = { 1, 0, 0, 0 };
+    int k;
+    if (rsm__is_sun(r->map)) {
+        for (k = 0; k < 3; k++) rsm__widen(box, c[k].x, c[k].y);
+    } else
+        for (k = 0; k < 3; k++) {
+            const rsm__corner *p = &c[k], *q = &c[(k + 1) % 3];
+            if (p->z >= near_z) rsm__widen(box, p->x / p->w, p->y / p->w);
+            if ((p->z >= near_z) != (q->z >= near_z)) {
+                double t = (near_z - p->z) / (q->z - p->z), w = near_z * (double)r->map->extent;
+                rsm__widen(box, (p->x + t * (q->x - p->x)) / w, (p->y + t * (q->y - p->y)) / w);
+            }
+        }
+    for (k = 0; k < 4; k++) {                    /* a hair wider: the edge functions decide */
+        double t = (box[k] + 1.0) * 0.5 * size - 0.5;
+        t = k < 2 ? ceil(t - 1e-6 * size) : floor(t + 1e-6 * size);
+        box[k] = t < 0.0 && k < 2 ? 0.0 : t > size - 1.0 && k >= 2 ? size - 1.0 : t;
+    }
+    if (!(box[0] <= box[2] && box[1] <= box[3])) return out;
+    out.x0 = (uint16_t)box[0];
+    out.y0 = (uint16_t)box[1];
+    out.x1 = (uint16_t)box[2];
+    out.y1 = (uint16_t)box[3];
+    return out;
+}
+
+static inline int rsm__corners_usable(const rsm__v3 p[3])
+{
+    rsm__v3 n = rsm__v3_cross(rsm__v3_sub(p[1], p[0]), rsm__v3_sub(p[2], p[0]));
+    return rsm__usable(p[0]) && rsm__usable(p[1]) && rsm__usable(p[2]) && (n.x != 0.0f || n.y != 0.0f || n.z != 0.0f);
+}
+
+static inline void rsm__bound_chunk(void *context, size_t chunk)
+{
+    rsm__raster *r = (rsm__raster *)context;
+    size_t i, first = chunk * RSM__CHUNK, triangle, end = first + RSM__CHUNK < r->triangles ? first + RSM__CHUNK : r->triangles;
+    const rsm_mesh *m = rsm__mesh_of(r, first, &triangle);
+    for (i = first; i < end; i++, triangle++) {
+        rsm__v3 p[3];
+        rsm__corner c[3];
+        int k;
+        while (triangle >= rsm__mesh_triangles(m)) {
+            m++;
+            triangle = 0;
+        }
+        for (k = 0; k < 3; k++) p[k] = rsm__mesh_corner(m, triangle, k);
+        r->boxes[i].x0 = 1;
+        r->boxes[i].x1 = 0;
+        if (!rsm__corners_usable(p)) continue;
+        for (k = 0; k < 3; k++) c[k] = rsm__project_corner(r, p[k]);
+        r->boxes[i] = rsm__bound(r, c);
+    }
+}
+
+typedef struct rsm__edges { double a[3], b[3], c[3], determinant; int owned[3]; } rsm__edges;
+
+/* Edge k at (x, y): a x + b y + c, positive inside. 0: seen edge-on. */
+static inline int rsm__edges_make(rsm__edges *e, const rsm__corner p[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        const rsm__corner *u = &p[(k + 1) % 3], *v = &p[(k + 2) % 3];
+        e->a[k] = u->y * v->w - u->w * v->y;
+        e->b[k] = u->w * v->x - u->x * v->w;
+        e->c[k] = u->x * v->y - u->y * v->x;
+    }
+    e->determinant = p[0].x * e->a[0] + p[0].y * e->b[0] + p[0].w * e->c[0];
+    for (k = 0; k < 3; k++) {
+        if (e->determinant < 0.0) {
+            e->a[k] = -e->a[k];
+            e->b[k] = -e->b[k];
+            e->c[k] = -e->c[k];
+        }
+        e->owned[k] = e->a[k] > 0.0 || (e->a[k] == 0.0 && e->b[k] > 0.0);
+    }
+    return e->determinant != 0.0;
+}
+
+static inline int rsm__inside(const rsm__edges *e, double x, double y, double w[3])
+{
+    double sum;
+    int k;
+    for (k = 0; k < 3; k++) {
+        w[k] = e->a[k] * x + e->b[k] * y + e->c[k];
+        if (!(w[k] > 0.0 || (w[k] == 0.0 && e->owned[k]))) return 0;
+    }
+    sum = w[0] + w[1] + w[2];
+    if (!(sum > 0.0)) return 0;
+    for (k = 0; k < 3; k++) w[k] /= sum;
+    return 1;
+}
+
+static inline int rsm__is_hole(const rsm_mesh *m, size_t triangle, const double w[3])
+{
+    float weights[3] = { (float)w[0], (float)w[1], (float)w[2] }, albedo[3] = { 0, 0, 0 };
+    return m->has_holes && m->surface_fn && !m->surface_fn(m->user, m, (uint32_t)triangle, weights, albedo);
+}
+
+/* One triangle into the rows y0..y1 of the face. The depth of what wins stands in the texels. */
+static inline void rsm__draw(const rsm__raster *r, const rsm_mesh *m, size_t triangle, size_t number, uint32_t y0, uint32_t y1)
+{
+    rsm__box box = r->boxes[number];
+    double size = r->map->size, low = (double)r->map->desc.light.near_depth, high = (double)r->map->desc.light.far_depth;
+    rsm__corner c[3];
+    rsm__edges e;
+    uint32_t x, y;
+    int k;
+    for (k = 0; k < 3; k++) c[k] = rsm__project_corner(r, rsm__mesh_corner(m, triangle, k));
+    if (!rsm__edges_make(&e, c)) return;
+    for (y = box.y0 > y0 ? box.y0 : y0; y <= box.y1 && y <= y1; y++)
+        for (x = box.x0; x <= box.x1; x++) {
+            size_t at = ((size_t)r->face * r->map->size + y) * r->map->size + x;
+            double w[3], z;
+            if (!rsm__inside(&e, (x + 0.5) * 2.0 / size - 1.0, (y + 0.5) * 2.0 / size - 1.0, w)) continue;
+            z = w[0] * c[0].z + w[1] * c[1].z + w[2] * c[2].z;
+            if (!(z >= low && z <= high && (float)z < r->map->texels[at].depth) || rsm__is_hole(m, triangle, w)) continue;
+            r->map->texels[at].depth = (float)z;
+            r->winners[(size_t)y * r->map->size + x] = (uint32_t)number + 1u;
+        }
+}
+
+/* Mean of surface_fn over taps x taps points of the texel, in the triangle's plane. */
+static inline void rsm__albedo(const rsm_mesh *m, size_t triangle, const rsm__edges *e, double x, double y, double h,
+                               float out[3])
+{
+    uint32_t taps = m->taps ? m->taps : 1, i, j, found = 0;
+    float sum[3] = { 0, 0, 0 };
+    int k;
+    for (k = 0; k < 3; k++) out[k] = m->albedo[k];
+    if (!m->surface_fn) return;
+    for (j = 0; j < taps; j++)
+        for (i = 0; i < taps; i++) {
+            double s = x + h * ((2.0 * i + 1.0) / taps - 1.0), t = y + h * ((2.0 * j + 1.0) / taps - 1.0), total = 0.0, w[3];
+            float weights[3], albedo[3] = { 0, 0, 0 };
+            for (k = 0; k < 3; k++) {
+                w[k] = e->a[k] * s + e->b[k] * t + e->c[k];
+                w[k] = w[k] > 0.0 ? w[k] : 0.0;                     /* beyond an edge: the edge */
+                total += w[k];
+            }
+            for (k = 0; k < 3; k++) weights[k] = total > 0.0 ? (float)(w[k] / total) : 1.0f / 3.0f;
+            if (!m->surface_fn(m->user, m, (uint32_t)triangle, weights, albedo)) continue;
+            for (k = 0; k < 3; k++) sum[k] += albedo[k];
+            found++;
+        }
+    for (k = 0; k < 3; k++) out[k] = found ? sum[k] / (float)found : 0.0f;
+}
+
+static inline void rsm__resolve_texel(const rsm__raster *r, uint32_t x, uint32_t y)
+{
+    uint32_t winner = r->winners[(size_t)y * r->map->size + x];
+    double size = r->map->size, s = (x + 0.5) * 2.0 / size - 1.0, t = (y + 0.5) * 2.0 / size - 1.0, w[3];
+    size_t triangle;
+    const rsm_mesh *m;
+    rsm__v3 p[3], normal, position;
+    rsm__corner c[3];
+    rsm__edges e;
+    float albedo[3];
+    int k;
+    if (!winner) return;
+    m = rsm__mesh_of(r, winner - 1u, &triangle);
+    for (k = 0; k < 3; k++) {
+        p[k] = rsm__mesh_corner(m, triangle, k);
+        c[k] = rsm__project_corner(r, p[k]);
+    }
+    rsm__edges_make(&e, c);
+    if (!rsm__inside(&e, s, t, w)) return;
+    normal = rsm__v3_normalize(rsm__v3_cross(rsm__v3_sub(p[1], p[0]), rsm__v3_sub(p[2], p[0])));
+    position = rsm__v3_make((float)(w[0] * (double)p[0].x + w[1] * (double)p[1].x + w[2] * (double)p[2].x),
+                            (float)(w[0] * (double)p[0].y + w[1] * (double)p[1].y + w[2] * (double)p[2].y),
+                            (float)(w[0] * (double)p[0].z + w[1] * (double)p[1].z + w[2] * (double)p[2].z));
+    if (rsm__v3_dot(normal, rsm__to_light(r->map, position)) < 0.0f) normal = rsm__v3_scale(normal, -1);
+    rsm__albedo(m, triangle, &e, s, t, 1.0 / size, albedo);
+    rsm__texel_set(r->map, r->face, x, y, position, normal, albedo, m->material);
+}
+
+static inline void rsm__draw_band(void *context, size_t band)
+{
+    const rsm__raster *r = (const rsm__raster *)context;
+    uint32_t y0 = (uint32_t)band * RSM__BAND, y1 = y0 + RSM__BAND - 1u, x, y;
+    size_t number = 0, triangle, mesh;
+    if (y1 >= r->map->size) y1 = r->map->size - 1u;
+    for (mesh = 0; mesh < r->mesh_count; mesh++)
+        for (triangle = 0; triangle < rsm__mesh_triangles(r->meshes + mesh); triangle++, number++) {
+            rsm__box b = r->boxes[number];
+            if (b.x0 <= b.x1 && b.y0 <= y1 && b.y1 >= y0) rsm__draw(r, r->meshes + mesh, triangle, number, y0, y1);
+        }
+    for (y = y0; y <= y1; y++)
+        for (x = 0; x < r->map->size; x++) rsm__resolve_texel(r, x, y);
+}
+
+static inline rsm_result rsm__meshes_check(rsm__raster *r, uint64_t *skipped)
+{
+    size_t i, k, triangle;
+    r->triangles = 0;
+    for (i = 0; i < r->mesh_count; i++) {
+        const rsm_mesh *m = r->meshes + i;
+        size_t count = rsm__mesh_triangles(m);
+        if (!m->positions || !rsm__stride_valid(m->vertex_stride, 12)) return RSM_ERR_ARGUMENT;
+        if ((m->indices ? m->index_count : m->vertex_count) % 3 != 0) return RSM_ERR_INPUT;
+        if (m->taps > 16) return RSM_ERR_ARGUMENT;
+        for (k = 0; k < 3; k++)
+            if (!(m->albedo[k] >= 0.0f && m->albedo[k] <= 1e6f)) return RSM_ERR_INPUT;
+        if (m->transform)
+            for (k = 0; k < 16; k++)
+                if (!rsm__finite(m->transform[k])) return RSM_ERR_INPUT;
+        if (m->indices)
+            for (k = 0; k < m->index_count; k++)
+                if (m->indices[k] >= m->vertex_count) return RSM_ERR_INPUT;
+        if (count > 0xfffffffeu - r->triangles) return RSM_ERR_LIMIT;
+        r->triangles += count;
+        for (triangle = 0; triangle < count; triangle++) {
+            rsm__v3 p[3];
+            for (k = 0; k < 3; k++) p[k] = rsm__mesh_corner(m, triangle, (int)k);
+            *skipped += !rsm__corners_usable(p);
+        }
+    }
+    return RSM_OK;
+}
+
+static inline rsm_result rsm__raster_faces(rsm__raster *r)
+{
+    const rsm_system *s = &r->map->desc.system;
+    size_t texels = (size_t)r->map->size * r->map->size;
+    float share = 1.0f / (float)r->map->faces;
+    for (r->face = 0; r->face < r->map->faces; r->face++) {
+        rsm__face_frame(r->map, r->face, &r->right, &r->up, &r->axis);
+        memset(r->winners, 0, texels * sizeof *r->winners);
+        rsm__run(s, (r->triangles + RSM__CHUNK - 1) / RSM__CHUNK, rsm__bound_chunk, r);
+        if (!rsm__run_steps(s, (r->map->size + RSM__BAND - 1) / RSM__BAND, rsm__draw_band, r, share * (float)r->face,
+                            share * (float)(r->face + 1)))
+            return RSM_ERR_CANCELLED;
+    }
+    return RSM_OK;
+}
+
+/* ---- >>patterns ---- */
+
+static inline void rsm__disc_point(float *out, float radius, float turn, float weight)
+{
+    float s, c;
+    rsm__sincos(turn * (2.0f * RSM__PI), &s, &c);
+    out[0] = radius * c;
+    out[1] = radius * s;
+    out[2] = weight;
+}
+
+/* Darts on a torus twice the disc's radius wide, the least distance lowered whenever too many miss, so that every pattern
+   is finished. No place of the torus differs from another, so that the disc is covered evenly up to its rim, where
+   darts thrown at the disc alone crowd (4 % too dark in T25 with 400). */
+static inline void rsm__poisson(uint32_t count, uint32_t seed, float *out)
+{
+    float corners[2 * RSM__MAX_POISSON], least = 1.5f / sqrtf((float)count);     /* 27 % of the darts fall there */
+    uint32_t found = 0, outside = 0, tries = 0, dart, i;
+    for (dart = 0; found < count; dart++) {
+        float x = 2.0f * rsm__random(seed, 11, dart) - 1.0f, y = 2.0f * rsm__random(seed, 12, dart) - 1.0f;
+        int hit = 0;
+        for (i = 0; i < found + outside && !hit; i++) {
+            const float *p = i < found ? out + 3 * i : corners + 2 * (i - found);
+            float dx = fabsf(p[0] - x), dy = fabsf(p[1] - y);
+            dx = dx < 1.0f ? dx : 2.0f - dx;
+            dy = dy < 1.0f ? dy : 2.0f - dy;
+            hit = dx * dx + dy * dy < least * least;
+        }
+        if (hit) {
+            if (++tries < 100) continue;
+            least *= 0.9f;
+        } else if (x * x + y * y < 1.0f) {
+            float *to = out + 3 * found++;
+            to[0] = x;
+            to[1] = y;
+            to[2] = RSM__PI / (float)count;
+        } else if (outside < RSM__MAX_POISSON) {
+            corners[2 * outside] = x;
+            corners[2 * outside++ + 1] = y;
+        }
+        tries = 0;
+    }
+}
+
+/* Density C / r^2 outside the inner disc and C / r_min^2 in it, each its share of the samples: two strata. */
+static inline void rsm__log_radial(uint32_t count, float r_min, uint32_t seed, float *out)
+{
+    float length = -rsm__log(r_min), u, v, r;
+    uint32_t inner = (uint32_t)((float)count / (1.0f + 2.0f * length) + 0.5f), i;
+    if (inner < 1) inner = 1;
+    if (inner >= count) inner = count - 1;
+    for (i = 0; i < count; i++) {
+        rsm__sobol2(i < inner ? i : i - inner, seed + (i < inner), &u, &v);
+        if (i < inner) rsm__disc_point(out + 3 * i, r_min * sqrtf(u), v, RSM__PI * r_min * r_min / (float)inner);
+        else {
+            r = rsm__exp(-length * (1.0f - u));
+            rsm__disc_point(out + 3 * i, r, v, 2.0f * RSM__PI * r * r * length / (float)(count - inner));
+        }
+    }
+}
+
+static inline void rsm__pattern_make(rsm_pattern pattern, uint32_t count, float r_min, int paper, uint32_t seed, float *out)
+{
+    float u, v;
+    double sum = 0.0;
+    uint32_t i;
+    if (pattern == RSM_PATTERN_POISSON) rsm__poisson(count, seed, out);
+    else if (pattern == RSM_PATTERN_LOG_RADIAL && count > 1) rsm__log_radial(count, r_min, seed, out);
+    else
+        for (i = 0; i < count; i++) {
+            rsm__sobol2(i, seed, &u, &v);
+            if (pattern == RSM_PATTERN_EQUATION3) rsm__disc_point(out + 3 * i, u, v, 2.0f * RSM__PI * u / (float)count);
+            else rsm__disc_point(out + 3 * i, sqrtf(u), v, RSM__PI / (float)count);
+        }
+    if (!paper || pattern != RSM_PATTERN_EQUATION3) return;
+    for (i = 0; i < count; i++) sum += (double)(out[3 * i] * out[3 * i] + out[3 * i + 1] * out[3 * i + 1]);
+    for (i = 0; i < count && sum > 0.0; i++)
+        out[3 * i + 2] = (float)(3.14159265358979 / sum) * (out[3 * i] * out[3 * i] + out[3 * i + 1] * out[3 * i + 1]);
+}
+
+RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, float r_min, int paper_weights, uint32_t seed,
+                                     float *points)
+{
+    if (!points || samples == 0 || samples > RSM__MAX_SAMPLES || !(r_min >= 0.0f && r_min < 1.0f)) return RSM_ERR_ARGUMENT;
+    if ((int)pattern <= RSM_PATTERN_FLUX || pattern >= RSM_PATTERN_COUNT) return RSM_ERR_ARGUMENT;
+    if (pattern == RSM_PATTERN_POISSON && samples > RSM__MAX_POISSON) return RSM_ERR_ARGUMENT;
+    rsm__pattern_make(pattern, samples, r_min > 0.0f ? r_min : 1.0f / 32.0f, paper_weights, seed, points);
+    return RSM_OK;
+}
+
+/* Energy of a set pixel about it on the torus: a Gaussian of sigma 1.9, Ulichney's 1.5 to 2. */
+static inline void rsm__splat_energy(float *energy, uint32_t side, uint32_t at, float sign)
+{
+    int32_t reach = side > 20 ? 10 : ((int32_t)side - 1) / 2, i, j;
+    for (j = -reach; j <= reach; j++)
+        for (i = -reach; i <= reach; i++) {
+            uint32_t x = (at % side + side + (uint32_t)i) % side, y = (at / side + side + (uint32_t)j) % side;
+            energy[y * side + x] += sign * rsm__exp((float)(i * i + j * j) * -0.1385f);
+        }
+}
+
+/* The tightest cluster among set pixels, or the largest void among unset ones: marks hold 0 or rank + 1. */
+static inline uint32_t rsm__extreme(const float *energy, const float *marks, uint32_t count, int set)
+{
+    uint32_t i, best = 0;
+    float value = 0.0f;
+    int found = 0;
+    for (i = 0; i < count; i++)
+        if ((marks[i] > 0.0f) == set && (!found || (set ? energy[i] > value : energy[i] < value))) {
+            best = i;
+            value = energy[i];
+            found = 1;
+        }
+    return best;
+}
+
+static inline void rsm__void_and_cluster(uint32_t side, uint32_t seed, float *energy, float *marks)
+{
+    uint32_t count = side * side, first = count / 10 + 1, i, k;
+    for (i = 0; i < count; i++) energy[i] = marks[i] = 0.0f;
+    for (i = 0, k = 0; i < first; k++) {
+        uint32_t at = rsm__hash_combine(seed, k) % count;
+        if (marks[at] > 0.0f) continue;
+        marks[at] = 1.0f;
+        rsm__splat_energy(energy, side, at, 1.0f);
+        i++;
+    }
+    for (k = 0; k < count; k++) {                /* spread the first ones evenly: tightest into largest void */
+        uint32_t from = rsm__extreme(energy, marks, count, 1), to;
+        marks[from] = 0.0f;
+        rsm__splat_energy(energy, side, from, -1.0f);
+        to = rsm__extreme(energy, marks, count, 0);
+        marks[to] = 1.0f;
+        rsm__splat_energy(energy, side, to, 1.0f);
+        if (to == from) break;
+    }
+    for (i = 0; i < count; i++)
+        if (marks[i] > 0.0f) marks[i] = 0.5f;    /* set, rank not known yet */
+    for (k = first; k-- > 0;) {                  /* ranks below: taking away the tightest; 0.5 alone still counts */
+        uint32_t at, best = count;
+        for (at = 0; at < count; at++)
+            if (marks[at] == 0.5f && (best == count || energy[at] > energy[best])) best = at;
+        marks[best] = (float)k + 1.0f;
+        rsm__splat_energy(energy, side, best, -1.0f);
+    }
+    for (i = 0; i < count; i++) energy[i] = 0.0f;
+    for (i = 0; i < count; i++)
+        if (marks[i] > 0.0f) rsm__splat_energy(energy, side, i, 1.0f);
+    for (k = first; k < count; k++) {
+        uint32_t at = rsm__extreme(energy, marks, count, 0);
+        marks[at] = (float)k + 1.0f;
+        rsm__splat_energy(energy, side, at, 1.0f);
+    }
+    for (i = 0; i < count; i++) marks[i] = (marks[i] - 0.5f) / (float)count;
+}
+
+RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system *system, float *values)
+{
+    rsm_system none;
+    rsm__allocator a;
+    float *energy;
+    memset(&none, 0, sizeof none);
+    if (!system) system = &none;
+    if (!values || side < 4 || side > 64 || !rsm__system_valid(system)) return RSM_ERR_ARGUMENT;
+    a = rsm__allocator_of(system);
+    energy = (float *)rsm__alloc_array(&a, (size_t)side * side, sizeof *energy);
+    if (!energy) return RSM_ERR_ALLOC;
+    rsm__void_and_cluster(side, seed, energy, values);
+    rsm__free(&a, energy);
+    return RSM_OK;
+}
+
+/* ---- >>kernel: pixel lights on one receiver ---- */
+
+/* Structure of arrays; unused lanes have no flux. */
+typedef struct rsm__block {
+    float px[RSM__BLOCK], py[RSM__BLOCK], pz[RSM__BLOCK], nx[RSM__BLOCK], ny[RSM__BLOCK], nz[RSM__BLOCK];
+    float r[RSM__BLOCK], g[RSM__BLOCK], b[RSM__BLOCK], cap[RSM__BLOCK];
+} rsm__block;
+
+typedef struct rsm__gloss { float mirror[3], exponent, scale[3]; } rsm__gloss;    /* scale: pi x intensity of the lobe */
+
+typedef struct rsm__sum { float rgb[3], full, lost; } rsm__sum;    /* full and lost only where they are asked for */
+
+#define RSM__NO_CAP 3.0e38f
+
+/* Equation (1), with the 1/pi that it lacks applied by the caller: flux cos cos / d^2, cosines times d over d^4. Both
+   must exceed the rounding of positions, so that a plane does not light itself (T40). Written for lanes: compilers turn
+   the inner loop into vectors, and the sums of lanes are added in one order, so that all builds give the same bits. */
+#define RSM__KERNEL_BODY(lossy)                                                                              \
+    float red[RSM__LANES] = { 0 }, green[RSM__LANES] = { 0 }, blue[RSM__LANES] = { 0 };                      \
+    float full[RSM__LANES] = { 0 }, lost[RSM__LANES] = { 0 };                                                \
+    size_t i, l;                                                                                             \
+    for (i = 0; i < count; i += RSM__LANES)                                                                  \
+        for (l = 0; l < RSM__LANES; l++) {                                                                   \
+            float dx = k->px[i + l] - x[0], dy = k->py[i + l] - x[1], dz = k->pz[i + l] - x[2];              \
+            float d2 = dx * dx + dy * dy + dz * dz, cr = x[3] * dx + x[4] * dy + x[5] * dz - x[6], inverse, f, g; \
+            float ce = -(k->nx[i + l] * dx + k->ny[i + l] * dy + k->nz[i + l] * dz) - x[6];                  \
+            cr = cr > 0.0f ? cr : 0.0f;                                                                      \
+            ce = ce > 0.0f ? ce : 0.0f;                                                                      \
+            inverse = 1.0f / (d2 > 1e-18f ? d2 : 1e-18f);                                                    \
+            g = (cr * inverse) * (ce * inverse);                                                             \
+            f = g < k->cap[i + l] ? g : k->cap[i + l];                                                       \
+            red[l] += k->r[i + l] * f;                                                                       \
+            green[l] += k->g[i + l] * f;                                                                     \
+            blue[l] += k->b[i + l] * f;                                                                      \
+            if (lossy) {                                                                                     \
+                float m = k->r[i + l] + k->g[i + l] + k->b[i + l];                                           \
+                full[l] += m * g;                                                                            \
+                lost[l] += m * (g - f);                                                                      \
+            }                                                                                                \
+        }                                                                                                    \
+    for (l = 0; l < RSM__LANES; l++) {                                                                       \
+        sum->rgb[0] += red[l];                                                                               \
+        sum->rgb[1] += green[l];                                                                             \
+        sum->rgb[2] += blue[l];                                                                              \
+        sum->full += full[l];                                                                                \
+        sum->lost += lost[l];                                                                                \
+    }
+
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__)
+#define RSM__HOT __attribute__((optimize("O3")))
+#else
+#define RSM__HOT
+#endif
+
+/* x: position, normal, epsilon of the receiver. count: a multiple of RSM__LANES. */
+typedef void (*rsm__kernel)(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum);
+
+RSM__HOT static void rsm__kernel_plain(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
+{
+    RSM__KERNEL_BODY(0)
+}
+
+RSM__HOT static void rsm__kernel_plain_lossy(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
+{
+    RSM__KERNEL_BODY(1)
+}
+
+#if RSM__X86
+RSM__TARGET_AVX2 RSM__HOT static void rsm__kernel_avx2(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
+{
+    RSM__KERNEL_BODY(0)
+}
+
+RSM__TARGET_AVX2 RSM__HOT static void rsm__kernel_avx2_lossy(const rsm__block *k, size_t count, const float x[7],
+                                                             rsm__sum *sum)
+{
+    RSM__KERNEL_BODY(1)
+}
+#endif
+
+static inline rsm__kernel rsm__choose_kernel(int lossy)
+{
+#if RSM__X86
+    if (rsm__cpu_has_avx2()) return lossy ? rsm__kernel_avx2_lossy : rsm__kernel_avx2;
+#endif
+    return lossy ? rsm__kernel_plain_lossy : rsm__kernel_plain;
+}
+
+/* The glossy part of a light towards a receiver: a Phong lobe about the mirrored direction of the light (section 7). */
+static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, size_t i, const float x[7], rsm__sum *sum)
+{
+    rsm__v3 d = rsm__v3_make(k->px[i] - x[0], k->py[i] - x[1], k->pz[i] - x[2]);
+    float d2 = rsm__v3_dot(d, d), inverse = 1.0f / (d2 > 1e-18f ? d2 : 1e-18f), root = sqrtf(inverse), f;
+    float cr = (x[3] * d.x + x[4] * d.y + x[5] * d.z - x[6]) * root;
+    float ce = (-(k->nx[i] * d.x + k->ny[i] * d.y + k->nz[i] * d.z) - x[6]) * root;
+    float cm = -(gloss->mirror[0] * d.x + gloss->mirror[1] * d.y + gloss->mirror[2] * d.z) * root;
+    int c;
+    if (!(cr > 0.0f && ce > 0.0f && cm > 0.0f)) return;
+    f = cr * ce * inverse;
+    f = (f < k->cap[i] ? f : k->cap[i]) * rsm__pow(cm < 1.0f ? cm : 1.0f, gloss->exponent);
+    for (c = 0; c < 3; c++) sum->rgb[c] += gloss->scale[c] * f;
+}
+
+/* ---- >>gather ---- */
+
+typedef struct rsm__source {       /* one map, or the list */
+    const rsm_map *map;            /* NULL for a list */
+    rsm__block    *blocks;         /* pixel lights that all receivers share, set by set */
+    rsm__gloss    *gloss;          /* of them, or NULL */
+    size_t         set_blocks, set_lanes;   /* blocks of one set, and lanes in use, a multiple of RSM__LANES */
+    float          epsilon;
+} rsm__source;
+
+typedef struct rsm__tally { uint64_t evaluated, pairs, bad; double full, lost, outside, looked; } rsm__tally;
+
+typedef struct rsm__gather {
+    const rsm_map *const *maps;
+    rsm_gather_desc   desc;
+    const rsm_points *points;
+    float            *out;
+    rsm__source      *sources;
+    size_t            source_count, count;       /* count: of receivers */
+    float            *pattern;                   /* x, y, weight; set by set */
+    uint32_t          sets, set_samples;
+    rsm__kernel       kernel;
+    rsm__tally       *tallies;                   /* one a batch */
+    float             scale;                     /* of results: 1 / pi */
+} rsm__gather;
+
+/* Puts a light into a lane. weight: how many such texels it stands for; sets: how many sets share the lights. The bound
+   is that of the light among all sets, so that interleaving changes nothing on average. */
+static inline void rsm__lane_set(const rsm_gather_desc *d, rsm__block *k, size_t i, const rsm_texel *t, float weight,
+                                 float sets)
+{
+    float cap = d->clamp > 0.0f ? d->clamp : RSM__NO_CAP;
+    if (d->near_limit > 0.0f && t->area * weight > 0.0f) {
+        float own = d->near_limit * RSM__PI / (t->area * weight);
+        cap = own < cap ? own : cap;
+    }
+    k->px[i] = t->position[0] - d->offset * t->normal[0];
+    k->py[i] = t->position[1] - d->offset * t->normal[1];
+    k->pz[i] = t->position[2] - d->offset * t->normal[2];
+    k->nx[i] = t->normal[0];
+    k->ny[i] = t->normal[1];
+    k->nz[i] = t->normal[2];
+    k->r[i] = t->flux[0] * weight * sets;
+    k->g[i] = t->flux[1] * weight * sets;
+    k->b[i] = t->flux[2] * weight * sets;
+    k->cap[i] = cap;
+}
+
+static inline void rsm__lane_clear(rsm__block *k, size_t i)
+{
+    k->px[i] = k->py[i] = k->pz[i] = k->nx[i] = k->ny[i] = k->nz[i] = k->r[i] = k->g[i] = k->b[i] = 0.0f;
+    k->cap[i] = RSM__NO_CAP;
+}
+
+/* at: of the texel in the map. */
+static inline void rsm__gloss_set(const rsm_gather_desc *d, const rsm_map *map, rsm__gloss *g, size_t at, float weight)
+{
+    const rsm_texel *t = map->texels + at;
+    size_t face = (size_t)map->size * map->size;
+    rsm__v3 n = rsm__v3_load(t->normal), l = rsm__to_light(map, rsm__v3_load(t->position));
+    float incident;
+    int c;
+    memset(g, 0, sizeof *g);
+    if (t->material == 0 || t->material > d->material_count || !(t->depth < RSM_FAR)) return;
+    rsm__v3_store(g->mirror, rsm__v3_sub(rsm__v3_scale(n, 2.0f * rsm__v3_dot(n, l)), l));
+    g->exponent = d->materials[t->material - 1].exponent;
+    incident = rsm__incident(map, (uint32_t)(at / face), (uint32_t)(at % map->size), (uint32_t)(at % face / map->size));
+    for (c = 0; c < 3; c++)
+        g->scale[c] = incident * map->desc.light.value[c] * weight * d->materials[t->material - 1].specular[c] *
+                      0.5f * (g->exponent + 2.0f);
+}
+
+/* Texel number and weight of sample i of n, in proportion to flux. */
+static inline int rsm__pick_texel(const rsm_map *map, uint32_t i, uint32_t n, uint32_t seed, size_t *at, float *weight)
+{
+    double total = map->rows[map->size * (size_t)map->faces], x, flux;
+    uint32_t low = 0, high = map->size * map->faces, row;
+    const double *sums;
+    float u, v;
+    if (!(total > 0.0)) return 0;
+    /* A lattice: rows at even steps, places in them by the golden ratio, both shifted by the seed. */
+    u = rsm__fraction(rsm__to_unit(i * 2654435769u) + rsm__random(seed, 5, 0));
+    v = ((float)i + rsm__random(seed, 6, 0)) / (float)n;
+    x = (double)(v < 0.99999994f ? v : 0.99999994f) * total;
+    while (high - low > 1u) {
+        uint32_t middle = low + (high - low) / 2u;
+        if (map->rows[middle] <= x) low = middle;
+        else high = middle;
+    }
+    row = low;
+    sums = map->sums + (size_t)row * map->size;
+    x = (double)(u < 0.99999994f ? u : 0.99999994f) * sums[map->size - 1];
+    low = 0;
+    high = map->size - 1;                        /* first texel whose sum exceeds x */
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2u;
+        if (sums[middle] > x) high = middle;
+        else low = middle + 1u;
+    }
+    flux = sums[low] - (low ? sums[low - 1] : 0.0);
+    if (!(flux > 0.0)) return 0;
+    *at = (size_t)row * map->size + low;
+    *weight = (float)(total / ((double)n * flux));
+    return 1;
+}
+
+/* Pixel lights of a map that all receivers share: blocks filled set by set, each set padded to whole blocks. */
+static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm__allocator *a)
+{
+    const rsm_map *map = s->map;
+    size_t texels = rsm__texel_count(map), count = g->desc.samples ? g->desc.samples : (size_t)map->stats.lit_texels;
+    size_t per_set = (count + g->sets - 1) / g->sets, i, at = 0, placed = 0, lanes;
+    s->set_blocks = (per_set + RSM__BLOCK - 1) / RSM__BLOCK;
+    s->set_lanes = (per_set + RSM__LANES - 1) / RSM__LANES * RSM__LANES;
+    lanes = s->set_blocks * g->sets * RSM__BLOCK;
+    if (count == 0) return RSM_OK;
+    s->blocks = (rsm__block *)rsm__alloc_array(a, s->set_blocks * g->sets, sizeof *s->blocks);
+    if (g->desc.materials) s->gloss = (rsm__gloss *)rsm__alloc_array(a, lanes, sizeof *s->gloss);
+    if (!s->blocks || (g->desc.materials && !s->gloss)) return RSM_ERR_ALLOC;
+    for (i = 0; i < lanes; i++) rsm__lane_clear(s->blocks + i / RSM__BLOCK, i % RSM__BLOCK);
+    if (s->gloss) memset(s->gloss, 0, lanes * sizeof *s->gloss);
+    for (i = 0; i < (g->desc.samples ? count : texels); i++) {
+        size_t set, lane;
+        float weight = 1.0f;
+        if (g->desc.samples) {
+            if (!rsm__pick_texel(map, (uint32_t)i, (uint32_t)count, g->desc.seed, &at, &weight)) continue;
+        } else {
+            at = i;
+            if (!(rsm__mean3(map->texels[at].flux) > 0.0f)) continue;
+        }
+        set = rsm__hash_combine(g->desc.seed, (uint32_t)(placed / g->sets));
+        set = (placed + set) % g->sets;          /* runs of neighbours go to all sets, each run in another order */
+        lane = set * s->set_blocks * RSM__BLOCK + placed / g->sets;
+        rsm__lane_set(&g->desc, s->blocks + lane / RSM__BLOCK, lane % RSM__BLOCK, map->texels + at, weight,
+                      (float)g->sets);
+        if (s->gloss) rsm__gloss_set(&g->desc, map, s->gloss + lane, at, weight * (float)g->sets);
+        placed++;
+    }
+    return RSM_OK;
+}
+
+static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rsm_texel *lights, size_t count,
+                                        const rsm__allocator *a)
+{
+    size_t i, per_set = (count + g->sets - 1) / g->sets, lanes;
+    float extent = 0.0f;
+    s->set_blocks = (per_set + RSM__BLOCK - 1) / RSM__BLOCK;
+    s->set_lanes = (per_set + RSM__LANES - 1) / RSM__LANES * RSM__LANES;
+    lanes = s->set_blocks * g->sets * RSM__BLOCK;
+    if (count == 0) return RSM_OK;
+    s->blocks = (rsm__block *)rsm__alloc_array(a, s->set_blocks * g->sets, sizeof *s->blocks);
+    if (!s->blocks) return RSM_ERR_ALLOC;
+    for (i = 0; i < lanes; i++) rsm__lane_clear(s->blocks + i / RSM__BLOCK, i % RSM__BLOCK);
+    for (i = 0; i < count; i++) {
+        size_t lane = i % g->sets * s->set_blocks * RSM__BLOCK + i / g->sets;
+        int c;
+        if (rsm__usable(rsm__v3_load(lights[i].position)))
+            for (c = 0; c < 3; c++) extent = fabsf(lights[i].position[c]) > extent ? fabsf(lights[i].position[c]) : extent;
+        if (rsm__usable(rsm__v3_load(lights[i].position)) && rsm__usable(rsm__v3_load(lights[i].normal)) &&
+            lights[i].flux[0] >= 0.0f && lights[i].flux[1] >= 0.0f && lights[i].flux[2] >= 0.0f &&
+            rsm__mean3(lights[i].flux) <= 1e18f)
+            rsm__lane_set(&g->desc, s->blocks + lane / RSM__BLOCK, lane % RSM__BLOCK, lights + i, 1.0f, (float)g->sets);
+    }
+    s->epsilon = extent * 4e-7f;
+    return RSM_OK;
+}
+
+/* Which texel is under a sample of a pattern about the receiver, and how many texels' worth it stands for; (size_t)-1
+   where it is outside. centre: of the receiver's projection, in the unit square or, on a cube, a direction. */
+static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 centre, const rsm__v3 frame[2],
+                                       const float *sample, float c, float s, float *weight)
+{
+    float x = sample[0] * c - sample[1] * s, y = sample[0] * s + sample[1] * c, side = (float)map->size;
+    uint32_t i, j, face = 0;
+    if (map->faces == 1) {
+        float r = r_max;
+        if (!(r > 0.0f)) {                       /* to the border: the ray's length scales radius and area alike */
+            float length = sqrtf(x * x + y * y), dx, dy;
+            if (!(length > 0.0f)) length = 1.0f;
+            dx = x / length;
+            dy = y / length;
+            dx = fabsf(dx) > 1e-9f ? (dx > 0.0f ? 1.0f - centre.x : centre.x) / fabsf(dx) : 4.0f;
+            dy = fabsf(dy) > 1e-9f ? (dy > 0.0f ? 1.0f - centre.y : centre.y) / fabsf(dy) : 4.0f;
+            r = dx < dy ? dx : dy;
+        }
+        x = (centre.x + r * x) * side;
+        y = (centre.y + r * y) * side;
+        *weight = sample[2] * r * r * side * side;
+        if (!(r_max > 0.0f)) {                   /* rounding must not lose what ends on the border */
+            x = x < 0.0f ? 0.0f : x >= side ? side - 0.5f : x;
+            y = y < 0.0f ? 0.0f : y >= side ? side - 0.5f : y;
+        }
+        if (!(x >= 0.0f && x < side && y >= 0.0f && y < side)) return (size_t)-1;
+        i = (uint32_t)x;
+        j = (uint32_t)y;
+    } else {                                     /* equal-area disc of the sphere: r = sin(angle / 2) */
+        float r = r_max > 0.0f && r_max < 1.0f ? r_max : 1.0f, t, height, q, u, v;
+        rsm__v3 d, a, right, up;
+        x *= r;
+        y *= r;
+        t = x * x + y * y;
+        height = 1.0f - 2.0f * t;
+        q = 2.0f * sqrtf(t < 1.0f ? 1.0f - t : 0.0f);
+        d = rsm__v3_madd(rsm__v3_madd(rsm__v3_scale(centre, height), frame[0], x * q), frame[1], y * q);
+        face = rsm__cube_face(rsm__v3_dot(d, map->right), rsm__v3_dot(d, map->up), rsm__v3_dot(d, map->axis));
+        if (face >= map->faces) return (size_t)-1;
+        rsm__face_frame(map, face, &right, &up, &a);
+        height = rsm__v3_dot(d, a);
+        u = rsm__v3_dot(d, right) / height;
+        v = rsm__v3_dot(d, up) / height;
+        i = (uint32_t)((u * 0.5f + 0.5f) * side);
+        j = (uint32_t)((v * 0.5f + 0.5f) * side);
+        i = i < map->size ? i : map->size - 1u;
+        j = j < map->size ? j : map->size - 1u;
+        u = rsm__texel_centre(map, i);
+        v = rsm__texel_centre(map, j);
+        q = 1.0f + u * u + v * v;                /* solid angle of the texel: (2 / side)^2 / q^1.5 */
+        *weight = sample[2] * 4.0f * r * r * 0.25f * side * side * q * sqrtf(q);
+    }
+    return ((size_t)face * map->size + j) * map->size + i;
+}
+
+/* Pixel lights about one receiver. */
+static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map, const float x[7], uint32_t set, float noise,
+                                       rsm__sum *sum)
+{
+    rsm__v3 p = rsm__v3_make(x[0], x[1], x[2]), centre, frame[2] = { { 0, 0, 0 }, { 0, 0, 0 } };
+    rsm__block block;
+    size_t found[RSM__BLOCK];
+    float weights[RSM__BLOCK], s = 0.0f, c = 1.0f;
+    uint32_t first, i, n;
+    if (g->desc.noise) rsm__sincos(noise * (2.0f * RSM__PI), &s, &c);
+    if (map->faces == 1) {
+        centre = rsm__to_face(map, 0, p);
+        if (!rsm__is_sun(map) && !(centre.z > 0.0f)) centre = rsm__v3_make(0, 0, 0);
+        centre.x = centre.x * 0.5f + 0.5f;
+        centre.y = centre.y * 0.5f + 0.5f;
+        if (!(g->desc.r_max > 0.0f)) {           /* a centre inside the map: any will do, near ones do best */
+            centre.x = centre.x > 0.02f ? centre.x < 0.98f ? centre.x : 0.98f : 0.02f;
+            centre.y = centre.y > 0.02f ? centre.y < 0.98f ? centre.y : 0.98f : 0.02f;
+        }
+    } else {
+        centre = rsm__v3_normalize(rsm__v3_sub(p, rsm__v3_load(map->desc.light.position)));
+        if (!(rsm__v3_length(centre) > 0.5f)) centre = map->axis;
+        rsm__v3_basis(centre, &frame[0], &frame[1]);
+    }
+    for (first = 0; first < g->set_samples; first += RSM__BLOCK) {
+        const float *pattern = g->pattern + 3 * ((size_t)set * g->set_samples + first);
+        n = g->set_samples - first < RSM__BLOCK ? g->set_samples - first : (uint32_t)RSM__BLOCK;
+        for (i = 0; i < n; i++)
+            found[i] = rsm__place_sample(map, g->desc.r_max, centre, frame, pattern + 3 * i, c, s, &weights[i]);
+        for (i = 0; i < n; i++)
+            if (found[i] != (size_t)-1) rsm__lane_set(&g->desc, &block, i, map->texels + found[i], weights[i], (float)g->sets);
+            else rsm__lane_clear(&block, i);
+        for (; i % RSM__LANES; i++) rsm__lane_clear(&block, i);
+        g->kernel(&block, i, x, sum);
+        for (i = 0; g->desc.materials && i < n; i++) {
+            rsm__gloss gloss;
+            if (found[i] == (size_t)-1 || map->texels[found[i]].material == 0) continue;
+            rsm__gloss_set(&g->desc, map, &gloss, found[i], weights[i] * (float)g->sets);
+            rsm__add_gloss(&gloss, &block, i, x, sum);
+        }
+    }
+}
+
+static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s, const float x[7], uint32_t set, rsm__sum *sum)
+{
+    const rsm__block *blocks = s->blocks + set * s->set_blocks;
+    size_t i, k;
+    for (i = 0; i < s->set_blocks; i++) {
+        size_t lanes = s->set_lanes - i * RSM__BLOCK < RSM__BLOCK ? s->set_lanes - i * RSM__BLOCK : (size_t)RSM__BLOCK;
+        g->kernel(blocks + i, lanes, x, sum);
+        for (k = 0; s->gloss && k < lanes; k++) {
+            const rsm__gloss *gloss = s->gloss + ((size_t)set * s->set_blocks + i) * RSM__BLOCK + k;
+            if (gloss->scale[0] > 0.0f || gloss->scale[1] > 0.0f || gloss->scale[2] > 0.0f)
+                rsm__add_gloss(gloss, blocks + i, k, x, sum);
+        }
+    }
+}
+
+/* Share of a map's flux that lies beyond r_max of the receiver. */
+static inline double rsm__outside_share(const rsm_map *map, float r_max, rsm__v3 p)
+{
+    double outside = 0.0, total = map->rows[(size_t)map->size * map->faces];
+    size_t at, face = (size_t)map->size * map->size, count = rsm__texel_count(map);
+    rsm__v3 q = rsm__to_face(map, 0, p), centre;
+    if (!(total > 0.0)) return 0.0;
+    centre = rsm__v3_normalize(rsm__v3_sub(p, rsm__v3_load(map->desc.light.position)));
+    if (map->faces == 1 && !rsm__is_sun(map) && !(q.z > 0.0f)) q = rsm__v3_make(0, 0, 0);
+    for (at = 0; at < count; at++) {
+        float u = rsm__texel_centre(map, (uint32_t)(at % map->size)), v, f = rsm__mean3(map->texels[at].flux), d;
+        v = rsm__texel_centre(map, (uint32_t)(at % face / map->size));
+        if (!(f > 0.0f)) continue;
+        if (map->faces == 1) d = 0.25f * ((u - q.x) * (u - q.x) + (v - q.y) * (v - q.y));
+        else {
+            rsm__v3 there = rsm__from_face(map, (uint32_t)(at / face), u, v, 1.0f);
+            there = rsm__v3_normalize(rsm__v3_sub(there, rsm__v3_load(map->desc.light.position)));
+            d = 0.5f * (1.0f - rsm__v3_dot(there, centre));
+        }
+        if (d > r_max * r_max) outside += (double)f;
+    }
+    return outside / total;
+}
+
+static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tally *tally, int wants_share)
+{
+    const rsm_points *p = g->points;
+    size_t at = p->indices ? p->indices[number] : number, i, px = p->width ? at % p->width : at;
+    size_t py = p->width ? at / p->width : 0;
+    uint32_t k = g->desc.interleave, set = (uint32_t)(px % k + k * (py % k));
+    float x[7], noise = 0.0f, occlusion = 1.0f, *out = g->out + 3 * at;
+    rsm__sum sum = { { 0, 0, 0 }, 0, 0 };
+    rsm__v3 position, normal;
+    int c;
+    if (!rsm__receiver(p, at, &position, &normal, &tally->bad)) {
+        for (c = 0; c < 3 && !g->desc.add; c++) out[c] = 0.0f;
+        return;
+    }
+    if (g->desc.noise) noise = g->desc.noise[py % g->desc.noise_side * g->desc.noise_side + px % g->desc.noise_side];
+    rsm__v3_store(x, position);
+    rsm__v3_store(x + 3, normal);
+    for (i = 0; i < g->source_count; i++) {
+        const rsm__source *s = g->sources + i;
+        x[6] = s->epsilon;
+        for (c = 0; c < 3; c++) x[6] = fabsf(x[c]) * 4e-7f > x[6] ? fabsf(x[c]) * 4e-7f : x[6];
+        if (s->blocks) rsm__gather_shared(g, s, x, set, &sum);
+        else if (s->map && g->pattern) rsm__gather_centred(g, s->map, x, set, noise, &sum);
+        if (s->map && g->pattern && wants_share && g->desc.r_max > 0.0f) {
+            tally->outside += rsm__outside_share(s->map, g->desc.r_max, position);
+            tally->looked += 1.0;
+        }
+        tally->pairs += s->blocks ? s->set_lanes : g->set_samples;
+    }
+    tally->evaluated++;
+    tally->full += (double)sum.full;
+    tally->lost += (double)sum.lost;
+    if (p->occlusion) occlusion = *rsm__at(p->occlusion, rsm__stride(p->occlusion_stride, 4), at);
+    occlusion = occlusion > 0.0f ? occlusion < 1.0f ? occlusion : 1.0f : 0.0f;
+    for (c = 0; c < 3; c++) out[c] = (g->desc.add ? out[c] : 0.0f) + sum.rgb[c] * g->scale * occlusion;
+}
+
+static inline void rsm__gather_batch(void *context, size_t batch)
+{
+    const rsm__gather *g = (const rsm__gather *)context;
+    rsm__tally *tally = g->tallies + batch;
+    size_t i, first = batch * RSM__BATCH, end = first + RSM__BATCH < g->count ? first + RSM__BATCH : g->count;
+    size_t every = g->count / 64 + 1;
+    memset(tally, 0, sizeof *tally);
+    for (i = first; i < end; i++) rsm__gather_one(g, i, tally, i % every == 0);
+}
+
+static inline rsm_result rsm__gather_check(const rsm_gather_desc *d, rsm_gather_desc *out)
+{
+    uint32_t i;
+    int c;
+    *out = *d;
+    if ((int)d->pattern < 0 || d->pattern >= RSM_PATTERN_COUNT || d->samples > RSM__MAX_SAMPLES) return RSM_ERR_DESC;
+    if (d->pattern == RSM_PATTERN_DEFAULT) out->pattern = RSM_PATTERN_FLUX;
+    if (d->pattern == RSM_PATTERN_POISSON && d->samples > RSM__MAX_POISSON) return RSM_ERR_DESC;
+    if (!(d->r_max >= 0.0f && d->r_max <= 1e3f) || !(d->r_min >= 0.0f && d->r_min < 1.0f)) return RSM_ERR_DESC;
+    if (!(d->r_min > 0.0f)) out->r_min = 1.0f / 32.0f;
+    if (!(d->offset >= 0.0f && d->offset <= 1e9f) || !(d->clamp >= 0.0f && d->clamp <= 1e18f)) return RSM_ERR_DESC;
+    if (!(d->near_limit >= 0.0f && d->near_limit <= 1e6f)) return RSM_ERR_DESC;
+    if (d->noise && (d->noise_side == 0 || d->noise_side > 4096)) return RSM_ERR_DESC;
+    for (i = 0; d->noise && i < d->noise_side * d->noise_side; i++)
+        if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f)) return RSM_ERR_DESC;
+    if (d->interleave == 0) out->interleave = 1;
+    if (out->interleave > 8 || (out->interleave & (out->interleave - 1))) return RSM_ERR_DESC;
+    if (!d->materials && d->material_count) return RSM_ERR_DESC;
+    for (i = 0; i < d->material_count; i++) {
+        if (!(d->materials[i].exponent >= 0.0f && d->materials[i].exponent <= 1e4f)) return RSM_ERR_DESC;
+        for (c = 0; c < 3; c++)
+            if (!(d->materials[i].specular[c] >= 0.0f && d->materials[i].specular[c] <= 1.0f)) return RSM_ERR_DESC;
+    }
+    return rsm__system_valid(&d->system) ? RSM_OK : RSM_ERR_DESC;
+}
+
+static inline void rsm__gather_close(rsm__gather *g, const rsm__allocator *a)
+{
+    size_t i = g->sources ? g->source_count : 0;
+    rsm__free(a, g->tallies);
+    rsm__free(a, g->pattern);
+    while (i-- > 0) {
+        rsm__free(a, g->sources[i].gloss);
+        rsm__free(a, g->sources[i].blocks);
+    }
+    rsm__free(a, g->sources);
+}
+
+/* What all receivers share. On failure the caller closes. */
+static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *maps, size_t map_count,
+                                          const rsm_texel *lights, size_t light_count, const rsm__allocator *a)
+{
+    size_t i, batches = (g->count + RSM__BATCH - 1) / RSM__BATCH;
+    int list = lights != NULL, centred = !list && g->desc.samples != 0 && g->desc.pattern != RSM_PATTERN_FLUX;
+    rsm_result result = RSM_OK;
+    g->source_count = list ? 1 : map_count;
+    g->sets = g->desc.interleave * g->desc.interleave;
+    g->scale = 1.0f / RSM__PI;
+    g->sources = (rsm__source *)rsm__alloc_array(a, g->source_count, sizeof *g->sources);
+    if (!g->sources) return RSM_ERR_ALLOC;
+    memset(g->sources, 0, g->source_count * sizeof *g->sources);
+    g->tallies = (rsm__tally *)rsm__alloc_array(a, batches ? batches : 1, sizeof *g->tallies);
+    if (!g->tallies) return RSM_ERR_ALLOC;
+    if (centred) {
+        uint32_t n, k;
+        float *sorted;
+        g->set_samples = (g->desc.samples + g->sets - 1) / g->sets;
+        n = g->set_samples * g->sets;            /* rounded up to equal sets: every sample weighs the same */
+        if (g->desc.pattern == RSM_PATTERN_POISSON && n > RSM__MAX_POISSON) return RSM_ERR_DESC;
+        g->pattern = (float *)rsm__alloc_array(a, n, 3 * sizeof *g->pattern);
+        sorted = (float *)rsm__alloc_array(a, n, 3 * sizeof *sorted);
+        if (!g->pattern || !sorted) {
+            rsm__free(a, sorted);
+            return RSM_ERR_ALLOC;
+        }
+        rsm__pattern_make(g->desc.pattern, n, g->desc.r_min, g->desc.paper_weights, g->desc.seed, sorted);
+        for (k = 0; k < n; k++) {                /* sample k to set k % sets */
+            float *to = g->pattern + 3 * ((size_t)(k % g->sets) * g->set_samples + k / g->sets);
+            memcpy(to, sorted + 3 * (size_t)k, 3 * sizeof *to);
+        }
+        rsm__free(a, sorted);
+    }
+    for (i = 0; i < g->source_count && result == RSM_OK; i++) {
+        if (!list) {
+            g->sources[i].map = maps[i];
+            g->sources[i].epsilon = maps[i]->epsilon;
+        }
+        if (list) result = rsm__pack_list(g, g->sources, lights, light_count, a);
+        else if (!centred) result = rsm__pack_map(g, g->sources + i, a);
+    }
+    return result;
+}
+
+static inline void rsm__gather_add_stats(const rsm__gather *g, rsm_gather_stats *stats, double sums[4])
+{
+    size_t i, batches = (g->count + RSM__BATCH - 1) / RSM__BATCH;
+    for (i = 0; i < batches; i++) {
+        stats->evaluated += g->tallies[i].evaluated;
+        stats->pairs += g->tallies[i].pairs;
+        stats->bad_points += g->tallies[i].bad;
+        sums[0] += g->tallies[i].full;
+        sums[1] += g->tallies[i].lost;
+        sums[2] += g->tallies[i].outside;
+        sums[3] += g->tallies[i].looked;
+    }
+    stats->clamped_share = sums[0] > 0.0 ? sums[1] / sums[0] : 0.0;
+    stats->outside_share = sums[3] > 0.0 ? sums[2] / sums[3] : 0.0;
+}
+
+static inline rsm_result rsm__maps_check(const rsm_map *const *maps, size_t map_count)
+{
+    size_t i;
+    if (!maps || map_count == 0) return RSM_ERR_ARGUMENT;
+    for (i = 0; i < map_count; i++)
+        if (!maps[i]) return RSM_ERR_ARGUMENT;
+    for (i = 0; i < map_count; i++)
+        if (!maps[i]->finished) return RSM_ERR_ORDER;
+    return RSM_OK;
+}
+
+static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *maps, size_t map_count, const rsm_texel *lights,
+                                         size_t light_count, rsm_gather_stats *stats)
+{
+    rsm__allocator a = rsm__allocator_of(&g->desc.system);
+    rsm_gather_stats s;
+    double sums[4] = { 0, 0, 0, 0 };
+    rsm_result result;
+    g->count = g->points->indices ? g->points->index_count : g->points->count;
+    g->kernel = rsm__choose_kernel(stats && (g->desc.clamp > 0.0f || g->desc.near_limit > 0.0f));
+    result = rsm__gather_open(g, maps, map_count, lights, light_count, &a);
+    if (result == RSM_OK && !rsm__run_steps(&g->desc.system, (g->count + RSM__BATCH - 1) / RSM__BATCH, rsm__gather_batch, g,
+                                            0.0f, 1.0f))
+        result = RSM_ERR_CANCELLED;
+    if (result == RSM_OK && stats) {
+        memset(&s, 0, sizeof s);
+        rsm__gather_add_stats(g, &s, sums);
+        *stats = s;
+    }
+    rsm__gather_close(g, &a);
+    return result;
+}
+
+RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count, const rsm_gather_desc *desc,
+                              const rsm_points *points, float *irradiance, rsm_gather_stats *stats)
+{
+    rsm__gather g;
+    rsm_result result = rsm__maps_check(maps, map_count);
+    if (result != RSM_OK) return result;
+    memset(&g, 0, sizeof g);
+    if (!desc || !irradiance || !rsm__points_valid(points)) return RSM_ERR_ARGUMENT;
+    result = rsm__gather_check(desc, &g.desc);
+    if (result != RSM_OK) return result;
+    g.points = points;
+    g.out = irradiance;
+    return rsm__gather_run(&g, maps, map_count, NULL, 0, stats);
+}
+
+RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const rsm_gather_desc *desc,
+                                   const rsm_points *points, float *irradiance, rsm_gather_stats *stats)
+{
+    rsm__gather g;
+    rsm_result result;
+    memset(&g, 0, sizeof g);
+    if (!lights || !desc || !irradiance || !rsm__points_valid(points)) return RSM_ERR_ARGUMENT;
+    result = rsm__gather_check(desc, &g.desc);
+    if (result != RSM_OK) return result;
+    g.desc.materials = NULL;
+    g.desc.noise = NULL;
+    g.points = points;
+    g.out = irradiance;
+    return rsm__gather_run(&g, NULL, 0, lights, count, stats);
+}
+
+/* ---- >>lists and clusters ---- */
+
+RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t samples, uint32_t seed,
+                                    rsm_texel *lights, size_t capacity, size_t *count)
+{
+    size_t m, i, needed = 0, at = 0;
+    rsm_result result = rsm__maps_check(maps, map_count);
+    if (result != RSM_OK) return result;
+    if (!count || (!lights && capacity) || samples > RSM__MAX_SAMPLES) return RSM_ERR_ARGUMENT;
+    for (m = 0; m < map_count; m++) {
+        float weight;
+        if (!samples) needed += (size_t)maps[m]->stats.lit_texels;
+        for (i = 0; i < samples; i++) needed += (size_t)rsm__pick_texel(maps[m], (uint32_t)i, samples, seed, &at, &weight);
+    }
+    *count = needed;
+    if (capacity < needed) return RSM_ERR_MEMORY;
+    for (m = 0, needed = 0; m < map_count; m++)
+        for (i = 0; i < (samples ? samples : rsm__texel_count(maps[m])); i++) {
+            float weight = 1.0f;
+            int c;
+            at = i;
+            if (samples ? !rsm__pick_texel(maps[m], (uint32_t)i, samples, seed, &at, &weight)
+                        : !(rsm__mean3(maps[m]->texels[at].flux) > 0.0f))
+                continue;
+            lights[needed] = maps[m]->texels[at];
+            lights[needed].area *= weight;
+            for (c = 0; c < 3; c++) lights[needed].flux[c] *= weight;
+            needed++;
+        }
+    return RSM_OK;
+}
+
+/* A group of lights: the run first..first+count of the order. */
+typedef struct rsm__group { size_t first, count; double flux, mean[6], spread[6], cost; } rsm__group;
+
+static inline float rsm__coordinate(const rsm_texel *t, int k) { return k < 3 ? t->position[k] : t->normal[k - 3]; }
+
+/* Mean and spread of position and normal by flux. cost: flux x spread, normals counted against size^2 of the scene. */
+static inline void rsm__measure(rsm__group *g, const rsm_texel *lights, const uint32_t *order, double size2)
+{
+    size_t i;
+    int k;
+    g->flux = g->cost = 0.0;
+    for (k = 0; k < 6; k++) g->mean[k] = g->spread[k] = 0.0;
+    for (i = 0; i < g->count; i++) {
+        const rsm_texel *t = lights + order[g->first + i];
+        double f = (double)rsm__mean3(t->flux);
+        g->flux += f;
+        for (k = 0; k < 6; k++) {
+            double v = (double)rsm__coordinate(t, k);
+            g->mean[k] += f * v;
+            g->spread[k] += f * v * v;
+        }
+    }
+    for (k = 0; k < 6 && g->flux > 0.0; k++) {
+        g->mean[k] /= g->flux;
+        g->spread[k] = (g->spread[k] / g->flux - g->mean[k] * g->mean[k]) * (k < 3 ? 1.0 : 0.25 * size2);
+        if (!(g->spread[k] > 0.0)) g->spread[k] = 0.0;
+        g->cost += g->spread[k] * g->flux;
+    }
+    if (g->count < 2) g->cost = 0.0;
+}
+
+/* Cuts a group at the mean of its widest coordinate; returns 0 where all lights fall on one side. */
+static inline int rsm__cut(rsm__group *g, rsm__group *other, const rsm_texel *lights, uint32_t *order, double size2)
+{
+    size_t low = g->first, high = g->first + g->count;
+    int k, widest = 0;
+    for (k = 1; k < 6; k++)
+        if (g->spread[k] > g->spread[widest]) widest = k;
+    while (low < high) {
+        uint32_t swap = order[low];
+        if ((double)rsm__coordinate(lights + swap, widest) < g->mean[widest]) low++;
+        else {
+            order[low] = order[--high];
+            order[high] = swap;
+        }
+    }
+    if (low == g->first || low == g->first + g->count) return 0;
+    other->first = low;
+    other->count = g->first + g->count - low;
+    g->count = low - g->first;
+    rsm__measure(g, lights, order, size2);
+    rsm__measure(other, lights, order, size2);
+    return 1;
+}
+
+static inline void rsm__group_light(const rsm__group *g, const rsm_texel *lights, const uint32_t *order, rsm_texel *out)
+{
+    double flux[3] = { 0, 0, 0 }, area = 0.0;
+    size_t i;
+    int c;
+    rsm__texel_clear(out);
+    for (i = 0; i < g->count; i++) {
+        const rsm_texel *t = lights + order[g->first + i];
+        for (c = 0; c < 3; c++) flux[c] += (double)t->flux[c];
+        area += (double)t->area;
+    }
+    for (c = 0; c < 3; c++) {
+        out->position[c] = (float)g->mean[c];
+        out->flux[c] = (float)flux[c];
+    }
+    out->area = (float)area;
+    out->depth = 0.0f;
+    rsm__v3_store(out->normal, rsm__v3_normalize(rsm__v3_make((float)g->mean[3], (float)g->mean[4], (float)g->mean[5])));
+}
+
+RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint32_t cluster_count,
+                               const rsm_system *system, rsm_texel *clusters, size_t *count)
+{
+    rsm_system none;
+    rsm__allocator a;
+    rsm__group *groups;
+    uint32_t *order, found = 1, i, k, most;
+    size_t used = 0, at;
+    double size2 = 0.0;
+    memset(&none, 0, sizeof none);
+    if (!system) system = &none;
+    if (!lights || !clusters || !count || cluster_count == 0 || cluster_count > 65536u || light_count > 0x7fffffffu)
+        return RSM_ERR_ARGUMENT;
+    if (!rsm__system_valid(system)) return RSM_ERR_ARGUMENT;
+    a = rsm__allocator_of(system);
+    order = (uint32_t *)rsm__alloc_array(&a, light_count + 1, sizeof *order);
+    groups = (rsm__group *)rsm__alloc_array(&a, cluster_count, sizeof *groups);
+    if (!order || !groups) {
+        rsm__free(&a, groups);
+        rsm__free(&a, order);
+        return RSM_ERR_ALLOC;
+    }
+    for (at = 0; at < light_count; at++) {
+        float f = rsm__mean3(lights[at].flux);
+        if (f > 0.0f && f <= 1e18f && rsm__usable(rsm__v3_load(lights[at].position)) &&
+            rsm__usable(rsm__v3_load(lights[at].normal)))
+            order[used++] = (uint32_t)at;
+    }
+    groups[0].first = 0;
+    groups[0].count = used;
+    rsm__measure(groups, lights, order, 0.0);
+    for (k = 0; k < 3; k++) size2 += groups[0].spread[k];
+    rsm__measure(groups, lights, order, size2);
+    while (used && found < cluster_count) {
+        most = 0;
+        for (i = 1; i < found; i++)
+            if (groups[i].cost > groups[most].cost) most = i;
+        if (!(groups[most].cost > 0.0)) break;
+        if (rsm__cut(groups + most, groups + found, lights, order, size2)) found++;
+        else groups[most].cost = 0.0;
+    }
+    for (i = 0; used && i < found; i++) rsm__group_light(groups + i, lights, order, clusters + i);
+    *count = used ? found : 0;
+    rsm__free(&a, groups);
+    rsm__free(&a, order);
+    return RSM_OK;
+}
+
+/* ---- >>interpolation ---- */
+
+typedef struct rsm__grid {
+    const rsm_points       *points;
+    const rsm_interpolation *desc;
+    float    *out;
+    uint8_t  *state;               /* of each pixel: 0 none, 1 open, 2 interpolated, 3 evaluated, 4 wanted */
+    uint32_t *list;                /* pixels to evaluate */
+    uint32_t  width, height, step;
+} rsm__grid;
+
+enum { RSM__NONE, RSM__OPEN, RSM__INTERPOLATED, RSM__EVALUATED, RSM__WANTED };
+
+/* Grid lines of a coordinate: multiples of step, and the picture's last pixel. */
+static inline void rsm__grid_lines(uint32_t at, uint32_t step, uint32_t size, uint32_t line[2], float *share)
+{
+    line[0] = at - at % step;
+    line[1] = line[0] + step < size ? line[0] + step : size - 1;
+    *share = line[1] > line[0] ? (float)(at - line[0]) / (float)(line[1] - line[0]) : 0.0f;
+}
+
+/* Section 4: is the sample at pixel s good for pixel p? */
+static inline int rsm__suits(const rsm__grid *g, size_t s, rsm__v3 position, rsm__v3 normal)
+{
+    rsm__v3 d, n;
+    float length, plane;
+    if (g->state[s] != RSM__EVALUATED) return 0;
+    d = rsm__v3_sub(rsm__v3_load(rsm__at(g->points->positions, rsm__stride(g->points->position_stride, 12), s)), position);
+    n = rsm__v3_load(rsm__at(g->points->normals, rsm__stride(g->points->normal_stride, 12), s));
+    length = rsm__v3_length(d);
+    plane = fabsf(rsm__v3_dot(d, normal));
+    if (fabsf(rsm__v3_dot(d, n)) > plane) plane = fabsf(rsm__v3_dot(d, n));
+    if (rsm__v3_dot(n, normal) < g->desc->normal_cosine || plane > g->desc->plane_slope * length) return 0;
+    return !(g->desc->distance > 0.0f) || length <= g->desc->distance;
+}
+
+/* Bilinear, without the samples that do not suit; 0 where fewer than three do or their values differ too much. */
+static inline int rsm__interpolate_pixel(const rsm__grid *g, uint32_t x, uint32_t y, float rgb[3])
+{
+    size_t at = (size_t)y * g->width + x;
+    uint32_t column[2], row[2];
+    float u, v, total = 0.0f, low = 0.0f, high = 0.0f, sum = 0.0f;
+    rsm__v3 p = rsm__v3_load(rsm__at(g->points->positions, rsm__stride(g->points->position_stride, 12), at));
+    rsm__v3 n = rsm__v3_load(rsm__at(g->points->normals, rsm__stride(g->points->normal_stride, 12), at));
+    int k, c, good = 0;
+    rsm__grid_lines(x, g->step, g->width, column, &u);
+    rsm__grid_lines(y, g->step, g->height, row, &v);
+    rgb[0] = rgb[1] = rgb[2] = 0.0f;
+    for (k = 0; k < 4; k++) {
+        size_t s = (size_t)row[k >> 1] * g->width + column[k & 1];
+        float weight = (k & 1 ? u : 1.0f - u) * (k & 2 ? v : 1.0f - v), value;
+        if (!rsm__suits(g, s, p, n)) continue;
+        value = rsm__mean3(g->out + 3 * s);
+        low = good == 0 || value < low ? value : low;
+        high = good == 0 || value > high ? value : high;
+        sum += value;
+        good++;
+        total += weight;
+        for (c = 0; c < 3; c++) rgb[c] += weight * g->out[3 * s + (size_t)c];
+    }
+    if (good < 3 || !(total > 1e-6f)) return 0;
+    if (g->desc->contrast >= 0.0f && high - low > g->desc->contrast * sum / (float)good) return 0;
+    for (c = 0; c < 3; c++) rgb[c] /= total;
+    return 1;
+}
+
+static inline void rsm__interpolate_row(void *context, size_t y)
+{
+    rsm__grid *g = (rsm__grid *)context;
+    uint32_t x;
+    for (x = 0; x < g->width; x++) {
+        size_t at = y * g->width + x;
+        float rgb[3];
+        if (g->state[at] != RSM__OPEN || !rsm__interpolate_pixel(g, x, (uint32_t)y, rgb)) continue;
+        memcpy(g->out + 3 * at, rgb, sizeof rgb);
+        g->state[at] = RSM__INTERPOLATED;
+    }
+}
+
+/* Grid pixels that an open pixel needs: wanted, unless they were evaluated before. */
+static inline void rsm__want_corners(rsm__grid *g, uint32_t x, uint32_t y)
+{
+    uint32_t column[2], row[2], k;
+    float share;
+    rsm__grid_lines(x, g->step, g->width, column, &share);
+    rsm__grid_lines(y, g->step, g->height, row, &share);
+    for (k = 0; k < 4; k++) {
+        uint8_t *s = g->state + (size_t)row[k >> 1] * g->width + column[k & 1];
+        if (*s == RSM__OPEN || *s == RSM__INTERPOLATED) *s = RSM__WANTED;
+    }
+}
+
+/* Wanted pixels, in order, to the list and to evaluated. A coarse grid wants pixels that are interpolated already too:
+   what was evaluated replaces them. */
+static inline size_t rsm__list_wanted(rsm__grid *g)
+{
+    size_t at, pixels = (size_t)g->width * g->height, found = 0;
+    for (at = 0; at < pixels; at++)
+        if (g->state[at] == RSM__WANTED) {
+            g->state[at] = RSM__EVALUATED;
+            g->list[found++] = (uint32_t)at;
+        }
+    return found;
+}
+
+static inline rsm_result rsm__interpolation_check(const rsm_interpolation *d, rsm_interpolation *out)
+{
+    memset(out, 0, sizeof *out);
+    if (d) *out = *d;
+    if (out->step == 0) out->step = 8;
+    if (out->step < 2 || out->step > 64 || (out->step & (out->step - 1))) return RSM_ERR_DESC;
+    if (out->levels > 6) return RSM_ERR_DESC;
+    if (!(fabsf(out->normal_cosine) <= 1.0f) || !(out->plane_slope >= 0.0f && out->plane_slope <= 1e6f)) return RSM_ERR_DESC;
+    if (!(out->distance >= 0.0f && out->distance <= 1e9f) || !(fabsf(out->contrast) <= 1e6f)) return RSM_ERR_DESC;
+    if (out->levels == 0) out->levels = 6;
+    if (!(fabsf(out->normal_cosine) > 0.0f)) out->normal_cosine = 0.95f;
+    if (!(out->plane_slope > 0.0f)) out->plane_slope = 0.1f;
+    if (!(fabsf(out->contrast) > 0.0f)) out->contrast = 0.1f;
+    return RSM_OK;
+}
+
+/* One level: the grid of g->step (1: every pixel left), then the pixels that it does for. */
+static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, const rsm_map *const *maps, size_t map_count,
+                                         rsm_gather_stats *total)
+{
+    size_t at, pixels = (size_t)g->width * g->height;
+    rsm_points points = *g->points;
+    rsm_gather_stats stats;
+    rsm_result result;
+    for (at = 0; at < pixels; at++) {
+        if (g->state[at] != RSM__OPEN && g->state[at] != RSM__WANTED) continue;
+        if (g->step == 1) g->state[at] = RSM__WANTED;
+        else rsm__want_corners(g, (uint32_t)(at % g->width), (uint32_t)(at / g->width));
+    }
+    points.indices = g->list;
+    points.index_count = rsm__list_wanted(g);
+    points.occlusion = NULL;                     /* applied at full resolution, after interpolation */
+    if (points.index_count == 0) return RSM_OK;
+    gather->points = &points;
+    result = rsm__gather_run(gather, maps, map_count, NULL, 0, &stats);
+    gather->points = g->points;
+    if (result != RSM_OK) return result;
+    total->evaluated += stats.evaluated;
+    total->pairs += stats.pairs;
+    total->clamped_share += stats.clamped_share * (double)stats.evaluated;
+    total->outside_share += stats.outside_share * (double)stats.evaluated;
+    if (g->step > 1) rsm__run(&gather->desc.system, g->height, rsm__interpolate_row, g);
+    return RSM_OK;
+}
+
+static inline void rsm__grid_finish(rsm__grid *g, uint8_t *mask)
+{
+    const rsm_points *p = g->points;
+    size_t at;
+    int c;
+    for (at = 0; at < (size_t)g->width * g->height; at++) {
+        float f = 1.0f;
+        if (mask) mask[at] = (uint8_t)(g->state[at] == RSM__NONE ? 0 : g->state[at] - 1);
+        if (!p->occlusion || g->state[at] == RSM__NONE) continue;
+        f = *rsm__at(p->occlusion, rsm__stride(p->occlusion_stride, 4), at);
+        f = f > 0.0f ? f < 1.0f ? f : 1.0f : 0.0f;
+        for (c = 0; c < 3; c++) g->out[3 * at + (size_t)c] *= f;
+    }
+}
+
+static inline rsm_result rsm__interpolate_all(rsm__grid *g, rsm__gather *gather, const rsm_map *const *maps, size_t map_count,
+                                              uint32_t levels, rsm_gather_stats *total)
+{
+    size_t at, pixels = (size_t)g->width * g->height;
+    rsm_result result = RSM_OK;
+    for (at = 0; at < pixels; at++) {
+        rsm__v3 x, n;
+        int lit = rsm__receiver(g->points, at, &x, &n, &total->bad_points);
+        g->state[at] = lit ? RSM__OPEN : RSM__NONE;
+        if (!lit) memset(g->out + 3 * at, 0, 3 * sizeof *g->out);
+    }
+    for (; g->step > 1 && levels > 0 && result == RSM_OK; g->step /= 2, levels--)
+        result = rsm__grid_level(g, gather, maps, map_count, total);
+    g->step = 1;
+    if (result == RSM_OK) result = rsm__grid_level(g, gather, maps, map_count, total);
+    return result;
+}
+
+RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count, const rsm_gather_desc *desc,
+                                   const rsm_interpolation *interpolation, const rsm_points *points, float *irradiance,
+                                   rsm_gather_stats *stats)
+{
+    rsm__gather gather;
+    rsm__grid g;
+    rsm_interpolation d;
+    rsm_gather_stats total;
+    rsm__allocator a;
+    rsm_result result = rsm__maps_check(maps, map_count);
+    if (result != RSM_OK) return result;
+    memset(&gather, 0, sizeof gather);
+    memset(&total, 0, sizeof total);
+    if (!desc || !irradiance || !rsm__points_valid(points) || points->indices) return RSM_ERR_ARGUMENT;
+    if (points->width == 0 || points->count % points->width != 0 || points->count > 0xffffffffu) return RSM_ERR_ARGUMENT;
+    result = rsm__gather_check(desc, &gather.desc);
+    if (result == RSM_OK) result = rsm__interpolation_check(interpolation, &d);
+    if (result != RSM_OK) return result;
+    if (desc->noise || gather.desc.interleave != 1 || desc->add) return RSM_ERR_DESC;
+    a = rsm__allocator_of(&desc->system);
+    g.points = points;
+    g.desc = &d;
+    g.out = gather.out = irradiance;
+    g.width = points->width;
+    g.height = (uint32_t)(points->count / points->width);
+    g.step = d.step;
+    g.list = (uint32_t *)rsm__alloc_array(&a, points->count + 1, sizeof *g.list);
+    g.state = (uint8_t *)rsm__alloc_array(&a, points->count + 1, 1);
+    result = g.list && g.state ? rsm__interpolate_all(&g, &gather, maps, map_count, d.levels, &total) : RSM_ERR_ALLOC;
+    if (result == RSM_OK) {
+        rsm__grid_finish(&g, d.mask);
+        if (total.evaluated) {
+            total.clamped_share /= (double)total.evaluated;
+            total.outside_share /= (double)total.evaluated;
+        }
+        if (stats) *stats = total;
+    }
+    rsm__free(&a, g.state);
+    rsm__free(&a, g.list);
+    return result;
+}
+
+/* ---- >>filter: over frames, then over neighbours ---- */
+
+typedef struct rsm__history { float position[3], normal[3], rgb[3], frames; } rsm__history;
+
+struct rsm_filter {
+    rsm_system    system;
+    rsm__history *history;         /* of each pixel; frames 0: none */
+    rsm__history *next;
+    uint32_t      width, height;
+    int           has_matrix;
+    float         matrix[16];      /* of the frame in history */
+};
+
+typedef struct rsm__filter_run {
+    rsm_filter            *filter;
+    const rsm_filter_desc *desc;
+    const rsm_points      *points;
+    const float           *in;
+    float                 *out;
+    uint32_t               step, history;
+    float                  cosine, slope;
+} rsm__filter_run;
+
+RSM_DEF rsm_result rsm_filter_create(uint32_t width, uint32_t height, const rsm_system *system, rsm_filter **out)
+{
+    rsm_system none;
+    rsm__allocator a;
+    rsm_filter *f;
+    size_t pixels;
+    memset(&none, 0, sizeof none);
+    if (!system) system = &none;
+    if (!out || width == 0 || height == 0 || !rsm__system_valid(system)) return RSM_ERR_ARGUMENT;
+    if (width > 65536u || height > 65536u || !rsm__mul_size(width, height, &pixels)) return RSM_ERR_LIMIT;
+    a = rsm__allocator_of(system);
+    f = (rsm_filter *)rsm__alloc(&a, sizeof *f);
+    if (!f) return RSM_ERR_ALLOC;
+    memset(f, 0, sizeof *f);
+    f->system = *system;
+    f->width = width;
+    f->height = height;
+    f->history = (rsm__history *)rsm__alloc_array(&a, pixels, sizeof *f->history);
+    f->next = (rsm__history *)rsm__alloc_array(&a, pixels, sizeof *f->next);
+    if (!f->history || !f->next) {
+        rsm_filter_free(f);
+        return RSM_ERR_ALLOC;
+    }
+    memset(f->history, 0, pixels * sizeof *f->history);
+    *out = f;
+    return RSM_OK;
+}
+
+RSM_DEF void rsm_filter_free(rsm_filter *filter)
+{
+    rsm__allocator a;
+    if (!filter) return;
+    a = rsm__allocator_of(&filter->system);
+    rsm__free(&a, filter->next);
+    rsm__free(&a, filter->history);
+    rsm__free(&a, filter);
+}
+
+RSM_DEF void rsm_filter_reset(rsm_filter *filter)
+{
+    if (!filter) return;
+    memset(filter->history, 0, (size_t)filter->width * filter->height * sizeof *filter->history);
+    filter->has_matrix = 0;
+}
+
+/* Where a pixel's surface was in the last frame, in pixels; 0: not known. */
+static inline int rsm__reproject(const rsm__filter_run *r, size_t at, const float *p, float *x, float *y)
+{
+    const float *m = r->filter->matrix;
+    float cx, cy, cw;
+    if (r->desc->motion) {
+        *x = r->desc->motion[2 * at];
+        *y = r->desc->motion[2 * at + 1];
+        return rsm__finite(*x) && rsm__finite(*y);
+    }
+    if (!r->desc->view_projection || !r->filter->has_matrix) return 0;
+    cx = m[0] * p[0] + m[4] * p[1] + m[8] * p[2] + m[12];
+    cy = m[1] * p[0] + m[5] * p[1] + m[9] * p[2] + m[13];
+    cw = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
+    if (!(cw > 0.0f)) return 0;
+    *x = (0.5f + 0.5f * cx / cw) * (float)r->filter->width;
+    *y = (r->desc->y_up ? 0.5f + 0.5f * cy / cw : 0.5f - 0.5f * cy / cw) * (float)r->filter->height;
+    return rsm__finite(*x) && rsm__finite(*y);
+}
+
+/* Weight of neighbour (or history) q for p: 0 across edges of normals and off the plane, falling smoothly to them. */
+static inline float rsm__alike(const rsm__filter_run *r, const float *p, const float *n, const float *q, const float *m)
+{
+    float dx = q[0] - p[0], dy = q[1] - p[1], dz = q[2] - p[2], d2 = dx * dx + dy * dy + dz * dz;
+    float cosine = n[0] * m[0] + n[1] * m[1] + n[2] * m[2], off = n[0] * dx + n[1] * dy + n[2] * dz;
+    float a = (cosine - r->cosine) / (1.0f - r->cosine), b = 1.0f - off * off / (r->slope * r->slope * d2 + 1e-12f);
+    a = a > 0.0f ? a < 1.0f ? a : 1.0f : 0.0f;
+    return b > 0.0f ? a * b : 0.0f;
+}
+
+/* Bilinear over the four pixels of the last frame that show the same surface; returns the frames they hold. */
+static inline float rsm__recall(const rsm__filter_run *r, const float *p, const float *n, float x, float y, float size2,
+                                float rgb[3])
+{
+    const rsm_filter *f = r->filter;
+    float fx = floorf(x - 0.5f), fy = floorf(y - 0.5f), total = 0.0f, frames = 0.0f;
+    int k, c;
+    rgb[0] = rgb[1] = rgb[2] = 0.0f;
+    if (!(fx >= -1.0f && fy >= -1.0f && fx < (float)f->width && fy < (float)f->height)) return 0.0f;
+    for (k = 0; k < 4; k++) {
+        int32_t i = (int32_t)fx + (k & 1), j = (int32_t)fy + (k >> 1);
+        float u = x - 0.5f - fx, v = y - 0.5f - fy, weight = (k & 1 ? u : 1.0f - u) * (k & 2 ? v : 1.0f - v), d2;
+        const rsm__history *h;
+        if (i < 0 || j < 0 || i >= (int32_t)f->width || j >= (int32_t)f->height) continue;
+        h = f->history + (size_t)j * f->width + (size_t)i;
+        if (!(h->frames > 0.0f)) continue;
+        d2 = (h->position[0] - p[0]) * (h->position[0] - p[0]) + (h->position[1] - p[1]) * (h->position[1] - p[1]) +
+             (h->position[2] - p[2]) * (h->position[2] - p[2]);
+        if (!r->desc->motion && d2 > size2) continue;        /* moved surfaces are found by motion only */
+        weight *= r->desc->motion ? (rsm__v3_dot(rsm__v3_load(n), rsm__v3_load(h->normal)) > 0.5f ? 1.0f : 0.0f)
+                                  : rsm__alike(r, p, n, h->position, h->normal);
+        total += weight;
+        frames += weight * h->frames;
+        for (c = 0; c < 3; c++) rgb[c] += weight * h->rgb[c];
+    }
+    if (!(total > 0.01f)) return 0.0f;
+    for (c = 0; c < 3; c++) rgb[c] /= total;
+    return frames / total;
+}
+
+/* Square of the distance within which the last frame's pixels may show this point: four of this frame's pixels. */
+static inline float rsm__footprint2(const rsm__filter_run *r, size_t at, const float *p)
+{
+    size_t width = r->filter->width, x = at % width, other = x + 1 < width ? at + 1 : x > 0 ? at - 1 : at;
+    const float *q = rsm__at(r->points->positions, rsm__stride(r->points->position_stride, 12), other);
+    float d2 = (q[0] - p[0]) * (q[0] - p[0]) + (q[1] - p[1]) * (q[1] - p[1]) + (q[2] - p[2]) * (q[2] - p[2]);
+    return d2 < 1e18f ? 16.0f * d2 + 1e-12f : 1e-12f;
+}
+
+static inline void rsm__accumulate_row(void *context, size_t y)
+{
+    const rsm__filter_run *r = (const rsm__filter_run *)context;
+    size_t x, width = r->filter->width;
+    for (x = 0; x < width; x++) {
+        size_t at = y * width + x;
+        rsm__history *h = r->filter->next + at;
+        rsm__v3 p, n;
+        uint64_t bad = 0;
+        float old[3], frames = 0.0f, px, py, alpha;
+        int c;
+        memset(h, 0, sizeof *h);
+        if (!rsm__receiver(r->points, at, &p, &n, &bad)) continue;
+        rsm__v3_store(h->position, p);
+        rsm__v3_store(h->normal, n);
+        for (c = 0; c < 3; c++) h->rgb[c] = rsm__finite(r->in[3 * at + (size_t)c]) ? r->in[3 * at + (size_t)c] : 0.0f;
+        h->frames = 1.0f;
+        if (r->history > 1 && rsm__reproject(r, at, h->position, &px, &py))
+            frames = rsm__recall(r, h->position, h->normal, px, py, rsm__footprint2(r, at, h->position), old);
+        if (!(frames > 0.0f)) continue;
+        h->frames = frames + 1.0f < (float)r->history ? frames + 1.0f : (float)r->history;
+        alpha = 1.0f / h->frames;
+        for (c = 0; c < 3; c++) h->rgb[c] = old[c] + alpha * (h->rgb[c] - old[c]);
+    }
+}
+
+/* One pass of the a-trous filter: 3 x 3 taps, step apart. */
+static inline void rsm__smooth_row(void *context, size_t row)
+{
+    const rsm__filter_run *r = (const rsm__filter_run *)context;
+    const rsm_filter *f = r->filter;
+    int32_t width = (int32_t)f->width, height = (int32_t)f->height, step = (int32_t)r->step, x, y = (int32_t)row, i, j;
+    for (x = 0; x < width; x++) {
+        size_t at = (size_t)y * f->width + (size_t)x;
+        const rsm__history *h = f->next + at;
+        const float *in = r->in + 3 * at;
+        float sum[3] = { in[0] * 4.0f, in[1] * 4.0f, in[2] * 4.0f }, total = 4.0f, *out = r->out + 3 * at;
+        if (!(h->frames > 0.0f)) {
+            out[0] = out[1] = out[2] = 0.0f;
+            continue;
+        }
+        for (j = -1; j <= 1; j++)
+            for (i = -1; i <= 1; i++) {
+                int32_t s = x + i * step, t = y + j * step;
+                size_t other = (size_t)t * f->width + (size_t)s;
+                const rsm__history *q = f->next + other;
+                float weight;
+                if ((i == 0 && j == 0) || s < 0 || t < 0 || s >= width || t >= height || !(q->frames > 0.0f)) continue;
+                weight = rsm__alike(r, h->position, h->normal, q->position, q->normal) * (i && j ? 1.0f : 2.0f);
+                sum[0] += weight * r->in[3 * other];
+                sum[1] += weight * r->in[3 * other + 1];
+                sum[2] += weight * r->in[3 * other + 2];
+                total += weight;
+            }
+        for (i = 0; i < 3; i++) out[i] = sum[i] / total;
+    }
+}
+
+static inline rsm_result rsm__filter_passes(rsm__filter_run *r, float *out, float *first, float *second)
+{
+    rsm_filter *f = r->filter;
+    size_t i, pixels = (size_t)f->width * f->height;
+    uint32_t pass;
+    for (i = 0; i < pixels; i++) memcpy(first + 3 * i, f->next[i].rgb, sizeof f->next[i].rgb);
+    for (pass = 0; pass < r->desc->passes; pass++) {
+        float *swap = first;
+        r->in = first;
+        r->out = second;
+        r->step = 1u << pass;
+        rsm__run(&f->system, f->height, rsm__smooth_row, r);
+        first = second;
+        second = swap;
+    }
+    memcpy(out, first, pixels * 3 * sizeof *out);
+    return RSM_OK;
+}
+
+RSM_DEF rsm_result rsm_filter_apply(rsm_filter *filter, const rsm_filter_desc *desc, const rsm_points *points,
+                                    const float *irradiance, float *out)
+{
+    rsm__filter_run r;
+    rsm__allocator a;
+    rsm__history *swap;
+    float *scratch;
+    size_t pixels;
+    int i;
+    if (!filter || !desc || !irradiance || !out || !rsm__points_valid(points) || points->indices) return RSM_ERR_ARGUMENT;
+    pixels = (size_t)filter->width * filter->height;
+    if (points->count != pixels) return RSM_ERR_ARGUMENT;
+    if (desc->passes > 6 || desc->history > 1000 || !(desc->normal_cosine >= 0.0f && desc->normal_cosine < 1.0f))
+        return RSM_ERR_DESC;
+    if (!(desc->plane_slope >= 0.0f && desc->plane_slope <= 1e6f)) return RSM_ERR_DESC;
+    for (i = 0; i < 16 && desc->view_projection; i++)
+        if (!rsm__finite(desc->view_projection[i])) return RSM_ERR_DESC;
+    a = rsm__allocator_of(&filter->system);
+    scratch = (float *)rsm__alloc_array(&a, pixels, 6 * sizeof *scratch);
+    if (!scratch) return RSM_ERR_ALLOC;
+    memset(&r, 0, sizeof r);
+    r.filter = filter;
+    r.desc = desc;
+    r.points = points;
+    r.in = irradiance;
+    r.history = desc->history ? desc->history : 8;
+    r.cosine = desc->normal_cosine > 0.0f ? desc->normal_cosine : 0.9f;
+    r.slope = desc->plane_slope > 0.0f ? desc->plane_slope : 0.1f;
+    rsm__run(&filter->system, filter->height, rsm__accumulate_row, &r);
+    rsm__filter_passes(&r, out, scratch, scratch + 3 * pixels);
+    rsm__free(&a, scratch);
+    swap = filter->history;
+    filter->history = filter->next;
+    filter->next = swap;
+    filter->has_matrix = desc->view_projection != NULL;
+    if (desc->view_projection) memcpy(filter->matrix, desc->view_projection, sizeof filter->matrix);
+    return RSM_OK;
+}
+
+/* ---- >>direct light ---- */
+
+typedef struct rsm__direct {
+    const rsm_map    *map;
+    rsm_direct_desc   desc;
+    const rsm_points *points;
+    float            *out;
+} rsm__direct;
+
+/* Irradiance facing the light at p without shadow, times the cosine; 0 outside a cone or behind a patch. */
+static inline float rsm__unshadowed(const rsm_map *map, rsm__v3 p, rsm__v3 n, rsm__v3 to_light)
+{
+    rsm__v3 d = rsm__v3_sub(p, rsm__v3_load(map->desc.light.position)), q;
+    float d2 = rsm__v3_dot(d, d), cosine = rsm__v3_dot(n, to_light), out = -rsm__v3_dot(map->axis, to_light);
+    if (!(cosine > 0.0f)) return 0.0f;
+    if (rsm__is_sun(map)) return cosine;
+    if (!(d2 > 0.0f)) return 0.0f;
+    switch (map->desc.light.kind) {
+    case RSM_LIGHT_SPOT: if (!(out >= map->cos_half)) return 0.0f; break;
+    case RSM_LIGHT_SQUARE_SPOT:
+        q = rsm__to_face(map, 0, p);
+        if (!(q.z > 0.0f && fabsf(q.x) <= 1.0f && fabsf(q.y) <= 1.0f)) return 0.0f;
+        break;
+    case RSM_LIGHT_PATCH: cosine *= out > 0.0f ? out : 0.0f; break;
+    default: break;
+    }
+    return cosine / d2;
+}
+
+/* Lit share of taps x taps texels about p, weighted as a box moved by fractions of a texel; 2 taps: bilinear. */
+static inline float rsm__pcf(const rsm_map *map, const rsm_direct_desc *desc, rsm__v3 p, float cosine)
+{
+    uint32_t face = rsm__face_of(map, p);
+    rsm__v3 q = rsm__to_face(map, face, p);
+    float side = (float)map->size, x, y, texel, bias, slope, sum = 0.0f, total = 0.0f, radius = 0.5f * (float)(desc->taps - 1);
+    float fx, fy;
+    uint32_t i, j;
+    if (face >= map->faces) return 0.0f;
+    if (!rsm__is_sun(map) && !(q.z > 0.0f)) return 0.0f;
+    if (!(fabsf(q.x) <= 1.0f && fabsf(q.y) <= 1.0f)) return rsm__is_sun(map) ? 1.0f : 0.0f;
+    texel = 2.0f / side * map->extent * (rsm__is_sun(map) ? 1.0f : q.z);
+    slope = cosine < 1.0f ? sqrtf(1.0f - cosine * cosine) / (cosine > 0.1f ? cosine : 0.1f) : 0.0f;
+    slope = slope < 10.0f ? slope : 10.0f;
+    bias = texel * (desc->bias + desc->slope_bias * slope * (radius > 0.5f ? radius : 0.5f));
+    x = (q.x * 0.5f + 0.5f) * side - radius;     /* the first tap's texel is floor(x) */
+    y = (q.y * 0.5f + 0.5f) * side - radius;
+    fx = x - floorf(x);
+    fy = y - floorf(y);
+    for (j = 0; j < desc->taps; j++)
+        for (i = 0; i < desc->taps; i++) {
+            int32_t s = (int32_t)floorf(x) + (int32_t)i, t = (int32_t)floorf(y) + (int32_t)j;
+            float weight = (i == 0 ? 1.0f - fx : i == desc->taps - 1 ? fx : 1.0f) * (j == 0 ? 1.0f - fy : j == desc->taps - 1 ? fy : 1.0f);
+            if (desc->taps == 1) weight = 1.0f;
+            total += weight;
+            s = s < 0 ? 0 : s >= (int32_t)map->size ? (int32_t)map->size - 1 : s;
+            t = t < 0 ? 0 : t >= (int32_t)map->size ? (int32_t)map->size - 1 : t;
+            if (q.z - bias <= map->texels[((size_t)face * map->size + (size_t)t) * map->size + (size_t)s].depth) sum += weight;
+        }
+    return total > 0.0f ? sum / total : 0.0f;
+}
+
+static inline void rsm__direct_batch(void *context, size_t batch)
+{
+    const rsm__direct *w = (const rsm__direct *)context;
+    const rsm_points *p = w->points;
+    size_t count = p->indices ? p->index_count : p->count, i = batch * 256, end = i + 256 < count ? i + 256 : count;
+    for (; i < end; i++) {
+        size_t at = p->indices ? p->indices[i] : i;
+        float light = 0.0f, *out = w->out + 3 * at;
+        rsm__v3 x, n;
+        uint64_t bad = 0;
+        int c;
+        if (rsm__receiver(p, at, &x, &n, &bad)) {
+            rsm__v3 to_light = rsm__to_light(w->map, x);
+            light = rsm__unshadowed(w->map, x, n, to_light);
+            if (light > 0.0f) light *= rsm__pcf(w->map, &w->desc, x, rsm__v3_dot(n, to_light));
+        }
+        for (c = 0; c < 3; c++) out[c] = (w->desc.add ? out[c] : 0.0f) + light * w->map->desc.light.value[c];
+    }
+}
+
+RSM_DEF rsm_direct_desc rsm_direct_default(void)
+{
+    rsm_direct_desc d;
+    memset(&d, 0, sizeof d);
+    d.taps = 2;
+    d.bias = 0.5f;
+    d.slope_bias = 1.0f;
+    return d;
+}
+
+RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, const rsm_points *points,
+                              float *irradiance)
+{
+    rsm__direct w;
+    size_t count;
+    if (!map || !desc || !irradiance || !rsm__points_valid(points)) return RSM_ERR_ARGUMENT;
+    if (!map->finished) return RSM_ERR_ORDER;
+    if (desc->taps > 15 || !(desc->bias >= 0.0f && desc->bias <= 1e6f)) return RSM_ERR_DESC;
+    if (!(desc->slope_bias >= 0.0f && desc->slope_bias <= 1e6f) || !rsm__system_valid(&desc->system)) return RSM_ERR_DESC;
+    w.map = map;
+    w.desc = *desc;
+    if (w.desc.taps == 0) w.desc.taps = 2;
+    w.points = points;
+    w.out = irradiance;
+    count = points->indices ? points->index_count : points->count;
+    if (!rsm__run_steps(&desc->system, (count + 255) / 256, rsm__direct_batch, &w, 0.0f, 1.0f)) return RSM_ERR_CANCELLED;
+    return RSM_OK;
+}
+
+/* ---- >>public: maps ---- */
+
+RSM_DEF const char *rsm_result_text(rsm_result result)
+{
+    switch (result) {
+#define RSM__TEXT(name, text) case name: return text;
+    RSM_RESULTS(RSM__TEXT)
+#undef RSM__TEXT
+    case RSM_RESULT_COUNT: break;
+    }
+    return "unknown result";
+}
+
+static inline size_t rsm__align(size_t size) { return (size + 15u) & ~(size_t)15u; }
+
+RSM_DEF size_t rsm_map_size(const rsm_desc *desc)
+{
+    rsm_map map;
+    size_t rows, texels, bytes, sums;
+    if (!desc || rsm__map_set(&map, desc) != RSM_OK) return 0;
+    rows = (size_t)map.size * map.faces;
+    if (!rsm__mul_size(rows, map.size, &texels) || !rsm__mul_size(texels, sizeof(rsm_texel), &bytes)) return 0;
+    if (!rsm__mul_size(texels, sizeof(double), &sums) || !rsm__add_size(bytes, sums, &bytes)) return 0;
+    if (!rsm__add_size(bytes, (rows + 1) * sizeof(double) + rsm__align(sizeof map) + 64, &bytes)) return 0;
+    return bytes;
+}
+
+RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t size, rsm_map **out)
+{
+    rsm_map map, *to;
+    char *at;
+    size_t texels, i;
+    rsm_result result;
+    if (!desc || !memory || !out) return RSM_ERR_ARGUMENT;
+    memset(&map, 0, sizeof map);
+    result = rsm__map_set(&map, desc);
+    if (result != RSM_OK) return result;
+    if (rsm_map_size(desc) == 0) return RSM_ERR_LIMIT;
+    if (size < rsm_map_size(desc) || (uintptr_t)memory % 16 != 0) return RSM_ERR_MEMORY;
+    texels = rsm__texel_count(&map);
+    at = (char *)memory + rsm__align(sizeof map);
+    map.texels = (rsm_texel *)(void *)at;
+    at += rsm__align(texels * sizeof(rsm_texel));
+    map.sums = (double *)(void *)at;
+    map.rows = map.sums + texels;
+    to = (rsm_map *)memory;
+    *to = map;
+    for (i = 0; i < texels; i++) rsm__texel_clear(map.texels + i);
+    *out = to;
+    return RSM_OK;
+}
+
+RSM_DEF rsm_result rsm_map_create(const rsm_desc *desc, rsm_map **out)
+{
+    rsm_map checked;
+    rsm__allocator a;
+    rsm_result result;
+    size_t size;
+    void *memory;
+    if (!desc || !out) return RSM_ERR_ARGUMENT;
+    result = rsm__map_set(&checked, desc);
+    if (result != RSM_OK) return result;
+    size = rsm_map_size(desc);
+    if (size == 0) return RSM_ERR_LIMIT;
+    a = rsm__allocator_of(&desc->system);
+    memory = rsm__alloc(&a, size);
+    if (!memory) return RSM_ERR_ALLOC;
+    result = rsm_map_init(desc, memory, size, out);
+    if (result != RSM_OK) rsm__free(&a, memory);
+    else (*out)->owned = 1;
+    return result;
+}
+
+RSM_DEF void rsm_map_free(rsm_map *map)
+{
+    rsm__allocator a;
+    if (!map || !map->owned) return;
+    a = rsm__allocator_of(&map->desc.system);
+    rsm__free(&a, map);
+}
+
+RSM_DEF uint32_t rsm_map_faces(const rsm_map *map) { return map ? map->faces : 0; }
+RSM_DEF uint32_t rsm_map_side(const rsm_map *map) { return map ? map->size : 0; }
+RSM_DEF const rsm_texel *rsm_map_texels(const rsm_map *map) { return map ? map->texels : NULL; }
+
+RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world_to_clip[16])
+{
+    rsm__v3 r, u, a, p;
+    float n, f, sx, sy, z[2], row[4][4];
+    int i, k, perspective;
+    if (!map || !world_to_clip || face >= map->faces) return RSM_ERR_ARGUMENT;
+    rsm__face_frame(map, face, &r, &u, &a);
+    p = rsm__v3_load(map->desc.light.position);
+    n = map->desc.light.near_depth;
+    f = map->desc.light.far_depth;
+    perspective = !rsm__is_sun(map);
+    sx = 1.0f / map->extent;
+    sy = map->desc.y_down ? -sx : sx;
+    /* clip z = z[0] depth + z[1], over w = depth in perspective */
+    z[0] = perspective ? f / (f - n) : 1.0f / (f - n);
+    z[1] = perspective ? -n * f / (f - n) : -n / (f - n);
+    if (!map->desc.clip_zero_to_one) {
+        z[0] = 2.0f * z[0] - (perspective ? 1.0f : 0.0f);
+        z[1] = 2.0f * z[1] - (perspective ? 0.0f : 1.0f);
+    }
+    for (i = 0; i < 3; i++) {
+        float axis = i == 0 ? a.x : i == 1 ? a.y : a.z;
+        row[0][i] = sx * (i == 0 ? r.x : i == 1 ? r.y : r.z);
+        row[1][i] = sy * (i == 0 ? u.x : i == 1 ? u.y : u.z);
+        row[2][i] = z[0] * axis;
+        row[3][i] = perspective ? axis : 0.0f;
+    }
+    row[0][3] = -sx * rsm__v3_dot(r, p);
+    row[1][3] = -sy * rsm__v3_dot(u, p);
+    row[2][3] = z[1] - z[0] * rsm__v3_dot(a, p);
+    row[3][3] = perspective ? -rsm__v3_dot(a, p) : 1.0f;
+    for (i = 0; i < 4; i++)
+        for (k = 0; k < 4; k++) world_to_clip[4 * k + i] = row[i][k];
+    return RSM_OK;
+}
+
+RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uint32_t *face, float uv[2], float *depth)
+{
+    rsm__v3 q;
+    uint32_t f;
+    if (!map || !point || !face || !uv || !depth || !rsm__usable(rsm__v3_load(point))) return RSM_ERR_ARGUMENT;
+    f = rsm__face_of(map, rsm__v3_load(point));
+    q = rsm__to_face(map, f, rsm__v3_load(point));
+    if (!rsm__is_sun(map) && !(q.z > 0.0f)) q.x = q.y = 0.0f;
+    *face = f;
+    uv[0] = q.x * 0.5f + 0.5f;
+    uv[1] = q.y * 0.5f + 0.5f;
+    *depth = q.z;
+    return RSM_OK;
+}
+
+/* Depth along the face from what a depth buffer holds, 0..1. */
+static inline float rsm__unproject_depth(const rsm_map *map, float stored)
+{
+    float n = map->desc.light.near_depth, f = map->desc.light.far_depth;
+    if (rsm__is_sun(map)) return n + stored * (f - n);
+    return n * f / (f - stored * (f - n));
+}
+
+static inline float rsm__from_srgb(uint8_t value)
+{
+    float s = (float)value * (1.0f / 255.0f);
+    return s <= 0.04045f ? s * (1.0f / 12.92f) : rsm__pow((s + 0.055f) * (1.0f / 1.055f), 2.4f);
+}
+
+static inline void rsm__fill_texel(rsm_map *map, uint32_t face, uint32_t i, uint32_t j, const rsm_buffers *b, const float *srgb)
+{
+    size_t at = (size_t)(map->desc.y_down ? map->size - 1u - j : j) * map->size + i;
+    rsm__v3 normal = rsm__v3_load(rsm__at(b->normals, rsm__stride(b->normal_stride, 12), at)), position;
+    float stored = b->depth ? *rsm__at(b->depth, rsm__stride(b->depth_stride, 4), at) : 0.0f, albedo[3] = { 1, 1, 1 };
+    uint32_t material = 0;
+    int c;
+    rsm__texel_clear(map->texels + ((size_t)face * map->size + j) * map->size + i);
+    if (normal.x == 0.0f && normal.y == 0.0f && normal.z == 0.0f) return;
+    if (b->depth && stored >= 1.0f) return;
+    if (b->positions) position = rsm__v3_load(rsm__at(b->positions, rsm__stride(b->position_stride, 12), at));
+    else position = rsm__from_face(map, face, rsm__texel_centre(map, i), rsm__texel_centre(map, j),
+                                   rsm__unproject_depth(map, stored));
+    if (b->albedo) memcpy(albedo, rsm__at(b->albedo, rsm__stride(b->albedo_stride, 12), at), sizeof albedo);
+    else if (b->albedo_srgb)
+        for (c = 0; c < 3; c++) albedo[c] = srgb[b->albedo_srgb[at * rsm__stride(b->srgb_stride, 4) + (size_t)c]];
+    if (b->materials)
+        memcpy(&material, (const char *)(const void *)b->materials + at * rsm__stride(b->material_stride, 4), sizeof material);
+    rsm__texel_set(map, face, i, j, position, normal, albedo, material);
+}
+
+RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buffers)
+{
+    const rsm_buffers *b = buffers;
+    float srgb[256];
+    uint32_t i, j;
+    if (!map || !b || face >= map->faces || !b->normals || (!b->positions && !b->depth)) return RSM_ERR_ARGUMENT;
+    if (map->finished) return RSM_ERR_ORDER;
+    if (!rsm__stride_valid(b->position_stride, 12) || !rsm__stride_valid(b->depth_stride, 4)) return RSM_ERR_ARGUMENT;
+    if (!rsm__stride_valid(b->normal_stride, 12) || !rsm__stride_valid(b->albedo_stride, 12)) return RSM_ERR_ARGUMENT;
+    if (!rsm__stride_valid(b->material_stride, 4) || (b->srgb_stride != 0 && b->srgb_stride < 3)) return RSM_ERR_ARGUMENT;
+    for (i = 0; i < 256; i++) srgb[i] = rsm__from_srgb((uint8_t)i);
+    for (j = 0; j < map->size; j++)
+        for (i = 0; i < map->size; i++) rsm__fill_texel(map, face, i, j, b, srgb);
+    return RSM_OK;
+}
+
+RSM_DEF rsm_result rsm_rasterize(rsm_map *map, const rsm_mesh *meshes, size_t mesh_count)
+{
+    rsm__raster r;
+    rsm__allocator a;
+    rsm_result result;
+    uint64_t skipped = 0;
+    size_t i, texels;
+    if (!map || (!meshes && mesh_count)) return RSM_ERR_ARGUMENT;
+    if (map->finished) return RSM_ERR_ORDER;
+    memset(&r, 0, sizeof r);
+    r.map = map;
+    r.meshes = meshes;
+    r.mesh_count = mesh_count;
+    result = rsm__meshes_check(&r, &skipped);
+    if (result != RSM_OK) return result;
+    a = rsm__allocator_of(&map->desc.system);
+    texels = rsm__texel_count(map);
+    r.boxes = (rsm__box *)rsm__alloc_array(&a, r.triangles + 1, sizeof *r.boxes);
+    r.winners = (uint32_t *)rsm__alloc_array(&a, (size_t)map->size * map->size, sizeof *r.winners);
+    for (i = 0; i < texels; i++) rsm__texel_clear(map->texels + i);
+    result = r.boxes && r.winners ? rsm__raster_faces(&r) : RSM_ERR_ALLOC;
+    for (i = 0; i < texels && result != RSM_OK; i++) rsm__texel_clear(map->texels + i);
+    if (result == RSM_OK) map->stats.skipped_triangles = skipped;
+    rsm__free(&a, r.winners);
+    rsm__free(&a, r.boxes);
+    return result;
+}
+
+RSM_DEF rsm_result rsm_finish(rsm_map *map, rsm_stats *stats)
+{
+    if (!map) return RSM_ERR_ARGUMENT;
+    if (map->finished) return RSM_ERR_ORDER;
+    rsm__sum_flux(map, stats != NULL);
+    map->finished = 1;
+    if (stats) *stats = map->stats;
+    return RSM_OK;
+}
+
+/* >>> shared fp_end: written by tools/stamp from src/shared, edit there */
+
+/* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)
+#pragma GCC pop_options
+#endif
+
+/* <<< shared */
+
+#endif /* RSM_IMPLEMENTATION */
+
+/*
+Dapple is available under either of the two licences below, at your choice:
+MIT-0 OR Unlicense.
+
+------------------------------------------------------------------------------
+MIT No Attribution
+
+Copyright 2026 The Dapple authors
+
+Permission is hereby granted, free of charge, to any person obtaining a copy
+of this software and associated documentation files (the "Software"), to deal
+in the Software without restriction, including without limitation the rights
+to use, copy, modify, merge, publish, distribute, sublicense, and/or sell
+copies of the Software, and to permit persons to whom the Software is
+furnished to do so.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
+OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE
+SOFTWARE.
+
+------------------------------------------------------------------------------
+The Unlicense
+
+This is free and unencumbered software released into the public domain.
+
+Anyone is free to copy, modify, publish, use, compile, sell, or distribute
+this software, either in source code form or as a compiled binary, for any
+purpose, commercial or non-commercial, and by any means.
+
+In jurisdictions that recognize copyright laws, the author or authors of this
+software dedicate any and all copyright interest in the software to the public
+domain. We make this dedication for the benefit of the public at large and to
+the detriment of our heirs and successors. We intend this dedication to be an
+overt act of relinquishment in perpetuity of all present and future rights to
+this software under copyright law.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN
+ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION
+WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+
+For more information, please refer to <https://unlicense.org/>
+*/
