@@ -547,8 +547,8 @@ GLBK_DEF glbk_result glbk_program_create(glbk_context *ctx, const char *name, co
 /* A program of the library.
    name     of its last stage: "copy.frag", "csm_query.comp"
    defines  one of its sets, or NULL = none
-   Errors   GLBK_ERR_NAME; GLBK_ERR_COMPILE, GLBK_ERR_LINK, the driver's words in the log, where "0:2(7)" or "2:7"
-            is line 7 of file 2, listed there too; GLBK_ERR_ALLOC; GLBK_ERR_FEATURE: .comp without ctx->compute */
+   Errors   GLBK_ERR_NAME; GLBK_ERR_COMPILE, GLBK_ERR_LINK, the driver's words in the log, where line 2007 is line 7 of
+            file 2, listed there too; GLBK_ERR_ALLOC; GLBK_ERR_FEATURE: .comp without ctx->compute */
 
 GLBK_DEF glbk_result glbk_program_compile(glbk_context *ctx, const glbk_source *source, glbk_program *out);
 /* Likewise from your text, which has no #version line: glbk writes it, and lib/prelude.glsl after it. */
@@ -632,9 +632,9 @@ GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uin
 /* ---- state ---- */
 
 typedef struct glbk_state {         /* private: what glbk_begin and the binding calls may change */
-    uint8_t  caps[40], capsi[8];
+    uint8_t  caps[32], blend[8];
     uint8_t  color_mask[8][4], depth_mask;
-    int32_t  words[32];
+    int32_t  words[20];
     int32_t  viewport[4];
     float    floats[4];
     int32_t  units[GLBK_UNITS][3];
@@ -644,8 +644,8 @@ typedef struct glbk_state {         /* private: what glbk_begin and the binding 
 
 GLBK_DEF void glbk_state_save(glbk_context *ctx, glbk_state *out);
 GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
-/* Round a pass or a whole frame of them, where the rest of your renderer relies on its state. Objects that were
-   deleted meanwhile are left unbound. */
+/* Round a pass or a whole frame of them, where the rest of your renderer relies on its state. What was bound must not be
+   deleted in between; a program that you had deleted while it was in use is gone (0) afterwards, as GL says. */
 
 /* ---- bindings ----
 
@@ -1616,17 +1616,15 @@ static void glbk__put(glbk__sink *sink, const char *text, size_t length)
 
 static void glbk__put_text(glbk__sink *sink, const char *text) { glbk__put(sink, text, strlen(text)); }
 
-/* "#line 1 n": errors then name the file. */
+/* "#line n001 n": line 4 of file 3 is 3004 in the driver's messages. Mesa forgets the file number, hence the thousands. */
 static void glbk__put_line(glbk__sink *sink, uint32_t n)
 {
-    char digits[4];
-    int count = 0;
-    digits[count] = (char)('0' + n / 10);
-    if (n >= 10) count++;
-    digits[count++] = (char)('0' + n % 10);
-    digits[count] = 0;
-    glbk__put_text(sink, "#line 1 ");
-    glbk__put_text(sink, digits);
+    char digits[] = { (char)('0' + n / 10), (char)('0' + n % 10), 0 };
+    const char *number = n < 10 ? digits + 1 : digits;
+    glbk__put_text(sink, "#line ");
+    glbk__put_text(sink, number);
+    glbk__put_text(sink, "001 ");
+    glbk__put_text(sink, number);
     glbk__put_text(sink, "\n");
 }
 
@@ -2011,7 +2009,7 @@ static void glbk__save_indexed(glbk_context *ctx, glbk_state *s)
         return;
     }
     for (i = 0; i < ctx->max_targets; i++) {
-        s->capsi[i] = ctx->gl.IsEnabledi(GLBK__BLEND, i);
+        s->blend[i] = ctx->gl.IsEnabledi(GLBK__BLEND, i);
         ctx->gl.GetBooleani_v(GLBK__COLOR_MASK, i, s->color_mask[i]);
     }
 }
@@ -2070,7 +2068,7 @@ static void glbk__restore_indexed(glbk_context *ctx, const glbk_state *s)
         return;
     }
     for (i = 0; i < ctx->max_targets; i++) {
-        if (s->capsi[i]) ctx->gl.Enablei(GLBK__BLEND, i);
+        if (s->blend[i]) ctx->gl.Enablei(GLBK__BLEND, i);
         else ctx->gl.Disablei(GLBK__BLEND, i);
         ctx->gl.ColorMaski(i, mask[i][0], mask[i][1], mask[i][2], mask[i][3]);
     }

@@ -12,6 +12,15 @@
 
 #include "gl/gl_test.h"
 
+static uint32_t hash(uint32_t x)
+{
+    x = (x ^ x >> 16) * 0x7feb352du;
+    x = (x ^ x >> 15) * 0x846ca68bu;
+    return x ^ x >> 16;
+}
+
+/* ---- programs ---- */
+
 /* Every program of the library with every set of its defines compiles and links on the driver. */
 static void every_program_links(void **state)
 {
@@ -36,32 +45,127 @@ static void every_program_links(void **state)
     assert_true(built >= 2);
 }
 
-/* Draws source into a new target of format COLOR and reads it back. */
-static void draw_and_read(gl_test *t, glbk_program *program, const glbk_texture *source, uint32_t width,
-                          uint32_t height, void *out)
+static void errors_name_file_and_line(void **state)
 {
-    glbk_texture_desc d = { 0 };
-    glbk_target_desc targets = { 0 };
-    glbk_pass pass = { 0 };
-    glbk_texture color;
-    glbk_target target;
+    GL_TEST(t, state)
+    glbk_program p;
+    glbk_source s = { 0 };
 
-    d.format = GLBK_FORMAT_COLOR;
-    d.width = width;
-    d.height = height;
-    assert_glbk(t, glbk_texture_create(&t->gl, &d, &color));
-    targets.color[0] = &color;
-    assert_glbk(t, glbk_target_create(&t->gl, &targets, &target));
-    pass.target = &target;
-    assert_glbk(t, glbk_begin(&t->gl, &pass, program));
-    glbk_bind_texture(&t->gl, GLBK_SLOT_glbk_source, source);
-    glbk_draw_screen(&t->gl);
-    assert_glbk(t, glbk_target_read(&t->gl, &target, 0, 0, 0, width, height, out));
-    glbk_target_destroy(&t->gl, &target);
-    glbk_texture_destroy(&t->gl, &color);
-    t->gl.gl.UseProgram(0);
-    glbk_program_destroy(&t->gl, program);
+    t->expected_errors = ~0u;       /* the driver repeats its words as messages */
+    s.fragment = "layout(location = 0) out vec4 c;\nvoid main()\n{\n    c = nonsense;\n}\n";
+    s.uses = "table";
+    assert_int_equal(glbk_program_compile(&t->gl, &s, &p), GLBK_ERR_COMPILE);
+    assert_int_equal(p.name, 0);
+    assert_non_null(strstr(t->log, "3 your text"));
+    assert_non_null(strstr(t->log, "2 lib/table.glsl"));
+    assert_non_null(strstr(t->log, "3004"));
+    assert_non_null(strstr(t->log, "nonsense"));
+
+    s.vertex = "out vec2 two_kinds;\nvoid main() { two_kinds = vec2(0.0); gl_Position = vec4(0.0); }\n";
+    s.fragment = "in vec3 two_kinds;\nlayout(location = 0) out vec4 c;\nvoid main() { c = vec4(two_kinds, 1.0); }\n";
+    assert_int_equal(glbk_program_compile(&t->gl, &s, &p), GLBK_ERR_LINK);
+    assert_int_equal(p.name, 0);
+    assert_non_null(strstr(t->log, "two_kinds"));
+    s.uses = "no_such_file";
+    assert_int_equal(glbk_program_compile(&t->gl, &s, &p), GLBK_ERR_NAME);
+    s.uses = NULL;
+    s.defines = "1BAD";
+    assert_int_equal(glbk_program_compile(&t->gl, &s, &p), GLBK_ERR_NAME);
+    s.defines = NULL;
+    s.compute = s.fragment;
+    assert_int_equal(glbk_program_compile(&t->gl, &s, &p), GLBK_ERR_ARGUMENT);
+    s.fragment = NULL;
+    if (!t->gl.compute) assert_int_equal(glbk_program_compile(&t->gl, &s, &p), GLBK_ERR_FEATURE);
+    assert_int_equal(glbk_program_create(&t->gl, "nothing.frag", NULL, &p), GLBK_ERR_NAME);
+    assert_int_equal(glbk_program_create(&t->gl, "screen.vert", NULL, &p), GLBK_ERR_NAME);
+    assert_int_equal(glbk_program_create(&t->gl, NULL, NULL, &p), GLBK_ERR_ARGUMENT);
 }
+
+static void transform_feedback_writes(void **state)
+{
+    GL_TEST(t, state)
+    static const char vertex[] = "flat out uint square;\nout vec2 pair;\nvoid main()\n{\n"
+                                 "    square = uint(gl_VertexID * gl_VertexID);\n"
+                                 "    pair = vec2(float(gl_VertexID) + 0.5, -1.0);\n    gl_Position = vec4(0.0);\n}\n";
+    static const char fragment[] = "layout(location = 0) out vec4 c;\nvoid main() { c = vec4(1.0); }\n";
+    enum { COUNT = 10 };
+    struct { uint32_t square; float pair[2]; } out[COUNT];
+    glbk_source s = { 0 };
+    glbk_program p;
+    glbk_buffer b;
+    glbk_pass pass = { 0 };
+    uint32_t i;
+
+    s.vertex = vertex;
+    s.fragment = fragment;
+    s.outputs = " square  pair ";
+    assert_glbk(t, glbk_program_compile(&t->gl, &s, &p));
+    assert_glbk(t, glbk_buffer_create(&t->gl, sizeof out, NULL, &b));
+    {
+        gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_RGBA8, 1, 1, 0);
+        pass.target = &c.target;
+        assert_glbk(t, glbk_begin(&t->gl, &pass, &p));
+        t->gl.gl.Enable(GLBK_GL_RASTERIZER_DISCARD);
+        t->gl.gl.BindBufferBase(GLBK_GL_TRANSFORM_FEEDBACK_BUFFER, 0, b.name);
+        t->gl.gl.BeginTransformFeedback(GLBK_GL_POINTS);
+        t->gl.gl.DrawArrays(GLBK_GL_POINTS, 0, COUNT);
+        t->gl.gl.EndTransformFeedback();
+        t->gl.gl.BindBufferBase(GLBK_GL_TRANSFORM_FEEDBACK_BUFFER, 0, 0);
+        gl_canvas_free(t, &c);
+    }
+    if (t->gl.es) {
+        assert_int_equal(glbk_buffer_read(&t->gl, &b, 0, sizeof out, out), GLBK_ERR_FEATURE);
+    } else {
+        assert_glbk(t, glbk_buffer_read(&t->gl, &b, 0, sizeof out, out));
+        for (i = 0; i < COUNT; i++) {
+            assert_int_equal(out[i].square, i * i);
+            assert_true(out[i].pair[0] == (float)i + 0.5f && out[i].pair[1] == -1.0f);
+        }
+    }
+    s.outputs = "square no_such_output";
+    {
+        glbk_program bad;
+        t->expected_errors = ~0u;
+        assert_int_equal(glbk_program_compile(&t->gl, &s, &bad), GLBK_ERR_LINK);
+    }
+    glbk_buffer_destroy(&t->gl, &b);
+    glbk_program_destroy(&t->gl, &p);
+}
+
+static void compute_runs(void **state)
+{
+    GL_TEST(t, state)
+    static const char text[] = "layout(local_size_x = 64) in;\n"
+                               "layout(std430, binding = 3) buffer numbers { uint number[]; };\n"
+                               "void main()\n{\n    uint i = gl_GlobalInvocationID.x;\n"
+                               "    if (i < uint(COUNT)) number[i] = number[i] * 3u + i;\n}\n";
+    enum { COUNT = 1000 };
+    static uint32_t in[COUNT], out[COUNT];
+    glbk_source s = { 0 };
+    glbk_program p;
+    glbk_buffer b;
+    uint32_t i;
+
+    s.compute = text;
+    s.defines = "COUNT=1000";
+    if (!t->gl.compute) {
+        glbk_program none = { 1, 0 };
+        assert_int_equal(glbk_program_compile(&t->gl, &s, &p), GLBK_ERR_FEATURE);
+        assert_int_equal(glbk_dispatch(&t->gl, &none, 1, 1, 1), GLBK_ERR_FEATURE);
+        return;
+    }
+    for (i = 0; i < COUNT; i++) in[i] = hash(i);
+    assert_glbk(t, glbk_program_compile(&t->gl, &s, &p));
+    assert_glbk(t, glbk_buffer_create(&t->gl, sizeof in, in, &b));
+    glbk_bind_storage(&t->gl, 3, &b);
+    assert_glbk(t, glbk_dispatch(&t->gl, &p, (COUNT + 63) / 64, 1, 1));
+    assert_glbk(t, glbk_buffer_read(&t->gl, &b, 0, sizeof out, out));
+    for (i = 0; i < COUNT; i++) assert_int_equal(out[i], in[i] * 3 + i);
+    glbk_buffer_destroy(&t->gl, &b);
+    glbk_program_destroy(&t->gl, &p);
+}
+
+/* ---- textures, tables, buffers, targets ---- */
 
 static void copies_floats(void **state)
 {
@@ -71,6 +175,8 @@ static void copies_floats(void **state)
     glbk_texture_desc d = { 0 };
     glbk_texture source;
     glbk_program copy;
+    glbk_pass pass = { 0 };
+    gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_COLOR, W, H, 0);
     int i;
 
     for (i = 0; i < 4 * W * H; i++) in[i] = (float)(i * i) * 1.25e-3f - 17.0f;
@@ -79,17 +185,463 @@ static void copies_floats(void **state)
     d.height = H;
     d.data = in;
     assert_glbk(t, glbk_texture_create(&t->gl, &d, &source));
+    assert_int_equal(source.format, t->gl.float_targets ? GLBK_FORMAT_RGBA32F : GLBK_FORMAT_RGBA32UI);
     assert_glbk(t, glbk_program_create(&t->gl, "copy.frag", NULL, &copy));
-    draw_and_read(t, &copy, &source, W, H, out);
+    pass.target = &c.target;
+    assert_glbk(t, glbk_begin(&t->gl, &pass, &copy));
+    glbk_bind_texture(&t->gl, GLBK_SLOT_glbk_source, &source);
+    glbk_draw_screen(&t->gl);
+    assert_glbk(t, glbk_target_read(&t->gl, &c.target, 0, 0, 0, W, H, out));
     assert_memory_equal(in, out, sizeof in);
+    assert_glbk(t, glbk_target_read(&t->gl, &c.target, 0, 3, 2, 1, 1, out));
+    assert_memory_equal(in + 4 * (2 * W + 3), out, 4 * sizeof *in);
+    gl_canvas_free(t, &c);
     glbk_texture_destroy(&t->gl, &source);
+    glbk_program_destroy(&t->gl, &copy);
+}
+
+/* Slots move with first_unit and first_block of the context. */
+static void slots_can_be_moved(void **state)
+{
+    GL_TEST(t, state)
+    glbk_context other;
+    glbk_desc desc = { 0 };
+    glbk_texture_desc d = { 0 };
+    glbk_texture source;
+    glbk_program copy;
+    glbk_pass pass = { 0 };
+    gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_COLOR, 1, 1, 0);
+    float in[4] = { 1.5f, -2, 3, 4 }, out[4];
+    int32_t unit = -1;
+
+    desc.get_proc = gl_get_proc();
+    desc.user = t->context;
+    desc.first_unit = 7;
+    desc.first_block = 2;
+    assert_int_equal(glbk_init(&other, &desc), GLBK_OK);
+    d.format = GLBK_FORMAT_COLOR;
+    d.width = d.height = 1;
+    d.data = in;
+    assert_int_equal(glbk_texture_create(&other, &d, &source), GLBK_OK);
+    assert_int_equal(glbk_program_create(&other, "copy.frag", NULL, &copy), GLBK_OK);
+    pass.target = &c.target;
+    assert_int_equal(glbk_begin(&other, &pass, &copy), GLBK_OK);
+    glbk_bind_texture(&other, GLBK_SLOT_glbk_source, &source);
+    other.gl.GetIntegerv(0x84E0, &unit);
+    assert_int_equal(unit, GLBK_GL_TEXTURE0 + 7);
+    glbk_draw_screen(&other);
+    assert_int_equal(glbk_target_read(&other, &c.target, 0, 0, 0, 1, 1, out), GLBK_OK);
+    assert_memory_equal(in, out, sizeof in);
+    glbk_texture_destroy(&other, &source);
+    glbk_program_destroy(&other, &copy);
+    glbk_destroy(&other);
+    gl_canvas_free(t, &c);
+    desc.first_unit = 900;
+    assert_int_equal(glbk_init(&other, &desc), GLBK_ERR_LIMIT);
+    desc.first_unit = 0;
+    desc.first_block = 900;
+    assert_int_equal(glbk_init(&other, &desc), GLBK_ERR_LIMIT);
+}
+
+static const char table_reader[] =
+    "uniform highp usampler2DArray words;\n"
+    "layout(location = 0) out uvec4 result;\n"
+    "uint hash(uint x)\n"
+    "{\n"
+    "    x = (x ^ x >> 16) * 0x7feb352du;\n"
+    "    x = (x ^ x >> 15) * 0x846ca68bu;\n"
+    "    return x ^ x >> 16;\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "    uint i = hash(uint(gl_FragCoord.x) + 64u * uint(gl_FragCoord.y)) % uint(COUNT);\n"
+    "    result = uvec4(i, texelFetch(words, glbk_table_at(i), 0).r, 0u, 1u);\n"
+    "}\n";
+
+/* Reads 4,096 random texels of a table on the GPU; the C side knows what they must be. */
+static void check_table(gl_test *t, const glbk_texture *table, const uint32_t *words, const char *defines)
+{
+    enum { SIDE = 64 };
+    static uint32_t out[4 * SIDE * SIDE];
+    gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_RGBA32UI, SIDE, SIDE, 0);
+    glbk_source s = { 0 };
+    glbk_program p;
+    glbk_pass pass = { 0 };
+    uint32_t i;
+
+    s.fragment = table_reader;
+    s.uses = "table";
+    s.defines = defines;
+    assert_glbk(t, glbk_program_compile(&t->gl, &s, &p));
+    pass.target = &c.target;
+    assert_glbk(t, glbk_begin(&t->gl, &pass, &p));
+    glbk_bind_texture(&t->gl, 0, table);
+    glbk_draw_screen(&t->gl);
+    assert_glbk(t, glbk_target_read(&t->gl, &c.target, 0, 0, 0, SIDE, SIDE, out));
+    for (i = 0; i < SIDE * SIDE; i++) assert_int_equal(out[4 * i + 1], words[out[4 * i]]);
+    gl_canvas_free(t, &c);
+    glbk_program_destroy(&t->gl, &p);
+}
+
+static void tables_hold_and_change(void **state)
+{
+    GL_TEST(t, state)
+    enum { COUNT = 1500000 };       /* more than one layer */
+    uint32_t *words = (uint32_t *)malloc(COUNT * sizeof *words), i;
+    glbk_texture table;
+
+    assert_non_null(words);
+    for (i = 0; i < COUNT; i++) words[i] = hash(i + 77);
+    assert_glbk(t, glbk_table_create(&t->gl, GLBK_FORMAT_R32UI, words, COUNT, &table));
+    assert_int_equal(table.layers, 2);
+    check_table(t, &table, words, "COUNT=1500000");
+    for (i = 0; i < 60; i++) {      /* runs of every kind: inside a row, over rows, over the layers' border */
+        size_t first = hash(3 * i) % COUNT, count = hash(3 * i + 1) % (i % 3 ? 3000u : 400000u), k;
+        if (i == 0) first = (1 << 20) - 700, count = 5000;
+        if (count > COUNT - first) count = COUNT - first;
+        for (k = 0; k < count; k++) words[first + k] = hash((uint32_t)k ^ i << 24);
+        assert_glbk(t, glbk_table_update(&t->gl, &table, first, count, words + first));
+    }
+    check_table(t, &table, words, "COUNT=1500000");
+    assert_int_equal(glbk_table_update(&t->gl, &table, 1 << 21, 1, words), GLBK_ERR_ARGUMENT);
+    glbk_texture_destroy(&t->gl, &table);
+    assert_glbk(t, glbk_table_create(&t->gl, GLBK_FORMAT_R32UI, words, 5, &table));
+    check_table(t, &table, words, "COUNT=5");
+    glbk_texture_destroy(&t->gl, &table);
+    assert_int_equal(glbk_table_create(&t->gl, GLBK_FORMAT_R32UI, NULL, (size_t)t->gl.max_layers << 20 | 1, &table),
+                     GLBK_ERR_LIMIT);
+    assert_int_equal(glbk_table_create(&t->gl, GLBK_FORMAT_R32UI, NULL, 0, &table), GLBK_ERR_ARGUMENT);
+    free(words);
+}
+
+/* Every format can be made, and rendered to where the context says so. */
+static void every_format(void **state)
+{
+    GL_TEST(t, state)
+    int f;
+    for (f = GLBK_FORMAT_COLOR; f < GLBK_FORMAT_COUNT; f++) {
+        glbk_texture_desc d = { 0 };
+        glbk_target_desc targets = { 0 };
+        glbk_texture texture;
+        glbk_target target;
+        glbk_result result;
+        uint32_t level;
+        d.format = (glbk_format)f;
+        d.width = 8;
+        d.height = 6;
+        d.levels = 3;
+        d.layers = f % 2 ? 3 : 0;
+        assert_glbk(t, glbk_texture_create(&t->gl, &d, &texture));
+        for (level = 0; level < 3; level++) {
+            if (glbk__is_depth(texture.format)) targets.depth = &texture;
+            else targets.color[0] = &texture;
+            targets.layer[0] = targets.depth_layer = d.layers ? 2 : 0;
+            targets.level = level;
+            result = glbk_target_create(&t->gl, &targets, &target);
+            if (glbk__is_float(texture.format) && !t->gl.float_targets)
+                assert_int_equal(result, GLBK_ERR_FLOAT_TARGET);
+            else
+                assert_glbk(t, result);
+            glbk_target_destroy(&t->gl, &target);
+        }
+        glbk_texture_destroy(&t->gl, &texture);
+    }
+}
+
+static void mipmaps_and_filters(void **state)
+{
+    GL_TEST(t, state)
+    static const char text[] = "uniform highp sampler2D image;\nlayout(location = 0) out vec4 c;\n"
+                               "void main() { c = textureLod(image, vec2(0.5), float(LEVEL)); }\n";
+    unsigned char in[4 * 4 * 4], out[16];
+    glbk_texture_desc d = { 0 };
+    glbk_texture image;
+    glbk_source s = { 0 };
+    glbk_program p;
+    glbk_pass pass = { 0 };
+    gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_RGBA8, 1, 1, 0);
+    float rgba[4];
+    int i;
+
+    for (i = 0; i < 64; i++) in[i] = (unsigned char)(i < 32 ? 40 : 200);
+    d.format = GLBK_FORMAT_RGBA8;
+    d.width = d.height = 4;
+    d.sampling = GLBK_SAMPLING_MIPMAPS;
+    d.data = in;
+    assert_glbk(t, glbk_texture_create(&t->gl, &d, &image));
+    assert_int_equal(image.levels, 3);
+    s.fragment = text;
+    s.defines = "LEVEL=2";
+    assert_glbk(t, glbk_program_compile(&t->gl, &s, &p));
+    pass.target = &c.target;
+    assert_glbk(t, glbk_begin(&t->gl, &pass, &p));
+    glbk_bind_texture(&t->gl, 0, &image);
+    glbk_draw_screen(&t->gl);
+    t->gl.gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, c.target.name);
+    t->gl.gl.ReadPixels(0, 0, 1, 1, 0x1908, GLBK_GL_UNSIGNED_BYTE, out);
+    assert_int_equal(out[0], 120);
+    t->gl.gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, 0);
+    if (t->gl.es == 0) {
+        assert_glbk(t, glbk_target_read(&t->gl, &c.target, 0, 0, 0, 1, 1, rgba));
+        assert_true(rgba[0] > 119.9f / 255 && rgba[0] < 120.1f / 255);
+    }
+    glbk_texture_destroy(&t->gl, &image);
+    d.format = GLBK_FORMAT_R32F;
+    d.sampling = GLBK_SAMPLING_LINEAR;
+    d.data = NULL;
+    assert_int_equal(glbk_texture_create(&t->gl, &d, &image), t->gl.float_linear ? GLBK_OK : GLBK_ERR_ARGUMENT);
+    glbk_texture_destroy(&t->gl, &image);
+    glbk_program_destroy(&t->gl, &p);
+    gl_canvas_free(t, &c);
+}
+
+static void uniform_blocks(void **state)
+{
+    GL_TEST(t, state)
+    static const char text[] = "layout(std140) uniform mine { vec4 a; uvec4 b; mat4 m; };\n"
+                               "layout(location = 0) out glbk_color c;\n"
+                               "void main() { c = glbk_pack(m * a + vec4(b)); }\n";
+    struct { float a[4]; uint32_t b[4]; float m[16]; } block = { { 1, 2, 3, 4 }, { 10, 20, 30, 40 }, { 0 } };
+    float out[4];
+    glbk_source s = { 0 };
+    glbk_program p;
+    glbk_pass pass = { 0 };
+    glbk_buffer b;
+    gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_COLOR, 1, 1, 0);
+    int i;
+
+    for (i = 0; i < 4; i++) block.m[5 * i] = 2;
+    block.m[12] = 100;              /* column-major: the translation */
+    s.fragment = text;
+    assert_glbk(t, glbk_program_compile(&t->gl, &s, &p));
+    assert_glbk(t, glbk_buffer_create(&t->gl, sizeof block, NULL, &b));
+    assert_glbk(t, glbk_buffer_update(&t->gl, &b, 0, sizeof block, &block));
+    assert_int_equal(glbk_buffer_update(&t->gl, &b, 8, sizeof block, &block), GLBK_ERR_ARGUMENT);
+    pass.target = &c.target;
+    assert_glbk(t, glbk_begin(&t->gl, &pass, &p));
+    glbk_bind_block(&t->gl, 0, &b);
+    glbk_draw_screen(&t->gl);
+    assert_glbk(t, glbk_target_read(&t->gl, &c.target, 0, 0, 0, 1, 1, out));
+    assert_true(out[0] == 2 + 400 + 10 && out[1] == 24 && out[2] == 36 && out[3] == 48);
+    glbk_buffer_destroy(&t->gl, &b);
+    glbk_program_destroy(&t->gl, &p);
+    gl_canvas_free(t, &c);
+}
+
+/* ---- passes ---- */
+
+static const char flat_vertex[] =
+    "void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, Z, 1.0); }\n";
+static const char flat_fragment[] = "layout(location = 0) out vec4 c;\nvoid main() { c = vec4(V, V, V, A); }\n";
+
+static void draw_flat(gl_test *t, const glbk_pass *pass, const char *defines)
+{
+    glbk_source s = { 0 };
+    glbk_program p;
+    s.vertex = flat_vertex;
+    s.fragment = flat_fragment;
+    s.defines = defines;
+    assert_glbk(t, glbk_program_compile(&t->gl, &s, &p));
+    assert_glbk(t, glbk_begin(&t->gl, pass, &p));
+    glbk_draw_screen(&t->gl);
+    t->gl.gl.UseProgram(0);
+    glbk_program_destroy(&t->gl, &p);
+}
+
+/* Red of the first pixel of an RGBA8 canvas, 0..255. */
+static int red(gl_test *t, const gl_canvas *c)
+{
+    unsigned char out[4] = { 0, 0, 0, 0 };
+    t->gl.gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, c->target.name);
+    t->gl.gl.ReadPixels(0, 0, 1, 1, 0x1908, GLBK_GL_UNSIGNED_BYTE, out);
+    t->gl.gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, 0);
+    return out[0];
+}
+
+static void passes_blend(void **state)
+{
+    GL_TEST(t, state)
+    static const int wanted[GLBK_BLEND_COUNT] = { 102, 153, 51, 102, 76 };
+    int mode;
+    for (mode = 0; mode < GLBK_BLEND_COUNT; mode++) {
+        gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_RGBA8, 2, 2, 0);
+        glbk_pass pass = { 0 };
+        int got;
+        pass.target = &c.target;
+        draw_flat(t, &pass, "Z=0.0 V=0.2 A=1.0");
+        pass.blend = (glbk_blend)mode;
+        draw_flat(t, &pass, "Z=0.0 V=0.4 A=0.5");
+        got = red(t, &c);
+        assert_in_range(got, wanted[mode] - 1, wanted[mode] + 1);
+        gl_canvas_free(t, &c);
+    }
+}
+
+static void passes_test_depth(void **state)
+{
+    GL_TEST(t, state)
+    /* Drawn at window depth 0.5 first; then at 0.25, 0.5 and 0.75: which are seen. */
+    static const int seen[GLBK_DEPTH_COUNT][3] = { { 1, 1, 1 }, { 1, 0, 0 }, { 1, 1, 0 }, { 0, 1, 0 }, { 0, 0, 1 } };
+    static const char *const draws[3] = { "Z=-0.5 V=1.0 A=1.0", "Z=0.0 V=1.0 A=1.0", "Z=0.5 V=1.0 A=1.0" };
+    static const float black[4] = { 0, 0, 0, 0 };
+    int mode, i;
+    for (mode = 0; mode < GLBK_DEPTH_COUNT; mode++)
+        for (i = 0; i < 3; i++) {
+            gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_RGBA8, 2, 2, 1);
+            glbk_pass pass = { 0 };
+            pass.target = &c.target;
+            pass.depth = GLBK_DEPTH_LESS;
+            assert_glbk(t, glbk_begin(&t->gl, &pass, NULL));
+            glbk_clear(&t->gl, &c.target, 0, black);
+            glbk_clear_depth(&t->gl, 1);
+            pass.no_color = 1;
+            draw_flat(t, &pass, "Z=0.0 V=1.0 A=1.0");
+            assert_int_equal(red(t, &c), 0);
+            pass.no_color = 0;
+            pass.depth = (glbk_depth)mode;
+            draw_flat(t, &pass, draws[i]);
+            assert_int_equal(red(t, &c), seen[mode][i] ? 255 : 0);
+            gl_canvas_free(t, &c);
+        }
+}
+
+static void passes_cull_offset_and_view(void **state)
+{
+    GL_TEST(t, state)
+    static const float grey[4] = { 0.5f, 0.5f, 0.5f, 0.5f };
+    gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_RGBA8, 8, 8, 1);
+    glbk_pass pass = { 0 };
+    pass.target = &c.target;
+    assert_glbk(t, glbk_begin(&t->gl, &pass, NULL));
+    glbk_clear(&t->gl, &c.target, 0, grey);
+    pass.cull = GLBK_CULL_FRONT;            /* the triangle is counter-clockwise */
+    draw_flat(t, &pass, "Z=0.0 V=1.0 A=1.0");
+    assert_in_range(red(t, &c), 127, 128);
+    pass.cull = GLBK_CULL_OFF;
+    pass.viewport[0] = pass.viewport[1] = 4;
+    pass.viewport[2] = pass.viewport[3] = 4;
+    draw_flat(t, &pass, "Z=0.0 V=1.0 A=1.0");
+    assert_in_range(red(t, &c), 127, 128);  /* the first pixel lies outside the viewport */
+    memset(pass.viewport, 0, sizeof pass.viewport);
+    pass.cull = GLBK_CULL_BACK;
+    draw_flat(t, &pass, "Z=0.0 V=1.0 A=1.0");
+    assert_int_equal(red(t, &c), 255);
+
+    pass.depth = GLBK_DEPTH_LESS;
+    assert_glbk(t, glbk_begin(&t->gl, &pass, NULL));
+    glbk_clear_depth(&t->gl, 0.5f);
+    pass.offset[1] = 16;                    /* pushes behind what is there */
+    draw_flat(t, &pass, "Z=0.0 V=0.0 A=1.0");
+    assert_int_equal(red(t, &c), 255);
+    pass.offset[1] = -16;
+    draw_flat(t, &pass, "Z=0.0 V=0.0 A=1.0");
+    assert_int_equal(red(t, &c), 0);
+    pass.target = NULL;
+    assert_int_equal(glbk_begin(&t->gl, &pass, NULL), GLBK_ERR_ARGUMENT);
+    gl_canvas_free(t, &c);
+}
+
+static void clears_integers_and_bits(void **state)
+{
+    GL_TEST(t, state)
+    static const glbk_format formats[] = { GLBK_FORMAT_COLOR, GLBK_FORMAT_RGBA8UI, GLBK_FORMAT_R32UI };
+    static const float value[4] = { 7, 8.4f, 9, 10 };
+    uint32_t words[4];
+    float floats[4];
+    size_t i;
+    for (i = 0; i < 3; i++) {
+        gl_canvas c = gl_canvas_make(t, formats[i], 3, 3, 0);
+        glbk_pass pass = { 0 };
+        pass.target = &c.target;
+        assert_glbk(t, glbk_begin(&t->gl, &pass, NULL));
+        glbk_clear(&t->gl, &c.target, 0, value);
+        if (i == 0) {
+            assert_glbk(t, glbk_target_read(&t->gl, &c.target, 0, 1, 1, 1, 1, floats));
+            assert_memory_equal(floats, value, sizeof value);
+        } else {
+            assert_glbk(t, glbk_target_read(&t->gl, &c.target, 0, 1, 1, 1, 1, words));
+            assert_int_equal(words[0], 7);
+            if (i == 1) assert_int_equal(words[1], 8);
+        }
+        gl_canvas_free(t, &c);
+    }
+}
+
+static void bad_arguments(void **state)
+{
+    GL_TEST(t, state)
+    glbk_context *gl = &t->gl;
+    glbk_texture_desc d = { 0 };
+    glbk_target_desc targets = { 0 };
+    glbk_texture a, b;
+    glbk_target target;
+    glbk_buffer buffer;
+    char room[64] = { 0 };
+
+    assert_int_equal(glbk_init(NULL, NULL), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_texture_create(gl, NULL, &a), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_texture_create(gl, &d, NULL), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_texture_create(NULL, &d, &a), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_texture_create(gl, &d, &a), GLBK_ERR_ARGUMENT);
+    d.format = GLBK_FORMAT_R8;
+    assert_int_equal(glbk_texture_create(gl, &d, &a), GLBK_ERR_ARGUMENT);
+    d.width = gl->max_size + 1;
+    d.height = 1;
+    assert_int_equal(glbk_texture_create(gl, &d, &a), GLBK_ERR_LIMIT);
+    d.width = 4;
+    d.layers = gl->max_layers + 1;
+    assert_int_equal(glbk_texture_create(gl, &d, &a), GLBK_ERR_LIMIT);
+    d.layers = 0;
+    d.levels = 4;
+    assert_int_equal(glbk_texture_create(gl, &d, &a), GLBK_ERR_ARGUMENT);
+    d.levels = 0;
+    d.sampling = GLBK_SAMPLING_COMPARE;
+    assert_int_equal(glbk_texture_create(gl, &d, &a), GLBK_ERR_ARGUMENT);
+    d.sampling = GLBK_SAMPLING_LINEAR;
+    d.format = GLBK_FORMAT_R32UI;
+    assert_int_equal(glbk_texture_create(gl, &d, &a), GLBK_ERR_ARGUMENT);
+    d.sampling = GLBK_SAMPLING_DEFAULT;
+    assert_glbk(t, glbk_texture_create(gl, &d, &a));
+    assert_int_equal(glbk_texture_update(gl, &a, 0, 3, 0, 0, 2, 1, 1, room), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_texture_update(gl, &a, 1, 0, 0, 0, 1, 1, 1, room), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_texture_update(gl, &a, 0, 0, 0, 1, 1, 1, 1, room), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_texture_update(gl, &a, 0, 0, 0, 0, 1, 1, 1, NULL), GLBK_ERR_ARGUMENT);
+
+    assert_int_equal(glbk_target_create(gl, &targets, &target), GLBK_ERR_ARGUMENT);
+    targets.color[1] = &a;          /* a gap */
+    assert_int_equal(glbk_target_create(gl, &targets, &target), GLBK_ERR_ARGUMENT);
+    targets.color[0] = &a;
+    d.width = 5;
+    assert_glbk(t, glbk_texture_create(gl, &d, &b));
+    targets.color[1] = &b;          /* another size */
+    assert_int_equal(glbk_target_create(gl, &targets, &target), GLBK_ERR_ARGUMENT);
+    targets.color[1] = NULL;
+    targets.depth = &a;             /* no depth format */
+    assert_int_equal(glbk_target_create(gl, &targets, &target), GLBK_ERR_ARGUMENT);
+    assert_int_equal(target.name, 0);
+    targets.depth = NULL;
+    assert_glbk(t, glbk_target_create(gl, &targets, &target));
+    assert_int_equal(glbk_target_read(gl, &target, 1, 0, 0, 1, 1, room), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_target_read(gl, &target, 0, 4, 0, 1, 1, room), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_buffer_create(gl, 0, NULL, &buffer), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_buffer_create(gl, SIZE_MAX, NULL, &buffer), GLBK_ERR_LIMIT);
+    assert_int_equal(glbk_begin(gl, NULL, NULL), GLBK_ERR_ARGUMENT);
+    glbk_target_destroy(gl, &target);
+    glbk_texture_destroy(gl, &a);
+    glbk_texture_destroy(gl, &b);
 }
 
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
-        gl_unit_test(every_program_links),
-        gl_unit_test(copies_floats),
+        gl_unit_test(every_program_links),      gl_unit_test(errors_name_file_and_line),
+        gl_unit_test(transform_feedback_writes), gl_unit_test(compute_runs),
+        gl_unit_test(copies_floats),            gl_unit_test(slots_can_be_moved),
+        gl_unit_test(tables_hold_and_change),   gl_unit_test(every_format),
+        gl_unit_test(mipmaps_and_filters),      gl_unit_test(uniform_blocks),
+        gl_unit_test(passes_blend),             gl_unit_test(passes_test_depth),
+        gl_unit_test(passes_cull_offset_and_view), gl_unit_test(clears_integers_and_bits),
+        gl_unit_test(bad_arguments),
     };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_ALL);
