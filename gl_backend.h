@@ -1503,12 +1503,25 @@ GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_des
     return result;
 }
 
+/* Bytes 0..255 at the end of the room for count pixels of four floats become those floats. */
+static void glbk__widen(void *rgba, size_t count)
+{
+    const unsigned char *from = (const unsigned char *)rgba + 12 * count;
+    float *to = (float *)rgba, pixel[4];
+    size_t i, k;
+    for (i = 0; i < count; i++) {       /* a pixel never overwrites one that is still to come */
+        for (k = 0; k < 4; k++) pixel[k] = (float)from[4 * i + k] / 255.0f;
+        memcpy(to + 4 * i, pixel, sizeof pixel);
+    }
+}
+
 GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *target, uint32_t attachment, uint32_t x,
                                       uint32_t y, uint32_t width, uint32_t height, void *rgba)
 {
     glbk__store store;
     int32_t bound = 0, clamp = 0;
-    int integer;
+    int integer, bytes;
+    size_t count = (size_t)width * height;
     glbk_result result = glbk__enter(ctx);
 
     if (result != GLBK_OK) return result;
@@ -1516,6 +1529,7 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
     if (x > target->width || width > target->width - x || y > target->height || height > target->height - y)
         return GLBK_ERR_ARGUMENT;
     integer = glbk__is_integer(target->format[attachment]);
+    bytes = ctx->es && !integer && !glbk__is_float(target->format[attachment]);     /* ES gives no floats of these */
     ctx->gl.GetIntegerv(0x8CAA /* READ_FRAMEBUFFER_BINDING */, &bound);
     ctx->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, target->name);
     ctx->gl.ReadBuffer(GLBK_GL_COLOR_ATTACHMENT0 + attachment);
@@ -1525,11 +1539,14 @@ GLBK_DEF glbk_result glbk_target_read(glbk_context *ctx, const glbk_target *targ
         ctx->gl.ClampColor(0x891C, 0);
     }
     ctx->gl.ReadPixels((int32_t)x, (int32_t)y, (int32_t)width, (int32_t)height, integer ? 0x8D99u : 0x1908u,
-                       integer ? GLBK_GL_UNSIGNED_INT : GLBK_GL_FLOAT, rgba);
+                       integer ? GLBK_GL_UNSIGNED_INT : bytes ? GLBK_GL_UNSIGNED_BYTE : GLBK_GL_FLOAT,
+                       (unsigned char *)rgba + (bytes ? 12 * count : 0));
     if (!ctx->es) ctx->gl.ClampColor(0x891C, (uint32_t)clamp);
     glbk__store_end(ctx, GLBK__PACK, &store);
     ctx->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, (uint32_t)bound);
-    return glbk__leave(ctx);
+    result = glbk__leave(ctx);
+    if (result == GLBK_OK && bytes) glbk__widen(rgba, count);
+    return result;
 }
 
 GLBK_DEF void glbk_target_destroy(glbk_context *ctx, glbk_target *target)
