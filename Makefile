@@ -197,7 +197,7 @@ fuzz: $(FUZZERS)
 
 $(TOOLS)/%: tools/%.c
 	@mkdir -p $(@D)
-	$(call say,CC,$<)$(CC) -std=c99 $(WARN_C) -O1 $< -o $@
+	$(call say,CC,$<)$(CC) -std=c99 $(WARN_C) -O1 $< -lm -o $@
 
 stamp: $(TOOLS)/stamp
 	@$(TOOLS)/stamp src/shared $(HEADERS)

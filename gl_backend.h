@@ -659,7 +659,7 @@ GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
    one program uses one part and base. From the lists come GLBK_SLOT_name, the C struct of each block (std140: only mat4, vec4, ivec4, uvec4 and arrays of them,
    so that both layouts are the same), and the library file "part_bindings". Members are read as block.member. */
 
-#define GLBK_PARTS(X) X(base, BASE)
+#define GLBK_PARTS(X) X(base, BASE) X(csm, CSM)
 
 #define GLBK_BASE_TEXTURES(X) X(glbk_color_sampler, glbk_source, 0)
 #define GLBK_BASE_BLOCKS(X)
@@ -686,6 +686,297 @@ GLBK__PART(BASE)
 
 /* ---- techniques: one section each; src/README.md says how ---- */
 
+/* ---- csm: coherent shadow maps, after csm.h ----
+
+   Blocks of csm.h are uploaded as they are (cohsm_data), all of a scene into one table, with a table of instances behind
+   them. Your own shaders ask by csm_visible() of lib/csm_visible.glsl; docs/gpu-layouts.md has all layouts, for those
+   who bring their own API. Then the complete renderer of the paper's section 5. Enumerations have csm.h's numbers. */
+
+#define GLBK_CSM_TEXTURES(X)                                                                        \
+    X(usampler2DArray, glbk_csm_blocks, 0)      /* blocks and instances */                          \
+    X(usampler2DArray, glbk_csm_lights, 1)      /* lights, lobes, patterns */                       \
+    X(usampler2D, glbk_csm_place, 2)            /* G-buffer */                                      \
+    X(usampler2D, glbk_csm_normal, 3)                                                               \
+    X(usampler2D, glbk_csm_color, 4)                                                                \
+    X(usampler2D, glbk_csm_gloss, 5)                                                                \
+    X(glbk_color_sampler, glbk_csm_sum, 6)                                                          \
+    X(sampler2D, glbk_csm_color_map, 7)                                                             \
+    X(sampler2D, glbk_csm_gloss_map, 8)                                                             \
+    X(sampler2D, glbk_csm_normal_map, 9)                                                            \
+    X(usampler2DArray, glbk_csm_questions, 10)                                                      \
+    X(usampler2DArray, glbk_csm_layers, 11)     /* building: depth layers of a batch of views */    \
+    X(usampler2DArray, glbk_csm_open, 12)       /* building: the open segment of each pixel */
+
+#define GLBK_CSM_SCENE_MEMBERS(X) X(uvec4, table, 1)    /* texel of the first instance, count */
+
+#define GLBK_CSM_FRAME_MEMBERS(X)                                                                   \
+    X(uvec4, light, 1)          /* texel of the light; of the first instance; count; ask */         \
+    X(uvec4, sampling, 1)       /* S, seed, frame, sampling */                                      \
+    X(uvec4, range, 1)          /* samples from, to; filter; seed of roulette */                    \
+    X(uvec4, tables, 1)         /* texel of the patterns; planes; width, height */                  \
+    X(vec4, query, 1)           /* bias; offset; 1 / frames; 0 = the sum begins here */             \
+    X(vec4, eye, 1)                                                                                 \
+    X(vec4, planes, 8)
+
+#define GLBK_CSM_OBJECT_MEMBERS(X)                                                                  \
+    X(mat4, world, 1)                                                                               \
+    X(mat4, clip, 1)                                                                                \
+    X(uvec4, kinds, 1)          /* BRDF; instance; 1 + plane; which maps */                         \
+    X(uvec4, lobes, 1)                                                                              \
+    X(vec4, diffuse, 1)                                                                             \
+    X(vec4, gloss, 1)                                                                               \
+    X(vec4, eye, 1)
+
+#define GLBK_CSM_BLOCKS(X)                              \
+    X(glbk_csm_scene, 0, GLBK_CSM_SCENE_MEMBERS)        \
+    X(glbk_csm_frame, 1, GLBK_CSM_FRAME_MEMBERS)        \
+    X(glbk_csm_object, 2, GLBK_CSM_OBJECT_MEMBERS)
+
+#define GLBK_CSM_STORAGE(X)                             \
+    X(coherent, vec4, glbk_csm_sums, 0)                 \
+    X(readonly, uvec4, glbk_csm_asked, 1)               \
+    X(writeonly, float, glbk_csm_answers, 2)
+
+GLBK__PART(CSM)
+
+#define GLBK_CSM_NO_SELF 0xffffffffu
+#define GLBK_CSM_MAX_PLANES 8u
+
+typedef struct glbk_csm_block { const void *data; size_t size; } glbk_csm_block;    /* what cohsm_data returns */
+
+typedef struct glbk_csm_instance {
+    uint32_t start;             /* of its block: what glbk_csm_maps_create returned */
+    float    transform[16];     /* object to world: rotation, one scale > 0, translation */
+    float    offset;            /* world units that receivers on it move along their geometric normal, in the renderer */
+} glbk_csm_instance;
+
+typedef struct glbk_csm_maps {  /* read only; zeroed = none. Blocks and instances of one scene */
+    glbk_texture blocks;
+    glbk_buffer  scene;
+    uint32_t     instances_at, capacity, count;
+} glbk_csm_maps;
+
+GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
+                                          uint32_t capacity, uint32_t *starts, glbk_csm_maps *out);
+/* Uploads blocks, bytes as they are. No more than 4 GB and ctx->max_layers layers of 16 MB; 256 are guaranteed.
+   capacity   instances there is room for
+   starts     receives for each block where it begins, for glbk_csm_instance
+   Errors     GLBK_ERR_ARGUMENT (not a csm block of format 1), GLBK_ERR_LIMIT */
+
+GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps, const glbk_csm_instance *instances,
+                                         uint32_t count);
+/* All instances of the scene, each time that one moves. Errors: GLBK_ERR_ARGUMENT, where a transform shears, mirrors or
+   scales unevenly, too. */
+
+GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps);
+/* For a program of yours with csm_visible among its library files, which is bound: texture and uniform block. */
+
+GLBK_DEF void glbk_csm_maps_destroy(glbk_context *ctx, glbk_csm_maps *maps);
+
+typedef enum glbk_csm_ask {     /* what a light's samples ask the maps by: cohsm_light */
+    GLBK_CSM_ASK_DIRECTION, GLBK_CSM_ASK_POSITION, GLBK_CSM_ASK_PARAMETER, GLBK_CSM_ASK_INDEX, GLBK_CSM_ASK_COUNT
+} glbk_csm_ask;
+
+typedef enum glbk_csm_filter {  /* cohsm_filter */
+    GLBK_CSM_FILTER_NEAREST, GLBK_CSM_FILTER_PCF, GLBK_CSM_FILTER_ROULETTE, GLBK_CSM_FILTER_COUNT
+} glbk_csm_filter;
+
+/* Answers in bulk, as cohsm_visible_scene gives them. */
+typedef struct glbk_csm_questions {
+    glbk_csm_ask    ask;
+    glbk_csm_filter filter;
+    float           bias;       /* map pixels */
+    uint32_t        seed;       /* of roulette */
+    const uint32_t *items;      /* 8 words each: point as 3 floats, instance or GLBK_CSM_NO_SELF; light as 3 floats (or
+                                   a cell), number for roulette */
+    uint32_t        count;      /* 1 .. 2^20 */
+} glbk_csm_questions;
+
+typedef struct glbk_csm_asker { /* read only; zeroed = none */
+    glbk_program program;
+    glbk_texture questions, answers;
+    glbk_target  target;
+    glbk_buffer  frame, asked, answered;    /* the latter two: compute path */
+    uint32_t     capacity;
+} glbk_csm_asker;
+
+GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out);
+GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_questions *questions);
+GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
+                                      uint32_t count);
+GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count, float *visible);
+GLBK_DEF void glbk_csm_asker_destroy(glbk_context *ctx, glbk_csm_asker *asker);
+/* upload    puts the questions on the GPU; run answers the first count of them (may be repeated); read waits and copies
+             count floats: 1 lit, 0 dark, between with PCF, -1 refused
+   Where ctx->compute, the compute path is taken. */
+
+/* ---- csm: lights ---- */
+
+typedef enum glbk_csm_shape {   /* cohsm_shape; CALLBACK is here a table of triangles */
+    GLBK_CSM_SHAPE_DEFAULT,     /* = GLBK_CSM_SHAPE_ENVIRONMENT */
+    GLBK_CSM_SHAPE_ENVIRONMENT, GLBK_CSM_SHAPE_SUN, GLBK_CSM_SHAPE_POINT, GLBK_CSM_SHAPE_SPOT, GLBK_CSM_SHAPE_LINE,
+    GLBK_CSM_SHAPE_RECTANGLE, GLBK_CSM_SHAPE_DISC, GLBK_CSM_SHAPE_SPHERE, GLBK_CSM_SHAPE_MESH, GLBK_CSM_SHAPE_COUNT
+} glbk_csm_shape;
+
+typedef struct glbk_csm_light_desc {    /* fields as in cohsm_emitter_desc; time and video: update the light */
+    glbk_csm_shape shape;
+    float          position[3], direction[3], u[3], v[3];
+    float          radius;
+    float          cone_angle;          /* spot: full apex angle, radians, 0..2 pi */
+    float          radiance[3];
+    float          cosine_power, rotation;
+    const float   *texels;              /* L: rgb factors, width x height, or NULL = 1 */
+    uint32_t       width, height;
+    const float   *triangles;           /* mesh: 9 floats each, emitting to where they turn counter-clockwise */
+    uint32_t       triangle_count;
+} glbk_csm_light_desc;
+
+GLBK_DEF size_t glbk_csm_light_texels(const glbk_csm_light_desc *desc);
+/* Texels (of 16 bytes) that a light takes in a table; 0: the desc is refused. Needs no context. */
+GLBK_DEF glbk_result glbk_csm_light_write(const glbk_csm_light_desc *desc, uint32_t *words);
+/* Writes 4 words a texel. Texels of L that are not finite or negative count as 0. */
+
+typedef struct glbk_csm_lobe { float axis[3], exponent, scale[3]; } glbk_csm_lobe;     /* cohsm_lobe */
+
+typedef struct glbk_csm_lights_desc {
+    const glbk_csm_light_desc *lights;
+    uint32_t             light_count;
+    const glbk_csm_lobe *lobes;         /* of all Lafortune materials, or NULL */
+    uint32_t             lobe_count;
+    const float         *patterns;      /* cohsm_patterns_build, or NULL = a scrambled (0, 2)-sequence */
+    uint32_t             pattern_length;    /* S; then every light must be used with S samples */
+} glbk_csm_lights_desc;
+
+typedef struct glbk_csm_lights {        /* read only; zeroed = none */
+    glbk_texture texels;
+    uint32_t     lobe_count, patterns_at, pattern_length;
+} glbk_csm_lights;
+
+GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_lights_desc *desc, uint32_t *starts,
+                                            glbk_csm_lights *out);
+/* starts   receives for each light where it begins
+   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_LIMIT, GLBK_ERR_ALLOC (all texels are put together in memory once) */
+GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *lights, uint32_t start,
+                                            const glbk_csm_light_desc *desc);
+/* A light that moved or changed, whose glbk_csm_light_texels stayed the same. */
+GLBK_DEF void glbk_csm_lights_destroy(glbk_context *ctx, glbk_csm_lights *lights);
+
+/* ---- csm: the Monte Carlo renderer of direct light ----
+
+   A frame: fill the G-buffer (draw into it, upload it, or bring your own by a fragment shader), glbk_csm_render once a
+   frame, glbk_csm_resolve to the screen. Frames are averaged until glbk_csm_reset: call that whenever the camera, an
+   instance or a light moved. */
+
+typedef enum glbk_csm_brdf {    /* cohsm_brdf */
+    GLBK_CSM_BRDF_NONE,         /* nothing is seen here */
+    GLBK_CSM_BRDF_LAMBERT, GLBK_CSM_BRDF_PHONG, GLBK_CSM_BRDF_LAFORTUNE, GLBK_CSM_BRDF_METAL_ROUGH
+} glbk_csm_brdf;
+
+typedef enum glbk_csm_sampling { /* cohsm_sampling */
+    GLBK_CSM_SAMPLING_BOTH, GLBK_CSM_SAMPLING_LIGHT, GLBK_CSM_SAMPLING_BRDF, GLBK_CSM_SAMPLING_PAPER,
+    GLBK_CSM_SAMPLING_COUNT
+} glbk_csm_sampling;
+
+typedef struct glbk_csm_renderer_desc {
+    uint32_t    width, height;
+    uint32_t    lobes;          /* most lobes of a material: 1..8; 0 = 1 */
+    int         patterns;       /* not 0: the lights have patterns */
+    const char *fragment;       /* NULL; or, kept by you, your own fragment shader with "csm_shade" among its library files, which
+                                   makes a csm_point from your G-buffer and writes as prog/csm_shade.frag does. Its
+                                   textures are yours to bind, in slots from 12 on. The core path is taken then */
+} glbk_csm_renderer_desc;
+
+#define GLBK_CSM_MAX_PROGRAMS 16u       /* combinations of shape, ask and filter that are kept compiled */
+
+typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
+    glbk_program shade[GLBK_CSM_MAX_PROGRAMS], fill, resolve;
+    uint32_t     shade_key[GLBK_CSM_MAX_PROGRAMS], shade_count;
+    const char  *fragment;
+    uint32_t     lobes, patterns;
+    glbk_texture gbuffer[4], depth, sums[2];
+    glbk_target  gbuffer_target, targets[2];
+    glbk_buffer  frame, object, storage;
+    uint32_t     width, height, frames, passes, now;
+    int          compute;
+} glbk_csm_renderer;
+
+GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *desc,
+                                              glbk_csm_renderer *out);
+GLBK_DEF void glbk_csm_renderer_destroy(glbk_context *ctx, glbk_csm_renderer *renderer);
+
+typedef struct glbk_csm_surface {       /* a material, and where it is */
+    glbk_csm_brdf brdf;
+    float         diffuse[3];
+    float         specular[3], exponent;        /* Phong */
+    float         metallic, roughness;          /* metal-rough */
+    uint32_t      lobe, lobe_count;             /* Lafortune: the first in glbk_csm_lights_desc.lobes */
+    uint32_t      self;                         /* instance, or GLBK_CSM_NO_SELF */
+    uint32_t      plane;                        /* 1 + the receiver plane that it lies on, or 0 */
+} glbk_csm_surface;
+
+typedef struct glbk_csm_pixel {
+    glbk_csm_surface surface;
+    float position[3], normal[3], geometric[3], tangent[3];     /* world; tangent zero = any */
+} glbk_csm_pixel;
+
+GLBK_DEF glbk_result glbk_csm_gbuffer_upload(glbk_context *ctx, glbk_csm_renderer *renderer, uint32_t row,
+                                             uint32_t rows, const glbk_csm_pixel *pixels);
+/* Whole rows from the CPU. Row 0 comes back first from glbk_csm_read; for a picture on the screen it is the lowest. */
+
+typedef struct glbk_csm_draw {          /* an object drawn into the G-buffer */
+    float world[16], clip[16];          /* object to world; world to clip space */
+    float eye[3];
+    glbk_csm_surface surface;
+    const glbk_texture *diffuse_map, *specular_map, *normal_map;        /* or NULL. Factors of diffuse; of specular, or
+                                           glTF's metallic in b and roughness in g; tangent space, needs tangents */
+} glbk_csm_draw;
+
+GLBK_DEF glbk_result glbk_csm_gbuffer_begin(glbk_context *ctx, glbk_csm_renderer *renderer);
+/* Clears the G-buffer and binds it with its program. */
+GLBK_DEF glbk_result glbk_csm_gbuffer_object(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_draw *draw);
+/* Then draw: attributes 0 position, 1 normal, 2 texture coordinates, 3 tangent (w: handedness) from your vertex array.
+   Attributes that are not enabled must have been set to zero. */
+
+typedef struct glbk_csm_use {           /* a light in a frame */
+    uint32_t             start;         /* from glbk_csm_lights_create */
+    glbk_csm_shape       shape;         /* of that light */
+    const glbk_csm_maps *maps;          /* what its samples ask */
+    glbk_csm_ask         ask;
+    uint32_t             samples;       /* S, 1..65536 */
+    uint32_t             seed;          /* another for each light */
+} glbk_csm_use;
+
+typedef struct glbk_csm_frame_desc {
+    const glbk_csm_lights *lights;
+    const glbk_csm_use    *uses;
+    uint32_t               use_count;
+    float                  eye[3];
+    float                  planes[GLBK_CSM_MAX_PLANES][4];  /* receivers without maps: unit normal, distance */
+    uint32_t               plane_count;
+    glbk_csm_sampling      sampling;
+    glbk_csm_filter        filter;
+    float                  bias;                /* map pixels */
+    float                  offset;              /* map pixels that receivers move, local lights; else see instances */
+    uint32_t               number;              /* of the frame: other random numbers */
+    uint32_t               samples_per_pass;    /* 0 = 64: a pass must not take longer than the driver's patience */
+} glbk_csm_frame_desc;
+
+GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
+/* Adds one frame to the sum. The first use of a combination of shape, ask and filter compiles a program; see
+   glbk_csm_prepare.   Errors: GLBK_ERR_ARGUMENT, those of glbk_program_create, GL errors where a uniform buffer is written */
+
+GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
+/* Compiles what such a frame needs, so that the first one does not stutter. Errors: as glbk_csm_render */
+
+GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *renderer);
+/* Forgets all frames. */
+
+GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_pass *pass);
+/* Draws the mean of the frames, linear radiance, to the pass's target. */
+
+GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *renderer, float *rgba);
+/* The mean: 4 floats a pixel; a is the mean number of samples that were refused. Waits for the GPU. */
+
 /* ---- end of the techniques ---- */
 
 #ifdef __cplusplus
@@ -699,6 +990,7 @@ GLBK__PART(BASE)
 #if defined(GL_BACKEND_IMPLEMENTATION) && !defined(GL_BACKEND_IMPLEMENTED)
 #define GL_BACKEND_IMPLEMENTED
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -707,7 +999,7 @@ GLBK__PART(BASE)
 #define GLBK_ASSERT(condition) assert(condition)
 #endif
 
-/* >>> shared mem: written by tools/stamp from src/shared, edit there */
+/* >>> shared mem v3 m4: written by tools/stamp from src/shared, edit there */
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -777,6 +1069,202 @@ static inline void glbk__free(const glbk__allocator *a, void *memory)
     if (memory) a->free_fn(memory, a->user);
 }
 
+/* unit v3: three floats */
+
+/* tcc 0.9.27 stores a returned struct of 12 bytes as 16, over the caller's next variable. */
+typedef struct glbk__v3 {
+    float x, y, z;
+#ifdef __TINYC__
+    float unused;
+#endif
+} glbk__v3;
+
+static inline glbk__v3 glbk__v3_make(float x, float y, float z)
+{
+    glbk__v3 v;
+    v.x = x;
+    v.y = y;
+    v.z = z;
+    return v;
+}
+
+static inline glbk__v3 glbk__v3_load(const float *p) { return glbk__v3_make(p[0], p[1], p[2]); }
+static inline void glbk__v3_store(float *p, glbk__v3 v) { p[0] = v.x; p[1] = v.y; p[2] = v.z; }
+
+static inline glbk__v3 glbk__v3_add(glbk__v3 a, glbk__v3 b)
+{
+    return glbk__v3_make(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+
+static inline glbk__v3 glbk__v3_sub(glbk__v3 a, glbk__v3 b)
+{
+    return glbk__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+static inline glbk__v3 glbk__v3_mul(glbk__v3 a, glbk__v3 b)
+{
+    return glbk__v3_make(a.x * b.x, a.y * b.y, a.z * b.z);
+}
+
+static inline glbk__v3 glbk__v3_scale(glbk__v3 a, float s)
+{
+    return glbk__v3_make(a.x * s, a.y * s, a.z * s);
+}
+
+/* a + b s */
+static inline glbk__v3 glbk__v3_madd(glbk__v3 a, glbk__v3 b, float s)
+{
+    return glbk__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
+}
+
+static inline float glbk__v3_dot(glbk__v3 a, glbk__v3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline float glbk__v3_length(glbk__v3 a)
+{
+    return sqrtf(glbk__v3_dot(a, a));
+}
+
+static inline glbk__v3 glbk__v3_cross(glbk__v3 a, glbk__v3 b)
+{
+    return glbk__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+static inline glbk__v3 glbk__v3_min(glbk__v3 a, glbk__v3 b)
+{
+    return glbk__v3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
+}
+
+static inline glbk__v3 glbk__v3_max(glbk__v3 a, glbk__v3 b)
+{
+    return glbk__v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
+}
+
+/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
+   The zero vector stays zero. */
+static inline glbk__v3 glbk__v3_normalize(glbk__v3 a)
+{
+    float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
+    m = m > z ? m : z;
+    if (!(m > 0.0f)) return glbk__v3_make(0.0f, 0.0f, 0.0f);
+    if (m < 1e-30f) {
+        a = glbk__v3_scale(a, 1e30f);
+        m *= 1e30f;
+    }
+    a = glbk__v3_make(a.x / m, a.y / m, a.z / m);
+    m = glbk__v3_length(a);
+    return glbk__v3_make(a.x / m, a.y / m, a.z / m);
+}
+
+/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+static inline int glbk__finite(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (bits & 0x7f800000u) != 0x7f800000u;
+}
+
+static inline int glbk__v3_finite(glbk__v3 a)
+{
+    return glbk__finite(a.x) && glbk__finite(a.y) && glbk__finite(a.z);
+}
+
+/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
+   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+static inline void glbk__v3_basis(glbk__v3 n, glbk__v3 *b1, glbk__v3 *b2)
+{
+    float s = n.z >= 0.0f ? 1.0f : -1.0f;
+    float a = -1.0f / (s + n.z), b = n.x * n.y * a;
+    *b1 = glbk__v3_make(1.0f + s * n.x * n.x * a, s * b, -s * n.x);
+    *b2 = glbk__v3_make(b, s + n.y * n.y * a, -n.y);
+}
+
+/* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
+
+static inline glbk__v3 glbk__m4_point(const float *m, glbk__v3 p)
+{
+    return glbk__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
+                     m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
+}
+
+static inline glbk__v3 glbk__m4_direction(const float *m, glbk__v3 d)
+{
+    return glbk__v3_make(m[0] * d.x + m[4] * d.y + m[8] * d.z, m[1] * d.x + m[5] * d.y + m[9] * d.z,
+                     m[2] * d.x + m[6] * d.y + m[10] * d.z);
+}
+
+/* Finite, with 0 0 0 1 as its last row. */
+static inline int glbk__m4_is_affine(const float *m)
+{
+    int i;
+    for (i = 0; i < 16; i++)
+        if (!glbk__finite(m[i])) return 0;
+    return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
+}
+
+/* out = m^-1 and 1; 0 and out untouched where m is singular to float precision: the determinant against the product
+   of the column lengths, so that the test is free of scale. In double: the inverse of a badly scaled matrix is used
+   on points. out may be m. */
+static inline int glbk__m4_affine_inverse(float *out, const float *m)
+{
+    double a = (double)m[0], b = (double)m[4], c = (double)m[8];
+    double d = (double)m[1], e = (double)m[5], f = (double)m[9];
+    double g = (double)m[2], h = (double)m[6], k = (double)m[10];
+    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
+    double ca = e * k - f * h, cb = f * g - d * k, cc = d * h - e * g;
+    double det = a * ca + b * cb + c * cc;
+    double size = sqrt((a * a + d * d + g * g) * (b * b + e * e + h * h)) * sqrt(c * c + f * f + k * k);
+    double r[12];
+    int i;
+
+    if (!(det > 1e-7 * size || det < -1e-7 * size)) return 0;
+    r[0] = ca / det;
+    r[1] = cb / det;
+    r[2] = cc / det;
+    r[3] = (c * h - b * k) / det;
+    r[4] = (a * k - c * g) / det;
+    r[5] = (b * g - a * h) / det;
+    r[6] = (b * f - c * e) / det;
+    r[7] = (c * d - a * f) / det;
+    r[8] = (a * e - b * d) / det;
+    for (i = 0; i < 3; i++) r[9 + i] = -(r[i] * tx + r[3 + i] * ty + r[6 + i] * tz);
+    for (i = 0; i < 12; i++)
+        if (!glbk__finite((float)r[i])) return 0;
+    for (i = 0; i < 4; i++) {
+        out[4 * i] = (float)r[3 * i];
+        out[4 * i + 1] = (float)r[3 * i + 1];
+        out[4 * i + 2] = (float)r[3 * i + 2];
+        out[4 * i + 3] = i == 3 ? 1.0f : 0.0f;
+    }
+    return 1;
+}
+
+/* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
+   and at right angles within 1e-4, which is what products of float rotations reach. */
+static inline int glbk__m4_is_rigid_uniform(const float *m, float *scale)
+{
+    glbk__v3 x = glbk__v3_load(m), y = glbk__v3_load(m + 4), z = glbk__v3_load(m + 8);
+    float s, lx, ly, lz, tolerance;
+
+    if (!glbk__m4_is_affine(m)) return 0;
+    lx = glbk__v3_length(x);
+    ly = glbk__v3_length(y);
+    lz = glbk__v3_length(z);
+    if (!(lx > 0.0f && ly > 0.0f && lz > 0.0f) || !glbk__finite(lx + ly + lz)) return 0;
+    s = (lx + ly + lz) / 3.0f;
+    tolerance = 1e-4f * s;
+    if (fabsf(lx - s) > tolerance || fabsf(ly - s) > tolerance || fabsf(lz - s) > tolerance) return 0;
+    x = glbk__v3_scale(x, 1.0f / lx);
+    y = glbk__v3_scale(y, 1.0f / ly);
+    z = glbk__v3_scale(z, 1.0f / lz);
+    if (fabsf(glbk__v3_dot(x, y)) > 1e-4f || fabsf(glbk__v3_dot(x, z)) > 1e-4f) return 0;
+    if (fabsf(glbk__v3_dot(y, z)) > 1e-4f || glbk__v3_dot(glbk__v3_cross(x, y), z) < 0.0f) return 0;
+    *scale = s;
+    return 1;
+}
+
 /* <<< shared */
 
 /* >>> glsl: written by tools/embed from src/shaders and GLBK_PARTS, edit there */
@@ -784,6 +1272,1667 @@ static inline void glbk__free(const glbk__allocator *a, void *memory)
 static const char *const glbk__glsl_lib_base_bindings_glsl[] = {
     "// base_bindings - from the lists GLBK_BASE_* of gl_backend.h.\n",
     "uniform glbk_color_sampler glbk_source;\n"
+};
+
+static const char *const glbk__glsl_lib_cohsm_brdf_glsl[] = {
+    "// cohsm_brdf.glsl - Lambert, Phong, Lafortune and glTF's metal-rough GGX: evaluation, densities, sampling.\n",
+    "// C twins: cohsm_brdf_eval and cohsm_brdf_sample of csm.h.\n",
+    "//\n",
+    "// COHSM_LOBES: lobes that a surface may have, 1 unless there are Lafortune materials of more, at most 8. Registers grow\n",
+    "// with it. COHSM_LOBE(i): uvec4 texel i of the lobes' table, two each: axis and exponent, scale (as float bits).\n",
+    "// uses: cohsm_math\n",
+    "#ifndef COHSM_LOBES\n",
+    "#error \"cohsm_brdf.glsl needs COHSM_LOBES, 1..8\"\n",
+    "#endif\n",
+    "#ifndef COHSM_LOBE\n",
+    "#error \"cohsm_brdf.glsl needs COHSM_LOBE(i), the uvec4 at texel i of the lobes\"\n",
+    "#endif\n",
+    "\n",
+    "#define COHSM_BRDF_LAMBERT 1u\n",
+    "#define COHSM_BRDF_PHONG 2u\n",
+    "#define COHSM_BRDF_LAFORTUNE 3u\n",
+    "#define COHSM_BRDF_METAL_ROUGH 4u\n",
+    "\n",
+    "struct cohsm_material {\n",
+    "    uint type;\n",
+    "    vec3 diffuse;               // albedo; metal-rough: base colour\n",
+    "    vec3 specular;              // PHONG\n",
+    "    float exponent;             // PHONG\n",
+    "    float metallic, roughness;  // METAL_ROUGH\n",
+    "    uint lobe, lobe_count;      // LAFORTUNE: the first one\n",
+    "};\n",
+    "\n",
+    "struct cohsm_surface {          // a material at a point; directions in the frame t, b, n\n",
+    "    vec3  t, b, n, wo, diffuse, f0;\n",
+    "    float alpha;                // GGX; 0: cosine lobes\n",
+    "    int   lobe_count;\n",
+    "    vec4  lobes[COHSM_LOBES];   // axis, exponent\n",
+    "    vec4  scales[COHSM_LOBES];  // scale, share of the roulette\n",
+    "    float diffuse_share, peak;\n",
+    "    bool  black;\n",
+    "};\n",
+    "\n",
+    "struct cohsm_response { vec3 diffuse, specular; float diffuse_pdf, specular_pdf; };\n",
+    "\n",
+    "float cohsm_mean(vec3 c) { return (c.x + c.y + c.z) * (1.0 / 3.0); }\n",
+    "vec3 cohsm_to_frame(cohsm_surface s, vec3 w) { return vec3(dot(w, s.t), dot(w, s.b), dot(w, s.n)); }\n",
+    "vec3 cohsm_from_frame(cohsm_surface s, vec3 w) { return s.t * w.x + s.b * w.y + s.n * w.z; }\n",
+    "\n",
+    "vec3 cohsm_schlick(vec3 f0, float cosine)\n",
+    "{\n",
+    "    float x = 1.0 - cosine, f = x * x * (x * x) * x;\n",
+    "    return f0 * (1.0 - f) + f;\n",
+    "}\n",
+    "\n",
+    "float cohsm_add_lobe(inout cohsm_surface s, vec3 c, float exponent, vec3 scale)\n",
+    "{\n",
+    "    vec3 a = c * s.wo;\n",
+    "    float size = sqrt(dot(a, a));\n",
+    "    if (!(size > 0.0) || s.lobe_count >= COHSM_LOBES) return 0.0;\n",
+    "    a /= size;\n",
+    "    if (exponent > 0.0) scale *= cohsm_pow(size, exponent);\n",
+    "    float albedo = cohsm_mean(scale) * 2.0 * COHSM_PI / (exponent + 2.0) * max(a.z, 0.1);\n",
+    "    if (!(albedo > 0.0) || !cohsm_finite3(scale)) return 0.0;\n",
+    "    s.lobes[s.lobe_count] = vec4(a, exponent);\n",
+    "    s.scales[s.lobe_count] = vec4(scale, albedo);\n",
+    "    s.lobe_count++;\n",
+    "    return albedo;\n",
+    "}\n",
+    "\n",
+    "float cohsm_specular_init(inout cohsm_surface s, cohsm_material m)\n",
+    "{\n",
+    "    if (m.type == COHSM_BRDF_METAL_ROUGH) {\n",
+    "        s.alpha = max(m.roughness * m.roughness, 0.002);\n",
+    "        s.f0 = vec3(0.04) * (1.0 - m.metallic) + m.diffuse * m.metallic;\n",
+    "        s.diffuse = m.diffuse * (1.0 - m.metallic);\n",
+    "        s.lobe_count = 1;\n",
+    "        float share = cohsm_mean(cohsm_schlick(s.f0, s.wo.z));\n",
+    "        s.scales[0] = vec4(0.0, 0.0, 0.0, share);\n",
+    "        return share;\n",
+    "    }\n",
+    "    if (m.type == COHSM_BRDF_PHONG)\n",
+    "        return cohsm_add_lobe(s, vec3(-1.0, -1.0, 1.0), m.exponent, m.specular * ((m.exponent + 2.0) / (2.0 * COHSM_PI)));\n",
+    "    float sum = 0.0;\n",
+    "    if (m.type == COHSM_BRDF_LAFORTUNE)\n",
+    "        for (uint i = 0u; i < m.lobe_count; i++) {\n",
+    "            vec4 axis = uintBitsToFloat(COHSM_LOBE(2u * (m.lobe + i)));\n",
+    "            sum += cohsm_add_lobe(s, axis.xyz, axis.w, uintBitsToFloat(COHSM_LOBE(2u * (m.lobe + i) + 1u)).xyz);\n",
+    "        }\n",
+    "    return sum;\n",
+    "}\n",
+    "\n",
+    "// tangent: any length; zero for none. normal and wo: about unit length.\n",
+    "cohsm_surface cohsm_surface_at(cohsm_material m, vec3 normal, vec3 tangent, vec3 wo)\n",
+    "{\n",
+    "    cohsm_surface s;\n",
+    "    s.n = cohsm_normalize(normal);\n",
+    "    vec3 t = tangent - s.n * dot(tangent, s.n);\n",
+    "    if (dot(t, t) > 1e-6) {\n",
+    "        s.t = cohsm_normalize(t);\n",
+    "        s.b = cross(s.n, s.t);\n",
+    "    } else\n",
+    "        cohsm_basis(s.n, s.t, s.b);\n",
+    "    s.wo = cohsm_to_frame(s, cohsm_normalize(wo));\n",
+    "    if (s.wo.z < 1e-3) s.wo = cohsm_normalize(vec3(s.wo.xy, 1e-3));\n",
+    "    s.wo.z = min(s.wo.z, 1.0);\n",
+    "    s.diffuse = m.diffuse;\n",
+    "    s.f0 = vec3(0.0);\n",
+    "    s.alpha = 0.0;\n",
+    "    s.lobe_count = 0;\n",
+    "    for (int i = 0; i < COHSM_LOBES; i++) {\n",
+    "        s.lobes[i] = vec4(0.0);\n",
+    "        s.scales[i] = vec4(0.0);\n",
+    "    }\n",
+    "    float specular = cohsm_specular_init(s, m), diffuse = cohsm_mean(s.diffuse);\n",
+    "    s.black = !(diffuse + specular > 0.0);\n",
+    "    s.diffuse_share = s.black ? 1.0 : diffuse / (diffuse + specular);\n",
+    "    s.peak = s.diffuse_share * (1.0 / COHSM_PI);\n",
+    "    for (int i = 0; i < s.lobe_count; i++) {\n",
+    "        s.scales[i].w /= specular;\n",
+    "        float lobe = s.alpha > 0.0 ? 0.25 / (COHSM_PI * s.alpha * s.alpha) : (s.lobes[i].w + 1.0) / (2.0 * COHSM_PI);\n",
+    "        s.peak += (1.0 - s.diffuse_share) * s.scales[i].w * lobe;\n",
+    "    }\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "// GGX, Smith's height-correlated shadowing, density of visible normals.\n",
+    "void cohsm_ggx(cohsm_surface s, vec3 wi, inout cohsm_response r)\n",
+    "{\n",
+    "    vec3 h = cohsm_normalize(s.wo + wi);\n",
+    "    float a2 = s.alpha * s.alpha, q = h.x * h.x + h.y * h.y + a2 * h.z * h.z, d = a2 / (COHSM_PI * q * q);\n",
+    "    float go = sqrt(a2 + (1.0 - a2) * s.wo.z * s.wo.z), gi = sqrt(a2 + (1.0 - a2) * wi.z * wi.z);\n",
+    "    vec3 f = cohsm_schlick(s.f0, clamp(dot(s.wo, h), 0.0, 1.0));\n",
+    "    r.specular = f * (0.5 * d / (wi.z * go + s.wo.z * gi));\n",
+    "    r.diffuse *= 1.0 - f;\n",
+    "    r.specular_pdf = 0.5 * d / (s.wo.z + go);\n",
+    "}\n",
+    "\n",
+    "// f and the densities for wi in the frame, the diffuse and the specular part apart.\n",
+    "cohsm_response cohsm_respond(cohsm_surface s, vec3 wi)\n",
+    "{\n",
+    "    cohsm_response r = cohsm_response(vec3(0.0), vec3(0.0), 0.0, 0.0);\n",
+    "    if (!(wi.z > 0.0)) return r;\n",
+    "    r.diffuse = s.diffuse * (1.0 / COHSM_PI);\n",
+    "    r.diffuse_pdf = wi.z * (1.0 / COHSM_PI);\n",
+    "    if (s.lobe_count > 0 && s.alpha > 0.0) {\n",
+    "        cohsm_ggx(s, wi, r);\n",
+    "        return r;\n",
+    "    }\n",
+    "    for (int i = 0; i < s.lobe_count; i++) {\n",
+    "        float c = dot(s.lobes[i].xyz, wi);\n",
+    "        if (!(c > 0.0)) continue;\n",
+    "        c = cohsm_pow(c, s.lobes[i].w);\n",
+    "        r.specular += s.scales[i].xyz * c;\n",
+    "        r.specular_pdf += s.scales[i].w * c * (s.lobes[i].w + 1.0) / (2.0 * COHSM_PI);\n",
+    "    }\n",
+    "    return r;\n",
+    "}\n",
+    "\n",
+    "float cohsm_brdf_pdf(cohsm_surface s, cohsm_response r)\n",
+    "{\n",
+    "    return s.diffuse_share * r.diffuse_pdf + (1.0 - s.diffuse_share) * r.specular_pdf;\n",
+    "}\n",
+    "\n",
+    "// Visible normals by spherical caps (Dupuy and Benyoub 2023).\n",
+    "vec3 cohsm_ggx_draw(cohsm_surface s, vec2 u)\n",
+    "{\n",
+    "    vec3 o = cohsm_normalize(vec3(s.wo.xy * s.alpha, s.wo.z));\n",
+    "    float z = (1.0 - u.x) * (1.0 + o.z) - o.z, r = cohsm_safe_sqrt(1.0 - z * z);\n",
+    "    vec2 sc = cohsm_sincos(2.0 * COHSM_PI * u.y);\n",
+    "    vec3 h = vec3(r * sc.y, r * sc.x, z) + o;\n",
+    "    h = cohsm_normalize(vec3(h.xy * s.alpha, h.z));\n",
+    "    return cohsm_normalize(h * (2.0 * dot(s.wo, h)) - s.wo);\n",
+    "}\n",
+    "\n",
+    "vec3 cohsm_lobe_draw(vec4 lobe, vec2 u)\n",
+    "{\n",
+    "    vec3 t, b;\n",
+    "    float c = cohsm_pow(1.0 - u.x, 1.0 / (lobe.w + 1.0)), r = cohsm_safe_sqrt(1.0 - c * c);\n",
+    "    vec2 sc = cohsm_sincos(2.0 * COHSM_PI * u.y);\n",
+    "    cohsm_basis(lobe.xyz, t, b);\n",
+    "    return t * (r * sc.y) + b * (r * sc.x) + lobe.xyz * c;\n",
+    "}\n",
+    "\n",
+    "// wi in the frame, the lobe picked by u.x.\n",
+    "vec3 cohsm_brdf_draw(cohsm_surface s, float diffuse_share, vec2 u)\n",
+    "{\n",
+    "    if (u.x < diffuse_share || s.lobe_count == 0) {\n",
+    "        vec2 p = cohsm_concentric(vec2(diffuse_share > 0.0 ? cohsm_clamp_unit(u.x / diffuse_share) : u.x, u.y));\n",
+    "        return vec3(p, cohsm_safe_sqrt(1.0 - p.x * p.x - p.y * p.y));\n",
+    "    }\n",
+    "    u.x = (u.x - diffuse_share) / (1.0 - diffuse_share);\n",
+    "    if (s.alpha > 0.0) return cohsm_ggx_draw(s, vec2(cohsm_clamp_unit(u.x), u.y));\n",
+    "    int i = 0;\n",
+    "    for (; i + 1 < s.lobe_count && u.x >= s.scales[i].w; i++) u.x -= s.scales[i].w;\n",
+    "    return cohsm_lobe_draw(s.lobes[i], vec2(cohsm_clamp_unit(u.x / s.scales[i].w), u.y));\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_cohsm_estimate_glsl[] = {
+    "// cohsm_estimate.glsl - the direct-light estimator of section 5: one sample of a light at a surface with its weight.\n",
+    "// Needs what cohsm_brdf.glsl and cohsm_light.glsl need. C twin: cohsm_sample of csm.h, sample by sample.\n",
+    "//\n",
+    "// COHSM_PATTERN(j, k): optional; point k of pattern j of 256 (cohsm_patterns_build). Without it a scrambled\n",
+    "// (0, 2)-sequence a pixel, which converges faster over many frames.\n",
+    "// uses: cohsm_brdf cohsm_light\n",
+    "\n",
+    "#define COHSM_SAMPLING_BOTH 0   // balance heuristic\n",
+    "#define COHSM_SAMPLING_LIGHT 1\n",
+    "#define COHSM_SAMPLING_BRDF 2\n",
+    "#define COHSM_SAMPLING_PAPER 3\n",
+    "\n",
+    "struct cohsm_estimator {\n",
+    "    uint  samples, seed, frame;\n",
+    "    cohsm_surface surface;\n",
+    "    cohsm_light light;\n",
+    "    cohsm_aim aim;\n",
+    "    bool  reachable, split;\n",
+    "    float light_share;\n",
+    "};\n",
+    "\n",
+    "vec3 cohsm_numbers(cohsm_estimator e, uint pixel, uint k)\n",
+    "{\n",
+    "    uint key = cohsm_hash_combine(e.seed, pixel), index = e.frame * e.samples + k;\n",
+    "    vec3 u;\n",
+    "#ifdef COHSM_PATTERN\n",
+    "    u.xy = COHSM_PATTERN((key + e.frame * 159u) & 255u, k);\n",
+    "    if (e.frame > 255u) {\n",
+    "        u.xy += vec2(cohsm_random(key, e.frame >> 8, 0u), cohsm_random(key, e.frame >> 8, 1u));\n",
+    "        u.xy -= floor(u.xy);\n",
+    "        u.xy = vec2(cohsm_clamp_unit(u.x), cohsm_clamp_unit(u.y));\n",
+    "    }\n",
+    "#else\n",
+    "    u.xy = cohsm_sobol2(index, key);\n",
+    "#endif\n",
+    "    u.z = e.light.shape == COHSM_SHAPE_MESH ? cohsm_random(key, 0x9e3779b9u, index) : 0.0;\n",
+    "    return u;\n",
+    "}\n",
+    "\n",
+    "// What all samples of a point share. samples: S; frame: of progressive rendering.\n",
+    "cohsm_estimator cohsm_estimator_at(cohsm_surface surface, cohsm_light light, vec3 position, int sampling, uint samples,\n",
+    "                                   uint seed, uint frame)\n",
+    "{\n",
+    "    cohsm_estimator e;\n",
+    "    e.samples = samples;\n",
+    "    e.seed = seed;\n",
+    "    e.frame = frame;\n",
+    "    e.surface = surface;\n",
+    "    e.light = light;\n",
+    "    e.reachable = cohsm_aim_at(light, position, e.aim) && !surface.black;\n",
+    "    bool unseen = cohsm_light_is_delta(light) || light.shape == COHSM_SHAPE_MESH;\n",
+    "    bool distant = light.shape == COHSM_SHAPE_ENVIRONMENT;\n",
+    "    e.split = distant && sampling == COHSM_SAMPLING_PAPER;\n",
+    "    e.light_share = 1.0;\n",
+    "    if (unseen || sampling == COHSM_SAMPLING_LIGHT || !e.reachable) return e;\n",
+    "    if (sampling == COHSM_SAMPLING_BRDF) e.light_share = 0.0;\n",
+    "    else if (sampling == COHSM_SAMPLING_PAPER) e.light_share = distant ? surface.diffuse_share : 1.0;\n",
+    "    else if (distant) e.light_share = 0.5;\n",
+    "    else {\n",
+    "        float q = e.aim.solid * surface.peak;\n",
+    "        e.light_share = 8.0 / (8.0 + q * q * q);\n",
+    "        e.light_share = floor(e.light_share * float(samples) + 0.5) / float(samples);\n",
+    "    }\n",
+    "    return e;\n",
+    "}\n",
+    "\n",
+    "// f L cos / pdf of one sample; visibility and 1 / S are the caller's. u: cohsm_numbers.\n",
+    "vec3 cohsm_estimate(cohsm_estimator e, vec3 u, out cohsm_emission found)\n",
+    "{\n",
+    "    float c = e.light_share;\n",
+    "    bool by_light = u.x < c, hit;\n",
+    "    vec3 wi;\n",
+    "    u.x = cohsm_clamp_unit(by_light ? u.x / c : (u.x - c) / (1.0 - c));\n",
+    "    if (by_light)\n",
+    "        hit = cohsm_light_draw(e.light, e.aim, u, found);\n",
+    "    else {\n",
+    "        wi = cohsm_brdf_draw(e.surface, e.split ? 0.0 : e.surface.diffuse_share, u.xy);\n",
+    "        hit = cohsm_light_hit(e.light, e.aim, cohsm_from_frame(e.surface, wi), found) && wi.z > 0.0;\n",
+    "    }\n",
+    "    if (!hit) {\n",
+    "        found = cohsm_emission(e.surface.n, COHSM_INFINITY, vec3(0.0), vec3(0.0), 0.0);\n",
+    "        return vec3(0.0);\n",
+    "    }\n",
+    "    wi = cohsm_to_frame(e.surface, found.direction);\n",
+    "    cohsm_response r = cohsm_respond(e.surface, wi);\n",
+    "    vec3 f = e.split ? (by_light ? r.diffuse : r.specular) : r.diffuse + r.specular;\n",
+    "    float pdf = e.split ? (by_light ? c * found.pdf : (1.0 - c) * r.specular_pdf)\n",
+    "                        : c * found.pdf + (1.0 - c) * cohsm_brdf_pdf(e.surface, r);\n",
+    "    if (!(wi.z > 0.0) || !(pdf > 0.0)) return vec3(0.0);\n",
+    "    f = f * found.radiance * (wi.z / pdf);\n",
+    "    return cohsm_finite3(f) ? f : vec3(0.0);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
+    "// cohsm_light.glsl - light functions A (what emits) and L (how much): samples of a light and hits of its surface.\n",
+    "// C twins: cohsm_emitter_sample and cohsm_emitter_hit of csm.h. D, the place of maps, is in the blocks.\n",
+    "//\n",
+    "// COHSM_LIGHT_TEXEL(i): uvec4 texel i of the lights' texture, made by glbk_csm_light_words (layout: docs/gpu-layouts.md).\n",
+    "// uses: cohsm_math\n",
+    "#ifndef COHSM_LIGHT_TEXEL\n",
+    "#error \"cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights\"\n",
+    "#endif\n",
+    "\n",
+    "#define COHSM_SHAPE_ENVIRONMENT 1u\n",
+    "#define COHSM_SHAPE_SUN 2u\n",
+    "#define COHSM_SHAPE_POINT 3u\n",
+    "#define COHSM_SHAPE_SPOT 4u\n",
+    "#define COHSM_SHAPE_LINE 5u\n",
+    "#define COHSM_SHAPE_RECTANGLE 6u\n",
+    "#define COHSM_SHAPE_DISC 7u\n",
+    "#define COHSM_SHAPE_SPHERE 8u\n",
+    "#define COHSM_SHAPE_MESH 9u     // a table of triangles: x picks one by area, y and z a point in it\n",
+    "#define COHSM_INFINITY 3.402823466e38\n",
+    "\n",
+    "struct cohsm_light {\n",
+    "    uint  base, shape, width, height, flags, texels_at, sums_at, triangles_at, triangle_count;\n",
+    "    vec3  origin, n, ex, ey, u, v, radiance, tint;\n",
+    "    float radius, lx, ly, area, cos_cone, turn, cosine_power;\n",
+    "};\n",
+    "\n",
+    "struct cohsm_aim {              // a light as one point sees it\n",
+    "    vec3  p, axis;\n",
+    "    float range, spread, solid_pdf, solid;\n",
+    "    vec4  edges;                // rectangle: x0 x1 y0 y1\n",
+    "    vec4  cap;                  // rectangle: z b0 b1 k\n",
+    "};\n",
+    "\n",
+    "struct cohsm_emission {\n",
+    "    vec3  direction;\n",
+    "    float range;                // COHSM_INFINITY for sky and sun\n",
+    "    vec3  coords, radiance;\n",
+    "    float pdf;\n",
+    "};\n",
+    "\n",
+    "cohsm_light cohsm_light_open(uint base)\n",
+    "{\n",
+    "    cohsm_light l;\n",
+    "    uvec4 a = COHSM_LIGHT_TEXEL(base), b = COHSM_LIGHT_TEXEL(base + 1u);\n",
+    "    vec4 c = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 2u)), d = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 3u));\n",
+    "    vec4 e = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 4u)), f = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 5u));\n",
+    "    vec4 g = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 6u)), h = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 7u));\n",
+    "    l.base = base;\n",
+    "    l.shape = a.x;\n",
+    "    l.width = a.y;\n",
+    "    l.height = a.z;\n",
+    "    l.flags = a.w;\n",
+    "    l.texels_at = base + b.x;\n",
+    "    l.sums_at = base + b.y;\n",
+    "    l.triangles_at = base + b.z;\n",
+    "    l.triangle_count = b.w;\n",
+    "    l.origin = c.xyz;\n",
+    "    l.radius = c.w;\n",
+    "    l.n = d.xyz;\n",
+    "    l.lx = d.w;\n",
+    "    l.ex = e.xyz;\n",
+    "    l.ly = e.w;\n",
+    "    l.ey = f.xyz;\n",
+    "    l.area = f.w;\n",
+    "    l.radiance = g.xyz;\n",
+    "    l.cos_cone = g.w;\n",
+    "    l.tint = h.xyz;\n",
+    "    l.turn = h.w;\n",
+    "    c = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 8u));\n",
+    "    l.u = c.xyz;\n",
+    "    l.cosine_power = c.w;\n",
+    "    l.v = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 9u)).xyz;\n",
+    "    return l;\n",
+    "}\n",
+    "\n",
+    "bool cohsm_light_textured(cohsm_light l) { return (l.flags & 1u) != 0u; }\n",
+    "bool cohsm_light_is_delta(cohsm_light l) { return l.shape >= COHSM_SHAPE_SUN && l.shape <= COHSM_SHAPE_SPOT; }\n",
+    "\n",
+    "uint cohsm_index(float x, uint count) { return min(uint(x * float(count)), count - 1u); }\n",
+    "\n",
+    "vec3 cohsm_light_texel(cohsm_light l, uint x, uint y)\n",
+    "{\n",
+    "    return cohsm_light_textured(l) ? uintBitsToFloat(COHSM_LIGHT_TEXEL(l.texels_at + y * l.width + x)).xyz : vec3(1.0);\n",
+    "}\n",
+    "\n",
+    "vec3 cohsm_texel_at(cohsm_light l, vec2 x)\n",
+    "{\n",
+    "    return cohsm_light_texel(l, cohsm_index(x.x, l.width), cohsm_index(x.y, l.height));\n",
+    "}\n",
+    "\n",
+    "float cohsm_density(cohsm_light l, vec2 x) { return cohsm_light_textured(l) ? dot(cohsm_texel_at(l, x), l.tint) : 1.0; }\n",
+    "\n",
+    "// Inversion of the running sums at texel `at`: each holds the sum before its cell, the sum after it, and where\n",
+    "// (as integers) the search begins and ends for numbers that fall into that fraction of 0..1.\n",
+    "uint cohsm_invert(uint at, uint count, float u, out float fraction)\n",
+    "{\n",
+    "    uvec4 t = COHSM_LIGHT_TEXEL(at + cohsm_index(u, count));\n",
+    "    uint lo = t.z, hi = t.w;\n",
+    "    while (hi - lo > 1u) {\n",
+    "        uint middle = lo + (hi - lo) / 2u;\n",
+    "        if (uintBitsToFloat(COHSM_LIGHT_TEXEL(at + middle).x) <= u) lo = middle;\n",
+    "        else hi = middle;\n",
+    "    }\n",
+    "    vec2 sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + lo).xy);\n",
+    "    while (lo + 1u < count && sums.y <= u) sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + ++lo).xy);\n",
+    "    while (lo > 0u && (sums.x > u || !(sums.y > sums.x))) sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + --lo).xy);\n",
+    "    fraction = cohsm_clamp_unit((u - sums.x) / (sums.y - sums.x));\n",
+    "    return lo;\n",
+    "}\n",
+    "\n",
+    "// The texel that u picks, and where inside.\n",
+    "uvec2 cohsm_pick_cell(cohsm_light l, vec2 u, out vec2 inside)\n",
+    "{\n",
+    "    uint y = cohsm_invert(l.sums_at, l.height, u.y, inside.y);\n",
+    "    uint x = cohsm_invert(l.sums_at + l.height + y * l.width, l.width, u.x, inside.x);\n",
+    "    return uvec2(x, y);\n",
+    "}\n",
+    "\n",
+    "vec2 cohsm_pick_coords(cohsm_light l, vec2 u)\n",
+    "{\n",
+    "    if (!cohsm_light_textured(l)) return u;\n",
+    "    vec2 inside;\n",
+    "    uvec2 cell = cohsm_pick_cell(l, u, inside);\n",
+    "    return vec2(cohsm_clamp_unit((float(cell.x) + inside.x) / float(l.width)),\n",
+    "                cohsm_clamp_unit((float(cell.y) + inside.y) / float(l.height)));\n",
+    "}\n",
+    "\n",
+    "bool cohsm_emit(cohsm_light l, vec3 texel, float cosine, inout cohsm_emission e)\n",
+    "{\n",
+    "    e.radiance = l.radiance * texel;\n",
+    "    if (l.cosine_power > 0.0) e.radiance *= cohsm_pow(cosine, l.cosine_power);\n",
+    "    return cohsm_finite3(e.radiance) && e.radiance.x + e.radiance.y + e.radiance.z > 0.0;\n",
+    "}\n",
+    "\n",
+    "// From the point q of the surface to what a.p sees of it.\n",
+    "bool cohsm_emit_area(cohsm_light l, cohsm_aim a, vec3 q, vec3 n, vec2 x, float area_pdf, inout cohsm_emission e)\n",
+    "{\n",
+    "    vec3 d = q - a.p;\n",
+    "    float square = dot(d, d), range = sqrt(square);\n",
+    "    if (!(range > 0.0) || !cohsm_finite(square)) return false;\n",
+    "    vec3 w = d * (1.0 / range);\n",
+    "    float cosine = -dot(n, w);\n",
+    "    if (!(cosine > 1e-7)) return false;\n",
+    "    cosine = min(cosine, 1.0);\n",
+    "    e.coords.xy = vec2(cohsm_clamp_unit(x.x), cohsm_clamp_unit(x.y));\n",
+    "    e.range = range;\n",
+    "    e.pdf = a.solid_pdf > 0.0 ? a.solid_pdf : area_pdf * square / cosine;\n",
+    "    e.direction = w;\n",
+    "    return cohsm_emit(l, cohsm_texel_at(l, x), cosine, e);\n",
+    "}\n",
+    "\n",
+    "// ---- environment ----\n",
+    "\n",
+    "bool cohsm_environment_found(cohsm_light l, uvec2 cell, vec2 x, vec3 w, inout cohsm_emission e)\n",
+    "{\n",
+    "    vec3 texel = cohsm_light_texel(l, cell.x, cell.y);\n",
+    "    x.x -= l.turn;\n",
+    "    e.coords.xy = vec2(cohsm_clamp_unit(x.x - floor(x.x)), cohsm_clamp_unit(x.y));\n",
+    "    e.range = COHSM_INFINITY;\n",
+    "    e.pdf = dot(texel, l.tint);\n",
+    "    e.direction = w;\n",
+    "    return cohsm_emit(l, texel, 1.0, e) && e.pdf > 0.0;\n",
+    "}\n",
+    "\n",
+    "// cos(pi y / h) to the last digits near the poles too.\n",
+    "float cohsm_row_edge(uint y, uint h)\n",
+    "{\n",
+    "    uint m = min(y, h - y);\n",
+    "    float s = cohsm_sincos(1.57079633 * float(m) / float(h)).x;\n",
+    "    s = 1.0 - 2.0 * s * s;\n",
+    "    return m == y ? s : -s;\n",
+    "}\n",
+    "\n",
+    "bool cohsm_environment_draw(cohsm_light l, vec2 u, inout cohsm_emission e)\n",
+    "{\n",
+    "    vec2 inside;\n",
+    "    uvec2 cell = cohsm_pick_cell(l, u, inside);\n",
+    "    float x = (float(cell.x) + inside.x) / float(l.width), top = cohsm_row_edge(cell.y, l.height);\n",
+    "    float y = top + (cohsm_row_edge(cell.y + 1u, l.height) - top) * inside.y;\n",
+    "    float r = cohsm_safe_sqrt((1.0 - y) * (1.0 + y));\n",
+    "    vec2 sc = cohsm_sincos(2.0 * COHSM_PI * (x - l.turn - 0.5));\n",
+    "    return cohsm_environment_found(l, cell, vec2(x, cohsm_acos(y) / COHSM_PI), vec3(r * sc.y, y, r * sc.x), e);\n",
+    "}\n",
+    "\n",
+    "bool cohsm_environment_hit(cohsm_light l, vec3 w, inout cohsm_emission e)\n",
+    "{\n",
+    "    vec2 x = vec2(0.5 + cohsm_atan2(w.z, w.x) / (2.0 * COHSM_PI) + l.turn, cohsm_acos(w.y) / COHSM_PI);\n",
+    "    x.x -= floor(x.x);\n",
+    "    return cohsm_environment_found(l, uvec2(cohsm_index(x.x, l.width), cohsm_index(x.y, l.height)), x, w, e);\n",
+    "}\n",
+    "\n",
+    "// ---- what depends on the point alone ----\n",
+    "\n",
+    "// Rectangle by solid angle: Urena, Fajardo and King 2013, where the angle is not small.\n",
+    "void cohsm_rectangle_aim(cohsm_light l, inout cohsm_aim a)\n",
+    "{\n",
+    "    vec3 d = l.origin - a.p;\n",
+    "    float x0 = dot(d, l.ex) * l.lx, y0 = dot(d, l.ey) * l.ly, x1 = x0 + l.lx, y1 = y0 + l.ly, z = dot(d, l.n);\n",
+    "    float z2 = z * z;\n",
+    "    float n0 = -y0 / sqrt(z2 + y0 * y0), n1 = x1 / sqrt(z2 + x1 * x1);\n",
+    "    float n2 = y1 / sqrt(z2 + y1 * y1), n3 = -x0 / sqrt(z2 + x0 * x0);\n",
+    "    float k = 2.0 * COHSM_PI - cohsm_acos(-n2 * n3) - cohsm_acos(-n3 * n0);\n",
+    "    a.edges = vec4(x0, x1, y0, y1);\n",
+    "    a.cap = vec4(z, n0, n2, k);\n",
+    "    a.solid = cohsm_acos(-n0 * n1) + cohsm_acos(-n1 * n2) - k;\n",
+    "    if (a.solid > 0.05 && cohsm_finite(a.solid)) a.solid_pdf = 1.0 / a.solid;\n",
+    "}\n",
+    "\n",
+    "float cohsm_flat_solid(vec3 n, vec3 d, float area)\n",
+    "{\n",
+    "    float d2 = dot(d, d), cosine = abs(dot(n, d)) / sqrt(d2 > 0.0 ? d2 : 1.0), near2 = area * (1.0 / (2.0 * COHSM_PI));\n",
+    "    return area * (cosine * d2 + near2) / ((d2 + near2) * (d2 + near2));\n",
+    "}\n",
+    "\n",
+    "vec2 cohsm_rectangle_pick(cohsm_aim a, vec2 u)\n",
+    "{\n",
+    "    float z = a.cap.x, b0 = a.cap.y;\n",
+    "    vec2 sc = cohsm_sincos(u.x * a.solid + a.cap.w);\n",
+    "    float f = (sc.y * b0 - a.cap.z) / sc.x, c = 1.0 / sqrt(f * f + b0 * b0);\n",
+    "    c = clamp(f > 0.0 ? c : -c, -1.0, 1.0);\n",
+    "    float x = clamp(-(c * z) / sqrt(max(1.0 - c * c, 1e-12)), a.edges.x, a.edges.y);\n",
+    "    float d = sqrt(x * x + z * z), h0 = a.edges.z / sqrt(d * d + a.edges.z * a.edges.z);\n",
+    "    float h1 = a.edges.w / sqrt(d * d + a.edges.w * a.edges.w), h = h0 + u.y * (h1 - h0);\n",
+    "    float y = h * h < 1.0 - 1e-6 ? h * d / sqrt(1.0 - h * h) : a.edges.w;\n",
+    "    return (vec2(x, y) - a.edges.xz) / (a.edges.yw - a.edges.xz);\n",
+    "}\n",
+    "\n",
+    "// false: the light does not reach p.\n",
+    "bool cohsm_aim_at(cohsm_light l, vec3 p, out cohsm_aim a)\n",
+    "{\n",
+    "    vec3 d = l.origin - p;\n",
+    "    float r = l.radius;\n",
+    "    a = cohsm_aim(p, vec3(0.0), 0.0, 0.0, 0.0, 0.0, vec4(0.0), vec4(0.0));\n",
+    "    if (l.shape == COHSM_SHAPE_RECTANGLE) {\n",
+    "        if (!(dot(l.n, d) < 0.0)) return false;\n",
+    "        if ((l.flags & 2u) != 0u && !cohsm_light_textured(l)) cohsm_rectangle_aim(l, a);\n",
+    "        if (!(a.solid_pdf > 0.0)) a.solid = cohsm_flat_solid(l.n, d + (l.u + l.v) * 0.5, l.area);\n",
+    "        return true;\n",
+    "    }\n",
+    "    if (l.shape == COHSM_SHAPE_DISC) {\n",
+    "        a.solid = cohsm_flat_solid(l.n, d, l.area);\n",
+    "        return dot(l.n, d) < 0.0;\n",
+    "    }\n",
+    "    if (l.shape == COHSM_SHAPE_SPHERE) {\n",
+    "        a.range = sqrt(dot(d, d));\n",
+    "        if (!(a.range > r)) return false;\n",
+    "        a.axis = d * (1.0 / a.range);\n",
+    "        float s = (r / a.range) * (r / a.range);\n",
+    "        a.spread = s / (1.0 + sqrt(1.0 - s));\n",
+    "        a.solid = 2.0 * COHSM_PI * a.spread;\n",
+    "        if (!cohsm_light_textured(l) && a.spread > 0.0) a.solid_pdf = 1.0 / a.solid;\n",
+    "        return true;\n",
+    "    }\n",
+    "    if (l.shape == COHSM_SHAPE_LINE) {\n",
+    "        float s = dot(d, l.n);\n",
+    "        d = l.n * s - d;\n",
+    "        a.range = sqrt(dot(d, d));\n",
+    "        if (!(a.range > r)) return false;\n",
+    "        a.axis = d * (1.0 / a.range);\n",
+    "        a.spread = cohsm_safe_sqrt(1.0 - (r / a.range) * (r / a.range));\n",
+    "        vec2 ends = vec2(s, s + l.lx);\n",
+    "        ends /= sqrt(a.range * a.range + ends * ends);\n",
+    "        a.solid = 2.0 * r / a.range * (ends.y - ends.x);\n",
+    "    }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "// ---- shapes ----\n",
+    "\n",
+    "bool cohsm_line_at(cohsm_light l, cohsm_aim a, float x, float sine, inout cohsm_emission e)\n",
+    "{\n",
+    "    float cosine = cohsm_safe_sqrt(1.0 - sine * sine);\n",
+    "    vec3 n = a.axis * cosine + cross(l.n, a.axis) * sine;\n",
+    "    vec3 q = (l.origin + l.n * (x * l.lx)) + n * l.radius;\n",
+    "    return cohsm_emit_area(l, a, q, n, vec2(x, 0.0),\n",
+    "                           cohsm_density(l, vec2(x, 0.0)) * cosine / (2.0 * a.spread * l.radius * l.lx), e);\n",
+    "}\n",
+    "\n",
+    "bool cohsm_sphere_at(cohsm_light l, cohsm_aim a, vec3 n, inout cohsm_emission e)\n",
+    "{\n",
+    "    vec2 x = vec2(cohsm_clamp_unit(0.5 + cohsm_atan2(n.z, n.x) / (2.0 * COHSM_PI)), cohsm_clamp_unit(0.5 * (1.0 - n.y)));\n",
+    "    return cohsm_emit_area(l, a, l.origin + n * l.radius, n, x, cohsm_density(l, x) / l.area, e);\n",
+    "}\n",
+    "\n",
+    "bool cohsm_sphere_draw(cohsm_light l, cohsm_aim a, vec2 u, inout cohsm_emission e)\n",
+    "{\n",
+    "    if (!(a.solid_pdf > 0.0)) {\n",
+    "        vec2 x = cohsm_pick_coords(l, u);\n",
+    "        float y = 1.0 - 2.0 * x.y, ring = cohsm_safe_sqrt(1.0 - y * y);\n",
+    "        vec2 sc = cohsm_sincos(2.0 * COHSM_PI * (x.x - 0.5));\n",
+    "        return cohsm_sphere_at(l, a, cohsm_normalize(vec3(ring * sc.y, y, ring * sc.x) * l.radius), e);\n",
+    "    }\n",
+    "    // A cone about the axis; the normal where the ray meets the sphere follows from the law of sines.\n",
+    "    float r = l.radius, c = u.x * a.spread, s2 = c * (2.0 - c);\n",
+    "    c = 1.0 - c;\n",
+    "    float reach = cohsm_safe_sqrt(r * r - a.range * a.range * s2), along = a.range * s2 + c * reach;\n",
+    "    float x = cohsm_safe_sqrt(s2) * (a.range * c - reach) / r;\n",
+    "    vec2 sc = cohsm_sincos(2.0 * COHSM_PI * u.y);\n",
+    "    vec3 t, b;\n",
+    "    cohsm_basis(a.axis, t, b);\n",
+    "    return cohsm_sphere_at(l, a, cohsm_normalize(t * (x * sc.y) + b * (x * sc.x) + a.axis * (-along / r)), e);\n",
+    "}\n",
+    "\n",
+    "bool cohsm_delta_draw(cohsm_light l, cohsm_aim a, inout cohsm_emission e)\n",
+    "{\n",
+    "    float scale = 1.0;\n",
+    "    e.pdf = 1.0;\n",
+    "    e.range = COHSM_INFINITY;\n",
+    "    e.direction = l.n;\n",
+    "    if (l.shape != COHSM_SHAPE_SUN) {\n",
+    "        vec3 d = l.origin - a.p;\n",
+    "        float range = sqrt(dot(d, d));\n",
+    "        if (!(range > 0.0) || !cohsm_finite(range)) return false;\n",
+    "        e.direction = d * (1.0 / range);\n",
+    "        if (l.shape == COHSM_SHAPE_SPOT && -dot(e.direction, l.n) < l.cos_cone) return false;\n",
+    "        scale = 1.0 / (range * range);\n",
+    "        e.range = range;\n",
+    "    }\n",
+    "    return cohsm_emit(l, vec3(scale), 1.0, e);\n",
+    "}\n",
+    "\n",
+    "// Triangles are three texels each: a corner and, in the first one's w, the share of all area up to the end of it.\n",
+    "bool cohsm_mesh_draw(cohsm_light l, cohsm_aim a, vec3 u, inout cohsm_emission e)\n",
+    "{\n",
+    "    uint lo = 0u, hi = l.triangle_count - 1u;\n",
+    "    while (lo < hi) {\n",
+    "        uint middle = (lo + hi) / 2u;\n",
+    "        if (uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * middle).w) <= u.x) lo = middle + 1u;\n",
+    "        else hi = middle;\n",
+    "    }\n",
+    "    vec3 v0 = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * lo).xyz);\n",
+    "    vec3 v1 = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * lo + 1u).xyz);\n",
+    "    vec3 v2 = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * lo + 2u).xyz);\n",
+    "    float root = sqrt(u.y), c = root * u.z;\n",
+    "    vec3 q = v0 * (1.0 - root) + v1 * (root * (1.0 - u.z)) + v2 * c;\n",
+    "    e.coords.z = u.z;\n",
+    "    return cohsm_emit_area(l, a, q, cohsm_normalize(cross(v1 - v0, v2 - v0)), u.xy, 1.0 / l.area, e);\n",
+    "}\n",
+    "\n",
+    "// P_L: a point of the light in proportion to its texture. u in [0, 1); z serves meshes.\n",
+    "bool cohsm_light_draw(cohsm_light l, cohsm_aim a, vec3 u, out cohsm_emission e)\n",
+    "{\n",
+    "    e = cohsm_emission(vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0);\n",
+    "    if (l.shape == COHSM_SHAPE_ENVIRONMENT) return cohsm_environment_draw(l, u.xy, e);\n",
+    "    if (cohsm_light_is_delta(l)) return cohsm_delta_draw(l, a, e);\n",
+    "    if (l.shape == COHSM_SHAPE_SPHERE) return cohsm_sphere_draw(l, a, u.xy, e);\n",
+    "    if (l.shape == COHSM_SHAPE_MESH) return cohsm_mesh_draw(l, a, u, e);\n",
+    "    vec2 x = a.solid_pdf > 0.0 ? cohsm_rectangle_pick(a, u.xy) : cohsm_pick_coords(l, u.xy);\n",
+    "    if (l.shape == COHSM_SHAPE_LINE) return cohsm_line_at(l, a, x.x, (2.0 * u.y - 1.0) * a.spread, e);\n",
+    "    vec3 q;\n",
+    "    if (l.shape == COHSM_SHAPE_DISC) {\n",
+    "        vec2 p = cohsm_concentric(x);\n",
+    "        q = l.origin + (l.ex * p.x + l.ey * p.y) * l.radius;\n",
+    "    } else\n",
+    "        q = l.origin + (l.u * x.x + l.v * x.y);\n",
+    "    return cohsm_emit_area(l, a, q, l.n, x, cohsm_density(l, x) / l.area, e);\n",
+    "}\n",
+    "\n",
+    "bool cohsm_plane_hit(cohsm_light l, cohsm_aim a, vec3 w, inout cohsm_emission e)\n",
+    "{\n",
+    "    vec3 d = a.p - l.origin;\n",
+    "    float slope = -dot(l.n, w), height = dot(l.n, d);\n",
+    "    if (!(slope > 1e-7) || !(height > 0.0)) return false;\n",
+    "    d += w * (height / slope);\n",
+    "    vec2 x = vec2(dot(d, l.ex), dot(d, l.ey));\n",
+    "    if (l.shape == COHSM_SHAPE_DISC) {\n",
+    "        x /= l.radius;\n",
+    "        if (!(x.x * x.x + x.y * x.y < 1.0)) return false;\n",
+    "        x = cohsm_disc_square(x);\n",
+    "    } else if (!(x.x >= 0.0 && x.x < 1.0 && x.y >= 0.0 && x.y < 1.0))\n",
+    "        return false;\n",
+    "    return cohsm_emit_area(l, a, l.origin + d, l.n, x, cohsm_density(l, x) / l.area, e);\n",
+    "}\n",
+    "\n",
+    "// Sphere and line: the nearer root, measured from the foot of the perpendicular.\n",
+    "bool cohsm_round_hit(cohsm_light l, cohsm_aim a, vec3 w, inout cohsm_emission e)\n",
+    "{\n",
+    "    bool line = l.shape == COHSM_SHAPE_LINE;\n",
+    "    vec3 d = line ? a.axis * -a.range : l.origin - a.p, v = line ? w - l.n * dot(w, l.n) : w;\n",
+    "    float square = dot(v, v);\n",
+    "    if (!(square > 1e-14)) return false;\n",
+    "    float along = dot(d, v) / square;\n",
+    "    vec3 n = v * along - d;\n",
+    "    float s = l.radius * l.radius - dot(n, n);\n",
+    "    if (!(along > 0.0) || !(s > 0.0)) return false;\n",
+    "    s = sqrt(s / square);\n",
+    "    n = (n - v * s) * (1.0 / l.radius);\n",
+    "    if (!line) return cohsm_sphere_at(l, a, cohsm_normalize(n), e);\n",
+    "    float x = dot((a.p - l.origin) + w * (along - s), l.n) / l.lx;\n",
+    "    if (!(x >= 0.0 && x < 1.0)) return false;\n",
+    "    return cohsm_line_at(l, a, x, dot(n, cross(l.n, a.axis)), e);\n",
+    "}\n",
+    "\n",
+    "// What a ray from the aim's point sees of the light alone.\n",
+    "bool cohsm_light_hit(cohsm_light l, cohsm_aim a, vec3 w, out cohsm_emission e)\n",
+    "{\n",
+    "    e = cohsm_emission(vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0);\n",
+    "    if (l.shape == COHSM_SHAPE_ENVIRONMENT) return cohsm_environment_hit(l, w, e);\n",
+    "    if (l.shape == COHSM_SHAPE_RECTANGLE || l.shape == COHSM_SHAPE_DISC) return cohsm_plane_hit(l, a, w, e);\n",
+    "    if (l.shape == COHSM_SHAPE_SPHERE || l.shape == COHSM_SHAPE_LINE) return cohsm_round_hit(l, a, w, e);\n",
+    "    return false;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
+    "// cohsm_lookup.glsl - one stored depth of a csm block (docs/csm-format.md), read from a texture of its words as they are.\n",
+    "//\n",
+    "// COHSM_TEXEL(i): the including program's uvec4 of words 4 i .. 4 i + 3; i (uint) counts through all blocks that were\n",
+    "// uploaded. What a query needs of the header is read once by cohsm_open; keep the result.\n",
+    "#ifndef COHSM_TEXEL\n",
+    "#error \"cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks\"\n",
+    "#endif\n",
+    "\n",
+    "#define COHSM_DOMAIN_LATLONG 1u\n",
+    "#define COHSM_DOMAIN_OCTAHEDRAL 2u\n",
+    "#define COHSM_DOMAIN_DISC 5u\n",
+    "#define COHSM_DOMAIN_SPHERE 6u\n",
+    "#define COHSM_DOMAIN_TABLE 8u\n",
+    "#define COHSM_DOMAIN_LIST 9u\n",
+    "#define COHSM_ORDER_ZIGZAG 2u\n",
+    "#define COHSM_ORDER_ZIGZAG_THETA 3u\n",
+    "#define COHSM_ORDER_HILBERT 4u\n",
+    "#define COHSM_FRAME_POLAR 1u\n",
+    "#define COHSM_FRAME_MINIMAL 2u\n",
+    "\n",
+    "struct cohsm_maps {\n",
+    "    uint  base;                     // texel of the first word\n",
+    "    uint  domain, order, frame;\n",
+    "    uvec3 side;\n",
+    "    uint  map_count, map_size, depth_top, dimensions;\n",
+    "    bool  positional;\n",
+    "    uint  pixel_begin, pixel_end;\n",
+    "    uint  order_at, locations_at, lookup_at, directories_at, lines_at;      // words from the first one\n",
+    "    vec3  center;\n",
+    "    float radius, depth_far;\n",
+    "};\n",
+    "\n",
+    "cohsm_maps cohsm_open(uint base)\n",
+    "{\n",
+    "    cohsm_maps m;\n",
+    "    uvec4 kinds = COHSM_TEXEL(base + 1u), sides = COHSM_TEXEL(base + 2u), sizes = COHSM_TEXEL(base + 3u);\n",
+    "    uvec4 range = COHSM_TEXEL(base + 4u), lengths = COHSM_TEXEL(base + 5u), rest = COHSM_TEXEL(base + 6u);\n",
+    "    uvec4 sphere = COHSM_TEXEL(base + 7u);\n",
+    "    m.base = base;\n",
+    "    m.domain = kinds.x;\n",
+    "    m.order = kinds.z;\n",
+    "    m.frame = kinds.w;\n",
+    "    m.side = sides.xyz;\n",
+    "    m.map_count = sides.w;\n",
+    "    m.map_size = sizes.y;\n",
+    "    m.depth_top = (1u << sizes.z) - 1u;\n",
+    "    m.dimensions = sizes.w;\n",
+    "    m.positional = range.x != 0u;\n",
+    "    m.pixel_begin = range.z;\n",
+    "    m.pixel_end = range.w;\n",
+    "    m.order_at = 96u;\n",
+    "    m.locations_at = m.order_at + lengths.x;\n",
+    "    m.lookup_at = m.locations_at + lengths.y;\n",
+    "    m.directories_at = m.lookup_at + lengths.z;\n",
+    "    m.lines_at = m.directories_at + lengths.w;\n",
+    "    m.center = vec3(uintBitsToFloat(rest.w), uintBitsToFloat(sphere.xy));\n",
+    "    m.radius = uintBitsToFloat(sphere.z);\n",
+    "    m.depth_far = uintBitsToFloat(sphere.w);\n",
+    "    return m;\n",
+    "}\n",
+    "\n",
+    "uint cohsm_pick(uvec4 t, uint i) { return (i & 2u) != 0u ? ((i & 1u) != 0u ? t.w : t.z) : ((i & 1u) != 0u ? t.y : t.x); }\n",
+    "uint cohsm_word(cohsm_maps m, uint i) { return cohsm_pick(COHSM_TEXEL(m.base + (i >> 2)), i); }\n",
+    "vec3 cohsm_floats(cohsm_maps m, uint i)\n",
+    "{\n",
+    "    return uintBitsToFloat(uvec3(cohsm_word(m, i), cohsm_word(m, i + 1u), cohsm_word(m, i + 2u)));\n",
+    "}\n",
+    "\n",
+    "// Half word h of those that begin at word i.\n",
+    "uint cohsm_half_word(cohsm_maps m, uint i, uint h) { return (cohsm_word(m, i + (h >> 1)) >> (16u * (h & 1u))) & 0xffffu; }\n",
+    "\n",
+    "// A field of at most 16 bits of the bit string that begins at word i.\n",
+    "uint cohsm_bits(cohsm_maps m, uint i, uint bit, uint count)\n",
+    "{\n",
+    "    uint at = i + (bit >> 5), shift = bit & 31u;\n",
+    "    uvec4 t = COHSM_TEXEL(m.base + (at >> 2));\n",
+    "    uint x = cohsm_pick(t, at) >> shift;\n",
+    "    if (shift + count > 32u)\n",
+    "        x |= ((at & 3u) == 3u ? COHSM_TEXEL(m.base + (at >> 2) + 1u).x : cohsm_pick(t, at + 1u)) << (32u - shift);\n",
+    "    return x & ((1u << count) - 1u);\n",
+    "}\n",
+    "\n",
+    "uint cohsm_popcount(uint x)\n",
+    "{\n",
+    "    x -= (x >> 1) & 0x55555555u;\n",
+    "    x = (x & 0x33333333u) + ((x >> 2) & 0x33333333u);\n",
+    "    x = (x + (x >> 4)) & 0x0f0f0f0fu;\n",
+    "    return (x * 0x01010101u) >> 24;\n",
+    "}\n",
+    "\n",
+    "// Position of the one with this number (from 0) in x; number < count of ones. Halving by counts of ever smaller parts.\n",
+    "uint cohsm_select(uint x, uint number)\n",
+    "{\n",
+    "    uint two = x - ((x >> 1) & 0x55555555u);\n",
+    "    uint four = (two & 0x33333333u) + ((two >> 2) & 0x33333333u);\n",
+    "    uint eight = (four + (four >> 4)) & 0x0f0f0f0fu;\n",
+    "    uint at = 0u, n = (eight + (eight >> 8)) & 0xffu;\n",
+    "    if (number >= n) { number -= n; at = 16u; }\n",
+    "    n = (eight >> at) & 15u;\n",
+    "    if (number >= n) { number -= n; at += 8u; }\n",
+    "    n = (four >> at) & 7u;\n",
+    "    if (number >= n) { number -= n; at += 4u; }\n",
+    "    n = (two >> at) & 3u;\n",
+    "    if (number >= n) { number -= n; at += 2u; }\n",
+    "    n = (x >> at) & 1u;\n",
+    "    return number >= n ? at + 1u : at;\n",
+    "}\n",
+    "\n",
+    "// The marks of a block: ones are segments, zeros ends of buckets.\n",
+    "uvec2 cohsm_marks(uint w0, uint w1, uint w2) { return uvec2((w0 >> 16) | (w1 << 16), (w1 >> 16) | (w2 << 16)); }\n",
+    "\n",
+    "// Position after the zero with this number.\n",
+    "uint cohsm_after_zero(uvec2 marks, uint number)\n",
+    "{\n",
+    "    uvec2 zeros = ~marks;\n",
+    "    uint low = cohsm_popcount(zeros.x);\n",
+    "    if (number < low) return cohsm_select(zeros.x, number) + 1u;\n",
+    "    return cohsm_select(zeros.y, number - low) + 33u;\n",
+    "}\n",
+    "\n",
+    "// 16-bit depth of a grid value; the last one and above are infinite.\n",
+    "uint cohsm_grid_depth(cohsm_maps m, uint g) { return g >= m.depth_top ? 65535u : g * 65535u / m.depth_top; }\n",
+    "\n",
+    "// The segment of the block at word b that holds a view, counted from the block's first.\n",
+    "uint cohsm_segment(cohsm_maps m, uint b, uint head, uvec2 marks, uint view)\n",
+    "{\n",
+    "    uint k = (head >> 8) & 15u, bucket = view >> k, low = view & ((1u << k) - 1u);\n",
+    "    uint at = bucket > 0u ? cohsm_after_zero(marks, bucket - 1u) : 0u, j = at - bucket;\n",
+    "    while (at < 64u && (((at < 32u ? marks.x : marks.y) >> (at & 31u)) & 1u) != 0u &&\n",
+    "           cohsm_bits(m, b, 80u + j * k, k) <= low) {\n",
+    "        at++;\n",
+    "        j++;\n",
+    "    }\n",
+    "    return j - 1u;\n",
+    "}\n",
+    "\n",
+    "// Depth of segment j of the block at word b.\n",
+    "uint cohsm_segment_depth(cohsm_maps m, uint b, uint head, uvec2 marks, uint j)\n",
+    "{\n",
+    "    uint n = cohsm_popcount(marks.x) + cohsm_popcount(marks.y), k = (head >> 8) & 15u, bits = (head >> 12) & 15u;\n",
+    "    uint base = head & 255u, codes = 80u + n * k;\n",
+    "    bool palette = bits > 9u;\n",
+    "    if (palette) bits -= 9u;\n",
+    "    uint code = cohsm_bits(m, b, codes + j * bits, bits), ones = (1u << bits) - 1u;\n",
+    "    if (code == ones) {\n",
+    "        uint rank = 0u;\n",
+    "        for (uint i = 0u; i < min(j, 64u); i++) rank += cohsm_bits(m, b, codes + i * bits, bits) == ones ? 1u : 0u;\n",
+    "        return cohsm_bits(m, b, codes + n * bits + (palette ? 8u * base : 0u) + 16u * rank, 16u);\n",
+    "    }\n",
+    "    if (palette) return cohsm_grid_depth(m, cohsm_bits(m, b, codes + n * bits + 8u * code, 8u));\n",
+    "    return code + 1u == ones ? 65535u : cohsm_grid_depth(m, base + code);\n",
+    "}\n",
+    "\n",
+    "// Stored 16-bit depth of a pixel (less pixel_begin) in the view with this place in the sequence.\n",
+    "// C twin: cohsm__stored_depth, public as cohsm_depths.\n",
+    "uint cohsm_stored_depth(cohsm_maps m, uint pixel, uint place)\n",
+    "{\n",
+    "    uint entry = cohsm_word(m, m.lookup_at + (place >> 16) * (m.pixel_end - m.pixel_begin) + pixel);\n",
+    "    if ((entry & 0x80000000u) != 0u) return entry & 0xffffu;\n",
+    "    uint d = m.directories_at + entry, line = cohsm_word(m, d), count = cohsm_word(m, d + 1u), tail = count >> 16;\n",
+    "    uint view = place & 0xffffu, lo = 0u, hi, first = 0u;\n",
+    "    count &= 0xffffu;\n",
+    "    hi = count;\n",
+    "    while (hi - lo > 1u) {\n",
+    "        uint middle = (lo + hi) >> 1, begin = cohsm_half_word(m, d, middle + 3u);\n",
+    "        if (begin <= view) {\n",
+    "            lo = middle;\n",
+    "            first = begin;\n",
+    "        } else\n",
+    "            hi = middle;\n",
+    "    }\n",
+    "    uint b = m.lines_at + (lo + 1u < count ? 16u * (line + lo) : 16u * (line - (tail >> 4)) + (tail & 15u));\n",
+    "    uint head = cohsm_word(m, b);\n",
+    "    uvec2 marks = cohsm_marks(head, cohsm_word(m, b + 1u), cohsm_word(m, b + 2u));\n",
+    "    return cohsm_segment_depth(m, b, head, marks, cohsm_segment(m, b, head, marks, view - first));\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_cohsm_math_glsl[] = {
+    "// cohsm_math.glsl - elementary functions and random numbers with the answers of csm.h. Needs nothing.\n",
+    "//\n",
+    "// The polynomials are those of csm.h (units trig, octa, v3, rng and lds), since the built-in acos and atan of drivers\n",
+    "// are off by up to 1e-4, which would ask another map. C twins: cohsm__sincos and so on, private to csm.h.\n",
+    "\n",
+    "#define COHSM_PI 3.14159265\n",
+    "#define COHSM_BELOW_1 0.99999994\n",
+    "#define COHSM_HUGE 3.402823466e38\n",
+    "\n",
+    "bool cohsm_finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }\n",
+    "bool cohsm_finite3(vec3 v) { return cohsm_finite(v.x) && cohsm_finite(v.y) && cohsm_finite(v.z); }\n",
+    "float cohsm_clamp_unit(float u) { return u > 0.0 ? min(u, COHSM_BELOW_1) : 0.0; }\n",
+    "float cohsm_safe_sqrt(float x) { return x > 0.0 ? sqrt(x) : 0.0; }\n",
+    "\n",
+    "// |x| with the sign bit of s; s = -0 counts as negative.\n",
+    "float cohsm_copysign(float x, float s)\n",
+    "{\n",
+    "    return uintBitsToFloat((floatBitsToUint(x) & 0x7fffffffu) | (floatBitsToUint(s) & 0x80000000u));\n",
+    "}\n",
+    "\n",
+    "// (sine, cosine); |x| <= 8192, 1e-7 absolute.\n",
+    "vec2 cohsm_sincos(float x)\n",
+    "{\n",
+    "    float t = clamp(x, -8192.0, 8192.0);\n",
+    "    int k = int(t * 0.636619772 + (t < 0.0 ? -0.5 : 0.5));\n",
+    "    float q = float(k);\n",
+    "    float r = ((t - q * 1.5703125) - q * 4.837512969970703125e-4) - q * 7.5497899548918822e-8;\n",
+    "    float z = r * r;\n",
+    "    float s = r + r * z * (-0.1666665494 + z * (0.008332178146 + z * -0.0001951729898));\n",
+    "    float c = (1.0 - 0.5 * z) + z * z * (0.04166664687 + z * (-0.001388736752 + z * 2.443845159e-5));\n",
+    "    vec2 v = (k & 1) != 0 ? vec2(c, s) : vec2(s, c);\n",
+    "    return vec2((k & 2) != 0 ? -v.x : v.x, ((k + 1) & 2) != 0 ? -v.y : v.y);\n",
+    "}\n",
+    "\n",
+    "float cohsm_acos(float x)\n",
+    "{\n",
+    "    float a = min(abs(x), 1.0), h = 0.5 * (1.0 - a);\n",
+    "    bool far = a > 0.5;\n",
+    "    float s = far ? sqrt(h) : a, z = far ? h : a * a;\n",
+    "    float p = s + s * z * (0.1666675393 + z * (0.07495241769 + z * (0.04547709903 + z * (0.02414760004 +\n",
+    "              z * 0.04221856856))));\n",
+    "    p = far ? 2.0 * p : 1.57079633 - p;\n",
+    "    return x < 0.0 ? 3.14159265 - p : p;\n",
+    "}\n",
+    "\n",
+    "// All quadrants and zeros of either sign; atan2(0, 0) = 0.\n",
+    "float cohsm_atan2(float y, float x)\n",
+    "{\n",
+    "    float ax = abs(x), ay = abs(y), hi = max(ax, ay), lo = min(ax, ay);\n",
+    "    float a = lo == hi && hi > 0.0 ? 1.0 : lo / (hi > 0.0 ? hi : 1.0);\n",
+    "    bool steep = a > 0.414213562;\n",
+    "    float t = steep ? (a - 1.0) / (a + 1.0) : a, z = t * t;\n",
+    "    float p = t + t * z * (-0.3333295525 + z * (0.1997792608 + z * (-0.1387984996 + z * 0.08060308882)));\n",
+    "    p = steep ? p + 0.785398163 : p;\n",
+    "    p = ay > ax ? 1.57079633 - p : p;\n",
+    "    p = (floatBitsToUint(x) >> 31) != 0u ? 3.14159265 - p : p;\n",
+    "    return cohsm_copysign(p, y);\n",
+    "}\n",
+    "\n",
+    "// exp(x), x at most 88; 0 below -87. In float, with ln 2 in two parts.\n",
+    "float cohsm_exp(float x)\n",
+    "{\n",
+    "    float t = clamp(x, -88.0, 88.0);\n",
+    "    float k = floor(t * 1.44269504 + 0.5);\n",
+    "    float r = (t - k * 0.693145752) - k * 1.42860677e-6;\n",
+    "    float p = 1.0 + (r + r * r * (0.500000008 + r * (0.166666669 + r * (0.0416662701 + r * (0.00833326438 +\n",
+    "              r * 0.00139460621)))));\n",
+    "    return t < -87.0 ? 0.0 : p * uintBitsToFloat(uint(int(k) + 127) << 23);\n",
+    "}\n",
+    "\n",
+    "// x > 0 and normal: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)): exact digits near 1.\n",
+    "float cohsm_log(float x)\n",
+    "{\n",
+    "    uint bits = floatBitsToUint(x);\n",
+    "    int e = int(bits >> 23) - 127;\n",
+    "    float m = uintBitsToFloat((bits & 0x007fffffu) | 0x3f800000u);\n",
+    "    if (m > 1.41421356) {\n",
+    "        m *= 0.5;\n",
+    "        e += 1;\n",
+    "    }\n",
+    "    float s = (m - 1.0) / (m + 1.0), z = s * s;\n",
+    "    float p = 2.0 * (s + s * z * (0.333333328 + z * (0.200001676 + z * (0.142686543 + z * 0.117910756))));\n",
+    "    return float(e) * 0.693145752 + (p + float(e) * 1.42860677e-6);\n",
+    "}\n",
+    "\n",
+    "// x below 0 counts as 0. The result is relative to 1e-7 times the size of y log x.\n",
+    "float cohsm_pow(float x, float y)\n",
+    "{\n",
+    "    if (y == 0.0) return 1.0;\n",
+    "    if (!(x > 1.18e-38)) return y > 0.0 ? 0.0 : COHSM_HUGE;\n",
+    "    float t = y * cohsm_log(x);\n",
+    "    return t > 88.0 ? COHSM_HUGE : cohsm_exp(t);\n",
+    "}\n",
+    "\n",
+    "// Unit vector, safe for tiny and huge ones; zero stays zero.\n",
+    "vec3 cohsm_normalize(vec3 v)\n",
+    "{\n",
+    "    float m = max(max(abs(v.x), abs(v.y)), abs(v.z));\n",
+    "    if (!(m > 0.0)) return vec3(0.0);\n",
+    "    if (m < 1e-30) {\n",
+    "        v *= 1e30;\n",
+    "        m *= 1e30;\n",
+    "    }\n",
+    "    v /= m;\n",
+    "    return v / sqrt(dot(v, v));\n",
+    "}\n",
+    "\n",
+    "// t, b, n right-handed and orthonormal for a unit n.\n",
+    "void cohsm_basis(vec3 n, out vec3 t, out vec3 b)\n",
+    "{\n",
+    "    float s = n.z >= 0.0 ? 1.0 : -1.0, a = -1.0 / (s + n.z), c = n.x * n.y * a;\n",
+    "    t = vec3(1.0 + s * n.x * n.x * a, s * c, -s * n.x);\n",
+    "    b = vec3(c, s + n.y * n.y * a, -n.y);\n",
+    "}\n",
+    "\n",
+    "// Equal-area map between the unit square and the sphere, +Y in the middle (Clarberg 2008).\n",
+    "vec3 cohsm_octa_direction(vec2 uv)\n",
+    "{\n",
+    "    float a = 2.0 * uv.x - 1.0, b = 2.0 * uv.y - 1.0, x = abs(a), z = abs(b);\n",
+    "    float d = 1.0 - (x + z), r = 1.0 - abs(d), f = r * sqrt(2.0 - r * r);\n",
+    "    vec2 sc = cohsm_sincos(r > 0.0 ? ((z - x) / r + 1.0) * 0.785398163 : 0.0);\n",
+    "    return vec3(a < 0.0 ? -f * sc.y : f * sc.y, d < 0.0 ? r * r - 1.0 : 1.0 - r * r, b < 0.0 ? -f * sc.x : f * sc.x);\n",
+    "}\n",
+    "\n",
+    "vec2 cohsm_octa_square(vec3 n)\n",
+    "{\n",
+    "    float r = sqrt((n.x * n.x + n.z * n.z) / (1.0 + abs(n.y)));\n",
+    "    float b = cohsm_atan2(abs(n.z), abs(n.x)) * 0.636619772 * r, a = r - b, t = a;\n",
+    "    if (n.y < 0.0) {\n",
+    "        a = 1.0 - b;\n",
+    "        b = 1.0 - t;\n",
+    "    }\n",
+    "    a = clamp(a, 0.0, 1.0);\n",
+    "    b = clamp(b, 0.0, 1.0);\n",
+    "    return 0.5 * vec2(n.x < 0.0 ? 1.0 - a : 1.0 + a, n.z < 0.0 ? 1.0 - b : 1.0 + b);\n",
+    "}\n",
+    "\n",
+    "// Shirley and Chiu's concentric map of the unit square to the unit disc.\n",
+    "vec2 cohsm_concentric(vec2 uv)\n",
+    "{\n",
+    "    float a = 2.0 * uv.x - 1.0, b = 2.0 * uv.y - 1.0, r, phi;\n",
+    "    if (abs(a) > abs(b)) {\n",
+    "        r = a;\n",
+    "        phi = 0.785398163 * (b / a);\n",
+    "    } else {\n",
+    "        r = b;\n",
+    "        phi = b == 0.0 ? 0.0 : 1.57079633 - 0.785398163 * (a / b);\n",
+    "    }\n",
+    "    return r * cohsm_sincos(phi).yx;\n",
+    "}\n",
+    "\n",
+    "// Its inverse.\n",
+    "vec2 cohsm_disc_square(vec2 p)\n",
+    "{\n",
+    "    float r = sqrt(p.x * p.x + p.y * p.y), a, b;\n",
+    "    if (abs(p.x) > abs(p.y)) {\n",
+    "        a = p.x > 0.0 ? r : -r;\n",
+    "        b = a * (4.0 / COHSM_PI) * cohsm_atan2(p.y / p.x, 1.0);\n",
+    "    } else {\n",
+    "        b = p.y > 0.0 ? r : -r;\n",
+    "        a = r > 0.0 ? b * (4.0 / COHSM_PI) * cohsm_atan2(p.x / p.y, 1.0) : 0.0;\n",
+    "    }\n",
+    "    return vec2(cohsm_clamp_unit(0.5 * (a + 1.0)), cohsm_clamp_unit(0.5 * (b + 1.0)));\n",
+    "}\n",
+    "\n",
+    "// ---- random numbers: counter-based, the same on every machine ----\n",
+    "\n",
+    "uint cohsm_hash(uint x)\n",
+    "{\n",
+    "    uint state = x * 747796405u + 2891336453u;\n",
+    "    uint word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;\n",
+    "    return (word >> 22) ^ word;\n",
+    "}\n",
+    "\n",
+    "uint cohsm_hash_combine(uint a, uint b) { return cohsm_hash(a + 0x9e3779b9u * cohsm_hash(b)); }\n",
+    "float cohsm_to_unit(uint bits) { return float(bits >> 8) * (1.0 / 16777216.0); }\n",
+    "\n",
+    "// Number i of a stream, in [0, 1).\n",
+    "float cohsm_random(uint seed, uint stream, uint i)\n",
+    "{\n",
+    "    return cohsm_to_unit(cohsm_hash_combine(cohsm_hash_combine(seed, stream), i));\n",
+    "}\n",
+    "\n",
+    "uint cohsm_reverse_bits(uint x)\n",
+    "{\n",
+    "    x = (x >> 16) | (x << 16);\n",
+    "    x = ((x >> 8) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8);\n",
+    "    x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);\n",
+    "    x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);\n",
+    "    return ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);\n",
+    "}\n",
+    "\n",
+    "// Owen scrambling by hash (Laine and Karras, constants of Burley 2020).\n",
+    "uint cohsm_owen(uint x, uint seed)\n",
+    "{\n",
+    "    x = cohsm_reverse_bits(x) + seed;\n",
+    "    x ^= x * 0x6c50b47cu;\n",
+    "    x ^= x * 0xb82f1e52u;\n",
+    "    x ^= x * 0xc7afe638u;\n",
+    "    x ^= x * 0x8d22f6e6u;\n",
+    "    return cohsm_reverse_bits(x);\n",
+    "}\n",
+    "\n",
+    "// Point i of a scrambled (0, 2)-sequence.\n",
+    "vec2 cohsm_sobol2(uint i, uint seed)\n",
+    "{\n",
+    "    uint y = 0u, d = 0x80000000u;\n",
+    "    i = cohsm_owen(i, cohsm_hash(seed));\n",
+    "    uint x = cohsm_reverse_bits(i);\n",
+    "    for (uint k = i; k != 0u; k >>= 1) {\n",
+    "        if ((k & 1u) != 0u) y ^= d;\n",
+    "        d ^= d >> 1;\n",
+    "    }\n",
+    "    return vec2(cohsm_to_unit(cohsm_owen(x, cohsm_hash_combine(seed, 1u))),\n",
+    "                cohsm_to_unit(cohsm_owen(y, cohsm_hash_combine(seed, 2u))));\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
+    "// cohsm_visible.glsl - is a point lit: distant, local and semi-local light, all filters, one object or a scene of\n",
+    "// instances, receivers. Needs what cohsm_lookup.glsl needs. C twins: cohsm_visible and\n",
+    "// cohsm_visible_scene of csm.h, for one sample.\n",
+    "//\n",
+    "//     cohsm_maps maps = cohsm_open(0u);\n",
+    "//     float lit = cohsm_visible(maps, cohsm_ask(COHSM_LIGHT_DIRECTION, COHSM_FILTER_PCF, 1.0), point, direction);\n",
+    "// uses: cohsm_math cohsm_lookup\n",
+    "\n",
+    "#define COHSM_LIGHT_DIRECTION 0     // light: the unit direction to it; maps of directions\n",
+    "#define COHSM_LIGHT_POSITION 1      // light: a position outside the hulls, in the space of the point\n",
+    "#define COHSM_LIGHT_PARAMETER 2     // light: coordinates in 0..1 of the maps' domain\n",
+    "#define COHSM_LIGHT_INDEX 3         // light.x: uintBitsToFloat(cell)\n",
+    "#define COHSM_FILTER_NEAREST 0\n",
+    "#define COHSM_FILTER_PCF 1          // 2^d maps x 4 pixels\n",
+    "#define COHSM_FILTER_ROULETTE 2     // one of them at random\n",
+    "#define COHSM_REFUSED (-1.0)        // the light lies inside an object's hull\n",
+    "#define COHSM_NO_SELF 0xffffffffu   // the point lies on no instance\n",
+    "#define COHSM_NO_PIXEL 0xffffffffu  // beside the map: lit\n",
+    "\n",
+    "struct cohsm_query {\n",
+    "    int   light, filtering;\n",
+    "    float bias;                     // map pixels\n",
+    "    uint  seed, id;                 // of roulette; id: number of the sample\n",
+    "};\n",
+    "\n",
+    "cohsm_query cohsm_ask(int light, int filtering, float bias) { return cohsm_query(light, filtering, bias, 0u, 0u); }\n",
+    "\n",
+    "// ---- domains ----\n",
+    "\n",
+    "vec3 cohsm_affine(cohsm_maps m, float s, float t, float r)\n",
+    "{\n",
+    "    return ((cohsm_floats(m, 33u) + cohsm_floats(m, 36u) * s) + cohsm_floats(m, 39u) * t) + cohsm_floats(m, 42u) * r;\n",
+    "}\n",
+    "\n",
+    "// D at coordinates s: a unit direction or a position.\n",
+    "vec3 cohsm_map_parameter(cohsm_maps m, vec3 s)\n",
+    "{\n",
+    "    if (m.domain == COHSM_DOMAIN_OCTAHEDRAL) return cohsm_octa_direction(s.xy);\n",
+    "    if (m.domain == COHSM_DOMAIN_LATLONG || m.domain == COHSM_DOMAIN_SPHERE) {\n",
+    "        vec2 around = cohsm_sincos((s.x - 0.5) * 6.28318531);\n",
+    "        if (m.domain == COHSM_DOMAIN_LATLONG) {\n",
+    "            vec2 down = cohsm_sincos(s.y * 3.14159265);\n",
+    "            return vec3(down.x * around.y, down.y, down.x * around.x);\n",
+    "        }\n",
+    "        float y = 1.0 - 2.0 * s.y, ring = y >= 1.0 || y <= -1.0 ? 0.0 : sqrt(1.0 - y * y);\n",
+    "        vec3 u = cohsm_floats(m, 36u);\n",
+    "        return cohsm_floats(m, 33u) + vec3(ring * around.y, y, ring * around.x) * sqrt(dot(u, u));\n",
+    "    }\n",
+    "    if (m.domain == COHSM_DOMAIN_DISC) {\n",
+    "        vec2 p = cohsm_concentric(s.xy);\n",
+    "        return cohsm_affine(m, p.x, p.y, 0.0);\n",
+    "    }\n",
+    "    return cohsm_affine(m, s.x, s.y, s.z);\n",
+    "}\n",
+    "\n",
+    "uint cohsm_cell(cohsm_maps m, uvec3 c) { return c.x + m.side.x * (c.y + m.side.y * c.z); }\n",
+    "\n",
+    "uvec3 cohsm_cell_split(cohsm_maps m, uint cell)\n",
+    "{\n",
+    "    return uvec3(cell % m.side.x, cell / m.side.x % m.side.y, cell / (m.side.x * m.side.y));\n",
+    "}\n",
+    "\n",
+    "vec3 cohsm_cell_location(cohsm_maps m, uvec3 c)\n",
+    "{\n",
+    "    if (m.domain >= COHSM_DOMAIN_TABLE) return cohsm_floats(m, m.locations_at + 4u * cohsm_cell(m, c));\n",
+    "    return cohsm_map_parameter(m, (vec3(c) + 0.5) / vec3(m.side));\n",
+    "}\n",
+    "\n",
+    "// Right and up of a direction's map.\n",
+    "void cohsm_frame(cohsm_maps m, uvec3 c, out vec3 right, out vec3 up, out vec3 back)\n",
+    "{\n",
+    "    back = cohsm_cell_location(m, c);\n",
+    "    if (m.frame == COHSM_FRAME_POLAR && m.domain == COHSM_DOMAIN_LATLONG) {\n",
+    "        vec2 around = cohsm_sincos(((float(c.x) + 0.5) / float(m.side.x) - 0.5) * 6.28318531);\n",
+    "        vec2 down = cohsm_sincos((float(c.y) + 0.5) / float(m.side.y) * 3.14159265);\n",
+    "        right = vec3(-around.x, 0.0, around.y);\n",
+    "        up = vec3(-down.y * around.y, down.x, -down.y * around.x);\n",
+    "        return;\n",
+    "    }\n",
+    "    if (m.frame == COHSM_FRAME_POLAR) {\n",
+    "        float h = sqrt(back.x * back.x + back.z * back.z);\n",
+    "        right = h > 1e-6 ? vec3(-back.z / h, 0.0, back.x / h) : vec3(0.0, 0.0, 1.0);\n",
+    "        up = cross(right, back);\n",
+    "        return;\n",
+    "    }\n",
+    "    float s = m.frame == COHSM_FRAME_MINIMAL || back.y >= 0.0 ? 1.0 : -1.0;\n",
+    "    if (abs(s + back.y) < 1e-6) {\n",
+    "        right = vec3(1.0, 0.0, 0.0);\n",
+    "        up = vec3(0.0, 0.0, 1.0);\n",
+    "        return;\n",
+    "    }\n",
+    "    float a = -1.0 / (s + back.y);\n",
+    "    right = vec3(1.0 + s * back.x * back.x * a, -s * back.x, s * back.x * back.z * a);\n",
+    "    up = vec3(back.x * back.z * a, -back.z, s + back.z * back.z * a);\n",
+    "}\n",
+    "\n",
+    "// Continuous position in the domain, cell centres at whole numbers.\n",
+    "vec3 cohsm_domain_position(cohsm_maps m, vec3 light, int kind)\n",
+    "{\n",
+    "    vec3 u = light, top = vec3(m.side);\n",
+    "    if (kind == COHSM_LIGHT_DIRECTION || kind == COHSM_LIGHT_POSITION) {\n",
+    "        if (m.domain == COHSM_DOMAIN_LATLONG) {\n",
+    "            u.x = 0.5 + cohsm_atan2(light.z, light.x) * 0.159154943;\n",
+    "            u.y = cohsm_acos(light.y / sqrt(dot(light, light))) * 0.318309886;\n",
+    "        } else\n",
+    "            u.xy = cohsm_octa_square(cohsm_normalize(light));\n",
+    "    }\n",
+    "    u = clamp(u * top, vec3(0.0), top);\n",
+    "    return vec3(m.dimensions > 0u ? u.x : 0.0, m.dimensions > 1u ? u.y : 0.0, m.dimensions > 2u ? u.z : 0.0) - 0.5;\n",
+    "}\n",
+    "\n",
+    "// Brings a cell one step outside back: round the seam, over a pole, across the octahedral square's edge, to the border.\n",
+    "uvec3 cohsm_wrap(cohsm_maps m, ivec3 c)\n",
+    "{\n",
+    "    ivec3 n = ivec3(m.side);\n",
+    "    if (m.domain == COHSM_DOMAIN_LATLONG || m.domain == COHSM_DOMAIN_SPHERE) {\n",
+    "        if (c.y < 0 || c.y >= n.y) c.x += n.x / 2;\n",
+    "        if (c.x < 0) c.x += n.x;\n",
+    "        if (c.x >= n.x) c.x -= n.x;\n",
+    "        if (c.x >= n.x) c.x -= n.x;\n",
+    "    } else if (m.domain == COHSM_DOMAIN_OCTAHEDRAL) {\n",
+    "        if (c.x < 0 || c.x >= n.x) c.y = n.y - 1 - c.y;\n",
+    "        else if (c.y < 0 || c.y >= n.y) c.x = n.x - 1 - c.x;\n",
+    "    }\n",
+    "    return uvec3(clamp(c, ivec3(0), n - 1));\n",
+    "}\n",
+    "\n",
+    "// Place of a cell in the sequence of maps.\n",
+    "uint cohsm_place(cohsm_maps m, uvec3 c)\n",
+    "{\n",
+    "    if (m.order == COHSM_ORDER_ZIGZAG) {\n",
+    "        uint line = ((c.z & 1u) != 0u ? m.side.y - 1u - c.y : c.y) + m.side.y * c.z;\n",
+    "        return line * m.side.x + ((line & 1u) != 0u ? m.side.x - 1u - c.x : c.x);\n",
+    "    }\n",
+    "    if (m.order == COHSM_ORDER_ZIGZAG_THETA) {\n",
+    "        uint line = ((c.z & 1u) != 0u ? m.side.x - 1u - c.x : c.x) + m.side.x * c.z;\n",
+    "        return line * m.side.y + ((line & 1u) != 0u ? m.side.y - 1u - c.y : c.y);\n",
+    "    }\n",
+    "    uint cell = cohsm_cell(m, c);\n",
+    "    if (m.order != COHSM_ORDER_HILBERT) return cell;\n",
+    "    return m.map_count <= 65536u ? cohsm_half_word(m, m.order_at, cell) : cohsm_word(m, m.order_at + cell);\n",
+    "}\n",
+    "\n",
+    "// ---- one map ----\n",
+    "\n",
+    "// Coordinates of a cube's face: along the axis, then the two next ones.\n",
+    "vec3 cohsm_face_coordinates(vec3 q, out uint face)\n",
+    "{\n",
+    "    vec3 a = abs(q);\n",
+    "    if (a.x >= a.y && a.x >= a.z) {\n",
+    "        face = q.x < 0.0 ? 1u : 0u;\n",
+    "        return vec3(a.x, q.y, q.z);\n",
+    "    }\n",
+    "    if (a.y >= a.z) {\n",
+    "        face = q.y < 0.0 ? 3u : 2u;\n",
+    "        return vec3(a.y, q.z, q.x);\n",
+    "    }\n",
+    "    face = q.z < 0.0 ? 5u : 4u;\n",
+    "    return vec3(a.z, q.x, q.y);\n",
+    "}\n",
+    "\n",
+    "// Point p, in radii about the centre, in the map of a cell: pixels, and depth in 16 bits.\n",
+    "vec3 cohsm_see(cohsm_maps m, uvec3 c, vec3 p, float bias, out uint face)\n",
+    "{\n",
+    "    float size = float(m.map_size), middle = 0.5 * size;\n",
+    "    face = 0u;\n",
+    "    if (!m.positional) {\n",
+    "        vec3 right, up, back;\n",
+    "        cohsm_frame(m, c, right, up, back);\n",
+    "        return vec3(dot(p, right) * middle + middle, dot(p, up) * middle + middle,\n",
+    "                    (0.5 - 0.5 * dot(p, back) - bias / size) * 65533.0);\n",
+    "    }\n",
+    "    vec3 q = p - (cohsm_cell_location(m, c) - m.center) * (1.0 / m.radius);\n",
+    "    vec3 f = cohsm_face_coordinates(q, face);\n",
+    "    return vec3(f.yz / f.x * middle + middle, f.x * (1.0 - 2.0 * bias / size) * (m.radius / m.depth_far) * 65533.0);\n",
+    "}\n",
+    "\n",
+    "int cohsm_compared_depth(float depth)\n",
+    "{\n",
+    "    if (!(depth >= 0.0)) return -1;\n",
+    "    return depth < 65535.0 ? int(depth) : 65535;\n",
+    "}\n",
+    "\n",
+    "uint cohsm_pixel(cohsm_maps m, vec2 at)\n",
+    "{\n",
+    "    float top = float(m.map_size);\n",
+    "    if (m.positional) {                                 // rounding may leave the face by a hair\n",
+    "        at.x = at.x < 0.0 ? 0.0 : at.x >= top ? top - 0.5 : at.x;\n",
+    "        at.y = at.y < 0.0 ? 0.0 : at.y >= top ? top - 0.5 : at.y;\n",
+    "    }\n",
+    "    if (!(at.x >= 0.0 && at.x < top && at.y >= 0.0 && at.y < top)) return COHSM_NO_PIXEL;\n",
+    "    uint p = uint(at.y) * m.map_size + uint(at.x);\n",
+    "    return p >= m.pixel_begin && p < m.pixel_end ? p - m.pixel_begin : COHSM_NO_PIXEL;\n",
+    "}\n",
+    "\n",
+    "float cohsm_lit(cohsm_maps m, vec2 at, uint place, int depth)\n",
+    "{\n",
+    "    if (depth < 0) return 1.0;\n",
+    "    uint pixel = cohsm_pixel(m, at);\n",
+    "    if (pixel == COHSM_NO_PIXEL) return 1.0;\n",
+    "    return depth > int(cohsm_stored_depth(m, pixel, place)) ? 0.0 : 1.0;\n",
+    "}\n",
+    "\n",
+    "// ---- generalised PCF: what is dark, weighted ----\n",
+    "\n",
+    "float cohsm_pcf_map(cohsm_maps m, uvec3 c, vec3 p, float bias)\n",
+    "{\n",
+    "    uint face;\n",
+    "    vec3 seen = cohsm_see(m, c, p, bias, face);\n",
+    "    if (!(abs(seen.x) < 1e6 && abs(seen.y) < 1e6)) return 0.0;\n",
+    "    uint place = cohsm_place(m, c) + face * m.map_count;\n",
+    "    int depth = cohsm_compared_depth(seen.z);\n",
+    "    vec2 low = floor(seen.xy - 0.5), f = seen.xy - 0.5 - low;\n",
+    "    float dark = 0.0;\n",
+    "    for (int i = 0; i < 4; i++) {\n",
+    "        vec2 corner = vec2(float(i & 1), float(i >> 1));\n",
+    "        float weight = (corner.x > 0.0 ? f.x : 1.0 - f.x) * (corner.y > 0.0 ? f.y : 1.0 - f.y);\n",
+    "        if (weight > 0.0) dark += weight * (1.0 - cohsm_lit(m, low + corner + 0.5, place, depth));\n",
+    "    }\n",
+    "    return dark;\n",
+    "}\n",
+    "\n",
+    "float cohsm_pcf(cohsm_maps m, vec3 at, vec3 p, float bias)\n",
+    "{\n",
+    "    int corners = 1 << int(m.dimensions);\n",
+    "    vec3 low = floor(at), f = at - low;\n",
+    "    float dark = 0.0;\n",
+    "    for (int i = 0; i < corners; i++) {\n",
+    "        ivec3 step = ivec3(i & 1, (i >> 1) & 1, i >> 2);\n",
+    "        float weight = step.x != 0 ? f.x : 1.0 - f.x;\n",
+    "        ivec3 c = ivec3(low) + step;\n",
+    "        if (m.dimensions > 1u) weight *= step.y != 0 ? f.y : 1.0 - f.y;\n",
+    "        else c.y = 0;\n",
+    "        if (m.dimensions > 2u) weight *= step.z != 0 ? f.z : 1.0 - f.z;\n",
+    "        else c.z = 0;\n",
+    "        if (weight > 0.0) dark += weight * cohsm_pcf_map(m, cohsm_wrap(m, c), p, bias);\n",
+    "    }\n",
+    "    return dark;\n",
+    "}\n",
+    "\n",
+    "// ---- semi-local light ----\n",
+    "\n",
+    "vec3 cohsm_dop_axis(int i)\n",
+    "{\n",
+    "    if (i < 3) return vec3(i == 0, i == 1, i == 2);\n",
+    "    if (i < 9) {\n",
+    "        float s = (i & 1) != 0 ? 1.0 : -1.0;\n",
+    "        return i < 5 ? vec3(1.0, s, 0.0) : i < 7 ? vec3(1.0, 0.0, s) : vec3(0.0, 1.0, s);\n",
+    "    }\n",
+    "    return i == 9 ? vec3(1.0) : i == 10 ? vec3(1.0, 1.0, -1.0) : i == 11 ? vec3(1.0, -1.0, 1.0) : vec3(-1.0, 1.0, 1.0);\n",
+    "}\n",
+    "\n",
+    "// Least and greatest extent of the object along the axis, in radii about the centre.\n",
+    "vec2 cohsm_dop(cohsm_maps m, int i, vec3 axis)\n",
+    "{\n",
+    "    uint at = 45u + 2u * uint(i);\n",
+    "    return (uintBitsToFloat(uvec2(cohsm_word(m, at), cohsm_word(m, at + 1u))) - dot(axis, m.center)) / m.radius;\n",
+    "}\n",
+    "\n",
+    "// 0: the hull is not between point and light; 1: it may be; 2: the light lies inside. All in radii about the centre.\n",
+    "int cohsm_hull(cohsm_maps m, vec3 p, vec3 light)\n",
+    "{\n",
+    "    float enter = 0.0, leave = 1.0;\n",
+    "    bool inside = true, between = true;\n",
+    "    for (int i = 0; i < 13; i++) {\n",
+    "        vec3 a = cohsm_dop_axis(i);\n",
+    "        vec2 extent = cohsm_dop(m, i, a);\n",
+    "        float to = dot(a, light), from = dot(a, p), step = to - from;\n",
+    "        inside = inside && to >= extent.x && to <= extent.y;\n",
+    "        if (step == 0.0) {\n",
+    "            between = between && from >= extent.x && from <= extent.y;\n",
+    "            continue;\n",
+    "        }\n",
+    "        vec2 t = (extent - from) / step;\n",
+    "        enter = max(enter, min(t.x, t.y));\n",
+    "        leave = min(leave, max(t.x, t.y));\n",
+    "    }\n",
+    "    return inside ? 2 : between && enter <= leave ? 1 : 0;\n",
+    "}\n",
+    "\n",
+    "// ---- one object ----\n",
+    "\n",
+    "bool cohsm_usable(vec3 light)\n",
+    "{\n",
+    "    float square = dot(light, light);\n",
+    "    return square > 0.0 && square < COHSM_HUGE;\n",
+    "}\n",
+    "\n",
+    "float cohsm_jitter(cohsm_query q, uint dimension)\n",
+    "{\n",
+    "    return q.filtering == COHSM_FILTER_ROULETTE ? cohsm_random(q.seed, q.id, dimension) : 0.5;\n",
+    "}\n",
+    "\n",
+    "// p and, for COHSM_LIGHT_POSITION, light in radii about the sphere's centre.\n",
+    "float cohsm_visible_unit(cohsm_maps m, cohsm_query q, vec3 p, vec3 light)\n",
+    "{\n",
+    "    bool by_index = q.light == COHSM_LIGHT_INDEX;\n",
+    "    if (!cohsm_finite3(p) || (!by_index && !cohsm_finite3(light))) return 1.0;\n",
+    "    if (q.light == COHSM_LIGHT_POSITION) {\n",
+    "        int hull = cohsm_hull(m, p, light);\n",
+    "        if (hull != 1) return hull == 2 ? COHSM_REFUSED : 1.0;\n",
+    "        light -= p;\n",
+    "    }\n",
+    "    if (q.light < COHSM_LIGHT_PARAMETER && !cohsm_usable(light)) return 1.0;\n",
+    "    vec3 at = by_index ? vec3(0.0) : cohsm_domain_position(m, light, q.light);\n",
+    "    uvec3 c;\n",
+    "    if (by_index) c = cohsm_cell_split(m, min(floatBitsToUint(light.x), m.map_count - 1u));\n",
+    "    else {\n",
+    "        vec3 moved = at + vec3(m.dimensions > 0u ? cohsm_jitter(q, 0u) : 0.5, m.dimensions > 1u ? cohsm_jitter(q, 1u) : 0.5,\n",
+    "                               m.dimensions > 2u ? cohsm_jitter(q, 2u) : 0.5);\n",
+    "        c = cohsm_wrap(m, ivec3(floor(moved)));\n",
+    "    }\n",
+    "    if (q.filtering == COHSM_FILTER_PCF) {\n",
+    "        float dark = by_index ? cohsm_pcf_map(m, c, p, q.bias) : cohsm_pcf(m, at, p, q.bias);\n",
+    "        return dark >= 0.999999 ? 0.0 : 1.0 - dark;\n",
+    "    }\n",
+    "    uint face;\n",
+    "    vec3 seen = cohsm_see(m, c, p, q.bias, face);\n",
+    "    if (q.filtering == COHSM_FILTER_ROULETTE)\n",
+    "        seen.xy += vec2(cohsm_jitter(q, 3u) - 0.5, cohsm_jitter(q, 4u) - 0.5);\n",
+    "    int depth = cohsm_compared_depth(seen.z);\n",
+    "    uint pixel = depth < 0 ? COHSM_NO_PIXEL : cohsm_pixel(m, seen.xy);\n",
+    "    if (pixel == COHSM_NO_PIXEL) return 1.0;\n",
+    "    return depth > int(cohsm_stored_depth(m, pixel, cohsm_place(m, c) + face * m.map_count)) ? 0.0 : 1.0;\n",
+    "}\n",
+    "\n",
+    "// Point and light in the object's space: 1 lit, 0 dark, between with PCF, or COHSM_REFUSED.\n",
+    "float cohsm_visible(cohsm_maps m, cohsm_query q, vec3 point, vec3 light)\n",
+    "{\n",
+    "    float scale = 1.0 / m.radius;\n",
+    "    if (q.light == COHSM_LIGHT_POSITION) light = (light - m.center) * scale;\n",
+    "    return cohsm_visible_unit(m, q, (point - m.center) * scale, light);\n",
+    "}\n",
+    "\n",
+    "// ---- scenes ----\n",
+    "\n",
+    "// A table of instances is `count` records of 4 texels from texel `table` on: three rows of the matrix from world to\n",
+    "// object as floats, then the block's first texel, a float of yours (cohsm_instance_note), 0, 0.\n",
+    "float cohsm_visible_instance(uint record, cohsm_query q, vec3 point, vec3 light)\n",
+    "{\n",
+    "    vec4 x = uintBitsToFloat(COHSM_TEXEL(record)), y = uintBitsToFloat(COHSM_TEXEL(record + 1u));\n",
+    "    vec4 z = uintBitsToFloat(COHSM_TEXEL(record + 2u));\n",
+    "    cohsm_maps m = cohsm_open(COHSM_TEXEL(record + 3u).x);\n",
+    "    point = vec3(dot(x.xyz, point) + x.w, dot(y.xyz, point) + y.w, dot(z.xyz, point) + z.w);\n",
+    "    if (q.light < COHSM_LIGHT_PARAMETER) {\n",
+    "        light = vec3(dot(x.xyz, light), dot(y.xyz, light), dot(z.xyz, light));\n",
+    "        if (q.light == COHSM_LIGHT_POSITION) light += vec3(x.w, y.w, z.w);\n",
+    "    }\n",
+    "    return cohsm_visible(m, q, point, light);\n",
+    "}\n",
+    "\n",
+    "float cohsm_instance_note(uint table, uint i) { return uintBitsToFloat(COHSM_TEXEL(table + 4u * i + 3u).y); }\n",
+    "\n",
+    "// The product over all instances, the one that the point lies on first (COHSM_NO_SELF: a receiver only).\n",
+    "float cohsm_visible_scene(uint table, uint count, uint self, cohsm_query q, vec3 point, vec3 light)\n",
+    "{\n",
+    "    float visible = 1.0;\n",
+    "    for (uint i = self < count ? 0u : 1u; i <= count && visible > 0.0; i++) {      // one call: it is inlined\n",
+    "        uint instance = i == 0u ? self : i - 1u;\n",
+    "        if (i > 0u && instance == self) continue;\n",
+    "        float one = cohsm_visible_instance(table + 4u * instance, q, point, light);\n",
+    "        visible = one < 0.0 ? COHSM_REFUSED : visible * one;\n",
+    "    }\n",
+    "    return visible;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_csm_access_glsl[] = {
+    "// csm_access - what the files cohsm_* ask of a program, from the textures that glbk_csm_bind binds.\n",
+    "// uses: table csm_bindings\n",
+    "#define COHSM_TEXEL(i) texelFetch(glbk_csm_blocks, glbk_table_at(i), 0)\n",
+    "#define COHSM_LIGHT_TEXEL(i) texelFetch(glbk_csm_lights, glbk_table_at(i), 0)\n",
+    "#define COHSM_LOBE(i) COHSM_LIGHT_TEXEL(i)\n",
+    "#ifndef COHSM_LOBES\n",
+    "#define COHSM_LOBES 1\n",
+    "#endif\n",
+    "\n",
+    "// Two points of a pattern stand in each texel, S points make a pattern.\n",
+    "#ifdef CSM_PATTERNS\n",
+    "vec2 csm_pattern(uint at)\n",
+    "{\n",
+    "    uvec4 t = COHSM_LIGHT_TEXEL(glbk_csm_frame.tables.x + (at >> 1));\n",
+    "    return uintBitsToFloat((at & 1u) != 0u ? t.zw : t.xy);\n",
+    "}\n",
+    "#define COHSM_PATTERN(j, k) csm_pattern((j) * glbk_csm_frame.sampling.x + (k))\n",
+    "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
+    "// csm_bindings - from the lists GLBK_CSM_* of gl_backend.h.\n",
+    "uniform usampler2DArray glbk_csm_blocks;\n",
+    "uniform usampler2DArray glbk_csm_lights;\n",
+    "uniform usampler2D glbk_csm_place;\n",
+    "uniform usampler2D glbk_csm_normal;\n",
+    "uniform usampler2D glbk_csm_color;\n",
+    "uniform usampler2D glbk_csm_gloss;\n",
+    "uniform glbk_color_sampler glbk_csm_sum;\n",
+    "uniform sampler2D glbk_csm_color_map;\n",
+    "uniform sampler2D glbk_csm_gloss_map;\n",
+    "uniform sampler2D glbk_csm_normal_map;\n",
+    "uniform usampler2DArray glbk_csm_questions;\n",
+    "uniform usampler2DArray glbk_csm_layers;\n",
+    "uniform usampler2DArray glbk_csm_open;\n",
+    "layout(std140) uniform glbk_csm_scene_block {\n",
+    "    uvec4 table;\n",
+    "} glbk_csm_scene;\n",
+    "layout(std140) uniform glbk_csm_frame_block {\n",
+    "    uvec4 light;\n",
+    "    uvec4 sampling;\n",
+    "    uvec4 range;\n",
+    "    uvec4 tables;\n",
+    "    vec4 query;\n",
+    "    vec4 eye;\n",
+    "    vec4 planes[8];\n",
+    "} glbk_csm_frame;\n",
+    "layout(std140) uniform glbk_csm_object_block {\n",
+    "    mat4 world;\n",
+    "    mat4 clip;\n",
+    "    uvec4 kinds;\n",
+    "    uvec4 lobes;\n",
+    "    vec4 diffuse;\n",
+    "    vec4 gloss;\n",
+    "    vec4 eye;\n",
+    "} glbk_csm_object;\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(std430, binding = 0) coherent buffer glbk_csm_sums_storage { vec4 glbk_csm_sums[]; };\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(std430, binding = 1) readonly buffer glbk_csm_asked_storage { uvec4 glbk_csm_asked[]; };\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(std430, binding = 2) writeonly buffer glbk_csm_answers_storage { float glbk_csm_answers[]; };\n",
+    "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_csm_gbuffer_glsl[] = {
+    "// csm_gbuffer - the G-buffer of glbk_csm: four RGBA32UI textures, floats as their bits (docs/gpu-layouts.md).\n",
+    "// uses: csm_point\n",
+    "uint csm_pack_unit(vec3 n)          // a unit vector in 32 bits, octahedral\n",
+    "{\n",
+    "    n /= abs(n.x) + abs(n.y) + abs(n.z);\n",
+    "    vec2 p = n.z >= 0.0 ? n.xy : (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);\n",
+    "    uvec2 q = uvec2(floor(clamp(p * 0.5 + 0.5, 0.0, 1.0) * 65534.0 + 0.5));\n",
+    "    return q.x | (q.y << 16);\n",
+    "}\n",
+    "\n",
+    "vec3 csm_unpack_unit(uint bits)     // 0xffffffff: none, zero\n",
+    "{\n",
+    "    if (bits == 0xffffffffu) return vec3(0.0);\n",
+    "    vec2 p = vec2(float(bits & 0xffffu), float(bits >> 16)) * (2.0 / 65534.0) - 1.0;\n",
+    "    float z = 1.0 - abs(p.x) - abs(p.y), t = max(-z, 0.0);\n",
+    "    return cohsm_normalize(vec3(p.x + (p.x >= 0.0 ? -t : t), p.y + (p.y >= 0.0 ? -t : t), z));\n",
+    "}\n",
+    "\n",
+    "// false: nothing is seen there.\n",
+    "bool csm_read_point(ivec2 at, out csm_point p)\n",
+    "{\n",
+    "    uvec4 place = texelFetch(glbk_csm_place, at, 0), normal = texelFetch(glbk_csm_normal, at, 0);\n",
+    "    uvec4 color = texelFetch(glbk_csm_color, at, 0), gloss = texelFetch(glbk_csm_gloss, at, 0);\n",
+    "    p.position = uintBitsToFloat(place.xyz);\n",
+    "    p.self = place.w;\n",
+    "    p.normal = uintBitsToFloat(normal.xyz);\n",
+    "    p.plane = (normal.w >> 8) & 0xffu;\n",
+    "    p.geometric = csm_unpack_unit(color.w);\n",
+    "    p.tangent = vec3(0.0);\n",
+    "    uint type = normal.w & 0xffu;\n",
+    "    vec4 values = uintBitsToFloat(gloss);\n",
+    "    p.material = cohsm_material(type, uintBitsToFloat(color.xyz), vec3(0.0), 0.0, 0.0, 0.0, 0u, 0u);\n",
+    "    if (type == COHSM_BRDF_PHONG) {\n",
+    "        p.material.specular = values.xyz;\n",
+    "        p.material.exponent = values.w;\n",
+    "    } else if (type == COHSM_BRDF_METAL_ROUGH) {\n",
+    "        p.material.metallic = values.x;\n",
+    "        p.material.roughness = values.y;\n",
+    "    } else if (type == COHSM_BRDF_LAFORTUNE) {\n",
+    "        p.material.lobe = gloss.x;\n",
+    "        p.material.lobe_count = gloss.y;\n",
+    "        p.tangent = csm_unpack_unit(gloss.z);\n",
+    "    }\n",
+    "    return type != 0u;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_csm_point_glsl[] = {
+    "// csm_point - what is shaded: a point of a surface with its material.\n",
+    "// uses: csm_access cohsm_brdf\n",
+    "struct csm_point {\n",
+    "    vec3 position, normal;      // world; the unit shading normal\n",
+    "    vec3 geometric;             // unit; offsets go along it, and light from below it is cut\n",
+    "    vec3 tangent;               // for anisotropic lobes; zero for any\n",
+    "    cohsm_material material;\n",
+    "    uint self;                  // instance that the point lies on, or COHSM_NO_SELF\n",
+    "    uint plane;                 // 1 + the receiver plane that it lies on, or 0\n",
+    "};\n"
+};
+
+static const char *const glbk__glsl_lib_csm_shade_glsl[] = {
+    "// csm_shade - direct light at one point: samples of one light from one scene, with visibility. One pass adds samples\n",
+    "// range.x .. range.y - 1 of one light; glbk_csm_render loops over lights and ranges.\n",
+    "//\n",
+    "// CSM_SHAPE, CSM_ASK, CSM_FILTER: the light's shape, what the maps are asked by, the filter, as constants: each program\n",
+    "// holds the code for one combination, which is a fraction of all.\n",
+    "// uses: csm_access cohsm_visible cohsm_estimate csm_point\n",
+    "#if !defined(CSM_SHAPE) || !defined(CSM_ASK) || !defined(CSM_FILTER)\n",
+    "#error \"csm_shade.glsl needs CSM_SHAPE, CSM_ASK and CSM_FILTER\"\n",
+    "#endif\n",
+    "\n",
+    "// Receivers without maps count as infinite planes: a sample on the other side is not lit.\n",
+    "bool csm_behind(csm_point p, vec3 direction, float range)\n",
+    "{\n",
+    "    for (uint i = 0u; i < glbk_csm_frame.tables.y; i++) {\n",
+    "        vec4 plane = glbk_csm_frame.planes[i];\n",
+    "        float height = dot(plane.xyz, p.position) - plane.w, end = height + range * dot(plane.xyz, direction);\n",
+    "        if (i + 1u != p.plane && (height > 0.0 ? end < 0.0 : end > 0.0)) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "// The sum of this pass: rgb, and in a the samples that were refused (their light lies inside a hull).\n",
+    "vec4 csm_shade(csm_point p, uint pixel)\n",
+    "{\n",
+    "    uvec4 sampling = glbk_csm_frame.sampling, range = glbk_csm_frame.range;\n",
+    "    uint table = glbk_csm_frame.light.y, count = glbk_csm_frame.light.z;\n",
+    "    const int ask = CSM_ASK;\n",
+    "    cohsm_light light = cohsm_light_open(glbk_csm_frame.light.x);\n",
+    "    light.shape = uint(CSM_SHAPE);\n",
+    "    vec3 view = cohsm_normalize(glbk_csm_frame.eye.xyz - p.position);\n",
+    "    cohsm_surface surface = cohsm_surface_at(p.material, p.normal, p.tangent, view);\n",
+    "    cohsm_estimator e = cohsm_estimator_at(surface, light, p.position, int(sampling.w), sampling.x, sampling.y, sampling.z);\n",
+    "    vec4 sum = vec4(0.0);\n",
+    "    if (!e.reachable) return sum;\n",
+    "\n",
+    "    bool local = ask == COHSM_LIGHT_PARAMETER || (ask == COHSM_LIGHT_INDEX && light.shape > COHSM_SHAPE_SUN);\n",
+    "    float moved = 0.0;          // how far the receiver moves off its surface\n",
+    "    if (local && count > 0u)\n",
+    "        moved = glbk_csm_frame.query.y * 2.0 / float(cohsm_open(COHSM_TEXEL(table + 3u).x).map_size);\n",
+    "    else if (p.self < count)\n",
+    "        moved = cohsm_instance_note(table, p.self);\n",
+    "    for (uint k = range.x; k < range.y; k++) {\n",
+    "        cohsm_emission found;\n",
+    "        vec3 weight = cohsm_estimate(e, cohsm_numbers(e, pixel, k), found);\n",
+    "        if (!(weight.x > 0.0 || weight.y > 0.0 || weight.z > 0.0) || !(dot(found.direction, p.geometric) > 0.0) ||\n",
+    "            csm_behind(p, found.direction, found.range))\n",
+    "            continue;\n",
+    "        vec3 from = p.position + p.geometric * (local ? moved * found.range : moved);\n",
+    "        vec3 to = ask == COHSM_LIGHT_DIRECTION ? found.direction\n",
+    "                : ask == COHSM_LIGHT_POSITION ? p.position + found.direction * found.range\n",
+    "                : ask == COHSM_LIGHT_PARAMETER ? found.coords : vec3(0.0);\n",
+    "        cohsm_query q = cohsm_query(ask, CSM_FILTER, glbk_csm_frame.query.x, range.w, pixel * sampling.x + k);\n",
+    "        float visible = cohsm_visible_scene(table, count, p.self, q, from, to);\n",
+    "        if (visible < 0.0) sum.a += 1.0;\n",
+    "        else sum.rgb += weight * visible;\n",
+    "    }\n",
+    "    return vec4(sum.rgb * (1.0 / float(sampling.x)), sum.a);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_csm_visible_glsl[] = {
+    "// csm_visible - is a point lit in the scene that glbk_csm_bind bound: for your own shader.\n",
+    "// uses: csm_access cohsm_visible\n",
+    "\n",
+    "// self: the instance that the point lies on, or COHSM_NO_SELF. light: see cohsm_visible.glsl.\n",
+    "float csm_visible(uint self, cohsm_query query, vec3 point, vec3 light)\n",
+    "{\n",
+    "    return cohsm_visible_scene(glbk_csm_scene.table.x, glbk_csm_scene.table.y, self, query, point, light);\n",
+    "}\n"
 };
 
 static const char *const glbk__glsl_lib_prelude_glsl[] = {
@@ -855,6 +3004,153 @@ static const char *const glbk__glsl_prog_copy_frag[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_csm_gbuffer_frag[] = {
+    "// One object into the G-buffer, with diffuse, specular and normal maps.\n",
+    "// uses: csm_gbuffer\n",
+    "// with: csm_gbuffer.vert\n",
+    "in vec3 csm_place, csm_facing;\n",
+    "in vec2 csm_uv;\n",
+    "in vec4 csm_along;\n",
+    "layout(location = 0) out uvec4 csm_out_place;\n",
+    "layout(location = 1) out uvec4 csm_out_normal;\n",
+    "layout(location = 2) out uvec4 csm_out_color;\n",
+    "layout(location = 3) out uvec4 csm_out_gloss;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uvec4 kinds = glbk_csm_object.kinds;        // BRDF, instance or COHSM_NO_SELF, 1 + plane, maps as bits\n",
+    "    vec3 view = glbk_csm_object.eye.xyz - csm_place;\n",
+    "    vec3 flat_normal = cohsm_normalize(cross(dFdx(csm_place), dFdy(csm_place)));\n",
+    "    if (dot(flat_normal, view) < 0.0) flat_normal = -flat_normal;\n",
+    "    vec3 n = dot(csm_facing, csm_facing) > 0.0 ? cohsm_normalize(csm_facing) : flat_normal;\n",
+    "    if (dot(n, flat_normal) < 0.0) n = -n;\n",
+    "    vec3 t = csm_along.xyz - n * dot(csm_along.xyz, n);\n",
+    "    bool has_tangent = dot(t, t) > 0.0;\n",
+    "    if (has_tangent) t = cohsm_normalize(t);\n",
+    "    if ((kinds.w & 4u) != 0u && has_tangent) {\n",
+    "        vec3 bump = texture(glbk_csm_normal_map, csm_uv).xyz * 2.0 - 1.0;\n",
+    "        n = cohsm_normalize(t * bump.x + cross(n, t) * (bump.y * (csm_along.w < 0.0 ? -1.0 : 1.0)) + n * bump.z);\n",
+    "    }\n",
+    "    vec3 diffuse = glbk_csm_object.diffuse.xyz;\n",
+    "    vec4 gloss = glbk_csm_object.gloss;\n",
+    "    if ((kinds.w & 1u) != 0u) diffuse *= texture(glbk_csm_color_map, csm_uv).xyz;\n",
+    "    if ((kinds.w & 2u) != 0u) {\n",
+    "        vec4 map = texture(glbk_csm_gloss_map, csm_uv);\n",
+    "        if (kinds.x == COHSM_BRDF_PHONG) gloss.xyz *= map.xyz;\n",
+    "        if (kinds.x == COHSM_BRDF_METAL_ROUGH) gloss.xy *= map.zy;      // glTF: roughness in g, metallic in b\n",
+    "    }\n",
+    "    csm_out_place = uvec4(floatBitsToUint(csm_place), kinds.y);\n",
+    "    csm_out_normal = uvec4(floatBitsToUint(n), kinds.x | (kinds.z << 8));\n",
+    "    csm_out_color = uvec4(floatBitsToUint(diffuse), csm_pack_unit(flat_normal));\n",
+    "    csm_out_gloss = kinds.x == COHSM_BRDF_LAFORTUNE\n",
+    "                        ? uvec4(glbk_csm_object.lobes.xy, has_tangent ? csm_pack_unit(t) : 0xffffffffu, 0u)\n",
+    "                        : floatBitsToUint(gloss);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_gbuffer_vert[] = {
+    "// Attributes 0 position, 1 normal, 2 texture coordinates, 3 tangent (w: handedness).\n",
+    "// uses: csm_bindings\n",
+    "layout(location = 0) in vec3 position;\n",
+    "layout(location = 1) in vec3 normal;\n",
+    "layout(location = 2) in vec2 uv;\n",
+    "layout(location = 3) in vec4 tangent;\n",
+    "out vec3 csm_place, csm_facing;\n",
+    "out vec2 csm_uv;\n",
+    "out vec4 csm_along;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    mat3 m = mat3(glbk_csm_object.world);\n",
+    "    csm_place = (glbk_csm_object.world * vec4(position, 1.0)).xyz;\n",
+    "    csm_facing = mat3(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])) * normal;\n",
+    "    csm_along = vec4(m * tangent.xyz, tangent.w);\n",
+    "    csm_uv = uv;\n",
+    "    gl_Position = glbk_csm_object.clip * vec4(csm_place, 1.0);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_query_comp[] = {
+    "// csm_query.frag as a compute shader over storage buffers.\n",
+    "// uses: csm_visible\n",
+    "layout(local_size_x = 64) in;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uint i = gl_GlobalInvocationID.y * 65536u + gl_GlobalInvocationID.x;\n",
+    "    if (i >= glbk_csm_frame.range.x) return;\n",
+    "    uvec4 point = glbk_csm_asked[2u * i], light = glbk_csm_asked[2u * i + 1u], range = glbk_csm_frame.range;\n",
+    "    cohsm_query q = cohsm_query(int(glbk_csm_frame.light.w), int(range.z), glbk_csm_frame.query.x, range.w, light.w);\n",
+    "    glbk_csm_answers[i] = csm_visible(point.w, q, uintBitsToFloat(point.xyz), uintBitsToFloat(light.xyz));\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_query_frag[] = {
+    "// Answers a table of questions, two texels each: point, instance that it lies on; light, number for roulette.\n",
+    "// uses: csm_visible\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out uvec4 result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uint i = uint(gl_FragCoord.y) * 1024u + uint(gl_FragCoord.x);\n",
+    "    uvec4 point = texelFetch(glbk_csm_questions, glbk_table_at(2u * i), 0);\n",
+    "    uvec4 light = texelFetch(glbk_csm_questions, glbk_table_at(2u * i + 1u), 0);\n",
+    "    uvec4 range = glbk_csm_frame.range;\n",
+    "    cohsm_query q = cohsm_query(int(glbk_csm_frame.light.w), int(range.z), glbk_csm_frame.query.x, range.w, light.w);\n",
+    "    result = uvec4(floatBitsToUint(csm_visible(point.w, q, uintBitsToFloat(point.xyz), uintBitsToFloat(light.xyz))),\n",
+    "                   0u, 0u, 0u);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_resolve_frag[] = {
+    "// The mean of the frames summed up so far, as colours.\n",
+    "// uses: csm_bindings\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out vec4 result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    vec4 sum = glbk_unpack(texelFetch(glbk_csm_sum, ivec2(gl_FragCoord.xy), 0));\n",
+    "    result = vec4(glbk_csm_frame.query.z > 0.0 ? sum.rgb * glbk_csm_frame.query.z : vec3(0.0), 1.0);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_shade_comp[] = {
+    "// csm_shade.frag as a compute shader: the sums are a storage buffer, rows of the picture one after the other.\n",
+    "// uses: csm_gbuffer csm_shade\n",
+    "// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1\n",
+    "layout(local_size_x = 8, local_size_y = 8) in;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_GlobalInvocationID.xy);\n",
+    "    uint i = uint(at.y) * glbk_csm_frame.tables.z + uint(at.x);\n",
+    "    csm_point p;\n",
+    "    if (uint(at.x) >= glbk_csm_frame.tables.z || uint(at.y) >= glbk_csm_frame.tables.w) return;\n",
+    "    vec4 sum = glbk_csm_frame.query.w > 0.0 ? glbk_csm_sums[i] : vec4(0.0);\n",
+    "    if (csm_read_point(at, p)) sum += csm_shade(p, i);\n",
+    "    glbk_csm_sums[i] = sum;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_shade_frag[] = {
+    "// Adds samples of one light to the running sum.\n",
+    "// uses: csm_gbuffer csm_shade\n",
+    "// with: screen.vert\n",
+    "// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1\n",
+    "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    vec4 sum = glbk_csm_frame.query.w > 0.0 ? glbk_unpack(texelFetch(glbk_csm_sum, at, 0)) : vec4(0.0);\n",
+    "    csm_point p;\n",
+    "    if (csm_read_point(at, p)) sum += csm_shade(p, uint(at.y) * glbk_csm_frame.tables.z + uint(at.x));\n",
+    "    result = glbk_pack(sum);\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_screen_vert[] = {
     "// A triangle over the whole viewport, from no attributes at all: vertices (-1, -1), (3, -1), (-1, 3).\n",
     "void main()\n",
@@ -866,12 +3162,50 @@ static const char *const glbk__glsl_prog_screen_vert[] = {
 static const glbk_file glbk__files[] = {
     { "lib/base_bindings.glsl", glbk__glsl_lib_base_bindings_glsl, 2, "", "",
       "" },
+    { "lib/cohsm_brdf.glsl", glbk__glsl_lib_cohsm_brdf_glsl, 191, "cohsm_math", "",
+      "" },
+    { "lib/cohsm_estimate.glsl", glbk__glsl_lib_cohsm_estimate_glsl, 92, "cohsm_brdf cohsm_light", "",
+      "" },
+    { "lib/cohsm_light.glsl", glbk__glsl_lib_cohsm_light_glsl, 402, "cohsm_math", "",
+      "" },
+    { "lib/cohsm_lookup.glsl", glbk__glsl_lib_cohsm_lookup_glsl, 176, "", "",
+      "" },
+    { "lib/cohsm_math.glsl", glbk__glsl_lib_cohsm_math_glsl, 216, "", "",
+      "" },
+    { "lib/cohsm_visible.glsl", glbk__glsl_lib_cohsm_visible_glsl, 365, "cohsm_math cohsm_lookup", "",
+      "" },
+    { "lib/csm_access.glsl", glbk__glsl_lib_csm_access_glsl, 18, "table csm_bindings", "",
+      "" },
+    { "lib/csm_bindings.glsl", glbk__glsl_lib_csm_bindings_glsl, 44, "", "",
+      "" },
+    { "lib/csm_gbuffer.glsl", glbk__glsl_lib_csm_gbuffer_glsl, 45, "csm_point", "",
+      "" },
+    { "lib/csm_point.glsl", glbk__glsl_lib_csm_point_glsl, 10, "csm_access cohsm_brdf", "",
+      "" },
+    { "lib/csm_shade.glsl", glbk__glsl_lib_csm_shade_glsl, 58, "csm_access cohsm_visible cohsm_estimate csm_point", "",
+      "" },
+    { "lib/csm_visible.glsl", glbk__glsl_lib_csm_visible_glsl, 8, "csm_access cohsm_visible", "",
+      "" },
     { "lib/prelude.glsl", glbk__glsl_lib_prelude_glsl, 33, "", "",
       "" },
     { "lib/table.glsl", glbk__glsl_lib_table_glsl, 5, "", "",
       "" },
     { "prog/copy.frag", glbk__glsl_prog_copy_frag, 22, "base_bindings", "screen.vert",
       "TO_COLOR=0 | TO_COLOR=1" },
+    { "prog/csm_gbuffer.frag", glbk__glsl_prog_csm_gbuffer_frag, 41, "csm_gbuffer", "csm_gbuffer.vert",
+      "" },
+    { "prog/csm_gbuffer.vert", glbk__glsl_prog_csm_gbuffer_vert, 19, "csm_bindings", "",
+      "" },
+    { "prog/csm_query.comp", glbk__glsl_prog_csm_query_comp, 12, "csm_visible", "",
+      "" },
+    { "prog/csm_query.frag", glbk__glsl_prog_csm_query_frag, 15, "csm_visible", "screen.vert",
+      "" },
+    { "prog/csm_resolve.frag", glbk__glsl_prog_csm_resolve_frag, 10, "csm_bindings", "screen.vert",
+      "" },
+    { "prog/csm_shade.comp", glbk__glsl_prog_csm_shade_comp, 15, "csm_gbuffer csm_shade", "",
+      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
+    { "prog/csm_shade.frag", glbk__glsl_prog_csm_shade_frag, 14, "csm_gbuffer csm_shade", "screen.vert",
+      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
     { "prog/screen.vert", glbk__glsl_prog_screen_vert, 5, "", "",
       "" }
 };
@@ -2271,6 +4605,920 @@ GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uin
 }
 
 /* ---- techniques: one section each; src/README.md says how ---- */
+
+/* ---- >>csm: blocks and instances ---- */
+
+enum { GLBK__CSM_RECORD = 4, GLBK__CSM_MAGIC = 0x4d534344 };
+
+/* Magic, format and length, as docs/csm-format.md has them; in the host's byte order, which is what GL takes. */
+static int glbk__csm_block_valid(const glbk_csm_block *b)
+{
+    uint32_t head[3];
+    if (!b->data || b->size < 400 || b->size % 16) return 0;
+    memcpy(head, b->data, sizeof head);
+    return head[0] == GLBK__CSM_MAGIC && head[1] == 1 && head[2] == b->size / 4;
+}
+
+GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
+                                          uint32_t capacity, uint32_t *starts, glbk_csm_maps *out)
+{
+    static const glbk_csm_scene none = { { 0, 0, 0, 0 } };
+    size_t texels = 0, i;
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (count && (!blocks || !starts)) return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < count; i++) {
+        if (!glbk__csm_block_valid(&blocks[i])) return GLBK_ERR_ARGUMENT;
+        if (blocks[i].size / 16 > ((size_t)1 << 28) - texels) return GLBK_ERR_LIMIT;
+        starts[i] = (uint32_t)texels;
+        texels += blocks[i].size / 16;
+        texels += (size_t)-(ptrdiff_t)texels & 3u;      /* lines of 64 bytes do not straddle rows then */
+    }
+    if (capacity > (((uint32_t)1 << 28) - (uint32_t)texels) / GLBK__CSM_RECORD) return GLBK_ERR_LIMIT;
+    out->instances_at = (uint32_t)texels;
+    out->capacity = capacity;
+    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + GLBK__CSM_RECORD * (size_t)capacity + 1,
+                               &out->blocks);
+    for (i = 0; i < count && result == GLBK_OK; i++)
+        result = glbk_table_update(ctx, &out->blocks, starts[i], blocks[i].size / 16, blocks[i].data);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof none, &none, &out->scene);
+    if (result != GLBK_OK) glbk_csm_maps_destroy(ctx, out);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps, const glbk_csm_instance *instances,
+                                         uint32_t count)
+{
+    uint32_t words[4 * GLBK__CSM_RECORD] = { 0 }, i, r, c;
+    glbk_csm_scene scene = { { 0, 0, 0, 0 } };
+    float inverse[16], scale, row[4];
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !maps || !maps->blocks.name || count > maps->capacity || (count && !instances)) return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < count; i++)
+        if (instances[i].start >= maps->instances_at || !glbk__m4_is_rigid_uniform(instances[i].transform, &scale) ||
+            !glbk__m4_affine_inverse(inverse, instances[i].transform))
+            return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < count && result == GLBK_OK; i++) {
+        glbk__m4_affine_inverse(inverse, instances[i].transform);
+        for (r = 0; r < 3; r++) {
+            for (c = 0; c < 4; c++) row[c] = inverse[4 * c + r];
+            memcpy(words + 4 * r, row, sizeof row);
+        }
+        words[12] = instances[i].start;
+        memcpy(words + 13, &instances[i].offset, 4);
+        result = glbk_table_update(ctx, &maps->blocks, maps->instances_at + GLBK__CSM_RECORD * (size_t)i,
+                                   GLBK__CSM_RECORD, words);
+    }
+    if (result != GLBK_OK) return result;
+    maps->count = count;
+    scene.table[0] = maps->instances_at;
+    scene.table[1] = count;
+    return glbk_buffer_update(ctx, &maps->scene, 0, sizeof scene, &scene);
+}
+
+GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps)
+{
+    if (!maps) return;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_blocks, &maps->blocks);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_scene, &maps->scene);
+}
+
+GLBK_DEF void glbk_csm_maps_destroy(glbk_context *ctx, glbk_csm_maps *maps)
+{
+    if (!maps) return;
+    glbk_texture_destroy(ctx, &maps->blocks);
+    glbk_buffer_destroy(ctx, &maps->scene);
+    memset(maps, 0, sizeof *maps);
+}
+
+/* ---- >>csm: questions in bulk ---- */
+
+GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out)
+{
+    static const glbk_csm_frame none;
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!capacity || capacity > (uint32_t)1 << 20) return GLBK_ERR_ARGUMENT;
+    memset(&texture, 0, sizeof texture);
+    memset(&target, 0, sizeof target);
+    out->capacity = capacity;
+    result = glbk_program_create(ctx, ctx->compute ? "csm_query.comp" : "csm_query.frag", NULL, &out->program);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof none, &none, &out->frame);
+    if (result == GLBK_OK && ctx->compute) {
+        result = glbk_buffer_create(ctx, 32 * (size_t)capacity, NULL, &out->asked);
+        if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * (size_t)capacity, NULL, &out->answered);
+    } else if (result == GLBK_OK) {
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, 2 * (size_t)capacity, &out->questions);
+        texture.format = GLBK_FORMAT_R32UI;
+        texture.width = 1024;
+        texture.height = (capacity + 1023) / 1024;
+        if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &out->answers);
+        target.color[0] = &out->answers;
+        if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &out->target);
+    }
+    if (result != GLBK_OK) glbk_csm_asker_destroy(ctx, out);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_questions *q)
+{
+    glbk_csm_frame frame;
+    glbk_result result;
+
+    if (!ctx || !asker || !asker->capacity || !q || !q->items || !q->count || q->count > asker->capacity ||
+        (unsigned)q->ask >= GLBK_CSM_ASK_COUNT || (unsigned)q->filter >= GLBK_CSM_FILTER_COUNT || !(q->bias >= 0))
+        return GLBK_ERR_ARGUMENT;
+    memset(&frame, 0, sizeof frame);
+    frame.light[3] = (uint32_t)q->ask;
+    frame.range[0] = q->count;
+    frame.range[2] = (uint32_t)q->filter;
+    frame.range[3] = q->seed;
+    frame.query[0] = q->bias;
+    result = glbk_buffer_update(ctx, &asker->frame, 0, sizeof frame, &frame);
+    if (result != GLBK_OK) return result;
+    if (asker->asked.name) return glbk_buffer_update(ctx, &asker->asked, 0, 32 * (size_t)q->count, q->items);
+    return glbk_table_update(ctx, &asker->questions, 0, 2 * (size_t)q->count, q->items);
+}
+
+GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
+                                      uint32_t count)
+{
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t groups = (count + 63) / 64;
+
+    if (!ctx || !asker || !maps || !count || count > asker->capacity) return GLBK_ERR_ARGUMENT;
+    memset(&pass, 0, sizeof pass);
+    if (!asker->asked.name) {
+        pass.target = &asker->target;
+        pass.viewport[2] = 1024;
+        pass.viewport[3] = (int32_t)((count + 1023) / 1024);
+        result = glbk_begin(ctx, &pass, &asker->program);
+        if (result != GLBK_OK) return result;
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_questions, &asker->questions);
+    }
+    glbk_csm_bind(ctx, maps);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_frame, &asker->frame);
+    if (!asker->asked.name) {
+        glbk_draw_screen(ctx);
+        return GLBK_OK;
+    }
+    glbk_bind_storage(ctx, GLBK_SLOT_glbk_csm_asked, &asker->asked);
+    glbk_bind_storage(ctx, GLBK_SLOT_glbk_csm_answers, &asker->answered);
+    return glbk_dispatch(ctx, &asker->program, groups < 1024 ? groups : 1024, (groups + 1023) / 1024, 1);
+}
+
+GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count, float *visible)
+{
+    uint32_t row[4 * 1024], done, n, i;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !asker || !visible || !count || count > asker->capacity) return GLBK_ERR_ARGUMENT;
+    if (asker->asked.name) return glbk_buffer_read(ctx, &asker->answered, 0, 4 * (size_t)count, visible);
+    for (done = 0; done < count && result == GLBK_OK; done += n) {
+        n = count - done < 1024 ? count - done : 1024;
+        result = glbk_target_read(ctx, &asker->target, 0, 0, done / 1024, n, 1, row);
+        for (i = 0; i < n && result == GLBK_OK; i++) memcpy(visible + done + i, row + 4 * i, 4);
+    }
+    return result;
+}
+
+GLBK_DEF void glbk_csm_asker_destroy(glbk_context *ctx, glbk_csm_asker *asker)
+{
+    if (!asker) return;
+    glbk_program_destroy(ctx, &asker->program);
+    glbk_target_destroy(ctx, &asker->target);
+    glbk_texture_destroy(ctx, &asker->questions);
+    glbk_texture_destroy(ctx, &asker->answers);
+    glbk_buffer_destroy(ctx, &asker->frame);
+    glbk_buffer_destroy(ctx, &asker->asked);
+    glbk_buffer_destroy(ctx, &asker->answered);
+    memset(asker, 0, sizeof *asker);
+}
+
+/* ---- >>csm: lights ---- */
+
+/* A light in a table (docs/gpu-layouts.md): ten texels, then its texels of L, running sums, triangles. */
+enum { GLBK__CSM_LIGHT_HEAD = 10, GLBK__CSM_TEXTURED = 1, GLBK__CSM_ORTHOGONAL = 2 };
+
+#define GLBK__PI 3.14159265358979324
+
+static int glbk__csm_is_sky(const glbk_csm_light_desc *d)
+{
+    return d->shape == GLBK_CSM_SHAPE_DEFAULT || d->shape == GLBK_CSM_SHAPE_ENVIRONMENT;
+}
+
+static int glbk__csm_in_range(const float *v, int count, float low, float high)
+{
+    int i;
+    for (i = 0; i < count; i++)
+        if (!(v[i] >= low && v[i] <= high)) return 0;
+    return 1;
+}
+
+static int glbk__csm_is_unit(const float *v)
+{
+    float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    return square > 0.998f && square < 1.002f;
+}
+
+static int glbk__csm_light_valid(const glbk_csm_light_desc *d)
+{
+    const float big = 1e18f;
+    int flat = !d->texels;
+
+    if ((unsigned)d->shape >= GLBK_CSM_SHAPE_COUNT || !glbk__csm_in_range(d->radiance, 3, 0, 3e38f) ||
+        !glbk__csm_in_range(&d->cosine_power, 1, 0, 1e5f) || !glbk__csm_in_range(&d->rotation, 1, -1000, 1000) ||
+        !glbk__csm_in_range(d->position, 3, -big, big))
+        return 0;
+    if (flat ? d->width || d->height : !d->width || !d->height || d->width > 65536 || d->height > 65536) return 0;
+    switch (d->shape) {
+    case GLBK_CSM_SHAPE_SUN: return flat && glbk__csm_is_unit(d->direction);
+    case GLBK_CSM_SHAPE_POINT: return flat;
+    case GLBK_CSM_SHAPE_SPOT:
+        return flat && glbk__csm_is_unit(d->direction) && glbk__csm_in_range(&d->cone_angle, 1, 1e-6f, 6.2831855f);
+    case GLBK_CSM_SHAPE_LINE:
+        return glbk__csm_in_range(d->u, 3, -big, big) && (d->u[0] != 0 || d->u[1] != 0 || d->u[2] != 0) &&
+               glbk__csm_in_range(&d->radius, 1, 1e-18f, big) && (flat || d->height == 1);
+    case GLBK_CSM_SHAPE_RECTANGLE: {
+        glbk__v3 n = glbk__v3_cross(glbk__v3_load(d->u), glbk__v3_load(d->v));
+        return glbk__csm_in_range(d->u, 3, -big, big) && glbk__csm_in_range(d->v, 3, -big, big) &&
+               glbk__v3_length(n) > 0 && glbk__finite(glbk__v3_length(n));
+    }
+    case GLBK_CSM_SHAPE_DISC:
+        return glbk__csm_is_unit(d->direction) && glbk__csm_in_range(&d->radius, 1, 1e-18f, big);
+    case GLBK_CSM_SHAPE_SPHERE: return glbk__csm_in_range(&d->radius, 1, 1e-18f, big);
+    case GLBK_CSM_SHAPE_MESH: return flat && d->triangles && d->triangle_count && d->triangle_count < (uint32_t)1 << 26;
+    default: return d->cosine_power == 0;
+    }
+}
+
+GLBK_DEF size_t glbk_csm_light_texels(const glbk_csm_light_desc *d)
+{
+    size_t cells;
+    if (!d || !glbk__csm_light_valid(d)) return 0;
+    if (d->shape == GLBK_CSM_SHAPE_MESH) return GLBK__CSM_LIGHT_HEAD + 3 * (size_t)d->triangle_count;
+    if (!d->texels) return glbk__csm_is_sky(d) ? GLBK__CSM_LIGHT_HEAD + 3 : GLBK__CSM_LIGHT_HEAD;
+    cells = (size_t)d->width * d->height;
+    return cells > (size_t)1 << 27 ? 0 : GLBK__CSM_LIGHT_HEAD + 2 * cells + d->height;
+}
+
+static void glbk__csm_put(uint32_t *words, uint32_t texel, glbk__v3 v, float w)
+{
+    float f[4];
+    glbk__v3_store(f, v);
+    f[3] = w;
+    memcpy(words + 4 * (size_t)texel, f, sizeof f);
+}
+
+/* Running sums, divided by the total, of `count` weights that stand in w of the texels at `sums`; then for each fraction
+   i / count of the total where a search for it begins and ends. Returns the total. */
+static double glbk__csm_sums(uint32_t *sums, uint32_t count, double total)
+{
+    double sum = 0;
+    float before, after = 0, weight;
+    uint32_t i, lo = 0;
+
+    for (i = 0; i < count; i++) {
+        memcpy(&weight, sums + 4 * (size_t)i + 3, 4);
+        sum += (double)weight;
+        before = after;
+        after = total > 0 ? i + 1 < count ? (float)(sum / total) : 1.0f : 0.0f;
+        memcpy(sums + 4 * (size_t)i, &before, 4);
+        memcpy(sums + 4 * (size_t)i + 1, &after, 4);
+    }
+    for (i = 0; i < count; i++) {
+        memcpy(&after, sums + 4 * (size_t)lo + 1, 4);
+        while (lo + 1 < count && (double)after <= (double)i / count) {
+            lo++;
+            memcpy(&after, sums + 4 * (size_t)lo + 1, 4);
+        }
+        sums[4 * (size_t)i + 2] = lo;
+        sums[4 * (size_t)i + 3] = count;
+        if (i) sums[4 * (size_t)i - 1] = lo + 1;
+    }
+    return sum;
+}
+
+/* Texels of L, the sums of each row and of the rows; returns what turns a texel into its density. */
+static glbk__v3 glbk__csm_texture(const glbk_csm_light_desc *d, uint32_t *words, uint32_t w, uint32_t h)
+{
+    static const float white[3] = { 1, 1, 1 };
+    uint32_t *texels = words + 4 * GLBK__CSM_LIGHT_HEAD, *rows = texels + 4 * (size_t)w * h, *row, x, y, c;
+    float top = d->radiance[0] > d->radiance[1] ? d->radiance[0] : d->radiance[1], rgb[4] = { 0, 0, 0, 0 };
+    glbk__v3 tint = glbk__v3_make(1, 1, 1);
+    double total = 0, sum, weight;
+
+    top = top > d->radiance[2] ? top : d->radiance[2];
+    if (top > 0) tint = glbk__v3_make(d->radiance[0] / top, d->radiance[1] / top, d->radiance[2] / top);
+    tint = glbk__v3_scale(tint, 1.0f / 3.0f);
+    for (y = 0; y < h; y++) {
+        row = rows + 4 * ((size_t)h + (size_t)y * w);
+        sum = 0;
+        for (x = 0; x < w; x++) {
+            const float *from = d->texels ? d->texels + 3 * ((size_t)y * w + x) : white;
+            float density;
+            for (c = 0; c < 3; c++) rgb[c] = glbk__finite(from[c]) && from[c] > 0 ? from[c] : 0;
+            density = glbk__v3_dot(glbk__v3_load(rgb), tint);
+            memcpy(texels + 4 * ((size_t)y * w + x), rgb, sizeof rgb);
+            memcpy(row + 4 * (size_t)x + 3, &density, 4);
+            sum += (double)density;
+        }
+        glbk__csm_sums(row, w, sum);
+        /* of the sky: solid angle of the row, cos a - cos b, without loss of digits */
+        weight = glbk__csm_is_sky(d) ? 2 * sin(GLBK__PI * (2.0 * y + 1) / (2.0 * h)) * sin(GLBK__PI / (2.0 * h)) : 1;
+        rgb[3] = (float)(sum * weight);
+        memcpy(rows + 4 * (size_t)y + 3, &rgb[3], 4);
+        total += (double)rgb[3];
+        rgb[3] = 0;
+    }
+    glbk__csm_sums(rows, h, total);
+    if (!(total > 0)) return glbk__v3_make(0, 0, 0);
+    return glbk__v3_scale(tint, (float)(glbk__csm_is_sky(d) ? w / (2 * GLBK__PI * total) : (double)w * h / total));
+}
+
+/* Corners, and the share of all area up to the end of each triangle. Returns the area. */
+static float glbk__csm_triangles(const glbk_csm_light_desc *d, uint32_t *texels)
+{
+    double total = 0, sum = 0;
+    uint32_t i, pass;
+
+    for (pass = 0; pass < 2; pass++)
+        for (i = 0; i < d->triangle_count; i++) {
+            glbk__v3 a = glbk__v3_load(d->triangles + 9 * (size_t)i), b = glbk__v3_load(d->triangles + 9 * (size_t)i + 3);
+            glbk__v3 c = glbk__v3_load(d->triangles + 9 * (size_t)i + 6);
+            double area = 0.5 * (double)glbk__v3_length(glbk__v3_cross(glbk__v3_sub(b, a), glbk__v3_sub(c, a)));
+            if (!pass) {
+                total += area;
+                continue;
+            }
+            sum += area;
+            glbk__csm_put(texels, 3 * i, a, (float)(sum / total));
+            glbk__csm_put(texels, 3 * i + 1, b, 0);
+            glbk__csm_put(texels, 3 * i + 2, c, 0);
+        }
+    return (float)total;
+}
+
+typedef struct glbk__csm_geometry { glbk__v3 n, ex, ey; float lx, ly, area; uint32_t flags; } glbk__csm_geometry;
+
+static glbk__csm_geometry glbk__csm_geometry_of(const glbk_csm_light_desc *d)
+{
+    glbk__csm_geometry g;
+    glbk__v3 u = glbk__v3_load(d->u), v = glbk__v3_load(d->v);
+
+    memset(&g, 0, sizeof g);
+    g.n = glbk__v3_normalize(glbk__v3_load(d->direction));
+    g.area = 1;
+    if (d->shape == GLBK_CSM_SHAPE_LINE) {
+        g.n = glbk__v3_normalize(u);
+        g.lx = glbk__v3_length(u);
+    } else if (d->shape == GLBK_CSM_SHAPE_DISC) {
+        glbk__v3_basis(g.n, &g.ex, &g.ey);
+        g.area = (float)GLBK__PI * d->radius * d->radius;
+    } else if (d->shape == GLBK_CSM_SHAPE_SPHERE) {
+        g.area = 4 * (float)GLBK__PI * d->radius * d->radius;
+    } else if (d->shape == GLBK_CSM_SHAPE_RECTANGLE) {
+        glbk__v3 n = glbk__v3_cross(u, v);
+        float uv = glbk__v3_dot(u, v);
+        g.area = glbk__v3_length(n);
+        g.n = glbk__v3_normalize(n);
+        g.lx = glbk__v3_length(u);
+        g.ly = glbk__v3_length(v);
+        g.ex = glbk__v3_scale(glbk__v3_cross(v, g.n), 1.0f / g.area);
+        g.ey = glbk__v3_scale(glbk__v3_cross(g.n, u), 1.0f / g.area);
+        if ((uv < 0 ? -uv : uv) <= 1e-5f * g.area) g.flags |= GLBK__CSM_ORTHOGONAL;
+    }
+    return g;
+}
+
+GLBK_DEF glbk_result glbk_csm_light_write(const glbk_csm_light_desc *d, uint32_t *words)
+{
+    glbk__csm_geometry g;
+    uint32_t w, h, shape;
+    glbk__v3 tint = glbk__v3_make(0, 0, 0);
+
+    if (!words || !glbk_csm_light_texels(d)) return GLBK_ERR_ARGUMENT;
+    g = glbk__csm_geometry_of(d);
+    shape = glbk__csm_is_sky(d) ? GLBK_CSM_SHAPE_ENVIRONMENT : (uint32_t)d->shape;
+    w = d->texels ? d->width : 1;
+    h = d->texels ? d->height : 1;
+    memset(words, 0, 16 * GLBK__CSM_LIGHT_HEAD);
+    if (d->texels || glbk__csm_is_sky(d)) {
+        g.flags |= GLBK__CSM_TEXTURED;
+        tint = glbk__csm_texture(d, words, w, h);
+    }
+    if (d->shape == GLBK_CSM_SHAPE_MESH) g.area = glbk__csm_triangles(d, words + 4 * GLBK__CSM_LIGHT_HEAD);
+    if (!(g.area > 0)) return GLBK_ERR_ARGUMENT;
+    words[0] = shape;
+    words[1] = w;
+    words[2] = h;
+    words[3] = g.flags;
+    words[4] = GLBK__CSM_LIGHT_HEAD;
+    words[5] = GLBK__CSM_LIGHT_HEAD + w * h;
+    words[6] = GLBK__CSM_LIGHT_HEAD;
+    words[7] = d->triangle_count;
+    glbk__csm_put(words, 2, glbk__v3_load(d->position), d->radius);
+    glbk__csm_put(words, 3, g.n, g.lx);
+    glbk__csm_put(words, 4, g.ex, g.ly);
+    glbk__csm_put(words, 5, g.ey, g.area);
+    glbk__csm_put(words, 6, glbk__v3_load(d->radiance), (float)cos(0.5 * (double)d->cone_angle));
+    glbk__csm_put(words, 7, tint, (float)((double)d->rotation / (2 * GLBK__PI)));
+    glbk__csm_put(words, 8, glbk__v3_load(d->u), d->cosine_power);
+    glbk__csm_put(words, 9, glbk__v3_load(d->v), 0);
+    return GLBK_OK;
+}
+
+static void glbk__csm_write_lobes(const glbk_csm_lights_desc *d, uint32_t *words)
+{
+    uint32_t i;
+    for (i = 0; i < d->lobe_count; i++) {
+        glbk__csm_put(words, 2 * i, glbk__v3_load(d->lobes[i].axis), d->lobes[i].exponent);
+        glbk__csm_put(words, 2 * i + 1, glbk__v3_load(d->lobes[i].scale), 0);
+    }
+}
+
+GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_lights_desc *d, uint32_t *starts,
+                                            glbk_csm_lights *out)
+{
+    glbk__allocator memory;
+    size_t texels, one, patterns;
+    uint32_t i, *words;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d || (d->light_count && (!d->lights || !starts)) || (d->lobe_count && !d->lobes) ||
+        d->lobe_count > (uint32_t)1 << 20 || (d->patterns != NULL) != (d->pattern_length != 0) || d->pattern_length > 65536)
+        return GLBK_ERR_ARGUMENT;
+    texels = 2 * (size_t)d->lobe_count;
+    patterns = 128 * (size_t)d->pattern_length;
+    for (i = 0; i < d->light_count; i++) {
+        one = glbk_csm_light_texels(&d->lights[i]);
+        if (!one) return GLBK_ERR_ARGUMENT;
+        starts[i] = (uint32_t)texels;
+        texels += one;
+        if (texels > (size_t)1 << 28) return GLBK_ERR_LIMIT;
+    }
+    out->lobe_count = d->lobe_count;
+    out->patterns_at = (uint32_t)texels;
+    out->pattern_length = d->pattern_length;
+    texels += patterns + 1;
+    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    words = (uint32_t *)glbk__alloc_array(&memory, texels, 16);
+    if (!words) return GLBK_ERR_ALLOC;
+    memset(words, 0, texels * 16);
+    glbk__csm_write_lobes(d, words);
+    for (i = 0; i < d->light_count && result == GLBK_OK; i++)
+        result = glbk_csm_light_write(&d->lights[i], words + 4 * (size_t)starts[i]);
+    if (patterns) memcpy(words + 4 * (size_t)out->patterns_at, d->patterns, patterns * 16);
+    if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, words, texels, &out->texels);
+    glbk__free(&memory, words);
+    if (result != GLBK_OK) memset(out, 0, sizeof *out);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *lights, uint32_t start,
+                                            const glbk_csm_light_desc *desc)
+{
+    glbk__allocator memory;
+    size_t texels = glbk_csm_light_texels(desc);
+    uint32_t *words;
+    glbk_result result;
+
+    if (!ctx || !lights || !lights->texels.name || !texels || start < 2 * lights->lobe_count ||
+        start > lights->patterns_at || texels > lights->patterns_at - start)
+        return GLBK_ERR_ARGUMENT;
+    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    words = (uint32_t *)glbk__alloc_array(&memory, texels, 16);
+    if (!words) return GLBK_ERR_ALLOC;
+    result = glbk_csm_light_write(desc, words);
+    if (result == GLBK_OK) result = glbk_table_update(ctx, &lights->texels, start, texels, words);
+    glbk__free(&memory, words);
+    return result;
+}
+
+GLBK_DEF void glbk_csm_lights_destroy(glbk_context *ctx, glbk_csm_lights *lights)
+{
+    if (!lights) return;
+    glbk_texture_destroy(ctx, &lights->texels);
+    memset(lights, 0, sizeof *lights);
+}
+
+/* ---- >>csm: the renderer ---- */
+
+/* The program for one combination of shape, ask and filter; compiled when it is first asked for. */
+static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer *r, uint32_t shape, uint32_t ask,
+                                           uint32_t filter, glbk_program **out)
+{
+    char defines[] = "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_LOBES=1 CSM_PATTERNS";
+    uint32_t key = shape * 16 + ask * 4 + filter, i;
+    glbk_source source;
+    glbk_result result;
+
+    for (i = 0; i < r->shade_count && r->shade_key[i] != key; i++) {}
+    *out = &r->shade[i < GLBK_CSM_MAX_PROGRAMS ? i : GLBK_CSM_MAX_PROGRAMS - 1];
+    if (i < r->shade_count) return GLBK_OK;
+    if (i == GLBK_CSM_MAX_PROGRAMS) {           /* the last place is taken over */
+        r->shade_count = --i;
+        glbk_program_destroy(ctx, &r->shade[i]);
+    }
+    defines[10] = (char)('0' + shape);
+    defines[20] = (char)('0' + ask);
+    defines[33] = (char)('0' + filter);
+    defines[47] = (char)('0' + r->lobes);
+    if (!r->patterns) defines[48] = 0;
+    if (r->fragment) {
+        memset(&source, 0, sizeof source);
+        source.fragment = r->fragment;
+        source.uses = "csm_gbuffer csm_shade";
+        source.defines = defines;
+        result = glbk_program_compile(ctx, &source, *out);
+    } else {
+        result = glbk_program_create(ctx, r->compute ? "csm_shade.comp" : "csm_shade.frag", defines, *out);
+    }
+    if (result != GLBK_OK) return result;
+    r->shade_key[i] = key;
+    r->shade_count = i + 1;
+    return GLBK_OK;
+}
+
+static glbk_result glbk__csm_create_gbuffer(glbk_context *ctx, glbk_csm_renderer *r)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result = GLBK_OK;
+    int i;
+
+    memset(&texture, 0, sizeof texture);
+    memset(&target, 0, sizeof target);
+    texture.format = GLBK_FORMAT_RGBA32UI;
+    texture.width = r->width;
+    texture.height = r->height;
+    for (i = 0; i < 4 && result == GLBK_OK; i++) {
+        result = glbk_texture_create(ctx, &texture, &r->gbuffer[i]);
+        target.color[i] = &r->gbuffer[i];
+    }
+    texture.format = GLBK_FORMAT_DEPTH32F;
+    if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &r->depth);
+    target.depth = &r->depth;
+    if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &r->gbuffer_target);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "csm_gbuffer.frag", NULL, &r->fill);
+    return result;
+}
+
+static glbk_result glbk__csm_create_sums(glbk_context *ctx, glbk_csm_renderer *r)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result = GLBK_OK;
+    int i;
+
+    memset(&texture, 0, sizeof texture);
+    texture.format = GLBK_FORMAT_COLOR;
+    texture.width = r->width;
+    texture.height = r->height;
+    for (i = 0; i < (r->compute ? 1 : 2) && result == GLBK_OK; i++) {
+        memset(&target, 0, sizeof target);
+        result = glbk_texture_create(ctx, &texture, &r->sums[i]);
+        target.color[0] = &r->sums[i];
+        if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &r->targets[i]);
+    }
+    if (r->compute && result == GLBK_OK)
+        result = glbk_buffer_create(ctx, 16 * (size_t)r->width * r->height, NULL, &r->storage);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *d, glbk_csm_renderer *out)
+{
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d || !d->width || !d->height || d->lobes > 8) return GLBK_ERR_ARGUMENT;
+    out->width = d->width;
+    out->height = d->height;
+    out->compute = ctx->compute && !d->fragment;
+    out->fragment = d->fragment;
+    out->lobes = d->lobes ? d->lobes : 1;
+    out->patterns = d->patterns != 0;
+    result = glbk_program_create(ctx, "csm_resolve.frag", NULL, &out->resolve);
+    if (result == GLBK_OK && !d->fragment) result = glbk__csm_create_gbuffer(ctx, out);
+    if (result == GLBK_OK) result = glbk__csm_create_sums(ctx, out);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_frame), NULL, &out->frame);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_object), NULL, &out->object);
+    if (result != GLBK_OK) glbk_csm_renderer_destroy(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_csm_renderer_destroy(glbk_context *ctx, glbk_csm_renderer *r)
+{
+    uint32_t i;
+    if (!r) return;
+    for (i = 0; i < r->shade_count; i++) glbk_program_destroy(ctx, &r->shade[i]);
+    glbk_program_destroy(ctx, &r->fill);
+    glbk_program_destroy(ctx, &r->resolve);
+    glbk_target_destroy(ctx, &r->gbuffer_target);
+    for (i = 0; i < 4; i++) glbk_texture_destroy(ctx, &r->gbuffer[i]);
+    glbk_texture_destroy(ctx, &r->depth);
+    for (i = 0; i < 2; i++) {
+        glbk_target_destroy(ctx, &r->targets[i]);
+        glbk_texture_destroy(ctx, &r->sums[i]);
+    }
+    glbk_buffer_destroy(ctx, &r->frame);
+    glbk_buffer_destroy(ctx, &r->object);
+    glbk_buffer_destroy(ctx, &r->storage);
+    memset(r, 0, sizeof *r);
+}
+
+/* A unit vector in 32 bits, octahedral, as csm_unpack_unit of lib/csm_gbuffer.glsl reads it; ~0 for zero. */
+static uint32_t glbk__csm_pack_unit(const float *v)
+{
+    float ax = v[0] < 0 ? -v[0] : v[0], ay = v[1] < 0 ? -v[1] : v[1], az = v[2] < 0 ? -v[2] : v[2], sum = ax + ay + az, x, y;
+
+    if (!(sum > 0)) return 0xffffffffu;
+    x = v[0] / sum;
+    y = v[1] / sum;
+    if (v[2] < 0) {
+        x = (1 - ay / sum) * (v[0] < 0 ? -1.0f : 1.0f);
+        y = (1 - ax / sum) * (v[1] < 0 ? -1.0f : 1.0f);
+    }
+    x = (x * 0.5f + 0.5f) * 65534.0f + 0.5f;
+    y = (y * 0.5f + 0.5f) * 65534.0f + 0.5f;
+    return (uint32_t)(x > 0 ? x : 0) | (uint32_t)(y > 0 ? y : 0) << 16;
+}
+
+/* The four words that a material keeps besides its diffuse colour. */
+static void glbk__csm_gloss(const glbk_csm_surface *s, float *gloss)
+{
+    memset(gloss, 0, 4 * sizeof *gloss);
+    if (s->brdf == GLBK_CSM_BRDF_PHONG) {
+        memcpy(gloss, s->specular, sizeof s->specular);
+        gloss[3] = s->exponent;
+    } else if (s->brdf == GLBK_CSM_BRDF_METAL_ROUGH) {
+        gloss[0] = s->metallic;
+        gloss[1] = s->roughness;
+    }
+}
+
+static void glbk__csm_pixel_words(const glbk_csm_pixel *p, uint32_t *const words[4], size_t at)
+{
+    const glbk_csm_surface *s = &p->surface;
+    memcpy(words[0] + at, p->position, 12);
+    words[0][at + 3] = s->self;
+    memcpy(words[1] + at, p->normal, 12);
+    words[1][at + 3] = (uint32_t)s->brdf | (s->plane & 255u) << 8;
+    memcpy(words[2] + at, s->diffuse, 12);
+    words[2][at + 3] = glbk__csm_pack_unit(p->geometric);
+    if (s->brdf == GLBK_CSM_BRDF_LAFORTUNE) {
+        words[3][at] = s->lobe;
+        words[3][at + 1] = s->lobe_count;
+        words[3][at + 2] = glbk__csm_pack_unit(p->tangent);
+        words[3][at + 3] = 0;
+    } else {
+        float gloss[4];
+        glbk__csm_gloss(s, gloss);
+        memcpy(words[3] + at, gloss, sizeof gloss);
+    }
+}
+
+GLBK_DEF glbk_result glbk_csm_gbuffer_upload(glbk_context *ctx, glbk_csm_renderer *r, uint32_t row, uint32_t rows,
+                                             const glbk_csm_pixel *pixels)
+{
+    glbk__allocator memory;
+    size_t count, i;
+    uint32_t *words[4];
+    glbk_result result = GLBK_OK;
+    int k;
+
+    if (!ctx || !r || !r->gbuffer[0].name || !rows || row >= r->height || rows > r->height - row || !pixels)
+        return GLBK_ERR_ARGUMENT;
+    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    count = (size_t)r->width * rows;
+    words[0] = (uint32_t *)glbk__alloc_array(&memory, count, 64);
+    if (!words[0]) return GLBK_ERR_ALLOC;
+    for (k = 1; k < 4; k++) words[k] = words[k - 1] + 4 * count;
+    for (i = 0; i < count; i++) glbk__csm_pixel_words(&pixels[i], words, 4 * i);
+    for (k = 0; k < 4 && result == GLBK_OK; k++)
+        result = glbk_texture_update(ctx, &r->gbuffer[k], 0, 0, row, 0, r->width, rows, 1, words[k]);
+    glbk__free(&memory, words[0]);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_csm_gbuffer_begin(glbk_context *ctx, glbk_csm_renderer *r)
+{
+    static const float zero[4] = { 0, 0, 0, 0 };
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t i;
+
+    if (!ctx || !r || !r->gbuffer_target.name) return GLBK_ERR_ARGUMENT;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &r->gbuffer_target;
+    pass.depth = GLBK_DEPTH_LESS;
+    result = glbk_begin(ctx, &pass, &r->fill);
+    if (result != GLBK_OK) return result;
+    for (i = 0; i < 4; i++) glbk_clear(ctx, &r->gbuffer_target, i, zero);
+    glbk_clear_depth(ctx, 1);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_gbuffer_object(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_draw *d)
+{
+    glbk_csm_object object;
+    glbk_result result;
+
+    if (!ctx || !r || !r->fill.name || !d || d->surface.lobe_count > 8) return GLBK_ERR_ARGUMENT;
+    memset(&object, 0, sizeof object);
+    memcpy(object.world, d->world, sizeof object.world);
+    memcpy(object.clip, d->clip, sizeof object.clip);
+    memcpy(object.eye, d->eye, sizeof d->eye);
+    memcpy(object.diffuse, d->surface.diffuse, sizeof d->surface.diffuse);
+    object.kinds[0] = (uint32_t)d->surface.brdf;
+    object.kinds[1] = d->surface.self;
+    object.kinds[2] = d->surface.plane & 255u;
+    object.kinds[3] = (d->diffuse_map ? 1u : 0u) | (d->specular_map ? 2u : 0u) | (d->normal_map ? 4u : 0u);
+    object.lobes[0] = d->surface.lobe;
+    object.lobes[1] = d->surface.lobe_count;
+    glbk__csm_gloss(&d->surface, object.gloss);
+    result = glbk_buffer_update(ctx, &r->object, 0, sizeof object, &object);
+    if (result != GLBK_OK) return result;
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_object, &r->object);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_color_map, d->diffuse_map);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_gloss_map, d->specular_map);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_normal_map, d->normal_map);
+    return GLBK_OK;
+}
+
+static int glbk__csm_frame_valid(const glbk_csm_renderer *r, const glbk_csm_frame_desc *d)
+{
+    uint32_t i;
+    if (!r || !r->targets[0].name || !d || !d->lights || !d->lights->texels.name || (d->use_count && !d->uses) ||
+        d->plane_count > GLBK_CSM_MAX_PLANES || (unsigned)d->sampling >= GLBK_CSM_SAMPLING_COUNT ||
+        (unsigned)d->filter >= GLBK_CSM_FILTER_COUNT || !(d->bias >= 0) || !(d->offset >= 0) || r->frames == UINT32_MAX)
+        return 0;
+    for (i = 0; i < d->use_count; i++) {
+        const glbk_csm_use *u = &d->uses[i];
+        if (!u->maps || !u->maps->blocks.name || (unsigned)u->ask >= GLBK_CSM_ASK_COUNT ||
+            (unsigned)u->shape >= GLBK_CSM_SHAPE_COUNT || !u->samples || u->samples > 65536 || u->start < 2 * d->lights->lobe_count || u->start >= d->lights->patterns_at ||
+            (r->patterns && u->samples != d->lights->pattern_length))
+            return 0;
+    }
+    return 1;
+}
+
+/* Samples from .. to of one light. */
+static glbk_result glbk__csm_shade_pass(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_use *use,
+                                        const glbk_csm_lights *lights, const glbk_csm_frame *frame,
+                                        glbk_program *program)
+{
+    glbk_pass pass;
+    glbk_result result = glbk_buffer_update(ctx, &r->frame, 0, sizeof *frame, frame);
+    uint32_t i;
+
+    if (result != GLBK_OK) return result;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &r->targets[!r->now];
+    if (!r->compute) result = glbk_begin(ctx, &pass, program);
+    if (result != GLBK_OK) return result;
+    glbk_csm_bind(ctx, use->maps);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_lights, &lights->texels);
+    for (i = 0; i < 4; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_place + i, &r->gbuffer[i]);
+    r->passes = 1;
+    if (r->compute) {
+        glbk_bind_storage(ctx, GLBK_SLOT_glbk_csm_sums, &r->storage);
+        return glbk_dispatch(ctx, program, (r->width + 7) / 8, (r->height + 7) / 8, 1);
+    }
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_sum, &r->sums[r->now]);
+    glbk_draw_screen(ctx);
+    r->now = !r->now;
+    return GLBK_OK;
+}
+
+static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
+{
+    return u->shape == GLBK_CSM_SHAPE_DEFAULT ? GLBK_CSM_SHAPE_ENVIRONMENT : (uint32_t)u->shape;
+}
+
+GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_frame_desc *d)
+{
+    glbk_result result = GLBK_OK;
+    glbk_program *program;
+    uint32_t i;
+
+    if (!ctx || !glbk__csm_frame_valid(r, d)) return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < d->use_count && result == GLBK_OK; i++)
+        result = glbk__csm_shade_program(ctx, r, glbk__csm_shape_of(&d->uses[i]), (uint32_t)d->uses[i].ask,
+                                         (uint32_t)d->filter, &program);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_frame_desc *d)
+{
+    glbk_csm_frame frame;
+    glbk_program *program;
+    glbk_result result;
+    uint32_t i, from, step;
+
+    if (!ctx || !glbk__csm_frame_valid(r, d)) return GLBK_ERR_ARGUMENT;
+    result = glbk_csm_prepare(ctx, r, d);
+    if (result != GLBK_OK) return result;
+    memset(&frame, 0, sizeof frame);
+    step = d->samples_per_pass ? d->samples_per_pass : 64;
+    memcpy(frame.eye, d->eye, sizeof d->eye);
+    memcpy(frame.planes, d->planes, sizeof d->planes);
+    frame.query[0] = d->bias;
+    frame.query[1] = d->offset;
+    frame.tables[0] = d->lights->patterns_at;
+    frame.tables[1] = d->plane_count;
+    frame.tables[2] = r->width;
+    frame.tables[3] = r->height;
+    for (i = 0; i < d->use_count; i++) {
+        const glbk_csm_use *u = &d->uses[i];
+        result = glbk__csm_shade_program(ctx, r, glbk__csm_shape_of(u), (uint32_t)u->ask, (uint32_t)d->filter, &program);
+        frame.light[0] = u->start;
+        frame.light[1] = u->maps->instances_at;
+        frame.light[2] = u->maps->count;
+        frame.light[3] = (uint32_t)u->ask;
+        frame.sampling[0] = u->samples;
+        frame.sampling[1] = u->seed;
+        frame.sampling[2] = d->number;
+        frame.sampling[3] = (uint32_t)d->sampling;
+        frame.range[2] = (uint32_t)d->filter;
+        frame.range[3] = u->seed * 0x9e3779b9u + d->number * 0x85ebca6bu;
+        for (from = 0; from < u->samples && result == GLBK_OK; from = frame.range[1]) {
+            frame.range[0] = from;
+            frame.range[1] = u->samples - from < step ? u->samples : from + step;
+            frame.query[3] = r->passes ? 1.0f : 0.0f;
+            result = glbk__csm_shade_pass(ctx, r, u, d->lights, &frame, program);
+        }
+    }
+    if (result == GLBK_OK) r->frames++;
+    return result;
+}
+
+GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *r)
+{
+    if (r) r->frames = r->passes = 0;
+}
+
+/* Brings the sums of the compute path into the texture, from buffer to texture on the GPU. */
+static void glbk__csm_gather(glbk_context *ctx, glbk_csm_renderer *r)
+{
+    glbk__store old;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_sum, &r->sums[0]);
+    glbk__store_begin(ctx, GLBK__UNPACK, &old);
+    ctx->gl.BindBuffer(0x88EC /* PIXEL_UNPACK_BUFFER */, r->storage.name);
+    ctx->gl.TexSubImage2D(GLBK_GL_TEXTURE_2D, 0, 0, 0, (int32_t)r->width, (int32_t)r->height, 0x1908 /* RGBA */,
+                          GLBK_GL_FLOAT, NULL);
+    glbk__store_end(ctx, GLBK__UNPACK, &old);
+}
+
+GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, const glbk_pass *pass)
+{
+    glbk_csm_frame frame;
+    glbk_result result;
+
+    if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
+    memset(&frame, 0, sizeof frame);
+    frame.query[2] = r->passes ? 1.0f / (float)r->frames : 0.0f;
+    result = glbk_buffer_update(ctx, &r->frame, 0, sizeof frame, &frame);
+    if (result != GLBK_OK) return result;
+    if (r->compute && r->passes) glbk__csm_gather(ctx, r);
+    result = glbk_begin(ctx, pass, &r->resolve);
+    if (result != GLBK_OK) return result;
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_sum, &r->sums[r->now]);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, float *rgba)
+{
+    glbk_result result;
+    size_t i, count;
+    float scale;
+
+    if (!ctx || !r || !r->targets[0].name || !r->frames || !rgba) return GLBK_ERR_ARGUMENT;
+    count = 4 * (size_t)r->width * r->height;
+    if (!r->passes) {
+        memset(rgba, 0, count * sizeof *rgba);
+        return GLBK_OK;
+    }
+    result = r->compute ? glbk_buffer_read(ctx, &r->storage, 0, 4 * count, rgba)
+                        : glbk_target_read(ctx, &r->targets[r->now], 0, 0, 0, r->width, r->height, rgba);
+    scale = 1.0f / (float)r->frames;
+    for (i = 0; i < count && result == GLBK_OK; i++) rgba[i] *= scale;
+    return result;
+}
 
 /* ---- end of the techniques ---- */
 

@@ -92,9 +92,9 @@ static file *add_file(const char *folder, const char *name, const char *suffix)
     members(MEMBER)                                                 \
     put(t, "} " #name ";\n");
 #define STORAGE(qualifiers, type, name, slot)                                           \
-    put(t, "layout(std430, binding = ");                                                \
+    put(t, "#if __VERSION__ >= 430\nlayout(std430, binding = ");                        \
     put_number(t, slot);                                                                \
-    put(t, ") " #qualifiers " buffer " #name "_storage { " #type " " #name "[]; };\n");
+    put(t, ") " #qualifiers " buffer " #name "_storage { " #type " " #name "[]; };\n#endif\n");
 #define PART(part, PART) add_bindings(#part, bindings_##part);
 #define BINDINGS(part, PART)                                        \
     static void bindings_##part(text *t)                            \

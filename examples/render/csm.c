@@ -236,17 +236,11 @@ static int shade(frame_work *w, char *error)
     }
     if (result != COHSM_OK)
         return cs_failed("shading", result, error);
-    if (w->state->refused) {
-        snprintf(error, EX_ERROR_SIZE, "csm: %llu light samples lie inside the hull of an object; light_maps=local "
-                 "treats them", (unsigned long long)w->state->refused);
-        return -1;
-    }
-    return 0;
+    return w->state->refused ? cs_refused(w->state->refused, error) : 0;
 }
 
-static int frame_csm(void *opaque, const rd_job *job, ex_image *out, char *error)
+static int shade_on_cpu(cs_state *state, const rd_job *job, ex_image *out, char *error)
 {
-    cs_state *state = opaque;
     size_t pixels = (size_t)job->gbuffer->width * job->gbuffer->height;
     uint32_t *lit = malloc((pixels + 1) * sizeof *lit);
     frame_work w = { state, job, out, lit, 0, 0, 0, (size_t)job->threads, NULL };
@@ -268,6 +262,12 @@ static int frame_csm(void *opaque, const rd_job *job, ex_image *out, char *error
     free(w.scratch);
     free(lit);
     return result;
+}
+
+static int frame_csm(void *opaque, const rd_job *job, ex_image *out, char *error)
+{
+    cs_state *state = opaque;
+    return state->gl ? cs_gl_frame(state, job, out, error) : shade_on_cpu(state, job, out, error);
 }
 
 /* ---- opening ---- */
@@ -337,6 +337,7 @@ static void close_csm(void *opaque)
     cs_state *state = opaque;
     if (!state)
         return;
+    cs_gl_close(state);
     for (size_t i = 0; i < state->light_count; i++)
         cs_light_free(&state->lights[i]);
     free(state->lights);
@@ -375,7 +376,7 @@ static int open_csm(void **out, const rd_job *job, char *error)
     cs_memory_init(&state->memory);
     read_options(&state->options, job->settings);
     state->full = rd_setting_is(job->settings, "materials", "full");
-    if (build_all(state, job, error) == 0) {
+    if (build_all(state, job, error) == 0 && (!job->gl || cs_gl_open(state, job, error) == 0)) {
         *out = state;
         return 0;
     }
@@ -420,7 +421,8 @@ static void report_csm(const void *opaque, rd_report *report)
     rd_json_integer(report->json, "map_bytes", t.bytes);
     rd_json_number(report->json, "ratio", t.bytes ? t.raw / (double)t.bytes : 0);
     rd_json_integer(report->json, "lights", state->light_count);
-    rd_json_integer(report->json, "queries", state->queries);
+    if (!state->gl)
+        rd_json_integer(report->json, "queries", state->queries);
 }
 
 static const rd_key keys[] = {

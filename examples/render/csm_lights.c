@@ -165,6 +165,7 @@ static cs_light *add_light(cs_state *state, char *error)
 static int make_emitter(cs_state *state, cs_light *light, const cohsm_emitter_desc *desc, char *error)
 {
     cohsm_result result;
+    light->desc = *desc;
     light->bytes = cohsm_emitter_size(desc);
     if (!light->bytes)
         return cs_failed("a light", COHSM_ERR_DESC, error);
@@ -402,6 +403,14 @@ int cs_light_domain(const cs_light *light, const rd_job *job, const cs_options *
     out->locations = *locations;
     out->location_count = n;
     return 0;
+}
+
+size_t cs_light_triangles(const cs_light *light, float *out)
+{
+    for (size_t i = 0; out && i < light->patches->count; i++)
+        for (size_t k = 0; k < 3; k++)
+            copy3(out + 9 * i + 3 * k, light->patches->at[i].v[k]);
+    return light->patches->count;
 }
 
 void cs_light_free(cs_light *light)

@@ -22,6 +22,13 @@ int cs_failed(const char *what, cohsm_result result, char *error)
     return -1;
 }
 
+int cs_refused(uint64_t samples, char *error)
+{
+    snprintf(error, EX_ERROR_SIZE, "csm: %llu light samples lie inside the hull of an object; light_maps=local treats them",
+             (unsigned long long)samples);
+    return -1;
+}
+
 /* ---- memory ---- */
 
 enum { MEMORY_HEAD = 16 };       /* holds the size and keeps the alignment of malloc */

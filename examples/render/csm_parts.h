@@ -39,6 +39,7 @@ typedef struct cs_patches cs_patches;        /* emissive triangles as a curve of
 
 typedef struct cs_light {
     cohsm_emitter    *emitter;
+    cohsm_emitter_desc desc;     /* that it was made from */
     void             *memory;    /* of the emitter */
     size_t            bytes;
     cs_patches       *patches;   /* emissive meshes only */
@@ -62,10 +63,14 @@ typedef struct cs_state {
     cs_casters  directions;      /* maps of all directions, for sky and semi-local light */
     int         full;            /* materials=full */
     uint64_t    queries, refused;
+    struct cs_gl *gl;            /* --backend gl, else NULL */
 } cs_state;
 
-int  cs_out_of_memory(char *error);          /* both return -1 */
+typedef struct cs_gl cs_gl;
+
+int  cs_out_of_memory(char *error);          /* all three return -1 */
 int  cs_failed(const char *what, cohsm_result result, char *error);
+int  cs_refused(uint64_t samples, char *error);
 
 void cs_memory_init(cs_memory *memory);
 cohsm_allocator cs_memory_allocator(cs_memory *memory);
@@ -84,6 +89,12 @@ int  cs_planes_build(cs_plane **planes, size_t *count, const ex_scene *scene, ch
 int  cs_lights_build(cs_state *state, const rd_job *job, char *error);       /* emitters alone, no maps yet */
 int  cs_light_domain(const cs_light *light, const rd_job *job, const cs_options *options, cohsm_domain *out,
                      float **locations, char *error);    /* *locations: free() it after the build */
+size_t cs_light_triangles(const cs_light *light, float *out);   /* of an emissive mesh, 9 floats each; NULL counts */
 void cs_light_free(cs_light *light);
+
+/* csm_gl.c: --backend gl. open after everything is built. */
+int  cs_gl_open(cs_state *state, const rd_job *job, char *error);
+int  cs_gl_frame(cs_state *state, const rd_job *job, ex_image *out, char *error);
+void cs_gl_close(cs_state *state);
 
 #endif

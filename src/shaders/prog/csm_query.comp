@@ -1,0 +1,12 @@
+// csm_query.frag as a compute shader over storage buffers.
+// uses: csm_visible
+layout(local_size_x = 64) in;
+
+void main()
+{
+    uint i = gl_GlobalInvocationID.y * 65536u + gl_GlobalInvocationID.x;
+    if (i >= glbk_csm_frame.range.x) return;
+    uvec4 point = glbk_csm_asked[2u * i], light = glbk_csm_asked[2u * i + 1u], range = glbk_csm_frame.range;
+    cohsm_query q = cohsm_query(int(glbk_csm_frame.light.w), int(range.z), glbk_csm_frame.query.x, range.w, light.w);
+    glbk_csm_answers[i] = csm_visible(point.w, q, uintBitsToFloat(point.xyz), uintBitsToFloat(light.xyz));
+}

@@ -1,0 +1,15 @@
+// csm_shade.frag as a compute shader: the sums are a storage buffer, rows of the picture one after the other.
+// uses: csm_gbuffer csm_shade
+// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1
+layout(local_size_x = 8, local_size_y = 8) in;
+
+void main()
+{
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    uint i = uint(at.y) * glbk_csm_frame.tables.z + uint(at.x);
+    csm_point p;
+    if (uint(at.x) >= glbk_csm_frame.tables.z || uint(at.y) >= glbk_csm_frame.tables.w) return;
+    vec4 sum = glbk_csm_frame.query.w > 0.0 ? glbk_csm_sums[i] : vec4(0.0);
+    if (csm_read_point(at, p)) sum += csm_shade(p, i);
+    glbk_csm_sums[i] = sum;
+}
