@@ -4698,7 +4698,6 @@ GLBK_DEF void glbk_csm_maps_destroy(glbk_context *ctx, glbk_csm_maps *maps)
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out)
 {
-    static const glbk_csm_frame none;
     glbk_texture_desc texture;
     glbk_target_desc target;
     glbk_result result;
@@ -4710,7 +4709,7 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
     memset(&target, 0, sizeof target);
     out->capacity = capacity;
     result = glbk_program_create(ctx, ctx->compute ? "csm_query.comp" : "csm_query.frag", NULL, &out->program);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof none, &none, &out->frame);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_frame), NULL, &out->frame);
     if (result == GLBK_OK && ctx->compute) {
         result = glbk_buffer_create(ctx, 32 * (size_t)capacity, NULL, &out->asked);
         if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * (size_t)capacity, NULL, &out->answered);
