@@ -1,5 +1,5 @@
-/* builtin_atrium.c - a court between two storeys of arcades, a million triangles, with cloth that hangs in it and moves in
-   the wind. The stone is detail, not subdivision: fluted shafts, leaves of capitals, balusters, dentils, ashlar, tiles.
+/* builtin_atrium.c - a court between two storeys of arcades, a million triangles, with cloth that hangs in it and
+   moves in the wind. The stone is detail, not subdivision: fluted shafts, leaves of capitals, balusters, dentils, ashlar, tiles.
    Metres; the court is 18 x 9 of bays of 3, round it galleries 3 wide. */
 #include "internal.h"
 
@@ -31,7 +31,7 @@ static v3 shaft_point(const void *context, float u, float row)       /* the firs
 
 typedef struct leaf { float foot, height, radius, curl, width; } leaf;
 
-/* An acanthus leaf, a lens in section: it climbs the bell, then its tip bends out and down. u runs round the section. */
+/* An acanthus leaf, a lens in section: it climbs the bell, then its tip bends out and down. u runs round it. */
 static v3 leaf_point(const void *context, float u, float v)
 {
     const leaf *l = (const leaf *)context;

@@ -1,5 +1,5 @@
-/* builtin_corridor.c - after Fig. 7 of the paper on view-adaptive imperfect shadow maps: a spot light shines on the wall
-   at one end of a corridor, the camera watches a statue at the other end, lit by that wall alone. Its shadow needs
+/* builtin_corridor.c - after Fig. 7 of the paper on view-adaptive imperfect shadow maps: a spot light shines on the
+   wall at one end of a corridor, the camera watches a statue at the other end, lit by that wall alone. Its shadow needs
    occluder points near the statue, not all along the corridor. Metres; the statue's end is z = 0. */
 #include "internal.h"
 

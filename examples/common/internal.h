@@ -127,6 +127,10 @@ void ex_build_uroom(ex_builder *b);
 void ex_build_corridor(ex_builder *b);
 void ex_build_atrium(ex_builder *b);
 int  ex_pose_atrium(ex_scene *scene, float time);
+void ex_build_cloth(ex_builder *b);
+int  ex_pose_cloth(ex_scene *scene, float time);
+void ex_build_figure(ex_builder *b);
+int  ex_pose_figure(ex_scene *scene, float time);
 
 uint32_t ex_build_plant_mesh(ex_builder *b);                 /* with its pot; 1 metre high, on the floor */
 void ex_build_horse(ex_builder *b, uint32_t material);       /* head and neck of the chess knight, metres, faces +X */

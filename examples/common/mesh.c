@@ -278,8 +278,8 @@ int ex_smooth_normals(ex_mesh *m)
     return 0;
 }
 
-/* At a sharp edge of a smooth surface the mean normal may face away from a small triangle: its corner then gets a vertex
-   of its own with the triangle's normal. */
+/* At a sharp edge of a smooth surface the mean normal may face away from a small triangle: its corner then gets a
+   vertex of its own with the triangle's normal. */
 static void split_contrary(ex_builder *b)
 {
     for (size_t i = 0; i < 3 * (size_t)b->mesh.triangle_count && !b->failed; i++) {

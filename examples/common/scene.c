@@ -3,7 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const scene_names[] = {"cornell", "chess", "plant", "knot", "uroom", "corridor", "atrium", NULL};
+static const char *const scene_names[] = {"cornell", "chess", "plant", "knot", "uroom", "corridor", "atrium", "cloth",
+                                          "figure", NULL};
 
 const char *const *ex_scene_names(void) { return scene_names; }
 
@@ -11,7 +12,8 @@ const char *const *ex_scene_names(void) { return scene_names; }
 typedef struct builtin { void (*build)(ex_builder *); int (*pose)(ex_scene *, float); } builtin;
 static const builtin builtins[] = {
     {ex_build_cornell, NULL}, {ex_build_chess, NULL}, {ex_build_plant, NULL}, {ex_build_knot, ex_pose_knot},
-    {ex_build_uroom, NULL}, {ex_build_corridor, NULL}, {ex_build_atrium, ex_pose_atrium}};
+    {ex_build_uroom, NULL}, {ex_build_corridor, NULL}, {ex_build_atrium, ex_pose_atrium},
+    {ex_build_cloth, ex_pose_cloth}, {ex_build_figure, ex_pose_figure}};
 
 static int build(ex_scene *scene, const builtin *recipe, float time)
 {

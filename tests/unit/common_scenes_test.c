@@ -227,6 +227,8 @@ static const expected scenes[] = {
     {"uroom", 10000, 30000, 5, 6, 1, 0, 1},
     {"corridor", 10000, 40000, 6, 8, 1, 0, 1},
     {"atrium", 1000000, 1200000, 13, 18, 1, 1, 1},
+    {"cloth", 80000, 110000, 2, 3, 0, 1, 1},
+    {"figure", 106500, 107500, 0.9f, 1.1f, 0, 1, 1},
 };
 
 enum { SCENES = sizeof scenes / sizeof *scenes };
@@ -288,8 +290,9 @@ static void solid_parts_are_closed_and_face_outwards(void **state)
     static const char *const solids[][2] = {
         {"uroom", "divider"}, {"uroom", "skirting"}, {"uroom", "table"}, {"uroom", "vase"}, {"uroom", "stool"},
         {"uroom", "shelf"}, {"corridor", "bay left"}, {"corridor", "beam"}, {"corridor", "pedestal"},
-        {"corridor", "statue"}, {"atrium", "column"}, {"atrium", "arch"}, {"atrium", "cornice"}, {"atrium", "balustrade"},
-        {"atrium", "door"}, {"atrium", "fountain"}};
+        {"corridor", "statue"}, {"atrium", "column"}, {"atrium", "arch"}, {"atrium", "cornice"},
+        {"atrium", "balustrade"}, {"atrium", "door"}, {"atrium", "fountain"}, {"cloth", "post"}, {"cloth", "peg"}, {"cloth", "lines"},
+        {"cloth", "basket"}};
     (void)state;
     for (size_t i = 0; i < sizeof solids / sizeof *solids; i++) {
         ex_scene scene;
@@ -297,6 +300,44 @@ static void solid_parts_are_closed_and_face_outwards(void **state)
         const ex_mesh *mesh = &scene.meshes[object_called(&scene, solids[i][1])->mesh];
         if (count_edges(mesh).open) fail_msg("%s of %s is open", solids[i][1], solids[i][0]);
         if (pieces_inside_out(mesh)) fail_msg("%s of %s is inside out", solids[i][1], solids[i][0]);
+        ex_scene_free(&scene);
+    }
+}
+
+/* Layers are sewn on along lines where three sheets meet, at every time. */
+static void cloth_is_no_manifold(void **state)
+{
+    (void)state;
+    for (int step = 0; step < 3; step++) {
+        ex_scene scene;
+        uint32_t sewn = 0;
+        load(&scene, "cloth", 0.9f * (float)step);
+        for (uint32_t m = 0; m < scene.mesh_count; m++)
+            if (scene.meshes[m].deforms) sewn += count_edges(&scene.meshes[m]).shared >= 30;
+        assert_int_equal(sewn, 2);
+        ex_scene_free(&scene);
+    }
+}
+
+/* Threads down a drape keep their length, whatever the wind does. */
+static void drapes_do_not_stretch(void **state)
+{
+    const ex_drape drape = {v3_make(0, 2, 0), v3_make(1, 2, 0), 1.5f, 0, 3, 0.6f, 1};
+    (void)state;
+    for (int step = 0; step < 4; step++) {
+        ex_scene scene;
+        memset(&scene, 0, sizeof scene);
+        ex_builder b = ex_build_begin(&scene);
+        ex_build_drape(&b, &drape, 0.7f * (float)step, 10, 200, 0);
+        const ex_mesh *mesh = finish_shape(&b);
+        for (size_t i = 0; i <= 10; i++) {
+            double length = 0;
+            for (size_t j = 0; j < 200; j++) {
+                const float *p = mesh->positions + 3 * (i * 201 + j);
+                length += (double)v3_length(v3_sub(v3_load(p + 3), v3_load(p)));
+            }
+            assert_near(length, 1.5, 0.03);
+        }
         ex_scene_free(&scene);
     }
 }
@@ -409,6 +450,8 @@ int main(void)
         cmocka_unit_test(scenes_have_their_size),
         cmocka_unit_test(no_triangle_is_degenerate),
         cmocka_unit_test(solid_parts_are_closed_and_face_outwards),
+        cmocka_unit_test(cloth_is_no_manifold),
+        cmocka_unit_test(drapes_do_not_stretch),
         cmocka_unit_test(walls_face_the_camera),
         cmocka_unit_test(time_moves_what_it_should_and_nothing_else),
         cmocka_unit_test(what_was_added_stays_when_time_passes),

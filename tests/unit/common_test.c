@@ -353,7 +353,8 @@ static double volume_of(const ex_mesh *mesh)
     return sum;
 }
 
-/* Indices in range, finite positions, unit normals that do not contradict the winding. */
+/* Indices in range, finite positions, unit normals that do not contradict the winding. A mesh that deforms cannot split
+   its vertices where a crease forms for a moment: there, one corner in three hundred may. */
 static void check_mesh(const ex_scene *scene, const ex_mesh *mesh)
 {
     size_t contrary = 0;
@@ -374,7 +375,8 @@ static void check_mesh(const ex_scene *scene, const ex_mesh *mesh)
             contrary += n[0] * (double)normal[0] + n[1] * (double)normal[1] + n[2] * (double)normal[2] <= 0;
         }
     }
-    if (contrary) fail_msg("%u of %u corners contradict", (unsigned)contrary, (unsigned)mesh->triangle_count * 3);
+    if (contrary > (mesh->deforms ? mesh->triangle_count / 100 : 0))
+        fail_msg("%u of %u corners contradict", (unsigned)contrary, (unsigned)mesh->triangle_count * 3);
 }
 
 static void load_builtin(ex_scene *scene, const char *name)
