@@ -5006,7 +5006,7 @@ GLBK_DEF glbk_result glbk_csm_light_write(const glbk_csm_light_desc *d, uint32_t
 
     if (!words || !glbk_csm_light_texels(d)) return GLBK_ERR_ARGUMENT;
     g = glbk__csm_geometry_of(d);
-    shape = glbk__csm_is_sky(d) ? GLBK_CSM_SHAPE_ENVIRONMENT : (uint32_t)d->shape;
+    shape = glbk__csm_is_sky(d) ? (uint32_t)GLBK_CSM_SHAPE_ENVIRONMENT : (uint32_t)d->shape;
     w = d->texels ? d->width : 1;
     h = d->texels ? d->height : 1;
     memset(words, 0, 16 * GLBK__CSM_LIGHT_HEAD);
@@ -5404,7 +5404,7 @@ static glbk_result glbk__csm_shade_pass(glbk_context *ctx, glbk_csm_renderer *r,
 
 static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
 {
-    return u->shape == GLBK_CSM_SHAPE_DEFAULT ? GLBK_CSM_SHAPE_ENVIRONMENT : (uint32_t)u->shape;
+    return u->shape == GLBK_CSM_SHAPE_DEFAULT ? (uint32_t)GLBK_CSM_SHAPE_ENVIRONMENT : (uint32_t)u->shape;
 }
 
 GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_frame_desc *d)
