@@ -1,0 +1,3243 @@
+/* ism.h - v0.9.0 - imperfect, view-adaptive shadow maps: bounced light with shadows, nothing precomputed - MIT-0 OR Unlicense
+
+   What it does
+
+   Turns lit surface points (the texels of a reflective shadow map, points on lamps, directions of a sky) into a
+   thousand virtual point lights (VPLs), gives each a small hemispherical depth map made of a few thousand points
+   scattered over all triangles, and shades pixels or any list of points with them. After Ritschel, Eisemann, Ha, Kim
+   and Seidel, "Making Imperfect Shadow Maps View-Adaptive", Computer Graphics Forum 30(8), 2011: VPLs are chosen by
+   what they do to the picture, points are dense where they shadow what the picture shows. Scene, light and camera may
+   all change from frame to frame.
+
+   What it does not do
+
+   - No direct light and no reflective shadow maps: you render those, and hand over plain arrays.
+   - Each VPL's depth map is coarse (64 x 64 texels from 8,192 points): single indirect shadows are blurred and leak;
+     the sum over a thousand VPLs is what counts. docs/ism.md has pictures and figures.
+   - Surfaces that receive are diffuse; VPLs are diffuse or cosine-power lobes.
+   - No file access, no threads of its own.
+
+   Quick start
+
+   In exactly one source file write the define; everywhere else include the header alone.
+
+       #define ISM_IMPLEMENTATION
+       #include "ism.h"
+       #include <stdio.h>
+
+       int main(void)
+       {
+           // a lit floor texel of 1 m^2 (flux = albedo x irradiance x area), and two receivers under the ceiling,
+           // one of them above a table top
+           static const float corners[] = { 1, 1, -1,  3, 1, -1,  3, 1, 1,  1, 1, 1 };
+           static const uint32_t triangles[] = { 0, 2, 1,  0, 3, 2 };
+           const float at[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 }, flux[3] = { 1.5f, 1.5f, 1.5f };
+           const float points[6] = { -4, 2, 0,  4, 2, 0 }, down[6] = { 0, -1, 0,  0, -1, 0 };
+           ism_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL };
+           ism_source source = { ISM_SOURCE_SURFACE, 1, 1, at, up, flux, NULL, NULL, 0, 1 };
+           ism_view view = { points, down, NULL, NULL, 0, 2, 1, { 0 }, 0, 0 };
+           ism_frame frame = { &mesh, &source, 1, &view, 0 };
+           ism_desc desc = { 0 };
+           float light[6];
+           ism_maps *maps;
+
+           desc.vpl_count = 1;
+           if (ism_create(&desc, &maps) != ISM_OK) return 1;
+           if (ism_render(maps, &frame, NULL, light, NULL) != ISM_OK) return 1;
+           printf("open side %g W/m^2, behind the table top %g\n", (double)light[0], (double)light[3]);
+           ism_destroy(maps);
+           return !(light[0] > 0.0f && light[3] == 0.0f);
+       }
+
+   Conventions
+
+   Right-handed; matrices are column-major float[16]; directions have unit length and point from the surface to the
+   light; distances in your units (m below), angles in radians; radiance W/(sr m^2), irradiance W/m^2, flux W.
+
+     pVPL       a point that might become a light: position, normal, reflected flux. A source is a grid of them
+     BRSM       bidirectional reflective shadow map: a source's importances, flux times effect on the picture
+     VPL        a pVPL that was chosen, its flux divided by N and by the probability of the choice
+     tile       the depth map of one VPL: tile_size^2 texels of the hemisphere about its normal; the atlas has all
+     surfel     a point of a triangle as an occluder: a disc of the area that the point stands for
+     receiver   a point that is shaded: a pixel of the view
+     view sample a receiver that was drawn at random to estimate an effect on the picture
+
+   How it works
+
+     sources -> importance -> prefix sums -> VPLs            ism_choose      paper 4
+     mesh    -> solid angles -> prefix sums -> points        ism_build       paper 5
+     points  -> discs in tiles -> pull and push -> atlas     ism_build       paper 3.3, 6.1
+     VPLs, atlas, receivers -> light -> blur                 ism_shade       paper 6.2
+
+       atlas: ceil(sqrt(N)) tiles a side           tile: the square holds the hemisphere
+       +----+----+----+----+                       +---------+  a disc of the unit hemisphere seen from above
+       | v0 | v1 | v2 | v3 |                       |  ,---.  |  (COSINE), stretched to fill the square (Shirley and
+       +----+----+----+----+                       | ( axis) |  Chiu's concentric map): every texel has the same
+       | v4 | v5 | ...                             |  `---'  |  share of the light that leaves a diffuse VPL
+       +----+----                                  +---------+
+
+   Each point lies in exactly one VPL's list. The knobs, and what each trades:
+
+     vpl_count   fewer: blotches where VPLs are near a surface; time and memory are proportional to it
+     points      fewer: shadows of small things blur and vanish; memory 12 bytes each, times vpl_count
+     tile_size   smaller: light leaks round corners, contact shadows vanish
+     pattern     larger: 1 / pattern^2 of the shading time, and details of indirect shadows blurred over pattern pixels
+     bias        less: acne; more: light leaks in corners
+     lazy        renewing all points every frame adapts at once, and flickers
+
+   Configuration
+
+     ISM_IMPLEMENTATION   in one source file: compiles the code
+     ISM_STATIC           everywhere it is included: a private copy, all functions static
+     ISM_DEF              everywhere: your own linkage instead
+     ISM_ASSERT(x)        with the implementation: in place of assert
+
+   Memory, errors, threads, determinism
+
+   All memory comes from the allocator in the desc, called from the thread that called us. It grows to the largest frame
+   and is kept:
+
+     12 N points + 4 A + 4 A (if keep_hits) + 1600 tile_size^2 + 16 triangles + 28 pVPLs + 40 pixels + 260 N bytes,
+     A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 7 MB
+
+   Every function that can fail returns an ism_result; where it is not ISM_OK, outputs are untouched and nothing leaks.
+   There are no globals; one ism_maps belongs to one thread at a time, but const calls may run together. Results are
+   equal to the bit for the same input, seed and frame index, on every compiler, processor and thread count (not with
+   x87 arithmetic, nor with clang's -ffast-math).
+
+   Cost: docs/ism.md and build/bench ism.   History: CHANGELOG.md.   Licence: end of this file. */
+#ifndef ISM_H
+#define ISM_H
+
+#define ISM_VERSION 900 /* major * 10000 + minor * 100 + patch */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef ISM_DEF
+#ifdef ISM_STATIC
+#define ISM_DEF static inline
+#else
+#define ISM_DEF extern
+#endif
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- results ---- */
+
+#define ISM_RESULTS(X)                                                                                       \
+    X(ISM_OK, "ok")                                                                                          \
+    X(ISM_ERR_ARGUMENT, "an argument is NULL, zero, not finite or out of range")                             \
+    X(ISM_ERR_DESC, "a desc field is out of range")                                                          \
+    X(ISM_ERR_INPUT, "the mesh, a source or the view cannot be used")                                        \
+    X(ISM_ERR_ALLOC, "the allocator returned no memory")                                                     \
+    X(ISM_ERR_LIMIT, "a size overflows or passes a limit")                                                   \
+    X(ISM_ERR_CANCELLED, "cancelled by the progress callback")                                               \
+    X(ISM_ERR_ORDER, "an earlier stage has not run")
+
+typedef enum ism_result {
+#define ISM__ENUM(name, text) name,
+    ISM_RESULTS(ISM__ENUM)
+#undef ISM__ENUM
+    ISM_RESULT_COUNT
+} ism_result;
+
+ISM_DEF const char *ism_result_text(ism_result result);
+/* A constant string for any value, "unknown result" beyond the list. */
+
+/* ---- memory, threads, progress: the caller's ---- */
+
+typedef struct ism_allocator {      /* all zero = malloc and free; else both functions */
+    void *(*alloc_fn)(size_t size, void *user);   /* 16-byte aligned like malloc, or NULL */
+    void (*free_fn)(void *memory, void *user);
+    void *user;
+} ism_allocator;
+
+typedef void (*ism_task)(void *context, size_t index);
+typedef void (*ism_parallel_for)(void *user, size_t count, ism_task task, void *context);
+/* Must call task(context, i) once for each i < count, in any order and on any threads, and return when all are done. */
+
+typedef int (*ism_progress)(void *user, float fraction);
+/* Called between batches, from the thread that called us, fraction 0..1 of the running stage; not 0 cancels. */
+
+/* ---- what comes in: occluders, lit points, receivers ---- */
+
+typedef struct ism_mesh {           /* every triangle that throws indirect shadows, in world space, as it is this frame */
+    const float    *positions;      /* x, y, z of each vertex */
+    size_t          vertex_count;
+    size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
+    const uint32_t *indices;        /* three to a triangle; NULL = 0, 1, 2, ... */
+    size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
+    const float    *opacities;      /* NULL = opaque, or 0..1 of each triangle: in the maps of that share of VPLs */
+    const float    *albedos;        /* ism_bounce alone: r, g, b of each triangle; NULL = 0.5 */
+} ism_mesh;
+
+typedef enum ism_source_kind {
+    ISM_SOURCE_SURFACE,             /* texels of an RSM, points on lamps */
+    ISM_SOURCE_DIRECTIONS           /* a sky: positions are unit directions to it, fluxes radiance x solid angle, W/m^2;
+                                       tiles are orthographic maps of the mesh's bounding sphere */
+} ism_source_kind;
+
+typedef struct ism_source {         /* pVPLs; several sources may be given: faces of a cube, several lights */
+    ism_source_kind kind;
+    uint32_t     width, height;     /* grid of pVPLs; a plain list has height 1 and is scattered */
+    const float *positions;
+    const float *normals;           /* unit; NULL for directions */
+    const float *fluxes;            /* r, g, b, reflected (or, of lamps, emitted) by what the texel covers; 0 = none */
+    const float *lobes;             /* NULL: diffuse. Else axis x, y, z and exponent e >= 0 of each: intensity goes as
+                                       cos^e about the axis; diffuse is e = 1 about the normal */
+    const float *areas;             /* m^2 of surface behind each texel, for ISM_NEAR_PATCH; NULL: from VPLs' spacing */
+    size_t       stride;            /* bytes between positions, between normals, between fluxes; 0 = 12 */
+    int          scattered;         /* 1: grid neighbours are no neighbours in space; neither blurred nor mixed */
+} ism_source;
+
+typedef struct ism_view {           /* what is shaded: pixels of a picture, row 0 first, or any list with height 1 */
+    const float *positions;
+    const float *normals;           /* unit shading normals; 0, 0, 0 or not finite: background, gives 0 */
+    const float *geometric;         /* unit face normals for the bias; NULL = normals */
+    const float *albedos;           /* r, g, b: the result is radiance; NULL: the result is irradiance */
+    size_t       stride;            /* bytes, of all four; 0 = 12 */
+    uint32_t     width, height;
+    float        matrix[16];        /* world to clip, for guided view samples and inter-texel weights; all 0: unknown */
+    int          clip_zero_to_one;  /* 0: clip z from -w to w (OpenGL); 1: from 0 to w (Vulkan, Direct3D) */
+    int          clip_y_down;       /* 0: clip y = w is the first row; 1: it is the last one */
+} ism_view;
+
+typedef struct ism_frame {
+    const ism_mesh   *mesh;         /* NULL: nothing throws shadows */
+    const ism_source *sources;
+    size_t            source_count;
+    const ism_view   *view;
+    uint32_t          index;        /* counts frames: which points are renewed, and all random numbers if not stable */
+} ism_frame;
+
+/* ---- desc ---- */
+
+typedef enum ism_importance {
+    ISM_IMPORTANCE_DEFAULT,         /* = ISM_IMPORTANCE_GUIDED */
+    ISM_IMPORTANCE_FLUX,            /* the power that leaves the pVPL (paper 3.2) */
+    ISM_IMPORTANCE_BRSM,            /* times its mean effect on view samples of a jittered grid (paper 4.1) */
+    ISM_IMPORTANCE_GUIDED,          /* half of them drawn near its place in the picture (paper 4.2) */
+    ISM_IMPORTANCE_COUNT
+} ism_importance;
+
+typedef enum ism_spread {           /* how points are spread over triangles */
+    ISM_SPREAD_DEFAULT,             /* = ISM_SPREAD_VIEW_8 */
+    ISM_SPREAD_AREA,                /* evenly (imperfect shadow maps of 2008) */
+    ISM_SPREAD_VIEW_1,              /* by solid angle from one view sample for all (paper 5.1) */
+    ISM_SPREAD_VIEW_8,              /* from 8 view samples for each triangle (paper 5.2) */
+    ISM_SPREAD_COUNT
+} ism_spread;
+
+typedef enum ism_projection {
+    ISM_PROJECTION_DEFAULT,         /* = ISM_PROJECTION_COSINE */
+    ISM_PROJECTION_COSINE,          /* equal flux of a diffuse VPL in every texel (paper 6.1) */
+    ISM_PROJECTION_PARABOLOID,      /* the disc in the square; its corners are never used */
+    ISM_PROJECTION_OCTAHEDRAL,      /* no trigonometry; texels of 0.6 to 1.7 times the mean solid angle */
+    ISM_PROJECTION_LOBE,            /* equal flux of the VPL's own cosine-power lobe in every texel */
+    ISM_PROJECTION_COUNT
+} ism_projection;
+
+typedef struct ism_desc {
+    uint32_t       vpl_count;       /* N, 1..16384; 0 = 1024 */
+    uint32_t       points;          /* of each VPL, 8..65536; 0 = 8192 */
+    uint32_t       tile_size;       /* texels a side, power of two, 8..256; 0 = 64 */
+    ism_importance importance;
+    ism_spread     spread;
+    ism_projection projection;
+    uint32_t       view_grid;       /* view samples of a pVPL: its square, 1..16; 0 = 4 */
+    uint32_t       brsm_blur;       /* radius in texels, <= 16; 0 = 1 % of the BRSM, at most 4 texels. See no_brsm_blur */
+    uint32_t       lazy;            /* frames until all points are renewed, 1..64; 0 = 8 */
+    float          flux_share;      /* of the choice made by flux alone, above 0, <= 1; 0 = 0.1: no pVPL is forgotten */
+    float          area_share;      /* of the points spread evenly, above 0, <= 1; 0 = 0.2: no triangle is forgotten */
+    float          splat_scale;     /* area of discs over that of their points, above 0, <= 16; 0 = 2: closes gaps */
+    int            no_brsm_blur;    /* 1: importances are not blurred */
+    int            no_inter_texel;  /* 1: VPLs snap to texel centres */
+    int            no_fill;         /* 1: no pull and push; holes stay open */
+    int            unstable;        /* 1: new random numbers every frame: averages over frames converge, but flickers */
+    int            vary_points;     /* 1: weak VPLs take a half or a quarter of the points */
+    int            keep_hits;       /* 1: needed by ism_bounce */
+    uint32_t       seed;
+    ism_allocator    allocator;
+    ism_parallel_for parallel_for;  /* NULL = this thread alone; the results are the same */
+    void            *parallel_user;
+    ism_progress     progress;      /* NULL = none */
+    void            *progress_user;
+} ism_desc;                         /* zero it, then set what you care about */
+
+typedef struct ism_stats {          /* of the last run of each stage */
+    uint32_t vpls;                  /* less than N only where the sources are black */
+    uint32_t jumped;                /* VPLs that moved farther than two texels since the last frame (T55) */
+    uint64_t bad_pvpls;             /* not finite or negative: never chosen */
+    uint64_t skipped_triangles;     /* a vertex not finite, or no area */
+    uint64_t points, renewed;       /* all, and those of this frame */
+    uint64_t splats;                /* points written into tiles */
+    uint64_t wide_splats;           /* of them, discs wider than a quarter of the tile: too few points there */
+    uint64_t filled;                /* texels written by pull and push */
+    double   surface_area;          /* of the mesh, m^2 */
+    double   flux[3];               /* of all sources, W (surfaces alone) */
+    double   lost_energy;           /* share of the light that clamping or spheres took off, of mean of all channels */
+    double   culled;                /* share of VPL x block pairs that culling skipped */
+    size_t   bytes, peak_bytes;     /* asked of the allocator: now, and at most */
+} ism_stats;
+
+/* ---- life ---- */
+
+typedef struct ism_maps ism_maps;   /* VPLs, points and atlas, kept from frame to frame */
+
+ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out);
+/* desc     NULL = all defaults
+   out      written on ISM_OK only; ism_destroy
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_ALLOC, ISM_ERR_LIMIT */
+
+ISM_DEF void ism_destroy(ism_maps *maps);       /* NULL is fine */
+
+/* ---- a frame in one call ---- */
+
+typedef enum ism_near {             /* what is done about receivers close to a VPL */
+    ISM_NEAR_DEFAULT,               /* = ISM_NEAR_PATCH */
+    ISM_NEAR_PATCH,                 /* the VPL becomes a square of its area, by its exact form factor: loses nothing */
+    ISM_NEAR_SPHERE,                /* a virtual spherical light, Hasan et al. 2009 */
+    ISM_NEAR_CLAMP,                 /* cos cos / d^2 at most `clamp` */
+    ISM_NEAR_CLAMP_MEAN,            /* a VPL's light at a receiver at most `clamp` times the mean over its VPLs */
+    ISM_NEAR_NONE,                  /* as it is: bright specks */
+    ISM_NEAR_COUNT
+} ism_near;
+
+typedef void (*ism_visibility_fn)(void *user, const float position[3], const float geometric[3],
+                                  const uint32_t *vpls, size_t count, float *visible);
+/* Exact visibility: writes 0..1 for each of count VPLs (their numbers, see ism_vpls) as seen from a receiver. Called
+   from several threads at once where parallel_for uses them. */
+
+typedef struct ism_shading {
+    uint32_t  pattern;              /* 1, 2, 4, 8: every pixel takes 1 / pattern^2 of the VPLs, and the blur mixes the
+                                       neighbours; 0 = 1. Not for lists (height 1) */
+    ism_near  near_mode;
+    float     clamp;                /* CLAMP: 1/m^2, > 0; CLAMP_MEAN: factor, > 0 */
+    float     bias;                 /* share of the distance, >= 0 and < 1, by which receivers count as nearer */
+    int       no_maps;              /* 1: nothing throws shadows */
+    int       cull;                 /* 1: skips VPLs that face away from blocks of 16 x 16 pixels; same picture */
+    ism_visibility_fn visible_fn;   /* in place of the maps; NULL = the maps */
+    void     *visible_user;
+} ism_shading;
+
+ISM_DEF ism_shading ism_shading_default(void);
+/* All zero but bias = 0.02 and clamp = 1. */
+
+ISM_DEF ism_result ism_render(ism_maps *maps, const ism_frame *frame, const ism_shading *shading, float *out,
+                              ism_stats *stats);
+/* ism_choose, ism_build and ism_shade.
+   shading  NULL = defaults
+   out      width * height * 3 floats: irradiance, or radiance with albedos; untouched on failure
+   stats    may be NULL */
+
+/* ---- or stage by stage ---- */
+
+typedef struct ism_vpl {
+    float    position[3];           /* of directions: the unit direction to the light */
+    float    normal[3];             /* of directions: the opposite */
+    float    flux[3];               /* W; of directions irradiance facing it, W/m^2 */
+    float    axis[3], exponent;     /* of the lobe; the normal and 1 where it is diffuse */
+    float    area;                  /* m^2 that it stands for, 0 = by spacing */
+    float    side;                  /* of the square that ISM_NEAR_PATCH takes: set by ism_choose and ism_set_vpls */
+    int32_t  directional;
+    uint32_t source, texel;         /* whence; texel = y * width + x */
+    int32_t  jumped;                /* 1: not where it was in the last frame, by more than two texels */
+} ism_vpl;
+
+ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
+/* Importances, prefix sums, VPL i at (i + 0.5) / N. Black sources give no VPLs, which is no error.
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_INPUT (NULL arrays, strides), ISM_ERR_LIMIT (2^26 pVPLs), ISM_ERR_ALLOC,
+            ISM_ERR_CANCELLED */
+
+ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t count);
+/* Your own list in place of ism_choose; count <= N. position, normal, flux and axis must be finite, normal and axis
+   unit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_LIMIT. */
+
+ISM_DEF const ism_vpl *ism_vpls(const ism_maps *maps, size_t *count);
+/* Valid until the next stage. */
+
+ISM_DEF const float *ism_importances(const ism_maps *maps, size_t source, size_t *count);
+/* The BRSM of a source, as ism_choose left it; NULL beyond the last source. */
+
+ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
+/* Renews points and draws the atlas for the VPLs there are. Points are kept as barycentric coordinates: where the number
+   of triangles stays, the others follow the mesh; where it changes, all are made anew.
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_INPUT (stride, an index beyond vertex_count), ISM_ERR_LIMIT, ISM_ERR_ALLOC,
+            ISM_ERR_CANCELLED
+   Cost     O(triangles + points of all VPLs x texels of their discs) */
+
+typedef struct ism_point {
+    uint32_t triangle;
+    float    barycentric[2];        /* weights of its second and third corner */
+    float    area;                  /* as a share of its triangle's: A_k = area x area of the triangle */
+} ism_point;
+
+ISM_DEF ism_result ism_points(const ism_maps *maps, uint32_t vpl, ism_point *out, size_t capacity, size_t *count);
+/* The points of one VPL's tile: *count of them, at most capacity are written (out may be NULL with capacity 0).
+   Errors: ISM_ERR_ARGUMENT, ISM_ERR_ORDER. */
+
+#define ISM_FAR 1e30f               /* depth of a texel without occluder */
+
+ISM_DEF const float *ism_atlas(const ism_maps *maps, uint32_t *side, uint32_t *tiles_a_side);
+/* side * side depths: the distance from the VPL to the surfel's plane in the direction of the texel's centre, or
+   ISM_FAR; tile i lies at column i % tiles_a_side and row i / tiles_a_side. */
+
+ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const float *positions, const float *geometric,
+                               size_t stride, size_t count, float bias, float *visible);
+/* What ism_shade would take: 1 lit, 0 not, for count receivers; stride as in ism_view. Receivers behind the VPL are
+   lit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_ORDER. */
+
+ISM_DEF ism_result ism_shade(const ism_maps *maps, const ism_view *view, const ism_shading *shading, float *out,
+                             ism_stats *stats);
+/* The light of all VPLs. Errors: ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_INPUT, ISM_ERR_ORDER, ISM_ERR_LIMIT,
+   ISM_ERR_ALLOC, ISM_ERR_CANCELLED. Allocates 28 bytes a pixel while it runs. */
+
+ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32_t side, float *positions,
+                              float *normals, float *fluxes);
+/* The next bounce's source, from imperfect reflective shadow maps: side x side texels of every tile (side a power of two
+   up to tile_size), N * side * side pVPLs of 3 floats each, scattered; those that hit nothing have flux 0. Give them to
+   another ism_maps as a source. desc.keep_hits must be 1 and mesh the one of the last ism_build.
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER, ISM_ERR_INPUT */
+
+ISM_DEF void ism_get_stats(const ism_maps *maps, ism_stats *out);
+
+/* ---- sources made for you ---- */
+
+ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radiances, uint32_t count, uint32_t seed,
+                                      const ism_allocator *allocator, float *positions, float *normals, float *fluxes);
+/* count points on emissive triangles, in proportion to their power, with equal shares of it: flux = pi x radiance x area.
+   radiances  r, g, b of each triangle, W/(sr m^2); it emits from the side that its corners turn round counter-clockwise
+   outputs    count * 3 floats each; make it a scattered surface source
+   Errors     ISM_ERR_ARGUMENT, ISM_ERR_INPUT (as ism_build; no triangle emits), ISM_ERR_ALLOC */
+
+ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint32_t height, float rotation,
+                                      float *directions, float *fluxes, uint64_t *bad_texels);
+/* A latitude-longitude map (row 0 is +Y, its centre +X, +Z right of it) as a source of directions.
+   texels      r, g, b, radiance; not finite or negative channels count as 0 and are counted in bad_texels (may be NULL)
+   rotation    radians about +Y
+   outputs     width * height * 3 floats each; fluxes are radiance x the texel's exact solid angle
+   Errors      ISM_ERR_ARGUMENT */
+
+/* ---- the formulas, for tests and for your own shaders ---- */
+
+ISM_DEF void  ism_map_direction(ism_projection projection, float exponent, const float uv[2], float direction[3]);
+ISM_DEF int   ism_map_coordinates(ism_projection projection, float exponent, const float direction[3], float uv[2]);
+/* Between the unit square and unit directions about +z; exponent for LOBE alone. The second returns 0, uv untouched,
+   for directions at or below the horizon (z <= 0). Corners of PARABOLOID give directions below it. */
+
+ISM_DEF float ism_solid_angle(const float a[3], const float b[3], const float c[3]);
+/* Of a triangle seen from the origin, in sr, exact (Van Oosterom and Strackee 1983); 0 where degenerate. */
+
+ISM_DEF float ism_form_factor(const float normal[3], const float corners[12]);
+/* From a point at the origin to a flat quadrilateral, clipped at its horizon (Lambert); corners counter-clockwise as seen
+   from the point, else the result is 0. */
+
+ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
+/* 1: draw. Of each 2 x 2 pixels opacity 0, .25, .5, .75, 1 draws exactly 0 to 4 (paper 6.4). */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* ISM_H */
+
+/* ==== implementation ============================================================================================== */
+
+#if defined(ISM_IMPLEMENTATION) && !defined(ISM_IMPLEMENTED)
+#define ISM_IMPLEMENTED
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifndef ISM_ASSERT
+#include <assert.h>
+#define ISM_ASSERT(condition) assert(condition)
+#endif
+
+/* >>> shared fp_begin mem v3 trig rng cdf: written by tools/stamp from src/shared, edit there */
+
+/* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
+
+/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
+   clang within expressions. gcc also forgets errno for sqrtf, which would keep it from being inlined and vectorised.
+   A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
+   stay within tolerance but not equal to the bit. */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__) && !defined(__TINYC__)
+#pragma GCC push_options
+#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-fno-trapping-math")
+#elif defined(_MSC_VER)
+#pragma fp_contract(off)
+#endif
+
+/* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
+
+typedef struct ism__allocator {
+    void *(*alloc_fn)(size_t size, void *user);
+    void (*free_fn)(void *memory, void *user);
+    void *user;
+} ism__allocator;
+
+static inline void *ism__default_alloc(size_t size, void *user)
+{
+    (void)user;
+    return malloc(size);
+}
+
+static inline void ism__default_free(void *memory, void *user)
+{
+    (void)user;
+    free(memory);
+}
+
+/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+static inline int ism__mul_size(size_t a, size_t b, size_t *out)
+{
+    if (b != 0 && a > SIZE_MAX / b) return 0;
+    *out = a * b;
+    return 1;
+}
+
+static inline int ism__add_size(size_t a, size_t b, size_t *out)
+{
+    if (a > SIZE_MAX - b) return 0;
+    *out = a + b;
+    return 1;
+}
+
+/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+static inline int ism__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
+{
+    return (alloc_fn == NULL) == (free_fn == NULL);
+}
+
+static inline ism__allocator ism__allocator_make(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *),
+                                           void *user)
+{
+    ism__allocator a;
+    a.alloc_fn = alloc_fn && free_fn ? alloc_fn : ism__default_alloc;
+    a.free_fn = alloc_fn && free_fn ? free_fn : ism__default_free;
+    a.user = user;
+    return a;
+}
+
+/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+static inline void *ism__alloc(const ism__allocator *a, size_t size)
+{
+    return size ? a->alloc_fn(size, a->user) : NULL;
+}
+
+static inline void *ism__alloc_array(const ism__allocator *a, size_t count, size_t item_size)
+{
+    size_t size;
+    return ism__mul_size(count, item_size, &size) ? ism__alloc(a, size) : NULL;
+}
+
+static inline void ism__free(const ism__allocator *a, void *memory)
+{
+    if (memory) a->free_fn(memory, a->user);
+}
+
+/* unit v3: three floats */
+
+/* tcc 0.9.27 stores a returned struct of 12 bytes as 16, over the caller's next variable. */
+typedef struct ism__v3 {
+    float x, y, z;
+#ifdef __TINYC__
+    float unused;
+#endif
+} ism__v3;
+
+static inline ism__v3 ism__v3_make(float x, float y, float z)
+{
+    ism__v3 v;
+    v.x = x;
+    v.y = y;
+    v.z = z;
+    return v;
+}
+
+static inline ism__v3 ism__v3_load(const float *p) { return ism__v3_make(p[0], p[1], p[2]); }
+static inline void ism__v3_store(float *p, ism__v3 v) { p[0] = v.x; p[1] = v.y; p[2] = v.z; }
+
+static inline ism__v3 ism__v3_add(ism__v3 a, ism__v3 b)
+{
+    return ism__v3_make(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+
+static inline ism__v3 ism__v3_sub(ism__v3 a, ism__v3 b)
+{
+    return ism__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+static inline ism__v3 ism__v3_mul(ism__v3 a, ism__v3 b)
+{
+    return ism__v3_make(a.x * b.x, a.y * b.y, a.z * b.z);
+}
+
+static inline ism__v3 ism__v3_scale(ism__v3 a, float s)
+{
+    return ism__v3_make(a.x * s, a.y * s, a.z * s);
+}
+
+/* a + b s */
+static inline ism__v3 ism__v3_madd(ism__v3 a, ism__v3 b, float s)
+{
+    return ism__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
+}
+
+static inline float ism__v3_dot(ism__v3 a, ism__v3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline float ism__v3_length(ism__v3 a)
+{
+    return sqrtf(ism__v3_dot(a, a));
+}
+
+static inline ism__v3 ism__v3_cross(ism__v3 a, ism__v3 b)
+{
+    return ism__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+static inline ism__v3 ism__v3_min(ism__v3 a, ism__v3 b)
+{
+    return ism__v3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
+}
+
+static inline ism__v3 ism__v3_max(ism__v3 a, ism__v3 b)
+{
+    return ism__v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
+}
+
+/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
+   The zero vector stays zero. */
+static inline ism__v3 ism__v3_normalize(ism__v3 a)
+{
+    float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
+    m = m > z ? m : z;
+    if (!(m > 0.0f)) return ism__v3_make(0.0f, 0.0f, 0.0f);
+    if (m < 1e-30f) {
+        a = ism__v3_scale(a, 1e30f);
+        m *= 1e30f;
+    }
+    a = ism__v3_make(a.x / m, a.y / m, a.z / m);
+    m = ism__v3_length(a);
+    return ism__v3_make(a.x / m, a.y / m, a.z / m);
+}
+
+/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+static inline int ism__finite(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (bits & 0x7f800000u) != 0x7f800000u;
+}
+
+static inline int ism__v3_finite(ism__v3 a)
+{
+    return ism__finite(a.x) && ism__finite(a.y) && ism__finite(a.z);
+}
+
+/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
+   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+static inline void ism__v3_basis(ism__v3 n, ism__v3 *b1, ism__v3 *b2)
+{
+    float s = n.z >= 0.0f ? 1.0f : -1.0f;
+    float a = -1.0f / (s + n.z), b = n.x * n.y * a;
+    *b1 = ism__v3_make(1.0f + s * n.x * n.x * a, s * b, -s * n.x);
+    *b2 = ism__v3_make(b, s + n.y * n.y * a, -n.y);
+}
+
+/* unit trig: elementary functions with the same bits on every machine */
+
+/* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
+   Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
+   them vectorise at SSE2 level; exp, log and pow work in double inside. Largest errors against the double functions,
+   all float arguments or a dense set tried (tests/unit/shared_test.c):
+       sin cos   1e-7 absolute, |x| <= 8192       asin acos  3e-7 absolute       atan2   4e-7 absolute, 3 ulp
+       exp log pow   1 ulp
+   Out of range or NaN is clamped into the range, so that nothing here is undefined or returns NaN. */
+
+static inline float ism__from_bits(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static inline uint32_t ism__to_bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* |x| with the sign bit of s; s = -0 counts as negative. */
+static inline float ism__copysign(float x, float s)
+{
+    return ism__from_bits((ism__to_bits(x) & 0x7fffffffu) | (ism__to_bits(s) & 0x80000000u));
+}
+
+/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
+static inline void ism__sincos(float x, float *sine, float *cosine)
+{
+    float t, r, z, s, c, a, b;
+    int32_t k;
+
+    t = x > -8192.0f ? x : -8192.0f;
+    t = t < 8192.0f ? t : 8192.0f;
+    k = (int32_t)(t * 0.636619772f + (t < 0.0f ? -0.5f : 0.5f));
+    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) - (float)k * 7.5497899548918822e-8f;
+    z = r * r;
+    s = r + r * z * (-0.1666665494f + z * (0.008332178146f + z * -0.0001951729898f));
+    c = (1.0f - 0.5f * z) + z * z * (0.04166664687f + z * (-0.001388736752f + z * 2.443845159e-5f));
+    a = k & 1 ? c : s;
+    b = k & 1 ? s : c;
+    *sine = k & 2 ? -a : a;
+    *cosine = (k + 1) & 2 ? -b : b;
+}
+
+static inline float ism__sin(float x)
+{
+    float s, c;
+    ism__sincos(x, &s, &c);
+    return s;
+}
+
+static inline float ism__cos(float x)
+{
+    float s, c;
+    ism__sincos(x, &s, &c);
+    return c;
+}
+
+/* asin of 0 <= x <= 0.5, z = x * x. */
+static inline float ism__asin_core(float x, float z)
+{
+    return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
+                        z * 0.04221856856f))));
+}
+
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. */
+static inline float ism__acos(float x)
+{
+    float a = fabsf(x), h, s, p;
+    a = a < 1.0f ? a : 1.0f;
+    h = 0.5f * (1.0f - a);
+    s = sqrtf(h);
+    s = a > 0.5f ? s : a;
+    p = ism__asin_core(s, a > 0.5f ? h : a * a);
+    p = a > 0.5f ? 2.0f * p : 1.57079633f - p;
+    return x < 0.0f ? 3.14159265f - p : p;
+}
+
+static inline float ism__asin(float x)
+{
+    float a = fabsf(x), h, s, p;
+    a = a < 1.0f ? a : 1.0f;
+    h = 0.5f * (1.0f - a);
+    s = sqrtf(h);
+    s = a > 0.5f ? s : a;
+    p = ism__asin_core(s, a > 0.5f ? h : a * a);
+    return ism__copysign(a > 0.5f ? 1.57079633f - 2.0f * p : p, x);
+}
+
+/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
+static inline float ism__atan2(float y, float x)
+{
+    float ax = fabsf(x), ay = fabsf(y), hi = ax > ay ? ax : ay, lo = ax > ay ? ay : ax, a, t, z, p;
+    a = lo == hi && hi > 0.0f ? 1.0f : lo / (hi > 0.0f ? hi : 1.0f);
+    t = a > 0.414213562f ? (a - 1.0f) / (a + 1.0f) : a;
+    z = t * t;
+    p = t + t * z * (-0.3333295525f + z * (0.1997792608f + z * (-0.1387984996f + z * 0.08060308882f)));
+    p = a > 0.414213562f ? p + 0.785398163f : p;
+    p = ay > ax ? 1.57079633f - p : p;
+    p = ism__to_bits(x) >> 31 ? 3.14159265f - p : p;
+    return ism__copysign(p, y);
+}
+
+/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2. */
+static inline double ism__exp_core(double x)
+{
+    double r, p, power;
+    int32_t k;
+    uint64_t bits;
+
+    x = x > -110.0 ? x : -110.0;
+    x = x < 90.0 ? x : 90.0;
+    k = (int32_t)(x * 1.4426950408889634 + (x < 0.0 ? -0.5 : 0.5));
+    r = x - (double)k * 0.69314718055994531;
+    p = 0.00139460621285616904 + r * 0.000199183706518237736;
+    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 + r * (0.00833326438132814496 +
+        r * p)));
+    bits = (uint64_t)(k + 1023) << 52;
+    memcpy(&power, &bits, sizeof power);
+    return power * (1.0 + (r + r * r * p));
+}
+
+/* x > 0: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)). */
+static inline double ism__log_core(float x)
+{
+    double m = (double)x, s, z;
+    uint64_t bits;
+    int32_t e;
+
+    memcpy(&bits, &m, sizeof bits);
+    e = (int32_t)(bits >> 52) - 1023;
+    bits = (bits & 0x000fffffffffffffu) | 0x3ff0000000000000u;
+    memcpy(&m, &bits, sizeof m);
+    if (m > 1.4142135623730951) {
+        m *= 0.5;
+        e++;
+    }
+    s = (m - 1.0) / (m + 1.0);
+    z = s * s;
+    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 + z * 0.117910756496012977));
+    return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
+}
+
+/* Infinity from 88.7228394 on. */
+static inline float ism__exp(float x)
+{
+    return x > 88.7228394f ? ism__from_bits(0x7f800000u) : (float)ism__exp_core((double)x);
+}
+
+/* -infinity where x is not above 0. */
+static inline float ism__log(float x)
+{
+    return x > 0.0f ? (float)ism__log_core(x) : ism__from_bits(0xff800000u);
+}
+
+/* x below 0 counts as 0; pow(0, y) is 0, 1 or infinity for y above, equal to or below 0. */
+static inline float ism__pow(float x, float y)
+{
+    double t;
+    if (y == 0.0f) return 1.0f;
+    if (!(x > 0.0f)) return y > 0.0f ? 0.0f : ism__from_bits(0x7f800000u);
+    t = (double)y * ism__log_core(x);
+    return t > 88.722839111 ? ism__from_bits(0x7f800000u) : (float)ism__exp_core(t);
+}
+
+/* unit rng: hashes and random numbers, the same on every machine */
+
+/* Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020: the output function of O'Neill's PCG. */
+static inline uint32_t ism__hash32(uint32_t x)
+{
+    uint32_t state = x * 747796405u + 2891336453u;
+    uint32_t word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
+    return word >> 22 ^ word;
+}
+
+static inline uint32_t ism__hash_combine(uint32_t a, uint32_t b)
+{
+    return ism__hash32(a + 0x9e3779b9u * ism__hash32(b));
+}
+
+/* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
+static inline float ism__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
+
+/* Number i of the stream (seed, stream), in [0, 1), without state: what threads and tiles need. */
+static inline float ism__random(uint32_t seed, uint32_t stream, uint32_t i)
+{
+    return ism__to_unit(ism__hash_combine(ism__hash_combine(seed, stream), i));
+}
+
+typedef struct ism__rng { uint64_t state; } ism__rng;
+
+static inline uint32_t ism__rng_u32(ism__rng *r)
+{
+    uint64_t old = r->state;
+    uint32_t x = (uint32_t)((old >> 18 ^ old) >> 27 & 0xffffffffu), rot = (uint32_t)(old >> 59);
+    r->state = old * 6364136223846793005u + 1442695040888963407u;
+    return x >> rot | x << ((32u - rot) & 31u);
+}
+
+static inline ism__rng ism__rng_make(uint32_t seed)
+{
+    ism__rng r;
+    r.state = (uint64_t)ism__hash32(seed) << 32 | ism__hash32(~seed);
+    ism__rng_u32(&r);
+    return r;
+}
+
+static inline float ism__rng_float(ism__rng *r) { return ism__to_unit(ism__rng_u32(r)); }
+
+/* unit cdf: piecewise-constant distributions in 1D and 2D, sampled by inversion */
+
+/* Running sums in double: a float sum of 1e6 small weights is wrong in the third digit. sums[i] is the weight before
+   cell i, sums[count] the total; the array is the caller's. */
+typedef struct ism__cdf { const double *sums; uint32_t count; } ism__cdf;
+
+typedef struct ism__cdf_sample {
+    uint32_t index;
+    float    fraction;      /* where u fell inside the cell, [0, 1): a fresh random number */
+    float    probability;   /* of the cell; 0 only where all weights are 0 */
+} ism__cdf_sample;
+
+/* Doubles that a distribution over count cells needs; 0 where that overflows. */
+static inline size_t ism__cdf_doubles(size_t count) { return count < SIZE_MAX / sizeof(double) ? count + 1u : 0u; }
+
+/* Negative, NaN and infinite weights count as 0; their number is returned. scale is 1 for most callers. */
+static inline size_t ism__cdf_build(ism__cdf *cdf, double *sums, const float *weights, uint32_t count, double scale)
+{
+    size_t bad = 0;
+    double sum = 0.0;
+    uint32_t i;
+
+    for (i = 0; i < count; i++) {
+        uint32_t bits;
+        memcpy(&bits, weights + i, sizeof bits);
+        sums[i] = sum;
+        if ((bits & 0x7fffffffu) == 0) continue;
+        if ((bits & 0x7f800000u) == 0x7f800000u || bits >> 31) bad++;
+        else sum += (double)weights[i] * scale;
+    }
+    sums[count] = sum;
+    cdf->sums = sums;
+    cdf->count = count;
+    return bad;
+}
+
+static inline double ism__cdf_total(const ism__cdf *cdf) { return cdf->sums[cdf->count]; }
+
+static inline float ism__cdf_probability(const ism__cdf *cdf, uint32_t index)
+{
+    double total = ism__cdf_total(cdf);
+    return total > 0.0 ? (float)((cdf->sums[index + 1u] - cdf->sums[index]) / total) : 0.0f;
+}
+
+/* The cell with sums[i] <= u * total < sums[i + 1]: the strict upper bound is what keeps empty cells out, also at
+   u = 0, and u below 1 in range. u outside [0, 1) is clamped. */
+static inline ism__cdf_sample ism__cdf_sample_at(const ism__cdf *cdf, float u)
+{
+    ism__cdf_sample s;
+    double total = ism__cdf_total(cdf), x, width, f;
+    uint32_t lo = 0, hi = cdf->count;
+
+    s.index = 0;
+    s.fraction = 0.0f;
+    s.probability = 0.0f;
+    if (!(total > 0.0)) return s;
+    if (!(u > 0.0f)) u = 0.0f;
+    if (u > 0.99999994f) u = 0.99999994f;
+    x = (double)u * total;
+    while (hi - lo > 1u) {
+        uint32_t mid = lo + (hi - lo) / 2u;
+        if (cdf->sums[mid] <= x) lo = mid;
+        else hi = mid;
+    }
+    /* Only where x rounded up to a total of denormal size. */
+    while (lo > 0 && !(cdf->sums[lo + 1u] > cdf->sums[lo])) lo--;
+    width = cdf->sums[lo + 1u] - cdf->sums[lo];
+    f = (x - cdf->sums[lo]) / width;
+    s.index = lo;
+    s.fraction = f < 0.99999994 ? (float)f : 0.99999994f;
+    s.probability = (float)(width / total);
+    return s;
+}
+
+/* Rows first: marginal over the rows, then the row's own distribution. */
+typedef struct ism__cdf2 { const double *rows, *sums; uint32_t width, height; } ism__cdf2;
+
+typedef struct ism__cdf2_sample {
+    uint32_t x, y;
+    float    fx, fy;        /* inside the cell, [0, 1) */
+    float    probability;   /* of the cell */
+} ism__cdf2_sample;
+
+/* Doubles for width * height cells; 0 where that overflows. */
+static inline size_t ism__cdf2_doubles(uint32_t width, uint32_t height)
+{
+    size_t row = (size_t)width + 1u, rows = (size_t)height + 1u;
+    if (row == 0 || rows == 0 || height > (SIZE_MAX / sizeof(double) - rows) / row) return 0;
+    return row * height + rows;
+}
+
+/* weights row by row; row_scale (NULL: 1) multiplies whole rows, as the solid angle of a latitude-longitude map's row
+   does. Returns the number of bad weights, as ism__cdf_build. */
+static inline size_t ism__cdf2_build(ism__cdf2 *cdf, double *memory, const float *weights, const float *row_scale,
+                                  uint32_t width, uint32_t height)
+{
+    double *rows = memory, *sums = memory + height + 1u, total = 0.0;
+    size_t bad = 0;
+    uint32_t y;
+
+    for (y = 0; y < height; y++) {
+        ism__cdf row;
+        bad += ism__cdf_build(&row, sums + (size_t)y * (width + 1u), weights + (size_t)y * width, width,
+                           row_scale ? (double)row_scale[y] : 1.0);
+        rows[y] = total;
+        total += ism__cdf_total(&row);
+    }
+    rows[height] = total;
+    cdf->rows = rows;
+    cdf->sums = sums;
+    cdf->width = width;
+    cdf->height = height;
+    return bad;
+}
+
+static inline ism__cdf ism__cdf2_row(const ism__cdf2 *cdf, uint32_t y)
+{
+    ism__cdf row;
+    row.sums = cdf->sums + (size_t)y * (cdf->width + 1u);
+    row.count = cdf->width;
+    return row;
+}
+
+static inline double ism__cdf2_total(const ism__cdf2 *cdf) { return cdf->rows[cdf->height]; }
+
+static inline float ism__cdf2_probability(const ism__cdf2 *cdf, uint32_t x, uint32_t y)
+{
+    const double *row = cdf->sums + (size_t)y * (cdf->width + 1u);
+    double total = ism__cdf2_total(cdf);
+    return total > 0.0 ? (float)((row[x + 1u] - row[x]) / total) : 0.0f;
+}
+
+static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u, float v)
+{
+    ism__cdf marginal, row;
+    ism__cdf_sample sx, sy;
+    ism__cdf2_sample s;
+
+    marginal.sums = cdf->rows;
+    marginal.count = cdf->height;
+    sy = ism__cdf_sample_at(&marginal, v);
+    row = ism__cdf2_row(cdf, sy.index);
+    sx = ism__cdf_sample_at(&row, u);
+    s.x = sx.index;
+    s.y = sy.index;
+    s.fx = sx.fraction;
+    s.fy = sy.fraction;
+    s.probability = ism__cdf2_probability(cdf, s.x, s.y);
+    return s;
+}
+
+/* <<< shared */
+
+/* ---- >>types ---- */
+
+#define ISM__PI 3.14159265f
+#define ISM__LANES 64u              /* tiles drawn at once at most; each lane has scratch memory of its own */
+#define ISM__BLOCK 16u              /* pixels a side of what one task shades */
+#define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
+#define ISM__BATCHES 16u            /* calls of progress in a stage */
+
+typedef struct ism__buffer { void *data; size_t size; } ism__buffer;
+
+typedef struct ism__texel {         /* of a tile while it is drawn */
+    float    g[3];                  /* plane of the surfel: 1 / t = g . direction, or t = g . (x, y, 1) */
+    float    t;                     /* depth at the texel's centre; ISM_FAR = empty */
+    uint32_t triangle;
+    uint16_t x, y;                  /* the texel that the surfel was drawn at */
+} ism__texel;
+
+typedef struct ism__point { uint32_t triangle; uint16_t b1, b2; float weight; } ism__point;
+
+typedef struct ism__frame_of { ism__v3 x, y, z; } ism__frame_of;
+
+/* What shading reads of a VPL. Arrays of one float each, so that compilers vectorise the loop over them. */
+enum { ISM__PX, ISM__PY, ISM__PZ, ISM__NX, ISM__NY, ISM__NZ, ISM__AREA, ISM__FIELDS };
+
+struct ism_maps {
+    ism_desc        desc;           /* defaults resolved */
+    ism__allocator  memory;
+    uint32_t        tiles;          /* a side of the atlas */
+    uint32_t        side;           /* texels a side of the atlas */
+    ism_vpl        *vpls;           /* N; the first vpl_count are in use */
+    uint32_t        vpl_count;
+    uint32_t        previous_count; /* VPLs of the frame before, for `jumped` */
+    int             chosen, built;
+    ism__buffer     previous, atlas, hits, points, counts, directions, scratch;
+    ism__buffer     sums, guide, weights, sources, importance, blurred, cdf, pixels;
+    size_t          triangles;      /* that the points lie on; 0 = there are none yet */
+    size_t          source_count, cells;    /* cells: pVPLs of all sources */
+    float           center[3], radius;      /* bounding sphere of the mesh, for directions */
+    ism_stats       stats;
+};
+
+/* Where a source's arrays begin in the buffers importance and cdf. */
+typedef struct ism__source_of { size_t first, cdf_first; double total; } ism__source_of;
+
+/* ---- >>memory ---- */
+
+static int ism__grow(ism_maps *m, ism__buffer *b, size_t count, size_t item)
+{
+    size_t size;
+    void *data;
+    if (!ism__mul_size(count ? count : 1u, item, &size)) return 0;
+    if (size <= b->size) return 1;
+    data = ism__alloc(&m->memory, size);
+    if (!data) return 0;
+    m->stats.bytes += size;
+    if (m->stats.bytes > m->stats.peak_bytes) m->stats.peak_bytes = m->stats.bytes;
+    ism__free(&m->memory, b->data);
+    m->stats.bytes -= b->size;
+    b->data = data;
+    b->size = size;
+    return 1;
+}
+
+static void ism__release(ism_maps *m, ism__buffer *b)
+{
+    ism__free(&m->memory, b->data);
+    m->stats.bytes -= b->size;
+    b->data = NULL;
+    b->size = 0;
+}
+
+/* ---- >>parallel ---- */
+
+typedef struct ism__batch { ism_task task; void *context; size_t first; } ism__batch;
+
+static void ism__batch_task(void *context, size_t index)
+{
+    const ism__batch *b = (const ism__batch *)context;
+    b->task(b->context, b->first + index);
+}
+
+/* All tasks, in batches between which progress is called; 0 = cancelled. */
+static int ism__run(const ism_desc *d, size_t count, ism_task task, void *context)
+{
+    size_t batches = d->progress ? (count < ISM__BATCHES ? count : ISM__BATCHES) : 1u, i, k;
+    for (i = 0; i < batches; i++) {
+        ism__batch b;
+        size_t first = count / batches * i + (i < count % batches ? i : count % batches);
+        size_t size = count / batches + (i < count % batches ? 1u : 0u);
+        if (d->progress && d->progress(d->progress_user, (float)i / (float)batches)) return 0;
+        b.task = task;
+        b.context = context;
+        b.first = first;
+        if (d->parallel_for) d->parallel_for(d->parallel_user, size, ism__batch_task, &b);
+        else for (k = 0; k < size; k++) ism__batch_task(&b, k);
+    }
+    return !(d->progress && d->progress(d->progress_user, 1.0f));
+}
+
+/* ---- >>arrays: the caller's strided ones ---- */
+
+static const float *ism__at(const float *array, size_t stride, size_t i)
+{
+    return (const float *)(const void *)((const char *)array + (stride ? stride : 12u) * i);
+}
+
+static int ism__stride_ok(size_t stride) { return stride == 0 || (stride >= 12u && stride % 4u == 0); }
+
+static size_t ism__mesh_triangles(const ism_mesh *mesh)
+{
+    return !mesh ? 0 : (mesh->indices ? mesh->index_count : mesh->vertex_count) / 3u;
+}
+
+static int ism__mesh_ok(const ism_mesh *mesh)
+{
+    size_t count = mesh->indices ? mesh->index_count : mesh->vertex_count;
+    return ism__stride_ok(mesh->vertex_stride) && count % 3u == 0 && (mesh->positions || mesh->vertex_count == 0) &&
+           !(mesh->vertex_count == 0 && count > 0);
+}
+
+/* Corners of a triangle whose indices are known to be in range. */
+static void ism__corners(const ism_mesh *mesh, size_t t, ism__v3 p[3])
+{
+    size_t k;
+    for (k = 0; k < 3u; k++) {
+        size_t i = mesh->indices ? mesh->indices[3u * t + k] : 3u * t + k;
+        p[k] = ism__v3_load(ism__at(mesh->positions, mesh->vertex_stride, i));
+    }
+}
+
+static int ism__view_ok(const ism_view *view)
+{
+    size_t pixels;
+    int k;
+    if (!view || !view->positions || !view->normals || !view->width || !view->height) return 0;
+    for (k = 0; k < 16; k++)
+        if (!ism__finite(view->matrix[k])) return 0;
+    return ism__stride_ok(view->stride) && ism__mul_size(view->width, view->height, &pixels) && pixels <= 1u << 28;
+}
+
+/* A receiver, or 0 for background. */
+static int ism__receiver(const ism_view *view, size_t i, ism__v3 *p, ism__v3 *n)
+{
+    *p = ism__v3_load(ism__at(view->positions, view->stride, i));
+    *n = ism__v3_load(ism__at(view->normals, view->stride, i));
+    return ism__v3_finite(*p) && ism__v3_finite(*n) && ism__v3_dot(*n, *n) > 0.25f;
+}
+
+/* ---- >>projections: the hemisphere about +z and the unit square ---- */
+
+/* Shirley and Chiu, "A low distortion map between disk and square", J. Graphics Tools 2(3), 1997. a, b in -1..1;
+   returns the radius 0..1. */
+static float ism__square_to_disc(float a, float b, float *x, float *y)
+{
+    float r, phi, s, c;
+    if (fabsf(a) > fabsf(b)) {
+        r = a;
+        phi = 0.785398163f * (b / a);
+    } else {
+        r = b;
+        phi = b != 0.0f ? 1.57079633f - 0.785398163f * (a / b) : 0.0f;
+    }
+    ism__sincos(phi, &s, &c);
+    *x = r * c;
+    *y = r * s;
+    return fabsf(r);
+}
+
+static void ism__disc_to_square(float x, float y, float *a, float *b)
+{
+    float r = sqrtf(x * x + y * y);
+    if (fabsf(x) > fabsf(y)) {
+        *a = x < 0.0f ? -r : r;
+        *b = *a * 1.27323954f * ism__atan2(y, x < 0.0f ? -x : x) * (x < 0.0f ? -1.0f : 1.0f);
+    } else {
+        *b = y < 0.0f ? -r : r;
+        *a = *b * 1.27323954f * ism__atan2(x, y < 0.0f ? -y : y) * (y < 0.0f ? -1.0f : 1.0f);
+    }
+}
+
+/* LOBE: a disc of equal measure of cos^e: radius^2 = 1 - cos^(e + 1); e = 1 is the disc seen from above. */
+ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2], float direction[3])
+{
+    float a = 2.0f * uv[0] - 1.0f, b = 2.0f * uv[1] - 1.0f, r, x, y, z, s;
+    if (projection == ISM_PROJECTION_PARABOLOID) {
+        r = a * a + b * b;
+        s = 2.0f / (1.0f + r);
+        x = a * s;
+        y = b * s;
+        z = (1.0f - r) / (1.0f + r);
+    } else if (projection == ISM_PROJECTION_OCTAHEDRAL) {
+        ism__v3 v;
+        x = 0.5f * (a + b);
+        y = 0.5f * (a - b);
+        v = ism__v3_normalize(ism__v3_make(x, y, 1.0f - fabsf(x) - fabsf(y)));
+        x = v.x;
+        y = v.y;
+        z = v.z;
+    } else {
+        float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0f, sine;
+        r = ism__square_to_disc(a, b, &x, &y);
+        s = 1.0f - r * r;
+        s = s > 0.0f ? s : 0.0f;
+        z = e == 1.0f ? sqrtf(s) : ism__pow(s, 1.0f / (e + 1.0f));
+        sine = 1.0f - z * z;
+        sine = e == 1.0f ? r : sqrtf(sine > 0.0f ? sine : 0.0f);
+        s = r > 1e-12f ? sine / r : 1.0f;
+        x *= s;
+        y *= s;
+    }
+    direction[0] = x;
+    direction[1] = y;
+    direction[2] = z;
+}
+
+ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const float direction[3], float uv[2])
+{
+    float x = direction[0], y = direction[1], z = direction[2], a, b, s;
+    if (!(z > 0.0f)) return 0;
+    if (projection == ISM_PROJECTION_PARABOLOID) {
+        a = x / (1.0f + z);
+        b = y / (1.0f + z);
+    } else if (projection == ISM_PROJECTION_OCTAHEDRAL) {
+        s = 1.0f / (fabsf(x) + fabsf(y) + z);
+        a = (x + y) * s;
+        b = (x - y) * s;
+    } else {
+        float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0f;
+        if (e != 1.0f) {
+            float r = 1.0f - ism__pow(z, e + 1.0f), sine = sqrtf(x * x + y * y);
+            s = sine > 1e-12f ? sqrtf(r > 0.0f ? r : 0.0f) / sine : 1.0f;
+            x *= s;
+            y *= s;
+        }
+        ism__disc_to_square(x, y, &a, &b);
+    }
+    a = 0.5f * a + 0.5f;
+    b = 0.5f * b + 0.5f;
+    uv[0] = a < 0.0f ? 0.0f : a < 1.0f ? a : 1.0f;
+    uv[1] = b < 0.0f ? 0.0f : b < 1.0f ? b : 1.0f;
+    return 1;
+}
+
+static ism__v3 ism__to_local(const ism__frame_of *f, ism__v3 v)
+{
+    return ism__v3_make(ism__v3_dot(f->x, v), ism__v3_dot(f->y, v), ism__v3_dot(f->z, v));
+}
+
+static ism__v3 ism__to_world(const ism__frame_of *f, ism__v3 v)
+{
+    return ism__v3_madd(ism__v3_madd(ism__v3_scale(f->x, v.x), f->y, v.y), f->z, v.z);
+}
+
+static ism_projection ism__projection_of(const ism_maps *m, const ism_vpl *v)
+{
+    if (m->desc.projection == ISM_PROJECTION_LOBE && v->exponent == 1.0f) return ISM_PROJECTION_COSINE;
+    return m->desc.projection;
+}
+
+/* Lobe maps are about the lobe's axis, the others about the normal; sky maps look along the light. */
+static ism__frame_of ism__vpl_frame(const ism_maps *m, const ism_vpl *v)
+{
+    ism__frame_of f;
+    f.z = ism__v3_load(ism__projection_of(m, v) == ISM_PROJECTION_LOBE && !v->directional ? v->axis : v->normal);
+    ism__v3_basis(f.z, &f.x, &f.y);
+    return f;
+}
+
+static uint32_t ism__texel_of(float u, uint32_t size)
+{
+    uint32_t i = (uint32_t)(u * (float)size);
+    return i < size ? i : size - 1u;
+}
+
+/* ---- >>formulas ---- */
+
+/* tan(omega / 2) = a . (b x c) / (abc + (a . b) c + (a . c) b + (b . c) a), which is exact for triangles of any size. */
+ISM_DEF float ism_solid_angle(const float pa[3], const float pb[3], const float pc[3])
+{
+    ism__v3 a = ism__v3_load(pa), b = ism__v3_load(pb), c = ism__v3_load(pc);
+    float la = ism__v3_length(a), lb = ism__v3_length(b), lc = ism__v3_length(c);
+    float top = fabsf(ism__v3_dot(a, ism__v3_cross(b, c))), omega;
+    float below = la * lb * lc + ism__v3_dot(a, b) * lc + ism__v3_dot(a, c) * lb + ism__v3_dot(b, c) * la;
+    if (!(top > 0.0f) || !ism__finite(top) || !ism__finite(below)) return 0.0f;
+    omega = 2.0f * ism__atan2(top, below);
+    return omega > 0.0f ? omega : 0.0f;
+}
+
+/* Lambert's sum over the edges of the part above the horizon: F = 1 / 2 pi sum angle(a, b) n . (a x b) / |a x b|. */
+static float ism__form_factor(ism__v3 n, const ism__v3 *corner, uint32_t count, float *share)
+{
+    ism__v3 p[8];
+    float sum = 0.0f, cut = 0.0f, whole = 0.0f;
+    uint32_t i, k = 0;
+    for (i = 0; i < count; i++) {
+        ism__v3 a = corner[i], b = corner[(i + 1u) % count];
+        float ha = ism__v3_dot(n, a), hb = ism__v3_dot(n, b);
+        if (ha > 0.0f) p[k++] = a;
+        if ((ha > 0.0f) != (hb > 0.0f)) p[k++] = ism__v3_madd(a, ism__v3_sub(b, a), ha / (ha - hb));
+    }
+    if (share) {
+        ism__v3 s = ism__v3_make(0, 0, 0), t = s;
+        for (i = 1; i + 1u < k; i++)
+            s = ism__v3_add(s, ism__v3_cross(ism__v3_sub(p[i], p[0]), ism__v3_sub(p[i + 1u], p[0])));
+        for (i = 1; i + 1u < count; i++)
+            t = ism__v3_add(t, ism__v3_cross(ism__v3_sub(corner[i], corner[0]), ism__v3_sub(corner[i + 1u], corner[0])));
+        cut = ism__v3_length(s);
+        whole = ism__v3_length(t);
+        *share = whole > 0.0f ? cut / whole : 1.0f;
+    }
+    for (i = 0; i < k; i++) {
+        ism__v3 a = p[i], b = p[(i + 1u) % k], c = ism__v3_cross(a, b);
+        float length = ism__v3_length(c);
+        if (length > 0.0f) sum += ism__atan2(length, ism__v3_dot(a, b)) * (ism__v3_dot(n, c) / length);
+    }
+    return sum * 0.159154943f;
+}
+
+ISM_DEF float ism_form_factor(const float normal[3], const float corners[12])
+{
+    ism__v3 c[4];
+    float f;
+    int k;
+    for (k = 0; k < 4; k++) c[k] = ism__v3_load(corners + 3 * k);
+    f = ism__form_factor(ism__v3_load(normal), c, 4, NULL);
+    return f > 0.0f ? f : 0.0f;
+}
+
+ISM_DEF int ism_dither(uint32_t x, uint32_t y, float opacity)
+{
+    static const float threshold[4] = { 0.125f, 0.625f, 0.875f, 0.375f };   /* Bayer's 2 x 2 */
+    return opacity > threshold[(y & 1u) * 2u + (x & 1u)];
+}
+
+/* ---- >>choose: from pVPLs to VPLs (paper 4) ---- */
+
+typedef struct ism__choice {
+    ism_maps         *m;
+    const ism_frame  *frame;
+    const uint32_t   *valid;        /* pixels that are no background */
+    uint32_t          valid_count;
+    float             extent;       /* diagonal of the receivers' box */
+    size_t            source;
+    float            *lum, *effect, *out;   /* of this source: flux, effect on the picture before and after the blur */
+    uint32_t          seed;
+    float             blur_radius;
+} ism__choice;
+
+static float ism__luminance(const float *f) { return (f[0] + f[1] + f[2]) * (1.0f / 3.0f); }
+
+static int ism__flux_ok(const float *f)
+{
+    return ism__finite(f[0]) && ism__finite(f[1]) && ism__finite(f[2]) && f[0] >= 0.0f && f[1] >= 0.0f && f[2] >= 0.0f;
+}
+
+/* Flux of a pVPL, 0 where it cannot be used; *bad where that is an error in the data. */
+static float ism__pvpl_luminance(const ism_source *s, size_t i, int *bad)
+{
+    const float *f = ism__at(s->fluxes, s->stride, i);
+    ism__v3 p = ism__v3_load(ism__at(s->positions, s->stride, i)), n = p;
+    *bad = 0;
+    if (!ism__flux_ok(f)) return *bad = 1, 0.0f;
+    if (!(ism__luminance(f) > 0.0f)) return 0.0f;
+    if (s->kind == ISM_SOURCE_SURFACE) n = ism__v3_load(ism__at(s->normals, s->stride, i));
+    *bad = !ism__v3_finite(p) || !ism__v3_finite(n) || fabsf(ism__v3_dot(n, n) - 1.0f) > 0.01f;
+    if (s->lobes && s->kind == ISM_SOURCE_SURFACE) {
+        ism__v3 a = ism__v3_load(s->lobes + 4u * i);
+        float e = s->lobes[4u * i + 3u];
+        if (!ism__v3_finite(a) || fabsf(ism__v3_dot(a, a) - 1.0f) > 0.01f || !(e >= 0.0f && e <= 1e5f)) *bad = 1;
+    }
+    return *bad ? 0.0f : ism__luminance(f);
+}
+
+/* cos cos / d^2 bounded at distances below a hundredth of the picture's extent; for a sky the cosine. Lobes count as
+   diffuse here: an importance need only be near. */
+static float ism__effect(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, ism__v3 pn, float extent)
+{
+    ism__v3 d;
+    float d2, a, b;
+    if (s->kind == ISM_SOURCE_DIRECTIONS) {
+        a = ism__v3_dot(pn, q);
+        return a > 0.0f ? a : 0.0f;
+    }
+    d = ism__v3_sub(q, p);
+    d2 = ism__v3_dot(d, d) + 1e-4f * extent * extent + 1e-30f;
+    a = ism__v3_dot(pn, d);
+    b = s->lobes ? sqrtf(d2) : -ism__v3_dot(n, d);
+    return a > 0.0f && b > 0.0f ? a * b / (d2 * d2) : 0.0f;
+}
+
+/* Place of a world position in pixels; 0 where that is at infinity or unknown. Behind the camera counts as paper 4.2
+   has it: the mirrored place. */
+static int ism__to_pixel(const ism_view *view, ism__v3 p, float *x, float *y)
+{
+    const float *m = view->matrix;
+    float cx = m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], cy = m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13];
+    float w = m[3] * p.x + m[7] * p.y + m[11] * p.z + m[15];
+    float lx, ly;
+    if (!(fabsf(w) > 1e-20f)) return 0;
+    lx = cx / w;
+    ly = cy / w;
+    if (!(fabsf(lx) < 8.0f && fabsf(ly) < 8.0f)) return 0;
+    *x = (0.5f * lx + 0.5f) * (float)view->width;
+    *y = (view->clip_y_down ? 0.5f * ly + 0.5f : 0.5f - 0.5f * ly) * (float)view->height;
+    return 1;
+}
+
+/* Samples of one pVPL: a jittered grid over the picture; guided ones have a density of min(1, (r0 / r)^2) about the
+   pVPL's own place and share the estimate with the grid by the balance heuristic, so that no place is forgotten. */
+static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
+{
+    const ism_view *view = c->frame->view;
+    uint32_t grid = c->m->desc.view_grid, k, count = grid * grid, w = view->width, h = view->height;
+    ism__v3 q = ism__v3_load(ism__at(s->positions, s->stride, i)), n = q, p, pn;
+    float cx = 0.0f, cy = 0.0f, r0 = 0.05f * (float)(w > h ? w : h), reach = (float)w + (float)h, sum = 0.0f;
+    float inner, norm, uniform = 1.0f / ((float)w * (float)h);
+    int guided = c->m->desc.importance == ISM_IMPORTANCE_GUIDED && s->kind == ISM_SOURCE_SURFACE && h > 1u;
+    guided = guided && r0 >= 1.0f && ism__to_pixel(view, q, &cx, &cy) && reach > r0;
+    inner = 1.0f / (1.0f + 2.0f * ism__log(reach / r0));    /* share of the disc r < r0 */
+    norm = inner / (ISM__PI * r0 * r0);                     /* density inside it */
+    if (s->kind == ISM_SOURCE_SURFACE) n = ism__v3_load(ism__at(s->normals, s->stride, i));
+    for (k = 0; k < count; k++) {
+        uint32_t hash = ism__hash_combine(c->seed, (uint32_t)i * 256u + k);
+        float u = ((float)(k % grid) + ism__to_unit(hash)) / (float)grid;
+        float v = ((float)(k / grid) + ism__to_unit(ism__hash32(hash))) / (float)grid;
+        float x = u * (float)w, y = v * (float)h, density = uniform;
+        if (guided && ((k + k / grid) & 1u)) {
+            float r = u < inner ? r0 * sqrtf(u / inner) : r0 * ism__pow(reach / r0, (u - inner) / (1.0f - inner));
+            float sine, cosine;
+            ism__sincos(6.28318531f * v, &sine, &cosine);
+            x = cx + r * cosine;
+            y = cy + r * sine;
+        }
+        if (!(x >= 0.0f && y >= 0.0f && x < (float)w && y < (float)h)) continue;
+        if (guided) {
+            float r2 = (x - cx) * (x - cx) + (y - cy) * (y - cy);
+            density = 0.5f * uniform + 0.5f * norm * (r2 > r0 * r0 ? r0 * r0 / r2 : 1.0f);
+        }
+        if (ism__receiver(view, (size_t)ism__texel_of(y / (float)h, h) * w + ism__texel_of(x / (float)w, w), &p, &pn)) {
+            float e = ism__effect(s, q, n, p, pn, c->extent);
+            sum += e * e * (uniform / density);
+        }
+    }
+    /* The root of the mean square, not the mean: what is to be small is the squared error of the picture, and its least
+       variance is reached by choosing VPLs in proportion to this. */
+    return sqrtf(sum / (float)count);
+}
+
+static void ism__estimate_task(void *context, size_t row)
+{
+    ism__choice *c = (ism__choice *)context;
+    const ism_source *s = &c->frame->sources[c->source];
+    size_t x;
+    for (x = 0; x < s->width; x++) {
+        size_t i = row * s->width + x;
+        c->effect[i] = c->lum[i] > 0.0f ? ism__estimate(c, s, i) : 0.0f;
+    }
+}
+
+/* Geometry-aware blur of the effects alone: fluxes stay as sharp as they are. */
+static void ism__blur_task(void *context, size_t row)
+{
+    ism__choice *c = (ism__choice *)context;
+    const ism_source *s = &c->frame->sources[c->source];
+    int radius = (int)c->blur_radius, x, y, w = (int)s->width, h = (int)s->height;
+    for (x = 0; x < w; x++) {
+        size_t i = row * s->width + (size_t)x;
+        ism__v3 q = ism__v3_load(ism__at(s->positions, s->stride, i));
+        ism__v3 n = ism__v3_load(ism__at(s->normals, s->stride, i));
+        float sum = 0.0f, weights = 0.0f;
+        int y0 = (int)row - radius, y1 = (int)row + radius, x0 = x - radius, x1 = x + radius, k;
+        c->out[i] = 0.0f;
+        if (!(c->lum[i] > 0.0f)) continue;
+        for (y = y0 > 0 ? y0 : 0; y <= y1 && y < h; y++)
+            for (k = x0 > 0 ? x0 : 0; k <= x1 && k < w; k++) {
+                size_t j = (size_t)y * s->width + (size_t)k;
+                ism__v3 d;
+                float weight;
+                if (!(c->lum[j] > 0.0f)) continue;
+                d = ism__v3_sub(ism__v3_load(ism__at(s->positions, s->stride, j)), q);
+                weight = ism__v3_dot(n, ism__v3_load(ism__at(s->normals, s->stride, j)));
+                if (weight <= 0.5f || fabsf(ism__v3_dot(n, d)) > 0.3f * ism__v3_length(d)) continue;
+                sum += weight * c->effect[j];
+                weights += weight;
+            }
+        c->out[i] = weights > 0.0f ? sum / weights : c->effect[i];
+    }
+}
+
+/* Box of the receivers; its diagonal. */
+static float ism__extent(const ism_view *view)
+{
+    ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), p, n;
+    size_t i, count = (size_t)view->width * view->height, step = count / 65536u + 1u;
+    for (i = 0; i < count; i += step)
+        if (ism__receiver(view, i, &p, &n)) {
+            lo = ism__v3_min(lo, p);
+            hi = ism__v3_max(hi, p);
+        }
+    return lo.x <= hi.x ? ism__v3_length(ism__v3_sub(hi, lo)) : 0.0f;
+}
+
+static ism_result ism__check_sources(const ism_frame *f, size_t *total, size_t *doubles)
+{
+    size_t s, cells;
+    *total = *doubles = 0;
+    if (f->source_count && !f->sources) return ISM_ERR_ARGUMENT;
+    for (s = 0; s < f->source_count; s++) {
+        const ism_source *src = &f->sources[s];
+        if (!src->width || !src->height || !src->positions || !src->fluxes || !ism__stride_ok(src->stride) ||
+            (src->kind != ISM_SOURCE_SURFACE && src->kind != ISM_SOURCE_DIRECTIONS) ||
+            (src->kind == ISM_SOURCE_SURFACE && !src->normals))
+            return ISM_ERR_INPUT;
+        if (!ism__mul_size(src->width, src->height, &cells) || cells > 1u << 26 || *total > (1u << 26) - cells)
+            return ISM_ERR_LIMIT;
+        *total += cells;
+        *doubles += ism__cdf2_doubles(src->width, src->height);
+    }
+    return ISM_OK;
+}
+
+/* Importance of one source into c->out: flux x (effect + a share of flux alone, so that no weight is 0). */
+static ism_result ism__weigh_source(ism__choice *c, const ism_source *s)
+{
+    ism_maps *m = c->m;
+    size_t count = (size_t)s->width * s->height, i;
+    double flux = 0.0, total = 0.0;
+    uint32_t radius = m->desc.brsm_blur;
+    float least;
+    int bad;
+    for (i = 0; i < count; i++) {
+        c->lum[i] = ism__pvpl_luminance(s, i, &bad);
+        m->stats.bad_pvpls += (uint64_t)bad;
+        flux += (double)c->lum[i];
+        if (s->kind == ISM_SOURCE_SURFACE && c->lum[i] > 0.0f) {
+            const float *f = ism__at(s->fluxes, s->stride, i);
+            int k;
+            for (k = 0; k < 3; k++) m->stats.flux[k] += (double)f[k];
+        }
+    }
+    if (m->desc.importance == ISM_IMPORTANCE_FLUX || !(flux > 0.0)) {
+        memcpy(c->out, c->lum, count * sizeof *c->out);
+        return ISM_OK;
+    }
+    if (!ism__run(&m->desc, s->height, ism__estimate_task, c)) return ISM_ERR_CANCELLED;
+    if (!radius) {
+        radius = (uint32_t)(0.05f * (float)(s->width < s->height ? s->width : s->height));
+        radius = radius < 4u ? radius : 4u;
+    }
+    c->blur_radius = (float)radius;
+    if (s->scattered || s->kind == ISM_SOURCE_DIRECTIONS || !radius || m->desc.no_brsm_blur)
+        memcpy(c->out, c->effect, count * sizeof *c->out);
+    else if (!ism__run(&m->desc, s->height, ism__blur_task, c))
+        return ISM_ERR_CANCELLED;
+    for (i = 0; i < count; i++) total += (double)(c->lum[i] * c->out[i]);
+    least = total > 0.0 ? (float)(total / flux * (double)m->desc.flux_share / (1.0 - 0.999 * (double)m->desc.flux_share))
+                        : 1.0f;
+    for (i = 0; i < count; i++) c->out[i] = c->lum[i] * (c->out[i] + least);
+    return ISM_OK;
+}
+
+/* Sample (x + fx, y + fy) of a grid, mixed from the four texels about it where they lie on one surface (paper 6.5).
+   Returns the distance to the farthest of them. */
+static float ism__inter_texel(const ism_view *view, const ism_source *s, const ism__cdf2_sample *at, ism__v3 *p, ism__v3 *n)
+{
+    size_t i0 = (size_t)at->y * s->width + at->x;
+    ism__v3 p0 = ism__v3_load(ism__at(s->positions, s->stride, i0)), n0 = ism__v3_load(ism__at(s->normals, s->stride, i0));
+    ism__v3 sum = ism__v3_make(0, 0, 0), normal = sum;
+    float sx = at->fx - 0.5f, sy = at->fy - 0.5f, weights = 0.0f, spacing = 0.0f, x0, y0, xk, yk;
+    int k, known = ism__to_pixel(view, p0, &x0, &y0);
+    for (k = 0; k < 4; k++) {
+        int64_t x = (int64_t)at->x + (k & 1 ? (sx < 0.0f ? -1 : 1) : 0), y = (int64_t)at->y + (k & 2 ? (sy < 0.0f ? -1 : 1) : 0);
+        float w = (k & 1 ? fabsf(sx) : 1.0f - fabsf(sx)) * (k & 2 ? fabsf(sy) : 1.0f - fabsf(sy)), length;
+        size_t i = (size_t)y * s->width + (size_t)x;
+        ism__v3 q, nq, d;
+        if (x < 0 || y < 0 || x >= (int64_t)s->width || y >= (int64_t)s->height) continue;
+        if (!ism__flux_ok(ism__at(s->fluxes, s->stride, i)) || !(ism__luminance(ism__at(s->fluxes, s->stride, i)) > 0.0f)) continue;
+        q = ism__v3_load(ism__at(s->positions, s->stride, i));
+        nq = ism__v3_load(ism__at(s->normals, s->stride, i));
+        d = ism__v3_sub(q, p0);
+        length = ism__v3_length(d);
+        if (k && (!ism__v3_finite(nq) || !(ism__v3_dot(n0, nq) > 0.9f) ||
+                  !(fabsf(ism__v3_dot(n0, d)) <= 0.1f * length))) continue;
+        if (k && known && ism__to_pixel(view, q, &xk, &yk)) {      /* Gaussian of variance 0.01 in clip space */
+            float ex = 2.0f * (xk - x0) / (float)view->width, ey = 2.0f * (yk - y0) / (float)view->height;
+            w *= ism__exp(-50.0f * (ex * ex + ey * ey));
+        }
+        sum = ism__v3_madd(sum, d, w);
+        normal = ism__v3_madd(normal, nq, w);
+        weights += w;
+        if (length > spacing) spacing = length;
+    }
+    *p = weights > 0.0f ? ism__v3_madd(p0, sum, 1.0f / weights) : p0;
+    *n = weights > 0.0f ? ism__v3_normalize(normal) : n0;
+    return spacing;
+}
+
+static void ism__make_vpl(const ism_maps *m, const ism_frame *f, size_t source, const ism__cdf2_sample *at, double probability,
+                          ism_vpl *v)
+{
+    const ism_source *s = &f->sources[source];
+    size_t i = (size_t)at->y * s->width + at->x;
+    const float *flux = ism__at(s->fluxes, s->stride, i);
+    ism__v3 p = ism__v3_load(ism__at(s->positions, s->stride, i)), n;
+    float scale = (float)(1.0 / ((double)m->desc.vpl_count * probability)), spacing = 0.0f;
+    int k;
+    memset(v, 0, sizeof *v);
+    v->source = (uint32_t)source;
+    v->texel = (uint32_t)i;
+    v->directional = s->kind == ISM_SOURCE_DIRECTIONS;
+    if (v->directional) {
+        p = ism__v3_normalize(p);
+        n = ism__v3_scale(p, -1.0f);
+    } else if (s->scattered || m->desc.no_inter_texel) {
+        n = ism__v3_normalize(ism__v3_load(ism__at(s->normals, s->stride, i)));
+    } else {
+        spacing = ism__inter_texel(f->view, s, at, &p, &n);
+    }
+    ism__v3_store(v->position, p);
+    ism__v3_store(v->normal, n);
+    ism__v3_store(v->axis, n);
+    v->exponent = 1.0f;
+    if (s->lobes && !v->directional) {
+        ism__v3_store(v->axis, ism__v3_normalize(ism__v3_load(s->lobes + 4u * i)));
+        v->exponent = s->lobes[4u * i + 3u];
+    }
+    for (k = 0; k < 3; k++) v->flux[k] = flux[k] * scale;
+    if (s->areas && !v->directional) v->area = s->areas[i] * scale;
+    if (!(v->area >= 0.0f) || !ism__finite(v->area)) v->area = 0.0f;
+    v->side = spacing;              /* read by ism__flag_jumps, then replaced */
+}
+
+/* Which VPLs did not glide: another source, or farther than two texels from where they were. */
+static void ism__flag_jumps(ism_maps *m)
+{
+    const ism_vpl *old = (const ism_vpl *)m->previous.data;
+    uint32_t i;
+    m->stats.jumped = 0;
+    for (i = 0; i < m->vpl_count; i++) {
+        ism_vpl *v = &m->vpls[i];
+        float far = 2.0f * v->side;
+        ism__v3 d;
+        if (i >= m->previous_count) continue;
+        d = ism__v3_sub(ism__v3_load(v->position), ism__v3_load(old[i].position));
+        v->jumped = v->source != old[i].source || ism__v3_dot(d, d) > far * far;
+        m->stats.jumped += (uint32_t)v->jumped;
+    }
+}
+
+/* The square that a VPL becomes near by: its area, but no farther than its neighbours are. */
+static void ism__side_task(void *context, size_t index)
+{
+    ism_maps *m = (ism_maps *)context;
+    ism_vpl *v = &m->vpls[index];
+    ism__v3 p = ism__v3_load(v->position), n = ism__v3_load(v->normal);
+    float near2[4] = { 1e30f, 1e30f, 1e30f, 1e30f }, most, area;
+    uint32_t i, k;
+    v->side = 0.0f;
+    if (v->directional || v->exponent != 1.0f) return;
+    for (i = 0; i < m->vpl_count; i++) {
+        const ism_vpl *o = &m->vpls[i];
+        ism__v3 d = ism__v3_sub(ism__v3_load(o->position), p);
+        float d2 = ism__v3_dot(d, d);
+        if (i == index || d2 >= near2[3] || o->directional || !(d2 > 0.0f)) continue;
+        if (ism__v3_dot(n, ism__v3_load(o->normal)) < 0.5f) continue;
+        for (k = 3; k > 0 && near2[k - 1u] > d2; k--) near2[k] = near2[k - 1u];
+        near2[k] = d2;
+    }
+    most = near2[3] < 1e30f ? ISM__PI * near2[3] : 0.0f;
+    area = v->area > 0.0f ? (most > 0.0f && v->area > 2.0f * most ? 2.0f * most : v->area) : 0.25f * most;
+    v->side = sqrtf(area);
+}
+
+static ism_result ism__finish_vpls(ism_maps *m)
+{
+    if (!ism__run(&m->desc, m->vpl_count, ism__side_task, m)) return ISM_ERR_CANCELLED;
+    m->stats.vpls = m->vpl_count;
+    m->chosen = 1;
+    return ISM_OK;
+}
+
+/* VPL i at ((i + 0.5) / N, golden ratio sequence): the first number picks source and row, the second the column. */
+static void ism__draw_vpls(ism_maps *m, const ism_frame *f, const ism__source_of *of, double total)
+{
+    uint32_t n = m->desc.vpl_count, i, key = m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed;
+    uint32_t shift_u = ism__hash_combine(key, 11u), shift_v = ism__hash_combine(key, 12u);
+    m->vpl_count = 0;
+    for (i = 0; i < n && total > 0.0; i++) {
+        double u = ((double)i + 0.5) / (double)n + (m->desc.unstable ? (double)ism__to_unit(shift_u) : 0.0), rest;
+        float v = ism__to_unit(i * 2654435769u + shift_v);
+        ism__cdf2_sample at;
+        ism__cdf2 cdf;
+        size_t s = 0, last = 0, k;
+        u = (u - floor(u)) * total;
+        for (k = 0; k < f->source_count; k++)
+            if (of[k].total > 0.0) last = k;
+        rest = u;
+        for (s = 0; s < last && !(rest < of[s].total); s++) rest -= of[s].total;
+        cdf.rows = (const double *)m->cdf.data + of[s].cdf_first;
+        cdf.sums = cdf.rows + f->sources[s].height + 1u;
+        cdf.width = f->sources[s].width;
+        cdf.height = f->sources[s].height;
+        at = ism__cdf2_sample_at(&cdf, v, (float)(rest / of[s].total));
+        if (!(at.probability > 0.0f)) continue;
+        ism__make_vpl(m, f, s, &at, (double)at.probability * of[s].total / total, &m->vpls[m->vpl_count++]);
+    }
+}
+
+ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
+{
+    ism__choice c;
+    ism__source_of *of;
+    size_t cells, doubles, s, first = 0, cdf_first = 0;
+    double total = 0.0;
+    ism_result result;
+    if (!m || !f || !ism__view_ok(f->view)) return ISM_ERR_ARGUMENT;
+    result = ism__check_sources(f, &cells, &doubles);
+    if (result != ISM_OK) return result;
+    if (!ism__grow(m, &m->sources, f->source_count, sizeof *of) || !ism__grow(m, &m->importance, cells, sizeof(float)) ||
+        !ism__grow(m, &m->blurred, 2u * cells, sizeof(float)) || !ism__grow(m, &m->cdf, doubles, sizeof(double)))
+        return ISM_ERR_ALLOC;
+    of = (ism__source_of *)m->sources.data;
+    memset(&c, 0, sizeof c);
+    c.m = m;
+    c.frame = f;
+    c.extent = ism__extent(f->view);
+    m->stats.bad_pvpls = 0;
+    m->stats.flux[0] = m->stats.flux[1] = m->stats.flux[2] = 0.0;
+    m->source_count = f->source_count;
+    m->cells = cells;
+    for (s = 0; s < f->source_count; s++) {
+        const ism_source *src = &f->sources[s];
+        ism__cdf2 cdf;
+        c.source = s;
+        c.seed = ism__hash_combine(m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed, (uint32_t)s);
+        c.out = (float *)m->importance.data + first;
+        c.lum = (float *)m->blurred.data;
+        c.effect = c.lum + cells;
+        of[s].first = first;
+        of[s].cdf_first = cdf_first;
+        result = ism__weigh_source(&c, src);
+        if (result != ISM_OK) return m->chosen = 0, result;
+        ism__cdf2_build(&cdf, (double *)m->cdf.data + cdf_first, c.out, NULL, src->width, src->height);
+        of[s].total = ism__cdf2_total(&cdf);
+        total += of[s].total;
+        first += (size_t)src->width * src->height;
+        cdf_first += ism__cdf2_doubles(src->width, src->height);
+    }
+    m->previous_count = m->chosen ? m->vpl_count : 0;
+    memcpy(m->previous.data, m->vpls, m->previous_count * sizeof *m->vpls);
+    ism__draw_vpls(m, f, of, total);
+    ism__flag_jumps(m);
+    m->built = 0;
+    return ism__finish_vpls(m);
+}
+
+ISM_DEF ism_result ism_set_vpls(ism_maps *m, const ism_vpl *vpls, size_t count)
+{
+    size_t i;
+    if (!m || (!vpls && count)) return ISM_ERR_ARGUMENT;
+    if (count > m->desc.vpl_count) return ISM_ERR_LIMIT;
+    for (i = 0; i < count; i++) {
+        ism__v3 n = ism__v3_load(vpls[i].normal), a = ism__v3_load(vpls[i].axis);
+        if (!ism__v3_finite(ism__v3_load(vpls[i].position)) || !ism__v3_finite(n) || !ism__v3_finite(a) ||
+            !ism__flux_ok(vpls[i].flux) || fabsf(ism__v3_dot(n, n) - 1.0f) > 0.01f || fabsf(ism__v3_dot(a, a) - 1.0f) > 0.01f ||
+            !(vpls[i].exponent >= 0.0f && vpls[i].exponent <= 1e5f) || !(vpls[i].area >= 0.0f && ism__finite(vpls[i].area)))
+            return ISM_ERR_ARGUMENT;
+    }
+    if (count) memcpy(m->vpls, vpls, count * sizeof *vpls);
+    m->vpl_count = (uint32_t)count;
+    m->stats.jumped = 0;
+    m->built = 0;
+    return ism__finish_vpls(m);
+}
+
+ISM_DEF const ism_vpl *ism_vpls(const ism_maps *m, size_t *count)
+{
+    if (count) *count = m ? m->vpl_count : 0;
+    return m ? m->vpls : NULL;
+}
+
+ISM_DEF const float *ism_importances(const ism_maps *m, size_t source, size_t *count)
+{
+    const ism__source_of *of;
+    if (!m || !m->chosen || source >= m->source_count) return NULL;
+    of = (const ism__source_of *)m->sources.data;
+    if (count) *count = (source + 1u < m->source_count ? of[source + 1u].first : m->cells) -
+                        of[source].first;
+    return (const float *)m->importance.data + of[source].first;
+}
+
+/* ---- >>points: surfels on all triangles (paper 5) ---- */
+
+typedef struct ism__spread_work {
+    ism_maps        *m;
+    const ism_mesh  *mesh;
+    const ism_view  *view;
+    const uint32_t  *valid;         /* pixels that are no background */
+    uint32_t         valid_count;
+    float           *area, *solid;  /* of each triangle */
+    size_t           triangles;
+    uint32_t         frame, period;
+    int              fresh;
+    ism__cdf         cdf;
+} ism__spread_work;
+
+enum { ISM__TRIANGLES = 4096 };     /* a task's */
+
+/* Mean solid angle from the view samples of this triangle. Small ones by area cos / d^2: off by area / d^2 at most. */
+static float ism__triangle_effect(const ism__spread_work *w, size_t t, const ism__v3 p[3], ism__v3 normal2)
+{
+    uint32_t count = w->m->desc.spread == ISM_SPREAD_VIEW_8 ? 8u : 1u, k;
+    uint32_t key = ism__hash_combine(w->m->desc.seed, 0x7000u + (count == 1u ? 0u : (uint32_t)t));
+    float sum = 0.0f, area2 = ism__v3_length(normal2);
+    for (k = 0; k < count; k++) {
+        uint32_t i = (uint32_t)((uint64_t)ism__hash_combine(key, k) * w->valid_count >> 32);
+        ism__v3 v = ism__v3_load(ism__at(w->view->positions, w->view->stride, w->valid[i])), a = ism__v3_sub(p[0], v);
+        float d2 = ism__v3_dot(a, a);
+        if (area2 < 0.01f * d2) {
+            sum += 0.5f * fabsf(ism__v3_dot(normal2, a)) / (d2 * sqrtf(d2));
+        } else {
+            float corners[9];
+            ism__v3_store(corners, a);
+            ism__v3_store(corners + 3, ism__v3_sub(p[1], v));
+            ism__v3_store(corners + 6, ism__v3_sub(p[2], v));
+            sum += ism_solid_angle(corners, corners + 3, corners + 6);
+        }
+    }
+    return sum / (float)count;
+}
+
+static void ism__spread_task(void *context, size_t index)
+{
+    ism__spread_work *w = (ism__spread_work *)context;
+    size_t t = index * ISM__TRIANGLES, end = t + ISM__TRIANGLES < w->triangles ? t + ISM__TRIANGLES : w->triangles;
+    int adaptive = w->m->desc.spread != ISM_SPREAD_AREA && w->valid_count > 0;
+    for (; t < end; t++) {
+        ism__v3 p[3], n;
+        float area, solid = 0.0f;
+        if (w->mesh->indices && (w->mesh->indices[3u * t] >= w->mesh->vertex_count ||
+                                 w->mesh->indices[3u * t + 1u] >= w->mesh->vertex_count ||
+                                 w->mesh->indices[3u * t + 2u] >= w->mesh->vertex_count)) {
+            w->area[t] = -1.0f;     /* an error, found by the thread that called us */
+            continue;
+        }
+        ism__corners(w->mesh, t, p);
+        n = ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0]));
+        area = 0.5f * ism__v3_length(n);
+        if (!(area > 0.0f) || !ism__finite(area)) area = 0.0f;
+        else if (adaptive) solid = ism__triangle_effect(w, t, p, n);
+        w->area[t] = area;
+        w->solid[t] = ism__finite(solid) ? solid : 0.0f;
+    }
+}
+
+/* Uniform in the triangle: Heitz, "A low-distortion map between triangle and square", 2019; folds nothing, so that
+   low-discrepancy points stay so. */
+static void ism__triangle_map(float u, float v, float *b1, float *b2)
+{
+    if (v > u) {
+        u *= 0.5f;
+        v -= u;
+    } else {
+        v *= 0.5f;
+        u -= v;
+    }
+    *b1 = u;
+    *b2 = v;
+}
+
+/* The cell of the distribution with sums[i] <= x < sums[i + 1], by a table of where to begin. */
+static uint32_t ism__find(const ism__cdf *cdf, const uint32_t *guide, double u)
+{
+    uint32_t lo = guide[(uint32_t)(u * (double)cdf->count)];
+    double x = u * ism__cdf_total(cdf);
+    while (lo + 1u < cdf->count && cdf->sums[lo + 1u] <= x) lo++;
+    while (lo > 0 && !(cdf->sums[lo + 1u] > cdf->sums[lo])) lo--;
+    return lo;
+}
+
+/* Points of a VPL's tile: its own stratified numbers (j + r) / n, the same in every frame, so that a static scene stays
+   as it is; the `lazy`-th part of them is looked up anew. */
+static void ism__points_task(void *context, size_t v)
+{
+    const ism__spread_work *w = (const ism__spread_work *)context;
+    ism_maps *m = w->m;
+    const uint32_t *guide = (const uint32_t *)m->guide.data, *counts = (const uint32_t *)m->counts.data;
+    ism__point *points = (ism__point *)m->points.data + v * m->desc.points;
+    uint32_t n = counts[2u * v], j, key = m->desc.seed;
+    int fresh = w->fresh || n != counts[2u * v + 1u];
+    if (m->desc.unstable) key = ism__hash_combine(key, w->frame);
+    key = ism__hash_combine(key, 0x9000u + (uint32_t)v);
+    for (j = fresh ? 0 : w->frame % w->period; j < n; j += fresh ? 1u : w->period) {
+        uint32_t r = ism__hash_combine(key, j), x = key + j * 3242174889u, y = ism__hash32(key) + j * 2447445413u;
+        double u = ((double)j + (double)ism__to_unit(r)) / (double)n;
+        uint32_t t = ism__find(&w->cdf, guide, u);
+        float b1, b2, share = ism__cdf_probability(&w->cdf, t);
+        ism__triangle_map(ism__to_unit(x), ism__to_unit(y), &b1, &b2);
+        points[j].triangle = t;
+        points[j].b1 = (uint16_t)(b1 * 65535.0f);
+        points[j].b2 = (uint16_t)(b2 * 65535.0f);
+        points[j].weight = share > 0.0f ? 1.0f / ((float)n * share) : 0.0f;
+    }
+}
+
+/* n and the n of the frame before, for each VPL. */
+static void ism__count_points(ism_maps *m, int fresh)
+{
+    uint32_t *counts = (uint32_t *)m->counts.data, i;
+    double sum = 0.0, mean;
+    for (i = 0; i < m->vpl_count; i++) sum += (double)ism__luminance(m->vpls[i].flux);
+    mean = m->vpl_count ? sum / (double)m->vpl_count : 0.0;
+    for (i = 0; i < m->desc.vpl_count; i++) {
+        double f = i < m->vpl_count ? (double)ism__luminance(m->vpls[i].flux) : mean;
+        uint32_t n = m->desc.points;
+        if (m->desc.vary_points && f < 0.5 * mean) n = f < 0.25 * mean ? n / 4u : n / 2u;
+        counts[2u * i + 1u] = fresh ? 0 : counts[2u * i];
+        counts[2u * i] = n;
+    }
+}
+
+static void ism__bounding_sphere(ism_maps *m, const ism_mesh *mesh)
+{
+    ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), c;
+    size_t i;
+    for (i = 0; mesh && i < mesh->vertex_count; i++) {
+        ism__v3 p = ism__v3_load(ism__at(mesh->positions, mesh->vertex_stride, i));
+        if (!ism__v3_finite(p) || fabsf(p.x) > 1e18f || fabsf(p.y) > 1e18f || fabsf(p.z) > 1e18f) continue;
+        lo = ism__v3_min(lo, p);
+        hi = ism__v3_max(hi, p);
+    }
+    if (!(lo.x <= hi.x)) lo = hi = ism__v3_make(0, 0, 0);
+    c = ism__v3_scale(ism__v3_add(lo, hi), 0.5f);
+    ism__v3_store(m->center, c);
+    m->radius = 0.5f * ism__v3_length(ism__v3_sub(hi, lo)) * 1.001f + 1e-20f;
+}
+
+static ism_result ism__valid_pixels(ism_maps *m, const ism_view *view, uint32_t *count)
+{
+    size_t pixels = (size_t)view->width * view->height, i;
+    uint32_t *valid;
+    ism__v3 p, n;
+    if (!ism__grow(m, &m->pixels, pixels, sizeof *valid)) return ISM_ERR_ALLOC;
+    valid = (uint32_t *)m->pixels.data;
+    for (*count = 0, i = 0; i < pixels; i++)
+        if (ism__receiver(view, i, &p, &n)) valid[(*count)++] = (uint32_t)i;
+    return ISM_OK;
+}
+
+/* Weight of a triangle: solid angle and, in the share that keeps edge-on triangles in, area. */
+static void ism__make_cdf(ism__spread_work *w, double area_sum, double solid_sum)
+{
+    ism_maps *m = w->m;
+    double a = solid_sum > 0.0 ? (double)m->desc.area_share / area_sum : 1.0 / area_sum;
+    double s = solid_sum > 0.0 ? (1.0 - (double)m->desc.area_share) / solid_sum : 0.0, *sums = (double *)m->sums.data;
+    uint32_t *guide = (uint32_t *)m->guide.data, k = 0;
+    double sum = 0.0;
+    size_t t;
+    for (t = 0; t < w->triangles; t++) {
+        sums[t] = sum;
+        if (w->area[t] > 0.0f) sum += a * (double)w->area[t] + s * (double)w->solid[t];
+    }
+    sums[w->triangles] = sum;
+    w->cdf.sums = sums;
+    w->cdf.count = (uint32_t)w->triangles;
+    for (t = 0; t < w->triangles; t++) {
+        while (k + 1u < w->triangles && sums[k + 1u] <= (double)t / (double)w->triangles * sum) k++;
+        guide[t] = k;
+    }
+}
+
+static ism_result ism__renew_points(ism_maps *m, const ism_frame *f)
+{
+    ism__spread_work w;
+    double area = 0.0, solid = 0.0;
+    size_t t, i;
+    ism_result result;
+    memset(&w, 0, sizeof w);
+    w.m = m;
+    w.mesh = f->mesh;
+    w.view = f->view;
+    w.triangles = ism__mesh_triangles(f->mesh);
+    w.frame = f->index;
+    w.period = m->desc.unstable ? 1u : m->desc.lazy;
+    w.fresh = w.triangles != m->triangles;
+    if (w.triangles >= 1u << 31) return ISM_ERR_LIMIT;
+    result = ism__valid_pixels(m, f->view, &w.valid_count);
+    if (result != ISM_OK) return result;
+    if (!ism__grow(m, &m->weights, w.triangles, 2u * sizeof(float)) ||
+        !ism__grow(m, &m->guide, w.triangles, sizeof(uint32_t)) ||
+        !ism__grow(m, &m->sums, w.triangles + 1u, sizeof(double)) ||
+        !ism__grow(m, &m->points, (size_t)m->desc.vpl_count * m->desc.points, sizeof(ism__point)) ||
+        !ism__grow(m, &m->counts, (size_t)m->desc.vpl_count * 2u, sizeof(uint32_t)))
+        return ISM_ERR_ALLOC;
+    w.valid = (const uint32_t *)m->pixels.data;
+    w.area = (float *)m->weights.data;
+    w.solid = w.area + w.triangles;
+    if (!ism__run(&m->desc, (w.triangles + ISM__TRIANGLES - 1u) / ISM__TRIANGLES, ism__spread_task, &w))
+        return ISM_ERR_CANCELLED;
+    m->stats.skipped_triangles = 0;
+    for (t = 0; t < w.triangles; t++) {
+        if (w.area[t] < 0.0f) return ISM_ERR_INPUT;
+        m->stats.skipped_triangles += w.area[t] > 0.0f ? 0u : 1u;
+        area += (double)w.area[t];
+        solid += (double)w.solid[t];
+    }
+    m->stats.surface_area = area;
+    m->stats.points = m->stats.renewed = 0;
+    if (!(area > 0.0)) {
+        m->triangles = 0;
+        return ISM_OK;
+    }
+    ism__make_cdf(&w, area, solid);
+    ism__count_points(m, w.fresh);
+    m->triangles = 0;               /* until all are there: a cancelled renewal begins anew */
+    if (!ism__run(&m->desc, m->desc.vpl_count, ism__points_task, &w)) return ISM_ERR_CANCELLED;
+    m->triangles = w.triangles;
+    for (i = 0; i < m->desc.vpl_count; i++) {
+        const uint32_t *n = (const uint32_t *)m->counts.data + 2u * i;
+        uint32_t first = w.frame % w.period;
+        m->stats.points += n[0];
+        m->stats.renewed += w.fresh || n[0] != n[1] ? n[0] : n[0] > first ? (n[0] - first - 1u) / w.period + 1u : 0;
+    }
+    return ISM_OK;
+}
+
+ISM_DEF ism_result ism_points(const ism_maps *m, uint32_t vpl, ism_point *out, size_t capacity, size_t *count)
+{
+    const ism__point *points;
+    uint32_t n, j;
+    if (!m || !count || vpl >= m->desc.vpl_count || (!out && capacity)) return ISM_ERR_ARGUMENT;
+    if (!m->triangles) return ISM_ERR_ORDER;
+    points = (const ism__point *)m->points.data + (size_t)vpl * m->desc.points;
+    n = ((const uint32_t *)m->counts.data)[2u * vpl];
+    for (j = 0; j < n && j < capacity; j++) {
+        out[j].triangle = points[j].triangle;
+        out[j].barycentric[0] = (float)points[j].b1 * (1.0f / 65535.0f);
+        out[j].barycentric[1] = (float)points[j].b2 * (1.0f / 65535.0f);
+        out[j].area = points[j].weight;
+    }
+    *count = n;
+    return ISM_OK;
+}
+
+/* ---- >>splat: discs into one tile ---- */
+
+typedef struct ism__tile {          /* one VPL's map while it is drawn */
+    const ism_maps *m;
+    const ism_mesh *mesh;
+    const ism_vpl  *vpl;
+    ism__frame_of   frame;
+    ism_projection  projection;
+    uint32_t        size;
+    const float    *directions;     /* of texel centres, in the tile's frame; x, y, 1 of sky maps in units of radius */
+    ism__texel     *texels;
+    uint64_t        splats, wide, filled;
+} ism__tile;
+
+typedef struct ism__surfel { ism__v3 at; ism__v3 g; float radius2, depth, u, v; uint32_t triangle; } ism__surfel;
+
+/* Depth of the surfel's plane at a texel; 0 where the texel's ray does not meet it. */
+static float ism__plane_depth(const ism__tile *tile, const float g[3], const float *w)
+{
+    float s = g[0] * w[0] + g[1] * w[1] + g[2] * w[2];
+    if (tile->vpl->directional) return s > 0.0f ? s : 0.0f;
+    return s > 1e-20f ? 1.0f / s : 0.0f;
+}
+
+/* Where the point lies in the tile; 0 if it is not seen from the VPL's front. */
+static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, float area, ism__surfel *s)
+{
+    const ism_maps *m = tile->m;
+    s->radius2 = area * (1.0f / ISM__PI);
+    if (tile->vpl->directional) {
+        ism__v3 l = ism__to_local(&tile->frame, ism__v3_sub(p, ism__v3_load(m->center)));
+        ism__v3 n = ism__to_local(&tile->frame, normal);
+        float r = m->radius, slope = fabsf(n.z) > 0.05f ? 1.0f / n.z : 0.0f;
+        s->depth = l.z + r;         /* the frame's z is the way that light travels */
+        s->u = 0.5f * l.x / r + 0.5f;
+        s->v = 0.5f * l.y / r + 0.5f;
+        s->at = ism__v3_make(l.x, l.y, s->depth);
+        s->g = ism__v3_make(-n.x * slope * r, -n.y * slope * r, s->depth + (n.x * l.x + n.y * l.y) * slope);
+        return s->u >= 0.0f && s->v >= 0.0f && s->u < 1.0f && s->v < 1.0f;
+    } else {
+        ism__v3 l = ism__to_local(&tile->frame, ism__v3_sub(p, ism__v3_load(tile->vpl->position)));
+        ism__v3 n = ism__to_local(&tile->frame, normal);
+        float d2 = ism__v3_dot(l, l), along = ism__v3_dot(n, l), direction[3], uv[2];
+        s->depth = sqrtf(d2);
+        if (!(d2 > 1e-30f) || !(l.z > 1e-3f * s->depth)) return 0;
+        ism__v3_store(direction, ism__v3_scale(l, 1.0f / s->depth));
+        if (!ism_map_coordinates(tile->projection, tile->vpl->exponent, direction, uv)) return 0;
+        s->at = l;
+        s->u = uv[0];
+        s->v = uv[1];
+        /* edge-on: a plane facing the VPL instead */
+        s->g = fabsf(along) > 0.05f * s->depth ? ism__v3_scale(n, 1.0f / along) : ism__v3_scale(l, 1.0f / d2);
+        return 1;
+    }
+}
+
+/* Writes the texel if the surfel is nearest there; exact: the texel's ray must meet the disc. */
+static int ism__write_texel(ism__tile *tile, const ism__surfel *s, uint32_t x, uint32_t y, int must)
+{
+    size_t i = (size_t)y * tile->size + x;
+    const float *w = tile->directions + 3u * i;
+    ism__texel *to = &tile->texels[i];
+    float g[3], t, r = tile->m->radius;
+    ism__v3 d;
+    ism__v3_store(g, s->g);
+    t = ism__plane_depth(tile, g, w);
+    d = tile->vpl->directional ? ism__v3_make(w[0] * r, w[1] * r, t) : ism__v3_make(w[0] * t, w[1] * t, w[2] * t);
+    d = ism__v3_sub(d, s->at);
+    if (!(t > 0.0f) || !(ism__v3_dot(d, d) <= s->radius2)) {
+        if (!must) return 0;
+        /* the point's own texel, its disc too small to hold the centre */
+        t = s->depth;
+        if (tile->vpl->directional) {
+            g[0] = g[1] = 0.0f;
+            g[2] = t;
+        } else {
+            ism__v3_store(g, ism__v3_scale(s->at, 1.0f / (t * t)));
+        }
+    }
+    if (!(t < to->t)) return 0;
+    memcpy(to->g, g, sizeof g);
+    to->t = t;
+    to->triangle = s->triangle;
+    to->x = (uint16_t)x;
+    to->y = (uint16_t)y;
+    return 1;
+}
+
+/* Texels a unit of angle (or of world space) at most, in either direction of the square. */
+static float ism__texels_per_unit(const ism__tile *tile)
+{
+    float size = (float)tile->size;
+    if (tile->vpl->directional) return 0.5f * size / tile->m->radius;
+    if (tile->projection == ISM_PROJECTION_PARABOLOID) return 0.5f * size;
+    if (tile->projection == ISM_PROJECTION_LOBE) return 0.9f * size * sqrtf(0.5f * (tile->vpl->exponent + 1.0f));
+    return 0.9f * size;
+}
+
+static void ism__splat(ism__tile *tile, const ism__surfel *s)
+{
+    float reach = sqrtf(s->radius2) * ism__texels_per_unit(tile) / (tile->vpl->directional ? 1.0f : s->depth);
+    float x = s->u * (float)tile->size, y = s->v * (float)tile->size, most = (float)tile->size;
+    uint32_t cx = ism__texel_of(s->u, tile->size), cy = ism__texel_of(s->v, tile->size), x0, x1, y0, y1, i, j;
+    ism__write_texel(tile, s, cx, cy, 1);
+    tile->splats++;
+    if (!(reach > 0.0f)) return;
+    if (!(reach < most)) reach = most;
+    tile->wide += reach > 0.125f * most;
+    /* the map is continuous but across its diagonals near the border, where a disc is cut off */
+    x0 = x - reach > 0.0f ? (uint32_t)(x - reach) : 0;
+    y0 = y - reach > 0.0f ? (uint32_t)(y - reach) : 0;
+    x1 = x + reach < most ? (uint32_t)(x + reach) : tile->size - 1u;
+    y1 = y + reach < most ? (uint32_t)(y + reach) : tile->size - 1u;
+    for (j = y0; j <= y1; j++)
+        for (i = x0; i <= x1; i++) ism__write_texel(tile, s, i, j, 0);
+}
+
+static void ism__draw_points(ism__tile *tile, const ism__point *points, uint32_t count, uint32_t number)
+{
+    const ism_mesh *mesh = tile->mesh;
+    float scale = tile->m->desc.splat_scale;
+    uint32_t j, column = number % tile->m->tiles, row = number / tile->m->tiles;
+    for (j = 0; j < count; j++) {
+        uint32_t t = points[j].triangle;
+        float b1 = (float)points[j].b1 * (1.0f / 65535.0f), b2 = (float)points[j].b2 * (1.0f / 65535.0f), length;
+        ism__v3 p[3], e1, e2, n;
+        ism__surfel s;
+        /* dithered over 2 x 2 tiles, not texels: pull and push would close the gaps that dithering leaves */
+        if (mesh->opacities && !ism_dither(column, row, mesh->opacities[t])) continue;
+        ism__corners(mesh, t, p);
+        e1 = ism__v3_sub(p[1], p[0]);
+        e2 = ism__v3_sub(p[2], p[0]);
+        n = ism__v3_cross(e1, e2);
+        length = ism__v3_length(n);
+        if (!(length > 0.0f) || !ism__finite(length)) continue;
+        p[0] = ism__v3_madd(ism__v3_madd(p[0], e1, b1), e2, b2);
+        s.triangle = t;
+        if (ism__place_surfel(tile, p[0], ism__v3_scale(n, 1.0f / length), scale * points[j].weight * 0.5f * length, &s))
+            ism__splat(tile, &s);
+    }
+}
+
+/* ---- >>fill: pull and push (paper 3.3), after Marroquim et al. 2007 ---- */
+
+/* A texel that three of its four neighbours' planes pass before is a hole in them, through which something hidden is
+   seen. Marked by a triangle of UINT32_MAX, emptied afterwards. */
+static void ism__open_holes(ism__tile *tile)
+{
+    uint32_t x, y, size = tile->size;
+    size_t i, count = (size_t)size * size;
+    for (y = 1; y + 1u < size; y++)
+        for (x = 1; x + 1u < size; x++) {
+            ism__texel *c = &tile->texels[(size_t)y * size + x];
+            const ism__texel *around[4];
+            uint32_t k, before = 0;
+            around[0] = c - 1;
+            around[1] = c + 1;
+            around[2] = c - size;
+            around[3] = c + size;
+            for (k = 0; k < 4u; k++) {
+                float t;
+                if (around[k]->t >= ISM_FAR) continue;
+                t = ism__plane_depth(tile, around[k]->g, tile->directions + 3u * ((size_t)y * size + x));
+                before += t > 0.0f && t < 0.9f * c->t && t > 0.5f * around[k]->t;
+            }
+            if (before >= 3u && c->t < ISM_FAR) c->triangle = UINT32_MAX;
+        }
+    for (i = 0; i < count; i++)
+        if (tile->texels[i].triangle == UINT32_MAX) tile->texels[i].t = ISM_FAR;
+}
+
+/* Pull: each coarser cell takes over one surfel of its four, the nearest to its middle. Push: an empty texel takes the
+   surfel, among those of the four coarse cells about it, that lies nearest in the tile, and the depth of that surfel's
+   plane at its own centre. No depth is ever mixed with another, and nothing leaves the tile; three levels, so that
+   wide gaps stay open sky. */
+static void ism__fill(ism__tile *tile, uint32_t *pyramid)
+{
+    uint32_t size = tile->size, level, x, y, k, levels = 3u;
+    size_t offset = 0, below = 0, i;
+    ism__open_holes(tile);
+    while (size >> levels < 2u) levels--;
+    for (level = 1; level <= levels; level++) {     /* cells hold 1 + the index of a texel, 0 = none */
+        uint32_t half = size >> level;
+        for (y = 0; y < half; y++)
+            for (x = 0; x < half; x++) {
+                uint32_t best = 0, least = UINT32_MAX, mx = (2u * x + 1u) << level, my = (2u * y + 1u) << level;
+                for (k = 0; k < 4u; k++) {
+                    uint32_t cx = 2u * x + (k & 1u), cy = 2u * y + (k >> 1), at, px, py, d;
+                    if (level == 1) at = tile->texels[(size_t)cy * size + cx].t < ISM_FAR ? cy * size + cx + 1u : 0;
+                    else at = pyramid[below + (size_t)cy * 2u * half + cx];
+                    if (!at) continue;
+                    px = 2u * ((at - 1u) % size) + 1u;
+                    py = 2u * ((at - 1u) / size) + 1u;
+                    d = (px - mx) * (px - mx) + (py - my) * (py - my);
+                    if (d < least) {
+                        least = d;
+                        best = at;
+                    }
+                }
+                pyramid[offset + (size_t)y * half + x] = best;
+            }
+        below = offset;
+        offset += (size_t)half * half;
+    }
+    for (i = 0; i < (size_t)size * size; i++) {
+        ism__texel *to = &tile->texels[i];
+        uint32_t tx = (uint32_t)(i % size), ty = (uint32_t)(i / size), found = 0, least = UINT32_MAX;
+        if (to->t < ISM_FAR) continue;
+        for (level = 1, offset = 0; level <= levels && !found; level++) {
+            uint32_t half = size >> level, cx = tx >> level, cy = ty >> level, middle = 1u << (level - 1u);
+            for (k = 0; k < 4u; k++) {
+                uint32_t nx = k & 1u ? ((tx & ((1u << level) - 1u)) < middle ? cx - 1u : cx + 1u) : cx;
+                uint32_t ny = k & 2u ? ((ty & ((1u << level) - 1u)) < middle ? cy - 1u : cy + 1u) : cy, at, d;
+                if (nx >= half || ny >= half) continue;
+                at = pyramid[offset + (size_t)ny * half + nx];
+                if (!at) continue;
+                d = ((at - 1u) % size - tx) * ((at - 1u) % size - tx) + ((at - 1u) / size - ty) * ((at - 1u) / size - ty);
+                if (d < least) {
+                    least = d;
+                    found = at;
+                }
+            }
+            offset += (size_t)half * half;
+        }
+        if (found) {
+            const ism__texel *from = &tile->texels[found - 1u];
+            float t = ism__plane_depth(tile, from->g, tile->directions + 3u * i);
+            float lo = 0.5f * from->t, hi = 2.0f * from->t;
+            to->g[0] = t > lo && t < hi ? t : t >= hi ? hi : from->t;     /* kept aside: t marks what is empty */
+            to->triangle = from->triangle;
+            to->x = 1;
+            tile->filled++;
+        } else {
+            to->x = 0;
+        }
+    }
+}
+
+/* ---- >>atlas ---- */
+
+typedef struct ism__atlas_work { ism_maps *m; const ism_mesh *mesh; uint32_t lanes; } ism__atlas_work;
+
+static size_t ism__lane_bytes(uint32_t size)
+{
+    size_t texels = (size_t)size * size;
+    return texels * sizeof(ism__texel) + texels * 3u * sizeof(float) + texels * sizeof(uint16_t) + 64u;
+}
+
+static void ism__tile_directions(const ism__tile *tile, float *out)
+{
+    uint32_t x, y;
+    for (y = 0; y < tile->size; y++)
+        for (x = 0; x < tile->size; x++, out += 3) {
+            float uv[2];
+            uv[0] = ((float)x + 0.5f) / (float)tile->size;
+            uv[1] = ((float)y + 0.5f) / (float)tile->size;
+            if (tile->vpl->directional) {
+                out[0] = 2.0f * uv[0] - 1.0f;
+                out[1] = 2.0f * uv[1] - 1.0f;
+                out[2] = 1.0f;
+            } else {
+                ism_map_direction(tile->projection, tile->vpl->exponent, uv, out);
+            }
+        }
+}
+
+/* The lane's own memory when the tile's texels do not point where those of the others do. */
+static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t v, char *scratch)
+{
+    ism_maps *m = w->m;
+    size_t texels = (size_t)m->desc.tile_size * m->desc.tile_size, i;
+    float *own;
+    memset(tile, 0, sizeof *tile);
+    tile->m = m;
+    tile->mesh = w->mesh;
+    tile->vpl = &m->vpls[v];
+    tile->frame = ism__vpl_frame(m, tile->vpl);
+    tile->projection = ism__projection_of(m, tile->vpl);
+    tile->size = m->desc.tile_size;
+    tile->texels = (ism__texel *)(void *)scratch;
+    own = (float *)(void *)(scratch + texels * sizeof(ism__texel));
+    tile->directions = (const float *)m->directions.data;
+    if (tile->vpl->directional || tile->projection == ISM_PROJECTION_LOBE) {
+        ism__tile_directions(tile, own);
+        tile->directions = own;
+    }
+    for (i = 0; i < texels; i++) {
+        tile->texels[i].t = ISM_FAR;
+        tile->texels[i].triangle = 0;
+    }
+}
+
+static void ism__end_tile(const ism__tile *tile, ism_maps *m, uint32_t v)
+{
+    size_t column = v % m->tiles, row = v / m->tiles, x, y;
+    for (y = 0; y < tile->size; y++)
+        for (x = 0; x < tile->size; x++) {
+            const ism__texel *from = &tile->texels[y * tile->size + x];
+            size_t to = (row * tile->size + y) * m->side + column * tile->size + x;
+            int full = from->t < ISM_FAR, filled = !full && !m->desc.no_fill && from->x;
+            ((float *)m->atlas.data)[to] = full ? from->t : filled ? from->g[0] : ISM_FAR;
+            if (m->hits.data) ((uint32_t *)m->hits.data)[to] = full || filled ? from->triangle : UINT32_MAX;
+        }
+}
+
+static void ism__lane_task(void *context, size_t lane)
+{
+    const ism__atlas_work *w = (const ism__atlas_work *)context;
+    ism_maps *m = w->m;
+    size_t texels = (size_t)m->desc.tile_size * m->desc.tile_size;
+    char *scratch = (char *)m->scratch.data + lane * ism__lane_bytes(m->desc.tile_size);
+    uint64_t *stats = (uint64_t *)(void *)(scratch + ism__lane_bytes(m->desc.tile_size) - 64u);
+    size_t v;
+    stats[0] = stats[1] = stats[2] = 0;
+    for (v = lane; v < m->vpl_count; v += w->lanes) {
+        ism__tile tile;
+        ism__begin_tile(&tile, w, (uint32_t)v, scratch);
+        if (m->triangles)
+            ism__draw_points(&tile, (const ism__point *)m->points.data + v * m->desc.points,
+                             ((const uint32_t *)m->counts.data)[2u * v], (uint32_t)v);
+        if (!m->desc.no_fill)
+            ism__fill(&tile, (uint32_t *)(void *)(scratch + texels * (sizeof(ism__texel) + 3u * sizeof(float))));
+        ism__end_tile(&tile, m, (uint32_t)v);
+        stats[0] += tile.splats;
+        stats[1] += tile.wide;
+        stats[2] += tile.filled;
+    }
+}
+
+ISM_DEF ism_result ism_build(ism_maps *m, const ism_frame *f)
+{
+    ism__atlas_work w;
+    size_t texels, i;
+    ism_result result;
+    if (!m || !f || !ism__view_ok(f->view)) return ISM_ERR_ARGUMENT;
+    if (!m->chosen) return ISM_ERR_ORDER;
+    if (f->mesh && !ism__mesh_ok(f->mesh)) return ISM_ERR_INPUT;
+    w.m = m;
+    w.mesh = f->mesh;
+    w.lanes = m->vpl_count < ISM__LANES ? m->vpl_count : ISM__LANES;
+    texels = (size_t)m->side * m->side;
+    if (!ism__grow(m, &m->atlas, texels, sizeof(float)) ||
+        (m->desc.keep_hits && !ism__grow(m, &m->hits, texels, sizeof(uint32_t))) ||
+        !ism__grow(m, &m->scratch, ISM__LANES, ism__lane_bytes(m->desc.tile_size)))
+        return ISM_ERR_ALLOC;
+    m->built = 0;
+    result = ism__renew_points(m, f);
+    if (result != ISM_OK) return result;
+    ism__bounding_sphere(m, f->mesh);
+    if (w.lanes && !ism__run(&m->desc, w.lanes, ism__lane_task, &w)) return ISM_ERR_CANCELLED;
+    m->stats.splats = m->stats.wide_splats = m->stats.filled = 0;
+    for (i = 0; i < w.lanes; i++) {
+        const char *end = (const char *)m->scratch.data + (i + 1u) * ism__lane_bytes(m->desc.tile_size);
+        const uint64_t *stats = (const uint64_t *)(const void *)(end - 64u);
+        m->stats.splats += stats[0];
+        m->stats.wide_splats += stats[1];
+        m->stats.filled += stats[2];
+    }
+    m->built = 1;
+    return ISM_OK;
+}
+
+ISM_DEF const float *ism_atlas(const ism_maps *m, uint32_t *side, uint32_t *tiles_a_side)
+{
+    if (!m || !m->built) return NULL;
+    if (side) *side = m->side;
+    if (tiles_a_side) *tiles_a_side = m->tiles;
+    return (const float *)m->atlas.data;
+}
+
+/* ---- >>visibility ---- */
+
+/* Compares depths on the receiver's own tangent plane, at the centre of the texel: no acne where light grazes. */
+static int ism__lit(const ism_maps *m, const ism_vpl *v, const ism__frame_of *f, const float *tile, ism__v3 p, ism__v3 ng,
+                    float bias)
+{
+    uint32_t size = m->desc.tile_size, x, y;
+    if (v->directional) {
+        ism__v3 l = ism__to_local(f, ism__v3_sub(p, ism__v3_load(m->center)));
+        ism__v3 n = ism__to_local(f, ng);
+        float r = m->radius, u = 0.5f * l.x / r + 0.5f, w = 0.5f * l.y / r + 0.5f, depth = l.z + r, dx, dy;
+        if (!(u >= 0.0f && w >= 0.0f && u < 1.0f && w < 1.0f)) return 1;
+        x = ism__texel_of(u, size);
+        y = ism__texel_of(w, size);
+        dx = ((2.0f * (float)x + 1.0f) / (float)size - 1.0f) * r - l.x;
+        dy = ((2.0f * (float)y + 1.0f) / (float)size - 1.0f) * r - l.y;
+        if (fabsf(n.z) > 0.1f) depth -= (n.x * dx + n.y * dy) / n.z;
+        return depth - bias * r <= tile[(size_t)y * m->side + x];
+    } else {
+        ism__v3 l = ism__to_local(f, ism__v3_sub(p, ism__v3_load(v->position)));
+        ism__v3 n = ism__to_local(f, ng);
+        ism_projection projection = ism__projection_of(m, v);
+        float d = ism__v3_length(l), direction[3], uv[2], along, t;
+        if (!(l.z > 0.0f) || !(d > 0.0f)) return 1;
+        ism__v3_store(direction, ism__v3_scale(l, 1.0f / d));
+        if (!ism_map_coordinates(projection, v->exponent, direction, uv)) return 1;
+        x = ism__texel_of(uv[0], size);
+        y = ism__texel_of(uv[1], size);
+        t = tile[(size_t)y * m->side + x];
+        if (d * (1.0f - bias) <= t && t >= 2.0f * d) return 1;
+        if (projection != ISM_PROJECTION_LOBE) {
+            memcpy(direction, (const float *)m->directions.data + 3u * ((size_t)y * size + x), sizeof direction);
+        } else {
+            uv[0] = ((float)x + 0.5f) / (float)size;
+            uv[1] = ((float)y + 0.5f) / (float)size;
+            ism_map_direction(projection, v->exponent, uv, direction);
+        }
+        along = n.x * direction[0] + n.y * direction[1] + n.z * direction[2];
+        along = along != 0.0f ? ism__v3_dot(n, l) / along : d;
+        if (along > 0.5f * d && along < 2.0f * d) d = along;
+        return d * (1.0f - bias) <= t;
+    }
+}
+
+static const float *ism__tile_of(const ism_maps *m, uint32_t v)
+{
+    size_t column = v % m->tiles, row = v / m->tiles;
+    return (const float *)m->atlas.data + row * m->desc.tile_size * m->side + column * m->desc.tile_size;
+}
+
+ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const float *positions, const float *geometric,
+                               size_t stride, size_t count, float bias, float *visible)
+{
+    ism__frame_of frame;
+    size_t i;
+    if (!m || vpl >= m->vpl_count || !ism__stride_ok(stride) || (count && (!positions || !geometric || !visible)) ||
+        !(bias >= 0.0f && bias < 1.0f))
+        return ISM_ERR_ARGUMENT;
+    if (!m->built) return ISM_ERR_ORDER;
+    frame = ism__vpl_frame(m, &m->vpls[vpl]);
+    for (i = 0; i < count; i++)
+        visible[i] = (float)ism__lit(m, &m->vpls[vpl], &frame, ism__tile_of(m, vpl),
+                                     ism__v3_load(ism__at(positions, stride, i)),
+                                     ism__v3_load(ism__at(geometric, stride, i)), bias);
+    return ISM_OK;
+}
+
+/* ---- >>shade (paper 6.2) ---- */
+
+typedef struct ism__shade_work {
+    const ism_maps    *m;
+    const ism_view    *view;
+    ism_shading        s;
+    uint32_t           pattern, blocks_x;
+    const uint32_t    *order;       /* VPLs, those of a class together */
+    const uint32_t    *class_first; /* pattern^2 + 1 */
+    const float       *fields;      /* ISM__FIELDS arrays of vpl_count, in `order` */
+    const ism__frame_of *frames;    /* in `order` */
+    float             *light;       /* irradiance, 3 a pixel */
+    float             *blurred;
+    double            *lost;        /* of each block: what clamping took, what there was; pairs culled, pairs */
+} ism__shade_work;
+
+typedef struct ism__pixel { ism__v3 p, n, ng; } ism__pixel;
+
+/* A square of the VPL's area about it, as far as the receiver's horizon leaves it: a surface does not go on behind
+   the one it meets, so the whole flux comes from the part that is left. */
+static float ism__patch_kernel(const ism__frame_of *f, ism__v3 d, ism__v3 n, float side)
+{
+    ism__v3 c[4], x = ism__v3_scale(f->x, 0.5f * side), y = ism__v3_scale(f->y, 0.5f * side);
+    float share, form;
+    c[0] = ism__v3_sub(ism__v3_sub(d, x), y);
+    c[1] = ism__v3_add(ism__v3_sub(d, x), y);
+    c[2] = ism__v3_add(ism__v3_add(d, x), y);
+    c[3] = ism__v3_sub(ism__v3_add(d, x), y);
+    form = ism__form_factor(n, c, 4, &share);
+    return form > 0.0f && share > 0.0f ? form * ISM__PI / (side * side * share) : 0.0f;
+}
+
+/* Hasan et al., "Virtual spherical lights for many-light rendering of glossy scenes", 2009: the mean over the cone that
+   the sphere fills, its radius that of a disc of the VPL's area. */
+static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float side)
+{
+    float r2 = side * side * (1.0f / ISM__PI), d2 = ism__v3_dot(d, d), least, sum = 0.0f;
+    ism__v3 z = ism__v3_normalize(d), x, y;
+    uint32_t k;
+    least = d2 > r2 ? sqrtf(1.0f - r2 / d2) : -1.0f;
+    ism__v3_basis(z, &x, &y);
+    for (k = 0; k < 16u; k++) {
+        float cosine = 1.0f - (1.0f - least) * ((float)k + 0.5f) * (1.0f / 16.0f), sine = sqrtf(1.0f - cosine * cosine);
+        float s, c, a, b;
+        ism__v3 w;
+        ism__sincos(2.39996323f * (float)k, &s, &c);
+        w = ism__v3_madd(ism__v3_madd(ism__v3_scale(z, cosine), x, sine * c), y, sine * s);
+        a = ism__v3_dot(n, w);
+        b = -ism__v3_dot(normal, w);
+        if (a > 0.0f && b > 0.0f) sum += a * b;
+    }
+    return sum * (1.0f / 16.0f) * 2.0f * (1.0f - least) / r2;      /* / (pi r^2) x solid angle */
+}
+
+/* cos cos / d^2 of one VPL (cosine alone of a sky), with lobe and near-field rule; *plain without the latter. */
+static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__frame_of *f, const ism__pixel *px,
+                         float plain_kernel, float *plain)
+{
+    ism__v3 d = ism__v3_sub(ism__v3_load(v->position), px->p);
+    float d2 = ism__v3_dot(d, d), k = plain_kernel, a2 = v->side * v->side;
+    if (v->directional) {
+        k = ism__v3_dot(ism__v3_load(v->position), px->n) * ISM__PI;    /* light is divided by pi afterwards */
+        return *plain = k > 0.0f ? k : 0.0f;
+    }
+    if (v->exponent != 1.0f) {
+        float length = sqrtf(d2), c = -ism__v3_dot(ism__v3_load(v->axis), d) / length, b = ism__v3_dot(px->n, d) / length;
+        k = c > 0.0f && b > 0.0f ? 0.5f * (v->exponent + 1.0f) * ism__pow(c, v->exponent) * b / d2 : 0.0f;
+    }
+    *plain = k;
+    switch (w->s.near_mode) {
+    case ISM_NEAR_CLAMP: return k < w->s.clamp ? k : w->s.clamp;
+    case ISM_NEAR_SPHERE:
+        return a2 > 0.0f && v->exponent == 1.0f && d2 < 16.0f * a2
+             ? ism__sphere_kernel(d, ism__v3_load(v->normal), px->n, v->side) : k;
+    case ISM_NEAR_PATCH:
+        return a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2 ? ism__patch_kernel(f, d, px->n, v->side) : k;
+    default: return k;
+    }
+}
+
+/* cos cos / d^2 of consecutive VPLs, negative or 0 where one faces away: plain arrays, for the compiler to vectorise. */
+static void ism__kernels(const ism__shade_work *w, const ism__pixel *px, uint32_t first, uint32_t count, float *out)
+{
+    size_t n = w->m->vpl_count;
+    const float *x = w->fields + first, *y = x + n, *z = y + n, *nx = z + n, *ny = nx + n, *nz = ny + n;
+    float px0 = px->p.x, py0 = px->p.y, pz0 = px->p.z, ax = px->n.x, ay = px->n.y, az = px->n.z;
+    uint32_t i;
+    for (i = 0; i < count; i++) {
+        float dx = x[i] - px0, dy = y[i] - py0, dz = z[i] - pz0, d2 = dx * dx + dy * dy + dz * dz;
+        float a = ax * dx + ay * dy + az * dz, b = -(nx[i] * dx + ny[i] * dy + nz[i] * dz);
+        a = a > 0.0f ? a : 0.0f;
+        b = b > 0.0f ? b : 0.0f;
+        out[i] = a * b / (d2 * d2 + 1e-37f);
+    }
+}
+
+/* Visibility of `count` VPLs of the list, which are numbers in `order`. */
+static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, const uint32_t *list, uint32_t count,
+                              float *visible)
+{
+    uint32_t i, numbers[ISM__CHUNK];
+    if (w->s.visible_fn) {
+        float position[3], geometric[3];
+        for (i = 0; i < count; i++) numbers[i] = w->order[list[i]];
+        ism__v3_store(position, px->p);
+        ism__v3_store(geometric, px->ng);
+        w->s.visible_fn(w->s.visible_user, position, geometric, numbers, count, visible);
+        return;
+    }
+    for (i = 0; i < count; i++) {
+        uint32_t v = w->order[list[i]];
+        visible[i] = w->s.no_maps ? 1.0f
+                   : (float)ism__lit(w->m, &w->m->vpls[v], &w->frames[list[i]], ism__tile_of(w->m, v), px->p, px->ng,
+                                     w->s.bias);
+    }
+}
+
+/* Mean over all VPLs of a class of their light here, unshadowed: what CLAMP_MEAN compares with. */
+static float ism__mean_light(const ism__shade_work *w, const ism__pixel *px, uint32_t first, uint32_t end)
+{
+    float kernels[ISM__CHUNK], sum = 0.0f, plain;
+    uint32_t at, i;
+    for (at = first; at < end; at += ISM__CHUNK) {
+        uint32_t count = end - at < ISM__CHUNK ? end - at : ISM__CHUNK;
+        ism__kernels(w, px, at, count, kernels);
+        for (i = 0; i < count; i++) {
+            const ism_vpl *v = &w->m->vpls[w->order[at + i]];
+            sum += ism__kernel(w, v, &w->frames[at + i], px, kernels[i], &plain) * ism__luminance(v->flux);
+        }
+    }
+    return end > first ? sum / (float)(end - first) : 0.0f;
+}
+
+/* Irradiance of one pixel by the VPLs of its class. skip: a flag for each place in `order`, or NULL. */
+static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index, const uint8_t *skip,
+                             float out[3], double lost[2])
+{
+    uint32_t first = w->class_first[class_index], end = w->class_first[class_index + 1u], at, i, k;
+    float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f }, scale;
+    float mean = w->s.near_mode == ISM_NEAR_CLAMP_MEAN ? ism__mean_light(w, px, first, end) : 0.0f;
+    uint32_t list[ISM__CHUNK];
+    for (at = first; at < end; at += ISM__CHUNK) {
+        uint32_t count = end - at < ISM__CHUNK ? end - at : ISM__CHUNK, used = 0;
+        ism__kernels(w, px, at, count, kernels);
+        for (i = 0; i < count; i++) {
+            const ism_vpl *v = &w->m->vpls[w->order[at + i]];
+            float k0 = kernels[i], all = k0;
+            if (skip && skip[at + i]) continue;
+            if (!(k0 > 0.0f) && !v->directional && v->exponent == 1.0f &&
+                (w->s.near_mode != ISM_NEAR_PATCH || !(v->side > 0.0f))) continue;
+            k0 = ism__kernel(w, v, &w->frames[at + i], px, k0, &all);
+            if (w->s.near_mode == ISM_NEAR_CLAMP_MEAN) {
+                float most = w->s.clamp * mean, l = ism__luminance(v->flux);
+                if (k0 * l > most) k0 = most / l;
+            }
+            if (!(k0 > 0.0f)) continue;
+            kernels[used] = k0;
+            plain[used] = all;
+            list[used++] = at + i;
+        }
+        ism__visibilities(w, px, list, used, visible);
+        for (i = 0; i < used; i++) {
+            const ism_vpl *v = &w->m->vpls[w->order[list[i]]];
+            float c = kernels[i] * visible[i], l = ism__luminance(v->flux) * visible[i];
+            for (k = 0; k < 3u; k++) sum[k] += c * v->flux[k];
+            if (plain[i] > kernels[i] && w->s.near_mode != ISM_NEAR_PATCH) lost[0] += (double)((plain[i] - kernels[i]) * l);
+            lost[1] += (double)((plain[i] > kernels[i] ? plain[i] : kernels[i]) * l);
+        }
+    }
+    scale = (1.0f / ISM__PI) * (end > first ? (float)w->m->vpl_count / (float)(end - first) : 0.0f);
+    for (k = 0; k < 3u; k++) out[k] = sum[k] * scale;
+}
+
+/* Flags the VPLs that none of the block's pixels can see: all eight corners of its box behind the VPL (T56). The flags
+   lie in front of the pixels: one for each place in `order`. */
+static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_t *skip, double counts[2])
+{
+    const ism_maps *m = w->m;
+    ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), p, n;
+    uint32_t x, y, i, k;
+    for (y = by; y < by + ISM__BLOCK && y < w->view->height; y++)
+        for (x = bx; x < bx + ISM__BLOCK && x < w->view->width; x++)
+            if (ism__receiver(w->view, (size_t)y * w->view->width + x, &p, &n)) {
+                lo = ism__v3_min(lo, p);
+                hi = ism__v3_max(hi, p);
+            }
+    for (i = 0; i < m->vpl_count; i++) {
+        const ism_vpl *v = &m->vpls[w->order[i]];
+        ism__v3 at = ism__v3_load(v->position), normal = ism__v3_load(v->exponent == 1.0f ? v->normal : v->axis);
+        float most = -1e30f, size = ism__v3_length(ism__v3_sub(hi, lo)) + fabsf(at.x) + fabsf(at.y) + fabsf(at.z);
+        for (k = 0; k < 8u; k++) {
+            ism__v3 c = ism__v3_make(k & 1u ? hi.x : lo.x, k & 2u ? hi.y : lo.y, k & 4u ? hi.z : lo.z);
+            float d = ism__v3_dot(normal, ism__v3_sub(c, at));
+            most = d > most ? d : most;
+        }
+        /* a hair of room for rounding: culling must not change a bit of the picture */
+        skip[i] = !v->directional && most < -1e-5f * size;
+        counts[0] += skip[i];
+    }
+    counts[1] += (double)m->vpl_count;
+}
+
+static void ism__shade_task(void *context, size_t index)
+{
+    const ism__shade_work *w = (const ism__shade_work *)context;
+    const ism_view *view = w->view;
+    uint32_t bx = (uint32_t)(index % w->blocks_x) * ISM__BLOCK, by = (uint32_t)(index / w->blocks_x) * ISM__BLOCK, x, y;
+    uint8_t skip[16384];
+    double *lost = w->lost + 4u * index;
+    lost[0] = lost[1] = lost[2] = lost[3] = 0.0;
+    if (w->s.cull) ism__cull(w, bx, by, skip, lost + 2);
+    for (y = by; y < by + ISM__BLOCK && y < view->height; y++)
+        for (x = bx; x < bx + ISM__BLOCK && x < view->width; x++) {
+            size_t i = (size_t)y * view->width + x;
+            float *out = w->light + 3u * i;
+            ism__pixel px;
+            out[0] = out[1] = out[2] = 0.0f;
+            if (!ism__receiver(view, i, &px.p, &px.n)) continue;
+            px.ng = view->geometric ? ism__v3_load(ism__at(view->geometric, view->stride, i)) : px.n;
+            if (!ism__v3_finite(px.ng)) px.ng = px.n;
+            ism__shade_pixel(w, &px, (y % w->pattern) * w->pattern + x % w->pattern, w->s.cull ? skip : NULL, out, lost);
+        }
+}
+
+/* Every pixel the mean over a window that holds each class of VPLs once (the outer ones half on either side), of
+   neighbours on the same smooth surface. */
+static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[3])
+{
+    const ism_view *view = w->view;
+    int r = (int)w->pattern / 2, i, j, k, width = (int)view->width, height = (int)view->height;
+    float weights = 0.0f, sum[3] = { 0.0f, 0.0f, 0.0f };
+    ism__v3 p, n, q, nq;
+    if (!ism__receiver(view, (size_t)y * view->width + (size_t)x, &p, &n)) {
+        out[0] = out[1] = out[2] = 0.0f;
+        return;
+    }
+    for (j = -r; j <= r; j++)
+        for (i = -r; i <= r; i++) {
+            size_t at = (size_t)(y + j) * view->width + (size_t)(x + i);
+            float weight = (i == -r || i == r ? 0.5f : 1.0f) * (j == -r || j == r ? 0.5f : 1.0f), facing, off;
+            ism__v3 d;
+            if (x + i < 0 || y + j < 0 || x + i >= width || y + j >= height || !ism__receiver(view, at, &q, &nq)) continue;
+            d = ism__v3_sub(q, p);
+            facing = ism__v3_dot(n, nq);
+            off = fabsf(ism__v3_dot(n, d)) + fabsf(ism__v3_dot(nq, d));
+            facing = facing > 0.0f ? facing * facing : 0.0f;
+            weight *= facing * facing;
+            if (off > 0.0f) {       /* share of the way that leaves the tangent planes */
+                off = 1.0f - 2.0f * off / ism__v3_length(d);
+                weight *= off > 0.0f ? off : 0.0f;
+            }
+            for (k = 0; k < 3; k++) sum[k] += weight * w->light[3u * at + (size_t)k];
+            weights += weight;
+        }
+    for (k = 0; k < 3; k++) out[k] = weights > 0.0f ? sum[k] / weights : 0.0f;
+}
+
+static void ism__smooth_task(void *context, size_t row)
+{
+    const ism__shade_work *w = (const ism__shade_work *)context;
+    size_t x;
+    for (x = 0; x < w->view->width; x++)
+        ism__smooth_pixel(w, (int)x, (int)row, w->blurred + 3u * (row * w->view->width + x));
+}
+
+/* Classes are sets of VPLs that are spread evenly: every pattern^2-th of the sequence. */
+static void ism__sort_classes(const ism_maps *m, uint32_t classes, uint32_t *order, uint32_t *class_first)
+{
+    uint32_t c, v, k = 0;
+    for (c = 0; c < classes; c++) {
+        class_first[c] = k;
+        for (v = c; v < m->vpl_count; v += classes) order[k++] = v;
+    }
+    class_first[classes] = k;
+}
+
+ISM_DEF ism_shading ism_shading_default(void)
+{
+    ism_shading s;
+    memset(&s, 0, sizeof s);
+    s.bias = 0.02f;
+    s.clamp = 1.0f;
+    return s;
+}
+
+static ism_result ism__check_shading(const ism_maps *m, const ism_view *view, const ism_shading *s)
+{
+    if (s->pattern > 8u || s->pattern == 3u || (s->pattern > 4u && s->pattern < 8u) || s->near_mode < ISM_NEAR_DEFAULT ||
+        s->near_mode >= ISM_NEAR_COUNT || !(s->bias >= 0.0f && s->bias < 1.0f) || !(s->clamp > 0.0f) || !ism__finite(s->clamp))
+        return ISM_ERR_DESC;
+    if (s->pattern > 1u && view->height == 1u) return ISM_ERR_DESC;
+    if (!m->chosen || (!m->built && !s->no_maps && !s->visible_fn && m->vpl_count)) return ISM_ERR_ORDER;
+    return ISM_OK;
+}
+
+static void ism__fill_fields(const ism_maps *m, const uint32_t *order, float *fields, ism__frame_of *frames)
+{
+    size_t n = m->vpl_count, i;
+    for (i = 0; i < n; i++) {
+        const ism_vpl *v = &m->vpls[order[i]];
+        int k;
+        for (k = 0; k < 3; k++) {
+            fields[(size_t)k * n + i] = v->position[k];
+            fields[(size_t)(k + 3) * n + i] = v->normal[k];
+        }
+        frames[i] = ism__vpl_frame(m, v);
+    }
+}
+
+/* albedo / pi, where the view has albedos. */
+static void ism__reflect(const ism_view *view, const float *light, float *out)
+{
+    size_t i, count = (size_t)view->width * view->height, k;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 3u; k++) {
+            float e = light[3u * i + k];
+            if (view->albedos) {
+                float a = ism__at(view->albedos, view->stride, i)[k];
+                e = ism__finite(a) && a > 0.0f ? e * a * (1.0f / ISM__PI) : 0.0f;
+            }
+            out[3u * i + k] = e;
+        }
+}
+
+static void ism__sum_lost(const ism__shade_work *w, size_t blocks, ism_stats *stats)
+{
+    double lost = 0.0, all = 0.0, culled = 0.0, pairs = 0.0;
+    size_t i;
+    for (i = 0; i < blocks; i++) {
+        lost += w->lost[4u * i];
+        all += w->lost[4u * i + 1u];
+        culled += w->lost[4u * i + 2u];
+        pairs += w->lost[4u * i + 3u];
+    }
+    stats->lost_energy = all > 0.0 ? lost / all : 0.0;
+    stats->culled = pairs > 0.0 ? culled / pairs : 0.0;
+}
+
+ISM_DEF ism_result ism_shade(const ism_maps *m, const ism_view *view, const ism_shading *shading, float *out, ism_stats *stats)
+{
+    ism__shade_work w;
+    size_t pixels, blocks, n, floats, size;
+    char *memory;
+    ism_result result;
+    if (!m || !out || !ism__view_ok(view)) return ISM_ERR_ARGUMENT;
+    memset(&w, 0, sizeof w);
+    w.m = m;
+    w.view = view;
+    w.s = shading ? *shading : ism_shading_default();
+    result = ism__check_shading(m, view, &w.s);
+    if (result != ISM_OK) return result;
+    if (w.s.near_mode == ISM_NEAR_DEFAULT) w.s.near_mode = ISM_NEAR_PATCH;
+    w.pattern = w.s.pattern ? w.s.pattern : 1u;
+    pixels = (size_t)view->width * view->height;
+    w.blocks_x = (view->width + ISM__BLOCK - 1u) / ISM__BLOCK;
+    blocks = (size_t)w.blocks_x * ((view->height + ISM__BLOCK - 1u) / ISM__BLOCK);
+    n = m->vpl_count;
+    floats = pixels * 3u * (w.pattern > 1u ? 2u : 1u) + n * (ISM__FIELDS + 9u);
+    size = blocks * 4u * sizeof(double) + (n + 65u) * sizeof(uint32_t);
+    if (!ism__mul_size(floats, sizeof(float), &floats) || !ism__add_size(size, floats, &size)) return ISM_ERR_LIMIT;
+    memory = (char *)ism__alloc(&m->memory, size + n * sizeof(ism__frame_of));
+    if (!memory) return ISM_ERR_ALLOC;
+    {
+        double *lost = (double *)(void *)memory;
+        ism__frame_of *frames = (ism__frame_of *)(void *)(lost + 4u * blocks);
+        float *fields = (float *)(void *)(frames + n), *light = fields + n * ISM__FIELDS;
+        uint32_t *order = (uint32_t *)(void *)(light + pixels * 3u * (w.pattern > 1u ? 2u : 1u));
+        ism__sort_classes(m, w.pattern * w.pattern, order, order + n);
+        ism__fill_fields(m, order, fields, frames);
+        w.lost = lost;
+        w.frames = frames;
+        w.fields = fields;
+        w.light = light;
+        w.blurred = light + pixels * 3u;
+        w.order = order;
+        w.class_first = order + n;
+    }
+    if (!ism__run(&m->desc, blocks, ism__shade_task, &w) ||
+        (w.pattern > 1u && !ism__run(&m->desc, view->height, ism__smooth_task, &w))) {
+        ism__free(&m->memory, memory);
+        return ISM_ERR_CANCELLED;
+    }
+    ism__reflect(view, w.pattern > 1u ? w.blurred : w.light, out);
+    if (stats) {
+        ism_get_stats(m, stats);
+        ism__sum_lost(&w, blocks, stats);
+    }
+    ism__free(&m->memory, memory);
+    return ISM_OK;
+}
+
+/* ---- >>bounce: imperfect reflective shadow maps ---- */
+
+/* One texel of a tile as a pVPL of the next bounce; share: of the VPL's flux that leaves through it. */
+static void ism__bounce_texel(const ism_maps *m, const ism_mesh *mesh, uint32_t v, const ism__frame_of *f, uint32_t x,
+                              uint32_t y, float share, float *position, float *normal, float *flux)
+{
+    size_t column = v % m->tiles, row = v / m->tiles, size = m->desc.tile_size;
+    size_t at = (row * size + y) * m->side + column * size + x;
+    uint32_t t = ((const uint32_t *)m->hits.data)[at], k;
+    const ism_vpl *vpl = &m->vpls[v];
+    float uv[2], direction[3], length;
+    ism__v3 p[3], n, d;
+    position[0] = position[1] = position[2] = flux[0] = flux[1] = flux[2] = normal[0] = normal[2] = 0.0f;
+    normal[1] = 1.0f;
+    if (t == UINT32_MAX || vpl->directional) return;
+    uv[0] = ((float)x + 0.5f) / (float)size;
+    uv[1] = ((float)y + 0.5f) / (float)size;
+    ism_map_direction(ism__projection_of(m, vpl), vpl->exponent, uv, direction);
+    if (!(direction[2] > 0.0f)) return;
+    ism__corners(mesh, t, p);
+    n = ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0]));
+    length = ism__v3_length(n);
+    if (!(length > 0.0f) || !ism__finite(length)) return;
+    d = ism__to_world(f, ism__v3_load(direction));
+    n = ism__v3_scale(n, (ism__v3_dot(n, d) > 0.0f ? -1.0f : 1.0f) / length);
+    ism__v3_store(position, ism__v3_madd(ism__v3_load(vpl->position), d, ((const float *)m->atlas.data)[at]));
+    ism__v3_store(normal, n);
+    for (k = 0; k < 3u; k++) flux[k] = vpl->flux[k] * share * (mesh->albedos ? mesh->albedos[3u * t + k] : 0.5f);
+}
+
+/* Share of a diffuse VPL's light in each cell of side x side, by cos x solid angle at the chosen texel's centre; equal in
+   COSINE and LOBE maps. */
+static float ism__cell_weight(const ism_maps *m, const ism_vpl *v, uint32_t x, uint32_t y)
+{
+    ism_projection projection = ism__projection_of(m, v);
+    float size = (float)m->desc.tile_size, e = 0.25f / size, uv[2], d[4][3];
+    int k;
+    ism__v3 n;
+    if (projection == ISM_PROJECTION_COSINE || projection == ISM_PROJECTION_LOBE) return 1.0f;
+    for (k = 0; k < 4; k++) {       /* a small square in the map, on the sphere */
+        uv[0] = ((float)x + 0.5f) / size + (k == 1 || k == 2 ? e : -e);
+        uv[1] = ((float)y + 0.5f) / size + (k >= 2 ? e : -e);
+        ism_map_direction(projection, v->exponent, uv, d[k]);
+    }
+    n = ism__v3_cross(ism__v3_sub(ism__v3_load(d[2]), ism__v3_load(d[0])), ism__v3_sub(ism__v3_load(d[3]), ism__v3_load(d[1])));
+    if (!(d[0][2] > 0.0f)) return 0.0f;
+    return ism__v3_length(n) * (v->exponent == 1.0f ? d[0][2] : ism__pow(d[0][2], v->exponent));
+}
+
+ISM_DEF ism_result ism_bounce(const ism_maps *m, const ism_mesh *mesh, uint32_t side, float *positions, float *normals,
+                              float *fluxes)
+{
+    uint32_t v, x, y, step;
+    if (!m || !mesh || !positions || !normals || !fluxes || !side || (side & (side - 1u)) || side > m->desc.tile_size)
+        return ISM_ERR_ARGUMENT;
+    if (!m->built || !m->hits.data) return ISM_ERR_ORDER;
+    if (!ism__mesh_ok(mesh) || (m->triangles && ism__mesh_triangles(mesh) != m->triangles)) return ISM_ERR_INPUT;
+    step = m->desc.tile_size / side;
+    for (v = 0; v < m->desc.vpl_count; v++) {
+        size_t first = 3u * (size_t)v * side * side;
+        float sum = 0.0f;
+        ism__frame_of f;
+        if (v >= m->vpl_count) {
+            memset(positions + first, 0, 3u * (size_t)side * side * sizeof(float));
+            memset(normals + first, 0, 3u * (size_t)side * side * sizeof(float));
+            memset(fluxes + first, 0, 3u * (size_t)side * side * sizeof(float));
+            continue;
+        }
+        f = ism__vpl_frame(m, &m->vpls[v]);
+        for (y = 0; y < side; y++)
+            for (x = 0; x < side; x++) sum += ism__cell_weight(m, &m->vpls[v], x * step + step / 2u, y * step + step / 2u);
+        for (y = 0; y < side; y++)
+            for (x = 0; x < side; x++) {
+                size_t i = first + 3u * ((size_t)y * side + x);
+                float share = ism__cell_weight(m, &m->vpls[v], x * step + step / 2u, y * step + step / 2u) / sum;
+                ism__bounce_texel(m, mesh, v, &f, x * step + step / 2u, y * step + step / 2u, share, positions + i,
+                                  normals + i, fluxes + i);
+            }
+    }
+    return ISM_OK;
+}
+
+/* ---- >>sources ---- */
+
+ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radiances, uint32_t count, uint32_t seed,
+                                      const ism_allocator *allocator, float *positions, float *normals, float *fluxes)
+{
+    ism__allocator memory;
+    ism__cdf cdf;
+    size_t triangles = ism__mesh_triangles(mesh), t, k;
+    float *weights;
+    double *sums;
+    uint32_t i;
+    if (!mesh || !radiances || !count || !positions || !normals || !fluxes) return ISM_ERR_ARGUMENT;
+    if (allocator && !ism__allocator_valid(allocator->alloc_fn, allocator->free_fn)) return ISM_ERR_ARGUMENT;
+    if (!ism__mesh_ok(mesh) || !triangles || triangles >= 1u << 31) return ISM_ERR_INPUT;
+    memory = ism__allocator_make(allocator ? allocator->alloc_fn : NULL, allocator ? allocator->free_fn : NULL,
+                                 allocator ? allocator->user : NULL);
+    for (t = 0; mesh->indices && t < 3u * triangles; t++)
+        if (mesh->indices[t] >= mesh->vertex_count) return ISM_ERR_INPUT;
+    weights = (float *)ism__alloc_array(&memory, triangles, sizeof *weights);
+    sums = (double *)ism__alloc_array(&memory, triangles + 1u, sizeof *sums);
+    if (!weights || !sums) {
+        ism__free(&memory, sums);
+        ism__free(&memory, weights);
+        return ISM_ERR_ALLOC;
+    }
+    for (t = 0; t < triangles; t++) {
+        ism__v3 p[3];
+        ism__corners(mesh, t, p);
+        weights[t] = ism__flux_ok(radiances + 3u * t)
+                   ? ism__luminance(radiances + 3u * t) * 0.5f *
+                     ism__v3_length(ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0])))
+                   : 0.0f;
+    }
+    ism__cdf_build(&cdf, sums, weights, (uint32_t)triangles, 1.0);
+    for (i = 0; i < count && ism__cdf_total(&cdf) > 0.0; i++) {
+        ism__cdf_sample s = ism__cdf_sample_at(&cdf, (float)(((double)i + 0.5) / (double)count));
+        ism__v3 p[3], n;
+        float b1, b2, area;
+        uint32_t key = ism__hash_combine(seed, 21u);
+        ism__triangle_map(ism__to_unit(key + i * 3242174889u), ism__to_unit(ism__hash32(key) + i * 2447445413u), &b1, &b2);
+        ism__corners(mesh, s.index, p);
+        p[1] = ism__v3_sub(p[1], p[0]);
+        p[2] = ism__v3_sub(p[2], p[0]);
+        n = ism__v3_cross(p[1], p[2]);
+        area = 0.5f * ism__v3_length(n);
+        ism__v3_store(positions + 3u * i, ism__v3_madd(ism__v3_madd(p[0], p[1], b1), p[2], b2));
+        ism__v3_store(normals + 3u * i, ism__v3_normalize(n));
+        for (k = 0; k < 3u; k++)
+            fluxes[3u * i + k] = ISM__PI * radiances[3u * s.index + k] * area / ((float)count * s.probability);
+    }
+    t = ism__cdf_total(&cdf) > 0.0;
+    ism__free(&memory, sums);
+    ism__free(&memory, weights);
+    return t ? ISM_OK : ISM_ERR_INPUT;
+}
+
+ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint32_t height, float rotation, float *directions,
+                                      float *fluxes, uint64_t *bad_texels)
+{
+    uint32_t x, y, k;
+    uint64_t bad = 0;
+    if (!texels || !width || !height || !directions || !fluxes || !ism__finite(rotation)) return ISM_ERR_ARGUMENT;
+    for (y = 0; y < height; y++) {
+        float theta = ISM__PI * ((float)y + 0.5f) / (float)height, st, ct, s0, c0, s1, c1, solid;
+        ism__sincos(theta, &st, &ct);
+        ism__sincos(ISM__PI * (float)y / (float)height, &s0, &c0);
+        ism__sincos(ISM__PI * (float)(y + 1u) / (float)height, &s1, &c1);
+        solid = (c0 - c1) * 2.0f * ISM__PI / (float)width;
+        for (x = 0; x < width; x++) {
+            size_t i = 3u * ((size_t)y * width + x);
+            float phi = 2.0f * ISM__PI * (((float)x + 0.5f) / (float)width - 0.5f) - rotation, s, c;
+            int wrong = 0;
+            ism__sincos(phi, &s, &c);
+            directions[i] = st * c;
+            directions[i + 1u] = ct;
+            directions[i + 2u] = st * s;
+            for (k = 0; k < 3u; k++) {
+                float value = texels[i + k];
+                int good = ism__finite(value) && value >= 0.0f;
+                wrong |= !good;
+                fluxes[i + k] = good ? value * solid : 0.0f;
+            }
+            bad += (uint64_t)wrong;
+        }
+    }
+    if (bad_texels) *bad_texels = bad;
+    return ISM_OK;
+}
+
+/* ---- >>life ---- */
+
+ISM_DEF const char *ism_result_text(ism_result result)
+{
+    static const char *const texts[] = {
+#define ISM__TEXT(name, text) text,
+        ISM_RESULTS(ISM__TEXT)
+#undef ISM__TEXT
+    };
+    return (int)result >= 0 && (int)result < (int)ISM_RESULT_COUNT ? texts[result] : "unknown result";
+}
+
+static int ism__is_share(float x) { return x >= 0.0f && x <= 1.0f; }
+
+static int ism__resolve(ism_desc *d)
+{
+    if (d->vpl_count > 16384u || (d->points && d->points < 8u) || d->points > 65536u ||
+        (d->tile_size && (d->tile_size < 8u || d->tile_size > 256u || (d->tile_size & (d->tile_size - 1u)))) ||
+        d->importance < ISM_IMPORTANCE_DEFAULT || d->importance >= ISM_IMPORTANCE_COUNT ||
+        d->spread < ISM_SPREAD_DEFAULT || d->spread >= ISM_SPREAD_COUNT || d->projection < ISM_PROJECTION_DEFAULT ||
+        d->projection >= ISM_PROJECTION_COUNT || d->view_grid > 16u || d->brsm_blur > 16u || d->lazy > 64u ||
+        !ism__is_share(d->flux_share) || !ism__is_share(d->area_share) ||
+        !(d->splat_scale >= 0.0f && d->splat_scale <= 16.0f) ||
+        !ism__allocator_valid(d->allocator.alloc_fn, d->allocator.free_fn))
+        return 0;
+    if (!d->vpl_count) d->vpl_count = 1024u;
+    if (!d->points) d->points = 8192u;
+    if (!d->tile_size) d->tile_size = 64u;
+    if (d->importance == ISM_IMPORTANCE_DEFAULT) d->importance = ISM_IMPORTANCE_GUIDED;
+    if (d->spread == ISM_SPREAD_DEFAULT) d->spread = ISM_SPREAD_VIEW_8;
+    if (d->projection == ISM_PROJECTION_DEFAULT) d->projection = ISM_PROJECTION_COSINE;
+    if (!d->view_grid) d->view_grid = 4u;
+    if (!d->lazy) d->lazy = 8u;
+    if (!(d->flux_share > 0.0f)) d->flux_share = 0.1f;
+    if (!(d->area_share > 0.0f)) d->area_share = 0.2f;
+    if (!(d->splat_scale > 0.0f)) d->splat_scale = 2.0f;
+    return 1;
+}
+
+ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out)
+{
+    ism__allocator memory;
+    ism_desc d;
+    ism_maps *m;
+    ism__tile tile;
+    ism_vpl none;
+    size_t texels;
+    if (!out) return ISM_ERR_ARGUMENT;
+    memset(&d, 0, sizeof d);
+    if (desc) d = *desc;
+    if (!ism__resolve(&d)) return ISM_ERR_DESC;
+    memory = ism__allocator_make(d.allocator.alloc_fn, d.allocator.free_fn, d.allocator.user);
+    m = (ism_maps *)ism__alloc(&memory, sizeof *m);
+    if (!m) return ISM_ERR_ALLOC;
+    memset(m, 0, sizeof *m);
+    m->desc = d;
+    m->memory = memory;
+    m->stats.bytes = m->stats.peak_bytes = sizeof *m + d.vpl_count * sizeof *m->vpls;
+    for (m->tiles = 1; m->tiles * m->tiles < d.vpl_count; m->tiles++) {}
+    m->side = m->tiles * d.tile_size;
+    texels = (size_t)d.tile_size * d.tile_size;
+    m->vpls = (ism_vpl *)ism__alloc_array(&memory, d.vpl_count, sizeof *m->vpls);
+    if (!m->vpls || !ism__grow(m, &m->previous, d.vpl_count, sizeof *m->vpls) ||
+        !ism__grow(m, &m->directions, texels, 3u * sizeof(float))) {
+        ism_destroy(m);
+        return ISM_ERR_ALLOC;
+    }
+    memset(&none, 0, sizeof none);
+    memset(&tile, 0, sizeof tile);
+    tile.vpl = &none;
+    tile.size = d.tile_size;
+    tile.projection = d.projection == ISM_PROJECTION_LOBE ? ISM_PROJECTION_COSINE : d.projection;
+    ism__tile_directions(&tile, (float *)m->directions.data);
+    *out = m;
+    return ISM_OK;
+}
+
+ISM_DEF void ism_destroy(ism_maps *m)
+{
+    ism__allocator memory;
+    if (!m) return;
+    memory = m->memory;
+    ism__release(m, &m->previous);
+    ism__release(m, &m->atlas);
+    ism__release(m, &m->hits);
+    ism__release(m, &m->points);
+    ism__release(m, &m->counts);
+    ism__release(m, &m->directions);
+    ism__release(m, &m->scratch);
+    ism__release(m, &m->sums);
+    ism__release(m, &m->guide);
+    ism__release(m, &m->weights);
+    ism__release(m, &m->sources);
+    ism__release(m, &m->importance);
+    ism__release(m, &m->blurred);
+    ism__release(m, &m->cdf);
+    ism__release(m, &m->pixels);
+    ism__free(&memory, m->vpls);
+    ism__free(&memory, m);
+}
+
+ISM_DEF void ism_get_stats(const ism_maps *m, ism_stats *out)
+{
+    if (m && out) *out = m->stats;
+}
+
+ISM_DEF ism_result ism_render(ism_maps *m, const ism_frame *frame, const ism_shading *shading, float *out, ism_stats *stats)
+{
+    ism_result result;
+    if (!m || !frame || !out) return ISM_ERR_ARGUMENT;
+    result = ism_choose(m, frame);
+    if (result == ISM_OK && !(shading && (shading->no_maps || shading->visible_fn))) result = ism_build(m, frame);
+    return result == ISM_OK ? ism_shade(m, frame->view, shading, out, stats) : result;
+}
+
+/* >>> shared fp_end: written by tools/stamp from src/shared, edit there */
+
+/* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)
+#pragma GCC pop_options
+#endif
+
+/* <<< shared */
+
+#endif /* ISM_IMPLEMENTATION */
+
+/*
+Dapple is available under either of the two licences below, at your choice:
+MIT-0 OR Unlicense.
+
+------------------------------------------------------------------------------
+MIT No Attribution
+
+Copyright 2026 The Dapple authors
+
+Permission is hereby granted, free of charge, to any person obtaining a copy
+of this software and associated documentation files (the "Software"), to deal
+in the Software without restriction, including without limitation the rights
+to use, copy, modify, merge, publish, distribute, sublicense, and/or sell
+copies of the Software, and to permit persons to whom the Software is
+furnished to do so.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
+OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE
+SOFTWARE.
+
+------------------------------------------------------------------------------
+The Unlicense
+
+This is free and unencumbered software released into the public domain.
+
+Anyone is free to copy, modify, publish, use, compile, sell, or distribute
+this software, either in source code form or as a compiled binary, for any
+purpose, commercial or non-commercial, and by any means.
+
+In jurisdictions that recognize copyright laws, the author or authors of this
+software dedicate any and all copyright interest in the software to the public
+domain. We make this dedication for the benefit of the public at large and to
+the detriment of our heirs and successors. We intend this dedication to be an
+overt act of relinquishment in perpetuity of all present and future rights to
+this software under copyright law.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN
+ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION
+WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+
+For more information, please refer to <https://unlicense.org/>
+*/
