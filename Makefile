@@ -126,6 +126,7 @@ endef
 $(foreach p,render compare bake,$(eval $(call program,$(p),examples/$(p))))
 $(eval $(call program,viewer,examples/viewer,$(GLFW_LIBS)))
 $(eval $(call program,bench,bench))
+$(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh emitters)
 
 # The minimal examples stand alone: one file and the header.
 $(EXAMPLES): $(BUILD)/%: examples/%.c build/config.mk

@@ -253,7 +253,7 @@ typedef struct ism_desc {
     uint32_t       lazy;            /* frames until all points are renewed, 1..64; 0 = 8 */
     float          flux_share;      /* of the choice made by flux alone, above 0, <= 1; 0 = 0.1: no pVPL is forgotten */
     float          area_share;      /* of the points spread evenly, above 0, <= 1; 0 = 0.2: no triangle is forgotten */
-    float          splat_scale;     /* area of discs over that of their points, above 0, <= 16; 0 = 2: closes gaps */
+    float          splat_scale;     /* area of discs over that of their points, above 0, <= 16; 0 = 1 */
     int            no_brsm_blur;    /* 1: importances are not blurred */
     int            no_inter_texel;  /* 1: VPLs snap to texel centres */
     int            no_fill;         /* 1: no pull and push; holes stay open */
@@ -275,7 +275,7 @@ typedef struct ism_stats {          /* of the last run of each stage */
     uint64_t skipped_triangles;     /* a vertex not finite, or no area */
     uint64_t points, renewed;       /* all, and those of this frame */
     uint64_t splats;                /* points written into tiles */
-    uint64_t wide_splats;           /* of them, discs wider than a quarter of the tile: too few points there */
+    uint64_t wide_splats;           /* of them, discs cut to 0.3 of their distance: too few points there */
     uint64_t filled;                /* texels written by pull and push */
     double   surface_area;          /* of the mesh, m^2 */
     double   flux[3];               /* of all sources, W (surfaces alone) */
@@ -1026,6 +1026,9 @@ static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u
 /* ---- >>types ---- */
 
 #define ISM__PI 3.14159265f
+/* Square of radius / distance that a disc may have. A wider one would cover the sky over its VPL for being near, not for
+   being large: the front of a skirting board would hide the wall that it hangs on. Counted in wide_splats. */
+#define ISM__WIDEST 0.09f
 #define ISM__LANES 64u              /* tiles drawn at once at most; each lane has scratch memory of its own */
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
 #define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
@@ -2081,7 +2084,7 @@ typedef struct ism__tile {          /* one VPL's map while it is drawn */
     uint64_t        splats, wide, filled;
 } ism__tile;
 
-typedef struct ism__surfel { ism__v3 at; ism__v3 g; float radius2, depth, u, v; uint32_t triangle; } ism__surfel;
+typedef struct ism__surfel { ism__v3 at; ism__v3 g; float radius2, depth, u, v; uint32_t triangle; int capped; } ism__surfel;
 
 /* Depth of the surfel's plane at a texel; 0 where the texel's ray does not meet it. */
 static float ism__plane_depth(const ism__tile *tile, const float g[3], const float *w)
@@ -2096,6 +2099,7 @@ static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, f
 {
     const ism_maps *m = tile->m;
     s->radius2 = area * (1.0f / ISM__PI);
+    s->capped = 0;
     if (tile->vpl->directional) {
         ism__v3 l = ism__to_local(&tile->frame, ism__v3_sub(p, ism__v3_load(m->center)));
         ism__v3 n = ism__to_local(&tile->frame, normal);
@@ -2112,19 +2116,25 @@ static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, f
         float d2 = ism__v3_dot(l, l), along = ism__v3_dot(n, l), direction[3], uv[2];
         s->depth = sqrtf(d2);
         if (!(d2 > 1e-30f) || !(l.z > 1e-3f * s->depth)) return 0;
+        if (s->radius2 > ISM__WIDEST * d2) {
+            s->radius2 = ISM__WIDEST * d2;
+            s->capped = 1;
+        }
         ism__v3_store(direction, ism__v3_scale(l, 1.0f / s->depth));
         if (!ism_map_coordinates(tile->projection, tile->vpl->exponent, direction, uv)) return 0;
         s->at = l;
         s->u = uv[0];
         s->v = uv[1];
         /* edge-on: a plane facing the VPL instead */
-        s->g = fabsf(along) > 0.05f * s->depth ? ism__v3_scale(n, 1.0f / along) : ism__v3_scale(l, 1.0f / d2);
+        s->g = fabsf(along) > 1e-3f * s->depth ? ism__v3_scale(n, 1.0f / along) : ism__v3_scale(l, 1.0f / d2);
         return 1;
     }
 }
 
-/* Writes the texel if the surfel is nearest there; exact: the texel's ray must meet the disc. */
-static int ism__write_texel(ism__tile *tile, const ism__surfel *s, uint32_t x, uint32_t y, int must)
+/* Writes the texel if its ray meets the disc, and nothing nearer. No disc is widened to a whole texel: where many small
+   ones share it, the chance that one holds the centre is the share of the texel that they cover, so that over many
+   VPLs thin things throw thin shadows. */
+static void ism__write_texel(ism__tile *tile, const ism__surfel *s, uint32_t x, uint32_t y)
 {
     size_t i = (size_t)y * tile->size + x;
     const float *w = tile->directions + 3u * i;
@@ -2133,26 +2143,15 @@ static int ism__write_texel(ism__tile *tile, const ism__surfel *s, uint32_t x, u
     ism__v3 d;
     ism__v3_store(g, s->g);
     t = ism__plane_depth(tile, g, w);
+    if (!(t > 0.0f && t < to->t)) return;
     d = tile->vpl->directional ? ism__v3_make(w[0] * r, w[1] * r, t) : ism__v3_make(w[0] * t, w[1] * t, w[2] * t);
     d = ism__v3_sub(d, s->at);
-    if (!(t > 0.0f) || !(ism__v3_dot(d, d) <= s->radius2)) {
-        if (!must) return 0;
-        /* the point's own texel, its disc too small to hold the centre */
-        t = s->depth;
-        if (tile->vpl->directional) {
-            g[0] = g[1] = 0.0f;
-            g[2] = t;
-        } else {
-            ism__v3_store(g, ism__v3_scale(s->at, 1.0f / (t * t)));
-        }
-    }
-    if (!(t < to->t)) return 0;
+    if (!(ism__v3_dot(d, d) <= s->radius2)) return;
     memcpy(to->g, g, sizeof g);
     to->t = t;
     to->triangle = s->triangle;
     to->x = (uint16_t)x;
     to->y = (uint16_t)y;
-    return 1;
 }
 
 /* Texels a unit of angle (or of world space) at most, in either direction of the square. */
@@ -2169,19 +2168,18 @@ static void ism__splat(ism__tile *tile, const ism__surfel *s)
 {
     float reach = sqrtf(s->radius2) * ism__texels_per_unit(tile) / (tile->vpl->directional ? 1.0f : s->depth);
     float x = s->u * (float)tile->size, y = s->v * (float)tile->size, most = (float)tile->size;
-    uint32_t cx = ism__texel_of(s->u, tile->size), cy = ism__texel_of(s->v, tile->size), x0, x1, y0, y1, i, j;
-    ism__write_texel(tile, s, cx, cy, 1);
+    uint32_t x0, x1, y0, y1, i, j;
     tile->splats++;
     if (!(reach > 0.0f)) return;
     if (!(reach < most)) reach = most;
-    tile->wide += reach > 0.125f * most;
+    tile->wide += (uint64_t)s->capped;
     /* the map is continuous but across its diagonals near the border, where a disc is cut off */
     x0 = x - reach > 0.0f ? (uint32_t)(x - reach) : 0;
     y0 = y - reach > 0.0f ? (uint32_t)(y - reach) : 0;
     x1 = x + reach < most ? (uint32_t)(x + reach) : tile->size - 1u;
     y1 = y + reach < most ? (uint32_t)(y + reach) : tile->size - 1u;
     for (j = y0; j <= y1; j++)
-        for (i = x0; i <= x1; i++) ism__write_texel(tile, s, i, j, 0);
+        for (i = x0; i <= x1; i++) ism__write_texel(tile, s, i, j);
 }
 
 static void ism__draw_points(ism__tile *tile, const ism__point *points, uint32_t count, uint32_t number)
@@ -3101,7 +3099,7 @@ static int ism__resolve(ism_desc *d)
     if (!d->lazy) d->lazy = 8u;
     if (!(d->flux_share > 0.0f)) d->flux_share = 0.1f;
     if (!(d->area_share > 0.0f)) d->area_share = 0.2f;
-    if (!(d->splat_scale > 0.0f)) d->splat_scale = 2.0f;
+    if (!(d->splat_scale > 0.0f)) d->splat_scale = 1.0f;
     return 1;
 }
 

@@ -45,6 +45,10 @@ int bn_failed(const char *what, const char *why);        /* one line on stderr; 
 int bn_csm_compression(const bn_options *options);
 int bn_csm_query(const bn_options *options);
 int bn_csm_render(const bn_options *options);
+int bn_ism(const bn_options *options);
+int bn_ism_vpls(const bn_options *options);
+int bn_ism_visibility(const bn_options *options);
+int bn_ism_flicker(const bn_options *options);
 
 /* csm_scalar.c: the queries of csm.h built with COHSM_NO_SIMD. */
 typedef struct bn_scalar { cohsm_maps *maps; } bn_scalar;
@@ -63,5 +67,7 @@ const char *bn_rays_version(void);
 /* lit[i] = 1 where nothing is in the way. 0: this Embree has no such mode. */
 int         bn_rays_trace(const bn_rays *rays, bn_ray_mode mode, int coherent, const float *points,
                           const float *directions, size_t count, float *lit);
+/* lit[i] = 1 where nothing lies between the two points. */
+void        bn_rays_segments(const bn_rays *rays, const float *from, const float *to, size_t count, float *lit);
 
 #endif

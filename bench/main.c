@@ -13,6 +13,10 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "csm_compression", "size and build time of coherent shadow maps, by layers and order", bn_csm_compression },
     { "csm_query", "visibility queries a second and their errors, beside Embree", bn_csm_query },
     { "csm_render", "pictures by csm beside the reference", bn_csm_render },
+    { "ism", "pictures by ism beside the one-bounce reference, times of its stages", bn_ism },
+    { "ism_vpls", "error at equal VPL count by flux, bidirectional and guided importance", bn_ism_vpls },
+    { "ism_visibility", "visibilities that differ from Embree's, even and adaptive points", bn_ism_visibility },
+    { "ism_flicker", "difference of successive frames, with and without persistence", bn_ism_flicker },
 };
 
 int bn_failed(const char *what, const char *why)

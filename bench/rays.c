@@ -100,6 +100,26 @@ static void trace_1(const bn_rays *r, arguments *a, const float *p, const float 
     }
 }
 
+void bn_rays_segments(const bn_rays *r, const float *from, const float *to, size_t count, float *lit)
+{
+    arguments a;
+    init(&a, 0);
+    for (size_t i = 0; i < count; i++) {
+        struct RTCRay ray;
+        float d[3];
+        for (int k = 0; k < 3; k++)
+            d[k] = to[3 * i + (size_t)k] - from[3 * i + (size_t)k];
+        fill(&ray, from + 3 * i, d);
+        ray.tfar = 1;
+#if DAPPLE_EMBREE == 4
+        rtcOccluded1(r->scene, &ray, &a);
+#else
+        rtcOccluded1(r->scene, &a, &ray);
+#endif
+        lit[i] = ray.tfar >= 0 ? 1.0f : 0.0f;
+    }
+}
+
 #define TRACE_PACKET(WIDTH, CALL)                                                                                 \
     static void trace_##WIDTH(const bn_rays *r, arguments *a, const float *p, const float *d, size_t count,       \
                               float *lit)                                                                         \
@@ -171,6 +191,11 @@ bn_rays *bn_rays_create(const bn_model *model, int threads)
 {
     (void)model, (void)threads;
     return NULL;
+}
+
+void bn_rays_segments(const bn_rays *rays, const float *from, const float *to, size_t count, float *lit)
+{
+    (void)rays, (void)from, (void)to, (void)count, (void)lit;
 }
 
 int bn_rays_trace(const bn_rays *rays, bn_ray_mode mode, int coherent, const float *points, const float *directions,

@@ -10,11 +10,10 @@
 
 NOT_YET(shadowfield, "precomputed shadow fields of moving objects")
 NOT_YET(envshadow, "shadow maps of many lights taken from an environment map")
-NOT_YET(ism, "one bounce from virtual point lights with imperfect shadow maps")
 
 const rd_technique *const *rd_techniques(void)
 {
-    static const rd_technique *const all[] = { &rd_csm, &shadowfield, &envshadow, &rd_rsm, &ism, &rd_reference, NULL };
+    static const rd_technique *const all[] = { &rd_csm, &shadowfield, &envshadow, &rd_rsm, &rd_ism, &rd_reference, NULL };
     return all;
 }
 

@@ -1,0 +1,298 @@
+/* ism.c - the technique "ism": bounced light from virtual point lights whose shadows are imperfect shadow maps.
+
+   A frame renders reflective shadow maps from the lights, lets ism.h choose VPLs, scatter points and shade, and adds
+   direct light: of suns, spots and points by a shadow map, of area lights, emissive meshes and skies by VPLs of
+   their own, with imperfect shadow maps too. */
+#define ISM_IMPLEMENTATION
+#include "ism_parts.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MAX_BOUNCES 8
+#define BOUNCE_SIDE 8          /* texels a side of each map that become pVPLs of the next bounce */
+
+typedef struct ism_state {
+    ism_maps   *maps[MAX_BOUNCES + 1];   /* [0]: emitted light; [k]: bounce k */
+    ism_shading shading;
+    im_mesh     mesh;
+    int         bounces, direct, indirect;
+    uint32_t    rsm, shadow, light_points, frames;
+    ism_stats   stats;                   /* of the first bounce, or of emitted light where there is none */
+    double      rsm_ms, direct_ms, choose_ms, build_ms, shade_ms;
+    uint64_t    mesh_bytes;
+} ism_state;
+
+/* ---- settings ---- */
+
+static int word_index(const rd_job *job, const char *key, const char *const *words)
+{
+    int i = 0;
+    while (words[i] && !rd_setting_is(job->settings, key, words[i]))
+        i++;
+    return i;
+}
+
+static ism_desc make_desc(const rd_job *job, int keep_hits)
+{
+    static const char *const importances[] = { "flux", "brsm", "guided", NULL };
+    static const char *const spreads[] = { "area", "view1", "view8", NULL };
+    static const char *const projections[] = { "cosine", "paraboloid", "octahedral", "lobe", NULL };
+    ism_desc d;
+    memset(&d, 0, sizeof d);
+    d.vpl_count = (uint32_t)rd_setting_integer(job->settings, "vpls");
+    d.points = (uint32_t)rd_setting_integer(job->settings, "points");
+    d.tile_size = (uint32_t)rd_setting_integer(job->settings, "tile");
+    d.importance = (ism_importance)(ISM_IMPORTANCE_FLUX + word_index(job, "importance", importances));
+    d.spread = (ism_spread)(ISM_SPREAD_AREA + word_index(job, "spread", spreads));
+    d.projection = (ism_projection)(ISM_PROJECTION_COSINE + word_index(job, "projection", projections));
+    d.view_grid = (uint32_t)rd_setting_integer(job->settings, "view_grid");
+    d.splat_scale = (float)rd_setting_number(job->settings, "splat");
+    d.lazy = (uint32_t)rd_setting_integer(job->settings, "lazy");
+    d.unstable = !rd_setting_integer(job->settings, "stable");
+    d.no_inter_texel = !rd_setting_integer(job->settings, "inter_texel");
+    d.no_fill = !rd_setting_integer(job->settings, "fill");
+    d.vary_points = rd_setting_integer(job->settings, "vary_points");
+    d.keep_hits = keep_hits;
+    d.seed = d.unstable ? job->seed : job->seed - job->frame;     /* stable: one seed for all frames */
+    d.parallel_for = ex_pool_run;
+    d.parallel_user = job->pool;
+    return d;
+}
+
+/* Pixels a side that share the VPLs: 1, 2, 4 or 8, so that about job->samples remain for each. */
+static uint32_t pattern_of(const rd_job *job, uint32_t vpls)
+{
+    uint32_t pattern = 1;
+    if (!job->samples)
+        return vpls >= 64 ? 8 : 1;
+    while (pattern < 8 && pattern * pattern * job->samples < vpls)
+        pattern *= 2;
+    return pattern;
+}
+
+static ism_shading make_shading(const rd_job *job)
+{
+    static const char *const rules[] = { "patch", "sphere", "clamp", "mean", "none", NULL };
+    ism_shading s = ism_shading_default();
+    s.near_mode = (ism_near)(ISM_NEAR_PATCH + word_index(job, "near", rules));
+    s.clamp = (float)rd_setting_number(job->settings, "clamp");
+    s.bias = (float)rd_setting_number(job->settings, "bias");
+    s.cull = rd_setting_integer(job->settings, "cull");
+    s.no_maps = !rd_setting_integer(job->settings, "visibility");
+    s.pattern = pattern_of(job, (uint32_t)rd_setting_integer(job->settings, "vpls"));
+    if (job->gbuffer->height < 2)
+        s.pattern = 1;
+    return s;
+}
+
+/* ---- frames ---- */
+
+static void close_ism(void *state)
+{
+    ism_state *s = state;
+    if (!s)
+        return;
+    for (int i = 0; i <= MAX_BOUNCES; i++)
+        ism_destroy(s->maps[i]);
+    im_mesh_free(&s->mesh);
+    free(s);
+}
+
+static int update_ism(void *state, const rd_job *job, char *error)
+{
+    ism_state *s = state;
+    im_mesh_free(&s->mesh);
+    return im_mesh_build(&s->mesh, job->scene, error);
+}
+
+static int open_ism(void **state, const rd_job *job, char *error)
+{
+    ism_state *s;
+    if (rd_setting_is(job->settings, "materials", "full")) {
+        snprintf(error, EX_ERROR_SIZE, "ism: materials=full: this technique shades diffuse surfaces only");
+        return -1;
+    }
+    s = calloc(1, sizeof *s);
+    if (!s)
+        return im_out_of_memory(error);
+    s->bounces = rd_setting_integer(job->settings, "bounces");
+    s->direct = !rd_setting_is(job->settings, "only", "indirect");
+    s->indirect = !rd_setting_is(job->settings, "only", "direct") && s->bounces > 0;
+    s->rsm = (uint32_t)rd_setting_integer(job->settings, "rsm");
+    s->shadow = (uint32_t)rd_setting_integer(job->settings, "shadow");
+    s->light_points = (uint32_t)rd_setting_integer(job->settings, "light_points");
+    s->shading = make_shading(job);
+    if (update_ism(s, job, error) != 0) {
+        close_ism(s);
+        return -1;
+    }
+    *state = s;
+    return 0;
+}
+
+/* One set of VPLs, level 0 being emitted light: chosen, built, shaded, added to out. */
+static int add_level(ism_state *s, const rd_job *job, int level, const ism_source *sources, size_t count, ex_image *out,
+                     char *error)
+{
+    size_t floats = 3 * (size_t)job->gbuffer->width * job->gbuffer->height;
+    float *light = malloc(floats * sizeof *light);
+    ism_desc desc = make_desc(job, level > 0 && level < s->bounces);
+    ism_view view;
+    ism_frame frame = { &s->mesh.mesh, sources, count, &view, job->frame };
+    ism_stats stats;
+    ism_result result = light ? ISM_OK : ISM_ERR_ALLOC;
+    double start = ex_seconds(), chosen = start, built = start;
+    im_view(&view, job);
+    if (result == ISM_OK && !s->maps[level])
+        result = ism_create(&desc, &s->maps[level]);
+    if (result == ISM_OK)
+        result = ism_choose(s->maps[level], &frame);
+    chosen = built = ex_seconds();
+    if (result == ISM_OK && !s->shading.no_maps)
+        result = ism_build(s->maps[level], &frame);
+    built = ex_seconds();
+    if (result == ISM_OK)
+        result = ism_shade(s->maps[level], &view, &s->shading, light, &stats);
+    if (result == ISM_OK) {
+        s->choose_ms = 1000 * (chosen - start);
+        s->build_ms = 1000 * (built - chosen);
+        s->shade_ms = 1000 * (ex_seconds() - built);
+        if (level <= 1)
+            s->stats = stats;
+        for (size_t i = 0; i < floats; i++)
+            out->rgb[i] += light[i];
+    }
+    free(light);
+    return result == ISM_OK ? 0 : im_failed("virtual point lights", result, error);
+}
+
+/* Bounces after the first from the imperfect RSMs of the one before. */
+static int add_bounces(ism_state *s, const rd_job *job, ex_image *out, char *error)
+{
+    size_t vpls = (size_t)rd_setting_integer(job->settings, "vpls"), count = vpls * BOUNCE_SIDE * BOUNCE_SIDE;
+    float *arrays = s->bounces > 1 ? malloc(9 * count * sizeof *arrays) : NULL;
+    if (s->bounces > 1 && !arrays)
+        return im_out_of_memory(error);
+    for (int level = 2; level <= s->bounces; level++) {
+        ism_source source;
+        ism_result result = ism_bounce(s->maps[level - 1], &s->mesh.mesh, BOUNCE_SIDE, arrays, arrays + 3 * count,
+                                       arrays + 6 * count);
+        memset(&source, 0, sizeof source);
+        source.width = (uint32_t)count;
+        source.height = 1;
+        source.positions = arrays;
+        source.normals = arrays + 3 * count;
+        source.fluxes = arrays + 6 * count;
+        source.scattered = 1;
+        if (result != ISM_OK || add_level(s, job, level, &source, 1, out, error) != 0) {
+            free(arrays);
+            return result != ISM_OK ? im_failed("the next bounce", result, error) : -1;
+        }
+    }
+    free(arrays);
+    return 0;
+}
+
+static int add_emitted(ism_state *s, const rd_job *job, ex_image *out, char *error)
+{
+    im_rsms emission;
+    int result = im_emission_sources(&emission, job, 4096, error);
+    if (result == 0 && emission.count)
+        result = add_level(s, job, 0, emission.sources, emission.count, out, error);
+    /* arrays has five places, count counts sources */
+    for (int i = 0; i < 5 && emission.arrays; i++)
+        free(emission.arrays[i]);
+    free(emission.arrays);
+    free(emission.sources);
+    return result;
+}
+
+static int frame_ism(void *state, const rd_job *job, ex_image *out, char *error)
+{
+    ism_state *s = state;
+    im_rsms rsms;
+    double start = ex_seconds();
+    int result = im_lamps_build(&rsms, job, s->light_points, error);
+    if (result == 0 && s->direct) {
+        result = im_direct(out, &rsms, job, s->shadow, error);
+        if (result == 0)
+            result = add_emitted(s, job, out, error);
+    }
+    s->direct_ms = 1000 * (ex_seconds() - start);
+    start = ex_seconds();
+    if (result == 0 && s->indirect) {
+        result = im_rsms_render(&rsms, job, s->rsm, error);
+        s->rsm_ms = 1000 * (ex_seconds() - start);
+        if (result == 0)
+            result = add_level(s, job, 1, rsms.sources, rsms.count, out, error);
+        if (result == 0)
+            result = add_bounces(s, job, out, error);
+    }
+    im_rsms_free(&rsms);
+    s->frames++;
+    return result;
+}
+
+static void report_ism(const void *state, rd_report *report)
+{
+    const ism_state *s = state;
+    rd_json *json = report->json;
+    for (int i = 0; i <= MAX_BOUNCES; i++) {
+        ism_stats stats;
+        if (!s->maps[i])
+            continue;
+        ism_get_stats(s->maps[i], &stats);
+        report->memory_bytes += stats.bytes;
+        report->peak_bytes += stats.peak_bytes;
+    }
+    rd_json_integer(json, "vpls", s->stats.vpls);
+    rd_json_integer(json, "points", s->stats.points);
+    rd_json_integer(json, "pattern", s->shading.pattern);
+    rd_json_integer(json, "bounces", (uint64_t)(s->indirect ? s->bounces : 0));
+    rd_json_integer(json, "renewed", s->stats.renewed);
+    rd_json_integer(json, "jumped", s->stats.jumped);
+    rd_json_integer(json, "splats", s->stats.splats);
+    rd_json_integer(json, "wide_splats", s->stats.wide_splats);
+    rd_json_integer(json, "filled", s->stats.filled);
+    rd_json_number(json, "lost_energy", s->stats.lost_energy);
+    rd_json_number(json, "culled", s->stats.culled);
+    rd_json_number(json, "direct_ms", s->direct_ms);
+    rd_json_number(json, "rsm_ms", s->rsm_ms);
+    rd_json_number(json, "choose_ms", s->choose_ms);
+    rd_json_number(json, "build_ms", s->build_ms);
+    rd_json_number(json, "shade_ms", s->shade_ms);
+}
+
+static const rd_key keys[] = {
+    { "bounces", RD_INTEGER, NULL, 0, MAX_BOUNCES, "1", "bounces; 0: direct light only" },
+    { "only", RD_WORD, "direct|indirect|all", 0, 0, "all", "the part of the light that is wanted" },
+    { "vpls", RD_INTEGER, NULL, 1, 16384, "1024", "virtual point lights, of each bounce" },
+    { "points", RD_INTEGER, NULL, 8, 65536, "8192", "surface points in each VPL's map" },
+    { "tile", RD_INTEGER, NULL, 8, 256, "64", "texels a side of a VPL's map, a power of two" },
+    { "rsm", RD_INTEGER, NULL, 8, 2048, "128", "texels a side of the reflective shadow maps; half for faces of cubes" },
+    { "shadow", RD_INTEGER, NULL, 16, 4096, "1024", "texels a side of the shadow maps of direct light" },
+    { "light_points", RD_INTEGER, NULL, 1, 1024, "16", "RSMs for each area light, the emissive meshes and the sky" },
+    { "importance", RD_WORD, "flux|brsm|guided", 0, 0, "guided", "how VPLs are chosen" },
+    { "spread", RD_WORD, "area|view1|view8", 0, 0, "view8", "how points are spread over triangles" },
+    { "projection", RD_WORD, "cosine|paraboloid|octahedral|lobe", 0, 0, "cosine", "of the maps" },
+    { "view_grid", RD_INTEGER, NULL, 1, 16, "4", "view samples of a possible VPL: its square" },
+    { "near", RD_WORD, "patch|sphere|clamp|mean|none", 0, 0, "patch", "light close to a VPL" },
+    { "clamp", RD_NUMBER, NULL, 1e-6, 1e6, "1", "near=clamp: 1/m^2; near=mean: times the mean of a pixel's VPLs" },
+    { "bias", RD_NUMBER, NULL, 0, 0.9, "0.02", "share of the distance" },
+    { "splat", RD_NUMBER, NULL, 0.01, 16, "1", "area of a disc over that of its point" },
+    { "lazy", RD_INTEGER, NULL, 1, 64, "8", "frames until all points are renewed" },
+    { "stable", RD_WORD, "0|1", 0, 0, "1", "VPLs and points keep their random numbers from frame to frame" },
+    { "inter_texel", RD_WORD, "0|1", 0, 0, "1", "VPLs between texels" },
+    { "fill", RD_WORD, "0|1", 0, 0, "1", "pull and push" },
+    { "vary_points", RD_WORD, "0|1", 0, 0, "0", "weak VPLs take fewer points" },
+    { "visibility", RD_WORD, "0|1", 0, 0, "1", "0: VPLs shine through everything" },
+    { "cull", RD_WORD, "0|1", 0, 0, "0", "skip VPLs that face away from blocks of pixels" },
+    { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
+};
+
+const rd_technique rd_ism = {
+    "ism", "one bounce and more from virtual point lights with imperfect shadow maps", NULL, 0, 1, 16384, 0, 0, keys,
+    open_ism, update_ism, frame_ism, report_ism, close_ism
+};

@@ -1,0 +1,134 @@
+/* ism_mesh.c - the scene as ism.h takes it: one mesh in world space; and the view of the G-buffer. */
+#include "ism_parts.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+void im_mesh_free(im_mesh *m)
+{
+    free(m->positions);
+    free(m->indices);
+    free(m->albedos);
+    free(m->opacities);
+    memset(m, 0, sizeof *m);
+}
+
+/* Mean colour and, of cut-out materials, the share that is there: at seven points of the triangle. */
+static void triangle_color(const ex_scene *scene, const ex_object *object, uint32_t triangle, float albedo[3], float *opacity)
+{
+    static const float at[7][2] = { { 0.333f, 0.333f }, { 0.06f, 0.47f }, { 0.47f, 0.06f }, { 0.47f, 0.47f },
+                                    { 0.8f, 0.1f }, { 0.1f, 0.8f }, { 0.1f, 0.1f } };
+    const ex_material *material = &scene->materials[ex_object_material(scene, object, triangle)];
+    int count = material->base_texture >= 0 ? 7 : 1;
+    float there = 0;
+    albedo[0] = albedo[1] = albedo[2] = 0;
+    for (int i = 0; i < count; i++) {
+        float weights[3] = { 1 - at[i][0] - at[i][1], at[i][0], at[i][1] }, color[3];
+        if (!ex_surface_color(scene, object, triangle, weights, color))
+            continue;
+        there++;
+        for (int k = 0; k < 3; k++)
+            albedo[k] += color[k];
+    }
+    for (int k = 0; k < 3; k++)
+        albedo[k] /= there > 0 ? there : 1;
+    *opacity = material->alpha_cutoff > 0 ? there / (float)count : 1;
+}
+
+static void add_object(im_mesh *m, const ex_scene *scene, const ex_object *object, size_t vertex, size_t triangle)
+{
+    const ex_mesh *mesh = &scene->meshes[object->mesh];
+    const float *t = object->transform;
+    for (size_t i = 0; i < mesh->vertex_count; i++)
+        for (size_t k = 0; k < 3; k++) {
+            const float *p = mesh->positions + 3 * i;
+            m->positions[3 * (vertex + i) + k] = t[k] * p[0] + t[4 + k] * p[1] + t[8 + k] * p[2] + t[12 + k];
+        }
+    for (size_t i = 0; i < 3 * (size_t)mesh->triangle_count; i++)
+        m->indices[3 * triangle + i] = (uint32_t)vertex + mesh->indices[i];
+    for (uint32_t i = 0; i < mesh->triangle_count; i++)
+        triangle_color(scene, object, i, m->albedos + 3 * (triangle + i), m->opacities + triangle + i);
+}
+
+int im_mesh_build(im_mesh *m, const ex_scene *scene, char *error)
+{
+    size_t vertices = 0, triangles = 0;
+    int cutouts = 0;
+    memset(m, 0, sizeof *m);
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        vertices += scene->meshes[scene->objects[i].mesh].vertex_count;
+        triangles += scene->meshes[scene->objects[i].mesh].triangle_count;
+    }
+    for (uint32_t i = 0; i < scene->material_count; i++)
+        cutouts |= scene->materials[i].alpha_cutoff > 0;
+    m->positions = malloc((3 * vertices + 1) * sizeof *m->positions);
+    m->indices = malloc((3 * triangles + 1) * sizeof *m->indices);
+    m->albedos = malloc((3 * triangles + 1) * sizeof *m->albedos);
+    m->opacities = malloc((triangles + 1) * sizeof *m->opacities);
+    if (!m->positions || !m->indices || !m->albedos || !m->opacities || vertices > UINT32_MAX) {
+        im_mesh_free(m);
+        return im_out_of_memory(error);
+    }
+    vertices = triangles = 0;
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        add_object(m, scene, &scene->objects[i], vertices, triangles);
+        vertices += scene->meshes[scene->objects[i].mesh].vertex_count;
+        triangles += scene->meshes[scene->objects[i].mesh].triangle_count;
+    }
+    m->mesh.positions = m->positions;
+    m->mesh.vertex_count = vertices;
+    m->mesh.indices = m->indices;
+    m->mesh.index_count = 3 * triangles;
+    m->mesh.albedos = m->albedos;
+    m->mesh.opacities = cutouts ? m->opacities : NULL;
+    return 0;
+}
+
+/* World to clip of the scene's camera; depth does not matter to ism.h. */
+static void camera_matrix(float m[16], const ex_scene *scene, double aspect)
+{
+    const ex_camera *c = &scene->camera;
+    double back[3], right[3], up[3], length = 0, across = 0, f = 1 / tan(0.5 * (double)c->fovy);
+    for (int k = 0; k < 3; k++) {
+        back[k] = (double)c->eye[k] - (double)c->target[k];
+        length += back[k] * back[k];
+    }
+    for (int k = 0; k < 3; k++)
+        back[k] /= sqrt(length);
+    for (int k = 0; k < 3; k++) {
+        right[k] = (double)c->up[(k + 1) % 3] * back[(k + 2) % 3] - (double)c->up[(k + 2) % 3] * back[(k + 1) % 3];
+        across += right[k] * right[k];
+    }
+    memset(m, 0, 16 * sizeof *m);
+    if (!(across > 1e-12))
+        return;                                  /* the matrix of all zeros: unknown */
+    for (int k = 0; k < 3; k++)
+        right[k] /= sqrt(across);
+    for (int k = 0; k < 3; k++)
+        up[k] = back[(k + 1) % 3] * right[(k + 2) % 3] - back[(k + 2) % 3] * right[(k + 1) % 3];
+    for (int k = 0; k < 3; k++) {
+        double eye = (double)c->eye[k];
+        m[4 * k] = (float)(right[k] * f / aspect);
+        m[4 * k + 1] = (float)(up[k] * f);
+        m[4 * k + 2] = m[4 * k + 3] = (float)-back[k];
+        m[12] -= (float)(right[k] * f / aspect * eye);
+        m[13] -= (float)(up[k] * f * eye);
+        m[15] += (float)(back[k] * eye);
+    }
+    m[14] = m[15] - 0.01f;
+}
+
+void im_view(ism_view *out, const rd_job *job)
+{
+    const ex_pixel *first = job->gbuffer->pixels;
+    memset(out, 0, sizeof *out);
+    out->positions = first->position;
+    out->normals = first->normal;
+    out->geometric = first->geometric;
+    out->albedos = first->albedo;
+    out->stride = sizeof *first;
+    out->width = job->gbuffer->width;
+    out->height = job->gbuffer->height;
+    camera_matrix(out->matrix, job->scene, (double)out->width / out->height);
+}

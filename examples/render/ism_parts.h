@@ -1,0 +1,48 @@
+/* ism_parts.h - what the files of the technique ism share: the lit surface points that light becomes. */
+#ifndef RD_ISM_PARTS_H
+#define RD_ISM_PARTS_H
+
+#include "technique.h"
+#include "ism.h"
+
+/* One place or direction that light comes from: a whole sun, spot or point light, or a sample of an area light, of an
+   emissive mesh or of the sky. */
+typedef struct im_lamp {
+    enum { IM_FAR, IM_EVEN, IM_COSINE } kind;    /* parallel; the same to all sides; cosine about normal */
+    float    position[3];      /* FAR: unit direction to the light */
+    float    normal[3];        /* COSINE: of the emitting side */
+    float    cos_cone;         /* EVEN: of a spot's half angle; -1 for all sides */
+    float    value[3];         /* FAR: W/m^2 facing it; EVEN: W/sr; COSINE: W/sr along the normal */
+    uint32_t light;            /* index in scene->lights of sun, spot, point; else UINT32_MAX */
+} im_lamp;
+
+/* Pictures from the lamps: reflective shadow maps, one source each. */
+typedef struct im_rsms {
+    ism_source *sources;
+    float     **arrays;        /* of each source: positions, normals, fluxes, areas in one block */
+    size_t      count;
+    im_lamp    *lamps;
+    size_t      lamp_count;
+} im_rsms;
+
+/* All light of the job. samples: lamps for each area light, for the emissive meshes together and for the sky. */
+int  im_lamps_build(im_rsms *out, const rd_job *job, uint32_t samples, char *error);
+int  im_rsms_render(im_rsms *out, const rd_job *job, uint32_t size, char *error);
+void im_rsms_free(im_rsms *rsms);
+
+/* Light of suns, spots and points that reaches the G-buffer directly, tested against shadow maps of size x size texels. */
+int  im_direct(ex_image *out, const im_rsms *lamps, const rd_job *job, uint32_t size, char *error);
+/* Emitted light as sources for ism: points on area lights and emissive meshes, directions of the sky; *count may be 0. */
+int  im_emission_sources(im_rsms *out, const rd_job *job, uint32_t points, char *error);
+
+/* The scene as one mesh in world space, with an albedo and an opacity for each triangle. */
+typedef struct im_mesh { ism_mesh mesh; float *positions, *albedos, *opacities; uint32_t *indices; } im_mesh;
+
+int  im_mesh_build(im_mesh *out, const ex_scene *scene, char *error);
+void im_mesh_free(im_mesh *mesh);
+
+void im_view(ism_view *out, const rd_job *job);
+int  im_failed(const char *what, ism_result result, char *error);    /* both return -1 */
+int  im_out_of_memory(char *error);
+
+#endif
