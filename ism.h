@@ -2650,8 +2650,7 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
             const ism_vpl *v = &w->m->vpls[w->order[at + i]];
             float k0 = kernels[i], all = k0;
             if (skip && skip[at + i]) continue;
-            if (!(k0 > 0.0f) && !v->directional && v->exponent == 1.0f &&
-                (w->s.near_mode != ISM_NEAR_PATCH || !(v->side > 0.0f))) continue;
+            if (!(k0 > 0.0f) && !v->directional && v->exponent == 1.0f) continue;
             k0 = ism__kernel(w, v, &w->frames[at + i], px, k0, &all);
             if (w->s.near_mode == ISM_NEAR_CLAMP_MEAN) {
                 float most = w->s.clamp * mean, l = ism__luminance(v->flux);

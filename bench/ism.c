@@ -41,7 +41,7 @@ static int light_scene(bn_scene *s, const bn_options *options, uint32_t rsm, uin
     char error[EX_ERROR_SIZE];
     double start = ex_seconds();
     im_rsms_free(&s->rsms);
-    if (im_lamps_build(&s->rsms, &s->job, light_points, error) != 0 || im_rsms_render(&s->rsms, &s->job, rsm, error) != 0)
+    if (im_lamps_build(&s->rsms, &s->job, light_points, 1, error) != 0 || im_rsms_render(&s->rsms, &s->job, rsm, error) != 0)
         return bn_failed(s->name, error);
     s->rsm_ms = 1000 * (ex_seconds() - start);
     (void)options;

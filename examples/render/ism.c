@@ -11,6 +11,8 @@
 #include <string.h>
 
 #define MAX_BOUNCES 8
+#define EMISSION_POINTS 4096
+#define EMISSION_SIDE 16
 #define BOUNCE_SIDE 8          /* texels a side of each map that become pVPLs of the next bounce */
 
 typedef struct ism_state {
@@ -18,10 +20,10 @@ typedef struct ism_state {
     ism_shading shading;
     im_mesh     mesh;
     int         bounces, direct, indirect;
-    uint32_t    rsm, shadow, light_points, frames;
+    int         light_rsm;
+    uint32_t    rsm, shadow, light_points;
     ism_stats   stats;                   /* of the first bounce, or of emitted light where there is none */
     double      rsm_ms, direct_ms, choose_ms, build_ms, shade_ms;
-    uint64_t    mesh_bytes;
 } ism_state;
 
 /* ---- settings ---- */
@@ -123,6 +125,7 @@ static int open_ism(void **state, const rd_job *job, char *error)
     s->rsm = (uint32_t)rd_setting_integer(job->settings, "rsm");
     s->shadow = (uint32_t)rd_setting_integer(job->settings, "shadow");
     s->light_points = (uint32_t)rd_setting_integer(job->settings, "light_points");
+    s->light_rsm = rd_setting_integer(job->settings, "light_rsm");
     s->shading = make_shading(job);
     if (update_ism(s, job, error) != 0) {
         close_ism(s);
@@ -133,12 +136,12 @@ static int open_ism(void **state, const rd_job *job, char *error)
 }
 
 /* One set of VPLs, level 0 being emitted light: chosen, built, shaded, added to out. */
-static int add_level(ism_state *s, const rd_job *job, int level, const ism_source *sources, size_t count, ex_image *out,
-                     char *error)
+static int add_level(ism_state *s, const rd_job *job, int level, const ism_source *sources, size_t count, int shade,
+                     ex_image *out, char *error)
 {
     size_t floats = 3 * (size_t)job->gbuffer->width * job->gbuffer->height;
     float *light = malloc(floats * sizeof *light);
-    ism_desc desc = make_desc(job, level > 0 && level < s->bounces);
+    ism_desc desc = make_desc(job, level < s->bounces);
     ism_view view;
     ism_frame frame = { &s->mesh.mesh, sources, count, &view, job->frame };
     ism_stats stats;
@@ -150,12 +153,12 @@ static int add_level(ism_state *s, const rd_job *job, int level, const ism_sourc
     if (result == ISM_OK)
         result = ism_choose(s->maps[level], &frame);
     chosen = built = ex_seconds();
-    if (result == ISM_OK && !s->shading.no_maps)
+    if (result == ISM_OK && (!s->shading.no_maps || desc.keep_hits))
         result = ism_build(s->maps[level], &frame);
     built = ex_seconds();
-    if (result == ISM_OK)
+    if (result == ISM_OK && shade)
         result = ism_shade(s->maps[level], &view, &s->shading, light, &stats);
-    if (result == ISM_OK) {
+    if (result == ISM_OK && shade) {
         s->choose_ms = 1000 * (chosen - start);
         s->build_ms = 1000 * (built - chosen);
         s->shade_ms = 1000 * (ex_seconds() - built);
@@ -168,44 +171,85 @@ static int add_level(ism_state *s, const rd_job *job, int level, const ism_sourc
     return result == ISM_OK ? 0 : im_failed("virtual point lights", result, error);
 }
 
+/* The source of the next bounce, in one block that arrays[0] holds: positions, normals, fluxes. */
+static int bounce_source(const ism_state *s, const rd_job *job, int level, uint32_t side, ism_source *source, char *error)
+{
+    size_t count = (size_t)rd_setting_integer(job->settings, "vpls") * side * side;
+    float *block = malloc(9 * count * sizeof *block);
+    ism_result result = block ? ism_bounce(s->maps[level], &s->mesh.mesh, side, block, block + 3 * count, block + 6 * count)
+                              : ISM_ERR_ALLOC;
+    memset(source, 0, sizeof *source);
+    source->width = (uint32_t)count;
+    source->height = 1;
+    source->positions = block;
+    source->normals = block + 3 * count;
+    source->fluxes = block + 6 * count;
+    source->scattered = 1;
+    if (result == ISM_OK)
+        return 0;
+    free(block);
+    return im_failed("the next bounce", result, error);
+}
+
 /* Bounces after the first from the imperfect RSMs of the one before. */
 static int add_bounces(ism_state *s, const rd_job *job, ex_image *out, char *error)
 {
-    size_t vpls = (size_t)rd_setting_integer(job->settings, "vpls"), count = vpls * BOUNCE_SIDE * BOUNCE_SIDE;
-    float *arrays = s->bounces > 1 ? malloc(9 * count * sizeof *arrays) : NULL;
-    if (s->bounces > 1 && !arrays)
-        return im_out_of_memory(error);
     for (int level = 2; level <= s->bounces; level++) {
         ism_source source;
-        ism_result result = ism_bounce(s->maps[level - 1], &s->mesh.mesh, BOUNCE_SIDE, arrays, arrays + 3 * count,
-                                       arrays + 6 * count);
-        memset(&source, 0, sizeof source);
-        source.width = (uint32_t)count;
-        source.height = 1;
-        source.positions = arrays;
-        source.normals = arrays + 3 * count;
-        source.fluxes = arrays + 6 * count;
-        source.scattered = 1;
-        if (result != ISM_OK || add_level(s, job, level, &source, 1, out, error) != 0) {
-            free(arrays);
-            return result != ISM_OK ? im_failed("the next bounce", result, error) : -1;
-        }
+        int result;
+        if (bounce_source(s, job, level - 1, BOUNCE_SIDE, &source, error) != 0)
+            return -1;
+        result = add_level(s, job, level, &source, 1, 1, out, error);
+        free((float *)(size_t)source.positions);
+        if (result != 0)
+            return -1;
     }
-    free(arrays);
     return 0;
 }
 
-static int add_emitted(ism_state *s, const rd_job *job, ex_image *out, char *error)
+/* Emitted light: shaded where direct light is wanted. */
+static int add_emitted(ism_state *s, const rd_job *job, int shade, int with_sky, int *any, ex_image *out, char *error)
 {
     im_rsms emission;
-    int result = im_emission_sources(&emission, job, 4096, error);
-    if (result == 0 && emission.count)
-        result = add_level(s, job, 0, emission.sources, emission.count, out, error);
-    /* arrays has five places, count counts sources */
-    for (int i = 0; i < 5 && emission.arrays; i++)
-        free(emission.arrays[i]);
-    free(emission.arrays);
-    free(emission.sources);
+    int result = im_emission_sources(&emission, job, EMISSION_POINTS, with_sky, error);
+    *any = result == 0 && emission.count > 0;
+    if (*any)
+        result = add_level(s, job, 0, emission.sources, emission.count, shade, out, error);
+    im_emission_free(&emission);
+    return result;
+}
+
+/* The first bounce: reflective shadow maps of lights without size and of the sky; light of emissive surfaces from
+   reflective shadow maps at light_points places or (light_rsm=0) from the imperfect ones of their VPLs. */
+static int add_first(ism_state *s, const rd_job *job, im_rsms *rsms, ex_image *out, char *error)
+{
+    double start = ex_seconds();
+    ism_source *sources, bounced;
+    size_t count;
+    int result, any = 0;
+    if (im_rsms_render(rsms, job, s->rsm, error) != 0)
+        return -1;
+    memset(&bounced, 0, sizeof bounced);
+    if (!s->light_rsm) {
+        if (add_emitted(s, job, 0, 0, &any, out, error) != 0)
+            return -1;
+        if (any && bounce_source(s, job, 0, EMISSION_SIDE, &bounced, error) != 0)
+            return -1;
+    }
+    s->rsm_ms = 1000 * (ex_seconds() - start);
+    sources = malloc((rsms->count + 1) * sizeof *sources);
+    if (!sources) {
+        free((float *)(size_t)bounced.positions);
+        return im_out_of_memory(error);
+    }
+    if (rsms->count)
+        memcpy(sources, rsms->sources, rsms->count * sizeof *sources);
+    count = rsms->count;
+    if (any)
+        sources[count++] = bounced;
+    result = add_level(s, job, 1, sources, count, 1, out, error);
+    free(sources);
+    free((float *)(size_t)bounced.positions);
     return result;
 }
 
@@ -214,24 +258,19 @@ static int frame_ism(void *state, const rd_job *job, ex_image *out, char *error)
     ism_state *s = state;
     im_rsms rsms;
     double start = ex_seconds();
-    int result = im_lamps_build(&rsms, job, s->light_points, error);
+    int result = im_lamps_build(&rsms, job, s->light_points, s->light_rsm, error), any;
+    if (result == 0 && s->indirect)
+        result = add_first(s, job, &rsms, out, error);
+    start = ex_seconds();
     if (result == 0 && s->direct) {
         result = im_direct(out, &rsms, job, s->shadow, error);
         if (result == 0)
-            result = add_emitted(s, job, out, error);
+            result = add_emitted(s, job, 1, 1, &any, out, error);
     }
     s->direct_ms = 1000 * (ex_seconds() - start);
-    start = ex_seconds();
-    if (result == 0 && s->indirect) {
-        result = im_rsms_render(&rsms, job, s->rsm, error);
-        s->rsm_ms = 1000 * (ex_seconds() - start);
-        if (result == 0)
-            result = add_level(s, job, 1, rsms.sources, rsms.count, out, error);
-        if (result == 0)
-            result = add_bounces(s, job, out, error);
-    }
+    if (result == 0 && s->indirect)
+        result = add_bounces(s, job, out, error);
     im_rsms_free(&rsms);
-    s->frames++;
     return result;
 }
 
@@ -274,6 +313,7 @@ static const rd_key keys[] = {
     { "rsm", RD_INTEGER, NULL, 8, 2048, "128", "texels a side of the reflective shadow maps; half for faces of cubes" },
     { "shadow", RD_INTEGER, NULL, 16, 4096, "1024", "texels a side of the shadow maps of direct light" },
     { "light_points", RD_INTEGER, NULL, 1, 1024, "16", "RSMs for each area light, the emissive meshes and the sky" },
+    { "light_rsm", RD_WORD, "0|1", 0, 0, "1", "0: light of area lights and emissive meshes bounces by imperfect RSMs" },
     { "importance", RD_WORD, "flux|brsm|guided", 0, 0, "guided", "how VPLs are chosen" },
     { "spread", RD_WORD, "area|view1|view8", 0, 0, "view8", "how points are spread over triangles" },
     { "projection", RD_WORD, "cosine|paraboloid|octahedral|lobe", 0, 0, "cosine", "of the maps" },

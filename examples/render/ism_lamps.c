@@ -229,10 +229,11 @@ static int add_sky(im_rsms *r, const rd_job *job, uint32_t count, char *error)
     return result == ISM_OK ? 0 : im_failed("sky", result, error);
 }
 
-int im_lamps_build(im_rsms *r, const rd_job *job, uint32_t samples, char *error)
+int im_lamps_build(im_rsms *r, const rd_job *job, uint32_t samples, int areas, char *error)
 {
     area_points points;
     memset(r, 0, sizeof *r);
+    memset(&points, 0, sizeof points);
     for (uint32_t i = 0; i < job->scene->light_count; i++) {
         const ex_light *light = &job->scene->lights[i];
         im_lamp *lamp;
@@ -249,7 +250,7 @@ int im_lamps_build(im_rsms *r, const rd_job *job, uint32_t samples, char *error)
             lamp->cos_cone = light->cos_half_angle;
         lamp->light = i;
     }
-    if (area_points_build(&points, job, samples, error) != 0) {
+    if (areas && area_points_build(&points, job, samples, error) != 0) {
         free_points(&points);
         return -1;
     }
@@ -554,7 +555,7 @@ int im_direct(ex_image *out, const im_rsms *r, const rd_job *job, uint32_t size,
 
 /* ---- emission as sources ---- */
 
-int im_emission_sources(im_rsms *r, const rd_job *job, uint32_t count, char *error)
+int im_emission_sources(im_rsms *r, const rd_job *job, uint32_t count, int with_sky, char *error)
 {
     area_points points;
     const ex_sky *sky = &job->scene->sky;
@@ -577,7 +578,7 @@ int im_emission_sources(im_rsms *r, const rd_job *job, uint32_t count, char *err
     r->sources[0].fluxes = points.fluxes;
     r->sources[0].scattered = 1;
     r->count = points.count > 0;
-    if (!sky->width)
+    if (!sky->width || !with_sky)
         return 0;
     if (sky_arrays(sky, &r->arrays[3], &r->arrays[4]) != 0)
         return im_out_of_memory(error);
@@ -589,4 +590,13 @@ int im_emission_sources(im_rsms *r, const rd_job *job, uint32_t count, char *err
     r->sources[r->count].fluxes = r->arrays[4];
     r->count++;
     return 0;
+}
+
+void im_emission_free(im_rsms *r)
+{
+    for (int i = 0; i < 5 && r->arrays; i++)     /* five arrays, not one a source */
+        free(r->arrays[i]);
+    free(r->arrays);
+    free(r->sources);
+    memset(r, 0, sizeof *r);
 }

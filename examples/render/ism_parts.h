@@ -25,15 +25,18 @@ typedef struct im_rsms {
     size_t      lamp_count;
 } im_rsms;
 
-/* All light of the job. samples: lamps for each area light, for the emissive meshes together and for the sky. */
-int  im_lamps_build(im_rsms *out, const rd_job *job, uint32_t samples, char *error);
+/* Lights without size and the sky, and with areas area lights and emissive meshes; samples: lamps for the sky, for each area
+   light and for the meshes together. */
+int  im_lamps_build(im_rsms *out, const rd_job *job, uint32_t samples, int areas, char *error);
 int  im_rsms_render(im_rsms *out, const rd_job *job, uint32_t size, char *error);
 void im_rsms_free(im_rsms *rsms);
 
 /* Light of suns, spots and points that reaches the G-buffer directly, tested against shadow maps of size x size texels. */
 int  im_direct(ex_image *out, const im_rsms *lamps, const rd_job *job, uint32_t size, char *error);
-/* Emitted light as sources for ism: points on area lights and emissive meshes, directions of the sky; *count may be 0. */
-int  im_emission_sources(im_rsms *out, const rd_job *job, uint32_t points, char *error);
+/* Emitted light as sources: points on area lights and emissive meshes and, with_sky, directions of the sky; none is no
+   error. */
+int  im_emission_sources(im_rsms *out, const rd_job *job, uint32_t points, int with_sky, char *error);
+void im_emission_free(im_rsms *emission);
 
 /* The scene as one mesh in world space, with an albedo and an opacity for each triangle. */
 typedef struct im_mesh { ism_mesh mesh; float *positions, *albedos, *opacities; uint32_t *indices; } im_mesh;
