@@ -464,14 +464,13 @@ ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
 /* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. gcc also forgets errno for sqrtf, which would keep it from being inlined and vectorised.
-   A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
+   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
    stay within tolerance but not equal to the bit. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(__TINYC__)
 #pragma GCC push_options
-#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-fno-trapping-math")
+#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-trapping-math")
 #elif defined(_MSC_VER)
 #pragma fp_contract(off)
 #endif
@@ -686,6 +685,14 @@ static inline float ism__copysign(float x, float s)
     return ism__from_bits((ism__to_bits(x) & 0x7fffffffu) | (ism__to_bits(s) & 0x80000000u));
 }
 
+/* a where yes is 1, b where it is 0, both computed: compilers turn a chain of ?: with one condition into a branch, and
+   then do not vectorise the loop round it. */
+static inline float ism__either(int yes, float a, float b)
+{
+    uint32_t mask = 0u - (uint32_t)yes;
+    return ism__from_bits((ism__to_bits(a) & mask) | (ism__to_bits(b) & ~mask));
+}
+
 /* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
 static inline void ism__sincos(float x, float *sine, float *cosine)
 {
@@ -726,18 +733,25 @@ static inline float ism__asin_core(float x, float z)
                         z * 0.04221856856f))));
 }
 
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. */
-static inline float ism__acos(float x)
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart, since
+   C compilers do not vectorise that one: acos(x) = ism__acos_rooted(x, sqrtf(ism__acos_square(x))). */
+static inline float ism__acos_square(float x)
 {
-    float a = fabsf(x), h, s, p;
-    a = a < 1.0f ? a : 1.0f;
-    h = 0.5f * (1.0f - a);
-    s = sqrtf(h);
-    s = a > 0.5f ? s : a;
-    p = ism__asin_core(s, a > 0.5f ? h : a * a);
-    p = a > 0.5f ? 2.0f * p : 1.57079633f - p;
-    return x < 0.0f ? 3.14159265f - p : p;
+    float a = fabsf(x);
+    return 0.5f * (1.0f - ism__either(a < 1.0f, a, 1.0f));
 }
+
+static inline float ism__acos_rooted(float x, float root)
+{
+    float a = fabsf(x), h = ism__acos_square(x), p;
+    int big = a > 0.5f;
+    a = ism__either(a < 1.0f, a, 1.0f);
+    p = ism__asin_core(ism__either(big, root, a), ism__either(big, h, a * a));
+    p = ism__either(big, 2.0f * p, 1.57079633f - p);
+    return ism__either(x < 0.0f, 3.14159265f - p, p);
+}
+
+static inline float ism__acos(float x) { return ism__acos_rooted(x, sqrtf(ism__acos_square(x))); }
 
 static inline float ism__asin(float x)
 {
@@ -753,14 +767,16 @@ static inline float ism__asin(float x)
 /* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
 static inline float ism__atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), hi = ax > ay ? ax : ay, lo = ax > ay ? ay : ax, a, t, z, p;
-    a = lo == hi && hi > 0.0f ? 1.0f : lo / (hi > 0.0f ? hi : 1.0f);
-    t = a > 0.414213562f ? (a - 1.0f) / (a + 1.0f) : a;
+    float ax = fabsf(x), ay = fabsf(y), hi = ism__either(ax > ay, ax, ay), lo = ism__either(ax > ay, ay, ax), a, t, z, p;
+    int big;
+    a = ism__either((lo == hi) & (hi > 0.0f), 1.0f, lo / ism__either(hi > 0.0f, hi, 1.0f));
+    big = a > 0.414213562f;
+    t = ism__either(big, (a - 1.0f) / (a + 1.0f), a);
     z = t * t;
     p = t + t * z * (-0.3333295525f + z * (0.1997792608f + z * (-0.1387984996f + z * 0.08060308882f)));
-    p = a > 0.414213562f ? p + 0.785398163f : p;
-    p = ay > ax ? 1.57079633f - p : p;
-    p = ism__to_bits(x) >> 31 ? 3.14159265f - p : p;
+    p = ism__either(big, p + 0.785398163f, p);
+    p = ism__either(ay > ax, 1.57079633f - p, p);
+    p = ism__either((int)(ism__to_bits(x) >> 31), 3.14159265f - p, p);
     return ism__copysign(p, y);
 }
 
