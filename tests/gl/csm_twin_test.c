@@ -1,0 +1,264 @@
+/* csm_twin_test - the GLSL of cohsm_*.glsl against its C twins in csm.h: a million visibility queries over all domains,
+   orders, frames, filters and kinds of light, scenes of instances, and samples of every light on every material. */
+#define _POSIX_C_SOURCE 200809L
+#define CSM_IMPLEMENTATION
+#include "csm.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+
+#define GL_BACKEND_IMPLEMENTATION
+#include "gl_backend.h"
+
+#include "gl/gl_test.h"
+#include "unit/csm_util.h"
+
+enum { COUNT = 16384 };
+
+typedef struct question { float point[3]; uint32_t self; float light[3]; uint32_t id; } question;
+
+static question questions[COUNT];
+static float    answers[COUNT], expected[COUNT];
+
+typedef struct tally { size_t asked, wrong, dark, refused; double worst; } tally;
+
+/* What floats do at a boundary (of a pixel, a map, a stored depth) is counted; PCF may differ in its sixth digit. */
+static void compare_answers(tally *sum)
+{
+    size_t i;
+    for (i = 0; i < COUNT; i++) {
+        double off = fabs((double)answers[i] - (double)expected[i]);
+        if (!(off < 1e-4)) sum->wrong++;
+        else if (off > sum->worst) sum->worst = off;
+        sum->dark += expected[i] < 0.5f && expected[i] >= 0;
+        sum->refused += expected[i] < 0;
+    }
+    sum->asked += COUNT;
+}
+
+static void make_questions(const cohsm_info *info, const float *center, float radius, cohsm_light light, uint32_t bodies,
+                           uint64_t *seed)
+{
+    uint32_t i, k;
+    for (i = 0; i < COUNT; i++) {
+        question *q = &questions[i];
+        for (k = 0; k < 3; k++) q->point[k] = center[k] + radius * (float)rnd_in(seed, -1.1, 1.1);
+        q->self = rnd_below(seed, bodies + 1) < bodies ? rnd_below(seed, bodies) : COHSM_NO_SELF;
+        q->id = i;
+        rnd_direction(seed, q->light);
+        if (light == COHSM_LIGHT_POSITION)
+            for (k = 0; k < 3; k++) q->light[k] = center[k] + 3 * radius * (float)rnd(seed) * q->light[k];
+        if (light == COHSM_LIGHT_PARAMETER)
+            for (k = 0; k < 3; k++) q->light[k] = (float)rnd(seed);
+        if (light == COHSM_LIGHT_INDEX) {
+            uint32_t cell = rnd_below(seed, info->map_count);
+            memcpy(q->light, &cell, 4);
+        }
+        if (i % 1000 == 7) q->point[i % 3] = i % 2000 == 7 ? HUGE_VALF : 1e30f;       /* odd ones among them */
+        if (i % 1000 == 13 && light != COHSM_LIGHT_INDEX) q->light[i % 3] = i % 2000 == 13 ? 0.0f : -HUGE_VALF;
+    }
+}
+
+/* Both sides answer; bodies is 1 and the transform the identity for a single object. */
+static void ask_both(gl_test *t, glbk_csm_asker *asker, const glbk_csm_maps *maps, const cohsm_instance *bodies,
+                     uint32_t count, cohsm_light light, cohsm_filter filter, float bias, tally *sum)
+{
+    glbk_csm_questions q = { GLBK_CSM_ASK_DIRECTION, GLBK_CSM_FILTER_NEAREST, 0, 0, NULL, 0 };
+    cohsm_query c = cohsm_query_default();
+    uint32_t self[COUNT], i;
+
+    q.ask = (glbk_csm_ask)light;
+    q.filter = (glbk_csm_filter)filter;
+    q.bias = bias;
+    q.seed = 11;
+    q.items = (const uint32_t *)(const void *)questions;
+    q.count = COUNT;
+    assert_glbk(t, glbk_csm_ask_upload(&t->gl, asker, &q));
+    assert_glbk(t, glbk_csm_ask_run(&t->gl, asker, maps, COUNT));
+    assert_glbk(t, glbk_csm_ask_read(&t->gl, asker, COUNT, answers));
+    for (i = 0; i < COUNT; i++) self[i] = questions[i].self;
+    c.points = questions[0].point;
+    c.point_stride = sizeof(question);
+    c.count = COUNT;
+    c.lights = questions[0].light;
+    c.light_stride = sizeof(question);
+    c.light = light;
+    c.filter = filter;
+    c.bias = bias;
+    c.seed = 11;
+    c.self = self;
+    assert_int_equal(cohsm_visible_scene(bodies, count, &c, expected, NULL), COHSM_OK);
+    compare_answers(sum);
+}
+
+static const float identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+
+static cohsm_maps *build_maps(const cohsm_desc *d)
+{
+    model m = model_torus(24, 12, 1.0, 0.4);
+    cohsm_mesh mesh = mesh_of(&m);
+    cohsm_maps *maps = NULL;
+    assert_int_equal(cohsm_build(d, &mesh, &maps, NULL), COHSM_OK);
+    model_free(&m);
+    return maps;
+}
+
+static void upload(gl_test *t, const cohsm_maps *const *maps, uint32_t map_count, const cohsm_instance *bodies,
+                   uint32_t count, glbk_csm_maps *out)
+{
+    glbk_csm_block blocks[4];
+    glbk_csm_instance instances[8];
+    uint32_t starts[4], i, k;
+    for (i = 0; i < map_count; i++) blocks[i].data = cohsm_data(maps[i], &blocks[i].size);
+    assert_glbk(t, glbk_csm_maps_create(&t->gl, blocks, map_count, count, starts, out));
+    for (i = 0; i < count; i++) {
+        for (k = 0; maps[k] != bodies[i].maps; k++) {}
+        instances[i].start = starts[k];
+        instances[i].offset = 0;
+        memcpy(instances[i].transform, bodies[i].transform, sizeof identity);
+    }
+    assert_glbk(t, glbk_csm_maps_place(&t->gl, out, instances, count));
+}
+
+static const struct { cohsm_domain_kind domain; uint32_t side; cohsm_order order; cohsm_frame frame; } builds[] = {
+    { COHSM_DOMAIN_LATLONG, 24, COHSM_ORDER_SCANLINE, COHSM_FRAME_MINIMAL },
+    { COHSM_DOMAIN_LATLONG, 20, COHSM_ORDER_ZIGZAG, COHSM_FRAME_TWO_POLES },
+    { COHSM_DOMAIN_LATLONG, 17, COHSM_ORDER_ZIGZAG_THETA, COHSM_FRAME_POLAR },
+    { COHSM_DOMAIN_LATLONG, 32, COHSM_ORDER_HILBERT, COHSM_FRAME_POLAR },
+    { COHSM_DOMAIN_OCTAHEDRAL, 16, COHSM_ORDER_HILBERT, COHSM_FRAME_POLAR },
+    { COHSM_DOMAIN_OCTAHEDRAL, 16, COHSM_ORDER_ZIGZAG, COHSM_FRAME_TWO_POLES },
+    { COHSM_DOMAIN_LINE, 9, COHSM_ORDER_DEFAULT, COHSM_FRAME_DEFAULT },
+    { COHSM_DOMAIN_RECTANGLE, 6, COHSM_ORDER_HILBERT, COHSM_FRAME_DEFAULT },
+    { COHSM_DOMAIN_DISC, 6, COHSM_ORDER_ZIGZAG_THETA, COHSM_FRAME_DEFAULT },
+    { COHSM_DOMAIN_SPHERE, 6, COHSM_ORDER_ZIGZAG, COHSM_FRAME_DEFAULT },
+    { COHSM_DOMAIN_VOLUME, 3, COHSM_ORDER_HILBERT, COHSM_FRAME_DEFAULT }
+};
+
+static void a_million_queries_agree(void **state)
+{
+    GL_TEST(t, state)
+    glbk_csm_asker asker;
+    tally sum = { 0, 0, 0, 0, 0 };
+    uint64_t seed = 5;
+    size_t i;
+
+    assert_glbk(t, glbk_csm_asker_create(&t->gl, COUNT, &asker));
+    for (i = 0; i < sizeof builds / sizeof builds[0]; i++) {
+        cohsm_desc d = desc_of(builds[i].domain, builds[i].side, 48);
+        cohsm_instance body;
+        cohsm_info info;
+        glbk_csm_maps maps;
+        const cohsm_maps *built;
+        int light, filter;
+
+        if (builds[i].domain > COHSM_DOMAIN_OCTAHEDRAL) place_domain(&d, 1.6f, 0.9f, 0.3f, 0.5f);
+        d.order = builds[i].order;
+        d.frame = builds[i].frame;
+        d.depth_bits = i % 3 == 1 ? 5 : 8;
+        d.map_size = i % 2 ? 48 : 31;
+        body.maps = built = build_maps(&d);
+        memcpy(body.transform, identity, sizeof identity);
+        cohsm_get_info(built, &info);
+        upload(t, &built, 1, &body, 1, &maps);
+        for (light = 0; light < 4; light++)
+            for (filter = 0; filter < 3; filter++) {
+                if (info.positional && light < 2) continue;
+                if (light == COHSM_LIGHT_INDEX && filter == COHSM_FILTER_ROULETTE) continue;
+                make_questions(&info, info.center, info.radius, (cohsm_light)light, 1, &seed);
+                ask_both(t, &asker, &maps, &body, 1, (cohsm_light)light, (cohsm_filter)filter, i % 2 ? 0.0f : 1.0f, &sum);
+            }
+        glbk_csm_maps_destroy(&t->gl, &maps);
+        cohsm_free(body.maps == built ? (cohsm_maps *)(size_t)built : NULL);
+    }
+    glbk_csm_asker_destroy(&t->gl, &asker);
+    printf("%zu queries: %zu differ, %zu dark, %zu refused, worst of the rest %.1e\n", sum.asked, sum.wrong, sum.dark,
+           sum.refused, sum.worst);
+    assert_true(sum.asked >= 1000000);
+    assert_true(sum.dark > sum.asked / 10 && sum.refused > sum.asked / 100);       /* or this compares nothing */
+    assert_true((double)sum.wrong < 1e-4 * (double)sum.asked);
+}
+
+/* Two objects, three instances turned, scaled and moved, receivers that lie on none. */
+static void scenes_agree(void **state)
+{
+    GL_TEST(t, state)
+    glbk_csm_asker asker;
+    glbk_csm_maps maps;
+    cohsm_desc a = desc_of(COHSM_DOMAIN_LATLONG, 24, 40), b = desc_of(COHSM_DOMAIN_OCTAHEDRAL, 16, 64);
+    cohsm_maps *built[2];
+    const cohsm_maps *both[2];
+    cohsm_instance bodies[3];
+    static const float center[3] = { 0.5f, 0.2f, 0 };
+    tally sum = { 0, 0, 0, 0, 0 };
+    uint64_t seed = 9;
+    uint32_t i;
+    int light, filter;
+    cohsm_info info;
+
+    both[0] = built[0] = build_maps(&a);
+    both[1] = built[1] = build_maps(&b);
+    for (i = 0; i < 3; i++) {
+        float angle = 0.7f * (float)i, scale = 1.0f + 0.5f * (float)i;
+        float m[16] = { 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1 };
+        m[0] = m[5] = scale * cosf(angle);
+        m[1] = scale * sinf(angle);
+        m[4] = -m[1];
+        m[10] = scale;
+        m[12] = 2.5f * (float)i - 2;
+        m[14] = 0.3f * (float)i;
+        bodies[i].maps = both[i % 2];
+        memcpy(bodies[i].transform, m, sizeof m);
+    }
+    cohsm_get_info(built[0], &info);
+    upload(t, both, 2, bodies, 3, &maps);
+    assert_glbk(t, glbk_csm_asker_create(&t->gl, COUNT, &asker));
+    for (light = 0; light < 2; light++)
+        for (filter = 0; filter < 3; filter++) {
+            make_questions(&info, center, 4, (cohsm_light)light, 3, &seed);
+            ask_both(t, &asker, &maps, bodies, 3, (cohsm_light)light, (cohsm_filter)filter, 1, &sum);
+        }
+    printf("%zu queries of scenes: %zu differ, %zu dark, %zu refused\n", sum.asked, sum.wrong, sum.dark, sum.refused);
+    assert_true(sum.dark > sum.asked / 20 && sum.refused > 0);
+    assert_true((double)sum.wrong < 1e-4 * (double)sum.asked);
+    glbk_csm_asker_destroy(&t->gl, &asker);
+    glbk_csm_maps_destroy(&t->gl, &maps);
+    cohsm_free(built[0]);
+    cohsm_free(built[1]);
+}
+
+static void refuses_what_is_not_a_block(void **state)
+{
+    GL_TEST(t, state)
+    static uint32_t words[400];
+    glbk_csm_block block = { words, sizeof words };
+    glbk_csm_maps maps;
+    glbk_csm_instance bad = { 0, { 1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, 0 };
+    uint32_t start;
+
+    assert_int_equal(glbk_csm_maps_create(&t->gl, &block, 1, 1, &start, &maps), GLBK_ERR_ARGUMENT);
+    words[0] = 0x4d534344;
+    words[1] = 1;
+    words[2] = 399;
+    assert_int_equal(glbk_csm_maps_create(&t->gl, &block, 1, 1, &start, &maps), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_csm_maps_create(&t->gl, NULL, 1, 1, &start, &maps), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_csm_maps_create(&t->gl, NULL, 0, UINT32_MAX, &start, &maps), GLBK_ERR_LIMIT);
+    assert_int_equal(maps.blocks.name, 0);
+    words[2] = 400;
+    assert_glbk(t, glbk_csm_maps_create(&t->gl, &block, 1, 1, &start, &maps));
+    assert_int_equal(glbk_csm_maps_place(&t->gl, &maps, &bad, 1), GLBK_ERR_ARGUMENT);      /* scales unevenly */
+    memcpy(bad.transform, identity, sizeof identity);
+    assert_int_equal(glbk_csm_maps_place(&t->gl, &maps, &bad, 2), GLBK_ERR_ARGUMENT);
+    bad.start = 100;
+    assert_int_equal(glbk_csm_maps_place(&t->gl, &maps, &bad, 1), GLBK_ERR_ARGUMENT);
+    glbk_csm_maps_destroy(&t->gl, &maps);
+    glbk_csm_maps_destroy(&t->gl, &maps);
+}
+
+int main(int count, char **values)
+{
+    struct CMUnitTest tests[] = { gl_unit_test(refuses_what_is_not_a_block), gl_unit_test(scenes_agree),
+                                  gl_unit_test(a_million_queries_agree) };
+    (void)count;
+    GL_TEST_MAIN(values, tests, GL_USUAL);
+}
