@@ -295,12 +295,15 @@ float cohsm_jitter(cohsm_query q, uint dimension)
 float cohsm_visible_unit(cohsm_maps m, cohsm_query q, vec3 p, vec3 light)
 {
     bool by_index = q.light == COHSM_LIGHT_INDEX;
-    if (!cohsm_finite3(p) || (!by_index && !cohsm_finite3(light))) return 1.0;
+    if (q.light == COHSM_LIGHT_PARAMETER)
+        light = vec3(light.x, m.dimensions > 1u ? light.y : 0.0, m.dimensions > 2u ? light.z : 0.0);
+    if (!by_index && !cohsm_finite3(light)) return 1.0;
     if (q.light == COHSM_LIGHT_POSITION) {
         int hull = cohsm_hull(m, p, light);
         if (hull != 1) return hull == 2 ? COHSM_REFUSED : 1.0;
         light -= p;
     }
+    if (!cohsm_finite3(p)) return 1.0;
     if (q.light < COHSM_LIGHT_PARAMETER && !cohsm_usable(light)) return 1.0;
     vec3 at = by_index ? vec3(0.0) : cohsm_domain_position(m, light, q.light);
     uvec3 c;
