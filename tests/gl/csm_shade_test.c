@@ -1,0 +1,346 @@
+/* csm_shade_test - the renderer of gl_backend.h sample by sample against cohsm_sample: every shape of light, every BRDF,
+   every way of sampling, patterns, progressive frames. Nothing is in the way here: csm_twin_test asks about visibility.
+   Each way to a context takes some of the lights, since llvmpipe compiles a program for seconds. */
+#define _POSIX_C_SOURCE 200809L
+#define CSM_IMPLEMENTATION
+#include "csm.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+
+#define GL_BACKEND_IMPLEMENTATION
+#include "gl_backend.h"
+
+#include "gl/gl_test.h"
+#include "unit/csm_util.h"
+
+enum { SIDE = 24, POINTS = SIDE * SIDE, SAMPLES = 48 };
+
+static glbk_csm_pixel pixels[POINTS];
+static cohsm_material materials[POINTS];
+static float positions[POINTS][3], normals[POINTS][3], tangents[POINTS][3], views[POINTS][3];
+static float directions[POINTS * SAMPLES][3], distances[POINTS * SAMPLES], weights[POINTS * SAMPLES][3];
+static float expected[POINTS][3], picture[POINTS][4];
+
+static const float eye[3] = { 0.3f, 2.5f, 3.0f };
+static const cohsm_lobe lobes[2] = { { { -1, -1, 0.95f }, 12, { 0.3f, 0.2f, 0.1f } },
+                                     { { -0.6f, -0.9f, 0.3f }, 3, { 0.1f, 0.1f, 0.3f } } };
+
+static void make_points(void)
+{
+    uint64_t seed = 3;
+    uint32_t i, k;
+    memset(pixels, 0, sizeof pixels);
+    memset(materials, 0, sizeof materials);
+    for (i = 0; i < POINTS; i++) {
+        glbk_csm_pixel *p = &pixels[i];
+        cohsm_material *m = &materials[i];
+        float length = 0;
+        for (k = 0; k < 3; k++) positions[i][k] = (float)rnd_in(&seed, -1, 1);
+        rnd_direction(&seed, normals[i]);
+        rnd_direction(&seed, tangents[i]);
+        if (normals[i][1] < 0)
+            for (k = 0; k < 3; k++) normals[i][k] = -normals[i][k];
+        for (k = 0; k < 3; k++) views[i][k] = eye[k] - positions[i][k];
+        for (k = 0; k < 3; k++) length += views[i][k] * views[i][k];
+        for (k = 0; k < 3; k++) views[i][k] /= sqrtf(length);
+        m->type = (cohsm_brdf)(COHSM_BRDF_LAMBERT + i % 4);
+        /* the G-buffer keeps tangents of Lafortune materials only; one along the normal counts as none */
+        if (m->type != COHSM_BRDF_LAFORTUNE) memcpy(tangents[i], normals[i], 12);
+        for (k = 0; k < 3; k++) m->diffuse[k] = (float)rnd_in(&seed, 0.1, 0.6);
+        for (k = 0; k < 3; k++) m->specular[k] = (float)rnd_in(&seed, 0.1, 0.4);
+        m->exponent = (float)rnd_in(&seed, 0, 60);
+        m->metallic = (float)rnd(&seed);
+        m->roughness = (float)rnd_in(&seed, 0.2, 1);
+        m->lobes = lobes;
+        m->lobe_count = 2;
+        memcpy(p->position, positions[i], 12);
+        memcpy(p->normal, normals[i], 12);
+        memcpy(p->tangent, tangents[i], 12);
+        memcpy(p->geometric, normals[i], 12);
+        p->surface.brdf = (glbk_csm_brdf)m->type;
+        memcpy(p->surface.diffuse, m->diffuse, 12);
+        memcpy(p->surface.specular, m->specular, 12);
+        p->surface.exponent = m->exponent;
+        p->surface.metallic = m->metallic;
+        p->surface.roughness = m->roughness;
+        p->surface.lobe_count = 2;
+        p->surface.self = GLBK_CSM_NO_SELF;
+    }
+}
+
+/* ---- lights ---- */
+
+static float texels[16 * 8 * 3];
+
+static const float triangles[2][9] = { { -1, 3, 0, 1, 3, -1, 0.5f, 3, 1 }, { 1, 3, -1, -1, 3, 0, 0, 2.6f, -1.5f } };
+
+/* x picks a triangle by area, as lib/cohsm_light.glsl does. */
+static void mesh_point(void *user, float time, const float x[3], float position[3], float normal[3], float *area)
+{
+    double areas[2], n[2][3];
+    int i, k;
+    float root = sqrtf(x[1]), c = root * x[2];
+    const float *t;
+    (void)user;
+    (void)time;
+    for (i = 0; i < 2; i++) {
+        double a[3], b[3];
+        for (k = 0; k < 3; k++) {
+            a[k] = (double)triangles[i][3 + k] - (double)triangles[i][k];
+            b[k] = (double)triangles[i][6 + k] - (double)triangles[i][k];
+        }
+        for (k = 0; k < 3; k++) n[i][k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+        areas[i] = 0.5 * sqrt(n[i][0] * n[i][0] + n[i][1] * n[i][1] + n[i][2] * n[i][2]);
+    }
+    i = (double)x[0] >= areas[0] / (areas[0] + areas[1]);
+    t = triangles[i];
+    for (k = 0; k < 3; k++) {
+        position[k] = t[k] * (1 - root) + t[3 + k] * (root * (1 - x[2])) + t[6 + k] * c;
+        normal[k] = (float)(n[i][k] / (2 * areas[i]));
+    }
+    *area = (float)(areas[0] + areas[1]);
+}
+
+static cohsm_emitter_desc describe(cohsm_shape shape, int textured)
+{
+    static const float place[3] = { 0.2f, 2.2f, -0.4f }, down[3] = { 0.6f, -0.8f, 0 };
+    cohsm_emitter_desc d;
+    uint64_t seed = 7;
+    int i;
+    memset(&d, 0, sizeof d);
+    d.shape = shape;
+    memcpy(d.position, place, 12);
+    memcpy(d.direction, down, 12);
+    if (shape == COHSM_SHAPE_SUN) d.direction[1] = 0.8f;
+    if (shape == COHSM_SHAPE_ENVIRONMENT) memset(d.position, 0, 12);
+    d.u[0] = 0.9f;
+    d.u[2] = 0.3f;
+    d.v[0] = -0.2f;
+    d.v[2] = 0.6f;
+    d.radius = 0.5f;
+    d.cone_angle = 1.4f;
+    d.radiance[0] = 2;
+    d.radiance[1] = 1.5f;
+    d.radiance[2] = 1;
+    if (shape != COHSM_SHAPE_ENVIRONMENT && shape != COHSM_SHAPE_CALLBACK) d.cosine_power = textured ? 2 : 0;
+    d.rotation = shape == COHSM_SHAPE_ENVIRONMENT ? 1 : 0;
+    if (shape == COHSM_SHAPE_CALLBACK) d.shape_fn = mesh_point;
+    for (i = 0; i < 16 * 8 * 3; i++) texels[i] = rnd(&seed) < 0.2 ? 0 : (float)rnd_in(&seed, 0, 4);
+    texels[50] = -1;                        /* counts as 0 */
+    if (textured && shape != COHSM_SHAPE_SUN && shape != COHSM_SHAPE_POINT && shape != COHSM_SHAPE_SPOT &&
+        shape != COHSM_SHAPE_CALLBACK) {
+        d.texels = texels;
+        d.width = 16;
+        d.height = shape == COHSM_SHAPE_LINE ? 1 : 8;
+    }
+    return d;
+}
+
+static glbk_csm_light_desc describe_gl(const cohsm_emitter_desc *d)
+{
+    glbk_csm_light_desc g;
+    memset(&g, 0, sizeof g);
+    g.shape = d->shape == COHSM_SHAPE_CALLBACK ? GLBK_CSM_SHAPE_MESH : (glbk_csm_shape)d->shape;
+    memcpy(g.position, d->position, 12);
+    memcpy(g.direction, d->direction, 12);
+    memcpy(g.u, d->u, 12);
+    memcpy(g.v, d->v, 12);
+    memcpy(g.radiance, d->radiance, 12);
+    g.radius = d->radius;
+    g.cone_angle = d->cone_angle;
+    g.cosine_power = d->cosine_power;
+    g.rotation = d->rotation;
+    g.texels = d->texels;
+    g.width = d->width;
+    g.height = d->height;
+    if (g.shape == GLBK_CSM_SHAPE_MESH) {
+        g.triangles = triangles[0];
+        g.triangle_count = 2;
+    }
+    return g;
+}
+
+/* ---- both renderers ---- */
+
+static void shade_by_csm(const cohsm_emitter_desc *light, cohsm_sampling sampling, uint32_t frame, const float *patterns)
+{
+    size_t size = cohsm_emitter_size(light);
+    void *memory = malloc(size + 1);
+    cohsm_emitter *emitter;
+    cohsm_sample_desc desc;
+    cohsm_points points;
+    cohsm_samples out = { directions[0], distances, NULL, weights[0] };
+
+    assert_int_equal(cohsm_emitter_build(light, memory, size, &emitter, NULL), COHSM_OK);
+    memset(&desc, 0, sizeof desc);
+    memset(&points, 0, sizeof points);
+    desc.samples = SAMPLES;
+    desc.sampling = sampling;
+    desc.seed = 21;
+    desc.frame = frame;
+    desc.patterns = patterns;
+    points.count = POINTS;
+    points.positions = positions[0];
+    points.normals = normals[0];
+    points.views = views[0];
+    points.tangents = tangents[0];
+    points.materials = materials;
+    points.material_stride = sizeof materials[0];
+    assert_int_equal(cohsm_sample(&desc, emitter, &points, &out, NULL), COHSM_OK);
+    assert_int_equal(cohsm_accumulate(POINTS, SAMPLES, weights[0], NULL, expected[0], 0), COHSM_OK);
+    free(memory);
+}
+
+typedef struct rig { glbk_csm_renderer renderer; glbk_csm_maps maps; } rig;
+
+static void open_rig(gl_test *t, int patterns, rig *r)
+{
+    glbk_csm_renderer_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.width = desc.height = SIDE;
+    desc.lobes = 2;
+    desc.patterns = patterns;
+    assert_glbk(t, glbk_csm_renderer_create(&t->gl, &desc, &r->renderer));
+    assert_glbk(t, glbk_csm_gbuffer_upload(&t->gl, &r->renderer, 0, SIDE, pixels));
+    assert_glbk(t, glbk_csm_maps_create(&t->gl, NULL, 0, 1, NULL, &r->maps));
+}
+
+static void close_rig(gl_test *t, rig *r)
+{
+    glbk_csm_renderer_destroy(&t->gl, &r->renderer);
+    glbk_csm_maps_destroy(&t->gl, &r->maps);
+}
+
+static void shade_by_gl(gl_test *t, rig *r, const cohsm_emitter_desc *light, cohsm_sampling sampling, uint32_t frame,
+                        const float *patterns)
+{
+    glbk_csm_light_desc desc = describe_gl(light);
+    glbk_csm_lobe table[2];
+    glbk_csm_lights_desc all;
+    glbk_csm_lights lights;
+    glbk_csm_use use;
+    glbk_csm_frame_desc f;
+    uint32_t start;
+    int i;
+
+    memset(&all, 0, sizeof all);
+    memset(&use, 0, sizeof use);
+    memset(&f, 0, sizeof f);
+    for (i = 0; i < 2; i++) {
+        memcpy(table[i].axis, lobes[i].axis, 12);
+        table[i].exponent = lobes[i].exponent;
+        memcpy(table[i].scale, lobes[i].scale, 12);
+    }
+    all.lights = &desc;
+    all.light_count = 1;
+    all.lobes = table;
+    all.lobe_count = 2;
+    all.patterns = patterns;
+    all.pattern_length = patterns ? SAMPLES : 0;
+    assert_glbk(t, glbk_csm_lights_create(&t->gl, &all, &start, &lights));
+    use.start = start;
+    use.shape = desc.shape;
+    use.maps = &r->maps;
+    use.samples = SAMPLES;
+    use.seed = 21;
+    f.lights = &lights;
+    f.uses = &use;
+    f.use_count = 1;
+    memcpy(f.eye, eye, sizeof eye);
+    f.sampling = (glbk_csm_sampling)sampling;
+    f.number = frame;
+    f.samples_per_pass = 20;                /* more than one pass, the last one shorter */
+    assert_glbk(t, glbk_csm_render(&t->gl, &r->renderer, &f));
+    assert_glbk(t, glbk_csm_read(&t->gl, &r->renderer, picture[0]));
+    glbk_csm_lights_destroy(&t->gl, &lights);
+}
+
+/* A sample at the edge of a texel or a lobe may fall to the other side: a pixel then differs by a sample's weight. All
+   others agree to what float pow and sums keep. */
+static void expect_equal(const char *what, double frames)
+{
+    double sum[2] = { 0, 0 };
+    size_t i, off = 0;
+    int k;
+    for (i = 0; i < POINTS; i++) {
+        int wrong = 0;
+        for (k = 0; k < 3; k++) {
+            double a = (double)picture[i][k], b = (double)expected[i][k] / frames;
+            if (!(fabs(a - b) <= 1e-3 * b + 1e-5)) wrong = 1;
+            sum[0] += a;
+            sum[1] += b;
+        }
+        off += (size_t)wrong;
+    }
+    if (!(off <= POINTS / 50) || !(fabs(sum[0] / sum[1] - 1) < 1e-3) || !(sum[1] > 1))
+        fail_msg("%s: %zu of %d pixels differ, sums %g and %g", what, off, POINTS, sum[0], sum[1]);
+}
+
+static void lights_agree(gl_test *t, const cohsm_shape *shapes, int count)
+{
+    static const char *const names[] = { "both", "light", "brdf", "paper" };
+    rig r;
+    int i, textured, sampling;
+    make_points();
+    open_rig(t, 0, &r);
+    for (i = 0; i < count; i++)
+        for (textured = 0; textured < 2; textured++)
+            for (sampling = 0; sampling < 4; sampling++) {
+                cohsm_emitter_desc d = describe(shapes[i], textured);
+                char what[64];
+                snprintf(what, sizeof what, "shape %d, textured %d, sampling %s", (int)shapes[i], textured, names[sampling]);
+                memset(expected, 0, sizeof expected);
+                shade_by_csm(&d, (cohsm_sampling)sampling, 5, NULL);
+                glbk_csm_reset(&r.renderer);
+                shade_by_gl(t, &r, &d, (cohsm_sampling)sampling, 5, NULL);
+                expect_equal(what, 1);
+            }
+    close_rig(t, &r);
+}
+
+static void each_light_agrees(void **state)
+{
+    GL_TEST(t, state)
+    static const cohsm_shape flat[] = { COHSM_SHAPE_RECTANGLE, COHSM_SHAPE_DISC, COHSM_SHAPE_ENVIRONMENT };
+    static const cohsm_shape hard[] = { COHSM_SHAPE_SUN, COHSM_SHAPE_POINT, COHSM_SHAPE_SPOT };
+    static const cohsm_shape round[] = { COHSM_SHAPE_SPHERE, COHSM_SHAPE_LINE, COHSM_SHAPE_CALLBACK };
+    int bit = gl_this_way()->bit;
+    lights_agree(t, bit == GL_CORE33 ? flat : bit == GL_CORE45 ? round : hard, 3);
+}
+
+/* Frames add up; patterns shift after the 256th; a reset begins anew. */
+static void frames_and_patterns_agree(void **state)
+{
+    GL_TEST(t, state)
+    size_t size = cohsm_patterns_size(SAMPLES);
+    float *patterns = malloc(size);
+    cohsm_emitter_desc d = describe(COHSM_SHAPE_SUN, 0);
+    rig r;
+    int i, round;
+    if (gl_this_way()->bit == GL_CORE33) d = describe(COHSM_SHAPE_RECTANGLE, 1);    /* compiled there anyway */
+    assert_non_null(patterns);
+    assert_int_equal(cohsm_patterns_build(SAMPLES, 4, patterns, size), COHSM_OK);
+    make_points();
+    open_rig(t, 1, &r);
+    for (round = 0; round < 2; round++) {
+        memset(expected, 0, sizeof expected);
+        glbk_csm_reset(&r.renderer);
+        for (i = 0; i < 3; i++) {
+            uint32_t frame = (uint32_t)(253 + 2 * i);
+            shade_by_csm(&d, COHSM_SAMPLING_DEFAULT, frame, patterns);
+            shade_by_gl(t, &r, &d, COHSM_SAMPLING_DEFAULT, frame, patterns);
+        }
+        expect_equal(round ? "frames after a reset" : "frames", 3);
+    }
+    close_rig(t, &r);
+    free(patterns);
+}
+
+int main(int count, char **values)
+{
+    struct CMUnitTest tests[] = { gl_unit_test(each_light_agrees), gl_unit_test(frames_and_patterns_agree) };
+    (void)count;
+    GL_TEST_MAIN(values, tests, GL_USUAL);
+}
