@@ -1,6 +1,7 @@
 /* builtin_uroom.c - a room in the shape of a U, after Fig. 10 of the paper on view-adaptive imperfect shadow maps:
    a spot light stands in one leg, the camera in the other. All that the camera sees is lit by what passes round the
-   corner. Few of the places that the lamp lights are seen from there, which is what importance from both sides is for. Metres. */
+   corner. Few of the places that the lamp lights are seen from there, which is what importance from both sides is for.
+   Metres. */
 #include "internal.h"
 
 static const float half_x = 4, back = -3.6f, front = 3.6f, height = 2.8f, corner = -1.4f;

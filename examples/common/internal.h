@@ -98,7 +98,8 @@ void ex_build_prism(ex_builder *b, const float (*outline)[2], uint32_t points, f
 /* An outline in x, y, counter-clockwise and star-shaped about its mean, from z = low to high. */
 void ex_build_block(ex_builder *b, v3 low, v3 high, float bevel, uint32_t material);     /* a box, edges cut off */
 void ex_build_tile(ex_builder *b, v3 corner, float wide, float deep, float bevel, float sunk, uint32_t material);
-/* The top of a floor tile from corner along +X and +Z, its edges cut down by `sunk`: tiles side by side make a floor. */
+/* The top of a floor tile from corner along +X and +Z, its edges cut down by `sunk`; side by side they make a
+   floor. */
 /* Cloth that hangs from a straight edge; the front faces to the right of from -> to seen from above. */
 typedef struct ex_drape {
     v3    from, to;
@@ -131,6 +132,12 @@ void ex_build_cloth(ex_builder *b);
 int  ex_pose_cloth(ex_scene *scene, float time);
 void ex_build_figure(ex_builder *b);
 int  ex_pose_figure(ex_scene *scene, float time);
+void ex_build_robots(ex_builder *b);
+int  ex_pose_robots(ex_scene *scene, float time);
+void ex_build_spaceships(ex_builder *b);
+int  ex_pose_spaceships(ex_scene *scene, float time);
+void ex_build_explosion(ex_builder *b);
+int  ex_pose_explosion(ex_scene *scene, float time);
 
 uint32_t ex_build_plant_mesh(ex_builder *b);                 /* with its pot; 1 metre high, on the floor */
 void ex_build_horse(ex_builder *b, uint32_t material);       /* head and neck of the chess knight, metres, faces +X */

@@ -4,7 +4,7 @@
 #include <string.h>
 
 static const char *const scene_names[] = {"cornell", "chess", "plant", "knot", "uroom", "corridor", "atrium", "cloth",
-                                          "figure", NULL};
+                                          "figure", "robots", "spaceships", "explosion", NULL};
 
 const char *const *ex_scene_names(void) { return scene_names; }
 
@@ -13,7 +13,9 @@ typedef struct builtin { void (*build)(ex_builder *); int (*pose)(ex_scene *, fl
 static const builtin builtins[] = {
     {ex_build_cornell, NULL}, {ex_build_chess, NULL}, {ex_build_plant, NULL}, {ex_build_knot, ex_pose_knot},
     {ex_build_uroom, NULL}, {ex_build_corridor, NULL}, {ex_build_atrium, ex_pose_atrium},
-    {ex_build_cloth, ex_pose_cloth}, {ex_build_figure, ex_pose_figure}};
+    {ex_build_cloth, ex_pose_cloth}, {ex_build_figure, ex_pose_figure},
+    {ex_build_robots, ex_pose_robots}, {ex_build_spaceships, ex_pose_spaceships},
+    {ex_build_explosion, ex_pose_explosion}};
 
 static int build(ex_scene *scene, const builtin *recipe, float time)
 {

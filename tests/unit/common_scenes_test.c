@@ -229,6 +229,9 @@ static const expected scenes[] = {
     {"atrium", 1000000, 1200000, 13, 18, 1, 1, 1},
     {"cloth", 80000, 110000, 2, 3, 0, 1, 1},
     {"figure", 106500, 107500, 0.9f, 1.1f, 0, 1, 1},
+    {"robots", 20000, 30000, 3, 7, 3, 1, 1},
+    {"spaceships", 100000, 120000, 3, 6, 0, 1, 1},
+    {"explosion", 30000, 40000, 3, 5, 0, 1, 1},
 };
 
 enum { SCENES = sizeof scenes / sizeof *scenes };
@@ -291,8 +294,10 @@ static void solid_parts_are_closed_and_face_outwards(void **state)
         {"uroom", "divider"}, {"uroom", "skirting"}, {"uroom", "table"}, {"uroom", "vase"}, {"uroom", "stool"},
         {"uroom", "shelf"}, {"corridor", "bay left"}, {"corridor", "beam"}, {"corridor", "pedestal"},
         {"corridor", "statue"}, {"atrium", "column"}, {"atrium", "arch"}, {"atrium", "cornice"},
-        {"atrium", "balustrade"}, {"atrium", "door"}, {"atrium", "fountain"}, {"cloth", "post"}, {"cloth", "peg"}, {"cloth", "lines"},
-        {"cloth", "basket"}};
+        {"atrium", "balustrade"}, {"atrium", "door"}, {"atrium", "fountain"}, {"cloth", "post"}, {"cloth", "peg"},
+        {"cloth", "lines"}, {"cloth", "basket"}, {"robots", "body"}, {"robots", "left leg"}, {"robots", "bullet"}, {"spaceships", "ship"},
+        {"explosion", "fire"}, {"explosion", "piece"}, {"explosion", "crate"}, {"explosion", "barrel"},
+        {"explosion", "pillar"}};
     (void)state;
     for (size_t i = 0; i < sizeof solids / sizeof *solids; i++) {
         ex_scene scene;
@@ -421,6 +426,105 @@ static void what_was_added_stays_when_time_passes(void **state)
     }
 }
 
+static uint64_t vertices_placed(const ex_scene *scene)
+{
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < scene->object_count; i++) sum += scene->meshes[scene->objects[i].mesh].vertex_count;
+    return sum;
+}
+
+/* The paper's sizes, ground included: about 26,000 and 73,000 vertices. */
+static void robots_and_ships_have_the_papers_vertices(void **state)
+{
+    ex_scene scene;
+    (void)state;
+    load(&scene, "robots", 0);
+    assert_near(vertices_placed(&scene), 26000, 2000);
+    ex_scene_free(&scene);
+    load(&scene, "spaceships", 0);
+    assert_near(vertices_placed(&scene), 73000, 1000);
+    ex_scene_free(&scene);
+}
+
+/* Of each robot's two legs one stands on the deck, neither sinks into it; nothing rigid is sheared or
+   scaled unevenly. */
+static void robots_walk_on_the_deck(void **state)
+{
+    char error[EX_ERROR_SIZE];
+    ex_scene scene;
+    (void)state;
+    load(&scene, "robots", 0);
+    for (int step = 0; step < 60; step++) {
+        assert_int_equal(ex_scene_set_time(&scene, 0.11f * (float)step, error), 0);
+        for (uint32_t robot = 0; robot < 3; robot++) {
+            float lowest = 1;
+            for (uint32_t leg = 1; leg <= 2; leg++) {
+                const ex_object *object = &scene.objects[3 * robot + leg];
+                const ex_mesh *mesh = &scene.meshes[object->mesh];
+                for (size_t i = 0; i < mesh->vertex_count; i++)
+                    lowest = fminf(lowest, ex_transform_point(object->transform, v3_load(mesh->positions + 3 * i)).y);
+            }
+            assert_true(lowest >= 0 && lowest < 0.03f);
+        }
+        for (uint32_t i = 0; i < scene.object_count; i++) {
+            const float *m = scene.objects[i].transform;
+            v3 x = v3_load(m), y = v3_load(m + 4), z = v3_load(m + 8);
+            assert_near(v3_length(x), v3_length(y), 1e-5);
+            assert_near(v3_length(x), v3_length(z), 1e-5);
+            assert_near(v3_dot(x, y), 0, 1e-5);
+            assert_near(v3_dot(v3_cross(x, y), z), pow((double)v3_length(x), 3), 1e-5);
+        }
+    }
+    ex_scene_free(&scene);
+}
+
+/* The lamps go with the bodies, and nothing of the robot stands before them. */
+static void robots_carry_their_lamps(void **state)
+{
+    char error[EX_ERROR_SIZE];
+    ex_scene scene;
+    (void)state;
+    load(&scene, "robots", 0);
+    const ex_mesh *body = &scene.meshes[scene.objects[0].mesh];
+    for (int step = 0; step < 5; step++) {
+        assert_int_equal(ex_scene_set_time(&scene, 0.6f * (float)step, error), 0);
+        for (uint32_t i = 0; i < 3; i++) {
+            const ex_light *lamp = &scene.lights[i];
+            v3 at = v3_load(lamp->position), out = v3_load(lamp->direction);
+            assert_near(v3_length(out), 1, 1e-5);
+            for (size_t k = 0; k < body->vertex_count; k++) {
+                v3 p = ex_transform_point(scene.objects[3 * i].transform, v3_load(body->positions + 3 * k));
+                assert_true(v3_dot(v3_sub(p, at), out) < lamp->cos_half_angle * v3_length(v3_sub(p, at)));
+            }
+        }
+    }
+    ex_scene_free(&scene);
+}
+
+/* The fire is a video: its triangles keep their places while their radiance changes, hot at first, then ash. */
+static void fire_cools_down(void **state)
+{
+    char error[EX_ERROR_SIZE];
+    ex_scene scene;
+    double mean[3];
+    (void)state;
+    load(&scene, "explosion", 0);
+    const ex_mesh *fire = &scene.meshes[object_called(&scene, "fire")->mesh];
+    for (int step = 0; step < 3; step++) {
+        int levels[16] = {0}, different = 0;
+        assert_int_equal(ex_scene_set_time(&scene, 0.1f + 0.75f * (float)step, error), 0);
+        mean[step] = 0;
+        for (uint32_t t = 0; t < fire->triangle_count; t++) {
+            assert_true(fire->materials[t] < scene.material_count && fire->materials[t] < 16);
+            mean[step] += (double)scene.materials[fire->materials[t]].emission[0] / fire->triangle_count;
+            different += levels[fire->materials[t]]++ == 0;
+        }
+        assert_true(different >= 3);
+    }
+    assert_true(mean[0] > 2 * mean[1] && mean[1] > 0);
+    ex_scene_free(&scene);
+}
+
 static void one_material_overrides_those_of_the_mesh(void **state)
 {
     ex_scene scene;
@@ -455,6 +559,10 @@ int main(void)
         cmocka_unit_test(walls_face_the_camera),
         cmocka_unit_test(time_moves_what_it_should_and_nothing_else),
         cmocka_unit_test(what_was_added_stays_when_time_passes),
+        cmocka_unit_test(robots_and_ships_have_the_papers_vertices),
+        cmocka_unit_test(robots_walk_on_the_deck),
+        cmocka_unit_test(robots_carry_their_lamps),
+        cmocka_unit_test(fire_cools_down),
         cmocka_unit_test(one_material_overrides_those_of_the_mesh),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
