@@ -1,6 +1,6 @@
 /* builtin_atrium.c - a court between two storeys of arcades, a million triangles, with cloth that hangs in it and
-   moves in the wind. The stone is detail, not subdivision: fluted shafts, leaves of capitals, balusters, dentils, ashlar,
-   tiles. Metres; the court is 18 x 9 of bays of 3, round it galleries 3 wide. */
+   moves in the wind. The stone is detail, not subdivision: fluted shafts, leaves of capitals, balusters, dentils,
+   ashlar, tiles. Metres; the court is 18 x 9 of bays of 3, round it galleries 3 wide. */
 #include "internal.h"
 
 enum { BAYS_X = 6, BAYS_Z = 3, BANNERS = 5, SAILS = 2 };

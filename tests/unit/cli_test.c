@@ -211,7 +211,8 @@ static void render_fails(void **state)
     (void)state;
     need("render");
     expect_line("render", KNOT "--backend gl", 1, "gl");
-    expect_line("render", "--technique ism --scene builtin:knot --out %s/x.png", 1, "ism");
+    expect_line("render", "--technique csm --scene builtin:knot --baked %s/missing.csm --out %s/x.png", 1,
+                "missing.csm");
     expect_line("render", "--technique reference --scene %s/missing.glb --out %s/x.png", 1, "missing.glb");
     expect_line("render", "--technique reference --scene builtin:knot --env %s/missing.hdr --out %s/x.png", 1,
                 "missing.hdr");
