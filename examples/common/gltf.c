@@ -17,6 +17,7 @@ int ex_gltf_load(ex_scene *scene, const char *path, char *error)
 #else
 
 #define HUGE_COORDINATE 1e9f         /* beyond it squared areas leave the range of floats */
+#define MOST_TRIANGLES  100000000u   /* of all meshes, and of all nodes: small files can name one array often */
 
 typedef struct loader {
     const gltf_file *file;
@@ -24,6 +25,7 @@ typedef struct loader {
     ex_builder       builder;
     const char      *path;
     char            *error;
+    uint64_t         placed;     /* triangles of the nodes so far */
 } loader;
 
 /* ---- accessors ---- */
@@ -315,6 +317,19 @@ static int load_materials(loader *l)
     return load_emissive_textures(l);
 }
 
+/* Before anything is built. */
+static int too_many_triangles(const loader *l)
+{
+    uint64_t sum = 0;
+    for (size_t i = 0; i < l->file->primitive_count; i++) {
+        const gltf_primitive *p = &l->file->primitives[i];
+        int index = p->indices >= 0 ? p->indices : p->positions;
+        if (index >= 0 && (size_t)index < l->file->accessor_count)
+            sum += l->file->accessors[index].count / (p->mode == 4 ? 3 : 1);
+    }
+    return sum > MOST_TRIANGLES;
+}
+
 /* ---- nodes ---- */
 
 static void local_matrix(const gltf_node *node, float m[16])
@@ -385,6 +400,9 @@ static int load_node(loader *l, const gltf_node *node, const float m[16])
         if (!transform_usable(m)) {
             l->scene->skipped_triangles += l->scene->meshes[node->mesh].triangle_count;
         } else {
+            l->placed += l->scene->meshes[node->mesh].triangle_count;
+            if (l->placed > MOST_TRIANGLES)
+                return ex_fail(l->error, "%s: its nodes place more than %u triangles", l->path, MOST_TRIANGLES);
             ex_object *object = ex_build_object(&l->builder, node->name ? node->name : "", (uint32_t)node->mesh);
             if (!object) return ex_fail(l->error, "%s: out of memory", l->path);
             memcpy(object->transform, m, sizeof object->transform);
@@ -444,6 +462,8 @@ static int load_file(void *context, const gltf_file *file, char *error)
     l->error = error;
     if (file->unsupported)
         return ex_fail(error, "%s: needs the extension %s, which is not supported", l->path, file->unsupported);
+    if (too_many_triangles(l))
+        return ex_fail(error, "%s: its meshes have more than %u triangles", l->path, MOST_TRIANGLES);
     if (load_materials(l) != 0) return -1;
     for (size_t i = 0; i < file->mesh_count; i++)
         if (load_mesh(l, i, &next) != 0) return -1;

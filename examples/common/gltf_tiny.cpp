@@ -225,6 +225,10 @@ extern "C" int ex_gltf_parse(const char *path, gltf_visitor visit, void *context
         bool ok = binary ? loader.LoadBinaryFromFile(&model, &problem, &warning, name)
                          : loader.LoadASCIIFromFile(&model, &problem, &warning, name);
         if (ok) return show(model, visit, context, error);
+        Arrays a;                            /* what an unknown extension describes cannot be parsed either */
+        find_unsupported(model, a);
+        if (!a.unsupported.empty())
+            problem = "needs the extension " + a.unsupported + ", which is not supported";
         std::snprintf(error, error_size, "%s: %s", path, problem.empty() ? "not a glTF file" : problem.c_str());
     } catch (const std::exception &e) {      /* out of memory, or the JSON parser's own */
         std::snprintf(error, error_size, "%s: %s", path, e.what());

@@ -343,6 +343,59 @@ static void gltf_hostile_files_are_refused(void **state)
     assert_int_equal(ex_scene_load(&scene, "/nonexistent.gltf", error), -1);
 }
 
+/* A .glb with a million triangles, its `meshes` and `nodes` as given. */
+static int load_million(ex_scene *scene, char *error, const char *json)
+{
+    enum { TRIANGLES = 1000000, CORNERS = 3 * TRIANGLES, BIN = 72 + CORNERS };
+    static const float corners[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+    static char text[20000];
+    int length = snprintf(text, sizeof text, "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":%d}],"
+        "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36},{\"buffer\":0,\"byteOffset\":36,\"byteLength\":36},"
+        "{\"buffer\":0,\"byteOffset\":72,\"byteLength\":%d}],\"accessors\":["
+        "{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+        "{\"bufferView\":1,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+        "{\"bufferView\":2,\"componentType\":5121,\"count\":%d,\"type\":\"SCALAR\"}],%s}", BIN, CORNERS, CORNERS, json);
+    char name[sizeof file_name + 4];
+    assert_true(length > 0 && length < (int)sizeof text - 4);
+    for (; length % 4; length++) text[length] = ' ';
+    const uint32_t head[5] = {0x46546c67, 2, 28 + (uint32_t)length + BIN, (uint32_t)length, 0x4e4f534a};
+    const uint32_t chunk[2] = {BIN, 0x004e4942};
+    snprintf(name, sizeof name, "%.*s.glb", (int)strlen(file_name) - 5, file_name);
+    FILE *file = fopen(name, "wb");
+    assert_non_null(file);
+    fwrite(head, 1, sizeof head, file);
+    fwrite(text, 1, (size_t)length, file);
+    fwrite(chunk, 1, sizeof chunk, file);
+    fwrite(corners, 1, sizeof corners, file);
+    for (int i = 0; i < CORNERS; i++) fputc(i % 3, file);
+    assert_int_equal(fclose(file), 0);
+    int result = ex_scene_load(scene, name, error);
+    unlink(name);
+    return result;
+}
+
+/* Few bytes may name one array a hundred times: refused before memory runs out. */
+static void gltf_that_multiplies_is_refused(void **state)
+{
+    static const char part[] = "{\"attributes\":{\"POSITION\":0,\"NORMAL\":1},\"indices\":2}";
+    static char json[16000];
+    char error[EX_ERROR_SIZE];
+    ex_scene scene;
+    (void)state;
+    skip_without_parser();
+    for (int bomb = 0; bomb < 3; bomb++) {               /* none, of nodes, of primitives */
+        size_t at = (size_t)snprintf(json, sizeof json, "\"meshes\":[{\"primitives\":[%s", part);
+        for (int i = 0; bomb == 2 && i < 100; i++) at += (size_t)snprintf(json + at, sizeof json - at, ",%s", part);
+        at += (size_t)snprintf(json + at, sizeof json - at, "]}],\"nodes\":[{\"mesh\":0}");
+        for (int i = 0; bomb == 1 && i < 100; i++) at += (size_t)snprintf(json + at, sizeof json - at, ",{\"mesh\":0}");
+        snprintf(json + at, sizeof json - at, "]");
+        assert_int_equal(load_million(&scene, error, json), bomb ? -1 : 0);
+        if (bomb) assert_non_null(strstr(error, bomb == 1 ? "nodes place more" : "meshes have more"));
+        else assert_int_equal(ex_scene_triangles(&scene), 1000000);
+        ex_scene_free(&scene);
+    }
+}
+
 /* Binary files cut short, and with one byte changed, must fail or load, never crash. */
 static void glb_mutations_are_survived(void **state)
 {
@@ -389,6 +442,7 @@ int main(void)
         cmocka_unit_test(gltf_materials_and_textures),
         cmocka_unit_test(gltf_bad_elements_are_skipped_and_counted),
         cmocka_unit_test(gltf_hostile_files_are_refused),
+        cmocka_unit_test(gltf_that_multiplies_is_refused),
         cmocka_unit_test(glb_mutations_are_survived),
     };
     return cmocka_run_group_tests(tests, make_file, remove_file);
