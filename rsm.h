@@ -303,7 +303,7 @@ typedef struct rsm_points {         /* strides in bytes, multiples of 4; 0 = 12 
 typedef struct rsm_direct_desc {
     uint32_t   taps;                /* percentage-closer filter: taps x taps texels, 1..15; 0 = 2, bilinear */
     float      bias;                /* texels, towards the light; >= 0. 0 really is none */
-    float      slope_bias;          /* texels for each unit of the slope against the light, up to a slope of 10; >= 0 */
+    float      slope_bias;          /* times what a plane of this slope, up to 10, needs to clear all taps; >= 0 */
     int        add;                 /* 1: results are added to what is there */
     rsm_system system;
 } rsm_direct_desc;
@@ -2427,6 +2427,9 @@ static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *m
     rsm_gather_stats s;
     double sums[4] = { 0, 0, 0, 0 };
     rsm_result result;
+    g->sources = NULL;                           /* interpolation runs the same gather once a level */
+    g->pattern = NULL;
+    g->tallies = NULL;
     g->count = g->points->indices ? g->points->index_count : g->points->count;
     g->kernel = rsm__choose_kernel(stats && (g->desc.clamp > 0.0f || g->desc.near_limit > 0.0f));
     result = rsm__gather_open(g, maps, map_count, lights, light_count, &a);
@@ -3043,10 +3046,13 @@ static inline void rsm__smooth_row(void *context, size_t row)
         for (j = -1; j <= 1; j++)
             for (i = -1; i <= 1; i++) {
                 int32_t s = x + i * step, t = y + j * step;
-                size_t other = (size_t)t * f->width + (size_t)s;
-                const rsm__history *q = f->next + other;
+                size_t other;
+                const rsm__history *q;
                 float weight;
-                if ((i == 0 && j == 0) || s < 0 || t < 0 || s >= width || t >= height || !(q->frames > 0.0f)) continue;
+                if ((i == 0 && j == 0) || s < 0 || t < 0 || s >= width || t >= height) continue;
+                other = (size_t)t * f->width + (size_t)s;
+                q = f->next + other;
+                if (!(q->frames > 0.0f)) continue;
                 weight = rsm__alike(r, h->position, h->normal, q->position, q->normal) * (i && j ? 1.0f : 2.0f);
                 sum[0] += weight * r->in[3 * other];
                 sum[1] += weight * r->in[3 * other + 1];
@@ -3158,7 +3164,7 @@ static inline float rsm__pcf(const rsm_map *map, const rsm_direct_desc *desc, rs
     texel = 2.0f / side * map->extent * (rsm__is_sun(map) ? 1.0f : q.z);
     slope = cosine < 1.0f ? sqrtf(1.0f - cosine * cosine) / (cosine > 0.1f ? cosine : 0.1f) : 0.0f;
     slope = slope < 10.0f ? slope : 10.0f;
-    bias = texel * (desc->bias + desc->slope_bias * slope * (radius > 0.5f ? radius : 0.5f));
+    bias = texel * (desc->bias + desc->slope_bias * slope * 0.7072f * (float)desc->taps);    /* the farthest tap's centre */
     x = (q.x * 0.5f + 0.5f) * side - radius;     /* the first tap's texel is floor(x) */
     y = (q.y * 0.5f + 0.5f) * side - radius;
     fx = x - floorf(x);

@@ -1,0 +1,103 @@
+/* rsm_bytes - hashes of maps that rsm.h draws and of what it gathers from them: the same on every compiler, option and byte
+   order. Meshes are made of integers, so that only the header computes. */
+
+#define RSM_IMPLEMENTATION
+#include "rsm.h"
+
+#include <stdio.h>
+
+enum { BYTES_TRIANGLES = 40, BYTES_POINTS = 48, BYTES_WIDTH = 8 };
+
+static uint32_t bytes_next(uint32_t *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return *state >> 8;
+}
+
+static float bytes_unit(uint32_t *state) { return (float)(int32_t)(bytes_next(state) % 2049u) / 1024.0f - 1.0f; }
+
+/* Values, not memory: the same for both byte orders. */
+static uint32_t bytes_hash(uint32_t h, const float *values, size_t count)
+{
+    size_t i;
+    uint32_t bits, k;
+    for (i = 0; i < count; i++) {
+        memcpy(&bits, values + i, sizeof bits);
+        for (k = 0; k < 4; k++) h = (h ^ (bits >> 8 * k & 255u)) * 16777619u;
+    }
+    return h;
+}
+
+int main(void)
+{
+    static float corners[9 * BYTES_TRIANGLES], p[3 * BYTES_POINTS], n[3 * BYTES_POINTS], e[3 * BYTES_POINTS], noise[256];
+    const rsm_material shiny = { { 0.5f, 0.25f, 0.125f }, 20 };
+    uint32_t state = 777, i, kind, pattern;
+    rsm_mesh mesh;
+    rsm_points points;
+    memset(&mesh, 0, sizeof mesh);
+    memset(&points, 0, sizeof points);
+    for (i = 0; i < 9 * BYTES_TRIANGLES; i++) corners[i] = bytes_unit(&state) * (i < 90 ? 1.0f : 0.5f);
+    for (i = 0; i < BYTES_POINTS; i++) {
+        p[3 * i] = (float)(i % BYTES_WIDTH) * 0.125f - 0.5f;
+        p[3 * i + 1] = 0.25f;
+        p[3 * i + 2] = (float)(i / BYTES_WIDTH) * 0.125f - 0.5f;
+        n[3 * i + 1] = i % 3 ? 1.0f : -1.0f;
+    }
+    mesh.positions = corners;
+    mesh.vertex_count = 3 * BYTES_TRIANGLES;
+    mesh.albedo[0] = 0.5f;
+    mesh.albedo[1] = 0.25f;
+    mesh.albedo[2] = 0.75f;
+    mesh.material = 1;
+    points.count = BYTES_POINTS;
+    points.width = BYTES_WIDTH;
+    points.positions = p;
+    points.normals = n;
+    if (rsm_blue_noise(16, 1, NULL, noise) != RSM_OK) return 1;
+    printf("noise %08x\n", (unsigned)bytes_hash(2166136261u, noise, 256));
+    for (kind = RSM_LIGHT_SUN; kind < RSM_LIGHT_KIND_COUNT; kind++) {
+        rsm_desc desc;
+        rsm_map *map;
+        uint32_t h = 2166136261u;
+        size_t texels, at;
+        memset(&desc, 0, sizeof desc);
+        desc.light.kind = (rsm_light_kind)kind;
+        desc.light.position[1] = kind == RSM_LIGHT_SUN ? 0.0f : 1.5f;
+        desc.light.direction[1] = kind == RSM_LIGHT_SUN ? 1.0f : -1.0f;
+        desc.light.value[0] = desc.light.value[1] = 3;
+        desc.light.value[2] = 1;
+        desc.light.radius = 1.5f;
+        desc.light.cone_angle = 1.25f;
+        desc.size = 32;
+        if (rsm_map_create(&desc, &map) != RSM_OK || rsm_rasterize(map, &mesh, 1) != RSM_OK) return 1;
+        if (rsm_finish(map, NULL) != RSM_OK) return 1;
+        texels = (size_t)rsm_map_faces(map) * 32 * 32;
+        for (at = 0; at < texels; at++) {
+            const rsm_texel *t = rsm_map_texels(map) + at;
+            h = bytes_hash(h, t->position, 3);
+            h = bytes_hash(h, &t->depth, 1);
+            h = bytes_hash(h, t->normal, 3);
+            h = bytes_hash(h, t->flux, 3);
+            h = bytes_hash(h, &t->area, 1);
+        }
+        printf("map %u %08x\n", (unsigned)kind, (unsigned)h);
+        for (pattern = RSM_PATTERN_FLUX; pattern < RSM_PATTERN_COUNT; pattern++) {
+            rsm_gather_desc g;
+            rsm_gather_stats stats;
+            memset(&g, 0, sizeof g);
+            g.pattern = (rsm_pattern)pattern;
+            g.samples = 100;
+            g.near_limit = 0.5f;
+            g.interleave = 2;
+            g.noise = noise;
+            g.noise_side = 16;
+            g.materials = &shiny;
+            g.material_count = 1;
+            if (rsm_gather((const rsm_map *const *)&map, 1, &g, &points, e, &stats) != RSM_OK) return 1;
+            printf("gather %u %u %08x\n", (unsigned)kind, (unsigned)pattern, (unsigned)bytes_hash(2166136261u, e, 3 * BYTES_POINTS));
+        }
+        rsm_map_free(map);
+    }
+    return 0;
+}

@@ -1,0 +1,218 @@
+/* rsm_alloc_test - an allocation that fails, at every site: once, and from then on. No crash, no leak, RSM_ERR_ALLOC, outputs
+   untouched; and the peaks that the header's top comment promises. */
+
+#define RSM_IMPLEMENTATION
+#include "rsm.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+#include "unit/rsm_util.h"
+
+enum { SIDE = 12 };
+
+static model disc;
+static rsm_mesh mesh;
+static rsm_map *good;
+static float positions[3 * SIDE * SIDE], normals[3 * SIDE * SIDE], result[3 * SIDE * SIDE], before[3 * SIDE * SIDE];
+static rsm_points points;
+
+static int setup(void **state)
+{
+    rsm_desc d = sun_desc(1, 1.2, 32);
+    int i;
+    (void)state;
+    disc = model_disc(32, 1);
+    mesh = mesh_of(&disc, 0.5);
+    good = map_of(&d, &mesh, 1, NULL);
+    for (i = 0; i < SIDE * SIDE; i++) {
+        set3(positions + 3 * i, i % SIDE * 0.1, 1, i / SIDE * 0.1);
+        set3(normals + 3 * i, 0, -1, 0);
+    }
+    points = points_of(positions, normals, SIDE * SIDE, SIDE);
+    return good ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    rsm_map_free(good);
+    model_free(&disc);
+    return 0;
+}
+
+typedef rsm_result (*action)(const rsm_system *system);
+
+static rsm_result act_map(const rsm_system *system)
+{
+    rsm_desc d = sun_desc(1, 1.2, 16);
+    rsm_map *map = NULL;
+    rsm_result r;
+    d.system = *system;
+    r = rsm_map_create(&d, &map);
+    if (r != RSM_OK) {
+        assert_null(map);
+        return r;
+    }
+    r = rsm_rasterize(map, &mesh, 1);
+    if (r == RSM_OK) r = rsm_finish(map, NULL);
+    rsm_map_free(map);
+    return r;
+}
+
+static rsm_result untouched(rsm_result r)
+{
+    if (r != RSM_OK) assert_memory_equal(result, before, sizeof result);
+    return r;
+}
+
+static rsm_result act_flux(const rsm_system *system)
+{
+    static const rsm_material shiny = { { 0.5f, 0.5f, 0.5f }, 10 };
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 40);
+    g.system = *system;
+    g.materials = &shiny;
+    g.material_count = 1;
+    return untouched(rsm_gather((const rsm_map *const *)&good, 1, &g, &points, result, NULL));
+}
+
+static rsm_result act_pattern(const rsm_system *system)
+{
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_EQUATION3, 40);
+    g.system = *system;
+    return untouched(rsm_gather((const rsm_map *const *)&good, 1, &g, &points, result, NULL));
+}
+
+static rsm_result act_list(const rsm_system *system)
+{
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+    g.system = *system;
+    return untouched(rsm_gather_list(rsm_map_texels(good), 1024, &g, &points, result, NULL));
+}
+
+/* Levels write as they go: on a failure half-way the picture is not untouched, but nothing leaks. */
+static rsm_result act_interpolate(const rsm_system *system)
+{
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 40);
+    g.system = *system;
+    return rsm_interpolate((const rsm_map *const *)&good, 1, &g, NULL, &points, result, NULL);
+}
+
+static rsm_result act_filter(const rsm_system *system)
+{
+    rsm_filter *filter = NULL;
+    rsm_filter_desc d;
+    rsm_result r = rsm_filter_create(SIDE, SIDE, system, &filter);
+    if (r != RSM_OK) {
+        assert_null(filter);
+        return r;
+    }
+    memset(&d, 0, sizeof d);
+    d.passes = 2;
+    r = untouched(rsm_filter_apply(filter, &d, &points, positions, result));
+    rsm_filter_free(filter);
+    return r;
+}
+
+static rsm_result act_cluster(const rsm_system *system)
+{
+    rsm_texel clusters[8];
+    size_t count = 77;
+    rsm_result r = rsm_cluster(rsm_map_texels(good), 1024, 8, system, clusters, &count);
+    if (r != RSM_OK) assert_int_equal(count, 77);
+    return r;
+}
+
+static rsm_result act_noise(const rsm_system *system)
+{
+    float values[64];
+    return rsm_blue_noise(8, 1, system, values);
+}
+
+static void fail_everywhere(action act, const char *name)
+{
+    size_t at, calls, on;
+    ledger l;
+    rsm_system system = ledger_system(&l);
+    if (act(&system) != RSM_OK) fail_msg("%s fails with all its memory", name);
+    calls = l.calls;
+    if (l.live || !calls) fail_msg("%s: %lu allocations, %lu left", name, (unsigned long)calls, (unsigned long)l.live);
+    for (on = 0; on < 2; on++)
+        for (at = 1; at <= calls; at++) {
+            rsm_result r;
+            memset(result, 0x5a, sizeof result);
+            memcpy(before, result, sizeof result);
+            system = ledger_system(&l);
+            l.fail_at = at;
+            l.fail_on = (int)on;
+            r = act(&system);
+            if (r != RSM_ERR_ALLOC || l.live)
+                fail_msg("%s, allocation %lu: result %d, %lu left", name, (unsigned long)at, (int)r, (unsigned long)l.live);
+        }
+}
+
+static void every_site(void **state)
+{
+    (void)state;
+    fail_everywhere(act_map, "map");
+    fail_everywhere(act_flux, "gather");
+    fail_everywhere(act_pattern, "gather, pattern");
+    fail_everywhere(act_list, "list");
+    fail_everywhere(act_interpolate, "interpolate");
+    fail_everywhere(act_filter, "filter");
+    fail_everywhere(act_cluster, "cluster");
+    fail_everywhere(act_noise, "blue noise");
+}
+
+/* rsm.h: "A map takes 56 bytes a texel ..., interpolation 5 bytes a pixel, the filter 80 bytes a pixel". */
+static void peaks(void **state)
+{
+    ledger l;
+    rsm_system system = ledger_system(&l);
+    rsm_desc d = sun_desc(1, 1.2, 64);
+    rsm_filter *filter;
+    rsm_map *map;
+    size_t texels = 64 * 64, bound = 56 * texels + 8 * 65 + 1024;
+    (void)state;
+    assert_in_range(rsm_map_size(&d), 56 * texels, bound);
+    d.system = system;
+    assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
+    assert_int_equal(rsm_rasterize(map, &mesh, 1), RSM_OK);
+    assert_true(l.peak <= bound + 8 * (disc.indices / 3 + 1) + 4 * texels);
+    assert_int_equal(rsm_finish(map, NULL), RSM_OK);
+    rsm_map_free(map);
+    system = ledger_system(&l);
+    assert_int_equal(rsm_filter_create(SIDE, SIDE, &system, &filter), RSM_OK);
+    assert_true(l.peak <= 80 * SIDE * SIDE + 256);
+    rsm_filter_free(filter);
+    assert_int_equal(l.live, 0);
+}
+
+/* Memory of the caller's: too small, misaligned, exact. */
+static void callers_memory(void **state)
+{
+    rsm_desc d = sun_desc(1, 1.2, 16);
+    size_t size = rsm_map_size(&d);
+    char *memory = (char *)malloc(size + 16), *aligned;
+    rsm_map *map = NULL;
+    (void)state;
+    assert_non_null(memory);
+    aligned = memory + (16 - (uintptr_t)memory % 16) % 16;
+    assert_int_equal(rsm_map_init(&d, aligned, size - 1, &map), RSM_ERR_MEMORY);
+    assert_int_equal(rsm_map_init(&d, aligned + 1, size, &map), RSM_ERR_MEMORY);
+    assert_null(map);
+    assert_int_equal(rsm_map_init(&d, aligned, size, &map), RSM_OK);
+    assert_int_equal(rsm_rasterize(map, &mesh, 1), RSM_OK);
+    assert_int_equal(rsm_finish(map, NULL), RSM_OK);
+    rsm_map_free(map);                           /* leaves it alone */
+    assert_int_equal(rsm_map_init(&d, aligned, size, &map), RSM_OK);
+    free(memory);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_site), cmocka_unit_test(peaks), cmocka_unit_test(callers_memory),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}

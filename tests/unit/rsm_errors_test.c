@@ -1,0 +1,635 @@
+/* rsm_errors_test - bad input by the table of platform.md C2: a specific error with outputs untouched, or finite results;
+   threads, cancelling, SIMD, agreement of the ways to the same result. */
+
+#define RSM_IMPLEMENTATION
+#include "rsm.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+#include "unit/rsm_util.h"
+
+#define NOT_A_NUMBER rsm__from_bits(0x7fc00000u)
+#define INF rsm__from_bits(0x7f800000u)
+
+enum { SIDE = 16 };
+
+static model disc;
+static rsm_mesh mesh;
+static rsm_map *good;
+static float positions[3 * SIDE * SIDE], normals[3 * SIDE * SIDE], result[3 * SIDE * SIDE], other[3 * SIDE * SIDE];
+static rsm_points points;
+
+static int setup(void **state)
+{
+    rsm_desc d = sun_desc(1, 1.2, 64);
+    int i;
+    (void)state;
+    disc = model_disc(32, 1);
+    mesh = mesh_of(&disc, 0.5);
+    good = map_of(&d, &mesh, 1, NULL);
+    for (i = 0; i < SIDE * SIDE; i++) {
+        set3(positions + 3 * i, i % SIDE * 0.1 - 0.8, 1, i / SIDE * 0.1 - 0.8);
+        set3(normals + 3 * i, 0, -1, 0);
+    }
+    points = points_of(positions, normals, SIDE * SIDE, SIDE);
+    return good ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    rsm_map_free(good);
+    model_free(&disc);
+    return 0;
+}
+
+static void map_is(const rsm_desc *d, rsm_result expected, int line)
+{
+    rsm_map *map = NULL;
+    rsm_result r = rsm_map_create(d, &map);
+    if (r != expected || (r != RSM_OK) != (map == NULL) || (r == RSM_ERR_DESC && rsm_map_size(d) != 0))
+        fail_msg("line %d: result %d", line, (int)r);
+    if (map) {
+        r = rsm_rasterize(map, &mesh, 1);
+        if (r != RSM_OK || rsm_finish(map, NULL) != RSM_OK) fail_msg("line %d: drawing: %d", line, (int)r);
+    }
+    rsm_map_free(map);
+}
+
+#define REFUSED(change) do { rsm_desc d = base; change; map_is(&d, RSM_ERR_DESC, __LINE__); } while (0)
+#define ACCEPTED(change) do { rsm_desc d = base; change; map_is(&d, RSM_OK, __LINE__); } while (0)
+
+static void lights_out_of_range(void **state)
+{
+    rsm_desc base = sun_desc(1, 1, 8);
+    const float odd[3] = { NOT_A_NUMBER, INF, -INF };
+    int i, c;
+    (void)state;
+    REFUSED(d.size = 3);
+    REFUSED(d.size = 4097);
+    REFUSED(d.size = UINT32_MAX);
+    REFUSED(d.light.kind = RSM_LIGHT_KIND_COUNT);
+    REFUSED(d.light.kind = (rsm_light_kind)1000);
+    REFUSED(d.light.radius = 0);
+    REFUSED(d.light.radius = -1);
+    REFUSED(d.light.radius = 2e9f);
+    REFUSED(d.light.direction[1] = 0.5f);
+    REFUSED(d.light.direction[0] = 1);
+    REFUSED(d.light.value[1] = -1);
+    REFUSED(d.light.value[1] = 2e12f);
+    REFUSED(d.light.near_depth = 2; d.light.far_depth = 1);
+    REFUSED(d.light.kind = RSM_LIGHT_POINT; d.light.near_depth = -1; d.light.far_depth = 1);
+    REFUSED(d.light.kind = RSM_LIGHT_SPOT; d.light.cone_angle = 0);
+    REFUSED(d.light.kind = RSM_LIGHT_SPOT; d.light.cone_angle = 7);
+    REFUSED(d.light.kind = RSM_LIGHT_SQUARE_SPOT; d.light.cone_angle = 2.5f);
+    REFUSED(d.system.allocator.alloc_fn = ledger_alloc);
+    REFUSED(d.system.allocator.free_fn = ledger_free);
+    for (i = 0; i < 3; i++) {
+        for (c = 0; c < 3; c++) {
+            REFUSED(d.light.position[c] = odd[i]);
+            REFUSED(d.light.direction[c] = odd[i]);
+            REFUSED(d.light.up[c] = odd[i]);
+            REFUSED(d.light.value[c] = odd[i]);
+        }
+        REFUSED(d.light.radius = odd[i]);
+        REFUSED(d.light.near_depth = odd[i]);
+        REFUSED(d.light.kind = RSM_LIGHT_SPOT; d.light.cone_angle = odd[i]);
+    }
+    ACCEPTED(d.light.kind = RSM_LIGHT_DEFAULT);
+    ACCEPTED(d.light.value[0] = 0);
+    ACCEPTED(d.light.up[1] = 1);                 /* along the direction: another is taken */
+    ACCEPTED(d.light.kind = RSM_LIGHT_SPOT; d.light.cone_angle = 1);
+    ACCEPTED(d.light.kind = RSM_LIGHT_SPOT; d.light.cone_angle = 4);
+    ACCEPTED(d.light.kind = RSM_LIGHT_POINT; d.light.direction[1] = 0);
+    ACCEPTED(d.light.kind = RSM_LIGHT_PATCH);
+    ACCEPTED(d.size = 5);
+}
+
+static void meshes(void **state)
+{
+    const float odd[3] = { NOT_A_NUMBER, INF, 1e30f };
+    rsm_desc d = sun_desc(1, 1.2, 16);
+    rsm_stats stats;
+    rsm_map *map;
+    uint32_t bad_index[3] = { 0, 1, 99 };
+    float transform[16] = { 0 };
+    int i;
+    (void)state;
+    assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
+#define DRAWN(expected, change) \
+    do { rsm_mesh m = mesh; change; assert_int_equal(rsm_rasterize(map, &m, 1), expected); } while (0)
+    DRAWN(RSM_ERR_ARGUMENT, m.positions = NULL);
+    DRAWN(RSM_ERR_ARGUMENT, m.vertex_stride = 8);
+    DRAWN(RSM_ERR_ARGUMENT, m.vertex_stride = 13);
+    DRAWN(RSM_ERR_ARGUMENT, m.taps = 17);
+    DRAWN(RSM_ERR_INPUT, m.index_count = 4);
+    DRAWN(RSM_ERR_INPUT, m.indices = bad_index; m.index_count = 3);
+    DRAWN(RSM_ERR_INPUT, m.albedo[0] = -1);
+    DRAWN(RSM_ERR_INPUT, m.albedo[2] = odd[0]);
+    transform[3] = odd[0];
+    DRAWN(RSM_ERR_INPUT, m.transform = transform);
+    assert_int_equal(rsm_rasterize(map, NULL, 1), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_rasterize(NULL, &mesh, 1), RSM_ERR_ARGUMENT);
+    DRAWN(RSM_OK, m.index_count = 0);
+    assert_int_equal(rsm_rasterize(map, NULL, 0), RSM_OK);
+    for (i = 0; i < 3; i++) {                    /* a vertex that is not finite: its two triangles are left out */
+        float keep = disc.p[3];
+        disc.p[3] = odd[i];
+        assert_int_equal(rsm_rasterize(map, &mesh, 1), RSM_OK);
+        disc.p[3] = keep;
+    }
+    assert_int_equal(rsm_finish(map, &stats), RSM_OK);
+    assert_int_equal(stats.skipped_triangles, 2);
+    assert_int_equal(stats.bad_texels, 0);
+    assert_int_equal(rsm_finish(map, NULL), RSM_ERR_ORDER);
+    assert_int_equal(rsm_rasterize(map, &mesh, 1), RSM_ERR_ORDER);
+    rsm_map_free(map);
+}
+
+static void buffers(void **state)
+{
+    rsm_desc d = sun_desc(1, 1, 4);
+    float n[48], p[48], a[48];
+    rsm_buffers b;
+    rsm_stats stats;
+    rsm_map *map;
+    int i;
+    (void)state;
+    for (i = 0; i < 16; i++) {
+        set3(n + 3 * i, 0, 2, 0);
+        set3(p + 3 * i, i % 4 * 0.5 - 0.75, 0, i / 4 * 0.5 - 0.75);
+        set3(a + 3 * i, 0.5, 0.5, 0.5);
+    }
+    assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
+    memset(&b, 0, sizeof b);
+    assert_int_equal(rsm_fill(map, 0, &b), RSM_ERR_ARGUMENT);
+    b.normals = n;
+    assert_int_equal(rsm_fill(map, 0, &b), RSM_ERR_ARGUMENT);
+    b.positions = p;
+    b.albedo = a;
+    assert_int_equal(rsm_fill(map, 1, &b), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_fill(NULL, 0, &b), RSM_ERR_ARGUMENT);
+    b.normal_stride = 10;
+    assert_int_equal(rsm_fill(map, 0, &b), RSM_ERR_ARGUMENT);
+    b.normal_stride = 0;
+    p[0] = NOT_A_NUMBER;
+    n[4] = INF;
+    a[6] = -0.5f;
+    a[9] = INF;
+    set3(n + 12, 0, 0, 0);
+    assert_int_equal(rsm_fill(map, 0, &b), RSM_OK);
+    assert_int_equal(rsm_finish(map, &stats), RSM_OK);
+    assert_int_equal(stats.bad_texels, 4);
+    assert_int_equal(stats.lit_texels, 11);
+    assert_int_equal(rsm_fill(map, 0, &b), RSM_ERR_ORDER);
+    for (i = 0; i < 16; i++)                     /* normals are made unit, bad ones empty */
+        assert_true(rsm_map_texels(map)[i].normal[1] == (i < 5 ? 0.0f : 1.0f));
+    rsm_map_free(map);
+}
+
+static rsm_result gather(const rsm_gather_desc *g, const rsm_points *p)
+{
+    rsm_gather_stats stats, before;
+    rsm_result r;
+    memset(&stats, 0x31, sizeof stats);
+    before = stats;
+    memset(result, 0x31, sizeof result);
+    memcpy(other, result, sizeof result);
+    r = rsm_gather((const rsm_map *const *)&good, 1, g, p, result, &stats);
+    if (r != RSM_OK) {
+        assert_memory_equal(result, other, sizeof result);
+        assert_memory_equal(&stats, &before, sizeof stats);
+    }
+    return r;
+}
+
+static void gathers_out_of_range(void **state)
+{
+    rsm_gather_desc base = gather_desc(RSM_PATTERN_EQUATION3, 16);
+    const float odd[3] = { NOT_A_NUMBER, INF, -1 };
+    rsm_material bad = { { 0.5f, 2, 0 }, 1 };
+    float noise[4] = { 0, 0.5f, 2, 0 };
+    rsm_map *open;
+    rsm_desc d = sun_desc(1, 1, 8);
+    rsm_points p = points;
+    uint32_t far_index = SIDE * SIDE;
+    int i;
+    (void)state;
+#define GATHERED(expected, change) \
+    do { rsm_gather_desc g = base; change; assert_int_equal(gather(&g, &points), expected); } while (0)
+    GATHERED(RSM_OK, g.seed = UINT32_MAX);
+    GATHERED(RSM_ERR_DESC, g.pattern = RSM_PATTERN_COUNT);
+    GATHERED(RSM_ERR_DESC, g.samples = (1 << 20) + 1);
+    GATHERED(RSM_ERR_DESC, g.pattern = RSM_PATTERN_POISSON; g.samples = 5000);
+    GATHERED(RSM_ERR_DESC, g.r_min = 1);
+    GATHERED(RSM_ERR_DESC, g.interleave = 3);
+    GATHERED(RSM_ERR_DESC, g.interleave = 16);
+    GATHERED(RSM_ERR_DESC, g.materials = &bad; g.material_count = 1);
+    GATHERED(RSM_ERR_DESC, g.material_count = 1);
+    GATHERED(RSM_ERR_DESC, g.noise = noise);
+    GATHERED(RSM_ERR_DESC, g.noise = noise; g.noise_side = 2);
+    GATHERED(RSM_ERR_DESC, g.system.allocator.alloc_fn = ledger_alloc);
+    for (i = 0; i < 3; i++) {
+        GATHERED(RSM_ERR_DESC, g.r_max = odd[i]);
+        GATHERED(RSM_ERR_DESC, g.r_min = odd[i]);
+        GATHERED(RSM_ERR_DESC, g.offset = odd[i]);
+        GATHERED(RSM_ERR_DESC, g.clamp = odd[i]);
+        GATHERED(RSM_ERR_DESC, g.near_limit = odd[i]);
+    }
+    assert_int_equal(gather(NULL, &points), RSM_ERR_ARGUMENT);
+    assert_int_equal(gather(&base, NULL), RSM_ERR_ARGUMENT);
+    p.normals = NULL;
+    assert_int_equal(gather(&base, &p), RSM_ERR_ARGUMENT);
+    p = points;
+    p.position_stride = 10;
+    assert_int_equal(gather(&base, &p), RSM_ERR_ARGUMENT);
+    p = points;
+    p.indices = &far_index;
+    p.index_count = 1;
+    assert_int_equal(gather(&base, &p), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_create(&d, &open), RSM_OK);
+    assert_int_equal(rsm_gather((const rsm_map *const *)&open, 1, &base, &points, result, NULL), RSM_ERR_ORDER);
+    assert_int_equal(rsm_gather(NULL, 1, &base, &points, result, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_gather((const rsm_map *const *)&open, 0, &base, &points, result, NULL), RSM_ERR_ARGUMENT);
+    rsm_map_free(open);
+    p = points;
+    p.count = 0;
+    assert_int_equal(gather(&base, &p), RSM_OK);
+}
+
+static void pictures_out_of_range(void **state)
+{
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 16);
+    rsm_interpolation in;
+    rsm_points p = points;
+    rsm_filter *filter;
+    rsm_filter_desc f;
+    rsm_direct_desc direct = rsm_direct_default();
+    float matrix[16] = { 0 };
+    const rsm_map *const *maps = (const rsm_map *const *)&good;
+    (void)state;
+    memset(&in, 0, sizeof in);
+#define DONE(expected, change) \
+    do { rsm_interpolation i = in; change; \
+         assert_int_equal(rsm_interpolate(maps, 1, &g, &i, &p, result, NULL), expected); } while (0)
+    DONE(RSM_OK, i.step = 0);
+    DONE(RSM_ERR_DESC, i.step = 3);
+    DONE(RSM_ERR_DESC, i.step = 128);
+    DONE(RSM_ERR_DESC, i.levels = 7);
+    DONE(RSM_ERR_DESC, i.normal_cosine = NOT_A_NUMBER);
+    DONE(RSM_ERR_DESC, i.plane_slope = -1);
+    DONE(RSM_ERR_DESC, i.distance = INF);
+    DONE(RSM_ERR_DESC, i.contrast = NOT_A_NUMBER);
+    DONE(RSM_ERR_ARGUMENT, p.width = 0);
+    DONE(RSM_ERR_ARGUMENT, p.width = 7);
+    p.width = SIDE;
+    DONE(RSM_ERR_DESC, g.interleave = 2);
+    assert_int_equal(rsm_filter_create(0, 4, NULL, &filter), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_filter_create(100000, 4, NULL, &filter), RSM_ERR_LIMIT);
+    assert_int_equal(rsm_filter_create(SIDE, SIDE, NULL, &filter), RSM_OK);
+    memset(&f, 0, sizeof f);
+#define FILTERED(expected, change) \
+    do { rsm_filter_desc d = f; change; assert_int_equal(rsm_filter_apply(filter, &d, &p, positions, result), expected); } while (0)
+    FILTERED(RSM_OK, d.passes = 6);
+    FILTERED(RSM_ERR_DESC, d.passes = 7);
+    FILTERED(RSM_ERR_DESC, d.history = 1001);
+    FILTERED(RSM_ERR_DESC, d.normal_cosine = 1);
+    FILTERED(RSM_ERR_DESC, d.plane_slope = NOT_A_NUMBER);
+    matrix[0] = INF;
+    FILTERED(RSM_ERR_DESC, d.view_projection = matrix);
+    p.count = 3;
+    FILTERED(RSM_ERR_ARGUMENT, d.passes = 0);
+    rsm_filter_free(filter);
+    rsm_filter_free(NULL);
+    rsm_map_free(NULL);
+    direct.taps = 16;
+    assert_int_equal(rsm_direct(good, &direct, &points, result), RSM_ERR_DESC);
+    direct.taps = 1;
+    direct.bias = NOT_A_NUMBER;
+    assert_int_equal(rsm_direct(good, &direct, &points, result), RSM_ERR_DESC);
+    assert_int_equal(rsm_direct(NULL, &direct, &points, result), RSM_ERR_ARGUMENT);
+    assert_string_equal(rsm_result_text(RSM_OK), "ok");
+    assert_string_equal(rsm_result_text((rsm_result)99), "unknown result");
+}
+
+/* Receivers that are not finite, or lie on a light, or behind the lamp: finite results, counted. */
+static void odd_receivers(void **state)
+{
+    const float odd[6] = { NOT_A_NUMBER, INF, -INF, 1e30f, -1e10f, 1e9f };
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 64);
+    rsm_direct_desc direct = rsm_direct_default();
+    float p[3 * 12], n[3 * 12], e[3 * 12];
+    rsm_points points12 = points_of(p, n, 12, 0);
+    rsm_gather_stats stats;
+    rsm_desc d = sun_desc(1, 1, 16);
+    rsm_map *map;
+    int i, kind, pattern;
+    (void)state;
+    for (i = 0; i < 12; i++) {
+        set3(p + 3 * i, 0.1, 0.2, 0.3);
+        set3(n + 3 * i, 0, 1, 0);
+        if (i < 6) p[3 * i + i % 3] = odd[i];
+        else if (i < 9) n[3 * i] = odd[i - 6];
+        else if (i == 9) set3(p + 3 * i, 0, 2, 0);       /* the lamp itself */
+        else if (i == 10) memcpy(p + 3 * i, rsm_map_texels(good)[64 * 32 + 32].position, 12);
+    }
+    for (kind = RSM_LIGHT_SUN; kind < RSM_LIGHT_KIND_COUNT; kind++) {
+        d.light.kind = (rsm_light_kind)kind;
+        set3(d.light.position, 0, 2, 0);
+        set3(d.light.direction, 0, kind == RSM_LIGHT_SUN ? 1 : -1, 0);
+        d.light.cone_angle = 1;
+        map = map_of(&d, &mesh, 1, NULL);
+        assert_non_null(map);
+        for (pattern = 0; pattern < RSM_PATTERN_COUNT; pattern++) {
+            g.pattern = (rsm_pattern)pattern;
+            assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &g, &points12, e, &stats), RSM_OK);
+            for (i = 0; i < 36; i++) assert_true(rsm__finite(e[i]) && e[i] >= 0);
+            assert_int_equal(stats.bad_points, 8);
+        }
+        assert_int_equal(rsm_direct(map, &direct, &points12, e), RSM_OK);
+        for (i = 0; i < 36; i++) assert_true(rsm__finite(e[i]) && e[i] >= 0);
+        rsm_map_free(map);
+    }
+}
+
+/* ---- threads, cancelling, SIMD ---- */
+
+static void backwards(void *user, size_t count, rsm_task task, void *context)
+{
+    (void)user;
+    while (count-- > 0) task(context, count);
+}
+
+static int cancel_at(void *user, float fraction)
+{
+    float *limit = (float *)user;
+    return fraction >= *limit;
+}
+
+static void order_of_tasks(void **state)
+{
+    int pattern;
+    (void)state;
+    for (pattern = 0; pattern < RSM_PATTERN_COUNT; pattern++) {
+        rsm_gather_desc g = gather_desc((rsm_pattern)pattern, 100);
+        assert_int_equal(gather(&g, &points), RSM_OK);
+        memcpy(other, result, sizeof result);
+        g.system.parallel_for = backwards;
+        assert_int_equal(rsm_gather((const rsm_map *const *)&good, 1, &g, &points, result, NULL), RSM_OK);
+        assert_memory_equal(result, other, sizeof result);
+    }
+    {
+        rsm_desc d = sun_desc(1, 1.2, 64);
+        rsm_map *map;
+        d.system.parallel_for = backwards;
+        map = map_of(&d, &mesh, 1, NULL);
+        assert_non_null(map);
+        assert_memory_equal(rsm_map_texels(map), rsm_map_texels(good), 64 * 64 * sizeof(rsm_texel));
+        rsm_map_free(map);
+    }
+}
+
+static void cancelling(void **state)
+{
+    float limit;
+    rsm_map *map;
+    rsm_desc d = sun_desc(1, 1.2, 64);
+    (void)state;
+    for (limit = 0; limit < 1; limit += 0.4f) {
+        rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 100);
+        size_t i;
+        g.system.progress = cancel_at;
+        g.system.progress_user = &limit;
+        assert_int_equal(rsm_gather((const rsm_map *const *)&good, 1, &g, &points, result, NULL), RSM_ERR_CANCELLED);
+        d.system = g.system;
+        assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
+        assert_int_equal(rsm_rasterize(map, &mesh, 1), RSM_ERR_CANCELLED);
+        for (i = 0; i < 64 * 64; i++) assert_true(rsm_map_texels(map)[i].depth >= RSM_FAR);
+        rsm_map_free(map);
+    }
+}
+
+static void vector_units_agree(void **state)
+{
+#if RSM__X86
+    static rsm__block block;
+    const float x[7] = { 0.1f, 0.9f, 0.2f, 0, -1, 0, 1e-6f };
+    rsm__sum a = { { 0, 0, 0 }, 0, 0 }, b = a;
+    size_t i;
+    for (i = 0; i < RSM__BLOCK; i++) {
+        rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+        g.near_limit = 0.01f;
+        rsm__lane_set(&g, &block, i, rsm_map_texels(good) + 64 * 32 + i, 1, 1);
+    }
+    rsm__kernel_plain_lossy(&block, RSM__BLOCK, x, &a);
+    if (rsm__cpu_has_avx2()) {
+        rsm__kernel_avx2_lossy(&block, RSM__BLOCK, x, &b);
+        assert_memory_equal(&a, &b, sizeof a);
+        b.rgb[0] = b.rgb[1] = b.rgb[2] = b.full = b.lost = 0;
+        rsm__kernel_avx2(&block, RSM__BLOCK, x, &b);
+        assert_memory_equal(a.rgb, b.rgb, sizeof a.rgb);
+    }
+    assert_true(a.rgb[0] > 0 && a.full > 0);
+#endif
+    (void)state;
+}
+
+/* ---- ways to the same result ---- */
+
+static void sums_agree(void **state)
+{
+    static rsm_texel lights[4096];
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 500);
+    const rsm_map *const twice[2] = { good, good };
+    rsm_texel clusters[64];
+    float ao[SIDE * SIDE];
+    rsm_points p = points;
+    size_t count, clustered;
+    double flux = 0, kept = 0;
+    int i;
+    (void)state;
+    assert_int_equal(gather(&g, &points), RSM_OK);
+    memcpy(other, result, sizeof result);
+    assert_int_equal(rsm_pixel_lights((const rsm_map *const *)&good, 1, 500, 0, lights, 4096, &count), RSM_OK);
+    assert_int_equal(rsm_gather_list(lights, count, &g, &points, result, NULL), RSM_OK);
+    for (i = 0; i < 3 * SIDE * SIDE; i++) assert_float_equal(result[i], other[i], 1e-5);
+    assert_int_equal(rsm_gather(twice, 2, &g, &points, result, NULL), RSM_OK);
+    for (i = 0; i < 3 * SIDE * SIDE; i++) assert_float_equal(result[i], 2 * other[i], 1e-5);
+    g.add = 1;                                   /* over a light map */
+    for (i = 0; i < 3 * SIDE * SIDE; i++) result[i] = 7;
+    assert_int_equal(rsm_gather((const rsm_map *const *)&good, 1, &g, &points, result, NULL), RSM_OK);
+    for (i = 0; i < 3 * SIDE * SIDE; i++) assert_float_equal(result[i], 7 + other[i], 1e-5);
+    g.add = 0;
+    for (i = 0; i < SIDE * SIDE; i++) ao[i] = (float)i / (SIDE * SIDE);
+    p.occlusion = ao;
+    assert_int_equal(gather(&g, &p), RSM_OK);
+    assert_int_equal(rsm_gather((const rsm_map *const *)&good, 1, &g, &points, other, NULL), RSM_OK);
+    for (i = 0; i < 3 * SIDE * SIDE; i++) assert_float_equal(result[i], other[i] * ao[i / 3], 1e-6);
+    assert_int_equal(rsm_pixel_lights((const rsm_map *const *)&good, 1, 0, 0, lights, 4096, &count), RSM_OK);
+    assert_int_equal(rsm_cluster(lights, count, 64, NULL, clusters, &clustered), RSM_OK);
+    assert_int_equal(clustered, 64);
+    for (i = 0; i < (int)count; i++) flux += (double)lights[i].flux[1];
+    for (i = 0; i < 64; i++) kept += (double)clusters[i].flux[1];
+    assert_true(fabs(kept / flux - 1) < 1e-6);
+    assert_int_equal(rsm_gather_list(clusters, clustered, &g, &points, result, NULL), RSM_OK);
+    /* 64 lights of a disc at a distance of 1: each 0.2 across, 0.2^2 / 4 */
+    for (i = 0; i < 3 * SIDE * SIDE; i++) assert_float_equal(result[i] / other[i], 1, 0.02);
+    assert_int_equal(rsm_pixel_lights((const rsm_map *const *)&good, 1, 0, 0, NULL, 0, &clustered), RSM_ERR_MEMORY);
+    assert_int_equal(clustered, count);
+}
+
+/* Textures: 16 taps a texel give the mean of a checker finer than texels. */
+static int checker(void *user, const rsm_mesh *m, uint32_t triangle, const float w[3], float albedo[3])
+{
+    double x = 0, z = 0;
+    int k;
+    (void)user;
+    for (k = 0; k < 3; k++) {
+        const float *p = m->positions + 3 * m->indices[3 * triangle + (uint32_t)k];
+        x += (double)(w[k] * p[0]);
+        z += (double)(w[k] * p[2]);
+    }
+    albedo[0] = albedo[1] = albedo[2] = ((int)floor(x * 97) + (int)floor(z * 97)) & 1 ? 1.0f : 0.0f;
+    return x * x + z * z < 0.25 ? 0 : 1;         /* and a hole */
+}
+
+static void textures(void **state)
+{
+    rsm_desc d = sun_desc(1, 1.2, 32);
+    rsm_mesh m = mesh;
+    rsm_stats stats;
+    rsm_map *map;
+    const rsm_texel *t;
+    double spread = 0;
+    uint32_t i, n = 0;
+    (void)state;
+    m.surface_fn = checker;
+    m.taps = 16;
+    m.has_holes = 1;
+    map = map_of(&d, &m, 1, &stats);
+    assert_non_null(map);
+    assert_true(fabs(stats.reflected[0] - 0.5 * stats.incident[0]) < 0.02 * stats.incident[0]);
+    assert_true(fabs(stats.incident[0] - PI * 0.75) < 0.04);
+    t = rsm_map_texels(map);
+    for (i = 0; i < 32 * 32; i++)
+        if (t[i].depth < RSM_FAR) {
+            double f = (double)t[i].flux[0] / (2.4 * 2.4 / 1024) - 0.5;
+            spread += f * f;
+            n++;
+        }
+    assert_true(sqrt(spread / n) < 0.12);        /* one tap: 0.5 */
+    rsm_map_free(map);
+}
+
+/* Non-diffuse: the lobe carries specular x incident flux, and peaks along the mirrored sun. */
+static void glossy(void **state)
+{
+    static const rsm_material shiny = { { 0.5f, 0.5f, 0.5f }, 40 };
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+    rsm_mesh m = mesh_of(&disc, 0);
+    rsm_desc d = sun_desc(1, 1.2, 128);
+    rsm_map *map;
+    double sum = 0, peak = 0, side = 0;
+    int i, j;
+    (void)state;
+    m.material = 1;
+    set3(d.light.direction, 0.6, 0.8, 0);
+    map = map_of(&d, &m, 1, NULL);
+    assert_non_null(map);
+    g.materials = &shiny;
+    g.material_count = 1;
+    g.samples = 256;
+    assert_true(gather_at(map, &g, 0, 3, 0, 0, -1, 0) == 0);      /* black to the diffuse part: no flux to choose by */
+    rsm_map_free(map);
+    set3(m.albedo, 1e-6, 1e-6, 1e-6);
+    map = map_of(&d, &m, 1, NULL);
+    assert_non_null(map);
+    /* flux through a hemisphere of radius 100 about the disc */
+    for (i = 0; i < 64; i++)
+        for (j = 0; j < 64; j++) {
+            double y = (i + 0.5) / 64, s = sqrt(1 - y * y), phi = 2 * PI * (j + 0.5) / 64, x = s * cos(phi), z = s * sin(phi);
+            double e = gather_at(map, &g, 100 * x, 100 * y, 100 * z, -x, -y, -z);
+            sum += e * 2 * PI * 1e4 / 4096;
+            if (x < -0.5 && fabs(z) < 0.1 && y > 0.75 && y < 0.85) peak = e > peak ? e : peak;
+            if (x > 0.5 && fabs(z) < 0.1 && y > 0.75 && y < 0.85) side = e > side ? e : side;
+        }
+    /* specular 0.5 of the flux pi x 0.8; the cosine takes a part of the lobe away: (n + 2) / (n + 1) x 0.8 + rim */
+    assert_in_range((uint32_t)(1000 * sum / (0.5 * PI * 0.8)), 700, 1000);
+    assert_true(peak > 100 * side);
+    rsm_map_free(map);
+}
+
+/* ---- noise ---- */
+
+static void blue_noise(void **state)
+{
+    enum { N = 32 };
+    static float v[N * N];
+    static int seen[N * N];
+    double low = 0, high = 0;
+    int i, x, y;
+    (void)state;
+    assert_int_equal(rsm_blue_noise(N, 5, NULL, v), RSM_OK);
+    memset(seen, 0, sizeof seen);
+    for (i = 0; i < N * N; i++) seen[(int)(v[i] * (N * N))]++;
+    for (i = 0; i < N * N; i++) assert_int_equal(seen[i], 1);
+    for (y = 0; y < N; y++)                      /* neighbours differ more, means over 4 x 4 less than white noise's */
+        for (x = 0; x < N; x++) {
+            double mean = 0, d = (double)v[y * N + x] - (double)v[y * N + (x + 1) % N];
+            for (i = 0; i < 16; i++) mean += (double)v[(y + i / 4) % N * N + (x + i % 4) % N] / 16;
+            low += (mean - 0.5) * (mean - 0.5) / (N * N);
+            high += d * d / (N * N);
+        }
+    if (!(low < 0.4 / 12 / 16 && high > 1.2 / 6)) fail_msg("mean of 4 x 4: %g, neighbours %g", low * 12 * 16, high * 6);
+    assert_int_equal(rsm_blue_noise(3, 5, NULL, v), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_blue_noise(65, 5, NULL, v), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_blue_noise(8, 5, NULL, NULL), RSM_ERR_ARGUMENT);
+}
+
+/* ---- filter over frames ---- */
+
+static void history(void **state)
+{
+    /* world x, y in -0.8..0.8 to clip; z plays no part */
+    float matrix[16] = { 1.25f, 0, 0, 0, 0, 0, 0, 0, 0, 1.25f, 0, 0, 0, 0, 0, 1 };
+    rsm_filter *filter;
+    rsm_filter_desc f;
+    uint64_t seed = 1;
+    double spread[2] = { 0, 0 };
+    int frame, i;
+    (void)state;
+    memset(&f, 0, sizeof f);
+    f.view_projection = matrix;
+    f.y_up = 1;
+    f.history = 100;
+    assert_int_equal(rsm_filter_create(SIDE, SIDE, NULL, &filter), RSM_OK);
+    for (frame = 0; frame < 64; frame++) {
+        for (i = 0; i < 3 * SIDE * SIDE; i++) {
+            seed = seed * 6364136223846793005u + 1442695040888963407u;
+            other[i] = (float)(seed >> 40) / 16777216.0f;
+        }
+        assert_int_equal(rsm_filter_apply(filter, &f, &points, other, result), RSM_OK);
+        for (i = 0; i < 3 * SIDE * SIDE && frame % 63 == 0; i++)
+            spread[frame / 63] += pow((double)result[i] - 0.5, 2) / (3 * SIDE * SIDE);
+    }
+    assert_true(fabs(spread[0] - 1.0 / 12) < 0.01);
+    /* 64 frames, moved by half a pixel to the texel centres: a little smoother still */
+    if (!(spread[1] < 1.5 / 12 / 64)) fail_msg("variance after 64 frames x 12 x 64: %g", spread[1] * 12 * 64);
+    rsm_filter_reset(filter);
+    assert_int_equal(rsm_filter_apply(filter, &f, &points, other, result), RSM_OK);
+    assert_memory_equal(result, other, sizeof result);
+    rsm_filter_free(filter);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(lights_out_of_range), cmocka_unit_test(meshes),         cmocka_unit_test(buffers),
+        cmocka_unit_test(gathers_out_of_range), cmocka_unit_test(pictures_out_of_range),
+        cmocka_unit_test(odd_receivers),       cmocka_unit_test(order_of_tasks), cmocka_unit_test(cancelling),
+        cmocka_unit_test(vector_units_agree),  cmocka_unit_test(sums_agree),     cmocka_unit_test(textures),
+        cmocka_unit_test(glossy),              cmocka_unit_test(blue_noise),     cmocka_unit_test(history),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
