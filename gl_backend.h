@@ -704,8 +704,10 @@ GLBK__PART(BASE)
     X(sampler2D, glbk_csm_gloss_map, 8)                                                             \
     X(sampler2D, glbk_csm_normal_map, 9)                                                            \
     X(usampler2DArray, glbk_csm_questions, 10)                                                      \
-    X(usampler2DArray, glbk_csm_layers, 11)     /* building: depth layers of a batch of views */    \
-    X(usampler2DArray, glbk_csm_open, 12)       /* building: the open segment of each pixel */
+    X(usampler2D, glbk_csm_layer0, 11)          /* building: depth layers of a batch of views */    \
+    X(usampler2D, glbk_csm_layer1, 12)                                                              \
+    X(usampler2D, glbk_csm_layer2, 13)                                                              \
+    X(usampler2D, glbk_csm_opened, 14)          /* building: the open segment of each pixel */
 
 #define GLBK_CSM_SCENE_MEMBERS(X) X(uvec4, table, 1)    /* texel of the first instance, count */
 
@@ -727,15 +729,23 @@ GLBK__PART(BASE)
     X(vec4, gloss, 1)                                                                               \
     X(vec4, eye, 1)
 
+#define GLBK_CSM_PEEL_MEMBERS(X)                                                                    \
+    X(mat4, view, 1)            /* object to pixels of the tile, depth or w */                      \
+    X(vec4, values, 1)          /* 2 / size; depth of w = 1, or 0; open thickness */                \
+    X(uvec4, tiles, 1)          /* size of a tile, tiles in a row, views */                         \
+    X(uvec4, how, 1)            /* top of the grid; far; positional; self_only */
+
 #define GLBK_CSM_BLOCKS(X)                              \
     X(glbk_csm_scene, 0, GLBK_CSM_SCENE_MEMBERS)        \
     X(glbk_csm_frame, 1, GLBK_CSM_FRAME_MEMBERS)        \
-    X(glbk_csm_object, 2, GLBK_CSM_OBJECT_MEMBERS)
+    X(glbk_csm_object, 2, GLBK_CSM_OBJECT_MEMBERS)      \
+    X(glbk_csm_peel, 3, GLBK_CSM_PEEL_MEMBERS)
 
 #define GLBK_CSM_STORAGE(X)                             \
     X(coherent, vec4, glbk_csm_sums, 0)                 \
     X(readonly, uvec4, glbk_csm_asked, 1)               \
-    X(writeonly, float, glbk_csm_answers, 2)
+    X(writeonly, float, glbk_csm_answers, 2)            \
+    X(coherent, uvec4, glbk_csm_records, 3)
 
 GLBK__PART(CSM)
 
@@ -976,6 +986,70 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *rend
 
 GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *renderer, float *rgba);
 /* The mean: 4 floats a pixel; a is the mean number of samples that were refused. Waits for the GPU. */
+
+/* ---- csm: building on the GPU ----
+
+   Draws the layers of a builder's views by depth peeling and finds their segments (equation 1). csm.h then writes the
+   block: its cohsm_builder is given, for each view, layers that keep exactly the segments found here, so that the bytes
+   are those which it would have built from the layers that were drawn. For views 0 .. view_count - 1, a batch at a time:
+
+       while (from < views) { glbk_csm_builder_draw(gl, &b, from, n); glbk_csm_builder_compress(gl, &b); from += n; }
+       glbk_csm_builder_replay(gl, &b, add, user);              // calls cohsm_builder_add for all views
+
+   glbk_csm_builder_layers reads what was drawn instead, for a builder that compresses on the CPU. */
+
+typedef enum glbk_csm_layers {  /* cohsm_layers; Z1Z3_SPHERE is built on the CPU only */
+    GLBK_CSM_LAYERS_DEFAULT,    /* = GLBK_CSM_LAYERS_Z1Z2 */
+    GLBK_CSM_LAYERS_Z1Z2,
+    GLBK_CSM_LAYERS_Z1Z3_FAR = 3
+} glbk_csm_layers;
+
+typedef struct glbk_csm_view { float matrix[16], depth_scale; } glbk_csm_view;      /* the fields of cohsm_view */
+
+typedef struct glbk_csm_builder_desc {
+    uint32_t        map_size;           /* M, 4..1024 */
+    glbk_csm_layers layers;
+    uint32_t        depth_bits;         /* as in cohsm_desc; 0 = 8 */
+    float           open_thickness;     /* as in cohsm_desc; 0 = 8 */
+    int             positional, self_only;
+    void          (*view_fn)(void *user, uint32_t index, glbk_csm_view *out);   /* cohsm_builder_view */
+    void          (*draw_fn)(void *user, glbk_context *ctx);    /* your object: bind its vertex array, attribute 0 the
+                                           position in object space, and draw; program and state are ours */
+    void           *user;
+} glbk_csm_builder_desc;
+
+typedef struct glbk_csm_segment { uint32_t first, pixel, value; } glbk_csm_segment; /* private */
+
+typedef struct glbk_csm_builder {       /* batch: most views that are drawn at once. The rest is private */
+    uint32_t              batch, tiles, drawn, drawn_from, next_view, passes;
+    glbk_csm_builder_desc desc;
+    glbk_program          first_layer, next_layer, compress;
+    glbk_texture          layers[3], depth, opened[2], records[3];
+    glbk_target           layer_targets[3], targets[2];
+    glbk_buffer           block, storage;
+    int                   now, compute;
+    uint32_t             *words;        /* what was read back */
+    uint32_t             *firsts;       /* of the open segment of each pixel */
+    glbk_csm_segment     *segments;
+    size_t                segment_count, segment_room;
+} glbk_csm_builder;
+
+GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *desc, glbk_csm_builder *out);
+GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *builder, uint32_t from, uint32_t count);
+GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder *builder, uint32_t view, uint32_t layer,
+                                             float *depths);
+GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *builder);
+GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *builder,
+                                             int (*add_fn)(void *user, uint32_t index, const float *z1, const float *z2,
+                                                           const float *z3), void *user);
+GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *builder);
+/* draw      count <= builder->batch views from view `from` on
+   layers    layer 0, 1 (2 with Z1Z3) of a view from the last draw: map_size^2 depths, above 1 where there is no hit
+   compress  the views drawn last, which must follow those compressed before
+   replay    after the last view: add_fn(user, index, z1, z2, z3) for each in turn; its not 0 ends with GLBK_ERR_ARGUMENT.
+             Stored segments are those of the layers; cohsm_stats of it does not count open and empty entries
+   Memory    16 map_size^2 words, 12 bytes a segment (twice in replay)
+   Errors    GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
 
 /* ---- end of the techniques ---- */
 
@@ -2771,8 +2845,10 @@ static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
     "uniform sampler2D glbk_csm_gloss_map;\n",
     "uniform sampler2D glbk_csm_normal_map;\n",
     "uniform usampler2DArray glbk_csm_questions;\n",
-    "uniform usampler2DArray glbk_csm_layers;\n",
-    "uniform usampler2DArray glbk_csm_open;\n",
+    "uniform usampler2D glbk_csm_layer0;\n",
+    "uniform usampler2D glbk_csm_layer1;\n",
+    "uniform usampler2D glbk_csm_layer2;\n",
+    "uniform usampler2D glbk_csm_opened;\n",
     "layout(std140) uniform glbk_csm_scene_block {\n",
     "    uvec4 table;\n",
     "} glbk_csm_scene;\n",
@@ -2794,6 +2870,12 @@ static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
     "    vec4 gloss;\n",
     "    vec4 eye;\n",
     "} glbk_csm_object;\n",
+    "layout(std140) uniform glbk_csm_peel_block {\n",
+    "    mat4 view;\n",
+    "    vec4 values;\n",
+    "    uvec4 tiles;\n",
+    "    uvec4 how;\n",
+    "} glbk_csm_peel;\n",
     "#if __VERSION__ >= 430\n",
     "layout(std430, binding = 0) coherent buffer glbk_csm_sums_storage { vec4 glbk_csm_sums[]; };\n",
     "#endif\n",
@@ -2802,7 +2884,82 @@ static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
     "#endif\n",
     "#if __VERSION__ >= 430\n",
     "layout(std430, binding = 2) writeonly buffer glbk_csm_answers_storage { float glbk_csm_answers[]; };\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(std430, binding = 3) coherent buffer glbk_csm_records_storage { uvec4 glbk_csm_records[]; };\n",
     "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_csm_compress_glsl[] = {
+    "// csm_compress - layers of a batch of views to segments, for one pixel: equation (1), greedily, as csm.h's builder does.\n",
+    "// uses: csm_bindings\n",
+    "\n",
+    "// What goes on from batch to batch. lo, hi: the grid values that the open segment may have; fresh: it has no view yet.\n",
+    "struct csm_open { uint lo, hi; bool fresh; uint next; };\n",
+    "\n",
+    "// At most 12 segments end in a run: each is lo, hi << 8 (exact: the depth), exact << 16, the view that it ends before << 17.\n",
+    "struct csm_ended { uint count; uvec4 records[3]; };\n",
+    "\n",
+    "void csm_end(inout csm_ended ended, uint record)\n",
+    "{\n",
+    "    uint i = ended.count & 3u;\n",
+    "    uvec4 r = uvec4(i == 0u ? record : 0u, i == 1u ? record : 0u, i == 2u ? record : 0u, i == 3u ? record : 0u);\n",
+    "    if (ended.count < 4u) ended.records[0] += r;\n",
+    "    else if (ended.count < 8u) ended.records[1] += r;\n",
+    "    else ended.records[2] += r;\n",
+    "    ended.count++;\n",
+    "}\n",
+    "\n",
+    "uint csm_depth16(uint bits)\n",
+    "{\n",
+    "    float z = uintBitsToFloat(bits);\n",
+    "    return z <= 1.0 ? uint(clamp(z * 65533.0, 0.0, 65533.0)) : 65535u;\n",
+    "}\n",
+    "\n",
+    "// The interval of depths that separate the layers at one texel of the tiles.\n",
+    "uvec2 csm_interval(ivec2 at)\n",
+    "{\n",
+    "    uint z1 = csm_depth16(texelFetch(glbk_csm_layer0, at, 0).x), upper;\n",
+    "    uvec4 how = glbk_csm_peel.how;              // grid's top; far; positional; self_only\n",
+    "    if (z1 == 65535u) return uvec2(how.w != 0u ? 0u : 65535u, 65535u);\n",
+    "    if (how.y != 0u) {\n",
+    "        upper = csm_depth16(texelFetch(glbk_csm_layer2, at, 0).x);\n",
+    "        if (upper == 65535u) return uvec2(z1, 65535u);\n",
+    "    } else {\n",
+    "        upper = csm_depth16(texelFetch(glbk_csm_layer1, at, 0).x);\n",
+    "        float thickness = glbk_csm_peel.values.z;\n",
+    "        if (upper == 65535u) upper = z1 + 1u + uint(how.z != 0u ? thickness * float(z1) : thickness);\n",
+    "    }\n",
+    "    return uvec2(z1, upper > z1 ? min(upper - 1u, 65534u) : z1);\n",
+    "}\n",
+    "\n",
+    "csm_ended csm_compress(ivec2 pixel, inout csm_open o)\n",
+    "{\n",
+    "    uint size = glbk_csm_peel.tiles.x, across = glbk_csm_peel.tiles.y, views = glbk_csm_peel.tiles.z;\n",
+    "    uint top = glbk_csm_peel.how.x;\n",
+    "    csm_ended ended = csm_ended(0u, uvec4[3](uvec4(0u), uvec4(0u), uvec4(0u)));\n",
+    "    for (; o.next < views && ended.count < 11u; o.next++) {\n",
+    "        uvec2 z = csm_interval(pixel + ivec2(uvec2(o.next % across, o.next / across) * size));\n",
+    "        uint lo = (z.x * top + 65534u) / 65535u, hi = ((z.y + 1u) * top - 1u) / 65535u;\n",
+    "        uint both_lo = max(o.lo, lo), both_hi = min(o.hi, hi);\n",
+    "        bool fresh = false;\n",
+    "        if (both_lo > both_hi) {\n",
+    "            if (!o.fresh) csm_end(ended, o.lo | (o.hi << 8) | (o.next << 17));\n",
+    "            both_lo = lo;\n",
+    "            both_hi = hi;\n",
+    "            if (lo > hi) {                      // no value of the grid fits: exact, a segment of its own\n",
+    "                csm_end(ended, ((z.x + z.y) / 2u) | (1u << 16) | ((o.next + 1u) << 17));\n",
+    "                both_lo = 0u;\n",
+    "                both_hi = top;\n",
+    "                fresh = true;\n",
+    "            }\n",
+    "        }\n",
+    "        o.lo = both_lo;\n",
+    "        o.hi = both_hi;\n",
+    "        o.fresh = fresh;\n",
+    "    }\n",
+    "    return ended;\n",
+    "}\n"
 };
 
 static const char *const glbk__glsl_lib_csm_gbuffer_glsl[] = {
@@ -3007,6 +3164,48 @@ static const char *const glbk__glsl_prog_copy_frag[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_csm_compress_comp[] = {
+    "// csm_compress.frag as a compute shader: four uvec4 a pixel, the open segment and the records.\n",
+    "// uses: csm_compress\n",
+    "layout(local_size_x = 8, local_size_y = 8) in;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_GlobalInvocationID.xy);\n",
+    "    uint size = glbk_csm_peel.tiles.x, i = 4u * (uint(at.y) * size + uint(at.x));\n",
+    "    if (uint(at.x) >= size || uint(at.y) >= size) return;\n",
+    "    uvec4 s = glbk_csm_records[i];\n",
+    "    csm_open o = csm_open(s.x & 255u, (s.x >> 8) & 255u, (s.x >> 16) != 0u, s.y);\n",
+    "    csm_ended ended = csm_compress(at, o);\n",
+    "    glbk_csm_records[i] = uvec4(o.lo | (o.hi << 8) | (o.fresh ? 1u << 16 : 0u), o.next, ended.count, 0u);\n",
+    "    glbk_csm_records[i + 1u] = ended.records[0];\n",
+    "    glbk_csm_records[i + 2u] = ended.records[1];\n",
+    "    glbk_csm_records[i + 3u] = ended.records[2];\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_compress_frag[] = {
+    "// One pixel of the maps a fragment; its open segment goes on in the first target.\n",
+    "// uses: csm_compress\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out uvec4 open_now;\n",
+    "layout(location = 1) out uvec4 records0;\n",
+    "layout(location = 2) out uvec4 records1;\n",
+    "layout(location = 3) out uvec4 records2;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    uvec4 s = texelFetch(glbk_csm_opened, at, 0);\n",
+    "    csm_open o = csm_open(s.x & 255u, (s.x >> 8) & 255u, (s.x >> 16) != 0u, s.y);\n",
+    "    csm_ended ended = csm_compress(at, o);\n",
+    "    open_now = uvec4(o.lo | (o.hi << 8) | (o.fresh ? 1u << 16 : 0u), o.next, ended.count, 0u);\n",
+    "    records0 = ended.records[0];\n",
+    "    records1 = ended.records[1];\n",
+    "    records2 = ended.records[2];\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_csm_gbuffer_frag[] = {
     "// One object into the G-buffer, with diffuse, specular and normal maps.\n",
     "// uses: csm_gbuffer\n",
@@ -3070,6 +3269,43 @@ static const char *const glbk__glsl_prog_csm_gbuffer_vert[] = {
     "    csm_along = vec4(m * tangent.xyz, tangent.w);\n",
     "    csm_uv = uv;\n",
     "    gl_Position = glbk_csm_object.clip * vec4(csm_place, 1.0);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_peel_frag[] = {
+    "// Depth peeling: the nearest surface behind the layer before. Depths as bits of floats; above 1: none.\n",
+    "// uses: csm_bindings\n",
+    "// with: csm_peel.vert\n",
+    "// sets: CSM_FIRST=1 | CSM_FIRST=0\n",
+    "#ifndef CSM_FIRST\n",
+    "#define CSM_FIRST 1\n",
+    "#endif\n",
+    "in float csm_depth;\n",
+    "layout(location = 0) out uint result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    float depth = clamp(csm_depth, 0.0, 1.0);\n",
+    "#if CSM_FIRST == 0\n",
+    "    if (depth <= uintBitsToFloat(texelFetch(glbk_csm_layer1, ivec2(gl_FragCoord.xy), 0).x)) discard;\n",
+    "#endif\n",
+    "    result = floatBitsToUint(depth);\n",
+    "    gl_FragDepth = depth;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_peel_vert[] = {
+    "// A view of a csm builder: attribute 0 is the position. Depth is a varying, so that nothing is cut in front or behind.\n",
+    "// uses: csm_bindings\n",
+    "layout(location = 0) in vec3 position;\n",
+    "out float csm_depth;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    vec4 p = glbk_csm_peel.view * vec4(position, 1.0);\n",
+    "    float w = glbk_csm_peel.values.y > 0.0 ? p.w : 1.0;\n",
+    "    csm_depth = glbk_csm_peel.values.y > 0.0 ? w * glbk_csm_peel.values.y : p.z;\n",
+    "    gl_Position = vec4(p.xy * glbk_csm_peel.values.x - w, 0.0, w);\n",
     "}\n"
 };
 
@@ -3179,7 +3415,9 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/csm_access.glsl", glbk__glsl_lib_csm_access_glsl, 18, "table csm_bindings", "",
       "" },
-    { "lib/csm_bindings.glsl", glbk__glsl_lib_csm_bindings_glsl, 44, "", "",
+    { "lib/csm_bindings.glsl", glbk__glsl_lib_csm_bindings_glsl, 55, "", "",
+      "" },
+    { "lib/csm_compress.glsl", glbk__glsl_lib_csm_compress_glsl, 69, "csm_bindings", "",
       "" },
     { "lib/csm_gbuffer.glsl", glbk__glsl_lib_csm_gbuffer_glsl, 45, "csm_point", "",
       "" },
@@ -3195,9 +3433,17 @@ static const glbk_file glbk__files[] = {
       "" },
     { "prog/copy.frag", glbk__glsl_prog_copy_frag, 22, "base_bindings", "screen.vert",
       "TO_COLOR=0 | TO_COLOR=1" },
+    { "prog/csm_compress.comp", glbk__glsl_prog_csm_compress_comp, 17, "csm_compress", "",
+      "" },
+    { "prog/csm_compress.frag", glbk__glsl_prog_csm_compress_frag, 19, "csm_compress", "screen.vert",
+      "" },
     { "prog/csm_gbuffer.frag", glbk__glsl_prog_csm_gbuffer_frag, 41, "csm_gbuffer", "csm_gbuffer.vert",
       "" },
     { "prog/csm_gbuffer.vert", glbk__glsl_prog_csm_gbuffer_vert, 19, "csm_bindings", "",
+      "" },
+    { "prog/csm_peel.frag", glbk__glsl_prog_csm_peel_frag, 19, "csm_bindings", "csm_peel.vert",
+      "CSM_FIRST=1 | CSM_FIRST=0" },
+    { "prog/csm_peel.vert", glbk__glsl_prog_csm_peel_vert, 12, "csm_bindings", "",
       "" },
     { "prog/csm_query.comp", glbk__glsl_prog_csm_query_comp, 12, "csm_visible", "",
       "" },
@@ -5519,6 +5765,398 @@ GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, floa
                         : glbk_target_read(ctx, &r->targets[r->now], 0, 0, 0, r->width, r->height, rgba);
     scale = 1.0f / (float)r->frames;
     for (i = 0; i < count && result == GLBK_OK; i++) rgba[i] *= scale;
+    return result;
+}
+
+/* ---- >>csm: building ---- */
+
+enum { GLBK__CSM_ATLAS = 1024, GLBK__CSM_CHUNK = 65536, GLBK__CSM_EXACT = 65536 };
+#define GLBK__CSM_NONE 2.0f     /* a depth above 1: no hit */
+
+static uint32_t glbk__csm_top(const glbk_csm_builder *b) { return (1u << (b->desc.depth_bits ? b->desc.depth_bits : 8)) - 1u; }
+static uint32_t glbk__csm_layer_count(const glbk_csm_builder *b) { return b->desc.layers == GLBK_CSM_LAYERS_Z1Z3_FAR ? 3 : 2; }
+
+static glbk_result glbk__csm_create_layers(glbk_context *ctx, glbk_csm_builder *b)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result;
+    uint32_t i;
+
+    memset(&texture, 0, sizeof texture);
+    texture.format = GLBK_FORMAT_DEPTH32F;
+    texture.width = texture.height = b->tiles * b->desc.map_size;
+    result = glbk_texture_create(ctx, &texture, &b->depth);
+    texture.format = GLBK_FORMAT_R32UI;
+    for (i = 0; i < glbk__csm_layer_count(b) && result == GLBK_OK; i++) {
+        memset(&target, 0, sizeof target);
+        result = glbk_texture_create(ctx, &texture, &b->layers[i]);
+        target.color[0] = &b->layers[i];
+        target.depth = &b->depth;
+        if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &b->layer_targets[i]);
+    }
+    return result;
+}
+
+/* Where open segments and records go: two states to ping-pong between, or a buffer. */
+static glbk_result glbk__csm_create_records(glbk_context *ctx, glbk_csm_builder *b)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result = GLBK_OK;
+    size_t pixels = (size_t)b->desc.map_size * b->desc.map_size;
+    int i, k;
+
+    if (b->compute) return glbk_buffer_create(ctx, 64 * pixels, NULL, &b->storage);
+    memset(&texture, 0, sizeof texture);
+    texture.format = GLBK_FORMAT_RGBA32UI;
+    texture.width = texture.height = b->desc.map_size;
+    for (i = 0; i < 3 && result == GLBK_OK; i++) result = glbk_texture_create(ctx, &texture, &b->records[i]);
+    for (i = 0; i < 2 && result == GLBK_OK; i++) {
+        memset(&target, 0, sizeof target);
+        result = glbk_texture_create(ctx, &texture, &b->opened[i]);
+        target.color[0] = &b->opened[i];
+        for (k = 0; k < 3; k++) target.color[k + 1] = &b->records[k];
+        if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &b->targets[i]);
+    }
+    return result;
+}
+
+/* Every pixel begins anew: all values possible, no view yet. Only the first words of the state are read back later. */
+static void glbk__csm_open_all(glbk_csm_builder *b)
+{
+    size_t pixels = (size_t)b->desc.map_size * b->desc.map_size, i;
+    memset(b->words, 0, 64 * pixels);
+    for (i = 0; i < pixels; i++) {
+        b->words[16 * i] = glbk__csm_top(b) << 8 | 65536u;
+        b->firsts[i] = b->next_view;
+    }
+}
+
+/* State to the GPU, with the cursors at the batch's first view. words: 16 a pixel, of which 4 are the state. */
+static glbk_result glbk__csm_write_state(glbk_context *ctx, glbk_csm_builder *b)
+{
+    size_t pixels = (size_t)b->desc.map_size * b->desc.map_size, i;
+    for (i = 0; i < pixels; i++) b->words[16 * i + 1] = b->words[16 * i + 2] = 0;
+    if (b->compute) return glbk_buffer_update(ctx, &b->storage, 0, 64 * pixels, b->words);
+    for (i = 1; i < pixels; i++) memmove(b->words + 4 * i, b->words + 16 * i, 16);
+    return glbk_texture_update(ctx, &b->opened[b->now], 0, 0, 0, 0, b->desc.map_size, b->desc.map_size, 1, b->words);
+}
+
+/* State and records from the GPU, 16 words a pixel in either path. */
+static glbk_result glbk__csm_read_state(glbk_context *ctx, glbk_csm_builder *b)
+{
+    uint32_t m = b->desc.map_size, k;
+    size_t pixels = (size_t)m * m, i;
+    uint32_t *planes = b->words + 16 * pixels;
+    glbk_result result = GLBK_OK;
+
+    if (b->compute) return glbk_buffer_read(ctx, &b->storage, 0, 64 * pixels, b->words);
+    for (k = 0; k < 4 && result == GLBK_OK; k++) {
+        result = glbk_target_read(ctx, &b->targets[b->now], k, 0, 0, m, m, planes);
+        for (i = 0; i < pixels && result == GLBK_OK; i++) memcpy(b->words + 16 * i + 4 * k, planes + 4 * i, 16);
+    }
+    return result;
+}
+
+static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel, uint32_t record, uint32_t end)
+{
+    glbk_csm_segment *s;
+    if (b->segment_count == b->segment_room) {
+        glbk__allocator memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+        size_t room = 2 * b->segment_room + 65536;
+        s = (glbk_csm_segment *)glbk__alloc_array(&memory, room, sizeof *s);
+        if (!s) return 0;
+        if (b->segment_count) memcpy(s, b->segments, b->segment_count * sizeof *s);
+        glbk__free(&memory, b->segments);
+        b->segments = s;
+        b->segment_room = room;
+    }
+    s = &b->segments[b->segment_count++];
+    s->first = b->firsts[pixel];
+    s->pixel = pixel;
+    s->value = record & 0x1ffffu;
+    b->firsts[pixel] = end;
+    return 1;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *d, glbk_csm_builder *out)
+{
+    glbk__allocator memory;
+    size_t pixels;
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d || d->map_size < 4 || d->map_size > 1024 || (d->depth_bits && (d->depth_bits < 4 || d->depth_bits > 8)) ||
+        !(d->open_thickness >= 0) || !glbk__finite(d->open_thickness) || !d->view_fn || !d->draw_fn ||
+        (d->layers != GLBK_CSM_LAYERS_DEFAULT && d->layers != GLBK_CSM_LAYERS_Z1Z2 && d->layers != GLBK_CSM_LAYERS_Z1Z3_FAR))
+        return GLBK_ERR_ARGUMENT;
+    out->desc = *d;
+    out->compute = ctx->compute;
+    for (out->tiles = 8; out->tiles * d->map_size > GLBK__CSM_ATLAS; out->tiles /= 2) {}
+    out->batch = out->tiles * out->tiles;       /* a power of two: batches end where csm.h's lists begin anew */
+    pixels = (size_t)d->map_size * d->map_size;
+    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    out->words = (uint32_t *)glbk__alloc_array(&memory, pixels, 80);
+    out->firsts = (uint32_t *)glbk__alloc_array(&memory, pixels, 4);
+    result = out->words && out->firsts ? GLBK_OK : GLBK_ERR_ALLOC;
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "csm_peel.frag", "CSM_FIRST=1", &out->first_layer);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "csm_peel.frag", "CSM_FIRST=0", &out->next_layer);
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL, &out->compress);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_peel), NULL, &out->block);
+    if (result == GLBK_OK) result = glbk__csm_create_layers(ctx, out);
+    if (result == GLBK_OK) result = glbk__csm_create_records(ctx, out);
+    if (result == GLBK_OK) glbk__csm_open_all(out);
+    else glbk_csm_builder_destroy(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *b)
+{
+    int i;
+    if (!b) return;
+    glbk_program_destroy(ctx, &b->first_layer);
+    glbk_program_destroy(ctx, &b->next_layer);
+    glbk_program_destroy(ctx, &b->compress);
+    for (i = 0; i < 3; i++) {
+        glbk_target_destroy(ctx, &b->layer_targets[i]);
+        glbk_texture_destroy(ctx, &b->layers[i]);
+        glbk_texture_destroy(ctx, &b->records[i]);
+    }
+    for (i = 0; i < 2; i++) {
+        glbk_target_destroy(ctx, &b->targets[i]);
+        glbk_texture_destroy(ctx, &b->opened[i]);
+    }
+    glbk_texture_destroy(ctx, &b->depth);
+    glbk_buffer_destroy(ctx, &b->block);
+    glbk_buffer_destroy(ctx, &b->storage);
+    if (ctx) {
+        glbk__allocator memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+        glbk__free(&memory, b->words);
+        glbk__free(&memory, b->firsts);
+        glbk__free(&memory, b->segments);
+    }
+    memset(b, 0, sizeof *b);
+}
+
+static void glbk__csm_fill_block(const glbk_csm_builder *b, uint32_t views, glbk_csm_peel *out)
+{
+    float thickness = b->desc.open_thickness > 0 ? b->desc.open_thickness : 8.0f, m = (float)b->desc.map_size;
+    memset(out, 0, sizeof *out);
+    out->values[0] = 2.0f / m;
+    out->values[2] = thickness * (b->desc.positional ? 2.0f : 65536.0f) / m;
+    out->tiles[0] = b->desc.map_size;
+    out->tiles[1] = b->tiles;
+    out->tiles[2] = views;
+    out->how[0] = glbk__csm_top(b);
+    out->how[1] = b->desc.layers == GLBK_CSM_LAYERS_Z1Z3_FAR;
+    out->how[2] = b->desc.positional != 0;
+    out->how[3] = b->desc.self_only != 0;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *b, uint32_t from, uint32_t count)
+{
+    static const float none[4] = { 1073741824.0f, 0, 0, 0 };    /* the bits of 2.0 as a number */
+    glbk_csm_peel block;
+    glbk_pass pass;
+    glbk_csm_view view;
+    glbk_result result = GLBK_OK;
+    uint32_t layer, i, m;
+
+    if (!ctx || !b || !b->block.name || !count || count > b->batch) return GLBK_ERR_ARGUMENT;
+    m = b->desc.map_size;
+    glbk__csm_fill_block(b, count, &block);
+    memset(&pass, 0, sizeof pass);
+    pass.depth = GLBK_DEPTH_LESS;
+    for (layer = 0; layer < glbk__csm_layer_count(b); layer++) {
+        pass.target = &b->layer_targets[layer];
+        for (i = 0; i < count; i++) {
+            b->desc.view_fn(b->desc.user, from + i, &view);
+            memcpy(block.view, view.matrix, sizeof block.view);
+            block.values[1] = view.depth_scale;
+            result = glbk_buffer_update(ctx, &b->block, 0, sizeof block, &block);
+            if (result != GLBK_OK) return result;
+            pass.viewport[0] = (int32_t)(i % b->tiles * m);
+            pass.viewport[1] = (int32_t)(i / b->tiles * m);
+            pass.viewport[2] = pass.viewport[3] = (int32_t)m;
+            result = glbk_begin(ctx, &pass, layer ? &b->next_layer : &b->first_layer);
+            if (result != GLBK_OK) return result;
+            if (!i) {
+                glbk_clear(ctx, pass.target, 0, none);
+                glbk_clear_depth(ctx, 1);
+            }
+            glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block);
+            if (layer) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_layer1, &b->layers[layer - 1]);
+            b->desc.draw_fn(b->desc.user, ctx);
+        }
+    }
+    b->drawn = count;
+    b->drawn_from = from;
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder *b, uint32_t view, uint32_t layer,
+                                             float *depths)
+{
+    uint32_t row[4 * 1024], m, x, y, at;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !b || view < b->drawn_from || view - b->drawn_from >= b->drawn || layer >= glbk__csm_layer_count(b) || !depths)
+        return GLBK_ERR_ARGUMENT;
+    m = b->desc.map_size;
+    at = view - b->drawn_from;
+    for (y = 0; y < m && result == GLBK_OK; y++) {
+        result = glbk_target_read(ctx, &b->layer_targets[layer], 0, at % b->tiles * m, at / b->tiles * m + y, m, 1, row);
+        for (x = 0; x < m; x++) memcpy(depths + (size_t)y * m + x, row + 4 * x, 4);
+    }
+    return result;
+}
+
+/* One run of the shader, which goes on until each pixel is through or has no room for more records. */
+static glbk_result glbk__csm_run_compress(glbk_context *ctx, glbk_csm_builder *b)
+{
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t i, groups = (b->desc.map_size + 7) / 8;
+
+    memset(&pass, 0, sizeof pass);
+    pass.target = &b->targets[!b->now];
+    if (!b->compute) {
+        result = glbk_begin(ctx, &pass, &b->compress);
+        if (result != GLBK_OK) return result;
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_opened, &b->opened[b->now]);
+    }
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block);
+    for (i = 0; i < glbk__csm_layer_count(b); i++)
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_layer0 + i, &b->layers[i]);
+    b->passes++;
+    if (b->compute) {
+        glbk_bind_storage(ctx, GLBK_SLOT_glbk_csm_records, &b->storage);
+        return glbk_dispatch(ctx, &b->compress, groups, groups, 1);
+    }
+    glbk_draw_screen(ctx);
+    b->now = !b->now;
+    return GLBK_OK;
+}
+
+/* Takes the records that a run left. *left: pixels that are not through. */
+static glbk_result glbk__csm_take_records(glbk_context *ctx, glbk_csm_builder *b, size_t *left)
+{
+    uint32_t pixels = b->desc.map_size * b->desc.map_size, p, i;
+    glbk_result result = glbk__csm_read_state(ctx, b);
+
+    *left = 0;
+    for (p = 0; p < pixels && result == GLBK_OK; p++) {
+        const uint32_t *w = b->words + 16 * (size_t)p;
+        for (i = 0; i < w[2] && i < 12; i++)
+            if (!glbk__csm_keep(ctx, b, p, w[4 + i], b->next_view + (w[4 + i] >> 17))) return GLBK_ERR_ALLOC;
+        *left += w[1] < b->drawn;
+    }
+    return result;
+}
+
+/* Lists of csm.h begin anew after 65,536 views: what is open ends there. */
+static glbk_result glbk__csm_end_all(glbk_context *ctx, glbk_csm_builder *b)
+{
+    uint32_t pixels = b->desc.map_size * b->desc.map_size, p;
+    for (p = 0; p < pixels; p++)
+        if (b->firsts[p] != b->next_view && !glbk__csm_keep(ctx, b, p, b->words[16 * (size_t)p] & 0xffffu, b->next_view))
+            return GLBK_ERR_ALLOC;
+    glbk__csm_open_all(b);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *b)
+{
+    glbk_csm_peel block;
+    glbk_result result;
+    size_t left = 1;
+
+    if (!ctx || !b || !b->drawn || b->drawn_from != b->next_view ||
+        b->next_view % GLBK__CSM_CHUNK + b->drawn > GLBK__CSM_CHUNK)
+        return GLBK_ERR_ARGUMENT;
+    glbk__csm_fill_block(b, b->drawn, &block);
+    result = glbk_buffer_update(ctx, &b->block, 0, sizeof block, &block);
+    if (result == GLBK_OK) result = glbk__csm_write_state(ctx, b);
+    while (left && result == GLBK_OK) {
+        result = glbk__csm_run_compress(ctx, b);
+        if (result == GLBK_OK) result = glbk__csm_take_records(ctx, b, &left);
+    }
+    if (result != GLBK_OK) return result;
+    b->next_view += b->drawn;
+    b->drawn = 0;
+    return b->next_view % GLBK__CSM_CHUNK == 0 ? glbk__csm_end_all(ctx, b) : GLBK_OK;
+}
+
+/* A depth of the builder's layers whose 16 bits are d <= 65533. */
+static float glbk__csm_layer_depth(uint32_t d) { return d < 65533 ? ((float)d + 0.5f) / 65533.0f : 1.0f; }
+
+/* Layers whose interval is just the values that the segment may have (lo .. hi on the grid, or one exact depth). */
+static void glbk__csm_show(const glbk_csm_builder *b, uint32_t value, float *z1, float *z2, float *z3)
+{
+    uint32_t top = glbk__csm_top(b), lo = value & 255u, hi = value >> 8 & 255u;
+    int far_layers = b->desc.layers == GLBK_CSM_LAYERS_Z1Z3_FAR;
+
+    *z1 = *z2 = *z3 = GLBK__CSM_NONE;
+    if (value & GLBK__CSM_EXACT) {              /* both layers in one place: an interval of that depth alone */
+        *z1 = *z2 = *z3 = glbk__csm_layer_depth(value & 0xffffu);
+        return;
+    }
+    if (lo == top || (b->desc.self_only && !lo && hi == top)) return;       /* nothing hit */
+    *z1 = *z2 = glbk__csm_layer_depth(lo * 65535u / top);
+    if (hi == top) return;                      /* FAR: no end */
+    *(far_layers ? z3 : z2) = glbk__csm_layer_depth(hi * 65535u / top + 1u);
+}
+
+/* Segments in the order of their first views. */
+static glbk_csm_segment *glbk__csm_by_view(const glbk__allocator *memory, const glbk_csm_builder *b, size_t *ends)
+{
+    glbk_csm_segment *sorted = (glbk_csm_segment *)glbk__alloc_array(memory, b->segment_count, sizeof *sorted);
+    size_t i, sum = 0, n;
+    if (!sorted) return NULL;
+    memset(ends, 0, (size_t)b->next_view * sizeof *ends);
+    for (i = 0; i < b->segment_count; i++) ends[b->segments[i].first]++;
+    for (i = 0; i < b->next_view; i++) {
+        n = ends[i];
+        ends[i] = sum;
+        sum += n;
+    }
+    for (i = 0; i < b->segment_count; i++) sorted[ends[b->segments[i].first]++] = b->segments[i];
+    return sorted;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *b,
+                                             int (*add_fn)(void *user, uint32_t index, const float *z1, const float *z2,
+                                                           const float *z3), void *user)
+{
+    glbk__allocator memory;
+    glbk_csm_segment *sorted = NULL;
+    size_t *ends, at = 0, pixels;
+    float *z;
+    uint32_t view;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !b || !b->next_view || !add_fn) return GLBK_ERR_ARGUMENT;
+    result = glbk__csm_end_all(ctx, b);
+    if (result != GLBK_OK) return result;
+    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    pixels = (size_t)b->desc.map_size * b->desc.map_size;
+    z = (float *)glbk__alloc_array(&memory, 3 * pixels, sizeof *z);
+    ends = (size_t *)glbk__alloc_array(&memory, b->next_view, sizeof *ends);
+    if (z && ends) sorted = glbk__csm_by_view(&memory, b, ends);
+    if (!sorted) result = GLBK_ERR_ALLOC;
+    for (view = 0; view < b->next_view && result == GLBK_OK; view++) {
+        for (; at < ends[view]; at++) {
+            const glbk_csm_segment *s = &sorted[at];
+            glbk__csm_show(b, s->value, z + s->pixel, z + pixels + s->pixel, z + 2 * pixels + s->pixel);
+        }
+        if (add_fn(user, view, z, z + pixels, z + 2 * pixels) != 0) result = GLBK_ERR_ARGUMENT;
+    }
+    glbk__free(&memory, sorted);
+    glbk__free(&memory, ends);
+    glbk__free(&memory, z);
     return result;
 }
 

@@ -1,0 +1,19 @@
+// Depth peeling: the nearest surface behind the layer before. Depths as bits of floats; above 1: none.
+// uses: csm_bindings
+// with: csm_peel.vert
+// sets: CSM_FIRST=1 | CSM_FIRST=0
+#ifndef CSM_FIRST
+#define CSM_FIRST 1
+#endif
+in float csm_depth;
+layout(location = 0) out uint result;
+
+void main()
+{
+    float depth = clamp(csm_depth, 0.0, 1.0);
+#if CSM_FIRST == 0
+    if (depth <= uintBitsToFloat(texelFetch(glbk_csm_layer1, ivec2(gl_FragCoord.xy), 0).x)) discard;
+#endif
+    result = floatBitsToUint(depth);
+    gl_FragDepth = depth;
+}
