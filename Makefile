@@ -124,7 +124,9 @@ $(BUILD)/$(1): $(call objects,$(2)) $(COMMON)
 	$$(call say,LINK,$$@)$$(LINK) $$^ $$(EX_LIBS) $(3) -lm -o $$@
 endef
 $(foreach p,render compare bake,$(eval $(call program,$(p),examples/$(p))))
-$(eval $(call program,viewer,examples/viewer,$(GLFW_LIBS)))
+# The viewer runs render's techniques.
+$(BUILD)/viewer: $(call objects,examples/viewer) $(filter-out %/main.o,$(call objects,examples/render)) $(COMMON)
+	$(call say,LINK,$@)$(LINK) $^ $(EX_LIBS) $(GLFW_LIBS) -lm -o $@
 $(eval $(call program,bench,bench))
 $(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh emitters)
 

@@ -1,0 +1,224 @@
+/* keys.c - what keys and dropped files do, and the panel that shows it. */
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include "viewer.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* ---- walking through lists of names ---- */
+
+static void step_name(const char *const *names, char *text, size_t size, int direction, int may_be_empty)
+{
+    int count = 0, at = -1;
+    for (; names[count]; count++)
+        if (strncmp(text, "builtin:", 8) == 0 && strcmp(text + 8, names[count]) == 0)
+            at = count;
+    if (may_be_empty) {                /* "" stands before the first */
+        at = (at + 1 + direction + count + 1) % (count + 1) - 1;
+        if (at < 0) {
+            text[0] = 0;
+            return;
+        }
+    } else {
+        at = at < 0 ? 0 : (at + direction + count) % count;
+    }
+    snprintf(text, size, "builtin:%s", names[at]);
+}
+
+/* The preview, then every technique that this build has. */
+static void step_technique(vw_show *s, int direction)
+{
+    const rd_technique *const *all = rd_techniques();
+    int count = 0, at = 0;
+    const rd_technique *present[16] = { NULL };
+    for (count = 1; *all && count < 16; all++)
+        if (!(*all)->missing) {
+            if (*all == s->technique)
+                at = count;
+            present[count++] = *all;
+        }
+    s->technique = present[(at + direction + count) % count];
+    s->change_count = 0;               /* another technique has other keys */
+    s->samples = 0;
+    s->new_scene = s->keeps_orbit = 1; /* and perhaps another light where nothing is given */
+}
+
+static void step_samples(vw_show *s, int direction)
+{
+    const rd_technique *t = s->technique;
+    uint32_t n;
+    if (!t || !t->most_samples)
+        return;
+    n = s->samples ? s->samples : t->samples / 16;
+    n = direction > 0 ? (n ? 2 * n : 1) : n / 2;
+    n = n < 1 ? 1 : n;
+    n = n < t->least_samples ? t->least_samples : n;
+    s->samples = n > t->most_samples ? t->most_samples : n;
+    s->new_technique = s->new_view = 1;
+}
+
+static void change_row(viewer *v, int direction)
+{
+    vw_show *s = &v->show;
+    const rd_key *key;
+    switch (v->selected) {
+    case VW_ROW_TECHNIQUE:
+        step_technique(s, direction);
+        return;
+    case VW_ROW_SCENE:
+        step_name(ex_scene_names(), s->scene, sizeof s->scene, direction, 0);
+        s->new_scene = 1;
+        return;
+    case VW_ROW_SKY:
+        step_name(ex_sky_names(), s->sky, sizeof s->sky, direction, 1);
+        s->new_scene = s->keeps_orbit = 1;
+        return;
+    case VW_ROW_SAMPLES:
+        step_samples(s, direction);
+        return;
+    case VW_ROW_EXPOSURE:
+        v->ev += 0.25f * (float)direction;
+        return;
+    default:
+        key = vw_show_key(s, v->selected - VW_ROW_KEYS);
+        if (key)
+            vw_show_change(s, key, direction);
+    }
+}
+
+static int row_count(const viewer *v)
+{
+    int count = 0;
+    while (vw_show_key(&v->show, count))
+        count++;
+    return VW_ROW_KEYS + count;
+}
+
+/* ---- keys ---- */
+
+void vw_key(viewer *v, int key, int is_shifted)
+{
+    int rows;
+    v->is_dirty = 1;
+    v->message[0] = 0;
+    switch (key) {
+    case GLFW_KEY_UP: v->selected--; break;
+    case GLFW_KEY_DOWN: v->selected++; break;
+    case GLFW_KEY_LEFT: change_row(v, -1); break;
+    case GLFW_KEY_RIGHT: change_row(v, 1); break;
+    case GLFW_KEY_T: step_technique(&v->show, is_shifted ? -1 : 1); break;
+    case GLFW_KEY_H: v->has_help = !v->has_help; break;
+    case GLFW_KEY_P: v->has_panel = !v->has_panel; break;
+    case GLFW_KEY_S: v->wants_shot = 1; break;
+    case GLFW_KEY_F: v->wants_pfm = 1; break;
+    case GLFW_KEY_G:
+        v->show.use_gl = !v->show.use_gl;
+        v->show.new_technique = v->show.new_view = 1;
+        break;
+    case GLFW_KEY_R:
+        vw_orbit_from(&v->show.orbit, &v->show.loaded.camera);
+        v->show.new_scene = 1;
+        v->show.keeps_orbit = 0;
+        break;
+    case GLFW_KEY_ESCAPE:
+    case GLFW_KEY_Q: v->wants_end = 1; break;
+    default: break;
+    }
+    rows = row_count(v);
+    v->selected = (v->selected + rows) % rows;
+}
+
+static int ends_in(const char *text, const char *suffix)
+{
+    size_t a = strlen(text), b = strlen(suffix);
+    return a > b && strcmp(text + a - b, suffix) == 0;
+}
+
+void vw_drop(viewer *v, const char *path)
+{
+    vw_show *s = &v->show;
+    v->is_dirty = 1;
+    if (strlen(path) >= sizeof s->scene) {
+        snprintf(v->message, sizeof v->message, "the path is too long");
+    } else if (ends_in(path, ".glb") || ends_in(path, ".gltf")) {
+        strcpy(s->scene, path);
+        s->new_scene = 1;
+    } else if (ends_in(path, ".hdr")) {
+        strcpy(s->sky, path);
+        s->new_scene = s->keeps_orbit = 1;
+    } else {
+        snprintf(v->message, sizeof v->message, "drop a .glb, a .gltf or a .hdr");
+    }
+}
+
+/* ---- the panel ---- */
+
+static const char *short_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+static uint32_t put_help(vw_panel *panel, uint32_t y)
+{
+    static const char *const lines[] = {
+        "left button    turn", "right button   move", "wheel          zoom", "up, down       choose a row",
+        "left, right    change it", "T              next technique (shift: previous)", "G              backend cpu or gl",
+        "S              screenshot", "F              radiance as .pfm", "P              this panel", "H              help",
+        "R              reset the camera", "Q              quit", "drop .glb, .gltf, .hdr files on the window"
+    };
+    for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++)
+        y = vw_panel_text(panel, 8, y, lines[i], 0);
+    return y;
+}
+
+static uint32_t put_rows(viewer *v, uint32_t y)
+{
+    const vw_show *s = &v->show;
+    const rd_technique *t = s->technique;
+    char text[200];
+    const rd_key *key;
+#define ROW(row, ...) (snprintf(text, sizeof text, __VA_ARGS__), \
+                       y = vw_panel_text(&v->panel, 8, y, text, v->selected == (row)))
+    ROW(VW_ROW_TECHNIQUE, "technique  %s%s", t ? t->name : "preview",
+        t && s->use_gl && rd_technique_has_gl(t) ? " on gl" : "");
+    ROW(VW_ROW_SCENE, "scene      %.40s", short_name(s->scene));
+    ROW(VW_ROW_SKY, "sky        %.40s", s->sky[0] ? short_name(s->sky) : "the scene's own light");
+    if (t && t->most_samples && s->args.technique == t)
+        ROW(VW_ROW_SAMPLES, "samples    %u a frame", (unsigned)s->args.samples);
+    else
+        ROW(VW_ROW_SAMPLES, "samples    none");
+    ROW(VW_ROW_EXPOSURE, "exposure   %+.2f", (double)(v->ev + v->ev_automatic));
+    for (int i = 0; (key = vw_show_key(s, i)) != NULL; i++)
+        ROW(VW_ROW_KEYS + i, "%-10s %.30s", key->name, vw_show_value(s, key));
+#undef ROW
+    return y;
+}
+
+void vw_lines(viewer *v)
+{
+    const vw_show *s = &v->show;
+    char text[300];
+    uint32_t y = 8;
+    vw_panel_clear(&v->panel);
+    if (v->has_panel) {
+        y = put_rows(v, y) + 8;
+        if (s->technique && s->frames) {
+            snprintf(text, sizeof text, "build %.0f ms, g-buffer %.0f ms, frame %.0f ms, %u frames", s->open_ms,
+                     s->gbuffer_ms, s->frame_ms, (unsigned)s->frames);
+            y = vw_panel_text(&v->panel, 8, y, text, 0);
+        }
+        if (!v->has_help)
+            y = vw_panel_text(&v->panel, 8, y, "H: help", 0);
+    }
+    if (v->has_help)
+        y = put_help(&v->panel, y + 8);
+    if (vw_show_will_build(s))
+        y = vw_panel_text(&v->panel, 8, y + 8, "building ...", 1);
+    if (s->error[0])
+        y = vw_panel_text(&v->panel, 8, y + 8, s->error, 1);
+    if (v->message[0])
+        vw_panel_text(&v->panel, 8, y + 8, v->message, 0);
+}

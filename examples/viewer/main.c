@@ -1,0 +1,221 @@
+/* main.c - the program `viewer`: scenes under the techniques of `render`, in a window. */
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include "../common/internal.h"
+#include "viewer.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct program {
+    viewer        v;
+    ex_gl        *context;
+    glbk_context  gl;
+    char          log[500];
+    vw_draw      *draw;
+    GLFWwindow   *window;
+    double        x, y, last_move;     /* of the mouse; seconds */
+    int           was_turned;
+} program;
+
+/* ---- what the window tells ---- */
+
+static void on_key(GLFWwindow *window, int key, int code, int action, int mods)
+{
+    program *p = glfwGetWindowUserPointer(window);
+    (void)code;
+    if (action != GLFW_RELEASE)
+        vw_key(&p->v, key, (mods & GLFW_MOD_SHIFT) != 0);
+}
+
+static void turned(program *p)
+{
+    p->v.show.new_view = 1;
+    p->v.is_dirty = p->was_turned = 1;
+    p->last_move = ex_seconds();
+}
+
+static void on_move(GLFWwindow *window, double x, double y)
+{
+    program *p = glfwGetWindowUserPointer(window);
+    float dx = (float)(x - p->x), dy = (float)(y - p->y), height = (float)p->v.show.height;
+    int left = glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+    p->x = x;
+    p->y = y;
+    if (left)
+        vw_orbit_turn(&p->v.show.orbit, 4 * dx / height, 4 * dy / height);
+    else if (glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS)
+        vw_orbit_move(&p->v.show.orbit, dx / height, dy / height);
+    else
+        return;
+    turned(p);
+}
+
+static void on_scroll(GLFWwindow *window, double x, double y)
+{
+    program *p = glfwGetWindowUserPointer(window);
+    (void)x;
+    vw_orbit_zoom(&p->v.show.orbit, (float)y);
+    turned(p);
+}
+
+static void on_drop(GLFWwindow *window, int count, const char **paths)
+{
+    program *p = glfwGetWindowUserPointer(window);
+    for (int i = 0; i < count; i++)
+        vw_drop(&p->v, paths[i]);
+}
+
+static void on_size(GLFWwindow *window, int width, int height)
+{
+    program *p = glfwGetWindowUserPointer(window);
+    if (width < 1 || height < 1)       /* an icon */
+        return;
+    p->v.show.width = (uint32_t)width;
+    p->v.show.height = (uint32_t)height;
+    p->v.show.new_technique = p->v.show.new_view = p->v.is_dirty = 1;
+}
+
+static void on_refresh(GLFWwindow *window) { ((program *)glfwGetWindowUserPointer(window))->v.is_dirty = 1; }
+
+/* ---- frames ---- */
+
+/* While the mouse moves, and where there is no picture yet, the preview is shown. */
+static void draw(program *p)
+{
+    vw_show *s = &p->v.show;
+    int has_picture = s->technique && s->frames && !s->new_view && s->picture.width == s->width &&
+                      s->picture.height == s->height;
+    if (has_picture && s->frames == 1)
+        p->v.ev_automatic = ex_image_auto_ev(&s->picture);
+    if (has_picture)
+        vw_draw_picture(p->draw, s, exp2f(p->v.ev + p->v.ev_automatic));
+    else
+        vw_draw_preview(p->draw, s);
+    if (vw_panel_size(&p->v.panel, s->width, s->height) == 0) {
+        vw_lines(&p->v);
+        vw_draw_panel(p->draw, &p->v.panel);
+    }
+}
+
+static void shoot(program *p)
+{
+    vw_show *s = &p->v.show;
+    char name[64], error[EX_ERROR_SIZE] = "out of memory";
+    unsigned char *rgb;
+    int result = -1;
+    p->v.shots++;
+    snprintf(name, sizeof name, "viewer-%03d.%s", p->v.shots, p->v.wants_pfm ? "pfm" : "png");
+    if (p->v.wants_pfm) {
+        if (s->frames)
+            result = ex_image_write(&s->picture, name, 0, error);
+        else
+            snprintf(error, sizeof error, "there is no picture of a technique yet");
+    } else {
+        rgb = vw_draw_read(p->draw, s->width, s->height);
+        if (rgb)
+            result = ex_png_write(name, s->width, s->height, rgb, error);
+        free(rgb);
+    }
+    if (result == 0)
+        snprintf(p->v.message, sizeof p->v.message, "%s, %u frames", name, (unsigned)s->frames);
+    else
+        snprintf(p->v.message, sizeof p->v.message, "%s", error);
+    printf("%s\n", p->v.message);
+    fflush(stdout);
+    p->v.wants_shot = p->v.wants_pfm = 0;
+    p->v.is_dirty = 1;
+}
+
+static void run(program *p)
+{
+    viewer *v = &p->v;
+    while (!glfwWindowShouldClose(p->window) && !v->wants_end) {
+        int moves, worked = 0;
+        glfwPollEvents();
+        moves = p->was_turned && ex_seconds() - p->last_move < 0.2;
+        if (moves || vw_show_will_build(&v->show)) {   /* the user sees what is coming before it takes its time */
+            draw(p);
+            glfwSwapBuffers(p->window);
+        }
+        if (!moves)
+            worked = vw_show_step(&v->show);
+        if (worked || v->is_dirty || v->wants_shot || v->wants_pfm) {
+            v->is_dirty = 0;
+            draw(p);
+            if (v->wants_shot || v->wants_pfm)
+                shoot(p);
+            glfwSwapBuffers(p->window);
+        } else if (!moves) {
+            glfwWaitEventsTimeout(0.1);
+        }
+    }
+}
+
+/* ---- start and end ---- */
+
+static int start(program *p, char *error)
+{
+    ex_gl_options options = { EX_GL_HEADLESS, 0, 0, 0, 0, 960, 600, 0, 0, "Dapple" };
+    glbk_desc desc;
+    int width, height;
+    p->context = ex_gl_create_window(&options, error);
+    if (!p->context)
+        return -1;
+    p->window = ex_gl_window(p->context);
+    memset(&desc, 0, sizeof desc);
+    desc.get_proc = ex_gl_get_proc;
+    desc.user = p->context;
+    desc.log = p->log;
+    desc.log_size = sizeof p->log;
+    if (glbk_init(&p->gl, &desc) != GLBK_OK) {
+        snprintf(error, EX_ERROR_SIZE, "OpenGL: %.200s", p->log);
+        return -1;
+    }
+    p->draw = vw_draw_create(&p->gl, error);
+    if (!p->draw)
+        return -1;
+    p->v.show.gl = &p->gl;
+    glfwSetWindowUserPointer(p->window, p);
+    glfwSetKeyCallback(p->window, on_key);
+    glfwSetCursorPosCallback(p->window, on_move);
+    glfwSetScrollCallback(p->window, on_scroll);
+    glfwSetDropCallback(p->window, on_drop);
+    glfwSetFramebufferSizeCallback(p->window, on_size);
+    glfwSetWindowRefreshCallback(p->window, on_refresh);
+    glfwSwapInterval(1);
+    glfwGetCursorPos(p->window, &p->x, &p->y);
+    glfwGetFramebufferSize(p->window, &width, &height);
+    on_size(p->window, width, height);
+    return 0;
+}
+
+int main(int count, char **values)
+{
+    static program p;
+    const char *scene = count > 1 ? values[1] : "builtin:knot";
+    char error[EX_ERROR_SIZE] = "";
+    int status = 1;
+    if (count > 2 || strcmp(scene, "--help") == 0 || strlen(scene) >= sizeof p.v.show.scene) {
+        printf("usage: viewer [FILE.glb | FILE.gltf | builtin:NAME]      H in the window lists the keys\n");
+        return count == 2 && strcmp(scene, "--help") == 0 ? 0 : 2;
+    }
+    strcpy(p.v.show.scene, scene);
+    p.v.show.new_scene = 1;
+    p.v.has_panel = 1;
+    if (start(&p, error) == 0) {
+        run(&p);
+        status = 0;
+    } else {
+        fprintf(stderr, "viewer: %s\n", error);
+    }
+    vw_show_free(&p.v.show);           /* techniques may hold GL objects */
+    vw_draw_free(p.draw);
+    glbk_destroy(&p.gl);
+    ex_gl_free(p.context);
+    free(p.v.panel.rgba);
+    return status;
+}
