@@ -26,7 +26,8 @@ static const char mesh_fragment[] =
     "layout(location = 0) out vec4 result;\n"
     "void main()\n"
     "{\n"
-    "    float light = 0.35 + 0.4 * abs(dot(normalize(seen_normal), vec3(0.48, 0.8, 0.36)));\n"
+    "    vec3 n = normalize(gl_FrontFacing ? seen_normal : -seen_normal);\n"
+    "    float light = 0.1 + 0.6 * max(dot(n, vec3(0.48, 0.8, 0.36)), 0.0) + 0.15 * max(-n.x, 0.0);\n"
     "    result = vec4(pow(seen_color * light, vec3(1.0 / 2.2)), 1.0);\n"
     "}\n";
 

@@ -27,6 +27,16 @@ static void step_name(const char *const *names, char *text, size_t size, int dir
     snprintf(text, size, "builtin:%s", names[at]);
 }
 
+/* Finer maps than these are no pleasure to wait for; the panel raises them. */
+static void start_coarse(vw_show *s)
+{
+    static const char *const start[][2] = { { "csm", "side=64" }, { "csm", "m=64" }, { "csm", "order=hilbert" } };
+    s->change_count = 0;               /* another technique has other keys */
+    for (size_t i = 0; s->technique && i < sizeof start / sizeof start[0]; i++)
+        if (strcmp(start[i][0], s->technique->name) == 0)
+            strcpy(s->changes[s->change_count++], start[i][1]);
+}
+
 /* The preview, then every technique that this build has. */
 static void step_technique(vw_show *s, int direction)
 {
@@ -40,7 +50,7 @@ static void step_technique(vw_show *s, int direction)
             present[count++] = *all;
         }
     s->technique = present[(at + direction + count) % count];
-    s->change_count = 0;               /* another technique has other keys */
+    start_coarse(s);
     s->samples = 0;
     s->new_scene = s->keeps_orbit = 1; /* and perhaps another light where nothing is given */
 }
@@ -118,9 +128,8 @@ void vw_key(viewer *v, int key, int is_shifted)
         v->show.new_technique = v->show.new_view = 1;
         break;
     case GLFW_KEY_R:
-        vw_orbit_from(&v->show.orbit, &v->show.loaded.camera);
-        v->show.new_scene = 1;
-        v->show.keeps_orbit = 0;
+        v->show.orbit = v->show.home;
+        v->show.new_view = 1;
         break;
     case GLFW_KEY_ESCAPE:
     case GLFW_KEY_Q: v->wants_end = 1; break;

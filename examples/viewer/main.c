@@ -107,8 +107,7 @@ static void shoot(program *p)
     char name[64], error[EX_ERROR_SIZE] = "out of memory";
     unsigned char *rgb;
     int result = -1;
-    p->v.shots++;
-    snprintf(name, sizeof name, "viewer-%03d.%s", p->v.shots, p->v.wants_pfm ? "pfm" : "png");
+    snprintf(name, sizeof name, "viewer-%03d.%s", p->v.shots + 1, p->v.wants_pfm ? "pfm" : "png");
     if (p->v.wants_pfm) {
         if (s->frames)
             result = ex_image_write(&s->picture, name, 0, error);
@@ -120,6 +119,7 @@ static void shoot(program *p)
             result = ex_png_write(name, s->width, s->height, rgb, error);
         free(rgb);
     }
+    p->v.shots += result == 0;
     if (result == 0)
         snprintf(p->v.message, sizeof p->v.message, "%s, %u frames", name, (unsigned)s->frames);
     else
@@ -157,11 +157,10 @@ static void run(program *p)
 
 /* ---- start and end ---- */
 
-static int start(program *p, char *error)
+static int start(program *p, int width, int height, char *error)
 {
-    ex_gl_options options = { EX_GL_HEADLESS, 0, 0, 0, 0, 960, 600, 0, 0, "Dapple" };
+    ex_gl_options options = { EX_GL_HEADLESS, 0, 0, 0, 0, width, height, 0, 0, "Dapple" };
     glbk_desc desc;
-    int width, height;
     p->context = ex_gl_create_window(&options, error);
     if (!p->context)
         return -1;
@@ -196,17 +195,21 @@ static int start(program *p, char *error)
 int main(int count, char **values)
 {
     static program p;
-    const char *scene = count > 1 ? values[1] : "builtin:knot";
+    const char *scene = "builtin:knot";
     char error[EX_ERROR_SIZE] = "";
-    int status = 1;
-    if (count > 2 || strcmp(scene, "--help") == 0 || strlen(scene) >= sizeof p.v.show.scene) {
-        printf("usage: viewer [FILE.glb | FILE.gltf | builtin:NAME]      H in the window lists the keys\n");
+    int status = 1, width = 960, height = 600, at = 1;
+    if (count > 2 && strcmp(values[1], "--size") == 0 && sscanf(values[2], "%dx%d", &width, &height) == 2)
+        at = 3;
+    if (at < count)
+        scene = values[at++];
+    if (at < count || scene[0] == '-' || strlen(scene) >= sizeof p.v.show.scene || width < 16 || height < 16) {
+        puts("usage: viewer [--size WxH] [FILE.glb | FILE.gltf | builtin:NAME]      H in the window lists the keys");
         return count == 2 && strcmp(scene, "--help") == 0 ? 0 : 2;
     }
     strcpy(p.v.show.scene, scene);
     p.v.show.new_scene = 1;
     p.v.has_panel = 1;
-    if (start(&p, error) == 0) {
+    if (start(&p, width, height, error) == 0) {
         run(&p);
         status = 0;
     } else {

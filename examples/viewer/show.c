@@ -94,8 +94,10 @@ static int load(vw_show *s)
     s->emitters = emitters;
     s->job = job;
     s->loads++;
+    s->home_camera = s->loaded.camera;
+    vw_orbit_from(&s->home, &s->home_camera);
     if (!s->keeps_orbit)
-        vw_orbit_from(&s->orbit, &s->loaded.camera);
+        s->orbit = s->home;
     s->keeps_orbit = 0;
     s->new_technique = s->new_view = 1;
     return 0;
@@ -126,7 +128,9 @@ static int open_technique(vw_show *s)
 static int look(vw_show *s)
 {
     double start = ex_seconds();
-    vw_orbit_to(&s->orbit, &s->loaded.camera);
+    s->loaded.camera = s->home_camera;
+    if (memcmp(&s->orbit, &s->home, sizeof s->orbit) != 0)
+        vw_orbit_to(&s->orbit, &s->loaded.camera);
     s->frames = 0;
     if (!s->technique)
         return 0;

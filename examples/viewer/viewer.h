@@ -41,6 +41,8 @@ typedef struct vw_show {
     /* What is there. */
     rd_args             args;
     ex_scene            loaded;
+    vw_orbit            home;                          /* the scene's own camera, which home_camera has exactly */
+    ex_camera           home_camera;
     unsigned            loads;                         /* counts scenes, so that draw.c knows of a new one */
     rd_emitter         *emitters;
     ex_gbuffer          gbuffer;

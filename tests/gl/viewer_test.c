@@ -1,0 +1,201 @@
+/* The program viewer under Xvfb: keys are pressed from outside (xdotool), screenshots are compared with one another and
+   with what render writes for the same scene, technique and seeds. */
+#define _POSIX_C_SOURCE 200809L
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "common.h"
+
+static char folder[] = "/tmp/dapple-viewer-XXXXXX";
+
+static const char *build_folder(void)
+{
+    const char *build = getenv("BUILD");
+    return build && *build ? build : "build";
+}
+
+/* The programs that the script needs; with CI=true none may be missing. */
+static void need(void)
+{
+    static const char *const tools[] = { "xvfb-run", "xdotool" };
+    const char *ci = getenv("CI");
+    char text[300];
+    size_t i;
+    for (i = 0; i < 3; i++) {
+        if (i < 2) snprintf(text, sizeof text, "command -v %s >/dev/null 2>&1", tools[i]);
+        else snprintf(text, sizeof text, "test -x %s/viewer -a -x %s/render", build_folder(), build_folder());
+        if (system(text) == 0) continue;
+        printf("skip: %s\n", i < 2 ? tools[i] : "the viewer is not built (no GLFW)");
+        assert_false(ci && strcmp(ci, "true") == 0);
+        skip();
+    }
+}
+
+static void write_script(const char *name, const char *body)
+{
+    char path[256];
+    FILE *f;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    f = fopen(path, "w");
+    assert_non_null(f);
+    assert_true(fputs(body, f) >= 0 && fclose(f) == 0);
+}
+
+/* Runs the script with the viewer's path, in the scratch folder. Each of its commands must succeed. */
+static void run_viewer(const char *arguments, const char *keys)
+{
+    static char body[4000];
+    char command[1200], here[512];
+    int status;
+    snprintf(body, sizeof body,
+             "set -e\n"
+             "cd %s && rm -f viewer-* out\n"
+             "$VIEWER %s > out 2>&1 &\n"
+             "viewer=$!\n"
+             "trap 'kill $viewer 2>/dev/null || true' EXIT\n"
+             "window=$(timeout 60 xdotool search --sync --onlyvisible --name Dapple | head -n 1)\n"
+             "xdotool windowfocus --sync $window\n"
+             "key() { xdotool key \"$@\"; }\n"
+             /* S or F, and until the line about it stands in out */
+             "lines() { wc -l < out; }\n"
+             "shot() { n=$(lines); key $1; i=0; while [ $(lines) = $n ] && [ $i -lt 600 ]; do sleep 0.1; i=$((i+1)); done; }\n"
+             "%s\n"
+             "key q\n"
+             "wait $viewer\n"
+             "trap - EXIT\n",
+             folder, arguments, keys);
+    write_script("script", body);
+    assert_non_null(getcwd(here, sizeof here));
+    snprintf(command, sizeof command,
+             "VIEWER=%s%s%s/viewer timeout 240 xvfb-run -a -s '-screen 0 800x600x24' sh -e %s/script > %s/log 2>&1",
+             build_folder()[0] == '/' ? "" : here, build_folder()[0] == '/' ? "" : "/", build_folder(), folder, folder);
+    status = system(command);
+    if (status != 0) {
+        snprintf(command, sizeof command, "cat %s/log %s/out", folder, folder);
+        (void)(system(command) + 1);
+    }
+    assert_int_equal(status, 0);
+}
+
+static size_t read_file(const char *name, unsigned char *to, size_t room)
+{
+    char path[256];
+    size_t size;
+    FILE *f;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    f = fopen(path, "rb");
+    if (!f) fail_msg("no %s", path);
+    size = fread(to, 1, room, f);
+    fclose(f);
+    return size;
+}
+
+static int same_file(const char *a, const char *b)
+{
+    static unsigned char data[2][1 << 20];
+    size_t n[2];
+    n[0] = read_file(a, data[0], sizeof data[0]);
+    n[1] = read_file(b, data[1], sizeof data[1]);
+    assert_true(n[0] > 500 && n[1] > 500);
+    return n[0] == n[1] && memcmp(data[0], data[1], n[0]) == 0;
+}
+
+static void keys_change_what_is_shown(void **state)
+{
+    (void)state;
+    need();
+    run_viewer("--size 320x240 builtin:knot",
+               "shot s\nkey h\nshot s\nkey h\nshot s\n"                /* 1, 2, 3: help on and off */
+               "key p\nshot s\n"                                       /* 4: without the panel */
+               "xdotool mousemove --window $window 100 100\n"
+               "xdotool mousedown 1 mousemove_relative 40 10 mousemove_relative 40 10 mouseup 1\n"
+               "sleep 1\nshot s\n"                                     /* 5: turned */
+               "key r\nsleep 1\nshot s\n"                              /* 6: as 4 again */
+               "key Down\nkey Right\nsleep 1\nshot s\n");              /* 7: the next scene */
+    assert_false(same_file("viewer-001.png", "viewer-002.png"));
+    assert_false(same_file("viewer-002.png", "viewer-004.png"));
+    assert_false(same_file("viewer-004.png", "viewer-005.png"));
+    assert_true(same_file("viewer-004.png", "viewer-006.png"));
+    assert_false(same_file("viewer-006.png", "viewer-007.png"));
+}
+
+/* Mean of the squared difference over the mean of b, both squared. */
+static double relative_rmse(const char *a, const char *b)
+{
+    char path[256], error[EX_ERROR_SIZE] = "";
+    ex_image x, y;
+    double sum = 0, squares = 0;
+    size_t i, n;
+    snprintf(path, sizeof path, "%s/%s", folder, a);
+    if (ex_image_read_pfm(&x, path, error) != 0) fail_msg("%s", error);
+    snprintf(path, sizeof path, "%s/%s", folder, b);
+    if (ex_image_read_pfm(&y, path, error) != 0) fail_msg("%s", error);
+    assert_int_equal(x.width, y.width);
+    assert_int_equal(x.height, y.height);
+    n = 3 * (size_t)x.width * x.height;
+    for (i = 0; i < n; i++) {
+        double d = (double)x.rgb[i] - (double)y.rgb[i];
+        squares += d * d;
+        sum += (double)y.rgb[i];
+    }
+    ex_image_free(&x);
+    ex_image_free(&y);
+    assert_true(sum > 0);
+    return sqrt(squares / (double)n) / (sum / (double)n);
+}
+
+/* Frame i of the viewer has the samples of frame i of render, so that the means of a static scene agree but for rounding. */
+static void shows_what_render_writes(void **state)
+{
+    char text[4000], command[600];
+    char *line;
+    unsigned frames = 0;
+    (void)state;
+    need();
+    run_viewer("--size 160x120 builtin:uroom", "key t\ni=0\n"
+               "while ! grep -q 'pfm, ' out && [ $i -lt 100 ]; do sleep 0.3; shot f; i=$((i+1)); done\n"
+               "shot s\nkey p\nshot s\n");
+    text[read_file("out", (unsigned char *)text, sizeof text - 1)] = 0;
+    line = strstr(text, "viewer-001.pfm");
+    if (!line || sscanf(line, "viewer-001.pfm, %u frames", &frames) != 1 || frames == 0) fail_msg("out: %s", text);
+    snprintf(command, sizeof command,
+             "%s/render --technique csm --scene builtin:uroom --size 160x120 --samples 16 --frames %u --set side=64 "
+             "--set m=64 --set order=hilbert --out %s/render.pfm",
+             build_folder(), frames, folder);
+    assert_int_equal(system(command), 0);
+    assert_true(relative_rmse("viewer-001.pfm", "render.pfm") < 1e-3);
+    assert_false(same_file("viewer-002.png", "viewer-003.png"));
+}
+
+static int make_folder(void **state)
+{
+    (void)state;
+    return mkdtemp(folder) ? 0 : -1;
+}
+
+static int remove_folder(void **state)
+{
+    char command[200];
+    (void)state;
+    snprintf(command, sizeof command, "rm -rf %s", folder);
+    return system(command);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(keys_change_what_is_shown),
+        cmocka_unit_test(shows_what_render_writes),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
