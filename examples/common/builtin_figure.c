@@ -191,8 +191,8 @@ static void add_sleeve(ex_builder *b, const arm *a, float s)
 {
     v3 middle = v3_scale(v3_add(a->shoulder, a->elbow), 0.5f), fore = v3_scale(v3_add(a->elbow, a->wrist), 0.5f);
     v3 down = v3_unit(v3_sub(a->wrist, a->elbow)), drop = v3_make(0, -0.012f, 0);
-    const station sleeve[] = {{v3_add(a->shoulder, v3_make(-0.10f * s, 0.0f, 0)), 0.055f, 0.070f},
-        {v3_add(a->shoulder, v3_make(-0.03f * s, 0.005f, 0)), 0.066f, 0.072f},
+    const station sleeve[] = {{v3_add(a->shoulder, v3_make(-0.075f * s, -0.03f, 0)), 0.040f, 0.045f},
+        {v3_add(a->shoulder, v3_make(-0.03f * s, -0.006f, 0)), 0.062f, 0.066f},
         {v3_mad(a->shoulder, v3_sub(middle, a->shoulder), 0.35f), 0.060f, 0.064f}, {middle, 0.053f, 0.057f},
         {a->elbow, 0.047f, 0.049f}, {fore, 0.046f, 0.046f},
             {v3_add(v3_mad(a->wrist, down, -0.05f), drop), 0.056f, 0.060f},
@@ -207,13 +207,14 @@ static void add_sleeve(ex_builder *b, const arm *a, float s)
 
 static void add_bodice(ex_builder *b, const pose *p)
 {
+    float lean = p->neck.x - p->chest.x;         /* taken up over the chest: a slanted section would tilt */
     v3 waist = v3_add(v3_scale(v3_add(p->hip, p->chest), 0.5f), v3_make(0, -0.05f, 0));
     const station bodice[] = {{v3_add(p->hip, v3_make(0, 0.0f, 0)), 0.160f, 0.118f}, {waist, 0.120f, 0.098f},
         {v3_mad(waist, v3_sub(p->chest, waist), 0.5f), 0.138f, 0.112f},
             {v3_add(p->chest, v3_make(0, -0.02f, 0.012f)), 0.160f, 0.128f},
-        {v3_add(p->chest, v3_make(0, 0.05f, 0.002f)), 0.168f, 0.112f},
-            {v3_add(p->chest, v3_make(0, 0.105f, -0.01f)), 0.166f, 0.088f},
-        {v3_add(p->chest, v3_make(0, 0.140f, -0.014f)), 0.105f, 0.072f},
+        {v3_add(p->chest, v3_make(0.3f * lean, 0.05f, 0.002f)), 0.168f, 0.112f},
+            {v3_add(p->chest, v3_make(0.7f * lean, 0.105f, -0.01f)), 0.166f, 0.088f},
+        {v3_add(p->chest, v3_make(lean, 0.137f, -0.014f)), 0.098f, 0.068f},
             {v3_add(p->neck, v3_make(0, 0.000f, 0)), 0.064f, 0.064f}};
     add_loft(b, bodice, 8, v3_make(1, 0, 0), 0.006f, 90, 56, EX_WRAP, MATERIAL_DRESS);
     const station collar[] = {{v3_add(p->neck, v3_make(0, -0.035f, -0.002f)), 0.084f, 0.080f},
