@@ -72,6 +72,7 @@ int                        rd_technique_has_gl(const rd_technique *technique);
 int rd_emitters_build(const ex_scene *scene, rd_emitter **out, size_t *count);
 
 extern const rd_technique rd_csm;
+extern const rd_technique rd_envshadow;
 extern const rd_technique rd_rsm;
 extern const rd_technique rd_ism;
 extern const rd_technique rd_reference;

@@ -9,11 +9,10 @@
                                        NULL, NULL, NULL, NULL, NULL, NULL };
 
 NOT_YET(shadowfield, "precomputed shadow fields of moving objects")
-NOT_YET(envshadow, "shadow maps of many lights taken from an environment map")
 
 const rd_technique *const *rd_techniques(void)
 {
-    static const rd_technique *const all[] = { &rd_csm, &shadowfield, &envshadow, &rd_rsm, &rd_ism, &rd_reference, NULL };
+    static const rd_technique *const all[] = { &rd_csm, &shadowfield, &rd_envshadow, &rd_rsm, &rd_ism, &rd_reference, NULL };
     return all;
 }
 

@@ -1,0 +1,426 @@
+/* envshadow.c - the technique "envshadow": the sky as k directional lights, each with a shadow map of its own, rendered
+   anew for every frame by the header's software rasteriser. Suns are further lights. Light that has a place (spots,
+   points, area lights, emissive meshes) is not what it does. */
+#define ENVSHADOW_IMPLEMENTATION
+#include "envshadow.h"
+#include "technique.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What the header has asked for; it asks from one thread only. */
+typedef struct memory_count { size_t now, peak; } memory_count;
+
+typedef struct es_state {
+    memory_count  memory;
+    envsh_lights *sky;           /* NULL: no sky */
+    envsh_light  *lights;        /* of the frame: the sky's, turned, then the suns */
+    uint32_t      sky_count, count;
+    envsh_maps   *maps;
+    envsh_query   query;
+    float        *points, *normals, *geometric, *irradiance;    /* of the pixels that show a surface */
+    double       *sum;           /* jitter=1: of the frames so far */
+    size_t        pixels;
+    float         residual[27];
+    int           has_residual;
+    envsh_stats   stats;
+    envsh_atlas   atlas;
+    double        lights_ms, maps_ms, shade_ms;
+} es_state;
+
+static int failed(const char *what, envsh_result result, char *error)
+{
+    snprintf(error, EX_ERROR_SIZE, "envshadow: %.120s: %s", what, envsh_result_text(result));
+    return -1;
+}
+
+static int refuse(const char *why, char *error)
+{
+    snprintf(error, EX_ERROR_SIZE, "envshadow: %.200s", why);
+    return -1;
+}
+
+enum { MEMORY_HEAD = 16 };       /* holds the size and keeps the alignment of malloc */
+
+static void *counted_alloc(size_t size, void *user)
+{
+    memory_count *memory = user;
+    char *block = size <= SIZE_MAX - MEMORY_HEAD ? malloc(size + MEMORY_HEAD) : NULL;
+    if (!block)
+        return NULL;
+    memcpy(block, &size, sizeof size);
+    memory->now += size;
+    if (memory->peak < memory->now)
+        memory->peak = memory->now;
+    return block + MEMORY_HEAD;
+}
+
+static void counted_free(void *pointer, void *user)
+{
+    memory_count *memory = user;
+    char *block = (char *)pointer - MEMORY_HEAD;
+    size_t size;
+    memcpy(&size, block, sizeof size);
+    memory->now -= size;
+    free(block);
+}
+
+/* ---- lights ---- */
+
+static const char method_words[] = "structured|median|variance|cdf", filter_words[] = "auto|plain|smooth|pcf|penumbra";
+
+/* Place of a word in a list: 0, 1, ... */
+static int place_of(const char *words, const char *word)
+{
+    int place = 0;
+    for (size_t length = strlen(word); *words; place++) {
+        size_t next = strcspn(words, "|");
+        if (next == length && memcmp(words, word, length) == 0)
+            break;
+        words += next + (words[next] == '|');
+    }
+    return place;
+}
+
+static int check_lights(const rd_job *job, char *error)
+{
+    for (uint32_t i = 0; i < job->scene->light_count; i++)
+        if (job->scene->lights[i].kind != EX_LIGHT_SUN)
+            return refuse("treats skies and suns; spots, points and area lights have a place", error);
+    if (job->emitter_count && rd_setting_is(job->settings, "emitters", "refuse"))
+        return refuse("emissive meshes are not treated (--set emitters=leave_out shades without them)", error);
+    if (!job->scene->sky.width && !job->scene->light_count)
+        return refuse("no sky and no sun", error);
+    return 0;
+}
+
+/* About +Y by the right-hand rule, as ex_sky has it. */
+static void make_rotation(float angle, float m[16])
+{
+    memset(m, 0, 16 * sizeof *m);
+    m[0] = m[10] = cosf(angle);
+    m[8] = sinf(angle);
+    m[2] = -m[8];
+    m[5] = m[15] = 1;
+}
+
+static void add_suns(es_state *s, const ex_scene *scene)
+{
+    s->count = s->sky_count;
+    for (uint32_t i = 0; i < scene->light_count; i++) {
+        envsh_light *light = &s->lights[s->count++];
+        memset(light, 0, sizeof *light);
+        memcpy(light->direction, scene->lights[i].direction, sizeof light->direction);
+        memcpy(light->irradiance, scene->lights[i].value, sizeof light->irradiance);
+        light->flags = ENVSH_LIGHT_SUN;
+        light->id = UINT32_MAX - 1 - i;
+    }
+}
+
+static int build_lights(es_state *s, const rd_job *job, char *error)
+{
+    const ex_sky *sky = &job->scene->sky;
+    envsh_map map = { ENVSH_MAP_LATLONG, sky->width, sky->height, sky->rgb, 0 };
+    envsh_desc desc;
+    envsh_result result;
+    memset(&desc, 0, sizeof desc);
+    desc.light_count = (uint32_t)rd_setting_integer(job->settings, "lights");
+    desc.method = (envsh_method)(ENVSH_METHOD_STRUCTURED +
+                                 place_of(method_words, rd_setting_text(job->settings, "method")));
+    desc.split_sun = rd_setting_integer(job->settings, "sun");
+    desc.hemisphere = rd_setting_integer(job->settings, "hemisphere");
+    desc.allocator.alloc_fn = counted_alloc;
+    desc.allocator.free_fn = counted_free;
+    desc.allocator.user = &s->memory;
+    if (sky->width) {
+        double start = ex_seconds();
+        result = envsh_lights_build(&desc, &map, &s->sky, &s->stats);
+        if (result != ENVSH_OK)
+            return failed("lights", result, error);
+        envsh_lights_get(s->sky, &s->sky_count);
+        s->lights_ms = 1000 * (ex_seconds() - start);
+        if (rd_setting_integer(job->settings, "residual")) {
+            result = envsh_lights_residual_sh(s->sky, &map, s->residual);
+            if (result != ENVSH_OK)
+                return failed("residual", result, error);
+            s->has_residual = 1;
+        }
+    }
+    s->lights = calloc((size_t)s->sky_count + job->scene->light_count + 1, sizeof *s->lights);
+    return s->lights ? 0 : refuse("out of memory", error);
+}
+
+static int take_lights(es_state *s, const rd_job *job, char *error)
+{
+    float rotation[16];
+    envsh_result result = ENVSH_OK;
+    if (s->sky && rd_setting_integer(job->settings, "jitter"))
+        result = envsh_lights_jitter(s->sky, job->seed, 0, s->lights);
+    else if (s->sky_count)
+        memcpy(s->lights, envsh_lights_get(s->sky, NULL), s->sky_count * sizeof *s->lights);
+    make_rotation(job->scene->sky.rotation, rotation);
+    if (result == ENVSH_OK)
+        result = envsh_rotate(s->lights, s->sky_count, rotation);
+    add_suns(s, job->scene);
+    return result == ENVSH_OK ? 0 : failed("lights", result, error);
+}
+
+/* ---- what casts shadows ---- */
+
+static envsh_mesh mesh_of(const ex_mesh *mesh)
+{
+    envsh_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count };
+    return m;
+}
+
+static envsh_bounds scene_bounds(const ex_scene *scene)
+{
+    envsh_bounds all = envsh_bounds_of(NULL, 0, NULL);
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        envsh_mesh mesh = mesh_of(&scene->meshes[scene->objects[i].mesh]);
+        envsh_bounds one;
+        if (scene->objects[i].receiver_only)
+            continue;
+        one = envsh_bounds_of(&mesh, 1, scene->objects[i].transform);
+        for (int k = 0; k < 3; k++) {
+            all.low[k] = fminf(all.low[k], one.low[k]);
+            all.high[k] = fmaxf(all.high[k], one.high[k]);
+        }
+    }
+    return all;
+}
+
+typedef struct draw_context { const ex_scene *scene; double ms; } draw_context;
+
+static envsh_result draw_scene(void *user, envsh_maps *maps)
+{
+    draw_context *context = user;
+    const ex_scene *scene = context->scene;
+    double start = ex_seconds();
+    envsh_result result = ENVSH_OK;
+    for (uint32_t i = 0; i < scene->object_count && result == ENVSH_OK; i++) {
+        envsh_mesh mesh = mesh_of(&scene->meshes[scene->objects[i].mesh]);
+        if (!scene->objects[i].receiver_only)
+            result = envsh_maps_draw(maps, &mesh, scene->objects[i].transform);
+    }
+    context->ms += 1000 * (ex_seconds() - start);
+    return result;
+}
+
+/* A ground that only receives has no map; under it nothing is lit from above, as its normals say. */
+
+/* ---- shading ---- */
+
+static void gather(es_state *s, const ex_gbuffer *g)
+{
+    s->query.count = 0;
+    for (size_t i = 0; i < s->pixels; i++) {
+        const ex_pixel *p = &g->pixels[i];
+        size_t at = 3 * s->query.count;
+        if (p->object == UINT32_MAX)
+            continue;
+        memcpy(s->points + at, p->position, sizeof p->position);
+        memcpy(s->normals + at, p->normal, sizeof p->normal);
+        memcpy(s->geometric + at, p->geometric, sizeof p->geometric);
+        s->query.count++;
+    }
+}
+
+/* What the lights leave out of the unshadowed light, dimmed as the lights' light is. */
+static void add_residual(const es_state *s, const float *normal, float *e)
+{
+    float open[3] = { 0, 0, 0 }, rest[3], n[3], shade[3];
+    for (uint32_t i = 0; i < s->sky_count; i++) {
+        const envsh_light *l = &s->lights[i];
+        float cosine = normal[0] * l->direction[0] + normal[1] * l->direction[1] + normal[2] * l->direction[2];
+        for (int k = 0; k < 3 && cosine > 0; k++)
+            open[k] += cosine * l->irradiance[k];
+    }
+    memcpy(n, normal, sizeof n);
+    envsh_sh_irradiance(s->residual, n, rest);
+    for (int k = 0; k < 3; k++) {
+        shade[k] = open[k] > 0 ? fminf(e[k] / open[k], 1) : 0;
+        e[k] = fmaxf(e[k] + shade[k] * rest[k], 0);
+    }
+}
+
+static void write_pixels(es_state *s, const rd_job *job, ex_image *out)
+{
+    double share = 1.0 / ((double)job->frame + 1);
+    size_t at = 0;
+    for (size_t i = 0; i < s->pixels; i++) {
+        const ex_pixel *p = &job->gbuffer->pixels[i];
+        float *e = s->irradiance + 3 * at;
+        if (p->object == UINT32_MAX)
+            continue;
+        if (s->has_residual)
+            add_residual(s, s->normals + 3 * at, e);
+        for (size_t k = 0; k < 3; k++) {
+            double radiance = (double)(fminf(p->albedo[k], 1) * e[k]) * 0.318309886;
+            if (s->sum)
+                radiance = (s->sum[3 * i + k] += radiance) * share;
+            out->rgb[3 * i + k] = (float)radiance;
+        }
+        at++;
+    }
+}
+
+static int frame_envshadow(void *opaque, const rd_job *job, ex_image *out, char *error)
+{
+    es_state *s = opaque;
+    draw_context context = { job->scene, 0 };
+    double start;
+    envsh_result result;
+    if (take_lights(s, job, error) != 0)
+        return -1;
+    gather(s, job->gbuffer);
+    s->query.seed = job->seed;
+    start = ex_seconds();
+    result = envsh_illuminate(s->maps, s->lights, s->count, scene_bounds(job->scene), draw_scene, &context, &s->query,
+                              s->irradiance);
+    if (result != ENVSH_OK)
+        return failed("shading", result, error);
+    s->maps_ms = context.ms;
+    s->shade_ms = 1000 * (ex_seconds() - start) - context.ms;
+    write_pixels(s, job, out);
+    return 0;
+}
+
+/* ---- opening ---- */
+
+static void read_query(es_state *s, const rd_job *job)
+{
+    int filter = place_of(filter_words, rd_setting_text(job->settings, "filter"));
+    s->query = envsh_query_default();
+    s->query.taps = job->samples;
+    s->query.filter = filter ? (envsh_filter)(ENVSH_FILTER_PLAIN + filter - 1)
+                             : job->samples > 1 ? ENVSH_FILTER_PENUMBRA : ENVSH_FILTER_PLAIN;
+    if (!rd_setting_is(job->settings, "radius", "auto"))
+        s->query.radius = (float)rd_setting_number(job->settings, "radius");
+    else
+        s->query.radius = s->query.filter == ENVSH_FILTER_PENUMBRA ? s->query.radius : 2;
+    s->query.bias = (float)rd_setting_number(job->settings, "bias");
+    s->query.points = s->points;
+    s->query.normals = s->normals;
+    s->query.geometric = s->geometric;
+}
+
+static int allocate_pixels(es_state *s, const rd_job *job, char *error)
+{
+    s->pixels = (size_t)job->gbuffer->width * job->gbuffer->height;
+    s->points = malloc(12 * (s->pixels + 1) * sizeof *s->points);
+    if (!s->points)
+        return refuse("out of memory", error);
+    s->normals = s->points + 3 * s->pixels;
+    s->geometric = s->normals + 3 * s->pixels;
+    s->irradiance = s->geometric + 3 * s->pixels;
+    if (rd_setting_integer(job->settings, "jitter") && !job->scene->animated) {
+        s->sum = calloc(3 * s->pixels + 1, sizeof *s->sum);
+        if (!s->sum)
+            return refuse("out of memory", error);
+    }
+    return 0;
+}
+
+static int create_maps(es_state *s, const rd_job *job, char *error)
+{
+    envsh_maps_desc desc;
+    envsh_result result;
+    uint32_t all = s->sky_count + job->scene->light_count;
+    uint32_t cluster = (uint32_t)rd_setting_integer(job->settings, "cluster");
+    memset(&desc, 0, sizeof desc);
+    desc.map_size = (uint32_t)rd_setting_integer(job->settings, "m");
+    desc.rgba = rd_setting_integer(job->settings, "rgba");
+    desc.allocator.alloc_fn = counted_alloc;
+    desc.allocator.free_fn = counted_free;
+    desc.allocator.user = &s->memory;
+    desc.parallel_for = ex_pool_run;
+    desc.parallel_user = job->pool;
+    result = envsh_maps_create(&desc, cluster && cluster < all ? cluster : all, &s->maps);
+    if (result != ENVSH_OK)
+        return failed("atlas", result, error);
+    envsh_maps_atlas(s->maps, &s->atlas);
+    return 0;
+}
+
+static void close_envshadow(void *opaque)
+{
+    es_state *s = opaque;
+    if (!s)
+        return;
+    envsh_maps_free(s->maps);
+    envsh_lights_free(s->sky);
+    free(s->lights);
+    free(s->points);
+    free(s->sum);
+    free(s);
+}
+
+static int open_envshadow(void **out, const rd_job *job, char *error)
+{
+    es_state *s;
+    if (check_lights(job, error) != 0)
+        return -1;
+    if (rd_setting_is(job->settings, "materials", "full"))
+        return refuse("materials=full is not treated", error);
+    s = calloc(1, sizeof *s);
+    if (!s)
+        return refuse("out of memory", error);
+    if (allocate_pixels(s, job, error) == 0 && build_lights(s, job, error) == 0 && create_maps(s, job, error) == 0) {
+        read_query(s, job);
+        *out = s;
+        return 0;
+    }
+    close_envshadow(s);
+    return -1;
+}
+
+/* Nothing is kept of the geometry. */
+static int update_envshadow(void *opaque, const rd_job *job, char *error)
+{
+    (void)opaque;
+    return check_lights(job, error);
+}
+
+static void report_envshadow(const void *opaque, rd_report *report)
+{
+    const es_state *s = opaque;
+    static const char *const filters[] = { "plain", "smooth", "pcf", "penumbra" };
+    report->memory_bytes = s->memory.now;
+    report->peak_bytes = s->memory.peak;
+    rd_json_integer(report->json, "lights", s->count);
+    rd_json_integer(report->json, "m", s->atlas.map_size);
+    rd_json_integer(report->json, "cluster", s->atlas.capacity);
+    rd_json_text(report->json, "filter", filters[s->query.filter]);
+    rd_json_integer(report->json, "atlas_width", s->atlas.width);
+    rd_json_integer(report->json, "atlas_height", s->atlas.height);
+    rd_json_integer(report->json, "atlas_pages", s->atlas.pages);
+    rd_json_integer(report->json, "bad_texels", s->stats.bad_texels);
+    rd_json_number(report->json, "lights_ms", s->lights_ms);
+    rd_json_number(report->json, "shadow_ms", s->maps_ms);
+    rd_json_number(report->json, "light_ms", s->shade_ms);
+}
+
+static const rd_key keys[] = {
+    { "lights", RD_INTEGER, NULL, 1, 8192, "256", "directional lights that the sky becomes" },
+    { "method", RD_WORD, method_words, 0, 0, "variance", "how: structured importance sampling, cuts, inversion" },
+    { "m", RD_INTEGER, NULL, 16, 4096, "256", "texels a side of a shadow map" },
+    { "filter", RD_WORD, filter_words, 0, 0, "auto", "of a map; auto: plain with --samples 1, else penumbra" },
+    { "radius", RD_NUMBER, "auto", 0, 64, "auto", "texels: of smooth and pcf (2), at most of penumbra (12)" },
+    { "bias", RD_NUMBER, NULL, 0, 100, "1", "along the geometric normal at grazing light, in texels" },
+    { "cluster", RD_INTEGER, NULL, 0, 8192, "0", "lights a pass, the paper's algorithm 2; 0: all at once" },
+    { "rgba", RD_WORD, "0|1", 0, 0, "0", "four maps share a texel's channels" },
+    { "sun", RD_WORD, "0|1", 0, 0, "0", "a small bright spot becomes a light of its own" },
+    { "hemisphere", RD_WORD, "0|1", 0, 0, "0", "only the upper half of the sky" },
+    { "residual", RD_WORD, "0|1", 0, 0, "0", "adds what the lights leave out, in spherical harmonics" },
+    { "jitter", RD_WORD, "0|1", 0, 0, "0", "directions move inside their strata; --frames are averaged" },
+    { "emitters", RD_WORD, "refuse|leave_out", 0, 0, "refuse", "what to do about emissive meshes" },
+    { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
+};
+
+const rd_technique rd_envshadow = {
+    "envshadow", "shadow maps of many lights taken from an environment map", NULL,
+    16, 1, ENVSH_MAX_TAPS, 0, 0, keys, open_envshadow, update_envshadow, frame_envshadow, report_envshadow,
+    close_envshadow
+};
