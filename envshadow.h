@@ -1278,19 +1278,21 @@ static envsh_result envsh__check_map(const envsh_map *map, size_t *texels)
     return ENVSH_OK;
 }
 
-/* A texel's radiance, made fit for sums: 1 where a channel had to be replaced. */
-static int envsh__fetch(const envsh_map *map, size_t texel, float *rgb)
+/* A texel's radiance, made fit for sums: 1 where a channel had to be replaced. As integers, negative values, NaN and
+   what is above 1e30 are all greater than 1e30; -0 is greater too, but not bad. */
+static inline int envsh__fetch(const envsh_map *map, size_t texel, float *rgb)
 {
-    const float *p = (const float *)(const void *)((const char *)map->rgb +
-                     texel * (map->texel_stride ? map->texel_stride : 12));
+    const char *p = (const char *)map->rgb + texel * (map->texel_stride ? map->texel_stride : 12);
+    uint32_t bits[3];
     int c, bad = 0;
-    for (c = 0; c < 3; c++) {
-        rgb[c] = p[c];
-        if (!(envsh__to_bits(p[c]) <= 0x7149f2cau)) {            /* 1e30; negative values have the top bit */
-            bad |= (envsh__to_bits(p[c]) & 0x7fffffffu) != 0;
+    memcpy(rgb, p, 3 * sizeof *rgb);
+    memcpy(bits, p, sizeof bits);
+    if (bits[0] <= 0x7149f2cau && bits[1] <= 0x7149f2cau && bits[2] <= 0x7149f2cau) return 0;
+    for (c = 0; c < 3; c++)
+        if (bits[c] > 0x7149f2cau) {
+            bad |= (bits[c] & 0x7fffffffu) != 0;
             rgb[c] = 0.0f;
         }
-    }
     return bad;
 }
 
@@ -1313,10 +1315,10 @@ typedef struct envsh__grid {
     float    *memory;
 } envsh__grid;
 
-static size_t envsh__map_texel(const envsh__grid *g, size_t t)
+/* Texel of the map for column x of the row that begins at texel `row`. */
+static size_t envsh__map_texel(const envsh__grid *g, size_t row, uint32_t x)
 {
-    size_t row = t / g->width, x = t % g->width + g->roll;
-    return row * g->width + (x < g->width ? x : x - g->width);
+    return row + (x < g->width - g->roll ? x + g->roll : x + g->roll - g->width);
 }
 
 static void envsh__fill_directions(envsh__grid *g)
@@ -1380,7 +1382,7 @@ static void envsh__fill_weights(envsh__grid *g, int hemisphere)
                 g->omega[t] = (float)omega;
                 g->lum[t] = 0.0f;
                 if (!(omega > 0.0)) continue;
-                g->bad += (uint64_t)envsh__fetch(&g->map, envsh__map_texel(g, t), rgb);
+                g->bad += (uint64_t)envsh__fetch(&g->map, envsh__map_texel(g, t - x, x), rgb);
                 g->lum[t] = envsh__luminance(rgb);
                 row += (double)g->lum[t] * omega;
             }
@@ -1450,7 +1452,7 @@ static void envsh__neighbours(const envsh__grid *g, uint32_t t, uint32_t *out)
    Hochbaum and Shmoys' farthest-first traversal. A texel belongs to the nearest sample of the innermost region that
    got samples of its own. */
 #define ENVSH__LAYERS 6u
-#define ENVSH__BLOCK 16u
+#define ENVSH__BLOCK 8u
 #define ENVSH__FROZEN 0x80u
 #define ENVSH__SAMPLE 0x40u
 
@@ -1503,37 +1505,30 @@ static void envsh__make_blocks(envsh__structured *s)
     }
 }
 
-/* After its cosines changed: which candidate is worst off, and which samples are too far to matter. */
-static void envsh__scan_block(const envsh__structured *s, envsh__block *k)
+/* The sample against every texel of the block; then which candidate is worst off, and which samples are too far to
+   change anything. A texel that is a sample itself has best = 2. */
+static void envsh__update_block(const envsh__structured *s, envsh__block *k, uint32_t id)
 {
     const envsh__grid *g = s->g;
-    uint32_t x, y;
-    float farthest = 2.0f, reach;
+    uint32_t at = s->sample[id], x, y;
+    float cx = g->dx[at], cy = g->dy[at], cz = g->dz[at], farthest = 2.0f, reach;
     k->worst = 2.0f;
     for (y = k->y0; y < k->y1; y++) {
-        size_t row = ((size_t)k->face * g->height + y) * g->width;
-        for (x = k->x0; x < k->x1; x++) {
-            size_t t = row + x;
-            if (s->owner[t] != s->region || s->layer[t] & ENVSH__FROZEN || s->best[t] >= farthest) continue;
-            farthest = s->best[t];
-            if (g->lum[t] > 0.0f) {
-                k->worst = s->best[t];
+        size_t row = ((size_t)k->face * g->height + y) * g->width, t;
+        for (t = row + k->x0; t < row + k->x1; t++) {
+            float d = cx * g->dx[t] + cy * g->dy[t] + cz * g->dz[t], best = s->best[t];
+            if (s->owner[t] != s->region || s->layer[t] & ENVSH__FROZEN) continue;
+            if (d > best) {
+                s->best[t] = best = d;
+                s->label[t] = id;
+            }
+            if (best < farthest) farthest = best;
+            if (best < k->worst && g->lum[t] > 0.0f) {
+                k->worst = best;
                 k->worst_texel = (uint32_t)t;
             }
         }
     }
-    /* A black texel may be the farthest; then the worst candidate is looked for again without it. */
-    if (k->worst > farthest)
-        for (y = k->y0; y < k->y1; y++) {
-            size_t row = ((size_t)k->face * g->height + y) * g->width;
-            for (x = k->x0; x < k->x1; x++) {
-                size_t t = row + x;
-                if (s->owner[t] != s->region || s->layer[t] & ENVSH__FROZEN || !(g->lum[t] > 0.0f)) continue;
-                if (s->best[t] >= k->worst) continue;
-                k->worst = s->best[t];
-                k->worst_texel = (uint32_t)t;
-            }
-        }
     reach = (farthest > 1.0f ? 0.0f : envsh__acos(farthest)) + k->radius;
     k->skip = farthest > 1.5f ? 2.0f : reach < 3.14f ? envsh__cos(reach) - 1e-5f : -2.0f;
 }
@@ -1541,25 +1536,26 @@ static void envsh__scan_block(const envsh__structured *s, envsh__block *k)
 static void envsh__add_sample(envsh__structured *s, uint32_t id)
 {
     const envsh__grid *g = s->g;
-    uint32_t at = s->sample[id], b, x, y;
-    float cx = g->dx[at], cy = g->dy[at], cz = g->dz[at];
+    uint32_t at = s->sample[id], b;
     for (b = 0; b < s->block_count; b++) {
         envsh__block *k = &s->blocks[b];
-        int changed = 0;
-        if (cx * k->center[0] + cy * k->center[1] + cz * k->center[2] <= k->skip) continue;
-        for (y = k->y0; y < k->y1; y++) {
-            size_t row = ((size_t)k->face * g->height + y) * g->width;
-            for (x = k->x0; x < k->x1; x++) {
-                size_t t = row + x;
-                float d = cx * g->dx[t] + cy * g->dy[t] + cz * g->dz[t];
-                if (d <= s->best[t] || s->owner[t] != s->region || s->layer[t] & ENVSH__FROZEN) continue;
-                s->best[t] = d;
-                s->label[t] = id;
-                changed = 1;
-            }
-        }
-        if (changed) envsh__scan_block(s, k);
+        if (g->dx[at] * k->center[0] + g->dy[at] * k->center[1] + g->dz[at] * k->center[2] > k->skip)
+            envsh__update_block(s, k, id);
     }
+}
+
+/* Samples of brighter layers that crowd together count as one outside their region: is there an earlier one within two
+   degrees? Without this a sun's hundred samples would each have to be tried on the whole sky. */
+static int envsh__has_twin(const envsh__structured *s, uint32_t id)
+{
+    const envsh__grid *g = s->g;
+    uint32_t a = s->sample[id], b, i;
+    for (i = 0; i < id; i++) {
+        b = s->sample[i];
+        if (s->owner[b] != s->region) continue;
+        if (g->dx[a] * g->dx[b] + g->dy[a] * g->dy[b] + g->dz[a] * g->dz[b] > 0.99939f) return 1;
+    }
+    return 0;
 }
 
 /* Farthest-first within the region whose texels are queue[0..size), or all texels for size 0. */
@@ -1576,7 +1572,7 @@ static void envsh__spread(envsh__structured *s, uint32_t size, uint32_t brightes
         if (size) s->blocks[(face * s->blocks_high + y) * s->blocks_wide + t % s->g->width / ENVSH__BLOCK].skip = -2.0f;
     }
     for (i = 0; i < before; i++)
-        if (s->owner[s->sample[i]] == s->region) envsh__add_sample(s, i);
+        if (s->owner[s->sample[i]] == s->region && !envsh__has_twin(s, i)) envsh__add_sample(s, i);
     while (s->count < last) {
         uint32_t at = brightest;
         float worst = 2.0f;
@@ -1585,9 +1581,11 @@ static void envsh__spread(envsh__structured *s, uint32_t size, uint32_t brightes
                 worst = s->blocks[b].worst;
                 at = s->blocks[b].worst_texel;
             }
-        if (worst >= 1.0f && (s->count > before || s->layer[at] & ENVSH__FROZEN)) break;
+        if (worst > 1.5f && (s->count > before || s->layer[at] & ENVSH__FROZEN)) break;
         s->sample[s->count] = at;
         s->layer[at] |= ENVSH__SAMPLE;
+        s->best[at] = 2.0f;
+        s->label[at] = s->count;
         envsh__add_sample(s, s->count++);
     }
     for (i = 0; i < n; i++) s->layer[size ? s->queue[i] : i] |= ENVSH__FROZEN;
@@ -1683,26 +1681,72 @@ static void envsh__run_structured(envsh__structured *s)
     envsh__spread(s, 0, (uint32_t)first, s->wanted - s->count);
 }
 
+/* Averages of factor x factor texels; what is left at the edges makes smaller ones. */
+static int envsh__coarsen(const envsh__grid *g, uint32_t factor, envsh__grid *out, const envsh__allocator *a)
+{
+    uint32_t x, y;
+    size_t t = 0, i;
+    *out = *g;
+    out->width = (g->width + factor - 1) / factor;
+    out->height = (g->height + factor - 1) / factor;
+    out->count = (size_t)out->width * out->height * g->faces;
+    out->memory = (float *)envsh__alloc_array(a, out->count, 5 * sizeof(float));
+    if (!out->memory) return 0;
+    out->lum = out->memory;
+    out->omega = out->lum + out->count;
+    out->dx = out->omega + out->count;
+    out->dy = out->dx + out->count;
+    out->dz = out->dy + out->count;
+    memset(out->memory, 0, 5 * out->count * sizeof(float));
+    for (y = 0; y < g->height * g->faces; y++)
+        for (x = 0; x < g->width; x++, t++) {
+            i = ((size_t)(y / g->height) * out->height + y % g->height / factor) * out->width + x / factor;
+            out->lum[i] += (float)envsh__weight(g, t);
+            out->omega[i] += g->omega[t];
+            out->dx[i] += g->dx[t];
+            out->dy[i] += g->dy[t];
+            out->dz[i] += g->dz[t];
+        }
+    for (i = 0; i < out->count; i++) {
+        envsh__v3 d = envsh__v3_normalize(envsh__v3_make(out->dx[i], out->dy[i], out->dz[i]));
+        if (out->omega[i] > 0.0f) out->lum[i] /= out->omega[i];
+        out->dx[i] = d.x;
+        out->dy[i] = d.y;
+        out->dz[i] = d.z;
+    }
+    return 1;
+}
+
+/* Maps of more than 2^17 texels are structured by averages, whose size is then about half a degree. */
 static envsh_result envsh__structured_build(const envsh__grid *g, uint32_t k, uint32_t *label,
                                             const envsh__allocator *a)
 {
     envsh__structured s;
+    envsh__grid coarse;
     envsh_result result = ENVSH_ERR_ALLOC;
+    uint32_t factor = 1, x, y;
+    size_t t = 0;
+    while (g->count / factor / factor > 131072u) factor++;
     memset(&s, 0, sizeof s);
-    s.g = g;
-    s.label = label;
+    if (!envsh__coarsen(g, factor, &coarse, a)) return result;
+    s.g = &coarse;
     s.wanted = k;
-    s.blocks_wide = (g->width + ENVSH__BLOCK - 1) / ENVSH__BLOCK;
-    s.blocks_high = (g->height + ENVSH__BLOCK - 1) / ENVSH__BLOCK;
-    s.block_count = s.blocks_wide * s.blocks_high * g->faces;
-    s.best = (float *)envsh__alloc_array(a, g->count, sizeof *s.best);
-    s.owner = (uint32_t *)envsh__alloc_array(a, g->count, sizeof *s.owner);
-    s.queue = (uint32_t *)envsh__alloc_array(a, g->count, sizeof *s.queue);
-    s.layer = (uint8_t *)envsh__alloc(a, g->count);
+    s.blocks_wide = (coarse.width + ENVSH__BLOCK - 1) / ENVSH__BLOCK;
+    s.blocks_high = (coarse.height + ENVSH__BLOCK - 1) / ENVSH__BLOCK;
+    s.block_count = s.blocks_wide * s.blocks_high * coarse.faces;
+    s.best = (float *)envsh__alloc_array(a, coarse.count, sizeof *s.best);
+    s.label = (uint32_t *)envsh__alloc_array(a, coarse.count, sizeof *s.label);
+    s.owner = (uint32_t *)envsh__alloc_array(a, coarse.count, sizeof *s.owner);
+    s.queue = (uint32_t *)envsh__alloc_array(a, coarse.count, sizeof *s.queue);
+    s.layer = (uint8_t *)envsh__alloc(a, coarse.count);
     s.sample = (uint32_t *)envsh__alloc_array(a, k, sizeof *s.sample);
     s.blocks = (envsh__block *)envsh__alloc_array(a, s.block_count, sizeof *s.blocks);
-    if (s.best && s.owner && s.queue && s.layer && s.sample && s.blocks) {
+    if (s.best && s.label && s.owner && s.queue && s.layer && s.sample && s.blocks) {
         envsh__run_structured(&s);
+        for (y = 0; y < g->height * g->faces; y++)
+            for (x = 0; x < g->width; x++, t++)
+                label[t] = s.label[((size_t)(y / g->height) * coarse.height + y % g->height / factor) * coarse.width +
+                                   x / factor];
         result = ENVSH_OK;
     }
     envsh__free(a, s.blocks);
@@ -1710,7 +1754,9 @@ static envsh_result envsh__structured_build(const envsh__grid *g, uint32_t k, ui
     envsh__free(a, s.layer);
     envsh__free(a, s.queue);
     envsh__free(a, s.owner);
+    envsh__free(a, s.label);
     envsh__free(a, s.best);
+    envsh__free(a, coarse.memory);
     return result;
 }
 
@@ -1722,7 +1768,7 @@ typedef struct envsh__region {
     uint32_t face, x0, y0, x1, y1;
     uint32_t lights;                /* median cut: how many it is to become */
     uint32_t cut_x, cut_y;          /* variance: where it is best cut; both 0: cannot be */
-    double   gain;
+    double   gain, rank;            /* scatter that the cut takes away; regions of high rank are cut first */
     envsh__moments sum;
 } envsh__region;
 
@@ -1791,7 +1837,9 @@ static void envsh__try_cut(envsh__region *r, const envsh__moments *left, double 
     r->cut_y = y;
 }
 
-/* Viriyothai and Debevec, "Variance minimization light probe sampling", 2009: the cut that leaves the least scatter. */
+/* Viriyothai and Debevec, "Variance minimization light probe sampling", 2009: the cut that leaves the least scatter.
+   Which region is cut next is our own choice: the fourth root of w^3 gain is w (gain / w)^(1/4), the importance of
+   Agarwal et al. with the cut's gain for the solid angle. By gain alone a sun is never cut; docs/envshadow.md. */
 static void envsh__best_cut(const envsh__grid *g, const envsh__moments *table, envsh__region *r)
 {
     double whole, least;
@@ -1809,6 +1857,7 @@ static void envsh__best_cut(const envsh__grid *g, const envsh__moments *table, e
         envsh__moments left = envsh__area(g, table, r, r->x0, r->y0, r->x1, i);
         envsh__try_cut(r, &left, whole, least, 0, i);
     }
+    r->rank = r->cut_x | r->cut_y ? r->gain * r->sum.w * r->sum.w * r->sum.w : -1.0;
 }
 
 static void envsh__cut(envsh__region *a, envsh__region *b)
@@ -1818,7 +1867,6 @@ static void envsh__cut(envsh__region *a, envsh__region *b)
     else a->y1 = b->y0 = a->cut_y;
 }
 
-/* The region whose best cut gains most is cut, until there are k. */
 static uint32_t envsh__run_variance(const envsh__grid *g, const envsh__moments *table, envsh__region *r, uint32_t n,
                                     uint32_t k)
 {
@@ -1827,7 +1875,7 @@ static uint32_t envsh__run_variance(const envsh__grid *g, const envsh__moments *
     while (n < k) {
         uint32_t best = 0;
         for (i = 1; i < n; i++)
-            if (r[i].gain > r[best].gain) best = i;
+            if (r[i].rank > r[best].rank) best = i;
         if (!(r[best].cut_x | r[best].cut_y)) break;
         envsh__cut(&r[best], &r[n]);
         envsh__best_cut(g, table, &r[best]);
@@ -2011,7 +2059,7 @@ typedef struct envsh__sums {        /* over a stratum; w is luminance x solid an
     double rgb[3], omega, w;
     double m[3];                    /* w d */
     double s[6];                    /* w d d^T: xx xy xz yy yz zz */
-    double o[3];                    /* omega d */
+    double o[3];                    /* omega d of dark texels: where a stratum without energy lies */
     double texels;
 } envsh__sums;
 
@@ -2040,9 +2088,10 @@ static void envsh__accumulate(const envsh__grid *g, const uint32_t *label, envsh
 {
     size_t t;
     float rgb[3];
+    uint32_t column = 0;
     int c;
     memset(sums, 0, count * sizeof *sums);
-    for (t = 0; t < g->count; t++) {
+    for (t = 0; t < g->count; t++, column = column + 1 < g->width ? column + 1 : 0) {
         double omega = (double)g->omega[t], w = envsh__weight(g, t), x, y, z;
         envsh__sums *s;
         if (!(omega > 0.0) || label[t] >= count) continue;
@@ -2052,11 +2101,13 @@ static void envsh__accumulate(const envsh__grid *g, const uint32_t *label, envsh
         z = (double)g->dz[t];
         s->omega += omega;
         s->texels += 1.0;
-        s->o[0] += omega * x;
-        s->o[1] += omega * y;
-        s->o[2] += omega * z;
-        if (!(w > 0.0)) continue;
-        envsh__fetch(&g->map, envsh__map_texel(g, t), rgb);
+        if (!(w > 0.0)) {
+            s->o[0] += omega * x;
+            s->o[1] += omega * y;
+            s->o[2] += omega * z;
+            continue;
+        }
+        envsh__fetch(&g->map, envsh__map_texel(g, t - column, column), rgb);
         for (c = 0; c < 3; c++) s->rgb[c] += omega * (double)rgb[c];
         s->w += w;
         s->m[0] += w * x;
@@ -2210,12 +2261,12 @@ static uint32_t envsh__find_sun(const envsh__grid *g, uint32_t k, uint32_t *queu
 
 static void envsh__sort_strata(envsh_lights *l, const envsh__grid *g, const uint32_t *label)
 {
-    uint32_t i;
+    uint32_t i, x = 0;
     size_t t;
     for (i = 0; i <= l->count; i++) l->start[i] = 0;
-    for (t = 0; t < g->count; t++) {
+    for (t = 0; t < g->count; t++, x = x + 1 < g->width ? x + 1 : 0) {
         uint32_t s = g->omega[t] > 0.0f && l->count ? label[t] : ENVSH_NO_LIGHT;
-        l->strata[envsh__map_texel(g, t)] = s;
+        l->strata[envsh__map_texel(g, t - x, x)] = s;
         if (s != ENVSH_NO_LIGHT) l->start[s]++;
     }
     for (i = 0, t = 0; i <= l->count; i++) {
@@ -2768,9 +2819,11 @@ static void envsh__follow_sun(envsh__follow *f, uint32_t k, uint32_t *queue, uin
 static void envsh__run_follow(envsh__follow *f, uint32_t k, uint32_t *queue, uint8_t *seen)
 {
     envsh_lights *l = f->l;
+    uint32_t x = 0;
     size_t t;
     if (!(l->slack > 0.0)) l->slack = envsh__unevenness(f);
-    for (t = 0; t < f->g->count; t++) f->label[t] = l->strata[envsh__map_texel(f->g, t)];
+    for (t = 0; t < f->g->count; t++, x = x + 1 < f->g->width ? x + 1 : 0)
+        f->label[t] = l->strata[envsh__map_texel(f->g, t - x, x)];
     if (l->has_sun) envsh__follow_sun(f, k, queue, seen);
     envsh__resum(f);
     while (envsh__change_count(f, k)) {}

@@ -191,6 +191,7 @@ static envsh_bounds scene_bounds(const ex_scene *scene)
     return all;
 }
 
+/* A ground that only receives is drawn too, since it keeps light from below out, but the maps are not fitted to it. */
 typedef struct draw_context { const ex_scene *scene; double ms; } draw_context;
 
 static envsh_result draw_scene(void *user, envsh_maps *maps)
@@ -201,14 +202,11 @@ static envsh_result draw_scene(void *user, envsh_maps *maps)
     envsh_result result = ENVSH_OK;
     for (uint32_t i = 0; i < scene->object_count && result == ENVSH_OK; i++) {
         envsh_mesh mesh = mesh_of(&scene->meshes[scene->objects[i].mesh]);
-        if (!scene->objects[i].receiver_only)
-            result = envsh_maps_draw(maps, &mesh, scene->objects[i].transform);
+        result = envsh_maps_draw(maps, &mesh, scene->objects[i].transform);
     }
     context->ms += 1000 * (ex_seconds() - start);
     return result;
 }
-
-/* A ground that only receives has no map; under it nothing is lit from above, as its normals say. */
 
 /* ---- shading ---- */
 
