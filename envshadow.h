@@ -1510,7 +1510,7 @@ static void envsh__make_blocks(envsh__structured *s)
 static void envsh__update_block(const envsh__structured *s, envsh__block *k, uint32_t id)
 {
     const envsh__grid *g = s->g;
-    uint32_t at = s->sample[id], x, y;
+    uint32_t at = s->sample[id], y;
     float cx = g->dx[at], cy = g->dy[at], cz = g->dz[at], farthest = 2.0f, reach;
     k->worst = 2.0f;
     for (y = k->y0; y < k->y1; y++) {
