@@ -12,7 +12,7 @@
 
    - Lights are at infinity: no light enters from inside the scene, and all of it sees the same map.
    - k shadow maps see k directions. Too few lights show as separate shadow edges; too small maps as jagged ones, and
-     what is thinner than two texels of a map may leak. docs/envshadow.md has pictures and figures.
+     walls thinner than the filter's radius and four texels may leak. docs/envshadow.md has pictures and figures.
    - No bounced light, no rendering of pictures, no file access, no threads of its own.
 
    Quick start
@@ -2073,7 +2073,7 @@ struct envsh_lights {
     envsh_map    map;               /* its sizes; rgb is not kept */
     uint32_t     roll, count, next_id;
     int          has_sun;           /* light 0 is the sun */
-    double       slack;             /* unevenness when built: follow acts on four times that; 0 = not known yet */
+    double       slack;             /* unevenness when built: follow acts on twice that; 0 = not known yet */
     envsh_light *list;
     envsh__sums *sums;
     size_t       texels;
@@ -2605,7 +2605,7 @@ typedef struct envsh__follow {
     const envsh__grid *g;
     uint32_t *label;                /* by texel of the grid */
     uint32_t *partner;              /* the stratum that i would merge with */
-    double   *cost, *gain;          /* scatter that merging adds; that splitting takes away */
+    double   *cost, *gain;          /* importance that merging adds; that splitting takes away */
     uint8_t  *touched;
     uint32_t  changed, limit;
 } envsh__follow;
@@ -2629,7 +2629,11 @@ static double envsh__main_axis(const envsh__sums *s, envsh__v3 *axis)
     return length;
 }
 
-/* Ward's criterion: what merging two strata adds to the scatter. The sun keeps to itself. */
+/* Energy times the fourth root of the scatter per energy: the importance of envsh__best_cut. */
+static double envsh__rank(double w, double scatter) { return sqrt(sqrt(w * w * w * scatter)); }
+
+/* What cutting each stratum takes away and what merging it with its best partner adds, by Ward's criterion, as
+   importance. The sun keeps to itself. */
 static void envsh__rate(envsh__follow *f)
 {
     const envsh_lights *l = f->l;
@@ -2642,6 +2646,7 @@ static void envsh__rate(envsh__follow *f)
         f->partner[i] = i;
         /* Cutting an even spread in two leaves a quarter of the scatter along the axis. */
         f->gain[i] = a->w > 0.0 && a->texels > 1.5 && i >= first ? 0.75 * envsh__main_axis(a, &axis) : 0.0;
+        f->gain[i] = envsh__rank(a->w, f->gain[i]);
         for (j = first; j < l->count && i >= first; j++) {
             const envsh__sums *b = &l->sums[j];
             double dx, dy, dz, ward;
@@ -2656,7 +2661,7 @@ static void envsh__rate(envsh__follow *f)
                 dx = a->m[0] / a->w - b->m[0] / b->w;
                 dy = a->m[1] / a->w - b->m[1] / b->w;
                 dz = a->m[2] / a->w - b->m[2] / b->w;
-                ward = a->w * b->w / (a->w + b->w) * (dx * dx + dy * dy + dz * dz);
+                ward = envsh__rank(a->w + b->w, a->w * b->w / (a->w + b->w) * (dx * dx + dy * dy + dz * dz));
             }
             if (ward < f->cost[i]) {
                 f->cost[i] = ward;
@@ -2827,7 +2832,7 @@ static void envsh__run_follow(envsh__follow *f, uint32_t k, uint32_t *queue, uin
     if (l->has_sun) envsh__follow_sun(f, k, queue, seen);
     envsh__resum(f);
     while (envsh__change_count(f, k)) {}
-    envsh__rebalance(f, 4.0 * l->slack);
+    envsh__rebalance(f, 2.0 * l->slack);
 }
 
 /* Angles between lights of equal id, by energy. */
@@ -3722,7 +3727,15 @@ typedef struct envsh__lookup {
     const float *disc;              /* taps on the unit disc, x and y */
 } envsh__lookup;
 
-typedef struct envsh__receiver { float x, y, z, gx, gy; } envsh__receiver;   /* texels, depth, and its slope */
+typedef struct envsh__receiver {
+    float x, y, z, gx, gy;          /* texels, depth, and its slope over texels */
+    float texel_depth, limit;       /* depth of one texel; how far the slope may bring a tap towards the light */
+} envsh__receiver;
+
+/* The plane goes on through walls that stand on it, so it is not followed further towards the light than three texels
+   and the radius of a fixed kernel. The penumbra's kernel needs less: what it then takes for a blocker is near, and
+   a near blocker makes it small. */
+static void envsh__set_limit(envsh__receiver *r, float radius) { r->limit = (radius + 3.0f) * r->texel_depth; }
 
 /* Is the texel's centre on the receiver's plane lit? Beyond the tile nothing is in the way. */
 static int envsh__lit(const envsh__lookup *l, const envsh__receiver *r, int32_t x, int32_t y)
@@ -3730,7 +3743,8 @@ static int envsh__lit(const envsh__lookup *l, const envsh__receiver *r, int32_t 
     float stored, z;
     if (x < 0 || y < 0 || x >= l->size || y >= l->size) return 1;
     stored = l->tile[(size_t)y * l->row + (size_t)x * l->step];
-    z = r->z + r->gx * ((float)x + 0.5f - r->x) + r->gy * ((float)y + 0.5f - r->y);
+    z = r->gx * ((float)x + 0.5f - r->x) + r->gy * ((float)y + 0.5f - r->y);
+    z = r->z + (z < -r->limit ? -r->limit : z);
     return stored >= ENVSH__NOTHING || z <= stored;
 }
 
@@ -3765,6 +3779,7 @@ static int envsh__decide(const envsh__lookup *l, const envsh__receiver *r, float
             hi = cell[1] > hi ? cell[1] : hi;
         }
     if (lo >= ENVSH__NOTHING || r->z + slope <= lo) return 1;
+    slope = slope < r->limit ? slope : r->limit;
     return !outside && hi < ENVSH__NOTHING && r->z - slope > hi ? 0 : -1;
 }
 
@@ -3874,6 +3889,8 @@ static void envsh__receive(const envsh_view *v, const envsh_query *q, envsh__v3 
     steep = 1.0f / ((cosine > 0.1f ? cosine : 0.1f) * v->depth_range);
     r->gx = nu * steep * v->texel[0];
     r->gy = nv * steep * v->texel[1];
+    r->texel_depth = texel / v->depth_range;
+    envsh__set_limit(r, q->filter == ENVSH_FILTER_PENUMBRA ? 1.0f : 0.0f);
 }
 
 static float envsh__visibility(const envsh__lookup *l, envsh__v3 p, envsh__v3 n, float cosine, uint32_t index)
@@ -3887,6 +3904,7 @@ static float envsh__visibility(const envsh__lookup *l, envsh__v3 p, envsh__v3 n,
     if (q->filter == ENVSH_FILTER_PLAIN) return (float)envsh__lit(l, &r, envsh__texel(r.x), envsh__texel(r.y));
     if (q->filter != ENVSH_FILTER_PENUMBRA) {
         float reach = q->filter == ENVSH_FILTER_SMOOTH ? q->radius + 1.0f : q->radius;
+        envsh__set_limit(&r, reach);
         known = envsh__decide(l, &r, reach, reach);
         if (known >= 0) return (float)known;
         if (q->filter == ENVSH_FILTER_SMOOTH) return envsh__smooth(l, &r);

@@ -1,5 +1,5 @@
-/* envsh_util.h - what the tests of envshadow.h share: maps, exact light by summing all texels, meshes, an allocator that
-   counts and fails on demand. Include envshadow.h with its implementation before. */
+/* envsh_util.h - what the tests of envshadow.h share: maps, exact light by summing all texels, meshes, an allocator
+   that counts and fails on demand. Include envshadow.h with its implementation before. */
 #ifndef ENVSH_UTIL_H
 #define ENVSH_UTIL_H
 
@@ -89,7 +89,8 @@ UNUSED_OK double lobe(const double *d, double x, double y, double z, double shar
 /* A clear day: a small sun of most of the energy, a bluish dome that brightens to the horizon, brown ground. */
 UNUSED_OK void sunny(const double *d, double *rgb)
 {
-    double sun = 2000 * (lobe(d, 0.5, 0.7, 0.4, 1) > 0.9992), glow = lobe(d, 0.5, 0.7, 0.4, 20), up = d[1] > 0 ? d[1] : 0;
+    double sun = 2000 * (lobe(d, 0.5, 0.7, 0.4, 1) > 0.9992), glow = lobe(d, 0.5, 0.7, 0.4, 20);
+    double up = d[1] > 0 ? d[1] : 0;
     rgb[0] = d[1] < 0 ? 0.18 : 0.25 + 0.2 * (1 - up) + 0.8 * glow + sun;
     rgb[1] = d[1] < 0 ? 0.15 : 0.35 + 0.2 * (1 - up) + 0.6 * glow + 0.9 * sun;
     rgb[2] = d[1] < 0 ? 0.12 : 0.60 + 0.1 * (1 - up) + 0.4 * glow + 0.7 * sun;

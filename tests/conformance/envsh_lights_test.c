@@ -1,0 +1,825 @@
+/* envsh_lights_test - rows T11 to T13 and T15 to T22: weights of texels, energy, seams, bad texels; jitter, follow,
+   residual, export. */
+
+#define ENVSHADOW_IMPLEMENTATION
+#include "envshadow.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+#include "conformance.h"
+#include "unit/envsh_util.h"
+
+static const envsh_method methods[] = { ENVSH_METHOD_STRUCTURED, ENVSH_METHOD_MEDIAN_CUT, ENVSH_METHOD_VARIANCE,
+                                        ENVSH_METHOD_CDF };
+#define METHODS 4
+
+static envsh_lights *build(const envsh_desc *desc, const envsh_map *map, envsh_stats *stats)
+{
+    envsh_lights *l = NULL;
+    assert_int_equal(envsh_lights_build(desc, map, &l, stats), ENVSH_OK);
+    assert_non_null(l);
+    return l;
+}
+
+static void exact_energy(const sky *s, double *rgb)
+{
+    size_t t;
+    int c;
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (t = 0; t < s->texels; t++) {
+        double d[3], omega;
+        sky_texel(s, t, d, &omega);
+        for (c = 0; c < 3; c++) rgb[c] += omega * (double)s->rgb[3 * t + (size_t)c];
+    }
+}
+
+static void light_energy(const envsh_lights *l, double *rgb)
+{
+    uint32_t count, i;
+    const envsh_light *list = envsh_lights_get(l, &count);
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (i = 0; i < count; i++)
+        for (int c = 0; c < 3; c++) rgb[c] += (double)list[i].irradiance[c];
+}
+
+/* ---- T11 to T13 ---- */
+
+static void cap(const double *d, double *rgb)
+{
+    rgb[0] = rgb[1] = rgb[2] = d[1] > cos(PI / 6) ? 1 : 0;
+}
+
+static void latitude_is_weighted(void **state)
+{
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, 96, 48), all = sky_alloc(ENVSH_MAP_LATLONG, 96, 48);
+    double rgb[3], whole[3];
+    (void)state;
+    sky_fill(&s, cap);          /* 30 degrees are 8 rows: the cap ends on a texel's edge */
+    sky_fill(&all, even);
+    for (int m = 0; m < METHODS; m++) {
+        envsh_desc d = desc_of(methods[m], 20);
+        envsh_lights *a = build(&d, &s.map, NULL), *b = build(&d, &all.map, NULL);
+        light_energy(a, rgb);
+        light_energy(b, whole);
+        /* floats of 1e-7 each, summed in double */
+        if (m == 0) CONFORM("T11", "share of a cap of 30 degrees in the lights", 0.0669872981, rgb[0] / whole[0], 1e-6);
+        else assert_float_equal(rgb[0] / whole[0], 0.0669872981, 1e-6);
+        envsh_lights_free(a);
+        envsh_lights_free(b);
+    }
+    sky_free(&s);
+    sky_free(&all);
+}
+
+static double total_omega(envsh_projection p, uint32_t w, uint32_t h, uint32_t faces)
+{
+    double sum = 0;
+    for (uint32_t y = 0; y < h; y++) {              /* by rows: 2e4 terms in one sum would round by 1e-12 themselves */
+        double row = 0;
+        for (uint32_t x = 0; x < w; x++) row += envsh_texel_solid_angle(p, w, h, x, y);
+        sum += row;
+    }
+    return sum * faces;
+}
+
+static void solid_angles_are_exact(void **state)
+{
+    double worst = 0, direct = 0;
+    (void)state;
+    for (uint32_t h = 1; h < 200; h = 2 * h + 1)
+        worst = fmax(worst, fabs(total_omega(ENVSH_MAP_LATLONG, 2 * h, h, 1) - 4 * PI));
+    CONFORM_MAX("T12", "solid angle of a latitude-longitude map, off 4 pi", 1e-12, worst);
+    for (uint32_t y = 0; y < 64; y++)               /* a row by row check: the sum alone would hide a wrong cosine */
+        direct = fmax(direct, fabs(envsh_texel_solid_angle(ENVSH_MAP_LATLONG, 128, 64, 0, y) -
+                                   2 * PI / 128 * (cos(PI * y / 64) - cos(PI * (y + 1) / 64))));
+    CONFORM_MAX("T12", "solid angle of a texel, off difference of cosines", 1e-15, direct);
+    worst = 0;
+    for (uint32_t n = 1; n < 130; n = 2 * n + 1)
+        worst = fmax(worst, fabs(total_omega(ENVSH_MAP_CUBE, n, n, 6) - 4 * PI));
+    CONFORM_MAX("T13", "solid angle of a cube, off 4 pi", 1e-12, worst);
+    CONFORM("T13", "solid angle of a cube's face", 2 * PI / 3, total_omega(ENVSH_MAP_CUBE, 33, 33, 1), 1e-12);
+    /* at side 1023 a corner texel is off the limit 3^-3/2 by 1 / side */
+    CONFORM("T13", "corner texel over centre texel", 0.19245009,
+            envsh_texel_solid_angle(ENVSH_MAP_CUBE, 1023, 1023, 0, 0) /
+            envsh_texel_solid_angle(ENVSH_MAP_CUBE, 1023, 1023, 511, 511), 0.19245009 * 2.1 / 1023);
+}
+
+/* ---- T15 ---- */
+
+static void two_texels(void **state)
+{
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, 2, 1);
+    (void)state;
+    s.rgb[3] = s.rgb[4] = s.rgb[5] = 1;             /* u above a half: z < 0 has none of it */
+    for (int m = 0; m < METHODS; m++) {
+        envsh_desc d = desc_of(methods[m], 4);
+        envsh_lights *l = build(&d, &s.map, NULL);
+        envsh_light one[4];
+        uint32_t count;
+        envsh_lights_get(l, &count);
+        assert_int_equal(count, 1);
+        for (uint32_t frame = 0; frame < 4096; frame++) {
+            assert_int_equal(envsh_lights_jitter(l, frame, 5, one), ENVSH_OK);
+            assert_true(one[0].direction[2] > -1e-6f);
+        }
+        envsh_lights_free(l);
+    }
+    sky_free(&s);
+}
+
+/* The sampler itself at its ends; then a chi-square test of jittered directions. */
+static void inversion_keeps_in_range(void **state)
+{
+    static const float weights[4] = { 0, 1, 3, 0 };
+    double sums[5];
+    envsh__cdf cdf;
+    (void)state;
+    envsh__cdf_build(&cdf, sums, weights, 4, 1);
+    assert_int_equal(envsh__cdf_sample_at(&cdf, 0).index, 1);
+    assert_int_equal(envsh__cdf_sample_at(&cdf, 1 - 1.0f / 16777216).index, 2);
+    assert_int_equal(envsh__cdf_sample_at(&cdf, 0.2499f).index, 1);
+    assert_int_equal(envsh__cdf_sample_at(&cdf, 0.2501f).index, 2);
+}
+
+static void jitter_is_in_proportion(void **state)
+{
+    enum { W = 64, H = 32, DRAWS = 200000 };
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, W, H);
+    envsh_desc d = desc_of(ENVSH_METHOD_MEDIAN_CUT, 1);
+    static uint32_t hits[W * H];
+    uint64_t seed = 11;
+    double total = 0, chi = 0;
+    envsh_lights *l;
+    int cells = 0;
+    (void)state;
+    for (size_t t = 0; t < s.texels; t++)
+        s.rgb[3 * t] = s.rgb[3 * t + 1] = s.rgb[3 * t + 2] = (float)(rnd(&seed) < 0.2 ? 0 : rnd(&seed));
+    l = build(&d, &s.map, NULL);
+    memset(hits, 0, sizeof hits);
+    for (uint32_t i = 0; i < DRAWS; i++) {
+        envsh_light one;
+        double u, v;
+        assert_int_equal(envsh_lights_jitter(l, i % 256, i / 256, &one), ENVSH_OK);
+        u = 0.5 + atan2((double)one.direction[2], (double)one.direction[0]) / (2 * PI);
+        v = acos((double)one.direction[1]) / PI;
+        hits[(size_t)fmin(v * H, H - 1) * W + (size_t)fmin(u * W, W - 1)]++;
+    }
+    for (size_t t = 0; t < s.texels; t++)
+        total += (double)s.rgb[3 * t] * envsh_texel_solid_angle(ENVSH_MAP_LATLONG, W, H, 0, (uint32_t)(t / W));
+    for (size_t t = 0; t < s.texels; t++) {
+        double e = DRAWS / total * (double)s.rgb[3 * t];
+        e *= envsh_texel_solid_angle(ENVSH_MAP_LATLONG, W, H, 0, (uint32_t)(t / W));
+        if (e < 5) {
+            /* rounding of the direction may cross a texel's edge, never further */
+            if (!(e > 0)) assert_true(hits[t] <= 5);
+            continue;
+        }
+        chi += (hits[t] - e) * (hits[t] - e) / e;
+        cells++;
+    }
+    /* p > 0.001: the normal approximation of chi-square, 3.09 sigma */
+    CONFORM_MAX("T15", "chi-square of jittered directions over cells, above its mean in sigma", 3.09,
+                (chi - cells) / sqrt(2.0 * cells));
+    envsh_lights_free(l);
+    sky_free(&s);
+}
+
+/* ---- T16 to T19 ---- */
+
+static void red_ramp(const double *d, double *rgb)
+{
+    rgb[0] = 1 + d[0];
+    rgb[1] = rgb[2] = 0;
+}
+
+static void red_stays_red(void **state)
+{
+    (void)state;
+    for (int m = 0; m < METHODS; m++) {
+        sky s = sky_alloc(ENVSH_MAP_LATLONG, 64, 32);
+        envsh_desc d = desc_of(methods[m], 32);
+        envsh_lights *l;
+        uint32_t count;
+        const envsh_light *list;
+        sky_fill(&s, red_ramp);
+        l = build(&d, &s.map, NULL);
+        list = envsh_lights_get(l, &count);
+        assert_in_range(count, 24, 32);
+        for (uint32_t i = 0; i < count; i++)
+            assert_true(list[i].irradiance[0] > 0 && list[i].irradiance[1] <= 0 && list[i].irradiance[2] <= 0);
+        if (m == 0)
+            CONFORM_MAX("T18", "green and blue in the lights of a red map", 0,
+                        (double)(list[0].irradiance[1] + list[0].irradiance[2]));
+        envsh_lights_free(l);
+        sky_free(&s);
+    }
+}
+
+/* Every texel belongs to one light, and each light has what its texels have. */
+static double strata_error(const sky *s, const envsh_lights *l)
+{
+    uint32_t count;
+    const envsh_light *list = envsh_lights_get(l, &count);
+    size_t texels;
+    const uint32_t *strata = envsh_lights_strata(l, &texels);
+    static double sums[512][4];
+    double worst = 0, total = 0;
+    assert_int_equal(texels, s->texels);
+    memset(sums, 0, sizeof sums);
+    for (size_t t = 0; t < texels; t++) {
+        double d[3], omega;
+        assert_true(strata[t] < count);
+        sky_texel(s, t, d, &omega);
+        for (size_t c = 0; c < 3; c++) sums[strata[t]][c] += omega * (double)s->rgb[3 * t + c];
+        sums[strata[t]][3] += omega;
+        total += omega;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        for (int c = 0; c < 3; c++)
+            worst = fmax(worst, fabs((double)list[i].irradiance[c] - sums[i][c]) / (sums[i][c] + 1e-6));
+        worst = fmax(worst, fabs((double)list[i].solid_angle - sums[i][3]) / sums[i][3]);
+    }
+    assert_float_equal(total, 4 * PI, 1e-9);
+    return worst;
+}
+
+static void energy_is_exact(void **state)
+{
+    static const uint32_t counts[] = { 1, 2, 3, 5, 6, 7, 16, 61, 128, 300 };
+    double worst = 0, apart = 0;
+    (void)state;
+    for (int kind = 0; kind < 4; kind++) {
+        sky s = kind & 1 ? sky_alloc(ENVSH_MAP_CUBE, 24, 24) : sky_alloc(ENVSH_MAP_LATLONG, 90, 45);
+        double expected[3], found[3];
+        sky_fill(&s, kind & 2 ? studio : sunny);
+        exact_energy(&s, expected);
+        for (int m = 0; m < METHODS; m++)
+            for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+                envsh_desc d = desc_of(methods[m], counts[i]);
+                envsh_stats stats;
+                envsh_lights *l;
+                d.split_sun = (int)(i & 1);
+                l = build(&d, &s.map, &stats);
+                light_energy(l, found);
+                assert_in_range(stats.lights, 1, counts[i]);
+                if (!(kind == 0 || m == 3)) assert_true(stats.lights >= counts[i] * 2 / 3);
+                for (int c = 0; c < 3; c++) {
+                    worst = fmax(worst, fabs(found[c] / expected[c] - 1));
+                    worst = fmax(worst, fabs(stats.energy[c] / expected[c] - 1));
+                }
+                apart = fmax(apart, strata_error(&s, l));
+                envsh_lights_free(l);
+            }
+        sky_free(&s);
+    }
+    /* solid angles are kept in floats: 6e-8 each, less in the sum */
+    CONFORM_MAX("T19", "sum of the lights off the integral, relative, any k and method", 1e-6, worst);
+    CONFORM_MAX("T17", "a light off the sum over its texels, relative", 1e-6, apart);
+    {
+        sky s = sky_alloc(ENVSH_MAP_LATLONG, 512, 256);
+        envsh_desc d = desc_of(ENVSH_METHOD_DEFAULT, 128);
+        envsh_lights *l;
+        double found[3];
+        sky_fill(&s, even);
+        l = build(&d, &s.map, NULL);
+        light_energy(l, found);
+        CONFORM("T19", "sum of the lights of a constant map", 4 * PI, found[1], 4 * PI * 1e-6);
+        envsh_lights_free(l);
+        sky_free(&s);
+    }
+}
+
+/* A bright texel before two million dim ones: floats would lose the dim ones. */
+static void sums_are_double(void **state)
+{
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, 2048, 1024);
+    envsh_desc d = desc_of(ENVSH_METHOD_MEDIAN_CUT, 2);
+    envsh_lights *l;
+    double expected[3], found[3];
+    (void)state;
+    for (size_t t = 0; t < 3 * s.texels; t++) s.rgb[t] = 1e-5f;
+    s.rgb[0] = s.rgb[1] = s.rgb[2] = 1e6f;
+    exact_energy(&s, expected);
+    l = build(&d, &s.map, NULL);
+    light_energy(l, found);
+    CONFORM("T16", "energy of a bright texel among two million dim ones", expected[0], found[0], expected[0] * 1e-6);
+    envsh_lights_free(l);
+    sky_free(&s);
+}
+
+/* ---- T20, T21 ---- */
+
+static void one_texel(void **state)
+{
+    (void)state;
+    for (int cube = 0; cube < 2; cube++) {
+        sky s = cube ? sky_alloc(ENVSH_MAP_CUBE, 16, 16) : sky_alloc(ENVSH_MAP_LATLONG, 40, 20);
+        size_t at = cube ? 4 * 256 + 5 * 16 + 3 : 7 * 40 + 13;
+        double d[3], omega, worst = 0;
+        s.rgb[3 * at] = 3;
+        s.rgb[3 * at + 1] = 2;
+        sky_texel(&s, at, d, &omega);
+        for (int m = 0; m < METHODS; m++) {
+            envsh_desc desc = desc_of(methods[m], 50);
+            envsh_lights *l = build(&desc, &s.map, NULL);
+            uint32_t count;
+            const envsh_light *list = envsh_lights_get(l, &count);
+            assert_int_equal(count, 1);
+            assert_float_equal(list[0].irradiance[0], 3 * omega, 3e-7 * omega);
+            assert_float_equal(list[0].irradiance[1], 2 * omega, 3e-7 * omega);
+            for (int c = 0; c < 3; c++) worst = fmax(worst, fabs((double)list[0].direction[c] - d[c]));
+            envsh_lights_free(l);
+        }
+        CONFORM_MAX("T20", cube ? "direction of a cube's only texel, off" : "direction of a map's only texel, off",
+                    3e-7, worst);
+        sky_free(&s);
+    }
+}
+
+/* Ten degrees high, forty wide, round the seam at azimuth 180. */
+static void seam_band(const double *d, double *rgb)
+{
+    double azimuth = atan2(d[2], d[0]);
+    rgb[0] = rgb[1] = rgb[2] = 0.001 + 50 * (fabs(azimuth) > PI - 0.35 && fabs(d[1]) < 0.087);
+}
+
+static void seam_is_no_edge(void **state)
+{
+    double farthest = 0;
+    (void)state;
+    for (int m = 0; m < METHODS; m++) {
+        sky s = sky_alloc(ENVSH_MAP_LATLONG, 72, 36);
+        uint32_t count, bright = 0;
+        envsh_desc d = desc_of(methods[m], 12);
+        envsh_lights *l;
+        const envsh_light *list;
+        sky_fill(&s, seam_band);
+        l = build(&d, &s.map, NULL);
+        list = envsh_lights_get(l, &count);
+        for (uint32_t i = 0; i < count; i++) {
+            if (list[i].irradiance[0] < 0.3f) continue;
+            bright++;
+            farthest = fmax(farthest, PI - fabs(atan2((double)list[i].direction[2], (double)list[i].direction[0])));
+        }
+        assert_in_range(bright, 1, 12);
+        envsh_lights_free(l);
+        sky_free(&s);
+    }
+    CONFORM_MAX("T21", "lights of a band across the seam: radians from its middle", 0.35 + 2 * PI / 144, farthest);
+}
+
+static void rotation_turns_the_lights(void **state)
+{
+    enum { W = 64, H = 32 };
+    double worst = 0;
+    (void)state;
+    for (int m = 0; m < METHODS; m++)
+        for (uint32_t shift = 0; shift < W; shift += 13) {
+            sky a = sky_alloc(ENVSH_MAP_LATLONG, W, H), b = sky_alloc(ENVSH_MAP_LATLONG, W, H);
+            envsh_desc d = desc_of(methods[m], 40);
+            envsh_lights *la, *lb;
+            uint32_t na, nb;
+            const envsh_light *ea, *eb;
+            double angle = 2 * PI * shift / W;
+            sky_fill(&a, sunny);
+            for (size_t t = 0; t < a.texels; t++)
+                memcpy(b.rgb + 3 * (t / W * W + (t % W + shift) % W), a.rgb + 3 * t, 3 * sizeof(float));
+            la = build(&d, &a.map, NULL);
+            lb = build(&d, &b.map, NULL);
+            ea = envsh_lights_get(la, &na);
+            eb = envsh_lights_get(lb, &nb);
+            assert_int_equal(na, nb);
+            for (uint32_t i = 0; i < na; i++) {     /* the same lights in the same order, azimuth + angle */
+                const float *p = ea[i].direction, *q = eb[i].direction;
+                double x = (double)p[0] * cos(angle) - (double)p[2] * sin(angle);
+                double z = (double)p[0] * sin(angle) + (double)p[2] * cos(angle);
+                worst = fmax(worst, fmax(fabs(x - (double)q[0]), fabs(z - (double)q[2])));
+                worst = fmax(worst, fabs((double)p[1] - (double)q[1]));
+                assert_float_equal(ea[i].irradiance[0], eb[i].irradiance[0], 1e-6 * (double)ea[i].irradiance[0]);
+            }
+            envsh_lights_free(la);
+            envsh_lights_free(lb);
+            sky_free(&a);
+            sky_free(&b);
+        }
+    CONFORM_MAX("T21", "a turned map's lights off the turned lights", 5e-7, worst);
+}
+
+/* ---- T22 ---- */
+
+static void bad_texels_are_counted(void **state)
+{
+    uint32_t bits[3] = { 0x7fc00000u, 0x7f800000u, 0xbf800000u };
+    uint64_t counted = 0;
+    (void)state;
+    for (int m = 0; m < METHODS; m++) {
+        sky s = sky_alloc(ENVSH_MAP_LATLONG, 32, 16);
+        envsh_desc d = desc_of(methods[m], 16);
+        envsh_stats stats;
+        envsh_lights *l;
+        double found[3], expected[3];
+        sky_fill(&s, studio);
+        for (size_t i = 0; i < 3; i++) s.rgb[3 * (40 + 7 * i) + i] = 0;
+        s.rgb[3 * 100] = 0;
+        s.rgb[3 * 200 + 1] *= -0.0f;
+        exact_energy(&s, expected);
+        for (size_t i = 0; i < 3; i++) memcpy(s.rgb + 3 * (40 + 7 * i) + i, &bits[i], 4);
+        s.rgb[3 * 100] = 3e38f;
+        l = build(&d, &s.map, &stats);
+        light_energy(l, found);
+        counted = stats.bad_texels;
+        assert_int_equal(stats.bad_texels, 4);
+        for (int c = 0; c < 3; c++) assert_float_equal(found[c] / expected[c], 1, 1e-6);
+        envsh_lights_free(l);
+        sky_free(&s);
+    }
+    CONFORM("T22", "texels with NaN, infinite, negative or huge channels, counted", 4, (double)counted, 0);
+}
+
+/* ---- what the methods are worth ---- */
+
+/* Issue: the best method at 128 lights is no worse than inversion at 256, on a sunny and on a studio map. */
+static void best_method_halves_the_lights(void **state)
+{
+    static receivers r;
+    (void)state;
+    for (int kind = 0; kind < 2; kind++) {
+        sky s = sky_alloc(ENVSH_MAP_LATLONG, 256, 128);
+        double best = 1, inversion;
+        envsh_desc d;
+        envsh_lights *l;
+        const envsh_light *list;
+        uint32_t count;
+        sky_fill(&s, kind ? studio : sunny);
+        receivers_make(&r, &s, 96, 1);
+        for (int m = 0; m < 3; m++) {
+            d = desc_of(methods[m], 128);
+            l = build(&d, &s.map, NULL);
+            list = envsh_lights_get(l, &count);
+            best = fmin(best, receivers_error(&r, list, count, 1));
+            envsh_lights_free(l);
+        }
+        d = desc_of(ENVSH_METHOD_CDF, 256);
+        l = build(&d, &s.map, NULL);
+        list = envsh_lights_get(l, &count);
+        inversion = receivers_error(&r, list, count, 1);
+        envsh_lights_free(l);
+        CONFORM_MAX("irradiance", kind ? "shadowed error of 128 lights over that of inversion with 256, studio map"
+                                       : "shadowed error of 128 lights over that of inversion with 256, sunny map", 1,
+                    best / inversion);
+        sky_free(&s);
+    }
+}
+
+static void jitter_converges(void **state)
+{
+    static receivers r;
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, 128, 64);
+    envsh_desc d = desc_of(ENVSH_METHOD_DEFAULT, 32);
+    static envsh_light all[32 * 64];
+    envsh_lights *l;
+    uint32_t count, frame;
+    double still, moving;
+    (void)state;
+    sky_fill(&s, studio);
+    receivers_make(&r, &s, 96, 1);
+    l = build(&d, &s.map, NULL);
+    still = receivers_error(&r, envsh_lights_get(l, &count), count, 1);
+    for (frame = 0; frame < 64; frame++) {
+        assert_int_equal(envsh_lights_jitter(l, frame, 1, all + frame * count), ENVSH_OK);
+        for (uint32_t i = 0; i < count; i++)
+            for (int c = 0; c < 3; c++) all[frame * count + i].irradiance[c] /= 64;
+    }
+    moving = receivers_error(&r, all, 64 * count, 1);
+    /* 64 frames of a low-discrepancy sequence: a twentieth at 1 / n, an eighth at 1 / sqrt(n) */
+    CONFORM_MAX("irradiance", "shadowed error of 64 jittered frames over one of centres", 0.125, moving / still);
+    envsh_lights_free(l);
+    sky_free(&s);
+}
+
+static void sun_is_split_off(void **state)
+{
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, 256, 128);
+    envsh_desc d = desc_of(ENVSH_METHOD_DEFAULT, 64);
+    const double sun[3] = { 0.5270463, 0.7378648, 0.4216370 };
+    const envsh_light *list;
+    envsh_lights *l;
+    uint32_t count;
+    double cosine = 0;
+    (void)state;
+    d.split_sun = 1;
+    sky_fill(&s, sunny);
+    l = build(&d, &s.map, NULL);
+    list = envsh_lights_get(l, &count);
+    assert_int_equal(count, 64);
+    assert_int_equal(list[0].flags, ENVSH_LIGHT_SUN);
+    for (int c = 0; c < 3; c++) cosine += sun[c] * (double)list[0].direction[c];
+    assert_true(cosine > cos(0.01));                            /* half a texel */
+    assert_true(list[0].solid_angle < 0.01f);
+    for (uint32_t i = 1; i < count; i++) {
+        assert_int_equal(list[i].flags, 0);
+        assert_true(list[i].irradiance[0] < 0.25f * list[0].irradiance[0]);
+    }
+    envsh_lights_free(l);
+    sky_fill(&s, even);                                         /* no sun: nothing to split off */
+    l = build(&d, &s.map, NULL);
+    assert_int_equal(envsh_lights_get(l, &count)->flags, 0);
+    envsh_lights_free(l);
+    sky_free(&s);
+}
+
+/* ---- extents ---- */
+
+static void disc_map(const double *d, double *rgb)
+{
+    rgb[0] = rgb[1] = rgb[2] = d[0] * 0.6 + d[1] * 0.8 > cos(0.2);
+}
+
+static void extents_measure_the_stratum(void **state)
+{
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, 512, 256);
+    envsh_desc d = desc_of(ENVSH_METHOD_MEDIAN_CUT, 1);
+    envsh_lights *l;
+    const envsh_light *list;
+    uint32_t count;
+    (void)state;
+    sky_fill(&s, disc_map);
+    l = build(&d, &s.map, NULL);
+    list = envsh_lights_get(l, &count);
+    assert_int_equal(count, 1);
+    for (int axis = 0; axis < 2; axis++) {
+        const float *a = axis ? list[0].axis_v : list[0].axis_u;
+        double length = sqrt((double)(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]));
+        const float *to = list[0].direction;
+        double along = (double)(a[0] * to[0] + a[1] * to[1] + a[2] * to[2]);
+        assert_float_equal(length, 0.2, 0.003);                 /* texels of 0.012, projection of sin 0.2 */
+        assert_float_equal(along, 0, 1e-6);
+    }
+    envsh_lights_free(l);
+    sky_free(&s);
+}
+
+/* ---- follow, match, rotate ---- */
+
+static double video_time;
+static void video(const double *d, double *rgb)
+{
+    double a = 0.02 * video_time;
+    sunny(d, rgb);
+    rgb[0] += 30 * lobe(d, cos(a), 0.5, sin(a), 60);
+    rgb[1] += 20 * lobe(d, cos(a), 0.5, sin(a), 60);
+}
+
+static void follow_moves_little(void **state)
+{
+    double worst = 0, scratch = 0, energy = 0;
+    uint32_t changed = 0;
+    (void)state;
+    for (int m = 0; m < 3; m++) {
+        sky s = sky_alloc(ENVSH_MAP_LATLONG, 128, 64);
+        envsh_desc d = desc_of(methods[m], 60);
+        envsh_stats stats;
+        envsh_lights *l, *fresh;
+        envsh_light old[60];
+        uint32_t count;
+        const envsh_light *list;
+        double found[3], expected[3];
+        video_time = 0;
+        sky_fill(&s, video);
+        l = build(&d, &s.map, NULL);
+        list = envsh_lights_get(l, &count);
+        memcpy(old, list, count * sizeof *old);
+        assert_int_equal(envsh_lights_follow(l, &s.map, 0, &stats), ENVSH_OK);
+        assert_memory_equal(old, envsh_lights_get(l, &count), count * sizeof *old);      /* a still map: not a bit */
+        assert_true(stats.largest_move <= 0 && stats.changed == 0);
+        for (video_time = 1; video_time < 12; video_time++) {
+            sky_fill(&s, video);
+            list = envsh_lights_get(l, &count);
+            memcpy(old, list, count * sizeof *old);
+            assert_int_equal(envsh_lights_follow(l, &s.map, 0, &stats), ENVSH_OK);
+            worst = fmax(worst, (double)stats.mean_move);
+            light_energy(l, found);
+            exact_energy(&s, expected);
+            for (int c = 0; c < 3; c++) energy = fmax(energy, fabs(found[c] / expected[c] - 1));
+            assert_true(strata_error(&s, l) < 1e-6);
+            if (m == 2) {                                       /* built anew and matched: what following is worth */
+                double sum = 0, weight = 0;
+                const envsh_light *from;
+                envsh_light to[60];
+                uint32_t n;
+                fresh = build(&d, &s.map, NULL);
+                from = envsh_lights_get(fresh, &n);
+                memcpy(to, from, n * sizeof *to);
+                assert_int_equal(envsh_match(old, count, to, n), ENVSH_OK);
+                for (uint32_t i = 0; i < n && i < count; i++) {
+                    double c = 0;
+                    for (int k = 0; k < 3; k++) c += (double)old[i].direction[k] * (double)to[i].direction[k];
+                    sum += acos(fmin(c, 1)) * (double)to[i].irradiance[1];
+                    weight += (double)to[i].irradiance[1];
+                }
+                scratch = fmax(scratch, sum / weight);
+                envsh_lights_free(fresh);
+            }
+        }
+        video_time = 100;                                       /* the lamp jumps: some lights have to begin anew */
+        sky_fill(&s, video);
+        for (int i = 0; i < 6; i++) {
+            assert_int_equal(envsh_lights_follow(l, &s.map, 0, &stats), ENVSH_OK);
+            assert_in_range(stats.changed, 0, 60 / 8);
+            assert_int_equal(stats.lights, count);
+            changed += stats.changed;
+        }
+        assert_true(strata_error(&s, l) < 1e-6);
+        envsh_lights_free(l);
+        sky_free(&s);
+    }
+    CONFORM_MAX("irradiance", "energy of followed lights off the map, relative", 1e-6, energy);
+    /* the lamp itself moves 0.018 a frame and has half of the energy that moves at all */
+    CONFORM_MAX("irradiance", "mean move of followed lights a frame, radians", 0.018, worst);
+    CONFORM_MIN("irradiance", "mean move of lights built anew over followed ones", 1.5, scratch / worst);
+    assert_true(changed > 0);
+}
+
+static void another_count_changes_few(void **state)
+{
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, 128, 64);
+    envsh_desc d = desc_of(ENVSH_METHOD_DEFAULT, 40);
+    static const uint32_t counts[] = { 41, 64, 200, 199, 100, 7, 1, 12 };
+    envsh_lights *l;
+    uint32_t before;
+    (void)state;
+    sky_fill(&s, studio);
+    l = build(&d, &s.map, NULL);
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        envsh_light old[200];
+        uint32_t count, kept = 0;
+        const envsh_light *list = envsh_lights_get(l, &before);
+        memcpy(old, list, before * sizeof *old);
+        assert_int_equal(envsh_lights_follow(l, &s.map, counts[i], NULL), ENVSH_OK);
+        list = envsh_lights_get(l, &count);
+        assert_int_equal(count, counts[i]);
+        assert_true(strata_error(&s, l) < 1e-6);
+        for (uint32_t a = 0; a < count; a++)
+            for (uint32_t b = 0; b < before; b++)
+                kept += list[a].id == old[b].id && memcmp(list[a].direction, old[b].direction, 12) == 0;
+        if (i == 0) assert_true(kept >= 39);        /* one more light: one stratum was cut */
+        if (i == 3) assert_true(kept >= 198);       /* one less: two were joined */
+    }
+    envsh_lights_free(l);
+    sky_free(&s);
+}
+
+static void rotate_turns(void **state)
+{
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, 64, 32);
+    const float quarter[16] = { 0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1 };      /* +X to -Z */
+    envsh_light list[16], turned[16];
+    envsh_desc d = desc_of(ENVSH_METHOD_DEFAULT, 16);
+    envsh_lights *l;
+    uint32_t count;
+    (void)state;
+    sky_fill(&s, sunny);
+    l = build(&d, &s.map, NULL);
+    memcpy(list, envsh_lights_get(l, &count), sizeof list);
+    memcpy(turned, list, sizeof list);
+    assert_int_equal(envsh_rotate(turned, count, quarter), ENVSH_OK);
+    for (uint32_t i = 0; i < count; i++) {
+        assert_float_equal(turned[i].direction[0], list[i].direction[2], 1e-6);
+        assert_float_equal(turned[i].direction[2], -list[i].direction[0], 1e-6);
+        assert_float_equal(turned[i].axis_u[2], -list[i].axis_u[0], 1e-6);
+    }
+    envsh_lights_free(l);
+    sky_free(&s);
+}
+
+/* ---- residual, export ---- */
+
+static void residual_has_no_mean(void **state)
+{
+    double mean = 0, first = 0, with = 0, without = 0;
+    (void)state;
+    for (int cube = 0; cube < 2; cube++) {
+        sky s = cube ? sky_alloc(ENVSH_MAP_CUBE, 32, 32) : sky_alloc(ENVSH_MAP_LATLONG, 128, 64);
+        float *rest = (float *)malloc(3 * s.texels * sizeof *rest), sh[27];
+        envsh_desc desc = desc_of(ENVSH_METHOD_DEFAULT, 24);
+        double sum[3] = { 0, 0, 0 }, d[3], omega, energy[3];
+        envsh_lights *l;
+        const envsh_light *list;
+        uint32_t count;
+        static receivers r;
+        assert_non_null(rest);
+        sky_fill(&s, studio);
+        l = build(&desc, &s.map, NULL);
+        list = envsh_lights_get(l, &count);
+        assert_int_equal(envsh_lights_residual(l, &s.map, rest), ENVSH_OK);
+        exact_energy(&s, energy);
+        for (size_t t = 0; t < s.texels; t++) {
+            sky_texel(&s, t, d, &omega);
+            for (size_t c = 0; c < 3; c++) sum[c] += omega * (double)rest[3 * t + c];
+        }
+        for (int c = 0; c < 3; c++) mean = fmax(mean, fabs(sum[c] / energy[c]));
+        assert_int_equal(envsh_lights_residual_sh(l, &s.map, sh), ENVSH_OK);
+        for (int c = 0; c < 3; c++) first = fmax(first, fabs((double)sh[c]) / energy[c]);
+        receivers_make(&r, &s, 64, 0);
+        for (size_t i = 0; i < r.count; i++) {
+            float n[3], e[3];
+            double lit[3] = { 0, 0, 0 }, exact = r.exact[i];
+            for (int c = 0; c < 3; c++) n[c] = (float)r.n[i][c];
+            envsh_sh_irradiance(sh, n, e);
+            for (uint32_t k = 0; k < count; k++) {
+                double cosine = 0;
+                for (int c = 0; c < 3; c++) cosine += r.n[i][c] * (double)list[k].direction[c];
+                for (int c = 0; c < 3 && cosine > 0; c++) lit[c] += cosine * (double)list[k].irradiance[c];
+            }
+            without += pow(0.2126 * lit[0] + 0.7152 * lit[1] + 0.0722 * lit[2] - exact, 2);
+            for (int c = 0; c < 3; c++) lit[c] += (double)e[c];
+            with += pow(0.2126 * lit[0] + 0.7152 * lit[1] + 0.0722 * lit[2] - exact, 2);
+        }
+        envsh_lights_free(l);
+        free(rest);
+        sky_free(&s);
+    }
+    CONFORM_MAX("irradiance", "mean of the residual map over the map's, any channel", 1e-6, mean);
+    CONFORM_MAX("irradiance", "constant term of the residual's harmonics, relative", 1e-6, first);
+    /* orders 0 to 2 are exact then; single lights have most of their error in orders of 4 and more */
+    CONFORM_MAX("irradiance", "unshadowed error of 24 lights with residual over that without", 0.9,
+                sqrt(with / without));
+}
+
+static void gltf_is_written(void **state)
+{
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, 64, 32);
+    envsh_desc d = desc_of(ENVSH_METHOD_DEFAULT, 3);
+    envsh_lights *l;
+    const envsh_light *list;
+    uint32_t count;
+    char text[4096], cut[64];
+    size_t size;
+    const char *at;
+    (void)state;
+    sky_fill(&s, sunny);
+    l = build(&d, &s.map, NULL);
+    list = envsh_lights_get(l, &count);
+    size = envsh_export_gltf(list, count, NULL, 0);
+    assert_true(size > 500 && size < sizeof text);
+    assert_int_equal(envsh_export_gltf(list, count, text, sizeof text), size);
+    assert_int_equal(strlen(text) + 1, size);
+    memset(cut, 'x', sizeof cut);
+    assert_int_equal(envsh_export_gltf(list, count, cut, 40), size);
+    assert_int_equal(strlen(cut), 39);
+    assert_int_equal(memcmp(cut, text, 39), 0);
+    assert_int_equal(cut[40], 'x');
+    at = text;
+    for (uint32_t i = 0; i < count; i++) {                      /* colour x intensity is the irradiance, to the bit */
+        double color[3], intensity;
+        at = strstr(at, "\"color\":[");
+        assert_non_null(at);
+        assert_int_equal(sscanf(at, "\"color\":[%lf,%lf,%lf],\"intensity\":%lf", &color[0], &color[1], &color[2],
+                                &intensity), 4);
+        for (int c = 0; c < 3; c++)
+            assert_float_equal(color[c] * intensity, list[i].irradiance[c], 2e-7 * intensity);
+        at++;
+    }
+    at = text;
+    for (uint32_t i = 0; i < count; i++) {                      /* +Z turned by the node's rotation is the direction */
+        double q[4];
+        at = strstr(at, "\"rotation\":[");
+        assert_non_null(at);
+        assert_int_equal(sscanf(at, "\"rotation\":[%lf,%lf,%lf,%lf]", &q[0], &q[1], &q[2], &q[3]), 4);
+        assert_float_equal(2 * (q[0] * q[2] + q[3] * q[1]), list[i].direction[0], 1e-6);
+        assert_float_equal(2 * (q[1] * q[2] - q[3] * q[0]), list[i].direction[1], 1e-6);
+        assert_float_equal(1 - 2 * (q[0] * q[0] + q[1] * q[1]), list[i].direction[2], 1e-6);
+        at++;
+    }
+    envsh_lights_free(l);
+    sky_free(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(latitude_is_weighted),
+        cmocka_unit_test(solid_angles_are_exact),
+        cmocka_unit_test(two_texels),
+        cmocka_unit_test(inversion_keeps_in_range),
+        cmocka_unit_test(jitter_is_in_proportion),
+        cmocka_unit_test(red_stays_red),
+        cmocka_unit_test(energy_is_exact),
+        cmocka_unit_test(sums_are_double),
+        cmocka_unit_test(one_texel),
+        cmocka_unit_test(seam_is_no_edge),
+        cmocka_unit_test(rotation_turns_the_lights),
+        cmocka_unit_test(bad_texels_are_counted),
+        cmocka_unit_test(best_method_halves_the_lights),
+        cmocka_unit_test(jitter_converges),
+        cmocka_unit_test(sun_is_split_off),
+        cmocka_unit_test(extents_measure_the_stratum),
+        cmocka_unit_test(follow_moves_little),
+        cmocka_unit_test(another_count_changes_few),
+        cmocka_unit_test(rotate_turns),
+        cmocka_unit_test(residual_has_no_mean),
+        cmocka_unit_test(gltf_is_written),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
