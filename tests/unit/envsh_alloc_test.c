@@ -1,0 +1,215 @@
+/* envsh_alloc_test - every allocation fails once, and from then on: an error code, nothing leaked, outputs untouched; and
+   the peaks that the header's comment states. */
+
+#define ENVSHADOW_IMPLEMENTATION
+#include "envshadow.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+#include "unit/envsh_util.h"
+
+static sky day, black;
+
+static int setup(void **state)
+{
+    (void)state;
+    day = sky_alloc(ENVSH_MAP_LATLONG, 32, 16);
+    black = sky_alloc(ENVSH_MAP_LATLONG, 32, 16);
+    sky_fill(&day, sunny);
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    sky_free(&day);
+    sky_free(&black);
+    return 0;
+}
+
+typedef envsh_result (*act)(ledger *l, int what);
+
+static void fail_everywhere(const char *name, act run, int what)
+{
+    ledger l;
+    size_t calls, i;
+    int on;
+    ledger_allocator(&l);
+    assert_int_equal(run(&l, what), ENVSH_OK);
+    assert_int_equal(l.live, 0);
+    calls = l.calls;
+    assert_true(calls > 0);
+    for (on = 0; on < 2; on++)
+        for (i = 1; i <= calls; i++) {
+            envsh_result r;
+            memset(&l, 0, sizeof l);
+            l.fail_at = i;
+            l.fail_on = on;
+            r = run(&l, what);
+            if (r != ENVSH_ERR_ALLOC) fail_msg("%s: allocation %lu failed: result %d", name, (unsigned long)i, (int)r);
+            if (l.live) fail_msg("%s: allocation %lu failed: %lu left", name, (unsigned long)i, (unsigned long)l.live);
+        }
+}
+
+static envsh_allocator allocator_of(ledger *l)
+{
+    envsh_allocator a;
+    a.alloc_fn = ledger_alloc;
+    a.free_fn = ledger_free;
+    a.user = l;
+    return a;
+}
+
+/* what: method, + 8 with the sun split off */
+static envsh_result act_build(ledger *l, int what)
+{
+    envsh_desc d = desc_of((envsh_method)(what & 7), 12);
+    envsh_lights *lights = NULL;
+    envsh_result r;
+    d.split_sun = what & 8;
+    d.allocator = allocator_of(l);
+    r = envsh_lights_build(&d, &day.map, &lights, NULL);
+    if (r != ENVSH_OK) assert_null(lights);
+    envsh_lights_free(lights);
+    return r;
+}
+
+/* A failed follow leaves the lights as they were. what: the new count, 0 = as before; from 100 on: from a black map */
+static envsh_result act_follow(ledger *l, int what)
+{
+    envsh_desc d = desc_of(ENVSH_METHOD_VARIANCE, 12);
+    envsh_lights *lights = NULL;
+    envsh_light before[12];
+    uint32_t count, again;
+    envsh_result r;
+    size_t fail_at = l->fail_at;
+    d.split_sun = what == 20;
+    d.allocator = allocator_of(l);
+    l->fail_at = 0;
+    if (envsh_lights_build(&d, what >= 100 ? &black.map : &day.map, &lights, NULL) != ENVSH_OK) return ENVSH_ERR_MESH;
+    memcpy(before, envsh_lights_get(lights, &count), 12 * sizeof *before * (what < 100));
+    if (fail_at) l->fail_at = l->calls + fail_at;
+    r = envsh_lights_follow(lights, &day.map, (uint32_t)what % 100, NULL);
+    if (r != ENVSH_OK && count) {
+        assert_memory_equal(before, envsh_lights_get(lights, &again), count * sizeof *before);
+        assert_int_equal(again, count);
+        assert_int_equal(envsh_lights_jitter(lights, 1, 1, before), ENVSH_OK);
+    }
+    envsh_lights_free(lights);
+    return r;
+}
+
+static envsh_result act_maps(ledger *l, int what)
+{
+    envsh_maps_desc d;
+    envsh_maps *m = NULL;
+    envsh_result r;
+    memset(&d, 0, sizeof d);
+    d.map_size = 16;
+    d.rgba = what & 1;
+    d.no_depth = what & 2;
+    d.allocator = allocator_of(l);
+    r = envsh_maps_create(&d, 5, &m);
+    if (r != ENVSH_OK) assert_null(m);
+    envsh_maps_free(m);
+    return r;
+}
+
+static void build_survives(void **state)
+{
+    (void)state;
+    for (int m = 0; m < ENVSH_METHOD_COUNT; m++) fail_everywhere("build", act_build, m);
+    fail_everywhere("build with the sun", act_build, 8 + ENVSH_METHOD_STRUCTURED);
+}
+
+static void follow_survives(void **state)
+{
+    static const int plans[] = { 0, 20, 5, 108 };
+    (void)state;
+    for (int p = 0; p < 4; p++) {
+        ledger l;
+        size_t first, calls;
+        /* how many allocations are follow's own */
+        memset(&l, 0, sizeof l);
+        assert_int_equal(act_follow(&l, plans[p]), ENVSH_OK);
+        assert_int_equal(l.live, 0);
+        calls = l.calls;
+        memset(&l, 0, sizeof l);
+        {
+            envsh_desc d = desc_of(ENVSH_METHOD_VARIANCE, 12);
+            envsh_lights *lights = NULL;
+            d.split_sun = plans[p] == 20;
+            d.allocator = allocator_of(&l);
+            assert_int_equal(envsh_lights_build(&d, plans[p] >= 100 ? &black.map : &day.map, &lights, NULL), ENVSH_OK);
+            envsh_lights_free(lights);
+        }
+        first = l.calls;
+        assert_true(calls > first);
+        for (int on = 0; on < 2; on++)
+            for (size_t i = 1; i <= calls - first; i++) {
+                envsh_result r;
+                memset(&l, 0, sizeof l);
+                l.fail_at = i;
+                l.fail_on = on;
+                r = act_follow(&l, plans[p]);
+                if (r != ENVSH_ERR_ALLOC || l.live)
+                    fail_msg("follow %d: allocation %lu failed: result %d, %lu left", plans[p], (unsigned long)i, (int)r,
+                             (unsigned long)l.live);
+            }
+    }
+}
+
+static void maps_survive(void **state)
+{
+    (void)state;
+    for (int what = 0; what < 4; what++) fail_everywhere("maps", act_maps, what);
+}
+
+/* The formulas of the header's comment. */
+static void peaks_are_as_stated(void **state)
+{
+    (void)state;
+    for (int m = 1; m < ENVSH_METHOD_COUNT; m++) {
+        sky s = sky_alloc(ENVSH_MAP_LATLONG, 256, 128);
+        envsh_desc d = desc_of((envsh_method)m, 64);
+        envsh_lights *lights;
+        envsh_stats stats;
+        ledger l;
+        sky_fill(&s, sunny);
+        d.allocator = ledger_allocator(&l);
+        assert_int_equal(envsh_lights_build(&d, &s.map, &lights, &stats), ENVSH_OK);
+        assert_true(stats.peak_bytes <= l.peak && l.peak < stats.peak_bytes + 1024);
+        assert_true(l.peak <= 88 * s.texels + 1024 * 64);
+        assert_true(l.now <= 16 * s.texels + 512 * 64);
+        envsh_lights_free(lights);
+        assert_int_equal(l.live, 0);
+        assert_int_equal(l.now, 0);
+        sky_free(&s);
+    }
+    {
+        envsh_maps_desc d;
+        envsh_maps *maps;
+        envsh_atlas atlas;
+        ledger l;
+        memset(&d, 0, sizeof d);
+        d.map_size = 64;
+        d.allocator = ledger_allocator(&l);
+        assert_int_equal(envsh_maps_create(&d, 16, &maps), ENVSH_OK);
+        envsh_maps_atlas(maps, &atlas);
+        assert_int_equal(atlas.bytes, l.now);
+        assert_true(l.now <= 4 * 64 * 64 * 16 * 33 / 32 + 16 * sizeof(envsh_view) + 512);
+        envsh_maps_free(maps);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(build_survives),
+        cmocka_unit_test(follow_survives),
+        cmocka_unit_test(maps_survive),
+        cmocka_unit_test(peaks_are_as_stated),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
