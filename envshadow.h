@@ -461,14 +461,13 @@ ENVSH_DEF uint32_t envsh_cluster_size(const envsh_cost *cost, uint32_t light_cou
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
 /* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. gcc also forgets errno for sqrtf, which would keep it from being inlined and vectorised.
-   A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
+   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
    stay within tolerance but not equal to the bit. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(__TINYC__)
 #pragma GCC push_options
-#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-fno-trapping-math")
+#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-trapping-math")
 #elif defined(_MSC_VER)
 #pragma fp_contract(off)
 #endif
@@ -767,6 +766,14 @@ static inline float envsh__copysign(float x, float s)
     return envsh__from_bits((envsh__to_bits(x) & 0x7fffffffu) | (envsh__to_bits(s) & 0x80000000u));
 }
 
+/* a where yes is 1, b where it is 0, both computed: compilers turn a chain of ?: with one condition into a branch, and
+   then do not vectorise the loop round it. */
+static inline float envsh__either(int yes, float a, float b)
+{
+    uint32_t mask = 0u - (uint32_t)yes;
+    return envsh__from_bits((envsh__to_bits(a) & mask) | (envsh__to_bits(b) & ~mask));
+}
+
 /* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
 static inline void envsh__sincos(float x, float *sine, float *cosine)
 {
@@ -807,18 +814,25 @@ static inline float envsh__asin_core(float x, float z)
                         z * 0.04221856856f))));
 }
 
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. */
-static inline float envsh__acos(float x)
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart, since
+   C compilers do not vectorise that one: acos(x) = envsh__acos_rooted(x, sqrtf(envsh__acos_square(x))). */
+static inline float envsh__acos_square(float x)
 {
-    float a = fabsf(x), h, s, p;
-    a = a < 1.0f ? a : 1.0f;
-    h = 0.5f * (1.0f - a);
-    s = sqrtf(h);
-    s = a > 0.5f ? s : a;
-    p = envsh__asin_core(s, a > 0.5f ? h : a * a);
-    p = a > 0.5f ? 2.0f * p : 1.57079633f - p;
-    return x < 0.0f ? 3.14159265f - p : p;
+    float a = fabsf(x);
+    return 0.5f * (1.0f - envsh__either(a < 1.0f, a, 1.0f));
 }
+
+static inline float envsh__acos_rooted(float x, float root)
+{
+    float a = fabsf(x), h = envsh__acos_square(x), p;
+    int big = a > 0.5f;
+    a = envsh__either(a < 1.0f, a, 1.0f);
+    p = envsh__asin_core(envsh__either(big, root, a), envsh__either(big, h, a * a));
+    p = envsh__either(big, 2.0f * p, 1.57079633f - p);
+    return envsh__either(x < 0.0f, 3.14159265f - p, p);
+}
+
+static inline float envsh__acos(float x) { return envsh__acos_rooted(x, sqrtf(envsh__acos_square(x))); }
 
 static inline float envsh__asin(float x)
 {
@@ -834,14 +848,16 @@ static inline float envsh__asin(float x)
 /* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
 static inline float envsh__atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), hi = ax > ay ? ax : ay, lo = ax > ay ? ay : ax, a, t, z, p;
-    a = lo == hi && hi > 0.0f ? 1.0f : lo / (hi > 0.0f ? hi : 1.0f);
-    t = a > 0.414213562f ? (a - 1.0f) / (a + 1.0f) : a;
+    float ax = fabsf(x), ay = fabsf(y), hi = envsh__either(ax > ay, ax, ay), lo = envsh__either(ax > ay, ay, ax), a, t, z, p;
+    int big;
+    a = envsh__either((lo == hi) & (hi > 0.0f), 1.0f, lo / envsh__either(hi > 0.0f, hi, 1.0f));
+    big = a > 0.414213562f;
+    t = envsh__either(big, (a - 1.0f) / (a + 1.0f), a);
     z = t * t;
     p = t + t * z * (-0.3333295525f + z * (0.1997792608f + z * (-0.1387984996f + z * 0.08060308882f)));
-    p = a > 0.414213562f ? p + 0.785398163f : p;
-    p = ay > ax ? 1.57079633f - p : p;
-    p = envsh__to_bits(x) >> 31 ? 3.14159265f - p : p;
+    p = envsh__either(big, p + 0.785398163f, p);
+    p = envsh__either(ay > ax, 1.57079633f - p, p);
+    p = envsh__either((int)(envsh__to_bits(x) >> 31), 3.14159265f - p, p);
     return envsh__copysign(p, y);
 }
 
