@@ -12,7 +12,8 @@ NOT_YET(shadowfield, "precomputed shadow fields of moving objects")
 
 const rd_technique *const *rd_techniques(void)
 {
-    static const rd_technique *const all[] = { &rd_csm, &shadowfield, &rd_envshadow, &rd_rsm, &rd_ism, &rd_reference, NULL };
+    static const rd_technique *const all[] = { &rd_csm, &shadowfield, &rd_envshadow, &rd_rsm, &rd_ism,
+                                               &rd_reference, NULL };
     return all;
 }
 

@@ -64,7 +64,7 @@ static void latitude_is_weighted(void **state)
         light_energy(b, whole);
         /* floats of 1e-7 each, summed in double */
         if (m == 0) CONFORM("T11", "share of a cap of 30 degrees in the lights", 0.0669872981, rgb[0] / whole[0], 1e-6);
-        else assert_float_equal(rgb[0] / whole[0], 0.0669872981, 1e-6);
+        else CLOSE(rgb[0] / whole[0], 0.0669872981, 1e-6);
         envsh_lights_free(a);
         envsh_lights_free(b);
     }
@@ -240,7 +240,7 @@ static double strata_error(const sky *s, const envsh_lights *l)
             worst = fmax(worst, fabs((double)list[i].irradiance[c] - sums[i][c]) / (sums[i][c] + 1e-6));
         worst = fmax(worst, fabs((double)list[i].solid_angle - sums[i][3]) / sums[i][3]);
     }
-    assert_float_equal(total, 4 * PI, 1e-9);
+    CLOSE(total, 4 * PI, 1e-9);
     return worst;
 }
 
@@ -326,8 +326,8 @@ static void one_texel(void **state)
             uint32_t count;
             const envsh_light *list = envsh_lights_get(l, &count);
             assert_int_equal(count, 1);
-            assert_float_equal(list[0].irradiance[0], 3 * omega, 3e-7 * omega);
-            assert_float_equal(list[0].irradiance[1], 2 * omega, 3e-7 * omega);
+            CLOSE(list[0].irradiance[0], 3 * omega, 3e-7 * omega);
+            CLOSE(list[0].irradiance[1], 2 * omega, 3e-7 * omega);
             for (int c = 0; c < 3; c++) worst = fmax(worst, fabs((double)list[0].direction[c] - d[c]));
             envsh_lights_free(l);
         }
@@ -396,7 +396,7 @@ static void rotation_turns_the_lights(void **state)
                 double z = (double)p[0] * sin(angle) + (double)p[2] * cos(angle);
                 worst = fmax(worst, fmax(fabs(x - (double)q[0]), fabs(z - (double)q[2])));
                 worst = fmax(worst, fabs((double)p[1] - (double)q[1]));
-                assert_float_equal(ea[i].irradiance[0], eb[i].irradiance[0], 1e-6 * (double)ea[i].irradiance[0]);
+                CLOSE(ea[i].irradiance[0], eb[i].irradiance[0], 1e-6 * (double)ea[i].irradiance[0]);
             }
             envsh_lights_free(la);
             envsh_lights_free(lb);
@@ -430,7 +430,7 @@ static void bad_texels_are_counted(void **state)
         light_energy(l, found);
         counted = stats.bad_texels;
         assert_int_equal(stats.bad_texels, 4);
-        for (int c = 0; c < 3; c++) assert_float_equal(found[c] / expected[c], 1, 1e-6);
+        for (int c = 0; c < 3; c++) CLOSE(found[c] / expected[c], 1, 1e-6);
         envsh_lights_free(l);
         sky_free(&s);
     }
@@ -553,8 +553,8 @@ static void extents_measure_the_stratum(void **state)
         double length = sqrt((double)(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]));
         const float *to = list[0].direction;
         double along = (double)(a[0] * to[0] + a[1] * to[1] + a[2] * to[2]);
-        assert_float_equal(length, 0.2, 0.003);                 /* texels of 0.012, projection of sin 0.2 */
-        assert_float_equal(along, 0, 1e-6);
+        CLOSE(length, 0.2, 0.003);                 /* texels of 0.012, projection of sin 0.2 */
+        CLOSE(along, 0, 1e-6);
     }
     envsh_lights_free(l);
     sky_free(&s);
@@ -685,9 +685,9 @@ static void rotate_turns(void **state)
     memcpy(turned, list, sizeof list);
     assert_int_equal(envsh_rotate(turned, count, quarter), ENVSH_OK);
     for (uint32_t i = 0; i < count; i++) {
-        assert_float_equal(turned[i].direction[0], list[i].direction[2], 1e-6);
-        assert_float_equal(turned[i].direction[2], -list[i].direction[0], 1e-6);
-        assert_float_equal(turned[i].axis_u[2], -list[i].axis_u[0], 1e-6);
+        CLOSE(turned[i].direction[0], list[i].direction[2], 1e-6);
+        CLOSE(turned[i].direction[2], -list[i].direction[0], 1e-6);
+        CLOSE(turned[i].axis_u[2], -list[i].axis_u[0], 1e-6);
     }
     envsh_lights_free(l);
     sky_free(&s);
@@ -778,7 +778,7 @@ static void gltf_is_written(void **state)
         assert_int_equal(sscanf(at, "\"color\":[%lf,%lf,%lf],\"intensity\":%lf", &color[0], &color[1], &color[2],
                                 &intensity), 4);
         for (int c = 0; c < 3; c++)
-            assert_float_equal(color[c] * intensity, list[i].irradiance[c], 2e-7 * intensity);
+            CLOSE(color[c] * intensity, list[i].irradiance[c], 2e-7 * intensity);
         at++;
     }
     at = text;
@@ -787,9 +787,9 @@ static void gltf_is_written(void **state)
         at = strstr(at, "\"rotation\":[");
         assert_non_null(at);
         assert_int_equal(sscanf(at, "\"rotation\":[%lf,%lf,%lf,%lf]", &q[0], &q[1], &q[2], &q[3]), 4);
-        assert_float_equal(2 * (q[0] * q[2] + q[3] * q[1]), list[i].direction[0], 1e-6);
-        assert_float_equal(2 * (q[1] * q[2] - q[3] * q[0]), list[i].direction[1], 1e-6);
-        assert_float_equal(1 - 2 * (q[0] * q[0] + q[1] * q[1]), list[i].direction[2], 1e-6);
+        CLOSE(2 * (q[0] * q[2] + q[3] * q[1]), list[i].direction[0], 1e-6);
+        CLOSE(2 * (q[1] * q[2] - q[3] * q[0]), list[i].direction[1], 1e-6);
+        CLOSE(1 - 2 * (q[0] * q[0] + q[1] * q[1]), list[i].direction[2], 1e-6);
         at++;
     }
     envsh_lights_free(l);

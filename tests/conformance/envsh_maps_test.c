@@ -480,8 +480,8 @@ static void cost_model_finds_the_best(void **state)
         ms[i] = passes * (cost.pass + sizes[i] * cost.slot);
     }
     assert_int_equal(envsh_cost_fit(192, sizes, ms, 5, &found), 1);
-    assert_float_equal(found.pass, cost.pass, 1e-9);
-    assert_float_equal(found.slot, cost.slot, 1e-9);
+    CLOSE(found.pass, cost.pass, 1e-9);
+    CLOSE(found.slot, cost.slot, 1e-9);
     assert_int_equal(envsh_cluster_size(&found, 192, 500), 192);
     assert_int_equal(envsh_cluster_size(&found, 192, 100), 96);     /* two full passes, not 100 and 92 */
     assert_int_equal(envsh_cluster_size(&found, 1, 8), 1);

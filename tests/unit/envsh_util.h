@@ -11,6 +11,8 @@
 
 #define PI 3.14159265358979323846
 #define UNUSED_OK static inline
+/* cmocka's own takes floats */
+#define CLOSE(a, b, tolerance) assert_true(fabs((double)(a) - (double)(b)) <= (tolerance))
 
 /* ---- random numbers ---- */
 
