@@ -478,6 +478,7 @@ static void jitter_converges(void **state)
     sky s = sky_alloc(ENVSH_MAP_LATLONG, 128, 64);
     envsh_desc d = desc_of(ENVSH_METHOD_DEFAULT, 32);
     static envsh_light all[32 * 64];
+    const envsh_light *list;
     envsh_lights *l;
     uint32_t count, frame;
     double still, moving;
@@ -485,7 +486,8 @@ static void jitter_converges(void **state)
     sky_fill(&s, studio);
     receivers_make(&r, &s, 96, 1);
     l = build(&d, &s.map, NULL);
-    still = receivers_error(&r, envsh_lights_get(l, &count), count, 1);
+    list = envsh_lights_get(l, &count);
+    still = receivers_error(&r, list, count, 1);
     for (frame = 0; frame < 64; frame++) {
         assert_int_equal(envsh_lights_jitter(l, frame, 1, all + frame * count), ENVSH_OK);
         for (uint32_t i = 0; i < count; i++)

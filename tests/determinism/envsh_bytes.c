@@ -104,8 +104,8 @@ static int bytes_case(int i, char *line, size_t size)
     list = envsh_lights_get(l, &count);
     c = hash_words(2166136261u, list, count * sizeof *list);
     envsh_lights_free(l);
-    snprintf(line, size, "method %d cube %d variant %d: lights %08x shading %08x followed %08x\n", method, cube, variant,
-             (unsigned)a, (unsigned)b, (unsigned)c);
+    snprintf(line, size, "method %d cube %d variant %d: lights %08x shading %08x followed %08x\n", method, cube,
+             variant, (unsigned)a, (unsigned)b, (unsigned)c);
     return 1;
 }
 

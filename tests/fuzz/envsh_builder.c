@@ -1,5 +1,5 @@
-/* envsh_builder - libFuzzer target: bytes choose a desc, a map, a video of it and a mesh; lights must be finite and hold
-   the map's energy, shading must be finite and not brighter than all lights together. */
+/* envsh_builder - libFuzzer target: bytes choose a desc, a map, a video of it and a mesh; lights must be finite and
+   hold the map's energy, shading must be finite and not brighter than all lights together. */
 
 #define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"

@@ -1,6 +1,7 @@
-/* envsh_golden_test - the lines of tests/determinism/envsh_bytes.c against tests/golden/envsh_bytes.txt, in whatever way
-   this test was built. A deliberate change of method makes new lines:
-       cc -std=c99 -O2 -I. -Itests tests/determinism/envsh_bytes.c -lm -o /tmp/b && /tmp/b > tests/golden/envsh_bytes.txt */
+/* envsh_golden_test - the lines of tests/determinism/envsh_bytes.c against tests/golden/envsh_bytes.txt, in whatever
+   way this test was built. A deliberate change of method makes new lines:
+       cc -std=c99 -O2 -I. -Itests tests/determinism/envsh_bytes.c -lm -o /tmp/b
+       /tmp/b > tests/golden/envsh_bytes.txt */
 
 #define ENVSH_BYTES_NO_MAIN
 #include "../determinism/envsh_bytes.c"

@@ -1,5 +1,5 @@
-/* envsh_alloc_test - every allocation fails once, and from then on: an error code, nothing leaked, outputs untouched; and
-   the peaks that the header's comment states. */
+/* envsh_alloc_test - every allocation fails once, and from then on: an error code, nothing leaked, outputs untouched;
+   and the peaks that the header's comment states. */
 
 #define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"
@@ -154,8 +154,8 @@ static void follow_survives(void **state)
                 l.fail_on = on;
                 r = act_follow(&l, plans[p]);
                 if (r != ENVSH_ERR_ALLOC || l.live)
-                    fail_msg("follow %d: allocation %lu failed: result %d, %lu left", plans[p], (unsigned long)i, (int)r,
-                             (unsigned long)l.live);
+                    fail_msg("follow %d: allocation %lu failed: result %d, %lu left", plans[p], (unsigned long)i,
+                             (int)r, (unsigned long)l.live);
             }
     }
 }

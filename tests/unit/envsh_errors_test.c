@@ -281,7 +281,8 @@ static void bad_geometry_is_harmless(void **state)
         envsh_bounds b = box;
         for (int k = 0; k < 9; k++) {
             double r = rnd(&seed);
-            p[k] = r < 0.1 ? NOT_A_NUMBER : r < 0.2 ? INF : r < 0.6 ? big[(int)(6 * rnd(&seed))] : (float)(2 * rnd(&seed) - 1);
+            p[k] = r < 0.1 ? NOT_A_NUMBER : r < 0.2 ? INF : r < 0.6 ? big[(int)(6 * rnd(&seed))]
+                                                                    : (float)(2 * rnd(&seed) - 1);
         }
         if (i % 3 == 0) b = envsh_bounds_of(&mesh, 1, NULL);
         if (i % 3 == 1) b.low[i % 2] = b.high[i % 2];           /* flat */
@@ -318,7 +319,8 @@ static void queries_are_checked(void **state)
     assert_int_equal(envsh_maps_begin(maps, list, count, box), ENVSH_OK);
     assert_int_equal(envsh_shade(maps, &good_query, out), ENVSH_ERR_ORDER);     /* no end yet */
     assert_int_equal(envsh_maps_end(maps), ENVSH_OK);
-#define REFUSED(change) do { q = good_query; change; assert_int_equal(envsh_shade(maps, &q, out), ENVSH_ERR_ARGUMENT); } while (0)
+#define REFUSED(change) \
+    do { q = good_query; change; assert_int_equal(envsh_shade(maps, &q, out), ENVSH_ERR_ARGUMENT); } while (0)
     REFUSED(q.points = NULL);
     REFUSED(q.normals = NULL);
     REFUSED(q.point_stride = 8);
