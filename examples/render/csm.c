@@ -22,6 +22,7 @@ typedef struct scratch {         /* of one worker */
     float    *direction, *distance, *coords, *weight;   /* of all samples of a batch */
     float    *visible;
     float    *asked_point, *asked_light, *answer;       /* of those samples that matter */
+    cs_near   near;
     uint32_t *asked_self, *asked_sample;
     void     *memory;
     uint64_t  queries, refused;
@@ -39,7 +40,7 @@ typedef struct frame_work {
 
 static int alloc_scratch(scratch *s, size_t pixels, size_t samples)
 {
-    const size_t floats = 12 * pixels + (3 + 1 + 3 + 3 + 1 + 3 + 3 + 1) * samples, words = pixels + 2 * samples;
+    const size_t floats = 12 * pixels + (3 + 1 + 3 + 3 + 1 + 3 + 3 + 1 + 7) * samples, words = pixels + 3 * samples;
     float *at;
     memset(s, 0, sizeof *s);
     s->memory = malloc(pixels * sizeof *s->material + floats * sizeof *at + words * sizeof *s->pixel);
@@ -59,9 +60,13 @@ static int alloc_scratch(scratch *s, size_t pixels, size_t samples)
     s->asked_point = at, at += 3 * samples;
     s->asked_light = at, at += 3 * samples;
     s->answer = at, at += samples;
+    s->near.point = at, at += 3 * samples;
+    s->near.light = at, at += 3 * samples;
+    s->near.answer = at, at += samples;
     s->pixel = (uint32_t *)(void *)at;
     s->asked_self = s->pixel + pixels;
     s->asked_sample = s->asked_self + samples;
+    s->near.sample = s->asked_sample + samples;
     return 0;
 }
 
@@ -167,7 +172,7 @@ static cohsm_result ask(const frame_work *w, scratch *s, const cs_light *light, 
         query.one_light = light->ask == COHSM_LIGHT_POSITION || light->at_infinity;
         query.lights = light->at_infinity ? light->sun : s->asked_light;
     }
-    result = cohsm_visible_scene(light->casters->instances, light->casters->count, &query, s->answer, &refused);
+    result = cs_visible(light->casters, &query, &s->near, s->answer, &refused);
     for (size_t i = 0; result == COHSM_OK && i < asked; i++)
         s->visible[s->asked_sample[i]] = s->answer[i];
     s->queries += asked;
@@ -332,16 +337,25 @@ static int build_maps(cs_state *state, cs_light *light, const rd_job *job, char 
     return result;
 }
 
+/* Lights with their maps, and planes. */
+static void free_lights(cs_state *state)
+{
+    for (size_t i = 0; i < state->light_count; i++)
+        cs_light_free(&state->lights[i]);
+    free(state->lights);
+    free(state->planes);
+    state->lights = NULL;
+    state->planes = NULL;
+    state->light_count = state->area_count = state->plane_count = 0;
+}
+
 static void close_csm(void *opaque)
 {
     cs_state *state = opaque;
     if (!state)
         return;
     cs_gl_close(state);
-    for (size_t i = 0; i < state->light_count; i++)
-        cs_light_free(&state->lights[i]);
-    free(state->lights);
-    free(state->planes);
+    free_lights(state);
     cs_casters_free(&state->directions);
     pthread_mutex_destroy(&state->memory.lock);
     free(state);
@@ -359,7 +373,7 @@ static int build_all(cs_state *state, const rd_job *job, char *error)
         snprintf(error, EX_ERROR_SIZE, "csm: --baked holds maps of directions, and no light asks for them");
         return -1;
     }
-    if (directions && (job->baked ? cs_casters_open(&state->directions, state, job, error)
+    if (directions && !state->directions.count && (job->baked ? cs_casters_open(&state->directions, state, job, error)
                                   : cs_casters_build(&state->directions, state, job, NULL, error)) != 0)
         return -1;
     for (size_t i = 0; i < state->light_count; i++)
@@ -382,6 +396,18 @@ static int open_csm(void **out, const rd_job *job, char *error)
     }
     close_csm(state);
     return -1;
+}
+
+/* Rigid objects keep their maps of all directions: only the instances move. Maps of one sun's direction and of places
+   on lights hold where things are, and are built anew. */
+static int update_csm(void *opaque, const rd_job *job, char *error)
+{
+    cs_state *state = opaque;
+    cs_gl_close(state);
+    free_lights(state);
+    if (!state->directions.count || !cs_casters_move(&state->directions, state, job->scene))
+        cs_casters_free(&state->directions);
+    return build_all(state, job, error) != 0 || (job->gl && cs_gl_open(state, job, error) != 0) ? -1 : 0;
 }
 
 /* ---- figures ---- */
@@ -444,5 +470,5 @@ static const rd_key keys[] = {
 
 const rd_technique rd_csm = {
     "csm", "coherent shadow maps: precomputed visibility of rigid objects", NULL,
-    256, 1, 65536, 1, 1, keys, open_csm, NULL, frame_csm, report_csm, close_csm
+    256, 1, 65536, 1, 1, keys, open_csm, update_csm, frame_csm, report_csm, close_csm
 };

@@ -96,17 +96,20 @@ static int is_similarity(const float *m, float *scale)
     return volume > 0;
 }
 
-typedef struct soup { float *positions; uint32_t *indices; size_t vertices, triangles; } soup;
-
-static void soup_free(soup *s)
+static void soup_free(cs_soup *s)
 {
     free(s->positions);
     free(s->indices);
 }
 
-static int soup_alloc(soup *s, size_t vertices, size_t triangles, char *error)
+/* Room for what was counted. */
+static int soup_alloc(cs_soup *s, size_t vertices, size_t triangles, char *error)
 {
     memset(s, 0, sizeof *s);
+    if (vertices > UINT32_MAX) {
+        snprintf(error, EX_ERROR_SIZE, "csm: the scene has too many vertices");
+        return -1;
+    }
     s->positions = malloc((3 * vertices + 1) * sizeof *s->positions);
     s->indices = malloc((3 * triangles + 1) * sizeof *s->indices);
     if (s->positions && s->indices)
@@ -115,38 +118,18 @@ static int soup_alloc(soup *s, size_t vertices, size_t triangles, char *error)
     return cs_out_of_memory(error);
 }
 
-static void soup_add(soup *s, const ex_mesh *mesh, const float *m)
-{
-    float *to = s->positions + 3 * s->vertices;
-    for (size_t i = 0; i < mesh->vertex_count; i++)
-        for (size_t k = 0; k < 3; k++) {
-            const float *p = mesh->positions + 3 * i;
-            to[3 * i + k] = m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k];
-        }
-    for (size_t i = 0; i < 3 * (size_t)mesh->triangle_count; i++)
-        s->indices[3 * s->triangles + i] = mesh->indices[i] + (uint32_t)s->vertices;
-    s->vertices += mesh->vertex_count;
-    s->triangles += mesh->triangle_count;
-}
-
 /* All casters in world space. */
-static int whole_scene(soup *s, const ex_scene *scene, char *error)
+static int whole_scene(cs_soup *s, const ex_scene *scene, char *error)
 {
     size_t vertices = 0, triangles = 0;
     for (uint32_t i = 0; i < scene->object_count; i++)
-        if (!scene->objects[i].receiver_only) {
-            vertices += scene->meshes[scene->objects[i].mesh].vertex_count;
-            triangles += scene->meshes[scene->objects[i].mesh].triangle_count;
-        }
-    if (vertices > UINT32_MAX) {
-        snprintf(error, EX_ERROR_SIZE, "csm: the scene has too many vertices");
-        return -1;
-    }
+        if (!scene->objects[i].receiver_only)
+            cs_soup_count(scene, &scene->objects[i], &vertices, &triangles);
     if (soup_alloc(s, vertices, triangles, error) != 0)
         return -1;
     for (uint32_t i = 0; i < scene->object_count; i++)
         if (!scene->objects[i].receiver_only)
-            soup_add(s, &scene->meshes[scene->objects[i].mesh], scene->objects[i].transform);
+            cs_soup_add(s, scene, &scene->objects[i], scene->objects[i].transform);
     return 0;
 }
 
@@ -180,7 +163,7 @@ static cohsm_mesh mesh_of(const ex_mesh *mesh)
     return m;
 }
 
-static cohsm_mesh mesh_of_soup(const soup *s)
+static cohsm_mesh mesh_of_soup(const cs_soup *s)
 {
     cohsm_mesh m = { s->positions, s->vertices, 0, s->indices, 3 * s->triangles };
     return m;
@@ -192,29 +175,46 @@ static int allocate(cs_casters *c, const ex_scene *scene, char *error)
     memset(c, 0, sizeof *c);
     c->instances = calloc(n, sizeof *c->instances);
     c->offsets = calloc(n, sizeof *c->offsets);
+    c->reach = calloc(n, sizeof *c->reach);
     c->maps = calloc(n, sizeof(cohsm_maps *));
     c->self = malloc(n * sizeof *c->self);
-    if (!c->instances || !c->offsets || !c->maps || !c->self)
+    if (!c->instances || !c->offsets || !c->reach || !c->maps || !c->self)
         return cs_out_of_memory(error);
     for (size_t i = 0; i < n; i++)
         c->self[i] = COHSM_NO_SELF;
     return 0;
 }
 
-static void add_instance(cs_casters *c, const cohsm_maps *maps, const float *transform, float scale, float offset)
+/* Where an instance stands, and how far its maps reach: pcf reads the pixel beside and the cell beside, which in LATLONG
+   is sqrt(5) pi / side away; a map of one direction is asked for that one. */
+static void place_instance(cs_casters *c, size_t number, const float *m, float scale, const cs_options *options)
 {
+    cohsm_instance *instance = &c->instances[number];
+    cs_reach *reach = &c->reach[number];
     cohsm_info info;
-    cohsm_get_info(maps, &info);
+    float angle;
+    cohsm_get_info(instance->maps, &info);
+    memcpy(instance->transform, m, sizeof instance->transform);
+    c->offsets[number] = info.positional ? 0 : options->offset * scale * 2 * info.radius / (float)info.map_size;
+    for (int k = 0; k < 3; k++)
+        reach->center[k] = m[k] * info.center[0] + m[4 + k] * info.center[1] + m[8 + k] * info.center[2] + m[12 + k];
+    angle = info.domain == COHSM_DOMAIN_LIST ? 0 : 7.1f / (float)info.side[0];
+    reach->radius = scale * info.radius * (1 + 4 / (float)info.map_size);
+    reach->slack = (angle < 1.5f ? sinf(angle) : 1) + 1e-4f;
+}
+
+static void add_instance(cs_casters *c, const cohsm_maps *maps, const float *transform, float scale,
+                         const cs_options *options)
+{
     c->instances[c->count].maps = maps;
-    memcpy(c->instances[c->count].transform, transform, sizeof c->instances[c->count].transform);
-    c->offsets[c->count++] = info.positional ? 0 : offset * scale * 2 * info.radius / (float)info.map_size;
+    place_instance(c, c->count++, transform, scale, options);
 }
 
 /* Everything that casts shadows as one object; it gets the maps *maps. */
-static void add_whole(cs_casters *c, const ex_scene *scene, cohsm_maps *maps, float offset)
+static void add_whole(cs_casters *c, const ex_scene *scene, cohsm_maps *maps, const cs_options *options)
 {
     c->maps[c->map_count++] = maps;
-    add_instance(c, maps, identity, 1, offset);
+    add_instance(c, maps, identity, 1, options);
     for (uint32_t i = 0; i < scene->object_count; i++)
         if (!scene->objects[i].receiver_only)
             c->self[i] = 0;
@@ -225,14 +225,14 @@ static int build_whole(cs_casters *c, cs_state *state, const rd_job *job, const 
 {
     cohsm_mesh mesh;
     cohsm_maps *maps;
-    soup s;
+    cs_soup s;
     int result;
     if (whole_scene(&s, job->scene, error) != 0)
         return -1;
     mesh = mesh_of_soup(&s);
     result = s.triangles ? build(&maps, state, job, domain, map_size, &mesh, job->scene->name, error) : 0;
     if (result == 0 && s.triangles)
-        add_whole(c, job->scene, maps, state->options.offset);
+        add_whole(c, job->scene, maps, &state->options);
     soup_free(&s);
     return result;
 }
@@ -255,6 +255,8 @@ static const cohsm_maps *find_maps(const cs_casters *c, const ex_scene *scene, u
         const cohsm_maps *maps;
         float scale, d[4];
         if (scene->objects[i].mesh != scene->objects[object].mesh || c->self[i] == COHSM_NO_SELF ||
+            (scene->objects[i].material != scene->objects[object].material &&
+             (cs_has_holes(scene, &scene->objects[i]) || cs_has_holes(scene, &scene->objects[object]))) ||
             !is_similarity(scene->objects[i].transform, &scale))
             continue;
         maps = c->instances[c->self[i]].maps;
@@ -281,7 +283,7 @@ static int build_object(cs_casters *c, cs_state *state, const rd_job *job, uint3
     if (!maps) {
         cohsm_mesh mesh = mesh_of(source);
         cohsm_maps *made = NULL;
-        soup moved = { NULL, NULL, 0, 0 };
+        cs_soup moved = { NULL, NULL, 0, 0 };
         memset(&domain, 0, sizeof domain);
         domain.side[0] = domain.side[1] = state->options.side;
         if (direction) {
@@ -289,10 +291,12 @@ static int build_object(cs_casters *c, cs_state *state, const rd_job *job, uint3
             domain.locations = location;
             domain.location_count = 1;
         }
-        if (!similar) {
-            if (soup_alloc(&moved, source->vertex_count, source->triangle_count, error) != 0)
+        if (!similar || cs_has_holes(scene, o)) {
+            size_t vertices = 0, triangles = 0;
+            cs_soup_count(scene, o, &vertices, &triangles);
+            if (soup_alloc(&moved, vertices, triangles, error) != 0)
                 return -1;
-            soup_add(&moved, source, o->transform);
+            cs_soup_add(&moved, scene, o, similar ? identity : o->transform);
             mesh = mesh_of_soup(&moved);
         }
         result = build(&made, state, job, &domain, direction ? state->options.hard_size : state->options.map_size,
@@ -303,7 +307,8 @@ static int build_object(cs_casters *c, cs_state *state, const rd_job *job, uint3
         maps = c->maps[c->map_count++] = made;
     }
     c->self[object] = (uint32_t)c->count;
-    add_instance(c, maps, similar ? o->transform : identity, similar ? scale : 1, state->options.offset);
+    add_instance(c, maps, similar ? o->transform : identity, similar ? scale : 1, &state->options);
+    c->movable &= similar && !source->deforms;
     return 0;
 }
 
@@ -326,11 +331,24 @@ int cs_casters_build(cs_casters *c, cs_state *state, const rd_job *job, const fl
         return build_whole(c, state, job, &domain, direction ? state->options.hard_size : state->options.map_size,
                            error);
     }
+    c->movable = !direction;
     for (uint32_t i = 0; i < scene->object_count; i++)
         if (!scene->objects[i].receiver_only && scene->meshes[scene->objects[i].mesh].triangle_count &&
             build_object(c, state, job, i, direction, error) != 0)
             return -1;
     return 0;
+}
+
+int cs_casters_move(cs_casters *c, const cs_state *state, const ex_scene *scene)
+{
+    float scale;
+    for (uint32_t i = 0; c->movable && i < scene->object_count; i++)
+        if (c->self[i] != COHSM_NO_SELF) {
+            c->movable = is_similarity(scene->objects[i].transform, &scale);
+            if (c->movable)
+                place_instance(c, c->self[i], scene->objects[i].transform, scale, &state->options);
+        }
+    return c->movable;
 }
 
 int cs_casters_build_local(cs_casters *c, cs_state *state, const rd_job *job, const cohsm_domain *domain,
@@ -443,7 +461,7 @@ int cs_casters_open(cs_casters *c, cs_state *state, const rd_job *job, char *err
     free(data);
     if (result != COHSM_OK)
         return cs_failed(job->baked, result, error);
-    add_whole(c, job->scene, maps, state->options.offset);
+    add_whole(c, job->scene, maps, &state->options);
     cohsm_get_info(maps, &info);
     if (!info.positional && info.domain != COHSM_DOMAIN_LIST && info.domain != COHSM_DOMAIN_TABLE && fits(maps, job))
         return 0;
@@ -458,6 +476,7 @@ void cs_casters_free(cs_casters *c)
         cohsm_free(c->maps[i]);
     free(c->instances);
     free(c->offsets);
+    free(c->reach);
     free(c->maps);
     free(c->self);
     memset(c, 0, sizeof *c);

@@ -21,11 +21,16 @@ typedef struct cs_options {      /* --set, resolved */
     int          semi, shared_sun, whole;
 } cs_options;
 
+/* How far from its centre an object's maps can shadow: see csm_ask.c. */
+typedef struct cs_reach { float center[3], radius, slack; } cs_reach;
+
 /* Objects with maps of one domain: what cohsm_visible_scene takes. */
 typedef struct cs_casters {
     cohsm_instance *instances;
     float          *offsets;     /* of each: world units that a receiver on it moves along its geometric normal */
+    cs_reach       *reach;
     size_t          count;
+    int             movable;     /* rigid objects, each with maps of its own space: cs_casters_move may do */
     cohsm_maps    **maps;        /* distinct ones; instances share them */
     size_t          map_count;
     uint32_t       *self;        /* by object of the scene; COHSM_NO_SELF for receivers */
@@ -52,6 +57,12 @@ typedef struct cs_light {
     const cs_casters *casters;
     cs_casters        own;       /* maps for this light alone */
 } cs_light;
+
+/* Room for the samples that one object is asked about. */
+typedef struct cs_near { float *point, *light, *answer; uint32_t *sample; } cs_near;
+
+/* Triangles without order, indexed. */
+typedef struct cs_soup { float *positions; uint32_t *indices; size_t vertices, triangles; } cs_soup;
 
 typedef struct cs_state {
     cs_options  options;
@@ -82,8 +93,19 @@ int  cs_casters_build_local(cs_casters *casters, cs_state *state, const rd_job *
                             uint32_t map_size, char *error);
 int  cs_casters_open(cs_casters *casters, cs_state *state, const rd_job *job, char *error);      /* --baked */
 void cs_casters_free(cs_casters *casters);
+/* Instances to where the objects are now. 0: the casters must be built anew. */
+int  cs_casters_move(cs_casters *casters, const cs_state *state, const ex_scene *scene);
 
 int  cs_planes_build(cs_plane **planes, size_t *count, const ex_scene *scene, char *error);
+
+/* csm_cut.c: adds to what count found, without the holes of alpha masks */
+int  cs_has_holes(const ex_scene *scene, const ex_object *object);
+void cs_soup_count(const ex_scene *scene, const ex_object *object, size_t *vertices, size_t *triangles);
+void cs_soup_add(cs_soup *soup, const ex_scene *scene, const ex_object *object, const float *transform);
+
+/* csm_ask.c: query->points, lights and self are packed arrays */
+cohsm_result cs_visible(const cs_casters *casters, const cohsm_query *query, cs_near *near, float *visible,
+                        size_t *refused);
 
 /* csm_lights.c */
 int  cs_lights_build(cs_state *state, const rd_job *job, char *error);       /* emitters alone, no maps yet */

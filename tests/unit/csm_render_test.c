@@ -112,6 +112,49 @@ static void sky_matches_reference(void **state)
     compare_with_reference("builtin:knot --size 64x48", "--set side=64 --set filter=roulette", 0.06, 0.01);
 }
 
+/* A board of 3 x 3, holes and colour in a chequer of 2 x 2, above a ground of 6 x 6. Base 64 of corners, texture
+   coordinates and indices, and of an RGBA PNG of 8 x 8. */
+static void write_masked(const char *name)
+{
+    char path[256];
+    FILE *file;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    file = fopen(path, "wb");
+    assert_non_null(file);
+    fprintf(file, "%s", "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":140,"
+        "\"uri\":\"data:application/octet-stream;base64,"
+        "AABAwAAAAAAAAEDAAABAwAAAAAAAAEBAAABAQAAAAAAAAEBAAABAQAAAAAAAAEDAAADAvwAAwD8AAMC/AADAvwAAwD8AAMA/AADAPwAAwD8AAMA/"
+        "AADAPwAAwD8AAMC/AAAAAAAAAAAAAAAAAACAPwAAgD8AAIA/AACAPwAAAAAAAAEAAgAAAAIAAwA=\"}],"
+        "\"bufferViews\":[{\"buffer\":0,\"byteLength\":96},{\"buffer\":0,\"byteOffset\":96,\"byteLength\":32},"
+        "{\"buffer\":0,\"byteOffset\":128,\"byteLength\":12}],\"accessors\":["
+        "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
+        "{\"bufferView\":0,\"byteOffset\":48,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
+        "{\"bufferView\":1,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"},"
+        "{\"bufferView\":2,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"}],"
+        "\"images\":[{\"uri\":\"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAgAAAAICAYAAADED76LAAAAHElEQVR42mM4saCCAQ3/"
+        "R8YM9FHwHw2jaKCDAgB1SpfhcYPh0gAAAABJRU5ErkJggg==\"}],\"textures\":[{\"source\":0}],"
+        "\"materials\":[{\"doubleSided\":true,\"alphaMode\":\"MASK\",\"pbrMetallicRoughness\":"
+        "{\"baseColorTexture\":{\"index\":0}}}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},"
+        "\"indices\":3}]},{\"primitives\":[{\"attributes\":{\"POSITION\":1,\"TEXCOORD_0\":2},\"indices\":3,"
+        "\"material\":0}]}],\"nodes\":[{\"mesh\":0},{\"mesh\":1}],\"scenes\":[{\"nodes\":[0,1]}],\"scene\":0}");
+    assert_int_equal(fclose(file), 0);
+}
+
+/* Without the holes the shadow is twice as large. */
+static void holes_of_alpha_masks_are_lit(void **state)
+{
+    (void)state;
+    need_reference();
+    if (!DAPPLE_HAVE_TINYGLTF) {
+        printf("skip: needs tinygltf\n");
+        skip();
+    }
+    write_masked("masked.gltf");
+    compare_with_reference("masked.gltf --size 64x48 --camera 0,7,6,0,0,0,45 --set ground=0 --light sun:0.3,0.9,0.2", "", 0.02, 0.005);
+    compare_with_reference("masked.gltf --size 64x48 --camera 0,7,6,0,0,0,45 --set ground=0 --env builtin:sky",
+                           "--set side=32 --set filter=pcf", 0.06, 0.02);
+}
+
 static size_t read_file(const char *name, void *data, size_t room)
 {
     char path[256];
@@ -233,7 +276,7 @@ static int remove_folder(void **state)
 {
     static const char *const names[] = {
         "csm.pfm", "ref.pfm", "one.pfm", "three.pfm", "a.pfm", "b.pfm", "c.pfm", "semi.pfm", "built.pfm", "baked.pfm",
-        "knot.csm"
+        "knot.csm", "masked.gltf"
     };
     (void)state;
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
@@ -248,7 +291,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cornell_matches_reference), cmocka_unit_test(every_light_matches_reference),
-        cmocka_unit_test(sky_matches_reference), cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(sky_matches_reference), cmocka_unit_test(holes_of_alpha_masks_are_lit),
+        cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(frame_is_seed), cmocka_unit_test(lights_inside_hulls_are_refused),
         cmocka_unit_test(bad_settings_are_bad_arguments), cmocka_unit_test(baked_file_is_used),
     };
