@@ -45,6 +45,7 @@ int bn_failed(const char *what, const char *why);        /* one line on stderr; 
 int bn_csm_compression(const bn_options *options);
 int bn_csm_query(const bn_options *options);
 int bn_csm_render(const bn_options *options);
+int bn_rsm_gather(const bn_options *options);
 int bn_ism(const bn_options *options);
 int bn_ism_vpls(const bn_options *options);
 int bn_ism_visibility(const bn_options *options);

@@ -13,6 +13,7 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "csm_compression", "size and build time of coherent shadow maps, by layers and order", bn_csm_compression },
     { "csm_query", "visibility queries a second and their errors, beside Embree", bn_csm_query },
     { "csm_render", "pictures by csm beside the reference", bn_csm_render },
+    { "rsm_gather", "bounced light by rsm: full, interpolated and denoised, beside the reference", bn_rsm_gather },
     { "ism", "pictures by ism beside the one-bounce reference, times of its stages", bn_ism },
     { "ism_vpls", "error at equal VPL count by flux, bidirectional and guided importance", bn_ism_vpls },
     { "ism_visibility", "visibilities that differ from Embree's, even and adaptive points", bn_ism_visibility },

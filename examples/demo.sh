@@ -84,6 +84,39 @@ row() {
     } >> "$PAGE"
 }
 
+# rsm_row NAME TITLE ARGUMENTS: one scene by rsm beside the reference of one bounce
+rsm_row() {
+    name=$1
+    title=$2
+    shift 2
+    case " ${DEMO_SCENES:-$name} " in *" $name "*) ;; *) return ;; esac
+    echo "demo: $title"
+    base=$OUT/$name
+    if ! "$BUILD/render" --technique rsm "$@" --size "$SIZE" --out "$base-rsm.pfm" --json "$base-rsm.json"; then
+        failures=$((failures + 1))
+        return
+    fi
+    ev=$(number "$base-rsm.json" ev)
+    note=
+    if [ -n "$has_reference" ] && "$BUILD/render" --technique reference "$@" --set bounces=1 --size "$SIZE" \
+       --samples "$REFERENCE" --out "$base-reference.pfm" --json "$base-reference.json"; then
+        ev=$(number "$base-reference.json" ev)
+        "$BUILD/compare" "$base-rsm.pfm" "$base-reference.pfm" --diff "$base-diff.png" > "$base-compare.json" ||
+            "$BUILD/compare" "$base-rsm.pfm" "$base-reference.pfm" > "$base-compare.json"
+        note="; relative RMSE $(short "$(number "$base-compare.json" relative_rmse)")"
+    fi
+    "$BUILD/pfm_png" "$base-rsm.pfm" "$base-rsm.png" "$ev"
+    printf '<h2>%s</h2>\n<table><tr>\n' "$title" >> "$PAGE"
+    cell "$name-rsm.png" "rsm, 400 samples a map"
+    if [ -n "$note" ]; then
+        "$BUILD/pfm_png" "$base-reference.pfm" "$base-reference.png" "$ev"
+        cell "$name-reference.png" "reference, one bounce, $REFERENCE samples"
+        [ -f "$base-diff.png" ] && cell "$name-diff.png" "difference"
+    fi
+    printf '</tr></table>\n<p>%s maps, drawn, gathered and shaded in %s s%s</p>\n' "$(number "$base-rsm.json" maps)" \
+        "$(seconds "$(number "$base-rsm.json" frame_ms)")" "$note" >> "$PAGE"
+}
+
 has_reference=yes
 if "$BUILD/render" --list | grep -q '^  reference.*needs Embree'; then
     has_reference=
@@ -106,6 +139,9 @@ row chess "Chess: 33 objects share the maps of 13 meshes; sky" --scene builtin:c
 row plant "Plant: sky" --scene builtin:plant
 row knot "Knot: sky" --scene builtin:knot
 row knot-sun "Knot: sun, a map of its own direction" --scene builtin:knot --light sun:0.48,0.8,0.36
+rsm_row cornell-bounce "Cornell box: bounced light of its emissive rectangle by 16 reflective shadow maps" \
+    --scene builtin:cornell
+rsm_row uroom-bounce "U-shaped room: bounced light of a spot" --scene builtin:uroom
 if [ -n "$ASSETS" ]; then
     for model in bunny dragon; do
         [ -f "$ASSETS/$model.glb" ] && row $model "$model.glb: built-in sky" --scene "$ASSETS/$model.glb"
