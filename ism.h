@@ -97,8 +97,8 @@
    All memory comes from the allocator in the desc, called from the thread that called us. It grows to the largest frame
    and is kept:
 
-     12 N points + 4 A + 4 A (if keep_hits) + 1600 tile_size^2 + 16 triangles + 28 pVPLs + 40 pixels + 260 N bytes,
-     A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 7 MB
+     12 N points + 4 A + 4 A (if keep_hits) + 2500 tile_size^2 + 24 triangles + 28 pVPLs + 40 pixels + 260 N bytes,
+     A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 10 MB
 
    Every function that can fail returns an ism_result; where it is not ISM_OK, outputs are untouched and nothing leaks.
    There are no globals; one ism_maps belongs to one thread at a time, but const calls may run together. Results are
@@ -196,7 +196,7 @@ typedef struct ism_source {         /* pVPLs; several sources may be given: face
 
 typedef struct ism_view {           /* what is shaded: pixels of a picture, row 0 first, or any list with height 1 */
     const float *positions;
-    const float *normals;           /* unit shading normals; 0, 0, 0 or not finite: background, gives 0 */
+    const float *normals;           /* unit shading normals; not near unit length: background, gives 0 */
     const float *geometric;         /* unit face normals for the bias; NULL = normals */
     const float *albedos;           /* r, g, b: the result is radiance; NULL: the result is irradiance */
     size_t       stride;            /* bytes, of all four; 0 = 12 */
@@ -253,7 +253,7 @@ typedef struct ism_desc {
     uint32_t       lazy;            /* frames until all points are renewed, 1..64; 0 = 8 */
     float          flux_share;      /* of the choice made by flux alone, above 0, <= 1; 0 = 0.1: no pVPL is forgotten */
     float          area_share;      /* of the points spread evenly, above 0, <= 1; 0 = 0.2: no triangle is forgotten */
-    float          splat_scale;     /* area of discs over that of their points, above 0, <= 16; 0 = 1 */
+    float          splat_scale;     /* area of discs over that of their points, above 0, <= 16; 0 = 1.5: closes gaps between them */
     int            no_brsm_blur;    /* 1: importances are not blurred */
     int            no_inter_texel;  /* 1: VPLs snap to texel centres */
     int            no_fill;         /* 1: no pull and push; holes stay open */
@@ -270,12 +270,12 @@ typedef struct ism_desc {
 
 typedef struct ism_stats {          /* of the last run of each stage */
     uint32_t vpls;                  /* less than N only where the sources are black */
-    uint32_t jumped;                /* VPLs that moved farther than two texels since the last frame (T55) */
+    uint32_t jumped;                /* VPLs that moved farther than a texel since the last frame (T55) */
     uint64_t bad_pvpls;             /* not finite or negative: never chosen */
     uint64_t skipped_triangles;     /* a vertex not finite, or no area */
     uint64_t points, renewed;       /* all, and those of this frame */
     uint64_t splats;                /* points written into tiles */
-    uint64_t wide_splats;           /* of them, discs cut to 0.3 of their distance: too few points there */
+    uint64_t wide_splats;           /* of them, discs that would be wider than they are far, and were cut */
     uint64_t filled;                /* texels written by pull and push */
     double   surface_area;          /* of the mesh, m^2 */
     double   flux[3];               /* of all sources, W (surfaces alone) */
@@ -345,7 +345,7 @@ typedef struct ism_vpl {
     float    side;                  /* of the square that ISM_NEAR_PATCH takes: set by ism_choose and ism_set_vpls */
     int32_t  directional;
     uint32_t source, texel;         /* whence; texel = y * width + x */
-    int32_t  jumped;                /* 1: not where it was in the last frame, by more than two texels */
+    int32_t  jumped;                /* 1: not where it was in the last frame, by more than a texel */
 } ism_vpl;
 
 ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
@@ -1042,9 +1042,10 @@ static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u
 /* ---- >>types ---- */
 
 #define ISM__PI 3.14159265f
-/* Square of radius / distance that a disc may have. A wider one would cover the sky over its VPL for being near, not for
-   being large: the front of a skirting board would hide the wall that it hangs on. Counted in wide_splats. */
-#define ISM__WIDEST 0.09f
+/* Square of radius / distance that a disc may have, counted in wide_splats where it had more. */
+#define ISM__WIDEST 1.0f
+#define ISM__WIDEST_BACK 0.04f
+#define ISM__HOLE 2                  /* texels about one that may close it */
 #define ISM__LANES 64u              /* tiles drawn at once at most; each lane has scratch memory of its own */
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
 #define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
@@ -1187,7 +1188,7 @@ static int ism__receiver(const ism_view *view, size_t i, ism__v3 *p, ism__v3 *n)
 {
     *p = ism__v3_load(ism__at(view->positions, view->stride, i));
     *n = ism__v3_load(ism__at(view->normals, view->stride, i));
-    return ism__v3_finite(*p) && ism__v3_finite(*n) && ism__v3_dot(*n, *n) > 0.25f;
+    return ism__v3_finite(*p) && ism__v3_finite(*n) && ism__v3_dot(*n, *n) > 0.25f && ism__v3_dot(*n, *n) < 4.0f;
 }
 
 /* ---- >>projections: the hemisphere about +z and the unit square ---- */
@@ -1330,7 +1331,8 @@ ISM_DEF float ism_solid_angle(const float pa[3], const float pb[3], const float 
     return omega > 0.0f ? omega : 0.0f;
 }
 
-/* Lambert's sum over the edges of the part above the horizon: F = 1 / 2 pi sum angle(a, b) n . (a x b) / |a x b|. */
+/* Lambert's sum over the edges of the part above the horizon: F = 1 / 2 pi sum angle(a, b) n . (b x a) / |b x a|;
+   *share is the part of the area that is left. */
 static float ism__form_factor(ism__v3 n, const ism__v3 *corner, uint32_t count, float *share)
 {
     ism__v3 p[8];
@@ -1353,7 +1355,7 @@ static float ism__form_factor(ism__v3 n, const ism__v3 *corner, uint32_t count, 
         *share = whole > 0.0f ? cut / whole : 1.0f;
     }
     for (i = 0; i < k; i++) {
-        ism__v3 a = p[i], b = p[(i + 1u) % k], c = ism__v3_cross(a, b);
+        ism__v3 a = p[i], b = p[(i + 1u) % k], c = ism__v3_cross(b, a);
         float length = ism__v3_length(c);
         if (length > 0.0f) sum += ism__atan2(length, ism__v3_dot(a, b)) * (ism__v3_dot(n, c) / length);
     }
@@ -1674,7 +1676,7 @@ static void ism__make_vpl(const ism_maps *m, const ism_frame *f, size_t source, 
     v->side = spacing;              /* read by ism__flag_jumps, then replaced */
 }
 
-/* Which VPLs did not glide: another source, or farther than two texels from where they were. */
+/* Which VPLs did not glide: another source, or farther than a texel from where they were. */
 static void ism__flag_jumps(ism_maps *m)
 {
     const ism_vpl *old = (const ism_vpl *)m->previous.data;
@@ -1682,7 +1684,7 @@ static void ism__flag_jumps(ism_maps *m)
     m->stats.jumped = 0;
     for (i = 0; i < m->vpl_count; i++) {
         ism_vpl *v = &m->vpls[i];
-        float far = 2.0f * v->side;
+        float far = v->side;
         ism__v3 d;
         if (i >= m->previous_count) continue;
         d = ism__v3_sub(ism__v3_load(v->position), ism__v3_load(old[i].position));
@@ -2132,8 +2134,10 @@ static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, f
         float d2 = ism__v3_dot(l, l), along = ism__v3_dot(n, l), direction[3], uv[2];
         s->depth = sqrtf(d2);
         if (!(d2 > 1e-30f) || !(l.z > 1e-3f * s->depth)) return 0;
-        if (s->radius2 > ISM__WIDEST * d2) {
-            s->radius2 = ISM__WIDEST * d2;
+        /* Seen from behind, a near disc most likely juts out over the edge of something thin on the surface that the
+           VPL lies on: the front of a skirting board must not hide the wall that it hangs on. */
+        if (s->radius2 > (along > 0.0f ? ISM__WIDEST_BACK : ISM__WIDEST) * d2) {
+            s->radius2 = (along > 0.0f ? ISM__WIDEST_BACK : ISM__WIDEST) * d2;
             s->capped = 1;
         }
         ism__v3_store(direction, ism__v3_scale(l, 1.0f / s->depth));
@@ -2225,44 +2229,55 @@ static void ism__draw_points(ism__tile *tile, const ism__point *points, uint32_t
 
 /* ---- >>fill: pull and push (paper 3.3), after Marroquim et al. 2007 ---- */
 
-/* A texel that three of its four neighbours' planes pass before is a hole in them, through which something hidden is
-   seen. Marked by a triangle of UINT32_MAX, emptied afterwards. */
+/* Which of the four quadrants about a texel something at (dx, dy) lies in; each owns one half axis. */
+static uint32_t ism__quadrant(int dx, int dy)
+{
+    return dx > 0 && dy >= 0 ? 1u : dx <= 0 && dy > 0 ? 2u : dx < 0 ? 4u : 8u;
+}
+
+static int ism__three_quadrants(uint32_t q)
+{
+    uint32_t missing = ~q & 15u;
+    return (missing & (missing - 1u)) == 0;
+}
+
+/* A texel with nearer surfels in all four quadrants about it, whose planes pass before it, is a hole between them
+   through which something hidden is seen: it is emptied, for pull and push to close. Marked by UINT32_MAX first, so
+   that no hole depends on another. */
 static void ism__open_holes(ism__tile *tile)
 {
-    uint32_t x, y, size = tile->size;
-    size_t i, count = (size_t)size * size;
-    for (y = 1; y + 1u < size; y++)
-        for (x = 1; x + 1u < size; x++) {
-            ism__texel *c = &tile->texels[(size_t)y * size + x];
-            const ism__texel *around[4];
-            uint32_t k, before = 0;
-            around[0] = c - 1;
-            around[1] = c + 1;
-            around[2] = c - size;
-            around[3] = c + size;
-            for (k = 0; k < 4u; k++) {
-                float t;
-                if (around[k]->t >= ISM_FAR) continue;
-                t = ism__plane_depth(tile, around[k]->g, tile->directions + 3u * ((size_t)y * size + x));
-                before += t > 0.0f && t < 0.9f * c->t && t > 0.5f * around[k]->t;
-            }
-            if (before >= 3u && c->t < ISM_FAR) c->triangle = UINT32_MAX;
+    int size = (int)tile->size, x, y, dx, dy;
+    size_t i, count = (size_t)tile->size * tile->size;
+    for (y = 0; y < size; y++)
+        for (x = 0; x < size; x++) {
+            ism__texel *c = &tile->texels[y * size + x];
+            const float *w = tile->directions + 3 * (y * size + x);
+            uint32_t found = 0;
+            if (!(c->t < ISM_FAR)) continue;
+            for (dy = -ISM__HOLE; dy <= ISM__HOLE; dy++)
+                for (dx = -ISM__HOLE; dx <= ISM__HOLE; dx++) {
+                    const ism__texel *n = c + dy * size + dx;
+                    float t;
+                    if (x + dx < 0 || y + dy < 0 || x + dx >= size || y + dy >= size) {
+                        found |= ism__quadrant(dx, dy);
+                        continue;
+                    }
+                    if ((dx == 0 && dy == 0) || !(n->t < 0.9f * c->t)) continue;
+                    t = ism__plane_depth(tile, n->g, w);
+                    if (t > 0.5f * n->t && t < 0.95f * c->t) found |= ism__quadrant(dx, dy);
+                }
+            if (found == 15u) c->triangle = UINT32_MAX;
         }
     for (i = 0; i < count; i++)
         if (tile->texels[i].triangle == UINT32_MAX) tile->texels[i].t = ISM_FAR;
 }
 
-/* Pull: each coarser cell takes over one surfel of its four, the nearest to its middle. Push: an empty texel takes the
-   surfel, among those of the four coarse cells about it, that lies nearest in the tile, and the depth of that surfel's
-   plane at its own centre. No depth is ever mixed with another, and nothing leaves the tile; three levels, so that
-   wide gaps stay open sky. */
-static void ism__fill(ism__tile *tile, uint32_t *pyramid)
+/* Pull: each cell of a coarser level keeps 1 + the index of one texel of its four cells, the nearest to its middle. */
+static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
 {
-    uint32_t size = tile->size, level, x, y, k, levels = 3u;
-    size_t offset = 0, below = 0, i;
-    ism__open_holes(tile);
-    while (size >> levels < 2u) levels--;
-    for (level = 1; level <= levels; level++) {     /* cells hold 1 + the index of a texel, 0 = none */
+    uint32_t size = tile->size, level, x, y, k;
+    size_t offset = 0, below = 0;
+    for (level = 1; level <= levels; level++) {
         uint32_t half = size >> level;
         for (y = 0; y < half; y++)
             for (x = 0; x < half; x++) {
@@ -2285,37 +2300,71 @@ static void ism__fill(ism__tile *tile, uint32_t *pyramid)
         below = offset;
         offset += (size_t)half * half;
     }
-    for (i = 0; i < (size_t)size * size; i++) {
-        ism__texel *to = &tile->texels[i];
-        uint32_t tx = (uint32_t)(i % size), ty = (uint32_t)(i / size), found = 0, least = UINT32_MAX;
+}
+
+/* The depth that an empty texel takes from the two surfels nearest to it: the first one's depth, or its plane's at this
+   texel, whichever would have foretold the second one better. No depth is ever mixed with another. */
+static float ism__push(const ism__tile *tile, size_t i, const ism__texel *first, const ism__texel *second)
+{
+    const float *w = tile->directions + 3u * i;
+    float t = ism__plane_depth(tile, first->g, w), there;
+    there = ism__plane_depth(tile, first->g, tile->directions + 3u * (size_t)(second - tile->texels));
+    if (fabsf(first->t - second->t) <= fabsf(there - second->t)) return first->t;
+    return t > 0.5f * first->t && t < 2.0f * first->t ? t : first->t;
+}
+
+/* Push: an empty texel looks at the 3 x 3 cells about it, level by level, and takes the nearest surfel once there are some in
+   three quadrants about it: outside of a silhouette the far side is empty, and stays so. Nothing leaves the tile. */
+static void ism__fill(ism__tile *tile, uint32_t *pyramid)
+{
+    uint32_t size = tile->size, level, levels = 3u;
+    size_t i, texels = (size_t)size * size;
+    ism__open_holes(tile);
+    while (size >> levels < 2u) levels--;
+    ism__pull(tile, pyramid, levels);
+    for (i = 0; i < texels; i++) {
+        ism__texel *to = &tile->texels[i], *first = NULL, *second = NULL;
+        int tx = (int)(i % size), ty = (int)(i / size), least = 0, next = 0, x, y;
+        uint32_t found = 0;
+        size_t offset = 0;
         if (to->t < ISM_FAR) continue;
-        for (level = 1, offset = 0; level <= levels && !found; level++) {
-            uint32_t half = size >> level, cx = tx >> level, cy = ty >> level, middle = 1u << (level - 1u);
-            for (k = 0; k < 4u; k++) {
-                uint32_t nx = k & 1u ? ((tx & ((1u << level) - 1u)) < middle ? cx - 1u : cx + 1u) : cx;
-                uint32_t ny = k & 2u ? ((ty & ((1u << level) - 1u)) < middle ? cy - 1u : cy + 1u) : cy, at, d;
-                if (nx >= half || ny >= half) continue;
-                at = pyramid[offset + (size_t)ny * half + nx];
-                if (!at) continue;
-                d = ((at - 1u) % size - tx) * ((at - 1u) % size - tx) + ((at - 1u) / size - ty) * ((at - 1u) / size - ty);
-                if (d < least) {
-                    least = d;
-                    found = at;
+        to->x = 0;
+        for (level = 1; level <= levels; level++) {
+            int half = (int)(size >> level), cx = tx >> level, cy = ty >> level;
+            if (second && ism__three_quadrants(found)) break;
+            for (y = cy - 1; y <= cy + 1; y++)
+                for (x = cx - 1; x <= cx + 1; x++) {
+                    uint32_t at;
+                    int dx, dy, d;
+                    if (x < 0 || y < 0 || x >= half || y >= half) {
+                        found |= ism__quadrant(x - cx, y - cy);
+                        continue;
+                    }
+                    at = pyramid[offset + (size_t)(y * half + x)];
+                    if (!at) continue;
+                    dx = (int)((at - 1u) % size) - tx;
+                    dy = (int)((at - 1u) / size) - ty;
+                    d = dx * dx + dy * dy;
+                    found |= ism__quadrant(dx, dy);
+                    if (!first || d < least) {
+                        if (first && first != &tile->texels[at - 1u]) {
+                            second = first;
+                            next = least;
+                        }
+                        first = &tile->texels[at - 1u];
+                        least = d;
+                    } else if (first != &tile->texels[at - 1u] && (!second || d < next)) {
+                        second = &tile->texels[at - 1u];
+                        next = d;
+                    }
                 }
-            }
-            offset += (size_t)half * half;
+            offset += (size_t)half * (size_t)half;
         }
-        if (found) {
-            const ism__texel *from = &tile->texels[found - 1u];
-            float t = ism__plane_depth(tile, from->g, tile->directions + 3u * i);
-            float lo = 0.5f * from->t, hi = 2.0f * from->t;
-            to->g[0] = t > lo && t < hi ? t : t >= hi ? hi : from->t;     /* kept aside: t marks what is empty */
-            to->triangle = from->triangle;
-            to->x = 1;
-            tile->filled++;
-        } else {
-            to->x = 0;
-        }
+        if (!second || !ism__three_quadrants(found)) continue;
+        to->g[0] = ism__push(tile, i, first, second);    /* kept aside: t marks what is empty */
+        to->triangle = first->triangle;
+        to->x = 1;
+        tile->filled++;
     }
 }
 
@@ -2543,9 +2592,9 @@ static float ism__patch_kernel(const ism__frame_of *f, ism__v3 d, ism__v3 n, flo
     ism__v3 c[4], x = ism__v3_scale(f->x, 0.5f * side), y = ism__v3_scale(f->y, 0.5f * side);
     float share, form;
     c[0] = ism__v3_sub(ism__v3_sub(d, x), y);
-    c[1] = ism__v3_add(ism__v3_sub(d, x), y);
+    c[1] = ism__v3_sub(ism__v3_add(d, x), y);
     c[2] = ism__v3_add(ism__v3_add(d, x), y);
-    c[3] = ism__v3_sub(ism__v3_add(d, x), y);
+    c[3] = ism__v3_add(ism__v3_sub(d, x), y);
     form = ism__form_factor(n, c, 4, &share);
     return form > 0.0f && share > 0.0f ? form * ISM__PI / (side * side * share) : 0.0f;
 }
@@ -3114,7 +3163,7 @@ static int ism__resolve(ism_desc *d)
     if (!d->lazy) d->lazy = 8u;
     if (!(d->flux_share > 0.0f)) d->flux_share = 0.1f;
     if (!(d->area_share > 0.0f)) d->area_share = 0.2f;
-    if (!(d->splat_scale > 0.0f)) d->splat_scale = 1.0f;
+    if (!(d->splat_scale > 0.0f)) d->splat_scale = 1.5f;
     return 1;
 }
 

@@ -321,7 +321,7 @@ static const rd_key keys[] = {
     { "near", RD_WORD, "patch|sphere|clamp|mean|none", 0, 0, "patch", "light close to a VPL" },
     { "clamp", RD_NUMBER, NULL, 1e-6, 1e6, "1", "near=clamp: 1/m^2; near=mean: times the mean of a pixel's VPLs" },
     { "bias", RD_NUMBER, NULL, 0, 0.9, "0.02", "share of the distance" },
-    { "splat", RD_NUMBER, NULL, 0.01, 16, "1", "area of a disc over that of its point" },
+    { "splat", RD_NUMBER, NULL, 0.01, 16, "1.5", "area of a disc over that of its point" },
     { "lazy", RD_INTEGER, NULL, 1, 64, "8", "frames until all points are renewed" },
     { "stable", RD_WORD, "0|1", 0, 0, "1", "VPLs and points keep their random numbers from frame to frame" },
     { "inter_texel", RD_WORD, "0|1", 0, 0, "1", "VPLs between texels" },

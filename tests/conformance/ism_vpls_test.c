@@ -1,0 +1,362 @@
+/* ism_vpls_test - virtual point lights and their light: power (T41), clamping (T44), bounces (T45), inter-texel places (T55),
+   culling (T56), equal frames and flicker (T57). */
+
+#define ISM_IMPLEMENTATION
+#include "ism.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+#include "conformance.h"
+#include "unit/ism_util.h"
+
+static soup mesh;
+static grid lit, eye;
+
+/* A floor of 4 x 4 m with a step in it, lit by a sun whose map is n x n and begins at `from`; flux varies. */
+static ism_source make_floor(uint32_t n, float from)
+{
+    const float u[3] = { 4, 0, 0 }, v[3] = { 0, 0, 4 }, up[3] = { 0, 1, 0 };
+    float a[3];
+    uint32_t i;
+    a[0] = from;
+    a[1] = 0;
+    a[2] = -2;
+    grid_fill(&lit, n, n, a, u, v, up, 0);
+    for (i = 0; i < n * n; i++) {
+        float x = lit.p[3 * i], z = lit.p[3 * i + 2], f = (1.2f + sinf(3 * x) * cosf(2 * z)) * 16 / (float)(n * n);
+        if (x > 0.5f) lit.p[3 * i + 1] = 0.7f;
+        lit.f[3 * i] = f;
+        lit.f[3 * i + 1] = 0.5f * f;
+        lit.f[3 * i + 2] = 0.25f * f;
+    }
+    return grid_source(&lit);
+}
+
+static ism_view make_wall(uint32_t w, uint32_t h)
+{
+    const float a[3] = { -2, 2, -2 }, u[3] = { 4, 0, 0 }, v[3] = { 0, -2, 0 }, n[3] = { 0, 0, 1 };
+    ism_view view;
+    grid_fill(&eye, w, h, a, u, v, n, 0);
+    view = grid_view(&eye);
+    /* clip x = x / 2, y = y - 1, w = 1: the wall fills the picture */
+    view.matrix[0] = 0.5f;
+    view.matrix[5] = 1;
+    view.matrix[13] = -1;
+    view.matrix[15] = 1;
+    return view;
+}
+
+static void power_is_kept(void **state)
+{
+    static const char *const names[4] = { "", "importance by flux", "bidirectional importance", "guided importance" };
+    ism_source s = make_floor(32, -2);
+    ism_view view = make_wall(32, 16);
+    int importance;
+    size_t i;
+    double truth = 0;
+    (void)state;
+    for (i = 0; i < 32 * 32; i++) truth += (double)lit.f[3 * i];
+    for (importance = 1; importance < ISM_IMPORTANCE_COUNT; importance++) {
+        enum { RUNS = 200 };
+        double sum = 0, square = 0, least = 1e30, most = 0, sigma;
+        ism_desc d;
+        ism_maps *m;
+        ism_frame f;
+        char text[80];
+        memset(&d, 0, sizeof d);
+        memset(&f, 0, sizeof f);
+        d.vpl_count = 64;
+        d.importance = (ism_importance)importance;
+        d.unstable = 1;
+        f.sources = &s;
+        f.source_count = 1;
+        f.view = &view;
+        assert_int_equal(ism_create(&d, &m), ISM_OK);
+        for (f.index = 0; f.index < RUNS; f.index++) {
+            size_t n;
+            const ism_vpl *v;
+            double total = 0;
+            assert_int_equal(ism_choose(m, &f), ISM_OK);
+            v = ism_vpls(m, &n);
+            assert_int_equal(n, 64);
+            for (i = 0; i < n; i++) {
+                total += (double)v[i].flux[0];
+                least = fmin(least, (double)v[i].flux[0]);
+                most = fmax(most, (double)v[i].flux[0]);
+            }
+            sum += total / RUNS;
+            square += total * total / RUNS;
+        }
+        sigma = sqrt(fmax(square - sum * sum, 0) / RUNS) / truth;
+        snprintf(text, sizeof text, "%s: mean power of VPLs over that of the map", names[importance]);
+        CONFORM("T41", text, 1, sum / truth, 3 * sigma + 1e-5);
+        if (importance == ISM_IMPORTANCE_FLUX)
+            CONFORM("T41", "importance by flux: brightest over darkest VPL", 1, most / least, 1e-4);
+        ism_destroy(m);
+    }
+}
+
+static void clamping_is_reported(void **state)
+{
+    enum { SIDE = 128 };
+    static ism_vpl list[SIDE * SIDE];
+    const float a[3] = { 0, 0.1f, 0 }, u[3] = { 1e-3f, 0, 0 }, v[3] = { 0, 0, 1e-3f }, down[3] = { 0, -1, 0 };
+    ism_view view;
+    ism_desc d;
+    ism_maps *m;
+    ism_shading s = ism_shading_default();
+    ism_stats stats;
+    float light[3];
+    int i;
+    (void)state;
+    for (i = 0; i < SIDE * SIDE; i++) {     /* radiance 1 over 4 x 4 m, which is 99.8 % of the plane seen from 0.1 */
+        list[i] = util_vpl(((float)(i % SIDE) + 0.5f) * 4 / SIDE - 2, 0, ((float)(i / SIDE) + 0.5f) * 4 / SIDE - 2, 0, 1, 0,
+                           (float)UTIL_PI * 16 / (SIDE * SIDE));
+        list[i].area = 16.0f / (SIDE * SIDE);
+    }
+    grid_fill(&eye, 1, 1, a, u, v, down, 0);
+    view = grid_view(&eye);
+    memset(&d, 0, sizeof d);
+    d.vpl_count = SIDE * SIDE;
+    d.points = 8;
+    d.tile_size = 8;
+    assert_int_equal(ism_create(&d, &m), ISM_OK);
+    assert_int_equal(ism_set_vpls(m, list, SIDE * SIDE), ISM_OK);
+    s.no_maps = 1;
+    s.near_mode = ISM_NEAR_CLAMP;
+    s.clamp = 25;
+    assert_int_equal(ism_shade(m, &view, &s, light, &stats), ISM_OK);
+    /* pi L (1 - h sqrt c)^2 of pi L; 128^2 VPLs 3 cm apart and the plane's end: 0.005 */
+    CONFORM("T44", "h = 0.1, c = 25: share lost, as reported", 0.25, stats.lost_energy, 0.005);
+    CONFORM("T44", "h = 0.1, c = 25: irradiance left", 0.75 * UTIL_PI, light[0], 0.03);
+    s.near_mode = ISM_NEAR_PATCH;
+    assert_int_equal(ism_shade(m, &view, &s, light, &stats), ISM_OK);
+    CONFORM("T44", "the same by patches: irradiance", UTIL_PI, light[0], 0.02);
+    CONFORM("T44", "the same by patches: share lost", 0, stats.lost_energy, 0);
+    ism_destroy(m);
+}
+
+/* A closed box whose walls emit radiance 1 with albedo 0.5: radiance 1, 1.5, 1.75, ... */
+static void a_closed_furnace(void **state)
+{
+    enum { VPLS = 512, SIDE = 8 };
+    static float emission[3 * 4096], at[3 * VPLS * SIDE * SIDE], n[3 * VPLS * SIDE * SIDE], flux[3 * VPLS * SIDE * SIDE];
+    static float light[3 * 24 * 24];
+    const float lo[3] = { -1, -1, -1 }, hi[3] = { 1, 1, 1 };
+    const float a[3] = { -1, -1, -1 }, u[3] = { 2, 0, 0 }, v[3] = { 0, 0, 2 }, up[3] = { 0, 1, 0 };
+    double sum = 1;
+    ism_mesh m;
+    ism_view view;
+    ism_source s;
+    ism_frame f;
+    size_t i;
+    int bounce;
+    (void)state;
+    mesh.triangles = 0;
+    soup_box(&mesh, lo, hi, -1, 6);
+    m = soup_mesh(&mesh);
+    for (i = 0; i < 3 * mesh.triangles; i++) emission[i] = 1;
+    grid_fill(&eye, 24, 24, a, u, v, up, 0);
+    view = grid_view(&eye);
+    assert_int_equal(ism_emitter_points(&m, emission, 4096, 1, NULL, at, n, flux), ISM_OK);
+    memset(&s, 0, sizeof s);
+    memset(&f, 0, sizeof f);
+    s.width = 4096;
+    s.height = 1;
+    s.positions = at;
+    s.normals = n;
+    s.fluxes = flux;
+    s.scattered = 1;
+    f.mesh = &m;
+    f.sources = &s;
+    f.source_count = 1;
+    f.view = &view;
+    for (bounce = 1; bounce <= 2; bounce++) {
+        static const double expected[3] = { 1, 1.5, 1.75 };
+        ism_desc d;
+        ism_maps *maps;
+        double mean = 0;
+        char text[60];
+        memset(&d, 0, sizeof d);
+        d.vpl_count = VPLS;
+        d.points = 1024;
+        d.tile_size = 32;
+        d.keep_hits = 1;
+        assert_int_equal(ism_create(&d, &maps), ISM_OK);
+        assert_int_equal(ism_render(maps, &f, NULL, light, NULL), ISM_OK);
+        for (i = 0; i < 24 * 24; i++) mean += (double)light[3 * i] / (24 * 24);
+        sum += 0.5 * mean / UTIL_PI;
+        snprintf(text, sizeof text, "radiance after %d bounce%s", bounce, bounce > 1 ? "s" : "");
+        /* 512 VPLs at random places beside a floor that meets the walls: 3 % a bounce */
+        CONFORM("T45", text, expected[bounce], sum, 0.03 * bounce);
+        assert_int_equal(ism_bounce(maps, &m, SIDE, at, n, flux), ISM_OK);
+        s.width = VPLS * SIDE * SIDE;
+        ism_destroy(maps);
+    }
+}
+
+static void vpls_glide(void **state)
+{
+    ism_view view = make_wall(32, 16);
+    ism_source s = make_floor(32, -2);
+    ism_desc d;
+    ism_maps *m;
+    ism_frame f;
+    double off = 0, farthest = 0, jumps = 0;
+    uint32_t step;
+    (void)state;
+    memset(&d, 0, sizeof d);
+    memset(&f, 0, sizeof f);
+    d.vpl_count = 256;
+    f.sources = &s;
+    f.source_count = 1;
+    f.view = &view;
+    assert_int_equal(ism_create(&d, &m), ISM_OK);
+    for (step = 0; step < 20; step++) {     /* the light, and its texels with it, moves by 2 mm: 1/60 of a texel */
+        static ism_vpl before[256];
+        const ism_vpl *v;
+        size_t n, i;
+        s = make_floor(32, -2 + 0.002f * (float)step);
+        f.index = step;
+        v = ism_vpls(m, &n);
+        memcpy(before, v, n * sizeof *v);
+        assert_int_equal(ism_choose(m, &f), ISM_OK);
+        v = ism_vpls(m, &n);
+        assert_int_equal(n, 256);
+        for (i = 0; i < n; i++) {
+            float x = v[i].position[0], dx = x - before[i].position[0], dz = v[i].position[2] - before[i].position[2];
+            double y = (double)v[i].position[1];
+            off = fmax(off, fmin(fabs(y), fabs(y - 0.7)));
+            if (step == 0) continue;
+            jumps += v[i].jumped;
+            if (!v[i].jumped) farthest = fmax(farthest, sqrt((double)(dx * dx + dz * dz)));
+        }
+    }
+    CONFORM_MAX("T55", "distance from the surface, m", 1e-5, off);
+    CONFORM_MAX("T55", "light moves 2 mm a frame, texels of 125 mm: farthest way of a VPL that is not flagged, mm", 180,
+                1000 * farthest);
+    CONFORM_MAX("T55", "VPLs flagged as jumping, share", 0.02, jumps / (19 * 256));
+    ism_destroy(m);
+}
+
+/* ---- T56, T57 ---- */
+
+typedef struct setting { ism_mesh mesh; ism_view view; ism_source source; ism_frame frame; ism_maps *maps; } setting;
+
+static void open_setting(setting *t, const ism_desc *extra)
+{
+    const float lo[3] = { -2, 0.01f, -1 }, hi[3] = { -1, 1.5f, 0.3f };
+    ism_desc d;
+    mesh.triangles = 0;
+    soup_box(&mesh, lo, hi, 1, 4);
+    memset(&d, 0, sizeof d);
+    if (extra) d = *extra;
+    d.vpl_count = 128;
+    d.points = 512;
+    d.tile_size = 32;
+    t->mesh = soup_mesh(&mesh);
+    t->view = make_wall(64, 48);
+    t->source = make_floor(32, -2);
+    memset(&t->frame, 0, sizeof t->frame);
+    t->frame.mesh = &t->mesh;
+    t->frame.sources = &t->source;
+    t->frame.source_count = 1;
+    t->frame.view = &t->view;
+    assert_int_equal(ism_create(&d, &t->maps), ISM_OK);
+}
+
+static void culling_changes_nothing(void **state)
+{
+    static float all[3 * 64 * 48], culled[3 * 64 * 48];
+    setting t;
+    ism_shading s = ism_shading_default();
+    ism_stats stats;
+    uint32_t i;
+    (void)state;
+    open_setting(&t, NULL);
+    /* half of the receivers below the step: VPLs on top of it face away from them */
+    for (i = 0; i < 64 * 48; i++)
+        if (eye.p[3 * i + 1] < 0.6f) eye.p[3 * i + 1] -= 1;
+    for (s.pattern = 1; s.pattern <= 2; s.pattern++) {
+        s.cull = 0;
+        assert_int_equal(ism_render(t.maps, &t.frame, &s, all, NULL), ISM_OK);
+        s.cull = 1;
+        assert_int_equal(ism_shade(t.maps, &t.view, &s, culled, &stats), ISM_OK);
+        assert_true(stats.culled > 0.05);
+        assert_memory_equal(all, culled, sizeof all);
+    }
+    CONFORM_MIN("T56", "same bits; pairs of VPL and block culled, share", 0.05, stats.culled);
+    ism_destroy(t.maps);
+}
+
+static void frames_are_equal(void **state)
+{
+    static float first[3 * 64 * 48], now[3 * 64 * 48];
+    setting t;
+    ism_desc d;
+    ism_shading s = ism_shading_default();
+    double differ = 0;
+    (void)state;
+    s.pattern = 4;
+    open_setting(&t, NULL);
+    assert_int_equal(ism_render(t.maps, &t.frame, &s, first, NULL), ISM_OK);
+    for (t.frame.index = 1; t.frame.index < 10; t.frame.index++) {
+        assert_int_equal(ism_render(t.maps, &t.frame, &s, now, NULL), ISM_OK);
+        differ += memcmp(first, now, sizeof now) != 0;
+    }
+    ism_destroy(t.maps);
+    CONFORM("T57", "static scene: frames that are not the first one, bit by bit", 0, differ, 0);
+    memset(&d, 0, sizeof d);        /* tasks in the opposite order: the same bits too */
+    d.parallel_for = backwards;
+    open_setting(&t, &d);
+    assert_int_equal(ism_render(t.maps, &t.frame, &s, now, NULL), ISM_OK);
+    assert_memory_equal(first, now, sizeof now);
+    ism_destroy(t.maps);
+}
+
+/* Mean absolute difference of successive frames over the mean, for a light that moves 5 mm a frame. */
+static double flicker(int unstable)
+{
+    static float before[3 * 64 * 48], now[3 * 64 * 48];
+    setting t;
+    ism_desc d;
+    double change = 0, mean = 0;
+    uint32_t step, i;
+    memset(&d, 0, sizeof d);
+    d.unstable = unstable;
+    open_setting(&t, &d);
+    for (step = 0; step < 12; step++) {
+        t.source = make_floor(32, -2 + 0.005f * (float)step);
+        t.frame.index = step;
+        assert_int_equal(ism_render(t.maps, &t.frame, NULL, now, NULL), ISM_OK);
+        for (i = 0; step && i < 3 * 64 * 48; i++) {
+            change += fabs((double)now[i] - (double)before[i]);
+            mean += (double)now[i];
+        }
+        memcpy(before, now, sizeof now);
+    }
+    ism_destroy(t.maps);
+    return change / mean;
+}
+
+static void persistence_halves_flicker(void **state)
+{
+    double stable = flicker(0), unstable = flicker(1);
+    (void)state;
+    CONFORM_MAX("T57", "moving light: difference of frames with persistence over without", 0.5, stable / unstable);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(power_is_kept),
+        cmocka_unit_test(clamping_is_reported),
+        cmocka_unit_test(a_closed_furnace),
+        cmocka_unit_test(vpls_glide),
+        cmocka_unit_test(culling_changes_nothing),
+        cmocka_unit_test(frames_are_equal),
+        cmocka_unit_test(persistence_halves_flicker),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,146 @@
+/* ism_alloc_test - an allocation that fails, at every site: once, and from then on. No crash, no leak, ISM_ERR_ALLOC, output
+   untouched, and the same maps go on working. Peak memory is what the stats say. */
+
+#define ISM_IMPLEMENTATION
+#include "ism.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+#include "unit/ism_util.h"
+
+enum { W = 16, H = 8, PIXELS = W * H };
+
+static soup mesh;
+static grid lit, eye;
+
+static void make(ism_mesh *m, ism_source *s, ism_view *view, ism_frame *f)
+{
+    const float lo[3] = { -1, 0.5f, -1 }, hi[3] = { 0, 1, 1 }, a[3] = { -2, 0, -2 }, u[3] = { 4, 0, 0 }, v[3] = { 0, 0, 4 };
+    const float up[3] = { 0, 1, 0 }, down[3] = { 0, -1, 0 }, high[3] = { -2, 2, -2 };
+    mesh.triangles = 0;
+    soup_box(&mesh, lo, hi, 1, 2);
+    *m = soup_mesh(&mesh);
+    grid_fill(&lit, 8, 8, a, u, v, up, 1);
+    grid_fill(&eye, W, H, high, u, v, down, 0);
+    *s = grid_source(&lit);
+    *view = grid_view(&eye);
+    memset(f, 0, sizeof *f);
+    f->mesh = m;
+    f->sources = s;
+    f->source_count = 1;
+    f->view = view;
+}
+
+static ism_desc small_desc(ledger *l)
+{
+    ism_desc d;
+    memset(&d, 0, sizeof d);
+    d.vpl_count = 16;
+    d.points = 64;
+    d.tile_size = 16;
+    d.keep_hits = 1;
+    d.allocator = ledger_allocator(l);
+    return d;
+}
+
+static void every_allocation_fails(void **state)
+{
+    ism_mesh m;
+    ism_source s;
+    ism_view view;
+    ism_frame f;
+    int then_on;
+    long at;
+    (void)state;
+    make(&m, &s, &view, &f);
+    for (then_on = 0; then_on < 2; then_on++)
+        for (at = 0;; at++) {
+            ledger l;
+            ism_desc d = small_desc(&l);
+            ism_maps *maps = NULL;
+            ism_shading shading = ism_shading_default();
+            float out[3 * PIXELS], before[3 * PIXELS];
+            ism_result r;
+            shading.pattern = 2;
+            memset(out, 0x31, sizeof out);
+            memcpy(before, out, sizeof out);
+            l.fail_at = at;
+            l.from_then_on = then_on;
+            r = ism_create(&d, &maps);
+            if (r == ISM_OK) r = ism_render(maps, &f, &shading, out, NULL);
+            else assert_null(maps);
+            if (r == ISM_OK) {
+                assert_true((long)l.calls <= at);       /* none failed: all sites have been tried */
+                ism_destroy(maps);
+                assert_int_equal(l.live, 0);
+                break;
+            }
+            assert_int_equal(r, ISM_ERR_ALLOC);
+            assert_memory_equal(out, before, sizeof out);
+            l.fail_at = -1;
+            if (maps) assert_int_equal(ism_render(maps, &f, &shading, out, NULL), ISM_OK);
+            ism_destroy(maps);
+            assert_int_equal(l.live, 0);
+        }
+    assert_true(at > 10);
+}
+
+static void emitters_may_fail_too(void **state)
+{
+    static float radiance[3 * 4096];
+    float p[30], n[30], flux[30];
+    ism_mesh m;
+    ism_source s;
+    ism_view view;
+    ism_frame f;
+    long at;
+    size_t i;
+    (void)state;
+    make(&m, &s, &view, &f);
+    for (i = 0; i < 3 * 4096; i++) radiance[i] = 1;
+    for (at = 0; at < 2; at++) {
+        ledger l;
+        ism_allocator a = ledger_allocator(&l);
+        l.fail_at = at;
+        assert_int_equal(ism_emitter_points(&m, radiance, 10, 0, &a, p, n, flux), ISM_ERR_ALLOC);
+        assert_int_equal(l.live, 0);
+    }
+}
+
+static void peak_is_what_the_stats_say(void **state)
+{
+    ledger l;
+    ism_desc d = small_desc(&l);
+    ism_maps *maps;
+    ism_mesh m;
+    ism_source s;
+    ism_view view;
+    ism_frame f;
+    ism_stats stats;
+    float out[3 * PIXELS];
+    (void)state;
+    make(&m, &s, &view, &f);
+    assert_int_equal(ism_create(&d, &maps), ISM_OK);
+    assert_int_equal(ism_choose(maps, &f), ISM_OK);
+    assert_int_equal(ism_build(maps, &f), ISM_OK);
+    ism_get_stats(maps, &stats);
+    assert_int_equal(stats.bytes, l.now);
+    assert_int_equal(stats.peak_bytes, l.peak);
+    /* the manual's formula, and the sizes of its small parts */
+    assert_true(stats.bytes <= 12 * 16 * 64 + 8 * 64 * 64 + 2500 * 16 * 16 + 24 * mesh.triangles + 40 * 64 + 40 * PIXELS +
+                                   400 * 16 + 4096);
+    assert_int_equal(ism_shade(maps, &view, NULL, out, NULL), ISM_OK);
+    ism_destroy(maps);
+    assert_int_equal(l.live, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_allocation_fails),
+        cmocka_unit_test(emitters_may_fail_too),
+        cmocka_unit_test(peak_is_what_the_stats_say),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,335 @@
+/* ism_errors_test - bad input: a specific error with outputs untouched, or finite results; cancelling; descs. */
+
+#define ISM_IMPLEMENTATION
+#include "ism.h"
+
+#include <float.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+#include "unit/ism_util.h"
+
+#define NOT_A_NUMBER ism__from_bits(0x7fc00000u)
+#define INF ism__from_bits(0x7f800000u)
+
+enum { W = 16, H = 8, PIXELS = W * H };
+
+typedef struct world { ism_mesh mesh; ism_source source; ism_view view; ism_frame frame; ism_maps *maps; } world;
+
+static soup soup_of_test;
+static grid lit, eye;
+
+static ism_desc small_desc(void)
+{
+    ism_desc d;
+    memset(&d, 0, sizeof d);
+    d.vpl_count = 16;
+    d.points = 64;
+    d.tile_size = 16;
+    return d;
+}
+
+static void open_world(world *w, const ism_desc *desc)
+{
+    const float lo[3] = { -1, 0.5f, -1 }, hi[3] = { 0, 1, 1 }, a[3] = { -2, 0, -2 }, u[3] = { 4, 0, 0 }, v[3] = { 0, 0, 4 };
+    const float up[3] = { 0, 1, 0 }, down[3] = { 0, -1, 0 }, high[3] = { -2, 2, -2 };
+    ism_desc d = desc ? *desc : small_desc();
+    memset(w, 0, sizeof *w);
+    soup_of_test.triangles = 0;
+    soup_box(&soup_of_test, lo, hi, 1, 2);
+    w->mesh = soup_mesh(&soup_of_test);
+    grid_fill(&lit, 8, 8, a, u, v, up, 1);
+    grid_fill(&eye, W, H, high, u, v, down, 0);
+    w->source = grid_source(&lit);
+    w->view = grid_view(&eye);
+    w->frame.mesh = &w->mesh;
+    w->frame.sources = &w->source;
+    w->frame.source_count = 1;
+    w->frame.view = &w->view;
+    assert_int_equal(ism_create(&d, &w->maps), ISM_OK);
+}
+
+/* Renders: on failure nothing may be written, on success all must be finite and not negative. */
+static ism_result try_render(world *w, const ism_shading *s)
+{
+    float out[3 * PIXELS], before[3 * PIXELS];
+    ism_stats stats, untouched;
+    ism_result r;
+    size_t i;
+    memset(out, 0x31, sizeof out);
+    memcpy(before, out, sizeof out);
+    memset(&stats, 0x31, sizeof stats);
+    untouched = stats;
+    r = ism_render(w->maps, &w->frame, s, out, &stats);
+    if (r != ISM_OK) {
+        assert_memory_equal(out, before, sizeof out);
+        assert_memory_equal(&stats, &untouched, sizeof stats);
+    } else {
+        for (i = 0; i < 3 * PIXELS; i++) assert_true(out[i] >= 0 && out[i] < 1e30f);
+    }
+    return r;
+}
+
+static void descs_are_checked(void **state)
+{
+    ism_maps *maps = NULL;
+    ism_desc d;
+    int i;
+    (void)state;
+    for (i = 0; i < 16; i++) {
+        d = small_desc();
+        switch (i) {
+        case 0: d.vpl_count = 16385; break;
+        case 1: d.points = 7; break;
+        case 2: d.points = 65537; break;
+        case 3: d.tile_size = 4; break;
+        case 4: d.tile_size = 48; break;
+        case 5: d.tile_size = 512; break;
+        case 6: d.importance = ISM_IMPORTANCE_COUNT; break;
+        case 7: d.spread = ISM_SPREAD_COUNT; break;
+        case 8: d.projection = ISM_PROJECTION_COUNT; break;
+        case 9: d.view_grid = 17; break;
+        case 10: d.brsm_blur = 17; break;
+        case 11: d.lazy = 65; break;
+        case 12: d.flux_share = -0.1f; break;
+        case 13: d.area_share = 1.5f; break;
+        case 14: d.splat_scale = NOT_A_NUMBER; break;
+        default: d.allocator.alloc_fn = ledger_alloc; break;
+        }
+        assert_int_equal(ism_create(&d, &maps), ISM_ERR_DESC);
+        assert_null(maps);
+    }
+    assert_int_equal(ism_create(NULL, NULL), ISM_ERR_ARGUMENT);
+    ism_destroy(NULL);
+    for (i = 0; i < ISM_RESULT_COUNT; i++) assert_true(strlen(ism_result_text((ism_result)i)) > 1);
+    assert_string_equal(ism_result_text((ism_result)999), "unknown result");
+}
+
+static void arguments_are_checked(void **state)
+{
+    world w;
+    float out[3 * PIXELS];
+    size_t n;
+    uint32_t bad_index[3] = { 0, 1, 4000000000u };
+    ism_shading s = ism_shading_default();
+    ism_vpl v = util_vpl(0, 0, 0, 0, 1, 0, 1);
+    (void)state;
+    open_world(&w, NULL);
+    assert_int_equal(ism_shade(w.maps, &w.view, NULL, out, NULL), ISM_ERR_ORDER);
+    assert_int_equal(ism_build(w.maps, &w.frame), ISM_ERR_ORDER);
+    assert_int_equal(ism_points(w.maps, 0, NULL, 0, &n), ISM_ERR_ORDER);
+    assert_null(ism_atlas(w.maps, NULL, NULL));
+    assert_null(ism_importances(w.maps, 0, &n));
+    assert_int_equal(ism_visible(w.maps, 0, out, out, 0, 1, 0, out), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_render(NULL, &w.frame, NULL, out, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_render(w.maps, NULL, NULL, out, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_render(w.maps, &w.frame, NULL, NULL, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(try_render(&w, NULL), ISM_OK);
+    s.pattern = 3;
+    assert_int_equal(try_render(&w, &s), ISM_ERR_DESC);
+    s = ism_shading_default();
+    s.bias = -1;
+    assert_int_equal(try_render(&w, &s), ISM_ERR_DESC);
+    s = ism_shading_default();
+    s.clamp = NOT_A_NUMBER;
+    assert_int_equal(try_render(&w, &s), ISM_ERR_DESC);
+    w.view.width = 0;
+    assert_int_equal(try_render(&w, NULL), ISM_ERR_ARGUMENT);
+    w.view.width = W;
+    w.view.stride = 10;
+    assert_int_equal(try_render(&w, NULL), ISM_ERR_ARGUMENT);
+    w.view.stride = 0;
+    w.view.matrix[3] = INF;
+    assert_int_equal(try_render(&w, NULL), ISM_ERR_ARGUMENT);
+    w.view.matrix[3] = 0;
+    w.source.normals = NULL;
+    assert_int_equal(try_render(&w, NULL), ISM_ERR_INPUT);
+    w.source.normals = lit.n;
+    w.source.width = w.source.height = 65535;
+    assert_int_equal(try_render(&w, NULL), ISM_ERR_LIMIT);
+    w.source.width = w.source.height = 8;
+    w.mesh.vertex_stride = 6;
+    assert_int_equal(try_render(&w, NULL), ISM_ERR_INPUT);
+    w.mesh.vertex_stride = 0;
+    w.mesh.indices = bad_index;
+    w.mesh.index_count = 3;
+    assert_int_equal(try_render(&w, NULL), ISM_ERR_INPUT);
+    w.mesh.indices = NULL;
+    v.flux[1] = -1;
+    assert_int_equal(ism_set_vpls(w.maps, &v, 1), ISM_ERR_ARGUMENT);
+    v.flux[1] = 1;
+    v.normal[0] = 3;
+    assert_int_equal(ism_set_vpls(w.maps, &v, 1), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_set_vpls(w.maps, &v, 17), ISM_ERR_LIMIT);
+    assert_int_equal(ism_bounce(w.maps, &w.mesh, 8, out, out, out), ISM_ERR_ORDER);
+    assert_int_equal(ism_bounce(w.maps, &w.mesh, 3, out, out, out), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_sky_directions(out, 4, 0, 0, out, out, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_emitter_points(&w.mesh, NULL, 1, 0, NULL, out, out, out), ISM_ERR_ARGUMENT);
+    assert_int_equal(try_render(&w, NULL), ISM_OK);         /* and it goes on */
+    ism_destroy(w.maps);
+}
+
+/* Values that real data holds, put into each array in turn. */
+static void odd_values_give_finite_light(void **state)
+{
+    const float odd[] = { NOT_A_NUMBER, INF, -INF, 1e30f, -1e30f, 1e-40f, FLT_MAX, 0.0f, -1.0f };
+    size_t k, array;
+    uint32_t projection, mode;
+    (void)state;
+    for (k = 0; k < sizeof odd / sizeof odd[0]; k++)
+        for (array = 0; array < 6; array++) {
+            world w;
+            size_t i;
+            float *to[6];
+            ism_shading s = ism_shading_default();
+            ism_desc d = small_desc();
+            d.projection = (ism_projection)(1 + k % 4);
+            open_world(&w, &d);
+            s.near_mode = (ism_near)(1 + (k + array) % 4);
+            s.pattern = k % 2 ? 2 : 1;
+            to[0] = soup_of_test.p;
+            to[1] = lit.p;
+            to[2] = lit.n;
+            to[3] = lit.f;
+            to[4] = eye.p;
+            to[5] = eye.n;
+            for (i = 0; i < 20; i++) to[array][7 * i] = odd[k];
+            if (array == 3 && odd[k] > 1e20f) {     /* light without bounds has no finite sum */
+                ism_destroy(w.maps);
+                continue;
+            }
+            assert_int_equal(try_render(&w, &s), ISM_OK);
+            ism_destroy(w.maps);
+        }
+    for (projection = 1; projection < ISM_PROJECTION_COUNT; projection++)
+        for (mode = 1; mode < ISM_NEAR_COUNT; mode++) {
+            /* a receiver in, on and behind every VPL; lobes; opacities */
+            static float lobes[4 * 64], opacities[4096];
+            world w;
+            ism_desc d = small_desc();
+            ism_shading s = ism_shading_default();
+            size_t i;
+            d.projection = (ism_projection)projection;
+            d.vary_points = 1;
+            open_world(&w, &d);
+            for (i = 0; i < 64; i++) {
+                lobes[4 * i] = 0;
+                lobes[4 * i + 1] = 1;
+                lobes[4 * i + 2] = 0;
+                lobes[4 * i + 3] = i % 2 ? 1.0f : (float)i;
+            }
+            for (i = 0; i < soup_of_test.triangles; i++) opacities[i] = (float)(i % 5) * 0.25f;
+            w.source.lobes = lobes;
+            w.mesh.opacities = opacities;
+            memcpy(eye.p, lit.p, 3 * PIXELS / 2 * sizeof(float));
+            s.near_mode = (ism_near)mode;
+            if (mode != ISM_NEAR_NONE) assert_int_equal(try_render(&w, &s), ISM_OK);
+            ism_destroy(w.maps);
+        }
+}
+
+static void nothing_to_do_is_no_error(void **state)
+{
+    world w;
+    size_t n;
+    (void)state;
+    open_world(&w, NULL);
+    memset(lit.f, 0, sizeof lit.f);
+    assert_int_equal(try_render(&w, NULL), ISM_OK);         /* no light */
+    ism_vpls(w.maps, &n);
+    assert_int_equal(n, 0);
+    w.frame.source_count = 0;
+    assert_int_equal(try_render(&w, NULL), ISM_OK);
+    ism_destroy(w.maps);
+    open_world(&w, NULL);
+    w.frame.mesh = NULL;
+    assert_int_equal(try_render(&w, NULL), ISM_OK);         /* no occluders */
+    memset(soup_of_test.p, 0, sizeof soup_of_test.p);
+    w.frame.mesh = &w.mesh;
+    assert_int_equal(try_render(&w, NULL), ISM_OK);         /* degenerate ones */
+    memset(eye.n, 0, sizeof eye.n);
+    assert_int_equal(try_render(&w, NULL), ISM_OK);         /* background alone */
+    ism_destroy(w.maps);
+}
+
+static void a_sky_lights_and_shadows(void **state)
+{
+    static float texels[3 * 32 * 16], directions[3 * 32 * 16], fluxes[3 * 32 * 16], out[3 * PIXELS];
+    world w;
+    ism_desc d = small_desc();
+    uint64_t bad;
+    double sum = 0;
+    size_t i;
+    (void)state;
+    for (i = 0; i < 3 * 32 * 16; i++) texels[i] = 1;
+    texels[5] = NOT_A_NUMBER;
+    assert_int_equal(ism_sky_directions(texels, 32, 16, 0, directions, fluxes, &bad), ISM_OK);
+    assert_int_equal(bad, 1);
+    texels[5] = 1;
+    assert_int_equal(ism_sky_directions(texels, 32, 16, 0.3f, directions, fluxes, &bad), ISM_OK);
+    for (i = 0; i < 32 * 16; i++) sum += (double)fluxes[3 * i];
+    assert_true(fabs(sum - 4 * UTIL_PI) < 1e-4);
+    d.vpl_count = 512;
+    d.points = 1024;
+    d.tile_size = 32;
+    open_world(&w, &d);
+    memset(&w.source, 0, sizeof w.source);
+    w.source.kind = ISM_SOURCE_DIRECTIONS;
+    w.source.width = 32;
+    w.source.height = 16;
+    w.source.positions = directions;
+    w.source.fluxes = fluxes;
+    for (i = 0; i < PIXELS; i++) {                          /* on the ground, the left half under the box */
+        eye.p[3 * i + 1] = 0;
+        eye.n[3 * i + 1] = 1;
+        eye.p[3 * i] = i % 2 ? 3.5f : -0.5f;
+        eye.p[3 * i + 2] = 0;
+    }
+    assert_int_equal(ism_render(w.maps, &w.frame, NULL, out, NULL), ISM_OK);
+    assert_true(fabs((double)out[3] - UTIL_PI) < 0.3);               /* the box covers 2 % of that sky */
+    assert_true(out[0] < 0.6f * out[3]);
+    ism_destroy(w.maps);
+}
+
+static int stop_at;
+static int count_down(void *user, float fraction)
+{
+    (void)user;
+    assert_true(fraction >= 0 && fraction <= 1);
+    return stop_at-- == 0;
+}
+
+static void every_call_of_progress_may_cancel(void **state)
+{
+    int at;
+    (void)state;
+    for (at = 0; at < 1000; at++) {
+        world w;
+        ism_desc d = small_desc();
+        ism_result r;
+        d.progress = count_down;
+        stop_at = 1000000;
+        open_world(&w, &d);
+        stop_at = at;
+        r = try_render(&w, NULL);
+        stop_at = 1000000;
+        if (r == ISM_ERR_CANCELLED) assert_int_equal(try_render(&w, NULL), ISM_OK);
+        ism_destroy(w.maps);
+        if (r == ISM_OK) break;
+        assert_int_equal(r, ISM_ERR_CANCELLED);
+    }
+    assert_true(at > 10 && at < 1000);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(descs_are_checked),
+        cmocka_unit_test(arguments_are_checked),
+        cmocka_unit_test(odd_values_give_finite_light),
+        cmocka_unit_test(nothing_to_do_is_no_error),
+        cmocka_unit_test(a_sky_lights_and_shadows),
+        cmocka_unit_test(every_call_of_progress_may_cancel),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
