@@ -6,6 +6,7 @@
 # make conformance  docs/conformance.md from what the tests measure
 # make stamp      writes src/shared into the headers; make embed writes src/shaders into gl_backend.h; make readme
 #                 writes the README's table
+# make msan       uninitialised memory, by clang; make valgrind; make check-stack: 32 KiB a call
 # make bench      build/bench all; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
 #
 # config=release  -O2, the default          config=sanitize  address and undefined behaviour
@@ -85,7 +86,7 @@ REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/f
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
 
 .PHONY: all programs tests test run-tests demo bench stamp check-stamp embed check-embed check-glsl readme check-readme \
-        check-docs check-leaks check-compile check conformance check-conformance deps fuzz fuzzers coverage clean FORCE
+        check-docs check-leaks check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -224,6 +225,16 @@ check-leaks:
 	@CC='$(CC)' sh tools/check-leaks $(HEADERS)
 check-compile:
 	@sh tests/compile/check $(HEADERS)
+check-stack:
+	@sh tools/check-stack $(HEADERS)
+# Short tests of the headers alone, with the shim instead of cmocka: neither checker can look into a library not built
+# for it. Longer: make msan ONLY=csm_
+msan: export ONLY ?= shared_test\|errors_test\|pack_test
+msan:
+	@sh tools/plain-tests clang '-O1 -g -fno-omit-frame-pointer -fsanitize=memory' ''
+valgrind: export ONLY ?= shared_test\|pack_test
+valgrind:
+	@sh tools/plain-tests gcc '-O1 -g' 'valgrind -q --error-exitcode=99 --leak-check=full'
 check: check-stamp check-embed check-readme check-docs check-leaks check-compile check-glsl
 
 clean:
