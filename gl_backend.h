@@ -803,7 +803,8 @@ typedef struct glbk_csm_questions {
 } glbk_csm_questions;
 
 typedef struct glbk_csm_asker { /* read only; zeroed = none */
-    glbk_program program;
+    glbk_program programs[12];  /* by ask and filter, compiled when first asked for */
+    uint32_t     program;
     glbk_texture questions, answers;
     glbk_target  target;
     glbk_buffer  frame, asked, answered;    /* the latter two: compute path */
@@ -816,7 +817,7 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
                                       uint32_t count);
 GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count, float *visible);
 GLBK_DEF void glbk_csm_asker_destroy(glbk_context *ctx, glbk_csm_asker *asker);
-/* upload    puts the questions on the GPU; run answers the first count of them (may be repeated); read waits and copies
+/* upload    puts the questions on the GPU, and compiles a program for the first ones of their ask and filter; run answers the first count of them (may be repeated); read waits and copies
              count floats: 1 lit, 0 dark, between with PCF, -1 refused
    Where ctx->compute, the compute path is taken. */
 
@@ -3312,6 +3313,7 @@ static const char *const glbk__glsl_prog_csm_peel_vert[] = {
 static const char *const glbk__glsl_prog_csm_query_comp[] = {
     "// csm_query.frag as a compute shader over storage buffers.\n",
     "// uses: csm_visible\n",
+    "// sets: CSM_ASK=0 CSM_FILTER=0 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1\n",
     "layout(local_size_x = 64) in;\n",
     "\n",
     "void main()\n",
@@ -3319,7 +3321,7 @@ static const char *const glbk__glsl_prog_csm_query_comp[] = {
     "    uint i = gl_GlobalInvocationID.y * 65536u + gl_GlobalInvocationID.x;\n",
     "    if (i >= glbk_csm_frame.range.x) return;\n",
     "    uvec4 point = glbk_csm_asked[2u * i], light = glbk_csm_asked[2u * i + 1u], range = glbk_csm_frame.range;\n",
-    "    cohsm_query q = cohsm_query(int(glbk_csm_frame.light.w), int(range.z), glbk_csm_frame.query.x, range.w, light.w);\n",
+    "    cohsm_query q = cohsm_query(CSM_ASK, CSM_FILTER, glbk_csm_frame.query.x, range.w, light.w);\n",
     "    glbk_csm_answers[i] = csm_visible(point.w, q, uintBitsToFloat(point.xyz), uintBitsToFloat(light.xyz));\n",
     "}\n"
 };
@@ -3328,6 +3330,7 @@ static const char *const glbk__glsl_prog_csm_query_frag[] = {
     "// Answers a table of questions, two texels each: point, instance that it lies on; light, number for roulette.\n",
     "// uses: csm_visible\n",
     "// with: screen.vert\n",
+    "// sets: CSM_ASK=0 CSM_FILTER=0 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1\n",
     "layout(location = 0) out uvec4 result;\n",
     "\n",
     "void main()\n",
@@ -3336,7 +3339,7 @@ static const char *const glbk__glsl_prog_csm_query_frag[] = {
     "    uvec4 point = texelFetch(glbk_csm_questions, glbk_table_at(2u * i), 0);\n",
     "    uvec4 light = texelFetch(glbk_csm_questions, glbk_table_at(2u * i + 1u), 0);\n",
     "    uvec4 range = glbk_csm_frame.range;\n",
-    "    cohsm_query q = cohsm_query(int(glbk_csm_frame.light.w), int(range.z), glbk_csm_frame.query.x, range.w, light.w);\n",
+    "    cohsm_query q = cohsm_query(CSM_ASK, CSM_FILTER, glbk_csm_frame.query.x, range.w, light.w);\n",
     "    result = uvec4(floatBitsToUint(csm_visible(point.w, q, uintBitsToFloat(point.xyz), uintBitsToFloat(light.xyz))),\n",
     "                   0u, 0u, 0u);\n",
     "}\n"
@@ -3445,10 +3448,10 @@ static const glbk_file glbk__files[] = {
       "CSM_FIRST=1 | CSM_FIRST=0" },
     { "prog/csm_peel.vert", glbk__glsl_prog_csm_peel_vert, 12, "csm_bindings", "",
       "" },
-    { "prog/csm_query.comp", glbk__glsl_prog_csm_query_comp, 12, "csm_visible", "",
-      "" },
-    { "prog/csm_query.frag", glbk__glsl_prog_csm_query_frag, 15, "csm_visible", "screen.vert",
-      "" },
+    { "prog/csm_query.comp", glbk__glsl_prog_csm_query_comp, 13, "csm_visible", "",
+      "CSM_ASK=0 CSM_FILTER=0 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" },
+    { "prog/csm_query.frag", glbk__glsl_prog_csm_query_frag, 16, "csm_visible", "screen.vert",
+      "CSM_ASK=0 CSM_FILTER=0 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" },
     { "prog/csm_resolve.frag", glbk__glsl_prog_csm_resolve_frag, 10, "csm_bindings", "screen.vert",
       "" },
     { "prog/csm_shade.comp", glbk__glsl_prog_csm_shade_comp, 15, "csm_gbuffer csm_shade", "",
@@ -4957,8 +4960,7 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
     memset(&texture, 0, sizeof texture);
     memset(&target, 0, sizeof target);
     out->capacity = capacity;
-    result = glbk_program_create(ctx, ctx->compute ? "csm_query.comp" : "csm_query.frag", NULL, &out->program);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_frame), NULL, &out->frame);
+    result = glbk_buffer_create(ctx, sizeof(glbk_csm_frame), NULL, &out->frame);
     if (result == GLBK_OK && ctx->compute) {
         result = glbk_buffer_create(ctx, 32 * (size_t)capacity, NULL, &out->asked);
         if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * (size_t)capacity, NULL, &out->answered);
@@ -4977,16 +4979,23 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
 
 GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_questions *q)
 {
+    char defines[] = "CSM_ASK=0 CSM_FILTER=0";
     glbk_csm_frame frame;
     glbk_result result;
 
     if (!ctx || !asker || !asker->capacity || !q || !q->items || !q->count || q->count > asker->capacity ||
         (unsigned)q->ask >= GLBK_CSM_ASK_COUNT || (unsigned)q->filter >= GLBK_CSM_FILTER_COUNT || !(q->bias >= 0))
         return GLBK_ERR_ARGUMENT;
+    asker->program = 3 * (uint32_t)q->ask + (uint32_t)q->filter;
+    defines[8] = (char)('0' + (int)q->ask);
+    defines[21] = (char)('0' + (int)q->filter);
+    if (!asker->programs[asker->program].name) {
+        result = glbk_program_create(ctx, ctx->compute ? "csm_query.comp" : "csm_query.frag", defines,
+                                     &asker->programs[asker->program]);
+        if (result != GLBK_OK) return result;
+    }
     memset(&frame, 0, sizeof frame);
-    frame.light[3] = (uint32_t)q->ask;
     frame.range[0] = q->count;
-    frame.range[2] = (uint32_t)q->filter;
     frame.range[3] = q->seed;
     frame.query[0] = q->bias;
     result = glbk_buffer_update(ctx, &asker->frame, 0, sizeof frame, &frame);
@@ -4999,16 +5008,18 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
                                       uint32_t count)
 {
     glbk_pass pass;
+    glbk_program *program;
     glbk_result result;
     uint32_t groups = (count + 63) / 64;
 
     if (!ctx || !asker || !maps || !count || count > asker->capacity) return GLBK_ERR_ARGUMENT;
+    program = &asker->programs[asker->program];
     memset(&pass, 0, sizeof pass);
     if (!asker->asked.name) {
         pass.target = &asker->target;
         pass.viewport[2] = 1024;
         pass.viewport[3] = (int32_t)((count + 1023) / 1024);
-        result = glbk_begin(ctx, &pass, &asker->program);
+        result = glbk_begin(ctx, &pass, program);
         if (result != GLBK_OK) return result;
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_questions, &asker->questions);
     }
@@ -5020,7 +5031,7 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
     }
     glbk_bind_storage(ctx, GLBK_SLOT_glbk_csm_asked, &asker->asked);
     glbk_bind_storage(ctx, GLBK_SLOT_glbk_csm_answers, &asker->answered);
-    return glbk_dispatch(ctx, &asker->program, groups < 1024 ? groups : 1024, (groups + 1023) / 1024, 1);
+    return glbk_dispatch(ctx, program, groups < 1024 ? groups : 1024, (groups + 1023) / 1024, 1);
 }
 
 GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count, float *visible)
@@ -5040,8 +5051,9 @@ GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker,
 
 GLBK_DEF void glbk_csm_asker_destroy(glbk_context *ctx, glbk_csm_asker *asker)
 {
+    int i;
     if (!asker) return;
-    glbk_program_destroy(ctx, &asker->program);
+    for (i = 0; i < 12; i++) glbk_program_destroy(ctx, &asker->programs[i]);
     glbk_target_destroy(ctx, &asker->target);
     glbk_texture_destroy(ctx, &asker->questions);
     glbk_texture_destroy(ctx, &asker->answers);

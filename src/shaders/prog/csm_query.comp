@@ -1,5 +1,6 @@
 // csm_query.frag as a compute shader over storage buffers.
 // uses: csm_visible
+// sets: CSM_ASK=0 CSM_FILTER=0 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1
 layout(local_size_x = 64) in;
 
 void main()
@@ -7,6 +8,6 @@ void main()
     uint i = gl_GlobalInvocationID.y * 65536u + gl_GlobalInvocationID.x;
     if (i >= glbk_csm_frame.range.x) return;
     uvec4 point = glbk_csm_asked[2u * i], light = glbk_csm_asked[2u * i + 1u], range = glbk_csm_frame.range;
-    cohsm_query q = cohsm_query(int(glbk_csm_frame.light.w), int(range.z), glbk_csm_frame.query.x, range.w, light.w);
+    cohsm_query q = cohsm_query(CSM_ASK, CSM_FILTER, glbk_csm_frame.query.x, range.w, light.w);
     glbk_csm_answers[i] = csm_visible(point.w, q, uintBitsToFloat(point.xyz), uintBitsToFloat(light.xyz));
 }

@@ -1,0 +1,430 @@
+/* gl_csm.c - csm on OpenGL: visibility queries, pictures and builds a second, on the core path and, where the context has
+   4.3, on the compute path. Wall time round glFinish (a read in builds): timer queries of software drivers are wrong, and
+   on real GPUs the two agree at these lengths. */
+#define _POSIX_C_SOURCE 200809L
+#include "bench.h"
+#include "gl_context.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct rig { ex_gl *context; glbk_context gl; char log[400]; } rig;
+
+static int open_rig(rig *r, int core_only)
+{
+    ex_gl_options options = { EX_GL_HEADLESS, 0, 0, 0, 0, 0, 0, 0, 0, NULL };
+    char error[EX_ERROR_SIZE];
+    glbk_desc desc;
+    memset(r, 0, sizeof *r);
+    memset(&desc, 0, sizeof desc);
+    r->context = ex_gl_create(&options, error);
+    if (!r->context)
+        return bn_failed("OpenGL", error);
+    desc.get_proc = ex_gl_get_proc;
+    desc.user = r->context;
+    desc.log = r->log;
+    desc.log_size = sizeof r->log;
+    desc.core_only = core_only;
+    if (glbk_init(&r->gl, &desc) == GLBK_OK)
+        return 0;
+    ex_gl_free(r->context);
+    return bn_failed("OpenGL", r->log);
+}
+
+static void close_rig(rig *r)
+{
+    glbk_destroy(&r->gl);
+    ex_gl_free(r->context);
+}
+
+static int gl_failed(const rig *r, glbk_result result)
+{
+    return bn_failed(glbk_result_text(result), r->log);
+}
+
+static void begin(const bn_options *options, const rig *r, const char *bench)
+{
+    bn_begin(options, bench, options->threads, "none");
+    bn_text("gl_renderer", r->gl.renderer);
+    bn_text("path", r->gl.compute ? "compute" : "core");
+}
+
+static uint32_t random_word(uint64_t *seed)
+{
+    *seed = *seed * 6364136223846793005u + 1442695040888963407u;
+    return (uint32_t)(*seed >> 32);
+}
+
+static float random_in(uint64_t *seed, float low, float high)
+{
+    return low + (high - low) * ((float)(random_word(seed) >> 8) / 16777216.0f);
+}
+
+static void random_direction(uint64_t *seed, float *d)
+{
+    float z = random_in(seed, -1, 1), phi = random_in(seed, 0, 6.2831853f), r = sqrtf(1 - z * z);
+    d[0] = r * cosf(phi);
+    d[1] = z;
+    d[2] = r * sinf(phi);
+}
+
+static cohsm_maps *build_maps(const bn_options *options, const bn_model *model, uint32_t side, uint32_t m)
+{
+    cohsm_desc desc = bn_desc(options);
+    cohsm_mesh mesh = bn_model_mesh(model);
+    cohsm_maps *maps = NULL;
+    desc.domain.side[0] = desc.domain.side[1] = side;
+    desc.map_size = m;
+    if (cohsm_build(&desc, &mesh, &maps, NULL) != COHSM_OK)
+        bn_failed(model->name, "building failed");
+    return maps;
+}
+
+static int upload(rig *r, const cohsm_maps *maps, glbk_csm_maps *out)
+{
+    glbk_csm_block block;
+    glbk_csm_instance one = { 0, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, 0 };
+    glbk_result result;
+    block.data = cohsm_data(maps, &block.size);
+    result = glbk_csm_maps_create(&r->gl, &block, 1, 1, &one.start, out);
+    if (result == GLBK_OK)
+        result = glbk_csm_maps_place(&r->gl, out, &one, 1);
+    return result == GLBK_OK ? 0 : gl_failed(r, result);
+}
+
+/* ---- queries ---- */
+
+enum { QUERIES = 1 << 18 };
+
+/* Points on the surface, a little off it; directions at random, or one for all. */
+static void make_questions(const bn_model *model, int coherent, uint32_t *items)
+{
+    uint64_t seed = 1;
+    float common[3];
+    random_direction(&seed, common);
+    for (size_t i = 0; i < QUERIES; i++) {
+        const uint32_t *t = model->indices + 3 * (size_t)(random_word(&seed) % (uint32_t)model->triangles);
+        float a = random_in(&seed, 0, 1), b = random_in(&seed, 0, 1), q[8];
+        if (a + b > 1) {
+            a = 1 - a;
+            b = 1 - b;
+        }
+        for (size_t k = 0; k < 3; k++)
+            q[k] = model->positions[3 * (size_t)t[0] + k] * (1 - a - b) + model->positions[3 * (size_t)t[1] + k] * a +
+                   model->positions[3 * (size_t)t[2] + k] * b;
+        random_direction(&seed, q + 4);
+        if (coherent)
+            memcpy(q + 4, common, sizeof common);
+        memcpy(items + 8 * i, q, sizeof q);
+        items[8 * i + 3] = 0;
+        items[8 * i + 7] = (uint32_t)i;
+    }
+}
+
+static double time_queries(rig *r, glbk_csm_asker *asker, const glbk_csm_maps *maps, glbk_result *result)
+{
+    double best = HUGE_VAL, start = ex_seconds();
+    for (int run = 0; *result == GLBK_OK && (run < 3 || (run < 50 && ex_seconds() - start < 1)); run++) {
+        double t = ex_seconds();
+        *result = glbk_csm_ask_run(&r->gl, asker, maps, QUERIES);
+        r->gl.gl.Finish();
+        t = ex_seconds() - t;
+        if (run > 0 && t < best)                /* the first one compiles */
+            best = t;
+    }
+    return best;
+}
+
+static int measure_queries(const bn_options *options, rig *r, const bn_model *model, const cohsm_maps *built)
+{
+    static const char *const filters[] = { "nearest", "pcf", "roulette" };
+    uint32_t *items = malloc(8 * QUERIES * sizeof *items);
+    glbk_csm_asker asker;
+    glbk_csm_maps maps;
+    cohsm_info info;
+    glbk_result result;
+    if (!items)
+        return bn_failed("gl_csm_query", "out of memory");
+    cohsm_get_info(built, &info);
+    result = upload(r, built, &maps) == 0 ? glbk_csm_asker_create(&r->gl, QUERIES, &asker) : GLBK_ERR_GL;
+    for (int i = 0; i < 6 && result == GLBK_OK; i++) {
+        glbk_csm_questions q = { GLBK_CSM_ASK_DIRECTION, GLBK_CSM_FILTER_NEAREST, 1, 1, items, QUERIES };
+        double seconds;
+        q.filter = (glbk_csm_filter)(i / 2);
+        make_questions(model, i % 2, items);
+        result = glbk_csm_ask_upload(&r->gl, &asker, &q);
+        seconds = time_queries(r, &asker, &maps, &result);
+        if (result != GLBK_OK)
+            break;
+        begin(options, r, "gl_csm_query");
+        bn_text("model", model->name);
+        bn_text("mode", i % 2 ? "coherent" : "random");
+        bn_text("filter", filters[i / 2]);
+        bn_integer("n", info.map_count);
+        bn_integer("m", info.map_size);
+        bn_integer("queries", QUERIES);
+        bn_number("frame_ms", 1e3 * seconds);
+        bn_number("msamples_s", QUERIES / seconds * 1e-6);
+        bn_end(options);
+    }
+    if (result != GLBK_OK)
+        gl_failed(r, result);
+    glbk_csm_asker_destroy(&r->gl, &asker);
+    glbk_csm_maps_destroy(&r->gl, &maps);
+    free(items);
+    return result == GLBK_OK ? 0 : -1;
+}
+
+/* ---- pictures: random points and normals for pixels, so that no cache is flattered ---- */
+
+static int fill_gbuffer(rig *r, glbk_csm_renderer *renderer, const bn_model *model)
+{
+    glbk_csm_pixel *row = calloc(renderer->width, sizeof *row);
+    glbk_result result = row ? GLBK_OK : GLBK_ERR_ALLOC;
+    uint64_t seed = 2;
+    for (uint32_t y = 0; y < renderer->height && result == GLBK_OK; y++) {
+        for (uint32_t x = 0; x < renderer->width; x++) {
+            glbk_csm_pixel *p = &row[x];
+            const uint32_t *t = model->indices + 3 * (size_t)(random_word(&seed) % (uint32_t)model->triangles);
+            p->surface.brdf = GLBK_CSM_BRDF_PHONG;
+            p->surface.exponent = 20;
+            for (size_t k = 0; k < 3; k++) {
+                p->position[k] = model->positions[3 * (size_t)t[0] + k];
+                p->surface.diffuse[k] = 0.8f;
+                p->surface.specular[k] = 0.2f;
+            }
+            random_direction(&seed, p->normal);
+            memcpy(p->geometric, p->normal, sizeof p->normal);
+        }
+        result = glbk_csm_gbuffer_upload(&r->gl, renderer, y, 1, row);
+    }
+    free(row);
+    return result == GLBK_OK ? 0 : gl_failed(r, result);
+}
+
+static int measure_render(const bn_options *options, rig *r, const bn_model *model, const cohsm_maps *built)
+{
+    uint32_t samples[] = { 16, 64 }, wide = options->full ? 1024 : 256, high = options->full ? 768 : 192, start;
+    ex_sky sky = { 0, 0, NULL, 0 };
+    char error[EX_ERROR_SIZE];
+    glbk_csm_maps maps;
+    glbk_csm_lights lights;
+    glbk_csm_light_desc light;
+    glbk_csm_lights_desc all;
+    glbk_csm_renderer renderer;
+    glbk_csm_renderer_desc desc;
+    cohsm_info info;
+    glbk_result result = GLBK_OK;
+    memset(&light, 0, sizeof light);
+    memset(&all, 0, sizeof all);
+    memset(&desc, 0, sizeof desc);
+    if (ex_sky_builtin(&sky, "sky", error) != 0)
+        return bn_failed("builtin:sky", error);
+    light.shape = GLBK_CSM_SHAPE_ENVIRONMENT;
+    light.radiance[0] = light.radiance[1] = light.radiance[2] = 1;
+    light.texels = sky.rgb;
+    light.width = sky.width;
+    light.height = sky.height;
+    all.lights = &light;
+    all.light_count = 1;
+    desc.width = wide;
+    desc.height = high;
+    cohsm_get_info(built, &info);
+    memset(&lights, 0, sizeof lights);
+    memset(&renderer, 0, sizeof renderer);
+    if (upload(r, built, &maps) != 0 || (result = glbk_csm_lights_create(&r->gl, &all, &start, &lights)) != GLBK_OK ||
+        (result = glbk_csm_renderer_create(&r->gl, &desc, &renderer)) != GLBK_OK || fill_gbuffer(r, &renderer, model) != 0)
+        result = GLBK_ERR_GL;
+    for (int i = 0; i < 2 && result == GLBK_OK; i++) {
+        glbk_csm_use use = { 0, GLBK_CSM_SHAPE_ENVIRONMENT, NULL, GLBK_CSM_ASK_DIRECTION, 0, 0 };
+        glbk_csm_frame_desc frame;
+        double best = HUGE_VAL;
+        memset(&frame, 0, sizeof frame);
+        use.start = start;
+        use.maps = &maps;
+        use.samples = samples[i];
+        frame.lights = &lights;
+        frame.uses = &use;
+        frame.use_count = 1;
+        frame.eye[1] = 100;
+        frame.bias = 1;
+        for (uint32_t run = 0; run < 4 && result == GLBK_OK; run++) {
+            double t = ex_seconds();
+            frame.number = run;
+            result = glbk_csm_render(&r->gl, &renderer, &frame);
+            r->gl.gl.Finish();
+            t = ex_seconds() - t;
+            if (run > 0 && t < best)
+                best = t;
+        }
+        if (result != GLBK_OK)
+            break;
+        begin(options, r, "gl_csm_render");
+        bn_text("model", model->name);
+        bn_integer("width", wide);
+        bn_integer("height", high);
+        bn_integer("samples", samples[i]);
+        bn_integer("n", info.map_count);
+        bn_integer("m", info.map_size);
+        bn_number("frame_ms", 1e3 * best);
+        bn_number("msamples_s", (double)wide * high * samples[i] / best * 1e-6);
+        bn_end(options);
+    }
+    if (result != GLBK_OK)
+        gl_failed(r, result);
+    glbk_csm_renderer_destroy(&r->gl, &renderer);
+    glbk_csm_lights_destroy(&r->gl, &lights);
+    glbk_csm_maps_destroy(&r->gl, &maps);
+    ex_sky_free(&sky);
+    return result == GLBK_OK ? 0 : -1;
+}
+
+/* ---- builds ---- */
+
+typedef struct object { cohsm_builder *views; uint32_t vertex_array, buffers[2]; int32_t indices; } object;
+
+static void view_of(void *user, uint32_t index, glbk_csm_view *out)
+{
+    cohsm_view v;
+    cohsm_builder_view(((object *)user)->views, index, &v);
+    memcpy(out->matrix, v.matrix, sizeof out->matrix);
+    out->depth_scale = v.depth_scale;
+}
+
+static void draw(void *user, glbk_context *gl)
+{
+    object *o = user;
+    gl->gl.BindVertexArray(o->vertex_array);
+    gl->gl.DrawElements(GLBK_GL_TRIANGLES, o->indices, GLBK_GL_UNSIGNED_INT, NULL);
+}
+
+static int add(void *user, uint32_t index, const float *z1, const float *z2, const float *z3)
+{
+    return cohsm_builder_add(user, index, z1, z2, z3) != COHSM_OK;
+}
+
+static void upload_object(glbk_context *gl, const bn_model *model, object *o)
+{
+    gl->gl.GenVertexArrays(1, &o->vertex_array);
+    gl->gl.GenBuffers(2, o->buffers);
+    gl->gl.BindVertexArray(o->vertex_array);
+    gl->gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, o->buffers[0]);
+    gl->gl.BufferData(GLBK_GL_ARRAY_BUFFER, (ptrdiff_t)(12 * model->vertices), model->positions, GLBK_GL_STATIC_DRAW);
+    gl->gl.BindBuffer(GLBK_GL_ELEMENT_ARRAY_BUFFER, o->buffers[1]);
+    gl->gl.BufferData(GLBK_GL_ELEMENT_ARRAY_BUFFER, (ptrdiff_t)(12 * model->triangles), model->indices, GLBK_GL_STATIC_DRAW);
+    gl->gl.EnableVertexAttribArray(0);
+    gl->gl.VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, 0, NULL);
+    o->indices = (int32_t)(3 * model->triangles);
+}
+
+static int measure_build(const bn_options *options, rig *r, const bn_model *model, uint32_t side)
+{
+    cohsm_desc d = bn_desc(options);
+    glbk_csm_builder_desc desc;
+    glbk_csm_builder b;
+    cohsm_builder *views = NULL;
+    cohsm_maps *maps = NULL;
+    cohsm_info info;
+    object o;
+    double raster = 0, compress = 0, pack, t;
+    uint32_t n = side * side;
+    glbk_result result;
+    float square = 0;
+    memset(&desc, 0, sizeof desc);
+    for (int k = 0; k < 3; k++) {
+        d.center[k] = 0.5f * (model->low[k] + model->high[k]);
+        square += (model->high[k] - model->low[k]) * (model->high[k] - model->low[k]);
+    }
+    d.radius = 0.5f * sqrtf(square);
+    d.domain.side[0] = d.domain.side[1] = side;
+    d.order = COHSM_ORDER_ZIGZAG_THETA;
+    d.map_size = 128;
+    if (cohsm_builder_create(&d, &views) != COHSM_OK)
+        return bn_failed("gl_csm_build", "out of memory");
+    o.views = views;
+    upload_object(&r->gl, model, &o);
+    desc.map_size = 128;
+    desc.view_fn = view_of;
+    desc.draw_fn = draw;
+    desc.user = &o;
+    result = glbk_csm_builder_create(&r->gl, &desc, &b);
+    for (uint32_t from = 0; from < n && result == GLBK_OK; from += b.batch) {
+        t = ex_seconds();
+        result = glbk_csm_builder_draw(&r->gl, &b, from, n - from < b.batch ? n - from : b.batch);
+        r->gl.gl.Finish();
+        raster += ex_seconds() - t;
+        t = ex_seconds();
+        if (result == GLBK_OK)
+            result = glbk_csm_builder_compress(&r->gl, &b);
+        compress += ex_seconds() - t;
+    }
+    t = ex_seconds();
+    if (result == GLBK_OK)
+        result = glbk_csm_builder_replay(&r->gl, &b, add, views);
+    if (result == GLBK_OK && cohsm_builder_finish(views, &maps, NULL) != COHSM_OK)
+        result = GLBK_ERR_ALLOC;
+    pack = ex_seconds() - t;
+    if (result == GLBK_OK) {
+        cohsm_get_info(maps, &info);
+        begin(options, r, "gl_csm_build");
+        bn_text("model", model->name);
+        bn_integer("triangles", model->triangles);
+        bn_integer("n", n);
+        bn_integer("m", 128);
+        bn_number("raster_ms", 1e3 * raster);
+        bn_number("compress_ms", 1e3 * compress);
+        bn_number("pack_ms", 1e3 * pack);
+        bn_integer("segments", info.segments);
+        bn_integer("bytes", info.bytes);
+        bn_end(options);
+    } else
+        gl_failed(r, result);
+    glbk_csm_builder_destroy(&r->gl, &b);
+    r->gl.gl.DeleteVertexArrays(1, &o.vertex_array);
+    r->gl.gl.DeleteBuffers(2, o.buffers);
+    cohsm_free(maps);
+    cohsm_builder_destroy(views);
+    return result == GLBK_OK ? 0 : -1;
+}
+
+/* ---- what main.c calls ---- */
+
+enum { QUERY, RENDER, BUILD };
+
+static int measure_path(const bn_options *options, int what, int core_only, const bn_model *model, const cohsm_maps *maps)
+{
+    rig r;
+    int result;
+    if (open_rig(&r, core_only) != 0)
+        return -1;
+    result = !core_only && !r.gl.compute ? 0
+             : what == QUERY             ? measure_queries(options, &r, model, maps)
+             : what == RENDER            ? measure_render(options, &r, model, maps)
+                                         : measure_build(options, &r, model, options->full ? 128 : 24);
+    close_rig(&r);
+    return result;
+}
+
+static int measure(const bn_options *options, int what)
+{
+    bn_model models[BN_MOST_MODELS];
+    size_t count;
+    int result = 0;
+    if (bn_models_load(options, models, &count) != 0)
+        return -1;
+    for (size_t i = 0; i < count; i++) {
+        cohsm_maps *maps = NULL;
+        if (result == 0 && what != BUILD && !(maps = build_maps(options, &models[i], options->full ? 128 : 64, 128)))
+            result = -1;
+        for (int core_only = 1; core_only >= 0 && result == 0; core_only--)
+            result = measure_path(options, what, core_only, &models[i], maps);
+        cohsm_free(maps);
+        bn_model_free(&models[i]);
+    }
+    return result;
+}
+
+int bn_gl_csm_query(const bn_options *options) { return measure(options, QUERY); }
+int bn_gl_csm_render(const bn_options *options) { return measure(options, RENDER); }
+int bn_gl_csm_build(const bn_options *options) { return measure(options, BUILD); }
