@@ -81,6 +81,9 @@ ifneq ($(HAVE_GLFW),1)
 PROGRAMS := $(filter-out $(BUILD)/viewer,$(PROGRAMS))
 endif
 EXAMPLES := $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/[0-9][0-9]_*.c))
+ifneq ($(HAVE_GLFW),1)
+EXAMPLES := $(filter-out $(BUILD)/%_gl_minimal,$(EXAMPLES))
+endif
 TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(foreach d,conformance gl unit golden,$(wildcard tests/$(d)/*.c)))
 REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/fuzz/*.c))
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
@@ -134,7 +137,7 @@ $(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh emitt
 # The minimal examples stand alone: one file and the header.
 $(EXAMPLES): $(BUILD)/%: examples/%.c build/config.mk
 	@mkdir -p $(OBJ)/examples
-	$(call say,CC,$<)$(BASE_C) -MF $(OBJ)/examples/$*.d $< $(LDFLAGS) -lm -o $@
+	$(call say,CC,$<)$(BASE_C) -MF $(OBJ)/examples/$*.d $< $(LDFLAGS) $(AS_NEEDED) $(GLFW_LIBS) -lm -o $@
 
 # ---- tests ----
 

@@ -144,7 +144,7 @@ static void make_mesh(vw_draw *d, const ex_scene *scene, const ex_object *object
         for (uint32_t i = 0; i < 3; i++) {
             gl->EnableVertexAttribArray(i);
             gl->VertexAttribPointer(i, 3, GLBK_GL_FLOAT, 0, FLOATS * sizeof *vertices,
-                                    (const char *)NULL + 3 * i * sizeof *vertices);
+                                    (const void *)(uintptr_t)(3 * i * sizeof *vertices));
         }
         gl->BindVertexArray(0);
         out->count = (int32_t)count;
