@@ -1,4 +1,4 @@
-/* The program viewer under Xvfb: keys are pressed from outside (xdotool), screenshots are compared with one another and
+/* The program viewer and the minimal GL example under Xvfb: keys are pressed from outside (xdotool), screenshots are compared with one another and
    with what render writes for the same scene, technique and seeds. */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
@@ -177,6 +177,25 @@ static void shows_what_render_writes(void **state)
     assert_false(same_file("viewer-002.png", "viewer-003.png"));
 }
 
+/* The floor is lit far away and dark under the torus on the side that the light does not come from. */
+static void minimal_example_draws(void **state)
+{
+    enum { W = 640, H = 400, HEAD = 15 };
+    static unsigned char picture[HEAD + 3 * W * H + 1];
+    char command[600];
+    const unsigned char *lit = picture + HEAD + 3 * (50 * W + 320), *dark = picture + HEAD + 3 * (290 * W + 195);
+    const unsigned char *torus = picture + HEAD + 3 * (240 * W + 320);
+    (void)state;
+    need();
+    snprintf(command, sizeof command, "timeout 240 xvfb-run -a %s/06_gl_minimal %s/minimal.ppm", build_folder(), folder);
+    assert_int_equal(system(command), 0);
+    assert_int_equal(read_file("minimal.ppm", picture, sizeof picture), HEAD + 3 * W * H);
+    assert_in_range(lit[0], 200, 250);
+    assert_true(lit[0] == lit[1] && dark[0] == dark[1]);        /* the floor is grey */
+    assert_in_range(dark[0], 60, 170);
+    assert_true(torus[0] > torus[2] + 20);
+}
+
 static int make_folder(void **state)
 {
     (void)state;
@@ -196,6 +215,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keys_change_what_is_shown),
         cmocka_unit_test(shows_what_render_writes),
+        cmocka_unit_test(minimal_example_draws),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
