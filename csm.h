@@ -3172,9 +3172,13 @@ struct cohsm_builder {
 static uint32_t cohsm__grid_above(uint32_t d, uint32_t grid) { return (d * grid + 65534u) / 65535u; }
 static uint32_t cohsm__grid_below(uint32_t d, uint32_t grid) { return ((d + 1u) * grid - 1u) / 65535u; }
 
+/* flag 0: the depth is on the grid. Right before the second layer it would let that layer be lit under a bias of one pixel,
+   so it stays two pixels away from it where more than four are left for the first. */
 static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel, uint32_t flag, uint32_t lo, uint32_t hi)
 {
     cohsm__record *c = &r->last->records[r->last->count++];
+    uint32_t far = b->head.positional ? 4u * hi / b->head.map_size + 1u : b->grid.margin;
+    if (!flag && hi < b->grid.top) hi = hi > lo + 3u * far ? hi - far : cohsm__min_u32(hi, lo + 2u * far);
     c->pixel = (pixel - r->begin) | flag;
     c->first = (uint16_t)b->first[pixel];
     c->lo = (uint8_t)lo;
