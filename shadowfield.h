@@ -1,0 +1,5731 @@
+/* shadowfield.h - v1.0.0 - shadow fields: soft shadows of many moving objects under moving lights - MIT-0 OR Unlicense
+
+   What it does
+
+   Records once, at sample points on spheres round an object, which part of the sky it hides (an occlusion field), and
+   round a light, what it radiates there (a source field). At run time any number of instances move, turn and scale
+   evenly; the light that reaches a point is a product of a few field samples, with soft shadows from local lights,
+   video lights and environment together. After Zhou, Hu, Lin, Guo and Shum, "Precomputed Shadow Fields for Dynamic
+   Scenes", SIGGRAPH 2005. Two bases: real spherical harmonics (fast, soft) and Haar wavelets (all frequencies, slow).
+
+   What it does not do
+
+   - Objects are rigid. Light does not bounce. Shading is per point: yours are vertices, probes or pixels.
+   - Four bands of harmonics blur everything below about 45 degrees; hard shadows of small lights need wavelets.
+   - No rendering, no file access, no threads of its own.
+
+   Quick start
+
+   In exactly one source file write the define; everywhere else include the header alone.
+
+       #define SHADOWFIELD_IMPLEMENTATION
+       #include "shadowfield.h"
+       #include <stdio.h>
+
+       int main(void)
+       {
+           static const float corners[] = { -1, 0, -1,  1, 0, -1,  1, 0, 1,  -1, 0, 1 };    // a square
+           static const uint32_t triangles[] = { 0, 2, 1,  0, 3, 2 };
+           const float place[6] = { 0, -0.5f, 0,  6, -0.5f, 0 }, up[6] = { 0, 1, 0,  0, 1, 0 };
+           sfield_mesh mesh = { corners, 4, 0, triangles, 6 };
+           sfield_entity square = sfield_entity_default();
+           sfield_points points = { 2, place, 0, up, 0 };
+           const float sky[3] = { 1, 1, 1 };
+           float rgb[6];
+           sfield_field *field;
+           sfield_scene *scene;
+
+           if (sfield_build(NULL, &mesh, &field, NULL) != SFIELD_OK) return 1;     // 384 KB, some seconds
+           if (sfield_scene_create(NULL, &scene) != SFIELD_OK) return 1;
+           square.occlusion = field;                                               // square.transform: where it is now
+           sfield_scene_entities(scene, &square, 1);
+           sfield_scene_environment(scene, sky, 1, 1, NULL);                       // radiance 1 from everywhere
+           points.entity = SFIELD_NONE;                                            // the points are in world space
+           points.rgb = rgb;
+           sfield_shade(scene, &points, 1, NULL);
+           printf("irradiance / pi: %g below the square, %g beside it\n", (double)rgb[0], (double)rgb[3]);
+           sfield_scene_free(scene);
+           sfield_free(field);
+           return !(rgb[0] < 0.7f && rgb[3] > 0.9f);
+       }
+
+   Conventions
+
+   Right-handed; matrices are column-major float[16]; directions have unit length and point from the surface to the
+   light; distances in your units, angles in radians; radiance in W/(sr m^2), irradiance in W/m^2.
+
+     r          radius of the bounding sphere of an entity; o, its centre, is the centre of the field
+     entity     an instance of an occlusion field, of a source field or of both, with its own transform
+     shell      one of the concentric spheres; its sample points lie on the grid of a cube, 6 x side x side
+     cube       what is seen from a sample point: 6 x N x N texels, faces +X -X +Y -Y +Z -Z as OpenGL orders them
+     texel      number face N^2 + morton(x, y): sfield_cube_texel gives its direction and solid angle
+     occlusion  alpha: 1 hidden, 0 free. Queries return visibility, 1 - alpha
+     bands      of spherical harmonics: n bands are n^2 coefficients, number l^2 + l + m; Y1 = 0.4886 (y, z, x)
+     vectors    of coefficients come in planes: coefficient k of vector i is v[k * stride + i], so that 16 vectors are
+                treated at a time; stride 1 is a plain single vector
+
+   How it works
+
+   A query finds the shells around the distance d and interpolates eight samples. Shells are geometric by default and
+   weights linear in the solid angle of the bounding sphere (occlusion) or in (r/d)^2 (sources); beyond the last shell
+   both fall as (r/d)^2, which is how small things look from afar. For a point the product T = BRDF x cosine x own
+   visibility is multiplied by the visibility of each entity from near to far; a light adds its dot product with the T
+   that stands when it is reached; the environment is the farthest light.
+
+     harmonics  each coefficient 8 bits, scaled for its shell, band and order: shells x 6 side^2 x n^2 bytes (x 3 lights)
+     wavelets   orthonormal on the planar face of a cube; the largest are kept, 4 bytes each (8 for lights)
+
+     bands            fewer: faster, softer; light leaks round objects. More: n^4 growth of products
+     position_side    fewer: shadows wobble as things move past sample points
+     keep             fewer wavelets: noise of 2 x 2 texels in shadows
+     cube_side        fewer texels: penumbrae in steps
+
+   Configuration
+
+     SHADOWFIELD_IMPLEMENTATION   in one source file: compiles the code
+     SHADOWFIELD_STATIC           everywhere it is included: a private copy, all functions static
+     SFIELD_DEF                   everywhere: your own linkage instead
+     SFIELD_NO_SIMD               with the implementation: no intrinsics (results equal but for rounding)
+     SFIELD_ASSERT(x)             with the implementation: in place of assert
+
+   Memory, errors, threads, determinism
+
+   All memory comes from the allocator in the desc, called from the thread that called us. Every function that can fail
+   returns a sfield_result; where it is not SFIELD_OK, outputs are untouched and nothing leaks. There are no globals:
+   fields and algebras are read by any number of threads; a scene belongs to one call at a time, which spreads its work
+   by your parallel-for. Built fields have the same bytes on every compiler, processor, byte order and thread count (not
+   with x87 arithmetic, nor with clang's -ffast-math). Shading does not depend on the number of threads.
+
+   Cost: docs/shadowfield.md and build/bench sfield_algebra, sfield_chess, sfield_wavelet.   History: CHANGELOG.md.
+   Licence: end of this file. */
+#ifndef SHADOWFIELD_H
+#define SHADOWFIELD_H
+
+#define SFIELD_VERSION 10000 /* major * 10000 + minor * 100 + patch */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef SFIELD_DEF
+#ifdef SHADOWFIELD_STATIC
+#define SFIELD_DEF static inline
+#else
+#define SFIELD_DEF extern
+#endif
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- results ---- */
+
+#define SFIELD_RESULTS(X)                                                                                    \
+    X(SFIELD_OK, "ok")                                                                                       \
+    X(SFIELD_ERR_ARGUMENT, "an argument is NULL, zero, not finite or out of range")                          \
+    X(SFIELD_ERR_DESC, "a desc field is out of range")                                                       \
+    X(SFIELD_ERR_INPUT, "the mesh cannot be used")                                                           \
+    X(SFIELD_ERR_ALLOC, "the allocator returned no memory")                                                  \
+    X(SFIELD_ERR_MEMORY, "the caller's buffer is too small")                                                 \
+    X(SFIELD_ERR_LIMIT, "a size overflows or passes a limit of the format")                                  \
+    X(SFIELD_ERR_CANCELLED, "cancelled by the progress callback")                                            \
+    X(SFIELD_ERR_FORMAT, "not a shadowfield file, or a damaged one")                                         \
+    X(SFIELD_ERR_VERSION, "a shadowfield file of an unknown version")                                        \
+    X(SFIELD_ERR_BASIS, "basis, bands, cube or content of the fields do not fit this call")                  \
+    X(SFIELD_ERR_OVERLAP, "bounding spheres of a light and an object overlap (strict)")                      \
+    X(SFIELD_ERR_ROTATION, "a rotated entity needs the product on texels")
+
+typedef enum sfield_result {
+#define SFIELD__ENUM(name, text) name,
+    SFIELD_RESULTS(SFIELD__ENUM)
+#undef SFIELD__ENUM
+    SFIELD_RESULT_COUNT
+} sfield_result;
+
+SFIELD_DEF const char *sfield_result_text(sfield_result result);
+/* A constant string for any value, "unknown result" beyond the list. */
+
+/* ---- memory, threads, progress: the caller's ---- */
+
+typedef struct sfield_allocator {   /* all zero = malloc and free; else both functions */
+    void *(*alloc_fn)(size_t size, void *user);   /* 16-byte aligned like malloc, or NULL */
+    void (*free_fn)(void *memory, void *user);
+    void *user;
+} sfield_allocator;
+
+typedef void (*sfield_task)(void *context, size_t index);
+typedef void (*sfield_parallel_for)(void *user, size_t count, sfield_task task, void *context);
+/* Must call task(context, i) once for each i < count, in any order and on any threads, and return when all are done. */
+
+typedef int (*sfield_progress)(void *user, float fraction);
+/* Called between shells, from the thread that called us, fraction 0..1 never falling; not 0 cancels. */
+
+/* ---- spherical harmonics ---- */
+
+#define SFIELD_MAX_BANDS 8u
+#define SFIELD_MAX_COEFS 64u
+
+typedef struct sfield_algebra sfield_algebra;      /* tables of one number of bands; read-only once made */
+
+SFIELD_DEF sfield_result sfield_algebra_create(uint32_t bands, const sfield_allocator *allocator, sfield_algebra **out);
+/* bands 1..8, allocator may be NULL. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC. Cost 1 to 100 ms, 0.1 to 1 MB. */
+SFIELD_DEF void sfield_algebra_free(sfield_algebra *algebra);
+
+SFIELD_DEF void sfield_sh_basis(uint32_t bands, const double direction[3], double *y);
+/* Writes bands^2 (bands 1..8) values of the real basis at a unit direction. */
+
+SFIELD_DEF sfield_result sfield_sh_product(const sfield_algebra *algebra, size_t count, const float *a, const float *b,
+                                           float *out, size_t stride);
+/* out = a b, projected on the same bands (the tripling coefficients, all of them): exact up to that truncation.
+   a, b, out  planes of count vectors, stride >= count floats from coefficient to coefficient; out may be a or b
+   Errors     SFIELD_ERR_ARGUMENT. Cost: about 30 ns (4 bands, AVX2) over 3, see docs */
+
+SFIELD_DEF sfield_result sfield_sh_dot(uint32_t bands, size_t count, const float *a, const float *b, float *out,
+                                       size_t stride);
+/* out[i] = integral of a_i b_i over the sphere. Arguments as above; out holds count floats. */
+
+typedef struct sfield_rotation {
+    uint32_t bands;
+    int      identity;
+    float    block[680];        /* (2l+1) x (2l+1) for each band, by rows */
+} sfield_rotation;
+
+SFIELD_DEF sfield_result sfield_sh_rotation(const sfield_algebra *algebra, const float matrix[16], sfield_rotation *out);
+/* matrix  rotation (times one scale > 0; translation is ignored). A function f turns into f(R^-1 w).
+   Errors  SFIELD_ERR_ARGUMENT. Cost 2 us (4 bands) to 50 us (8): once for each entity and frame, not for each vector */
+
+SFIELD_DEF sfield_result sfield_sh_rotate(const sfield_rotation *rotation, size_t count, const float *in, float *out,
+                                          size_t stride);
+/* in and out as planes; out may be in. */
+
+SFIELD_DEF sfield_result sfield_sh_product_n(uint32_t bands, uint32_t functions, const float *coefs,
+                                             const sfield_allocator *allocator, double *out);
+/* Exact product of several functions without truncation between them, on a grid of full order.
+   functions  1..32; coefs holds bands^2 floats of each, one after the other
+   out        bands^2 coefficients of the product; its integral is sqrt(4 pi) out[0]
+   Errors     SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC */
+
+SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *algebra, const float *visibility, float *out);
+SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *algebra, size_t count, const float *in, float *out,
+                                       size_t stride);
+/* Ren et al. 2006: a product of visibilities is the exp of the sum of their logs, whatever their order. log works on one
+   vector by the eigenvalues of its product matrix, clipped below at 0.02; exp on planes, by scaling and squaring. */
+
+SFIELD_DEF void sfield_sh_window(uint32_t bands, float strength, float factors[SFIELD_MAX_BANDS]);
+/* Against ringing: factor 1 / (1 + strength l^2 (l+1)^2) for band l. */
+SFIELD_DEF float sfield_sh_window_fit(uint32_t bands, const float *coefs, float lowest);
+/* The least strength (0..1) with which the function stays >= lowest everywhere (checked at 2,562 directions). */
+
+SFIELD_DEF void sfield_sh_cosine(uint32_t bands, float factors[SFIELD_MAX_BANDS]);
+/* A_l of max(0, cos): convolving radiance coefficients with them gives irradiance. */
+
+/* ---- cubes and Haar wavelets ---- */
+
+SFIELD_DEF float sfield_cube_texel(uint32_t side, uint32_t texel, float direction[3]);
+/* Unit direction of a texel's centre and, returned, its solid angle. side: a power of two, 2..64. */
+SFIELD_DEF uint32_t sfield_cube_find(uint32_t side, const float direction[3]);
+/* The texel that a direction falls into. */
+
+SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const float *texels, uint32_t channels,
+                                           float *coefs);
+/* Integrates a cube of texels (channels values each) against the basis, exactly over each texel; coefs: bands^2 for
+   each channel, one channel after the other. Errors SFIELD_ERR_ARGUMENT. */
+
+SFIELD_DEF sfield_result sfield_haar_forward(uint32_t side, const float *texels, float *coefs);
+SFIELD_DEF sfield_result sfield_haar_inverse(uint32_t side, const float *coefs, float *texels);
+/* 2D Haar of all six faces, orthonormal over the texels of the planar face; 6 side^2 floats each, not the same array.
+   On a face, [0] is the scaling coefficient, and [4^j + 3 node + t] wavelet t (x, y, both) of level j. */
+SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, const float *b, float *out);
+/* Coefficients of the product of two functions given by coefficients, walking only where both have any below a square
+   (Ng, Ramamoorthi and Hanrahan 2004): time by non-zero coefficients, not texels. out: another array */
+
+/* ---- fields ---- */
+
+typedef struct sfield_mesh {
+    const float    *positions;      /* x, y, z of each vertex */
+    size_t          vertex_count;
+    size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
+    const uint32_t *indices;        /* three to a triangle; NULL = 0, 1, 2, ... */
+    size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
+} sfield_mesh;
+
+typedef enum sfield_basis {
+    SFIELD_BASIS_DEFAULT,           /* = SFIELD_BASIS_SH */
+    SFIELD_BASIS_SH,
+    SFIELD_BASIS_HAAR,
+    SFIELD_BASIS_COUNT
+} sfield_basis;
+
+typedef enum sfield_spacing {       /* of the shells */
+    SFIELD_SPACING_DEFAULT,         /* = SFIELD_SPACING_GEOMETRIC */
+    SFIELD_SPACING_GEOMETRIC,       /* interpolated in solid angle: within 2 % of a sphere between shells */
+    SFIELD_SPACING_UNIFORM,         /* as in the paper, interpolated in d: 15 % wrong at 1.5 r */
+    SFIELD_SPACING_COUNT
+} sfield_spacing;
+
+typedef struct sfield_desc {
+    sfield_basis   basis;
+    uint32_t       bands;           /* harmonics: 1..8; 0 = 4 */
+    uint32_t       cube_side;       /* N, a power of two, 4..64; 0 = 16 (harmonics), 32 (wavelets) */
+    uint32_t       shells;          /* 2..64; 0 = 16, 32 */
+    uint32_t       position_side;   /* 2..64; 0 = 16, 32 */
+    sfield_spacing spacing;
+    float          inner, outer;    /* first and last shell, in r, 0 < inner < outer <= 1000; 0 = 0.2 and 8 (20) */
+    float          keep;            /* wavelets: at most this share of the 6 N^2 coefficients of a cube, 0..1; 0 = 0.01 */
+    float          window;          /* harmonics: sfield_sh_window of every cube, >= 0; 0 = none */
+    int            logarithm;       /* harmonics: not 0 stores log visibility, for SFIELD_PRODUCT_EXP */
+    uint32_t       frames;          /* sources: 1..256 steps of time; 0 = 1 */
+    float          frames_per_second; /* > 0; 0 = 30 */
+    int            loop;            /* after the last frame: 1 the first again, 0 the last stays */
+    float          center[3], radius; /* bounding sphere; radius 0 = fitted (callbacks: required) */
+    sfield_allocator    allocator;
+    sfield_parallel_for parallel_for; /* NULL = this thread alone; the bytes built are the same */
+    void               *parallel_user;
+    sfield_progress     progress;   /* NULL = none */
+    void               *progress_user;
+} sfield_desc;                      /* zero it, then set what you care about */
+
+typedef struct sfield_stats {       /* of a build */
+    uint32_t triangles;             /* used */
+    uint32_t skipped_triangles;     /* a vertex not finite, an index out of range, or two corners equal */
+    uint64_t coefficients;          /* wavelets kept */
+    double   lost;                  /* wavelets: relative L2 error of what was not kept, over all samples */
+    size_t   peak_bytes;            /* asked of the allocator at once */
+} sfield_stats;
+
+typedef struct sfield_field sfield_field;
+
+SFIELD_DEF sfield_result sfield_build(const sfield_desc *desc, const sfield_mesh *mesh, sfield_field **out,
+                                      sfield_stats *stats);
+/* Occlusion field of a mesh. desc may be NULL (all defaults), stats may be NULL.
+   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (stride, index count, no triangle left),
+            SFIELD_ERR_ALLOC, SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED
+   Memory   the field + 16 tasks of about 26 bytes a vertex and 0.4 MB + samples of one shell
+   Cost     shells x 6 side^2 views of all triangles: seconds (harmonics) to minutes (wavelets) for 10,000 triangles */
+
+SFIELD_DEF sfield_result sfield_build_emissive(const sfield_desc *desc, const sfield_mesh *mesh, const float *radiance,
+                                               sfield_field **out, sfield_stats *stats);
+/* Source field of an emissive mesh. radiance: r, g, b of each triangle, >= 0, for each frame one array after the other;
+   emitted on the side that is counter-clockwise. Triangles of radiance 0 hide those behind. Errors as above. */
+
+typedef void (*sfield_view_fn)(void *user, float time, const float position[3], const float direction[3], float rgb[3]);
+/* What arrives at position, in the field's space, from the unit direction (pointing away from position): radiance, or
+   alpha in rgb[0]. Called from your threads. Values that are not finite count as 0, negative ones as well. */
+
+typedef enum sfield_emitter_kind {
+    SFIELD_EMITTER_DEFAULT,         /* = SFIELD_EMITTER_SPHERE */
+    SFIELD_EMITTER_SPHERE,          /* radius about the centre */
+    SFIELD_EMITTER_DISC,            /* radius about the centre, emits along normal */
+    SFIELD_EMITTER_RECTANGLE,       /* centre, half axes u and v; emits along u x v */
+    SFIELD_EMITTER_CALLBACK,        /* view, nothing from outside the bounding sphere */
+    SFIELD_EMITTER_KIND_COUNT
+} sfield_emitter_kind;
+
+typedef struct sfield_emitter {     /* all in the field's space, about desc.center */
+    sfield_emitter_kind kind;
+    float radius;                   /* > 0 */
+    float normal[3];                /* unit */
+    float u[3], v[3];
+    float radiance[3];              /* >= 0 */
+    float cosine;                   /* cone: half apex angle's cosine about normal; 0 with no normal set: everywhere */
+    sfield_view_fn view;
+    void *user;
+} sfield_emitter;
+
+SFIELD_DEF sfield_result sfield_build_emitter(const sfield_desc *desc, const sfield_emitter *emitter, sfield_field **out,
+                                              sfield_stats *stats);
+/* Source field of an analytic light or of a callback. desc.radius 0 = fitted (callback: required).
+   Errors  SFIELD_ERR_DESC (desc or emitter), SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC, _LIMIT, _CANCELLED */
+
+SFIELD_DEF sfield_result sfield_build_callback(const sfield_desc *desc, sfield_view_fn alpha, void *user,
+                                               sfield_field **out, sfield_stats *stats);
+/* Occlusion field by your own renderer: alpha 0..1. desc.radius is required. Errors as above. */
+
+SFIELD_DEF sfield_result sfield_build_self(const sfield_desc *desc, const sfield_mesh *mesh, const float *points,
+                                           const float *normals, size_t count, float offset, sfield_field **out,
+                                           sfield_stats *stats);
+/* Self-visibility of count points on the mesh, the O_p of the paper: the view from points[i] + offset normals[i] (three
+   floats each). Harmonics store visibility x max(0, cosine), wavelets the occlusion. For sfield_points.self. */
+
+SFIELD_DEF void sfield_free(sfield_field *field);
+
+typedef enum sfield_kind { SFIELD_KIND_OCCLUSION, SFIELD_KIND_SOURCE, SFIELD_KIND_SELF } sfield_kind;
+
+typedef struct sfield_info {
+    sfield_kind    kind;
+    sfield_basis   basis;
+    uint32_t       bands, cube_side, shells, position_side, frames;
+    sfield_spacing spacing;
+    int            logarithm;
+    size_t         samples;         /* cubes recorded; SELF: points */
+    uint64_t       coefficients;    /* wavelets in all of them */
+    size_t         bytes;           /* of the block, which is the file too */
+    float          center[3], radius;
+    float          inscribed;       /* radius of a sphere about center inside the closed mesh; 0 = none known */
+    float          inner, outer;    /* in r */
+} sfield_info;
+
+SFIELD_DEF void sfield_get_info(const sfield_field *field, sfield_info *out);
+
+SFIELD_DEF sfield_result sfield_query(const sfield_field *field, size_t count, const float *positions, float time,
+                                      float *out);
+/* The field at positions (three floats each, in its own space), eight samples interpolated.
+   out      harmonics: bands^2 coefficients for each position (sources: r, then g, then b); wavelets: 6 N^2 texels
+            likewise. Visibility (or its log, as stored), or radiance
+   Errors   SFIELD_ERR_ARGUMENT; SFIELD_ERR_BASIS for SELF fields. Positions that are not finite see nothing: visibility
+            1, radiance 0 */
+
+SFIELD_DEF sfield_result sfield_self(const sfield_field *field, size_t first, size_t count, float *out);
+/* Coefficients or texels of a SELF field as stored, from point first on. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_BASIS. */
+
+SFIELD_DEF sfield_result sfield_ambient(const sfield_field *field, size_t count, const float *positions, float *out);
+/* Free by-product: share of all directions that stays open at each position, 0..1, from the first coefficient alone.
+   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_BASIS (not an occlusion field, or its log) */
+
+SFIELD_DEF size_t sfield_size(const sfield_field *field);
+SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, size_t memory_size);
+/* The file, sfield_size() bytes, little-endian. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_MEMORY. */
+SFIELD_DEF sfield_result sfield_open(const void *data, size_t size, const sfield_allocator *allocator,
+                                     sfield_field **out);
+/* Copies and checks a file: every size, offset, index and number in it. allocator may be NULL.
+   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_FORMAT, SFIELD_ERR_VERSION, SFIELD_ERR_ALLOC */
+
+/* ---- scenes ---- */
+
+typedef struct sfield_scene sfield_scene;
+
+#define SFIELD_NONE 0xffffffffu
+
+typedef enum sfield_product_mode {
+    SFIELD_PRODUCT_DEFAULT,         /* harmonics: TRIPLE; wavelets: TEXELS */
+    SFIELD_PRODUCT_TRIPLE,          /* harmonics: projected after every product */
+    SFIELD_PRODUCT_EXP,             /* harmonics: one exp of the sum of logs for each light; needs fields of logs */
+    SFIELD_PRODUCT_TEXELS,          /* wavelets: expanded where they have detail, multiplied on texels */
+    SFIELD_PRODUCT_SPARSE,          /* wavelets: sublinear product of coefficients (the paper); no rotated entities */
+    SFIELD_PRODUCT_COUNT
+} sfield_product_mode;
+
+typedef struct sfield_scene_desc {
+    sfield_basis        basis;
+    uint32_t            bands;          /* harmonics: 1..8; 0 = 4. Fields must have the same */
+    uint32_t            cube_side;      /* wavelets: as the fields; 0 = 32. Harmonics: of the environment; 0 = 16 */
+    sfield_product_mode product;
+    float               reach;          /* occluders count up to this many r, fading over the last quarter (third culling
+                                           rule); > 0; 0 = the outermost shell of the field */
+    int                 strict;         /* not 0: overlapping light and object are SFIELD_ERR_OVERLAP */
+    sfield_allocator    allocator;
+    sfield_parallel_for parallel_for;   /* NULL = this thread alone */
+    void               *parallel_user;
+} sfield_scene_desc;
+
+typedef struct sfield_entity {
+    const sfield_field *occlusion;      /* NULL = hides nothing; must outlive its use by the scene */
+    const sfield_field *source;         /* NULL = does not shine */
+    float transform[16];                /* field space to world: rotation, one scale > 0, translation */
+    float tint[3];                      /* factor of the source's radiance */
+    float time;                         /* seconds, of a source with frames */
+} sfield_entity;
+
+SFIELD_DEF sfield_entity sfield_entity_default(void);
+/* No fields, identity, tint 1: a transform of zeros and a tint of 0 mean what they say. */
+
+typedef struct sfield_scene_stats {
+    uint64_t points;                /* shaded (not masked) */
+    uint64_t pairs;                 /* of a point and an occluder that is not its own */
+    uint64_t culled_far, culled_horizon, culled_hidden;   /* pairs left out by each of the three rules */
+    uint64_t products;              /* of a point's T with an occluder */
+    uint64_t lights;                /* dot products of a point with a light */
+    uint64_t reused;                /* of them, with a T from the cache */
+    uint32_t overlaps;              /* pairs of a light and an object whose bounding spheres overlap */
+} sfield_scene_stats;
+
+SFIELD_DEF sfield_result sfield_scene_create(const sfield_scene_desc *desc, sfield_scene **out);
+/* desc may be NULL. Errors SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC. */
+SFIELD_DEF void sfield_scene_free(sfield_scene *scene);
+
+SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *scene, const sfield_entity *entities, size_t count);
+/* Where everything is now; copied. At most 65535. Call it for each frame in which something moved.
+   Errors  SFIELD_ERR_ARGUMENT (transform), SFIELD_ERR_BASIS, SFIELD_ERR_OVERLAP (strict), SFIELD_ERR_ROTATION,
+           SFIELD_ERR_LIMIT, SFIELD_ERR_ALLOC; the scene then keeps what it had */
+
+SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
+                                                  uint32_t height, const float rotation[16]);
+/* Distant light as a latitude-longitude map of radiance: row 0 is +Y, the centre is +X, +Z right of it. Copied.
+   rgb       width x height x 3, from +Y down; NULL = no environment. Texels not finite or negative count as 0
+   rotation  map to world, or NULL. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC */
+SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float rotation[16]);
+/* Another rotation of the same environment: one rotation of coefficients, or of one cube map. */
+SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *scene, const float direction[3], const float irradiance[3]);
+/* Adds a direction of light to the environment until it is set again (not turned by sfield_scene_turn). */
+
+typedef struct sfield_cache sfield_cache;       /* T of a set of points for each light: lazy occlusion updating */
+
+SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t point_count, uint32_t light_count,
+                                             sfield_cache **out);
+/* For light_count lights (the environment is one) of a scene of this basis. 2 n^2 bytes a point and light with harmonics,
+   filled with the first frame; 4 bytes a wavelet kept. From the scene's allocator. Errors SFIELD_ERR_ARGUMENT, _ALLOC */
+SFIELD_DEF void sfield_cache_free(sfield_cache *cache);
+SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache);
+
+typedef struct sfield_points {      /* receivers that belong together, neighbours next to each other. Strides in bytes */
+    size_t              count;
+    const float        *positions;  size_t position_stride;   /* 3 floats; 0 = 12. In entity's space, or world space */
+    const float        *normals;    size_t normal_stride;     /* 3 floats, unit */
+    uint32_t            entity;     /* the entity that they lie on: moves them, and is left out as an occluder; or NONE */
+    const sfield_field *self;       /* SELF field of the same count, or NULL = convex and flat: nothing of its own hides */
+    const uint8_t      *visible;    /* 0: leave this point out (its outputs become 0); NULL = all */
+    const float        *views;      size_t view_stride;       /* 3 floats, unit, world, to the eye; Phong only */
+    const float        *exponents;  size_t exponent_stride;   /* Phong: n of each point, 1..1000; NULL = no lobe. Stride 0:
+                                                                 one for all */
+    sfield_cache       *cache;      /* NULL = nothing is kept. Of this set alone */
+    float              *rgb;        /* 3 floats a point: integral of L V cos / pi: times albedo it is radiance. NULL = no */
+    float              *gloss;      /* 3 floats: integral of L V cos (n+2)/(2 pi) cos^n(angle to the mirrored view) */
+    float              *ambient;    /* 1 float: integral of V cos / pi */
+} sfield_points;
+
+SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const sfield_points *sets, size_t set_count,
+                                      sfield_scene_stats *stats);
+/* Direct light at all points of all sets, near to far (paper, figure 5). Not clamped: ringing may go below 0.
+   Errors  SFIELD_ERR_ARGUMENT (NULL, stride, an entity beyond the list), SFIELD_ERR_BASIS (self or cache of another
+           basis or count), SFIELD_ERR_ALLOC. Points that are not finite get 0
+   Cost    harmonics: about 0.1 us for a point and an occluder in reach */
+
+SFIELD_DEF sfield_result sfield_incident(sfield_scene *scene, const sfield_points *set, float *coefs);
+/* Incident radiance instead, far to near, occluders common to several lights applied once (paper 3.2). Harmonics only.
+   coefs   3 n^2 floats a point, world space, without self-visibility and BRDF. Errors as above */
+
+/* ---- sparse vertices: shade few, interpolate the rest ---- */
+
+SFIELD_DEF sfield_result sfield_sparse(const float *positions, const float *normals, size_t count, float spacing,
+                                       const sfield_allocator *allocator, uint32_t *chosen, size_t *chosen_count,
+                                       uint32_t *sources, float *weights);
+/* For objects far from the eye: chooses about one point for each cube of edge `spacing` and side of the surface.
+   chosen   room for count; the *chosen_count points to shade, in order
+   sources  3 numbers into chosen for each point, weights: 3 floats, sum 1
+   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC. Cost O(count log count) */
+SFIELD_DEF sfield_result sfield_spread(size_t count, const uint32_t *sources, const float *weights,
+                                       size_t chosen_count, const float *rgb, float *out);
+/* out[i] = sum of weights x rgb of its sources. Errors SFIELD_ERR_ARGUMENT (also a source out of range). */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* SHADOWFIELD_H */
+
+/* ==== implementation ============================================================================================== */
+
+#if defined(SHADOWFIELD_IMPLEMENTATION) && !defined(SHADOWFIELD_IMPLEMENTED)
+#define SHADOWFIELD_IMPLEMENTED
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifndef SFIELD_ASSERT
+#include <assert.h>
+#define SFIELD_ASSERT(condition) assert(condition)
+#endif
+
+#ifdef SFIELD_NO_SIMD
+#define SFIELD__NO_SIMD
+#endif
+
+/* >>> shared fp_begin mem v3 m4 bytes crc trig cpu: written by tools/stamp from src/shared, edit there */
+
+/* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
+
+/* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
+   clang within expressions. gcc also forgets errno for sqrtf, which would keep it from being inlined and vectorised.
+   A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
+   stay within tolerance but not equal to the bit. */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__) && !defined(__TINYC__)
+#pragma GCC push_options
+#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-fno-trapping-math")
+#elif defined(_MSC_VER)
+#pragma fp_contract(off)
+#endif
+
+/* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
+
+typedef struct sfield__allocator {
+    void *(*alloc_fn)(size_t size, void *user);
+    void (*free_fn)(void *memory, void *user);
+    void *user;
+} sfield__allocator;
+
+static inline void *sfield__default_alloc(size_t size, void *user)
+{
+    (void)user;
+    return malloc(size);
+}
+
+static inline void sfield__default_free(void *memory, void *user)
+{
+    (void)user;
+    free(memory);
+}
+
+/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+static inline int sfield__mul_size(size_t a, size_t b, size_t *out)
+{
+    if (b != 0 && a > SIZE_MAX / b) return 0;
+    *out = a * b;
+    return 1;
+}
+
+static inline int sfield__add_size(size_t a, size_t b, size_t *out)
+{
+    if (a > SIZE_MAX - b) return 0;
+    *out = a + b;
+    return 1;
+}
+
+/* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
+static inline int sfield__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
+{
+    return (alloc_fn == NULL) == (free_fn == NULL);
+}
+
+static inline sfield__allocator sfield__allocator_make(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *),
+                                           void *user)
+{
+    sfield__allocator a;
+    a.alloc_fn = alloc_fn && free_fn ? alloc_fn : sfield__default_alloc;
+    a.free_fn = alloc_fn && free_fn ? free_fn : sfield__default_free;
+    a.user = user;
+    return a;
+}
+
+/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+static inline void *sfield__alloc(const sfield__allocator *a, size_t size)
+{
+    return size ? a->alloc_fn(size, a->user) : NULL;
+}
+
+static inline void *sfield__alloc_array(const sfield__allocator *a, size_t count, size_t item_size)
+{
+    size_t size;
+    return sfield__mul_size(count, item_size, &size) ? sfield__alloc(a, size) : NULL;
+}
+
+static inline void sfield__free(const sfield__allocator *a, void *memory)
+{
+    if (memory) a->free_fn(memory, a->user);
+}
+
+/* unit v3: three floats */
+
+/* tcc 0.9.27 stores a returned struct of 12 bytes as 16, over the caller's next variable. */
+typedef struct sfield__v3 {
+    float x, y, z;
+#ifdef __TINYC__
+    float unused;
+#endif
+} sfield__v3;
+
+static inline sfield__v3 sfield__v3_make(float x, float y, float z)
+{
+    sfield__v3 v;
+    v.x = x;
+    v.y = y;
+    v.z = z;
+    return v;
+}
+
+static inline sfield__v3 sfield__v3_load(const float *p) { return sfield__v3_make(p[0], p[1], p[2]); }
+static inline void sfield__v3_store(float *p, sfield__v3 v) { p[0] = v.x; p[1] = v.y; p[2] = v.z; }
+
+static inline sfield__v3 sfield__v3_add(sfield__v3 a, sfield__v3 b)
+{
+    return sfield__v3_make(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+
+static inline sfield__v3 sfield__v3_sub(sfield__v3 a, sfield__v3 b)
+{
+    return sfield__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+static inline sfield__v3 sfield__v3_mul(sfield__v3 a, sfield__v3 b)
+{
+    return sfield__v3_make(a.x * b.x, a.y * b.y, a.z * b.z);
+}
+
+static inline sfield__v3 sfield__v3_scale(sfield__v3 a, float s)
+{
+    return sfield__v3_make(a.x * s, a.y * s, a.z * s);
+}
+
+/* a + b s */
+static inline sfield__v3 sfield__v3_madd(sfield__v3 a, sfield__v3 b, float s)
+{
+    return sfield__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
+}
+
+static inline float sfield__v3_dot(sfield__v3 a, sfield__v3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline float sfield__v3_length(sfield__v3 a)
+{
+    return sqrtf(sfield__v3_dot(a, a));
+}
+
+static inline sfield__v3 sfield__v3_cross(sfield__v3 a, sfield__v3 b)
+{
+    return sfield__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+static inline sfield__v3 sfield__v3_min(sfield__v3 a, sfield__v3 b)
+{
+    return sfield__v3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
+}
+
+static inline sfield__v3 sfield__v3_max(sfield__v3 a, sfield__v3 b)
+{
+    return sfield__v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
+}
+
+/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
+   The zero vector stays zero. */
+static inline sfield__v3 sfield__v3_normalize(sfield__v3 a)
+{
+    float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
+    m = m > z ? m : z;
+    if (!(m > 0.0f)) return sfield__v3_make(0.0f, 0.0f, 0.0f);
+    if (m < 1e-30f) {
+        a = sfield__v3_scale(a, 1e30f);
+        m *= 1e30f;
+    }
+    a = sfield__v3_make(a.x / m, a.y / m, a.z / m);
+    m = sfield__v3_length(a);
+    return sfield__v3_make(a.x / m, a.y / m, a.z / m);
+}
+
+/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+static inline int sfield__finite(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (bits & 0x7f800000u) != 0x7f800000u;
+}
+
+static inline int sfield__v3_finite(sfield__v3 a)
+{
+    return sfield__finite(a.x) && sfield__finite(a.y) && sfield__finite(a.z);
+}
+
+/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
+   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+static inline void sfield__v3_basis(sfield__v3 n, sfield__v3 *b1, sfield__v3 *b2)
+{
+    float s = n.z >= 0.0f ? 1.0f : -1.0f;
+    float a = -1.0f / (s + n.z), b = n.x * n.y * a;
+    *b1 = sfield__v3_make(1.0f + s * n.x * n.x * a, s * b, -s * n.x);
+    *b2 = sfield__v3_make(b, s + n.y * n.y * a, -n.y);
+}
+
+/* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
+
+static inline sfield__v3 sfield__m4_point(const float *m, sfield__v3 p)
+{
+    return sfield__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
+                     m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
+}
+
+static inline sfield__v3 sfield__m4_direction(const float *m, sfield__v3 d)
+{
+    return sfield__v3_make(m[0] * d.x + m[4] * d.y + m[8] * d.z, m[1] * d.x + m[5] * d.y + m[9] * d.z,
+                     m[2] * d.x + m[6] * d.y + m[10] * d.z);
+}
+
+/* Finite, with 0 0 0 1 as its last row. */
+static inline int sfield__m4_is_affine(const float *m)
+{
+    int i;
+    for (i = 0; i < 16; i++)
+        if (!sfield__finite(m[i])) return 0;
+    return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
+}
+
+/* out = m^-1 and 1; 0 and out untouched where m is singular to float precision: the determinant against the product
+   of the column lengths, so that the test is free of scale. In double: the inverse of a badly scaled matrix is used
+   on points. out may be m. */
+static inline int sfield__m4_affine_inverse(float *out, const float *m)
+{
+    double a = (double)m[0], b = (double)m[4], c = (double)m[8];
+    double d = (double)m[1], e = (double)m[5], f = (double)m[9];
+    double g = (double)m[2], h = (double)m[6], k = (double)m[10];
+    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
+    double ca = e * k - f * h, cb = f * g - d * k, cc = d * h - e * g;
+    double det = a * ca + b * cb + c * cc;
+    double size = sqrt((a * a + d * d + g * g) * (b * b + e * e + h * h)) * sqrt(c * c + f * f + k * k);
+    double r[12];
+    int i;
+
+    if (!(det > 1e-7 * size || det < -1e-7 * size)) return 0;
+    r[0] = ca / det;
+    r[1] = cb / det;
+    r[2] = cc / det;
+    r[3] = (c * h - b * k) / det;
+    r[4] = (a * k - c * g) / det;
+    r[5] = (b * g - a * h) / det;
+    r[6] = (b * f - c * e) / det;
+    r[7] = (c * d - a * f) / det;
+    r[8] = (a * e - b * d) / det;
+    for (i = 0; i < 3; i++) r[9 + i] = -(r[i] * tx + r[3 + i] * ty + r[6 + i] * tz);
+    for (i = 0; i < 12; i++)
+        if (!sfield__finite((float)r[i])) return 0;
+    for (i = 0; i < 4; i++) {
+        out[4 * i] = (float)r[3 * i];
+        out[4 * i + 1] = (float)r[3 * i + 1];
+        out[4 * i + 2] = (float)r[3 * i + 2];
+        out[4 * i + 3] = i == 3 ? 1.0f : 0.0f;
+    }
+    return 1;
+}
+
+/* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
+   and at right angles within 1e-4, which is what products of float rotations reach. */
+static inline int sfield__m4_is_rigid_uniform(const float *m, float *scale)
+{
+    sfield__v3 x = sfield__v3_load(m), y = sfield__v3_load(m + 4), z = sfield__v3_load(m + 8);
+    float s, lx, ly, lz, tolerance;
+
+    if (!sfield__m4_is_affine(m)) return 0;
+    lx = sfield__v3_length(x);
+    ly = sfield__v3_length(y);
+    lz = sfield__v3_length(z);
+    if (!(lx > 0.0f && ly > 0.0f && lz > 0.0f) || !sfield__finite(lx + ly + lz)) return 0;
+    s = (lx + ly + lz) / 3.0f;
+    tolerance = 1e-4f * s;
+    if (fabsf(lx - s) > tolerance || fabsf(ly - s) > tolerance || fabsf(lz - s) > tolerance) return 0;
+    x = sfield__v3_scale(x, 1.0f / lx);
+    y = sfield__v3_scale(y, 1.0f / ly);
+    z = sfield__v3_scale(z, 1.0f / lz);
+    if (fabsf(sfield__v3_dot(x, y)) > 1e-4f || fabsf(sfield__v3_dot(x, z)) > 1e-4f) return 0;
+    if (fabsf(sfield__v3_dot(y, z)) > 1e-4f || sfield__v3_dot(sfield__v3_cross(x, y), z) < 0.0f) return 0;
+    *scale = s;
+    return 1;
+}
+
+/* unit bytes: little-endian values in byte arrays, whatever the host's order and alignment */
+
+static inline void sfield__put_u16(uint8_t *p, uint32_t v)
+{
+    p[0] = (uint8_t)(v & 255u);
+    p[1] = (uint8_t)(v >> 8 & 255u);
+}
+
+static inline void sfield__put_u32(uint8_t *p, uint32_t v)
+{
+    sfield__put_u16(p, v & 0xffffu);
+    sfield__put_u16(p + 2, v >> 16);
+}
+
+static inline void sfield__put_u64(uint8_t *p, uint64_t v)
+{
+    sfield__put_u32(p, (uint32_t)(v & 0xffffffffu));
+    sfield__put_u32(p + 4, (uint32_t)(v >> 32));
+}
+
+static inline void sfield__put_f32(uint8_t *p, float v)
+{
+    uint32_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    sfield__put_u32(p, bits);
+}
+
+static inline uint16_t sfield__get_u16(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
+
+static inline uint32_t sfield__get_u32(const uint8_t *p)
+{
+    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+}
+
+static inline uint64_t sfield__get_u64(const uint8_t *p)
+{
+    return (uint64_t)sfield__get_u32(p) | (uint64_t)sfield__get_u32(p + 4) << 32;
+}
+
+static inline float sfield__get_f32(const uint8_t *p)
+{
+    uint32_t bits = sfield__get_u32(p);
+    float v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+
+static inline int sfield__host_is_little_endian(void)
+{
+    uint16_t one = 1;
+    uint8_t first;
+    memcpy(&first, &one, 1);
+    return first == 1;
+}
+
+/* unit crc: CRC-32 as in zip and PNG (reflected 0xEDB88320) */
+
+/* Begin with crc = 0 and go on with the last result. A table of 16: a nibble a step is fast enough for files and small
+   enough to read. */
+static inline uint32_t sfield__crc32(uint32_t crc, const void *data, size_t size)
+{
+    static const uint32_t table[16] = {
+        0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu, 0x76dc4190u, 0x6b6b51f4u, 0x4db26158u, 0x5005713cu,
+        0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu, 0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu
+    };
+    const uint8_t *p = (const uint8_t *)data;
+    size_t i;
+
+    crc = ~crc;
+    for (i = 0; i < size; i++) {
+        crc ^= p[i];
+        crc = crc >> 4 ^ table[crc & 15u];
+        crc = crc >> 4 ^ table[crc & 15u];
+    }
+    return ~crc;
+}
+
+/* unit trig: elementary functions with the same bits on every machine */
+
+/* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
+   Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
+   them vectorise at SSE2 level; exp, log and pow work in double inside. Largest errors against the double functions,
+   all float arguments or a dense set tried (tests/unit/shared_test.c):
+       sin cos   1e-7 absolute, |x| <= 8192       asin acos  3e-7 absolute       atan2   4e-7 absolute, 3 ulp
+       exp log pow   1 ulp
+   Out of range or NaN is clamped into the range, so that nothing here is undefined or returns NaN. */
+
+static inline float sfield__from_bits(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static inline uint32_t sfield__to_bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* |x| with the sign bit of s; s = -0 counts as negative. */
+static inline float sfield__copysign(float x, float s)
+{
+    return sfield__from_bits((sfield__to_bits(x) & 0x7fffffffu) | (sfield__to_bits(s) & 0x80000000u));
+}
+
+/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
+static inline void sfield__sincos(float x, float *sine, float *cosine)
+{
+    float t, r, z, s, c, a, b;
+    int32_t k;
+
+    t = x > -8192.0f ? x : -8192.0f;
+    t = t < 8192.0f ? t : 8192.0f;
+    k = (int32_t)(t * 0.636619772f + (t < 0.0f ? -0.5f : 0.5f));
+    r = ((t - (float)k * 1.5703125f) - (float)k * 4.837512969970703125e-4f) - (float)k * 7.5497899548918822e-8f;
+    z = r * r;
+    s = r + r * z * (-0.1666665494f + z * (0.008332178146f + z * -0.0001951729898f));
+    c = (1.0f - 0.5f * z) + z * z * (0.04166664687f + z * (-0.001388736752f + z * 2.443845159e-5f));
+    a = k & 1 ? c : s;
+    b = k & 1 ? s : c;
+    *sine = k & 2 ? -a : a;
+    *cosine = (k + 1) & 2 ? -b : b;
+}
+
+static inline float sfield__sin(float x)
+{
+    float s, c;
+    sfield__sincos(x, &s, &c);
+    return s;
+}
+
+static inline float sfield__cos(float x)
+{
+    float s, c;
+    sfield__sincos(x, &s, &c);
+    return c;
+}
+
+/* asin of 0 <= x <= 0.5, z = x * x. */
+static inline float sfield__asin_core(float x, float z)
+{
+    return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
+                        z * 0.04221856856f))));
+}
+
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. */
+static inline float sfield__acos(float x)
+{
+    float a = fabsf(x), h, s, p;
+    a = a < 1.0f ? a : 1.0f;
+    h = 0.5f * (1.0f - a);
+    s = sqrtf(h);
+    s = a > 0.5f ? s : a;
+    p = sfield__asin_core(s, a > 0.5f ? h : a * a);
+    p = a > 0.5f ? 2.0f * p : 1.57079633f - p;
+    return x < 0.0f ? 3.14159265f - p : p;
+}
+
+static inline float sfield__asin(float x)
+{
+    float a = fabsf(x), h, s, p;
+    a = a < 1.0f ? a : 1.0f;
+    h = 0.5f * (1.0f - a);
+    s = sqrtf(h);
+    s = a > 0.5f ? s : a;
+    p = sfield__asin_core(s, a > 0.5f ? h : a * a);
+    return sfield__copysign(a > 0.5f ? 1.57079633f - 2.0f * p : p, x);
+}
+
+/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
+static inline float sfield__atan2(float y, float x)
+{
+    float ax = fabsf(x), ay = fabsf(y), hi = ax > ay ? ax : ay, lo = ax > ay ? ay : ax, a, t, z, p;
+    a = lo == hi && hi > 0.0f ? 1.0f : lo / (hi > 0.0f ? hi : 1.0f);
+    t = a > 0.414213562f ? (a - 1.0f) / (a + 1.0f) : a;
+    z = t * t;
+    p = t + t * z * (-0.3333295525f + z * (0.1997792608f + z * (-0.1387984996f + z * 0.08060308882f)));
+    p = a > 0.414213562f ? p + 0.785398163f : p;
+    p = ay > ax ? 1.57079633f - p : p;
+    p = sfield__to_bits(x) >> 31 ? 3.14159265f - p : p;
+    return sfield__copysign(p, y);
+}
+
+/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2. */
+static inline double sfield__exp_core(double x)
+{
+    double r, p, power;
+    int32_t k;
+    uint64_t bits;
+
+    x = x > -110.0 ? x : -110.0;
+    x = x < 90.0 ? x : 90.0;
+    k = (int32_t)(x * 1.4426950408889634 + (x < 0.0 ? -0.5 : 0.5));
+    r = x - (double)k * 0.69314718055994531;
+    p = 0.00139460621285616904 + r * 0.000199183706518237736;
+    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 + r * (0.00833326438132814496 +
+        r * p)));
+    bits = (uint64_t)(k + 1023) << 52;
+    memcpy(&power, &bits, sizeof power);
+    return power * (1.0 + (r + r * r * p));
+}
+
+/* x > 0: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)). */
+static inline double sfield__log_core(float x)
+{
+    double m = (double)x, s, z;
+    uint64_t bits;
+    int32_t e;
+
+    memcpy(&bits, &m, sizeof bits);
+    e = (int32_t)(bits >> 52) - 1023;
+    bits = (bits & 0x000fffffffffffffu) | 0x3ff0000000000000u;
+    memcpy(&m, &bits, sizeof m);
+    if (m > 1.4142135623730951) {
+        m *= 0.5;
+        e++;
+    }
+    s = (m - 1.0) / (m + 1.0);
+    z = s * s;
+    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 + z * 0.117910756496012977));
+    return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
+}
+
+/* Infinity from 88.7228394 on. */
+static inline float sfield__exp(float x)
+{
+    return x > 88.7228394f ? sfield__from_bits(0x7f800000u) : (float)sfield__exp_core((double)x);
+}
+
+/* -infinity where x is not above 0. */
+static inline float sfield__log(float x)
+{
+    return x > 0.0f ? (float)sfield__log_core(x) : sfield__from_bits(0xff800000u);
+}
+
+/* x below 0 counts as 0; pow(0, y) is 0, 1 or infinity for y above, equal to or below 0. */
+static inline float sfield__pow(float x, float y)
+{
+    double t;
+    if (y == 0.0f) return 1.0f;
+    if (!(x > 0.0f)) return y > 0.0f ? 0.0f : sfield__from_bits(0x7f800000u);
+    t = (double)y * sfield__log_core(x);
+    return t > 88.722839111 ? sfield__from_bits(0x7f800000u) : (float)sfield__exp_core(t);
+}
+
+/* unit cpu: run-time detection of x86 vector units */
+
+/* SFIELD__X86 is 1 where functions with target attributes can be compiled and chosen at run time. SFIELD__NO_SIMD, defined
+   by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs none. */
+#if !defined(SFIELD__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
+#define SFIELD__X86 1
+#define SFIELD__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
+#define SFIELD__TARGET_AVX512 \
+    __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi,bmi2,lzcnt,popcnt")))
+#elif !defined(SFIELD__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64)
+#define SFIELD__X86 1
+#define SFIELD__TARGET_AVX2
+#define SFIELD__TARGET_AVX512
+#else
+#define SFIELD__X86 0
+#endif
+
+#if SFIELD__X86 && defined(_MSC_VER) && !defined(__clang__)
+#include <intrin.h>
+/* Bit of leaf 7's ebx, after FMA and what the operating system saves were checked. */
+static inline int sfield__cpu_leaf7(unsigned xcr0, unsigned ebx)
+{
+    int r[4];
+    __cpuid(r, 0);
+    if (r[0] < 7) return 0;
+    __cpuid(r, 1);
+    if (!(r[2] & 1 << 12) || !(r[2] & 1 << 27) || !(r[2] & 1 << 23)) return 0;   /* FMA, OSXSAVE, POPCNT */
+    if (((unsigned)_xgetbv(0) & xcr0) != xcr0) return 0;
+    __cpuidex(r, 7, 0);
+    return ((unsigned)r[1] & ebx) == ebx;
+}
+static inline int sfield__cpu_has_avx2(void) { return sfield__cpu_leaf7(0x06u, 0x00000128u); }
+static inline int sfield__cpu_has_avx512(void) { return sfield__cpu_leaf7(0xe6u, 0xc0030128u); }
+#elif SFIELD__X86
+/* The compiler's run time asks the operating system too. Every processor with BMI2 has LZCNT. */
+static inline int sfield__cpu_has_avx2(void)
+{
+    __builtin_cpu_init();
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
+           __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
+}
+static inline int sfield__cpu_has_avx512(void)
+{
+    return sfield__cpu_has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+}
+#else
+static inline int sfield__cpu_has_avx2(void) { return 0; }
+static inline int sfield__cpu_has_avx512(void) { return 0; }
+#endif
+
+/* <<< shared */
+
+
+/* ---- >>kernels: sixteen lanes at a time ---- */
+
+#if SFIELD__X86 && (defined(__x86_64__) || defined(_M_X64))
+#define SFIELD__SIMD 1
+#include <immintrin.h>
+#else
+#define SFIELD__SIMD 0
+#endif
+
+#if defined(__GNUC__) || defined(__clang__)
+#define SFIELD__INLINE static inline __attribute__((always_inline))
+#else
+#define SFIELD__INLINE static inline
+#endif
+
+enum { SFIELD__LANES = 16, SFIELD__STAGED = 300, SFIELD__PIECES = 16 };
+
+typedef struct sfield__entry { uint32_t pair; float c; } sfield__entry;
+
+struct sfield_algebra {
+    sfield__allocator allocator;
+    uint32_t       bands, coefs;    /* n, n^2 */
+    int            simd;            /* 0 none, 1 AVX2, 2 AVX-512 */
+    uint32_t       pair_count;      /* of i >= j >= 1 with any tripling coefficient */
+    uint32_t       row[SFIELD_MAX_COEFS + 1];     /* first pair with this i */
+    uint32_t       first[SFIELD_MAX_COEFS + 1];   /* first entry of output k */
+    uint8_t       *pair;            /* j of each pair; i is its row */
+    uint8_t       *pair_i;
+    sfield__entry *entry;
+    uint32_t       node_count;      /* quadrature of degree 2 (n - 1) for rotations */
+    double        *node;            /* x, y, z, weight */
+    double        *basis;           /* n^2 at each node, times weight */
+    void          *memory;
+};
+
+static const float sfield__y00 = 0.282094792f;      /* Y_00, and C_0jj for every j */
+
+/* Three or four versions of one text: V is a type of 16 floats. Pairs a_i b_j + a_j b_i are made once and serve one
+   to three outputs; those with index 0 need no table, since C_0jj = Y_00. From 6 bands on the pairs would pass what a
+   stack should hold, so that they are made again for every use. */
+#define SFIELD__KERNELS(V, TARGET)                                                                                     \
+    TARGET static void sfield__product_##V(const sfield_algebra *t, const float *a, const float *b, float *out,        \
+                                           size_t stride, int occlude)                                                 \
+    {                                                                                                                  \
+        sfield__##V p[SFIELD__STAGED], r[SFIELD_MAX_COEFS], a0, b0, acc;                                               \
+        uint32_t i, k, q, staged = t->pair_count <= SFIELD__STAGED;                                                    \
+        for (i = 1; i < t->coefs && staged; i++) {                                                                     \
+            a0 = sfield__##V##_load(a + i * stride);                                                                   \
+            b0 = sfield__##V##_load(b + i * stride);                                                                   \
+            for (q = t->row[i]; q < t->row[i + 1]; q++) {                                                              \
+                uint32_t j = t->pair[q];                                                                               \
+                acc = sfield__##V##_mul(a0, sfield__##V##_load(b + j * stride));                                       \
+                if (i != j) acc = sfield__##V##_fma(b0, sfield__##V##_load(a + j * stride), acc);                      \
+                p[q] = acc;                                                                                            \
+            }                                                                                                          \
+        }                                                                                                              \
+        acc = sfield__##V##_mul(sfield__##V##_load(a), sfield__##V##_load(b));                                         \
+        for (k = 1; k < t->coefs; k++)                                                                                 \
+            acc = sfield__##V##_fma(sfield__##V##_load(a + k * stride), sfield__##V##_load(b + k * stride), acc);      \
+        r[0] = sfield__##V##_mul(acc, sfield__##V##_set1(sfield__y00));                                                \
+        a0 = sfield__##V##_mul(sfield__##V##_load(a), sfield__##V##_set1(sfield__y00));                                \
+        b0 = sfield__##V##_mul(sfield__##V##_load(b), sfield__##V##_set1(sfield__y00));                                \
+        for (k = 1; k < t->coefs; k++) {                                                                               \
+            acc = sfield__##V##_mul(a0, sfield__##V##_load(b + k * stride));                                           \
+            acc = sfield__##V##_fma(b0, sfield__##V##_load(a + k * stride), acc);                                      \
+            for (q = t->first[k]; q < t->first[k + 1]; q++) {                                                          \
+                const sfield__entry *e = &t->entry[q];                                                                 \
+                sfield__##V pair;                                                                                      \
+                if (staged) pair = p[e->pair];                                                                         \
+                else {                                                                                                 \
+                    uint32_t u = t->pair_i[e->pair], v = t->pair[e->pair];                                             \
+                    pair = sfield__##V##_mul(sfield__##V##_load(a + u * stride), sfield__##V##_load(b + v * stride));  \
+                    if (u != v)                                                                                        \
+                        pair = sfield__##V##_fma(sfield__##V##_load(a + v * stride),                                   \
+                                                 sfield__##V##_load(b + u * stride), pair);                            \
+                }                                                                                                      \
+                acc = sfield__##V##_fma(sfield__##V##_set1(e->c), pair, acc);                                          \
+            }                                                                                                          \
+            r[k] = acc;                                                                                                \
+        }                                                                                                              \
+        for (k = 0; k < t->coefs; k++) {                                                                               \
+            acc = occlude ? sfield__##V##_sub(sfield__##V##_load(a + k * stride), r[k]) : r[k];                        \
+            sfield__##V##_store(out + k * stride, acc);                                                                \
+        }                                                                                                              \
+    }                                                                                                                  \
+    TARGET static void sfield__rotate_##V(const sfield_rotation *rotation, const float *in, float *out, size_t stride, \
+                                          int inverse)                                                                 \
+    {                                                                                                                  \
+        const float *block = rotation->block;                                                                          \
+        sfield__##V r[2 * SFIELD_MAX_BANDS];                                                                           \
+        uint32_t l, x, y, n, across, down;                                                                             \
+        for (l = 0; l < rotation->bands; l++) {                                                                        \
+            n = 2 * l + 1;                                                                                             \
+            across = inverse ? n : 1;                                                                                  \
+            down = inverse ? 1 : n;                                                                                    \
+            for (y = 0; y < n; y++) {                                                                                  \
+                const float *from = in + (size_t)l * l * stride, *m = block + y * down;                                \
+                sfield__##V acc = sfield__##V##_mul(sfield__##V##_set1(m[0]), sfield__##V##_load(from));               \
+                for (x = 1; x < n; x++)                                                                                \
+                    acc = sfield__##V##_fma(sfield__##V##_set1(m[x * across]), sfield__##V##_load(from + x * stride),  \
+                                            acc);                                                                      \
+                r[y] = acc;                                                                                            \
+            }                                                                                                          \
+            for (y = 0; y < n; y++) sfield__##V##_store(out + ((size_t)l * l + y) * stride, r[y]);                     \
+            block += n * n;                                                                                            \
+        }                                                                                                              \
+    }
+
+#if defined(__GNUC__) && !defined(__TINYC__)
+typedef float sfield__f4 __attribute__((vector_size(16)));
+typedef struct sfield__plain { sfield__f4 a, b, c, d; } sfield__plain;
+#define SFIELD__EACH(op) r.a = op(a), r.b = op(b), r.c = op(c), r.d = op(d)
+#else
+typedef struct sfield__plain { float v[16]; } sfield__plain;
+#endif
+
+SFIELD__INLINE sfield__plain sfield__plain_load(const float *p)
+{
+    sfield__plain r;
+    memcpy(&r, p, sizeof r);
+    return r;
+}
+
+SFIELD__INLINE void sfield__plain_store(float *p, sfield__plain x) { memcpy(p, &x, sizeof x); }
+
+#ifdef SFIELD__EACH
+SFIELD__INLINE sfield__plain sfield__plain_set1(float x)
+{
+    sfield__plain r;
+    r.a[0] = r.a[1] = r.a[2] = r.a[3] = x;
+    r.b = r.c = r.d = r.a;
+    return r;
+}
+SFIELD__INLINE sfield__plain sfield__plain_mul(sfield__plain x, sfield__plain y)
+{
+    sfield__plain r;
+#define SFIELD__OP(m) x.m * y.m
+    SFIELD__EACH(SFIELD__OP);
+#undef SFIELD__OP
+    return r;
+}
+SFIELD__INLINE sfield__plain sfield__plain_fma(sfield__plain x, sfield__plain y, sfield__plain z)
+{
+    sfield__plain r;
+#define SFIELD__OP(m) x.m * y.m + z.m
+    SFIELD__EACH(SFIELD__OP);
+#undef SFIELD__OP
+    return r;
+}
+SFIELD__INLINE sfield__plain sfield__plain_sub(sfield__plain x, sfield__plain y)
+{
+    sfield__plain r;
+#define SFIELD__OP(m) x.m - y.m
+    SFIELD__EACH(SFIELD__OP);
+#undef SFIELD__OP
+    return r;
+}
+#undef SFIELD__EACH
+#else
+SFIELD__INLINE sfield__plain sfield__plain_set1(float x)
+{
+    sfield__plain r;
+    int i;
+    for (i = 0; i < 16; i++) r.v[i] = x;
+    return r;
+}
+SFIELD__INLINE sfield__plain sfield__plain_fma(sfield__plain x, sfield__plain y, sfield__plain z)
+{
+    int i;
+    for (i = 0; i < 16; i++) z.v[i] += x.v[i] * y.v[i];
+    return z;
+}
+SFIELD__INLINE sfield__plain sfield__plain_mul(sfield__plain x, sfield__plain y)
+{
+    int i;
+    for (i = 0; i < 16; i++) x.v[i] *= y.v[i];
+    return x;
+}
+SFIELD__INLINE sfield__plain sfield__plain_sub(sfield__plain x, sfield__plain y)
+{
+    int i;
+    for (i = 0; i < 16; i++) x.v[i] -= y.v[i];
+    return x;
+}
+#endif
+SFIELD__KERNELS(plain, )
+
+#if SFIELD__SIMD
+typedef struct sfield__avx2 { __m256 lo, hi; } sfield__avx2;
+SFIELD__TARGET_AVX2 SFIELD__INLINE sfield__avx2 sfield__avx2_make(__m256 lo, __m256 hi)
+{
+    sfield__avx2 r;
+    r.lo = lo;
+    r.hi = hi;
+    return r;
+}
+SFIELD__TARGET_AVX2 SFIELD__INLINE sfield__avx2 sfield__avx2_load(const float *p)
+{
+    return sfield__avx2_make(_mm256_loadu_ps(p), _mm256_loadu_ps(p + 8));
+}
+SFIELD__TARGET_AVX2 SFIELD__INLINE void sfield__avx2_store(float *p, sfield__avx2 x)
+{
+    _mm256_storeu_ps(p, x.lo);
+    _mm256_storeu_ps(p + 8, x.hi);
+}
+SFIELD__TARGET_AVX2 SFIELD__INLINE sfield__avx2 sfield__avx2_set1(float x)
+{
+    return sfield__avx2_make(_mm256_set1_ps(x), _mm256_set1_ps(x));
+}
+SFIELD__TARGET_AVX2 SFIELD__INLINE sfield__avx2 sfield__avx2_mul(sfield__avx2 x, sfield__avx2 y)
+{
+    return sfield__avx2_make(_mm256_mul_ps(x.lo, y.lo), _mm256_mul_ps(x.hi, y.hi));
+}
+SFIELD__TARGET_AVX2 SFIELD__INLINE sfield__avx2 sfield__avx2_sub(sfield__avx2 x, sfield__avx2 y)
+{
+    return sfield__avx2_make(_mm256_sub_ps(x.lo, y.lo), _mm256_sub_ps(x.hi, y.hi));
+}
+SFIELD__TARGET_AVX2 SFIELD__INLINE sfield__avx2 sfield__avx2_fma(sfield__avx2 x, sfield__avx2 y, sfield__avx2 z)
+{
+    return sfield__avx2_make(_mm256_fmadd_ps(x.lo, y.lo, z.lo), _mm256_fmadd_ps(x.hi, y.hi, z.hi));
+}
+SFIELD__KERNELS(avx2, SFIELD__TARGET_AVX2)
+
+typedef __m512 sfield__avx512;
+SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_load(const float *p) { return _mm512_loadu_ps(p); }
+SFIELD__TARGET_AVX512 SFIELD__INLINE void sfield__avx512_store(float *p, __m512 x) { _mm512_storeu_ps(p, x); }
+SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_set1(float x) { return _mm512_set1_ps(x); }
+SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_mul(__m512 x, __m512 y) { return _mm512_mul_ps(x, y); }
+SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_sub(__m512 x, __m512 y) { return _mm512_sub_ps(x, y); }
+SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_fma(__m512 x, __m512 y, __m512 z)
+{
+    return _mm512_fmadd_ps(x, y, z);
+}
+SFIELD__KERNELS(avx512, SFIELD__TARGET_AVX512)
+#endif
+#undef SFIELD__KERNELS
+
+static int sfield__simd(void)
+{
+    return !SFIELD__SIMD || !sfield__cpu_has_avx2() ? 0 : sfield__cpu_has_avx512() ? 2 : 1;
+}
+
+/* 16 lanes: out = a b, or with occlude a - a b. */
+static void sfield__product16(const sfield_algebra *t, const float *a, const float *b, float *out, size_t stride,
+                              int occlude)
+{
+#if SFIELD__SIMD
+    if (t->simd == 2) {
+        sfield__product_avx512(t, a, b, out, stride, occlude);
+        return;
+    }
+    if (t->simd == 1) {
+        sfield__product_avx2(t, a, b, out, stride, occlude);
+        return;
+    }
+#endif
+    sfield__product_plain(t, a, b, out, stride, occlude);
+}
+
+static void sfield__rotate16(const sfield_rotation *r, const float *in, float *out, size_t stride, int inverse, int simd)
+{
+#if SFIELD__SIMD
+    if (simd == 2) {
+        sfield__rotate_avx512(r, in, out, stride, inverse);
+        return;
+    }
+    if (simd == 1) {
+        sfield__rotate_avx2(r, in, out, stride, inverse);
+        return;
+    }
+#endif
+    (void)simd;
+    sfield__rotate_plain(r, in, out, stride, inverse);
+}
+
+/* ---- >>harmonics ---- */
+
+static const double sfield__pi = 3.14159265358979323846;
+
+/* In double and with the same bits everywhere; |x| <= 2 pi. Taylor on |r| <= pi / 4 is exact to the last bits. */
+static void sfield__sincos_d(double x, double *s, double *c)
+{
+    int k = (int)(x / (0.5 * sfield__pi) + (x < 0 ? -0.5 : 0.5)), i;
+    double r = x - (double)k * (0.5 * sfield__pi), z = r * r, sine = 0, cosine = 0;
+    for (i = 10; i >= 1; i--) {
+        sine = (1 + sine) * -z / (double)(2 * i * (2 * i + 1));
+        cosine = (1 + cosine) * -z / (double)(2 * i * (2 * i - 1));
+    }
+    sine = r * (1 + sine);
+    cosine = 1 + cosine;
+    *s = k & 1 ? cosine : sine;
+    *c = k & 1 ? sine : cosine;
+    if (k & 2) *s = -*s;
+    if ((k + 1) & 2) *c = -*c;
+}
+
+/* Normalised associated Legendre functions without their power of sin(theta), which goes with cos and sin of m phi into
+   the polynomials cm + i sm = (x + i y)^m. No Condon-Shortley sign. */
+SFIELD_DEF void sfield_sh_basis(uint32_t bands, const double direction[3], double *y)
+{
+    double z = direction[2], cm = 1, sm = 0, older, diagonal = 0.28209479177387814347;
+    uint32_t l, m;
+    for (m = 0; m < bands; m++) {
+        double now = diagonal, two = m ? 1.41421356237309504880 : 1;
+        older = 0;
+        for (l = m; l < bands; l++) {
+            double a, next;
+            y[l * l + l + m] = two * now * cm;
+            if (m) y[l * l + l - m] = two * now * sm;
+            a = sqrt((4.0 * (l + 1) * (l + 1) - 1) / ((double)(l + 1) * (l + 1) - (double)m * m));
+            next = a * z * now;
+            if (l > m)
+                next -= older * a * sqrt(((double)l * l - (double)m * m) / (4.0 * l * l - 1));
+            older = now;
+            now = next;
+        }
+        diagonal *= sqrt((2.0 * m + 3) / (2.0 * m + 2));
+        older = cm;
+        cm = cm * direction[0] - sm * direction[1];
+        sm = older * direction[1] + sm * direction[0];
+    }
+}
+
+static size_t sfield__grid_size(uint32_t degree) { return (size_t)(degree / 2 + 1) * (degree + 1); }
+
+/* Gauss-Legendre in z times equal steps in phi: exact for polynomials up to degree. x, y, z, weight. */
+static void sfield__grid(uint32_t degree, double *node)
+{
+    uint32_t n = degree / 2 + 1, m = degree + 1, i, j, step;
+    for (i = 0; i < n; i++) {
+        double z, unused, slope = 1, radius;
+        sfield__sincos_d(sfield__pi * (i + 0.75) / (n + 0.5), &unused, &z);
+        for (step = 0; step < 8; step++) {
+            double p0 = 1, p1 = z, p;
+            for (j = 2; j <= n; j++) {
+                p = ((2.0 * j - 1) * z * p1 - (j - 1.0) * p0) / j;
+                p0 = p1;
+                p1 = p;
+            }
+            slope = n * (p0 - z * p1) / (1 - z * z);
+            z -= p1 / slope;
+        }
+        radius = sqrt(1 - z * z);
+        for (j = 0; j < m; j++) {
+            double s, c;
+            sfield__sincos_d(2 * sfield__pi * j / m, &s, &c);
+            node[0] = radius * c;
+            node[1] = radius * s;
+            node[2] = z;
+            node[3] = 2 / ((1 - z * z) * slope * slope) * 2 * sfield__pi / m;
+            node += 4;
+        }
+    }
+}
+
+static int sfield__may_triple(uint32_t i, uint32_t j, uint32_t k)
+{
+    uint32_t a = 0, b = 0, c = 0;
+    while ((a + 1) * (a + 1) <= i) a++;
+    while ((b + 1) * (b + 1) <= j) b++;
+    while ((c + 1) * (c + 1) <= k) c++;
+    return (a + b + c) % 2 == 0 && a + b >= c && a + c >= b && b + c >= a;
+}
+
+/* Fills pairs and entries from the values at the nodes of a grid of degree 3 (n - 1). table: coefs floats a pair. */
+static uint32_t sfield__tripling(sfield_algebra *t, const double *basis, const double *node, size_t nodes, double *product,
+                                 float *table)
+{
+    uint32_t i, j, k, entries = 0;
+    size_t g;
+    t->pair_count = 0;
+    for (i = 1; i < t->coefs; i++) {
+        t->row[i] = t->pair_count;
+        for (j = 1; j <= i; j++) {
+            float *c = table + (size_t)t->pair_count * t->coefs;
+            uint32_t used = 0;
+            for (g = 0; g < nodes; g++) product[g] = node[4 * g + 3] * basis[g * t->coefs + i] * basis[g * t->coefs + j];
+            for (k = 1; k < t->coefs; k++) {
+                double sum = 0;
+                for (g = 0; sfield__may_triple(i, j, k) && g < nodes; g++) sum += product[g] * basis[g * t->coefs + k];
+                c[k] = fabs(sum) > 1e-9 ? (float)sum : 0.0f;
+                used += c[k] != 0.0f;
+            }
+            if (!used) continue;
+            entries += used;
+            t->pair[t->pair_count] = (uint8_t)j;
+            t->pair_i[t->pair_count++] = (uint8_t)i;
+        }
+    }
+    t->row[t->coefs] = t->pair_count;
+    return entries;
+}
+
+static void sfield__fill_entries(sfield_algebra *t, const float *table)
+{
+    uint32_t k, q, n = 0;
+    for (k = 1; k < t->coefs; k++) {
+        t->first[k] = n;
+        for (q = 0; q < t->pair_count; q++)
+            if (table[(size_t)q * t->coefs + k] != 0.0f) {
+                t->entry[n].pair = q;
+                t->entry[n++].c = table[(size_t)q * t->coefs + k];
+            }
+    }
+    t->first[t->coefs] = n;
+}
+
+static void sfield__basis_at(const double *node, size_t nodes, uint32_t bands, double *basis)
+{
+    size_t g;
+    for (g = 0; g < nodes; g++) sfield_sh_basis(bands, node + 4 * g, basis + g * bands * bands);
+}
+
+static sfield_result sfield__algebra_fill(sfield_algebra *t, double *work, size_t nodes)
+{
+    uint32_t pairs = t->coefs * (t->coefs - 1) / 2, entries;
+    double *node = work, *basis = node + 4 * nodes, *product = basis + nodes * t->coefs;
+    float *table = (float *)(void *)(product + nodes);
+    size_t g, k;
+    uint8_t *at;
+    (void)pairs;
+    sfield__grid(3 * (t->bands - 1), node);
+    sfield__basis_at(node, nodes, t->bands, basis);
+    t->pair = (uint8_t *)(table + (size_t)pairs * t->coefs);
+    t->pair_i = t->pair + pairs;
+    entries = sfield__tripling(t, basis, node, nodes, product, table);
+    t->node_count = (uint32_t)sfield__grid_size(2 * (t->bands - 1));
+    at = (uint8_t *)sfield__alloc(&t->allocator, t->node_count * (4 + t->coefs) * sizeof(double) +
+                                                     entries * sizeof *t->entry + 2 * t->pair_count + 16);
+    if (!at) return SFIELD_ERR_ALLOC;
+    t->memory = at;
+    t->node = (double *)(void *)at;
+    t->basis = t->node + 4 * (size_t)t->node_count;
+    t->entry = (sfield__entry *)(void *)(t->basis + (size_t)t->node_count * t->coefs);
+    at = (uint8_t *)(t->entry + entries);
+    memcpy(at, t->pair, t->pair_count);
+    memcpy(at + t->pair_count, t->pair_i, t->pair_count);
+    t->pair = at;
+    t->pair_i = at + t->pair_count;
+    sfield__fill_entries(t, table);
+    sfield__grid(2 * (t->bands - 1), t->node);
+    sfield__basis_at(t->node, t->node_count, t->bands, t->basis);
+    for (g = 0; g < t->node_count; g++)
+        for (k = 0; k < t->coefs; k++) t->basis[g * t->coefs + k] *= t->node[4 * g + 3];
+    return SFIELD_OK;
+}
+
+static sfield__allocator sfield__allocator_of(const sfield_allocator *a)
+{
+    return a ? sfield__allocator_make(a->alloc_fn, a->free_fn, a->user) : sfield__allocator_make(NULL, NULL, NULL);
+}
+
+SFIELD_DEF sfield_result sfield_algebra_create(uint32_t bands, const sfield_allocator *allocator, sfield_algebra **out)
+{
+    sfield__allocator a = sfield__allocator_of(allocator);
+    sfield_algebra *t;
+    sfield_result result;
+    double *work;
+    size_t nodes, pairs;
+    if (!out || bands < 1 || bands > SFIELD_MAX_BANDS) return SFIELD_ERR_ARGUMENT;
+    if (allocator && !sfield__allocator_valid(allocator->alloc_fn, allocator->free_fn)) return SFIELD_ERR_ARGUMENT;
+    t = (sfield_algebra *)sfield__alloc(&a, sizeof *t);
+    if (!t) return SFIELD_ERR_ALLOC;
+    memset(t, 0, sizeof *t);
+    t->allocator = a;
+    t->bands = bands;
+    t->coefs = bands * bands;
+    t->simd = sfield__simd();
+    nodes = sfield__grid_size(3 * (bands - 1));
+    pairs = (size_t)t->coefs * (t->coefs - 1) / 2;
+    work = (double *)sfield__alloc(&a, nodes * (t->coefs + 5) * sizeof *work + pairs * (t->coefs * sizeof(float) + 2));
+    result = work ? sfield__algebra_fill(t, work, nodes) : SFIELD_ERR_ALLOC;
+    sfield__free(&a, work);
+    if (result != SFIELD_OK) {
+        sfield_algebra_free(t);
+        return result;
+    }
+    *out = t;
+    return SFIELD_OK;
+}
+
+SFIELD_DEF void sfield_algebra_free(sfield_algebra *algebra)
+{
+    sfield__allocator a;
+    if (!algebra) return;
+    a = algebra->allocator;
+    sfield__free(&a, algebra->memory);
+    sfield__free(&a, algebra);
+}
+
+/* Planes of `count` vectors, fewer than 16, to and from a tile; missing lanes are 0. */
+static void sfield__tile_in(uint32_t coefs, size_t count, const float *in, size_t stride, float *tile)
+{
+    size_t k, i;
+    for (k = 0; k < coefs; k++)
+        for (i = 0; i < SFIELD__LANES; i++) tile[k * SFIELD__LANES + i] = i < count ? in[k * stride + i] : 0.0f;
+}
+
+static void sfield__tile_out(uint32_t coefs, size_t count, const float *tile, float *out, size_t stride)
+{
+    size_t k, i;
+    for (k = 0; k < coefs; k++)
+        for (i = 0; i < count; i++) out[k * stride + i] = tile[k * SFIELD__LANES + i];
+}
+
+SFIELD_DEF sfield_result sfield_sh_product(const sfield_algebra *t, size_t count, const float *a, const float *b,
+                                           float *out, size_t stride)
+{
+    float tile[2][SFIELD_MAX_COEFS * SFIELD__LANES] = { { 0 } };
+    size_t i;
+    if (!t || !a || !b || !out || stride < count) return SFIELD_ERR_ARGUMENT;
+    for (i = 0; i + SFIELD__LANES <= count; i += SFIELD__LANES) sfield__product16(t, a + i, b + i, out + i, stride, 0);
+    if (i == count) return SFIELD_OK;
+    sfield__tile_in(t->coefs, count - i, a + i, stride, tile[0]);
+    sfield__tile_in(t->coefs, count - i, b + i, stride, tile[1]);
+    sfield__product16(t, tile[0], tile[1], tile[0], SFIELD__LANES, 0);
+    sfield__tile_out(t->coefs, count - i, tile[0], out + i, stride);
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_sh_dot(uint32_t bands, size_t count, const float *a, const float *b, float *out,
+                                       size_t stride)
+{
+    size_t i, j, n, k;
+    if (bands < 1 || bands > SFIELD_MAX_BANDS || !a || !b || !out || stride < count) return SFIELD_ERR_ARGUMENT;
+    for (i = 0; i < count; i += n) {
+        float sum[SFIELD__LANES] = { 0 };
+        n = count - i < SFIELD__LANES ? count - i : (size_t)SFIELD__LANES;
+        for (k = 0; k < (size_t)bands * bands; k++) {
+            const float *p = a + k * stride + i, *q = b + k * stride + i;
+            if (n == SFIELD__LANES)
+                for (j = 0; j < SFIELD__LANES; j++) sum[j] += p[j] * q[j];
+            else
+                for (j = 0; j < n; j++) sum[j] += p[j] * q[j];
+        }
+        for (j = 0; j < n; j++) out[i + j] = sum[j];
+    }
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_sh_rotation(const sfield_algebra *t, const float matrix[16], sfield_rotation *out)
+{
+    double sum[680], y[SFIELD_MAX_COEFS], *s;
+    const double *basis;
+    float scale, *block;
+    uint32_t g, l, i, j;
+    if (!t || !matrix || !out || !sfield__m4_is_rigid_uniform(matrix, &scale)) return SFIELD_ERR_ARGUMENT;
+    memset(sum, 0, sizeof sum);
+    for (g = 0; g < t->node_count; g++) {
+        const double *d = t->node + 4 * (size_t)g;
+        double back[3], length;
+        for (i = 0; i < 3; i++)
+            back[i] = (double)matrix[4 * i] * d[0] + (double)matrix[4 * i + 1] * d[1] + (double)matrix[4 * i + 2] * d[2];
+        length = sqrt(back[0] * back[0] + back[1] * back[1] + back[2] * back[2]);
+        for (i = 0; i < 3; i++) back[i] /= length;
+        sfield_sh_basis(t->bands, back, y);
+        for (l = 0, s = sum; l < t->bands; l++) {
+            basis = t->basis + (size_t)g * t->coefs + l * l;
+            for (i = 0; i < 2 * l + 1; i++)
+                for (j = 0; j < 2 * l + 1; j++) *s++ += basis[i] * y[l * l + j];
+        }
+    }
+    memset(out, 0, sizeof *out);
+    out->bands = t->bands;
+    out->identity = matrix[1] == 0 && matrix[2] == 0 && matrix[4] == 0 && matrix[6] == 0 && matrix[8] == 0 &&
+                    matrix[9] == 0 && matrix[0] > 0 && matrix[5] > 0;
+    for (l = 0, s = sum, block = out->block; l < t->bands; l++)
+        for (i = 0; i < 2 * l + 1; i++)
+            for (j = 0; j < 2 * l + 1; j++, s++) *block++ = out->identity ? (i == j ? 1.0f : 0.0f) : (float)*s;
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_sh_rotate(const sfield_rotation *r, size_t count, const float *in, float *out,
+                                          size_t stride)
+{
+    float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
+    int simd = sfield__simd();
+    uint32_t coefs;
+    size_t i;
+    if (!r || !in || !out || stride < count || r->bands < 1 || r->bands > SFIELD_MAX_BANDS) return SFIELD_ERR_ARGUMENT;
+    coefs = r->bands * r->bands;
+    for (i = 0; i + SFIELD__LANES <= count; i += SFIELD__LANES) sfield__rotate16(r, in + i, out + i, stride, 0, simd);
+    if (i == count) return SFIELD_OK;
+    sfield__tile_in(coefs, count - i, in + i, stride, tile);
+    sfield__rotate16(r, tile, tile, SFIELD__LANES, 0, simd);
+    sfield__tile_out(coefs, count - i, tile, out + i, stride);
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_sh_product_n(uint32_t bands, uint32_t functions, const float *coefs,
+                                             const sfield_allocator *allocator, double *out)
+{
+    sfield__allocator a = sfield__allocator_of(allocator);
+    double y[SFIELD_MAX_COEFS], sum[SFIELD_MAX_COEFS], *node;
+    uint32_t n = bands * bands, f, k;
+    size_t nodes, g;
+    if (bands < 1 || bands > SFIELD_MAX_BANDS || functions < 1 || functions > 32 || !coefs || !out)
+        return SFIELD_ERR_ARGUMENT;
+    if (allocator && !sfield__allocator_valid(allocator->alloc_fn, allocator->free_fn)) return SFIELD_ERR_ARGUMENT;
+    nodes = sfield__grid_size((functions + 1) * (bands - 1));
+    node = (double *)sfield__alloc_array(&a, nodes, 4 * sizeof *node);
+    if (!node) return SFIELD_ERR_ALLOC;
+    sfield__grid((functions + 1) * (bands - 1), node);
+    memset(sum, 0, sizeof sum);
+    for (g = 0; g < nodes; g++) {
+        double product = node[4 * g + 3];
+        sfield_sh_basis(bands, node + 4 * g, y);
+        for (f = 0; f < functions; f++) {
+            double value = 0;
+            for (k = 0; k < n; k++) value += (double)coefs[f * n + k] * y[k];
+            product *= value;
+        }
+        for (k = 0; k < n; k++) sum[k] += product * y[k];
+    }
+    sfield__free(&a, node);
+    memcpy(out, sum, n * sizeof *out);
+    return SFIELD_OK;
+}
+
+/* ---- >>logarithms (Ren et al., "Real-time soft shadows in dynamic scenes using spherical harmonic exponentiation",
+   SIGGRAPH 2006) ---- */
+
+/* One Jacobi rotation of the symmetric matrix m and of the vectors v, n x n each. */
+static void sfield__jacobi(double *m, double *v, uint32_t n, uint32_t p, uint32_t q)
+{
+    double off = m[p * n + q], theta, t, c, s;
+    uint32_t i;
+    if (fabs(off) < 1e-15) return;
+    theta = (m[q * n + q] - m[p * n + p]) / (2 * off);
+    t = (theta < 0 ? -1 : 1) / (fabs(theta) + sqrt(theta * theta + 1));
+    c = 1 / sqrt(t * t + 1);
+    s = t * c;
+    for (i = 0; i < n; i++) {
+        double a = m[i * n + p], b = m[i * n + q];
+        m[i * n + p] = c * a - s * b;
+        m[i * n + q] = s * a + c * b;
+    }
+    for (i = 0; i < n; i++) {
+        double a = m[p * n + i], b = m[q * n + i];
+        m[p * n + i] = c * a - s * b;
+        m[q * n + i] = s * a + c * b;
+        a = v[p * n + i];
+        b = v[q * n + i];
+        v[p * n + i] = c * a - s * b;
+        v[q * n + i] = s * a + c * b;
+    }
+}
+
+/* log f = V^T log(D) V 1, where V^T D V is the matrix that multiplies by f. work: 2 n^2 doubles, n coefficients. */
+static void sfield__sh_log(const sfield_algebra *t, const float *f, float *out, double *work)
+{
+    uint32_t n = t->coefs, i, j, k, q, sweep;
+    double *m = work, *v = work + n * n, sum[SFIELD_MAX_COEFS];
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            m[i * n + j] = i == j ? (double)f[0] * (double)sfield__y00 : 0;
+            v[i * n + j] = i == j;
+        }
+    for (j = 1; j < n; j++) m[j] = m[j * n] = (double)f[j] * (double)sfield__y00;
+    for (k = 1; k < n; k++)
+        for (q = t->first[k]; q < t->first[k + 1]; q++) {
+            i = t->pair_i[t->entry[q].pair];
+            j = t->pair[t->entry[q].pair];
+            m[i * n + j] += (double)t->entry[q].c * (double)f[k];
+            if (i != j) m[j * n + i] += (double)t->entry[q].c * (double)f[k];
+        }
+    for (sweep = 0; sweep < 10; sweep++)
+        for (i = 0; i + 1 < n; i++)
+            for (j = i + 1; j < n; j++) sfield__jacobi(m, v, n, i, j);
+    memset(sum, 0, sizeof sum);
+    for (i = 0; i < n; i++) {
+        double d = m[i * n + i];
+        d = (double)sfield__log((float)(d > 0.02 ? d : 0.02)) * v[i * n] / (double)sfield__y00;
+        for (j = 0; j < n; j++) sum[j] += d * v[i * n + j];
+    }
+    for (j = 0; j < n; j++) out[j] = (float)sum[j];
+}
+
+SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *t, const float *visibility, float *out)
+{
+    double *work;
+    if (!t || !visibility || !out) return SFIELD_ERR_ARGUMENT;
+    work = (double *)sfield__alloc_array(&t->allocator, 2 * (size_t)t->coefs * t->coefs, sizeof *work);
+    if (!work) return SFIELD_ERR_ALLOC;
+    sfield__sh_log(t, visibility, out, work);
+    sfield__free(&t->allocator, work);
+    return SFIELD_OK;
+}
+
+/* A tile: the constant apart, then exp(h) = (1 + h/s + (h/s)^2/2 + (h/s)^3/6)^s with s a power of two so that |h/s| is
+   small. out may be in. */
+static void sfield__exp16(const sfield_algebra *t, const float *in, float *out)
+{
+    float h[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 }, p[SFIELD_MAX_COEFS * SFIELD__LANES], constant[SFIELD__LANES];
+    float most = 0, scale = 1;
+    uint32_t k, i, squares, n = t->coefs * SFIELD__LANES;
+    for (i = 0; i < SFIELD__LANES; i++) {
+        float norm = 0;
+        for (k = 1; k < t->coefs; k++) norm += in[k * SFIELD__LANES + i] * in[k * SFIELD__LANES + i];
+        most = norm > most ? norm : most;
+        constant[i] = sfield__exp(in[i] * sfield__y00);
+    }
+    for (squares = 0; squares < 12 && most * scale * scale > 0.25f; squares++) scale *= 0.5f;
+    for (k = 0; k < n; k++) h[k] = k < SFIELD__LANES ? 0.0f : in[k] * scale;
+    sfield__product16(t, h, h, p, SFIELD__LANES, 0);
+    for (k = 0; k < n; k++) out[k] = h[k] + 0.5f * p[k];
+    sfield__product16(t, p, h, p, SFIELD__LANES, 0);
+    for (k = 0; k < n; k++) out[k] += (k < SFIELD__LANES ? 1 / sfield__y00 : 0.0f) + p[k] * (1.0f / 6);
+    for (i = 0; i < squares; i++) sfield__product16(t, out, out, out, SFIELD__LANES, 0);
+    for (k = 0; k < n; k++) out[k] *= constant[k % SFIELD__LANES];
+}
+
+SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *t, size_t count, const float *in, float *out, size_t stride)
+{
+    float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
+    size_t i, n;
+    if (!t || !in || !out || stride < count) return SFIELD_ERR_ARGUMENT;
+    for (i = 0; i < count; i += n) {
+        n = count - i < SFIELD__LANES ? count - i : (size_t)SFIELD__LANES;
+        sfield__tile_in(t->coefs, n, in + i, stride, tile);
+        sfield__exp16(t, tile, tile);
+        sfield__tile_out(t->coefs, n, tile, out + i, stride);
+    }
+    return SFIELD_OK;
+}
+
+/* ---- windows and kernels ---- */
+
+SFIELD_DEF void sfield_sh_window(uint32_t bands, float strength, float factors[SFIELD_MAX_BANDS])
+{
+    uint32_t l;
+    for (l = 0; l < bands && l < SFIELD_MAX_BANDS; l++)
+        factors[l] = 1.0f / (1.0f + strength * (float)(l * l * (l + 1) * (l + 1)));
+}
+
+SFIELD_DEF float sfield_sh_window_fit(uint32_t bands, const float *coefs, float lowest)
+{
+    float low = 0, high = 1, strength = 0;
+    uint32_t step, i, j, k, l;
+    if (!coefs || bands < 1 || bands > SFIELD_MAX_BANDS) return 0;
+    for (step = 0; step < 20; step++) {         /* the first try is no window at all */
+        float factors[SFIELD_MAX_BANDS];
+        int good = 1;
+        sfield_sh_window(bands, strength, factors);
+        for (i = 0; i < 36 && good; i++)
+            for (j = 0; j < 72 && good; j++) {
+                double d[3], y[SFIELD_MAX_COEFS], value = 0, s, c, ring;
+                sfield__sincos_d(sfield__pi * i / 35, &ring, &d[2]);
+                sfield__sincos_d(sfield__pi * j / 36, &s, &c);
+                d[0] = ring * c;
+                d[1] = ring * s;
+                sfield_sh_basis(bands, d, y);
+                for (l = 0, k = 0; l < bands; l++)
+                    for (; k < (l + 1) * (l + 1); k++) value += (double)(factors[l] * coefs[k]) * y[k];
+                good = value >= (double)lowest;
+            }
+        if (good && strength == 0) return 0;
+        if (good) high = strength;
+        else low = strength;
+        strength = 0.5f * (low + high);
+    }
+    return high;
+}
+
+SFIELD_DEF void sfield_sh_cosine(uint32_t bands, float factors[SFIELD_MAX_BANDS])
+{
+    double binomial = 1;                        /* l! / (2^l (l/2)!^2) */
+    uint32_t l;
+    for (l = 0; l < bands && l < SFIELD_MAX_BANDS; l++) {
+        if (l & 1) factors[l] = l == 1 ? (float)(2 * sfield__pi / 3) : 0.0f;
+        else {
+            if (l) binomial *= (l - 1.0) / l;
+            factors[l] = (float)(2 * sfield__pi * (l % 4 == 0 ? -1 : 1) / ((l + 2.0) * (l - 1.0)) * binomial);
+        }
+    }
+}
+
+/* ---- >>cubes ---- */
+
+/* Faces in OpenGL's order: a direction's components along the face's s, t and its axis. */
+SFIELD__INLINE void sfield__to_face(uint32_t face, const float *p, float *q)
+{
+    float x = p[0], y = p[1], z = p[2];
+    switch (face) {
+    case 0: q[0] = -z, q[1] = -y, q[2] = x; break;
+    case 1: q[0] = z, q[1] = -y, q[2] = -x; break;
+    case 2: q[0] = x, q[1] = z, q[2] = y; break;
+    case 3: q[0] = x, q[1] = -z, q[2] = -y; break;
+    case 4: q[0] = x, q[1] = -y, q[2] = z; break;
+    default: q[0] = -x, q[1] = -y, q[2] = -z; break;
+    }
+}
+
+SFIELD__INLINE void sfield__from_face(uint32_t face, double s, double t, double d[3])
+{
+    switch (face) {
+    case 0: d[0] = 1, d[1] = -t, d[2] = -s; break;
+    case 1: d[0] = -1, d[1] = -t, d[2] = s; break;
+    case 2: d[0] = s, d[1] = 1, d[2] = t; break;
+    case 3: d[0] = s, d[1] = -1, d[2] = -t; break;
+    case 4: d[0] = s, d[1] = -t, d[2] = 1; break;
+    default: d[0] = -s, d[1] = -t, d[2] = -1; break;
+    }
+}
+
+static uint32_t sfield__face_of(const float *p)
+{
+    float x = fabsf(p[0]), y = fabsf(p[1]), z = fabsf(p[2]);
+    if (x >= y && x >= z) return p[0] > 0 ? 0u : 1u;
+    if (y >= z) return p[1] > 0 ? 2u : 3u;
+    return p[2] > 0 ? 4u : 5u;
+}
+
+static uint32_t sfield__spread_bits(uint32_t x)         /* 6 bits, a zero between each two */
+{
+    x = (x | x << 4) & 0x30fu;
+    x = (x | x << 2) & 0x333u;
+    return (x | x << 1) & 0x555u;
+}
+
+static uint32_t sfield__gather_bits(uint32_t x)
+{
+    x &= 0x555u;
+    x = (x | x >> 1) & 0x333u;
+    x = (x | x >> 2) & 0x30fu;
+    return (x | x >> 4) & 0x3fu;
+}
+
+static uint32_t sfield__texel(uint32_t side, uint32_t face, uint32_t x, uint32_t y)
+{
+    return face * side * side + (sfield__spread_bits(x) | sfield__spread_bits(y) << 1);
+}
+
+static void sfield__texel_place(uint32_t side, uint32_t texel, uint32_t *face, uint32_t *x, uint32_t *y)
+{
+    uint32_t m = texel & (side * side - 1);
+    *face = texel / (side * side);
+    *x = sfield__gather_bits(m);
+    *y = sfield__gather_bits(m >> 1);
+}
+
+static int sfield__is_side(uint32_t side, uint32_t least)
+{
+    return side >= least && side <= 64 && (side & (side - 1)) == 0;
+}
+
+/* The 16 Gauss-Legendre points of a texel: unit direction and weight, whose sum is the solid angle to double precision. */
+static void sfield__texel_points(uint32_t side, uint32_t texel, double points[16][4])
+{
+    static const double at[4] = { -0.86113631159405257522, -0.33998104358485626480, 0.33998104358485626480,
+                                  0.86113631159405257522 };
+    static const double weight[4] = { 0.34785484513745385737, 0.65214515486254614263, 0.65214515486254614263,
+                                      0.34785484513745385737 };
+    uint32_t face, x, y, i, j;
+    sfield__texel_place(side, texel, &face, &x, &y);
+    for (j = 0; j < 4; j++)
+        for (i = 0; i < 4; i++) {
+            double *p = points[4 * j + i], s = (2.0 * x + 1 + at[i]) / side - 1, t = (2.0 * y + 1 + at[j]) / side - 1;
+            double length = sqrt(1 + s * s + t * t);
+            sfield__from_face(face, s, t, p);
+            p[0] /= length;
+            p[1] /= length;
+            p[2] /= length;
+            p[3] = weight[i] * weight[j] / ((double)side * side * length * length * length);
+        }
+}
+
+SFIELD_DEF float sfield_cube_texel(uint32_t side, uint32_t texel, float direction[3])
+{
+    double points[16][4], sum = 0, d[3], length;
+    uint32_t face, x, y, i;
+    if (!sfield__is_side(side, 2) || texel >= 6 * side * side || !direction) return 0;
+    sfield__texel_points(side, texel, points);
+    for (i = 0; i < 16; i++) sum += points[i][3];
+    sfield__texel_place(side, texel, &face, &x, &y);
+    sfield__from_face(face, (2.0 * x + 1) / side - 1, (2.0 * y + 1) / side - 1, d);
+    length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (i = 0; i < 3; i++) direction[i] = (float)(d[i] / length);
+    return (float)sum;
+}
+
+SFIELD_DEF uint32_t sfield_cube_find(uint32_t side, const float direction[3])
+{
+    float q[3];
+    uint32_t face, x, y;
+    if (!sfield__is_side(side, 2) || !direction) return 0;
+    face = sfield__face_of(direction);
+    sfield__to_face(face, direction, q);
+    if (!(q[2] > 0)) return 0;
+    q[0] = (q[0] / q[2] + 1) * 0.5f * (float)side;
+    q[1] = (q[1] / q[2] + 1) * 0.5f * (float)side;
+    x = q[0] > 0 ? (uint32_t)q[0] : 0;
+    y = q[1] > 0 ? (uint32_t)q[1] : 0;
+    return sfield__texel(side, face, x < side ? x : side - 1, y < side ? y : side - 1);
+}
+
+/* Integral of every basis function over one texel. */
+static void sfield__texel_basis(uint32_t bands, uint32_t side, uint32_t texel, float *out)
+{
+    double points[16][4], y[SFIELD_MAX_COEFS], sum[SFIELD_MAX_COEFS] = { 0 };
+    uint32_t i, k;
+    sfield__texel_points(side, texel, points);
+    for (i = 0; i < 16; i++) {
+        sfield_sh_basis(bands, points[i], y);
+        for (k = 0; k < bands * bands; k++) sum[k] += points[i][3] * y[k];
+    }
+    for (k = 0; k < bands * bands; k++) out[k] = (float)sum[k];
+}
+
+SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const float *texels, uint32_t channels,
+                                           float *coefs)
+{
+    double sum[3 * SFIELD_MAX_COEFS] = { 0 };
+    float y[SFIELD_MAX_COEFS];
+    uint32_t n = bands * bands, i, k, c;
+    if (bands < 1 || bands > SFIELD_MAX_BANDS || !sfield__is_side(side, 2) || !texels || !coefs || channels < 1 ||
+        channels > 3)
+        return SFIELD_ERR_ARGUMENT;
+    for (i = 0; i < 6 * side * side; i++) {
+        sfield__texel_basis(bands, side, i, y);
+        for (c = 0; c < channels; c++)
+            for (k = 0; k < n; k++) sum[c * n + k] += (double)texels[i * channels + c] * (double)y[k];
+    }
+    for (k = 0; k < channels * n; k++) coefs[k] = (float)sum[k];
+    return SFIELD_OK;
+}
+
+/* ---- >>haar ---- */
+
+/* In place of the scaling coefficients of a level's squares come those of the four times fewer squares above; their
+   wavelets go to out. Morton order makes both a walk through memory. */
+static void sfield__haar_face(uint32_t side, float *scaling, float *out)
+{
+    uint32_t squares, i;
+    for (squares = side * side / 4; squares; squares /= 4)
+        for (i = 0; i < squares; i++) {
+            const float *c = scaling + 4 * i;
+            float a = c[0] + c[1], b = c[0] - c[1], d = c[2] + c[3], e = c[2] - c[3], *w = out + squares + 3 * i;
+            w[0] = 0.5f * (b + e);
+            w[1] = 0.5f * (a - d);
+            w[2] = 0.5f * (b - e);
+            scaling[i] = 0.5f * (a + d);
+        }
+    out[0] = scaling[0];
+}
+
+static void sfield__haar_up(const float *w, uint32_t squares, const float *scaling, float *out)
+{
+    uint32_t i;
+    for (i = squares; i-- > 0;) {               /* from the end, so that out may be scaling */
+        float s = scaling[i], x = w[3 * i], y = w[3 * i + 1], z = w[3 * i + 2], *c = out + 4 * i;
+        c[0] = 0.5f * (s + x + y + z);
+        c[1] = 0.5f * (s - x + y - z);
+        c[2] = 0.5f * (s + x - y - z);
+        c[3] = 0.5f * (s - x - y + z);
+    }
+}
+
+static void sfield__haar_texels(uint32_t side, const float *coefs, float *texels)
+{
+    uint32_t face, squares, n = side * side;
+    for (face = 0; face < 6; face++, coefs += n, texels += n) {
+        texels[0] = coefs[0];
+        for (squares = 1; squares < n; squares *= 4) sfield__haar_up(coefs + squares, squares, texels, texels);
+    }
+}
+
+SFIELD_DEF sfield_result sfield_haar_forward(uint32_t side, const float *texels, float *coefs)
+{
+    float scaling[4096];
+    uint32_t face, n = side * side;
+    if (!sfield__is_side(side, 2) || !texels || !coefs || texels == coefs) return SFIELD_ERR_ARGUMENT;
+    for (face = 0; face < 6; face++) {
+        memcpy(scaling, texels + face * n, n * sizeof *scaling);
+        sfield__haar_face(side, scaling, coefs + face * n);
+    }
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_haar_inverse(uint32_t side, const float *coefs, float *texels)
+{
+    if (!sfield__is_side(side, 2) || !texels || !coefs || texels == coefs) return SFIELD_ERR_ARGUMENT;
+    sfield__haar_texels(side, coefs, texels);
+    return SFIELD_OK;
+}
+
+/* Which squares have coefficients at them or below: a bit for each, level after level as the coefficients lie
+   (node / 1 + 4 + 16 ...). */
+#define SFIELD__MARKS 1365u                     /* (4^6 - 1) / 3 squares a face of 64 x 64 */
+
+static uint32_t sfield__mark_base(uint32_t squares) { return (squares - 1) / 3; }
+
+static void sfield__mark(uint32_t side, const float *coefs, uint8_t *marks)
+{
+    uint32_t squares, i;
+    for (squares = side * side / 4; squares; squares /= 4)
+        for (i = 0; i < squares; i++) {
+            const float *w = coefs + squares + 3 * i;
+            uint8_t used = w[0] != 0 || w[1] != 0 || w[2] != 0;
+            if (squares < side * side / 4) {
+                const uint8_t *below = marks + sfield__mark_base(4 * squares) + 4 * i;
+                used = (uint8_t)(used | below[0] | below[1] | below[2] | below[3]);
+            }
+            marks[sfield__mark_base(squares) + i] = used;
+        }
+}
+
+typedef struct sfield__trees {
+    const float   *a, *b;
+    float         *out;             /* of a face */
+    const uint8_t *marks_a, *marks_b;
+    uint32_t       leaves;          /* squares of the finest level that has wavelets */
+} sfield__trees;
+
+/* One operand is constant below: the product is the other one, scaled. */
+static void sfield__scale_tree(const sfield__trees *t, const float *from, const uint8_t *marks, float factor,
+                               uint32_t squares, uint32_t i)
+{
+    uint32_t k;
+    if (!marks[sfield__mark_base(squares) + i]) return;
+    for (k = 0; k < 3; k++) t->out[squares + 3 * i + k] = factor * from[squares + 3 * i + k];
+    for (k = 0; k < 4 && squares < t->leaves; k++) sfield__scale_tree(t, from, marks, factor, 4 * squares, 4 * i + k);
+}
+
+/* Returns the mean of the product over square i of a level, given the means of both; writes its wavelets. Where both have
+   detail the product is that of the quarters, put together again: every tripling coefficient of Ng et al. in one step.
+   Depth at most 6. */
+static float sfield__multiply_tree(const sfield__trees *t, float mean_a, float mean_b, uint32_t squares, uint32_t i,
+                                   float side)
+{
+    uint32_t k, mark = sfield__mark_base(squares) + i;
+    const float *a = t->a + squares + 3 * i, *b = t->b + squares + 3 * i;
+    float *w = t->out + squares + 3 * i, c[4], scale = 1 / side;
+    if (!t->marks_a[mark] || !t->marks_b[mark]) {
+        if (t->marks_a[mark]) sfield__scale_tree(t, t->a, t->marks_a, mean_b, squares, i);
+        if (t->marks_b[mark]) sfield__scale_tree(t, t->b, t->marks_b, mean_a, squares, i);
+        return mean_a * mean_b;
+    }
+    for (k = 0; k < 4; k++) {
+        float x = k & 1 ? -scale : scale, y = k & 2 ? -scale : scale, z = k == 0 || k == 3 ? scale : -scale;
+        float p = mean_a + x * a[0] + y * a[1] + z * a[2], q = mean_b + x * b[0] + y * b[1] + z * b[2];
+        c[k] = squares < t->leaves ? sfield__multiply_tree(t, p, q, 4 * squares, 4 * i + k, 0.5f * side) : p * q;
+    }
+    w[0] = 0.25f * side * (c[0] - c[1] + c[2] - c[3]);
+    w[1] = 0.25f * side * (c[0] + c[1] - c[2] - c[3]);
+    w[2] = 0.25f * side * (c[0] - c[1] - c[2] + c[3]);
+    return 0.25f * (c[0] + c[1] + c[2] + c[3]);
+}
+
+static void sfield__haar_multiply(uint32_t side, const float *a, const float *b, float *out)
+{
+    uint8_t marks[2][SFIELD__MARKS];
+    uint32_t face, n = side * side;
+    sfield__trees t;
+    memset(out, 0, 6 * n * sizeof *out);
+    t.marks_a = marks[0];
+    t.marks_b = marks[1];
+    t.leaves = n / 4;
+    for (face = 0; face < 6; face++) {
+        t.a = a + face * n;
+        t.b = b + face * n;
+        t.out = out + face * n;
+        sfield__mark(side, t.a, marks[0]);
+        sfield__mark(side, t.b, marks[1]);
+        t.out[0] = (float)side * sfield__multiply_tree(&t, t.a[0] / (float)side, t.b[0] / (float)side, 1, 0, (float)side);
+    }
+}
+
+SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, const float *b, float *out)
+{
+    if (!sfield__is_side(side, 2) || !a || !b || !out || out == a || out == b) return SFIELD_ERR_ARGUMENT;
+    sfield__haar_multiply(side, a, b, out);
+    return SFIELD_OK;
+}
+
+/* ---- >>block: what is kept and written ---- */
+
+/* 32-bit words, little-endian in files, in the host's order in memory:
+
+     header    SFIELD__HEADER words
+     radii     shells floats, in r (SELF: none)
+     SH        scale, then bias: `stride` floats a group (a shell of a frame; SELF: one), then the samples, `stride` bytes
+               each: per channel n^2 bytes filled up to a multiple of 8. value = scale byte + bias
+     HAAR      samples + 1 offsets into the entries, samples scales (floats), entries: `stride` words each:
+               index << 16 | value, or index << 16 | r, g << 16 | b; values are signed 16 bit times the sample's scale
+
+   Sample ((frame shells + shell) 6 + face) side^2 + y side + x of a field lies on the grid of nodes of a face, edges and
+   corners included: those are stored by each face that has them, so that no query looks beyond its face. */
+enum {
+    SFIELD__MAGIC = 0x444c4653,     /* "SFLD" */
+    SFIELD__FORMAT = 1,
+    SFIELD__HEADER = 32
+};
+
+typedef struct sfield__header {     /* 32-bit fields only */
+    uint32_t magic, format, bytes, crc;
+    uint32_t kind, basis, logarithm, bands, cube_side, shells, position_side, spacing, frames, loop;
+    uint32_t channels, samples, stride, entries;
+    float    center[3], radius, inscribed, frames_per_second, window;
+    uint32_t reserved[7];
+} sfield__header;
+
+struct sfield_field {
+    sfield__allocator allocator;
+    sfield__header    h;
+    uint32_t         *words;        /* the block */
+    const float      *radii, *scale, *bias;
+    const uint8_t    *sample;
+    const uint32_t   *offset, *entry;
+    const float      *sample_scale;
+    size_t            word_count;   /* of the block, samples of SH left out: these are bytes */
+    float             radius2[64];  /* (radius of a shell / r)^2 */
+    float             measure[64];  /* what weights are linear in, of each shell */
+    uint32_t          planes;       /* floats a channel: n^2 up to a multiple of 8 */
+};
+
+static uint32_t sfield__groups(const sfield__header *h) { return h->kind == SFIELD_KIND_SELF ? 1 : h->shells * h->frames; }
+static uint32_t sfield__planes(uint32_t bands) { return (bands * bands + 7) / 8 * 8; }
+
+/* Words before the bytes of SH, or all of HAAR. */
+static uint64_t sfield__block_words(const sfield__header *h)
+{
+    uint64_t n = SFIELD__HEADER + (uint64_t)h->shells;
+    if (h->basis == SFIELD_BASIS_SH) return n + 2 * (uint64_t)sfield__groups(h) * h->stride;
+    return n + 2 * (uint64_t)h->samples + 1 + (uint64_t)h->entries * h->stride;
+}
+
+static uint64_t sfield__block_bytes(const sfield__header *h)
+{
+    return 4 * sfield__block_words(h) + (h->basis == SFIELD_BASIS_SH ? (uint64_t)h->samples * h->stride : 0);
+}
+
+/* The solid angle that a sphere of radius 1 fills at distance d > 1, over 2 pi; below, and for lights, 1 / d^2; for uniform
+   shells d itself, counted down. */
+SFIELD__INLINE float sfield__measure_of(float d2, uint32_t kind, uint32_t spacing)
+{
+    float inverse = 1 / d2, u = inverse < 1 ? inverse : 1.0f, g = u / (1 + sqrtf(1 - u));
+    if (spacing == SFIELD_SPACING_UNIFORM) return -sqrtf(d2);
+    return kind == SFIELD_KIND_SOURCE || d2 < 1 ? inverse : g;
+}
+
+static void sfield__bind(sfield_field *f)
+{
+    const sfield__header *h = &f->h;
+    const uint32_t *w = f->words + SFIELD__HEADER;
+    uint32_t k;
+    f->word_count = (size_t)sfield__block_words(h);
+    f->planes = sfield__planes(h->bands);
+    f->radii = (const float *)(const void *)w;
+    w += h->shells;
+    for (k = 0; k < h->shells; k++) {
+        f->radius2[k] = f->radii[k] * f->radii[k];
+        f->measure[k] = sfield__measure_of(f->radius2[k], h->kind, h->spacing);
+    }
+    if (h->basis == SFIELD_BASIS_SH) {
+        f->scale = (const float *)(const void *)w;
+        f->bias = f->scale + (size_t)sfield__groups(h) * h->stride;
+        f->sample = (const uint8_t *)(f->words + f->word_count);
+    } else {
+        f->offset = w;
+        f->sample_scale = (const float *)(const void *)(w + h->samples + 1);
+        f->entry = w + 2 * (size_t)h->samples + 1;
+    }
+}
+
+/* Room for the block that a header describes; the header itself is written at the end of a build. */
+static sfield_result sfield__field_alloc(const sfield__allocator *a, const sfield__header *h, sfield_field **out)
+{
+    uint64_t bytes = sfield__block_bytes(h);
+    sfield_field *f;
+    if (bytes > 0xffffffffu || bytes > SIZE_MAX) return SFIELD_ERR_LIMIT;
+    f = (sfield_field *)sfield__alloc(a, sizeof *f);
+    if (!f) return SFIELD_ERR_ALLOC;
+    memset(f, 0, sizeof *f);
+    f->allocator = *a;
+    f->h = *h;
+    f->h.bytes = (uint32_t)bytes;
+    f->words = (uint32_t *)sfield__alloc(a, (size_t)bytes);
+    if (!f->words) {
+        sfield__free(a, f);
+        return SFIELD_ERR_ALLOC;
+    }
+    sfield__bind(f);
+    *out = f;
+    return SFIELD_OK;
+}
+
+SFIELD_DEF void sfield_free(sfield_field *field)
+{
+    sfield__allocator a;
+    if (!field) return;
+    a = field->allocator;
+    sfield__free(&a, field->words);
+    sfield__free(&a, field);
+}
+
+static void sfield__words_out(uint8_t *to, const uint32_t *from, size_t count)
+{
+    size_t i;
+    if (sfield__host_is_little_endian()) memcpy(to, from, 4 * count);
+    else
+        for (i = 0; i < count; i++) sfield__put_u32(to + 4 * i, from[i]);
+}
+
+/* The file's bytes without its header through the checksum; the header comes first, from its fifth word on. */
+static uint32_t sfield__checksum(const sfield_field *f)
+{
+    uint8_t chunk[1024];
+    size_t i, n, total = f->word_count - 4;
+    uint32_t crc = 0;
+    for (i = 0; i < total; i += n) {
+        n = total - i < 256 ? total - i : 256;
+        sfield__words_out(chunk, f->words + 4 + i, n);
+        crc = sfield__crc32(crc, chunk, 4 * n);
+    }
+    if (f->h.basis == SFIELD_BASIS_SH) crc = sfield__crc32(crc, f->sample, (size_t)f->h.samples * f->h.stride);
+    return crc;
+}
+
+static void sfield__seal(sfield_field *f)
+{
+    memcpy(f->words, &f->h, sizeof f->h);
+    f->h.crc = sfield__checksum(f);
+    memcpy(f->words, &f->h, sizeof f->h);
+}
+
+SFIELD_DEF size_t sfield_size(const sfield_field *field) { return field ? field->h.bytes : 0; }
+
+SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, size_t memory_size)
+{
+    if (!field || !memory) return SFIELD_ERR_ARGUMENT;
+    if (memory_size < field->h.bytes) return SFIELD_ERR_MEMORY;
+    sfield__words_out((uint8_t *)memory, field->words, field->word_count);
+    if (field->h.basis == SFIELD_BASIS_SH)
+        memcpy((uint8_t *)memory + 4 * field->word_count, field->sample, (size_t)field->h.samples * field->h.stride);
+    return SFIELD_OK;
+}
+
+static int sfield__in(float x, float low, float high) { return sfield__finite(x) && x >= low && x <= high; }
+
+/* Everything in the header, so that sizes computed from it are true. */
+static int sfield__header_good(const sfield__header *h)
+{
+    uint32_t i, self = h->kind == SFIELD_KIND_SELF, haar = h->basis == SFIELD_BASIS_HAAR;
+    if (h->kind > SFIELD_KIND_SELF || h->basis < SFIELD_BASIS_SH || h->basis > SFIELD_BASIS_HAAR) return 0;
+    if (h->logarithm > 1 || (h->logarithm && (h->kind != SFIELD_KIND_OCCLUSION || haar)) || h->loop > 1) return 0;
+    if (haar ? h->bands != 0 : h->bands < 1 || h->bands > SFIELD_MAX_BANDS) return 0;
+    if (!sfield__is_side(h->cube_side, 4) || h->channels != (h->kind == SFIELD_KIND_SOURCE ? 3u : 1u)) return 0;
+    if (h->spacing < SFIELD_SPACING_GEOMETRIC || h->spacing > SFIELD_SPACING_UNIFORM) return 0;
+    if (h->frames < 1 || h->frames > 256 || (h->frames > 1 && h->kind != SFIELD_KIND_SOURCE)) return 0;
+    if (!sfield__in(h->frames_per_second, 1e-6f, 1e6f) || !sfield__in(h->window, 0, 1e6f)) return 0;
+    for (i = 0; i < 3; i++)
+        if (!sfield__in(h->center[i], -1e18f, 1e18f)) return 0;
+    if (!sfield__in(h->radius, 1e-18f, 1e18f) || !sfield__in(h->inscribed, 0, h->radius)) return 0;
+    for (i = 0; i < 7; i++)
+        if (h->reserved[i]) return 0;
+    if (haar ? h->stride != (h->channels == 3 ? 2u : 1u) : h->stride != h->channels * sfield__planes(h->bands)) return 0;
+    if (!haar && h->entries) return 0;
+    if (self) return h->shells == 0 && h->position_side == 0 && h->samples >= 1;
+    if (h->shells < 2 || h->shells > 64 || h->position_side < 2 || h->position_side > 64) return 0;
+    return h->samples == h->frames * h->shells * 6 * h->position_side * h->position_side;
+}
+
+static int sfield__content_good(const sfield_field *f)
+{
+    const sfield__header *h = &f->h;
+    uint32_t i, k, cells = 6 * h->cube_side * h->cube_side;
+    for (i = 0; i < h->shells; i++)
+        if (!sfield__in(f->radii[i], 1e-6f, 1000) || (i && f->radii[i] <= f->radii[i - 1] * 1.0001f)) return 0;
+    if (h->basis == SFIELD_BASIS_SH) {
+        for (i = 0; i < 2 * sfield__groups(h) * h->stride; i++)
+            if (!sfield__in(f->scale[i], -1e24f, 1e24f)) return 0;
+        return 1;
+    }
+    if (f->offset[0] != 0 || f->offset[h->samples] != h->entries) return 0;
+    for (i = 0; i < h->samples; i++) {
+        if (f->offset[i] > f->offset[i + 1] || f->offset[i + 1] > h->entries) return 0;
+        if (!sfield__in(f->sample_scale[i], 0, 1e24f)) return 0;
+        for (k = f->offset[i]; k < f->offset[i + 1]; k++) {
+            uint32_t index = f->entry[(size_t)k * h->stride] >> 16;
+            if (index >= cells || (k > f->offset[i] && index <= f->entry[(size_t)(k - 1) * h->stride] >> 16)) return 0;
+        }
+    }
+    return 1;
+}
+
+SFIELD_DEF sfield_result sfield_open(const void *data, size_t size, const sfield_allocator *allocator,
+                                     sfield_field **out)
+{
+    sfield__allocator a = sfield__allocator_of(allocator);
+    const uint8_t *bytes = (const uint8_t *)data;
+    uint32_t words[SFIELD__HEADER], i;
+    sfield__header h;
+    sfield_field *f;
+    sfield_result result;
+    size_t k;
+    if (!data || !out || (allocator && !sfield__allocator_valid(allocator->alloc_fn, allocator->free_fn)))
+        return SFIELD_ERR_ARGUMENT;
+    if (size < sizeof h || sfield__get_u32(bytes) != SFIELD__MAGIC) return SFIELD_ERR_FORMAT;
+    if (sfield__get_u32(bytes + 4) != SFIELD__FORMAT) return SFIELD_ERR_VERSION;
+    for (i = 0; i < SFIELD__HEADER; i++) words[i] = sfield__get_u32(bytes + 4 * i);
+    memcpy(&h, words, sizeof h);
+    if (h.bytes != size || !sfield__header_good(&h) || sfield__block_bytes(&h) != size) return SFIELD_ERR_FORMAT;
+    if (sfield__crc32(0, bytes + 16, size - 16) != h.crc) return SFIELD_ERR_FORMAT;
+    result = sfield__field_alloc(&a, &h, &f);
+    if (result != SFIELD_OK) return result;
+    for (k = 0; k < f->word_count; k++) f->words[k] = sfield__get_u32(bytes + 4 * k);
+    memcpy(f->words + f->word_count, bytes + 4 * f->word_count, size - 4 * f->word_count);
+    sfield__bind(f);
+    if (!sfield__content_good(f)) {
+        sfield_free(f);
+        return SFIELD_ERR_FORMAT;
+    }
+    *out = f;
+    return SFIELD_OK;
+}
+
+SFIELD_DEF void sfield_get_info(const sfield_field *field, sfield_info *out)
+{
+    const sfield__header *h;
+    if (!field || !out) return;
+    h = &field->h;
+    memset(out, 0, sizeof *out);
+    out->kind = (sfield_kind)h->kind;
+    out->basis = (sfield_basis)h->basis;
+    out->bands = h->bands;
+    out->cube_side = h->cube_side;
+    out->shells = h->shells;
+    out->position_side = h->position_side;
+    out->frames = h->frames;
+    out->spacing = (sfield_spacing)h->spacing;
+    out->logarithm = (int)h->logarithm;
+    out->samples = h->samples;
+    out->coefficients = h->entries;
+    out->bytes = h->bytes;
+    memcpy(out->center, h->center, sizeof h->center);
+    out->radius = h->radius;
+    out->inscribed = h->inscribed;
+    out->inner = h->shells ? field->radii[0] : 0;
+    out->outer = h->shells ? field->radii[h->shells - 1] : 0;
+}
+
+/* ---- >>views: what is seen from a sample point ---- */
+
+enum { SFIELD__MOST_WIDTH = 512, SFIELD__EMISSIVE_WIDTH = 256 };
+
+typedef struct sfield__texels {     /* of a cube: tables */
+    float *direction, *basis;       /* 3 floats; integrals of the basis, `planes` floats */
+    float *angle;                   /* solid angle */
+    float  node[64];                /* coordinates of the position grid */
+} sfield__texels;
+
+typedef struct sfield__view {       /* of one task */
+    float    *corner;               /* x, y, z, s, t of each vertex, seen from the eye */
+    uint8_t  *face;                 /* which it projects on */
+    uint64_t *bits;                 /* 6 x width rows of width samples */
+    float    *depth;                /* emissive meshes: 1 / distance and triangle + 1 of each sample */
+    uint32_t *owner;
+    int       row_low[6], row_high[6];
+    float    *texel, *haar, *key;   /* channels x 6 N^2; keys once */
+    double   *work;                 /* logarithms */
+    double    lost, total;          /* squares of wavelets */
+    uint32_t  width, scale;         /* samples a side of a face, of a texel */
+} sfield__view;
+
+typedef enum sfield__what { SFIELD__MESH, SFIELD__EMISSIVE, SFIELD__ANALYTIC, SFIELD__CALLBACK, SFIELD__SELF } sfield__what;
+
+typedef struct sfield__build {
+    sfield__what      what;
+    sfield__allocator allocator;
+    sfield_desc       desc;
+    sfield__header    h;
+    void             *held[24];
+    uint32_t          held_count;
+    size_t            bytes, peak;
+    sfield_algebra   *algebra;      /* logarithms */
+    float            *position;     /* of vertices, about the center, in r */
+    uint32_t         *index, *original;
+    size_t            vertices, triangles;
+    const float      *radiance;     /* of triangles, this frame's */
+    sfield_emitter    emitter;
+    const float      *points, *normals;
+    float             offset, time;
+    sfield__texels    texels;
+    sfield__view     *view;
+    uint32_t          pieces, planes, cells, most;     /* most: wavelets kept of a cube */
+    float             window[SFIELD_MAX_BANDS];
+    size_t            first, count; /* samples of this batch: a shell, or some points */
+    float             radius;       /* of this shell */
+    float             radii[64];
+    float            *value;        /* SH: stride floats a sample of the batch */
+    uint32_t         *kept, *entry; /* HAAR: number and `most` entries a sample of the batch */
+    float            *kept_scale;
+    sfield_field     *out;
+    uint32_t         *all, all_used, all_room, *offsets;
+    float            *scales;
+    uint32_t          skipped;
+} sfield__build;
+
+static int sfield__popcount(uint64_t x)
+{
+    x -= x >> 1 & 0x5555555555555555u;
+    x = (x & 0x3333333333333333u) + (x >> 2 & 0x3333333333333333u);
+    return (int)(((x + (x >> 4)) & 0x0f0f0f0f0f0f0f0fu) * 0x0101010101010101u >> 56);
+}
+
+/* Sets samples x0..x1 of a row. */
+static void sfield__set_bits(uint64_t *row, int x0, int x1)
+{
+    int a = x0 >> 6, b = x1 >> 6, w;
+    uint64_t first = ~(uint64_t)0 << (x0 & 63), last = ~(uint64_t)0 >> (63 - (x1 & 63));
+    if (a == b) row[a] |= first & last;
+    else {
+        row[a] |= first;
+        for (w = a + 1; w < b; w++) row[w] = ~(uint64_t)0;
+        row[b] |= last;
+    }
+}
+
+typedef struct sfield__edges {      /* of a triangle on a face: c[0] s + c[1] t + c[2] >= 0 inside */
+    float c[3][3], inverse[3];
+    float det;                      /* > 0: counter-clockwise for the eye */
+} sfield__edges;
+
+/* The triangle as the cone from the eye through it: no clipping, nothing to divide by, and an edge shared by two triangles
+   has the same numbers but for their sign, so that no sample falls between them. 0: seen edge on. */
+static int sfield__edges_of(const float *const *corner, uint32_t face, sfield__edges *e)
+{
+    float q[3][3];
+    int i, k;
+    for (i = 0; i < 3; i++) sfield__to_face(face, corner[i], q[i]);
+    for (i = 0; i < 3; i++) {
+        const float *a = q[i], *b = q[(i + 1) % 3];
+        e->c[i][0] = a[1] * b[2] - a[2] * b[1];
+        e->c[i][1] = a[2] * b[0] - a[0] * b[2];
+        e->c[i][2] = a[0] * b[1] - a[1] * b[0];
+    }
+    e->det = q[2][0] * e->c[0][0] + q[2][1] * e->c[0][1] + q[2][2] * e->c[0][2];
+    if (!(e->det > 0 || e->det < 0)) return 0;
+    for (i = 0; i < 3; i++) {
+        for (k = 0; k < 3 && e->det < 0; k++) e->c[i][k] = -e->c[i][k];
+        e->inverse[i] = e->c[i][0] != 0 ? 1 / e->c[i][0] : 0.0f;
+    }
+    return 1;
+}
+
+/* The samples of row y inside: 0 if none. box: x0, y0, x1, y1. */
+static int sfield__span(const sfield__edges *e, uint32_t width, int y, const int *box, int *x0, int *x1)
+{
+    float half = 0.5f * (float)width, t = ((float)y + 0.5f) / half - 1, low = (float)box[0], high = (float)box[2];
+    int i;
+    for (i = 0; i < 3; i++) {
+        float c = e->c[i][1] * t + e->c[i][2], x = (1 - c * e->inverse[i]) * half - 0.5f;
+        if (e->c[i][0] > 0) low = x > low ? x : low;
+        else if (e->c[i][0] < 0) high = x < high ? x : high;
+        else if (c < 0) return 0;
+    }
+    if (!(low <= high)) return 0;
+    *x0 = (int)low + ((float)(int)low < low);
+    *x1 = (int)high;
+    return *x0 <= *x1;
+}
+
+static void sfield__raster_face(sfield__view *v, const sfield__edges *e, uint32_t face, const int *box, uint32_t owner)
+{
+    int y, x, x0, x1, width = (int)v->width;
+    float sum[3], half = 0.5f * (float)width;
+    for (x = 0; x < 3; x++) sum[x] = e->c[0][x] + e->c[1][x] + e->c[2][x];
+    for (y = box[1]; y <= box[3]; y++) {
+        if (!sfield__span(e, v->width, y, box, &x0, &x1)) continue;
+        v->row_low[face] = y < v->row_low[face] ? y : v->row_low[face];
+        v->row_high[face] = y > v->row_high[face] ? y : v->row_high[face];
+        if (!v->depth) {
+            sfield__set_bits(v->bits + (size_t)(face * v->width + (uint32_t)y) * (v->width / 64), x0, x1);
+            continue;
+        }
+        for (x = x0; x <= x1; x++) {
+            size_t at = (size_t)(face * v->width + (uint32_t)y) * v->width + (uint32_t)x;
+            float close = (sum[0] * (((float)x + 0.5f) / half - 1) + sum[1] * (((float)y + 0.5f) / half - 1) + sum[2]) /
+                         fabsf(e->det);
+            if (close > v->depth[at]) {
+                v->depth[at] = close;
+                v->owner[at] = owner | (e->det < 0 ? 0x80000000u : 0);      /* the side that does not emit */
+            }
+        }
+    }
+}
+
+/* Where the eye lies has the origin; faces and their coordinates of all vertices. */
+static void sfield__project(const sfield__build *b, sfield__view *v, const float *eye)
+{
+    size_t i;
+    for (i = 0; i < b->vertices; i++) {
+        float *c = v->corner + 5 * i, q[3];
+        uint32_t face;
+        c[0] = b->position[3 * i] - eye[0];
+        c[1] = b->position[3 * i + 1] - eye[1];
+        c[2] = b->position[3 * i + 2] - eye[2];
+        face = sfield__face_of(c);
+        sfield__to_face(face, c, q);
+        v->face[i] = q[2] > 0 ? (uint8_t)face : 255;
+        q[2] = q[2] > 0 ? 0.5f * (float)v->width / q[2] : 0.0f;
+        c[3] = q[0] * q[2] + 0.5f * (float)v->width - 0.5f;
+        c[4] = q[1] * q[2] + 0.5f * (float)v->width - 0.5f;
+    }
+}
+
+/* Rounds a box outwards by a little and to samples; 0: none inside. */
+static int sfield__box(float x0, float y0, float x1, float y1, uint32_t width, int *box)
+{
+    float most = (float)width - 1;
+    x0 = x0 - 0.01f > 0 ? x0 - 0.01f : 0;
+    y0 = y0 - 0.01f > 0 ? y0 - 0.01f : 0;
+    x1 = x1 + 0.01f < most ? x1 + 0.01f : most;
+    y1 = y1 + 0.01f < most ? y1 + 0.01f : most;
+    if (!(x0 <= x1 && y0 <= y1)) return 0;
+    box[0] = (int)x0 + ((float)(int)x0 < x0);
+    box[1] = (int)y0 + ((float)(int)y0 < y0);
+    box[2] = (int)x1;
+    box[3] = (int)y1;
+    return box[0] <= box[2] && box[1] <= box[3];
+}
+
+static float sfield__min3(float a, float b, float c) { return a < b ? (a < c ? a : c) : b < c ? b : c; }
+static float sfield__max3(float a, float b, float c) { return a > b ? (a > c ? a : c) : b > c ? b : c; }
+
+/* A triangle over several faces: on each whose pyramid it may touch. */
+static void sfield__raster_across(sfield__view *v, const float *const *corner, uint32_t owner)
+{
+    sfield__edges e;
+    uint32_t face;
+    int i;
+    for (face = 0; face < 6; face++) {
+        int out[5] = { 0, 0, 0, 0, 0 }, box[4];
+        float x[3], y[3];
+        for (i = 0; i < 3; i++) {
+            float q[3];
+            sfield__to_face(face, corner[i], q);
+            out[0] += q[0] > q[2];
+            out[1] += -q[0] > q[2];
+            out[2] += q[1] > q[2];
+            out[3] += -q[1] > q[2];
+            out[4] += q[2] > 0;
+            x[i] = q[0] / q[2];
+            y[i] = q[1] / q[2];
+        }
+        if (out[0] == 3 || out[1] == 3 || out[2] == 3 || out[3] == 3 || out[4] == 0) continue;
+        if (out[4] < 3) {
+            box[0] = box[1] = 0;
+            box[2] = box[3] = (int)v->width - 1;
+        } else {
+            float h = 0.5f * (float)v->width, o = h - 0.5f;
+            if (!sfield__box(sfield__min3(x[0], x[1], x[2]) * h + o, sfield__min3(y[0], y[1], y[2]) * h + o,
+                             sfield__max3(x[0], x[1], x[2]) * h + o, sfield__max3(y[0], y[1], y[2]) * h + o, v->width, box))
+                continue;
+        }
+        if (sfield__edges_of(corner, face, &e)) sfield__raster_face(v, &e, face, box, owner);
+    }
+}
+
+static void sfield__raster(const sfield__build *b, sfield__view *v)
+{
+    size_t t;
+    uint32_t face;
+    for (face = 0; face < 6; face++) {
+        v->row_low[face] = (int)v->width;
+        v->row_high[face] = -1;
+    }
+    for (t = 0; t < b->triangles; t++) {
+        const uint32_t *i = b->index + 3 * t;
+        const float *c[3];
+        uint32_t owner = v->depth ? b->original[t] + 1 : 0;
+        sfield__edges e;
+        int box[4];
+        face = v->face[i[0]];
+        c[0] = v->corner + 5 * (size_t)i[0];
+        c[1] = v->corner + 5 * (size_t)i[1];
+        c[2] = v->corner + 5 * (size_t)i[2];
+        if (face != v->face[i[1]] || face != v->face[i[2]] || face == 255) {
+            sfield__raster_across(v, c, owner);
+            continue;
+        }
+        if (!sfield__box(sfield__min3(c[0][3], c[1][3], c[2][3]), sfield__min3(c[0][4], c[1][4], c[2][4]),
+                         sfield__max3(c[0][3], c[1][3], c[2][3]), sfield__max3(c[0][4], c[1][4], c[2][4]), v->width, box))
+            continue;
+        if (sfield__edges_of(c, face, &e)) sfield__raster_face(v, &e, face, box, owner);
+    }
+}
+
+/* Samples counted into texels; the buffers are clean again afterwards. */
+static void sfield__resolve(const sfield__build *b, sfield__view *v)
+{
+    uint32_t n = b->h.cube_side, s = v->scale, words = v->width / 64, face, x, y, k, c;
+    uint64_t mask = s == 64 ? ~(uint64_t)0 : ((uint64_t)1 << s) - 1;
+    for (face = 0; face < 6; face++) {
+        if (v->row_high[face] < 0) continue;
+        for (y = (uint32_t)v->row_low[face] / s; y <= (uint32_t)v->row_high[face] / s; y++) {
+            uint64_t *row = v->bits + (size_t)(face * v->width + y * s) * words;
+            for (x = 0; x < n && !v->depth; x++) {
+                int count = 0;
+                for (k = 0; k < s; k++) count += sfield__popcount(row[(size_t)k * words + x * s / 64] >> x * s % 64 & mask);
+                v->texel[sfield__texel(n, face, x, y)] = (float)count / (float)(s * s);
+            }
+            if (!v->depth) memset(row, 0, (size_t)s * words * sizeof *row);
+        }
+        if (!v->depth) continue;
+        for (y = (uint32_t)v->row_low[face]; y <= (uint32_t)v->row_high[face]; y++)
+            for (x = 0; x < v->width; x++) {
+                size_t at = (size_t)(face * v->width + y) * v->width + x;
+                uint32_t owner = v->owner[at], texel = sfield__texel(n, face, x / s, y / s);
+                if (!owner) continue;
+                for (c = 0; c < 3; c++)
+                    v->texel[c * b->cells + texel] +=
+                        (owner >> 31 ? 0.0f : b->radiance[3 * (size_t)(owner - 1) + c]) / (float)(s * s);
+                v->depth[at] = 0;
+                v->owner[at] = 0;
+            }
+    }
+}
+
+/* What an analytic emitter radiates to the eye (in r, about the center) from a direction. */
+static void sfield__emit(const sfield__build *b, const float *eye, const float *d, float *rgb)
+{
+    const sfield_emitter *e = &b->emitter;
+    float r = b->h.radius, along = eye[0] * d[0] + eye[1] * d[1] + eye[2] * d[2], facing, t;
+    float d2 = eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2], size = e->radius / r;
+    uint32_t c;
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    facing = -(e->normal[0] * d[0] + e->normal[1] * d[1] + e->normal[2] * d[2]);
+    if (e->kind == SFIELD_EMITTER_CALLBACK) {
+        float p[3];
+        for (c = 0; c < 3; c++) p[c] = b->h.center[c] + r * eye[c];
+        if (e->view) e->view(e->user, b->time, p, d, rgb);
+        for (c = 0; c < 3; c++)
+            if (!(sfield__finite(rgb[c]) && rgb[c] > 0)) rgb[c] = 0;
+        return;
+    }
+    if (e->kind == SFIELD_EMITTER_SPHERE) {
+        if (d2 > size * size && (along > 0 || d2 - along * along > size * size)) return;
+        if ((e->normal[0] != 0 || e->normal[1] != 0 || e->normal[2] != 0) && facing < e->cosine) return;
+    } else {
+        float p[3], n[3], nl;
+        sfield__v3 u = sfield__v3_load(e->u), w = sfield__v3_load(e->v), cross = sfield__v3_cross(u, w);
+        if (e->kind == SFIELD_EMITTER_RECTANGLE) sfield__v3_store(n, sfield__v3_normalize(cross));
+        else memcpy(n, e->normal, sizeof n);
+        nl = n[0] * d[0] + n[1] * d[1] + n[2] * d[2];
+        t = -(n[0] * eye[0] + n[1] * eye[1] + n[2] * eye[2]) / (nl < 0 ? nl : -1e-30f);
+        if (!(nl < 0) || !(t > 0) || !(t < 1e6f) || -nl < e->cosine) return;
+        for (c = 0; c < 3; c++) p[c] = (eye[c] + t * d[c]) * r;
+        if (e->kind == SFIELD_EMITTER_DISC) {
+            if (p[0] * p[0] + p[1] * p[1] + p[2] * p[2] > e->radius * e->radius) return;
+        } else {
+            sfield__v3 q = sfield__v3_load(p);
+            float uu = sfield__v3_dot(u, u), vv = sfield__v3_dot(w, w), uv = sfield__v3_dot(u, w);
+            float pu = sfield__v3_dot(q, u), pv = sfield__v3_dot(q, w), det = uu * vv - uv * uv;
+            if (fabsf(pu * vv - pv * uv) > det || fabsf(pv * uu - pu * uv) > det) return;
+        }
+    }
+    memcpy(rgb, e->radiance, 3 * sizeof *rgb);
+}
+
+/* Analytic lights and callbacks: samples of those texels that the bounding sphere reaches. */
+static void sfield__sample(const sfield__build *b, sfield__view *v, const float *eye)
+{
+    uint32_t i, x, y, c, face, tx, ty, s = v->scale, n = b->h.cube_side;
+    float d = sqrtf(eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]);
+    float reach = d > 1.0001f ? sqrtf(1 - 1 / (d * d)) : -1, texel = 1.5f / (float)n;
+    for (i = 0; i < b->cells; i++) {
+        const float *to = b->texels.direction + 3 * i;
+        float sum[3] = { 0, 0, 0 }, cosine = d > 0 ? -(to[0] * eye[0] + to[1] * eye[1] + to[2] * eye[2]) / d : 1;
+        /* cos(a - b) <= cos a + b: a texel's half diagonal is below 1.5 / N */
+        if (cosine + texel < reach) continue;
+        sfield__texel_place(n, i, &face, &tx, &ty);
+        for (y = 0; y < s; y++)
+            for (x = 0; x < s; x++) {
+                double q[3], l;
+                float dir[3], rgb[3];
+                sfield__from_face(face, (2.0 * (tx * s + x) + 1) / (n * s) - 1, (2.0 * (ty * s + y) + 1) / (n * s) - 1, q);
+                l = 1 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]);
+                for (c = 0; c < 3; c++) dir[c] = (float)(q[c] * l);
+                sfield__emit(b, eye, dir, rgb);
+                for (c = 0; c < b->h.channels; c++) sum[c] += rgb[c];
+            }
+        for (c = 0; c < b->h.channels; c++) v->texel[c * b->cells + i] = sum[c] / (float)(s * s);
+    }
+}
+
+/* Texels of one sample: alpha, or three channels of radiance. */
+static void sfield__see(const sfield__build *b, sfield__view *v, const float *eye)
+{
+    float d = sqrtf(eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]);
+    uint32_t most = b->what == SFIELD__EMISSIVE ? SFIELD__EMISSIVE_WIDTH : SFIELD__MOST_WIDTH, c;
+    memset(v->texel, 0, (size_t)b->h.channels * b->cells * sizeof *v->texel);
+    for (v->width = 64; v->width < most && ((float)v->width < 24 * d || v->width < 2 * b->h.cube_side);) v->width *= 2;
+    if (b->what == SFIELD__SELF) v->width = b->h.cube_side < 32 ? 64 : 2 * b->h.cube_side;
+    v->scale = v->width / b->h.cube_side;
+    if (b->what == SFIELD__ANALYTIC || b->what == SFIELD__CALLBACK) {
+        sfield__sample(b, v, eye);
+        for (c = 0; c < b->cells && b->what == SFIELD__CALLBACK; c++) v->texel[c] = v->texel[c] < 1 ? v->texel[c] : 1;
+        return;
+    }
+    sfield__project(b, v, eye);
+    sfield__raster(b, v);
+    sfield__resolve(b, v);
+}
+
+/* ---- >>build ---- */
+
+/* texel[] against the basis into n^2 values, `planes` apart for channels. SELF: visible share times cosine. */
+static void sfield__encode_sh(const sfield__build *b, sfield__view *v, const float *normal, float *out)
+{
+    uint32_t i, k, c, l, n = b->h.bands * b->h.bands;
+    memset(out, 0, b->h.stride * sizeof *out);
+    for (c = 0; c < b->h.channels; c++, out += b->planes) {
+        const float *texel = v->texel + c * b->cells;
+        for (i = 0; i < b->cells; i++) {
+            const float *y = b->texels.basis + (size_t)i * b->planes, *d = b->texels.direction + 3 * i;
+            float a = texel[i];
+            if (normal) {
+                float cosine = normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2];
+                a = cosine > 0 ? (1 - a) * cosine : 0;
+            }
+            if (a == 0) continue;
+            for (k = 0; k < b->planes; k += 8)
+                for (l = 0; l < 8; l++) out[k + l] += a * y[k + l];
+        }
+        for (l = 0, k = 0; l < b->h.bands; l++)
+            for (; k < (l + 1) * (l + 1); k++) out[k] *= b->window[l];
+        if (!b->h.logarithm) continue;
+        for (k = 0; k < n; k++) out[k] = (k ? 0 : 1 / sfield__y00) - out[k];
+        sfield__sh_log(b->algebra, out, out, v->work);
+    }
+}
+
+/* The `rank`-th largest (0: the largest) of count values, which are put in another order. */
+static float sfield__select(float *a, uint32_t count, uint32_t rank)
+{
+    uint32_t low = 0, high = count - 1;
+    while (low < high) {
+        float pivot = a[(low + high) / 2];
+        uint32_t i = low, j = high;
+        for (;;) {
+            float swap;
+            while (a[i] > pivot) i++;
+            while (a[j] < pivot) j--;
+            if (i >= j) break;
+            swap = a[i];
+            a[i++] = a[j];
+            a[j--] = swap;
+        }
+        if (rank <= j) high = j;
+        else low = j + 1;
+    }
+    return a[rank];
+}
+
+/* Weight of a wavelet for the choice: its side, that is the area times the height of a wavelet of norm 1 (Ng et al. 2003
+   call their choice area-weighted). */
+static float sfield__importance(const sfield__build *b, const float *haar, uint32_t i)
+{
+    uint32_t in_face = i % (b->h.cube_side * b->h.cube_side), squares = 1, c;
+    float most = 0, side = (float)b->h.cube_side;
+    for (; 4 * squares <= in_face; squares *= 4) side *= 0.5f;
+    for (c = 0; c < b->h.channels; c++) {
+        float x = fabsf(haar[c * b->cells + i]);
+        most = x > most ? x : most;
+    }
+    return most * side;
+}
+
+static uint32_t sfield__quantised(float x, float scale)
+{
+    float q = scale > 0 ? x / scale : 0;
+    return (uint32_t)(int32_t)(q + (q < 0 ? -0.5f : 0.5f)) & 0xffffu;
+}
+
+static void sfield__encode_haar(const sfield__build *b, sfield__view *v, uint32_t *kept, float *scale, uint32_t *entry)
+{
+    uint32_t i, c, used = 0, n = 0, equal;
+    float threshold = 0, most = 0, *sorted = v->key + b->cells;
+    for (c = 0; c < b->h.channels; c++)
+        (void)sfield_haar_forward(b->h.cube_side, v->texel + c * b->cells, v->haar + c * b->cells);
+    for (i = 0; i < b->cells; i++) {
+        v->key[i] = sfield__importance(b, v->haar, i);
+        if (v->key[i] > 0) sorted[used++] = v->key[i];
+    }
+    if (used > b->most) threshold = sfield__select(sorted, used, b->most - 1);
+    for (i = 0, equal = b->most; i < b->cells; i++) equal -= v->key[i] > threshold && equal;
+    for (i = 0; i < b->cells; i++) {
+        int keep = v->key[i] > threshold || (v->key[i] == threshold && threshold > 0 && equal > 0);
+        if (keep && v->key[i] == threshold) equal--;
+        for (c = 0; c < b->h.channels; c++) {
+            float x = v->haar[c * b->cells + i];
+            v->total += (double)x * (double)x;
+            if (!keep) v->lost += (double)x * (double)x;
+            else most = fabsf(x) > most ? fabsf(x) : most;
+        }
+        if (keep) sorted[n++] = (float)i;
+    }
+    *scale = most / 32767;
+    *kept = n;
+    for (i = 0; i < n; i++) {
+        uint32_t at = (uint32_t)sorted[i];
+        entry[0] = at << 16 | sfield__quantised(v->haar[at], *scale);
+        if (b->h.channels == 3)
+            entry[1] = sfield__quantised(v->haar[b->cells + at], *scale) << 16 |
+                       sfield__quantised(v->haar[2 * b->cells + at], *scale);
+        entry += b->h.stride;
+    }
+}
+
+/* Sample i of the current shell: its point in r. Also what a GPU that makes fields would use. */
+static void sfield__sample_point(const sfield__build *b, size_t i, float *eye)
+{
+    uint32_t side = b->h.position_side, k;
+    double d[3], l;
+    sfield__from_face((uint32_t)(i / ((size_t)side * side)), (double)b->texels.node[i % side],
+                      (double)b->texels.node[i / side % side], d);
+    l = (double)b->radius / sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (k = 0; k < 3; k++) eye[k] = (float)(d[k] * l);
+}
+
+static void sfield__build_task(void *context, size_t piece)
+{
+    const sfield__build *b = (const sfield__build *)context;
+    sfield__view *v = &b->view[piece];
+    size_t i;
+    uint32_t k;
+    for (i = piece; i < b->count; i += b->pieces) {
+        const float *normal = NULL;
+        float eye[3];
+        if (b->what == SFIELD__SELF) {
+            const float *p = b->points + 3 * (b->first + i);
+            normal = b->normals + 3 * (b->first + i);
+            for (k = 0; k < 3; k++) eye[k] = (p[k] + b->offset * normal[k] - b->h.center[k]) / b->h.radius;
+        } else sfield__sample_point(b, i, eye);
+        sfield__see(b, v, eye);
+        if (b->h.basis == SFIELD_BASIS_SH) sfield__encode_sh(b, v, normal, b->value + i * b->h.stride);
+        else
+            sfield__encode_haar(b, v, &b->kept[i], &b->kept_scale[i], b->entry + i * b->most * b->h.stride);
+    }
+}
+
+/* NULL and nothing else to do for the caller but to leave: all that is held is freed at the end. */
+static void *sfield__hold(sfield__build *b, size_t count, size_t size)
+{
+    void *memory = sfield__alloc_array(&b->allocator, count ? count : 1, size);
+    if (!memory) return NULL;
+    SFIELD_ASSERT(b->held_count < sizeof b->held / sizeof b->held[0]);
+    b->held[b->held_count++] = memory;
+    b->bytes += (count ? count : 1) * size;
+    b->peak = b->bytes > b->peak ? b->bytes : b->peak;
+    return memory;
+}
+
+static void sfield__release(sfield__build *b)
+{
+    while (b->held_count) sfield__free(&b->allocator, b->held[--b->held_count]);
+    sfield__free(&b->allocator, b->all);
+    sfield_algebra_free(b->algebra);
+    sfield_free(b->out);
+}
+
+static sfield_result sfield__read_desc(sfield__build *b, const sfield_desc *desc, sfield_kind kind)
+{
+    sfield_desc *d = &b->desc;
+    sfield__header *h = &b->h;
+    float keep, outer;
+    uint32_t i, haar;
+    memset(b, 0, sizeof *b);
+    if (desc) *d = *desc;
+    if (!sfield__allocator_valid(d->allocator.alloc_fn, d->allocator.free_fn)) return SFIELD_ERR_DESC;
+    b->allocator = sfield__allocator_of(&d->allocator);
+    if ((uint32_t)d->basis >= SFIELD_BASIS_COUNT || (uint32_t)d->spacing >= SFIELD_SPACING_COUNT) return SFIELD_ERR_DESC;
+    haar = d->basis == SFIELD_BASIS_HAAR;
+    h->magic = SFIELD__MAGIC;
+    h->format = SFIELD__FORMAT;
+    h->kind = kind;
+    h->basis = haar ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH;
+    h->logarithm = d->logarithm != 0;
+    h->bands = haar ? 0 : d->bands ? d->bands : 4;
+    h->cube_side = d->cube_side ? d->cube_side : haar ? 32 : 16;
+    h->shells = kind == SFIELD_KIND_SELF ? 0 : d->shells ? d->shells : haar ? 32 : 16;
+    h->position_side = kind == SFIELD_KIND_SELF ? 0 : d->position_side ? d->position_side : haar ? 32 : 16;
+    h->spacing = d->spacing ? (uint32_t)d->spacing : SFIELD_SPACING_GEOMETRIC;
+    h->frames = d->frames ? d->frames : 1;
+    h->frames_per_second = d->frames_per_second != 0 ? d->frames_per_second : 30;
+    h->loop = d->loop != 0;
+    h->channels = kind == SFIELD_KIND_SOURCE ? 3 : 1;
+    h->window = d->window;
+    h->radius = d->radius != 0 ? d->radius : 1;
+    memcpy(h->center, d->center, sizeof h->center);
+    b->planes = sfield__planes(h->bands);
+    b->cells = 6 * h->cube_side * h->cube_side;
+    h->stride = haar ? (h->channels == 3 ? 2u : 1u) : h->channels * b->planes;
+    h->samples = kind == SFIELD_KIND_SELF ? 1 : h->frames * h->shells * 6 * h->position_side * h->position_side;
+    if (d->bands > SFIELD_MAX_BANDS || !sfield__header_good(h)) return SFIELD_ERR_DESC;
+    keep = d->keep != 0 ? d->keep : 0.01f;
+    if (!sfield__in(keep, 0, 1)) return SFIELD_ERR_DESC;
+    b->most = (uint32_t)(keep * (float)b->cells);
+    b->most = b->most < 1 ? 1 : b->most;
+    d->inner = d->inner != 0 ? d->inner : 0.2f;
+    outer = d->outer != 0 ? d->outer : haar ? 20.0f : 8.0f;
+    if (!sfield__in(d->inner, 1e-3f, 1000) || !sfield__in(outer, d->inner * 1.1f, 1000)) return SFIELD_ERR_DESC;
+    for (i = 0; i < h->shells; i++) {
+        float t = (float)i / (float)(h->shells - 1), ratio = outer / d->inner;
+        b->radii[i] = h->spacing == SFIELD_SPACING_UNIFORM ? d->inner + t * (outer - d->inner)
+                                                           : d->inner * sfield__pow(ratio, t);
+        if (i && !(b->radii[i] > b->radii[i - 1] * 1.0002f)) return SFIELD_ERR_DESC;
+    }
+    if (h->shells) b->radii[h->shells - 1] = outer;
+    sfield_sh_window(h->bands, h->window, b->window);
+    return SFIELD_OK;
+}
+
+static const float *sfield__vertex(const sfield_mesh *m, size_t stride, size_t i)
+{
+    return (const float *)(const void *)((const char *)(const void *)m->positions + i * stride);
+}
+
+/* Keeps the triangles that can be used; 0: no memory. */
+static int sfield__take_triangles(sfield__build *b, const sfield_mesh *m, size_t stride, size_t count)
+{
+    size_t t;
+    b->index = (uint32_t *)sfield__hold(b, 3 * count, sizeof *b->index);
+    b->original = (uint32_t *)sfield__hold(b, count, sizeof *b->original);
+    if (!b->index || !b->original) return 0;
+    for (t = 0; t < count; t++) {
+        uint32_t i[3], k, good = 1;
+        for (k = 0; k < 3; k++) {
+            i[k] = m->indices ? m->indices[3 * t + k] : (uint32_t)(3 * t + k);
+            good = good && i[k] < m->vertex_count;
+            if (good) {
+                sfield__v3 p = sfield__v3_load(sfield__vertex(m, stride, i[k]));
+                good = sfield__v3_finite(p) && fabsf(p.x) < 1e18f && fabsf(p.y) < 1e18f && fabsf(p.z) < 1e18f;
+            }
+        }
+        for (k = 0; k < 3 && good; k++)
+            good = memcmp(sfield__vertex(m, stride, i[k]), sfield__vertex(m, stride, i[(k + 1) % 3]), 12) != 0;
+        if (!good) {
+            b->skipped++;
+            continue;
+        }
+        memcpy(b->index + 3 * b->triangles, i, sizeof i);
+        b->original[b->triangles++] = (uint32_t)t;
+    }
+    return 1;
+}
+
+static void sfield__fit_sphere(sfield__build *b, const sfield_mesh *m, size_t stride)
+{
+    sfield__v3 low = sfield__v3_make(0, 0, 0), high = low, c;
+    size_t i;
+    float r2 = 0;
+    for (i = 0; i < 3 * b->triangles; i++) {
+        sfield__v3 p = sfield__v3_load(sfield__vertex(m, stride, b->index[i]));
+        low = i ? sfield__v3_min(low, p) : p;
+        high = i ? sfield__v3_max(high, p) : p;
+    }
+    c = sfield__v3_add(sfield__v3_scale(low, 0.5f), sfield__v3_scale(high, 0.5f));
+    sfield__v3_store(b->h.center, c);
+    for (i = 0; i < 3 * b->triangles; i++) {
+        sfield__v3 p = sfield__v3_sub(sfield__v3_load(sfield__vertex(m, stride, b->index[i])), c);
+        r2 = sfield__v3_dot(p, p) > r2 ? sfield__v3_dot(p, p) : r2;
+    }
+    b->h.radius = sqrtf(r2);
+}
+
+static sfield_result sfield__take_mesh(sfield__build *b, const sfield_mesh *m)
+{
+    size_t stride = m->vertex_stride ? m->vertex_stride : 12, corners = m->indices ? m->index_count : m->vertex_count, i, k;
+    if (!m->positions || stride < 12 || stride % 4 || corners % 3 || corners / 3 > 0x7ffffffeu ||
+        m->vertex_count > 0xffffffffu)
+        return SFIELD_ERR_INPUT;
+    if (!corners) return SFIELD_ERR_INPUT;
+    if (!sfield__take_triangles(b, m, stride, corners / 3)) return SFIELD_ERR_ALLOC;
+    if (!b->triangles) return SFIELD_ERR_INPUT;
+    if (b->desc.radius == 0) sfield__fit_sphere(b, m, stride);
+    if (!sfield__in(b->h.radius, 1e-18f, 1e18f)) return SFIELD_ERR_INPUT;
+    b->vertices = m->vertex_count;
+    b->position = (float *)sfield__hold(b, 3 * b->vertices, sizeof *b->position);
+    if (!b->position) return SFIELD_ERR_ALLOC;
+    for (i = 0; i < b->vertices; i++)
+        for (k = 0; k < 3; k++) {
+            float x = (sfield__vertex(m, stride, i)[k] - b->h.center[k]) / b->h.radius;
+            b->position[3 * i + k] = sfield__finite(x) ? x : 0;
+        }
+    return SFIELD_OK;
+}
+
+/* Tables, the scratch of every task, and room for the values of a batch. */
+static sfield_result sfield__prepare(sfield__build *b)
+{
+    const uint32_t haar = b->h.basis == SFIELD_BASIS_HAAR, planes = haar ? 0 : b->planes;
+    const int mesh = b->triangles > 0, deep = b->what == SFIELD__EMISSIVE;
+    size_t width = deep ? SFIELD__EMISSIVE_WIDTH : SFIELD__MOST_WIDTH, samples = 6 * width * width;
+    size_t floats = b->h.channels * b->cells * (haar ? 2u : 1u) + (haar ? 2 * b->cells : 0), p;
+    float *tables = (float *)sfield__hold(b, b->cells, (4 + planes) * sizeof(float)), *all, *corners;
+    uint8_t *faces, *buffers;
+    double *work = NULL;
+    uint32_t i, k;
+    b->pieces = deep ? 4u : (uint32_t)SFIELD__PIECES;
+    b->view = (sfield__view *)sfield__hold(b, b->pieces, sizeof *b->view);
+    all = (float *)sfield__hold(b, b->pieces, floats * sizeof *all);
+    corners = (float *)sfield__hold(b, 5 * b->pieces, (mesh ? b->vertices : 1) * sizeof *corners);
+    faces = (uint8_t *)sfield__hold(b, b->pieces, mesh ? b->vertices : 1);
+    buffers = (uint8_t *)sfield__hold(b, b->pieces, mesh ? (deep ? 8 * samples : samples / 8) : 1);
+    if (!tables || !b->view || !all || !corners || !faces || !buffers) return SFIELD_ERR_ALLOC;
+    if (b->h.logarithm) {
+        sfield_result result = sfield_algebra_create(b->h.bands, &b->desc.allocator, &b->algebra);
+        work = (double *)sfield__hold(b, b->pieces, 2 * sizeof *work * b->h.bands * b->h.bands * b->h.bands * b->h.bands);
+        if (result != SFIELD_OK || !work) return SFIELD_ERR_ALLOC;
+    }
+    memset(b->view, 0, b->pieces * sizeof *b->view);
+    if (mesh) memset(buffers, 0, b->pieces * (deep ? 8 * samples : samples / 8));
+    for (p = 0; p < b->pieces; p++) {
+        sfield__view *v = &b->view[p];
+        v->texel = all + p * floats;
+        v->haar = v->texel + b->h.channels * b->cells;
+        v->key = v->haar + b->h.channels * b->cells;
+        v->corner = corners + 5 * p * (mesh ? b->vertices : 1);
+        v->face = faces + p * (mesh ? b->vertices : 1);
+        v->bits = (uint64_t *)(void *)(buffers + p * (mesh && !deep ? samples / 8 : 0));
+        v->depth = deep ? (float *)(void *)(buffers + 8 * p * samples) : NULL;
+        v->owner = deep ? (uint32_t *)(void *)(v->depth + samples) : NULL;
+        v->work = work ? work + 2 * p * b->h.bands * b->h.bands * b->h.bands * b->h.bands : NULL;
+    }
+    b->texels.direction = tables;
+    b->texels.angle = tables + 3 * b->cells;
+    b->texels.basis = tables + 4 * b->cells;
+    memset(tables, 0, b->cells * (4 + planes) * sizeof *tables);
+    for (i = 0; i < b->cells; i++) {
+        b->texels.angle[i] = sfield_cube_texel(b->h.cube_side, i, b->texels.direction + 3 * i);
+        if (!haar) sfield__texel_basis(b->h.bands, b->h.cube_side, i, b->texels.basis + (size_t)i * planes);
+    }
+    for (i = 0, k = b->h.position_side; i < k; i++) {          /* odd about the middle, and exact at the ends */
+        float s, c, a = 2 * (float)(i < k / 2 ? i : k - 1 - i) / (float)(k - 1) - 1;
+        sfield__sincos(0.785398163f * a, &s, &c);
+        b->texels.node[i] = (i == 0 || i == k - 1 ? -1 : s / c) * (i < k / 2 ? 1.0f : -1.0f);
+    }
+    return SFIELD_OK;
+}
+
+/* 8 bits for each coefficient, scaled to its range in this shell: error at most range / 510 (T77). */
+static void sfield__quantise(sfield__build *b, size_t first, uint32_t group)
+{
+    sfield_field *f = b->out;
+    float *scale = (float *)(void *)(f->words + SFIELD__HEADER + b->h.shells) + (size_t)group * b->h.stride;
+    float *bias = scale + (size_t)sfield__groups(&b->h) * b->h.stride;
+    uint8_t *sample = (uint8_t *)(f->words + f->word_count) + first * b->h.stride;
+    size_t i, k;
+    for (k = 0; k < b->h.stride; k++) {
+        float low = b->value[k], high = b->value[k], inverse;
+        for (i = 1; i < b->count; i++) {
+            float x = b->value[i * b->h.stride + k];
+            low = x < low ? x : low;
+            high = x > high ? x : high;
+        }
+        scale[k] = (high - low) / 255;
+        bias[k] = low;
+        inverse = scale[k] > 0 ? 1 / scale[k] : 0;
+        for (i = 0; i < b->count; i++) {
+            float q = (b->value[i * b->h.stride + k] - low) * inverse + 0.5f;
+            sample[i * b->h.stride + k] = (uint8_t)(q < 255 ? q : 255);
+        }
+    }
+}
+
+/* Appends the wavelets of a batch to those of all. */
+static sfield_result sfield__append(sfield__build *b, size_t first)
+{
+    size_t i, n = 0;
+    for (i = 0; i < b->count; i++) n += b->kept[i];
+    if (n > 0xffffffffu - b->all_used) return SFIELD_ERR_LIMIT;
+    if (b->all_used + n > b->all_room) {
+        uint64_t room = ((uint64_t)b->all_used + n) * 3 / 2 + 1024;
+        uint32_t *grown;
+        room = room < 0xffffffffu ? room : 0xffffffffu;
+        if (room > SIZE_MAX / (4 * b->h.stride)) return SFIELD_ERR_LIMIT;
+        grown = (uint32_t *)sfield__alloc_array(&b->allocator, (size_t)room, 4 * b->h.stride);
+        if (!grown) return SFIELD_ERR_ALLOC;
+        if (b->all) memcpy(grown, b->all, 4 * (size_t)b->all_used * b->h.stride);
+        sfield__free(&b->allocator, b->all);
+        b->all = grown;
+        b->peak = b->bytes + 4 * (size_t)(room + b->all_room) * b->h.stride;
+        b->all_room = (uint32_t)room;
+    }
+    for (i = 0; i < b->count; i++) {
+        b->offsets[first + i] = b->all_used;
+        b->scales[first + i] = b->kept_scale[i];
+        memcpy(b->all + (size_t)b->all_used * b->h.stride, b->entry + i * b->most * b->h.stride,
+               4 * (size_t)b->kept[i] * b->h.stride);
+        b->all_used += b->kept[i];
+    }
+    b->offsets[first + b->count] = b->all_used;
+    return SFIELD_OK;
+}
+
+static sfield_result sfield__batch(sfield__build *b, uint32_t group)
+{
+    if (b->desc.parallel_for) b->desc.parallel_for(b->desc.parallel_user, b->pieces, sfield__build_task, b);
+    else {
+        size_t p;
+        for (p = 0; p < b->pieces; p++) sfield__build_task(b, p);
+    }
+    if (b->h.basis == SFIELD_BASIS_HAAR) return sfield__append(b, b->first);
+    if (b->what != SFIELD__SELF) sfield__quantise(b, b->first, group);
+    return SFIELD_OK;
+}
+
+static sfield_result sfield__room(sfield__build *b, size_t batch)
+{
+    size_t held = b->what == SFIELD__SELF ? b->h.samples : batch;
+    if (b->h.basis == SFIELD_BASIS_SH) {
+        b->value = (float *)sfield__hold(b, held, b->h.stride * sizeof *b->value);
+        if (!b->value) return SFIELD_ERR_ALLOC;
+        return sfield__field_alloc(&b->allocator, &b->h, &b->out);
+    }
+    b->kept = (uint32_t *)sfield__hold(b, batch, sizeof *b->kept);
+    b->kept_scale = (float *)sfield__hold(b, batch, sizeof *b->kept_scale);
+    b->entry = (uint32_t *)sfield__hold(b, batch, 4 * (size_t)b->most * b->h.stride);
+    b->offsets = (uint32_t *)sfield__hold(b, (size_t)b->h.samples + 1, sizeof *b->offsets);
+    b->scales = (float *)sfield__hold(b, b->h.samples, sizeof *b->scales);
+    return b->kept && b->kept_scale && b->entry && b->offsets && b->scales ? SFIELD_OK : SFIELD_ERR_ALLOC;
+}
+
+static int sfield__goes_on(const sfield__build *b, float fraction)
+{
+    return !b->desc.progress || b->desc.progress(b->desc.progress_user, fraction) == 0;
+}
+
+static sfield_result sfield__all_batches(sfield__build *b)
+{
+    const int self = b->what == SFIELD__SELF, haar = b->h.basis == SFIELD_BASIS_HAAR;
+    const float *radiance = b->radiance;
+    size_t batch = self ? 2048 : 6 * (size_t)b->h.position_side * b->h.position_side;
+    uint32_t groups = self ? (b->h.samples + 2047) / 2048 : sfield__groups(&b->h), g;
+    float *values;
+    sfield_result result = sfield__room(b, batch);
+    if (!sfield__goes_on(b, 0)) return SFIELD_ERR_CANCELLED;
+    values = b->value;
+    for (g = 0; g < groups && result == SFIELD_OK; g++) {
+        b->first = g * batch;
+        b->count = self && b->h.samples - b->first < batch ? b->h.samples - b->first : batch;
+        b->radius = self ? 0 : b->radii[g % b->h.shells];
+        b->time = self ? 0 : (float)(g / b->h.shells) / b->h.frames_per_second;
+        if (radiance) b->radiance = radiance + 3 * (size_t)(g / b->h.shells) * (b->triangles + b->skipped);
+        if (self && !haar) b->value = values + b->first * b->h.stride;
+        result = sfield__batch(b, g);
+        if (result == SFIELD_OK && !sfield__goes_on(b, (float)(g + 1) / (float)groups)) return SFIELD_ERR_CANCELLED;
+    }
+    if (result != SFIELD_OK || !self || haar) return result;
+    b->value = values;                          /* one range for all points */
+    b->count = b->h.samples;
+    sfield__quantise(b, 0, 0);
+    return SFIELD_OK;
+}
+
+/* Distance from the origin to the nearest point of a triangle. */
+static float sfield__distance(const float *const *corner)
+{
+    sfield__v3 p[3], n;
+    float best = 3e38f, nn;
+    int i, inside = 1;
+    for (i = 0; i < 3; i++) p[i] = sfield__v3_load(corner[i]);
+    n = sfield__v3_cross(sfield__v3_sub(p[1], p[0]), sfield__v3_sub(p[2], p[0]));
+    nn = sfield__v3_dot(n, n);
+    for (i = 0; i < 3; i++) {
+        sfield__v3 a = p[i], e = sfield__v3_sub(p[(i + 1) % 3], a);
+        float ee = sfield__v3_dot(e, e), t = ee > 0 ? -sfield__v3_dot(a, e) / ee : 0, d;
+        t = t < 0 ? 0 : t > 1 ? 1 : t;
+        d = sfield__v3_length(sfield__v3_madd(a, e, t));
+        best = d < best ? d : best;
+        inside = inside && sfield__v3_dot(sfield__v3_cross(e, sfield__v3_scale(a, -1)), n) >= 0;
+    }
+    return inside && nn > 0 ? fabsf(sfield__v3_dot(n, p[0])) / sqrtf(nn) : best;
+}
+
+/* A sphere about the center that the mesh closes off: everything is hidden from there, and no triangle is nearer. */
+static float sfield__inscribed(sfield__build *b)
+{
+    const float eye[3] = { 0, 0, 0 };
+    float nearest = 1;
+    size_t t;
+    uint32_t i;
+    sfield__see(b, &b->view[0], eye);
+    for (i = 0; i < b->cells; i++)
+        if (b->view[0].texel[i] < 1) return 0;
+    for (t = 0; t < b->triangles; t++) {
+        const float *c[3];
+        float d;
+        for (i = 0; i < 3; i++) c[i] = b->position + 3 * (size_t)b->index[3 * t + i];
+        d = sfield__distance(c);
+        nearest = d < nearest ? d : nearest;
+    }
+    return nearest * b->h.radius;
+}
+
+static sfield_result sfield__finish(sfield__build *b, sfield_field **out, sfield_stats *stats)
+{
+    double lost = 0, total = 0;
+    uint32_t p;
+    if (b->h.basis == SFIELD_BASIS_HAAR) {
+        sfield_result result;
+        b->h.entries = b->all_used;
+        result = sfield__field_alloc(&b->allocator, &b->h, &b->out);
+        if (result != SFIELD_OK) return result;
+        memcpy(b->out->words + SFIELD__HEADER + b->h.shells, b->offsets, 4 * ((size_t)b->h.samples + 1));
+        memcpy(b->out->words + SFIELD__HEADER + b->h.shells + b->h.samples + 1, b->scales, 4 * (size_t)b->h.samples);
+        if (b->all_used)
+            memcpy(b->out->words + b->out->word_count - (size_t)b->all_used * b->h.stride, b->all,
+                   4 * (size_t)b->all_used * b->h.stride);
+    }
+    if (b->what == SFIELD__MESH) b->out->h.inscribed = sfield__inscribed(b);
+    memcpy(b->out->words + SFIELD__HEADER, b->radii, b->h.shells * sizeof *b->radii);
+    sfield__bind(b->out);
+    sfield__seal(b->out);
+    b->peak = (b->peak > b->bytes ? b->peak : b->bytes) + b->out->h.bytes;
+    if (stats) {
+        memset(stats, 0, sizeof *stats);
+        for (p = 0; p < b->pieces; p++) {
+            lost += b->view[p].lost;
+            total += b->view[p].total;
+        }
+        stats->triangles = (uint32_t)b->triangles;
+        stats->skipped_triangles = b->skipped;
+        stats->coefficients = b->h.entries;
+        stats->lost = total > 0 ? sqrt(lost / total) : 0;
+        stats->peak_bytes = b->peak;
+    }
+    *out = b->out;
+    b->out = NULL;
+    return SFIELD_OK;
+}
+
+static sfield_result sfield__run(sfield__build *b, sfield_field **out, sfield_stats *stats)
+{
+    sfield_result result;
+    if (sfield__block_bytes(&b->h) > 0xffffffffu) return SFIELD_ERR_LIMIT;
+    result = sfield__prepare(b);
+    if (result == SFIELD_OK) result = sfield__all_batches(b);
+    if (result == SFIELD_OK) result = sfield__finish(b, out, stats);
+    return result;
+}
+
+SFIELD_DEF sfield_result sfield_build(const sfield_desc *desc, const sfield_mesh *mesh, sfield_field **out,
+                                      sfield_stats *stats)
+{
+    sfield__build b;
+    sfield_result result;
+    if (!mesh || !out) return SFIELD_ERR_ARGUMENT;
+    result = sfield__read_desc(&b, desc, SFIELD_KIND_OCCLUSION);
+    if (result != SFIELD_OK) return result;
+    b.what = SFIELD__MESH;
+    result = sfield__take_mesh(&b, mesh);
+    if (result == SFIELD_OK) result = sfield__run(&b, out, stats);
+    sfield__release(&b);
+    return result;
+}
+
+SFIELD_DEF sfield_result sfield_build_emissive(const sfield_desc *desc, const sfield_mesh *mesh, const float *radiance,
+                                               sfield_field **out, sfield_stats *stats)
+{
+    sfield__build b;
+    sfield_result result;
+    size_t i, count;
+    if (!mesh || !out || !radiance) return SFIELD_ERR_ARGUMENT;
+    result = sfield__read_desc(&b, desc, SFIELD_KIND_SOURCE);
+    if (result != SFIELD_OK) return result;
+    b.what = SFIELD__EMISSIVE;
+    b.radiance = radiance;
+    count = (mesh->indices ? mesh->index_count : mesh->vertex_count) / 3;
+    if (count > 0x7ffffffeu) return SFIELD_ERR_INPUT;
+    for (i = 0; i < 3 * count * b.h.frames; i++)
+        if (!sfield__in(radiance[i], 0, 1e18f)) return SFIELD_ERR_ARGUMENT;
+    result = sfield__take_mesh(&b, mesh);
+    if (result == SFIELD_OK) result = sfield__run(&b, out, stats);
+    sfield__release(&b);
+    return result;
+}
+
+/* 0: cannot be used. Fills in the radius of the bounding sphere. */
+static int sfield__take_emitter(sfield__build *b)
+{
+    sfield_emitter *e = &b->emitter;
+    const int flat = e->kind == SFIELD_EMITTER_DISC;
+    float fit = e->radius, nn = 0;
+    uint32_t i;
+    for (i = 0; i < 3; i++) {
+        if (!sfield__in(e->radiance[i], 0, 1e18f) || !sfield__in(e->normal[i], -1.1f, 1.1f)) return 0;
+        nn += e->normal[i] * e->normal[i];
+    }
+    if (!sfield__in(e->cosine, -1, 1) || (nn > 0 || flat ? fabsf(nn - 1) > 1e-3f : 0)) return 0;
+    if (e->kind == SFIELD_EMITTER_CALLBACK) return e->view != NULL && b->desc.radius > 0;
+    if (e->kind == SFIELD_EMITTER_RECTANGLE) {
+        sfield__v3 u = sfield__v3_load(e->u), v = sfield__v3_load(e->v);
+        float x, y;
+        if (!sfield__v3_finite(u) || !sfield__v3_finite(v)) return 0;
+        x = sfield__v3_length(sfield__v3_add(u, v));
+        y = sfield__v3_length(sfield__v3_sub(u, v));
+        fit = x > y ? x : y;
+        if (!(sfield__v3_length(sfield__v3_cross(u, v)) > 0)) return 0;
+    }
+    if (!sfield__in(fit, 1e-17f, 1e17f)) return 0;
+    if (b->desc.radius == 0) b->h.radius = fit;
+    return b->h.radius >= fit * 0.999f;
+}
+
+SFIELD_DEF sfield_result sfield_build_emitter(const sfield_desc *desc, const sfield_emitter *emitter, sfield_field **out,
+                                              sfield_stats *stats)
+{
+    sfield__build b;
+    sfield_result result;
+    if (!emitter || !out) return SFIELD_ERR_ARGUMENT;
+    result = sfield__read_desc(&b, desc, SFIELD_KIND_SOURCE);
+    if (result != SFIELD_OK) return result;
+    b.what = SFIELD__ANALYTIC;
+    b.emitter = *emitter;
+    if ((uint32_t)b.emitter.kind >= SFIELD_EMITTER_KIND_COUNT) return SFIELD_ERR_DESC;
+    if (b.emitter.kind == SFIELD_EMITTER_DEFAULT) b.emitter.kind = SFIELD_EMITTER_SPHERE;
+    if (!sfield__take_emitter(&b)) return SFIELD_ERR_DESC;
+    result = sfield__run(&b, out, stats);
+    sfield__release(&b);
+    return result;
+}
+
+SFIELD_DEF sfield_result sfield_build_callback(const sfield_desc *desc, sfield_view_fn alpha, void *user,
+                                               sfield_field **out, sfield_stats *stats)
+{
+    sfield__build b;
+    sfield_result result;
+    if (!alpha || !out || !desc) return SFIELD_ERR_ARGUMENT;
+    result = sfield__read_desc(&b, desc, SFIELD_KIND_OCCLUSION);
+    if (result != SFIELD_OK) return result;
+    if (!(desc->radius > 0)) return SFIELD_ERR_DESC;
+    b.what = SFIELD__CALLBACK;
+    b.emitter.kind = SFIELD_EMITTER_CALLBACK;
+    b.emitter.view = alpha;
+    b.emitter.user = user;
+    result = sfield__run(&b, out, stats);
+    sfield__release(&b);
+    return result;
+}
+
+SFIELD_DEF sfield_result sfield_build_self(const sfield_desc *desc, const sfield_mesh *mesh, const float *points,
+                                           const float *normals, size_t count, float offset, sfield_field **out,
+                                           sfield_stats *stats)
+{
+    sfield__build b;
+    sfield_result result;
+    size_t i;
+    if (!mesh || !out || !points || !normals || !count || !sfield__in(offset, 0, 1e18f)) return SFIELD_ERR_ARGUMENT;
+    for (i = 0; i < 3 * count; i++)
+        if (!sfield__in(points[i], -1e18f, 1e18f) || !sfield__in(normals[i], -1.1f, 1.1f)) return SFIELD_ERR_ARGUMENT;
+    if (count > 0x7fffffffu) return SFIELD_ERR_LIMIT;
+    result = sfield__read_desc(&b, desc, SFIELD_KIND_SELF);
+    if (result != SFIELD_OK) return result;
+    b.what = SFIELD__SELF;
+    b.points = points;
+    b.normals = normals;
+    b.offset = offset;
+    b.h.samples = (uint32_t)count;
+    result = sfield__take_mesh(&b, mesh);
+    if (result == SFIELD_OK) result = sfield__run(&b, out, stats);
+    sfield__release(&b);
+    return result;
+}
+
+/* ---- >>query ---- */
+
+typedef struct sfield__place {      /* of 16 points in a field */
+    int32_t base[SFIELD__LANES];    /* sample of the inner shell, lower corner */
+    int32_t shell[SFIELD__LANES];
+    float   fx[SFIELD__LANES], fy[SFIELD__LANES];
+    float   w0[SFIELD__LANES], w1[SFIELD__LANES];       /* of the inner and the outer shell */
+} sfield__place;
+
+/* 4/pi atan u for |u| <= 1: equal angles between the nodes of the position grid. Own fit, 6e-6, exact at the ends. */
+SFIELD__INLINE float sfield__warp(float u)
+{
+    float z = u * u;
+    return u + u * (1 - z) * (0.273219633f + z * (-0.150161507f + z * (0.0946681494f + z * (-0.0487783181f +
+                                                                                          z * 0.0127531015f))));
+}
+
+/* p: x, y, z planes of 16 points about the center, in r, finite. Loops of one step each, so that compilers make vectors
+   of them; the same text is compiled again for AVX2. */
+SFIELD__INLINE void sfield__locate_body(const sfield_field *f, const float *p, sfield__place *out)
+{
+    float d2[SFIELD__LANES], u[SFIELD__LANES], v[SFIELD__LANES];
+    int32_t face[SFIELD__LANES], count[SFIELD__LANES];
+    int32_t side = (int32_t)f->h.position_side, shells = (int32_t)f->h.shells, k;
+    float half = 0.5f * (float)(side - 1), outer2 = f->radius2[shells - 1], last = (float)(side - 2) + 0.5f;
+    int l;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float x = p[l], y = p[16 + l], z = p[32 + l], ax = fabsf(x), ay = fabsf(y), az = fabsf(z);
+        float m = ax > ay ? ax : ay, s, t, inverse;
+        m = m > az ? m : az;
+        inverse = 1 / (m > 1e-20f ? m : 1e-20f);
+        s = m == ax ? (x > 0 ? -z : z) : m == ay ? x : z > 0 ? x : -x;
+        t = m == ay && m != ax ? (y > 0 ? z : -z) : -y;
+        face[l] = m == ax ? (x > 0 ? 0 : 1) : m == ay ? (y > 0 ? 2 : 3) : z > 0 ? 4 : 5;
+        u[l] = s * inverse;
+        v[l] = t * inverse;
+        d2[l] = x * x + y * y + z * z;
+        count[l] = -1;
+    }
+    for (k = 0; k < shells; k++)
+        for (l = 0; l < SFIELD__LANES; l++) count[l] += f->radius2[k] <= d2[l] ? 1 : 0;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float x = (sfield__warp(u[l]) + 1) * half, y = (sfield__warp(v[l]) + 1) * half;
+        int32_t xi = (int32_t)(x < last ? x : last), yi = (int32_t)(y < last ? y : last), i = count[l];
+        i = i < 0 ? 0 : i;
+        i = i > shells - 2 ? shells - 2 : i;
+        out->fx[l] = x - (float)xi;
+        out->fy[l] = y - (float)yi;
+        out->shell[l] = i;
+        out->base[l] = ((i * 6 + face[l]) * side + yi) * side + xi;
+    }
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float q = d2[l] > 1e-12f ? d2[l] : 1e-12f, m0 = f->measure[out->shell[l]], m1 = f->measure[out->shell[l] + 1];
+        float w = (sfield__measure_of(q, f->h.kind, f->h.spacing) - m1) / (m0 - m1), tail = outer2 / q;
+        w = w > 0 ? w : 0;
+        w = w < 1 ? w : 1;
+        out->w0[l] = w;
+        out->w1[l] = (1 - w) * (tail < 1 ? tail : 1);
+    }
+}
+
+static void sfield__locate_plain(const sfield_field *f, const float *p, sfield__place *out)
+{
+    sfield__locate_body(f, p, out);
+}
+
+/* out[k] = sum over eight samples, k < n (a multiple of 8). Weight 0 of both shells must not be asked. */
+static void sfield__mix_plain(const sfield_field *f, size_t base, size_t group, const float *b, float w0, float w1,
+                              uint32_t n, float *out)
+{
+    const size_t stride = f->h.stride, row = f->h.position_side * stride, shell = 6 * f->h.position_side * row;
+    const uint8_t *q = f->sample + base * stride;
+    const float *s0 = f->scale + group * stride, *b0 = f->bias + group * stride;
+    uint32_t k, l;
+    for (k = 0; k < n; k += 8, q += 8)
+        for (l = 0; l < 8; l++) {
+            float a = (float)q[l] * b[0] + (float)q[stride + l] * b[1] + (float)q[row + l] * b[2] +
+                      (float)q[row + stride + l] * b[3];
+            float c = (float)q[shell + l] * b[0] + (float)q[shell + stride + l] * b[1] + (float)q[shell + row + l] * b[2] +
+                      (float)q[shell + row + stride + l] * b[3];
+            out[k + l] = w0 * (a * s0[k + l] + b0[k + l]) + w1 * (c * s0[stride + k + l] + b0[stride + k + l]);
+        }
+}
+
+#if SFIELD__SIMD
+SFIELD__TARGET_AVX2 static void sfield__locate_avx2(const sfield_field *f, const float *p, sfield__place *out)
+{
+    sfield__locate_body(f, p, out);
+}
+
+SFIELD__TARGET_AVX2 SFIELD__INLINE __m256 sfield__bytes8(const uint8_t *q)
+{
+    return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)(const void *)q)));
+}
+
+SFIELD__TARGET_AVX2 static void sfield__mix_avx2(const sfield_field *f, size_t base, size_t group, const float *b,
+                                                 float w0, float w1, uint32_t n, float *out)
+{
+    const size_t stride = f->h.stride, row = f->h.position_side * stride, shell = 6 * f->h.position_side * row;
+    const uint8_t *q = f->sample + base * stride;
+    const float *s0 = f->scale + group * stride, *b0 = f->bias + group * stride;
+    const __m256 x0 = _mm256_set1_ps(b[0]), x1 = _mm256_set1_ps(b[1]), x2 = _mm256_set1_ps(b[2]), x3 = _mm256_set1_ps(b[3]);
+    uint32_t k;
+    for (k = 0; k < n; k += 8, q += 8) {
+        __m256 a = _mm256_mul_ps(sfield__bytes8(q), x0), c = _mm256_mul_ps(sfield__bytes8(q + shell), x0);
+        a = _mm256_fmadd_ps(sfield__bytes8(q + stride), x1, a);
+        c = _mm256_fmadd_ps(sfield__bytes8(q + shell + stride), x1, c);
+        a = _mm256_fmadd_ps(sfield__bytes8(q + row), x2, a);
+        c = _mm256_fmadd_ps(sfield__bytes8(q + shell + row), x2, c);
+        a = _mm256_fmadd_ps(sfield__bytes8(q + row + stride), x3, a);
+        c = _mm256_fmadd_ps(sfield__bytes8(q + shell + row + stride), x3, c);
+        a = _mm256_fmadd_ps(a, _mm256_loadu_ps(s0 + k), _mm256_loadu_ps(b0 + k));
+        c = _mm256_fmadd_ps(c, _mm256_loadu_ps(s0 + stride + k), _mm256_loadu_ps(b0 + stride + k));
+        a = _mm256_mul_ps(a, _mm256_set1_ps(w0));
+        _mm256_storeu_ps(out + k, _mm256_fmadd_ps(c, _mm256_set1_ps(w1), a));
+    }
+}
+
+/* 16 rows of 8 to 8 planes of 16. */
+SFIELD__TARGET_AVX2 static void sfield__turn8_avx2(const float *in, size_t in_stride, float *out)
+{
+    int h;
+    for (h = 0; h < 2; h++, in += 8 * in_stride, out += 8) {
+        __m256 r[8], t[8];
+        int i;
+        for (i = 0; i < 8; i++) r[i] = _mm256_loadu_ps(in + (size_t)i * in_stride);
+        for (i = 0; i < 4; i++) {
+            t[2 * i] = _mm256_unpacklo_ps(r[2 * i], r[2 * i + 1]);
+            t[2 * i + 1] = _mm256_unpackhi_ps(r[2 * i], r[2 * i + 1]);
+        }
+        for (i = 0; i < 2; i++) {
+            r[4 * i] = _mm256_shuffle_ps(t[4 * i], t[4 * i + 2], 0x44);
+            r[4 * i + 1] = _mm256_shuffle_ps(t[4 * i], t[4 * i + 2], 0xee);
+            r[4 * i + 2] = _mm256_shuffle_ps(t[4 * i + 1], t[4 * i + 3], 0x44);
+            r[4 * i + 3] = _mm256_shuffle_ps(t[4 * i + 1], t[4 * i + 3], 0xee);
+        }
+        for (i = 0; i < 4; i++) {
+            _mm256_storeu_ps(out + 16 * i, _mm256_permute2f128_ps(r[i], r[4 + i], 0x20));
+            _mm256_storeu_ps(out + 16 * (i + 4), _mm256_permute2f128_ps(r[i], r[4 + i], 0x31));
+        }
+    }
+}
+#endif
+
+static void sfield__locate16(const sfield_field *f, const float *p, sfield__place *out, int simd)
+{
+#if SFIELD__SIMD
+    if (simd) {
+        sfield__locate_avx2(f, p, out);
+        return;
+    }
+#endif
+    (void)simd;
+    sfield__locate_plain(f, p, out);
+}
+
+static void sfield__mix(const sfield_field *f, size_t base, size_t group, const float *b, float w0, float w1, uint32_t n,
+                        float *out, int simd)
+{
+#if SFIELD__SIMD
+    if (simd) {
+        sfield__mix_avx2(f, base, group, b, w0, w1, n, out);
+        return;
+    }
+#endif
+    (void)simd;
+    sfield__mix_plain(f, base, group, b, w0, w1, n, out);
+}
+
+/* 16 vectors of n floats (a multiple of 8) to n planes of 16. */
+static void sfield__turn(const float *in, uint32_t n, float *out, int simd)
+{
+    uint32_t k, l;
+#if SFIELD__SIMD
+    if (simd) {
+        for (k = 0; k < n; k += 8) sfield__turn8_avx2(in + k, n, out + k * SFIELD__LANES);
+        return;
+    }
+#endif
+    (void)simd;
+    for (k = 0; k < n; k++)
+        for (l = 0; l < SFIELD__LANES; l++) out[k * SFIELD__LANES + l] = in[l * n + k];
+}
+
+static void sfield__corners(const sfield__place *at, int l, float *b)
+{
+    float x = at->fx[l], y = at->fy[l];
+    b[0] = (1 - x) * (1 - y);
+    b[1] = x * (1 - y);
+    b[2] = (1 - x) * y;
+    b[3] = x * y;
+}
+
+/* Frames before and after a time, and how far it is on the way. */
+static float sfield__frames_at(const sfield_field *f, float time, uint32_t *before, uint32_t *after)
+{
+    float n = (float)f->h.frames, t = sfield__finite(time) && time > 0 ? time * f->h.frames_per_second : 0;
+    *before = *after = 0;
+    if (f->h.frames == 1) return 0;
+    if (f->h.loop) {
+        t = t < 1e7f ? t : 1e7f;
+        t -= n * (float)(int32_t)(t / n);
+    }
+    t = t < n ? t : (f->h.loop ? 0 : n);
+    *before = (uint32_t)t < f->h.frames - 1 ? (uint32_t)t : f->h.frames - 1;
+    *after = *before + 1 < f->h.frames ? *before + 1 : f->h.loop ? 0 : *before;
+    return t - (float)*before < 1 ? t - (float)*before : 0;
+}
+
+/* Lane l of a place, harmonics: n floats (of each channel in turn). */
+static void sfield__fetch(const sfield_field *f, const sfield__place *at, int l, float time, uint32_t n, float *out, int simd)
+{
+    size_t samples = 6 * (size_t)f->h.position_side * f->h.position_side * f->h.shells;
+    uint32_t before, after, k;
+    float b[4], t = sfield__frames_at(f, time, &before, &after), next[3 * SFIELD_MAX_COEFS];
+    sfield__corners(at, l, b);
+    sfield__mix(f, before * samples + (size_t)at->base[l], before * f->h.shells + (size_t)at->shell[l], b,
+                at->w0[l] * (1 - t), at->w1[l] * (1 - t), n, out, simd);
+    if (t <= 0) return;
+    sfield__mix(f, after * samples + (size_t)at->base[l], after * f->h.shells + (size_t)at->shell[l], b, at->w0[l] * t,
+                at->w1[l] * t, n, next, simd);
+    for (k = 0; k < n; k++) out[k] += next[k];
+}
+
+/* The lists of wavelets around a point: which samples with which weights. */
+typedef struct sfield__lists { size_t sample[16]; float weight[16]; uint32_t count; } sfield__lists;
+
+static void sfield__find_lists(const sfield_field *f, const sfield__place *at, int l, float time, sfield__lists *out)
+{
+    size_t side = f->h.position_side, shell = 6 * side * side;
+    uint32_t frame[2], i, j, k;
+    float b[4], t = sfield__frames_at(f, time, &frame[0], &frame[1]);
+    sfield__corners(at, l, b);
+    out->count = 0;
+    for (k = 0; k < 2; k++)
+        for (j = 0; j < 2; j++)
+            for (i = 0; i < 4; i++) {
+                float w = b[i] * (j ? at->w1[l] : at->w0[l]) * (k ? t : 1 - t);
+                if (!(w > 0)) continue;
+                out->weight[out->count] = w;
+                out->sample[out->count++] = frame[k] * f->h.shells * shell + (size_t)at->base[l] + j * shell + (i & 1) +
+                                            (i >> 1) * side;
+            }
+}
+
+static float sfield__half(uint32_t bits) { return (float)(int32_t)((bits & 0xffffu) ^ 0x8000u) - 32768.0f; }
+
+/* coefs += weight x what sample holds, all channels, planes `cells` apart. */
+static void sfield__scatter(const sfield_field *f, size_t sample, float weight, float *coefs)
+{
+    const uint32_t *e = f->entry + (size_t)f->offset[sample] * f->h.stride, cells = 6 * f->h.cube_side * f->h.cube_side;
+    const uint32_t *end = f->entry + (size_t)f->offset[sample + 1] * f->h.stride;
+    weight *= f->sample_scale[sample];
+    for (; e < end; e += f->h.stride) {
+        coefs[e[0] >> 16] += weight * sfield__half(e[0]);
+        if (f->h.stride == 1) continue;
+        coefs[cells + (e[0] >> 16)] += weight * sfield__half(e[1] >> 16);
+        coefs[2 * cells + (e[0] >> 16)] += weight * sfield__half(e[1]);
+    }
+}
+
+static void sfield__query_sh(const sfield_field *f, const sfield__place *at, int l, float time, float *out)
+{
+    float v[3 * SFIELD_MAX_COEFS];
+    uint32_t k, c, n = f->h.bands * f->h.bands;
+    sfield__fetch(f, at, l, time, f->h.stride, v, 0);
+    for (c = 0; c < f->h.channels; c++)
+        for (k = 0; k < n; k++) {
+            float x = v[c * f->planes + k];
+            out[c * n + k] = f->h.kind == SFIELD_KIND_SOURCE || f->h.logarithm ? x : (k ? 0 : 1 / sfield__y00) - x;
+        }
+}
+
+static void sfield__query_haar(const sfield_field *f, const sfield__place *at, int l, float time, float *out)
+{
+    uint32_t cells = 6 * f->h.cube_side * f->h.cube_side, face, i, c;
+    float coefs[4096];
+    sfield__lists lists;
+    sfield__find_lists(f, at, l, time, &lists);
+    memset(out, 0, (size_t)f->h.channels * cells * sizeof *out);
+    for (i = 0; i < lists.count; i++) sfield__scatter(f, lists.sample[i], lists.weight[i], out);
+    for (c = 0; c < f->h.channels; c++)
+        for (face = 0; face < 6; face++) {
+            uint32_t n = cells / 6, squares;
+            float *t = out + c * cells + face * n;
+            memcpy(coefs, t, n * sizeof *t);
+            for (squares = 1; squares < n; squares *= 4) sfield__haar_up(coefs + squares, squares, t, t);
+            for (i = 0; i < n && f->h.kind != SFIELD_KIND_SOURCE; i++) t[i] = 1 - t[i];
+        }
+}
+
+/* 16 positions in a field's space as planes about its center, in r; not finite ones at the center with no weight. */
+static uint32_t sfield__gather(const sfield_field *f, const float *positions, size_t count, float *p)
+{
+    uint32_t good = 0, l, k;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        const float *q = positions + 3 * (l < count ? l : 0);
+        float d[3], size = 0;
+        for (k = 0; k < 3; k++) {
+            d[k] = (q[k] - f->h.center[k]) / f->h.radius;
+            size += fabsf(d[k]);
+        }
+        if (sfield__finite(size) && size < 1e15f) good |= 1u << l;
+        for (k = 0; k < 3; k++) p[k * SFIELD__LANES + l] = good >> l & 1 ? d[k] : 0;
+    }
+    return good;
+}
+
+SFIELD_DEF sfield_result sfield_query(const sfield_field *f, size_t count, const float *positions, float time, float *out)
+{
+    float p[3 * SFIELD__LANES];
+    sfield__place at;
+    size_t i, size;
+    uint32_t l, good, haar, n;
+    if (!f || !positions || !out) return SFIELD_ERR_ARGUMENT;
+    if (f->h.kind == SFIELD_KIND_SELF) return SFIELD_ERR_BASIS;
+    haar = f->h.basis == SFIELD_BASIS_HAAR;
+    size = (size_t)f->h.channels * (haar ? 6 * f->h.cube_side * f->h.cube_side : f->h.bands * f->h.bands);
+    for (i = 0; i < count; i += SFIELD__LANES) {
+        n = count - i < SFIELD__LANES ? (uint32_t)(count - i) : (uint32_t)SFIELD__LANES;
+        good = sfield__gather(f, positions + 3 * i, n, p);
+        sfield__locate16(f, p, &at, 0);
+        for (l = 0; l < n; l++) {
+            float *o = out + (i + l) * size;
+            size_t k;
+            if (!(good >> l & 1)) {
+                for (k = 0; k < size; k++) o[k] = haar && f->h.kind != SFIELD_KIND_SOURCE ? 1.0f : 0.0f;
+                if (!haar && f->h.kind != SFIELD_KIND_SOURCE && !f->h.logarithm) o[0] = 1 / sfield__y00;
+            } else if (haar) sfield__query_haar(f, &at, (int)l, time, o);
+            else sfield__query_sh(f, &at, (int)l, time, o);
+        }
+    }
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_ambient(const sfield_field *f, size_t count, const float *positions, float *out)
+{
+    float p[3 * SFIELD__LANES], first[8];
+    sfield__place at;
+    sfield__lists lists;
+    uint32_t l, n, good, k, j, face, side;
+    size_t i;
+    if (!f || !positions || !out) return SFIELD_ERR_ARGUMENT;
+    if (f->h.kind != SFIELD_KIND_OCCLUSION || f->h.logarithm) return SFIELD_ERR_BASIS;
+    side = f->h.cube_side;
+    for (i = 0; i < count; i += n) {
+        n = count - i < SFIELD__LANES ? (uint32_t)(count - i) : (uint32_t)SFIELD__LANES;
+        good = sfield__gather(f, positions + 3 * i, n, p);
+        sfield__locate16(f, p, &at, 0);
+        for (l = 0; l < n; l++) {
+            float hidden = 0;
+            if (f->h.basis == SFIELD_BASIS_SH) {
+                sfield__fetch(f, &at, (int)l, 0, 8, first, 0);
+                hidden = first[0] * sfield__y00;
+            } else {
+                sfield__find_lists(f, &at, (int)l, 0, &lists);
+                for (k = 0; k < lists.count; k++)
+                    for (j = f->offset[lists.sample[k]]; j < f->offset[lists.sample[k] + 1]; j++)
+                        for (face = 0; face < 6; face++)
+                            if (f->entry[j] >> 16 == face * side * side)
+                                hidden += lists.weight[k] * f->sample_scale[lists.sample[k]] * sfield__half(f->entry[j]) /
+                                          (float)(6 * side);
+            }
+            out[i + l] = good >> l & 1 ? (hidden < 1 ? (hidden > 0 ? 1 - hidden : 1.0f) : 0.0f) : 1.0f;
+        }
+    }
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_self(const sfield_field *f, size_t first, size_t count, float *out)
+{
+    uint32_t k, n;
+    size_t i;
+    if (!f || !out) return SFIELD_ERR_ARGUMENT;
+    if (f->h.kind != SFIELD_KIND_SELF) return SFIELD_ERR_BASIS;
+    if (first > f->h.samples || count > f->h.samples - first) return SFIELD_ERR_ARGUMENT;
+    n = f->h.basis == SFIELD_BASIS_SH ? f->h.bands * f->h.bands : 6 * f->h.cube_side * f->h.cube_side;
+    for (i = 0; i < count; i++) {
+        float *o = out + i * n;
+        if (f->h.basis == SFIELD_BASIS_SH) {
+            for (k = 0; k < n; k++) o[k] = f->scale[k] * (float)f->sample[(first + i) * f->h.stride + k] + f->bias[k];
+        } else {
+            float coefs[4096];
+            uint32_t face, squares, m = n / 6;
+            memset(o, 0, n * sizeof *o);
+            sfield__scatter(f, first + i, 1, o);
+            for (face = 0; face < 6; face++, o += m) {
+                memcpy(coefs, o, m * sizeof *o);
+                for (squares = 1; squares < m; squares *= 4) sfield__haar_up(coefs + squares, squares, o, o);
+            }
+        }
+    }
+    return SFIELD_OK;
+}
+
+/* ---- >>scene ---- */
+
+enum { SFIELD__CACHED = 256 };      /* wavelets of T that the lazy cache keeps for a point and light */
+
+typedef struct sfield__item {       /* of an entity */
+    sfield_entity e;
+    float    turn[9];               /* world to field directions, rows */
+    float    center[2][3], inverse[2], radius[2];  /* of occlusion and source: world center, 1 / (scale r), world radius */
+    float    inscribed, reach;      /* of the occluder, world */
+    int      identity;
+    uint32_t map;                   /* wavelets, rotated: 1 + which resampling table */
+} sfield__item;
+
+typedef struct sfield__taps { uint16_t texel[4]; float weight[4]; } sfield__taps;
+
+struct sfield_scene {
+    sfield__allocator allocator;
+    sfield_scene_desc desc;
+    sfield_algebra   *algebra;
+    int               simd;
+    uint32_t          coefs, planes, cells, side;
+    sfield__item     *item;
+    sfield_rotation  *rotation;
+    sfield__taps     *taps;
+    uint32_t         *occluder, *light, item_count, occluder_count, light_count, overlaps;
+    uint64_t          version;      /* of everything but lights */
+    float            *sky;          /* as set: cube of texels, 3 planes; kept unturned */
+    float            *sky_now;      /* harmonics: 3 x n^2; wavelets: 3 x 6 N^2 texels, then their coefficients */
+    float            *sun;          /* likewise, not turned */
+    int               has_sky, has_sun;
+    float             sky_turn[16];
+    float            *texel;        /* x, y, z, solid angle: four planes of 6 N^2 */
+    uint8_t          *scratch;
+    size_t            scratch_bytes;
+};
+
+struct sfield_cache {
+    sfield__allocator allocator;
+    size_t    points, bytes;
+    uint32_t  lights, coefs, cells; /* cells 0: harmonics */
+    uint64_t  version;
+    uint64_t *hash;                 /* harmonics: tiles x lights; wavelets: points x lights; 0 = nothing kept */
+    int16_t  *value;
+    uint16_t *index;                /* wavelets: of each value */
+    float    *scale;
+};
+
+SFIELD_DEF sfield_entity sfield_entity_default(void)
+{
+    sfield_entity e;
+    memset(&e, 0, sizeof e);
+    e.transform[0] = e.transform[5] = e.transform[10] = e.transform[15] = 1;
+    e.tint[0] = e.tint[1] = e.tint[2] = 1;
+    return e;
+}
+
+static void sfield__free_lists(sfield_scene *s)
+{
+    sfield__free(&s->allocator, s->item);
+    sfield__free(&s->allocator, s->rotation);
+    sfield__free(&s->allocator, s->occluder);
+    sfield__free(&s->allocator, s->light);
+    sfield__free(&s->allocator, s->taps);
+}
+
+SFIELD_DEF void sfield_scene_free(sfield_scene *s)
+{
+    sfield__allocator a;
+    if (!s) return;
+    a = s->allocator;
+    sfield__free_lists(s);
+    sfield_algebra_free(s->algebra);
+    sfield__free(&a, s->sky);
+    sfield__free(&a, s->texel);
+    sfield__free(&a, s->scratch);
+    sfield__free(&a, s);
+}
+
+SFIELD_DEF sfield_result sfield_scene_create(const sfield_scene_desc *desc, sfield_scene **out)
+{
+    sfield_scene_desc d;
+    sfield__allocator a;
+    sfield_scene *s;
+    uint32_t haar, i, k;
+    size_t kept;
+    memset(&d, 0, sizeof d);
+    if (desc) d = *desc;
+    if (!out) return SFIELD_ERR_ARGUMENT;
+    if (!sfield__allocator_valid(d.allocator.alloc_fn, d.allocator.free_fn)) return SFIELD_ERR_DESC;
+    haar = d.basis == SFIELD_BASIS_HAAR;
+    if ((uint32_t)d.basis >= SFIELD_BASIS_COUNT || (uint32_t)d.product >= SFIELD_PRODUCT_COUNT) return SFIELD_ERR_DESC;
+    if (d.product == SFIELD_PRODUCT_DEFAULT) d.product = haar ? SFIELD_PRODUCT_TEXELS : SFIELD_PRODUCT_TRIPLE;
+    if (haar != (d.product >= SFIELD_PRODUCT_TEXELS)) return SFIELD_ERR_DESC;
+    d.bands = d.bands ? d.bands : 4;
+    d.cube_side = d.cube_side ? d.cube_side : haar ? 32 : 16;
+    if (d.bands > SFIELD_MAX_BANDS || !sfield__is_side(d.cube_side, 4) || !sfield__in(d.reach, 0, 1e6f))
+        return SFIELD_ERR_DESC;
+    a = sfield__allocator_of(&d.allocator);
+    s = (sfield_scene *)sfield__alloc(&a, sizeof *s);
+    if (!s) return SFIELD_ERR_ALLOC;
+    memset(s, 0, sizeof *s);
+    s->allocator = a;
+    s->desc = d;
+    s->simd = sfield__simd();
+    s->side = d.cube_side;
+    s->cells = 6 * s->side * s->side;
+    s->coefs = haar ? s->cells : d.bands * d.bands;
+    s->planes = haar ? s->cells : sfield__planes(d.bands);
+    s->version = 1;
+    kept = 3 * (size_t)s->cells + 3 * (size_t)s->planes * (haar ? 3 : 2);
+    s->sky = (float *)sfield__alloc_array(&a, kept, sizeof *s->sky);
+    s->texel = (float *)sfield__alloc_array(&a, 4 * (size_t)s->cells, sizeof *s->texel);
+    if (!s->sky || !s->texel || (!haar && sfield_algebra_create(d.bands, &d.allocator, &s->algebra) != SFIELD_OK)) {
+        sfield_scene_free(s);
+        return SFIELD_ERR_ALLOC;
+    }
+    memset(s->sky, 0, kept * sizeof *s->sky);
+    s->sky_now = s->sky + 3 * s->cells;
+    s->sun = s->sky_now + 3 * (size_t)s->planes * (haar ? 2 : 1);
+    for (i = 0; i < s->cells; i++) {
+        float dir[3];
+        s->texel[3 * s->cells + i] = sfield_cube_texel(s->side, i, dir);
+        for (k = 0; k < 3; k++) s->texel[k * s->cells + i] = dir[k];
+    }
+    *out = s;
+    return SFIELD_OK;
+}
+
+static int sfield__field_fits(const sfield_scene *s, const sfield_field *f, sfield_kind kind)
+{
+    if (f->h.kind != (uint32_t)kind) return 0;
+    if (f->h.basis == SFIELD_BASIS_HAAR) return s->algebra == NULL && f->h.cube_side == s->side;
+    if (!s->algebra || f->h.bands != s->desc.bands) return 0;
+    return kind != SFIELD_KIND_OCCLUSION || (s->desc.product == SFIELD_PRODUCT_EXP) == (f->h.logarithm != 0);
+}
+
+static void sfield__place_field(sfield__item *it, int which, const sfield_field *f, float scale)
+{
+    sfield__v3_store(it->center[which], sfield__m4_point(it->e.transform, sfield__v3_load(f->h.center)));
+    it->radius[which] = scale * f->h.radius;
+    it->inverse[which] = 1 / it->radius[which];
+}
+
+static sfield_result sfield__item_make(const sfield_scene *s, const sfield_entity *e, sfield__item *it,
+                                       sfield_rotation *rotation)
+{
+    float scale;
+    uint32_t i, k;
+    memset(it, 0, sizeof *it);
+    it->e = *e;
+    if (!sfield__m4_is_rigid_uniform(e->transform, &scale)) return SFIELD_ERR_ARGUMENT;
+    for (i = 0; i < 3; i++) {
+        if (!sfield__in(e->tint[i], -1e18f, 1e18f)) return SFIELD_ERR_ARGUMENT;
+        for (k = 0; k < 3; k++) it->turn[3 * i + k] = e->transform[4 * i + k] / scale;
+    }
+    it->identity = 1;
+    for (i = 0; i < 9; i++) it->identity = it->identity && it->turn[i] == (i % 4 == 0 ? 1.0f : 0.0f);
+    if (e->occlusion) {
+        if (!sfield__field_fits(s, e->occlusion, SFIELD_KIND_OCCLUSION)) return SFIELD_ERR_BASIS;
+        sfield__place_field(it, 0, e->occlusion, scale);
+        it->inscribed = e->occlusion->h.inscribed * scale;
+        it->reach = it->radius[0] * (s->desc.reach > 0 ? s->desc.reach
+                                                       : e->occlusion->radii[e->occlusion->h.shells - 1]);
+    }
+    if (e->source) {
+        if (!sfield__field_fits(s, e->source, SFIELD_KIND_SOURCE)) return SFIELD_ERR_BASIS;
+        sfield__place_field(it, 1, e->source, scale);
+    }
+    if (!s->algebra) return !it->identity && s->desc.product == SFIELD_PRODUCT_SPARSE ? SFIELD_ERR_ROTATION : SFIELD_OK;
+    return sfield_sh_rotation(s->algebra, e->transform, rotation);
+}
+
+/* For a rotated entity in wavelets: which texels of its own cube lie around each direction of the world's. */
+static void sfield__taps_make(const sfield_scene *s, const float *turn, sfield__taps *taps)
+{
+    uint32_t i, k, face;
+    for (i = 0; i < s->cells; i++) {
+        float d[3], q[3], local[3], x, y;
+        int32_t xi, yi;
+        for (k = 0; k < 3; k++) d[k] = s->texel[k * s->cells + i];
+        for (k = 0; k < 3; k++) local[k] = turn[3 * k] * d[0] + turn[3 * k + 1] * d[1] + turn[3 * k + 2] * d[2];
+        face = sfield__face_of(local);
+        sfield__to_face(face, local, q);
+        x = (q[0] / q[2] + 1) * 0.5f * (float)s->side - 0.5f;
+        y = (q[1] / q[2] + 1) * 0.5f * (float)s->side - 0.5f;
+        xi = (int32_t)(x + 1) - 1;
+        yi = (int32_t)(y + 1) - 1;
+        x -= (float)xi;
+        y -= (float)yi;
+        for (k = 0; k < 4; k++) {               /* past an edge: the texel of the next face in that direction */
+            double e[3];
+            sfield__from_face(face, (2.0 * (xi + (int32_t)(k & 1)) + 1) / s->side - 1,
+                              (2.0 * (yi + (int32_t)(k >> 1)) + 1) / s->side - 1, e);
+            d[0] = (float)e[0];
+            d[1] = (float)e[1];
+            d[2] = (float)e[2];
+            taps[i].texel[k] = (uint16_t)sfield_cube_find(s->side, d);
+            taps[i].weight[k] = (k & 1 ? x : 1 - x) * (k >> 1 ? y : 1 - y);
+        }
+    }
+}
+
+static int sfield__same_body(const sfield_entity *a, const sfield_entity *b)
+{
+    return a->occlusion == b->occlusion && (a->source == NULL) == (b->source == NULL) &&
+           ((!a->occlusion && a->source) || memcmp(a->transform, b->transform, sizeof a->transform) == 0);
+}
+
+/* Lists of the new scene, made beside the old one. */
+static sfield_result sfield__lists_make(sfield_scene *n, const sfield_entity *entities, size_t count)
+{
+    uint32_t i, j, turned = 0;
+    size_t room = count ? count : 1;
+    n->item = (sfield__item *)sfield__alloc_array(&n->allocator, room, sizeof *n->item);
+    n->rotation = (sfield_rotation *)sfield__alloc_array(&n->allocator, n->algebra ? room : 1, sizeof *n->rotation);
+    n->occluder = (uint32_t *)sfield__alloc_array(&n->allocator, room, sizeof *n->occluder);
+    n->light = (uint32_t *)sfield__alloc_array(&n->allocator, room, sizeof *n->light);
+    if (!n->item || !n->rotation || !n->occluder || !n->light) return SFIELD_ERR_ALLOC;
+    for (i = 0; i < count; i++) {
+        sfield__item *it = &n->item[i];
+        sfield_result result = sfield__item_make(n, &entities[i], it, n->rotation + (n->algebra ? i : 0));
+        if (result != SFIELD_OK) return result;
+        if (it->e.occlusion) n->occluder[n->occluder_count++] = i;
+        if (it->e.source) n->light[n->light_count++] = i;
+        if (!n->algebra && !it->identity && (it->e.occlusion || it->e.source)) it->map = ++turned;
+    }
+    if (turned) {
+        n->taps = (sfield__taps *)sfield__alloc_array(&n->allocator, (size_t)turned * n->cells, sizeof *n->taps);
+        if (!n->taps) return SFIELD_ERR_ALLOC;
+        for (i = 0; i < count; i++)
+            if (n->item[i].map)
+                sfield__taps_make(n, n->item[i].turn, n->taps + (size_t)(n->item[i].map - 1) * n->cells);
+    }
+    for (i = 0; i < n->light_count; i++)
+        for (j = 0; j < n->occluder_count; j++) {
+            const sfield__item *a = &n->item[n->light[i]], *b = &n->item[n->occluder[j]];
+            sfield__v3 d = sfield__v3_sub(sfield__v3_load(a->center[1]), sfield__v3_load(b->center[0]));
+            n->overlaps += a != b && sfield__v3_length(d) < a->radius[1] + b->radius[0];
+        }
+    return n->overlaps && n->desc.strict ? SFIELD_ERR_OVERLAP : SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_entity *entities, size_t count)
+{
+    sfield_scene n;
+    sfield_result result;
+    uint32_t i;
+    int same;
+    if (!s || (!entities && count)) return SFIELD_ERR_ARGUMENT;
+    if (count > 65535) return SFIELD_ERR_LIMIT;
+    n = *s;
+    n.item = NULL;
+    n.rotation = NULL;
+    n.occluder = n.light = NULL;
+    n.taps = NULL;
+    n.occluder_count = n.light_count = n.overlaps = 0;
+    n.item_count = (uint32_t)count;
+    result = sfield__lists_make(&n, entities, count);
+    if (result != SFIELD_OK) {
+        sfield__free_lists(&n);
+        return result;
+    }
+    same = count == s->item_count;
+    for (i = 0; i < count && same; i++) same = sfield__same_body(&s->item[i].e, &n.item[i].e);
+    n.version = s->version + !same;
+    sfield__free_lists(s);
+    *s = n;
+    return SFIELD_OK;
+}
+
+/* ---- >>environment ---- */
+
+static void sfield__latlong(const float *rgb, uint32_t width, uint32_t height, const float *d, float *out)
+{
+    float u = 0.5f + sfield__atan2(d[2], d[0]) * 0.159154943f, v = sfield__acos(d[1]) * 0.318309886f;
+    float x = u * (float)width - 0.5f, y = v * (float)height - 0.5f;
+    int32_t xi = (int32_t)(x + 1) - 1, yi = (int32_t)(y + 1) - 1, i, k;
+    x -= (float)xi;
+    y -= (float)yi;
+    out[0] = out[1] = out[2] = 0;
+    for (i = 0; i < 4; i++) {
+        int32_t a = xi + (i & 1), b = yi + (i >> 1);
+        const float *texel;
+        a = a < 0 ? a + (int32_t)width : a >= (int32_t)width ? a - (int32_t)width : a;
+        b = b < 0 ? 0 : b >= (int32_t)height ? (int32_t)height - 1 : b;
+        texel = rgb + 3 * ((size_t)b * width + (size_t)a);
+        for (k = 0; k < 3; k++)
+            if (sfield__finite(texel[k]) && texel[k] > 0)
+                out[k] += (i & 1 ? x : 1 - x) * (i >> 1 ? y : 1 - y) * (texel[k] < 1e18f ? texel[k] : 1e18f);
+    }
+}
+
+/* The cube as it lies in the world now. Harmonics turn their coefficients; wavelets resample the cube map, once. */
+static void sfield__sky_turned(sfield_scene *s)
+{
+    uint32_t i, c, k;
+    if (s->algebra) {
+        sfield_rotation r;
+        float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
+        for (c = 0; c < 3; c++) {
+            float *now = s->sky_now + c * s->planes;
+            (void)sfield_sh_project(s->desc.bands, s->side, s->sky + c * s->cells, 1, now);
+            if (sfield_sh_rotation(s->algebra, s->sky_turn, &r) == SFIELD_OK) {
+                sfield__tile_in(s->coefs, 1, now, 1, tile);
+                sfield__rotate16(&r, tile, tile, SFIELD__LANES, 0, s->simd);
+                sfield__tile_out(s->coefs, 1, tile, now, 1);
+            }
+            for (k = 0; k < s->coefs; k++) now[k] += s->sun[c * s->planes + k];
+        }
+        return;
+    }
+    for (i = 0; i < s->cells; i++) {
+        float d[3], q[3], x, y;
+        uint32_t face;
+        int32_t xi, yi;
+        for (k = 0; k < 3; k++)
+            d[k] = s->sky_turn[4 * k] * s->texel[i] + s->sky_turn[4 * k + 1] * s->texel[s->cells + i] +
+                   s->sky_turn[4 * k + 2] * s->texel[2 * s->cells + i];
+        face = sfield__face_of(d);
+        sfield__to_face(face, d, q);
+        x = (q[0] / q[2] + 1) * 0.5f * (float)s->side - 0.5f;
+        y = (q[1] / q[2] + 1) * 0.5f * (float)s->side - 0.5f;
+        xi = (int32_t)(x + 1) - 1;
+        yi = (int32_t)(y + 1) - 1;
+        x -= (float)xi;
+        y -= (float)yi;
+        for (c = 0; c < 3; c++) s->sky_now[c * s->cells + i] = s->sun[c * s->cells + i];
+        for (k = 0; k < 4; k++) {
+            double e[3];
+            float to[3], w = (k & 1 ? x : 1 - x) * (k >> 1 ? y : 1 - y);
+            uint32_t from;
+            sfield__from_face(face, (2.0 * (xi + (int32_t)(k & 1)) + 1) / s->side - 1,
+                              (2.0 * (yi + (int32_t)(k >> 1)) + 1) / s->side - 1, e);
+            to[0] = (float)e[0];
+            to[1] = (float)e[1];
+            to[2] = (float)e[2];
+            from = sfield_cube_find(s->side, to);
+            for (c = 0; c < 3; c++) s->sky_now[c * s->cells + i] += w * s->sky[c * s->cells + from];
+        }
+    }
+    for (c = 0; c < 3; c++)
+        (void)sfield_haar_forward(s->side, s->sky_now + c * s->cells, s->sky_now + (3 + c) * s->cells);
+}
+
+static int sfield__rotation_good(const float *m)
+{
+    float scale;
+    return !m || sfield__m4_is_rigid_uniform(m, &scale);
+}
+
+static void sfield__set_turn(sfield_scene *s, const float *rotation)
+{
+    uint32_t i;
+    float scale = 1;
+    memset(s->sky_turn, 0, sizeof s->sky_turn);
+    s->sky_turn[0] = s->sky_turn[5] = s->sky_turn[10] = s->sky_turn[15] = 1;
+    if (rotation && sfield__m4_is_rigid_uniform(rotation, &scale))
+        for (i = 0; i < 12; i++) s->sky_turn[i] = i % 4 == 3 ? 0 : rotation[i] / scale;
+    sfield__sky_turned(s);
+}
+
+SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *s, const float *rgb, uint32_t width, uint32_t height,
+                                                  const float rotation[16])
+{
+    uint32_t i, c, k;
+    if (!s || !sfield__rotation_good(rotation)) return SFIELD_ERR_ARGUMENT;
+    if (rgb && (width < 1 || height < 1 || width > 65536 || height > 65536)) return SFIELD_ERR_ARGUMENT;
+    memset(s->sun, 0, 3 * (size_t)s->planes * sizeof *s->sun);
+    s->has_sky = rgb != NULL;
+    s->has_sun = 0;
+    for (i = 0; i < s->cells; i++) {
+        uint32_t n = 1, x, y, face, tx, ty;
+        float sum[3] = { 0, 0, 0 };
+        while (rgb && n < 16 && 4 * n * s->side < width) n *= 2;      /* the mean of a texel, or nearly */
+        sfield__texel_place(s->side, i, &face, &tx, &ty);
+        for (y = 0; y < n && rgb; y++)
+            for (x = 0; x < n; x++) {
+                double d[3], l, m = (double)n * s->side;
+                float dir[3], value[3];
+                sfield__from_face(face, (2.0 * (tx * n + x) + 1) / m - 1, (2.0 * (ty * n + y) + 1) / m - 1, d);
+                l = 1 / sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+                for (k = 0; k < 3; k++) dir[k] = (float)(d[k] * l);
+                sfield__latlong(rgb, width, height, dir, value);
+                for (c = 0; c < 3; c++) sum[c] += value[c];
+            }
+        for (c = 0; c < 3; c++) s->sky[c * s->cells + i] = sum[c] / (float)(n * n);
+    }
+    sfield__set_turn(s, rotation);
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *s, const float rotation[16])
+{
+    if (!s || !rotation || !sfield__rotation_good(rotation)) return SFIELD_ERR_ARGUMENT;
+    sfield__set_turn(s, rotation);
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *s, const float direction[3], const float irradiance[3])
+{
+    double d[3], y[SFIELD_MAX_COEFS], length = 0;
+    uint32_t c, k;
+    if (!s || !direction || !irradiance) return SFIELD_ERR_ARGUMENT;
+    for (k = 0; k < 3; k++) {
+        if (!sfield__in(direction[k], -1.1f, 1.1f) || !sfield__in(irradiance[k], 0, 1e18f)) return SFIELD_ERR_ARGUMENT;
+        d[k] = (double)direction[k];
+        length += d[k] * d[k];
+    }
+    if (fabs(length - 1) > 1e-2) return SFIELD_ERR_ARGUMENT;
+    if (s->algebra) {
+        sfield_sh_basis(s->desc.bands, d, y);
+        for (c = 0; c < 3; c++)
+            for (k = 0; k < s->coefs; k++) s->sun[c * s->planes + k] += irradiance[c] * (float)y[k];
+    } else {
+        uint32_t at = sfield_cube_find(s->side, direction);
+        for (c = 0; c < 3; c++) s->sun[c * s->cells + at] += irradiance[c] / s->texel[3 * s->cells + at];
+    }
+    if (!s->has_sky && !s->has_sun) sfield__set_turn(s, NULL);
+    else sfield__sky_turned(s);
+    s->has_sun = 1;
+    return SFIELD_OK;
+}
+
+/* ---- >>cache ---- */
+
+SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *s, size_t point_count, uint32_t light_count,
+                                             sfield_cache **out)
+{
+    sfield_cache *c;
+    size_t units, values, bytes;
+    uint8_t *at;
+    if (!s || !out || !point_count || !light_count || light_count > 65536 || point_count > 0x7fffffffu)
+        return SFIELD_ERR_ARGUMENT;
+    units = s->algebra ? (point_count + 15) / 16 : point_count;
+    if (!sfield__mul_size(units, light_count, &units) || units > SIZE_MAX / 4096) return SFIELD_ERR_ALLOC;
+    values = units * (s->algebra ? 16 * s->coefs : SFIELD__CACHED);
+    bytes = sizeof *c + units * (sizeof *c->hash + (s->algebra ? 16 : 1) * sizeof *c->scale) +
+            values * (s->algebra ? 2 : 4);
+    at = (uint8_t *)sfield__alloc(&s->allocator, bytes);
+    if (!at) return SFIELD_ERR_ALLOC;
+    c = (sfield_cache *)(void *)at;
+    memset(c, 0, sizeof *c);
+    c->allocator = s->allocator;
+    c->points = point_count;
+    c->bytes = bytes;
+    c->lights = light_count;
+    c->coefs = s->coefs;
+    c->cells = s->algebra ? 0 : s->cells;
+    c->hash = (uint64_t *)(void *)(at + sizeof *c);
+    c->scale = (float *)(void *)(c->hash + units);
+    c->value = (int16_t *)(void *)(c->scale + units * (s->algebra ? 16 : 1));
+    c->index = s->algebra ? NULL : (uint16_t *)(c->value + values);
+    memset(c->hash, 0, units * sizeof *c->hash);
+    *out = c;
+    return SFIELD_OK;
+}
+
+SFIELD_DEF void sfield_cache_free(sfield_cache *cache)
+{
+    sfield__allocator a;
+    if (!cache) return;
+    a = cache->allocator;
+    sfield__free(&a, cache);
+}
+
+SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache) { return cache ? cache->bytes : 0; }
+
+static uint64_t sfield__hash(uint64_t h, uint64_t x)
+{
+    h = (h ^ x) * 0x9e3779b97f4a7c15u;
+    return h ^ h >> 29;
+}
+
+/* ---- >>tiles: sixteen points in harmonics ---- */
+
+typedef struct sfield__tile {
+    const sfield_scene *s;
+    const sfield_points *set;
+    size_t    first;
+    uint32_t  lanes, active, visible;           /* how many, which can be shaded, which are wanted; bits */
+    float     p[48], n[48], view[48];           /* planes, world */
+    uint32_t  count;                            /* occluders in reach of some lane */
+    uint32_t *item, *order;
+    float    *mean, *d2, *factor, *occlusion;   /* 1, 16, 16, 16 n^2 floats each */
+    uint8_t  *state;                            /* 0 not looked at, 1 hides something, 2 nothing */
+    uint32_t  lights;                           /* and the environment, if it is wanted, behind them */
+    int       sky, chains;                      /* chains: 2 with a lobe */
+    float    *light_d2;                         /* 16 each */
+    uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
+    uint64_t *hash;
+    uint8_t  *needed;
+    float    *t;                                /* [light][chain] 16 n^2 */
+    float    *start;                            /* [chain] */
+    sfield_scene_stats stats;
+} sfield__tile;
+
+static const float *sfield__row(const float *base, size_t stride, size_t i)
+{
+    return (const float *)(const void *)((const char *)(const void *)base + i * (stride ? stride : 12));
+}
+
+/* Scratch of one task, carved out of memory or (NULL) measured. */
+static size_t sfield__carve(sfield__tile *t, uint8_t *memory, uint32_t occluders, uint32_t lights, uint32_t coefs, int chains)
+{
+    size_t at = 0, c = coefs * SFIELD__LANES, n = occluders ? occluders : 1, slots = (size_t)lights + 1;
+#define SFIELD__CARVE(member, type, number)                        \
+    do {                                                           \
+        if (memory) t->member = (type *)(void *)(memory + at);     \
+        at += ((size_t)(number) * sizeof(type) + 63) / 64 * 64;    \
+    } while (0)
+    SFIELD__CARVE(occlusion, float, n * c);
+    SFIELD__CARVE(t, float, (slots * (size_t)chains > 3 ? slots * (size_t)chains : 3) * c);
+    SFIELD__CARVE(start, float, 2 * c);
+    SFIELD__CARVE(d2, float, n * SFIELD__LANES);
+    SFIELD__CARVE(factor, float, n * SFIELD__LANES);
+    SFIELD__CARVE(light_d2, float, slots * SFIELD__LANES);
+    SFIELD__CARVE(mean, float, n);
+    SFIELD__CARVE(item, uint32_t, n);
+    SFIELD__CARVE(order, uint32_t, n);
+    SFIELD__CARVE(hash, uint64_t, slots);
+    SFIELD__CARVE(mask, uint16_t, slots * n);
+    SFIELD__CARVE(state, uint8_t, n);
+    SFIELD__CARVE(needed, uint8_t, slots);
+#undef SFIELD__CARVE
+    return at;
+}
+
+static void sfield__load(sfield__tile *t)
+{
+    const sfield_points *set = t->set;
+    const float *m = set->entity == SFIELD_NONE ? NULL : t->s->item[set->entity].e.transform;
+    const float *turn = m ? t->s->item[set->entity].turn : NULL;
+    uint32_t l, k;
+    t->active = t->visible = 0;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        size_t i = t->first + (l < t->lanes ? l : 0);
+        sfield__v3 p = sfield__v3_load(sfield__row(set->positions, set->position_stride, i));
+        sfield__v3 n = sfield__v3_load(sfield__row(set->normals, set->normal_stride, i)), v = n;
+        if (m) {
+            p = sfield__m4_point(m, p);
+            n = sfield__v3_make(turn[0] * n.x + turn[3] * n.y + turn[6] * n.z, turn[1] * n.x + turn[4] * n.y + turn[7] * n.z,
+                                turn[2] * n.x + turn[5] * n.y + turn[8] * n.z);
+        }
+        if (set->views) v = sfield__v3_load(sfield__row(set->views, set->view_stride, i));
+        if (l < t->lanes && sfield__finite(sfield__v3_dot(p, p)) && sfield__v3_dot(n, n) < 1.1f && sfield__v3_dot(v, v) < 1.1f &&
+            sfield__v3_dot(n, n) > 0.9f) {
+            t->active |= 1u << l;
+            if (!set->visible || set->visible[i]) t->visible |= 1u << l;
+        } else {
+            p = sfield__v3_make(0, 0, 0);
+            n = v = sfield__v3_make(0, 1, 0);
+        }
+        for (k = 0; k < 3; k++) {
+            t->p[16 * k + l] = k == 0 ? p.x : k == 1 ? p.y : p.z;
+            t->n[16 * k + l] = k == 0 ? n.x : k == 1 ? n.y : n.z;
+            t->view[16 * k + l] = k == 0 ? v.x : k == 1 ? v.y : v.z;
+        }
+    }
+}
+
+static void sfield__distances(const float *p, const float *c, float *d2)
+{
+    int l;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float x = c[0] - p[l], y = c[1] - p[16 + l], z = c[2] - p[32 + l];
+        d2[l] = x * x + y * y + z * z;
+    }
+}
+
+/* Occluders in reach (third culling rule, for the tile), from near to far by the middle of the tile. */
+static void sfield__candidates(sfield__tile *t)
+{
+    const sfield_scene *s = t->s;
+    uint32_t i, j, l;
+    t->count = 0;
+    for (i = 0; i < s->occluder_count; i++) {
+        const sfield__item *it = &s->item[s->occluder[i]];
+        float *d2 = t->d2 + (size_t)t->count * SFIELD__LANES, mean = 0, least = 3e38f;
+        if (s->occluder[i] == t->set->entity) continue;
+        t->stats.pairs += t->lanes;
+        sfield__distances(t->p, it->center[0], d2);
+        for (l = 0; l < SFIELD__LANES; l++)
+            if (t->active >> l & 1) {
+                mean += d2[l];
+                least = d2[l] < least ? d2[l] : least;
+            }
+        if (!(least < it->reach * it->reach)) {
+            t->stats.culled_far += t->lanes;
+            continue;
+        }
+        t->item[t->count] = s->occluder[i];
+        t->mean[t->count] = mean;
+        t->state[t->count] = 0;
+        for (j = t->count; j > 0 && t->mean[t->order[j - 1]] > mean; j--) t->order[j] = t->order[j - 1];
+        t->order[j] = t->count++;
+    }
+}
+
+/* For each light the lanes for which each occluder is nearer than it. */
+static void sfield__masks(sfield__tile *t)
+{
+    const sfield_scene *s = t->s;
+    uint32_t j, i, l;
+    for (j = 0; j < t->lights + (uint32_t)t->sky; j++) {
+        uint16_t *mask = t->mask + (size_t)j * (s->occluder_count ? s->occluder_count : 1);
+        float *light = t->light_d2 + (size_t)j * SFIELD__LANES;
+        uint32_t own = j < t->lights ? s->light[j] : SFIELD_NONE;
+        if (j < t->lights) sfield__distances(t->p, s->item[own].center[1], light);
+        t->hash[j] = s->version;
+        for (i = 0; i < t->count; i++) {
+            const float *d2 = t->d2 + (size_t)t->order[i] * SFIELD__LANES;
+            uint32_t bits = 0;
+            if (j == t->lights) bits = t->active;
+            else if (t->item[t->order[i]] != own) {
+                for (l = 0; l < SFIELD__LANES; l++) bits |= (uint32_t)(d2[l] < light[l]) << l;
+                bits &= t->active;
+            }
+            mask[i] = (uint16_t)bits;
+            t->hash[j] = sfield__hash(t->hash[j], (uint64_t)t->item[t->order[i]] << 16 | bits);
+        }
+        t->hash[j] |= 1;
+    }
+}
+
+/* Second rule: is the bounding sphere of occluder i inside the cone of a nearer inscribed sphere? */
+static int sfield__hidden(const sfield__tile *t, uint32_t i, uint32_t l)
+{
+    const sfield__item *a = &t->s->item[t->item[i]];
+    float d2 = t->d2[i * SFIELD__LANES + l], sin_a = a->radius[0] / sqrtf(d2), da[3], cos_a;
+    uint32_t j, k;
+    if (!(sin_a < 1)) return 0;
+    cos_a = sqrtf(1 - sin_a * sin_a);
+    for (k = 0; k < 3; k++) da[k] = a->center[0][k] - t->p[16 * k + l];
+    for (j = 0; j < t->count; j++) {
+        const sfield__item *b = &t->s->item[t->item[j]];
+        float e2 = t->d2[j * SFIELD__LANES + l], sin_b, cos_b, dot = 0;
+        if (j == i || !(b->inscribed > 0) || e2 >= d2 || t->factor[j * SFIELD__LANES + l] < 1) continue;
+        if (b->inscribed * b->inscribed * d2 <= a->radius[0] * a->radius[0] * e2 || b->inscribed * b->inscribed >= e2) continue;
+        sin_b = b->inscribed / sqrtf(e2);
+        cos_b = sqrtf(1 - sin_b * sin_b);
+        for (k = 0; k < 3; k++) dot += da[k] * (b->center[0][k] - t->p[16 * k + l]);
+        if (dot >= (cos_a * cos_b + sin_a * sin_b) * sqrtf(d2 * e2)) return 1;
+    }
+    return 0;
+}
+
+/* Share of an occluder that counts for each lane: distance, horizon. */
+static void sfield__factors(sfield__tile *t, uint32_t i)
+{
+    const sfield__item *it = &t->s->item[t->item[i]];
+    float *factor = t->factor + (size_t)i * SFIELD__LANES;
+    const float *d2 = t->d2 + (size_t)i * SFIELD__LANES;
+    uint32_t l, far = 0, below = 0;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float height = (it->center[0][0] - t->p[l]) * t->n[l] + (it->center[0][1] - t->p[16 + l]) * t->n[16 + l] +
+                       (it->center[0][2] - t->p[32 + l]) * t->n[32 + l];
+        float fade = 4 * (1 - sqrtf(d2[l]) / it->reach);
+        fade = fade < 1 ? fade : 1;
+        factor[l] = fade > 0 && height > -it->radius[0] ? fade : 0;
+        if (!(t->active >> l & 1)) factor[l] = 0;
+        else if (!(fade > 0)) far++;
+        else if (factor[l] == 0) below++;
+    }
+    t->stats.culled_far += far;
+    t->stats.culled_horizon += below;
+}
+
+/* Where the lanes are in a field of an entity: planes, about its center, in r. */
+static void sfield__to_local(const sfield__item *it, int which, const float *p, float *local)
+{
+    const float *c = it->center[which], *m = it->turn, f = it->inverse[which];
+    int l;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float x = (p[l] - c[0]) * f, y = (p[16 + l] - c[1]) * f, z = (p[32 + l] - c[2]) * f;
+        local[l] = m[0] * x + m[1] * y + m[2] * z;
+        local[16 + l] = m[3] * x + m[4] * y + m[5] * z;
+        local[32 + l] = m[6] * x + m[7] * y + m[8] * z;
+    }
+}
+
+/* Alpha (or log visibility) of occluder i for all lanes, in planes, in the world. */
+static void sfield__occlude(sfield__tile *t, uint32_t i)
+{
+    const sfield_scene *s = t->s;
+    const sfield__item *it = &s->item[t->item[i]];
+    float local[48], rows[SFIELD_MAX_COEFS * SFIELD__LANES], *out = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
+    float planes[SFIELD_MAX_COEFS * SFIELD__LANES], *factor = t->factor + (size_t)i * SFIELD__LANES;
+    sfield__place at;
+    uint32_t l, used = 0;
+    if (t->state[i]) return;
+    t->state[i] = 2;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        if (factor[l] > 0 && sfield__hidden(t, i, l)) {
+            t->stats.culled_hidden++;
+            factor[l] = 0;
+        }
+        used |= factor[l] > 0;
+    }
+    if (!used) return;
+    t->state[i] = 1;
+    sfield__to_local(it, 0, t->p, local);
+    sfield__locate16(it->e.occlusion, local, &at, s->simd);
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float b[4];
+        if (!(factor[l] > 0)) {
+            memset(rows + l * s->planes, 0, s->planes * sizeof *rows);
+            continue;
+        }
+        sfield__corners(&at, (int)l, b);
+        sfield__mix(it->e.occlusion, (size_t)at.base[l], (size_t)at.shell[l], b, at.w0[l] * factor[l], at.w1[l] * factor[l],
+                    s->planes, rows + l * s->planes, s->simd);
+    }
+    sfield__turn(rows, s->planes, planes, s->simd);
+    if (it->identity) memcpy(out, planes, s->coefs * SFIELD__LANES * sizeof *out);
+    else sfield__rotate16(&s->rotation[t->item[i]], planes, out, SFIELD__LANES, 0, s->simd);
+}
+
+static uint32_t sfield__bits(uint32_t mask)
+{
+    return (uint32_t)sfield__popcount(mask);
+}
+
+/* t *= visibility of occluder i for the lanes of a mask. */
+static void sfield__apply(sfield__tile *t, uint32_t i, uint32_t mask, float *chain)
+{
+    const sfield_scene *s = t->s;
+    const float *o = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
+    float masked[SFIELD_MAX_COEFS * SFIELD__LANES];
+    uint32_t k, l;
+    int c;
+    if (t->state[i] == 2 || !mask) return;
+    if (mask != t->active) {
+        for (k = 0; k < s->coefs; k++)
+            for (l = 0; l < SFIELD__LANES; l++)
+                masked[k * SFIELD__LANES + l] = mask >> l & 1 ? o[k * SFIELD__LANES + l] : 0.0f;
+        o = masked;
+    }
+    t->stats.products += sfield__bits(mask);
+    for (c = 0; c < t->chains; c++, chain += s->coefs * SFIELD__LANES)
+        sfield__product16(s->algebra, chain, o, chain, SFIELD__LANES, 1);
+}
+
+/* Figure 5 of the paper for 16 points: occluders from near to far; a light takes the T of the moment. Occluders commute up
+   to truncation and are ordered for the tile; which of them are nearer than a light is decided lane by lane. */
+static void sfield__chain(sfield__tile *t)
+{
+    const sfield_scene *s = t->s;
+    uint32_t n = t->count, slots = t->lights + (uint32_t)t->sky, i, j, a, b, last = 0;
+    size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
+    float *now = t->start;
+    for (j = 0; j < slots; j++)
+        for (i = n; i-- > last && t->needed[j];)
+            if (t->mask[(size_t)j * s->occluder_count + i]) last = i + 1;
+    for (i = 0; i < last; i++) sfield__factors(t, t->order[i]);
+    for (i = 0; i < last; i++) sfield__occlude(t, t->order[i]);
+    for (i = 0; i <= last; i++) {
+        for (j = 0; j < slots; j++) {
+            const uint16_t *mask = t->mask + (size_t)j * s->occluder_count;
+            float *light = t->t + j * size;
+            if (!t->needed[j]) continue;
+            for (a = 0; a < last && mask[a] == t->active; a++) { }
+            if (a != i) continue;
+            for (b = last; b > a && !mask[b - 1]; b--) { }
+            memcpy(light, now, size * sizeof *light);
+            for (; a < b; a++) sfield__apply(t, t->order[a], mask[a], light);
+        }
+        if (i < last) sfield__apply(t, t->order[i], t->active, now);
+    }
+}
+
+/* The same by logarithms: their sum, one exp and one product for each light. */
+static void sfield__chain_exp(sfield__tile *t)
+{
+    const sfield_scene *s = t->s;
+    uint32_t n = s->coefs * SFIELD__LANES, slots = t->lights + (uint32_t)t->sky, i, j, k, l;
+    size_t size = (size_t)t->chains * n;
+    float sum[SFIELD_MAX_COEFS * SFIELD__LANES];
+    int c;
+    for (i = 0; i < t->count; i++) sfield__factors(t, t->order[i]);
+    for (i = 0; i < t->count; i++) sfield__occlude(t, t->order[i]);
+    for (j = 0; j < slots; j++) {
+        if (!t->needed[j]) continue;
+        memset(sum, 0, n * sizeof *sum);
+        for (i = 0; i < t->count; i++) {
+            uint32_t mask = t->mask[(size_t)j * s->occluder_count + i];
+            const float *o = t->occlusion + (size_t)t->order[i] * n;
+            if (t->state[t->order[i]] == 2 || !mask) continue;
+            for (k = 0; k < n; k += SFIELD__LANES)
+                for (l = 0; l < SFIELD__LANES; l++) sum[k + l] += mask >> l & 1 ? o[k + l] : 0.0f;
+        }
+        sfield__exp16(s->algebra, sum, sum);
+        t->stats.products += sfield__bits(t->active);
+        for (c = 0; c < t->chains; c++)
+            sfield__product16(s->algebra, t->start + (size_t)c * n, sum, t->t + j * size + (size_t)c * n, SFIELD__LANES, 0);
+    }
+}
+
+/* Basis at 16 directions in planes, in float. */
+static void sfield__basis16(uint32_t bands, const float *d, float *out)
+{
+    float cm[16], sm[16], older[16], now[16], diagonal = sfield__y00;
+    uint32_t l, m, i;
+    for (i = 0; i < 16; i++) {
+        cm[i] = 1;
+        sm[i] = 0;
+    }
+    for (m = 0; m < bands; m++) {
+        float two = m ? 1.41421356f * diagonal : diagonal;
+        for (i = 0; i < 16; i++) {
+            older[i] = 0;
+            now[i] = two;
+        }
+        for (l = m; l < bands; l++) {
+            float fl = (float)l, fm = (float)m, back = sqrtf((fl * fl - fm * fm) / (4 * fl * fl - 1));
+            float a = sqrtf((4 * (fl + 1) * (fl + 1) - 1) / ((fl + 1) * (fl + 1) - fm * fm));
+            float *plus = out + (l * l + l + m) * 16, *minus = out + (l * l + l - m) * 16;
+            if (l == 0) back = 0;
+            for (i = 0; i < 16; i++) {
+                float next = a * (d[32 + i] * now[i] - back * older[i]);
+                minus[i] = now[i] * sm[i];
+                plus[i] = now[i] * cm[i];
+                older[i] = now[i];
+                now[i] = next;
+            }
+        }
+        diagonal *= sqrtf((2 * (float)m + 3) / (2 * (float)m + 2));
+        for (i = 0; i < 16; i++) {
+            float c = cm[i] * d[i] - sm[i] * d[16 + i];
+            sm[i] = cm[i] * d[16 + i] + sm[i] * d[i];
+            cm[i] = c;
+        }
+    }
+}
+
+/* Lobe cos^n about the mirrored view, times (n + 2) / 2 pi: its moments over x = cos are 1/(n+1), 1/(n+2) and then
+   I_l = I_(l-2) (n - l + 2) / (n + l + 1). */
+static void sfield__lobe(const sfield__tile *t, float *out)
+{
+    const sfield_points *set = t->set;
+    uint32_t bands = t->s->desc.bands, i, l, k;
+    float d[48], before[16], now[16], n[16];
+    for (i = 0; i < 16; i++) {
+        size_t at = t->first + (i < t->lanes ? i : 0);
+        float dot = 0;
+        for (k = 0; k < 3; k++) dot += t->n[16 * k + i] * t->view[16 * k + i];
+        for (k = 0; k < 3; k++) d[16 * k + i] = 2 * dot * t->n[16 * k + i] - t->view[16 * k + i];
+        n[i] = *(const float *)(const void *)((const char *)(const void *)set->exponents + at * set->exponent_stride);
+        n[i] = n[i] > 1 ? (n[i] < 1000 ? n[i] : 1000) : 1;
+        before[i] = (n[i] + 2) / (n[i] + 1);
+        now[i] = 1;
+    }
+    sfield__basis16(bands, d, out);
+    for (l = 0; l < bands; l++) {
+        for (k = l * l; k < (l + 1) * (l + 1); k++)
+            for (i = 0; i < 16; i++) out[k * 16 + i] *= l == 0 ? before[i] : now[i];
+        for (i = 0; i < 16 && l >= 1; i++) {
+            float next = before[i] * (n[i] - (float)l + 1) / (n[i] + (float)l + 2);
+            before[i] = now[i];
+            now[i] = next;
+        }
+    }
+}
+
+/* T before any other entity: visibility of the own object times cosine, and that times the lobe. */
+static void sfield__start(sfield__tile *t)
+{
+    const sfield_scene *s = t->s;
+    const sfield_field *self = t->set->self;
+    uint32_t k, l, i, n = s->coefs * SFIELD__LANES;
+    if (self) {
+        for (i = 0; i < SFIELD__LANES; i++) {
+            const uint8_t *q = self->sample + (t->first + (i < t->lanes ? i : 0)) * self->h.stride;
+            for (k = 0; k < s->coefs; k++) t->start[k * SFIELD__LANES + i] = self->scale[k] * (float)q[k] + self->bias[k];
+        }
+        if (t->set->entity != SFIELD_NONE && !s->item[t->set->entity].identity)
+            sfield__rotate16(&s->rotation[t->set->entity], t->start, t->start, SFIELD__LANES, 0, s->simd);
+    } else {
+        float factor[SFIELD_MAX_BANDS];
+        sfield_sh_cosine(s->desc.bands, factor);
+        sfield__basis16(s->desc.bands, t->n, t->start);
+        for (l = 0, k = 0; l < s->desc.bands; l++)
+            for (; k < (l + 1) * (l + 1) * SFIELD__LANES; k++) t->start[k] *= factor[l];
+    }
+    if (t->chains == 2) {
+        sfield__lobe(t, t->start + n);
+        sfield__product16(s->algebra, t->start, t->start + n, t->start + n, SFIELD__LANES, 0);
+    }
+}
+
+static void sfield__keep(sfield_cache *c, size_t slot, const float *t)
+{
+    uint32_t k, l;
+    int16_t *value = c->value + slot * c->coefs * SFIELD__LANES;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float most = 0, inverse;
+        for (k = 0; k < c->coefs; k++) {
+            float x = fabsf(t[k * SFIELD__LANES + l]);
+            most = x > most ? x : most;
+        }
+        c->scale[slot * SFIELD__LANES + l] = most / 32767;
+        inverse = most > 0 ? 32767 / most : 0;
+        for (k = 0; k < c->coefs; k++) {
+            float q = t[k * SFIELD__LANES + l] * inverse;
+            value[k * SFIELD__LANES + l] = (int16_t)(q + (q < 0 ? -0.5f : 0.5f));
+        }
+    }
+}
+
+static void sfield__recall(const sfield_cache *c, size_t slot, float *t)
+{
+    const int16_t *value = c->value + slot * c->coefs * SFIELD__LANES;
+    const float *scale = c->scale + slot * SFIELD__LANES;
+    uint32_t k, l;
+    for (k = 0; k < c->coefs * SFIELD__LANES; k += SFIELD__LANES)
+        for (l = 0; l < SFIELD__LANES; l++) t[k + l] = (float)value[k + l] * scale[l];
+}
+
+/* sum += T . source of light j, three channels. */
+static void sfield__shine(const sfield__tile *t, uint32_t j, const float *chain, float *rgb)
+{
+    const sfield_scene *s = t->s;
+    const sfield__item *it = &s->item[s->light[j]];
+    const sfield_field *f = it->e.source;
+    float local[48], rows[3 * SFIELD_MAX_COEFS * SFIELD__LANES], planes[SFIELD_MAX_COEFS * SFIELD__LANES];
+    float turned[SFIELD_MAX_COEFS * SFIELD__LANES];
+    sfield__place at;
+    uint32_t l, c, k;
+    sfield__to_local(it, 1, t->p, local);
+    sfield__locate16(f, local, &at, s->simd);
+    for (l = 0; l < SFIELD__LANES; l++) sfield__fetch(f, &at, (int)l, it->e.time, f->h.stride, rows + l * f->h.stride, s->simd);
+    if (!it->identity) {
+        sfield__rotate16(&s->rotation[s->light[j]], chain, turned, SFIELD__LANES, 1, s->simd);
+        chain = turned;
+    }
+    for (c = 0; c < 3; c++) {
+        float sum[SFIELD__LANES] = { 0 };
+        if (s->simd) {
+#if SFIELD__SIMD
+            for (k = 0; k < s->planes; k += 8)
+                sfield__turn8_avx2(rows + c * s->planes + k, f->h.stride, planes + k * SFIELD__LANES);
+#endif
+        } else
+            for (k = 0; k < s->coefs; k++)
+                for (l = 0; l < SFIELD__LANES; l++) planes[k * SFIELD__LANES + l] = rows[l * f->h.stride + c * s->planes + k];
+        for (k = 0; k < s->coefs * SFIELD__LANES; k += SFIELD__LANES)
+            for (l = 0; l < SFIELD__LANES; l++) sum[l] += planes[k + l] * chain[k + l];
+        for (l = 0; l < SFIELD__LANES; l++) rgb[c * SFIELD__LANES + l] += it->e.tint[c] * sum[l];
+    }
+}
+
+static void sfield__sum_lights(const sfield__tile *t, int chain, float *rgb)
+{
+    const sfield_scene *s = t->s;
+    uint32_t j, c, k, l, n = s->coefs * SFIELD__LANES;
+    memset(rgb, 0, 3 * SFIELD__LANES * sizeof *rgb);
+    for (j = 0; j < t->lights; j++)
+        sfield__shine(t, j, t->t + ((size_t)j * (size_t)t->chains + (size_t)chain) * n, rgb);
+    if (!s->has_sky && !s->has_sun) return;
+    for (c = 0; c < 3; c++) {
+        const float *sky = s->sky_now + c * s->planes;
+        const float *light = t->t + ((size_t)t->lights * (size_t)t->chains + (size_t)chain) * n;
+        for (k = 0; k < s->coefs; k++)
+            for (l = 0; l < SFIELD__LANES; l++) rgb[c * SFIELD__LANES + l] += sky[k] * light[k * SFIELD__LANES + l];
+    }
+}
+
+static void sfield__store(const sfield__tile *t, const float *rgb, float factor, float *out)
+{
+    uint32_t l, c;
+    for (l = 0; l < t->lanes; l++)
+        for (c = 0; c < 3; c++)
+            out[3 * (t->first + l) + c] = t->visible >> l & 1 ? rgb[c * SFIELD__LANES + l] * factor : 0.0f;
+}
+
+static void sfield__outputs(sfield__tile *t)
+{
+    const sfield_points *set = t->set;
+    float rgb[3 * SFIELD__LANES];
+    uint32_t l, n = t->s->coefs * SFIELD__LANES;
+    const float *sky = t->t + (size_t)t->lights * (size_t)t->chains * n;
+    if (set->rgb) {
+        sfield__sum_lights(t, 0, rgb);
+        sfield__store(t, rgb, 0.318309886f, set->rgb);
+    }
+    if (set->gloss) {
+        if (t->chains == 2) sfield__sum_lights(t, 1, rgb);
+        else memset(rgb, 0, sizeof rgb);
+        sfield__store(t, rgb, 1, set->gloss);
+    }
+    for (l = 0; l < t->lanes && set->ambient; l++)
+        set->ambient[t->first + l] = t->visible >> l & 1 ? sky[l] * 0.318309886f / sfield__y00 : 0.0f;
+}
+
+static void sfield__shade_tile(sfield__tile *t)
+{
+    const sfield_scene *s = t->s;
+    const uint32_t slots = t->lights + (uint32_t)t->sky;
+    const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
+    sfield_cache *cache = t->chains == 1 ? t->set->cache : NULL;
+    uint32_t j, needed = 0;
+    sfield__load(t);
+    if (!t->visible) {
+        memset(t->t, 0, (size_t)(t->lights + 1) * size * sizeof *t->t);
+        sfield__outputs(t);
+        return;
+    }
+    t->stats.points += sfield__bits(t->visible);
+    t->stats.lights += (uint64_t)sfield__bits(t->visible) * slots;
+    sfield__candidates(t);
+    sfield__masks(t);
+    for (j = 0; j < slots; j++) {
+        size_t slot = t->first / SFIELD__LANES * (cache ? cache->lights : 0) + j;
+        t->needed[j] = !cache || j >= cache->lights || cache->hash[slot] != t->hash[j];
+        needed += t->needed[j];
+        if (!t->needed[j]) t->stats.reused += sfield__bits(t->visible);
+    }
+    if (needed) {
+        sfield__start(t);
+        if (s->desc.product == SFIELD_PRODUCT_EXP) sfield__chain_exp(t);
+        else sfield__chain(t);
+    }
+    for (j = 0; cache && j < slots && j < cache->lights; j++) {     /* fresh ones too, so that both are equal */
+        size_t slot = t->first / SFIELD__LANES * cache->lights + j;
+        if (t->needed[j]) {
+            sfield__keep(cache, slot, t->t + j * size);
+            cache->hash[slot] = t->hash[j];
+        }
+        sfield__recall(cache, slot, t->t + j * size);
+    }
+    sfield__outputs(t);
+}
+
+/* Far to near (paper 3.2): the radiance so far is hidden by each occluder on the way and joined by each light. Three
+   channels, 16 points. Lanes that disagree about the order of a light and an occluder go their own way: the light's T of
+   the chain above is 1 there, so the order is made lane by lane. */
+static void sfield__incident_tile(sfield__tile *t, float *out)
+{
+    const sfield_scene *s = t->s;
+    uint32_t n = s->coefs * SFIELD__LANES, i, j, k, l, c, slots;
+    float *sum = t->t, rows[3 * SFIELD_MAX_COEFS * SFIELD__LANES], local[48];
+    uint32_t done[SFIELD__LANES];
+    sfield__load(t);
+    sfield__candidates(t);
+    sfield__masks(t);
+    slots = t->lights;
+    for (i = 0; i < t->count; i++) sfield__factors(t, t->order[i]);
+    for (i = 0; i < t->count; i++) sfield__occlude(t, t->order[i]);
+    for (c = 0; c < 3; c++)
+        for (k = 0; k < s->coefs; k++)
+            for (l = 0; l < SFIELD__LANES; l++)
+                sum[c * n + k * SFIELD__LANES + l] = s->has_sky || s->has_sun ? s->sky_now[c * s->planes + k] : 0.0f;
+    memset(done, 0, sizeof done);
+    for (i = t->count + 1; i-- > 0;) {
+        /* lights that in some lane lie just before occluder i - 1, or, at 0, are left */
+        for (j = 0; j < slots; j++) {
+            const sfield__item *it = &s->item[s->light[j]];
+            const sfield_field *f = it->e.source;
+            float planes[SFIELD_MAX_COEFS * SFIELD__LANES];
+            sfield__place at;
+            uint32_t lanes = 0;
+            for (l = 0; l < SFIELD__LANES; l++) {
+                uint32_t first = 0;             /* occluders from `first` on lie behind the light for this lane */
+                for (k = t->count; k > 0 && !first; k--)
+                    if (t->mask[(size_t)j * s->occluder_count + k - 1] >> l & 1) first = k;
+                lanes |= (uint32_t)(first == i) << l;
+            }
+            if (!(lanes & t->active)) continue;
+            sfield__to_local(it, 1, t->p, local);
+            sfield__locate16(f, local, &at, s->simd);
+            for (l = 0; l < SFIELD__LANES; l++)
+                sfield__fetch(f, &at, (int)l, it->e.time, f->h.stride, rows + l * f->h.stride, s->simd);
+            for (c = 0; c < 3; c++) {
+                for (k = 0; k < s->coefs; k++)
+                    for (l = 0; l < SFIELD__LANES; l++)
+                        planes[k * SFIELD__LANES + l] =
+                            lanes >> l & 1 ? it->e.tint[c] * rows[l * f->h.stride + c * s->planes + k] : 0.0f;
+                if (!it->identity)
+                    sfield__rotate16(&s->rotation[s->light[j]], planes, planes, SFIELD__LANES, 0, s->simd);
+                for (k = 0; k < n; k++) sum[c * n + k] += planes[k];
+            }
+        }
+        if (i == 0 || t->state[t->order[i - 1]] == 2) continue;
+        t->stats.products += 3 * sfield__bits(t->active);
+        for (c = 0; c < 3; c++)
+            sfield__product16(s->algebra, sum + c * n, t->occlusion + (size_t)t->order[i - 1] * n, sum + c * n, SFIELD__LANES,
+                              1);
+    }
+    for (l = 0; l < t->lanes; l++)
+        for (c = 0; c < 3; c++)
+            for (k = 0; k < s->coefs; k++)
+                out[((t->first + l) * 3 + c) * s->coefs + k] = t->visible >> l & 1 ? sum[c * n + k * SFIELD__LANES + l] : 0.0f;
+}
+
+/* ---- >>texels: one point in wavelets ---- */
+
+typedef struct sfield__ray { float d2; uint32_t item; int light; } sfield__ray;     /* light: its number, -1 an occluder */
+
+typedef struct sfield__point {
+    const sfield_scene *s;
+    const sfield_points *set;
+    float       *t, *haar, *coefs, *work;       /* 6 N^2, 6 N^2, 3 x 6 N^2, 6 N^2 */
+    uint8_t     *marks;                         /* six faces of SFIELD__MARKS */
+    sfield__ray *ray;
+    float       *rgb;                           /* of one point */
+    sfield_scene_stats stats;
+} sfield__point;
+
+static size_t sfield__carve_point(sfield__point *p, uint8_t *memory, uint32_t rays, uint32_t cells)
+{
+    size_t floats = 6 * (size_t)cells;
+    if (memory) {
+        p->t = (float *)(void *)memory;
+        p->haar = p->t + cells;
+        p->coefs = p->haar + cells;
+        p->work = p->coefs + 3 * (size_t)cells;
+        p->ray = (sfield__ray *)(void *)(p->t + floats);
+        p->marks = (uint8_t *)(p->ray + rays + 1);
+        memset(p->coefs, 0, 3 * (size_t)cells * sizeof *p->coefs);
+        memset(p->marks, 0, 6 * SFIELD__MARKS);
+    }
+    return (floats * sizeof(float) + (rays + 1) * sizeof(sfield__ray) + 6 * SFIELD__MARKS + 63) / 64 * 64;
+}
+
+/* Marks the square of a wavelet and all above it. */
+static void sfield__mark_up(uint32_t side, uint32_t index, uint8_t *marks)
+{
+    uint32_t in_face = index & (side * side - 1), squares = 1, node;
+    uint8_t *m = marks + index / (side * side) * SFIELD__MARKS;
+    if (!in_face) return;
+    while (4 * squares <= in_face) squares *= 4;
+    for (node = (in_face - squares) / 3;; node >>= 2, squares >>= 2) {
+        uint8_t *at = m + sfield__mark_base(squares) + node;
+        if (*at || !squares) return;
+        *at = 1;
+        if (squares == 1) return;
+    }
+}
+
+/* Texels of a square times 1 - the function below it. */
+static void sfield__shade_square(sfield__point *p, const float *coefs, const uint8_t *marks, float mean, uint32_t squares,
+                                 uint32_t i, float scale, float *t)
+{
+    uint32_t k, leaves = p->s->side * p->s->side / 4, n = 4 * leaves / squares;
+    const float *w = coefs + squares + 3 * i;
+    if (!marks[sfield__mark_base(squares) + i]) {
+        float keep = 1 - mean;
+        for (k = 0; mean != 0 && k < n; k++) t[n * i + k] *= keep;
+        return;
+    }
+    for (k = 0; k < 4; k++) {
+        float x = k & 1 ? -scale : scale, y = k & 2 ? -scale : scale, z = k == 0 || k == 3 ? scale : -scale;
+        float m = mean + x * w[0] + y * w[1] + z * w[2];
+        if (squares == leaves) t[4 * i + k] *= 1 - m;
+        else sfield__shade_square(p, coefs, marks, m, 4 * squares, 4 * i + k, 2 * scale, t);
+    }
+}
+
+/* Lists added up in p->coefs (clean before) with their squares marked; sfield__unlist cleans up. */
+static void sfield__list(sfield__point *p, const sfield_field *f, const sfield__lists *lists, float factor)
+{
+    uint32_t i, k;
+    for (i = 0; i < lists->count; i++) {
+        sfield__scatter(f, lists->sample[i], lists->weight[i] * factor, p->coefs);
+        for (k = f->offset[lists->sample[i]]; k < f->offset[lists->sample[i] + 1]; k++)
+            sfield__mark_up(f->h.cube_side, f->entry[(size_t)k * f->h.stride] >> 16, p->marks);
+    }
+}
+
+static void sfield__unlist(sfield__point *p, const sfield_field *f, const sfield__lists *lists)
+{
+    uint32_t i, k, c;
+    for (i = 0; i < lists->count; i++)
+        for (k = f->offset[lists->sample[i]]; k < f->offset[lists->sample[i] + 1]; k++)
+            for (c = 0; c < f->h.channels; c++) p->coefs[c * p->s->cells + (f->entry[(size_t)k * f->h.stride] >> 16)] = 0;
+    memset(p->marks, 0, 6 * SFIELD__MARKS);
+}
+
+/* T times the visibility in p->coefs: expanded only where it has detail; rotated entities texel by texel. */
+static void sfield__hide(sfield__point *p, uint32_t map)
+{
+    const sfield_scene *s = p->s;
+    uint32_t face, n = s->side * s->side, i;
+    if (map) {
+        const sfield__taps *taps = s->taps + (size_t)(map - 1) * s->cells;
+        sfield__haar_texels(s->side, p->coefs, p->work);
+        for (i = 0; i < s->cells; i++) {
+            const sfield__taps *q = taps + i;
+            p->t[i] *= 1 - (q->weight[0] * p->work[q->texel[0]] + q->weight[1] * p->work[q->texel[1]] +
+                            q->weight[2] * p->work[q->texel[2]] + q->weight[3] * p->work[q->texel[3]]);
+        }
+    } else if (s->desc.product == SFIELD_PRODUCT_SPARSE) {
+        sfield__haar_multiply(s->side, p->haar, p->coefs, p->work);
+        for (i = 0; i < s->cells; i++) p->haar[i] -= p->work[i];
+    } else
+        for (face = 0; face < 6; face++)
+            sfield__shade_square(p, p->coefs + face * n, p->marks + face * SFIELD__MARKS,
+                                 p->coefs[face * n] / (float)s->side, 1, 0, 1 / (float)s->side, p->t + face * n);
+}
+
+static void sfield__lists_at(const sfield__item *it, int which, const float *x, float time, sfield__lists *lists)
+{
+    const sfield_field *f = which ? it->e.source : it->e.occlusion;
+    float p[48] = { 0 }, local[48];
+    sfield__place at;
+    uint32_t k;
+    for (k = 0; k < 3; k++) p[16 * k] = x[k];
+    sfield__to_local(it, which, p, local);
+    sfield__locate_plain(f, local, &at);
+    sfield__find_lists(f, &at, 0, time, lists);
+}
+
+/* Entities from near to far: occluders in reach and above the horizon, lights. 0 where the point is not to be shaded. */
+static uint32_t sfield__rays(sfield__point *p, const float *x, const float *n)
+{
+    const sfield_scene *s = p->s;
+    uint32_t i, j, count = 0, lights = 0;
+    for (i = 0; i < s->item_count; i++) {
+        const sfield__item *it = &s->item[i];
+        int which;
+        for (which = 1; which >= 0; which--) {
+            const float *c = it->center[which];
+            float d[3], d2;
+            int light = which ? (int)lights : -1;
+            if (which ? !it->e.source : !it->e.occlusion || i == p->set->entity) continue;
+            lights += (uint32_t)which;
+            d[0] = c[0] - x[0];
+            d[1] = c[1] - x[1];
+            d[2] = c[2] - x[2];
+            d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            if (!which) {
+                p->stats.pairs++;
+                if (!(d2 < it->reach * it->reach)) {
+                    p->stats.culled_far++;
+                    continue;
+                }
+                if (d[0] * n[0] + d[1] * n[1] + d[2] * n[2] <= -it->radius[0]) {
+                    p->stats.culled_horizon++;
+                    continue;
+                }
+            }
+            for (j = count++; j > 0 && p->ray[j - 1].d2 > d2; j--) p->ray[j] = p->ray[j - 1];
+            p->ray[j].d2 = d2;
+            p->ray[j].item = i;
+            p->ray[j].light = light;
+        }
+    }
+    return count;
+}
+
+/* Second rule, as for tiles: rays [0, i) are nearer. */
+static int sfield__is_hidden(const sfield__point *p, uint32_t i, const float *x)
+{
+    const sfield__item *a = &p->s->item[p->ray[i].item];
+    const int which = p->ray[i].light >= 0;
+    float d2 = p->ray[i].d2, sin_a = a->radius[which] / sqrtf(d2), cos_a;
+    uint32_t j, k;
+    if (!(sin_a < 1)) return 0;
+    cos_a = sqrtf(1 - sin_a * sin_a);
+    for (j = 0; j < i; j++) {
+        const sfield__item *b = &p->s->item[p->ray[j].item];
+        float e2 = p->ray[j].d2, sin_b, dot = 0;
+        if (p->ray[j].light >= 0 || !(b->inscribed > 0) || b->inscribed * b->inscribed >= e2 || b == a) continue;
+        if (e2 > 0.5625f * b->reach * b->reach) continue;
+        sin_b = b->inscribed / sqrtf(e2);
+        if (sin_b <= sin_a) continue;
+        for (k = 0; k < 3; k++) dot += (a->center[which][k] - x[k]) * (b->center[0][k] - x[k]);
+        if (dot >= (cos_a * sqrtf(1 - sin_b * sin_b) + sin_a * sin_b) * sqrtf(d2 * e2)) return 1;
+    }
+    return 0;
+}
+
+/* T = max(0, cos) x solid angle x visibility of the own object, on texels. */
+static void sfield__start_texels(sfield__point *p, size_t index, const float *n)
+{
+    const sfield_scene *s = p->s;
+    const float *x = s->texel, *y = x + s->cells, *z = y + s->cells, *w = z + s->cells;
+    uint32_t i, k;
+    for (i = 0; i < s->cells; i += 8)
+        for (k = 0; k < 8; k++) {
+            float c = n[0] * x[i + k] + n[1] * y[i + k] + n[2] * z[i + k];
+            p->t[i + k] = (c > 0 ? c : 0.0f) * w[i + k];
+        }
+    if (p->set->self) {
+        sfield__lists own;
+        const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
+        uint32_t map = p->set->entity != SFIELD_NONE ? s->item[p->set->entity].map : 0;
+        own.count = 1;
+        own.sample[0] = index;
+        own.weight[0] = 1;
+        if (sparse) (void)sfield_haar_forward(s->side, p->t, p->haar);
+        sfield__list(p, p->set->self, &own, 1);
+        sfield__hide(p, map);
+        sfield__unlist(p, p->set->self, &own);
+    } else if (s->desc.product == SFIELD_PRODUCT_SPARSE) (void)sfield_haar_forward(s->side, p->t, p->haar);
+}
+
+/* What a light's lists, or the sky, make of T in wavelets (rotated lights: of T on texels). */
+static void sfield__light_up(sfield__point *p, const sfield__item *it, const float *x)
+{
+    const sfield_scene *s = p->s;
+    const sfield_field *f = it->e.source;
+    const uint32_t cells = s->cells;
+    sfield__lists lists;
+    float rgb[3] = { 0, 0, 0 };
+    uint32_t i, k, c;
+    sfield__lists_at(it, 1, x, it->e.time, &lists);
+    if (!it->map) {
+        for (i = 0; i < lists.count; i++) {
+            float w = lists.weight[i] * f->sample_scale[lists.sample[i]];
+            for (k = f->offset[lists.sample[i]]; k < f->offset[lists.sample[i] + 1]; k++) {
+                const uint32_t *e = f->entry + 2 * (size_t)k;
+                float t = w * p->haar[e[0] >> 16];
+                rgb[0] += t * sfield__half(e[0]);
+                rgb[1] += t * sfield__half(e[1] >> 16);
+                rgb[2] += t * sfield__half(e[1]);
+            }
+        }
+    } else {
+        const sfield__taps *taps = s->taps + (size_t)(it->map - 1) * cells;
+        for (i = 0; i < lists.count; i++) sfield__scatter(f, lists.sample[i], lists.weight[i], p->coefs);
+        for (c = 0; c < 3; c++) {
+            sfield__haar_texels(s->side, p->coefs + c * cells, p->work);
+            for (i = 0; i < cells; i++)
+                for (k = 0; k < 4 && p->t[i] != 0; k++) rgb[c] += p->t[i] * taps[i].weight[k] * p->work[taps[i].texel[k]];
+        }
+        memset(p->coefs, 0, 3 * (size_t)cells * sizeof *p->coefs);
+    }
+    for (c = 0; c < 3; c++) p->rgb[c] += it->e.tint[c] * rgb[c];
+}
+
+/* The largest wavelets of T into the cache, by the measure that fields are cut with. */
+static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot)
+{
+    const uint32_t cells = p->s->cells, side = p->s->side;
+    uint16_t *index = c->index + slot * SFIELD__CACHED;
+    int16_t *value = c->value + slot * SFIELD__CACHED;
+    float threshold = 0, most = 0, inverse;
+    uint32_t i, n = 0, used = 0, squares, face = side * side;
+    float *key = p->work, *sorted = p->coefs;   /* clean again below */
+    for (i = 0; i < cells; i++) {
+        uint32_t in_face = i & (face - 1);
+        float weight = (float)side;
+        for (squares = 1; 4 * squares <= in_face; squares *= 4) weight *= 0.5f;
+        key[i] = fabsf(p->haar[i]) * weight;
+        if (key[i] > 0) sorted[used++] = key[i];
+    }
+    if (used > SFIELD__CACHED) threshold = sfield__select(sorted, used, SFIELD__CACHED - 1);
+    memset(sorted, 0, used * sizeof *sorted);
+    for (i = 0; i < cells && n < SFIELD__CACHED; i++)
+        if (key[i] > 0 && key[i] >= threshold) {
+            index[n++] = (uint16_t)i;
+            most = fabsf(p->haar[i]) > most ? fabsf(p->haar[i]) : most;
+        }
+    c->scale[slot] = most / 32767;
+    inverse = most > 0 ? 32767 / most : 0;
+    for (i = 0; i < SFIELD__CACHED; i++) {
+        float q = i < n ? p->haar[index[i]] * inverse : 0;
+        value[i] = (int16_t)(q + (q < 0 ? -0.5f : 0.5f));
+        if (i >= n) index[i] = 0;
+    }
+}
+
+/* Light from the cache: few wavelets of T against the sky's, or unpacked for a light's lists. sky: three planes. */
+static void sfield__from_cache(sfield__point *p, const sfield_cache *c, size_t slot, const sfield__item *it, const float *x)
+{
+    const uint16_t *index = c->index + slot * SFIELD__CACHED;
+    const int16_t *value = c->value + slot * SFIELD__CACHED;
+    const uint32_t cells = p->s->cells;
+    uint32_t i;
+    if (!it) {
+        const float *sky = p->s->sky_now + 3 * cells;
+        float r = 0, g = 0, b = 0;
+        for (i = 0; i < SFIELD__CACHED; i++) {
+            float v = (float)value[i];
+            r += v * sky[index[i]];
+            g += v * sky[cells + index[i]];
+            b += v * sky[2 * cells + index[i]];
+        }
+        p->rgb[0] += r * c->scale[slot];
+        p->rgb[1] += g * c->scale[slot];
+        p->rgb[2] += b * c->scale[slot];
+        return;
+    }
+    memset(p->haar, 0, cells * sizeof *p->haar);
+    for (i = 0; i < SFIELD__CACHED; i++) p->haar[index[i]] += (float)value[i] * c->scale[slot];
+    if (it->map) sfield__haar_texels(p->s->side, p->haar, p->t);
+    sfield__light_up(p, it, x);
+}
+
+static void sfield__sky_up(sfield__point *p)
+{
+    const sfield_scene *s = p->s;
+    const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
+    uint32_t c, i, k;
+    for (c = 0; c < 3; c++) {
+        const float *sky = s->sky_now + (c + (sparse ? 3u : 0u)) * s->cells, *t = sparse ? p->haar : p->t;
+        float sum[8] = { 0 };
+        for (i = 0; i < s->cells; i += 8)
+            for (k = 0; k < 8; k++) sum[k] += sky[i + k] * t[i + k];
+        for (k = 0; k < 8; k++) p->rgb[c] += sum[k];
+    }
+}
+
+/* Figure 5 on texels (or on coefficients). With a cache it is only filled: those lights are added from what was kept. */
+static void sfield__walk(sfield__point *p, size_t index, const float *x, const float *n, uint32_t count, sfield_cache *cache,
+                         const uint64_t *hash, float *ambient)
+{
+    const sfield_scene *s = p->s;
+    const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
+    uint32_t i, k;
+    int fresh = 0;                              /* p->haar is that of p->t */
+    sfield__start_texels(p, index, n);
+    for (i = 0; i <= count; i++) {
+        const sfield__item *it = i < count ? &s->item[p->ray[i].item] : NULL;
+        uint32_t slot = it ? (uint32_t)p->ray[i].light : s->light_count;
+        int keep;
+        if (it && p->ray[i].light < 0) {
+            sfield__lists lists;
+            float fade = 4 * (1 - sqrtf(p->ray[i].d2) / it->reach);
+            if (sfield__is_hidden(p, i, x)) {
+                p->stats.culled_hidden++;
+                continue;
+            }
+            sfield__lists_at(it, 0, x, 0, &lists);
+            sfield__list(p, it->e.occlusion, &lists, fade < 1 ? fade : 1);
+            sfield__hide(p, it->map);
+            sfield__unlist(p, it->e.occlusion, &lists);
+            p->stats.products++;
+            fresh = 0;
+            continue;
+        }
+        keep = cache && slot < cache->lights;
+        if (!fresh && !sparse && (keep || (it && !it->map))) {
+            (void)sfield_haar_forward(s->side, p->t, p->haar);
+            fresh = 1;
+        }
+        if (keep) {
+            size_t at = index * cache->lights + slot;
+            if (cache->hash[at] != hash[slot]) sfield__keep_wavelets(p, cache, at);
+            cache->hash[at] = hash[slot];
+        } else if (it) sfield__light_up(p, it, x);
+        else if (s->has_sky || s->has_sun) sfield__sky_up(p);
+    }
+    if (ambient) {
+        float sum = 0;
+        if (sparse) sfield__haar_texels(s->side, p->haar, p->t);
+        for (k = 0; k < s->cells; k++) sum += p->t[k];
+        *ambient = sum * 0.318309886f;
+    }
+}
+
+static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
+{
+    const sfield_scene *s = p->s;
+    const sfield_points *set = p->set;
+    sfield_cache *cache = set->cache;
+    sfield__tile one;                           /* for its way of loading */
+    float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
+    uint32_t count, i, j, k, slots = s->light_count + 1, stale = !cache || cache->lights < slots;
+    memset(&one, 0, sizeof one);
+    one.s = s;
+    one.set = set;
+    one.first = index;
+    one.lanes = 1;
+    sfield__load(&one);
+    p->rgb = rgb;
+    if (one.visible) {
+        for (k = 0; k < 3; k++) {
+            x[k] = one.p[16 * k];
+            n[k] = one.n[16 * k];
+        }
+        p->stats.points++;
+        p->stats.lights += s->light_count + (uint32_t)(s->has_sky || s->has_sun);
+        count = sfield__rays(p, x, n);
+        for (j = 0; j < slots; j++) hash[j] = 0;
+        for (i = 0; i <= count; i++) {          /* the occluders before each light */
+            uint64_t h = s->version;
+            uint32_t slot = i < count ? (uint32_t)p->ray[i].light : slots - 1;
+            if (i < count && p->ray[i].light < 0) continue;
+            for (k = 0; k < i; k++)
+                if (p->ray[k].light < 0) h = sfield__hash(h, p->ray[k].item);
+            hash[slot] = h | 1;
+            if (cache && slot < cache->lights && cache->hash[index * cache->lights + slot] != hash[slot]) stale = 1;
+        }
+        if (stale) sfield__walk(p, index, x, n, count, cache, hash, set->ambient ? &ambient : NULL);
+        else p->stats.reused += s->light_count + (uint32_t)(s->has_sky || s->has_sun);
+        for (j = 0; cache && j < slots && j < cache->lights; j++)
+            if (j < s->light_count) sfield__from_cache(p, cache, index * cache->lights + j, &s->item[s->light[j]], x);
+            else if (s->has_sky || s->has_sun) sfield__from_cache(p, cache, index * cache->lights + j, NULL, x);
+        if (set->ambient && !stale) {
+            size_t at = (index * cache->lights + slots - 1) * SFIELD__CACHED;
+            for (i = 0; i < SFIELD__CACHED; i++)
+                if (cache->index[at + i] % (s->side * s->side) == 0)
+                    ambient += (float)cache->value[at + i] * cache->scale[at / SFIELD__CACHED] * (float)s->side * 0.318309886f;
+        }
+    }
+    p->rgb = NULL;
+    for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * index + k] = rgb[k] * 0.318309886f;
+    if (set->ambient) set->ambient[index] = ambient;
+}
+
+/* ---- >>shade ---- */
+
+typedef struct sfield__job {
+    sfield_scene        *s;
+    const sfield_points *sets;
+    size_t               set_count;
+    size_t               scratch;               /* bytes a task */
+    uint32_t             pieces;
+    float               *incident;
+    sfield_scene_stats   stats[SFIELD__PIECES];
+} sfield__job;
+
+static void sfield__shade_set_sh(const sfield__job *job, const sfield_points *set, size_t piece, uint8_t *memory,
+                                 sfield_scene_stats *stats)
+{
+    const sfield_scene *s = job->s;
+    sfield__tile t;
+    size_t i;
+    memset(&t, 0, sizeof t);
+    t.s = s;
+    t.set = set;
+    t.lights = s->light_count;
+    t.sky = s->has_sky || s->has_sun || set->ambient;
+    t.chains = set->gloss && set->exponents ? 2 : 1;
+    t.stats = *stats;
+    (void)sfield__carve(&t, memory, s->occluder_count, t.lights, s->coefs, t.chains);
+    for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
+        t.first = i;
+        t.lanes = set->count - i < SFIELD__LANES ? (uint32_t)(set->count - i) : (uint32_t)SFIELD__LANES;
+        if (job->incident) sfield__incident_tile(&t, job->incident);
+        else sfield__shade_tile(&t);
+    }
+    *stats = t.stats;
+}
+
+static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *set, size_t piece, uint8_t *memory,
+                                   sfield_scene_stats *stats)
+{
+    const sfield_scene *s = job->s;
+    uint64_t *hash = (uint64_t *)(void *)memory;
+    sfield__point p;
+    size_t i, k;
+    memset(&p, 0, sizeof p);
+    p.s = s;
+    p.set = set;
+    p.stats = *stats;
+    (void)sfield__carve_point(&p, memory + ((size_t)s->light_count + 8) / 8 * 64, s->occluder_count + s->light_count, s->cells);
+    for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES)
+        for (k = i; k < i + SFIELD__LANES && k < set->count; k++) sfield__shade_point(&p, k, hash);
+    *stats = p.stats;
+}
+
+static void sfield__shade_task(void *context, size_t piece)
+{
+    sfield__job *job = (sfield__job *)context;
+    uint8_t *memory = job->s->scratch + piece * job->scratch;
+    size_t i;
+    memory += (64 - ((uintptr_t)memory & 63)) & 63;
+    for (i = 0; i < job->set_count; i++)
+        if (job->s->algebra) sfield__shade_set_sh(job, &job->sets[i], piece, memory, &job->stats[piece]);
+        else sfield__shade_set_haar(job, &job->sets[i], piece, memory, &job->stats[piece]);
+}
+
+static sfield_result sfield__check_set(const sfield_scene *s, const sfield_points *p)
+{
+    if (p->count == 0) return SFIELD_OK;
+    if (!p->positions || !p->normals || p->count > 0x7fffffffu) return SFIELD_ERR_ARGUMENT;
+    if (p->position_stride % 4 || p->normal_stride % 4 || p->view_stride % 4 || p->exponent_stride % 4)
+        return SFIELD_ERR_ARGUMENT;
+    if (p->entity != SFIELD_NONE && p->entity >= s->item_count) return SFIELD_ERR_ARGUMENT;
+    if (p->gloss && p->exponents && !p->views) return SFIELD_ERR_ARGUMENT;
+    if (p->gloss && !s->algebra) return SFIELD_ERR_BASIS;
+    if (p->self) {
+        if (!sfield__field_fits(s, p->self, SFIELD_KIND_SELF) || p->self->h.samples != p->count) return SFIELD_ERR_BASIS;
+        if (!s->algebra && s->desc.product == SFIELD_PRODUCT_SPARSE && p->entity != SFIELD_NONE &&
+            !s->item[p->entity].identity)
+            return SFIELD_ERR_ROTATION;
+    }
+    if (p->cache && (p->cache->points != p->count || p->cache->coefs != s->coefs || !p->cache->cells != !!s->algebra))
+        return SFIELD_ERR_BASIS;
+    return SFIELD_OK;
+}
+
+static sfield_result sfield__shade_all(sfield__job *job, sfield_scene_stats *stats)
+{
+    sfield_scene *s = job->s;
+    const uint64_t *from;
+    uint64_t *to;
+    size_t i, k, bytes;
+    if (s->algebra) {
+        job->scratch = sfield__carve(NULL, NULL, s->occluder_count, s->light_count, s->coefs, 2);
+    } else {
+        job->scratch = sfield__carve_point(NULL, NULL, s->occluder_count + s->light_count, s->cells);
+        job->scratch += ((size_t)s->light_count + 8) / 8 * 64;
+    }
+    job->scratch += 64;
+    job->pieces = s->desc.parallel_for ? (uint32_t)SFIELD__PIECES : 1u;
+    bytes = job->scratch * job->pieces;
+    if (bytes > s->scratch_bytes) {
+        uint8_t *grown = (uint8_t *)sfield__alloc(&s->allocator, bytes);
+        if (!grown) return SFIELD_ERR_ALLOC;
+        sfield__free(&s->allocator, s->scratch);
+        s->scratch = grown;
+        s->scratch_bytes = bytes;
+    }
+    memset(job->stats, 0, sizeof job->stats);
+    if (s->desc.parallel_for) s->desc.parallel_for(s->desc.parallel_user, job->pieces, sfield__shade_task, job);
+    else sfield__shade_task(job, 0);
+    if (!stats) return SFIELD_OK;
+    memset(stats, 0, sizeof *stats);
+    to = &stats->points;
+    for (i = 0; i < job->pieces; i++)           /* eight counters of 64 bits, then the overlaps */
+        for (k = 0, from = &job->stats[i].points; k < 8; k++) to[k] += from[k];
+    stats->overlaps = s->overlaps;
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const sfield_points *sets, size_t set_count,
+                                      sfield_scene_stats *stats)
+{
+    sfield__job job;
+    size_t i;
+    if (!scene || (!sets && set_count)) return SFIELD_ERR_ARGUMENT;
+    for (i = 0; i < set_count; i++) {
+        sfield_result result = sfield__check_set(scene, &sets[i]);
+        if (result != SFIELD_OK) return result;
+    }
+    job.s = scene;
+    job.sets = sets;
+    job.set_count = set_count;
+    job.incident = NULL;
+    return sfield__shade_all(&job, stats);
+}
+
+SFIELD_DEF sfield_result sfield_incident(sfield_scene *scene, const sfield_points *set, float *coefs)
+{
+    sfield__job job;
+    sfield_result result;
+    if (!scene || !set || !coefs) return SFIELD_ERR_ARGUMENT;
+    result = sfield__check_set(scene, set);
+    if (result != SFIELD_OK) return result;
+    if (!scene->algebra || scene->desc.product == SFIELD_PRODUCT_EXP) return SFIELD_ERR_BASIS;
+    job.s = scene;
+    job.sets = set;
+    job.set_count = 1;
+    job.incident = coefs;
+    return sfield__shade_all(&job, NULL);
+}
+
+/* ---- >>sparse ---- */
+
+typedef struct sfield__cell { int32_t x, y, z, side; uint32_t point; } sfield__cell;
+
+static int sfield__compare_cells(const void *a, const void *b)
+{
+    const sfield__cell *p = (const sfield__cell *)a, *q = (const sfield__cell *)b;
+    if (p->x != q->x) return p->x < q->x ? -1 : 1;
+    if (p->y != q->y) return p->y < q->y ? -1 : 1;
+    if (p->z != q->z) return p->z < q->z ? -1 : 1;
+    if (p->side != q->side) return p->side < q->side ? -1 : 1;
+    return p->point < q->point ? -1 : p->point > q->point;
+}
+
+/* First of the cells, sorted, that is not before a place; its representative is chosen[first]. */
+static const sfield__cell *sfield__find_cell(const sfield__cell *cells, size_t count, const sfield__cell *wanted)
+{
+    size_t low = 0, high = count;
+    while (low < high) {
+        size_t middle = (low + high) / 2;
+        if (sfield__compare_cells(&cells[middle], wanted) < 0) low = middle + 1;
+        else high = middle;
+    }
+    if (low == count || cells[low].x != wanted->x || cells[low].y != wanted->y || cells[low].z != wanted->z ||
+        cells[low].side != wanted->side)
+        return NULL;
+    return &cells[low];
+}
+
+/* The three representatives nearest to a point among the 27 cells around it whose surface faces the same way. */
+static void sfield__sources(const sfield__cell *cells, size_t count, const sfield__cell *own, const float *positions,
+                            const uint32_t *chosen, uint32_t *sources, float *weights)
+{
+    float best[3] = { 3e38f, 3e38f, 3e38f }, sum = 0;
+    const float *p = positions + 3 * (size_t)own->point;
+    int32_t i;
+    uint32_t k, j;
+    sources[0] = sources[1] = sources[2] = 0;
+    for (i = 0; i < 27; i++) {
+        sfield__cell wanted = *own;
+        const sfield__cell *c;
+        float d2 = 0, to;
+        wanted.x += i % 3 - 1;
+        wanted.y += i / 3 % 3 - 1;
+        wanted.z += i / 9 - 1;
+        wanted.point = 0;
+        c = sfield__find_cell(cells, count, &wanted);
+        if (!c) continue;
+        for (k = 0; k < 3; k++) {
+            to = positions[3 * (size_t)chosen[c->point] + k] - p[k];
+            d2 += to * to;
+        }
+        for (k = 0; k < 3 && d2 >= best[k]; k++) { }
+        for (j = 2; k < 3 && j > k; j--) {
+            best[j] = best[j - 1];
+            sources[j] = sources[j - 1];
+        }
+        if (k < 3) {
+            best[k] = d2;
+            sources[k] = c->point;
+        }
+    }
+    for (k = 0; k < 3; k++) {                   /* inverse distances; the own representative alone where it is hit */
+        weights[k] = best[k] < 3e38f ? 1 / (best[k] + 1e-12f * (best[0] < 3e38f ? best[2] < 3e38f ? best[2] : 1 : 1) + 1e-30f) : 0;
+        sum += weights[k];
+    }
+    for (k = 0; k < 3; k++) {
+        weights[k] /= sum;
+        if (best[k] >= 3e38f) sources[k] = sources[0];
+    }
+}
+
+SFIELD_DEF sfield_result sfield_sparse(const float *positions, const float *normals, size_t count, float spacing,
+                                       const sfield_allocator *allocator, uint32_t *chosen, size_t *chosen_count,
+                                       uint32_t *sources, float *weights)
+{
+    sfield__allocator a = sfield__allocator_of(allocator);
+    sfield__cell *cells, *first;
+    size_t i, n = 0;
+    uint32_t k;
+    if (!positions || !normals || !count || count > 0x7fffffffu || !(spacing > 0) || !sfield__finite(spacing) || !chosen ||
+        !chosen_count || !sources || !weights ||
+        (allocator && !sfield__allocator_valid(allocator->alloc_fn, allocator->free_fn)))
+        return SFIELD_ERR_ARGUMENT;
+    for (i = 0; i < 3 * count; i++)
+        if (!sfield__in(positions[i] / spacing, -1e9f, 1e9f) || !sfield__finite(normals[i])) return SFIELD_ERR_ARGUMENT;
+    cells = (sfield__cell *)sfield__alloc_array(&a, 2 * count, sizeof *cells);
+    if (!cells) return SFIELD_ERR_ALLOC;
+    first = cells + count;
+    for (i = 0; i < count; i++) {
+        const float *p = positions + 3 * i;
+        int32_t at[3];
+        for (k = 0; k < 3; k++) at[k] = (int32_t)(p[k] / spacing) - (p[k] < 0);
+        cells[i].x = at[0];
+        cells[i].y = at[1];
+        cells[i].z = at[2];
+        cells[i].side = (int32_t)sfield__face_of(normals + 3 * i);
+        cells[i].point = (uint32_t)i;
+    }
+    qsort(cells, count, sizeof *cells, sfield__compare_cells);
+    for (i = 0; i < count; i++) {               /* the first point of each cell stands for it */
+        if (i && cells[i].x == cells[i - 1].x && cells[i].y == cells[i - 1].y && cells[i].z == cells[i - 1].z &&
+            cells[i].side == cells[i - 1].side)
+            continue;
+        chosen[n] = cells[i].point;
+        first[n] = cells[i];
+        first[n].point = (uint32_t)n;
+        n++;
+    }
+    for (i = 0; i < count; i++)
+        sfield__sources(first, n, &cells[i], positions, chosen, sources + 3 * (size_t)cells[i].point,
+                        weights + 3 * (size_t)cells[i].point);
+    *chosen_count = n;
+    sfield__free(&a, cells);
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_spread(size_t count, const uint32_t *sources, const float *weights, size_t chosen_count,
+                                       const float *rgb, float *out)
+{
+    size_t i, k, c;
+    if (!sources || !weights || !rgb || !out) return SFIELD_ERR_ARGUMENT;
+    for (i = 0; i < 3 * count; i++)
+        if (sources[i] >= chosen_count) return SFIELD_ERR_ARGUMENT;
+    for (i = 0; i < count; i++)
+        for (c = 0; c < 3; c++) {
+            float sum = 0;
+            for (k = 0; k < 3; k++) sum += weights[3 * i + k] * rgb[3 * (size_t)sources[3 * i + k] + c];
+            out[3 * i + c] = sum;
+        }
+    return SFIELD_OK;
+}
+
+SFIELD_DEF const char *sfield_result_text(sfield_result result)
+{
+    static const char *const texts[] = {
+#define SFIELD__TEXT(name, text) text,
+        SFIELD_RESULTS(SFIELD__TEXT)
+#undef SFIELD__TEXT
+    };
+    return (uint32_t)result < SFIELD_RESULT_COUNT ? texts[result] : "unknown result";
+}
+
+/* >>> shared fp_end: written by tools/stamp from src/shared, edit there */
+
+/* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)
+#pragma GCC pop_options
+#endif
+
+/* <<< shared */
+
+#endif /* SHADOWFIELD_IMPLEMENTATION */
+
+/*
+Dapple is available under either of the two licences below, at your choice:
+MIT-0 OR Unlicense.
+
+------------------------------------------------------------------------------
+MIT No Attribution
+
+Copyright 2026 The Dapple authors
+
+Permission is hereby granted, free of charge, to any person obtaining a copy
+of this software and associated documentation files (the "Software"), to deal
+in the Software without restriction, including without limitation the rights
+to use, copy, modify, merge, publish, distribute, sublicense, and/or sell
+copies of the Software, and to permit persons to whom the Software is
+furnished to do so.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
+OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE
+SOFTWARE.
+
+------------------------------------------------------------------------------
+The Unlicense
+
+This is free and unencumbered software released into the public domain.
+
+Anyone is free to copy, modify, publish, use, compile, sell, or distribute
+this software, either in source code form or as a compiled binary, for any
+purpose, commercial or non-commercial, and by any means.
+
+In jurisdictions that recognize copyright laws, the author or authors of this
+software dedicate any and all copyright interest in the software to the public
+domain. We make this dedication for the benefit of the public at large and to
+the detriment of our heirs and successors. We intend this dedication to be an
+overt act of relinquishment in perpetuity of all present and future rights to
+this software under copyright law.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN
+ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION
+WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+
+For more information, please refer to <https://unlicense.org/>
+*/

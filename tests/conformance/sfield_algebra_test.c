@@ -1,0 +1,474 @@
+/* sfield_algebra_test - spherical harmonics and Haar wavelets of shadowfield.h against closed forms: rows T1 to T10, T13
+   and T81 of docs/conformance.md. */
+#define SHADOWFIELD_IMPLEMENTATION
+#include "shadowfield.h"
+#include "unit/sfield_util.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+
+static sfield_algebra *algebra_of(uint32_t bands)
+{
+    sfield_algebra *t = NULL;
+    assert_int_equal(sfield_algebra_create(bands, NULL, &t), SFIELD_OK);
+    return t;
+}
+
+static void random_vector(uint64_t *seed, uint32_t n, float *v)
+{
+    uint32_t k;
+    for (k = 0; k < n; k++) v[k] = rnd_in(seed, -1, 1);
+}
+
+static void t1_gram_matrix_is_the_identity(void **state)
+{
+    static double node[4 * 256];
+    double gram[64][64] = { { 0 } }, y[64], worst = 0;
+    uint32_t i, j;
+    size_t g;
+    (void)state;
+    sfield__grid(14, node);
+    for (g = 0; g < sfield__grid_size(14); g++) {
+        sfield_sh_basis(8, node + 4 * g, y);
+        for (i = 0; i < 64; i++)
+            for (j = 0; j < 64; j++) gram[i][j] += node[4 * g + 3] * y[i] * y[j];
+    }
+    for (i = 0; i < 64; i++)
+        for (j = 0; j < 64; j++) worst = fmax(worst, fabs(gram[i][j] - (i == j)));
+    print_message("T1: largest error of the Gram matrix %.2g\n", worst);
+    assert_true(worst < 1e-12);
+}
+
+static void t2_a_constant(void **state)
+{
+    float texels[6 * 16 * 16], c[64], dot;
+    uint32_t k;
+    (void)state;
+    for (k = 0; k < 6 * 16 * 16; k++) texels[k] = 1;
+    assert_int_equal(sfield_sh_project(8, 16, texels, 1, c), SFIELD_OK);
+    assert_true(fabs((double)c[0] - 3.5449077) < 1e-6);
+    for (k = 1; k < 64; k++) assert_true(fabsf(c[k]) < 1e-5f);
+    assert_int_equal(sfield_sh_dot(4, 1, c, c, &dot, 1), SFIELD_OK);
+    assert_true(fabs((double)dot - 12.5663706) < 1e-5);
+}
+
+static void t3_order_and_signs(void **state)
+{
+    static const double axes[6][3] = { { 1, 0, 0 }, { -1, 0, 0 }, { 0, 1, 0 }, { 0, -1, 0 }, { 0, 0, 1 }, { 0, 0, -1 } };
+    float texels[3][6 * 16 * 16], c[64], d[3];
+    double y[64];
+    uint32_t i, k;
+    (void)state;
+    for (i = 0; i < 6 * 16 * 16; i++) {
+        sfield_cube_texel(16, i, d);
+        for (k = 0; k < 3; k++) texels[k][i] = d[k];
+    }
+    for (k = 0; k < 3; k++) {
+        sfield_sh_project(4, 16, texels[k], 1, c);
+        for (i = 0; i < 6; i++) assert_true(fabs(sh_value(4, c, axes[i]) - axes[i][k]) < 3e-3);     /* of a step function */
+    }
+    for (i = 0; i < 6; i++) {
+        sfield_sh_basis(2, axes[i], y);
+        assert_true(fabs(y[1] - 0.4886025 * axes[i][1]) < 1e-7);
+        assert_true(fabs(y[2] - 0.4886025 * axes[i][2]) < 1e-7);
+        assert_true(fabs(y[3] - 0.4886025 * axes[i][0]) < 1e-7);
+    }
+}
+
+static void t4_four_bands_are_16_coefficients(void **state)
+{
+    double y[65], d[3] = { 0.6, 0, 0.8 };
+    int k;
+    (void)state;
+    for (k = 0; k < 65; k++) y[k] = -77;
+    sfield_sh_basis(4, d, y);
+    assert_true(y[15] != -77 && y[16] == -77);
+}
+
+static void t5_products(void **state)
+{
+    static const unsigned unordered[5] = { 4, 25, 77, 238, 549 }, ordered[5] = { 10, 83, 353, 1158, 2907 };
+    uint32_t bands, i, j, k;
+    uint64_t seed = 5;
+    (void)state;
+    for (bands = 2; bands <= 6; bands++) {
+        sfield_algebra *t = algebra_of(bands);
+        uint32_t n = bands * bands, un = 0, all = 0;
+        float a[64], b[64], c[64];
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n; j++) {
+                memset(a, 0, sizeof a);
+                memset(b, 0, sizeof b);
+                a[i] = 1;
+                b[j] = 1;
+                sfield_sh_product(t, 1, a, b, c, 1);
+                for (k = 0; k < n; k++)
+                    if (fabsf(c[k]) > 1e-6f) {
+                        all++;
+                        un += i <= j && j <= k;
+                    }
+            }
+        print_message("T5: %u bands: %u unordered, %u ordered\n", bands, un, all);
+        assert_int_equal(un, unordered[bands - 2]);
+        assert_int_equal(all, ordered[bands - 2]);
+        random_vector(&seed, n, a);
+        memset(b, 0, sizeof b);
+        b[0] = 3.5449077f;
+        sfield_sh_product(t, 1, a, b, c, 1);
+        for (k = 0; k < n; k++) assert_true(fabsf(c[k] - a[k]) < 1e-6f);
+        sfield_algebra_free(t);
+    }
+}
+
+/* The table and every kernel against quadrature in double, all bands, whole tiles and rests. */
+static void products_of_many_vectors(void **state)
+{
+    uint32_t bands, i, k, simd;
+    uint64_t seed = 6;
+    (void)state;
+    for (bands = 1; bands <= 8; bands++) {
+        sfield_algebra *t = algebra_of(bands);
+        uint32_t n = bands * bands, count = 37;
+        float *a = (float *)malloc(4 * 3 * 64 * 37), *b = a + 64 * 37, *c = b + 64 * 37, two[128];
+        double exact[64], worst = 0;
+        random_vector(&seed, 64 * 37, a);
+        random_vector(&seed, 64 * 37, b);
+        for (simd = 0; simd <= (uint32_t)sfield__simd(); simd++) {
+            t->simd = (int)simd;
+            sfield_sh_product(t, count, a, b, c, count);
+            for (i = 0; i < count; i += 9) {
+                for (k = 0; k < n; k++) {
+                    two[k] = a[k * count + i];
+                    two[n + k] = b[k * count + i];
+                }
+                assert_int_equal(sfield_sh_product_n(bands, 2, two, NULL, exact), SFIELD_OK);
+                for (k = 0; k < n; k++) worst = fmax(worst, fabs((double)c[k * count + i] - exact[k]));
+            }
+            assert_true(worst < 1e-6 * n);
+        }
+        sfield_sh_product(t, count, a, b, a, count);                 /* in place */
+        for (k = 0; k < n * count; k++) assert_true(fabsf(a[k] - c[k]) < 1e-5f);
+        free(a);
+        sfield_algebra_free(t);
+    }
+}
+
+/* V = 1 above the horizon: c_l in closed form. */
+static void hemisphere(uint32_t bands, float *v)
+{
+    memset(v, 0, bands * bands * sizeof *v);
+    v[0] = 1.7724539f;
+    if (bands > 1) v[2] = 1.5349900f;
+    if (bands > 3) v[12] = -0.5861842f;
+}
+
+static void t6_truncation(void **state)
+{
+    sfield_algebra *t = algebra_of(4);
+    float texels[6 * 64 * 64], v[16], c[16], d[3], many[3 * 16];
+    double out[16], sum = 0, exact = 0, node[4 * 1024];
+    uint32_t i, k;
+    uint64_t seed = 7;
+    size_t g;
+    (void)state;
+    for (i = 0; i < 6 * 64 * 64; i++) {
+        sfield_cube_texel(64, i, d);
+        texels[i] = d[2] > 0;
+    }
+    sfield_sh_project(4, 64, texels, 1, v);
+    hemisphere(4, c);
+    for (k = 0; k < 16; k++) assert_true(fabsf(v[k] - c[k]) < 1e-4f);
+    for (k = 0; k < 16; k++) sum += (double)c[k] * (double)c[k];
+    assert_true(fabs(sum - 5.8414) < 1e-4);
+    sfield_sh_product(t, 1, c, c, v, 1);
+    assert_true(fabs((double)v[0] * 3.5449077 - sum) < 1e-5);
+    print_message("T6: squaring the step loses %.2f %% of 2 pi\n", 100 * (1 - sum / (2 * PI)));
+    assert_true(fabs(100 * (1 - sum / (2 * PI)) - 7.0) < 0.05);
+    random_vector(&seed, 48, many);
+    assert_int_equal(sfield_sh_product_n(4, 3, many, NULL, out), SFIELD_OK);
+    sfield__grid(20, node);                                           /* a finer grid: the same integral */
+    for (g = 0; g < sfield__grid_size(20); g++)
+        exact += node[4 * g + 3] * sh_value(4, many, node + 4 * g) * sh_value(4, many + 16, node + 4 * g) *
+                 sh_value(4, many + 32, node + 4 * g);
+    assert_true(fabs(out[0] * sqrt(4 * PI) - exact) < 1e-9);
+    sfield_algebra_free(t);
+}
+
+/* Three caps that hide half a steradian each, near one another. */
+static void random_visibilities(uint64_t *seed, float *v)
+{
+    float texels[6 * 32 * 32], d[3];
+    uint32_t i, k;
+    double axis[3];
+    for (k = 0; k < 3; k++) {
+        rnd_direction(seed, axis);
+        axis[2] += 1.5;
+        for (i = 0; i < 6 * 32 * 32; i++) {
+            double l = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+            sfield_cube_texel(32, i, d);
+            texels[i] = ((double)d[0] * axis[0] + (double)d[1] * axis[1] + (double)d[2] * axis[2]) / l < 0.9;
+        }
+        sfield_sh_project(4, 32, texels, 1, v + 16 * k);
+    }
+}
+
+static void t7_order_of_occluders(void **state)
+{
+    static const int orders[6][3] = { { 0, 1, 2 }, { 0, 2, 1 }, { 1, 0, 2 }, { 1, 2, 0 }, { 2, 0, 1 }, { 2, 1, 0 } };
+    sfield_algebra *t = algebra_of(4);
+    double triple = 0, exact = 0, logs = 0;
+    uint64_t seed = 8;
+    int round, o, k;
+    (void)state;
+    for (round = 0; round < 8; round++) {
+        float v[48], l[48], r[6][16], e[6][16], x[16];
+        double n[6][16];
+        random_visibilities(&seed, v);
+        for (k = 0; k < 3; k++) assert_int_equal(sfield_sh_log(t, v + 16 * k, l + 16 * k), SFIELD_OK);
+        for (o = 0; o < 6; o++) {
+            float three[48];
+            const int *q = orders[o];
+            for (k = 0; k < 3; k++) memcpy(three + 16 * k, v + 16 * q[k], 64);
+            sfield_sh_product(t, 1, three, three + 16, x, 1);
+            sfield_sh_product(t, 1, x, three + 32, r[o], 1);
+            sfield_sh_product_n(4, 3, three, NULL, n[o]);
+            for (k = 0; k < 16; k++) x[k] = l[16 * q[0] + k] + l[16 * q[1] + k] + l[16 * q[2] + k];
+            sfield_sh_exp(t, 1, x, e[o], 1);
+            for (k = 0; k < 16; k++) {
+                triple = fmax(triple, fabs((double)r[o][k] - (double)r[0][k]));
+                exact = fmax(exact, fabs(n[o][k] - n[0][k]));
+                logs = fmax(logs, fabs((double)e[o][k] - (double)e[0][k]));
+            }
+        }
+    }
+    print_message("T7: largest difference by order: triple %.3g, n-product %.2g, exp %.2g\n", triple, exact, logs);
+    assert_true(triple > 1e-4 && triple < 0.1 && exact < 1e-12 && logs < 2e-5);
+    sfield_algebra_free(t);
+}
+
+static void logs_and_exps(void **state)
+{
+    sfield_algebra *t = algebra_of(4);
+    float v[48], l[16], e[16], one[16] = { 3.5449077f };
+    uint64_t seed = 9;
+    int k;
+    (void)state;
+    sfield_sh_log(t, one, l);
+    for (k = 0; k < 16; k++) assert_true(fabsf(l[k]) < 1e-6f);
+    random_visibilities(&seed, v);                                    /* eigenvalues above 0.02: exp undoes log */
+    sfield_sh_log(t, v, l);
+    sfield_sh_exp(t, 1, l, e, 1);
+    for (k = 0; k < 16; k++) assert_true(fabsf(e[k] - v[k]) < 0.02f);
+    memset(l, 0, sizeof l);
+    l[0] = -3.5449077f;                                               /* exp of the constant -1 */
+    sfield_sh_exp(t, 1, l, e, 1);
+    assert_true(fabs((double)e[0] - 3.5449077 * exp(-1)) < 1e-5 && fabsf(e[5]) < 1e-6f);
+    sfield_algebra_free(t);
+}
+
+static void extremes(uint32_t bands, const float *c, double *low, double *high)
+{
+    int i;
+    *low = 1e9;
+    *high = -1e9;
+    for (i = 0; i <= 20000; i++) {
+        double z = -1 + i / 10000.0, d[3], v;
+        d[0] = sqrt(1 - z * z);
+        d[1] = 0;
+        d[2] = z;
+        v = sh_value(bands, c, d);
+        *low = fmin(*low, v);
+        *high = fmax(*high, v);
+    }
+}
+
+static void t8_ringing(void **state)
+{
+    float v[16], factors[8], strength;
+    double low, high;
+    uint32_t k, l;
+    (void)state;
+    hemisphere(4, v);
+    extremes(4, v, &low, &high);
+    assert_true(fabs(low + 0.1137) < 1e-4 && fabs(high - 1.1137) < 1e-4);
+    extremes(3, v, &low, &high);
+    assert_true(fabs(low + 0.25) < 1e-6 && fabs(high - 1.25) < 1e-6);
+    strength = sfield_sh_window_fit(4, v, 0);
+    sfield_sh_window(4, strength, factors);
+    for (l = 0, k = 0; l < 4; l++)
+        for (; k < (l + 1) * (l + 1); k++) v[k] *= factors[l];
+    extremes(4, v, &low, &high);
+    print_message("T8: window of strength %.4f: %.5f to %.5f\n", (double)strength, low, high);
+    assert_true(low >= -1e-3 && low < 0.02 && strength > 0);
+    hemisphere(2, v);
+    v[2] = 0.1f;
+    assert_true(sfield_sh_window_fit(2, v, 0) == 0);                  /* nothing to do */
+}
+
+static void t9_rotation(void **state)
+{
+    uint64_t seed = 10;
+    uint32_t bands, k, l, i, simd;
+    double worst = 0;
+    (void)state;
+    for (bands = 1; bands <= 8; bands++) {
+        sfield_algebra *t = algebra_of(bands);
+        uint32_t n = bands * bands, count = 19;
+        float a[64 * 19], b[64 * 19], c[64 * 19], m[16], back[16];
+        sfield_rotation r, inverse;
+        random_vector(&seed, n * count, a);
+        matrix_of(m, rnd(&seed) - 0.5, rnd(&seed) - 0.5, rnd(&seed) - 0.5, 6 * rnd(&seed), 2.5, 1, 2, 3);
+        assert_int_equal(sfield_sh_rotation(t, m, &r), SFIELD_OK);
+        assert_false(r.identity);
+        assert_int_equal(sfield_sh_rotate(&r, count, a, b, count), SFIELD_OK);
+        for (i = 0; i < count; i++) {
+            float x[64], y[64];
+            double d[3], from[3];
+            for (k = 0; k < n; k++) {
+                x[k] = a[k * count + i];
+                y[k] = b[k * count + i];
+            }
+            rnd_direction(&seed, from);
+            turn(m, from, d);
+            for (k = 0; k < 3; k++) d[k] /= 2.5;
+            worst = fmax(worst, fabs(sh_value(bands, y, d) - sh_value(bands, x, from)));
+            for (l = 0, k = 0; l < bands; l++) {
+                double before = 0, after = 0;
+                for (; k < (l + 1) * (l + 1); k++) {
+                    before += (double)x[k] * (double)x[k];
+                    after += (double)y[k] * (double)y[k];
+                }
+                assert_true(fabs(before - after) < 1e-5);
+            }
+        }
+        for (k = 0; k < 16; k++) back[k] = k < 11 && k % 4 < 3 ? m[4 * (k % 4) + k / 4] : k == 15;
+        assert_int_equal(sfield_sh_rotation(t, back, &inverse), SFIELD_OK);
+        sfield_sh_rotate(&inverse, count, b, c, count);
+        for (k = 0; k < n * count; k++) assert_true(fabsf(c[k] - a[k]) < 2e-6f);
+        for (simd = 0; simd <= (uint32_t)sfield__simd(); simd++) {    /* every kernel, and the transposed way */
+            sfield__rotate16(&r, a, c, count, 0, (int)simd);
+            for (k = 0; k < n; k++) assert_true(fabsf(c[k * count] - b[k * count]) < 1e-5f);
+            sfield__rotate16(&r, b, c, count, 1, (int)simd);
+            for (k = 0; k < n; k++) assert_true(fabsf(c[k * count] - a[k * count]) < 1e-5f);
+        }
+        sfield_algebra_free(t);
+    }
+    print_message("T9: largest difference at 152 directions %.2g\n", worst);
+    assert_true(worst < 2e-5);                                        /* floats; values up to 20 */
+}
+
+static void t9_a_quarter_turn(void **state)
+{
+    sfield_algebra *t = algebra_of(2);
+    float m[16], x[4] = { 0, 0, 0, 1 }, y[4];
+    sfield_rotation r;
+    (void)state;
+    matrix_of(m, 0, 0, 1, PI / 2, 1, 0, 0, 0);
+    sfield_sh_rotation(t, m, &r);
+    sfield_sh_rotate(&r, 1, x, y, 1);
+    assert_true(fabsf(y[1] - 1) < 1e-6f && fabsf(y[3]) < 1e-6f);       /* x, number 3, becomes y, number 1 */
+    matrix_of(m, 0, 0, 1, 0, 3, 0, 0, 0);
+    sfield_sh_rotation(t, m, &r);
+    assert_true(r.identity);
+    sfield_algebra_free(t);
+}
+
+static void t10_cosine(void **state)
+{
+    static const double expected[8] = { 3.141593, 2.094395, 0.785398, 0, -0.130900, 0, 0.049087, 0 };
+    float factors[8];
+    double d[3], y[64];
+    uint64_t seed = 11;
+    int k;
+    (void)state;
+    sfield_sh_cosine(8, factors);
+    for (k = 0; k < 8; k++) assert_true(fabs((double)factors[k] - expected[k]) < 1e-6);
+    for (k = 0; k < 10; k++) {                                        /* uniform light: irradiance pi everywhere */
+        rnd_direction(&seed, d);
+        sfield_sh_basis(1, d, y);
+        assert_true(fabs((double)factors[0] * sqrt(4 * PI) * y[0] - PI) < 1e-6);
+    }
+}
+
+static void t13_texels(void **state)
+{
+    static const uint32_t sides[4] = { 4, 16, 32, 64 };
+    float d[3], corner, middle;
+    uint32_t i, k;
+    (void)state;
+    for (k = 0; k < 4; k++) {
+        uint32_t n = sides[k] * sides[k];
+        double face = 0, all = 0;
+        for (i = 0; i < 6 * n; i++) {
+            double a = (double)sfield_cube_texel(sides[k], i, d);
+            all += a;
+            face += i < n ? a : 0;
+            assert_int_equal(sfield_cube_find(sides[k], d), i);
+        }
+        assert_true(fabs(face - 2.094395) < 1e-6 && fabs(all - 4 * PI) < 1e-5);
+    }
+    corner = sfield_cube_texel(64, 0, d);                             /* of the limit 0.19245, at 64 texels */
+    middle = sfield_cube_texel(64, sfield__texel(64, 0, 32, 32), d);
+    assert_true(fabs((double)(corner / middle) - 0.19245) < 0.006);
+}
+
+static void t81_haar(void **state)
+{
+    uint32_t side, i, k;
+    uint64_t seed = 12;
+    (void)state;
+    for (side = 4; side <= 64; side *= 2) {
+        uint32_t n = 6 * side * side;
+        float *a = (float *)malloc(5 * 4 * (size_t)n), *b = a + n, *c = b + n, *x = c + n, *y = x + n;
+        double before = 0, after = 0, worst = 0;
+        random_vector(&seed, 2 * n, a);
+        assert_int_equal(sfield_haar_forward(side, a, x), SFIELD_OK);
+        assert_int_equal(sfield_haar_forward(side, b, y), SFIELD_OK);
+        for (i = 0; i < n; i++) {
+            before += (double)a[i] * (double)a[i];
+            after += (double)x[i] * (double)x[i];
+        }
+        assert_true(fabs(before - after) < 1e-6 * before);            /* Parseval */
+        sfield_haar_inverse(side, x, c);
+        for (i = 0; i < n; i++) assert_true(fabsf(c[i] - a[i]) < 1e-5f);
+        for (k = 0; k < 2; k++) {                                     /* all coefficients, then few of one */
+            for (i = 0; i < n && k; i++) y[i] = i % 7 == 0 && fabsf(y[i]) > 1 ? y[i] : 0;
+            if (k) sfield_haar_inverse(side, y, b);
+            assert_int_equal(sfield_haar_product(side, x, y, c), SFIELD_OK);
+            for (i = 0; i < n && !k; i++) a[i] *= b[i];
+            if (k) {
+                sfield_haar_inverse(side, x, a);
+                for (i = 0; i < n; i++) a[i] *= b[i];
+            }
+            sfield_haar_inverse(side, c, x);
+            for (i = 0; i < n; i++) worst = fmax(worst, fabs((double)x[i] - (double)a[i]));
+            sfield_haar_forward(side, a, x);
+        }
+        assert_true(worst < 1e-4);
+        free(a);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(t1_gram_matrix_is_the_identity),
+        cmocka_unit_test(t2_a_constant),
+        cmocka_unit_test(t3_order_and_signs),
+        cmocka_unit_test(t4_four_bands_are_16_coefficients),
+        cmocka_unit_test(t5_products),
+        cmocka_unit_test(products_of_many_vectors),
+        cmocka_unit_test(t6_truncation),
+        cmocka_unit_test(t7_order_of_occluders),
+        cmocka_unit_test(logs_and_exps),
+        cmocka_unit_test(t8_ringing),
+        cmocka_unit_test(t9_rotation),
+        cmocka_unit_test(t9_a_quarter_turn),
+        cmocka_unit_test(t10_cosine),
+        cmocka_unit_test(t13_texels),
+        cmocka_unit_test(t81_haar),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
