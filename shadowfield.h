@@ -29,7 +29,7 @@
            const float place[6] = { 0, -0.5f, 0,  6, -0.5f, 0 }, up[6] = { 0, 1, 0,  0, 1, 0 };
            sfield_mesh mesh = { corners, 4, 0, triangles, 6 };
            sfield_entity square = sfield_entity_default();
-           sfield_points points = { 2, place, 0, up, 0 };
+           sfield_points points = { 0 };
            const float sky[3] = { 1, 1, 1 };
            float rgb[6];
            sfield_field *field;
@@ -40,6 +40,9 @@
            square.occlusion = field;                                               // square.transform: where it is now
            sfield_scene_entities(scene, &square, 1);
            sfield_scene_environment(scene, sky, 1, 1, NULL);                       // radiance 1 from everywhere
+           points.count = 2;
+           points.positions = place;
+           points.normals = up;
            points.entity = SFIELD_NONE;                                            // the points are in world space
            points.rgb = rgb;
            sfield_shade(scene, &points, 1, NULL);
@@ -214,7 +217,7 @@ SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *algebra, size_t cou
 SFIELD_DEF void sfield_sh_window(uint32_t bands, float strength, float factors[SFIELD_MAX_BANDS]);
 /* Against ringing: factor 1 / (1 + strength l^2 (l+1)^2) for band l. */
 SFIELD_DEF float sfield_sh_window_fit(uint32_t bands, const float *coefs, float lowest);
-/* The least strength (0..1) with which the function stays >= lowest everywhere (checked at 2,562 directions). */
+/* The least strength (0..1) with which the function stays >= lowest everywhere (checked at 2,592 directions). */
 
 SFIELD_DEF void sfield_sh_cosine(uint32_t bands, float factors[SFIELD_MAX_BANDS]);
 /* A_l of max(0, cos): convolving radiance coefficients with them gives irradiance. */
@@ -5589,7 +5592,7 @@ static void sfield__sources(const sfield__cell *cells, size_t count, const sfiel
         }
     }
     for (k = 0; k < 3; k++) {                   /* inverse distances; the own representative alone where it is hit */
-        weights[k] = best[k] < 3e38f ? 1 / (best[k] + 1e-12f * (best[0] < 3e38f ? best[2] < 3e38f ? best[2] : 1 : 1) + 1e-30f) : 0;
+        weights[k] = best[k] < 3e38f ? 1 / (best[k] + 1e-30f) : 0;
         sum += weights[k];
     }
     for (k = 0; k < 3; k++) {
@@ -5604,6 +5607,7 @@ SFIELD_DEF sfield_result sfield_sparse(const float *positions, const float *norm
 {
     sfield__allocator a = sfield__allocator_of(allocator);
     sfield__cell *cells, *first;
+    float best = 3e38f;
     size_t i, n = 0;
     uint32_t k;
     if (!positions || !normals || !count || count > 0x7fffffffu || !(spacing > 0) || !sfield__finite(spacing) || !chosen ||
@@ -5626,14 +5630,24 @@ SFIELD_DEF sfield_result sfield_sparse(const float *positions, const float *norm
         cells[i].point = (uint32_t)i;
     }
     qsort(cells, count, sizeof *cells, sfield__compare_cells);
-    for (i = 0; i < count; i++) {               /* the first point of each cell stands for it */
-        if (i && cells[i].x == cells[i - 1].x && cells[i].y == cells[i - 1].y && cells[i].z == cells[i - 1].z &&
-            cells[i].side == cells[i - 1].side)
-            continue;
-        chosen[n] = cells[i].point;
-        first[n] = cells[i];
-        first[n].point = (uint32_t)n;
-        n++;
+    for (i = 0; i < count; i++) {               /* the point nearest to a cell's middle stands for it */
+        const float *p = positions + 3 * (size_t)cells[i].point;
+        float middle[3], d2 = 0;
+        middle[0] = (float)cells[i].x;
+        middle[1] = (float)cells[i].y;
+        middle[2] = (float)cells[i].z;
+        for (k = 0; k < 3; k++) d2 += (p[k] / spacing - middle[k] - 0.5f) * (p[k] / spacing - middle[k] - 0.5f);
+        if (!i || cells[i].x != cells[i - 1].x || cells[i].y != cells[i - 1].y || cells[i].z != cells[i - 1].z ||
+            cells[i].side != cells[i - 1].side) {
+            first[n] = cells[i];
+            first[n].point = (uint32_t)n;
+            n++;
+            best = 3e38f;
+        }
+        if (d2 < best) {
+            chosen[n - 1] = cells[i].point;
+            best = d2;
+        }
     }
     for (i = 0; i < count; i++)
         sfield__sources(first, n, &cells[i], positions, chosen, sources + 3 * (size_t)cells[i].point,

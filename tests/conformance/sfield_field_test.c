@@ -1,0 +1,499 @@
+/* sfield_field_test - fields of shadowfield.h against spheres in closed form and against brute force: rows T14, T72 to T77
+   and T81 (budgets) of docs/conformance.md. */
+#define SHADOWFIELD_IMPLEMENTATION
+#include "shadowfield.h"
+#include "unit/sfield_util.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+
+static double blocked(double d) { return 0.5 * (1 - sqrt(1 - 1 / (d * d))); }     /* share of the sphere of directions */
+
+static sfield_field *field_of_sphere(sfield_desc *desc)
+{
+    model m = model_sphere(64, 32, 1);
+    sfield_mesh mesh = mesh_of(&m);
+    sfield_field *f = NULL;
+    desc->radius = 1;
+    desc->position_side = 5;                                          /* a sphere looks the same from everywhere */
+    assert_int_equal(sfield_build(desc, &mesh, &f, NULL), SFIELD_OK);
+    model_free(&m);
+    return f;
+}
+
+static double share_hidden(const sfield_field *f, double d, const double *dir)
+{
+    float p[3], out[64];
+    int k;
+    for (k = 0; k < 3; k++) p[k] = (float)(d * dir[k]);
+    assert_int_equal(sfield_query(f, 1, p, 0, out), SFIELD_OK);
+    return 1 - (double)out[0] / sqrt(4 * PI);
+}
+
+static void t72_sphere_occluder(void **state)
+{
+    static const double at[4] = { 1.25, 2, 8, 20 }, exact[4] = { 0.20000, 0.06699, 0.00392, 0.000625 };
+    sfield_desc desc;
+    sfield_field *f, *uniform;
+    sfield_info info;
+    double worst = 0, d, dir[3], off = 0;
+    float c[16], p[3] = { 2, 0, 0 };
+    uint64_t seed = 1;
+    int k;
+    (void)state;
+    memset(&desc, 0, sizeof desc);
+    f = field_of_sphere(&desc);
+    sfield_get_info(f, &info);
+    print_message("T72: default field %lu bytes, inscribed sphere %.4f\n", (unsigned long)info.bytes, (double)info.inscribed);
+    assert_true(info.samples == 16 * 6 * 25 && info.bytes == 16 * info.samples + 2240);
+    assert_true(info.inscribed > 0.99f && info.inscribed <= 1);
+    for (k = 0; k < 4; k++) {
+        rnd_direction(&seed, dir);
+        d = share_hidden(f, at[k], dir);
+        print_message("T72: d = %5.2f r: %.4f %% hidden, exactly %.4f %%\n", at[k], 100 * d, 100 * exact[k]);
+        assert_true(fabs(d / exact[k] - 1) < 0.02);
+    }
+    sfield_query(f, 1, p, 0, c);
+    assert_true(fabs((double)c[0] - 3.307444) < 0.02 * (3.544908 - 3.307444));
+    for (d = 1.25; d < 20; d *= 1.01) {
+        double error;
+        rnd_direction(&seed, dir);
+        error = fabs(share_hidden(f, d, dir) / blocked(d) - 1);
+        worst = error > worst ? error : worst;
+    }
+    print_message("T72: largest relative error from 1.25 r to 20 r: %.2f %%\n", 100 * worst);
+    assert_true(worst < 0.02);
+    sfield_free(f);
+    desc.spacing = SFIELD_SPACING_UNIFORM;                            /* the paper's: known to be much worse near */
+    uniform = field_of_sphere(&desc);
+    for (d = 1.25; d < 2; d *= 1.01) {
+        rnd_direction(&seed, dir);
+        off = fmax(off, fabs(share_hidden(uniform, d, dir) / blocked(d) - 1));
+    }
+    print_message("T72: uniform shells: %.1f %% near the object\n", 100 * off);
+    assert_true(off > 0.05);
+    sfield_free(uniform);
+}
+
+/* Irradiance of a receiver that faces the light, from texels. */
+static double facing(const sfield_field *f, double d)
+{
+    static float texels[3 * 6144];
+    float p[3] = { 0, 0, 0 }, dir[3];
+    double sum = 0;
+    uint32_t i;
+    p[2] = (float)-d;
+    assert_int_equal(sfield_query(f, 1, p, 0, texels), SFIELD_OK);
+    for (i = 0; i < 6144; i++) {
+        double a = (double)sfield_cube_texel(32, i, dir);
+        if (dir[2] > 0) sum += (double)texels[i] * (double)dir[2] * a;
+    }
+    return sum;
+}
+
+static void t73_sphere_light(void **state)
+{
+    static const double at[3] = { 2, 8, 20 }, exact[3] = { 0.785398, 0.049087, 0.007854 };
+    sfield_emitter light;
+    sfield_desc desc;
+    sfield_field *f, *sh;
+    float p[3] = { 0, 0, -4 }, c[48];
+    double cosine = sqrt(1 - 1.0 / 16);
+    int k;
+    (void)state;
+    memset(&light, 0, sizeof light);
+    memset(&desc, 0, sizeof desc);
+    light.radius = 0.5f;                                              /* r is then the light's radius */
+    light.radiance[0] = 1;
+    light.radiance[1] = 2;
+    desc.basis = SFIELD_BASIS_HAAR;
+    desc.shells = 8;
+    desc.position_side = 3;
+    desc.shells = 12;
+    desc.inner = 1.2f;
+    desc.keep = 0.2f;
+    assert_int_equal(sfield_build_emitter(&desc, &light, &f, NULL), SFIELD_OK);
+    for (k = 0; k < 3; k++) {
+        double e = facing(f, 0.5 * at[k]);
+        print_message("T73: d = %2.0f r: facing irradiance %.6f, exactly %.6f\n", at[k], e, exact[k]);
+        assert_true(fabs(e / exact[k] - 1) < 0.02);
+    }
+    sfield_free(f);
+    memset(&desc, 0, sizeof desc);                                    /* harmonics: a cap's coefficients in closed form */
+    desc.position_side = 5;
+    assert_int_equal(sfield_build_emitter(&desc, &light, &sh, NULL), SFIELD_OK);
+    p[2] = -2;
+    sfield_query(sh, 1, p, 0, c);
+    assert_true(fabs((double)c[0] / (sqrt(PI) * (1 - cosine)) - 1) < 0.02);
+    assert_true(fabs((double)c[2] / (0.5 * sqrt(3 * PI) * (1 - cosine * cosine)) - 1) < 0.02);
+    assert_true(fabsf(c[16] - 2 * c[0]) < 0.01f && fabsf(c[32]) < 1e-6f);
+    sfield_free(sh);
+}
+
+static void t74_outside_and_inside(void **state)
+{
+    sfield_desc desc;
+    sfield_field *f;
+    double dir[3] = { 0.36, 0.48, 0.8 }, a, b;
+    float p[3] = { 0, 0, 0 }, c[16];
+    int i;
+    (void)state;
+    memset(&desc, 0, sizeof desc);
+    f = field_of_sphere(&desc);
+    a = share_hidden(f, 7.9999, dir);
+    b = share_hidden(f, 8.0001, dir);
+    assert_true(fabs(a - b) < 1e-5);                                  /* continuous, and on with (r/d)^2 */
+    assert_true(fabs(share_hidden(f, 80, dir) / blocked(80) - 1) < 0.02);
+    assert_true(fabs(share_hidden(f, 1e12, dir)) < 1e-6);
+    for (i = 0; i < 50; i++) {
+        double s = share_hidden(f, 0.02 * i, dir);
+        assert_true(s > 0.6 && s < 1.01);                             /* inside all is hidden */
+    }
+    sfield_query(f, 1, p, 0, c);
+    for (i = 0; i < 16; i++) assert_true(sfield__finite(c[i]));
+    p[1] = NAN;
+    sfield_query(f, 1, p, 0, c);
+    assert_true(fabsf(c[0] - 3.5449077f) < 1e-6f && c[5] == 0);
+    p[1] = INFINITY;
+    sfield_query(f, 1, p, 0, c);
+    assert_true(fabsf(c[0] - 3.5449077f) < 1e-6f && c[5] == 0);
+    sfield_free(f);
+}
+
+/* Along great circles on the position grid: no step at edges, corners, poles. */
+static void t14_t75_walk_across_edges(void **state)
+{
+    model m = model_soup(12, 0.5, 3);
+    sfield_mesh mesh = mesh_of(&m);
+    sfield_desc desc;
+    sfield_field *f;
+    double largest = 0, mean = 0;
+    int circle, i, n = 0;
+    uint32_t k;
+    uint64_t seed = 2;
+    (void)state;
+    memset(&desc, 0, sizeof desc);
+    desc.shells = 3;
+    desc.inner = 1.5f;
+    desc.outer = 4;
+    assert_int_equal(sfield_build(&desc, &mesh, &f, NULL), SFIELD_OK);
+    for (circle = 0; circle < 20; circle++) {
+        double a[3], b[3], dot = 0, l = 0;
+        float before[16], now[16];
+        rnd_direction(&seed, a);
+        rnd_direction(&seed, b);
+        if (circle < 3) {                                             /* through corners and along edges */
+            a[0] = a[1] = a[2] = sqrt(1 / 3.0);
+            b[0] = 0;
+            b[1] = sqrt(0.5);
+            b[2] = circle ? -sqrt(0.5) : sqrt(0.5);
+        }
+        for (k = 0; k < 3; k++) dot += a[k] * b[k];
+        for (k = 0; k < 3; k++) b[k] -= dot * a[k];
+        for (k = 0; k < 3; k++) l += b[k] * b[k];
+        for (k = 0; k < 3; k++) b[k] /= sqrt(l);
+        for (i = 0; i <= 6000; i++) {
+            double t = 2 * PI * i / 6000, step = 0;
+            float p[3];
+            for (k = 0; k < 3; k++) p[k] = (float)(2.5 * (cos(t) * a[k] + sin(t) * b[k]));
+            sfield_query(f, 1, p, 0, now);
+            for (k = 0; k < 16; k++)
+                if (i) step = fmax(step, fabs((double)now[k] - (double)before[k]));
+            memcpy(before, now, sizeof now);
+            largest = fmax(largest, step);
+            mean += step;
+            n += i > 0;
+        }
+    }
+    mean /= n;
+    print_message("T14, T75: largest step %.5f, mean %.5f (6000 steps round)\n", largest, mean);
+    assert_true(largest < 12 * mean);
+    sfield_free(f);
+    model_free(&m);
+}
+
+static void view_stripes(void *user, float time, const float *p, const float *d, float *rgb)
+{
+    (void)user;
+    (void)time;
+    (void)p;
+    rgb[0] = d[0] > 0.1f ? 0.9f : d[1] > 0.3f ? 0.5f : 0;
+}
+
+static void t77_ranges(void **state)
+{
+    static float exact[6144][16], direct[4096];
+    model m = model_soup(12, 0.5, 4);
+    sfield_mesh mesh = mesh_of(&m);
+    sfield_desc desc;
+    sfield_field *f;
+    double worst = 0, range[16];
+    float low[16], high[16];
+    uint32_t i, k, n = 6 * 8 * 8;
+    (void)state;
+    memset(&desc, 0, sizeof desc);
+    desc.shells = 2;
+    desc.inner = 1.2f;
+    desc.outer = 1.5f;
+    desc.position_side = 8;
+    assert_int_equal(sfield_build(&desc, &mesh, &f, NULL), SFIELD_OK);
+    {                                                                 /* the values before they became bytes */
+        sfield__build b;
+        sfield__read_desc(&b, &desc, SFIELD_KIND_OCCLUSION);
+        b.what = SFIELD__MESH;
+        assert_int_equal(sfield__take_mesh(&b, &mesh), SFIELD_OK);
+        assert_int_equal(sfield__prepare(&b), SFIELD_OK);
+        b.radius = b.radii[0];
+        for (i = 0; i < n; i++) {
+            float eye[3];
+            sfield__sample_point(&b, i, eye);
+            sfield__see(&b, &b.view[0], eye);
+            sfield__encode_sh(&b, &b.view[0], NULL, exact[i]);
+        }
+        memcpy(direct, b.view[0].texel, 4 * 1536);
+        sfield__release(&b);
+    }
+    for (k = 0; k < 16; k++) {
+        low[k] = high[k] = exact[0][k];
+        for (i = 0; i < n; i++) {
+            low[k] = exact[i][k] < low[k] ? exact[i][k] : low[k];
+            high[k] = exact[i][k] > high[k] ? exact[i][k] : high[k];
+        }
+        range[k] = (double)high[k] - (double)low[k];
+    }
+    for (i = 0; i < n; i++)
+        for (k = 0; k < 16; k++) {
+            double q = (double)f->scale[k] * f->sample[i * 16 + k] + (double)f->bias[k];
+            worst = fmax(worst, fabs(q - (double)exact[i][k]) / (range[k] / 510));
+        }
+    print_message("T77: error %.4f of range / 510; ranges of c00 %.3f, c33 %.3f\n", worst, range[0], range[15]);
+    assert_true(worst < 1.001);
+    assert_true(range[15] > 1.2 * range[0] || range[0] > 1.2 * range[15]);
+    sfield_free(f);
+    model_free(&m);
+}
+
+static void callbacks_and_uniform_cubes(void **state)
+{
+    sfield_desc desc = small_desc(SFIELD_BASIS_HAAR);
+    sfield_field *f;
+    static float out[6 * 64];
+    float p[3] = { 3, 1, 1 }, d[3];
+    uint32_t i;
+    (void)state;
+    desc.radius = 1;
+    desc.keep = 1;
+    desc.inner = 0.5f;
+    desc.outer = 0.9f;                                                /* inside: no direction is left out */
+    assert_int_equal(sfield_build_callback(&desc, view_stripes, NULL, &f, NULL), SFIELD_OK);
+    p[0] = p[1] = p[2] = 0.3f;
+    assert_int_equal(sfield_query(f, 1, p, 0, out), SFIELD_OK);
+    for (i = 0; i < 6 * 64; i++) {
+        sfield_cube_texel(8, i, d);
+        if (fabsf(d[0] - 0.1f) < 0.2f || fabsf(d[1] - 0.3f) < 0.2f) continue;
+        assert_true(fabsf(out[i] - (d[0] > 0.1f ? 0.1f : d[1] > 0.3f ? 0.5f : 1)) < 0.01f);
+    }
+    sfield_free(f);
+}
+
+/* What is kept of wavelets at several budgets; everything kept gives the texels back. */
+static void t81_budgets(void **state)
+{
+    static const float keeps[4] = { 0.005f, 0.01f, 0.04f, 1 };
+    model m = model_soup(40, 0.3, 5);
+    sfield_mesh mesh = mesh_of(&m);
+    double before = 1;
+    int i;
+    (void)state;
+    for (i = 0; i < 4; i++) {
+        sfield_desc desc;
+        sfield_stats stats;
+        sfield_field *f;
+        sfield_info info;
+        memset(&desc, 0, sizeof desc);
+        desc.basis = SFIELD_BASIS_HAAR;
+        desc.shells = 4;
+        desc.position_side = 3;
+        desc.keep = keeps[i];
+        assert_int_equal(sfield_build(&desc, &mesh, &f, &stats), SFIELD_OK);
+        sfield_get_info(f, &info);
+        print_message("T81: at most %.1f %% kept: L2 error %.4f, %.1f coefficients a sample, %.2f %% of the raw bytes\n",
+                      100 * (double)keeps[i], stats.lost, (double)info.coefficients / (double)info.samples,
+                      100.0 * 4 * (double)info.coefficients / (double)(info.samples * 6144));
+        assert_true(stats.lost < before);
+        assert_true(i < 3 || stats.lost == 0);
+        assert_true(stats.coefficients == info.coefficients && stats.triangles == 40);
+        before = stats.lost;
+        sfield_free(f);
+    }
+    assert_true(before < 1e-12);
+    model_free(&m);
+}
+
+/* Brute force: rays through many samples of a texel, in double. */
+static double brute(const model *m, const double *eye, const double *d)
+{
+    size_t t;
+    for (t = 0; t < m->indices; t += 3) {
+        double q[3][3], det = 0, e[3];
+        uint32_t i, k;
+        for (i = 0; i < 3; i++)
+            for (k = 0; k < 3; k++) q[i][k] = (double)m->p[3 * m->i[t + i] + k] - eye[k];
+        for (i = 0; i < 3; i++) {
+            const double *a = q[i], *b = q[(i + 1) % 3];
+            e[i] = d[0] * (a[1] * b[2] - a[2] * b[1]) + d[1] * (a[2] * b[0] - a[0] * b[2]) +
+                   d[2] * (a[0] * b[1] - a[1] * b[0]);
+        }
+        det = q[2][0] * (q[0][1] * q[1][2] - q[0][2] * q[1][1]) + q[2][1] * (q[0][2] * q[1][0] - q[0][0] * q[1][2]) +
+              q[2][2] * (q[0][0] * q[1][1] - q[0][1] * q[1][0]);
+        if (det > 0 ? e[0] >= 0 && e[1] >= 0 && e[2] >= 0 : e[0] <= 0 && e[1] <= 0 && e[2] <= 0) return 1;
+    }
+    return 0;
+}
+
+static void views_against_rays(void **state)
+{
+    model m = model_soup(30, 0.4, 6);
+    sfield_mesh mesh = mesh_of(&m);
+    sfield_desc desc;
+    sfield__build b;
+    uint64_t seed = 7;
+    int round;
+    uint32_t i, k, wrong = 0;
+    (void)state;
+    memset(&desc, 0, sizeof desc);
+    desc.radius = 1;
+    sfield__read_desc(&b, &desc, SFIELD_KIND_OCCLUSION);
+    b.what = SFIELD__MESH;
+    assert_int_equal(sfield__take_mesh(&b, &mesh), SFIELD_OK);
+    assert_int_equal(sfield__prepare(&b), SFIELD_OK);
+    for (round = 0; round < 6; round++) {
+        double dir[3], eye[3];
+        float at[3];
+        rnd_direction(&seed, dir);
+        for (k = 0; k < 3; k++) at[k] = (float)(eye[k] = (double)(float)((round < 3 ? 0.3 : 2.0) * dir[k]));
+        sfield__see(&b, &b.view[0], at);
+        for (i = 0; i < 1536; i++) {
+            uint32_t face, x, y, s = b.view[0].scale, hits = 0;
+            sfield__texel_place(16, i, &face, &x, &y);
+            for (k = 0; k < s * s; k++) {
+                double d[3];
+                sfield__from_face(face, (2.0 * (x * s + k % s) + 1) / (16 * s) - 1, (2.0 * (y * s + k / s) + 1) / (16 * s) - 1, d);
+                hits += brute(&m, eye, d) > 0;
+            }
+            wrong += fabs((double)b.view[0].texel[i] * s * s - hits) > 0.5;
+        }
+    }
+    print_message("views: %u of 9216 texels differ from rays in double\n", wrong);
+    assert_true(wrong < 6);                                           /* samples on an edge to float precision */
+    sfield__release(&b);
+    model_free(&m);
+}
+
+static void emissive_meshes(void **state)
+{
+    model m = model_sphere(24, 12, 1), inside = model_sphere(24, 12, 1);
+    sfield_mesh mesh = mesh_of(&m);
+    float *radiance = (float *)calloc(3 * m.indices, sizeof(float)), p[3] = { 0, 3, 0 }, c[48], flipped[48];
+    sfield_desc desc = small_desc(SFIELD_BASIS_SH);
+    sfield_field *f;
+    size_t i;
+    uint32_t swap;
+    (void)state;
+    for (i = 0; i < m.indices / 3; i++) radiance[3 * i + 1] = 2;
+    desc.inner = 1.2f;
+    desc.cube_side = 16;
+    desc.frames = 2;                                                  /* second frame: twice as bright */
+    desc.frames_per_second = 10;
+    for (i = 0; i < m.indices / 3; i++) radiance[m.indices + 3 * i + 1] = 4;
+    assert_int_equal(sfield_build_emissive(&desc, &mesh, radiance, &f, NULL), SFIELD_OK);
+    sfield_query(f, 1, p, 0, c);
+    assert_true(c[0] == 0 && fabs((double)c[16] / (2 * sqrt(4 * PI) * blocked(3)) - 1) < 0.05);
+    sfield_query(f, 1, p, 0.05f, flipped);
+    assert_true(fabsf(flipped[16] / c[16] - 1.5f) < 0.02f);
+    sfield_query(f, 1, p, 5, flipped);
+    assert_true(fabsf(flipped[16] / c[16] - 2) < 0.02f);
+    sfield_free(f);
+    for (i = 0; i < m.indices; i += 3) {                              /* turned over: shines inwards only */
+        swap = m.i[i];
+        m.i[i] = m.i[i + 1];
+        m.i[i + 1] = swap;
+    }
+    desc.frames = 1;
+    assert_int_equal(sfield_build_emissive(&desc, &mesh, radiance, &f, NULL), SFIELD_OK);
+    sfield_query(f, 1, p, 0, c);
+    assert_true(fabsf(c[16]) < 0.01f);                                /* its far half is hidden by the near one */
+    sfield_free(f);
+    free(radiance);
+    model_free(&m);
+    model_free(&inside);
+}
+
+static void ambient_from_the_first_coefficient(void **state)
+{
+    sfield_desc desc;
+    sfield_field *f;
+    float p[6] = { 2, 0, 0, 0, 0, 100 }, a[2];
+    (void)state;
+    memset(&desc, 0, sizeof desc);
+    f = field_of_sphere(&desc);
+    assert_int_equal(sfield_ambient(f, 2, p, a), SFIELD_OK);
+    assert_true(fabs((double)a[0] - (1 - 0.06699)) < 0.002 && a[1] > 0.9999f);
+    sfield_free(f);
+}
+
+static void flat_lights(void **state)
+{
+    sfield_emitter e;
+    sfield_desc desc = small_desc(SFIELD_BASIS_SH);
+    sfield_field *f;
+    float p[9] = { 0, 0, 2, 0, 0, -2, 2, 0, 0.2f }, c[3 * 48];
+    (void)state;
+    desc.cube_side = 16;
+    desc.position_side = 5;
+    desc.shells = 16;
+    memset(&e, 0, sizeof e);
+    e.kind = SFIELD_EMITTER_RECTANGLE;
+    e.u[0] = e.v[1] = 0.5f;                                           /* one by one, along +z */
+    e.radiance[0] = 1;
+    assert_int_equal(sfield_build_emitter(&desc, &e, &f, NULL), SFIELD_OK);
+    sfield_query(f, 3, p, 0, c);
+    print_message("rectangle: %.5f sr of 0.2354\n", (double)c[0] * sqrt(4 * PI));
+    assert_true(fabs((double)c[0] * sqrt(4 * PI) - 0.2354) < 0.01);   /* solid angle: 4 atan(1 / (8 sqrt(4.5))) */
+    assert_true(fabsf(c[48]) < 0.005f);
+    sfield_free(f);
+    e.kind = SFIELD_EMITTER_DISC;
+    e.radius = 0.5641896f;                                            /* of the same area */
+    e.normal[2] = 1;
+    assert_int_equal(sfield_build_emitter(&desc, &e, &f, NULL), SFIELD_OK);
+    sfield_query(f, 3, p, 0, c);
+    assert_true(fabs((double)c[0] * sqrt(4 * PI) - 2 * PI * (1 - 2 / sqrt(4 + 0.31831))) < 0.01);
+    sfield_free(f);
+    e.kind = SFIELD_EMITTER_SPHERE;
+    e.radius = 0.5f;
+    e.cosine = 0.9f;                                                  /* a lamp: light forwards only */
+    assert_int_equal(sfield_build_emitter(&desc, &e, &f, NULL), SFIELD_OK);
+    sfield_query(f, 3, p, 0, c);
+    assert_true(c[0] > 0.05f && fabsf(c[48]) < 1e-3f && fabsf(c[96]) < 0.01f);
+    sfield_free(f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(views_against_rays),
+        cmocka_unit_test(t72_sphere_occluder),
+        cmocka_unit_test(t73_sphere_light),
+        cmocka_unit_test(t74_outside_and_inside),
+        cmocka_unit_test(t14_t75_walk_across_edges),
+        cmocka_unit_test(t77_ranges),
+        cmocka_unit_test(t81_budgets),
+        cmocka_unit_test(callbacks_and_uniform_cubes),
+        cmocka_unit_test(emissive_meshes),
+        cmocka_unit_test(flat_lights),
+        cmocka_unit_test(ambient_from_the_first_coefficient),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

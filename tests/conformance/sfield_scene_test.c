@@ -1,0 +1,638 @@
+/* sfield_scene_test - scenes of shadowfield.h: rows T76, T78 to T80 of docs/conformance.md, closed forms of a sphere under a
+   uniform sky, the product modes against one another, the lazy cache against fresh results, threads against none. */
+#define SHADOWFIELD_IMPLEMENTATION
+#include "shadowfield.h"
+#include "unit/sfield_util.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+
+static sfield_field *ball[3], *ball_log, *lamp[3], *blob[3];        /* by basis: 1 harmonics, 2 wavelets */
+static const float sky_one[3] = { 1, 1, 1 };
+
+static sfield_field *make_field(const model *m, sfield_basis basis, int logarithm)
+{
+    sfield_mesh mesh = mesh_of(m);
+    sfield_field *f = NULL;
+    sfield_desc d;
+    memset(&d, 0, sizeof d);
+    d.basis = basis;
+    d.shells = 12;
+    d.position_side = 7;
+    d.cube_side = 16;
+    d.keep = 0.1f;
+    d.outer = 12;
+    d.logarithm = logarithm;
+    assert_int_equal(sfield_build(&d, &mesh, &f, NULL), SFIELD_OK);
+    return f;
+}
+
+static int make_fields(void **state)
+{
+    model m = model_sphere(32, 16, 1), s = model_soup(16, 0.6, 77);
+    sfield_emitter e;
+    sfield_desc d;
+    int b;
+    (void)state;
+    memset(&e, 0, sizeof e);
+    memset(&d, 0, sizeof d);
+    e.radius = 1;
+    e.radiance[0] = 1;
+    e.radiance[1] = 0.5f;
+    e.radiance[2] = 0.25f;
+    d.shells = 12;
+    d.position_side = 7;
+    d.cube_side = 16;
+    d.keep = 0.1f;
+    d.outer = 12;
+    for (b = 1; b < 3; b++) {
+        d.basis = (sfield_basis)b;
+        ball[b] = make_field(&m, (sfield_basis)b, 0);
+        blob[b] = make_field(&s, (sfield_basis)b, 0);
+        assert_int_equal(sfield_build_emitter(&d, &e, &lamp[b], NULL), SFIELD_OK);
+    }
+    ball_log = make_field(&m, SFIELD_BASIS_SH, 1);
+    model_free(&m);
+    model_free(&s);
+    return 0;
+}
+
+static int free_fields(void **state)
+{
+    int b;
+    (void)state;
+    for (b = 1; b < 3; b++) {
+        sfield_free(ball[b]);
+        sfield_free(blob[b]);
+        sfield_free(lamp[b]);
+    }
+    sfield_free(ball_log);
+    return 0;
+}
+
+static sfield_scene *scene_of(sfield_basis basis, sfield_product_mode product)
+{
+    sfield_scene_desc d;
+    sfield_scene *s = NULL;
+    memset(&d, 0, sizeof d);
+    d.basis = basis;
+    d.product = product;
+    d.cube_side = 16;
+    assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+    return s;
+}
+
+static sfield_entity at(sfield_field *occlusion, sfield_field *source, double x, double y, double z)
+{
+    sfield_entity e = sfield_entity_default();
+    e.occlusion = occlusion;
+    e.source = source;
+    e.transform[12] = (float)x;
+    e.transform[13] = (float)y;
+    e.transform[14] = (float)z;
+    return e;
+}
+
+/* One point at the origin that looks up. */
+static void shade_up(sfield_scene *s, float *rgb, sfield_scene_stats *stats)
+{
+    static const float p[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
+    sfield_points set;
+    memset(&set, 0, sizeof set);
+    set.count = 1;
+    set.positions = p;
+    set.normals = up;
+    set.entity = SFIELD_NONE;
+    set.rgb = rgb;
+    assert_int_equal(sfield_shade(s, &set, 1, stats), SFIELD_OK);
+}
+
+static void a_sphere_under_a_uniform_sky(void **state)
+{
+    static const double heights[3] = { 1.5, 2, 4 };
+    int b, i;
+    (void)state;
+    for (b = 1; b < 3; b++)
+        for (i = -1; i < 3; i++) {
+            sfield_scene *s = scene_of((sfield_basis)b, SFIELD_PRODUCT_DEFAULT);
+            sfield_entity e = at(ball[b], NULL, 0, i < 0 ? 2 : heights[i], 0);
+            double exact = i < 0 ? 1 : 1 - 1 / (heights[i] * heights[i]);
+            float rgb[3];
+            sfield_scene_entities(s, &e, i >= 0);
+            sfield_scene_environment(s, sky_one, 1, 1, NULL);
+            shade_up(s, rgb, NULL);
+            print_message("basis %d, sphere at %g: %.4f, exactly %.4f\n", b, i < 0 ? 0 : heights[i], (double)rgb[0], exact);
+            assert_true(fabs((double)rgb[0] - exact) < (i < 0 ? 0.002 : b == 1 ? 0.03 : 0.02));
+            assert_true(rgb[0] == rgb[1] && rgb[1] == rgb[2]);
+            sfield_scene_free(s);
+        }
+}
+
+/* Lamp in the middle of two balls above the point: only the nearer one hides it. */
+static void t78_order(void **state)
+{
+    int b;
+    (void)state;
+    for (b = 1; b < 3; b++) {
+        sfield_scene *s = scene_of((sfield_basis)b, SFIELD_PRODUCT_DEFAULT);
+        sfield_entity e[3];
+        float lit[3], both[3], near[3], far[3], swapped[3];
+        e[0] = at(NULL, lamp[b], 0, 8, 0);
+        sfield_scene_entities(s, e, 1);
+        shade_up(s, lit, NULL);
+        e[1] = at(ball[b], NULL, 0, 11, 0);
+        sfield_scene_entities(s, e, 2);
+        shade_up(s, far, NULL);
+        e[2] = at(ball[b], NULL, 0, 4, 0);
+        sfield_scene_entities(s, e, 3);
+        shade_up(s, both, NULL);
+        sfield_scene_entities(s, e + 1, 0);
+        e[1] = e[2];
+        sfield_scene_entities(s, e, 2);
+        shade_up(s, near, NULL);
+        e[1] = at(ball[b], NULL, 0, 4, 0);                            /* the list in another order */
+        e[2] = e[0];
+        e[0] = at(ball[b], NULL, 0, 11, 0);
+        sfield_scene_entities(s, e, 3);
+        shade_up(s, swapped, NULL);
+        print_message("T78, basis %d: lit %.5f, far ball %.5f, near ball %.5f, both %.5f\n", b, (double)lit[0],
+                      (double)far[0], (double)near[0], (double)both[0]);
+        assert_true(far[0] == lit[0] && near[0] == both[0] && swapped[0] == both[0]);
+        assert_true(near[0] < 0.85f * lit[0] && (b == 1 || near[0] < 0.05f * lit[0]));
+        assert_true(fabs((double)lit[0] * 64 - 1) < (b == 1 ? 0.2 : 0.05));
+        sfield_scene_free(s);
+    }
+}
+
+/* The order is decided point by point inside a tile: 16 points, for half of which the light is nearer. */
+static void t78_inside_a_tile(void **state)
+{
+    sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_TRIPLE);
+    sfield_entity e[3];
+    float p[48], n[48], all[48], one[3];
+    sfield_points set;
+    int i;
+    (void)state;
+    e[0] = at(NULL, lamp[1], 3, 4, 0);
+    e[1] = at(ball[1], NULL, -3, 4, 0);
+    e[2] = at(ball[1], NULL, 0, 3, 3);
+    sfield_scene_entities(s, e, 3);
+    sfield_scene_environment(s, sky_one, 1, 1, NULL);
+    memset(&set, 0, sizeof set);
+    for (i = 0; i < 16; i++) {
+        p[3 * i] = (float)(i - 7.5) * 0.4f;
+        p[3 * i + 1] = p[3 * i + 2] = 0;
+        n[3 * i] = n[3 * i + 2] = 0;
+        n[3 * i + 1] = 1;
+    }
+    set.count = 16;
+    set.positions = p;
+    set.normals = n;
+    set.entity = SFIELD_NONE;
+    set.rgb = all;
+    assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+    for (i = 0; i < 16; i++) {
+        set.count = 1;
+        set.positions = p + 3 * i;
+        set.rgb = one;
+        assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+        assert_true(fabsf(one[0] - all[3 * i]) < 2e-3f);              /* occluders may commute: truncation only */
+    }
+    sfield_scene_free(s);
+}
+
+static void t76_rotate_everything(void **state)
+{
+    int b;
+    uint64_t seed = 3;
+    (void)state;
+    for (b = 1; b < 3; b++) {
+        sfield_scene *s = scene_of((sfield_basis)b, SFIELD_PRODUCT_DEFAULT);
+        sfield_entity e[3], r[3];
+        sfield_points set;
+        float p[30], n[30], q[30], m[30], before[30], after[30], turned[16];
+        int i, k;
+        matrix_of(turned, 1, 2, -0.5, 1.1, 1, 0, 0, 0);
+        e[0] = at(blob[b], NULL, 1, 3, 0);
+        e[1] = at(blob[b], NULL, -2, 1, 1);
+        e[2] = at(NULL, lamp[b], 2, 6, 1);
+        if (b == 1) matrix_of(e[1].transform, 1, 1, 0, 2, 1.5, -2, 1, 1);
+        for (i = 0; i < 3; i++) {                                     /* R times each transform */
+            int row, col;
+            r[i] = e[i];
+            for (row = 0; row < 3; row++)
+                for (col = 0; col < 4; col++) {
+                    double x = 0;
+                    for (k = 0; k < 3; k++) x += (double)turned[4 * k + row] * (double)e[i].transform[4 * col + k];
+                    r[i].transform[4 * col + row] = (float)x;
+                }
+        }
+        for (i = 0; i < 10; i++) {
+            double d[3], to[3];
+            rnd_direction(&seed, d);
+            turn(turned, d, to);
+            for (k = 0; k < 3; k++) {
+                n[3 * i + k] = (float)d[k];
+                m[3 * i + k] = (float)to[k];
+                p[3 * i + k] = (float)(d[k] = rnd(&seed) - 0.5);
+            }
+            turn(turned, d, to);
+            for (k = 0; k < 3; k++) q[3 * i + k] = (float)to[k];
+        }
+        memset(&set, 0, sizeof set);
+        set.count = 10;
+        set.positions = p;
+        set.normals = n;
+        set.entity = SFIELD_NONE;
+        set.rgb = before;
+        sfield_scene_environment(s, sky_one, 1, 1, NULL);
+        assert_int_equal(sfield_scene_entities(s, e, 3), SFIELD_OK);
+        assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+        set.positions = q;
+        set.normals = m;
+        set.rgb = after;
+        assert_int_equal(sfield_scene_entities(s, r, 3), SFIELD_OK);
+        assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+        for (i = 0; i < 30; i++)                                      /* wavelets: the cube is resampled */
+            assert_true(fabsf(after[i] - before[i]) < (b == 1 ? 1e-4f : 0.04f));
+        sfield_scene_free(s);
+    }
+}
+
+static void t79_lazy_cache(void **state)
+{
+    int b, round;
+    (void)state;
+    for (b = 1; b < 3; b++) {
+        sfield_scene *s = scene_of((sfield_basis)b, SFIELD_PRODUCT_DEFAULT);
+        sfield_entity e[4];
+        sfield_points set;
+        sfield_scene_stats stats;
+        float p[3 * 40], n[3 * 40], lazy[3 * 40], fresh[3 * 40], plain[3 * 40];
+        uint64_t seed = 4;
+        double worst = 0;
+        int i;
+        for (i = 0; i < 120; i++) {
+            p[i] = rnd_in(&seed, -1, 1);
+            n[i] = i % 3 == 1;
+        }
+        e[0] = at(ball[b], NULL, 1, 3, 0);
+        e[1] = at(blob[b], NULL, -2, 2, 1);
+        e[2] = at(NULL, lamp[b], 3, 6, 1);
+        e[3] = at(NULL, lamp[b], -3, 5, -4);
+        memset(&set, 0, sizeof set);
+        set.count = 40;
+        set.positions = p;
+        set.normals = n;
+        set.entity = SFIELD_NONE;
+        sfield_scene_environment(s, sky_one, 1, 1, NULL);
+        sfield_scene_entities(s, e, 4);
+        assert_int_equal(sfield_cache_create(s, 40, 3, &set.cache), SFIELD_OK);
+        for (round = 0; round < 6; round++) {
+            sfield_cache *kept = set.cache;
+            set.rgb = lazy;
+            assert_int_equal(sfield_shade(s, &set, 1, &stats), SFIELD_OK);
+            if (round == 0 || round == 3) assert_true(stats.reused == 0 && stats.products > 0);
+            if (round == 1) assert_true(stats.reused == 120 && stats.products == 0);
+            if (round == 2) assert_true(stats.reused > 60);           /* a light moved: most of it is still true */
+            assert_int_equal(sfield_cache_create(s, 40, 3, &set.cache), SFIELD_OK);
+            set.rgb = fresh;
+            assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+            sfield_cache_free(set.cache);
+            assert_memory_equal(lazy, fresh, sizeof lazy);
+            set.cache = NULL;
+            set.rgb = plain;
+            assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+            for (i = 0; i < 120; i++) worst = fmax(worst, fabs((double)plain[i] - (double)lazy[i]));
+            set.cache = kept;
+            if (round == 1) e[2].transform[12] += 0.05f;
+            if (round == 2) e[0].transform[13] += 1e-4f;              /* T79: by eps */
+            if (round == 3) e[3].tint[1] = 3;
+            if (round == 4) e[3].transform[14] = -9;
+            sfield_scene_entities(s, e, 4);
+        }
+        print_message("T79, basis %d: cached and fresh equal; against no cache at most %.2g\n", b, worst);
+        assert_true(worst < (b == 1 ? 1e-3 : 0.05));
+        sfield_cache_free(set.cache);
+        sfield_scene_free(s);
+    }
+}
+
+static void t80_overlaps(void **state)
+{
+    sfield_scene_desc d;
+    sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_DEFAULT), *strict;
+    sfield_scene_stats stats;
+    sfield_entity e[2];
+    float rgb[3];
+    int k;
+    (void)state;
+    e[0] = at(ball[1], NULL, 0, 4, 0);
+    e[1] = at(NULL, lamp[1], 0, 5, 0);
+    assert_int_equal(sfield_scene_entities(s, e, 2), SFIELD_OK);
+    shade_up(s, rgb, &stats);
+    assert_int_equal(stats.overlaps, 1);
+    for (k = 0; k < 3; k++) assert_true(sfield__finite(rgb[k]));
+    memset(&d, 0, sizeof d);
+    d.strict = 1;
+    assert_int_equal(sfield_scene_create(&d, &strict), SFIELD_OK);
+    assert_int_equal(sfield_scene_entities(strict, e, 2), SFIELD_ERR_OVERLAP);
+    e[1].transform[13] = 6.01f;
+    assert_int_equal(sfield_scene_entities(strict, e, 2), SFIELD_OK);
+    sfield_scene_free(strict);
+    sfield_scene_free(s);
+}
+
+/* All ways of the product on one scene. */
+static void product_modes(void **state)
+{
+    sfield_scene *s;
+    sfield_entity e[3];
+    float rgb[4][3];
+    (void)state;
+    for (int m = 0; m < 4; m++) {
+        int b = m < 2 ? 1 : 2;
+        sfield_field *f = m == 1 ? ball_log : ball[b];
+        s = scene_of((sfield_basis)b, (sfield_product_mode)(SFIELD_PRODUCT_TRIPLE + m));
+        e[0] = at(f, NULL, 1, 3, 0);
+        e[1] = at(f, NULL, -1, 3.5, 1);
+        e[2] = at(NULL, lamp[b], 0, 8, 0);
+        assert_int_equal(sfield_scene_entities(s, e, 3), SFIELD_OK);
+        sfield_scene_environment(s, sky_one, 1, 1, NULL);
+        shade_up(s, rgb[m], NULL);
+        print_message("product mode %d: %.5f\n", m + 1, (double)rgb[m][0]);
+        matrix_of(e[0].transform, 0, 1, 0, 0.7, 1, 1, 3, 0);
+        assert_int_equal(sfield_scene_entities(s, e, 3), m == 3 ? SFIELD_ERR_ROTATION : SFIELD_OK);
+        if (m == 2) {
+            float turned[3];
+            shade_up(s, turned, NULL);
+            assert_true(fabsf(turned[0] - rgb[2][0]) < 0.01f);         /* a sphere, whichever way it is turned */
+        }
+        sfield_scene_free(s);
+    }
+    assert_true(fabsf(rgb[0][0] - rgb[1][0]) < 0.06f);
+    assert_true(fabsf(rgb[2][0] - rgb[3][0]) < 1e-4f);
+    assert_true(fabsf(rgb[0][0] - rgb[2][0]) < 0.06f);
+    s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_EXP);
+    e[0].occlusion = ball[1];
+    assert_int_equal(sfield_scene_entities(s, e, 1), SFIELD_ERR_BASIS);
+    sfield_scene_free(s);
+}
+
+/* Products are symmetric: incident radiance far to near against T near to far gives the same sum. */
+static void incident_radiance(void **state)
+{
+    sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_TRIPLE);
+    sfield_entity e[4];
+    float rgb[3], l[48], factors[8], p[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
+    double y[16], d[3] = { 0, 1, 0 }, sum;
+    sfield_points set;
+    uint32_t k, c, b;
+    (void)state;
+    e[0] = at(blob[1], NULL, 1, 2, 0);
+    e[1] = at(NULL, lamp[1], 2, 3, 0);
+    e[2] = at(ball[1], NULL, -1, 4, 2);
+    e[3] = at(NULL, lamp[1], 0, 9, 0);
+    matrix_of(e[3].transform, 1, 0, 1, 1, 2, 0, 9, 0);
+    sfield_scene_entities(s, e, 4);
+    sfield_scene_environment(s, sky_one, 1, 1, NULL);
+    shade_up(s, rgb, NULL);
+    memset(&set, 0, sizeof set);
+    set.count = 1;
+    set.positions = p;
+    set.normals = up;
+    set.entity = SFIELD_NONE;
+    assert_int_equal(sfield_incident(s, &set, l), SFIELD_OK);
+    sfield_sh_cosine(4, factors);
+    sfield_sh_basis(4, d, y);
+    for (c = 0; c < 3; c++) {
+        for (b = 0, k = 0, sum = 0; b < 4; b++)
+            for (; k < (b + 1) * (b + 1); k++) sum += (double)factors[b] * y[k] * (double)l[16 * c + k];
+        assert_true(fabs(sum / PI - (double)rgb[c]) < 1e-4);
+    }
+    sfield_scene_free(s);
+}
+
+static void skies_suns_and_turns(void **state)
+{
+    static float map[3 * 64 * 32];
+    static const float sun[3] = { 0, 1, 0 }, strength[3] = { 3, 2, 1 };
+    int b, i;
+    (void)state;
+    for (i = 0; i < 64 * 32; i++) map[3 * i] = i % 64 >= 32 ? 1.0f : 0.0f;      /* red light from +Z */
+    for (b = 1; b < 3; b++) {
+        sfield_scene *s = scene_of((sfield_basis)b, SFIELD_PRODUCT_DEFAULT);
+        float rgb[3], m[16];
+        sfield_scene_entities(s, NULL, 0);
+        assert_int_equal(sfield_scene_environment(s, map, 64, 32, NULL), SFIELD_OK);
+        shade_up(s, rgb, NULL);
+        assert_true(fabsf(rgb[0] - 0.5f) < 0.01f && fabsf(rgb[1]) < 1e-4f);
+        matrix_of(m, 1, 0, 0, -PI / 2, 1, 0, 0, 0);                   /* +Z comes to +Y */
+        assert_int_equal(sfield_scene_turn(s, m), SFIELD_OK);
+        shade_up(s, rgb, NULL);
+        assert_true(fabsf(rgb[0] - 1) < 0.02f);
+        matrix_of(m, 1, 0, 0, PI / 2, 1, 0, 0, 0);
+        sfield_scene_turn(s, m);
+        shade_up(s, rgb, NULL);
+        assert_true(fabsf(rgb[0]) < 0.02f);
+        assert_int_equal(sfield_scene_sun(s, sun, strength), SFIELD_OK);
+        shade_up(s, rgb, NULL);
+        print_message("basis %d: sun above %.4f %.4f of E / pi %.4f %.4f\n", b, (double)rgb[0], (double)rgb[1], 3 / PI, 2 / PI);
+        assert_true(fabs((double)rgb[1] * PI / 2 - 1) < (b == 1 ? 0.07 : 0.02));
+        assert_int_equal(sfield_scene_environment(s, NULL, 0, 0, NULL), SFIELD_OK);
+        shade_up(s, rgb, NULL);
+        assert_true(rgb[0] == 0 && rgb[1] == 0);
+        sfield_scene_free(s);
+    }
+}
+
+static void phong_lobe(void **state)
+{
+    static const float exponents[3] = { 1, 8, 30 };
+    float p[9] = { 0 }, n[9] = { 0, 1, 0, 0, 1, 0, 0, 1, 0 }, rgb[9], gloss[9];
+    sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_TRIPLE);
+    sfield_points set;
+    int i;
+    (void)state;
+    memset(&set, 0, sizeof set);
+    set.count = 3;
+    set.positions = p;
+    set.normals = n;
+    set.views = n;
+    set.exponents = exponents;
+    set.exponent_stride = 4;
+    set.entity = SFIELD_NONE;
+    set.rgb = rgb;
+    set.gloss = gloss;
+    sfield_scene_entities(s, NULL, 0);
+    sfield_scene_environment(s, sky_one, 1, 1, NULL);
+    assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+    for (i = 0; i < 3; i++) {                                         /* the lobe is scaled to reflect all of it */
+        print_message("Phong, n = %g: %.4f of 1\n", (double)exponents[i], (double)gloss[3 * i]);
+        assert_true(fabsf(gloss[3 * i] - 1) < 0.07f && fabsf(rgb[3 * i] - 1) < 1e-3f);
+    }
+    sfield_scene_free(s);
+}
+
+static void culling(void **state)
+{
+    sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_TRIPLE);
+    sfield_entity e[4];
+    sfield_scene_stats stats;
+    float rgb[3], one[3];
+    (void)state;
+    e[0] = at(ball[1], NULL, 0, 3, 0);
+    sfield_scene_entities(s, e, 1);
+    sfield_scene_environment(s, sky_one, 1, 1, NULL);
+    shade_up(s, one, NULL);
+    e[1] = at(ball[1], NULL, 0, 20, 0);                               /* too far: 12 r */
+    e[2] = at(ball[1], NULL, 1, -3, 0);                               /* below the horizon */
+    e[3] = at(blob[1], NULL, 0, 8, 0);                                /* behind the ball */
+    sfield_scene_entities(s, e, 4);
+    shade_up(s, rgb, &stats);
+    assert_true(stats.pairs == 1 * 4 && stats.culled_horizon == 1 && stats.culled_hidden == 1 && stats.culled_far == 1);
+    assert_true(stats.products == 1 && rgb[0] == one[0]);
+    sfield_scene_free(s);
+}
+
+static void reversed(void *user, size_t count, sfield_task task, void *context)
+{
+    (void)user;
+    while (count-- > 0) task(context, count);
+}
+
+static void the_same_in_any_order(void **state)
+{
+    int b;
+    (void)state;
+    for (b = 1; b < 3; b++) {
+        float p[300], n[300], rgb[2][300], ambient[100];
+        uint8_t visible[100];
+        uint64_t seed = 5;
+        int i, k;
+        for (i = 0; i < 300; i++) {
+            p[i] = rnd_in(&seed, -2, 2);
+            n[i] = i % 3 == 1;
+        }
+        for (i = 0; i < 100; i++) visible[i] = i % 7 != 0;
+        p[30] = NAN;
+        for (k = 0; k < 2; k++) {
+            sfield_scene_desc d;
+            sfield_scene *s;
+            sfield_points set;
+            sfield_entity e[2];
+            memset(&d, 0, sizeof d);
+            d.basis = (sfield_basis)b;
+            d.cube_side = 16;
+            d.parallel_for = k ? reversed : NULL;
+            assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+            e[0] = at(blob[b], NULL, 0, 2, 0);
+            e[1] = at(NULL, lamp[b], 0, 5, 0);
+            sfield_scene_entities(s, e, 2);
+            memset(&set, 0, sizeof set);
+            set.count = 100;
+            set.positions = p;
+            set.normals = n;
+            set.entity = SFIELD_NONE;
+            set.visible = visible;
+            set.rgb = rgb[k];
+            set.ambient = ambient;
+            assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+            sfield_scene_free(s);
+        }
+        assert_memory_equal(rgb[0], rgb[1], sizeof rgb[0]);
+        for (i = 0; i < 100; i++) {
+            if (i % 7 == 0 || i == 10) assert_true(rgb[0][3 * i] == 0 && ambient[i] == 0);
+            else assert_true(ambient[i] > 0.05f && ambient[i] < 1.1f && rgb[0][3 * i] > 0);
+        }
+    }
+}
+
+/* Points of a box in a corner: half of what a face sees of the sky is hidden by nothing, an inner face's all. */
+static void self_visibility(void **state)
+{
+    int b;
+    (void)state;
+    for (b = 1; b < 3; b++) {
+        model m = model_box(1, 1, 1);
+        sfield_mesh mesh = mesh_of(&m);
+        float p[6] = { 0, 1, 0, 0, 0.5f, 0 }, n[6] = { 0, 1, 0, 0, 1, 0 }, rgb[6];
+        sfield_desc d;
+        sfield_field *self;
+        sfield_scene *s = scene_of((sfield_basis)b, SFIELD_PRODUCT_DEFAULT);
+        sfield_entity e = at(NULL, NULL, 5, 5, 5);
+        sfield_points set;
+        memset(&d, 0, sizeof d);
+        d.basis = (sfield_basis)b;
+        d.cube_side = 16;
+        d.keep = 1;
+        assert_int_equal(sfield_build_self(&d, &mesh, p, n, 2, 1e-3f, &self, NULL), SFIELD_OK);
+        matrix_of(e.transform, 1, 0, 0, b == 1 ? 0.5 : 0, 2, 5, 5, 5);
+        sfield_scene_entities(s, &e, 1);
+        sfield_scene_environment(s, sky_one, 1, 1, NULL);
+        memset(&set, 0, sizeof set);
+        set.count = 2;
+        set.positions = p;
+        set.normals = n;
+        set.entity = 0;
+        set.self = self;
+        set.rgb = rgb;
+        assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+        assert_true(fabsf(rgb[0] - 1) < 0.02f && fabsf(rgb[3]) < 0.01f);
+        sfield_free(self);
+        sfield_scene_free(s);
+        model_free(&m);
+    }
+}
+
+static void sparse_points(void **state)
+{
+    enum { N = 400 };
+    float p[3 * N], n[3 * N], w[3 * N], rgb[3 * N], out[3 * N];
+    uint32_t chosen[N], sources[3 * N], i;
+    size_t count;
+    (void)state;
+    for (i = 0; i < N; i++) {
+        p[3 * i] = (float)(i % 20) * 0.05f;
+        p[3 * i + 1] = 0;
+        p[3 * i + 2] = (float)(i / 20) * 0.05f;
+        n[3 * i] = n[3 * i + 2] = 0;
+        n[3 * i + 1] = 1;
+    }
+    assert_int_equal(sfield_sparse(p, n, N, 0.2f, NULL, chosen, &count, sources, w), SFIELD_OK);
+    assert_true(count >= 16 && count <= 49);
+    for (i = 0; i < count; i++)
+        for (int k = 0; k < 3; k++) rgb[3 * i + (uint32_t)k] = p[3 * chosen[i]] + 2 * p[3 * chosen[i] + 2];
+    assert_int_equal(sfield_spread(N, sources, w, count, rgb, out), SFIELD_OK);
+    for (i = 0; i < N; i++) {
+        float sum = w[3 * i] + w[3 * i + 1] + w[3 * i + 2];
+        assert_true(fabsf(sum - 1) < 1e-5f);
+        assert_true(fabsf(out[3 * i] - p[3 * i] - 2 * p[3 * i + 2]) < 0.45f);
+    }
+    for (i = 0; i < count; i++) assert_true(fabsf(out[3 * chosen[i]] - rgb[3 * i]) < 1e-3f);
+    sources[7] = (uint32_t)count;
+    assert_int_equal(sfield_spread(N, sources, w, count, rgb, out), SFIELD_ERR_ARGUMENT);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_sphere_under_a_uniform_sky),
+        cmocka_unit_test(t76_rotate_everything),
+        cmocka_unit_test(t78_order),
+        cmocka_unit_test(t78_inside_a_tile),
+        cmocka_unit_test(t79_lazy_cache),
+        cmocka_unit_test(t80_overlaps),
+        cmocka_unit_test(product_modes),
+        cmocka_unit_test(incident_radiance),
+        cmocka_unit_test(skies_suns_and_turns),
+        cmocka_unit_test(phong_lobe),
+        cmocka_unit_test(culling),
+        cmocka_unit_test(the_same_in_any_order),
+        cmocka_unit_test(self_visibility),
+        cmocka_unit_test(sparse_points),
+    };
+    return cmocka_run_group_tests(tests, make_fields, free_fields);
+}

@@ -1,0 +1,174 @@
+/* sfield_alloc_test - every allocation of shadowfield.h fails, once and from then on: an error, nothing leaks, outputs are
+   untouched. */
+#define SHADOWFIELD_IMPLEMENTATION
+#include "shadowfield.h"
+#include "unit/sfield_util.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+
+static model soup;
+static sfield_field *field[3];
+static uint8_t *bytes;
+static size_t byte_count;
+
+/* One way through the header with an allocator; SFIELD_OK or what failed. */
+static sfield_result run(int which, sfield_allocator *a)
+{
+    static const float p[12] = { 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 1 }, n[12] = { 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0 };
+    sfield_mesh mesh = mesh_of(&soup);
+    sfield_desc d = small_desc(which & 1 ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH);
+    sfield_emitter light;
+    sfield_field *f = (sfield_field *)(void *)bytes, *untouched = f;
+    sfield_result r = SFIELD_OK;
+    d.allocator = *a;
+    d.shells = 2;
+    d.position_side = 2;
+    d.cube_side = 4;
+    memset(&light, 0, sizeof light);
+    light.radius = 1;
+    light.radiance[0] = 1;
+    if (which < 2) r = sfield_build(&d, &mesh, &f, NULL);
+    else if (which < 4) r = sfield_build_emitter(&d, &light, &f, NULL);
+    else if (which < 6) r = sfield_build_self(&d, &mesh, p, n, 4, 0.01f, &f, NULL);
+    else if (which == 6) {
+        d.logarithm = 1;
+        r = sfield_build(&d, &mesh, &f, NULL);
+    } else if (which == 7) r = sfield_open(bytes, byte_count, a, &f);
+    else if (which == 8) {
+        double out[16];
+        float c[32] = { 1 };
+        r = sfield_sh_product_n(4, 2, c, a, out);
+    } else if (which == 9) {
+        sfield_algebra *t;
+        float c[16] = { 3 };
+        r = sfield_algebra_create(4, a, &t);
+        if (r != SFIELD_OK) return r;
+        r = sfield_sh_log(t, c, c);
+        sfield_algebra_free(t);
+    } else if (which == 10) {
+        uint32_t chosen[4], sources[12];
+        float w[12];
+        size_t count;
+        r = sfield_sparse(p, n, 4, 0.5f, a, chosen, &count, sources, w);
+    } else {
+        sfield_scene_desc sd;
+        sfield_scene *s;
+        sfield_entity e[2];
+        sfield_points set;
+        float rgb[12], sky[3] = { 1, 1, 1 };
+        memset(&sd, 0, sizeof sd);
+        memset(&set, 0, sizeof set);
+        sd.basis = which == 11 ? SFIELD_BASIS_SH : SFIELD_BASIS_HAAR;
+        sd.cube_side = 8;
+        sd.allocator = *a;
+        r = sfield_scene_create(&sd, &s);
+        if (r != SFIELD_OK) return r;
+        e[0] = sfield_entity_default();
+        e[0].occlusion = field[which - 10];
+        e[1] = e[0];
+        matrix_of(e[1].transform, 1, 1, 1, 1, 1, 3, 0, 0);
+        r = sfield_scene_entities(s, e, 2);
+        if (r == SFIELD_OK) r = sfield_scene_environment(s, sky, 1, 1, NULL);
+        set.count = 4;
+        set.positions = p;
+        set.normals = n;
+        set.entity = SFIELD_NONE;
+        set.rgb = rgb;
+        if (r == SFIELD_OK) r = sfield_cache_create(s, 4, 1, &set.cache);
+        if (r == SFIELD_OK) r = sfield_shade(s, &set, 1, NULL);
+        sfield_cache_free(set.cache);
+        sfield_scene_free(s);
+        return r;
+    }
+    if (r == SFIELD_OK && which < 8) sfield_free(f);
+    else if (which < 8) assert_ptr_equal(f, untouched);
+    return r;
+}
+
+static int setup(void **state)
+{
+    sfield_mesh mesh;
+    sfield_desc d;
+    int b;
+    (void)state;
+    soup = model_soup(5, 0.5, 9);
+    mesh = mesh_of(&soup);
+    for (b = 1; b < 3; b++) {
+        d = small_desc((sfield_basis)b);
+        d.shells = 2;
+        d.position_side = 2;
+        assert_int_equal(sfield_build(&d, &mesh, &field[b], NULL), SFIELD_OK);
+    }
+    byte_count = sfield_size(field[1]);
+    bytes = (uint8_t *)malloc(byte_count);
+    sfield_write(field[1], bytes, byte_count);
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    sfield_free(field[1]);
+    sfield_free(field[2]);
+    free(bytes);
+    model_free(&soup);
+    return 0;
+}
+
+static void every_allocation_fails(void **state)
+{
+    size_t failed = 0;
+    int which, forever;
+    (void)state;
+    for (which = 0; which < 13; which++) {
+        counting c;
+        sfield_allocator a = counting_allocator(&c);
+        size_t calls, i;
+        memset(&c, 0, sizeof c);
+        assert_int_equal(run(which, &a), SFIELD_OK);
+        assert_int_equal(c.now, 0);
+        calls = c.calls;
+        assert_true(calls > 0);
+        for (forever = 0; forever < 2; forever++)
+            for (i = 1; i <= calls; i++, failed++) {
+                memset(&c, 0, sizeof c);
+                c.fail_at = i;
+                c.forever = forever;
+                assert_int_equal(run(which, &a), SFIELD_ERR_ALLOC);
+                assert_int_equal(c.now, 0);
+            }
+    }
+    print_message("alloc: %lu failures\n", (unsigned long)failed);
+}
+
+static void peak_is_what_the_allocator_saw(void **state)
+{
+    sfield_mesh mesh = mesh_of(&soup);
+    int b;
+    (void)state;
+    for (b = 1; b < 3; b++) {
+        counting c;
+        sfield_desc d = small_desc((sfield_basis)b);
+        sfield_stats stats;
+        sfield_field *f;
+        memset(&c, 0, sizeof c);
+        d.allocator = counting_allocator(&c);
+        assert_int_equal(sfield_build(&d, &mesh, &f, &stats), SFIELD_OK);
+        print_message("peak: said %lu, was %lu\n", (unsigned long)stats.peak_bytes, (unsigned long)c.peak);
+        assert_true((double)stats.peak_bytes > 0.97 * (double)c.peak && (double)stats.peak_bytes < 1.03 * (double)c.peak);
+        sfield_free(f);
+        assert_int_equal(c.now, 0);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_allocation_fails),
+        cmocka_unit_test(peak_is_what_the_allocator_saw),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
