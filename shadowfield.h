@@ -539,14 +539,13 @@ SFIELD_DEF sfield_result sfield_spread(size_t count, const uint32_t *sources, co
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
 /* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. gcc also forgets errno for sqrtf, which would keep it from being inlined and vectorised.
-   A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
+   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
    stay within tolerance but not equal to the bit. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(__TINYC__)
 #pragma GCC push_options
-#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-fno-trapping-math")
+#pragma GCC optimize("-ffp-contract=off", "-fno-fast-math", "-fno-trapping-math")
 #elif defined(_MSC_VER)
 #pragma fp_contract(off)
 #endif
@@ -922,6 +921,14 @@ static inline float sfield__copysign(float x, float s)
     return sfield__from_bits((sfield__to_bits(x) & 0x7fffffffu) | (sfield__to_bits(s) & 0x80000000u));
 }
 
+/* a where yes is 1, b where it is 0, both computed: compilers turn a chain of ?: with one condition into a branch, and
+   then do not vectorise the loop round it. */
+static inline float sfield__either(int yes, float a, float b)
+{
+    uint32_t mask = 0u - (uint32_t)yes;
+    return sfield__from_bits((sfield__to_bits(a) & mask) | (sfield__to_bits(b) & ~mask));
+}
+
 /* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
 static inline void sfield__sincos(float x, float *sine, float *cosine)
 {
@@ -962,18 +969,25 @@ static inline float sfield__asin_core(float x, float z)
                         z * 0.04221856856f))));
 }
 
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. */
-static inline float sfield__acos(float x)
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart, since
+   C compilers do not vectorise that one: acos(x) = sfield__acos_rooted(x, sqrtf(sfield__acos_square(x))). */
+static inline float sfield__acos_square(float x)
 {
-    float a = fabsf(x), h, s, p;
-    a = a < 1.0f ? a : 1.0f;
-    h = 0.5f * (1.0f - a);
-    s = sqrtf(h);
-    s = a > 0.5f ? s : a;
-    p = sfield__asin_core(s, a > 0.5f ? h : a * a);
-    p = a > 0.5f ? 2.0f * p : 1.57079633f - p;
-    return x < 0.0f ? 3.14159265f - p : p;
+    float a = fabsf(x);
+    return 0.5f * (1.0f - sfield__either(a < 1.0f, a, 1.0f));
 }
+
+static inline float sfield__acos_rooted(float x, float root)
+{
+    float a = fabsf(x), h = sfield__acos_square(x), p;
+    int big = a > 0.5f;
+    a = sfield__either(a < 1.0f, a, 1.0f);
+    p = sfield__asin_core(sfield__either(big, root, a), sfield__either(big, h, a * a));
+    p = sfield__either(big, 2.0f * p, 1.57079633f - p);
+    return sfield__either(x < 0.0f, 3.14159265f - p, p);
+}
+
+static inline float sfield__acos(float x) { return sfield__acos_rooted(x, sqrtf(sfield__acos_square(x))); }
 
 static inline float sfield__asin(float x)
 {
@@ -989,14 +1003,16 @@ static inline float sfield__asin(float x)
 /* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
 static inline float sfield__atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), hi = ax > ay ? ax : ay, lo = ax > ay ? ay : ax, a, t, z, p;
-    a = lo == hi && hi > 0.0f ? 1.0f : lo / (hi > 0.0f ? hi : 1.0f);
-    t = a > 0.414213562f ? (a - 1.0f) / (a + 1.0f) : a;
+    float ax = fabsf(x), ay = fabsf(y), hi = sfield__either(ax > ay, ax, ay), lo = sfield__either(ax > ay, ay, ax), a, t, z, p;
+    int big;
+    a = sfield__either((lo == hi) & (hi > 0.0f), 1.0f, lo / sfield__either(hi > 0.0f, hi, 1.0f));
+    big = a > 0.414213562f;
+    t = sfield__either(big, (a - 1.0f) / (a + 1.0f), a);
     z = t * t;
     p = t + t * z * (-0.3333295525f + z * (0.1997792608f + z * (-0.1387984996f + z * 0.08060308882f)));
-    p = a > 0.414213562f ? p + 0.785398163f : p;
-    p = ay > ax ? 1.57079633f - p : p;
-    p = sfield__to_bits(x) >> 31 ? 3.14159265f - p : p;
+    p = sfield__either(big, p + 0.785398163f, p);
+    p = sfield__either(ay > ax, 1.57079633f - p, p);
+    p = sfield__either((int)(sfield__to_bits(x) >> 31), 3.14159265f - p, p);
     return sfield__copysign(p, y);
 }
 
