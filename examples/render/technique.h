@@ -73,6 +73,7 @@ int rd_emitters_build(const ex_scene *scene, rd_emitter **out, size_t *count);
 
 extern const rd_technique rd_csm;
 extern const rd_technique rd_envshadow;
+extern const rd_technique rd_shadowfield;
 extern const rd_technique rd_rsm;
 extern const rd_technique rd_ism;
 extern const rd_technique rd_reference;

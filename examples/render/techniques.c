@@ -3,16 +3,9 @@
 
 #include <string.h>
 
-/* A technique that lives in a file of its own declares its rd_technique in technique.h, as rd_reference does. */
-#define NOT_YET(name, summary) \
-    static const rd_technique name = { #name, summary, "not in this build yet", 0, 0, 0, 0, 0, \
-                                       NULL, NULL, NULL, NULL, NULL, NULL };
-
-NOT_YET(shadowfield, "precomputed shadow fields of moving objects")
-
 const rd_technique *const *rd_techniques(void)
 {
-    static const rd_technique *const all[] = { &rd_csm, &shadowfield, &rd_envshadow, &rd_rsm, &rd_ism,
+    static const rd_technique *const all[] = { &rd_csm, &rd_shadowfield, &rd_envshadow, &rd_rsm, &rd_ism,
                                                &rd_reference, NULL };
     return all;
 }

@@ -1,0 +1,557 @@
+/* shadowfield.c - the technique "shadowfield": precomputed shadow fields, evaluated at points of each object and
+   interpolated in its triangles; flat receivers (the ground) are evaluated pixel by pixel.
+
+   One occlusion field for each distinct mesh, its own visibility at each point, a source field for each area light and
+   emissive mesh. Suns and skies are the environment. Spots and points become spheres of the size `lamp`. */
+#include "shadowfield_parts.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct sf_state {
+    sfield_scene   *scene;
+    sfield_basis    basis;
+    int             full;
+    sfield_field  **occlusion;          /* by mesh; equal meshes share */
+    sf_surface     *surface;            /* by mesh */
+    const uint32_t *same;               /* by mesh: the first one with the same geometry */
+    uint32_t       *same_of;
+    uint32_t        mesh_count;
+    sfield_field  **light;              /* of scene->lights, then of emissive objects */
+    uint32_t       *light_object;       /* UINT32_MAX: stands in the world */
+    size_t          light_count;
+    sfield_entity  *entities;
+    const sf_surface **surface_of;      /* by object; NULL: pixel by pixel */
+    sf_tap         *taps;
+    float         **rgb, **gloss;       /* by object: of its chosen points */
+    size_t          points;
+    sfield_scene_stats stats;
+    size_t          peak;
+} sf_state;
+
+static int failed(const char *what, sfield_result result, char *error)
+{
+    snprintf(error, EX_ERROR_SIZE, "shadowfield: %s: %s", what, sfield_result_text(result));
+    return -1;
+}
+
+static int out_of_memory(char *error)
+{
+    snprintf(error, EX_ERROR_SIZE, "shadowfield: out of memory");
+    return -1;
+}
+
+static sfield_desc desc_of(const rd_job *job, sfield_basis basis)
+{
+    sfield_desc d;
+    int side = rd_setting_integer(job->settings, "position_side"), shells = rd_setting_integer(job->settings, "shells");
+    memset(&d, 0, sizeof d);
+    d.basis = basis;
+    d.bands = basis == SFIELD_BASIS_HAAR ? 0 : (uint32_t)rd_setting_integer(job->settings, "bands");
+    d.position_side = (uint32_t)side;
+    d.shells = (uint32_t)shells;
+    d.keep = (float)rd_setting_number(job->settings, "keep");
+    d.parallel_for = ex_pool_run;
+    d.parallel_user = job->pool;
+    d.progress = ex_progress;
+    d.progress_user = (void *)(size_t)"shadowfield";
+    return d;
+}
+
+static sfield_mesh mesh_of(const ex_mesh *m)
+{
+    sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * (size_t)m->triangle_count };
+    return mesh;
+}
+
+static int same_geometry(const ex_mesh *a, const ex_mesh *b)
+{
+    return a->vertex_count == b->vertex_count && a->triangle_count == b->triangle_count &&
+           memcmp(a->positions, b->positions, 12 * (size_t)a->vertex_count) == 0 &&
+           memcmp(a->indices, b->indices, 12 * (size_t)a->triangle_count) == 0;
+}
+
+static float scale_of(const ex_object *o)
+{
+    const float *m = o->transform;
+    return sqrtf(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+}
+
+/* Fields and points of every mesh that a casting object uses. */
+static int build_meshes(sf_state *s, const rd_job *job, char *error)
+{
+    const ex_scene *scene = job->scene;
+    s->mesh_count = scene->mesh_count;
+    s->occlusion = calloc(scene->mesh_count + (size_t)1, sizeof *s->occlusion);
+    s->surface = calloc(scene->mesh_count + (size_t)1, sizeof *s->surface);
+    s->same_of = calloc(scene->mesh_count + (size_t)1, sizeof *s->same_of);
+    if (!s->occlusion || !s->surface || !s->same_of)
+        return out_of_memory(error);
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        const ex_object *o = &scene->objects[i];
+        const ex_mesh *mesh = &scene->meshes[o->mesh];
+        float spacing = (float)rd_setting_number(job->settings, "spacing") * job->radius / fmaxf(scale_of(o), 1e-12f);
+        sfield_desc d = desc_of(job, s->basis);
+        sfield_mesh input = mesh_of(mesh);
+        sfield_stats stats;
+        sfield_result r;
+        sf_surface *surface = &s->surface[o->mesh];
+        uint32_t first = 0;
+        if (o->receiver_only || surface->point_count || !mesh->triangle_count)
+            continue;
+        while (first < o->mesh && !(s->occlusion[first] && same_geometry(mesh, &scene->meshes[first])))
+            first++;
+        s->same_of[o->mesh] = first;
+        if (first == o->mesh && (r = sfield_build(&d, &input, &s->occlusion[first], &stats)) != SFIELD_OK)
+            return failed("occlusion field", r, error);
+        s->peak = first == o->mesh && stats.peak_bytes > s->peak ? stats.peak_bytes : s->peak;
+        if (sf_surface_build(surface, scene, mesh, spacing) != 0)
+            return out_of_memory(error);
+        d.keep = 0.06f;                          /* of wavelets: one cube a point, not thousands an object */
+        r = sfield_build_self(&d, &input, surface->chosen_positions, surface->chosen_normals, surface->chosen_count,
+                              1e-3f * job->radius / fmaxf(scale_of(o), 1e-12f), &surface->self, &stats);
+        if (r != SFIELD_OK)
+            return failed("visibility of an object's points", r, error);
+        s->peak = stats.peak_bytes > s->peak ? stats.peak_bytes : s->peak;
+    }
+    s->same = s->same_of;
+    return 0;
+}
+
+/* ---- lights ---- */
+
+/* Spot, point, sphere, disc, rectangle. */
+static int build_light(sf_state *s, const rd_job *job, const ex_light *l, char *error)
+{
+    sfield_desc d = desc_of(job, s->basis);
+    sfield_emitter e;
+    sfield_entity *entity = &s->entities[job->scene->object_count + s->light_count];
+    sfield_result r;
+    float lamp = (float)rd_setting_number(job->settings, "lamp") * job->radius;
+    memset(&e, 0, sizeof e);
+    memcpy(e.radiance, l->value, sizeof e.radiance);
+    e.radius = l->radius;
+    *entity = sfield_entity_default();
+    for (int k = 0; k < 3; k++)
+        entity->transform[12 + k] = l->position[k];
+    switch (l->kind) {
+    case EX_LIGHT_SPOT:
+        memcpy(e.normal, l->direction, sizeof e.normal);
+        e.cosine = l->cos_half_angle;
+        /* fall through */
+    case EX_LIGHT_POINT:
+        e.radius = lamp;
+        for (int k = 0; k < 3; k++)
+            e.radiance[k] = l->value[k] / (3.14159265f * lamp * lamp);
+        break;
+    case EX_LIGHT_DISC:
+        e.kind = SFIELD_EMITTER_DISC;
+        memcpy(e.normal, l->direction, sizeof e.normal);
+        break;
+    case EX_LIGHT_RECT:
+        e.kind = SFIELD_EMITTER_RECTANGLE;
+        for (int k = 0; k < 3; k++) {
+            e.u[k] = 0.5f * l->u[k];
+            e.v[k] = 0.5f * l->v[k];
+            entity->transform[12 + k] += e.u[k] + e.v[k];
+        }
+        break;
+    case EX_LIGHT_SPHERE:
+        break;
+    default:
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: line lights are not treated");
+        return -1;
+    }
+    r = sfield_build_emitter(&d, &e, &s->light[s->light_count], NULL);
+    if (r != SFIELD_OK)
+        return failed("source field", r, error);
+    s->light_object[s->light_count] = UINT32_MAX;
+    entity->source = s->light[s->light_count++];
+    return 0;
+}
+
+/* The emissive triangles of an object as a light of their own, which moves with it. */
+static int build_emissive(sf_state *s, const rd_job *job, uint32_t object, char *error)
+{
+    const ex_mesh *m = &job->scene->meshes[job->scene->objects[object].mesh];
+    sfield_desc d = desc_of(job, s->basis);
+    sfield_entity *entity = &s->entities[job->scene->object_count + s->light_count];
+    uint32_t *index = malloc((6 * (size_t)m->triangle_count + 1) * sizeof *index), used = 0;
+    float *radiance = malloc((6 * (size_t)m->triangle_count + 1) * sizeof *radiance);
+    sfield_result r = SFIELD_ERR_ALLOC;
+    for (uint32_t t = 0; index && radiance && t < m->triangle_count; t++) {
+        const ex_material *material = &job->scene->materials[m->materials[t]];
+        const uint32_t *from = m->indices + 3 * (size_t)t;
+        if (!(material->emission[0] > 0 || material->emission[1] > 0 || material->emission[2] > 0))
+            continue;
+        for (int side = 0; side <= material->double_sided; side++, used++) {
+            memcpy(index + 3 * (size_t)used, from, 3 * sizeof *from);
+            if (side)
+                index[3 * (size_t)used] = from[1], index[3 * (size_t)used + 1] = from[0];
+            memcpy(radiance + 3 * (size_t)used, material->emission, 3 * sizeof *radiance);
+        }
+    }
+    if (index && radiance) {
+        sfield_mesh mesh = { m->positions, m->vertex_count, 0, index, 3 * (size_t)used };
+        r = sfield_build_emissive(&d, &mesh, radiance, &s->light[s->light_count], NULL);
+    }
+    free(index);
+    free(radiance);
+    if (r != SFIELD_OK)
+        return failed("source field of an emissive mesh", r, error);
+    *entity = sfield_entity_default();
+    s->light_object[s->light_count] = object;
+    entity->source = s->light[s->light_count++];
+    return 0;
+}
+
+static int build_lights(sf_state *s, const rd_job *job, char *error)
+{
+    const ex_scene *scene = job->scene;
+    const ex_sky *sky = &scene->sky;
+    float c = cosf(sky->rotation), sn = sinf(sky->rotation);
+    const float turn[16] = { c, 0, -sn, 0, 0, 1, 0, 0, sn, 0, c, 0, 0, 0, 0, 1 };
+    uint32_t last = UINT32_MAX;
+    sfield_result r = SFIELD_OK;
+    if (sky->width)
+        r = sfield_scene_environment(s->scene, sky->rgb, sky->width, sky->height, turn);
+    for (uint32_t i = 0; i < scene->light_count && r == SFIELD_OK; i++) {
+        const ex_light *l = &scene->lights[i];
+        if (l->kind == EX_LIGHT_SUN)
+            r = sfield_scene_sun(s->scene, l->direction, l->value);
+        else if (build_light(s, job, l, error) != 0)
+            return -1;
+    }
+    if (r != SFIELD_OK)
+        return failed("sky", r, error);
+    for (size_t i = 0; i < job->emitter_count; i++) {
+        if (job->emitters[i].object != last && build_emissive(s, job, job->emitters[i].object, error) != 0)
+            return -1;
+        last = job->emitters[i].object;
+    }
+    return 0;
+}
+
+/* A light inside an object that it shines on: that object's points have no notion of what lies behind the light. */
+static int check_enclosed(const sf_state *s, const rd_job *job, char *error)
+{
+    for (size_t j = 0; j < s->light_count; j++)
+        for (uint32_t i = 0; i < job->scene->object_count; i++) {
+            const ex_object *o = &job->scene->objects[i];
+            const float *m = s->entities[job->scene->object_count + j].transform;
+            sfield_info info, lamp;
+            float d2 = 0, scale = scale_of(o);
+            if (!s->entities[i].occlusion || s->light_object[j] == i)
+                continue;
+            sfield_get_info(s->entities[i].occlusion, &info);
+            sfield_get_info(s->light[j], &lamp);
+            for (int k = 0; k < 3; k++) {
+                const float *t = o->transform, *p = info.center;
+                float c = t[k] * p[0] + t[4 + k] * p[1] + t[8 + k] * p[2] + t[12 + k];
+                float l = m[k] * lamp.center[0] + m[4 + k] * lamp.center[1] + m[8 + k] * lamp.center[2] + m[12 + k];
+                d2 += (l - c) * (l - c);
+            }
+            if (d2 < scale * scale * info.radius * info.radius) {
+                snprintf(error, EX_ERROR_SIZE, "shadowfield: a light lies inside the bounding sphere of %.40s, which would "
+                         "hide it from itself", o->name);
+                return -1;
+            }
+        }
+    return 0;
+}
+
+/* ---- frames ---- */
+
+static int place(sf_state *s, const rd_job *job, char *error)
+{
+    const ex_scene *scene = job->scene;
+    size_t pixels = (size_t)job->gbuffer->width * job->gbuffer->height;
+    sfield_result r;
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        const ex_object *o = &scene->objects[i];
+        sfield_entity *e = &s->entities[i];
+        *e = sfield_entity_default();
+        memcpy(e->transform, o->transform, sizeof e->transform);
+        s->surface_of[i] = o->receiver_only || !s->surface[o->mesh].point_count ? NULL : &s->surface[o->mesh];
+        if (s->surface_of[i])
+            e->occlusion = s->occlusion[s->same[o->mesh]];
+        else
+            memcpy(e->transform, sfield_entity_default().transform, sizeof e->transform);
+    }
+    for (size_t i = 0; i < s->light_count; i++)
+        if (s->light_object[i] != UINT32_MAX)
+            memcpy(s->entities[scene->object_count + i].transform, scene->objects[s->light_object[i]].transform,
+                   sizeof s->entities->transform);
+    if (check_enclosed(s, job, error) != 0)
+        return -1;
+    r = sfield_scene_entities(s->scene, s->entities, scene->object_count + s->light_count);
+    if (r == SFIELD_ERR_ARGUMENT)
+        return failed("objects that are stretched or mirrored are not treated", r, error);
+    if (r != SFIELD_OK)
+        return failed("entities", r, error);
+    free(s->taps);
+    s->taps = malloc((pixels + 1) * sizeof *s->taps);
+    if (!s->taps || sf_taps_build(s->taps, job, s->surface_of) != 0)
+        return out_of_memory(error);
+    return 0;
+}
+
+static int update_shadowfield(void *opaque, const rd_job *job, char *error) { return place(opaque, job, error); }
+
+/* Every pixel of flat receivers is a point. */
+typedef struct flat { float *positions, *normals, *views, *exponents, *rgb, *gloss; uint32_t *pixel; size_t count; } flat;
+
+static int gather_flat(flat *f, const sf_state *s, const rd_job *job)
+{
+    size_t pixels = (size_t)job->gbuffer->width * job->gbuffer->height, room = pixels + 1;
+    memset(f, 0, sizeof *f);
+    f->positions = malloc(16 * room * sizeof *f->positions);
+    f->pixel = malloc(room * sizeof *f->pixel);
+    if (!f->positions || !f->pixel)
+        return -1;
+    f->normals = f->positions + 3 * room;
+    f->views = f->normals + 3 * room;
+    f->rgb = f->views + 3 * room;
+    f->gloss = f->rgb + 3 * room;
+    f->exponents = f->gloss + 3 * room;
+    for (size_t i = 0; i < pixels; i++) {
+        const ex_pixel *p = &job->gbuffer->pixels[i];
+        float alpha = p->roughness * p->roughness;
+        if (p->object == UINT32_MAX || s->surface_of[p->object])
+            continue;
+        memcpy(f->positions + 3 * f->count, p->position, sizeof p->position);
+        memcpy(f->normals + 3 * f->count, p->normal, sizeof p->normal);
+        memcpy(f->views + 3 * f->count, p->view, sizeof p->view);
+        f->exponents[f->count] = alpha > 0.01f ? fmaxf(2 / (alpha * alpha) - 2, 1) : 1000;
+        f->pixel[f->count++] = (uint32_t)i;
+    }
+    return 0;
+}
+
+/* Views of an object's chosen points, in the world. */
+static float *views_of(const sf_surface *s, const ex_object *o, const ex_camera *camera)
+{
+    float *views = malloc((3 * s->chosen_count + 1) * sizeof *views);
+    const float *m = o->transform;
+    for (size_t i = 0; views && i < s->chosen_count; i++) {
+        const float *p = s->chosen_positions + 3 * i;
+        float *v = views + 3 * i, length = 0;
+        for (int k = 0; k < 3; k++) {
+            v[k] = camera->eye[k] - (m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k]);
+            length += v[k] * v[k];
+        }
+        for (int k = 0; k < 3; k++)
+            v[k] /= length > 0 ? sqrtf(length) : 1;
+    }
+    return views;
+}
+
+static void lay_pixel(const sf_state *s, const ex_pixel *p, const float *rgb, const float *gloss, float *out)
+{
+    for (int k = 0; k < 3; k++) {
+        float albedo = fminf(p->albedo[k], 1), diffuse = s->full ? albedo * (1 - p->metallic) : albedo;
+        float specular = 0.04f * (1 - p->metallic) + albedo * p->metallic;
+        out[k] = fmaxf(diffuse * rgb[k] + (s->full ? specular * gloss[k] : 0), 0);
+    }
+}
+
+static void lay_pixels(const sf_state *s, const rd_job *job, const flat *f, ex_image *out)
+{
+    size_t pixels = (size_t)job->gbuffer->width * job->gbuffer->height;
+    for (size_t i = 0; i < f->count; i++)
+        lay_pixel(s, &job->gbuffer->pixels[f->pixel[i]], f->rgb + 3 * i, f->gloss + 3 * i, out->rgb + 3 * (size_t)f->pixel[i]);
+    for (size_t i = 0; i < pixels; i++) {
+        const ex_pixel *p = &job->gbuffer->pixels[i];
+        const sf_tap *tap = &s->taps[i];
+        const sf_surface *surface = p->object == UINT32_MAX ? NULL : s->surface_of[p->object];
+        float rgb[3] = { 0, 0, 0 }, gloss[3] = { 0, 0, 0 };
+        if (!surface)
+            continue;
+        for (int v = 0; v < 3; v++)
+            for (int q = 0; q < 3; q++) {
+                size_t at = 3 * (size_t)tap->point[v] + (size_t)q, from = 3 * (size_t)surface->sources[at];
+                float w = tap->weight[v] * surface->weights[at];
+                for (int k = 0; k < 3; k++) {
+                    rgb[k] += w * s->rgb[p->object][from + (size_t)k];
+                    gloss[k] += s->full ? w * s->gloss[p->object][from + (size_t)k] : 0;
+                }
+            }
+        lay_pixel(s, p, rgb, gloss, out->rgb + 3 * i);
+    }
+}
+
+static void fill_set(sfield_points *set, size_t count, const float *positions, const float *normals)
+{
+    memset(set, 0, sizeof *set);
+    set->count = count;
+    set->positions = positions;
+    set->normals = normals;
+    set->entity = SFIELD_NONE;
+}
+
+static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, char *error)
+{
+    sf_state *s = opaque;
+    const ex_scene *scene = job->scene;
+    sfield_points *sets = calloc(scene->object_count + (size_t)1, sizeof *sets), *set = sets;
+    float **views = calloc(scene->object_count + (size_t)1, sizeof *views);
+    sfield_result r = SFIELD_ERR_ALLOC;
+    flat f;
+    int good = sets && views && gather_flat(&f, s, job) == 0;
+    s->points = 0;
+    for (uint32_t i = 0; good && i < scene->object_count; i++) {
+        const sf_surface *surface = s->surface_of[i];
+        size_t floats = surface ? 3 * surface->chosen_count : 0;
+        if (!surface)
+            continue;
+        s->rgb[i] = realloc(s->rgb[i], floats * sizeof(float));
+        s->gloss[i] = realloc(s->gloss[i], floats * sizeof(float));
+        views[i] = s->full ? views_of(surface, &scene->objects[i], &scene->camera) : NULL;
+        good = s->rgb[i] && s->gloss[i] && (views[i] || !s->full);
+        fill_set(set, surface->chosen_count, surface->chosen_positions, surface->chosen_normals);
+        set->entity = i;
+        set->self = surface->self;
+        set->rgb = s->rgb[i];
+        set->gloss = s->full ? s->gloss[i] : NULL;
+        set->views = views[i];
+        set->exponents = s->full ? surface->chosen_exponent : NULL;
+        set->exponent_stride = sizeof(float);
+        s->points += set++->count;
+    }
+    if (good) {
+        fill_set(set, f.count, f.positions, f.normals);
+        set->rgb = f.rgb;
+        set->gloss = s->full ? f.gloss : NULL;
+        set->views = f.views;
+        set->exponents = s->full ? f.exponents : NULL;
+        set->exponent_stride = sizeof(float);
+        s->points += set++->count;
+        r = sfield_shade(s->scene, sets, (size_t)(set - sets), &s->stats);
+    }
+    if (r == SFIELD_OK)
+        lay_pixels(s, job, &f, out);
+    if (sets && views) {
+        free(f.positions);
+        free(f.pixel);
+        for (uint32_t i = 0; i < scene->object_count; i++)
+            free(views[i]);
+    }
+    free(sets);
+    free(views);
+    return r == SFIELD_OK ? 0 : failed("shading", r, error);
+}
+
+/* ---- opening ---- */
+
+static void close_shadowfield(void *opaque)
+{
+    sf_state *s = opaque;
+    if (!s)
+        return;
+    sfield_scene_free(s->scene);
+    for (uint32_t i = 0; i < s->mesh_count; i++) {
+        if (s->occlusion)
+            sfield_free(s->occlusion[i]);
+        if (s->surface)
+            sf_surface_free(&s->surface[i]);
+    }
+    for (size_t i = 0; i < s->light_count; i++)
+        sfield_free(s->light[i]);
+    for (size_t i = 0; s->rgb && s->rgb[i] != (float *)(void *)s; i++) {
+        free(s->rgb[i]);
+        free(s->gloss[i]);
+    }
+    free(s->occlusion);
+    free(s->surface);
+    free(s->same_of);
+    free(s->light);
+    free(s->light_object);
+    free(s->entities);
+    free((void *)(size_t)s->surface_of);
+    free(s->taps);
+    free(s->rgb);
+    free(s->gloss);
+    free(s);
+}
+
+static int open_shadowfield(void **opaque, const rd_job *job, char *error)
+{
+    const size_t objects = job->scene->object_count, lights = job->scene->light_count + objects + 1;
+    sf_state *s = calloc(1, sizeof *s);
+    sfield_scene_desc d;
+    sfield_result r;
+    if (!s)
+        return out_of_memory(error);
+    s->basis = rd_setting_is(job->settings, "basis", "haar") ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH;
+    s->full = rd_setting_is(job->settings, "materials", "full");
+    memset(&d, 0, sizeof d);
+    d.basis = s->basis;
+    d.bands = (uint32_t)rd_setting_integer(job->settings, "bands");
+    d.reach = (float)rd_setting_number(job->settings, "reach");
+    d.parallel_for = ex_pool_run;
+    d.parallel_user = job->pool;
+    s->light = calloc(lights, sizeof *s->light);
+    s->light_object = calloc(lights, sizeof *s->light_object);
+    s->entities = calloc(objects + lights, sizeof *s->entities);
+    s->surface_of = calloc(objects + 1, sizeof *s->surface_of);
+    s->gloss = calloc(objects + 1, sizeof *s->gloss);
+    s->rgb = calloc(objects + 1, sizeof *s->rgb);
+    if (s->rgb)
+        s->rgb[objects] = (float *)(void *)s;            /* the end of the list */
+    if (s->full && s->basis == SFIELD_BASIS_HAAR) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: materials=full needs basis=sh");
+    } else if (!s->light || !s->light_object || !s->entities || !s->surface_of || !s->gloss || !s->rgb) {
+        out_of_memory(error);
+    } else if ((r = sfield_scene_create(&d, &s->scene)) != SFIELD_OK) {
+        failed("scene", r, error);
+    } else if (build_meshes(s, job, error) == 0 && build_lights(s, job, error) == 0 && place(s, job, error) == 0) {
+        ex_progress(NULL, 1);
+        *opaque = s;
+        return 0;
+    }
+    ex_progress(NULL, 1);
+    close_shadowfield(s);
+    return -1;
+}
+
+static void report_shadowfield(const void *opaque, rd_report *report)
+{
+    const sf_state *s = opaque;
+    uint64_t fields = 0, self = 0, sources = 0, count = 0;
+    for (uint32_t i = 0; i < s->mesh_count; i++) {
+        fields += sfield_size(s->occlusion[i]);
+        self += sfield_size(s->surface[i].self);
+        count += s->occlusion[i] != NULL;
+    }
+    for (size_t i = 0; i < s->light_count; i++)
+        sources += sfield_size(s->light[i]);
+    report->memory_bytes = fields + self + sources;
+    report->peak_bytes = s->peak;
+    rd_json_text(report->json, "basis", s->basis == SFIELD_BASIS_HAAR ? "haar" : "sh");
+    rd_json_integer(report->json, "fields", count);
+    rd_json_integer(report->json, "field_bytes", fields);
+    rd_json_integer(report->json, "self_bytes", self);
+    rd_json_integer(report->json, "source_bytes", sources);
+    rd_json_integer(report->json, "points", s->points);
+    rd_json_integer(report->json, "products", s->stats.products);
+    rd_json_integer(report->json, "culled", s->stats.culled_far + s->stats.culled_horizon + s->stats.culled_hidden);
+    rd_json_integer(report->json, "overlaps", s->stats.overlaps);
+}
+
+static const rd_key keys[] = {
+    { "basis", RD_WORD, "sh|haar", 0, 0, "sh", "spherical harmonics, or wavelets for all frequencies" },
+    { "bands", RD_INTEGER, NULL, 1, 8, "4", "of spherical harmonics" },
+    { "shells", RD_INTEGER, NULL, 0, 64, "0", "of a field; 0: 16, wavelets 32" },
+    { "position_side", RD_INTEGER, NULL, 0, 64, "0", "points a side of a shell's six faces; 0: 16, wavelets 32" },
+    { "keep", RD_NUMBER, NULL, 0, 1, "0", "share of wavelets kept of a cube; 0: 0.01" },
+    { "reach", RD_NUMBER, NULL, 0, 1000, "0", "how far objects hide, in radii; 0: their outermost shell" },
+    { "spacing", RD_NUMBER, NULL, 0.001, 1, "0.02", "of shaded points, in radii of the scene" },
+    { "lamp", RD_NUMBER, NULL, 0.001, 1, "0.05", "radius that spots and points get, in radii of the scene" },
+    { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
+};
+
+const rd_technique rd_shadowfield = {
+    "shadowfield", "precomputed shadow fields of moving objects", NULL,
+    0, 0, 0, 0, 0, keys, open_shadowfield, update_shadowfield, frame_shadowfield, report_shadowfield, close_shadowfield
+};

@@ -1,0 +1,273 @@
+/* shadowfield_mesh.c - see shadowfield_parts.h */
+#define SHADOWFIELD_IMPLEMENTATION
+#include "shadowfield_parts.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_CUTS = 48 };
+
+static float edge(const float *a, const float *b)
+{
+    return sqrtf((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+}
+
+/* Into how many pieces each side of a triangle is cut. */
+static uint32_t cuts(const ex_mesh *mesh, size_t t, float spacing)
+{
+    const uint32_t *i = mesh->indices + 3 * t;
+    float longest = 0;
+    for (int k = 0; k < 3; k++)
+        longest = fmaxf(longest, edge(mesh->positions + 3 * (size_t)i[k], mesh->positions + 3 * (size_t)i[(k + 1) % 3]));
+    longest = ceilf(longest / (2 * spacing));
+    return longest > 1 ? longest < MOST_CUTS ? (uint32_t)longest : MOST_CUTS : 1;
+}
+
+static float exponent_of(const ex_material *m)
+{
+    float alpha = m->roughness * m->roughness, n = alpha > 0.01f ? 2 / (alpha * alpha) - 2 : 1000;
+    return n > 1 ? n < 1000 ? n : 1000 : 1;
+}
+
+/* A triangle of c x c small ones, with points of its own. */
+static void cut_triangle(sf_surface *s, const ex_mesh *mesh, size_t t, uint32_t c, float exponent)
+{
+    const uint32_t *index = mesh->indices + 3 * t;
+    uint32_t base = (uint32_t)s->point_count;
+    for (uint32_t j = 0; j <= c; j++)
+        for (uint32_t i = 0; i + j <= c; i++) {
+            float b[3] = { (float)(c - i - j) / (float)c, (float)i / (float)c, (float)j / (float)c }, length = 0;
+            float *p = s->positions + 3 * s->point_count, *n = s->normals + 3 * s->point_count;
+            for (int k = 0; k < 3; k++) {
+                p[k] = n[k] = 0;
+                for (int v = 0; v < 3; v++) {
+                    p[k] += b[v] * mesh->positions[3 * (size_t)index[v] + (size_t)k];
+                    n[k] += b[v] * mesh->normals[3 * (size_t)index[v] + (size_t)k];
+                }
+                length += n[k] * n[k];
+            }
+            for (int k = 0; k < 3; k++)
+                n[k] = length > 1e-12f ? n[k] / sqrtf(length) : k == 1;
+            s->exponent[s->point_count++] = exponent;
+        }
+    for (uint32_t j = 0, row = base; j < c; row += c + 1 - j, j++)
+        for (uint32_t i = 0; i + j < c; i++) {
+            uint32_t above = row + c + 1 - j, *to = s->triangles + 3 * s->triangle_count++;
+            to[0] = row + i, to[1] = row + i + 1, to[2] = above + i;
+            if (i + j + 1 < c) {
+                to = s->triangles + 3 * s->triangle_count++;
+                to[0] = row + i + 1, to[1] = above + i + 1, to[2] = above + i;
+            }
+        }
+}
+
+static int choose(sf_surface *s, float spacing)
+{
+    size_t n = s->point_count;
+    s->chosen = malloc(n * sizeof *s->chosen);
+    s->sources = malloc(3 * n * sizeof *s->sources);
+    s->weights = malloc(3 * n * sizeof *s->weights);
+    if (!s->chosen || !s->sources || !s->weights ||
+        sfield_sparse(s->positions, s->normals, n, spacing, NULL, s->chosen, &s->chosen_count, s->sources, s->weights) !=
+            SFIELD_OK)
+        return -1;
+    s->chosen_positions = malloc(3 * s->chosen_count * sizeof *s->chosen_positions);
+    s->chosen_normals = malloc(3 * s->chosen_count * sizeof *s->chosen_normals);
+    s->chosen_exponent = malloc(s->chosen_count * sizeof *s->chosen_exponent);
+    if (!s->chosen_positions || !s->chosen_normals || !s->chosen_exponent)
+        return -1;
+    for (size_t i = 0; i < s->chosen_count; i++) {
+        memcpy(s->chosen_positions + 3 * i, s->positions + 3 * (size_t)s->chosen[i], 3 * sizeof(float));
+        memcpy(s->chosen_normals + 3 * i, s->normals + 3 * (size_t)s->chosen[i], 3 * sizeof(float));
+        s->chosen_exponent[i] = s->exponent[s->chosen[i]];
+    }
+    return 0;
+}
+
+int sf_surface_build(sf_surface *s, const ex_scene *scene, const ex_mesh *mesh, float spacing)
+{
+    size_t points = mesh->vertex_count, triangles = 0;
+    memset(s, 0, sizeof *s);
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        size_t c = cuts(mesh, t, spacing);
+        points += c > 1 ? (c + 1) * (c + 2) / 2 : 0;
+        triangles += c * c;
+    }
+    s->positions = malloc((3 * points + 1) * sizeof *s->positions);
+    s->normals = malloc((3 * points + 1) * sizeof *s->normals);
+    s->exponent = malloc((points + 1) * sizeof *s->exponent);
+    s->triangles = malloc((3 * triangles + 1) * sizeof *s->triangles);
+    if (!s->positions || !s->normals || !s->exponent || !s->triangles) {
+        sf_surface_free(s);
+        return -1;
+    }
+    memcpy(s->positions, mesh->positions, 3 * (size_t)mesh->vertex_count * sizeof *s->positions);
+    memcpy(s->normals, mesh->normals, 3 * (size_t)mesh->vertex_count * sizeof *s->normals);
+    for (size_t i = 0; i < mesh->vertex_count; i++)
+        s->exponent[i] = 1;
+    s->point_count = mesh->vertex_count;
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        const uint32_t *index = mesh->indices + 3 * t;
+        uint32_t c = cuts(mesh, t, spacing);
+        float exponent = exponent_of(&scene->materials[mesh->materials[t]]);
+        if (c > 1) {
+            cut_triangle(s, mesh, t, c, exponent);
+            continue;
+        }
+        for (int k = 0; k < 3; k++)
+            s->exponent[index[k]] = exponent;
+        memcpy(s->triangles + 3 * s->triangle_count++, index, 3 * sizeof *index);
+    }
+    if (choose(s, spacing) == 0)
+        return 0;
+    sf_surface_free(s);
+    return -1;
+}
+
+void sf_surface_free(sf_surface *s)
+{
+    free(s->positions);
+    free(s->normals);
+    free(s->exponent);
+    free(s->triangles);
+    free(s->chosen);
+    free(s->sources);
+    free(s->weights);
+    free(s->chosen_positions);
+    free(s->chosen_normals);
+    free(s->chosen_exponent);
+    sfield_free(s->self);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- pixels ---- */
+
+typedef struct frame_of { float eye[3], right[3], up[3], back[3], focal_x, focal_y, width, height; } frame_of;
+
+static void cross(const float *a, const float *b, float *out)
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static float dot(const float *a, const float *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+static void normalise(float *a)
+{
+    float length = sqrtf(dot(a, a));
+    for (int k = 0; k < 3; k++)
+        a[k] /= length > 0 ? length : 1;
+}
+
+static void make_frame(frame_of *f, const rd_job *job)
+{
+    const ex_camera *c = &job->scene->camera;
+    memcpy(f->eye, c->eye, sizeof f->eye);
+    for (int k = 0; k < 3; k++)
+        f->back[k] = c->eye[k] - c->target[k];
+    normalise(f->back);
+    cross(c->up, f->back, f->right);
+    normalise(f->right);
+    cross(f->back, f->right, f->up);
+    f->width = (float)job->gbuffer->width;
+    f->height = (float)job->gbuffer->height;
+    f->focal_x = f->focal_y = 0.5f * f->height / tanf(0.5f * c->fovy);
+}
+
+/* How far p is off the triangle, in units of its size; b: nearest weights inside. */
+static float off(const float v[3][3], const float *p, float *b)
+{
+    float e[3], g[3], n[3], q[3], r[3], nn, sum = 0, worst;
+    for (int k = 0; k < 3; k++) {
+        e[k] = v[1][k] - v[0][k];
+        g[k] = v[2][k] - v[0][k];
+        q[k] = p[k] - v[0][k];
+    }
+    cross(e, g, n);
+    nn = dot(n, n);
+    if (!(nn > 0))
+        return HUGE_VALF;
+    cross(q, g, r);
+    b[1] = dot(r, n) / nn;
+    cross(e, q, r);
+    b[2] = dot(r, n) / nn;
+    b[0] = 1 - b[1] - b[2];
+    worst = fabsf(dot(q, n)) / powf(nn, 0.75f);
+    for (int k = 0; k < 3; k++) {
+        worst = fmaxf(worst, -b[k]);
+        b[k] = fmaxf(b[k], 0);
+        sum += b[k];
+    }
+    for (int k = 0; k < 3; k++)
+        b[k] /= sum;
+    return worst;
+}
+
+/* The box of pixels that a triangle may show in; a corner behind the eye: all of them. */
+static void box_of(const frame_of *f, const float v[3][3], int *box)
+{
+    float low[2] = { 1e9f, 1e9f }, high[2] = { -1e9f, -1e9f };
+    box[0] = box[1] = 0;
+    box[2] = (int)f->width - 1;
+    box[3] = (int)f->height - 1;
+    for (int i = 0; i < 3; i++) {
+        float d[3] = { v[i][0] - f->eye[0], v[i][1] - f->eye[1], v[i][2] - f->eye[2] }, depth = -dot(d, f->back), at[2];
+        if (!(depth > 1e-4f * sqrtf(dot(d, d))))
+            return;
+        at[0] = 0.5f * f->width + f->focal_x * dot(d, f->right) / depth;
+        at[1] = 0.5f * f->height - f->focal_y * dot(d, f->up) / depth;
+        for (int k = 0; k < 2; k++) {
+            low[k] = fminf(low[k], at[k]);
+            high[k] = fmaxf(high[k], at[k]);
+        }
+    }
+    box[0] = (int)fmaxf(low[0] - 2, 0);
+    box[1] = (int)fmaxf(low[1] - 2, 0);
+    box[2] = (int)fminf(high[0] + 2, f->width - 1);
+    box[3] = (int)fminf(high[1] + 2, f->height - 1);
+}
+
+int sf_taps_build(sf_tap *taps, const rd_job *job, const sf_surface *const *surfaces)
+{
+    size_t pixels = (size_t)job->gbuffer->width * job->gbuffer->height;
+    float *best = malloc((pixels + 1) * sizeof *best);
+    frame_of f;
+    if (!best)
+        return -1;
+    make_frame(&f, job);
+    memset(taps, 0, pixels * sizeof *taps);
+    for (size_t i = 0; i < pixels; i++)
+        best[i] = HUGE_VALF;
+    for (uint32_t o = 0; o < job->scene->object_count; o++) {
+        const sf_surface *s = surfaces[o];
+        const float *m = job->scene->objects[o].transform;
+        for (size_t t = 0; s && t < s->triangle_count; t++) {
+            const uint32_t *index = s->triangles + 3 * t;
+            float v[3][3];
+            int box[4];
+            for (int i = 0; i < 3; i++)
+                for (int k = 0; k < 3; k++) {
+                    const float *p = s->positions + 3 * (size_t)index[i];
+                    v[i][k] = m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k];
+                }
+            box_of(&f, (const float (*)[3])v, box);
+            for (int y = box[1]; y <= box[3]; y++)
+                for (int x = box[0]; x <= box[2]; x++) {
+                    size_t at = (size_t)y * job->gbuffer->width + (size_t)x;
+                    float b[3], e;
+                    if (job->gbuffer->pixels[at].object != o)
+                        continue;
+                    e = off((const float (*)[3])v, job->gbuffer->pixels[at].position, b);
+                    if (!(e < best[at]))
+                        continue;
+                    best[at] = e;
+                    memcpy(taps[at].point, index, sizeof taps[at].point);
+                    memcpy(taps[at].weight, b, sizeof taps[at].weight);
+                }
+        }
+    }
+    free(best);
+    return 0;
+}

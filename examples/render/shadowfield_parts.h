@@ -1,0 +1,33 @@
+/* shadowfield_parts.h - what the files of the technique shadowfield share: the points of an object that are shaded, and how
+   pixels are interpolated among them. */
+#ifndef RD_SHADOWFIELD_PARTS_H
+#define RD_SHADOWFIELD_PARTS_H
+
+#include "technique.h"
+#include "shadowfield.h"
+
+/* Points on one mesh, in its own space: its vertices, and more inside of large triangles. */
+typedef struct sf_surface {
+    float    *positions, *normals;      /* 3 a point */
+    uint32_t *triangles;                /* 3 points each */
+    float    *exponent;                 /* Phong's, of each point */
+    size_t    point_count, triangle_count;
+    uint32_t *chosen;                   /* those that are shaded; the others take from three of them */
+    size_t    chosen_count;
+    uint32_t *sources;
+    float    *weights;
+    float    *chosen_positions, *chosen_normals, *chosen_exponent;
+    sfield_field *self;                 /* of the chosen ones */
+} sf_surface;
+
+/* Where a pixel takes its light from: three points of its object's surface; weight sum 1, or 0 where there is none. */
+typedef struct sf_tap { uint32_t point[3]; float weight[3]; } sf_tap;
+
+/* spacing: in the mesh's units. 0, or -1: out of memory. */
+int  sf_surface_build(sf_surface *surface, const ex_scene *scene, const ex_mesh *mesh, float spacing);
+void sf_surface_free(sf_surface *surface);
+
+/* taps: one for each pixel; surface: by object, NULL entries are left alone. */
+int  sf_taps_build(sf_tap *taps, const rd_job *job, const sf_surface *const *surfaces);
+
+#endif
