@@ -3016,7 +3016,7 @@ static sfield_result sfield__read_desc(sfield__build *b, const sfield_desc *desc
     h->cube_side = d->cube_side ? d->cube_side : haar ? 32 : 16;
     h->shells = kind == SFIELD_KIND_SELF ? 0 : d->shells ? d->shells : haar ? 32 : 16;
     h->position_side = kind == SFIELD_KIND_SELF ? 0 : d->position_side ? d->position_side : haar ? 32 : 16;
-    h->spacing = d->spacing ? (uint32_t)d->spacing : SFIELD_SPACING_GEOMETRIC;
+    h->spacing = d->spacing ? (uint32_t)d->spacing : (uint32_t)SFIELD_SPACING_GEOMETRIC;
     h->frames = d->frames ? d->frames : 1;
     h->frames_per_second = d->frames_per_second != 0 ? d->frames_per_second : 30;
     h->loop = d->loop != 0;
@@ -4330,7 +4330,7 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *s, size_t point
         return SFIELD_ERR_ARGUMENT;
     units = s->algebra ? (point_count + 15) / 16 : point_count;
     if (!sfield__mul_size(units, light_count, &units) || units > SIZE_MAX / 4096) return SFIELD_ERR_ALLOC;
-    values = units * (s->algebra ? 16 * s->coefs : SFIELD__CACHED);
+    values = units * (s->algebra ? 16 * s->coefs : (uint32_t)SFIELD__CACHED);
     bytes = sizeof *c + units * (sizeof *c->hash + (s->algebra ? 16 : 1) * sizeof *c->scale) +
             values * (s->algebra ? 2 : 4);
     at = (uint8_t *)sfield__alloc(&s->allocator, bytes);

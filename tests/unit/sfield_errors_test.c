@@ -163,7 +163,7 @@ static void degenerate_meshes(void **state)
             case 9: for (k = 0; k < 24; k++) m.p[k] = 0; expected = SFIELD_ERR_INPUT; break;
             case 10: for (k = 0; k < 24; k++) m.p[k] *= 1e-12f; break;
             case 11: for (k = 0; k < 24; k++) m.p[k] *= 1e12f; break;
-            case 12: for (k = 0; k < 24; k += 3) m.p[k] = 0; skipped = 4; break;
+            case 12: for (k = 0; k < 24; k += 3) m.p[k] = 0; skipped = 8; break;
             case 13: m.p[0] = 1e30f; skipped = 6; break;
             case 14: mesh.vertex_count = 3; expected = SFIELD_ERR_INPUT; break;
             default: mesh.index_count = 3; break;
