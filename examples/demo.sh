@@ -117,6 +117,43 @@ rsm_row() {
         "$(seconds "$(number "$base-rsm.json" frame_ms)")" "$note" >> "$PAGE"
 }
 
+# field_row NAME TITLE ARGUMENTS: one scene by shadowfield beside the reference; those of shadowfield alone in $FIELD
+field_row() {
+    name=$1
+    title=$2
+    shift 2
+    case " ${DEMO_SCENES:-$name} " in *" $name "*) ;; *) return ;; esac
+    echo "demo: $title"
+    base=$OUT/$name
+    # shellcheck disable=SC2086
+    if ! "$BUILD/render" --technique shadowfield "$@" $FIELD --size "$SIZE" --out "$base-field.pfm" \
+         --json "$base-field.json"; then
+        failures=$((failures + 1))
+        return
+    fi
+    ev=$(number "$base-field.json" ev)
+    note=
+    if [ -n "$has_reference" ] && "$BUILD/render" --technique reference "$@" --size "$SIZE" --samples "$REFERENCE" \
+       --out "$base-reference.pfm" --json "$base-reference.json"; then
+        ev=$(number "$base-reference.json" ev)
+        "$BUILD/compare" "$base-field.pfm" "$base-reference.pfm" --diff "$base-diff.png" > "$base-compare.json" ||
+            "$BUILD/compare" "$base-field.pfm" "$base-reference.pfm" > "$base-compare.json"
+        note="; relative RMSE $(short "$(number "$base-compare.json" relative_rmse)")"
+    fi
+    "$BUILD/pfm_png" "$base-field.pfm" "$base-field.png" "$ev"
+    printf '<h2>%s</h2>\n<table><tr>\n' "$title" >> "$PAGE"
+    cell "$name-field.png" "shadowfield, 4 bands"
+    if [ -n "$note" ]; then
+        "$BUILD/pfm_png" "$base-reference.pfm" "$base-reference.png" "$ev"
+        cell "$name-reference.png" "reference, $REFERENCE samples"
+        [ -f "$base-diff.png" ] && cell "$name-diff.png" "difference"
+    fi
+    printf '</tr></table>\n<p>%s fields built in %s s, %s MB kept; %s points shaded in %s s%s</p>\n' \
+        "$(number "$base-field.json" fields)" "$(seconds "$(number "$base-field.json" precompute_ms)")" \
+        "$(megabytes "$(number "$base-field.json" memory_bytes)")" "$(number "$base-field.json" points)" \
+        "$(seconds "$(number "$base-field.json" frame_ms)")" "$note" >> "$PAGE"
+}
+
 has_reference=yes
 if "$BUILD/render" --list | grep -q '^  reference.*needs Embree'; then
     has_reference=
@@ -142,6 +179,9 @@ row knot-sun "Knot: sun, a map of its own direction" --scene builtin:knot --ligh
 rsm_row cornell-bounce "Cornell box: bounced light of its emissive rectangle by 16 reflective shadow maps" \
     --scene builtin:cornell
 rsm_row uroom-bounce "U-shaped room: bounced light of a spot" --scene builtin:uroom
+FIELD="--set position_side=8 --set spacing=0.04"
+field_row chess-field "Chess: 33 objects share 7 shadow fields; overcast sky" --scene builtin:chess \
+    --env builtin:overcast
 if [ -n "$ASSETS" ]; then
     for model in bunny dragon; do
         [ -f "$ASSETS/$model.glb" ] && row $model "$model.glb: built-in sky" --scene "$ASSETS/$model.glb"
