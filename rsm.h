@@ -73,11 +73,11 @@
        -> rsm_filter_apply   the same from few samples: over frames and over neighbours
        -> rsm_pixel_lights, rsm_cluster -> rsm_gather_list: one list of lights for all
 
-   A map takes 56 bytes a texel (48 of them rsm_texel), a list of lights 48 bytes each, a gather 44 bytes a light in
+   A map takes 56 bytes a texel (48 of them rsm_texel), a list of lights 48 bytes each, a gather 60 bytes a light in
    scratch, interpolation 5 bytes a pixel, the filter 80 bytes a pixel. The knobs, and what each trades:
 
      samples    fewer: banding (list and unrotated patterns) or noise (noise, interleave)
-     pattern    FLUX is best on the whole; LOG_RADIAL where the light near a corner matters most
+     pattern    FLUX is fastest; MIXED has the least error where the light near a corner matters
      offset     pixel lights move below their surface: tames corners, darkens them too (docs/rsm.md has the curve)
      near_limit the same by a bound on each light; what is lost is counted
      size       fewer texels: blurred sources, spotted corners
@@ -324,6 +324,8 @@ typedef enum rsm_pattern {
     RSM_PATTERN_LOG_RADIAL,         /* density 1/r^2 from r_min out, a uniform disc inside it */
     RSM_PATTERN_POISSON,            /* uniform disc with a least distance; 4096 samples at most */
     RSM_PATTERN_LOW_DISCREPANCY,    /* uniform disc, a (0, 2)-sequence */
+    RSM_PATTERN_MIXED,              /* two thirds FLUX, a third LOG_RADIAL, by multiple importance sampling: least error
+                                       in corners, slower. r_max and r_min are not used */
     RSM_PATTERN_COUNT
 } rsm_pattern;
 
@@ -391,7 +393,7 @@ RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, floa
                                      uint32_t seed, float *points);
 /* The pattern in the unit disc: x, y and weight of each sample; the mean of f over the disc is sum(weight f) / pi.
    points    3 floats each
-   Errors    RSM_ERR_ARGUMENT (pattern FLUX, samples 0 or above 2^20, POISSON above 4096, r_min not in 0..1) */
+   Errors    RSM_ERR_ARGUMENT (pattern FLUX or MIXED, samples 0 or above 2^20, POISSON above 4096, r_min not in 0..1) */
 
 RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system *system, float *values);
 /* side^2 values (i + 0.5) / side^2, each once, by void and cluster (Ulichney 1993), which tile. side 4..64: O(side^4).
@@ -1768,7 +1770,7 @@ RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, floa
                                      float *points)
 {
     if (!points || samples == 0 || samples > RSM__MAX_SAMPLES || !(r_min >= 0.0f && r_min < 1.0f)) return RSM_ERR_ARGUMENT;
-    if ((int)pattern <= RSM_PATTERN_FLUX || pattern >= RSM_PATTERN_COUNT) return RSM_ERR_ARGUMENT;
+    if ((int)pattern <= RSM_PATTERN_FLUX || pattern >= RSM_PATTERN_MIXED) return RSM_ERR_ARGUMENT;
     if (pattern == RSM_PATTERN_POISSON && samples > RSM__MAX_POISSON) return RSM_ERR_ARGUMENT;
     rsm__pattern_make(pattern, samples, r_min > 0.0f ? r_min : 1.0f / 32.0f, paper_weights, seed, points);
     return RSM_OK;
@@ -1862,6 +1864,7 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
 typedef struct rsm__block {
     float px[RSM__BLOCK], py[RSM__BLOCK], pz[RSM__BLOCK], nx[RSM__BLOCK], ny[RSM__BLOCK], nz[RSM__BLOCK];
     float r[RSM__BLOCK], g[RSM__BLOCK], b[RSM__BLOCK], cap[RSM__BLOCK];
+    float lx[RSM__BLOCK], ly[RSM__BLOCK], lz[RSM__BLOCK], density[RSM__BLOCK];     /* MIXED: place in the map, see there */
 } rsm__block;
 
 typedef struct rsm__gloss { float mirror[3], exponent, scale[3]; } rsm__gloss;    /* scale: pi x intensity of the lobe */
@@ -1980,6 +1983,7 @@ typedef struct rsm__gather {
     size_t            source_count, count;       /* count: of receivers */
     float            *pattern;                   /* x, y, weight; set by set */
     uint32_t          sets, set_samples;
+    uint32_t          shared, centred;           /* samples of each kind; both with MIXED */
     rsm__kernel       kernel;
     rsm__tally       *tallies;                   /* one a batch */
     float             scale;                     /* of results: 1 / pi */
@@ -2011,6 +2015,7 @@ static inline void rsm__lane_clear(rsm__block *k, size_t i)
 {
     k->px[i] = k->py[i] = k->pz[i] = k->nx[i] = k->ny[i] = k->nz[i] = k->r[i] = k->g[i] = k->b[i] = 0.0f;
     k->cap[i] = RSM__NO_CAP;
+    k->lx[i] = k->ly[i] = k->lz[i] = k->density[i] = 0.0f;
 }
 
 /* at: of the texel in the map. */
@@ -2065,11 +2070,56 @@ static inline int rsm__pick_texel(const rsm_map *map, uint32_t i, uint32_t n, ui
     return 1;
 }
 
+/* MIXED: two ways to sample a texel, by flux with n1 P expected samples of it (P its share of the flux), and about the
+   receiver with B / q, q the squared distance in the map (Veach and Guibas 1995, balance heuristic). Where lights are near,
+   q is small and the second way takes over: its samples are dense there, so that no single one is bright. Any q that
+   both sides compute alike leaves the sum unbiased; this one is log-radial density with its inner disc rounded off. */
+static inline float rsm__mixed_scale(const rsm__gather *g, const rsm_map *map)
+{
+    /* density C / r^2 over a disc of unit radius with r_min = 1/32: C = 1 / (2 pi (log 32 + 1/2)); a cube's texel is
+       1 / (6 side^2) of the disc's area pi */
+    return (float)g->centred * 0.0401f * (map->faces == 1 ? 1.0f : 0.5236f) / ((float)map->size * (float)map->size);
+}
+
+#define RSM__MIXED_INNER 0.001f      /* r_min^2 */
+
+/* A texel's place: in the unit square, or on the sphere of diameter 1. */
+static inline rsm__v3 rsm__mixed_place(const rsm_map *map, size_t at)
+{
+    size_t face = (size_t)map->size * map->size;
+    float u = rsm__texel_centre(map, (uint32_t)(at % map->size));
+    float v = rsm__texel_centre(map, (uint32_t)(at % face / map->size));
+    rsm__v3 r, up, a;
+    if (map->faces == 1) return rsm__v3_make(u * 0.5f + 0.5f, v * 0.5f + 0.5f, 0.0f);
+    rsm__face_frame(map, (uint32_t)(at / face), &r, &up, &a);
+    return rsm__v3_scale(rsm__v3_normalize(rsm__v3_madd(rsm__v3_madd(a, r, u), up, v)), 0.5f);
+}
+
+/* Where patterns about a receiver have their centre: in the unit square, or a direction, with its frame. */
+static inline rsm__v3 rsm__centre_of(const rsm_map *map, rsm__v3 p, int inside, rsm__v3 frame[2])
+{
+    rsm__v3 centre;
+    if (map->faces != 1) {
+        centre = rsm__v3_normalize(rsm__v3_sub(p, rsm__v3_load(map->desc.light.position)));
+        if (!(rsm__v3_length(centre) > 0.5f)) centre = map->axis;
+        rsm__v3_basis(centre, &frame[0], &frame[1]);
+        return centre;
+    }
+    centre = rsm__to_face(map, 0, p);
+    if (!rsm__is_sun(map) && !(centre.z > 0.0f)) centre = rsm__v3_make(0, 0, 0);
+    centre = rsm__v3_make(centre.x * 0.5f + 0.5f, centre.y * 0.5f + 0.5f, 0.0f);
+    if (inside) {                                /* any centre in the map will do, near ones do best */
+        centre.x = centre.x > 0.02f ? centre.x < 0.98f ? centre.x : 0.98f : 0.02f;
+        centre.y = centre.y > 0.02f ? centre.y < 0.98f ? centre.y : 0.98f : 0.02f;
+    }
+    return centre;
+}
+
 /* Pixel lights of a map that all receivers share: blocks filled set by set, each set padded to whole blocks. */
 static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm__allocator *a)
 {
     const rsm_map *map = s->map;
-    size_t texels = rsm__texel_count(map), count = g->desc.samples ? g->desc.samples : (size_t)map->stats.lit_texels;
+    size_t texels = rsm__texel_count(map), count = g->desc.samples ? g->shared : (size_t)map->stats.lit_texels;
     size_t per_set = (count + g->sets - 1) / g->sets, i, at = 0, placed = 0, lanes;
     s->set_blocks = (per_set + RSM__BLOCK - 1) / RSM__BLOCK;
     s->set_lanes = (per_set + RSM__LANES - 1) / RSM__LANES * RSM__LANES;
@@ -2094,6 +2144,14 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
         lane = set * s->set_blocks * RSM__BLOCK + placed / g->sets;
         rsm__lane_set(&g->desc, s->blocks + lane / RSM__BLOCK, lane % RSM__BLOCK, map->texels + at, weight,
                       (float)g->sets);
+        if (g->centred) {
+            rsm__block *k = s->blocks + lane / RSM__BLOCK;
+            rsm__v3 place = rsm__mixed_place(map, at);
+            k->lx[lane % RSM__BLOCK] = place.x;
+            k->ly[lane % RSM__BLOCK] = place.y;
+            k->lz[lane % RSM__BLOCK] = place.z;
+            k->density[lane % RSM__BLOCK] = 1.0f / weight;
+        }
         if (s->gloss) rsm__gloss_set(&g->desc, map, s->gloss + lane, at, weight * (float)g->sets);
         placed++;
     }
@@ -2185,31 +2243,28 @@ static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 
 static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map, const float x[7], uint32_t set, float noise,
                                        rsm__sum *sum)
 {
-    rsm__v3 p = rsm__v3_make(x[0], x[1], x[2]), centre, frame[2] = { { 0, 0, 0 }, { 0, 0, 0 } };
+    rsm__v3 frame[2], centre;
     rsm__block block;
     size_t found[RSM__BLOCK];
-    float weights[RSM__BLOCK], s = 0.0f, c = 1.0f;
+    float weights[RSM__BLOCK], s = 0.0f, c = 1.0f, scale = rsm__mixed_scale(g, map);
+    float total = (float)map->rows[(size_t)map->size * map->faces];
     uint32_t first, i, n;
+    frame[0] = frame[1] = rsm__v3_make(0, 0, 0);
     if (g->desc.noise) rsm__sincos(noise * (2.0f * RSM__PI), &s, &c);
-    if (map->faces == 1) {
-        centre = rsm__to_face(map, 0, p);
-        if (!rsm__is_sun(map) && !(centre.z > 0.0f)) centre = rsm__v3_make(0, 0, 0);
-        centre.x = centre.x * 0.5f + 0.5f;
-        centre.y = centre.y * 0.5f + 0.5f;
-        if (!(g->desc.r_max > 0.0f)) {           /* a centre inside the map: any will do, near ones do best */
-            centre.x = centre.x > 0.02f ? centre.x < 0.98f ? centre.x : 0.98f : 0.02f;
-            centre.y = centre.y > 0.02f ? centre.y < 0.98f ? centre.y : 0.98f : 0.02f;
-        }
-    } else {
-        centre = rsm__v3_normalize(rsm__v3_sub(p, rsm__v3_load(map->desc.light.position)));
-        if (!(rsm__v3_length(centre) > 0.5f)) centre = map->axis;
-        rsm__v3_basis(centre, &frame[0], &frame[1]);
-    }
+    centre = rsm__centre_of(map, rsm__v3_make(x[0], x[1], x[2]), !(g->desc.r_max > 0.0f), frame);
     for (first = 0; first < g->set_samples; first += RSM__BLOCK) {
         const float *pattern = g->pattern + 3 * ((size_t)set * g->set_samples + first);
         n = g->set_samples - first < RSM__BLOCK ? g->set_samples - first : (uint32_t)RSM__BLOCK;
         for (i = 0; i < n; i++)
             found[i] = rsm__place_sample(map, g->desc.r_max, centre, frame, pattern + 3 * i, c, s, &weights[i]);
+        for (i = 0; g->shared && i < n; i++) {
+            rsm__v3 d;
+            float q;
+            if (found[i] == (size_t)-1) continue;
+            d = rsm__v3_sub(rsm__mixed_place(map, found[i]), rsm__v3_scale(centre, map->faces == 1 ? 1.0f : 0.5f));
+            q = (rsm__v3_dot(d, d) + RSM__MIXED_INNER) * (float)g->shared * rsm__mean3(map->texels[found[i]].flux);
+            if (total > 0.0f) weights[i] *= scale / (q / total + scale);
+        }
         for (i = 0; i < n; i++)
             if (found[i] != (size_t)-1) rsm__lane_set(&g->desc, &block, i, map->texels + found[i], weights[i], (float)g->sets);
             else rsm__lane_clear(&block, i);
@@ -2227,14 +2282,35 @@ static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map,
 static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s, const float x[7], uint32_t set, rsm__sum *sum)
 {
     const rsm__block *blocks = s->blocks + set * s->set_blocks;
+    rsm__block mixed;
+    rsm__v3 frame[2], centre;
+    float scale = 0.0f;
     size_t i, k;
+    centre = rsm__v3_make(0, 0, 0);
+    if (g->centred && s->map) {
+        centre = rsm__v3_scale(rsm__centre_of(s->map, rsm__v3_make(x[0], x[1], x[2]), 1, frame), s->map->faces == 1 ? 1.0f : 0.5f);
+        scale = rsm__mixed_scale(g, s->map);
+    }
     for (i = 0; i < s->set_blocks; i++) {
         size_t lanes = s->set_lanes - i * RSM__BLOCK < RSM__BLOCK ? s->set_lanes - i * RSM__BLOCK : (size_t)RSM__BLOCK;
-        g->kernel(blocks + i, lanes, x, sum);
+        if (scale > 0.0f) {
+            mixed = blocks[i];
+            for (k = 0; k < lanes; k++) {
+                float dx = mixed.lx[k] - centre.x, dy = mixed.ly[k] - centre.y, dz = mixed.lz[k] - centre.z;
+                float q = (dx * dx + dy * dy + dz * dz + RSM__MIXED_INNER) * mixed.density[k], w = q / (q + scale);
+                mixed.r[k] *= w;
+                mixed.g[k] *= w;
+                mixed.b[k] *= w;
+                mixed.density[k] = w;
+            }
+        }
+        g->kernel(scale > 0.0f ? &mixed : blocks + i, lanes, x, sum);
         for (k = 0; s->gloss && k < lanes; k++) {
-            const rsm__gloss *gloss = s->gloss + ((size_t)set * s->set_blocks + i) * RSM__BLOCK + k;
-            if (gloss->scale[0] > 0.0f || gloss->scale[1] > 0.0f || gloss->scale[2] > 0.0f)
-                rsm__add_gloss(gloss, blocks + i, k, x, sum);
+            rsm__gloss gloss = s->gloss[((size_t)set * s->set_blocks + i) * RSM__BLOCK + k];
+            int c;
+            if (!(gloss.scale[0] > 0.0f || gloss.scale[1] > 0.0f || gloss.scale[2] > 0.0f)) continue;
+            for (c = 0; c < 3 && scale > 0.0f; c++) gloss.scale[c] *= mixed.density[k];
+            rsm__add_gloss(&gloss, blocks + i, k, x, sum);
         }
     }
 }
@@ -2285,12 +2361,12 @@ static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tal
         x[6] = s->epsilon;
         for (c = 0; c < 3; c++) x[6] = fabsf(x[c]) * 4e-7f > x[6] ? fabsf(x[c]) * 4e-7f : x[6];
         if (s->blocks) rsm__gather_shared(g, s, x, set, &sum);
-        else if (s->map && g->pattern) rsm__gather_centred(g, s->map, x, set, noise, &sum);
+        if (s->map && g->pattern) rsm__gather_centred(g, s->map, x, set, noise, &sum);
         if (s->map && g->pattern && wants_share && g->desc.r_max > 0.0f) {
             tally->outside += rsm__outside_share(s->map, g->desc.r_max, position);
             tally->looked += 1.0;
         }
-        tally->pairs += s->blocks ? s->set_lanes : g->set_samples;
+        tally->pairs += (s->blocks ? s->set_lanes : 0) + g->set_samples;
     }
     tally->evaluated++;
     tally->full += (double)sum.full;
@@ -2319,7 +2395,8 @@ static inline rsm_result rsm__gather_check(const rsm_gather_desc *d, rsm_gather_
     if (d->pattern == RSM_PATTERN_DEFAULT) out->pattern = RSM_PATTERN_FLUX;
     if (d->pattern == RSM_PATTERN_POISSON && d->samples > RSM__MAX_POISSON) return RSM_ERR_DESC;
     if (!(d->r_max >= 0.0f && d->r_max <= 1e3f) || !(d->r_min >= 0.0f && d->r_min < 1.0f)) return RSM_ERR_DESC;
-    if (!(d->r_min > 0.0f)) out->r_min = 1.0f / 32.0f;
+    if (!(d->r_min > 0.0f) || d->pattern == RSM_PATTERN_MIXED) out->r_min = 1.0f / 32.0f;
+    if (d->pattern == RSM_PATTERN_MIXED) out->r_max = 0.0f;
     if (!(d->offset >= 0.0f && d->offset <= 1e9f) || !(d->clamp >= 0.0f && d->clamp <= 1e18f)) return RSM_ERR_DESC;
     if (!(d->near_limit >= 0.0f && d->near_limit <= 1e6f)) return RSM_ERR_DESC;
     if (d->noise && (d->noise_side == 0 || d->noise_side > 4096)) return RSM_ERR_DESC;
@@ -2353,20 +2430,26 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
                                           const rsm_texel *lights, size_t light_count, const rsm__allocator *a)
 {
     size_t i, batches = (g->count + RSM__BATCH - 1) / RSM__BATCH;
-    int list = lights != NULL, centred = !list && g->desc.samples != 0 && g->desc.pattern != RSM_PATTERN_FLUX;
+    int list = lights != NULL, mixed = g->desc.pattern == RSM_PATTERN_MIXED && g->desc.samples > 1;
     rsm_result result = RSM_OK;
     g->source_count = list ? 1 : map_count;
     g->sets = g->desc.interleave * g->desc.interleave;
     g->scale = 1.0f / RSM__PI;
+    g->shared = g->centred = g->set_samples = 0;
+    if (!list && g->desc.samples) {
+        g->centred = mixed ? g->desc.samples / 3u : g->desc.samples;
+        if (g->desc.pattern == RSM_PATTERN_FLUX || (g->desc.pattern == RSM_PATTERN_MIXED && !mixed)) g->centred = 0;
+        g->shared = g->desc.samples - g->centred;
+    }
     g->sources = (rsm__source *)rsm__alloc_array(a, g->source_count, sizeof *g->sources);
     if (!g->sources) return RSM_ERR_ALLOC;
     memset(g->sources, 0, g->source_count * sizeof *g->sources);
     g->tallies = (rsm__tally *)rsm__alloc_array(a, batches ? batches : 1, sizeof *g->tallies);
     if (!g->tallies) return RSM_ERR_ALLOC;
-    if (centred) {
+    if (g->centred) {
         uint32_t n, k;
         float *sorted;
-        g->set_samples = (g->desc.samples + g->sets - 1) / g->sets;
+        g->set_samples = (g->centred + g->sets - 1) / g->sets;
         n = g->set_samples * g->sets;            /* rounded up to equal sets: every sample weighs the same */
         if (g->desc.pattern == RSM_PATTERN_POISSON && n > RSM__MAX_POISSON) return RSM_ERR_DESC;
         g->pattern = (float *)rsm__alloc_array(a, n, 3 * sizeof *g->pattern);
@@ -2375,7 +2458,8 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
             rsm__free(a, sorted);
             return RSM_ERR_ALLOC;
         }
-        rsm__pattern_make(g->desc.pattern, n, g->desc.r_min, g->desc.paper_weights, g->desc.seed, sorted);
+        g->centred = n;
+        rsm__pattern_make(mixed ? RSM_PATTERN_LOG_RADIAL : g->desc.pattern, n, g->desc.r_min, g->desc.paper_weights, g->desc.seed, sorted);
         for (k = 0; k < n; k++) {                /* sample k to set k % sets */
             float *to = g->pattern + 3 * ((size_t)(k % g->sets) * g->set_samples + k / g->sets);
             memcpy(to, sorted + 3 * (size_t)k, 3 * sizeof *to);
@@ -2388,7 +2472,7 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
             g->sources[i].epsilon = maps[i]->epsilon;
         }
         if (list) result = rsm__pack_list(g, g->sources, lights, light_count, a);
-        else if (!centred) result = rsm__pack_map(g, g->sources + i, a);
+        else if (g->shared || !g->desc.samples) result = rsm__pack_map(g, g->sources + i, a);
     }
     return result;
 }

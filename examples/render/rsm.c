@@ -321,7 +321,7 @@ static int update_rsm(void *state, const rd_job *job, char *error)
 
 /* ---- opening ---- */
 
-static const char pattern_words[] = "flux|equation3|log_radial|poisson|low_discrepancy", mode_words[] = "full|interpolated|denoised";
+static const char pattern_words[] = "flux|equation3|log_radial|poisson|low_discrepancy|mixed", mode_words[] = "full|interpolated|denoised";
 
 static int place_of(const char *words, const char *word)
 {

@@ -78,7 +78,7 @@ static rsm_result act_flux(const rsm_system *system)
 
 static rsm_result act_pattern(const rsm_system *system)
 {
-    rsm_gather_desc g = gather_desc(RSM_PATTERN_EQUATION3, 40);
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_MIXED, 40);
     g.system = *system;
     return untouched(rsm_gather((const rsm_map *const *)&good, 1, &g, &points, result, NULL));
 }
