@@ -1702,13 +1702,14 @@ static inline void rsm__disc_point(float *out, float radius, float turn, float w
    darts thrown at the disc alone crowd (4 % too dark in T25 with 400). */
 static inline void rsm__poisson(uint32_t count, uint32_t seed, float *out)
 {
-    float corners[2 * RSM__MAX_POISSON], least = 1.5f / sqrtf((float)count);     /* 27 % of the darts fall there */
+    /* Pairs from the front are points of the disc, pairs from the back (27 % of the darts) those in the square's corners. */
+    float least = 1.5f / sqrtf((float)count);
     uint32_t found = 0, outside = 0, tries = 0, dart, i;
     for (dart = 0; found < count; dart++) {
         float x = 2.0f * rsm__random(seed, 11, dart) - 1.0f, y = 2.0f * rsm__random(seed, 12, dart) - 1.0f;
         int hit = 0;
         for (i = 0; i < found + outside && !hit; i++) {
-            const float *p = i < found ? out + 3 * i : corners + 2 * (i - found);
+            const float *p = i < found ? out + 2 * i : out + 3 * count - 2 * (i - found + 1);
             float dx = fabsf(p[0] - x), dy = fabsf(p[1] - y);
             dx = dx < 1.0f ? dx : 2.0f - dx;
             dy = dy < 1.0f ? dy : 2.0f - dy;
@@ -1718,15 +1719,20 @@ static inline void rsm__poisson(uint32_t count, uint32_t seed, float *out)
             if (++tries < 100) continue;
             least *= 0.9f;
         } else if (x * x + y * y < 1.0f) {
-            float *to = out + 3 * found++;
-            to[0] = x;
-            to[1] = y;
-            to[2] = RSM__PI / (float)count;
-        } else if (outside < RSM__MAX_POISSON) {
-            corners[2 * outside] = x;
-            corners[2 * outside++ + 1] = y;
+            out[2 * found] = x;
+            out[2 * found++ + 1] = y;
+        } else if (outside < count / 2) {
+            outside++;
+            out[3 * count - 2 * outside] = x;
+            out[3 * count - 2 * outside + 1] = y;
         }
         tries = 0;
+    }
+    for (i = count; i-- > 0;) {
+        float x = out[2 * i], y = out[2 * i + 1];
+        out[3 * i] = x;
+        out[3 * i + 1] = y;
+        out[3 * i + 2] = RSM__PI / (float)count;
     }
 }
 

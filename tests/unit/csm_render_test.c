@@ -214,6 +214,9 @@ static void holes_of_alpha_masks_are_lit(void **state)
     compare_with_reference("masked.gltf --size 64x48 --camera 0,7,6,0,0,0,45 --set ground=0 --light sun:0.3,0.9,0.2", "", 0.02, 0.005);
     compare_with_reference("masked.gltf --size 64x48 --camera 0,7,6,0,0,0,45 --set ground=0 --env builtin:sky",
                            "--set side=32 --set filter=pcf", 0.06, 0.02);
+    /* one object's part above another, local maps: stored depths right before the ground once let it be lit */
+    compare_with_reference("masked.gltf --size 64x48 --camera 0,7,6,0,0,0,45 --set ground=0 "
+                           "--light disc:1,5,1,0,-1,0,0.5,20", "", 0.12, 0.01);
 }
 
 static size_t read_file(const char *name, void *data, size_t room)

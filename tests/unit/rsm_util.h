@@ -168,9 +168,10 @@ UNUSED_OK double gather_at(const rsm_map *map, const rsm_gather_desc *desc, doub
                            double nz)
 {
     float p[3], n[3], e[3];
-    rsm_points points = points_of(p, n, 1, 0);
+    rsm_points points;
     set3(p, x, y, z);
     set3(n, nx, ny, nz);
+    points = points_of(p, n, 1, 0);
     return rsm_gather(&map, 1, desc, &points, e, NULL) == RSM_OK ? (double)e[0] : -1.0;
 }
 
