@@ -1,4 +1,4 @@
-// cohsm_brdf.glsl - Lambert, Phong, Lafortune and glTF's metal-rough GGX: evaluation, densities, sampling.
+// cohsm_brdf - Lambert, Phong, Lafortune and glTF's metal-rough GGX: evaluation, densities, sampling.
 // C twins: cohsm_brdf_eval and cohsm_brdf_sample of csm.h.
 //
 // COHSM_LOBES: lobes that a surface may have, 1 unless there are Lafortune materials of more, at most 8. Registers grow
@@ -74,7 +74,8 @@ float cohsm_specular_init(inout cohsm_surface s, cohsm_material m)
         return share;
     }
     if (m.type == COHSM_BRDF_PHONG)
-        return cohsm_add_lobe(s, vec3(-1.0, -1.0, 1.0), m.exponent, m.specular * ((m.exponent + 2.0) / (2.0 * COHSM_PI)));
+        return cohsm_add_lobe(s, vec3(-1.0, -1.0, 1.0), m.exponent,
+                              m.specular * ((m.exponent + 2.0) / (2.0 * COHSM_PI)));
     float sum = 0.0;
     if (m.type == COHSM_BRDF_LAFORTUNE)
         for (uint i = 0u; i < m.lobe_count; i++) {

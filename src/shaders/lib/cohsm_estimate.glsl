@@ -1,4 +1,4 @@
-// cohsm_estimate.glsl - the direct-light estimator of section 5: one sample of a light at a surface with its weight.
+// cohsm_estimate - the direct-light estimator of section 5: one sample of a light at a surface with its weight.
 // Needs what cohsm_brdf.glsl and cohsm_light.glsl need. C twin: cohsm_sample of csm.h, sample by sample.
 //
 // COHSM_PATTERN(j, k): optional; point k of pattern j of 256 (cohsm_patterns_build). Without it a scrambled

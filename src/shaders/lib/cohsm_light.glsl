@@ -1,7 +1,8 @@
-// cohsm_light.glsl - light functions A (what emits) and L (how much): samples of a light and hits of its surface.
+// cohsm_light - light functions A (what emits) and L (how much): samples of a light and hits of its surface.
 // C twins: cohsm_emitter_sample and cohsm_emitter_hit of csm.h. D, the place of maps, is in the blocks.
 //
-// COHSM_LIGHT_TEXEL(i): uvec4 texel i of the lights' texture, made by glbk_csm_light_words (layout: docs/gpu-layouts.md).
+// COHSM_LIGHT_TEXEL(i): uvec4 texel i of the lights' texture, made by glbk_csm_light_write
+// (layout: docs/gpu-layouts.md).
 // uses: cohsm_math
 #ifndef COHSM_LIGHT_TEXEL
 #error "cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights"
@@ -278,7 +279,8 @@ bool cohsm_line_at(cohsm_light l, cohsm_aim a, float x, float sine, inout cohsm_
 
 bool cohsm_sphere_at(cohsm_light l, cohsm_aim a, vec3 n, inout cohsm_emission e)
 {
-    vec2 x = vec2(cohsm_clamp_unit(0.5 + cohsm_atan2(n.z, n.x) / (2.0 * COHSM_PI)), cohsm_clamp_unit(0.5 * (1.0 - n.y)));
+    vec2 x = vec2(cohsm_clamp_unit(0.5 + cohsm_atan2(n.z, n.x) / (2.0 * COHSM_PI)),
+                  cohsm_clamp_unit(0.5 * (1.0 - n.y)));
     return cohsm_emit_area(l, a, l.origin + n * l.radius, n, x, cohsm_density(l, x) / l.area, e);
 }
 

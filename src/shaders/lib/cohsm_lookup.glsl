@@ -1,4 +1,4 @@
-// cohsm_lookup.glsl - one stored depth of a csm block (docs/csm-format.md), read from a texture of its words as they are.
+// cohsm_lookup - one stored depth of a csm block (docs/csm-format.md), read from a texture of its words as they are.
 //
 // COHSM_TEXEL(i): the including program's uvec4 of words 4 i .. 4 i + 3; i (uint) counts through all blocks that were
 // uploaded. What a query needs of the header is read once by cohsm_open; keep the result.
@@ -59,7 +59,11 @@ cohsm_maps cohsm_open(uint base)
     return m;
 }
 
-uint cohsm_pick(uvec4 t, uint i) { return (i & 2u) != 0u ? ((i & 1u) != 0u ? t.w : t.z) : ((i & 1u) != 0u ? t.y : t.x); }
+uint cohsm_pick(uvec4 t, uint i)
+{
+    return (i & 2u) != 0u ? ((i & 1u) != 0u ? t.w : t.z) : ((i & 1u) != 0u ? t.y : t.x);
+}
+
 uint cohsm_word(cohsm_maps m, uint i) { return cohsm_pick(COHSM_TEXEL(m.base + (i >> 2)), i); }
 vec3 cohsm_floats(cohsm_maps m, uint i)
 {
@@ -67,7 +71,10 @@ vec3 cohsm_floats(cohsm_maps m, uint i)
 }
 
 // Half word h of those that begin at word i.
-uint cohsm_half_word(cohsm_maps m, uint i, uint h) { return (cohsm_word(m, i + (h >> 1)) >> (16u * (h & 1u))) & 0xffffu; }
+uint cohsm_half_word(cohsm_maps m, uint i, uint h)
+{
+    return (cohsm_word(m, i + (h >> 1)) >> (16u * (h & 1u))) & 0xffffu;
+}
 
 // A field of at most 16 bits of the bit string that begins at word i.
 uint cohsm_bits(cohsm_maps m, uint i, uint bit, uint count)

@@ -1,4 +1,4 @@
-// cohsm_math.glsl - elementary functions and random numbers with the answers of csm.h. Needs nothing.
+// cohsm_math - elementary functions and random numbers with the answers of csm.h. Needs nothing.
 //
 // The polynomials are those of csm.h (units trig, octa, v3, rng and lds), since the built-in acos and atan of drivers
 // are off by up to 1e-4, which would ask another map. C twins: cohsm__sincos and so on, private to csm.h.

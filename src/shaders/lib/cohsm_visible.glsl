@@ -1,4 +1,4 @@
-// cohsm_visible.glsl - is a point lit: distant, local and semi-local light, all filters, one object or a scene of
+// cohsm_visible - is a point lit: distant, local and semi-local light, all filters, one object or a scene of
 // instances, receivers. Needs what cohsm_lookup.glsl needs. C twins: cohsm_visible and
 // cohsm_visible_scene of csm.h, for one sample.
 //
@@ -309,7 +309,8 @@ float cohsm_visible_unit(cohsm_maps m, cohsm_query q, vec3 p, vec3 light)
     uvec3 c;
     if (by_index) c = cohsm_cell_split(m, min(floatBitsToUint(light.x), m.map_count - 1u));
     else {
-        vec3 moved = at + vec3(m.dimensions > 0u ? cohsm_jitter(q, 0u) : 0.5, m.dimensions > 1u ? cohsm_jitter(q, 1u) : 0.5,
+        vec3 moved = at + vec3(m.dimensions > 0u ? cohsm_jitter(q, 0u) : 0.5,
+                               m.dimensions > 1u ? cohsm_jitter(q, 1u) : 0.5,
                                m.dimensions > 2u ? cohsm_jitter(q, 2u) : 0.5);
         c = cohsm_wrap(m, ivec3(floor(moved)));
     }

@@ -1,10 +1,11 @@
-// csm_compress - layers of a batch of views to segments, for one pixel: equation (1), greedily, as csm.h's builder does.
+// csm_compress - layers of a batch of views to segments, for one pixel: equation (1), greedily, as csm.h does.
 // uses: csm_bindings
 
 // What goes on from batch to batch. lo, hi: the grid values that the open segment may have; fresh: it has no view yet.
 struct csm_open { uint lo, hi; bool fresh; uint next; };
 
-// At most 12 segments end in a run: each is lo, hi << 8 (exact: the depth), exact << 16, the view that it ends before << 17.
+// At most 12 segments end in a run: each is lo, hi << 8 (exact: the depth), exact << 16, the view that it ends before
+// << 17.
 struct csm_ended { uint count; uvec4 records[3]; };
 
 void csm_end(inout csm_ended ended, uint record)

@@ -29,7 +29,8 @@ vec4 csm_shade(csm_point p, uint pixel)
     light.shape = uint(CSM_SHAPE);
     vec3 view = cohsm_normalize(glbk_csm_frame.eye.xyz - p.position);
     cohsm_surface surface = cohsm_surface_at(p.material, p.normal, p.tangent, view);
-    cohsm_estimator e = cohsm_estimator_at(surface, light, p.position, int(sampling.w), sampling.x, sampling.y, sampling.z);
+    cohsm_estimator e = cohsm_estimator_at(surface, light, p.position, int(sampling.w), sampling.x, sampling.y,
+                                           sampling.z);
     vec4 sum = vec4(0.0);
     if (!e.reachable) return sum;
 
