@@ -817,8 +817,9 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
                                       uint32_t count);
 GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count, float *visible);
 GLBK_DEF void glbk_csm_asker_destroy(glbk_context *ctx, glbk_csm_asker *asker);
-/* upload    puts the questions on the GPU, and compiles a program for the first ones of their ask and filter; run answers the first count of them (may be repeated); read waits and copies
-             count floats: 1 lit, 0 dark, between with PCF, -1 refused
+/* upload    puts the questions on the GPU, and compiles a program for the first ones of their ask and filter
+   run       answers the first count of them; may be repeated
+   read      waits and copies count floats: 1 lit, 0 dark, between with PCF, -1 refused
    Where ctx->compute, the compute path is taken. */
 
 /* ---- csm: lights ---- */
@@ -892,7 +893,7 @@ typedef struct glbk_csm_renderer_desc {
     uint32_t    width, height;
     uint32_t    lobes;          /* most lobes of a material: 1..8; 0 = 1 */
     int         patterns;       /* not 0: the lights have patterns */
-    const char *fragment;       /* NULL; or, kept by you, your own fragment shader with "csm_shade" among its library files, which
+    const char *fragment;       /* NULL; or, kept by you, your own fragment shader, with all of csm_shade before it, which
                                    makes a csm_point from your G-buffer and writes as prog/csm_shade.frag does. Its
                                    textures are yours to bind, in slots from 12 on. The core path is taken then */
 } glbk_csm_renderer_desc;
@@ -974,7 +975,7 @@ typedef struct glbk_csm_frame_desc {
 
 GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
 /* Adds one frame to the sum. The first use of a combination of shape, ask and filter compiles a program; see
-   glbk_csm_prepare.   Errors: GLBK_ERR_ARGUMENT, those of glbk_program_create, GL errors where a uniform buffer is written */
+   glbk_csm_prepare.   Errors: GLBK_ERR_ARGUMENT, those of glbk_program_create and glbk_buffer_update */
 
 GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
 /* Compiles what such a frame needs, so that the first one does not stutter. Errors: as glbk_csm_render */
@@ -1350,7 +1351,7 @@ static const char *const glbk__glsl_lib_base_bindings_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_cohsm_brdf_glsl[] = {
-    "// cohsm_brdf.glsl - Lambert, Phong, Lafortune and glTF's metal-rough GGX: evaluation, densities, sampling.\n",
+    "// cohsm_brdf - Lambert, Phong, Lafortune and glTF's metal-rough GGX: evaluation, densities, sampling.\n",
     "// C twins: cohsm_brdf_eval and cohsm_brdf_sample of csm.h.\n",
     "//\n",
     "// COHSM_LOBES: lobes that a surface may have, 1 unless there are Lafortune materials of more, at most 8. Registers grow\n",
@@ -1426,7 +1427,8 @@ static const char *const glbk__glsl_lib_cohsm_brdf_glsl[] = {
     "        return share;\n",
     "    }\n",
     "    if (m.type == COHSM_BRDF_PHONG)\n",
-    "        return cohsm_add_lobe(s, vec3(-1.0, -1.0, 1.0), m.exponent, m.specular * ((m.exponent + 2.0) / (2.0 * COHSM_PI)));\n",
+    "        return cohsm_add_lobe(s, vec3(-1.0, -1.0, 1.0), m.exponent,\n",
+    "                              m.specular * ((m.exponent + 2.0) / (2.0 * COHSM_PI)));\n",
     "    float sum = 0.0;\n",
     "    if (m.type == COHSM_BRDF_LAFORTUNE)\n",
     "        for (uint i = 0u; i < m.lobe_count; i++) {\n",
@@ -1544,7 +1546,7 @@ static const char *const glbk__glsl_lib_cohsm_brdf_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_cohsm_estimate_glsl[] = {
-    "// cohsm_estimate.glsl - the direct-light estimator of section 5: one sample of a light at a surface with its weight.\n",
+    "// cohsm_estimate - the direct-light estimator of section 5: one sample of a light at a surface with its weight.\n",
     "// Needs what cohsm_brdf.glsl and cohsm_light.glsl need. C twin: cohsm_sample of csm.h, sample by sample.\n",
     "//\n",
     "// COHSM_PATTERN(j, k): optional; point k of pattern j of 256 (cohsm_patterns_build). Without it a scrambled\n",
@@ -1639,10 +1641,11 @@ static const char *const glbk__glsl_lib_cohsm_estimate_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
-    "// cohsm_light.glsl - light functions A (what emits) and L (how much): samples of a light and hits of its surface.\n",
+    "// cohsm_light - light functions A (what emits) and L (how much): samples of a light and hits of its surface.\n",
     "// C twins: cohsm_emitter_sample and cohsm_emitter_hit of csm.h. D, the place of maps, is in the blocks.\n",
     "//\n",
-    "// COHSM_LIGHT_TEXEL(i): uvec4 texel i of the lights' texture, made by glbk_csm_light_words (layout: docs/gpu-layouts.md).\n",
+    "// COHSM_LIGHT_TEXEL(i): uvec4 texel i of the lights' texture, made by glbk_csm_light_write\n",
+    "// (layout: docs/gpu-layouts.md).\n",
     "// uses: cohsm_math\n",
     "#ifndef COHSM_LIGHT_TEXEL\n",
     "#error \"cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights\"\n",
@@ -1919,7 +1922,8 @@ static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
     "\n",
     "bool cohsm_sphere_at(cohsm_light l, cohsm_aim a, vec3 n, inout cohsm_emission e)\n",
     "{\n",
-    "    vec2 x = vec2(cohsm_clamp_unit(0.5 + cohsm_atan2(n.z, n.x) / (2.0 * COHSM_PI)), cohsm_clamp_unit(0.5 * (1.0 - n.y)));\n",
+    "    vec2 x = vec2(cohsm_clamp_unit(0.5 + cohsm_atan2(n.z, n.x) / (2.0 * COHSM_PI)),\n",
+    "                  cohsm_clamp_unit(0.5 * (1.0 - n.y)));\n",
     "    return cohsm_emit_area(l, a, l.origin + n * l.radius, n, x, cohsm_density(l, x) / l.area, e);\n",
     "}\n",
     "\n",
@@ -2044,7 +2048,7 @@ static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
-    "// cohsm_lookup.glsl - one stored depth of a csm block (docs/csm-format.md), read from a texture of its words as they are.\n",
+    "// cohsm_lookup - one stored depth of a csm block (docs/csm-format.md), read from a texture of its words as they are.\n",
     "//\n",
     "// COHSM_TEXEL(i): the including program's uvec4 of words 4 i .. 4 i + 3; i (uint) counts through all blocks that were\n",
     "// uploaded. What a query needs of the header is read once by cohsm_open; keep the result.\n",
@@ -2105,7 +2109,11 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "    return m;\n",
     "}\n",
     "\n",
-    "uint cohsm_pick(uvec4 t, uint i) { return (i & 2u) != 0u ? ((i & 1u) != 0u ? t.w : t.z) : ((i & 1u) != 0u ? t.y : t.x); }\n",
+    "uint cohsm_pick(uvec4 t, uint i)\n",
+    "{\n",
+    "    return (i & 2u) != 0u ? ((i & 1u) != 0u ? t.w : t.z) : ((i & 1u) != 0u ? t.y : t.x);\n",
+    "}\n",
+    "\n",
     "uint cohsm_word(cohsm_maps m, uint i) { return cohsm_pick(COHSM_TEXEL(m.base + (i >> 2)), i); }\n",
     "vec3 cohsm_floats(cohsm_maps m, uint i)\n",
     "{\n",
@@ -2113,7 +2121,10 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "}\n",
     "\n",
     "// Half word h of those that begin at word i.\n",
-    "uint cohsm_half_word(cohsm_maps m, uint i, uint h) { return (cohsm_word(m, i + (h >> 1)) >> (16u * (h & 1u))) & 0xffffu; }\n",
+    "uint cohsm_half_word(cohsm_maps m, uint i, uint h)\n",
+    "{\n",
+    "    return (cohsm_word(m, i + (h >> 1)) >> (16u * (h & 1u))) & 0xffffu;\n",
+    "}\n",
     "\n",
     "// A field of at most 16 bits of the bit string that begins at word i.\n",
     "uint cohsm_bits(cohsm_maps m, uint i, uint bit, uint count)\n",
@@ -2223,7 +2234,7 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_cohsm_math_glsl[] = {
-    "// cohsm_math.glsl - elementary functions and random numbers with the answers of csm.h. Needs nothing.\n",
+    "// cohsm_math - elementary functions and random numbers with the answers of csm.h. Needs nothing.\n",
     "//\n",
     "// The polynomials are those of csm.h (units trig, octa, v3, rng and lds), since the built-in acos and atan of drivers\n",
     "// are off by up to 1e-4, which would ask another map. C twins: cohsm__sincos and so on, private to csm.h.\n",
@@ -2442,7 +2453,7 @@ static const char *const glbk__glsl_lib_cohsm_math_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
-    "// cohsm_visible.glsl - is a point lit: distant, local and semi-local light, all filters, one object or a scene of\n",
+    "// cohsm_visible - is a point lit: distant, local and semi-local light, all filters, one object or a scene of\n",
     "// instances, receivers. Needs what cohsm_lookup.glsl needs. C twins: cohsm_visible and\n",
     "// cohsm_visible_scene of csm.h, for one sample.\n",
     "//\n",
@@ -2753,7 +2764,8 @@ static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
     "    uvec3 c;\n",
     "    if (by_index) c = cohsm_cell_split(m, min(floatBitsToUint(light.x), m.map_count - 1u));\n",
     "    else {\n",
-    "        vec3 moved = at + vec3(m.dimensions > 0u ? cohsm_jitter(q, 0u) : 0.5, m.dimensions > 1u ? cohsm_jitter(q, 1u) : 0.5,\n",
+    "        vec3 moved = at + vec3(m.dimensions > 0u ? cohsm_jitter(q, 0u) : 0.5,\n",
+    "                               m.dimensions > 1u ? cohsm_jitter(q, 1u) : 0.5,\n",
     "                               m.dimensions > 2u ? cohsm_jitter(q, 2u) : 0.5);\n",
     "        c = cohsm_wrap(m, ivec3(floor(moved)));\n",
     "    }\n",
@@ -2892,13 +2904,14 @@ static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_csm_compress_glsl[] = {
-    "// csm_compress - layers of a batch of views to segments, for one pixel: equation (1), greedily, as csm.h's builder does.\n",
+    "// csm_compress - layers of a batch of views to segments, for one pixel: equation (1), greedily, as csm.h does.\n",
     "// uses: csm_bindings\n",
     "\n",
     "// What goes on from batch to batch. lo, hi: the grid values that the open segment may have; fresh: it has no view yet.\n",
     "struct csm_open { uint lo, hi; bool fresh; uint next; };\n",
     "\n",
-    "// At most 12 segments end in a run: each is lo, hi << 8 (exact: the depth), exact << 16, the view that it ends before << 17.\n",
+    "// At most 12 segments end in a run: each is lo, hi << 8 (exact: the depth), exact << 16, the view that it ends before\n",
+    "// << 17.\n",
     "struct csm_ended { uint count; uvec4 records[3]; };\n",
     "\n",
     "void csm_end(inout csm_ended ended, uint record)\n",
@@ -3056,7 +3069,8 @@ static const char *const glbk__glsl_lib_csm_shade_glsl[] = {
     "    light.shape = uint(CSM_SHAPE);\n",
     "    vec3 view = cohsm_normalize(glbk_csm_frame.eye.xyz - p.position);\n",
     "    cohsm_surface surface = cohsm_surface_at(p.material, p.normal, p.tangent, view);\n",
-    "    cohsm_estimator e = cohsm_estimator_at(surface, light, p.position, int(sampling.w), sampling.x, sampling.y, sampling.z);\n",
+    "    cohsm_estimator e = cohsm_estimator_at(surface, light, p.position, int(sampling.w), sampling.x, sampling.y,\n",
+    "                                           sampling.z);\n",
     "    vec4 sum = vec4(0.0);\n",
     "    if (!e.reachable) return sum;\n",
     "\n",
@@ -3404,29 +3418,29 @@ static const char *const glbk__glsl_prog_screen_vert[] = {
 static const glbk_file glbk__files[] = {
     { "lib/base_bindings.glsl", glbk__glsl_lib_base_bindings_glsl, 2, "", "",
       "" },
-    { "lib/cohsm_brdf.glsl", glbk__glsl_lib_cohsm_brdf_glsl, 191, "cohsm_math", "",
+    { "lib/cohsm_brdf.glsl", glbk__glsl_lib_cohsm_brdf_glsl, 192, "cohsm_math", "",
       "" },
     { "lib/cohsm_estimate.glsl", glbk__glsl_lib_cohsm_estimate_glsl, 92, "cohsm_brdf cohsm_light", "",
       "" },
-    { "lib/cohsm_light.glsl", glbk__glsl_lib_cohsm_light_glsl, 402, "cohsm_math", "",
+    { "lib/cohsm_light.glsl", glbk__glsl_lib_cohsm_light_glsl, 404, "cohsm_math", "",
       "" },
-    { "lib/cohsm_lookup.glsl", glbk__glsl_lib_cohsm_lookup_glsl, 176, "", "",
+    { "lib/cohsm_lookup.glsl", glbk__glsl_lib_cohsm_lookup_glsl, 183, "", "",
       "" },
     { "lib/cohsm_math.glsl", glbk__glsl_lib_cohsm_math_glsl, 216, "", "",
       "" },
-    { "lib/cohsm_visible.glsl", glbk__glsl_lib_cohsm_visible_glsl, 368, "cohsm_math cohsm_lookup", "",
+    { "lib/cohsm_visible.glsl", glbk__glsl_lib_cohsm_visible_glsl, 369, "cohsm_math cohsm_lookup", "",
       "" },
     { "lib/csm_access.glsl", glbk__glsl_lib_csm_access_glsl, 18, "table csm_bindings", "",
       "" },
     { "lib/csm_bindings.glsl", glbk__glsl_lib_csm_bindings_glsl, 55, "", "",
       "" },
-    { "lib/csm_compress.glsl", glbk__glsl_lib_csm_compress_glsl, 69, "csm_bindings", "",
+    { "lib/csm_compress.glsl", glbk__glsl_lib_csm_compress_glsl, 70, "csm_bindings", "",
       "" },
     { "lib/csm_gbuffer.glsl", glbk__glsl_lib_csm_gbuffer_glsl, 45, "csm_point", "",
       "" },
     { "lib/csm_point.glsl", glbk__glsl_lib_csm_point_glsl, 10, "csm_access cohsm_brdf", "",
       "" },
-    { "lib/csm_shade.glsl", glbk__glsl_lib_csm_shade_glsl, 58, "csm_access cohsm_visible cohsm_estimate csm_point", "",
+    { "lib/csm_shade.glsl", glbk__glsl_lib_csm_shade_glsl, 59, "csm_access cohsm_visible cohsm_estimate csm_point", "",
       "" },
     { "lib/csm_visible.glsl", glbk__glsl_lib_csm_visible_glsl, 8, "csm_access cohsm_visible", "",
       "" },
@@ -5501,7 +5515,8 @@ GLBK_DEF void glbk_csm_renderer_destroy(glbk_context *ctx, glbk_csm_renderer *r)
 /* A unit vector in 32 bits, octahedral, as csm_unpack_unit of lib/csm_gbuffer.glsl reads it; ~0 for zero. */
 static uint32_t glbk__csm_pack_unit(const float *v)
 {
-    float ax = v[0] < 0 ? -v[0] : v[0], ay = v[1] < 0 ? -v[1] : v[1], az = v[2] < 0 ? -v[2] : v[2], sum = ax + ay + az, x, y;
+    float ax = v[0] < 0 ? -v[0] : v[0], ay = v[1] < 0 ? -v[1] : v[1], az = v[2] < 0 ? -v[2] : v[2];
+    float sum = ax + ay + az, x, y;
 
     if (!(sum > 0)) return 0xffffffffu;
     x = v[0] / sum;
@@ -5627,7 +5642,8 @@ static int glbk__csm_frame_valid(const glbk_csm_renderer *r, const glbk_csm_fram
     for (i = 0; i < d->use_count; i++) {
         const glbk_csm_use *u = &d->uses[i];
         if (!u->maps || !u->maps->blocks.name || (unsigned)u->ask >= GLBK_CSM_ASK_COUNT ||
-            (unsigned)u->shape >= GLBK_CSM_SHAPE_COUNT || !u->samples || u->samples > 65536 || u->start < 2 * d->lights->lobe_count || u->start >= d->lights->patterns_at ||
+            (unsigned)u->shape >= GLBK_CSM_SHAPE_COUNT || !u->samples || u->samples > 65536 ||
+            u->start < 2 * d->lights->lobe_count || u->start >= d->lights->patterns_at ||
             (r->patterns && u->samples != d->lights->pattern_length))
             return 0;
     }
@@ -5785,8 +5801,15 @@ GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, floa
 enum { GLBK__CSM_ATLAS = 1024, GLBK__CSM_CHUNK = 65536, GLBK__CSM_EXACT = 65536 };
 #define GLBK__CSM_NONE 2.0f     /* a depth above 1: no hit */
 
-static uint32_t glbk__csm_top(const glbk_csm_builder *b) { return (1u << (b->desc.depth_bits ? b->desc.depth_bits : 8)) - 1u; }
-static uint32_t glbk__csm_layer_count(const glbk_csm_builder *b) { return b->desc.layers == GLBK_CSM_LAYERS_Z1Z3_FAR ? 3 : 2; }
+static uint32_t glbk__csm_top(const glbk_csm_builder *b)
+{
+    return (1u << (b->desc.depth_bits ? b->desc.depth_bits : 8)) - 1u;
+}
+
+static uint32_t glbk__csm_layer_count(const glbk_csm_builder *b)
+{
+    return b->desc.layers == GLBK_CSM_LAYERS_Z1Z3_FAR ? 3 : 2;
+}
 
 static glbk_result glbk__csm_create_layers(glbk_context *ctx, glbk_csm_builder *b)
 {
@@ -5902,7 +5925,8 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     memset(out, 0, sizeof *out);
     if (!d || d->map_size < 4 || d->map_size > 1024 || (d->depth_bits && (d->depth_bits < 4 || d->depth_bits > 8)) ||
         !(d->open_thickness >= 0) || !glbk__finite(d->open_thickness) || !d->view_fn || !d->draw_fn ||
-        (d->layers != GLBK_CSM_LAYERS_DEFAULT && d->layers != GLBK_CSM_LAYERS_Z1Z2 && d->layers != GLBK_CSM_LAYERS_Z1Z3_FAR))
+        (d->layers != GLBK_CSM_LAYERS_DEFAULT && d->layers != GLBK_CSM_LAYERS_Z1Z2 &&
+         d->layers != GLBK_CSM_LAYERS_Z1Z3_FAR))
         return GLBK_ERR_ARGUMENT;
     out->desc = *d;
     out->compute = ctx->compute;
@@ -6015,7 +6039,8 @@ GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder
     uint32_t row[4 * 1024], m, x, y, at;
     glbk_result result = GLBK_OK;
 
-    if (!ctx || !b || view < b->drawn_from || view - b->drawn_from >= b->drawn || layer >= glbk__csm_layer_count(b) || !depths)
+    if (!ctx || !b || view < b->drawn_from || view - b->drawn_from >= b->drawn || !depths ||
+        layer >= glbk__csm_layer_count(b))
         return GLBK_ERR_ARGUMENT;
     m = b->desc.map_size;
     at = view - b->drawn_from;
