@@ -2,6 +2,7 @@
 
    Two kinds of reference: `render --technique reference`, which is a path tracer, for whole pictures; and, where one
    part of the method is to be judged alone, many VPLs with exact visibility by Embree, which has no noise of its own. */
+#define _POSIX_C_SOURCE 200809L
 #define ISM_IMPLEMENTATION
 #include "bench.h"
 #include "../examples/render/ism_parts.h"
@@ -211,14 +212,11 @@ static int visibility_of(const bn_options *options, const char *path, const char
         ism_maps *maps;
         int result;
         d.spread = spreads[i].spread;
-        if (getenv("SPLAT")) d.splat_scale = (float)atof(getenv("SPLAT"));
-        if (getenv("SHARE")) d.area_share = (float)atof(getenv("SHARE"));
-        if (getenv("NOFILL")) d.no_fill = 1;
         if (build_maps(&s, &d, &maps) != 0) {
             close_scene(&s);
             return -1;
         }
-        result = measure_visibility(&s, maps, getenv("BIAS") ? (float)atof(getenv("BIAS")) : 0.02f, &error);
+        result = measure_visibility(&s, maps, 0.02f, &error);
         ism_destroy(maps);
         if (result != 0) {
             close_scene(&s);
@@ -257,6 +255,246 @@ int bn_ism_visibility(const bn_options *options)
     return asset(options, "kitchen.glb", path) ? visibility_of(options, path, "kitchen") : 0;
 }
 
-int bn_ism(const bn_options *options) { (void)options; return 0; }
-int bn_ism_vpls(const bn_options *options) { (void)options; return 0; }
-int bn_ism_flicker(const bn_options *options) { (void)options; return 0; }
+/* ---- pictures beside the path tracer, both by `render` ---- */
+
+typedef struct files { char folder[64], render[1024]; } files;
+
+static int render(const files *f, const char *technique, const char *scene, uint32_t samples, const char *more)
+{
+    char command[3072];
+    snprintf(command, sizeof command, "'%s' --technique %s --scene '%s' --size 160x90 --samples %u --set only=indirect --set "
+             "bounces=1 --out '%s/%s.pfm' --json '%s/%s.json' %s", f->render, technique, scene, (unsigned)samples, f->folder,
+             technique, f->folder, technique, more);
+    return system(command) == 0 ? 0 : bn_failed(scene, technique);
+}
+
+static double number(const files *f, const char *technique, const char *name)
+{
+    char path[128], text[4096], key[64], *at;
+    FILE *file;
+    size_t length;
+    snprintf(path, sizeof path, "%s/%s.json", f->folder, technique);
+    file = fopen(path, "rb");
+    length = file ? fread(text, 1, sizeof text - 1, file) : 0;
+    if (file)
+        fclose(file);
+    text[length] = 0;
+    snprintf(key, sizeof key, "\"%s\": ", name);
+    at = strstr(text, key);
+    return at ? strtod(at + strlen(key), NULL) : HUGE_VAL;
+}
+
+/* compare's relative_rmse and mean_ratio */
+static int compare(const files *f, double *error, double *ratio)
+{
+    char path[2][128], message[EX_ERROR_SIZE];
+    ex_image a, b;
+    double square = 0, sum_a = 0, sum_b = 0, count = 0;
+    snprintf(path[0], sizeof path[0], "%s/ism.pfm", f->folder);
+    snprintf(path[1], sizeof path[1], "%s/reference.pfm", f->folder);
+    if (ex_image_read_pfm(&a, path[0], message) != 0)
+        return bn_failed(path[0], message);
+    if (ex_image_read_pfm(&b, path[1], message) != 0) {
+        ex_image_free(&a);
+        return bn_failed(path[1], message);
+    }
+    for (size_t i = 0; i < (size_t)a.width * a.height; i++) {
+        const float *p = a.rgb + 3 * i, *q = b.rgb + 3 * i;
+        int lit = 0;
+        for (int k = 0; k < 3; k++) {
+            double d = (double)p[k] - (double)q[k];
+            square += d * d;
+            sum_a += (double)p[k];
+            sum_b += (double)q[k];
+            lit |= p[k] > 0 || q[k] > 0;
+        }
+        count += 3 * lit;
+    }
+    *error = sqrt(square / count) / (sum_b / count);
+    *ratio = sum_a / sum_b;
+    ex_image_free(&a);
+    ex_image_free(&b);
+    return 0;
+}
+
+static int picture_of(const bn_options *options, const files *f, const char *scene, const char *name)
+{
+    double error, ratio;
+    if (render(f, "reference", scene, options->full ? 16384 : 2048, "") != 0 || render(f, "ism", scene, 1024, "") != 0 ||
+        compare(f, &error, &ratio) != 0)
+        return -1;
+    bn_begin(options, "ism", options->threads, "none");
+    bn_text("scene", name);
+    bn_text("light", "the scene's own");
+    bn_text("backend", "cpu");
+    bn_number("triangles", number(f, "ism", "triangles"));
+    bn_number("vpls", number(f, "ism", "vpls"));
+    bn_number("points", number(f, "ism", "points"));
+    bn_number("rsm_ms", number(f, "ism", "rsm_ms"));
+    bn_number("choose_ms", number(f, "ism", "choose_ms"));
+    bn_number("build_ms", number(f, "ism", "build_ms"));
+    bn_number("shade_ms", number(f, "ism", "shade_ms"));
+    bn_number("frame_ms", number(f, "ism", "frame_ms"));
+    bn_number("rmse_vs_reference", error);
+    bn_number("reference_noise", number(f, "reference", "noise"));
+    bn_number("mean_ratio", ratio);
+    bn_number("lost_energy", number(f, "ism", "lost_energy"));
+    bn_end(options);
+    return 0;
+}
+
+int bn_ism(const bn_options *options)
+{
+    const char *slash = strrchr(options->program, '/');
+    char path[1024];
+    files f;
+    int result;
+    if (!bn_rays_version())
+        return bn_failed("ism", "the reference needs Embree: apt-get install libembree-dev");
+    snprintf(f.folder, sizeof f.folder, "/tmp/dapple-bench-XXXXXX");
+    if (!mkdtemp(f.folder))
+        return bn_failed("/tmp", "no room for temporary files");
+    snprintf(f.render, sizeof f.render, "%.*srender", slash ? (int)(slash + 1 - options->program) : 0, options->program);
+    if (options->model) {
+        result = picture_of(options, &f, options->model, options->model);
+    } else {
+        result = picture_of(options, &f, "builtin:atrium", "atrium");
+        if (result == 0 && asset(options, "kitchen.glb", path))
+            result = picture_of(options, &f, path, "kitchen");
+    }
+    for (int i = 0; i < 4; i++) {
+        static const char *const names[4] = { "ism.pfm", "ism.json", "reference.pfm", "reference.json" };
+        char name[128];
+        snprintf(name, sizeof name, "%s/%s", f.folder, names[i]);
+        remove(name);
+    }
+    remove(f.folder);
+    return result;
+}
+
+/* ---- choice of VPLs: the same number of them, exact visibility ---- */
+
+static int shade_exactly(const bn_scene *s, ism_maps *maps, float *out)
+{
+    exact e = { s, ism_vpls(maps, NULL), 2e-5f * s->job.radius };
+    ism_shading shading = ism_shading_default();
+    ism_result result;
+    shading.visible_fn = exact_visibility;
+    shading.visible_user = &e;
+    result = ism_shade(maps, &s->view, &shading, out, NULL);
+    return result == ISM_OK ? 0 : bn_failed(s->name, ism_result_text(result));
+}
+
+static int chosen_picture(const bn_scene *s, const bn_options *options, uint32_t vpls, ism_importance importance, uint32_t seed,
+                          float *out)
+{
+    ism_desc d = base_desc(options, vpls, 8);
+    ism_frame frame = base_frame(s);
+    ism_maps *maps;
+    int result;
+    d.importance = importance;
+    d.unstable = 1;
+    d.seed = seed;
+    if (ism_create(&d, &maps) != ISM_OK)
+        return bn_failed(s->name, "out of memory");
+    result = ism_choose(maps, &frame) == ISM_OK ? shade_exactly(s, maps, out) : bn_failed(s->name, "ism_choose");
+    ism_destroy(maps);
+    return result;
+}
+
+int bn_ism_vpls(const bn_options *options)
+{
+    enum { W = 64, H = 36, VALUES = 3 * W * H, RUNS = 8 };
+    static const char *const names[4] = { "", "flux", "brsm", "guided" };
+    static float truth[VALUES], picture[VALUES];
+    double flux_error = 0;
+    bn_scene s;
+    int result;
+    if (open_scene(&s, options, options->model ? options->model : "builtin:uroom", W, H, 128, 16) != 0)
+        return -1;
+    result = open_rays(&s, options);
+    if (result == 0)
+        result = chosen_picture(&s, options, options->full ? 16384 : 8192, ISM_IMPORTANCE_GUIDED, 1, truth);
+    for (int i = 1; i < ISM_IMPORTANCE_COUNT && result == 0; i++) {
+        double error = 0, mean = 0;
+        for (uint32_t run = 0; run < RUNS && result == 0; run++) {
+            result = chosen_picture(&s, options, 256, (ism_importance)i, 100 + run, picture);
+            for (int k = 0; k < VALUES; k++) {
+                double d = (double)picture[k] - (double)truth[k];
+                error += d * d / (VALUES * RUNS);
+                mean += (double)truth[k] / (VALUES * RUNS);
+            }
+        }
+        if (i == ISM_IMPORTANCE_FLUX)
+            flux_error = error;
+        bn_begin(options, "ism_vpls", options->threads, "none");
+        bn_text("scene", s.name);
+        bn_text("importance", names[i]);
+        bn_integer("vpls", 256);
+        bn_number("mse", error);
+        bn_number("relative_rmse", sqrt(error) / mean);
+        bn_number("mse_over_flux", error / flux_error);
+        bn_end(options);
+    }
+    close_scene(&s);
+    return result;
+}
+
+/* ---- flicker ---- */
+
+/* Mean absolute difference of successive frames over their mean, the scene's lights moving 2 mm a frame. */
+static int flicker_of(bn_scene *s, const bn_options *options, int unstable, double *flicker)
+{
+    size_t values = 3 * (size_t)s->view.width * s->view.height;
+    float *now = calloc(2 * values, sizeof *now), *before = now ? now + values : NULL;
+    ism_desc d = base_desc(options, 512, 2048);
+    ism_maps *maps = NULL;
+    double change = 0, mean = 0;
+    int result = 0;
+    d.unstable = unstable;
+    if (!now || ism_create(&d, &maps) != ISM_OK)
+        result = bn_failed(s->name, "out of memory");
+    for (uint32_t i = 0; i < 12 && result == 0; i++) {
+        ism_frame frame;
+        for (uint32_t k = 0; k < s->scene.light_count; k++)
+            s->scene.lights[k].position[0] += i ? 0.002f : -0.002f * 11 * (float)unstable;   /* the second run begins there too */
+        result = light_scene(s, options, 128, 16);
+        frame = base_frame(s);
+        frame.index = i;
+        if (result == 0 && ism_render(maps, &frame, NULL, now, NULL) != ISM_OK)
+            result = bn_failed(s->name, "ism_render");
+        for (size_t k = 0; i && k < values; k++) {
+            change += fabs((double)now[k] - (double)before[k]);
+            mean += (double)now[k];
+        }
+        memcpy(before, now, values * sizeof *now);
+    }
+    ism_destroy(maps);
+    free(now);
+    *flicker = mean > 0 ? change / mean : 0;
+    return result;
+}
+
+int bn_ism_flicker(const bn_options *options)
+{
+    double flicker[2] = { 0, 0 };
+    bn_scene s;
+    int result;
+    if (open_scene(&s, options, options->model ? options->model : "builtin:uroom", 96, 54, 128, 16) != 0)
+        return -1;
+    result = flicker_of(&s, options, 0, &flicker[0]);
+    if (result == 0)
+        result = flicker_of(&s, options, 1, &flicker[1]);
+    if (result == 0) {
+        bn_begin(options, "ism_flicker", options->threads, "none");
+        bn_text("scene", s.name);
+        bn_integer("vpls", 512);
+        bn_integer("points", 2048);
+        bn_number("persistent", flicker[0]);
+        bn_number("not_persistent", flicker[1]);
+        bn_number("ratio", flicker[0] / flicker[1]);
+        bn_end(options);
+    }
+    close_scene(&s);
+    return result;
+}
