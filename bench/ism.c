@@ -385,14 +385,15 @@ static int shade_exactly(const bn_scene *s, ism_maps *maps, float *out)
     return result == ISM_OK ? 0 : bn_failed(s->name, ism_result_text(result));
 }
 
-static int chosen_picture(const bn_scene *s, const bn_options *options, uint32_t vpls, ism_importance importance, uint32_t seed,
-                          float *out)
+static int chosen_picture(const bn_scene *s, const bn_options *options, uint32_t vpls, ism_importance importance, uint32_t grid,
+                          uint32_t seed, float *out)
 {
     ism_desc d = base_desc(options, vpls, 8);
     ism_frame frame = base_frame(s);
     ism_maps *maps;
     int result;
     d.importance = importance;
+    d.view_grid = grid;
     d.unstable = 1;
     d.seed = seed;
     if (ism_create(&d, &maps) != ISM_OK)
@@ -414,23 +415,26 @@ int bn_ism_vpls(const bn_options *options)
         return -1;
     result = open_rays(&s, options);
     if (result == 0)
-        result = chosen_picture(&s, options, options->full ? 16384 : 8192, ISM_IMPORTANCE_GUIDED, 1, truth);
-    for (int i = 1; i < ISM_IMPORTANCE_COUNT && result == 0; i++) {
+        result = chosen_picture(&s, options, options->full ? 16384 : 8192, ISM_IMPORTANCE_GUIDED, 8, 1, truth);
+    for (int row = 2; row < 2 * ISM_IMPORTANCE_COUNT && result == 0; row++) {   /* 4 x 4 and 8 x 8 view samples */
+        int i = row / 2;
+        uint32_t grid = row % 2 ? 8 : 4;
         double error = 0, mean = 0;
         for (uint32_t run = 0; run < RUNS && result == 0; run++) {
-            result = chosen_picture(&s, options, 256, (ism_importance)i, 100 + run, picture);
+            result = chosen_picture(&s, options, 256, (ism_importance)i, grid, 100 + run, picture);
             for (int k = 0; k < VALUES; k++) {
                 double d = (double)picture[k] - (double)truth[k];
                 error += d * d / (VALUES * RUNS);
                 mean += (double)truth[k] / (VALUES * RUNS);
             }
         }
-        if (i == ISM_IMPORTANCE_FLUX)
+        if (row == 2)
             flux_error = error;
         bn_begin(options, "ism_vpls", options->threads, "none");
         bn_text("scene", s.name);
         bn_text("importance", names[i]);
         bn_integer("vpls", 256);
+        bn_integer("view_grid", grid);
         bn_number("mse", error);
         bn_number("relative_rmse", sqrt(error) / mean);
         bn_number("mse_over_flux", error / flux_error);

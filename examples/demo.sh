@@ -37,121 +37,47 @@ cell() {        # cell PICTURE TEXT
     printf '<td><img src="%s" alt="%s"><br>%s</td>\n' "$1" "$2" "$2" >> "$PAGE"
 }
 
-# row NAME TITLE ARGUMENTS: one scene by csm and, where Embree is built in, by the reference
+# row TECHNIQUE NAME TITLE ARGUMENTS: one scene by a technique and, where Embree is built in, by the reference.
+# $ONLY holds the technique's own further arguments, $REFERENCE_ONLY the reference's.
+ONLY= REFERENCE_ONLY=
+# shellcheck disable=SC2086
 row() {
-    name=$1
-    title=$2
-    shift 2
+    technique=$1
+    name=$2
+    title=$3
+    shift 3
     case " ${DEMO_SCENES:-$name} " in *" $name "*) ;; *) return ;; esac
     echo "demo: $title"
-    base=$OUT/$name
-    if ! "$BUILD/render" --technique csm "$@" --size "$SIZE" --samples "$SAMPLES" --out "$base-csm.pfm" \
-         --json "$base-csm.json"; then
+    own=$name-$technique
+    if ! "$BUILD/render" --technique "$technique" "$@" $ONLY --size "$SIZE" --out "$OUT/$own.pfm" --json "$OUT/$own.json"; then
         failures=$((failures + 1))
         return
     fi
-    ev=$(number "$base-csm.json" ev)
-    with_reference=0
-    if [ -n "$has_reference" ] && "$BUILD/render" --technique reference "$@" --size "$SIZE" --samples "$REFERENCE" \
-       --out "$base-reference.pfm" --json "$base-reference.json"; then
-        with_reference=1
-        ev=$(number "$base-reference.json" ev)      # the same exposure in a row
-    fi
-    "$BUILD/pfm_png" "$base-csm.pfm" "$base-csm.png" "$ev"
-    printf '<h2>%s</h2>\n<table><tr>\n' "$title" >> "$PAGE"
-    cell "$name-csm.png" "csm, $SAMPLES samples"
-    error= ssim= reference_s=
-    if [ $with_reference = 1 ]; then
-        "$BUILD/pfm_png" "$base-reference.pfm" "$base-reference.png" "$ev"
-        cell "$name-reference.png" "reference, $REFERENCE samples"
-        if "$BUILD/compare" "$base-csm.pfm" "$base-reference.pfm" --diff "$base-diff.png" > "$base-compare.json" ||
-           "$BUILD/compare" "$base-csm.pfm" "$base-reference.pfm" > "$base-compare.json"; then
-            [ -f "$base-diff.png" ] && cell "$name-diff.png" "difference"
-            error=$(short "$(number "$base-compare.json" relative_rmse)")
-            ssim=$(short "$(number "$base-compare.json" ssim)")
-            noise=$(short "$(number "$base-reference.json" noise)")
-            reference_s=$(seconds "$(number "$base-reference.json" frame_ms)")
-        fi
-    fi
-    {
-        printf '</tr></table>\n<p>%s triangles; maps built in %s s, %s MB kept, ratio %s; picture in %s s' \
-            "$(number "$base-csm.json" triangles)" "$(seconds "$(number "$base-csm.json" precompute_ms)")" \
-            "$(megabytes "$(number "$base-csm.json" memory_bytes)")" "$(number "$base-csm.json" ratio)" \
-            "$(seconds "$(number "$base-csm.json" frame_ms)")"
-        [ -n "$error" ] && printf '; reference in %s s; relative RMSE %s (noise of the reference %s), SSIM %s' \
-            "$reference_s" "$error" "$noise" "$ssim"
-        printf '</p>\n'
-    } >> "$PAGE"
-}
-
-# rsm_row NAME TITLE ARGUMENTS: one scene by rsm beside the reference of one bounce
-rsm_row() {
-    name=$1
-    title=$2
-    shift 2
-    case " ${DEMO_SCENES:-$name} " in *" $name "*) ;; *) return ;; esac
-    echo "demo: $title"
-    base=$OUT/$name
-    if ! "$BUILD/render" --technique rsm "$@" --size "$SIZE" --out "$base-rsm.pfm" --json "$base-rsm.json"; then
-        failures=$((failures + 1))
-        return
-    fi
-    ev=$(number "$base-rsm.json" ev)
+    ev=$(number "$OUT/$own.json" ev)
     note=
-    if [ -n "$has_reference" ] && "$BUILD/render" --technique reference "$@" --set bounces=1 --size "$SIZE" \
-       --samples "$REFERENCE" --out "$base-reference.pfm" --json "$base-reference.json"; then
-        ev=$(number "$base-reference.json" ev)
-        "$BUILD/compare" "$base-rsm.pfm" "$base-reference.pfm" --diff "$base-diff.png" > "$base-compare.json" ||
-            "$BUILD/compare" "$base-rsm.pfm" "$base-reference.pfm" > "$base-compare.json"
-        note="; relative RMSE $(short "$(number "$base-compare.json" relative_rmse)")"
+    reference=$name-reference
+    if [ -n "$has_reference" ] && "$BUILD/render" --technique reference "$@" $REFERENCE_ONLY --size "$SIZE" \
+       --samples "$REFERENCE" --out "$OUT/$reference.pfm" --json "$OUT/$reference.json"; then
+        ev=$(number "$OUT/$reference.json" ev)      # the same exposure in a row
+        "$BUILD/compare" "$OUT/$own.pfm" "$OUT/$reference.pfm" --diff "$OUT/$own-diff.png" > "$OUT/$own-compare.json" ||
+            "$BUILD/compare" "$OUT/$own.pfm" "$OUT/$reference.pfm" > "$OUT/$own-compare.json"
+        note="; reference in $(seconds "$(number "$OUT/$reference.json" frame_ms)") s"
+        note="$note; relative RMSE $(short "$(number "$OUT/$own-compare.json" relative_rmse)")"
+        note="$note (noise of the reference $(short "$(number "$OUT/$reference.json" noise)"))"
+        note="$note, SSIM $(short "$(number "$OUT/$own-compare.json" ssim)")"
     fi
-    "$BUILD/pfm_png" "$base-rsm.pfm" "$base-rsm.png" "$ev"
+    "$BUILD/pfm_png" "$OUT/$own.pfm" "$OUT/$own.png" "$ev"
     printf '<h2>%s</h2>\n<table><tr>\n' "$title" >> "$PAGE"
-    cell "$name-rsm.png" "rsm, 400 samples a map"
+    cell "$own.png" "$technique"
     if [ -n "$note" ]; then
-        "$BUILD/pfm_png" "$base-reference.pfm" "$base-reference.png" "$ev"
-        cell "$name-reference.png" "reference, one bounce, $REFERENCE samples"
-        [ -f "$base-diff.png" ] && cell "$name-diff.png" "difference"
+        "$BUILD/pfm_png" "$OUT/$reference.pfm" "$OUT/$reference.png" "$ev"
+        cell "$reference.png" "reference, $REFERENCE samples"
+        [ -f "$OUT/$own-diff.png" ] && cell "$own-diff.png" "difference"
     fi
-    printf '</tr></table>\n<p>%s maps, drawn, gathered and shaded in %s s%s</p>\n' "$(number "$base-rsm.json" maps)" \
-        "$(seconds "$(number "$base-rsm.json" frame_ms)")" "$note" >> "$PAGE"
-}
-
-# field_row NAME TITLE ARGUMENTS: one scene by shadowfield beside the reference; those of shadowfield alone in $FIELD
-field_row() {
-    name=$1
-    title=$2
-    shift 2
-    case " ${DEMO_SCENES:-$name} " in *" $name "*) ;; *) return ;; esac
-    echo "demo: $title"
-    base=$OUT/$name
-    # shellcheck disable=SC2086
-    if ! "$BUILD/render" --technique shadowfield "$@" $FIELD --size "$SIZE" --out "$base-field.pfm" \
-         --json "$base-field.json"; then
-        failures=$((failures + 1))
-        return
-    fi
-    ev=$(number "$base-field.json" ev)
-    note=
-    if [ -n "$has_reference" ] && "$BUILD/render" --technique reference "$@" --size "$SIZE" --samples "$REFERENCE" \
-       --out "$base-reference.pfm" --json "$base-reference.json"; then
-        ev=$(number "$base-reference.json" ev)
-        "$BUILD/compare" "$base-field.pfm" "$base-reference.pfm" --diff "$base-diff.png" > "$base-compare.json" ||
-            "$BUILD/compare" "$base-field.pfm" "$base-reference.pfm" > "$base-compare.json"
-        note="; relative RMSE $(short "$(number "$base-compare.json" relative_rmse)")"
-    fi
-    "$BUILD/pfm_png" "$base-field.pfm" "$base-field.png" "$ev"
-    printf '<h2>%s</h2>\n<table><tr>\n' "$title" >> "$PAGE"
-    cell "$name-field.png" "shadowfield, 4 bands"
-    if [ -n "$note" ]; then
-        "$BUILD/pfm_png" "$base-reference.pfm" "$base-reference.png" "$ev"
-        cell "$name-reference.png" "reference, $REFERENCE samples"
-        [ -f "$base-diff.png" ] && cell "$name-diff.png" "difference"
-    fi
-    printf '</tr></table>\n<p>%s fields built in %s s, %s MB kept; %s points shaded in %s s%s</p>\n' \
-        "$(number "$base-field.json" fields)" "$(seconds "$(number "$base-field.json" precompute_ms)")" \
-        "$(megabytes "$(number "$base-field.json" memory_bytes)")" "$(number "$base-field.json" points)" \
-        "$(seconds "$(number "$base-field.json" frame_ms)")" "$note" >> "$PAGE"
+    printf '</tr></table>\n<p>%s triangles; precomputed in %s s, %s MB kept; picture in %s s%s</p>\n' \
+        "$(number "$OUT/$own.json" triangles)" "$(seconds "$(number "$OUT/$own.json" precompute_ms)")" \
+        "$(megabytes "$(number "$OUT/$own.json" memory_bytes)")" "$(seconds "$(number "$OUT/$own.json" frame_ms)")" \
+        "$note" >> "$PAGE"
 }
 
 has_reference=yes
@@ -171,23 +97,34 @@ td { text-align: center; font-size: small; padding: 0 0.5em 0 0; } img { max-wid
 red too bright, blue too dark. Relative RMSE contains the noise of both pictures.</p>
 HTML
 
-row cornell "Cornell box: emissive rectangle, cube maps of places on it" --scene builtin:cornell
-row chess "Chess: 33 objects share the maps of 13 meshes; sky" --scene builtin:chess --set side=64
-row plant "Plant: sky" --scene builtin:plant
-row knot "Knot: sky" --scene builtin:knot
-row knot-sun "Knot: sun, a map of its own direction" --scene builtin:knot --light sun:0.48,0.8,0.36
-rsm_row cornell-bounce "Cornell box: bounced light of its emissive rectangle by 16 reflective shadow maps" \
+ONLY="--samples $SAMPLES"
+row csm cornell "Cornell box: emissive rectangle, cube maps of places on it" --scene builtin:cornell
+ONLY="$ONLY --set side=64"
+row csm chess "Chess: 33 objects share the maps of 13 meshes; sky" --scene builtin:chess
+ONLY="--samples $SAMPLES"
+row csm plant "Plant: sky" --scene builtin:plant
+row csm knot "Knot: sky" --scene builtin:knot
+row csm knot-sun "Knot: sun, a map of its own direction" --scene builtin:knot --light sun:0.48,0.8,0.36
+ONLY= REFERENCE_ONLY="--set bounces=1"
+row rsm cornell-bounce "Cornell box: bounced light of its emissive rectangle by 16 reflective shadow maps" \
     --scene builtin:cornell
-rsm_row uroom-bounce "U-shaped room: bounced light of a spot" --scene builtin:uroom
-FIELD="--set position_side=8 --set spacing=0.04"
-field_row chess-field "Chess: 33 objects share 7 shadow fields; overcast sky" --scene builtin:chess \
+row rsm uroom-bounce "U-shaped room: bounced light of a spot" --scene builtin:uroom
+row ism cornell-shadows "Cornell box: bounced light and its shadows by imperfect shadow maps" --scene builtin:cornell
+row ism uroom-shadows "U-shaped room: 1024 virtual point lights, chosen by what the picture shows" --scene builtin:uroom
+ONLY="--set position_side=8 --set spacing=0.04" REFERENCE_ONLY=
+row shadowfield chess-field "Chess: 33 objects share 7 shadow fields; overcast sky" --scene builtin:chess \
     --env builtin:overcast
+ONLY=
+row envshadow knot-env "Knot: the sky as 256 lights with shadow maps" --scene builtin:knot
+row envshadow cloth-env "Cloth in the wind: the sky as 256 lights" --scene builtin:cloth
+row envshadow figure-env "Dressed figure: the sky as 256 lights" --scene builtin:figure
+ONLY="--samples $SAMPLES"
 if [ -n "$ASSETS" ]; then
     for model in bunny dragon; do
-        [ -f "$ASSETS/$model.glb" ] && row $model "$model.glb: built-in sky" --scene "$ASSETS/$model.glb"
+        [ -f "$ASSETS/$model.glb" ] && row csm $model "$model.glb: built-in sky" --scene "$ASSETS/$model.glb"
     done
     if [ -f "$ASSETS/bunny.glb" ] && [ -f "$ASSETS/venice_sunset_1k.hdr" ]; then
-        row bunny-venice "bunny.glb: venice_sunset_1k.hdr" --scene "$ASSETS/bunny.glb" \
+        row csm bunny-venice "bunny.glb: venice_sunset_1k.hdr" --scene "$ASSETS/bunny.glb" \
             --env "$ASSETS/venice_sunset_1k.hdr" --set m=256
     fi
 else
