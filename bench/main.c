@@ -18,6 +18,7 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "gl_csm_render", "the Monte Carlo renderer on OpenGL", bn_gl_csm_render },
     { "gl_csm_build", "maps drawn and compressed on OpenGL", bn_gl_csm_build },
     { "sfield_algebra", "products, rotations and dot products of spherical harmonics a second", bn_sfield_algebra },
+    { "envshadow_lights", "time, energy and error of k lights by each method", bn_envshadow_lights },
     { "ism", "pictures by ism beside the one-bounce reference, times of its stages", bn_ism },
     { "ism_vpls", "error at equal VPL count by flux, bidirectional and guided importance", bn_ism_vpls },
     { "ism_visibility", "visibilities that differ from Embree's, even and adaptive points", bn_ism_visibility },

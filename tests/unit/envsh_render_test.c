@@ -1,0 +1,206 @@
+/* envsh_render_test - `render --technique envshadow` as a user calls it: pictures beside the reference, what the paper
+   claims of numbers of lights, bytes that depend neither on threads nor on clusters, animation, refusals. */
+#define _POSIX_C_SOURCE 200809L
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <cmocka.h>
+
+#include "common.h"
+#include "conformance.h"
+
+static char folder[] = "/tmp/dapple-envsh-XXXXXX";
+static char output[4096];
+
+/* Runs a program of the build folder, its output into `output`; returns the exit status. */
+static int run(const char *program, const char *arguments)
+{
+    const char *build = getenv("BUILD");
+    char command[1024];
+    FILE *pipe;
+    int status;
+    snprintf(command, sizeof command, "cd %s && %s%s/%s %s 2>&1", folder, build && *build == '/' ? "" : "$OLDPWD/",
+             build && *build ? build : "build", program, arguments);
+    pipe = popen(command, "r");
+    assert_non_null(pipe);
+    output[fread(output, 1, sizeof output - 1, pipe)] = 0;
+    status = pclose(pipe);
+    assert_true(WIFEXITED(status));
+    return WEXITSTATUS(status);
+}
+
+static void expect(int status, const char *text, const char *arguments)
+{
+    int found = run("render", arguments);
+    if (found != status || !strstr(output, text))
+        fail_msg("render %s: status %d, expected %d and \"%s\": %s", arguments, found, status, text, output);
+}
+
+static double number(const char *name)
+{
+    char quoted[64];
+    const char *at;
+    snprintf(quoted, sizeof quoted, "\"%s\": ", name);
+    at = strstr(output, quoted);
+    if (!at)
+        fail_msg("no %s in %s", name, output);
+    return strtod(at + strlen(quoted), NULL);
+}
+
+static void need_reference(void)
+{
+    run("render", "--list");
+    if (strstr(output, "needs Embree")) {
+        printf("skip: needs Embree\n");
+        skip();
+    }
+}
+
+#define KNOT "--scene builtin:knot --size 96x72 "
+
+static void compare_with(const char *reference, const char *arguments)
+{
+    char line[512];
+    snprintf(line, sizeof line, "--technique envshadow %s --out a.pfm", arguments);
+    expect(0, "", line);
+    snprintf(line, sizeof line, "a.pfm %s", reference);
+    assert_int_equal(run("compare", line), 0);
+}
+
+static void many_lights_are_the_reference(void **state)
+{
+    (void)state;
+    need_reference();
+    expect(0, "", "--technique reference " KNOT "--samples 512 --out sky.pfm");
+    compare_with("sky.pfm", KNOT "--set lights=300");
+    /* what Agarwal et al. say of 300 lights; single pixels of the reference carry 2 % of noise */
+    CONFORM_MIN("image", "300 lights of a sunny sky beside the reference, ssim", 0.99, number("ssim"));
+    CONFORM("image", "300 lights of a sunny sky beside the reference, mean ratio", 1, number("mean_ratio"), 0.01);
+    compare_with("sky.pfm", KNOT "--set lights=300 --set method=structured");
+    CONFORM_MIN("image", "300 structured lights of a sunny sky beside the reference, ssim", 0.99, number("ssim"));
+}
+
+/* Fig. 4 of the paper: 64 smoothed lights beside 192 plain ones, in display values as the figure shows them. */
+static void smoothing_saves_lights(void **state)
+{
+    double psnr, ssim;
+    (void)state;
+    need_reference();
+    expect(0, "", "--technique reference " KNOT "--env builtin:studio --samples 512 --out studio.pfm");
+    compare_with("studio.pfm", KNOT "--env builtin:studio --set lights=192 --samples 1");
+    psnr = number("psnr");
+    ssim = number("ssim");
+    compare_with("studio.pfm", KNOT "--env builtin:studio --set lights=64");
+    CONFORM_MIN("image", "psnr of 64 smoothed lights over that of 192 plain ones", 1, number("psnr") / psnr);
+    CONFORM_MIN("image", "ssim of 64 smoothed lights over that of 192 plain ones", 1, number("ssim") / ssim);
+}
+
+static void sun_matches_reference(void **state)
+{
+    (void)state;
+    need_reference();
+    expect(0, "", "--technique reference " KNOT "--light sun:0.48,0.8,0.36 --samples 16 --out sun.pfm");
+    compare_with("sun.pfm", KNOT "--light sun:0.48,0.8,0.36 --set m=1024 --samples 1");
+    /* pixels along the shadow's edge: a map's texel is a third of a pixel */
+    CONFORM_MAX("image", "sharp sun beside the reference, relative rmse", 0.05, number("relative_rmse"));
+}
+
+static void rotation_turns_the_sky(void **state)
+{
+    (void)state;
+    need_reference();
+    expect(0, "", "--technique reference " KNOT "--set env_rotation=70 --samples 256 --out turned.pfm");
+    compare_with("turned.pfm", KNOT "--set env_rotation=70 --set lights=300");
+    assert_true(number("ssim") > 0.985);        /* a sky turned the wrong way has its shadow elsewhere: below 0.95 */
+}
+
+static size_t read_file(const char *name, void *data, size_t room)
+{
+    char path[256];
+    FILE *file;
+    size_t size;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    file = fopen(path, "rb");
+    assert_non_null(file);
+    size = fread(data, 1, room, file);
+    fclose(file);
+    return size;
+}
+
+static int same_files(const char *a, const char *b)
+{
+    static char x[200000], y[200000];
+    size_t size = read_file(a, x, sizeof x);
+    assert_true(size > 1000);
+    return size == read_file(b, y, sizeof y) && memcmp(x, y, size) == 0;
+}
+
+#define SMALL "--technique envshadow --size 48x36 --set lights=20 --set m=64 "
+
+static void threads_and_clusters_do_not_matter(void **state)
+{
+    (void)state;
+    expect(0, "", SMALL "--scene builtin:knot --threads 1 --out one.pfm");
+    expect(0, "", SMALL "--scene builtin:knot --threads 3 --out three.pfm");
+    assert_true(same_files("one.pfm", "three.pfm"));
+    expect(0, "\"cluster\": 7", SMALL "--scene builtin:knot --set cluster=7 --set rgba=1 --out three.pfm --json -");
+    assert_true(same_files("one.pfm", "three.pfm"));
+    expect(0, "", SMALL "--scene builtin:knot --set jitter=1 --frames 3 --out three.pfm");
+    assert_false(same_files("one.pfm", "three.pfm"));
+    expect(0, "", SMALL "--scene builtin:knot --set residual=1 --set sun=1 --set hemisphere=1 --out three.pfm");
+    assert_false(same_files("one.pfm", "three.pfm"));
+}
+
+/* Nothing is kept of the geometry: frame 3 alone is frame 3 of an animation. */
+static void animation_needs_nothing(void **state)
+{
+    (void)state;
+    expect(0, "\"technique\": \"envshadow\"", SMALL "--scene builtin:cloth --frames 1 --out one.pfm --json -");
+    expect(0, "", SMALL "--scene builtin:cloth --frames 8 --out three.pfm");
+    assert_false(same_files("one.pfm", "three.pfm"));
+}
+
+static void others_are_refused(void **state)
+{
+    (void)state;
+    expect(1, "have a place", SMALL "--scene builtin:knot --light point:0,4,0 --out a.pfm");
+    expect(1, "emissive", SMALL "--scene builtin:cornell --out a.pfm");
+    expect(1, "materials=full", SMALL "--scene builtin:knot --set materials=full --out a.pfm");
+    expect(2, "method", SMALL "--scene builtin:knot --set method=best --out a.pfm");
+    expect(2, "samples", SMALL "--scene builtin:knot --samples 65 --out a.pfm");
+}
+
+static int setup(void **state)
+{
+    (void)state;
+    return mkdtemp(folder) ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    char command[64];
+    (void)state;
+    snprintf(command, sizeof command, "rm -rf %s", folder);
+    return system(command);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(many_lights_are_the_reference),
+        cmocka_unit_test(smoothing_saves_lights),
+        cmocka_unit_test(sun_matches_reference),
+        cmocka_unit_test(rotation_turns_the_sky),
+        cmocka_unit_test(threads_and_clusters_do_not_matter),
+        cmocka_unit_test(animation_needs_nothing),
+        cmocka_unit_test(others_are_refused),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
