@@ -88,8 +88,8 @@ static int check_lights(const rd_job *job, char *error)
     for (uint32_t i = 0; i < job->scene->light_count; i++)
         if (job->scene->lights[i].kind != EX_LIGHT_SUN)
             return refuse("treats skies and suns; spots, points and area lights have a place", error);
-    if (job->emitter_count && rd_setting_is(job->settings, "emitters", "refuse"))
-        return refuse("emissive meshes are not treated (--set emitters=leave_out shades without them)", error);
+    if (job->emitter_count)
+        return refuse("emissive meshes are not treated (--set emitters=0 leaves them out)", error);
     if (!job->scene->sky.width && !job->scene->light_count)
         return refuse("no sky and no sun", error);
     return 0;
@@ -413,7 +413,6 @@ static const rd_key keys[] = {
     { "hemisphere", RD_WORD, "0|1", 0, 0, "0", "only the upper half of the sky" },
     { "residual", RD_WORD, "0|1", 0, 0, "0", "adds what the lights leave out, in spherical harmonics" },
     { "jitter", RD_WORD, "0|1", 0, 0, "0", "directions move inside their strata; --frames are averaged" },
-    { "emitters", RD_WORD, "refuse|leave_out", 0, 0, "refuse", "what to do about emissive meshes" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };
 
