@@ -659,7 +659,7 @@ GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
    one program uses one part and base. From the lists come GLBK_SLOT_name, the C struct of each block (std140: only mat4, vec4, ivec4, uvec4 and arrays of them,
    so that both layouts are the same), and the library file "part_bindings". Members are read as block.member. */
 
-#define GLBK_PARTS(X) X(base, BASE) X(csm, CSM)
+#define GLBK_PARTS(X) X(base, BASE) X(csm, CSM) X(sfield, SFIELD) X(envsh, ENVSH) X(rsm, RSM) X(ism, ISM)
 
 #define GLBK_BASE_TEXTURES(X) X(glbk_color_sampler, glbk_source, 0)
 #define GLBK_BASE_BLOCKS(X)
@@ -1052,6 +1052,46 @@ GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *buil
              Stored segments are those of the layers; cohsm_stats of it does not count open and empty entries
    Memory    16 map_size^2 words, 12 bytes a segment (twice in replay)
    Errors    GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
+
+/* ---- sfield: shadow fields, after shadowfield.h ---- */
+
+#define GLBK_SFIELD_TEXTURES(X)
+#define GLBK_SFIELD_BLOCKS(X)
+#define GLBK_SFIELD_STORAGE(X)
+
+GLBK__PART(SFIELD)
+
+/* ---- end of sfield ---- */
+
+/* ---- envsh: environment-map shadows, after envshadow.h ---- */
+
+#define GLBK_ENVSH_TEXTURES(X)
+#define GLBK_ENVSH_BLOCKS(X)
+#define GLBK_ENVSH_STORAGE(X)
+
+GLBK__PART(ENVSH)
+
+/* ---- end of envsh ---- */
+
+/* ---- rsm: reflective shadow maps, after rsm.h ---- */
+
+#define GLBK_RSM_TEXTURES(X)
+#define GLBK_RSM_BLOCKS(X)
+#define GLBK_RSM_STORAGE(X)
+
+GLBK__PART(RSM)
+
+/* ---- end of rsm ---- */
+
+/* ---- ism: imperfect shadow maps, after ism.h ---- */
+
+#define GLBK_ISM_TEXTURES(X)
+#define GLBK_ISM_BLOCKS(X)
+#define GLBK_ISM_STORAGE(X)
+
+GLBK__PART(ISM)
+
+/* ---- end of ism ---- */
 
 /* ---- end of the techniques ---- */
 
@@ -3110,6 +3150,14 @@ static const char *const glbk__glsl_lib_csm_visible_glsl[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_lib_envsh_bindings_glsl[] = {
+    "// envsh_bindings - from the lists GLBK_ENVSH_* of gl_backend.h.\n"
+};
+
+static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
+    "// ism_bindings - from the lists GLBK_ISM_* of gl_backend.h.\n"
+};
+
 static const char *const glbk__glsl_lib_prelude_glsl[] = {
     "// prelude - goes before everything else: precision, and targets that hold the bits of floats.\n",
     "#ifdef GL_ES\n",
@@ -3144,6 +3192,14 @@ static const char *const glbk__glsl_lib_prelude_glsl[] = {
     "vec4 glbk_pack(vec4 color) { return color; }\n",
     "vec4 glbk_unpack(vec4 color) { return color; }\n",
     "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_rsm_bindings_glsl[] = {
+    "// rsm_bindings - from the lists GLBK_RSM_* of gl_backend.h.\n"
+};
+
+static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
+    "// sfield_bindings - from the lists GLBK_SFIELD_* of gl_backend.h.\n"
 };
 
 static const char *const glbk__glsl_lib_table_glsl[] = {
@@ -3444,7 +3500,15 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/csm_visible.glsl", glbk__glsl_lib_csm_visible_glsl, 8, "csm_access cohsm_visible", "",
       "" },
+    { "lib/envsh_bindings.glsl", glbk__glsl_lib_envsh_bindings_glsl, 1, "", "",
+      "" },
+    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 1, "", "",
+      "" },
     { "lib/prelude.glsl", glbk__glsl_lib_prelude_glsl, 33, "", "",
+      "" },
+    { "lib/rsm_bindings.glsl", glbk__glsl_lib_rsm_bindings_glsl, 1, "", "",
+      "" },
+    { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 1, "", "",
       "" },
     { "lib/table.glsl", glbk__glsl_lib_table_glsl, 5, "", "",
       "" },
@@ -6196,6 +6260,22 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
     glbk__free(&memory, z);
     return result;
 }
+
+/* ---- >>sfield ---- */
+
+/* ---- end of sfield ---- */
+
+/* ---- >>envsh ---- */
+
+/* ---- end of envsh ---- */
+
+/* ---- >>rsm ---- */
+
+/* ---- end of rsm ---- */
+
+/* ---- >>ism ---- */
+
+/* ---- end of ism ---- */
 
 /* ---- end of the techniques ---- */
 
