@@ -147,7 +147,7 @@ COHSM_DEF const char *cohsm_result_text(cohsm_result result);
 /* ---- memory, threads, progress: the caller's ---- */
 
 typedef struct cohsm_allocator {    /* all zero = malloc and free; else both functions */
-    void *(*alloc_fn)(size_t size, void *user);   /* 16-byte aligned like malloc, or NULL */
+    void *(*alloc_fn)(size_t size, void *user);   /* aligned like malloc's (8 bytes suffice), or NULL */
     void (*free_fn)(void *memory, void *user);
     void *user;
 } cohsm_allocator;
@@ -535,7 +535,7 @@ COHSM_DEF size_t cohsm_emitter_size(const cohsm_emitter_desc *desc);
 
 COHSM_DEF cohsm_result cohsm_emitter_build(const cohsm_emitter_desc *desc, void *memory, size_t memory_size,
                                          cohsm_emitter **out, uint64_t *bad_texels);
-/* memory      cohsm_emitter_size(desc) bytes, 16-byte aligned; must outlive *out
+/* memory      cohsm_emitter_size(desc) bytes, 8-byte aligned; must outlive *out
    bad_texels  may be NULL; texels of the frames in use with a channel that is not finite or negative: the channel is 0
    Errors      COHSM_ERR_DESC, COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_MEMORY
    A light that moves or changes is built again, for each frame if need be: O(texels). */
@@ -3881,7 +3881,7 @@ static void cohsm__point(cohsm_maps *m)
     if (m->angles) cohsm__latlong_angles(m->head.side, m->angles);
 }
 
-/* Zeroed words at a cache line's boundary; the allocator promises 16 bytes only. */
+/* Zeroed words at a cache line's boundary; the allocator promises 8 bytes only. */
 typedef struct cohsm__memory { void *memory; uint32_t *words; } cohsm__memory;
 
 static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words)

@@ -156,7 +156,7 @@ ENVSH_DEF const char *envsh_result_text(envsh_result result);
 /* ---- memory, threads: the caller's ---- */
 
 typedef struct envsh_allocator {    /* all zero = malloc and free; else both functions */
-    void *(*alloc_fn)(size_t size, void *user);   /* 16-byte aligned like malloc, or NULL */
+    void *(*alloc_fn)(size_t size, void *user);   /* aligned like malloc's (8 bytes suffice), or NULL */
     void (*free_fn)(void *memory, void *user);
     void *user;
 } envsh_allocator;

@@ -328,7 +328,7 @@ typedef glbk_proc (*glbk_get_proc)(const char *name, void *user);
 /* Returns GL's function of that full name ("glBindTexture") or NULL. */
 
 typedef struct glbk_allocator {     /* all zero = malloc and free; else both functions */
-    void *(*alloc_fn)(size_t size, void *user);   /* 16-byte aligned like malloc, or NULL */
+    void *(*alloc_fn)(size_t size, void *user);   /* aligned like malloc's (8 bytes suffice), or NULL */
     void (*free_fn)(void *memory, void *user);
     void *user;
 } glbk_allocator;

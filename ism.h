@@ -151,7 +151,7 @@ ISM_DEF const char *ism_result_text(ism_result result);
 /* ---- memory, threads, progress: the caller's ---- */
 
 typedef struct ism_allocator {      /* all zero = malloc and free; else both functions */
-    void *(*alloc_fn)(size_t size, void *user);   /* 16-byte aligned like malloc, or NULL */
+    void *(*alloc_fn)(size_t size, void *user);   /* aligned like malloc's (8 bytes suffice), or NULL */
     void (*free_fn)(void *memory, void *user);
     void *user;
 } ism_allocator;

@@ -145,7 +145,7 @@ RSM_DEF const char *rsm_result_text(rsm_result result);
 /* ---- memory, threads, progress: the caller's ---- */
 
 typedef struct rsm_allocator {      /* all zero = malloc and free; else both functions */
-    void *(*alloc_fn)(size_t size, void *user);   /* 16-byte aligned like malloc, or NULL */
+    void *(*alloc_fn)(size_t size, void *user);   /* aligned like malloc's (8 bytes suffice), or NULL */
     void (*free_fn)(void *memory, void *user);
     void *user;
 } rsm_allocator;
@@ -214,7 +214,7 @@ RSM_DEF size_t rsm_map_size(const rsm_desc *desc);
 /* Bytes of a map: 56 a texel, 8 a row and 1 KB at most. 0: the desc is refused. */
 
 RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t size, rsm_map **out);
-/* An empty map inside memory of yours: rsm_map_size(desc) bytes, 16-byte aligned, which must outlive *out. Nothing is
+/* An empty map inside memory of yours: rsm_map_size(desc) bytes, 8-byte aligned, which must outlive *out. Nothing is
    allocated; for the next frame call it again on the same memory.
    Errors   RSM_ERR_DESC, RSM_ERR_ARGUMENT (NULL), RSM_ERR_MEMORY */
 
@@ -3359,7 +3359,7 @@ RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t size,
     result = rsm__map_set(&map, desc);
     if (result != RSM_OK) return result;
     if (rsm_map_size(desc) == 0) return RSM_ERR_LIMIT;
-    if (size < rsm_map_size(desc) || (uintptr_t)memory % 16 != 0) return RSM_ERR_MEMORY;
+    if (size < rsm_map_size(desc) || (uintptr_t)memory % 8 != 0) return RSM_ERR_MEMORY;
     texels = rsm__texel_count(&map);
     at = (char *)memory + rsm__align(sizeof map);
     map.texels = (rsm_texel *)(void *)at;

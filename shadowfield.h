@@ -151,7 +151,7 @@ SFIELD_DEF const char *sfield_result_text(sfield_result result);
 /* ---- memory, threads, progress: the caller's ---- */
 
 typedef struct sfield_allocator {   /* all zero = malloc and free; else both functions */
-    void *(*alloc_fn)(size_t size, void *user);   /* 16-byte aligned like malloc, or NULL */
+    void *(*alloc_fn)(size_t size, void *user);   /* aligned like malloc's (8 bytes suffice), or NULL */
     void (*free_fn)(void *memory, void *user);
     void *user;
 } sfield_allocator;

@@ -191,19 +191,19 @@ static void *ledger_alloc(size_t size, void *user)
     size_t *p;
     l->calls++;
     if (l->fail_at && (l->calls == l->fail_at || (l->fail_on && l->calls > l->fail_at))) return NULL;
-    p = (size_t *)malloc(size + 16);
+    p = (size_t *)malloc(size + 8);
     if (!p) return NULL;
     *p = size;
     l->live++;
     l->now += size;
     if (l->now > l->peak) l->peak = l->now;
-    return (char *)p + 16;
+    return (char *)p + 8;
 }
 
 static void ledger_free(void *memory, void *user)
 {
     ledger *l = (ledger *)user;
-    size_t *p = (size_t *)(void *)((char *)memory - 16);
+    size_t *p = (size_t *)(void *)((char *)memory - 8);
     l->live--;
     l->now -= *p;
     free(p);

@@ -136,20 +136,20 @@ static inline void *ledger_alloc(size_t size, void *user)
     size_t *block;
     long call = (long)l->calls++;
     if (l->fail_at >= 0 && (call == l->fail_at || (l->from_then_on && call > l->fail_at))) return NULL;
-    block = (size_t *)malloc(size + 16);
+    block = (size_t *)malloc(size + 8);
     if (!block) return NULL;
     block[0] = size;
-    memset((char *)block + 16, 0xa5, size);
+    memset((char *)block + 8, 0xa5, size);
     l->live++;
     l->now += size;
     if (l->now > l->peak) l->peak = l->now;
-    return (char *)block + 16;
+    return (char *)block + 8;
 }
 
 static inline void ledger_free(void *memory, void *user)
 {
     ledger *l = (ledger *)user;
-    size_t *block = (size_t *)(void *)((char *)memory - 16);
+    size_t *block = (size_t *)(void *)((char *)memory - 8);
     l->live--;
     l->now -= block[0];
     memset(memory, 0x5a, block[0]);

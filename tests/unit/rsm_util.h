@@ -25,23 +25,23 @@ UNUSED_OK void *ledger_alloc(size_t size, void *user)
     size_t *p;
     l->calls++;
     if (l->fail_at && (l->calls == l->fail_at || (l->fail_on && l->calls > l->fail_at))) return NULL;
-    p = (size_t *)malloc(size + 16);
+    p = (size_t *)malloc(size + 8);
     if (!p) return NULL;
-    memset(p, 0xcd, size + 16);
+    memset(p, 0xcd, size + 8);
     p[0] = size;
     l->live++;
     l->now += size;
     if (l->now > l->peak) l->peak = l->now;
-    return (char *)p + 16;
+    return (char *)p + 8;
 }
 
 UNUSED_OK void ledger_free(void *memory, void *user)
 {
     ledger *l = (ledger *)user;
-    char *p = (char *)memory - 16;
+    char *p = (char *)memory - 8;
     size_t size;
     memcpy(&size, p, sizeof size);
-    memset(p, 0xdd, size + 16);
+    memset(p, 0xdd, size + 8);
     l->now -= size;
     l->live--;
     free(p);

@@ -177,18 +177,18 @@ UNUSED_OK void *counting_alloc(size_t size, void *user)
     size_t *p;
     c->calls++;
     if (c->fail_at && (c->forever ? c->calls >= c->fail_at : c->calls == c->fail_at)) return NULL;
-    p = (size_t *)malloc(size + 16);
+    p = (size_t *)malloc(size + 8);
     if (!p) return NULL;
     p[0] = size;
     c->now += size;
     c->peak = c->now > c->peak ? c->now : c->peak;
-    return (char *)p + 16;
+    return (char *)p + 8;
 }
 
 UNUSED_OK void counting_free(void *memory, void *user)
 {
     counting *c = (counting *)user;
-    char *p = (char *)memory - 16;
+    char *p = (char *)memory - 8;
     size_t size;
     memcpy(&size, p, sizeof size);
     c->now -= size;
