@@ -1147,7 +1147,7 @@ static inline int sfield__cpu_has_avx512(void) { return 0; }
 #define SFIELD__INLINE static inline
 #endif
 
-enum { SFIELD__LANES = 16, SFIELD__STAGED = 300, SFIELD__PIECES = 16 };
+enum { SFIELD__LANES = 16, SFIELD__STAGED = 300, SFIELD__STAGED_COEFS = 25, SFIELD__PIECES = 16 };   /* of 5 bands */
 
 typedef struct sfield__entry { uint32_t pair; float c; } sfield__entry;
 
@@ -1176,8 +1176,9 @@ static const float sfield__y00 = 0.282094792f;      /* Y_00, and C_0jj for every
     TARGET static void sfield__product_##V(const sfield_algebra *t, const float *a, const float *b, float *out,        \
                                            size_t stride, int occlude)                                                 \
     {                                                                                                                  \
-        sfield__##V p[SFIELD__STAGED], r[SFIELD_MAX_COEFS], a0, b0, acc;                                               \
+        sfield__##V p[SFIELD__STAGED + SFIELD__STAGED_COEFS], *r, a0, b0, acc;                                         \
         uint32_t i, k, q, staged = t->pair_count <= SFIELD__STAGED;                                                    \
+        r = p + (staged ? SFIELD__STAGED : 0);                                                                         \
         for (i = 1; i < t->coefs && staged; i++) {                                                                     \
             a0 = sfield__##V##_load(a + i * stride);                                                                   \
             b0 = sfield__##V##_load(b + i * stride);                                                                   \
@@ -1825,8 +1826,7 @@ SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *t, const float *vis
    small. out may be in. */
 static void sfield__exp16(const sfield_algebra *t, const float *in, float *out)
 {
-    float h[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 }, p[SFIELD_MAX_COEFS * SFIELD__LANES], constant[SFIELD__LANES];
-    float most = 0, scale = 1;
+    float h[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 }, constant[SFIELD__LANES], most = 0, scale = 1;
     uint32_t k, i, squares, n = t->coefs * SFIELD__LANES;
     for (i = 0; i < SFIELD__LANES; i++) {
         float norm = 0;
@@ -1836,10 +1836,11 @@ static void sfield__exp16(const sfield_algebra *t, const float *in, float *out)
     }
     for (squares = 0; squares < 12 && most * scale * scale > 0.25f; squares++) scale *= 0.5f;
     for (k = 0; k < n; k++) h[k] = k < SFIELD__LANES ? 0.0f : in[k] * scale;
-    sfield__product16(t, h, h, p, SFIELD__LANES, 0);
-    for (k = 0; k < n; k++) out[k] = h[k] + 0.5f * p[k];
-    sfield__product16(t, p, h, p, SFIELD__LANES, 0);
-    for (k = 0; k < n; k++) out[k] += (k < SFIELD__LANES ? 1 / sfield__y00 : 0.0f) + p[k] * (1.0f / 6);
+    for (k = 0; k < n; k++) out[k] = h[k] * (1.0f / 3) + (k < SFIELD__LANES ? 1 / sfield__y00 : 0.0f);
+    for (i = 2; i > 0; i--) {                   /* Horner: 1 + h (1 + h/2 (1 + h/3)) */
+        sfield__product16(t, out, h, out, SFIELD__LANES, 0);
+        for (k = 0; k < n; k++) out[k] = out[k] / (float)i + (k < SFIELD__LANES ? 1 / sfield__y00 : 0.0f);
+    }
     for (i = 0; i < squares; i++) sfield__product16(t, out, out, out, SFIELD__LANES, 0);
     for (k = 0; k < n; k++) out[k] *= constant[k % SFIELD__LANES];
 }
@@ -4388,6 +4389,7 @@ typedef struct sfield__tile {
     uint8_t  *needed;
     float    *t;                                /* [light][chain] 16 n^2 */
     float    *start;                            /* [chain] */
+    float    *rows, *planes, *turned;           /* for one entity: 16 rows of 3 channels; planes twice */
     sfield_scene_stats stats;
 } sfield__tile;
 
@@ -4408,6 +4410,9 @@ static size_t sfield__carve(sfield__tile *t, uint8_t *memory, uint32_t occluders
     SFIELD__CARVE(occlusion, float, n * c);
     SFIELD__CARVE(t, float, (slots * (size_t)chains > 3 ? slots * (size_t)chains : 3) * c);
     SFIELD__CARVE(start, float, 2 * c);
+    SFIELD__CARVE(rows, float, 3 * (c + 7 * SFIELD__LANES));        /* coefficients of a row: a multiple of 8 */
+    SFIELD__CARVE(planes, float, c + 7 * SFIELD__LANES);
+    SFIELD__CARVE(turned, float, c);
     SFIELD__CARVE(d2, float, n * SFIELD__LANES);
     SFIELD__CARVE(factor, float, n * SFIELD__LANES);
     SFIELD__CARVE(light_d2, float, slots * SFIELD__LANES);
@@ -4580,8 +4585,8 @@ static void sfield__occlude(sfield__tile *t, uint32_t i)
 {
     const sfield_scene *s = t->s;
     const sfield__item *it = &s->item[t->item[i]];
-    float local[48], rows[SFIELD_MAX_COEFS * SFIELD__LANES], *out = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
-    float planes[SFIELD_MAX_COEFS * SFIELD__LANES], *factor = t->factor + (size_t)i * SFIELD__LANES;
+    float local[48], *rows = t->rows, *planes = t->planes, *factor = t->factor + (size_t)i * SFIELD__LANES;
+    float *out = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
     sfield__place at;
     uint32_t l, used = 0;
     if (t->state[i]) return;
@@ -4622,7 +4627,7 @@ static void sfield__apply(sfield__tile *t, uint32_t i, uint32_t mask, float *cha
 {
     const sfield_scene *s = t->s;
     const float *o = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
-    float masked[SFIELD_MAX_COEFS * SFIELD__LANES];
+    float *masked = t->turned;
     uint32_t k, l;
     int c;
     if (t->state[i] == 2 || !mask) return;
@@ -4671,7 +4676,7 @@ static void sfield__chain_exp(sfield__tile *t)
     const sfield_scene *s = t->s;
     uint32_t n = s->coefs * SFIELD__LANES, slots = t->lights + (uint32_t)t->sky, i, j, k, l;
     size_t size = (size_t)t->chains * n;
-    float sum[SFIELD_MAX_COEFS * SFIELD__LANES];
+    float *sum = t->turned;
     int c;
     for (i = 0; i < t->count; i++) sfield__factors(t, t->order[i]);
     for (i = 0; i < t->count; i++) sfield__occlude(t, t->order[i]);
@@ -4818,8 +4823,7 @@ static void sfield__shine(const sfield__tile *t, uint32_t j, const float *chain,
     const sfield_scene *s = t->s;
     const sfield__item *it = &s->item[s->light[j]];
     const sfield_field *f = it->e.source;
-    float local[48], rows[3 * SFIELD_MAX_COEFS * SFIELD__LANES], planes[SFIELD_MAX_COEFS * SFIELD__LANES];
-    float turned[SFIELD_MAX_COEFS * SFIELD__LANES];
+    float local[48], *rows = t->rows, *planes = t->planes, *turned = t->turned;
     sfield__place at;
     uint32_t l, c, k;
     sfield__to_local(it, 1, t->p, local);
@@ -4934,7 +4938,7 @@ static void sfield__incident_tile(sfield__tile *t, float *out)
 {
     const sfield_scene *s = t->s;
     uint32_t n = s->coefs * SFIELD__LANES, i, j, k, l, c, slots;
-    float *sum = t->t, rows[3 * SFIELD_MAX_COEFS * SFIELD__LANES], local[48];
+    float *sum = t->t, *rows = t->rows, local[48];
     uint32_t done[SFIELD__LANES];
     sfield__load(t);
     sfield__candidates(t);
@@ -4952,7 +4956,7 @@ static void sfield__incident_tile(sfield__tile *t, float *out)
         for (j = 0; j < slots; j++) {
             const sfield__item *it = &s->item[s->light[j]];
             const sfield_field *f = it->e.source;
-            float planes[SFIELD_MAX_COEFS * SFIELD__LANES];
+            float *planes = t->planes;
             sfield__place at;
             uint32_t lanes = 0;
             for (l = 0; l < SFIELD__LANES; l++) {
