@@ -88,6 +88,7 @@ static void no_clamp(void **state)
         e[i] = gather_at(map, &g, 0, 1, 0, 0, -1, 0);
         rsm_map_free(map);
     }
+    model_free(&m);
     CONFORM("T32", "result for 1000 times the light / 1000", 1, e[1] / e[0] / 1000, 1e-5);    /* rounding of sums */
 }
 

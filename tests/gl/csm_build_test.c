@@ -169,9 +169,10 @@ static void open_and_busy(void **state)
 static void two_chunks(void **state)
 {
     GL_TEST(t, state)
-    model m = model_cube(1.0, 1);
+    model m;
     cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 257, 4);
     if (gl_this_way()->bit != GL_CORE45) return;        /* slow, and the same code in the others */
+    m = model_cube(1.0, 1);
     d.order = COHSM_ORDER_ZIGZAG;
     build_both(t, d, &m, 0.02);
     model_free(&m);
