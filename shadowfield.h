@@ -136,7 +136,8 @@ extern "C" {
     X(SFIELD_ERR_VERSION, "a shadowfield file of an unknown version")                                        \
     X(SFIELD_ERR_BASIS, "basis, bands, cube or content of the fields do not fit this call")                  \
     X(SFIELD_ERR_OVERLAP, "bounding spheres of a light and an object overlap (strict)")                      \
-    X(SFIELD_ERR_ROTATION, "a rotated entity needs the product on texels")
+    X(SFIELD_ERR_ROTATION, "a rotated entity needs the product on texels")                                   \
+    X(SFIELD_ERR_SHARD, "not the shards of one field, or a shard where the whole is needed")
 
 typedef enum sfield_result {
 #define SFIELD__ENUM(name, text) name,
@@ -281,6 +282,7 @@ typedef struct sfield_desc {
     float          frames_per_second; /* > 0; 0 = 30 */
     int            loop;            /* after the last frame: 1 the first again, 0 the last stays */
     float          center[3], radius; /* bounding sphere; radius 0 = fitted (callbacks: required) */
+    uint32_t       shard_begin, shard_end; /* only these shells, counted through all frames; 0, 0 = all. Not SELF */
     sfield_allocator    allocator;
     sfield_parallel_for parallel_for; /* NULL = this thread alone; the bytes built are the same */
     void               *parallel_user;
@@ -350,6 +352,11 @@ SFIELD_DEF sfield_result sfield_build_self(const sfield_desc *desc, const sfield
 /* Self-visibility of count points on the mesh, the O_p of the paper: the view from points[i] + offset normals[i] (three
    floats each). Harmonics store visibility x max(0, cosine), wavelets the occlusion. For sfield_points.self. */
 
+SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count, const sfield_allocator *allocator,
+                                      sfield_field **out);
+/* Joins shards of one desc whose shells follow each other from the first to the last; the bytes are those of the whole
+   build. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_SHARD, SFIELD_ERR_LIMIT, SFIELD_ERR_ALLOC */
+
 SFIELD_DEF void sfield_free(sfield_field *field);
 
 typedef enum sfield_kind { SFIELD_KIND_OCCLUSION, SFIELD_KIND_SOURCE, SFIELD_KIND_SELF } sfield_kind;
@@ -366,6 +373,7 @@ typedef struct sfield_info {
     float          center[3], radius;
     float          inscribed;       /* radius of a sphere about center inside the closed mesh; 0 = none known */
     float          inner, outer;    /* in r */
+    uint32_t       shard_begin, shard_end; /* 0, 0: whole */
 } sfield_info;
 
 SFIELD_DEF void sfield_get_info(const sfield_field *field, sfield_info *out);
@@ -375,7 +383,7 @@ SFIELD_DEF sfield_result sfield_query(const sfield_field *field, size_t count, c
 /* The field at positions (three floats each, in its own space), eight samples interpolated.
    out      harmonics: bands^2 coefficients for each position (sources: r, then g, then b); wavelets: 6 N^2 texels
             likewise. Visibility (or its log, as stored), or radiance
-   Errors   SFIELD_ERR_ARGUMENT; SFIELD_ERR_BASIS for SELF fields. Positions that are not finite see nothing: visibility
+   Errors   SFIELD_ERR_ARGUMENT; SFIELD_ERR_BASIS for SELF fields; SFIELD_ERR_SHARD. Positions that are not finite see nothing: visibility
             1, radiance 0 */
 
 SFIELD_DEF sfield_result sfield_self(const sfield_field *field, size_t first, size_t count, float *out);
@@ -383,7 +391,7 @@ SFIELD_DEF sfield_result sfield_self(const sfield_field *field, size_t first, si
 
 SFIELD_DEF sfield_result sfield_ambient(const sfield_field *field, size_t count, const float *positions, float *out);
 /* Free by-product: share of all directions that stays open at each position, 0..1, from the first coefficient alone.
-   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_BASIS (not an occlusion field, or its log) */
+   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_BASIS (not an occlusion field, or its log), SFIELD_ERR_SHARD */
 
 SFIELD_DEF size_t sfield_size(const sfield_field *field);
 SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, size_t memory_size);
@@ -448,7 +456,7 @@ SFIELD_DEF void sfield_scene_free(sfield_scene *scene);
 
 SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *scene, const sfield_entity *entities, size_t count);
 /* Where everything is now; copied. At most 65535. Call it for each frame in which something moved.
-   Errors  SFIELD_ERR_ARGUMENT (transform), SFIELD_ERR_BASIS, SFIELD_ERR_OVERLAP (strict), SFIELD_ERR_ROTATION,
+   Errors  SFIELD_ERR_ARGUMENT (transform), SFIELD_ERR_BASIS, _SHARD, _OVERLAP (strict), _ROTATION,
            SFIELD_ERR_LIMIT, SFIELD_ERR_ALLOC; the scene then keeps what it had */
 
 SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
@@ -2232,7 +2240,7 @@ typedef struct sfield__header {     /* 32-bit fields only */
     uint32_t kind, basis, logarithm, bands, cube_side, shells, position_side, spacing, frames, loop;
     uint32_t channels, samples, stride, entries;
     float    center[3], radius, inscribed, frames_per_second, window;
-    uint32_t reserved[7];
+    uint32_t shard_begin, shard_end, reserved[5];
 } sfield__header;
 
 struct sfield_field {
@@ -2387,8 +2395,9 @@ static int sfield__header_good(const sfield__header *h)
     for (i = 0; i < 3; i++)
         if (!sfield__in(h->center[i], -1e18f, 1e18f)) return 0;
     if (!sfield__in(h->radius, 1e-18f, 1e18f) || !sfield__in(h->inscribed, 0, h->radius)) return 0;
-    for (i = 0; i < 7; i++)
+    for (i = 0; i < 5; i++)
         if (h->reserved[i]) return 0;
+    if (h->shard_end ? self || h->shard_begin >= h->shard_end || h->shard_end > sfield__groups(h) : h->shard_begin) return 0;
     if (haar ? h->stride != (h->channels == 3 ? 2u : 1u) : h->stride != h->channels * sfield__planes(h->bands)) return 0;
     if (!haar && h->entries) return 0;
     if (self) return h->shells == 0 && h->position_side == 0 && h->samples >= 1;
@@ -2408,6 +2417,8 @@ static int sfield__content_good(const sfield_field *f)
         return 1;
     }
     if (f->offset[0] != 0 || f->offset[h->samples] != h->entries) return 0;
+    k = h->shard_end ? h->samples / sfield__groups(h) : 0;      /* shards: nothing outside, so that sfield_merge fits */
+    if (k && (f->offset[h->shard_begin * k] != 0 || f->offset[h->shard_end * k] != h->entries)) return 0;
     for (i = 0; i < h->samples; i++) {
         if (f->offset[i] > f->offset[i + 1] || f->offset[i + 1] > h->entries) return 0;
         if (!sfield__in(f->sample_scale[i], 0, 1e24f)) return 0;
@@ -2473,6 +2484,73 @@ SFIELD_DEF void sfield_get_info(const sfield_field *field, sfield_info *out)
     out->inscribed = h->inscribed;
     out->inner = h->shells ? field->radii[0] : 0;
     out->outer = h->shells ? field->radii[h->shells - 1] : 0;
+    out->shard_begin = h->shard_begin;
+    out->shard_end = h->shard_end;
+}
+
+/* Whether b goes on where a ends, and is made in the same way. */
+static int sfield__follows(const sfield_field *a, const sfield_field *b)
+{
+    sfield__header x = a->h, y = b->h;
+    if (x.shard_end != y.shard_begin || !y.shard_end) return 0;
+    x.bytes = x.crc = x.entries = x.shard_begin = x.shard_end = 0;
+    y.bytes = y.crc = y.entries = y.shard_begin = y.shard_end = 0;
+    return memcmp(&x, &y, sizeof x) == 0 && memcmp(a->radii, b->radii, x.shells * sizeof *a->radii) == 0;
+}
+
+/* What a shard has built, into the whole; *entries counts the wavelets there. */
+static void sfield__join(sfield_field *whole, const sfield_field *shard, uint32_t *entries)
+{
+    const sfield__header *h = &shard->h;
+    size_t samples = h->samples / sfield__groups(h), first = h->shard_begin * samples, stride = h->stride, i;
+    size_t groups = h->shard_end - h->shard_begin, at = h->shard_begin * stride;
+    uint32_t *words = whole->words + SFIELD__HEADER + h->shells;
+    samples *= groups;
+    if (h->basis == SFIELD_BASIS_SH) {
+        memcpy(words + at, shard->scale + at, 4 * groups * stride);
+        memcpy(words + at + sfield__groups(h) * stride, shard->bias + at, 4 * groups * stride);
+        memcpy((uint8_t *)(whole->words + whole->word_count) + first * stride, shard->sample + first * stride, samples * stride);
+        return;
+    }
+    for (i = first; i < first + samples; i++) words[i + 1] = *entries + shard->offset[i + 1];
+    memcpy(words + h->samples + 1 + first, shard->sample_scale + first, 4 * samples);
+    if (h->entries)
+        memcpy(words + 2 * (size_t)h->samples + 1 + *entries * stride, shard->entry, 4 * h->entries * stride);
+    *entries += h->entries;
+}
+
+SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count, const sfield_allocator *allocator,
+                                      sfield_field **out)
+{
+    sfield__allocator a = sfield__allocator_of(allocator);
+    uint64_t entries = 0;
+    uint32_t used = 0;
+    sfield__header h;
+    sfield_field *f;
+    sfield_result result;
+    size_t i;
+    if (!shards || !count || !out || (allocator && !sfield__allocator_valid(allocator->alloc_fn, allocator->free_fn)))
+        return SFIELD_ERR_ARGUMENT;
+    for (i = 0; i < count; i++) {
+        if (!shards[i]) return SFIELD_ERR_ARGUMENT;
+        if (i ? !sfield__follows(shards[i - 1], shards[i]) : shards[0]->h.shard_begin || !shards[0]->h.shard_end)
+            return SFIELD_ERR_SHARD;
+        entries += shards[i]->h.entries;
+    }
+    h = shards[0]->h;
+    if (shards[count - 1]->h.shard_end != sfield__groups(&h)) return SFIELD_ERR_SHARD;
+    if (entries > 0xffffffffu) return SFIELD_ERR_LIMIT;
+    h.entries = (uint32_t)entries;
+    h.shard_end = 0;
+    result = sfield__field_alloc(&a, &h, &f);
+    if (result != SFIELD_OK) return result;
+    memcpy(f->words + SFIELD__HEADER, shards[0]->radii, h.shells * sizeof *f->radii);
+    if (h.basis == SFIELD_BASIS_HAAR) f->words[SFIELD__HEADER + h.shells] = 0;
+    for (i = 0; i < count; i++) sfield__join(f, shards[i], &used);
+    sfield__bind(f);
+    sfield__seal(f);
+    *out = f;
+    return SFIELD_OK;
 }
 
 /* ---- >>views: what is seen from a sample point ---- */
@@ -3029,6 +3107,8 @@ static sfield_result sfield__read_desc(sfield__build *b, const sfield_desc *desc
     b->cells = 6 * h->cube_side * h->cube_side;
     h->stride = haar ? (h->channels == 3 ? 2u : 1u) : h->channels * b->planes;
     h->samples = kind == SFIELD_KIND_SELF ? 1 : h->frames * h->shells * 6 * h->position_side * h->position_side;
+    h->shard_begin = d->shard_begin;
+    h->shard_end = d->shard_end;
     if (d->bands > SFIELD_MAX_BANDS || !sfield__header_good(h)) return SFIELD_ERR_DESC;
     keep = d->keep != 0 ? d->keep : 0.01f;
     if (!sfield__in(keep, 0, 1)) return SFIELD_ERR_DESC;
@@ -3246,17 +3326,23 @@ static sfield_result sfield__batch(sfield__build *b, uint32_t group)
 static sfield_result sfield__room(sfield__build *b, size_t batch)
 {
     size_t held = b->what == SFIELD__SELF ? b->h.samples : batch;
+    sfield_result result;
     if (b->h.basis == SFIELD_BASIS_SH) {
         b->value = (float *)sfield__hold(b, held, b->h.stride * sizeof *b->value);
         if (!b->value) return SFIELD_ERR_ALLOC;
-        return sfield__field_alloc(&b->allocator, &b->h, &b->out);
+        result = sfield__field_alloc(&b->allocator, &b->h, &b->out);
+        if (result == SFIELD_OK && b->h.shard_end) memset(b->out->words, 0, b->out->h.bytes);
+        return result;
     }
     b->kept = (uint32_t *)sfield__hold(b, batch, sizeof *b->kept);
     b->kept_scale = (float *)sfield__hold(b, batch, sizeof *b->kept_scale);
     b->entry = (uint32_t *)sfield__hold(b, batch, 4 * (size_t)b->most * b->h.stride);
     b->offsets = (uint32_t *)sfield__hold(b, (size_t)b->h.samples + 1, sizeof *b->offsets);
     b->scales = (float *)sfield__hold(b, b->h.samples, sizeof *b->scales);
-    return b->kept && b->kept_scale && b->entry && b->offsets && b->scales ? SFIELD_OK : SFIELD_ERR_ALLOC;
+    if (!b->kept || !b->kept_scale || !b->entry || !b->offsets || !b->scales) return SFIELD_ERR_ALLOC;
+    memset(b->offsets, 0, ((size_t)b->h.samples + 1) * sizeof *b->offsets);
+    memset(b->scales, 0, (size_t)b->h.samples * sizeof *b->scales);
+    return SFIELD_OK;
 }
 
 static int sfield__goes_on(const sfield__build *b, float fraction)
@@ -3270,11 +3356,12 @@ static sfield_result sfield__all_batches(sfield__build *b)
     const float *radiance = b->radiance;
     size_t batch = self ? 2048 : 6 * (size_t)b->h.position_side * b->h.position_side;
     uint32_t groups = self ? (b->h.samples + 2047) / 2048 : sfield__groups(&b->h), g;
+    const uint32_t begin = b->h.shard_begin, end = b->h.shard_end ? b->h.shard_end : groups;
     float *values;
     sfield_result result = sfield__room(b, batch);
     if (!sfield__goes_on(b, 0)) return SFIELD_ERR_CANCELLED;
     values = b->value;
-    for (g = 0; g < groups && result == SFIELD_OK; g++) {
+    for (g = begin; g < end && result == SFIELD_OK; g++) {
         b->first = g * batch;
         b->count = self && b->h.samples - b->first < batch ? b->h.samples - b->first : batch;
         b->radius = self ? 0 : b->radii[g % b->h.shells];
@@ -3282,7 +3369,7 @@ static sfield_result sfield__all_batches(sfield__build *b)
         if (radiance) b->radiance = radiance + 3 * (size_t)(g / b->h.shells) * (b->triangles + b->skipped);
         if (self && !haar) b->value = values + b->first * b->h.stride;
         result = sfield__batch(b, g);
-        if (result == SFIELD_OK && !sfield__goes_on(b, (float)(g + 1) / (float)groups)) return SFIELD_ERR_CANCELLED;
+        if (result == SFIELD_OK && !sfield__goes_on(b, (float)(g + 1 - begin) / (float)(end - begin))) return SFIELD_ERR_CANCELLED;
     }
     if (result != SFIELD_OK || !self || haar) return result;
     b->value = values;                          /* one range for all points */
@@ -3337,7 +3424,9 @@ static sfield_result sfield__finish(sfield__build *b, sfield_field **out, sfield
     uint32_t p;
     if (b->h.basis == SFIELD_BASIS_HAAR) {
         sfield_result result;
+        size_t i;
         b->h.entries = b->all_used;
+        for (i = b->first + b->count; i < b->h.samples; i++) b->offsets[i + 1] = b->all_used;      /* after a shard */
         result = sfield__field_alloc(&b->allocator, &b->h, &b->out);
         if (result != SFIELD_OK) return result;
         memcpy(b->out->words + SFIELD__HEADER + b->h.shells, b->offsets, 4 * ((size_t)b->h.samples + 1));
@@ -3817,6 +3906,7 @@ SFIELD_DEF sfield_result sfield_query(const sfield_field *f, size_t count, const
     uint32_t l, good, haar, n;
     if (!f || !positions || !out) return SFIELD_ERR_ARGUMENT;
     if (f->h.kind == SFIELD_KIND_SELF) return SFIELD_ERR_BASIS;
+    if (f->h.shard_end) return SFIELD_ERR_SHARD;
     haar = f->h.basis == SFIELD_BASIS_HAAR;
     size = (size_t)f->h.channels * (haar ? 6 * f->h.cube_side * f->h.cube_side : f->h.bands * f->h.bands);
     for (i = 0; i < count; i += SFIELD__LANES) {
@@ -3845,6 +3935,7 @@ SFIELD_DEF sfield_result sfield_ambient(const sfield_field *f, size_t count, con
     size_t i;
     if (!f || !positions || !out) return SFIELD_ERR_ARGUMENT;
     if (f->h.kind != SFIELD_KIND_OCCLUSION || f->h.logarithm) return SFIELD_ERR_BASIS;
+    if (f->h.shard_end) return SFIELD_ERR_SHARD;
     side = f->h.cube_side;
     for (i = 0; i < count; i += n) {
         n = count - i < SFIELD__LANES ? (uint32_t)(count - i) : (uint32_t)SFIELD__LANES;
@@ -4053,6 +4144,7 @@ static sfield_result sfield__item_make(const sfield_scene *s, const sfield_entit
     }
     it->identity = 1;
     for (i = 0; i < 9; i++) it->identity = it->identity && it->turn[i] == (i % 4 == 0 ? 1.0f : 0.0f);
+    if ((e->occlusion && e->occlusion->h.shard_end) || (e->source && e->source->h.shard_end)) return SFIELD_ERR_SHARD;
     if (e->occlusion) {
         if (!sfield__field_fits(s, e->occlusion, SFIELD_KIND_OCCLUSION)) return SFIELD_ERR_BASIS;
         sfield__place_field(it, 0, e->occlusion, scale);

@@ -36,8 +36,19 @@ static sfield_result run(int which, sfield_allocator *a)
     else if (which == 6) {
         d.logarithm = 1;
         r = sfield_build(&d, &mesh, &f, NULL);
-    } else if (which == 7) r = sfield_open(bytes, byte_count, a, &f);
-    else if (which == 8) {
+    } else if (which == 7) {
+        r = sfield_open(bytes, byte_count, a, &f);
+        if (r == SFIELD_OK) {
+            const sfield_field *part = f;
+            sfield_field *whole = NULL;
+            r = sfield_merge(&part, 1, a, &whole);
+            sfield_free(whole);
+            if (r != SFIELD_OK) {
+                sfield_free(f);
+                f = untouched;
+            }
+        }
+    } else if (which == 8) {
         double out[16];
         float c[32] = { 1 };
         r = sfield_sh_product_n(4, 2, c, a, out);
@@ -92,6 +103,7 @@ static int setup(void **state)
 {
     sfield_mesh mesh;
     sfield_desc d;
+    sfield_field *shard;
     int b;
     (void)state;
     soup = model_soup(5, 0.5, 9);
@@ -102,9 +114,12 @@ static int setup(void **state)
         d.position_side = 2;
         assert_int_equal(sfield_build(&d, &mesh, &field[b], NULL), SFIELD_OK);
     }
-    byte_count = sfield_size(field[1]);
+    d.shard_end = 2;
+    assert_int_equal(sfield_build(&d, &mesh, &shard, NULL), SFIELD_OK);
+    byte_count = sfield_size(shard);
     bytes = (uint8_t *)malloc(byte_count);
-    sfield_write(field[1], bytes, byte_count);
+    sfield_write(shard, bytes, byte_count);
+    sfield_free(shard);
     return 0;
 }
 

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 typedef struct file { uint8_t *data; size_t size; } file;
-enum { FILES = 7 };
+enum { FILES = 10 };
 static file files[FILES];
 
 static void mend(uint8_t *data, size_t size)
@@ -52,6 +52,8 @@ static int make_files(void **state)
         d.cube_side = 4;
         d.bands = k & 1 ? 0 : 3;
         if (k == 6) d.logarithm = 1;
+        if (k > 6) d.shard_begin = k == 7 || k == 9 ? 0 : 1;
+        if (k > 6) d.shard_end = k == 7 ? 1 : 2;
         if (k == 2 || k == 3) {
             d.frames = 2;
             assert_int_equal(sfield_build_emissive(&d, &mesh, radiance, &f, NULL), SFIELD_OK);
@@ -92,6 +94,87 @@ static void files_round_trip(void **state)
         sfield_free(f);
         free(again);
     }
+}
+
+/* One field from shards of these shells; the bytes are those of the whole. */
+static void merge_case(sfield_desc d, const model *m, const float *radiance, const uint32_t *ends, size_t count)
+{
+    sfield_mesh mesh = mesh_of(m);
+    sfield_field *part[8], *whole, *merged = NULL;
+    uint8_t *a, *b;
+    size_t i;
+    assert_int_equal(radiance ? sfield_build_emissive(&d, &mesh, radiance, &whole, NULL)
+                              : sfield_build(&d, &mesh, &whole, NULL), SFIELD_OK);
+    for (i = 0; i < count; i++) {
+        d.shard_begin = i ? ends[i - 1] : 0;
+        d.shard_end = ends[i];
+        assert_int_equal(radiance ? sfield_build_emissive(&d, &mesh, radiance, &part[i], NULL)
+                                  : sfield_build(&d, &mesh, &part[i], NULL), SFIELD_OK);
+    }
+    assert_int_equal(sfield_merge((const sfield_field *const *)part, count, NULL, &merged), SFIELD_OK);
+    assert_int_equal(sfield_size(merged), sfield_size(whole));
+    a = (uint8_t *)malloc(sfield_size(whole));
+    b = (uint8_t *)malloc(sfield_size(whole));
+    sfield_write(whole, a, sfield_size(whole));
+    sfield_write(merged, b, sfield_size(whole));
+    assert_memory_equal(a, b, sfield_size(whole));
+    sfield_free(merged);
+    merged = NULL;
+    if (count > 1) {        /* the last one missing, the first one missing, one twice, a whole field */
+        const sfield_field *twice[2] = { part[0], part[0] }, *not_one[1] = { whole };
+        float out[3 * 512], p[3] = { 1, 2, 3 };
+        assert_int_equal(sfield_merge((const sfield_field *const *)part, count - 1, NULL, &merged), SFIELD_ERR_SHARD);
+        assert_int_equal(sfield_merge((const sfield_field *const *)part + 1, count - 1, NULL, &merged), SFIELD_ERR_SHARD);
+        assert_int_equal(sfield_merge(twice, 2, NULL, &merged), SFIELD_ERR_SHARD);
+        assert_int_equal(sfield_merge(not_one, 1, NULL, &merged), SFIELD_ERR_SHARD);
+        assert_int_equal(sfield_query(part[0], 1, p, 0, out), SFIELD_ERR_SHARD);
+        d.radius = 3;           /* of another desc */
+        sfield_free(part[count - 1]);
+        assert_int_equal(radiance ? sfield_build_emissive(&d, &mesh, radiance, &part[count - 1], NULL)
+                                  : sfield_build(&d, &mesh, &part[count - 1], NULL), SFIELD_OK);
+        assert_int_equal(sfield_merge((const sfield_field *const *)part, count, NULL, &merged), SFIELD_ERR_SHARD);
+        assert_null(merged);
+    }
+    for (i = 0; i < count; i++) sfield_free(part[i]);
+    sfield_free(whole);
+    free(a);
+    free(b);
+}
+
+static void shards_merge_to_the_same_bytes(void **state)
+{
+    static const uint32_t one[1] = { 4 }, two[2] = { 3, 4 }, four[4] = { 1, 2, 3, 4 }, frames[3] = { 1, 5, 8 };
+    model m = model_soup(6, 0.5, 1);
+    float radiance[36];
+    int i, haar;
+    (void)state;
+    for (i = 0; i < 36; i++) radiance[i] = (float)(i % 5);
+    for (haar = 0; haar < 2; haar++) {
+        sfield_desc d = small_desc(haar ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH);
+        d.shells = 4;
+        d.position_side = 3;
+        d.cube_side = 8;
+        d.bands = haar ? 0 : 3;
+        merge_case(d, &m, NULL, one, 1);
+        merge_case(d, &m, NULL, two, 2);
+        merge_case(d, &m, NULL, four, 4);
+        d.frames = 2;
+        merge_case(d, &m, radiance, frames, 3);
+        d.frames = 1;
+        d.shard_begin = 2;
+        d.shard_end = 5;        /* one beyond, none, and of a kind without shells */
+        for (i = 0; i < 3; i++) {
+            sfield_mesh mesh = mesh_of(&m);
+            sfield_field *f = NULL;
+            float p[3] = { 1, 0, 0 };
+            assert_int_equal(i < 2 ? sfield_build(&d, &mesh, &f, NULL) : sfield_build_self(&d, &mesh, p, p, 1, 0, &f, NULL),
+                             SFIELD_ERR_DESC);
+            assert_null(f);
+            d.shard_end = i ? 1 : 2;
+            d.shard_begin = i ? 0 : 2;
+        }
+    }
+    model_free(&m);
 }
 
 static void every_truncation_is_refused(void **state)
@@ -183,6 +266,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(files_round_trip),
+        cmocka_unit_test(shards_merge_to_the_same_bytes),
         cmocka_unit_test(every_truncation_is_refused),
         cmocka_unit_test(every_header_bit),
         cmocka_unit_test(mutations),

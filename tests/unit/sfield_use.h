@@ -63,7 +63,14 @@ static inline int use_field(const sfield_field *f)
     out = (float *)malloc(3 * 5 * size * sizeof *out);
     bytes = (uint8_t *)malloc(sfield_size(f));
     if (!out || !bytes) good = 0;
-    else if (info.kind == SFIELD_KIND_SELF) {
+    else if (info.shard_end) {      /* whole, or not mergeable alone; nothing else looks into it */
+        sfield_field *whole = NULL;
+        sfield_result r = sfield_merge(&f, 1, NULL, &whole);
+        good = sfield_query(f, 1, p, 0, out) == SFIELD_ERR_SHARD &&
+               r == (info.shard_begin || info.shard_end != info.shells * info.frames ? SFIELD_ERR_SHARD : SFIELD_OK);
+        if (r == SFIELD_OK) good = good && sfield_query(whole, 5, p, 0.2f, out) == SFIELD_OK;
+        sfield_free(whole);
+    } else if (info.kind == SFIELD_KIND_SELF) {
         good = sfield_self(f, 0, info.samples < 5 ? info.samples : 5, out) == SFIELD_OK;
     } else {
         good = sfield_query(f, 5, p, 0.2f, out) == SFIELD_OK && use_all_finite(out, (info.kind == SFIELD_KIND_SOURCE ? 15u : 5u) * size);
