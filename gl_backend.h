@@ -1083,13 +1083,160 @@ GLBK__PART(RSM)
 
 /* ---- end of rsm ---- */
 
-/* ---- ism: imperfect shadow maps, after ism.h ---- */
+/* ---- ism: imperfect shadow maps, after ism.h ----
 
-#define GLBK_ISM_TEXTURES(X)
-#define GLBK_ISM_BLOCKS(X)
+   ism.h chooses VPLs (ism_choose) and scatters points over the mesh (ism_scatter); from plain arrays of both the maps are
+   drawn and pixels shaded here: points as discs by the depth test, pull and push, light of all VPLs with visibility,
+   interleaved sampling and its blur. Points are triangles and barycentric coordinates, the mesh two tables of indices
+   and positions: moving geometry is new positions alone. The numbers are those of ism.h to float rounding.
+   In every frame: glbk_ism_phase, glbk_ism_vpls, glbk_ism_draw, glbk_ism_shade. */
+
+#define GLBK_ISM_TEXTURES(X)                                                                        \
+    X(sampler2DArray, glbk_ism_vpls, 0)         /* 4 texels each */                                 \
+    X(usampler2DArray, glbk_ism_points, 1)                                                          \
+    X(usampler2DArray, glbk_ism_triangles, 2)   /* three indices, opacity */                        \
+    X(sampler2DArray, glbk_ism_positions, 3)                                                        \
+    X(glbk_color_sampler, glbk_ism_directions, 4)   /* of a tile's texels */                        \
+    X(glbk_color_sampler, glbk_ism_surfels, 5)  /* plane and depth */                               \
+    X(usampler2D, glbk_ism_below, 6)            /* texels that are kept, or the level below */      \
+    X(usampler2D, glbk_ism_pull1, 7)                                                                \
+    X(usampler2D, glbk_ism_pull2, 8)                                                                \
+    X(usampler2D, glbk_ism_pull3, 9)                                                                \
+    X(usampler2D, glbk_ism_atlas, 10)           /* depths, floats as bits */                        \
+    X(glbk_color_sampler, glbk_ism_place, 11)   /* G-buffer */                                      \
+    X(glbk_color_sampler, glbk_ism_normal, 12)                                                      \
+    X(glbk_color_sampler, glbk_ism_geometric, 13)                                                   \
+    X(glbk_color_sampler, glbk_ism_albedo, 14)                                                      \
+    X(glbk_color_sampler, glbk_ism_light, 15)   /* before the blur */
+
+#define GLBK_ISM_FRAME_MEMBERS(X)                                                                   \
+    X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side, projection */       \
+    X(uvec4, points, 1)     /* VPLs at most, points of one in a phase, levels of the fill, triangles */  \
+    X(vec4, sphere, 1)      /* about the mesh: centre, radius */                                    \
+    X(vec4, values, 1)      /* area of a disc over its point's */
+#define GLBK_ISM_VIEW_MEMBERS(X)                                                                    \
+    X(uvec4, size, 1)       /* width, height, pattern; 1: no maps, 2: times albedo */               \
+    X(vec4, values, 1)      /* bias, clamp */
+#define GLBK_ISM_BLOCKS(X)                          \
+    X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)    \
+    X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
 #define GLBK_ISM_STORAGE(X)
 
 GLBK__PART(ISM)
+
+typedef struct glbk_ism_desc {      /* fields as in ism_desc */
+    uint32_t vpl_count;             /* at most, 1..16384; 0 = 1024 */
+    uint32_t points;                /* of each VPL, 8..65536; 0 = 8192 */
+    uint32_t tile_size;             /* texels a side, power of two, 8..256; 0 = 64 */
+    uint32_t projection;            /* ism_projection; 0 = cosine */
+    uint32_t lazy;                  /* frames until all points are renewed, 1..64; 0 = 8 */
+    float    splat_scale;           /* above 0, <= 16; 0 = 1.5 */
+    int      no_fill;               /* 1: no pull and push */
+} glbk_ism_desc;
+
+#define GLBK_ISM_LEVELS 3u
+
+typedef struct glbk_ism_maps {      /* read only; zeroed = none */
+    glbk_ism_desc desc;             /* defaults resolved */
+    uint32_t      side, tiles;      /* of the atlas, in texels and tiles */
+    uint32_t      each;             /* points of a VPL in a phase */
+    uint32_t      count;            /* VPLs in use */
+    uint32_t      vertices, triangles;
+    uint64_t      phases;           /* bits: those that were given */
+    float         sphere[4];
+    glbk_texture  vpls, points, triangle_table, positions, directions, surfels, depth, kept, pull[GLBK_ISM_LEVELS], atlas;
+    glbk_target   direction_target, surfel_target, kept_target, pull_target[GLBK_ISM_LEVELS], atlas_target;
+    glbk_buffer   frame;
+    glbk_program  directions_program, splat, splat_quads, holes, pull_program[GLBK_ISM_LEVELS], push;
+} glbk_ism_maps;
+
+GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out);
+/* desc     NULL = all defaults
+   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_LIMIT where the atlas is wider than ctx->max_size; GLBK_ERR_COMPILE and so on
+   Memory on the GPU: 26 bytes a texel of the atlas, 16 a point: 1024 VPLs of 64 x 64 texels and 8192 points 109 + 134 MB */
+GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *maps);
+
+typedef struct glbk_ism_mesh {      /* fields as in ism_mesh */
+    const float    *positions;
+    size_t          vertex_count, vertex_stride;    /* stride in bytes, 0 = 12 */
+    const uint32_t *indices;        /* NULL = 0, 1, 2, ... */
+    size_t          index_count;
+    const float    *opacities;      /* of each triangle, or NULL */
+} glbk_ism_mesh;
+
+GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps, const glbk_ism_mesh *mesh);
+/* What throws shadows. Where the number of triangles changes all points must be given anew.
+   mesh     NULL = nothing
+   Errors   GLBK_ERR_ARGUMENT: sizes, or an index beyond vertex_count; GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
+GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, const float *positions, size_t stride);
+/* New places of the same vertices. Or render them into layers of maps->positions, an RGBA32F table, yourself: skinning
+   then never leaves the GPU. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+
+GLBK_DEF glbk_result glbk_ism_phase(glbk_context *ctx, glbk_ism_maps *maps, uint32_t phase, const void *points);
+/* The points of one phase, 16 bytes each, of all VPLs, as ism_phase_points writes them: vpl_count * maps->each.
+   phase    below lazy; a frame changes phase index % lazy alone, the first frame needs all
+   Errors   GLBK_ERR_ARGUMENT */
+
+typedef struct glbk_ism_vpl {       /* fields as in ism_vpl */
+    float position[3], normal[3], flux[3], axis[3], exponent, side;
+    int   directional;
+} glbk_ism_vpl;
+
+GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps, const glbk_ism_vpl *vpls, uint32_t count,
+                                          const float center[3], float radius);
+/* count    <= vpl_count; 0 is no light
+   center   and radius: ism_bounds, for directional VPLs; NULL without
+   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
+
+GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *maps);
+/* Draws all maps: seven passes, 1 + 1 + 3 + 1 and the clearing. Where ctx->max_point_size is below tile_size, rectangles
+   instead of points.
+   Errors   GLBK_ERR_ARGUMENT: a phase was not given yet; GLBK_ERR_LOST */
+GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *maps, float *atlas);
+/* side * side depths as ism_atlas has them. Waits for the GPU. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+
+GLBK_DEF void glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps);
+/* For ism_light() and ism_visible() of lib/ism_light.glsl in your own program, after glbk_begin; ism_light also reads a
+   block glbk_ism_view of yours, at GLBK_SLOT_glbk_ism_view. */
+
+typedef struct glbk_ism_renderer {  /* read only; zeroed = none */
+    uint32_t     width, height;
+    glbk_texture gbuffer[4], depth; /* places, normals, face normals, albedos: GLBK_FORMAT_COLOR */
+    glbk_target  gbuffer_target;    /* to draw them yourself: four outputs of type glbk_color, a cleared normal is background */
+    glbk_texture light, result;     /* result is what was asked for: GLBK_FORMAT_COLOR, for your own passes */
+    glbk_target  light_target, result_target;
+    glbk_buffer  view;
+    glbk_program shade[5], blur;
+} glbk_ism_renderer;
+
+GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height, glbk_ism_renderer *out);
+GLBK_DEF void glbk_ism_renderer_destroy(glbk_context *ctx, glbk_ism_renderer *renderer);
+
+typedef struct glbk_ism_receivers { /* fields as in ism_view: width * height of each, row 0 first */
+    const float *positions, *normals;
+    const float *geometric;         /* NULL = normals */
+    const float *albedos;           /* NULL = 1 */
+    size_t       stride;            /* bytes, of all four; 0 = 12 */
+} glbk_ism_receivers;
+
+GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_renderer *renderer,
+                                             const glbk_ism_receivers *receivers);
+/* Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
+
+typedef struct glbk_ism_shading {   /* fields as in ism_shading */
+    uint32_t pattern;               /* 1, 2, 4, 8; 0 = 1 */
+    uint32_t near_mode;             /* ism_near; 0 = patch */
+    float    clamp, bias;
+    int      no_maps;
+    int      irradiance;            /* 1: not times albedo / pi */
+} glbk_ism_shading;
+
+GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_ism_maps *maps,
+                                    const glbk_ism_shading *shading);
+/* Errors   GLBK_ERR_ARGUMENT; those of glbk_program_create at a near_mode's first use */
+GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgb);
+/* width * height * 3 floats, row 0 first. Waits for the GPU. result's fourth channel is the irradiance, mean of the three
+   channels, that clamping or spheres took off. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
 
 /* ---- end of ism ---- */
 
@@ -3154,8 +3301,358 @@ static const char *const glbk__glsl_lib_envsh_bindings_glsl[] = {
     "// envsh_bindings - from the lists GLBK_ENVSH_* of gl_backend.h.\n"
 };
 
+static const char *const glbk__glsl_lib_ism_access_glsl[] = {
+    "// ism_access - VPLs and the texels of their tiles, from what glbk_ism_bind binds.\n",
+    "// uses: table ism_map ism_bindings\n",
+    "struct ism_vpl {\n",
+    "    vec3  position, normal, flux, axis;\n",
+    "    float exponent, side;       // of the lobe; of the square that it stands for\n",
+    "    bool  sky;                  // position is the direction to it\n",
+    "};\n",
+    "\n",
+    "ism_vpl ism_read_vpl(uint v)\n",
+    "{\n",
+    "    ism_vpl l;\n",
+    "    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0), b = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 1u), 0);\n",
+    "    vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 2u), 0);\n",
+    "    l.position = a.xyz;\n",
+    "    l.sky = a.w < 0.0;\n",
+    "    l.exponent = l.sky ? 1.0 : a.w;\n",
+    "    l.normal = b.xyz;\n",
+    "    l.side = b.w;\n",
+    "    l.flux = c.xyz;\n",
+    "    l.axis = l.normal;\n",
+    "    if (l.exponent != 1.0) l.axis = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).xyz;\n",
+    "    return l;\n",
+    "}\n",
+    "\n",
+    "uint ism_projection_of(float exponent)\n",
+    "{\n",
+    "    uint p = glbk_ism_frame.maps.w;\n",
+    "    return p == ISM_PROJECTION_LOBE && exponent == 1.0 ? ISM_PROJECTION_COSINE : p;\n",
+    "}\n",
+    "\n",
+    "mat3 ism_vpl_frame(ism_vpl l)\n",
+    "{\n",
+    "    return ism_frame_of(ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky ? l.axis : l.normal);\n",
+    "}\n",
+    "\n",
+    "// Where a tile begins in the atlas, and its number.\n",
+    "ivec2 ism_tile_at(uint v)\n",
+    "{\n",
+    "    uint tiles = glbk_ism_frame.maps.z;\n",
+    "    return ivec2(v % tiles, v / tiles) * int(glbk_ism_frame.maps.y);\n",
+    "}\n",
+    "\n",
+    "uint ism_tile_of(ivec2 at)\n",
+    "{\n",
+    "    ivec2 tile = at / int(glbk_ism_frame.maps.y);\n",
+    "    return uint(tile.y) * glbk_ism_frame.maps.z + uint(tile.x);\n",
+    "}\n",
+    "\n",
+    "// Direction of a texel's centre in the tile's frame. kind: a VPL's exponent, or -1 for a sky, where it is a place.\n",
+    "vec3 ism_texel_direction(float kind, ivec2 texel)\n",
+    "{\n",
+    "    vec2 uv = (vec2(texel) + 0.5) / float(glbk_ism_frame.maps.y);\n",
+    "    if (kind < 0.0) return vec3(2.0 * uv - 1.0, 1.0);\n",
+    "    if (ism_projection_of(kind) == ISM_PROJECTION_LOBE) return ism_map_direction(ISM_PROJECTION_LOBE, kind, uv);\n",
+    "    return glbk_unpack(texelFetch(glbk_ism_directions, texel, 0)).xyz;\n",
+    "}\n",
+    "\n",
+    "float ism_kind(uint v) { return texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0).w; }\n"
+};
+
 static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
-    "// ism_bindings - from the lists GLBK_ISM_* of gl_backend.h.\n"
+    "// ism_bindings - from the lists GLBK_ISM_* of gl_backend.h.\n",
+    "uniform sampler2DArray glbk_ism_vpls;\n",
+    "uniform usampler2DArray glbk_ism_points;\n",
+    "uniform usampler2DArray glbk_ism_triangles;\n",
+    "uniform sampler2DArray glbk_ism_positions;\n",
+    "uniform glbk_color_sampler glbk_ism_directions;\n",
+    "uniform glbk_color_sampler glbk_ism_surfels;\n",
+    "uniform usampler2D glbk_ism_below;\n",
+    "uniform usampler2D glbk_ism_pull1;\n",
+    "uniform usampler2D glbk_ism_pull2;\n",
+    "uniform usampler2D glbk_ism_pull3;\n",
+    "uniform usampler2D glbk_ism_atlas;\n",
+    "uniform glbk_color_sampler glbk_ism_place;\n",
+    "uniform glbk_color_sampler glbk_ism_normal;\n",
+    "uniform glbk_color_sampler glbk_ism_geometric;\n",
+    "uniform glbk_color_sampler glbk_ism_albedo;\n",
+    "uniform glbk_color_sampler glbk_ism_light;\n",
+    "layout(std140) uniform glbk_ism_frame_block {\n",
+    "    uvec4 maps;\n",
+    "    uvec4 points;\n",
+    "    vec4 sphere;\n",
+    "    vec4 values;\n",
+    "} glbk_ism_frame;\n",
+    "layout(std140) uniform glbk_ism_view_block {\n",
+    "    uvec4 size;\n",
+    "    vec4 values;\n",
+    "} glbk_ism_view;\n"
+};
+
+static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
+    "// ism_fill - what the passes of pull and push share.\n",
+    "// uses: ism_access\n",
+    "#define ISM_HOLE 2\n",
+    "\n",
+    "vec4 ism_surfel_at(ivec2 at) { return glbk_unpack(texelFetch(glbk_ism_surfels, at, 0)); }\n",
+    "\n",
+    "// Which of the four quadrants about a texel something lies in; each owns one half axis.\n",
+    "uint ism_quadrant(ivec2 d)\n",
+    "{\n",
+    "    return d.x > 0 && d.y >= 0 ? 1u : d.x <= 0 && d.y > 0 ? 2u : d.x < 0 ? 4u : 8u;\n",
+    "}\n",
+    "\n",
+    "bool ism_three_quadrants(uint q)\n",
+    "{\n",
+    "    uint missing = ~q & 15u;\n",
+    "    return (missing & (missing - 1u)) == 0u;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_gbuffer_glsl[] = {
+    "// ism_gbuffer - what is shaded: four textures of positions, shading normals, face normals and albedos.\n",
+    "// uses: cohsm_math ism_bindings\n",
+    "struct ism_receiver { vec3 p, n, ng; };\n",
+    "\n",
+    "// false: background, whose normal is not near unit length.\n",
+    "bool ism_read_receiver(ivec2 at, out ism_receiver r)\n",
+    "{\n",
+    "    r.p = glbk_unpack(texelFetch(glbk_ism_place, at, 0)).xyz;\n",
+    "    r.n = glbk_unpack(texelFetch(glbk_ism_normal, at, 0)).xyz;\n",
+    "    r.ng = glbk_unpack(texelFetch(glbk_ism_geometric, at, 0)).xyz;\n",
+    "    if (!cohsm_finite3(r.ng)) r.ng = r.n;\n",
+    "    float n2 = dot(r.n, r.n);\n",
+    "    return cohsm_finite3(r.p) && cohsm_finite3(r.n) && n2 > 0.25 && n2 < 4.0;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_light_glsl[] = {
+    "// ism_light - light of VPLs, by the maps of glbk_ism_draw. For your own shader: glbk_ism_bind, then\n",
+    "//\n",
+    "//     vec4 e = ism_light(position, normal, geometric, 0u, 1u);     // irradiance, W/m^2; lost by clamping or spheres\n",
+    "//\n",
+    "// Defines: ISM_NEAR=1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none.\n",
+    "// uses: ism_access\n",
+    "#ifndef ISM_NEAR\n",
+    "#define ISM_NEAR 1\n",
+    "#endif\n",
+    "\n",
+    "float ism_luminance(vec3 f) { return (f.x + f.y + f.z) * (1.0 / 3.0); }\n",
+    "\n",
+    "// 1 lit, 0 not: compares depths on the receiver's tangent plane, at the centre of the texel.\n",
+    "float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)\n",
+    "{\n",
+    "    mat3 frame = ism_vpl_frame(l);\n",
+    "    int size = int(glbk_ism_frame.maps.y);\n",
+    "    ivec2 tile = ism_tile_at(v), texel;\n",
+    "    vec3 n = ng * frame;\n",
+    "    if (l.sky) {\n",
+    "        vec3 o = (p - glbk_ism_frame.sphere.xyz) * frame;\n",
+    "        float r = glbk_ism_frame.sphere.w, depth = o.z + r;\n",
+    "        vec2 uv = 0.5 * o.xy / r + 0.5;\n",
+    "        if (any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) return 1.0;\n",
+    "        texel = min(ivec2(uv * float(size)), size - 1);\n",
+    "        vec2 d = ((2.0 * vec2(texel) + 1.0) / float(size) - 1.0) * r - o.xy;\n",
+    "        if (abs(n.z) > 0.1) depth -= dot(n.xy, d) / n.z;\n",
+    "        return depth - bias * r <= uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x) ? 1.0 : 0.0;\n",
+    "    }\n",
+    "    vec3 o = (p - l.position) * frame;\n",
+    "    float d = sqrt(dot(o, o));\n",
+    "    vec2 uv;\n",
+    "    if (!(o.z > 0.0) || !(d > 0.0)) return 1.0;\n",
+    "    if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / d, uv)) return 1.0;\n",
+    "    texel = min(ivec2(uv * float(size)), size - 1);\n",
+    "    float t = uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x);\n",
+    "    if (d * (1.0 - bias) <= t && t >= 2.0 * d) return 1.0;\n",
+    "    float along = dot(n, ism_texel_direction(l.exponent, texel));\n",
+    "    along = along != 0.0 ? dot(n, o) / along : d;\n",
+    "    if (along > 0.5 * d && along < 2.0 * d) d = along;\n",
+    "    return d * (1.0 - bias) <= t ? 1.0 : 0.0;\n",
+    "}\n",
+    "\n",
+    "// An edge's share of Lambert's sum: angle(a, b) n . (b x a) / |b x a|.\n",
+    "float ism_edge(vec3 n, vec3 a, vec3 b)\n",
+    "{\n",
+    "    vec3 c = cross(b, a);\n",
+    "    float size = sqrt(dot(c, c));\n",
+    "    return size > 0.0 ? cohsm_atan2(size, dot(a, b)) * (dot(n, c) / size) : 0.0;\n",
+    "}\n",
+    "\n",
+    "// Form factor of the square d +- x +- y, clipped at the horizon of n; share: of its area that is left. Convex, so the\n",
+    "// horizon cuts it once at most: where it leaves and where it comes back are joined.\n",
+    "float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)\n",
+    "{\n",
+    "    vec3 leave = d, come = d, area = vec3(0.0);\n",
+    "    float sum = 0.0;\n",
+    "    bool cut = false;\n",
+    "    for (int i = 0; i < 4; i++) {\n",
+    "        vec3 a = d + (i == 0 || i == 3 ? -x : x) + (i < 2 ? -y : y), b = d + (i < 2 ? x : -x) + (i == 0 || i == 3 ? -y : y);\n",
+    "        float ha = dot(n, a), hb = dot(n, b);\n",
+    "        if (!(ha > 0.0) && !(hb > 0.0)) continue;\n",
+    "        if ((ha > 0.0) != (hb > 0.0)) {\n",
+    "            vec3 at = a + (b - a) * (ha / (ha - hb));\n",
+    "            cut = true;\n",
+    "            if (ha > 0.0) b = leave = at;\n",
+    "            else a = come = at;\n",
+    "        }\n",
+    "        sum += ism_edge(n, a, b);\n",
+    "        area += cross(a - d, b - d);\n",
+    "    }\n",
+    "    if (cut) {\n",
+    "        sum += ism_edge(n, leave, come);\n",
+    "        area += cross(leave - d, come - d);\n",
+    "    }\n",
+    "    share = sqrt(dot(area, area)) / (8.0 * sqrt(dot(x, x) * dot(y, y)));\n",
+    "    return sum * 0.159154943;\n",
+    "}\n",
+    "\n",
+    "float ism_patch_kernel(ism_vpl l, vec3 d, vec3 n)\n",
+    "{\n",
+    "    mat3 frame = ism_vpl_frame(l);\n",
+    "    float share, form = ism_form_factor(n, d, frame[0] * (0.5 * l.side), frame[1] * (0.5 * l.side), share);\n",
+    "    return form > 0.0 && share > 0.0 ? form * COHSM_PI / (l.side * l.side * share) : 0.0;\n",
+    "}\n",
+    "\n",
+    "float ism_sphere_kernel(vec3 d, vec3 normal, vec3 n, float side)\n",
+    "{\n",
+    "    float r2 = side * side * (1.0 / COHSM_PI), d2 = dot(d, d), sum = 0.0;\n",
+    "    float least = d2 > r2 ? sqrt(1.0 - r2 / d2) : -1.0;\n",
+    "    mat3 frame = ism_frame_of(cohsm_normalize(d));\n",
+    "    for (int k = 0; k < 16; k++) {\n",
+    "        float cosine = 1.0 - (1.0 - least) * (float(k) + 0.5) * (1.0 / 16.0), sine = sqrt(1.0 - cosine * cosine);\n",
+    "        vec2 sc = cohsm_sincos(2.39996323 * float(k));\n",
+    "        vec3 w = frame * vec3(sine * sc.y, sine * sc.x, cosine);\n",
+    "        float a = dot(n, w), b = -dot(normal, w);\n",
+    "        if (a > 0.0 && b > 0.0) sum += a * b;\n",
+    "    }\n",
+    "    return sum * (1.0 / 16.0) * 2.0 * (1.0 - least) / r2;\n",
+    "}\n",
+    "\n",
+    "// cos cos / d^2 (cosine alone of a sky) with the lobe and the rule near by; plain without the latter.\n",
+    "float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)\n",
+    "{\n",
+    "    if (l.sky) return plain = max(dot(l.position, n) * COHSM_PI, 0.0);\n",
+    "    vec3 d = l.position - p;\n",
+    "    float d2 = dot(d, d), a = dot(n, d), b = -dot(l.normal, d), area = l.side * l.side;\n",
+    "    plain = a > 0.0 && b > 0.0 ? a * b / (d2 * d2 + 1e-37) : 0.0;\n",
+    "    if (l.exponent != 1.0) {\n",
+    "        float c = -dot(l.axis, d) / sqrt(d2);\n",
+    "        plain = c > 0.0 && a > 0.0 ? 0.5 * (l.exponent + 1.0) * cohsm_pow(c, l.exponent) * a / (sqrt(d2) * d2) : 0.0;\n",
+    "        area = 0.0;\n",
+    "    }\n",
+    "    if (!(plain > 0.0)) return 0.0;\n",
+    "#if ISM_NEAR == 1\n",
+    "    return area > 0.0 && d2 < 9.0 * area ? ism_patch_kernel(l, d, n) : plain;\n",
+    "#elif ISM_NEAR == 2\n",
+    "    return area > 0.0 && d2 < 16.0 * area ? ism_sphere_kernel(d, l.normal, n, l.side) : plain;\n",
+    "#elif ISM_NEAR == 3\n",
+    "    return min(plain, most);\n",
+    "#else\n",
+    "    return plain;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "// xyz: irradiance by the VPLs first, first + pattern, ... scaled up to all of them; w: what the rule near by took off.\n",
+    "vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)\n",
+    "{\n",
+    "    uint count = glbk_ism_frame.maps.x;\n",
+    "    float used = 0.0, plain, most = glbk_ism_view.values.y;\n",
+    "    vec4 sum = vec4(0.0);\n",
+    "#if ISM_NEAR == 4\n",
+    "    float mean = 0.0;\n",
+    "    for (uint v = first; v < count; v += pattern) {\n",
+    "        ism_vpl l = ism_read_vpl(v);\n",
+    "        mean += ism_kernel(l, p, n, 0.0, plain) * ism_luminance(l.flux);\n",
+    "        used += 1.0;\n",
+    "    }\n",
+    "    most *= used > 0.0 ? mean / used : 0.0;\n",
+    "    used = 0.0;\n",
+    "#endif\n",
+    "    for (uint v = first; v < count; v += pattern) {\n",
+    "        ism_vpl l = ism_read_vpl(v);\n",
+    "        float k = ism_kernel(l, p, n, most, plain), power = ism_luminance(l.flux);\n",
+    "        used += 1.0;\n",
+    "#if ISM_NEAR == 4\n",
+    "        if (k * power > most) k = most / power;\n",
+    "#endif\n",
+    "        if (!(k > 0.0)) continue;\n",
+    "        if ((glbk_ism_view.size.w & 1u) == 0u) k *= ism_visible(v, l, p, ng, glbk_ism_view.values.x);\n",
+    "        sum.xyz += k * l.flux;\n",
+    "#if ISM_NEAR > 1\n",
+    "        if (k > 0.0) sum.w += max(plain - k, 0.0) * power;\n",
+    "#endif\n",
+    "    }\n",
+    "    return used > 0.0 ? sum * (float(count) / (used * COHSM_PI)) : sum;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_map_glsl[] = {
+    "// ism_map - the hemisphere about +z and the unit square, and the planes of surfels. C twins: ism.h.\n",
+    "// uses: cohsm_math\n",
+    "#define ISM_PROJECTION_COSINE 1u\n",
+    "#define ISM_PROJECTION_PARABOLOID 2u\n",
+    "#define ISM_PROJECTION_OCTAHEDRAL 3u\n",
+    "#define ISM_PROJECTION_LOBE 4u\n",
+    "#define ISM_FAR 1e30\n",
+    "\n",
+    "vec3 ism_map_direction(uint projection, float exponent, vec2 uv)\n",
+    "{\n",
+    "    vec2 ab = 2.0 * uv - 1.0;\n",
+    "    if (projection == ISM_PROJECTION_PARABOLOID) {\n",
+    "        float r2 = dot(ab, ab);\n",
+    "        return vec3(2.0 * ab, 1.0 - r2) / (1.0 + r2);\n",
+    "    }\n",
+    "    if (projection == ISM_PROJECTION_OCTAHEDRAL) {\n",
+    "        vec2 p = 0.5 * vec2(ab.x + ab.y, ab.x - ab.y);\n",
+    "        return cohsm_normalize(vec3(p, 1.0 - abs(p.x) - abs(p.y)));\n",
+    "    }\n",
+    "    float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0, r = max(abs(ab.x), abs(ab.y));\n",
+    "    float s = max(1.0 - r * r, 0.0), z = e == 1.0 ? sqrt(s) : cohsm_pow(s, 1.0 / (e + 1.0));\n",
+    "    float sine = e == 1.0 ? r : cohsm_safe_sqrt(1.0 - z * z);\n",
+    "    return vec3(cohsm_concentric(uv) * (r > 1e-12 ? sine / r : 1.0), z);\n",
+    "}\n",
+    "\n",
+    "// false: at or below the horizon.\n",
+    "bool ism_map_coordinates(uint projection, float exponent, vec3 w, out vec2 uv)\n",
+    "{\n",
+    "    vec2 ab;\n",
+    "    uv = vec2(0.0);\n",
+    "    if (!(w.z > 0.0)) return false;\n",
+    "    if (projection == ISM_PROJECTION_PARABOLOID) {\n",
+    "        ab = w.xy / (1.0 + w.z);\n",
+    "    } else if (projection == ISM_PROJECTION_OCTAHEDRAL) {\n",
+    "        ab = vec2(w.x + w.y, w.x - w.y) / (abs(w.x) + abs(w.y) + w.z);\n",
+    "    } else {\n",
+    "        float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0;\n",
+    "        if (e != 1.0) {\n",
+    "            float sine = sqrt(dot(w.xy, w.xy));\n",
+    "            w.xy *= sine > 1e-12 ? cohsm_safe_sqrt(1.0 - cohsm_pow(w.z, e + 1.0)) / sine : 1.0;\n",
+    "        }\n",
+    "        uv = cohsm_disc_square(w.xy);\n",
+    "        return true;\n",
+    "    }\n",
+    "    uv = clamp(0.5 * ab + 0.5, 0.0, 1.0);\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "// Columns x, y, z; v * frame is v in it.\n",
+    "mat3 ism_frame_of(vec3 z)\n",
+    "{\n",
+    "    vec3 x, y;\n",
+    "    cohsm_basis(z, x, y);\n",
+    "    return mat3(x, y, z);\n",
+    "}\n",
+    "\n",
+    "// Depth of a surfel's plane in direction w, or at place w of a sky's map; 0 where they do not meet.\n",
+    "float ism_plane_depth(bool sky, vec3 g, vec3 w)\n",
+    "{\n",
+    "    float s = dot(g, w);\n",
+    "    if (sky) return max(s, 0.0);\n",
+    "    return s > 1e-20 ? 1.0 / s : 0.0;\n",
+    "}\n"
 };
 
 static const char *const glbk__glsl_lib_prelude_glsl[] = {
@@ -3463,6 +3960,362 @@ static const char *const glbk__glsl_prog_csm_shade_frag[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_ism_blur_frag[] = {
+    "// The mean over a window that holds each class once, of neighbours on the same smooth surface; then the albedo.\n",
+    "// uses: ism_gbuffer\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "vec4 ism_smooth(ivec2 at, ism_receiver c)\n",
+    "{\n",
+    "    int r = int(glbk_ism_view.size.z) / 2;\n",
+    "    vec4 sum = vec4(0.0);\n",
+    "    float weights = 0.0;\n",
+    "    for (int j = -r; j <= r; j++)\n",
+    "        for (int i = -r; i <= r; i++) {\n",
+    "            ivec2 there = at + ivec2(i, j);\n",
+    "            ism_receiver o;\n",
+    "            if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, ivec2(glbk_ism_view.size.xy))) ||\n",
+    "                !ism_read_receiver(there, o)) continue;\n",
+    "            vec3 d = o.p - c.p;\n",
+    "            float facing = max(dot(c.n, o.n), 0.0), off = abs(dot(c.n, d)) + abs(dot(o.n, d));\n",
+    "            float weight = (abs(i) == r ? 0.5 : 1.0) * (abs(j) == r ? 0.5 : 1.0) * facing * facing * facing * facing;\n",
+    "            if (off > 0.0) weight *= max(1.0 - 2.0 * off / sqrt(dot(d, d)), 0.0);\n",
+    "            sum += weight * glbk_unpack(texelFetch(glbk_ism_light, there, 0));\n",
+    "            weights += weight;\n",
+    "        }\n",
+    "    return weights > 0.0 ? sum / weights : sum;\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    ism_receiver c;\n",
+    "    vec4 light = vec4(0.0);\n",
+    "    if (ism_read_receiver(at, c)) {\n",
+    "        light = glbk_ism_view.size.z > 1u ? ism_smooth(at, c) : glbk_unpack(texelFetch(glbk_ism_light, at, 0));\n",
+    "        if ((glbk_ism_view.size.w & 2u) != 0u) {\n",
+    "            vec3 albedo = glbk_unpack(texelFetch(glbk_ism_albedo, at, 0)).xyz;\n",
+    "            bvec3 good = bvec3(cohsm_finite(albedo.x), cohsm_finite(albedo.y), cohsm_finite(albedo.z));\n",
+    "            light.xyz *= vec3(good.x ? max(albedo.x, 0.0) : 0.0, good.y ? max(albedo.y, 0.0) : 0.0,\n",
+    "                              good.z ? max(albedo.z, 0.0) : 0.0) * (1.0 / COHSM_PI);\n",
+    "        }\n",
+    "    }\n",
+    "    result = glbk_pack(light);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_directions_frag[] = {
+    "// The directions of the texels of a tile, which all VPLs share but lobes and skies.\n",
+    "// uses: ism_map ism_bindings\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uint p = glbk_ism_frame.maps.w == ISM_PROJECTION_LOBE ? ISM_PROJECTION_COSINE : glbk_ism_frame.maps.w;\n",
+    "    result = glbk_pack(vec4(ism_map_direction(p, 1.0, gl_FragCoord.xy / float(glbk_ism_frame.maps.y)), 0.0));\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_holes_frag[] = {
+    "// 1 where a texel keeps its surfel, 0 where it is empty or where surfels in all four quadrants about it pass before it.\n",
+    "// uses: ism_fill\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out uint result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    int size = int(glbk_ism_frame.maps.y);\n",
+    "    ivec2 local = at & (size - 1);\n",
+    "    vec4 c = ism_surfel_at(at);\n",
+    "    uint found = 0u, v = ism_tile_of(at);\n",
+    "    result = 0u;\n",
+    "    if (!(c.w < ISM_FAR) || v >= glbk_ism_frame.maps.x) return;\n",
+    "    result = 1u;\n",
+    "    if (glbk_ism_frame.points.z == 0u) return;\n",
+    "    float kind = ism_kind(v);\n",
+    "    vec3 w = ism_texel_direction(kind, local);\n",
+    "    for (int dy = -ISM_HOLE; dy <= ISM_HOLE; dy++)\n",
+    "        for (int dx = -ISM_HOLE; dx <= ISM_HOLE; dx++) {\n",
+    "            ivec2 d = ivec2(dx, dy), there = local + d;\n",
+    "            if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, ivec2(size)))) {\n",
+    "                found |= ism_quadrant(d);\n",
+    "                continue;\n",
+    "            }\n",
+    "            vec4 n = ism_surfel_at(at + d);\n",
+    "            if (!(n.w < 0.9 * c.w)) continue;\n",
+    "            float t = ism_plane_depth(kind < 0.0, n.xyz, w);\n",
+    "            if (t > 0.5 * n.w && t < 0.95 * c.w) found |= ism_quadrant(d);\n",
+    "        }\n",
+    "    if (found == 15u) result = 0u;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_pull_frag[] = {
+    "// A cell of 2^ISM_LEVEL texels a side: 1 + the index in its tile of one texel of its four parts, the nearest to its middle.\n",
+    "// uses: ism_access\n",
+    "// with: screen.vert\n",
+    "// sets: ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3\n",
+    "#ifndef ISM_LEVEL\n",
+    "#define ISM_LEVEL 1\n",
+    "#endif\n",
+    "layout(location = 0) out uint result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 cell = ivec2(gl_FragCoord.xy), local;\n",
+    "    int size = int(glbk_ism_frame.maps.y), half_size = size >> ISM_LEVEL, least = 0x7fffffff;\n",
+    "    local = cell & (half_size - 1);\n",
+    "    ivec2 middle = (2 * local + 1) << ISM_LEVEL;\n",
+    "    result = 0u;\n",
+    "    for (int k = 0; k < 4; k++) {\n",
+    "        ivec2 part = ivec2(k & 1, k >> 1);\n",
+    "        int at = int(texelFetch(glbk_ism_below, 2 * cell + part, 0).x);\n",
+    "#if ISM_LEVEL == 1\n",
+    "        part += 2 * local;\n",
+    "        if (at != 0) at = part.y * size + part.x + 1;\n",
+    "#endif\n",
+    "        if (at == 0) continue;\n",
+    "        ivec2 d = 2 * ivec2((at - 1) % size, (at - 1) / size) + 1 - middle;\n",
+    "        if (d.x * d.x + d.y * d.y < least) {\n",
+    "            least = d.x * d.x + d.y * d.y;\n",
+    "            result = uint(at);\n",
+    "        }\n",
+    "    }\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_push_frag[] = {
+    "// The depth of a texel, as bits: its surfel's, or from the nearest two once there are some in three quadrants about it.\n",
+    "// uses: ism_fill\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out uint result;\n",
+    "\n",
+    "int ism_pulled(int level, ivec2 cell)\n",
+    "{\n",
+    "    uint at = level == 1 ? texelFetch(glbk_ism_pull1, cell, 0).x : level == 2 ? texelFetch(glbk_ism_pull2, cell, 0).x\n",
+    "                                                                              : texelFetch(glbk_ism_pull3, cell, 0).x;\n",
+    "    return int(at);\n",
+    "}\n",
+    "\n",
+    "struct ism_near { int first, second, least, next; uint found; };   // 1 + index; squared distances\n",
+    "\n",
+    "// The 3 x 3 cells about the texel.\n",
+    "void ism_look(int level, ivec2 at, inout ism_near n)\n",
+    "{\n",
+    "    int size = int(glbk_ism_frame.maps.y), half_size = size >> level;\n",
+    "    ivec2 local = at & (size - 1), cell = local >> level, origin = (at >> level) - cell;\n",
+    "    for (int y = cell.y - 1; y <= cell.y + 1; y++)\n",
+    "        for (int x = cell.x - 1; x <= cell.x + 1; x++) {\n",
+    "            if (x < 0 || y < 0 || x >= half_size || y >= half_size) {\n",
+    "                n.found |= ism_quadrant(ivec2(x, y) - cell);\n",
+    "                continue;\n",
+    "            }\n",
+    "            int there = ism_pulled(level, origin + ivec2(x, y));\n",
+    "            if (there == 0) continue;\n",
+    "            ivec2 d = ivec2((there - 1) % size, (there - 1) / size) - local;\n",
+    "            int d2 = d.x * d.x + d.y * d.y;\n",
+    "            n.found |= ism_quadrant(d);\n",
+    "            if (n.first == 0 || d2 < n.least) {\n",
+    "                if (n.first != 0 && n.first != there) {\n",
+    "                    n.second = n.first;\n",
+    "                    n.next = n.least;\n",
+    "                }\n",
+    "                n.first = there;\n",
+    "                n.least = d2;\n",
+    "            } else if (n.first != there && (n.second == 0 || d2 < n.next)) {\n",
+    "                n.second = there;\n",
+    "                n.next = d2;\n",
+    "            }\n",
+    "        }\n",
+    "}\n",
+    "\n",
+    "// The first one's depth, or its plane's here, whichever would have foretold the second better. No depths are mixed.\n",
+    "float ism_push(float kind, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)\n",
+    "{\n",
+    "    vec4 a = ism_surfel_at(origin + first), b = ism_surfel_at(origin + second);\n",
+    "    float t = ism_plane_depth(kind < 0.0, a.xyz, ism_texel_direction(kind, local));\n",
+    "    float there = ism_plane_depth(kind < 0.0, a.xyz, ism_texel_direction(kind, second));\n",
+    "    if (abs(a.w - b.w) <= abs(there - b.w)) return a.w;\n",
+    "    return t > 0.5 * a.w && t < 2.0 * a.w ? t : a.w;\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    int size = int(glbk_ism_frame.maps.y);\n",
+    "    ivec2 local = at & (size - 1);\n",
+    "    ism_near n = ism_near(0, 0, 0, 0, 0u);\n",
+    "    float depth = ISM_FAR;\n",
+    "    if (texelFetch(glbk_ism_below, at, 0).x != 0u) {\n",
+    "        depth = ism_surfel_at(at).w;\n",
+    "    } else if (glbk_ism_frame.points.z != 0u && ism_tile_of(at) < glbk_ism_frame.maps.x) {\n",
+    "        for (int level = 1; level <= int(glbk_ism_frame.points.z); level++) {\n",
+    "            if (n.second != 0 && ism_three_quadrants(n.found)) break;\n",
+    "            ism_look(level, at, n);\n",
+    "        }\n",
+    "        if (n.second != 0 && ism_three_quadrants(n.found))\n",
+    "            depth = ism_push(ism_kind(ism_tile_of(at)), local, ivec2((n.first - 1) % size, (n.first - 1) / size),\n",
+    "                             ivec2((n.second - 1) % size, (n.second - 1) / size), at - local);\n",
+    "    }\n",
+    "    result = floatBitsToUint(depth);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_shade_frag[] = {
+    "// Each pixel by its own class of VPLs: every pattern^2-th of them (interleaved sampling, paper 6.2).\n",
+    "// uses: ism_gbuffer ism_light\n",
+    "// with: screen.vert\n",
+    "// sets: ISM_NEAR=1 | ISM_NEAR=2 | ISM_NEAR=3 | ISM_NEAR=4 | ISM_NEAR=5\n",
+    "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    uint side = glbk_ism_view.size.z;\n",
+    "    uvec2 place = uvec2(at) % side;\n",
+    "    ism_receiver r;\n",
+    "    vec4 light = vec4(0.0);\n",
+    "    if (ism_read_receiver(at, r)) light = ism_light(r.p, r.n, r.ng, place.y * side + place.x, side * side);\n",
+    "    result = glbk_pack(light);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_splat_frag[] = {
+    "// A texel whose ray meets the disc gets its plane and its depth there. No disc is widened to a whole texel.\n",
+    "// uses: ism_access\n",
+    "// with: ism_splat.vert\n",
+    "// sets: ISM_QUADS=0 | ISM_QUADS=1\n",
+    "flat in vec4 ism_at;\n",
+    "flat in vec4 ism_plane;\n",
+    "flat in ivec4 ism_box;\n",
+    "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    if (any(lessThan(at, ism_box.xy)) || any(greaterThan(at, ism_box.zw))) discard;\n",
+    "    bool sky = ism_plane.w < 0.0;\n",
+    "    vec3 w = ism_texel_direction(ism_plane.w, at & (int(glbk_ism_frame.maps.y) - 1));\n",
+    "    float t = ism_plane_depth(sky, ism_plane.xyz, w);\n",
+    "    if (!(t > 0.0 && t < ISM_FAR)) discard;\n",
+    "    vec3 d = (sky ? vec3(w.xy * glbk_ism_frame.sphere.w, t) : w * t) - ism_at.xyz;\n",
+    "    if (!(dot(d, d) <= ism_at.w)) discard;\n",
+    "    result = glbk_pack(vec4(ism_plane.xyz, t));\n",
+    "    gl_FragDepth = t * 5.421010862427522e-20;      // 2^-64: every digit of t is kept\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_splat_vert[] = {
+    "// One point as a disc in the tile of its VPL: a point as large as the texels that it may touch, or with ISM_QUADS a\n",
+    "// rectangle of them, one instance a point.\n",
+    "// uses: ism_access\n",
+    "#ifndef ISM_QUADS\n",
+    "#define ISM_QUADS 0\n",
+    "#endif\n",
+    "flat out vec4 ism_at;       // in the tile's frame; radius squared\n",
+    "flat out vec4 ism_plane;    // its plane; the VPL's kind\n",
+    "flat out ivec4 ism_box;     // first and last texel\n",
+    "\n",
+    "struct ism_surfel { vec3 at, g; float radius2, depth; vec2 uv; };\n",
+    "\n",
+    "// false: not seen from the VPL's front.\n",
+    "bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, out ism_surfel s)\n",
+    "{\n",
+    "    mat3 frame = ism_vpl_frame(l);\n",
+    "    vec3 n = normal * frame;\n",
+    "    s.radius2 = area * (1.0 / COHSM_PI);\n",
+    "    if (l.sky) {\n",
+    "        vec3 o = (p - glbk_ism_frame.sphere.xyz) * frame;\n",
+    "        float r = glbk_ism_frame.sphere.w, slope = abs(n.z) > 0.05 ? 1.0 / n.z : 0.0;\n",
+    "        s.depth = o.z + r;\n",
+    "        s.uv = 0.5 * o.xy / r + 0.5;\n",
+    "        s.at = vec3(o.xy, s.depth);\n",
+    "        s.g = vec3(-n.xy * slope * r, s.depth + dot(n.xy, o.xy) * slope);\n",
+    "        return all(greaterThanEqual(s.uv, vec2(0.0))) && all(lessThan(s.uv, vec2(1.0)));\n",
+    "    }\n",
+    "    vec3 o = (p - l.position) * frame;\n",
+    "    float d2 = dot(o, o), along = dot(n, o);\n",
+    "    s.depth = sqrt(d2);\n",
+    "    s.at = o;\n",
+    "    s.g = o / d2;\n",
+    "    if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;\n",
+    "    s.radius2 = min(s.radius2, (along > 0.0 ? 0.04 : 1.0) * d2);\n",
+    "    if (abs(along) > 1e-3 * s.depth) s.g = n / along;\n",
+    "    return ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv);\n",
+    "}\n",
+    "\n",
+    "// Texels a unit of angle, or of a sky's space, at most.\n",
+    "float ism_texels_per_unit(ism_vpl l)\n",
+    "{\n",
+    "    float size = float(glbk_ism_frame.maps.y);\n",
+    "    uint p = ism_projection_of(l.exponent);\n",
+    "    if (l.sky) return 0.5 * size / glbk_ism_frame.sphere.w;\n",
+    "    if (p == ISM_PROJECTION_PARABOLOID) return 0.5 * size;\n",
+    "    return 0.9 * size * (p == ISM_PROJECTION_LOBE ? sqrt(0.5 * (l.exponent + 1.0)) : 1.0);\n",
+    "}\n",
+    "\n",
+    "// 2 x 2 tiles show 4 levels of opacity (paper 6.4).\n",
+    "bool ism_dither(uvec2 tile, float opacity)\n",
+    "{\n",
+    "    uint i = (tile.y & 1u) * 2u + (tile.x & 1u);\n",
+    "    return opacity > (i == 0u ? 0.125 : i == 1u ? 0.625 : i == 2u ? 0.875 : 0.375);\n",
+    "}\n",
+    "\n",
+    "vec3 ism_corner(uint vertex) { return texelFetch(glbk_ism_positions, glbk_table_at(vertex), 0).xyz; }\n",
+    "\n",
+    "bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)\n",
+    "{\n",
+    "    uvec4 point = texelFetch(glbk_ism_points, glbk_table_at(index), 0);\n",
+    "    float share = uintBitsToFloat(point.w);\n",
+    "    if (!(share > 0.0) || point.x >= glbk_ism_frame.points.w) return false;\n",
+    "    uvec4 t = texelFetch(glbk_ism_triangles, glbk_table_at(point.x), 0);\n",
+    "    if (!ism_dither(uvec2(v % glbk_ism_frame.maps.z, v / glbk_ism_frame.maps.z), uintBitsToFloat(t.w))) return false;\n",
+    "    vec3 p = ism_corner(t.x), e1 = ism_corner(t.y) - p, e2 = ism_corner(t.z) - p, n = cross(e1, e2);\n",
+    "    float length2 = dot(n, n), size = sqrt(length2);\n",
+    "    if (!(length2 > 0.0) || !cohsm_finite(length2)) return false;\n",
+    "    p += e1 * uintBitsToFloat(point.y) + e2 * uintBitsToFloat(point.z);\n",
+    "    return ism_place_surfel(l, p, n / size, glbk_ism_frame.values.x * share * 0.5 * size, s);\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "#if ISM_QUADS\n",
+    "    uint index = uint(gl_InstanceID);\n",
+    "#else\n",
+    "    uint index = uint(gl_VertexID);\n",
+    "    gl_PointSize = 1.0;\n",
+    "#endif\n",
+    "    uint v = index / glbk_ism_frame.points.y % glbk_ism_frame.points.x;\n",
+    "    int size = int(glbk_ism_frame.maps.y);\n",
+    "    float most = float(size);\n",
+    "    ism_surfel s;\n",
+    "    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);\n",
+    "    ism_at = vec4(0.0);\n",
+    "    ism_plane = vec4(0.0);\n",
+    "    ism_box = ivec4(0);\n",
+    "    if (v >= glbk_ism_frame.maps.x) return;\n",
+    "    ism_vpl l = ism_read_vpl(v);\n",
+    "    if (!ism_surfel_of(index, v, l, s)) return;\n",
+    "    float reach = sqrt(s.radius2) * ism_texels_per_unit(l) / (l.sky ? 1.0 : s.depth);\n",
+    "    if (!(reach > 0.0)) return;\n",
+    "    reach = min(reach, most);\n",
+    "    ivec2 first = ivec2(max(s.uv * most - reach, 0.0)), last = min(ivec2(s.uv * most + reach), size - 1);\n",
+    "    ism_at = vec4(s.at, s.radius2);\n",
+    "    ism_plane = vec4(s.g, l.sky ? -1.0 : l.exponent);\n",
+    "    ism_box = ivec4(first, last) + ism_tile_at(v).xyxy;\n",
+    "#if ISM_QUADS\n",
+    "    vec2 at = vec2((gl_VertexID & 1) != 0 ? ism_box.z + 1 : ism_box.x, (gl_VertexID & 2) != 0 ? ism_box.w + 1 : ism_box.y);\n",
+    "#else\n",
+    "    vec2 at = 0.5 * vec2(ism_box.xy + ism_box.zw + 1);\n",
+    "    gl_PointSize = float(max(last.x - first.x, last.y - first.y) + 1);\n",
+    "#endif\n",
+    "    gl_Position = vec4(at / (most * float(glbk_ism_frame.maps.z)) * 2.0 - 1.0, 0.0, 1.0);\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_screen_vert[] = {
     "// A triangle over the whole viewport, from no attributes at all: vertices (-1, -1), (3, -1), (-1, 3).\n",
     "void main()\n",
@@ -3502,7 +4355,17 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/envsh_bindings.glsl", glbk__glsl_lib_envsh_bindings_glsl, 1, "", "",
       "" },
-    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 1, "", "",
+    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 58, "table ism_map ism_bindings", "",
+      "" },
+    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 27, "", "",
+      "" },
+    { "lib/ism_fill.glsl", glbk__glsl_lib_ism_fill_glsl, 17, "ism_access", "",
+      "" },
+    { "lib/ism_gbuffer.glsl", glbk__glsl_lib_ism_gbuffer_glsl, 14, "cohsm_math ism_bindings", "",
+      "" },
+    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 157, "ism_access", "",
+      "" },
+    { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 63, "cohsm_math", "",
       "" },
     { "lib/prelude.glsl", glbk__glsl_lib_prelude_glsl, 33, "", "",
       "" },
@@ -3536,6 +4399,22 @@ static const glbk_file glbk__files[] = {
       "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
     { "prog/csm_shade.frag", glbk__glsl_prog_csm_shade_frag, 14, "csm_gbuffer csm_shade", "screen.vert",
       "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
+    { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 42, "ism_gbuffer", "screen.vert",
+      "" },
+    { "prog/ism_directions.frag", glbk__glsl_prog_ism_directions_frag, 10, "ism_map ism_bindings", "screen.vert",
+      "" },
+    { "prog/ism_holes.frag", glbk__glsl_prog_ism_holes_frag, 32, "ism_fill", "screen.vert",
+      "" },
+    { "prog/ism_pull.frag", glbk__glsl_prog_ism_pull_frag, 31, "ism_access", "screen.vert",
+      "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" },
+    { "prog/ism_push.frag", glbk__glsl_prog_ism_push_frag, 74, "ism_fill", "screen.vert",
+      "" },
+    { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 16, "ism_gbuffer ism_light", "screen.vert",
+      "ISM_NEAR=1 | ISM_NEAR=2 | ISM_NEAR=3 | ISM_NEAR=4 | ISM_NEAR=5" },
+    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 22, "ism_access", "ism_splat.vert",
+      "ISM_QUADS=0 | ISM_QUADS=1" },
+    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 105, "ism_access", "",
+      "" },
     { "prog/screen.vert", glbk__glsl_prog_screen_vert, 5, "", "",
       "" }
 };
@@ -6274,6 +7153,550 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
 /* ---- end of rsm ---- */
 
 /* ---- >>ism ---- */
+
+static glbk__allocator glbk__ism_memory(const glbk_context *ctx)
+{
+    return glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+}
+
+/* A texture and the target that is drawn to it. */
+static glbk_result glbk__ism_canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
+                                    const glbk_texture *depth, glbk_texture *texture, glbk_target *target)
+{
+    glbk_texture_desc d;
+    glbk_target_desc t;
+    glbk_result result;
+    memset(&d, 0, sizeof d);
+    memset(&t, 0, sizeof t);
+    d.format = format;
+    d.width = width;
+    d.height = height;
+    t.color[0] = texture;
+    t.depth = depth;
+    result = glbk_texture_create(ctx, &d, texture);
+    return result == GLBK_OK ? glbk_target_create(ctx, &t, target) : result;
+}
+
+static int glbk__ism_resolve(glbk_ism_desc *d)
+{
+    if (d->vpl_count > 16384 || (d->points && d->points < 8) || d->points > 65536 || d->projection > 4 || d->lazy > 64 ||
+        (d->tile_size && (d->tile_size < 8 || d->tile_size > 256 || (d->tile_size & (d->tile_size - 1)))) ||
+        !(d->splat_scale >= 0 && d->splat_scale <= 16))
+        return 0;
+    if (!d->vpl_count) d->vpl_count = 1024;
+    if (!d->points) d->points = 8192;
+    if (!d->tile_size) d->tile_size = 64;
+    if (!d->projection) d->projection = 1;
+    if (!d->lazy) d->lazy = 8;
+    if (!(d->splat_scale > 0)) d->splat_scale = 1.5f;
+    return 1;
+}
+
+static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m)
+{
+    glbk_texture_desc d;
+    glbk_result result;
+    uint32_t i, side = m->side;
+    memset(&d, 0, sizeof d);
+    d.format = GLBK_FORMAT_DEPTH32F;
+    d.width = d.height = side;
+    result = glbk_texture_create(ctx, &d, &m->depth);
+    if (result == GLBK_OK)
+        result = glbk__ism_canvas(ctx, GLBK_FORMAT_COLOR, m->desc.tile_size, m->desc.tile_size, NULL, &m->directions,
+                                  &m->direction_target);
+    if (result == GLBK_OK)
+        result = glbk__ism_canvas(ctx, GLBK_FORMAT_COLOR, side, side, &m->depth, &m->surfels, &m->surfel_target);
+    if (result == GLBK_OK) result = glbk__ism_canvas(ctx, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
+    for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++)
+        result = glbk__ism_canvas(ctx, GLBK_FORMAT_R32UI, side >> (i + 1), side >> (i + 1), NULL, &m->pull[i],
+                                  &m->pull_target[i]);
+    if (result == GLBK_OK) result = glbk__ism_canvas(ctx, GLBK_FORMAT_R32UI, side, side, NULL, &m->atlas, &m->atlas_target);
+    return result;
+}
+
+static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m)
+{
+    char level[] = "ISM_LEVEL=1";
+    int quads = ctx->max_point_size < (float)m->desc.tile_size;
+    glbk_result result = glbk_program_create(ctx, "ism_directions.frag", NULL, &m->directions_program);
+    uint32_t i;
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, "ism_splat.frag", quads ? "ISM_QUADS=1" : NULL, quads ? &m->splat_quads : &m->splat);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "ism_holes.frag", NULL, &m->holes);
+    for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++) {
+        level[10] = (char)('1' + (int)i);
+        result = glbk_program_create(ctx, "ism_pull.frag", level, &m->pull_program[i]);
+    }
+    return result == GLBK_OK ? glbk_program_create(ctx, "ism_push.frag", NULL, &m->push) : result;
+}
+
+/* Levels of pull and push: the coarsest has two cells a side of a tile at least. */
+static uint32_t glbk__ism_levels(const glbk_ism_maps *m)
+{
+    uint32_t levels = m->desc.no_fill ? 0 : GLBK_ISM_LEVELS;
+    while (levels && m->desc.tile_size >> levels < 2) levels--;
+    return levels;
+}
+
+static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps *m)
+{
+    glbk_ism_frame f;
+    memset(&f, 0, sizeof f);
+    f.maps[0] = m->count;
+    f.maps[1] = m->desc.tile_size;
+    f.maps[2] = m->tiles;
+    f.maps[3] = m->desc.projection;
+    f.points[0] = m->desc.vpl_count;
+    f.points[1] = m->each;
+    f.points[2] = glbk__ism_levels(m);
+    f.points[3] = m->triangles;
+    memcpy(f.sphere, m->sphere, sizeof f.sphere);
+    f.values[0] = m->desc.splat_scale;
+    return glbk_buffer_update(ctx, &m->frame, 0, sizeof f, &f);
+}
+
+GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out)
+{
+    static const uint32_t nothing[4] = { 0, 0, 0, 0 };
+    size_t points;
+    glbk_result result;
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (desc) out->desc = *desc;
+    if (!glbk__ism_resolve(&out->desc)) return memset(out, 0, sizeof *out), GLBK_ERR_ARGUMENT;
+    for (out->tiles = 1; out->tiles * out->tiles < out->desc.vpl_count; out->tiles++) {}
+    out->side = out->tiles * out->desc.tile_size;
+    out->each = (out->desc.points + out->desc.lazy - 1) / out->desc.lazy;
+    points = (size_t)out->each * out->desc.lazy * out->desc.vpl_count;
+    if (out->side > ctx->max_size || points > 0x7fffffff) return memset(out, 0, sizeof *out), GLBK_ERR_LIMIT;
+    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, points, &out->points);
+    if (result == GLBK_OK)
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, NULL, 4 * (size_t)out->desc.vpl_count, &out->vpls);
+    if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, nothing, 1, &out->triangle_table);
+    if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, nothing, 1, &out->positions);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_frame), NULL, &out->frame);
+    if (result == GLBK_OK) result = glbk__ism_create_canvases(ctx, out);
+    if (result == GLBK_OK) result = glbk__ism_create_programs(ctx, out);
+    if (result == GLBK_OK) result = glbk__ism_write_frame(ctx, out);
+    if (result != GLBK_OK) glbk_ism_maps_destroy(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *m)
+{
+    uint32_t i;
+    if (!m) return;
+    for (i = 0; i < GLBK_ISM_LEVELS; i++) {
+        glbk_program_destroy(ctx, &m->pull_program[i]);
+        glbk_target_destroy(ctx, &m->pull_target[i]);
+        glbk_texture_destroy(ctx, &m->pull[i]);
+    }
+    glbk_program_destroy(ctx, &m->directions_program);
+    glbk_program_destroy(ctx, &m->splat);
+    glbk_program_destroy(ctx, &m->splat_quads);
+    glbk_program_destroy(ctx, &m->holes);
+    glbk_program_destroy(ctx, &m->push);
+    glbk_target_destroy(ctx, &m->direction_target);
+    glbk_target_destroy(ctx, &m->surfel_target);
+    glbk_target_destroy(ctx, &m->kept_target);
+    glbk_target_destroy(ctx, &m->atlas_target);
+    glbk_texture_destroy(ctx, &m->vpls);
+    glbk_texture_destroy(ctx, &m->points);
+    glbk_texture_destroy(ctx, &m->triangle_table);
+    glbk_texture_destroy(ctx, &m->positions);
+    glbk_texture_destroy(ctx, &m->directions);
+    glbk_texture_destroy(ctx, &m->surfels);
+    glbk_texture_destroy(ctx, &m->depth);
+    glbk_texture_destroy(ctx, &m->kept);
+    glbk_texture_destroy(ctx, &m->atlas);
+    glbk_buffer_destroy(ctx, &m->frame);
+    memset(m, 0, sizeof *m);
+}
+
+static int glbk__ism_stride_ok(size_t stride) { return !stride || (stride >= 12 && stride % 4 == 0); }
+
+/* count strided triples into a table of four floats each, at least one texel; the table is made anew where it is too small. */
+static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from, size_t count,
+                                    size_t stride)
+{
+    glbk__allocator memory = glbk__ism_memory(ctx);
+    float *texels = (float *)glbk__alloc_array(&memory, count ? count : 1, 16);
+    glbk_texture made;
+    glbk_result result;
+    size_t i;
+    if (!texels) return GLBK_ERR_ALLOC;
+    memset(texels, 0, 16 * (count ? count : 1));
+    for (i = 0; i < count; i++) memcpy(texels + 4 * i, (const char *)from + (stride ? stride : 12) * i, 12);
+    if (table->name && count == had && count) {
+        result = glbk_table_update(ctx, table, 0, count, texels);
+    } else {
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, texels, count ? count : 1, &made);
+        if (result == GLBK_OK) {
+            glbk_texture_destroy(ctx, table);
+            *table = made;
+        }
+    }
+    glbk__free(&memory, texels);
+    return result;
+}
+
+/* Three indices and the bits of the opacity, or NULL where memory (result) or an index (its error) fails. */
+static uint32_t *glbk__ism_triangles(const glbk__allocator *memory, const glbk_ism_mesh *mesh, size_t count, glbk_result *result)
+{
+    uint32_t *words = (uint32_t *)glbk__alloc_array(memory, count, 16);
+    float opacity = 1;
+    size_t i, k;
+    *result = words ? GLBK_OK : GLBK_ERR_ALLOC;
+    for (i = 0; i < count && *result == GLBK_OK; i++) {
+        for (k = 0; k < 3; k++) {
+            words[4 * i + k] = mesh->indices ? mesh->indices[3 * i + k] : (uint32_t)(3 * i + k);
+            if (words[4 * i + k] >= mesh->vertex_count) *result = GLBK_ERR_ARGUMENT;
+        }
+        if (mesh->opacities) opacity = mesh->opacities[i];
+        memcpy(words + 4 * i + 3, &opacity, 4);
+    }
+    if (words && *result != GLBK_OK) {
+        glbk__free(memory, words);
+        words = NULL;
+    }
+    return words;
+}
+
+GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, const glbk_ism_mesh *mesh)
+{
+    glbk__allocator memory;
+    uint32_t *words;
+    size_t corners = mesh ? (mesh->indices ? mesh->index_count : mesh->vertex_count) : 0, count = corners / 3;
+    glbk_texture made;
+    glbk_result result;
+    if (!ctx || !m || !m->points.name || (mesh && !glbk__ism_stride_ok(mesh->vertex_stride)) || corners % 3 ||
+        (corners && !mesh->positions))
+        return GLBK_ERR_ARGUMENT;
+    if (corners > 0x7fffffff || (mesh && mesh->vertex_count > 0x7fffffff)) return GLBK_ERR_LIMIT;
+    if (count) {
+        memory = glbk__ism_memory(ctx);
+        words = glbk__ism_triangles(&memory, mesh, count, &result);
+        if (!words) return result;
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made);
+        glbk__free(&memory, words);
+        if (result == GLBK_OK) {
+            result = glbk__ism_upload(ctx, &m->positions, m->vertices, mesh->positions, mesh->vertex_count, mesh->vertex_stride);
+            if (result != GLBK_OK) glbk_texture_destroy(ctx, &made);
+        }
+        if (result != GLBK_OK) return result;
+        glbk_texture_destroy(ctx, &m->triangle_table);
+        m->triangle_table = made;
+        m->vertices = (uint32_t)mesh->vertex_count;
+    }
+    if (count != m->triangles) m->phases = 0;
+    m->triangles = (uint32_t)count;
+    return glbk__ism_write_frame(ctx, m);
+}
+
+GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, const float *positions, size_t stride)
+{
+    if (!ctx || !m || !m->triangles || !positions || !glbk__ism_stride_ok(stride)) return GLBK_ERR_ARGUMENT;
+    return glbk__ism_upload(ctx, &m->positions, m->vertices, positions, m->vertices, stride);
+}
+
+GLBK_DEF glbk_result glbk_ism_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase, const void *points)
+{
+    size_t count;
+    glbk_result result;
+    if (!ctx || !m || !m->points.name || !points || phase >= m->desc.lazy) return GLBK_ERR_ARGUMENT;
+    count = (size_t)m->desc.vpl_count * m->each;
+    result = glbk_table_update(ctx, &m->points, count * phase, count, points);
+    if (result == GLBK_OK) m->phases |= (uint64_t)1 << phase;
+    return result;
+}
+
+static int glbk__ism_vpl_ok(const glbk_ism_vpl *v)
+{
+    float sum = v->exponent + v->side;
+    int k;
+    for (k = 0; k < 3; k++) sum += v->position[k] * 0 + v->normal[k] * 0 + v->flux[k] * 0 + v->axis[k] * 0;
+    return sum >= 0 && v->exponent >= 0 && v->exponent <= 1e5f && v->side >= 0 && sum < 3e38f;
+}
+
+GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, const glbk_ism_vpl *vpls, uint32_t count,
+                                          const float center[3], float radius)
+{
+    glbk__allocator memory;
+    glbk_result result = GLBK_OK;
+    float *texels;
+    uint32_t i;
+    if (!ctx || !m || !m->points.name || (count && !vpls) || count > m->desc.vpl_count || (center && !(radius > 0)))
+        return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < count; i++)
+        if (!glbk__ism_vpl_ok(&vpls[i]) || (vpls[i].directional && !center)) return GLBK_ERR_ARGUMENT;
+    if (count) {
+        memory = glbk__ism_memory(ctx);
+        texels = (float *)glbk__alloc_array(&memory, count, 64);
+        if (!texels) return GLBK_ERR_ALLOC;
+        for (i = 0; i < count; i++) {
+            float *to = texels + 16 * (size_t)i;
+            memcpy(to, vpls[i].position, 12);
+            to[3] = vpls[i].directional ? -1 : vpls[i].exponent;
+            memcpy(to + 4, vpls[i].normal, 12);
+            to[7] = vpls[i].side;
+            memcpy(to + 8, vpls[i].flux, 12);
+            to[11] = 0;
+            memcpy(to + 12, vpls[i].axis, 12);
+            to[15] = 0;
+        }
+        result = glbk_table_update(ctx, &m->vpls, 0, 4 * (size_t)count, texels);
+        glbk__free(&memory, texels);
+    }
+    if (result != GLBK_OK) return result;
+    m->count = count;
+    memset(m->sphere, 0, sizeof m->sphere);
+    if (center) memcpy(m->sphere, center, 3 * sizeof(float));
+    m->sphere[3] = center ? radius : 1;
+    return glbk__ism_write_frame(ctx, m);
+}
+
+/* The draw of all points, cleared before. */
+static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
+{
+    static const float empty[4] = { 0, 0, 0, 1e30f };
+    int quads = m->splat.name == 0;
+    int32_t count = (int32_t)(m->each * m->desc.lazy * m->desc.vpl_count);
+    glbk_pass pass;
+    glbk_result result;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &m->surfel_target;
+    pass.depth = GLBK_DEPTH_LESS;
+    result = glbk_begin(ctx, &pass, quads ? &m->splat_quads : &m->splat);
+    if (result != GLBK_OK) return result;
+    glbk_clear(ctx, &m->surfel_target, 0, empty);
+    glbk_clear_depth(ctx, 1);
+    if (!m->triangles || !m->count) return GLBK_OK;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->points);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_directions, &m->directions);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+    if (quads) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, count);
+    else ctx->gl.DrawArrays(GLBK_GL_POINTS, 0, count);
+    return GLBK_OK;
+}
+
+/* A pass over a whole target that reads the maps and, in the slot "below", one texture. */
+static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, const glbk_target *target, glbk_program *program,
+                                  const glbk_texture *below)
+{
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t i;
+    memset(&pass, 0, sizeof pass);
+    pass.target = target;
+    result = glbk_begin(ctx, &pass, program);
+    if (result != GLBK_OK) return result;
+    if (below) {
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_directions, &m->directions);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_surfels, &m->surfels);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_below, below);
+    }
+    for (i = 0; target == &m->atlas_target && i < GLBK_ISM_LEVELS; i++)
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_pull1 + i, &m->pull[i]);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m)
+{
+    uint64_t all;
+    uint32_t i, levels;
+    glbk_result result;
+    if (!ctx || !m || !m->points.name) return GLBK_ERR_ARGUMENT;
+    all = m->desc.lazy == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy) - 1;
+    if (m->triangles && m->phases != all) return GLBK_ERR_ARGUMENT;
+    levels = glbk__ism_levels(m);
+    result = glbk__ism_pass(ctx, m, &m->direction_target, &m->directions_program, NULL);
+    if (result == GLBK_OK) result = glbk__ism_splat(ctx, m);
+    if (result == GLBK_OK) result = glbk__ism_pass(ctx, m, &m->kept_target, &m->holes, &m->surfels);
+    for (i = 0; i < levels && result == GLBK_OK; i++)
+        result = glbk__ism_pass(ctx, m, &m->pull_target[i], &m->pull_program[i], i ? &m->pull[i - 1] : &m->kept);
+    if (result == GLBK_OK) result = glbk__ism_pass(ctx, m, &m->atlas_target, &m->push, &m->kept);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *m, float *atlas)
+{
+    glbk__allocator memory;
+    uint32_t *words, y, x;
+    glbk_result result = GLBK_OK;
+    if (!ctx || !m || !m->points.name || !atlas) return GLBK_ERR_ARGUMENT;
+    memory = glbk__ism_memory(ctx);
+    words = (uint32_t *)glbk__alloc_array(&memory, m->side, 16);
+    if (!words) return GLBK_ERR_ALLOC;
+    for (y = 0; y < m->side && result == GLBK_OK; y++) {
+        result = glbk_target_read(ctx, &m->atlas_target, 0, 0, y, m->side, 1, words);
+        for (x = 0; x < m->side && result == GLBK_OK; x++) memcpy(atlas + (size_t)y * m->side + x, words + 4 * (size_t)x, 4);
+    }
+    glbk__free(&memory, words);
+    return result;
+}
+
+GLBK_DEF void glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m)
+{
+    if (!m) return;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_directions, &m->directions);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_atlas, &m->atlas);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+}
+
+GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height, glbk_ism_renderer *out)
+{
+    glbk_texture_desc d;
+    glbk_target_desc t;
+    glbk_result result = GLBK_OK;
+    int i;
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!width || !height) return GLBK_ERR_ARGUMENT;
+    memset(&d, 0, sizeof d);
+    memset(&t, 0, sizeof t);
+    out->width = d.width = width;
+    out->height = d.height = height;
+    d.format = GLBK_FORMAT_COLOR;
+    for (i = 0; i < 4 && result == GLBK_OK; i++) {
+        result = glbk_texture_create(ctx, &d, &out->gbuffer[i]);
+        t.color[i] = &out->gbuffer[i];
+    }
+    d.format = GLBK_FORMAT_DEPTH32F;
+    t.depth = &out->depth;
+    if (result == GLBK_OK) result = glbk_texture_create(ctx, &d, &out->depth);
+    if (result == GLBK_OK) result = glbk_target_create(ctx, &t, &out->gbuffer_target);
+    if (result == GLBK_OK)
+        result = glbk__ism_canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->light, &out->light_target);
+    if (result == GLBK_OK)
+        result = glbk__ism_canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->result, &out->result_target);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &out->view);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "ism_blur.frag", NULL, &out->blur);
+    if (result != GLBK_OK) glbk_ism_renderer_destroy(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_ism_renderer_destroy(glbk_context *ctx, glbk_ism_renderer *r)
+{
+    int i;
+    if (!r) return;
+    glbk_target_destroy(ctx, &r->gbuffer_target);
+    glbk_target_destroy(ctx, &r->light_target);
+    glbk_target_destroy(ctx, &r->result_target);
+    for (i = 0; i < 4; i++) glbk_texture_destroy(ctx, &r->gbuffer[i]);
+    glbk_texture_destroy(ctx, &r->depth);
+    glbk_texture_destroy(ctx, &r->light);
+    glbk_texture_destroy(ctx, &r->result);
+    glbk_buffer_destroy(ctx, &r->view);
+    for (i = 0; i < 5; i++) glbk_program_destroy(ctx, &r->shade[i]);
+    glbk_program_destroy(ctx, &r->blur);
+    memset(r, 0, sizeof *r);
+}
+
+GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_renderer *r, const glbk_ism_receivers *from)
+{
+    const float *arrays[4];
+    glbk__allocator memory;
+    glbk_result result = GLBK_OK;
+    size_t count, i, stride;
+    float *texels;
+    int k;
+    if (!ctx || !r || !r->view.name || !from || !from->positions || !from->normals || !glbk__ism_stride_ok(from->stride))
+        return GLBK_ERR_ARGUMENT;
+    arrays[0] = from->positions;
+    arrays[1] = from->normals;
+    arrays[2] = from->geometric ? from->geometric : from->normals;
+    arrays[3] = from->albedos;
+    stride = from->stride ? from->stride : 12;
+    count = (size_t)r->width * r->height;
+    memory = glbk__ism_memory(ctx);
+    texels = (float *)glbk__alloc_array(&memory, count, 16);
+    if (!texels) return GLBK_ERR_ALLOC;
+    for (k = 0; k < 4 && result == GLBK_OK; k++) {
+        for (i = 0; i < count; i++) {
+            texels[4 * i] = texels[4 * i + 1] = texels[4 * i + 2] = texels[4 * i + 3] = 1;
+            if (arrays[k]) memcpy(texels + 4 * i, (const char *)arrays[k] + stride * i, 12);
+        }
+        result = glbk_texture_update(ctx, &r->gbuffer[k], 0, 0, 0, 0, r->width, r->height, 1, texels);
+    }
+    glbk__free(&memory, texels);
+    return result;
+}
+
+static glbk_result glbk__ism_shade_pass(glbk_context *ctx, const glbk_ism_renderer *r, const glbk_target *target,
+                                        glbk_program *program)
+{
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t i;
+    memset(&pass, 0, sizeof pass);
+    pass.target = target;
+    result = glbk_begin(ctx, &pass, program);
+    for (i = 0; i < 4 && result == GLBK_OK; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_place + i, &r->gbuffer[i]);
+    if (result == GLBK_OK) glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, const glbk_ism_maps *m,
+                                    const glbk_ism_shading *shading)
+{
+    char near_mode[] = "ISM_NEAR=1";
+    glbk_ism_shading s;
+    glbk_ism_view view;
+    glbk_result result = GLBK_OK;
+    memset(&s, 0, sizeof s);
+    s.bias = 0.02f;
+    s.clamp = 1;
+    if (shading) s = *shading;
+    if (!ctx || !r || !r->view.name || !m || !m->points.name || s.near_mode > 5 || s.pattern > 8 ||
+        (s.pattern & (s.pattern - 1)) || !(s.bias >= 0 && s.bias < 1) ||
+        ((s.near_mode == 3 || s.near_mode == 4) && !(s.clamp > 0 && s.clamp < 3e38f)))
+        return GLBK_ERR_ARGUMENT;
+    if (!s.near_mode) s.near_mode = 1;
+    near_mode[9] = (char)('0' + (int)s.near_mode);
+    if (!r->shade[s.near_mode - 1].name)
+        result = glbk_program_create(ctx, "ism_shade.frag", near_mode, &r->shade[s.near_mode - 1]);
+    memset(&view, 0, sizeof view);
+    view.size[0] = r->width;
+    view.size[1] = r->height;
+    view.size[2] = s.pattern ? s.pattern : 1;
+    view.size[3] = (s.no_maps ? 1u : 0u) | (s.irradiance ? 0u : 2u);
+    view.values[0] = s.bias;
+    view.values[1] = s.clamp;
+    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->view, 0, sizeof view, &view);
+    if (result == GLBK_OK) result = glbk__ism_shade_pass(ctx, r, &r->light_target, &r->shade[s.near_mode - 1]);
+    if (result != GLBK_OK) return result;
+    glbk_ism_bind(ctx, m);
+    glbk_draw_screen(ctx);
+    result = glbk__ism_shade_pass(ctx, r, &r->result_target, &r->blur);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *r, float *rgb)
+{
+    glbk__allocator memory;
+    float *texels;
+    size_t i, count;
+    glbk_result result;
+    if (!ctx || !r || !r->view.name || !rgb) return GLBK_ERR_ARGUMENT;
+    count = (size_t)r->width * r->height;
+    memory = glbk__ism_memory(ctx);
+    texels = (float *)glbk__alloc_array(&memory, count, 16);
+    if (!texels) return GLBK_ERR_ALLOC;
+    result = glbk_target_read(ctx, &r->result_target, 0, 0, 0, r->width, r->height, texels);
+    for (i = 0; i < count && result == GLBK_OK; i++) memcpy(rgb + 3 * i, texels + 4 * i, 12);
+    glbk__free(&memory, texels);
+    return result;
+}
 
 /* ---- end of ism ---- */
 

@@ -370,7 +370,11 @@ ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
             ISM_ERR_CANCELLED
    Cost     O(triangles + points of all VPLs x texels of their discs) */
 
-typedef struct ism_point {
+ISM_DEF ism_result ism_scatter(ism_maps *maps, const ism_frame *frame);
+/* The first half of ism_build, points without an atlas: for those who draw the maps elsewhere, as gl_backend.h does.
+   Errors   those of ism_build */
+
+typedef struct ism_point {          /* 16 bytes: gl_backend.h uploads them as they are */
     uint32_t triangle;
     float    barycentric[2];        /* weights of its second and third corner */
     float    area;                  /* as a share of its triangle's: A_k = area x area of the triangle */
@@ -379,6 +383,16 @@ typedef struct ism_point {
 ISM_DEF ism_result ism_points(const ism_maps *maps, uint32_t vpl, ism_point *out, size_t capacity, size_t *count);
 /* The points of one VPL's tile: *count of them, at most capacity are written (out may be NULL with capacity 0).
    Errors: ISM_ERR_ARGUMENT, ISM_ERR_ORDER. */
+
+ISM_DEF ism_result ism_phase_points(const ism_maps *maps, uint32_t phase, ism_point *out, size_t capacity, size_t *count);
+/* Of every VPL in turn the points phase, phase + lazy, phase + 2 lazy ..., as many of each as points / lazy rounded up;
+   those that a VPL does not have get area 0. A frame renews phase index % lazy alone, or all (stats.renewed).
+   phase    below desc.lazy
+   count    of all of them; at most capacity are written (out may be NULL with capacity 0)
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER */
+
+ISM_DEF void ism_bounds(const ism_maps *maps, float center[3], float *radius);
+/* The sphere about the mesh of the last ism_build or ism_scatter, which maps of directions cover. */
 
 #define ISM_FAR 1e30f               /* depth of a texel without occluder */
 
@@ -2070,6 +2084,16 @@ static ism_result ism__renew_points(ism_maps *m, const ism_frame *f)
     return ISM_OK;
 }
 
+static ism_point ism__point_of(const ism__point *p)
+{
+    ism_point out;
+    out.triangle = p->triangle;
+    out.barycentric[0] = (float)p->b1 * (1.0f / 65535.0f);
+    out.barycentric[1] = (float)p->b2 * (1.0f / 65535.0f);
+    out.area = p->weight;
+    return out;
+}
+
 ISM_DEF ism_result ism_points(const ism_maps *m, uint32_t vpl, ism_point *out, size_t capacity, size_t *count)
 {
     const ism__point *points;
@@ -2078,14 +2102,36 @@ ISM_DEF ism_result ism_points(const ism_maps *m, uint32_t vpl, ism_point *out, s
     if (!m->triangles) return ISM_ERR_ORDER;
     points = (const ism__point *)m->points.data + (size_t)vpl * m->desc.points;
     n = ((const uint32_t *)m->counts.data)[2u * vpl];
-    for (j = 0; j < n && j < capacity; j++) {
-        out[j].triangle = points[j].triangle;
-        out[j].barycentric[0] = (float)points[j].b1 * (1.0f / 65535.0f);
-        out[j].barycentric[1] = (float)points[j].b2 * (1.0f / 65535.0f);
-        out[j].area = points[j].weight;
-    }
+    for (j = 0; j < n && j < capacity; j++) out[j] = ism__point_of(&points[j]);
     *count = n;
     return ISM_OK;
+}
+
+ISM_DEF ism_result ism_phase_points(const ism_maps *m, uint32_t phase, ism_point *out, size_t capacity, size_t *count)
+{
+    uint32_t each, v, j;
+    size_t k = 0;
+    if (!m || !count || phase >= m->desc.lazy || (!out && capacity)) return ISM_ERR_ARGUMENT;
+    if (!m->triangles) return ISM_ERR_ORDER;
+    each = (m->desc.points + m->desc.lazy - 1u) / m->desc.lazy;
+    *count = (size_t)m->desc.vpl_count * each;
+    for (v = 0; v < m->desc.vpl_count; v++) {
+        const ism__point *points = (const ism__point *)m->points.data + (size_t)v * m->desc.points;
+        uint32_t n = ((const uint32_t *)m->counts.data)[2u * v];
+        for (j = 0; j < each && k < capacity; j++, k++) {
+            uint32_t i = phase + j * m->desc.lazy;
+            memset(&out[k], 0, sizeof *out);
+            if (i < n) out[k] = ism__point_of(&points[i]);
+        }
+    }
+    return ISM_OK;
+}
+
+ISM_DEF void ism_bounds(const ism_maps *m, float center[3], float *radius)
+{
+    if (!m || !center || !radius) return;
+    memcpy(center, m->center, sizeof m->center);
+    *radius = m->radius;
 }
 
 /* ---- >>splat: discs into one tile ---- */
@@ -2459,6 +2505,18 @@ static void ism__lane_task(void *context, size_t lane)
     }
 }
 
+ISM_DEF ism_result ism_scatter(ism_maps *m, const ism_frame *f)
+{
+    ism_result result;
+    if (!m || !f || !ism__view_ok(f->view)) return ISM_ERR_ARGUMENT;
+    if (!m->chosen) return ISM_ERR_ORDER;
+    if (f->mesh && !ism__mesh_ok(f->mesh)) return ISM_ERR_INPUT;
+    m->built = 0;
+    result = ism__renew_points(m, f);
+    if (result == ISM_OK) ism__bounding_sphere(m, f->mesh);
+    return result;
+}
+
 ISM_DEF ism_result ism_build(ism_maps *m, const ism_frame *f)
 {
     ism__atlas_work w;
@@ -2466,7 +2524,6 @@ ISM_DEF ism_result ism_build(ism_maps *m, const ism_frame *f)
     ism_result result;
     if (!m || !f || !ism__view_ok(f->view)) return ISM_ERR_ARGUMENT;
     if (!m->chosen) return ISM_ERR_ORDER;
-    if (f->mesh && !ism__mesh_ok(f->mesh)) return ISM_ERR_INPUT;
     w.m = m;
     w.mesh = f->mesh;
     w.lanes = m->vpl_count < ISM__LANES ? m->vpl_count : ISM__LANES;
@@ -2475,10 +2532,8 @@ ISM_DEF ism_result ism_build(ism_maps *m, const ism_frame *f)
         (m->desc.keep_hits && !ism__grow(m, &m->hits, texels, sizeof(uint32_t))) ||
         !ism__grow(m, &m->scratch, ISM__LANES, ism__lane_bytes(m->desc.tile_size)))
         return ISM_ERR_ALLOC;
-    m->built = 0;
-    result = ism__renew_points(m, f);
+    result = ism_scatter(m, f);
     if (result != ISM_OK) return result;
-    ism__bounding_sphere(m, f->mesh);
     if (w.lanes && !ism__run(&m->desc, w.lanes, ism__lane_task, &w)) return ISM_ERR_CANCELLED;
     m->stats.splats = m->stats.wide_splats = m->stats.filled = 0;
     for (i = 0; i < w.lanes; i++) {

@@ -19,6 +19,7 @@ typedef struct ism_state {
     ism_maps   *maps[MAX_BOUNCES + 1];   /* [0]: emitted light; [k]: bounce k */
     ism_shading shading;
     im_mesh     mesh;
+    im_gl      *gl;                      /* --backend gl */
     int         bounces, direct, indirect;
     int         light_rsm;
     uint32_t    rsm, shadow, light_points;
@@ -98,6 +99,7 @@ static void close_ism(void *state)
         return;
     for (int i = 0; i <= MAX_BOUNCES; i++)
         ism_destroy(s->maps[i]);
+    im_gl_close(s->gl);
     im_mesh_free(&s->mesh);
     free(s);
 }
@@ -106,6 +108,8 @@ static int update_ism(void *state, const rd_job *job, char *error)
 {
     ism_state *s = state;
     im_mesh_free(&s->mesh);
+    if (s->gl)
+        im_gl_moved(s->gl);
     return im_mesh_build(&s->mesh, job->scene, error);
 }
 
@@ -127,12 +131,42 @@ static int open_ism(void **state, const rd_job *job, char *error)
     s->light_points = (uint32_t)rd_setting_integer(job->settings, "light_points");
     s->light_rsm = rd_setting_integer(job->settings, "light_rsm");
     s->shading = make_shading(job);
-    if (update_ism(s, job, error) != 0) {
+    if (job->gl)
+        s->gl = im_gl_open(job, MAX_BOUNCES + 1, error);
+    if ((job->gl && !s->gl) || update_ism(s, job, error) != 0) {
         close_ism(s);
         return -1;
     }
     *state = s;
     return 0;
+}
+
+/* Maps and light of a level whose VPLs are chosen. On GL ism.h scatters the points alone, or draws its own maps too where
+   the next bounce comes from them. */
+static int light_level(ism_state *s, const ism_desc *desc, int level, const ism_frame *frame, int shade, float *light,
+                       ism_stats *stats, char *error)
+{
+    ism_maps *maps = s->maps[level];
+    ism_result result = ISM_OK;
+    double start = ex_seconds(), built;
+    if (s->gl && !desc->keep_hits && !s->shading.no_maps)
+        result = ism_scatter(maps, frame);
+    else if (!s->shading.no_maps || desc->keep_hits)
+        result = ism_build(maps, frame);
+    if (result == ISM_OK && s->gl && shade &&
+        im_gl_draw(s->gl, level, desc, maps, frame, s->shading.no_maps, error) != 0)
+        return -1;
+    built = ex_seconds();
+    if (result == ISM_OK && shade && s->gl) {
+        if (im_gl_shade(s->gl, level, &s->shading, light, error) != 0)
+            return -1;
+        ism_get_stats(maps, stats);
+    } else if (result == ISM_OK && shade) {
+        result = ism_shade(maps, frame->view, &s->shading, light, stats);
+    }
+    s->build_ms = 1000 * (built - start);
+    s->shade_ms = 1000 * (ex_seconds() - built);
+    return result == ISM_OK ? 0 : im_failed("virtual point lights", result, error);
 }
 
 /* One set of VPLs, level 0 being emitted light: chosen, built, shaded, added to out. */
@@ -146,29 +180,24 @@ static int add_level(ism_state *s, const rd_job *job, int level, const ism_sourc
     ism_frame frame = { &s->mesh.mesh, sources, count, &view, job->frame };
     ism_stats stats;
     ism_result result = light ? ISM_OK : ISM_ERR_ALLOC;
-    double start = ex_seconds(), chosen = start, built = start;
+    double start = ex_seconds();
+    int status;
     im_view(&view, job);
     if (result == ISM_OK && !s->maps[level])
         result = ism_create(&desc, &s->maps[level]);
     if (result == ISM_OK)
         result = ism_choose(s->maps[level], &frame);
-    chosen = built = ex_seconds();
-    if (result == ISM_OK && (!s->shading.no_maps || desc.keep_hits))
-        result = ism_build(s->maps[level], &frame);
-    built = ex_seconds();
-    if (result == ISM_OK && shade)
-        result = ism_shade(s->maps[level], &view, &s->shading, light, &stats);
-    if (result == ISM_OK && shade) {
-        s->choose_ms = 1000 * (chosen - start);
-        s->build_ms = 1000 * (built - chosen);
-        s->shade_ms = 1000 * (ex_seconds() - built);
+    s->choose_ms = 1000 * (ex_seconds() - start);
+    status = result == ISM_OK ? light_level(s, &desc, level, &frame, shade, light, &stats, error)
+                              : im_failed("virtual point lights", result, error);
+    if (status == 0 && shade) {
         if (level <= 1)
             s->stats = stats;
         for (size_t i = 0; i < floats; i++)
             out->rgb[i] += light[i];
     }
     free(light);
-    return result == ISM_OK ? 0 : im_failed("virtual point lights", result, error);
+    return status;
 }
 
 /* The source of the next bounce, in one block that arrays[0] holds: positions, normals, fluxes. */
@@ -259,6 +288,11 @@ static int frame_ism(void *state, const rd_job *job, ex_image *out, char *error)
     im_rsms rsms;
     double start = ex_seconds();
     int result = im_lamps_build(&rsms, job, s->light_points, s->light_rsm, error), any;
+    if (result == 0 && s->gl) {
+        ism_view view;
+        im_view(&view, job);
+        result = im_gl_view(s->gl, &view, error);
+    }
     if (result == 0 && s->indirect)
         result = add_first(s, job, &rsms, out, error);
     start = ex_seconds();

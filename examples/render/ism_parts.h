@@ -44,6 +44,18 @@ typedef struct im_mesh { ism_mesh mesh; float *positions, *albedos, *opacities; 
 int  im_mesh_build(im_mesh *out, const ex_scene *scene, char *error);
 void im_mesh_free(im_mesh *mesh);
 
+/* On OpenGL: the maps of a level drawn and its VPLs' light on the picture. view and, after the mesh was built anew, moved
+   come before. All return 0 or -1. */
+typedef struct im_gl im_gl;
+
+im_gl *im_gl_open(const rd_job *job, int levels, char *error);
+void   im_gl_moved(im_gl *gl);
+int    im_gl_view(im_gl *gl, const ism_view *view, char *error);
+int    im_gl_draw(im_gl *gl, int level, const ism_desc *desc, const ism_maps *maps, const ism_frame *frame, int no_maps,
+                  char *error);
+int    im_gl_shade(im_gl *gl, int level, const ism_shading *shading, float *light, char *error);
+void   im_gl_close(im_gl *gl);
+
 void im_view(ism_view *out, const rd_job *job);
 int  im_failed(const char *what, ism_result result, char *error);    /* both return -1 */
 int  im_out_of_memory(char *error);

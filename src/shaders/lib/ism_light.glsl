@@ -1,0 +1,157 @@
+// ism_light - light of VPLs, by the maps of glbk_ism_draw. For your own shader: glbk_ism_bind, then
+//
+//     vec4 e = ism_light(position, normal, geometric, 0u, 1u);     // irradiance, W/m^2; lost by clamping or spheres
+//
+// Defines: ISM_NEAR=1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none.
+// uses: ism_access
+#ifndef ISM_NEAR
+#define ISM_NEAR 1
+#endif
+
+float ism_luminance(vec3 f) { return (f.x + f.y + f.z) * (1.0 / 3.0); }
+
+// 1 lit, 0 not: compares depths on the receiver's tangent plane, at the centre of the texel.
+float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
+{
+    mat3 frame = ism_vpl_frame(l);
+    int size = int(glbk_ism_frame.maps.y);
+    ivec2 tile = ism_tile_at(v), texel;
+    vec3 n = ng * frame;
+    if (l.sky) {
+        vec3 o = (p - glbk_ism_frame.sphere.xyz) * frame;
+        float r = glbk_ism_frame.sphere.w, depth = o.z + r;
+        vec2 uv = 0.5 * o.xy / r + 0.5;
+        if (any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) return 1.0;
+        texel = min(ivec2(uv * float(size)), size - 1);
+        vec2 d = ((2.0 * vec2(texel) + 1.0) / float(size) - 1.0) * r - o.xy;
+        if (abs(n.z) > 0.1) depth -= dot(n.xy, d) / n.z;
+        return depth - bias * r <= uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x) ? 1.0 : 0.0;
+    }
+    vec3 o = (p - l.position) * frame;
+    float d = sqrt(dot(o, o));
+    vec2 uv;
+    if (!(o.z > 0.0) || !(d > 0.0)) return 1.0;
+    if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / d, uv)) return 1.0;
+    texel = min(ivec2(uv * float(size)), size - 1);
+    float t = uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x);
+    if (d * (1.0 - bias) <= t && t >= 2.0 * d) return 1.0;
+    float along = dot(n, ism_texel_direction(l.exponent, texel));
+    along = along != 0.0 ? dot(n, o) / along : d;
+    if (along > 0.5 * d && along < 2.0 * d) d = along;
+    return d * (1.0 - bias) <= t ? 1.0 : 0.0;
+}
+
+// An edge's share of Lambert's sum: angle(a, b) n . (b x a) / |b x a|.
+float ism_edge(vec3 n, vec3 a, vec3 b)
+{
+    vec3 c = cross(b, a);
+    float size = sqrt(dot(c, c));
+    return size > 0.0 ? cohsm_atan2(size, dot(a, b)) * (dot(n, c) / size) : 0.0;
+}
+
+// Form factor of the square d +- x +- y, clipped at the horizon of n; share: of its area that is left. Convex, so the
+// horizon cuts it once at most: where it leaves and where it comes back are joined.
+float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)
+{
+    vec3 leave = d, come = d, area = vec3(0.0);
+    float sum = 0.0;
+    bool cut = false;
+    for (int i = 0; i < 4; i++) {
+        vec3 a = d + (i == 0 || i == 3 ? -x : x) + (i < 2 ? -y : y), b = d + (i < 2 ? x : -x) + (i == 0 || i == 3 ? -y : y);
+        float ha = dot(n, a), hb = dot(n, b);
+        if (!(ha > 0.0) && !(hb > 0.0)) continue;
+        if ((ha > 0.0) != (hb > 0.0)) {
+            vec3 at = a + (b - a) * (ha / (ha - hb));
+            cut = true;
+            if (ha > 0.0) b = leave = at;
+            else a = come = at;
+        }
+        sum += ism_edge(n, a, b);
+        area += cross(a - d, b - d);
+    }
+    if (cut) {
+        sum += ism_edge(n, leave, come);
+        area += cross(leave - d, come - d);
+    }
+    share = sqrt(dot(area, area)) / (8.0 * sqrt(dot(x, x) * dot(y, y)));
+    return sum * 0.159154943;
+}
+
+float ism_patch_kernel(ism_vpl l, vec3 d, vec3 n)
+{
+    mat3 frame = ism_vpl_frame(l);
+    float share, form = ism_form_factor(n, d, frame[0] * (0.5 * l.side), frame[1] * (0.5 * l.side), share);
+    return form > 0.0 && share > 0.0 ? form * COHSM_PI / (l.side * l.side * share) : 0.0;
+}
+
+float ism_sphere_kernel(vec3 d, vec3 normal, vec3 n, float side)
+{
+    float r2 = side * side * (1.0 / COHSM_PI), d2 = dot(d, d), sum = 0.0;
+    float least = d2 > r2 ? sqrt(1.0 - r2 / d2) : -1.0;
+    mat3 frame = ism_frame_of(cohsm_normalize(d));
+    for (int k = 0; k < 16; k++) {
+        float cosine = 1.0 - (1.0 - least) * (float(k) + 0.5) * (1.0 / 16.0), sine = sqrt(1.0 - cosine * cosine);
+        vec2 sc = cohsm_sincos(2.39996323 * float(k));
+        vec3 w = frame * vec3(sine * sc.y, sine * sc.x, cosine);
+        float a = dot(n, w), b = -dot(normal, w);
+        if (a > 0.0 && b > 0.0) sum += a * b;
+    }
+    return sum * (1.0 / 16.0) * 2.0 * (1.0 - least) / r2;
+}
+
+// cos cos / d^2 (cosine alone of a sky) with the lobe and the rule near by; plain without the latter.
+float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
+{
+    if (l.sky) return plain = max(dot(l.position, n) * COHSM_PI, 0.0);
+    vec3 d = l.position - p;
+    float d2 = dot(d, d), a = dot(n, d), b = -dot(l.normal, d), area = l.side * l.side;
+    plain = a > 0.0 && b > 0.0 ? a * b / (d2 * d2 + 1e-37) : 0.0;
+    if (l.exponent != 1.0) {
+        float c = -dot(l.axis, d) / sqrt(d2);
+        plain = c > 0.0 && a > 0.0 ? 0.5 * (l.exponent + 1.0) * cohsm_pow(c, l.exponent) * a / (sqrt(d2) * d2) : 0.0;
+        area = 0.0;
+    }
+    if (!(plain > 0.0)) return 0.0;
+#if ISM_NEAR == 1
+    return area > 0.0 && d2 < 9.0 * area ? ism_patch_kernel(l, d, n) : plain;
+#elif ISM_NEAR == 2
+    return area > 0.0 && d2 < 16.0 * area ? ism_sphere_kernel(d, l.normal, n, l.side) : plain;
+#elif ISM_NEAR == 3
+    return min(plain, most);
+#else
+    return plain;
+#endif
+}
+
+// xyz: irradiance by the VPLs first, first + pattern, ... scaled up to all of them; w: what the rule near by took off.
+vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
+{
+    uint count = glbk_ism_frame.maps.x;
+    float used = 0.0, plain, most = glbk_ism_view.values.y;
+    vec4 sum = vec4(0.0);
+#if ISM_NEAR == 4
+    float mean = 0.0;
+    for (uint v = first; v < count; v += pattern) {
+        ism_vpl l = ism_read_vpl(v);
+        mean += ism_kernel(l, p, n, 0.0, plain) * ism_luminance(l.flux);
+        used += 1.0;
+    }
+    most *= used > 0.0 ? mean / used : 0.0;
+    used = 0.0;
+#endif
+    for (uint v = first; v < count; v += pattern) {
+        ism_vpl l = ism_read_vpl(v);
+        float k = ism_kernel(l, p, n, most, plain), power = ism_luminance(l.flux);
+        used += 1.0;
+#if ISM_NEAR == 4
+        if (k * power > most) k = most / power;
+#endif
+        if (!(k > 0.0)) continue;
+        if ((glbk_ism_view.size.w & 1u) == 0u) k *= ism_visible(v, l, p, ng, glbk_ism_view.values.x);
+        sum.xyz += k * l.flux;
+#if ISM_NEAR > 1
+        if (k > 0.0) sum.w += max(plain - k, 0.0) * power;
+#endif
+    }
+    return used > 0.0 ? sum * (float(count) / (used * COHSM_PI)) : sum;
+}

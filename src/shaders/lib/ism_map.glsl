@@ -1,0 +1,63 @@
+// ism_map - the hemisphere about +z and the unit square, and the planes of surfels. C twins: ism.h.
+// uses: cohsm_math
+#define ISM_PROJECTION_COSINE 1u
+#define ISM_PROJECTION_PARABOLOID 2u
+#define ISM_PROJECTION_OCTAHEDRAL 3u
+#define ISM_PROJECTION_LOBE 4u
+#define ISM_FAR 1e30
+
+vec3 ism_map_direction(uint projection, float exponent, vec2 uv)
+{
+    vec2 ab = 2.0 * uv - 1.0;
+    if (projection == ISM_PROJECTION_PARABOLOID) {
+        float r2 = dot(ab, ab);
+        return vec3(2.0 * ab, 1.0 - r2) / (1.0 + r2);
+    }
+    if (projection == ISM_PROJECTION_OCTAHEDRAL) {
+        vec2 p = 0.5 * vec2(ab.x + ab.y, ab.x - ab.y);
+        return cohsm_normalize(vec3(p, 1.0 - abs(p.x) - abs(p.y)));
+    }
+    float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0, r = max(abs(ab.x), abs(ab.y));
+    float s = max(1.0 - r * r, 0.0), z = e == 1.0 ? sqrt(s) : cohsm_pow(s, 1.0 / (e + 1.0));
+    float sine = e == 1.0 ? r : cohsm_safe_sqrt(1.0 - z * z);
+    return vec3(cohsm_concentric(uv) * (r > 1e-12 ? sine / r : 1.0), z);
+}
+
+// false: at or below the horizon.
+bool ism_map_coordinates(uint projection, float exponent, vec3 w, out vec2 uv)
+{
+    vec2 ab;
+    uv = vec2(0.0);
+    if (!(w.z > 0.0)) return false;
+    if (projection == ISM_PROJECTION_PARABOLOID) {
+        ab = w.xy / (1.0 + w.z);
+    } else if (projection == ISM_PROJECTION_OCTAHEDRAL) {
+        ab = vec2(w.x + w.y, w.x - w.y) / (abs(w.x) + abs(w.y) + w.z);
+    } else {
+        float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0;
+        if (e != 1.0) {
+            float sine = sqrt(dot(w.xy, w.xy));
+            w.xy *= sine > 1e-12 ? cohsm_safe_sqrt(1.0 - cohsm_pow(w.z, e + 1.0)) / sine : 1.0;
+        }
+        uv = cohsm_disc_square(w.xy);
+        return true;
+    }
+    uv = clamp(0.5 * ab + 0.5, 0.0, 1.0);
+    return true;
+}
+
+// Columns x, y, z; v * frame is v in it.
+mat3 ism_frame_of(vec3 z)
+{
+    vec3 x, y;
+    cohsm_basis(z, x, y);
+    return mat3(x, y, z);
+}
+
+// Depth of a surfel's plane in direction w, or at place w of a sky's map; 0 where they do not meet.
+float ism_plane_depth(bool sky, vec3 g, vec3 w)
+{
+    float s = dot(g, w);
+    if (sky) return max(s, 0.0);
+    return s > 1e-20 ? 1.0 / s : 0.0;
+}
