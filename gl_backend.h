@@ -1110,7 +1110,7 @@ GLBK__PART(RSM)
     X(glbk_color_sampler, glbk_ism_light, 15)   /* before the blur */
 
 #define GLBK_ISM_FRAME_MEMBERS(X)                                                                   \
-    X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side, projection */       \
+    X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side */                   \
     X(uvec4, points, 1)     /* VPLs at most, points of one in a phase, levels of the fill, triangles */  \
     X(vec4, sphere, 1)      /* about the mesh: centre, radius */                                    \
     X(vec4, values, 1)      /* area of a disc over its point's */
@@ -1147,7 +1147,8 @@ typedef struct glbk_ism_maps {      /* read only; zeroed = none */
     glbk_texture  vpls, points, triangle_table, positions, directions, surfels, depth, kept, pull[GLBK_ISM_LEVELS], atlas;
     glbk_target   direction_target, surfel_target, kept_target, pull_target[GLBK_ISM_LEVELS], atlas_target;
     glbk_buffer   frame;
-    glbk_program  directions_program, splat, splat_quads, holes, pull_program[GLBK_ISM_LEVELS], push;
+    int           quads;            /* rectangles in place of points */
+    glbk_program  directions_program, splat, holes, pull_program[GLBK_ISM_LEVELS], push;
 } glbk_ism_maps;
 
 GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out);
@@ -1206,7 +1207,7 @@ typedef struct glbk_ism_renderer {  /* read only; zeroed = none */
     glbk_texture light, result;     /* result is what was asked for: GLBK_FORMAT_COLOR, for your own passes */
     glbk_target  light_target, result_target;
     glbk_buffer  view;
-    glbk_program shade[5], blur;
+    glbk_program shade[4][5], blur; /* by projection and near_mode */
 } glbk_ism_renderer;
 
 GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height, glbk_ism_renderer *out);
@@ -3326,12 +3327,6 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "    return l;\n",
     "}\n",
     "\n",
-    "uint ism_projection_of(float exponent)\n",
-    "{\n",
-    "    uint p = glbk_ism_frame.maps.w;\n",
-    "    return p == ISM_PROJECTION_LOBE && exponent == 1.0 ? ISM_PROJECTION_COSINE : p;\n",
-    "}\n",
-    "\n",
     "mat3 ism_vpl_frame(ism_vpl l)\n",
     "{\n",
     "    return ism_frame_of(ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky ? l.axis : l.normal);\n",
@@ -3434,7 +3429,7 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "//\n",
     "//     vec4 e = ism_light(position, normal, geometric, 0u, 1u);     // irradiance, W/m^2; lost by clamping or spheres\n",
     "//\n",
-    "// Defines: ISM_NEAR=1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none.\n",
+    "// Defines: ISM_NEAR=1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none; ISM_PROJECTION, the maps' desc.projection.\n",
     "// uses: ism_access\n",
     "#ifndef ISM_NEAR\n",
     "#define ISM_NEAR 1\n",
@@ -3597,6 +3592,29 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "#define ISM_PROJECTION_OCTAHEDRAL 3u\n",
     "#define ISM_PROJECTION_LOBE 4u\n",
     "#define ISM_FAR 1e30\n",
+    "// Of all VPLs, so that no program holds the code of the others; lobes of exponent 1 have the cosine's.\n",
+    "#ifndef ISM_PROJECTION\n",
+    "#define ISM_PROJECTION ISM_PROJECTION_COSINE\n",
+    "#endif\n",
+    "\n",
+    "uint ism_projection_of(float exponent)\n",
+    "{\n",
+    "#if ISM_PROJECTION == 4\n",
+    "    return exponent == 1.0 ? ISM_PROJECTION_COSINE : ISM_PROJECTION_LOBE;\n",
+    "#else\n",
+    "    return uint(ISM_PROJECTION);\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "// 1 - x^y for x in 0..1, to the last digits where that is small.\n",
+    "float ism_power_gap(float x, float y)\n",
+    "{\n",
+    "    if (!(x > 1.18e-38)) return 1.0;\n",
+    "    float t = y * cohsm_log(min(x, 1.0));\n",
+    "    if (t < -0.35) return 1.0 - cohsm_exp(t);\n",
+    "    return -t * (1.0 + t * (0.5 + t * (0.166666667 + t * (0.0416666667 + t * (0.00833333333 + t * (0.00138888889 +\n",
+    "           t * 0.000198412698))))));\n",
+    "}\n",
     "\n",
     "vec3 ism_map_direction(uint projection, float exponent, vec2 uv)\n",
     "{\n",
@@ -3611,7 +3629,7 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "    }\n",
     "    float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0, r = max(abs(ab.x), abs(ab.y));\n",
     "    float s = max(1.0 - r * r, 0.0), z = e == 1.0 ? sqrt(s) : cohsm_pow(s, 1.0 / (e + 1.0));\n",
-    "    float sine = e == 1.0 ? r : cohsm_safe_sqrt(1.0 - z * z);\n",
+    "    float sine = e == 1.0 ? r : sqrt(ism_power_gap(s, 2.0 / (e + 1.0)));\n",
     "    return vec3(cohsm_concentric(uv) * (r > 1e-12 ? sine / r : 1.0), z);\n",
     "}\n",
     "\n",
@@ -3629,7 +3647,7 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "        float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0;\n",
     "        if (e != 1.0) {\n",
     "            float sine = sqrt(dot(w.xy, w.xy));\n",
-    "            w.xy *= sine > 1e-12 ? cohsm_safe_sqrt(1.0 - cohsm_pow(w.z, e + 1.0)) / sine : 1.0;\n",
+    "            w.xy *= sine > 1e-12 ? sqrt(ism_power_gap(w.z, e + 1.0)) / sine : 1.0;\n",
     "        }\n",
     "        uv = cohsm_disc_square(w.xy);\n",
     "        return true;\n",
@@ -4009,12 +4027,12 @@ static const char *const glbk__glsl_prog_ism_directions_frag[] = {
     "// The directions of the texels of a tile, which all VPLs share but lobes and skies.\n",
     "// uses: ism_map ism_bindings\n",
     "// with: screen.vert\n",
+    "// sets: ISM_PROJECTION=1 | ISM_PROJECTION=2 | ISM_PROJECTION=3 | ISM_PROJECTION=4\n",
     "layout(location = 0) out glbk_color result;\n",
     "\n",
     "void main()\n",
     "{\n",
-    "    uint p = glbk_ism_frame.maps.w == ISM_PROJECTION_LOBE ? ISM_PROJECTION_COSINE : glbk_ism_frame.maps.w;\n",
-    "    result = glbk_pack(vec4(ism_map_direction(p, 1.0, gl_FragCoord.xy / float(glbk_ism_frame.maps.y)), 0.0));\n",
+    "    result = glbk_pack(vec4(ism_map_direction(ism_projection_of(1.0), 1.0, gl_FragCoord.xy / float(glbk_ism_frame.maps.y)), 0.0));\n",
     "}\n"
 };
 
@@ -4022,6 +4040,7 @@ static const char *const glbk__glsl_prog_ism_holes_frag[] = {
     "// 1 where a texel keeps its surfel, 0 where it is empty or where surfels in all four quadrants about it pass before it.\n",
     "// uses: ism_fill\n",
     "// with: screen.vert\n",
+    "// sets: ISM_PROJECTION=1 | ISM_PROJECTION=4\n",
     "layout(location = 0) out uint result;\n",
     "\n",
     "void main()\n",
@@ -4091,6 +4110,7 @@ static const char *const glbk__glsl_prog_ism_push_frag[] = {
     "// The depth of a texel, as bits: its surfel's, or from the nearest two once there are some in three quadrants about it.\n",
     "// uses: ism_fill\n",
     "// with: screen.vert\n",
+    "// sets: ISM_PROJECTION=1 | ISM_PROJECTION=4\n",
     "layout(location = 0) out uint result;\n",
     "\n",
     "int ism_pulled(int level, ivec2 cell)\n",
@@ -4168,7 +4188,7 @@ static const char *const glbk__glsl_prog_ism_shade_frag[] = {
     "// Each pixel by its own class of VPLs: every pattern^2-th of them (interleaved sampling, paper 6.2).\n",
     "// uses: ism_gbuffer ism_light\n",
     "// with: screen.vert\n",
-    "// sets: ISM_NEAR=1 | ISM_NEAR=2 | ISM_NEAR=3 | ISM_NEAR=4 | ISM_NEAR=5\n",
+    "// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5\n",
     "layout(location = 0) out glbk_color result;\n",
     "\n",
     "void main()\n",
@@ -4187,7 +4207,7 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
     "// A texel whose ray meets the disc gets its plane and its depth there. No disc is widened to a whole texel.\n",
     "// uses: ism_access\n",
     "// with: ism_splat.vert\n",
-    "// sets: ISM_QUADS=0 | ISM_QUADS=1\n",
+    "// sets: ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1\n",
     "flat in vec4 ism_at;\n",
     "flat in vec4 ism_plane;\n",
     "flat in ivec4 ism_box;\n",
@@ -4242,6 +4262,8 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "    s.at = o;\n",
     "    s.g = o / d2;\n",
     "    if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;\n",
+    "    // the surface that the VPL lies on is no occluder in a lobe's tilted map either\n",
+    "    if (ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;\n",
     "    s.radius2 = min(s.radius2, (along > 0.0 ? 0.04 : 1.0) * d2);\n",
     "    if (abs(along) > 1e-3 * s.depth) s.g = n / along;\n",
     "    return ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv);\n",
@@ -4355,7 +4377,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/envsh_bindings.glsl", glbk__glsl_lib_envsh_bindings_glsl, 1, "", "",
       "" },
-    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 58, "table ism_map ism_bindings", "",
+    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 52, "table ism_map ism_bindings", "",
       "" },
     { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 27, "", "",
       "" },
@@ -4365,7 +4387,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 157, "ism_access", "",
       "" },
-    { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 63, "cohsm_math", "",
+    { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 86, "cohsm_math", "",
       "" },
     { "lib/prelude.glsl", glbk__glsl_lib_prelude_glsl, 33, "", "",
       "" },
@@ -4402,18 +4424,18 @@ static const glbk_file glbk__files[] = {
     { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 42, "ism_gbuffer", "screen.vert",
       "" },
     { "prog/ism_directions.frag", glbk__glsl_prog_ism_directions_frag, 10, "ism_map ism_bindings", "screen.vert",
-      "" },
-    { "prog/ism_holes.frag", glbk__glsl_prog_ism_holes_frag, 32, "ism_fill", "screen.vert",
-      "" },
+      "ISM_PROJECTION=1 | ISM_PROJECTION=2 | ISM_PROJECTION=3 | ISM_PROJECTION=4" },
+    { "prog/ism_holes.frag", glbk__glsl_prog_ism_holes_frag, 33, "ism_fill", "screen.vert",
+      "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
     { "prog/ism_pull.frag", glbk__glsl_prog_ism_pull_frag, 31, "ism_access", "screen.vert",
       "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" },
-    { "prog/ism_push.frag", glbk__glsl_prog_ism_push_frag, 74, "ism_fill", "screen.vert",
-      "" },
+    { "prog/ism_push.frag", glbk__glsl_prog_ism_push_frag, 75, "ism_fill", "screen.vert",
+      "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
     { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 16, "ism_gbuffer ism_light", "screen.vert",
-      "ISM_NEAR=1 | ISM_NEAR=2 | ISM_NEAR=3 | ISM_NEAR=4 | ISM_NEAR=5" },
+      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5" },
     { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 22, "ism_access", "ism_splat.vert",
-      "ISM_QUADS=0 | ISM_QUADS=1" },
-    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 105, "ism_access", "",
+      "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" },
+    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 107, "ism_access", "",
       "" },
     { "prog/screen.vert", glbk__glsl_prog_screen_vert, 5, "", "",
       "" }
@@ -7216,18 +7238,21 @@ static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m
 
 static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m)
 {
-    char level[] = "ISM_LEVEL=1";
+    char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0 ISM_LEVEL=1";
     int quads = ctx->max_point_size < (float)m->desc.tile_size;
-    glbk_result result = glbk_program_create(ctx, "ism_directions.frag", NULL, &m->directions_program);
+    glbk_result result;
     uint32_t i;
-    if (result == GLBK_OK)
-        result = glbk_program_create(ctx, "ism_splat.frag", quads ? "ISM_QUADS=1" : NULL, quads ? &m->splat_quads : &m->splat);
-    if (result == GLBK_OK) result = glbk_program_create(ctx, "ism_holes.frag", NULL, &m->holes);
+    defines[15] = (char)('0' + (int)m->desc.projection);
+    defines[27] = quads ? '1' : '0';
+    result = glbk_program_create(ctx, "ism_directions.frag", defines, &m->directions_program);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "ism_splat.frag", defines, &m->splat);
+    m->quads = quads;
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "ism_holes.frag", defines, &m->holes);
     for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++) {
-        level[10] = (char)('1' + (int)i);
-        result = glbk_program_create(ctx, "ism_pull.frag", level, &m->pull_program[i]);
+        defines[39] = (char)('1' + (int)i);
+        result = glbk_program_create(ctx, "ism_pull.frag", defines, &m->pull_program[i]);
     }
-    return result == GLBK_OK ? glbk_program_create(ctx, "ism_push.frag", NULL, &m->push) : result;
+    return result == GLBK_OK ? glbk_program_create(ctx, "ism_push.frag", defines, &m->push) : result;
 }
 
 /* Levels of pull and push: the coarsest has two cells a side of a tile at least. */
@@ -7245,7 +7270,6 @@ static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps 
     f.maps[0] = m->count;
     f.maps[1] = m->desc.tile_size;
     f.maps[2] = m->tiles;
-    f.maps[3] = m->desc.projection;
     f.points[0] = m->desc.vpl_count;
     f.points[1] = m->each;
     f.points[2] = glbk__ism_levels(m);
@@ -7293,7 +7317,6 @@ GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *m)
     }
     glbk_program_destroy(ctx, &m->directions_program);
     glbk_program_destroy(ctx, &m->splat);
-    glbk_program_destroy(ctx, &m->splat_quads);
     glbk_program_destroy(ctx, &m->holes);
     glbk_program_destroy(ctx, &m->push);
     glbk_target_destroy(ctx, &m->direction_target);
@@ -7459,14 +7482,13 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
 static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
 {
     static const float empty[4] = { 0, 0, 0, 1e30f };
-    int quads = m->splat.name == 0;
     int32_t count = (int32_t)(m->each * m->desc.lazy * m->desc.vpl_count);
     glbk_pass pass;
     glbk_result result;
     memset(&pass, 0, sizeof pass);
     pass.target = &m->surfel_target;
     pass.depth = GLBK_DEPTH_LESS;
-    result = glbk_begin(ctx, &pass, quads ? &m->splat_quads : &m->splat);
+    result = glbk_begin(ctx, &pass, &m->splat);
     if (result != GLBK_OK) return result;
     glbk_clear(ctx, &m->surfel_target, 0, empty);
     glbk_clear_depth(ctx, 1);
@@ -7477,7 +7499,7 @@ static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_directions, &m->directions);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
-    if (quads) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, count);
+    if (m->quads) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, count);
     else ctx->gl.DrawArrays(GLBK_GL_POINTS, 0, count);
     return GLBK_OK;
 }
@@ -7594,7 +7616,7 @@ GLBK_DEF void glbk_ism_renderer_destroy(glbk_context *ctx, glbk_ism_renderer *r)
     glbk_texture_destroy(ctx, &r->light);
     glbk_texture_destroy(ctx, &r->result);
     glbk_buffer_destroy(ctx, &r->view);
-    for (i = 0; i < 5; i++) glbk_program_destroy(ctx, &r->shade[i]);
+    for (i = 0; i < 20; i++) glbk_program_destroy(ctx, &r->shade[i / 5][i % 5]);
     glbk_program_destroy(ctx, &r->blur);
     memset(r, 0, sizeof *r);
 }
@@ -7646,7 +7668,8 @@ static glbk_result glbk__ism_shade_pass(glbk_context *ctx, const glbk_ism_render
 GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, const glbk_ism_maps *m,
                                     const glbk_ism_shading *shading)
 {
-    char near_mode[] = "ISM_NEAR=1";
+    char defines[] = "ISM_PROJECTION=1 ISM_NEAR=1";
+    glbk_program *program;
     glbk_ism_shading s;
     glbk_ism_view view;
     glbk_result result = GLBK_OK;
@@ -7659,9 +7682,10 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
         ((s.near_mode == 3 || s.near_mode == 4) && !(s.clamp > 0 && s.clamp < 3e38f)))
         return GLBK_ERR_ARGUMENT;
     if (!s.near_mode) s.near_mode = 1;
-    near_mode[9] = (char)('0' + (int)s.near_mode);
-    if (!r->shade[s.near_mode - 1].name)
-        result = glbk_program_create(ctx, "ism_shade.frag", near_mode, &r->shade[s.near_mode - 1]);
+    defines[15] = (char)('0' + (int)m->desc.projection);
+    defines[26] = (char)('0' + (int)s.near_mode);
+    program = &r->shade[m->desc.projection - 1][s.near_mode - 1];
+    if (!program->name) result = glbk_program_create(ctx, "ism_shade.frag", defines, program);
     memset(&view, 0, sizeof view);
     view.size[0] = r->width;
     view.size[1] = r->height;
@@ -7670,7 +7694,7 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     view.values[0] = s.bias;
     view.values[1] = s.clamp;
     if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->view, 0, sizeof view, &view);
-    if (result == GLBK_OK) result = glbk__ism_shade_pass(ctx, r, &r->light_target, &r->shade[s.near_mode - 1]);
+    if (result == GLBK_OK) result = glbk__ism_shade_pass(ctx, r, &r->light_target, program);
     if (result != GLBK_OK) return result;
     glbk_ism_bind(ctx, m);
     glbk_draw_screen(ctx);

@@ -1237,6 +1237,12 @@ static void ism__disc_to_square(float x, float y, float *a, float *b)
     }
 }
 
+/* 1 - x^y for x in 0..1, to the last digits where that is small: in floats x^y has lost them. */
+static float ism__power_gap(float x, float y)
+{
+    return x > 0.0f ? (float)(1.0 - ism__exp_core((double)y * ism__log_core(x))) : 1.0f;
+}
+
 /* LOBE: a disc of equal measure of cos^e: radius^2 = 1 - cos^(e + 1); e = 1 is the disc seen from above. */
 ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2], float direction[3])
 {
@@ -1261,8 +1267,7 @@ ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const 
         s = 1.0f - r * r;
         s = s > 0.0f ? s : 0.0f;
         z = e == 1.0f ? sqrtf(s) : ism__pow(s, 1.0f / (e + 1.0f));
-        sine = 1.0f - z * z;
-        sine = e == 1.0f ? r : sqrtf(sine > 0.0f ? sine : 0.0f);
+        sine = e == 1.0f ? r : sqrtf(ism__power_gap(s, 2.0f / (e + 1.0f)));
         s = r > 1e-12f ? sine / r : 1.0f;
         x *= s;
         y *= s;
@@ -1286,7 +1291,7 @@ ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const
     } else {
         float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0f;
         if (e != 1.0f) {
-            float r = 1.0f - ism__pow(z, e + 1.0f), sine = sqrtf(x * x + y * y);
+            float r = ism__power_gap(z < 1.0f ? z : 1.0f, e + 1.0f), sine = sqrtf(x * x + y * y);
             s = sine > 1e-12f ? sqrtf(r > 0.0f ? r : 0.0f) / sine : 1.0f;
             x *= s;
             y *= s;
@@ -2180,6 +2185,9 @@ static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, f
         float d2 = ism__v3_dot(l, l), along = ism__v3_dot(n, l), direction[3], uv[2];
         s->depth = sqrtf(d2);
         if (!(d2 > 1e-30f) || !(l.z > 1e-3f * s->depth)) return 0;
+        /* The surface that the VPL lies on is no occluder in a lobe's tilted map either. */
+        if (tile->projection == ISM_PROJECTION_LOBE &&
+            !(fabsf(ism__v3_dot(ism__to_world(&tile->frame, l), ism__v3_load(tile->vpl->normal))) > 1e-3f * s->depth)) return 0;
         /* Seen from behind, a near disc most likely juts out over the edge of something thin on the surface that the
            VPL lies on: the front of a skirting board must not hide the wall that it hangs on. */
         if (s->radius2 > (along > 0.0f ? ISM__WIDEST_BACK : ISM__WIDEST) * d2) {

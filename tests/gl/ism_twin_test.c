@@ -190,9 +190,298 @@ static void atlases_agree(void **state)
         }
 }
 
+/* ---- light ---- */
+
+/* Receivers where a depth comparison fell out the other way are counted: a share of at most `flips` of them. The others'
+   largest difference over the mean. */
+static double difference(const float *a, const float *b, size_t count, double flips)
+{
+    double mean = 0, worst = 0;
+    size_t i, k, flipped = 0;
+    for (i = 0; i < 3 * count; i++) mean += (double)b[i] / (3 * (double)count);
+    assert_true(mean > 0);
+    for (i = 0; i < count; i++) {
+        double off = 0;
+        for (k = 0; k < 3; k++) off = fmax(off, fabs((double)a[3 * i + k] - (double)b[3 * i + k]) / mean);
+        if (off > 1e-4) flipped++;
+        else worst = fmax(worst, off);
+    }
+    printf("    light: %zu of %zu receivers flipped, the others differ by %.1e of the mean\n", flipped, count, worst);
+    assert_true((double)flipped <= flips * (double)count);
+    return worst;
+}
+
+static void send_picture(gl_test *t, const stage *s, glbk_ism_renderer *r)
+{
+    glbk_ism_receivers from = { s->picture.p, s->picture.n, NULL, s->albedos, 0 };
+    assert_glbk(t, glbk_ism_renderer_create(&t->gl, WIDTH, HEIGHT, r));
+    assert_glbk(t, glbk_ism_gbuffer_upload(&t->gl, r, &from));
+}
+
+static double light_difference(gl_test *t, stage *s, const glbk_ism_maps *m, glbk_ism_renderer *r, const ism_shading *shading,
+                               double *lost)
+{
+    static float cpu[3 * PIXELS], gl[3 * PIXELS], raw[4 * PIXELS];
+    glbk_ism_shading to;
+    ism_stats stats;
+    double all = 0;
+    size_t i;
+    memset(&to, 0, sizeof to);
+    to.pattern = shading->pattern;
+    to.near_mode = (uint32_t)shading->near_mode;
+    to.clamp = shading->clamp;
+    to.bias = shading->bias;
+    to.no_maps = shading->no_maps;
+    to.irradiance = s->view.albedos == NULL;
+    assert_int_equal(ism_shade(s->maps, &s->view, shading, cpu, &stats), ISM_OK);
+    assert_glbk(t, glbk_ism_shade(&t->gl, r, m, &to));
+    assert_glbk(t, glbk_ism_read_light(&t->gl, r, gl));
+    assert_glbk(t, glbk_target_read(&t->gl, &r->result_target, 0, 0, 0, WIDTH, HEIGHT, raw));
+    *lost = 0;
+    for (i = 0; i < PIXELS; i++) {
+        *lost += (double)raw[4 * i + 3];
+        all += (double)(raw[4 * i] + raw[4 * i + 1] + raw[4 * i + 2]) / 3 + (double)raw[4 * i + 3];
+        if (i % 101 == 0) assert_true(gl[3 * i] == 0);      /* background */
+    }
+    *lost = fabs(*lost / all - stats.lost_energy);
+    return difference(gl, cpu, PIXELS, shading->pattern > 1 ? 0.02 : 0.005);
+}
+
+static void light_agrees(void **state)
+{
+    GL_TEST(t, state)
+    double worst = 0, worst_lost = 0;
+    int projection, near_mode, k;
+    for (projection = 1; projection < 5; projection += 3) {
+        ism_desc d;
+        glbk_ism_maps m;
+        glbk_ism_renderer r;
+        stage *s;
+        memset(&d, 0, sizeof d);
+        d.projection = (ism_projection)projection;
+        s = stage_open(&d, 1);
+        assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+        open_maps(t, s, &m);
+        assert_glbk(t, glbk_ism_draw(&t->gl, &m));
+        send_picture(t, s, &r);
+        for (near_mode = 1; near_mode < 6; near_mode++)
+            for (k = 0; k < 3; k++) {
+                ism_shading shading = ism_shading_default();
+                double lost, off;
+                if (projection == 4 && near_mode > 1) continue;
+                shading.near_mode = (ism_near)near_mode;
+                shading.clamp = near_mode == ISM_NEAR_CLAMP_MEAN ? 2.0f : 0.05f;
+                shading.pattern = k == 1 ? 2 : 1;
+                shading.no_maps = k == 2;
+                s->view.albedos = k == 0 ? NULL : s->albedos;
+                off = light_difference(t, s, &m, &r, &shading, &lost);
+                if (off > worst) worst = off;
+                /* blurred, or weighed by albedos, the loss is another number */
+                if (k == 0 && lost > worst_lost) worst_lost = lost;
+            }
+        glbk_ism_renderer_destroy(&t->gl, &r);
+        glbk_ism_maps_destroy(&t->gl, &m);
+        stage_close(s);
+    }
+    assert_true(worst < 2e-5 && worst_lost < 1e-4);
+}
+
+/* Triangles that move keep their points; a frame sends one phase; both splats draw the same. */
+static void frames_follow(void **state)
+{
+    GL_TEST(t, state)
+    ism_desc d;
+    glbk_ism_maps m, quads;
+    stage *s;
+    size_t i;
+    float range = t->gl.max_point_size, opacity[1024];
+    memset(&d, 0, sizeof d);
+    d.lazy = 3;
+    s = stage_open(&d, 1);
+    for (i = 0; i < 1024; i++) opacity[i] = i % 5 == 0 ? 0.5f : 1.0f;
+    s->ism.opacities = opacity;
+    assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+    open_maps(t, s, &m);
+    t->gl.max_point_size = 1;
+    open_maps(t, s, &quads);
+    t->gl.max_point_size = range;
+    for (s->frame.index = 1; s->frame.index < 5; s->frame.index++) {
+        for (i = s->mesh.triangles - 8; i < s->mesh.triangles; i++)
+            for (int k = 0; k < 3; k++) s->mesh.p[9 * i + 3 * (size_t)k] += 0.2f;
+        assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+        assert_glbk(t, glbk_ism_mesh_move(&t->gl, &m, s->mesh.p, 0));
+        send_phase(t, s, &m, s->frame.index % 3);
+        send_vpls(t, s, &m);
+    }
+    assert_true(atlas_difference(t, s, &m, "moved, by points") < 1e-3);
+    assert_glbk(t, glbk_ism_mesh_move(&t->gl, &quads, s->mesh.p, 0));
+    for (i = 0; i < 3; i++) send_phase(t, s, &quads, (uint32_t)i);
+    send_vpls(t, s, &quads);
+    assert_true(atlas_difference(t, s, &quads, "moved, by rectangles") < 1e-3);
+    assert_true(m.quads == 0 && quads.quads == 1);
+    glbk_ism_maps_destroy(&t->gl, &m);
+    glbk_ism_maps_destroy(&t->gl, &quads);
+    stage_close(s);
+}
+
+/* ---- your own program ---- */
+
+static void functions_to_paste(void **state)
+{
+    GL_TEST(t, state)
+    static const char text[] =
+        "layout(location = 0) out glbk_color result;\n"
+        "void main()\n"
+        "{\n"
+        "    vec3 p = vec3(gl_FragCoord.x * 0.2 - 1.6, 0.0, gl_FragCoord.y * 0.2 - 1.6);\n"
+        "    vec3 n = vec3(0.0, 1.0, 0.0);\n"
+        "    result = glbk_pack(vec4(ism_light(p, n, n, 0u, 1u).xyz, ism_visible(0u, ism_read_vpl(0u), p, n, 0.02)));\n"
+        "}\n";
+    enum { SIDE = 16 };
+    glbk_ism_view block;
+    glbk_source source;
+    glbk_program program;
+    glbk_buffer buffer;
+    glbk_pass pass;
+    gl_canvas canvas = gl_canvas_make(t, GLBK_FORMAT_COLOR, SIDE, SIDE, 0);
+    float p[3 * SIDE * SIDE], n[3 * SIDE * SIDE], light[3 * SIDE * SIDE], visible[SIDE * SIDE], gl[4 * SIDE * SIDE];
+    float got[3 * SIDE * SIDE];
+    ism_view list;
+    ism_desc d;
+    glbk_ism_maps m;
+    stage *s;
+    size_t i, wrong = 0;
+
+    memset(&d, 0, sizeof d);
+    s = stage_open(&d, 0);
+    assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+    open_maps(t, s, &m);
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m));
+    memset(&source, 0, sizeof source);
+    source.fragment = text;
+    source.uses = "ism_light";
+    source.defines = "ISM_NEAR=1 ISM_PROJECTION=1";
+    assert_glbk(t, glbk_program_compile(&t->gl, &source, &program));
+    memset(&block, 0, sizeof block);
+    block.size[0] = block.size[1] = SIDE;
+    block.size[2] = 1;
+    block.values[0] = 0.02f;
+    block.values[1] = 1;
+    assert_glbk(t, glbk_buffer_create(&t->gl, sizeof block, &block, &buffer));
+    memset(&pass, 0, sizeof pass);
+    pass.target = &canvas.target;
+    assert_glbk(t, glbk_begin(&t->gl, &pass, &program));
+    glbk_ism_bind(&t->gl, &m);
+    glbk_bind_block(&t->gl, GLBK_SLOT_glbk_ism_view, &buffer);
+    glbk_draw_screen(&t->gl);
+    assert_glbk(t, glbk_target_read(&t->gl, &canvas.target, 0, 0, 0, SIDE, SIDE, gl));
+    for (i = 0; i < SIDE * SIDE; i++) {
+        p[3 * i] = ((float)(i % SIDE) + 0.5f) * 0.2f - 1.6f;
+        p[3 * i + 1] = 0;
+        p[3 * i + 2] = ((float)(i / SIDE) + 0.5f) * 0.2f - 1.6f;
+        n[3 * i] = n[3 * i + 2] = 0;
+        n[3 * i + 1] = 1;
+        memcpy(got + 3 * i, gl + 4 * i, 12);
+    }
+    memset(&list, 0, sizeof list);
+    list.positions = p;
+    list.normals = n;
+    list.width = SIDE * SIDE;
+    list.height = 1;
+    assert_int_equal(ism_shade(s->maps, &list, NULL, light, NULL), ISM_OK);
+    assert_int_equal(ism_visible(s->maps, 0, p, n, 0, SIDE * SIDE, 0.02f, visible), ISM_OK);
+    for (i = 0; i < SIDE * SIDE; i++) wrong += visible[i] != gl[4 * i + 3];
+    assert_true(wrong <= 1);
+    assert_true(difference(got, light, SIDE * SIDE, 0.005) < 2e-5);
+    glbk_buffer_destroy(&t->gl, &buffer);
+    glbk_program_destroy(&t->gl, &program);
+    glbk_ism_maps_destroy(&t->gl, &m);
+    gl_canvas_free(t, &canvas);
+    stage_close(s);
+}
+
+/* ---- nothing, and too much ---- */
+
+static void empty_and_wrong_input(void **state)
+{
+    GL_TEST(t, state)
+    static const float triangle[9] = { 0, 0, 0, 1, 0, 0, 0, 1, 0 };
+    static const uint32_t bad[3] = { 0, 1, 3 };
+    static float atlas[64 * 64], rgb[3 * 16];
+    static const ism_point points[64];
+    glbk_ism_mesh mesh = { triangle, 3, 0, NULL, 0, NULL };
+    glbk_ism_vpl vpl = { { 0, 0, 1 }, { 0, 0, -1 }, { 1, 1, 1 }, { 0, 0, -1 }, 1, 0, 0 };
+    glbk_ism_shading shading;
+    glbk_ism_desc d;
+    glbk_ism_maps m;
+    glbk_ism_renderer r;
+    glbk_ism_receivers from = { rgb, rgb, NULL, NULL, 0 };
+    size_t i;
+
+    memset(&d, 0, sizeof d);
+    d.tile_size = 12;
+    assert_int_equal(glbk_ism_maps_create(&t->gl, &d, &m), GLBK_ERR_ARGUMENT);
+    assert_int_equal(m.points.name, 0);
+    d.tile_size = 256;
+    d.vpl_count = 16384;
+    d.points = 8;
+    if (t->gl.max_size < 32768) assert_int_equal(glbk_ism_maps_create(&t->gl, &d, &m), GLBK_ERR_LIMIT);
+    assert_int_equal(glbk_ism_draw(&t->gl, &m), GLBK_ERR_ARGUMENT);
+    d.vpl_count = 1;
+    d.tile_size = 64;
+    d.lazy = 1;
+    assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
+    assert_glbk(t, glbk_ism_renderer_create(&t->gl, 4, 4, &r));
+    assert_int_equal(glbk_ism_renderer_create(&t->gl, 4, 0, &(glbk_ism_renderer){ 0 }), GLBK_ERR_ARGUMENT);
+    assert_glbk(t, glbk_ism_gbuffer_upload(&t->gl, &r, &from));
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m));                                  /* no mesh, no VPLs: all far */
+    assert_glbk(t, glbk_ism_read(&t->gl, &m, atlas));
+    for (i = 0; i < 64 * 64; i++) assert_true(atlas[i] == ISM_FAR);
+    assert_glbk(t, glbk_ism_shade(&t->gl, &r, &m, NULL));
+    assert_glbk(t, glbk_ism_read_light(&t->gl, &r, rgb));
+    for (i = 0; i < 48; i++) assert_true(rgb[i] == 0);
+    assert_int_equal(glbk_ism_mesh_move(&t->gl, &m, triangle, 0), GLBK_ERR_ARGUMENT);
+    mesh.indices = bad;
+    mesh.index_count = 3;
+    assert_int_equal(glbk_ism_mesh_upload(&t->gl, &m, &mesh), GLBK_ERR_ARGUMENT);
+    mesh.index_count = 2;
+    assert_int_equal(glbk_ism_mesh_upload(&t->gl, &m, &mesh), GLBK_ERR_ARGUMENT);
+    mesh.indices = NULL;
+    mesh.vertex_stride = 10;
+    assert_int_equal(glbk_ism_mesh_upload(&t->gl, &m, &mesh), GLBK_ERR_ARGUMENT);
+    mesh.vertex_stride = 0;
+    assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &m, &mesh));
+    assert_int_equal(glbk_ism_draw(&t->gl, &m), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_ism_phase(&t->gl, &m, 1, points), GLBK_ERR_ARGUMENT);
+    assert_glbk(t, glbk_ism_phase(&t->gl, &m, 0, points));                      /* all of area 0 */
+    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0));
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m));
+    assert_glbk(t, glbk_ism_read(&t->gl, &m, atlas));
+    for (i = 0; i < 64 * 64; i++) assert_true(atlas[i] == ISM_FAR);
+    assert_int_equal(glbk_ism_vpls_upload(&t->gl, &m, &vpl, 2, NULL, 0), GLBK_ERR_ARGUMENT);
+    vpl.directional = 1;
+    assert_int_equal(glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0), GLBK_ERR_ARGUMENT);   /* needs the sphere */
+    vpl.directional = 0;
+    vpl.position[1] = HUGE_VALF;
+    assert_int_equal(glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0), GLBK_ERR_ARGUMENT);
+    memset(&shading, 0, sizeof shading);
+    shading.pattern = 3;
+    assert_int_equal(glbk_ism_shade(&t->gl, &r, &m, &shading), GLBK_ERR_ARGUMENT);
+    shading.pattern = 1;
+    shading.near_mode = 3;
+    assert_int_equal(glbk_ism_shade(&t->gl, &r, &m, &shading), GLBK_ERR_ARGUMENT);
+    glbk_ism_renderer_destroy(&t->gl, &r);
+    glbk_ism_renderer_destroy(&t->gl, &r);
+    glbk_ism_maps_destroy(&t->gl, &m);
+    glbk_ism_maps_destroy(&t->gl, &m);
+    glbk_ism_maps_destroy(&t->gl, NULL);
+    glbk_ism_bind(&t->gl, NULL);
+}
+
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(atlases_agree) };
+    struct CMUnitTest tests[] = { gl_unit_test(empty_and_wrong_input), gl_unit_test(functions_to_paste),
+                                  gl_unit_test(light_agrees), gl_unit_test(frames_follow), gl_unit_test(atlases_agree) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

@@ -22,12 +22,6 @@ ism_vpl ism_read_vpl(uint v)
     return l;
 }
 
-uint ism_projection_of(float exponent)
-{
-    uint p = glbk_ism_frame.maps.w;
-    return p == ISM_PROJECTION_LOBE && exponent == 1.0 ? ISM_PROJECTION_COSINE : p;
-}
-
 mat3 ism_vpl_frame(ism_vpl l)
 {
     return ism_frame_of(ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky ? l.axis : l.normal);

@@ -2,7 +2,7 @@
 //
 //     vec4 e = ism_light(position, normal, geometric, 0u, 1u);     // irradiance, W/m^2; lost by clamping or spheres
 //
-// Defines: ISM_NEAR=1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none.
+// Defines: ISM_NEAR=1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none; ISM_PROJECTION, the maps' desc.projection.
 // uses: ism_access
 #ifndef ISM_NEAR
 #define ISM_NEAR 1

@@ -5,6 +5,29 @@
 #define ISM_PROJECTION_OCTAHEDRAL 3u
 #define ISM_PROJECTION_LOBE 4u
 #define ISM_FAR 1e30
+// Of all VPLs, so that no program holds the code of the others; lobes of exponent 1 have the cosine's.
+#ifndef ISM_PROJECTION
+#define ISM_PROJECTION ISM_PROJECTION_COSINE
+#endif
+
+uint ism_projection_of(float exponent)
+{
+#if ISM_PROJECTION == 4
+    return exponent == 1.0 ? ISM_PROJECTION_COSINE : ISM_PROJECTION_LOBE;
+#else
+    return uint(ISM_PROJECTION);
+#endif
+}
+
+// 1 - x^y for x in 0..1, to the last digits where that is small.
+float ism_power_gap(float x, float y)
+{
+    if (!(x > 1.18e-38)) return 1.0;
+    float t = y * cohsm_log(min(x, 1.0));
+    if (t < -0.35) return 1.0 - cohsm_exp(t);
+    return -t * (1.0 + t * (0.5 + t * (0.166666667 + t * (0.0416666667 + t * (0.00833333333 + t * (0.00138888889 +
+           t * 0.000198412698))))));
+}
 
 vec3 ism_map_direction(uint projection, float exponent, vec2 uv)
 {
@@ -19,7 +42,7 @@ vec3 ism_map_direction(uint projection, float exponent, vec2 uv)
     }
     float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0, r = max(abs(ab.x), abs(ab.y));
     float s = max(1.0 - r * r, 0.0), z = e == 1.0 ? sqrt(s) : cohsm_pow(s, 1.0 / (e + 1.0));
-    float sine = e == 1.0 ? r : cohsm_safe_sqrt(1.0 - z * z);
+    float sine = e == 1.0 ? r : sqrt(ism_power_gap(s, 2.0 / (e + 1.0)));
     return vec3(cohsm_concentric(uv) * (r > 1e-12 ? sine / r : 1.0), z);
 }
 
@@ -37,7 +60,7 @@ bool ism_map_coordinates(uint projection, float exponent, vec3 w, out vec2 uv)
         float e = projection == ISM_PROJECTION_LOBE ? exponent : 1.0;
         if (e != 1.0) {
             float sine = sqrt(dot(w.xy, w.xy));
-            w.xy *= sine > 1e-12 ? cohsm_safe_sqrt(1.0 - cohsm_pow(w.z, e + 1.0)) / sine : 1.0;
+            w.xy *= sine > 1e-12 ? sqrt(ism_power_gap(w.z, e + 1.0)) / sine : 1.0;
         }
         uv = cohsm_disc_square(w.xy);
         return true;

@@ -1,6 +1,7 @@
 // 1 where a texel keeps its surfel, 0 where it is empty or where surfels in all four quadrants about it pass before it.
 // uses: ism_fill
 // with: screen.vert
+// sets: ISM_PROJECTION=1 | ISM_PROJECTION=4
 layout(location = 0) out uint result;
 
 void main()

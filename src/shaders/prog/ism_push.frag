@@ -1,6 +1,7 @@
 // The depth of a texel, as bits: its surfel's, or from the nearest two once there are some in three quadrants about it.
 // uses: ism_fill
 // with: screen.vert
+// sets: ISM_PROJECTION=1 | ISM_PROJECTION=4
 layout(location = 0) out uint result;
 
 int ism_pulled(int level, ivec2 cell)

@@ -1,7 +1,7 @@
 // A texel whose ray meets the disc gets its plane and its depth there. No disc is widened to a whole texel.
 // uses: ism_access
 // with: ism_splat.vert
-// sets: ISM_QUADS=0 | ISM_QUADS=1
+// sets: ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1
 flat in vec4 ism_at;
 flat in vec4 ism_plane;
 flat in ivec4 ism_box;

@@ -31,6 +31,8 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, out ism_surfel
     s.at = o;
     s.g = o / d2;
     if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;
+    // the surface that the VPL lies on is no occluder in a lobe's tilted map either
+    if (ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;
     s.radius2 = min(s.radius2, (along > 0.0 ? 0.04 : 1.0) * d2);
     if (abs(along) > 1e-3 * s.depth) s.g = n / along;
     return ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv);
