@@ -1,0 +1,46 @@
+/* bake.h - what the files of the program `bake` share: options, the object that is baked, files, the two techniques. */
+#ifndef BAKE_H
+#define BAKE_H
+
+#include "../common/common.h"
+#include "../render/settings.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* One rigid object: triangles in its own space, or the whole file's in world space. */
+typedef struct bk_mesh {
+    float    *positions;
+    uint32_t *indices;
+    size_t    vertices, triangles;
+} bk_mesh;
+
+/* A technique bakes units (pixels of maps, shells) from..to of all into one file's bytes. Functions return 0, or -1 with
+   one line in error; bytes are freed with free(). */
+typedef struct bk_technique {
+    const char   *name;
+    const rd_key *keys;
+    int         (*plan)(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error);
+    /* units: of the whole; seconds: about how long all of them take on one core */
+    double      (*weight)(const rd_settings *settings, uint32_t units, uint32_t unit);
+    /* how long a unit takes, relative to others */
+    int         (*bake)(const rd_settings *settings, const bk_mesh *mesh, uint32_t from, uint32_t to, ex_pool *pool,
+                        void **data, size_t *size, char *error);
+    int         (*merge)(const void *const *parts, const size_t *sizes, size_t count, int packed, void **data,
+                         size_t *size, char *error);
+    int         (*info)(const void *data, size_t size, char *line, size_t room, char *error);
+    int         (*verify)(const rd_settings *settings, const void *data, size_t size, const bk_mesh *mesh, ex_pool *pool,
+                          char *line, size_t room, char *error);      /* 1: wrong */
+} bk_technique;
+
+extern const bk_technique bk_csm, bk_shadowfield;
+
+/* files.c: whole files; writing goes to another name first, so that a file with its own name is always complete. */
+int  bk_read(const char *path, void **data, size_t *size, char *error);
+int  bk_write(const char *path, const void *data, size_t size, char *error);
+
+/* object.c: what casts shadows in a scene, or node=NAME of it in its own space. */
+int  bk_object(bk_mesh *out, const char *path, const char *node, char *error);
+void bk_object_free(bk_mesh *mesh);
+
+#endif

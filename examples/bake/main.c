@@ -1,0 +1,400 @@
+/* main.c - the program `bake`: what can be precomputed of one rigid object, into a file. design.md "Programs" is its
+   definition, docs/bake.md tells how to spread it over processes and machines.
+
+   A long bake is done in parts, each kept beside the output as soon as it is whole (OUT.part-KEY-1of4: KEY stands for
+   mesh and settings); the same command again goes on where it was stopped. */
+#include "bake.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifndef DAPPLE_VERSION
+#define DAPPLE_VERSION "0.1.0"
+#endif
+
+enum { DONE = 0, FAILED = 1, BAD_ARGUMENTS = 2 };
+enum { MOST_PARTS = 256, MOST_FILES = 1024, LINE = 1024 };
+#define SECONDS_OF_A_PART 60.0
+
+static const bk_technique *const techniques[] = { &bk_csm, &bk_shadowfield };
+
+static const rd_key common_keys[] = {
+    { "node", RD_WORD, NULL, 0, 0, "", "bake this node alone, in its own space; else the whole file as one object" },
+    { "parts", RD_INTEGER, NULL, 0, MOST_PARTS, "0", "parts kept on the way; 0: about one a minute" },
+    { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
+};
+
+typedef struct bk_args {
+    const bk_technique *technique;      /* NULL: merge, info, verify */
+    const char  *out, *files[MOST_FILES];
+    size_t       file_count;
+    uint32_t     shard, shards;         /* 1 of 1 */
+    int          threads;
+    char         node[64];
+    rd_settings  settings;
+} bk_args;
+
+static void print_help(void)
+{
+    puts("usage: bake csm|shadowfield SCENE -o FILE [--set key=value ...] [--shard i/n] [--threads N]\n"
+         "       bake merge -o OUT PART... [--set packed=1]\n"
+         "       bake info FILE\n"
+         "       bake verify FILE SCENE [--set key=value ...]\n"
+         "       bake --help | --version\n"
+         "\n"
+         "  SCENE is FILE.glb, FILE.gltf or builtin:NAME: one rigid object, unless --set node=NAME\n"
+         "  --shard i/n    only the i-th of n shards, 1 <= i <= n; merge joins all n, in order\n"
+         "  verify         csm: every stored depth against the object; shadowfield: built again with the same settings");
+    for (size_t t = 0; t < sizeof techniques / sizeof *techniques + 1; t++) {
+        const rd_key *k = t ? techniques[t - 1]->keys : common_keys;
+        printf("\nsettings of %s (--set key=value):\n", t ? techniques[t - 1]->name : "both");
+        for (; k->name; k++)
+            printf("  %-14s %s [%s] %s\n", k->name, k->words ? k->words : "", k->standard, k->help);
+    }
+    puts("\nexit status: 0 done, 1 failed, 2 bad arguments");
+}
+
+static const bk_technique *technique_of(const void *data, size_t size)
+{
+    if (size >= 4 && memcmp(data, "SFLD", 4) == 0)
+        return &bk_shadowfield;
+    return size >= 4 && memcmp(data, "DCS", 3) == 0 ? &bk_csm : NULL;
+}
+
+/* ---- arguments ---- */
+
+static int fail(char *error, const char *what, const char *value)
+{
+    snprintf(error, EX_ERROR_SIZE, "%s%.180s", what, value);
+    return -1;
+}
+
+static int take_shard(bk_args *args, const char *value)
+{
+    unsigned i, n;
+    char rest;
+    if (sscanf(value, "%6u/%6u%c", &i, &n, &rest) != 2 || i < 1 || i > n || n > 65536)
+        return -1;
+    args->shard = i;
+    args->shards = n;
+    return 0;
+}
+
+static int take_option(bk_args *args, const char *name, const char *value, char *error)
+{
+    double threads;
+    if (strcmp(name, "-o") == 0) args->out = value;
+    else if (strcmp(name, "--set") == 0) {
+        if (strncmp(value, "node=", 5) == 0) {          /* any text: not a value of a list */
+            if (!value[5] || strlen(value + 5) >= sizeof args->node)
+                return fail(error, "bad node: ", value + 5);
+            strcpy(args->node, value + 5);
+            return 0;
+        }
+        return rd_settings_add(&args->settings, value, error);
+    } else if (strcmp(name, "--shard") == 0) {
+        if (take_shard(args, value) != 0)
+            return fail(error, "--shard i/n, 1 <= i <= n: ", value);
+    } else if (strcmp(name, "--threads") == 0) {
+        if (rd_parse_number(value, &threads) != 0 || !(threads >= 0 && threads <= 1024))
+            return fail(error, "bad --threads: ", value);
+        args->threads = (int)threads;
+    } else return fail(error, "unknown option: ", name);
+    return 0;
+}
+
+static int take_all(bk_args *args, int count, char **values, char *error)
+{
+    for (int i = 0; i < count; i++)
+        if (values[i][0] == '-' && values[i][1]) {
+            if (i + 1 == count)
+                return fail(error, "no value: ", values[i]);
+            if (take_option(args, values[i], values[i + 1], error) != 0)
+                return -1;
+            i++;
+        } else if (args->file_count == MOST_FILES)
+            return fail(error, "too many files: ", values[i]);
+        else args->files[args->file_count++] = values[i];
+    return 0;
+}
+
+/* ---- bake ---- */
+
+/* Limits of count shards or parts of nearly equal work: limit[0] = 0 .. limit[count] = units. */
+static void divide(const bk_args *args, uint32_t units, uint32_t first, uint32_t last, uint32_t count, uint32_t *limit)
+{
+    double all = 0, sum = 0;
+    uint32_t k = 1;
+    for (uint32_t u = first; u < last; u++)
+        all += args->technique->weight(&args->settings, units, u);
+    limit[0] = first;
+    for (uint32_t u = first; u < last; u++) {
+        sum += args->technique->weight(&args->settings, units, u);
+        while (k < count && (sum >= all * k / count || last - u - 1 == count - k))
+            limit[k++] = u + 1;
+    }
+    while (k <= count)
+        limit[k++] = last;
+}
+
+/* FNV-1a of everything that decides the bytes. */
+static uint64_t add_hash(uint64_t h, const void *data, size_t size)
+{
+    for (size_t i = 0; i < size; i++)
+        h = (h ^ ((const unsigned char *)data)[i]) * 1099511628211u;
+    return h;
+}
+
+static uint64_t key_of(const bk_args *args, const bk_mesh *mesh, uint32_t from, uint32_t to)
+{
+    uint64_t h = add_hash(1469598103934665603u, args->technique->name, strlen(args->technique->name));
+    for (const rd_key *k = args->technique->keys; k->name; k++) {
+        const char *value = rd_setting_text(&args->settings, k->name);
+        h = add_hash(h, value, strlen(value) + 1);
+    }
+    h = add_hash(h, mesh->positions, 12 * mesh->vertices);
+    h = add_hash(h, mesh->indices, 12 * mesh->triangles);
+    h = add_hash(h, &from, sizeof from);
+    return add_hash(h, &to, sizeof to);
+}
+
+typedef struct bk_parts { uint32_t count, limit[MOST_PARTS + 1]; char *name[MOST_PARTS]; void *data[MOST_PARTS]; size_t size[MOST_PARTS]; } bk_parts;
+
+/* Part k from its file or built and kept there. */
+static int make_part(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, bk_parts *p, uint32_t k, char *error)
+{
+    char line[LINE];
+    if (bk_read(p->name[k], &p->data[k], &p->size[k], error) == 0) {
+        if (args->technique->info(p->data[k], p->size[k], line, sizeof line, error) == 0)
+            return 0;
+        free(p->data[k]);
+        p->data[k] = NULL;
+    }
+    if (args->technique->bake(&args->settings, mesh, p->limit[k], p->limit[k + 1], pool, &p->data[k], &p->size[k], error) != 0)
+        return -1;
+    return bk_write(p->name[k], p->data[k], p->size[k], error);
+}
+
+/* The range from..to in parts. Of a shard the parts cannot be joined alone, so that it is one. */
+static int bake_parts(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, bk_parts *p, void **data, size_t *size,
+                      char *error)
+{
+    int packed = args->technique == &bk_csm && rd_setting_is(&args->settings, "packed", "1");
+    int result = 0;
+    for (uint32_t k = 0; k < p->count; k++) {
+        p->name[k] = malloc(strlen(args->out) + 64);
+        if (!p->name[k])
+            return fail(error, "out of memory", "");
+        sprintf(p->name[k], "%s.part-%016llx-%uof%u", args->out,
+                (unsigned long long)key_of(args, mesh, p->limit[k], p->limit[k + 1]), (unsigned)k + 1, (unsigned)p->count);
+    }
+    for (uint32_t k = 0; k < p->count && result == 0; k++)
+        result = make_part(args, mesh, pool, p, k, error);
+    if (result == 0)
+        result = args->technique->merge((const void *const *)p->data, p->size, p->count, packed, data, size, error);
+    return result;
+}
+
+static int bake_range(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, uint32_t units, double seconds, char *error)
+{
+    bk_parts *p = calloc(1, sizeof *p);
+    uint32_t *limit = calloc((size_t)args->shards + 1, sizeof *limit);
+    void *data = NULL;
+    size_t size = 0;
+    int result = -1, asked = rd_setting_integer(&args->settings, "parts");
+    if (!p || !limit)
+        fail(error, "out of memory", "");
+    else if (args->shards > units)
+        fail(error, "more shards than there is to share", "");
+    else {
+        divide(args, units, 0, units, args->shards, limit);
+        seconds /= SECONDS_OF_A_PART * ex_pool_threads(pool);
+        p->count = asked ? (uint32_t)asked : seconds < 1 ? 1 : seconds < MOST_PARTS ? (uint32_t)seconds : MOST_PARTS;
+        p->count = p->count < units ? p->count : units;
+        if (args->shards > 1 || p->count == 1)
+            result = args->technique->bake(&args->settings, mesh, limit[args->shard - 1], limit[args->shard], pool, &data, &size,
+                                           error);
+        else {
+            divide(args, units, 0, units, p->count, p->limit);
+            result = bake_parts(args, mesh, pool, p, &data, &size, error);
+        }
+        if (result == 0)
+            result = bk_write(args->out, data, size, error);
+        for (uint32_t k = 0; k < p->count; k++)
+            if (p->name[k] && result == 0)
+                remove(p->name[k]);         /* only once the output is there */
+    }
+    for (uint32_t k = 0; p && k < MOST_PARTS; k++) {
+        free(p->name[k]);
+        free(p->data[k]);
+    }
+    free(p);
+    free(limit);
+    free(data);
+    return result;
+}
+
+static int run_bake(const bk_args *args, char *error)
+{
+    bk_mesh mesh;
+    uint32_t units;
+    double seconds;
+    ex_pool *pool;
+    int result = bk_object(&mesh, args->files[0], args->node, error);
+    if (result != 0)
+        return -1;
+    pool = ex_pool_create(args->threads);
+    if (!pool)
+        result = fail(error, "no threads", "");
+    else if (args->technique->plan(&args->settings, &mesh, &units, &seconds, error) != 0)
+        result = -1;
+    else
+        result = bake_range(args, &mesh, pool, units, seconds, error);
+    ex_pool_free(pool);
+    bk_object_free(&mesh);
+    return result;
+}
+
+/* ---- merge, info, verify ---- */
+
+static int run_merge(const bk_args *args, char *error)
+{
+    void **data = calloc(args->file_count, sizeof(void *)), *whole = NULL;
+    size_t *sizes = calloc(args->file_count, sizeof *sizes), size = 0;
+    const bk_technique *technique = NULL;
+    int result = data && sizes ? 0 : fail(error, "out of memory", "");
+    for (size_t i = 0; i < args->file_count && result == 0; i++) {
+        result = bk_read(args->files[i], &data[i], &sizes[i], error);
+        if (result == 0 && (!technique_of(data[i], sizes[i]) ||
+                            (technique && technique != technique_of(data[i], sizes[i]))))
+            result = fail(error, "not a part of this bake: ", args->files[i]);
+        if (result == 0)
+            technique = technique_of(data[i], sizes[i]);
+    }
+    if (result == 0)
+        result = technique->merge((const void *const *)data, sizes, args->file_count,
+                                  rd_setting_is(&args->settings, "packed", "1"), &whole, &size, error);
+    if (result == 0)
+        result = bk_write(args->out, whole, size, error);
+    for (size_t i = 0; i < args->file_count && data; i++)
+        free(data[i]);
+    free(data);
+    free(sizes);
+    free(whole);
+    return result;
+}
+
+static int run_info(const bk_args *args, char *error)
+{
+    char line[LINE];
+    void *data;
+    size_t size;
+    const bk_technique *technique;
+    int result;
+    if (bk_read(args->files[0], &data, &size, error) != 0)
+        return -1;
+    technique = technique_of(data, size);
+    result = technique ? technique->info(data, size, line, sizeof line, error)
+                       : fail(error, "neither of csm nor of shadowfield: ", args->files[0]);
+    if (result == 0)
+        puts(line);
+    free(data);
+    return result;
+}
+
+static int run_verify(const bk_args *args, char *error)
+{
+    char line[LINE];
+    void *data;
+    size_t size;
+    bk_mesh mesh;
+    ex_pool *pool = NULL;
+    int result = bk_object(&mesh, args->files[1], args->node, error);
+    if (result != 0)
+        return -1;
+    result = bk_read(args->files[0], &data, &size, error);
+    if (result == 0 && !(pool = ex_pool_create(args->threads)))
+        result = fail(error, "no threads", "");
+    if (result == 0)
+        result = args->technique->verify(&args->settings, data, size, &mesh, pool, line, sizeof line, error);
+    if (result >= 0)
+        puts(line);
+    if (result > 0)
+        result = fail(error, "wrong: ", args->files[0]);
+    ex_pool_free(pool);
+    bk_object_free(&mesh);
+    free(data);
+    return result;
+}
+
+typedef struct bk_command {
+    const char *name;
+    const bk_technique *technique;
+    size_t least, most;                 /* files */
+    int    writes;
+    int  (*run)(const bk_args *args, char *error);
+} bk_command;
+
+static const bk_command commands[] = {
+    { "csm", &bk_csm, 1, 1, 1, run_bake }, { "shadowfield", &bk_shadowfield, 1, 1, 1, run_bake },
+    { "merge", &bk_csm, 1, MOST_FILES, 1, run_merge }, { "info", &bk_csm, 1, 1, 0, run_info },
+    { "verify", &bk_csm, 2, 2, 0, run_verify }
+};
+
+/* The settings that verify accepts are those of the file's technique. */
+static void look_into(bk_args *args, int count, char **values, char *error)
+{
+    void *data;
+    size_t size;
+    for (int i = 0; i < count; i++)
+        if (values[i][0] == '-') i++;
+        else {
+            if (bk_read(values[i], &data, &size, error) != 0)
+                return;
+            if (technique_of(data, size))
+                args->technique = technique_of(data, size);
+            free(data);
+            return;
+        }
+}
+
+int main(int count, char **values)
+{
+    static bk_args args;
+    static char error[EX_ERROR_SIZE];
+    const bk_command *c = NULL;
+    if (count == 2 && strcmp(values[1], "--help") == 0) {
+        print_help();
+        return DONE;
+    }
+    if (count == 2 && strcmp(values[1], "--version") == 0) {
+        puts("bake " DAPPLE_VERSION);
+        return DONE;
+    }
+    for (size_t i = 0; count > 1 && i < sizeof commands / sizeof *commands; i++)
+        if (strcmp(values[1], commands[i].name) == 0) c = &commands[i];
+    args.shard = args.shards = 1;
+    if (!c)
+        fail(error, "csm, shadowfield, merge, info or verify, or --help", "");
+    else {
+        args.technique = c->technique;
+        if (c->run == run_verify) look_into(&args, count - 2, values + 2, error);
+        args.settings.common = common_keys;
+        args.settings.own = args.technique->keys;
+        if (take_all(&args, count - 2, values + 2, error) != 0) c = NULL;
+        else if (args.file_count < c->least || args.file_count > c->most || (c->writes && !args.out)) {
+            snprintf(error, sizeof error, "%s: %s", c->name, c->writes && !args.out ? "-o FILE is missing" : "wrong number of files");
+            c = NULL;
+        }
+    }
+    if (!c) {
+        fprintf(stderr, "bake: %s\n", error);
+        return BAD_ARGUMENTS;
+    }
+    if (c->run(&args, error) != 0) {
+        fprintf(stderr, "bake: %s\n", error);
+        return FAILED;
+    }
+    return DONE;
+}

@@ -1,0 +1,163 @@
+/* shadowfield.c - bake's technique shadowfield: the occlusion field of an object; units are its shells. */
+#define SHADOWFIELD_IMPLEMENTATION
+#include "shadowfield.h"
+#include "bake.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const rd_key keys[] = {
+    { "basis", RD_WORD, "sh|haar", 0, 0, "sh", "spherical harmonics or Haar wavelets" },
+    { "bands", RD_INTEGER, NULL, 1, 8, "4", "of harmonics" },
+    { "shells", RD_INTEGER, NULL, 0, 64, "0", "2 or more; 0: 16, with wavelets 32" },
+    { "position_side", RD_INTEGER, NULL, 0, 64, "0", "points a side of a shell's face; 0: 16, with wavelets 32" },
+    { "cube_side", RD_INTEGER, NULL, 0, 64, "0", "texels a side of a cube's face; 0: 16, with wavelets 32" },
+    { "spacing", RD_WORD, "geometric|uniform", 0, 0, "geometric", "of the shells" },
+    { "inner", RD_NUMBER, NULL, 0, 1000, "0", "first shell, in radii; 0: 0.2" },
+    { "outer", RD_NUMBER, NULL, 0, 1000, "0", "last shell, in radii; 0: 8, with wavelets 20" },
+    { "keep", RD_NUMBER, NULL, 0, 1, "0.01", "wavelets: share of a cube's coefficients" },
+    { "window", RD_NUMBER, NULL, 0, 1e6, "0", "harmonics: strength of the window against ringing" },
+    { "logarithm", RD_WORD, "0|1", 0, 0, "0", "1: log visibility, for the product by exponentials" },
+    { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
+};
+
+static int failed(const char *what, sfield_result result, char *error)
+{
+    snprintf(error, EX_ERROR_SIZE, "shadowfield: %s: %s", what, sfield_result_text(result));
+    return -1;
+}
+
+static sfield_desc desc_of(const rd_settings *settings, ex_pool *pool)
+{
+    static char label[] = "shadow field";
+    sfield_desc d;
+    memset(&d, 0, sizeof d);
+    d.basis = rd_setting_is(settings, "basis", "haar") ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH;
+    d.bands = (uint32_t)rd_setting_integer(settings, "bands");
+    d.shells = (uint32_t)rd_setting_integer(settings, "shells");
+    d.position_side = (uint32_t)rd_setting_integer(settings, "position_side");
+    d.cube_side = (uint32_t)rd_setting_integer(settings, "cube_side");
+    d.spacing = rd_setting_is(settings, "spacing", "uniform") ? SFIELD_SPACING_UNIFORM : SFIELD_SPACING_GEOMETRIC;
+    d.inner = (float)rd_setting_number(settings, "inner");
+    d.outer = (float)rd_setting_number(settings, "outer");
+    d.keep = (float)rd_setting_number(settings, "keep");
+    d.window = (float)rd_setting_number(settings, "window");
+    d.logarithm = rd_setting_is(settings, "logarithm", "1");
+    d.parallel_for = ex_pool_run;
+    d.parallel_user = pool;
+    d.progress = ex_progress;
+    d.progress_user = label;
+    return d;
+}
+
+static uint32_t shells_of(const sfield_desc *d) { return d->shells ? d->shells : d->basis == SFIELD_BASIS_HAAR ? 32 : 16; }
+
+/* About 10 ns a triangle and 0.2 ms of texels for each view. */
+static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error)
+{
+    sfield_desc d = desc_of(settings, NULL);
+    uint32_t side = d.position_side ? d.position_side : d.basis == SFIELD_BASIS_HAAR ? 32 : 16;
+    (void)error;
+    *units = shells_of(&d);
+    *seconds = *units * 6.0 * side * side * (10e-9 * (double)mesh->triangles + 2e-4);
+    return 0;
+}
+
+static double weight(const rd_settings *settings, uint32_t units, uint32_t unit)
+{
+    (void)settings;
+    (void)units;
+    (void)unit;
+    return 1;
+}
+
+static int bytes_of(sfield_field *field, void **data, size_t *size, char *error)
+{
+    *size = sfield_size(field);
+    *data = malloc(*size);
+    if (*data)
+        sfield_write(field, *data, *size);
+    sfield_free(field);
+    return *data ? 0 : failed("memory", SFIELD_ERR_ALLOC, error);
+}
+
+static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from, uint32_t to, ex_pool *pool, void **data,
+                size_t *size, char *error)
+{
+    sfield_desc d = desc_of(settings, pool);
+    sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles };
+    sfield_field *field;
+    sfield_result result;
+    if (from != 0 || to != shells_of(&d)) {
+        d.shard_begin = from;
+        d.shard_end = to;
+    }
+    result = sfield_build(&d, &m, &field, NULL);
+    ex_progress(NULL, 1);
+    return result == SFIELD_OK ? bytes_of(field, data, size, error) : failed("build", result, error);
+}
+
+static int merge(const void *const *parts, const size_t *sizes, size_t count, int packed, void **data, size_t *size,
+                 char *error)
+{
+    sfield_field **fields = calloc(count, sizeof(sfield_field *)), *whole = NULL;
+    sfield_result result = fields ? SFIELD_OK : SFIELD_ERR_ALLOC;
+    (void)packed;
+    for (size_t i = 0; i < count && result == SFIELD_OK; i++)
+        result = sfield_open(parts[i], sizes[i], NULL, &fields[i]);
+    if (result == SFIELD_OK)
+        result = sfield_merge((const sfield_field *const *)fields, count, NULL, &whole);
+    for (size_t i = 0; i < count && fields; i++)
+        sfield_free(fields[i]);
+    free(fields);
+    return result == SFIELD_OK ? bytes_of(whole, data, size, error) : failed("merge", result, error);
+}
+
+static int info(const void *data, size_t size, char *line, size_t room, char *error)
+{
+    static const char *const kinds[] = { "occlusion", "source", "self" };
+    sfield_field *field;
+    sfield_info i;
+    sfield_result result = sfield_open(data, size, NULL, &field);
+    if (result != SFIELD_OK)
+        return failed("file", result, error);
+    sfield_get_info(field, &i);
+    sfield_free(field);
+    snprintf(line, room, "{\"technique\": \"shadowfield\", \"file_bytes\": %lu, \"kind\": \"%s\", \"basis\": \"%s\", \"bands\": %u, "
+             "\"cube_side\": %u, \"shells\": %u, \"position_side\": %u, \"samples\": %lu, \"coefficients\": %llu, "
+             "\"inner\": %.6g, \"outer\": %.6g, \"shard_begin\": %u, \"shard_end\": %u, \"center\": [%.9g, %.9g, %.9g], "
+             "\"radius\": %.9g}",
+             (unsigned long)size, kinds[i.kind], i.basis == SFIELD_BASIS_HAAR ? "haar" : "sh", (unsigned)i.bands,
+             (unsigned)i.cube_side, (unsigned)i.shells, (unsigned)i.position_side, (unsigned long)i.samples,
+             (unsigned long long)i.coefficients, (double)i.inner, (double)i.outer, (unsigned)i.shard_begin,
+             (unsigned)i.shard_end, (double)i.center[0], (double)i.center[1], (double)i.center[2], (double)i.radius);
+    return 0;
+}
+
+/* Built again with the same settings: the bytes are the same everywhere. */
+static int verify(const rd_settings *settings, const void *data, size_t size, const bk_mesh *mesh, ex_pool *pool, char *line,
+                  size_t room, char *error)
+{
+    sfield_field *field;
+    sfield_info i;
+    void *again;
+    size_t again_size, wrong = 0;
+    sfield_desc d = desc_of(settings, NULL);
+    sfield_result result = sfield_open(data, size, NULL, &field);
+    if (result != SFIELD_OK)
+        return failed("file", result, error);
+    sfield_get_info(field, &i);
+    sfield_free(field);
+    if (bake(settings, mesh, i.shard_begin, i.shard_end ? i.shard_end : shells_of(&d), pool, &again, &again_size, error) != 0)
+        return -1;
+    for (size_t k = 0; k < size && k < again_size; k++)
+        wrong += ((const unsigned char *)data)[k] != ((const unsigned char *)again)[k];
+    wrong += size > again_size ? size - again_size : again_size - size;
+    free(again);
+    snprintf(line, room, "{\"technique\": \"shadowfield\", \"file_bytes\": %lu, \"wrong\": %lu}", (unsigned long)size,
+             (unsigned long)wrong);
+    return wrong != 0;
+}
+
+const bk_technique bk_shadowfield = { "shadowfield", keys, plan, weight, bake, merge, info, verify };
