@@ -1063,13 +1063,168 @@ GLBK__PART(SFIELD)
 
 /* ---- end of sfield ---- */
 
-/* ---- envsh: environment-map shadows, after envshadow.h ---- */
+/* ---- envsh: environment-map shadows, after envshadow.h ----
 
-#define GLBK_ENVSH_TEXTURES(X)
-#define GLBK_ENVSH_BLOCKS(X)
+   k shadow maps in one atlas, drawn through your callback, then one pass that lights every pixel with all of them (the
+   paper's algorithm 1), or clusters of fewer maps and several passes (algorithm 2). Lights and matrices come from
+   envshadow.h (envsh_maps_create with no_depth); its numbers for filters hold here. Your own shaders ask by
+   envsh_light() or envsh_visible() of lib/envsh_light.glsl; docs/gpu-layouts.md has the layouts. */
+
+#define GLBK_ENVSH_TEXTURES(X)                                                                      \
+    X(sampler2DArray, glbk_envsh_depth, 0)      /* the atlas: depth, or */                          \
+    X(usampler2DArray, glbk_envsh_depth4, 1)    /* the bits of four maps' depths */                 \
+    X(usampler2DArray, glbk_envsh_cells, 2)     /* least and greatest depth of cells, as bits */    \
+    X(usampler2DArray, glbk_envsh_views, 3)     /* lights */                                        \
+    X(usampler2D, glbk_envsh_place, 4)          /* G-buffer */                                      \
+    X(usampler2D, glbk_envsh_normal, 5)                                                             \
+    X(usampler2D, glbk_envsh_flat, 6)                                                               \
+    X(usampler2D, glbk_envsh_color, 7)                                                              \
+    X(glbk_color_sampler, glbk_envsh_sum, 8)                                                        \
+    X(sampler2D, glbk_envsh_color_map, 9)
+
+#define GLBK_ENVSH_SCENE_MEMBERS(X)                                                                 \
+    X(uvec4, tiles, 1)          /* texels a side, guard, maps a texel, cells a side */              \
+    X(uvec4, range, 1)          /* lights; levels of cells */                                       \
+    X(vec4, page, 1)            /* 2 / width, 2 / height of a page, 2 / inside of a tile */
+
+#define GLBK_ENVSH_QUERY_MEMBERS(X)                                                                 \
+    X(vec4, values, 1)          /* radius, bias, extent_scale */                                    \
+    X(uvec4, numbers, 1)        /* taps, seed */                                                    \
+    X(uvec4, range, 1)          /* lights from, to; width; 0 = the sum begins here */               \
+    X(vec4, disc, 32)           /* two taps each */
+
+#define GLBK_ENVSH_OBJECT_MEMBERS(X)                                                                \
+    X(mat4, world, 1)                                                                               \
+    X(mat4, clip, 1)                                                                                \
+    X(vec4, color, 1)                                                                               \
+    X(vec4, eye, 1)             /* w: texels of less alpha are holes */                             \
+    X(uvec4, lights, 1)         /* casting: first light, step; G-buffer: z, colour map; cells: job */
+
+#define GLBK_ENVSH_BLOCKS(X)                                \
+    X(glbk_envsh_scene, 0, GLBK_ENVSH_SCENE_MEMBERS)        \
+    X(glbk_envsh_query, 1, GLBK_ENVSH_QUERY_MEMBERS)        \
+    X(glbk_envsh_object, 2, GLBK_ENVSH_OBJECT_MEMBERS)
+
 #define GLBK_ENVSH_STORAGE(X)
 
 GLBK__PART(ENVSH)
+
+#define GLBK_ENVSH_MAX_LIGHTS 8192u     /* ENVSH_MAX_LIGHTS */
+#define GLBK_ENVSH_MAX_TAPS 64u
+
+typedef struct glbk_envsh_maps_desc {
+    uint32_t    capacity;       /* lights held at once, 1..8192: all k, or a cluster of c */
+    uint32_t    map_size;       /* texels a side of a tile, as in envsh_maps_desc, 16..4096; 0 = 256 */
+    uint32_t    guard;          /* as there, 1..map_size / 4; 0 = 4 */
+    int         rgba;           /* not 0: four maps share a texel: a quarter of the pages, four rounds of drawing */
+    const char *vertex;         /* both NULL; or your own shaders for what casts shadows (skinning, alpha masks), */
+    const char *fragment;       /* made as lib/envsh_cast.glsl says */
+} glbk_envsh_maps_desc;         /* zero it, then set what you care about */
+
+typedef struct glbk_envsh_maps {        /* read only; zeroed = none */
+    glbk_program cast, make_cells;
+    glbk_texture atlas, depth, cells, views;    /* depth: with rgba only */
+    glbk_target  atlas_target, cell_target;
+    glbk_buffer  scene, query, object;
+    uint32_t     map_size, guard, channels, capacity, count;
+    uint32_t     across, down, pages, cells_wide, levels;
+    uint32_t     first, step;           /* while casting: the instances' lights */
+} glbk_envsh_maps;
+
+GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_maps_desc *desc, glbk_envsh_maps *out);
+/* Tiles lie as square as may be in pages of at most ctx->max_size texels a side, pages are layers of a texture.
+   Memory on the GPU: 4 bytes a texel of map_size^2 x capacity (rgba: and 4 bytes a texel of a page), an eighth for cells
+   (a sixth where map_size / 8 is no power of two), 128 bytes a light.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LIMIT where pages pass ctx->max_layers or 1024; those of programs and textures */
+GLBK_DEF void glbk_envsh_maps_destroy(glbk_context *ctx, glbk_envsh_maps *maps);
+
+typedef glbk_result (*glbk_envsh_draw)(void *user, glbk_context *ctx, glbk_envsh_maps *maps, uint32_t instances);
+/* Draws everything that casts shadows, each object by one call: glbk_envsh_cast, your vertex array (attribute 0 is the
+   position), then an instanced draw with that many instances. What it returns ends the pass where it is not GLBK_OK.
+   It is called once for each page, with rgba once for each channel of it, on ES once for each column of tiles. */
+
+GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *maps, const float world[16]);
+/* Inside glbk_envsh_draw: the matrix of the next object; NULL = identity. */
+
+GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *maps, const void *views,
+                                            size_t view_size, uint32_t count, glbk_envsh_draw draw, void *user);
+/* The shadow maps of a frame.
+   views      count of envshadow.h's envsh_view (envsh_maps_views), at most the capacity; where their tiles lie is not
+              looked at. Made with the map_size and guard of desc
+   view_size  sizeof(envsh_view)
+   Errors     GLBK_ERR_ARGUMENT (another size, too), what draw returned */
+
+typedef enum glbk_envsh_filter {        /* envsh_filter */
+    GLBK_ENVSH_FILTER_PLAIN, GLBK_ENVSH_FILTER_SMOOTH, GLBK_ENVSH_FILTER_PCF, GLBK_ENVSH_FILTER_PENUMBRA,
+    GLBK_ENVSH_FILTER_COUNT
+} glbk_envsh_filter;
+
+typedef struct glbk_envsh_question {    /* as in envsh_query, no defaults */
+    glbk_envsh_filter filter;
+    uint32_t taps, seed;
+    float    radius, bias, extent_scale;
+} glbk_envsh_question;
+
+GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *maps, const glbk_envsh_question *question);
+/* For a program of yours with envsh_light among its library files and ENVSH_FILTER=filter and ENVSH_RGBA=0 or 1 among its
+   defines, which is bound: textures and uniform blocks. Errors: GLBK_ERR_ARGUMENT, a field out of range */
+
+/* ---- envsh: complete passes ----
+
+   A frame: fill the G-buffer (draw into it, or upload it), glbk_envsh_illuminate, glbk_envsh_resolve to the screen. */
+
+typedef struct glbk_envsh_renderer {    /* read only; zeroed = none */
+    glbk_program shade[2 * GLBK_ENVSH_FILTER_COUNT], fill, resolve;
+    glbk_texture gbuffer[4], depth, sums[2];
+    glbk_target  gbuffer_target, targets[2];
+    glbk_buffer  object;
+    uint32_t     width, height, now;
+    int          begun;                 /* the sum holds light */
+} glbk_envsh_renderer;
+
+GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
+                                                glbk_envsh_renderer *out);
+GLBK_DEF void glbk_envsh_renderer_destroy(glbk_context *ctx, glbk_envsh_renderer *renderer);
+
+typedef struct glbk_envsh_pixel {
+    float position[3], normal[3], geometric[3], albedo[3];      /* world; unit, on the side that is seen */
+    int   seen;                         /* 0: nothing is there */
+} glbk_envsh_pixel;
+
+GLBK_DEF glbk_result glbk_envsh_gbuffer_upload(glbk_context *ctx, glbk_envsh_renderer *renderer, uint32_t row,
+                                               uint32_t rows, const glbk_envsh_pixel *pixels);
+/* Whole rows from the CPU. Row 0 comes back first from glbk_envsh_read; for a picture on the screen it is the lowest. */
+
+typedef struct glbk_envsh_surface {     /* an object drawn into the G-buffer */
+    float world[16], clip[16];          /* object to world; world to clip space */
+    float eye[3];
+    float albedo[4];
+    float alpha_cutoff;                 /* texels of less alpha are holes; 0 = none */
+    const glbk_texture *color_map;      /* factors of albedo, or NULL */
+} glbk_envsh_surface;
+
+GLBK_DEF glbk_result glbk_envsh_gbuffer_begin(glbk_context *ctx, glbk_envsh_renderer *renderer);
+/* Clears the G-buffer and binds it with its program. */
+GLBK_DEF glbk_result glbk_envsh_gbuffer_object(glbk_context *ctx, glbk_envsh_renderer *renderer,
+                                               const glbk_envsh_surface *surface);
+/* Then draw: attributes 0 position, 1 normal, 2 texture coordinates. Those not enabled must have been set to zero. */
+
+GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *renderer, glbk_envsh_maps *maps,
+                                      const glbk_envsh_question *question, uint32_t lights_per_pass, int add);
+/* Light of all maps that were rendered, to the sum of each pixel.
+   lights_per_pass  0 = all in one pass, as the paper has it; fewer where a driver's patience is short
+   add              not 0: to the sum as it is. The first use of a filter compiles a program */
+
+GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_renderer *renderer, glbk_envsh_maps *maps,
+                                           const void *views, size_t view_size, uint32_t count, glbk_envsh_draw draw,
+                                           void *user, const glbk_envsh_question *question);
+/* The paper's algorithm 2 in clusters of the maps' capacity, or 1 where that holds all count lights: renders their maps
+   and adds their light. views: of all lights, made by envsh_maps_create with no_depth and a capacity of count. */
+
+GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *renderer, const glbk_pass *pass);
+/* Draws irradiance x albedo / pi, linear radiance, to the pass's target. */
+GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *renderer, float *rgba);
+/* The irradiance: 4 floats a pixel, the last one 0. Waits for the GPU. */
 
 /* ---- end of envsh ---- */
 
@@ -3298,8 +3453,365 @@ static const char *const glbk__glsl_lib_csm_visible_glsl[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_lib_envsh_access_glsl[] = {
+    "// envsh_access - what envsh_visible asks of a program, from what glbk_envsh_bind binds.\n",
+    "// uses: table envsh_bindings\n",
+    "#ifndef ENVSH_RGBA\n",
+    "#error \"ENVSH_RGBA: 1 where four maps share a texel (glbk_envsh_maps_desc.rgba), else 0\"\n",
+    "#endif\n",
+    "#define ENVSH_TEXEL(i) texelFetch(glbk_envsh_views, glbk_table_at(i), 0)\n",
+    "#define ENVSH_STORED(view, at) envsh_stored(view.light, view.place, at)\n",
+    "#define ENVSH_CELL(view, at, level) envsh_cell(view.light, view.place, at, level)\n",
+    "#define ENVSH_DISC(i) (((i) & 1u) != 0u ? glbk_envsh_query.disc[(i) >> 1].zw : glbk_envsh_query.disc[(i) >> 1].xy)\n",
+    "\n",
+    "ivec2 envsh_slot(uint place) { return ivec2(uvec2(place & 2047u, (place >> 11) & 2047u)); }\n",
+    "\n",
+    "float envsh_stored(uint light, uint place, ivec2 at)\n",
+    "{\n",
+    "    ivec3 texel = ivec3(envsh_slot(place) * int(glbk_envsh_scene.tiles.x) + at, int(place >> 22));\n",
+    "#if ENVSH_RGBA\n",
+    "    return uintBitsToFloat(texelFetch(glbk_envsh_depth4, texel, 0)[light & 3u]);\n",
+    "#else\n",
+    "    return texelFetch(glbk_envsh_depth, texel, 0).x;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "vec2 envsh_cell(uint light, uint place, ivec2 at, int level)\n",
+    "{\n",
+    "    uint channels = ENVSH_RGBA == 1 ? 4u : 1u;\n",
+    "    int layer = int((place >> 22) * channels + (light & (channels - 1u)));\n",
+    "    ivec2 corner = envsh_slot(place) * (int(glbk_envsh_scene.tiles.w) >> level);\n",
+    "    return uintBitsToFloat(texelFetch(glbk_envsh_cells, ivec3(corner + at, layer), level).xy);\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_lib_envsh_bindings_glsl[] = {
-    "// envsh_bindings - from the lists GLBK_ENVSH_* of gl_backend.h.\n"
+    "// envsh_bindings - from the lists GLBK_ENVSH_* of gl_backend.h.\n",
+    "uniform sampler2DArray glbk_envsh_depth;\n",
+    "uniform usampler2DArray glbk_envsh_depth4;\n",
+    "uniform usampler2DArray glbk_envsh_cells;\n",
+    "uniform usampler2DArray glbk_envsh_views;\n",
+    "uniform usampler2D glbk_envsh_place;\n",
+    "uniform usampler2D glbk_envsh_normal;\n",
+    "uniform usampler2D glbk_envsh_flat;\n",
+    "uniform usampler2D glbk_envsh_color;\n",
+    "uniform glbk_color_sampler glbk_envsh_sum;\n",
+    "uniform sampler2D glbk_envsh_color_map;\n",
+    "layout(std140) uniform glbk_envsh_scene_block {\n",
+    "    uvec4 tiles;\n",
+    "    uvec4 range;\n",
+    "    vec4 page;\n",
+    "} glbk_envsh_scene;\n",
+    "layout(std140) uniform glbk_envsh_query_block {\n",
+    "    vec4 values;\n",
+    "    uvec4 numbers;\n",
+    "    uvec4 range;\n",
+    "    vec4 disc[32];\n",
+    "} glbk_envsh_query;\n",
+    "layout(std140) uniform glbk_envsh_object_block {\n",
+    "    mat4 world;\n",
+    "    mat4 clip;\n",
+    "    vec4 color;\n",
+    "    vec4 eye;\n",
+    "    uvec4 lights;\n",
+    "} glbk_envsh_object;\n"
+};
+
+static const char *const glbk__glsl_lib_envsh_cast_glsl[] = {
+    "// envsh_cast - a caster's vertices and fragments in the tile of a light; gl_InstanceID says of which.\n",
+    "// uses: table envsh_bindings\n",
+    "// The vertex shader has \"out float envsh_depth;\" and ENVSH_CAST(world); the fragment shader \"in float envsh_depth;\" and,\n",
+    "// behind what it discards, ENVSH_STORE(envsh_depth). With ENVSH_RGBA it has \"layout(location = 0) out uvec4 envsh_bits;\".\n",
+    "#ifndef ENVSH_RGBA\n",
+    "#error \"ENVSH_RGBA: 1 where four maps share a texel (glbk_envsh_maps_desc.rgba), else 0\"\n",
+    "#endif\n",
+    "\n",
+    "struct envsh_vertex { vec4 position, inside; float depth; };\n",
+    "\n",
+    "// Triangles end at the tile's guard. OpenGL clips them by distances and clamps their depth. ES has neither: there the\n",
+    "// viewport is a column of tiles and clips along x, the near and far planes stand in along y, and the depth is written.\n",
+    "envsh_vertex envsh_cast(int instance, vec3 world)\n",
+    "{\n",
+    "    uint at = 8u * (glbk_envsh_object.lights.x + glbk_envsh_object.lights.y * uint(instance));\n",
+    "    vec4 p = vec4(world, 1.0);\n",
+    "    uvec4 tiles = glbk_envsh_scene.tiles;\n",
+    "    vec2 texel = vec2(dot(uintBitsToFloat(texelFetch(glbk_envsh_views, glbk_table_at(at), 0)), p),\n",
+    "                      dot(uintBitsToFloat(texelFetch(glbk_envsh_views, glbk_table_at(at + 1u), 0)), p));\n",
+    "    uint place = texelFetch(glbk_envsh_views, glbk_table_at(at + 6u), 0).w;\n",
+    "    vec2 corner = vec2(uvec2(place & 2047u, (place >> 11) & 2047u) * tiles.x);\n",
+    "    envsh_vertex v;\n",
+    "    v.depth = dot(uintBitsToFloat(texelFetch(glbk_envsh_views, glbk_table_at(at + 2u), 0)), p);\n",
+    "    v.inside = vec4(texel - float(tiles.y), float(tiles.x - tiles.y) - texel);\n",
+    "#ifdef GL_ES\n",
+    "    vec2 inner = v.inside.xy * glbk_envsh_scene.page.z - 1.0;\n",
+    "    v.position = vec4(inner.x, (corner.y + texel.y) * glbk_envsh_scene.page.y - 1.0, inner.y, 1.0);\n",
+    "#else\n",
+    "    v.position = vec4((corner + texel) * glbk_envsh_scene.page.xy - 1.0, 2.0 * v.depth - 1.0, 1.0);\n",
+    "#endif\n",
+    "    return v;\n",
+    "}\n",
+    "\n",
+    "#ifdef GL_ES\n",
+    "#define ENVSH_CLIP(d)\n",
+    "#define ENVSH_WRITE_DEPTH(depth) gl_FragDepth = clamp(depth, 0.0, 1.0);\n",
+    "#else\n",
+    "#define ENVSH_CLIP_PART(i, d) gl_ClipDistance[i] = d;\n",
+    "#define ENVSH_CLIP(d) ENVSH_CLIP_PART(0, d.x) ENVSH_CLIP_PART(1, d.y) ENVSH_CLIP_PART(2, d.z) ENVSH_CLIP_PART(3, d.w)\n",
+    "#define ENVSH_WRITE_DEPTH(depth)\n",
+    "#endif\n",
+    "#define ENVSH_SET(v) gl_Position = v.position; envsh_depth = v.depth; ENVSH_CLIP(v.inside)\n",
+    "#define ENVSH_CAST(world) { envsh_vertex envsh_v = envsh_cast(gl_InstanceID, world); ENVSH_SET(envsh_v) }\n",
+    "\n",
+    "#if ENVSH_RGBA\n",
+    "#define ENVSH_STORE(depth) { envsh_bits = uvec4(floatBitsToUint(clamp(depth, 0.0, 1.0))); ENVSH_WRITE_DEPTH(depth) }\n",
+    "#else\n",
+    "#define ENVSH_STORE(depth) { ENVSH_WRITE_DEPTH(depth) }\n",
+    "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_envsh_light_glsl[] = {
+    "// envsh_light - light of all directions with its shadows, for your own shader: what glbk_envsh_bind bound.\n",
+    "// uses: envsh_access envsh_visible\n",
+    "envsh_query envsh_bound_query()\n",
+    "{\n",
+    "    vec4 values = glbk_envsh_query.values;\n",
+    "    return envsh_query(values.x, values.y, values.z, glbk_envsh_query.numbers.x, glbk_envsh_query.numbers.y,\n",
+    "                       int(glbk_envsh_scene.tiles.x), int(glbk_envsh_scene.range.y));\n",
+    "}\n",
+    "\n",
+    "// Irradiance, W/m^2: times albedo / pi it is the radiance of a diffuse surface. index: another for each pixel.\n",
+    "vec3 envsh_light(vec3 p, vec3 n, vec3 flat_n, uint index)\n",
+    "{\n",
+    "    return envsh_irradiance(envsh_bound_query(), 0u, glbk_envsh_scene.range.x, p, n, flat_n, index);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
+    "// envsh_visible - visibility of directional lights by their shadow maps: sections filter and shade of envshadow.h.\n",
+    "// The program defines:\n",
+    "//   ENVSH_FILTER             envsh_filter: 0 plain, 1 smoothing, 2 percentage closer, 3 penumbra\n",
+    "//   ENVSH_TEXEL(i)           uvec4, texel i of the lights' table (docs/gpu-layouts.md)\n",
+    "//   ENVSH_STORED(view, at)   float, the depth at texel `at` of the view's tile\n",
+    "//   ENVSH_CELL(view, at, l)  vec2, least and greatest depth of a cell of 8 << l texels a side\n",
+    "//   ENVSH_DISC(i)            vec2, tap i on the unit disc\n",
+    "#if !defined(ENVSH_FILTER) || !defined(ENVSH_TEXEL) || !defined(ENVSH_STORED) || !defined(ENVSH_CELL) || !defined(ENVSH_DISC)\n",
+    "#error \"envsh_visible: ENVSH_FILTER, ENVSH_TEXEL, ENVSH_STORED, ENVSH_CELL, ENVSH_DISC\"\n",
+    "#endif\n",
+    "\n",
+    "struct envsh_query {\n",
+    "    float radius, bias, extent_scale;\n",
+    "    uint taps, seed;\n",
+    "    int size, levels;               // texels a side of a tile; levels of cells\n",
+    "};\n",
+    "\n",
+    "struct envsh_view {\n",
+    "    vec4 row_x, row_y, row_z;       // world to texels of the tile and depth\n",
+    "    vec3 right, up;\n",
+    "    vec2 texel;                     // world size\n",
+    "    float depth_range;\n",
+    "    vec4 spread;\n",
+    "    uint light, place;              // its number; column, row and page of its tile: 11, 11, 10 bits\n",
+    "};\n",
+    "\n",
+    "struct envsh_receiver {\n",
+    "    vec2 at, slope;                 // texels; of its plane's depth over texels\n",
+    "    float z, limit;                 // depth; how far the slope may bring a tap towards the light\n",
+    "};\n",
+    "\n",
+    "vec4 envsh_texel(uint light, uint i) { return uintBitsToFloat(ENVSH_TEXEL(8u * light + i)); }\n",
+    "\n",
+    "vec3 envsh_direction(uint light) { return envsh_texel(light, 5u).xyz; }\n",
+    "vec3 envsh_power(uint light) { return envsh_texel(light, 6u).xyz; }     // irradiance on a plane that faces the light\n",
+    "\n",
+    "envsh_view envsh_read_view(uint light)\n",
+    "{\n",
+    "    envsh_view v;\n",
+    "    vec4 right = envsh_texel(light, 3u), up = envsh_texel(light, 4u);\n",
+    "    v.row_x = envsh_texel(light, 0u);\n",
+    "    v.row_y = envsh_texel(light, 1u);\n",
+    "    v.row_z = envsh_texel(light, 2u);\n",
+    "    v.right = right.xyz;\n",
+    "    v.up = up.xyz;\n",
+    "    v.texel = vec2(right.w, up.w);\n",
+    "    v.depth_range = envsh_texel(light, 5u).w;\n",
+    "    v.place = ENVSH_TEXEL(8u * light + 6u).w;\n",
+    "    v.spread = envsh_texel(light, 7u);\n",
+    "    v.light = light;\n",
+    "    return v;\n",
+    "}\n",
+    "\n",
+    "uint envsh_hash32(uint x)\n",
+    "{\n",
+    "    uint state = x * 747796405u + 2891336453u;\n",
+    "    uint word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;\n",
+    "    return (word >> 22) ^ word;\n",
+    "}\n",
+    "\n",
+    "uint envsh_hash_combine(uint a, uint b) { return envsh_hash32(a + 0x9e3779b9u * envsh_hash32(b)); }\n",
+    "\n",
+    "// Cosine and sine of 0 .. 2 pi with envshadow.h's digits: those of drivers are off by enough to change a tap's texel.\n",
+    "vec2 envsh_turn(float x)\n",
+    "{\n",
+    "    int k = int(x * 0.636619772 + 0.5);\n",
+    "    float r = ((x - float(k) * 1.5703125) - float(k) * 4.837512969970703125e-4) - float(k) * 7.5497899548918822e-8;\n",
+    "    float z = r * r, s = r + r * z * (-0.1666665494 + z * (0.008332178146 + z * -0.0001951729898));\n",
+    "    float c = (1.0 - 0.5 * z) + z * z * (0.04166664687 + z * (-0.001388736752 + z * 2.443845159e-5));\n",
+    "    vec2 cs = (k & 1) != 0 ? vec2(s, c) : vec2(c, s);\n",
+    "    return vec2(((k + 1) & 2) != 0 ? -cs.x : cs.x, (k & 2) != 0 ? -cs.y : cs.y);\n",
+    "}\n",
+    "\n",
+    "ivec2 envsh_place(vec2 at) { return ivec2(floor(clamp(at, vec2(-64.0), vec2(8192.0)))); }\n",
+    "\n",
+    "bool envsh_outside(envsh_query q, ivec2 at) { return any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(q.size))); }\n",
+    "\n",
+    "// Is the texel's centre on the receiver's plane lit? Beyond the tile nothing is in the way. stored: what was found.\n",
+    "bool envsh_lit(envsh_query q, envsh_view v, envsh_receiver r, ivec2 at, out float stored)\n",
+    "{\n",
+    "    stored = 1.0;\n",
+    "    if (envsh_outside(q, at)) return true;\n",
+    "    stored = ENVSH_STORED(v, at);\n",
+    "    float z = r.z + max(dot(r.slope, vec2(at) + 0.5 - r.at), -r.limit);\n",
+    "    return stored >= 1.0 || z <= stored;\n",
+    "}\n",
+    "\n",
+    "// 1 lit, 0 dark all over the kernel of those half widths, -1 not known: by four cells as large as the kernel.\n",
+    "int envsh_decide(envsh_query q, envsh_view v, envsh_receiver r, vec2 reach)\n",
+    "{\n",
+    "    float slope = dot(abs(r.slope), reach + 1.0);\n",
+    "    ivec2 low = envsh_place(r.at - reach), high = envsh_place(r.at + reach), last = ivec2(q.size - 1);\n",
+    "    if (any(lessThan(high, ivec2(0))) || any(greaterThan(low, last))) return 1;\n",
+    "    bool outside = envsh_outside(q, low) || envsh_outside(q, high);\n",
+    "    low = max(low, ivec2(0));\n",
+    "    high = min(high, last);\n",
+    "    int wide = max(high.x - low.x, high.y - low.y), level = 0;\n",
+    "    while (level + 1 < q.levels && (8 << level) < wide) level++;\n",
+    "    low >>= 3 + level;\n",
+    "    high >>= 3 + level;\n",
+    "    vec2 a = ENVSH_CELL(v, low, level), b = ENVSH_CELL(v, ivec2(high.x, low.y), level);\n",
+    "    vec2 c = ENVSH_CELL(v, ivec2(low.x, high.y), level), d = ENVSH_CELL(v, high, level);\n",
+    "    float least = min(min(a.x, b.x), min(c.x, d.x)), most = max(max(a.y, b.y), max(c.y, d.y));\n",
+    "    if (least >= 1.0 || r.z + slope <= least) return 1;\n",
+    "    return !outside && most < 1.0 && r.z - min(slope, r.limit) > most ? 0 : -1;\n",
+    "}\n",
+    "\n",
+    "// All texels whose centres are within radius + 1/2 along both axes, weights falling to 0 at radius + 1.\n",
+    "float envsh_smooth(envsh_query q, envsh_view v, envsh_receiver r)\n",
+    "{\n",
+    "    int reach = int(q.radius) + 1;\n",
+    "    ivec2 center = envsh_place(r.at);\n",
+    "    float sum = 0.0, weights = 0.0, stored;\n",
+    "    for (int y = -reach; y <= reach; y++)\n",
+    "        for (int x = -reach; x <= reach; x++) {\n",
+    "            ivec2 at = center + ivec2(x, y);\n",
+    "            vec2 w = q.radius + 1.0 - abs(vec2(at) + 0.5 - r.at);\n",
+    "            if (!(w.x > 0.0) || !(w.y > 0.0)) continue;\n",
+    "            weights += w.x * w.y;\n",
+    "            if (envsh_lit(q, v, r, at, stored)) sum += w.x * w.y;\n",
+    "        }\n",
+    "    return weights > 0.0 ? sum / weights : 1.0;\n",
+    "}\n",
+    "\n",
+    "// Tap i on the ellipse of half axes a and b, turned by the unit vector cs.\n",
+    "ivec2 envsh_tap(envsh_receiver r, uint i, vec2 a, vec2 b, vec2 cs)\n",
+    "{\n",
+    "    vec2 d = ENVSH_DISC(i);\n",
+    "    return envsh_place(r.at + (d.x * cs.x - d.y * cs.y) * a + (d.x * cs.y + d.y * cs.x) * b);\n",
+    "}\n",
+    "\n",
+    "float envsh_taps(envsh_query q, envsh_view v, envsh_receiver r, vec2 a, vec2 b, vec2 cs)\n",
+    "{\n",
+    "    float lit = 0.0, stored;\n",
+    "    for (uint i = 0u; i < q.taps; i++) lit += envsh_lit(q, v, r, envsh_tap(r, i, a, b, cs), stored) ? 1.0 : 0.0;\n",
+    "    return lit / float(q.taps);\n",
+    "}\n",
+    "\n",
+    "// Shortens both half axes so that neither reaches beyond `most` texels, and lengthens them to at least 0.7 of one.\n",
+    "void envsh_limit(inout vec2 a, inout vec2 b, float most)\n",
+    "{\n",
+    "    float la = length(a), lb = length(b), least = min(0.7, most), f;\n",
+    "    f = la > most ? most / la : 1.0;\n",
+    "    a *= f;\n",
+    "    la *= f;\n",
+    "    f = lb > most ? most / lb : 1.0;\n",
+    "    b *= f;\n",
+    "    lb *= f;\n",
+    "    if (la < least) {\n",
+    "        a = vec2(least, 0.0);\n",
+    "        b = vec2(0.0, least);\n",
+    "    } else if (lb < least) {\n",
+    "        b = vec2(-a.y, a.x) * (least / la);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "// The mean depth of what is in the way, then a kernel as wide as the stratum spreads over that distance.\n",
+    "float envsh_penumbra(envsh_query q, envsh_view v, envsh_receiver r, vec2 cs)\n",
+    "{\n",
+    "    float reach = max(r.z, 0.0) * q.extent_scale, blockers = 0.0, found = 0.0, stored;\n",
+    "    vec2 a = v.spread.xy * reach, b = v.spread.zw * reach;\n",
+    "    envsh_limit(a, b, q.radius);\n",
+    "    int known = envsh_decide(q, v, r, abs(a) + abs(b));\n",
+    "    if (known >= 0) return float(known);\n",
+    "    for (uint i = 0u; i < q.taps; i++)\n",
+    "        if (!envsh_lit(q, v, r, envsh_tap(r, i, a, b, cs), stored)) {\n",
+    "            blockers += stored;\n",
+    "            found += 1.0;\n",
+    "        }\n",
+    "    if (found == 0.0) return 1.0;\n",
+    "    float away = max((r.z - blockers / found) * q.extent_scale, 0.0);\n",
+    "    a = v.spread.xy * away;\n",
+    "    b = v.spread.zw * away;\n",
+    "    envsh_limit(a, b, q.radius);\n",
+    "    return envsh_taps(q, v, r, a, b, cs);\n",
+    "}\n",
+    "\n",
+    "// Moves the point along its normal and takes it into the tile. cosine: of normal and light, above 0.\n",
+    "envsh_receiver envsh_receive(envsh_query q, envsh_view v, vec3 p, vec3 n, float cosine)\n",
+    "{\n",
+    "    envsh_receiver r;\n",
+    "    vec2 flat_n = vec2(dot(n, v.right), dot(n, v.up));\n",
+    "    float texel = max(v.texel.x, v.texel.y);\n",
+    "    p += n * (q.bias * texel * (0.25 + 0.75 * length(flat_n)));\n",
+    "    r.at = vec2(dot(v.row_x, vec4(p, 1.0)), dot(v.row_y, vec4(p, 1.0)));\n",
+    "    r.z = dot(v.row_z, vec4(p, 1.0));\n",
+    "    r.slope = flat_n * v.texel / (max(cosine, 0.1) * v.depth_range);\n",
+    "    r.limit = (ENVSH_FILTER == 3 ? 4.0 : ENVSH_FILTER == 2 ? q.radius + 3.0 : ENVSH_FILTER == 1 ? q.radius + 4.0 : 3.0) *\n",
+    "              texel / v.depth_range;\n",
+    "    return r;\n",
+    "}\n",
+    "\n",
+    "// Visibility of a light, 0..1. n: the surface's own unit normal, on the side that is seen. index: another for each pixel.\n",
+    "float envsh_visible(envsh_query q, uint light, vec3 p, vec3 n, uint index)\n",
+    "{\n",
+    "    float cosine = dot(n, envsh_direction(light)), stored;\n",
+    "    if (!(cosine > 0.0)) return 0.0;\n",
+    "    envsh_view v = envsh_read_view(light);\n",
+    "    envsh_receiver r = envsh_receive(q, v, p, n, cosine);\n",
+    "#if ENVSH_FILTER == 0\n",
+    "    return envsh_lit(q, v, r, envsh_place(r.at), stored) ? 1.0 : 0.0;\n",
+    "#elif ENVSH_FILTER == 1\n",
+    "    int known = envsh_decide(q, v, r, vec2(q.radius + 1.0));\n",
+    "    return known >= 0 ? float(known) : envsh_smooth(q, v, r);\n",
+    "#else\n",
+    "    vec2 cs = envsh_turn(6.28318531 * (float(envsh_hash_combine(q.seed, index) >> 8) * (1.0 / 16777216.0)));\n",
+    "#if ENVSH_FILTER == 2\n",
+    "    int known = envsh_decide(q, v, r, vec2(q.radius));\n",
+    "    return known >= 0 ? float(known) : envsh_taps(q, v, r, vec2(q.radius, 0.0), vec2(0.0, q.radius), cs);\n",
+    "#else\n",
+    "    return envsh_penumbra(q, v, r, cs);\n",
+    "#endif\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "// Sum of visibility x cosine x irradiance over lights from .. to - 1, W/m^2. n: shading normal; flat_n: the surface's own.\n",
+    "vec3 envsh_irradiance(envsh_query q, uint from, uint to, vec3 p, vec3 n, vec3 flat_n, uint index)\n",
+    "{\n",
+    "    vec3 sum = vec3(0.0);\n",
+    "    for (uint light = from; light < to; light++) {\n",
+    "        float cosine = dot(n, envsh_direction(light));\n",
+    "        if (cosine > 0.0) sum += envsh_visible(q, light, p, flat_n, index) * cosine * envsh_power(light);\n",
+    "    }\n",
+    "    return sum;\n",
+    "}\n"
 };
 
 static const char *const glbk__glsl_lib_ism_access_glsl[] = {
@@ -3978,6 +4490,151 @@ static const char *const glbk__glsl_prog_csm_shade_frag[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_envsh_cast_frag[] = {
+    "// Depth of a caster.\n",
+    "// uses: envsh_cast\n",
+    "// with: envsh_cast.vert\n",
+    "// sets: ENVSH_RGBA=0 | ENVSH_RGBA=1\n",
+    "in float envsh_depth;\n",
+    "#if ENVSH_RGBA\n",
+    "layout(location = 0) out uvec4 envsh_bits;\n",
+    "#endif\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ENVSH_STORE(envsh_depth)\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_envsh_cast_vert[] = {
+    "// A caster: attribute 0 is the position.\n",
+    "// uses: envsh_cast\n",
+    "// sets: ENVSH_RGBA=0 | ENVSH_RGBA=1\n",
+    "layout(location = 0) in vec3 position;\n",
+    "out float envsh_depth;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ENVSH_CAST((glbk_envsh_object.world * vec4(position, 1.0)).xyz)\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_envsh_cells_frag[] = {
+    "// Least and greatest depth of cells: of 8 x 8 texels of the atlas, or of 2 x 2 cells of the level below, which is then\n",
+    "// the texture's base level.\n",
+    "// uses: envsh_access\n",
+    "// with: screen.vert\n",
+    "// sets: ENVSH_RGBA=0 | ENVSH_RGBA=1\n",
+    "layout(location = 0) out uvec4 result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    uvec4 job = glbk_envsh_object.lights;       // level, layer, channels\n",
+    "    vec2 bounds = vec2(1.0, 0.0);\n",
+    "    if (job.x == 0u) {\n",
+    "        int cells = int(glbk_envsh_scene.tiles.w), last = int(glbk_envsh_scene.tiles.x) - 1;\n",
+    "        ivec2 tile = at / cells, from = (at - tile * cells) * 8;\n",
+    "        uint place = uint(tile.x) | (uint(tile.y) << 11) | ((job.y / job.z) << 22);\n",
+    "        for (int i = 0; i < 64; i++) {\n",
+    "            float z = envsh_stored(job.y % job.z, place, min(from + ivec2(i & 7, i >> 3), ivec2(last)));\n",
+    "            bounds = vec2(min(bounds.x, z), max(bounds.y, z));\n",
+    "        }\n",
+    "    } else {\n",
+    "        for (int i = 0; i < 4; i++) {\n",
+    "            ivec3 below = ivec3(2 * at + ivec2(i & 1, i >> 1), int(job.y));\n",
+    "            vec2 b = uintBitsToFloat(texelFetch(glbk_envsh_cells, below, 0).xy);\n",
+    "            bounds = vec2(min(bounds.x, b.x), max(bounds.y, b.y));\n",
+    "        }\n",
+    "    }\n",
+    "    result = uvec4(floatBitsToUint(bounds), 0u, 0u);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_envsh_gbuffer_frag[] = {
+    "// One object into the G-buffer: place (w: 1), shading normal, the surface's own normal, albedo.\n",
+    "// uses: envsh_bindings\n",
+    "// with: envsh_gbuffer.vert\n",
+    "in vec3 envsh_at, envsh_facing;\n",
+    "in vec2 envsh_uv;\n",
+    "layout(location = 0) out uvec4 envsh_out_place;\n",
+    "layout(location = 1) out uvec4 envsh_out_normal;\n",
+    "layout(location = 2) out uvec4 envsh_out_flat;\n",
+    "layout(location = 3) out uvec4 envsh_out_color;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    vec4 color = glbk_envsh_object.color;\n",
+    "    vec3 flat_n = normalize(cross(dFdx(envsh_at), dFdy(envsh_at)));\n",
+    "    if (dot(flat_n, glbk_envsh_object.eye.xyz - envsh_at) < 0.0) flat_n = -flat_n;\n",
+    "    vec3 n = dot(envsh_facing, envsh_facing) > 0.0 ? normalize(envsh_facing) : flat_n;\n",
+    "    if (dot(n, flat_n) < 0.0) n = -n;\n",
+    "    if (glbk_envsh_object.lights.z != 0u) color *= texture(glbk_envsh_color_map, envsh_uv);\n",
+    "    if (color.a < glbk_envsh_object.eye.w) discard;\n",
+    "    envsh_out_place = floatBitsToUint(vec4(envsh_at, 1.0));\n",
+    "    envsh_out_normal = floatBitsToUint(vec4(n, 0.0));\n",
+    "    envsh_out_flat = floatBitsToUint(vec4(flat_n, 0.0));\n",
+    "    envsh_out_color = floatBitsToUint(vec4(color.rgb, 0.0));\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_envsh_gbuffer_vert[] = {
+    "// Attributes 0 position, 1 normal, 2 texture coordinates.\n",
+    "// uses: envsh_bindings\n",
+    "layout(location = 0) in vec3 position;\n",
+    "layout(location = 1) in vec3 normal;\n",
+    "layout(location = 2) in vec2 uv;\n",
+    "out vec3 envsh_at, envsh_facing;\n",
+    "out vec2 envsh_uv;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    mat3 m = mat3(glbk_envsh_object.world);\n",
+    "    envsh_at = (glbk_envsh_object.world * vec4(position, 1.0)).xyz;\n",
+    "    envsh_facing = mat3(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])) * normal;\n",
+    "    envsh_uv = uv;\n",
+    "    gl_Position = glbk_envsh_object.clip * vec4(envsh_at, 1.0);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_envsh_resolve_frag[] = {
+    "// Irradiance times albedo / pi, as colours.\n",
+    "// uses: envsh_bindings\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out vec4 result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    vec3 albedo = uintBitsToFloat(texelFetch(glbk_envsh_color, at, 0).xyz);\n",
+    "    vec3 sum = glbk_envsh_object.lights.w != 0u ? glbk_unpack(texelFetch(glbk_envsh_sum, at, 0)).xyz : vec3(0.0);\n",
+    "    result = vec4(sum * albedo * 0.318309886, 1.0);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_envsh_shade_frag[] = {
+    "// Adds the light of some lights to the irradiance of each pixel.\n",
+    "// uses: envsh_light\n",
+    "// with: screen.vert\n",
+    "// sets: ENVSH_FILTER=0 ENVSH_RGBA=0 | ENVSH_FILTER=1 ENVSH_RGBA=1 | ENVSH_FILTER=2 ENVSH_RGBA=0 | ENVSH_FILTER=3 ENVSH_RGBA=1\n",
+    "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    uvec4 range = glbk_envsh_query.range;       // lights from, to; width; 0 = the sum begins here\n",
+    "    vec3 sum = range.w != 0u ? glbk_unpack(texelFetch(glbk_envsh_sum, at, 0)).xyz : vec3(0.0);\n",
+    "    vec4 place = uintBitsToFloat(texelFetch(glbk_envsh_place, at, 0));\n",
+    "    if (place.w > 0.0) {\n",
+    "        vec3 n = uintBitsToFloat(texelFetch(glbk_envsh_normal, at, 0).xyz);\n",
+    "        vec3 flat_n = uintBitsToFloat(texelFetch(glbk_envsh_flat, at, 0).xyz);\n",
+    "        uint index = uint(at.y) * range.z + uint(at.x);\n",
+    "        sum += envsh_irradiance(envsh_bound_query(), range.x, range.y, place.xyz, n, flat_n, index);\n",
+    "    }\n",
+    "    result = glbk_pack(vec4(sum, 0.0));\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_ism_blur_frag[] = {
     "// The mean over a window that holds each class once, of neighbours on the same smooth surface; then the albedo.\n",
     "// uses: ism_gbuffer\n",
@@ -4375,7 +5032,15 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/csm_visible.glsl", glbk__glsl_lib_csm_visible_glsl, 8, "csm_access cohsm_visible", "",
       "" },
-    { "lib/envsh_bindings.glsl", glbk__glsl_lib_envsh_bindings_glsl, 1, "", "",
+    { "lib/envsh_access.glsl", glbk__glsl_lib_envsh_access_glsl, 29, "table envsh_bindings", "",
+      "" },
+    { "lib/envsh_bindings.glsl", glbk__glsl_lib_envsh_bindings_glsl, 29, "", "",
+      "" },
+    { "lib/envsh_cast.glsl", glbk__glsl_lib_envsh_cast_glsl, 49, "table envsh_bindings", "",
+      "" },
+    { "lib/envsh_light.glsl", glbk__glsl_lib_envsh_light_glsl, 14, "envsh_access envsh_visible", "",
+      "" },
+    { "lib/envsh_visible.glsl", glbk__glsl_lib_envsh_visible_glsl, 225, "", "",
       "" },
     { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 52, "table ism_map ism_bindings", "",
       "" },
@@ -4421,6 +5086,20 @@ static const glbk_file glbk__files[] = {
       "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
     { "prog/csm_shade.frag", glbk__glsl_prog_csm_shade_frag, 14, "csm_gbuffer csm_shade", "screen.vert",
       "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
+    { "prog/envsh_cast.frag", glbk__glsl_prog_envsh_cast_frag, 13, "envsh_cast", "envsh_cast.vert",
+      "ENVSH_RGBA=0 | ENVSH_RGBA=1" },
+    { "prog/envsh_cast.vert", glbk__glsl_prog_envsh_cast_vert, 10, "envsh_cast", "",
+      "ENVSH_RGBA=0 | ENVSH_RGBA=1" },
+    { "prog/envsh_cells.frag", glbk__glsl_prog_envsh_cells_frag, 29, "envsh_access", "screen.vert",
+      "ENVSH_RGBA=0 | ENVSH_RGBA=1" },
+    { "prog/envsh_gbuffer.frag", glbk__glsl_prog_envsh_gbuffer_frag, 24, "envsh_bindings", "envsh_gbuffer.vert",
+      "" },
+    { "prog/envsh_gbuffer.vert", glbk__glsl_prog_envsh_gbuffer_vert, 16, "envsh_bindings", "",
+      "" },
+    { "prog/envsh_resolve.frag", glbk__glsl_prog_envsh_resolve_frag, 12, "envsh_bindings", "screen.vert",
+      "" },
+    { "prog/envsh_shade.frag", glbk__glsl_prog_envsh_shade_frag, 20, "envsh_light", "screen.vert",
+      "ENVSH_FILTER=0 ENVSH_RGBA=0 | ENVSH_FILTER=1 ENVSH_RGBA=1 | ENVSH_FILTER=2 ENVSH_RGBA=0 | ENVSH_FILTER=3 ENVSH_RGBA=1" },
     { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 42, "ism_gbuffer", "screen.vert",
       "" },
     { "prog/ism_directions.frag", glbk__glsl_prog_ism_directions_frag, 10, "ism_map ism_bindings", "screen.vert",
@@ -7166,7 +7845,561 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
 
 /* ---- end of sfield ---- */
 
-/* ---- >>envsh ---- */
+/* ---- >>envsh: shadow maps ---- */
+
+enum { GLBK__ENVSH_RECORD = 8, GLBK__ENVSH_CELL = 8, GLBK__ENVSH_MAX_SIDE = 8192 };
+
+/* envsh_view of envshadow.h, member by member. */
+typedef struct glbk__envsh_view {
+    float    clip[16], lookup[12], right[3], up[3], direction[3], irradiance[3], texel[2], depth_range, spread[4];
+    uint32_t x, y, page, channel;
+} glbk__envsh_view;
+
+/* As square as may be, then pages. */
+static void glbk__envsh_lay_out(const glbk_context *ctx, glbk_envsh_maps *m)
+{
+    uint32_t side = ctx->max_size < GLBK__ENVSH_MAX_SIDE ? ctx->max_size : (uint32_t)GLBK__ENVSH_MAX_SIDE;
+    uint32_t slots = (m->capacity + m->channels - 1) / m->channels, most = side / m->map_size;
+    for (side = 1; side < most && side * side < slots;) side++;
+    m->across = slots < side ? slots : side;
+    m->down = (slots + m->across - 1) / m->across;
+    m->down = m->down < most ? m->down : most;
+    m->pages = m->down ? (slots + m->across * m->down - 1) / (m->across * m->down) : 0;
+    for (m->cells_wide = 1, m->levels = 1; m->cells_wide * GLBK__ENVSH_CELL < m->map_size; m->levels++) m->cells_wide *= 2;
+}
+
+static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_maps *m)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result;
+
+    memset(&texture, 0, sizeof texture);
+    memset(&target, 0, sizeof target);
+    texture.format = m->channels == 4 ? GLBK_FORMAT_RGBA32UI : GLBK_FORMAT_DEPTH32F;
+    texture.width = m->across * m->map_size;
+    texture.height = m->down * m->map_size;
+    texture.layers = m->pages;
+    result = glbk_texture_create(ctx, &texture, &m->atlas);
+    target.depth = &m->atlas;
+    if (m->channels == 4 && result == GLBK_OK) {
+        texture.format = GLBK_FORMAT_DEPTH32F;
+        texture.layers = 0;
+        result = glbk_texture_create(ctx, &texture, &m->depth);
+        target.color[0] = &m->atlas;
+        target.depth = &m->depth;
+    }
+    if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &m->atlas_target);
+    texture.format = GLBK_FORMAT_RG32UI;
+    texture.width = m->across * m->cells_wide;
+    texture.height = m->down * m->cells_wide;
+    texture.layers = m->pages * m->channels;
+    texture.levels = m->levels;
+    if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &m->cells);
+    memset(&target, 0, sizeof target);
+    target.color[0] = &m->cells;
+    if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &m->cell_target);
+    if (result == GLBK_OK)
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__ENVSH_RECORD * (size_t)m->capacity, &m->views);
+    return result;
+}
+
+static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_envsh_maps_desc *d, glbk_envsh_maps *m)
+{
+    const char *defines = m->channels == 4 ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0";
+    glbk_result result;
+    if (d->vertex) {
+        glbk_source source;
+        memset(&source, 0, sizeof source);
+        source.vertex = d->vertex;
+        source.fragment = d->fragment;
+        source.uses = "envsh_cast";
+        source.defines = defines;
+        result = glbk_program_compile(ctx, &source, &m->cast);
+    } else {
+        result = glbk_program_create(ctx, "envsh_cast.frag", defines, &m->cast);
+    }
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "envsh_cells.frag", defines, &m->make_cells);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_maps_desc *d, glbk_envsh_maps *out)
+{
+    glbk_result result;
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d || !d->capacity || d->capacity > GLBK_ENVSH_MAX_LIGHTS || (d->vertex != NULL) != (d->fragment != NULL))
+        return GLBK_ERR_ARGUMENT;
+    out->capacity = d->capacity;
+    out->map_size = d->map_size ? d->map_size : 256;
+    out->guard = d->guard ? d->guard : 4;
+    out->channels = d->rgba ? 4 : 1;
+    if (out->map_size < 16 || out->map_size > 4096 || out->guard > out->map_size / 4) result = GLBK_ERR_ARGUMENT;
+    else {
+        glbk__envsh_lay_out(ctx, out);
+        result = out->pages && out->pages <= 1024 ? glbk__envsh_create_textures(ctx, out) : GLBK_ERR_LIMIT;
+    }
+    if (result == GLBK_OK) result = glbk__envsh_create_programs(ctx, d, out);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_scene), NULL, &out->scene);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_query), NULL, &out->query);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_object), NULL, &out->object);
+    if (result == GLBK_OK) return GLBK_OK;
+    glbk_envsh_maps_destroy(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_envsh_maps_destroy(glbk_context *ctx, glbk_envsh_maps *m)
+{
+    if (!m) return;
+    glbk_program_destroy(ctx, &m->cast);
+    glbk_program_destroy(ctx, &m->make_cells);
+    glbk_target_destroy(ctx, &m->atlas_target);
+    glbk_target_destroy(ctx, &m->cell_target);
+    glbk_texture_destroy(ctx, &m->atlas);
+    glbk_texture_destroy(ctx, &m->depth);
+    glbk_texture_destroy(ctx, &m->cells);
+    glbk_texture_destroy(ctx, &m->views);
+    glbk_buffer_destroy(ctx, &m->scene);
+    glbk_buffer_destroy(ctx, &m->query);
+    glbk_buffer_destroy(ctx, &m->object);
+    memset(m, 0, sizeof *m);
+}
+
+/* A light's eight texels. */
+static void glbk__envsh_record(const glbk_envsh_maps *m, const glbk__envsh_view *v, uint32_t light, uint32_t *words)
+{
+    uint32_t slot = light / m->channels, place;
+    float f[4 * GLBK__ENVSH_RECORD];
+    place = slot % m->across | slot / m->across % m->down << 11 | slot / (m->across * m->down) << 22;
+    memcpy(f, v->lookup, sizeof v->lookup);
+    memcpy(f + 12, v->right, sizeof v->right);
+    f[15] = v->texel[0];
+    memcpy(f + 16, v->up, sizeof v->up);
+    f[19] = v->texel[1];
+    memcpy(f + 20, v->direction, sizeof v->direction);
+    f[23] = v->depth_range;
+    memcpy(f + 24, v->irradiance, sizeof v->irradiance);
+    memcpy(f + 27, &place, sizeof place);
+    memcpy(f + 28, v->spread, sizeof v->spread);
+    memcpy(words, f, sizeof f);
+}
+
+static glbk_result glbk__envsh_upload(glbk_context *ctx, glbk_envsh_maps *m, const char *views, uint32_t count)
+{
+    glbk__allocator memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    uint32_t *words = (uint32_t *)glbk__alloc_array(&memory, (size_t)count + 1, 4 * 4 * GLBK__ENVSH_RECORD), i;
+    glbk_envsh_scene scene;
+    glbk_result result = GLBK_OK;
+
+    if (!words) return GLBK_ERR_ALLOC;
+    for (i = 0; i < count; i++) {
+        glbk__envsh_view v;
+        memcpy(&v, views + i * sizeof v, sizeof v);
+        glbk__envsh_record(m, &v, i, words + 4 * GLBK__ENVSH_RECORD * (size_t)i);
+    }
+    if (count) result = glbk_table_update(ctx, &m->views, 0, GLBK__ENVSH_RECORD * (size_t)count, words);
+    glbk__free(&memory, words);
+    if (result != GLBK_OK) return result;
+    memset(&scene, 0, sizeof scene);
+    scene.tiles[0] = m->map_size;
+    scene.tiles[1] = m->guard;
+    scene.tiles[2] = m->channels;
+    scene.tiles[3] = m->cells_wide;
+    scene.range[0] = m->count = count;
+    scene.range[1] = m->levels;
+    scene.page[0] = 2.0f / (float)(m->across * m->map_size);
+    scene.page[1] = 2.0f / (float)(m->down * m->map_size);
+    scene.page[2] = 2.0f / (float)(m->map_size - 2 * m->guard);
+    return glbk_buffer_update(ctx, &m->scene, 0, sizeof scene, &scene);
+}
+
+GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *m, const float world[16])
+{
+    glbk_envsh_object object;
+    int i;
+    glbk_result result;
+    if (!ctx || !m || !m->object.name) return GLBK_ERR_ARGUMENT;
+    memset(&object, 0, sizeof object);
+    if (world) memcpy(object.world, world, sizeof object.world);
+    else
+        for (i = 0; i < 4; i++) object.world[5 * i] = 1.0f;
+    object.lights[0] = m->first;
+    object.lights[1] = m->step;
+    result = glbk_buffer_update(ctx, &m->object, 0, sizeof object, &object);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_object, &m->object);
+    return result;
+}
+
+/* Clip distances 0 to 3, and depth clamped: on OpenGL, while casting. */
+static void glbk__envsh_clip(const glbk_context *ctx, int on)
+{
+    uint32_t i;
+    for (i = 0; !ctx->es && i < 4; i++) glbk__set_cap(ctx, 0x3000 + i, on);
+    if (!ctx->es) glbk__set_cap(ctx, 0x864F, on);
+}
+
+/* One call of draw: lights first, first + step, ... of a page, a channel and, on ES, a column of tiles. */
+static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m, uint32_t page, uint32_t channel,
+                                          uint32_t column, glbk_envsh_draw draw, void *user)
+{
+    static const uint32_t far_bits[4] = { 0x3f800000, 0x3f800000, 0x3f800000, 0x3f800000 };
+    uint32_t tiles = m->across * m->down, first = (page * tiles + column) * m->channels + channel, i;
+    uint32_t step = (ctx->es ? m->across : 1) * m->channels, end = (page + 1) * tiles * m->channels;
+    glbk_pass pass;
+    glbk_result result;
+
+    end = end < m->count ? end : m->count;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &m->atlas_target;
+    pass.depth = GLBK_DEPTH_LESS;
+    result = glbk_begin(ctx, &pass, &m->cast);
+    if (result != GLBK_OK) return result;
+    i = m->channels == 4;
+    glbk__attach(ctx, i ? GLBK_GL_COLOR_ATTACHMENT0 : (uint32_t)GLBK_GL_DEPTH_ATTACHMENT, &m->atlas, 0, page);
+    if (!column) glbk_clear_depth(ctx, 1);
+    if (i && !column && !channel) ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 0, far_bits);
+    if (first >= end) return GLBK_OK;
+    if (i) ctx->gl.ColorMask(channel == 0, channel == 1, channel == 2, channel == 3);
+    if (ctx->es)
+        ctx->gl.Viewport((int32_t)(column * m->map_size + m->guard), 0, (int32_t)(m->map_size - 2 * m->guard),
+                         (int32_t)m->atlas_target.height);
+    glbk__envsh_clip(ctx, 1);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_views, &m->views);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_scene, &m->scene);
+    m->first = first;
+    m->step = step;
+    result = draw(user, ctx, m, (end - first + step - 1) / step);
+    if (!ctx->lost) glbk__envsh_clip(ctx, 0);
+    return result;
+}
+
+/* The levels of cells of one layer. Each reads the one below, which is made the texture's only one meanwhile. */
+static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m, uint32_t layer)
+{
+    glbk_envsh_object object;
+    glbk_pass pass;
+    glbk_result result = GLBK_OK;
+    uint32_t level;
+
+    memset(&object, 0, sizeof object);
+    memset(&pass, 0, sizeof pass);
+    pass.target = &m->cell_target;
+    object.lights[1] = layer;
+    object.lights[2] = m->channels;
+    for (level = 0; level < m->levels && result == GLBK_OK; level++) {
+        int32_t below = level ? (int32_t)level - 1 : 1;     /* never the level that is drawn to */
+        object.lights[0] = level;
+        pass.viewport[2] = (int32_t)(m->cells.width >> level);
+        pass.viewport[3] = (int32_t)(m->cells.height >> level);
+        result = glbk_buffer_update(ctx, &m->object, 0, sizeof object, &object);
+        if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &m->make_cells);
+        if (result != GLBK_OK) break;
+        glbk__attach(ctx, GLBK_GL_COLOR_ATTACHMENT0, &m->cells, level, layer);
+        glbk_bind_texture(ctx, m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth, &m->atlas);
+        glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_scene, &m->scene);
+        glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_object, &m->object);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
+        ctx->gl.TexParameteri(m->cells.gl_target, 0x813C /* BASE_LEVEL */, below);
+        ctx->gl.TexParameteri(m->cells.gl_target, 0x813D /* MAX_LEVEL */, below);
+        glbk_draw_screen(ctx);
+    }
+    if (result == GLBK_OK) {
+        ctx->gl.TexParameteri(m->cells.gl_target, 0x813C, 0);
+        ctx->gl.TexParameteri(m->cells.gl_target, 0x813D, (int32_t)m->levels - 1);
+    }
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *m, const void *views, size_t view_size,
+                                            uint32_t count, glbk_envsh_draw draw, void *user)
+{
+    uint32_t pages, page, channel, column, layer;
+    glbk_result result;
+
+    if (!ctx || !m || !m->views.name || count > m->capacity || (count && !views) || !draw ||
+        view_size != sizeof(glbk__envsh_view))
+        return GLBK_ERR_ARGUMENT;
+    m->count = 0;
+    result = glbk__envsh_upload(ctx, m, (const char *)views, count);
+    pages = (count + m->across * m->down * m->channels - 1) / (m->across * m->down * m->channels);
+    for (page = 0; page < pages; page++)
+        for (channel = 0; channel < m->channels; channel++)
+            for (column = 0; column < (ctx->es ? m->across : 1) && result == GLBK_OK; column++)
+                result = glbk__envsh_cast_round(ctx, m, page, channel, column, draw, user);
+    for (layer = 0; layer < pages * m->channels && result == GLBK_OK; layer++)
+        result = glbk__envsh_cell_layer(ctx, m, layer);
+    if (result != GLBK_OK) m->count = 0;
+    return result;
+}
+
+/* ---- >>envsh: questions ---- */
+
+/* The ranges of envsh_query. */
+static int glbk__envsh_question_valid(const glbk_envsh_question *q)
+{
+    static const float most[] = { 0, 8, 32, 64 };
+    if (!q || (unsigned)q->filter >= GLBK_ENVSH_FILTER_COUNT || !(q->bias >= 0 && q->bias <= 1e6f)) return 0;
+    if (q->filter == GLBK_ENVSH_FILTER_PLAIN) return 1;
+    if (!(q->radius >= (q->filter == GLBK_ENVSH_FILTER_SMOOTH ? 0.5f : 0.0f) && q->radius <= most[q->filter])) return 0;
+    if (q->filter == GLBK_ENVSH_FILTER_SMOOTH) return 1;
+    return q->taps >= 1 && q->taps <= GLBK_ENVSH_MAX_TAPS && q->extent_scale >= 0 && q->extent_scale <= 1e6f;
+}
+
+/* Vogel's spiral, turned by the golden angle from tap to tap. */
+static void glbk__envsh_fill_query(const glbk_envsh_question *q, glbk_envsh_query *out)
+{
+    const double cosine = -0.73736887807831990, sine = 0.67549029426152364;
+    double x = 1, y = 0, t;
+    uint32_t i;
+    memset(out, 0, sizeof *out);
+    out->values[0] = q->radius;
+    out->values[1] = q->bias;
+    out->values[2] = q->extent_scale;
+    out->numbers[0] = q->taps;
+    out->numbers[1] = q->seed;
+    for (i = 0; i < q->taps && i < GLBK_ENVSH_MAX_TAPS; i++) {
+        float radius = sqrtf(((float)i + 0.5f) / (float)q->taps);
+        out->disc[2 * i] = radius * (float)x;
+        out->disc[2 * i + 1] = radius * (float)y;
+        t = x * cosine - y * sine;
+        y = x * sine + y * cosine;
+        x = t;
+    }
+}
+
+static void glbk__envsh_bind_all(glbk_context *ctx, const glbk_envsh_maps *m)
+{
+    glbk_bind_texture(ctx, m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth, &m->atlas);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_views, &m->views);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_scene, &m->scene);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_query, &m->query);
+}
+
+GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *m, const glbk_envsh_question *question)
+{
+    glbk_envsh_query query;
+    glbk_result result;
+    if (!ctx || !m || !m->query.name || !glbk__envsh_question_valid(question)) return GLBK_ERR_ARGUMENT;
+    glbk__envsh_fill_query(question, &query);
+    result = glbk_buffer_update(ctx, &m->query, 0, sizeof query, &query);
+    if (result == GLBK_OK) glbk__envsh_bind_all(ctx, m);
+    return result;
+}
+
+/* ---- >>envsh: the renderer ---- */
+
+GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
+                                                glbk_envsh_renderer *out)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result = GLBK_OK;
+    int i;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    memset(&texture, 0, sizeof texture);
+    memset(&target, 0, sizeof target);
+    texture.width = out->width = width;
+    texture.height = out->height = height;
+    texture.format = GLBK_FORMAT_RGBA32UI;
+    for (i = 0; i < 4 && result == GLBK_OK; i++) {
+        result = glbk_texture_create(ctx, &texture, &out->gbuffer[i]);
+        target.color[i] = &out->gbuffer[i];
+    }
+    texture.format = GLBK_FORMAT_DEPTH32F;
+    if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &out->depth);
+    target.depth = &out->depth;
+    if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &out->gbuffer_target);
+    texture.format = GLBK_FORMAT_COLOR;
+    for (i = 0; i < 2 && result == GLBK_OK; i++) {
+        memset(&target, 0, sizeof target);
+        result = glbk_texture_create(ctx, &texture, &out->sums[i]);
+        target.color[0] = &out->sums[i];
+        if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &out->targets[i]);
+    }
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "envsh_gbuffer.frag", NULL, &out->fill);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "envsh_resolve.frag", NULL, &out->resolve);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_object), NULL, &out->object);
+    if (result != GLBK_OK) glbk_envsh_renderer_destroy(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_envsh_renderer_destroy(glbk_context *ctx, glbk_envsh_renderer *r)
+{
+    uint32_t i;
+    if (!r) return;
+    for (i = 0; i < 2 * GLBK_ENVSH_FILTER_COUNT; i++) glbk_program_destroy(ctx, &r->shade[i]);
+    glbk_program_destroy(ctx, &r->fill);
+    glbk_program_destroy(ctx, &r->resolve);
+    glbk_target_destroy(ctx, &r->gbuffer_target);
+    for (i = 0; i < 4; i++) glbk_texture_destroy(ctx, &r->gbuffer[i]);
+    glbk_texture_destroy(ctx, &r->depth);
+    for (i = 0; i < 2; i++) {
+        glbk_target_destroy(ctx, &r->targets[i]);
+        glbk_texture_destroy(ctx, &r->sums[i]);
+    }
+    glbk_buffer_destroy(ctx, &r->object);
+    memset(r, 0, sizeof *r);
+}
+
+GLBK_DEF glbk_result glbk_envsh_gbuffer_upload(glbk_context *ctx, glbk_envsh_renderer *r, uint32_t row, uint32_t rows,
+                                               const glbk_envsh_pixel *pixels)
+{
+    glbk__allocator memory;
+    size_t count, i;
+    float *texels, seen;
+    glbk_result result = GLBK_OK;
+    int k;
+
+    if (!ctx || !r || !r->gbuffer[0].name || !rows || row >= r->height || rows > r->height - row || !pixels)
+        return GLBK_ERR_ARGUMENT;
+    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    count = (size_t)r->width * rows;
+    texels = (float *)glbk__alloc_array(&memory, count, 16);
+    if (!texels) return GLBK_ERR_ALLOC;
+    for (k = 0; k < 4 && result == GLBK_OK; k++) {
+        for (i = 0; i < count; i++) {
+            const glbk_envsh_pixel *p = &pixels[i];
+            const float *v = k == 0 ? p->position : k == 1 ? p->normal : k == 2 ? p->geometric : p->albedo;
+            seen = k == 0 && p->seen ? 1.0f : 0.0f;
+            memcpy(texels + 4 * i, v, 12);
+            texels[4 * i + 3] = seen;
+        }
+        result = glbk_texture_update(ctx, &r->gbuffer[k], 0, 0, row, 0, r->width, rows, 1, texels);
+    }
+    glbk__free(&memory, texels);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_envsh_gbuffer_begin(glbk_context *ctx, glbk_envsh_renderer *r)
+{
+    static const float zero[4] = { 0, 0, 0, 0 };
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t i;
+
+    if (!ctx || !r || !r->gbuffer_target.name) return GLBK_ERR_ARGUMENT;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &r->gbuffer_target;
+    pass.depth = GLBK_DEPTH_LESS;
+    result = glbk_begin(ctx, &pass, &r->fill);
+    if (result != GLBK_OK) return result;
+    for (i = 0; i < 4; i++) glbk_clear(ctx, &r->gbuffer_target, i, zero);
+    glbk_clear_depth(ctx, 1);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_envsh_gbuffer_object(glbk_context *ctx, glbk_envsh_renderer *r, const glbk_envsh_surface *s)
+{
+    glbk_envsh_object object;
+    glbk_result result;
+
+    if (!ctx || !r || !r->object.name || !s) return GLBK_ERR_ARGUMENT;
+    memset(&object, 0, sizeof object);
+    memcpy(object.world, s->world, sizeof object.world);
+    memcpy(object.clip, s->clip, sizeof object.clip);
+    memcpy(object.eye, s->eye, sizeof s->eye);
+    memcpy(object.color, s->albedo, sizeof object.color);
+    object.eye[3] = s->alpha_cutoff;
+    object.lights[2] = s->color_map ? 1 : 0;
+    result = glbk_buffer_update(ctx, &r->object, 0, sizeof object, &object);
+    if (result != GLBK_OK) return result;
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_object, &r->object);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_color_map, s->color_map);
+    return GLBK_OK;
+}
+
+static glbk_result glbk__envsh_shade_program(glbk_context *ctx, glbk_envsh_renderer *r, uint32_t filter, uint32_t rgba,
+                                             glbk_program **out)
+{
+    char defines[] = "ENVSH_FILTER=0 ENVSH_RGBA=0";
+    *out = &r->shade[2 * filter + rgba];
+    if ((*out)->name) return GLBK_OK;
+    defines[13] = (char)('0' + filter);
+    defines[26] = (char)('0' + rgba);
+    return glbk_program_create(ctx, "envsh_shade.frag", defines, *out);
+}
+
+GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *r, glbk_envsh_maps *m,
+                                      const glbk_envsh_question *q, uint32_t lights_per_pass, int add)
+{
+    glbk_envsh_query query;
+    glbk_program *program;
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t from = 0, i;
+
+    if (!ctx || !r || !r->targets[0].name || !m || !m->query.name || !glbk__envsh_question_valid(q))
+        return GLBK_ERR_ARGUMENT;
+    result = glbk__envsh_shade_program(ctx, r, (uint32_t)q->filter, m->channels == 4, &program);
+    if (result != GLBK_OK) return result;
+    if (!add) r->begun = 0;
+    if (!lights_per_pass) lights_per_pass = GLBK_ENVSH_MAX_LIGHTS;
+    glbk__envsh_fill_query(q, &query);
+    memset(&pass, 0, sizeof pass);
+    for (; from < m->count && result == GLBK_OK; from = query.range[1]) {
+        query.range[0] = from;
+        query.range[1] = m->count - from < lights_per_pass ? m->count : from + lights_per_pass;
+        query.range[2] = r->width;
+        query.range[3] = r->begun != 0;
+        result = glbk_buffer_update(ctx, &m->query, 0, sizeof query, &query);
+        pass.target = &r->targets[!r->now];
+        if (result == GLBK_OK) result = glbk_begin(ctx, &pass, program);
+        if (result != GLBK_OK) break;
+        glbk__envsh_bind_all(ctx, m);
+        for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_place + i, &r->gbuffer[i]);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_sum, &r->sums[r->now]);
+        glbk_draw_screen(ctx);
+        r->now = !r->now;
+        r->begun = 1;
+    }
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_renderer *r, glbk_envsh_maps *m,
+                                           const void *views, size_t view_size, uint32_t count, glbk_envsh_draw draw,
+                                           void *user, const glbk_envsh_question *q)
+{
+    const char *at = (const char *)views;
+    uint32_t first = 0, n;
+    glbk_result result;
+    if (!ctx || !m || !m->capacity || (!views && count)) return GLBK_ERR_ARGUMENT;
+    do {
+        n = count - first < m->capacity ? count - first : m->capacity;
+        result = glbk_envsh_maps_render(ctx, m, n ? at + first * view_size : NULL, view_size, n, draw, user);
+        if (result == GLBK_OK) result = glbk_envsh_shade(ctx, r, m, q, 0, first != 0);
+        first += n;
+    } while (first < count && result == GLBK_OK);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *r, const glbk_pass *pass)
+{
+    glbk_envsh_object object;
+    glbk_result result;
+
+    if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
+    memset(&object, 0, sizeof object);
+    object.lights[3] = r->begun != 0;
+    result = glbk_buffer_update(ctx, &r->object, 0, sizeof object, &object);
+    if (result == GLBK_OK) result = glbk_begin(ctx, pass, &r->resolve);
+    if (result != GLBK_OK) return result;
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_object, &r->object);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_color, &r->gbuffer[3]);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_sum, &r->sums[r->now]);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *r, float *rgba)
+{
+    if (!ctx || !r || !r->targets[0].name || !rgba) return GLBK_ERR_ARGUMENT;
+    if (r->begun) return glbk_target_read(ctx, &r->targets[r->now], 0, 0, 0, r->width, r->height, rgba);
+    memset(rgba, 0, 16 * (size_t)r->width * r->height);
+    return GLBK_OK;
+}
 
 /* ---- end of envsh ---- */
 

@@ -2,40 +2,19 @@
    anew for every frame by the header's software rasteriser. Suns are further lights. Light that has a place (spots,
    points, area lights, emissive meshes) is not what it does. */
 #define ENVSHADOW_IMPLEMENTATION
-#include "envshadow.h"
-#include "technique.h"
+#include "envshadow_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* What the header has asked for; it asks from one thread only. */
-typedef struct memory_count { size_t now, peak; } memory_count;
-
-typedef struct es_state {
-    memory_count  memory;
-    envsh_lights *sky;           /* NULL: no sky */
-    envsh_light  *lights;        /* of the frame: the sky's, turned, then the suns */
-    uint32_t      sky_count, count;
-    envsh_maps   *maps;
-    envsh_query   query;
-    float        *points, *normals, *geometric, *irradiance;    /* of the pixels that show a surface */
-    double       *sum;           /* jitter=1: of the frames so far */
-    size_t        pixels;
-    float         residual[27];
-    int           has_residual;
-    envsh_stats   stats;
-    envsh_atlas   atlas;
-    double        lights_ms, maps_ms, shade_ms;
-} es_state;
-
-static int failed(const char *what, envsh_result result, char *error)
+int es_failed(const char *what, envsh_result result, char *error)
 {
     snprintf(error, EX_ERROR_SIZE, "envshadow: %.120s: %s", what, envsh_result_text(result));
     return -1;
 }
 
-static int refuse(const char *why, char *error)
+int es_refuse(const char *why, char *error)
 {
     snprintf(error, EX_ERROR_SIZE, "envshadow: %.200s", why);
     return -1;
@@ -45,7 +24,7 @@ enum { MEMORY_HEAD = 16 };       /* holds the size and keeps the alignment of ma
 
 static void *counted_alloc(size_t size, void *user)
 {
-    memory_count *memory = user;
+    es_memory *memory = user;
     char *block = size <= SIZE_MAX - MEMORY_HEAD ? malloc(size + MEMORY_HEAD) : NULL;
     if (!block)
         return NULL;
@@ -58,7 +37,7 @@ static void *counted_alloc(size_t size, void *user)
 
 static void counted_free(void *pointer, void *user)
 {
-    memory_count *memory = user;
+    es_memory *memory = user;
     char *block = (char *)pointer - MEMORY_HEAD;
     size_t size;
     memcpy(&size, block, sizeof size);
@@ -87,11 +66,11 @@ static int check_lights(const rd_job *job, char *error)
 {
     for (uint32_t i = 0; i < job->scene->light_count; i++)
         if (job->scene->lights[i].kind != EX_LIGHT_SUN)
-            return refuse("treats skies and suns; spots, points and area lights have a place", error);
+            return es_refuse("treats skies and suns; spots, points and area lights have a place", error);
     if (job->emitter_count)
-        return refuse("emissive meshes are not treated (--set emitters=0 leaves them out)", error);
+        return es_refuse("emissive meshes are not treated (--set emitters=0 leaves them out)", error);
     if (!job->scene->sky.width && !job->scene->light_count)
-        return refuse("no sky and no sun", error);
+        return es_refuse("no sky and no sun", error);
     return 0;
 }
 
@@ -137,18 +116,18 @@ static int build_lights(es_state *s, const rd_job *job, char *error)
         double start = ex_seconds();
         result = envsh_lights_build(&desc, &map, &s->sky, &s->stats);
         if (result != ENVSH_OK)
-            return failed("lights", result, error);
+            return es_failed("lights", result, error);
         envsh_lights_get(s->sky, &s->sky_count);
         s->lights_ms = 1000 * (ex_seconds() - start);
         if (rd_setting_integer(job->settings, "residual")) {
             result = envsh_lights_residual_sh(s->sky, &map, s->residual);
             if (result != ENVSH_OK)
-                return failed("residual", result, error);
+                return es_failed("residual", result, error);
             s->has_residual = 1;
         }
     }
     s->lights = calloc((size_t)s->sky_count + job->scene->light_count + 1, sizeof *s->lights);
-    return s->lights ? 0 : refuse("out of memory", error);
+    return s->lights ? 0 : es_refuse("out of memory", error);
 }
 
 static int take_lights(es_state *s, const rd_job *job, char *error)
@@ -163,65 +142,50 @@ static int take_lights(es_state *s, const rd_job *job, char *error)
     if (result == ENVSH_OK)
         result = envsh_rotate(s->lights, s->sky_count, rotation);
     add_suns(s, job->scene);
-    return result == ENVSH_OK ? 0 : failed("lights", result, error);
-}
-
-/* ---- what casts shadows ---- */
-
-static envsh_mesh mesh_of(const ex_mesh *mesh)
-{
-    envsh_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count };
-    return m;
-}
-
-static envsh_bounds scene_bounds(const ex_scene *scene)
-{
-    envsh_bounds all = envsh_bounds_of(NULL, 0, NULL);
-    for (uint32_t i = 0; i < scene->object_count; i++) {
-        envsh_mesh mesh = mesh_of(&scene->meshes[scene->objects[i].mesh]);
-        envsh_bounds one;
-        if (scene->objects[i].receiver_only)
-            continue;
-        one = envsh_bounds_of(&mesh, 1, scene->objects[i].transform);
-        for (int k = 0; k < 3; k++) {
-            all.low[k] = fminf(all.low[k], one.low[k]);
-            all.high[k] = fmaxf(all.high[k], one.high[k]);
-        }
-    }
-    return all;
-}
-
-/* A ground that only receives is drawn too, since it keeps light from below out, but the maps are not fitted to it. */
-typedef struct draw_context { const ex_scene *scene; double ms; } draw_context;
-
-static envsh_result draw_scene(void *user, envsh_maps *maps)
-{
-    draw_context *context = user;
-    const ex_scene *scene = context->scene;
-    double start = ex_seconds();
-    envsh_result result = ENVSH_OK;
-    for (uint32_t i = 0; i < scene->object_count && result == ENVSH_OK; i++) {
-        envsh_mesh mesh = mesh_of(&scene->meshes[scene->objects[i].mesh]);
-        result = envsh_maps_draw(maps, &mesh, scene->objects[i].transform);
-    }
-    context->ms += 1000 * (ex_seconds() - start);
-    return result;
+    return result == ENVSH_OK ? 0 : es_failed("lights", result, error);
 }
 
 /* ---- shading ---- */
 
+/* For as many pixels as the picture has now: the viewer's changes. */
+static int allocate_pixels(es_state *s, const rd_job *job, char *error)
+{
+    size_t pixels = (size_t)job->gbuffer->width * job->gbuffer->height;
+    if (s->points && s->pixels == pixels)
+        return 0;
+    free(s->points);
+    free(s->sum);
+    s->sum = NULL;
+    s->pixels = pixels;
+    s->points = malloc(12 * (pixels + 1) * sizeof *s->points);
+    if (!s->points)
+        return es_refuse("out of memory", error);
+    s->normals = s->points + 3 * pixels;
+    s->geometric = s->normals + 3 * pixels;
+    s->irradiance = s->geometric + 3 * pixels;
+    s->query.points = s->points;
+    s->query.normals = s->normals;
+    s->query.geometric = s->geometric;
+    s->query.count = pixels;
+    if (rd_setting_integer(job->settings, "jitter") && !job->scene->animated) {
+        s->sum = calloc(3 * pixels + 1, sizeof *s->sum);
+        if (!s->sum)
+            return es_refuse("out of memory", error);
+    }
+    return 0;
+}
+
+/* Pixels keep their places, so that both back ends turn their taps alike. */
 static void gather(es_state *s, const ex_gbuffer *g)
 {
-    s->query.count = 0;
     for (size_t i = 0; i < s->pixels; i++) {
         const ex_pixel *p = &g->pixels[i];
-        size_t at = 3 * s->query.count;
-        if (p->object == UINT32_MAX)
-            continue;
-        memcpy(s->points + at, p->position, sizeof p->position);
-        memcpy(s->normals + at, p->normal, sizeof p->normal);
-        memcpy(s->geometric + at, p->geometric, sizeof p->geometric);
-        s->query.count++;
+        int seen = p->object != UINT32_MAX;
+        for (size_t k = 0; k < 3; k++) {
+            s->points[3 * i + k] = seen ? p->position[k] : 0;
+            s->normals[3 * i + k] = seen ? p->normal[k] : 0;
+            s->geometric[3 * i + k] = seen ? p->geometric[k] : 0;
+        }
     }
 }
 
@@ -246,41 +210,61 @@ static void add_residual(const es_state *s, const float *normal, float *e)
 static void write_pixels(es_state *s, const rd_job *job, ex_image *out)
 {
     double share = 1.0 / ((double)job->frame + 1);
-    size_t at = 0;
     for (size_t i = 0; i < s->pixels; i++) {
         const ex_pixel *p = &job->gbuffer->pixels[i];
-        float *e = s->irradiance + 3 * at;
+        float *e = s->irradiance + 3 * i;
         if (p->object == UINT32_MAX)
             continue;
         if (s->has_residual)
-            add_residual(s, s->normals + 3 * at, e);
+            add_residual(s, s->normals + 3 * i, e);
         for (size_t k = 0; k < 3; k++) {
             double radiance = (double)(fminf(p->albedo[k], 1) * e[k]) * 0.318309886;
             if (s->sum)
                 radiance = (s->sum[3 * i + k] += radiance) * share;
             out->rgb[3 * i + k] = (float)radiance;
         }
-        at++;
     }
+}
+
+typedef struct draw_context { const es_state *state; double ms; } draw_context;
+
+static envsh_result draw_casters(void *user, envsh_maps *maps)
+{
+    draw_context *context = user;
+    double start = ex_seconds();
+    envsh_result result = es_casters_draw(context->state, maps);
+    context->ms += 1000 * (ex_seconds() - start);
+    return result;
+}
+
+static int shade_on_cpu(es_state *s, char *error)
+{
+    draw_context context = { s, 0 };
+    double start = ex_seconds();
+    envsh_result result = envsh_illuminate(s->maps, s->lights, s->count, es_casters_bounds(s), draw_casters, &context,
+                                           &s->query, s->irradiance);
+    if (result != ENVSH_OK)
+        return es_failed("shading", result, error);
+    s->maps_ms = context.ms;
+    s->shade_ms = 1000 * (ex_seconds() - start) - context.ms;
+    return 0;
+}
+
+static int shade_on_gl(es_state *s, const rd_job *job, char *error)
+{
+    envsh_result result = envsh_maps_begin(s->maps, s->lights, s->count, es_casters_bounds(s));
+    return result == ENVSH_OK ? es_gl_frame(s, job, error) : es_failed("matrices", result, error);
 }
 
 static int frame_envshadow(void *opaque, const rd_job *job, ex_image *out, char *error)
 {
     es_state *s = opaque;
-    draw_context context = { job->scene, 0 };
-    double start;
-    envsh_result result;
-    if (take_lights(s, job, error) != 0)
+    if (allocate_pixels(s, job, error) != 0 || take_lights(s, job, error) != 0)
         return -1;
     gather(s, job->gbuffer);
     s->query.seed = job->seed;
-    start = ex_seconds();
-    result = envsh_illuminate(s->maps, s->lights, s->count, scene_bounds(job->scene), draw_scene, &context, &s->query,
-                              s->irradiance);
-    if (result != ENVSH_OK)
-        return failed("shading", result, error);
-    s->maps_ms = context.ms;
-    s->shade_ms = 1000 * (ex_seconds() - start) - context.ms;
+    if ((s->gl ? shade_on_gl(s, job, error) : shade_on_cpu(s, error)) != 0)
+        return -1;
     write_pixels(s, job, out);
     return 0;
 }
@@ -299,26 +283,6 @@ static void read_query(es_state *s, const rd_job *job)
     else
         s->query.radius = s->query.filter == ENVSH_FILTER_PENUMBRA ? s->query.radius : 2;
     s->query.bias = (float)rd_setting_number(job->settings, "bias");
-    s->query.points = s->points;
-    s->query.normals = s->normals;
-    s->query.geometric = s->geometric;
-}
-
-static int allocate_pixels(es_state *s, const rd_job *job, char *error)
-{
-    s->pixels = (size_t)job->gbuffer->width * job->gbuffer->height;
-    s->points = malloc(12 * (s->pixels + 1) * sizeof *s->points);
-    if (!s->points)
-        return refuse("out of memory", error);
-    s->normals = s->points + 3 * s->pixels;
-    s->geometric = s->normals + 3 * s->pixels;
-    s->irradiance = s->geometric + 3 * s->pixels;
-    if (rd_setting_integer(job->settings, "jitter") && !job->scene->animated) {
-        s->sum = calloc(3 * s->pixels + 1, sizeof *s->sum);
-        if (!s->sum)
-            return refuse("out of memory", error);
-    }
-    return 0;
 }
 
 static int create_maps(es_state *s, const rd_job *job, char *error)
@@ -326,18 +290,21 @@ static int create_maps(es_state *s, const rd_job *job, char *error)
     envsh_maps_desc desc;
     envsh_result result;
     uint32_t all = s->sky_count + job->scene->light_count;
-    uint32_t cluster = (uint32_t)rd_setting_integer(job->settings, "cluster");
+    s->cluster = (uint32_t)rd_setting_integer(job->settings, "cluster");
+    s->cluster = s->cluster && s->cluster < all ? s->cluster : all;
+    s->rgba = (uint32_t)rd_setting_integer(job->settings, "rgba");
     memset(&desc, 0, sizeof desc);
     desc.map_size = (uint32_t)rd_setting_integer(job->settings, "m");
-    desc.rgba = rd_setting_integer(job->settings, "rgba");
+    desc.rgba = (int)s->rgba;
+    desc.no_depth = job->gl != NULL;
     desc.allocator.alloc_fn = counted_alloc;
     desc.allocator.free_fn = counted_free;
     desc.allocator.user = &s->memory;
     desc.parallel_for = ex_pool_run;
     desc.parallel_user = job->pool;
-    result = envsh_maps_create(&desc, cluster && cluster < all ? cluster : all, &s->maps);
+    result = envsh_maps_create(&desc, job->gl ? all : s->cluster, &s->maps);
     if (result != ENVSH_OK)
-        return failed("atlas", result, error);
+        return es_failed("atlas", result, error);
     envsh_maps_atlas(s->maps, &s->atlas);
     return 0;
 }
@@ -347,6 +314,8 @@ static void close_envshadow(void *opaque)
     es_state *s = opaque;
     if (!s)
         return;
+    es_gl_close(s);
+    es_casters_free(s);
     envsh_maps_free(s->maps);
     envsh_lights_free(s->sky);
     free(s->lights);
@@ -361,11 +330,12 @@ static int open_envshadow(void **out, const rd_job *job, char *error)
     if (check_lights(job, error) != 0)
         return -1;
     if (rd_setting_is(job->settings, "materials", "full"))
-        return refuse("materials=full is not treated", error);
+        return es_refuse("materials=full is not treated", error);
     s = calloc(1, sizeof *s);
     if (!s)
-        return refuse("out of memory", error);
-    if (allocate_pixels(s, job, error) == 0 && build_lights(s, job, error) == 0 && create_maps(s, job, error) == 0) {
+        return es_refuse("out of memory", error);
+    if (build_lights(s, job, error) == 0 && create_maps(s, job, error) == 0 &&
+        es_casters_build(s, job->scene, error) == 0 && (!job->gl || es_gl_open(s, job, error) == 0)) {
         read_query(s, job);
         *out = s;
         return 0;
@@ -374,11 +344,13 @@ static int open_envshadow(void **out, const rd_job *job, char *error)
     return -1;
 }
 
-/* Nothing is kept of the geometry. */
+/* Nothing is kept of the geometry but copies. */
 static int update_envshadow(void *opaque, const rd_job *job, char *error)
 {
-    (void)opaque;
-    return check_lights(job, error);
+    es_state *s = opaque;
+    if (check_lights(job, error) != 0 || es_casters_build(s, job->scene, error) != 0)
+        return -1;
+    return s->gl ? es_gl_update(s, error) : 0;
 }
 
 static void report_envshadow(const void *opaque, rd_report *report)
@@ -387,9 +359,11 @@ static void report_envshadow(const void *opaque, rd_report *report)
     static const char *const filters[] = { "plain", "smooth", "pcf", "penumbra" };
     report->memory_bytes = s->memory.now;
     report->peak_bytes = s->memory.peak;
+    if (s->gl)
+        es_gl_report(s, report);
     rd_json_integer(report->json, "lights", s->count);
     rd_json_integer(report->json, "m", s->atlas.map_size);
-    rd_json_integer(report->json, "cluster", s->atlas.capacity);
+    rd_json_integer(report->json, "cluster", s->cluster);
     rd_json_text(report->json, "filter", filters[s->query.filter]);
     rd_json_integer(report->json, "atlas_width", s->atlas.width);
     rd_json_integer(report->json, "atlas_height", s->atlas.height);

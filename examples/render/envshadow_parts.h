@@ -1,0 +1,61 @@
+/* envshadow_parts.h - what the files of the technique "envshadow" share: envshadow.c (lights, shading, settings),
+   envshadow_casters.c (what casts shadows), envshadow_gl.c (--backend gl). */
+#ifndef RD_ENVSHADOW_PARTS_H
+#define RD_ENVSHADOW_PARTS_H
+
+#include "envshadow.h"
+#include "technique.h"
+
+/* What the header has asked for; it asks from one thread only. */
+typedef struct es_memory { size_t now, peak; } es_memory;
+
+/* A mesh that casts shadows: an object's, or what is left of it where an alpha mask cuts holes. */
+typedef struct es_caster {
+    envsh_mesh   mesh;
+    const float *transform;
+    float       *positions;      /* its own where there are holes, else NULL */
+    uint32_t    *indices;
+    int          moves, receiver_only;
+} es_caster;
+
+typedef struct es_gl es_gl;
+
+typedef struct es_state {
+    es_memory     memory;
+    envsh_lights *sky;           /* NULL: no sky */
+    envsh_light  *lights;        /* of the frame: the sky's, turned, then the suns */
+    uint32_t      sky_count, count;
+    envsh_maps   *maps;          /* with GL: layout and matrices only, of all lights */
+    uint32_t      cluster, rgba;
+    es_caster    *casters;       /* one an object */
+    uint32_t      caster_count;
+    envsh_query   query;
+    float        *points, *normals, *geometric, *irradiance;    /* of all pixels; where nothing is seen, normals are 0 */
+    double       *sum;           /* jitter=1: of the frames so far */
+    size_t        pixels;
+    float         residual[27];
+    int           has_residual;
+    envsh_stats   stats;
+    envsh_atlas   atlas;
+    double        lights_ms, maps_ms, shade_ms;
+    es_gl        *gl;            /* --backend gl, else NULL */
+} es_state;
+
+/* Both return -1. */
+int es_failed(const char *what, envsh_result result, char *error);
+int es_refuse(const char *why, char *error);
+
+/* envshadow_casters.c */
+int          es_casters_build(es_state *s, const ex_scene *scene, char *error);    /* anew, after each change */
+void         es_casters_free(es_state *s);
+envsh_bounds es_casters_bounds(const es_state *s);      /* without those that only receive */
+envsh_result es_casters_draw(const es_state *s, envsh_maps *maps);
+
+/* envshadow_gl.c */
+int  es_gl_open(es_state *s, const rd_job *job, char *error);
+int  es_gl_update(es_state *s, char *error);             /* casters that moved */
+int  es_gl_frame(es_state *s, const rd_job *job, char *error);      /* fills s->irradiance */
+void es_gl_report(const es_state *s, rd_report *report);
+void es_gl_close(es_state *s);
+
+#endif

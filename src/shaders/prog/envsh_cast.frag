@@ -1,0 +1,13 @@
+// Depth of a caster.
+// uses: envsh_cast
+// with: envsh_cast.vert
+// sets: ENVSH_RGBA=0 | ENVSH_RGBA=1
+in float envsh_depth;
+#if ENVSH_RGBA
+layout(location = 0) out uvec4 envsh_bits;
+#endif
+
+void main()
+{
+    ENVSH_STORE(envsh_depth)
+}

@@ -1,0 +1,743 @@
+/* envsh_gl_test - envshadow.h's light on OpenGL: shadow maps beside those of its own rasteriser, the GLSL beside its C
+   twin, clusters, pages, channels, closed forms, users' shaders, errors and state. */
+#define _POSIX_C_SOURCE 200809L
+#define ENVSHADOW_IMPLEMENTATION
+#include "envshadow.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+
+#define GL_BACKEND_IMPLEMENTATION
+#include "gl_backend.h"
+
+#include "gl/gl_test.h"
+#include "unit/envsh_util.h"
+
+enum { WIDE = 32, HIGH = 24, POINTS = WIDE * HIGH };
+
+static const float identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+
+/* Boxes, a leaning plate, and a ground far beyond the bounds that the maps are fitted to. */
+static soup things;
+
+static void make_things(void)
+{
+    static const double g[3] = { -50, 0, -50 }, gu[3] = { 0, 0, 100 }, gv[3] = { 100, 0, 0 };
+    static const double p[3] = { -1, 0.2, 1 }, pu[3] = { 1.2, 0.5, 0 }, pv[3] = { 0, 1.1, 0.7 };
+    uint64_t seed = 3;
+    int i, c;
+    things.vertices = 0;
+    for (i = 0; i < 9; i++) {
+        double low[3], high[3];
+        for (c = 0; c < 3; c++) {
+            low[c] = 2.6 * rnd(&seed) - 1.5;
+            high[c] = low[c] + 0.1 + 0.4 * rnd(&seed);
+        }
+        low[1] = 0.02 + 0.3 * fabs(low[1]);
+        high[1] = low[1] + 0.5;
+        soup_box(&things, low, high);
+    }
+    soup_quad(&things, p, pu, pv);
+    soup_quad(&things, g, gu, gv);
+}
+
+static const envsh_bounds bounds = { { -1.6f, 0, -1.6f }, { 1.6f, 1.3f, 1.8f } };
+
+/* Lights and matrices, the header's own maps, and a vertex array. */
+typedef struct rig {
+    envsh_lights      *lights;
+    const envsh_light *list;
+    envsh_maps        *layout, *maps;
+    const envsh_view  *views;
+    uint32_t           count, size, vertex_array, buffer;
+} rig;
+
+static void upload_soup(gl_test *t, const soup *s, uint32_t *vertex_array, uint32_t *buffer)
+{
+    t->gl.gl.GenVertexArrays(1, vertex_array);
+    t->gl.gl.GenBuffers(1, buffer);
+    t->gl.gl.BindVertexArray(*vertex_array);
+    t->gl.gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, *buffer);
+    t->gl.gl.BufferData(GLBK_GL_ARRAY_BUFFER, (ptrdiff_t)(12 * s->vertices), s->p, GLBK_GL_STATIC_DRAW);
+    t->gl.gl.EnableVertexAttribArray(0);
+    t->gl.gl.VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, 0, NULL);
+    t->gl.gl.BindVertexArray(0);
+}
+
+static rig make_rig(gl_test *t, sky_fn fn, uint32_t k, uint32_t size)
+{
+    envsh_desc d = desc_of(ENVSH_METHOD_VARIANCE, k);
+    envsh_maps_desc md;
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, 64, 32);
+    envsh_mesh mesh;
+    rig r;
+    memset(&r, 0, sizeof r);
+    memset(&md, 0, sizeof md);
+    sky_fill(&s, fn);
+    assert_int_equal(envsh_lights_build(&d, &s.map, &r.lights, NULL), ENVSH_OK);
+    sky_free(&s);
+    r.list = envsh_lights_get(r.lights, &r.count);
+    r.size = md.map_size = size;
+    assert_int_equal(envsh_maps_create(&md, r.count, &r.maps), ENVSH_OK);
+    md.no_depth = 1;
+    assert_int_equal(envsh_maps_create(&md, r.count, &r.layout), ENVSH_OK);
+    assert_int_equal(envsh_maps_begin(r.layout, r.list, r.count, bounds), ENVSH_OK);
+    assert_int_equal(envsh_maps_begin(r.maps, r.list, r.count, bounds), ENVSH_OK);
+    r.views = envsh_maps_views(r.layout, NULL);
+    make_things();
+    mesh = soup_mesh(&things);
+    assert_int_equal(envsh_maps_draw(r.maps, &mesh, NULL), ENVSH_OK);
+    assert_int_equal(envsh_maps_end(r.maps), ENVSH_OK);
+    upload_soup(t, &things, &r.vertex_array, &r.buffer);
+    return r;
+}
+
+static void free_rig(gl_test *t, rig *r)
+{
+    envsh_maps_free(r->maps);
+    envsh_maps_free(r->layout);
+    envsh_lights_free(r->lights);
+    t->gl.gl.DeleteVertexArrays(1, &r->vertex_array);
+    t->gl.gl.DeleteBuffers(1, &r->buffer);
+}
+
+static glbk_result draw_things(void *user, glbk_context *ctx, glbk_envsh_maps *maps, uint32_t instances)
+{
+    const rig *r = (const rig *)user;
+    glbk_result result = glbk_envsh_cast(ctx, maps, NULL);
+    ctx->gl.BindVertexArray(r->vertex_array);
+    ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLES, 0, (int32_t)things.vertices, (int32_t)instances);
+    return result;
+}
+
+static glbk_envsh_maps make_maps(gl_test *t, uint32_t capacity, uint32_t size, int rgba)
+{
+    glbk_envsh_maps_desc d;
+    glbk_envsh_maps m;
+    memset(&d, 0, sizeof d);
+    d.capacity = capacity;
+    d.map_size = size;
+    d.rgba = rgba;
+    assert_glbk(t, glbk_envsh_maps_create(&t->gl, &d, &m));
+    return m;
+}
+
+static void render_maps(gl_test *t, glbk_envsh_maps *m, rig *r)
+{
+    assert_glbk(t, glbk_envsh_maps_render(&t->gl, m, r->views, sizeof *r->views, r->count, draw_things, r));
+}
+
+/* A program of ours that uses the library's functions, over a COLOR target; the draw reads back. */
+typedef struct tool { glbk_program program; gl_canvas canvas; glbk_buffer block; } tool;
+
+static tool make_tool(gl_test *t, const char *text, const char *uses, const char *defines, uint32_t wide, uint32_t high)
+{
+    tool x;
+    glbk_source source;
+    memset(&source, 0, sizeof source);
+    source.fragment = text;
+    source.uses = uses;
+    source.defines = defines;
+    assert_glbk(t, glbk_program_compile(&t->gl, &source, &x.program));
+    x.canvas = gl_canvas_make(t, GLBK_FORMAT_COLOR, wide, high, 0);
+    assert_glbk(t, glbk_buffer_create(&t->gl, sizeof(glbk_envsh_object), NULL, &x.block));
+    return x;
+}
+
+static void run_tool(gl_test *t, tool *x, glbk_envsh_maps *m, const glbk_envsh_question *q, uint32_t light, float *out)
+{
+    glbk_envsh_object object;
+    glbk_pass pass;
+    memset(&object, 0, sizeof object);
+    memset(&pass, 0, sizeof pass);
+    object.lights[0] = light;
+    pass.target = &x->canvas.target;
+    assert_glbk(t, glbk_buffer_update(&t->gl, &x->block, 0, sizeof object, &object));
+    assert_glbk(t, glbk_begin(&t->gl, &pass, &x->program));
+    assert_glbk(t, glbk_envsh_bind(&t->gl, m, q));
+    glbk_bind_block(&t->gl, GLBK_SLOT_glbk_envsh_object, &x->block);
+    glbk_draw_screen(&t->gl);
+    assert_glbk(t, glbk_target_read(&t->gl, &x->canvas.target, 0, 0, 0, pass.target->width, pass.target->height, out));
+}
+
+static void free_tool(gl_test *t, tool *x)
+{
+    glbk_program_destroy(&t->gl, &x->program);
+    glbk_buffer_destroy(&t->gl, &x->block);
+    gl_canvas_free(t, &x->canvas);
+}
+
+static const glbk_envsh_question plain = { GLBK_ENVSH_FILTER_PLAIN, 0, 0, 0, 1, 0 };
+static const char tile_text[] =
+    "layout(location = 0) out glbk_color result;\n"
+    "void main()\n"
+    "{\n"
+    "    uint light = glbk_envsh_object.lights.x;\n"
+    "    result = glbk_pack(vec4(envsh_stored(light, ENVSH_TEXEL(8u * light + 6u).w, ivec2(gl_FragCoord.xy))));\n"
+    "}\n";
+
+/* One light's tile as the GPU has it. */
+static void read_tile(gl_test *t, tool *x, glbk_envsh_maps *m, uint32_t light, float *depth)
+{
+    static float rgba[4 * 352 * 352];
+    size_t i;
+    run_tool(t, x, m, &plain, light, rgba);
+    for (i = 0; i < (size_t)m->map_size * m->map_size; i++) depth[i] = rgba[4 * i];
+}
+
+/* ---- shadow maps ---- */
+
+/* Texels of a tile that differ by more than rounding; counts those that something covers. A GPU's depths come from
+   corners in floats, here up to thirty ranges away, and grow where a triangle is seen from its edge: a hundredth of a
+   texel's depth. */
+static size_t compare_tile(const envsh_atlas *atlas, const envsh_view *v, const float *depth, size_t *covered)
+{
+    uint32_t n = atlas->map_size, x, y;
+    size_t wrong = 0;
+    for (y = 0; y < n; y++)
+        for (x = 0; x < n; x++) {
+            float wanted = atlas->depth[((size_t)v->page * atlas->height + v->y + y) * atlas->width + v->x + x];
+            float seen = depth[n * y + x];
+            if (x < 4 || y < 4 || x >= n - 4 || y >= n - 4) assert_true(seen == 1.0f);      /* the guard */
+            wrong += fabsf(wanted - seen) > 1e-4f;
+            *covered += wanted < 1.0f;
+        }
+    return wrong;
+}
+
+static void tiles_are_those_of_the_rasteriser(void **state)
+{
+    GL_TEST(t, state)
+    static const struct { uint32_t lights, size, pages; int rgba; } ways[] = { { 24, 96, 1, 0 }, { 24, 96, 1, 1 },
+                                                                               { 6, 352, 2, 0 }, { 17, 352, 2, 1 } };
+    static float depth[352 * 352];
+    uint32_t max_size = t->gl.max_size, i;
+    size_t way;
+    for (way = 0; way < 4; way++) {
+        rig r = make_rig(t, sunny, ways[way].lights, ways[way].size);
+        size_t covered = 0, wrong = 0, all = (size_t)r.count * r.size * r.size;
+        envsh_atlas atlas;
+        glbk_envsh_maps m;
+        tool reader;
+        envsh_maps_atlas(r.maps, &atlas);
+        t->gl.max_size = 1024;              /* four large tiles a page */
+        m = make_maps(t, r.count, r.size, ways[way].rgba);
+        t->gl.max_size = max_size;
+        assert_int_equal(m.pages, ways[way].pages);
+        reader = make_tool(t, tile_text, "envsh_access", ways[way].rgba ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0", r.size, r.size);
+        render_maps(t, &m, &r);
+        for (i = 0; i < r.count; i++) {
+            read_tile(t, &reader, &m, i, depth);
+            wrong += compare_tile(&atlas, &envsh_maps_views(r.maps, NULL)[i], depth, &covered);
+        }
+        printf("%u tiles%s: %zu of %zu texels covered, %zu differ\n", (unsigned)r.count, ways[way].rgba ? " in rgba" : "",
+               covered, all, wrong);
+        assert_true(covered > all / 4 && covered < all - all / 10);
+        assert_true(wrong < covered / 500);
+        free_tool(t, &reader);
+        glbk_envsh_maps_destroy(&t->gl, &m);
+        free_rig(t, &r);
+    }
+}
+
+/* ---- the GLSL and its twin ---- */
+
+static const char ask_text[] =
+    "uniform highp usampler2DArray asked;\n"
+    "layout(location = 0) out glbk_color result;\n"
+    "void main()\n"
+    "{\n"
+    "    uint index = uint(gl_FragCoord.y) * 32u + uint(gl_FragCoord.x);\n"
+    "    vec3 p = uintBitsToFloat(texelFetch(asked, glbk_table_at(2u * index), 0).xyz);\n"
+    "    vec3 n = uintBitsToFloat(texelFetch(asked, glbk_table_at(2u * index + 1u), 0).xyz);\n"
+    "    result = glbk_pack(vec4(envsh_visible(envsh_bound_query(), glbk_envsh_object.lights.x, p, n, index)));\n"
+    "}\n";
+
+typedef struct asked { float point[4], normal[4]; } asked;
+
+/* Points on the things' triangles and about them. */
+static void make_points(asked *a)
+{
+    uint64_t seed = 17;
+    size_t i, c;
+    for (i = 0; i < POINTS; i++) {
+        const float *v = things.p + 9 * (size_t)(rnd(&seed) * (double)(things.vertices / 3 - 2));
+        double s = rnd(&seed), w = rnd(&seed) * (1 - s), d[3];
+        rnd_direction(&seed, d);
+        memset(&a[i], 0, sizeof a[i]);
+        for (c = 0; c < 3; c++) {
+            a[i].point[c] = (float)((double)v[c] * (1 - s - w) + (double)v[3 + c] * s + (double)v[6 + c] * w);
+            if (i % 3 == 0) a[i].point[c] = (float)(3.6 * rnd(&seed) - 1.8);
+            a[i].normal[c] = (float)d[c];
+        }
+    }
+}
+
+static void visibility_is_the_twins(void **state)
+{
+    GL_TEST(t, state)
+    static const glbk_envsh_question questions[] = {
+        { GLBK_ENVSH_FILTER_PLAIN, 0, 1, 0, 1, 0 },        { GLBK_ENVSH_FILTER_SMOOTH, 0, 1, 2.5f, 1, 0 },
+        { GLBK_ENVSH_FILTER_PCF, 16, 5, 3, 0.5f, 0 },      { GLBK_ENVSH_FILTER_PENUMBRA, 16, 9, 12, 1, 1 },
+        { GLBK_ENVSH_FILTER_PENUMBRA, 64, 2, 40, 0, 2.5f }
+    };
+    static asked points[POINTS];
+    static float seen[4 * POINTS], depth[96 * 96];
+    rig r = make_rig(t, studio, 12, 96);
+    glbk_envsh_maps m = make_maps(t, r.count, 96, 1);
+    glbk_texture table;
+    tool reader = make_tool(t, tile_text, "envsh_access", "ENVSH_RGBA=1", 96, 96);
+    size_t q, i, total = 0, dark = 0, between = 0, wrong = 0;
+    uint32_t light;
+    double worst = 0;
+
+    make_points(points);
+    assert_glbk(t, glbk_table_create(&t->gl, GLBK_FORMAT_RGBA32UI, points, 2 * POINTS, &table));
+    render_maps(t, &m, &r);
+    for (q = 0; q < sizeof questions / sizeof questions[0]; q++) {
+        char defines[] = "ENVSH_RGBA=1 ENVSH_FILTER=0";
+        envsh_query query = envsh_query_default();
+        tool ask;
+        defines[26] = (char)('0' + (int)questions[q].filter);
+        ask = make_tool(t, ask_text, "envsh_light", defines, WIDE, HIGH);
+        t->gl.gl.UseProgram(ask.program.name);
+        t->gl.gl.Uniform1i(t->gl.gl.GetUniformLocation(ask.program.name, "asked"), 15);
+        t->gl.gl.ActiveTexture(GLBK_GL_TEXTURE0 + 15);
+        t->gl.gl.BindTexture(table.gl_target, table.name);
+        query.filter = (envsh_filter)questions[q].filter;
+        query.taps = questions[q].taps;
+        query.seed = questions[q].seed;
+        query.radius = questions[q].radius;
+        query.bias = questions[q].bias;
+        query.extent_scale = questions[q].extent_scale;
+        for (light = 0; light < r.count; light++) {
+            read_tile(t, &reader, &m, light, depth);
+            run_tool(t, &ask, &m, &questions[q], light, seen);
+            for (i = 0; i < POINTS; i++) {
+                float wanted = envsh_visibility_twin(&r.views[light], depth, 96, 1, 96, &query, points[i].point,
+                                                     points[i].normal, (uint32_t)i);
+                double off = fabs((double)wanted - (double)seen[4 * i]);
+                if (off > 1e-4) wrong++;
+                else if (off > worst) worst = off;
+                dark += wanted == 0;
+                between += wanted > 0 && wanted < 1;
+            }
+            total += POINTS;
+        }
+        free_tool(t, &ask);
+    }
+    printf("%zu questions: %zu dark, %zu between, %zu differ, worst of the rest %.1e\n", total, dark, between, wrong, worst);
+    assert_true(dark > total / 10 && between > total / 50);
+    assert_true(wrong < total / 1000);      /* at the borders of texels and depths */
+    glbk_texture_destroy(&t->gl, &table);
+    free_tool(t, &reader);
+    glbk_envsh_maps_destroy(&t->gl, &m);
+    free_rig(t, &r);
+}
+
+/* ---- light ---- */
+
+static glbk_envsh_renderer make_renderer(gl_test *t, const asked *points)
+{
+    static glbk_envsh_pixel pixels[POINTS];
+    glbk_envsh_renderer r;
+    size_t i;
+    for (i = 0; i < POINTS; i++) {
+        memset(&pixels[i], 0, sizeof pixels[i]);
+        memcpy(pixels[i].position, points[i].point, 12);
+        memcpy(pixels[i].normal, points[i].normal, 12);
+        memcpy(pixels[i].geometric, points[i].normal, 12);
+        pixels[i].albedo[0] = pixels[i].albedo[1] = pixels[i].albedo[2] = 0.5f;
+        pixels[i].seen = i % 7 != 0;
+    }
+    assert_glbk(t, glbk_envsh_renderer_create(&t->gl, WIDE, HIGH, &r));
+    assert_glbk(t, glbk_envsh_gbuffer_upload(&t->gl, &r, 0, 4, pixels));
+    assert_glbk(t, glbk_envsh_gbuffer_upload(&t->gl, &r, 4, HIGH - 4, pixels + 4 * WIDE));
+    return r;
+}
+
+static const glbk_envsh_question soft = { GLBK_ENVSH_FILTER_PENUMBRA, 16, 9, 12, 1, 1 };
+
+static void illuminate(gl_test *t, glbk_envsh_renderer *to, glbk_envsh_maps *m, rig *r, float *out)
+{
+    assert_glbk(t, glbk_envsh_illuminate(&t->gl, to, m, r->views, sizeof *r->views, r->count, draw_things, r, &soft));
+    assert_glbk(t, glbk_envsh_read(&t->gl, to, out));
+}
+
+/* Algorithms 1 and 2, channels, lights a pass: one picture; and it is envsh_shade's. */
+static void clusters_make_the_same_light(void **state)
+{
+    GL_TEST(t, state)
+    static asked points[POINTS];
+    static float all[4 * POINTS], part[4 * POINTS], wanted[3 * POINTS];
+    rig r = make_rig(t, sunny, 24, 64);
+    glbk_envsh_renderer to;
+    envsh_query query = envsh_query_default();
+    double square = 0, mean = 0;
+    size_t i, c;
+    int way;
+
+    make_points(points);
+    to = make_renderer(t, points);
+    query.points = points[0].point;
+    query.normals = points[0].normal;
+    query.point_stride = query.normal_stride = sizeof points[0];
+    query.count = POINTS;
+    query.seed = soft.seed;
+    assert_int_equal(envsh_shade(r.maps, &query, wanted), ENVSH_OK);
+    for (way = 0; way < 4; way++) {
+        glbk_envsh_maps m = make_maps(t, way == 0 ? r.count : way == 1 ? 5 : 9, 64, way == 2);
+        if (way == 3) {                     /* the maps of the first nine, three a pass, then all again */
+            assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, r.views, sizeof *r.views, 9, draw_things, &r));
+            assert_glbk(t, glbk_envsh_shade(&t->gl, &to, &m, &soft, 3, 0));
+            assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, r.views + 9, sizeof *r.views, 9, draw_things, &r));
+            assert_glbk(t, glbk_envsh_shade(&t->gl, &to, &m, &soft, 4, 1));
+            assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, r.views + 18, sizeof *r.views, 6, draw_things, &r));
+            assert_glbk(t, glbk_envsh_shade(&t->gl, &to, &m, &soft, 6, 1));
+            assert_glbk(t, glbk_envsh_read(&t->gl, &to, part));
+        } else {
+            illuminate(t, &to, &m, &r, way ? part : all);
+        }
+        for (i = 0; way && i < 4 * POINTS; i++) CLOSE(part[i], all[i], 2e-6 * (1 + fabs((double)all[i])));
+        glbk_envsh_maps_destroy(&t->gl, &m);
+    }
+    for (i = 0; i < POINTS; i++)
+        for (c = 0; c < 3; c++) {
+            double w = i % 7 ? (double)wanted[3 * i + c] : 0, off = w - (double)all[4 * i + c];
+            square += off * off;
+            mean += w;
+        }
+    square = sqrt(square / (3 * POINTS)) / (mean / (3 * POINTS));
+    printf("light: relative rmse %.1e of envsh_shade\n", square);
+    assert_true(mean > POINTS && square < 2e-3);
+    glbk_envsh_renderer_destroy(&t->gl, &to);
+    free_rig(t, &r);
+}
+
+/* T23: an even sky gives pi in the open, nothing under a roof that nothing passes. */
+static void open_ground_and_a_roof(void **state)
+{
+    GL_TEST(t, state)
+    static asked points[POINTS];
+    static float seen[4 * POINTS];
+    static const double a[3] = { -40, 1.2, -40 }, u[3] = { 80, 0, 0 }, v[3] = { 0, 0, 80 };
+    rig r = make_rig(t, even, 128, 64);
+    glbk_envsh_maps m = make_maps(t, r.count, 64, 0);
+    glbk_envsh_renderer to;
+    size_t i;
+    int roofed;
+    for (i = 0; i < POINTS; i++) {
+        memset(&points[i], 0, sizeof points[i]);
+        points[i].point[0] = (float)(i % WIDE) / 16 - 1;
+        points[i].point[1] = 0.4f;
+        points[i].point[2] = (float)(i / WIDE) / 12 - 1;
+        points[i].normal[1] = 1;
+    }
+    to = make_renderer(t, points);
+    for (roofed = 0; roofed < 2; roofed++) {
+        things.vertices = 0;
+        if (roofed) soup_quad(&things, a, u, v);
+        t->gl.gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, r.buffer);
+        t->gl.gl.BufferData(GLBK_GL_ARRAY_BUFFER, (ptrdiff_t)(12 * things.vertices), things.p, GLBK_GL_STATIC_DRAW);
+        illuminate(t, &to, &m, &r, seen);
+        for (i = 0; i < POINTS; i++) {
+            if (i % 7 && roofed) assert_true(seen[4 * i] == 0);
+            if (i % 7 && !roofed) CLOSE(seen[4 * i], PI, 0.01 * PI);
+        }
+    }
+    assert_true(seen[0] == 0);              /* nothing is seen there */
+    glbk_envsh_renderer_destroy(&t->gl, &to);
+    glbk_envsh_maps_destroy(&t->gl, &m);
+    free_rig(t, &r);
+}
+
+/* ---- users' shaders, the drawn G-buffer ---- */
+
+static const char leaf_vertex[] =
+    "layout(location = 0) in vec3 position;\n"
+    "out float envsh_depth;\n"
+    "out vec3 place;\n"
+    "void main() { place = position; ENVSH_CAST(position) }\n";
+static const char leaf_fragment[] =
+    "in float envsh_depth;\n"
+    "in vec3 place;\n"
+    "#if ENVSH_RGBA\n"
+    "layout(location = 0) out uvec4 envsh_bits;\n"
+    "#endif\n"
+    "void main() { if (place.x > 0.0) discard; ENVSH_STORE(envsh_depth) }\n";
+
+/* A square over the ground of which a mask leaves the left half, lit from straight above; the picture is drawn. */
+static void masks_of_the_users_and_a_drawn_picture(void **state)
+{
+    GL_TEST(t, state)
+    static const double a[3] = { -1, 1, -1 }, u[3] = { 2, 0, 0 }, v[3] = { 0, 0, 2 };
+    static const double ga[3] = { -1, 0, 1 }, gu[3] = { 2, 0, 0 }, gv[3] = { 0, 0, -2 };
+    const envsh_bounds box = { { -1, 0, -1 }, { 1, 1, 1 } };
+    rig r = make_rig(t, sunny, 1, 64);
+    gl_canvas canvas = gl_canvas_make(t, GLBK_FORMAT_RGBA8, WIDE, HIGH, 0);
+    int rgba;
+    for (rgba = 0; rgba < 2; rgba++) {
+        static float seen[4 * POINTS];
+        glbk_envsh_maps_desc d;
+        glbk_envsh_maps m;
+        glbk_envsh_renderer to;
+        glbk_envsh_surface s;
+        glbk_pass pass;
+        envsh_light above;
+        uint32_t y, x, array, buffer;
+        memset(&d, 0, sizeof d);
+        memset(&s, 0, sizeof s);
+        memset(&pass, 0, sizeof pass);
+        memset(&above, 0, sizeof above);
+        d.capacity = 1;
+        d.map_size = 64;
+        d.rgba = rgba;
+        d.vertex = leaf_vertex;
+        d.fragment = leaf_fragment;
+        above.direction[1] = 1;
+        above.irradiance[0] = above.irradiance[1] = above.irradiance[2] = 3.14159265f;
+        assert_glbk(t, glbk_envsh_maps_create(&t->gl, &d, &m));
+        assert_glbk(t, glbk_envsh_renderer_create(&t->gl, WIDE, HIGH, &to));
+        assert_int_equal(envsh_maps_begin(r.layout, &above, 1, box), ENVSH_OK);
+        things.vertices = 0;
+        soup_quad(&things, a, u, v);
+        t->gl.gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, r.buffer);
+        t->gl.gl.BufferData(GLBK_GL_ARRAY_BUFFER, (ptrdiff_t)(12 * things.vertices), things.p, GLBK_GL_STATIC_DRAW);
+        r.count = 1;
+        render_maps(t, &m, &r);
+        /* The ground as a map from above: x to the right, -z up. */
+        things.vertices = 0;
+        soup_quad(&things, ga, gu, gv);
+        upload_soup(t, &things, &array, &buffer);
+        memcpy(s.world, identity, sizeof identity);
+        s.clip[0] = s.clip[15] = 1;
+        s.clip[6] = 0.5f;
+        s.clip[9] = -1;
+        s.eye[1] = 5;
+        s.albedo[0] = s.albedo[1] = 0.5f;
+        s.albedo[3] = 1;
+        assert_glbk(t, glbk_envsh_gbuffer_begin(&t->gl, &to));
+        assert_glbk(t, glbk_envsh_gbuffer_object(&t->gl, &to, &s));
+        t->gl.gl.BindVertexArray(array);
+        t->gl.gl.DrawArrays(GLBK_GL_TRIANGLES, 0, 6);
+        pass.target = &canvas.target;
+        assert_glbk(t, glbk_envsh_resolve(&t->gl, &to, &pass));
+        assert_glbk(t, glbk_target_read(&t->gl, &canvas.target, 0, 0, 0, WIDE, HIGH, seen));
+        for (x = 0; x < 4 * POINTS; x += 4) assert_true(seen[x] == 0);      /* no light yet */
+        assert_glbk(t, glbk_envsh_shade(&t->gl, &to, &m, &plain, 0, 0));
+        assert_glbk(t, glbk_envsh_resolve(&t->gl, &to, &pass));
+        assert_glbk(t, glbk_target_read(&t->gl, &canvas.target, 0, 0, 0, WIDE, HIGH, seen));
+        for (y = 2; y < HIGH - 2; y++)
+            for (x = 2; x < WIDE - 2; x++) {
+                const float *p = seen + 4 * (y * WIDE + x);
+                if (x == WIDE / 2 || x == WIDE / 2 - 1) continue;
+                CLOSE(p[0], x < WIDE / 2 ? 0.0 : 0.5, 0.003);
+                assert_true(p[2] == 0);
+            }
+        t->gl.gl.DeleteVertexArrays(1, &array);
+        t->gl.gl.DeleteBuffers(1, &buffer);
+        glbk_envsh_renderer_destroy(&t->gl, &to);
+        glbk_envsh_maps_destroy(&t->gl, &m);
+    }
+    gl_canvas_free(t, &canvas);
+    free_rig(t, &r);
+}
+
+/* ---- errors ---- */
+
+static glbk_result refuse_to_draw(void *user, glbk_context *ctx, glbk_envsh_maps *maps, uint32_t instances)
+{
+    (void)user, (void)ctx, (void)maps, (void)instances;
+    return GLBK_ERR_NAME;
+}
+
+static void bad_arguments_are_named(void **state)
+{
+    GL_TEST(t, state)
+    rig r = make_rig(t, even, 4, 64);
+    glbk_envsh_maps_desc d;
+    glbk_envsh_maps m;
+    glbk_envsh_renderer to;
+    glbk_envsh_question q = soft;
+    static const glbk_envsh_maps_desc bad[] = { { 0, 64, 4, 0, NULL, NULL }, { 8193, 64, 4, 0, NULL, NULL },
+                                                { 4, 15, 0, 0, NULL, NULL }, { 4, 5000, 0, 0, NULL, NULL },
+                                                { 4, 64, 17, 0, NULL, NULL }, { 4, 64, 4, 0, leaf_vertex, NULL } };
+    size_t i;
+    for (i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        assert_int_equal(glbk_envsh_maps_create(&t->gl, &bad[i], &m), GLBK_ERR_ARGUMENT);
+        assert_int_equal(m.atlas.name, 0);
+    }
+    d = bad[0];
+    d.capacity = 8192;
+    d.map_size = 4096;
+    assert_int_equal(glbk_envsh_maps_create(&t->gl, &d, &m), GLBK_ERR_LIMIT);
+    d.vertex = "void main() {";
+    d.fragment = leaf_fragment;
+    d.capacity = 1;
+    d.map_size = 64;
+    t->expected_errors = ~0u;
+    assert_int_equal(glbk_envsh_maps_create(&t->gl, &d, &m), GLBK_ERR_COMPILE);
+    assert_non_null(strstr(t->log, "your text"));
+    assert_int_equal(glbk_envsh_maps_create(NULL, &d, &m), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_envsh_renderer_create(&t->gl, 0, 4, &to), GLBK_ERR_ARGUMENT);
+    m = make_maps(t, 3, 64, 0);
+    assert_glbk(t, glbk_envsh_renderer_create(&t->gl, WIDE, HIGH, &to));
+    assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, sizeof *r.views, 4, draw_things, &r), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, 100, 3, draw_things, &r), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, sizeof *r.views, 3, NULL, &r), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, sizeof *r.views, 3, refuse_to_draw, &r), GLBK_ERR_NAME);
+    assert_int_equal(m.count, 0);
+    assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, NULL, sizeof *r.views, 0, draw_things, &r));
+    q.taps = 65;
+    assert_int_equal(glbk_envsh_bind(&t->gl, &m, &q), GLBK_ERR_ARGUMENT);
+    q = soft;
+    q.radius = 64.5f;
+    assert_int_equal(glbk_envsh_shade(&t->gl, &to, &m, &q, 0, 0), GLBK_ERR_ARGUMENT);
+    q.radius = sqrtf(-1.0f);
+    assert_int_equal(glbk_envsh_illuminate(&t->gl, &to, &m, r.views, sizeof *r.views, 4, draw_things, &r, &q),
+                     GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_envsh_gbuffer_upload(&t->gl, &to, HIGH, 1, NULL), GLBK_ERR_ARGUMENT);
+    glbk_envsh_maps_destroy(&t->gl, &m);
+    glbk_envsh_maps_destroy(&t->gl, &m);
+    glbk_envsh_maps_destroy(&t->gl, NULL);
+    glbk_envsh_renderer_destroy(&t->gl, &to);
+    glbk_envsh_renderer_destroy(NULL, &to);
+    assert_int_equal(glbk_envsh_shade(&t->gl, &to, &m, &soft, 0, 0), GLBK_ERR_ARGUMENT);
+    free_rig(t, &r);
+}
+
+/* GL runs out of memory at the n-th question for errors, n = 1, 2, ...: the error is named, nothing is left. */
+static struct { glbk_functions real; int at, calls, live; } fake;
+
+static uint32_t GLBK_CALL fake_get_error(void) { return ++fake.calls == fake.at ? 0x0505 : fake.real.GetError(); }
+
+#define COUNTED(Kind)                                                                                       \
+    static void GLBK_CALL gen_##Kind(int32_t n, uint32_t *names) { fake.live += n; fake.real.Gen##Kind(n, names); }    \
+    static void GLBK_CALL delete_##Kind(int32_t n, const uint32_t *names) { fake.live -= n; fake.real.Delete##Kind(n, names); }
+COUNTED(Textures)
+COUNTED(Framebuffers)
+COUNTED(Buffers)
+
+static void failures_leave_nothing(void **state)
+{
+    GL_TEST(t, state)
+    rig r = make_rig(t, even, 3, 64);
+    glbk_result result;
+    int failed = 0;
+    fake.real = t->gl.gl;
+    fake.live = 0;
+    t->gl.gl.GetError = fake_get_error;
+#define HOOK(Kind) t->gl.gl.Gen##Kind = gen_##Kind, t->gl.gl.Delete##Kind = delete_##Kind
+    HOOK(Textures), HOOK(Framebuffers), HOOK(Buffers);
+    for (fake.at = 1;; fake.at += fake.at < 90 ? 3 : 7) {
+        glbk_envsh_maps_desc d;
+        glbk_envsh_maps m;
+        glbk_envsh_renderer to;
+        memset(&d, 0, sizeof d);
+        memset(&to, 0, sizeof to);
+        d.capacity = 2;
+        d.map_size = 32;
+        d.rgba = 1;
+        fake.calls = 0;
+        result = glbk_envsh_maps_create(&t->gl, &d, &m);
+        if (result == GLBK_OK) result = glbk_envsh_renderer_create(&t->gl, 8, 8, &to);
+        if (result == GLBK_OK)
+            result = glbk_envsh_illuminate(&t->gl, &to, &m, r.views, sizeof *r.views, 3, draw_things, &r, &soft);
+        glbk_envsh_maps_destroy(&t->gl, &m);
+        glbk_envsh_renderer_destroy(&t->gl, &to);
+        assert_int_equal(fake.live, 0);
+        if (result == GLBK_OK) break;
+        assert_true(result == GLBK_ERR_GL_MEMORY || result == GLBK_ERR_PENDING);
+        failed++;
+    }
+    t->gl.gl = fake.real;
+    assert_true(failed > 20);
+    free_rig(t, &r);
+}
+
+/* ---- state ---- */
+
+static const uint32_t caps[] = { 0x0BE2, 0x0B44, 0x0B71, 0x0BD0, 0x8037, 0x0C11, 0x0B90, 0x8C89, 0x0BF2, 0x864F, 0x3000,
+                                 0x3001, 0x3002, 0x3003, 0x3007 };
+enum { SHARED_CAPS = 8, CAPS = sizeof caps / sizeof caps[0] };
+static const uint32_t numbers[] = { 0x84E0, 0x8B8D, 0x85B5, 0x8CA6, 0x8CAA, 0x8894, 0x8F37, 0x0BA2, 0x0B72, 0x0C23, 0x0B74,
+                                    0x0B45, 0x0B46, 0x80C9, 0x8009, 0x8069, 0x8C1D, 0x8919, 0x8A28 };
+enum { NUMBERS = sizeof numbers / sizeof numbers[0] };
+
+static void read_state(gl_test *t, int32_t *out)
+{
+    size_t i;
+    memset(out, 0, (CAPS + 4 * NUMBERS) * sizeof *out);
+    for (i = 0; i < (t->gl.es ? SHARED_CAPS : CAPS); i++) out[i] = t->gl.gl.IsEnabled(caps[i]);
+    for (i = 0; i < NUMBERS; i++) t->gl.gl.GetIntegerv(numbers[i], out + CAPS + 4 * i);
+}
+
+static void from_a_hostile_state(void **state)
+{
+    GL_TEST(t, state)
+    static asked points[POINTS];
+    static float calm[4 * POINTS], harsh[4 * POINTS];
+    int32_t before[CAPS + 4 * NUMBERS], after[CAPS + 4 * NUMBERS];
+    rig r = make_rig(t, sunny, 9, 64);
+    glbk_envsh_renderer to;
+    gl_canvas theirs = gl_canvas_make(t, GLBK_FORMAT_RGBA8, 8, 8, 0);
+    glbk_state saved;
+    int rgba;
+    size_t i;
+
+    make_points(points);
+    to = make_renderer(t, points);
+    for (rgba = 0; rgba < 2; rgba++) {
+        glbk_envsh_maps m = make_maps(t, 5, 64, rgba);
+        illuminate(t, &to, &m, &r, calm);
+        for (i = 0; i < (t->gl.es ? SHARED_CAPS : CAPS); i++) {
+            if (t->gl.gl.IsEnabled(caps[i])) t->gl.gl.Disable(caps[i]);
+            else t->gl.gl.Enable(caps[i]);
+        }
+        t->gl.gl.Viewport(3, 5, 7, 11);
+        t->gl.gl.Scissor(1, 2, 1, 2);
+        t->gl.gl.ColorMask(0, 1, 0, 1);
+        t->gl.gl.DepthMask(0);
+        t->gl.gl.DepthFunc(0x0200);
+        t->gl.gl.CullFace(0x0408);
+        t->gl.gl.FrontFace(0x0900);
+        t->gl.gl.BlendFuncSeparate(0x0307, 0, 0x0306, 1);
+        t->gl.gl.PolygonOffset(3, 100000);
+        t->gl.gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, theirs.target.name);
+        t->gl.gl.ActiveTexture(GLBK_GL_TEXTURE0 + 3);
+        t->gl.gl.BindTexture(GLBK_GL_TEXTURE_2D, theirs.color.name);
+        t->gl.gl.BindVertexArray(r.vertex_array);
+        t->gl.gl.BindBuffer(GLBK_GL_COPY_WRITE_BUFFER, r.buffer);
+        t->gl.gl.UseProgram(m.make_cells.name);
+        read_state(t, before);
+        glbk_state_save(&t->gl, &saved);
+        illuminate(t, &to, &m, &r, harsh);
+        glbk_state_restore(&t->gl, &saved);
+        read_state(t, after);
+        for (i = 0; i < CAPS + 4 * NUMBERS; i++) assert_int_equal(before[i], after[i]);
+        assert_memory_equal(calm, harsh, sizeof calm);
+        for (i = 0; i < (t->gl.es ? SHARED_CAPS : CAPS); i++) {
+            if (t->gl.gl.IsEnabled(caps[i])) t->gl.gl.Disable(caps[i]);
+            else t->gl.gl.Enable(caps[i]);
+        }
+        glbk_envsh_maps_destroy(&t->gl, &m);
+    }
+    assert_true(calm[4 * 5] > 0);
+    t->gl.gl.UseProgram(0);
+    gl_canvas_free(t, &theirs);
+    glbk_envsh_renderer_destroy(&t->gl, &to);
+    free_rig(t, &r);
+}
+
+int main(int count, char **values)
+{
+    struct CMUnitTest tests[] = {
+        gl_unit_test(tiles_are_those_of_the_rasteriser), gl_unit_test(visibility_is_the_twins),
+        gl_unit_test(clusters_make_the_same_light),      gl_unit_test(open_ground_and_a_roof),
+        gl_unit_test(masks_of_the_users_and_a_drawn_picture), gl_unit_test(bad_arguments_are_named),
+        gl_unit_test(failures_leave_nothing),            gl_unit_test(from_a_hostile_state),
+    };
+    (void)count;
+    GL_TEST_MAIN(values, tests, GL_USUAL);
+}
