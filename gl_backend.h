@@ -1228,13 +1228,234 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *ren
 
 /* ---- end of envsh ---- */
 
-/* ---- rsm: reflective shadow maps, after rsm.h ---- */
+/* ---- rsm: reflective shadow maps, after rsm.h ----
 
-#define GLBK_RSM_TEXTURES(X)
-#define GLBK_RSM_BLOCKS(X)
+   Maps come from the CPU (rsm_map_texels, as they are) or are drawn here, by calls of yours; pixel lights are picked by
+   flux from running sums that are made here too. A frame:
+
+       glbk_rsm_map_draw(gl, &r, &map, draw, user);               // or glbk_rsm_map_upload
+       glbk_rsm_gbuffer_draw(gl, &r, view, eye, draw, user);      // or glbk_rsm_gbuffer_upload
+       glbk_rsm_direct(gl, &r, maps, n, &direct);                 // light itself, shadowed by the same maps
+       glbk_rsm_gather(gl, &r, maps, n, &gather, &grid);          // bounced light; grid NULL: every pixel
+       glbk_rsm_denoise(gl, &r, &denoise);                        // where few samples were taken
+       glbk_rsm_resolve(gl, &r, &pass, 1, 1);
+
+   For shaders of your own: lib/rsm_direct.glsl and lib/rsm_gather.glsl with glbk_rsm_bind. All images are RGBA32UI, bits
+   of floats, so that everything works without EXT_color_buffer_float. Enumerations have rsm.h's numbers. */
+
+#define GLBK_RSM_TEXTURES(X)                                                                        \
+    X(usampler2DArray, glbk_rsm_texels, 0)      /* a map: layers 3 face + 0 place, 1 normal, 2 flux */ \
+    X(usampler2DArray, glbk_rsm_sums, 1)                                                            \
+    X(usampler2DArray, glbk_rsm_rows, 2)                                                            \
+    X(usampler2DArray, glbk_rsm_lights, 3)      /* the list of pixel lights */                      \
+    X(sampler2D, glbk_rsm_pattern, 4)                                                               \
+    X(sampler2D, glbk_rsm_noise, 5)                                                                 \
+    X(sampler2D, glbk_rsm_materials, 6)                                                             \
+    X(usampler2DArray, glbk_rsm_seen, 7)        /* G-buffer: place, normal, colour */               \
+    X(usampler2DArray, glbk_rsm_before, 8)      /* that of the last frame */                        \
+    X(glbk_color_sampler, glbk_rsm_sum, 9)                                                          \
+    X(glbk_color_sampler, glbk_rsm_states, 10)  /* the picture while it is interpolated */          \
+    X(glbk_color_sampler, glbk_rsm_coarse, 11)  /* a grid of samples */                             \
+    X(glbk_color_sampler, glbk_rsm_history, 12)                                                     \
+    X(sampler2D, glbk_rsm_motion, 13)                                                               \
+    X(sampler2D, glbk_rsm_albedo_map, 14)
+
+#define GLBK_RSM_LIGHT_MEMBERS(X)                                                                   \
+    X(vec4, position, 1)        /* w: half a side of the map (sun) or its tangent */                \
+    X(vec4, right, 1)           /* w: kind */                                                       \
+    X(vec4, up, 1)              /* w: faces */                                                      \
+    X(vec4, axis, 1)            /* w: cosine of half the cone */                                    \
+    X(vec4, value, 1)           /* w: texels a side */
+
+#define GLBK_RSM_FRAME_MEMBERS(X)                                                                   \
+    X(uvec4, counts, 1)         /* taps; interleave; points about the receiver; side of the noise */ \
+    X(uvec4, range, 1)          /* of the list: from, to, room of a set; not 0: add to what is there */ \
+    X(uvec4, pick, 1)           /* seed, lights of the map, first run, materials; of a scan: layer, stride */ \
+    X(uvec4, grid, 1)           /* step, that of the grid before, width, height */                  \
+    X(uvec4, mode, 1)                                                                               \
+    X(vec4, pattern, 1)         /* r_max; scale and lights of MIXED; frames of the filter */        \
+    X(vec4, limits, 1)          /* offset, clamp, near_limit, sets; direct: bias, slope bias */     \
+    X(vec4, tests, 1)           /* normal_cosine, plane_slope, distance, contrast */
+
+#define GLBK_RSM_DRAWN_MEMBERS(X)                                                                  \
+    X(mat4, world, 1)                                                                               \
+    X(mat4, clip, 1)                                                                                \
+    X(vec4, albedo, 1)          /* w: cut-off of the map's alpha */                                 \
+    X(vec4, eye, 1)             /* w = 0: a direction */                                            \
+    X(vec4, range, 1)           /* of depth: nearest, 1 / extent */                                 \
+    X(uvec4, kinds, 1)          /* material, has a map, face */
+
+#define GLBK_RSM_BLOCKS(X)                              \
+    X(glbk_rsm_light, 0, GLBK_RSM_LIGHT_MEMBERS)        \
+    X(glbk_rsm_frame, 1, GLBK_RSM_FRAME_MEMBERS)        \
+    X(glbk_rsm_drawn, 2, GLBK_RSM_DRAWN_MEMBERS)
+
 #define GLBK_RSM_STORAGE(X)
 
 GLBK__PART(RSM)
+
+typedef enum glbk_rsm_kind {    /* rsm_light_kind */
+    GLBK_RSM_DEFAULT,           /* = GLBK_RSM_SUN */
+    GLBK_RSM_SUN, GLBK_RSM_SPOT, GLBK_RSM_SQUARE_SPOT, GLBK_RSM_POINT, GLBK_RSM_PATCH, GLBK_RSM_KIND_COUNT
+} glbk_rsm_kind;
+
+typedef struct glbk_rsm_lamp {  /* rsm_light, field by field */
+    glbk_rsm_kind kind;
+    float position[3], direction[3], up[3], value[3];
+    float radius, cone_angle;
+    float near_depth, far_depth;
+} glbk_rsm_lamp;
+
+typedef struct glbk_rsm_map {           /* read only; zeroed = none */
+    uint32_t       size, faces;         /* faces: 1, 5 or 6 */
+    glbk_rsm_lamp  lamp;
+    glbk_rsm_light block;
+    glbk_buffer    light;
+    glbk_texture   texels, depth, sums[2], rows[2];
+    glbk_target    faces_drawn[6], sum_targets[2][6], row_targets[2][6];
+    int            summed, sums_at, rows_at;
+} glbk_rsm_map;
+
+GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const glbk_rsm_lamp *lamp, uint32_t size, glbk_rsm_map *out);
+/* An empty map of the light. size: texels a side, 4..4096; 0 = 512, cubes 256. 60 bytes a texel.
+   Errors   GLBK_ERR_ARGUMENT (what rsm_map_create refuses), GLBK_ERR_LIMIT */
+GLBK_DEF glbk_result glbk_rsm_map_place(glbk_context *ctx, glbk_rsm_map *map, const glbk_rsm_lamp *lamp);
+/* The light moved or changed; faces stay as many. Draw or upload anew afterwards. */
+GLBK_DEF glbk_result glbk_rsm_map_upload(glbk_context *ctx, glbk_rsm_map *map, const void *texels);
+/* rsm_map_texels of a map of the same light and size: faces x size x size x 48 bytes. Errors: GLBK_ERR_ALLOC */
+GLBK_DEF glbk_result glbk_rsm_map_read(glbk_context *ctx, const glbk_rsm_map *map, uint32_t face, void *texels);
+/* One face in that form, size x size x 48 bytes. Waits for the GPU. Errors: GLBK_ERR_ALLOC */
+GLBK_DEF void glbk_rsm_map_matrix(const glbk_rsm_map *map, uint32_t face, float world_to_clip[16]);
+GLBK_DEF void glbk_rsm_map_destroy(glbk_context *ctx, glbk_rsm_map *map);
+
+typedef struct glbk_rsm_renderer_desc {
+    uint32_t width, height;
+    int      interpolate, denoise;      /* not 0: memory for glbk_rsm_gather with a grid, for glbk_rsm_denoise */
+} glbk_rsm_renderer_desc;
+
+#define GLBK_RSM_PROGRAMS 14u
+
+typedef struct glbk_rsm_renderer {      /* read only; zeroed = none */
+    glbk_program programs[GLBK_RSM_PROGRAMS];       /* compiled when first needed */
+    glbk_texture seen[2], depth, sums[3], grids[3], history[2], lights;
+    glbk_target  seen_targets[2], targets[3], grid_targets[3], history_targets[2], lights_target;
+    glbk_texture pattern, noise, materials;
+    uint32_t     points, noise_side, material_count;
+    glbk_buffer  frame, object;
+    glbk_rsm_frame values;
+    glbk_rsm_drawn drawn;
+    float        before[16];
+    uint32_t     width, height, now, direct, bounce, remembers;
+    int          has_before, drawing, turn;
+} glbk_rsm_renderer;
+
+GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_renderer_desc *desc,
+                                              glbk_rsm_renderer *out);
+/* Memory on the GPU: 4 MB, and 100 bytes a pixel, with interpolate 12 more, with denoise 80 more. */
+GLBK_DEF void glbk_rsm_renderer_destroy(glbk_context *ctx, glbk_rsm_renderer *renderer);
+
+typedef struct glbk_rsm_tables {
+    const float *points;                /* of patterns about the receiver: rsm_pattern_build, 3 floats each, or NULL */
+    uint32_t     point_count;
+    const float *noise;                 /* rsm_blue_noise, noise_side^2 values, or NULL: patterns are not turned */
+    uint32_t     noise_side;
+    const float *materials;             /* rsm_material: specular, exponent; or NULL: all diffuse */
+    uint32_t     material_count;        /* at most 1024 */
+} glbk_rsm_tables;
+
+GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_rsm_tables *tables);
+/* Replaces all three. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_LIMIT (more than 2^20 points), GLBK_ERR_ALLOC */
+
+typedef void (*glbk_rsm_draw)(void *user, glbk_context *ctx, glbk_rsm_renderer *renderer);
+/* Your scene: for each object glbk_rsm_object, then a draw with attributes 0 position, 1 normal, 2 texture coordinates from
+   your vertex array. An attribute that is not enabled must be zero; normals of zero are those of the triangles. */
+
+typedef struct glbk_rsm_surface {
+    float               transform[16];  /* object to world, affine */
+    float               albedo[3];      /* linear */
+    uint32_t            material;       /* 1 + index into glbk_rsm_tables.materials, 0 = diffuse */
+    const glbk_texture *albedo_map;     /* or NULL. Use GLBK_SAMPLING_MIPMAPS: flux is filtered then (section 6) */
+    float               alpha_cutoff;   /* of the map's alpha at full size; below it is a hole */
+} glbk_rsm_surface;
+
+GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_rsm_surface *surface);
+/* Only from within a glbk_rsm_draw. */
+
+GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *map,
+                                       glbk_rsm_draw draw, void *user);
+/* Calls draw once a face. Both sides of triangles, normals turned to the light. */
+GLBK_DEF glbk_result glbk_rsm_gbuffer_draw(glbk_context *ctx, glbk_rsm_renderer *renderer, const float world_to_clip[16],
+                                           const float eye[3], glbk_rsm_draw draw, void *user);
+
+typedef struct glbk_rsm_pixel {
+    float position[3], normal[3];       /* world; normal 0 0 0: nothing is seen */
+    float albedo[3];
+    float occlusion;                    /* factor of bounced light, 0..1: 1 = none */
+} glbk_rsm_pixel;
+
+GLBK_DEF glbk_result glbk_rsm_gbuffer_upload(glbk_context *ctx, glbk_rsm_renderer *renderer, uint32_t row, uint32_t rows,
+                                             const glbk_rsm_pixel *pixels);
+/* Whole rows from the CPU. Row 0 comes back first from glbk_rsm_read. Errors: GLBK_ERR_ALLOC */
+
+typedef struct glbk_rsm_direct_desc {   /* rsm_direct_desc */
+    uint32_t taps;                      /* 1..15; 0 = 2 */
+    float    bias, slope_bias;          /* 0 really is none; 0.5 and 1 are good */
+} glbk_rsm_direct_desc;
+
+GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_rsm_map *const *maps,
+                                     uint32_t count, const glbk_rsm_direct_desc *desc);
+
+typedef enum glbk_rsm_pattern {         /* rsm_pattern; ABOUT: whatever glbk_rsm_tables.points holds */
+    GLBK_RSM_PATTERN_DEFAULT,           /* = GLBK_RSM_PATTERN_FLUX */
+    GLBK_RSM_PATTERN_FLUX, GLBK_RSM_PATTERN_ABOUT, GLBK_RSM_PATTERN_MIXED = 6, GLBK_RSM_PATTERN_COUNT
+} glbk_rsm_pattern;
+
+typedef struct glbk_rsm_gather_desc {   /* rsm_gather_desc; noise and materials are used where the tables have them */
+    glbk_rsm_pattern pattern;
+    uint32_t samples;                   /* of each pixel and map; 0 = every texel. ABOUT: all points of the tables count.
+                                           MIXED: samples - samples / 3 by flux, the tables' points (log-radial) too */
+    float    r_max, offset, clamp, near_limit;
+    uint32_t seed, interleave;
+    uint32_t lights_per_pass;           /* 0 = 4096: a pass must not take longer than the driver's patience */
+} glbk_rsm_gather_desc;
+
+typedef struct glbk_rsm_grid {          /* rsm_interpolation */
+    uint32_t step, levels;
+    float    normal_cosine, plane_slope, distance, contrast;
+} glbk_rsm_grid;
+
+GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *const *maps,
+                                     uint32_t count, const glbk_rsm_gather_desc *desc, const glbk_rsm_grid *grid);
+/* Bounced light of all maps. grid: first a low-resolution picture, then the pixels between where 3 of 4 samples suit, then
+   finer grids, at last single pixels, each only where a mask in alpha says that something is left: nothing is asked back
+   from the GPU. NULL: every pixel.
+   The choice of samples, and so the noise, is rsm_gather's for the same desc.
+   Errors   GLBK_ERR_ARGUMENT (desc or grid as rsm.h refuses them; interleave, noise with a grid; pattern without points) */
+
+typedef struct glbk_rsm_denoise_desc {  /* rsm_filter_desc */
+    const float        *view_projection;
+    const glbk_texture *motion;         /* NULL, or where each pixel's surface was: pixels of the last frame in r and g */
+    int                 top_first;      /* not 0: row 0 of the G-buffer is the picture's top */
+    uint32_t            history, passes;
+    float               normal_cosine, plane_slope;
+} glbk_rsm_denoise_desc;
+
+GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_rsm_denoise_desc *desc);
+/* Once a frame, after glbk_rsm_gather. Fill the whole G-buffer anew for the next frame: two are kept in turn. */
+GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *renderer);
+/* The next frame starts anew. */
+
+GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_pass *pass, int direct,
+                                      int bounced);
+/* Draws albedo / pi times the light that is wanted, linear radiance, to the pass's target. */
+
+GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *renderer, int bounced, float *rgba);
+/* Irradiance, direct or bounced: 4 floats a pixel. Waits for the GPU. a of bounced light, before glbk_rsm_denoise: 2
+   interpolated, above evaluated, 0 nothing seen. */
+
+GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer, const glbk_rsm_map *map);
+/* For a program of yours with rsm_direct, rsm_gather or rsm_screen among its library files, which is bound: the map's textures and
+   light; with a renderer its list of lights as the last glbk_rsm_gather left it, tables and G-buffer. Either may be NULL. */
 
 /* ---- end of rsm ---- */
 
@@ -4221,8 +4442,562 @@ static const char *const glbk__glsl_lib_prelude_glsl[] = {
     "#endif\n"
 };
 
+static const char *const glbk__glsl_lib_rsm_access_glsl[] = {
+    "// rsm_access - what the files rsm_* ask of a program, from what glbk_rsm_bind binds.\n",
+    "// uses: rsm_bindings rsm_map\n",
+    "rsm_lamp rsm_bound()\n",
+    "{\n",
+    "    return rsm_lamp(glbk_rsm_light.position.xyz, glbk_rsm_light.right.xyz, glbk_rsm_light.up.xyz, glbk_rsm_light.axis.xyz,\n",
+    "                    glbk_rsm_light.value.xyz, glbk_rsm_light.position.w, glbk_rsm_light.axis.w, glbk_rsm_light.value.w,\n",
+    "                    int(glbk_rsm_light.up.w), int(glbk_rsm_light.right.w));\n",
+    "}\n",
+    "\n",
+    "// Image k of texel t.xy of face t.z: 0 position and depth, 1 normal and material, 2 flux and area.\n",
+    "#define RSM_TEXEL(t, k) texelFetch(glbk_rsm_texels, ivec3((t).xy, 3 * (t).z + (k)), 0)\n",
+    "// Running sums of flux: in the row up to texel x, and of rows up to row y of its face.\n",
+    "#define RSM_ROW_SUM(t) uintBitsToFloat(texelFetch(glbk_rsm_sums, t, 0).x)\n",
+    "#define RSM_ROWS_SUM(y, face) uintBitsToFloat(texelFetch(glbk_rsm_rows, ivec3(y, 0, face), 0).x)\n",
+    "// Number i of the list: 0 position and bound, 1 normal and density, 2 flux and texel, 3 light and material.\n",
+    "#define RSM_LIGHT(i, k) texelFetch(glbk_rsm_lights, ivec3(int((i) & 1023u), int((i) >> 10), k), 0)\n",
+    "#define RSM_POINT(i) texelFetch(glbk_rsm_pattern, ivec2(int((i) & 1023u), int((i) >> 10)), 0).xyz\n",
+    "#define RSM_MATERIAL(i) texelFetch(glbk_rsm_materials, ivec2(int(i), 0), 0)\n",
+    "#define RSM_SEEN(at, k) texelFetch(glbk_rsm_seen, ivec3(at, k), 0)\n"
+};
+
 static const char *const glbk__glsl_lib_rsm_bindings_glsl[] = {
-    "// rsm_bindings - from the lists GLBK_RSM_* of gl_backend.h.\n"
+    "// rsm_bindings - from the lists GLBK_RSM_* of gl_backend.h.\n",
+    "uniform usampler2DArray glbk_rsm_texels;\n",
+    "uniform usampler2DArray glbk_rsm_sums;\n",
+    "uniform usampler2DArray glbk_rsm_rows;\n",
+    "uniform usampler2DArray glbk_rsm_lights;\n",
+    "uniform sampler2D glbk_rsm_pattern;\n",
+    "uniform sampler2D glbk_rsm_noise;\n",
+    "uniform sampler2D glbk_rsm_materials;\n",
+    "uniform usampler2DArray glbk_rsm_seen;\n",
+    "uniform usampler2DArray glbk_rsm_before;\n",
+    "uniform glbk_color_sampler glbk_rsm_sum;\n",
+    "uniform glbk_color_sampler glbk_rsm_states;\n",
+    "uniform glbk_color_sampler glbk_rsm_coarse;\n",
+    "uniform glbk_color_sampler glbk_rsm_history;\n",
+    "uniform sampler2D glbk_rsm_motion;\n",
+    "uniform sampler2D glbk_rsm_albedo_map;\n",
+    "layout(std140) uniform glbk_rsm_light_block {\n",
+    "    vec4 position;\n",
+    "    vec4 right;\n",
+    "    vec4 up;\n",
+    "    vec4 axis;\n",
+    "    vec4 value;\n",
+    "} glbk_rsm_light;\n",
+    "layout(std140) uniform glbk_rsm_frame_block {\n",
+    "    uvec4 counts;\n",
+    "    uvec4 range;\n",
+    "    uvec4 pick;\n",
+    "    uvec4 grid;\n",
+    "    uvec4 mode;\n",
+    "    vec4 pattern;\n",
+    "    vec4 limits;\n",
+    "    vec4 tests;\n",
+    "} glbk_rsm_frame;\n",
+    "layout(std140) uniform glbk_rsm_drawn_block {\n",
+    "    mat4 world;\n",
+    "    mat4 clip;\n",
+    "    vec4 albedo;\n",
+    "    vec4 eye;\n",
+    "    vec4 range;\n",
+    "    uvec4 kinds;\n",
+    "} glbk_rsm_drawn;\n"
+};
+
+static const char *const glbk__glsl_lib_rsm_direct_glsl[] = {
+    "// rsm_direct - a light itself by its map: percentage-closer filter, bias by slope. uses a bound map's RSM_TEXEL\n",
+    "// uses: rsm_access\n",
+    "// Irradiance of a light of value 1 without shadow; 0 outside a cone or behind a patch.\n",
+    "float rsm_unshadowed(rsm_lamp l, vec3 p, vec3 n)\n",
+    "{\n",
+    "    vec3 to = rsm_to_light(l, p), d = p - l.position;\n",
+    "    float d2 = dot(d, d), cosine = dot(n, to), along = -dot(l.axis, to);\n",
+    "    if (!(cosine > 0.0)) return 0.0;\n",
+    "    if (l.kind == RSM_SUN) return cosine;\n",
+    "    if (!(d2 > 0.0)) return 0.0;\n",
+    "    if (l.kind == RSM_SPOT && !(along >= l.cos_half)) return 0.0;\n",
+    "    if (l.kind == RSM_SQUARE_SPOT) {\n",
+    "        vec3 q = rsm_to_face(l, 0, p);\n",
+    "        if (!(q.z > 0.0 && abs(q.x) <= 1.0 && abs(q.y) <= 1.0)) return 0.0;\n",
+    "    }\n",
+    "    if (l.kind == RSM_PATCH) cosine *= max(along, 0.0);\n",
+    "    return cosine / d2;\n",
+    "}\n",
+    "\n",
+    "// Lit share of taps x taps texels about p, weighted as a box moved by fractions of a texel; 2 taps: bilinear.\n",
+    "float rsm_pcf(rsm_lamp l, vec3 p, float cosine, int taps, float bias, float slope_bias)\n",
+    "{\n",
+    "    int face = rsm_face_of_direction(l, p - l.position), size = int(l.size);\n",
+    "    if (face >= l.faces) return 0.0;\n",
+    "    vec3 q = rsm_to_face(l, face, p);\n",
+    "    if (l.kind != RSM_SUN && !(q.z > 0.0)) return 0.0;\n",
+    "    if (!(abs(q.x) <= 1.0 && abs(q.y) <= 1.0)) return l.kind == RSM_SUN ? 1.0 : 0.0;\n",
+    "    float texel = 2.0 / l.size * l.extent * (l.kind == RSM_SUN ? 1.0 : q.z);\n",
+    "    float slope = cosine < 1.0 ? min(sqrt(1.0 - cosine * cosine) / max(cosine, 0.1), 10.0) : 0.0;\n",
+    "    float reach = q.z - texel * (bias + slope_bias * slope * 0.7072 * float(taps));\n",
+    "    vec2 first = (q.xy * 0.5 + 0.5) * l.size - 0.5 * float(taps - 1), f = first - floor(first);\n",
+    "    float sum = 0.0, total = 0.0;\n",
+    "    for (int j = 0; j < taps; j++)\n",
+    "        for (int i = 0; i < taps; i++) {\n",
+    "            vec2 w = vec2(i == 0 ? 1.0 - f.x : i == taps - 1 ? f.x : 1.0, j == 0 ? 1.0 - f.y : j == taps - 1 ? f.y : 1.0);\n",
+    "            float weight = taps == 1 ? 1.0 : w.x * w.y;\n",
+    "            ivec3 t = ivec3(clamp(ivec2(floor(first)) + ivec2(i, j), ivec2(0), ivec2(size - 1)), face);\n",
+    "            total += weight;\n",
+    "            if (reach <= uintBitsToFloat(RSM_TEXEL(t, 0).w)) sum += weight;\n",
+    "        }\n",
+    "    return total > 0.0 ? sum / total : 0.0;\n",
+    "}\n",
+    "\n",
+    "// Irradiance of p from the bound light.\n",
+    "vec3 rsm_direct(rsm_lamp l, vec3 p, vec3 n, int taps, float bias, float slope_bias)\n",
+    "{\n",
+    "    float light = rsm_unshadowed(l, p, n);\n",
+    "    if (light > 0.0) light *= rsm_pcf(l, p, dot(n, rsm_to_light(l, p)), taps, bias, slope_bias);\n",
+    "    return light * l.value;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
+    "// rsm_gather - bounced light of a receiver: from the list of pixel lights, and from texels about its projection.\n",
+    "// uses: rsm_pick\n",
+    "// Equation (1) without flux: cos cos / d^2, cosines times d over d^4. Both must exceed the rounding of positions, so that\n",
+    "// a plane does not light itself (T40).\n",
+    "float rsm_form(vec3 p, vec3 n, vec3 light, vec3 light_normal, float bound)\n",
+    "{\n",
+    "    vec3 d = light - p, most = max(abs(p), abs(light));\n",
+    "    float rounding = 4e-7 * max(max(most.x, most.y), most.z), inverse = 1.0 / max(dot(d, d), 1e-18);\n",
+    "    float receives = max(dot(n, d) - rounding, 0.0), emits = max(-dot(light_normal, d) - rounding, 0.0);\n",
+    "    return min((receives * inverse) * (emits * inverse), bound);\n",
+    "}\n",
+    "\n",
+    "// The glossy part towards p: a Phong lobe about the mirrored direction of the light, of energy `specular`.\n",
+    "vec3 rsm_gloss(rsm_lamp l, vec3 p, vec3 n, vec3 light, vec3 light_normal, float bound, vec3 incident, vec4 material)\n",
+    "{\n",
+    "    vec3 to = rsm_to_light(l, light), mirror = 2.0 * dot(light_normal, to) * light_normal - to, d = p - light;\n",
+    "    float c = dot(mirror, d) / max(sqrt(dot(d, d)), 1e-9);\n",
+    "    if (!(c > 0.0)) return vec3(0.0);\n",
+    "    return incident * material.xyz * (0.5 * (material.w + 2.0) * pow(min(c, 1.0), material.w)) *\n",
+    "           rsm_form(p, n, light, light_normal, bound);\n",
+    "}\n",
+    "\n",
+    "float rsm_bound_of(float area, float limit_clamp, float near_limit)\n",
+    "{\n",
+    "    float bound = limit_clamp > 0.0 ? limit_clamp : 3.0e38;\n",
+    "    return near_limit > 0.0 && area > 0.0 ? min(bound, near_limit * RSM_PI / area) : bound;\n",
+    "}\n",
+    "\n",
+    "// A texel's place: in the unit square, or on the sphere of diameter 1.\n",
+    "vec3 rsm_mixed_place(rsm_lamp l, ivec3 t)\n",
+    "{\n",
+    "    vec2 q = vec2(rsm_texel_centre(l, t.x), rsm_texel_centre(l, t.y));\n",
+    "    vec3 r, u, a;\n",
+    "    if (l.faces == 1) return vec3(q * 0.5 + 0.5, 0.0);\n",
+    "    rsm_face_frame(l, t.z, r, u, a);\n",
+    "    return rsm_normalize(a + r * q.x + u * q.y) * 0.5;\n",
+    "}\n",
+    "\n",
+    "// Where patterns about p have their centre: in the unit square, or a direction, with its frame.\n",
+    "vec3 rsm_centre_of(rsm_lamp l, vec3 p, bool inside, out vec3 right, out vec3 up)\n",
+    "{\n",
+    "    right = up = vec3(0.0);\n",
+    "    if (l.faces != 1) {\n",
+    "        vec3 c = rsm_normalize(p - l.position);\n",
+    "        if (!(dot(c, c) > 0.25)) c = l.axis;\n",
+    "        float s = c.z >= 0.0 ? 1.0 : -1.0, a = -1.0 / (s + c.z), b = c.x * c.y * a;\n",
+    "        right = vec3(1.0 + s * c.x * c.x * a, s * b, -s * c.x);\n",
+    "        up = vec3(b, s + c.y * c.y * a, -c.y);\n",
+    "        return c;\n",
+    "    }\n",
+    "    vec3 q = rsm_to_face(l, 0, p);\n",
+    "    if (l.kind != RSM_SUN && !(q.z > 0.0)) q = vec3(0.0);\n",
+    "    q = vec3(q.xy * 0.5 + 0.5, 0.0);\n",
+    "    return inside ? vec3(clamp(q.xy, 0.02, 0.98), 0.0) : q;\n",
+    "}\n",
+    "\n",
+    "// Which texel is under a sample of a pattern about the receiver, and how many texels' worth it stands for. turn: cosine and\n",
+    "// sine of the pixel's rotation. r_max 0: up to the map's border. false: outside.\n",
+    "bool rsm_place_sample(rsm_lamp l, float r_max, vec3 centre, vec3 right, vec3 up, vec3 point, vec2 turn, out ivec3 t,\n",
+    "                      out float weight)\n",
+    "{\n",
+    "    vec2 q = vec2(point.x * turn.x - point.y * turn.y, point.x * turn.y + point.y * turn.x);\n",
+    "    int size = int(l.size);\n",
+    "    t = ivec3(0);\n",
+    "    weight = 0.0;\n",
+    "    if (l.faces == 1) {\n",
+    "        float r = r_max;\n",
+    "        if (!(r > 0.0)) {\n",
+    "            float len = length(q);\n",
+    "            vec2 d = len > 0.0 ? q / len : vec2(0.0), room;\n",
+    "            room.x = abs(d.x) > 1e-9 ? (d.x > 0.0 ? 1.0 - centre.x : centre.x) / abs(d.x) : 4.0;\n",
+    "            room.y = abs(d.y) > 1e-9 ? (d.y > 0.0 ? 1.0 - centre.y : centre.y) / abs(d.y) : 4.0;\n",
+    "            r = min(room.x, room.y);\n",
+    "        }\n",
+    "        weight = point.z * r * r * l.size * l.size;\n",
+    "        q = (centre.xy + r * q) * l.size;\n",
+    "        if (!(r_max > 0.0)) q = clamp(q, vec2(0.0), vec2(l.size - 0.5));\n",
+    "        if (any(lessThan(q, vec2(0.0))) || any(greaterThanEqual(q, vec2(l.size)))) return false;\n",
+    "        t = ivec3(ivec2(q), 0);\n",
+    "        return true;\n",
+    "    }\n",
+    "    float r = r_max > 0.0 && r_max < 1.0 ? r_max : 1.0;\n",
+    "    q *= r;\n",
+    "    float s = dot(q, q), k = 2.0 * sqrt(max(1.0 - s, 0.0));\n",
+    "    vec3 d = centre * (1.0 - 2.0 * s) + right * (q.x * k) + up * (q.y * k), a, fr, fu;\n",
+    "    t.z = rsm_face_of_direction(l, d);\n",
+    "    if (t.z >= l.faces) return false;\n",
+    "    rsm_face_frame(l, t.z, fr, fu, a);\n",
+    "    q = vec2(dot(d, fr), dot(d, fu)) / dot(d, a);\n",
+    "    t.xy = min(ivec2((q * 0.5 + 0.5) * l.size), ivec2(size - 1));\n",
+    "    q = vec2(rsm_texel_centre(l, t.x), rsm_texel_centre(l, t.y));\n",
+    "    s = 1.0 + dot(q, q);\n",
+    "    weight = point.z * r * r * l.size * l.size * s * sqrt(s);\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "// From numbers from to to - 1 of the list. mixed: MIXED's scale; 0 = all by flux.\n",
+    "vec3 rsm_gather_list(rsm_lamp l, vec3 p, vec3 n, uint from, uint to, bool glossy, float mixed)\n",
+    "{\n",
+    "    vec3 sum = vec3(0.0), right, up, centre = vec3(0.0);\n",
+    "    if (mixed > 0.0) centre = rsm_centre_of(l, p, true, right, up) * (l.faces == 1 ? 1.0 : 0.5);\n",
+    "    for (uint i = from; i < to; i++) {\n",
+    "        vec4 a = uintBitsToFloat(RSM_LIGHT(i, 0)), b = uintBitsToFloat(RSM_LIGHT(i, 1));\n",
+    "        uvec4 c = RSM_LIGHT(i, 2);\n",
+    "        float w = 1.0;\n",
+    "        if (mixed > 0.0) {\n",
+    "            ivec3 t = ivec3(c.w & 4095u, (c.w >> 12) & 4095u, c.w >> 24);\n",
+    "            vec3 d = rsm_mixed_place(l, t) - centre;\n",
+    "            w = (dot(d, d) + 0.001) * b.w;\n",
+    "            w = w / (w + mixed);\n",
+    "        }\n",
+    "        vec3 light = uintBitsToFloat(c.xyz) * rsm_form(p, n, a.xyz, b.xyz, a.w);\n",
+    "        if (glossy) {\n",
+    "            uvec4 g = RSM_LIGHT(i, 3);\n",
+    "            if (g.w != 0u) light += rsm_gloss(l, p, n, a.xyz, b.xyz, a.w, uintBitsToFloat(g.xyz), RSM_MATERIAL(g.w - 1u));\n",
+    "        }\n",
+    "        sum += light * w;\n",
+    "    }\n",
+    "    return sum;\n",
+    "}\n",
+    "\n",
+    "// From points first, first + step, ... of the pattern, count of them, about the projection of p. limits: offset, clamp,\n",
+    "// near_limit, sets that share the points. mixed, picked: MIXED; else 0.\n",
+    "vec3 rsm_gather_about(rsm_lamp l, vec3 p, vec3 n, float r_max, vec2 turn, uint first, uint step, uint count, vec4 limits,\n",
+    "                      bool glossy, float mixed, float picked)\n",
+    "{\n",
+    "    vec3 sum = vec3(0.0), right, up, centre = rsm_centre_of(l, p, !(r_max > 0.0), right, up);\n",
+    "    float total = picked > 0.0 ? rsm_total(l) : 0.0;\n",
+    "    for (uint i = 0u; i < count; i++) {\n",
+    "        ivec3 t;\n",
+    "        float weight;\n",
+    "        if (!rsm_place_sample(l, r_max, centre, right, up, RSM_POINT(first + i * step), turn, t, weight)) continue;\n",
+    "        vec4 flux = uintBitsToFloat(RSM_TEXEL(t, 2));\n",
+    "        float mean = rsm_mean3(flux.xyz);\n",
+    "        if (!(mean > 0.0) && !glossy) continue;\n",
+    "        if (total > 0.0) {\n",
+    "            vec3 d = rsm_mixed_place(l, t) - centre * (l.faces == 1 ? 1.0 : 0.5);\n",
+    "            weight *= mixed / ((dot(d, d) + 0.001) * picked * mean / total + mixed);\n",
+    "        }\n",
+    "        vec3 light = uintBitsToFloat(RSM_TEXEL(t, 0).xyz);\n",
+    "        uvec4 b = RSM_TEXEL(t, 1);\n",
+    "        vec3 light_normal = uintBitsToFloat(b.xyz);\n",
+    "        light -= limits.x * light_normal;\n",
+    "        float bound = rsm_bound_of(flux.w * weight, limits.y, limits.z);\n",
+    "        vec3 e = flux.xyz * rsm_form(p, n, light, light_normal, bound);\n",
+    "        if (glossy && b.w != 0u)\n",
+    "            e += rsm_gloss(l, p, n, light, light_normal, bound, rsm_incident(l, t.z, t.xy) * l.value, RSM_MATERIAL(b.w - 1u));\n",
+    "        sum += e * (weight * limits.w);\n",
+    "    }\n",
+    "    return sum;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_rsm_map_glsl[] = {
+    "// rsm_map - a light and its map: frames of faces, projection, light through a texel, as rsm.h has them.\n",
+    "const int RSM_SUN = 1, RSM_SPOT = 2, RSM_SQUARE_SPOT = 3, RSM_POINT = 4, RSM_PATCH = 5;\n",
+    "const float RSM_PI = 3.14159265;\n",
+    "\n",
+    "struct rsm_lamp {\n",
+    "    vec3 position, right, up, axis;     // frame of face 0; light travels along axis\n",
+    "    vec3 value;\n",
+    "    float extent, cos_half, size;       // half a side (sun) or its tangent; of half the cone; texels a side\n",
+    "    int faces, kind;\n",
+    "};\n",
+    "\n",
+    "vec3 rsm_normalize(vec3 v)\n",
+    "{\n",
+    "    float d = dot(v, v);\n",
+    "    return d > 0.0 ? v / sqrt(d) : vec3(0.0);\n",
+    "}\n",
+    "\n",
+    "void rsm_face_frame(rsm_lamp l, int face, out vec3 r, out vec3 u, out vec3 a)\n",
+    "{\n",
+    "    r = l.right;\n",
+    "    u = l.up;\n",
+    "    a = l.axis;\n",
+    "    if (face == 1) { r = -l.axis; a = l.right; }\n",
+    "    else if (face == 2) { r = l.axis; a = -l.right; }\n",
+    "    else if (face == 3) { u = -l.axis; a = l.up; }\n",
+    "    else if (face == 4) { u = l.axis; a = -l.up; }\n",
+    "    else if (face == 5) { r = -l.right; a = -l.axis; }\n",
+    "}\n",
+    "\n",
+    "// In a face's frame: x and y in units of its half side, z the depth.\n",
+    "vec3 rsm_to_face(rsm_lamp l, int face, vec3 p)\n",
+    "{\n",
+    "    vec3 r, u, a, q = p - l.position;\n",
+    "    rsm_face_frame(l, face, r, u, a);\n",
+    "    float z = dot(q, a);\n",
+    "    return vec3(vec2(dot(q, r), dot(q, u)) / (l.kind == RSM_SUN ? l.extent : l.extent * z), z);\n",
+    "}\n",
+    "\n",
+    "int rsm_cube_face(vec3 d)               // d in the light's frame\n",
+    "{\n",
+    "    vec3 a = abs(d);\n",
+    "    if (a.z >= a.x && a.z >= a.y) return d.z >= 0.0 ? 0 : 5;\n",
+    "    if (a.x >= a.y) return d.x >= 0.0 ? 1 : 2;\n",
+    "    return d.y >= 0.0 ? 3 : 4;\n",
+    "}\n",
+    "\n",
+    "int rsm_face_of_direction(rsm_lamp l, vec3 d)\n",
+    "{\n",
+    "    return l.faces == 1 ? 0 : rsm_cube_face(vec3(dot(d, l.right), dot(d, l.up), dot(d, l.axis)));\n",
+    "}\n",
+    "\n",
+    "float rsm_texel_centre(rsm_lamp l, int i) { return (float(i) + 0.5) * 2.0 / l.size - 1.0; }\n",
+    "\n",
+    "vec3 rsm_to_light(rsm_lamp l, vec3 p) { return l.kind == RSM_SUN ? -l.axis : rsm_normalize(l.position - p); }\n",
+    "\n",
+    "// Light of value 1 through the part q +- h of a face, in its plane at distance 1: the integral of cos^3 by Gauss points.\n",
+    "float rsm_solid_angle(rsm_lamp l, vec3 r, vec3 u, vec3 a, vec2 q, float h)\n",
+    "{\n",
+    "    float sum = 0.0;\n",
+    "    int n = h < 0.05 ? 2 : 4;\n",
+    "    for (int j = 0; j < n; j++)\n",
+    "        for (int i = 0; i < n; i++) {\n",
+    "            ivec2 k = ivec2(i, j);\n",
+    "            vec2 sign = vec2(greaterThanEqual(k * 2, ivec2(n))) * 2.0 - 1.0;\n",
+    "            bvec2 outer = equal(k % 3, ivec2(0));\n",
+    "            vec2 node = n == 2 ? vec2(0.577350269) : mix(vec2(0.339981044), vec2(0.861136312), vec2(outer));\n",
+    "            vec2 weight = n == 2 ? vec2(0.5) : mix(vec2(0.326072577), vec2(0.173927423), vec2(outer));\n",
+    "            vec2 s = q + h * sign * node;\n",
+    "            float c = 1.0 / (1.0 + dot(s, s)), f = c * sqrt(c);\n",
+    "            if (l.kind == RSM_PATCH) f *= max(dot(l.axis, a + r * s.x + u * s.y) * sqrt(c), 0.0);\n",
+    "            sum += f * weight.x * weight.y;\n",
+    "        }\n",
+    "    return sum * 4.0 * h * h;\n",
+    "}\n",
+    "\n",
+    "bool rsm_in_cone(rsm_lamp l, vec3 r, vec3 u, vec3 a, vec2 q)\n",
+    "{\n",
+    "    vec3 d = a + r * q.x + u * q.y;\n",
+    "    return dot(l.axis, d) >= l.cos_half * length(d);\n",
+    "}\n",
+    "\n",
+    "// Light of value 1 through texel (i, j) of a face, as much of it as lies in the cone.\n",
+    "float rsm_incident(rsm_lamp l, int face, ivec2 t)\n",
+    "{\n",
+    "    float h = l.extent / l.size;\n",
+    "    if (l.kind == RSM_SUN) return 4.0 * h * h;\n",
+    "    vec3 r, u, a;\n",
+    "    rsm_face_frame(l, face, r, u, a);\n",
+    "    vec2 q = vec2(rsm_texel_centre(l, t.x), rsm_texel_centre(l, t.y)) * l.extent;\n",
+    "    float flux = rsm_solid_angle(l, r, u, a, q, h);\n",
+    "    if (l.kind != RSM_SPOT) return flux;\n",
+    "    int corners = 0, covered = 0;\n",
+    "    for (int k = 0; k < 4; k++)\n",
+    "        corners += int(rsm_in_cone(l, r, u, a, q + h * vec2((k & 1) != 0 ? 1.0 : -1.0, (k & 2) != 0 ? 1.0 : -1.0)));\n",
+    "    if (corners == 4) return flux;\n",
+    "    if (corners == 0 && !rsm_in_cone(l, r, u, a, q)) return 0.0;\n",
+    "    for (int k = 0; k < 64; k++)\n",
+    "        covered += int(rsm_in_cone(l, r, u, a, q + h * (vec2(float(k & 7), float(k >> 3)) - 3.5) * 0.25));\n",
+    "    return flux * float(covered) * (1.0 / 64.0);\n",
+    "}\n",
+    "\n",
+    "// Surface that a texel stands for: the cross section of its beam over the cosine, grazing ones bounded.\n",
+    "float rsm_area(rsm_lamp l, int face, vec3 p, vec3 n)\n",
+    "{\n",
+    "    vec3 r, u, a, to = rsm_to_light(l, p);\n",
+    "    rsm_face_frame(l, face, r, u, a);\n",
+    "    float side = 2.0 * l.extent / l.size * (l.kind == RSM_SUN ? 1.0 : dot(p - l.position, a));\n",
+    "    return side * side * (l.kind == RSM_SUN ? 1.0 : abs(dot(a, to))) / max(abs(dot(n, to)), 0.05);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_rsm_pick_glsl[] = {
+    "// rsm_pick - texels of a map in proportion to their flux, by running sums.\n",
+    "// uses: rsm_access\n",
+    "uint rsm_hash32(uint x)\n",
+    "{\n",
+    "    uint state = x * 747796405u + 2891336453u;\n",
+    "    uint word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;\n",
+    "    return (word >> 22) ^ word;\n",
+    "}\n",
+    "\n",
+    "uint rsm_hash_combine(uint a, uint b) { return rsm_hash32(a + 0x9e3779b9u * rsm_hash32(b)); }\n",
+    "float rsm_to_unit(uint bits) { return float(bits >> 8) * (1.0 / 16777216.0); }\n",
+    "float rsm_random(uint seed, uint stream, uint i) { return rsm_to_unit(rsm_hash_combine(rsm_hash_combine(seed, stream), i)); }\n",
+    "float rsm_mean3(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }\n",
+    "\n",
+    "float rsm_total(rsm_lamp l)\n",
+    "{\n",
+    "    float total = 0.0;\n",
+    "    for (int f = 0; f < l.faces; f++) total += RSM_ROWS_SUM(int(l.size) - 1, f);\n",
+    "    return total;\n",
+    "}\n",
+    "\n",
+    "// Texel and weight of sample i of n: a lattice, rows at even steps, places in them by the golden ratio, shifted by the\n",
+    "// seed. false: no light.\n",
+    "bool rsm_pick_texel(rsm_lamp l, uint i, uint n, uint seed, out ivec3 t, out float weight)\n",
+    "{\n",
+    "    float total = rsm_total(l), u = fract(rsm_to_unit(i * 2654435769u) + rsm_random(seed, 5u, 0u));\n",
+    "    float x = min((float(i) + rsm_random(seed, 6u, 0u)) / float(n), 0.99999994) * total;\n",
+    "    int size = int(l.size), low = 0, high = size - 1;\n",
+    "    t = ivec3(0);\n",
+    "    weight = 0.0;\n",
+    "    if (!(total > 0.0)) return false;\n",
+    "    for (int f = 0; f + 1 < l.faces; f++) {\n",
+    "        float sum = RSM_ROWS_SUM(size - 1, f);\n",
+    "        if (t.z != f || x < sum) continue;\n",
+    "        x -= sum;\n",
+    "        t.z = f + 1;\n",
+    "    }\n",
+    "    while (low < high) {                    // the first row whose sum exceeds x\n",
+    "        int middle = (low + high) / 2;\n",
+    "        if (RSM_ROWS_SUM(middle, t.z) > x) high = middle;\n",
+    "        else low = middle + 1;\n",
+    "    }\n",
+    "    t.y = low;\n",
+    "    x = min(u, 0.99999994) * RSM_ROW_SUM(ivec3(size - 1, t.yz));\n",
+    "    low = 0;\n",
+    "    high = size - 1;\n",
+    "    while (low < high) {                    // and the first texel\n",
+    "        int middle = (low + high) / 2;\n",
+    "        if (RSM_ROW_SUM(ivec3(middle, t.yz)) > x) high = middle;\n",
+    "        else low = middle + 1;\n",
+    "    }\n",
+    "    t.x = low;\n",
+    "    float flux = rsm_mean3(uintBitsToFloat(RSM_TEXEL(t, 2).xyz));\n",
+    "    if (!(flux > 0.0)) return false;\n",
+    "    weight = total / (float(n) * flux);\n",
+    "    return true;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
+    "// rsm_screen - receivers of the G-buffer, interpolation between those that were evaluated (section 4), neighbours of filters.\n",
+    "// uses: rsm_gather\n",
+    "#define RSM_NONE 0.0            // what alpha says of a pixel: nothing seen there\n",
+    "#define RSM_OPEN 1.0\n",
+    "#define RSM_INTERPOLATED 2.0\n",
+    "#define RSM_EVALUATED 3.0       // and in the step before this one:\n",
+    "#define RSM_FRESH 4.0\n",
+    "\n",
+    "struct rsm_receiver { vec3 position, normal; float occlusion; };\n",
+    "\n",
+    "bool rsm_read(ivec2 at, out rsm_receiver r)\n",
+    "{\n",
+    "    uvec4 place = RSM_SEEN(at, 0);\n",
+    "    r.position = uintBitsToFloat(place.xyz);\n",
+    "    r.occlusion = clamp(uintBitsToFloat(place.w), 0.0, 1.0);\n",
+    "    r.normal = uintBitsToFloat(RSM_SEEN(at, 1).xyz);\n",
+    "    return dot(r.normal, r.normal) > 0.25;\n",
+    "}\n",
+    "\n",
+    "// Bounced light of pixel `at` from the bound list, map and pattern.\n",
+    "vec3 rsm_bounce(rsm_receiver r, ivec2 at)\n",
+    "{\n",
+    "    uint k = glbk_rsm_frame.counts.y, set = uint(at.x) % k + k * (uint(at.y) % k), noise = glbk_rsm_frame.counts.w;\n",
+    "    bool glossy = glbk_rsm_frame.pick.w != 0u;\n",
+    "    rsm_lamp l = rsm_bound();\n",
+    "    vec3 sum = vec3(0.0);\n",
+    "    if (glbk_rsm_frame.range.y > glbk_rsm_frame.range.x) {\n",
+    "        uint base = set * glbk_rsm_frame.range.z;\n",
+    "        sum = rsm_gather_list(l, r.position, r.normal, base + glbk_rsm_frame.range.x, base + glbk_rsm_frame.range.y, glossy,\n",
+    "                              glbk_rsm_frame.pattern.y);\n",
+    "    }\n",
+    "    if (glbk_rsm_frame.counts.z > 0u) {\n",
+    "        vec2 turn = vec2(1.0, 0.0);\n",
+    "        if (noise > 0u) {\n",
+    "            float angle = 2.0 * RSM_PI * texelFetch(glbk_rsm_noise, ivec2(uvec2(at) % noise), 0).x;\n",
+    "            turn = vec2(cos(angle), sin(angle));\n",
+    "        }\n",
+    "        sum += rsm_gather_about(l, r.position, r.normal, glbk_rsm_frame.pattern.x, turn, set, k * k, glbk_rsm_frame.counts.z,\n",
+    "                                glbk_rsm_frame.limits, glossy, glbk_rsm_frame.pattern.y, glbk_rsm_frame.pattern.z);\n",
+    "    }\n",
+    "    return sum / RSM_PI;\n",
+    "}\n",
+    "\n",
+    "// Grid lines of a coordinate: multiples of step, and the picture's last pixel; their numbers in the grid and the pixels.\n",
+    "void rsm_grid_lines(int at, int step, int size, out ivec2 number, out ivec2 line, out float share)\n",
+    "{\n",
+    "    number = ivec2(at / step, at / step + 1);\n",
+    "    line = ivec2(number.x * step, min(number.y * step, size - 1));\n",
+    "    if (line.y <= line.x) number.y = number.x;\n",
+    "    share = line.y > line.x ? float(at - line.x) / float(line.y - line.x) : 0.0;\n",
+    "}\n",
+    "\n",
+    "// Is `at` a node of the grid? number: which.\n",
+    "bool rsm_is_node(ivec2 at, int step, ivec2 size, out ivec2 number)\n",
+    "{\n",
+    "    number = (at + step - 1) / step;\n",
+    "    return (at.x % step == 0 || at.x == size.x - 1) && (at.y % step == 0 || at.y == size.y - 1);\n",
+    "}\n",
+    "\n",
+    "bool rsm_suits(rsm_receiver p, rsm_receiver s, vec4 tests)\n",
+    "{\n",
+    "    vec3 d = s.position - p.position;\n",
+    "    float len = length(d), plane = max(abs(dot(d, p.normal)), abs(dot(d, s.normal)));\n",
+    "    if (dot(s.normal, p.normal) < tests.x || plane > tests.y * len) return false;\n",
+    "    return !(tests.z > 0.0) || len <= tests.z;\n",
+    "}\n",
+    "\n",
+    "// Bilinear between nodes of the grid; false where fewer than three suit or they differ too much. A missing fourth is\n",
+    "// completed to a plane. tests: least cosine, most slope, most distance or 0, contrast or below 0.\n",
+    "bool rsm_interpolate(glbk_color_sampler grid, ivec2 at, int step, ivec2 size, rsm_receiver p, vec4 tests, out vec3 result)\n",
+    "{\n",
+    "    ivec2 nx, ny, lx, ly;\n",
+    "    vec2 f;\n",
+    "    vec3 value[4];\n",
+    "    float low = 3.0e38, high = 0.0, sum = 0.0;\n",
+    "    int good = 0, missing = -1;\n",
+    "    rsm_grid_lines(at.x, step, size.x, nx, lx, f.x);\n",
+    "    rsm_grid_lines(at.y, step, size.y, ny, ly, f.y);\n",
+    "    for (int k = 0; k < 4; k++) {\n",
+    "        bool right = (k & 1) != 0, upper = (k & 2) != 0;\n",
+    "        vec4 node = glbk_unpack(texelFetch(grid, ivec2(right ? nx.y : nx.x, upper ? ny.y : ny.x), 0));\n",
+    "        rsm_receiver s;\n",
+    "        value[k] = node.xyz;\n",
+    "        if (node.w < RSM_EVALUATED || !rsm_read(ivec2(right ? lx.y : lx.x, upper ? ly.y : ly.x), s) || !rsm_suits(p, s, tests)) {\n",
+    "            missing = k;\n",
+    "            continue;\n",
+    "        }\n",
+    "        float mean = rsm_mean3(node.xyz);\n",
+    "        low = min(low, mean);\n",
+    "        high = max(high, mean);\n",
+    "        sum += mean;\n",
+    "        good++;\n",
+    "    }\n",
+    "    result = vec3(0.0);\n",
+    "    if (good < 3 || (tests.w >= 0.0 && high - low > tests.w * sum / float(good))) return false;\n",
+    "    if (missing == 0) value[0] = value[1] + value[2] - value[3];\n",
+    "    if (missing == 1) value[1] = value[0] + value[3] - value[2];\n",
+    "    if (missing == 2) value[2] = value[3] + value[0] - value[1];\n",
+    "    if (missing == 3) value[3] = value[2] + value[1] - value[0];\n",
+    "    result = max(mix(mix(value[0], value[1], f.x), mix(value[2], value[3], f.x), f.y), vec3(0.0));\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "// Weight of a neighbour or of history for p: 0 across edges of normals and off the plane, falling smoothly to them.\n",
+    "float rsm_alike(vec3 p, vec3 n, vec3 q, vec3 m, float cosine, float slope)\n",
+    "{\n",
+    "    vec3 d = q - p;\n",
+    "    float off = dot(n, d), a = clamp((dot(n, m) - cosine) / (1.0 - cosine), 0.0, 1.0);\n",
+    "    return a * max(1.0 - off * off / (slope * slope * dot(d, d) + 1e-12), 0.0);\n",
+    "}\n"
 };
 
 static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
@@ -4995,6 +5770,353 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_rsm_direct_frag[] = {
+    "// Adds the light of the bound map to the picture.\n",
+    "// uses: rsm_direct rsm_screen\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    vec4 sum = glbk_rsm_frame.range.w != 0u ? glbk_unpack(texelFetch(glbk_rsm_sum, at, 0)) : vec4(0.0);\n",
+    "    rsm_receiver r;\n",
+    "    if (rsm_read(at, r))\n",
+    "        sum += vec4(rsm_direct(rsm_bound(), r.position, r.normal, int(glbk_rsm_frame.counts.x), glbk_rsm_frame.limits.x,\n",
+    "                               glbk_rsm_frame.limits.y), 1.0);\n",
+    "    result = glbk_pack(sum);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_rsm_fill_frag[] = {
+    "// One object into a face of a map (FOR_LIGHT=1) or into the G-buffer.\n",
+    "// uses: rsm_access\n",
+    "// with: rsm_fill.vert\n",
+    "// sets: FOR_LIGHT=0 | FOR_LIGHT=1\n",
+    "#ifndef FOR_LIGHT\n",
+    "#define FOR_LIGHT 0\n",
+    "#endif\n",
+    "in vec3 rsm_place, rsm_facing;\n",
+    "in vec2 rsm_uv;\n",
+    "layout(location = 0) out uvec4 rsm_out_place;\n",
+    "layout(location = 1) out uvec4 rsm_out_normal;\n",
+    "layout(location = 2) out uvec4 rsm_out_flux;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uvec4 kinds = glbk_rsm_drawn.kinds;        // material, has a map, face\n",
+    "    vec4 albedo = glbk_rsm_drawn.albedo, eye = glbk_rsm_drawn.eye;\n",
+    "    vec3 view = eye.w > 0.0 ? eye.xyz - rsm_place : eye.xyz;\n",
+    "    vec3 flat_normal = rsm_normalize(cross(dFdx(rsm_place), dFdy(rsm_place)));\n",
+    "    if (dot(flat_normal, view) < 0.0) flat_normal = -flat_normal;\n",
+    "    vec3 n = dot(rsm_facing, rsm_facing) > 0.0 ? rsm_normalize(rsm_facing) : flat_normal;\n",
+    "    if (dot(n, flat_normal) < 0.0) n = -n;\n",
+    "    if (kinds.y != 0u) {\n",
+    "        vec4 map = texture(glbk_rsm_albedo_map, rsm_uv);\n",
+    "        if (textureLod(glbk_rsm_albedo_map, rsm_uv, 0.0).w < albedo.w) discard;\n",
+    "        albedo.xyz *= map.xyz;\n",
+    "    }\n",
+    "#if FOR_LIGHT\n",
+    "    rsm_lamp l = rsm_bound();\n",
+    "    int face = int(kinds.z);\n",
+    "    vec3 r, u, a, flux = rsm_incident(l, face, ivec2(gl_FragCoord.xy)) * l.value * albedo.xyz;\n",
+    "    if (!(max(max(flux.x, flux.y), flux.z) <= 1e18)) flux = vec3(0.0);\n",
+    "    rsm_face_frame(l, face, r, u, a);\n",
+    "    float depth = dot(rsm_place - l.position, a);\n",
+    "    gl_FragDepth = clamp((depth - glbk_rsm_drawn.range.x) * glbk_rsm_drawn.range.y, 0.0, 1.0);\n",
+    "    rsm_out_place = floatBitsToUint(vec4(rsm_place, depth));\n",
+    "    rsm_out_normal = uvec4(floatBitsToUint(n), kinds.x);\n",
+    "    rsm_out_flux = floatBitsToUint(vec4(flux, rsm_area(l, face, rsm_place, n)));\n",
+    "#else\n",
+    "    rsm_out_place = floatBitsToUint(vec4(rsm_place, 1.0));\n",
+    "    rsm_out_normal = uvec4(floatBitsToUint(n), kinds.x);\n",
+    "    rsm_out_flux = floatBitsToUint(vec4(albedo.xyz, 0.0));\n",
+    "#endif\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_rsm_fill_vert[] = {
+    "// Attributes 0 position, 1 normal, 2 texture coordinates.\n",
+    "// uses: rsm_bindings\n",
+    "layout(location = 0) in vec3 position;\n",
+    "layout(location = 1) in vec3 normal;\n",
+    "layout(location = 2) in vec2 uv;\n",
+    "out vec3 rsm_place, rsm_facing;\n",
+    "out vec2 rsm_uv;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    mat3 m = mat3(glbk_rsm_drawn.world);\n",
+    "    rsm_place = (glbk_rsm_drawn.world * vec4(position, 1.0)).xyz;\n",
+    "    rsm_facing = mat3(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])) * normal;\n",
+    "    rsm_uv = uv;\n",
+    "    gl_Position = glbk_rsm_drawn.clip * vec4(rsm_place, 1.0);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_rsm_gather_frag[] = {
+    "// Bounced light, added up draw by draw. Mode 0: every pixel; 1: nodes of a grid; 2: pixels that are still open.\n",
+    "// uses: rsm_screen\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "// Does an open pixel need this node? Those between it and the lines before and after it.\n",
+    "bool rsm_wanted(ivec2 at, int step, ivec2 size)\n",
+    "{\n",
+    "    ivec2 off = at % step;\n",
+    "    ivec2 from = ivec2(off.x == 0 ? max(at.x - step, 0) : at.x - off.x, off.y == 0 ? max(at.y - step, 0) : at.y - off.y);\n",
+    "    ivec2 to = min(ivec2(off.x == 0 ? at.x + step - 1 : at.x, off.y == 0 ? at.y + step - 1 : at.y), size - 1);\n",
+    "    for (int y = from.y; y <= to.y; y++)\n",
+    "        for (int x = from.x; x <= to.x; x++)\n",
+    "            if (glbk_unpack(texelFetch(glbk_rsm_states, ivec2(x, y), 0)).w == RSM_OPEN) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 here = ivec2(gl_FragCoord.xy), at = here, size = ivec2(glbk_rsm_frame.grid.zw), number;\n",
+    "    int step = int(glbk_rsm_frame.grid.x), coarse = int(glbk_rsm_frame.grid.y), mode = int(glbk_rsm_frame.mode.x);\n",
+    "    bool first = glbk_rsm_frame.range.w == 0u;\n",
+    "    vec4 sum = first && mode != 2 ? vec4(0.0) : glbk_unpack(texelFetch(glbk_rsm_sum, here, 0));\n",
+    "    rsm_receiver r;\n",
+    "    if (mode == 1) at = min(at * step, size - 1);\n",
+    "    bool seen = rsm_read(at, r), evaluate = seen;\n",
+    "    if (!first) {\n",
+    "        evaluate = sum.w == RSM_FRESH;\n",
+    "    } else if (mode == 1 && coarse > 0) {\n",
+    "        if (rsm_is_node(at, coarse, size, number)) sum = glbk_unpack(texelFetch(glbk_rsm_coarse, number, 0));\n",
+    "        if (sum.w < RSM_EVALUATED) sum = vec4(0.0);\n",
+    "        evaluate = seen && sum.w == RSM_NONE && rsm_wanted(at, step, size);\n",
+    "        sum.w = min(sum.w, RSM_EVALUATED);\n",
+    "    } else if (mode == 2) {\n",
+    "        evaluate = sum.w == RSM_OPEN;\n",
+    "        sum.xyz *= evaluate ? 0.0 : r.occlusion;\n",
+    "    }\n",
+    "    if (evaluate) sum = vec4(sum.xyz + rsm_bounce(r, at) * (mode == 1 ? 1.0 : r.occlusion), RSM_FRESH);\n",
+    "    result = glbk_pack(sum);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_rsm_interpolate_frag[] = {
+    "// Pixels that the grid does for; the others stay open. The first time all are.\n",
+    "// uses: rsm_screen\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy), size = ivec2(glbk_rsm_frame.grid.zw), number;\n",
+    "    int step = int(glbk_rsm_frame.grid.x);\n",
+    "    vec4 sum = vec4(0.0, 0.0, 0.0, RSM_OPEN);\n",
+    "    rsm_receiver r;\n",
+    "    bool seen = rsm_read(at, r);\n",
+    "    if (glbk_rsm_frame.range.w != 0u) sum = glbk_unpack(texelFetch(glbk_rsm_sum, at, 0));\n",
+    "    else if (!seen) sum.w = RSM_NONE;\n",
+    "    if (seen && rsm_is_node(at, step, size, number)) {      // what was evaluated replaces what was interpolated\n",
+    "        vec4 node = glbk_unpack(texelFetch(glbk_rsm_coarse, number, 0));\n",
+    "        if (node.w >= RSM_EVALUATED) sum = vec4(node.xyz, RSM_EVALUATED);\n",
+    "    }\n",
+    "    vec3 value;\n",
+    "    if (sum.w == RSM_OPEN && rsm_interpolate(glbk_rsm_coarse, at, step, size, r, glbk_rsm_frame.tests, value))\n",
+    "        sum = vec4(value, RSM_INTERPOLATED);\n",
+    "    result = glbk_pack(sum);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_rsm_pick_frag[] = {
+    "// Pixel lights of one map into the list. ALL=1: every texel in turn, else in proportion to flux.\n",
+    "// uses: rsm_gather\n",
+    "// with: screen.vert\n",
+    "// sets: ALL=0 | ALL=1\n",
+    "#ifndef ALL\n",
+    "#define ALL 0\n",
+    "#endif\n",
+    "layout(location = 0) out uvec4 rsm_out_place;\n",
+    "layout(location = 1) out uvec4 rsm_out_normal;\n",
+    "layout(location = 2) out uvec4 rsm_out_flux;\n",
+    "layout(location = 3) out uvec4 rsm_out_gloss;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uint e = uint(gl_FragCoord.y) * 1024u + uint(gl_FragCoord.x), k = glbk_rsm_frame.counts.y, sets = k * k;\n",
+    "    uint at = e % glbk_rsm_frame.range.z, seed = glbk_rsm_frame.pick.x, n = glbk_rsm_frame.pick.y;\n",
+    "    uint set = e / glbk_rsm_frame.range.z;\n",
+    "    if (set >= sets || at < glbk_rsm_frame.range.x || at >= glbk_rsm_frame.range.y) discard;\n",
+    "    // Runs of neighbours go to all sets, each run in another order.\n",
+    "    uint run = glbk_rsm_frame.pick.z + at - glbk_rsm_frame.range.x;\n",
+    "    uint i = run * sets + (set + sets - rsm_hash_combine(seed, run) % sets) % sets;\n",
+    "    rsm_lamp l = rsm_bound();\n",
+    "    ivec3 t = ivec3(0);\n",
+    "    float weight = 1.0;\n",
+    "    bool lit = i < n;\n",
+    "#if ALL\n",
+    "    uint size = uint(l.size);\n",
+    "    if (lit) t = ivec3(i % size, i / size % size, i / (size * size));\n",
+    "#else\n",
+    "    if (lit) lit = rsm_pick_texel(l, i, n, seed, t, weight);\n",
+    "#endif\n",
+    "    vec4 flux = uintBitsToFloat(RSM_TEXEL(t, 2)), place = uintBitsToFloat(RSM_TEXEL(t, 0));\n",
+    "    uvec4 normal = RSM_TEXEL(t, 1);\n",
+    "    vec4 limits = glbk_rsm_frame.limits;\n",
+    "    float scale = lit ? weight * limits.w : 0.0;\n",
+    "    place.xyz -= limits.x * uintBitsToFloat(normal.xyz);\n",
+    "    place.w = rsm_bound_of(flux.w * weight, limits.y, limits.z);\n",
+    "    rsm_out_place = floatBitsToUint(place);\n",
+    "    rsm_out_normal = uvec4(normal.xyz, floatBitsToUint(lit ? 1.0 / weight : 0.0));\n",
+    "    rsm_out_flux = uvec4(floatBitsToUint(flux.xyz * scale), uint(t.x) | uint(t.y) << 12 | uint(t.z) << 24);\n",
+    "    rsm_out_gloss = uvec4(0u);\n",
+    "    if (lit && normal.w != 0u && normal.w <= glbk_rsm_frame.pick.w)\n",
+    "        rsm_out_gloss = uvec4(floatBitsToUint(rsm_incident(l, t.z, t.xy) * l.value * scale), normal.w);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_rsm_recall_frag[] = {
+    "// This frame's light and what the last frames knew of the same surface; alpha: frames.\n",
+    "// uses: rsm_screen\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "// Where the surface was in the last frame, in pixels.\n",
+    "bool rsm_reproject(ivec2 at, vec3 p, vec2 size, out vec2 q)\n",
+    "{\n",
+    "    q = vec2(0.0);\n",
+    "    if (glbk_rsm_frame.mode.y == 2u) {\n",
+    "        q = texelFetch(glbk_rsm_motion, at, 0).xy;\n",
+    "    } else if (glbk_rsm_frame.mode.y == 1u) {\n",
+    "        vec4 c = glbk_rsm_drawn.clip * vec4(p, 1.0);\n",
+    "        if (!(c.w > 0.0)) return false;\n",
+    "        q = (vec2(c.x, glbk_rsm_frame.mode.z != 0u ? -c.y : c.y) / c.w * 0.5 + 0.5) * size;\n",
+    "    } else {\n",
+    "        return false;\n",
+    "    }\n",
+    "    return all(lessThan(abs(q), vec2(1e6)));        // false for what is not a number\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy), size = ivec2(glbk_rsm_frame.grid.zw);\n",
+    "    float most = glbk_rsm_frame.pattern.w;\n",
+    "    vec4 now = glbk_unpack(texelFetch(glbk_rsm_sum, at, 0));\n",
+    "    bool moved = glbk_rsm_frame.mode.y == 2u;\n",
+    "    vec2 q;\n",
+    "    rsm_receiver r, s;\n",
+    "    if (!rsm_read(at, r)) {\n",
+    "        result = glbk_pack(vec4(0.0));\n",
+    "        return;\n",
+    "    }\n",
+    "    now.w = 1.0;\n",
+    "    if (most > 1.0 && rsm_reproject(at, r.position, vec2(size), q)) {\n",
+    "        // Within four of this frame's pixels the last frame may show this point.\n",
+    "        ivec2 other = ivec2(at.x + 1 < size.x ? at.x + 1 : max(at.x - 1, 0), at.y);\n",
+    "        vec3 d = uintBitsToFloat(RSM_SEEN(other, 0).xyz) - r.position;\n",
+    "        float reach = dot(d, d) < 1e18 ? 16.0 * dot(d, d) + 1e-12 : 1e-12, total = 0.0;\n",
+    "        vec2 from = floor(q - 0.5), f = q - 0.5 - from;\n",
+    "        vec4 old = vec4(0.0);\n",
+    "        for (int k = 0; k < 4; k++) {\n",
+    "            ivec2 there = ivec2(from) + ivec2(k & 1, k >> 1);\n",
+    "            float weight = ((k & 1) != 0 ? f.x : 1.0 - f.x) * ((k & 2) != 0 ? f.y : 1.0 - f.y);\n",
+    "            if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, size))) continue;\n",
+    "            vec4 history = glbk_unpack(texelFetch(glbk_rsm_history, there, 0));\n",
+    "            if (!(history.w > 0.0)) continue;\n",
+    "            s.position = uintBitsToFloat(texelFetch(glbk_rsm_before, ivec3(there, 0), 0).xyz);\n",
+    "            s.normal = uintBitsToFloat(texelFetch(glbk_rsm_before, ivec3(there, 1), 0).xyz);\n",
+    "            d = s.position - r.position;\n",
+    "            if (!moved && dot(d, d) > reach) continue;      // moved surfaces are found by motion only\n",
+    "            weight *= moved ? (dot(r.normal, s.normal) > 0.5 ? 1.0 : 0.0)\n",
+    "                            : rsm_alike(r.position, r.normal, s.position, s.normal, glbk_rsm_frame.tests.x,\n",
+    "                                        glbk_rsm_frame.tests.y);\n",
+    "            total += weight;\n",
+    "            old += weight * history;\n",
+    "        }\n",
+    "        if (total > 0.01) {\n",
+    "            old /= total;\n",
+    "            now.w = min(old.w + 1.0, most);\n",
+    "            now.xyz = mix(old.xyz, now.xyz, 1.0 / now.w);\n",
+    "        }\n",
+    "    }\n",
+    "    result = glbk_pack(now);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_rsm_resolve_frag[] = {
+    "// Radiance: albedo / pi times direct and bounced light.\n",
+    "// uses: rsm_access\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out vec4 result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    vec3 light = vec3(0.0), albedo = uintBitsToFloat(RSM_SEEN(at, 2).xyz);\n",
+    "    if (glbk_rsm_frame.mode.x != 0u) light += glbk_unpack(texelFetch(glbk_rsm_sum, at, 0)).xyz;\n",
+    "    if (glbk_rsm_frame.mode.y != 0u) light += glbk_unpack(texelFetch(glbk_rsm_states, at, 0)).xyz;\n",
+    "    result = vec4(albedo * light / RSM_PI, 1.0);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_rsm_scan_frag[] = {
+    "// One step of running sums along x: 8 values, `stride` apart. FROM 0: mean flux of the map; 1: sums of the step before; 2: the\n",
+    "// last sums of rows, and 3 sums of these.\n",
+    "// uses: rsm_pick\n",
+    "// with: screen.vert\n",
+    "// sets: FROM=0 | FROM=1 | FROM=2 | FROM=3\n",
+    "#ifndef FROM\n",
+    "#define FROM 0\n",
+    "#endif\n",
+    "layout(location = 0) out uint result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec3 at = ivec3(ivec2(gl_FragCoord.xy), int(glbk_rsm_frame.pick.x));\n",
+    "    int stride = int(glbk_rsm_frame.pick.y);\n",
+    "    float sum = 0.0;\n",
+    "    for (int k = 0; k < 8 && at.x >= 0; k++, at.x -= stride) {\n",
+    "#if FROM == 0\n",
+    "        sum += rsm_mean3(uintBitsToFloat(RSM_TEXEL(at, 2).xyz));\n",
+    "#elif FROM == 1\n",
+    "        sum += RSM_ROW_SUM(at);\n",
+    "#elif FROM == 2\n",
+    "        sum += RSM_ROW_SUM(ivec3(textureSize(glbk_rsm_sums, 0).x - 1, at.x, at.z));\n",
+    "#else\n",
+    "        sum += RSM_ROWS_SUM(at.x, at.z);\n",
+    "#endif\n",
+    "    }\n",
+    "    result = floatBitsToUint(sum);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_rsm_smooth_frag[] = {
+    "// One pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of normals and planes.\n",
+    "// uses: rsm_screen\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy), size = ivec2(glbk_rsm_frame.grid.zw);\n",
+    "    int step = int(glbk_rsm_frame.grid.x);\n",
+    "    vec4 sum = glbk_unpack(texelFetch(glbk_rsm_sum, at, 0));\n",
+    "    float total = 4.0;\n",
+    "    rsm_receiver r, s;\n",
+    "    if (!rsm_read(at, r)) {\n",
+    "        result = glbk_pack(vec4(0.0));\n",
+    "        return;\n",
+    "    }\n",
+    "    vec3 light = sum.xyz * 4.0;\n",
+    "    for (int j = -1; j <= 1; j++)\n",
+    "        for (int i = -1; i <= 1; i++) {\n",
+    "            ivec2 there = at + ivec2(i, j) * step;\n",
+    "            if ((i == 0 && j == 0) || any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, size))) continue;\n",
+    "            if (!rsm_read(there, s)) continue;\n",
+    "            float weight = rsm_alike(r.position, r.normal, s.position, s.normal, glbk_rsm_frame.tests.x, glbk_rsm_frame.tests.y) *\n",
+    "                           (i != 0 && j != 0 ? 1.0 : 2.0);\n",
+    "            light += weight * glbk_unpack(texelFetch(glbk_rsm_sum, there, 0)).xyz;\n",
+    "            total += weight;\n",
+    "        }\n",
+    "    result = glbk_pack(vec4(light / total, sum.w));\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_screen_vert[] = {
     "// A triangle over the whole viewport, from no attributes at all: vertices (-1, -1), (3, -1), (-1, 3).\n",
     "void main()\n",
@@ -5056,7 +6178,19 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/prelude.glsl", glbk__glsl_lib_prelude_glsl, 33, "", "",
       "" },
-    { "lib/rsm_bindings.glsl", glbk__glsl_lib_rsm_bindings_glsl, 1, "", "",
+    { "lib/rsm_access.glsl", glbk__glsl_lib_rsm_access_glsl, 19, "rsm_bindings rsm_map", "",
+      "" },
+    { "lib/rsm_bindings.glsl", glbk__glsl_lib_rsm_bindings_glsl, 41, "", "",
+      "" },
+    { "lib/rsm_direct.glsl", glbk__glsl_lib_rsm_direct_glsl, 50, "rsm_access", "",
+      "" },
+    { "lib/rsm_gather.glsl", glbk__glsl_lib_rsm_gather_glsl, 151, "rsm_pick", "",
+      "" },
+    { "lib/rsm_map.glsl", glbk__glsl_lib_rsm_map_glsl, 109, "", "",
+      "" },
+    { "lib/rsm_pick.glsl", glbk__glsl_lib_rsm_pick_glsl, 57, "rsm_access", "",
+      "" },
+    { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 110, "rsm_gather", "",
       "" },
     { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 1, "", "",
       "" },
@@ -5115,6 +6249,26 @@ static const glbk_file glbk__files[] = {
     { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 22, "ism_access", "ism_splat.vert",
       "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" },
     { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 107, "ism_access", "",
+      "" },
+    { "prog/rsm_direct.frag", glbk__glsl_prog_rsm_direct_frag, 15, "rsm_direct rsm_screen", "screen.vert",
+      "" },
+    { "prog/rsm_fill.frag", glbk__glsl_prog_rsm_fill_frag, 44, "rsm_access", "rsm_fill.vert",
+      "FOR_LIGHT=0 | FOR_LIGHT=1" },
+    { "prog/rsm_fill.vert", glbk__glsl_prog_rsm_fill_vert, 16, "rsm_bindings", "",
+      "" },
+    { "prog/rsm_gather.frag", glbk__glsl_prog_rsm_gather_frag, 40, "rsm_screen", "screen.vert",
+      "" },
+    { "prog/rsm_interpolate.frag", glbk__glsl_prog_rsm_interpolate_frag, 23, "rsm_screen", "screen.vert",
+      "" },
+    { "prog/rsm_pick.frag", glbk__glsl_prog_rsm_pick_frag, 44, "rsm_gather", "screen.vert",
+      "ALL=0 | ALL=1" },
+    { "prog/rsm_recall.frag", glbk__glsl_prog_rsm_recall_frag, 65, "rsm_screen", "screen.vert",
+      "" },
+    { "prog/rsm_resolve.frag", glbk__glsl_prog_rsm_resolve_frag, 13, "rsm_access", "screen.vert",
+      "" },
+    { "prog/rsm_scan.frag", glbk__glsl_prog_rsm_scan_frag, 28, "rsm_pick", "screen.vert",
+      "FROM=0 | FROM=1 | FROM=2 | FROM=3" },
+    { "prog/rsm_smooth.frag", glbk__glsl_prog_rsm_smooth_frag, 29, "rsm_screen", "screen.vert",
       "" },
     { "prog/screen.vert", glbk__glsl_prog_screen_vert, 5, "", "",
       "" }
@@ -8403,7 +9557,950 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *r, 
 
 /* ---- end of envsh ---- */
 
-/* ---- >>rsm ---- */
+/* ---- >>rsm: maps ---- */
+
+enum {
+    GLBK__RSM_FILL_LIGHT, GLBK__RSM_FILL_VIEW, GLBK__RSM_SCAN, GLBK__RSM_SCAN_ON, GLBK__RSM_SCAN_ROWS, GLBK__RSM_SCAN_ROWS_ON,
+    GLBK__RSM_PICK, GLBK__RSM_PICK_ALL, GLBK__RSM_DIRECT, GLBK__RSM_GATHER, GLBK__RSM_INTERPOLATE, GLBK__RSM_RECALL,
+    GLBK__RSM_SMOOTH, GLBK__RSM_RESOLVE,
+    GLBK__RSM_LIST = 1024 * 64,     /* pixel lights that the list has room for */
+    GLBK__RSM_NONE = 9              /* no picture */
+};
+
+static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAMS][2] = {
+    { "rsm_fill.frag", "FOR_LIGHT=1" }, { "rsm_fill.frag", "FOR_LIGHT=0" }, { "rsm_scan.frag", "FROM=0" },
+    { "rsm_scan.frag", "FROM=1" }, { "rsm_scan.frag", "FROM=2" }, { "rsm_scan.frag", "FROM=3" },
+    { "rsm_pick.frag", "ALL=0" }, { "rsm_pick.frag", "ALL=1" }, { "rsm_direct.frag", NULL }, { "rsm_gather.frag", NULL },
+    { "rsm_interpolate.frag", NULL }, { "rsm_recall.frag", NULL }, { "rsm_smooth.frag", NULL }, { "rsm_resolve.frag", NULL }
+};
+
+static int glbk__rsm_small(const float *v, float most)        /* three floats; false for what is not a number */
+{
+    return fabsf(v[0]) <= most && fabsf(v[1]) <= most && fabsf(v[2]) <= most;
+}
+
+/* What rsm.h's check of a light refuses, and its defaults. */
+static int glbk__rsm_lamp_valid(glbk_rsm_lamp *l)
+{
+    float d2 = l->direction[0] * l->direction[0] + l->direction[1] * l->direction[1] + l->direction[2] * l->direction[2];
+    int i;
+    if (l->kind == GLBK_RSM_DEFAULT) l->kind = GLBK_RSM_SUN;
+    if ((unsigned)l->kind >= GLBK_RSM_KIND_COUNT || !glbk__rsm_small(l->position, 1e9f) || !glbk__rsm_small(l->up, 1e9f)) return 0;
+    if (l->kind != GLBK_RSM_POINT && !(fabsf(d2 - 1.0f) <= 2e-3f)) return 0;
+    for (i = 0; i < 3; i++)
+        if (!(l->value[i] >= 0.0f && l->value[i] <= 1e12f)) return 0;
+    if (l->kind == GLBK_RSM_SUN && !(l->radius > 0.0f && l->radius <= 1e9f)) return 0;
+    if (l->kind == GLBK_RSM_SPOT && !(l->cone_angle > 1e-3f && l->cone_angle <= 6.28f)) return 0;
+    if (l->kind == GLBK_RSM_SQUARE_SPOT && !(l->cone_angle > 1e-3f && l->cone_angle <= 2.0f)) return 0;
+    if (!(fabsf(l->near_depth) > 0.0f) && !(fabsf(l->far_depth) > 0.0f)) {
+        l->near_depth = l->kind == GLBK_RSM_SUN ? -l->radius : 1e-3f;
+        l->far_depth = l->kind == GLBK_RSM_SUN ? l->radius : 1e3f;
+    }
+    if (!(l->near_depth < l->far_depth && fabsf(l->near_depth) <= 1e9f && l->far_depth <= 1e9f)) return 0;
+    return l->kind == GLBK_RSM_SUN || l->near_depth > 0.0f;
+}
+
+static uint32_t glbk__rsm_face_count(const glbk_rsm_lamp *l)
+{
+    if (l->kind == GLBK_RSM_PATCH) return 5;
+    return l->kind == GLBK_RSM_POINT || (l->kind == GLBK_RSM_SPOT && l->cone_angle > 2.0f) ? 6 : 1;
+}
+
+static void glbk__rsm_set4(float *out, glbk__v3 v, float w)
+{
+    glbk__v3_store(out, v);
+    out[3] = w;
+}
+
+/* The block that shaders know the light by; twin of rsm__map_set. */
+static void glbk__rsm_frame_of(glbk_rsm_map *map)
+{
+    const glbk_rsm_lamp *l = &map->lamp;
+    glbk__v3 axis = glbk__v3_make(0, 0, -1), up = glbk__v3_make(0, 1, 0), right;
+    float extent = 1.0f, cos_half = -1.0f;
+    if (l->kind != GLBK_RSM_POINT) {
+        axis = glbk__v3_normalize(glbk__v3_load(l->direction));
+        if (l->kind == GLBK_RSM_SUN) axis = glbk__v3_scale(axis, -1);
+        up = glbk__v3_normalize(glbk__v3_load(l->up));
+    }
+    if (glbk__v3_length(glbk__v3_cross(axis, up)) < 1e-3f)
+        up = fabsf(axis.y) < 0.9f ? glbk__v3_make(0, 1, 0) : glbk__v3_make(0, 0, 1);
+    right = glbk__v3_normalize(glbk__v3_cross(axis, up));
+    up = glbk__v3_cross(right, axis);
+    if (l->kind == GLBK_RSM_SUN) extent = l->radius;
+    if ((l->kind == GLBK_RSM_SPOT && map->faces == 1) || l->kind == GLBK_RSM_SQUARE_SPOT) extent = tanf(0.5f * l->cone_angle);
+    if (l->kind == GLBK_RSM_SPOT) cos_half = cosf(0.5f * l->cone_angle);
+    glbk__rsm_set4(map->block.position, glbk__v3_load(l->position), extent);
+    glbk__rsm_set4(map->block.right, right, (float)l->kind);
+    glbk__rsm_set4(map->block.up, up, (float)map->faces);
+    glbk__rsm_set4(map->block.axis, axis, cos_half);
+    glbk__rsm_set4(map->block.value, glbk__v3_load(l->value), (float)map->size);
+}
+
+/* Directions of a face; twin of rsm__face_frame. */
+static void glbk__rsm_face_frame(const glbk_rsm_map *map, uint32_t face, glbk__v3 *r, glbk__v3 *u, glbk__v3 *a)
+{
+    glbk__v3 right = glbk__v3_load(map->block.right), up = glbk__v3_load(map->block.up);
+    glbk__v3 axis = glbk__v3_load(map->block.axis);
+    *r = right;
+    *u = up;
+    *a = axis;
+    switch (face) {
+    case 1: *r = glbk__v3_scale(axis, -1); *a = right; break;
+    case 2: *r = axis; *a = glbk__v3_scale(right, -1); break;
+    case 3: *u = glbk__v3_scale(axis, -1); *a = up; break;
+    case 4: *u = axis; *a = glbk__v3_scale(up, -1); break;
+    case 5: *r = glbk__v3_scale(right, -1); *a = glbk__v3_scale(axis, -1); break;
+    default: break;
+    }
+}
+
+GLBK_DEF void glbk_rsm_map_matrix(const glbk_rsm_map *map, uint32_t face, float m[16])
+{
+    glbk__v3 r, u, a, p;
+    float n, f, s, z0, z1;
+    int i, perspective;
+    if (!map || !m || face >= map->faces) return;
+    perspective = map->lamp.kind != GLBK_RSM_SUN;
+    glbk__rsm_face_frame(map, face, &r, &u, &a);
+    p = glbk__v3_load(map->lamp.position);
+    n = map->lamp.near_depth;
+    f = map->lamp.far_depth;
+    s = 1.0f / map->block.position[3];
+    z0 = perspective ? (f + n) / (f - n) : 2.0f / (f - n);
+    z1 = perspective ? -2.0f * n * f / (f - n) : -2.0f * n / (f - n) - 1.0f;
+    for (i = 0; i < 3; i++) {
+        float axis = i == 0 ? a.x : i == 1 ? a.y : a.z;
+        m[4 * i] = s * (i == 0 ? r.x : i == 1 ? r.y : r.z);
+        m[4 * i + 1] = s * (i == 0 ? u.x : i == 1 ? u.y : u.z);
+        m[4 * i + 2] = z0 * axis;
+        m[4 * i + 3] = perspective ? axis : 0.0f;
+    }
+    m[12] = -s * glbk__v3_dot(r, p);
+    m[13] = -s * glbk__v3_dot(u, p);
+    m[14] = z1 - z0 * glbk__v3_dot(a, p);
+    m[15] = perspective ? -glbk__v3_dot(a, p) : 1.0f;
+}
+
+static glbk_result glbk__rsm_image(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height, uint32_t layers,
+                                   glbk_texture *out)
+{
+    glbk_texture_desc d;
+    memset(&d, 0, sizeof d);
+    d.format = format;
+    d.width = width;
+    d.height = height;
+    d.layers = layers;
+    return glbk_texture_create(ctx, &d, out);
+}
+
+/* Layers first .. first + count - 1 as targets of one framebuffer. */
+static glbk_result glbk__rsm_target(glbk_context *ctx, const glbk_texture *texture, uint32_t first, uint32_t count,
+                                    const glbk_texture *depth, glbk_target *out)
+{
+    glbk_target_desc d;
+    uint32_t i;
+    memset(&d, 0, sizeof d);
+    for (i = 0; i < count; i++) {
+        d.color[i] = texture;
+        d.layer[i] = first + i;
+    }
+    d.depth = depth;
+    return glbk_target_create(ctx, &d, out);
+}
+
+static glbk_result glbk__rsm_map_images(glbk_context *ctx, glbk_rsm_map *map)
+{
+    uint32_t n = map->size, f, i;
+    glbk_result result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, n, n, 3 * map->faces, &map->texels);
+    if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_DEPTH32F, n, n, 0, &map->depth);
+    for (i = 0; i < 2; i++) {
+        if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_R32UI, n, n, map->faces, &map->sums[i]);
+        if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_R32UI, n, 1, map->faces, &map->rows[i]);
+        for (f = 0; f < map->faces && result == GLBK_OK; f++) {
+            result = glbk__rsm_target(ctx, &map->sums[i], f, 1, NULL, &map->sum_targets[i][f]);
+            if (result == GLBK_OK) result = glbk__rsm_target(ctx, &map->rows[i], f, 1, NULL, &map->row_targets[i][f]);
+        }
+    }
+    for (f = 0; f < map->faces && result == GLBK_OK; f++)
+        result = glbk__rsm_target(ctx, &map->texels, 3 * f, 3, &map->depth, &map->faces_drawn[f]);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const glbk_rsm_lamp *lamp, uint32_t size, glbk_rsm_map *out)
+{
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!lamp) return GLBK_ERR_ARGUMENT;
+    out->lamp = *lamp;
+    if (!glbk__rsm_lamp_valid(&out->lamp) || (size && (size < 4 || size > 4096))) {
+        memset(out, 0, sizeof *out);
+        return GLBK_ERR_ARGUMENT;
+    }
+    out->faces = glbk__rsm_face_count(&out->lamp);
+    out->size = size ? size : out->faces > 1 ? 256 : 512;
+    glbk__rsm_frame_of(out);
+    result = glbk__rsm_map_images(ctx, out);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->block, &out->block, &out->light);
+    if (result != GLBK_OK) glbk_rsm_map_destroy(ctx, out);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_rsm_map_place(glbk_context *ctx, glbk_rsm_map *map, const glbk_rsm_lamp *lamp)
+{
+    glbk_rsm_lamp l;
+    if (!ctx || !map || !map->light.name || !lamp) return GLBK_ERR_ARGUMENT;
+    l = *lamp;
+    if (!glbk__rsm_lamp_valid(&l) || glbk__rsm_face_count(&l) != map->faces) return GLBK_ERR_ARGUMENT;
+    map->lamp = l;
+    map->summed = 0;
+    glbk__rsm_frame_of(map);
+    return glbk_buffer_update(ctx, &map->light, 0, sizeof map->block, &map->block);
+}
+
+/* Between rsm_texel, three times 16 bytes, and the three layers of a face: rows of one layer. */
+static void glbk__rsm_shuffle(unsigned char *texels, unsigned char *layer, size_t count, size_t k, int out)
+{
+    size_t i;
+    for (i = 0; i < count; i++)
+        if (out) memcpy(texels + 48 * i + 16 * k, layer + 16 * i, 16);
+        else memcpy(layer + 16 * i, texels + 48 * i + 16 * k, 16);
+}
+
+GLBK_DEF glbk_result glbk_rsm_map_upload(glbk_context *ctx, glbk_rsm_map *map, const void *texels)
+{
+    glbk__allocator memory;
+    unsigned char *layer;
+    size_t count;
+    uint32_t i;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !map || !map->texels.name || !texels) return GLBK_ERR_ARGUMENT;
+    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    count = (size_t)map->size * map->size;
+    layer = (unsigned char *)glbk__alloc_array(&memory, count, 64);
+    if (!layer) return GLBK_ERR_ALLOC;
+    for (i = 0; i < 3 * map->faces && result == GLBK_OK; i++) {
+        if (i % 3 == 0) memcpy(layer + 16 * count, (const unsigned char *)texels + 48 * count * (i / 3), 48 * count);
+        glbk__rsm_shuffle(layer + 16 * count, layer, count, i % 3, 0);
+        result = glbk_texture_update(ctx, &map->texels, 0, 0, 0, i, map->size, map->size, 1, layer);
+    }
+    glbk__free(&memory, layer);
+    map->summed = 0;
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_rsm_map_read(glbk_context *ctx, const glbk_rsm_map *map, uint32_t face, void *texels)
+{
+    glbk__allocator memory;
+    unsigned char *layer;
+    size_t count;
+    uint32_t k;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !map || !map->texels.name || face >= map->faces || !texels) return GLBK_ERR_ARGUMENT;
+    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    count = (size_t)map->size * map->size;
+    layer = (unsigned char *)glbk__alloc_array(&memory, count, 16);
+    if (!layer) return GLBK_ERR_ALLOC;
+    for (k = 0; k < 3 && result == GLBK_OK; k++) {
+        result = glbk_target_read(ctx, &map->faces_drawn[face], k, 0, 0, map->size, map->size, layer);
+        if (result == GLBK_OK) glbk__rsm_shuffle((unsigned char *)texels, layer, count, k, 1);
+    }
+    glbk__free(&memory, layer);
+    return result;
+}
+
+GLBK_DEF void glbk_rsm_map_destroy(glbk_context *ctx, glbk_rsm_map *map)
+{
+    uint32_t i, f;
+    if (!map) return;
+    for (f = 0; f < 6; f++) {
+        glbk_target_destroy(ctx, &map->faces_drawn[f]);
+        for (i = 0; i < 2; i++) {
+            glbk_target_destroy(ctx, &map->sum_targets[i][f]);
+            glbk_target_destroy(ctx, &map->row_targets[i][f]);
+        }
+    }
+    for (i = 0; i < 2; i++) {
+        glbk_texture_destroy(ctx, &map->sums[i]);
+        glbk_texture_destroy(ctx, &map->rows[i]);
+    }
+    glbk_texture_destroy(ctx, &map->texels);
+    glbk_texture_destroy(ctx, &map->depth);
+    glbk_buffer_destroy(ctx, &map->light);
+    memset(map, 0, sizeof *map);
+}
+
+/* ---- >>rsm: the renderer ---- */
+
+static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_t width, uint32_t height, glbk_texture *textures,
+                                      glbk_target *targets)
+{
+    glbk_result result = GLBK_OK;
+    uint32_t i;
+    for (i = 0; i < count && result == GLBK_OK; i++) {
+        result = glbk__rsm_image(ctx, GLBK_FORMAT_COLOR, width, height, 0, &textures[i]);
+        if (result == GLBK_OK) result = glbk__rsm_target(ctx, &textures[i], 0, 1, NULL, &targets[i]);
+    }
+    return result;
+}
+
+static glbk_result glbk__rsm_renderer_images(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_rsm_renderer_desc *d)
+{
+    uint32_t w = d->width, h = d->height, i;
+    glbk_result result = glbk__rsm_image(ctx, GLBK_FORMAT_DEPTH32F, w, h, 0, &r->depth);
+    for (i = 0; i < (d->denoise ? 2u : 1u) && result == GLBK_OK; i++) {
+        result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, w, h, 3, &r->seen[i]);
+        if (result == GLBK_OK) result = glbk__rsm_target(ctx, &r->seen[i], 0, 3, &r->depth, &r->seen_targets[i]);
+    }
+    if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, 1024, GLBK__RSM_LIST / 1024, 4, &r->lights);
+    if (result == GLBK_OK) result = glbk__rsm_target(ctx, &r->lights, 0, 4, NULL, &r->lights_target);
+    if (result == GLBK_OK) result = glbk__rsm_pictures(ctx, 3, w, h, r->sums, r->targets);
+    if (result == GLBK_OK && d->interpolate)
+        result = glbk__rsm_pictures(ctx, 3, w / 2 + 2, h / 2 + 2, r->grids, r->grid_targets);
+    if (result == GLBK_OK && d->denoise) result = glbk__rsm_pictures(ctx, 2, w, h, r->history, r->history_targets);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_renderer_desc *d, glbk_rsm_renderer *out)
+{
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d || !d->width || !d->height) return GLBK_ERR_ARGUMENT;
+    out->width = d->width;
+    out->height = d->height;
+    out->direct = out->bounce = GLBK__RSM_NONE;
+    result = glbk__rsm_renderer_images(ctx, out, d);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->values, NULL, &out->frame);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->drawn, NULL, &out->object);
+    if (result != GLBK_OK) glbk_rsm_renderer_destroy(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_rsm_renderer_destroy(glbk_context *ctx, glbk_rsm_renderer *r)
+{
+    uint32_t i;
+    if (!r) return;
+    for (i = 0; i < GLBK_RSM_PROGRAMS; i++) glbk_program_destroy(ctx, &r->programs[i]);
+    for (i = 0; i < 3; i++) {
+        glbk_target_destroy(ctx, &r->targets[i]);
+        glbk_target_destroy(ctx, &r->grid_targets[i]);
+        glbk_texture_destroy(ctx, &r->sums[i]);
+        glbk_texture_destroy(ctx, &r->grids[i]);
+    }
+    for (i = 0; i < 2; i++) {
+        glbk_target_destroy(ctx, &r->seen_targets[i]);
+        glbk_target_destroy(ctx, &r->history_targets[i]);
+        glbk_texture_destroy(ctx, &r->seen[i]);
+        glbk_texture_destroy(ctx, &r->history[i]);
+    }
+    glbk_target_destroy(ctx, &r->lights_target);
+    glbk_texture_destroy(ctx, &r->lights);
+    glbk_texture_destroy(ctx, &r->depth);
+    glbk_texture_destroy(ctx, &r->pattern);
+    glbk_texture_destroy(ctx, &r->noise);
+    glbk_texture_destroy(ctx, &r->materials);
+    glbk_buffer_destroy(ctx, &r->frame);
+    glbk_buffer_destroy(ctx, &r->object);
+    memset(r, 0, sizeof *r);
+}
+
+/* Rows of width texels of RGBA32F from count items of n floats. */
+static glbk_result glbk__rsm_table(glbk_context *ctx, const float *from, uint32_t count, uint32_t n, uint32_t width,
+                                   glbk_texture *out)
+{
+    glbk__allocator memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    uint32_t rows = (count + width - 1) / width, i;
+    glbk_texture_desc d;
+    glbk_result result;
+    float *texels = (float *)glbk__alloc_array(&memory, (size_t)width * rows, 16);
+    if (!texels) return GLBK_ERR_ALLOC;
+    memset(texels, 0, (size_t)width * rows * 16);
+    for (i = 0; i < count; i++) memcpy(texels + 4 * (size_t)i, from + n * (size_t)i, n * sizeof *from);
+    memset(&d, 0, sizeof d);
+    d.format = GLBK_FORMAT_RGBA32F;
+    d.width = width;
+    d.height = rows;
+    d.data = texels;
+    result = glbk_texture_create(ctx, &d, out);
+    glbk__free(&memory, texels);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_rsm_tables *t)
+{
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !r || !r->frame.name || !t) return GLBK_ERR_ARGUMENT;
+    if ((t->points != NULL) != (t->point_count > 0) || (t->noise != NULL) != (t->noise_side > 0)) return GLBK_ERR_ARGUMENT;
+    if ((t->materials != NULL) != (t->material_count > 0)) return GLBK_ERR_ARGUMENT;
+    if (t->point_count > 1u << 20 || t->noise_side > 1024 || t->material_count > 1024) return GLBK_ERR_LIMIT;
+    glbk_texture_destroy(ctx, &r->pattern);
+    glbk_texture_destroy(ctx, &r->noise);
+    glbk_texture_destroy(ctx, &r->materials);
+    r->points = r->noise_side = r->material_count = 0;
+    if (t->points) result = glbk__rsm_table(ctx, t->points, t->point_count, 3, 1024, &r->pattern);
+    if (result == GLBK_OK) r->points = t->point_count;
+    if (result == GLBK_OK && t->noise)
+        result = glbk__rsm_table(ctx, t->noise, t->noise_side * t->noise_side, 1, t->noise_side, &r->noise);
+    if (result == GLBK_OK) r->noise_side = t->noise_side;
+    if (result == GLBK_OK && t->materials) result = glbk__rsm_table(ctx, t->materials, t->material_count, 4, 1024, &r->materials);
+    if (result == GLBK_OK) r->material_count = t->material_count;
+    return result;
+}
+
+/* A program, compiled when it is first asked for. */
+static glbk_result glbk__rsm_program(glbk_context *ctx, glbk_rsm_renderer *r, int which)
+{
+    if (r->programs[which].name) return GLBK_OK;
+    return glbk_program_create(ctx, glbk__rsm_programs[which][0], glbk__rsm_programs[which][1], &r->programs[which]);
+}
+
+/* Begins a pass over width x height pixels of a target, with r->values as its block; textures are bound after it. */
+static glbk_result glbk__rsm_begin(glbk_context *ctx, glbk_rsm_renderer *r, int which, const glbk_target *target,
+                                   uint32_t width, uint32_t height)
+{
+    glbk_pass pass;
+    glbk_result result = glbk__rsm_program(ctx, r, which);
+    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->frame, 0, sizeof r->values, &r->values);
+    if (result != GLBK_OK) return result;
+    memset(&pass, 0, sizeof pass);
+    pass.target = target;
+    pass.viewport[2] = (int32_t)width;
+    pass.viewport[3] = (int32_t)height;
+    result = glbk_begin(ctx, &pass, &r->programs[which]);
+    if (result == GLBK_OK) glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame);
+    return result;
+}
+
+static void glbk__rsm_bind_map(glbk_context *ctx, const glbk_rsm_map *map)
+{
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_light, &map->light);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_texels, &map->texels);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sums, &map->sums[map->sums_at]);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_rows, &map->rows[map->rows_at]);
+}
+
+GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *r, const glbk_rsm_map *map)
+{
+    if (!ctx) return;
+    if (map) glbk__rsm_bind_map(ctx, map);
+    if (!r) return;
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_lights, &r->lights);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_pattern, &r->pattern);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_noise, &r->noise);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_materials, &r->materials);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_seen, &r->seen[r->now]);
+}
+
+/* ---- >>rsm: drawing maps and the G-buffer ---- */
+
+GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_rsm_surface *s)
+{
+    glbk_result result;
+    if (!ctx || !r || !r->drawing || !s) return GLBK_ERR_ARGUMENT;
+    memcpy(r->drawn.world, s->transform, sizeof r->drawn.world);
+    memcpy(r->drawn.albedo, s->albedo, sizeof s->albedo);
+    r->drawn.albedo[3] = s->alpha_cutoff;
+    r->drawn.kinds[0] = s->material;
+    r->drawn.kinds[1] = s->albedo_map != NULL;
+    result = glbk_buffer_update(ctx, &r->object, 0, sizeof r->drawn, &r->drawn);
+    if (result != GLBK_OK) return result;
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_drawn, &r->object);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_albedo_map, s->albedo_map);
+    return GLBK_OK;
+}
+
+/* Clears a target of three images and has the user draw into it. map: whose face, or NULL. */
+static glbk_result glbk__rsm_fill(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_target *target, const glbk_rsm_map *map,
+                                  glbk_rsm_draw draw, void *user)
+{
+    static const uint32_t empty[4] = { 0, 0, 0, 0 }, place[4] = { 0, 0, 0, 0x7f61b1e6u /* RSM_FAR */ };
+    int which = map ? GLBK__RSM_FILL_LIGHT : GLBK__RSM_FILL_VIEW;
+    glbk_pass pass;
+    glbk_result result = glbk__rsm_program(ctx, r, which);
+    if (result != GLBK_OK) return result;
+    memset(&pass, 0, sizeof pass);
+    pass.target = target;
+    pass.depth = GLBK_DEPTH_LESS;
+    result = glbk_begin(ctx, &pass, &r->programs[which]);
+    if (result != GLBK_OK) return result;
+    ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 0, map ? place : empty);
+    ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 1, empty);
+    ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 2, empty);
+    glbk_clear_depth(ctx, 1);
+    if (map) glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_light, &map->light);
+    r->drawing = 1;
+    draw(user, ctx, r);
+    r->drawing = 0;
+    return glbk_check(ctx);
+}
+
+GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map, glbk_rsm_draw draw,
+                                       void *user)
+{
+    glbk_result result = GLBK_OK;
+    uint32_t face;
+
+    if (!ctx || !r || !r->frame.name || !map || !map->texels.name || !draw) return GLBK_ERR_ARGUMENT;
+    memset(&r->drawn, 0, sizeof r->drawn);
+    if (map->lamp.kind == GLBK_RSM_SUN) glbk__rsm_set4(r->drawn.eye, glbk__v3_scale(glbk__v3_load(map->block.axis), -1), 0);
+    else glbk__rsm_set4(r->drawn.eye, glbk__v3_load(map->lamp.position), 1);
+    r->drawn.range[0] = map->lamp.near_depth;
+    r->drawn.range[1] = 1.0f / (map->lamp.far_depth - map->lamp.near_depth);
+    map->summed = 0;
+    for (face = 0; face < map->faces && result == GLBK_OK; face++) {
+        glbk_rsm_map_matrix(map, face, r->drawn.clip);
+        r->drawn.kinds[2] = face;
+        result = glbk__rsm_fill(ctx, r, &map->faces_drawn[face], map, draw, user);
+    }
+    return result;
+}
+
+/* The filter keeps what the last frame saw: the first filling after it goes to the other G-buffer. */
+static void glbk__rsm_turn(glbk_rsm_renderer *r)
+{
+    if (!r->turn) return;
+    r->now = 1 - r->now;
+    r->turn = 0;
+}
+
+GLBK_DEF glbk_result glbk_rsm_gbuffer_draw(glbk_context *ctx, glbk_rsm_renderer *r, const float world_to_clip[16],
+                                           const float eye[3], glbk_rsm_draw draw, void *user)
+{
+    if (!ctx || !r || !r->frame.name || !world_to_clip || !eye || !draw) return GLBK_ERR_ARGUMENT;
+    glbk__rsm_turn(r);
+    memset(&r->drawn, 0, sizeof r->drawn);
+    memcpy(r->drawn.clip, world_to_clip, sizeof r->drawn.clip);
+    glbk__rsm_set4(r->drawn.eye, glbk__v3_load(eye), 1);
+    return glbk__rsm_fill(ctx, r, &r->seen_targets[r->now], NULL, draw, user);
+}
+
+GLBK_DEF glbk_result glbk_rsm_gbuffer_upload(glbk_context *ctx, glbk_rsm_renderer *r, uint32_t row, uint32_t rows,
+                                             const glbk_rsm_pixel *pixels)
+{
+    glbk__allocator memory;
+    float *words;
+    size_t count, i;
+    uint32_t k;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !r || !r->frame.name || !rows || row >= r->height || rows > r->height - row || !pixels) return GLBK_ERR_ARGUMENT;
+    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    count = (size_t)r->width * rows;
+    words = (float *)glbk__alloc_array(&memory, count, 16);
+    if (!words) return GLBK_ERR_ALLOC;
+    glbk__rsm_turn(r);
+    for (k = 0; k < 3 && result == GLBK_OK; k++) {
+        for (i = 0; i < count; i++) {
+            memcpy(words + 4 * i, k == 0 ? pixels[i].position : k == 1 ? pixels[i].normal : pixels[i].albedo, 12);
+            words[4 * i + 3] = k == 0 ? pixels[i].occlusion : 0.0f;
+        }
+        result = glbk_texture_update(ctx, &r->seen[r->now], 0, 0, row, k, r->width, rows, 1, words);
+    }
+    glbk__free(&memory, words);
+    return result;
+}
+
+/* ---- >>rsm: light ---- */
+
+static int glbk__rsm_maps_valid(const glbk_rsm_map *const *maps, uint32_t count)
+{
+    uint32_t i;
+    if (!maps || !count) return 0;
+    for (i = 0; i < count; i++)
+        if (!maps[i] || !maps[i]->texels.name) return 0;
+    return 1;
+}
+
+/* Of the three pictures one that is neither a nor b. */
+static uint32_t glbk__rsm_other(uint32_t a, uint32_t b)
+{
+    uint32_t i = 0;
+    while (i == a || i == b) i++;
+    return i;
+}
+
+GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_rsm_map *const *maps, uint32_t count,
+                                     const glbk_rsm_direct_desc *d)
+{
+    uint32_t now = GLBK__RSM_NONE, next, i;
+    glbk_result result;
+
+    if (!ctx || !r || !r->frame.name || !glbk__rsm_maps_valid(maps, count) || !d || d->taps > 15) return GLBK_ERR_ARGUMENT;
+    if (!(d->bias >= 0.0f && d->bias <= 1e6f && d->slope_bias >= 0.0f && d->slope_bias <= 1e6f)) return GLBK_ERR_ARGUMENT;
+    memset(&r->values, 0, sizeof r->values);
+    r->values.counts[0] = d->taps ? d->taps : 2;
+    r->values.limits[0] = d->bias;
+    r->values.limits[1] = d->slope_bias;
+    r->direct = GLBK__RSM_NONE;
+    for (i = 0; i < count; i++) {
+        next = glbk__rsm_other(r->bounce, now);
+        r->values.range[3] = i > 0;
+        result = glbk__rsm_begin(ctx, r, GLBK__RSM_DIRECT, &r->targets[next], r->width, r->height);
+        if (result != GLBK_OK) return result;
+        glbk_rsm_bind(ctx, r, maps[i]);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, now < 3 ? &r->sums[now] : NULL);
+        glbk_draw_screen(ctx);
+        now = next;
+    }
+    r->direct = now;
+    return GLBK_OK;
+}
+
+/* Steps of a running sum along x in all faces of a map: the first from `from`, the others from what is there. */
+static glbk_result glbk__rsm_scan(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map, int from, uint32_t height,
+                                  glbk_target targets[2][6], int *at)
+{
+    uint32_t stride, face;
+    int next = 0;
+    for (stride = 1; stride < map->size; stride *= 8) {
+        for (face = 0; face < map->faces; face++) {
+            glbk_result result;
+            r->values.pick[0] = face;
+            r->values.pick[1] = stride;
+            result = glbk__rsm_begin(ctx, r, stride == 1 ? from : from + 1, &targets[next][face], map->size, height);
+            if (result != GLBK_OK) return result;
+            glbk__rsm_bind_map(ctx, map);
+            if (stride == 1 && from == GLBK__RSM_SCAN) glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sums, NULL);
+            glbk_draw_screen(ctx);
+        }
+        *at = next;
+        next = 1 - next;
+    }
+    return GLBK_OK;
+}
+
+static glbk_result glbk__rsm_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map)
+{
+    glbk_result result;
+    if (map->summed) return GLBK_OK;
+    result = glbk__rsm_scan(ctx, r, map, GLBK__RSM_SCAN, map->size, map->sum_targets, &map->sums_at);
+    if (result == GLBK_OK) result = glbk__rsm_scan(ctx, r, map, GLBK__RSM_SCAN_ROWS, 1, map->row_targets, &map->rows_at);
+    map->summed = result == GLBK_OK;
+    return result;
+}
+
+typedef struct glbk__rsm_run {      /* one glbk_rsm_gather */
+    glbk_context         *ctx;
+    glbk_rsm_renderer    *r;
+    glbk_rsm_map *const  *maps;
+    uint32_t              count, sets, by_flux, about, room;    /* lights of a map by flux, points about the receiver */
+    int                   mixed, all, apart, listed;            /* apart: a list a map; listed: it holds all that is needed */
+    uint32_t              seed;
+    glbk_texture         *pictures;                             /* where it adds up */
+    glbk_target          *targets;
+    uint32_t              width, height, now, kept;             /* kept: a picture that must stay */
+    const glbk_texture   *states, *coarse;
+    int                   begun;
+} glbk__rsm_run;
+
+/* Lights first .. of a map into places from .. to - 1 of each set of the list. */
+static glbk_result glbk__rsm_pick(glbk__rsm_run *g, const glbk_rsm_map *map, uint32_t lights, uint32_t first, uint32_t from,
+                                  uint32_t to)
+{
+    glbk_rsm_renderer *r = g->r;
+    glbk_result result;
+    uint32_t last = (g->sets - 1) * r->values.range[2] + to, rows = (last + 1023) / 1024;
+    r->values.range[0] = from;
+    r->values.range[1] = to;
+    r->values.pick[0] = g->seed;
+    r->values.pick[1] = lights;
+    r->values.pick[2] = first;
+    result = glbk__rsm_begin(g->ctx, r, g->all ? GLBK__RSM_PICK_ALL : GLBK__RSM_PICK, &r->lights_target, 1024, rows);
+    if (result != GLBK_OK) return result;
+    glbk__rsm_bind_map(g->ctx, map);
+    glbk_draw_screen(g->ctx);
+    return GLBK_OK;
+}
+
+/* Adds the first `listed` lights of each set and the points about the receiver to the picture. */
+static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint32_t listed, uint32_t about)
+{
+    glbk_rsm_renderer *r = g->r;
+    uint32_t next = glbk__rsm_other(g->kept, g->now);
+    float size = (float)map->size;
+    glbk_result result;
+    r->values.range[0] = 0;
+    r->values.range[1] = listed;
+    r->values.range[3] = (uint32_t)g->begun;
+    r->values.counts[2] = about / g->sets;
+    r->values.pattern[1] = g->mixed ? (float)g->about * 0.0401f * (map->faces == 1 ? 1.0f : 0.5236f) / (size * size) : 0.0f;
+    r->values.pattern[2] = g->mixed ? (float)g->by_flux : 0.0f;
+    result = glbk__rsm_begin(g->ctx, r, GLBK__RSM_GATHER, &g->targets[next], g->width, g->height);
+    if (result != GLBK_OK) return result;
+    glbk_rsm_bind(g->ctx, r, map);
+    glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_sum, g->now < 3 ? &g->pictures[g->now] : NULL);
+    glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_states, g->states);
+    glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_coarse, g->coarse);
+    glbk_draw_screen(g->ctx);
+    g->now = next;
+    g->begun = 1;
+    return GLBK_OK;
+}
+
+/* All maps' light on the pixels that the mode in r->values is about. A list takes as many lights as there is room for; it is
+   picked once where it holds them all. */
+static glbk_result glbk__rsm_evaluate(glbk__rsm_run *g)
+{
+    uint32_t m, at = 0, flushed = 0;
+    glbk_result result = GLBK_OK;
+    g->begun = 0;
+    for (m = 0; m < g->count && result == GLBK_OK; m++) {
+        const glbk_rsm_map *map = g->maps[m];
+        uint32_t lights = g->all ? map->size * map->size * map->faces : g->by_flux;
+        uint32_t left = lights / g->sets + (lights % g->sets != 0), first = 0;
+        while (left && result == GLBK_OK) {
+            uint32_t take = left < g->room - at ? left : g->room - at;
+            if (!g->listed) result = glbk__rsm_pick(g, map, lights, first, at, at + take);
+            at += take;
+            first += take;
+            left -= take;
+            if (at < g->room || result != GLBK_OK || (g->about && !left)) continue;
+            result = glbk__rsm_add(g, map, at, 0);
+            at = 0;
+            flushed++;
+        }
+        if ((g->about || (g->apart && at)) && result == GLBK_OK) {
+            result = glbk__rsm_add(g, map, at, g->about);
+            at = 0;
+            flushed++;
+        }
+    }
+    if (at && result == GLBK_OK) {
+        result = glbk__rsm_add(g, g->maps[0], at, 0);
+        flushed++;
+    }
+    g->listed = flushed == 1;
+    return result;
+}
+
+static int glbk__rsm_gather_valid(const glbk_rsm_renderer *r, const glbk_rsm_gather_desc *d)
+{
+    uint32_t k = d->interleave ? d->interleave : 1;
+    int about = d->samples && (d->pattern == GLBK_RSM_PATTERN_ABOUT || d->pattern == GLBK_RSM_PATTERN_MIXED);
+    if (d->pattern != GLBK_RSM_PATTERN_DEFAULT && d->pattern != GLBK_RSM_PATTERN_FLUX && d->pattern != GLBK_RSM_PATTERN_ABOUT &&
+        d->pattern != GLBK_RSM_PATTERN_MIXED)
+        return 0;
+    if (d->samples > 1u << 20 || k > 8 || (k & (k - 1))) return 0;
+    if (about && (!r->points || r->points % (k * k))) return 0;
+    if (!(d->r_max >= 0.0f && d->r_max <= 1e3f && d->offset >= 0.0f && d->offset <= 1e9f)) return 0;
+    return d->clamp >= 0.0f && d->clamp <= 1e18f && d->near_limit >= 0.0f && d->near_limit <= 1e6f;
+}
+
+static int glbk__rsm_grid_valid(const glbk_rsm_renderer *r, const glbk_rsm_gather_desc *d, glbk_rsm_grid *g)
+{
+    if (!r->grids[0].name || d->interleave > 1 || r->noise_side) return 0;
+    if (!g->step) g->step = 8;
+    if (!g->levels) g->levels = 6;
+    if (g->step < 2 || g->step > 64 || (g->step & (g->step - 1)) || g->levels > 6) return 0;
+    if (!(fabsf(g->normal_cosine) <= 1.0f && g->plane_slope >= 0.0f && g->plane_slope <= 1e6f)) return 0;
+    if (!(g->distance >= 0.0f && g->distance <= 1e9f && fabsf(g->contrast) <= 1e6f)) return 0;
+    if (!(fabsf(g->normal_cosine) > 0.0f)) g->normal_cosine = 0.95f;
+    if (!(g->plane_slope > 0.0f)) g->plane_slope = 0.1f;
+    if (!(fabsf(g->contrast) > 0.0f)) g->contrast = 0.1f;
+    return 1;
+}
+
+/* Grids of half the step each time, then what is left. Pictures end in r->sums. */
+static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const glbk_rsm_grid *d)
+{
+    glbk_rsm_renderer *r = g->r;
+    uint32_t step = d->step, levels = d->levels, picture = GLBK__RSM_NONE, coarse = GLBK__RSM_NONE, next;
+    glbk_result result;
+    r->values.tests[0] = d->normal_cosine;
+    r->values.tests[1] = d->plane_slope;
+    r->values.tests[2] = d->distance;
+    r->values.tests[3] = d->contrast;
+    for (; step > 1 && levels > 0; step /= 2, levels--) {
+        r->values.mode[0] = 1;
+        r->values.grid[1] = coarse < 3 ? r->values.grid[0] : 0;
+        r->values.grid[0] = step;
+        g->pictures = r->grids;
+        g->targets = r->grid_targets;
+        g->width = (r->width - 2 + step) / step + 1;
+        g->height = (r->height - 2 + step) / step + 1;
+        if (r->width == 1) g->width = 1;
+        if (r->height == 1) g->height = 1;
+        g->kept = coarse;
+        g->now = GLBK__RSM_NONE;
+        g->states = picture < 3 ? &r->sums[picture] : NULL;
+        g->coarse = coarse < 3 ? &r->grids[coarse] : NULL;
+        result = glbk__rsm_evaluate(g);
+        if (result != GLBK_OK) return result;
+        coarse = g->now;
+        next = glbk__rsm_other(r->direct, picture);
+        r->values.range[3] = picture < 3;
+        result = glbk__rsm_begin(g->ctx, r, GLBK__RSM_INTERPOLATE, &r->targets[next], r->width, r->height);
+        if (result != GLBK_OK) return result;
+        glbk_rsm_bind(g->ctx, r, NULL);
+        glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_sum, picture < 3 ? &r->sums[picture] : NULL);
+        glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_coarse, &r->grids[coarse]);
+        glbk_draw_screen(g->ctx);
+        picture = next;
+    }
+    r->values.mode[0] = 2;
+    g->now = picture;
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *const *maps, uint32_t count,
+                                     const glbk_rsm_gather_desc *d, const glbk_rsm_grid *grid)
+{
+    glbk__rsm_run g;
+    glbk_rsm_grid tests;
+    glbk_result result = GLBK_OK;
+    uint32_t k, i, most;
+
+    memset(&tests, 0, sizeof tests);
+    if (!ctx || !r || !r->frame.name || !d || !glbk__rsm_maps_valid((const glbk_rsm_map *const *)maps, count)) return GLBK_ERR_ARGUMENT;
+    if (grid) tests = *grid;
+    if (!glbk__rsm_gather_valid(r, d) || (grid && !glbk__rsm_grid_valid(r, d, &tests))) return GLBK_ERR_ARGUMENT;
+    memset(&g, 0, sizeof g);
+    memset(&r->values, 0, sizeof r->values);
+    g.ctx = ctx;
+    g.r = r;
+    g.maps = maps;
+    g.count = count;
+    g.seed = d->seed;
+    g.all = d->samples == 0;
+    g.mixed = d->pattern == GLBK_RSM_PATTERN_MIXED && d->samples > 1;
+    g.apart = g.mixed || r->material_count > 0;
+    if (!g.all && (g.mixed || d->pattern == GLBK_RSM_PATTERN_ABOUT)) g.about = r->points;
+    if (!g.all && d->pattern != GLBK_RSM_PATTERN_ABOUT) g.by_flux = d->samples - (g.mixed ? d->samples / 3 : 0);
+    k = d->interleave ? d->interleave : 1;
+    g.sets = k * k;
+    most = d->lights_per_pass ? d->lights_per_pass : 4096;
+    g.room = GLBK__RSM_LIST / g.sets < most ? GLBK__RSM_LIST / g.sets : most;
+    for (i = 0; i < count && (g.by_flux || g.mixed) && result == GLBK_OK; i++) result = glbk__rsm_sum(ctx, r, maps[i]);
+    if (result != GLBK_OK) return result;
+    r->values.counts[1] = k;
+    r->values.counts[3] = r->noise_side;
+    r->values.range[2] = g.room;
+    r->values.pick[3] = r->material_count;
+    r->values.grid[2] = r->width;
+    r->values.grid[3] = r->height;
+    r->values.pattern[0] = g.mixed ? 0.0f : d->r_max;
+    r->values.limits[0] = d->offset;
+    r->values.limits[1] = d->clamp;
+    r->values.limits[2] = d->near_limit;
+    r->values.limits[3] = (float)g.sets;
+    r->bounce = g.now = GLBK__RSM_NONE;
+    if (grid) result = glbk__rsm_grids(&g, &tests);
+    if (result != GLBK_OK) return result;
+    g.pictures = r->sums;
+    g.targets = r->targets;
+    g.kept = r->direct;
+    g.width = r->width;
+    g.height = r->height;
+    g.states = g.coarse = NULL;
+    result = glbk__rsm_evaluate(&g);
+    if (result == GLBK_OK) r->bounce = g.now;
+    return result;
+}
+
+/* ---- >>rsm: filter and picture ---- */
+
+/* bounce counts on: 3 and 4 are the histories. */
+static const glbk_texture *glbk__rsm_bounced(const glbk_rsm_renderer *r)
+{
+    return r->bounce < 3 ? &r->sums[r->bounce] : r->bounce < 5 ? &r->history[r->bounce - 3] : NULL;
+}
+
+static glbk_result glbk__rsm_smooth(glbk_context *ctx, glbk_rsm_renderer *r, uint32_t passes)
+{
+    uint32_t pass, next;
+    for (pass = 0; pass < passes; pass++) {
+        glbk_result result;
+        next = glbk__rsm_other(r->direct, r->bounce);
+        r->values.grid[0] = 1u << pass;
+        result = glbk__rsm_begin(ctx, r, GLBK__RSM_SMOOTH, &r->targets[next], r->width, r->height);
+        if (result != GLBK_OK) return result;
+        glbk_rsm_bind(ctx, r, NULL);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, glbk__rsm_bounced(r));
+        glbk_draw_screen(ctx);
+        r->bounce = next;
+    }
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_rsm_denoise_desc *d)
+{
+    uint32_t to;
+    int i;
+    glbk_result result;
+
+    if (!ctx || !r || !r->history[0].name || !d || !glbk__rsm_bounced(r) || r->turn) return GLBK_ERR_ARGUMENT;
+    if (d->passes > 6 || d->history > 1000 || !(d->normal_cosine >= 0.0f && d->normal_cosine < 1.0f)) return GLBK_ERR_ARGUMENT;
+    if (!(d->plane_slope >= 0.0f && d->plane_slope <= 1e6f)) return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < 16 && d->view_projection; i++)
+        if (!(fabsf(d->view_projection[i]) <= 3.0e38f)) return GLBK_ERR_ARGUMENT;
+    memset(&r->values, 0, sizeof r->values);
+    r->values.grid[2] = r->width;
+    r->values.grid[3] = r->height;
+    r->values.mode[1] = !r->remembers ? 0u : d->motion ? 2u : d->view_projection && r->has_before ? 1u : 0u;
+    r->values.mode[2] = d->top_first != 0;
+    r->values.pattern[3] = (float)(d->history ? d->history : 8);
+    r->values.tests[0] = d->normal_cosine > 0.0f ? d->normal_cosine : 0.9f;
+    r->values.tests[1] = d->plane_slope > 0.0f ? d->plane_slope : 0.1f;
+    memcpy(r->drawn.clip, r->before, sizeof r->before);
+    result = glbk_buffer_update(ctx, &r->object, 0, sizeof r->drawn, &r->drawn);
+    to = r->remembers == 1 ? 1 : 0;
+    if (result == GLBK_OK) result = glbk__rsm_begin(ctx, r, GLBK__RSM_RECALL, &r->history_targets[to], r->width, r->height);
+    if (result != GLBK_OK) return result;
+    glbk_rsm_bind(ctx, r, NULL);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_drawn, &r->object);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_before, &r->seen[1 - r->now]);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, glbk__rsm_bounced(r));
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_history, &r->history[1 - to]);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_motion, d->motion);
+    glbk_draw_screen(ctx);
+    r->bounce = 3 + to;
+    r->remembers = 1 + to;
+    r->turn = 1;
+    r->has_before = d->view_projection != NULL;
+    if (d->view_projection) memcpy(r->before, d->view_projection, sizeof r->before);
+    return glbk__rsm_smooth(ctx, r, d->passes);
+}
+
+GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *r)
+{
+    if (r) r->remembers = 0;
+}
+
+GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_pass *pass, int direct, int bounced)
+{
+    glbk_result result;
+
+    if (!ctx || !r || !r->frame.name || !pass) return GLBK_ERR_ARGUMENT;
+    memset(&r->values, 0, sizeof r->values);
+    r->values.mode[0] = direct && r->direct < 3;
+    r->values.mode[1] = bounced && glbk__rsm_bounced(r);
+    result = glbk__rsm_program(ctx, r, GLBK__RSM_RESOLVE);
+    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->frame, 0, sizeof r->values, &r->values);
+    if (result == GLBK_OK) result = glbk_begin(ctx, pass, &r->programs[GLBK__RSM_RESOLVE]);
+    if (result != GLBK_OK) return result;
+    glbk_rsm_bind(ctx, r, NULL);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, r->direct < 3 ? &r->sums[r->direct] : NULL);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_states, glbk__rsm_bounced(r));
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *r, int bounced, float *rgba)
+{
+    const glbk_target *target;
+    if (!ctx || !r || !rgba) return GLBK_ERR_ARGUMENT;
+    if (bounced) target = r->bounce < 3 ? &r->targets[r->bounce] : r->bounce < 5 ? &r->history_targets[r->bounce - 3] : NULL;
+    else target = r->direct < 3 ? &r->targets[r->direct] : NULL;
+    return target ? glbk_target_read(ctx, target, 0, 0, 0, r->width, r->height, rgba) : GLBK_ERR_ARGUMENT;
+}
 
 /* ---- end of rsm ---- */
 

@@ -2727,12 +2727,12 @@ typedef struct rsm__grid {
     const rsm_points       *points;
     const rsm_interpolation *desc;
     float    *out;
-    uint8_t  *state;               /* of each pixel: 0 none, 1 open, 2 interpolated, 3 evaluated, 4 wanted */
+    uint8_t  *state;               /* of each pixel */
     uint32_t *list;                /* pixels to evaluate */
     uint32_t  width, height, step;
 } rsm__grid;
 
-enum { RSM__NONE, RSM__OPEN, RSM__INTERPOLATED, RSM__EVALUATED, RSM__WANTED };
+enum { RSM__NONE, RSM__OPEN, RSM__INTERPOLATED, RSM__EVALUATED, RSM__WANTED, RSM__REPLACED /* wanted, interpolated before */ };
 
 /* Grid lines of a coordinate: multiples of step, and the picture's last pixel. */
 static inline void rsm__grid_lines(uint32_t at, uint32_t step, uint32_t size, uint32_t line[2], float *share)
@@ -2818,7 +2818,8 @@ static inline void rsm__want_corners(rsm__grid *g, uint32_t x, uint32_t y)
     rsm__grid_lines(y, g->step, g->height, row, &share);
     for (k = 0; k < 4; k++) {
         uint8_t *s = g->state + (size_t)row[k >> 1] * g->width + column[k & 1];
-        if (*s == RSM__OPEN || *s == RSM__INTERPOLATED) *s = RSM__WANTED;
+        if (*s == RSM__OPEN) *s = RSM__WANTED;
+        else if (*s == RSM__INTERPOLATED) *s = RSM__REPLACED;
     }
 }
 
@@ -2828,7 +2829,7 @@ static inline size_t rsm__list_wanted(rsm__grid *g)
 {
     size_t at, pixels = (size_t)g->width * g->height, found = 0;
     for (at = 0; at < pixels; at++)
-        if (g->state[at] == RSM__WANTED) {
+        if (g->state[at] == RSM__WANTED || g->state[at] == RSM__REPLACED) {
             g->state[at] = RSM__EVALUATED;
             g->list[found++] = (uint32_t)at;
         }

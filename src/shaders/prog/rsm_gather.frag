@@ -1,0 +1,40 @@
+// Bounced light, added up draw by draw. Mode 0: every pixel; 1: nodes of a grid; 2: pixels that are still open.
+// uses: rsm_screen
+// with: screen.vert
+layout(location = 0) out glbk_color result;
+
+// Does an open pixel need this node? Those between it and the lines before and after it.
+bool rsm_wanted(ivec2 at, int step, ivec2 size)
+{
+    ivec2 off = at % step;
+    ivec2 from = ivec2(off.x == 0 ? max(at.x - step, 0) : at.x - off.x, off.y == 0 ? max(at.y - step, 0) : at.y - off.y);
+    ivec2 to = min(ivec2(off.x == 0 ? at.x + step - 1 : at.x, off.y == 0 ? at.y + step - 1 : at.y), size - 1);
+    for (int y = from.y; y <= to.y; y++)
+        for (int x = from.x; x <= to.x; x++)
+            if (glbk_unpack(texelFetch(glbk_rsm_states, ivec2(x, y), 0)).w == RSM_OPEN) return true;
+    return false;
+}
+
+void main()
+{
+    ivec2 here = ivec2(gl_FragCoord.xy), at = here, size = ivec2(glbk_rsm_frame.grid.zw), number;
+    int step = int(glbk_rsm_frame.grid.x), coarse = int(glbk_rsm_frame.grid.y), mode = int(glbk_rsm_frame.mode.x);
+    bool first = glbk_rsm_frame.range.w == 0u;
+    vec4 sum = first && mode != 2 ? vec4(0.0) : glbk_unpack(texelFetch(glbk_rsm_sum, here, 0));
+    rsm_receiver r;
+    if (mode == 1) at = min(at * step, size - 1);
+    bool seen = rsm_read(at, r), evaluate = seen;
+    if (!first) {
+        evaluate = sum.w == RSM_FRESH;
+    } else if (mode == 1 && coarse > 0) {
+        if (rsm_is_node(at, coarse, size, number)) sum = glbk_unpack(texelFetch(glbk_rsm_coarse, number, 0));
+        if (sum.w < RSM_EVALUATED) sum = vec4(0.0);
+        evaluate = seen && sum.w == RSM_NONE && rsm_wanted(at, step, size);
+        sum.w = min(sum.w, RSM_EVALUATED);
+    } else if (mode == 2) {
+        evaluate = sum.w == RSM_OPEN;
+        sum.xyz *= evaluate ? 0.0 : r.occlusion;
+    }
+    if (evaluate) sum = vec4(sum.xyz + rsm_bounce(r, at) * (mode == 1 ? 1.0 : r.occlusion), RSM_FRESH);
+    result = glbk_pack(sum);
+}

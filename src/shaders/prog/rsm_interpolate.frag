@@ -1,0 +1,23 @@
+// Pixels that the grid does for; the others stay open. The first time all are.
+// uses: rsm_screen
+// with: screen.vert
+layout(location = 0) out glbk_color result;
+
+void main()
+{
+    ivec2 at = ivec2(gl_FragCoord.xy), size = ivec2(glbk_rsm_frame.grid.zw), number;
+    int step = int(glbk_rsm_frame.grid.x);
+    vec4 sum = vec4(0.0, 0.0, 0.0, RSM_OPEN);
+    rsm_receiver r;
+    bool seen = rsm_read(at, r);
+    if (glbk_rsm_frame.range.w != 0u) sum = glbk_unpack(texelFetch(glbk_rsm_sum, at, 0));
+    else if (!seen) sum.w = RSM_NONE;
+    if (seen && rsm_is_node(at, step, size, number)) {      // what was evaluated replaces what was interpolated
+        vec4 node = glbk_unpack(texelFetch(glbk_rsm_coarse, number, 0));
+        if (node.w >= RSM_EVALUATED) sum = vec4(node.xyz, RSM_EVALUATED);
+    }
+    vec3 value;
+    if (sum.w == RSM_OPEN && rsm_interpolate(glbk_rsm_coarse, at, step, size, r, glbk_rsm_frame.tests, value))
+        sum = vec4(value, RSM_INTERPOLATED);
+    result = glbk_pack(sum);
+}

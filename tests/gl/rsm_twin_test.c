@@ -1,0 +1,560 @@
+/* rsm_twin_test - the GLSL of rsm_*.glsl and the passes of glbk_rsm against rsm.h: maps drawn by GL, direct light, every
+   pattern of every kind of light, interpolation, the filter over moving frames. */
+#define _POSIX_C_SOURCE 200809L
+#define RSM_IMPLEMENTATION
+#include "rsm.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+
+#define GL_BACKEND_IMPLEMENTATION
+#include "gl_backend.h"
+
+#include "gl/gl_test.h"
+#include "unit/rsm_util.h"
+
+enum { SIDE = 48, PIXELS = SIDE * SIDE, MAP = 32 };
+
+/* A room open to the front with a box in it that stands askew. */
+static const float quads[] = {
+    -1, 0, -1, 2, 0, 0, 0, 0, 2,     -1, 0, -1, 2, 0, 0, 0, 2, 0,     -1, 0, -1, 0, 0, 2, 0, 2, 0,
+    1, 0, -1, 0, 0, 2, 0, 2, 0,      -1, 2, -1, 2, 0, 0, 0, 0, 2,
+    -0.3f, 0, 0, 0.5f, 0, 0.2f, 0, 0.7f, 0,     -0.3f, 0.7f, 0, 0.5f, 0, 0.2f, -0.2f, 0, 0.5f,
+    0.2f, 0, 0.2f, -0.2f, 0, 0.5f, 0, 0.7f, 0
+};
+static const rsm_material materials[2] = { { { 0.3f, 0.2f, 0.1f }, 20 }, { { 0.5f, 0.5f, 0.5f }, 3 } };
+
+typedef struct world {
+    model      room[2];
+    rsm_mesh   meshes[2];
+    rsm_points points;
+    float      positions[3 * PIXELS], normals[3 * PIXELS], occlusion[PIXELS], view[16], noise[16 * 16];
+} world;
+
+static world w;
+static float expected[3 * PIXELS], answers[4 * PIXELS], filtered[3 * PIXELS];
+
+/* Maps of rsm.h see for us, too: a square spot is a camera. */
+static void look(const float eye[3], const float target[3])
+{
+    rsm_desc d;
+    rsm_map *camera;
+    const rsm_texel *t;
+    double length = 0;
+    size_t i;
+    memset(&d, 0, sizeof d);
+    d.light.kind = RSM_LIGHT_SQUARE_SPOT;
+    d.light.cone_angle = 0.9f;
+    d.size = SIDE;
+    for (i = 0; i < 3; i++) length += (double)((target[i] - eye[i]) * (target[i] - eye[i]));
+    for (i = 0; i < 3; i++) {
+        d.light.position[i] = eye[i];
+        d.light.direction[i] = (target[i] - eye[i]) / (float)sqrt(length);
+        d.light.value[i] = 1;
+    }
+    camera = map_of(&d, w.meshes, 2, NULL);
+    assert_non_null(camera);
+    assert_int_equal(rsm_map_matrix(camera, 0, w.view), RSM_OK);
+    t = rsm_map_texels(camera);
+    for (i = 0; i < PIXELS; i++) {
+        memcpy(w.positions + 3 * i, t[i].position, 12);
+        memcpy(w.normals + 3 * i, t[i].normal, 12);
+        w.occlusion[i] = 0.5f + 0.5f * (float)(i % 7) / 6.0f;
+    }
+    w.points = points_of(w.positions, w.normals, PIXELS, SIDE);
+    rsm_map_free(camera);
+}
+
+static void make_world(void)
+{
+    static const float eye[3] = { 0.2f, 1.1f, 3.4f }, target[3] = { 0, 0.9f, 0 };
+    if (w.points.count) return;
+    w.room[0] = model_quads(quads, 5);
+    w.room[1] = model_quads(quads + 45, 3);
+    w.meshes[0] = mesh_of(&w.room[0], 0.6);
+    w.meshes[1] = mesh_of(&w.room[1], 0.8);
+    w.meshes[0].albedo[1] = 0.4f;
+    w.meshes[1].material = 1;
+    assert_int_equal(rsm_blue_noise(16, 3, NULL, w.noise), RSM_OK);
+    look(eye, target);
+}
+
+static rsm_light lamp_of(int kind)
+{
+    rsm_light l;
+    memset(&l, 0, sizeof l);
+    l.kind = kind == 5 ? RSM_LIGHT_SPOT : (rsm_light_kind)(kind + 1);
+    set3(l.position, 0.1, 1.7, 0.6);
+    set3(l.direction, 0.36, -0.8, -0.48);
+    set3(l.value, 3, 2, 1);
+    l.cone_angle = kind == 5 ? 2.6f : 1.1f;
+    if (l.kind == RSM_LIGHT_SUN) {
+        set3(l.position, 0, 1, 0);
+        set3(l.direction, 0.36, 0.48, 0.8);
+        l.radius = 1.6f;
+    }
+    return l;
+}
+enum { KINDS = 6 };
+
+static rsm_map *cpu_map(int kind, uint32_t size)
+{
+    rsm_desc d;
+    rsm_map *map;
+    memset(&d, 0, sizeof d);
+    d.light = lamp_of(kind);
+    d.size = size;
+    map = map_of(&d, w.meshes, 2, NULL);
+    assert_non_null(map);
+    return map;
+}
+
+static glbk_rsm_lamp gl_lamp(const rsm_light *l)
+{
+    glbk_rsm_lamp out;
+    assert_int_equal(sizeof out, sizeof *l);        /* field by field */
+    memcpy(&out, l, sizeof out);
+    return out;
+}
+
+static void upload(gl_test *t, const rsm_map *map, int kind, glbk_rsm_map *out)
+{
+    rsm_light l = lamp_of(kind);
+    glbk_rsm_lamp lamp = gl_lamp(&l);
+    assert_glbk(t, glbk_rsm_map_create(&t->gl, &lamp, rsm_map_side(map), out));
+    assert_int_equal(out->faces, rsm_map_faces(map));
+    assert_glbk(t, glbk_rsm_map_upload(&t->gl, out, rsm_map_texels(map)));
+}
+
+static void upload_points(gl_test *t, glbk_rsm_renderer *r)
+{
+    static glbk_rsm_pixel pixels[PIXELS];
+    size_t i;
+    for (i = 0; i < PIXELS; i++) {
+        memcpy(pixels[i].position, w.positions + 3 * i, 12);
+        memcpy(pixels[i].normal, w.normals + 3 * i, 12);
+        set3(pixels[i].albedo, 0.5, 0.25, 1);
+        pixels[i].occlusion = w.points.occlusion ? w.occlusion[i] : 1;
+    }
+    assert_glbk(t, glbk_rsm_gbuffer_upload(&t->gl, r, 0, 10, pixels));
+    assert_glbk(t, glbk_rsm_gbuffer_upload(&t->gl, r, 10, SIDE - 10, pixels + 10 * SIDE));
+}
+
+static glbk_rsm_renderer renderer_of(gl_test *t)
+{
+    glbk_rsm_renderer r;
+    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 1 };
+    assert_glbk(t, glbk_rsm_renderer_create(&t->gl, &d, &r));
+    upload_points(t, &r);
+    return r;
+}
+
+/* Relative RMSE of the picture that GL has against `expected`; it must not be dark. */
+static double error_of(gl_test *t, glbk_rsm_renderer *r, int bounced, double *worst)
+{
+    double square = 0, sum = 0, off;
+    size_t i, k;
+    *worst = 0;
+    assert_glbk(t, glbk_rsm_read(&t->gl, r, bounced, answers));
+    for (i = 0; i < PIXELS; i++)
+        for (k = 0; k < 3; k++) {
+            off = fabs((double)answers[4 * i + k] - (double)expected[3 * i + k]);
+            if (!(off < 1e30)) off = 1e30;
+            square += off * off;
+            sum += (double)expected[3 * i + k];
+            if (off > *worst) *worst = off;
+        }
+    assert_true(sum > 1);
+    *worst *= 3 * PIXELS / sum;
+    return sqrt(square * 3 * PIXELS) / sum;
+}
+
+/* ---- maps ---- */
+
+typedef struct scene { glbk_buffer vertices[2], indices[2]; uint32_t arrays[2]; } scene;
+
+static void scene_make(gl_test *t, scene *s)
+{
+    const glbk_functions *gl = &t->gl.gl;
+    int i;
+    gl->GenVertexArrays(2, s->arrays);
+    for (i = 0; i < 2; i++) {
+        assert_glbk(t, glbk_buffer_create(&t->gl, w.room[i].vertices * 12, w.room[i].p, &s->vertices[i]));
+        assert_glbk(t, glbk_buffer_create(&t->gl, w.room[i].indices * 4, w.room[i].i, &s->indices[i]));
+        gl->BindVertexArray(s->arrays[i]);
+        gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, s->vertices[i].name);
+        gl->EnableVertexAttribArray(0);
+        gl->VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, 0, NULL);
+        gl->BindBuffer(GLBK_GL_ELEMENT_ARRAY_BUFFER, s->indices[i].name);
+    }
+    gl->BindVertexArray(0);
+    gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, 0);
+}
+
+static void scene_free(gl_test *t, scene *s)
+{
+    int i;
+    t->gl.gl.DeleteVertexArrays(2, s->arrays);
+    for (i = 0; i < 2; i++) {
+        glbk_buffer_destroy(&t->gl, &s->vertices[i]);
+        glbk_buffer_destroy(&t->gl, &s->indices[i]);
+    }
+}
+
+static void draw_scene(void *user, glbk_context *ctx, glbk_rsm_renderer *r)
+{
+    const scene *s = (const scene *)user;
+    int i;
+    for (i = 0; i < 2; i++) {
+        glbk_rsm_surface surface = { { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, { 0, 0, 0 }, 0, NULL, 0 };
+        memcpy(surface.albedo, w.meshes[i].albedo, sizeof surface.albedo);
+        surface.material = w.meshes[i].material;
+        assert_int_equal(glbk_rsm_object(ctx, r, &surface), GLBK_OK);
+        ctx->gl.BindVertexArray(s->arrays[i]);
+        ctx->gl.DrawElements(GLBK_GL_TRIANGLES, (int32_t)w.room[i].indices, GLBK_GL_UNSIGNED_INT, NULL);
+    }
+}
+
+/* Texels on the border between two surfaces may see the other one; all others are the same. */
+static void drawn_maps_are_rasterized_maps(void **state)
+{
+    GL_TEST(t, state)
+    static rsm_texel drawn[MAP * MAP];
+    glbk_rsm_renderer r;
+    scene s;
+    int kind;
+    make_world();
+    r = renderer_of(t);
+    scene_make(t, &s);
+    for (kind = 0; kind < KINDS; kind++) {
+        rsm_map *map = cpu_map(kind, MAP);
+        rsm_light l = lamp_of(kind);
+        glbk_rsm_lamp lamp = gl_lamp(&l);
+        glbk_rsm_map m;
+        size_t i, other = 0, count = 0;
+        double flux = 0, flux_drawn = 0, off = 0, turned = 0, area = 0;
+        uint32_t face, k;
+        assert_glbk(t, glbk_rsm_map_create(&t->gl, &lamp, MAP, &m));
+        assert_glbk(t, glbk_rsm_map_draw(&t->gl, &r, &m, draw_scene, &s));
+        for (face = 0; face < m.faces; face++) {
+            const rsm_texel *mine = rsm_map_texels(map) + face * MAP * MAP;
+            float a[16], b[16];
+            glbk_rsm_map_matrix(&m, face, a);
+            assert_int_equal(rsm_map_matrix(map, face, b), RSM_OK);
+            for (k = 0; k < 16; k++) assert_true(fabsf(a[k] - b[k]) < 1e-5f);
+            assert_glbk(t, glbk_rsm_map_read(&t->gl, &m, face, drawn));
+            for (i = 0; i < MAP * MAP; i++) {
+                const rsm_texel *x = &mine[i], *y = &drawn[i];
+                double apart = 0, cosine = 0;
+                flux += (double)(x->flux[0] + x->flux[1] + x->flux[2]);
+                flux_drawn += (double)(y->flux[0] + y->flux[1] + y->flux[2]);
+                if (x->depth < RSM_FAR) count++;
+                if ((x->depth < RSM_FAR) != (y->depth < RSM_FAR) || x->material != y->material) {
+                    other++;
+                    continue;
+                }
+                if (!(x->depth < RSM_FAR)) continue;
+                for (k = 0; k < 3; k++) {
+                    apart += fabs((double)(x->position[k] - y->position[k]));
+                    cosine += (double)(x->normal[k] * y->normal[k]);
+                }
+                if (cosine < 0.9) {
+                    other++;
+                    continue;
+                }
+                off = apart > off ? apart : off;
+                turned = 1 - cosine > turned ? 1 - cosine : turned;
+                area = fmax(area, fabs((double)(y->area / x->area) - 1));
+                for (k = 0; k < 3; k++) assert_true(fabsf(x->flux[k] - y->flux[k]) <= 2e-5f * x->flux[k] + 1e-9f);
+            }
+        }
+        printf("kind %d: %zu of %zu texels see another surface; position %.1e, normal %.1e, area %.1e, flux %.6f\n", kind,
+               other, count, off, turned, area, flux_drawn / flux);
+        assert_true(count > MAP * MAP / 2);
+        assert_true(other <= count / 100);
+        /* GL snaps corners to 1/256 of a pixel: grazing surfaces move along themselves by more */
+        assert_true(off < 0.02 && turned < 1e-6 && area < 0.05);
+        assert_true(fabs(flux_drawn / flux - 1) < 0.003);
+        glbk_rsm_map_destroy(&t->gl, &m);
+        rsm_map_free(map);
+    }
+    assert_int_equal(glbk_rsm_object(&t->gl, &r, NULL), GLBK_ERR_ARGUMENT);
+    scene_free(t, &s);
+    glbk_rsm_renderer_destroy(&t->gl, &r);
+}
+
+/* ---- light ---- */
+
+static void direct_light_agrees(void **state)
+{
+    GL_TEST(t, state)
+    glbk_rsm_renderer r;
+    double worst, error, most = 0;
+    int kind;
+    make_world();
+    r = renderer_of(t);
+    for (kind = 0; kind < KINDS; kind++) {
+        rsm_map *map = cpu_map(kind, MAP);
+        glbk_rsm_map m;
+        const glbk_rsm_map *maps[2] = { &m, &m };
+        int i;
+        upload(t, map, kind, &m);
+        for (i = 0; i < 3; i++) {
+            rsm_direct_desc d = rsm_direct_default();
+            glbk_rsm_direct_desc g;
+            d.taps = i == 0 ? 1 : i == 1 ? 2 : 5;
+            d.slope_bias = i == 2 ? 0.5f : 1;
+            g.taps = d.taps;
+            g.bias = d.bias;
+            g.slope_bias = d.slope_bias;
+            assert_int_equal(rsm_direct(map, &d, &w.points, expected), RSM_OK);
+            d.add = 1;
+            if (i == 1) assert_int_equal(rsm_direct(map, &d, &w.points, expected), RSM_OK);
+            assert_glbk(t, glbk_rsm_direct(&t->gl, &r, maps, i == 1 ? 2 : 1, &g));
+            error = error_of(t, &r, 0, &worst);
+            most = error > most ? error : most;
+            if (error > 2e-3) printf("kind %d, way %d: %.2e, worst %.2e\n", kind, i, error, worst);
+            assert_true(error <= 2e-3);     /* a comparison of depths that float rounding turns round */
+        }
+        glbk_rsm_map_destroy(&t->gl, &m);
+        rsm_map_free(map);
+    }
+    printf("direct light: largest relative RMSE %.2e\n", most);
+    glbk_rsm_renderer_destroy(&t->gl, &r);
+}
+
+/* The same desc on both sides. */
+static glbk_rsm_gather_desc gl_desc(const rsm_gather_desc *d)
+{
+    glbk_rsm_gather_desc g;
+    memset(&g, 0, sizeof g);
+    g.pattern = d->pattern == RSM_PATTERN_FLUX    ? GLBK_RSM_PATTERN_FLUX
+                : d->pattern == RSM_PATTERN_MIXED ? GLBK_RSM_PATTERN_MIXED
+                                                  : GLBK_RSM_PATTERN_ABOUT;
+    g.samples = d->samples;
+    g.r_max = d->r_max;
+    g.offset = d->offset;
+    g.clamp = d->clamp;
+    g.near_limit = d->near_limit;
+    g.seed = d->seed;
+    g.interleave = d->interleave;
+    return g;
+}
+
+static void upload_tables(gl_test *t, glbk_rsm_renderer *r, const rsm_gather_desc *d)
+{
+    static float points[3 * 4096];
+    glbk_rsm_tables tables;
+    uint32_t sets = d->interleave ? d->interleave * d->interleave : 1, n = d->samples;
+    memset(&tables, 0, sizeof tables);
+    if (d->pattern == RSM_PATTERN_MIXED) n /= 3;
+    n = (n + sets - 1) / sets * sets;
+    if (d->pattern != RSM_PATTERN_FLUX && n) {
+        rsm_pattern p = d->pattern == RSM_PATTERN_MIXED ? RSM_PATTERN_LOG_RADIAL : d->pattern;
+        assert_int_equal(rsm_pattern_build(p, n, 0, d->paper_weights, d->seed, points), RSM_OK);
+        tables.points = points;
+        tables.point_count = n;
+    }
+    tables.noise = d->noise;
+    tables.noise_side = d->noise ? d->noise_side : 0;
+    tables.materials = (const float *)(const void *)d->materials;
+    tables.material_count = d->material_count;
+    assert_glbk(t, glbk_rsm_tables_upload(&t->gl, r, &tables));
+}
+
+/* What is tried: every pattern, then every knob. */
+static rsm_gather_desc way_of(int way)
+{
+    rsm_gather_desc d = gather_desc((rsm_pattern)(RSM_PATTERN_FLUX + way % 6), 96);
+    d.seed = (uint32_t)way;
+    d.near_limit = 0.5f;
+    if (way == 6) d.samples = 0;
+    if (way == 7) d.interleave = 4, d.paper_weights = 1;
+    if (way == 8) d.interleave = 2, d.noise = w.noise, d.noise_side = 16;
+    if (way == 9) d.r_max = 0.3f, d.clamp = 2, d.noise = w.noise, d.noise_side = 16;
+    if (way == 10) d.offset = 0.05f, d.near_limit = 0;
+    if (way == 11) d.interleave = 4;
+    if (way >= 12) {
+        d.materials = materials;
+        d.material_count = 2;
+    }
+    return d;
+}
+enum { WAYS = 15 };
+
+static void gathered_light_agrees(void **state)
+{
+    GL_TEST(t, state)
+    glbk_rsm_renderer r;
+    double worst, error, most[2] = { 0, 0 };
+    int kind, way;
+    make_world();
+    w.points.occlusion = w.occlusion;
+    r = renderer_of(t);
+    for (kind = 0; kind < KINDS; kind++) {
+        rsm_map *map = cpu_map(kind, MAP);
+        glbk_rsm_map m, *maps[1];
+        maps[0] = &m;
+        upload(t, map, kind, &m);
+        for (way = 0; way < WAYS; way++) {
+            rsm_gather_desc d = way_of(way);
+            glbk_rsm_gather_desc g;
+            int lists = d.pattern == RSM_PATTERN_FLUX || d.samples == 0;
+            if (way >= 6 && way % 6 != kind) continue;     /* each knob for one or two of the lights */
+            g = gl_desc(&d);
+            g.lights_per_pass = way == 6 ? 1000 : 0;
+            upload_tables(t, &r, &d);
+            assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &d, &w.points, expected, NULL), RSM_OK);
+            assert_glbk(t, glbk_rsm_gather(&t->gl, &r, maps, 1, &g, NULL));
+            error = error_of(t, &r, 1, &worst);
+            if (error > most[lists]) most[lists] = error;
+            if (error > (lists ? 1e-4 : 2e-3)) printf("kind %d, way %d: %.2e, worst %.2e\n", kind, way, error, worst);
+            /* Lists are the same lights; patterns about a receiver may fall on the next texel by a rounding. */
+            assert_true(error <= (lists ? 1e-4 : 2e-3));
+        }
+        glbk_rsm_map_destroy(&t->gl, &m);
+        rsm_map_free(map);
+    }
+    printf("bounced light: largest relative RMSE %.2e from lists, %.2e from patterns about the receiver\n", most[1], most[0]);
+    glbk_rsm_renderer_destroy(&t->gl, &r);
+    w.points.occlusion = NULL;
+}
+
+/* Several maps at once, more lights than a list holds, and interpolation of all of it. */
+static void several_maps_and_grids_agree(void **state)
+{
+    GL_TEST(t, state)
+    static const uint32_t steps[4] = { 8, 16, 4, 2 };
+    glbk_rsm_renderer r;
+    rsm_map *cpu[3];
+    glbk_rsm_map m[3], *maps[3] = { &m[0], &m[1], &m[2] };
+    static uint8_t mask[PIXELS];
+    double worst, error;
+    int i, way;
+    make_world();
+    w.points.occlusion = w.occlusion;
+    r = renderer_of(t);
+    for (i = 0; i < 3; i++) {
+        cpu[i] = cpu_map(i == 2 ? 4 : i, MAP);
+        upload(t, cpu[i], i == 2 ? 4 : i, &m[i]);
+    }
+    for (way = 0; way < 4; way++) {
+        rsm_gather_desc d = gather_desc(way == 1 ? RSM_PATTERN_MIXED : way == 2 ? RSM_PATTERN_LOG_RADIAL : RSM_PATTERN_FLUX, 120);
+        glbk_rsm_gather_desc g;
+        glbk_rsm_grid grid;
+        rsm_interpolation tests;
+        rsm_gather_stats stats;
+        size_t k, other = 0, evaluated = 0, left = 0;
+        memset(&tests, 0, sizeof tests);
+        memset(&grid, 0, sizeof grid);
+        d.near_limit = 0.3f;
+        g = gl_desc(&d);
+        if (way == 3) g.lights_per_pass = 50;
+        grid.step = tests.step = steps[way];
+        grid.levels = tests.levels = way == 2 ? 1 : 0;
+        grid.contrast = tests.contrast = way == 2 ? -1.0f : 0.0f;
+        tests.mask = mask;
+        upload_tables(t, &r, &d);
+        assert_int_equal(rsm_interpolate((const rsm_map *const *)cpu, 3, &d, &tests, &w.points, expected, &stats), RSM_OK);
+        assert_glbk(t, glbk_rsm_gather(&t->gl, &r, maps, 3, &g, &grid));
+        error = error_of(t, &r, 1, &worst);
+        for (k = 0; k < PIXELS; k++) {
+            int state_of = answers[4 * k + 3] > 2.5f ? 2 : answers[4 * k + 3] > 1.5f ? 1 : 0;
+            other += state_of != mask[k];
+            evaluated += state_of == 2;
+            left += answers[4 * k + 3] > 0.5f && answers[4 * k + 3] < 1.5f;
+        }
+        printf("grid of %u: relative RMSE %.2e, worst %.2e, evaluated %zu (rsm.h: %u), %zu pixels decided otherwise\n",
+               (unsigned)steps[way], error, worst, evaluated, (unsigned)stats.evaluated, other);
+        assert_true(error <= 5e-3 && other <= PIXELS / 100);
+        assert_int_equal(left, 0);
+        assert_true(evaluated < PIXELS * 9 / 10);
+        assert_int_equal(rsm_gather((const rsm_map *const *)cpu, 3, &d, &w.points, expected, NULL), RSM_OK);
+        assert_glbk(t, glbk_rsm_gather(&t->gl, &r, maps, 3, &g, NULL));
+        error = error_of(t, &r, 1, &worst);
+        if (error > 2e-3) printf("way %d: full %.2e, worst %.2e\n", way, error, worst);
+        assert_true(error <= 2e-3);
+    }
+    for (i = 0; i < 3; i++) {
+        glbk_rsm_map_destroy(&t->gl, &m[i]);
+        rsm_map_free(cpu[i]);
+    }
+    glbk_rsm_renderer_destroy(&t->gl, &r);
+    w.points.occlusion = NULL;
+}
+
+/* Three frames of a moving camera, with and without motion vectors. */
+static void filter_agrees(void **state)
+{
+    GL_TEST(t, state)
+    glbk_rsm_renderer r;
+    rsm_map *map;
+    glbk_rsm_map m, *maps[1];
+    rsm_filter *filter;
+    rsm_gather_desc d = gather_desc(RSM_PATTERN_FLUX, 160);
+    glbk_rsm_gather_desc g;
+    static const float target[3] = { 0, 0.9f, 0 };
+    int frame;
+    double worst, error;
+    make_world();
+    r = renderer_of(t);
+    map = cpu_map(1, MAP);
+    upload(t, map, 1, &m);
+    maps[0] = &m;
+    assert_int_equal(rsm_filter_create(SIDE, SIDE, NULL, &filter), RSM_OK);
+    d.interleave = 4;
+    d.near_limit = 0.3f;
+    for (frame = 0; frame < 5; frame++) {
+        rsm_filter_desc f;
+        glbk_rsm_denoise_desc n;
+        glbk_texture_desc md;
+        glbk_texture motion;
+        static float moved[2 * PIXELS];
+        float eye[3] = { 0.2f, 1.1f, 3.4f };
+        size_t i;
+        memset(&f, 0, sizeof f);
+        memset(&n, 0, sizeof n);
+        memset(&md, 0, sizeof md);
+        eye[0] += 0.05f * (float)frame;
+        look(eye, target);
+        upload_points(t, &r);
+        d.seed = (uint32_t)frame;
+        g = gl_desc(&d);
+        for (i = 0; i < PIXELS; i++) {
+            moved[2 * i] = (float)(i % SIDE) + 0.8f;
+            moved[2 * i + 1] = (float)(i / SIDE) + 0.4f;
+        }
+        md.format = GLBK_FORMAT_RG32F;
+        md.width = md.height = SIDE;
+        md.data = moved;
+        assert_glbk(t, glbk_texture_create(&t->gl, &md, &motion));
+        f.view_projection = n.view_projection = w.view;
+        f.y_up = 1;
+        f.motion = frame == 4 ? moved : NULL;
+        n.motion = frame == 4 ? &motion : NULL;
+        f.passes = n.passes = frame == 2 ? 0 : 2;
+        assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &d, &w.points, filtered, NULL), RSM_OK);
+        assert_int_equal(rsm_filter_apply(filter, &f, &w.points, filtered, expected), RSM_OK);
+        assert_glbk(t, glbk_rsm_gather(&t->gl, &r, maps, 1, &g, NULL));
+        assert_glbk(t, glbk_rsm_denoise(&t->gl, &r, &n));
+        error = error_of(t, &r, 1, &worst);
+        printf("frame %d: relative RMSE %.2e, worst %.2e\n", frame, error, worst);
+        assert_true(error <= 1e-3);
+        glbk_texture_destroy(&t->gl, &motion);
+    }
+    rsm_filter_free(filter);
+    rsm_map_free(map);
+    glbk_rsm_map_destroy(&t->gl, &m);
+    glbk_rsm_renderer_destroy(&t->gl, &r);
+    memset(&w.points, 0, sizeof w.points);
+}
+
+int main(int count, char **values)
+{
+    struct CMUnitTest tests[] = { gl_unit_test(drawn_maps_are_rasterized_maps), gl_unit_test(direct_light_agrees),
+                                  gl_unit_test(gathered_light_agrees), gl_unit_test(several_maps_and_grids_agree),
+                                  gl_unit_test(filter_agrees) };
+    (void)count;
+    GL_TEST_MAIN(values, tests, GL_USUAL);
+}
