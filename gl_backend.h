@@ -10146,7 +10146,7 @@ GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, co
         result = glbk__rsm_begin(ctx, r, GLBK__RSM_DIRECT, &r->targets[next], r->width, r->height);
         if (result != GLBK_OK) return result;
         glbk_rsm_bind(ctx, r, maps[i]);
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, now < 3 ? &r->sums[now] : NULL);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, &r->sums[now < 3 ? now : glbk__rsm_other(next, next)]);
         glbk_draw_screen(ctx);
         now = next;
     }
@@ -10225,6 +10225,7 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
 {
     glbk_rsm_renderer *r = g->r;
     uint32_t next = glbk__rsm_other(g->kept, g->now);
+    const glbk_texture *spare;
     float size = (float)map->size;
     glbk_result result;
     r->values.range[0] = 0;
@@ -10236,9 +10237,11 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
     result = glbk__rsm_begin(g->ctx, r, GLBK__RSM_GATHER, &g->targets[next], g->width, g->height);
     if (result != GLBK_OK) return result;
     glbk_rsm_bind(g->ctx, r, map);
-    glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_sum, g->now < 3 ? &g->pictures[g->now] : NULL);
-    glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_states, g->states);
-    glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_coarse, g->coarse);
+    /* Something of the right kind in every slot: software drivers compile a shader anew for each combination. */
+    spare = &g->pictures[g->now < 3 ? g->now : glbk__rsm_other(next, next)];
+    glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_sum, spare);
+    glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_states, g->states ? g->states : spare);
+    glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_coarse, g->coarse ? g->coarse : spare);
     glbk_draw_screen(g->ctx);
     g->now = next;
     g->begun = 1;

@@ -14,7 +14,7 @@
 #include "gl/gl_test.h"
 #include "unit/rsm_util.h"
 
-enum { SIDE = 48, PIXELS = SIDE * SIDE, MAP = 32 };
+enum { SIDE = 40, PIXELS = SIDE * SIDE, MAP = 24 };
 
 /* A room open to the front with a box in it that stands askew. */
 static const float quads[] = {
@@ -273,8 +273,8 @@ static void drawn_maps_are_rasterized_maps(void **state)
                other, count, off, turned, area, flux_drawn / flux);
         assert_true(count > MAP * MAP / 2);
         assert_true(other <= count / 100);
-        /* GL snaps corners to 1/256 of a pixel: grazing surfaces move along themselves by more */
-        assert_true(off < 0.02 && turned < 1e-6 && area < 0.05);
+        /* measured 2.8e-6, 3e-8 and 2e-5 */
+        assert_true(off < 1e-5 && turned < 1e-6 && area < 1e-4);
         assert_true(fabs(flux_drawn / flux - 1) < 0.003);
         glbk_rsm_map_destroy(&t->gl, &m);
         rsm_map_free(map);
@@ -315,7 +315,7 @@ static void direct_light_agrees(void **state)
             error = error_of(t, &r, 0, &worst);
             most = error > most ? error : most;
             if (error > 2e-3) printf("kind %d, way %d: %.2e, worst %.2e\n", kind, i, error, worst);
-            assert_true(error <= 2e-3);     /* a comparison of depths that float rounding turns round */
+            assert_true(error <= 2e-4);     /* a depth compared within a rounding */
         }
         glbk_rsm_map_destroy(&t->gl, &m);
         rsm_map_free(map);
@@ -409,9 +409,9 @@ static void gathered_light_agrees(void **state)
             assert_glbk(t, glbk_rsm_gather(&t->gl, &r, maps, 1, &g, NULL));
             error = error_of(t, &r, 1, &worst);
             if (error > most[lists]) most[lists] = error;
-            if (error > (lists ? 1e-4 : 2e-3)) printf("kind %d, way %d: %.2e, worst %.2e\n", kind, way, error, worst);
+            if (error > (lists ? 5e-5 : 2e-3)) printf("kind %d, way %d: %.2e, worst %.2e\n", kind, way, error, worst);
             /* Lists are the same lights; patterns about a receiver may fall on the next texel by a rounding. */
-            assert_true(error <= (lists ? 1e-4 : 2e-3));
+            assert_true(error <= (lists ? 5e-5 : 2e-3));
         }
         glbk_rsm_map_destroy(&t->gl, &m);
         rsm_map_free(map);
@@ -467,14 +467,14 @@ static void several_maps_and_grids_agree(void **state)
         }
         printf("grid of %u: relative RMSE %.2e, worst %.2e, evaluated %zu (rsm.h: %u), %zu pixels decided otherwise\n",
                (unsigned)steps[way], error, worst, evaluated, (unsigned)stats.evaluated, other);
-        assert_true(error <= 5e-3 && other <= PIXELS / 100);
+        assert_true(error <= 5e-4 && other <= 2);
         assert_int_equal(left, 0);
         assert_true(evaluated < PIXELS * 9 / 10);
         assert_int_equal(rsm_gather((const rsm_map *const *)cpu, 3, &d, &w.points, expected, NULL), RSM_OK);
         assert_glbk(t, glbk_rsm_gather(&t->gl, &r, maps, 3, &g, NULL));
         error = error_of(t, &r, 1, &worst);
-        if (error > 2e-3) printf("way %d: full %.2e, worst %.2e\n", way, error, worst);
-        assert_true(error <= 2e-3);
+        if (error > 5e-4) printf("way %d: full %.2e, worst %.2e\n", way, error, worst);
+        assert_true(error <= 5e-4);
     }
     for (i = 0; i < 3; i++) {
         glbk_rsm_map_destroy(&t->gl, &m[i]);
@@ -540,7 +540,7 @@ static void filter_agrees(void **state)
         assert_glbk(t, glbk_rsm_denoise(&t->gl, &r, &n));
         error = error_of(t, &r, 1, &worst);
         printf("frame %d: relative RMSE %.2e, worst %.2e\n", frame, error, worst);
-        assert_true(error <= 1e-3);
+        assert_true(error <= 2e-5);
         glbk_texture_destroy(&t->gl, &motion);
     }
     rsm_filter_free(filter);
@@ -556,5 +556,5 @@ int main(int count, char **values)
                                   gl_unit_test(gathered_light_agrees), gl_unit_test(several_maps_and_grids_agree),
                                   gl_unit_test(filter_agrees) };
     (void)count;
-    GL_TEST_MAIN(values, tests, GL_USUAL);
+    GL_TEST_MAIN(values, tests, GL_CORE33 | GL_ES30_BARE);
 }
