@@ -36,30 +36,7 @@ static void give(void *data, void *user)
 
 /* ---- state ---- */
 
-typedef enum rs_mode { RS_FULL, RS_INTERPOLATED, RS_DENOISED } rs_mode;
-
-typedef struct rs_state {
-    rs_memory    memory;
-    rsm_system   system;
-    rsm_map    **maps;
-    size_t       map_count;
-    rsm_filter  *filter;
-    rs_mode      mode;
-    int          direct, indirect;
-    uint32_t     size, points;
-    rsm_gather_desc gather;
-    rsm_direct_desc shadow;
-    rsm_interpolation interpolation;
-    uint32_t     passes, history;
-    float        noise[64 * 64];
-    float       *normals, *positions, *light, *bounce;      /* of the G-buffer's pixels */
-    uint64_t     bytes;                                     /* of these */
-    rsm_gather_stats stats;
-    uint64_t     lit_texels, bad_texels, pixels;
-    double       maps_ms, direct_ms, gather_ms;
-} rs_state;
-
-static int fail(char *error, const char *what, rsm_result result)
+int rs_fail(char *error, const char *what, rsm_result result)
 {
     snprintf(error, EX_ERROR_SIZE, "rsm: %s: %s", what, rsm_result_text(result));
     return -1;
@@ -79,6 +56,7 @@ static void close_rsm(void *opaque)
     rs_state *state = opaque;
     if (!state)
         return;
+    rs_gl_close(state);
     free_maps(state);
     rsm_filter_free(state->filter);
     free(state->positions);
@@ -131,7 +109,7 @@ static rsm_mesh *convert_scene(const ex_scene *scene, surface **surfaces)
     return meshes;
 }
 
-static uint32_t side_of(const rs_state *state, const rsm_light *light)
+uint32_t rs_map_side(const rs_state *state, const rsm_light *light)
 {
     uint32_t side = light->kind == RSM_LIGHT_PATCH                                              ? state->size / 4
                     : light->kind == RSM_LIGHT_POINT || (light->kind == RSM_LIGHT_SPOT && light->cone_angle > 2) ? state->size / 2
@@ -146,16 +124,16 @@ static int build_map(rs_state *state, const rsm_light *light, const rsm_mesh *me
     rsm_result result;
     memset(&desc, 0, sizeof desc);
     desc.light = *light;
-    desc.size = side_of(state, light);
+    desc.size = rs_map_side(state, light);
     desc.system = state->system;
     result = rsm_map_create(&desc, &state->maps[state->map_count]);
     if (result != RSM_OK)
-        return fail(error, "a map", result);
+        return rs_fail(error, "a map", result);
     result = rsm_rasterize(state->maps[state->map_count++], meshes, mesh_count);
     if (result == RSM_OK)
         result = rsm_finish(state->maps[state->map_count - 1], &stats);
     if (result != RSM_OK)
-        return fail(error, "drawing a map", result);
+        return rs_fail(error, "drawing a map", result);
     state->lit_texels += stats.lit_texels;
     state->bad_texels += stats.bad_texels;
     return 0;
@@ -220,7 +198,7 @@ static int read_pixels(rs_state *state, const rd_job *job, char *error)
 }
 
 /* Column-major; rows of the picture run from the top down. */
-static void view_projection(const ex_camera *c, float aspect, float m[16])
+void rs_view_projection(const ex_camera *c, float aspect, float m[16])
 {
     float back[3], right[3], up[3], length = 0, f = 1 / tanf(0.5f * c->fovy);
     for (int k = 0; k < 3; k++)
@@ -260,7 +238,7 @@ static rsm_result bounce(rs_state *state, const rd_job *job, const rsm_points *p
     if (result != RSM_OK || state->mode == RS_FULL)
         return result;
     memset(&filter, 0, sizeof filter);
-    view_projection(&job->scene->camera, (float)job->gbuffer->width / (float)job->gbuffer->height, matrix);
+    rs_view_projection(&job->scene->camera, (float)job->gbuffer->width / (float)job->gbuffer->height, matrix);
     filter.view_projection = matrix;
     filter.passes = state->passes;
     filter.history = state->history;
@@ -285,6 +263,14 @@ static int frame_rsm(void *opaque, const rd_job *job, ex_image *out, char *error
     double start = ex_seconds(), maps_done, direct_done;
     state->system.parallel_user = job->pool;
     state->gather.system = state->shadow.system = state->system;
+    state->gather.samples = job->samples;
+    state->gather.seed = job->seed;
+    if (job->gl) {
+        if (read_pixels(state, job, error) != 0 || rs_gl_frame(state, job, error) != 0)
+            return -1;
+        write_pixels(state, job, out);
+        return 0;
+    }
     if (build_maps(state, job, error) != 0 || read_pixels(state, job, error) != 0)
         return -1;
     memset(&points, 0, sizeof points);
@@ -297,12 +283,10 @@ static int frame_rsm(void *opaque, const rd_job *job, ex_image *out, char *error
     for (size_t i = 0; i < state->map_count && state->direct && result == RSM_OK; i++)
         result = rsm_direct(state->maps[i], &state->shadow, &points, state->light);
     direct_done = ex_seconds();
-    state->gather.samples = job->samples;
-    state->gather.seed = job->seed;
     if (result == RSM_OK && state->indirect && state->map_count)
         result = bounce(state, job, &points);
     if (result != RSM_OK)
-        return fail(error, "shading", result);
+        return rs_fail(error, "shading", result);
     state->maps_ms = 1000 * (maps_done - start);
     state->direct_ms = 1000 * (direct_done - maps_done);
     state->gather_ms = 1000 * (ex_seconds() - direct_done);
@@ -397,7 +381,11 @@ static int open_rsm(void **out, const rd_job *job, char *error)
         result = rsm_blue_noise(64, 1, &state->system, state->noise);
     if (result != RSM_OK) {
         close_rsm(state);
-        return fail(error, "blue noise", result);
+        return rs_fail(error, "blue noise", result);
+    }
+    if (job->gl && rs_gl_open(state, job, error) != 0) {
+        close_rsm(state);
+        return -1;
     }
     *out = state;
     return 0;
@@ -406,11 +394,11 @@ static int open_rsm(void **out, const rd_job *job, char *error)
 static void report_rsm(const void *opaque, rd_report *report)
 {
     const rs_state *state = opaque;
-    report->memory_bytes = state->memory.now + state->bytes;
+    report->memory_bytes = state->memory.now + state->bytes + state->gl_bytes;
     report->peak_bytes = state->memory.peak;
     rd_json_text(report->json, "mode", state->mode == RS_FULL ? "full" : state->mode == RS_DENOISED ? "denoised" : "interpolated");
     rd_json_integer(report->json, "m", state->size);
-    rd_json_integer(report->json, "maps", state->map_count);
+    rd_json_integer(report->json, "maps", state->map_count + rs_gl_maps(state));
     rd_json_integer(report->json, "lit_texels", state->lit_texels);
     rd_json_integer(report->json, "bad_texels", state->bad_texels);
     rd_json_integer(report->json, "pairs", state->stats.pairs);

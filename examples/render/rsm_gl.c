@@ -1,0 +1,457 @@
+/* rsm_gl.c - the technique "rsm" on OpenGL: the scene's meshes as vertex arrays, its textures with mipmaps; maps are drawn,
+   light is gathered on the GPU, and the two pictures of irradiance are read back. */
+#include "rsm_parts.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct run { uint32_t material, first, count; } run;       /* indices of one material */
+
+typedef struct shape {
+    uint32_t    array;
+    glbk_buffer positions, uvs, indices;
+    run        *runs;
+    size_t      run_count;
+} shape;
+
+typedef struct rs_gl {
+    glbk_context     *gl;
+    glbk_rsm_renderer renderer;
+    shape            *shapes;           /* one a mesh */
+    uint32_t          shape_count;
+    glbk_texture     *textures;
+    uint32_t          texture_count;
+    glbk_rsm_map     *maps;
+    glbk_rsm_map    **pointers;
+    size_t            map_count;
+    const ex_scene   *scene;            /* while it is drawn */
+    glbk_result       drawn;
+    float            *picture;          /* rgba */
+    uint32_t          frame;
+} rs_gl;
+
+static int gl_failed(rs_gl *g, const char *what, glbk_result result, char *error)
+{
+    snprintf(error, EX_ERROR_SIZE, "rsm on GL: %s: %s %.120s", what, glbk_result_text(result), g->gl->log);
+    return -1;
+}
+
+static int no_memory(char *error)
+{
+    snprintf(error, EX_ERROR_SIZE, "out of memory");
+    return -1;
+}
+
+/* ---- meshes ---- */
+
+static void free_shape(rs_gl *g, shape *s)
+{
+    if (s->array)
+        g->gl->gl.DeleteVertexArrays(1, &s->array);
+    glbk_buffer_destroy(g->gl, &s->positions);
+    glbk_buffer_destroy(g->gl, &s->uvs);
+    glbk_buffer_destroy(g->gl, &s->indices);
+    free(s->runs);
+    memset(s, 0, sizeof *s);
+}
+
+/* Indices sorted by material, each material's in their order. */
+static int sort_indices(const ex_scene *scene, const ex_mesh *mesh, shape *s, uint32_t *sorted)
+{
+    uint32_t *starts = calloc(scene->material_count + (size_t)1, sizeof *starts), at = 0;
+    s->runs = calloc(scene->material_count + (size_t)1, sizeof *s->runs);
+    if (!starts || !s->runs) {
+        free(starts);
+        return -1;
+    }
+    for (uint32_t i = 0; i < mesh->triangle_count; i++)
+        starts[mesh->materials[i]]++;
+    for (uint32_t m = 0; m < scene->material_count; m++) {
+        uint32_t count = starts[m];
+        starts[m] = at;
+        if (!count)
+            continue;
+        s->runs[s->run_count].material = m;
+        s->runs[s->run_count].first = 3 * at;
+        s->runs[s->run_count++].count = 3 * count;
+        at += count;
+    }
+    for (uint32_t i = 0; i < mesh->triangle_count; i++)
+        memcpy(sorted + 3 * (size_t)starts[mesh->materials[i]]++, mesh->indices + 3 * (size_t)i, 3 * sizeof *sorted);
+    free(starts);
+    return 0;
+}
+
+static int upload_shape(rs_gl *g, const ex_scene *scene, const ex_mesh *mesh, shape *s, char *error)
+{
+    const glbk_functions *gl = &g->gl->gl;
+    uint32_t *sorted = malloc(3 * sizeof *sorted * ((size_t)mesh->triangle_count + 1));
+    glbk_result result = GLBK_OK;
+    int sorted_ok = sorted && sort_indices(scene, mesh, s, sorted) == 0;
+    if (sorted_ok && mesh->triangle_count) {
+        result = glbk_buffer_create(g->gl, 12 * (size_t)mesh->vertex_count, mesh->positions, &s->positions);
+        if (result == GLBK_OK && mesh->uvs)
+            result = glbk_buffer_create(g->gl, 8 * (size_t)mesh->vertex_count, mesh->uvs, &s->uvs);
+        if (result == GLBK_OK)
+            result = glbk_buffer_create(g->gl, 12 * (size_t)mesh->triangle_count, sorted, &s->indices);
+    }
+    free(sorted);
+    if (!sorted_ok)
+        return no_memory(error);
+    if (result != GLBK_OK)
+        return gl_failed(g, "a mesh", result, error);
+    if (!mesh->triangle_count)
+        return 0;
+    gl->GenVertexArrays(1, &s->array);
+    gl->BindVertexArray(s->array);
+    gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, s->positions.name);
+    gl->EnableVertexAttribArray(0);
+    gl->VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, 0, NULL);
+    if (mesh->uvs) {
+        gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, s->uvs.name);
+        gl->EnableVertexAttribArray(2);
+        gl->VertexAttribPointer(2, 2, GLBK_GL_FLOAT, 0, 0, NULL);
+    }
+    gl->BindBuffer(GLBK_GL_ELEMENT_ARRAY_BUFFER, s->indices.name);
+    gl->BindVertexArray(0);
+    return 0;
+}
+
+/* Rigid meshes once, others for each frame. */
+static int upload_shapes(rs_gl *g, const ex_scene *scene, char *error)
+{
+    for (uint32_t i = 0; i < scene->mesh_count; i++) {
+        if (g->frame && !scene->meshes[i].deforms)
+            continue;
+        free_shape(g, &g->shapes[i]);
+        if (upload_shape(g, scene, &scene->meshes[i], &g->shapes[i], error) != 0)
+            return -1;
+    }
+    return 0;
+}
+
+static int upload_textures(rs_gl *g, const ex_scene *scene, char *error)
+{
+    for (uint32_t i = 0; i < scene->texture_count; i++) {
+        glbk_texture_desc d;
+        glbk_result result;
+        memset(&d, 0, sizeof d);
+        d.format = GLBK_FORMAT_SRGB8_A8;
+        d.width = scene->textures[i].width;
+        d.height = scene->textures[i].height;
+        d.sampling = GLBK_SAMPLING_MIPMAPS;
+        d.repeat = 1;
+        d.data = scene->textures[i].rgba;
+        result = glbk_texture_create(g->gl, &d, &g->textures[i]);
+        if (result != GLBK_OK)
+            return gl_failed(g, "a texture", result, error);
+    }
+    return 0;
+}
+
+/* ---- drawing ---- */
+
+static void draw_run(rs_gl *g, const ex_object *object, const shape *s, const run *r)
+{
+    const ex_material *m = &g->scene->materials[object->material ? object->material - 1 : r->material];
+    glbk_rsm_surface surface;
+    glbk_result result;
+    memset(&surface, 0, sizeof surface);
+    memcpy(surface.transform, object->transform, sizeof surface.transform);
+    memcpy(surface.albedo, m->base_color, sizeof surface.albedo);
+    if (m->base_texture >= 0 && s->uvs.name) {
+        surface.albedo_map = &g->textures[m->base_texture];
+        surface.alpha_cutoff = m->alpha_cutoff;
+    }
+    result = glbk_rsm_object(g->gl, &g->renderer, &surface);
+    if (g->drawn == GLBK_OK)
+        g->drawn = result;
+    g->gl->gl.DrawElements(GLBK_GL_TRIANGLES, (int32_t)r->count, GLBK_GL_UNSIGNED_INT,
+                           (const void *)(4 * (uintptr_t)r->first));
+}
+
+static void draw_scene(void *user, glbk_context *ctx, glbk_rsm_renderer *renderer)
+{
+    rs_gl *g = user;
+    (void)renderer;
+    for (uint32_t i = 0; i < g->scene->object_count; i++) {
+        const ex_object *object = &g->scene->objects[i];
+        const shape *s = &g->shapes[object->mesh];
+        ctx->gl.BindVertexArray(s->array);
+        for (size_t k = 0; k < s->run_count; k++)
+            draw_run(g, object, s, &s->runs[k]);
+    }
+}
+
+static void free_maps(rs_gl *g)
+{
+    for (size_t i = 0; i < g->map_count; i++)
+        glbk_rsm_map_destroy(g->gl, &g->maps[i]);
+    free(g->maps);
+    free(g->pointers);
+    g->maps = NULL;
+    g->pointers = NULL;
+    g->map_count = 0;
+}
+
+static glbk_rsm_lamp lamp_of(const rsm_light *l)
+{
+    glbk_rsm_lamp out;
+    memset(&out, 0, sizeof out);
+    out.kind = (glbk_rsm_kind)l->kind;
+    memcpy(out.position, l->position, sizeof out.position);
+    memcpy(out.direction, l->direction, sizeof out.direction);
+    memcpy(out.up, l->up, sizeof out.up);
+    memcpy(out.value, l->value, sizeof out.value);
+    out.radius = l->radius;
+    out.cone_angle = l->cone_angle;
+    out.near_depth = l->near_depth;
+    out.far_depth = l->far_depth;
+    return out;
+}
+
+/* Maps stay from frame to frame while the lights stay as many and of a kind. */
+static int make_maps(rs_state *state, const rsm_light *lights, size_t count, char *error)
+{
+    rs_gl *g = state->gl;
+    glbk_result result = count == g->map_count ? GLBK_OK : GLBK_ERR_ARGUMENT;
+    for (size_t i = 0; i < count && result == GLBK_OK; i++) {
+        glbk_rsm_lamp lamp = lamp_of(&lights[i]);
+        result = glbk_rsm_map_place(g->gl, &g->maps[i], &lamp);
+    }
+    if (result == GLBK_OK)
+        return 0;
+    free_maps(g);
+    g->maps = calloc(count + 1, sizeof *g->maps);
+    g->pointers = calloc(count + 1, sizeof(glbk_rsm_map *));
+    if (!g->maps || !g->pointers)
+        return no_memory(error);
+    state->gl_bytes = 100 * (uint64_t)state->pixels + (4u << 20);
+    for (result = GLBK_OK; g->map_count < count && result == GLBK_OK; g->map_count++) {
+        glbk_rsm_map *map = g->pointers[g->map_count] = &g->maps[g->map_count];
+        glbk_rsm_lamp lamp = lamp_of(&lights[g->map_count]);
+        result = glbk_rsm_map_create(g->gl, &lamp, rs_map_side(state, &lights[g->map_count]), map);
+        state->gl_bytes += 60 * (uint64_t)map->size * map->size * map->faces;
+    }
+    return result == GLBK_OK ? 0 : gl_failed(g, "a map", result, error);
+}
+
+static int draw_maps(rs_state *state, const rd_job *job, char *error)
+{
+    rs_gl *g = state->gl;
+    rsm_light *lights = NULL;
+    size_t count = 0;
+    int failed = rs_lights_build(&lights, &count, job, state->points, error) != 0 || make_maps(state, lights, count, error) != 0;
+    free(lights);
+    if (failed)
+        return -1;
+    g->scene = job->scene;
+    g->drawn = GLBK_OK;
+    for (size_t i = 0; i < g->map_count; i++) {
+        glbk_result result = glbk_rsm_map_draw(g->gl, &g->renderer, &g->maps[i], draw_scene, g);
+        if (result == GLBK_OK)
+            result = g->drawn;
+        if (result != GLBK_OK)
+            return gl_failed(g, "drawing a map", result, error);
+    }
+    return 0;
+}
+
+/* ---- shading ---- */
+
+static int upload_pixels(rs_state *state, const rd_job *job, char *error)
+{
+    rs_gl *g = state->gl;
+    uint32_t width = job->gbuffer->width;
+    glbk_rsm_pixel *row = calloc(width, sizeof *row);
+    glbk_result result = GLBK_OK;
+    if (!row)
+        return no_memory(error);
+    for (uint32_t y = 0; y < job->gbuffer->height && result == GLBK_OK; y++) {
+        for (uint32_t x = 0; x < width; x++) {
+            size_t at = (size_t)y * width + x;
+            memcpy(row[x].position, state->positions + 3 * at, sizeof row[x].position);
+            memcpy(row[x].normal, state->normals + 3 * at, sizeof row[x].normal);
+            memcpy(row[x].albedo, job->gbuffer->pixels[at].albedo, sizeof row[x].albedo);
+            row[x].occlusion = 1;
+        }
+        result = glbk_rsm_gbuffer_upload(g->gl, &g->renderer, y, 1, row);
+    }
+    free(row);
+    return result == GLBK_OK ? 0 : gl_failed(g, "G-buffer", result, error);
+}
+
+/* The pattern of this frame's seed, as rsm_gather makes it. */
+static int upload_tables(rs_state *state, char *error)
+{
+    const rsm_gather_desc *d = &state->gather;
+    uint32_t sets = d->interleave ? d->interleave * d->interleave : 1;
+    uint32_t n = d->pattern == RSM_PATTERN_FLUX ? 0 : d->pattern == RSM_PATTERN_MIXED ? d->samples / 3 : d->samples;
+    float *points = NULL;
+    glbk_rsm_tables tables;
+    glbk_result uploaded;
+    memset(&tables, 0, sizeof tables);
+    n = (n + sets - 1) / sets * sets;
+    if (n) {
+        int mixed = d->pattern == RSM_PATTERN_MIXED;
+        rsm_result result;
+        points = malloc(3 * sizeof *points * n);
+        if (!points)
+            return no_memory(error);
+        result = rsm_pattern_build(mixed ? RSM_PATTERN_LOG_RADIAL : d->pattern, n, mixed ? 0 : d->r_min, d->paper_weights,
+                                   d->seed, points);
+        if (result != RSM_OK) {
+            free(points);
+            return rs_fail(error, "the pattern", result);
+        }
+    }
+    tables.points = points;
+    tables.point_count = n;
+    tables.noise = d->noise;
+    tables.noise_side = d->noise ? d->noise_side : 0;
+    uploaded = glbk_rsm_tables_upload(state->gl->gl, &state->gl->renderer, &tables);
+    free(points);
+    return uploaded == GLBK_OK ? 0 : gl_failed(state->gl, "the pattern", uploaded, error);
+}
+
+static glbk_result gather(rs_state *state)
+{
+    rs_gl *g = state->gl;
+    glbk_rsm_gather_desc d;
+    glbk_rsm_grid grid;
+    memset(&d, 0, sizeof d);
+    memset(&grid, 0, sizeof grid);
+    d.pattern = state->gather.pattern == RSM_PATTERN_FLUX    ? GLBK_RSM_PATTERN_FLUX
+                : state->gather.pattern == RSM_PATTERN_MIXED ? GLBK_RSM_PATTERN_MIXED
+                                                             : GLBK_RSM_PATTERN_ABOUT;
+    d.samples = state->gather.samples;
+    d.r_max = state->gather.r_max;
+    d.offset = state->gather.offset;
+    d.clamp = state->gather.clamp;
+    d.near_limit = state->gather.near_limit;
+    d.seed = state->gather.seed;
+    d.interleave = state->gather.interleave;
+    grid.step = state->interpolation.step;
+    grid.levels = state->interpolation.levels;
+    grid.contrast = state->interpolation.contrast;
+    return glbk_rsm_gather(g->gl, &g->renderer, g->pointers, (uint32_t)g->map_count, &d,
+                           state->mode == RS_INTERPOLATED ? &grid : NULL);
+}
+
+static glbk_result denoise(rs_state *state, const rd_job *job)
+{
+    glbk_rsm_denoise_desc d;
+    float matrix[16];
+    memset(&d, 0, sizeof d);
+    rs_view_projection(&job->scene->camera, (float)job->gbuffer->width / (float)job->gbuffer->height, matrix);
+    d.view_projection = matrix;
+    d.top_first = 1;
+    d.passes = state->passes;
+    d.history = state->history;
+    return glbk_rsm_denoise(state->gl->gl, &state->gl->renderer, &d);
+}
+
+static glbk_result read_light(rs_state *state, int bounced, float *to)
+{
+    rs_gl *g = state->gl;
+    glbk_result result = glbk_rsm_read(g->gl, &g->renderer, bounced, g->picture);
+    if (result != GLBK_OK)
+        return result;
+    if (bounced)
+        state->stats.evaluated = 0;
+    for (size_t i = 0; i < state->pixels; i++) {
+        memcpy(to + 3 * i, g->picture + 4 * i, 3 * sizeof *to);
+        if (bounced)
+            state->stats.evaluated += g->picture[4 * i + 3] > (state->mode == RS_DENOISED ? 0.5f : 2.5f);
+    }
+    return GLBK_OK;
+}
+
+int rs_gl_frame(rs_state *state, const rd_job *job, char *error)
+{
+    rs_gl *g = state->gl;
+    glbk_rsm_direct_desc shadow;
+    glbk_result result = GLBK_OK;
+    double times[4];
+    if (upload_shapes(g, job->scene, error) != 0 || upload_pixels(state, job, error) != 0 || upload_tables(state, error) != 0)
+        return -1;
+    g->frame++;
+    times[0] = ex_seconds();
+    if (draw_maps(state, job, error) != 0)
+        return -1;
+    g->gl->gl.Finish();
+    times[1] = ex_seconds();
+    shadow.taps = state->shadow.taps;
+    shadow.bias = state->shadow.bias;
+    shadow.slope_bias = state->shadow.slope_bias;
+    if (state->direct && g->map_count) {
+        result = glbk_rsm_direct(g->gl, &g->renderer, (const glbk_rsm_map *const *)g->pointers, (uint32_t)g->map_count, &shadow);
+        if (result == GLBK_OK)
+            result = read_light(state, 0, state->light);
+    }
+    times[2] = ex_seconds();
+    if (result == GLBK_OK && state->indirect && g->map_count) {
+        result = gather(state);
+        if (result == GLBK_OK && state->mode == RS_DENOISED)
+            result = denoise(state, job);
+        g->gl->gl.Finish();
+        times[3] = ex_seconds();
+        state->gather_ms = 1000 * (times[3] - times[2]);
+        if (result == GLBK_OK)
+            result = read_light(state, 1, state->bounce);
+    }
+    if (result != GLBK_OK)
+        return gl_failed(g, "shading", result, error);
+    state->maps_ms = 1000 * (times[1] - times[0]);
+    state->direct_ms = 1000 * (times[2] - times[1]);
+    return 0;
+}
+
+/* ---- opening ---- */
+
+int rs_gl_open(rs_state *state, const rd_job *job, char *error)
+{
+    rs_gl *g = state->gl = calloc(1, sizeof *g);
+    glbk_rsm_renderer_desc desc;
+    glbk_result result;
+    if (!g)
+        return no_memory(error);
+    g->gl = job->gl;
+    memset(&desc, 0, sizeof desc);
+    desc.width = job->gbuffer->width;
+    desc.height = job->gbuffer->height;
+    desc.interpolate = state->mode == RS_INTERPOLATED;
+    desc.denoise = state->mode == RS_DENOISED;
+    result = glbk_rsm_renderer_create(g->gl, &desc, &g->renderer);
+    if (result != GLBK_OK)
+        return gl_failed(g, "renderer", result, error);
+    g->shapes = calloc(job->scene->mesh_count + (size_t)1, sizeof *g->shapes);
+    g->textures = calloc(job->scene->texture_count + (size_t)1, sizeof *g->textures);
+    g->picture = malloc(4 * sizeof *g->picture * desc.width * desc.height);
+    if (!g->shapes || !g->textures || !g->picture)
+        return no_memory(error);
+    g->shape_count = job->scene->mesh_count;
+    g->texture_count = job->scene->texture_count;
+    return upload_textures(g, job->scene, error);
+}
+
+size_t rs_gl_maps(const rs_state *state) { return state->gl ? state->gl->map_count : 0; }
+
+void rs_gl_close(rs_state *state)
+{
+    rs_gl *g = state->gl;
+    if (!g)
+        return;
+    free_maps(g);
+    for (uint32_t i = 0; i < g->shape_count; i++)
+        free_shape(g, &g->shapes[i]);
+    for (uint32_t i = 0; i < g->texture_count; i++)
+        glbk_texture_destroy(g->gl, &g->textures[i]);
+    glbk_rsm_renderer_destroy(g->gl, &g->renderer);
+    free(g->shapes);
+    free(g->textures);
+    free(g->picture);
+    free(g);
+    state->gl = NULL;
+}
