@@ -10861,22 +10861,26 @@ static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, con
     return GLBK_OK;
 }
 
+/* From surfels to the atlas: holes, pull, push. */
+static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
+{
+    uint32_t i, levels = glbk__ism_levels(m);
+    glbk_result result = glbk__ism_pass(ctx, m, &m->kept_target, &m->holes, &m->surfels);
+    for (i = 0; i < levels && result == GLBK_OK; i++)
+        result = glbk__ism_pass(ctx, m, &m->pull_target[i], &m->pull_program[i], i ? &m->pull[i - 1] : &m->kept);
+    return result == GLBK_OK ? glbk__ism_pass(ctx, m, &m->atlas_target, &m->push, &m->kept) : result;
+}
+
 GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m)
 {
     uint64_t all;
-    uint32_t i, levels;
     glbk_result result;
     if (!ctx || !m || !m->points.name) return GLBK_ERR_ARGUMENT;
     all = m->desc.lazy == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy) - 1;
     if (m->triangles && m->phases != all) return GLBK_ERR_ARGUMENT;
-    levels = glbk__ism_levels(m);
     result = glbk__ism_pass(ctx, m, &m->direction_target, &m->directions_program, NULL);
     if (result == GLBK_OK) result = glbk__ism_splat(ctx, m);
-    if (result == GLBK_OK) result = glbk__ism_pass(ctx, m, &m->kept_target, &m->holes, &m->surfels);
-    for (i = 0; i < levels && result == GLBK_OK; i++)
-        result = glbk__ism_pass(ctx, m, &m->pull_target[i], &m->pull_program[i], i ? &m->pull[i - 1] : &m->kept);
-    if (result == GLBK_OK) result = glbk__ism_pass(ctx, m, &m->atlas_target, &m->push, &m->kept);
-    return result;
+    return result == GLBK_OK ? glbk__ism_fill(ctx, m) : result;
 }
 
 GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *m, float *atlas)

@@ -1,0 +1,278 @@
+/* ism_fault_test - ism on a GL that fails and in a GL whose state is hostile: every error that GL may report comes out as
+   a result and leaves no object behind; uploads and reads leave state as it was; pictures do not depend on it. */
+#define _POSIX_C_SOURCE 200809L
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#define GL_BACKEND_IMPLEMENTATION
+#include "gl_backend.h"
+
+#include "gl/gl_test.h"
+
+enum { SIDE = 8, POINTS = 64 };
+
+/* A lamp at the ceiling, a table below it, and a floor. */
+typedef struct scene {
+    glbk_ism_maps      maps;
+    glbk_ism_renderer  renderer;
+    uint32_t           points[4 * POINTS];
+    float              places[3 * SIDE * SIDE], normals[3 * SIDE * SIDE], light[3 * SIDE * SIDE];
+    float              atlas[64 * 64];
+} scene;
+
+static const float table[12] = { -0.5f, 1, -0.5f, 0.5f, 1, -0.5f, -0.5f, 1, 0.5f, 0.5f, 1, 0.5f };
+static const uint32_t triangles[6] = { 0, 1, 2, 1, 3, 2 };
+static const glbk_ism_vpl lamp = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 2, 3 }, { 0, -1, 0 }, 1, 0.1f, 0 };
+static const float center[3] = { 0, 1, 0 };
+
+static void prepare(scene *s)
+{
+    int i;
+    memset(s, 0, sizeof *s);
+    for (i = 0; i < POINTS; i++) {
+        float b[3] = { 0, 0, 2.0f / POINTS };
+        b[0] = 0.1f + 0.8f * (float)(i % 8) / 8;
+        b[1] = (1 - b[0]) * (0.1f + 0.8f * (float)(i / 8) / 8);
+        s->points[4 * i] = (uint32_t)i % 2;
+        memcpy(s->points + 4 * i + 1, b, 12);
+    }
+    for (i = 0; i < SIDE * SIDE; i++) {
+        s->places[3 * i] = 0.5f * (float)(i % SIDE) - 1.75f;
+        s->places[3 * i + 2] = 0.5f * (float)(i / SIDE) - 1.75f;
+        s->normals[3 * i + 1] = 1;
+    }
+}
+
+static glbk_result make(gl_test *t, scene *s)
+{
+    glbk_ism_desc d = { 1, POINTS, 64, 1, 1, 0, 0 };
+    glbk_ism_mesh mesh = { table, 4, 0, triangles, 6, NULL };
+    glbk_ism_receivers from = { s->places, s->normals, NULL, NULL, 0 };
+    glbk_result result = glbk_ism_maps_create(&t->gl, &d, &s->maps);
+    if (result == GLBK_OK) result = glbk_ism_renderer_create(&t->gl, SIDE, SIDE, &s->renderer);
+    if (result == GLBK_OK) result = glbk_ism_mesh_upload(&t->gl, &s->maps, &mesh);
+    if (result == GLBK_OK) result = glbk_ism_mesh_move(&t->gl, &s->maps, table, 0);
+    if (result == GLBK_OK) result = glbk_ism_phase(&t->gl, &s->maps, 0, s->points);
+    if (result == GLBK_OK) result = glbk_ism_vpls_upload(&t->gl, &s->maps, &lamp, 1, center, 2);
+    return result == GLBK_OK ? glbk_ism_gbuffer_upload(&t->gl, &s->renderer, &from) : result;
+}
+
+static glbk_result draw(gl_test *t, scene *s)
+{
+    glbk_result result = glbk_ism_draw(&t->gl, &s->maps);
+    return result == GLBK_OK ? glbk_ism_shade(&t->gl, &s->renderer, &s->maps, NULL) : result;
+}
+
+static glbk_result look(gl_test *t, scene *s)
+{
+    glbk_result result = glbk_ism_read(&t->gl, &s->maps, s->atlas);
+    return result == GLBK_OK ? glbk_ism_read_light(&t->gl, &s->renderer, s->light) : result;
+}
+
+static void destroy(gl_test *t, scene *s)
+{
+    glbk_ism_renderer_destroy(&t->gl, &s->renderer);
+    glbk_ism_maps_destroy(&t->gl, &s->maps);
+}
+
+/* ---- errors put into GL's mouth ---- */
+
+static struct { glbk_functions real; uint32_t error; int at, calls, live; } fake;
+
+static uint32_t GLBK_CALL fake_get_error(void)
+{
+    uint32_t error = fake.real.GetError();
+    return ++fake.calls == fake.at ? fake.error : error;
+}
+
+#define COUNTING(kind)                                                                  \
+    static void GLBK_CALL gen_##kind(int32_t count, uint32_t *names)                    \
+    {                                                                                   \
+        fake.real.Gen##kind(count, names);                                              \
+        fake.live += count;                                                             \
+    }                                                                                   \
+    static void GLBK_CALL delete_##kind(int32_t count, const uint32_t *names)           \
+    {                                                                                   \
+        fake.real.Delete##kind(count, names);                                           \
+        fake.live -= count;                                                             \
+    }
+COUNTING(Textures)
+COUNTING(Framebuffers)
+COUNTING(Buffers)
+
+static uint32_t GLBK_CALL create_program(void)
+{
+    fake.live++;
+    return fake.real.CreateProgram();
+}
+
+static void GLBK_CALL delete_program(uint32_t name)
+{
+    fake.live--;
+    fake.real.DeleteProgram(name);
+}
+
+static void fake_begin(gl_test *t, uint32_t error)
+{
+    glbk_functions *gl = &t->gl.gl;
+    memset(&fake, 0, sizeof fake);
+    fake.real = *gl;
+    fake.error = error;
+    gl->GetError = fake_get_error;
+    gl->GenTextures = gen_Textures;
+    gl->DeleteTextures = delete_Textures;
+    gl->GenFramebuffers = gen_Framebuffers;
+    gl->DeleteFramebuffers = delete_Framebuffers;
+    gl->GenBuffers = gen_Buffers;
+    gl->DeleteBuffers = delete_Buffers;
+    gl->CreateProgram = create_program;
+    gl->DeleteProgram = delete_program;
+}
+
+static void every_error_comes_out(void **state)
+{
+    GL_TEST(t, state)
+    static scene s;
+    glbk_result result = GLBK_ERR_GL;
+    int failures = 0;
+    fake_begin(t, 0x0505);
+    for (fake.at = 1; result != GLBK_OK; fake.at++) {
+        prepare(&s);
+        fake.calls = 0;
+        result = make(t, &s);
+        if (result == GLBK_OK) result = draw(t, &s);
+        if (result == GLBK_OK) result = look(t, &s);
+        destroy(t, &s);
+        assert_int_equal(fake.live, 0);
+        if (result == GLBK_OK) break;
+        assert_true(result == GLBK_ERR_GL_MEMORY || result == GLBK_ERR_PENDING);
+        failures++;
+        assert_true(fake.at < 400);
+    }
+    t->gl.gl = fake.real;
+    assert_true(failures > 60);
+}
+
+static struct { int left; } memory;
+
+static void *limited(size_t size, void *user)
+{
+    (void)user;
+    return memory.left-- > 0 ? malloc(size) : NULL;
+}
+
+static void release(void *block, void *user)
+{
+    (void)user;
+    free(block);
+}
+
+static void memory_runs_out(void **state)
+{
+    GL_TEST(t, state)
+    static scene s;
+    glbk_result result = GLBK_ERR_ALLOC;
+    int given;
+    t->gl.allocator.alloc_fn = limited;
+    t->gl.allocator.free_fn = release;
+    fake_begin(t, 0);
+    for (given = 0; result != GLBK_OK; given++) {
+        prepare(&s);
+        memory.left = given;
+        result = make(t, &s);
+        if (result == GLBK_OK) result = draw(t, &s);
+        if (result == GLBK_OK) result = look(t, &s);
+        destroy(t, &s);
+        assert_int_equal(fake.live, 0);
+        assert_true(result == GLBK_OK || result == GLBK_ERR_ALLOC);
+    }
+    t->gl.gl = fake.real;
+    assert_true(given > 10);
+}
+
+static void a_lost_context(void **state)
+{
+    GL_TEST(t, state)
+    static scene s;
+    static glbk_functions none;
+    glbk_context ctx;
+    prepare(&s);
+    assert_glbk(t, make(t, &s));
+    ctx = t->gl;
+    t->gl.gl = none;                    /* from here on a call of GL would crash */
+    glbk_abandon(&t->gl);
+    assert_int_equal(draw(t, &s), GLBK_ERR_LOST);
+    assert_int_equal(look(t, &s), GLBK_ERR_LOST);
+    glbk_ism_bind(&t->gl, &s.maps);
+    {
+        scene copy = s;
+        assert_int_equal(make(t, &copy), GLBK_ERR_LOST);
+    }
+    {
+        scene copy = s;
+        destroy(t, &copy);
+    }
+    t->gl = ctx;
+    destroy(t, &s);
+}
+
+/* ---- state ---- */
+
+/* Values that a pass depends on, all of them odd. */
+static void turn_over(gl_test *t)
+{
+    const glbk_functions *gl = &t->gl.gl;
+    static const uint32_t on[] = { 0x0BE2, 0x0B44, 0x8037, 0x0C11, 0x0B90, 0x8C89, 0x809E };
+    size_t i;
+    for (i = 0; i < sizeof on / sizeof on[0]; i++) gl->Enable(on[i]);
+    gl->Disable(0x0B71);
+    gl->DepthMask(0);
+    gl->DepthFunc(0x0200);
+    gl->ColorMask(0, 1, 0, 0);
+    gl->CullFace(0x0408);
+    gl->Viewport(3, 4, 1, 2);
+    if (!t->gl.es) gl->Disable(0x8642);         /* PROGRAM_POINT_SIZE */
+    if (!t->gl.es) gl->PolygonMode(0x0408, 0x1B00);
+}
+
+static void hostile_state(void **state)
+{
+    GL_TEST(t, state)
+    static scene clean, odd;
+    glbk_state before, after, restored;
+    size_t i, dark = 0;
+    prepare(&clean);
+    assert_glbk(t, make(t, &clean));
+    assert_glbk(t, draw(t, &clean));
+    assert_glbk(t, look(t, &clean));
+    for (i = 0; i < SIDE * SIDE; i++) dark += clean.light[3 * i] == 0;
+    assert_true(dark > 8 && dark < SIDE * SIDE / 2);        /* the table's shadow */
+    turn_over(t);
+    prepare(&odd);
+    glbk_state_save(&t->gl, &before);
+    assert_glbk(t, make(t, &odd));
+    glbk_state_save(&t->gl, &after);
+    assert_memory_equal(&before, &after, sizeof before);
+    assert_glbk(t, draw(t, &odd));
+    glbk_state_restore(&t->gl, &before);
+    glbk_state_save(&t->gl, &restored);
+    assert_memory_equal(&before, &restored, sizeof before);
+    assert_glbk(t, look(t, &odd));
+    glbk_state_save(&t->gl, &after);
+    assert_memory_equal(&before, &after, sizeof before);
+    assert_memory_equal(clean.atlas, odd.atlas, sizeof odd.atlas);
+    assert_memory_equal(clean.light, odd.light, sizeof odd.light);
+    destroy(t, &clean);
+    destroy(t, &odd);
+}
+
+int main(int count, char **values)
+{
+    struct CMUnitTest tests[] = { gl_unit_test(hostile_state), gl_unit_test(a_lost_context), gl_unit_test(memory_runs_out),
+                                  gl_unit_test(every_error_comes_out) };
+    (void)count;
+    GL_TEST_MAIN(values, tests, GL_CORE33 | GL_ES30_BARE);
+}
