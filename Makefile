@@ -134,7 +134,7 @@ $(BUILD)/bake: $(call objects,examples/bake) $(patsubst %,$(OBJ)/examples/render
 $(BUILD)/viewer: $(call objects,examples/viewer) $(filter-out %/main.o,$(call objects,examples/render)) $(COMMON)
 	$(call say,LINK,$@)$(LINK) $^ $(EX_LIBS) $(GLFW_LIBS) -lm -o $@
 $(eval $(call program,bench,bench))
-$(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh emitters)
+$(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh ism_gl emitters)
 
 # The minimal examples stand alone: one file and the header.
 $(EXAMPLES): $(BUILD)/%: examples/%.c build/config.mk

@@ -4,28 +4,13 @@
    part of the method is to be judged alone, many VPLs with exact visibility by Embree, which has no noise of its own. */
 #define _POSIX_C_SOURCE 200809L
 #define ISM_IMPLEMENTATION
-#include "bench.h"
-#include "../examples/render/ism_parts.h"
+#include "ism_scene.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct bn_scene {        /* one scene, its picture, its lit surfaces */
-    const char *name;
-    ex_scene    scene;
-    ex_gbuffer  gbuffer;
-    rd_emitter *emitters;
-    rd_job      job;
-    im_rsms     rsms;
-    im_mesh     mesh;
-    ism_view    view;
-    bn_rays    *rays;
-    bn_model    flat;
-    double      rsm_ms;
-} bn_scene;
-
-static void close_scene(bn_scene *s)
+void bn_ism_close(bn_scene *s)
 {
     im_rsms_free(&s->rsms);
     im_mesh_free(&s->mesh);
@@ -49,7 +34,7 @@ static int light_scene(bn_scene *s, const bn_options *options, uint32_t rsm, uin
     return 0;
 }
 
-static int open_scene(bn_scene *s, const bn_options *options, const char *path, uint32_t width, uint32_t height, uint32_t rsm,
+int bn_ism_open(bn_scene *s, const bn_options *options, const char *path, uint32_t width, uint32_t height, uint32_t rsm,
                       uint32_t light_points)
 {
     char error[EX_ERROR_SIZE];
@@ -69,7 +54,7 @@ static int open_scene(bn_scene *s, const bn_options *options, const char *path, 
     if (result == 0)
         result = rd_emitters_build(&s->scene, &s->emitters, &s->job.emitter_count);
     if (result != 0) {
-        close_scene(s);
+        bn_ism_close(s);
         return bn_failed(path, error);
     }
     s->job.scene = &s->scene;
@@ -80,7 +65,7 @@ static int open_scene(bn_scene *s, const bn_options *options, const char *path, 
     im_view(&s->view, &s->job);
     if (light_scene(s, options, rsm, light_points) == 0)
         return 0;
-    close_scene(s);
+    bn_ism_close(s);
     return -1;
 }
 
@@ -200,10 +185,10 @@ static int visibility_of(const bn_options *options, const char *path, const char
     static const struct { ism_spread spread; const char *name; } spreads[] = {
         { ISM_SPREAD_AREA, "area" }, { ISM_SPREAD_VIEW_1, "view1" }, { ISM_SPREAD_VIEW_8, "view8" } };
     bn_scene s;
-    if (open_scene(&s, options, path, 160, 90, 128, 8) != 0)
+    if (bn_ism_open(&s, options, path, 160, 90, 128, 8) != 0)
         return -1;
     if (open_rays(&s, options) != 0) {
-        close_scene(&s);
+        bn_ism_close(&s);
         return -1;
     }
     for (size_t i = 0; i < sizeof spreads / sizeof spreads[0]; i++) {
@@ -213,13 +198,13 @@ static int visibility_of(const bn_options *options, const char *path, const char
         int result;
         d.spread = spreads[i].spread;
         if (build_maps(&s, &d, &maps) != 0) {
-            close_scene(&s);
+            bn_ism_close(&s);
             return -1;
         }
         result = measure_visibility(&s, maps, 0.02f, &error);
         ism_destroy(maps);
         if (result != 0) {
-            close_scene(&s);
+            bn_ism_close(&s);
             return -1;
         }
         bn_begin(options, "ism_visibility", options->threads, "none");
@@ -233,7 +218,7 @@ static int visibility_of(const bn_options *options, const char *path, const char
         bn_number("lit", error.lit);
         bn_end(options);
     }
-    close_scene(&s);
+    bn_ism_close(&s);
     return 0;
 }
 
@@ -411,7 +396,7 @@ int bn_ism_vpls(const bn_options *options)
     double flux_error = 0;
     bn_scene s;
     int result;
-    if (open_scene(&s, options, options->model ? options->model : "builtin:uroom", W, H, 128, 16) != 0)
+    if (bn_ism_open(&s, options, options->model ? options->model : "builtin:uroom", W, H, 128, 16) != 0)
         return -1;
     result = open_rays(&s, options);
     if (result == 0)
@@ -440,7 +425,7 @@ int bn_ism_vpls(const bn_options *options)
         bn_number("mse_over_flux", error / flux_error);
         bn_end(options);
     }
-    close_scene(&s);
+    bn_ism_close(&s);
     return result;
 }
 
@@ -484,7 +469,7 @@ int bn_ism_flicker(const bn_options *options)
     double flicker[2] = { 0, 0 };
     bn_scene s;
     int result;
-    if (open_scene(&s, options, options->model ? options->model : "builtin:uroom", 96, 54, 128, 16) != 0)
+    if (bn_ism_open(&s, options, options->model ? options->model : "builtin:uroom", 96, 54, 128, 16) != 0)
         return -1;
     result = flicker_of(&s, options, 0, &flicker[0]);
     if (result == 0)
@@ -499,6 +484,6 @@ int bn_ism_flicker(const bn_options *options)
         bn_number("ratio", flicker[0] / flicker[1]);
         bn_end(options);
     }
-    close_scene(&s);
+    bn_ism_close(&s);
     return result;
 }

@@ -1,0 +1,27 @@
+/* ism_scene.h - what the benchmarks of ism.h and of its GL path render. */
+#ifndef BN_ISM_SCENE_H
+#define BN_ISM_SCENE_H
+
+#include "bench.h"
+#include "../examples/render/ism_parts.h"
+
+typedef struct bn_scene {        /* one scene, its picture, its lit surfaces */
+    const char *name;
+    ex_scene    scene;
+    ex_gbuffer  gbuffer;
+    rd_emitter *emitters;
+    rd_job      job;
+    im_rsms     rsms;
+    im_mesh     mesh;
+    ism_view    view;
+    bn_rays    *rays;
+    bn_model    flat;
+    double      rsm_ms;
+} bn_scene;
+
+/* path: a file, or builtin:NAME; rsm: texels a side; light_points: RSMs of each area light. 0, or -1 after a message. */
+int  bn_ism_open(bn_scene *scene, const bn_options *options, const char *path, uint32_t width, uint32_t height, uint32_t rsm,
+                 uint32_t light_points);
+void bn_ism_close(bn_scene *scene);
+
+#endif
