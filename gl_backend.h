@@ -4327,7 +4327,7 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "#define ISM_FAR 1e30\n",
     "// Of all VPLs, so that no program holds the code of the others; lobes of exponent 1 have the cosine's.\n",
     "#ifndef ISM_PROJECTION\n",
-    "#define ISM_PROJECTION ISM_PROJECTION_COSINE\n",
+    "#define ISM_PROJECTION 1\n",
     "#endif\n",
     "\n",
     "uint ism_projection_of(float exponent)\n",

@@ -7,7 +7,7 @@
 #define ISM_FAR 1e30
 // Of all VPLs, so that no program holds the code of the others; lobes of exponent 1 have the cosine's.
 #ifndef ISM_PROJECTION
-#define ISM_PROJECTION ISM_PROJECTION_COSINE
+#define ISM_PROJECTION 1
 #endif
 
 uint ism_projection_of(float exponent)
