@@ -1938,11 +1938,12 @@ static uint32_t cohsm__face_of(cohsm__v3 q)
    corners, and the fill rule gives every sample of that edge to one of them: no sample is counted twice or missed.
    Every bit of the result follows from + - * / and integers; the order of triangles does not matter. */
 
-enum { COHSM__LANES = 8, COHSM__SUBPIXEL = 256 };
+enum { COHSM__LANES = 8, COHSM__CLUSTER = 4, COHSM__SUBPIXEL = 256 };
 
 typedef struct cohsm__soup {            /* corners in units of the bounding sphere, groups of 8 triangles */
     float   *v;                         /* per group x0[8] y0[8] z0[8] x1[8] ... z2[8]; the last group is filled up
                                            with triangles of no area */
+    float   *bounds;                    /* box of each 4 groups, neighbours in space: middle, half sides */
     uint32_t groups, triangles;
 } cohsm__soup;
 
@@ -2098,6 +2099,39 @@ static void cohsm__raster_group(const cohsm__target *t, const cohsm__camera *cam
         }
         cohsm__fill(t, cam, corner, corner + 1, corner + 2);
     }
+}
+
+/* May a cluster cover samples of the wanted rows? Rounding moves corners by less than a hundredth of a pixel. */
+static int cohsm__sees(const cohsm__target *t, const cohsm__camera *cam, const float *box)
+{
+    cohsm__v3 c = cohsm__v3_load(box), e = cohsm__v3_load(box + 3), u = cam->frame.up;
+    float half = 0.5f * (float)t->size, x, y, w, ex, ey, ew, low, high;
+    if (!cam->perspective) {
+        y = (cohsm__v3_dot(c, u) + 1.0f) * half;
+        ey = (fabsf(u.x) * e.x + fabsf(u.y) * e.y + fabsf(u.z) * e.z) * half + 0.01f;
+        return y + ey >= (float)t->row_begin && y - ey <= (float)t->row_end;
+    }
+    cohsm__face_coordinates(cam->face, cohsm__v3_sub(c, cam->eye), &x, &y, &w);
+    cohsm__face_coordinates(cam->face, e, &ex, &ey, &ew);
+    ex = fabsf(ex);
+    ey = fabsf(ey);
+    ew = fabsf(ew);
+    low = ((float)t->row_begin - 0.01f) / half - 1.0f;
+    high = ((float)t->row_end + 0.01f) / half - 1.0f;
+    return w + ew > 0.0f && fabsf(x) - w <= ex + ew && y - low * w >= -ey - fabsf(low) * ew &&
+           y - high * w <= ey + fabsf(high) * ew;
+}
+
+/* The next run of groups, from *end on, whose clusters are in sight. 0: there is none. */
+static int cohsm__next_run(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, uint32_t *begin,
+                           uint32_t *end)
+{
+    uint32_t g = *end;
+    while (g < soup->groups && !cohsm__sees(t, cam, soup->bounds + 6 * (g / COHSM__CLUSTER))) g += COHSM__CLUSTER;
+    *begin = g;
+    while (g < soup->groups && cohsm__sees(t, cam, soup->bounds + 6 * (g / COHSM__CLUSTER))) g += COHSM__CLUSTER;
+    *end = cohsm__min_u32(g, soup->groups);
+    return *begin < *end;
 }
 
 #if COHSM__SIMD
@@ -2278,19 +2312,18 @@ COHSM__TARGET_AVX2 static void cohsm__dequeue8(cohsm__queue *q)
 }
 
 COHSM__TARGET_AVX2 static void cohsm__raster_avx2(const cohsm__target *t, const cohsm__camera *cam,
-                                                  const cohsm__soup *soup)
+                                                  const float *v, uint32_t groups)
 {
     float scale = (float)(t->size * (COHSM__SUBPIXEL / 2)), offset = scale + 0.5f;
     cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
     __m256 offset8 = _mm256_set1_ps(offset), half = _mm256_set1_ps(0.5f);
-    const float *v = soup->v;
     cohsm__corners8 c;
     cohsm__queue q;
     uint32_t g;
     int k;
 
     memset(&q, 0, sizeof q);
-    for (g = 0; g < soup->groups; g++, v += 9 * COHSM__LANES) {
+    for (g = 0; g < groups; g++, v += 9 * COHSM__LANES) {
         unsigned mask;
         for (k = 0; k < 3; k++) {
             c.x[k] = _mm256_cvttps_epi32(_mm256_add_ps(cohsm__dot8(v + 24 * k, r), offset8));
@@ -2404,25 +2437,25 @@ static int cohsm__face_sees_sphere(const cohsm__camera *cam)
 static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, int simd)
 {
     size_t first = (size_t)(t->row_begin * t->size) * t->keep, last = (size_t)(t->row_end * t->size) * t->keep;
-    uint32_t g;
+    uint32_t begin, end = 0;
     int lane;
 
     memset(t->z + first, 0xff, (last - first) * sizeof *t->z);
-    if (cam->perspective) {
-        if (!cohsm__face_sees_sphere(cam)) return;
-        for (g = 0; g < soup->groups; g++)
-            for (lane = 0; lane < COHSM__LANES; lane++)
-                cohsm__raster_perspective(t, cam, soup->v + (size_t)g * 9 * COHSM__LANES, lane);
-        return;
-    }
+    if (cam->perspective && !cohsm__face_sees_sphere(cam)) return;
+    while (cohsm__next_run(t, cam, soup, &begin, &end)) {
+        const float *v = soup->v + (size_t)begin * 9 * COHSM__LANES;
 #if COHSM__SIMD
-    if (simd) {
-        cohsm__raster_avx2(t, cam, soup);
-        return;
-    }
+        if (simd && !cam->perspective) {
+            cohsm__raster_avx2(t, cam, v, end - begin);
+            continue;
+        }
 #endif
+        for (; begin < end; begin++, v += 9 * COHSM__LANES)
+            if (!cam->perspective) cohsm__raster_group(t, cam, v);
+            else
+                for (lane = 0; lane < COHSM__LANES; lane++) cohsm__raster_perspective(t, cam, v, lane);
+    }
     (void)simd;
-    for (g = 0; g < soup->groups; g++) cohsm__raster_group(t, cam, soup->v + (size_t)g * 9 * COHSM__LANES);
 }
 
 /* ---- >>mesh: checked, normalised triangles ---- */
@@ -2642,12 +2675,44 @@ static void cohsm__dop_of_mesh(float *dop, const cohsm_mesh *mesh, const uint8_t
         }
 }
 
+/* Corners of a triangle in units of the sphere, and the cell of 32^3, along a Hilbert curve, that its first one is in. */
+static uint32_t cohsm__soup_cell(const cohsm_mesh *mesh, size_t triangle, cohsm__v3 center, float inverse, cohsm__v3 *p)
+{
+    uint32_t scratch[3], cell[3];
+    const uint32_t *corner = cohsm__corners(mesh, triangle, scratch);
+    int k;
+    for (k = 0; k < 3; k++) p[k] = cohsm__v3_scale(cohsm__v3_sub(cohsm__vertex(mesh, corner[k]), center), inverse);
+    cell[0] = cohsm__min_u32((uint32_t)(16.0f * (p->x + 1.001f)), 31);
+    cell[1] = cohsm__min_u32((uint32_t)(16.0f * (p->y + 1.001f)), 31);
+    cell[2] = cohsm__min_u32((uint32_t)(16.0f * (p->z + 1.001f)), 31);
+    return cohsm__hilbert_index(cell, 5, 3);
+}
+
+/* The box of groups that lie one after the other, a little enlarged. */
+static void cohsm__bound(const float *v, uint32_t groups, float *box)
+{
+    float low[3] = { 2.0f, 2.0f, 2.0f }, high[3] = { -2.0f, -2.0f, -2.0f };
+    uint32_t i, k;
+    for (i = 0; i < 9 * COHSM__LANES * groups; i++) {
+        k = i / COHSM__LANES % 3;
+        low[k] = v[i] < low[k] ? v[i] : low[k];
+        high[k] = v[i] > high[k] ? v[i] : high[k];
+    }
+    for (k = 0; k < 3; k++) {
+        box[k] = 0.5f * (low[k] + high[k]);
+        box[3 + k] = 0.5f * (high[k] - low[k]) + 1e-5f;
+    }
+}
+
+static uint32_t cohsm__clusters(const cohsm__soup *soup) { return (soup->groups + COHSM__CLUSTER - 1) / COHSM__CLUSTER; }
+
+/* Triangles sorted by cells, so that clusters are small and a shard need not look into most of them. */
 static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used, uint32_t triangles,
                             const float *center, float radius, cohsm__heap *heap)
 {
-    size_t count = cohsm__triangle_count(mesh), t, n = 0, floats;
-    cohsm__v3 c = cohsm__v3_load(center), p;
-    uint32_t scratch[3];
+    size_t count = cohsm__triangle_count(mesh), t, floats;
+    cohsm__v3 c = cohsm__v3_load(center), p[3];
+    uint32_t *begin, i, n;
     float *v, inverse = 1.0f / radius;
     int k;
 
@@ -2655,27 +2720,39 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
     soup->groups = (triangles + COHSM__LANES - 1) / COHSM__LANES;
     floats = (size_t)soup->groups * 9 * COHSM__LANES;
     soup->v = (float *)cohsm__take(heap, floats, sizeof(float));
-    if (!soup->v) return 0;
+    soup->bounds = (float *)cohsm__take(heap, cohsm__clusters(soup), 6 * sizeof(float));
+    begin = (uint32_t *)cohsm__take(heap, 32768 + 1, sizeof *begin);
+    if (!soup->v || !soup->bounds || !begin) {
+        cohsm__give(heap, begin, 32768 + 1, sizeof *begin);
+        return 0;
+    }
     memset(soup->v, 0, floats * sizeof(float));
+    memset(begin, 0, (32768 + 1) * sizeof *begin);
+    for (t = 0; t < count; t++)
+        if (used[t]) begin[1 + cohsm__soup_cell(mesh, t, c, inverse, p)]++;
+    for (i = 0; i < 32768; i++) begin[i + 1] += begin[i];
     for (t = 0; t < count; t++) {
         if (!used[t]) continue;
+        n = begin[cohsm__soup_cell(mesh, t, c, inverse, p)]++;
         for (k = 0; k < 3; k++) {
-            p = cohsm__vertex(mesh, cohsm__corners(mesh, t, scratch)[k]);
-            p = cohsm__v3_scale(cohsm__v3_sub(p, c), inverse);
-            v = soup->v + n / COHSM__LANES * 9 * COHSM__LANES + 3 * COHSM__LANES * (size_t)k + n % COHSM__LANES;
-            v[0] = p.x;
-            v[COHSM__LANES] = p.y;
-            v[2 * COHSM__LANES] = p.z;
+            v = soup->v + (size_t)(n / COHSM__LANES) * 9 * COHSM__LANES + 3 * COHSM__LANES * k + n % COHSM__LANES;
+            v[0] = p[k].x;
+            v[COHSM__LANES] = p[k].y;
+            v[2 * COHSM__LANES] = p[k].z;
         }
-        n++;
     }
+    cohsm__give(heap, begin, 32768 + 1, sizeof *begin);
+    for (i = 0; i < soup->groups; i += COHSM__CLUSTER)
+        cohsm__bound(soup->v + (size_t)i * 9 * COHSM__LANES, cohsm__min_u32(COHSM__CLUSTER, soup->groups - i),
+                     soup->bounds + 6 * (i / COHSM__CLUSTER));
     return 1;
 }
 
 static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
 {
     cohsm__give(heap, soup->v, (size_t)soup->groups * 9 * COHSM__LANES, sizeof(float));
-    soup->v = NULL;
+    cohsm__give(heap, soup->bounds, cohsm__clusters(soup), 6 * sizeof(float));
+    soup->v = soup->bounds = NULL;
 }
 
 /* ---- >>lists: the format ---- */

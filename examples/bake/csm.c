@@ -75,7 +75,7 @@ static double weight(const rd_settings *settings, uint32_t units, uint32_t unit)
     (void)units;
     x = 2 * (fmod(unit, m) + 0.5) / m - 1;
     y = 2 * (floor(unit / m) + 0.5) / m - 1;
-    return 0.1 + fmax(0, 1 - x * x - y * y);
+    return 0.1 + fmax(0, 1 - x * x - y * y) / (1 + fabs(y));
 }
 
 /* The file's bytes, and frees the maps. */
