@@ -89,7 +89,7 @@ REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/f
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
 
 .PHONY: all programs tests test run-tests demo bench stamp check-stamp embed check-embed check-glsl readme check-readme \
-        check-docs check-leaks check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage clean FORCE
+        check-farm check-docs check-leaks check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -224,6 +224,8 @@ readme:
 	@sh tools/readme $(HEADERS)
 check-readme:
 	@sh tools/readme --check $(HEADERS)
+check-farm: $(BUILD)/bake
+	@BUILD=$(BUILD) sh tests/farm.sh
 check-docs:
 	@CC='$(CC)' sh tests/docs/check $(HEADERS)
 check-leaks:

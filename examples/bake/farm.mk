@@ -1,0 +1,16 @@
+# farm.mk - one bake in SHARDS processes:   make -j8 -f farm.mk OUT=dragon.csm SCENE=dragon.glb SHARDS=8
+# A bake that was stopped goes on: shards that are there are not baked again.   make -f farm.mk ... clean
+BAKE      ?= build/bake
+TECHNIQUE ?= csm
+SHARDS    ?= 8
+SETTINGS  ?=
+numbers := $(shell seq $(SHARDS))
+parts   := $(foreach i,$(numbers),$(OUT).$(i)of$(SHARDS))
+
+$(OUT): $(parts)
+	$(BAKE) merge -o $@ $(parts)
+$(OUT).%of$(SHARDS): $(filter-out builtin:%,$(SCENE))
+	$(BAKE) $(TECHNIQUE) $(SCENE) -o $@ --shard $*/$(SHARDS) --threads 1 $(SETTINGS)
+clean:
+	rm -f $(parts)
+.PHONY: clean
