@@ -1347,6 +1347,7 @@ typedef struct glbk_rsm_renderer {      /* read only; zeroed = none */
     float        before[16];
     uint32_t     width, height, now, direct, bounce, remembers;
     int          has_before, drawing, turn;
+    glbk_result  failed;                /* first of glbk_rsm_object while drawing */
 } glbk_rsm_renderer;
 
 GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_renderer_desc *desc,
@@ -1379,7 +1380,7 @@ typedef struct glbk_rsm_surface {
 } glbk_rsm_surface;
 
 GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_rsm_surface *surface);
-/* Only from within a glbk_rsm_draw. */
+/* Only from within a glbk_rsm_draw. Its first error is what the call that draws returns, too. */
 
 GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *map,
                                        glbk_rsm_draw draw, void *user);
@@ -10011,7 +10012,10 @@ GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *r, co
     r->drawn.kinds[0] = s->material;
     r->drawn.kinds[1] = s->albedo_map != NULL;
     result = glbk_buffer_update(ctx, &r->object, 0, sizeof r->drawn, &r->drawn);
-    if (result != GLBK_OK) return result;
+    if (result != GLBK_OK) {
+        if (r->failed == GLBK_OK) r->failed = result;
+        return result;
+    }
     glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_drawn, &r->object);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_albedo_map, s->albedo_map);
     return GLBK_OK;
@@ -10037,9 +10041,10 @@ static glbk_result glbk__rsm_fill(glbk_context *ctx, glbk_rsm_renderer *r, const
     glbk_clear_depth(ctx, 1);
     if (map) glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_light, &map->light);
     r->drawing = 1;
+    r->failed = GLBK_OK;
     draw(user, ctx, r);
     r->drawing = 0;
-    return glbk_check(ctx);
+    return r->failed != GLBK_OK ? r->failed : glbk_check(ctx);
 }
 
 GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map, glbk_rsm_draw draw,

@@ -26,7 +26,6 @@ typedef struct rs_gl {
     glbk_rsm_map    **pointers;
     size_t            map_count;
     const ex_scene   *scene;            /* while it is drawn */
-    glbk_result       drawn;
     float            *picture;          /* rgba */
     uint32_t          frame;
 } rs_gl;
@@ -156,7 +155,6 @@ static void draw_run(rs_gl *g, const ex_object *object, const shape *s, const ru
 {
     const ex_material *m = &g->scene->materials[object->material ? object->material - 1 : r->material];
     glbk_rsm_surface surface;
-    glbk_result result;
     memset(&surface, 0, sizeof surface);
     memcpy(surface.transform, object->transform, sizeof surface.transform);
     memcpy(surface.albedo, m->base_color, sizeof surface.albedo);
@@ -164,9 +162,8 @@ static void draw_run(rs_gl *g, const ex_object *object, const shape *s, const ru
         surface.albedo_map = &g->textures[m->base_texture];
         surface.alpha_cutoff = m->alpha_cutoff;
     }
-    result = glbk_rsm_object(g->gl, &g->renderer, &surface);
-    if (g->drawn == GLBK_OK)
-        g->drawn = result;
+    if (glbk_rsm_object(g->gl, &g->renderer, &surface) != GLBK_OK)      /* glbk_rsm_map_draw says so */
+        return;
     g->gl->gl.DrawElements(GLBK_GL_TRIANGLES, (int32_t)r->count, GLBK_GL_UNSIGNED_INT,
                            (const void *)(4 * (uintptr_t)r->first));
 }
@@ -247,11 +244,8 @@ static int draw_maps(rs_state *state, const rd_job *job, char *error)
     if (failed)
         return -1;
     g->scene = job->scene;
-    g->drawn = GLBK_OK;
     for (size_t i = 0; i < g->map_count; i++) {
         glbk_result result = glbk_rsm_map_draw(g->gl, &g->renderer, &g->maps[i], draw_scene, g);
-        if (result == GLBK_OK)
-            result = g->drawn;
         if (result != GLBK_OK)
             return gl_failed(g, "drawing a map", result, error);
     }

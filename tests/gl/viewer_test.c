@@ -197,6 +197,23 @@ static void minimal_example_draws(void **state)
     assert_true(torus[0] > torus[2] + 20);
 }
 
+/* No light goes up: what is seen on the ceiling came by way of the red wall and the floor. */
+static void bounced_light_example_draws(void **state)
+{
+    enum { W = 640, H = 480, HEAD = 15 };
+    static unsigned char picture[HEAD + 3 * W * H + 1];
+    char command[600];
+    const unsigned char *spot = picture + HEAD + 3 * (300 * W + 180), *ceiling = picture + HEAD + 3 * (80 * W + 250);
+    (void)state;
+    need();
+    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/07_rsm_gl_minimal %s/rsm.ppm", build_folder(), folder);
+    assert_int_equal(system(command), 0);
+    assert_int_equal(read_file("rsm.ppm", picture, sizeof picture), HEAD + 3 * W * H);
+    assert_true(spot[0] > 150 && spot[0] > spot[2] + 50);       /* direct light on the red wall */
+    assert_in_range(ceiling[0], 40, 200);                       /* which colours the white ceiling */
+    assert_true(ceiling[0] > ceiling[2] + 10);
+}
+
 static int make_folder(void **state)
 {
     (void)state;
@@ -217,6 +234,7 @@ int main(void)
         cmocka_unit_test(keys_change_what_is_shown),
         cmocka_unit_test(shows_what_render_writes),
         cmocka_unit_test(minimal_example_draws),
+        cmocka_unit_test(bounced_light_example_draws),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
