@@ -3,6 +3,7 @@
    indirect visibility (128 x 128, indirect light alone). The programs themselves are run, as users would. */
 #define _POSIX_C_SOURCE 200809L
 #include "bench.h"
+#include "gl_context.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -91,20 +92,23 @@ static int find_light(const char *scene, char *light, size_t size)
     return 0;
 }
 
-static int measure(run *r, const char *scene, const char *light, const char *mode, uint32_t samples, const char *settings)
+/* On GL three frames: the first one compiles, the middle time and the last picture count. */
+static int measure(run *r, const char *scene, const char *light, const char *backend, const char *mode, uint32_t samples,
+                   const char *settings)
 {
     const char *slash = strrchr(scene, '/');
     char more[512];
     double error = HUGE_VAL, frame_ms, gather_ms, fraction, other;
     int full = strcmp(mode, "full") == 0;
-    snprintf(more, sizeof more, "--size 512x512 --samples %u --set mode=%s %s", (unsigned)samples, mode, settings);
+    const char *way = strcmp(backend, "gl") == 0 ? "--backend gl --frames 3" : "--backend cpu";
+    snprintf(more, sizeof more, "%s --size 512x512 --samples %u --set mode=%s %s", way, (unsigned)samples, mode, settings);
     if (render(r, "rsm", full ? "full" : "some", more) != 0)
         return -1;
     frame_ms = number(r, "frame_ms");
     gather_ms = number(r, "gather_ms");
     fraction = number(r, "evaluated_fraction");
     other = full ? 0 : compare(r, "some", "full");
-    snprintf(more, sizeof more, "--size 128x128 --samples %u --set mode=%s %s", (unsigned)samples, mode, settings);
+    snprintf(more, sizeof more, "%s --size 128x128 --samples %u --set mode=%s %s", way, (unsigned)samples, mode, settings);
     if (bn_rays_version()) {
         if (render(r, "rsm", "small", more) != 0)
             return -1;
@@ -113,7 +117,7 @@ static int measure(run *r, const char *scene, const char *light, const char *mod
     bn_begin(r->options, "rsm_gather", r->options->threads, bn_simd());
     bn_text("scene", slash ? slash + 1 : scene);
     bn_text("light", light);
-    bn_text("backend", "cpu");
+    bn_text("backend", backend);
     bn_text("mode", mode);
     bn_text("settings", settings);
     bn_integer("width", 512);
@@ -126,6 +130,19 @@ static int measure(run *r, const char *scene, const char *light, const char *mod
     bn_number("rmse_vs_reference", error);
     bn_end(r->options);
     return 0;
+}
+
+static int has_gl(void)
+{
+    ex_gl_options options;
+    char error[EX_ERROR_SIZE];
+    ex_gl *context;
+    memset(&options, 0, sizeof options);
+    context = ex_gl_create(&options, error);
+    if (!context)
+        fprintf(stderr, "bench: no rows on GL: %s\n", error);
+    ex_gl_free(context);
+    return context != NULL;
 }
 
 static int measure_scene(run *r, const char *scene)
@@ -144,13 +161,15 @@ static int measure_scene(run *r, const char *scene)
         fprintf(stderr, "bench: %s: noise of the reference %g\n", scene, number(r, "noise"));
     result = 0;
     for (size_t i = 0; i < 3 && result == 0; i++)
-        result = measure(r, scene, light, modes[i], 400, "");
+        result = measure(r, scene, light, "cpu", modes[i], 400, "");
     if (result == 0)
-        result = measure(r, scene, light, "full", 400, "--set pattern=equation3");
+        result = measure(r, scene, light, "cpu", "full", 400, "--set pattern=equation3");
     for (size_t i = 0; i < 2 && result == 0; i++)        /* the paper's work */
-        result = measure(r, scene, light, modes[i], 224, "");
+        result = measure(r, scene, light, "cpu", modes[i], 224, "");
+    for (size_t i = 0; i < 3 && result == 0 && has_gl(); i++)
+        result = measure(r, scene, light, "gl", modes[i], 400, "");
     if (result == 0 && r->options->full)
-        result = measure(r, scene, light, "full", 0, "--set m=256");
+        result = measure(r, scene, light, "cpu", "full", 0, "--set m=256");
     return result;
 }
 

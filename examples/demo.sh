@@ -109,6 +109,15 @@ ONLY= REFERENCE_ONLY="--set bounces=1"
 row rsm cornell-bounce "Cornell box: bounced light of its emissive rectangle by 16 reflective shadow maps" \
     --scene builtin:cornell
 row rsm uroom-bounce "U-shaped room: bounced light of a spot" --scene builtin:uroom
+if "$BUILD/render" --technique rsm --backend gl --scene builtin:uroom --size 16x16 --samples 4 --set m=16 --out "$OUT/probe.pfm" \
+   2> /dev/null; then
+    ONLY="--backend gl --set mode=interpolated"
+    row rsm uroom-gl "U-shaped room: the same on OpenGL, interpolated" --scene builtin:uroom
+    ONLY=
+else
+    echo "demo: left out: rows on OpenGL"
+fi
+rm -f "$OUT/probe.pfm"
 row ism cornell-shadows "Cornell box: bounced light and its shadows by imperfect shadow maps" --scene builtin:cornell
 row ism uroom-shadows "U-shaped room: 1024 virtual point lights, chosen by what the picture shows" --scene builtin:uroom
 ONLY="--set position_side=8 --set spacing=0.04" REFERENCE_ONLY=
