@@ -6,6 +6,7 @@
 # make conformance  docs/conformance.md from what the tests measure
 # make stamp      writes src/shared into the headers; make embed writes src/shaders into gl_backend.h; make readme
 #                 writes the README's table
+# make install    the headers and dapple.pc into PREFIX (DESTDIR before it); uninstall; make dist: a .tar.gz
 # make msan       uninitialised memory, by clang; make valgrind; make check-stack: 32 KiB a call
 # make bench      build/bench all; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
 #
@@ -89,7 +90,7 @@ REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/f
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
 
 .PHONY: all programs tests test run-tests demo bench stamp check-stamp embed check-embed check-glsl readme check-readme \
-        check-farm check-docs check-leaks check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage clean FORCE
+        install uninstall dist check-package check-farm check-docs check-leaks check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -191,6 +192,25 @@ bench: $(BUILD)/bench
 coverage:
 	@+$(MAKE) --no-print-directory config=coverage run-tests
 	@sh tools/coverage build/coverage $(HEADERS)
+
+# ---- packages ----
+
+PREFIX     ?= /usr/local
+INCLUDEDIR ?= $(PREFIX)/include
+LIBDIR     ?= $(PREFIX)/lib
+VERSION    := $(shell sed -n '1,/^\#\# [a-z]/s/^\#\# Dapple \([0-9.]*\).*/\1/p' CHANGELOG.md)
+export PREFIX INCLUDEDIR LIBDIR VERSION
+install:
+	@HEADERS='$(HEADERS)' sh tools/install install
+uninstall:
+	@HEADERS='$(HEADERS)' sh tools/install uninstall
+# What git holds, without what only the forge needs.
+dist:
+	@mkdir -p build
+	git archive --prefix=dapple-$(VERSION)/ -o build/dapple-$(VERSION).tar.gz HEAD
+	@echo build/dapple-$(VERSION).tar.gz
+check-package:
+	@HEADERS='$(HEADERS)' sh tests/package.sh
 
 # ---- fuzzing: libFuzzer of clang, with the sanitizers ----
 
