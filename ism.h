@@ -249,7 +249,7 @@ typedef struct ism_desc {
     ism_spread     spread;
     ism_projection projection;
     uint32_t       view_grid;       /* view samples of a pVPL: its square, 1..16; 0 = 4 */
-    uint32_t       brsm_blur;       /* radius in texels, <= 16; 0 = 1 % of the BRSM, at most 4 texels. See no_brsm_blur */
+    uint32_t       brsm_blur;       /* radius in texels, <= 16; 0 = 1 % of the BRSM, at most 6 texels. See no_brsm_blur */
     uint32_t       lazy;            /* frames until all points are renewed, 1..64; 0 = 8 */
     float          flux_share;      /* of the choice made by flux alone, above 0, <= 1; 0 = 0.1: no pVPL is forgotten */
     float          area_share;      /* of the points spread evenly, above 0, <= 1; 0 = 0.2: no triangle is forgotten */
@@ -1406,7 +1406,7 @@ typedef struct ism__choice {
     uint32_t          valid_count;
     float             extent;       /* diagonal of the receivers' box */
     size_t            source;
-    float            *lum, *effect, *out;   /* of this source: flux, effect on the picture before and after the blur */
+    float            *lum, *effect, *out;   /* of this source: flux, mean square effect on the picture, its blurred root */
     uint32_t          seed;
     float             blur_radius;
 } ism__choice;
@@ -1506,9 +1506,9 @@ static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
             sum += e * e * (uniform / density);
         }
     }
-    /* The root of the mean square, not the mean: what is to be small is the squared error of the picture, and its least
-       variance is reached by choosing VPLs in proportion to this. */
-    return sqrtf(sum / (float)count);
+    /* The mean square, whose root is taken after the blur: what is to be small is the squared error of the picture, and its
+       least variance is reached by choosing VPLs in proportion to the root of it. */
+    return sum / (float)count;
 }
 
 static void ism__estimate_task(void *context, size_t row)
@@ -1548,7 +1548,7 @@ static void ism__blur_task(void *context, size_t row)
                 sum += weight * c->effect[j];
                 weights += weight;
             }
-        c->out[i] = weights > 0.0f ? sum / weights : c->effect[i];
+        c->out[i] = sqrtf(weights > 0.0f ? sum / weights : c->effect[i]);
     }
 }
 
@@ -1610,11 +1610,11 @@ static ism_result ism__weigh_source(ism__choice *c, const ism_source *s)
     if (!ism__run(&m->desc, s->height, ism__estimate_task, c)) return ISM_ERR_CANCELLED;
     if (!radius) {
         radius = (uint32_t)(0.05f * (float)(s->width < s->height ? s->width : s->height));
-        radius = radius < 4u ? radius : 4u;
+        radius = radius < 6u ? radius : 6u;
     }
     c->blur_radius = (float)radius;
     if (s->scattered || s->kind == ISM_SOURCE_DIRECTIONS || !radius || m->desc.no_brsm_blur)
-        memcpy(c->out, c->effect, count * sizeof *c->out);
+        for (i = 0; i < count; i++) c->out[i] = sqrtf(c->effect[i]);
     else if (!ism__run(&m->desc, s->height, ism__blur_task, c))
         return ISM_ERR_CANCELLED;
     for (i = 0; i < count; i++) total += (double)(c->lum[i] * c->out[i]);
