@@ -204,7 +204,7 @@ install:
 	@HEADERS='$(HEADERS)' sh tools/install install
 uninstall:
 	@HEADERS='$(HEADERS)' sh tools/install uninstall
-# What git holds, without what only the forge needs.
+# What git holds at HEAD.
 dist:
 	@mkdir -p build
 	git archive --prefix=dapple-$(VERSION)/ -o build/dapple-$(VERSION).tar.gz HEAD
