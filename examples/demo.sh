@@ -120,6 +120,15 @@ fi
 rm -f "$OUT/probe.pfm"
 row ism cornell-shadows "Cornell box: bounced light and its shadows by imperfect shadow maps" --scene builtin:cornell
 row ism uroom-shadows "U-shaped room: 1024 virtual point lights, chosen by what the picture shows" --scene builtin:uroom
+if "$BUILD/render" --technique ism --backend gl --scene builtin:uroom --size 8x8 --set vpls=1 --set points=8 --set tile=8 \
+   --out "$OUT/probe.png" 2> "$OUT/probe.txt"; then
+    ONLY='--backend gl --set points=2048'
+    row ism cloth-gl "Cloth in the wind: bounced light and its shadows on OpenGL, 2048 points a light" --scene builtin:cloth
+    ONLY=
+else
+    left_out="${left_out:+$left_out; }OpenGL ($(tail -1 "$OUT/probe.txt"))"
+fi
+rm -f "$OUT/probe.png" "$OUT/probe.txt"
 ONLY="--set position_side=8 --set spacing=0.04" REFERENCE_ONLY=
 row shadowfield chess-field "Chess: 33 objects share 7 shadow fields; overcast sky" --scene builtin:chess \
     --env builtin:overcast
