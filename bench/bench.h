@@ -50,6 +50,7 @@ int bn_gl_csm_query(const bn_options *options);
 int bn_gl_csm_render(const bn_options *options);
 int bn_gl_csm_build(const bn_options *options);
 int bn_gl_ism(const bn_options *options);
+int bn_gl_envshadow(const bn_options *options);
 int bn_sfield_algebra(const bn_options *options);
 int bn_envshadow_lights(const bn_options *options);
 int bn_ism(const bn_options *options);

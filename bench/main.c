@@ -18,6 +18,7 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "gl_csm_render", "the Monte Carlo renderer on OpenGL", bn_gl_csm_render },
     { "gl_csm_build", "maps drawn and compressed on OpenGL", bn_gl_csm_build },
     { "gl_ism", "imperfect shadow maps on OpenGL: times of the stages, difference from the CPU", bn_gl_ism },
+    { "gl_envshadow", "shadow maps and light of k lights in clusters of c on OpenGL, and the cost model", bn_gl_envshadow },
     { "sfield_algebra", "products, rotations and dot products of spherical harmonics a second", bn_sfield_algebra },
     { "envshadow_lights", "time, energy and error of k lights by each method", bn_envshadow_lights },
     { "ism", "pictures by ism beside the one-bounce reference, times of its stages", bn_ism },
