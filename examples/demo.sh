@@ -136,6 +136,14 @@ ONLY=
 row envshadow knot-env "Knot: the sky as 256 lights with shadow maps" --scene builtin:knot
 row envshadow cloth-env "Cloth in the wind: the sky as 256 lights" --scene builtin:cloth
 row envshadow figure-env "Dressed figure: the sky as 256 lights" --scene builtin:figure
+ONLY="--backend gl"
+if "$BUILD/render" --technique envshadow --scene builtin:knot $ONLY --set lights=1 --size 8x8 --out "$OUT/gl.pfm" \
+    > "$OUT/gl.txt" 2>&1; then
+    row envshadow plant-gl "Plant: the sky as 256 lights, on OpenGL" --scene builtin:plant
+else
+    left_out="${left_out:+$left_out; }OpenGL (no context)"
+fi
+rm -f "$OUT/gl.txt"
 ONLY="--samples $SAMPLES"
 if [ -n "$ASSETS" ]; then
     for model in bunny dragon; do
