@@ -866,5 +866,6 @@ int main(int count, char **values)
         gl_unit_test(failures_leave_nothing),            gl_unit_test(from_a_hostile_state),
     };
     (void)count;
+    if (gl_this_way() && gl_this_way()->bit != GL_CORE33) unsetenv("CONFORMANCE");      /* one line a row */
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }
