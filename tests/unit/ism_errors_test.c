@@ -170,6 +170,51 @@ static void arguments_are_checked(void **state)
 }
 
 /* Values that real data holds, put into each array in turn. */
+/* Points without an atlas are the atlas's own, sorted by the frame that renews them. */
+static void points_without_an_atlas(void **state)
+{
+    world w, whole;
+    ism_desc d = small_desc();
+    ism_point all[64], phase[16 * 13], before[1];
+    float out[3 * PIXELS], center[3] = { 9, 9, 9 }, radius = 9;
+    size_t n, p, v, j;
+    (void)state;
+    d.points = 61;                          /* not a multiple of lazy */
+    d.lazy = 5;
+    open_world(&w, &d);
+    assert_int_equal(ism_scatter(w.maps, &w.frame), ISM_ERR_ORDER);
+    assert_int_equal(ism_phase_points(w.maps, 0, NULL, 0, &n), ISM_ERR_ORDER);
+    assert_int_equal(ism_choose(w.maps, &w.frame), ISM_OK);
+    assert_int_equal(ism_scatter(w.maps, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_scatter(w.maps, &w.frame), ISM_OK);
+    assert_null(ism_atlas(w.maps, NULL, NULL));
+    assert_int_equal(ism_shade(w.maps, &w.view, NULL, out, NULL), ISM_ERR_ORDER);
+    assert_int_equal(ism_phase_points(w.maps, 5, NULL, 0, &n), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_phase_points(w.maps, 0, NULL, 1, &n), ISM_ERR_ARGUMENT);
+    memset(before, 0x31, sizeof before);
+    assert_int_equal(ism_phase_points(w.maps, 0, before, 0, &n), ISM_OK);
+    assert_int_equal(n, 16 * 13);
+    assert_int_equal(before[0].triangle, 0x31313131);
+    open_world(&whole, &d);
+    assert_int_equal(try_render(&whole, NULL), ISM_OK);
+    for (p = 0; p < 5; p++) {
+        assert_int_equal(ism_phase_points(w.maps, (uint32_t)p, phase, 16 * 13, &n), ISM_OK);
+        for (v = 0; v < 16; v++) {
+            assert_int_equal(ism_points(whole.maps, (uint32_t)v, all, 64, &n), ISM_OK);
+            for (j = 0; j < 13; j++) {
+                if (p + 5 * j < 61) assert_memory_equal(&phase[13 * v + j], &all[p + 5 * j], sizeof all[0]);
+                else assert_true(phase[13 * v + j].area == 0);
+            }
+        }
+    }
+    ism_bounds(w.maps, center, &radius);    /* of a box 1 x 0.5 x 2 */
+    assert_true(fabsf(center[0] + 0.5f) < 1e-5f && fabsf(center[1] - 0.75f) < 1e-5f && fabsf(center[2]) < 1e-5f);
+    assert_true(fabsf(radius - 0.5f * sqrtf(5.25f)) < 0.01f);
+    ism_bounds(NULL, center, &radius);
+    ism_destroy(w.maps);
+    ism_destroy(whole.maps);
+}
+
 static void odd_values_give_finite_light(void **state)
 {
     const float odd[] = { NOT_A_NUMBER, INF, -INF, 1e30f, -1e30f, 1e-40f, FLT_MAX, 0.0f, -1.0f };
@@ -326,6 +371,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(descs_are_checked),
         cmocka_unit_test(arguments_are_checked),
+        cmocka_unit_test(points_without_an_atlas),
         cmocka_unit_test(odd_values_give_finite_light),
         cmocka_unit_test(nothing_to_do_is_no_error),
         cmocka_unit_test(a_sky_lights_and_shadows),
