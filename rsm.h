@@ -2734,61 +2734,66 @@ typedef struct rsm__grid {
 
 enum { RSM__NONE, RSM__OPEN, RSM__INTERPOLATED, RSM__EVALUATED, RSM__WANTED, RSM__REPLACED /* wanted, interpolated before */ };
 
-/* Grid lines of a coordinate: multiples of step, and the picture's last pixel. */
-static inline void rsm__grid_lines(uint32_t at, uint32_t step, uint32_t size, uint32_t line[2], float *share)
+/* Grid lines of a coordinate: multiples of step, a power of two, and the picture's last pixel. */
+static inline void rsm__grid_lines(uint32_t at, uint32_t step, uint32_t size, uint32_t line[2])
 {
-    line[0] = at - at % step;
+    line[0] = at & ~(step - 1u);
     line[1] = line[0] + step < size ? line[0] + step : size - 1;
-    *share = line[1] > line[0] ? (float)(at - line[0]) / (float)(line[1] - line[0]) : 0.0f;
 }
 
-/* Section 4: is the sample at pixel s good for pixel p? */
-static inline int rsm__suits(const rsm__grid *g, size_t s, rsm__v3 position, rsm__v3 normal)
+static inline float rsm__grid_share(uint32_t at, const uint32_t line[2])
 {
-    rsm__v3 d, n;
-    float length, plane;
-    if (g->state[s] != RSM__EVALUATED) return 0;
-    d = rsm__v3_sub(rsm__v3_load(rsm__at(g->points->positions, rsm__stride(g->points->position_stride, 12), s)), position);
-    n = rsm__v3_load(rsm__at(g->points->normals, rsm__stride(g->points->normal_stride, 12), s));
-    length = rsm__v3_length(d);
-    plane = fabsf(rsm__v3_dot(d, normal));
-    if (fabsf(rsm__v3_dot(d, n)) > plane) plane = fabsf(rsm__v3_dot(d, n));
-    if (rsm__v3_dot(n, normal) < g->desc->normal_cosine || plane > g->desc->plane_slope * length) return 0;
-    return !(g->desc->distance > 0.0f) || length <= g->desc->distance;
+    return line[1] > line[0] ? (float)(at - line[0]) / (float)(line[1] - line[0]) : 0.0f;
+}
+
+typedef struct rsm__node { rsm__v3 position, normal; const float *rgb; float mean; int evaluated; } rsm__node;
+
+static inline void rsm__node_load(const rsm__grid *g, uint32_t x, uint32_t y, rsm__node *out)
+{
+    size_t at = (size_t)y * g->width + x;
+    const rsm_points *p = g->points;
+    out->position = rsm__v3_load(rsm__at(p->positions, rsm__stride(p->position_stride, 12), at));
+    out->normal = rsm__v3_load(rsm__at(p->normals, rsm__stride(p->normal_stride, 12), at));
+    out->rgb = g->out + 3 * at;
+    out->evaluated = g->state[at] == RSM__EVALUATED;
+    out->mean = out->evaluated ? rsm__mean3(out->rgb) : 0.0f;
+}
+
+/* Section 4: is the sample good for a pixel? */
+static inline int rsm__suits(const rsm__grid *g, const rsm__node *s, rsm__v3 position, rsm__v3 normal)
+{
+    rsm__v3 d = rsm__v3_sub(s->position, position);
+    float length2 = rsm__v3_dot(d, d), plane = rsm__v3_dot(d, normal), other = rsm__v3_dot(d, s->normal);
+    float most = g->desc->plane_slope * g->desc->plane_slope * length2;
+    if (!s->evaluated || rsm__v3_dot(s->normal, normal) < g->desc->normal_cosine) return 0;
+    if (plane * plane > most || other * other > most) return 0;
+    return !(g->desc->distance > 0.0f) || length2 <= g->desc->distance * g->desc->distance;
 }
 
 /* Bilinear; 0 where fewer than three samples suit or their values differ too much. A missing fourth is completed to a
    plane: the paper's normalised weights pull the result towards the other three, 6 % at a crease (T39). */
-static inline int rsm__interpolate_pixel(const rsm__grid *g, uint32_t x, uint32_t y, float rgb[3])
+static inline int rsm__interpolate_pixel(const rsm__grid *g, const rsm__node node[4], size_t at, float u, float v, float rgb[3])
 {
-    size_t at = (size_t)y * g->width + x;
-    uint32_t column[2], row[2];
-    float u, v, low = 0.0f, high = 0.0f, sum = 0.0f;
-    const float *sample[4];
+    float low = 0.0f, high = 0.0f, sum = 0.0f;
     rsm__v3 p = rsm__v3_load(rsm__at(g->points->positions, rsm__stride(g->points->position_stride, 12), at));
     rsm__v3 n = rsm__v3_load(rsm__at(g->points->normals, rsm__stride(g->points->normal_stride, 12), at));
     int k, c, good = 0, missing = -1;
-    rsm__grid_lines(x, g->step, g->width, column, &u);
-    rsm__grid_lines(y, g->step, g->height, row, &v);
     for (k = 0; k < 4; k++) {
-        size_t s = (size_t)row[k >> 1] * g->width + column[k & 1];
-        float value;
-        sample[k] = g->out + 3 * s;
-        if (!rsm__suits(g, s, p, n)) {
+        float value = node[k].mean;
+        if (!rsm__suits(g, &node[k], p, n)) {
+            if (missing >= 0) return 0;
             missing = k;
             continue;
         }
-        value = rsm__mean3(sample[k]);
         low = good == 0 || value < low ? value : low;
         high = good == 0 || value > high ? value : high;
         sum += value;
         good++;
     }
-    if (good < 3) return 0;
     if (g->desc->contrast >= 0.0f && high - low > g->desc->contrast * sum / (float)good) return 0;
     for (c = 0; c < 3; c++) {
         float value[4], result;
-        for (k = 0; k < 4; k++) value[k] = sample[k][c];
+        for (k = 0; k < 4; k++) value[k] = node[k].rgb[c];
         if (missing >= 0) value[missing] = value[missing ^ 1] + value[missing ^ 2] - value[missing ^ 3];
         result = (1.0f - v) * ((1.0f - u) * value[0] + u * value[1]) + v * ((1.0f - u) * value[2] + u * value[3]);
         rgb[c] = result > 0.0f ? result : 0.0f;
@@ -2796,14 +2801,23 @@ static inline int rsm__interpolate_pixel(const rsm__grid *g, uint32_t x, uint32_
     return 1;
 }
 
+/* Cell by cell: its four samples are loaded once. */
 static inline void rsm__interpolate_row(void *context, size_t y)
 {
     rsm__grid *g = (rsm__grid *)context;
-    uint32_t x;
+    uint32_t x, column[2], row[2], k;
+    rsm__node node[4];
+    float v;
+    rsm__grid_lines((uint32_t)y, g->step, g->height, row);
+    v = rsm__grid_share((uint32_t)y, row);
     for (x = 0; x < g->width; x++) {
         size_t at = y * g->width + x;
         float rgb[3];
-        if (g->state[at] != RSM__OPEN || !rsm__interpolate_pixel(g, x, (uint32_t)y, rgb)) continue;
+        if ((x & (g->step - 1u)) == 0) {
+            rsm__grid_lines(x, g->step, g->width, column);
+            for (k = 0; k < 4; k++) rsm__node_load(g, column[k & 1], row[k >> 1], &node[k]);
+        }
+        if (g->state[at] != RSM__OPEN || !rsm__interpolate_pixel(g, node, at, rsm__grid_share(x, column), v, rgb)) continue;
         memcpy(g->out + 3 * at, rgb, sizeof rgb);
         g->state[at] = RSM__INTERPOLATED;
     }
@@ -2813,9 +2827,8 @@ static inline void rsm__interpolate_row(void *context, size_t y)
 static inline void rsm__want_corners(rsm__grid *g, uint32_t x, uint32_t y)
 {
     uint32_t column[2], row[2], k;
-    float share;
-    rsm__grid_lines(x, g->step, g->width, column, &share);
-    rsm__grid_lines(y, g->step, g->height, row, &share);
+    rsm__grid_lines(x, g->step, g->width, column);
+    rsm__grid_lines(y, g->step, g->height, row);
     for (k = 0; k < 4; k++) {
         uint8_t *s = g->state + (size_t)row[k >> 1] * g->width + column[k & 1];
         if (*s == RSM__OPEN) *s = RSM__WANTED;
