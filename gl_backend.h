@@ -1053,13 +1053,143 @@ GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *buil
    Memory    16 map_size^2 words, 12 bytes a segment (twice in replay)
    Errors    GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
 
-/* ---- sfield: shadow fields, after shadowfield.h ---- */
+/* ---- sfield: shadow fields, after shadowfield.h ----
 
-#define GLBK_SFIELD_TEXTURES(X)
-#define GLBK_SFIELD_BLOCKS(X)
+   Fields of spherical harmonics are uploaded as sfield_write wrote them, all of a scene into one table with what the
+   product needs, the entities of the frame and the sky behind them. A pixel of the G-buffer is any point to shade: one of
+   the screen, or a vertex. Your own shaders ask by sfield_shade() of lib/sfield_shade.glsl. Wavelets and fields of
+   logarithms are shadowfield.h's alone. */
+
+#define GLBK_SFIELD_TEXTURES(X)                                                                     \
+    X(usampler2DArray, glbk_sfield_table, 0)    /* terms, sky, fields, entities */                  \
+    X(usampler2D, glbk_sfield_place, 1)         /* G-buffer */                                      \
+    X(usampler2D, glbk_sfield_normal, 2)                                                            \
+    X(usampler2DArray, glbk_sfield_self, 3)
+
+#define GLBK_SFIELD_SCENE_MEMBERS(X)                                                                \
+    X(uvec4, table, 1)          /* texel of the entities, count, lights; 1: go to the sky */        \
+    X(uvec4, parts, 1)          /* texel of the terms, pairs of them; texel of the sky */
+
+#define GLBK_SFIELD_FRAME_MEMBERS(X) X(vec4, eye, 1)
+
+#define GLBK_SFIELD_OBJECT_MEMBERS(X)                                                               \
+    X(mat4, world, 1)                                                                               \
+    X(mat4, clip, 1)                                                                                \
+    X(uvec4, kinds, 1)          /* entity; 1: own visibility is given */                            \
+    X(vec4, gloss, 1)           /* exponent */
+
+#define GLBK_SFIELD_BLOCKS(X)                                                                       \
+    X(glbk_sfield_scene, 0, GLBK_SFIELD_SCENE_MEMBERS)                                              \
+    X(glbk_sfield_frame, 1, GLBK_SFIELD_FRAME_MEMBERS)                                              \
+    X(glbk_sfield_object, 2, GLBK_SFIELD_OBJECT_MEMBERS)
+
 #define GLBK_SFIELD_STORAGE(X)
 
 GLBK__PART(SFIELD)
+
+#define GLBK_SFIELD_NONE 0xffffffffu
+
+typedef struct glbk_sfield_file { const void *data; size_t size; } glbk_sfield_file;    /* from sfield_write */
+
+typedef struct glbk_sfield_field {      /* read only: a field in a scene */
+    uint32_t start;                     /* its first texel */
+    int      source;
+    float    center[3], radius, inscribed, outer;       /* in its own space; outer in radii */
+} glbk_sfield_field;
+
+typedef struct glbk_sfield_desc {
+    uint32_t                bands;      /* 1..8, that of all files */
+    const glbk_sfield_file *files;      /* occlusion and source fields; kept by you until the call returns */
+    uint32_t                file_count;
+    const uint32_t         *terms;      /* tripling coefficients, from sfield_sh_terms: i | j << 8 | k << 16 */
+    const float            *factors;
+    uint32_t                term_count; /* none with 1 band */
+    uint32_t                capacity;   /* most entities, 1..65535 */
+    float                   reach;      /* occluders count up to this many radii; 0 = the outermost shell of each */
+} glbk_sfield_desc;
+
+typedef struct glbk_sfield_world {      /* read only; zeroed = none */
+    glbk_texture table;
+    glbk_buffer  scene;
+    uint32_t     bands, capacity, count, lights, terms, sky_at, entities_at;
+    int          sky;
+    float        reach;
+} glbk_sfield_world;
+
+GLBK_DEF glbk_result glbk_sfield_create(glbk_context *ctx, const glbk_sfield_desc *desc, glbk_sfield_field *fields,
+                                        glbk_sfield_world *out);
+/* Uploads fields; room for file_count in `fields`, to name them by.
+   Errors   GLBK_ERR_ARGUMENT: not a file of spherical harmonics of these bands, or damaged (the checksum is not looked at);
+            GLBK_ERR_LIMIT, GLBK_ERR_ALLOC
+   Memory   on the GPU the files, with coefficients filled up to a multiple of 16; 16 KB here, while it runs */
+GLBK_DEF void glbk_sfield_destroy(glbk_context *ctx, glbk_sfield_world *world);
+
+typedef struct glbk_sfield_entity {
+    const glbk_sfield_field *occlusion, *source;        /* or NULL */
+    float        transform[16];         /* field space to world: rotation, one scale > 0, translation */
+    float        tint[3], time;         /* of the source */
+    const float *rotation;              /* sfield_rotation.block of the transform; NULL = it does not turn */
+} glbk_sfield_entity;
+
+GLBK_DEF glbk_result glbk_sfield_place(glbk_context *ctx, glbk_sfield_world *world, const glbk_sfield_entity *entities,
+                                       uint32_t count);
+/* Where everything is now. Errors GLBK_ERR_ARGUMENT (a transform, or it turns without rotation), GLBK_ERR_ALLOC: some
+   of them may be placed already then. */
+GLBK_DEF glbk_result glbk_sfield_sky(glbk_context *ctx, glbk_sfield_world *world, const float *coefs);
+/* Environment and suns: 3 bands^2 coefficients from sfield_scene_sky; NULL = none. */
+GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_world *world);
+/* For your own program with sfield_shade.glsl: compile it with SFIELD_BANDS=bands. */
+
+typedef struct glbk_sfield_renderer_desc {
+    uint32_t width, height, bands;
+    int      gloss;                     /* not 0: Phong lobes too */
+} glbk_sfield_renderer_desc;
+
+typedef struct glbk_sfield_renderer {   /* read only; zeroed = none */
+    glbk_texture light, gloss;          /* GLBK_FORMAT_COLOR. light: rgb to multiply by albedo, a: the open share of the
+                                           cosine-weighted sphere. gloss: rgb to multiply by the specular colour */
+    glbk_texture place, normal, self, depth;
+    glbk_target  target, gbuffer_target;
+    glbk_program shade, fill;
+    glbk_buffer  frame, object;
+    uint32_t     width, height, bands;
+} glbk_sfield_renderer;
+
+GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_sfield_renderer_desc *desc,
+                                                 glbk_sfield_renderer *out);
+GLBK_DEF void glbk_sfield_renderer_destroy(glbk_context *ctx, glbk_sfield_renderer *renderer);
+
+typedef struct glbk_sfield_pixel {      /* a point to shade */
+    float        position[3], normal[3];        /* world; normal zero: nothing is seen */
+    uint32_t     entity;                /* that it lies on, which does not hide it; or GLBK_SFIELD_NONE */
+    const float *self;                  /* bands^2 coefficients from sfield_self, mixed as you like, in that entity's space;
+                                           NULL = the cosine. Kept with 16 bits, 5e-5 */
+    float        exponent;              /* Phong, 1..1000; 0 = no lobe */
+} glbk_sfield_pixel;
+
+GLBK_DEF glbk_result glbk_sfield_upload(glbk_context *ctx, glbk_sfield_renderer *renderer, uint32_t row, uint32_t rows,
+                                        const glbk_sfield_pixel *pixels);
+/* Whole rows of the G-buffer from the CPU. Row 0 comes back first from glbk_sfield_read. */
+
+typedef struct glbk_sfield_draw {       /* an object drawn into the G-buffer */
+    float    world[16], clip[16];       /* object to world, which is its entity's transform; world to clip space */
+    uint32_t entity;
+    int      recorded;                  /* not 0: attributes 2 to 5 hold coefficients of own visibility */
+    float    exponent;
+} glbk_sfield_draw;
+
+GLBK_DEF glbk_result glbk_sfield_gbuffer_begin(glbk_context *ctx, glbk_sfield_renderer *renderer);
+/* Clears the G-buffer and binds it with its program. Errors GLBK_ERR_LIMIT: more than 4 bands. */
+GLBK_DEF glbk_result glbk_sfield_gbuffer_object(glbk_context *ctx, glbk_sfield_renderer *renderer,
+                                                const glbk_sfield_draw *draw);
+/* Then draw: attributes 0 position, 1 normal, 2 to 5 four coefficients each, from your vertex array. */
+
+GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *renderer, const glbk_sfield_world *world,
+                                       const float eye[3], int open);
+/* Direct light at all pixels into renderer->light and gloss. eye: for lobes, else NULL. open: not 0 = light.a is wanted even
+   where there is no sky. Not clamped: ringing may go below 0. */
+GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *renderer, float *light, float *gloss);
+/* 4 floats a pixel each, or NULL. Waits for the GPU. */
 
 /* ---- end of sfield ---- */
 
@@ -5001,8 +5131,455 @@ static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_lib_sfield_access_glsl[] = {
+    "// sfield_access - what sfield_field asks of a program, from the texture that glbk_sfield_bind binds.\n",
+    "// uses: table sfield_bindings\n",
+    "#define SFIELD_TEXEL(i) texelFetch(glbk_sfield_table, glbk_table_at(i), 0)\n",
+    "#ifndef SFIELD_BANDS\n",
+    "#define SFIELD_BANDS 4\n",
+    "#endif\n",
+    "#ifndef SFIELD_GLOSS\n",
+    "#define SFIELD_GLOSS 0\n",
+    "#endif\n"
+};
+
 static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
-    "// sfield_bindings - from the lists GLBK_SFIELD_* of gl_backend.h.\n"
+    "// sfield_bindings - from the lists GLBK_SFIELD_* of gl_backend.h.\n",
+    "uniform usampler2DArray glbk_sfield_table;\n",
+    "uniform usampler2D glbk_sfield_place;\n",
+    "uniform usampler2D glbk_sfield_normal;\n",
+    "uniform usampler2DArray glbk_sfield_self;\n",
+    "layout(std140) uniform glbk_sfield_scene_block {\n",
+    "    uvec4 table;\n",
+    "    uvec4 parts;\n",
+    "} glbk_sfield_scene;\n",
+    "layout(std140) uniform glbk_sfield_frame_block {\n",
+    "    vec4 eye;\n",
+    "} glbk_sfield_frame;\n",
+    "layout(std140) uniform glbk_sfield_object_block {\n",
+    "    mat4 world;\n",
+    "    mat4 clip;\n",
+    "    uvec4 kinds;\n",
+    "    vec4 gloss;\n",
+    "} glbk_sfield_object;\n"
+};
+
+static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
+    "// sfield_field - shadow fields at a point, and the algebra of their coefficients. C twins: shadowfield.h.\n",
+    "//\n",
+    "// Functions of direction are float[SFIELD_COEFS] of real spherical harmonics, number l^2 + l + m, Y1 = 0.4886 (y, z, x).\n",
+    "// Fields, rotations and tripling coefficients lie in one table (docs/gpu-layouts.md), named by their first texel.\n",
+    "#ifndef SFIELD_TEXEL\n",
+    "#error \"SFIELD_TEXEL(i): texel i of the table as uvec4\"\n",
+    "#endif\n",
+    "#ifndef SFIELD_BANDS\n",
+    "#error \"SFIELD_BANDS: 1 to 8\"\n",
+    "#endif\n",
+    "#define SFIELD_COEFS (SFIELD_BANDS * SFIELD_BANDS)\n",
+    "#define SFIELD_CELLS ((SFIELD_COEFS + 15) / 16)         // texels of a sample and channel\n",
+    "#define SFIELD_NONE 0xffffffffu\n",
+    "#define SFIELD_PI 3.14159265\n",
+    "#define SFIELD_Y00 0.282094792\n",
+    "\n",
+    "// Eight samples round a point: those of the inner shell are first, + 1, + side, + side + 1, then shell by 6 side^2 later.\n",
+    "struct sfield_place {\n",
+    "    uint first, shell;\n",
+    "    vec4 corner;            // weights of the four on a shell\n",
+    "    vec2 weight;            // of the inner and of the outer shell; falls beyond the last one\n",
+    "};\n",
+    "\n",
+    "// 4/pi atan u for |u| <= 1, 6e-6: equal angles between the nodes of the grid of positions.\n",
+    "float sfield_warp(float u)\n",
+    "{\n",
+    "    float z = u * u;\n",
+    "    return u + u * (1.0 - z) * (0.273219633 + z * (-0.150161507 + z * (0.0946681494 + z * (-0.0487783181 +\n",
+    "                                                                                           z * 0.0127531015))));\n",
+    "}\n",
+    "\n",
+    "// What weights are linear in. Bits of how: 1 a source, 2 uniform shells.\n",
+    "float sfield_measure(float d2, uint how)\n",
+    "{\n",
+    "    float inverse = 1.0 / d2, u = min(inverse, 1.0);\n",
+    "    if ((how & 2u) != 0u) return -sqrt(d2);\n",
+    "    return (how & 1u) != 0u || d2 < 1.0 ? inverse : u / (1.0 + sqrt(1.0 - u));\n",
+    "}\n",
+    "\n",
+    "// p: in the field's space, about its center, in r.\n",
+    "sfield_place sfield_locate(uint field, vec3 p)\n",
+    "{\n",
+    "    uvec4 head = SFIELD_TEXEL(field);                   // how, frames, shells, side\n",
+    "    vec3 a = abs(p);\n",
+    "    float m = max(max(a.x, a.y), a.z), d2 = dot(p, p), inverse = 1.0 / max(m, 1e-20);\n",
+    "    bool on_x = m == a.x, on_y = m == a.y && !on_x;\n",
+    "    uint face = on_x ? (p.x > 0.0 ? 0u : 1u) : on_y ? (p.y > 0.0 ? 2u : 3u) : p.z > 0.0 ? 4u : 5u;\n",
+    "    float s = on_x ? (p.x > 0.0 ? -p.z : p.z) : on_y ? p.x : p.z > 0.0 ? p.x : -p.x;\n",
+    "    float t = on_y ? (p.y > 0.0 ? p.z : -p.z) : -p.y;\n",
+    "    vec2 grid = (vec2(sfield_warp(s * inverse), sfield_warp(t * inverse)) + 1.0) * (0.5 * float(head.w - 1u));\n",
+    "    uvec2 at = uvec2(min(grid, vec2(float(head.w) - 1.5)));\n",
+    "    vec2 f = grid - vec2(at);\n",
+    "    uint low = 0u, high = head.z - 1u;                  // the last shell but one at most\n",
+    "    while (high - low > 1u) {\n",
+    "        uint middle = (low + high) >> 1;\n",
+    "        if (uintBitsToFloat(SFIELD_TEXEL(field + 3u + middle).x) <= d2) low = middle;\n",
+    "        else high = middle;\n",
+    "    }\n",
+    "    vec2 inner = uintBitsToFloat(SFIELD_TEXEL(field + 3u + low).xy), outer = uintBitsToFloat(SFIELD_TEXEL(field + 4u + low).xy);\n",
+    "    float last = uintBitsToFloat(SFIELD_TEXEL(field + 2u + head.z).x), q = max(d2, 1e-12);\n",
+    "    float w = clamp((sfield_measure(q, head.x) - outer.y) / (inner.y - outer.y), 0.0, 1.0);\n",
+    "    sfield_place place;\n",
+    "    place.first = ((low * 6u + face) * head.w + at.y) * head.w + at.x;\n",
+    "    place.shell = low;\n",
+    "    place.corner = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);\n",
+    "    place.weight = vec2(w, (1.0 - w) * min(last / q, 1.0));\n",
+    "    return place;\n",
+    "}\n",
+    "\n",
+    "vec4 sfield_bytes(uint word)\n",
+    "{\n",
+    "    return vec4(float(word & 255u), float((word >> 8) & 255u), float((word >> 16) & 255u), float(word >> 24));\n",
+    "}\n",
+    "\n",
+    "// v += weight x the four samples from `first` on, which belong to `group`.\n",
+    "void sfield_mix(uint field, uint first, uint group, uint channel, vec4 corner, float weight, inout float v[SFIELD_COEFS])\n",
+    "{\n",
+    "    uvec4 parts = SFIELD_TEXEL(field + 1u);             // channels, scales, samples\n",
+    "    uint side = SFIELD_TEXEL(field).w, cells = uint(SFIELD_CELLS), step = parts.x * cells;\n",
+    "    uint from = field + parts.z + first * step + channel * cells;\n",
+    "    uint scale = field + parts.y + (group * parts.x + channel) * 8u * cells;\n",
+    "    for (int cell = 0; cell < SFIELD_CELLS; cell++, from++) {\n",
+    "        uvec4 a = SFIELD_TEXEL(from), b = SFIELD_TEXEL(from + step);\n",
+    "        uvec4 c = SFIELD_TEXEL(from + side * step), d = SFIELD_TEXEL(from + (side + 1u) * step);\n",
+    "        for (int word = 0; word < 4; word++) {\n",
+    "            uint at = scale + uint(4 * cell + word);\n",
+    "            vec4 q = corner.x * sfield_bytes(a[word]) + corner.y * sfield_bytes(b[word]) +\n",
+    "                     corner.z * sfield_bytes(c[word]) + corner.w * sfield_bytes(d[word]);\n",
+    "            q = weight * (q * uintBitsToFloat(SFIELD_TEXEL(at)) + uintBitsToFloat(SFIELD_TEXEL(at + 4u * cells)));\n",
+    "            for (int i = 0; i < 4; i++)\n",
+    "                if (16 * cell + 4 * word + i < SFIELD_COEFS) v[16 * cell + 4 * word + i] += q[i];\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "// Both shells of one step of time.\n",
+    "void sfield_step(uint field, sfield_place at, uint step, uint channel, float weight, inout float v[SFIELD_COEFS])\n",
+    "{\n",
+    "    uvec4 head = SFIELD_TEXEL(field);\n",
+    "    uint shell = 6u * head.w * head.w, first = step * head.z * shell + at.first, group = step * head.z + at.shell;\n",
+    "    if (at.weight.x > 0.0) sfield_mix(field, first, group, channel, at.corner, at.weight.x * weight, v);\n",
+    "    if (at.weight.y > 0.0) sfield_mix(field, first + shell, group + 1u, channel, at.corner, at.weight.y * weight, v);\n",
+    "}\n",
+    "\n",
+    "// One channel of a field, times weight: what is hidden, or radiance at a time in seconds.\n",
+    "void sfield_fetch(uint field, sfield_place at, uint channel, float time, float weight, out float v[SFIELD_COEFS])\n",
+    "{\n",
+    "    uvec4 head = SFIELD_TEXEL(field);\n",
+    "    uint before = 0u, after = 0u;\n",
+    "    float t = 0.0;\n",
+    "    for (int k = 0; k < SFIELD_COEFS; k++) v[k] = 0.0;\n",
+    "    if (head.y > 1u) {\n",
+    "        float n = float(head.y);\n",
+    "        bool loop = (head.x & 4u) != 0u;\n",
+    "        t = max(time, 0.0) * uintBitsToFloat(SFIELD_TEXEL(field + 2u).x);\n",
+    "        if (loop) t = min(t, 1e7) - n * floor(min(t, 1e7) / n);\n",
+    "        t = t < n ? t : loop ? 0.0 : n;\n",
+    "        before = min(uint(t), head.y - 1u);\n",
+    "        after = before + 1u < head.y ? before + 1u : loop ? 0u : before;\n",
+    "        t = t - float(before) < 1.0 ? t - float(before) : 0.0;\n",
+    "    }\n",
+    "    sfield_step(field, at, before, channel, weight * (1.0 - t), v);\n",
+    "    if (t > 0.0) sfield_step(field, at, after, channel, weight * t, v);\n",
+    "}\n",
+    "\n",
+    "// ---- algebra ----\n",
+    "\n",
+    "// A function of direction turned by a rotation of the table, or back. Rows of 4 ceil((2l+1)/4) numbers a band, from 1 on.\n",
+    "void sfield_rotate(uint rotation, bool back, inout float v[SFIELD_COEFS])\n",
+    "{\n",
+    "    uint row = rotation;\n",
+    "    for (int l = 1; l < SFIELD_BANDS; l++) {\n",
+    "        float sum[2 * SFIELD_BANDS];\n",
+    "        int n = 2 * l + 1, first = l * l;\n",
+    "        for (int x = 0; x < n; x++) sum[x] = 0.0;\n",
+    "        for (int y = 0; y < n; y++)\n",
+    "            for (int x = 0; x < n; x += 4, row++) {\n",
+    "                vec4 m = uintBitsToFloat(SFIELD_TEXEL(row));\n",
+    "                for (int i = 0; i < 4; i++) {\n",
+    "                    if (x + i >= n) continue;\n",
+    "                    if (back) sum[x + i] += m[i] * v[first + y];\n",
+    "                    else sum[y] += m[i] * v[first + x + i];\n",
+    "                }\n",
+    "            }\n",
+    "        for (int x = 0; x < n; x++) v[first + x] = sum[x];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "// r = a b, projected: terms.y pairs of tripling coefficients from texel terms.x on, i | j << 8 | k << 16 and c each.\n",
+    "void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], out float r[SFIELD_COEFS])\n",
+    "{\n",
+    "    r[0] = a[0] * b[0];\n",
+    "    for (int k = 1; k < SFIELD_COEFS; k++) {\n",
+    "        r[0] += a[k] * b[k];\n",
+    "        r[k] = SFIELD_Y00 * (a[0] * b[k] + a[k] * b[0]);\n",
+    "    }\n",
+    "    r[0] *= SFIELD_Y00;\n",
+    "    for (uint e = 0u; e < terms.y; e++) {\n",
+    "        uvec4 two = SFIELD_TEXEL(terms.x + e);\n",
+    "        for (int h = 0; h < 2; h++) {\n",
+    "            uint which = h == 0 ? two.x : two.z, i = which & 255u, j = (which >> 8) & 255u;\n",
+    "            r[which >> 16] += uintBitsToFloat(h == 0 ? two.y : two.w) * (a[i] * b[j] + a[j] * b[i]);\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "// The basis at a unit direction.\n",
+    "void sfield_basis(vec3 d, out float y[SFIELD_COEFS])\n",
+    "{\n",
+    "    float c = 1.0, s = 0.0, diagonal = SFIELD_Y00;\n",
+    "    for (int m = 0; m < SFIELD_BANDS; m++) {\n",
+    "        float older = 0.0, now = m > 0 ? 1.41421356 * diagonal : diagonal, fm = float(m);\n",
+    "        for (int l = m; l < SFIELD_BANDS; l++) {\n",
+    "            float fl = float(l), back = l > 0 ? sqrt((fl * fl - fm * fm) / (4.0 * fl * fl - 1.0)) : 0.0;\n",
+    "            float a = sqrt((4.0 * (fl + 1.0) * (fl + 1.0) - 1.0) / ((fl + 1.0) * (fl + 1.0) - fm * fm));\n",
+    "            float next = a * (d.z * now - back * older);\n",
+    "            y[l * l + l - m] = now * s;\n",
+    "            y[l * l + l + m] = now * c;\n",
+    "            older = now;\n",
+    "            now = next;\n",
+    "        }\n",
+    "        diagonal *= sqrt((2.0 * fm + 3.0) / (2.0 * fm + 2.0));\n",
+    "        float turned = c * d.x - s * d.y;\n",
+    "        s = c * d.y + s * d.x;\n",
+    "        c = turned;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "// max(0, cosine) about a unit normal: T of a point that nothing of its own hides.\n",
+    "void sfield_cosine(vec3 n, out float t[SFIELD_COEFS])\n",
+    "{\n",
+    "    const float a[8] = float[8](3.14159265, 2.09439510, 0.785398163, 0.0, -0.130899694, 0.0, 0.0490873852, 0.0);\n",
+    "    sfield_basis(n, t);\n",
+    "    for (int l = 0; l < SFIELD_BANDS; l++)\n",
+    "        for (int k = l * l; k < (l + 1) * (l + 1); k++) t[k] *= a[l];\n",
+    "}\n",
+    "\n",
+    "// Phong's (n + 2) / 2 pi cos^n about the mirrored view, n in 1..1000.\n",
+    "void sfield_lobe(vec3 mirrored, float n, out float t[SFIELD_COEFS])\n",
+    "{\n",
+    "    float before = (n + 2.0) / (n + 1.0), now = 1.0;\n",
+    "    sfield_basis(mirrored, t);\n",
+    "    t[0] *= before;\n",
+    "    for (int l = 1; l < SFIELD_BANDS; l++) {\n",
+    "        for (int k = l * l; k < (l + 1) * (l + 1); k++) t[k] *= now;\n",
+    "        float next = before * (n - float(l) + 1.0) / (n + float(l) + 2.0);\n",
+    "        before = now;\n",
+    "        now = next;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "float sfield_dot(float a[SFIELD_COEFS], float b[SFIELD_COEFS])\n",
+    "{\n",
+    "    float sum = 0.0;\n",
+    "    for (int k = 0; k < SFIELD_COEFS; k++) sum += a[k] * b[k];\n",
+    "    return sum;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_sfield_gbuffer_glsl[] = {
+    "// sfield_gbuffer - the G-buffer of glbk_sfield: floats as their bits (docs/gpu-layouts.md).\n",
+    "// uses: sfield_shade\n",
+    "struct sfield_point { vec3 position, normal; uint entity; float exponent; bool recorded; };     // exponent 0: no lobe\n",
+    "\n",
+    "// false: nothing is seen there.\n",
+    "bool sfield_read_point(ivec2 at, out sfield_point p)\n",
+    "{\n",
+    "    uvec4 place = texelFetch(glbk_sfield_place, at, 0), normal = texelFetch(glbk_sfield_normal, at, 0);\n",
+    "    p.position = uintBitsToFloat(place.xyz);\n",
+    "    p.normal = uintBitsToFloat(normal.xyz);\n",
+    "    p.entity = place.w;\n",
+    "    p.exponent = abs(uintBitsToFloat(normal.w));\n",
+    "    p.recorded = (normal.w >> 31) != 0u;\n",
+    "    return dot(p.normal, p.normal) > 0.5;\n",
+    "}\n",
+    "\n",
+    "// Own visibility x cosine, in the world: from the G-buffer, two numbers a word in 1/32767 of 1.5; else the cosine.\n",
+    "void sfield_start(ivec2 at, sfield_point p, out float t[SFIELD_COEFS])\n",
+    "{\n",
+    "    if (!p.recorded) {\n",
+    "        sfield_cosine(p.normal, t);\n",
+    "        return;\n",
+    "    }\n",
+    "    for (int layer = 0; 8 * layer < SFIELD_COEFS; layer++) {\n",
+    "        uvec4 words = texelFetch(glbk_sfield_self, ivec3(at, layer), 0);\n",
+    "        for (int k = 0; k < 8; k++) {\n",
+    "            int bits = int((k & 1) != 0 ? words[k >> 1] : words[k >> 1] << 16) >> 16;\n",
+    "            if (8 * layer + k < SFIELD_COEFS) t[8 * layer + k] = float(bits) * (1.5 / 32767.0);\n",
+    "        }\n",
+    "    }\n",
+    "    if (p.entity != SFIELD_NONE) {\n",
+    "        uint rotation = SFIELD_TEXEL(sfield_at(p.entity) + 5u).z;\n",
+    "        if (rotation != SFIELD_NONE) sfield_rotate(rotation, false, t);\n",
+    "    }\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
+    "// sfield_shade - light at a point in the scene that glbk_sfield_bind bound, near to far (paper, figure 5).\n",
+    "// uses: sfield_access sfield_field\n",
+    "\n",
+    "// Entities of the table, SFIELD_ENTITY texels each: three rows of the turn into field space (w: inscribed radius, reach,\n",
+    "// time), centre and radius of occluder and of source, (occluder, source, rotation, 0), tint. World units.\n",
+    "#define SFIELD_ENTITY 7u\n",
+    "\n",
+    "struct sfield_sums { vec3 light, gloss; float open; };      // without 1 / pi; T(0) after all\n",
+    "\n",
+    "uint sfield_at(uint entity) { return glbk_sfield_scene.table.x + entity * SFIELD_ENTITY; }\n",
+    "\n",
+    "vec3 sfield_turn(uint at, vec3 v)\n",
+    "{\n",
+    "    return vec3(dot(uintBitsToFloat(SFIELD_TEXEL(at).xyz), v), dot(uintBitsToFloat(SFIELD_TEXEL(at + 1u).xyz), v),\n",
+    "                dot(uintBitsToFloat(SFIELD_TEXEL(at + 2u).xyz), v));\n",
+    "}\n",
+    "\n",
+    "// How much of an occluder counts: it fades over the last quarter of its reach, and hides nothing below the horizon.\n",
+    "float sfield_factor(uint at, vec4 sphere, float d2, vec3 position, vec3 normal)\n",
+    "{\n",
+    "    float fade = 4.0 * (1.0 - sqrt(d2) / uintBitsToFloat(SFIELD_TEXEL(at + 1u).w));\n",
+    "    return dot(sphere.xyz - position, normal) > -sphere.w ? clamp(fade, 0.0, 1.0) : 0.0;\n",
+    "}\n",
+    "\n",
+    "// Is the bounding sphere of an occluder inside the cone of a nearer inscribed sphere?\n",
+    "bool sfield_hidden(uint entity, vec4 sphere, float d2, vec3 position, vec3 normal, uint own)\n",
+    "{\n",
+    "    float sin_a = sphere.w * inversesqrt(d2);\n",
+    "    if (!(sin_a < 1.0)) return false;\n",
+    "    float cos_a = sqrt(1.0 - sin_a * sin_a);\n",
+    "    for (uint e = 0u; e < glbk_sfield_scene.table.y; e++) {\n",
+    "        uint at = sfield_at(e);\n",
+    "        vec4 nearer = uintBitsToFloat(SFIELD_TEXEL(at + 3u));\n",
+    "        vec3 v = nearer.xyz - position;\n",
+    "        float e2 = dot(v, v), inscribed = uintBitsToFloat(SFIELD_TEXEL(at).w), r2 = inscribed * inscribed;\n",
+    "        if (e == entity || e == own || !(inscribed > 0.0) || e2 >= d2 || r2 * d2 <= sphere.w * sphere.w * e2 || r2 >= e2) continue;\n",
+    "        if (sfield_factor(at, nearer, e2, position, normal) < 1.0) continue;\n",
+    "        float sin_b = inscribed * inversesqrt(e2), cos_b = sqrt(1.0 - sin_b * sin_b);\n",
+    "        if (dot(sphere.xyz - position, v) >= (cos_a * cos_b + sin_a * sin_b) * sqrt(d2 * e2)) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "// The next in distance after (d2, id): a light has its entity's number as id, an occluder count more: of the same distance,\n",
+    "// lights come first. An entity does not hide itself from its own light: it follows then. false: none is left.\n",
+    "bool sfield_next(vec3 position, uint own, inout float d2, inout uint id)\n",
+    "{\n",
+    "    uint count = glbk_sfield_scene.table.y, best = SFIELD_NONE;\n",
+    "    float least = 3e38;\n",
+    "    for (uint e = 0u; e < count; e++) {\n",
+    "        uint at = sfield_at(e);\n",
+    "        uvec4 what = SFIELD_TEXEL(at + 5u);\n",
+    "        float light = 0.0;\n",
+    "        if (what.y != SFIELD_NONE) {\n",
+    "            vec3 v = uintBitsToFloat(SFIELD_TEXEL(at + 4u).xyz) - position;\n",
+    "            light = dot(v, v);\n",
+    "            if (light < least && (light > d2 || (light == d2 && (id == SFIELD_NONE || e > id)))) {\n",
+    "                least = light;\n",
+    "                best = e;\n",
+    "            }\n",
+    "        }\n",
+    "        if (what.x == SFIELD_NONE || e == own) continue;\n",
+    "        vec3 v = uintBitsToFloat(SFIELD_TEXEL(at + 3u).xyz) - position;\n",
+    "        float reach = uintBitsToFloat(SFIELD_TEXEL(at + 1u).w), far = dot(v, v);\n",
+    "        if (!(far < reach * reach)) continue;\n",
+    "        far = max(far, light);\n",
+    "        if (far < least && (far > d2 || (far == d2 && (id == SFIELD_NONE || count + e > id)))) {\n",
+    "            least = far;\n",
+    "            best = count + e;\n",
+    "        }\n",
+    "    }\n",
+    "    d2 = least;\n",
+    "    id = best;\n",
+    "    return best != SFIELD_NONE;\n",
+    "}\n",
+    "\n",
+    "vec3 sfield_local(uint at, vec4 sphere, vec3 position) { return sfield_turn(at, position - sphere.xyz) / sphere.w; }\n",
+    "\n",
+    "// Alpha of an occluder, in the world; false: nothing of it counts.\n",
+    "bool sfield_occlusion(uint entity, vec3 position, vec3 normal, uint own, out float o[SFIELD_COEFS])\n",
+    "{\n",
+    "    uint at = sfield_at(entity);\n",
+    "    vec4 sphere = uintBitsToFloat(SFIELD_TEXEL(at + 3u));\n",
+    "    uvec4 what = SFIELD_TEXEL(at + 5u);\n",
+    "    vec3 v = sphere.xyz - position;\n",
+    "    float factor = sfield_factor(at, sphere, dot(v, v), position, normal);\n",
+    "    for (int k = 0; k < SFIELD_COEFS; k++) o[k] = 0.0;\n",
+    "    if (!(factor > 0.0) || sfield_hidden(entity, sphere, dot(v, v), position, normal, own)) return false;\n",
+    "    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(at, sphere, position)), 0u, 0.0, factor, o);\n",
+    "    if (what.z != SFIELD_NONE) sfield_rotate(what.z, false, o);\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "// T . radiance of a light; t is turned into its space.\n",
+    "vec3 sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS])\n",
+    "{\n",
+    "    uint at = sfield_at(entity);\n",
+    "    uvec4 what = SFIELD_TEXEL(at + 5u);\n",
+    "    vec4 sphere = uintBitsToFloat(SFIELD_TEXEL(at + 4u));\n",
+    "    sfield_place place = sfield_locate(what.y, sfield_local(at, sphere, position));\n",
+    "    float time = uintBitsToFloat(SFIELD_TEXEL(at + 2u).w), v[SFIELD_COEFS];\n",
+    "    vec3 rgb;\n",
+    "    if (what.z != SFIELD_NONE) sfield_rotate(what.z, true, t);\n",
+    "    for (int c = 0; c < 3; c++) {\n",
+    "        sfield_fetch(what.y, place, uint(c), time, 1.0, v);\n",
+    "        rgb[c] = sfield_dot(v, t);\n",
+    "    }\n",
+    "    return rgb * uintBitsToFloat(SFIELD_TEXEL(at + 6u).xyz);\n",
+    "}\n",
+    "\n",
+    "vec3 sfield_sky(float t[SFIELD_COEFS])\n",
+    "{\n",
+    "    uint at = glbk_sfield_scene.parts.z;\n",
+    "    vec3 rgb = vec3(0.0);\n",
+    "    for (int k = 0; k < SFIELD_COEFS; k++) rgb += t[k] * uintBitsToFloat(SFIELD_TEXEL(at + uint(k)).xyz);\n",
+    "    return rgb;\n",
+    "}\n",
+    "\n",
+    "void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])\n",
+    "{\n",
+    "    float r[SFIELD_COEFS];\n",
+    "    sfield_product(glbk_sfield_scene.parts.xy, t, o, r);\n",
+    "    for (int k = 0; k < SFIELD_COEFS; k++) t[k] -= r[k];\n",
+    "}\n",
+    "\n",
+    "// own: the entity that the point lies on, which does not hide it (its start does), or SFIELD_NONE.\n",
+    "// t: own visibility x cosine, in the world (sfield_cosine, or what was recorded, turned); g: the same x Phong's lobe, used\n",
+    "// where SFIELD_GLOSS is 1.\n",
+    "sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])\n",
+    "{\n",
+    "    sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);\n",
+    "    uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE;\n",
+    "    bool sky = glbk_sfield_scene.table.w != 0u;\n",
+    "    float d2 = 0.0, o[SFIELD_COEFS];\n",
+    "    while ((left > 0u || sky) && sfield_next(position, own, d2, id)) {\n",
+    "        if (id < count) {\n",
+    "            sums.light += sfield_light(id, position, t);\n",
+    "#if SFIELD_GLOSS\n",
+    "            sums.gloss += sfield_light(id, position, g);\n",
+    "#endif\n",
+    "            left--;\n",
+    "        } else if (sfield_occlusion(id - count, position, normal, own, o)) {\n",
+    "            sfield_apply(o, t);\n",
+    "#if SFIELD_GLOSS\n",
+    "            sfield_apply(o, g);\n",
+    "#endif\n",
+    "        }\n",
+    "    }\n",
+    "    if (sky) {\n",
+    "        sums.light += sfield_sky(t);\n",
+    "#if SFIELD_GLOSS\n",
+    "        sums.gloss += sfield_sky(g);\n",
+    "#endif\n",
+    "    }\n",
+    "    sums.open = t[0];\n",
+    "    return sums;\n",
+    "}\n"
 };
 
 static const char *const glbk__glsl_lib_table_glsl[] = {
@@ -6126,6 +6703,97 @@ static const char *const glbk__glsl_prog_screen_vert[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_sfield_gbuffer_frag[] = {
+    "// One object into the G-buffer; at most 4 bands of own visibility, interpolated between the vertices.\n",
+    "// uses: sfield_bindings\n",
+    "// with: sfield_gbuffer.vert\n",
+    "in vec3 sfield_place_at, sfield_facing;\n",
+    "in vec4 sfield_self0, sfield_self1, sfield_self2, sfield_self3;\n",
+    "layout(location = 0) out uvec4 sfield_out_place;\n",
+    "layout(location = 1) out uvec4 sfield_out_normal;\n",
+    "layout(location = 2) out uvec4 sfield_out_self0;\n",
+    "layout(location = 3) out uvec4 sfield_out_self1;\n",
+    "\n",
+    "uvec2 sfield_halves(vec4 v)\n",
+    "{\n",
+    "    ivec4 q = ivec4(floor(clamp(v * (1.0 / 1.5), -1.0, 1.0) * 32767.0 + 0.5));\n",
+    "    uvec4 u = uvec4(q) & 0xffffu;\n",
+    "    return u.xz | (u.yw << 16);\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uvec4 kinds = glbk_sfield_object.kinds;     // entity, 1 where attributes 2 to 5 are there\n",
+    "    float exponent = glbk_sfield_object.gloss.x;\n",
+    "    vec3 n = sfield_facing * inversesqrt(max(dot(sfield_facing, sfield_facing), 1e-30));\n",
+    "    sfield_out_place = uvec4(floatBitsToUint(sfield_place_at), kinds.x);\n",
+    "    sfield_out_normal = uvec4(floatBitsToUint(n), floatBitsToUint(exponent) | (kinds.y << 31));\n",
+    "    sfield_out_self0 = uvec4(sfield_halves(sfield_self0), sfield_halves(sfield_self1));\n",
+    "    sfield_out_self1 = uvec4(sfield_halves(sfield_self2), sfield_halves(sfield_self3));\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_sfield_gbuffer_vert[] = {
+    "// Attributes 0 position, 1 normal, 2 to 5 the coefficients of own visibility x cosine at the vertex.\n",
+    "// uses: sfield_bindings\n",
+    "layout(location = 0) in vec3 position;\n",
+    "layout(location = 1) in vec3 normal;\n",
+    "layout(location = 2) in vec4 self0;\n",
+    "layout(location = 3) in vec4 self1;\n",
+    "layout(location = 4) in vec4 self2;\n",
+    "layout(location = 5) in vec4 self3;\n",
+    "out vec3 sfield_place_at, sfield_facing;\n",
+    "out vec4 sfield_self0, sfield_self1, sfield_self2, sfield_self3;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    mat3 m = mat3(glbk_sfield_object.world);\n",
+    "    sfield_place_at = (glbk_sfield_object.world * vec4(position, 1.0)).xyz;\n",
+    "    sfield_facing = m * normal;                 // entities scale evenly\n",
+    "    sfield_self0 = self0;\n",
+    "    sfield_self1 = self1;\n",
+    "    sfield_self2 = self2;\n",
+    "    sfield_self3 = self3;\n",
+    "    gl_Position = glbk_sfield_object.clip * vec4(sfield_place_at, 1.0);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_sfield_shade_frag[] = {
+    "// Light at each pixel of the G-buffer: rgb without albedo, and the share of the cosine-weighted sky that is open.\n",
+    "// uses: sfield_gbuffer\n",
+    "// with: screen.vert\n",
+    "// sets: SFIELD_BANDS=4 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0\n",
+    "layout(location = 0) out glbk_color light;\n",
+    "#if SFIELD_GLOSS\n",
+    "layout(location = 1) out glbk_color gloss;\n",
+    "#endif\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    sfield_point p;\n",
+    "    sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);\n",
+    "    float t[SFIELD_COEFS], g[SFIELD_COEFS];\n",
+    "    if (sfield_read_point(at, p)) {\n",
+    "        sfield_start(at, p, t);\n",
+    "        for (int k = 0; k < SFIELD_COEFS; k++) g[k] = 0.0;\n",
+    "#if SFIELD_GLOSS\n",
+    "        vec3 view = glbk_sfield_frame.eye.xyz - p.position;\n",
+    "        float r[SFIELD_COEFS];\n",
+    "        if (p.exponent > 0.0 && dot(view, view) > 0.0) {\n",
+    "            sfield_lobe(reflect(-normalize(view), p.normal), clamp(p.exponent, 1.0, 1000.0), r);\n",
+    "            sfield_product(glbk_sfield_scene.parts.xy, t, r, g);\n",
+    "        }\n",
+    "#endif\n",
+    "        sums = sfield_shade(p.position, p.normal, p.entity, t, g);\n",
+    "    }\n",
+    "    light = glbk_pack(vec4(sums.light * (1.0 / SFIELD_PI), sums.open / (SFIELD_PI * SFIELD_Y00)));\n",
+    "#if SFIELD_GLOSS\n",
+    "    gloss = glbk_pack(vec4(sums.gloss, 1.0));\n",
+    "#endif\n",
+    "}\n"
+};
+
 static const glbk_file glbk__files[] = {
     { "lib/base_bindings.glsl", glbk__glsl_lib_base_bindings_glsl, 2, "", "",
       "" },
@@ -6193,7 +6861,15 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 110, "rsm_gather", "",
       "" },
-    { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 1, "", "",
+    { "lib/sfield_access.glsl", glbk__glsl_lib_sfield_access_glsl, 9, "table sfield_bindings", "",
+      "" },
+    { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 18, "", "",
+      "" },
+    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 217, "", "",
+      "" },
+    { "lib/sfield_gbuffer.glsl", glbk__glsl_lib_sfield_gbuffer_glsl, 35, "sfield_shade", "",
+      "" },
+    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 157, "sfield_access sfield_field", "",
       "" },
     { "lib/table.glsl", glbk__glsl_lib_table_glsl, 5, "", "",
       "" },
@@ -6272,7 +6948,13 @@ static const glbk_file glbk__files[] = {
     { "prog/rsm_smooth.frag", glbk__glsl_prog_rsm_smooth_frag, 29, "rsm_screen", "screen.vert",
       "" },
     { "prog/screen.vert", glbk__glsl_prog_screen_vert, 5, "", "",
-      "" }
+      "" },
+    { "prog/sfield_gbuffer.frag", glbk__glsl_prog_sfield_gbuffer_frag, 27, "sfield_bindings", "sfield_gbuffer.vert",
+      "" },
+    { "prog/sfield_gbuffer.vert", glbk__glsl_prog_sfield_gbuffer_vert, 22, "sfield_bindings", "",
+      "" },
+    { "prog/sfield_shade.frag", glbk__glsl_prog_sfield_shade_frag, 33, "sfield_gbuffer", "screen.vert",
+      "SFIELD_BANDS=4 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" }
 };
 
 /* <<< glsl */
@@ -8996,7 +9678,571 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
     return result;
 }
 
-/* ---- >>sfield ---- */
+/* ---- >>sfield: fields and entities ---- */
+
+enum { GLBK__SFIELD_HEADER = 32, GLBK__SFIELD_ENTITY = 7, GLBK__SFIELD_STAGE = 1024 };
+
+/* What a file says, its numbers looked at as far as sizes follow from them. */
+typedef struct glbk__sfield_view {
+    const uint8_t *bytes;
+    uint32_t kind, bands, shells, side, spacing, frames, loop, channels, samples, stride, cells;
+    size_t   scales, first, texels;             /* where they begin, bytes; texels that it becomes */
+} glbk__sfield_view;
+
+/* Texels on their way into a table. */
+typedef struct glbk__sfield_stage {
+    glbk_context *ctx;
+    const glbk_texture *table;
+    uint32_t *words;
+    size_t    at, count;
+    glbk_result result;
+} glbk__sfield_stage;
+
+static uint32_t glbk__sfield_word(const uint8_t *p)
+{
+    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+}
+
+static float glbk__sfield_float(const uint8_t *p)
+{
+    uint32_t word = glbk__sfield_word(p);
+    float x;
+    memcpy(&x, &word, 4);
+    return x;
+}
+
+static int glbk__sfield_open(const glbk_sfield_file *file, uint32_t bands, glbk__sfield_view *v)
+{
+    const uint8_t *p = (const uint8_t *)file->data;
+    uint64_t planes = (bands * bands + 7) / 8 * 8, groups, most = (uint64_t)1 << 28;
+    if (!p || file->size < 4 * GLBK__SFIELD_HEADER || file->size > 0xffffffffu) return 0;
+    if (glbk__sfield_word(p) != 0x444c4653u || glbk__sfield_word(p + 4) != 1 || glbk__sfield_word(p + 8) != file->size ||
+        glbk__sfield_word(p + 20) != 1 || glbk__sfield_word(p + 24) || glbk__sfield_word(p + 28) != bands)
+        return 0;
+    v->bytes = p;
+    v->bands = bands;
+    v->kind = glbk__sfield_word(p + 16);
+    v->shells = glbk__sfield_word(p + 36);
+    v->side = glbk__sfield_word(p + 40);
+    v->spacing = glbk__sfield_word(p + 44);
+    v->frames = glbk__sfield_word(p + 48);
+    v->loop = glbk__sfield_word(p + 52);
+    v->channels = glbk__sfield_word(p + 56);
+    v->samples = glbk__sfield_word(p + 60);
+    v->stride = glbk__sfield_word(p + 64);
+    if (v->kind > 1 || v->shells < 2 || v->shells > 64 || v->side < 2 || v->side > 64 || !v->frames || v->frames > 256 ||
+        v->channels != (v->kind ? 3u : 1u) || v->stride != v->channels * planes)
+        return 0;
+    groups = (uint64_t)v->frames * v->shells;
+    if (v->samples != groups * 6 * v->side * v->side) return 0;
+    v->scales = 4 * (GLBK__SFIELD_HEADER + (size_t)v->shells);
+    if (v->scales + 8 * groups * v->stride + (uint64_t)v->samples * v->stride != file->size) return 0;
+    v->first = v->scales + 8 * (size_t)groups * v->stride;
+    v->cells = (bands * bands + 15) / 16;
+    if ((uint64_t)v->samples * v->channels * v->cells > most) return 0;
+    v->texels = 3 + v->shells + ((size_t)groups * 8 + v->samples) * v->channels * v->cells;
+    return glbk__sfield_float(p + 84) > 0;
+}
+
+static void glbk__sfield_flush(glbk__sfield_stage *s)
+{
+    if (s->count && s->result == GLBK_OK) s->result = glbk_table_update(s->ctx, s->table, s->at, s->count, s->words);
+    s->at += s->count;
+    s->count = 0;
+}
+
+static uint32_t *glbk__sfield_texel(glbk__sfield_stage *s)
+{
+    if (s->count == GLBK__SFIELD_STAGE) glbk__sfield_flush(s);
+    return (uint32_t *)memset(s->words + 4 * s->count++, 0, 16);
+}
+
+/* The numbers of one channel and group: scale, or bias. */
+static void glbk__sfield_put_floats(glbk__sfield_stage *s, const glbk__sfield_view *v, const uint8_t *from)
+{
+    uint32_t k, *texel = NULL;
+    for (k = 0; k < 16 * v->cells; k++) {
+        if (k % 4 == 0) texel = glbk__sfield_texel(s);
+        if (k < v->bands * v->bands) texel[k % 4] = glbk__sfield_word(from + 4 * (size_t)k);
+    }
+}
+
+/* lib/sfield_field.glsl's sfield_measure. */
+static float glbk__sfield_measure(float d2, int source, int uniform)
+{
+    float inverse = 1 / d2, u = inverse < 1 ? inverse : 1;
+    if (uniform) return -sqrtf(d2);
+    return source || d2 < 1 ? inverse : u / (1 + sqrtf(1 - u));
+}
+
+static void glbk__sfield_put(glbk__sfield_stage *s, const glbk__sfield_view *v)
+{
+    const uint32_t step = v->stride / v->channels, groups = v->frames * v->shells;
+    uint32_t *texel = glbk__sfield_texel(s), i, c, k;
+    float pair[2];
+    texel[0] = (v->kind ? 1u : 0u) | (v->spacing == 2 ? 2u : 0u) | (v->loop ? 4u : 0u);
+    texel[1] = v->frames;
+    texel[2] = v->shells;
+    texel[3] = v->side;
+    texel = glbk__sfield_texel(s);
+    texel[0] = v->channels;
+    texel[1] = 3 + v->shells;
+    texel[2] = texel[1] + groups * v->channels * v->cells * 8;
+    texel = glbk__sfield_texel(s);
+    texel[0] = glbk__sfield_word(v->bytes + 92);
+    for (i = 0; i < v->shells; i++) {
+        pair[0] = glbk__sfield_float(v->bytes + 4 * (GLBK__SFIELD_HEADER + (size_t)i));
+        pair[0] *= pair[0];
+        pair[1] = glbk__sfield_measure(pair[0], v->kind == 1, v->spacing == 2);
+        memcpy(glbk__sfield_texel(s), pair, sizeof pair);
+    }
+    for (i = 0; i < groups; i++)
+        for (c = 0; c < v->channels; c++)
+            for (k = 0; k < 2; k++)
+                glbk__sfield_put_floats(s, v, v->bytes + v->scales + 4 * (((size_t)k * groups + i) * v->stride + c * step));
+    for (i = 0; i < v->samples; i++)
+        for (c = 0; c < v->channels; c++) {
+            const uint8_t *from = v->bytes + v->first + (size_t)i * v->stride + c * step;
+            for (k = 0; k < 16 * v->cells; k++) {
+                if (k % 16 == 0) texel = glbk__sfield_texel(s);
+                if (k < v->bands * v->bands) texel[k / 4 % 4] |= (uint32_t)from[k] << k % 4 * 8;
+            }
+        }
+}
+
+static void glbk__sfield_put_terms(glbk__sfield_stage *s, const glbk_sfield_desc *d)
+{
+    uint32_t i, *texel = NULL;
+    for (i = 0; i < d->term_count; i++) {
+        float c = d->factors[i];
+        if ((d->terms[i] & 255u) == (d->terms[i] >> 8 & 255u)) c *= 0.5f;      /* a_i b_j + a_j b_i counts it twice */
+        if (i % 2 == 0) texel = glbk__sfield_texel(s);
+        texel[i % 2 * 2] = d->terms[i];
+        memcpy(texel + i % 2 * 2 + 1, &c, 4);
+    }
+}
+
+static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
+{
+    uint32_t l, n = 0;
+    for (l = 1; l < bands; l++) n += (2 * l + 1) * ((2 * l + 4) / 4);
+    return n;
+}
+
+static int glbk__sfield_desc_valid(const glbk_sfield_desc *d)
+{
+    uint32_t i, n;
+    if (!d || d->bands < 1 || d->bands > 8 || (d->file_count && !d->files) || !d->capacity || d->capacity > 65535 ||
+        (d->term_count && (!d->terms || !d->factors)) || !(d->reach >= 0 && d->reach <= 1e6f) || d->term_count > 1000000)
+        return 0;
+    n = d->bands * d->bands;
+    for (i = 0; i < d->term_count; i++)
+        if ((d->terms[i] & 255u) >= n || (d->terms[i] >> 8 & 255u) >= n || d->terms[i] >> 16 >= n) return 0;
+    return 1;
+}
+
+static glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_world *w, int sky)
+{
+    glbk_sfield_scene scene;
+    memset(&scene, 0, sizeof scene);
+    scene.table[0] = w->entities_at;
+    scene.table[1] = w->count;
+    scene.table[2] = w->lights;
+    scene.table[3] = sky != 0;
+    scene.parts[1] = w->terms;
+    scene.parts[2] = w->sky_at;
+    return glbk_buffer_update(ctx, &w->scene, 0, sizeof scene, &scene);
+}
+
+static glbk_result glbk__sfield_create(glbk_context *ctx, const glbk_sfield_desc *d, glbk_sfield_field *fields,
+                                       glbk__sfield_stage *s, glbk_sfield_world *out)
+{
+    static const glbk_sfield_scene none;
+    glbk__sfield_view v;
+    size_t texels;
+    uint32_t i, k;
+    out->terms = (d->term_count + 1) / 2;
+    out->sky_at = out->terms;
+    texels = (size_t)out->sky_at + d->bands * d->bands;
+    for (i = 0; i < d->file_count; i++) {
+        if (!glbk__sfield_open(&d->files[i], d->bands, &v)) return GLBK_ERR_ARGUMENT;
+        fields[i].start = (uint32_t)texels;
+        fields[i].source = v.kind == 1;
+        for (k = 0; k < 3; k++) fields[i].center[k] = glbk__sfield_float(v.bytes + 72 + 4 * (size_t)k);
+        fields[i].radius = glbk__sfield_float(v.bytes + 84);
+        fields[i].inscribed = glbk__sfield_float(v.bytes + 88);
+        fields[i].outer = glbk__sfield_float(v.bytes + 4 * (GLBK__SFIELD_HEADER + (size_t)v.shells) - 4);
+        texels += v.texels;
+        if (texels > (size_t)1 << 28) return GLBK_ERR_LIMIT;
+    }
+    out->entities_at = (uint32_t)texels;
+    texels += (size_t)d->capacity * (GLBK__SFIELD_ENTITY + glbk__sfield_rotation_texels(d->bands));
+    if (texels > (size_t)1 << 28) return GLBK_ERR_LIMIT;
+    s->result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels, &out->table);
+    glbk__sfield_put_terms(s, d);
+    for (i = 0; i < d->bands * d->bands; i++) (void)glbk__sfield_texel(s);
+    for (i = 0; i < d->file_count; i++)
+        if (glbk__sfield_open(&d->files[i], d->bands, &v)) glbk__sfield_put(s, &v);
+    glbk__sfield_flush(s);
+    return s->result == GLBK_OK ? glbk_buffer_create(ctx, sizeof none, &none, &out->scene) : s->result;
+}
+
+GLBK_DEF glbk_result glbk_sfield_create(glbk_context *ctx, const glbk_sfield_desc *d, glbk_sfield_field *fields,
+                                        glbk_sfield_world *out)
+{
+    glbk__sfield_stage s;
+    glbk__allocator memory;
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!glbk__sfield_desc_valid(d) || (d->file_count && !fields)) return GLBK_ERR_ARGUMENT;
+    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memset(&s, 0, sizeof s);
+    s.ctx = ctx;
+    s.table = &out->table;
+    s.words = (uint32_t *)glbk__alloc(&memory, 16 * GLBK__SFIELD_STAGE);
+    if (!s.words) return GLBK_ERR_ALLOC;
+    out->bands = d->bands;
+    out->capacity = d->capacity;
+    out->reach = d->reach;
+    result = glbk__sfield_create(ctx, d, fields, &s, out);
+    if (result == GLBK_OK) result = glbk__sfield_tell(ctx, out, 0);
+    glbk__free(&memory, s.words);
+    if (result == GLBK_OK) return GLBK_OK;
+    glbk_sfield_destroy(ctx, out);
+    if (d->file_count) memset(fields, 0, d->file_count * sizeof *fields);
+    return result;
+}
+
+GLBK_DEF void glbk_sfield_destroy(glbk_context *ctx, glbk_sfield_world *w)
+{
+    if (!w) return;
+    glbk_texture_destroy(ctx, &w->table);
+    glbk_buffer_destroy(ctx, &w->scene);
+    memset(w, 0, sizeof *w);
+}
+
+static int glbk__sfield_entity_valid(const glbk_sfield_world *w, const glbk_sfield_entity *e, float *scale)
+{
+    const float *m = e->transform;
+    int k;
+    if (!glbk__m4_is_rigid_uniform(m, scale)) return 0;
+    if (!e->rotation && w->bands > 1 && (m[0] < 0 || m[5] < 0 || m[1] != 0 || m[2] != 0 || m[4] != 0 || m[6] != 0)) return 0;
+    for (k = 0; k < 3; k++)
+        if (!(e->tint[k] >= -1e18f && e->tint[k] <= 1e18f)) return 0;
+    return (!e->occlusion || (!e->occlusion->source && e->occlusion->start < w->entities_at)) &&
+           (!e->source || (e->source->source && e->source->start < w->entities_at)) && e->time - e->time == 0;
+}
+
+static void glbk__sfield_sphere(const float *m, const glbk_sfield_field *f, float scale, float *out)
+{
+    glbk__v3_store(out, glbk__m4_point(m, glbk__v3_load(f->center)));
+    out[3] = scale * f->radius;
+}
+
+static void glbk__sfield_entity_words(const glbk_sfield_world *w, const glbk_sfield_entity *e, float scale,
+                                      uint32_t rotation, uint32_t *words)
+{
+    float f[4 * GLBK__SFIELD_ENTITY];
+    uint32_t r, c;
+    memset(f, 0, sizeof f);
+    for (r = 0; r < 3; r++)
+        for (c = 0; c < 3; c++) f[4 * r + c] = e->transform[4 * r + c] / scale;
+    if (e->occlusion) {
+        f[3] = e->occlusion->inscribed * scale;
+        f[7] = e->occlusion->radius * scale * (w->reach > 0 ? w->reach : e->occlusion->outer);
+        glbk__sfield_sphere(e->transform, e->occlusion, scale, f + 12);
+    }
+    f[11] = e->time;
+    if (e->source) glbk__sfield_sphere(e->transform, e->source, scale, f + 16);
+    memcpy(f + 24, e->tint, 12);
+    memcpy(words, f, sizeof f);
+    words[20] = e->occlusion ? e->occlusion->start : GLBK_SFIELD_NONE;
+    words[21] = e->source ? e->source->start : GLBK_SFIELD_NONE;
+    words[22] = e->rotation && w->bands > 1 ? rotation : GLBK_SFIELD_NONE;
+}
+
+/* Rows filled up to a multiple of four; the first band does not turn. */
+static void glbk__sfield_rotation(const float *block, uint32_t bands, glbk__sfield_stage *s)
+{
+    uint32_t l, y, x, n, *texel = NULL;
+    for (l = 1, block++; l < bands; l++)
+        for (y = 0, n = 2 * l + 1; y < n; y++)
+            for (x = 0; x < n; x++) {
+                if (x % 4 == 0) texel = glbk__sfield_texel(s);
+                memcpy(texel + x % 4, block++, 4);
+            }
+}
+
+GLBK_DEF glbk_result glbk_sfield_place(glbk_context *ctx, glbk_sfield_world *w, const glbk_sfield_entity *entities,
+                                       uint32_t count)
+{
+    glbk__sfield_stage s;
+    glbk__allocator memory;
+    uint32_t i, step, lights = 0;
+    float scale = 1;
+
+    if (!ctx || !w || !w->table.name || count > w->capacity || (count && !entities)) return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < count; i++) {
+        if (!glbk__sfield_entity_valid(w, &entities[i], &scale)) return GLBK_ERR_ARGUMENT;
+        lights += entities[i].source != NULL;
+    }
+    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memset(&s, 0, sizeof s);
+    s.ctx = ctx;
+    s.table = &w->table;
+    s.at = w->entities_at;
+    s.words = (uint32_t *)glbk__alloc(&memory, 16 * GLBK__SFIELD_STAGE);
+    if (!s.words) return GLBK_ERR_ALLOC;
+    step = glbk__sfield_rotation_texels(w->bands);
+    for (i = 0; i < count; i++) {
+        uint32_t words[4 * GLBK__SFIELD_ENTITY], k;
+        (void)glbk__m4_is_rigid_uniform(entities[i].transform, &scale);
+        glbk__sfield_entity_words(w, &entities[i], scale, w->entities_at + GLBK__SFIELD_ENTITY * count + i * step, words);
+        for (k = 0; k < GLBK__SFIELD_ENTITY; k++) memcpy(glbk__sfield_texel(&s), words + 4 * k, 16);
+    }
+    for (i = 0; i < count; i++)
+        if (entities[i].rotation) glbk__sfield_rotation(entities[i].rotation, w->bands, &s);
+        else {
+            uint32_t k;
+            for (k = 0; k < step; k++) (void)glbk__sfield_texel(&s);
+        }
+    glbk__sfield_flush(&s);
+    glbk__free(&memory, s.words);
+    if (s.result != GLBK_OK) return s.result;
+    w->count = count;
+    w->lights = lights;
+    return glbk__sfield_tell(ctx, w, w->sky);
+}
+
+GLBK_DEF glbk_result glbk_sfield_sky(glbk_context *ctx, glbk_sfield_world *w, const float *coefs)
+{
+    uint32_t words[4 * 64] = { 0 }, n, k, c;
+    glbk_result result;
+    if (!ctx || !w || !w->table.name) return GLBK_ERR_ARGUMENT;
+    n = w->bands * w->bands;
+    for (k = 0; k < n && coefs; k++)
+        for (c = 0; c < 3; c++) memcpy(&words[4 * k + c], &coefs[c * n + k], 4);
+    result = glbk_table_update(ctx, &w->table, w->sky_at, n, words);
+    if (result != GLBK_OK) return result;
+    w->sky = coefs != NULL;
+    return glbk__sfield_tell(ctx, w, w->sky);
+}
+
+GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_world *w)
+{
+    if (!w) return;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_table, &w->table);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_scene, &w->scene);
+}
+
+/* ---- >>sfield: the renderer ---- */
+
+static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer *r, int gloss)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result;
+
+    memset(&texture, 0, sizeof texture);
+    memset(&target, 0, sizeof target);
+    texture.width = r->width;
+    texture.height = r->height;
+    texture.format = GLBK_FORMAT_COLOR;
+    result = glbk_texture_create(ctx, &texture, &r->light);
+    target.color[0] = &r->light;
+    if (gloss && result == GLBK_OK) {
+        result = glbk_texture_create(ctx, &texture, &r->gloss);
+        target.color[1] = &r->gloss;
+    }
+    if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &r->target);
+    texture.format = GLBK_FORMAT_RGBA32UI;
+    if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &r->place);
+    if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &r->normal);
+    texture.layers = (r->bands * r->bands + 7) / 8;
+    if (texture.layers < 2) texture.layers = 2;         /* what a drawn G-buffer has */
+    if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &r->self);
+    return result;
+}
+
+static glbk_result glbk__sfield_drawn(glbk_context *ctx, glbk_sfield_renderer *r)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result;
+
+    memset(&texture, 0, sizeof texture);
+    memset(&target, 0, sizeof target);
+    texture.width = r->width;
+    texture.height = r->height;
+    texture.format = GLBK_FORMAT_DEPTH32F;
+    result = glbk_texture_create(ctx, &texture, &r->depth);
+    target.color[0] = &r->place;
+    target.color[1] = &r->normal;
+    target.color[2] = target.color[3] = &r->self;
+    target.layer[3] = 1;
+    target.depth = &r->depth;
+    if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &r->gbuffer_target);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "sfield_gbuffer.frag", NULL, &r->fill);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_sfield_renderer_desc *d,
+                                                 glbk_sfield_renderer *out)
+{
+    char defines[] = "SFIELD_BANDS=4 SFIELD_GLOSS=0";
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d || !d->width || !d->height || d->bands < 1 || d->bands > 8) return GLBK_ERR_ARGUMENT;
+    out->width = d->width;
+    out->height = d->height;
+    out->bands = d->bands;
+    defines[13] = (char)('0' + d->bands);
+    defines[28] = d->gloss ? '1' : '0';
+    result = glbk__sfield_textures(ctx, out, d->gloss);
+    if (result == GLBK_OK && d->bands <= 4) result = glbk__sfield_drawn(ctx, out);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "sfield_shade.frag", defines, &out->shade);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_frame), NULL, &out->frame);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_object), NULL, &out->object);
+    if (result != GLBK_OK) glbk_sfield_renderer_destroy(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_sfield_renderer_destroy(glbk_context *ctx, glbk_sfield_renderer *r)
+{
+    if (!r) return;
+    glbk_program_destroy(ctx, &r->shade);
+    glbk_program_destroy(ctx, &r->fill);
+    glbk_target_destroy(ctx, &r->target);
+    glbk_target_destroy(ctx, &r->gbuffer_target);
+    glbk_texture_destroy(ctx, &r->light);
+    glbk_texture_destroy(ctx, &r->gloss);
+    glbk_texture_destroy(ctx, &r->place);
+    glbk_texture_destroy(ctx, &r->normal);
+    glbk_texture_destroy(ctx, &r->self);
+    glbk_texture_destroy(ctx, &r->depth);
+    glbk_buffer_destroy(ctx, &r->frame);
+    glbk_buffer_destroy(ctx, &r->object);
+    memset(r, 0, sizeof *r);
+}
+
+/* Signed 16 bits, 32767 for 1.5: the norm of what is at most a cosine is 1.45. */
+static uint32_t glbk__sfield_short(float x)
+{
+    x = x * (1 / 1.5f);
+    x = x > -1 ? (x < 1 ? x : 1) : -1;
+    return (uint32_t)(int32_t)(x * 32767 + (x < 0 ? -0.5f : 0.5f)) & 0xffffu;
+}
+
+GLBK_DEF glbk_result glbk_sfield_upload(glbk_context *ctx, glbk_sfield_renderer *r, uint32_t row, uint32_t rows,
+                                        const glbk_sfield_pixel *pixels)
+{
+    glbk__allocator memory;
+    uint32_t *words, layer, k, n;
+    size_t count, i;
+    glbk_result result;
+
+    if (!ctx || !r || !r->place.name || !rows || row >= r->height || rows > r->height - row || !pixels)
+        return GLBK_ERR_ARGUMENT;
+    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    count = (size_t)r->width * rows;
+    n = r->bands * r->bands;
+    words = (uint32_t *)glbk__alloc_array(&memory, count, 32);
+    if (!words) return GLBK_ERR_ALLOC;
+    for (i = 0; i < count; i++) {
+        uint32_t *place = words + 4 * i, *normal = words + 4 * (count + i);
+        memcpy(place, pixels[i].position, 12);
+        place[3] = pixels[i].entity;
+        memcpy(normal, pixels[i].normal, 12);
+        memcpy(normal + 3, &pixels[i].exponent, 4);
+        normal[3] = (normal[3] & 0x7fffffffu) | (pixels[i].self ? 0x80000000u : 0u);
+    }
+    result = glbk_texture_update(ctx, &r->place, 0, 0, row, 0, r->width, rows, 1, words);
+    if (result == GLBK_OK) result = glbk_texture_update(ctx, &r->normal, 0, 0, row, 0, r->width, rows, 1, words + 4 * count);
+    for (layer = 0; 8 * layer < n && result == GLBK_OK; layer++) {
+        memset(words, 0, 16 * count);
+        for (i = 0; i < count; i++)
+            for (k = 0; k < 8 && 8 * layer + k < n && pixels[i].self; k++)
+                words[4 * i + k / 2] |= glbk__sfield_short(pixels[i].self[8 * layer + k]) << k % 2 * 16;
+        result = glbk_texture_update(ctx, &r->self, 0, 0, row, layer, r->width, rows, 1, words);
+    }
+    glbk__free(&memory, words);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_sfield_gbuffer_begin(glbk_context *ctx, glbk_sfield_renderer *r)
+{
+    static const float zero[4] = { 0, 0, 0, 0 };
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t i;
+
+    if (!ctx || !r || !r->place.name) return GLBK_ERR_ARGUMENT;
+    if (!r->fill.name) return GLBK_ERR_LIMIT;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &r->gbuffer_target;
+    pass.depth = GLBK_DEPTH_LESS;
+    result = glbk_begin(ctx, &pass, &r->fill);
+    if (result != GLBK_OK) return result;
+    for (i = 0; i < 4; i++) glbk_clear(ctx, &r->gbuffer_target, i, zero);
+    glbk_clear_depth(ctx, 1);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_sfield_gbuffer_object(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_sfield_draw *d)
+{
+    glbk_sfield_object object;
+    glbk_result result;
+
+    if (!ctx || !r || !r->fill.name || !d || !(d->exponent >= 0)) return GLBK_ERR_ARGUMENT;
+    memset(&object, 0, sizeof object);
+    memcpy(object.world, d->world, sizeof object.world);
+    memcpy(object.clip, d->clip, sizeof object.clip);
+    object.kinds[0] = d->entity;
+    object.kinds[1] = d->recorded != 0;
+    object.gloss[0] = d->exponent;
+    result = glbk_buffer_update(ctx, &r->object, 0, sizeof object, &object);
+    if (result == GLBK_OK) glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_object, &r->object);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_sfield_world *w,
+                                       const float eye[3], int open)
+{
+    glbk_sfield_frame frame;
+    glbk_pass pass;
+    glbk_result result;
+
+    if (!ctx || !r || !r->shade.name || !w || !w->table.name || w->bands != r->bands || (r->gloss.name && !eye))
+        return GLBK_ERR_ARGUMENT;
+    memset(&frame, 0, sizeof frame);
+    memset(&pass, 0, sizeof pass);
+    if (eye) memcpy(frame.eye, eye, 12);
+    result = glbk_buffer_update(ctx, &r->frame, 0, sizeof frame, &frame);
+    if (result == GLBK_OK) result = glbk__sfield_tell(ctx, w, w->sky || open);
+    pass.target = &r->target;
+    if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &r->shade);
+    if (result != GLBK_OK) return result;
+    glbk_sfield_bind(ctx, w);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_frame, &r->frame);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_place, &r->place);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_normal, &r->normal);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_self, &r->self);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r, float *light, float *gloss)
+{
+    glbk_result result = GLBK_OK;
+    if (!ctx || !r || !r->target.name || (gloss && !r->gloss.name)) return GLBK_ERR_ARGUMENT;
+    if (light) result = glbk_target_read(ctx, &r->target, 0, 0, 0, r->width, r->height, light);
+    if (gloss && result == GLBK_OK) result = glbk_target_read(ctx, &r->target, 1, 0, 0, r->width, r->height, gloss);
+    return result;
+}
 
 /* ---- end of sfield ---- */
 

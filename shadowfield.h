@@ -184,6 +184,11 @@ SFIELD_DEF sfield_result sfield_sh_product(const sfield_algebra *algebra, size_t
    a, b, out  planes of count vectors, stride >= count floats from coefficient to coefficient; out may be a or b
    Errors     SFIELD_ERR_ARGUMENT. Cost: about 30 ns (4 bands, AVX2) over 3, see docs */
 
+SFIELD_DEF size_t sfield_sh_terms(const sfield_algebra *algebra, uint32_t *terms, float *factors);
+/* What the product is made of, for shaders: out_k += factor (a_i b_j + a_j b_i), once where i = j, for i >= j >= 1 and k >= 1;
+   what has an index 0 is 0.2821 (a_0 b_k + a_k b_0), and 0.2821 a.b for k = 0.
+   terms    i | j << 8 | k << 16, rising in k; NULL, like factors, to be told only how many. Returns their number */
+
 SFIELD_DEF sfield_result sfield_sh_dot(uint32_t bands, size_t count, const float *a, const float *b, float *out,
                                        size_t stride);
 /* out[i] = integral of a_i b_i over the sphere. Arguments as above; out holds count floats. */
@@ -468,6 +473,10 @@ SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float rota
 /* Another rotation of the same environment: one rotation of coefficients, or of one cube map. */
 SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *scene, const float direction[3], const float irradiance[3]);
 /* Adds a direction of light to the environment until it is set again (not turned by sfield_scene_turn). */
+
+SFIELD_DEF sfield_result sfield_scene_sky(const sfield_scene *scene, float *coefs);
+/* Environment and suns as they are now, for shaders: bands^2 coefficients of r, then g, then b. Harmonics only: else
+   SFIELD_ERR_BASIS. SFIELD_ERR_ARGUMENT: NULL */
 
 typedef struct sfield_cache sfield_cache;       /* T of a set of points for each light: lazy occlusion updating */
 
@@ -1659,6 +1668,19 @@ SFIELD_DEF sfield_result sfield_sh_product(const sfield_algebra *t, size_t count
     sfield__product16(t, tile[0], tile[1], tile[0], SFIELD__LANES, 0);
     sfield__tile_out(t->coefs, count - i, tile[0], out + i, stride);
     return SFIELD_OK;
+}
+
+SFIELD_DEF size_t sfield_sh_terms(const sfield_algebra *t, uint32_t *terms, float *factors)
+{
+    uint32_t k, q;
+    if (!t) return 0;
+    for (k = 1; k < t->coefs && terms && factors; k++)
+        for (q = t->first[k]; q < t->first[k + 1]; q++) {
+            uint32_t pair = t->entry[q].pair;
+            terms[q] = (uint32_t)t->pair_i[pair] | (uint32_t)t->pair[pair] << 8 | k << 16;
+            factors[q] = t->entry[q].c;
+        }
+    return t->first[t->coefs];
 }
 
 SFIELD_DEF sfield_result sfield_sh_dot(uint32_t bands, size_t count, const float *a, const float *b, float *out,
@@ -4408,6 +4430,15 @@ SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *s, const float direction
     if (!s->has_sky && !s->has_sun) sfield__set_turn(s, NULL);
     else sfield__sky_turned(s);
     s->has_sun = 1;
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_scene_sky(const sfield_scene *s, float *coefs)
+{
+    uint32_t c;
+    if (!s || !coefs) return SFIELD_ERR_ARGUMENT;
+    if (!s->algebra) return SFIELD_ERR_BASIS;
+    for (c = 0; c < 3; c++) memcpy(coefs + c * s->coefs, s->sky_now + c * s->planes, s->coefs * sizeof *coefs);
     return SFIELD_OK;
 }
 

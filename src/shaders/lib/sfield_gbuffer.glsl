@@ -1,0 +1,35 @@
+// sfield_gbuffer - the G-buffer of glbk_sfield: floats as their bits (docs/gpu-layouts.md).
+// uses: sfield_shade
+struct sfield_point { vec3 position, normal; uint entity; float exponent; bool recorded; };     // exponent 0: no lobe
+
+// false: nothing is seen there.
+bool sfield_read_point(ivec2 at, out sfield_point p)
+{
+    uvec4 place = texelFetch(glbk_sfield_place, at, 0), normal = texelFetch(glbk_sfield_normal, at, 0);
+    p.position = uintBitsToFloat(place.xyz);
+    p.normal = uintBitsToFloat(normal.xyz);
+    p.entity = place.w;
+    p.exponent = abs(uintBitsToFloat(normal.w));
+    p.recorded = (normal.w >> 31) != 0u;
+    return dot(p.normal, p.normal) > 0.5;
+}
+
+// Own visibility x cosine, in the world: from the G-buffer, two numbers a word in 1/32767 of 1.5; else the cosine.
+void sfield_start(ivec2 at, sfield_point p, out float t[SFIELD_COEFS])
+{
+    if (!p.recorded) {
+        sfield_cosine(p.normal, t);
+        return;
+    }
+    for (int layer = 0; 8 * layer < SFIELD_COEFS; layer++) {
+        uvec4 words = texelFetch(glbk_sfield_self, ivec3(at, layer), 0);
+        for (int k = 0; k < 8; k++) {
+            int bits = int((k & 1) != 0 ? words[k >> 1] : words[k >> 1] << 16) >> 16;
+            if (8 * layer + k < SFIELD_COEFS) t[8 * layer + k] = float(bits) * (1.5 / 32767.0);
+        }
+    }
+    if (p.entity != SFIELD_NONE) {
+        uint rotation = SFIELD_TEXEL(sfield_at(p.entity) + 5u).z;
+        if (rotation != SFIELD_NONE) sfield_rotate(rotation, false, t);
+    }
+}
