@@ -1141,8 +1141,11 @@ GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_world *world
 /* For your own program with sfield_shade.glsl: compile it with SFIELD_BANDS=bands. */
 
 typedef struct glbk_sfield_renderer_desc {
-    uint32_t width, height, bands;
-    int      gloss;                     /* not 0: Phong lobes too */
+    uint32_t        width, height, bands;
+    int             gloss;              /* not 0: Phong lobes too */
+    const uint32_t *terms;              /* as in glbk_sfield_desc: written into the program, several times as fast; or NULL: */
+    const float    *factors;            /* read from the table. From 6 bands on that is done anyway */
+    uint32_t        term_count;
 } glbk_sfield_renderer_desc;
 
 typedef struct glbk_sfield_renderer {   /* read only; zeroed = none */
@@ -1154,6 +1157,11 @@ typedef struct glbk_sfield_renderer {   /* read only; zeroed = none */
     glbk_buffer  frame, object;
     uint32_t     width, height, bands;
 } glbk_sfield_renderer;
+
+GLBK_DEF size_t glbk_sfield_write_product(uint32_t bands, const uint32_t *terms, const float *factors, uint32_t count,
+                                          char *out, size_t size);
+/* sfield_product with its numbers in it, for a program that defines SFIELD_UNROLLED: its text goes after "sfield_access
+   sfield_field" and before lib/sfield_shade.glsl. Returns the bytes needed with the 0; out may be NULL with size 0. */
 
 GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_sfield_renderer_desc *desc,
                                                  glbk_sfield_renderer *out);
@@ -5303,17 +5311,19 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "        for (int y = 0; y < n; y++)\n",
     "            for (int x = 0; x < n; x += 4, row++) {\n",
     "                vec4 m = uintBitsToFloat(SFIELD_TEXEL(row));\n",
-    "                for (int i = 0; i < 4; i++) {\n",
-    "                    if (x + i >= n) continue;\n",
-    "                    if (back) sum[x + i] += m[i] * v[first + y];\n",
-    "                    else sum[y] += m[i] * v[first + x + i];\n",
-    "                }\n",
+    "                for (int i = 0; i < 4; i++)\n",
+    "                    if (x + i < n) {\n",
+    "                        if (back) sum[x + i] += m[i] * v[first + y];\n",
+    "                        else sum[y] += m[i] * v[first + x + i];\n",
+    "                    }\n",
     "            }\n",
     "        for (int x = 0; x < n; x++) v[first + x] = sum[x];\n",
     "    }\n",
     "}\n",
     "\n",
-    "// r = a b, projected: terms.y pairs of tripling coefficients from texel terms.x on, i | j << 8 | k << 16 and c each.\n",
+    "// r = a b, projected: terms.y pairs of tripling coefficients from texel terms.x on, i | j << 8 | k << 16 and c each. With\n",
+    "// SFIELD_UNROLLED the program has this function with its numbers in it (glbk_sfield_write_product).\n",
+    "#ifndef SFIELD_UNROLLED\n",
     "void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], out float r[SFIELD_COEFS])\n",
     "{\n",
     "    r[0] = a[0] * b[0];\n",
@@ -5330,6 +5340,7 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "        }\n",
     "    }\n",
     "}\n",
+    "#endif\n",
     "\n",
     "// The basis at a unit direction.\n",
     "void sfield_basis(vec3 d, out float y[SFIELD_COEFS])\n",
@@ -5426,9 +5437,12 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "// sfield_shade - light at a point in the scene that glbk_sfield_bind bound, near to far (paper, figure 5).\n",
     "// uses: sfield_access sfield_field\n",
     "\n",
-    "// Entities of the table, SFIELD_ENTITY texels each: three rows of the turn into field space (w: inscribed radius, reach,\n",
-    "// time), centre and radius of occluder and of source, (occluder, source, rotation, 0), tint. World units.\n",
+    "// Entities of the table, SFIELD_ENTITY texels each: occluder's centre and the square of its reach (0 hides nothing),\n",
+    "// source's centre and radius (0 does not shine), three rows of the turn into field space (w: inscribed radius, radius of\n",
+    "// the occluder, time), (occluder, source, rotation, 0), tint. World units.\n",
     "#define SFIELD_ENTITY 7u\n",
+    "#define SFIELD_BATCH 8              // entities found at a time\n",
+    "#define SFIELD_BLOCKERS 4           // inscribed spheres that are remembered\n",
     "\n",
     "struct sfield_sums { vec3 light, gloss; float open; };      // without 1 / pi; T(0) after all\n",
     "\n",
@@ -5436,82 +5450,77 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "\n",
     "vec3 sfield_turn(uint at, vec3 v)\n",
     "{\n",
-    "    return vec3(dot(uintBitsToFloat(SFIELD_TEXEL(at).xyz), v), dot(uintBitsToFloat(SFIELD_TEXEL(at + 1u).xyz), v),\n",
-    "                dot(uintBitsToFloat(SFIELD_TEXEL(at + 2u).xyz), v));\n",
+    "    return vec3(dot(uintBitsToFloat(SFIELD_TEXEL(at + 2u).xyz), v), dot(uintBitsToFloat(SFIELD_TEXEL(at + 3u).xyz), v),\n",
+    "                dot(uintBitsToFloat(SFIELD_TEXEL(at + 4u).xyz), v));\n",
     "}\n",
     "\n",
-    "// How much of an occluder counts: it fades over the last quarter of its reach, and hides nothing below the horizon.\n",
-    "float sfield_factor(uint at, vec4 sphere, float d2, vec3 position, vec3 normal)\n",
+    "// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's number as id, an occluder count more; of the\n",
+    "// same distance lights come first. An entity does not hide itself from its own light: it follows then. SFIELD_NONE ends them.\n",
+    "void sfield_find(vec3 position, uint own, float d2, uint id, out float key[SFIELD_BATCH], out uint name[SFIELD_BATCH])\n",
     "{\n",
-    "    float fade = 4.0 * (1.0 - sqrt(d2) / uintBitsToFloat(SFIELD_TEXEL(at + 1u).w));\n",
-    "    return dot(sphere.xyz - position, normal) > -sphere.w ? clamp(fade, 0.0, 1.0) : 0.0;\n",
-    "}\n",
-    "\n",
-    "// Is the bounding sphere of an occluder inside the cone of a nearer inscribed sphere?\n",
-    "bool sfield_hidden(uint entity, vec4 sphere, float d2, vec3 position, vec3 normal, uint own)\n",
-    "{\n",
-    "    float sin_a = sphere.w * inversesqrt(d2);\n",
-    "    if (!(sin_a < 1.0)) return false;\n",
-    "    float cos_a = sqrt(1.0 - sin_a * sin_a);\n",
-    "    for (uint e = 0u; e < glbk_sfield_scene.table.y; e++) {\n",
-    "        uint at = sfield_at(e);\n",
-    "        vec4 nearer = uintBitsToFloat(SFIELD_TEXEL(at + 3u));\n",
-    "        vec3 v = nearer.xyz - position;\n",
-    "        float e2 = dot(v, v), inscribed = uintBitsToFloat(SFIELD_TEXEL(at).w), r2 = inscribed * inscribed;\n",
-    "        if (e == entity || e == own || !(inscribed > 0.0) || e2 >= d2 || r2 * d2 <= sphere.w * sphere.w * e2 || r2 >= e2) continue;\n",
-    "        if (sfield_factor(at, nearer, e2, position, normal) < 1.0) continue;\n",
-    "        float sin_b = inscribed * inversesqrt(e2), cos_b = sqrt(1.0 - sin_b * sin_b);\n",
-    "        if (dot(sphere.xyz - position, v) >= (cos_a * cos_b + sin_a * sin_b) * sqrt(d2 * e2)) return true;\n",
+    "    uint count = glbk_sfield_scene.table.y;\n",
+    "    for (int i = 0; i < SFIELD_BATCH; i++) {\n",
+    "        key[i] = 3e38;\n",
+    "        name[i] = SFIELD_NONE;\n",
     "    }\n",
-    "    return false;\n",
-    "}\n",
-    "\n",
-    "// The next in distance after (d2, id): a light has its entity's number as id, an occluder count more: of the same distance,\n",
-    "// lights come first. An entity does not hide itself from its own light: it follows then. false: none is left.\n",
-    "bool sfield_next(vec3 position, uint own, inout float d2, inout uint id)\n",
-    "{\n",
-    "    uint count = glbk_sfield_scene.table.y, best = SFIELD_NONE;\n",
-    "    float least = 3e38;\n",
     "    for (uint e = 0u; e < count; e++) {\n",
-    "        uint at = sfield_at(e);\n",
-    "        uvec4 what = SFIELD_TEXEL(at + 5u);\n",
-    "        float light = 0.0;\n",
-    "        if (what.y != SFIELD_NONE) {\n",
-    "            vec3 v = uintBitsToFloat(SFIELD_TEXEL(at + 4u).xyz) - position;\n",
-    "            light = dot(v, v);\n",
-    "            if (light < least && (light > d2 || (light == d2 && (id == SFIELD_NONE || e > id)))) {\n",
-    "                least = light;\n",
-    "                best = e;\n",
-    "            }\n",
-    "        }\n",
-    "        if (what.x == SFIELD_NONE || e == own) continue;\n",
-    "        vec3 v = uintBitsToFloat(SFIELD_TEXEL(at + 3u).xyz) - position;\n",
-    "        float reach = uintBitsToFloat(SFIELD_TEXEL(at + 1u).w), far = dot(v, v);\n",
-    "        if (!(far < reach * reach)) continue;\n",
-    "        far = max(far, light);\n",
-    "        if (far < least && (far > d2 || (far == d2 && (id == SFIELD_NONE || count + e > id)))) {\n",
-    "            least = far;\n",
-    "            best = count + e;\n",
+    "        vec4 occluder = uintBitsToFloat(SFIELD_TEXEL(sfield_at(e))), source = uintBitsToFloat(SFIELD_TEXEL(sfield_at(e) + 1u));\n",
+    "        vec3 v = occluder.xyz - position, w = source.xyz - position;\n",
+    "        float far = dot(v, v), light = source.w > 0.0 ? dot(w, w) : 0.0;\n",
+    "        for (int what = 0; what < 2; what++) {\n",
+    "            float k = what == 0 ? light : max(far, light);\n",
+    "            uint n = what == 0 ? e : count + e;\n",
+    "            bool there = what == 0 ? source.w > 0.0 : far < occluder.w && e != own;\n",
+    "            if (!there || !(k > d2 || (k == d2 && (id == SFIELD_NONE || n > id)))) continue;\n",
+    "            for (int i = 0; i < SFIELD_BATCH; i++)\n",
+    "                if (k < key[i] || (k == key[i] && n < name[i])) {\n",
+    "                    float a = key[i];\n",
+    "                    uint b = name[i];\n",
+    "                    key[i] = k;\n",
+    "                    name[i] = n;\n",
+    "                    k = a;\n",
+    "                    n = b;\n",
+    "                }\n",
     "        }\n",
     "    }\n",
-    "    d2 = least;\n",
-    "    id = best;\n",
-    "    return best != SFIELD_NONE;\n",
+    "}\n",
+    "\n",
+    "// Inscribed spheres of what was met, as cones: axis, cosine of the half angle.\n",
+    "struct sfield_blockers { vec4 cone[SFIELD_BLOCKERS]; int count; };\n",
+    "\n",
+    "// Is a bounding sphere, in direction v at distance d with that sine, inside one of them?\n",
+    "bool sfield_hidden(sfield_blockers b, vec3 v, float sin_a)\n",
+    "{\n",
+    "    float cos_a = sqrt(max(1.0 - sin_a * sin_a, 0.0));\n",
+    "    bool hidden = false;\n",
+    "    for (int i = 0; i < SFIELD_BLOCKERS; i++) {\n",
+    "        float cos_b = b.cone[i].w, sin_b = sqrt(max(1.0 - cos_b * cos_b, 0.0));\n",
+    "        hidden = hidden || (i < b.count && sin_a < sin_b && dot(v, b.cone[i].xyz) >= cos_a * cos_b + sin_a * sin_b);\n",
+    "    }\n",
+    "    return hidden;\n",
     "}\n",
     "\n",
     "vec3 sfield_local(uint at, vec4 sphere, vec3 position) { return sfield_turn(at, position - sphere.xyz) / sphere.w; }\n",
     "\n",
-    "// Alpha of an occluder, in the world; false: nothing of it counts.\n",
-    "bool sfield_occlusion(uint entity, vec3 position, vec3 normal, uint own, out float o[SFIELD_COEFS])\n",
+    "// Alpha of an occluder, in the world; false: nothing of it counts. It fades over the last quarter of its reach, and hides\n",
+    "// nothing below the horizon or behind an inscribed sphere.\n",
+    "bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_blockers met, out float o[SFIELD_COEFS])\n",
     "{\n",
     "    uint at = sfield_at(entity);\n",
-    "    vec4 sphere = uintBitsToFloat(SFIELD_TEXEL(at + 3u));\n",
     "    uvec4 what = SFIELD_TEXEL(at + 5u);\n",
-    "    vec3 v = sphere.xyz - position;\n",
-    "    float factor = sfield_factor(at, sphere, dot(v, v), position, normal);\n",
+    "    vec4 place = uintBitsToFloat(SFIELD_TEXEL(at));\n",
+    "    float radius = uintBitsToFloat(SFIELD_TEXEL(at + 3u).w), inscribed = uintBitsToFloat(SFIELD_TEXEL(at + 2u).w);\n",
+    "    vec3 v = place.xyz - position;\n",
+    "    float d = length(v), factor = clamp(4.0 * (1.0 - d * inversesqrt(place.w)), 0.0, 1.0);\n",
+    "    if (!(factor > 0.0) || !(dot(v, normal) > -radius)) return false;\n",
+    "    if (radius < d && sfield_hidden(met, v / d, radius / d)) return false;\n",
+    "    if (inscribed > 0.0 && inscribed < d && factor >= 1.0 && met.count < SFIELD_BLOCKERS) {\n",
+    "        for (int i = 0; i < SFIELD_BLOCKERS; i++)\n",
+    "            if (i == met.count) met.cone[i] = vec4(v / d, sqrt(1.0 - inscribed * inscribed / (d * d)));\n",
+    "        met.count++;\n",
+    "    }\n",
     "    for (int k = 0; k < SFIELD_COEFS; k++) o[k] = 0.0;\n",
-    "    if (!(factor > 0.0) || sfield_hidden(entity, sphere, dot(v, v), position, normal, own)) return false;\n",
-    "    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(at, sphere, position)), 0u, 0.0, factor, o);\n",
+    "    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(at, vec4(place.xyz, radius), position)), 0u, 0.0, factor, o);\n",
     "    if (what.z != SFIELD_NONE) sfield_rotate(what.z, false, o);\n",
     "    return true;\n",
     "}\n",
@@ -5521,9 +5530,9 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "{\n",
     "    uint at = sfield_at(entity);\n",
     "    uvec4 what = SFIELD_TEXEL(at + 5u);\n",
-    "    vec4 sphere = uintBitsToFloat(SFIELD_TEXEL(at + 4u));\n",
+    "    vec4 sphere = uintBitsToFloat(SFIELD_TEXEL(at + 1u));\n",
     "    sfield_place place = sfield_locate(what.y, sfield_local(at, sphere, position));\n",
-    "    float time = uintBitsToFloat(SFIELD_TEXEL(at + 2u).w), v[SFIELD_COEFS];\n",
+    "    float time = uintBitsToFloat(SFIELD_TEXEL(at + 4u).w), v[SFIELD_COEFS];\n",
     "    vec3 rgb;\n",
     "    if (what.z != SFIELD_NONE) sfield_rotate(what.z, true, t);\n",
     "    for (int c = 0; c < 3; c++) {\n",
@@ -5554,21 +5563,32 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])\n",
     "{\n",
     "    sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);\n",
-    "    uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE;\n",
-    "    bool sky = glbk_sfield_scene.table.w != 0u;\n",
-    "    float d2 = 0.0, o[SFIELD_COEFS];\n",
-    "    while ((left > 0u || sky) && sfield_next(position, own, d2, id)) {\n",
-    "        if (id < count) {\n",
-    "            sums.light += sfield_light(id, position, t);\n",
+    "    uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE, name[SFIELD_BATCH];\n",
+    "    bool sky = glbk_sfield_scene.table.w != 0u, more = left > 0u || sky;\n",
+    "    float d2 = 0.0, o[SFIELD_COEFS], key[SFIELD_BATCH];\n",
+    "    sfield_blockers met;\n",
+    "    met.count = 0;\n",
+    "    for (int i = 0; i < SFIELD_BLOCKERS; i++) met.cone[i] = vec4(0.0);\n",
+    "    while (more) {\n",
+    "        sfield_find(position, own, d2, id, key, name);\n",
+    "        for (int i = 0; i < SFIELD_BATCH && more; i++) {\n",
+    "            d2 = key[i];\n",
+    "            id = name[i];\n",
+    "            if (id == SFIELD_NONE) {\n",
+    "                more = false;\n",
+    "            } else if (id < count) {\n",
+    "                sums.light += sfield_light(id, position, t);\n",
     "#if SFIELD_GLOSS\n",
-    "            sums.gloss += sfield_light(id, position, g);\n",
+    "                sums.gloss += sfield_light(id, position, g);\n",
     "#endif\n",
-    "            left--;\n",
-    "        } else if (sfield_occlusion(id - count, position, normal, own, o)) {\n",
-    "            sfield_apply(o, t);\n",
+    "                left--;\n",
+    "                more = left > 0u || sky;\n",
+    "            } else if (sfield_occlusion(id - count, position, normal, met, o)) {\n",
+    "                sfield_apply(o, t);\n",
     "#if SFIELD_GLOSS\n",
-    "            sfield_apply(o, g);\n",
+    "                sfield_apply(o, g);\n",
     "#endif\n",
+    "            }\n",
     "        }\n",
     "    }\n",
     "    if (sky) {\n",
@@ -6865,11 +6885,11 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 18, "", "",
       "" },
-    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 217, "", "",
+    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 220, "", "",
       "" },
     { "lib/sfield_gbuffer.glsl", glbk__glsl_lib_sfield_gbuffer_glsl, 35, "sfield_shade", "",
       "" },
-    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 157, "sfield_access sfield_field", "",
+    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 166, "sfield_access sfield_field", "",
       "" },
     { "lib/table.glsl", glbk__glsl_lib_table_glsl, 5, "", "",
       "" },
@@ -9948,14 +9968,16 @@ static void glbk__sfield_entity_words(const glbk_sfield_world *w, const glbk_sfi
     uint32_t r, c;
     memset(f, 0, sizeof f);
     for (r = 0; r < 3; r++)
-        for (c = 0; c < 3; c++) f[4 * r + c] = e->transform[4 * r + c] / scale;
+        for (c = 0; c < 3; c++) f[8 + 4 * r + c] = e->transform[4 * r + c] / scale;
     if (e->occlusion) {
-        f[3] = e->occlusion->inscribed * scale;
-        f[7] = e->occlusion->radius * scale * (w->reach > 0 ? w->reach : e->occlusion->outer);
-        glbk__sfield_sphere(e->transform, e->occlusion, scale, f + 12);
+        glbk__sfield_sphere(e->transform, e->occlusion, scale, f);
+        f[11] = e->occlusion->inscribed * scale;
+        f[15] = f[3];
+        f[3] *= w->reach > 0 ? w->reach : e->occlusion->outer;
+        f[3] *= f[3];
     }
-    f[11] = e->time;
-    if (e->source) glbk__sfield_sphere(e->transform, e->source, scale, f + 16);
+    if (e->source) glbk__sfield_sphere(e->transform, e->source, scale, f + 4);
+    f[19] = e->time;
     memcpy(f + 24, e->tint, 12);
     memcpy(words, f, sizeof f);
     words[20] = e->occlusion ? e->occlusion->start : GLBK_SFIELD_NONE;
@@ -10088,15 +10110,113 @@ static glbk_result glbk__sfield_drawn(glbk_context *ctx, glbk_sfield_renderer *r
     return result;
 }
 
+static void glbk__sfield_number(glbk__sink *sink, uint32_t n)
+{
+    char digits[12];
+    size_t at = sizeof digits;
+    do digits[--at] = (char)('0' + n % 10);
+    while ((n /= 10) != 0);
+    glbk__put(sink, digits + at, sizeof digits - at);
+}
+
+static void glbk__sfield_index(glbk__sink *sink, const char *array, uint32_t n)
+{
+    glbk__put_text(sink, array);
+    glbk__put_text(sink, "[");
+    glbk__sfield_number(sink, n);
+    glbk__put_text(sink, "]");
+}
+
+static void glbk__sfield_pair(glbk__sink *sink, uint32_t i, uint32_t j)
+{
+    glbk__sfield_index(sink, "(a", i);
+    glbk__sfield_index(sink, "*b", j);
+    if (i != j) {
+        glbk__sfield_index(sink, "+a", j);
+        glbk__sfield_index(sink, "*b", i);
+    }
+    glbk__put_text(sink, ")");
+}
+
+GLBK_DEF size_t glbk_sfield_write_product(uint32_t bands, const uint32_t *terms, const float *factors, uint32_t count,
+                                          char *out, size_t size)
+{
+    static const char head[] = "void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], "
+                               "out float r[SFIELD_COEFS])\n{\nfloat s=0.0;\n";
+    glbk__sink sink;
+    uint32_t k, e;
+
+    if (bands < 1 || bands > 8 || (count && (!terms || !factors))) return 0;
+    sink.out = out;
+    sink.size = out ? size : 0;
+    sink.used = 0;
+    glbk__put_text(&sink, head);
+    for (k = 0; k < bands * bands; k++) {
+        glbk__sfield_index(&sink, "s+=a", k);
+        glbk__sfield_index(&sink, "*b", k);
+        glbk__put_text(&sink, ";\n");
+        if (!k) continue;
+        glbk__sfield_index(&sink, "r", k);
+        glbk__put_text(&sink, "=SFIELD_Y00*");
+        glbk__sfield_pair(&sink, 0, k);
+        for (e = 0; e < count; e++) {
+            uint32_t bits;
+            if (terms[e] >> 16 != k) continue;
+            memcpy(&bits, &factors[e], 4);      /* the float itself, whatever the locale */
+            glbk__put_text(&sink, "\n+uintBitsToFloat(");
+            glbk__sfield_number(&sink, bits);
+            glbk__put_text(&sink, "u)*");
+            glbk__sfield_pair(&sink, terms[e] & 255u, terms[e] >> 8 & 255u);
+        }
+        glbk__put_text(&sink, ";\n");
+    }
+    glbk__put_text(&sink, "r[0]=SFIELD_Y00*s;\n}\n");
+    if (sink.size) out[sink.used < sink.size ? sink.used : sink.size - 1] = 0;
+    return sink.used + 1;
+}
+
+/* The pass's program with the product written out: it goes behind sfield_field and before what calls it. */
+static glbk_result glbk__sfield_compile(glbk_context *ctx, const glbk_sfield_renderer_desc *d, const char *defines,
+                                        glbk_program *out)
+{
+    static const char *const names[] = { "lib/sfield_shade.glsl", "lib/sfield_gbuffer.glsl", "prog/sfield_shade.frag" };
+    glbk__allocator memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    size_t product = glbk_sfield_write_product(d->bands, d->terms, d->factors, d->term_count, NULL, 0);
+    glbk_source source;
+    glbk__sink sink;
+    glbk_result result;
+    uint32_t i, k;
+
+    for (i = 0, sink.size = product; i < 3; i++)
+        for (k = 0; k < glbk_find_file(names[i])->line_count; k++) sink.size += strlen(glbk_find_file(names[i])->lines[k]);
+    sink.out = (char *)glbk__alloc(&memory, sink.size);
+    if (!sink.out) return GLBK_ERR_ALLOC;
+    glbk_sfield_write_product(d->bands, d->terms, d->factors, d->term_count, sink.out, sink.size);
+    sink.used = product - 1;
+    for (i = 0; i < 3; i++) glbk__put_file(&sink, glbk_find_file(names[i]));
+    sink.out[sink.used] = 0;
+    memset(&source, 0, sizeof source);
+    source.fragment = sink.out;
+    source.uses = "sfield_access sfield_field";
+    source.defines = defines;
+    result = glbk_program_compile(ctx, &source, out);
+    glbk__free(&memory, sink.out);
+    return result;
+}
+
 GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_sfield_renderer_desc *d,
                                                  glbk_sfield_renderer *out)
 {
-    char defines[] = "SFIELD_BANDS=4 SFIELD_GLOSS=0";
+    char defines[] = "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_UNROLLED";
+    int unrolled;
     glbk_result result;
 
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
-    if (!d || !d->width || !d->height || d->bands < 1 || d->bands > 8) return GLBK_ERR_ARGUMENT;
+    if (!d || !d->width || !d->height || d->bands < 1 || d->bands > 8 || (d->term_count && (!d->terms || !d->factors)))
+        return GLBK_ERR_ARGUMENT;
+    unrolled = (d->term_count || d->bands == 1) && d->bands < 6;
+    if (!unrolled) defines[29] = 0;
     out->width = d->width;
     out->height = d->height;
     out->bands = d->bands;
@@ -10104,7 +10224,9 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     defines[28] = d->gloss ? '1' : '0';
     result = glbk__sfield_textures(ctx, out, d->gloss);
     if (result == GLBK_OK && d->bands <= 4) result = glbk__sfield_drawn(ctx, out);
-    if (result == GLBK_OK) result = glbk_program_create(ctx, "sfield_shade.frag", defines, &out->shade);
+    if (result == GLBK_OK)
+        result = unrolled ? glbk__sfield_compile(ctx, d, defines, &out->shade)
+                          : glbk_program_create(ctx, "sfield_shade.frag", defines, &out->shade);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_frame), NULL, &out->frame);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_object), NULL, &out->object);
     if (result != GLBK_OK) glbk_sfield_renderer_destroy(ctx, out);

@@ -28,6 +28,7 @@ typedef struct sf_state {
     size_t          points;
     sfield_scene_stats stats;
     size_t          peak;
+    sf_gl          *gl;                 /* --backend gl */
 } sf_state;
 
 static int failed(const char *what, sfield_result result, char *error)
@@ -427,7 +428,11 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
         set->exponents = s->full ? f.exponents : NULL;
         set->exponent_stride = sizeof(float);
         s->points += set++->count;
-        r = sfield_shade(s->scene, sets, (size_t)(set - sets), &s->stats);
+        if (!s->gl)
+            r = sfield_shade(s->scene, sets, (size_t)(set - sets), &s->stats);
+        else if (sf_gl_shade(s->gl, job, s->scene, s->entities, scene->object_count + s->light_count, sets,
+                             (size_t)(set - sets), error) == 0)
+            r = SFIELD_OK;
     }
     if (r == SFIELD_OK)
         lay_pixels(s, job, &f, out);
@@ -439,16 +444,32 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
     }
     free(sets);
     free(views);
-    return r == SFIELD_OK ? 0 : failed("shading", r, error);
+    return r == SFIELD_OK ? 0 : good && s->gl ? -1 : failed("shading", r, error);
 }
 
 /* ---- opening ---- */
+
+static int open_gl(sf_state *s, const rd_job *job, char *error)
+{
+    size_t count = s->mesh_count + s->light_count;
+    const sfield_field **fields = calloc(count + 1, sizeof *fields);
+    if (!job->gl || !fields) {
+        free((void *)(size_t)fields);
+        return job->gl ? out_of_memory(error) : 0;
+    }
+    memcpy((void *)(size_t)fields, s->occlusion, s->mesh_count * sizeof *fields);
+    memcpy((void *)(size_t)(fields + s->mesh_count), s->light, s->light_count * sizeof *fields);
+    s->gl = sf_gl_open(job, fields, count, job->scene->object_count + s->light_count, s->full, error);
+    free((void *)(size_t)fields);
+    return s->gl ? 0 : -1;
+}
 
 static void close_shadowfield(void *opaque)
 {
     sf_state *s = opaque;
     if (!s)
         return;
+    sf_gl_close(s->gl);
     sfield_scene_free(s->scene);
     for (uint32_t i = 0; i < s->mesh_count; i++) {
         if (s->occlusion)
@@ -501,11 +522,14 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         s->rgb[objects] = (float *)(void *)s;            /* the end of the list */
     if (s->full && s->basis == SFIELD_BASIS_HAAR) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: materials=full needs basis=sh");
+    } else if (job->gl && s->basis == SFIELD_BASIS_HAAR) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: --backend gl needs basis=sh");
     } else if (!s->light || !s->light_object || !s->entities || !s->surface_of || !s->gloss || !s->rgb) {
         out_of_memory(error);
     } else if ((r = sfield_scene_create(&d, &s->scene)) != SFIELD_OK) {
         failed("scene", r, error);
-    } else if (build_meshes(s, job, error) == 0 && build_lights(s, job, error) == 0 && place(s, job, error) == 0) {
+    } else if (build_meshes(s, job, error) == 0 && build_lights(s, job, error) == 0 && place(s, job, error) == 0 &&
+               open_gl(s, job, error) == 0) {
         ex_progress(NULL, 1);
         *opaque = s;
         return 0;

@@ -21,7 +21,7 @@ const rd_technique *rd_technique_find(const char *name)
 /* Techniques whose functions look at job->gl add themselves here: "&rd_csm, ". */
 int rd_technique_has_gl(const rd_technique *technique)
 {
-    static const rd_technique *const with_gl[] = { &rd_csm, &rd_envshadow, &rd_rsm, &rd_ism, NULL };
+    static const rd_technique *const with_gl[] = { &rd_csm, &rd_shadowfield, &rd_envshadow, &rd_rsm, &rd_ism, NULL };
     for (size_t i = 0; with_gl[i]; i++)
         if (with_gl[i] == technique)
             return 1;

@@ -416,11 +416,16 @@ static void shade_in_gl(gl_test *t, stage *s, both *b, const float *eye, float e
     static float self[POINTS][64];
     glbk_sfield_pixel pixels[POINTS];
     glbk_sfield_renderer r;
-    glbk_sfield_renderer_desc d = { POINTS / 4, 4, 0, 0 };
+    glbk_sfield_renderer_desc d = { POINTS / 4, 4, 0, 0, NULL, NULL, 0 };
     float coefs[3 * 64];
     int i;
     d.bands = b->bands;
     d.gloss = exponent > 0;
+    if (!on_entity) {                           /* the product in the program; else from the table */
+        d.terms = b->terms;
+        d.factors = b->factors;
+        d.term_count = b->desc.term_count;
+    }
     memset(pixels, 0, sizeof pixels);
     assert_glbk(t, glbk_sfield_place(&t->gl, &b->world, s->gl_entity, ENTITIES));
     assert_int_equal(sfield_scene_sky(s->scene, coefs), SFIELD_OK);
@@ -494,7 +499,7 @@ static void bad_input_is_named(void **state)
     static uint8_t bytes[200000];
     glbk_sfield_world w;
     glbk_sfield_renderer r;
-    glbk_sfield_renderer_desc d = { 4, 4, 5, 0 };
+    glbk_sfield_renderer_desc d = { 4, 4, 5, 0, NULL, NULL, 0 };
     glbk_sfield_field fields[FILES];
     glbk_sfield_file file = { bytes, 0 };
     glbk_sfield_desc desc;

@@ -136,17 +136,19 @@ void sfield_rotate(uint rotation, bool back, inout float v[SFIELD_COEFS])
         for (int y = 0; y < n; y++)
             for (int x = 0; x < n; x += 4, row++) {
                 vec4 m = uintBitsToFloat(SFIELD_TEXEL(row));
-                for (int i = 0; i < 4; i++) {
-                    if (x + i >= n) continue;
-                    if (back) sum[x + i] += m[i] * v[first + y];
-                    else sum[y] += m[i] * v[first + x + i];
-                }
+                for (int i = 0; i < 4; i++)
+                    if (x + i < n) {
+                        if (back) sum[x + i] += m[i] * v[first + y];
+                        else sum[y] += m[i] * v[first + x + i];
+                    }
             }
         for (int x = 0; x < n; x++) v[first + x] = sum[x];
     }
 }
 
-// r = a b, projected: terms.y pairs of tripling coefficients from texel terms.x on, i | j << 8 | k << 16 and c each.
+// r = a b, projected: terms.y pairs of tripling coefficients from texel terms.x on, i | j << 8 | k << 16 and c each. With
+// SFIELD_UNROLLED the program has this function with its numbers in it (glbk_sfield_write_product).
+#ifndef SFIELD_UNROLLED
 void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], out float r[SFIELD_COEFS])
 {
     r[0] = a[0] * b[0];
@@ -163,6 +165,7 @@ void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], o
         }
     }
 }
+#endif
 
 // The basis at a unit direction.
 void sfield_basis(vec3 d, out float y[SFIELD_COEFS])

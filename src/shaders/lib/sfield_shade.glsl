@@ -1,9 +1,12 @@
 // sfield_shade - light at a point in the scene that glbk_sfield_bind bound, near to far (paper, figure 5).
 // uses: sfield_access sfield_field
 
-// Entities of the table, SFIELD_ENTITY texels each: three rows of the turn into field space (w: inscribed radius, reach,
-// time), centre and radius of occluder and of source, (occluder, source, rotation, 0), tint. World units.
+// Entities of the table, SFIELD_ENTITY texels each: occluder's centre and the square of its reach (0 hides nothing),
+// source's centre and radius (0 does not shine), three rows of the turn into field space (w: inscribed radius, radius of
+// the occluder, time), (occluder, source, rotation, 0), tint. World units.
 #define SFIELD_ENTITY 7u
+#define SFIELD_BATCH 8              // entities found at a time
+#define SFIELD_BLOCKERS 4           // inscribed spheres that are remembered
 
 struct sfield_sums { vec3 light, gloss; float open; };      // without 1 / pi; T(0) after all
 
@@ -11,82 +14,77 @@ uint sfield_at(uint entity) { return glbk_sfield_scene.table.x + entity * SFIELD
 
 vec3 sfield_turn(uint at, vec3 v)
 {
-    return vec3(dot(uintBitsToFloat(SFIELD_TEXEL(at).xyz), v), dot(uintBitsToFloat(SFIELD_TEXEL(at + 1u).xyz), v),
-                dot(uintBitsToFloat(SFIELD_TEXEL(at + 2u).xyz), v));
+    return vec3(dot(uintBitsToFloat(SFIELD_TEXEL(at + 2u).xyz), v), dot(uintBitsToFloat(SFIELD_TEXEL(at + 3u).xyz), v),
+                dot(uintBitsToFloat(SFIELD_TEXEL(at + 4u).xyz), v));
 }
 
-// How much of an occluder counts: it fades over the last quarter of its reach, and hides nothing below the horizon.
-float sfield_factor(uint at, vec4 sphere, float d2, vec3 position, vec3 normal)
+// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's number as id, an occluder count more; of the
+// same distance lights come first. An entity does not hide itself from its own light: it follows then. SFIELD_NONE ends them.
+void sfield_find(vec3 position, uint own, float d2, uint id, out float key[SFIELD_BATCH], out uint name[SFIELD_BATCH])
 {
-    float fade = 4.0 * (1.0 - sqrt(d2) / uintBitsToFloat(SFIELD_TEXEL(at + 1u).w));
-    return dot(sphere.xyz - position, normal) > -sphere.w ? clamp(fade, 0.0, 1.0) : 0.0;
-}
-
-// Is the bounding sphere of an occluder inside the cone of a nearer inscribed sphere?
-bool sfield_hidden(uint entity, vec4 sphere, float d2, vec3 position, vec3 normal, uint own)
-{
-    float sin_a = sphere.w * inversesqrt(d2);
-    if (!(sin_a < 1.0)) return false;
-    float cos_a = sqrt(1.0 - sin_a * sin_a);
-    for (uint e = 0u; e < glbk_sfield_scene.table.y; e++) {
-        uint at = sfield_at(e);
-        vec4 nearer = uintBitsToFloat(SFIELD_TEXEL(at + 3u));
-        vec3 v = nearer.xyz - position;
-        float e2 = dot(v, v), inscribed = uintBitsToFloat(SFIELD_TEXEL(at).w), r2 = inscribed * inscribed;
-        if (e == entity || e == own || !(inscribed > 0.0) || e2 >= d2 || r2 * d2 <= sphere.w * sphere.w * e2 || r2 >= e2) continue;
-        if (sfield_factor(at, nearer, e2, position, normal) < 1.0) continue;
-        float sin_b = inscribed * inversesqrt(e2), cos_b = sqrt(1.0 - sin_b * sin_b);
-        if (dot(sphere.xyz - position, v) >= (cos_a * cos_b + sin_a * sin_b) * sqrt(d2 * e2)) return true;
+    uint count = glbk_sfield_scene.table.y;
+    for (int i = 0; i < SFIELD_BATCH; i++) {
+        key[i] = 3e38;
+        name[i] = SFIELD_NONE;
     }
-    return false;
-}
-
-// The next in distance after (d2, id): a light has its entity's number as id, an occluder count more: of the same distance,
-// lights come first. An entity does not hide itself from its own light: it follows then. false: none is left.
-bool sfield_next(vec3 position, uint own, inout float d2, inout uint id)
-{
-    uint count = glbk_sfield_scene.table.y, best = SFIELD_NONE;
-    float least = 3e38;
     for (uint e = 0u; e < count; e++) {
-        uint at = sfield_at(e);
-        uvec4 what = SFIELD_TEXEL(at + 5u);
-        float light = 0.0;
-        if (what.y != SFIELD_NONE) {
-            vec3 v = uintBitsToFloat(SFIELD_TEXEL(at + 4u).xyz) - position;
-            light = dot(v, v);
-            if (light < least && (light > d2 || (light == d2 && (id == SFIELD_NONE || e > id)))) {
-                least = light;
-                best = e;
-            }
-        }
-        if (what.x == SFIELD_NONE || e == own) continue;
-        vec3 v = uintBitsToFloat(SFIELD_TEXEL(at + 3u).xyz) - position;
-        float reach = uintBitsToFloat(SFIELD_TEXEL(at + 1u).w), far = dot(v, v);
-        if (!(far < reach * reach)) continue;
-        far = max(far, light);
-        if (far < least && (far > d2 || (far == d2 && (id == SFIELD_NONE || count + e > id)))) {
-            least = far;
-            best = count + e;
+        vec4 occluder = uintBitsToFloat(SFIELD_TEXEL(sfield_at(e))), source = uintBitsToFloat(SFIELD_TEXEL(sfield_at(e) + 1u));
+        vec3 v = occluder.xyz - position, w = source.xyz - position;
+        float far = dot(v, v), light = source.w > 0.0 ? dot(w, w) : 0.0;
+        for (int what = 0; what < 2; what++) {
+            float k = what == 0 ? light : max(far, light);
+            uint n = what == 0 ? e : count + e;
+            bool there = what == 0 ? source.w > 0.0 : far < occluder.w && e != own;
+            if (!there || !(k > d2 || (k == d2 && (id == SFIELD_NONE || n > id)))) continue;
+            for (int i = 0; i < SFIELD_BATCH; i++)
+                if (k < key[i] || (k == key[i] && n < name[i])) {
+                    float a = key[i];
+                    uint b = name[i];
+                    key[i] = k;
+                    name[i] = n;
+                    k = a;
+                    n = b;
+                }
         }
     }
-    d2 = least;
-    id = best;
-    return best != SFIELD_NONE;
+}
+
+// Inscribed spheres of what was met, as cones: axis, cosine of the half angle.
+struct sfield_blockers { vec4 cone[SFIELD_BLOCKERS]; int count; };
+
+// Is a bounding sphere, in direction v at distance d with that sine, inside one of them?
+bool sfield_hidden(sfield_blockers b, vec3 v, float sin_a)
+{
+    float cos_a = sqrt(max(1.0 - sin_a * sin_a, 0.0));
+    bool hidden = false;
+    for (int i = 0; i < SFIELD_BLOCKERS; i++) {
+        float cos_b = b.cone[i].w, sin_b = sqrt(max(1.0 - cos_b * cos_b, 0.0));
+        hidden = hidden || (i < b.count && sin_a < sin_b && dot(v, b.cone[i].xyz) >= cos_a * cos_b + sin_a * sin_b);
+    }
+    return hidden;
 }
 
 vec3 sfield_local(uint at, vec4 sphere, vec3 position) { return sfield_turn(at, position - sphere.xyz) / sphere.w; }
 
-// Alpha of an occluder, in the world; false: nothing of it counts.
-bool sfield_occlusion(uint entity, vec3 position, vec3 normal, uint own, out float o[SFIELD_COEFS])
+// Alpha of an occluder, in the world; false: nothing of it counts. It fades over the last quarter of its reach, and hides
+// nothing below the horizon or behind an inscribed sphere.
+bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_blockers met, out float o[SFIELD_COEFS])
 {
     uint at = sfield_at(entity);
-    vec4 sphere = uintBitsToFloat(SFIELD_TEXEL(at + 3u));
     uvec4 what = SFIELD_TEXEL(at + 5u);
-    vec3 v = sphere.xyz - position;
-    float factor = sfield_factor(at, sphere, dot(v, v), position, normal);
+    vec4 place = uintBitsToFloat(SFIELD_TEXEL(at));
+    float radius = uintBitsToFloat(SFIELD_TEXEL(at + 3u).w), inscribed = uintBitsToFloat(SFIELD_TEXEL(at + 2u).w);
+    vec3 v = place.xyz - position;
+    float d = length(v), factor = clamp(4.0 * (1.0 - d * inversesqrt(place.w)), 0.0, 1.0);
+    if (!(factor > 0.0) || !(dot(v, normal) > -radius)) return false;
+    if (radius < d && sfield_hidden(met, v / d, radius / d)) return false;
+    if (inscribed > 0.0 && inscribed < d && factor >= 1.0 && met.count < SFIELD_BLOCKERS) {
+        for (int i = 0; i < SFIELD_BLOCKERS; i++)
+            if (i == met.count) met.cone[i] = vec4(v / d, sqrt(1.0 - inscribed * inscribed / (d * d)));
+        met.count++;
+    }
     for (int k = 0; k < SFIELD_COEFS; k++) o[k] = 0.0;
-    if (!(factor > 0.0) || sfield_hidden(entity, sphere, dot(v, v), position, normal, own)) return false;
-    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(at, sphere, position)), 0u, 0.0, factor, o);
+    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(at, vec4(place.xyz, radius), position)), 0u, 0.0, factor, o);
     if (what.z != SFIELD_NONE) sfield_rotate(what.z, false, o);
     return true;
 }
@@ -96,9 +94,9 @@ vec3 sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS])
 {
     uint at = sfield_at(entity);
     uvec4 what = SFIELD_TEXEL(at + 5u);
-    vec4 sphere = uintBitsToFloat(SFIELD_TEXEL(at + 4u));
+    vec4 sphere = uintBitsToFloat(SFIELD_TEXEL(at + 1u));
     sfield_place place = sfield_locate(what.y, sfield_local(at, sphere, position));
-    float time = uintBitsToFloat(SFIELD_TEXEL(at + 2u).w), v[SFIELD_COEFS];
+    float time = uintBitsToFloat(SFIELD_TEXEL(at + 4u).w), v[SFIELD_COEFS];
     vec3 rgb;
     if (what.z != SFIELD_NONE) sfield_rotate(what.z, true, t);
     for (int c = 0; c < 3; c++) {
@@ -129,21 +127,32 @@ void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
 sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])
 {
     sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);
-    uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE;
-    bool sky = glbk_sfield_scene.table.w != 0u;
-    float d2 = 0.0, o[SFIELD_COEFS];
-    while ((left > 0u || sky) && sfield_next(position, own, d2, id)) {
-        if (id < count) {
-            sums.light += sfield_light(id, position, t);
+    uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE, name[SFIELD_BATCH];
+    bool sky = glbk_sfield_scene.table.w != 0u, more = left > 0u || sky;
+    float d2 = 0.0, o[SFIELD_COEFS], key[SFIELD_BATCH];
+    sfield_blockers met;
+    met.count = 0;
+    for (int i = 0; i < SFIELD_BLOCKERS; i++) met.cone[i] = vec4(0.0);
+    while (more) {
+        sfield_find(position, own, d2, id, key, name);
+        for (int i = 0; i < SFIELD_BATCH && more; i++) {
+            d2 = key[i];
+            id = name[i];
+            if (id == SFIELD_NONE) {
+                more = false;
+            } else if (id < count) {
+                sums.light += sfield_light(id, position, t);
 #if SFIELD_GLOSS
-            sums.gloss += sfield_light(id, position, g);
+                sums.gloss += sfield_light(id, position, g);
 #endif
-            left--;
-        } else if (sfield_occlusion(id - count, position, normal, own, o)) {
-            sfield_apply(o, t);
+                left--;
+                more = left > 0u || sky;
+            } else if (sfield_occlusion(id - count, position, normal, met, o)) {
+                sfield_apply(o, t);
 #if SFIELD_GLOSS
-            sfield_apply(o, g);
+                sfield_apply(o, g);
 #endif
+            }
         }
     }
     if (sky) {
