@@ -1144,7 +1144,7 @@ typedef struct glbk_sfield_renderer_desc {
     uint32_t        width, height, bands;
     int             gloss;              /* not 0: Phong lobes too */
     const uint32_t *terms;              /* as in glbk_sfield_desc: written into the program, several times as fast; or NULL: */
-    const float    *factors;            /* read from the table. From 6 bands on that is done anyway */
+    const float    *factors;            /* read from the table, as is done from 5 bands on anyway */
     uint32_t        term_count;
 } glbk_sfield_renderer_desc;
 
@@ -5268,20 +5268,12 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "    }\n",
     "}\n",
     "\n",
-    "// Both shells of one step of time.\n",
-    "void sfield_step(uint field, sfield_place at, uint step, uint channel, float weight, inout float v[SFIELD_COEFS])\n",
-    "{\n",
-    "    uvec4 head = SFIELD_TEXEL(field);\n",
-    "    uint shell = 6u * head.w * head.w, first = step * head.z * shell + at.first, group = step * head.z + at.shell;\n",
-    "    if (at.weight.x > 0.0) sfield_mix(field, first, group, channel, at.corner, at.weight.x * weight, v);\n",
-    "    if (at.weight.y > 0.0) sfield_mix(field, first + shell, group + 1u, channel, at.corner, at.weight.y * weight, v);\n",
-    "}\n",
-    "\n",
-    "// One channel of a field, times weight: what is hidden, or radiance at a time in seconds.\n",
+    "// One channel of a field, times weight: what is hidden, or radiance at a time in seconds. Here as below, loops over large\n",
+    "// bodies end at numbers that compilers do not know, which would unroll them and take seconds.\n",
     "void sfield_fetch(uint field, sfield_place at, uint channel, float time, float weight, out float v[SFIELD_COEFS])\n",
     "{\n",
     "    uvec4 head = SFIELD_TEXEL(field);\n",
-    "    uint before = 0u, after = 0u;\n",
+    "    uint before = 0u, after = 0u, shell = 6u * head.w * head.w;\n",
     "    float t = 0.0;\n",
     "    for (int k = 0; k < SFIELD_COEFS; k++) v[k] = 0.0;\n",
     "    if (head.y > 1u) {\n",
@@ -5294,8 +5286,12 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "        after = before + 1u < head.y ? before + 1u : loop ? 0u : before;\n",
     "        t = t - float(before) < 1.0 ? t - float(before) : 0.0;\n",
     "    }\n",
-    "    sfield_step(field, at, before, channel, weight * (1.0 - t), v);\n",
-    "    if (t > 0.0) sfield_step(field, at, after, channel, weight * t, v);\n",
+    "    for (uint i = 0u; i < (t > 0.0 ? 4u : 2u); i++) {           /* inner, outer shell; before, after */\n",
+    "        uint frame = (i < 2u ? before : after) * head.z, outer = i & 1u;\n",
+    "        float w = weight * (i < 2u ? 1.0 - t : t) * (outer == 0u ? at.weight.x : at.weight.y);\n",
+    "        if (w != 0.0)\n",
+    "            sfield_mix(field, (frame + outer) * shell + at.first, frame + at.shell + outer, channel, at.corner, w, v);\n",
+    "    }\n",
     "}\n",
     "\n",
     "// ---- algebra ----\n",
@@ -5533,11 +5529,12 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "    vec4 sphere = uintBitsToFloat(SFIELD_TEXEL(at + 1u));\n",
     "    sfield_place place = sfield_locate(what.y, sfield_local(at, sphere, position));\n",
     "    float time = uintBitsToFloat(SFIELD_TEXEL(at + 4u).w), v[SFIELD_COEFS];\n",
-    "    vec3 rgb;\n",
+    "    vec3 rgb = vec3(0.0);\n",
     "    if (what.z != SFIELD_NONE) sfield_rotate(what.z, true, t);\n",
-    "    for (int c = 0; c < 3; c++) {\n",
-    "        sfield_fetch(what.y, place, uint(c), time, 1.0, v);\n",
-    "        rgb[c] = sfield_dot(v, t);\n",
+    "    for (uint c = 0u; c < SFIELD_TEXEL(what.y + 1u).x; c++) {    // 3 channels\n",
+    "        sfield_fetch(what.y, place, c, time, 1.0, v);\n",
+    "        float sum = sfield_dot(v, t);\n",
+    "        rgb = c == 0u ? vec3(sum) : c == 1u ? vec3(rgb.x, sum, sum) : vec3(rgb.xy, sum);\n",
     "    }\n",
     "    return rgb * uintBitsToFloat(SFIELD_TEXEL(at + 6u).xyz);\n",
     "}\n",
@@ -5571,9 +5568,12 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "    for (int i = 0; i < SFIELD_BLOCKERS; i++) met.cone[i] = vec4(0.0);\n",
     "    while (more) {\n",
     "        sfield_find(position, own, d2, id, key, name);\n",
-    "        for (int i = 0; i < SFIELD_BATCH && more; i++) {\n",
-    "            d2 = key[i];\n",
-    "            id = name[i];\n",
+    "        for (uint i = 0u; i < min(uint(SFIELD_BATCH), 2u * count + 1u) && more; i++) {\n",
+    "            for (int k = 0; k < SFIELD_BATCH; k++)\n",
+    "                if (uint(k) == i) {\n",
+    "                    d2 = key[k];\n",
+    "                    id = name[k];\n",
+    "                }\n",
     "            if (id == SFIELD_NONE) {\n",
     "                more = false;\n",
     "            } else if (id < count) {\n",
@@ -6885,11 +6885,11 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 18, "", "",
       "" },
-    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 220, "", "",
+    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 216, "", "",
       "" },
     { "lib/sfield_gbuffer.glsl", glbk__glsl_lib_sfield_gbuffer_glsl, 35, "sfield_shade", "",
       "" },
-    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 166, "sfield_access sfield_field", "",
+    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 170, "sfield_access sfield_field", "",
       "" },
     { "lib/table.glsl", glbk__glsl_lib_table_glsl, 5, "", "",
       "" },
@@ -10215,7 +10215,7 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     memset(out, 0, sizeof *out);
     if (!d || !d->width || !d->height || d->bands < 1 || d->bands > 8 || (d->term_count && (!d->terms || !d->factors)))
         return GLBK_ERR_ARGUMENT;
-    unrolled = (d->term_count || d->bands == 1) && d->bands < 6;
+    unrolled = (d->term_count || d->bands == 1) && d->bands < 5;
     if (!unrolled) defines[29] = 0;
     out->width = d->width;
     out->height = d->height;

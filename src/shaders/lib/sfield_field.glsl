@@ -93,20 +93,12 @@ void sfield_mix(uint field, uint first, uint group, uint channel, vec4 corner, f
     }
 }
 
-// Both shells of one step of time.
-void sfield_step(uint field, sfield_place at, uint step, uint channel, float weight, inout float v[SFIELD_COEFS])
-{
-    uvec4 head = SFIELD_TEXEL(field);
-    uint shell = 6u * head.w * head.w, first = step * head.z * shell + at.first, group = step * head.z + at.shell;
-    if (at.weight.x > 0.0) sfield_mix(field, first, group, channel, at.corner, at.weight.x * weight, v);
-    if (at.weight.y > 0.0) sfield_mix(field, first + shell, group + 1u, channel, at.corner, at.weight.y * weight, v);
-}
-
-// One channel of a field, times weight: what is hidden, or radiance at a time in seconds.
+// One channel of a field, times weight: what is hidden, or radiance at a time in seconds. Here as below, loops over large
+// bodies end at numbers that compilers do not know, which would unroll them and take seconds.
 void sfield_fetch(uint field, sfield_place at, uint channel, float time, float weight, out float v[SFIELD_COEFS])
 {
     uvec4 head = SFIELD_TEXEL(field);
-    uint before = 0u, after = 0u;
+    uint before = 0u, after = 0u, shell = 6u * head.w * head.w;
     float t = 0.0;
     for (int k = 0; k < SFIELD_COEFS; k++) v[k] = 0.0;
     if (head.y > 1u) {
@@ -119,8 +111,12 @@ void sfield_fetch(uint field, sfield_place at, uint channel, float time, float w
         after = before + 1u < head.y ? before + 1u : loop ? 0u : before;
         t = t - float(before) < 1.0 ? t - float(before) : 0.0;
     }
-    sfield_step(field, at, before, channel, weight * (1.0 - t), v);
-    if (t > 0.0) sfield_step(field, at, after, channel, weight * t, v);
+    for (uint i = 0u; i < (t > 0.0 ? 4u : 2u); i++) {           /* inner, outer shell; before, after */
+        uint frame = (i < 2u ? before : after) * head.z, outer = i & 1u;
+        float w = weight * (i < 2u ? 1.0 - t : t) * (outer == 0u ? at.weight.x : at.weight.y);
+        if (w != 0.0)
+            sfield_mix(field, (frame + outer) * shell + at.first, frame + at.shell + outer, channel, at.corner, w, v);
+    }
 }
 
 // ---- algebra ----

@@ -97,11 +97,12 @@ vec3 sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS])
     vec4 sphere = uintBitsToFloat(SFIELD_TEXEL(at + 1u));
     sfield_place place = sfield_locate(what.y, sfield_local(at, sphere, position));
     float time = uintBitsToFloat(SFIELD_TEXEL(at + 4u).w), v[SFIELD_COEFS];
-    vec3 rgb;
+    vec3 rgb = vec3(0.0);
     if (what.z != SFIELD_NONE) sfield_rotate(what.z, true, t);
-    for (int c = 0; c < 3; c++) {
-        sfield_fetch(what.y, place, uint(c), time, 1.0, v);
-        rgb[c] = sfield_dot(v, t);
+    for (uint c = 0u; c < SFIELD_TEXEL(what.y + 1u).x; c++) {    // 3 channels
+        sfield_fetch(what.y, place, c, time, 1.0, v);
+        float sum = sfield_dot(v, t);
+        rgb = c == 0u ? vec3(sum) : c == 1u ? vec3(rgb.x, sum, sum) : vec3(rgb.xy, sum);
     }
     return rgb * uintBitsToFloat(SFIELD_TEXEL(at + 6u).xyz);
 }
@@ -135,9 +136,12 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
     for (int i = 0; i < SFIELD_BLOCKERS; i++) met.cone[i] = vec4(0.0);
     while (more) {
         sfield_find(position, own, d2, id, key, name);
-        for (int i = 0; i < SFIELD_BATCH && more; i++) {
-            d2 = key[i];
-            id = name[i];
+        for (uint i = 0u; i < min(uint(SFIELD_BATCH), 2u * count + 1u) && more; i++) {
+            for (int k = 0; k < SFIELD_BATCH; k++)
+                if (uint(k) == i) {
+                    d2 = key[k];
+                    id = name[k];
+                }
             if (id == SFIELD_NONE) {
                 more = false;
             } else if (id < count) {
