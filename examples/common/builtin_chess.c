@@ -1,5 +1,5 @@
-/* builtin_chess.c - the opening position: 32 pieces, instances of six meshes in two colours, on a board
-   on a table. Metres; a square is 55 mm, the king 95 mm high, as in tournament sets. */
+/* builtin_chess.c - 32 pieces, instances of six meshes in two colours, on a board on a table; the opening position at time
+   0, from which an Italian game is played, taken back and played again. Metres; a square is 55 mm, the king 95 mm high, as in tournament sets. */
 #include "internal.h"
 
 enum { SIDES = 48 };
@@ -154,6 +154,34 @@ static void place_piece(ex_builder *b, const uint32_t meshes[KINDS], uint32_t ma
     if (!object) return;
     ex_place(object->transform, position, white ? EX_PI / 2 : -EX_PI / 2, 1);
     object->material = 1 + material;
+}
+
+/* ---- the game ---- */
+
+/* Objects stand as ex_build_chess makes them: the board, then for each file of white, and of black, piece and pawn. */
+typedef struct chess_move { int white, pawn, file, to_file, to_rank; float lift; } chess_move;
+static const chess_move game[] = {
+    {1, 1, 4, 4, 3, 0}, {0, 1, 4, 4, 4, 0},                     /* e4 e5 */
+    {1, 0, 6, 5, 2, 0.07f}, {0, 0, 1, 2, 5, 0.07f},             /* Nf3 Nc6 */
+    {1, 0, 5, 2, 3, 0}, {0, 0, 5, 2, 4, 0},                     /* Bc4 Bc5 */
+    {1, 1, 2, 2, 2, 0}, {0, 0, 6, 5, 5, 0.07f},                 /* c3 Nf6 */
+    {1, 1, 3, 3, 2, 0}, {0, 1, 3, 3, 5, 0}};                    /* d3 d6 */
+enum { MOVES = sizeof game / sizeof *game };
+
+int ex_pose_chess(ex_scene *scene, float time)
+{
+    const float forth = 0.8f * MOVES, back = 0.25f * forth;     /* seconds: a move takes 0.8, all of them back a quarter */
+    float t = fmodf(fmaxf(time, 0), forth + back), played = (t < forth ? t / forth : (forth + back - t) / back) * MOVES;
+    for (int i = 0; i < MOVES; i++) {
+        const chess_move *m = &game[i];
+        float *at = scene->objects[1 + (m->white ? 0 : 16) + 2 * m->file + m->pawn].transform + 12;
+        int rank = (m->white ? 0 : 7) + (m->pawn ? (m->white ? 1 : -1) : 0);
+        float u = ex_smooth(0, 1, played - (float)i);
+        at[0] = ((float)m->file - 3.5f + u * (float)(m->to_file - m->file)) * square;
+        at[1] = 4 * u * (1 - u) * m->lift;
+        at[2] = (3.5f - (float)rank - u * (float)(m->to_rank - rank)) * square;
+    }
+    return 0;
 }
 
 void ex_build_chess(ex_builder *b)

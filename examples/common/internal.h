@@ -121,6 +121,7 @@ void ex_mesh_free(ex_mesh *mesh);
    rest, see ex_scene_set_time; 0, or -1 for out of memory. */
 void ex_build_cornell(ex_builder *b);
 void ex_build_knot(ex_builder *b);
+int  ex_pose_chess(ex_scene *scene, float time);
 int  ex_pose_knot(ex_scene *scene, float time);
 void ex_build_plant(ex_builder *b);
 void ex_build_chess(ex_builder *b);

@@ -11,7 +11,7 @@ const char *const *ex_scene_names(void) { return scene_names; }
 /* In the order of the names. build makes the scene, pose puts it where it is at a time; NULL where nothing moves. */
 typedef struct builtin { void (*build)(ex_builder *); int (*pose)(ex_scene *, float); } builtin;
 static const builtin builtins[] = {
-    {ex_build_cornell, NULL}, {ex_build_chess, NULL}, {ex_build_plant, NULL}, {ex_build_knot, ex_pose_knot},
+    {ex_build_cornell, NULL}, {ex_build_chess, ex_pose_chess}, {ex_build_plant, NULL}, {ex_build_knot, ex_pose_knot},
     {ex_build_uroom, NULL}, {ex_build_corridor, NULL}, {ex_build_atrium, ex_pose_atrium},
     {ex_build_cloth, ex_pose_cloth}, {ex_build_figure, ex_pose_figure},
     {ex_build_robots, ex_pose_robots}, {ex_build_spaceships, ex_pose_spaceships},

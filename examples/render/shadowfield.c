@@ -19,7 +19,9 @@ typedef struct sf_state {
     uint32_t       *same_of;
     uint32_t        mesh_count;
     sfield_field  **light;              /* of scene->lights, then of emissive objects */
-    uint32_t       *light_object;       /* UINT32_MAX: stands in the world */
+    uint32_t       *light_object;       /* UINT32_MAX: light_of of scene->lights */
+    uint32_t       *light_of;
+    float         (*aim)[3];            /* where that one pointed when its field was built */
     size_t          light_count;
     sfield_entity  *entities;
     const sf_surface **surface_of;      /* by object; NULL: pixel by pixel */
@@ -134,8 +136,6 @@ static int build_light(sf_state *s, const rd_job *job, const ex_light *l, char *
     memcpy(e.radiance, l->value, sizeof e.radiance);
     e.radius = l->radius;
     *entity = sfield_entity_default();
-    for (int k = 0; k < 3; k++)
-        entity->transform[12 + k] = l->position[k];
     switch (l->kind) {
     case EX_LIGHT_SPOT:
         memcpy(e.normal, l->direction, sizeof e.normal);
@@ -155,7 +155,6 @@ static int build_light(sf_state *s, const rd_job *job, const ex_light *l, char *
         for (int k = 0; k < 3; k++) {
             e.u[k] = 0.5f * l->u[k];
             e.v[k] = 0.5f * l->v[k];
-            entity->transform[12 + k] += e.u[k] + e.v[k];
         }
         break;
     case EX_LIGHT_SPHERE:
@@ -168,6 +167,8 @@ static int build_light(sf_state *s, const rd_job *job, const ex_light *l, char *
     if (r != SFIELD_OK)
         return failed("source field", r, error);
     s->light_object[s->light_count] = UINT32_MAX;
+    s->light_of[s->light_count] = (uint32_t)(l - job->scene->lights);
+    memcpy(s->aim[s->light_count], l->direction, sizeof s->aim[0]);
     entity->source = s->light[s->light_count++];
     return 0;
 }
@@ -265,6 +266,33 @@ static int check_enclosed(const sf_state *s, const rd_job *job, char *error)
 
 /* ---- frames ---- */
 
+/* A lamp where it is now. Spots and discs, which are round, turn by the shortest way; rectangles are moved alone. */
+static void place_light(const ex_light *l, const float *aim, float *m)
+{
+    const float *d = l->direction;
+    float v[3] = { aim[1] * d[2] - aim[2] * d[1], aim[2] * d[0] - aim[0] * d[2], aim[0] * d[1] - aim[1] * d[0] };
+    float c = aim[0] * d[0] + aim[1] * d[1] + aim[2] * d[2];
+    memcpy(m, sfield_entity_default().transform, 16 * sizeof *m);
+    for (int k = 0; k < 3; k++)
+        m[12 + k] = l->position[k] + (l->kind == EX_LIGHT_RECT ? 0.5f * (l->u[k] + l->v[k]) : 0);
+    if ((l->kind != EX_LIGHT_SPOT && l->kind != EX_LIGHT_DISC) || c > 0.999999f)
+        return;
+    if (c < -0.999f) {                           /* half a turn about what stands on aim */
+        float p[3] = { 0, aim[2], -aim[1] }, q;
+        if (fabsf(aim[0]) > 0.7f)
+            p[0] = aim[1], p[1] = -aim[0], p[2] = 0;
+        q = 2 / (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+        for (int k = 0; k < 3; k++)
+            for (int i = 0; i < 3; i++)
+                m[4 * k + i] = q * p[i] * p[k] - (i == k ? 1.0f : 0);
+        return;
+    }
+    for (int k = 0; k < 3; k++)                  /* c I + [v] + v v^T / (1 + c) */
+        for (int i = 0; i < 3; i++)
+            m[4 * k + i] = (i == k ? c : 0) + v[i] * v[k] / (1 + c);
+    m[1] += v[2], m[2] -= v[1], m[4] -= v[2], m[6] += v[0], m[8] += v[1], m[9] -= v[0];
+}
+
 static int place(sf_state *s, const rd_job *job, char *error)
 {
     const ex_scene *scene = job->scene;
@@ -282,7 +310,9 @@ static int place(sf_state *s, const rd_job *job, char *error)
             memcpy(e->transform, sfield_entity_default().transform, sizeof e->transform);
     }
     for (size_t i = 0; i < s->light_count; i++)
-        if (s->light_object[i] != UINT32_MAX)
+        if (s->light_object[i] == UINT32_MAX)
+            place_light(&scene->lights[s->light_of[i]], s->aim[i], s->entities[scene->object_count + i].transform);
+        else
             memcpy(s->entities[scene->object_count + i].transform, scene->objects[s->light_object[i]].transform,
                    sizeof s->entities->transform);
     if (check_enclosed(s, job, error) != 0)
@@ -489,6 +519,8 @@ static void close_shadowfield(void *opaque)
     free(s->same_of);
     free(s->light);
     free(s->light_object);
+    free(s->light_of);
+    free(s->aim);
     free(s->entities);
     free((void *)(size_t)s->surface_of);
     free(s->taps);
@@ -515,6 +547,8 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     d.parallel_user = job->pool;
     s->light = calloc(lights, sizeof *s->light);
     s->light_object = calloc(lights, sizeof *s->light_object);
+    s->light_of = calloc(lights, sizeof *s->light_of);
+    s->aim = calloc(lights, sizeof *s->aim);
     s->entities = calloc(objects + lights, sizeof *s->entities);
     s->surface_of = calloc(objects + 1, sizeof *s->surface_of);
     s->gloss = calloc(objects + 1, sizeof *s->gloss);
@@ -525,7 +559,7 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         snprintf(error, EX_ERROR_SIZE, "shadowfield: materials=full needs basis=sh");
     } else if (job->gl && s->basis == SFIELD_BASIS_HAAR) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: --backend gl needs basis=sh");
-    } else if (!s->light || !s->light_object || !s->entities || !s->surface_of || !s->gloss || !s->rgb) {
+    } else if (!s->light || !s->light_object || !s->light_of || !s->aim || !s->entities || !s->surface_of || !s->gloss || !s->rgb) {
         out_of_memory(error);
     } else if ((r = sfield_scene_create(&d, &s->scene)) != SFIELD_OK) {
         failed("scene", r, error);

@@ -547,6 +547,35 @@ static void one_material_overrides_those_of_the_mesh(void **state)
     ex_scene_free(&scene);
 }
 
+/* Pieces end on the middle of squares, never two on one, and are back after ten seconds. */
+static void the_game_of_chess_is_played(void **state)
+{
+    const float half[2] = {-0.5f * 0.055f, 0.055f};
+    ex_scene scene, first;
+    (void)state;
+    load(&scene, "chess", 8);                                /* ten moves of 0.8 s */
+    load(&first, "chess", 0);
+    const float *pawn = object_called(&scene, "white pawn e2")->transform + 12;
+    assert_near(pawn[0], -half[0], 1e-5);
+    assert_near(pawn[2], -half[0], 1e-5);                    /* e4: the fourth rank from white, who sits at +Z */
+    for (uint32_t i = 1; i <= 32; i++) {
+        const float *a = scene.objects[i].transform + 12;
+        float file = a[0] / half[1] - 0.5f, rank = a[2] / half[1] - 0.5f;
+        assert_near(file, roundf(file), 1e-3);
+        assert_near(rank, roundf(rank), 1e-3);
+        for (uint32_t k = 1; k < i; k++) {
+            const float *b = scene.objects[k].transform + 12;
+            assert_true(fabsf(a[0] - b[0]) + fabsf(a[2] - b[2]) > 0.05f);
+        }
+    }
+    assert_int_equal(ex_scene_set_time(&scene, 10, NULL), 0);
+    for (uint32_t i = 0; i < scene.object_count; i++)
+        for (int k = 12; k < 15; k++)
+            assert_near(scene.objects[i].transform[k], first.objects[i].transform[k], 1e-4);
+    ex_scene_free(&first);
+    ex_scene_free(&scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -564,6 +593,7 @@ int main(void)
         cmocka_unit_test(robots_walk_on_the_deck),
         cmocka_unit_test(robots_carry_their_lamps),
         cmocka_unit_test(fire_cools_down),
+        cmocka_unit_test(the_game_of_chess_is_played),
         cmocka_unit_test(one_material_overrides_those_of_the_mesh),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
