@@ -236,7 +236,7 @@ static int build_lights(sf_state *s, const rd_job *job, char *error)
 }
 
 /* A light in a room: points on the walls have no notion of what lies behind the light, and would be hidden from it. An object
-   that is half of the scene or more counts as a room; lamps carried by smaller ones are counted as overlaps. */
+   that is most of the scene counts as a room; lamps carried by smaller ones are counted as overlaps. */
 static int check_enclosed(const sf_state *s, const rd_job *job, char *error)
 {
     for (size_t j = 0; j < s->light_count; j++)
@@ -255,7 +255,7 @@ static int check_enclosed(const sf_state *s, const rd_job *job, char *error)
                 float l = m[k] * lamp.center[0] + m[4 + k] * lamp.center[1] + m[8 + k] * lamp.center[2] + m[12 + k];
                 d2 += (l - c) * (l - c);
             }
-            if (scale * info.radius > 0.5f * job->radius && d2 < scale * scale * info.radius * info.radius) {
+            if (scale * info.radius > 0.75f * job->radius && d2 < scale * scale * info.radius * info.radius) {
                 snprintf(error, EX_ERROR_SIZE, "shadowfield: a light lies inside the bounding sphere of %.40s, which would "
                          "hide it from itself", o->name);
                 return -1;
