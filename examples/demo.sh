@@ -133,6 +133,12 @@ rm -f "$OUT/probe.png" "$OUT/probe.txt"
 ONLY="--set position_side=8 --set spacing=0.04" REFERENCE_ONLY=
 row shadowfield chess-field "Chess: 33 objects share 7 shadow fields; overcast sky" --scene builtin:chess \
     --env builtin:overcast
+ONLY="--set position_side=6 --set spacing=0.04"
+row shadowfield robots-field "Robots with spot lights and bullets that shine" --scene builtin:robots
+ONLY="--set position_side=4 --set spacing=0.04 --set basis=haar --set shells=12 --set keep=0.02"
+row shadowfield ships-field "Ships over robots, all frequencies" --scene builtin:spaceships
+ONLY="--set position_side=4 --set spacing=0.04"
+row shadowfield explosion-field "Explosion: fire as a light that changes with time" --scene builtin:explosion
 ONLY=
 row envshadow knot-env "Knot: the sky as 256 lights with shadow maps" --scene builtin:knot
 row envshadow cloth-env "Cloth in the wind: the sky as 256 lights" --scene builtin:cloth

@@ -554,10 +554,134 @@ static void bad_input_is_named(void **state)
     free_both(t, &b);
 }
 
+/* ---- failures put into GL's mouth, and a state turned over ---- */
+
+static uint32_t (GLBK_CALL *real_error)(void);
+static int error_at, error_calls, memory_left;
+
+static uint32_t GLBK_CALL lying_error(void)
+{
+    uint32_t error = real_error();
+    return ++error_calls == error_at ? 0x0505 : error;       /* GL_OUT_OF_MEMORY */
+}
+
+static void *little_memory(size_t size, void *user)
+{
+    (void)user;
+    return memory_left-- > 0 ? malloc(size) : NULL;
+}
+
+static void release(void *memory, void *user)
+{
+    (void)user;
+    free(memory);
+}
+
+static glbk_result make_all(gl_test *t, const both *b, glbk_sfield_world *w, glbk_sfield_renderer *r)
+{
+    glbk_sfield_renderer_desc d = { 4, 4, 2, 1, NULL, NULL, 0 };
+    glbk_sfield_field fields[FILES];
+    glbk_sfield_pixel pixels[4];
+    static const float sky[12] = { 3, 1, 0, 0, 2, 0, 1, 0, 1, 0, 0, 1 };
+    glbk_sfield_entity e;
+    glbk_result result = glbk_sfield_create(&t->gl, &b->desc, fields, w);
+    uint32_t row;
+    memset(r, 0, sizeof *r);
+    memset(pixels, 0, sizeof pixels);
+    memset(&e, 0, sizeof e);
+    e.transform[0] = e.transform[5] = e.transform[10] = e.transform[15] = 1;
+    pixels[0].normal[1] = 1;
+    pixels[0].position[1] = -1.5f;
+    e.occlusion = &fields[0];
+    d.terms = b->terms;
+    d.factors = b->factors;
+    d.term_count = b->desc.term_count;
+    if (result == GLBK_OK) result = glbk_sfield_place(&t->gl, w, &e, 1);
+    if (result == GLBK_OK) result = glbk_sfield_sky(&t->gl, w, sky);
+    if (result == GLBK_OK) result = glbk_sfield_renderer_create(&t->gl, &d, r);
+    for (row = 0; row < 4 && result == GLBK_OK; row++) result = glbk_sfield_upload(&t->gl, r, row, 1, pixels);
+    return result;
+}
+
+static void failures_leave_nothing(void **state)
+{
+    GL_TEST(t, state)
+    static both b;
+    glbk_sfield_world w;
+    glbk_sfield_renderer r;
+    glbk_result result;
+    int kind, done = 0;
+    build_fields(&b, 2);
+    upload(t, &b);
+    real_error = t->gl.gl.GetError;
+    for (kind = 0; kind < 2; kind++)
+        for (error_at = 1, done = 0; !done; error_at++) {
+            error_calls = 0;
+            memory_left = error_at - 1;
+            if (kind) {
+                t->gl.allocator.alloc_fn = little_memory;
+                t->gl.allocator.free_fn = release;
+            } else t->gl.gl.GetError = lying_error;
+            result = make_all(t, &b, &w, &r);
+            t->gl.gl.GetError = real_error;
+            memset(&t->gl.allocator, 0, sizeof t->gl.allocator);
+            done = result == GLBK_OK;
+            if (!done && kind) assert_int_equal(result, GLBK_ERR_ALLOC);
+            if (!done && !kind) assert_true(result == GLBK_ERR_PENDING || result == GLBK_ERR_GL_MEMORY);
+            if (!done && !r.place.name) assert_int_equal(r.shade.name + r.self.name + r.light.name + r.frame.name, 0);
+            glbk_sfield_renderer_destroy(&t->gl, &r);
+            glbk_sfield_destroy(&t->gl, &w);
+            assert_int_equal(w.table.name + r.place.name + r.target.name, 0);
+            assert_true(error_at < 300);
+        }
+    free_both(t, &b);
+}
+
+static void a_hostile_state_changes_nothing(void **state)
+{
+    GL_TEST(t, state)
+    static both b;
+    const float eye[3] = { 0, 5, 0 };
+    float plain[2][64], odd[2][64];
+    glbk_sfield_world w;
+    glbk_sfield_renderer r;
+    glbk_functions *gl = &t->gl.gl;
+    int32_t alignment = 0;
+    build_fields(&b, 2);
+    upload(t, &b);
+    assert_glbk(t, make_all(t, &b, &w, &r));
+    assert_glbk(t, glbk_sfield_shade(&t->gl, &r, &w, eye, 0));
+    assert_glbk(t, glbk_sfield_read(&t->gl, &r, plain[0], plain[1]));
+    glbk_sfield_renderer_destroy(&t->gl, &r);
+    glbk_sfield_destroy(&t->gl, &w);
+    assert_true(plain[0][0] != 0 && plain[0][4] == 0);       /* one point is there, its neighbours are not */
+    gl->Enable(0x0BE2);                                      /* blend, scissor, depth, cull */
+    gl->Enable(0x0C11);
+    gl->Enable(0x0B71);
+    gl->Enable(0x0B44);
+    gl->Scissor(3, 3, 1, 1);
+    gl->DepthFunc(0x0200);
+    gl->CullFace(0x0408);
+    gl->ColorMask(0, 0, 0, 0);
+    gl->Viewport(1, 1, 1, 1);
+    gl->PixelStorei(0x0CF5, 2);
+    gl->PixelStorei(0x0CF2, 77);
+    assert_glbk(t, make_all(t, &b, &w, &r));
+    assert_glbk(t, glbk_sfield_shade(&t->gl, &r, &w, eye, 0));
+    assert_glbk(t, glbk_sfield_read(&t->gl, &r, odd[0], odd[1]));
+    gl->GetIntegerv(0x0CF5, &alignment);
+    assert_int_equal(alignment, 2);
+    assert_memory_equal(plain, odd, sizeof plain);
+    glbk_sfield_renderer_destroy(&t->gl, &r);
+    glbk_sfield_destroy(&t->gl, &w);
+    free_both(t, &b);
+}
+
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(functions_agree), gl_unit_test(scenes_agree),
-                                  gl_unit_test(bad_input_is_named) };
+                                  gl_unit_test(bad_input_is_named), gl_unit_test(failures_leave_nothing),
+                                  gl_unit_test(a_hostile_state_changes_nothing) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }
