@@ -9877,7 +9877,7 @@ static glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_world 
 static glbk_result glbk__sfield_create(glbk_context *ctx, const glbk_sfield_desc *d, glbk_sfield_field *fields,
                                        glbk__sfield_stage *s, glbk_sfield_world *out)
 {
-    static const glbk_sfield_scene none;
+    static const glbk_sfield_scene none = { { 0, 0, 0, 0 }, { 0, 0, 0, 0 } };
     glbk__sfield_view v;
     size_t texels;
     uint32_t i, k;
