@@ -543,5 +543,6 @@ int main(int count, char **arguments)
                                   gl_unit_test(bad_arguments), gl_unit_test(gl_fails_in_every_call),
                                   gl_unit_test(no_memory_and_no_context), gl_unit_test(hostile_state) };
     (void)count;
+    if (gl_this_way() && gl_this_way()->bit != GL_CORE45) unsetenv("CONFORMANCE");      /* one line a row */
     GL_TEST_MAIN(arguments, tests, GL_CORE45 | GL_ES30_BARE);
 }
