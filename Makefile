@@ -82,7 +82,7 @@ PROGRAMS += $(if $(wildcard bench/*.c),$(BUILD)/bench)
 ifneq ($(HAVE_GLFW),1)
 PROGRAMS := $(filter-out $(BUILD)/viewer,$(PROGRAMS))
 endif
-EXAMPLES := $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/[0-9][0-9]_*.c))
+EXAMPLES := $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/[0-9][0-9]*_*.c))
 ifneq ($(HAVE_GLFW),1)
 EXAMPLES := $(filter-out $(BUILD)/%_gl_minimal,$(EXAMPLES))
 endif

@@ -47,7 +47,7 @@
            return 0;
        }
 
-   A picture drawn by a shader of your own that calls a function of the library: examples/06_gl_minimal.c.
+   A picture drawn by a shader of your own that calls a function of the library: examples/06_csm_gl_minimal.c.
 
    Conventions
 

@@ -188,7 +188,7 @@ static void minimal_example_draws(void **state)
     const unsigned char *torus = picture + HEAD + 3 * (240 * W + 320);
     (void)state;
     need();
-    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/06_gl_minimal %s/minimal.ppm", build_folder(), folder);
+    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/06_csm_gl_minimal %s/minimal.ppm", build_folder(), folder);
     assert_int_equal(system(command), 0);
     assert_int_equal(read_file("minimal.ppm", picture, sizeof picture), HEAD + 3 * W * H);
     assert_in_range(lit[0], 200, 250);

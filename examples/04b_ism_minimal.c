@@ -1,6 +1,6 @@
-/* 03_ism_minimal.c - bounced light with shadows from imperfect shadow maps, with ism.h and nothing else.
+/* 04b_ism_minimal.c - bounced light with shadows from imperfect shadow maps, with ism.h and nothing else.
 
-   cc -O2 03_ism_minimal.c -lm -o minimal && ./minimal bounce.ppm
+   cc -O2 04b_ism_minimal.c -lm -o minimal && ./minimal bounce.ppm
 
    Sun falls through an open roof onto the red floor of a room. All that is seen is what the floor sends back, and the
    shadow that a block hanging over it throws upwards. */

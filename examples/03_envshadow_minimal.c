@@ -1,6 +1,6 @@
-/* 02_envshadow_minimal.c - a sky's shadows on a scene that nothing is known of beforehand, with envshadow.h alone.
+/* 03_envshadow_minimal.c - a sky's shadows on a scene that nothing is known of beforehand, with envshadow.h alone.
 
-   cc -O2 02_envshadow_minimal.c -lm -o minimal && ./minimal sky.ppm
+   cc -O2 03_envshadow_minimal.c -lm -o minimal && ./minimal sky.ppm
 
    A waving ribbon of triangles above a floor, under a sky with a sun. The sky becomes 200 directional lights; each gets
    a shadow map, rendered by the header; then all pixels ask all lights at once. */

@@ -1,6 +1,6 @@
-/* 02_rsm_minimal.c - one bounce of light from a reflective shadow map, with rsm.h and nothing else.
+/* 04a_rsm_minimal.c - one bounce of light from a reflective shadow map, with rsm.h and nothing else.
 
-   cc -O2 02_rsm_minimal.c -lm -o minimal && ./minimal bounce.ppm
+   cc -O2 04a_rsm_minimal.c -lm -o minimal && ./minimal bounce.ppm
 
    A sun shines through the open side of a room onto its floor and red wall; what comes back lights the rest. Each pixel's
    direct light comes from the map's depth, its bounced light from 256 of the map's texels, chosen by their flux. */

@@ -1,8 +1,8 @@
-/* 06_gl_minimal.c - soft shadows in a shader of your own: csm.h builds the maps, gl_backend.h brings them to the GPU, and
+/* 06_csm_gl_minimal.c - soft shadows in a shader of your own: csm.h builds the maps, gl_backend.h brings them to the GPU, and
    the fragment shader below calls csm_visible() of the library for each of its light samples.
 
-   cc -O2 06_gl_minimal.c -lglfw -lm -o gl_minimal && ./gl_minimal           Escape ends it
-   ./gl_minimal picture.ppm                                                  one picture, no visible window */
+   cc -O2 06_csm_gl_minimal.c -lglfw -lm -o csm_gl_minimal && ./csm_gl_minimal           Escape ends it
+   ./csm_gl_minimal picture.ppm                                                  one picture, no visible window */
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 #define GL_BACKEND_IMPLEMENTATION
