@@ -192,6 +192,7 @@ typedef struct ism_source {         /* pVPLs; several sources may be given: face
     const float *areas;             /* m^2 of surface behind each texel, for ISM_NEAR_PATCH; NULL: from VPLs' spacing */
     size_t       stride;            /* bytes between positions, between normals, between fluxes; 0 = 12 */
     int          scattered;         /* 1: grid neighbours are no neighbours in space; neither blurred nor mixed */
+    size_t       area_stride;       /* bytes between areas, a multiple of 4; 0 = 4. Texels of rsm.h come as they are so */
 } ism_source;
 
 typedef struct ism_view {           /* what is shaded: pixels of a picture, row 0 first, or any list with height 1 */
@@ -1574,7 +1575,7 @@ static ism_result ism__check_sources(const ism_frame *f, size_t *total, size_t *
         const ism_source *src = &f->sources[s];
         if (!src->width || !src->height || !src->positions || !src->fluxes || !ism__stride_ok(src->stride) ||
             (src->kind != ISM_SOURCE_SURFACE && src->kind != ISM_SOURCE_DIRECTIONS) ||
-            (src->kind == ISM_SOURCE_SURFACE && !src->normals))
+            (src->kind == ISM_SOURCE_SURFACE && !src->normals) || src->area_stride % 4u != 0)
             return ISM_ERR_INPUT;
         if (!ism__mul_size(src->width, src->height, &cells) || cells > 1u << 26 || *total > (1u << 26) - cells)
             return ISM_ERR_LIMIT;
@@ -1690,7 +1691,8 @@ static void ism__make_vpl(const ism_maps *m, const ism_frame *f, size_t source, 
         v->exponent = s->lobes[4u * i + 3u];
     }
     for (k = 0; k < 3; k++) v->flux[k] = flux[k] * scale;
-    if (s->areas && !v->directional) v->area = s->areas[i] * scale;
+    if (s->areas && !v->directional)
+        v->area = *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, i) * scale;
     if (!(v->area >= 0.0f) || !ism__finite(v->area)) v->area = 0.0f;
     v->side = spacing;              /* read by ism__flag_jumps, then replaced */
 }

@@ -64,7 +64,7 @@ int main(int count, char **values)
     static float positions[3 * WIDTH * HEIGHT], normals[3 * WIDTH * HEIGHT], light[3 * WIDTH * HEIGHT];
     const float eye[3] = { 0, 1.6f, 2.9f }, sun[3] = { 0.1f, -1, -0.05f }, texel = 5.0f * 5.0f / (RSM * RSM);
     ism_mesh mesh = make_mesh();
-    ism_source source = { ISM_SOURCE_SURFACE, RSM, RSM, at, normal, flux, NULL, area, 0, 0 };
+    ism_source source = { ISM_SOURCE_SURFACE, RSM, RSM, at, normal, flux, NULL, area, 0, 0, 0 };
     ism_view view = { positions, normals, NULL, NULL, 0, WIDTH, HEIGHT, { 0 }, 0, 0 };
     ism_frame frame = { &mesh, &source, 1, &view, 0 };
     ism_shading shading = ism_shading_default();

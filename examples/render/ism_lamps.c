@@ -195,7 +195,7 @@ static int add_sky(im_rsms *r, const rd_job *job, uint32_t count, char *error)
     float *directions = NULL, *fluxes = NULL;
     ism_view view = { at, up, NULL, NULL, 0, 1, 1, { 0 }, 0, 0 };
     ism_source source = { ISM_SOURCE_DIRECTIONS, job->scene->sky.width, job->scene->sky.height, NULL, NULL, NULL, NULL,
-                          NULL, 0, 0 };
+                          NULL, 0, 0, 0 };
     ism_frame frame = { NULL, &source, 1, &view, 0 };
     ism_desc desc = { 0 };
     ism_maps *maps = NULL;
