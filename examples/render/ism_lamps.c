@@ -521,6 +521,8 @@ static void add_direct(ex_image *out, const rd_job *job, const im_lamp *lamp, co
         if (lamp->kind == IM_EVEN && -dot(d, lamp->normal) < lamp->cos_cone)
             continue;
         lit = shadow_map_lit(map, pixel->position, pixel->geometric);
+        if (lit < 0 && lamp->kind == IM_FAR)
+            lit = 1;                            /* ground beyond the scene, where no shadow of it falls */
         for (int k = 0; k < 3 && lit > 0; k++)
             out->rgb[3 * i + (size_t)k] += lit * cosine * lamp->value[k] * pixel->albedo[k] / ((float)PI * distance2);
     }
