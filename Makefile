@@ -79,7 +79,7 @@ objects = $(patsubst %,$(OBJ)/%.o,$(basename $(wildcard $(1)/*.c) $(if $(filter 
 
 COMMON   := $(if $(wildcard examples/common/*.c),$(OBJ)/common.a)
 PROGRAMS := $(foreach p,render compare bake viewer,$(if $(wildcard examples/$(p)/*.c),$(BUILD)/$(p)))
-PROGRAMS += $(if $(wildcard bench/*.c),$(BUILD)/bench)
+PROGRAMS += $(if $(wildcard bench/*.c),$(BUILD)/bench) $(BUILD)/gallery
 ifneq ($(HAVE_GLFW),1)
 PROGRAMS := $(filter-out $(BUILD)/viewer,$(PROGRAMS))
 endif
@@ -137,6 +137,7 @@ $(BUILD)/bake: $(call objects,examples/bake) $(patsubst %,$(OBJ)/examples/render
 $(BUILD)/viewer: $(call objects,examples/viewer) $(filter-out %/main.o,$(call objects,examples/render)) $(COMMON)
 	$(call say,LINK,$@)$(LINK) $^ $(EX_LIBS) $(GLFW_LIBS) -lm -o $@
 $(eval $(call program,bench,bench))
+$(eval $(call program,gallery,examples/demo))
 $(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh ism_gl emitters)
 
 # The minimal examples stand alone: one file and the header.

@@ -15,6 +15,10 @@ int   ex_image_write(const ex_image *image, const char *path, float ev, char *er
 int   ex_image_read_pfm(ex_image *image, const char *path, char *error);
 float ex_image_auto_ev(const ex_image *image);   /* 98th percentile of lit luminance to 0.9 */
 
+/* 8-bit RGB, rows from the top down; compressed where stb was found. */
+int   ex_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgb, char *error);
+const char *ex_glyph(char c);       /* 7 rows of 5 characters, '#' is ink; letters are capitals */
+
 /* ---- primary visibility through pixel centres; every technique shades this ---- */
 
 typedef struct ex_pixel {

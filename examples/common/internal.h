@@ -148,6 +148,5 @@ int  ex_gltf_load(ex_scene *scene, const char *path, char *error);
 
 /* stb behind two functions, see png.c. Pixels of read are malloc'ed, 3 floats each. */
 int  ex_stb_read_hdr(const char *path, uint32_t *width, uint32_t *height, float **rgb, char *error);
-int  ex_png_write(const char *path, uint32_t width, uint32_t height, const uint8_t *rgb, char *error);
 
 #endif

@@ -35,7 +35,7 @@ uint32_t vw_panel_text(vw_panel *panel, uint32_t x, uint32_t y, const char *text
     uint32_t length = (uint32_t)strlen(text);
     fill(panel, x, y, length * STEP + 2 * SCALE, LINE, strip[is_selected != 0]);
     for (uint32_t c = 0; c < length; c++) {
-        const char *glyph = vw_glyph(text[c]);
+        const char *glyph = ex_glyph(text[c]);
         for (uint32_t i = 0; i < VW_GLYPH_WIDTH * VW_GLYPH_HEIGHT; i++)
             if (glyph[i] == '#')
                 fill(panel, x + 2 * SCALE + c * STEP + i % VW_GLYPH_WIDTH * SCALE,

@@ -64,7 +64,7 @@ const rd_key *vw_show_key(const vw_show *show, int index);
 const char   *vw_show_value(const vw_show *show, const rd_key *key);
 void          vw_show_change(vw_show *show, const rd_key *key, int direction);
 
-/* ---- panel.c, font.c: text as an image ---- */
+/* ---- panel.c: text as an image ---- */
 
 enum { VW_GLYPH_WIDTH = 5, VW_GLYPH_HEIGHT = 7 };
 
@@ -73,7 +73,6 @@ typedef struct vw_panel {
     unsigned char *rgba;           /* rows from the top down */
 } vw_panel;
 
-const char *vw_glyph(char c);      /* 7 rows of 5 characters, '#' is ink; letters are capitals */
 int         vw_panel_size(vw_panel *panel, uint32_t width, uint32_t height);    /* 0, or -1: out of memory */
 void        vw_panel_clear(vw_panel *panel);
 /* A line of text, twice the glyphs' size, on a dark strip; returns the y of the next line. */

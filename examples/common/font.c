@@ -1,5 +1,5 @@
 /* font.c - letters of 5 x 7 dots. */
-#include "viewer.h"
+#include "common.h"
 
 #include <ctype.h>
 #include <string.h>
@@ -35,7 +35,7 @@ static const struct { char c; const char *rows; } glyphs[] = {
     { '"', " # #  # #  # #                     " }, { '?', " ### #   #    #   #   #         #  " }
 };
 
-const char *vw_glyph(char c)
+const char *ex_glyph(char c)
 {
     static const char nothing[] = "                                   ";
     c = (char)toupper((unsigned char)c);

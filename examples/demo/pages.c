@@ -1,0 +1,302 @@
+/* pages.c - index.html: pictures, differences and figures, scene by scene; which.html and which-one.md: the same figures
+   technique by technique, with what each is good for. */
+#include "gallery.h"
+
+#include <stdarg.h>
+#include <string.h>
+
+/* ---- one writer for HTML and Markdown ---- */
+
+typedef struct page { FILE *file; int is_markdown; } page;
+
+static const char html_head[] =
+    "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Dapple</title>\n<style>\n"
+    "body { font-family: sans-serif; max-width: 110em; margin: 2em auto; padding: 0 1em; color: #222; }\n"
+    "p, li { max-width: 50em; line-height: 1.4; } h2 { margin-top: 2em; border-top: 1px solid #ccc; padding-top: 1em; }\n"
+    "table { border-collapse: collapse; } th, td { padding: 0.2em 0.8em; text-align: left; vertical-align: top; }\n"
+    "tr { border-bottom: 1px solid #ddd; } .pictures { display: flex; flex-wrap: wrap; gap: 0.6em; }\n"
+    "figure { margin: 0; width: 24em; font-size: small; } img { width: 100%; display: block; }\n"
+    "</style></head><body>\n";
+
+static int open_page(page *p, const gallery *g, const char *name, char *error)
+{
+    char path[400];
+    snprintf(path, sizeof path, "%s/%s", g->folder, name);
+    p->file = fopen(path, "w");
+    p->is_markdown = strstr(name, ".md") != NULL;
+    if (!p->file) return ex_fail(error, "%s: cannot write", path);
+    if (!p->is_markdown) fputs(html_head, p->file);
+    return 0;
+}
+
+static int close_page(page *p, const char *name, char *error)
+{
+    int ok;
+    if (!p->is_markdown) fputs("</body></html>\n", p->file);
+    ok = !ferror(p->file);
+    if (fclose(p->file) != 0 || !ok) return ex_fail(error, "%s: write failed", name);
+    return 0;
+}
+
+/* Text of ours and of file names: < > & are all that HTML minds. */
+static void put(page *p, const char *text)
+{
+    for (; *text; text++)
+        if (!p->is_markdown && *text == '<') fputs("&lt;", p->file);
+        else if (!p->is_markdown && *text == '>') fputs("&gt;", p->file);
+        else if (!p->is_markdown && *text == '&') fputs("&amp;", p->file);
+        else fputc(*text, p->file);
+}
+
+static void heading(page *p, int level, const char *text)
+{
+    if (p->is_markdown) fprintf(p->file, "%.*s ", level, "####");
+    else fprintf(p->file, "<h%d>", level);
+    put(p, text);
+    if (p->is_markdown) fputs("\n\n", p->file);
+    else fprintf(p->file, "</h%d>\n", level);
+}
+
+static void paragraph(page *p, const char *format, ...)
+{
+    char text[1600];
+    size_t start = 0, space = 0;
+    va_list list;
+    va_start(list, format);
+    vsnprintf(text, sizeof text, format, list);
+    va_end(list);
+    for (size_t i = 0; text[i]; i++) {          /* lines of 119 characters at most */
+        if (text[i] == ' ') space = i;
+        if (i - start < 119 || space <= start) continue;
+        text[space] = '\n';
+        start = space + 1;
+    }
+    if (!p->is_markdown) fputs("<p>", p->file);
+    put(p, text);
+    fputs(p->is_markdown ? "\n\n" : "</p>\n", p->file);
+}
+
+/* Cells of one line are separated by |. A table ends with an empty line. */
+static void table_line(page *p, const char *cells, int is_head)
+{
+    const char *tag = is_head ? "th" : "td";
+    if (p->is_markdown) {
+        fprintf(p->file, "| %s |\n", cells);
+        if (is_head) {
+            fputs("|---|", p->file);
+            for (; *cells; cells++)
+                if (*cells == '|') fputs("---|", p->file);
+            fputc('\n', p->file);
+        }
+        return;
+    }
+    if (is_head) fputs("<table>\n", p->file);
+    fprintf(p->file, "<tr><%s>", tag);
+    for (; *cells; cells++)
+        if (*cells == '|') {
+            fprintf(p->file, "</%s><%s>", tag, tag);
+        } else {
+            const char one[2] = { *cells, 0 };
+            put(p, one);
+        }
+    fprintf(p->file, "</%s></tr>\n", tag);
+}
+
+static void table_end(page *p)
+{
+    fputs(p->is_markdown ? "\n" : "</table>\n", p->file);
+}
+
+/* ---- numbers ---- */
+
+typedef struct text20 { char text[20]; } text20;
+
+static text20 number(const char *format, double value)
+{
+    text20 out = { "-" };
+    if (isfinite(value)) snprintf(out.text, sizeof out.text, format, value);
+    return out;
+}
+
+static text20 milliseconds(double ms)
+{
+    return ms < 10 ? number("%.1f ms", ms) : ms < 10000 ? number("%.0f ms", ms) : number("%.1f s", ms / 1000);
+}
+
+#define FIGURES "relative RMSE | SSIM | mean ratio | precomputed | a frame | kept"
+
+static void figures(char *out, size_t size, const gal_row *r)
+{
+    snprintf(out, size, "%s | %s | %s | %s | %s | %s", number("%.3f", r->error).text, number("%.3f", r->ssim).text,
+             number("%.3f", r->mean_ratio).text, milliseconds(r->precompute_ms).text, milliseconds(r->frame_ms).text,
+             number("%.2f MB", r->memory_bytes / 1e6).text);
+}
+
+static void say_what_figures_mean(page *p, const gallery *g)
+{
+    paragraph(p, "Relative RMSE and mean ratio are of linear radiance against a path-traced reference, over the pixels "
+                 "that are not black in both; SSIM is of the pictures as shown. The error contains the noise of both. "
+                 "Precomputed: once, and kept; a frame: everything that moving things need anew, primary visibility "
+                 "not counted.");
+    paragraph(p, "Run: %s. Machine: %s.", g->run, g->machine);
+    if (*g->left_out) paragraph(p, "Left out: %s.", g->left_out);
+}
+
+/* ---- index.html ---- */
+
+static void figure(page *p, const gallery *g, const char *stem, const char *suffix, const char *caption)
+{
+    char path[400];
+    FILE *file;
+    snprintf(path, sizeof path, "%s/%s%s.png", g->folder, stem, suffix);
+    file = fopen(path, "rb");
+    if (!file) return;                          /* no reference, no difference */
+    fclose(file);
+    fprintf(p->file, "<figure><img src=\"%s%s.png\" alt=\"%s\"><figcaption>", stem, suffix, stem);
+    put(p, caption);
+    fputs("</figcaption></figure>\n", p->file);
+}
+
+static void show_group(page *p, const gallery *g, const gal_group *group)
+{
+    char line[600], caption[300];
+    heading(p, 2, group->title);
+    fputs("<div class=\"pictures\">\n", p->file);
+    if (*group->reference) figure(p, g, group->reference, "", "reference");
+    for (uint32_t i = 0; i < group->row_count; i++) {
+        const gal_row *r = &group->rows[i];
+        snprintf(caption, sizeof caption, "%s, %s%s%s", r->technique, r->backend, *r->label ? ": " : "", r->label);
+        figure(p, g, r->stem, "", caption);
+        snprintf(caption, sizeof caption, "%s, %s: difference", r->technique, r->backend);
+        figure(p, g, r->stem, "-diff", caption);
+    }
+    fputs("</div>\n", p->file);
+    table_line(p, "technique | backend | settings | " FIGURES, 1);
+    for (uint32_t i = 0; i < group->row_count; i++) {
+        const gal_row *r = &group->rows[i];
+        char f[200];
+        figures(f, sizeof f, r);
+        snprintf(line, sizeof line, "%s | %s | %s | %s", r->technique, r->backend, r->label, f);
+        table_line(p, line, 0);
+    }
+    table_end(p);
+    if (*group->reference)
+        paragraph(p, "%.0f triangles; the reference took %s, its own relative noise is %s.", group->triangles,
+                  milliseconds(group->reference_ms).text, number("%.3f", group->noise).text);
+}
+
+int gal_index(gallery *g, char *error)
+{
+    page p;
+    if (open_page(&p, g, "index.html", error) != 0) return -1;
+    heading(&p, 1, "Dapple: pictures");
+    fputs("<p><a href=\"which.html\">Which one do I need?</a> Figures technique by technique.</p>\n", p.file);
+    paragraph(&p, "Each scene's direct light, or its direct and once bounced light, by every technique that treats it, at "
+                  "one exposure. In difference pictures grey is equal, red too bright, blue too dark.");
+    say_what_figures_mean(&p, g);
+    fputs("<p><img src=\"contact.png\" alt=\"all pictures, small\" style=\"max-width: 62em\"></p>\n", p.file);
+    for (uint32_t i = 0; i < g->group_count; i++)
+        if (g->groups[i].row_count) show_group(&p, g, &g->groups[i]);
+    return close_page(&p, "index.html", error);
+}
+
+/* ---- which one ---- */
+
+static const char *const choices[] = {
+    "you have | you want | take",
+    "rigid objects that may move, turn and scale evenly; any light | their shadows at a steady cost | csm.h",
+    "a tool that asks very many visibility questions | answers from a few megabytes, batched | csm.h",
+    "many rigid objects and local lights that move, soft shadows | all of it in a few milliseconds | shadowfield.h",
+    "anything that deforms, under a sky | its shadows, nothing precomputed | envshadow.h",
+    "scenes, lights and cameras that move | bounced light without its shadows, fast | rsm.h",
+    "the same | bounced light with its shadows | ism.h",
+    "a need for answers exact to the last ray | | a ray tracer",
+    NULL
+};
+
+typedef struct what {
+    const char *technique, *header, *purpose, *lines[5];
+} what;
+
+/* Geometry, lights, precomputation, memory, what it cannot do. */
+static const what techniques[] = {
+    { "csm", "csm.h: coherent shadow maps",
+      "Visibility of rigid objects from thousands of directions or places, compressed without loss.",
+      { "rigid objects and instances of them; they move, turn and scale evenly. A mesh that deforms is built again",
+        "sky, sun, spot, point, line, rectangle, disc, sphere, emissive mesh; places of local lights are fixed in "
+        "the object's space unless they lie outside its hull",
+        "seconds to minutes an object, once; bake keeps it in a file",
+        "10 to 35 MB an object at the default 16,384 maps, half of that with 4,096, however many instances there are",
+        "deforming meshes, bounced light; contact shadows finer than a pixel of a map (1/128 of the object)" } },
+    { "shadowfield", "shadowfield.h: precomputed shadow fields",
+      "How much of each direction an object hides, on spheres around it; products of a few samples at run time.",
+      { "rigid objects and instances of them; they move, turn and scale evenly, any number of them",
+        "sky, sphere, disc, rectangle, emissive mesh, sun; lights move and change with time, too; not inside a room",
+        "seconds an object, once; bake keeps it in a file",
+        "0.4 MB an object (harmonics of 4 bands, 16 x 16 points a face), and the self-visibility of what is shaded; "
+        "wavelets some MB",
+        "hard shadows with harmonics (4 bands blur 45 degrees), deforming meshes, bounced light; shading is per point" } },
+    { "envshadow", "envshadow.h: environment-map shadows",
+      "The sky as some hundred directional lights, each with a shadow map.",
+      { "anything: deforming, open, torn; nothing is computed on it beforehand",
+        "a sky, which may turn and change; suns", "none",
+        "the shadow maps: 71 MB for 256 lights of 256 x 256 texels",
+        "lights inside the scene, bounced light; walls thinner than the filter may leak" } },
+    { "rsm", "rsm.h: reflective shadow maps",
+      "One bounce of light from the texels of a shadow map that knows position, normal and flux.",
+      { "anything; maps are drawn for every frame", "sun, spot, point, patches of area lights, sky as some suns", "none",
+        "56 bytes a texel: 15 MB for a spot or sun of 512 x 512, 74 MB for an area light of 16 patches",
+        "shadows of bounced light (corners are too bright behind things), a second bounce, mirrors" } },
+    { "ism", "ism.h: imperfect, view-adaptive shadow maps",
+      "A thousand virtual point lights, each with a coarse shadow map made of scattered points.",
+      { "anything; points follow the triangles as they deform",
+        "everything: sun, spot, point by your own shadow maps; area lights and skies as virtual lights", "none",
+        "128 MB for 1024 lights of 8192 points and 64 x 64 texels, twice that where area lights bounce",
+        "sharp indirect shadows (single maps leak and blur; their sum counts), mirrors" } },
+};
+
+static void describe(page *p, const gallery *g, const what *w)
+{
+    static const char *const names[] = { "geometry", "lights", "precomputation", "memory", "what it cannot do" };
+    char line[700], f[200];
+    int any = 0;
+    heading(p, 2, w->header);
+    paragraph(p, "%s", w->purpose);
+    for (int i = 0; i < 5; i++) {
+        snprintf(line, sizeof line, "%s | %s", names[i], w->lines[i]);
+        table_line(p, line, i == 0);            /* Markdown has no table without a head */
+    }
+    table_end(p);
+    for (uint32_t i = 0; i < g->group_count; i++)
+        for (uint32_t k = 0; k < g->groups[i].row_count; k++) {
+            const gal_row *r = &g->groups[i].rows[k];
+            if (strcmp(r->technique, w->technique) != 0) continue;
+            if (!any++) table_line(p, "scene | light | backend, settings | " FIGURES, 1);
+            figures(f, sizeof f, r);
+            snprintf(line, sizeof line, "%s | %s | %s%s%s | %s", g->groups[i].scene, g->groups[i].kind, r->backend,
+                     *r->label ? ", " : "", r->label, f);
+            table_line(p, line, 0);
+        }
+    if (any) table_end(p);
+    else paragraph(p, "No figures from this run.");
+}
+
+static int write_which(gallery *g, const char *name, char *error)
+{
+    page p;
+    if (open_page(&p, g, name, error) != 0) return -1;
+    heading(&p, 1, "Which one do I need?");
+    if (p.is_markdown) fputs("Made by `make demo` (out/which-one.md), from the figures of one run.\n\n", p.file);
+    for (int i = 0; choices[i]; i++) table_line(&p, choices[i], i == 0);
+    table_end(&p);
+    paragraph(&p, "The headers work together: csm.h, envshadow.h or shadowfield.h for direct light, rsm.h or ism.h for "
+                  "what bounces. gl_backend.h has the GPU's half of each of them, for OpenGL 3.3, ES 3.0 and WebGL 2.");
+    say_what_figures_mean(&p, g);
+    for (size_t i = 0; i < sizeof techniques / sizeof techniques[0]; i++) describe(&p, g, &techniques[i]);
+    return close_page(&p, name, error);
+}
+
+int gal_which(gallery *g, char *error)
+{
+    return write_which(g, "which.html", error) || write_which(g, "which-one.md", error) ? -1 : 0;
+}
