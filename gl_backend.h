@@ -47,7 +47,8 @@
            return 0;
        }
 
-   A picture drawn by a shader of your own that calls a function of the library: examples/06_csm_gl_minimal.c.
+   A picture drawn by a shader of your own that calls a function of the library: examples/06_csm_gl_minimal.c, which
+   wants csm.h and GLFW beside this file, and a display: without one start it by xvfb-run -a.
 
    Conventions
 

@@ -34,7 +34,7 @@
            const float at[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 }, flux[3] = { 1.5f, 1.5f, 1.5f };
            const float points[6] = { -4, 2, 0,  4, 2, 0 }, down[6] = { 0, -1, 0,  0, -1, 0 };
            ism_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL };
-           ism_source source = { ISM_SOURCE_SURFACE, 1, 1, at, up, flux, NULL, NULL, 0, 1 };
+           ism_source source = { ISM_SOURCE_SURFACE, 1, 1, at, up, flux, NULL, NULL, 0, 1, 0 };
            ism_view view = { points, down, NULL, NULL, 0, 2, 1, { 0 }, 0, 0 };
            ism_frame frame = { &mesh, &source, 1, &view, 0 };
            ism_desc desc = { 0 };

@@ -76,7 +76,8 @@
    A map takes 56 bytes a texel (48 of them rsm_texel), a list of lights 48 bytes each, a gather 60 bytes a light in
    scratch, interpolation 5 bytes a pixel, the filter 80 bytes a pixel. The knobs, and what each trades:
 
-     samples    fewer: banding (list and unrotated patterns) or noise (noise, interleave)
+     samples    fewer: banding (list and unrotated patterns) or noise (noise, interleave), and bright dots where
+                surfaces meet; 0, the default, takes every texel
      pattern    FLUX is fastest; MIXED has the least error where the light near a corner matters
      offset     pixel lights move below their surface: tames corners, darkens them too (docs/rsm.md has the curve)
      near_limit the same by a bound on each light; what is lost is counted

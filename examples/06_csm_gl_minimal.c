@@ -2,7 +2,7 @@
    the fragment shader below calls csm_visible() of the library for each of its light samples.
 
    cc -O2 06_csm_gl_minimal.c -lglfw -lm -o csm_gl_minimal && ./csm_gl_minimal           Escape ends it
-   ./csm_gl_minimal picture.ppm                                                  one picture, no visible window */
+   ./csm_gl_minimal picture.ppm                             one picture, no visible window; without a display: xvfb-run -a */
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 #define GL_BACKEND_IMPLEMENTATION
