@@ -20,6 +20,7 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "gl_ism", "imperfect shadow maps on OpenGL: times of the stages, difference from the CPU", bn_gl_ism },
     { "gl_envshadow", "shadow maps and light of k lights in clusters of c on OpenGL, and the cost model", bn_gl_envshadow },
     { "sfield_algebra", "products, rotations and dot products of spherical harmonics a second", bn_sfield_algebra },
+    { "sfield_chess", "shadow fields in harmonics: 32 moving chess pieces, errors against rays", bn_sfield_chess },
     { "envshadow_lights", "time, energy and error of k lights by each method", bn_envshadow_lights },
     { "ism", "pictures by ism beside the one-bounce reference, times of its stages", bn_ism },
     { "ism_vpls", "error at equal VPL count by flux, bidirectional and guided importance", bn_ism_vpls },
@@ -188,10 +189,11 @@ static void add_object(bn_model *m, const ex_mesh *mesh, const float *t)
     m->triangles += mesh->triangle_count;
 }
 
-static int flatten(bn_model *m, const ex_scene *scene)
+int bn_model_flatten(bn_model *m, const ex_scene *scene, uint32_t objects)
 {
     size_t vertices = 0, triangles = 0;
-    for (uint32_t i = 0; i < scene->object_count; i++) {
+    memset(m, 0, sizeof *m);
+    for (uint32_t i = 0; i < objects; i++) {
         vertices += scene->meshes[scene->objects[i].mesh].vertex_count;
         triangles += scene->meshes[scene->objects[i].mesh].triangle_count;
     }
@@ -203,7 +205,7 @@ static int flatten(bn_model *m, const ex_scene *scene)
         m->low[k] = HUGE_VALF;
         m->high[k] = -HUGE_VALF;
     }
-    for (uint32_t i = 0; i < scene->object_count; i++)
+    for (uint32_t i = 0; i < objects; i++)
         add_object(m, &scene->meshes[scene->objects[i].mesh], scene->objects[i].transform);
     return 0;
 }
@@ -221,13 +223,12 @@ int bn_model_load(bn_model *m, const char *scene)
     char error[EX_ERROR_SIZE];
     ex_scene loaded;
     int result;
-    memset(m, 0, sizeof *m);
     result = strncmp(scene, "builtin:", 8) == 0 ? ex_scene_builtin(&loaded, scene + 8, 0, error)
                                                 : ex_scene_load(&loaded, scene, error);
     if (result != 0)
         return bn_failed(scene, error);
+    result = bn_model_flatten(m, &loaded, loaded.object_count);
     set_name(m, scene);
-    result = flatten(m, &loaded);
     ex_scene_free(&loaded);
     if (result == 0)
         return 0;
