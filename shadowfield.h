@@ -3629,9 +3629,8 @@ SFIELD__INLINE float sfield__warp(float u)
                                                                                           z * 0.0127531015f))));
 }
 
-/* p: x, y, z planes of 16 points about the center, in r, finite. Loops of one step each, so that compilers make vectors
-   of them; the same text is compiled again for AVX2. */
-SFIELD__INLINE void sfield__locate_body(const sfield_field *f, const float *p, sfield__place *out)
+/* p: x, y, z planes of 16 points about the center, in r, finite. */
+static void sfield__locate_plain(const sfield_field *f, const float *p, sfield__place *out)
 {
     float d2[SFIELD__LANES], u[SFIELD__LANES], v[SFIELD__LANES];
     int32_t face[SFIELD__LANES], count[SFIELD__LANES];
@@ -3673,11 +3672,6 @@ SFIELD__INLINE void sfield__locate_body(const sfield_field *f, const float *p, s
     }
 }
 
-static void sfield__locate_plain(const sfield_field *f, const float *p, sfield__place *out)
-{
-    sfield__locate_body(f, p, out);
-}
-
 /* out[k] = sum over eight samples, k < n (a multiple of 8). Weight 0 of both shells must not be asked. */
 static void sfield__mix_plain(const sfield_field *f, size_t base, size_t group, const float *b, float w0, float w1,
                               uint32_t n, float *out)
@@ -3697,9 +3691,81 @@ static void sfield__mix_plain(const sfield_field *f, size_t base, size_t group, 
 }
 
 #if SFIELD__SIMD
+/* m ? a : b */
+SFIELD__TARGET_AVX2 SFIELD__INLINE __m256 sfield__pick8(__m256 m, __m256 a, __m256 b) { return _mm256_blendv_ps(b, a, m); }
+
+/* Eight lanes of the above, with the same roundings. */
+SFIELD__TARGET_AVX2 static void sfield__locate8(const sfield_field *f, const float *p, sfield__place *out)
+{
+    const __m256 zero = _mm256_setzero_ps(), one = _mm256_set1_ps(1), sign = _mm256_set1_ps(-0.0f);
+    const __m256 x = _mm256_loadu_ps(p), y = _mm256_loadu_ps(p + 16), z = _mm256_loadu_ps(p + 32);
+    const __m256 ax = _mm256_andnot_ps(sign, x), ay = _mm256_andnot_ps(sign, y), az = _mm256_andnot_ps(sign, z);
+    const __m256 m = _mm256_max_ps(_mm256_max_ps(ax, ay), az), is_x = _mm256_cmp_ps(m, ax, _CMP_EQ_OQ);
+    const __m256 is_y = _mm256_andnot_ps(is_x, _mm256_cmp_ps(m, ay, _CMP_EQ_OQ));
+    const __m256 up = _mm256_cmp_ps(sfield__pick8(is_x, x, sfield__pick8(is_y, y, z)), zero, _CMP_GT_OQ);
+    const __m256 inverse = _mm256_div_ps(one, _mm256_max_ps(m, _mm256_set1_ps(1e-20f)));
+    const __m256 half = _mm256_set1_ps(0.5f * (float)(f->h.position_side - 1));
+    const __m256 cap = _mm256_set1_ps((float)f->h.position_side - 1.5f);
+    const __m256 d2 = _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(x, x), _mm256_mul_ps(y, y)), _mm256_mul_ps(z, z));
+    const __m256 q = _mm256_max_ps(d2, _mm256_set1_ps(1e-12f)), r = _mm256_div_ps(one, q);
+    const __m256i side = _mm256_set1_epi32((int32_t)f->h.position_side);
+    __m256 uv[2], m0, m1, w, tail;
+    __m256i at[2], face, shell = _mm256_set1_epi32(-1);
+    uint32_t k;
+    uv[0] = _mm256_mul_ps(_mm256_xor_ps(sfield__pick8(is_x, z, x), _mm256_and_ps(sign, sfield__pick8(is_x, up,
+                          sfield__pick8(is_y, zero, _mm256_cmp_ps(z, zero, _CMP_NGT_UQ))))), inverse);
+    uv[1] = _mm256_mul_ps(_mm256_xor_ps(sfield__pick8(is_y, z, y), _mm256_andnot_ps(_mm256_and_ps(is_y, up), sign)), inverse);
+    face = _mm256_castps_si256(sfield__pick8(is_x, zero, sfield__pick8(is_y, _mm256_castsi256_ps(_mm256_set1_epi32(2)),
+                                                                       _mm256_castsi256_ps(_mm256_set1_epi32(4)))));
+    face = _mm256_add_epi32(face, _mm256_add_epi32(_mm256_set1_epi32(1), _mm256_castps_si256(up)));
+    for (k = 0; k < f->h.shells; k++) {
+        __m256 inside = _mm256_cmp_ps(_mm256_set1_ps(f->radius2[k]), d2, _CMP_LE_OQ);
+        if (!_mm256_movemask_ps(inside)) break;
+        shell = _mm256_sub_epi32(shell, _mm256_castps_si256(inside));
+    }
+    shell = _mm256_min_epi32(_mm256_max_epi32(shell, _mm256_setzero_si256()), _mm256_set1_epi32((int32_t)f->h.shells - 2));
+    for (k = 0; k < 2; k++) {
+        const __m256 u = uv[k], v = _mm256_mul_ps(u, u);
+        __m256 s = _mm256_add_ps(_mm256_set1_ps(-0.0487783181f), _mm256_mul_ps(v, _mm256_set1_ps(0.0127531015f)));
+        s = _mm256_add_ps(_mm256_set1_ps(0.0946681494f), _mm256_mul_ps(v, s));
+        s = _mm256_add_ps(_mm256_set1_ps(-0.150161507f), _mm256_mul_ps(v, s));
+        s = _mm256_add_ps(_mm256_set1_ps(0.273219633f), _mm256_mul_ps(v, s));
+        s = _mm256_add_ps(u, _mm256_mul_ps(_mm256_mul_ps(u, _mm256_sub_ps(one, v)), s));
+        s = _mm256_mul_ps(_mm256_add_ps(s, one), half);
+        at[k] = _mm256_cvttps_epi32(_mm256_min_ps(s, cap));
+        _mm256_storeu_ps(k ? out->fy : out->fx, _mm256_sub_ps(s, _mm256_cvtepi32_ps(at[k])));
+    }
+    face = _mm256_add_epi32(_mm256_mullo_epi32(shell, _mm256_set1_epi32(6)), face);
+    face = _mm256_add_epi32(_mm256_mullo_epi32(_mm256_add_epi32(_mm256_mullo_epi32(face, side), at[1]), side), at[0]);
+    _mm256_storeu_si256((__m256i *)(void *)out->base, face);
+    _mm256_storeu_si256((__m256i *)(void *)out->shell, shell);
+    m0 = _mm256_i32gather_ps(f->measure, shell, 4);
+    m1 = _mm256_i32gather_ps(f->measure + 1, shell, 4);
+    if (f->h.spacing == SFIELD_SPACING_UNIFORM) w = _mm256_xor_ps(sign, _mm256_sqrt_ps(q));
+    else if (f->h.kind == SFIELD_KIND_SOURCE) w = r;
+    else {
+        const __m256 u = _mm256_min_ps(r, one);
+        w = _mm256_div_ps(u, _mm256_add_ps(one, _mm256_sqrt_ps(_mm256_sub_ps(one, u))));
+        w = sfield__pick8(_mm256_cmp_ps(q, one, _CMP_LT_OQ), r, w);
+    }
+    w = _mm256_div_ps(_mm256_sub_ps(w, m1), _mm256_sub_ps(m0, m1));
+    w = _mm256_min_ps(_mm256_max_ps(w, zero), one);
+    tail = _mm256_div_ps(_mm256_set1_ps(f->radius2[f->h.shells - 1]), q);
+    _mm256_storeu_ps(out->w0, w);
+    _mm256_storeu_ps(out->w1, _mm256_mul_ps(_mm256_sub_ps(one, w), _mm256_min_ps(tail, one)));
+}
+
 SFIELD__TARGET_AVX2 static void sfield__locate_avx2(const sfield_field *f, const float *p, sfield__place *out)
 {
-    sfield__locate_body(f, p, out);
+    sfield__place high;
+    sfield__locate8(f, p, out);
+    sfield__locate8(f, p + 8, &high);
+    memcpy(out->base + 8, high.base, 32);
+    memcpy(out->shell + 8, high.shell, 32);
+    memcpy(out->fx + 8, high.fx, 32);
+    memcpy(out->fy + 8, high.fy, 32);
+    memcpy(out->w0 + 8, high.w0, 32);
+    memcpy(out->w1 + 8, high.w1, 32);
 }
 
 SFIELD__TARGET_AVX2 SFIELD__INLINE __m256 sfield__bytes8(const uint8_t *q)
@@ -3730,28 +3796,64 @@ SFIELD__TARGET_AVX2 static void sfield__mix_avx2(const sfield_field *f, size_t b
     }
 }
 
-/* 16 rows of 8 to 8 planes of 16. */
-SFIELD__TARGET_AVX2 static void sfield__turn8_avx2(const float *in, size_t in_stride, float *out)
+SFIELD__TARGET_AVX2 static void sfield__turn8_avx2(const float *in, size_t in_stride, float *out, size_t out_stride)
 {
-    int h;
-    for (h = 0; h < 2; h++, in += 8 * in_stride, out += 8) {
-        __m256 r[8], t[8];
-        int i;
-        for (i = 0; i < 8; i++) r[i] = _mm256_loadu_ps(in + (size_t)i * in_stride);
-        for (i = 0; i < 4; i++) {
-            t[2 * i] = _mm256_unpacklo_ps(r[2 * i], r[2 * i + 1]);
-            t[2 * i + 1] = _mm256_unpackhi_ps(r[2 * i], r[2 * i + 1]);
+    __m256 r[8], t[8];
+    size_t i;
+    for (i = 0; i < 8; i++) r[i] = _mm256_loadu_ps(in + i * in_stride);
+    for (i = 0; i < 4; i++) {
+        t[2 * i] = _mm256_unpacklo_ps(r[2 * i], r[2 * i + 1]);
+        t[2 * i + 1] = _mm256_unpackhi_ps(r[2 * i], r[2 * i + 1]);
+    }
+    for (i = 0; i < 2; i++) {
+        r[4 * i] = _mm256_shuffle_ps(t[4 * i], t[4 * i + 2], 0x44);
+        r[4 * i + 1] = _mm256_shuffle_ps(t[4 * i], t[4 * i + 2], 0xee);
+        r[4 * i + 2] = _mm256_shuffle_ps(t[4 * i + 1], t[4 * i + 3], 0x44);
+        r[4 * i + 3] = _mm256_shuffle_ps(t[4 * i + 1], t[4 * i + 3], 0xee);
+    }
+    for (i = 0; i < 4; i++) {
+        _mm256_storeu_ps(out + out_stride * i, _mm256_permute2f128_ps(r[i], r[4 + i], 0x20));
+        _mm256_storeu_ps(out + out_stride * (i + 4), _mm256_permute2f128_ps(r[i], r[4 + i], 0x31));
+    }
+}
+
+/* A source's three channels of n coefficients as mix would make them, each with its dot product with t: rgb += them. */
+SFIELD__TARGET_AVX2 static void sfield__mix_dot_avx2(const sfield_field *f, size_t base, size_t group, const float *b,
+                                                     float w0, float w1, const float *t, uint32_t n, float *rgb)
+{
+    const size_t stride = f->h.stride, row = f->h.position_side * stride, shell = 6 * f->h.position_side * row;
+    const uint8_t *q = f->sample + base * stride;
+    const float *s0 = f->scale + group * stride, *b0 = f->bias + group * stride;
+    const __m256 x0 = _mm256_set1_ps(b[0]), x1 = _mm256_set1_ps(b[1]), x2 = _mm256_set1_ps(b[2]), x3 = _mm256_set1_ps(b[3]);
+    uint32_t k, c;
+    for (c = 0; c < 3; c++) {
+        __m256 sum = _mm256_setzero_ps(), a, e;
+        __m128 four;
+        for (k = 0; k < n; k += 8, q += 8, s0 += 8, b0 += 8) {
+            a = _mm256_mul_ps(sfield__bytes8(q), x0), e = _mm256_mul_ps(sfield__bytes8(q + shell), x0);
+            a = _mm256_fmadd_ps(sfield__bytes8(q + stride), x1, a);
+            e = _mm256_fmadd_ps(sfield__bytes8(q + shell + stride), x1, e);
+            a = _mm256_fmadd_ps(sfield__bytes8(q + row), x2, a);
+            e = _mm256_fmadd_ps(sfield__bytes8(q + shell + row), x2, e);
+            a = _mm256_fmadd_ps(sfield__bytes8(q + row + stride), x3, a);
+            e = _mm256_fmadd_ps(sfield__bytes8(q + shell + row + stride), x3, e);
+            a = _mm256_fmadd_ps(a, _mm256_loadu_ps(s0), _mm256_loadu_ps(b0));
+            e = _mm256_fmadd_ps(e, _mm256_loadu_ps(s0 + stride), _mm256_loadu_ps(b0 + stride));
+            a = _mm256_fmadd_ps(e, _mm256_set1_ps(w1), _mm256_mul_ps(a, _mm256_set1_ps(w0)));
+            sum = _mm256_fmadd_ps(a, _mm256_loadu_ps(t + k), sum);
         }
-        for (i = 0; i < 2; i++) {
-            r[4 * i] = _mm256_shuffle_ps(t[4 * i], t[4 * i + 2], 0x44);
-            r[4 * i + 1] = _mm256_shuffle_ps(t[4 * i], t[4 * i + 2], 0xee);
-            r[4 * i + 2] = _mm256_shuffle_ps(t[4 * i + 1], t[4 * i + 3], 0x44);
-            r[4 * i + 3] = _mm256_shuffle_ps(t[4 * i + 1], t[4 * i + 3], 0xee);
-        }
-        for (i = 0; i < 4; i++) {
-            _mm256_storeu_ps(out + 16 * i, _mm256_permute2f128_ps(r[i], r[4 + i], 0x20));
-            _mm256_storeu_ps(out + 16 * (i + 4), _mm256_permute2f128_ps(r[i], r[4 + i], 0x31));
-        }
+        four = _mm_add_ps(_mm256_castps256_ps128(sum), _mm256_extractf128_ps(sum, 1));
+        four = _mm_add_ps(four, _mm_movehl_ps(four, four));
+        rgb[c] += _mm_cvtss_f32(_mm_add_ss(four, _mm_movehdup_ps(four)));
+    }
+}
+
+SFIELD__TARGET_AVX2 static void sfield__recall_avx2(const int16_t *value, const float *scale, uint32_t n, float *t)
+{
+    uint32_t k;
+    for (k = 0; k < n; k += 8) {
+        __m128i v = _mm_loadu_si128((const __m128i *)(const void *)(value + k));
+        _mm256_storeu_ps(t + k, _mm256_mul_ps(_mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(v)), _mm256_loadu_ps(scale + (k & 8))));
     }
 }
 #endif
@@ -3787,7 +3889,8 @@ static void sfield__turn(const float *in, uint32_t n, float *out, int simd)
     uint32_t k, l;
 #if SFIELD__SIMD
     if (simd) {
-        for (k = 0; k < n; k += 8) sfield__turn8_avx2(in + k, n, out + k * SFIELD__LANES);
+        for (k = 0; k < n; k += 8)
+            for (l = 0; l < SFIELD__LANES; l += 8) sfield__turn8_avx2(in + k + l * n, n, out + k * SFIELD__LANES + l, SFIELD__LANES);
         return;
     }
 #endif
@@ -4500,9 +4603,11 @@ typedef struct sfield__tile {
     size_t    first;
     uint32_t  lanes, active, visible;           /* how many, which can be shaded, which are wanted; bits */
     float     p[48], n[48], view[48];           /* planes, world */
-    uint32_t  count;                            /* occluders in reach of some lane */
-    uint32_t *item, *order;
-    float    *mean, *d2, *factor, *occlusion;   /* 1, 16, 16, 16 n^2 floats each */
+    float     middle[3], extent;                /* a sphere about all lanes */
+    uint32_t  count;                            /* occluders that count for some lane */
+    uint32_t *item, *order, *used;              /* used: lanes for which it counts */
+    float    *mean, *widest, *farthest;         /* d of the middle; of all lanes: greatest sine of the inscribed sphere, d */
+    float    *d2, *factor, *occlusion;          /* 16, 16, 16 n^2 floats each */
     uint8_t  *state;                            /* 0 not looked at, 1 hides something, 2 nothing */
     uint32_t  lights;                           /* and the environment, if it is wanted, behind them */
     int       sky, chains;                      /* chains: 2 with a lobe */
@@ -4510,6 +4615,7 @@ typedef struct sfield__tile {
     uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
     uint64_t *hash;
     uint8_t  *needed;
+    uint32_t *prefix;                           /* of the order: how many are nearer than it for all their lanes */
     float    *t;                                /* [light][chain] 16 n^2 */
     float    *start;                            /* [chain] */
     float    *rows, *planes, *turned;           /* for one entity: 16 rows of 3 channels; planes twice */
@@ -4540,8 +4646,12 @@ static size_t sfield__carve(sfield__tile *t, uint8_t *memory, uint32_t occluders
     SFIELD__CARVE(factor, float, n * SFIELD__LANES);
     SFIELD__CARVE(light_d2, float, slots * SFIELD__LANES);
     SFIELD__CARVE(mean, float, n);
+    SFIELD__CARVE(widest, float, n);
+    SFIELD__CARVE(farthest, float, n);
+    SFIELD__CARVE(prefix, uint32_t, slots);
     SFIELD__CARVE(item, uint32_t, n);
     SFIELD__CARVE(order, uint32_t, n);
+    SFIELD__CARVE(used, uint32_t, n);
     SFIELD__CARVE(hash, uint64_t, slots);
     SFIELD__CARVE(mask, uint16_t, slots * n);
     SFIELD__CARVE(state, uint8_t, n);
@@ -4583,6 +4693,28 @@ static void sfield__load(sfield__tile *t)
     }
 }
 
+/* A sphere about the lanes, about the middle of their box. */
+static void sfield__bound(sfield__tile *t)
+{
+    float most = 0;
+    uint32_t k, l;
+    for (k = 0; k < 3; k++) {
+        float low = t->p[16 * k], high = low;
+        for (l = 1; l < SFIELD__LANES; l++) {
+            low = t->p[16 * k + l] < low ? t->p[16 * k + l] : low;
+            high = t->p[16 * k + l] > high ? t->p[16 * k + l] : high;
+        }
+        t->middle[k] = 0.5f * (low + high);
+        most += (high - low) * (high - low);
+    }
+    t->extent = 0.5f * sqrtf(most);
+}
+
+static uint32_t sfield__bits(uint32_t mask)
+{
+    return (uint32_t)sfield__popcount(mask);
+}
+
 static void sfield__distances(const float *p, const float *c, float *d2)
 {
     int l;
@@ -4592,27 +4724,93 @@ static void sfield__distances(const float *p, const float *c, float *d2)
     }
 }
 
-/* Occluders in reach (third culling rule, for the tile), from near to far by the middle of the tile. */
+#if SFIELD__SIMD
+SFIELD__TARGET_AVX2 static uint32_t sfield__nearer16_avx2(const float *a, const float *b)
+{
+    int low = _mm256_movemask_ps(_mm256_cmp_ps(_mm256_loadu_ps(a), _mm256_loadu_ps(b), _CMP_LT_OQ));
+    int high = _mm256_movemask_ps(_mm256_cmp_ps(_mm256_loadu_ps(a + 8), _mm256_loadu_ps(b + 8), _CMP_LT_OQ));
+    return (uint32_t)(low | high << 8);
+}
+
+SFIELD__TARGET_AVX2 static uint32_t sfield__look16_avx2(const float *p, const float *n, const float *c, float reach2,
+                                                        float low, float *d2)
+{
+    uint32_t bits = 0, l;
+    for (l = 0; l < SFIELD__LANES; l += 8) {
+        __m256 x = _mm256_sub_ps(_mm256_set1_ps(c[0]), _mm256_loadu_ps(p + l));
+        __m256 y = _mm256_sub_ps(_mm256_set1_ps(c[1]), _mm256_loadu_ps(p + 16 + l));
+        __m256 z = _mm256_sub_ps(_mm256_set1_ps(c[2]), _mm256_loadu_ps(p + 32 + l));
+        __m256 d = _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(x, x), _mm256_mul_ps(y, y)), _mm256_mul_ps(z, z));
+        __m256 h = _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(x, _mm256_loadu_ps(n + l)),
+                                               _mm256_mul_ps(y, _mm256_loadu_ps(n + 16 + l))),
+                                 _mm256_mul_ps(z, _mm256_loadu_ps(n + 32 + l)));
+        _mm256_storeu_ps(d2 + l, d);
+        bits |= (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(d, _mm256_set1_ps(reach2), _CMP_LT_OQ)) << l;
+        bits |= (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(h, _mm256_set1_ps(low), _CMP_GT_OQ)) << (16 + l);
+    }
+    return bits;
+}
+#endif
+
+/* Bits of lanes with a < b. */
+static uint32_t sfield__nearer16(const float *a, const float *b, int simd)
+{
+    uint32_t l, bits = 0;
+#if SFIELD__SIMD
+    if (simd) return sfield__nearer16_avx2(a, b);
+#endif
+    (void)simd;
+    for (l = 0; l < SFIELD__LANES; l++) bits |= (uint32_t)(a[l] < b[l]) << l;
+    return bits;
+}
+
+/* Squared distances of the lanes to c; bits: nearer than reach, and, from 16 on, c higher above the horizon than low. */
+static uint32_t sfield__look16(const float *p, const float *n, const float *c, float reach2, float low, float *d2, int simd)
+{
+    uint32_t l, bits = 0;
+#if SFIELD__SIMD
+    if (simd) return sfield__look16_avx2(p, n, c, reach2, low, d2);
+#endif
+    (void)simd;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float x = c[0] - p[l], y = c[1] - p[16 + l], z = c[2] - p[32 + l];
+        float height = x * n[l] + y * n[16 + l] + z * n[32 + l];
+        d2[l] = x * x + y * y + z * z;
+        bits |= (uint32_t)(d2[l] < reach2) << l | (uint32_t)(height > low) << (16 + l);
+    }
+    return bits;
+}
+
+/* Occluders that count for any lane, in reach (third rule) and not below the horizon (first), from near to far by the
+   middle of the tile; with a factor of 0 where they do not. */
 static void sfield__candidates(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
     uint32_t i, j, l;
     t->count = 0;
+    sfield__bound(t);
     for (i = 0; i < s->occluder_count; i++) {
         const sfield__item *it = &s->item[s->occluder[i]];
-        float *d2 = t->d2 + (size_t)t->count * SFIELD__LANES, mean = 0, least = 3e38f;
+        float *d2 = t->d2 + (size_t)t->count * SFIELD__LANES, *factor = t->factor + (size_t)t->count * SFIELD__LANES;
+        const float *c = it->center[0], x = c[0] - t->middle[0], y = c[1] - t->middle[1], z = c[2] - t->middle[2];
+        const float reach2 = it->reach * it->reach, mean = sqrtf(x * x + y * y + z * z), least = mean - t->extent;
+        uint32_t near_by = 0, used = 0;
         if (s->occluder[i] == t->set->entity) continue;
-        t->stats.pairs += t->lanes;
-        sfield__distances(t->p, it->center[0], d2);
-        for (l = 0; l < SFIELD__LANES; l++)
-            if (t->active >> l & 1) {
-                mean += d2[l];
-                least = d2[l] < least ? d2[l] : least;
-            }
-        if (!(least < it->reach * it->reach)) {
-            t->stats.culled_far += t->lanes;
-            continue;
+        if (least < it->reach) {
+            used = sfield__look16(t->p, t->n, c, reach2, -it->radius[0], d2, s->simd);
+            near_by = used & t->active;
+            used = near_by & used >> 16;
         }
+        t->stats.pairs += t->lanes;
+        t->stats.culled_far += sfield__bits(t->active & ~near_by);
+        t->stats.culled_horizon += sfield__bits(near_by & ~used);
+        if (!used) continue;
+        t->farthest[t->count] = mean + t->extent;
+        t->widest[t->count] = least > it->inscribed ? it->inscribed / least : 1;
+        for (l = 0; l < SFIELD__LANES; l++) factor[l] = used >> l & 1 ? 1.0f : 0.0f;
+        for (l = 0; l < SFIELD__LANES && mean + t->extent > 0.75f * it->reach; l++)
+            if (d2[l] > 0.5625f * reach2) factor[l] *= 4 * (1 - sqrtf(d2[l]) / it->reach);
+        t->used[t->count] = used;
         t->item[t->count] = s->occluder[i];
         t->mean[t->count] = mean;
         t->state[t->count] = 0;
@@ -4621,73 +4819,52 @@ static void sfield__candidates(sfield__tile *t)
     }
 }
 
-/* For each light the lanes for which each occluder is nearer than it. */
+/* For each light the lanes for which each occluder counts and is nearer than it. */
 static void sfield__masks(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
-    uint32_t j, i, l;
+    uint32_t j, i;
     for (j = 0; j < t->lights + (uint32_t)t->sky; j++) {
         uint16_t *mask = t->mask + (size_t)j * (s->occluder_count ? s->occluder_count : 1);
         float *light = t->light_d2 + (size_t)j * SFIELD__LANES;
-        uint32_t own = j < t->lights ? s->light[j] : SFIELD_NONE;
+        uint32_t own = j < t->lights ? s->light[j] : SFIELD_NONE, prefix = 0;
         if (j < t->lights) sfield__distances(t->p, s->item[own].center[1], light);
         t->hash[j] = s->version;
         for (i = 0; i < t->count; i++) {
-            const float *d2 = t->d2 + (size_t)t->order[i] * SFIELD__LANES;
-            uint32_t bits = 0;
-            if (j == t->lights) bits = t->active;
-            else if (t->item[t->order[i]] != own) {
-                for (l = 0; l < SFIELD__LANES; l++) bits |= (uint32_t)(d2[l] < light[l]) << l;
-                bits &= t->active;
-            }
+            const uint32_t o = t->order[i], used = t->used[o];
+            uint32_t bits = used;
+            if (j < t->lights)
+                bits = t->item[o] == own ? 0 : used & sfield__nearer16(t->d2 + (size_t)o * SFIELD__LANES, light, s->simd);
             mask[i] = (uint16_t)bits;
-            t->hash[j] = sfield__hash(t->hash[j], (uint64_t)t->item[t->order[i]] << 16 | bits);
+            prefix += prefix == i && bits == used;
+            if (bits) t->hash[j] = sfield__hash(t->hash[j], (uint64_t)t->item[o] << 16 | bits);
         }
         t->hash[j] |= 1;
+        t->prefix[j] = prefix;
     }
 }
 
-/* Second rule: is the bounding sphere of occluder i inside the cone of a nearer inscribed sphere? */
-static int sfield__hidden(const sfield__tile *t, uint32_t i, uint32_t l)
+/* Second rule: lanes of a mask for which the bounding sphere of occluder i is inside the cone of a nearer inscribed one. */
+static uint32_t sfield__hidden(const sfield__tile *t, uint32_t i, uint32_t lanes)
 {
     const sfield__item *a = &t->s->item[t->item[i]];
-    float d2 = t->d2[i * SFIELD__LANES + l], sin_a = a->radius[0] / sqrtf(d2), da[3], cos_a;
-    uint32_t j, k;
-    if (!(sin_a < 1)) return 0;
-    cos_a = sqrtf(1 - sin_a * sin_a);
-    for (k = 0; k < 3; k++) da[k] = a->center[0][k] - t->p[16 * k + l];
+    const float a2 = a->radius[0] * a->radius[0], *near_i = t->d2 + i * SFIELD__LANES;
+    uint32_t j, l, k, hidden = 0;
     for (j = 0; j < t->count; j++) {
         const sfield__item *b = &t->s->item[t->item[j]];
-        float e2 = t->d2[j * SFIELD__LANES + l], sin_b, cos_b, dot = 0;
-        if (j == i || !(b->inscribed > 0) || e2 >= d2 || t->factor[j * SFIELD__LANES + l] < 1) continue;
-        if (b->inscribed * b->inscribed * d2 <= a->radius[0] * a->radius[0] * e2 || b->inscribed * b->inscribed >= e2) continue;
-        sin_b = b->inscribed / sqrtf(e2);
-        cos_b = sqrtf(1 - sin_b * sin_b);
-        for (k = 0; k < 3; k++) dot += da[k] * (b->center[0][k] - t->p[16 * k + l]);
-        if (dot >= (cos_a * cos_b + sin_a * sin_b) * sqrtf(d2 * e2)) return 1;
+        const float b2 = b->inscribed * b->inscribed, *near_j = t->d2 + j * SFIELD__LANES;
+        if (!(t->widest[j] * t->farthest[i] > a->radius[0]) || j == i) continue;      /* for no lane */
+        for (l = 0; l < SFIELD__LANES; l++) {
+            float d2 = near_i[l], e2 = near_j[l], dot = 0, sines, cosines;
+            if (!((lanes & ~hidden) >> l & 1) || e2 >= d2 || a2 >= d2 || b2 >= e2 || b2 * d2 <= a2 * e2) continue;
+            if (t->factor[j * SFIELD__LANES + l] < 1) continue;
+            for (k = 0; k < 3; k++) dot += (a->center[0][k] - t->p[16 * k + l]) * (b->center[0][k] - t->p[16 * k + l]);
+            sines = a->radius[0] * b->inscribed;
+            cosines = sqrtf((d2 - a2) * (e2 - b2));
+            if (dot >= cosines + sines) hidden |= 1u << l;
+        }
     }
-    return 0;
-}
-
-/* Share of an occluder that counts for each lane: distance, horizon. */
-static void sfield__factors(sfield__tile *t, uint32_t i)
-{
-    const sfield__item *it = &t->s->item[t->item[i]];
-    float *factor = t->factor + (size_t)i * SFIELD__LANES;
-    const float *d2 = t->d2 + (size_t)i * SFIELD__LANES;
-    uint32_t l, far = 0, below = 0;
-    for (l = 0; l < SFIELD__LANES; l++) {
-        float height = (it->center[0][0] - t->p[l]) * t->n[l] + (it->center[0][1] - t->p[16 + l]) * t->n[16 + l] +
-                       (it->center[0][2] - t->p[32 + l]) * t->n[32 + l];
-        float fade = 4 * (1 - sqrtf(d2[l]) / it->reach);
-        fade = fade < 1 ? fade : 1;
-        factor[l] = fade > 0 && height > -it->radius[0] ? fade : 0;
-        if (!(t->active >> l & 1)) factor[l] = 0;
-        else if (!(fade > 0)) far++;
-        else if (factor[l] == 0) below++;
-    }
-    t->stats.culled_far += far;
-    t->stats.culled_horizon += below;
+    return hidden;
 }
 
 /* Where the lanes are in a field of an entity: planes, about its center, in r. */
@@ -4711,17 +4888,14 @@ static void sfield__occlude(sfield__tile *t, uint32_t i)
     float local[48], *rows = t->rows, *planes = t->planes, *factor = t->factor + (size_t)i * SFIELD__LANES;
     float *out = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
     sfield__place at;
-    uint32_t l, used = 0;
+    uint32_t l, hidden;
     if (t->state[i]) return;
     t->state[i] = 2;
-    for (l = 0; l < SFIELD__LANES; l++) {
-        if (factor[l] > 0 && sfield__hidden(t, i, l)) {
-            t->stats.culled_hidden++;
-            factor[l] = 0;
-        }
-        used |= factor[l] > 0;
-    }
-    if (!used) return;
+    hidden = sfield__hidden(t, i, t->used[i]);
+    t->stats.culled_hidden += sfield__bits(hidden);
+    for (l = 0; l < SFIELD__LANES; l++)
+        if (hidden >> l & 1) factor[l] = 0;
+    if (hidden == t->used[i]) return;
     t->state[i] = 1;
     sfield__to_local(it, 0, t->p, local);
     sfield__locate16(it->e.occlusion, local, &at, s->simd);
@@ -4740,11 +4914,6 @@ static void sfield__occlude(sfield__tile *t, uint32_t i)
     else sfield__rotate16(&s->rotation[t->item[i]], planes, out, SFIELD__LANES, 0, s->simd);
 }
 
-static uint32_t sfield__bits(uint32_t mask)
-{
-    return (uint32_t)sfield__popcount(mask);
-}
-
 /* t *= visibility of occluder i for the lanes of a mask. */
 static void sfield__apply(sfield__tile *t, uint32_t i, uint32_t mask, float *chain)
 {
@@ -4754,7 +4923,7 @@ static void sfield__apply(sfield__tile *t, uint32_t i, uint32_t mask, float *cha
     uint32_t k, l;
     int c;
     if (t->state[i] == 2 || !mask) return;
-    if (mask != t->active) {
+    if (mask != t->used[i]) {
         for (k = 0; k < s->coefs; k++)
             for (l = 0; l < SFIELD__LANES; l++)
                 masked[k * SFIELD__LANES + l] = mask >> l & 1 ? o[k * SFIELD__LANES + l] : 0.0f;
@@ -4776,20 +4945,19 @@ static void sfield__chain(sfield__tile *t)
     for (j = 0; j < slots; j++)
         for (i = n; i-- > last && t->needed[j];)
             if (t->mask[(size_t)j * s->occluder_count + i]) last = i + 1;
-    for (i = 0; i < last; i++) sfield__factors(t, t->order[i]);
     for (i = 0; i < last; i++) sfield__occlude(t, t->order[i]);
     for (i = 0; i <= last; i++) {
         for (j = 0; j < slots; j++) {
             const uint16_t *mask = t->mask + (size_t)j * s->occluder_count;
             float *light = t->t + j * size;
             if (!t->needed[j]) continue;
-            for (a = 0; a < last && mask[a] == t->active; a++) { }
+            a = t->prefix[j] < last ? t->prefix[j] : last;
             if (a != i) continue;
             for (b = last; b > a && !mask[b - 1]; b--) { }
             memcpy(light, now, size * sizeof *light);
             for (; a < b; a++) sfield__apply(t, t->order[a], mask[a], light);
         }
-        if (i < last) sfield__apply(t, t->order[i], t->active, now);
+        if (i < last) sfield__apply(t, t->order[i], t->used[t->order[i]], now);
     }
 }
 
@@ -4801,7 +4969,6 @@ static void sfield__chain_exp(sfield__tile *t)
     size_t size = (size_t)t->chains * n;
     float *sum = t->turned;
     int c;
-    for (i = 0; i < t->count; i++) sfield__factors(t, t->order[i]);
     for (i = 0; i < t->count; i++) sfield__occlude(t, t->order[i]);
     for (j = 0; j < slots; j++) {
         if (!t->needed[j]) continue;
@@ -4931,45 +5098,78 @@ static void sfield__keep(sfield_cache *c, size_t slot, const float *t)
     }
 }
 
-static void sfield__recall(const sfield_cache *c, size_t slot, float *t)
+static void sfield__recall(const sfield_cache *c, size_t slot, float *t, int simd)
 {
     const int16_t *value = c->value + slot * c->coefs * SFIELD__LANES;
     const float *scale = c->scale + slot * SFIELD__LANES;
     uint32_t k, l;
+#if SFIELD__SIMD
+    if (simd) {
+        sfield__recall_avx2(value, scale, c->coefs * SFIELD__LANES, t);
+        return;
+    }
+#endif
+    (void)simd;
     for (k = 0; k < c->coefs * SFIELD__LANES; k += SFIELD__LANES)
         for (l = 0; l < SFIELD__LANES; l++) t[k + l] = (float)value[k + l] * scale[l];
 }
 
-/* sum += T . source of light j, three channels. */
+#if SFIELD__SIMD
+/* The dot products of a place in a source with T, lane by lane: T is turned once and the coefficients are never stored. */
+static void sfield__shine_avx2(const sfield__tile *t, const sfield__item *it, const sfield__place *at, const float *chain,
+                               float *rgb)
+{
+    const sfield_field *f = it->e.source;
+    const uint32_t n = t->s->coefs, shells = f->h.shells;
+    const size_t samples = 6 * (size_t)f->h.position_side * f->h.position_side * shells;
+    uint32_t l, k, c, before, after;
+    float time = sfield__frames_at(f, it->e.time, &before, &after);
+    for (k = 0; k < n; k += 8)
+        for (l = 0; l < SFIELD__LANES; l += 8)
+            sfield__turn8_avx2(chain + k * SFIELD__LANES + l, SFIELD__LANES, t->rows + l * n + k, n);
+    for (l = 0; l < t->lanes; l++) {
+        float b[4], sum[3] = { 0, 0, 0 }, w0 = at->w0[l], w1 = at->w1[l];
+        size_t base = (size_t)at->base[l], shell = (size_t)at->shell[l];
+        sfield__corners(at, (int)l, b);
+        sfield__mix_dot_avx2(f, before * samples + base, before * shells + shell, b, w0 * (1 - time), w1 * (1 - time),
+                             t->rows + l * n, n, sum);
+        if (time > 0)
+            sfield__mix_dot_avx2(f, after * samples + base, after * shells + shell, b, w0 * time, w1 * time, t->rows + l * n, n,
+                                 sum);
+        for (c = 0; c < 3; c++) rgb[c * SFIELD__LANES + l] += it->e.tint[c] * sum[c];
+    }
+}
+#endif
+
+/* rgb += T . source of light j, three channels. */
 static void sfield__shine(const sfield__tile *t, uint32_t j, const float *chain, float *rgb)
 {
     const sfield_scene *s = t->s;
     const sfield__item *it = &s->item[s->light[j]];
     const sfield_field *f = it->e.source;
-    float local[48], *rows = t->rows, *planes = t->planes, *turned = t->turned;
+    float local[48], *rows = t->rows;
     sfield__place at;
     uint32_t l, c, k;
     sfield__to_local(it, 1, t->p, local);
     sfield__locate16(f, local, &at, s->simd);
-    for (l = 0; l < SFIELD__LANES; l++) sfield__fetch(f, &at, (int)l, it->e.time, f->h.stride, rows + l * f->h.stride, s->simd);
     if (!it->identity) {
-        sfield__rotate16(&s->rotation[s->light[j]], chain, turned, SFIELD__LANES, 1, s->simd);
-        chain = turned;
+        sfield__rotate16(&s->rotation[s->light[j]], chain, t->turned, SFIELD__LANES, 1, s->simd);
+        chain = t->turned;
     }
-    for (c = 0; c < 3; c++) {
-        float sum[SFIELD__LANES] = { 0 };
-        if (s->simd) {
 #if SFIELD__SIMD
-            for (k = 0; k < s->planes; k += 8)
-                sfield__turn8_avx2(rows + c * s->planes + k, f->h.stride, planes + k * SFIELD__LANES);
-#endif
-        } else
-            for (k = 0; k < s->coefs; k++)
-                for (l = 0; l < SFIELD__LANES; l++) planes[k * SFIELD__LANES + l] = rows[l * f->h.stride + c * s->planes + k];
-        for (k = 0; k < s->coefs * SFIELD__LANES; k += SFIELD__LANES)
-            for (l = 0; l < SFIELD__LANES; l++) sum[l] += planes[k + l] * chain[k + l];
-        for (l = 0; l < SFIELD__LANES; l++) rgb[c * SFIELD__LANES + l] += it->e.tint[c] * sum[l];
+    if (s->simd && s->coefs % 8 == 0) {
+        sfield__shine_avx2(t, it, &at, chain, rgb);
+        return;
     }
+#endif
+    for (l = 0; l < SFIELD__LANES; l++) sfield__fetch(f, &at, (int)l, it->e.time, f->h.stride, rows + l * f->h.stride, s->simd);
+    for (c = 0; c < 3; c++)
+        for (l = 0; l < SFIELD__LANES; l++) {
+            const float *row = rows + l * f->h.stride + c * s->planes;
+            float sum = 0;
+            for (k = 0; k < s->coefs; k++) sum += row[k] * chain[k * SFIELD__LANES + l];
+            rgb[c * SFIELD__LANES + l] += it->e.tint[c] * sum;
+        }
 }
 
 static void sfield__sum_lights(const sfield__tile *t, int chain, float *rgb)
@@ -5049,7 +5249,7 @@ static void sfield__shade_tile(sfield__tile *t)
             sfield__keep(cache, slot, t->t + j * size);
             cache->hash[slot] = t->hash[j];
         }
-        sfield__recall(cache, slot, t->t + j * size);
+        sfield__recall(cache, slot, t->t + j * size, s->simd);
     }
     sfield__outputs(t);
 }
@@ -5067,7 +5267,6 @@ static void sfield__incident_tile(sfield__tile *t, float *out)
     sfield__candidates(t);
     sfield__masks(t);
     slots = t->lights;
-    for (i = 0; i < t->count; i++) sfield__factors(t, t->order[i]);
     for (i = 0; i < t->count; i++) sfield__occlude(t, t->order[i]);
     for (c = 0; c < 3; c++)
         for (k = 0; k < s->coefs; k++)
