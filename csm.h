@@ -4239,7 +4239,8 @@ static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *mo
 }
 
 /* Order and frame, where the desc leaves them open: tried at a quarter and an eighth of each side and continued by that
-   growth for two more doublings, since zig-zag is ahead of Hilbert on few maps and falls behind on many. */
+   growth for two more doublings, since zig-zag is ahead of Hilbert on few maps and falls behind on many. Below 8 maps a
+   side such growth says little, so that small domains are tried at a half, or whole. */
 static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap)
 {
     static const cohsm_order orders[2] = { COHSM_ORDER_HILBERT, COHSM_ORDER_ZIGZAG_THETA };
@@ -4247,7 +4248,8 @@ static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *mo
     int tabled = cohsm__has_table((uint32_t)d->domain.kind), o, f;
     int any_order = d->order == COHSM_ORDER_DEFAULT && !tabled;
     int any_frame = d->frame == COHSM_FRAME_DEFAULT && !tabled && !cohsm__is_positional(&d->domain);
-    double least = 0.0, quarter, eighth;
+    uint32_t shrink = d->domain.side[0] >= 32 ? 4 : d->domain.side[0] >= 16 ? 2 : 1, k;
+    double least = 0.0, segments = 0.0, growth;
     cohsm_desc trial = *d;
     cohsm_result result;
 
@@ -4258,12 +4260,14 @@ static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *mo
         for (f = 0; f < (any_frame ? 2 : 1); f++) {
             trial.order = any_order ? orders[o] : d->order;
             trial.frame = any_frame ? frames[f] : d->frame;
-            result = cohsm__try_small(&trial, model, 4, heap, &quarter);
-            if (result == COHSM_OK) result = cohsm__try_small(&trial, model, 8, heap, &eighth);
+            result = cohsm__try_small(&trial, model, shrink, heap, &segments);
+            growth = segments;
+            if (result == COHSM_OK && shrink > 1) result = cohsm__try_small(&trial, model, 2 * shrink, heap, &growth);
             if (result != COHSM_OK) return result;
-            quarter *= quarter / eighth * (quarter / eighth);
-            if (least == 0.0 || quarter < least) {
-                least = quarter;
+            growth = segments / growth;                              /* by one doubling */
+            for (k = shrink; k > 1; k /= 2) segments *= growth;
+            if (least == 0.0 || segments < least) {
+                least = segments;
                 d->order = any_order ? orders[o] : d->order;
                 d->frame = any_frame ? frames[f] : d->frame;
             }

@@ -28,7 +28,7 @@ static inline int use_in_a_scene(const sfield_field *f, const sfield_info *info,
     memset(&desc, 0, sizeof desc);
     desc.basis = info->basis;
     desc.bands = info->bands;
-    if (info->basis == SFIELD_BASIS_HAAR) desc.cube_side = info->cube_side;
+    desc.cube_side = info->basis == SFIELD_BASIS_HAAR ? info->cube_side : 4;       /* a sky of one colour needs no more */
     if (info->logarithm) desc.product = SFIELD_PRODUCT_EXP;
     if (sfield_scene_create(&desc, &s) != SFIELD_OK) return 1;
     memset(&set, 0, sizeof set);
