@@ -5492,17 +5492,58 @@ static int sfield__is_hidden(const sfield__point *p, uint32_t i, const float *x)
     return 0;
 }
 
+#if SFIELD__SIMD
+SFIELD__TARGET_AVX2 static void sfield__cosines_avx2(const float *texel, uint32_t cells, const float *n, float *t)
+{
+    const __m256 a = _mm256_set1_ps(n[0]), b = _mm256_set1_ps(n[1]), c = _mm256_set1_ps(n[2]);
+    uint32_t i;
+    for (i = 0; i < cells; i += 8, texel += 8) {
+        __m256 d = _mm256_mul_ps(a, _mm256_loadu_ps(texel));
+        d = _mm256_add_ps(d, _mm256_mul_ps(b, _mm256_loadu_ps(texel + cells)));
+        d = _mm256_add_ps(d, _mm256_mul_ps(c, _mm256_loadu_ps(texel + 2 * (size_t)cells)));
+        d = _mm256_max_ps(d, _mm256_setzero_ps());
+        _mm256_storeu_ps(t + i, _mm256_mul_ps(d, _mm256_loadu_ps(texel + 3 * (size_t)cells)));
+    }
+}
+
+/* sum[k] += dot products over every eighth texel, of three planes. */
+SFIELD__TARGET_AVX2 static void sfield__dots_avx2(const float *sky, const float *t, uint32_t cells, float *sum)
+{
+    __m256 a = _mm256_setzero_ps(), b = a, c = a;
+    uint32_t i;
+    for (i = 0; i < cells; i += 8, sky += 8) {
+        __m256 x = _mm256_loadu_ps(t + i);
+        a = _mm256_fmadd_ps(x, _mm256_loadu_ps(sky), a);
+        b = _mm256_fmadd_ps(x, _mm256_loadu_ps(sky + cells), b);
+        c = _mm256_fmadd_ps(x, _mm256_loadu_ps(sky + 2 * (size_t)cells), c);
+    }
+    _mm256_storeu_ps(sum, a);
+    _mm256_storeu_ps(sum + 8, b);
+    _mm256_storeu_ps(sum + 16, c);
+}
+#endif
+
+static void sfield__cosines(const sfield_scene *s, const float *n, float *t)
+{
+    const float *x = s->texel, *y = x + s->cells, *z = y + s->cells, *w = z + s->cells;
+    uint32_t i;
+#if SFIELD__SIMD
+    if (s->simd) {
+        sfield__cosines_avx2(s->texel, s->cells, n, t);
+        return;
+    }
+#endif
+    for (i = 0; i < s->cells; i++) {
+        float c = n[0] * x[i] + n[1] * y[i] + n[2] * z[i];
+        t[i] = (c > 0 ? c : 0.0f) * w[i];
+    }
+}
+
 /* T = max(0, cos) x solid angle x visibility of the own object, on texels. */
 static void sfield__start_texels(sfield__point *p, size_t index, const float *n)
 {
     const sfield_scene *s = p->s;
-    const float *x = s->texel, *y = x + s->cells, *z = y + s->cells, *w = z + s->cells;
-    uint32_t i, k;
-    for (i = 0; i < s->cells; i += 8)
-        for (k = 0; k < 8; k++) {
-            float c = n[0] * x[i + k] + n[1] * y[i + k] + n[2] * z[i + k];
-            p->t[i + k] = (c > 0 ? c : 0.0f) * w[i + k];
-        }
+    sfield__cosines(s, n, p->t);
     if (p->set->self) {
         sfield__lists own;
         const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
@@ -5614,14 +5655,18 @@ static void sfield__sky_up(sfield__point *p)
 {
     const sfield_scene *s = p->s;
     const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
+    const float *sky = s->sky_now + (sparse ? 3u : 0u) * s->cells, *t = sparse ? p->haar : p->t;
+    float sum[24] = { 0 };
     uint32_t c, i, k;
-    for (c = 0; c < 3; c++) {
-        const float *sky = s->sky_now + (c + (sparse ? 3u : 0u)) * s->cells, *t = sparse ? p->haar : p->t;
-        float sum[8] = { 0 };
-        for (i = 0; i < s->cells; i += 8)
-            for (k = 0; k < 8; k++) sum[k] += sky[i + k] * t[i + k];
-        for (k = 0; k < 8; k++) p->rgb[c] += sum[k];
-    }
+#if SFIELD__SIMD
+    if (s->simd) sfield__dots_avx2(sky, t, s->cells, sum);
+    else
+#endif
+        for (c = 0; c < 3; c++)
+            for (i = 0; i < s->cells; i += 8)
+                for (k = 0; k < 8; k++) sum[8 * c + k] += sky[c * s->cells + i + k] * t[i + k];
+    for (c = 0; c < 3; c++)
+        for (k = 0; k < 8; k++) p->rgb[c] += sum[8 * c + k];
 }
 
 /* Figure 5 on texels (or on coefficients). With a cache it is only filled: those lights are added from what was kept. */

@@ -8,6 +8,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <cmocka.h>
+#include "conformance.h"
 
 static double blocked(double d) { return 0.5 * (1 - sqrt(1 - 1 / (d * d))); }     /* share of the sphere of directions */
 
@@ -35,6 +36,8 @@ static double share_hidden(const sfield_field *f, double d, const double *dir)
 static void t72_sphere_occluder(void **state)
 {
     static const double at[4] = { 1.25, 2, 8, 20 }, exact[4] = { 0.20000, 0.06699, 0.00392, 0.000625 };
+    static const char *const names[4] = { "percent blocked 1.25 r away, shadow field", "2 r away, shadow field",
+                                          "8 r away, shadow field", "20 r away, shadow field" };
     sfield_desc desc;
     sfield_field *f, *uniform;
     sfield_info info;
@@ -52,8 +55,7 @@ static void t72_sphere_occluder(void **state)
     for (k = 0; k < 4; k++) {
         rnd_direction(&seed, dir);
         d = share_hidden(f, at[k], dir);
-        print_message("T72: d = %5.2f r: %.4f %% hidden, exactly %.4f %%\n", at[k], 100 * d, 100 * exact[k]);
-        assert_true(fabs(d / exact[k] - 1) < 0.02);
+        CONFORM("T72", names[k], 100 * exact[k], 100 * d, 2 * exact[k]);  /* between shells within 2 % */
     }
     sfield_query(f, 1, p, 0, c);
     assert_true(fabs((double)c[0] - 3.307444) < 0.02 * (3.544908 - 3.307444));
@@ -63,8 +65,7 @@ static void t72_sphere_occluder(void **state)
         error = fabs(share_hidden(f, d, dir) / blocked(d) - 1);
         worst = error > worst ? error : worst;
     }
-    print_message("T72: largest relative error from 1.25 r to 20 r: %.2f %%\n", 100 * worst);
-    assert_true(worst < 0.02);
+    CONFORM_MAX("T72", "largest relative error from 1.25 r to 20 r, shadow field", 0.02, worst);
     sfield_free(f);
     desc.spacing = SFIELD_SPACING_UNIFORM;                            /* the paper's: known to be much worse near */
     uniform = field_of_sphere(&desc);
@@ -72,7 +73,7 @@ static void t72_sphere_occluder(void **state)
         rnd_direction(&seed, dir);
         off = fmax(off, fabs(share_hidden(uniform, d, dir) / blocked(d) - 1));
     }
-    print_message("T72: uniform shells: %.1f %% near the object\n", 100 * off);
+    CONFORM_NOTE("T72", "the same to 2 r with the paper's uniform shells", off);
     assert_true(off > 0.05);
     sfield_free(uniform);
 }
@@ -96,6 +97,7 @@ static double facing(const sfield_field *f, double d)
 static void t73_sphere_light(void **state)
 {
     static const double at[3] = { 2, 8, 20 }, exact[3] = { 0.785398, 0.049087, 0.007854 };
+    static const char *const names[3] = { "irradiance facing a sphere's source field 2 r away", "8 r away", "20 r away" };
     sfield_emitter light;
     sfield_desc desc;
     sfield_field *f, *sh;
@@ -117,8 +119,7 @@ static void t73_sphere_light(void **state)
     assert_int_equal(sfield_build_emitter(&desc, &light, &f, NULL), SFIELD_OK);
     for (k = 0; k < 3; k++) {
         double e = facing(f, 0.5 * at[k]);
-        print_message("T73: d = %2.0f r: facing irradiance %.6f, exactly %.6f\n", at[k], e, exact[k]);
-        assert_true(fabs(e / exact[k] - 1) < 0.02);
+        CONFORM("T73", names[k], exact[k], e, 0.02 * exact[k]);           /* texels of 32 x 32 */
     }
     sfield_free(f);
     memset(&desc, 0, sizeof desc);                                    /* harmonics: a cap's coefficients in closed form */
@@ -144,8 +145,8 @@ static void t74_outside_and_inside(void **state)
     f = field_of_sphere(&desc);
     a = share_hidden(f, 7.9999, dir);
     b = share_hidden(f, 8.0001, dir);
-    assert_true(fabs(a - b) < 1e-5);                                  /* continuous, and on with (r/d)^2 */
-    assert_true(fabs(share_hidden(f, 80, dir) / blocked(80) - 1) < 0.02);
+    CONFORM_MAX("T74", "step of the hidden share across the outermost shell", 1e-5, fabs(a - b));
+    CONFORM_MAX("T74", "relative error ten times as far out", 0.02, fabs(share_hidden(f, 80, dir) / blocked(80) - 1));
     assert_true(fabs(share_hidden(f, 1e12, dir)) < 1e-6);
     for (i = 0; i < 50; i++) {
         double s = share_hidden(f, 0.02 * i, dir);
@@ -208,8 +209,9 @@ static void t14_t75_walk_across_edges(void **state)
         }
     }
     mean /= n;
-    print_message("T14, T75: largest step %.5f, mean %.5f (6000 steps round)\n", largest, mean);
-    assert_true(largest < 12 * mean);
+    /* 12: coefficients of the soup change that much faster in some places; a wrong neighbour jumps by hundreds */
+    CONFORM_MAX("T14", "largest step by mean step, 20 great circles of 6000 steps", 12, largest / mean);
+    CONFORM_MAX("T75", "largest step by mean step, 20 great circles of 6000 steps", 12, largest / mean);
     sfield_free(f);
     model_free(&m);
 }
@@ -268,8 +270,7 @@ static void t77_ranges(void **state)
             double q = (double)f->scale[k] * f->sample[i * 16 + k] + (double)f->bias[k];
             worst = fmax(worst, fabs(q - (double)exact[i][k]) / (range[k] / 510));
         }
-    print_message("T77: error %.4f of range / 510; ranges of c00 %.3f, c33 %.3f\n", worst, range[0], range[15]);
-    assert_true(worst < 1.001);
+    CONFORM_MAX("T77", "largest error of a coefficient by its range / 510", 1.001, worst);   /* and rounding */
     assert_true(range[15] > 1.2 * range[0] || range[0] > 1.2 * range[15]);
     sfield_free(f);
     model_free(&m);
@@ -319,9 +320,7 @@ static void t81_budgets(void **state)
         desc.keep = keeps[i];
         assert_int_equal(sfield_build(&desc, &mesh, &f, &stats), SFIELD_OK);
         sfield_get_info(f, &info);
-        print_message("T81: at most %.1f %% kept: L2 error %.4f, %.1f coefficients a sample, %.2f %% of the raw bytes\n",
-                      100 * (double)keeps[i], stats.lost, (double)info.coefficients / (double)info.samples,
-                      100.0 * 4 * (double)info.coefficients / (double)(info.samples * 6144));
+        if (keeps[i] == 0.01f) CONFORM_NOTE("T81", "relative L2 error of 40 triangles where 1 % is kept", stats.lost);
         assert_true(stats.lost < before);
         assert_true(i < 3 || stats.lost == 0);
         assert_true(stats.coefficients == info.coefficients && stats.triangles == 40);
