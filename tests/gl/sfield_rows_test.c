@@ -1,0 +1,383 @@
+/* sfield_rows_test - rows of docs/conformance.md by the GL back end: a sphere occluder (T72), beyond the last shell (T74), all
+   turned (T76), order round a light (T78). Then objects drawn into the G-buffer, against shadowfield.h pixel by pixel. */
+#define _POSIX_C_SOURCE 200809L
+#define SHADOWFIELD_IMPLEMENTATION
+#include "shadowfield.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+
+#define GL_BACKEND_IMPLEMENTATION
+#include "gl_backend.h"
+
+#define CONFORM_BACKEND "gl"
+#include "conformance.h"
+#include "gl/gl_test.h"
+#include "unit/sfield_util.h"
+
+enum { FIELDS = 3, MOST = 8, SIZE = 16 };
+
+typedef enum { BALL, SOUP, LAMP } which;
+
+static sfield_algebra *algebra;
+static sfield_field   *field[FIELDS];
+static uint32_t        terms[400];
+static float           factors[400];
+
+static int make_fields(void **state)
+{
+    model ball = model_sphere(64, 32, 1), soup = model_soup(16, 0.6, 77);
+    sfield_mesh of_ball = mesh_of(&ball), of_soup = mesh_of(&soup);
+    sfield_emitter e;
+    sfield_desc d;
+    (void)state;
+    memset(&d, 0, sizeof d);
+    memset(&e, 0, sizeof e);
+    e.radius = 1;
+    e.radiance[0] = 1;
+    e.radiance[1] = 0.5f;
+    d.radius = 1;
+    d.position_side = 4;                        /* a sphere looks the same from everywhere */
+    if (sfield_algebra_create(4, NULL, &algebra) != SFIELD_OK || sfield_build(&d, &of_ball, &field[BALL], NULL) != SFIELD_OK ||
+        sfield_build_emitter(&d, &e, &field[LAMP], NULL) != SFIELD_OK)
+        return -1;
+    d.radius = 0;
+    if (sfield_build(&d, &of_soup, &field[SOUP], NULL) != SFIELD_OK)
+        return -1;
+    model_free(&ball);
+    model_free(&soup);
+    return sfield_sh_terms(algebra, NULL, NULL) > 400;
+}
+
+static int free_fields(void **state)
+{
+    int i;
+    (void)state;
+    for (i = 0; i < FIELDS; i++) sfield_free(field[i]);
+    sfield_algebra_free(algebra);
+    return 0;
+}
+
+/* ---- a world on both sides ---- */
+
+typedef struct world {
+    glbk_sfield_world    gl;
+    glbk_sfield_field    fields[FIELDS];
+    glbk_sfield_renderer renderer;
+    sfield_scene        *scene;
+} world;
+
+static void open_world(gl_test *t, world *w, uint32_t width, uint32_t height, float reach)
+{
+    glbk_sfield_file files[FIELDS];
+    void *memory[FIELDS];
+    glbk_sfield_desc d;
+    glbk_sfield_renderer_desc r;
+    sfield_scene_desc s;
+    int i;
+    memset(w, 0, sizeof *w);
+    memset(&d, 0, sizeof d);
+    memset(&r, 0, sizeof r);
+    memset(&s, 0, sizeof s);
+    for (i = 0; i < FIELDS; i++) {
+        files[i].size = sfield_size(field[i]);
+        files[i].data = memory[i] = malloc(files[i].size);
+        assert_int_equal(sfield_write(field[i], memory[i], files[i].size), SFIELD_OK);
+    }
+    d.bands = r.bands = 4;
+    d.files = files;
+    d.file_count = FIELDS;
+    d.terms = r.terms = terms;
+    d.factors = r.factors = factors;
+    d.term_count = r.term_count = (uint32_t)sfield_sh_terms(algebra, terms, factors);
+    d.capacity = MOST;
+    d.reach = s.reach = reach;
+    r.width = width;
+    r.height = height;
+    assert_glbk(t, glbk_sfield_create(&t->gl, &d, w->fields, &w->gl));
+    assert_glbk(t, glbk_sfield_renderer_create(&t->gl, &r, &w->renderer));
+    assert_int_equal(sfield_scene_create(&s, &w->scene), SFIELD_OK);
+    for (i = 0; i < FIELDS; i++) free(memory[i]);
+}
+
+static void close_world(gl_test *t, world *w)
+{
+    glbk_sfield_renderer_destroy(&t->gl, &w->renderer);
+    glbk_sfield_destroy(&t->gl, &w->gl);
+    sfield_scene_free(w->scene);
+}
+
+static sfield_entity at(int what, float x, float y, float z)
+{
+    sfield_entity e = sfield_entity_default();
+    if (what == LAMP) e.source = field[LAMP];
+    else e.occlusion = field[what];
+    e.transform[12] = x;
+    e.transform[13] = y;
+    e.transform[14] = z;
+    return e;
+}
+
+static void place(gl_test *t, world *w, const sfield_entity *e, uint32_t count, uint32_t sky)
+{
+    static const float white[3] = { 1, 1, 1 };
+    static sfield_rotation turns[MOST];
+    glbk_sfield_entity g[MOST];
+    float coefs[3 * 16];
+    uint32_t i, k;
+    memset(g, 0, sizeof g);
+    for (i = 0; i < count; i++) {
+        for (k = 0; k < FIELDS; k++) {
+            if (e[i].occlusion == field[k]) g[i].occlusion = &w->fields[k];
+            if (e[i].source == field[k]) g[i].source = &w->fields[k];
+        }
+        memcpy(g[i].transform, e[i].transform, sizeof g[i].transform);
+        memcpy(g[i].tint, e[i].tint, sizeof g[i].tint);
+        assert_int_equal(sfield_sh_rotation(algebra, e[i].transform, &turns[i]), SFIELD_OK);
+        if (!turns[i].identity) g[i].rotation = turns[i].block;
+    }
+    assert_int_equal(sfield_scene_entities(w->scene, e, count), SFIELD_OK);
+    assert_int_equal(sfield_scene_environment(w->scene, sky ? white : NULL, sky, sky, NULL), SFIELD_OK);
+    assert_int_equal(sfield_scene_sky(w->scene, coefs), SFIELD_OK);
+    assert_glbk(t, glbk_sfield_place(&t->gl, &w->gl, g, count));
+    assert_glbk(t, glbk_sfield_sky(&t->gl, &w->gl, sky ? coefs : NULL));
+}
+
+/* One row of points; self: of all of them, or NULL. */
+static void shade(gl_test *t, world *w, const float *p, const float *n, const float *self, float *light)
+{
+    glbk_sfield_pixel pixels[SIZE];
+    uint32_t i;
+    memset(pixels, 0, sizeof pixels);
+    for (i = 0; i < w->renderer.width; i++) {
+        memcpy(pixels[i].position, p + 3 * i, 12);
+        memcpy(pixels[i].normal, n + 3 * i, 12);
+        pixels[i].entity = GLBK_SFIELD_NONE;
+        pixels[i].self = self;
+    }
+    assert_glbk(t, glbk_sfield_upload(&t->gl, &w->renderer, 0, 1, pixels));
+    assert_glbk(t, glbk_sfield_shade(&t->gl, &w->renderer, &w->gl, NULL, 0));
+    assert_glbk(t, glbk_sfield_read(&t->gl, &w->renderer, light, NULL));
+}
+
+static double blocked(double d) { return 0.5 * (1 - sqrt(1 - 1 / (d * d))); }     /* share of the sphere of directions */
+
+/* A kernel that is the same in all directions under a white sky: light is lost as directions are hidden. */
+static void sphere_occluder(void **state)
+{
+    GL_TEST(t, state)
+    static const double d[4] = { 1.25, 2, 8, 20 };
+    static const char *const names[4] = { "percent blocked 1.25 r away, shadow field", "2 r away, shadow field",
+                                          "8 r away, shadow field", "20 r away, shadow field" };
+    const float self[16] = { 1.4f };
+    const float at_last[2] = { 7.9999f, 8.0001f };
+    float p[21], n[21], open[28], light[28];
+    sfield_entity e = at(BALL, 0, 0, 0);
+    world w;
+    int i, k;
+    for (i = 0; i < 7; i++)
+        for (k = 0; k < 3; k++) {
+            float dir = k == 0 ? 0.36f : k == 1 ? 0.48f : 0.8f;
+            p[3 * i + k] = dir * (i < 4 ? (float)d[i] : i < 6 ? at_last[i - 4] : 80);
+            n[3 * i + k] = -dir;
+        }
+    open_world(t, &w, 7, 1, 1000);              /* no fading */
+    place(t, &w, &e, 0, 1);
+    shade(t, &w, p, n, self, open);
+    assert_true(fabs((double)open[0] - 1.4 * 3.544908 / PI) < 1e-3);
+    place(t, &w, &e, 1, 1);
+    shade(t, &w, p, n, self, light);
+    for (i = 0; i < 7; i++) light[i] = 1 - light[4 * i] / open[4 * i];
+    for (i = 0; i < 4; i++)                     /* between shells within 2 % */
+        CONFORM("T72", names[i], i == 1 ? 6.699 : i == 2 ? 0.392 : 100 * blocked(d[i]), 100 * light[i],
+                2 * (i == 1 ? 0.06699 : i == 2 ? 0.00392 : blocked(d[i])));
+    CONFORM_MAX("T74", "step of the hidden share across the outermost shell", 1e-5, fabs((double)light[4] - (double)light[5]));
+    assert_true(fabs((double)light[6] - blocked(80)) < 5e-7);       /* the last bits of 1 */
+    close_world(t, &w);
+}
+
+static void order_round_a_light(void **state)
+{
+    GL_TEST(t, state)
+    static const float origin[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
+    sfield_entity e[3];
+    float lit[4], far[4], both[4], near[4];
+    world w;
+    open_world(t, &w, 1, 1, 0);
+    e[0] = at(LAMP, 0, 6, 0);
+    place(t, &w, e, 1, 0);
+    shade(t, &w, origin, up, NULL, lit);
+    e[1] = at(BALL, 0, 8, 0);
+    place(t, &w, e, 2, 0);
+    shade(t, &w, origin, up, NULL, far);
+    e[2] = at(BALL, 0, 3, 0);
+    place(t, &w, e, 3, 0);
+    shade(t, &w, origin, up, NULL, both);
+    e[1] = e[2];
+    place(t, &w, e, 2, 0);
+    shade(t, &w, origin, up, NULL, near);
+    CONFORM("T78", "light before a far ball by light alone, harmonics", 1, far[0] / lit[0], 0);
+    CONFORM("T78", "light between two balls by behind the near one, harmonics", 1, both[0] / near[0], 0);
+    assert_true(lit[0] > 0.01f && near[0] < 0.85f * lit[0]);
+    close_world(t, &w);
+}
+
+/* out = m a, of points where the last column counts. */
+static void turn_by(const float *m, const float *a, float *out)
+{
+    int k;
+    float b[3];
+    for (k = 0; k < 3; k++) b[k] = m[k] * a[0] + m[4 + k] * a[1] + m[8 + k] * a[2];
+    memcpy(out, b, sizeof b);
+}
+
+static void all_turned(void **state)
+{
+    GL_TEST(t, state)
+    const float m[16] = { 0.36f, 0.48f, -0.8f, 0, -0.8f, 0.6f, 0, 0, 0.48f, 0.64f, 0.6f, 0, 0, 0, 0, 1 };
+    sfield_entity e[3], r[3];
+    float p[3 * SIZE], n[3 * SIZE], q[3 * SIZE], o[3 * SIZE], before[4 * SIZE], after[4 * SIZE];
+    double worst = 0;
+    uint64_t seed = 3;
+    world w;
+    int i, k;
+    e[0] = at(SOUP, 1, 3, 0);
+    e[1] = at(SOUP, -2, 1, 1);
+    memcpy(e[1].transform, m, 12 * sizeof *m);
+    e[2] = at(LAMP, 2, 6, 1);
+    for (i = 0; i < 3; i++) {
+        r[i] = e[i];
+        for (k = 0; k < 4; k++) turn_by(m, e[i].transform + 4 * k, r[i].transform + 4 * k);
+    }
+    for (i = 0; i < SIZE; i++) {
+        double d[3];
+        rnd_direction(&seed, d);
+        for (k = 0; k < 3; k++) {
+            n[3 * i + k] = (float)d[k];
+            p[3 * i + k] = rnd_in(&seed, -0.5, 0.5);
+        }
+        turn_by(m, p + 3 * i, q + 3 * i);
+        turn_by(m, n + 3 * i, o + 3 * i);
+    }
+    open_world(t, &w, SIZE, 1, 0);
+    place(t, &w, e, 3, 1);
+    shade(t, &w, p, n, NULL, before);
+    place(t, &w, r, 3, 1);
+    shade(t, &w, q, o, NULL, after);
+    for (i = 0; i < 4 * SIZE; i++)
+        if (i % 4 < 3) worst = fmax(worst, fabs((double)before[i] - (double)after[i]));
+    CONFORM_MAX("T76", "all turned, shading differs, harmonics", 1e-4, worst);
+    close_world(t, &w);
+}
+
+/* ---- drawn ---- */
+
+/* A square in y = 0; its vertices also hold the cosine's coefficients, as if its own visibility were recorded. */
+static uint32_t make_square(glbk_context *gl, uint32_t *buffer)
+{
+    static const int32_t sizes[6] = { 3, 3, 4, 4, 4, 4 };
+    const double up[3] = { 0, 1, 0 };
+    float v[4][22], factor[8];
+    double y[16];
+    uint32_t name, i, k, l;
+    size_t from = 0;
+    sfield_sh_basis(4, up, y);
+    sfield_sh_cosine(4, factor);
+    memset(v, 0, sizeof v);
+    for (i = 0; i < 4; i++) {
+        v[i][0] = i & 1 ? 2.0f : -2.0f;
+        v[i][2] = i & 2 ? 2.0f : -2.0f;
+        v[i][4] = 1;
+        for (l = 0, k = 0; l < 4; l++)
+            for (; k < (l + 1) * (l + 1); k++) v[i][6 + k] = (float)y[k] * factor[l];
+    }
+    gl->gl.GenVertexArrays(1, &name);
+    gl->gl.GenBuffers(1, buffer);
+    gl->gl.BindVertexArray(name);
+    gl->gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, *buffer);
+    gl->gl.BufferData(GLBK_GL_ARRAY_BUFFER, sizeof v, v, GLBK_GL_STATIC_DRAW);
+    for (i = 0; i < 6; i++) {
+        gl->gl.EnableVertexAttribArray(i);
+        gl->gl.VertexAttribPointer(i, sizes[i], GLBK_GL_FLOAT, 0, sizeof v[0], (const void *)from);
+        from += 4 * (size_t)sizes[i];
+    }
+    gl->gl.BindVertexArray(0);
+    return name;
+}
+
+/* A floor, and a quarter of its size a table above it, seen from above: every pixel as shadowfield.h shades its point. */
+static void drawn_into_the_gbuffer(void **state)
+{
+    GL_TEST(t, state)
+    static float positions[SIZE * SIZE][3], normals[SIZE * SIZE][3], rgb[SIZE * SIZE][3], light[SIZE * SIZE][4];
+    glbk_sfield_draw draw;
+    sfield_entity e[3];
+    sfield_points set;
+    double square = 0, size = 0;
+    float low = 1e30f, high = 0;
+    uint32_t buffer, vertices, object, i, k;
+    world w;
+    open_world(t, &w, SIZE, SIZE, 0);
+    e[0] = at(BALL, 0.3f, 2, 0.2f);
+    e[1] = at(SOUP, -1.2f, 1.4f, -0.8f);
+    e[2] = at(LAMP, 1.5f, 5, -1);
+    place(t, &w, e, 3, 1);
+    memset(&draw, 0, sizeof draw);
+    draw.clip[0] = draw.clip[9] = 0.5f;         /* x and z of the world are x and y of the picture, from above */
+    draw.clip[6] = -0.1f;
+    draw.clip[15] = 1;
+    draw.entity = GLBK_SFIELD_NONE;
+    vertices = make_square(&t->gl, &buffer);
+    assert_glbk(t, glbk_sfield_gbuffer_begin(&t->gl, &w.renderer));
+    for (object = 2; object-- > 0;) {           /* the table first: depth decides */
+        for (k = 0; k < 3; k++) draw.world[5 * k] = object ? 0.5f : 1;
+        draw.world[13] = object ? 0.4f : 0;
+        draw.world[15] = 1;
+        draw.recorded = (int)object;
+        assert_glbk(t, glbk_sfield_gbuffer_object(&t->gl, &w.renderer, &draw));
+        t->gl.gl.BindVertexArray(vertices);
+        t->gl.gl.DrawArrays(GLBK_GL_TRIANGLE_STRIP, 0, 4);
+    }
+    assert_glbk(t, glbk_sfield_shade(&t->gl, &w.renderer, &w.gl, NULL, 0));
+    assert_glbk(t, glbk_sfield_read(&t->gl, &w.renderer, light[0], NULL));
+    memset(&set, 0, sizeof set);
+    for (i = 0; i < SIZE * SIZE; i++) {
+        positions[i][0] = ((float)(i % SIZE) + 0.5f) * 4 / SIZE - 2;
+        positions[i][2] = ((float)(i / SIZE) + 0.5f) * 4 / SIZE - 2;
+        positions[i][1] = fabsf(positions[i][0]) < 1 && fabsf(positions[i][2]) < 1 ? 0.4f : 0;
+        normals[i][1] = 1;
+    }
+    set.entity = SFIELD_NONE;
+    set.count = 1;
+    for (i = 0; i < SIZE * SIZE; i++) {         /* one by one, so that C orders occluders for each alone */
+        set.positions = positions[i];
+        set.normals = normals[i];
+        set.rgb = rgb[i];
+        assert_int_equal(sfield_shade(w.scene, &set, 1, NULL), SFIELD_OK);
+        for (k = 0; k < 3; k++) {
+            double off = (double)light[i][k] - (double)rgb[i][k];
+            square += off * off;
+            size += (double)rgb[i][k] * (double)rgb[i][k];
+        }
+        low = rgb[i][2] < low ? rgb[i][2] : low;
+        high = rgb[i][2] > high ? rgb[i][2] : high;
+    }
+    printf("drawn: relative difference %.1e; blue %.3f to %.3f\n", sqrt(square / size), (double)low, (double)high);
+    assert_true(high > 1.3f * low);             /* shadows are there to be compared */
+    assert_true(sqrt(square / size) < 1e-4);    /* 16 bits of own visibility */
+    t->gl.gl.DeleteVertexArrays(1, &vertices);
+    t->gl.gl.DeleteBuffers(1, &buffer);
+    close_world(t, &w);
+}
+
+int main(int count, char **values)
+{
+    struct CMUnitTest tests[] = { gl_unit_test(sphere_occluder), gl_unit_test(order_round_a_light), gl_unit_test(all_turned),
+                                  gl_unit_test(drawn_into_the_gbuffer) };
+    int result;
+    (void)count;
+    if (gl_run_ways(values, GL_CORE33, &result)) return result;
+    gl_name_tests(tests, sizeof tests / sizeof tests[0]);
+    return cmocka_run_group_tests(tests, make_fields, free_fields);
+}
