@@ -145,7 +145,7 @@ row envshadow cpu "256 lights"
 
 times=4
 group explosion direct "Explosion: a video as the lamp" --scene builtin:explosion
-row csm cpu "4 x 4 places on the fire" --samples "$SAMPLES" --set light_side=4 --set light_m=128
+row csm cpu "64 places on the fire" --samples "$SAMPLES" --set light_m=128
 row shadowfield cpu "harmonics, 4 bands" $fields
 row ism cpu "points of the fire as VPLs" --set bounces=0
 

@@ -471,11 +471,21 @@ static int shadow_map_build(shadow_map *s, const rd_job *job, const float *eye, 
     return s->depth ? 0 : im_out_of_memory(error);
 }
 
+/* Depth at which the ray through a texel's centre meets the plane of the point p; where the two are all but parallel, that
+   of the point. d is p from the eye, z its depth. */
+static float plane_depth(const shadow_map *s, const float *d, const float *n, float z, int i, int j)
+{
+    float x = (2 * ((float)i + 0.5f) / (float)s->size - 1) * s->half, at;
+    float y = (1 - 2 * ((float)j + 0.5f) / (float)s->size) * s->half;
+    at = dot(n, d) / (dot(n, s->forward) + x * dot(n, s->right) + y * dot(n, s->up));
+    return at > 0.5f * z && at < 2 * z ? at : z;
+}
+
 /* Share of 3 x 3 texels that see the point; its own plane carries the depth to the texels. -1: not in this picture. */
 static float shadow_map_lit(const shadow_map *s, const float *p, const float *n)
 {
-    float d[3] = { p[0] - s->eye[0], p[1] - s->eye[1], p[2] - s->eye[2] }, z = dot(d, s->forward), lit = 0, slope[3];
-    float x, y, step = 2 * s->half / (float)s->size;
+    float d[3] = { p[0] - s->eye[0], p[1] - s->eye[1], p[2] - s->eye[2] }, z = dot(d, s->forward), lit = 0;
+    float x, y, bias = s->half / (float)s->size;                /* half a texel */
     int cx, cy, count = 0;
     if (!(z > 0))
         return -1;
@@ -483,21 +493,15 @@ static float shadow_map_lit(const shadow_map *s, const float *p, const float *n)
     y = (0.5f - dot(d, s->up) / z / s->half * 0.5f) * (float)s->size;
     if (!(x >= 0 && y >= 0 && x < (float)s->size && y < (float)s->size))
         return -1;
-    slope[0] = dot(n, s->right);
-    slope[1] = dot(n, s->up);
-    slope[2] = dot(n, s->forward);
     cx = (int)x;
     cy = (int)y;
     for (int j = cy - 1; j <= cy + 1; j++)
         for (int i = cx - 1; i <= cx + 1; i++) {
-            float dx = ((float)i + 0.5f - x) * step * z, dy = (y - (float)j - 0.5f) * step * z, at = z;
+            float at;
             if (i < 0 || j < 0 || i >= (int)s->size || j >= (int)s->size)
                 continue;
-            if (fabsf(slope[2]) > 0.1f)
-                at -= (dx * slope[0] + dy * slope[1]) / slope[2];
-            else
-                at -= step * z;
-            lit += at - 0.5f * step * z <= s->depth[(size_t)j * s->size + (size_t)i];
+            at = plane_depth(s, d, n, z, i, j);
+            lit += at - bias * at <= s->depth[(size_t)j * s->size + (size_t)i];
             count++;
         }
     return count ? lit / (float)count : 1;
