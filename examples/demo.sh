@@ -91,7 +91,8 @@ if ! "$BUILD/render" --technique rsm --backend gl --scene builtin:uroom --size 1
 fi
 rm -f "$OUT/probe.pfm" "$OUT/probe.txt"
 
-maps="--samples $SAMPLES --set side=64"         # csm: 4,096 maps an object
+maps="--samples $SAMPLES --set side=64 --set filter=roulette"       # csm: 4,096 maps an object
+few="--samples $SAMPLES --set side=32 --set filter=roulette"        # 1,024
 fields="--set position_side=6 --set spacing=0.05"
 
 # shellcheck disable=SC2086
@@ -108,8 +109,8 @@ row rsm gl "interpolated" --set mode=interpolated
 row ism cpu "1024 VPLs"
 
 group knot direct "Knot under a sky" --scene builtin:knot
-row csm cpu "4,096 maps" $maps
-row csm gl "4,096 maps" $maps
+row csm cpu "4,096 maps, roulette" $maps
+row csm gl "4,096 maps, roulette" $maps
 row shadowfield cpu "harmonics, 4 bands" $fields
 row envshadow cpu "256 lights"
 row envshadow gl "256 lights"
@@ -121,13 +122,13 @@ row rsm cpu "one map" --set only=direct
 row ism cpu "one map" --set bounces=0
 
 group plant direct "Plant under a sky: thin sheets" --scene builtin:plant
-row csm cpu "4,096 maps" $maps
+row csm cpu "4,096 maps, roulette" $maps
 row shadowfield cpu "harmonics, 4 bands" $fields
 row envshadow cpu "256 lights"
 row envshadow gl "256 lights"
 
 group chess direct "Chess under an overcast sky: 32 instances of six pieces" --scene builtin:chess --env builtin:overcast
-row csm cpu "1,024 maps a piece" --samples "$SAMPLES" --set side=32
+row csm cpu "1,024 maps a piece, roulette" $few
 row shadowfield cpu "harmonics, 4 bands" $fields
 row shadowfield gl "harmonics, 4 bands" $fields
 row envshadow cpu "256 lights"
@@ -139,7 +140,7 @@ row shadowfield cpu "harmonics, 4 bands" $fields
 row ism cpu "lamps as VPLs" --set bounces=0
 
 group spaceships direct "Spaceships under a sky: large shadows" --scene builtin:spaceships
-row csm cpu "1,024 maps an object" --samples "$SAMPLES" --set side=32
+row csm cpu "4,096 maps an object, roulette" $maps
 row shadowfield cpu "wavelets" --set position_side=4 --set spacing=0.04 --set basis=haar --set shells=12 --set keep=0.02
 row envshadow cpu "256 lights"
 
@@ -150,12 +151,12 @@ row shadowfield cpu "harmonics, 4 bands" $fields
 row ism cpu "points of the fire as VPLs" --set bounces=0
 
 group cloth direct "Cloth in the wind under a sky: deforming sheets" --scene builtin:cloth
-row csm cpu "1,024 maps an object, built for each frame" --samples "$SAMPLES" --set side=32
+row csm cpu "1,024 maps an object, roulette, built for each frame" $few
 row envshadow cpu "256 lights"
 row envshadow gl "256 lights"
 
 group figure direct "Dressed figure under a sky: deforming" --scene builtin:figure
-row csm cpu "1,024 maps an object, built for each frame" --samples "$SAMPLES" --set side=32
+row csm cpu "1,024 maps an object, roulette, built for each frame" $few
 row envshadow cpu "256 lights"
 
 times=4
@@ -178,7 +179,7 @@ if [ -n "$ASSETS" ]; then
     for model in bunny dragon; do
         [ -f "$ASSETS/$model.glb" ] || continue
         group $model direct "$model.glb under a sky" --scene "$ASSETS/$model.glb"
-        row csm cpu "4,096 maps" $maps
+        row csm cpu "4,096 maps, roulette" $maps
         row shadowfield cpu "harmonics, 4 bands" $fields
         row envshadow cpu "256 lights"
     done
