@@ -172,7 +172,7 @@ row rsm cpu "400 texels a pixel"
 row ism cpu "1024 VPLs"
 
 group atrium bounced "Atrium: a million triangles in the sun" --scene builtin:atrium
-row rsm cpu "400 texels a pixel"
+row rsm cpu "400 texels a pixel of 1024 x 1024" --set m=1024
 row ism cpu "1024 VPLs"
 
 if [ -n "$ASSETS" ]; then
@@ -183,6 +183,12 @@ if [ -n "$ASSETS" ]; then
         row shadowfield cpu "harmonics, 4 bands" $fields
         row envshadow cpu "256 lights"
     done
+    if [ -f "$ASSETS/bunny.glb" ] && [ -f "$ASSETS/venice_sunset_1k.hdr" ]; then
+        group bunny-venice direct "bunny.glb under venice_sunset_1k.hdr" --scene "$ASSETS/bunny.glb" \
+            --env "$ASSETS/venice_sunset_1k.hdr"
+        row csm cpu "4,096 maps, roulette" $maps
+        row envshadow cpu "256 lights"
+    fi
 else
     leave "real models (make assets, or ASSETS=FOLDER)"
 fi

@@ -4,10 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { COLUMNS = 6, CAPTION = 12, MARGIN = 4, THUMB = 160 };
+enum { COLUMNS = 8, CAPTION = 12, MARGIN = 4, THUMB = 112 };
 
 typedef struct sheet {
-    uint32_t thumb_width, thumb_height, width, height, used;
+    uint32_t thumb_width, thumb_height, width, height;
+    uint32_t used;              /* places: row by row */
     uint8_t *rgb;
 } sheet;
 
@@ -54,7 +55,7 @@ static uint8_t srgb(float x)
 
 static void write_caption(sheet *s, uint32_t x, uint32_t y, const char *text)
 {
-    for (; *text && x + 6 <= s->width; text++, x += 6) {
+    for (uint32_t end = x + s->thumb_width; *text && x + 5 <= end; text++, x += 6) {
         const char *glyph = ex_glyph(*text);
         for (uint32_t i = 0; i < 35; i++)
             if (glyph[i] == '#') memset(s->rgb + 3 * ((size_t)(y + i / 5) * s->width + x + i % 5), 200, 3);
@@ -81,59 +82,68 @@ static void shrink(sheet *s, uint32_t left, uint32_t top, const ex_image *image,
         }
 }
 
-static int add(gallery *g, sheet *s, const gal_group *group, const char *stem, const char *technique, char *error)
+static int add(gallery *g, sheet *s, const gal_group *group, const char *stem, const char *caption, char *error)
 {
-    char text[80];
     ex_image image;
     uint32_t left = MARGIN + s->used % COLUMNS * (s->thumb_width + MARGIN);
     uint32_t top = MARGIN + s->used / COLUMNS * (s->thumb_height + CAPTION);
+    s->used++;
+    if (!s->rgb) return 0;                      /* only counted */
     if (load(g, stem, &image, error) != 0) return -1;
     shrink(s, left, top, &image, exp2f(group->ev));
     ex_image_free(&image);
-    snprintf(text, sizeof text, "%.14s: %s", group->scene, technique);
-    write_caption(s, left, top + s->thumb_height + 2, text);
-    s->used++;
-    return 0;
-}
-
-static uint32_t count_pictures(const gallery *g)
-{
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < g->group_count; i++) {
-        count += *g->groups[i].reference != 0;
-        for (uint32_t k = 0; k < g->groups[i].row_count; k++) count += strcmp(g->groups[i].rows[k].backend, "cpu") == 0;
-    }
-    return count;
-}
-
-static int fill(gallery *g, sheet *s, char *error)
-{
-    for (uint32_t i = 0; i < g->group_count; i++) {
-        const gal_group *group = &g->groups[i];
-        if (*group->reference && add(g, s, group, group->reference, "reference", error) != 0) return -1;
-        for (uint32_t k = 0; k < group->row_count; k++)
-            if (strcmp(group->rows[k].backend, "cpu") == 0 &&
-                add(g, s, group, group->rows[k].stem, group->rows[k].technique, error) != 0)
-                return -1;
-    }
+    write_caption(s, left, top + s->thumb_height + 2, caption);
     return 0;
 }
 
 /* What OpenGL drew looks the same and is left to the page. */
+static uint32_t count_pictures(const gal_group *group)
+{
+    uint32_t count = *group->reference != 0;
+    for (uint32_t k = 0; k < group->row_count; k++) count += strcmp(group->rows[k].backend, "cpu") == 0;
+    return count;
+}
+
+/* The scene's name stands under its first picture; a group that does not fit begins a new row. */
+static int fill(gallery *g, sheet *s, char *error)
+{
+    s->used = 0;
+    for (uint32_t i = 0; i < g->group_count; i++) {
+        const gal_group *group = &g->groups[i];
+        uint32_t column = s->used % COLUMNS, count = count_pictures(group);
+        char name[80];
+        int first = 1;
+        if (column && column + count > COLUMNS) s->used += COLUMNS - column;
+        snprintf(name, sizeof name, "%s%s", group->scene, strcmp(group->kind, "bounced") == 0 ? ", bounced" : "");
+        if (*group->reference) {
+            if (add(g, s, group, group->reference, name, error) != 0) return -1;
+            first = 0;
+        }
+        for (uint32_t k = 0; k < group->row_count; k++) {
+            const gal_row *row = &group->rows[k];
+            char caption[120];
+            if (strcmp(row->backend, "cpu") != 0) continue;
+            snprintf(caption, sizeof caption, "%s%s%s", first ? name : "", first ? ": " : "", row->technique);
+            if (add(g, s, group, row->stem, caption, error) != 0) return -1;
+            first = 0;
+        }
+    }
+    return 0;
+}
+
 int gal_sheet(gallery *g, char *error)
 {
-    uint32_t count = count_pictures(g);
     char path[400];
     sheet s;
     int result;
-    if (count == 0 || g->width == 0) return 0;
+    if (g->width == 0) return 0;
     memset(&s, 0, sizeof s);
     s.thumb_width = g->width < THUMB ? g->width : THUMB;
     s.thumb_height = s.thumb_width * g->height / g->width;
-    if (s.thumb_height == 0) return 0;
+    if (s.thumb_height == 0 || fill(g, &s, error) != 0) return 0;
     s.width = MARGIN + COLUMNS * (s.thumb_width + MARGIN);
-    s.height = MARGIN + (count + COLUMNS - 1) / COLUMNS * (s.thumb_height + CAPTION);
-    s.rgb = (uint8_t *)calloc((size_t)s.width * s.height, 3);
+    s.height = MARGIN + (s.used + COLUMNS - 1) / COLUMNS * (s.thumb_height + CAPTION);
+    s.rgb = (uint8_t *)calloc((size_t)s.width * s.height + 1, 3);
     if (!s.rgb) return ex_fail(error, "out of memory");
     snprintf(path, sizeof path, "%s/contact.png", g->folder);
     result = fill(g, &s, error);
