@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { COLUMNS = 8, CAPTION = 12, MARGIN = 4, THUMB = 112 };
+enum { COLUMNS = 8, CAPTION = 12, MARGIN = 4, THUMB = 104 };
 
 typedef struct sheet {
     uint32_t thumb_width, thumb_height, width, height;
