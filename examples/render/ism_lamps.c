@@ -285,21 +285,22 @@ static double pixel_angle(uint32_t x, uint32_t y, uint32_t size, double half)
            corner_angle(x0, y0);
 }
 
+/* A sun is a lamp a thousand radii away: its rays differ from parallel ones by 0.06 degrees at most. */
+#define FAR_AWAY 1000.0f
+
 static int render_from(ex_gbuffer *out, const rd_job *job, const float *eye, const float *forward, const float *up,
                        float fovy, uint32_t size, char *error)
 {
     ex_scene scene = *job->scene;
     for (int k = 0; k < 3; k++) {
         scene.camera.eye[k] = eye[k];
-        scene.camera.target[k] = eye[k] + forward[k] * job->radius;
+        /* As far off as a sun: rounding of a far eye's coordinates would turn a shorter step by metres at the scene. */
+        scene.camera.target[k] = eye[k] + forward[k] * FAR_AWAY * job->radius;
         scene.camera.up[k] = up[k];
     }
     scene.camera.fovy = fovy;
     return ex_gbuffer_render(out, &scene, size, size, 1, job->threads, error);
 }
-
-/* A sun is a lamp a thousand radii away: its rays differ from parallel ones by 0.06 degrees at most. */
-#define FAR_AWAY 1000.0f
 
 static void far_eye(const im_lamp *lamp, const rd_job *job, float eye[3], float forward[3], float *fovy)
 {
@@ -471,26 +472,28 @@ static int shadow_map_build(shadow_map *s, const rd_job *job, const float *eye, 
     return s->depth ? 0 : im_out_of_memory(error);
 }
 
-/* Depth at which the ray through a texel's centre meets the plane of the point p; where the two are all but parallel, that
-   of the point. d is p from the eye, z its depth. */
-static float plane_depth(const shadow_map *s, const float *d, const float *n, float z, int i, int j)
+/* Depth at which the ray through a texel's centre meets the plane of the point, whose depth is z and whose ray is
+   forward + x right + y up; where ray and plane are all but parallel, z. As a difference, because a sun's z is large. */
+static float plane_depth(const shadow_map *s, const float *n, float z, float x, float y, int i, int j)
 {
-    float x = (2 * ((float)i + 0.5f) / (float)s->size - 1) * s->half, at;
-    float y = (1 - 2 * ((float)j + 0.5f) / (float)s->size) * s->half;
-    at = dot(n, d) / (dot(n, s->forward) + x * dot(n, s->right) + y * dot(n, s->up));
-    return at > 0.5f * z && at < 2 * z ? at : z;
+    float u = (2 * ((float)i + 0.5f) / (float)s->size - 1) * s->half, along = dot(n, s->right);
+    float v = (1 - 2 * ((float)j + 0.5f) / (float)s->size) * s->half, upward = dot(n, s->up);
+    float step = z * ((u - x) * along + (v - y) * upward) / (dot(n, s->forward) + u * along + v * upward);
+    return fabsf(step) < 0.5f * z ? z - step : z;
 }
 
 /* Share of 3 x 3 texels that see the point; its own plane carries the depth to the texels. -1: not in this picture. */
 static float shadow_map_lit(const shadow_map *s, const float *p, const float *n)
 {
     float d[3] = { p[0] - s->eye[0], p[1] - s->eye[1], p[2] - s->eye[2] }, z = dot(d, s->forward), lit = 0;
-    float x, y, bias = s->half / (float)s->size;                /* half a texel */
+    float x, y, u, v, bias = s->half / (float)s->size;          /* half a texel */
     int cx, cy, count = 0;
     if (!(z > 0))
         return -1;
-    x = (dot(d, s->right) / z / s->half * 0.5f + 0.5f) * (float)s->size;
-    y = (0.5f - dot(d, s->up) / z / s->half * 0.5f) * (float)s->size;
+    u = dot(d, s->right) / z;
+    v = dot(d, s->up) / z;
+    x = (u / s->half * 0.5f + 0.5f) * (float)s->size;
+    y = (0.5f - v / s->half * 0.5f) * (float)s->size;
     if (!(x >= 0 && y >= 0 && x < (float)s->size && y < (float)s->size))
         return -1;
     cx = (int)x;
@@ -500,7 +503,7 @@ static float shadow_map_lit(const shadow_map *s, const float *p, const float *n)
             float at;
             if (i < 0 || j < 0 || i >= (int)s->size || j >= (int)s->size)
                 continue;
-            at = plane_depth(s, d, n, z, i, j);
+            at = plane_depth(s, n, z, u, v, i, j);
             lit += at - bias * at <= s->depth[(size_t)j * s->size + (size_t)i];
             count++;
         }
