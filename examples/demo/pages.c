@@ -123,13 +123,13 @@ static text20 milliseconds(double ms)
     return ms < 10 ? number("%.1f ms", ms) : ms < 10000 ? number("%.0f ms", ms) : number("%.1f s", ms / 1000);
 }
 
-#define FIGURES "relative RMSE | SSIM | mean ratio | precomputed | a frame | kept"
+#define FIGURES "relative RMSE (reference's noise) | SSIM | mean ratio | precomputed | a frame | kept"
 
-static void figures(char *out, size_t size, const gal_row *r)
+static void figures(char *out, size_t size, const gal_group *group, const gal_row *r)
 {
-    snprintf(out, size, "%s | %s | %s | %s | %s | %s", number("%.3f", r->error).text, number("%.3f", r->ssim).text,
-             number("%.3f", r->mean_ratio).text, milliseconds(r->precompute_ms).text, milliseconds(r->frame_ms).text,
-             number("%.2f MB", r->memory_bytes / 1e6).text);
+    snprintf(out, size, "%s (%s) | %s | %s | %s | %s | %s", number("%.3f", r->error).text,
+             number("%.3f", group->noise).text, number("%.3f", r->ssim).text, number("%.3f", r->mean_ratio).text,
+             milliseconds(r->precompute_ms).text, milliseconds(r->frame_ms).text, number("%.2f MB", r->memory_bytes / 1e6).text);
 }
 
 static void say_what_figures_mean(page *p, const gallery *g)
@@ -175,7 +175,7 @@ static void show_group(page *p, const gallery *g, const gal_group *group)
     for (uint32_t i = 0; i < group->row_count; i++) {
         const gal_row *r = &group->rows[i];
         char f[200];
-        figures(f, sizeof f, r);
+        figures(f, sizeof f, group, r);
         snprintf(line, sizeof line, "%s | %s | %s | %s", r->technique, r->backend, r->label, f);
         table_line(p, line, 0);
     }
@@ -272,7 +272,7 @@ static void describe(page *p, const gallery *g, const what *w)
             const gal_row *r = &g->groups[i].rows[k];
             if (strcmp(r->technique, w->technique) != 0) continue;
             if (!any++) table_line(p, "scene | light | backend, settings | " FIGURES, 1);
-            figures(f, sizeof f, r);
+            figures(f, sizeof f, &g->groups[i], r);
             snprintf(line, sizeof line, "%s | %s | %s%s%s | %s", g->groups[i].scene, g->groups[i].kind, r->backend,
                      *r->label ? ", " : "", r->label, f);
             table_line(p, line, 0);
