@@ -1,0 +1,261 @@
+/* gl_sfield.c - shadow fields on OpenGL: 30,000 points of a chess board under 32 pieces and four lamps, with the product
+   written into the program and read from the table; time of a frame, and how far the light is from shadowfield.h's. Wall time
+   round glFinish: timer queries of software drivers are wrong. */
+#define _POSIX_C_SOURCE 200809L
+#include "sfield_scene.h"
+#include "gl_context.h"
+#include "gl_backend.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PIECES = 32, LAMPS = 4, ENTITIES = PIECES + LAMPS, MESHES = 6, FIELDS = MESHES + 1, FRAMES = 5, WIDTH = 250, BANDS = 4 };
+
+typedef struct board {
+    ex_scene          scene;
+    bn_points         points;
+    sfield_field     *field[FIELDS];    /* the last shines */
+    sfield_algebra   *algebra;
+    sfield_scene     *cpu;
+    sfield_entity     entity[ENTITIES];
+    sfield_rotation   rotation[ENTITIES];
+    uint32_t         *terms, term_count;
+    float            *factors, *rgb, *light;
+    double            cpu_ms;
+    glbk_sfield_world world;
+    glbk_sfield_field gl_field[FIELDS];
+} board;
+
+static int build(board *b, const bn_options *options)
+{
+    sfield_desc d = bn_sfield_desc(options);
+    sfield_emitter lamp;
+    memset(&lamp, 0, sizeof lamp);
+    lamp.radius = 0.03f;
+    lamp.radiance[0] = lamp.radiance[1] = lamp.radiance[2] = 50;
+    d.shells = 8;
+    d.position_side = 4;
+    for (uint32_t i = 0; i < MESHES; i++) {
+        const ex_mesh *mesh = &b->scene.meshes[1 + i];
+        const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count };
+        if (sfield_build(&d, &m, &b->field[i], NULL) != SFIELD_OK)
+            return -1;
+    }
+    if (sfield_build_emitter(&d, &lamp, &b->field[MESHES], NULL) != SFIELD_OK ||
+        sfield_algebra_create(BANDS, NULL, &b->algebra) != SFIELD_OK ||
+        bn_points_spread(&b->points, &b->scene.meshes[0], 30000) != 0)
+        return -1;
+    b->term_count = (uint32_t)sfield_sh_terms(b->algebra, NULL, NULL);
+    b->terms = malloc(b->term_count * sizeof *b->terms);
+    b->factors = malloc(b->term_count * sizeof *b->factors);
+    b->rgb = malloc(3 * b->points.count * sizeof *b->rgb);
+    b->light = malloc(4 * (b->points.count + WIDTH) * sizeof *b->light);
+    if (!b->terms || !b->factors || !b->rgb || !b->light)
+        return -1;
+    (void)sfield_sh_terms(b->algebra, b->terms, b->factors);
+    return 0;
+}
+
+/* The same frame by shadowfield.h. */
+static int shade_cpu(board *b, const bn_options *options)
+{
+    sfield_scene_desc d;
+    sfield_points set;
+    double start;
+    memset(&d, 0, sizeof d);
+    memset(&set, 0, sizeof set);
+    d.parallel_for = ex_pool_run;
+    d.parallel_user = options->pool;
+    for (int i = 0; i < ENTITIES; i++) {
+        sfield_entity *e = &b->entity[i];
+        *e = sfield_entity_default();
+        if (i < PIECES) {
+            e->occlusion = b->field[b->scene.objects[1 + i].mesh - 1];
+            memcpy(e->transform, b->scene.objects[1 + i].transform, sizeof e->transform);
+        } else {
+            e->source = b->field[MESHES];
+            e->transform[12] = 0.26f * cosf(1.6f * (float)i);
+            e->transform[13] = 0.25f;
+            e->transform[14] = 0.26f * sinf(1.6f * (float)i);
+        }
+        if (sfield_sh_rotation(b->algebra, e->transform, &b->rotation[i]) != SFIELD_OK)
+            return -1;
+    }
+    set.count = b->points.count;
+    set.positions = b->points.positions;
+    set.normals = b->points.normals;
+    set.entity = SFIELD_NONE;
+    set.rgb = b->rgb;
+    if (sfield_scene_create(&d, &b->cpu) != SFIELD_OK || sfield_scene_entities(b->cpu, b->entity, ENTITIES) != SFIELD_OK ||
+        sfield_shade(b->cpu, &set, 1, NULL) != SFIELD_OK)
+        return -1;
+    start = ex_seconds();
+    if (sfield_shade(b->cpu, &set, 1, NULL) != SFIELD_OK)
+        return -1;
+    b->cpu_ms = 1000 * (ex_seconds() - start);
+    return 0;
+}
+
+static glbk_result upload_fields(board *b, glbk_context *gl)
+{
+    glbk_sfield_file files[FIELDS];
+    void *memory[FIELDS];
+    glbk_sfield_desc d;
+    glbk_result result = GLBK_OK;
+    memset(&d, 0, sizeof d);
+    for (int i = 0; i < FIELDS; i++) {
+        files[i].size = sfield_size(b->field[i]);
+        files[i].data = memory[i] = malloc(files[i].size);
+        if (!memory[i] || sfield_write(b->field[i], memory[i], files[i].size) != SFIELD_OK)
+            result = GLBK_ERR_ALLOC;
+    }
+    d.bands = BANDS;
+    d.files = files;
+    d.file_count = FIELDS;
+    d.terms = b->terms;
+    d.factors = b->factors;
+    d.term_count = b->term_count;
+    d.capacity = ENTITIES;
+    if (result == GLBK_OK)
+        result = glbk_sfield_create(gl, &d, b->gl_field, &b->world);
+    for (int i = 0; i < FIELDS; i++)
+        free(memory[i]);
+    return result;
+}
+
+static glbk_result upload_points(const board *b, glbk_context *gl, glbk_sfield_renderer *r)
+{
+    glbk_sfield_pixel row[WIDTH];
+    for (uint32_t y = 0; y < r->height; y++) {
+        glbk_result result;
+        memset(row, 0, sizeof row);
+        for (size_t x = 0; x < WIDTH && y * WIDTH + x < b->points.count; x++) {
+            memcpy(row[x].position, b->points.positions + 3 * (y * WIDTH + x), sizeof row[x].position);
+            memcpy(row[x].normal, b->points.normals + 3 * (y * WIDTH + x), sizeof row[x].normal);
+            row[x].entity = GLBK_SFIELD_NONE;
+        }
+        result = glbk_sfield_upload(gl, r, y, 1, row);
+        if (result != GLBK_OK)
+            return result;
+    }
+    return GLBK_OK;
+}
+
+static glbk_result place(board *b, glbk_context *gl)
+{
+    glbk_sfield_entity e[ENTITIES];
+    memset(e, 0, sizeof e);
+    for (int i = 0; i < ENTITIES; i++) {
+        if (i < PIECES)
+            e[i].occlusion = &b->gl_field[b->scene.objects[1 + i].mesh - 1];
+        else
+            e[i].source = &b->gl_field[MESHES];
+        memcpy(e[i].transform, b->entity[i].transform, sizeof e[i].transform);
+        memcpy(e[i].tint, b->entity[i].tint, sizeof e[i].tint);
+        if (!b->rotation[i].identity)
+            e[i].rotation = b->rotation[i].block;
+    }
+    return glbk_sfield_place(gl, &b->world, e, ENTITIES);
+}
+
+static glbk_result measure(board *b, const bn_options *options, glbk_context *gl, int unrolled)
+{
+    glbk_sfield_renderer r;
+    glbk_sfield_renderer_desc d;
+    bn_error error = { 0, 0, 0 };
+    double first = 0, best = HUGE_VAL;
+    glbk_result result;
+    memset(&d, 0, sizeof d);
+    memset(&r, 0, sizeof r);
+    d.width = WIDTH;
+    d.height = (uint32_t)((b->points.count + WIDTH - 1) / WIDTH);
+    d.bands = BANDS;
+    if (unrolled) {
+        d.terms = b->terms;
+        d.factors = b->factors;
+        d.term_count = b->term_count;
+    }
+    result = glbk_sfield_renderer_create(gl, &d, &r);
+    if (result == GLBK_OK)
+        result = upload_points(b, gl, &r);
+    for (int frame = 0; frame < FRAMES && result == GLBK_OK; frame++) {
+        double start = ex_seconds();
+        result = place(b, gl);
+        if (result == GLBK_OK)
+            result = glbk_sfield_shade(gl, &r, &b->world, NULL, 0);
+        gl->gl.Finish();
+        if (frame)
+            best = fmin(best, ex_seconds() - start);
+        else
+            first = ex_seconds() - start;
+    }
+    if (result == GLBK_OK)
+        result = glbk_sfield_read(gl, &r, b->light, NULL);
+    for (size_t i = 0; i < b->points.count && result == GLBK_OK; i++)
+        for (size_t k = 0; k < 3; k++)
+            bn_error_add(&error, (double)b->light[4 * i + k], (double)b->rgb[3 * i + k]);
+    if (result == GLBK_OK) {
+        bn_begin(options, "gl_sfield", options->threads, bn_sfield_simd());
+        bn_text("gl_renderer", gl->renderer);
+        bn_integer("points", b->points.count);
+        bn_integer("entities", PIECES);
+        bn_integer("lights", LAMPS);
+        bn_text("product", unrolled ? "program" : "table");
+        bn_number("first_ms", 1000 * first);
+        bn_number("frame_ms", 1000 * best);
+        bn_number("cpu_ms", b->cpu_ms);
+        bn_number("rmse_vs_cpu", bn_error_relative(&error));
+        bn_end(options);
+    }
+    glbk_sfield_renderer_destroy(gl, &r);
+    return result;
+}
+
+static int run(board *b, const bn_options *options)
+{
+    ex_gl_options context = { EX_GL_HEADLESS, 0, 0, 0, 0, 0, 0, 0, 0, NULL };
+    char error[EX_ERROR_SIZE], log[400];
+    ex_gl *gl = ex_gl_create(&context, error);
+    glbk_context glbk;
+    glbk_desc desc;
+    glbk_result result;
+    if (!gl)
+        return bn_failed("OpenGL", error);
+    memset(&desc, 0, sizeof desc);
+    desc.get_proc = ex_gl_get_proc;
+    desc.user = gl;
+    desc.log = log;
+    desc.log_size = sizeof log;
+    result = glbk_init(&glbk, &desc);
+    if (result == GLBK_OK)
+        result = upload_fields(b, &glbk);
+    for (int unrolled = 1; unrolled >= 0 && result == GLBK_OK; unrolled--)
+        result = measure(b, options, &glbk, unrolled);
+    glbk_sfield_destroy(&glbk, &b->world);
+    glbk_destroy(&glbk);
+    ex_gl_free(gl);
+    return result == GLBK_OK ? 0 : bn_failed("gl_sfield", glbk_result_text(result));
+}
+
+int bn_gl_sfield(const bn_options *options)
+{
+    board b;
+    char error[EX_ERROR_SIZE];
+    int result;
+    memset(&b, 0, sizeof b);
+    if (ex_scene_builtin(&b.scene, "chess", 1, error) != 0)
+        return bn_failed("chess", error);
+    result = build(&b, options) == 0 && shade_cpu(&b, options) == 0 ? run(&b, options) : bn_failed("gl_sfield", "out of memory");
+    sfield_scene_free(b.cpu);
+    for (int i = 0; i < FIELDS; i++)
+        sfield_free(b.field[i]);
+    sfield_algebra_free(b.algebra);
+    bn_points_free(&b.points);
+    ex_scene_free(&b.scene);
+    free(b.terms);
+    free(b.factors);
+    free(b.rgb);
+    free(b.light);
+    return result;
+}
