@@ -4693,19 +4693,21 @@ static void sfield__load(sfield__tile *t)
     }
 }
 
-/* A sphere about the lanes, about the middle of their box. */
+/* A sphere about the lanes that can be shaded, from the middle of their box. */
 static void sfield__bound(sfield__tile *t)
 {
     float most = 0;
     uint32_t k, l;
     for (k = 0; k < 3; k++) {
-        float low = t->p[16 * k], high = low;
-        for (l = 1; l < SFIELD__LANES; l++) {
-            low = t->p[16 * k + l] < low ? t->p[16 * k + l] : low;
-            high = t->p[16 * k + l] > high ? t->p[16 * k + l] : high;
+        float low = 3e38f, high = -3e38f;
+        for (l = 0; l < SFIELD__LANES; l++) {
+            float x = t->p[16 * k + l];
+            if (!(t->active >> l & 1)) continue;
+            low = x < low ? x : low;
+            high = x > high ? x : high;
         }
-        t->middle[k] = 0.5f * (low + high);
-        most += (high - low) * (high - low);
+        t->middle[k] = t->active ? 0.5f * low + 0.5f * high : 0;
+        most += t->active ? (high - low) * (high - low) : 0;
     }
     t->extent = 0.5f * sqrtf(most);
 }
