@@ -1,5 +1,5 @@
 #!/bin/sh
-# Scene by scene, every technique that treats it beside one reference: out/index.html, out/which.html and out/contact.png.
+# Scene by scene, every technique that treats it beside one reference: out/index.html, which.html and contact.png.
 # Called by `make demo`.
 #   BUILD         where the programs are (build)
 #   ASSETS        a folder of real models and skies; without it only built-in scenes
@@ -127,7 +127,8 @@ row shadowfield cpu "harmonics, 4 bands" $fields
 row envshadow cpu "256 lights"
 row envshadow gl "256 lights"
 
-group chess direct "Chess under an overcast sky: 32 instances of six pieces" --scene builtin:chess --env builtin:overcast
+group chess direct "Chess under an overcast sky: 32 instances of six pieces" \
+    --scene builtin:chess --env builtin:overcast
 row csm cpu "1,024 maps a piece, roulette" $few
 row shadowfield cpu "harmonics, 4 bands" $fields
 row shadowfield gl "harmonics, 4 bands" $fields

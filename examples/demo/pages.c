@@ -1,5 +1,5 @@
-/* pages.c - index.html: pictures, differences and figures, scene by scene; which.html and which-one.md: the same figures
-   technique by technique, with what each is good for. */
+/* pages.c - index.html: pictures, differences and figures, scene by scene; which.html and which-one.md: the same
+   figures technique by technique, with what each is good for. */
 #include "gallery.h"
 
 #include <stdarg.h>
@@ -12,7 +12,7 @@ typedef struct page { FILE *file; int is_markdown; } page;
 static const char html_head[] =
     "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Dapple</title>\n<style>\n"
     "body { font-family: sans-serif; max-width: 110em; margin: 2em auto; padding: 0 1em; color: #222; }\n"
-    "p, li { max-width: 50em; line-height: 1.4; } h2 { margin-top: 2em; border-top: 1px solid #ccc; padding-top: 1em; }\n"
+    "p { max-width: 50em; line-height: 1.4; } h2 { margin-top: 2em; border-top: 1px solid #ccc; padding-top: 1em; }\n"
     "table { border-collapse: collapse; } th, td { padding: 0.2em 0.8em; text-align: left; vertical-align: top; }\n"
     "tr { border-bottom: 1px solid #ddd; } .pictures { display: flex; flex-wrap: wrap; gap: 0.6em; }\n"
     "figure { margin: 0; width: 24em; font-size: small; } img { width: 100%; display: block; }\n"
@@ -129,15 +129,16 @@ static void figures(char *out, size_t size, const gal_group *group, const gal_ro
 {
     snprintf(out, size, "%s (%s) | %s | %s | %s | %s | %s", number("%.3f", r->error).text,
              number("%.3f", group->noise).text, number("%.3f", r->ssim).text, number("%.3f", r->mean_ratio).text,
-             milliseconds(r->precompute_ms).text, milliseconds(r->frame_ms).text, number("%.2f MB", r->memory_bytes / 1e6).text);
+             milliseconds(r->precompute_ms).text, milliseconds(r->frame_ms).text,
+             number("%.2f MB", r->memory_bytes / 1e6).text);
 }
 
 static void say_what_figures_mean(page *p, const gallery *g)
 {
     paragraph(p, "Relative RMSE and mean ratio are of linear radiance against a path-traced reference, over the pixels "
-                 "that are not black in both; SSIM is of the pictures as shown. The error contains the noise of both. "
-                 "Precomputed: once, and kept; a frame: everything that moving things need anew, primary visibility "
-                 "not counted.");
+                 "that are not black in both; SSIM is of the pictures as shown. The error contains the noise of both: "
+                 "the reference's own stands beside it. Precomputed: once, and kept; a frame: everything that moving "
+                 "things need anew, primary visibility not counted.");
     paragraph(p, "Run: %s. Machine: %s.", g->run, g->machine);
     if (*g->left_out) paragraph(p, "Left out: %s.", g->left_out);
 }
@@ -191,8 +192,8 @@ int gal_index(gallery *g, char *error)
     if (open_page(&p, g, "index.html", error) != 0) return -1;
     heading(&p, 1, "Dapple: pictures");
     fputs("<p><a href=\"which.html\">Which one do I need?</a> Figures technique by technique.</p>\n", p.file);
-    paragraph(&p, "Each scene's direct light, or its direct and once bounced light, by every technique that treats it, at "
-                  "one exposure. In difference pictures grey is equal, red too bright, blue too dark.");
+    paragraph(&p, "Each scene's direct light, or its direct and once bounced light, by every technique that treats it, "
+                  "at one exposure. In difference pictures grey is equal, red too bright, blue too dark.");
     say_what_figures_mean(&p, g);
     fputs("<p><img src=\"contact.png\" alt=\"all pictures, small\" style=\"max-width: 62em\"></p>\n", p.file);
     for (uint32_t i = 0; i < g->group_count; i++)
@@ -235,7 +236,7 @@ static const what techniques[] = {
         "seconds an object, once; bake keeps it in a file",
         "0.4 MB an object (harmonics of 4 bands, 16 x 16 points a face), and the self-visibility of what is shaded; "
         "wavelets some MB",
-        "hard shadows with harmonics (4 bands blur 45 degrees), deforming meshes, bounced light; shading is per point" } },
+        "hard shadows with harmonics (4 bands blur 45 degrees), deforming meshes, bounced light; shades points" } },
     { "envshadow", "envshadow.h: environment-map shadows",
       "The sky as some hundred directional lights, each with a shadow map.",
       { "anything: deforming, open, torn; nothing is computed on it beforehand",
@@ -244,7 +245,8 @@ static const what techniques[] = {
         "lights inside the scene, bounced light; walls thinner than the filter may leak" } },
     { "rsm", "rsm.h: reflective shadow maps",
       "One bounce of light from the texels of a shadow map that knows position, normal and flux.",
-      { "anything; maps are drawn for every frame", "sun, spot, point, patches of area lights, sky as some suns", "none",
+      { "anything; maps are drawn for every frame",
+        "sun, spot, point, patches of area lights, sky as some suns", "none",
         "56 bytes a texel: 15 MB for a spot or sun of 512 x 512, 74 MB for an area light of 16 patches",
         "shadows of bounced light (corners are too bright behind things), a second bounce, mirrors" } },
     { "ism", "ism.h: imperfect, view-adaptive shadow maps",

@@ -473,7 +473,7 @@ static int shadow_map_build(shadow_map *s, const rd_job *job, const float *eye, 
 }
 
 /* Depth at which the ray through a texel's centre meets the plane of the point, whose depth is z and whose ray is
-   forward + x right + y up; where ray and plane are all but parallel, z. As a difference, because a sun's z is large. */
+   forward + x right + y up; where ray and plane are all but parallel, z. As a difference, for a sun's z is large. */
 static float plane_depth(const shadow_map *s, const float *n, float z, float x, float y, int i, int j)
 {
     float u = (2 * ((float)i + 0.5f) / (float)s->size - 1) * s->half, along = dot(n, s->right);
