@@ -10,7 +10,7 @@
 # make assets     real models and skies into assets/ (or ASSETS=FOLDER), from npm and Debian; needs a network
 # make install    the headers and dapple.pc into PREFIX (DESTDIR before it); uninstall; make dist: a .tar.gz
 # make msan       uninitialised memory, by clang; make valgrind; make check-stack: 32 KiB a call
-# make bench      build/bench all; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
+# make performance docs/performance.md; make bench: build/bench --list; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
 #
 # config=release  -O2, the default          config=sanitize  address and undefined behaviour
 # config=debug    -O0 -g                    config=thread    data races
@@ -91,7 +91,7 @@ TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(foreach d,conformance gl uni
 REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/fuzz/*.c))
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
 
-.PHONY: all programs tests test run-tests demo bench stamp check-stamp embed check-embed check-glsl readme check-readme \
+.PHONY: all programs tests test run-tests demo bench performance stamp check-stamp embed check-embed check-glsl readme check-readme \
         assets check-assets install uninstall dist check-package check-farm check-docs check-leaks check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -206,6 +206,10 @@ demo: deps
 
 bench: $(BUILD)/bench
 	$(BUILD)/bench --list
+
+# docs/performance.md, with every bench of bench/performance.txt: about half an hour of a quiet machine.
+performance: $(BUILD)/bench
+	@BUILD=$(BUILD) sh bench/performance
 
 coverage:
 	@+$(MAKE) --no-print-directory config=coverage run-tests
