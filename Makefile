@@ -87,6 +87,10 @@ EXAMPLES := $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/[0-9][0-9]*_*
 ifneq ($(HAVE_GLFW),1)
 EXAMPLES := $(filter-out $(BUILD)/%_gl_minimal,$(EXAMPLES))
 endif
+RENDERER := $(BUILD)/05_all_in_a_renderer
+ifeq ($(HAVE_EGL)$(HAVE_OSMESA)$(HAVE_GLFW),000)
+EXAMPLES := $(filter-out $(RENDERER),$(EXAMPLES))
+endif
 TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(foreach d,conformance gl unit golden,$(wildcard tests/$(d)/*.c)))
 REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/fuzz/*.c))
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
@@ -141,9 +145,12 @@ $(eval $(call program,gallery,examples/demo))
 $(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh ism_gl emitters)
 
 # The minimal examples stand alone: one file and the header.
-$(EXAMPLES): $(BUILD)/%: examples/%.c build/config.mk
+$(filter-out $(RENDERER),$(EXAMPLES)): $(BUILD)/%: examples/%.c build/config.mk
 	@mkdir -p $(OBJ)/examples
 	$(call say,CC,$<)$(BASE_C) -MF $(OBJ)/examples/$*.d $< $(LDFLAGS) $(AS_NEEDED) $(GLFW_LIBS) -lm -o $@
+
+$(RENDERER): $(OBJ)/examples/05_all_in_a_renderer.o $(COMMON)
+	$(call say,LINK,$@)$(LINK) $^ $(EX_LIBS) $(GLFW_LIBS) -lm -o $@
 
 # ---- tests ----
 
