@@ -1646,7 +1646,7 @@ typedef struct glbk_ism_desc {      /* fields as in ism_desc */
     uint32_t tile_size;             /* texels a side, power of two, 8..256; 0 = 64 */
     uint32_t projection;            /* ism_projection; 0 = cosine */
     uint32_t lazy;                  /* frames until all points are renewed, 1..64; 0 = 8 */
-    float    splat_scale;           /* above 0, <= 16; 0 = 1.5 */
+    float    splat_scale;           /* above 0, <= 16; 0 = 1 */
     int      no_fill;               /* 1: no pull and push */
 } glbk_ism_desc;
 
@@ -6242,6 +6242,8 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
     "flat in vec4 ism_at;\n",
     "flat in vec4 ism_plane;\n",
     "flat in ivec4 ism_box;\n",
+    "flat in vec4 ism_cut1;\n",
+    "flat in vec4 ism_cut2;\n",
     "layout(location = 0) out glbk_color result;\n",
     "\n",
     "void main()\n",
@@ -6254,6 +6256,8 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
     "    if (!(t > 0.0 && t < ISM_FAR)) discard;\n",
     "    vec3 d = (sky ? vec3(w.xy * glbk_ism_frame.sphere.w, t) : w * t) - ism_at.xyz;\n",
     "    if (!(dot(d, d) <= ism_at.w)) discard;\n",
+    "    vec2 b = vec2(ism_cut1.w + dot(d, ism_cut1.xyz), ism_cut2.w + dot(d, ism_cut2.xyz));\n",
+    "    if (ism_cut1.w > -1.0 && !(min(b.x, b.y) >= -1e-4 && b.x + b.y <= 1.0001)) discard;\n",
     "    result = glbk_pack(vec4(ism_plane.xyz, t));\n",
     "    gl_FragDepth = t * 5.421010862427522e-20;      // 2^-64: every digit of t is kept\n",
     "}\n"
@@ -6269,11 +6273,13 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "flat out vec4 ism_at;       // in the tile's frame; radius squared\n",
     "flat out vec4 ism_plane;    // its plane; the VPL's kind\n",
     "flat out ivec4 ism_box;     // first and last texel\n",
+    "flat out vec4 ism_cut1;     // barycentric coordinates grow so along the disc, and are so much at its middle; w < -1: not\n",
+    "flat out vec4 ism_cut2;     // cut off at its triangle's edges\n",
     "\n",
-    "struct ism_surfel { vec3 at, g; float radius2, depth; vec2 uv; };\n",
+    "struct ism_surfel { vec3 at, g; float radius2, depth; vec2 uv; vec4 cut1, cut2; };\n",
     "\n",
     "// false: not seen from the VPL's front.\n",
-    "bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, out ism_surfel s)\n",
+    "bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surfel s)\n",
     "{\n",
     "    mat3 frame = ism_vpl_frame(l);\n",
     "    vec3 n = normal * frame;\n",
@@ -6295,7 +6301,7 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "    if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;\n",
     "    // the surface that the VPL lies on is no occluder in a lobe's tilted map either\n",
     "    if (ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;\n",
-    "    s.radius2 = min(s.radius2, (along > 0.0 ? 0.04 : 1.0) * d2);\n",
+    "    s.radius2 = min(s.radius2, (along > 0.0 && s.cut1.w < -1.0 ? 0.04 : 1.0) * d2);\n",
     "    if (abs(along) > 1e-3 * s.depth) s.g = n / along;\n",
     "    return ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv);\n",
     "}\n",
@@ -6329,8 +6335,17 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "    vec3 p = ism_corner(t.x), e1 = ism_corner(t.y) - p, e2 = ism_corner(t.z) - p, n = cross(e1, e2);\n",
     "    float length2 = dot(n, n), size = sqrt(length2);\n",
     "    if (!(length2 > 0.0) || !cohsm_finite(length2)) return false;\n",
-    "    p += e1 * uintBitsToFloat(point.y) + e2 * uintBitsToFloat(point.z);\n",
-    "    return ism_place_surfel(l, p, n / size, glbk_ism_frame.values.x * share * 0.5 * size, s);\n",
+    "    vec2 b = uintBitsToFloat(point.yz);\n",
+    "    float area = glbk_ism_frame.values.x * share * 0.5 * size;\n",
+    "    p += e1 * b.x + e2 * b.y;\n",
+    "    s.cut1 = s.cut2 = vec4(-2.0);\n",
+    "    if (share < 1.0) {\n",
+    "        mat3 frame = ism_vpl_frame(l);\n",
+    "        s.cut1 = vec4((cross(e2, n) / length2) * frame, b.x);\n",
+    "        s.cut2 = vec4((cross(n, e1) / length2) * frame, b.y);\n",
+    "        area *= 6.0;\n",
+    "    }\n",
+    "    return ism_place_surfel(l, p, n / size, area, s);\n",
     "}\n",
     "\n",
     "void main()\n",
@@ -6349,6 +6364,7 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "    ism_at = vec4(0.0);\n",
     "    ism_plane = vec4(0.0);\n",
     "    ism_box = ivec4(0);\n",
+    "    ism_cut1 = ism_cut2 = vec4(0.0);\n",
     "    if (v >= glbk_ism_frame.maps.x) return;\n",
     "    ism_vpl l = ism_read_vpl(v);\n",
     "    if (!ism_surfel_of(index, v, l, s)) return;\n",
@@ -6358,6 +6374,8 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "    ivec2 first = ivec2(max(s.uv * most - reach, 0.0)), last = min(ivec2(s.uv * most + reach), size - 1);\n",
     "    ism_at = vec4(s.at, s.radius2);\n",
     "    ism_plane = vec4(s.g, l.sky ? -1.0 : l.exponent);\n",
+    "    ism_cut1 = s.cut1;\n",
+    "    ism_cut2 = s.cut2;\n",
     "    ism_box = ivec4(first, last) + ism_tile_at(v).xyxy;\n",
     "#if ISM_QUADS\n",
     "    vec2 at = vec2((gl_VertexID & 1) != 0 ? ism_box.z + 1 : ism_box.x, (gl_VertexID & 2) != 0 ? ism_box.w + 1 : ism_box.y);\n",
@@ -6944,9 +6962,9 @@ static const glbk_file glbk__files[] = {
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
     { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 16, "ism_gbuffer ism_light", "screen.vert",
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5" },
-    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 22, "ism_access", "ism_splat.vert",
+    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 26, "ism_access", "ism_splat.vert",
       "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" },
-    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 107, "ism_access", "",
+    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 121, "ism_access", "",
       "" },
     { "prog/rsm_direct.frag", glbk__glsl_prog_rsm_direct_frag, 15, "rsm_direct rsm_screen", "screen.vert",
       "" },
@@ -11917,7 +11935,7 @@ static int glbk__ism_resolve(glbk_ism_desc *d)
     if (!d->tile_size) d->tile_size = 64;
     if (!d->projection) d->projection = 1;
     if (!d->lazy) d->lazy = 8;
-    if (!(d->splat_scale > 0)) d->splat_scale = 1.5f;
+    if (!(d->splat_scale > 0)) d->splat_scale = 1.0f;
     return 1;
 }
 

@@ -65,7 +65,7 @@
    How it works
 
      sources -> importance -> prefix sums -> VPLs            ism_choose      paper 4
-     mesh    -> solid angles -> prefix sums -> points        ism_build       paper 5
+     mesh    -> solid angles -> prefix sums -> points        ism_build       paper 5; each VPL's own by what it sees too
      points  -> discs in tiles -> pull and push -> atlas     ism_build       paper 3.3, 6.1
      VPLs, atlas, receivers -> light -> blur                 ism_shade       paper 6.2
 
@@ -80,6 +80,7 @@
 
      vpl_count   fewer: blotches where VPLs are near a surface; time and memory are proportional to it
      points      fewer: shadows of small things blur and vanish; memory 12 bytes each, times vpl_count
+     spread      PAIR spends most points on what both the picture and the VPL see; the others are the papers'
      tile_size   smaller: light leaks round corners, contact shadows vanish
      pattern     larger: 1 / pattern^2 of the shading time, and details of indirect shadows blurred over pattern pixels
      bias        less: acne; more: light leaks in corners
@@ -97,7 +98,8 @@
    All memory comes from the allocator in the desc, called from the thread that called us. It grows to the largest frame
    and is kept:
 
-     12 N points + 4 A + 4 A (if keep_hits) + 2500 tile_size^2 + 24 triangles + 28 pVPLs + 40 pixels + 260 N bytes,
+     12 N points + 4 A + 4 A (if keep_hits) + 2800 tile_size^2 + 16 triangles + 28 pVPLs + 40 pixels + 260 N bytes
+     + 820 bytes for each cluster of triangles, of which there are 32,768 at most,
      A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 10 MB
 
    Every function that can fail returns an ism_result; where it is not ISM_OK, outputs are untouched and nothing leaks.
@@ -226,10 +228,11 @@ typedef enum ism_importance {
 } ism_importance;
 
 typedef enum ism_spread {           /* how points are spread over triangles */
-    ISM_SPREAD_DEFAULT,             /* = ISM_SPREAD_VIEW_8 */
+    ISM_SPREAD_DEFAULT,             /* = ISM_SPREAD_PAIR */
     ISM_SPREAD_AREA,                /* evenly (imperfect shadow maps of 2008) */
     ISM_SPREAD_VIEW_1,              /* by solid angle from one view sample for all (paper 5.1) */
     ISM_SPREAD_VIEW_8,              /* from 8 view samples for each triangle (paper 5.2) */
+    ISM_SPREAD_PAIR,                /* and from the VPL that the points are for, by the geometric mean of both */
     ISM_SPREAD_COUNT
 } ism_spread;
 
@@ -254,7 +257,8 @@ typedef struct ism_desc {
     uint32_t       lazy;            /* frames until all points are renewed, 1..64; 0 = 8 */
     float          flux_share;      /* of the choice made by flux alone, above 0, <= 1; 0 = 0.1: no pVPL is forgotten */
     float          area_share;      /* of the points spread evenly, above 0, <= 1; 0 = 0.2: no triangle is forgotten */
-    float          splat_scale;     /* area of discs over that of their points, above 0, <= 16; 0 = 1.5: closes gaps between them */
+    float          splat_scale;     /* area of discs over that of their points, above 0, <= 16; 0 = 1. Discs cut off at
+                                       their triangle's edges have 6 times that: they close the gaps between them */
     int            no_brsm_blur;    /* 1: importances are not blurred */
     int            no_inter_texel;  /* 1: VPLs snap to texel centres */
     int            no_fill;         /* 1: no pull and push; holes stay open */
@@ -1060,6 +1064,9 @@ static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u
 /* Square of radius / distance that a disc may have, counted in wide_splats where it had more. */
 #define ISM__WIDEST 1.0f
 #define ISM__WIDEST_BACK 0.04f
+#define ISM__EITHER 0.05             /* of the points by what the view sees alone, and by what the VPL sees, to the mean's 1 */
+#define ISM__CUT_SCALE 6.0f         /* area of discs that their triangle cuts off, over that of the others */
+#define ISM__EDGE 1e-4f              /* of barycentric coordinates: so far discs reach over an edge, that none leaks */
 #define ISM__HOLE 2                  /* texels about one that may close it */
 #define ISM__LANES 64u              /* tiles drawn at once at most; each lane has scratch memory of its own */
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
@@ -1092,7 +1099,7 @@ struct ism_maps {
     uint32_t        previous_count; /* VPLs of the frame before, for `jumped` */
     int             chosen, built;
     ism__buffer     previous, atlas, hits, points, counts, directions, scratch;
-    ism__buffer     sums, guide, weights, sources, importance, blurred, cdf, pixels;
+    ism__buffer     sums, clusters, shares, weights, sources, importance, blurred, cdf, pixels;
     size_t          triangles;      /* that the points lie on; 0 = there are none yet */
     size_t          source_count, cells;    /* cells: pVPLs of all sources */
     float           center[3], radius;      /* bounding sphere of the mesh, for directions */
@@ -1858,6 +1865,10 @@ ISM_DEF const float *ism_importances(const ism_maps *m, size_t source, size_t *c
 
 /* ---- >>points: surfels on all triangles (paper 5) ---- */
 
+/* Successive triangles as one, for what a VPL sees of them: centroid, mean squared distance from it, area, and the mean
+   of n n^T, which gives |n . direction| exactly where there is one normal. */
+typedef struct ism__cluster { ism__v3 at; float radius2, area, n[6]; } ism__cluster;
+
 typedef struct ism__spread_work {
     ism_maps        *m;
     const ism_mesh  *mesh;
@@ -1869,14 +1880,17 @@ typedef struct ism__spread_work {
     uint32_t         frame, period;
     int              fresh;
     ism__cdf         cdf;
+    ism__cluster    *clusters;
+    uint32_t         cluster_count, cluster_size;   /* size: triangles of each but the last */
 } ism__spread_work;
 
-enum { ISM__TRIANGLES = 4096 };     /* a task's */
+enum { ISM__TRIANGLES = 4096,       /* a task's */
+       ISM__CLUSTERS = 32768 };      /* at most */
 
 /* Mean solid angle from the view samples of this triangle. Small ones by area cos / d^2: off by area / d^2 at most. */
 static float ism__triangle_effect(const ism__spread_work *w, size_t t, const ism__v3 p[3], ism__v3 normal2)
 {
-    uint32_t count = w->m->desc.spread == ISM_SPREAD_VIEW_8 ? 8u : 1u, k;
+    uint32_t count = w->m->desc.spread == ISM_SPREAD_VIEW_1 ? 1u : 8u, k;
     uint32_t key = ism__hash_combine(w->m->desc.seed, 0x7000u + (count == 1u ? 0u : (uint32_t)t));
     float sum = 0.0f, area2 = ism__v3_length(normal2);
     for (k = 0; k < count; k++) {
@@ -1935,23 +1949,116 @@ static void ism__triangle_map(float u, float v, float *b1, float *b2)
     *b2 = v;
 }
 
-/* The cell of the distribution with sums[i] <= x < sums[i + 1], by a table of where to begin. */
-static uint32_t ism__find(const ism__cdf *cdf, const uint32_t *guide, double u)
+static void ism__cluster_task(void *context, size_t c)
 {
-    uint32_t lo = guide[(uint32_t)(u * (double)cdf->count)];
-    double x = u * ism__cdf_total(cdf);
-    while (lo + 1u < cdf->count && cdf->sums[lo + 1u] <= x) lo++;
-    while (lo > 0 && !(cdf->sums[lo + 1u] > cdf->sums[lo])) lo--;
+    const ism__spread_work *w = (const ism__spread_work *)context;
+    size_t t = c * w->cluster_size, end = t + w->cluster_size < w->triangles ? t + w->cluster_size : w->triangles;
+    ism__v3 p[3], from;
+    double at[3] = { 0.0, 0.0, 0.0 }, square = 0.0, sum = 0.0, nn[6] = { 0.0, 0.0, 0.0, 0.0, 0.0, 0.0 };
+    ism__cluster *out = &w->clusters[c];
+    int k;
+    memset(out, 0, sizeof *out);
+    for (from = ism__v3_make(0.0f, 0.0f, 0.0f); t < end; t++) {
+        ism__v3 g, n;
+        float area = w->area[t];
+        if (!(area > 0.0f)) continue;
+        ism__corners(w->mesh, t, p);
+        n = ism__v3_scale(ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0])), 0.5f / area);
+        if (!(sum > 0.0)) from = p[0];      /* sums of squares keep their digits far from the origin */
+        for (k = 0; k < 3; k++) p[k] = ism__v3_sub(p[k], from);
+        g = ism__v3_scale(ism__v3_add(ism__v3_add(p[0], p[1]), p[2]), 1.0f / 3.0f);
+        sum += (double)area;
+        at[0] += (double)(area * g.x);
+        at[1] += (double)(area * g.y);
+        at[2] += (double)(area * g.z);
+        square += (double)(area * (9.0f * ism__v3_dot(g, g) + ism__v3_dot(p[0], p[0]) + ism__v3_dot(p[1], p[1]) +
+                                   ism__v3_dot(p[2], p[2]))) / 12.0;
+        nn[0] += (double)(area * n.x * n.x);
+        nn[1] += (double)(area * n.y * n.y);
+        nn[2] += (double)(area * n.z * n.z);
+        nn[3] += (double)(area * n.y * n.z);
+        nn[4] += (double)(area * n.z * n.x);
+        nn[5] += (double)(area * n.x * n.y);
+    }
+    if (!(sum > 0.0)) return;
+    for (k = 0; k < 6; k++) out->n[k] = (float)(nn[k] / sum);
+    for (k = 0; k < 3; k++) at[k] /= sum;
+    square = square / sum - at[0] * at[0] - at[1] * at[1] - at[2] * at[2];
+    out->at = ism__v3_add(from, ism__v3_make((float)at[0], (float)at[1], (float)at[2]));
+    out->radius2 = square > 0.0 ? (float)square : 0.0f;
+    out->area = (float)sum;
+}
+
+/* Share of the VPL's map that a cluster fills, about: cosine-weighted solid angle, of a sky's map projected area. */
+static float ism__cluster_effect(const ism__cluster *c, const ism_vpl *v)
+{
+    ism__v3 n = ism__v3_load(v->normal), l = v->directional ? n : ism__v3_sub(c->at, ism__v3_load(v->position));
+    float away2 = ism__v3_dot(l, l), d2 = away2 + c->radius2 + 0.16f * c->area, along = ism__v3_dot(l, n), facing2;
+    if (!(away2 > 0.0f) || !(c->area > 0.0f)) return c->area > 0.0f ? 1.0f : 0.0f;
+    facing2 = c->n[0] * l.x * l.x + c->n[1] * l.y * l.y + c->n[2] * l.z * l.z +
+              2.0f * (c->n[3] * l.y * l.z + c->n[4] * l.z * l.x + c->n[5] * l.x * l.y);
+    facing2 = facing2 > 0.0f ? facing2 : 0.0f;
+    if (v->directional) return c->area * sqrtf(facing2);
+    facing2 += c->radius2 + 0.16f * c->area;     /* near ones are seen from all sides */
+    along += sqrtf(c->radius2);
+    return along > 0.0f ? c->area * sqrtf(facing2) * (along / (d2 * d2)) : 0.0f;
+}
+
+/* The clusters' shares of a VPL's points, summed: by the geometric mean of what the view and the VPL see of them, and a
+   little by each, so that none is forgotten. */
+static void ism__share_clusters(const ism__spread_work *w, const ism_vpl *v, float *effect, double *sums)
+{
+    double seen = 0.0, sum = 0.0, total = ism__cdf_total(&w->cdf);
+    uint32_t c;
+    for (c = 0; c < w->cluster_count; c++) {
+        effect[c] = v ? ism__cluster_effect(&w->clusters[c], v) : 0.0f;
+        effect[c] = ism__finite(effect[c]) ? effect[c] : 0.0f;
+        seen += (double)effect[c];
+    }
+    for (c = 0; c < w->cluster_count; c++) {
+        size_t first = (size_t)c * w->cluster_size, end = first + w->cluster_size;
+        double p = (w->cdf.sums[end < w->triangles ? end : w->triangles] - w->cdf.sums[first]) / total;
+        double q = seen > 0.0 ? (double)effect[c] / seen : p;
+        sums[c] = sum;
+        if (p > 0.0) sum += sqrt(p * q) + ISM__EITHER * (p + q);
+    }
+    sums[c] = sum;
+}
+
+/* The cell with sums[i] <= x < sums[i + 1] among first <= i < end; cells of no width are passed over. */
+static size_t ism__find(const double *sums, size_t first, size_t end, double x)
+{
+    size_t lo = first, hi = end;
+    while (hi - lo > 1u) {
+        size_t middle = lo + (hi - lo) / 2u;
+        if (sums[middle] <= x) lo = middle;
+        else hi = middle;
+    }
+    while (lo > first && !(sums[lo + 1u] > sums[lo])) lo--;
+    while (lo + 1u < end && !(sums[lo + 1u] > sums[lo])) lo++;
     return lo;
 }
 
 /* Points of a VPL's tile: its own stratified numbers (j + r) / n, the same in every frame, so that a static scene stays
-   as it is; the `lazy`-th part of them is looked up anew. */
-static void ism__points_task(void *context, size_t v)
+   as it is; the `lazy`-th part of them is looked up anew. First the cluster, then, by what is left of the number, one of
+   its triangles: *triangle is drawn with the probability that is returned. */
+static double ism__draw_triangle(const ism__spread_work *w, const double *shares, double u, uint32_t *triangle)
 {
-    const ism__spread_work *w = (const ism__spread_work *)context;
+    const double *sums = w->cdf.sums;
+    double total = shares[w->cluster_count], x = u * total;
+    size_t c = ism__find(shares, 0, w->cluster_count, x), first = c * w->cluster_size, end = first + w->cluster_size, t;
+    double share = shares[c + 1u] - shares[c], width;
+    if (end > w->triangles) end = w->triangles;
+    width = sums[end] - sums[first];
+    t = ism__find(sums, first, end, sums[first] + (x - shares[c]) / share * width);
+    *triangle = (uint32_t)t;
+    return share / total * ((sums[t + 1u] - sums[t]) / width);
+}
+
+static void ism__points_of(const ism__spread_work *w, size_t v, const double *shares)
+{
     ism_maps *m = w->m;
-    const uint32_t *guide = (const uint32_t *)m->guide.data, *counts = (const uint32_t *)m->counts.data;
+    const uint32_t *counts = (const uint32_t *)m->counts.data;
     ism__point *points = (ism__point *)m->points.data + v * m->desc.points;
     uint32_t n = counts[2u * v], j, key = m->desc.seed;
     int fresh = w->fresh || n != counts[2u * v + 1u];
@@ -1959,14 +2066,33 @@ static void ism__points_task(void *context, size_t v)
     key = ism__hash_combine(key, 0x9000u + (uint32_t)v);
     for (j = fresh ? 0 : w->frame % w->period; j < n; j += fresh ? 1u : w->period) {
         uint32_t r = ism__hash_combine(key, j), x = key + j * 3242174889u, y = ism__hash32(key) + j * 2447445413u;
-        double u = ((double)j + (double)ism__to_unit(r)) / (double)n;
-        uint32_t t = ism__find(&w->cdf, guide, u);
-        float b1, b2, share = ism__cdf_probability(&w->cdf, t);
+        double u = ((double)j + (double)ism__to_unit(r)) / (double)n, probability;
+        float b1, b2;
+        probability = ism__draw_triangle(w, shares, u, &points[j].triangle);
         ism__triangle_map(ism__to_unit(x), ism__to_unit(y), &b1, &b2);
-        points[j].triangle = t;
         points[j].b1 = (uint16_t)(b1 * 65535.0f);
         points[j].b2 = (uint16_t)(b2 * 65535.0f);
-        points[j].weight = share > 0.0f ? 1.0f / ((float)n * share) : 0.0f;
+        points[j].weight = probability > 0.0 ? (float)(1.0 / ((double)n * probability)) : 0.0f;
+    }
+}
+
+static size_t ism__lane_shares(const ism__spread_work *w)    /* doubles; the second part holds floats */
+{
+    return (size_t)w->cluster_count + w->cluster_count / 2u + 2u;
+}
+
+/* VPLs lane by lane, since each lane has memory for its shares. */
+static void ism__points_task(void *context, size_t lane)
+{
+    const ism__spread_work *w = (const ism__spread_work *)context;
+    ism_maps *m = w->m;
+    double *shares = (double *)m->shares.data + lane * ism__lane_shares(w);
+    float *effect = (float *)(void *)(shares + w->cluster_count + 1u);
+    int pair = m->desc.spread == ISM_SPREAD_PAIR && w->valid_count > 0;
+    size_t v;
+    for (v = lane; v < m->desc.vpl_count; v += ISM__LANES) {
+        if (v == lane || pair) ism__share_clusters(w, pair && v < m->vpl_count ? &m->vpls[v] : NULL, effect, shares);
+        ism__points_of(w, v, shares);
     }
 }
 
@@ -2020,7 +2146,6 @@ static void ism__make_cdf(ism__spread_work *w, double area_sum, double solid_sum
     ism_maps *m = w->m;
     double a = solid_sum > 0.0 ? (double)m->desc.area_share / area_sum : 1.0 / area_sum;
     double s = solid_sum > 0.0 ? (1.0 - (double)m->desc.area_share) / solid_sum : 0.0, *sums = (double *)m->sums.data;
-    uint32_t *guide = (uint32_t *)m->guide.data, k = 0;
     double sum = 0.0;
     size_t t;
     for (t = 0; t < w->triangles; t++) {
@@ -2030,10 +2155,6 @@ static void ism__make_cdf(ism__spread_work *w, double area_sum, double solid_sum
     sums[w->triangles] = sum;
     w->cdf.sums = sums;
     w->cdf.count = (uint32_t)w->triangles;
-    for (t = 0; t < w->triangles; t++) {
-        while (k + 1u < w->triangles && sums[k + 1u] <= (double)t / (double)w->triangles * sum) k++;
-        guide[t] = k;
-    }
 }
 
 static ism_result ism__renew_points(ism_maps *m, const ism_frame *f)
@@ -2051,10 +2172,13 @@ static ism_result ism__renew_points(ism_maps *m, const ism_frame *f)
     w.period = m->desc.unstable ? 1u : m->desc.lazy;
     w.fresh = w.triangles != m->triangles;
     if (w.triangles >= 1u << 31) return ISM_ERR_LIMIT;
+    w.cluster_size = (uint32_t)(w.triangles / ISM__CLUSTERS) + 1u;
+    w.cluster_count = (uint32_t)((w.triangles + w.cluster_size - 1u) / w.cluster_size);
     result = ism__valid_pixels(m, f->view, &w.valid_count);
     if (result != ISM_OK) return result;
     if (!ism__grow(m, &m->weights, w.triangles, 2u * sizeof(float)) ||
-        !ism__grow(m, &m->guide, w.triangles, sizeof(uint32_t)) ||
+        !ism__grow(m, &m->clusters, w.cluster_count, sizeof(ism__cluster)) ||
+        !ism__grow(m, &m->shares, ISM__LANES * ism__lane_shares(&w), sizeof(double)) ||
         !ism__grow(m, &m->sums, w.triangles + 1u, sizeof(double)) ||
         !ism__grow(m, &m->points, (size_t)m->desc.vpl_count * m->desc.points, sizeof(ism__point)) ||
         !ism__grow(m, &m->counts, (size_t)m->desc.vpl_count * 2u, sizeof(uint32_t)))
@@ -2062,6 +2186,7 @@ static ism_result ism__renew_points(ism_maps *m, const ism_frame *f)
     w.valid = (const uint32_t *)m->pixels.data;
     w.area = (float *)m->weights.data;
     w.solid = w.area + w.triangles;
+    w.clusters = (ism__cluster *)m->clusters.data;
     if (!ism__run(&m->desc, (w.triangles + ISM__TRIANGLES - 1u) / ISM__TRIANGLES, ism__spread_task, &w))
         return ISM_ERR_CANCELLED;
     m->stats.skipped_triangles = 0;
@@ -2078,9 +2203,10 @@ static ism_result ism__renew_points(ism_maps *m, const ism_frame *f)
         return ISM_OK;
     }
     ism__make_cdf(&w, area, solid);
+    if (!ism__run(&m->desc, w.cluster_count, ism__cluster_task, &w)) return ISM_ERR_CANCELLED;
     ism__count_points(m, w.fresh);
     m->triangles = 0;               /* until all are there: a cancelled renewal begins anew */
-    if (!ism__run(&m->desc, m->desc.vpl_count, ism__points_task, &w)) return ISM_ERR_CANCELLED;
+    if (!ism__run(&m->desc, ISM__LANES, ism__points_task, &w)) return ISM_ERR_CANCELLED;
     m->triangles = w.triangles;
     for (i = 0; i < m->desc.vpl_count; i++) {
         const uint32_t *n = (const uint32_t *)m->counts.data + 2u * i;
@@ -2155,7 +2281,14 @@ typedef struct ism__tile {          /* one VPL's map while it is drawn */
     uint64_t        splats, wide, filled;
 } ism__tile;
 
-typedef struct ism__surfel { ism__v3 at; ism__v3 g; float radius2, depth, u, v; uint32_t triangle; int capped; } ism__surfel;
+typedef struct ism__surfel {
+    ism__v3  at, g;
+    float    radius2, depth, u, v;
+    uint32_t triangle;
+    int      capped, cut;           /* cut: off at the triangle's edges */
+    float    b1, b2;                /* barycentric at `at`; in the disc's plane they grow by d1, d2 */
+    ism__v3  d1, d2;
+} ism__surfel;
 
 /* Depth of the surfel's plane at a texel; 0 where the texel's ray does not meet it. */
 static float ism__plane_depth(const ism__tile *tile, const float g[3], const float *w)
@@ -2170,7 +2303,6 @@ static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, f
 {
     const ism_maps *m = tile->m;
     s->radius2 = area * (1.0f / ISM__PI);
-    s->capped = 0;
     if (tile->vpl->directional) {
         ism__v3 l = ism__to_local(&tile->frame, ism__v3_sub(p, ism__v3_load(m->center)));
         ism__v3 n = ism__to_local(&tile->frame, normal);
@@ -2192,8 +2324,8 @@ static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, f
             !(fabsf(ism__v3_dot(ism__to_world(&tile->frame, l), ism__v3_load(tile->vpl->normal))) > 1e-3f * s->depth)) return 0;
         /* Seen from behind, a near disc most likely juts out over the edge of something thin on the surface that the
            VPL lies on: the front of a skirting board must not hide the wall that it hangs on. */
-        if (s->radius2 > (along > 0.0f ? ISM__WIDEST_BACK : ISM__WIDEST) * d2) {
-            s->radius2 = (along > 0.0f ? ISM__WIDEST_BACK : ISM__WIDEST) * d2;
+        if (s->radius2 > (along > 0.0f && !s->cut ? ISM__WIDEST_BACK : ISM__WIDEST) * d2) {
+            s->radius2 = (along > 0.0f && !s->cut ? ISM__WIDEST_BACK : ISM__WIDEST) * d2;
             s->capped = 1;
         }
         ism__v3_store(direction, ism__v3_scale(l, 1.0f / s->depth));
@@ -2223,6 +2355,10 @@ static void ism__write_texel(ism__tile *tile, const ism__surfel *s, uint32_t x, 
     d = tile->vpl->directional ? ism__v3_make(w[0] * r, w[1] * r, t) : ism__v3_make(w[0] * t, w[1] * t, w[2] * t);
     d = ism__v3_sub(d, s->at);
     if (!(ism__v3_dot(d, d) <= s->radius2)) return;
+    if (s->cut) {
+        float b1 = s->b1 + ism__v3_dot(d, s->d1), b2 = s->b2 + ism__v3_dot(d, s->d2);
+        if (!(b1 >= -ISM__EDGE && b2 >= -ISM__EDGE && b1 + b2 <= 1.0f + ISM__EDGE)) return;
+    }
     memcpy(to->g, g, sizeof g);
     to->t = t;
     to->triangle = s->triangle;
@@ -2258,6 +2394,18 @@ static void ism__splat(ism__tile *tile, const ism__surfel *s)
         for (i = x0; i <= x1; i++) ism__write_texel(tile, s, i, j);
 }
 
+/* A point that stands for less than its triangle is cut off at the triangle's edges, and may be large: a wall has neither
+   gaps nor discs that jut out over its end. One that stands for its neighbours too remains a disc. */
+static void ism__cut(const ism__tile *tile, ism__v3 e1, ism__v3 e2, ism__v3 n, float b1, float b2, ism__surfel *s)
+{
+    float inverse = 1.0f / ism__v3_dot(n, n);
+    s->cut = 1;
+    s->b1 = b1;
+    s->b2 = b2;
+    s->d1 = ism__to_local(&tile->frame, ism__v3_scale(ism__v3_cross(e2, n), inverse));
+    s->d2 = ism__to_local(&tile->frame, ism__v3_scale(ism__v3_cross(n, e1), inverse));
+}
+
 static void ism__draw_points(ism__tile *tile, const ism__point *points, uint32_t count, uint32_t number)
 {
     const ism_mesh *mesh = tile->mesh;
@@ -2265,7 +2413,7 @@ static void ism__draw_points(ism__tile *tile, const ism__point *points, uint32_t
     uint32_t j, column = number % tile->m->tiles, row = number / tile->m->tiles;
     for (j = 0; j < count; j++) {
         uint32_t t = points[j].triangle;
-        float b1 = (float)points[j].b1 * (1.0f / 65535.0f), b2 = (float)points[j].b2 * (1.0f / 65535.0f), length;
+        float b1 = (float)points[j].b1 * (1.0f / 65535.0f), b2 = (float)points[j].b2 * (1.0f / 65535.0f), length, area;
         ism__v3 p[3], e1, e2, n;
         ism__surfel s;
         /* dithered over 2 x 2 tiles, not texels: pull and push would close the gaps that dithering leaves */
@@ -2277,8 +2425,14 @@ static void ism__draw_points(ism__tile *tile, const ism__point *points, uint32_t
         length = ism__v3_length(n);
         if (!(length > 0.0f) || !ism__finite(length)) continue;
         p[0] = ism__v3_madd(ism__v3_madd(p[0], e1, b1), e2, b2);
+        memset(&s, 0, sizeof s);
         s.triangle = t;
-        if (ism__place_surfel(tile, p[0], ism__v3_scale(n, 1.0f / length), scale * points[j].weight * 0.5f * length, &s))
+        area = scale * points[j].weight * 0.5f * length;
+        if (points[j].weight < 1.0f) {
+            ism__cut(tile, e1, e2, n, b1, b2, &s);
+            area *= ISM__CUT_SCALE;
+        }
+        if (ism__place_surfel(tile, p[0], ism__v3_scale(n, 1.0f / length), area, &s))
             ism__splat(tile, &s);
     }
 }
@@ -3222,13 +3376,13 @@ static int ism__resolve(ism_desc *d)
     if (!d->points) d->points = 8192u;
     if (!d->tile_size) d->tile_size = 64u;
     if (d->importance == ISM_IMPORTANCE_DEFAULT) d->importance = ISM_IMPORTANCE_GUIDED;
-    if (d->spread == ISM_SPREAD_DEFAULT) d->spread = ISM_SPREAD_VIEW_8;
+    if (d->spread == ISM_SPREAD_DEFAULT) d->spread = ISM_SPREAD_PAIR;
     if (d->projection == ISM_PROJECTION_DEFAULT) d->projection = ISM_PROJECTION_COSINE;
     if (!d->view_grid) d->view_grid = 4u;
     if (!d->lazy) d->lazy = 8u;
     if (!(d->flux_share > 0.0f)) d->flux_share = 0.1f;
     if (!(d->area_share > 0.0f)) d->area_share = 0.2f;
-    if (!(d->splat_scale > 0.0f)) d->splat_scale = 1.5f;
+    if (!(d->splat_scale > 0.0f)) d->splat_scale = 1.0f;
     return 1;
 }
 
@@ -3283,7 +3437,8 @@ ISM_DEF void ism_destroy(ism_maps *m)
     ism__release(m, &m->directions);
     ism__release(m, &m->scratch);
     ism__release(m, &m->sums);
-    ism__release(m, &m->guide);
+    ism__release(m, &m->clusters);
+    ism__release(m, &m->shares);
     ism__release(m, &m->weights);
     ism__release(m, &m->sources);
     ism__release(m, &m->importance);

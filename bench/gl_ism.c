@@ -76,7 +76,7 @@ static int measure(const bn_options *options, const bn_scene *s, glbk_context *g
     d.tile_size = 64;
     d.projection = ISM_PROJECTION_COSINE;
     d.lazy = 8;
-    d.splat_scale = 1.5f;
+    d.splat_scale = 1.0f;
     d.parallel_for = ex_pool_run;
     d.parallel_user = options->pool;
     shading.pattern = 4;

@@ -183,7 +183,7 @@ static int build_maps(const bn_scene *s, const ism_desc *d, ism_maps **maps)
 static int visibility_of(const bn_options *options, const char *path, const char *name)
 {
     static const struct { ism_spread spread; const char *name; } spreads[] = {
-        { ISM_SPREAD_AREA, "area" }, { ISM_SPREAD_VIEW_1, "view1" }, { ISM_SPREAD_VIEW_8, "view8" } };
+        { ISM_SPREAD_AREA, "area" }, { ISM_SPREAD_VIEW_1, "view1" }, { ISM_SPREAD_VIEW_8, "view8" }, { ISM_SPREAD_PAIR, "pair" } };
     bn_scene s;
     if (bn_ism_open(&s, options, path, 160, 90, 128, 8) != 0)
         return -1;

@@ -40,7 +40,7 @@ static int word_index(const rd_job *job, const char *key, const char *const *wor
 static ism_desc make_desc(const rd_job *job, int keep_hits)
 {
     static const char *const importances[] = { "flux", "brsm", "guided", NULL };
-    static const char *const spreads[] = { "area", "view1", "view8", NULL };
+    static const char *const spreads[] = { "area", "view1", "view8", "pair", NULL };
     static const char *const projections[] = { "cosine", "paraboloid", "octahedral", "lobe", NULL };
     ism_desc d;
     memset(&d, 0, sizeof d);
@@ -349,13 +349,13 @@ static const rd_key keys[] = {
     { "light_points", RD_INTEGER, NULL, 1, 1024, "16", "RSMs for each area light, the emissive meshes and the sky" },
     { "light_rsm", RD_WORD, "0|1", 0, 0, "1", "0: light of area lights and emissive meshes bounces by imperfect RSMs" },
     { "importance", RD_WORD, "flux|brsm|guided", 0, 0, "guided", "how VPLs are chosen" },
-    { "spread", RD_WORD, "area|view1|view8", 0, 0, "view8", "how points are spread over triangles" },
+    { "spread", RD_WORD, "area|view1|view8|pair", 0, 0, "pair", "how points are spread over triangles" },
     { "projection", RD_WORD, "cosine|paraboloid|octahedral|lobe", 0, 0, "cosine", "of the maps" },
     { "view_grid", RD_INTEGER, NULL, 1, 16, "4", "view samples of a possible VPL: its square" },
     { "near", RD_WORD, "patch|sphere|clamp|mean|none", 0, 0, "patch", "light close to a VPL" },
     { "clamp", RD_NUMBER, NULL, 1e-6, 1e6, "1", "near=clamp: 1/m^2; near=mean: times the mean of a pixel's VPLs" },
     { "bias", RD_NUMBER, NULL, 0, 0.9, "0.02", "share of the distance" },
-    { "splat", RD_NUMBER, NULL, 0.01, 16, "1.5", "area of a disc over that of its point" },
+    { "splat", RD_NUMBER, NULL, 0.01, 16, "1", "area of a disc over that of its point" },
     { "lazy", RD_INTEGER, NULL, 1, 64, "8", "frames until all points are renewed" },
     { "stable", RD_WORD, "0|1", 0, 0, "1", "VPLs and points keep their random numbers from frame to frame" },
     { "inter_texel", RD_WORD, "0|1", 0, 0, "1", "VPLs between texels" },

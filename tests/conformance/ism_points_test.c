@@ -65,7 +65,7 @@ static double cloud_area(const ism_maps *m)
 
 static void an_adaptive_cloud_keeps_the_area(void **state)
 {
-    static const char *const names[4] = { "", "points by area", "by 1 view sample", "by 8 view samples" };
+    static const char *const names[5] = { "", "points by area", "by 1 view sample", "by 8 view samples", "by view and VPL" };
     ism_mesh m;
     ism_view view;
     int spread;
@@ -483,8 +483,8 @@ static void a_sealed_box_stays_dark(void **state)
     assert_int_equal(ism_shade(maps, &view, &shading, light, NULL), ISM_OK);
     for (i = 0; i < 3 * 64 * 64; i++) all += (double)light[i];
     assert_true(all > 0);
-    /* imperfect: gaps between discs of 8,192 points, which pull and push does not see as gaps */
-    CONFORM_MAX("irradiance", "sealed box, sun outside: light inside over light through open walls", 0.01, sum / all);
+    /* imperfect: within a texel of where walls and ceiling meet, see docs/ism.md, section 3 */
+    CONFORM_MAX("irradiance", "sealed box, sun outside: light inside over light through open walls", 0.001, sum / all);
     ism_destroy(maps);
 }
 

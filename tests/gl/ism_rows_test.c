@@ -259,8 +259,8 @@ static void a_sealed_box_stays_dark(void **state)
     for (i = 0; i < 3 * 64 * 64; i++) all += (double)light[i];
     engine_close(t, &e);
     assert_true(all > 0);
-    /* imperfect: gaps between discs of 8,192 points, which pull and push does not see as gaps */
-    CONFORM_MAX("irradiance", "sealed box, sun outside: light inside over light through open walls", 0.01, sum / all);
+    /* imperfect: within a texel of where walls and ceiling meet, see docs/ism.md, section 3 */
+    CONFORM_MAX("irradiance", "sealed box, sun outside: light inside over light through open walls", 0.001, sum / all);
 }
 
 int main(int count, char **values)

@@ -5,6 +5,8 @@
 flat in vec4 ism_at;
 flat in vec4 ism_plane;
 flat in ivec4 ism_box;
+flat in vec4 ism_cut1;
+flat in vec4 ism_cut2;
 layout(location = 0) out glbk_color result;
 
 void main()
@@ -17,6 +19,8 @@ void main()
     if (!(t > 0.0 && t < ISM_FAR)) discard;
     vec3 d = (sky ? vec3(w.xy * glbk_ism_frame.sphere.w, t) : w * t) - ism_at.xyz;
     if (!(dot(d, d) <= ism_at.w)) discard;
+    vec2 b = vec2(ism_cut1.w + dot(d, ism_cut1.xyz), ism_cut2.w + dot(d, ism_cut2.xyz));
+    if (ism_cut1.w > -1.0 && !(min(b.x, b.y) >= -1e-4 && b.x + b.y <= 1.0001)) discard;
     result = glbk_pack(vec4(ism_plane.xyz, t));
     gl_FragDepth = t * 5.421010862427522e-20;      // 2^-64: every digit of t is kept
 }

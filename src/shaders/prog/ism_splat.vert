@@ -7,11 +7,13 @@
 flat out vec4 ism_at;       // in the tile's frame; radius squared
 flat out vec4 ism_plane;    // its plane; the VPL's kind
 flat out ivec4 ism_box;     // first and last texel
+flat out vec4 ism_cut1;     // barycentric coordinates grow so along the disc, and are so much at its middle; w < -1: not
+flat out vec4 ism_cut2;     // cut off at its triangle's edges
 
-struct ism_surfel { vec3 at, g; float radius2, depth; vec2 uv; };
+struct ism_surfel { vec3 at, g; float radius2, depth; vec2 uv; vec4 cut1, cut2; };
 
 // false: not seen from the VPL's front.
-bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, out ism_surfel s)
+bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surfel s)
 {
     mat3 frame = ism_vpl_frame(l);
     vec3 n = normal * frame;
@@ -33,7 +35,7 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, out ism_surfel
     if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;
     // the surface that the VPL lies on is no occluder in a lobe's tilted map either
     if (ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;
-    s.radius2 = min(s.radius2, (along > 0.0 ? 0.04 : 1.0) * d2);
+    s.radius2 = min(s.radius2, (along > 0.0 && s.cut1.w < -1.0 ? 0.04 : 1.0) * d2);
     if (abs(along) > 1e-3 * s.depth) s.g = n / along;
     return ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv);
 }
@@ -67,8 +69,17 @@ bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
     vec3 p = ism_corner(t.x), e1 = ism_corner(t.y) - p, e2 = ism_corner(t.z) - p, n = cross(e1, e2);
     float length2 = dot(n, n), size = sqrt(length2);
     if (!(length2 > 0.0) || !cohsm_finite(length2)) return false;
-    p += e1 * uintBitsToFloat(point.y) + e2 * uintBitsToFloat(point.z);
-    return ism_place_surfel(l, p, n / size, glbk_ism_frame.values.x * share * 0.5 * size, s);
+    vec2 b = uintBitsToFloat(point.yz);
+    float area = glbk_ism_frame.values.x * share * 0.5 * size;
+    p += e1 * b.x + e2 * b.y;
+    s.cut1 = s.cut2 = vec4(-2.0);
+    if (share < 1.0) {
+        mat3 frame = ism_vpl_frame(l);
+        s.cut1 = vec4((cross(e2, n) / length2) * frame, b.x);
+        s.cut2 = vec4((cross(n, e1) / length2) * frame, b.y);
+        area *= 6.0;
+    }
+    return ism_place_surfel(l, p, n / size, area, s);
 }
 
 void main()
@@ -87,6 +98,7 @@ void main()
     ism_at = vec4(0.0);
     ism_plane = vec4(0.0);
     ism_box = ivec4(0);
+    ism_cut1 = ism_cut2 = vec4(0.0);
     if (v >= glbk_ism_frame.maps.x) return;
     ism_vpl l = ism_read_vpl(v);
     if (!ism_surfel_of(index, v, l, s)) return;
@@ -96,6 +108,8 @@ void main()
     ivec2 first = ivec2(max(s.uv * most - reach, 0.0)), last = min(ivec2(s.uv * most + reach), size - 1);
     ism_at = vec4(s.at, s.radius2);
     ism_plane = vec4(s.g, l.sky ? -1.0 : l.exponent);
+    ism_cut1 = s.cut1;
+    ism_cut2 = s.cut2;
     ism_box = ivec4(first, last) + ism_tile_at(v).xyxy;
 #if ISM_QUADS
     vec2 at = vec2((gl_VertexID & 1) != 0 ? ism_box.z + 1 : ism_box.x, (gl_VertexID & 2) != 0 ? ism_box.w + 1 : ism_box.y);
