@@ -1034,12 +1034,12 @@ static int run_window(app *a, GLFWwindow *window, float time)
         if (!a->still) time += (float)(now - last);
         last = now;
         TRY(draw_frame(a, time));
+        if (a->timing && now - told > 1) print_times(a), told = now;
         a->gl.gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, 0);
         TRY(begin(a, TONE, NULL, GLBK_BLEND_OFF, &a->picture, &a->fields));
         glbk_draw_screen(&a->gl);
         glfwSwapBuffers(window);
         glfwPollEvents();
-        if (a->timing && now - told > 1) print_times(a), told = now;
     }
     return 0;
 }
