@@ -23,6 +23,7 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "sfield_algebra", "products, rotations and dot products of spherical harmonics a second", bn_sfield_algebra },
     { "sfield_chess", "shadow fields in harmonics: 32 moving chess pieces, errors against rays", bn_sfield_chess },
     { "sfield_wavelet", "shadow fields in wavelets: spaceships, budgets, both ways of the product", bn_sfield_wavelet },
+    { "sfield_accuracy", "shadows on a plane against rays, split into the steps of the method", bn_sfield_accuracy },
     { "envshadow_lights", "time, energy and error of k lights by each method", bn_envshadow_lights },
     { "ism", "pictures by ism beside the one-bounce reference, times of its stages", bn_ism },
     { "ism_vpls", "error at equal VPL count by flux, bidirectional and guided importance", bn_ism_vpls },
