@@ -617,7 +617,8 @@ GLBK_DEF void glbk_clear_depth(glbk_context *ctx, float depth);
 /* After glbk_begin with a depth mode that writes. */
 
 GLBK_DEF void glbk_bind_texture(glbk_context *ctx, uint32_t slot, const glbk_texture *texture);
-/* To a slot of the lists (GLBK_SLOT_name), without a sampler object. */
+/* To a slot of the lists (GLBK_SLOT_name), without a sampler object. There are 16 slots, from ctx->first_unit on: bind
+   textures of your own beyond them yourself. A slot above 15, or a texture not created, binds nothing. */
 GLBK_DEF void glbk_bind_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer);
 /* The whole buffer as uniform block. */
 GLBK_DEF void glbk_bind_storage(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer);
