@@ -79,7 +79,14 @@ static inline ex_gl *gl_new_context(char *error)
 }
 
 /* OSMesa's library keeps some memory of each context that it destroyed; under the address sanitizer only that is excused. */
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(__SANITIZE_ADDRESS__)                                   /* gcc */
+#define GL_TEST_LEAKS
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define GL_TEST_LEAKS
+#endif
+#endif
+#if defined(GL_TEST_LEAKS)
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void) { return "leak:libOSMesa"; }
 #endif
