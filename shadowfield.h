@@ -2926,6 +2926,7 @@ static void sfield__see(const sfield__build *b, sfield__view *v, const float *ey
     float d = sqrtf(eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]);
     uint32_t most = b->what == SFIELD__EMISSIVE ? SFIELD__EMISSIVE_WIDTH : SFIELD__MOST_WIDTH, c;
     memset(v->texel, 0, (size_t)b->h.channels * b->cells * sizeof *v->texel);
+    if (most > 64 * b->h.cube_side) most = 64 * b->h.cube_side;         /* a word holds the samples of a texel's row */
     for (v->width = 64; v->width < most && ((float)v->width < 24 * d || v->width < 2 * b->h.cube_side);) v->width *= 2;
     if (b->what == SFIELD__SELF) v->width = b->h.cube_side < 32 ? 64 : 2 * b->h.cube_side;
     v->scale = v->width / b->h.cube_side;
