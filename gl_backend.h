@@ -612,7 +612,8 @@ GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_p
    Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_LOST; GL's error flag is not asked */
 
 GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t attachment, const float rgba[4]);
-/* After glbk_begin to that target. Integer formats get the numbers, rounded; GLBK_FORMAT_COLOR the floats. */
+/* After glbk_begin to that target. Integer formats get the numbers, rounded, within 0 and 2^32 - 1; GLBK_FORMAT_COLOR the
+   floats. */
 GLBK_DEF void glbk_clear_depth(glbk_context *ctx, float depth);
 /* After glbk_begin with a depth mode that writes. */
 
@@ -8339,11 +8340,14 @@ GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t 
 {
     if (!ctx || ctx->lost || !target || attachment >= target->count || !rgba) return;
     if (glbk__is_integer(target->format[attachment])) {
-        int bits = target->format[attachment] == GLBK_FORMAT_RGBA32UI && !ctx->float_targets;
         uint32_t words[4];
         int i;
-        for (i = 0; i < 4; i++) words[i] = rgba[i] > 0 ? (uint32_t)((double)rgba[i] + 0.5) : 0;
-        if (bits) memcpy(words, rgba, sizeof words);
+        if (target->format[attachment] == GLBK_FORMAT_RGBA32UI && !ctx->float_targets) {
+            memcpy(words, rgba, sizeof words);      /* floats by their bits */
+        } else {
+            for (i = 0; i < 4; i++)
+                words[i] = rgba[i] > 0 ? (uint32_t)(rgba[i] < 4294967296.0f ? (double)rgba[i] + 0.5 : 4294967295.0) : 0;
+        }
         ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, (int32_t)attachment, words);
     } else {
         ctx->gl.ClearBufferfv(GLBK_GL_COLOR, (int32_t)attachment, rgba);

@@ -1,5 +1,6 @@
 /* gl_backend.h on every driver: programs, textures, tables, buffers, targets, passes. */
 #define _POSIX_C_SOURCE 200809L
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -562,6 +563,17 @@ static void clears_integers_and_bits(void **state)
             assert_glbk(t, glbk_target_read(&t->gl, &c.target, 0, 1, 1, 1, 1, words));
             assert_int_equal(words[0], 7);
             if (i == 1) assert_int_equal(words[1], 8);
+        }
+        if (i == 2) {                       /* what no integer holds becomes the nearest, and no number 0 */
+            static const float beyond[] = { 1e30f, 4294967296.0f, -3, (float)NAN };
+            static const uint32_t expected[] = { 0xffffffffu, 0xffffffffu, 0, 0 };
+            size_t k;
+            for (k = 0; k < 4; k++) {
+                const float all[4] = { beyond[k], beyond[k], beyond[k], beyond[k] };
+                glbk_clear(&t->gl, &c.target, 0, all);
+                assert_glbk(t, glbk_target_read(&t->gl, &c.target, 0, 1, 1, 1, 1, words));
+                assert_true(words[0] == expected[k]);
+            }
         }
         gl_canvas_free(t, &c);
     }
