@@ -77,6 +77,8 @@ LINK     = $(if $(filter 1,$(HAVE_CXX)),$(CXX),$(CC)) $(FLAGS_$(config)) -pthrea
 
 objects = $(patsubst %,$(OBJ)/%.o,$(basename $(wildcard $(1)/*.c) $(if $(filter 1,$(HAVE_CXX)),$(wildcard $(1)/*.cpp))))
 
+# Each header's implementation, for tests that need no more of it than a user does.
+HEADERS_A := $(OBJ)/headers.a
 COMMON   := $(if $(wildcard examples/common/*.c),$(OBJ)/common.a)
 PROGRAMS := $(foreach p,render compare bake viewer,$(if $(wildcard examples/$(p)/*.c),$(BUILD)/$(p)))
 PROGRAMS += $(if $(wildcard bench/*.c),$(BUILD)/bench) $(BUILD)/gallery
@@ -157,10 +159,17 @@ $(RENDERER): $(OBJ)/examples/05_all_in_a_renderer.o $(COMMON)
 TEST_FLAGS = $(HAVE) -Iexamples/common -Itests $(if $(filter 1,$(HAVE_CMOCKA)),,-Itests/shim)
 TEST_LIBS  = $(CMOCKA_LIBS) $(EX_LIBS) $(GLFW_LIBS) -lm
 
+$(OBJ)/headers/%.o: %.h build/config.mk
+	@mkdir -p $(@D)
+	$(call say,CC,$<)printf '#define %s_IMPLEMENTATION\n#include "%s"\n' $$(echo $* | tr a-z A-Z) $< | $(BASE_C) -x c -c - -o $@
+$(HEADERS_A): $(HEADERS:%.h=$(OBJ)/headers/%.o)
+	@rm -f $@
+	$(call say,AR,$@)ar rcs $@ $^
+
 $(OBJ)/tests/%.o: tests/%.c build/config.mk
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(BASE_C) $(TEST_FLAGS) -c $< -o $@
-$(TESTS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(COMMON)
+$(TESTS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(HEADERS_A) $(COMMON)
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(LINK) $^ $(TEST_LIBS) -o $@
 $(REPLAYS): $(BUILD)/tests/replay/%: $(OBJ)/tests/fuzz/%.o $(OBJ)/tests/shim/replay.o $(COMMON)

@@ -1,10 +1,13 @@
 /* envsh_maps_test - rows T23 and T24, the sealed box, and each filter against brute force: shadow maps on the CPU. */
 
-#define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
 #include <cmocka.h>
 #include "conformance.h"
 #include "unit/envsh_util.h"

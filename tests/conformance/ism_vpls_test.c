@@ -1,11 +1,14 @@
 /* ism_vpls_test - virtual point lights and their light: power (T41), clamping (T44), bounces (T45), inter-texel places (T55),
    culling (T56), equal frames and flicker (T57). */
 
-#define ISM_IMPLEMENTATION
 #include "ism.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
 #include <cmocka.h>
 #include "conformance.h"
 #include "unit/ism_util.h"

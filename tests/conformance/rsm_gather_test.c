@@ -1,11 +1,14 @@
 /* rsm_gather_test - bounced light of rsm.h against closed forms (rows T25 to T29, T36, T38 to T40, T44 of
    docs/conformance.md), and everything against the sum over all texels. */
 
-#define RSM_IMPLEMENTATION
 #include "rsm.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
 #include <cmocka.h>
 #include "conformance.h"
 #include "unit/rsm_util.h"

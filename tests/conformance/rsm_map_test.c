@@ -1,10 +1,12 @@
 /* rsm_map_test - maps of rsm.h: flux a texel, positions, colours, formats (rows T30 to T35, T37 of docs/conformance.md). */
 
-#define RSM_IMPLEMENTATION
 #include "rsm.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <string.h>
+
 #include <cmocka.h>
 #include "conformance.h"
 #include "unit/rsm_util.h"

@@ -1,14 +1,16 @@
 /* csm_build_test - maps built on the GPU: what is peeled stands by csm.h's own verifier, and segments found by the shaders
    give the bytes that csm.h builds from the same layers. */
 #define _POSIX_C_SOURCE 200809L
-#define CSM_IMPLEMENTATION
 #include "csm.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
 #include <cmocka.h>
 
-#define GL_BACKEND_IMPLEMENTATION
 #include "gl_backend.h"
 
 #include "gl/gl_test.h"

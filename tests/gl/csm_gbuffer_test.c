@@ -1,14 +1,15 @@
 /* csm_gbuffer_test - what the renderer's users do besides uploads: draw into the G-buffer with maps, use csm_visible in a
    shader of their own, bring a G-buffer of their own, resolve to a target. */
 #define _POSIX_C_SOURCE 200809L
-#define CSM_IMPLEMENTATION
 #include "csm.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <string.h>
+
 #include <cmocka.h>
 
-#define GL_BACKEND_IMPLEMENTATION
 #include "gl_backend.h"
 
 #include "gl/gl_test.h"

@@ -2,14 +2,17 @@
    every way of sampling, patterns, progressive frames. Nothing is in the way here: csm_twin_test asks about visibility.
    Each way to a context takes some of the lights, since llvmpipe compiles a program for seconds. */
 #define _POSIX_C_SOURCE 200809L
-#define CSM_IMPLEMENTATION
 #include "csm.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
 #include <cmocka.h>
 
-#define GL_BACKEND_IMPLEMENTATION
 #include "gl_backend.h"
 
 #include "gl/gl_test.h"

@@ -1,14 +1,16 @@
 /* csm_twin_test - the GLSL of cohsm_*.glsl against its C twins in csm.h: a million visibility queries over all domains,
    orders, frames, filters and kinds of light, scenes of instances, and samples of every light on every material. */
 #define _POSIX_C_SOURCE 200809L
-#define CSM_IMPLEMENTATION
 #include "csm.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
 #include <cmocka.h>
 
-#define GL_BACKEND_IMPLEMENTATION
 #include "gl_backend.h"
 
 #include "gl/gl_test.h"

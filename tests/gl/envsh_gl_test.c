@@ -1,14 +1,16 @@
 /* envsh_gl_test - envshadow.h's light on OpenGL: shadow maps beside those of its own rasteriser, the GLSL beside its C
    twin, clusters, pages, channels, closed forms, users' shaders, errors and state. */
 #define _POSIX_C_SOURCE 200809L
-#define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
 #include <cmocka.h>
 
-#define GL_BACKEND_IMPLEMENTATION
 #include "gl_backend.h"
 
 #define CONFORM_BACKEND "gl"

@@ -1,11 +1,14 @@
 /* ism_rows_test - rows of docs/conformance.md by the GL back end: pull and push (T49), a blocker between two squares (T50), the
    sealed box, equal frames (T57). ism.h chooses and scatters, as it does for a renderer. */
 #define _POSIX_C_SOURCE 200809L
-#define ISM_IMPLEMENTATION
 #include "ism.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
 #include <cmocka.h>
 
 #define GL_BACKEND_IMPLEMENTATION

@@ -1,15 +1,17 @@
 /* rsm_pass_test - the passes of glbk_rsm by themselves: closed forms on maps that GL drew (T25, T30, T40 of
    docs/conformance.md), bad arguments, GL errors put into every call, no memory, a hostile state, a lost context. */
 #define _POSIX_C_SOURCE 200809L
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
-#define GL_BACKEND_IMPLEMENTATION
 #include "gl_backend.h"
 
 #define CONFORM_BACKEND "gl"

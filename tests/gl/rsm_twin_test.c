@@ -1,14 +1,16 @@
 /* rsm_twin_test - the GLSL of rsm_*.glsl and the passes of glbk_rsm against rsm.h: maps drawn by GL, direct light, every
    pattern of every kind of light, interpolation, the filter over moving frames. */
 #define _POSIX_C_SOURCE 200809L
-#define RSM_IMPLEMENTATION
 #include "rsm.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
 #include <cmocka.h>
 
-#define GL_BACKEND_IMPLEMENTATION
 #include "gl_backend.h"
 
 #include "gl/gl_test.h"

@@ -1,14 +1,17 @@
 /* sfield_rows_test - rows of docs/conformance.md by the GL back end: a sphere occluder (T72), beyond the last shell (T74), all
    turned (T76), order round a light (T78). Then objects drawn into the G-buffer, against shadowfield.h pixel by pixel. */
 #define _POSIX_C_SOURCE 200809L
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
 #include <cmocka.h>
 
-#define GL_BACKEND_IMPLEMENTATION
 #include "gl_backend.h"
 
 #define CONFORM_BACKEND "gl"

@@ -1,14 +1,17 @@
 /* sfield_twin_test - the GLSL of sfield_*.glsl against its C twins in shadowfield.h: fields at random points with their
    edges, video light, rotations, products, kernels; then whole scenes, point by point. */
 #define _POSIX_C_SOURCE 200809L
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
 #include <cmocka.h>
 
-#define GL_BACKEND_IMPLEMENTATION
 #include "gl_backend.h"
 
 #include "gl/gl_test.h"

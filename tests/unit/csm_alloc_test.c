@@ -1,11 +1,13 @@
 /* csm_alloc_test - an allocation that fails, at every site: once, and from then on. No crash, no leak, COHSM_ERR_ALLOC, and
    outputs untouched. The allocator fills what it gives and what it takes back. */
 
-#define CSM_IMPLEMENTATION
 #include "csm.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
 #include <cmocka.h>
 #include "unit/csm_util.h"
 

@@ -1,7 +1,6 @@
 /* csm_render_test - `render --technique csm` as a user calls it: pictures beside the reference for every kind of light,
    bytes that do not depend on threads, baked files, refusals. */
 #define _POSIX_C_SOURCE 200809L
-#define CSM_IMPLEMENTATION
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,11 +1,12 @@
 /* envsh_alloc_test - every allocation fails once, and from then on: an error code, nothing leaked, outputs untouched;
    and the peaks that the header's comment states. */
 
-#define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <string.h>
+
 #include <cmocka.h>
 #include "unit/envsh_util.h"
 

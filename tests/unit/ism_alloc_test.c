@@ -1,11 +1,12 @@
 /* ism_alloc_test - an allocation that fails, at every site: once, and from then on. No crash, no leak, ISM_ERR_ALLOC, output
    untouched, and the same maps go on working. Peak memory is what the stats say. */
 
-#define ISM_IMPLEMENTATION
 #include "ism.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <string.h>
+
 #include <cmocka.h>
 #include "unit/ism_util.h"
 

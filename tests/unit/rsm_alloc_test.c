@@ -1,11 +1,13 @@
 /* rsm_alloc_test - an allocation that fails, at every site: once, and from then on. No crash, no leak, RSM_ERR_ALLOC, outputs
    untouched; and the peaks that the header's top comment promises. */
 
-#define RSM_IMPLEMENTATION
 #include "rsm.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
 #include <cmocka.h>
 #include "unit/rsm_util.h"
 

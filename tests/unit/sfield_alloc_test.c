@@ -1,12 +1,14 @@
 /* sfield_alloc_test - every allocation of shadowfield.h fails, once and from then on: an error, nothing leaks, outputs are
    untouched. */
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "unit/sfield_util.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
 #include <cmocka.h>
 
 static model soup;

@@ -12,15 +12,10 @@
 
 #include <cmocka.h>
 
-#define CSM_IMPLEMENTATION
 #include "csm.h"
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
-#define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"
-#define RSM_IMPLEMENTATION
 #include "rsm.h"
-#define ISM_IMPLEMENTATION
 #include "ism.h"
 
 enum { THREADS = 4, GRID = 24, CELLS = GRID * GRID, SIDE = 48, POINTS = SIDE * SIDE };

@@ -1,14 +1,9 @@
-/* together_test - the five headers with each other, in one source file: one list of pixel lights through rsm, ism and csm; the lights
+/* together_test - the five headers with each other: one list of pixel lights through rsm, ism and csm; the lights
    of envshadow through csm; ambient occlusion of a shadow field. docs/together.md describes the same three. */
-#define CSM_IMPLEMENTATION
 #include "csm.h"
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
-#define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"
-#define RSM_IMPLEMENTATION
 #include "rsm.h"
-#define ISM_IMPLEMENTATION
 #include "ism.h"
 
 #include <math.h>
@@ -16,6 +11,8 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
+#include <string.h>
+
 #include <cmocka.h>
 
 enum { RINGS = 24, SIDES = 48, VERTICES = 2 + (RINGS - 1) * SIDES, TRIANGLES = 2 * SIDES * (RINGS - 1) };
