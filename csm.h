@@ -96,7 +96,7 @@
    Blocks built from the same input have the same bytes on every compiler, processor, byte order and thread count (not
    with x87 arithmetic, nor with clang's -ffast-math).
 
-   Cost: docs/csm.md and build/bench csm_query, csm_compression.   History: CHANGELOG.md.   Licence: end of this file. */
+   Cost: docs/csm.md and build/bench csm_query, csm_compression. History: CHANGELOG.md. Licence: end of this file. */
 #ifndef CSM_H
 #define CSM_H
 
@@ -199,7 +199,7 @@ typedef enum cohsm_layers {         /* which interval [z1, upper) a stored depth
     COHSM_LAYERS_COUNT
 } cohsm_layers;
 
-typedef enum cohsm_order {          /* the enumeration of maps; the longer neighbours look alike, the smaller the block */
+typedef enum cohsm_order {          /* of the maps; the longer neighbours look alike, the smaller the block */
     COHSM_ORDER_DEFAULT,            /* cohsm_build: by trial on small versions of the build (a fifth of its time); else
                                        Hilbert */
     COHSM_ORDER_SCANLINE,           /* first dimension fastest */
@@ -225,7 +225,7 @@ typedef struct cohsm_desc {
     cohsm_frame  frame;             /* directions only */
     uint32_t     depth_bits;        /* grid of the stored depths, 4..8; 0 = 8. Depths that no grid value separates are
                                        kept in 16 bits, so this trades segments against bits and never exactness */
-    float        open_thickness;    /* map pixels, >= 0; 0 = 8. How far behind a surface without a second hit (a leaf, an
+    float        open_thickness;    /* map pixels, >= 0; 0 = 8. How far behind a surface without a second hit (leaf,
                                        open border) its stored depth may lie, since receivers may be right behind it;
                                        map_size or more: as far as the bounding sphere goes, as in the paper */
     int          self_only;         /* not 0: pixels without a hit may store anything; smaller, for self-shadows only */
@@ -660,13 +660,13 @@ COHSM_DEF cohsm_result cohsm_progressive_mean(const cohsm_progressive *p, float 
 #define COHSM__NO_SIMD
 #endif
 
-/* >>> shared fp_begin mem v3 m4 bytes crc trig octa hilbert rng lds cdf cpu: written by tools/stamp from src/shared, edit there */
+/* >>> shared fp_begin mem v3 m4 bytes crc trig octa hilbert rng lds cdf cpu: written by tools/stamp from src/shared */
 
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
 /* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
-   stay within tolerance but not equal to the bit. */
+   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
+   the pragma: results then stay within tolerance but not equal to the bit. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(__TINYC__)
@@ -1095,8 +1095,8 @@ static inline float cohsm__asin_core(float x, float z)
                         z * 0.04221856856f))));
 }
 
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart, since
-   C compilers do not vectorise that one: acos(x) = cohsm__acos_rooted(x, sqrtf(cohsm__acos_square(x))). */
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart,
+   since C compilers do not vectorise that one: acos(x) = cohsm__acos_rooted(x, sqrtf(cohsm__acos_square(x))). */
 static inline float cohsm__acos_square(float x)
 {
     float a = fabsf(x);
@@ -1129,7 +1129,8 @@ static inline float cohsm__asin(float x)
 /* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
 static inline float cohsm__atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), hi = cohsm__either(ax > ay, ax, ay), lo = cohsm__either(ax > ay, ay, ax), a, t, z, p;
+    float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
+    float hi = cohsm__either(ax > ay, ax, ay), lo = cohsm__either(ax > ay, ay, ax);
     int big;
     a = cohsm__either((lo == hi) & (hi > 0.0f), 1.0f, lo / cohsm__either(hi > 0.0f, hi, 1.0f));
     big = a > 0.414213562f;
@@ -1533,8 +1534,8 @@ static inline cohsm__cdf2_sample cohsm__cdf2_sample_at(const cohsm__cdf2 *cdf, f
 
 /* unit cpu: run-time detection of x86 vector units */
 
-/* COHSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time. COHSM__NO_SIMD, defined
-   by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs none. */
+/* COHSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
+   COHSM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs none. */
 #if !defined(COHSM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define COHSM__X86 1
 #define COHSM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
@@ -1731,8 +1732,8 @@ static void cohsm__hilbert_walk(cohsm__walk *walk, int x, int y, int ax, int ay,
                         -(ay - ay2));
 }
 
-/* cells[i] = the cell at place i. Zig-zag in any size, and Hilbert in 1 and 2 dimensions; in 3 dimensions Hilbert's cube
-   for powers of two, else layers of the 2-D curve, every other one backwards. */
+/* cells[i] = the cell at place i. Zig-zag in any size, and Hilbert in 1 and 2 dimensions; in 3 dimensions Hilbert's
+   cube for powers of two, else layers of the 2-D curve, every other one backwards. */
 static void cohsm__order_cells(uint32_t *cells, const uint32_t *side, cohsm_order order)
 {
     uint32_t n0 = side[0], n1 = side[1], n2 = side[2], n = n0 * n1 * n2, i, x, y, z, bits, c[3];
@@ -2159,7 +2160,8 @@ COHSM__TARGET_AVX2 static __m256 cohsm__dot8(const float *v, cohsm__v3 a)
 
 typedef struct cohsm__corners8 { __m256i x[3], y[3]; __m256 z[3]; } cohsm__corners8;
 
-/* Samples (x, y) of 8 triangles, where wanted. Coordinates relative to the sample stay below 2^11: 32 bits are enough. */
+/* Samples (x, y) of 8 triangles, where wanted. Coordinates relative to the sample stay below 2^11: 32 bits are enough.
+ */
 COHSM__TARGET_AVX2 static void cohsm__sample8(const cohsm__target *t, const cohsm__corners8 *c, __m256i x, __m256i y,
                                               __m256i wanted)
 {
@@ -2331,7 +2333,8 @@ COHSM__TARGET_AVX2 static void cohsm__raster_avx2(const cohsm__target *t, const 
         }
         mask = ~(unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(cohsm__boxes_of8(t, c.x, c.y).none)) & 255u;
         if (!mask) continue;
-        for (k = 0; k < 3; k++) c.z[k] = _mm256_sub_ps(half, _mm256_mul_ps(half, cohsm__dot8(v + 24 * k, cam->frame.back)));
+        for (k = 0; k < 3; k++)
+            c.z[k] = _mm256_sub_ps(half, _mm256_mul_ps(half, cohsm__dot8(v + 24 * k, cam->frame.back)));
         cohsm__enqueue8(&q, &c, mask);
         if (q.count < 8) continue;
         cohsm__raster_queue(t, cam, &q);
@@ -2675,7 +2678,8 @@ static void cohsm__dop_of_mesh(float *dop, const cohsm_mesh *mesh, const uint8_t
         }
 }
 
-/* Corners of a triangle in units of the sphere, and the cell of 32^3, along a Hilbert curve, that its first one is in. */
+/* Corners of a triangle in units of the sphere, and the cell of 32^3, along a Hilbert curve, that its first one is in.
+ */
 static uint32_t cohsm__soup_cell(const cohsm_mesh *mesh, size_t triangle, cohsm__v3 center, float inverse, cohsm__v3 *p)
 {
     uint32_t scratch[3], cell[3];
@@ -2704,7 +2708,10 @@ static void cohsm__bound(const float *v, uint32_t groups, float *box)
     }
 }
 
-static uint32_t cohsm__clusters(const cohsm__soup *soup) { return (soup->groups + COHSM__CLUSTER - 1) / COHSM__CLUSTER; }
+static uint32_t cohsm__clusters(const cohsm__soup *soup)
+{
+    return (soup->groups + COHSM__CLUSTER - 1) / COHSM__CLUSTER;
+}
 
 /* Triangles sorted by cells, so that clusters are small and a shard need not look into most of them. */
 static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used, uint32_t triangles,
@@ -2812,7 +2819,10 @@ static void cohsm__put_bits(uint32_t *words, uint32_t bit, uint32_t count, uint3
     if ((bit & 31u) + count > 32) w[1] |= (uint32_t)(shifted >> 32);
 }
 
-static uint32_t cohsm__half_word(const uint32_t *words, uint32_t i) { return words[i >> 1] >> (16 * (i & 1u)) & 0xffffu; }
+static uint32_t cohsm__half_word(const uint32_t *words, uint32_t i)
+{
+    return words[i >> 1] >> (16 * (i & 1u)) & 0xffffu;
+}
 
 static uint64_t cohsm__marks(const uint32_t *block)
 {
@@ -2849,7 +2859,7 @@ static uint32_t cohsm__select_zero(uint64_t marks, uint32_t number)
     at = 64u - 8u * (uint32_t)(cohsm__bytes_from(upto, number) * ones >> 56);
     if (at == 64) return 64;
     number -= (uint32_t)(upto << 8 >> at) & 255u;
-    upto = (((x >> at & 255u) * ones & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & ones;     /* a bit in each byte */
+    upto = (((x >> at & 255u) * ones & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & ones; /* a bit in each byte */
     return at + 8u - (uint32_t)(cohsm__bytes_from(upto * ones, number) * ones >> 56);
 }
 
@@ -2890,14 +2900,15 @@ static inline uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t 
     return depth_of[(code & palette) | (value & ~palette)];
 }
 
-/* Segment of a block that holds a view: offset = view less the block's first; at = where its bucket begins in the marks.
-   No branches that data decides but for rare cases: a mispredicted one costs as much as ten instructions. */
+/* Segment of a block that holds a view: offset = view less the block's first; at = where its bucket begins in the
+   marks. No branches that data decides but for rare cases: a mispredicted one costs as much as ten instructions. */
 static inline uint32_t cohsm__segment_at(const uint32_t *block, uint64_t marks, uint32_t offset, uint32_t at)
 {
-    uint32_t k = block[0] >> 8 & 15u, j = at - (offset >> k), mask = (1u << k) - 1u, low = offset & mask, run, more, lows;
+    uint32_t k = block[0] >> 8 & 15u, j = at - (offset >> k), mask = (1u << k) - 1u, low = offset & mask;
+    uint32_t run, more, lows;
 
     run = (uint32_t)((marks >> (at & 63u)) & (at < 64 ? 7u : 0u));
-    lows = cohsm__bits(block, COHSM__LOW_AT + j * k, 2u * k);       /* two, or one and what follows: codes, never less */
+    lows = cohsm__bits(block, COHSM__LOW_AT + j * k, 2u * k); /* two, or one and what follows: codes, never less */
     more = run & (uint32_t)((lows & mask) <= low);
     j += more & 1u;
     more &= run >> 1 & (uint32_t)(lows >> k <= low);
@@ -2924,7 +2935,10 @@ static uint32_t cohsm__block_words(const uint32_t *block)
 }
 
 static uint32_t cohsm__block_count(const uint32_t *directory) { return directory[1] & 0xffffu; }
-static uint32_t cohsm__block_first(const uint32_t *directory, uint32_t b) { return cohsm__half_word(directory, b + 3u); }
+static uint32_t cohsm__block_first(const uint32_t *directory, uint32_t b)
+{
+    return cohsm__half_word(directory, b + 3u);
+}
 
 static const uint32_t *cohsm__block_at(const uint32_t *directory, const uint32_t *lines, uint32_t b)
 {
@@ -2997,7 +3011,8 @@ static void cohsm__plan_start(cohsm__plan *p)
 
 /* The fewest grid values with one in each interval: the least hi that is left must be met, and meeting it as late as
    possible meets the most others. Each value then moves to the middle of what its intervals have in common. */
-static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__grid *grid, uint8_t *value, uint8_t *code)
+static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__grid *grid, uint8_t *value,
+                              uint8_t *code)
 {
     uint8_t todo[COHSM__MARKS];
     uint32_t i, count = 0, left = 0, at, lo;
@@ -3117,10 +3132,11 @@ static size_t cohsm__list_bound(size_t count)
     return (cohsm__blocks_bound(count) + 2) / 2 + COHSM__BLOCK_WORDS * cohsm__blocks_bound(count);
 }
 
-/* Writes a list of two or more segments into zeroed words as the builder keeps it: 16-bit count of blocks and first views
-   of all but the first, padded to a word, then the blocks. Returns the words taken. The blocks are written behind the
-   longest possible beginning first, and then moved to the end of the real one. */
-static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count, const cohsm__grid *grid, uint32_t views)
+/* Writes a list of two or more segments into zeroed words as the builder keeps it: 16-bit count of blocks and first
+   views of all but the first, padded to a word, then the blocks. Returns the words taken. The blocks are written behind
+   the longest possible beginning first, and then moved to the end of the real one. */
+static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count, const cohsm__grid *grid,
+                                uint32_t views)
 {
     size_t i, blocks = 0, gap = (cohsm__blocks_bound(count) + 2) / 2, used = 0, directory;
     cohsm__plan p;
@@ -3140,8 +3156,8 @@ static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t
 
 /* ---- >>layout: blocks to lines ---- */
 
-/* Lists come in order of chunk and pixel, whoever made them, and always get the same places: a dry run with NULL pointers
-   counts, a second one writes. Tails go where they fit best among a few lines that are still open. */
+/* Lists come in order of chunk and pixel, whoever made them, and always get the same places: a dry run with NULL
+   pointers counts, a second one writes. Tails go where they fit best among a few lines that are still open. */
 
 enum { COHSM__OPEN_LINES = 16 };
 
@@ -3158,7 +3174,8 @@ static int cohsm__open_line(cohsm__layout *l, uint32_t words)
     int i, best = -1, oldest = 0;
     for (i = 0; i < COHSM__OPEN_LINES; i++) {
         if (l->used[i] && l->line_count - l->open[i] > COHSM__FARTHEST_TAIL) l->used[i] = 0;
-        if (l->used[i] && l->used[i] + words <= COHSM__BLOCK_WORDS && (best < 0 || l->used[i] > l->used[best])) best = i;
+        if (l->used[i] && l->used[i] + words <= COHSM__BLOCK_WORDS && (best < 0 || l->used[i] > l->used[best]))
+            best = i;
     }
     if (best >= 0) return best;
     for (i = 1; i < COHSM__OPEN_LINES; i++)         /* an unused place, else the fullest line gives way */
@@ -3168,8 +3185,8 @@ static int cohsm__open_line(cohsm__layout *l, uint32_t words)
     return oldest;
 }
 
-static void cohsm__lay_list(cohsm__layout *l, uint32_t *lookup, uint32_t count, const uint32_t *firsts, uint32_t firsts_at,
-                            const uint32_t *full, const uint32_t *tail)
+static void cohsm__lay_list(cohsm__layout *l, uint32_t *lookup, uint32_t count, const uint32_t *firsts,
+                            uint32_t firsts_at, const uint32_t *full, const uint32_t *tail)
 {
     uint32_t words = cohsm__block_words(tail), b, *directory;
     int open = cohsm__open_line(l, words);
@@ -3244,14 +3261,15 @@ struct cohsm_builder {
     int               finished;         /* or failed: it can only be destroyed */
 };
 
-/* Grid value i stands for the depth floor(i 65535 / grid): the least i whose depth is at least d, and the greatest whose
-   depth is at most d. */
+/* Grid value i stands for the depth floor(i 65535 / grid): the least i whose depth is at least d, and the greatest
+   whose depth is at most d. */
 static uint32_t cohsm__grid_above(uint32_t d, uint32_t grid) { return (d * grid + 65534u) / 65535u; }
 static uint32_t cohsm__grid_below(uint32_t d, uint32_t grid) { return ((d + 1u) * grid - 1u) / 65535u; }
 
-/* flag 0: the depth is on the grid. Right before the second layer it would let that layer be lit under a bias of one pixel,
-   so it stays two pixels away from it where more than four are left for the first. */
-static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel, uint32_t flag, uint32_t lo, uint32_t hi)
+/* flag 0: the depth is on the grid. Right before the second layer it would let that layer be lit under a bias of one
+   pixel, so it stays two pixels away from it where more than four are left for the first. */
+static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel, uint32_t flag, uint32_t lo,
+                                 uint32_t hi)
 {
     cohsm__record *c = &r->last->records[r->last->count++];
     uint32_t far = b->head.positional ? 4u * hi / b->head.map_size + 1u : b->grid.margin;
@@ -3293,7 +3311,8 @@ static int cohsm__interval(const cohsm_builder *b, const uint16_t *z, uint32_t *
     }
     if (b->desc.layers == COHSM_LAYERS_Z1Z2) {
         upper = z2;
-        if (z2 == COHSM__INFINITE) upper = z[0] + 1u + (uint32_t)(b->head.positional ? b->thickness * (float)z[0] : b->thickness);
+        if (z2 == COHSM__INFINITE)
+            upper = z[0] + 1u + (uint32_t)(b->head.positional ? b->thickness * (float)z[0] : b->thickness);
     } else if (z[2] != COHSM__INFINITE) upper = z[2];
     else if (b->desc.layers == COHSM_LAYERS_Z1Z3_FAR) return 0;
     else upper = cohsm__max_u32(z[3], z2 == COHSM__INFINITE ? z[0] : z2) + 1u;
@@ -3345,7 +3364,8 @@ static void cohsm__compress_task(void *context, size_t index)
     for (; r->next_view < b->batch_count; r->next_view++) {
         r->starved = !cohsm__page_ready(b, r);
         if (r->starved) return;
-        cohsm__compress_view(b, r, b->batch + (size_t)r->next_view * b->batch_size + (size_t)b->desc.pixel_begin * b->keep,
+        cohsm__compress_view(b, r,
+                             b->batch + (size_t)r->next_view * b->batch_size + (size_t)b->desc.pixel_begin * b->keep,
                              b->batch_begin + r->next_view - chunk_begin);
     }
 }
@@ -3817,7 +3837,8 @@ static void cohsm__view_matrix(const cohsm__header *h, const cohsm__camera *cam,
     memset(m, 0, 16 * sizeof *m);
     m[15] = 1.0f;
     if (!cam->perspective) {
-        cohsm__put_row(m, 0, cohsm__v3_scale(cam->frame.right, scale), half - scale * cohsm__v3_dot(cam->frame.right, c));
+        cohsm__put_row(m, 0, cohsm__v3_scale(cam->frame.right, scale),
+                       half - scale * cohsm__v3_dot(cam->frame.right, c));
         cohsm__put_row(m, 1, cohsm__v3_scale(cam->frame.up, scale), half - scale * cohsm__v3_dot(cam->frame.up, c));
         cohsm__put_row(m, 2, cohsm__v3_scale(cam->frame.back, -0.5f / h->radius),
                        0.5f + 0.5f / h->radius * cohsm__v3_dot(cam->frame.back, c));
@@ -3881,7 +3902,8 @@ static void cohsm__take_layers(const cohsm_builder *b, uint16_t *z, const float 
     for (p = 0; p < b->range_pixels; p++) {
         pixel = b->desc.pixel_begin + p;
         for (i = 0; i < (b->keep == 4 ? 3u : 2u); i++)
-            z[pixel * b->keep + i] = layer[i][pixel] <= 1.0f ? cohsm__depth16(layer[i][pixel]) : (uint16_t)COHSM__INFINITE;
+            z[pixel * b->keep + i] =
+                layer[i][pixel] <= 1.0f ? cohsm__depth16(layer[i][pixel]) : (uint16_t)COHSM__INFINITE;
         if (b->keep == 4) z[pixel * b->keep + 3] = cohsm__leave_depth(&cam, b->head.map_size, pixel);
     }
 }
@@ -4286,7 +4308,8 @@ static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32
     d.pixel_begin = d.pixel_end = 0;
     result = cohsm_build(&d, mesh, &maps, NULL);
     if (result != COHSM_OK) return result;
-    *per_pixel = (double)(maps->head.lookup_words + maps->head.directory_words + maps->head.line_words) * 4.0 / (64 * 64);
+    *per_pixel =
+        (double)(maps->head.lookup_words + maps->head.directory_words + maps->head.line_words) * 4.0 / (64 * 64);
     cohsm_free(maps);
     return COHSM_OK;
 }
@@ -4518,8 +4541,8 @@ static int cohsm__floor(float x)
     return (float)i > x ? i - 1 : i;
 }
 
-/* Brings a cell one step outside back: around the seam, over a pole, across the edge of the octahedral square, or to the
-   border. */
+/* Brings a cell one step outside back: around the seam, over a pole, across the edge of the octahedral square, or to
+   the border. */
 static void cohsm__wrap(const cohsm_maps *m, int *c)
 {
     int n0 = (int)m->head.side[0], n1 = (int)m->head.side[1], i;
@@ -4820,7 +4843,8 @@ static void cohsm__step_see(cohsm__step *s, cohsm__tile *t, size_t first)
     const cohsm_maps *m = t->maps;
     const float *px = t->point[0] + first, *py = t->point[1] + first, *pz = t->point[2] + first;
     float top = (float)m->head.map_size, half = 0.5f * top, bias = t->query->bias / top, x, y, d;
-    int32_t side = (int32_t)m->head.map_size, begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range, in, p;
+    int32_t side = (int32_t)m->head.map_size, begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range;
+    int32_t in, p;
     int k;
 
     for (k = 0; k < COHSM__STEP; k++) {
@@ -4981,8 +5005,8 @@ static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
     return enter <= leave;
 }
 
-/* One direction for all points: one frame, and neighbours share pixels, so decoded depths are kept by the low bits of x and
-   y. Returns the place of the map. */
+/* One direction for all points: one frame, and neighbours share pixels, so decoded depths are kept by the low bits of x
+   and y. Returns the place of the map. */
 static inline uint32_t cohsm__see_all(cohsm__tile *t)
 {
     const cohsm_maps *m = t->maps;
@@ -5046,7 +5070,8 @@ COHSM__TARGET_AVX2 COHSM__FLATTEN static void cohsm__address_avx2(cohsm__tile *t
 typedef struct cohsm__found { const uint32_t *at; uint32_t view, sample; } cohsm__found;
 
 /* How many of the directory's first views, from number 32 turn, are at most the view. */
-COHSM__TARGET_AVX2 static inline uint32_t cohsm__begun32(const uint32_t *directory, uint32_t rest, uint32_t turn, __m256i view)
+COHSM__TARGET_AVX2 static inline uint32_t cohsm__begun32(const uint32_t *directory, uint32_t rest, uint32_t turn,
+                                                         __m256i view)
 {
     __m256i number = _mm256_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     __m256i end = _mm256_set1_epi16((short)(rest - 32u * turn < 32u ? rest - 32u * turn : 32u));
@@ -5187,7 +5212,7 @@ COHSM__TARGET_AVX2 static cohsm__vec cohsm__load8(const float *p)
     __m256 c = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p + 8)), _mm_loadu_ps(p + 20), 1);
     __m256 ab = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 2, 1)), bc = _mm256_shuffle_ps(b, c, _MM_SHUFFLE(2, 1, 3, 2));
     cohsm__vec r;
-    r.x = _mm256_shuffle_ps(a, bc, _MM_SHUFFLE(2, 0, 3, 0));      /* a = x y z x, b = y z x y, c = z x y z of each half */
+    r.x = _mm256_shuffle_ps(a, bc, _MM_SHUFFLE(2, 0, 3, 0)); /* a = x y z x, b = y z x y, c = z x y z of each half */
     r.y = _mm256_shuffle_ps(ab, bc, _MM_SHUFFLE(3, 1, 2, 0));
     r.z = _mm256_shuffle_ps(ab, c, _MM_SHUFFLE(3, 0, 3, 1));
     return r;
@@ -5378,7 +5403,8 @@ static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
 
 static cohsm_result cohsm__check_query(const cohsm_maps *m, const cohsm_query *q)
 {
-    if (!q->points || !q->lights || (unsigned)q->light > COHSM_LIGHT_INDEX || (unsigned)q->filter > COHSM_FILTER_ROULETTE)
+    if (!q->points || !q->lights || (unsigned)q->light > COHSM_LIGHT_INDEX ||
+        (unsigned)q->filter > COHSM_FILTER_ROULETTE)
         return COHSM_ERR_ARGUMENT;
     if (!cohsm__finite(q->bias) || q->bias < 0.0f) return COHSM_ERR_ARGUMENT;
     if ((q->point_stride && q->point_stride < 12) || q->point_stride % 4 || q->light_stride % 4 ||
@@ -5495,7 +5521,8 @@ typedef struct cohsm__check {
 /* The stored depth, and the first view after its segment. */
 static uint32_t cohsm__segment_depth(const cohsm_maps *m, uint32_t pixel, uint32_t view, uint32_t *end)
 {
-    uint32_t begin = view & ~(COHSM__CHUNK - 1u), entry = m->lookup[(size_t)(view >> COHSM__CHUNK_BITS) * m->range + pixel];
+    uint32_t begin = view & ~(COHSM__CHUNK - 1u),
+             entry = m->lookup[(size_t)(view >> COHSM__CHUNK_BITS) * m->range + pixel];
     uint32_t b = 0, count, n, j, k, at, bucket;
     const uint32_t *directory = m->directories + entry, *block;
     uint64_t marks;
@@ -5766,7 +5793,8 @@ static int cohsm__header_sound(const cohsm__header *h)
     return 1;
 }
 
-/* One block within the words that are left of its line: its parts lie inside it, its segments rise and stay below end. */
+/* One block within the words that are left of its line: its parts lie inside it, its segments rise and stay below end.
+ */
 static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t views)
 {
     uint32_t n, exact = 0, j, at, bucket = 0, low, offset, previous = 0, size, code;

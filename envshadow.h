@@ -461,8 +461,8 @@ ENVSH_DEF uint32_t envsh_cluster_size(const envsh_cost *cost, uint32_t light_cou
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
 /* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
-   stay within tolerance but not equal to the bit. */
+   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
+   the pragma: results then stay within tolerance but not equal to the bit. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(__TINYC__)
@@ -814,8 +814,8 @@ static inline float envsh__asin_core(float x, float z)
                         z * 0.04221856856f))));
 }
 
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart, since
-   C compilers do not vectorise that one: acos(x) = envsh__acos_rooted(x, sqrtf(envsh__acos_square(x))). */
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart,
+   since C compilers do not vectorise that one: acos(x) = envsh__acos_rooted(x, sqrtf(envsh__acos_square(x))). */
 static inline float envsh__acos_square(float x)
 {
     float a = fabsf(x);
@@ -848,7 +848,8 @@ static inline float envsh__asin(float x)
 /* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
 static inline float envsh__atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), hi = envsh__either(ax > ay, ax, ay), lo = envsh__either(ax > ay, ay, ax), a, t, z, p;
+    float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
+    float hi = envsh__either(ax > ay, ax, ay), lo = envsh__either(ax > ay, ay, ax);
     int big;
     a = envsh__either((lo == hi) & (hi > 0.0f), 1.0f, lo / envsh__either(hi > 0.0f, hi, 1.0f));
     big = a > 0.414213562f;

@@ -556,8 +556,8 @@ SFIELD_DEF sfield_result sfield_spread(size_t count, const uint32_t *sources, co
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
 /* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
-   stay within tolerance but not equal to the bit. */
+   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
+   the pragma: results then stay within tolerance but not equal to the bit. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(__TINYC__)
@@ -986,8 +986,8 @@ static inline float sfield__asin_core(float x, float z)
                         z * 0.04221856856f))));
 }
 
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart, since
-   C compilers do not vectorise that one: acos(x) = sfield__acos_rooted(x, sqrtf(sfield__acos_square(x))). */
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart,
+   since C compilers do not vectorise that one: acos(x) = sfield__acos_rooted(x, sqrtf(sfield__acos_square(x))). */
 static inline float sfield__acos_square(float x)
 {
     float a = fabsf(x);
@@ -1020,7 +1020,8 @@ static inline float sfield__asin(float x)
 /* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
 static inline float sfield__atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), hi = sfield__either(ax > ay, ax, ay), lo = sfield__either(ax > ay, ay, ax), a, t, z, p;
+    float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
+    float hi = sfield__either(ax > ay, ax, ay), lo = sfield__either(ax > ay, ay, ax);
     int big;
     a = sfield__either((lo == hi) & (hi > 0.0f), 1.0f, lo / sfield__either(hi > 0.0f, hi, 1.0f));
     big = a > 0.414213562f;
@@ -1097,8 +1098,8 @@ static inline float sfield__pow(float x, float y)
 
 /* unit cpu: run-time detection of x86 vector units */
 
-/* SFIELD__X86 is 1 where functions with target attributes can be compiled and chosen at run time. SFIELD__NO_SIMD, defined
-   by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs none. */
+/* SFIELD__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
+   SFIELD__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs none. */
 #if !defined(SFIELD__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define SFIELD__X86 1
 #define SFIELD__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))

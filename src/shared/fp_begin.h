@@ -1,8 +1,8 @@
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
 /* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
-   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over the pragma: results then
-   stay within tolerance but not equal to the bit. */
+   clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
+   the pragma: results then stay within tolerance but not equal to the bit. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(__TINYC__)

@@ -76,8 +76,8 @@ static inline float P_asin_core(float x, float z)
                         z * 0.04221856856f))));
 }
 
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart, since
-   C compilers do not vectorise that one: acos(x) = P_acos_rooted(x, sqrtf(P_acos_square(x))). */
+/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart,
+   since C compilers do not vectorise that one: acos(x) = P_acos_rooted(x, sqrtf(P_acos_square(x))). */
 static inline float P_acos_square(float x)
 {
     float a = fabsf(x);
@@ -110,7 +110,8 @@ static inline float P_asin(float x)
 /* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
 static inline float P_atan2(float y, float x)
 {
-    float ax = fabsf(x), ay = fabsf(y), hi = P_either(ax > ay, ax, ay), lo = P_either(ax > ay, ay, ax), a, t, z, p;
+    float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
+    float hi = P_either(ax > ay, ax, ay), lo = P_either(ax > ay, ay, ax);
     int big;
     a = P_either((lo == hi) & (hi > 0.0f), 1.0f, lo / P_either(hi > 0.0f, hi, 1.0f));
     big = a > 0.414213562f;
