@@ -84,6 +84,123 @@ static void errors_name_file_and_line(void **state)
     assert_int_equal(glbk_program_create(&t->gl, NULL, NULL, &p), GLBK_ERR_ARGUMENT);
 }
 
+/* Every embedded file is found by its name, and only whole names are. */
+static void files_are_found(void **state)
+{
+    uint32_t count, i;
+    const glbk_file *files = glbk_files(&count);
+    (void)state;
+    assert_true(count > 40 && glbk_files(NULL) == files);
+    for (i = 0; i < count; i++) assert_ptr_equal(glbk_find_file(files[i].name), &files[i]);
+    assert_null(glbk_find_file(NULL));
+    assert_null(glbk_find_file(""));
+    assert_null(glbk_find_file("lib/"));
+    assert_null(glbk_find_file("table"));
+    assert_null(glbk_find_file("lib/table.glsl "));
+    assert_null(glbk_find_file("lib/table.gls"));
+    assert_null(glbk_find_file("Lib/table.glsl"));
+}
+
+static void written_glsl_is_whole(void **state)
+{
+    static const char *const versions[GLBK_DIALECT_COUNT] = { "#version 330 core\n", "#version 300 es\n",
+                                                              "#version 430 core\n" };
+    enum { ROOM = 1 << 16 };
+    static char text[ROOM], cut[ROOM];
+    const char *defines = "FILTER=1 FAST SCALE=-2.5", *mine = "void mine() { }\n";
+    size_t size = 0, i;
+    int d, bits;
+    (void)state;
+    for (d = 0; d < GLBK_DIALECT_COUNT; d++)
+        for (bits = 0; bits < 2; bits++) {
+            glbk_dialect dialect = (glbk_dialect)d;
+            const char *prelude, *table;
+            size = glbk_write_glsl(dialect, bits, "table", defines, "copy.frag", mine, NULL, 0);
+            assert_int_equal(size, 0);              /* a bare name of a program is none of a file */
+            size = glbk_write_glsl(dialect, bits, "table", defines, "prog/copy.frag", mine, NULL, 0);
+            assert_in_range(size, 500, ROOM);
+            memset(text, '#', sizeof text);
+            assert_int_equal(glbk_write_glsl(dialect, bits, "table", defines, "prog/copy.frag", mine, text, ROOM), size);
+            assert_int_equal(strlen(text), size - 1);
+            assert_int_equal(text[size], '#');
+            assert_memory_equal(text, versions[d], strlen(versions[d]));
+            assert_non_null(strstr(text, bits ? "#define GLBK_FLOAT_BITS 1\n" : "#define GLBK_FLOAT_BITS 0\n"));
+            assert_non_null(strstr(text, "#define FILTER 1\n#define FAST 1\n#define SCALE -2.5\n"));
+            /* the prelude, what was asked for, the program, what came as text */
+            prelude = strstr(text, "#line 1001 1\n");
+            table = strstr(text, "glbk_table_at");
+            assert_true(prelude && table && prelude < table && table < strstr(text, "void main()"));
+            assert_string_equal(text + size - 1 - strlen(mine), mine);
+        }
+    for (i = 0; i <= size; i += i < 40 || i + 3 > size ? 1 : 37) {      /* cut to any size, and ended there */
+        memset(cut, '#', sizeof cut);
+        assert_int_equal(glbk_write_glsl(GLBK_GLSL_430, 1, "table", defines, "prog/copy.frag", mine, cut, i), size);
+        if (i) assert_int_equal(strlen(cut), i - 1);
+        if (i) assert_memory_equal(cut, text, i - 1);
+        assert_int_equal(cut[i], '#');
+    }
+    assert_int_equal(glbk_write_glsl(GLBK_GLSL_330, 0, "no_such", NULL, NULL, NULL, text, ROOM), 0);
+    assert_int_equal(glbk_write_glsl(GLBK_GLSL_330, 0, NULL, NULL, "prog/no_such.frag", NULL, text, ROOM), 0);
+    assert_int_equal(glbk_write_glsl(GLBK_GLSL_330, 0, NULL, "1BAD", NULL, NULL, text, ROOM), 0);
+    assert_int_equal(glbk_write_glsl(GLBK_GLSL_330, 0, NULL, "A=1;", NULL, NULL, text, ROOM), 0);
+    assert_int_equal(glbk_write_glsl(GLBK_GLSL_330, 0, NULL, "A\n#error", NULL, NULL, text, ROOM), 0);
+    assert_int_equal(glbk_write_glsl(GLBK_DIALECT_COUNT, 0, NULL, NULL, NULL, NULL, text, ROOM), 0);
+    assert_int_equal(glbk_write_glsl(GLBK_GLSL_330, 0, NULL, NULL, NULL, NULL, NULL, ROOM), 0);
+    assert_true(glbk_write_glsl(GLBK_GLSL_330, 0, NULL, NULL, NULL, NULL, text, ROOM) > 1);    /* the prelude alone */
+}
+
+/* What a renderer with a loader of its own does: its own shader objects from the text, our slots. */
+static void written_glsl_runs(void **state)
+{
+    GL_TEST(t, state)
+    static char text[2][1 << 15];
+    static const char vertex[] = "void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, "
+                                 "gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }\n";
+    static const uint32_t types[2] = { GLBK__VERTEX, GLBK__FRAGMENT };
+    const glbk_functions *gl = &t->gl.gl;
+    glbk_dialect dialect = t->gl.es ? GLBK_GLSL_300_ES : GLBK_GLSL_330;
+    float in[4] = { 0.5f, -3, 1e20f, 7 }, out[4];
+    uint32_t program = gl->CreateProgram(), shaders[2], i;
+    glbk_texture_desc d = { 0 };
+    glbk_texture source;
+    glbk_pass pass = { 0 };
+    gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_COLOR, 1, 1, 0);
+    int bits = !t->gl.float_targets;
+
+    assert_in_range(glbk_write_glsl(dialect, bits, NULL, NULL, NULL, vertex, text[0], sizeof text[0]), 1, sizeof text[0]);
+    assert_in_range(glbk_write_glsl(dialect, bits, NULL, NULL, "prog/copy.frag", NULL, text[1], sizeof text[1]), 1,
+                    sizeof text[1]);
+    for (i = 0; i < 2; i++) {
+        const char *lines = text[i];
+        int32_t ok = 0;
+        shaders[i] = gl->CreateShader(types[i]);
+        gl->ShaderSource(shaders[i], 1, &lines, NULL);
+        gl->CompileShader(shaders[i]);
+        gl->GetShaderiv(shaders[i], 0x8B81, &ok);
+        assert_true(ok);
+        gl->AttachShader(program, shaders[i]);
+        gl->DeleteShader(shaders[i]);
+    }
+    gl->LinkProgram(program);
+    gl->UseProgram(program);
+    glbk_set_slots(&t->gl, program);
+    d.format = GLBK_FORMAT_COLOR;
+    d.width = d.height = 1;
+    d.data = in;
+    assert_glbk(t, glbk_texture_create(&t->gl, &d, &source));
+    pass.target = &c.target;
+    assert_glbk(t, glbk_begin(&t->gl, &pass, NULL));
+    gl->UseProgram(program);
+    glbk_bind_texture(&t->gl, GLBK_SLOT_glbk_source, &source);
+    glbk_draw_screen(&t->gl);
+    assert_glbk(t, glbk_target_read(&t->gl, &c.target, 0, 0, 0, 1, 1, out));
+    assert_memory_equal(in, out, sizeof in);
+    gl->UseProgram(0);
+    gl->DeleteProgram(program);
+    glbk_texture_destroy(&t->gl, &source);
+    gl_canvas_free(t, &c);
+}
+
 static void transform_feedback_writes(void **state)
 {
     GL_TEST(t, state)
@@ -646,6 +763,8 @@ static void bad_arguments(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
+        cmocka_unit_test(files_are_found),      cmocka_unit_test(written_glsl_is_whole),
+        gl_unit_test(written_glsl_runs),
         gl_unit_test(every_program_links),      gl_unit_test(errors_name_file_and_line),
         gl_unit_test(transform_feedback_writes), gl_unit_test(compute_runs),
         gl_unit_test(copies_floats),            gl_unit_test(slots_can_be_moved),
