@@ -216,45 +216,65 @@ static void close_rig(gl_test *t, rig *r)
     glbk_csm_maps_destroy(&t->gl, &r->maps);
 }
 
-static void shade_by_gl(gl_test *t, rig *r, const cohsm_emitter_desc *light, cohsm_sampling sampling, uint32_t frame,
-                        const float *patterns)
+static glbk_csm_lights lights_of(gl_test *t, const glbk_csm_light_desc *descs, uint32_t count, const float *patterns,
+                                 uint32_t *starts)
 {
-    glbk_csm_light_desc desc = describe_gl(light);
     glbk_csm_lobe table[2];
     glbk_csm_lights_desc all;
     glbk_csm_lights lights;
-    glbk_csm_use use;
-    glbk_csm_frame_desc f;
-    uint32_t start;
     int i;
 
     memset(&all, 0, sizeof all);
-    memset(&use, 0, sizeof use);
-    memset(&f, 0, sizeof f);
     for (i = 0; i < 2; i++) {
         memcpy(table[i].axis, lobes[i].axis, 12);
         table[i].exponent = lobes[i].exponent;
         memcpy(table[i].scale, lobes[i].scale, 12);
     }
-    all.lights = &desc;
-    all.light_count = 1;
+    all.lights = descs;
+    all.light_count = count;
     all.lobes = table;
     all.lobe_count = 2;
     all.patterns = patterns;
     all.pattern_length = patterns ? SAMPLES : 0;
-    assert_glbk(t, glbk_csm_lights_create(&t->gl, &all, &start, &lights));
+    assert_glbk(t, glbk_csm_lights_create(&t->gl, &all, starts, &lights));
+    return lights;
+}
+
+static glbk_csm_use use_of(const rig *r, uint32_t start, glbk_csm_shape shape)
+{
+    glbk_csm_use use;
+    memset(&use, 0, sizeof use);
     use.start = start;
-    use.shape = desc.shape;
+    use.shape = shape;
     use.maps = &r->maps;
     use.samples = SAMPLES;
     use.seed = 21;
-    f.lights = &lights;
-    f.uses = &use;
+    return use;
+}
+
+static glbk_csm_frame_desc frame_of(const glbk_csm_lights *lights, const glbk_csm_use *use)
+{
+    glbk_csm_frame_desc f;
+    memset(&f, 0, sizeof f);
+    f.lights = lights;
+    f.uses = use;
     f.use_count = 1;
     memcpy(f.eye, eye, sizeof eye);
+    f.number = 5;
+    f.samples_per_pass = 20;                /* more than one pass, the last one shorter */
+    return f;
+}
+
+static void shade_by_gl(gl_test *t, rig *r, const cohsm_emitter_desc *light, cohsm_sampling sampling, uint32_t frame,
+                        const float *patterns)
+{
+    glbk_csm_light_desc desc = describe_gl(light);
+    uint32_t start;
+    glbk_csm_lights lights = lights_of(t, &desc, 1, patterns, &start);
+    glbk_csm_use use = use_of(r, start, desc.shape);
+    glbk_csm_frame_desc f = frame_of(&lights, &use);
     f.sampling = (glbk_csm_sampling)sampling;
     f.number = frame;
-    f.samples_per_pass = 20;                /* more than one pass, the last one shorter */
     assert_glbk(t, glbk_csm_render(&t->gl, &r->renderer, &f));
     assert_glbk(t, glbk_csm_read(&t->gl, &r->renderer, picture[0]));
     glbk_csm_lights_destroy(&t->gl, &lights);
@@ -341,9 +361,242 @@ static void frames_and_patterns_agree(void **state)
     free(patterns);
 }
 
+/* ---- tables of lights ---- */
+
+static const cohsm_shape every_shape[] = { COHSM_SHAPE_ENVIRONMENT, COHSM_SHAPE_SUN, COHSM_SHAPE_POINT, COHSM_SHAPE_SPOT,
+                                           COHSM_SHAPE_LINE, COHSM_SHAPE_RECTANGLE, COHSM_SHAPE_DISC, COHSM_SHAPE_SPHERE,
+                                           COHSM_SHAPE_CALLBACK };
+enum { SHAPES = 9, HEAD = 10, CELLS = 16 * 8 };
+
+static float word(const uint32_t *words, int texel, int component)
+{
+    float f;
+    memcpy(&f, words + 4 * texel + component, 4);
+    return f;
+}
+
+/* docs/gpu-layouts.md: ten texels, then 2 w h + h of L, or three a triangle; the area is in 5.w. */
+static void lights_take_their_texels(void **state)
+{
+    static const size_t plain[SHAPES] = { HEAD + 3, HEAD, HEAD, HEAD, HEAD, HEAD, HEAD, HEAD, HEAD + 6 };
+    static const size_t textured[SHAPES] = { HEAD + 2 * CELLS + 8, HEAD, HEAD, HEAD, HEAD + 2 * 16 + 1, HEAD + 2 * CELLS + 8,
+                                             HEAD + 2 * CELLS + 8, HEAD + 2 * CELLS + 8, HEAD + 6 };
+    /* |u x v| = |(0.9, 0, 0.3) x (-0.2, 0, 0.6)|; the triangles: 3.5 / 2 and sqrt(4.8) / 2 */
+    static const double areas[SHAPES] = { 1, 1, 1, 1, 1, 0.6, 3.14159265358979 * 0.25, 3.14159265358979, 1.75 + 1.0954451 };
+    static uint32_t words[4 * (HEAD + 2 * CELLS + 8) + 4];
+    int i, t;
+    (void)state;
+    for (i = 0; i < SHAPES; i++)
+        for (t = 0; t < 2; t++) {
+            cohsm_emitter_desc d = describe(every_shape[i], t);
+            glbk_csm_light_desc g = describe_gl(&d);
+            size_t count = glbk_csm_light_texels(&g), k, same = 0;
+            assert_int_equal(count, (t ? textured : plain)[i]);
+            memset(words, 0xa5, sizeof words);
+            assert_int_equal(glbk_csm_light_write(&g, words), GLBK_OK);
+            for (k = 0; k < 4 * count; k++) same += words[k] == 0xa5a5a5a5u;
+            assert_int_equal(same, 0);                          /* all of them, and no more */
+            assert_true(words[4 * count] == 0xa5a5a5a5u);
+            assert_int_equal(words[0], g.shape);
+            assert_int_equal(words[1], d.texels ? 16 : 1);
+            assert_int_equal(words[4], HEAD);
+            assert_true(word(words, 2, 1) == g.position[1] && word(words, 6, 2) == g.radiance[2]);
+            if (!(fabs((double)word(words, 5, 3) / areas[i] - 1) < 1e-6))
+                fail_msg("shape %d: area %.9g", i, (double)word(words, 5, 3));
+            if (d.texels) {     /* sums of the last row run from 0 to 1; the texel that is negative is black */
+                int row = HEAD + (int)(d.width * d.height + d.height + d.width * (d.height - 1));
+                assert_true(word(words, row, 0) == 0 && word(words, row + 15, 1) == 1);
+                for (k = 1; k < 16; k++) assert_true(word(words, row + (int)k, 0) == word(words, row + (int)k - 1, 1));
+                assert_true(d.height == 1 || word(words, HEAD + 16, 2) == 0);
+                assert_true(word(words, HEAD, 0) == texels[0]);
+            }
+        }
+}
+
+static void bad_lights_are_refused(void **state)
+{
+    static uint32_t words[4 * (HEAD + 6)];
+    static const float flat[9] = { 0 };
+    int i, way;
+    (void)state;
+    assert_int_equal(glbk_csm_light_texels(NULL), 0);
+    assert_int_equal(glbk_csm_light_write(NULL, words), GLBK_ERR_ARGUMENT);
+    for (i = 0; i < SHAPES; i++)
+        for (way = 0; way < 16; way++) {
+            cohsm_emitter_desc d = describe(every_shape[i], 0);
+            glbk_csm_light_desc g = describe_gl(&d);
+            cohsm_shape s = every_shape[i];
+            int refused = 1;
+            if (way == 0) g.shape = GLBK_CSM_SHAPE_COUNT;
+            if (way == 1) g.radiance[1] = -1;
+            if (way == 2) g.radiance[2] = (float)NAN;
+            if (way == 3) g.position[0] = 1e30f;
+            if (way == 4) g.rotation = (float)INFINITY;
+            if (way == 5) g.cosine_power = -1;
+            if (way == 6) g.width = 4;                          /* without texels */
+            if (way == 7) g.texels = texels;                    /* without a size */
+            if (way == 8) g.texels = texels, g.width = 2, g.height = 65537;
+            if (way == 9) g.texels = texels, g.width = g.height = 65536;        /* not read: too many */
+            if (way == 10) g.direction[0] = 0, refused = s == COHSM_SHAPE_SUN || s == COHSM_SHAPE_SPOT || s == COHSM_SHAPE_DISC;
+            if (way == 11) g.radius = 0, refused = s == COHSM_SHAPE_LINE || s == COHSM_SHAPE_DISC || s == COHSM_SHAPE_SPHERE;
+            if (way == 12) g.cone_angle = 0, refused = s == COHSM_SHAPE_SPOT;
+            if (way == 13) memset(g.u, 0, 12), refused = s == COHSM_SHAPE_LINE || s == COHSM_SHAPE_RECTANGLE;
+            if (way == 14) g.triangles = NULL, refused = s == COHSM_SHAPE_CALLBACK;
+            if (way == 15) g.cosine_power = 2, refused = s == COHSM_SHAPE_ENVIRONMENT;
+            if ((glbk_csm_light_texels(&g) == 0) != refused) fail_msg("shape %d, way %d", i, way);
+            if (refused) assert_int_equal(glbk_csm_light_write(&g, words), GLBK_ERR_ARGUMENT);
+            if (!refused) assert_int_equal(glbk_csm_light_write(&g, NULL), GLBK_ERR_ARGUMENT);
+            if (!refused && s == COHSM_SHAPE_CALLBACK) {        /* a mesh without area has texels, but no light */
+                g.triangles = flat;
+                g.triangle_count = 1;
+                assert_int_equal(glbk_csm_light_write(&g, words), GLBK_ERR_ARGUMENT);
+            }
+        }
+}
+
+static void render_one(gl_test *t, rig *r, const glbk_csm_lights *lights, uint32_t start, glbk_csm_shape shape, float *out)
+{
+    glbk_csm_use use = use_of(r, start, shape);
+    glbk_csm_frame_desc f = frame_of(lights, &use);
+    glbk_csm_reset(&r->renderer);
+    assert_glbk(t, glbk_csm_render(&t->gl, &r->renderer, &f));
+    assert_glbk(t, glbk_csm_read(&t->gl, &r->renderer, out));
+}
+
+/* A light that changed gives the picture of a table made anew, bit by bit; its neighbours stay. */
+static void updated_lights_are_new_lights(void **state)
+{
+    GL_TEST(t, state)
+    static float fresh[POINTS][4], kept[POINTS][4];
+    static const float flat[9] = { 0 };
+    cohsm_shape shape = gl_this_way()->bit == GL_CORE33 ? COHSM_SHAPE_RECTANGLE : gl_this_way()->bit == GL_CORE45 ?
+                        COHSM_SHAPE_SPHERE : COHSM_SHAPE_POINT;      /* compiled there anyway */
+    cohsm_emitter_desc d = describe(shape, 1);
+    glbk_csm_light_desc three[3], changed, bad;
+    float other[16 * 8 * 3];
+    uint32_t starts[3], i;
+    glbk_csm_lights lights, anew;
+    rig r;
+    make_points();
+    open_rig(t, 0, &r);
+    for (i = 0; i < 3; i++) {
+        three[i] = describe_gl(&d);
+        three[i].position[0] += 0.3f * (float)i;
+    }
+    changed = three[1];
+    changed.position[1] = 1.7f;
+    changed.radiance[0] = 5;
+    changed.radius = 0.3f;
+    if (changed.texels) {
+        for (i = 0; i < 16 * 8 * 3; i++) other[i] = (float)(i % 5);
+        changed.texels = other;
+    }
+    lights = lights_of(t, three, 3, NULL, starts);
+    render_one(t, &r, &lights, starts[1], three[1].shape, fresh[0]);
+    render_one(t, &r, &lights, starts[2], three[2].shape, kept[0]);
+    assert_glbk(t, glbk_csm_lights_update(&t->gl, &lights, starts[1], &changed));
+    render_one(t, &r, &lights, starts[1], changed.shape, picture[0]);
+    assert_memory_not_equal(fresh, picture, sizeof picture);
+    three[1] = changed;
+    anew = lights_of(t, three, 3, NULL, starts);
+    render_one(t, &r, &anew, starts[1], changed.shape, fresh[0]);
+    assert_memory_equal(fresh, picture, sizeof picture);
+    for (i = 0; i < 2; i++) {           /* now with refusals between: nothing changes */
+        render_one(t, &r, &lights, starts[2], three[2].shape, picture[0]);
+        assert_memory_equal(kept, picture, sizeof picture);
+        bad = changed;
+        assert_int_equal(glbk_csm_lights_update(NULL, &lights, starts[1], &bad), GLBK_ERR_ARGUMENT);
+        assert_int_equal(glbk_csm_lights_update(&t->gl, NULL, starts[1], &bad), GLBK_ERR_ARGUMENT);
+        assert_int_equal(glbk_csm_lights_update(&t->gl, &lights, starts[1], NULL), GLBK_ERR_ARGUMENT);
+        assert_int_equal(glbk_csm_lights_update(&t->gl, &lights, 3, &bad), GLBK_ERR_ARGUMENT);   /* a lobe's place */
+        assert_int_equal(glbk_csm_lights_update(&t->gl, &lights, starts[2] + 1, &bad), GLBK_ERR_ARGUMENT);   /* too long */
+        bad.radiance[0] = -1;
+        assert_int_equal(glbk_csm_lights_update(&t->gl, &lights, starts[1], &bad), GLBK_ERR_ARGUMENT);
+        bad = changed;
+        bad.shape = GLBK_CSM_SHAPE_MESH;
+        bad.texels = NULL;
+        bad.width = bad.height = 0;
+        bad.triangles = flat;
+        bad.triangle_count = 1;
+        assert_int_equal(glbk_csm_lights_update(&t->gl, &lights, starts[0], &bad), GLBK_ERR_ARGUMENT);
+    }
+    glbk_csm_lights_destroy(&t->gl, &lights);
+    assert_int_equal(glbk_csm_lights_update(&t->gl, &lights, starts[1], &changed), GLBK_ERR_ARGUMENT);
+    glbk_csm_lights_destroy(&t->gl, &anew);
+    close_rig(t, &r);
+}
+
+/* glbk_csm_prepare refuses what glbk_csm_render refuses, and compiles what it would; the picture stays the same. */
+static void prepared_frames_are_the_same(void **state)
+{
+    GL_TEST(t, state)
+    static float fresh[POINTS][4];
+    cohsm_emitter_desc d = describe(COHSM_SHAPE_POINT, 0);
+    glbk_csm_light_desc desc = describe_gl(&d);
+    uint32_t start;
+    glbk_csm_lights lights = lights_of(t, &desc, 1, NULL, &start), none;
+    rig r, other;
+    glbk_csm_use use;
+    glbk_csm_frame_desc f;
+    glbk_csm_renderer_desc own;
+    glbk_csm_renderer broken;
+    int way;
+    make_points();
+    open_rig(t, 0, &r);
+    memset(&none, 0, sizeof none);
+    for (way = 0; way < 9; way++) {
+        use = use_of(&r, start, desc.shape);
+        f = frame_of(&lights, &use);
+        if (way == 0) f.lights = &none;
+        if (way == 1) f.lights = NULL;
+        if (way == 2) f.uses = NULL;
+        if (way == 3) f.plane_count = GLBK_CSM_MAX_PLANES + 1;
+        if (way == 4) f.filter = GLBK_CSM_FILTER_COUNT;
+        if (way == 5) f.bias = (float)NAN;
+        if (way == 6) use.maps = NULL;
+        if (way == 7) use.samples = 65537;
+        if (way == 8) use.shape = GLBK_CSM_SHAPE_COUNT;
+        assert_int_equal(glbk_csm_prepare(&t->gl, &r.renderer, &f), GLBK_ERR_ARGUMENT);
+        assert_int_equal(glbk_csm_render(&t->gl, &r.renderer, &f), GLBK_ERR_ARGUMENT);
+        assert_int_equal(r.renderer.shade_count + r.renderer.frames, 0);
+    }
+    use = use_of(&r, start, desc.shape);
+    f = frame_of(&lights, &use);
+    assert_int_equal(glbk_csm_prepare(&t->gl, NULL, &f), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_csm_prepare(NULL, &r.renderer, &f), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_csm_prepare(&t->gl, &r.renderer, NULL), GLBK_ERR_ARGUMENT);
+
+    assert_glbk(t, glbk_csm_prepare(&t->gl, &r.renderer, &f));
+    assert_int_equal(r.renderer.shade_count, 1);
+    assert_int_equal(r.renderer.frames, 0);
+    assert_int_equal(glbk_csm_read(&t->gl, &r.renderer, picture[0]), GLBK_ERR_ARGUMENT);     /* nothing was drawn */
+    assert_glbk(t, glbk_csm_render(&t->gl, &r.renderer, &f));
+    assert_int_equal(r.renderer.shade_count, 1);                /* the program was there */
+    assert_glbk(t, glbk_csm_read(&t->gl, &r.renderer, picture[0]));
+    open_rig(t, 0, &other);
+    render_one(t, &other, &lights, start, desc.shape, fresh[0]);
+    assert_memory_equal(fresh, picture, sizeof picture);
+
+    memset(&own, 0, sizeof own);        /* a shader of one's own that does not compile */
+    own.width = own.height = SIDE;
+    own.fragment = "void main() { nonsense; }\n";
+    t->expected_errors = ~0u;
+    assert_glbk(t, glbk_csm_renderer_create(&t->gl, &own, &broken));
+    assert_int_equal(glbk_csm_prepare(&t->gl, &broken, &f), GLBK_ERR_COMPILE);
+    assert_int_equal(glbk_csm_render(&t->gl, &broken, &f), GLBK_ERR_COMPILE);
+    assert_int_equal(broken.shade_count, 0);
+    glbk_csm_renderer_destroy(&t->gl, &broken);
+    glbk_csm_lights_destroy(&t->gl, &lights);
+    close_rig(t, &r);
+    close_rig(t, &other);
+}
+
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(each_light_agrees), gl_unit_test(frames_and_patterns_agree) };
+    struct CMUnitTest tests[] = { gl_unit_test(each_light_agrees), gl_unit_test(frames_and_patterns_agree),
+                                  cmocka_unit_test(lights_take_their_texels), cmocka_unit_test(bad_lights_are_refused),
+                                  gl_unit_test(updated_lights_are_new_lights),
+                                  gl_unit_test(prepared_frames_are_the_same) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }
