@@ -152,13 +152,12 @@ static glbk_rsm_renderer renderer_of(gl_test *t)
     return r;
 }
 
-/* Relative RMSE of the picture that GL has against `expected`; it must not be dark. */
-static double error_of(gl_test *t, glbk_rsm_renderer *r, int bounced, double *worst)
+/* Relative RMSE of `answers` against `expected`, which must not be dark. */
+static double difference(double *worst)
 {
     double square = 0, sum = 0, off;
     size_t i, k;
     *worst = 0;
-    assert_glbk(t, glbk_rsm_read(&t->gl, r, bounced, answers));
     for (i = 0; i < PIXELS; i++)
         for (k = 0; k < 3; k++) {
             off = fabs((double)answers[4 * i + k] - (double)expected[3 * i + k]);
@@ -170,6 +169,13 @@ static double error_of(gl_test *t, glbk_rsm_renderer *r, int bounced, double *wo
     assert_true(sum > 1);
     *worst *= 3 * PIXELS / sum;
     return sqrt(square * 3 * PIXELS) / sum;
+}
+
+/* Of the picture that GL has. */
+static double error_of(gl_test *t, glbk_rsm_renderer *r, int bounced, double *worst)
+{
+    assert_glbk(t, glbk_rsm_read(&t->gl, r, bounced, answers));
+    return difference(worst);
 }
 
 /* ---- maps ---- */
@@ -424,6 +430,112 @@ static void gathered_light_agrees(void **state)
     w.points.occlusion = NULL;
 }
 
+/* ---- a program of one's own ---- */
+
+/* Asks at points of its own, which are in no G-buffer. WAY 0: direct light; 1: the list; 2: all that was gathered. */
+static const char own_main[] =
+    "uniform highp usampler2DArray mine;\n"
+    "layout(location = 0) out glbk_color result;\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n"
+    "    vec3 p = uintBitsToFloat(texelFetch(mine, ivec3(at, 0), 0).xyz);\n"
+    "    vec3 n = uintBitsToFloat(texelFetch(mine, ivec3(at, 1), 0).xyz);\n"
+    "    rsm_lamp l = rsm_bound();\n"
+    "#if WAY == 0\n"
+    "    vec3 light = rsm_direct(l, p, n, 3, 0.5, 1.0);\n"
+    "#elif WAY == 1\n"
+    "    vec3 light = rsm_gather_list(l, p, n, 0u, 96u, false, 0.0) / RSM_PI;\n"
+    "#else\n"
+    "    vec3 light = rsm_bounce(rsm_receiver(p, n, 1.0), at);\n"
+    "#endif\n"
+    "    result = glbk_pack(vec4(light, 1.0));\n"
+    "}\n";
+
+static void ask_own(gl_test *t, int way, const glbk_texture *mine, const glbk_rsm_renderer *r, const glbk_rsm_map *map)
+{
+    enum { UNIT = 15 };             /* behind those of the library */
+    static const char *const uses[3] = { "rsm_direct", "rsm_gather", "rsm_screen" };
+    char defines[] = "WAY=0";
+    gl_canvas canvas = gl_canvas_make(t, GLBK_FORMAT_COLOR, SIDE, SIDE, 0);
+    glbk_program program;
+    glbk_source source;
+    glbk_pass pass;
+    memset(&source, 0, sizeof source);
+    memset(&pass, 0, sizeof pass);
+    defines[4] = (char)('0' + way);
+    source.fragment = own_main;
+    source.uses = uses[way];
+    source.defines = defines;
+    assert_glbk(t, glbk_program_compile(&t->gl, &source, &program));
+    pass.target = &canvas.target;
+    assert_glbk(t, glbk_begin(&t->gl, &pass, &program));
+    t->gl.gl.Uniform1i(t->gl.gl.GetUniformLocation(program.name, "mine"), UNIT);
+    glbk_bind_texture(&t->gl, UNIT, mine);
+    glbk_rsm_bind(&t->gl, r, map);
+    glbk_draw_screen(&t->gl);
+    assert_glbk(t, glbk_target_read(&t->gl, &canvas.target, 0, 0, 0, SIDE, SIDE, answers));
+    glbk_program_destroy(&t->gl, &program);
+    gl_canvas_free(t, &canvas);
+}
+
+static void own_programs_agree(void **state)
+{
+    GL_TEST(t, state)
+    static float p[3 * PIXELS], images[2][PIXELS][4];
+    rsm_points points;
+    glbk_texture_desc td;
+    glbk_texture mine;
+    glbk_rsm_renderer r;
+    double worst, error;
+    size_t i, k;
+    int kind, way;
+    make_world();
+    for (i = 0; i < PIXELS; i++)
+        for (k = 0; k < 3; k++) {
+            p[3 * i + k] = w.positions[3 * i + k] + 0.07f * w.normals[3 * i + k];
+            images[0][i][k] = p[3 * i + k];
+            images[1][i][k] = w.normals[3 * i + k];
+        }
+    points = points_of(p, w.normals, PIXELS, SIDE);
+    memset(&td, 0, sizeof td);
+    td.format = GLBK_FORMAT_RGBA32UI;
+    td.width = td.height = SIDE;
+    td.layers = 2;
+    td.data = images;
+    assert_glbk(t, glbk_texture_create(&t->gl, &td, &mine));
+    r = renderer_of(t);
+    glbk_rsm_bind(NULL, &r, NULL);
+    for (kind = 1; kind < KINDS; kind += 3) {       /* a spot, a patch */
+        rsm_map *map = cpu_map(kind, MAP);
+        glbk_rsm_map m, *maps[1];
+        maps[0] = &m;
+        upload(t, map, kind, &m);
+        for (way = 0; way < 3; way++) {
+            rsm_gather_desc d = way_of(way == 1 ? 0 : 2);
+            if (way == 0) {
+                rsm_direct_desc direct = rsm_direct_default();
+                direct.taps = 3;
+                assert_int_equal(rsm_direct(map, &direct, &points, expected), RSM_OK);
+                ask_own(t, way, &mine, NULL, &m);
+            } else {
+                glbk_rsm_gather_desc g = gl_desc(&d);
+                assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &d, &points, expected, NULL), RSM_OK);
+                upload_tables(t, &r, &d);
+                assert_glbk(t, glbk_rsm_gather(&t->gl, &r, maps, 1, &g, NULL));
+                ask_own(t, way, &mine, &r, &m);
+            }
+            error = difference(&worst);
+            printf("own program, kind %d, way %d: relative RMSE %.2e, worst %.2e\n", kind, way, error, worst);
+            assert_true(error <= (way == 0 ? 2e-4 : way == 1 ? 5e-5 : 2e-3));     /* as the passes above */
+        }
+        glbk_rsm_map_destroy(&t->gl, &m);
+        rsm_map_free(map);
+    }
+    glbk_texture_destroy(&t->gl, &mine);
+    glbk_rsm_renderer_destroy(&t->gl, &r);
+}
+
 /* Several maps at once, more lights than a list holds, and interpolation of all of it. */
 static void several_maps_and_grids_agree(void **state)
 {
@@ -556,8 +668,8 @@ static void filter_agrees(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(drawn_maps_are_rasterized_maps), gl_unit_test(direct_light_agrees),
-                                  gl_unit_test(gathered_light_agrees), gl_unit_test(several_maps_and_grids_agree),
-                                  gl_unit_test(filter_agrees) };
+                                  gl_unit_test(gathered_light_agrees), gl_unit_test(own_programs_agree),
+                                  gl_unit_test(several_maps_and_grids_agree), gl_unit_test(filter_agrees) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE33 | GL_ES30_BARE);
 }
