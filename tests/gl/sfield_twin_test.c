@@ -310,6 +310,111 @@ static void functions_agree(void **state)
     }
 }
 
+/* ---- the product as it is written into a program ---- */
+
+/* Pixel (i, j): four coefficients of the product of point i, from 4 j on; rows of `mine`: those of a, then those of b. */
+static const char product_main[] =
+    "uniform highp usampler2D mine;\n"
+    "layout(location = 0) out glbk_color result;\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n"
+    "    float a[SFIELD_COEFS], b[SFIELD_COEFS], v[SFIELD_COEFS];\n"
+    "    for (int k = 0; k < SFIELD_COEFS; k++) {\n"
+    "        a[k] = uintBitsToFloat(texelFetch(mine, ivec2(at.x, k / 4), 0)[k % 4]);\n"
+    "        b[k] = uintBitsToFloat(texelFetch(mine, ivec2(at.x, (SFIELD_COEFS + 3) / 4 + k / 4), 0)[k % 4]);\n"
+    "    }\n"
+    "    sfield_product(uvec2(0u), a, b, v);\n"
+    "    vec4 four = vec4(0.0);\n"
+    "    for (int k = 0; k < 4; k++) if (4 * at.y + k < SFIELD_COEFS) four[k] = v[4 * at.y + k];\n"
+    "    result = glbk_pack(four);\n"
+    "}\n";
+
+/* All of the text at any size; what is cut ends with a 0. Returns text and product_main behind it. */
+static char *write_product(uint32_t bands, const uint32_t *terms, const float *factors, uint32_t count)
+{
+    size_t size = glbk_sfield_write_product(bands, terms, factors, count, NULL, 0), i;
+    char *text = (char *)malloc(size + sizeof product_main), *cut = (char *)malloc(size + 1);
+    assert_true(text && cut && size > 1);
+    assert_int_equal(glbk_sfield_write_product(bands, terms, factors, count, text, size + sizeof product_main), size);
+    assert_int_equal(strlen(text), size - 1);
+    for (i = 1; i <= size; i += 1 + size / 9) {
+        memset(cut, '#', size + 1);
+        assert_int_equal(glbk_sfield_write_product(bands, terms, factors, count, cut, i), size);
+        assert_int_equal(strlen(cut), i - 1);
+        assert_memory_equal(cut, text, i - 1);
+        assert_int_equal(cut[i], '#');
+    }
+    free(cut);
+    memcpy(text + size - 1, product_main, sizeof product_main);
+    assert_int_equal(glbk_sfield_write_product(0, terms, factors, count, NULL, 0), 0);
+    assert_int_equal(glbk_sfield_write_product(9, terms, factors, count, NULL, 0), 0);
+    assert_int_equal(glbk_sfield_write_product(bands, NULL, factors, 1, NULL, 0), 0);
+    assert_int_equal(glbk_sfield_write_product(bands, terms, NULL, 1, NULL, 0), 0);
+    return text;
+}
+
+static void written_products_agree(void **state)
+{
+    GL_TEST(t, state)
+    static float in[2][COUNT][16], images[8][COUNT][4], v[COUNT][16];
+    uint32_t bands, k, terms[600];
+    float factors[600];
+    uint64_t seed = 8;
+    for (bands = 1; bands <= 4; bands++) {
+        char defines[] = "SFIELD_BANDS=4 SFIELD_UNROLLED";
+        uint32_t coefs = bands * bands, rows = (coefs + 3) / 4, count;
+        sfield_algebra *algebra;
+        glbk_texture_desc d;
+        glbk_texture mine;
+        glbk_program program;
+        glbk_source source;
+        glbk_pass pass;
+        gl_canvas canvas = gl_canvas_make(t, GLBK_FORMAT_COLOR, COUNT, rows, 0);
+        double worst = 0;
+        char *text;
+        int i;
+        memset(&source, 0, sizeof source);
+        memset(&d, 0, sizeof d);
+        memset(&pass, 0, sizeof pass);
+        assert_int_equal(sfield_algebra_create(bands, NULL, &algebra), SFIELD_OK);
+        assert_true(sfield_sh_terms(algebra, NULL, NULL) <= 600);
+        count = (uint32_t)sfield_sh_terms(algebra, terms, factors);
+        for (i = 0; i < COUNT; i++)
+            for (k = 0; k < coefs; k++) {
+                images[k / 4][i][k % 4] = in[0][i][k] = rnd_in(&seed, -1, 1);
+                images[rows + k / 4][i][k % 4] = in[1][i][k] = rnd_in(&seed, -1, 1);
+            }
+        for (i = 0; i < COUNT; i++) sfield_sh_product(algebra, 1, in[0][i], in[1][i], v[i], 1);
+        defines[13] = (char)('0' + bands);
+        source.fragment = text = write_product(bands, terms, factors, count);
+        source.uses = "sfield_access sfield_field";
+        source.defines = defines;
+        assert_glbk(t, glbk_program_compile(&t->gl, &source, &program));
+        free(text);
+        d.format = GLBK_FORMAT_RGBA32UI;
+        d.width = COUNT;
+        d.height = 2 * rows;
+        d.data = images;
+        assert_glbk(t, glbk_texture_create(&t->gl, &d, &mine));
+        pass.target = &canvas.target;
+        assert_glbk(t, glbk_begin(&t->gl, &pass, &program));
+        t->gl.gl.Uniform1i(t->gl.gl.GetUniformLocation(program.name, "mine"), 15);
+        glbk_bind_texture(&t->gl, 15, &mine);
+        glbk_draw_screen(&t->gl);
+        assert_glbk(t, glbk_target_read(&t->gl, &canvas.target, 0, 0, 0, COUNT, rows, given));
+        for (i = 0; i < COUNT; i++)
+            for (k = 0; k < coefs; k++)
+                worst = fmax(worst, fabs((double)v[i][k] - (double)given[(k / 4 * COUNT + (uint32_t)i) * 4 + k % 4]));
+        printf("product written for %u bands, %u terms: worst %.1e\n", bands, count, worst);
+        assert_true(worst < 1e-6);              /* measured 2.4e-7: sums in another order */
+        glbk_texture_destroy(&t->gl, &mine);
+        glbk_program_destroy(&t->gl, &program);
+        gl_canvas_free(t, &canvas);
+        sfield_algebra_free(algebra);
+    }
+}
+
 /* ---- whole scenes ---- */
 
 enum { POINTS = 96, ENTITIES = 9 };
@@ -682,7 +787,7 @@ static void a_hostile_state_changes_nothing(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(functions_agree), gl_unit_test(scenes_agree),
+    struct CMUnitTest tests[] = { gl_unit_test(functions_agree), gl_unit_test(written_products_agree), gl_unit_test(scenes_agree),
                                   gl_unit_test(bad_input_is_named), gl_unit_test(failures_leave_nothing),
                                   gl_unit_test(a_hostile_state_changes_nothing) };
     (void)count;
