@@ -2,7 +2,7 @@
 # make demo       pictures of every technique beside the reference: out/index.html
 # make test       every test; the last line is "dapple: N passed, N failed, N skipped"
 # make check      compares what is generated, builds headers and snippets every way (stamp embed readme docs
-#                 leaks compile glsl); make check-conformance
+#                 leaks named compile glsl); make check-conformance
 # make conformance  docs/conformance.md from what the tests measure; make build/conformance: a program that runs these
 #                 tests alone and prints row, expected, measured on CPU and GL, tolerance, test
 # make stamp      writes src/shared into the headers; make embed writes src/shaders into gl_backend.h; make readme
@@ -98,7 +98,7 @@ REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/f
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
 
 .PHONY: all programs tests test run-tests demo bench performance stamp check-stamp embed check-embed check-glsl readme check-readme \
-        assets check-assets install uninstall dist check-package check-farm check-docs check-leaks check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage clean FORCE
+        assets check-assets install uninstall dist check-package check-farm check-docs check-leaks check-named check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -288,6 +288,8 @@ check-docs:
 	@CC='$(CC)' sh tests/docs/check $(HEADERS)
 check-leaks:
 	@CC='$(CC)' sh tools/check-leaks $(HEADERS)
+check-named:
+	@CC='$(CC)' sh tools/check-named $(HEADERS)
 check-compile:
 	@sh tests/compile/check $(HEADERS)
 check-stack:
@@ -300,7 +302,7 @@ msan:
 valgrind: export ONLY ?= shared_test\|pack_test
 valgrind:
 	@sh tools/plain-tests gcc '-O1 -g' 'valgrind -q --error-exitcode=99 --leak-check=full'
-check: check-stamp check-embed check-readme check-docs check-leaks check-compile check-glsl
+check: check-stamp check-embed check-readme check-docs check-leaks check-named check-compile check-glsl
 
 clean:
 	rm -rf build
