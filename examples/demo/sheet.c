@@ -58,7 +58,7 @@ static void write_caption(sheet *s, uint32_t x, uint32_t y, const char *text)
     for (uint32_t end = x + s->thumb_width; *text && x + 5 <= end; text++, x += 6) {
         const char *glyph = ex_glyph(*text);
         for (uint32_t i = 0; i < 35; i++)
-            if (glyph[i] == '#') memset(s->rgb + 3 * ((size_t)(y + i / 5) * s->width + x + i % 5), 200, 3);
+            if (glyph[i] == '#') memset(s->rgb + 3 * ((size_t)(y + i / 5) * s->width + x + i % 5), 60, 3);
     }
 }
 
@@ -143,8 +143,9 @@ int gal_sheet(gallery *g, char *error)
     if (s.thumb_height == 0 || fill(g, &s, error) != 0) return 0;
     s.width = MARGIN + COLUMNS * (s.thumb_width + MARGIN);
     s.height = MARGIN + (s.used + COLUMNS - 1) / COLUMNS * (s.thumb_height + CAPTION);
-    s.rgb = (uint8_t *)calloc((size_t)s.width * s.height + 1, 3);
+    s.rgb = (uint8_t *)malloc((size_t)s.width * s.height * 3);
     if (!s.rgb) return ex_fail(error, "out of memory");
+    memset(s.rgb, 255, (size_t)s.width * s.height * 3);         /* as the page it stands on */
     snprintf(path, sizeof path, "%s/contact.png", g->folder);
     result = fill(g, &s, error);
     if (result == 0) result = ex_png_write(path, s.width, s.height, s.rgb, error);
