@@ -41,7 +41,7 @@ static int gather(bk_mesh *out, const ex_scene *scene, const char *node, char *e
     }
     for (uint32_t i = 0; i < scene->object_count && found; i++)
         if (is_wanted(&scene->objects[i], node)) {
-            cs_soup_add(&soup, scene, &scene->objects[i], *node ? identity : scene->objects[i].transform);
+            cs_soup_add(&soup, scene, &scene->objects[i], *node ? identity : scene->objects[i].transform, 0);
             found--;
         }
     out->positions = soup.positions;

@@ -306,6 +306,7 @@ static void read_options(cs_options *o, const rd_settings *settings)
     o->bias = (float)rd_setting_number(settings, "bias");
     o->offset = (float)rd_setting_number(settings, "offset");
     o->semi = rd_setting_is(settings, "light_maps", "semi");
+    o->emitters_cast = rd_setting_is(settings, "lamp_shadow", "own");
     o->shared_sun = rd_setting_is(settings, "sun", "shared");
     o->whole = rd_setting_is(settings, "objects", "auto") ? -1 : rd_setting_is(settings, "objects", "whole");
 }
@@ -332,7 +333,7 @@ static int build_maps(cs_state *state, cs_light *light, const rd_job *job, char 
         return cs_casters_build(&light->own, state, job, light->sun, error);
     if (cs_light_domain(light, job, &state->options, &domain, &locations, error) != 0)
         return -1;
-    result = cs_casters_build_local(&light->own, state, job, &domain, light->map_size, error);
+    result = cs_casters_build_local(&light->own, state, job, &domain, light, error);
     free(locations);
     return result;
 }
@@ -463,6 +464,7 @@ static const rd_key keys[] = {
     { "sun", RD_WORD, "exact|shared", 0, 0, "exact", "a map of its direction, or the nearest of all directions" },
     { "hard_m", RD_INTEGER, NULL, 4, 1024, "1024", "pixels a side of the map of a sun, spot or point" },
     { "light_maps", RD_WORD, "local|semi", 0, 0, "local", "cube maps of places on a light, or maps of directions" },
+    { "lamp_shadow", RD_WORD, "others|own", 0, 0, "others", "of an emissive mesh: does it also shadow its own light" },
     { "light_side", RD_INTEGER, NULL, 1, 128, "8", "places a side of an area light" },
     { "light_m", RD_INTEGER, NULL, 4, 1024, "256", "pixels a side of a cube's face" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }

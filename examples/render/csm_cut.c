@@ -120,7 +120,13 @@ static void add_cut(cs_soup *s, const ex_scene *scene, const ex_object *object, 
     s->vertices += (size_t)(n + 1) * (n + 2) / 2;
 }
 
-void cs_soup_add(cs_soup *s, const ex_scene *scene, const ex_object *object, const float *m)
+static int is_emissive(const ex_scene *scene, const ex_object *object, uint32_t triangle)
+{
+    const float *e = scene->materials[ex_object_material(scene, object, triangle)].emission;
+    return e[0] > 0 || e[1] > 0 || e[2] > 0;
+}
+
+void cs_soup_add(cs_soup *s, const ex_scene *scene, const ex_object *object, const float *m, int dark)
 {
     const ex_mesh *mesh = &scene->meshes[object->mesh];
     float *to = s->positions + 3 * s->vertices;
@@ -135,6 +141,8 @@ void cs_soup_add(cs_soup *s, const ex_scene *scene, const ex_object *object, con
     for (uint32_t t = 0; t < mesh->triangle_count; t++) {
         const uint32_t *from = mesh->indices + 3 * (size_t)t;
         uint32_t index[3] = { from[0] + base, from[1] + base, from[2] + base };
+        if (dark && is_emissive(scene, object, t))
+            continue;
         if (is_masked(scene, object, t))
             add_cut(s, scene, object, t, cells_of(scene, object, t, share), index);
         else

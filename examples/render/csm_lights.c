@@ -309,6 +309,7 @@ static int add_emissive(cs_state *state, const rd_job *job, const rd_emitter *gr
     patch a, b;
     if (!light)
         return -1;
+    light->object = group->object;
     memset(&desc, 0, sizeof desc);
     copy3(desc.radiance, job->scene->materials[group->material].emission);
     if (count == 2) {

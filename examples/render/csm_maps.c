@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define NO_OBJECT UINT32_MAX
 #define MOST_OBJECTS 256         /* objects=auto: scenes of more are cheaper to ask as one rigid object */
 
 int cs_out_of_memory(char *error)
@@ -118,8 +119,8 @@ static int soup_alloc(cs_soup *s, size_t vertices, size_t triangles, char *error
     return cs_out_of_memory(error);
 }
 
-/* All casters in world space. */
-static int whole_scene(cs_soup *s, const ex_scene *scene, char *error)
+/* All casters in world space; of the object `dark` what does not emit. */
+static int whole_scene(cs_soup *s, const ex_scene *scene, uint32_t dark, char *error)
 {
     size_t vertices = 0, triangles = 0;
     for (uint32_t i = 0; i < scene->object_count; i++)
@@ -129,7 +130,7 @@ static int whole_scene(cs_soup *s, const ex_scene *scene, char *error)
         return -1;
     for (uint32_t i = 0; i < scene->object_count; i++)
         if (!scene->objects[i].receiver_only)
-            cs_soup_add(s, scene, &scene->objects[i], scene->objects[i].transform);
+            cs_soup_add(s, scene, &scene->objects[i], scene->objects[i].transform, i == dark);
     return 0;
 }
 
@@ -221,13 +222,13 @@ static void add_whole(cs_casters *c, const ex_scene *scene, cohsm_maps *maps, co
 }
 
 static int build_whole(cs_casters *c, cs_state *state, const rd_job *job, const cohsm_domain *domain,
-                       uint32_t map_size, char *error)
+                       uint32_t map_size, uint32_t dark, char *error)
 {
     cohsm_mesh mesh;
     cohsm_maps *maps;
     cs_soup s;
     int result;
-    if (whole_scene(&s, job->scene, error) != 0)
+    if (whole_scene(&s, job->scene, dark, error) != 0)
         return -1;
     mesh = mesh_of_soup(&s);
     result = s.triangles ? build(&maps, state, job, domain, map_size, &mesh, job->scene->name, error) : 0;
@@ -296,7 +297,7 @@ static int build_object(cs_casters *c, cs_state *state, const rd_job *job, uint3
             cs_soup_count(scene, o, &vertices, &triangles);
             if (soup_alloc(&moved, vertices, triangles, error) != 0)
                 return -1;
-            cs_soup_add(&moved, scene, o, similar ? identity : o->transform);
+            cs_soup_add(&moved, scene, o, similar ? identity : o->transform, 0);
             mesh = mesh_of_soup(&moved);
         }
         result = build(&made, state, job, &domain, direction ? state->options.hard_size : state->options.map_size,
@@ -329,7 +330,7 @@ int cs_casters_build(cs_casters *c, cs_state *state, const rd_job *job, const fl
             domain.location_count = 1;
         }
         return build_whole(c, state, job, &domain, direction ? state->options.hard_size : state->options.map_size,
-                           error);
+                           NO_OBJECT, error);
     }
     c->movable = !direction;
     for (uint32_t i = 0; i < scene->object_count; i++)
@@ -352,11 +353,12 @@ int cs_casters_move(cs_casters *c, const cs_state *state, const ex_scene *scene)
 }
 
 int cs_casters_build_local(cs_casters *c, cs_state *state, const rd_job *job, const cohsm_domain *domain,
-                           uint32_t map_size, char *error)
+                           const cs_light *light, char *error)
 {
+    uint32_t dark = light->patches && !state->options.emitters_cast ? light->object : NO_OBJECT;
     if (allocate(c, job->scene, error) != 0)
         return -1;
-    return build_whole(c, state, job, domain, map_size, error);
+    return build_whole(c, state, job, domain, light->map_size, dark, error);
 }
 
 /* ---- receivers ---- */

@@ -19,6 +19,7 @@ typedef struct cs_options {      /* --set, resolved */
     cohsm_filter filter;
     float        bias, offset;               /* map pixels: towards the light, and along the geometric normal */
     int          semi, shared_sun, whole;
+    int          emitters_cast;              /* emissive triangles shadow their own light */
 } cs_options;
 
 /* How far from its centre an object's maps can shadow: see csm_ask.c. */
@@ -52,6 +53,7 @@ typedef struct cs_light {
     int               at_infinity;
     const ex_light   *wide_spot; /* a cone above 180 degrees, treated as a point light and cut here */
     uint32_t          map_size;  /* of its own maps */
+    uint32_t          object;    /* in scene->objects, of an emissive mesh */
     float             sun[3];    /* direction, where is_delta and at_infinity */
     cohsm_light       ask;
     const cs_casters *casters;
@@ -88,9 +90,10 @@ cohsm_allocator cs_memory_allocator(cs_memory *memory);
 
 /* csm_maps.c. direction: NULL, or unit and towards a sun: each caster gets one map, of that direction. */
 int  cs_casters_build(cs_casters *casters, cs_state *state, const rd_job *job, const float *direction, char *error);
-/* Whole static scene as one rigid object with maps of places on a light. */
+/* Whole static scene as one rigid object with maps of places on a light, whose own emissive triangles cast no shadow
+   unless options say so. */
 int  cs_casters_build_local(cs_casters *casters, cs_state *state, const rd_job *job, const cohsm_domain *domain,
-                            uint32_t map_size, char *error);
+                            const cs_light *light, char *error);
 int  cs_casters_open(cs_casters *casters, cs_state *state, const rd_job *job, char *error);      /* --baked */
 void cs_casters_free(cs_casters *casters);
 /* Instances to where the objects are now. 0: the casters must be built anew. */
@@ -98,10 +101,10 @@ int  cs_casters_move(cs_casters *casters, const cs_state *state, const ex_scene 
 
 int  cs_planes_build(cs_plane **planes, size_t *count, const ex_scene *scene, char *error);
 
-/* csm_cut.c: adds to what count found, without the holes of alpha masks */
+/* csm_cut.c: adds to what count found, without the holes of alpha masks; dark: without emissive triangles */
 int  cs_has_holes(const ex_scene *scene, const ex_object *object);
 void cs_soup_count(const ex_scene *scene, const ex_object *object, size_t *vertices, size_t *triangles);
-void cs_soup_add(cs_soup *soup, const ex_scene *scene, const ex_object *object, const float *transform);
+void cs_soup_add(cs_soup *soup, const ex_scene *scene, const ex_object *object, const float *transform, int dark);
 
 /* csm_ask.c: query->points, lights and self are packed arrays */
 cohsm_result cs_visible(const cs_casters *casters, const cohsm_query *query, cs_near *near, float *visible,

@@ -27,7 +27,7 @@ static int cut_holes(es_caster *c, const ex_scene *scene, const ex_object *objec
     soup.indices = c->indices = malloc(3 * (triangles + 1) * sizeof *c->indices);
     if (!c->positions || !c->indices)
         return es_refuse("out of memory", error);
-    cs_soup_add(&soup, scene, object, identity);
+    cs_soup_add(&soup, scene, object, identity, 0);
     c->mesh.positions = soup.positions;
     c->mesh.vertex_count = soup.vertices;
     c->mesh.indices = soup.indices;
