@@ -96,11 +96,13 @@
    Memory, errors, threads, determinism
 
    All memory comes from the allocator in the desc, called from the thread that called us. It grows to the largest frame
-   and is kept:
+   and is kept, in bytes, with less than 8 KB besides:
 
-     12 N points + 4 A + 4 A (if keep_hits) + 2800 tile_size^2 + 16 triangles + 28 pVPLs + 40 pixels + 260 N bytes
-     + 820 bytes for each cluster of triangles, of which there are 32,768 at most,
+     12 N points + 4 A + 4 A (if keep_hits) + 2444 tile_size^2 + 16 triangles + 812 clusters of triangles, of which there
+     are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 160 N,
      A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 10 MB
+
+   While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 104 N more.
 
    Every function that can fail returns an ism_result; where it is not ISM_OK, outputs are untouched and nothing leaks.
    There are no globals; one ism_maps belongs to one thread at a time, but const calls may run together. Results are
@@ -286,7 +288,7 @@ typedef struct ism_stats {          /* of the last run of each stage */
     double   flux[3];               /* of all sources, W (surfaces alone) */
     double   lost_energy;           /* share of the light that clamping or spheres took off, of mean of all channels */
     double   culled;                /* share of VPL x block pairs that culling skipped */
-    size_t   bytes, peak_bytes;     /* asked of the allocator: now, and at most */
+    size_t   bytes, peak_bytes;     /* asked of the allocator: now, and at most (from ism_shade: with its own) */
 } ism_stats;
 
 /* ---- life ---- */
@@ -413,7 +415,7 @@ ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const float *
 ISM_DEF ism_result ism_shade(const ism_maps *maps, const ism_view *view, const ism_shading *shading, float *out,
                              ism_stats *stats);
 /* The light of all VPLs. Errors: ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_INPUT, ISM_ERR_ORDER, ISM_ERR_LIMIT,
-   ISM_ERR_ALLOC, ISM_ERR_CANCELLED. Allocates 28 bytes a pixel while it runs. */
+   ISM_ERR_ALLOC, ISM_ERR_CANCELLED. stats->peak_bytes counts what it allocates while it runs. */
 
 ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32_t side, float *positions,
                               float *normals, float *fluxes);
@@ -3146,7 +3148,8 @@ ISM_DEF ism_result ism_shade(const ism_maps *m, const ism_view *view, const ism_
     floats = pixels * 3u * (w.pattern > 1u ? 2u : 1u) + n * (ISM__FIELDS + 9u);
     size = blocks * 4u * sizeof(double) + (n + 65u) * sizeof(uint32_t);
     if (!ism__mul_size(floats, sizeof(float), &floats) || !ism__add_size(size, floats, &size)) return ISM_ERR_LIMIT;
-    memory = (char *)ism__alloc(&m->memory, size + n * sizeof(ism__frame_of));
+    size += n * sizeof(ism__frame_of);
+    memory = (char *)ism__alloc(&m->memory, size);
     if (!memory) return ISM_ERR_ALLOC;
     {
         double *lost = (double *)(void *)memory;
@@ -3172,6 +3175,7 @@ ISM_DEF ism_result ism_shade(const ism_maps *m, const ism_view *view, const ism_
     if (stats) {
         ism_get_stats(m, stats);
         ism__sum_lost(&w, blocks, stats);
+        if (stats->bytes + size > stats->peak_bytes) stats->peak_bytes = stats->bytes + size;
     }
     ism__free(&m->memory, memory);
     return ISM_OK;

@@ -17,6 +17,7 @@
 
 typedef struct ism_state {
     ism_maps   *maps[MAX_BOUNCES + 1];   /* [0]: emitted light; [k]: bounce k */
+    size_t      peaks[MAX_BOUNCES + 1];  /* while they were shaded */
     ism_shading shading;
     im_mesh     mesh;
     im_gl      *gl;                      /* --backend gl */
@@ -193,6 +194,8 @@ static int add_level(ism_state *s, const rd_job *job, int level, const ism_sourc
     if (status == 0 && shade) {
         if (level <= 1)
             s->stats = stats;
+        if (stats.peak_bytes > s->peaks[level])
+            s->peaks[level] = stats.peak_bytes;
         for (size_t i = 0; i < floats; i++)
             out->rgb[i] += light[i];
     }
@@ -318,7 +321,7 @@ static void report_ism(const void *state, rd_report *report)
             continue;
         ism_get_stats(s->maps[i], &stats);
         report->memory_bytes += stats.bytes;
-        report->peak_bytes += stats.peak_bytes;
+        report->peak_bytes += stats.peak_bytes > s->peaks[i] ? stats.peak_bytes : s->peaks[i];
     }
     rd_json_integer(json, "vpls", s->stats.vpls);
     rd_json_integer(json, "points", s->stats.points);
