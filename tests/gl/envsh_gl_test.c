@@ -16,6 +16,7 @@
 #define CONFORM_BACKEND "gl"
 #include "conformance.h"
 #include "gl/gl_test.h"
+#include "gl/gl_fake.h"
 #include "unit/envsh_util.h"
 
 enum { WIDE = 32, HIGH = 24, POINTS = WIDE * HIGH };
@@ -736,28 +737,13 @@ static void bad_arguments_are_named(void **state)
 }
 
 /* GL runs out of memory at the n-th question for errors, n = 1, 2, ...: the error is named, nothing is left. */
-static struct { glbk_functions real; int at, calls, live; } fake;
-
-static uint32_t GLBK_CALL fake_get_error(void) { return ++fake.calls == fake.at ? 0x0505 : fake.real.GetError(); }
-
-#define COUNTED(Kind)                                                                                       \
-    static void GLBK_CALL gen_##Kind(int32_t n, uint32_t *names) { fake.live += n; fake.real.Gen##Kind(n, names); }    \
-    static void GLBK_CALL delete_##Kind(int32_t n, const uint32_t *names) { fake.live -= n; fake.real.Delete##Kind(n, names); }
-COUNTED(Textures)
-COUNTED(Framebuffers)
-COUNTED(Buffers)
-
 static void failures_leave_nothing(void **state)
 {
     GL_TEST(t, state)
     rig r = make_rig(t, even, 3, 64);
     glbk_result result;
     int failed = 0;
-    fake.real = t->gl.gl;
-    fake.live = 0;
-    t->gl.gl.GetError = fake_get_error;
-#define HOOK(Kind) t->gl.gl.Gen##Kind = gen_##Kind, t->gl.gl.Delete##Kind = delete_##Kind
-    HOOK(Textures), HOOK(Framebuffers), HOOK(Buffers);
+    fake_begin(t, 0x0505);
     for (fake.at = 1;; fake.at += fake.at < 90 ? 3 : 7) {
         glbk_envsh_maps_desc d;
         glbk_envsh_maps m;
@@ -781,6 +767,53 @@ static void failures_leave_nothing(void **state)
     }
     t->gl.gl = fake.real;
     assert_true(failed > 20);
+    free_rig(t, &r);
+}
+
+/* Every call says so, without a call of GL: with an empty table it would crash. */
+static void a_lost_context(void **state)
+{
+    GL_TEST(t, state)
+    static asked points[POINTS];
+    static float out[4 * POINTS];
+    rig r = make_rig(t, even, 3, 64);
+    glbk_envsh_maps m = make_maps(t, 3, 64, 0), other;
+    glbk_envsh_renderer to, half;
+    glbk_envsh_maps_desc d;
+    glbk_context ctx;
+    glbk_pass pass;
+    gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_COLOR, 4, 4, 0);
+    make_points(points);
+    to = make_renderer(t, points);
+    illuminate(t, &to, &m, &r, out);
+    memset(&pass, 0, sizeof pass);
+    memset(&d, 0, sizeof d);
+    pass.target = &c.target;
+    d.capacity = 2;
+    d.map_size = 32;
+    ctx = t->gl;
+    memset(&t->gl.gl, 0, sizeof t->gl.gl);
+    glbk_abandon(&t->gl);
+    assert_int_equal(glbk_envsh_maps_create(&t->gl, &d, &other), GLBK_ERR_LOST);
+    assert_int_equal(other.atlas.name, 0);
+    assert_int_equal(glbk_envsh_renderer_create(&t->gl, 8, 8, &half), GLBK_ERR_LOST);
+    assert_int_equal(glbk_envsh_bind(&t->gl, &m, &soft), GLBK_ERR_LOST);
+    assert_int_equal(glbk_envsh_gbuffer_begin(&t->gl, &to), GLBK_ERR_LOST);
+    assert_int_equal(glbk_envsh_read(&t->gl, &to, out), GLBK_ERR_LOST);
+    assert_int_equal(glbk_envsh_resolve(&t->gl, &to, &pass), GLBK_ERR_LOST);
+    assert_int_equal(glbk_envsh_shade(&t->gl, &to, &m, &soft, 0, 0), GLBK_ERR_LOST);
+    assert_int_equal(glbk_envsh_illuminate(&t->gl, &to, &m, r.views, sizeof *r.views, 3, draw_things, &r, &soft),
+                     GLBK_ERR_LOST);
+    assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, sizeof *r.views, 3, draw_things, &r), GLBK_ERR_LOST);
+    other = m;
+    half = to;
+    glbk_envsh_maps_destroy(&t->gl, &other);
+    glbk_envsh_renderer_destroy(&t->gl, &half);
+    assert_int_equal(other.atlas.name, 0);
+    t->gl = ctx;
+    gl_canvas_free(t, &c);
+    glbk_envsh_maps_destroy(&t->gl, &m);
+    glbk_envsh_renderer_destroy(&t->gl, &to);
     free_rig(t, &r);
 }
 
@@ -865,7 +898,8 @@ int main(int count, char **values)
         gl_unit_test(clusters_make_the_same_light),      gl_unit_test(open_ground_and_a_roof),
         gl_unit_test(sealed_box_is_dark),                gl_unit_test(tiles_do_not_bleed),
         gl_unit_test(masks_of_the_users_and_a_drawn_picture), gl_unit_test(bad_arguments_are_named),
-        gl_unit_test(failures_leave_nothing),            gl_unit_test(from_a_hostile_state),
+        gl_unit_test(failures_leave_nothing),            gl_unit_test(a_lost_context),
+        gl_unit_test(from_a_hostile_state),
     };
     (void)count;
     if (gl_this_way() && gl_this_way()->bit != GL_CORE33) unsetenv("CONFORMANCE");      /* one line a row */

@@ -12,6 +12,7 @@
 #include "gl_backend.h"
 
 #include "gl/gl_test.h"
+#include "gl/gl_fake.h"
 
 /* ---- a loader that withholds, replaces and counts ---- */
 
@@ -133,88 +134,6 @@ static void bad_descs(void **state)
 
 /* ---- errors put into GL's mouth; names counted ---- */
 
-static struct {
-    uint32_t (GLBK_CALL *get_error)(void);
-    uint32_t (GLBK_CALL *create_shader)(uint32_t);
-    uint32_t (GLBK_CALL *create_program)(void);
-    void (GLBK_CALL *delete_shader)(uint32_t), (GLBK_CALL *delete_program)(uint32_t);
-    glbk_functions real;
-    uint32_t error;                 /* what the call number `at` of glGetError says */
-    int      at, calls, live, deletes;
-    int      no_shader, no_program;
-} fake;
-
-static uint32_t GLBK_CALL fake_get_error(void)
-{
-    uint32_t error = fake.real.GetError();
-    return ++fake.calls == fake.at ? fake.error : error;
-}
-
-#define COUNTING(kind)                                                                  \
-    static void GLBK_CALL gen_##kind(int32_t count, uint32_t *names)                    \
-    {                                                                                   \
-        fake.real.Gen##kind(count, names);                                              \
-        fake.live += count;                                                             \
-    }                                                                                   \
-    static void GLBK_CALL delete_##kind(int32_t count, const uint32_t *names)           \
-    {                                                                                   \
-        fake.real.Delete##kind(count, names);                                           \
-        fake.live -= count;                                                             \
-        fake.deletes += count;                                                          \
-    }
-COUNTING(Textures)
-COUNTING(Framebuffers)
-COUNTING(Buffers)
-COUNTING(VertexArrays)
-
-static uint32_t GLBK_CALL counted_create_shader(uint32_t type)
-{
-    if (fake.no_shader) return 0;
-    fake.live++;
-    return fake.real.CreateShader(type);
-}
-
-static uint32_t GLBK_CALL counted_create_program(void)
-{
-    if (fake.no_program) return 0;
-    fake.live++;
-    return fake.real.CreateProgram();
-}
-
-static void GLBK_CALL counted_delete_shader(uint32_t name)
-{
-    fake.live--;
-    fake.deletes++;
-    fake.real.DeleteShader(name);
-}
-
-static void GLBK_CALL counted_delete_program(uint32_t name)
-{
-    fake.live--;
-    fake.deletes++;
-    fake.real.DeleteProgram(name);
-}
-
-static void fake_begin(gl_test *t)
-{
-    glbk_functions *gl = &t->gl.gl;
-    memset(&fake, 0, sizeof fake);
-    fake.real = *gl;
-    gl->GetError = fake_get_error;
-    gl->GenTextures = gen_Textures;
-    gl->DeleteTextures = delete_Textures;
-    gl->GenFramebuffers = gen_Framebuffers;
-    gl->DeleteFramebuffers = delete_Framebuffers;
-    gl->GenBuffers = gen_Buffers;
-    gl->DeleteBuffers = delete_Buffers;
-    gl->GenVertexArrays = gen_VertexArrays;
-    gl->DeleteVertexArrays = delete_VertexArrays;
-    gl->CreateShader = counted_create_shader;
-    gl->CreateProgram = counted_create_program;
-    gl->DeleteShader = counted_delete_shader;
-    gl->DeleteProgram = counted_delete_program;
-}
-
 /* One object of each kind; made in order, the first failure is returned. */
 typedef struct things {
     glbk_texture texture, table;
@@ -265,7 +184,7 @@ static int fail_everywhere(gl_test *t, uint32_t error, glbk_result first_call, g
     int seen[2] = { 0, 0 };
     glbk_result result;
 
-    fake_begin(t);
+    fake_begin(t, 0);
     fake.error = error;
     for (fake.at = 1;; fake.at++) {
         fake.calls = 0;
@@ -305,7 +224,7 @@ static void no_shader_no_program(void **state)
 {
     GL_TEST(t, state)
     things x;
-    fake_begin(t);
+    fake_begin(t, 0);
     fake.no_shader = 1;
     assert_int_equal(make(t, &x), GLBK_ERR_GL);
     destroy(&t->gl, &x);
@@ -336,7 +255,7 @@ static void allocator_fails(void **state)
     things x;
     t->gl.allocator.alloc_fn = no_memory;
     t->gl.allocator.free_fn = release;
-    fake_begin(t);
+    fake_begin(t, 0);
     assert_int_equal(make(t, &x), GLBK_ERR_ALLOC);
     destroy(&t->gl, &x);
     assert_int_equal(fake.live, 0);
@@ -416,7 +335,7 @@ static void a_thousand_cycles(void **state)
     glbk_functions real = t->gl.gl;
 
     before = names_in_gl(t);
-    fake_begin(t);
+    fake_begin(t, 0);
     for (i = 0; i < 1000; i++) {
         /* Programs are slow to make and are the same each time: every 20th round. */
         if (i % 20 == 0) {
@@ -466,7 +385,7 @@ static void lost_contexts(void **state)
 
     fail_everywhere(t, 0x0507, GLBK_ERR_LOST, GLBK_ERR_LOST);
     assert_glbk(t, make(t, &x));
-    fake_begin(t);
+    fake_begin(t, 0);
     fake.error = 0x0507;
     fake.at = 1;
     assert_int_equal(glbk_check(&t->gl), GLBK_ERR_LOST);

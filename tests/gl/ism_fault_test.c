@@ -13,6 +13,7 @@
 #include "gl_backend.h"
 
 #include "gl/gl_test.h"
+#include "gl/gl_fake.h"
 
 enum { SIDE = 8, POINTS = 64 };
 
@@ -81,58 +82,6 @@ static void destroy(gl_test *t, scene *s)
 }
 
 /* ---- errors put into GL's mouth ---- */
-
-static struct { glbk_functions real; uint32_t error; int at, calls, live; } fake;
-
-static uint32_t GLBK_CALL fake_get_error(void)
-{
-    uint32_t error = fake.real.GetError();
-    return ++fake.calls == fake.at ? fake.error : error;
-}
-
-#define COUNTING(kind)                                                                  \
-    static void GLBK_CALL gen_##kind(int32_t count, uint32_t *names)                    \
-    {                                                                                   \
-        fake.real.Gen##kind(count, names);                                              \
-        fake.live += count;                                                             \
-    }                                                                                   \
-    static void GLBK_CALL delete_##kind(int32_t count, const uint32_t *names)           \
-    {                                                                                   \
-        fake.real.Delete##kind(count, names);                                           \
-        fake.live -= count;                                                             \
-    }
-COUNTING(Textures)
-COUNTING(Framebuffers)
-COUNTING(Buffers)
-
-static uint32_t GLBK_CALL create_program(void)
-{
-    fake.live++;
-    return fake.real.CreateProgram();
-}
-
-static void GLBK_CALL delete_program(uint32_t name)
-{
-    fake.live--;
-    fake.real.DeleteProgram(name);
-}
-
-static void fake_begin(gl_test *t, uint32_t error)
-{
-    glbk_functions *gl = &t->gl.gl;
-    memset(&fake, 0, sizeof fake);
-    fake.real = *gl;
-    fake.error = error;
-    gl->GetError = fake_get_error;
-    gl->GenTextures = gen_Textures;
-    gl->DeleteTextures = delete_Textures;
-    gl->GenFramebuffers = gen_Framebuffers;
-    gl->DeleteFramebuffers = delete_Framebuffers;
-    gl->GenBuffers = gen_Buffers;
-    gl->DeleteBuffers = delete_Buffers;
-    gl->CreateProgram = create_program;
-    gl->DeleteProgram = delete_program;
-}
 
 static void every_error_comes_out(void **state)
 {

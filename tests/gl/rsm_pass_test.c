@@ -17,6 +17,7 @@
 #define CONFORM_BACKEND "gl"
 #include "conformance.h"
 #include "gl/gl_test.h"
+#include "gl/gl_fake.h"
 
 #define PI 3.14159265358979
 
@@ -308,41 +309,6 @@ static void bad_arguments(void **state)
 }
 
 /* ---- faults: the n-th time that glGetError is asked it has something to say ---- */
-
-static struct { glbk_functions real; int at, calls, live; uint32_t error; } fake;
-
-static uint32_t GLBK_CALL fake_get_error(void)
-{
-    uint32_t error = fake.real.GetError();
-    return ++fake.calls == fake.at ? fake.error : error;
-}
-
-#define COUNTING(kind)                                                                  \
-    static void GLBK_CALL gen_##kind(int32_t count, uint32_t *names)                    \
-    {                                                                                   \
-        fake.real.Gen##kind(count, names);                                              \
-        fake.live += count;                                                             \
-    }                                                                                   \
-    static void GLBK_CALL delete_##kind(int32_t count, const uint32_t *names)           \
-    {                                                                                   \
-        fake.real.Delete##kind(count, names);                                           \
-        fake.live -= count;                                                             \
-    }
-COUNTING(Textures)
-COUNTING(Framebuffers)
-COUNTING(Buffers)
-
-static void fake_begin(gl_test *t, uint32_t error)
-{
-    glbk_functions *gl = &t->gl.gl;
-    memset(&fake, 0, sizeof fake);
-    fake.real = *gl;
-    fake.error = error;
-    gl->GetError = fake_get_error;
-    gl->GenTextures = gen_Textures, gl->DeleteTextures = delete_Textures;
-    gl->GenFramebuffers = gen_Framebuffers, gl->DeleteFramebuffers = delete_Framebuffers;
-    gl->GenBuffers = gen_Buffers, gl->DeleteBuffers = delete_Buffers;
-}
 
 static glbk_result make(gl_test *t, glbk_rsm_map *map, glbk_rsm_renderer *r)
 {

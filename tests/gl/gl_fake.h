@@ -1,0 +1,86 @@
+/* gl_fake.h - GL that fails on demand and counts the names that live: glGetError has something to say the n-th time that it
+   is asked, no shader or program is to be had. Include gl/gl_test.h before. */
+#ifndef GL_FAKE_H
+#define GL_FAKE_H
+
+static struct {
+    glbk_functions real;
+    uint32_t error;                 /* what the call number `at` of glGetError says */
+    int      at, calls, live, deletes;
+    int      no_shader, no_program;
+} fake;
+
+static inline uint32_t GLBK_CALL fake_get_error(void)
+{
+    uint32_t error = fake.real.GetError();
+    return ++fake.calls == fake.at ? fake.error : error;
+}
+
+#define FAKE_NAMES(kind)                                                                \
+    static inline void GLBK_CALL fake_gen_##kind(int32_t count, uint32_t *names)        \
+    {                                                                                   \
+        fake.real.Gen##kind(count, names);                                              \
+        fake.live += count;                                                             \
+    }                                                                                   \
+    static inline void GLBK_CALL fake_delete_##kind(int32_t count, const uint32_t *names) \
+    {                                                                                   \
+        fake.real.Delete##kind(count, names);                                           \
+        fake.live -= count;                                                             \
+        fake.deletes += count;                                                          \
+    }
+FAKE_NAMES(Textures)
+FAKE_NAMES(Framebuffers)
+FAKE_NAMES(Buffers)
+FAKE_NAMES(VertexArrays)
+
+static inline uint32_t GLBK_CALL fake_create_shader(uint32_t type)
+{
+    if (fake.no_shader) return 0;
+    fake.live++;
+    return fake.real.CreateShader(type);
+}
+
+static inline uint32_t GLBK_CALL fake_create_program(void)
+{
+    if (fake.no_program) return 0;
+    fake.live++;
+    return fake.real.CreateProgram();
+}
+
+static inline void GLBK_CALL fake_delete_shader(uint32_t name)
+{
+    fake.live--;
+    fake.deletes++;
+    fake.real.DeleteShader(name);
+}
+
+static inline void GLBK_CALL fake_delete_program(uint32_t name)
+{
+    fake.live--;
+    fake.deletes++;
+    fake.real.DeleteProgram(name);
+}
+
+/* Until t->gl.gl = fake.real. */
+static inline void fake_begin(gl_test *t, uint32_t error)
+{
+    glbk_functions *gl = &t->gl.gl;
+    memset(&fake, 0, sizeof fake);
+    fake.real = *gl;
+    fake.error = error;
+    gl->GetError = fake_get_error;
+    gl->GenTextures = fake_gen_Textures;
+    gl->DeleteTextures = fake_delete_Textures;
+    gl->GenFramebuffers = fake_gen_Framebuffers;
+    gl->DeleteFramebuffers = fake_delete_Framebuffers;
+    gl->GenBuffers = fake_gen_Buffers;
+    gl->DeleteBuffers = fake_delete_Buffers;
+    gl->GenVertexArrays = fake_gen_VertexArrays;
+    gl->DeleteVertexArrays = fake_delete_VertexArrays;
+    gl->CreateShader = fake_create_shader;
+    gl->CreateProgram = fake_create_program;
+    gl->DeleteShader = fake_delete_shader;
+    gl->DeleteProgram = fake_delete_program;
+}
+
+#endif
