@@ -1,91 +1,30 @@
 /* csm_render_gl_test - `render --technique csm --backend gl` as a user calls it: the same samples as --backend cpu, within
    1 % relative RMSE, for every kind of light and material. The two differ by float rounding alone. */
 #define _POSIX_C_SOURCE 200809L
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
-#include <cmocka.h>
+#include "program.h"
 
-static char folder[] = "/tmp/dapple-csm-gl-XXXXXX";
-static char output[4096];
-
-static int run(const char *program, const char *arguments)
+static void agree(const char *scene)
 {
-    const char *build = getenv("BUILD");
-    char command[1024];
-    FILE *pipe;
-    int status;
-    snprintf(command, sizeof command, "cd %s && %s%s/%s %s 2>&1", folder, build && *build == '/' ? "" : "$OLDPWD/",
-             build && *build ? build : "build", program, arguments);
-    pipe = popen(command, "r");
-    assert_non_null(pipe);
-    output[fread(output, 1, sizeof output - 1, pipe)] = 0;
-    status = pclose(pipe);
-    assert_true(WIFEXITED(status));
-    return WEXITSTATUS(status);
-}
-
-static void compare_back_ends(const char *scene)
-{
-    const char *ways[] = { "cpu", "gl" }, *at;
-    double error;
-    for (int i = 0; i < 2; i++) {
-        char arguments[700];
-        snprintf(arguments, sizeof arguments, "--technique csm --backend %s --size 64x48 %s --out %s.pfm", ways[i], scene,
-                 ways[i]);
-        if (run("render", arguments) == 0)
-            continue;
-        if (i == 1 && (strstr(output, "EGL") || strstr(output, "no GL context"))) {
-            printf("skip: %s\n", output);
-            skip();
-        }
-        fail_msg("render %s: %s", arguments, output);
-    }
-    assert_int_equal(run("compare", "gl.pfm cpu.pfm"), 0);
-    at = strstr(output, "\"relative_rmse\": ");
-    assert_non_null(at);
-    error = strtod(at + strlen("\"relative_rmse\": "), NULL);
-    if (!(error <= 0.01))
-        fail_msg("%s: relative_rmse %.5f", scene, error);
+    compare_back_ends("csm --size 64x48", 0.01, scene);
 }
 
 static void sky_on_instances(void **state)
 {
     (void)state;
-    compare_back_ends("--scene builtin:chess --samples 16 --set side=16 --set m=48 --set filter=pcf");
+    agree("--scene builtin:chess --samples 16 --set side=16 --set m=48 --set filter=pcf");
 }
 
 static void emitter_in_a_room(void **state)
 {
     (void)state;
-    compare_back_ends("--scene builtin:cornell --samples 16 --set light_side=3 --set light_m=48");
+    agree("--scene builtin:cornell --samples 16 --set light_side=3 --set light_m=48");
 }
 
 static void sun_lamp_and_spot_on_glossy_leaves(void **state)
 {
     (void)state;
-    compare_back_ends("--scene builtin:plant --samples 16 --set materials=full --set light_side=3 --set light_m=48 "
+    agree("--scene builtin:plant --samples 16 --set materials=full --set light_side=3 --set light_m=48 "
                       "--set hard_m=128 --light sun:1,1,1,2 --light sphere:2,2.5,1,0.4,6 --light spot:0,4,1,0,-1,-0.2,200");
-}
-
-static int open_folder(void **state)
-{
-    (void)state;
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int close_folder(void **state)
-{
-    char command[64];
-    (void)state;
-    snprintf(command, sizeof command, "rm -r %s", folder);
-    return system(command);
 }
 
 int main(void)

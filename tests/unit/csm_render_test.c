@@ -2,67 +2,11 @@
    bytes that do not depend on threads, baked files, refusals. */
 #define _POSIX_C_SOURCE 200809L
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
 #include <math.h>
-#include <cmocka.h>
 
 #include "common.h"
 #include "csm.h"
-
-static char folder[] = "/tmp/dapple-csm-XXXXXX";
-static char output[4096];
-
-/* Runs a program of the build folder, its output into `output`; returns the exit status. */
-static int run(const char *program, const char *arguments)
-{
-    const char *build = getenv("BUILD");
-    char command[1024];
-    FILE *pipe;
-    int status;
-    snprintf(command, sizeof command, "cd %s && %s%s/%s %s 2>&1", folder, build && *build == '/' ? "" : "$OLDPWD/",
-             build && *build ? build : "build", program, arguments);
-    pipe = popen(command, "r");
-    assert_non_null(pipe);
-    output[fread(output, 1, sizeof output - 1, pipe)] = 0;
-    status = pclose(pipe);
-    assert_true(WIFEXITED(status));
-    return WEXITSTATUS(status);
-}
-
-static void expect(int status, const char *text, const char *arguments)
-{
-    int found = run("render", arguments);
-    if (found != status || !strstr(output, text))
-        fail_msg("render %s: status %d, expected %d and \"%s\": %s", arguments, found, status, text, output);
-}
-
-static double number(const char *name)
-{
-    char quoted[64];
-    const char *at;
-    snprintf(quoted, sizeof quoted, "\"%s\": ", name);
-    at = strstr(output, quoted);
-    if (!at)
-        fail_msg("no %s in %s", name, output);
-    return strtod(at + strlen(quoted), NULL);
-}
-
-static void need_reference(void)
-{
-    run("render", "--list");
-    if (strstr(output, "needs Embree")) {
-        printf("skip: needs Embree\n");
-        skip();
-    }
-}
+#include "program.h"
 
 /* csm against the reference: relative_rmse (with both pictures' noise) and the mean. */
 static void compare_with_reference(const char *scene, const char *settings, double most_error, double most_mean)
@@ -338,27 +282,6 @@ static void baked_file_is_used(void **state)
     expect(1, "no light", SMALL "--baked knot.csm --light sun:0,1,0 --out x.pfm");
 }
 
-static int make_folder(void **state)
-{
-    (void)state;
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int remove_folder(void **state)
-{
-    static const char *const names[] = {
-        "csm.pfm", "ref.pfm", "one.pfm", "three.pfm", "a.pfm", "b.pfm", "c.pfm", "semi.pfm", "built.pfm", "baked.pfm",
-        "knot.csm", "masked.gltf"
-    };
-    (void)state;
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        char path[256];
-        snprintf(path, sizeof path, "%s/%s", folder, names[i]);
-        remove(path);
-    }
-    return rmdir(folder);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -369,5 +292,5 @@ int main(void)
         cmocka_unit_test(frame_is_seed), cmocka_unit_test(lights_inside_hulls_are_refused),
         cmocka_unit_test(bad_settings_are_bad_arguments), cmocka_unit_test(baked_file_is_used),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

@@ -2,66 +2,9 @@
    claims of numbers of lights, bytes that depend neither on threads nor on clusters, animation, refusals. */
 #define _POSIX_C_SOURCE 200809L
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
-#include <cmocka.h>
-
 #include "common.h"
 #include "conformance.h"
-
-static char folder[] = "/tmp/dapple-envsh-XXXXXX";
-static char output[4096];
-
-/* Runs a program of the build folder, its output into `output`; returns the exit status. */
-static int run(const char *program, const char *arguments)
-{
-    const char *build = getenv("BUILD");
-    char command[1024];
-    FILE *pipe;
-    int status;
-    snprintf(command, sizeof command, "cd %s && %s%s/%s %s 2>&1", folder, build && *build == '/' ? "" : "$OLDPWD/",
-             build && *build ? build : "build", program, arguments);
-    pipe = popen(command, "r");
-    assert_non_null(pipe);
-    output[fread(output, 1, sizeof output - 1, pipe)] = 0;
-    status = pclose(pipe);
-    assert_true(WIFEXITED(status));
-    return WEXITSTATUS(status);
-}
-
-static void expect(int status, const char *text, const char *arguments)
-{
-    int found = run("render", arguments);
-    if (found != status || !strstr(output, text))
-        fail_msg("render %s: status %d, expected %d and \"%s\": %s", arguments, found, status, text, output);
-}
-
-static double number(const char *name)
-{
-    char quoted[64];
-    const char *at;
-    snprintf(quoted, sizeof quoted, "\"%s\": ", name);
-    at = strstr(output, quoted);
-    if (!at)
-        fail_msg("no %s in %s", name, output);
-    return strtod(at + strlen(quoted), NULL);
-}
-
-static void need_reference(void)
-{
-    run("render", "--list");
-    if (strstr(output, "needs Embree")) {
-        printf("skip: needs Embree\n");
-        skip();
-    }
-}
+#include "program.h"
 
 #define KNOT "--scene builtin:knot --size 96x72 "
 
@@ -178,20 +121,6 @@ static void others_are_refused(void **state)
     expect(2, "samples", SMALL "--scene builtin:knot --samples 65 --out a.pfm");
 }
 
-static int setup(void **state)
-{
-    (void)state;
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    char command[64];
-    (void)state;
-    snprintf(command, sizeof command, "rm -rf %s", folder);
-    return system(command);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -203,5 +132,5 @@ int main(void)
         cmocka_unit_test(animation_needs_nothing),
         cmocka_unit_test(others_are_refused),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

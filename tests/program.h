@@ -1,0 +1,101 @@
+/* program.h - tests that call render and its like as a user does: a scratch folder, a run with its output, a number of the
+   JSON. Define _POSIX_C_SOURCE 200809L first. */
+#ifndef PROGRAM_H
+#define PROGRAM_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <cmocka.h>
+
+static char folder[] = "/tmp/dapple-test-XXXXXX";
+static char output[4096];
+
+static inline int open_folder(void **state)
+{
+    (void)state;
+    return mkdtemp(folder) ? 0 : -1;
+}
+
+static inline int close_folder(void **state)
+{
+    char command[64];
+    (void)state;
+    snprintf(command, sizeof command, "rm -r %s", folder);
+    return system(command);
+}
+
+/* Runs a program of the build folder in the scratch folder, its output into `output`; returns the exit status. */
+static inline int run(const char *program, const char *arguments)
+{
+    const char *build = getenv("BUILD");
+    char command[1024];
+    FILE *pipe;
+    int status;
+    snprintf(command, sizeof command, "cd %s && %s%s/%s %s 2>&1", folder, build && *build == '/' ? "" : "$OLDPWD/",
+             build && *build ? build : "build", program, arguments);
+    pipe = popen(command, "r");
+    assert_non_null(pipe);
+    output[fread(output, 1, sizeof output - 1, pipe)] = 0;
+    status = pclose(pipe);
+    assert_true(WIFEXITED(status));
+    return WEXITSTATUS(status);
+}
+
+static inline void expect(int status, const char *text, const char *arguments)
+{
+    int found = run("render", arguments);
+    if (found != status || !strstr(output, text))
+        fail_msg("render %s: status %d, expected %d and \"%s\": %s", arguments, found, status, text, output);
+}
+
+static inline double number(const char *name)
+{
+    char quoted[64];
+    const char *at;
+    snprintf(quoted, sizeof quoted, "\"%s\": ", name);
+    at = strstr(output, quoted);
+    if (!at)
+        fail_msg("no %s in %s", name, output);
+    return strtod(at + strlen(quoted), NULL);
+}
+
+static inline void need_reference(void)
+{
+    run("render", "--list");
+    if (strstr(output, "needs Embree")) {
+        printf("skip: needs Embree\n");
+        skip();
+    }
+}
+
+/* Renders with both back ends: technique (and options), scene. Their relative RMSE must be at most `limit`. */
+static inline void compare_back_ends(const char *technique, double limit, const char *scene)
+{
+    const char *ways[] = { "cpu", "gl" };
+    double error;
+    for (int i = 0; i < 2; i++) {
+        char arguments[700];
+        snprintf(arguments, sizeof arguments, "--technique %s --backend %s %s --out %s.pfm", technique, ways[i], scene, ways[i]);
+        if (run("render", arguments) == 0)
+            continue;
+        if (i == 1 && (strstr(output, "EGL") || strstr(output, "no GL context"))) {
+            printf("skip: %s\n", output);
+            skip();
+        }
+        fail_msg("render %s: %s", arguments, output);
+    }
+    assert_int_equal(run("compare", "gl.pfm cpu.pfm"), 0);
+    error = number("relative_rmse");
+    printf("%s: relative_rmse %.1e\n", scene, error);
+    if (!(error <= limit))
+        fail_msg("%s: relative_rmse %.5f", scene, error);
+}
+
+#endif
