@@ -234,6 +234,9 @@ SFIELD_DEF float sfield_cube_texel(uint32_t side, uint32_t texel, float directio
 /* Unit direction of a texel's centre and, returned, its solid angle. side: a power of two, 2..64. */
 SFIELD_DEF uint32_t sfield_cube_find(uint32_t side, const float direction[3]);
 /* The texel that a direction falls into. */
+SFIELD_DEF sfield_result sfield_cube_basis(uint32_t bands, uint32_t side, uint32_t texel, float *out);
+/* Exact integrals of the bands^2 basis functions over a texel: the sum of texels times these are a function's coefficients.
+   For projection elsewhere (gl_backend.h). Errors SFIELD_ERR_ARGUMENT. */
 
 SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const float *texels, uint32_t channels,
                                            float *coefs);
@@ -350,6 +353,27 @@ SFIELD_DEF sfield_result sfield_build_emitter(const sfield_desc *desc, const sfi
 SFIELD_DEF sfield_result sfield_build_callback(const sfield_desc *desc, sfield_view_fn alpha, void *user,
                                                sfield_field **out, sfield_stats *stats);
 /* Occlusion field by your own renderer: alpha 0..1. desc.radius is required. Errors as above. */
+
+typedef struct sfield_views {       /* sample points of a shell, 1..256 at a time, to be seen from */
+    float        center[3], radius; /* bounding sphere of the field */
+    float        time;              /* seconds, of a source's frame */
+    size_t       count;
+    const float *eyes;              /* (position - center) / radius, three floats each */
+    float       *values;            /* for you to write, for each eye. Harmonics: bands^2 coefficients; wavelets: 6 N^2
+                                       texels. Of alpha, 1 hidden; of sources: of r, then g, then b */
+} sfield_views;
+
+typedef int (*sfield_views_fn)(void *user, const sfield_views *views);
+/* Not 0 ends the build. From the thread that called us, shell after shell. Coefficients are those of sfield_cube_basis. */
+
+SFIELD_DEF sfield_result sfield_build_views(const sfield_desc *desc, int source, const sfield_mesh *mesh,
+                                            sfield_views_fn see, void *user, sfield_field **out, sfield_stats *stats);
+/* A field whose cubes another renderer draws and projects, such as glbk_sfield_builder of gl_backend.h; windows, logarithms,
+   the choice of wavelets and the block are made here.
+   source   not 0: of radiance, else of occlusion
+   mesh     what you draw, for the bounding sphere and the inscribed one; NULL = desc.radius is required, none inscribed
+   Values that are not finite or beyond 1e18 count as 0.
+   Errors   as sfield_build; SFIELD_ERR_CANCELLED where `see` returned not 0 */
 
 SFIELD_DEF sfield_result sfield_build_self(const sfield_desc *desc, const sfield_mesh *mesh, const float *points,
                                            const float *normals, size_t count, float offset, sfield_field **out,
@@ -2073,6 +2097,14 @@ static void sfield__texel_basis(uint32_t bands, uint32_t side, uint32_t texel, f
     for (k = 0; k < bands * bands; k++) out[k] = (float)sum[k];
 }
 
+SFIELD_DEF sfield_result sfield_cube_basis(uint32_t bands, uint32_t side, uint32_t texel, float *out)
+{
+    if (bands < 1 || bands > SFIELD_MAX_BANDS || !sfield__is_side(side, 2) || texel >= 6 * side * side || !out)
+        return SFIELD_ERR_ARGUMENT;
+    sfield__texel_basis(bands, side, texel, out);
+    return SFIELD_OK;
+}
+
 SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const float *texels, uint32_t channels,
                                            float *coefs)
 {
@@ -2578,7 +2610,7 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
 
 /* ---- >>views: what is seen from a sample point ---- */
 
-enum { SFIELD__MOST_WIDTH = 512, SFIELD__EMISSIVE_WIDTH = 256 };
+enum { SFIELD__MOST_WIDTH = 512, SFIELD__EMISSIVE_WIDTH = 256, SFIELD__MOST_VIEWS = 256 };
 
 typedef struct sfield__texels {     /* of a cube: tables */
     float *direction, *basis;       /* 3 floats; integrals of the basis, `planes` floats */
@@ -2599,7 +2631,9 @@ typedef struct sfield__view {       /* of one task */
     uint32_t  width, scale;         /* samples a side of a face, of a texel */
 } sfield__view;
 
-typedef enum sfield__what { SFIELD__MESH, SFIELD__EMISSIVE, SFIELD__ANALYTIC, SFIELD__CALLBACK, SFIELD__SELF } sfield__what;
+typedef enum sfield__what {
+    SFIELD__MESH, SFIELD__EMISSIVE, SFIELD__ANALYTIC, SFIELD__CALLBACK, SFIELD__SELF, SFIELD__VIEWS
+} sfield__what;
 
 typedef struct sfield__build {
     sfield__what      what;
@@ -2622,6 +2656,11 @@ typedef struct sfield__build {
     uint32_t          pieces, planes, cells, most;     /* most: wavelets kept of a cube */
     float             window[SFIELD_MAX_BANDS];
     size_t            first, count; /* samples of this batch: a shell, or some points */
+    size_t            from, to;     /* of them, those that tasks do now */
+    sfield_views_fn   see;          /* VIEWS: and what it saw, `seen_size` floats an eye */
+    void             *see_user;
+    float            *eyes, *seen;
+    size_t            seen_size;
     float             radius;       /* of this shell */
     float             radii[64];
     float            *value;        /* SH: stride floats a sample of the batch */
@@ -2943,10 +2982,21 @@ static void sfield__see(const sfield__build *b, sfield__view *v, const float *ey
 
 /* ---- >>build ---- */
 
+/* Window and logarithm of a channel. */
+static void sfield__finish_sh(const sfield__build *b, sfield__view *v, float *out)
+{
+    uint32_t k, l;
+    for (l = 0, k = 0; l < b->h.bands; l++)
+        for (; k < (l + 1) * (l + 1); k++) out[k] *= b->window[l];
+    if (!b->h.logarithm) return;
+    for (k = 0; k < b->h.bands * b->h.bands; k++) out[k] = (k ? 0 : 1 / sfield__y00) - out[k];
+    sfield__sh_log(b->algebra, out, out, v->work);
+}
+
 /* texel[] against the basis into n^2 values, `planes` apart for channels. SELF: visible share times cosine. */
 static void sfield__encode_sh(const sfield__build *b, sfield__view *v, const float *normal, float *out)
 {
-    uint32_t i, k, c, l, n = b->h.bands * b->h.bands;
+    uint32_t i, k, c, l;
     memset(out, 0, b->h.stride * sizeof *out);
     for (c = 0; c < b->h.channels; c++, out += b->planes) {
         const float *texel = v->texel + c * b->cells;
@@ -2961,11 +3011,7 @@ static void sfield__encode_sh(const sfield__build *b, sfield__view *v, const flo
             for (k = 0; k < b->planes; k += 8)
                 for (l = 0; l < 8; l++) out[k + l] += a * y[k + l];
         }
-        for (l = 0, k = 0; l < b->h.bands; l++)
-            for (; k < (l + 1) * (l + 1); k++) out[k] *= b->window[l];
-        if (!b->h.logarithm) continue;
-        for (k = 0; k < n; k++) out[k] = (k ? 0 : 1 / sfield__y00) - out[k];
-        sfield__sh_log(b->algebra, out, out, v->work);
+        sfield__finish_sh(b, v, out);
     }
 }
 
@@ -3046,7 +3092,27 @@ static void sfield__encode_haar(const sfield__build *b, sfield__view *v, uint32_
     }
 }
 
-/* Sample i of the current shell: its point in r. Also what a GPU that makes fields would use. */
+/* What the caller's renderer saw from sample i of the batch: coefficients, or texels to encode. */
+static void sfield__encode_seen(const sfield__build *b, sfield__view *v, size_t i)
+{
+    float *seen = b->seen + (i - b->from) * b->seen_size, *out;
+    uint32_t c, n = b->h.bands * b->h.bands;
+    size_t k;
+    for (k = 0; k < b->seen_size; k++) seen[k] = sfield__in(seen[k], -1e18f, 1e18f) ? seen[k] : 0;
+    if (b->h.basis == SFIELD_BASIS_HAAR) {
+        memcpy(v->texel, seen, b->seen_size * sizeof *seen);
+        sfield__encode_haar(b, v, &b->kept[i], &b->kept_scale[i], b->entry + i * b->most * b->h.stride);
+        return;
+    }
+    out = b->value + i * b->h.stride;
+    memset(out, 0, b->h.stride * sizeof *out);
+    for (c = 0; c < b->h.channels; c++, out += b->planes) {
+        memcpy(out, seen + c * n, n * sizeof *out);
+        sfield__finish_sh(b, v, out);
+    }
+}
+
+/* Sample i of the current shell: its point in r. */
 static void sfield__sample_point(const sfield__build *b, size_t i, float *eye)
 {
     uint32_t side = b->h.position_side, k;
@@ -3063,9 +3129,13 @@ static void sfield__build_task(void *context, size_t piece)
     sfield__view *v = &b->view[piece];
     size_t i;
     uint32_t k;
-    for (i = piece; i < b->count; i += b->pieces) {
+    for (i = b->from + piece; i < b->to; i += b->pieces) {
         const float *normal = NULL;
         float eye[3];
+        if (b->what == SFIELD__VIEWS) {
+            sfield__encode_seen(b, v, i);
+            continue;
+        }
         if (b->what == SFIELD__SELF) {
             const float *p = b->points + 3 * (b->first + i);
             normal = b->normals + 3 * (b->first + i);
@@ -3335,12 +3405,30 @@ static sfield_result sfield__append(sfield__build *b, size_t first)
     return SFIELD_OK;
 }
 
+/* The caller's renderer, for samples from .. to - 1. Its not 0: the build ends. */
+static int sfield__ask_views(sfield__build *b)
+{
+    sfield_views views;
+    size_t i;
+    for (i = b->from; i < b->to; i++) sfield__sample_point(b, i, b->eyes + 3 * (i - b->from));
+    memset(b->seen, 0, b->seen_size * (b->to - b->from) * sizeof *b->seen);
+    memcpy(views.center, b->h.center, sizeof views.center);
+    views.radius = b->h.radius;
+    views.time = b->time;
+    views.count = b->to - b->from;
+    views.eyes = b->eyes;
+    views.values = b->seen;
+    return b->see(b->see_user, &views);
+}
+
 static sfield_result sfield__batch(sfield__build *b, uint32_t group)
 {
-    if (b->desc.parallel_for) b->desc.parallel_for(b->desc.parallel_user, b->pieces, sfield__build_task, b);
-    else {
-        size_t p;
-        for (p = 0; p < b->pieces; p++) sfield__build_task(b, p);
+    size_t step = b->what == SFIELD__VIEWS ? (size_t)SFIELD__MOST_VIEWS : b->count, p;
+    for (b->from = 0; b->from < b->count; b->from = b->to) {
+        b->to = b->count - b->from < step ? b->count : b->from + step;
+        if (b->what == SFIELD__VIEWS && sfield__ask_views(b) != 0) return SFIELD_ERR_CANCELLED;
+        if (b->desc.parallel_for) b->desc.parallel_for(b->desc.parallel_user, b->pieces, sfield__build_task, b);
+        else for (p = 0; p < b->pieces; p++) sfield__build_task(b, p);
     }
     if (b->h.basis == SFIELD_BASIS_HAAR) return sfield__append(b, b->first);
     if (b->what != SFIELD__SELF) sfield__quantise(b, b->first, group);
@@ -3351,6 +3439,12 @@ static sfield_result sfield__room(sfield__build *b, size_t batch)
 {
     size_t held = b->what == SFIELD__SELF ? b->h.samples : batch;
     sfield_result result;
+    if (b->what == SFIELD__VIEWS) {
+        b->seen_size = b->h.channels * (b->h.bands ? b->h.bands * b->h.bands : b->cells);
+        b->eyes = (float *)sfield__hold(b, SFIELD__MOST_VIEWS, 3 * sizeof *b->eyes);
+        b->seen = (float *)sfield__hold(b, SFIELD__MOST_VIEWS, b->seen_size * sizeof *b->seen);
+        if (!b->eyes || !b->seen) return SFIELD_ERR_ALLOC;
+    }
     if (b->h.basis == SFIELD_BASIS_SH) {
         b->value = (float *)sfield__hold(b, held, b->h.stride * sizeof *b->value);
         if (!b->value) return SFIELD_ERR_ALLOC;
@@ -3459,7 +3553,7 @@ static sfield_result sfield__finish(sfield__build *b, sfield_field **out, sfield
             memcpy(b->out->words + b->out->word_count - (size_t)b->all_used * b->h.stride, b->all,
                    4 * (size_t)b->all_used * b->h.stride);
     }
-    if (b->what == SFIELD__MESH) b->out->h.inscribed = sfield__inscribed(b);
+    if (b->h.kind == SFIELD_KIND_OCCLUSION && b->triangles) b->out->h.inscribed = sfield__inscribed(b);
     memcpy(b->out->words + SFIELD__HEADER, b->radii, b->h.shells * sizeof *b->radii);
     sfield__bind(b->out);
     sfield__seal(b->out);
@@ -3586,6 +3680,24 @@ SFIELD_DEF sfield_result sfield_build_callback(const sfield_desc *desc, sfield_v
     b.emitter.view = alpha;
     b.emitter.user = user;
     result = sfield__run(&b, out, stats);
+    sfield__release(&b);
+    return result;
+}
+
+SFIELD_DEF sfield_result sfield_build_views(const sfield_desc *desc, int source, const sfield_mesh *mesh,
+                                            sfield_views_fn see, void *user, sfield_field **out, sfield_stats *stats)
+{
+    sfield__build b;
+    sfield_result result;
+    if (!see || !out || (!mesh && !desc)) return SFIELD_ERR_ARGUMENT;
+    result = sfield__read_desc(&b, desc, source ? SFIELD_KIND_SOURCE : SFIELD_KIND_OCCLUSION);
+    if (result != SFIELD_OK) return result;
+    if (!mesh && !(desc->radius > 0)) return SFIELD_ERR_DESC;
+    b.what = SFIELD__VIEWS;
+    b.see = see;
+    b.see_user = user;
+    if (mesh) result = sfield__take_mesh(&b, mesh);
+    if (result == SFIELD_OK) result = sfield__run(&b, out, stats);
     sfield__release(&b);
     return result;
 }
