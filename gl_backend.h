@@ -1067,7 +1067,10 @@ GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *buil
     X(usampler2DArray, glbk_sfield_table, 0)    /* terms, sky, fields, entities */                  \
     X(usampler2D, glbk_sfield_place, 1)         /* G-buffer */                                      \
     X(usampler2D, glbk_sfield_normal, 2)                                                            \
-    X(usampler2DArray, glbk_sfield_self, 3)
+    X(usampler2DArray, glbk_sfield_self, 3)                                                         \
+    X(usampler2D, glbk_sfield_seen, 4)          /* building: samples; texels; integrals of the basis */ \
+    X(usampler2D, glbk_sfield_cube, 5)                                                              \
+    X(usampler2DArray, glbk_sfield_basis, 6)
 
 #define GLBK_SFIELD_SCENE_MEMBERS(X)                                                                \
     X(uvec4, table, 1)          /* texel of the entities, count, lights; 1: go to the sky */        \
@@ -1081,10 +1084,18 @@ GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *buil
     X(uvec4, kinds, 1)          /* entity; 1: own visibility is given */                            \
     X(vec4, gloss, 1)           /* exponent */
 
+#define GLBK_SFIELD_VIEWS_MEMBERS(X)                                                                \
+    X(vec4, sphere, 1)          /* centre, radius */                                                \
+    X(uvec4, how, 1)            /* first tile, tiles a column, samples a side of a tile, N */       \
+    X(uvec4, size, 1)           /* eyes a batch, groups of four coefficients */                     \
+    X(vec4, eyes, 256)          /* of each tile: in radii about the centre; 1 / greatest depth */   \
+    X(uvec4, places, 256)       /* face, eye; column, row of the atlas */
+
 #define GLBK_SFIELD_BLOCKS(X)                                                                       \
     X(glbk_sfield_scene, 0, GLBK_SFIELD_SCENE_MEMBERS)                                              \
     X(glbk_sfield_frame, 1, GLBK_SFIELD_FRAME_MEMBERS)                                              \
-    X(glbk_sfield_object, 2, GLBK_SFIELD_OBJECT_MEMBERS)
+    X(glbk_sfield_object, 2, GLBK_SFIELD_OBJECT_MEMBERS)                                            \
+    X(glbk_sfield_views, 3, GLBK_SFIELD_VIEWS_MEMBERS)
 
 #define GLBK_SFIELD_STORAGE(X)
 
@@ -1201,6 +1212,61 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
    where there is no sky. Not clamped: ringing may go below 0. */
 GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *renderer, float *light, float *gloss);
 /* 4 floats a pixel each, or NULL. Waits for the GPU. */
+
+/* ---- sfield: building on the GPU ----
+
+   Draws what is seen from the sample points of a field, up to 256 faces of cubes at a time in one atlas, counts samples into
+   texels and projects these on harmonics. shadowfield.h asks for it and makes the field:
+
+       int see(void *user, const sfield_views *v)
+       {
+           return glbk_sfield_builder_see(gl, &b, v->center, v->radius, v->count, v->eyes, v->values) != GLBK_OK;
+       }
+       ... sfield_build_views(&desc, 0, &mesh, see, NULL, &field, NULL); */
+
+typedef struct glbk_sfield_builder_desc {
+    uint32_t        cube_side;          /* N, a power of two, 4..64, as in sfield_desc */
+    uint32_t        bands;              /* 1..8; 0 = texels, for wavelets */
+    const float    *basis;              /* bands^2 floats for each of the 6 N^2 texels, from sfield_cube_basis */
+    int             source;             /* not 0: radiance, else alpha */
+    const float    *positions;          /* the mesh, as in sfield_mesh, with its rules; NULL = draw_fn */
+    size_t          vertex_count, vertex_stride;
+    const uint32_t *indices;
+    size_t          index_count;
+    const float    *radiance;           /* sources: r, g, b of each triangle, 0..1e18. Of one frame: others by draw_fn */
+    void          (*draw_fn)(void *user, glbk_context *ctx, int32_t instances);     /* your object, within the sphere: bind its
+                                           vertex array, attribute 0 the position in the field's space, sources: attribute 1
+                                           the radiance of the triangle, and draw so many instances; program and state are
+                                           ours */
+    void           *user;
+} glbk_sfield_builder_desc;             /* all arrays are kept by you until glbk_sfield_builder_create returns */
+
+typedef struct glbk_sfield_builder {    /* batch: most eyes of which cubes are kept at once. The rest is private */
+    uint32_t      batch, side, bands, groups, height, columns;
+    int           source;
+    void        (*draw_fn)(void *user, glbk_context *ctx, int32_t instances);
+    void         *user;
+    float         center[3], radius;    /* of your mesh */
+    uint32_t      vertex_array, index_count;
+    glbk_buffer   vertices, indices, block;
+    glbk_texture  seen, depth, cube, coefs, basis;
+    glbk_target   seen_target, cube_target, coef_target;
+    glbk_program  see, sum, project;
+    glbk_sfield_views *views;
+    uint32_t     *words;                /* what was read back */
+} glbk_sfield_builder;
+
+GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sfield_builder_desc *desc,
+                                                glbk_sfield_builder *out);
+GLBK_DEF glbk_result glbk_sfield_builder_see(glbk_context *ctx, glbk_sfield_builder *builder, const float center[3],
+                                             float radius, size_t count, const float *eyes, float *values);
+GLBK_DEF void glbk_sfield_builder_destroy(glbk_context *ctx, glbk_sfield_builder *builder);
+/* see       the members of a sfield_views. values: bands^2 coefficients, or 6 N^2 texels, of each eye, for sources three
+             times that. Samples as sfield_build takes them: 64 to 512 a side of a face (sources 256), by distance
+   Memory    on the GPU 4 MB (sources 20), cubes of a batch, the mesh, bands^2 x 24 N^2 bytes; here what is read back of a batch.
+             In glbk_sfield_builder_create once more the mesh, or the basis
+   Errors    GLBK_ERR_ARGUMENT (also a mesh without a triangle that can be used; `values` may be half written),
+             GLBK_ERR_ALLOC, GLBK_ERR_LIMIT. No float targets are needed */
 
 /* ---- end of sfield ---- */
 
@@ -5160,6 +5226,9 @@ static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
     "uniform usampler2D glbk_sfield_place;\n",
     "uniform usampler2D glbk_sfield_normal;\n",
     "uniform usampler2DArray glbk_sfield_self;\n",
+    "uniform usampler2D glbk_sfield_seen;\n",
+    "uniform usampler2D glbk_sfield_cube;\n",
+    "uniform usampler2DArray glbk_sfield_basis;\n",
     "layout(std140) uniform glbk_sfield_scene_block {\n",
     "    uvec4 table;\n",
     "    uvec4 parts;\n",
@@ -5172,7 +5241,14 @@ static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
     "    mat4 clip;\n",
     "    uvec4 kinds;\n",
     "    vec4 gloss;\n",
-    "} glbk_sfield_object;\n"
+    "} glbk_sfield_object;\n",
+    "layout(std140) uniform glbk_sfield_views_block {\n",
+    "    vec4 sphere;\n",
+    "    uvec4 how;\n",
+    "    uvec4 size;\n",
+    "    vec4 eyes[256];\n",
+    "    uvec4 places[256];\n",
+    "} glbk_sfield_views;\n"
 };
 
 static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
@@ -6799,6 +6875,108 @@ static const char *const glbk__glsl_prog_sfield_gbuffer_vert[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_sfield_project_frag[] = {
+    "// Four coefficients of a cube: texels times what the basis integrates to over each. A column is a group of four, after all\n",
+    "// groups of one channel those of the next; a row is an eye. Twin: sfield_sh_project.\n",
+    "// uses: table sfield_bindings\n",
+    "// with: screen.vert\n",
+    "// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1\n",
+    "layout(location = 0) out uvec4 coefs;\n",
+    "\n",
+    "vec4 sfield_basis_at(uint i) { return uintBitsToFloat(texelFetch(glbk_sfield_basis, glbk_table_at(i), 0)); }\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    int side = int(glbk_sfield_views.how.w);\n",
+    "    uint group = uint(at.x) % glbk_sfield_views.size.y, channel = uint(at.x) / glbk_sfield_views.size.y;\n",
+    "    uint cell = group * uint(6 * side * side);\n",
+    "    vec4 sum = vec4(0.0);\n",
+    "#if SFIELD_SOURCE\n",
+    "    int width = 6 * side;\n",
+    "#else\n",
+    "    int width = 6 * side / 4;\n",
+    "#endif\n",
+    "    for (int y = 0; y < side; y++)\n",
+    "        for (int x = 0; x < width; x++) {\n",
+    "            vec4 v = uintBitsToFloat(texelFetch(glbk_sfield_cube, ivec2(x, at.y * side + y), 0));\n",
+    "#if SFIELD_SOURCE\n",
+    "            float a = channel == 0u ? v.x : channel == 1u ? v.y : v.z;\n",
+    "            if (a != 0.0) sum += a * sfield_basis_at(cell);\n",
+    "            cell++;\n",
+    "#else\n",
+    "            if (v != vec4(0.0)) {\n",
+    "                sum += v.x * sfield_basis_at(cell);\n",
+    "                sum += v.y * sfield_basis_at(cell + 1u);\n",
+    "                sum += v.z * sfield_basis_at(cell + 2u);\n",
+    "                sum += v.w * sfield_basis_at(cell + 3u);\n",
+    "            }\n",
+    "            cell += 4u;\n",
+    "#endif\n",
+    "        }\n",
+    "    coefs = floatBitsToUint(sum);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_sfield_see_frag[] = {
+    "// What is seen: 1 where anything hides, or the radiance of the nearest triangle, which it emits on one side.\n",
+    "// uses: sfield_bindings\n",
+    "// with: sfield_see.vert\n",
+    "// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1\n",
+    "#if SFIELD_SOURCE\n",
+    "flat in vec3 sfield_radiance;\n",
+    "in float sfield_depth;\n",
+    "#endif\n",
+    "layout(location = 0) out uvec4 seen;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "#if SFIELD_SOURCE\n",
+    "    seen = uvec4(floatBitsToUint(gl_FrontFacing ? sfield_radiance : vec3(0.0)), 0u);\n",
+    "    gl_FragDepth = clamp(sfield_depth, 0.0, 1.0);\n",
+    "#else\n",
+    "    seen = uvec4(1u);\n",
+    "#endif\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_sfield_see_vert[] = {
+    "// A mesh as seen from the eyes of a column of tiles, one tile an instance. The viewport is the column and clips along x; the\n",
+    "// near and far planes stand in along y, so that no triangle leaves its tile. Attribute 0 is the position, 1 the radiance.\n",
+    "// uses: sfield_bindings\n",
+    "// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1\n",
+    "layout(location = 0) in vec3 position;\n",
+    "#if SFIELD_SOURCE\n",
+    "layout(location = 1) in vec3 radiance;\n",
+    "flat out vec3 sfield_radiance;\n",
+    "out float sfield_depth;\n",
+    "#endif\n",
+    "\n",
+    "// Along s, t and the axis of a face, as sfield_cube_texel has them.\n",
+    "vec3 sfield_to_face(uint face, vec3 p)\n",
+    "{\n",
+    "    if (face == 0u) return vec3(-p.z, -p.y, p.x);\n",
+    "    if (face == 1u) return vec3(p.z, -p.y, -p.x);\n",
+    "    if (face == 2u) return vec3(p.x, p.z, p.y);\n",
+    "    if (face == 3u) return vec3(p.x, -p.z, -p.y);\n",
+    "    return face == 4u ? vec3(p.x, -p.y, p.z) : vec3(-p.x, -p.y, -p.z);\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uint tile = glbk_sfield_views.how.x + uint(gl_InstanceID);\n",
+    "    vec4 eye = glbk_sfield_views.eyes[tile];\n",
+    "    uvec4 place = glbk_sfield_views.places[tile];\n",
+    "    vec3 q = sfield_to_face(place.x, (position - glbk_sfield_views.sphere.xyz) / glbk_sfield_views.sphere.w - eye.xyz);\n",
+    "    float rows = float(glbk_sfield_views.how.y);\n",
+    "    gl_Position = vec4(q.x, (q.y + (float(2u * place.w) + 1.0) * q.z) / rows - q.z, q.y, q.z);\n",
+    "#if SFIELD_SOURCE\n",
+    "    sfield_radiance = radiance;\n",
+    "    sfield_depth = q.z * eye.w;\n",
+    "#endif\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_sfield_shade_frag[] = {
     "// Light at each pixel of the G-buffer: rgb without albedo, and the share of the cosine-weighted sky that is open.\n",
     "// uses: sfield_gbuffer\n",
@@ -6832,6 +7010,56 @@ static const char *const glbk__glsl_prog_sfield_shade_frag[] = {
     "#if SFIELD_GLOSS\n",
     "    gloss = glbk_pack(vec4(sums.gloss, 1.0));\n",
     "#endif\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_sfield_sum_frag[] = {
+    "// Samples counted into texels: four neighbours' alpha, or a texel's radiance.\n",
+    "// uses: sfield_bindings\n",
+    "// with: sfield_sum.vert\n",
+    "// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1\n",
+    "flat in uint sfield_tile;\n",
+    "layout(location = 0) out uvec4 texels;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uvec4 place = glbk_sfield_views.places[sfield_tile];\n",
+    "    int width = int(glbk_sfield_views.how.z), side = int(glbk_sfield_views.how.w), scale = width / side;\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy), tile = ivec2(place.zw) * width;\n",
+    "    float share = 1.0 / float(scale * scale);\n",
+    "#if SFIELD_SOURCE\n",
+    "    ivec2 from = tile + (at - ivec2(place.xy) * side) * scale;\n",
+    "    vec3 sum = vec3(0.0);\n",
+    "    for (int y = 0; y < scale; y++)\n",
+    "        for (int x = 0; x < scale; x++) sum += uintBitsToFloat(texelFetch(glbk_sfield_seen, from + ivec2(x, y), 0).xyz);\n",
+    "    texels = uvec4(floatBitsToUint(sum * share), 0u);\n",
+    "#else\n",
+    "    ivec2 from = tile + (at - ivec2(int(place.x) * side / 4, int(place.y) * side)) * ivec2(4 * scale, scale);\n",
+    "    uvec4 sum = uvec4(0u);\n",
+    "    for (int y = 0; y < scale; y++)\n",
+    "        for (int x = 0; x < scale; x++) {\n",
+    "            ivec2 p = from + ivec2(x, y), next = ivec2(scale, 0);\n",
+    "            sum += uvec4(texelFetch(glbk_sfield_seen, p, 0).x, texelFetch(glbk_sfield_seen, p + next, 0).x,\n",
+    "                         texelFetch(glbk_sfield_seen, p + 2 * next, 0).x, texelFetch(glbk_sfield_seen, p + 3 * next, 0).x);\n",
+    "        }\n",
+    "    texels = floatBitsToUint(vec4(sum) * share);\n",
+    "#endif\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_sfield_sum_vert[] = {
+    "// The texels of a tile, an instance each: a strip of four vertices over one face of one eye's cube.\n",
+    "// uses: sfield_bindings\n",
+    "// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1\n",
+    "flat out uint sfield_tile;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uvec4 place = glbk_sfield_views.places[gl_InstanceID];\n",
+    "    uint side = glbk_sfield_views.how.w;\n",
+    "    vec2 corner = vec2(float(gl_VertexID & 1) + float(place.x), float(gl_VertexID >> 1) + float(place.y));\n",
+    "    sfield_tile = uint(gl_InstanceID);\n",
+    "    gl_Position = vec4(2.0 * corner / vec2(6.0, float(glbk_sfield_views.size.x)) - 1.0, 0.0, 1.0);\n",
     "}\n"
 };
 
@@ -6904,7 +7132,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/sfield_access.glsl", glbk__glsl_lib_sfield_access_glsl, 9, "table sfield_bindings", "",
       "" },
-    { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 18, "", "",
+    { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 28, "", "",
       "" },
     { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 216, "", "",
       "" },
@@ -6994,8 +7222,18 @@ static const glbk_file glbk__files[] = {
       "" },
     { "prog/sfield_gbuffer.vert", glbk__glsl_prog_sfield_gbuffer_vert, 22, "sfield_bindings", "",
       "" },
+    { "prog/sfield_project.frag", glbk__glsl_prog_sfield_project_frag, 40, "table sfield_bindings", "screen.vert",
+      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
+    { "prog/sfield_see.frag", glbk__glsl_prog_sfield_see_frag, 19, "sfield_bindings", "sfield_see.vert",
+      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
+    { "prog/sfield_see.vert", glbk__glsl_prog_sfield_see_vert, 34, "sfield_bindings", "",
+      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
     { "prog/sfield_shade.frag", glbk__glsl_prog_sfield_shade_frag, 33, "sfield_gbuffer", "screen.vert",
-      "SFIELD_BANDS=4 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" }
+      "SFIELD_BANDS=4 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" },
+    { "prog/sfield_sum.frag", glbk__glsl_prog_sfield_sum_frag, 31, "sfield_bindings", "sfield_sum.vert",
+      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
+    { "prog/sfield_sum.vert", glbk__glsl_prog_sfield_sum_vert, 13, "sfield_bindings", "",
+      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" }
 };
 
 /* <<< glsl */
@@ -10387,6 +10625,454 @@ GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r
     if (!ctx || !r || !r->target.name || (gloss && !r->gloss.name)) return GLBK_ERR_ARGUMENT;
     if (light) result = glbk_target_read(ctx, &r->target, 0, 0, 0, r->width, r->height, light);
     if (gloss && result == GLBK_OK) result = glbk_target_read(ctx, &r->target, 1, 0, 0, r->width, r->height, gloss);
+    return result;
+}
+
+/* ---- >>sfield: building ---- */
+
+enum { GLBK__SFIELD_TILES = 256, GLBK__SFIELD_BATCH = 128 };
+
+static glbk__allocator glbk__sfield_memory(const glbk_context *ctx)
+{
+    return glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+}
+
+/* Floats of an eye's values, of one channel. */
+static size_t glbk__sfield_values(const glbk_sfield_builder *b)
+{
+    return b->bands ? (size_t)b->bands * b->bands : (size_t)6 * b->side * b->side;
+}
+
+static const float *glbk__sfield_vertex(const glbk_sfield_builder_desc *d, size_t i)
+{
+    size_t stride = d->vertex_stride ? d->vertex_stride : 12;
+    return (const float *)(const void *)((const char *)(const void *)d->positions + i * stride);
+}
+
+/* Corners of triangle t; 0 where sfield_build would skip it. */
+static int glbk__sfield_corners(const glbk_sfield_builder_desc *d, size_t t, uint32_t corner[3])
+{
+    int i, k;
+    for (i = 0; i < 3; i++) {
+        const float *p;
+        corner[i] = d->indices ? d->indices[3 * t + (size_t)i] : (uint32_t)(3 * t) + (uint32_t)i;
+        if (corner[i] >= d->vertex_count) return 0;
+        p = glbk__sfield_vertex(d, corner[i]);
+        for (k = 0; k < 3; k++)
+            if (!(fabsf(p[k]) < 1e18f)) return 0;
+    }
+    return 1;
+}
+
+/* The sphere that faces are chosen by; 0 where no triangle is left. */
+static int glbk__sfield_fit(const glbk_sfield_builder_desc *d, size_t triangles, glbk_sfield_builder *b)
+{
+    float low[3] = { 2e18f, 2e18f, 2e18f }, high[3] = { -2e18f, -2e18f, -2e18f }, r2 = 0;
+    uint32_t corner[3];
+    size_t t;
+    int pass, i, k;
+    for (pass = 0; pass < 2; pass++) {
+        for (t = 0; t < triangles; t++) {
+            if (!glbk__sfield_corners(d, t, corner)) continue;
+            for (i = 0; i < 3; i++) {
+                const float *p = glbk__sfield_vertex(d, corner[i]);
+                float sum = 0;
+                for (k = 0; k < 3; k++) {
+                    low[k] = p[k] < low[k] ? p[k] : low[k];
+                    high[k] = p[k] > high[k] ? p[k] : high[k];
+                    sum += (p[k] - b->center[k]) * (p[k] - b->center[k]);
+                }
+                r2 = pass && sum > r2 ? sum : r2;
+            }
+        }
+        for (k = 0; k < 3; k++) b->center[k] = 0.5f * low[k] + 0.5f * high[k];
+    }
+    b->radius = sqrtf(r2);
+    return low[0] <= high[0];
+}
+
+/* Vertices and the indices of good triangles; sources: three corners with their radiance for each. */
+static glbk_result glbk__sfield_upload_mesh(glbk_context *ctx, const glbk_sfield_builder_desc *d, size_t triangles,
+                                            glbk_sfield_builder *b)
+{
+    glbk__allocator memory = glbk__sfield_memory(ctx);
+    size_t vertices = d->source ? 3 * triangles : d->vertex_count, floats = d->source ? 6 : 3, t, i, n = 0;
+    float *vertex = (float *)glbk__alloc_array(&memory, vertices, floats * sizeof *vertex), *v = vertex;
+    uint32_t *index = (uint32_t *)glbk__alloc_array(&memory, triangles, 3 * sizeof *index), corner[3];
+    glbk_result result = vertex && index ? GLBK_OK : GLBK_ERR_ALLOC;
+
+    for (i = 0; i < vertices && !d->source && result == GLBK_OK; i++) memcpy(vertex + 3 * i, glbk__sfield_vertex(d, i), 12);
+    for (t = 0; t < triangles && result == GLBK_OK; t++) {
+        if (!glbk__sfield_corners(d, t, corner)) continue;
+        for (i = 0; i < 3; i++, n++) {
+            index[n] = d->source ? (uint32_t)n : corner[i];
+            if (!d->source) continue;
+            memcpy(v, glbk__sfield_vertex(d, corner[i]), 12);
+            memcpy(v + 3, d->radiance + 3 * t, 12);
+            v += 6;
+        }
+    }
+    b->index_count = (uint32_t)n;
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, vertices * floats * sizeof *vertex, vertex, &b->vertices);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, n * sizeof *index, index, &b->indices);
+    glbk__free(&memory, vertex);
+    glbk__free(&memory, index);
+    return result;
+}
+
+static glbk_result glbk__sfield_vertex_array(glbk_context *ctx, glbk_sfield_builder *b)
+{
+    int32_t array = 0, buffer = 0, stride = b->source ? 24 : 12;
+    glbk_result result = glbk__enter(ctx);
+
+    if (result != GLBK_OK) return result;
+    ctx->gl.GetIntegerv(0x85B5 /* VERTEX_ARRAY_BINDING */, &array);
+    ctx->gl.GetIntegerv(0x8894 /* ARRAY_BUFFER_BINDING */, &buffer);
+    ctx->gl.GenVertexArrays(1, &b->vertex_array);
+    ctx->gl.BindVertexArray(b->vertex_array);
+    ctx->gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, b->vertices.name);
+    ctx->gl.BindBuffer(GLBK_GL_ELEMENT_ARRAY_BUFFER, b->indices.name);
+    ctx->gl.EnableVertexAttribArray(0);
+    ctx->gl.VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, stride, NULL);
+    if (b->source) {
+        ctx->gl.EnableVertexAttribArray(1);
+        ctx->gl.VertexAttribPointer(1, 3, GLBK_GL_FLOAT, 0, stride, (const void *)(size_t)12);
+    }
+    ctx->gl.BindVertexArray((uint32_t)array);
+    ctx->gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, (uint32_t)buffer);
+    return glbk__leave(ctx);
+}
+
+static glbk_result glbk__sfield_take_mesh(glbk_context *ctx, const glbk_sfield_builder_desc *d, glbk_sfield_builder *b)
+{
+    size_t corners = d->indices ? d->index_count : d->vertex_count, i;
+    glbk_result result;
+
+    if (!corners || corners % 3 || corners > 0x7fffffffu || d->vertex_count > 0xffffffffu ||
+        (d->vertex_stride && (d->vertex_stride < 12 || d->vertex_stride % 4)) || (d->source && !d->radiance))
+        return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < corners && d->source; i++)
+        if (!(d->radiance[i] >= 0 && d->radiance[i] <= 1e18f)) return GLBK_ERR_ARGUMENT;
+    if (!glbk__sfield_fit(d, corners / 3, b)) return GLBK_ERR_ARGUMENT;
+    result = glbk__sfield_upload_mesh(ctx, d, corners / 3, b);
+    return result == GLBK_OK ? glbk__sfield_vertex_array(ctx, b) : result;
+}
+
+/* Where texel (face, x, y) of a cube stands in shadowfield.h's order. */
+static uint32_t glbk__sfield_morton(uint32_t side, uint32_t face, uint32_t x, uint32_t y)
+{
+    uint32_t morton = 0, bit;
+    for (bit = 0; bit < 6; bit++) morton |= (x >> bit & 1u) << 2 * bit | (y >> bit & 1u) << (2 * bit + 1);
+    return face * side * side + morton;
+}
+
+/* Groups of four coefficients, for each of them all texels in rows as the cubes have them. */
+static glbk_result glbk__sfield_upload_basis(glbk_context *ctx, const float *basis, glbk_sfield_builder *b)
+{
+    glbk__allocator memory = glbk__sfield_memory(ctx);
+    const uint32_t n = b->bands * b->bands, side = b->side, cells = 6 * side * side;
+    float *table = (float *)glbk__alloc_array(&memory, (size_t)cells * b->groups, 16);
+    uint32_t face, x, y, k;
+    glbk_result result;
+
+    if (!table) return GLBK_ERR_ALLOC;
+    memset(table, 0, (size_t)cells * b->groups * 16);
+    for (y = 0; y < side; y++)
+        for (face = 0; face < 6; face++)
+            for (x = 0; x < side; x++) {
+                size_t at = (size_t)y * 6 * side + face * side + x;
+                const float *from = basis + (size_t)glbk__sfield_morton(side, face, x, y) * n;
+                for (k = 0; k < n; k++) table[4 * (at + (size_t)(k / 4) * cells) + k % 4] = from[k];
+            }
+    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, table, (size_t)cells * b->groups, &b->basis);
+    glbk__free(&memory, table);
+    return result;
+}
+
+static glbk_result glbk__sfield_canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
+                                       const glbk_texture *depth, glbk_texture *texture, glbk_target *target)
+{
+    glbk_texture_desc d;
+    glbk_target_desc t;
+    glbk_result result;
+    memset(&d, 0, sizeof d);
+    memset(&t, 0, sizeof t);
+    d.format = format;
+    d.width = width;
+    d.height = height;
+    result = glbk_texture_create(ctx, &d, texture);
+    t.color[0] = texture;
+    t.depth = depth;
+    return result == GLBK_OK ? glbk_target_create(ctx, &t, target) : result;
+}
+
+static glbk_result glbk__sfield_canvases(glbk_context *ctx, glbk_sfield_builder *b)
+{
+    const uint32_t size = !b->source && ctx->max_size >= 2048 ? 2048u : 1024u, channels = b->source ? 3 : 1;
+    glbk_texture_desc depth;
+    glbk_result result = GLBK_OK;
+
+    memset(&depth, 0, sizeof depth);
+    depth.format = GLBK_FORMAT_DEPTH32F;
+    depth.width = depth.height = b->height = size;
+    if (b->source) result = glbk_texture_create(ctx, &depth, &b->depth);
+    if (result == GLBK_OK)
+        result = glbk__sfield_canvas(ctx, b->source ? GLBK_FORMAT_RGBA32UI : GLBK_FORMAT_R8UI, size, size,
+                                     b->source ? &b->depth : NULL, &b->seen, &b->seen_target);
+    b->batch = (ctx->max_size >= 2048 ? 2048 : 1024) / b->side;
+    b->batch = b->batch < GLBK__SFIELD_BATCH ? b->batch : (uint32_t)GLBK__SFIELD_BATCH;
+    if (result == GLBK_OK)
+        result = glbk__sfield_canvas(ctx, GLBK_FORMAT_RGBA32UI, 6 * b->side / (b->source ? 1 : 4),
+                                     b->batch * b->side, NULL, &b->cube, &b->cube_target);
+    if (result == GLBK_OK && b->bands)
+        result = glbk__sfield_canvas(ctx, GLBK_FORMAT_RGBA32UI, b->groups * channels, b->batch, NULL, &b->coefs,
+                                     &b->coef_target);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sfield_builder_desc *d,
+                                                glbk_sfield_builder *out)
+{
+    glbk__allocator memory;
+    const char *set;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d || d->cube_side < 4 || d->cube_side > 64 || (d->cube_side & (d->cube_side - 1)) || d->bands > 8 ||
+        (d->bands && !d->basis) || (!d->positions && !d->draw_fn))
+        return GLBK_ERR_ARGUMENT;
+    out->side = d->cube_side;
+    out->bands = d->bands;
+    out->groups = (d->bands * d->bands + 3) / 4;
+    out->source = d->source != 0;
+    out->draw_fn = d->positions ? NULL : d->draw_fn;
+    out->user = d->user;
+    set = out->source ? "SFIELD_SOURCE=1" : "SFIELD_SOURCE=0";
+    if (d->positions) result = glbk__sfield_take_mesh(ctx, d, out);
+    if (result == GLBK_OK && d->bands) result = glbk__sfield_upload_basis(ctx, d->basis, out);
+    if (result == GLBK_OK) result = glbk__sfield_canvases(ctx, out);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_views), NULL, &out->block);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "sfield_see.frag", set, &out->see);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "sfield_sum.frag", set, &out->sum);
+    if (result == GLBK_OK && d->bands) result = glbk_program_create(ctx, "sfield_project.frag", set, &out->project);
+    if (result == GLBK_OK) {
+        const glbk_texture *last = d->bands ? &out->coefs : &out->cube;
+        memory = glbk__sfield_memory(ctx);
+        out->views = (glbk_sfield_views *)glbk__alloc(&memory, sizeof *out->views);
+        out->words = (uint32_t *)glbk__alloc_array(&memory, (size_t)last->width * last->height, 16);
+        if (!out->views || !out->words) result = GLBK_ERR_ALLOC;
+    }
+    if (result != GLBK_OK) glbk_sfield_builder_destroy(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_sfield_builder_destroy(glbk_context *ctx, glbk_sfield_builder *b)
+{
+    if (!b) return;
+    if (ctx && !ctx->lost && b->vertex_array) ctx->gl.DeleteVertexArrays(1, &b->vertex_array);
+    glbk_buffer_destroy(ctx, &b->vertices);
+    glbk_buffer_destroy(ctx, &b->indices);
+    glbk_buffer_destroy(ctx, &b->block);
+    glbk_target_destroy(ctx, &b->seen_target);
+    glbk_target_destroy(ctx, &b->cube_target);
+    glbk_target_destroy(ctx, &b->coef_target);
+    glbk_texture_destroy(ctx, &b->seen);
+    glbk_texture_destroy(ctx, &b->depth);
+    glbk_texture_destroy(ctx, &b->cube);
+    glbk_texture_destroy(ctx, &b->coefs);
+    glbk_texture_destroy(ctx, &b->basis);
+    glbk_program_destroy(ctx, &b->see);
+    glbk_program_destroy(ctx, &b->sum);
+    glbk_program_destroy(ctx, &b->project);
+    if (ctx) {
+        glbk__allocator memory = glbk__sfield_memory(ctx);
+        glbk__free(&memory, b->views);
+        glbk__free(&memory, b->words);
+    }
+    memset(b, 0, sizeof *b);
+}
+
+/* Samples a side of a face from an eye at distance d: what sfield_build takes. */
+static uint32_t glbk__sfield_width(const glbk_sfield_builder *b, const float *eye)
+{
+    float d = sqrtf(eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]);
+    uint32_t most = b->source ? 256 : 512, width;
+    if (most > 64 * b->side) most = 64 * b->side;
+    for (width = 64; width < most && ((float)width < 24 * d || width < 2 * b->side);) width *= 2;
+    return width;
+}
+
+/* Does the sphere (center in radii from the eye) reach into the pyramid of a face? Rather yes. */
+static int glbk__sfield_faces(const float *center, float radius, uint32_t face)
+{
+    uint32_t axis = face / 2, k;
+    float along = face % 2 ? -center[axis] : center[axis], reach = 1.001f * radius * 1.41421356f;
+    if (along < -1.001f * radius) return 0;
+    for (k = 0; k < 3; k++)
+        if (k != axis && fabsf(center[k]) - along > reach) return 0;
+    return 1;
+}
+
+/* One atlas: its tiles are drawn column by column, and counted into the cubes. */
+static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builder *b, uint32_t tiles)
+{
+    static const float none[4] = { 0, 0, 0, 0 };
+    const uint32_t width = b->views->how[2], rows = b->views->how[1];
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t first;
+
+    b->views->how[0] = 0;
+    result = glbk_buffer_update(ctx, &b->block, 0, sizeof *b->views, b->views);
+    memset(&pass, 0, sizeof pass);
+    pass.target = &b->seen_target;
+    pass.depth = b->source ? GLBK_DEPTH_LESS : GLBK_DEPTH_OFF;
+    pass.viewport[2] = (int32_t)width;
+    pass.viewport[3] = (int32_t)(rows * width);
+    for (first = 0; first < tiles && result == GLBK_OK; first += rows) {
+        const int32_t count = (int32_t)(tiles - first < rows ? tiles - first : rows);
+        b->views->how[0] = first;
+        if (first) result = glbk_buffer_update(ctx, &b->block, offsetof(glbk_sfield_views, how), 16, b->views->how);
+        pass.viewport[0] = (int32_t)(first / rows * width);
+        if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &b->see);
+        if (result != GLBK_OK) return result;
+        if (!first) {
+            glbk_clear(ctx, &b->seen_target, 0, none);
+            if (b->source) glbk_clear_depth(ctx, 1);
+        }
+        glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_views, &b->block);
+        if (b->draw_fn) b->draw_fn(b->user, ctx, count);
+        else {
+            ctx->gl.BindVertexArray(b->vertex_array);
+            ctx->gl.DrawElementsInstanced(GLBK_GL_TRIANGLES, (int32_t)b->index_count, GLBK_GL_UNSIGNED_INT, NULL, count);
+        }
+    }
+    if (result != GLBK_OK) return result;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &b->cube_target;
+    result = glbk_begin(ctx, &pass, &b->sum);
+    if (result != GLBK_OK) return result;
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_views, &b->block);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_seen, &b->seen);
+    ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, (int32_t)tiles);
+    return GLBK_OK;
+}
+
+/* The cubes of a batch of eyes that take tiles of one width; faces that see nothing are not drawn. */
+static glbk_result glbk__sfield_draw_cubes(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count, const float *eyes)
+{
+    static const float none[4] = { 0, 0, 0, 0 };
+    glbk_sfield_views *v = b->views;
+    const uint32_t width = v->how[2], rows = b->height / width;
+    uint32_t most = rows * rows < GLBK__SFIELD_TILES ? rows * rows : (uint32_t)GLBK__SFIELD_TILES, tiles = 0, i, face, k;
+    glbk_pass pass;
+    glbk_result result;
+
+    memset(&pass, 0, sizeof pass);
+    pass.target = &b->cube_target;
+    result = glbk_begin(ctx, &pass, &b->sum);
+    if (result != GLBK_OK) return result;
+    glbk_clear(ctx, &b->cube_target, 0, none);
+    v->how[1] = rows;
+    for (i = 0; i < count && result == GLBK_OK; i++) {
+        const float *eye = eyes + 3 * (size_t)i;
+        float center[3] = { 0, 0, 0 }, radius = 1, far_depth = 0;
+        for (k = 0; k < 3; k++) {
+            if (!b->draw_fn) center[k] = (b->center[k] - v->sphere[k]) / v->sphere[3];
+            center[k] -= eye[k];
+            far_depth += center[k] * center[k];
+        }
+        if (!b->draw_fn) radius = b->radius / v->sphere[3];
+        far_depth = 1.001f * (sqrtf(far_depth) + radius);
+        for (face = 0; face < 6 && result == GLBK_OK; face++) {
+            float *at = v->eyes + 4 * (size_t)tiles;
+            uint32_t *place = v->places + 4 * (size_t)tiles;
+            if (!glbk__sfield_faces(center, radius, face)) continue;
+            memcpy(at, eye, 12);
+            at[3] = 1 / far_depth;
+            place[0] = face;
+            place[1] = i;
+            place[2] = tiles / rows;
+            place[3] = tiles % rows;
+            if (++tiles < most) continue;
+            result = glbk__sfield_draw_tiles(ctx, b, tiles);
+            tiles = 0;
+        }
+    }
+    return result == GLBK_OK && tiles ? glbk__sfield_draw_tiles(ctx, b, tiles) : result;
+}
+
+static glbk_result glbk__sfield_read_coefs(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count, float *values)
+{
+    const uint32_t n = b->bands * b->bands, channels = b->source ? 3 : 1, width = b->groups * channels;
+    uint32_t i, c;
+    glbk_pass pass;
+    glbk_result result;
+
+    memset(&pass, 0, sizeof pass);
+    pass.target = &b->coef_target;
+    pass.viewport[2] = (int32_t)width;
+    pass.viewport[3] = (int32_t)count;
+    result = glbk_begin(ctx, &pass, &b->project);
+    if (result != GLBK_OK) return result;
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_views, &b->block);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_cube, &b->cube);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_basis, &b->basis);
+    glbk_draw_screen(ctx);
+    result = glbk_target_read(ctx, &b->coef_target, 0, 0, 0, width, count, b->words);
+    for (i = 0; i < count && result == GLBK_OK; i++)
+        for (c = 0; c < channels; c++, values += n)
+            memcpy(values, b->words + 4 * ((size_t)i * width + c * b->groups), n * sizeof *values);
+    return result;
+}
+
+static glbk_result glbk__sfield_read_texels(glbk_context *ctx, glbk_sfield_builder *b, uint32_t count, float *values)
+{
+    const uint32_t side = b->side, channels = b->source ? 3 : 1, words = b->source ? 4 : 1;
+    const size_t cells = (size_t)6 * side * side;
+    uint32_t i, face, x, y, c;
+    const uint32_t *from = b->words;
+    glbk_result result = glbk_target_read(ctx, &b->cube_target, 0, 0, 0, b->cube.width, count * side, b->words);
+
+    for (i = 0; i < count && result == GLBK_OK; i++, values += channels * cells)
+        for (y = 0; y < side; y++)
+            for (face = 0; face < 6; face++)
+                for (x = 0; x < side; x++, from += words)
+                    for (c = 0; c < channels; c++)
+                        memcpy(values + c * cells + glbk__sfield_morton(side, face, x, y), from + c, sizeof *values);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_sfield_builder_see(glbk_context *ctx, glbk_sfield_builder *b, const float center[3],
+                                             float radius, size_t count, const float *eyes, float *values)
+{
+    size_t from, i;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !b || !b->words || !center || !(radius > 0) || !glbk__finite(radius) || !count || !eyes || !values)
+        return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < 3 * count; i++)
+        if (!(fabsf(eyes[i]) < 1e6f)) return GLBK_ERR_ARGUMENT;
+    memset(b->views, 0, sizeof *b->views);
+    for (i = 0; i < 3; i++) {
+        if (!glbk__finite(center[i])) return GLBK_ERR_ARGUMENT;
+        b->views->sphere[i] = center[i];
+    }
+    b->views->sphere[3] = radius;
+    b->views->how[3] = b->side;
+    b->views->size[0] = b->batch;
+    b->views->size[1] = b->groups;
+    for (from = 0; from < count && result == GLBK_OK;) {
+        uint32_t width = glbk__sfield_width(b, eyes + 3 * from), n = 1;
+        while (n < b->batch && from + n < count && glbk__sfield_width(b, eyes + 3 * (from + n)) == width) n++;
+        b->views->how[2] = width;
+        result = glbk__sfield_draw_cubes(ctx, b, n, eyes + 3 * from);
+        if (result == GLBK_OK)
+            result = b->bands ? glbk__sfield_read_coefs(ctx, b, n, values) : glbk__sfield_read_texels(ctx, b, n, values);
+        values += n * glbk__sfield_values(b) * (b->source ? 3u : 1u);
+        from += n;
+    }
     return result;
 }
 

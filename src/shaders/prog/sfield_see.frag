@@ -1,0 +1,19 @@
+// What is seen: 1 where anything hides, or the radiance of the nearest triangle, which it emits on one side.
+// uses: sfield_bindings
+// with: sfield_see.vert
+// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
+#if SFIELD_SOURCE
+flat in vec3 sfield_radiance;
+in float sfield_depth;
+#endif
+layout(location = 0) out uvec4 seen;
+
+void main()
+{
+#if SFIELD_SOURCE
+    seen = uvec4(floatBitsToUint(gl_FrontFacing ? sfield_radiance : vec3(0.0)), 0u);
+    gl_FragDepth = clamp(sfield_depth, 0.0, 1.0);
+#else
+    seen = uvec4(1u);
+#endif
+}

@@ -1,0 +1,34 @@
+// A mesh as seen from the eyes of a column of tiles, one tile an instance. The viewport is the column and clips along x; the
+// near and far planes stand in along y, so that no triangle leaves its tile. Attribute 0 is the position, 1 the radiance.
+// uses: sfield_bindings
+// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
+layout(location = 0) in vec3 position;
+#if SFIELD_SOURCE
+layout(location = 1) in vec3 radiance;
+flat out vec3 sfield_radiance;
+out float sfield_depth;
+#endif
+
+// Along s, t and the axis of a face, as sfield_cube_texel has them.
+vec3 sfield_to_face(uint face, vec3 p)
+{
+    if (face == 0u) return vec3(-p.z, -p.y, p.x);
+    if (face == 1u) return vec3(p.z, -p.y, -p.x);
+    if (face == 2u) return vec3(p.x, p.z, p.y);
+    if (face == 3u) return vec3(p.x, -p.z, -p.y);
+    return face == 4u ? vec3(p.x, -p.y, p.z) : vec3(-p.x, -p.y, -p.z);
+}
+
+void main()
+{
+    uint tile = glbk_sfield_views.how.x + uint(gl_InstanceID);
+    vec4 eye = glbk_sfield_views.eyes[tile];
+    uvec4 place = glbk_sfield_views.places[tile];
+    vec3 q = sfield_to_face(place.x, (position - glbk_sfield_views.sphere.xyz) / glbk_sfield_views.sphere.w - eye.xyz);
+    float rows = float(glbk_sfield_views.how.y);
+    gl_Position = vec4(q.x, (q.y + (float(2u * place.w) + 1.0) * q.z) / rows - q.z, q.y, q.z);
+#if SFIELD_SOURCE
+    sfield_radiance = radiance;
+    sfield_depth = q.z * eye.w;
+#endif
+}
