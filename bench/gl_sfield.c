@@ -5,6 +5,7 @@
 #include "sfield_scene.h"
 #include "gl_context.h"
 #include "gl_backend.h"
+#include "sfield_gpu.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -212,6 +213,41 @@ static glbk_result measure(board *b, const bn_options *options, glbk_context *gl
     return result;
 }
 
+/* The field of a bishop by the processor and by the GPU. */
+static sfield_result measure_build(const board *b, const bn_options *options, glbk_context *gl)
+{
+    const ex_mesh *mesh = &b->scene.meshes[4];
+    const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count };
+    sfield_desc d = bn_sfield_desc(options);
+    double ms[2] = { 0, 0 };
+    sfield_result result = SFIELD_OK;
+    sfield_info info;
+    if (!options->full)
+        d.position_side = 8;
+    for (int gpu = 0; gpu < 2 && result == SFIELD_OK; gpu++) {
+        ex_sfield_gpu g = { gl, GLBK_OK };
+        sfield_field *f;
+        double start = ex_seconds();
+        result = gpu ? ex_sfield_build(&g, &d, &m, NULL, &f, NULL) : sfield_build(&d, &m, &f, NULL);
+        ms[gpu] = 1000 * (ex_seconds() - start);
+        if (result == SFIELD_OK) {
+            sfield_get_info(f, &info);
+            sfield_free(f);
+        }
+    }
+    if (result != SFIELD_OK)
+        return result;
+    bn_begin(options, "gl_sfield", options->threads, bn_sfield_simd());
+    bn_text("gl_renderer", gl->renderer);
+    bn_text("op", "build");
+    bn_integer("triangles", mesh->triangle_count);
+    bn_integer("views", info.samples);
+    bn_number("build_ms", ms[1]);
+    bn_number("cpu_ms", ms[0]);
+    bn_end(options);
+    return SFIELD_OK;
+}
+
 static int run(board *b, const bn_options *options)
 {
     ex_gl_options context = { EX_GL_HEADLESS, 0, 0, 0, 0, 0, 0, 0, 0, NULL };
@@ -220,6 +256,7 @@ static int run(board *b, const bn_options *options)
     glbk_context glbk;
     glbk_desc desc;
     glbk_result result;
+    sfield_result built = SFIELD_OK;
     if (!gl)
         return bn_failed("OpenGL", error);
     memset(&desc, 0, sizeof desc);
@@ -232,9 +269,13 @@ static int run(board *b, const bn_options *options)
         result = upload_fields(b, &glbk);
     for (int unrolled = 1; unrolled >= 0 && result == GLBK_OK; unrolled--)
         result = measure(b, options, &glbk, unrolled);
+    if (result == GLBK_OK)
+        built = measure_build(b, options, &glbk);
     glbk_sfield_destroy(&glbk, &b->world);
     glbk_destroy(&glbk);
     ex_gl_free(gl);
+    if (result == GLBK_OK && built != SFIELD_OK)
+        return bn_failed("gl_sfield", sfield_result_text(built));
     return result == GLBK_OK ? 0 : bn_failed("gl_sfield", glbk_result_text(result));
 }
 

@@ -4,6 +4,7 @@
    One occlusion field for each distinct mesh, its own visibility at each point, a source field for each area light and
    emissive mesh. Suns and skies are the environment. Spots and points become spheres of the size `lamp`. */
 #include "shadowfield_parts.h"
+#include "sfield_gpu.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -62,6 +63,24 @@ static sfield_desc desc_of(const rd_job *job, sfield_basis basis)
     return d;
 }
 
+/* On the processor, or with build=gpu on OpenGL. */
+static int build_field(const rd_job *job, const sfield_desc *d, const sfield_mesh *mesh, const float *radiance,
+                       sfield_field **out, sfield_stats *stats, char *error)
+{
+    const char *what = radiance ? "source field of an emissive mesh" : "occlusion field";
+    ex_sfield_gpu gpu = { job->gl, GLBK_OK };
+    sfield_result r;
+    if (rd_setting_is(job->settings, "build", "gpu"))
+        r = ex_sfield_build(&gpu, d, mesh, radiance, out, stats);
+    else
+        r = radiance ? sfield_build_emissive(d, mesh, radiance, out, stats) : sfield_build(d, mesh, out, stats);
+    if (gpu.result != GLBK_OK) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield on GL: %s: %s", what, glbk_result_text(gpu.result));
+        return -1;
+    }
+    return r == SFIELD_OK ? 0 : failed(what, r, error);
+}
+
 static sfield_mesh mesh_of(const ex_mesh *m)
 {
     sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * (size_t)m->triangle_count };
@@ -106,8 +125,8 @@ static int build_meshes(sf_state *s, const rd_job *job, char *error)
         while (first < o->mesh && !(s->occlusion[first] && same_geometry(mesh, &scene->meshes[first])))
             first++;
         s->same_of[o->mesh] = first;
-        if (first == o->mesh && (r = sfield_build(&d, &input, &s->occlusion[first], &stats)) != SFIELD_OK)
-            return failed("occlusion field", r, error);
+        if (first == o->mesh && build_field(job, &d, &input, NULL, &s->occlusion[first], &stats, error) != 0)
+            return -1;
         s->peak = first == o->mesh && stats.peak_bytes > s->peak ? stats.peak_bytes : s->peak;
         if (sf_surface_build(surface, scene, mesh, spacing) != 0)
             return out_of_memory(error);
@@ -181,7 +200,7 @@ static int build_emissive(sf_state *s, const rd_job *job, uint32_t object, char 
     sfield_entity *entity = &s->entities[job->scene->object_count + s->light_count];
     uint32_t *index = malloc((6 * (size_t)m->triangle_count + 1) * sizeof *index), used = 0;
     float *radiance = malloc((6 * (size_t)m->triangle_count + 1) * sizeof *radiance);
-    sfield_result r = SFIELD_ERR_ALLOC;
+    int made = -1;
     for (uint32_t t = 0; index && radiance && t < m->triangle_count; t++) {
         const ex_material *material = &job->scene->materials[m->materials[t]];
         const uint32_t *from = m->indices + 3 * (size_t)t;
@@ -196,12 +215,14 @@ static int build_emissive(sf_state *s, const rd_job *job, uint32_t object, char 
     }
     if (index && radiance) {
         sfield_mesh mesh = { m->positions, m->vertex_count, 0, index, 3 * (size_t)used };
-        r = sfield_build_emissive(&d, &mesh, radiance, &s->light[s->light_count], NULL);
+        made = build_field(job, &d, &mesh, radiance, &s->light[s->light_count], NULL, error);
+    } else {
+        out_of_memory(error);
     }
     free(index);
     free(radiance);
-    if (r != SFIELD_OK)
-        return failed("source field of an emissive mesh", r, error);
+    if (made != 0)
+        return -1;
     *entity = sfield_entity_default();
     s->light_object[s->light_count] = object;
     entity->source = s->light[s->light_count++];
@@ -559,6 +580,8 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         snprintf(error, EX_ERROR_SIZE, "shadowfield: materials=full needs basis=sh");
     } else if (job->gl && s->basis == SFIELD_BASIS_HAAR) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: --backend gl needs basis=sh");
+    } else if (!job->gl && rd_setting_is(job->settings, "build", "gpu")) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: build=gpu needs --backend gl");
     } else if (!s->light || !s->light_object || !s->light_of || !s->aim || !s->entities || !s->surface_of || !s->gloss || !s->rgb) {
         out_of_memory(error);
     } else if ((r = sfield_scene_create(&d, &s->scene)) != SFIELD_OK) {
@@ -603,6 +626,7 @@ static const rd_key keys[] = {
     { "bands", RD_INTEGER, NULL, 1, 8, "4", "of spherical harmonics" },
     { "shells", RD_INTEGER, NULL, 0, 64, "0", "of a field; 0: 16, wavelets 32" },
     { "position_side", RD_INTEGER, NULL, 0, 64, "0", "points a side of a shell's six faces; 0: 16, wavelets 32" },
+    { "build", RD_WORD, "cpu|gpu", 0, 0, "cpu", "where fields of meshes are drawn and projected; gpu needs --backend gl" },
     { "keep", RD_NUMBER, NULL, 0, 1, "0", "share of wavelets kept of a cube; 0: 0.01" },
     { "reach", RD_NUMBER, NULL, 0, 1000, "0", "how far objects hide, in radii; 0: their outermost shell" },
     { "spacing", RD_NUMBER, NULL, 0.001, 1, "0.02", "of shaded points, in radii of the scene" },

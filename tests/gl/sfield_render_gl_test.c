@@ -29,9 +29,31 @@ static void moving_video_light(void **state)
     agree("--scene builtin:explosion --frames 2" SMALL);
 }
 
+/* Objects and lights that are meshes, drawn and projected on OpenGL: some samples at edges are others. */
+static void fields_built_on_gl(void **state)
+{
+    static const char *const scenes[] = { "chess", "explosion" }, *const ways[] = { "cpu", "gpu" };
+    (void)state;
+    expect(1, "build=gpu needs --backend gl", "--technique shadowfield --scene builtin:chess --set build=gpu --out a.pfm");
+    for (int i = 0; i < 4; i++) {
+        char arguments[300];
+        snprintf(arguments, sizeof arguments, "--technique shadowfield --backend gl --size 48x36 --scene builtin:%s%s --set build=%s "
+                 "--out %s.pfm", scenes[i / 2], SMALL, ways[i % 2], ways[i % 2]);
+        if (run("render", arguments) != 0) {
+            if (!strstr(output, "EGL") && !strstr(output, "no GL context")) fail_msg("render %s: %s", arguments, output);
+            printf("skip: %s\n", output);
+            skip();
+        }
+        if (i % 2 == 0) continue;
+        assert_int_equal(run("compare", "gpu.pfm cpu.pfm"), 0);
+        printf("%s: relative_rmse %.1e\n", scenes[i / 2], number("relative_rmse"));
+        assert_true(number("relative_rmse") <= 0.01);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(sky_on_instances), cmocka_unit_test(spots_and_sun_on_glossy_robots),
-                                        cmocka_unit_test(moving_video_light) };
+                                        cmocka_unit_test(moving_video_light), cmocka_unit_test(fields_built_on_gl) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }
