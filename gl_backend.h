@@ -1215,8 +1215,8 @@ GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r
 
 /* ---- sfield: building on the GPU ----
 
-   Draws what is seen from the sample points of a field, up to 256 faces of cubes at a time in one atlas, counts samples into
-   texels and projects these on harmonics. shadowfield.h asks for it and makes the field:
+   Draws what is seen from the sample points of a field, up to 256 faces of cubes at a time in one atlas, counts samples
+   into texels and projects these on harmonics. shadowfield.h asks for it and makes the field:
 
        int see(void *user, const sfield_views *v)
        {
@@ -1233,16 +1233,16 @@ typedef struct glbk_sfield_builder_desc {
     size_t          vertex_count, vertex_stride;
     const uint32_t *indices;
     size_t          index_count;
-    const float    *radiance;           /* sources: r, g, b of each triangle, 0..1e18. Of one frame: others by draw_fn */
-    void          (*draw_fn)(void *user, glbk_context *ctx, int32_t instances);     /* your object, within the sphere: bind its
-                                           vertex array, attribute 0 the position in the field's space, sources: attribute 1
-                                           the radiance of the triangle, and draw so many instances; program and state are
-                                           ours */
+    const float    *radiance;           /* sources: r, g, b of each triangle, 0..1e18; one frame, others by draw_fn */
+    void          (*draw_fn)(void *user, glbk_context *ctx, int32_t instances);     /* your object, within the sphere:
+                                           bind its vertex array, attribute 0 the position in the field's space,
+                                           sources: attribute 1 the radiance of the triangle, and draw so many
+                                           instances; program and state are ours */
     void           *user;
 } glbk_sfield_builder_desc;             /* all arrays are kept by you until glbk_sfield_builder_create returns */
 
 typedef struct glbk_sfield_builder {    /* batch: most eyes of which cubes are kept at once. The rest is private */
-    uint32_t      batch, side, bands, groups, height, columns;
+    uint32_t      batch, side, bands, groups, height;
     int           source;
     void        (*draw_fn)(void *user, glbk_context *ctx, int32_t instances);
     void         *user;
@@ -1261,10 +1261,10 @@ GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sf
 GLBK_DEF glbk_result glbk_sfield_builder_see(glbk_context *ctx, glbk_sfield_builder *builder, const float center[3],
                                              float radius, size_t count, const float *eyes, float *values);
 GLBK_DEF void glbk_sfield_builder_destroy(glbk_context *ctx, glbk_sfield_builder *builder);
-/* see       the members of a sfield_views. values: bands^2 coefficients, or 6 N^2 texels, of each eye, for sources three
-             times that. Samples as sfield_build takes them: 64 to 512 a side of a face (sources 256), by distance
-   Memory    on the GPU 4 MB (sources 20), cubes of a batch, the mesh, bands^2 x 24 N^2 bytes; here what is read back of a batch.
-             In glbk_sfield_builder_create once more the mesh, or the basis
+/* see       the members of a sfield_views. values: bands^2 coefficients, or 6 N^2 texels, of each eye, for sources
+             three times that. Samples as sfield_build takes them: 64 to 512 a side of a face (sources 256), by distance
+   Memory    on the GPU 4 MB (sources 20), cubes of a batch, the mesh, bands^2 x 24 N^2 bytes; here what is read back of
+             a batch. In glbk_sfield_builder_create once more the mesh, or the basis
    Errors    GLBK_ERR_ARGUMENT (also a mesh without a triangle that can be used; `values` may be half written),
              GLBK_ERR_ALLOC, GLBK_ERR_LIMIT. No float targets are needed */
 
@@ -6876,8 +6876,8 @@ static const char *const glbk__glsl_prog_sfield_gbuffer_vert[] = {
 };
 
 static const char *const glbk__glsl_prog_sfield_project_frag[] = {
-    "// Four coefficients of a cube: texels times what the basis integrates to over each. A column is a group of four, after all\n",
-    "// groups of one channel those of the next; a row is an eye. Twin: sfield_sh_project.\n",
+    "// Four coefficients of a cube: texels times what the basis integrates to over each. A column is a group of four,\n",
+    "// after all groups of one channel those of the next; a row is an eye. Twin: sfield_sh_project.\n",
     "// uses: table sfield_bindings\n",
     "// with: screen.vert\n",
     "// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1\n",
@@ -6941,8 +6941,9 @@ static const char *const glbk__glsl_prog_sfield_see_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_sfield_see_vert[] = {
-    "// A mesh as seen from the eyes of a column of tiles, one tile an instance. The viewport is the column and clips along x; the\n",
-    "// near and far planes stand in along y, so that no triangle leaves its tile. Attribute 0 is the position, 1 the radiance.\n",
+    "// A mesh as seen from the eyes of a column of tiles, one tile an instance. The viewport is the column and clips along\n",
+    "// x; the near and far planes stand in along y, so that no triangle leaves its tile. Attribute 0 is the position, 1 the\n",
+    "// radiance.\n",
     "// uses: sfield_bindings\n",
     "// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1\n",
     "layout(location = 0) in vec3 position;\n",
@@ -6967,7 +6968,8 @@ static const char *const glbk__glsl_prog_sfield_see_vert[] = {
     "    uint tile = glbk_sfield_views.how.x + uint(gl_InstanceID);\n",
     "    vec4 eye = glbk_sfield_views.eyes[tile];\n",
     "    uvec4 place = glbk_sfield_views.places[tile];\n",
-    "    vec3 q = sfield_to_face(place.x, (position - glbk_sfield_views.sphere.xyz) / glbk_sfield_views.sphere.w - eye.xyz);\n",
+    "    vec4 sphere = glbk_sfield_views.sphere;\n",
+    "    vec3 q = sfield_to_face(place.x, (position - sphere.xyz) / sphere.w - eye.xyz);\n",
     "    float rows = float(glbk_sfield_views.how.y);\n",
     "    gl_Position = vec4(q.x, (q.y + (float(2u * place.w) + 1.0) * q.z) / rows - q.z, q.y, q.z);\n",
     "#if SFIELD_SOURCE\n",
@@ -7031,7 +7033,8 @@ static const char *const glbk__glsl_prog_sfield_sum_frag[] = {
     "    ivec2 from = tile + (at - ivec2(place.xy) * side) * scale;\n",
     "    vec3 sum = vec3(0.0);\n",
     "    for (int y = 0; y < scale; y++)\n",
-    "        for (int x = 0; x < scale; x++) sum += uintBitsToFloat(texelFetch(glbk_sfield_seen, from + ivec2(x, y), 0).xyz);\n",
+    "        for (int x = 0; x < scale; x++)\n",
+    "            sum += uintBitsToFloat(texelFetch(glbk_sfield_seen, from + ivec2(x, y), 0).xyz);\n",
     "    texels = uvec4(floatBitsToUint(sum * share), 0u);\n",
     "#else\n",
     "    ivec2 from = tile + (at - ivec2(int(place.x) * side / 4, int(place.y) * side)) * ivec2(4 * scale, scale);\n",
@@ -7039,8 +7042,10 @@ static const char *const glbk__glsl_prog_sfield_sum_frag[] = {
     "    for (int y = 0; y < scale; y++)\n",
     "        for (int x = 0; x < scale; x++) {\n",
     "            ivec2 p = from + ivec2(x, y), next = ivec2(scale, 0);\n",
-    "            sum += uvec4(texelFetch(glbk_sfield_seen, p, 0).x, texelFetch(glbk_sfield_seen, p + next, 0).x,\n",
-    "                         texelFetch(glbk_sfield_seen, p + 2 * next, 0).x, texelFetch(glbk_sfield_seen, p + 3 * next, 0).x);\n",
+    "            sum.x += texelFetch(glbk_sfield_seen, p, 0).x;\n",
+    "            sum.y += texelFetch(glbk_sfield_seen, p + next, 0).x;\n",
+    "            sum.z += texelFetch(glbk_sfield_seen, p + 2 * next, 0).x;\n",
+    "            sum.w += texelFetch(glbk_sfield_seen, p + 3 * next, 0).x;\n",
     "        }\n",
     "    texels = floatBitsToUint(vec4(sum) * share);\n",
     "#endif\n",
@@ -7226,11 +7231,11 @@ static const glbk_file glbk__files[] = {
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
     { "prog/sfield_see.frag", glbk__glsl_prog_sfield_see_frag, 19, "sfield_bindings", "sfield_see.vert",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
-    { "prog/sfield_see.vert", glbk__glsl_prog_sfield_see_vert, 34, "sfield_bindings", "",
+    { "prog/sfield_see.vert", glbk__glsl_prog_sfield_see_vert, 36, "sfield_bindings", "",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
     { "prog/sfield_shade.frag", glbk__glsl_prog_sfield_shade_frag, 33, "sfield_gbuffer", "screen.vert",
       "SFIELD_BANDS=4 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" },
-    { "prog/sfield_sum.frag", glbk__glsl_prog_sfield_sum_frag, 31, "sfield_bindings", "sfield_sum.vert",
+    { "prog/sfield_sum.frag", glbk__glsl_prog_sfield_sum_frag, 34, "sfield_bindings", "sfield_sum.vert",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
     { "prog/sfield_sum.vert", glbk__glsl_prog_sfield_sum_vert, 13, "sfield_bindings", "",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" }
@@ -10701,7 +10706,8 @@ static glbk_result glbk__sfield_upload_mesh(glbk_context *ctx, const glbk_sfield
     uint32_t *index = (uint32_t *)glbk__alloc_array(&memory, triangles, 3 * sizeof *index), corner[3];
     glbk_result result = vertex && index ? GLBK_OK : GLBK_ERR_ALLOC;
 
-    for (i = 0; i < vertices && !d->source && result == GLBK_OK; i++) memcpy(vertex + 3 * i, glbk__sfield_vertex(d, i), 12);
+    for (i = 0; i < vertices && !d->source && result == GLBK_OK; i++)
+        memcpy(vertex + 3 * i, glbk__sfield_vertex(d, i), 12);
     for (t = 0; t < triangles && result == GLBK_OK; t++) {
         if (!glbk__sfield_corners(d, t, corner)) continue;
         for (i = 0; i < 3; i++, n++) {
@@ -10945,7 +10951,8 @@ static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builde
         if (b->draw_fn) b->draw_fn(b->user, ctx, count);
         else {
             ctx->gl.BindVertexArray(b->vertex_array);
-            ctx->gl.DrawElementsInstanced(GLBK_GL_TRIANGLES, (int32_t)b->index_count, GLBK_GL_UNSIGNED_INT, NULL, count);
+            ctx->gl.DrawElementsInstanced(GLBK_GL_TRIANGLES, (int32_t)b->index_count, GLBK_GL_UNSIGNED_INT, NULL,
+                                          count);
         }
     }
     if (result != GLBK_OK) return result;
@@ -10965,7 +10972,8 @@ static glbk_result glbk__sfield_draw_cubes(glbk_context *ctx, glbk_sfield_builde
     static const float none[4] = { 0, 0, 0, 0 };
     glbk_sfield_views *v = b->views;
     const uint32_t width = v->how[2], rows = b->height / width;
-    uint32_t most = rows * rows < GLBK__SFIELD_TILES ? rows * rows : (uint32_t)GLBK__SFIELD_TILES, tiles = 0, i, face, k;
+    uint32_t most = rows * rows < GLBK__SFIELD_TILES ? rows * rows : (uint32_t)GLBK__SFIELD_TILES;
+    uint32_t tiles = 0, i, face, k;
     glbk_pass pass;
     glbk_result result;
 
@@ -11069,7 +11077,8 @@ GLBK_DEF glbk_result glbk_sfield_builder_see(glbk_context *ctx, glbk_sfield_buil
         b->views->how[2] = width;
         result = glbk__sfield_draw_cubes(ctx, b, n, eyes + 3 * from);
         if (result == GLBK_OK)
-            result = b->bands ? glbk__sfield_read_coefs(ctx, b, n, values) : glbk__sfield_read_texels(ctx, b, n, values);
+            result = b->bands ? glbk__sfield_read_coefs(ctx, b, n, values)
+                              : glbk__sfield_read_texels(ctx, b, n, values);
         values += n * glbk__sfield_values(b) * (b->source ? 3u : 1u);
         from += n;
     }

@@ -235,8 +235,8 @@ SFIELD_DEF float sfield_cube_texel(uint32_t side, uint32_t texel, float directio
 SFIELD_DEF uint32_t sfield_cube_find(uint32_t side, const float direction[3]);
 /* The texel that a direction falls into. */
 SFIELD_DEF sfield_result sfield_cube_basis(uint32_t bands, uint32_t side, uint32_t texel, float *out);
-/* Exact integrals of the bands^2 basis functions over a texel: the sum of texels times these are a function's coefficients.
-   For projection elsewhere (gl_backend.h). Errors SFIELD_ERR_ARGUMENT. */
+/* Exact integrals of the bands^2 basis functions over a texel: sums of texels times these are a function's
+   coefficients. For projection elsewhere (gl_backend.h). Errors SFIELD_ERR_ARGUMENT. */
 
 SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const float *texels, uint32_t channels,
                                            float *coefs);
@@ -364,12 +364,12 @@ typedef struct sfield_views {       /* sample points of a shell, 1..256 at a tim
 } sfield_views;
 
 typedef int (*sfield_views_fn)(void *user, const sfield_views *views);
-/* Not 0 ends the build. From the thread that called us, shell after shell. Coefficients are those of sfield_cube_basis. */
+/* Not 0 ends the build. From the thread that called us, shell after shell. Coefficients: as by sfield_cube_basis. */
 
 SFIELD_DEF sfield_result sfield_build_views(const sfield_desc *desc, int source, const sfield_mesh *mesh,
                                             sfield_views_fn see, void *user, sfield_field **out, sfield_stats *stats);
-/* A field whose cubes another renderer draws and projects, such as glbk_sfield_builder of gl_backend.h; windows, logarithms,
-   the choice of wavelets and the block are made here.
+/* A field whose cubes another renderer draws and projects, such as glbk_sfield_builder of gl_backend.h; windows,
+   logarithms, the choice of wavelets and the block are made here.
    source   not 0: of radiance, else of occlusion
    mesh     what you draw, for the bounding sphere and the inscribed one; NULL = desc.radius is required, none inscribed
    Values that are not finite or beyond 1e18 count as 0.

@@ -49,7 +49,9 @@ sfield_result ex_sfield_build(ex_sfield_gpu *g, const sfield_desc *desc, const s
     d.radiance = radiance;
     g->result = d.bands && !basis ? GLBK_ERR_ALLOC : glbk_sfield_builder_create(g->gl, &d, &a.builder);
     free(basis);
-    result = g->result == GLBK_OK ? sfield_build_views(desc, radiance != NULL, mesh, see, &a, out, stats) : SFIELD_ERR_CANCELLED;
+    result = SFIELD_ERR_CANCELLED;
+    if (g->result == GLBK_OK)
+        result = sfield_build_views(desc, radiance != NULL, mesh, see, &a, out, stats);
     glbk_sfield_builder_destroy(g->gl, &a.builder);
     return result;
 }

@@ -626,7 +626,7 @@ static const rd_key keys[] = {
     { "bands", RD_INTEGER, NULL, 1, 8, "4", "of spherical harmonics" },
     { "shells", RD_INTEGER, NULL, 0, 64, "0", "of a field; 0: 16, wavelets 32" },
     { "position_side", RD_INTEGER, NULL, 0, 64, "0", "points a side of a shell's six faces; 0: 16, wavelets 32" },
-    { "build", RD_WORD, "cpu|gpu", 0, 0, "cpu", "where fields of meshes are drawn and projected; gpu needs --backend gl" },
+    { "build", RD_WORD, "cpu|gpu", 0, 0, "cpu", "where fields of meshes are made; gpu needs --backend gl" },
     { "keep", RD_NUMBER, NULL, 0, 1, "0", "share of wavelets kept of a cube; 0: 0.01" },
     { "reach", RD_NUMBER, NULL, 0, 1000, "0", "how far objects hide, in radii; 0: their outermost shell" },
     { "spacing", RD_NUMBER, NULL, 0.001, 1, "0.02", "of shaded points, in radii of the scene" },

@@ -1,5 +1,5 @@
-// Four coefficients of a cube: texels times what the basis integrates to over each. A column is a group of four, after all
-// groups of one channel those of the next; a row is an eye. Twin: sfield_sh_project.
+// Four coefficients of a cube: texels times what the basis integrates to over each. A column is a group of four,
+// after all groups of one channel those of the next; a row is an eye. Twin: sfield_sh_project.
 // uses: table sfield_bindings
 // with: screen.vert
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1

@@ -1,5 +1,6 @@
-// A mesh as seen from the eyes of a column of tiles, one tile an instance. The viewport is the column and clips along x; the
-// near and far planes stand in along y, so that no triangle leaves its tile. Attribute 0 is the position, 1 the radiance.
+// A mesh as seen from the eyes of a column of tiles, one tile an instance. The viewport is the column and clips along
+// x; the near and far planes stand in along y, so that no triangle leaves its tile. Attribute 0 is the position, 1 the
+// radiance.
 // uses: sfield_bindings
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
 layout(location = 0) in vec3 position;
@@ -24,7 +25,8 @@ void main()
     uint tile = glbk_sfield_views.how.x + uint(gl_InstanceID);
     vec4 eye = glbk_sfield_views.eyes[tile];
     uvec4 place = glbk_sfield_views.places[tile];
-    vec3 q = sfield_to_face(place.x, (position - glbk_sfield_views.sphere.xyz) / glbk_sfield_views.sphere.w - eye.xyz);
+    vec4 sphere = glbk_sfield_views.sphere;
+    vec3 q = sfield_to_face(place.x, (position - sphere.xyz) / sphere.w - eye.xyz);
     float rows = float(glbk_sfield_views.how.y);
     gl_Position = vec4(q.x, (q.y + (float(2u * place.w) + 1.0) * q.z) / rows - q.z, q.y, q.z);
 #if SFIELD_SOURCE

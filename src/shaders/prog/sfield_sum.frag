@@ -15,7 +15,8 @@ void main()
     ivec2 from = tile + (at - ivec2(place.xy) * side) * scale;
     vec3 sum = vec3(0.0);
     for (int y = 0; y < scale; y++)
-        for (int x = 0; x < scale; x++) sum += uintBitsToFloat(texelFetch(glbk_sfield_seen, from + ivec2(x, y), 0).xyz);
+        for (int x = 0; x < scale; x++)
+            sum += uintBitsToFloat(texelFetch(glbk_sfield_seen, from + ivec2(x, y), 0).xyz);
     texels = uvec4(floatBitsToUint(sum * share), 0u);
 #else
     ivec2 from = tile + (at - ivec2(int(place.x) * side / 4, int(place.y) * side)) * ivec2(4 * scale, scale);
@@ -23,8 +24,10 @@ void main()
     for (int y = 0; y < scale; y++)
         for (int x = 0; x < scale; x++) {
             ivec2 p = from + ivec2(x, y), next = ivec2(scale, 0);
-            sum += uvec4(texelFetch(glbk_sfield_seen, p, 0).x, texelFetch(glbk_sfield_seen, p + next, 0).x,
-                         texelFetch(glbk_sfield_seen, p + 2 * next, 0).x, texelFetch(glbk_sfield_seen, p + 3 * next, 0).x);
+            sum.x += texelFetch(glbk_sfield_seen, p, 0).x;
+            sum.y += texelFetch(glbk_sfield_seen, p + next, 0).x;
+            sum.z += texelFetch(glbk_sfield_seen, p + 2 * next, 0).x;
+            sum.w += texelFetch(glbk_sfield_seen, p + 3 * next, 0).x;
         }
     texels = floatBitsToUint(vec4(sum) * share);
 #endif
