@@ -13,6 +13,7 @@
 #define CONFORM_BACKEND "gl"
 #include "conformance.h"
 #include "gl/gl_test.h"
+#include "gl/gl_fake.h"
 #include "unit/sfield_util.h"
 
 enum { MOST_EYES = 24, MOST_VALUES = 3 * 6 * 32 * 32 };
@@ -510,47 +511,7 @@ static void bad_input_is_named(void **state)
 
 /* ---- a GL that fails, is hostile, or lost ---- */
 
-static struct { glbk_functions real; uint32_t error; int at, calls, live; } fake;
 static struct { int left; } memory;
-
-static uint32_t GLBK_CALL fake_get_error(void)
-{
-    uint32_t error = fake.real.GetError();
-    return ++fake.calls == fake.at ? fake.error : error;
-}
-
-#define COUNTING(kind)                                                                  \
-    static void GLBK_CALL gen_##kind(int32_t count, uint32_t *names)                    \
-    {                                                                                   \
-        fake.real.Gen##kind(count, names);                                              \
-        fake.live += count;                                                             \
-    }                                                                                   \
-    static void GLBK_CALL delete_##kind(int32_t count, const uint32_t *names)           \
-    {                                                                                   \
-        fake.real.Delete##kind(count, names);                                           \
-        fake.live -= count;                                                             \
-    }
-COUNTING(Textures)
-COUNTING(Framebuffers)
-COUNTING(Buffers)
-COUNTING(VertexArrays)
-
-static void fake_begin(gl_test *t, uint32_t error)
-{
-    glbk_functions *gl = &t->gl.gl;
-    memset(&fake, 0, sizeof fake);
-    fake.real = *gl;
-    fake.error = error;
-    gl->GetError = fake_get_error;
-    gl->GenTextures = gen_Textures;
-    gl->DeleteTextures = delete_Textures;
-    gl->GenFramebuffers = gen_Framebuffers;
-    gl->DeleteFramebuffers = delete_Framebuffers;
-    gl->GenBuffers = gen_Buffers;
-    gl->DeleteBuffers = delete_Buffers;
-    gl->GenVertexArrays = gen_VertexArrays;
-    gl->DeleteVertexArrays = delete_VertexArrays;
-}
 
 static void *limited(size_t size, void *user)
 {

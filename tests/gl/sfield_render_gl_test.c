@@ -37,8 +37,8 @@ static void fields_built_on_gl(void **state)
     expect(1, "build=gpu needs --backend gl", "--technique shadowfield --scene builtin:chess --set build=gpu --out a.pfm");
     for (int i = 0; i < 4; i++) {
         char arguments[300];
-        snprintf(arguments, sizeof arguments, "--technique shadowfield --backend gl --size 48x36 --scene builtin:%s%s --set build=%s "
-                 "--out %s.pfm", scenes[i / 2], SMALL, ways[i % 2], ways[i % 2]);
+        snprintf(arguments, sizeof arguments, "--technique shadowfield --backend gl --size 48x36 --scene builtin:%s%s "
+                 "--set build=%s --out %s.pfm", scenes[i / 2], SMALL, ways[i % 2], ways[i % 2]);
         if (run("render", arguments) != 0) {
             if (!strstr(output, "EGL") && !strstr(output, "no GL context")) fail_msg("render %s: %s", arguments, output);
             printf("skip: %s\n", output);
