@@ -1480,7 +1480,7 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *ren
     X(uvec4, pick, 1)           /* seed, lights of the map, first run, materials; of a scan: layer, stride */ \
     X(uvec4, grid, 1)           /* step, that of the grid before, width, height */                  \
     X(uvec4, mode, 1)                                                                               \
-    X(vec4, pattern, 1)         /* r_max; scale and lights of MIXED; frames of the filter */        \
+    X(vec4, pattern, 1)         /* r_max; scale and lights of MIXED; frames of the filter, reach */ \
     X(vec4, limits, 1)          /* offset, clamp, near_limit, sets; direct: bias, slope bias */     \
     X(vec4, tests, 1)           /* normal_cosine, plane_slope, distance, contrast */
 
@@ -1629,7 +1629,7 @@ typedef struct glbk_rsm_gather_desc {   /* rsm_gather_desc; noise and materials 
 
 typedef struct glbk_rsm_grid {          /* rsm_interpolation */
     uint32_t step, levels;
-    float    normal_cosine, plane_slope, distance, contrast;
+    float    normal_cosine, plane_slope, distance, contrast, reach;
 } glbk_rsm_grid;
 
 GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *const *maps,
@@ -4774,12 +4774,16 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "// uses: rsm_pick\n",
     "// Equation (1) without flux: cos cos / d^2, cosines times d over d^4. Both must exceed the rounding of positions, so that\n",
     "// a plane does not light itself (T40).\n",
+    "float rsm_near = 0.0;     // 1 / squared distance of the nearest light so far that is not edge-on, for interpolation\n",
+    "\n",
     "float rsm_form(vec3 p, vec3 n, vec3 light, vec3 light_normal, float bound)\n",
     "{\n",
     "    vec3 d = light - p, most = max(abs(p), abs(light));\n",
     "    float rounding = 4e-7 * max(max(most.x, most.y), most.z), inverse = 1.0 / max(dot(d, d), 1e-18);\n",
     "    float receives = max(dot(n, d) - rounding, 0.0), emits = max(-dot(light_normal, d) - rounding, 0.0);\n",
-    "    return min((receives * inverse) * (emits * inverse), bound);\n",
+    "    float form = (receives * inverse) * (emits * inverse);\n",
+    "    if (form * dot(d, d) > 1e-3) rsm_near = max(rsm_near, inverse);\n",
+    "    return min(form, bound);\n",
     "}\n",
     "\n",
     "// The glossy part towards p: a Phong lobe about the mirrored direction of the light, of energy `specular`.\n",
@@ -5104,6 +5108,14 @@ static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
     "#define RSM_EVALUATED 3.0       // and in the step before this one:\n",
     "#define RSM_FRESH 4.0\n",
     "\n",
+    "// Nodes of a grid say in alpha how far away their nearest light is: -d^2 2^60 in the step that evaluates them, -d^2 / 2^60\n",
+    "// afterwards, so that both can be told apart and no bit is lost.\n",
+    "#define RSM_NODE_SCALE 1152921504606846976.0\n",
+    "bool rsm_node_fresh(float alpha) { return alpha < -1.0; }\n",
+    "float rsm_node_distance2(float alpha) { return rsm_node_fresh(alpha) ? -alpha / RSM_NODE_SCALE : -alpha * RSM_NODE_SCALE; }\n",
+    "float rsm_node_alpha(float distance2) { return -clamp(distance2, 4.0 / RSM_NODE_SCALE, 0.25 * RSM_NODE_SCALE) * RSM_NODE_SCALE; }\n",
+    "float rsm_node_aged(float alpha) { return rsm_node_fresh(alpha) ? alpha / RSM_NODE_SCALE / RSM_NODE_SCALE : alpha; }\n",
+    "\n",
     "struct rsm_receiver { vec3 position, normal; float occlusion; };\n",
     "\n",
     "bool rsm_read(ivec2 at, out rsm_receiver r)\n",
@@ -5155,17 +5167,18 @@ static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
     "    return (at.x % step == 0 || at.x == size.x - 1) && (at.y % step == 0 || at.y == size.y - 1);\n",
     "}\n",
     "\n",
-    "bool rsm_suits(rsm_receiver p, rsm_receiver s, vec4 tests)\n",
+    "bool rsm_suits(rsm_receiver p, rsm_receiver s, vec4 tests, float reach2)\n",
     "{\n",
     "    vec3 d = s.position - p.position;\n",
     "    float len = length(d), plane = max(abs(dot(d, p.normal)), abs(dot(d, s.normal)));\n",
     "    if (dot(s.normal, p.normal) < tests.x || plane > tests.y * len) return false;\n",
-    "    return !(tests.z > 0.0) || len <= tests.z;\n",
+    "    return (!(tests.z > 0.0) || len <= tests.z) && dot(d, d) <= reach2;\n",
     "}\n",
     "\n",
     "// Bilinear between nodes of the grid; false where fewer than three suit or they differ too much. A missing fourth is\n",
-    "// completed to a plane. tests: least cosine, most slope, most distance or 0, contrast or below 0.\n",
-    "bool rsm_interpolate(glbk_color_sampler grid, ivec2 at, int step, ivec2 size, rsm_receiver p, vec4 tests, out vec3 result)\n",
+    "// completed to a plane. tests: least cosine, most slope, most distance or 0, contrast or below 0. reach: of a sample, times its\n",
+    "// distance to the nearest light, or below 0.\n",
+    "bool rsm_interpolate(glbk_color_sampler grid, ivec2 at, int step, ivec2 size, rsm_receiver p, vec4 tests, float reach, out vec3 result)\n",
     "{\n",
     "    ivec2 nx, ny, lx, ly;\n",
     "    vec2 f;\n",
@@ -5179,7 +5192,8 @@ static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
     "        vec4 node = glbk_unpack(texelFetch(grid, ivec2(right ? nx.y : nx.x, upper ? ny.y : ny.x), 0));\n",
     "        rsm_receiver s;\n",
     "        value[k] = node.xyz;\n",
-    "        if (node.w < RSM_EVALUATED || !rsm_read(ivec2(right ? lx.y : lx.x, upper ? ly.y : ly.x), s) || !rsm_suits(p, s, tests)) {\n",
+    "        float reach2 = reach > 0.0 ? rsm_node_distance2(node.w) * reach * reach : 3.0e38;\n",
+    "        if (node.w >= 0.0 || !rsm_read(ivec2(right ? lx.y : lx.x, upper ? ly.y : ly.x), s) || !rsm_suits(p, s, tests, reach2)) {\n",
     "            missing = k;\n",
     "            continue;\n",
     "        }\n",
@@ -6577,17 +6591,20 @@ static const char *const glbk__glsl_prog_rsm_gather_frag[] = {
     "    if (mode == 1) at = min(at * step, size - 1);\n",
     "    bool seen = rsm_read(at, r), evaluate = seen;\n",
     "    if (!first) {\n",
-    "        evaluate = sum.w == RSM_FRESH;\n",
+    "        evaluate = mode == 1 ? rsm_node_fresh(sum.w) : sum.w == RSM_FRESH;\n",
     "    } else if (mode == 1 && coarse > 0) {\n",
     "        if (rsm_is_node(at, coarse, size, number)) sum = glbk_unpack(texelFetch(glbk_rsm_coarse, number, 0));\n",
-    "        if (sum.w < RSM_EVALUATED) sum = vec4(0.0);\n",
+    "        sum.w = rsm_node_aged(sum.w);\n",
     "        evaluate = seen && sum.w == RSM_NONE && rsm_wanted(at, step, size);\n",
-    "        sum.w = min(sum.w, RSM_EVALUATED);\n",
     "    } else if (mode == 2) {\n",
     "        evaluate = sum.w == RSM_OPEN;\n",
     "        sum.xyz *= evaluate ? 0.0 : r.occlusion;\n",
     "    }\n",
-    "    if (evaluate) sum = vec4(sum.xyz + rsm_bounce(r, at) * (mode == 1 ? 1.0 : r.occlusion), RSM_FRESH);\n",
+    "    if (evaluate) {\n",
+    "        if (mode == 1 && !first) rsm_near = 1.0 / rsm_node_distance2(sum.w);\n",
+    "        sum.xyz += rsm_bounce(r, at) * (mode == 1 ? 1.0 : r.occlusion);\n",
+    "        sum.w = mode == 1 ? rsm_node_alpha(1.0 / max(rsm_near, 1e-30)) : RSM_FRESH;\n",
+    "    }\n",
     "    result = glbk_pack(sum);\n",
     "}\n"
 };
@@ -6609,10 +6626,10 @@ static const char *const glbk__glsl_prog_rsm_interpolate_frag[] = {
     "    else if (!seen) sum.w = RSM_NONE;\n",
     "    if (seen && rsm_is_node(at, step, size, number)) {      // what was evaluated replaces what was interpolated\n",
     "        vec4 node = glbk_unpack(texelFetch(glbk_rsm_coarse, number, 0));\n",
-    "        if (node.w >= RSM_EVALUATED) sum = vec4(node.xyz, RSM_EVALUATED);\n",
+    "        if (node.w < 0.0) sum = vec4(node.xyz, RSM_EVALUATED);\n",
     "    }\n",
     "    vec3 value;\n",
-    "    if (sum.w == RSM_OPEN && rsm_interpolate(glbk_rsm_coarse, at, step, size, r, glbk_rsm_frame.tests, value))\n",
+    "    if (sum.w == RSM_OPEN && rsm_interpolate(glbk_rsm_coarse, at, step, size, r, glbk_rsm_frame.tests, glbk_rsm_frame.pattern.w, value))\n",
     "        sum = vec4(value, RSM_INTERPOLATED);\n",
     "    result = glbk_pack(sum);\n",
     "}\n"
@@ -7127,13 +7144,13 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/rsm_direct.glsl", glbk__glsl_lib_rsm_direct_glsl, 50, "rsm_access", "",
       "" },
-    { "lib/rsm_gather.glsl", glbk__glsl_lib_rsm_gather_glsl, 151, "rsm_pick", "",
+    { "lib/rsm_gather.glsl", glbk__glsl_lib_rsm_gather_glsl, 155, "rsm_pick", "",
       "" },
     { "lib/rsm_map.glsl", glbk__glsl_lib_rsm_map_glsl, 109, "", "",
       "" },
     { "lib/rsm_pick.glsl", glbk__glsl_lib_rsm_pick_glsl, 57, "rsm_access", "",
       "" },
-    { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 110, "rsm_gather", "",
+    { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 120, "rsm_gather", "",
       "" },
     { "lib/sfield_access.glsl", glbk__glsl_lib_sfield_access_glsl, 9, "table sfield_bindings", "",
       "" },
@@ -7207,7 +7224,7 @@ static const glbk_file glbk__files[] = {
       "FOR_LIGHT=0 | FOR_LIGHT=1" },
     { "prog/rsm_fill.vert", glbk__glsl_prog_rsm_fill_vert, 16, "rsm_bindings", "",
       "" },
-    { "prog/rsm_gather.frag", glbk__glsl_prog_rsm_gather_frag, 40, "rsm_screen", "screen.vert",
+    { "prog/rsm_gather.frag", glbk__glsl_prog_rsm_gather_frag, 43, "rsm_screen", "screen.vert",
       "" },
     { "prog/rsm_interpolate.frag", glbk__glsl_prog_rsm_interpolate_frag, 23, "rsm_screen", "screen.vert",
       "" },
@@ -12396,10 +12413,11 @@ static int glbk__rsm_grid_valid(const glbk_rsm_renderer *r, const glbk_rsm_gathe
     if (!g->levels) g->levels = 6;
     if (g->step < 2 || g->step > 64 || (g->step & (g->step - 1)) || g->levels > 6) return 0;
     if (!(fabsf(g->normal_cosine) <= 1.0f && g->plane_slope >= 0.0f && g->plane_slope <= 1e6f)) return 0;
-    if (!(g->distance >= 0.0f && g->distance <= 1e9f && fabsf(g->contrast) <= 1e6f)) return 0;
+    if (!(g->distance >= 0.0f && g->distance <= 1e9f && fabsf(g->contrast) <= 1e6f && fabsf(g->reach) <= 1e6f)) return 0;
     if (!(fabsf(g->normal_cosine) > 0.0f)) g->normal_cosine = 0.95f;
-    if (!(g->plane_slope > 0.0f)) g->plane_slope = 0.1f;
-    if (!(fabsf(g->contrast) > 0.0f)) g->contrast = 0.1f;
+    if (!(g->plane_slope > 0.0f)) g->plane_slope = 0.05f;
+    if (!(fabsf(g->contrast) > 0.0f)) g->contrast = 0.25f;
+    if (!(fabsf(g->reach) > 0.0f)) g->reach = 0.25f;
     return 1;
 }
 
@@ -12413,6 +12431,7 @@ static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const glbk_rsm_grid *d)
     r->values.tests[1] = d->plane_slope;
     r->values.tests[2] = d->distance;
     r->values.tests[3] = d->contrast;
+    r->values.pattern[3] = d->reach;
     for (; step > 1 && levels > 0; step /= 2, levels--) {
         r->values.mode[0] = 1;
         r->values.grid[1] = coarse < 3 ? r->values.grid[0] : 0;

@@ -74,7 +74,7 @@
        -> rsm_pixel_lights, rsm_cluster -> rsm_gather_list: one list of lights for all
 
    A map takes 56 bytes a texel (48 of them rsm_texel), a list of lights 48 bytes each, a gather 60 bytes a light in
-   scratch, interpolation 5 bytes a pixel, the filter 80 bytes a pixel. The knobs, and what each trades:
+   scratch, interpolation 9 bytes a pixel, the filter 80 bytes a pixel. The knobs, and what each trades:
 
      samples    fewer: banding (list and unrotated patterns) or noise (noise, interleave), and bright dots where
                 surfaces meet; 0, the default, takes every texel
@@ -407,10 +407,12 @@ typedef struct rsm_interpolation {
     uint32_t levels;                /* grids tried, each of half the step, before pixels are evaluated one by one; 0 = all;
                                        1 = the paper */
     float    normal_cosine;         /* of a sample's normal against the pixel's at least this; 0 = 0.95 */
-    float    plane_slope;           /* a sample lies off the pixel's plane at most this times its distance; 0 = 0.1 */
+    float    plane_slope;           /* a sample lies off the pixel's plane at most this times its distance; 0 = 0.05 */
     float    distance;              /* world units, at most this far; 0 = no limit */
     float    contrast;              /* largest difference of the samples / their mean; above it the grid is refined. 0 =
-                                       0.1; negative = not asked, as in the paper */
+                                       0.25; negative = not asked, as in the paper */
+    float    reach;                 /* a sample is good up to this times its distance from the nearest pixel light, so that
+                                       no bright spot is missed between samples. 0 = 0.25; negative = not asked */
     uint8_t *mask;                  /* NULL, or one byte a pixel: 0 none, 1 interpolated, 2 evaluated */
 } rsm_interpolation;
 
@@ -1009,6 +1011,7 @@ static inline int rsm__cpu_has_avx512(void) { return 0; }
 enum {
     RSM__LANES = 8,          /* pixel lights that the kernel takes at once */
     RSM__BLOCK = 64,         /* of them in one block of arrays */
+    RSM__RUN = 1024,         /* of them in one sum */
     RSM__BATCH = 32,         /* receivers of a task */
     RSM__MAX_SIZE = 4096,
     RSM__MAX_SAMPLES = 1 << 20,
@@ -1877,18 +1880,23 @@ typedef struct rsm__block {
 
 typedef struct rsm__gloss { float mirror[3], exponent, scale[3]; } rsm__gloss;    /* scale: pi x intensity of the lobe */
 
-typedef struct rsm__sum { float rgb[3], full, lost; } rsm__sum;    /* full and lost only where they are asked for */
+typedef struct rsm__sum {
+    float rgb[3];
+    float full, lost;              /* only where they are asked for, as */
+    float near;                    /* likewise: 1 / squared distance of the nearest light that is not edge-on */
+} rsm__sum;
 
 #define RSM__NO_CAP 3.0e38f
 
 /* Equation (1), with the 1/pi that it lacks applied by the caller: flux cos cos / d^2, cosines times d over d^4. Both
    must exceed the rounding of positions, so that a plane does not light itself (T40). Written for lanes: compilers turn
    the inner loop into vectors, and the sums of lanes are added in one order, so that all builds give the same bits. */
-#define RSM__KERNEL_BODY(lossy)                                                                              \
+#define RSM__KERNEL_BODY(lossy, nearest)                                                                              \
     float red[RSM__LANES] = { 0 }, green[RSM__LANES] = { 0 }, blue[RSM__LANES] = { 0 };                      \
-    float full[RSM__LANES] = { 0 }, lost[RSM__LANES] = { 0 };                                                \
-    size_t i, l;                                                                                             \
-    for (i = 0; i < count; i += RSM__LANES)                                                                  \
+    float full[RSM__LANES] = { 0 }, lost[RSM__LANES] = { 0 }, near[RSM__LANES] = { 0 };                      \
+    size_t i, l, end;                                                                                        \
+    for (; count > 0; count -= end, k++)                                                                     \
+        for (i = 0, end = count < RSM__BLOCK ? count : (size_t)RSM__BLOCK; i < end; i += RSM__LANES)         \
         for (l = 0; l < RSM__LANES; l++) {                                                                   \
             float dx = k->px[i + l] - x[0], dy = k->py[i + l] - x[1], dz = k->pz[i + l] - x[2];              \
             float d2 = dx * dx + dy * dy + dz * dz, cr = x[3] * dx + x[4] * dy + x[5] * dz - x[6], inverse, f, g; \
@@ -1906,13 +1914,20 @@ typedef struct rsm__sum { float rgb[3], full, lost; } rsm__sum;    /* full and l
                 full[l] += m * g;                                                                            \
                 lost[l] += m * (g - f);                                                                      \
             }                                                                                                \
+            if (nearest) {                                                                                   \
+                float reached = g * d2 > 1e-3f ? inverse : 0.0f;                                             \
+                near[l] = reached > near[l] ? reached : near[l];                                             \
+            }                                                                                                \
         }                                                                                                    \
     for (l = 0; l < RSM__LANES; l++) {                                                                       \
         sum->rgb[0] += red[l];                                                                               \
         sum->rgb[1] += green[l];                                                                             \
         sum->rgb[2] += blue[l];                                                                              \
-        sum->full += full[l];                                                                                \
-        sum->lost += lost[l];                                                                                \
+        if (lossy) {                                                                                         \
+            sum->full += full[l];                                                                            \
+            sum->lost += lost[l];                                                                            \
+        }                                                                                                    \
+        if (nearest) sum->near = near[l] > sum->near ? near[l] : sum->near;                                  \
     }
 
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__)
@@ -1921,37 +1936,40 @@ typedef struct rsm__sum { float rgb[3], full, lost; } rsm__sum;    /* full and l
 #define RSM__HOT
 #endif
 
-/* x: position, normal, epsilon of the receiver. count: a multiple of RSM__LANES. */
+/* k: as many blocks as count lanes fill, a multiple of RSM__LANES. x: position, normal, epsilon of the receiver. */
 typedef void (*rsm__kernel)(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum);
 
-RSM__HOT static void rsm__kernel_plain(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
-{
-    RSM__KERNEL_BODY(0)
-}
+#define RSM__KERNELS(name, target)                                                                           \
+    target RSM__HOT static void name(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)     \
+    {                                                                                                        \
+        RSM__KERNEL_BODY(0, 0)                                                                               \
+    }                                                                                                        \
+    target RSM__HOT static void name##_lossy(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum) \
+    {                                                                                                        \
+        RSM__KERNEL_BODY(1, 0)                                                                               \
+    }                                                                                                        \
+    target RSM__HOT static void name##_near(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum) \
+    {                                                                                                        \
+        RSM__KERNEL_BODY(0, 1)                                                                               \
+    }                                                                                                        \
+    target RSM__HOT static void name##_near_lossy(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum) \
+    {                                                                                                        \
+        RSM__KERNEL_BODY(1, 1)                                                                               \
+    }
 
-RSM__HOT static void rsm__kernel_plain_lossy(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
-{
-    RSM__KERNEL_BODY(1)
-}
-
+#define RSM__ANY_TARGET
+RSM__KERNELS(rsm__kernel_plain, RSM__ANY_TARGET)
 #if RSM__X86
-RSM__TARGET_AVX2 RSM__HOT static void rsm__kernel_avx2(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum)
-{
-    RSM__KERNEL_BODY(0)
-}
-
-RSM__TARGET_AVX2 RSM__HOT static void rsm__kernel_avx2_lossy(const rsm__block *k, size_t count, const float x[7],
-                                                             rsm__sum *sum)
-{
-    RSM__KERNEL_BODY(1)
-}
+RSM__KERNELS(rsm__kernel_avx2, RSM__TARGET_AVX2)
 #endif
 
-static inline rsm__kernel rsm__choose_kernel(int lossy)
+static inline rsm__kernel rsm__choose_kernel(int lossy, int near)
 {
 #if RSM__X86
+    if (rsm__cpu_has_avx2() && near) return lossy ? rsm__kernel_avx2_near_lossy : rsm__kernel_avx2_near;
     if (rsm__cpu_has_avx2()) return lossy ? rsm__kernel_avx2_lossy : rsm__kernel_avx2;
 #endif
+    if (near) return lossy ? rsm__kernel_plain_near_lossy : rsm__kernel_plain_near;
     return lossy ? rsm__kernel_plain_lossy : rsm__kernel_plain;
 }
 
@@ -1995,6 +2013,7 @@ typedef struct rsm__gather {
     rsm__kernel       kernel;
     rsm__tally       *tallies;                   /* one a batch */
     float             scale;                     /* of results: 1 / pi */
+    float            *reach2;                    /* NULL, or of each point: squared distance of the nearest light */
 } rsm__gather;
 
 /* Puts a light into a lane. weight: how many such texels it stands for; sets: how many sets share the lights. The bound
@@ -2274,7 +2293,8 @@ static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map,
             if (total > 0.0f) weights[i] *= scale / (q / total + scale);
         }
         for (i = 0; i < n; i++)
-            if (found[i] != (size_t)-1) rsm__lane_set(&g->desc, &block, i, map->texels + found[i], weights[i], (float)g->sets);
+            if (found[i] != (size_t)-1 && (g->desc.materials || rsm__mean3(map->texels[found[i]].flux) > 0.0f))
+                rsm__lane_set(&g->desc, &block, i, map->texels + found[i], weights[i], (float)g->sets);
             else rsm__lane_clear(&block, i);
         for (; i % RSM__LANES; i++) rsm__lane_clear(&block, i);
         g->kernel(&block, i, x, sum);
@@ -2299,7 +2319,9 @@ static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s
         centre = rsm__v3_scale(rsm__centre_of(s->map, rsm__v3_make(x[0], x[1], x[2]), 1, frame), s->map->faces == 1 ? 1.0f : 0.5f);
         scale = rsm__mixed_scale(g, s->map);
     }
-    for (i = 0; i < s->set_blocks; i++) {
+    for (i = 0; i < s->set_lanes && !(scale > 0.0f); i += RSM__RUN)      /* short sums keep their bits where lights are many */
+        g->kernel(blocks + i / RSM__BLOCK, s->set_lanes - i < RSM__RUN ? s->set_lanes - i : (size_t)RSM__RUN, x, sum);
+    for (i = 0; i < s->set_blocks && (scale > 0.0f || s->gloss); i++) {
         size_t lanes = s->set_lanes - i * RSM__BLOCK < RSM__BLOCK ? s->set_lanes - i * RSM__BLOCK : (size_t)RSM__BLOCK;
         if (scale > 0.0f) {
             mixed = blocks[i];
@@ -2311,8 +2333,8 @@ static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s
                 mixed.b[k] *= w;
                 mixed.density[k] = w;
             }
+            g->kernel(&mixed, lanes, x, sum);
         }
-        g->kernel(scale > 0.0f ? &mixed : blocks + i, lanes, x, sum);
         for (k = 0; s->gloss && k < lanes; k++) {
             rsm__gloss gloss = s->gloss[((size_t)set * s->set_blocks + i) * RSM__BLOCK + k];
             int c;
@@ -2354,7 +2376,7 @@ static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tal
     size_t py = p->width ? at / p->width : 0;
     uint32_t k = g->desc.interleave, set = (uint32_t)(px % k + k * (py % k));
     float x[7], noise = 0.0f, occlusion = 1.0f, *out = g->out + 3 * at;
-    rsm__sum sum = { { 0, 0, 0 }, 0, 0 };
+    rsm__sum sum = { { 0, 0, 0 }, 0, 0, 0 };
     rsm__v3 position, normal;
     int c;
     if (!rsm__receiver(p, at, &position, &normal, &tally->bad)) {
@@ -2376,6 +2398,7 @@ static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tal
         }
         tally->pairs += (s->blocks ? s->set_lanes : 0) + g->set_samples;
     }
+    if (g->reach2) g->reach2[at] = 1.0f / (sum.near > 1e-30f ? sum.near : 1e-30f);
     tally->evaluated++;
     tally->full += (double)sum.full;
     tally->lost += (double)sum.lost;
@@ -2424,7 +2447,6 @@ static inline rsm_result rsm__gather_check(const rsm_gather_desc *d, rsm_gather_
 static inline void rsm__gather_close(rsm__gather *g, const rsm__allocator *a)
 {
     size_t i = g->sources ? g->source_count : 0;
-    rsm__free(a, g->tallies);
     rsm__free(a, g->pattern);
     while (i-- > 0) {
         rsm__free(a, g->sources[i].gloss);
@@ -2437,7 +2459,7 @@ static inline void rsm__gather_close(rsm__gather *g, const rsm__allocator *a)
 static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *maps, size_t map_count,
                                           const rsm_texel *lights, size_t light_count, const rsm__allocator *a)
 {
-    size_t i, batches = (g->count + RSM__BATCH - 1) / RSM__BATCH;
+    size_t i;
     int list = lights != NULL, mixed = g->desc.pattern == RSM_PATTERN_MIXED && g->desc.samples > 1;
     rsm_result result = RSM_OK;
     g->source_count = list ? 1 : map_count;
@@ -2452,8 +2474,6 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
     g->sources = (rsm__source *)rsm__alloc_array(a, g->source_count, sizeof *g->sources);
     if (!g->sources) return RSM_ERR_ALLOC;
     memset(g->sources, 0, g->source_count * sizeof *g->sources);
-    g->tallies = (rsm__tally *)rsm__alloc_array(a, batches ? batches : 1, sizeof *g->tallies);
-    if (!g->tallies) return RSM_ERR_ALLOC;
     if (g->centred) {
         uint32_t n, k;
         float *sorted;
@@ -2512,27 +2532,40 @@ static inline rsm_result rsm__maps_check(const rsm_map *const *maps, size_t map_
     return RSM_OK;
 }
 
-static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *maps, size_t map_count, const rsm_texel *lights,
-                                         size_t light_count, rsm_gather_stats *stats)
+/* Of an opened gather: the receivers of g->points. */
+static inline rsm_result rsm__gather_points(rsm__gather *g, rsm_gather_stats *stats, const rsm__allocator *a)
 {
-    rsm__allocator a = rsm__allocator_of(&g->desc.system);
+    size_t batches;
     rsm_gather_stats s;
     double sums[4] = { 0, 0, 0, 0 };
-    rsm_result result;
-    g->sources = NULL;                           /* interpolation runs the same gather once a level */
-    g->pattern = NULL;
-    g->tallies = NULL;
+    rsm_result result = RSM_OK;
     g->count = g->points->indices ? g->points->index_count : g->points->count;
-    g->kernel = rsm__choose_kernel(stats && (g->desc.clamp > 0.0f || g->desc.near_limit > 0.0f));
-    result = rsm__gather_open(g, maps, map_count, lights, light_count, &a);
-    if (result == RSM_OK && !rsm__run_steps(&g->desc.system, (g->count + RSM__BATCH - 1) / RSM__BATCH, rsm__gather_batch, g,
-                                            0.0f, 1.0f))
-        result = RSM_ERR_CANCELLED;
+    batches = (g->count + RSM__BATCH - 1) / RSM__BATCH;
+    g->tallies = (rsm__tally *)rsm__alloc_array(a, batches ? batches : 1, sizeof *g->tallies);
+    if (!g->tallies) return RSM_ERR_ALLOC;
+    if (!rsm__run_steps(&g->desc.system, batches, rsm__gather_batch, g, 0.0f, 1.0f)) result = RSM_ERR_CANCELLED;
     if (result == RSM_OK && stats) {
         memset(&s, 0, sizeof s);
         rsm__gather_add_stats(g, &s, sums);
         *stats = s;
     }
+    rsm__free(a, g->tallies);
+    return result;
+}
+
+static inline int rsm__loss_wanted(const rsm__gather *g, const rsm_gather_stats *stats)
+{
+    return stats && (g->desc.clamp > 0.0f || g->desc.near_limit > 0.0f);
+}
+
+static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *maps, size_t map_count, const rsm_texel *lights,
+                                         size_t light_count, rsm_gather_stats *stats)
+{
+    rsm__allocator a = rsm__allocator_of(&g->desc.system);
+    rsm_result result;
+    g->kernel = rsm__choose_kernel(rsm__loss_wanted(g, stats), 0);
+    result = rsm__gather_open(g, maps, map_count, lights, light_count, &a);
+    if (result == RSM_OK) result = rsm__gather_points(g, stats, &a);
     rsm__gather_close(g, &a);
     return result;
 }
@@ -2725,6 +2758,56 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
 
 /* ---- >>interpolation ---- */
 
+/* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors: cells of 8 and 4 fill them, the three of
+   a cell of 2 fill three of four lanes. */
+enum { RSM__TILE = 128 };
+
+typedef struct rsm__tile {
+    float    px[RSM__TILE], py[RSM__TILE], pz[RSM__TILE], nx[RSM__TILE], ny[RSM__TILE], nz[RSM__TILE];
+    int32_t  good[RSM__TILE];      /* bits of the samples that suit */
+    uint32_t x[RSM__TILE], y[RSM__TILE];
+} rsm__tile;
+
+/* Is the sample good for a pixel? s: its position and normal; limits: of the cosine, slope^2, distance^2. */
+#define RSM__SUIT_LANES(lanes)                                                                               \
+    for (l = 0; l < (lanes); l++) {                                                                          \
+        float dx = s[0] - t->px[i + l], dy = s[1] - t->py[i + l], dz = s[2] - t->pz[i + l];                  \
+        float nx = t->nx[i + l], ny = t->ny[i + l], nz = t->nz[i + l], d2 = dx * dx + dy * dy + dz * dz;     \
+        float plane = dx * nx + dy * ny + dz * nz, other = dx * s[3] + dy * s[4] + dz * s[5], most = limits[1] * d2; \
+        int32_t fits = (s[3] * nx + s[4] * ny + s[5] * nz >= limits[0]) & (plane * plane <= most) &          \
+                       (other * other <= most) & (d2 <= limits[2]);                                          \
+        t->good[i + l] |= fits ? bit : 0;                                                                    \
+    }
+
+/* count: a multiple of 4. */
+#define RSM__SUIT_BODY                                                                                       \
+    size_t i = 0, l;                                                                                         \
+    for (; i + 4 < count; i += 8) { RSM__SUIT_LANES(8) }                                                     \
+    if (i < count) { RSM__SUIT_LANES(4) }
+
+typedef void (*rsm__suit)(rsm__tile *t, size_t count, const float s[6], const float limits[3], int32_t bit);
+
+RSM__HOT static void rsm__suit_plain(rsm__tile *t, size_t count, const float s[6], const float limits[3], int32_t bit)
+{
+    RSM__SUIT_BODY
+}
+
+#if RSM__X86
+RSM__TARGET_AVX2 RSM__HOT static void rsm__suit_avx2(rsm__tile *t, size_t count, const float s[6], const float limits[3],
+                                                     int32_t bit)
+{
+    RSM__SUIT_BODY
+}
+#endif
+
+static inline rsm__suit rsm__choose_suit(void)
+{
+#if RSM__X86
+    if (rsm__cpu_has_avx2()) return rsm__suit_avx2;
+#endif
+    return rsm__suit_plain;
+}
+
 typedef struct rsm__grid {
     const rsm_points       *points;
     const rsm_interpolation *desc;
@@ -2732,9 +2815,19 @@ typedef struct rsm__grid {
     uint8_t  *state;               /* of each pixel */
     uint32_t *list;                /* pixels to evaluate */
     uint32_t  width, height, step;
+    int       lossy;
+    rsm__suit suit;
+    float    *reach2;              /* of samples: squared distance of the nearest light */
+    float     limits[3];           /* least cosine, largest slope^2 and distance^2 of a sample that suits */
 } rsm__grid;
 
-enum { RSM__NONE, RSM__OPEN, RSM__INTERPOLATED, RSM__EVALUATED, RSM__WANTED, RSM__REPLACED /* wanted, interpolated before */ };
+/* States of pixels. What is still open has bit 0 and no other state has, so that cells are asked eight pixels at a time. */
+enum {
+    RSM__NONE = 0, RSM__BAD = 2,            /* no receiver there; not finite */
+    RSM__OPEN = 1, RSM__WANTED = 3,
+    RSM__INTERPOLATED = 4, RSM__REPLACED = 6, /* wanted, interpolated before */
+    RSM__EVALUATED = 8
+};
 
 /* Grid lines of a coordinate: multiples of step, a power of two, and the picture's last pixel. */
 static inline void rsm__grid_lines(uint32_t at, uint32_t step, uint32_t size, uint32_t line[2])
@@ -2748,84 +2841,175 @@ static inline float rsm__grid_share(uint32_t at, const uint32_t line[2])
     return line[1] > line[0] ? (float)(at - line[0]) / (float)(line[1] - line[0]) : 0.0f;
 }
 
-typedef struct rsm__node { rsm__v3 position, normal; const float *rgb; float mean; int evaluated; } rsm__node;
+enum { RSM__ALL_SUIT = 4 };        /* "the missing sample" of a pixel that has all four */
 
-static inline void rsm__node_load(const rsm__grid *g, uint32_t x, uint32_t y, rsm__node *out)
-{
-    size_t at = (size_t)y * g->width + x;
-    const rsm_points *p = g->points;
-    out->position = rsm__v3_load(rsm__at(p->positions, rsm__stride(p->position_stride, 12), at));
-    out->normal = rsm__v3_load(rsm__at(p->normals, rsm__stride(p->normal_stride, 12), at));
-    out->rgb = g->out + 3 * at;
-    out->evaluated = g->state[at] == RSM__EVALUATED;
-    out->mean = out->evaluated ? rsm__mean3(out->rgb) : 0.0f;
-}
+typedef struct rsm__cell {
+    uint32_t column[2], row[2];
+    float    samples[4][6];        /* positions and normals of the corners */
+    float    rgb[4][3], limits[4][3];
+    int      there;                /* bits of the corners that were evaluated */
+    int      agree[5];             /* by the missing sample: do the others? */
+} rsm__cell;
 
-/* Section 4: is the sample good for a pixel? */
-static inline int rsm__suits(const rsm__grid *g, const rsm__node *s, rsm__v3 position, rsm__v3 normal)
+/* Are the corners there, but for the missing one, and alike? */
+static inline int rsm__corners_agree(int there, const float mean[4], int missing, float contrast)
 {
-    rsm__v3 d = rsm__v3_sub(s->position, position);
-    float length2 = rsm__v3_dot(d, d), plane = rsm__v3_dot(d, normal), other = rsm__v3_dot(d, s->normal);
-    float most = g->desc->plane_slope * g->desc->plane_slope * length2;
-    if (!s->evaluated || rsm__v3_dot(s->normal, normal) < g->desc->normal_cosine) return 0;
-    if (plane * plane > most || other * other > most) return 0;
-    return !(g->desc->distance > 0.0f) || length2 <= g->desc->distance * g->desc->distance;
-}
-
-/* Bilinear; 0 where fewer than three samples suit or their values differ too much. A missing fourth is completed to a
-   plane: the paper's normalised weights pull the result towards the other three, 6 % at a crease (T39). */
-static inline int rsm__interpolate_pixel(const rsm__grid *g, const rsm__node node[4], size_t at, float u, float v, float rgb[3])
-{
-    float low = 0.0f, high = 0.0f, sum = 0.0f;
-    rsm__v3 p = rsm__v3_load(rsm__at(g->points->positions, rsm__stride(g->points->position_stride, 12), at));
-    rsm__v3 n = rsm__v3_load(rsm__at(g->points->normals, rsm__stride(g->points->normal_stride, 12), at));
-    int k, c, good = 0, missing = -1;
+    float low = RSM_FAR, high = 0.0f, sum = 0.0f;
+    int k;
+    if ((there | (missing < 4 ? 1 << missing : 0)) != 15) return 0;
     for (k = 0; k < 4; k++) {
-        float value = node[k].mean;
-        if (!rsm__suits(g, &node[k], p, n)) {
-            if (missing >= 0) return 0;
-            missing = k;
-            continue;
-        }
-        low = good == 0 || value < low ? value : low;
-        high = good == 0 || value > high ? value : high;
-        sum += value;
-        good++;
+        if (k == missing) continue;
+        low = mean[k] < low ? mean[k] : low;
+        high = mean[k] > high ? mean[k] : high;
+        sum += mean[k];
     }
-    if (g->desc->contrast >= 0.0f && high - low > g->desc->contrast * sum / (float)good) return 0;
-    for (c = 0; c < 3; c++) {
-        float value[4], result;
-        for (k = 0; k < 4; k++) value[k] = node[k].rgb[c];
-        if (missing >= 0) value[missing] = value[missing ^ 1] + value[missing ^ 2] - value[missing ^ 3];
-        result = (1.0f - v) * ((1.0f - u) * value[0] + u * value[1]) + v * ((1.0f - u) * value[2] + u * value[3]);
-        rgb[c] = result > 0.0f ? result : 0.0f;
-    }
-    return 1;
+    return !(contrast >= 0.0f && high - low > contrast * sum / (missing < 4 ? 3.0f : 4.0f));
 }
 
-/* Cell by cell: its four samples are loaded once. */
-static inline void rsm__interpolate_row(void *context, size_t y)
+/* 0: the cell does for no pixel. */
+static inline int rsm__cell_load(const rsm__grid *g, rsm__cell *cell)
 {
-    rsm__grid *g = (rsm__grid *)context;
-    uint32_t x, column[2], row[2], k;
-    rsm__node node[4];
-    float v;
-    rsm__grid_lines((uint32_t)y, g->step, g->height, row);
-    v = rsm__grid_share((uint32_t)y, row);
-    for (x = 0; x < g->width; x++) {
-        size_t at = y * g->width + x;
-        float rgb[3];
-        if ((x & (g->step - 1u)) == 0) {
-            rsm__grid_lines(x, g->step, g->width, column);
-            for (k = 0; k < 4; k++) rsm__node_load(g, column[k & 1], row[k >> 1], &node[k]);
-        }
-        if (g->state[at] != RSM__OPEN || !rsm__interpolate_pixel(g, node, at, rsm__grid_share(x, column), v, rgb)) continue;
-        memcpy(g->out + 3 * at, rgb, sizeof rgb);
+    const rsm_points *p = g->points;
+    size_t at[4];
+    float mean[4];
+    int k, any = 0;
+    cell->there = 0;
+    for (k = 0; k < 4; k++) {
+        at[k] = (size_t)cell->row[k >> 1] * g->width + cell->column[k & 1];
+        mean[k] = 0.0f;
+        if (g->state[at[k]] != RSM__EVALUATED) continue;
+        mean[k] = rsm__mean3(g->out + 3 * at[k]);
+        cell->there |= 1 << k;
+    }
+    for (k = 0; k <= RSM__ALL_SUIT; k++) any |= cell->agree[k] = rsm__corners_agree(cell->there, mean, k, g->desc->contrast);
+    for (k = 0; k < 4 && any; k++) {
+        memcpy(cell->samples[k], rsm__at(p->positions, rsm__stride(p->position_stride, 12), at[k]), 12);
+        memcpy(cell->samples[k] + 3, rsm__at(p->normals, rsm__stride(p->normal_stride, 12), at[k]), 12);
+        memcpy(cell->rgb[k], g->out + 3 * at[k], 12);
+        memcpy(cell->limits[k], g->limits, sizeof g->limits);
+        if (g->desc->reach > 0.0f && g->reach2[at[k]] * g->desc->reach * g->desc->reach < cell->limits[k][2])
+            cell->limits[k][2] = g->reach2[at[k]] * g->desc->reach * g->desc->reach;
+    }
+    return any;
+}
+
+/* A missing fourth is completed to a plane, the sum of its neighbours less the one across: the paper's normalised weights pull
+   the result towards the other three, 6 % at a crease (T39). */
+static inline void rsm__cell_value(const rsm__cell *cell, int missing, float u, float v, float *out)
+{
+    float w[4];
+    int c;
+    w[0] = (1.0f - v) * (1.0f - u);
+    w[1] = (1.0f - v) * u;
+    w[2] = v * (1.0f - u);
+    w[3] = v * u;
+    if (missing < 4) {
+        w[missing ^ 1] += w[missing];
+        w[missing ^ 2] += w[missing];
+        w[missing ^ 3] -= w[missing];
+        w[missing] = 0.0f;
+    }
+    for (c = 0; c < 3; c++) {
+        float x = w[0] * cell->rgb[0][c] + w[1] * cell->rgb[1][c] + w[2] * cell->rgb[2][c] + w[3] * cell->rgb[3][c];
+        out[c] = x > 0.0f ? x : 0.0f;
+    }
+}
+
+/* Section 4's rule for the pixels of a tile: three samples of four, or all, bilinear. */
+static inline void rsm__tile_interpolate(rsm__grid *g, const rsm__cell *cell, rsm__tile *t, size_t count)
+{
+    size_t i, end = (count + 3) & ~(size_t)3;
+    int k;
+    for (i = count; i < end; i++) t->px[i] = t->py[i] = t->pz[i] = t->nx[i] = t->ny[i] = t->nz[i] = 0.0f;
+    memset(t->good, 0, end * sizeof *t->good);
+    for (k = 0; k < 4; k++)
+        if (cell->there >> k & 1) g->suit(t, end, cell->samples[k], cell->limits[k], 1 << k);
+    for (i = 0; i < count; i++) {
+        static const int8_t missing_of[16] = { -1, -1, -1, -1, -1, -1, -1, 3, -1, -1, -1, 2, -1, 1, 0, RSM__ALL_SUIT };
+        size_t at = (size_t)t->y[i] * g->width + t->x[i];
+        int missing = missing_of[t->good[i]];
+        if (missing < 0 || !cell->agree[missing]) continue;
+        rsm__cell_value(cell, missing, rsm__grid_share(t->x[i], cell->column), rsm__grid_share(t->y[i], cell->row), g->out + 3 * at);
         g->state[at] = RSM__INTERPOLATED;
     }
 }
 
-/* Grid pixels that an open pixel needs: wanted, unless they were evaluated before. */
+/* Are there pixels that nothing did for yet? */
+static inline int rsm__cell_open(const rsm__grid *g, uint32_t left, uint32_t top, uint32_t right, uint32_t bottom)
+{
+    const uint64_t bits = 0x0101010101010101u;
+    uint32_t x, y;
+    for (y = top; y < bottom; y++) {
+        const uint8_t *s = g->state + (size_t)y * g->width;
+        for (x = left; x < right;) {
+            uint64_t some = 0;
+            if (right - x >= 8) memcpy(&some, s + x, 8);
+            else if (right - x >= 4) memcpy(&some, s + x, 4);
+            else some = s[x];
+            if (some & bits) return 1;
+            x += right - x >= 8 ? 8 : right - x >= 4 ? 4 : 1;
+        }
+    }
+    return 0;
+}
+
+/* Open pixels of a row to the tile, which has room for all: without branches, since which are open is anybody's guess. */
+static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t count, uint32_t left, uint32_t right, uint32_t y)
+{
+    const rsm_points *p = g->points;
+    size_t first = (size_t)y * g->width + left, ps = rsm__stride(p->position_stride, 12), ns = rsm__stride(p->normal_stride, 12);
+    const float *position = rsm__at(p->positions, ps, first), *normal = rsm__at(p->normals, ns, first);
+    const uint8_t *state = g->state + first;
+    uint32_t x;
+    for (x = left; x < right; x++) {
+        t->px[count] = position[0];
+        t->py[count] = position[1];
+        t->pz[count] = position[2];
+        t->nx[count] = normal[0];
+        t->ny[count] = normal[1];
+        t->nz[count] = normal[2];
+        t->x[count] = x;
+        t->y[count] = y;
+        count += *state++ == RSM__OPEN;
+        position = rsm__at(position, ps, 1);
+        normal = rsm__at(normal, ns, 1);
+    }
+    return count;
+}
+
+static inline void rsm__interpolate_cell(rsm__grid *g, rsm__tile *tile, uint32_t left, uint32_t top, uint32_t right, uint32_t bottom)
+{
+    rsm__cell cell;
+    uint32_t y;
+    size_t count = 0;
+    rsm__grid_lines(left, g->step, g->width, cell.column);
+    rsm__grid_lines(top, g->step, g->height, cell.row);
+    if (!rsm__cell_load(g, &cell)) return;
+    for (y = top; y < bottom; y++) {
+        if (count + (right - left) > RSM__TILE) {
+            rsm__tile_interpolate(g, &cell, tile, count);
+            count = 0;
+        }
+        count = rsm__tile_add(g, tile, count, left, right, y);
+    }
+    rsm__tile_interpolate(g, &cell, tile, count);
+}
+
+/* A row of cells. Corners are looked at only where a cell has open pixels: others may belong to another thread. */
+static inline void rsm__interpolate_cells(void *context, size_t number)
+{
+    rsm__grid *g = (rsm__grid *)context;
+    uint32_t x, top = (uint32_t)number * g->step, bottom = g->height - top < g->step ? g->height : top + g->step;
+    rsm__tile tile;
+    for (x = 0; x < g->width; x += g->step) {
+        uint32_t right = g->width - x < g->step ? g->width : x + g->step;
+        if (rsm__cell_open(g, x, top, right, bottom)) rsm__interpolate_cell(g, &tile, x, top, right, bottom);
+        if (right == g->width) break;
+    }
+}
+
+/* Corners that a cell with open pixels needs: wanted, unless they were evaluated before. A coarse grid wants pixels that are
+   interpolated already too: what was evaluated replaces them. */
 static inline void rsm__want_corners(rsm__grid *g, uint32_t x, uint32_t y)
 {
     uint32_t column[2], row[2], k;
@@ -2838,13 +3022,26 @@ static inline void rsm__want_corners(rsm__grid *g, uint32_t x, uint32_t y)
     }
 }
 
-/* Wanted pixels, in order, to the list and to evaluated. A coarse grid wants pixels that are interpolated already too:
-   what was evaluated replaces them. */
+static inline uint32_t rsm__next_line(const rsm__grid *g, uint32_t at, uint32_t size)
+{
+    return at + g->step < size ? at + g->step : at + 1 < size ? size - 1 : size;
+}
+
+/* Wanted pixels, in order, to the list and to evaluated; without a grid all open ones. */
 static inline size_t rsm__list_wanted(rsm__grid *g)
 {
-    size_t at, pixels = (size_t)g->width * g->height, found = 0;
-    for (at = 0; at < pixels; at++)
-        if (g->state[at] == RSM__WANTED || g->state[at] == RSM__REPLACED) {
+    uint32_t x, y;
+    size_t found = 0;
+    for (y = 0; y < g->height && g->step > 1; y += g->step)
+        for (x = 0; x < g->width; x += g->step) {
+            uint32_t right = g->width - x < g->step ? g->width : x + g->step, bottom = g->height - y < g->step ? g->height : y + g->step;
+            if (rsm__cell_open(g, x, y, right, bottom)) rsm__want_corners(g, x, y);
+        }
+    for (y = 0; y < g->height; y = rsm__next_line(g, y, g->height))
+        for (x = 0; x < g->width; x = rsm__next_line(g, x, g->width)) {
+            size_t at = (size_t)y * g->width + x;
+            uint8_t state = g->state[at];
+            if (g->step > 1 ? state != RSM__WANTED && state != RSM__REPLACED : state != RSM__OPEN) continue;
             g->state[at] = RSM__EVALUATED;
             g->list[found++] = (uint32_t)at;
         }
@@ -2860,72 +3057,80 @@ static inline rsm_result rsm__interpolation_check(const rsm_interpolation *d, rs
     if (out->levels > 6) return RSM_ERR_DESC;
     if (!(fabsf(out->normal_cosine) <= 1.0f) || !(out->plane_slope >= 0.0f && out->plane_slope <= 1e6f)) return RSM_ERR_DESC;
     if (!(out->distance >= 0.0f && out->distance <= 1e9f) || !(fabsf(out->contrast) <= 1e6f)) return RSM_ERR_DESC;
+    if (!(fabsf(out->reach) <= 1e6f)) return RSM_ERR_DESC;
     if (out->levels == 0) out->levels = 6;
     if (!(fabsf(out->normal_cosine) > 0.0f)) out->normal_cosine = 0.95f;
-    if (!(out->plane_slope > 0.0f)) out->plane_slope = 0.1f;
-    if (!(fabsf(out->contrast) > 0.0f)) out->contrast = 0.1f;
+    if (!(out->plane_slope > 0.0f)) out->plane_slope = 0.05f;
+    if (!(fabsf(out->contrast) > 0.0f)) out->contrast = 0.25f;
+    if (!(fabsf(out->reach) > 0.0f)) out->reach = 0.25f;
     return RSM_OK;
 }
 
 /* One level: the grid of g->step (1: every pixel left), then the pixels that it does for. */
-static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, const rsm_map *const *maps, size_t map_count,
-                                         rsm_gather_stats *total)
+static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_gather_stats *total)
 {
-    size_t at, pixels = (size_t)g->width * g->height;
+    rsm__allocator a = rsm__allocator_of(&gather->desc.system);
     rsm_points points = *g->points;
     rsm_gather_stats stats;
     rsm_result result;
-    for (at = 0; at < pixels; at++) {
-        if (g->state[at] != RSM__OPEN && g->state[at] != RSM__WANTED) continue;
-        if (g->step == 1) g->state[at] = RSM__WANTED;
-        else rsm__want_corners(g, (uint32_t)(at % g->width), (uint32_t)(at / g->width));
-    }
     points.indices = g->list;
     points.index_count = rsm__list_wanted(g);
     points.occlusion = NULL;                     /* applied at full resolution, after interpolation */
     if (points.index_count == 0) return RSM_OK;
     gather->points = &points;
-    result = rsm__gather_run(gather, maps, map_count, NULL, 0, &stats);
+    gather->reach2 = g->step > 1 && g->desc->reach > 0.0f ? g->reach2 : NULL;
+    gather->kernel = rsm__choose_kernel(g->lossy, gather->reach2 != NULL);
+    result = rsm__gather_points(gather, &stats, &a);
     gather->points = g->points;
     if (result != RSM_OK) return result;
     total->evaluated += stats.evaluated;
     total->pairs += stats.pairs;
     total->clamped_share += stats.clamped_share * (double)stats.evaluated;
     total->outside_share += stats.outside_share * (double)stats.evaluated;
-    if (g->step > 1) rsm__run(&gather->desc.system, g->height, rsm__interpolate_row, g);
+    if (g->step > 1) rsm__run(&gather->desc.system, (g->height + g->step - 1) / g->step, rsm__interpolate_cells, g);
     return RSM_OK;
 }
 
-static inline void rsm__grid_finish(rsm__grid *g, uint8_t *mask)
+/* The mask, and the factor of occlusion, which is for full resolution. Returns the number of bad points. */
+static inline uint64_t rsm__grid_finish(rsm__grid *g, uint8_t *mask)
 {
     const rsm_points *p = g->points;
-    size_t at;
+    uint64_t bad = 0;
+    size_t at, pixels = (size_t)g->width * g->height;
     int c;
-    for (at = 0; at < (size_t)g->width * g->height; at++) {
-        float f = 1.0f;
-        if (mask) mask[at] = (uint8_t)(g->state[at] == RSM__NONE ? 0 : g->state[at] - 1);
-        if (!p->occlusion || g->state[at] == RSM__NONE) continue;
+    for (at = 0; at < pixels; at++) bad += g->state[at] == RSM__BAD;
+    for (at = 0; at < pixels && mask; at++) mask[at] = g->state[at] / RSM__INTERPOLATED;
+    for (at = 0; at < pixels && p->occlusion; at++) {
+        float f;
+        if (g->state[at] < RSM__INTERPOLATED) continue;
         f = *rsm__at(p->occlusion, rsm__stride(p->occlusion_stride, 4), at);
         f = f > 0.0f ? f < 1.0f ? f : 1.0f : 0.0f;
         for (c = 0; c < 3; c++) g->out[3 * at + (size_t)c] *= f;
     }
+    return bad;
 }
 
-static inline rsm_result rsm__interpolate_all(rsm__grid *g, rsm__gather *gather, const rsm_map *const *maps, size_t map_count,
-                                              uint32_t levels, rsm_gather_stats *total)
+static inline void rsm__grid_start_row(void *context, size_t y)
 {
-    size_t at, pixels = (size_t)g->width * g->height;
-    rsm_result result = RSM_OK;
-    for (at = 0; at < pixels; at++) {
+    rsm__grid *g = (rsm__grid *)context;
+    size_t at;
+    for (at = y * g->width; at < (y + 1) * g->width; at++) {
         rsm__v3 x, n;
-        int lit = rsm__receiver(g->points, at, &x, &n, &total->bad_points);
-        g->state[at] = lit ? RSM__OPEN : RSM__NONE;
+        uint64_t bad = 0;
+        int lit = rsm__receiver(g->points, at, &x, &n, &bad);
+        g->state[at] = lit ? RSM__OPEN : bad ? RSM__BAD : RSM__NONE;
         if (!lit) memset(g->out + 3 * at, 0, 3 * sizeof *g->out);
     }
+}
+
+static inline rsm_result rsm__interpolate_all(rsm__grid *g, rsm__gather *gather, uint32_t levels, rsm_gather_stats *total)
+{
+    rsm_result result = RSM_OK;
+    rsm__run(&gather->desc.system, g->height, rsm__grid_start_row, g);
     for (; g->step > 1 && levels > 0 && result == RSM_OK; g->step /= 2, levels--)
-        result = rsm__grid_level(g, gather, maps, map_count, total);
+        result = rsm__grid_level(g, gather, total);
     g->step = 1;
-    if (result == RSM_OK) result = rsm__grid_level(g, gather, maps, map_count, total);
+    if (result == RSM_OK) result = rsm__grid_level(g, gather, total);
     return result;
 }
 
@@ -2955,17 +3160,26 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
     g.width = points->width;
     g.height = (uint32_t)(points->count / points->width);
     g.step = d.step;
+    g.suit = rsm__choose_suit();
+    g.limits[0] = d.normal_cosine;
+    g.limits[1] = d.plane_slope * d.plane_slope;
+    g.limits[2] = d.distance > 0.0f ? d.distance * d.distance : RSM_FAR;
     g.list = (uint32_t *)rsm__alloc_array(&a, points->count + 1, sizeof *g.list);
     g.state = (uint8_t *)rsm__alloc_array(&a, points->count + 1, 1);
-    result = g.list && g.state ? rsm__interpolate_all(&g, &gather, maps, map_count, d.levels, &total) : RSM_ERR_ALLOC;
+    g.reach2 = (float *)rsm__alloc_array(&a, points->count + 1, sizeof *g.reach2);
+    g.lossy = rsm__loss_wanted(&gather, stats);
+    result = g.list && g.state && g.reach2 ? rsm__gather_open(&gather, maps, map_count, NULL, 0, &a) : RSM_ERR_ALLOC;
+    if (result == RSM_OK) result = rsm__interpolate_all(&g, &gather, d.levels, &total);
+    rsm__gather_close(&gather, &a);
     if (result == RSM_OK) {
-        rsm__grid_finish(&g, d.mask);
+        total.bad_points = rsm__grid_finish(&g, d.mask);
         if (total.evaluated) {
             total.clamped_share /= (double)total.evaluated;
             total.outside_share /= (double)total.evaluated;
         }
         if (stats) *stats = total;
     }
+    rsm__free(&a, g.reach2);
     rsm__free(&a, g.state);
     rsm__free(&a, g.list);
     return result;

@@ -349,6 +349,7 @@ static void read_settings(rs_state *state, const rd_job *job)
     state->interpolation.step = (uint32_t)rd_setting_integer(s, "step");
     state->interpolation.levels = (uint32_t)rd_setting_integer(s, "levels");
     state->interpolation.contrast = (float)rd_setting_number(s, "contrast");
+    state->interpolation.reach = (float)rd_setting_number(s, "reach");
     state->passes = (uint32_t)rd_setting_integer(s, "passes");
     state->history = (uint32_t)rd_setting_integer(s, "history");
 }
@@ -428,7 +429,8 @@ static const rd_key keys[] = {
     { "history", RD_INTEGER, NULL, 1, 1000, "8", "frames that the filter remembers, denoised" },
     { "step", RD_INTEGER, NULL, 2, 64, "8", "first grid of interpolation, a power of two" },
     { "levels", RD_INTEGER, NULL, 0, 6, "0", "grids of interpolation; 0: all, 1: the paper" },
-    { "contrast", RD_NUMBER, NULL, -1, 1e6, "0", "that refines the grid; 0: 0.1, negative: not asked" },
+    { "contrast", RD_NUMBER, NULL, -1, 1e6, "0", "that refines the grid; 0: 0.25, negative: not asked" },
+    { "reach", RD_NUMBER, NULL, -1, 1e6, "0", "of samples, by the nearest light; 0: 0.25, negative: not asked" },
     { "pcf", RD_INTEGER, NULL, 1, 15, "2", "taps x taps of direct light's shadows" },
     { "bias", RD_NUMBER, NULL, 0, 1000, "0.5", "of direct light, in texels" },
     { "slope_bias", RD_NUMBER, NULL, 0, 1000, "1", "the same, for each unit of slope" },

@@ -329,6 +329,7 @@ static glbk_result gather(rs_state *state)
     grid.step = state->interpolation.step;
     grid.levels = state->interpolation.levels;
     grid.contrast = state->interpolation.contrast;
+    grid.reach = state->interpolation.reach;
     return glbk_rsm_gather(g->gl, &g->renderer, g->pointers, (uint32_t)g->map_count, &d,
                            state->mode == RS_INTERPOLATED ? &grid : NULL);
 }

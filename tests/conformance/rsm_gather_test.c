@@ -314,6 +314,7 @@ static void interpolation_stops_at_edges(void **state)
             in.mask = mask;
             in.levels = paper ? 1 : 0;
             in.contrast = paper ? -1.0f : 0.0f;
+            in.reach = paper ? -1.0f : 0.0f;
             assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &g, &points, full_e, NULL), RSM_OK);
             assert_int_equal(rsm_interpolate((const rsm_map *const *)&map, 1, &g, &in, &points, some_e, &stats), RSM_OK);
             for (i = 0; i < WIDE * HIGH; i++) {
@@ -326,12 +327,52 @@ static void interpolation_stops_at_edges(void **state)
             assert_int_equal(marked, stats.evaluated);
             snprintf(what, sizeof what, "largest error / mean, %s, %s", crease ? "crease" : "step", paper ? "one grid of 8 (paper)"
                      : "grids of 8, 4, 2");
-            /* a contrast of 0.1 bounds the one; curvature over 8 pixels at the wall's foot is what the other leaves */
+            /* contrast and reach bound the one; curvature over 8 pixels at the wall's foot is what the other leaves */
             CONFORM_MAX("T39", what, paper ? 0.08 : 0.05, worst / mean);
             snprintf(what, sizeof what, "share evaluated, %s, %s", crease ? "crease" : "step", paper ? "one grid of 8 (paper)"
                      : "grids of 8, 4, 2");
             CONFORM_MAX("T39", what, 0.3, (double)stats.evaluated / (WIDE * HIGH));
         }
+    rsm_map_free(map);
+    model_free(&m);
+}
+
+/* The reach of samples refines the grid where lights are near, and takes error away. */
+static void reach_refines(void **state)
+{
+    static const float wall[] = { -2.5f, 0, -3, 0, 0, 6, 0, 3, 0 };
+    model m = model_quads(wall, 1);
+    rsm_mesh mesh = mesh_of(&m, 0.8);
+    rsm_desc d = sun_desc(3, 4, 256);
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 400);
+    rsm_points points = points_of(px, pn, WIDE * HIGH, WIDE);
+    rsm_map *map;
+    double error[2], share[2];
+    int bounded, i;
+    (void)state;
+    set3(d.light.direction, 0.8, 0.6, 0);
+    map = map_of(&d, &mesh, 1, NULL);
+    assert_non_null(map);
+    look_down(1);
+    g.near_limit = 1;
+    assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &g, &points, full_e, NULL), RSM_OK);
+    for (bounded = 0; bounded < 2; bounded++) {
+        rsm_interpolation in;
+        rsm_gather_stats stats;
+        double square = 0, sum = 0;
+        memset(&in, 0, sizeof in);
+        in.reach = bounded ? 0.0f : -1.0f;
+        assert_int_equal(rsm_interpolate((const rsm_map *const *)&map, 1, &g, &in, &points, some_e, &stats), RSM_OK);
+        for (i = 0; i < 3 * WIDE * HIGH; i++) {
+            double off = (double)full_e[i] - (double)some_e[i];
+            square += off * off;
+            sum += (double)full_e[i];
+        }
+        error[bounded] = sqrt(square * 3 * WIDE * HIGH) / sum;
+        share[bounded] = (double)stats.evaluated / (WIDE * HIGH);
+    }
+    CONFORM_MAX("T39", "relative RMSE, crease, reach bounded", 0.01, error[1]);
+    assert_true(error[1] < error[0] && share[1] > share[0]);
     rsm_map_free(map);
     model_free(&m);
 }
@@ -380,7 +421,8 @@ int main(void)
         cmocka_unit_test(one_over_pi),      cmocka_unit_test(weights),           cmocka_unit_test(normalised),
         cmocka_unit_test(scale_cancels),    cmocka_unit_test(falloff),           cmocka_unit_test(outside_is_dark),
         cmocka_unit_test(backward_shift),   cmocka_unit_test(no_light_of_its_own), cmocka_unit_test(clamp_is_reported),
-        cmocka_unit_test(interpolation_stops_at_edges),                          cmocka_unit_test(filter_puts_sets_together),
+        cmocka_unit_test(interpolation_stops_at_edges), cmocka_unit_test(reach_refines),
+        cmocka_unit_test(filter_puts_sets_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

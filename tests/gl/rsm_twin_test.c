@@ -569,6 +569,7 @@ static void several_maps_and_grids_agree(void **state)
         grid.step = tests.step = steps[way];
         grid.levels = tests.levels = way == 2 ? 1 : 0;
         grid.contrast = tests.contrast = way == 2 ? -1.0f : 0.0f;
+        grid.reach = tests.reach = way == 1 ? -1.0f : way == 2 ? 0.5f : 0.0f;
         tests.mask = mask;
         upload_tables(t, &r, &d);
         assert_int_equal(rsm_interpolate((const rsm_map *const *)cpu, 3, &d, &tests, &w.points, expected, &stats), RSM_OK);

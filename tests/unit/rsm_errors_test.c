@@ -281,6 +281,8 @@ static void pictures_out_of_range(void **state)
     DONE(RSM_ERR_DESC, i.plane_slope = -1);
     DONE(RSM_ERR_DESC, i.distance = INF);
     DONE(RSM_ERR_DESC, i.contrast = NOT_A_NUMBER);
+    DONE(RSM_ERR_DESC, i.reach = INF);
+    DONE(RSM_OK, i.reach = -1);
     DONE(RSM_ERR_ARGUMENT, p.width = 0);
     DONE(RSM_ERR_ARGUMENT, p.width = 7);
     p.width = SIDE;
@@ -413,24 +415,52 @@ static void cancelling(void **state)
 static void vector_units_agree(void **state)
 {
 #if RSM__X86
-    static rsm__block block;
-    const float x[7] = { 0.1f, 0.9f, 0.2f, 0, -1, 0, 1e-6f };
-    rsm__sum a = { { 0, 0, 0 }, 0, 0 }, b = a;
-    size_t i;
-    for (i = 0; i < RSM__BLOCK; i++) {
+    static rsm__block block[2];
+    static rsm__tile t, u;
+    const float x[7] = { 0.1f, 0.9f, 0.2f, 0, -1, 0, 1e-6f }, limits[3] = { 0.9f, 0.01f, 0.5f };
+    const size_t lanes = RSM__BLOCK + 24;
+    static const rsm__sum none;
+    rsm__sum a = none, b = none;
+    double nearest = 1e9;
+    size_t i, k;
+    for (i = 0; i < 2 * RSM__BLOCK; i++) {
+        const rsm_texel *texel = rsm_map_texels(good) + 64 * 32 + i;
         rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
-        g.near_limit = 0.01f;
-        rsm__lane_set(&g, &block, i, rsm_map_texels(good) + 64 * 32 + i, 1, 1);
+        g.near_limit = 1e-6f;
+        rsm__lane_set(&g, &block[i / RSM__BLOCK], i % RSM__BLOCK, texel, 1, 1);
+        t.px[i] = texel->position[0];
+        t.py[i] = texel->position[1];
+        t.pz[i] = texel->position[2];
+        t.ny[i] = 1;
+        if (i < lanes && texel->depth < RSM_FAR) {
+            double d2 = 0;
+            for (k = 0; k < 3; k++) d2 += ((double)texel->position[k] - (double)x[k]) * ((double)texel->position[k] - (double)x[k]);
+            nearest = d2 < nearest ? d2 : nearest;
+        }
     }
-    rsm__kernel_plain_lossy(&block, RSM__BLOCK, x, &a);
+    u = t;
+    rsm__kernel_plain_near_lossy(block, lanes, x, &a);
+    assert_float_equal(1 / a.near, (float)nearest, 1e-4f * (float)nearest);
+    rsm__suit_plain(&t, lanes, x, limits, 4);
     if (rsm__cpu_has_avx2()) {
-        rsm__kernel_avx2_lossy(&block, RSM__BLOCK, x, &b);
+        rsm__kernel_avx2_near_lossy(block, lanes, x, &b);
         assert_memory_equal(&a, &b, sizeof a);
-        b.rgb[0] = b.rgb[1] = b.rgb[2] = b.full = b.lost = 0;
-        rsm__kernel_avx2(&block, RSM__BLOCK, x, &b);
+        b = none;
+        rsm__kernel_avx2_lossy(block, lanes, x, &b);
         assert_memory_equal(a.rgb, b.rgb, sizeof a.rgb);
+        b = none;
+        rsm__kernel_avx2_near(block, lanes, x, &b);
+        assert_true(memcmp(a.rgb, b.rgb, sizeof a.rgb) == 0 && !(b.near < a.near || b.near > a.near));
+        b = none;
+        rsm__kernel_avx2(block, lanes, x, &b);
+        assert_memory_equal(a.rgb, b.rgb, sizeof a.rgb);
+        rsm__suit_avx2(&u, lanes, x, limits, 4);
+        assert_memory_equal(&t, &u, sizeof t);
     }
-    assert_true(a.rgb[0] > 0 && a.full > 0);
+    b = none;
+    rsm__kernel_plain(block, lanes, x, &b);
+    assert_memory_equal(a.rgb, b.rgb, sizeof a.rgb);
+    assert_true(a.rgb[0] > 0 && a.full > 0 && a.lost > 0);
 #endif
     (void)state;
 }

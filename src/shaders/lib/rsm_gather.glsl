@@ -2,12 +2,16 @@
 // uses: rsm_pick
 // Equation (1) without flux: cos cos / d^2, cosines times d over d^4. Both must exceed the rounding of positions, so that
 // a plane does not light itself (T40).
+float rsm_near = 0.0;     // 1 / squared distance of the nearest light so far that is not edge-on, for interpolation
+
 float rsm_form(vec3 p, vec3 n, vec3 light, vec3 light_normal, float bound)
 {
     vec3 d = light - p, most = max(abs(p), abs(light));
     float rounding = 4e-7 * max(max(most.x, most.y), most.z), inverse = 1.0 / max(dot(d, d), 1e-18);
     float receives = max(dot(n, d) - rounding, 0.0), emits = max(-dot(light_normal, d) - rounding, 0.0);
-    return min((receives * inverse) * (emits * inverse), bound);
+    float form = (receives * inverse) * (emits * inverse);
+    if (form * dot(d, d) > 1e-3) rsm_near = max(rsm_near, inverse);
+    return min(form, bound);
 }
 
 // The glossy part towards p: a Phong lobe about the mirrored direction of the light, of energy `specular`.

@@ -6,6 +6,14 @@
 #define RSM_EVALUATED 3.0       // and in the step before this one:
 #define RSM_FRESH 4.0
 
+// Nodes of a grid say in alpha how far away their nearest light is: -d^2 2^60 in the step that evaluates them, -d^2 / 2^60
+// afterwards, so that both can be told apart and no bit is lost.
+#define RSM_NODE_SCALE 1152921504606846976.0
+bool rsm_node_fresh(float alpha) { return alpha < -1.0; }
+float rsm_node_distance2(float alpha) { return rsm_node_fresh(alpha) ? -alpha / RSM_NODE_SCALE : -alpha * RSM_NODE_SCALE; }
+float rsm_node_alpha(float distance2) { return -clamp(distance2, 4.0 / RSM_NODE_SCALE, 0.25 * RSM_NODE_SCALE) * RSM_NODE_SCALE; }
+float rsm_node_aged(float alpha) { return rsm_node_fresh(alpha) ? alpha / RSM_NODE_SCALE / RSM_NODE_SCALE : alpha; }
+
 struct rsm_receiver { vec3 position, normal; float occlusion; };
 
 bool rsm_read(ivec2 at, out rsm_receiver r)
@@ -57,17 +65,18 @@ bool rsm_is_node(ivec2 at, int step, ivec2 size, out ivec2 number)
     return (at.x % step == 0 || at.x == size.x - 1) && (at.y % step == 0 || at.y == size.y - 1);
 }
 
-bool rsm_suits(rsm_receiver p, rsm_receiver s, vec4 tests)
+bool rsm_suits(rsm_receiver p, rsm_receiver s, vec4 tests, float reach2)
 {
     vec3 d = s.position - p.position;
     float len = length(d), plane = max(abs(dot(d, p.normal)), abs(dot(d, s.normal)));
     if (dot(s.normal, p.normal) < tests.x || plane > tests.y * len) return false;
-    return !(tests.z > 0.0) || len <= tests.z;
+    return (!(tests.z > 0.0) || len <= tests.z) && dot(d, d) <= reach2;
 }
 
 // Bilinear between nodes of the grid; false where fewer than three suit or they differ too much. A missing fourth is
-// completed to a plane. tests: least cosine, most slope, most distance or 0, contrast or below 0.
-bool rsm_interpolate(glbk_color_sampler grid, ivec2 at, int step, ivec2 size, rsm_receiver p, vec4 tests, out vec3 result)
+// completed to a plane. tests: least cosine, most slope, most distance or 0, contrast or below 0. reach: of a sample, times its
+// distance to the nearest light, or below 0.
+bool rsm_interpolate(glbk_color_sampler grid, ivec2 at, int step, ivec2 size, rsm_receiver p, vec4 tests, float reach, out vec3 result)
 {
     ivec2 nx, ny, lx, ly;
     vec2 f;
@@ -81,7 +90,8 @@ bool rsm_interpolate(glbk_color_sampler grid, ivec2 at, int step, ivec2 size, rs
         vec4 node = glbk_unpack(texelFetch(grid, ivec2(right ? nx.y : nx.x, upper ? ny.y : ny.x), 0));
         rsm_receiver s;
         value[k] = node.xyz;
-        if (node.w < RSM_EVALUATED || !rsm_read(ivec2(right ? lx.y : lx.x, upper ? ly.y : ly.x), s) || !rsm_suits(p, s, tests)) {
+        float reach2 = reach > 0.0 ? rsm_node_distance2(node.w) * reach * reach : 3.0e38;
+        if (node.w >= 0.0 || !rsm_read(ivec2(right ? lx.y : lx.x, upper ? ly.y : ly.x), s) || !rsm_suits(p, s, tests, reach2)) {
             missing = k;
             continue;
         }

@@ -25,16 +25,19 @@ void main()
     if (mode == 1) at = min(at * step, size - 1);
     bool seen = rsm_read(at, r), evaluate = seen;
     if (!first) {
-        evaluate = sum.w == RSM_FRESH;
+        evaluate = mode == 1 ? rsm_node_fresh(sum.w) : sum.w == RSM_FRESH;
     } else if (mode == 1 && coarse > 0) {
         if (rsm_is_node(at, coarse, size, number)) sum = glbk_unpack(texelFetch(glbk_rsm_coarse, number, 0));
-        if (sum.w < RSM_EVALUATED) sum = vec4(0.0);
+        sum.w = rsm_node_aged(sum.w);
         evaluate = seen && sum.w == RSM_NONE && rsm_wanted(at, step, size);
-        sum.w = min(sum.w, RSM_EVALUATED);
     } else if (mode == 2) {
         evaluate = sum.w == RSM_OPEN;
         sum.xyz *= evaluate ? 0.0 : r.occlusion;
     }
-    if (evaluate) sum = vec4(sum.xyz + rsm_bounce(r, at) * (mode == 1 ? 1.0 : r.occlusion), RSM_FRESH);
+    if (evaluate) {
+        if (mode == 1 && !first) rsm_near = 1.0 / rsm_node_distance2(sum.w);
+        sum.xyz += rsm_bounce(r, at) * (mode == 1 ? 1.0 : r.occlusion);
+        sum.w = mode == 1 ? rsm_node_alpha(1.0 / max(rsm_near, 1e-30)) : RSM_FRESH;
+    }
     result = glbk_pack(sum);
 }

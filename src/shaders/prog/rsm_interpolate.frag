@@ -14,10 +14,10 @@ void main()
     else if (!seen) sum.w = RSM_NONE;
     if (seen && rsm_is_node(at, step, size, number)) {      // what was evaluated replaces what was interpolated
         vec4 node = glbk_unpack(texelFetch(glbk_rsm_coarse, number, 0));
-        if (node.w >= RSM_EVALUATED) sum = vec4(node.xyz, RSM_EVALUATED);
+        if (node.w < 0.0) sum = vec4(node.xyz, RSM_EVALUATED);
     }
     vec3 value;
-    if (sum.w == RSM_OPEN && rsm_interpolate(glbk_rsm_coarse, at, step, size, r, glbk_rsm_frame.tests, value))
+    if (sum.w == RSM_OPEN && rsm_interpolate(glbk_rsm_coarse, at, step, size, r, glbk_rsm_frame.tests, glbk_rsm_frame.pattern.w, value))
         sum = vec4(value, RSM_INTERPOLATED);
     result = glbk_pack(sum);
 }
