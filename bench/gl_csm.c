@@ -3,47 +3,13 @@
    on real GPUs the two agree at these lengths. */
 #define _POSIX_C_SOURCE 200809L
 #include "bench.h"
-#include "gl_context.h"
+#include "gl.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct rig { ex_gl *context; glbk_context gl; char log[400]; } rig;
-
-static int open_rig(rig *r, int core_only)
-{
-    ex_gl_options options = { EX_GL_HEADLESS, 0, 0, 0, 0, 0, 0, 0, 0, NULL };
-    char error[EX_ERROR_SIZE];
-    glbk_desc desc;
-    memset(r, 0, sizeof *r);
-    memset(&desc, 0, sizeof desc);
-    r->context = ex_gl_create(&options, error);
-    if (!r->context)
-        return bn_failed("OpenGL", error);
-    desc.get_proc = ex_gl_get_proc;
-    desc.user = r->context;
-    desc.log = r->log;
-    desc.log_size = sizeof r->log;
-    desc.core_only = core_only;
-    if (glbk_init(&r->gl, &desc) == GLBK_OK)
-        return 0;
-    ex_gl_free(r->context);
-    return bn_failed("OpenGL", r->log);
-}
-
-static void close_rig(rig *r)
-{
-    glbk_destroy(&r->gl);
-    ex_gl_free(r->context);
-}
-
-static int gl_failed(const rig *r, glbk_result result)
-{
-    return bn_failed(glbk_result_text(result), r->log);
-}
-
-static void begin(const bn_options *options, const rig *r, const char *bench)
+static void begin(const bn_options *options, const bn_gl *r, const char *bench)
 {
     bn_begin(options, bench, options->threads, "none");
     bn_text("gl_renderer", r->gl.renderer);
@@ -81,7 +47,7 @@ static cohsm_maps *build_maps(const bn_options *options, const bn_model *model, 
     return maps;
 }
 
-static int upload(rig *r, const cohsm_maps *maps, glbk_csm_maps *out)
+static int upload(bn_gl *r, const cohsm_maps *maps, glbk_csm_maps *out)
 {
     glbk_csm_block block;
     glbk_csm_instance one = { 0, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, 0 };
@@ -90,7 +56,7 @@ static int upload(rig *r, const cohsm_maps *maps, glbk_csm_maps *out)
     result = glbk_csm_maps_create(&r->gl, &block, 1, 1, &one.start, out);
     if (result == GLBK_OK)
         result = glbk_csm_maps_place(&r->gl, out, &one, 1);
-    return result == GLBK_OK ? 0 : gl_failed(r, result);
+    return result == GLBK_OK ? 0 : bn_gl_failed(r, result);
 }
 
 /* ---- queries ---- */
@@ -122,7 +88,7 @@ static void make_questions(const bn_model *model, int coherent, uint32_t *items)
     }
 }
 
-static double time_queries(rig *r, glbk_csm_asker *asker, const glbk_csm_maps *maps, glbk_result *result)
+static double time_queries(bn_gl *r, glbk_csm_asker *asker, const glbk_csm_maps *maps, glbk_result *result)
 {
     double best = HUGE_VAL, start = ex_seconds();
     for (int run = 0; *result == GLBK_OK && (run < 3 || (run < 50 && ex_seconds() - start < 1)); run++) {
@@ -136,7 +102,7 @@ static double time_queries(rig *r, glbk_csm_asker *asker, const glbk_csm_maps *m
     return best;
 }
 
-static int measure_queries(const bn_options *options, rig *r, const bn_model *model, const cohsm_maps *built)
+static int measure_queries(const bn_options *options, bn_gl *r, const bn_model *model, const cohsm_maps *built)
 {
     static const char *const filters[] = { "nearest", "pcf", "roulette" };
     uint32_t *items = malloc(8 * QUERIES * sizeof *items);
@@ -169,7 +135,7 @@ static int measure_queries(const bn_options *options, rig *r, const bn_model *mo
         bn_end(options);
     }
     if (result != GLBK_OK)
-        gl_failed(r, result);
+        bn_gl_failed(r, result);
     glbk_csm_asker_destroy(&r->gl, &asker);
     glbk_csm_maps_destroy(&r->gl, &maps);
     free(items);
@@ -178,7 +144,7 @@ static int measure_queries(const bn_options *options, rig *r, const bn_model *mo
 
 /* ---- pictures: random points and normals for pixels, so that no cache is flattered ---- */
 
-static int fill_gbuffer(rig *r, glbk_csm_renderer *renderer, const bn_model *model)
+static int fill_gbuffer(bn_gl *r, glbk_csm_renderer *renderer, const bn_model *model)
 {
     glbk_csm_pixel *row = calloc(renderer->width, sizeof *row);
     glbk_result result = row ? GLBK_OK : GLBK_ERR_ALLOC;
@@ -200,10 +166,10 @@ static int fill_gbuffer(rig *r, glbk_csm_renderer *renderer, const bn_model *mod
         result = glbk_csm_gbuffer_upload(&r->gl, renderer, y, 1, row);
     }
     free(row);
-    return result == GLBK_OK ? 0 : gl_failed(r, result);
+    return result == GLBK_OK ? 0 : bn_gl_failed(r, result);
 }
 
-static int measure_render(const bn_options *options, rig *r, const bn_model *model, const cohsm_maps *built)
+static int measure_render(const bn_options *options, bn_gl *r, const bn_model *model, const cohsm_maps *built)
 {
     uint32_t samples[] = { 16, 64 }, wide = options->full ? 1024 : 256, high = options->full ? 768 : 192, start;
     ex_sky sky = { 0, 0, NULL, 0 };
@@ -272,7 +238,7 @@ static int measure_render(const bn_options *options, rig *r, const bn_model *mod
         bn_end(options);
     }
     if (result != GLBK_OK)
-        gl_failed(r, result);
+        bn_gl_failed(r, result);
     glbk_csm_renderer_destroy(&r->gl, &renderer);
     glbk_csm_lights_destroy(&r->gl, &lights);
     glbk_csm_maps_destroy(&r->gl, &maps);
@@ -318,7 +284,7 @@ static void upload_object(glbk_context *gl, const bn_model *model, object *o)
     o->indices = (int32_t)(3 * model->triangles);
 }
 
-static int measure_build(const bn_options *options, rig *r, const bn_model *model, uint32_t side)
+static int measure_build(const bn_options *options, bn_gl *r, const bn_model *model, uint32_t side)
 {
     cohsm_desc d = bn_desc(options);
     glbk_csm_builder_desc desc;
@@ -379,7 +345,7 @@ static int measure_build(const bn_options *options, rig *r, const bn_model *mode
         bn_integer("bytes", info.bytes);
         bn_end(options);
     } else
-        gl_failed(r, result);
+        bn_gl_failed(r, result);
     glbk_csm_builder_destroy(&r->gl, &b);
     r->gl.gl.DeleteVertexArrays(1, &o.vertex_array);
     r->gl.gl.DeleteBuffers(2, o.buffers);
@@ -394,15 +360,15 @@ enum { QUERY, RENDER, BUILD };
 
 static int measure_path(const bn_options *options, int what, int core_only, const bn_model *model, const cohsm_maps *maps)
 {
-    rig r;
+    bn_gl r;
     int result;
-    if (open_rig(&r, core_only) != 0)
+    if (bn_gl_open(&r, core_only) != 0)
         return -1;
     result = !core_only && !r.gl.compute ? 0
              : what == QUERY             ? measure_queries(options, &r, model, maps)
              : what == RENDER            ? measure_render(options, &r, model, maps)
                                          : measure_build(options, &r, model, options->full ? 128 : 24);
-    close_rig(&r);
+    bn_gl_close(&r);
     return result;
 }
 

@@ -5,7 +5,7 @@
 #define ENVSHADOW_STATIC
 #include "envshadow.h"
 #include "bench.h"
-#include "gl_context.h"
+#include "gl.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,9 +14,7 @@
 enum { MAP_SIZE = 256, MOST_LIGHTS = 192 };
 
 typedef struct rig {
-    ex_gl              *context;
-    glbk_context        gl;
-    char                log[400];
+    bn_gl               g;
     glbk_envsh_renderer renderer;
     envsh_maps         *layout;
     const envsh_view   *views;
@@ -27,35 +25,15 @@ typedef struct rig {
 
 typedef struct times { double shadow_ms, light_ms; } times;
 
-static int failed(const rig *r, glbk_result result) { return bn_failed(glbk_result_text(result), r->log); }
-
-static int open_rig(rig *r)
-{
-    ex_gl_options options = { EX_GL_HEADLESS, 0, 0, 0, 0, 0, 0, 0, 0, NULL };
-    char error[EX_ERROR_SIZE];
-    glbk_desc desc;
-    memset(r, 0, sizeof *r);
-    memset(&desc, 0, sizeof desc);
-    r->context = ex_gl_create(&options, error);
-    if (!r->context)
-        return bn_failed("OpenGL", error);
-    desc.get_proc = ex_gl_get_proc;
-    desc.user = r->context;
-    desc.log = r->log;
-    desc.log_size = sizeof r->log;
-    return glbk_init(&r->gl, &desc) == GLBK_OK ? 0 : bn_failed("OpenGL", r->log);
-}
-
 static void close_rig(rig *r)
 {
-    if (r->gl.renderer) {
-        glbk_envsh_renderer_destroy(&r->gl, &r->renderer);
-        r->gl.gl.DeleteVertexArrays(1, &r->vertex_array);
-        r->gl.gl.DeleteBuffers(2, r->buffers);
-        glbk_destroy(&r->gl);
+    if (r->g.gl.renderer) {
+        glbk_envsh_renderer_destroy(&r->g.gl, &r->renderer);
+        r->g.gl.gl.DeleteVertexArrays(1, &r->vertex_array);
+        r->g.gl.gl.DeleteBuffers(2, r->buffers);
     }
     envsh_maps_free(r->layout);
-    ex_gl_free(r->context);
+    bn_gl_close(&r->g);
 }
 
 /* ---- what a frame needs ---- */
@@ -101,7 +79,7 @@ static int make_views(rig *r, uint32_t k)
 
 static void upload_model(rig *r)
 {
-    const glbk_functions *gl = &r->gl.gl;
+    const glbk_functions *gl = &r->g.gl.gl;
     const bn_model *m = r->model;
     float tall = m->high[1] - m->low[1];
     for (int k = 0; k < 3; k++) {
@@ -141,11 +119,11 @@ static glbk_result draw_gbuffer(rig *r)
     s.clip[15] = 1;
     s.eye[2] = high[2] + 1000 * half;
     s.albedo[0] = s.albedo[1] = s.albedo[2] = s.albedo[3] = 1;
-    result = glbk_envsh_gbuffer_begin(&r->gl, &r->renderer);
+    result = glbk_envsh_gbuffer_begin(&r->g.gl, &r->renderer);
     if (result == GLBK_OK)
-        result = glbk_envsh_gbuffer_object(&r->gl, &r->renderer, &s);
-    r->gl.gl.BindVertexArray(r->vertex_array);
-    r->gl.gl.DrawElements(GLBK_GL_TRIANGLES, (int32_t)(3 * r->model->triangles), GLBK_GL_UNSIGNED_INT, NULL);
+        result = glbk_envsh_gbuffer_object(&r->g.gl, &r->renderer, &s);
+    r->g.gl.gl.BindVertexArray(r->vertex_array);
+    r->g.gl.gl.DrawElements(GLBK_GL_TRIANGLES, (int32_t)(3 * r->model->triangles), GLBK_GL_UNSIGNED_INT, NULL);
     return result;
 }
 
@@ -168,12 +146,12 @@ static glbk_result run_frame(rig *r, glbk_envsh_maps *maps, const glbk_envsh_que
     for (uint32_t first = 0; first < r->count && result == GLBK_OK; first += maps->capacity) {
         uint32_t n = r->count - first < maps->capacity ? r->count - first : maps->capacity;
         double start = ex_seconds(), middle;
-        result = glbk_envsh_maps_render(&r->gl, maps, r->views + first, sizeof *r->views, n, draw_model, r);
-        r->gl.gl.Finish();
+        result = glbk_envsh_maps_render(&r->g.gl, maps, r->views + first, sizeof *r->views, n, draw_model, r);
+        r->g.gl.gl.Finish();
         middle = ex_seconds();
         if (result == GLBK_OK)
-            result = glbk_envsh_shade(&r->gl, &r->renderer, maps, question, 0, first != 0);
-        r->gl.gl.Finish();
+            result = glbk_envsh_shade(&r->g.gl, &r->renderer, maps, question, 0, first != 0);
+        r->g.gl.gl.Finish();
         out->shadow_ms += 1e3 * (middle - start);
         out->light_ms += 1e3 * (ex_seconds() - middle);
     }
@@ -192,7 +170,7 @@ static glbk_result try_setting(rig *r, setting *s, int is_first)
     memset(&desc, 0, sizeof desc);
     desc.capacity = s->c;
     desc.map_size = MAP_SIZE;
-    result = glbk_envsh_maps_create(&r->gl, &desc, &maps);
+    result = glbk_envsh_maps_create(&r->g.gl, &desc, &maps);
     for (int run = 0; run < 2 && result == GLBK_OK; run++) {    /* the first one warms up */
         times now;
         result = run_frame(r, &maps, &question, &now);
@@ -201,7 +179,7 @@ static glbk_result try_setting(rig *r, setting *s, int is_first)
         if (is_first || now.shadow_ms + now.light_ms < s->best.shadow_ms + s->best.light_ms)
             s->best = now;
     }
-    glbk_envsh_maps_destroy(&r->gl, &maps);
+    glbk_envsh_maps_destroy(&r->g.gl, &maps);
     return result;
 }
 
@@ -209,7 +187,7 @@ static void write_row(const bn_options *options, const rig *r, const setting *s)
 {
     static const char *const names[] = { "plain", "smooth", "pcf", "penumbra" };
     bn_begin(options, "gl_envshadow", options->threads, "none");
-    bn_text("gl_renderer", r->gl.renderer);
+    bn_text("gl_renderer", r->g.gl.renderer);
     bn_text("model", r->model->name);
     bn_integer("triangles", r->model->triangles);
     bn_integer("width", r->renderer.width);
@@ -232,7 +210,7 @@ static int measure(const bn_options *options, rig *r, setting *settings, int cou
     for (int i = 0; i < rounds * count && result == GLBK_OK; i++)
         result = try_setting(r, &settings[i % count], i < count);
     if (result != GLBK_OK)
-        return failed(r, result);
+        return bn_gl_failed(&r->g, result);
     for (int i = 0; i < count; i++)
         write_row(options, r, &settings[i]);
     return 0;
@@ -266,7 +244,7 @@ static int measure_cost(const bn_options *options, rig *r)
     if (chosen != pair[0].c && measure(options, r, pair, 2) != 0)
         return -1;
     bn_begin(options, "gl_envshadow_cost", options->threads, "none");
-    bn_text("gl_renderer", r->gl.renderer);
+    bn_text("gl_renderer", r->g.gl.renderer);
     bn_text("model", r->model->name);
     bn_integer("k", r->count);
     bn_number("pass_ms", cost.pass);
@@ -287,14 +265,16 @@ static int measure_model(const bn_options *options, const bn_model *model, int w
     setting many[] = { { 8, 0, { 0, 0 } }, { MOST_LIGHTS, 3, { 0, 0 } } };
     glbk_result result;
     rig r;
-    int status = open_rig(&r);
+    int status;
+    memset(&r, 0, sizeof r);
+    status = bn_gl_open(&r.g, 0);
     r.model = model;
     if (status == 0) {
         upload_model(&r);
-        result = glbk_envsh_renderer_create(&r.gl, options->full ? 1920 : 421, options->full ? 1080 : 711, &r.renderer);
+        result = glbk_envsh_renderer_create(&r.g.gl, options->full ? 1920 : 421, options->full ? 1080 : 711, &r.renderer);
         if (result == GLBK_OK)
             result = draw_gbuffer(&r);
-        status = result == GLBK_OK ? make_views(&r, 64) : failed(&r, result);
+        status = result == GLBK_OK ? make_views(&r, 64) : bn_gl_failed(&r.g, result);
     }
     if (status == 0)
         status = measure(options, &r, few, 3);

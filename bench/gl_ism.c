@@ -2,7 +2,7 @@
    chosen on the CPU. Wall time round glFinish: timer queries of software drivers are wrong. */
 #define _POSIX_C_SOURCE 200809L
 #include "ism_scene.h"
-#include "gl_context.h"
+#include "gl.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -129,25 +129,12 @@ static int measure_scene(const bn_options *options, glbk_context *gl, const char
 
 int bn_gl_ism(const bn_options *options)
 {
-    ex_gl_options context = { EX_GL_HEADLESS, 0, 0, 0, 0, 0, 0, 0, 0, NULL };
-    char error[EX_ERROR_SIZE], log[400];
-    ex_gl *gl = ex_gl_create(&context, error);
-    glbk_context glbk;
-    glbk_desc desc;
-    int result;
-    if (!gl)
-        return bn_failed("OpenGL", error);
-    memset(&desc, 0, sizeof desc);
-    desc.get_proc = ex_gl_get_proc;
-    desc.user = gl;
-    desc.log = log;
-    desc.log_size = sizeof log;
-    result = glbk_init(&glbk, &desc) == GLBK_OK ? 0 : bn_failed("OpenGL", log);
+    bn_gl g;
+    int result = bn_gl_open(&g, 0);
     if (result == 0 && options->model)
-        result = measure_scene(options, &glbk, options->model, 128);
-    else if (result == 0 && (result = measure_scene(options, &glbk, "builtin:cornell", 128)) == 0)
-        result = measure_scene(options, &glbk, "builtin:atrium", 128);
-    glbk_destroy(&glbk);
-    ex_gl_free(gl);
+        result = measure_scene(options, &g.gl, options->model, 128);
+    else if (result == 0 && (result = measure_scene(options, &g.gl, "builtin:cornell", 128)) == 0)
+        result = measure_scene(options, &g.gl, "builtin:atrium", 128);
+    bn_gl_close(&g);
     return result;
 }

@@ -3,7 +3,7 @@
    round glFinish: timer queries of software drivers are wrong. */
 #define _POSIX_C_SOURCE 200809L
 #include "sfield_scene.h"
-#include "gl_context.h"
+#include "gl.h"
 #include "gl_backend.h"
 #include "sfield_gpu.h"
 
@@ -250,33 +250,23 @@ static sfield_result measure_build(const board *b, const bn_options *options, gl
 
 static int run(board *b, const bn_options *options)
 {
-    ex_gl_options context = { EX_GL_HEADLESS, 0, 0, 0, 0, 0, 0, 0, 0, NULL };
-    char error[EX_ERROR_SIZE], log[400];
-    ex_gl *gl = ex_gl_create(&context, error);
-    glbk_context glbk;
-    glbk_desc desc;
+    bn_gl g;
     glbk_result result;
     sfield_result built = SFIELD_OK;
-    if (!gl)
-        return bn_failed("OpenGL", error);
-    memset(&desc, 0, sizeof desc);
-    desc.get_proc = ex_gl_get_proc;
-    desc.user = gl;
-    desc.log = log;
-    desc.log_size = sizeof log;
-    result = glbk_init(&glbk, &desc);
-    if (result == GLBK_OK)
-        result = upload_fields(b, &glbk);
+    if (bn_gl_open(&g, 0) != 0)
+        return -1;
+    result = upload_fields(b, &g.gl);
     for (int unrolled = 1; unrolled >= 0 && result == GLBK_OK; unrolled--)
-        result = measure(b, options, &glbk, unrolled);
+        result = measure(b, options, &g.gl, unrolled);
     if (result == GLBK_OK)
-        built = measure_build(b, options, &glbk);
-    glbk_sfield_destroy(&glbk, &b->world);
-    glbk_destroy(&glbk);
-    ex_gl_free(gl);
-    if (result == GLBK_OK && built != SFIELD_OK)
-        return bn_failed("gl_sfield", sfield_result_text(built));
-    return result == GLBK_OK ? 0 : bn_failed("gl_sfield", glbk_result_text(result));
+        built = measure_build(b, options, &g.gl);
+    if (result != GLBK_OK)
+        bn_gl_failed(&g, result);
+    else if (built != SFIELD_OK)
+        bn_failed("gl_sfield", sfield_result_text(built));
+    glbk_sfield_destroy(&g.gl, &b->world);
+    bn_gl_close(&g);
+    return result == GLBK_OK && built == SFIELD_OK ? 0 : -1;
 }
 
 int bn_gl_sfield(const bn_options *options)

@@ -60,6 +60,10 @@ static void crew_for(void *user, size_t count, void (*task)(void *context, size_
 static float    sheet[3 * (GRID + 1) * (GRID + 1)], positions[3 * POINTS], normals[3 * POINTS];
 static uint32_t indices[6 * CELLS];
 
+/* The same fields in every header's mesh. */
+#define THE_SHEET(mesh) \
+    ((mesh).positions = sheet, (mesh).vertex_count = (GRID + 1) * (GRID + 1), (mesh).indices = indices, (mesh).index_count = 6 * CELLS)
+
 static int make_scene(void **state)
 {
     uint32_t x, y, n = 0;
@@ -104,10 +108,7 @@ static void csm_threads(void **state)
     int k, layers;
     (void)state;
     memset(&mesh, 0, sizeof mesh);
-    mesh.positions = sheet;
-    mesh.vertex_count = (GRID + 1) * (GRID + 1);
-    mesh.indices = indices;
-    mesh.index_count = 6 * CELLS;
+    THE_SHEET(mesh);
     for (layers = COHSM_LAYERS_Z1Z2; layers <= COHSM_LAYERS_Z1Z3_FAR; layers++) {
         for (k = 0; k < 2; k++) {
             cohsm_desc d;
@@ -148,10 +149,7 @@ static void shadowfield_threads(void **state)
             memset(&d, 0, sizeof d);
             memset(&sd, 0, sizeof sd);
             memset(&set, 0, sizeof set);
-            mesh.positions = sheet;
-            mesh.vertex_count = (GRID + 1) * (GRID + 1);
-            mesh.indices = indices;
-            mesh.index_count = 6 * CELLS;
+            THE_SHEET(mesh);
             d.basis = sd.basis = (sfield_basis)basis;
             d.cube_side = 8;
             if (basis == SFIELD_BASIS_HAAR) sd.cube_side = 8;
@@ -239,10 +237,7 @@ static void rsm_threads(void **state)
             memset(&g, 0, sizeof g);
             memset(&points, 0, sizeof points);
             memset(&mesh, 0, sizeof mesh);
-            mesh.positions = sheet;
-            mesh.vertex_count = (GRID + 1) * (GRID + 1);
-            mesh.indices = indices;
-            mesh.index_count = 6 * CELLS;
+            THE_SHEET(mesh);
             mesh.albedo[0] = mesh.albedo[1] = mesh.albedo[2] = 0.5f;
             d.light.direction[1] = -1;                          /* from below: the sheet lights the floor */
             d.light.value[0] = d.light.value[1] = d.light.value[2] = 4;

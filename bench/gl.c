@@ -1,0 +1,36 @@
+/* gl.c - see gl.h. */
+#include "bench.h"
+#include "gl.h"
+
+#include <string.h>
+
+int bn_gl_open(bn_gl *g, int core_only)
+{
+    ex_gl_options options = { EX_GL_HEADLESS, 0, 0, 0, 0, 0, 0, 0, 0, NULL };
+    char error[EX_ERROR_SIZE];
+    glbk_desc desc;
+    memset(g, 0, sizeof *g);
+    memset(&desc, 0, sizeof desc);
+    g->context = ex_gl_create(&options, error);
+    if (!g->context)
+        return bn_failed("OpenGL", error);
+    desc.get_proc = ex_gl_get_proc;
+    desc.user = g->context;
+    desc.log = g->log;
+    desc.log_size = sizeof g->log;
+    desc.core_only = core_only;
+    if (glbk_init(&g->gl, &desc) == GLBK_OK)
+        return 0;
+    ex_gl_free(g->context);
+    g->context = NULL;
+    return bn_failed("OpenGL", g->log);
+}
+
+void bn_gl_close(bn_gl *g)
+{
+    glbk_destroy(&g->gl);
+    ex_gl_free(g->context);
+    memset(g, 0, sizeof *g);
+}
+
+int bn_gl_failed(const bn_gl *g, glbk_result result) { return bn_failed(glbk_result_text(result), g->log); }

@@ -1,0 +1,13 @@
+/* gl.h - the context that benchmarks on OpenGL run in. Include bench.h before. */
+#ifndef BENCH_GL_H
+#define BENCH_GL_H
+
+#include "gl_context.h"
+
+typedef struct bn_gl { ex_gl *context; glbk_context gl; char log[400]; } bn_gl;     /* zeroed = none */
+
+int  bn_gl_open(bn_gl *g, int core_only);       /* 0, or the line is said */
+void bn_gl_close(bn_gl *g);
+int  bn_gl_failed(const bn_gl *g, glbk_result result);
+
+#endif
