@@ -410,7 +410,7 @@ ISM_DEF const float *ism_atlas(const ism_maps *maps, uint32_t *side, uint32_t *t
 ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const float *positions, const float *geometric,
                                size_t stride, size_t count, float bias, float *visible);
 /* What ism_shade would take: 1 lit, 0 not, for count receivers; stride as in ism_view. Receivers behind the VPL are
-   lit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_ORDER. */
+   lit, those that turn their geometric normal's back to it are not. Errors: ISM_ERR_ARGUMENT, ISM_ERR_ORDER. */
 
 ISM_DEF ism_result ism_shade(const ism_maps *maps, const ism_view *view, const ism_shading *shading, float *out,
                              ism_stats *stats);
@@ -1070,6 +1070,7 @@ static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u
 #define ISM__EITHER 0.05             /* of the points by what the view sees alone, and by what the VPL sees, to the mean's 1 */
 #define ISM__CUT_SCALE 6.0f         /* area of discs that their triangle cuts off, over that of the others */
 #define ISM__EDGE 1e-4f              /* of barycentric coordinates: so far discs reach over an edge, that none leaks */
+#define ISM__GRAZING 1e-4f           /* cosine, by the receiver's plane, below which a VPL counts as behind it: rounding */
 #define ISM__HOLE 2                  /* texels about one that may close it */
 #define ISM__LANES 64u              /* tiles drawn at once at most; each lane has scratch memory of its own */
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
@@ -1635,15 +1636,16 @@ static ism_result ism__weigh_source(ism__choice *c, const ism_source *s)
     return ISM_OK;
 }
 
-/* Sample (x + fx, y + fy) of a grid, mixed from the four texels about it where they lie on one surface (paper 6.5).
-   Returns the distance to the farthest of them. */
+/* Sample (x + fx, y + fy) of a grid, mixed from the four texels about it where they lie on one surface (paper 6.5). Where that
+   is curved the chord may run behind it, from where a sheet's back would be lit: the farther out of the chord and of the
+   four tangent planes' mean holds. Returns the distance to the farthest of the texels. */
 static float ism__inter_texel(const ism_view *view, const ism_source *s, const ism__cdf2_sample *at, ism__v3 *p, ism__v3 *n)
 {
     size_t i0 = (size_t)at->y * s->width + at->x;
     ism__v3 p0 = ism__v3_load(ism__at(s->positions, s->stride, i0)), n0 = ism__v3_load(ism__at(s->normals, s->stride, i0));
-    ism__v3 sum = ism__v3_make(0, 0, 0), normal = sum;
-    float sx = at->fx - 0.5f, sy = at->fy - 0.5f, weights = 0.0f, spacing = 0.0f, x0, y0, xk, yk;
-    int k, known = ism__to_pixel(view, p0, &x0, &y0);
+    ism__v3 sum = ism__v3_make(0, 0, 0), normal = sum, offsets[4], normals[4];
+    float sx = at->fx - 0.5f, sy = at->fy - 0.5f, weights = 0.0f, spacing = 0.0f, x0, y0, xk, yk, share[4], behind = 0.0f;
+    int k, used = 0, known = ism__to_pixel(view, p0, &x0, &y0);
     for (k = 0; k < 4; k++) {
         int64_t x = (int64_t)at->x + (k & 1 ? (sx < 0.0f ? -1 : 1) : 0), y = (int64_t)at->y + (k & 2 ? (sy < 0.0f ? -1 : 1) : 0);
         float w = (k & 1 ? fabsf(sx) : 1.0f - fabsf(sx)) * (k & 2 ? fabsf(sy) : 1.0f - fabsf(sy)), length;
@@ -1664,10 +1666,19 @@ static float ism__inter_texel(const ism_view *view, const ism_source *s, const i
         sum = ism__v3_madd(sum, d, w);
         normal = ism__v3_madd(normal, nq, w);
         weights += w;
+        offsets[used] = d;
+        normals[used] = nq;
+        share[used++] = w;
         if (length > spacing) spacing = length;
     }
-    *p = weights > 0.0f ? ism__v3_madd(p0, sum, 1.0f / weights) : p0;
-    *n = weights > 0.0f ? ism__v3_normalize(normal) : n0;
+    *p = p0;
+    *n = n0;
+    if (!(weights > 0.0f)) return spacing;
+    *n = ism__v3_normalize(normal);
+    sum = ism__v3_scale(sum, 1.0f / weights);
+    for (k = 0; k < used; k++)
+        behind += share[k] / weights * ism__v3_dot(normals[k], ism__v3_sub(offsets[k], sum)) * ism__v3_dot(normals[k], *n);
+    *p = ism__v3_add(p0, behind > 0.0f ? ism__v3_madd(sum, *n, behind) : sum);
     return spacing;
 }
 
@@ -2301,6 +2312,17 @@ static float ism__plane_depth(const ism__tile *tile, const float g[3], const flo
     return s > 1e-20f ? 1.0f / s : 0.0f;
 }
 
+/* A disc that stands for its triangle's neighbours too is about as far off their surface as it is wide, and would hide that
+   surface from the VPL: it is drawn a radius farther away, as large as before for the VPL. */
+static void ism__move_away(ism__surfel *s)
+{
+    float away = 1.0f + sqrtf(s->radius2) / s->depth;
+    s->at = ism__v3_scale(s->at, away);
+    s->g = ism__v3_scale(s->g, 1.0f / away);
+    s->radius2 *= away * away;
+    s->depth *= away;
+}
+
 /* Where the point lies in the tile; 0 if it is not seen from the VPL's front. */
 static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, float area, ism__surfel *s)
 {
@@ -2338,6 +2360,7 @@ static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, f
         s->v = uv[1];
         /* edge-on: a plane facing the VPL instead */
         s->g = fabsf(along) > 1e-3f * s->depth ? ism__v3_scale(n, 1.0f / along) : ism__v3_scale(l, 1.0f / d2);
+        if (!s->cut) ism__move_away(s);
         return 1;
     }
 }
@@ -2724,7 +2747,8 @@ ISM_DEF const float *ism_atlas(const ism_maps *m, uint32_t *side, uint32_t *tile
 
 /* ---- >>visibility ---- */
 
-/* Compares depths on the receiver's own tangent plane, at the centre of the texel: no acne where light grazes. */
+/* Compares depths on the receiver's own tangent plane, at the centre of the texel: no acne where light grazes. What lies
+   behind that plane is hidden by the receiver's own surface, which a thin sheet's depth cannot tell from the receiver. */
 static int ism__lit(const ism_maps *m, const ism_vpl *v, const ism__frame_of *f, const float *tile, ism__v3 p, ism__v3 ng,
                     float bias)
 {
@@ -2733,6 +2757,7 @@ static int ism__lit(const ism_maps *m, const ism_vpl *v, const ism__frame_of *f,
         ism__v3 l = ism__to_local(f, ism__v3_sub(p, ism__v3_load(m->center)));
         ism__v3 n = ism__to_local(f, ng);
         float r = m->radius, u = 0.5f * l.x / r + 0.5f, w = 0.5f * l.y / r + 0.5f, depth = l.z + r, dx, dy;
+        if (!(n.z < -ISM__GRAZING)) return 0;
         if (!(u >= 0.0f && w >= 0.0f && u < 1.0f && w < 1.0f)) return 1;
         x = ism__texel_of(u, size);
         y = ism__texel_of(w, size);
@@ -2746,6 +2771,7 @@ static int ism__lit(const ism_maps *m, const ism_vpl *v, const ism__frame_of *f,
         ism_projection projection = ism__projection_of(m, v);
         float d = ism__v3_length(l), direction[3], uv[2], along, t;
         if (!(l.z > 0.0f) || !(d > 0.0f)) return 1;
+        if (!(ism__v3_dot(n, l) < -ISM__GRAZING * d)) return 0;
         ism__v3_store(direction, ism__v3_scale(l, 1.0f / d));
         if (!ism_map_coordinates(projection, v->exponent, direction, uv)) return 1;
         x = ism__texel_of(uv[0], size);

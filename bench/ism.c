@@ -244,11 +244,12 @@ int bn_ism_visibility(const bn_options *options)
 
 typedef struct files { char folder[64], render[1024]; } files;
 
-static int render(const files *f, const char *technique, const char *scene, uint32_t samples, const char *more)
+static int render(const files *f, const char *technique, const char *scene, const char *size, uint32_t samples,
+                  const char *more)
 {
     char command[3072];
-    snprintf(command, sizeof command, "'%s' --technique %s --scene '%s' --size 160x90 --samples %u --set only=indirect --set "
-             "bounces=1 --out '%s/%s.pfm' --json '%s/%s.json' %s", f->render, technique, scene, (unsigned)samples, f->folder,
+    snprintf(command, sizeof command, "'%s' --technique %s --scene '%s' --size %s --samples %u --set only=indirect --set "
+             "bounces=1 --out '%s/%s.pfm' --json '%s/%s.json' %s", f->render, technique, scene, size, (unsigned)samples, f->folder,
              technique, f->folder, technique, more);
     return system(command) == 0 ? 0 : bn_failed(scene, technique);
 }
@@ -269,43 +270,75 @@ static double number(const files *f, const char *technique, const char *name)
     return at ? strtod(at + strlen(key), NULL) : HUGE_VAL;
 }
 
-/* compare's relative_rmse and mean_ratio */
+/* compare's relative_rmse and mean_ratio; and, for causes, the first of them without the hundredth of the pixels that are
+   farthest off. */
+typedef struct picture_error { double rmse, ratio, rmse_99; } picture_error;
+
+static int downwards(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x < y) - (x > y);
+}
+
+static int picture_error_of(const float *a, const float *b, size_t pixels, picture_error *out)
+{
+    double sum_a = 0, sum_b = 0, all = 0, rest = 0, *square = malloc(pixels * sizeof *square);
+    size_t count = 0;
+    if (!square)
+        return bn_failed("comparison", "out of memory");
+    for (size_t i = 0; i < pixels; i++, a += 3, b += 3) {
+        double d2 = 0;
+        if (!(a[0] > 0 || a[1] > 0 || a[2] > 0 || b[0] > 0 || b[1] > 0 || b[2] > 0))
+            continue;
+        for (int k = 0; k < 3; k++) {
+            d2 += ((double)a[k] - (double)b[k]) * ((double)a[k] - (double)b[k]);
+            sum_a += (double)a[k];
+            sum_b += (double)b[k];
+        }
+        square[count++] = d2;
+    }
+    qsort(square, count, sizeof *square, downwards);
+    for (size_t i = 0; i < count; i++) {
+        all += square[i];
+        rest += i < count / 100 ? 0 : square[i];
+    }
+    out->rmse = sqrt(all * 3 * (double)count) / sum_b;
+    out->rmse_99 = sqrt(rest * 3 * (double)count) / sum_b;
+    out->ratio = sum_a / sum_b;
+    free(square);
+    return 0;
+}
+
+static int read_picture(const files *f, const char *technique, ex_image *image)
+{
+    char path[128], message[EX_ERROR_SIZE];
+    snprintf(path, sizeof path, "%s/%s.pfm", f->folder, technique);
+    return ex_image_read_pfm(image, path, message) == 0 ? 0 : bn_failed(path, message);
+}
+
 static int compare(const files *f, double *error, double *ratio)
 {
-    char path[2][128], message[EX_ERROR_SIZE];
     ex_image a, b;
-    double square = 0, sum_a = 0, sum_b = 0, count = 0;
-    snprintf(path[0], sizeof path[0], "%s/ism.pfm", f->folder);
-    snprintf(path[1], sizeof path[1], "%s/reference.pfm", f->folder);
-    if (ex_image_read_pfm(&a, path[0], message) != 0)
-        return bn_failed(path[0], message);
-    if (ex_image_read_pfm(&b, path[1], message) != 0) {
+    picture_error e;
+    int result = read_picture(f, "ism", &a);
+    if (result != 0)
+        return -1;
+    if (read_picture(f, "reference", &b) != 0) {
         ex_image_free(&a);
-        return bn_failed(path[1], message);
+        return -1;
     }
-    for (size_t i = 0; i < (size_t)a.width * a.height; i++) {
-        const float *p = a.rgb + 3 * i, *q = b.rgb + 3 * i;
-        int lit = 0;
-        for (int k = 0; k < 3; k++) {
-            double d = (double)p[k] - (double)q[k];
-            square += d * d;
-            sum_a += (double)p[k];
-            sum_b += (double)q[k];
-            lit |= p[k] > 0 || q[k] > 0;
-        }
-        count += 3 * lit;
-    }
-    *error = sqrt(square / count) / (sum_b / count);
-    *ratio = sum_a / sum_b;
+    result = picture_error_of(a.rgb, b.rgb, (size_t)a.width * a.height, &e);
+    *error = e.rmse;
+    *ratio = e.ratio;
     ex_image_free(&a);
     ex_image_free(&b);
-    return 0;
+    return result;
 }
 
 static int picture_of(const bn_options *options, const files *f, const char *scene, const char *name)
 {
     double error, ratio;
-    if (render(f, "reference", scene, options->full ? 16384 : 2048, "") != 0 || render(f, "ism", scene, 1024, "") != 0 ||
+    if (render(f, "reference", scene, "160x90", options->full ? 16384 : 2048, "") != 0 || render(f, "ism", scene, "160x90", 1024, "") != 0 ||
         compare(f, &error, &ratio) != 0)
         return -1;
     bn_begin(options, "ism", options->threads, "none");
@@ -328,7 +361,104 @@ static int picture_of(const bn_options *options, const files *f, const char *sce
     return 0;
 }
 
-int bn_ism(const bn_options *options)
+/* ---- the causes of the error, one taken away after the other ---- */
+
+typedef struct cause {
+    const char *name;
+    uint32_t    vpls, rsm, light_points;
+    enum { BY_MAPS, BY_RAYS, BY_NOTHING } visibility;
+    ism_near    near_mode;
+} cause;
+
+static int shade_cause(const bn_scene *s, const bn_options *options, const cause *c, float *out, ism_stats *stats)
+{
+    ism_frame frame = base_frame(s);
+    ism_desc d = base_desc(options, c->vpls, c->visibility == BY_MAPS ? 8192 : 8);
+    ism_shading shading = ism_shading_default();
+    exact e = { s, NULL, 2e-5f * s->job.radius };
+    ism_maps *maps;
+    ism_result result = ism_create(&d, &maps);
+    if (result != ISM_OK)
+        return bn_failed(s->name, ism_result_text(result));
+    shading.near_mode = c->near_mode;
+    shading.no_maps = c->visibility == BY_NOTHING;
+    result = ism_choose(maps, &frame);
+    if (c->visibility == BY_RAYS) {
+        e.vpls = ism_vpls(maps, NULL);
+        shading.visible_fn = exact_visibility;
+        shading.visible_user = &e;
+    } else if (result == ISM_OK && c->visibility == BY_MAPS) {
+        result = ism_build(maps, &frame);
+    }
+    if (result == ISM_OK)
+        result = ism_shade(maps, &s->view, &shading, out, stats);
+    ism_destroy(maps);
+    return result == ISM_OK ? 0 : bn_failed(s->name, ism_result_text(result));
+}
+
+static void report_cause(const bn_options *options, const char *scene, const cause *c, const picture_error *e, double noise,
+                         double lost)
+{
+    static const char *const sights[] = { "maps", "rays", "none" }, *const rules[] = { "", "patch", "sphere", "clamp", "mean", "none" };
+    bn_begin(options, "ism_causes", options->threads, "none");
+    bn_text("scene", scene);
+    bn_text("cause", c->name);
+    bn_text("visibility", sights[c->visibility]);
+    bn_text("near", rules[c->near_mode]);
+    bn_integer("vpls", c->vpls);
+    bn_integer("rsm", c->rsm);
+    bn_integer("light_points", c->light_points);
+    bn_number("rmse_vs_reference", e->rmse);
+    bn_number("rmse_without_worst_hundredth", e->rmse_99);
+    bn_number("mean_ratio", e->ratio);
+    bn_number("lost_energy", lost);
+    bn_number("reference_noise", noise);
+    bn_end(options);
+}
+
+static int causes_of(const bn_options *options, const files *f, const char *path, const char *name)
+{
+    enum { W = 80, H = 45 };
+    static const cause causes[] = {
+        { "as it is", 1024, 128, 16, BY_MAPS, ISM_NEAR_PATCH }, { "maps", 1024, 128, 16, BY_RAYS, ISM_NEAR_PATCH },
+        { "near field", 1024, 128, 16, BY_RAYS, ISM_NEAR_NONE }, { "number of VPLs", 8192, 128, 16, BY_RAYS, ISM_NEAR_PATCH },
+        { "RSM texels", 8192, 512, 16, BY_RAYS, ISM_NEAR_PATCH }, { "points on lamps", 8192, 128, 256, BY_RAYS, ISM_NEAR_PATCH },
+        { "no shadows in either", 1024, 128, 16, BY_NOTHING, ISM_NEAR_PATCH } };
+    ex_image truth[2] = { { 0, 0, NULL }, { 0, 0, NULL } };
+    double noise[2] = { 0, 0 };
+    bn_scene s;
+    int result = bn_ism_open(&s, options, path, W, H, 128, 16);
+    if (result != 0)
+        return -1;
+    result = open_rays(&s, options);
+    for (int i = 0; i < 2 && result == 0; i++) {
+        result = render(f, "reference", path, "80x45", options->full ? 16384 : 2048, i ? "--set indirect_visibility=0" : "");
+        if (result == 0)
+            result = read_picture(f, "reference", &truth[i]);
+        noise[i] = number(f, "reference", "noise");
+    }
+    for (size_t i = 0; i < sizeof causes / sizeof causes[0] && result == 0; i++) {
+        const cause *c = &causes[i];
+        int unshadowed = c->visibility == BY_NOTHING;
+        float *out = malloc(3 * W * H * sizeof *out);
+        picture_error e = { 0, 0, 0 };
+        ism_stats stats;
+        result = out ? light_scene(&s, options, c->rsm, c->light_points) : bn_failed(name, "out of memory");
+        if (result == 0)
+            result = shade_cause(&s, options, c, out, &stats);
+        if (result == 0)
+            result = picture_error_of(out, truth[unshadowed].rgb, W * H, &e);
+        if (result == 0)
+            report_cause(options, name, c, &e, noise[unshadowed], stats.lost_energy);
+        free(out);
+    }
+    ex_image_free(&truth[0]);
+    ex_image_free(&truth[1]);
+    bn_ism_close(&s);
+    return result;
+}
+
+static int pictures(const bn_options *options, int (*of)(const bn_options *, const files *, const char *, const char *))
 {
     const char *slash = strrchr(options->program, '/');
     char path[1024];
@@ -341,11 +471,11 @@ int bn_ism(const bn_options *options)
         return bn_failed("/tmp", "no room for temporary files");
     snprintf(f.render, sizeof f.render, "%.*srender", slash ? (int)(slash + 1 - options->program) : 0, options->program);
     if (options->model) {
-        result = picture_of(options, &f, options->model, options->model);
+        result = of(options, &f, options->model, options->model);
     } else {
-        result = picture_of(options, &f, "builtin:atrium", "atrium");
+        result = of(options, &f, "builtin:atrium", "atrium");
         if (result == 0 && asset(options, "kitchen.glb", path))
-            result = picture_of(options, &f, path, "kitchen");
+            result = of(options, &f, path, "kitchen");
     }
     for (int i = 0; i < 4; i++) {
         static const char *const names[4] = { "ism.pfm", "ism.json", "reference.pfm", "reference.json" };
@@ -356,6 +486,9 @@ int bn_ism(const bn_options *options)
     remove(f.folder);
     return result;
 }
+
+int bn_ism(const bn_options *options)        { return pictures(options, picture_of); }
+int bn_ism_causes(const bn_options *options) { return pictures(options, causes_of); }
 
 /* ---- choice of VPLs: the same number of them, exact visibility ---- */
 

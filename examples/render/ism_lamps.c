@@ -312,14 +312,15 @@ static void far_eye(const im_lamp *lamp, const rd_job *job, float eye[3], float 
 }
 
 /* What one pixel of a lamp's picture reflects: flux = albedo x power that enters the pixel. The cosine of shading
-   normals in place of the geometric one, as in every technique. */
+   normals in place of the geometric one, as in every technique; but light leaves the surface that is there: by a shading
+   normal a VPL would look through its own bent surface. */
 static void texel(const im_lamp *lamp, const float *eye, const ex_pixel *pixel, double angle, float *position,
                   float *normal, float *flux, float *area)
 {
     double d[3], distance2 = 0, power, facing = 0, cosine = 0, emission = 1, ratio;
     memset(flux, 0, 3 * sizeof *flux);
     memcpy(position, pixel->position, 3 * sizeof *position);
-    memcpy(normal, pixel->normal, 3 * sizeof *normal);
+    memcpy(normal, pixel->geometric, 3 * sizeof *normal);
     *area = 0;
     if (pixel->object == UINT32_MAX) {
         normal[1] = 1;

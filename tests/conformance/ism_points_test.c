@@ -185,6 +185,44 @@ static void make_sphere(float radius, int times)
     for (t = 0; t < 9 * mesh.triangles; t++) mesh.p[t] *= radius;
 }
 
+/* Of triangles much smaller than what a point stands for: discs jut out over the surface that they are for. */
+static void a_fine_surface_does_not_hide_itself(void **state)
+{
+    ism_vpl vpl = util_vpl(0, 3, 0, 0, -1, 0, 1);
+    ism_view view;
+    ism_desc d;
+    ism_frame f;
+    ism_mesh m;
+    ism_maps *maps;
+    float visible[1024];
+    double lit = 0;
+    size_t i;
+    (void)state;
+    make_sphere(1, 4);
+    m = soup_mesh(&mesh);
+    for (i = 0; i < 1024; i++) {            /* receivers on its cap within 45 degrees of the VPL's direction */
+        float y = 1 - 0.29289f * ((float)i + 0.5f) / 1024, r = sqrtf(1 - y * y), phi = 2.39996323f * (float)i;
+        eye.n[3 * i] = eye.p[3 * i] = r * cosf(phi);
+        eye.n[3 * i + 1] = eye.p[3 * i + 1] = y;
+        eye.n[3 * i + 2] = eye.p[3 * i + 2] = r * sinf(phi);
+    }
+    eye.w = 1024;
+    eye.h = 1;
+    view = grid_view(&eye);
+    memset(&d, 0, sizeof d);
+    d.vpl_count = 1;
+    d.points = 256;
+    d.spread = ISM_SPREAD_AREA;
+    f = frame_of(&m, &view, 0);
+    assert_int_equal(ism_create(&d, &maps), ISM_OK);
+    assert_int_equal(ism_set_vpls(maps, &vpl, 1), ISM_OK);
+    assert_int_equal(ism_build(maps, &f), ISM_OK);
+    assert_int_equal(ism_visible(maps, 0, eye.p, eye.n, 0, 1024, 0, visible), ISM_OK);
+    for (i = 0; i < 1024; i++) lit += (double)visible[i] / 1024;
+    CONFORM("T48", "sphere of 2048 triangles, 256 points: share of its lit side that the map lights, no bias", 1, lit, 0.01);
+    ism_destroy(maps);
+}
+
 static void splats_cover_a_sphere(void **state)
 {
     static const float radius[3] = { 0.05f, 1, 400 };
@@ -493,6 +531,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_adaptive_cloud_keeps_the_area),
         cmocka_unit_test(lazy_renewal_reaches_all_points),
+        cmocka_unit_test(a_fine_surface_does_not_hide_itself),
         cmocka_unit_test(splats_cover_a_sphere),
         cmocka_unit_test(pull_and_push),
         cmocka_unit_test(tiles_are_apart),

@@ -243,6 +243,101 @@ static void vpls_glide(void **state)
     ism_destroy(m);
 }
 
+/* A bent sheet, a cylinder of radius 1 m whose texels lie `step` radians apart, lit from outside (1) or inside (-1): the
+   least and the largest height of VPLs over it, on the lit side, in sagittas of its chords. */
+static void heights_over_a_bend(float side, double *least, double *most)
+{
+    const float step = 0.15f, a[3] = { 0, 0, 0 }, u[3] = { 1, 0, 0 }, v[3] = { 0, 0, 2 }, n[3] = { 0, 1, 0 };
+    ism_view view = make_wall(8, 8);
+    ism_source s;
+    ism_desc d;
+    ism_frame f;
+    ism_maps *m;
+    const ism_vpl *vpls;
+    size_t count, i;
+    double sagitta = 1 - cos(0.5 * (double)step);
+    memset(&view.matrix, 0, sizeof view.matrix);
+    grid_fill(&lit, 8, 8, a, u, v, n, 1);
+    for (i = 0; i < 64; i++) {
+        float angle = step * (float)(i % 8);
+        lit.p[3 * i] = cosf(angle);
+        lit.p[3 * i + 1] = sinf(angle);
+        lit.n[3 * i] = side * cosf(angle);
+        lit.n[3 * i + 1] = side * sinf(angle);
+    }
+    s = grid_source(&lit);
+    memset(&d, 0, sizeof d);
+    memset(&f, 0, sizeof f);
+    d.vpl_count = 256;
+    d.importance = ISM_IMPORTANCE_FLUX;
+    f.sources = &s;
+    f.source_count = 1;
+    f.view = &view;
+    assert_int_equal(ism_create(&d, &m), ISM_OK);
+    assert_int_equal(ism_choose(m, &f), ISM_OK);
+    vpls = ism_vpls(m, &count);
+    assert_int_equal(count, 256);
+    *least = 1e30;
+    *most = -1e30;
+    for (i = 0; i < count; i++) {
+        double x = (double)vpls[i].position[0], y = (double)vpls[i].position[1];
+        double h = (double)side * (sqrt(x * x + y * y) - 1) / sagitta;
+        *least = fmin(*least, h);
+        *most = fmax(*most, h);
+    }
+    ism_destroy(m);
+}
+
+static void vpls_stay_before_a_bent_sheet(void **state)
+{
+    double least, most;
+    (void)state;
+    heights_over_a_bend(1, &least, &most);
+    CONFORM_MAX("T55", "bent sheet lit from outside: depth of VPLs behind it, sagittas", 0.001, -least);
+    CONFORM_MAX("T55", "height over it, sagittas", 1.02, most);
+    heights_over_a_bend(-1, &least, &most);
+    CONFORM_MAX("T55", "bent sheet lit from inside: depth of VPLs behind it, sagittas", 0.001, -least);
+    CONFORM_MAX("T55", "height over it, sagittas (inside)", 1.02, most);
+}
+
+/* A receiver on the lower side of a sheet that seems, by its shading normal, to look at a VPL on the upper one. */
+static void a_sheet_is_dark_from_behind(void **state)
+{
+    const float at[6] = { 1, 0.05f, 0, 1, 0.05f, 0 }, normals[6] = { 0, -1, 0, 0, -1, 0 };
+    const float geometric[6] = { 0.2f, -0.98f, 0, -0.2f, -0.98f, 0 };       /* the VPL lies behind, before this plane */
+    float visible[2], light[6];
+    ism_vpl vpl[2];
+    ism_view view;
+    ism_frame f;
+    ism_desc d;
+    ism_maps *m;
+    int i;
+    (void)state;
+    memset(&view, 0, sizeof view);
+    memset(&f, 0, sizeof f);
+    memset(&d, 0, sizeof d);
+    view.positions = at;
+    view.normals = normals;
+    view.geometric = geometric;
+    view.width = 2;
+    view.height = 1;
+    f.view = &view;
+    d.vpl_count = 2;
+    vpl[0] = util_vpl(0, 0, 0, 0, 1, 0, 1);
+    vpl[1] = util_vpl(-1, 0, 0, 1, 0, 0, 1);         /* a sky's: from the side that the second one's plane faces */
+    vpl[1].directional = 1;
+    assert_int_equal(ism_create(&d, &m), ISM_OK);
+    assert_int_equal(ism_set_vpls(m, vpl, 2), ISM_OK);
+    assert_int_equal(ism_build(m, &f), ISM_OK);
+    for (i = 0; i < 2; i++) {
+        assert_int_equal(ism_visible(m, (uint32_t)i, at, geometric, 0, 2, 0.02f, visible), ISM_OK);
+        assert_true(visible[0] == 0 && visible[1] == 1);
+    }
+    assert_int_equal(ism_shade(m, &view, NULL, light, NULL), ISM_OK);
+    assert_true(light[0] == 0 && light[3] > 0);
+    ism_destroy(m);
+}
+
 /* ---- T56, T57 ---- */
 
 typedef struct setting { ism_mesh mesh; ism_view view; ism_source source; ism_frame frame; ism_maps *maps; } setting;
@@ -357,6 +452,8 @@ int main(void)
         cmocka_unit_test(clamping_is_reported),
         cmocka_unit_test(a_closed_furnace),
         cmocka_unit_test(vpls_glide),
+        cmocka_unit_test(vpls_stay_before_a_bent_sheet),
+        cmocka_unit_test(a_sheet_is_dark_from_behind),
         cmocka_unit_test(culling_changes_nothing),
         cmocka_unit_test(frames_are_equal),
         cmocka_unit_test(persistence_halves_flicker),

@@ -7,6 +7,7 @@
 #ifndef ISM_NEAR
 #define ISM_NEAR 1
 #endif
+#define ISM_GRAZING 1e-4     // cosine, by the receiver's plane, below which a VPL counts as behind it: rounding
 
 float ism_luminance(vec3 f) { return (f.x + f.y + f.z) * (1.0 / 3.0); }
 
@@ -21,6 +22,7 @@ float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
         vec3 o = (p - glbk_ism_frame.sphere.xyz) * frame;
         float r = glbk_ism_frame.sphere.w, depth = o.z + r;
         vec2 uv = 0.5 * o.xy / r + 0.5;
+        if (!(n.z < -ISM_GRAZING)) return 0.0;
         if (any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) return 1.0;
         texel = min(ivec2(uv * float(size)), size - 1);
         vec2 d = ((2.0 * vec2(texel) + 1.0) / float(size) - 1.0) * r - o.xy;
@@ -31,6 +33,7 @@ float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
     float d = sqrt(dot(o, o));
     vec2 uv;
     if (!(o.z > 0.0) || !(d > 0.0)) return 1.0;
+    if (!(dot(n, o) < -ISM_GRAZING * d)) return 0.0;
     if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / d, uv)) return 1.0;
     texel = min(ivec2(uv * float(size)), size - 1);
     float t = uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x);

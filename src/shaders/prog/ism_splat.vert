@@ -37,7 +37,16 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surf
     if (ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;
     s.radius2 = min(s.radius2, (along > 0.0 && s.cut1.w < -1.0 ? 0.04 : 1.0) * d2);
     if (abs(along) > 1e-3 * s.depth) s.g = n / along;
-    return ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv);
+    if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv)) return false;
+    // it stands for its neighbours too, and is off their surface by about its radius: so much farther away it hides none
+    if (s.cut1.w < -1.0) {
+        float away = 1.0 + sqrt(s.radius2) / s.depth;
+        s.at *= away;
+        s.g /= away;
+        s.radius2 *= away * away;
+        s.depth *= away;
+    }
+    return true;
 }
 
 // Texels a unit of angle, or of a sky's space, at most.
