@@ -82,6 +82,8 @@
      position_side    fewer: shadows wobble as things move past sample points
      keep             fewer wavelets: noise of 2 x 2 texels in shadows
      cube_side        fewer texels: penumbrae in steps
+     keep_inside      0: positions inside a closed mesh (counter-clockwise from outside) take the view from its surface;
+                      else they see nothing, and darken receivers near it
 
    Configuration
 
@@ -286,6 +288,8 @@ typedef struct sfield_desc {
     float          keep;            /* wavelets: at most this share of the 6 N^2 coefficients of a cube, 0..1; 0 = 0.01 */
     float          window;          /* harmonics: sfield_sh_window of every cube, >= 0; 0 = none */
     int            logarithm;       /* harmonics: not 0 stores log visibility, for SFIELD_PRODUCT_EXP */
+    int            keep_inside;     /* meshes: not 0: positions inside closed ones see nothing (the paper); 0: they take
+                                       the view from just outside the surface */
     uint32_t       frames;          /* sources: 1..256 steps of time; 0 = 1 */
     float          frames_per_second; /* > 0; 0 = 30 */
     int            loop;            /* after the last frame: 1 the first again, 0 the last stays */
@@ -303,6 +307,7 @@ typedef struct sfield_stats {       /* of a build */
     uint32_t skipped_triangles;     /* a vertex not finite, an index out of range, or two corners equal */
     uint64_t coefficients;          /* wavelets kept */
     double   lost;                  /* wavelets: relative L2 error of what was not kept, over all samples */
+    uint64_t moved;                 /* positions inside the mesh whose view was taken outside */
     size_t   peak_bytes;            /* asked of the allocator at once */
 } sfield_stats;
 
@@ -2628,6 +2633,7 @@ typedef struct sfield__view {       /* of one task */
     float    *texel, *haar, *key;   /* channels x 6 N^2; keys once */
     double   *work;                 /* logarithms */
     double    lost, total;          /* squares of wavelets */
+    uint64_t  moved;
     uint32_t  width, scale;         /* samples a side of a face, of a texel */
 } sfield__view;
 
@@ -3123,6 +3129,103 @@ static void sfield__sample_point(const sfield__build *b, size_t i, float *eye)
     for (k = 0; k < 3; k++) eye[k] = (float)(d[k] * l);
 }
 
+/* ---- positions inside a mesh ---- */
+
+/* Fields are interpolated: a position inside the mesh, which sees nothing, would darken receivers between it and the
+   next one outside. It takes the view from the surface instead, that of a receiver there. */
+
+enum { SFIELD__WAYS = 27, SFIELD__CROSSINGS = 32 };
+static const float sfield__outside = 1e-3f;     /* over the surface, in r; gaps below twice that are none */
+
+typedef struct sfield__way {        /* a ray from the eye */
+    float d[3];
+    float at[SFIELD__CROSSINGS];    /* where it meets the mesh, rising; < 0: goes in at that distance, > 0: comes out */
+    int   count;                    /* of them; those beyond the last are left out */
+    int   winding;                  /* times that it comes out, less times that it goes in */
+} sfield__way;
+
+/* Outwards, and to faces, edges and corners of a cube; all a little off, not to run along edges of meshes. */
+static void sfield__ways(const float *eye, sfield__way *way)
+{
+    int i;
+    for (i = 0; i < SFIELD__WAYS; i++) {
+        sfield__v3 d = sfield__v3_make((float)(i % 3 - 1), (float)(i / 3 % 3 - 1), (float)(i / 9 - 1));
+        if (i == SFIELD__WAYS / 2) d = sfield__v3_load(eye);
+        d = sfield__v3_add(sfield__v3_normalize(d), sfield__v3_make(0.0131f, -0.0079f, 0.0107f));
+        sfield__v3_store(way[i].d, sfield__v3_normalize(d));
+        way[i].count = way[i].winding = 0;
+    }
+}
+
+static void sfield__cross(sfield__way *way, float t, int out)
+{
+    int i = way->count < SFIELD__CROSSINGS ? way->count++ : SFIELD__CROSSINGS;
+    way->winding += out ? 1 : -1;
+    for (; i > 0 && fabsf(way->at[i - 1]) > t; i--)
+        if (i < SFIELD__CROSSINGS) way->at[i] = way->at[i - 1];
+    if (i < SFIELD__CROSSINGS) way->at[i] = out ? t : -t;
+}
+
+/* The cone test of sfield__edges_of; corners are relative to the eye. */
+static void sfield__cross_all(const sfield__build *b, const sfield__view *v, sfield__way *way)
+{
+    size_t t;
+    int i, k;
+    for (t = 0; t < b->triangles; t++) {
+        sfield__v3 p[3], n[3], all;
+        float det;
+        for (k = 0; k < 3; k++) p[k] = sfield__v3_load(v->corner + 5 * (size_t)b->index[3 * t + (size_t)k]);
+        for (k = 0; k < 3; k++) n[k] = sfield__v3_cross(p[k], p[(k + 1) % 3]);
+        det = sfield__v3_dot(n[0], p[2]);
+        if (!(det > 0 || det < 0)) continue;
+        for (k = 0; k < 3 && det < 0; k++) n[k] = sfield__v3_scale(n[k], -1);
+        all = sfield__v3_add(sfield__v3_add(n[0], n[1]), n[2]);
+        for (i = 0; i < SFIELD__WAYS; i++) {
+            sfield__v3 d = sfield__v3_load(way[i].d);
+            if (!(sfield__v3_dot(n[0], d) > 0 && sfield__v3_dot(n[1], d) > 0 && sfield__v3_dot(n[2], d) > 0)) continue;
+            sfield__cross(&way[i], fabsf(det) / sfield__v3_dot(all, d), det > 0);
+        }
+    }
+}
+
+/* Where a ray that starts inside is out of everything: 0 if nowhere. */
+static float sfield__way_out(const sfield__way *way)
+{
+    int i, inside = way->winding;
+    for (i = 0; i < way->count && inside > 0; i++) {
+        inside += way->at[i] < 0 ? 1 : -1;
+        if (inside <= 0 && i + 1 < SFIELD__CROSSINGS &&
+            (i + 1 == way->count || fabsf(way->at[i + 1]) > way->at[i] + 2 * sfield__outside))
+            return way->at[i];
+    }
+    return 0;
+}
+
+/* Moves the eye of the view out of the mesh: 0 if it is not inside. Inside is where nearly all is hidden and most rays
+   come out of the mesh once more than they go in, its triangles being counter-clockwise from outside: not behind a
+   single sheet, not in a room, not in a cup. */
+static int sfield__move_out(const sfield__build *b, const sfield__view *v, float *eye)
+{
+    sfield__way way[SFIELD__WAYS];
+    float hidden = 0, nearest = 0;
+    int i, k, inside = 0, best = 0;
+    uint32_t c;
+    for (c = 0; c < b->cells; c++) hidden += v->texel[c];
+    if (hidden < 0.99f * (float)b->cells) return 0;
+    sfield__ways(eye, way);
+    sfield__cross_all(b, v, way);
+    for (i = 0; i < SFIELD__WAYS; i++) {
+        float t = sfield__way_out(&way[i]);
+        inside += way[i].winding > 0;
+        if (!(t > 0 && t < 1000) || (nearest > 0 && t >= nearest)) continue;
+        nearest = t;
+        best = i;
+    }
+    if (2 * inside <= SFIELD__WAYS || !(nearest > 0)) return 0;
+    for (k = 0; k < 3; k++) eye[k] += (nearest + sfield__outside) * way[best].d[k];
+    return 1;
+}
+
 static void sfield__build_task(void *context, size_t piece)
 {
     const sfield__build *b = (const sfield__build *)context;
@@ -3142,6 +3245,10 @@ static void sfield__build_task(void *context, size_t piece)
             for (k = 0; k < 3; k++) eye[k] = (p[k] + b->offset * normal[k] - b->h.center[k]) / b->h.radius;
         } else sfield__sample_point(b, i, eye);
         sfield__see(b, v, eye);
+        if (b->what == SFIELD__MESH && !b->desc.keep_inside && sfield__move_out(b, v, eye)) {
+            sfield__see(b, v, eye);
+            v->moved++;
+        }
         if (b->h.basis == SFIELD_BASIS_SH) sfield__encode_sh(b, v, normal, b->value + i * b->h.stride);
         else
             sfield__encode_haar(b, v, &b->kept[i], &b->kept_scale[i], b->entry + i * b->most * b->h.stride);
@@ -3563,6 +3670,7 @@ static sfield_result sfield__finish(sfield__build *b, sfield_field **out, sfield
         for (p = 0; p < b->pieces; p++) {
             lost += b->view[p].lost;
             total += b->view[p].total;
+            stats->moved += b->view[p].moved;
         }
         stats->triangles = (uint32_t)b->triangles;
         stats->skipped_triangles = b->skipped;

@@ -27,18 +27,16 @@ typedef struct chess {
     int            frames, checked, rays;
 } chess;
 
-/* Not the board's field: all lamps are above it, and pieces stand nearer to it than positions in it are apart, so that it
-   would be asked between places above the board and places inside it, which see nothing. Rays do meet the board. */
 static int build_mesh(chess *c, const sfield_desc *d, uint32_t m)
 {
     const ex_mesh *mesh = &c->scene.meshes[m];
     const sfield_mesh input = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count };
     bn_points *p = &c->points[m];
     if (bn_points_spread(p, mesh, m ? PIECE : BOARD) != 0 ||
-        (m && sfield_build(d, &input, &c->occlusion[m], NULL) != SFIELD_OK) ||
+        sfield_build(d, &input, &c->occlusion[m], NULL) != SFIELD_OK ||
         sfield_build_self(d, &input, p->positions, p->normals, p->count, lift, &c->self[m], NULL) != SFIELD_OK)
         return -1;
-    c->bytes += (m ? sfield_size(c->occlusion[m]) : 0) + sfield_size(c->self[m]);
+    c->bytes += sfield_size(c->occlusion[m]) + sfield_size(c->self[m]);
     return 0;
 }
 
@@ -76,7 +74,7 @@ static int place(chess *c, float pieces, float lamps)
         return -1;
     for (uint32_t i = 0; i < OBJECTS; i++) {
         c->entities[i] = sfield_entity_default();
-        c->entities[i].occlusion = c->occlusion[c->scene.objects[i].mesh];       /* NULL: the board */
+        c->entities[i].occlusion = c->occlusion[c->scene.objects[i].mesh];
         memcpy(c->entities[i].transform, c->scene.objects[i].transform, sizeof c->entities[i].transform);
     }
     for (int i = 0; i < LAMPS; i++) {

@@ -150,7 +150,7 @@ static void t74_outside_and_inside(void **state)
     assert_true(fabs(share_hidden(f, 1e12, dir)) < 1e-6);
     for (i = 0; i < 50; i++) {
         double s = share_hidden(f, 0.02 * i, dir);
-        assert_true(s > 0.6 && s < 1.01);                             /* inside all is hidden */
+        assert_true(s > 0.4 && s < 0.505);                            /* inside: what the surface sees, a half */
     }
     sfield_query(f, 1, p, 0, c);
     for (i = 0; i < 16; i++) assert_true(sfield__finite(c[i]));
@@ -160,6 +160,14 @@ static void t74_outside_and_inside(void **state)
     p[1] = INFINITY;
     sfield_query(f, 1, p, 0, c);
     assert_true(fabsf(c[0] - 3.5449077f) < 1e-6f && c[5] == 0);
+    sfield_free(f);
+    desc.keep_inside = 1;
+    desc.shells = 8;
+    f = field_of_sphere(&desc);
+    for (i = 0; i < 50; i++) {
+        double s = share_hidden(f, 0.02 * i, dir);
+        assert_true(s > 0.6 && s < 1.01);                             /* all is hidden */
+    }
     sfield_free(f);
 }
 
@@ -391,6 +399,125 @@ static void views_against_rays(void **state)
     model_free(&m);
 }
 
+/* ---- positions inside meshes ---- */
+
+/* Positions moved of all; frees the model. */
+static uint64_t moved_of(model m, const sfield_desc *desc, uint64_t *all)
+{
+    sfield_mesh mesh = mesh_of(&m);
+    sfield_stats stats;
+    sfield_info info;
+    sfield_field *f;
+    assert_int_equal(sfield_build(desc, &mesh, &f, &stats), SFIELD_OK);
+    sfield_get_info(f, &info);
+    *all = info.samples;
+    sfield_free(f);
+    model_free(&m);
+    return stats.moved;
+}
+
+/* Triangles of b behind those of a, turned over or not. */
+static model both(model a, model b, int turn)
+{
+    model m = model_alloc(a.vertices + b.vertices, (a.indices + b.indices) / 3);
+    size_t i;
+    memcpy(m.p, a.p, 3 * a.vertices * sizeof *m.p);
+    memcpy(m.p + 3 * a.vertices, b.p, 3 * b.vertices * sizeof *m.p);
+    memcpy(m.i, a.i, a.indices * sizeof *m.i);
+    for (i = 0; i < b.indices; i++)
+        m.i[a.indices + i] = (uint32_t)a.vertices + b.i[turn ? i / 3 * 3 + (3 - i % 3) % 3 : i];
+    model_free(&a);
+    model_free(&b);
+    return m;
+}
+
+static void only_inside_closed_meshes_positions_move(void **state)
+{
+    sfield_desc desc = small_desc(SFIELD_BASIS_SH);
+    uint64_t all, moved, sphere;
+    model m;
+    (void)state;
+    desc.inner = 0.2f;
+    desc.outer = 3;
+    desc.shells = 5;                                                  /* 0.2, 0.39, 0.77, 1.52, 3 */
+    desc.position_side = 2;
+    desc.radius = 1;
+    sphere = moved_of(model_sphere(16, 8, 1), &desc, &all);
+    assert_true(sphere == all / 5 * 3);
+    desc.keep_inside = 1;
+    assert_true(moved_of(model_sphere(16, 8, 1), &desc, &all) == 0);
+    desc.keep_inside = 0;
+    assert_true(moved_of(model_soup(30, 0.4, 6), &desc, &all) == 0);
+    m = model_box(0.55, 0.55, 0.55);
+    m.indices -= 6;                                                   /* a cup */
+    assert_true(moved_of(m, &desc, &all) == 0);
+    m = model_box(1, 1, 1);
+    m.indices = 6;                                                    /* a sheet */
+    assert_true(moved_of(m, &desc, &all) == 0);
+    m = both(model_alloc(0, 0), model_box(0.55, 0.55, 0.55), 1);      /* a room: seen from inside */
+    assert_true(moved_of(m, &desc, &all) == 0);
+    m = both(model_sphere(16, 8, 1), model_sphere(16, 8, 0.6), 1);  /* a hollow sphere: 0.77 is in its wall */
+    assert_true(moved_of(m, &desc, &all) == all / 5);
+    m = both(model_sphere(16, 8, 1), model_sphere(16, 8, 0.6), 0);  /* a sphere in a sphere: out of both */
+    moved = moved_of(m, &desc, &all);
+    assert_true(moved == sphere);
+    m = both(model_sphere(16, 8, 1), model_box(0.1, 0.1, 1.2), 0);   /* run through by a bar */
+    moved = moved_of(m, &desc, &all);
+    assert_true(moved >= sphere && moved < all / 5 * 4);
+}
+
+/* Share of all directions that a square of half side 1 hides from p, over it by h. */
+static double square_hides(double x, double z, double h)
+{
+    double sum = 0;
+    int i;
+    for (i = 0; i < 4; i++) {
+        double a = i & 1 ? 1 - x : 1 + x, b = i & 2 ? 1 - z : 1 + z;
+        sum += atan(a * b / (h * sqrt(a * a + b * b + h * h)));
+    }
+    return sum / (4 * PI);
+}
+
+/* Over a slab, nearer to it than positions are apart: nothing hides light from above, and the slab what it hides. */
+static void beside_a_slab(void **state)
+{
+    static const float height[4] = { 0.002f, 0.01f, 0.05f, 0.2f };
+    model m = model_box(1, 0.1, 1);
+    sfield_mesh mesh = mesh_of(&m);
+    sfield_desc desc;
+    sfield_field *f;
+    float factors[SFIELD_MAX_BANDS], c[16], p[3], open;
+    double y[16], up[3] = { 0, 1, 0 }, least = 1e9, most = 0, wrong = 0;
+    int i, k, l;
+    (void)state;
+    memset(&desc, 0, sizeof desc);
+    desc.cube_side = 8;
+    desc.position_side = 8;
+    desc.outer = 2;
+    desc.shells = 8;
+    sfield_sh_cosine(4, factors);
+    sfield_sh_basis(4, up, y);
+    assert_int_equal(sfield_build(&desc, &mesh, &f, NULL), SFIELD_OK);
+    for (i = 0; i < 24; i++) {
+        double light = 0;
+        p[0] = 0.3f + 0.06f * (float)(i / 4);                         /* 0.2 r is the innermost shell */
+        p[1] = 0.1f + height[i % 4];
+        p[2] = 0.05f;
+        assert_int_equal(sfield_query(f, 1, p, 0, c), SFIELD_OK);
+        for (l = 0, k = 0; l < 4; l++)
+            for (; k < (l + 1) * (l + 1); k++) light += (double)(c[k] * factors[l]) * y[k] / PI;
+        least = fmin(least, light);
+        most = fmax(most, light);
+        assert_int_equal(sfield_ambient(f, 1, p, &open), SFIELD_OK);
+        wrong = fmax(wrong, fabs((double)open - 1 + square_hides((double)p[0], 0.05, (double)height[i % 4])));
+    }
+    print_message("over a slab: light %.4f to %.4f of the open sky's, open share %.4f off\n", least, most, wrong);
+    assert_true(least > 0.99 && most < 1.02);                         /* 4 bands of half a sphere: up to 1.02 */
+    assert_true(wrong < 0.02);                                        /* positions left inside: 0.36, and light of 0.25 */
+    sfield_free(f);
+    model_free(&m);
+}
+
 static void emissive_meshes(void **state)
 {
     model m = model_sphere(24, 12, 1), inside = model_sphere(24, 12, 1);
@@ -490,6 +617,8 @@ int main(void)
         cmocka_unit_test(t77_ranges),
         cmocka_unit_test(t81_budgets),
         cmocka_unit_test(callbacks_and_uniform_cubes),
+        cmocka_unit_test(only_inside_closed_meshes_positions_move),
+        cmocka_unit_test(beside_a_slab),
         cmocka_unit_test(emissive_meshes),
         cmocka_unit_test(flat_lights),
         cmocka_unit_test(ambient_from_the_first_coefficient),

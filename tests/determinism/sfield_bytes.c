@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BYTES_TRIANGLES = 24, BYTES_CASES = 10 };
+enum { BYTES_TRIANGLES = 24, BYTES_CASES = 11 };
 
 static uint32_t bytes_next(uint32_t *state)
 {
@@ -60,6 +60,14 @@ static int bytes_case(int i, char *line, size_t size)
     d.bands = i & 1 ? 0 : i == 8 ? 6 : 4;
     d.window = i & 1 ? 0 : 0.01f * (float)i;
     d.spacing = i == 9 ? SFIELD_SPACING_UNIFORM : SFIELD_SPACING_DEFAULT;
+    if (i == 10) {                                  /* a closed box: positions inside are moved out */
+        static const uint32_t sides[36] = { 1, 3, 7, 1, 7, 5, 0, 4, 6, 0, 6, 2, 2, 6, 7, 2, 7, 3,
+                                            0, 1, 5, 0, 5, 4, 4, 5, 7, 4, 7, 6, 0, 2, 3, 0, 3, 1 };
+        for (t = 0; t < 24; t++) p[t] = (t / 3 >> t % 3 & 1 ? 1.0f : -1.0f) * (t % 3 == 1 ? 0.25f : 1);
+        mesh.indices = sides;
+        mesh.index_count = 36;
+        mesh.vertex_count = 8;
+    }
     e.radius = 0.75f;
     e.radiance[0] = 3;
     e.radiance[2] = 1.5f;
