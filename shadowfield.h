@@ -319,7 +319,8 @@ SFIELD_DEF sfield_result sfield_build(const sfield_desc *desc, const sfield_mesh
    Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (stride, index count, no triangle left),
             SFIELD_ERR_ALLOC, SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED
    Memory   the field + 16 tasks of about 26 bytes a vertex and 0.4 MB + samples of one shell
-   Cost     shells x 6 side^2 views of all triangles: seconds (harmonics) to minutes (wavelets) for 10,000 triangles */
+   Cost     shells x 6 side^2 views of all triangles, and as much again for positions inside: seconds (harmonics) to
+            minutes (wavelets) for 10,000 triangles */
 
 SFIELD_DEF sfield_result sfield_build_emissive(const sfield_desc *desc, const sfield_mesh *mesh, const float *radiance,
                                                sfield_field **out, sfield_stats *stats);
@@ -3139,6 +3140,7 @@ static const float sfield__outside = 1e-3f;     /* over the surface, in r; gaps 
 
 typedef struct sfield__way {        /* a ray from the eye */
     float d[3];
+    uint32_t face;                  /* of the cube about the eye that it goes through */
     float at[SFIELD__CROSSINGS];    /* where it meets the mesh, rising; < 0: goes in at that distance, > 0: comes out */
     int   count;                    /* of them; those beyond the last are left out */
     int   winding;                  /* times that it comes out, less times that it goes in */
@@ -3153,6 +3155,7 @@ static void sfield__ways(const float *eye, sfield__way *way)
         if (i == SFIELD__WAYS / 2) d = sfield__v3_load(eye);
         d = sfield__v3_add(sfield__v3_normalize(d), sfield__v3_make(0.0131f, -0.0079f, 0.0107f));
         sfield__v3_store(way[i].d, sfield__v3_normalize(d));
+        way[i].face = sfield__face_of(way[i].d);
         way[i].count = way[i].winding = 0;
     }
 }
@@ -3172,9 +3175,11 @@ static void sfield__cross_all(const sfield__build *b, const sfield__view *v, sfi
     size_t t;
     int i, k;
     for (t = 0; t < b->triangles; t++) {
+        const uint32_t *index = b->index + 3 * t, face = v->face[index[0]];
+        const int one_face = face != 255 && face == v->face[index[1]] && face == v->face[index[2]];
         sfield__v3 p[3], n[3], all;
         float det;
-        for (k = 0; k < 3; k++) p[k] = sfield__v3_load(v->corner + 5 * (size_t)b->index[3 * t + (size_t)k]);
+        for (k = 0; k < 3; k++) p[k] = sfield__v3_load(v->corner + 5 * (size_t)index[k]);
         for (k = 0; k < 3; k++) n[k] = sfield__v3_cross(p[k], p[(k + 1) % 3]);
         det = sfield__v3_dot(n[0], p[2]);
         if (!(det > 0 || det < 0)) continue;
@@ -3182,6 +3187,7 @@ static void sfield__cross_all(const sfield__build *b, const sfield__view *v, sfi
         all = sfield__v3_add(sfield__v3_add(n[0], n[1]), n[2]);
         for (i = 0; i < SFIELD__WAYS; i++) {
             sfield__v3 d = sfield__v3_load(way[i].d);
+            if (one_face && face != way[i].face) continue;
             if (!(sfield__v3_dot(n[0], d) > 0 && sfield__v3_dot(n[1], d) > 0 && sfield__v3_dot(n[2], d) > 0)) continue;
             sfield__cross(&way[i], fabsf(det) / sfield__v3_dot(all, d), det > 0);
         }
