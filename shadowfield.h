@@ -385,7 +385,8 @@ SFIELD_DEF sfield_result sfield_build_self(const sfield_desc *desc, const sfield
                                            const float *normals, size_t count, float offset, sfield_field **out,
                                            sfield_stats *stats);
 /* Self-visibility of count points on the mesh, the O_p of the paper: the view from points[i] + offset normals[i] (three
-   floats each). Harmonics store visibility x max(0, cosine), wavelets the occlusion. For sfield_points.self. */
+   floats each). Harmonics store visibility x max(0, cosine), wavelets the occlusion. For sfield_points.self. Points in
+   parts that run into each other are taken outside too (keep_inside). */
 
 SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count, const sfield_allocator *allocator,
                                       sfield_field **out);
@@ -3251,7 +3252,7 @@ static void sfield__build_task(void *context, size_t piece)
             for (k = 0; k < 3; k++) eye[k] = (p[k] + b->offset * normal[k] - b->h.center[k]) / b->h.radius;
         } else sfield__sample_point(b, i, eye);
         sfield__see(b, v, eye);
-        if (b->what == SFIELD__MESH && !b->desc.keep_inside && sfield__move_out(b, v, eye)) {
+        if ((b->what == SFIELD__MESH || b->what == SFIELD__SELF) && !b->desc.keep_inside && sfield__move_out(b, v, eye)) {
             sfield__see(b, v, eye);
             v->moved++;
         }

@@ -466,6 +466,29 @@ static void only_inside_closed_meshes_positions_move(void **state)
     assert_true(moved >= sphere && moved < all / 5 * 4);
 }
 
+/* A corner of a part that lies in another part: it would see nothing, and darken its triangles where they come out. */
+static void points_in_another_part(void **state)
+{
+    static const float point[3] = { 0.1f, 0.9f, 0 }, normal[3] = { 1, 0, 0 };
+    sfield_desc desc = small_desc(SFIELD_BASIS_SH);
+    model m = both(model_box(0.1, 1.2, 0.1), model_sphere(16, 8, 1), 0);
+    sfield_mesh mesh = mesh_of(&m);
+    sfield_stats stats;
+    sfield_field *f;
+    float inside[16], outside[16];
+    (void)state;
+    assert_int_equal(sfield_build_self(&desc, &mesh, point, normal, 1, 1e-3f, &f, &stats), SFIELD_OK);
+    assert_int_equal(sfield_self(f, 0, 1, outside), SFIELD_OK);
+    assert_true(stats.moved == 1);
+    sfield_free(f);
+    desc.keep_inside = 1;
+    assert_int_equal(sfield_build_self(&desc, &mesh, point, normal, 1, 1e-3f, &f, &stats), SFIELD_OK);
+    assert_int_equal(sfield_self(f, 0, 1, inside), SFIELD_OK);
+    assert_true(stats.moved == 0 && fabsf(inside[0]) < 1e-3f && outside[0] > 0.2f);   /* PI y00 = 0.89 if open */
+    sfield_free(f);
+    model_free(&m);
+}
+
 /* Share of all directions that a square of half side 1 hides from p, over it by h. */
 static double square_hides(double x, double z, double h)
 {
@@ -618,6 +641,7 @@ int main(void)
         cmocka_unit_test(t81_budgets),
         cmocka_unit_test(callbacks_and_uniform_cubes),
         cmocka_unit_test(only_inside_closed_meshes_positions_move),
+        cmocka_unit_test(points_in_another_part),
         cmocka_unit_test(beside_a_slab),
         cmocka_unit_test(emissive_meshes),
         cmocka_unit_test(flat_lights),
