@@ -572,6 +572,7 @@ static void self_visibility(void **state)
         d.basis = (sfield_basis)b;
         d.cube_side = 16;
         d.keep = 1;
+        d.keep_inside = 1;                                            /* the second point lies inside: dark */
         assert_int_equal(sfield_build_self(&d, &mesh, p, n, 2, 1e-3f, &self, NULL), SFIELD_OK);
         matrix_of(e.transform, 1, 0, 0, b == 1 ? 0.5 : 0, 2, 5, 5, 5);
         sfield_scene_entities(s, &e, 1);
