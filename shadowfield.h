@@ -288,8 +288,6 @@ typedef struct sfield_desc {
     float          keep;            /* wavelets: at most this share of the 6 N^2 coefficients of a cube, 0..1; 0 = 0.01 */
     float          window;          /* harmonics: sfield_sh_window of every cube, >= 0; 0 = none */
     int            logarithm;       /* harmonics: not 0 stores log visibility, for SFIELD_PRODUCT_EXP */
-    int            keep_inside;     /* meshes: not 0: positions inside closed ones see nothing (the paper); 0: they take
-                                       the view from just outside the surface */
     uint32_t       frames;          /* sources: 1..256 steps of time; 0 = 1 */
     float          frames_per_second; /* > 0; 0 = 30 */
     int            loop;            /* after the last frame: 1 the first again, 0 the last stays */
@@ -300,6 +298,8 @@ typedef struct sfield_desc {
     void               *parallel_user;
     sfield_progress     progress;   /* NULL = none */
     void               *progress_user;
+    int            keep_inside;     /* meshes: not 0: positions inside closed ones see nothing (the paper); 0: they take
+                                       the view from just outside the surface */
 } sfield_desc;                      /* zero it, then set what you care about */
 
 typedef struct sfield_stats {       /* of a build */
@@ -307,8 +307,8 @@ typedef struct sfield_stats {       /* of a build */
     uint32_t skipped_triangles;     /* a vertex not finite, an index out of range, or two corners equal */
     uint64_t coefficients;          /* wavelets kept */
     double   lost;                  /* wavelets: relative L2 error of what was not kept, over all samples */
-    uint64_t moved;                 /* positions inside the mesh whose view was taken outside */
     size_t   peak_bytes;            /* asked of the allocator at once */
+    uint64_t moved;                 /* positions inside the mesh whose view was taken outside */
 } sfield_stats;
 
 typedef struct sfield_field sfield_field;
@@ -370,14 +370,16 @@ typedef struct sfield_views {       /* sample points of a shell, 1..256 at a tim
 } sfield_views;
 
 typedef int (*sfield_views_fn)(void *user, const sfield_views *views);
-/* Not 0 ends the build. From the thread that called us, shell after shell. Coefficients: as by sfield_cube_basis. */
+/* Not 0 ends the build. From the thread that called us, shell after shell. Coefficients: as by sfield_cube_basis. Eyes
+   lie on the shell, or just outside the mesh. */
 
 SFIELD_DEF sfield_result sfield_build_views(const sfield_desc *desc, int source, const sfield_mesh *mesh,
                                             sfield_views_fn see, void *user, sfield_field **out, sfield_stats *stats);
 /* A field whose cubes another renderer draws and projects, such as glbk_sfield_builder of gl_backend.h; windows,
    logarithms, the choice of wavelets and the block are made here.
    source   not 0: of radiance, else of occlusion
-   mesh     what you draw, for the bounding sphere and the inscribed one; NULL = desc.radius is required, none inscribed
+   mesh     what you draw, for the bounding sphere, the inscribed one and positions inside, which are asked again from
+            outside (keep_inside); NULL = desc.radius is required, none inscribed, none moved
    Values that are not finite or beyond 1e18 count as 0.
    Errors   as sfield_build; SFIELD_ERR_CANCELLED where `see` returned not 0 */
 
@@ -2668,6 +2670,7 @@ typedef struct sfield__build {
     sfield_views_fn   see;          /* VIEWS: and what it saw, `seen_size` floats an eye */
     void             *see_user;
     float            *eyes, *seen;
+    uint8_t          *moved;        /* of each of them: taken outside the mesh */
     size_t            seen_size;
     float             radius;       /* of this shell */
     float             radii[64];
@@ -3208,17 +3211,23 @@ static float sfield__way_out(const sfield__way *way)
     return 0;
 }
 
-/* Moves the eye of the view out of the mesh: 0 if it is not inside. Inside is where nearly all is hidden and most rays
-   come out of the mesh once more than they go in, its triangles being counter-clockwise from outside: not behind a
-   single sheet, not in a room, not in a cup. */
-static int sfield__move_out(const sfield__build *b, const sfield__view *v, float *eye)
+static float sfield__share_hidden(const sfield__build *b, const float *texel)
+{
+    float sum = 0;
+    uint32_t c;
+    for (c = 0; c < b->cells; c++) sum += texel[c];
+    return sum / (float)b->cells;
+}
+
+/* Moves the eye, where sfield__project was asked for, out of the mesh: 0 if it is not inside. Inside is where nearly all
+   is hidden and most rays come out of the mesh once more than they go in, its triangles being counter-clockwise from
+   outside: not behind a single sheet, not in a room, not in a cup. */
+static int sfield__move_out(const sfield__build *b, const sfield__view *v, float hidden, float *eye)
 {
     sfield__way way[SFIELD__WAYS];
-    float hidden = 0, nearest = 0;
+    float nearest = 0;
     int i, k, inside = 0, best = 0;
-    uint32_t c;
-    for (c = 0; c < b->cells; c++) hidden += v->texel[c];
-    if (hidden < 0.99f * (float)b->cells) return 0;
+    if (hidden < 0.99f) return 0;
     sfield__ways(eye, way);
     sfield__cross_all(b, v, way);
     for (i = 0; i < SFIELD__WAYS; i++) {
@@ -3252,7 +3261,8 @@ static void sfield__build_task(void *context, size_t piece)
             for (k = 0; k < 3; k++) eye[k] = (p[k] + b->offset * normal[k] - b->h.center[k]) / b->h.radius;
         } else sfield__sample_point(b, i, eye);
         sfield__see(b, v, eye);
-        if ((b->what == SFIELD__MESH || b->what == SFIELD__SELF) && !b->desc.keep_inside && sfield__move_out(b, v, eye)) {
+        if ((b->what == SFIELD__MESH || b->what == SFIELD__SELF) && !b->desc.keep_inside &&
+            sfield__move_out(b, v, sfield__share_hidden(b, v->texel), eye)) {
             sfield__see(b, v, eye);
             v->moved++;
         }
@@ -3519,30 +3529,67 @@ static sfield_result sfield__append(sfield__build *b, size_t first)
     return SFIELD_OK;
 }
 
-/* The caller's renderer, for samples from .. to - 1. Its not 0: the build ends. */
-static int sfield__ask_views(sfield__build *b)
+static void sfield__tasks(sfield__build *b, void (*task)(void *, size_t))
+{
+    size_t p;
+    if (b->desc.parallel_for) b->desc.parallel_for(b->desc.parallel_user, b->pieces, task, b);
+    else for (p = 0; p < b->pieces; p++) task(b, p);
+}
+
+/* The caller's renderer, for some eyes. Its not 0: the build ends. */
+static int sfield__ask_views(sfield__build *b, size_t begin, size_t end)
 {
     sfield_views views;
-    size_t i;
-    for (i = b->from; i < b->to; i++) sfield__sample_point(b, i, b->eyes + 3 * (i - b->from));
-    memset(b->seen, 0, b->seen_size * (b->to - b->from) * sizeof *b->seen);
+    memset(b->seen + begin * b->seen_size, 0, b->seen_size * (end - begin) * sizeof *b->seen);
     memcpy(views.center, b->h.center, sizeof views.center);
     views.radius = b->h.radius;
     views.time = b->time;
-    views.count = b->to - b->from;
-    views.eyes = b->eyes;
-    views.values = b->seen;
+    views.count = end - begin;
+    views.eyes = b->eyes + 3 * begin;
+    views.values = b->seen + begin * b->seen_size;
     return b->see(b->see_user, &views);
+}
+
+/* Which eyes are inside the mesh, by what was seen, and where they go. */
+static void sfield__leave_task(void *context, size_t piece)
+{
+    const sfield__build *b = (const sfield__build *)context;
+    sfield__view *v = &b->view[piece];
+    size_t i;
+    for (i = piece; i < b->to - b->from; i += b->pieces) {
+        const float *seen = b->seen + i * b->seen_size;
+        float hidden = b->h.basis == SFIELD_BASIS_SH ? seen[0] / 3.54490770f : sfield__share_hidden(b, seen);
+        b->moved[i] = 0;
+        if (!(hidden >= 0.99f)) continue;
+        sfield__project(b, v, b->eyes + 3 * i);
+        b->moved[i] = (uint8_t)sfield__move_out(b, v, hidden, b->eyes + 3 * i);
+        v->moved += b->moved[i];
+    }
+}
+
+/* Samples from .. to - 1: all, then those again that are inside the mesh, a run at a time. */
+static int sfield__ask_batch(sfield__build *b)
+{
+    size_t i, end, count = b->to - b->from;
+    for (i = 0; i < count; i++) sfield__sample_point(b, b->from + i, b->eyes + 3 * i);
+    if (sfield__ask_views(b, 0, count) != 0) return 1;
+    if (b->triangles == 0 || b->h.kind != SFIELD_KIND_OCCLUSION || b->desc.keep_inside) return 0;
+    sfield__tasks(b, sfield__leave_task);
+    for (i = 0; i < count; i = end + 1) {
+        while (i < count && !b->moved[i]) i++;
+        for (end = i; end < count && b->moved[end];) end++;
+        if (end > i && sfield__ask_views(b, i, end) != 0) return 1;
+    }
+    return 0;
 }
 
 static sfield_result sfield__batch(sfield__build *b, uint32_t group)
 {
-    size_t step = b->what == SFIELD__VIEWS ? (size_t)SFIELD__MOST_VIEWS : b->count, p;
+    size_t step = b->what == SFIELD__VIEWS ? (size_t)SFIELD__MOST_VIEWS : b->count;
     for (b->from = 0; b->from < b->count; b->from = b->to) {
         b->to = b->count - b->from < step ? b->count : b->from + step;
-        if (b->what == SFIELD__VIEWS && sfield__ask_views(b) != 0) return SFIELD_ERR_CANCELLED;
-        if (b->desc.parallel_for) b->desc.parallel_for(b->desc.parallel_user, b->pieces, sfield__build_task, b);
-        else for (p = 0; p < b->pieces; p++) sfield__build_task(b, p);
+        if (b->what == SFIELD__VIEWS && sfield__ask_batch(b) != 0) return SFIELD_ERR_CANCELLED;
+        sfield__tasks(b, sfield__build_task);
     }
     if (b->h.basis == SFIELD_BASIS_HAAR) return sfield__append(b, b->first);
     if (b->what != SFIELD__SELF) sfield__quantise(b, b->first, group);
@@ -3557,7 +3604,8 @@ static sfield_result sfield__room(sfield__build *b, size_t batch)
         b->seen_size = b->h.channels * (b->h.bands ? b->h.bands * b->h.bands : b->cells);
         b->eyes = (float *)sfield__hold(b, SFIELD__MOST_VIEWS, 3 * sizeof *b->eyes);
         b->seen = (float *)sfield__hold(b, SFIELD__MOST_VIEWS, b->seen_size * sizeof *b->seen);
-        if (!b->eyes || !b->seen) return SFIELD_ERR_ALLOC;
+        b->moved = (uint8_t *)sfield__hold(b, SFIELD__MOST_VIEWS, 1);
+        if (!b->eyes || !b->seen || !b->moved) return SFIELD_ERR_ALLOC;
     }
     if (b->h.basis == SFIELD_BASIS_SH) {
         b->value = (float *)sfield__hold(b, held, b->h.stride * sizeof *b->value);

@@ -155,6 +155,78 @@ static void spheres_of_a_mesh(void **state)
     model_free(&m);
 }
 
+/* A cube of half side 1, by rays through the middles of texels. What was asked outside of it after inside is counted. */
+typedef struct in_box { uint32_t inside, after, wrong; } in_box;
+
+static int sees_box(const float *eye, const double *d)
+{
+    double from = 0, to = 1e9;
+    int k;
+    for (k = 0; k < 3; k++) {
+        double a = (-1 - (double)eye[k]) / d[k], b = (1 - (double)eye[k]) / d[k];
+        from = fmax(from, fmin(a, b));
+        to = fmin(to, fmax(a, b));
+    }
+    return from < to;
+}
+
+static int see_box(void *user, const sfield_views *views)
+{
+    in_box *box = (in_box *)user;
+    size_t i;
+    uint32_t t, k;
+    for (i = 0; i < views->count; i++) {
+        const float *e = views->eyes + 3 * i, n = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+        float eye[3], d[3], most = 0;
+        for (k = 0; k < 3; k++) {
+            eye[k] = e[k] * views->radius;
+            most = fmaxf(most, fabsf(eye[k]));
+        }
+        if (fabsf(n - 0.16f) > 1e-4f && fabsf(n - 0.48f) > 1e-4f && fabsf(n - 1.44f) > 1e-4f) {      /* on no shell */
+            box->after++;
+            box->wrong += most < 1 + 0.0005f * views->radius || most > 1 + 0.002f * views->radius;
+        } else box->inside += most < 1;
+        for (t = 0; t < CELLS; t++) {
+            double way[3];
+            sfield_cube_texel(SIDE, t, d);
+            for (k = 0; k < 3; k++) way[k] = (double)d[k] + 1e-9;
+            for (k = 0; sees_box(eye, way) && k < 9; k++) views->values[9 * i + k] += table[t][k];
+        }
+    }
+    return 0;
+}
+
+/* Positions inside a mesh are asked again from outside, as many as sfield_build moves. */
+static void positions_inside_are_asked_again(void **state)
+{
+    model m = model_box(1, 1, 1);
+    sfield_mesh mesh = mesh_of(&m);
+    sfield_desc d = desc_within(SFIELD_BASIS_SH);
+    sfield_stats by_mesh, by_views;
+    sfield_field *f;
+    in_box box;
+    (void)state;
+    d.radius = 0;
+    d.shells = 3;
+    d.inner = 0.4f;                     /* 0.4, 0.69, 1.2: all of one inside, some of the next */
+    d.outer = 1.2f;
+    d.position_side = 3;
+    assert_int_equal(sfield_build(&d, &mesh, &f, &by_mesh), SFIELD_OK);
+    sfield_free(f);
+    memset(&box, 0, sizeof box);
+    assert_int_equal(sfield_build_views(&d, 0, &mesh, see_box, &box, &f, &by_views), SFIELD_OK);
+    sfield_free(f);
+    print_message("%u of 162 positions inside, %u asked again\n", box.inside, box.after);
+    assert_true(by_mesh.moved > 0 && by_views.moved == by_mesh.moved);
+    assert_true(box.inside == by_mesh.moved);
+    d.keep_inside = 1;
+    memset(&box, 0, sizeof box);
+    assert_int_equal(sfield_build_views(&d, 0, &mesh, see_box, &box, &f, &by_views), SFIELD_OK);
+    sfield_free(f);
+    assert_true(by_views.moved == 0 && box.after == 0 && box.inside == by_mesh.moved);
+    model_free(&m);
+}
+
 static void refused(void **state)
 {
     sfield_desc d = desc_within(SFIELD_BASIS_HAAR);
@@ -215,6 +287,7 @@ static void refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(same_as_by_directions), cmocka_unit_test(spheres_of_a_mesh),
-                                        cmocka_unit_test(refused) };
+                                        cmocka_unit_test(positions_inside_are_asked_again),
+        cmocka_unit_test(refused) };
     return cmocka_run_group_tests(tests, fill_basis, NULL);
 }
