@@ -411,9 +411,9 @@ typedef struct rsm_interpolation {
     float    distance;              /* world units, at most this far; 0 = no limit */
     float    contrast;              /* largest difference of the samples / their mean; above it the grid is refined. 0 =
                                        0.25; negative = not asked, as in the paper */
+    uint8_t *mask;                  /* NULL, or one byte a pixel: 0 none, 1 interpolated, 2 evaluated */
     float    reach;                 /* a sample is good up to this times its distance from the nearest pixel light, so that
                                        no bright spot is missed between samples. 0 = 0.25; negative = not asked */
-    uint8_t *mask;                  /* NULL, or one byte a pixel: 0 none, 1 interpolated, 2 evaluated */
 } rsm_interpolation;
 
 RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count, const rsm_gather_desc *desc,

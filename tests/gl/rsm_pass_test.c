@@ -245,7 +245,7 @@ static void bad_arguments(void **state)
     glbk_rsm_renderer_desc none = { 0, 4, 0, 0 };
     glbk_rsm_map map, *maps[2] = { &map, NULL };
     glbk_rsm_gather_desc d = by_flux(10);
-    glbk_rsm_grid grid = { 3, 0, 0, 0, 0, 0 };
+    glbk_rsm_grid grid = { 3, 0, 0, 0, 0, 0, 0 };
     glbk_rsm_direct_desc direct = { 16, 0, 0 };
     glbk_rsm_denoise_desc denoise;
     glbk_rsm_tables tables;
@@ -331,7 +331,7 @@ static glbk_result frame(gl_test *t, glbk_rsm_map *map, glbk_rsm_renderer *r, co
     static const float view[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0.1f, 0, 0, 0, 0, 1 }, eye[3] = { 0, 3, 0 };
     const glbk_rsm_tables tables = { NULL, 0, NULL, 0, NULL, 0 };
     glbk_rsm_gather_desc d = by_flux(20);
-    glbk_rsm_grid grid = { 4, 0, 0, 0, 0, 0 };
+    glbk_rsm_grid grid = { 4, 0, 0, 0, 0, 0, 0 };
     glbk_rsm_direct_desc direct = { 2, 0.5f, 1 };
     glbk_rsm_denoise_desc denoise;
     glbk_pass pass;
