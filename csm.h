@@ -1535,7 +1535,8 @@ static inline cohsm__cdf2_sample cohsm__cdf2_sample_at(const cohsm__cdf2 *cdf, f
 /* unit cpu: run-time detection of x86 vector units */
 
 /* COHSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
-   COHSM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs none. */
+   COHSM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs
+   none. */
 #if !defined(COHSM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define COHSM__X86 1
 #define COHSM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
@@ -2160,8 +2161,8 @@ COHSM__TARGET_AVX2 static __m256 cohsm__dot8(const float *v, cohsm__v3 a)
 
 typedef struct cohsm__corners8 { __m256i x[3], y[3]; __m256 z[3]; } cohsm__corners8;
 
-/* Samples (x, y) of 8 triangles, where wanted. Coordinates relative to the sample stay below 2^11: 32 bits are enough.
- */
+/* Samples (x, y) of 8 triangles, where wanted. Coordinates relative to the sample stay below 2^11: 32 bits
+   are enough. */
 COHSM__TARGET_AVX2 static void cohsm__sample8(const cohsm__target *t, const cohsm__corners8 *c, __m256i x, __m256i y,
                                               __m256i wanted)
 {
@@ -2678,8 +2679,8 @@ static void cohsm__dop_of_mesh(float *dop, const cohsm_mesh *mesh, const uint8_t
         }
 }
 
-/* Corners of a triangle in units of the sphere, and the cell of 32^3, along a Hilbert curve, that its first one is in.
- */
+/* Corners of a triangle in units of the sphere, and the cell of 32^3, along a Hilbert curve, that its first one
+   is in. */
 static uint32_t cohsm__soup_cell(const cohsm_mesh *mesh, size_t triangle, cohsm__v3 center, float inverse, cohsm__v3 *p)
 {
     uint32_t scratch[3], cell[3];
@@ -5793,8 +5794,8 @@ static int cohsm__header_sound(const cohsm__header *h)
     return 1;
 }
 
-/* One block within the words that are left of its line: its parts lie inside it, its segments rise and stay below end.
- */
+/* One block within the words that are left of its line: its parts lie inside it, its segments rise and stay
+   below end. */
 static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t views)
 {
     uint32_t n, exact = 0, j, at, bucket = 0, low, offset, previous = 0, size, code;

@@ -7522,7 +7522,8 @@ static int glbk__is_integer(glbk_format f)
 
 static int glbk__is_float(glbk_format f)
 {
-    return !glbk__is_depth(f) && (glbk__formats[f].type == GLBK_GL_FLOAT || glbk__formats[f].type == GLBK_GL_HALF_FLOAT);
+    return !glbk__is_depth(f) &&
+           (glbk__formats[f].type == GLBK_GL_FLOAT || glbk__formats[f].type == GLBK_GL_HALF_FLOAT);
 }
 
 /* Row lengths, offsets, byte order and pixel buffers that a user left behind would change what GL reads or writes. */
@@ -8027,7 +8028,8 @@ static void glbk__put(glbk__sink *sink, const char *text, size_t length)
 
 static void glbk__put_text(glbk__sink *sink, const char *text) { glbk__put(sink, text, strlen(text)); }
 
-/* "#line n001 n": line 4 of file 3 is 3004 in the driver's messages. Mesa forgets the file number, hence the thousands. */
+/* "#line n001 n": line 4 of file 3 is 3004 in the driver's messages. Mesa forgets the file number, hence
+   the thousands. */
 static void glbk__put_line(glbk__sink *sink, uint32_t n)
 {
     char digits[] = { (char)('0' + n / 10), (char)('0' + n % 10), 0 };
@@ -8488,7 +8490,8 @@ static void glbk__restore_indexed(glbk_context *ctx, const glbk_state *s)
 static void glbk__restore_range(glbk_context *ctx, uint32_t target, uint32_t index, int32_t name,
                                 const int64_t range[2])
 {
-    if (name && range[1]) ctx->gl.BindBufferRange(target, index, (uint32_t)name, (ptrdiff_t)range[0], (ptrdiff_t)range[1]);
+    if (name && range[1])
+        ctx->gl.BindBufferRange(target, index, (uint32_t)name, (ptrdiff_t)range[0], (ptrdiff_t)range[1]);
     else ctx->gl.BindBufferBase(target, index, (uint32_t)name);
 }
 
@@ -8719,7 +8722,8 @@ GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
     float inverse[16], scale, row[4];
     glbk_result result = GLBK_OK;
 
-    if (!ctx || !maps || !maps->blocks.name || count > maps->capacity || (count && !instances)) return GLBK_ERR_ARGUMENT;
+    if (!ctx || !maps || !maps->blocks.name || count > maps->capacity || (count && !instances))
+        return GLBK_ERR_ARGUMENT;
     for (i = 0; i < count; i++)
         if (instances[i].start >= maps->instances_at || !glbk__m4_is_rigid_uniform(instances[i].transform, &scale) ||
             !glbk__m4_affine_inverse(inverse, instances[i].transform))
@@ -8949,8 +8953,8 @@ static void glbk__csm_put(uint32_t *words, uint32_t texel, glbk__v3 v, float w)
     memcpy(words + 4 * (size_t)texel, f, sizeof f);
 }
 
-/* Running sums, divided by the total, of `count` weights that stand in w of the texels at `sums`; then for each fraction
-   i / count of the total where a search for it begins and ends. Returns the total. */
+/* Running sums, divided by the total, of `count` weights that stand in w of the texels at `sums`; then for each
+   fraction i / count of the total where a search for it begins and ends. Returns the total. */
 static double glbk__csm_sums(uint32_t *sums, uint32_t count, double total)
 {
     double sum = 0;
@@ -9023,7 +9027,8 @@ static float glbk__csm_triangles(const glbk_csm_light_desc *d, uint32_t *texels)
 
     for (pass = 0; pass < 2; pass++)
         for (i = 0; i < d->triangle_count; i++) {
-            glbk__v3 a = glbk__v3_load(d->triangles + 9 * (size_t)i), b = glbk__v3_load(d->triangles + 9 * (size_t)i + 3);
+            glbk__v3 a = glbk__v3_load(d->triangles + 9 * (size_t)i),
+                     b = glbk__v3_load(d->triangles + 9 * (size_t)i + 3);
             glbk__v3 c = glbk__v3_load(d->triangles + 9 * (size_t)i + 6);
             double area = 0.5 * (double)glbk__v3_length(glbk__v3_cross(glbk__v3_sub(b, a), glbk__v3_sub(c, a)));
             if (!pass) {
@@ -9127,7 +9132,8 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
     if (!d || (d->light_count && (!d->lights || !starts)) || (d->lobe_count && !d->lobes) ||
-        d->lobe_count > (uint32_t)1 << 20 || (d->patterns != NULL) != (d->pattern_length != 0) || d->pattern_length > 65536)
+        d->lobe_count > (uint32_t)1 << 20 || (d->patterns != NULL) != (d->pattern_length != 0) ||
+        d->pattern_length > 65536)
         return GLBK_ERR_ARGUMENT;
     texels = 2 * (size_t)d->lobe_count;
     patterns = 128 * (size_t)d->pattern_length;
@@ -9267,7 +9273,8 @@ static glbk_result glbk__csm_create_sums(glbk_context *ctx, glbk_csm_renderer *r
     return result;
 }
 
-GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *d, glbk_csm_renderer *out)
+GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *d,
+                                              glbk_csm_renderer *out)
 {
     glbk_result result;
 
@@ -9516,7 +9523,8 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
     frame.tables[3] = r->height;
     for (i = 0; i < d->use_count; i++) {
         const glbk_csm_use *u = &d->uses[i];
-        result = glbk__csm_shade_program(ctx, r, glbk__csm_shape_of(u), (uint32_t)u->ask, (uint32_t)d->filter, &program);
+        result =
+            glbk__csm_shade_program(ctx, r, glbk__csm_shape_of(u), (uint32_t)u->ask, (uint32_t)d->filter, &program);
         frame.light[0] = u->start;
         frame.light[1] = u->maps->instances_at;
         frame.light[2] = u->maps->count;
@@ -9695,7 +9703,8 @@ static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel
 {
     glbk_csm_segment *s;
     if (b->segment_count == b->segment_room) {
-        glbk__allocator memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+        glbk__allocator memory =
+            glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
         size_t room = 2 * b->segment_room + 65536;
         s = (glbk_csm_segment *)glbk__alloc_array(&memory, room, sizeof *s);
         if (!s) return 0;
@@ -9737,7 +9746,8 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     if (result == GLBK_OK) result = glbk_program_create(ctx, "csm_peel.frag", "CSM_FIRST=1", &out->first_layer);
     if (result == GLBK_OK) result = glbk_program_create(ctx, "csm_peel.frag", "CSM_FIRST=0", &out->next_layer);
     if (result == GLBK_OK)
-        result = glbk_program_create(ctx, out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL, &out->compress);
+        result =
+            glbk_program_create(ctx, out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL, &out->compress);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_peel), NULL, &out->block);
     if (result == GLBK_OK) result = glbk__csm_create_layers(ctx, out);
     if (result == GLBK_OK) result = glbk__csm_create_records(ctx, out);
@@ -9766,7 +9776,8 @@ GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *b)
     glbk_buffer_destroy(ctx, &b->block);
     glbk_buffer_destroy(ctx, &b->storage);
     if (ctx) {
-        glbk__allocator memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+        glbk__allocator memory =
+            glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
         glbk__free(&memory, b->words);
         glbk__free(&memory, b->firsts);
         glbk__free(&memory, b->segments);
@@ -9842,7 +9853,8 @@ GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder
     m = b->desc.map_size;
     at = view - b->drawn_from;
     for (y = 0; y < m && result == GLBK_OK; y++) {
-        result = glbk_target_read(ctx, &b->layer_targets[layer], 0, at % b->tiles * m, at / b->tiles * m + y, m, 1, row);
+        result =
+            glbk_target_read(ctx, &b->layer_targets[layer], 0, at % b->tiles * m, at / b->tiles * m + y, m, 1, row);
         for (x = 0; x < m; x++) memcpy(depths + (size_t)y * m + x, row + 4 * x, 4);
     }
     return result;
@@ -9896,7 +9908,8 @@ static glbk_result glbk__csm_end_all(glbk_context *ctx, glbk_csm_builder *b)
 {
     uint32_t pixels = b->desc.map_size * b->desc.map_size, p;
     for (p = 0; p < pixels; p++)
-        if (b->firsts[p] != b->next_view && !glbk__csm_keep(ctx, b, p, b->words[16 * (size_t)p] & 0xffffu, b->next_view))
+        if (b->firsts[p] != b->next_view &&
+            !glbk__csm_keep(ctx, b, p, b->words[16 * (size_t)p] & 0xffffu, b->next_view))
             return GLBK_ERR_ALLOC;
     glbk__csm_open_all(b);
     return GLBK_OK;
@@ -10032,8 +10045,9 @@ static int glbk__sfield_open(const glbk_sfield_file *file, uint32_t bands, glbk_
     const uint8_t *p = (const uint8_t *)file->data;
     uint64_t planes = (bands * bands + 7) / 8 * 8, groups, most = (uint64_t)1 << 28;
     if (!p || file->size < 4 * GLBK__SFIELD_HEADER || file->size > 0xffffffffu) return 0;
-    if (glbk__sfield_word(p) != 0x444c4653u || glbk__sfield_word(p + 4) != 1 || glbk__sfield_word(p + 8) != file->size ||
-        glbk__sfield_word(p + 20) != 1 || glbk__sfield_word(p + 24) || glbk__sfield_word(p + 28) != bands)
+    if (glbk__sfield_word(p) != 0x444c4653u || glbk__sfield_word(p + 4) != 1 ||
+        glbk__sfield_word(p + 8) != file->size || glbk__sfield_word(p + 20) != 1 || glbk__sfield_word(p + 24) ||
+        glbk__sfield_word(p + 28) != bands)
         return 0;
     v->bytes = p;
     v->bands = bands;
@@ -10046,8 +10060,8 @@ static int glbk__sfield_open(const glbk_sfield_file *file, uint32_t bands, glbk_
     v->channels = glbk__sfield_word(p + 56);
     v->samples = glbk__sfield_word(p + 60);
     v->stride = glbk__sfield_word(p + 64);
-    if (v->kind > 1 || v->shells < 2 || v->shells > 64 || v->side < 2 || v->side > 64 || !v->frames || v->frames > 256 ||
-        v->channels != (v->kind ? 3u : 1u) || v->stride != v->channels * planes)
+    if (v->kind > 1 || v->shells < 2 || v->shells > 64 || v->side < 2 || v->side > 64 || !v->frames ||
+        v->frames > 256 || v->channels != (v->kind ? 3u : 1u) || v->stride != v->channels * planes)
         return 0;
     groups = (uint64_t)v->frames * v->shells;
     if (v->samples != groups * 6 * v->side * v->side) return 0;
@@ -10115,7 +10129,8 @@ static void glbk__sfield_put(glbk__sfield_stage *s, const glbk__sfield_view *v)
     for (i = 0; i < groups; i++)
         for (c = 0; c < v->channels; c++)
             for (k = 0; k < 2; k++)
-                glbk__sfield_put_floats(s, v, v->bytes + v->scales + 4 * (((size_t)k * groups + i) * v->stride + c * step));
+                glbk__sfield_put_floats(s, v,
+                                        v->bytes + v->scales + 4 * (((size_t)k * groups + i) * v->stride + c * step));
     for (i = 0; i < v->samples; i++)
         for (c = 0; c < v->channels; c++) {
             const uint8_t *from = v->bytes + v->first + (size_t)i * v->stride + c * step;
@@ -10149,7 +10164,8 @@ static int glbk__sfield_desc_valid(const glbk_sfield_desc *d)
 {
     uint32_t i, n;
     if (!d || d->bands < 1 || d->bands > 8 || (d->file_count && !d->files) || !d->capacity || d->capacity > 65535 ||
-        (d->term_count && (!d->terms || !d->factors)) || !(d->reach >= 0 && d->reach <= 1e6f) || d->term_count > 1000000)
+        (d->term_count && (!d->terms || !d->factors)) || !(d->reach >= 0 && d->reach <= 1e6f) ||
+        d->term_count > 1000000)
         return 0;
     n = d->bands * d->bands;
     for (i = 0; i < d->term_count; i++)
@@ -10244,7 +10260,8 @@ static int glbk__sfield_entity_valid(const glbk_sfield_world *w, const glbk_sfie
     const float *m = e->transform;
     int k;
     if (!glbk__m4_is_rigid_uniform(m, scale)) return 0;
-    if (!e->rotation && w->bands > 1 && (m[0] < 0 || m[5] < 0 || m[1] != 0 || m[2] != 0 || m[4] != 0 || m[6] != 0)) return 0;
+    if (!e->rotation && w->bands > 1 && (m[0] < 0 || m[5] < 0 || m[1] != 0 || m[2] != 0 || m[4] != 0 || m[6] != 0))
+        return 0;
     for (k = 0; k < 3; k++)
         if (!(e->tint[k] >= -1e18f && e->tint[k] <= 1e18f)) return 0;
     return (!e->occlusion || (!e->occlusion->source && e->occlusion->start < w->entities_at)) &&
@@ -10317,7 +10334,8 @@ GLBK_DEF glbk_result glbk_sfield_place(glbk_context *ctx, glbk_sfield_world *w, 
     for (i = 0; i < count; i++) {
         uint32_t words[4 * GLBK__SFIELD_ENTITY], k;
         (void)glbk__m4_is_rigid_uniform(entities[i].transform, &scale);
-        glbk__sfield_entity_words(w, &entities[i], scale, w->entities_at + GLBK__SFIELD_ENTITY * count + i * step, words);
+        glbk__sfield_entity_words(w, &entities[i], scale, w->entities_at + GLBK__SFIELD_ENTITY * count + i * step,
+                                  words);
         for (k = 0; k < GLBK__SFIELD_ENTITY; k++) memcpy(glbk__sfield_texel(&s), words + 4 * k, 16);
     }
     for (i = 0; i < count; i++)
@@ -10484,7 +10502,8 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const glbk_sfield_ren
     uint32_t i, k;
 
     for (i = 0, sink.size = product; i < 3; i++)
-        for (k = 0; k < glbk_find_file(names[i])->line_count; k++) sink.size += strlen(glbk_find_file(names[i])->lines[k]);
+        for (k = 0; k < glbk_find_file(names[i])->line_count; k++)
+            sink.size += strlen(glbk_find_file(names[i])->lines[k]);
     sink.out = (char *)glbk__alloc(&memory, sink.size);
     if (!sink.out) return GLBK_ERR_ALLOC;
     glbk_sfield_write_product(d->bands, d->terms, d->factors, d->term_count, sink.out, sink.size);
@@ -10579,7 +10598,8 @@ GLBK_DEF glbk_result glbk_sfield_upload(glbk_context *ctx, glbk_sfield_renderer 
         normal[3] = (normal[3] & 0x7fffffffu) | (pixels[i].self ? 0x80000000u : 0u);
     }
     result = glbk_texture_update(ctx, &r->place, 0, 0, row, 0, r->width, rows, 1, words);
-    if (result == GLBK_OK) result = glbk_texture_update(ctx, &r->normal, 0, 0, row, 0, r->width, rows, 1, words + 4 * count);
+    if (result == GLBK_OK)
+        result = glbk_texture_update(ctx, &r->normal, 0, 0, row, 0, r->width, rows, 1, words + 4 * count);
     for (layer = 0; 8 * layer < n && result == GLBK_OK; layer++) {
         memset(words, 0, 16 * count);
         for (i = 0; i < count; i++)
@@ -11136,7 +11156,8 @@ static void glbk__envsh_lay_out(const glbk_context *ctx, glbk_envsh_maps *m)
     m->down = (slots + m->across - 1) / m->across;
     m->down = m->down < most ? m->down : most;
     m->pages = m->down ? (slots + m->across * m->down - 1) / (m->across * m->down) : 0;
-    for (m->cells_wide = 1, m->levels = 1; m->cells_wide * GLBK__ENVSH_CELL < m->map_size; m->levels++) m->cells_wide *= 2;
+    for (m->cells_wide = 1, m->levels = 1; m->cells_wide * GLBK__ENVSH_CELL < m->map_size; m->levels++)
+        m->cells_wide *= 2;
 }
 
 static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_maps *m)
@@ -11171,7 +11192,8 @@ static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_map
     target.color[0] = &m->cells;
     if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &m->cell_target);
     if (result == GLBK_OK)
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__ENVSH_RECORD * (size_t)m->capacity, &m->views);
+        result =
+            glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__ENVSH_RECORD * (size_t)m->capacity, &m->views);
     return result;
 }
 
@@ -11677,18 +11699,30 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *r, 
 /* ---- >>rsm: maps ---- */
 
 enum {
-    GLBK__RSM_FILL_LIGHT, GLBK__RSM_FILL_VIEW, GLBK__RSM_SCAN, GLBK__RSM_SCAN_ON, GLBK__RSM_SCAN_ROWS, GLBK__RSM_SCAN_ROWS_ON,
-    GLBK__RSM_PICK, GLBK__RSM_PICK_ALL, GLBK__RSM_DIRECT, GLBK__RSM_GATHER, GLBK__RSM_INTERPOLATE, GLBK__RSM_RECALL,
-    GLBK__RSM_SMOOTH, GLBK__RSM_RESOLVE,
-    GLBK__RSM_LIST = 1024 * 64,     /* pixel lights that the list has room for */
-    GLBK__RSM_NONE = 9              /* no picture */
+    GLBK__RSM_FILL_LIGHT,
+    GLBK__RSM_FILL_VIEW,
+    GLBK__RSM_SCAN,
+    GLBK__RSM_SCAN_ON,
+    GLBK__RSM_SCAN_ROWS,
+    GLBK__RSM_SCAN_ROWS_ON,
+    GLBK__RSM_PICK,
+    GLBK__RSM_PICK_ALL,
+    GLBK__RSM_DIRECT,
+    GLBK__RSM_GATHER,
+    GLBK__RSM_INTERPOLATE,
+    GLBK__RSM_RECALL,
+    GLBK__RSM_SMOOTH,
+    GLBK__RSM_RESOLVE,
+    GLBK__RSM_LIST = 1024 * 64, /* pixel lights that the list has room for */
+    GLBK__RSM_NONE = 9          /* no picture */
 };
 
 static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAMS][2] = {
     { "rsm_fill.frag", "FOR_LIGHT=1" }, { "rsm_fill.frag", "FOR_LIGHT=0" }, { "rsm_scan.frag", "FROM=0" },
-    { "rsm_scan.frag", "FROM=1" }, { "rsm_scan.frag", "FROM=2" }, { "rsm_scan.frag", "FROM=3" },
-    { "rsm_pick.frag", "ALL=0" }, { "rsm_pick.frag", "ALL=1" }, { "rsm_direct.frag", NULL }, { "rsm_gather.frag", NULL },
-    { "rsm_interpolate.frag", NULL }, { "rsm_recall.frag", NULL }, { "rsm_smooth.frag", NULL }, { "rsm_resolve.frag", NULL }
+    { "rsm_scan.frag", "FROM=1" },      { "rsm_scan.frag", "FROM=2" },      { "rsm_scan.frag", "FROM=3" },
+    { "rsm_pick.frag", "ALL=0" },       { "rsm_pick.frag", "ALL=1" },       { "rsm_direct.frag", NULL },
+    { "rsm_gather.frag", NULL },        { "rsm_interpolate.frag", NULL },   { "rsm_recall.frag", NULL },
+    { "rsm_smooth.frag", NULL },        { "rsm_resolve.frag", NULL }
 };
 
 static int glbk__rsm_small(const float *v, float most)        /* three floats; false for what is not a number */
@@ -11699,10 +11733,13 @@ static int glbk__rsm_small(const float *v, float most)        /* three floats; f
 /* What rsm.h's check of a light refuses, and its defaults. */
 static int glbk__rsm_lamp_valid(glbk_rsm_lamp *l)
 {
-    float d2 = l->direction[0] * l->direction[0] + l->direction[1] * l->direction[1] + l->direction[2] * l->direction[2];
+    float d2 =
+        l->direction[0] * l->direction[0] + l->direction[1] * l->direction[1] + l->direction[2] * l->direction[2];
     int i;
     if (l->kind == GLBK_RSM_DEFAULT) l->kind = GLBK_RSM_SUN;
-    if ((unsigned)l->kind >= GLBK_RSM_KIND_COUNT || !glbk__rsm_small(l->position, 1e9f) || !glbk__rsm_small(l->up, 1e9f)) return 0;
+    if ((unsigned)l->kind >= GLBK_RSM_KIND_COUNT || !glbk__rsm_small(l->position, 1e9f) ||
+        !glbk__rsm_small(l->up, 1e9f))
+        return 0;
     if (l->kind != GLBK_RSM_POINT && !(fabsf(d2 - 1.0f) <= 2e-3f)) return 0;
     for (i = 0; i < 3; i++)
         if (!(l->value[i] >= 0.0f && l->value[i] <= 1e12f)) return 0;
@@ -11745,7 +11782,8 @@ static void glbk__rsm_frame_of(glbk_rsm_map *map)
     right = glbk__v3_normalize(glbk__v3_cross(axis, up));
     up = glbk__v3_cross(right, axis);
     if (l->kind == GLBK_RSM_SUN) extent = l->radius;
-    if ((l->kind == GLBK_RSM_SPOT && map->faces == 1) || l->kind == GLBK_RSM_SQUARE_SPOT) extent = tanf(0.5f * l->cone_angle);
+    if ((l->kind == GLBK_RSM_SPOT && map->faces == 1) || l->kind == GLBK_RSM_SQUARE_SPOT)
+        extent = tanf(0.5f * l->cone_angle);
     if (l->kind == GLBK_RSM_SPOT) cos_half = cosf(0.5f * l->cone_angle);
     glbk__rsm_set4(map->block.position, glbk__v3_load(l->position), extent);
     glbk__rsm_set4(map->block.right, right, (float)l->kind);
@@ -11799,8 +11837,8 @@ GLBK_DEF void glbk_rsm_map_matrix(const glbk_rsm_map *map, uint32_t face, float 
     m[15] = perspective ? -glbk__v3_dot(a, p) : 1.0f;
 }
 
-static glbk_result glbk__rsm_image(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height, uint32_t layers,
-                                   glbk_texture *out)
+static glbk_result glbk__rsm_image(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
+                                   uint32_t layers, glbk_texture *out)
 {
     glbk_texture_desc d;
     memset(&d, 0, sizeof d);
@@ -11953,8 +11991,8 @@ GLBK_DEF void glbk_rsm_map_destroy(glbk_context *ctx, glbk_rsm_map *map)
 
 /* ---- >>rsm: the renderer ---- */
 
-static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_t width, uint32_t height, glbk_texture *textures,
-                                      glbk_target *targets)
+static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_t width, uint32_t height,
+                                      glbk_texture *textures, glbk_target *targets)
 {
     glbk_result result = GLBK_OK;
     uint32_t i;
@@ -11973,7 +12011,8 @@ static glbk_result glbk__rsm_renderer_images(glbk_context *ctx, glbk_rsm_rendere
         result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, w, h, 3, &r->seen[i]);
         if (result == GLBK_OK) result = glbk__rsm_target(ctx, &r->seen[i], 0, 3, &r->depth, &r->seen_targets[i]);
     }
-    if (result == GLBK_OK) result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, 1024, GLBK__RSM_LIST / 1024, 4, &r->lights);
+    if (result == GLBK_OK)
+        result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, 1024, GLBK__RSM_LIST / 1024, 4, &r->lights);
     if (result == GLBK_OK) result = glbk__rsm_target(ctx, &r->lights, 0, 4, NULL, &r->lights_target);
     if (result == GLBK_OK) result = glbk__rsm_pictures(ctx, 3, w, h, r->sums, r->targets);
     if (result == GLBK_OK && d->interpolate)
@@ -11982,7 +12021,8 @@ static glbk_result glbk__rsm_renderer_images(glbk_context *ctx, glbk_rsm_rendere
     return result;
 }
 
-GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_renderer_desc *d, glbk_rsm_renderer *out)
+GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_renderer_desc *d,
+                                              glbk_rsm_renderer *out)
 {
     glbk_result result;
 
@@ -12054,7 +12094,8 @@ GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer
     glbk_result result = GLBK_OK;
 
     if (!ctx || !r || !r->frame.name || !t) return GLBK_ERR_ARGUMENT;
-    if ((t->points != NULL) != (t->point_count > 0) || (t->noise != NULL) != (t->noise_side > 0)) return GLBK_ERR_ARGUMENT;
+    if ((t->points != NULL) != (t->point_count > 0) || (t->noise != NULL) != (t->noise_side > 0))
+        return GLBK_ERR_ARGUMENT;
     if ((t->materials != NULL) != (t->material_count > 0)) return GLBK_ERR_ARGUMENT;
     if (t->point_count > 1u << 20 || t->noise_side > 1024 || t->material_count > 1024) return GLBK_ERR_LIMIT;
     glbk_texture_destroy(ctx, &r->pattern);
@@ -12066,7 +12107,8 @@ GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer
     if (result == GLBK_OK && t->noise)
         result = glbk__rsm_table(ctx, t->noise, t->noise_side * t->noise_side, 1, t->noise_side, &r->noise);
     if (result == GLBK_OK) r->noise_side = t->noise_side;
-    if (result == GLBK_OK && t->materials) result = glbk__rsm_table(ctx, t->materials, t->material_count, 4, 1024, &r->materials);
+    if (result == GLBK_OK && t->materials)
+        result = glbk__rsm_table(ctx, t->materials, t->material_count, 4, 1024, &r->materials);
     if (result == GLBK_OK) r->material_count = t->material_count;
     return result;
 }
@@ -12138,8 +12180,8 @@ GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *r, co
 }
 
 /* Clears a target of three images and has the user draw into it. map: whose face, or NULL. */
-static glbk_result glbk__rsm_fill(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_target *target, const glbk_rsm_map *map,
-                                  glbk_rsm_draw draw, void *user)
+static glbk_result glbk__rsm_fill(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_target *target,
+                                  const glbk_rsm_map *map, glbk_rsm_draw draw, void *user)
 {
     static const uint32_t empty[4] = { 0, 0, 0, 0 }, place[4] = { 0, 0, 0, 0x7f61b1e6u /* RSM_FAR */ };
     int which = map ? GLBK__RSM_FILL_LIGHT : GLBK__RSM_FILL_VIEW;
@@ -12171,7 +12213,8 @@ GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *r, 
 
     if (!ctx || !r || !r->frame.name || !map || !map->texels.name || !draw) return GLBK_ERR_ARGUMENT;
     memset(&r->drawn, 0, sizeof r->drawn);
-    if (map->lamp.kind == GLBK_RSM_SUN) glbk__rsm_set4(r->drawn.eye, glbk__v3_scale(glbk__v3_load(map->block.axis), -1), 0);
+    if (map->lamp.kind == GLBK_RSM_SUN)
+        glbk__rsm_set4(r->drawn.eye, glbk__v3_scale(glbk__v3_load(map->block.axis), -1), 0);
     else glbk__rsm_set4(r->drawn.eye, glbk__v3_load(map->lamp.position), 1);
     r->drawn.range[0] = map->lamp.near_depth;
     r->drawn.range[1] = 1.0f / (map->lamp.far_depth - map->lamp.near_depth);
@@ -12212,7 +12255,8 @@ GLBK_DEF glbk_result glbk_rsm_gbuffer_upload(glbk_context *ctx, glbk_rsm_rendere
     uint32_t k;
     glbk_result result = GLBK_OK;
 
-    if (!ctx || !r || !r->frame.name || !rows || row >= r->height || rows > r->height - row || !pixels) return GLBK_ERR_ARGUMENT;
+    if (!ctx || !r || !r->frame.name || !rows || row >= r->height || rows > r->height - row || !pixels)
+        return GLBK_ERR_ARGUMENT;
     memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
     count = (size_t)r->width * rows;
     words = (float *)glbk__alloc_array(&memory, count, 16);
@@ -12248,14 +12292,16 @@ static uint32_t glbk__rsm_other(uint32_t a, uint32_t b)
     return i;
 }
 
-GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_rsm_map *const *maps, uint32_t count,
-                                     const glbk_rsm_direct_desc *d)
+GLBK_DEF glbk_result glbk_rsm_direct(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_rsm_map *const *maps,
+                                     uint32_t count, const glbk_rsm_direct_desc *d)
 {
     uint32_t now = GLBK__RSM_NONE, next, i;
     glbk_result result;
 
-    if (!ctx || !r || !r->frame.name || !glbk__rsm_maps_valid(maps, count) || !d || d->taps > 15) return GLBK_ERR_ARGUMENT;
-    if (!(d->bias >= 0.0f && d->bias <= 1e6f && d->slope_bias >= 0.0f && d->slope_bias <= 1e6f)) return GLBK_ERR_ARGUMENT;
+    if (!ctx || !r || !r->frame.name || !glbk__rsm_maps_valid(maps, count) || !d || d->taps > 15)
+        return GLBK_ERR_ARGUMENT;
+    if (!(d->bias >= 0.0f && d->bias <= 1e6f && d->slope_bias >= 0.0f && d->slope_bias <= 1e6f))
+        return GLBK_ERR_ARGUMENT;
     memset(&r->values, 0, sizeof r->values);
     r->values.counts[0] = d->taps ? d->taps : 2;
     r->values.limits[0] = d->bias;
@@ -12303,7 +12349,8 @@ static glbk_result glbk__rsm_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_r
     glbk_result result;
     if (map->summed) return GLBK_OK;
     result = glbk__rsm_scan(ctx, r, map, GLBK__RSM_SCAN, map->size, map->sum_targets, &map->sums_at);
-    if (result == GLBK_OK) result = glbk__rsm_scan(ctx, r, map, GLBK__RSM_SCAN_ROWS, 1, map->row_targets, &map->rows_at);
+    if (result == GLBK_OK)
+        result = glbk__rsm_scan(ctx, r, map, GLBK__RSM_SCAN_ROWS, 1, map->row_targets, &map->rows_at);
     map->summed = result == GLBK_OK;
     return result;
 }
@@ -12313,7 +12360,7 @@ typedef struct glbk__rsm_run {      /* one glbk_rsm_gather */
     glbk_rsm_renderer    *r;
     glbk_rsm_map *const  *maps;
     uint32_t              count, sets, by_flux, about, room;    /* lights of a map by flux, points about the receiver */
-    int                   mixed, all, apart, listed;            /* apart: a list a map; listed: it holds all that is needed */
+    int mixed, all, apart, listed; /* apart: a list a map; listed: it holds all that is needed */
     uint32_t              seed;
     glbk_texture         *pictures;                             /* where it adds up */
     glbk_target          *targets;
@@ -12323,8 +12370,8 @@ typedef struct glbk__rsm_run {      /* one glbk_rsm_gather */
 } glbk__rsm_run;
 
 /* Lights first .. of a map into places from .. to - 1 of each set of the list. */
-static glbk_result glbk__rsm_pick(glbk__rsm_run *g, const glbk_rsm_map *map, uint32_t lights, uint32_t first, uint32_t from,
-                                  uint32_t to)
+static glbk_result glbk__rsm_pick(glbk__rsm_run *g, const glbk_rsm_map *map, uint32_t lights, uint32_t first,
+                                  uint32_t from, uint32_t to)
 {
     glbk_rsm_renderer *r = g->r;
     glbk_result result;
@@ -12353,7 +12400,8 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
     r->values.range[1] = listed;
     r->values.range[3] = (uint32_t)g->begun;
     r->values.counts[2] = about / g->sets;
-    r->values.pattern[1] = g->mixed ? (float)g->about * 0.0401f * (map->faces == 1 ? 1.0f : 0.5236f) / (size * size) : 0.0f;
+    r->values.pattern[1] =
+        g->mixed ? (float)g->about * 0.0401f * (map->faces == 1 ? 1.0f : 0.5236f) / (size * size) : 0.0f;
     r->values.pattern[2] = g->mixed ? (float)g->by_flux : 0.0f;
     result = glbk__rsm_begin(g->ctx, r, GLBK__RSM_GATHER, &g->targets[next], g->width, g->height);
     if (result != GLBK_OK) return result;
@@ -12369,8 +12417,8 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
     return GLBK_OK;
 }
 
-/* All maps' light on the pixels that the mode in r->values is about. A list takes as many lights as there is room for; it is
-   picked once where it holds them all. */
+/* All maps' light on the pixels that the mode in r->values is about. A list takes as many lights as there is room for;
+   it is picked once where it holds them all. */
 static glbk_result glbk__rsm_evaluate(glbk__rsm_run *g)
 {
     uint32_t m, at = 0, flushed = 0;
@@ -12409,8 +12457,8 @@ static int glbk__rsm_gather_valid(const glbk_rsm_renderer *r, const glbk_rsm_gat
 {
     uint32_t k = d->interleave ? d->interleave : 1;
     int about = d->samples && (d->pattern == GLBK_RSM_PATTERN_ABOUT || d->pattern == GLBK_RSM_PATTERN_MIXED);
-    if (d->pattern != GLBK_RSM_PATTERN_DEFAULT && d->pattern != GLBK_RSM_PATTERN_FLUX && d->pattern != GLBK_RSM_PATTERN_ABOUT &&
-        d->pattern != GLBK_RSM_PATTERN_MIXED)
+    if (d->pattern != GLBK_RSM_PATTERN_DEFAULT && d->pattern != GLBK_RSM_PATTERN_FLUX &&
+        d->pattern != GLBK_RSM_PATTERN_ABOUT && d->pattern != GLBK_RSM_PATTERN_MIXED)
         return 0;
     if (d->samples > 1u << 20 || k > 8 || (k & (k - 1))) return 0;
     if (about && (!r->points || r->points % (k * k))) return 0;
@@ -12425,7 +12473,8 @@ static int glbk__rsm_grid_valid(const glbk_rsm_renderer *r, const glbk_rsm_gathe
     if (!g->levels) g->levels = 6;
     if (g->step < 2 || g->step > 64 || (g->step & (g->step - 1)) || g->levels > 6) return 0;
     if (!(fabsf(g->normal_cosine) <= 1.0f && g->plane_slope >= 0.0f && g->plane_slope <= 1e6f)) return 0;
-    if (!(g->distance >= 0.0f && g->distance <= 1e9f && fabsf(g->contrast) <= 1e6f && fabsf(g->reach) <= 1e6f)) return 0;
+    if (!(g->distance >= 0.0f && g->distance <= 1e9f && fabsf(g->contrast) <= 1e6f && fabsf(g->reach) <= 1e6f))
+        return 0;
     if (!(fabsf(g->normal_cosine) > 0.0f)) g->normal_cosine = 0.95f;
     if (!(g->plane_slope > 0.0f)) g->plane_slope = 0.05f;
     if (!(fabsf(g->contrast) > 0.0f)) g->contrast = 0.25f;
@@ -12485,7 +12534,8 @@ GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *r, gl
     uint32_t k, i, most;
 
     memset(&tests, 0, sizeof tests);
-    if (!ctx || !r || !r->frame.name || !d || !glbk__rsm_maps_valid((const glbk_rsm_map *const *)maps, count)) return GLBK_ERR_ARGUMENT;
+    if (!ctx || !r || !r->frame.name || !d || !glbk__rsm_maps_valid((const glbk_rsm_map *const *)maps, count))
+        return GLBK_ERR_ARGUMENT;
     if (grid) tests = *grid;
     if (!glbk__rsm_gather_valid(r, d) || (grid && !glbk__rsm_grid_valid(r, d, &tests))) return GLBK_ERR_ARGUMENT;
     memset(&g, 0, sizeof g);
@@ -12563,7 +12613,8 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     glbk_result result;
 
     if (!ctx || !r || !r->history[0].name || !d || !glbk__rsm_bounced(r) || r->turn) return GLBK_ERR_ARGUMENT;
-    if (d->passes > 6 || d->history > 1000 || !(d->normal_cosine >= 0.0f && d->normal_cosine < 1.0f)) return GLBK_ERR_ARGUMENT;
+    if (d->passes > 6 || d->history > 1000 || !(d->normal_cosine >= 0.0f && d->normal_cosine < 1.0f))
+        return GLBK_ERR_ARGUMENT;
     if (!(d->plane_slope >= 0.0f && d->plane_slope <= 1e6f)) return GLBK_ERR_ARGUMENT;
     for (i = 0; i < 16 && d->view_projection; i++)
         if (!(fabsf(d->view_projection[i]) <= 3.0e38f)) return GLBK_ERR_ARGUMENT;
@@ -12578,7 +12629,8 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     memcpy(r->drawn.clip, r->before, sizeof r->before);
     result = glbk_buffer_update(ctx, &r->object, 0, sizeof r->drawn, &r->drawn);
     to = r->remembers == 1 ? 1 : 0;
-    if (result == GLBK_OK) result = glbk__rsm_begin(ctx, r, GLBK__RSM_RECALL, &r->history_targets[to], r->width, r->height);
+    if (result == GLBK_OK)
+        result = glbk__rsm_begin(ctx, r, GLBK__RSM_RECALL, &r->history_targets[to], r->width, r->height);
     if (result != GLBK_OK) return result;
     glbk_rsm_bind(ctx, r, NULL);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_drawn, &r->object);
@@ -12600,7 +12652,8 @@ GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *r)
     if (r) r->remembers = 0;
 }
 
-GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_pass *pass, int direct, int bounced)
+GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_pass *pass, int direct,
+                                      int bounced)
 {
     glbk_result result;
 
@@ -12623,7 +12676,8 @@ GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *r, int 
 {
     const glbk_target *target;
     if (!ctx || !r || !rgba) return GLBK_ERR_ARGUMENT;
-    if (bounced) target = r->bounce < 3 ? &r->targets[r->bounce] : r->bounce < 5 ? &r->history_targets[r->bounce - 3] : NULL;
+    if (bounced)
+        target = r->bounce < 3 ? &r->targets[r->bounce] : r->bounce < 5 ? &r->history_targets[r->bounce - 3] : NULL;
     else target = r->direct < 3 ? &r->targets[r->direct] : NULL;
     return target ? glbk_target_read(ctx, target, 0, 0, 0, r->width, r->height, rgba) : GLBK_ERR_ARGUMENT;
 }
@@ -12657,7 +12711,8 @@ static glbk_result glbk__ism_canvas(glbk_context *ctx, glbk_format format, uint3
 
 static int glbk__ism_resolve(glbk_ism_desc *d)
 {
-    if (d->vpl_count > 16384 || (d->points && d->points < 8) || d->points > 65536 || d->projection > 4 || d->lazy > 64 ||
+    if (d->vpl_count > 16384 || (d->points && d->points < 8) || d->points > 65536 || d->projection > 4 ||
+        d->lazy > 64 ||
         (d->tile_size && (d->tile_size < 8 || d->tile_size > 256 || (d->tile_size & (d->tile_size - 1)))) ||
         !(d->splat_scale >= 0 && d->splat_scale <= 16))
         return 0;
@@ -12684,11 +12739,13 @@ static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m
                                   &m->direction_target);
     if (result == GLBK_OK)
         result = glbk__ism_canvas(ctx, GLBK_FORMAT_COLOR, side, side, &m->depth, &m->surfels, &m->surfel_target);
-    if (result == GLBK_OK) result = glbk__ism_canvas(ctx, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
+    if (result == GLBK_OK)
+        result = glbk__ism_canvas(ctx, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
     for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++)
         result = glbk__ism_canvas(ctx, GLBK_FORMAT_R32UI, side >> (i + 1), side >> (i + 1), NULL, &m->pull[i],
                                   &m->pull_target[i]);
-    if (result == GLBK_OK) result = glbk__ism_canvas(ctx, GLBK_FORMAT_R32UI, side, side, NULL, &m->atlas, &m->atlas_target);
+    if (result == GLBK_OK)
+        result = glbk__ism_canvas(ctx, GLBK_FORMAT_R32UI, side, side, NULL, &m->atlas, &m->atlas_target);
     return result;
 }
 
@@ -12794,9 +12851,10 @@ GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *m)
 
 static int glbk__ism_stride_ok(size_t stride) { return !stride || (stride >= 12 && stride % 4 == 0); }
 
-/* count strided triples into a table of four floats each, at least one texel; the table is made anew where it is too small. */
-static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from, size_t count,
-                                    size_t stride)
+/* count strided triples into a table of four floats each, at least one texel; the table is made anew where it is too
+ * small. */
+static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from,
+                                    size_t count, size_t stride)
 {
     glbk__allocator memory = glbk__ism_memory(ctx);
     float *texels = (float *)glbk__alloc_array(&memory, count ? count : 1, 16);
@@ -12820,7 +12878,8 @@ static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint
 }
 
 /* Three indices and the bits of the opacity, or NULL where memory (result) or an index (its error) fails. */
-static uint32_t *glbk__ism_triangles(const glbk__allocator *memory, const glbk_ism_mesh *mesh, size_t count, glbk_result *result)
+static uint32_t *glbk__ism_triangles(const glbk__allocator *memory, const glbk_ism_mesh *mesh, size_t count,
+                                     glbk_result *result)
 {
     uint32_t *words = (uint32_t *)glbk__alloc_array(memory, count, 16);
     float opacity = 1;
@@ -12859,7 +12918,8 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
         result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made);
         glbk__free(&memory, words);
         if (result == GLBK_OK) {
-            result = glbk__ism_upload(ctx, &m->positions, m->vertices, mesh->positions, mesh->vertex_count, mesh->vertex_stride);
+            result = glbk__ism_upload(ctx, &m->positions, m->vertices, mesh->positions, mesh->vertex_count,
+                                      mesh->vertex_stride);
             if (result != GLBK_OK) glbk_texture_destroy(ctx, &made);
         }
         if (result != GLBK_OK) return result;
@@ -12961,8 +13021,8 @@ static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
 }
 
 /* A pass over a whole target that reads the maps and, in the slot "below", one texture. */
-static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, const glbk_target *target, glbk_program *program,
-                                  const glbk_texture *below)
+static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, const glbk_target *target,
+                                  glbk_program *program, const glbk_texture *below)
 {
     glbk_pass pass;
     glbk_result result;
@@ -13017,7 +13077,8 @@ GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *m, fl
     if (!words) return GLBK_ERR_ALLOC;
     for (y = 0; y < m->side && result == GLBK_OK; y++) {
         result = glbk_target_read(ctx, &m->atlas_target, 0, 0, y, m->side, 1, words);
-        for (x = 0; x < m->side && result == GLBK_OK; x++) memcpy(atlas + (size_t)y * m->side + x, words + 4 * (size_t)x, 4);
+        for (x = 0; x < m->side && result == GLBK_OK; x++)
+            memcpy(atlas + (size_t)y * m->side + x, words + 4 * (size_t)x, 4);
     }
     glbk__free(&memory, words);
     return result;
@@ -13032,7 +13093,8 @@ GLBK_DEF void glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m)
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
 
-GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height, glbk_ism_renderer *out)
+GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
+                                              glbk_ism_renderer *out)
 {
     glbk_texture_desc d;
     glbk_target_desc t;
@@ -13089,7 +13151,8 @@ GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_rendere
     size_t count, i, stride;
     float *texels;
     int k;
-    if (!ctx || !r || !r->view.name || !from || !from->positions || !from->normals || !glbk__ism_stride_ok(from->stride))
+    if (!ctx || !r || !r->view.name || !from || !from->positions || !from->normals ||
+        !glbk__ism_stride_ok(from->stride))
         return GLBK_ERR_ARGUMENT;
     arrays[0] = from->positions;
     arrays[1] = from->normals;

@@ -1350,7 +1350,8 @@ static uint32_t ism__texel_of(float u, uint32_t size)
 
 /* ---- >>formulas ---- */
 
-/* tan(omega / 2) = a . (b x c) / (abc + (a . b) c + (a . c) b + (b . c) a), which is exact for triangles of any size. */
+/* tan(omega / 2) = a . (b x c) / (abc + (a . b) c + (a . c) b + (b . c) a), which is exact for triangles of
+   any size. */
 ISM_DEF float ism_solid_angle(const float pa[3], const float pb[3], const float pc[3])
 {
     ism__v3 a = ism__v3_load(pa), b = ism__v3_load(pb), c = ism__v3_load(pc);
@@ -1380,7 +1381,8 @@ static float ism__form_factor(ism__v3 n, const ism__v3 *corner, uint32_t count, 
         for (i = 1; i + 1u < k; i++)
             s = ism__v3_add(s, ism__v3_cross(ism__v3_sub(p[i], p[0]), ism__v3_sub(p[i + 1u], p[0])));
         for (i = 1; i + 1u < count; i++)
-            t = ism__v3_add(t, ism__v3_cross(ism__v3_sub(corner[i], corner[0]), ism__v3_sub(corner[i + 1u], corner[0])));
+            t = ism__v3_add(t,
+                            ism__v3_cross(ism__v3_sub(corner[i], corner[0]), ism__v3_sub(corner[i + 1u], corner[0])));
         cut = ism__v3_length(s);
         whole = ism__v3_length(t);
         *share = whole > 0.0f ? cut / whole : 1.0f;
@@ -1418,7 +1420,7 @@ typedef struct ism__choice {
     uint32_t          valid_count;
     float             extent;       /* diagonal of the receivers' box */
     size_t            source;
-    float            *lum, *effect, *out;   /* of this source: flux, mean square effect on the picture, its blurred root */
+    float *lum, *effect, *out; /* of this source: flux, mean square effect on the picture, its blurred root */
     uint32_t          seed;
     float             blur_radius;
 } ism__choice;
@@ -1518,8 +1520,8 @@ static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
             sum += e * e * (uniform / density);
         }
     }
-    /* The mean square, whose root is taken after the blur: what is to be small is the squared error of the picture, and its
-       least variance is reached by choosing VPLs in proportion to the root of it. */
+    /* The mean square, whose root is taken after the blur: what is to be small is the squared error of the picture, and
+       its least variance is reached by choosing VPLs in proportion to the root of it. */
     return sum / (float)count;
 }
 
@@ -1630,29 +1632,36 @@ static ism_result ism__weigh_source(ism__choice *c, const ism_source *s)
     else if (!ism__run(&m->desc, s->height, ism__blur_task, c))
         return ISM_ERR_CANCELLED;
     for (i = 0; i < count; i++) total += (double)(c->lum[i] * c->out[i]);
-    least = total > 0.0 ? (float)(total / flux * (double)m->desc.flux_share / (1.0 - 0.999 * (double)m->desc.flux_share))
-                        : 1.0f;
+    least = total > 0.0
+                ? (float)(total / flux * (double)m->desc.flux_share / (1.0 - 0.999 * (double)m->desc.flux_share))
+                : 1.0f;
     for (i = 0; i < count; i++) c->out[i] = c->lum[i] * (c->out[i] + least);
     return ISM_OK;
 }
 
-/* Sample (x + fx, y + fy) of a grid, mixed from the four texels about it where they lie on one surface (paper 6.5). Where that
-   is curved the chord may run behind it, from where a sheet's back would be lit: the farther out of the chord and of the
-   four tangent planes' mean holds. Returns the distance to the farthest of the texels. */
-static float ism__inter_texel(const ism_view *view, const ism_source *s, const ism__cdf2_sample *at, ism__v3 *p, ism__v3 *n)
+/* Sample (x + fx, y + fy) of a grid, mixed from the four texels about it where they lie on one surface (paper 6.5).
+   Where that is curved the chord may run behind it, from where a sheet's back would be lit: the farther out of the
+   chord and of the four tangent planes' mean holds. Returns the distance to the farthest of the texels. */
+static float ism__inter_texel(const ism_view *view, const ism_source *s, const ism__cdf2_sample *at, ism__v3 *p,
+                              ism__v3 *n)
 {
     size_t i0 = (size_t)at->y * s->width + at->x;
-    ism__v3 p0 = ism__v3_load(ism__at(s->positions, s->stride, i0)), n0 = ism__v3_load(ism__at(s->normals, s->stride, i0));
+    ism__v3 p0 = ism__v3_load(ism__at(s->positions, s->stride, i0)),
+            n0 = ism__v3_load(ism__at(s->normals, s->stride, i0));
     ism__v3 sum = ism__v3_make(0, 0, 0), normal = sum, offsets[4], normals[4];
-    float sx = at->fx - 0.5f, sy = at->fy - 0.5f, weights = 0.0f, spacing = 0.0f, x0, y0, xk, yk, share[4], behind = 0.0f;
+    float sx = at->fx - 0.5f, sy = at->fy - 0.5f, weights = 0.0f, spacing = 0.0f, x0, y0, xk, yk, share[4],
+          behind = 0.0f;
     int k, used = 0, known = ism__to_pixel(view, p0, &x0, &y0);
     for (k = 0; k < 4; k++) {
-        int64_t x = (int64_t)at->x + (k & 1 ? (sx < 0.0f ? -1 : 1) : 0), y = (int64_t)at->y + (k & 2 ? (sy < 0.0f ? -1 : 1) : 0);
+        int64_t x = (int64_t)at->x + (k & 1 ? (sx < 0.0f ? -1 : 1) : 0),
+                y = (int64_t)at->y + (k & 2 ? (sy < 0.0f ? -1 : 1) : 0);
         float w = (k & 1 ? fabsf(sx) : 1.0f - fabsf(sx)) * (k & 2 ? fabsf(sy) : 1.0f - fabsf(sy)), length;
         size_t i = (size_t)y * s->width + (size_t)x;
         ism__v3 q, nq, d;
         if (x < 0 || y < 0 || x >= (int64_t)s->width || y >= (int64_t)s->height) continue;
-        if (!ism__flux_ok(ism__at(s->fluxes, s->stride, i)) || !(ism__luminance(ism__at(s->fluxes, s->stride, i)) > 0.0f)) continue;
+        if (!ism__flux_ok(ism__at(s->fluxes, s->stride, i)) ||
+            !(ism__luminance(ism__at(s->fluxes, s->stride, i)) > 0.0f))
+            continue;
         q = ism__v3_load(ism__at(s->positions, s->stride, i));
         nq = ism__v3_load(ism__at(s->normals, s->stride, i));
         d = ism__v3_sub(q, p0);
@@ -1677,13 +1686,14 @@ static float ism__inter_texel(const ism_view *view, const ism_source *s, const i
     *n = ism__v3_normalize(normal);
     sum = ism__v3_scale(sum, 1.0f / weights);
     for (k = 0; k < used; k++)
-        behind += share[k] / weights * ism__v3_dot(normals[k], ism__v3_sub(offsets[k], sum)) * ism__v3_dot(normals[k], *n);
+        behind +=
+            share[k] / weights * ism__v3_dot(normals[k], ism__v3_sub(offsets[k], sum)) * ism__v3_dot(normals[k], *n);
     *p = ism__v3_add(p0, behind > 0.0f ? ism__v3_madd(sum, *n, behind) : sum);
     return spacing;
 }
 
-static void ism__make_vpl(const ism_maps *m, const ism_frame *f, size_t source, const ism__cdf2_sample *at, double probability,
-                          ism_vpl *v)
+static void ism__make_vpl(const ism_maps *m, const ism_frame *f, size_t source, const ism__cdf2_sample *at,
+                          double probability, ism_vpl *v)
 {
     const ism_source *s = &f->sources[source];
     size_t i = (size_t)at->y * s->width + at->x;
@@ -1770,7 +1780,8 @@ static ism_result ism__finish_vpls(ism_maps *m)
 /* VPL i at ((i + 0.5) / N, golden ratio sequence): the first number picks source and row, the second the column. */
 static void ism__draw_vpls(ism_maps *m, const ism_frame *f, const ism__source_of *of, double total)
 {
-    uint32_t n = m->desc.vpl_count, i, key = m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed;
+    uint32_t n = m->desc.vpl_count, i,
+             key = m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed;
     uint32_t shift_u = ism__hash_combine(key, 11u), shift_v = ism__hash_combine(key, 12u);
     m->vpl_count = 0;
     for (i = 0; i < n && total > 0.0; i++) {
@@ -1804,8 +1815,9 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
     if (!m || !f || !ism__view_ok(f->view)) return ISM_ERR_ARGUMENT;
     result = ism__check_sources(f, &cells, &doubles);
     if (result != ISM_OK) return result;
-    if (!ism__grow(m, &m->sources, f->source_count, sizeof *of) || !ism__grow(m, &m->importance, cells, sizeof(float)) ||
-        !ism__grow(m, &m->blurred, 2u * cells, sizeof(float)) || !ism__grow(m, &m->cdf, doubles, sizeof(double)))
+    if (!ism__grow(m, &m->sources, f->source_count, sizeof *of) ||
+        !ism__grow(m, &m->importance, cells, sizeof(float)) || !ism__grow(m, &m->blurred, 2u * cells, sizeof(float)) ||
+        !ism__grow(m, &m->cdf, doubles, sizeof(double)))
         return ISM_ERR_ALLOC;
     of = (ism__source_of *)m->sources.data;
     memset(&c, 0, sizeof c);
@@ -1820,7 +1832,8 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
         const ism_source *src = &f->sources[s];
         ism__cdf2 cdf;
         c.source = s;
-        c.seed = ism__hash_combine(m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed, (uint32_t)s);
+        c.seed =
+            ism__hash_combine(m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed, (uint32_t)s);
         c.out = (float *)m->importance.data + first;
         c.lum = (float *)m->blurred.data;
         c.effect = c.lum + cells;
@@ -1850,8 +1863,9 @@ ISM_DEF ism_result ism_set_vpls(ism_maps *m, const ism_vpl *vpls, size_t count)
     for (i = 0; i < count; i++) {
         ism__v3 n = ism__v3_load(vpls[i].normal), a = ism__v3_load(vpls[i].axis);
         if (!ism__v3_finite(ism__v3_load(vpls[i].position)) || !ism__v3_finite(n) || !ism__v3_finite(a) ||
-            !ism__flux_ok(vpls[i].flux) || fabsf(ism__v3_dot(n, n) - 1.0f) > 0.01f || fabsf(ism__v3_dot(a, a) - 1.0f) > 0.01f ||
-            !(vpls[i].exponent >= 0.0f && vpls[i].exponent <= 1e5f) || !(vpls[i].area >= 0.0f && ism__finite(vpls[i].area)))
+            !ism__flux_ok(vpls[i].flux) || fabsf(ism__v3_dot(n, n) - 1.0f) > 0.01f ||
+            fabsf(ism__v3_dot(a, a) - 1.0f) > 0.01f || !(vpls[i].exponent >= 0.0f && vpls[i].exponent <= 1e5f) ||
+            !(vpls[i].area >= 0.0f && ism__finite(vpls[i].area)))
             return ISM_ERR_ARGUMENT;
     }
     if (count) memcpy(m->vpls, vpls, count * sizeof *vpls);
@@ -2054,8 +2068,8 @@ static size_t ism__find(const double *sums, size_t first, size_t end, double x)
 }
 
 /* Points of a VPL's tile: its own stratified numbers (j + r) / n, the same in every frame, so that a static scene stays
-   as it is; the `lazy`-th part of them is looked up anew. First the cluster, then, by what is left of the number, one of
-   its triangles: *triangle is drawn with the probability that is returned. */
+   as it is; the `lazy`-th part of them is looked up anew. First the cluster, then, by what is left of the number, one
+   of its triangles: *triangle is drawn with the probability that is returned. */
 static double ism__draw_triangle(const ism__spread_work *w, const double *shares, double u, uint32_t *triangle)
 {
     const double *sums = w->cdf.sums;
@@ -2312,8 +2326,8 @@ static float ism__plane_depth(const ism__tile *tile, const float g[3], const flo
     return s > 1e-20f ? 1.0f / s : 0.0f;
 }
 
-/* A disc that stands for its triangle's neighbours too is about as far off their surface as it is wide, and would hide that
-   surface from the VPL: it is drawn a radius farther away, as large as before for the VPL. */
+/* A disc that stands for its triangle's neighbours too is about as far off their surface as it is wide, and would hide
+   that surface from the VPL: it is drawn a radius farther away, as large as before for the VPL. */
 static void ism__move_away(ism__surfel *s)
 {
     float away = 1.0f + sqrtf(s->radius2) / s->depth;
@@ -2346,7 +2360,8 @@ static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, f
         if (!(d2 > 1e-30f) || !(l.z > 1e-3f * s->depth)) return 0;
         /* The surface that the VPL lies on is no occluder in a lobe's tilted map either. */
         if (tile->projection == ISM_PROJECTION_LOBE &&
-            !(fabsf(ism__v3_dot(ism__to_world(&tile->frame, l), ism__v3_load(tile->vpl->normal))) > 1e-3f * s->depth)) return 0;
+            !(fabsf(ism__v3_dot(ism__to_world(&tile->frame, l), ism__v3_load(tile->vpl->normal))) > 1e-3f * s->depth))
+            return 0;
         /* Seen from behind, a near disc most likely juts out over the edge of something thin on the surface that the
            VPL lies on: the front of a skirting board must not hide the wall that it hangs on. */
         if (s->radius2 > (along > 0.0f && !s->cut ? ISM__WIDEST_BACK : ISM__WIDEST) * d2) {
@@ -2420,8 +2435,8 @@ static void ism__splat(ism__tile *tile, const ism__surfel *s)
         for (i = x0; i <= x1; i++) ism__write_texel(tile, s, i, j);
 }
 
-/* A point that stands for less than its triangle is cut off at the triangle's edges, and may be large: a wall has neither
-   gaps nor discs that jut out over its end. One that stands for its neighbours too remains a disc. */
+/* A point that stands for less than its triangle is cut off at the triangle's edges, and may be large: a wall has
+   neither gaps nor discs that jut out over its end. One that stands for its neighbours too remains a disc. */
 static void ism__cut(const ism__tile *tile, ism__v3 e1, ism__v3 e2, ism__v3 n, float b1, float b2, ism__surfel *s)
 {
     float inverse = 1.0f / ism__v3_dot(n, n);
@@ -2549,8 +2564,9 @@ static float ism__push(const ism__tile *tile, size_t i, const ism__texel *first,
     return t > 0.5f * first->t && t < 2.0f * first->t ? t : first->t;
 }
 
-/* Push: an empty texel looks at the 3 x 3 cells about it, level by level, and takes the nearest surfel once there are some in
-   three quadrants about it: outside of a silhouette the far side is empty, and stays so. Nothing leaves the tile. */
+/* Push: an empty texel looks at the 3 x 3 cells about it, level by level, and takes the nearest surfel once there are
+   some in three quadrants about it: outside of a silhouette the far side is empty, and stays so. Nothing leaves the
+   tile. */
 static void ism__fill(ism__tile *tile, uint32_t *pyramid)
 {
     uint32_t size = tile->size, level, levels = 3u;
@@ -2747,10 +2763,11 @@ ISM_DEF const float *ism_atlas(const ism_maps *m, uint32_t *side, uint32_t *tile
 
 /* ---- >>visibility ---- */
 
-/* Compares depths on the receiver's own tangent plane, at the centre of the texel: no acne where light grazes. What lies
-   behind that plane is hidden by the receiver's own surface, which a thin sheet's depth cannot tell from the receiver. */
-static int ism__lit(const ism_maps *m, const ism_vpl *v, const ism__frame_of *f, const float *tile, ism__v3 p, ism__v3 ng,
-                    float bias)
+/* Compares depths on the receiver's own tangent plane, at the centre of the texel: no acne where light grazes. What
+   lies behind that plane is hidden by the receiver's own surface, which a thin sheet's depth cannot tell from the
+   receiver. */
+static int ism__lit(const ism_maps *m, const ism_vpl *v, const ism__frame_of *f, const float *tile, ism__v3 p,
+                    ism__v3 ng, float bias)
 {
     uint32_t size = m->desc.tile_size, x, y;
     if (v->directional) {
@@ -2880,7 +2897,8 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
         return *plain = k > 0.0f ? k : 0.0f;
     }
     if (v->exponent != 1.0f) {
-        float length = sqrtf(d2), c = -ism__v3_dot(ism__v3_load(v->axis), d) / length, b = ism__v3_dot(px->n, d) / length;
+        float length = sqrtf(d2), c = -ism__v3_dot(ism__v3_load(v->axis), d) / length,
+              b = ism__v3_dot(px->n, d) / length;
         k = c > 0.0f && b > 0.0f ? 0.5f * (v->exponent + 1.0f) * ism__pow(c, v->exponent) * b / d2 : 0.0f;
     }
     *plain = k;
@@ -2895,7 +2913,8 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
     }
 }
 
-/* cos cos / d^2 of consecutive VPLs, negative or 0 where one faces away: plain arrays, for the compiler to vectorise. */
+/* cos cos / d^2 of consecutive VPLs, negative or 0 where one faces away: plain arrays, for the compiler
+   to vectorise. */
 static void ism__kernels(const ism__shade_work *w, const ism__pixel *px, uint32_t first, uint32_t count, float *out)
 {
     size_t n = w->m->vpl_count;
@@ -2979,7 +2998,8 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
             const ism_vpl *v = &w->m->vpls[w->order[list[i]]];
             float c = kernels[i] * visible[i], l = ism__luminance(v->flux) * visible[i];
             for (k = 0; k < 3u; k++) sum[k] += c * v->flux[k];
-            if (plain[i] > kernels[i] && w->s.near_mode != ISM_NEAR_PATCH) lost[0] += (double)((plain[i] - kernels[i]) * l);
+            if (plain[i] > kernels[i] && w->s.near_mode != ISM_NEAR_PATCH)
+                lost[0] += (double)((plain[i] - kernels[i]) * l);
             lost[1] += (double)((plain[i] > kernels[i] ? plain[i] : kernels[i]) * l);
         }
     }
@@ -3034,7 +3054,8 @@ static void ism__shade_task(void *context, size_t index)
             if (!ism__receiver(view, i, &px.p, &px.n)) continue;
             px.ng = view->geometric ? ism__v3_load(ism__at(view->geometric, view->stride, i)) : px.n;
             if (!ism__v3_finite(px.ng)) px.ng = px.n;
-            ism__shade_pixel(w, &px, (y % w->pattern) * w->pattern + x % w->pattern, w->s.cull ? skip : NULL, out, lost);
+            ism__shade_pixel(w, &px, (y % w->pattern) * w->pattern + x % w->pattern, w->s.cull ? skip : NULL, out,
+                             lost);
         }
 }
 
@@ -3055,7 +3076,8 @@ static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[
             size_t at = (size_t)(y + j) * view->width + (size_t)(x + i);
             float weight = (i == -r || i == r ? 0.5f : 1.0f) * (j == -r || j == r ? 0.5f : 1.0f), facing, off;
             ism__v3 d;
-            if (x + i < 0 || y + j < 0 || x + i >= width || y + j >= height || !ism__receiver(view, at, &q, &nq)) continue;
+            if (x + i < 0 || y + j < 0 || x + i >= width || y + j >= height || !ism__receiver(view, at, &q, &nq))
+                continue;
             d = ism__v3_sub(q, p);
             facing = ism__v3_dot(n, nq);
             off = fabsf(ism__v3_dot(n, d)) + fabsf(ism__v3_dot(nq, d));
@@ -3101,8 +3123,9 @@ ISM_DEF ism_shading ism_shading_default(void)
 
 static ism_result ism__check_shading(const ism_maps *m, const ism_view *view, const ism_shading *s)
 {
-    if (s->pattern > 8u || s->pattern == 3u || (s->pattern > 4u && s->pattern < 8u) || s->near_mode < ISM_NEAR_DEFAULT ||
-        s->near_mode >= ISM_NEAR_COUNT || !(s->bias >= 0.0f && s->bias < 1.0f) || !(s->clamp > 0.0f) || !ism__finite(s->clamp))
+    if (s->pattern > 8u || s->pattern == 3u || (s->pattern > 4u && s->pattern < 8u) ||
+        s->near_mode < ISM_NEAR_DEFAULT || s->near_mode >= ISM_NEAR_COUNT || !(s->bias >= 0.0f && s->bias < 1.0f) ||
+        !(s->clamp > 0.0f) || !ism__finite(s->clamp))
         return ISM_ERR_DESC;
     if (s->pattern > 1u && view->height == 1u) return ISM_ERR_DESC;
     if (!m->chosen || (!m->built && !s->no_maps && !s->visible_fn && m->vpl_count)) return ISM_ERR_ORDER;
@@ -3152,7 +3175,8 @@ static void ism__sum_lost(const ism__shade_work *w, size_t blocks, ism_stats *st
     stats->culled = pairs > 0.0 ? culled / pairs : 0.0;
 }
 
-ISM_DEF ism_result ism_shade(const ism_maps *m, const ism_view *view, const ism_shading *shading, float *out, ism_stats *stats)
+ISM_DEF ism_result ism_shade(const ism_maps *m, const ism_view *view, const ism_shading *shading, float *out,
+                             ism_stats *stats)
 {
     ism__shade_work w;
     size_t pixels, blocks, n, floats, size;
@@ -3237,8 +3261,8 @@ static void ism__bounce_texel(const ism_maps *m, const ism_mesh *mesh, uint32_t 
     for (k = 0; k < 3u; k++) flux[k] = vpl->flux[k] * share * (mesh->albedos ? mesh->albedos[3u * t + k] : 0.5f);
 }
 
-/* Share of a diffuse VPL's light in each cell of side x side, by cos x solid angle at the chosen texel's centre; equal in
-   COSINE and LOBE maps. */
+/* Share of a diffuse VPL's light in each cell of side x side, by cos x solid angle at the chosen texel's centre; equal
+   in COSINE and LOBE maps. */
 static float ism__cell_weight(const ism_maps *m, const ism_vpl *v, uint32_t x, uint32_t y)
 {
     ism_projection projection = ism__projection_of(m, v);
@@ -3251,7 +3275,8 @@ static float ism__cell_weight(const ism_maps *m, const ism_vpl *v, uint32_t x, u
         uv[1] = ((float)y + 0.5f) / size + (k >= 2 ? e : -e);
         ism_map_direction(projection, v->exponent, uv, d[k]);
     }
-    n = ism__v3_cross(ism__v3_sub(ism__v3_load(d[2]), ism__v3_load(d[0])), ism__v3_sub(ism__v3_load(d[3]), ism__v3_load(d[1])));
+    n = ism__v3_cross(ism__v3_sub(ism__v3_load(d[2]), ism__v3_load(d[0])),
+                      ism__v3_sub(ism__v3_load(d[3]), ism__v3_load(d[1])));
     if (!(d[0][2] > 0.0f)) return 0.0f;
     return ism__v3_length(n) * (v->exponent == 1.0f ? d[0][2] : ism__pow(d[0][2], v->exponent));
 }
@@ -3277,7 +3302,8 @@ ISM_DEF ism_result ism_bounce(const ism_maps *m, const ism_mesh *mesh, uint32_t 
         }
         f = ism__vpl_frame(m, &m->vpls[v]);
         for (y = 0; y < side; y++)
-            for (x = 0; x < side; x++) sum += ism__cell_weight(m, &m->vpls[v], x * step + step / 2u, y * step + step / 2u);
+            for (x = 0; x < side; x++)
+                sum += ism__cell_weight(m, &m->vpls[v], x * step + step / 2u, y * step + step / 2u);
         for (y = 0; y < side; y++)
             for (x = 0; x < side; x++) {
                 size_t i = first + 3u * ((size_t)y * side + x);
@@ -3328,7 +3354,8 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
         ism__v3 p[3], n;
         float b1, b2, area;
         uint32_t key = ism__hash_combine(seed, 21u);
-        ism__triangle_map(ism__to_unit(key + i * 3242174889u), ism__to_unit(ism__hash32(key) + i * 2447445413u), &b1, &b2);
+        ism__triangle_map(ism__to_unit(key + i * 3242174889u), ism__to_unit(ism__hash32(key) + i * 2447445413u), &b1,
+                          &b2);
         ism__corners(mesh, s.index, p);
         p[1] = ism__v3_sub(p[1], p[0]);
         p[2] = ism__v3_sub(p[2], p[0]);
@@ -3345,8 +3372,8 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
     return t ? ISM_OK : ISM_ERR_INPUT;
 }
 
-ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint32_t height, float rotation, float *directions,
-                                      float *fluxes, uint64_t *bad_texels)
+ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint32_t height, float rotation,
+                                      float *directions, float *fluxes, uint64_t *bad_texels)
 {
     uint32_t x, y, k;
     uint64_t bad = 0;
@@ -3485,7 +3512,8 @@ ISM_DEF void ism_get_stats(const ism_maps *m, ism_stats *out)
     if (m && out) *out = m->stats;
 }
 
-ISM_DEF ism_result ism_render(ism_maps *m, const ism_frame *frame, const ism_shading *shading, float *out, ism_stats *stats)
+ISM_DEF ism_result ism_render(ism_maps *m, const ism_frame *frame, const ism_shading *shading, float *out,
+                              ism_stats *stats)
 {
     ism_result result;
     if (!m || !frame || !out) return ISM_ERR_ARGUMENT;

@@ -956,7 +956,8 @@ static inline void rsm__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
 /* unit cpu: run-time detection of x86 vector units */
 
 /* RSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
-   RSM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs none. */
+   RSM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs
+   none. */
 #if !defined(RSM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define RSM__X86 1
 #define RSM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
@@ -1070,7 +1071,8 @@ static inline void rsm__run_part(void *context, size_t i)
 }
 
 /* The same in steps, between which the caller may cancel. begin..end: what of the whole this is. 0: cancelled. */
-static inline int rsm__run_steps(const rsm_system *s, size_t count, rsm_task task, void *context, float begin, float end)
+static inline int rsm__run_steps(const rsm_system *s, size_t count, rsm_task task, void *context, float begin,
+                                 float end)
 {
     size_t step, steps = s->progress ? 16 : 1;
     rsm__part part;
@@ -1167,7 +1169,8 @@ static inline rsm_result rsm__light_check(rsm_light *l)
         l->near_depth = l->kind == RSM_LIGHT_SUN ? -l->radius : 1e-3f;
         l->far_depth = l->kind == RSM_LIGHT_SUN ? l->radius : 1e3f;
     }
-    if (!(l->near_depth < l->far_depth) || !(fabsf(l->near_depth) <= 1e9f) || !(l->far_depth <= 1e9f)) return RSM_ERR_DESC;
+    if (!(l->near_depth < l->far_depth) || !(fabsf(l->near_depth) <= 1e9f) || !(l->far_depth <= 1e9f))
+        return RSM_ERR_DESC;
     if (l->kind != RSM_LIGHT_SUN && !(l->near_depth > 0.0f)) return RSM_ERR_DESC;
     return RSM_OK;
 }
@@ -1188,7 +1191,8 @@ static inline rsm_result rsm__map_set(rsm_map *map, const rsm_desc *desc)
     map->faces = !cube ? 1 : d.light.kind == RSM_LIGHT_PATCH ? 5 : 6;
     map->size = d.size;
     map->desc = d;
-    map->axis = d.light.kind == RSM_LIGHT_POINT ? rsm__v3_make(0, 0, -1) : rsm__v3_normalize(rsm__v3_load(d.light.direction));
+    map->axis =
+        d.light.kind == RSM_LIGHT_POINT ? rsm__v3_make(0, 0, -1) : rsm__v3_normalize(rsm__v3_load(d.light.direction));
     if (d.light.kind == RSM_LIGHT_SUN) map->axis = rsm__v3_scale(map->axis, -1);
     up = rsm__v3_normalize(d.light.kind == RSM_LIGHT_POINT ? rsm__v3_make(0, 1, 0) : rsm__v3_load(d.light.up));
     if (rsm__v3_length(rsm__v3_cross(map->axis, up)) < 1e-3f)
@@ -1261,10 +1265,13 @@ static inline rsm__v3 rsm__to_light(const rsm_map *map, rsm__v3 p)
 
 /* Flux for a light of value 1 through the part (x, y) +- h of a face, in its plane at distance 1: the integral of
    cos^3 by Gauss points, two an axis where texels are small and four else, which is exact to 1e-6 and free of the
-   cancellation of the arctangent form. A patch adds the cosine to its normal. The cone's rim is cut by rsm__incident. */
+   cancellation of the arctangent form. A patch adds the cosine to its normal. The cone's rim is cut
+   by rsm__incident. */
 static inline float rsm__solid_angle(const rsm_map *map, rsm__v3 r, rsm__v3 u, rsm__v3 a, float x, float y, float h)
 {
-    static const float node[6] = { -0.577350269f, 0.577350269f, -0.861136312f, -0.339981044f, 0.339981044f, 0.861136312f };
+    static const float node[6] = {
+        -0.577350269f, 0.577350269f, -0.861136312f, -0.339981044f, 0.339981044f, 0.861136312f
+    };
     static const float weight[6] = { 0.5f, 0.5f, 0.173927423f, 0.326072577f, 0.326072577f, 0.173927423f };
     float sum = 0.0f;
     int i, j, first = h < 0.05f ? 0 : 2, end = h < 0.05f ? 2 : 6;
@@ -1386,9 +1393,9 @@ static inline void rsm__sum_flux(rsm_map *map, int want_incident)
 
 /* ---- >>raster: triangles into a face ---- */
 
-/* Homogeneous edge functions (Olano and Greer 1997): with corners (x, y, w), w the depth in a perspective face and 1 for
-   a sun, the ray (X, Y, 1) meets the triangle where three determinants have one sign; their shares are the weights of
-   the corners. Nothing is clipped. In double, from the same floats on both sides of a shared edge: no cracks. */
+/* Homogeneous edge functions (Olano and Greer 1997): with corners (x, y, w), w the depth in a perspective face and 1
+   for a sun, the ray (X, Y, 1) meets the triangle where three determinants have one sign; their shares are the weights
+   of the corners. Nothing is clipped. In double, from the same floats on both sides of a shared edge: no cracks. */
 typedef struct rsm__corner { double x, y, w, z; } rsm__corner;
 
 typedef struct rsm__box { uint16_t x0, y0, x1, y1; } rsm__box;    /* inclusive; x0 > x1: nothing */
@@ -1405,7 +1412,10 @@ typedef struct rsm__raster {
 
 enum { RSM__CHUNK = 4096, RSM__BAND = 16 };
 
-static inline size_t rsm__mesh_triangles(const rsm_mesh *m) { return (m->indices ? m->index_count : m->vertex_count) / 3; }
+static inline size_t rsm__mesh_triangles(const rsm_mesh *m)
+{
+    return (m->indices ? m->index_count : m->vertex_count) / 3;
+}
 
 static inline rsm__v3 rsm__mesh_corner(const rsm_mesh *m, size_t triangle, int k)
 {
@@ -1414,7 +1424,8 @@ static inline rsm__v3 rsm__mesh_corner(const rsm_mesh *m, size_t triangle, int k
     if (m->indices) i = m->indices[i];
     p = rsm__at(m->positions, rsm__stride(m->vertex_stride, 12), i);
     if (!t) return rsm__v3_load(p);
-    return rsm__v3_make(t[0] * p[0] + t[4] * p[1] + t[8] * p[2] + t[12], t[1] * p[0] + t[5] * p[1] + t[9] * p[2] + t[13],
+    return rsm__v3_make(t[0] * p[0] + t[4] * p[1] + t[8] * p[2] + t[12],
+                        t[1] * p[0] + t[5] * p[1] + t[9] * p[2] + t[13],
                         t[2] * p[0] + t[6] * p[1] + t[10] * p[2] + t[14]);
 }
 
@@ -1491,7 +1502,8 @@ static inline int rsm__corners_usable(const rsm__v3 p[3])
 static inline void rsm__bound_chunk(void *context, size_t chunk)
 {
     rsm__raster *r = (rsm__raster *)context;
-    size_t i, first = chunk * RSM__CHUNK, triangle, end = first + RSM__CHUNK < r->triangles ? first + RSM__CHUNK : r->triangles;
+    size_t i, first = chunk * RSM__CHUNK, triangle,
+              end = first + RSM__CHUNK < r->triangles ? first + RSM__CHUNK : r->triangles;
     const rsm_mesh *m = rsm__mesh_of(r, first, &triangle);
     for (i = first; i < end; i++, triangle++) {
         rsm__v3 p[3];
@@ -1555,10 +1567,12 @@ static inline int rsm__is_hole(const rsm_mesh *m, size_t triangle, const double 
 }
 
 /* One triangle into the rows y0..y1 of the face. The depth of what wins stands in the texels. */
-static inline void rsm__draw(const rsm__raster *r, const rsm_mesh *m, size_t triangle, size_t number, uint32_t y0, uint32_t y1)
+static inline void rsm__draw(const rsm__raster *r, const rsm_mesh *m, size_t triangle, size_t number, uint32_t y0,
+                             uint32_t y1)
 {
     rsm__box box = r->boxes[number];
-    double size = r->map->size, low = (double)r->map->desc.light.near_depth, high = (double)r->map->desc.light.far_depth;
+    double size = r->map->size, low = (double)r->map->desc.light.near_depth,
+           high = (double)r->map->desc.light.far_depth;
     rsm__corner c[3];
     rsm__edges e;
     uint32_t x, y;
@@ -1571,7 +1585,8 @@ static inline void rsm__draw(const rsm__raster *r, const rsm_mesh *m, size_t tri
             double w[3], z;
             if (!rsm__inside(&e, (x + 0.5) * 2.0 / size - 1.0, (y + 0.5) * 2.0 / size - 1.0, w)) continue;
             z = w[0] * c[0].z + w[1] * c[1].z + w[2] * c[2].z;
-            if (!(z >= low && z <= high && (float)z < r->map->texels[at].depth) || rsm__is_hole(m, triangle, w)) continue;
+            if (!(z >= low && z <= high && (float)z < r->map->texels[at].depth) || rsm__is_hole(m, triangle, w))
+                continue;
             r->map->texels[at].depth = (float)z;
             r->winners[(size_t)y * r->map->size + x] = (uint32_t)number + 1u;
         }
@@ -1588,7 +1603,8 @@ static inline void rsm__albedo(const rsm_mesh *m, size_t triangle, const rsm__ed
     if (!m->surface_fn) return;
     for (j = 0; j < taps; j++)
         for (i = 0; i < taps; i++) {
-            double s = x + h * ((2.0 * i + 1.0) / taps - 1.0), t = y + h * ((2.0 * j + 1.0) / taps - 1.0), total = 0.0, w[3];
+            double s = x + h * ((2.0 * i + 1.0) / taps - 1.0), t = y + h * ((2.0 * j + 1.0) / taps - 1.0), total = 0.0,
+                   w[3];
             float weights[3], albedo[3] = { 0, 0, 0 };
             for (k = 0; k < 3; k++) {
                 w[k] = e->a[k] * s + e->b[k] * t + e->c[k];
@@ -1702,12 +1718,13 @@ static inline void rsm__disc_point(float *out, float radius, float turn, float w
     out[2] = weight;
 }
 
-/* Darts on a torus twice the disc's radius wide, the least distance lowered whenever too many miss, so that every pattern
-   is finished. No place of the torus differs from another, so that the disc is covered evenly up to its rim, where
-   darts thrown at the disc alone crowd (4 % too dark in T25 with 400). */
+/* Darts on a torus twice the disc's radius wide, the least distance lowered whenever too many miss, so that every
+   pattern is finished. No place of the torus differs from another, so that the disc is covered evenly up to its rim,
+   where darts thrown at the disc alone crowd (4 % too dark in T25 with 400). */
 static inline void rsm__poisson(uint32_t count, uint32_t seed, float *out)
 {
-    /* Pairs from the front are points of the disc, pairs from the back (27 % of the darts) those in the square's corners. */
+    /* Pairs from the front are points of the disc, pairs from the back (27 % of the darts) those in the square's
+     * corners. */
     float least = 1.5f / sqrtf((float)count);
     uint32_t found = 0, outside = 0, tries = 0, dart, i;
     for (dart = 0; found < count; dart++) {
@@ -1758,7 +1775,8 @@ static inline void rsm__log_radial(uint32_t count, float r_min, uint32_t seed, f
     }
 }
 
-static inline void rsm__pattern_make(rsm_pattern pattern, uint32_t count, float r_min, int paper, uint32_t seed, float *out)
+static inline void rsm__pattern_make(rsm_pattern pattern, uint32_t count, float r_min, int paper, uint32_t seed,
+                                     float *out)
 {
     float u, v;
     double sum = 0.0;
@@ -1777,10 +1795,11 @@ static inline void rsm__pattern_make(rsm_pattern pattern, uint32_t count, float 
         out[3 * i + 2] = (float)(3.14159265358979 / sum) * (out[3 * i] * out[3 * i] + out[3 * i + 1] * out[3 * i + 1]);
 }
 
-RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, float r_min, int paper_weights, uint32_t seed,
-                                     float *points)
+RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, float r_min, int paper_weights,
+                                     uint32_t seed, float *points)
 {
-    if (!points || samples == 0 || samples > RSM__MAX_SAMPLES || !(r_min >= 0.0f && r_min < 1.0f)) return RSM_ERR_ARGUMENT;
+    if (!points || samples == 0 || samples > RSM__MAX_SAMPLES || !(r_min >= 0.0f && r_min < 1.0f))
+        return RSM_ERR_ARGUMENT;
     if ((int)pattern <= RSM_PATTERN_FLUX || pattern >= RSM_PATTERN_MIXED) return RSM_ERR_ARGUMENT;
     if (pattern == RSM_PATTERN_POISSON && samples > RSM__MAX_POISSON) return RSM_ERR_ARGUMENT;
     rsm__pattern_make(pattern, samples, r_min > 0.0f ? r_min : 1.0f / 32.0f, paper_weights, seed, points);
@@ -1875,10 +1894,12 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
 typedef struct rsm__block {
     float px[RSM__BLOCK], py[RSM__BLOCK], pz[RSM__BLOCK], nx[RSM__BLOCK], ny[RSM__BLOCK], nz[RSM__BLOCK];
     float r[RSM__BLOCK], g[RSM__BLOCK], b[RSM__BLOCK], cap[RSM__BLOCK];
-    float lx[RSM__BLOCK], ly[RSM__BLOCK], lz[RSM__BLOCK], density[RSM__BLOCK];     /* MIXED: place in the map, see there */
+    float lx[RSM__BLOCK], ly[RSM__BLOCK], lz[RSM__BLOCK], density[RSM__BLOCK]; /* MIXED: place in the map, see there */
 } rsm__block;
 
-typedef struct rsm__gloss { float mirror[3], exponent, scale[3]; } rsm__gloss;    /* scale: pi x intensity of the lobe */
+typedef struct rsm__gloss {
+    float mirror[3], exponent, scale[3];
+} rsm__gloss; /* scale: pi x intensity of the lobe */
 
 typedef struct rsm__sum {
     float rgb[3];
@@ -1974,7 +1995,8 @@ static inline rsm__kernel rsm__choose_kernel(int lossy, int near)
 }
 
 /* The glossy part of a light towards a receiver: a Phong lobe about the mirrored direction of the light (section 7). */
-static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, size_t i, const float x[7], rsm__sum *sum)
+static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, size_t i, const float x[7],
+                                  rsm__sum *sum)
 {
     rsm__v3 d = rsm__v3_make(k->px[i] - x[0], k->py[i] - x[1], k->pz[i] - x[2]);
     float d2 = rsm__v3_dot(d, d), inverse = 1.0f / (d2 > 1e-18f ? d2 : 1e-18f), root = sqrtf(inverse), f;
@@ -2098,9 +2120,10 @@ static inline int rsm__pick_texel(const rsm_map *map, uint32_t i, uint32_t n, ui
 }
 
 /* MIXED: two ways to sample a texel, by flux with n1 P expected samples of it (P its share of the flux), and about the
-   receiver with B / q, q the squared distance in the map (Veach and Guibas 1995, balance heuristic). Where lights are near,
-   q is small and the second way takes over: its samples are dense there, so that no single one is bright. Any q that
-   both sides compute alike leaves the sum unbiased; this one is log-radial density with its inner disc rounded off. */
+   receiver with B / q, q the squared distance in the map (Veach and Guibas 1995, balance heuristic). Where lights are
+   near, q is small and the second way takes over: its samples are dense there, so that no single one is bright. Any q
+   that both sides compute alike leaves the sum unbiased; this one is log-radial density with its inner disc rounded
+   off. */
 static inline float rsm__mixed_scale(const rsm__gather *g, const rsm_map *map)
 {
     /* density C / r^2 over a disc of unit radius with r_min = 1/32: C = 1 / (2 pi (log 32 + 1/2)); a cube's texel is
@@ -2201,7 +2224,8 @@ static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rs
         size_t lane = i % g->sets * s->set_blocks * RSM__BLOCK + i / g->sets;
         int c;
         if (rsm__usable(rsm__v3_load(lights[i].position)))
-            for (c = 0; c < 3; c++) extent = fabsf(lights[i].position[c]) > extent ? fabsf(lights[i].position[c]) : extent;
+            for (c = 0; c < 3; c++)
+                extent = fabsf(lights[i].position[c]) > extent ? fabsf(lights[i].position[c]) : extent;
         if (rsm__usable(rsm__v3_load(lights[i].position)) && rsm__usable(rsm__v3_load(lights[i].normal)) &&
             lights[i].flux[0] >= 0.0f && lights[i].flux[1] >= 0.0f && lights[i].flux[2] >= 0.0f &&
             rsm__mean3(lights[i].flux) <= 1e18f)
@@ -2267,8 +2291,8 @@ static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 
 }
 
 /* Pixel lights about one receiver. */
-static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map, const float x[7], uint32_t set, float noise,
-                                       rsm__sum *sum)
+static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map, const float x[7], uint32_t set,
+                                       float noise, rsm__sum *sum)
 {
     rsm__v3 frame[2], centre;
     rsm__block block;
@@ -2307,7 +2331,8 @@ static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map,
     }
 }
 
-static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s, const float x[7], uint32_t set, rsm__sum *sum)
+static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s, const float x[7], uint32_t set,
+                                      rsm__sum *sum)
 {
     const rsm__block *blocks = s->blocks + set * s->set_blocks;
     rsm__block mixed;
@@ -2316,10 +2341,12 @@ static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s
     size_t i, k;
     centre = rsm__v3_make(0, 0, 0);
     if (g->centred && s->map) {
-        centre = rsm__v3_scale(rsm__centre_of(s->map, rsm__v3_make(x[0], x[1], x[2]), 1, frame), s->map->faces == 1 ? 1.0f : 0.5f);
+        centre = rsm__v3_scale(rsm__centre_of(s->map, rsm__v3_make(x[0], x[1], x[2]), 1, frame),
+                               s->map->faces == 1 ? 1.0f : 0.5f);
         scale = rsm__mixed_scale(g, s->map);
     }
-    for (i = 0; i < s->set_lanes && !(scale > 0.0f); i += RSM__RUN)      /* short sums keep their bits where lights are many */
+    for (i = 0; i < s->set_lanes && !(scale > 0.0f);
+         i += RSM__RUN) /* short sums keep their bits where lights are many */
         g->kernel(blocks + i / RSM__BLOCK, s->set_lanes - i < RSM__RUN ? s->set_lanes - i : (size_t)RSM__RUN, x, sum);
     for (i = 0; i < s->set_blocks && (scale > 0.0f || s->gloss); i++) {
         size_t lanes = s->set_lanes - i * RSM__BLOCK < RSM__BLOCK ? s->set_lanes - i * RSM__BLOCK : (size_t)RSM__BLOCK;
@@ -2487,7 +2514,8 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
             return RSM_ERR_ALLOC;
         }
         g->centred = n;
-        rsm__pattern_make(mixed ? RSM_PATTERN_LOG_RADIAL : g->desc.pattern, n, g->desc.r_min, g->desc.paper_weights, g->desc.seed, sorted);
+        rsm__pattern_make(mixed ? RSM_PATTERN_LOG_RADIAL : g->desc.pattern, n, g->desc.r_min, g->desc.paper_weights,
+                          g->desc.seed, sorted);
         for (k = 0; k < n; k++) {                /* sample k to set k % sets */
             float *to = g->pattern + 3 * ((size_t)(k % g->sets) * g->set_samples + k / g->sets);
             memcpy(to, sorted + 3 * (size_t)k, 3 * sizeof *to);
@@ -2558,8 +2586,8 @@ static inline int rsm__loss_wanted(const rsm__gather *g, const rsm_gather_stats 
     return stats && (g->desc.clamp > 0.0f || g->desc.near_limit > 0.0f);
 }
 
-static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *maps, size_t map_count, const rsm_texel *lights,
-                                         size_t light_count, rsm_gather_stats *stats)
+static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *maps, size_t map_count,
+                                         const rsm_texel *lights, size_t light_count, rsm_gather_stats *stats)
 {
     rsm__allocator a = rsm__allocator_of(&g->desc.system);
     rsm_result result;
@@ -2613,7 +2641,8 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
     for (m = 0; m < map_count; m++) {
         float weight;
         if (!samples) needed += (size_t)maps[m]->stats.lit_texels;
-        for (i = 0; i < samples; i++) needed += (size_t)rsm__pick_texel(maps[m], (uint32_t)i, samples, seed, &at, &weight);
+        for (i = 0; i < samples; i++)
+            needed += (size_t)rsm__pick_texel(maps[m], (uint32_t)i, samples, seed, &at, &weight);
     }
     *count = needed;
     if (capacity < needed) return RSM_ERR_MEMORY;
@@ -2705,7 +2734,8 @@ static inline void rsm__group_light(const rsm__group *g, const rsm_texel *lights
     }
     out->area = (float)area;
     out->depth = 0.0f;
-    rsm__v3_store(out->normal, rsm__v3_normalize(rsm__v3_make((float)g->mean[3], (float)g->mean[4], (float)g->mean[5])));
+    rsm__v3_store(out->normal,
+                  rsm__v3_normalize(rsm__v3_make((float)g->mean[3], (float)g->mean[4], (float)g->mean[5])));
 }
 
 RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint32_t cluster_count,
@@ -2758,8 +2788,8 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
 
 /* ---- >>interpolation ---- */
 
-/* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors: cells of 8 and 4 fill them, the three of
-   a cell of 2 fill three of four lanes. */
+/* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors: cells of 8 and 4 fill them, the
+   three of a cell of 2 fill three of four lanes. */
 enum { RSM__TILE = 128 };
 
 typedef struct rsm__tile {
@@ -2787,14 +2817,12 @@ typedef struct rsm__tile {
 
 typedef void (*rsm__suit)(rsm__tile *t, size_t count, const float s[6], const float limits[3], int32_t bit);
 
-RSM__HOT static void rsm__suit_plain(rsm__tile *t, size_t count, const float s[6], const float limits[3], int32_t bit)
-{
-    RSM__SUIT_BODY
-}
+RSM__HOT static void rsm__suit_plain(rsm__tile *t, size_t count, const float s[6], const float limits[3],
+                                     int32_t bit){ RSM__SUIT_BODY }
 
 #if RSM__X86
-RSM__TARGET_AVX2 RSM__HOT static void rsm__suit_avx2(rsm__tile *t, size_t count, const float s[6], const float limits[3],
-                                                     int32_t bit)
+RSM__TARGET_AVX2 RSM__HOT
+    static void rsm__suit_avx2(rsm__tile *t, size_t count, const float s[6], const float limits[3], int32_t bit)
 {
     RSM__SUIT_BODY
 }
@@ -2821,7 +2849,8 @@ typedef struct rsm__grid {
     float     limits[3];           /* least cosine, largest slope^2 and distance^2 of a sample that suits */
 } rsm__grid;
 
-/* States of pixels. What is still open has bit 0 and no other state has, so that cells are asked eight pixels at a time. */
+/* States of pixels. What is still open has bit 0 and no other state has, so that cells are asked eight pixels at a
+ * time. */
 enum {
     RSM__NONE = 0, RSM__BAD = 2,            /* no receiver there; not finite */
     RSM__OPEN = 1, RSM__WANTED = 3,
@@ -2881,7 +2910,8 @@ static inline int rsm__cell_load(const rsm__grid *g, rsm__cell *cell)
         mean[k] = rsm__mean3(g->out + 3 * at[k]);
         cell->there |= 1 << k;
     }
-    for (k = 0; k <= RSM__ALL_SUIT; k++) any |= cell->agree[k] = rsm__corners_agree(cell->there, mean, k, g->desc->contrast);
+    for (k = 0; k <= RSM__ALL_SUIT; k++)
+        any |= cell->agree[k] = rsm__corners_agree(cell->there, mean, k, g->desc->contrast);
     for (k = 0; k < 4 && any; k++) {
         memcpy(cell->samples[k], rsm__at(p->positions, rsm__stride(p->position_stride, 12), at[k]), 12);
         memcpy(cell->samples[k] + 3, rsm__at(p->normals, rsm__stride(p->normal_stride, 12), at[k]), 12);
@@ -2893,8 +2923,8 @@ static inline int rsm__cell_load(const rsm__grid *g, rsm__cell *cell)
     return any;
 }
 
-/* A missing fourth is completed to a plane, the sum of its neighbours less the one across: the paper's normalised weights pull
-   the result towards the other three, 6 % at a crease (T39). */
+/* A missing fourth is completed to a plane, the sum of its neighbours less the one across: the paper's normalised
+   weights pull the result towards the other three, 6 % at a crease (T39). */
 static inline void rsm__cell_value(const rsm__cell *cell, int missing, float u, float v, float *out)
 {
     float w[4];
@@ -2929,7 +2959,8 @@ static inline void rsm__tile_interpolate(rsm__grid *g, const rsm__cell *cell, rs
         size_t at = (size_t)t->y[i] * g->width + t->x[i];
         int missing = missing_of[t->good[i]];
         if (missing < 0 || !cell->agree[missing]) continue;
-        rsm__cell_value(cell, missing, rsm__grid_share(t->x[i], cell->column), rsm__grid_share(t->y[i], cell->row), g->out + 3 * at);
+        rsm__cell_value(cell, missing, rsm__grid_share(t->x[i], cell->column), rsm__grid_share(t->y[i], cell->row),
+                        g->out + 3 * at);
         g->state[at] = RSM__INTERPOLATED;
     }
 }
@@ -2953,11 +2984,14 @@ static inline int rsm__cell_open(const rsm__grid *g, uint32_t left, uint32_t top
     return 0;
 }
 
-/* Open pixels of a row to the tile, which has room for all: without branches, since which are open is anybody's guess. */
-static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t count, uint32_t left, uint32_t right, uint32_t y)
+/* Open pixels of a row to the tile, which has room for all: without branches, since which are open is
+   anybody's guess. */
+static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t count, uint32_t left, uint32_t right,
+                                   uint32_t y)
 {
     const rsm_points *p = g->points;
-    size_t first = (size_t)y * g->width + left, ps = rsm__stride(p->position_stride, 12), ns = rsm__stride(p->normal_stride, 12);
+    size_t first = (size_t)y * g->width + left, ps = rsm__stride(p->position_stride, 12),
+           ns = rsm__stride(p->normal_stride, 12);
     const float *position = rsm__at(p->positions, ps, first), *normal = rsm__at(p->normals, ns, first);
     const uint8_t *state = g->state + first;
     uint32_t x;
@@ -2977,7 +3011,8 @@ static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t coun
     return count;
 }
 
-static inline void rsm__interpolate_cell(rsm__grid *g, rsm__tile *tile, uint32_t left, uint32_t top, uint32_t right, uint32_t bottom)
+static inline void rsm__interpolate_cell(rsm__grid *g, rsm__tile *tile, uint32_t left, uint32_t top, uint32_t right,
+                                         uint32_t bottom)
 {
     rsm__cell cell;
     uint32_t y;
@@ -3008,8 +3043,8 @@ static inline void rsm__interpolate_cells(void *context, size_t number)
     }
 }
 
-/* Corners that a cell with open pixels needs: wanted, unless they were evaluated before. A coarse grid wants pixels that are
-   interpolated already too: what was evaluated replaces them. */
+/* Corners that a cell with open pixels needs: wanted, unless they were evaluated before. A coarse grid wants pixels
+   that are interpolated already too: what was evaluated replaces them. */
 static inline void rsm__want_corners(rsm__grid *g, uint32_t x, uint32_t y)
 {
     uint32_t column[2], row[2], k;
@@ -3034,7 +3069,8 @@ static inline size_t rsm__list_wanted(rsm__grid *g)
     size_t found = 0;
     for (y = 0; y < g->height && g->step > 1; y += g->step)
         for (x = 0; x < g->width; x += g->step) {
-            uint32_t right = g->width - x < g->step ? g->width : x + g->step, bottom = g->height - y < g->step ? g->height : y + g->step;
+            uint32_t right = g->width - x < g->step ? g->width : x + g->step,
+                     bottom = g->height - y < g->step ? g->height : y + g->step;
             if (rsm__cell_open(g, x, y, right, bottom)) rsm__want_corners(g, x, y);
         }
     for (y = 0; y < g->height; y = rsm__next_line(g, y, g->height))
@@ -3055,7 +3091,8 @@ static inline rsm_result rsm__interpolation_check(const rsm_interpolation *d, rs
     if (out->step == 0) out->step = 8;
     if (out->step < 2 || out->step > 64 || (out->step & (out->step - 1))) return RSM_ERR_DESC;
     if (out->levels > 6) return RSM_ERR_DESC;
-    if (!(fabsf(out->normal_cosine) <= 1.0f) || !(out->plane_slope >= 0.0f && out->plane_slope <= 1e6f)) return RSM_ERR_DESC;
+    if (!(fabsf(out->normal_cosine) <= 1.0f) || !(out->plane_slope >= 0.0f && out->plane_slope <= 1e6f))
+        return RSM_ERR_DESC;
     if (!(out->distance >= 0.0f && out->distance <= 1e9f) || !(fabsf(out->contrast) <= 1e6f)) return RSM_ERR_DESC;
     if (!(fabsf(out->reach) <= 1e6f)) return RSM_ERR_DESC;
     if (out->levels == 0) out->levels = 6;
@@ -3123,7 +3160,8 @@ static inline void rsm__grid_start_row(void *context, size_t y)
     }
 }
 
-static inline rsm_result rsm__interpolate_all(rsm__grid *g, rsm__gather *gather, uint32_t levels, rsm_gather_stats *total)
+static inline rsm_result rsm__interpolate_all(rsm__grid *g, rsm__gather *gather, uint32_t levels,
+                                              rsm_gather_stats *total)
 {
     rsm_result result = RSM_OK;
     rsm__run(&gather->desc.system, g->height, rsm__grid_start_row, g);
@@ -3148,7 +3186,8 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
     memset(&gather, 0, sizeof gather);
     memset(&total, 0, sizeof total);
     if (!desc || !irradiance || !rsm__points_valid(points) || points->indices) return RSM_ERR_ARGUMENT;
-    if (points->width == 0 || points->count % points->width != 0 || points->count > 0xffffffffu) return RSM_ERR_ARGUMENT;
+    if (points->width == 0 || points->count % points->width != 0 || points->count > 0xffffffffu)
+        return RSM_ERR_ARGUMENT;
     result = rsm__gather_check(desc, &gather.desc);
     if (result == RSM_OK) result = rsm__interpolation_check(interpolation, &d);
     if (result != RSM_OK) return result;
@@ -3411,7 +3450,8 @@ RSM_DEF rsm_result rsm_filter_apply(rsm_filter *filter, const rsm_filter_desc *d
     float *scratch;
     size_t pixels;
     int i;
-    if (!filter || !desc || !irradiance || !out || !rsm__points_valid(points) || points->indices) return RSM_ERR_ARGUMENT;
+    if (!filter || !desc || !irradiance || !out || !rsm__points_valid(points) || points->indices)
+        return RSM_ERR_ARGUMENT;
     pixels = (size_t)filter->width * filter->height;
     if (points->count != pixels) return RSM_ERR_ARGUMENT;
     if (desc->passes > 6 || desc->history > 1000 || !(desc->normal_cosine >= 0.0f && desc->normal_cosine < 1.0f))
@@ -3475,7 +3515,8 @@ static inline float rsm__pcf(const rsm_map *map, const rsm_direct_desc *desc, rs
 {
     uint32_t face = rsm__face_of(map, p);
     rsm__v3 q = rsm__to_face(map, face, p);
-    float side = (float)map->size, x, y, texel, bias, slope, sum = 0.0f, total = 0.0f, radius = 0.5f * (float)(desc->taps - 1);
+    float side = (float)map->size, x, y, texel, bias, slope, sum = 0.0f, total = 0.0f,
+          radius = 0.5f * (float)(desc->taps - 1);
     float fx, fy;
     uint32_t i, j;
     if (face >= map->faces) return 0.0f;
@@ -3484,7 +3525,8 @@ static inline float rsm__pcf(const rsm_map *map, const rsm_direct_desc *desc, rs
     texel = 2.0f / side * map->extent * (rsm__is_sun(map) ? 1.0f : q.z);
     slope = cosine < 1.0f ? sqrtf(1.0f - cosine * cosine) / (cosine > 0.1f ? cosine : 0.1f) : 0.0f;
     slope = slope < 10.0f ? slope : 10.0f;
-    bias = texel * (desc->bias + desc->slope_bias * slope * 0.7072f * (float)desc->taps);    /* the farthest tap's centre */
+    bias =
+        texel * (desc->bias + desc->slope_bias * slope * 0.7072f * (float)desc->taps); /* the farthest tap's centre */
     x = (q.x * 0.5f + 0.5f) * side - radius;     /* the first tap's texel is floor(x) */
     y = (q.y * 0.5f + 0.5f) * side - radius;
     fx = x - floorf(x);
@@ -3492,12 +3534,18 @@ static inline float rsm__pcf(const rsm_map *map, const rsm_direct_desc *desc, rs
     for (j = 0; j < desc->taps; j++)
         for (i = 0; i < desc->taps; i++) {
             int32_t s = (int32_t)floorf(x) + (int32_t)i, t = (int32_t)floorf(y) + (int32_t)j;
-            float weight = (i == 0 ? 1.0f - fx : i == desc->taps - 1 ? fx : 1.0f) * (j == 0 ? 1.0f - fy : j == desc->taps - 1 ? fy : 1.0f);
+            float weight = (i == 0                ? 1.0f - fx
+                            : i == desc->taps - 1 ? fx
+                                                  : 1.0f) *
+                           (j == 0                ? 1.0f - fy
+                            : j == desc->taps - 1 ? fy
+                                                  : 1.0f);
             if (desc->taps == 1) weight = 1.0f;
             total += weight;
             s = s < 0 ? 0 : s >= (int32_t)map->size ? (int32_t)map->size - 1 : s;
             t = t < 0 ? 0 : t >= (int32_t)map->size ? (int32_t)map->size - 1 : t;
-            if (q.z - bias <= map->texels[((size_t)face * map->size + (size_t)t) * map->size + (size_t)s].depth) sum += weight;
+            if (q.z - bias <= map->texels[((size_t)face * map->size + (size_t)t) * map->size + (size_t)s].depth)
+                sum += weight;
         }
     return total > 0.0f ? sum / total : 0.0f;
 }
@@ -3540,14 +3588,16 @@ RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, c
     if (!map || !desc || !irradiance || !rsm__points_valid(points)) return RSM_ERR_ARGUMENT;
     if (!map->finished) return RSM_ERR_ORDER;
     if (desc->taps > 15 || !(desc->bias >= 0.0f && desc->bias <= 1e6f)) return RSM_ERR_DESC;
-    if (!(desc->slope_bias >= 0.0f && desc->slope_bias <= 1e6f) || !rsm__system_valid(&desc->system)) return RSM_ERR_DESC;
+    if (!(desc->slope_bias >= 0.0f && desc->slope_bias <= 1e6f) || !rsm__system_valid(&desc->system))
+        return RSM_ERR_DESC;
     w.map = map;
     w.desc = *desc;
     if (w.desc.taps == 0) w.desc.taps = 2;
     w.points = points;
     w.out = irradiance;
     count = points->indices ? points->index_count : points->count;
-    if (!rsm__run_steps(&desc->system, (count + 255) / 256, rsm__direct_batch, &w, 0.0f, 1.0f)) return RSM_ERR_CANCELLED;
+    if (!rsm__run_steps(&desc->system, (count + 255) / 256, rsm__direct_batch, &w, 0.0f, 1.0f))
+        return RSM_ERR_CANCELLED;
     return RSM_OK;
 }
 
@@ -3701,7 +3751,8 @@ static inline float rsm__from_srgb(uint8_t value)
     return s <= 0.04045f ? s * (1.0f / 12.92f) : rsm__pow((s + 0.055f) * (1.0f / 1.055f), 2.4f);
 }
 
-static inline void rsm__fill_texel(rsm_map *map, uint32_t face, uint32_t i, uint32_t j, const rsm_buffers *b, const float *srgb)
+static inline void rsm__fill_texel(rsm_map *map, uint32_t face, uint32_t i, uint32_t j, const rsm_buffers *b,
+                                   const float *srgb)
 {
     size_t at = (size_t)(map->desc.y_down ? map->size - 1u - j : j) * map->size + i;
     rsm__v3 normal = rsm__v3_load(rsm__at(b->normals, rsm__stride(b->normal_stride, 12), at)), position;
@@ -3718,7 +3769,8 @@ static inline void rsm__fill_texel(rsm_map *map, uint32_t face, uint32_t i, uint
     else if (b->albedo_srgb)
         for (c = 0; c < 3; c++) albedo[c] = srgb[b->albedo_srgb[at * rsm__stride(b->srgb_stride, 4) + (size_t)c]];
     if (b->materials)
-        memcpy(&material, (const char *)(const void *)b->materials + at * rsm__stride(b->material_stride, 4), sizeof material);
+        memcpy(&material, (const char *)(const void *)b->materials + at * rsm__stride(b->material_stride, 4),
+               sizeof material);
     rsm__texel_set(map, face, i, j, position, normal, albedo, material);
 }
 
@@ -3731,7 +3783,8 @@ RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buff
     if (map->finished) return RSM_ERR_ORDER;
     if (!rsm__stride_valid(b->position_stride, 12) || !rsm__stride_valid(b->depth_stride, 4)) return RSM_ERR_ARGUMENT;
     if (!rsm__stride_valid(b->normal_stride, 12) || !rsm__stride_valid(b->albedo_stride, 12)) return RSM_ERR_ARGUMENT;
-    if (!rsm__stride_valid(b->material_stride, 4) || (b->srgb_stride != 0 && b->srgb_stride < 3)) return RSM_ERR_ARGUMENT;
+    if (!rsm__stride_valid(b->material_stride, 4) || (b->srgb_stride != 0 && b->srgb_stride < 3))
+        return RSM_ERR_ARGUMENT;
     for (i = 0; i < 256; i++) srgb[i] = rsm__from_srgb((uint8_t)i);
     for (j = 0; j < map->size; j++)
         for (i = 0; i < map->size; i++) rsm__fill_texel(map, face, i, j, b, srgb);

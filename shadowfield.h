@@ -1132,7 +1132,8 @@ static inline float sfield__pow(float x, float y)
 /* unit cpu: run-time detection of x86 vector units */
 
 /* SFIELD__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
-   SFIELD__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs none. */
+   SFIELD__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs
+   none. */
 #if !defined(SFIELD__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define SFIELD__X86 1
 #define SFIELD__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
@@ -1443,7 +1444,8 @@ static void sfield__product16(const sfield_algebra *t, const float *a, const flo
     sfield__product_plain(t, a, b, out, stride, occlude);
 }
 
-static void sfield__rotate16(const sfield_rotation *r, const float *in, float *out, size_t stride, int inverse, int simd)
+static void sfield__rotate16(const sfield_rotation *r, const float *in, float *out, size_t stride, int inverse,
+                             int simd)
 {
 #if SFIELD__SIMD
     if (simd == 2) {
@@ -1549,8 +1551,8 @@ static int sfield__may_triple(uint32_t i, uint32_t j, uint32_t k)
 }
 
 /* Fills pairs and entries from the values at the nodes of a grid of degree 3 (n - 1). table: coefs floats a pair. */
-static uint32_t sfield__tripling(sfield_algebra *t, const double *basis, const double *node, size_t nodes, double *product,
-                                 float *table)
+static uint32_t sfield__tripling(sfield_algebra *t, const double *basis, const double *node, size_t nodes,
+                                 double *product, float *table)
 {
     uint32_t i, j, k, entries = 0;
     size_t g;
@@ -1560,7 +1562,8 @@ static uint32_t sfield__tripling(sfield_algebra *t, const double *basis, const d
         for (j = 1; j <= i; j++) {
             float *c = table + (size_t)t->pair_count * t->coefs;
             uint32_t used = 0;
-            for (g = 0; g < nodes; g++) product[g] = node[4 * g + 3] * basis[g * t->coefs + i] * basis[g * t->coefs + j];
+            for (g = 0; g < nodes; g++)
+                product[g] = node[4 * g + 3] * basis[g * t->coefs + i] * basis[g * t->coefs + j];
             for (k = 1; k < t->coefs; k++) {
                 double sum = 0;
                 for (g = 0; sfield__may_triple(i, j, k) && g < nodes; g++) sum += product[g] * basis[g * t->coefs + k];
@@ -1749,7 +1752,8 @@ SFIELD_DEF sfield_result sfield_sh_rotation(const sfield_algebra *t, const float
         const double *d = t->node + 4 * (size_t)g;
         double back[3], length;
         for (i = 0; i < 3; i++)
-            back[i] = (double)matrix[4 * i] * d[0] + (double)matrix[4 * i + 1] * d[1] + (double)matrix[4 * i + 2] * d[2];
+            back[i] =
+                (double)matrix[4 * i] * d[0] + (double)matrix[4 * i + 1] * d[1] + (double)matrix[4 * i + 2] * d[2];
         length = sqrt(back[0] * back[0] + back[1] * back[1] + back[2] * back[2]);
         for (i = 0; i < 3; i++) back[i] /= length;
         sfield_sh_basis(t->bands, back, y);
@@ -1909,7 +1913,8 @@ static void sfield__exp16(const sfield_algebra *t, const float *in, float *out)
     for (k = 0; k < n; k++) out[k] *= constant[k % SFIELD__LANES];
 }
 
-SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *t, size_t count, const float *in, float *out, size_t stride)
+SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *t, size_t count, const float *in, float *out,
+                                       size_t stride)
 {
     float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
     size_t i, n;
@@ -2043,7 +2048,8 @@ static int sfield__is_side(uint32_t side, uint32_t least)
     return side >= least && side <= 64 && (side & (side - 1)) == 0;
 }
 
-/* The 16 Gauss-Legendre points of a texel: unit direction and weight, whose sum is the solid angle to double precision. */
+/* The 16 Gauss-Legendre points of a texel: unit direction and weight, whose sum is the solid angle to
+   double precision. */
 static void sfield__texel_points(uint32_t side, uint32_t texel, double points[16][4])
 {
     static const double at[4] = { -0.86113631159405257522, -0.33998104358485626480, 0.33998104358485626480,
@@ -2229,9 +2235,9 @@ static void sfield__scale_tree(const sfield__trees *t, const float *from, const 
     for (k = 0; k < 4 && squares < t->leaves; k++) sfield__scale_tree(t, from, marks, factor, 4 * squares, 4 * i + k);
 }
 
-/* Returns the mean of the product over square i of a level, given the means of both; writes its wavelets. Where both have
-   detail the product is that of the quarters, put together again: every tripling coefficient of Ng et al. in one step.
-   Depth at most 6. */
+/* Returns the mean of the product over square i of a level, given the means of both; writes its wavelets. Where both
+   have detail the product is that of the quarters, put together again: every tripling coefficient of Ng et al. in one
+   step. Depth at most 6. */
 static float sfield__multiply_tree(const sfield__trees *t, float mean_a, float mean_b, uint32_t squares, uint32_t i,
                                    float side)
 {
@@ -2269,7 +2275,8 @@ static void sfield__haar_multiply(uint32_t side, const float *a, const float *b,
         t.out = out + face * n;
         sfield__mark(side, t.a, marks[0]);
         sfield__mark(side, t.b, marks[1]);
-        t.out[0] = (float)side * sfield__multiply_tree(&t, t.a[0] / (float)side, t.b[0] / (float)side, 1, 0, (float)side);
+        t.out[0] =
+            (float)side * sfield__multiply_tree(&t, t.a[0] / (float)side, t.b[0] / (float)side, 1, 0, (float)side);
     }
 }
 
@@ -2286,13 +2293,13 @@ SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, cons
 
      header    SFIELD__HEADER words
      radii     shells floats, in r (SELF: none)
-     SH        scale, then bias: `stride` floats a group (a shell of a frame; SELF: one), then the samples, `stride` bytes
-               each: per channel n^2 bytes filled up to a multiple of 8. value = scale byte + bias
-     HAAR      samples + 1 offsets into the entries, samples scales (floats), entries: `stride` words each:
-               index << 16 | value, or index << 16 | r, g << 16 | b; values are signed 16 bit times the sample's scale
+     SH        scale, then bias: `stride` floats a group (a shell of a frame; SELF: one), then the samples, `stride`
+   bytes each: per channel n^2 bytes filled up to a multiple of 8. value = scale byte + bias HAAR      samples + 1
+   offsets into the entries, samples scales (floats), entries: `stride` words each: index << 16 | value, or index << 16
+   | r, g << 16 | b; values are signed 16 bit times the sample's scale
 
-   Sample ((frame shells + shell) 6 + face) side^2 + y side + x of a field lies on the grid of nodes of a face, edges and
-   corners included: those are stored by each face that has them, so that no query looks beyond its face. */
+   Sample ((frame shells + shell) 6 + face) side^2 + y side + x of a field lies on the grid of nodes of a face, edges
+   and corners included: those are stored by each face that has them, so that no query looks beyond its face. */
 enum {
     SFIELD__MAGIC = 0x444c4653,     /* "SFLD" */
     SFIELD__FORMAT = 1,
@@ -2321,7 +2328,10 @@ struct sfield_field {
     uint32_t          planes;       /* floats a channel: n^2 up to a multiple of 8 */
 };
 
-static uint32_t sfield__groups(const sfield__header *h) { return h->kind == SFIELD_KIND_SELF ? 1 : h->shells * h->frames; }
+static uint32_t sfield__groups(const sfield__header *h)
+{
+    return h->kind == SFIELD_KIND_SELF ? 1 : h->shells * h->frames;
+}
 static uint32_t sfield__planes(uint32_t bands) { return (bands * bands + 7) / 8 * 8; }
 
 /* Words before the bytes of SH, or all of HAAR. */
@@ -2337,8 +2347,8 @@ static uint64_t sfield__block_bytes(const sfield__header *h)
     return 4 * sfield__block_words(h) + (h->basis == SFIELD_BASIS_SH ? (uint64_t)h->samples * h->stride : 0);
 }
 
-/* The solid angle that a sphere of radius 1 fills at distance d > 1, over 2 pi; below, and for lights, 1 / d^2; for uniform
-   shells d itself, counted down. */
+/* The solid angle that a sphere of radius 1 fills at distance d > 1, over 2 pi; below, and for lights, 1 / d^2; for
+   uniform shells d itself, counted down. */
 SFIELD__INLINE float sfield__measure_of(float d2, uint32_t kind, uint32_t spacing)
 {
     float inverse = 1 / d2, u = inverse < 1 ? inverse : 1.0f, g = u / (1 + sqrtf(1 - u));
@@ -2461,8 +2471,10 @@ static int sfield__header_good(const sfield__header *h)
     if (!sfield__in(h->radius, 1e-18f, 1e18f) || !sfield__in(h->inscribed, 0, h->radius)) return 0;
     for (i = 0; i < 5; i++)
         if (h->reserved[i]) return 0;
-    if (h->shard_end ? self || h->shard_begin >= h->shard_end || h->shard_end > sfield__groups(h) : h->shard_begin) return 0;
-    if (haar ? h->stride != (h->channels == 3 ? 2u : 1u) : h->stride != h->channels * sfield__planes(h->bands)) return 0;
+    if (h->shard_end ? self || h->shard_begin >= h->shard_end || h->shard_end > sfield__groups(h) : h->shard_begin)
+        return 0;
+    if (haar ? h->stride != (h->channels == 3 ? 2u : 1u) : h->stride != h->channels * sfield__planes(h->bands))
+        return 0;
     if (!haar && h->entries) return 0;
     if (self) return h->shells == 0 && h->position_side == 0 && h->samples >= 1;
     if (h->shells < 2 || h->shells > 64 || h->position_side < 2 || h->position_side > 64) return 0;
@@ -2573,7 +2585,8 @@ static void sfield__join(sfield_field *whole, const sfield_field *shard, uint32_
     if (h->basis == SFIELD_BASIS_SH) {
         memcpy(words + at, shard->scale + at, 4 * groups * stride);
         memcpy(words + at + sfield__groups(h) * stride, shard->bias + at, 4 * groups * stride);
-        memcpy((uint8_t *)(whole->words + whole->word_count) + first * stride, shard->sample + first * stride, samples * stride);
+        memcpy((uint8_t *)(whole->words + whole->word_count) + first * stride, shard->sample + first * stride,
+               samples * stride);
         return;
     }
     for (i = first; i < first + samples; i++) words[i + 1] = *entries + shard->offset[i + 1];
@@ -2583,8 +2596,8 @@ static void sfield__join(sfield_field *whole, const sfield_field *shard, uint32_
     *entries += h->entries;
 }
 
-SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count, const sfield_allocator *allocator,
-                                      sfield_field **out)
+SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count,
+                                      const sfield_allocator *allocator, sfield_field **out)
 {
     sfield__allocator a = sfield__allocator_of(allocator);
     uint64_t entries = 0;
@@ -2708,8 +2721,8 @@ typedef struct sfield__edges {      /* of a triangle on a face: c[0] s + c[1] t 
     float det;                      /* > 0: counter-clockwise for the eye */
 } sfield__edges;
 
-/* The triangle as the cone from the eye through it: no clipping, nothing to divide by, and an edge shared by two triangles
-   has the same numbers but for their sign, so that no sample falls between them. 0: seen edge on. */
+/* The triangle as the cone from the eye through it: no clipping, nothing to divide by, and an edge shared by two
+   triangles has the same numbers but for their sign, so that no sample falls between them. 0: seen edge on. */
 static int sfield__edges_of(const float *const *corner, uint32_t face, sfield__edges *e)
 {
     float q[3][3];
@@ -2837,7 +2850,8 @@ static void sfield__raster_across(sfield__view *v, const float *const *corner, u
         } else {
             float h = 0.5f * (float)v->width, o = h - 0.5f;
             if (!sfield__box(sfield__min3(x[0], x[1], x[2]) * h + o, sfield__min3(y[0], y[1], y[2]) * h + o,
-                             sfield__max3(x[0], x[1], x[2]) * h + o, sfield__max3(y[0], y[1], y[2]) * h + o, v->width, box))
+                             sfield__max3(x[0], x[1], x[2]) * h + o, sfield__max3(y[0], y[1], y[2]) * h + o, v->width,
+                             box))
                 continue;
         }
         if (sfield__edges_of(corner, face, &e)) sfield__raster_face(v, &e, face, box, owner);
@@ -2867,7 +2881,8 @@ static void sfield__raster(const sfield__build *b, sfield__view *v)
             continue;
         }
         if (!sfield__box(sfield__min3(c[0][3], c[1][3], c[2][3]), sfield__min3(c[0][4], c[1][4], c[2][4]),
-                         sfield__max3(c[0][3], c[1][3], c[2][3]), sfield__max3(c[0][4], c[1][4], c[2][4]), v->width, box))
+                         sfield__max3(c[0][3], c[1][3], c[2][3]), sfield__max3(c[0][4], c[1][4], c[2][4]), v->width,
+                         box))
             continue;
         if (sfield__edges_of(c, face, &e)) sfield__raster_face(v, &e, face, box, owner);
     }
@@ -2884,7 +2899,8 @@ static void sfield__resolve(const sfield__build *b, sfield__view *v)
             uint64_t *row = v->bits + (size_t)(face * v->width + y * s) * words;
             for (x = 0; x < n && !v->depth; x++) {
                 int count = 0;
-                for (k = 0; k < s; k++) count += sfield__popcount(row[(size_t)k * words + x * s / 64] >> x * s % 64 & mask);
+                for (k = 0; k < s; k++)
+                    count += sfield__popcount(row[(size_t)k * words + x * s / 64] >> x * s % 64 & mask);
                 v->texel[sfield__texel(n, face, x, y)] = (float)count / (float)(s * s);
             }
             if (!v->depth) memset(row, 0, (size_t)s * words * sizeof *row);
@@ -2961,7 +2977,8 @@ static void sfield__sample(const sfield__build *b, sfield__view *v, const float 
             for (x = 0; x < s; x++) {
                 double q[3], l;
                 float dir[3], rgb[3];
-                sfield__from_face(face, (2.0 * (tx * s + x) + 1) / (n * s) - 1, (2.0 * (ty * s + y) + 1) / (n * s) - 1, q);
+                sfield__from_face(face, (2.0 * (tx * s + x) + 1) / (n * s) - 1, (2.0 * (ty * s + y) + 1) / (n * s) - 1,
+                                  q);
                 l = 1 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]);
                 for (c = 0; c < 3; c++) dir[c] = (float)(q[c] * l);
                 sfield__emit(b, eye, dir, rgb);
@@ -3048,8 +3065,8 @@ static float sfield__select(float *a, uint32_t count, uint32_t rank)
     return a[rank];
 }
 
-/* Weight of a wavelet for the choice: its side, that is the area times the height of a wavelet of norm 1 (Ng et al. 2003
-   call their choice area-weighted). */
+/* Weight of a wavelet for the choice: its side, that is the area times the height of a wavelet of norm 1 (Ng et al.
+   2003 call their choice area-weighted). */
 static float sfield__importance(const sfield__build *b, const float *haar, uint32_t i)
 {
     uint32_t in_face = i % (b->h.cube_side * b->h.cube_side), squares = 1, c;
@@ -3219,9 +3236,9 @@ static float sfield__share_hidden(const sfield__build *b, const float *texel)
     return sum / (float)b->cells;
 }
 
-/* Moves the eye, where sfield__project was asked for, out of the mesh: 0 if it is not inside. Inside is where nearly all
-   is hidden and most rays come out of the mesh once more than they go in, its triangles being counter-clockwise from
-   outside: not behind a single sheet, not in a room, not in a cup. */
+/* Moves the eye, where sfield__project was asked for, out of the mesh: 0 if it is not inside. Inside is where nearly
+   all is hidden and most rays come out of the mesh once more than they go in, its triangles being counter-clockwise
+   from outside: not behind a single sheet, not in a room, not in a cup. */
 static int sfield__move_out(const sfield__build *b, const sfield__view *v, float hidden, float *eye)
 {
     sfield__way way[SFIELD__WAYS];
@@ -3302,7 +3319,8 @@ static sfield_result sfield__read_desc(sfield__build *b, const sfield_desc *desc
     if (desc) *d = *desc;
     if (!sfield__allocator_valid(d->allocator.alloc_fn, d->allocator.free_fn)) return SFIELD_ERR_DESC;
     b->allocator = sfield__allocator_of(&d->allocator);
-    if ((uint32_t)d->basis >= SFIELD_BASIS_COUNT || (uint32_t)d->spacing >= SFIELD_SPACING_COUNT) return SFIELD_ERR_DESC;
+    if ((uint32_t)d->basis >= SFIELD_BASIS_COUNT || (uint32_t)d->spacing >= SFIELD_SPACING_COUNT)
+        return SFIELD_ERR_DESC;
     haar = d->basis == SFIELD_BASIS_HAAR;
     h->magic = SFIELD__MAGIC;
     h->format = SFIELD__FORMAT;
@@ -3401,7 +3419,8 @@ static void sfield__fit_sphere(sfield__build *b, const sfield_mesh *m, size_t st
 
 static sfield_result sfield__take_mesh(sfield__build *b, const sfield_mesh *m)
 {
-    size_t stride = m->vertex_stride ? m->vertex_stride : 12, corners = m->indices ? m->index_count : m->vertex_count, i, k;
+    size_t stride = m->vertex_stride ? m->vertex_stride : 12, corners = m->indices ? m->index_count : m->vertex_count,
+           i, k;
     if (!m->positions || stride < 12 || stride % 4 || corners % 3 || corners / 3 > 0x7ffffffeu ||
         m->vertex_count > 0xffffffffu)
         return SFIELD_ERR_INPUT;
@@ -3441,7 +3460,8 @@ static sfield_result sfield__prepare(sfield__build *b)
     if (!tables || !b->view || !all || !corners || !faces || !buffers) return SFIELD_ERR_ALLOC;
     if (b->h.logarithm) {
         sfield_result result = sfield_algebra_create(b->h.bands, &b->desc.allocator, &b->algebra);
-        work = (double *)sfield__hold(b, b->pieces, 2 * sizeof *work * b->h.bands * b->h.bands * b->h.bands * b->h.bands);
+        work =
+            (double *)sfield__hold(b, b->pieces, 2 * sizeof *work * b->h.bands * b->h.bands * b->h.bands * b->h.bands);
         if (result != SFIELD_OK || !work) return SFIELD_ERR_ALLOC;
     }
     memset(b->view, 0, b->pieces * sizeof *b->view);
@@ -3649,7 +3669,8 @@ static sfield_result sfield__all_batches(sfield__build *b)
         if (radiance) b->radiance = radiance + 3 * (size_t)(g / b->h.shells) * (b->triangles + b->skipped);
         if (self && !haar) b->value = values + b->first * b->h.stride;
         result = sfield__batch(b, g);
-        if (result == SFIELD_OK && !sfield__goes_on(b, (float)(g + 1 - begin) / (float)(end - begin))) return SFIELD_ERR_CANCELLED;
+        if (result == SFIELD_OK && !sfield__goes_on(b, (float)(g + 1 - begin) / (float)(end - begin)))
+            return SFIELD_ERR_CANCELLED;
     }
     if (result != SFIELD_OK || !self || haar) return result;
     b->value = values;                          /* one range for all points */
@@ -3811,8 +3832,8 @@ static int sfield__take_emitter(sfield__build *b)
     return b->h.radius >= fit * 0.999f;
 }
 
-SFIELD_DEF sfield_result sfield_build_emitter(const sfield_desc *desc, const sfield_emitter *emitter, sfield_field **out,
-                                              sfield_stats *stats)
+SFIELD_DEF sfield_result sfield_build_emitter(const sfield_desc *desc, const sfield_emitter *emitter,
+                                              sfield_field **out, sfield_stats *stats)
 {
     sfield__build b;
     sfield_result result;
@@ -3961,15 +3982,18 @@ static void sfield__mix_plain(const sfield_field *f, size_t base, size_t group, 
         for (l = 0; l < 8; l++) {
             float a = (float)q[l] * b[0] + (float)q[stride + l] * b[1] + (float)q[row + l] * b[2] +
                       (float)q[row + stride + l] * b[3];
-            float c = (float)q[shell + l] * b[0] + (float)q[shell + stride + l] * b[1] + (float)q[shell + row + l] * b[2] +
-                      (float)q[shell + row + stride + l] * b[3];
+            float c = (float)q[shell + l] * b[0] + (float)q[shell + stride + l] * b[1] +
+                      (float)q[shell + row + l] * b[2] + (float)q[shell + row + stride + l] * b[3];
             out[k + l] = w0 * (a * s0[k + l] + b0[k + l]) + w1 * (c * s0[stride + k + l] + b0[stride + k + l]);
         }
 }
 
 #if SFIELD__SIMD
 /* m ? a : b */
-SFIELD__TARGET_AVX2 SFIELD__INLINE __m256 sfield__pick8(__m256 m, __m256 a, __m256 b) { return _mm256_blendv_ps(b, a, m); }
+SFIELD__TARGET_AVX2 SFIELD__INLINE __m256 sfield__pick8(__m256 m, __m256 a, __m256 b)
+{
+    return _mm256_blendv_ps(b, a, m);
+}
 
 /* Eight lanes of the above, with the same roundings. */
 SFIELD__TARGET_AVX2 static void sfield__locate8(const sfield_field *f, const float *p, sfield__place *out)
@@ -3991,7 +4015,8 @@ SFIELD__TARGET_AVX2 static void sfield__locate8(const sfield_field *f, const flo
     uint32_t k;
     uv[0] = _mm256_mul_ps(_mm256_xor_ps(sfield__pick8(is_x, z, x), _mm256_and_ps(sign, sfield__pick8(is_x, up,
                           sfield__pick8(is_y, zero, _mm256_cmp_ps(z, zero, _CMP_NGT_UQ))))), inverse);
-    uv[1] = _mm256_mul_ps(_mm256_xor_ps(sfield__pick8(is_y, z, y), _mm256_andnot_ps(_mm256_and_ps(is_y, up), sign)), inverse);
+    uv[1] = _mm256_mul_ps(_mm256_xor_ps(sfield__pick8(is_y, z, y), _mm256_andnot_ps(_mm256_and_ps(is_y, up), sign)),
+                          inverse);
     face = _mm256_castps_si256(sfield__pick8(is_x, zero, sfield__pick8(is_y, _mm256_castsi256_ps(_mm256_set1_epi32(2)),
                                                                        _mm256_castsi256_ps(_mm256_set1_epi32(4)))));
     face = _mm256_add_epi32(face, _mm256_add_epi32(_mm256_set1_epi32(1), _mm256_castps_si256(up)));
@@ -4000,7 +4025,8 @@ SFIELD__TARGET_AVX2 static void sfield__locate8(const sfield_field *f, const flo
         if (!_mm256_movemask_ps(inside)) break;
         shell = _mm256_sub_epi32(shell, _mm256_castps_si256(inside));
     }
-    shell = _mm256_min_epi32(_mm256_max_epi32(shell, _mm256_setzero_si256()), _mm256_set1_epi32((int32_t)f->h.shells - 2));
+    shell =
+        _mm256_min_epi32(_mm256_max_epi32(shell, _mm256_setzero_si256()), _mm256_set1_epi32((int32_t)f->h.shells - 2));
     for (k = 0; k < 2; k++) {
         const __m256 u = uv[k], v = _mm256_mul_ps(u, u);
         __m256 s = _mm256_add_ps(_mm256_set1_ps(-0.0487783181f), _mm256_mul_ps(v, _mm256_set1_ps(0.0127531015f)));
@@ -4056,7 +4082,8 @@ SFIELD__TARGET_AVX2 static void sfield__mix_avx2(const sfield_field *f, size_t b
     const size_t stride = f->h.stride, row = f->h.position_side * stride, shell = 6 * f->h.position_side * row;
     const uint8_t *q = f->sample + base * stride;
     const float *s0 = f->scale + group * stride, *b0 = f->bias + group * stride;
-    const __m256 x0 = _mm256_set1_ps(b[0]), x1 = _mm256_set1_ps(b[1]), x2 = _mm256_set1_ps(b[2]), x3 = _mm256_set1_ps(b[3]);
+    const __m256 x0 = _mm256_set1_ps(b[0]), x1 = _mm256_set1_ps(b[1]), x2 = _mm256_set1_ps(b[2]),
+                 x3 = _mm256_set1_ps(b[3]);
     uint32_t k;
     for (k = 0; k < n; k += 8, q += 8) {
         __m256 a = _mm256_mul_ps(sfield__bytes8(q), x0), c = _mm256_mul_ps(sfield__bytes8(q + shell), x0);
@@ -4101,7 +4128,8 @@ SFIELD__TARGET_AVX2 static void sfield__mix_dot_avx2(const sfield_field *f, size
     const size_t stride = f->h.stride, row = f->h.position_side * stride, shell = 6 * f->h.position_side * row;
     const uint8_t *q = f->sample + base * stride;
     const float *s0 = f->scale + group * stride, *b0 = f->bias + group * stride;
-    const __m256 x0 = _mm256_set1_ps(b[0]), x1 = _mm256_set1_ps(b[1]), x2 = _mm256_set1_ps(b[2]), x3 = _mm256_set1_ps(b[3]);
+    const __m256 x0 = _mm256_set1_ps(b[0]), x1 = _mm256_set1_ps(b[1]), x2 = _mm256_set1_ps(b[2]),
+                 x3 = _mm256_set1_ps(b[3]);
     uint32_t k, c;
     for (c = 0; c < 3; c++) {
         __m256 sum = _mm256_setzero_ps(), a, e;
@@ -4130,7 +4158,8 @@ SFIELD__TARGET_AVX2 static void sfield__recall_avx2(const int16_t *value, const 
     uint32_t k;
     for (k = 0; k < n; k += 8) {
         __m128i v = _mm_loadu_si128((const __m128i *)(const void *)(value + k));
-        _mm256_storeu_ps(t + k, _mm256_mul_ps(_mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(v)), _mm256_loadu_ps(scale + (k & 8))));
+        _mm256_storeu_ps(t + k,
+                         _mm256_mul_ps(_mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(v)), _mm256_loadu_ps(scale + (k & 8))));
     }
 }
 #endif
@@ -4147,8 +4176,8 @@ static void sfield__locate16(const sfield_field *f, const float *p, sfield__plac
     sfield__locate_plain(f, p, out);
 }
 
-static void sfield__mix(const sfield_field *f, size_t base, size_t group, const float *b, float w0, float w1, uint32_t n,
-                        float *out, int simd)
+static void sfield__mix(const sfield_field *f, size_t base, size_t group, const float *b, float w0, float w1,
+                        uint32_t n, float *out, int simd)
 {
 #if SFIELD__SIMD
     if (simd) {
@@ -4167,7 +4196,8 @@ static void sfield__turn(const float *in, uint32_t n, float *out, int simd)
 #if SFIELD__SIMD
     if (simd) {
         for (k = 0; k < n; k += 8)
-            for (l = 0; l < SFIELD__LANES; l += 8) sfield__turn8_avx2(in + k + l * n, n, out + k * SFIELD__LANES + l, SFIELD__LANES);
+            for (l = 0; l < SFIELD__LANES; l += 8)
+                sfield__turn8_avx2(in + k + l * n, n, out + k * SFIELD__LANES + l, SFIELD__LANES);
         return;
     }
 #endif
@@ -4202,7 +4232,8 @@ static float sfield__frames_at(const sfield_field *f, float time, uint32_t *befo
 }
 
 /* Lane l of a place, harmonics: n floats (of each channel in turn). */
-static void sfield__fetch(const sfield_field *f, const sfield__place *at, int l, float time, uint32_t n, float *out, int simd)
+static void sfield__fetch(const sfield_field *f, const sfield__place *at, int l, float time, uint32_t n, float *out,
+                          int simd)
 {
     size_t samples = 6 * (size_t)f->h.position_side * f->h.position_side * f->h.shells;
     uint32_t before, after, k;
@@ -4300,7 +4331,8 @@ static uint32_t sfield__gather(const sfield_field *f, const float *positions, si
     return good;
 }
 
-SFIELD_DEF sfield_result sfield_query(const sfield_field *f, size_t count, const float *positions, float time, float *out)
+SFIELD_DEF sfield_result sfield_query(const sfield_field *f, size_t count, const float *positions, float time,
+                                      float *out)
 {
     float p[3 * SFIELD__LANES];
     sfield__place at;
@@ -4354,8 +4386,8 @@ SFIELD_DEF sfield_result sfield_ambient(const sfield_field *f, size_t count, con
                     for (j = f->offset[lists.sample[k]]; j < f->offset[lists.sample[k] + 1]; j++)
                         for (face = 0; face < 6; face++)
                             if (f->entry[j] >> 16 == face * side * side)
-                                hidden += lists.weight[k] * f->sample_scale[lists.sample[k]] * sfield__half(f->entry[j]) /
-                                          (float)(6 * side);
+                                hidden += lists.weight[k] * f->sample_scale[lists.sample[k]] *
+                                          sfield__half(f->entry[j]) / (float)(6 * side);
             }
             out[i + l] = good >> l & 1 ? (hidden < 1 ? (hidden > 0 ? 1 - hidden : 1.0f) : 0.0f) : 1.0f;
         }
@@ -4396,7 +4428,7 @@ enum { SFIELD__CACHED = 256 };      /* wavelets of T that the lazy cache keeps f
 typedef struct sfield__item {       /* of an entity */
     sfield_entity e;
     float    turn[9];               /* world to field directions, rows */
-    float    center[2][3], inverse[2], radius[2];  /* of occlusion and source: world center, 1 / (scale r), world radius */
+    float center[2][3], inverse[2], radius[2]; /* of occlusion and source: world center, 1 / (scale r), world radius */
     float    inscribed, reach;      /* of the occluder, world */
     int      identity;
     uint32_t map;                   /* wavelets, rotated: 1 + which resampling table */
@@ -4883,7 +4915,7 @@ typedef struct sfield__tile {
     float     middle[3], extent;                /* a sphere about all lanes */
     uint32_t  count;                            /* occluders that count for some lane */
     uint32_t *item, *order, *used;              /* used: lanes for which it counts */
-    float    *mean, *widest, *farthest;         /* d of the middle; of all lanes: greatest sine of the inscribed sphere, d */
+    float *mean, *widest, *farthest; /* d of the middle; of all lanes: greatest sine of the inscribed sphere, d */
     float    *d2, *factor, *occlusion;          /* 16, 16, 16 n^2 floats each */
     uint8_t  *state;                            /* 0 not looked at, 1 hides something, 2 nothing */
     uint32_t  lights;                           /* and the environment, if it is wanted, behind them */
@@ -4905,7 +4937,8 @@ static const float *sfield__row(const float *base, size_t stride, size_t i)
 }
 
 /* Scratch of one task, carved out of memory or (NULL) measured. */
-static size_t sfield__carve(sfield__tile *t, uint8_t *memory, uint32_t occluders, uint32_t lights, uint32_t coefs, int chains)
+static size_t sfield__carve(sfield__tile *t, uint8_t *memory, uint32_t occluders, uint32_t lights, uint32_t coefs,
+                            int chains)
 {
     size_t at = 0, c = coefs * SFIELD__LANES, n = occluders ? occluders : 1, slots = (size_t)lights + 1;
 #define SFIELD__CARVE(member, type, number)                        \
@@ -4950,12 +4983,13 @@ static void sfield__load(sfield__tile *t)
         sfield__v3 n = sfield__v3_load(sfield__row(set->normals, set->normal_stride, i)), v = n;
         if (m) {
             p = sfield__m4_point(m, p);
-            n = sfield__v3_make(turn[0] * n.x + turn[3] * n.y + turn[6] * n.z, turn[1] * n.x + turn[4] * n.y + turn[7] * n.z,
+            n = sfield__v3_make(turn[0] * n.x + turn[3] * n.y + turn[6] * n.z,
+                                turn[1] * n.x + turn[4] * n.y + turn[7] * n.z,
                                 turn[2] * n.x + turn[5] * n.y + turn[8] * n.z);
         }
         if (set->views) v = sfield__v3_load(sfield__row(set->views, set->view_stride, i));
-        if (l < t->lanes && sfield__finite(sfield__v3_dot(p, p)) && sfield__v3_dot(n, n) < 1.1f && sfield__v3_dot(v, v) < 1.1f &&
-            sfield__v3_dot(n, n) > 0.9f) {
+        if (l < t->lanes && sfield__finite(sfield__v3_dot(p, p)) && sfield__v3_dot(n, n) < 1.1f &&
+            sfield__v3_dot(v, v) < 1.1f && sfield__v3_dot(n, n) > 0.9f) {
             t->active |= 1u << l;
             if (!set->visible || set->visible[i]) t->visible |= 1u << l;
         } else {
@@ -5043,8 +5077,10 @@ static uint32_t sfield__nearer16(const float *a, const float *b, int simd)
     return bits;
 }
 
-/* Squared distances of the lanes to c; bits: nearer than reach, and, from 16 on, c higher above the horizon than low. */
-static uint32_t sfield__look16(const float *p, const float *n, const float *c, float reach2, float low, float *d2, int simd)
+/* Squared distances of the lanes to c; bits: nearer than reach, and, from 16 on, c higher above the horizon
+   than low. */
+static uint32_t sfield__look16(const float *p, const float *n, const float *c, float reach2, float low, float *d2,
+                               int simd)
 {
     uint32_t l, bits = 0;
 #if SFIELD__SIMD
@@ -5113,7 +5149,8 @@ static void sfield__masks(sfield__tile *t)
             const uint32_t o = t->order[i], used = t->used[o];
             uint32_t bits = used;
             if (j < t->lights)
-                bits = t->item[o] == own ? 0 : used & sfield__nearer16(t->d2 + (size_t)o * SFIELD__LANES, light, s->simd);
+                bits =
+                    t->item[o] == own ? 0 : used & sfield__nearer16(t->d2 + (size_t)o * SFIELD__LANES, light, s->simd);
             mask[i] = (uint16_t)bits;
             prefix += prefix == i && bits == used;
             if (bits) t->hash[j] = sfield__hash(t->hash[j], (uint64_t)t->item[o] << 16 | bits);
@@ -5123,7 +5160,8 @@ static void sfield__masks(sfield__tile *t)
     }
 }
 
-/* Second rule: lanes of a mask for which the bounding sphere of occluder i is inside the cone of a nearer inscribed one. */
+/* Second rule: lanes of a mask for which the bounding sphere of occluder i is inside the cone of a nearer inscribed
+ * one. */
 static uint32_t sfield__hidden(const sfield__tile *t, uint32_t i, uint32_t lanes)
 {
     const sfield__item *a = &t->s->item[t->item[i]];
@@ -5185,8 +5223,8 @@ static void sfield__occlude(sfield__tile *t, uint32_t i)
             continue;
         }
         sfield__corners(&at, (int)l, b);
-        sfield__mix(it->e.occlusion, (size_t)at.base[l], (size_t)at.shell[l], b, at.w0[l] * factor[l], at.w1[l] * factor[l],
-                    s->planes, rows + l * s->planes, s->simd);
+        sfield__mix(it->e.occlusion, (size_t)at.base[l], (size_t)at.shell[l], b, at.w0[l] * factor[l],
+                    at.w1[l] * factor[l], s->planes, rows + l * s->planes, s->simd);
     }
     sfield__turn(rows, s->planes, planes, s->simd);
     if (it->identity) memcpy(out, planes, s->coefs * SFIELD__LANES * sizeof *out);
@@ -5213,8 +5251,8 @@ static void sfield__apply(sfield__tile *t, uint32_t i, uint32_t mask, float *cha
         sfield__product16(s->algebra, chain, o, chain, SFIELD__LANES, 1);
 }
 
-/* Figure 5 of the paper for 16 points: occluders from near to far; a light takes the T of the moment. Occluders commute up
-   to truncation and are ordered for the tile; which of them are nearer than a light is decided lane by lane. */
+/* Figure 5 of the paper for 16 points: occluders from near to far; a light takes the T of the moment. Occluders commute
+   up to truncation and are ordered for the tile; which of them are nearer than a light is decided lane by lane. */
 static void sfield__chain(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
@@ -5262,7 +5300,8 @@ static void sfield__chain_exp(sfield__tile *t)
         sfield__exp16(s->algebra, sum, sum);
         t->stats.products += sfield__bits(t->active);
         for (c = 0; c < t->chains; c++)
-            sfield__product16(s->algebra, t->start + (size_t)c * n, sum, t->t + j * size + (size_t)c * n, SFIELD__LANES, 0);
+            sfield__product16(s->algebra, t->start + (size_t)c * n, sum, t->t + j * size + (size_t)c * n, SFIELD__LANES,
+                              0);
     }
 }
 
@@ -5341,7 +5380,8 @@ static void sfield__start(sfield__tile *t)
     if (self) {
         for (i = 0; i < SFIELD__LANES; i++) {
             const uint8_t *q = self->sample + (t->first + (i < t->lanes ? i : 0)) * self->h.stride;
-            for (k = 0; k < s->coefs; k++) t->start[k * SFIELD__LANES + i] = self->scale[k] * (float)q[k] + self->bias[k];
+            for (k = 0; k < s->coefs; k++)
+                t->start[k * SFIELD__LANES + i] = self->scale[k] * (float)q[k] + self->bias[k];
         }
         if (t->set->entity != SFIELD_NONE && !s->item[t->set->entity].identity)
             sfield__rotate16(&s->rotation[t->set->entity], t->start, t->start, SFIELD__LANES, 0, s->simd);
@@ -5394,9 +5434,10 @@ static void sfield__recall(const sfield_cache *c, size_t slot, float *t, int sim
 }
 
 #if SFIELD__SIMD
-/* The dot products of a place in a source with T, lane by lane: T is turned once and the coefficients are never stored. */
-static void sfield__shine_avx2(const sfield__tile *t, const sfield__item *it, const sfield__place *at, const float *chain,
-                               float *rgb)
+/* The dot products of a place in a source with T, lane by lane: T is turned once and the coefficients are
+   never stored. */
+static void sfield__shine_avx2(const sfield__tile *t, const sfield__item *it, const sfield__place *at,
+                               const float *chain, float *rgb)
 {
     const sfield_field *f = it->e.source;
     const uint32_t n = t->s->coefs, shells = f->h.shells;
@@ -5413,8 +5454,8 @@ static void sfield__shine_avx2(const sfield__tile *t, const sfield__item *it, co
         sfield__mix_dot_avx2(f, before * samples + base, before * shells + shell, b, w0 * (1 - time), w1 * (1 - time),
                              t->rows + l * n, n, sum);
         if (time > 0)
-            sfield__mix_dot_avx2(f, after * samples + base, after * shells + shell, b, w0 * time, w1 * time, t->rows + l * n, n,
-                                 sum);
+            sfield__mix_dot_avx2(f, after * samples + base, after * shells + shell, b, w0 * time, w1 * time,
+                                 t->rows + l * n, n, sum);
         for (c = 0; c < 3; c++) rgb[c * SFIELD__LANES + l] += it->e.tint[c] * sum[c];
     }
 }
@@ -5441,7 +5482,8 @@ static void sfield__shine(const sfield__tile *t, uint32_t j, const float *chain,
         return;
     }
 #endif
-    for (l = 0; l < SFIELD__LANES; l++) sfield__fetch(f, &at, (int)l, it->e.time, f->h.stride, rows + l * f->h.stride, s->simd);
+    for (l = 0; l < SFIELD__LANES; l++)
+        sfield__fetch(f, &at, (int)l, it->e.time, f->h.stride, rows + l * f->h.stride, s->simd);
     for (c = 0; c < 3; c++)
         for (l = 0; l < SFIELD__LANES; l++) {
             const float *row = rows + l * f->h.stride + c * s->planes;
@@ -5534,8 +5576,8 @@ static void sfield__shade_tile(sfield__tile *t)
 }
 
 /* Far to near (paper 3.2): the radiance so far is hidden by each occluder on the way and joined by each light. Three
-   channels, 16 points. Lanes that disagree about the order of a light and an occluder go their own way: the light's T of
-   the chain above is 1 there, so the order is made lane by lane. */
+   channels, 16 points. Lanes that disagree about the order of a light and an occluder go their own way: the light's T
+   of the chain above is 1 there, so the order is made lane by lane. */
 static void sfield__incident_tile(sfield__tile *t, float *out)
 {
     const sfield_scene *s = t->s;
@@ -5584,18 +5626,23 @@ static void sfield__incident_tile(sfield__tile *t, float *out)
         if (i == 0 || t->state[t->order[i - 1]] == 2) continue;
         t->stats.products += 3 * sfield__bits(t->active);
         for (c = 0; c < 3; c++)
-            sfield__product16(s->algebra, sum + c * n, t->occlusion + (size_t)t->order[i - 1] * n, sum + c * n, SFIELD__LANES,
-                              1);
+            sfield__product16(s->algebra, sum + c * n, t->occlusion + (size_t)t->order[i - 1] * n, sum + c * n,
+                              SFIELD__LANES, 1);
     }
     for (l = 0; l < t->lanes; l++)
         for (c = 0; c < 3; c++)
             for (k = 0; k < s->coefs; k++)
-                out[((t->first + l) * 3 + c) * s->coefs + k] = t->visible >> l & 1 ? sum[c * n + k * SFIELD__LANES + l] : 0.0f;
+                out[((t->first + l) * 3 + c) * s->coefs + k] =
+                    t->visible >> l & 1 ? sum[c * n + k * SFIELD__LANES + l] : 0.0f;
 }
 
 /* ---- >>texels: one point in wavelets ---- */
 
-typedef struct sfield__ray { float d2; uint32_t item; int light; } sfield__ray;     /* light: its number, -1 an occluder */
+typedef struct sfield__ray {
+    float d2;
+    uint32_t item;
+    int light;
+} sfield__ray; /* light: its number, -1 an occluder */
 
 typedef struct sfield__point {
     const sfield_scene *s;
@@ -5639,8 +5686,8 @@ static void sfield__mark_up(uint32_t side, uint32_t index, uint8_t *marks)
 }
 
 /* Texels of a square times 1 - the function below it. */
-static void sfield__shade_square(sfield__point *p, const float *coefs, const uint8_t *marks, float mean, uint32_t squares,
-                                 uint32_t i, float scale, float *t)
+static void sfield__shade_square(sfield__point *p, const float *coefs, const uint8_t *marks, float mean,
+                                 uint32_t squares, uint32_t i, float scale, float *t)
 {
     uint32_t k, leaves = p->s->side * p->s->side / 4, n = 4 * leaves / squares;
     const float *w = coefs + squares + 3 * i;
@@ -5673,7 +5720,8 @@ static void sfield__unlist(sfield__point *p, const sfield_field *f, const sfield
     uint32_t i, k, c;
     for (i = 0; i < lists->count; i++)
         for (k = f->offset[lists->sample[i]]; k < f->offset[lists->sample[i] + 1]; k++)
-            for (c = 0; c < f->h.channels; c++) p->coefs[c * p->s->cells + (f->entry[(size_t)k * f->h.stride] >> 16)] = 0;
+            for (c = 0; c < f->h.channels; c++)
+                p->coefs[c * p->s->cells + (f->entry[(size_t)k * f->h.stride] >> 16)] = 0;
     memset(p->marks, 0, 6 * SFIELD__MARKS);
 }
 
@@ -5711,7 +5759,8 @@ static void sfield__lists_at(const sfield__item *it, int which, const float *x, 
     sfield__find_lists(f, &at, 0, time, lists);
 }
 
-/* Entities from near to far: occluders in reach and above the horizon, lights. 0 where the point is not to be shaded. */
+/* Entities from near to far: occluders in reach and above the horizon, lights. 0 where the point is not to
+   be shaded. */
 static uint32_t sfield__rays(sfield__point *p, const float *x, const float *n)
 {
     const sfield_scene *s = p->s;
@@ -5864,7 +5913,8 @@ static void sfield__light_up(sfield__point *p, const sfield__item *it, const flo
         for (c = 0; c < 3; c++) {
             sfield__haar_texels(s->side, p->coefs + c * cells, p->work);
             for (i = 0; i < cells; i++)
-                for (k = 0; k < 4 && p->t[i] != 0; k++) rgb[c] += p->t[i] * taps[i].weight[k] * p->work[taps[i].texel[k]];
+                for (k = 0; k < 4 && p->t[i] != 0; k++)
+                    rgb[c] += p->t[i] * taps[i].weight[k] * p->work[taps[i].texel[k]];
         }
         memset(p->coefs, 0, 3 * (size_t)cells * sizeof *p->coefs);
     }
@@ -5904,7 +5954,8 @@ static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot
 }
 
 /* Light from the cache: few wavelets of T against the sky's, or unpacked for a light's lists. sky: three planes. */
-static void sfield__from_cache(sfield__point *p, const sfield_cache *c, size_t slot, const sfield__item *it, const float *x)
+static void sfield__from_cache(sfield__point *p, const sfield_cache *c, size_t slot, const sfield__item *it,
+                               const float *x)
 {
     const uint16_t *index = c->index + slot * SFIELD__CACHED;
     const int16_t *value = c->value + slot * SFIELD__CACHED;
@@ -5948,9 +5999,10 @@ static void sfield__sky_up(sfield__point *p)
         for (k = 0; k < 8; k++) p->rgb[c] += sum[8 * c + k];
 }
 
-/* Figure 5 on texels (or on coefficients). With a cache it is only filled: those lights are added from what was kept. */
-static void sfield__walk(sfield__point *p, size_t index, const float *x, const float *n, uint32_t count, sfield_cache *cache,
-                         const uint64_t *hash, float *ambient)
+/* Figure 5 on texels (or on coefficients). With a cache it is only filled: those lights are added from what
+   was kept. */
+static void sfield__walk(sfield__point *p, size_t index, const float *x, const float *n, uint32_t count,
+                         sfield_cache *cache, const uint64_t *hash, float *ambient)
 {
     const sfield_scene *s = p->s;
     const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
@@ -6038,7 +6090,8 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
             size_t at = (index * cache->lights + slots - 1) * SFIELD__CACHED;
             for (i = 0; i < SFIELD__CACHED; i++)
                 if (cache->index[at + i] % (s->side * s->side) == 0)
-                    ambient += (float)cache->value[at + i] * cache->scale[at / SFIELD__CACHED] * (float)s->side * 0.318309886f;
+                    ambient +=
+                        (float)cache->value[at + i] * cache->scale[at / SFIELD__CACHED] * (float)s->side * 0.318309886f;
         }
     }
     p->rgb = NULL;
@@ -6092,7 +6145,8 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     p.s = s;
     p.set = set;
     p.stats = *stats;
-    (void)sfield__carve_point(&p, memory + ((size_t)s->light_count + 8) / 8 * 64, s->occluder_count + s->light_count, s->cells);
+    (void)sfield__carve_point(&p, memory + ((size_t)s->light_count + 8) / 8 * 64, s->occluder_count + s->light_count,
+                              s->cells);
     for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES)
         for (k = i; k < i + SFIELD__LANES && k < set->count; k++) sfield__shade_point(&p, k, hash);
     *stats = p.stats;
@@ -6119,7 +6173,8 @@ static sfield_result sfield__check_set(const sfield_scene *s, const sfield_point
     if (p->gloss && p->exponents && !p->views) return SFIELD_ERR_ARGUMENT;
     if (p->gloss && !s->algebra) return SFIELD_ERR_BASIS;
     if (p->self) {
-        if (!sfield__field_fits(s, p->self, SFIELD_KIND_SELF) || p->self->h.samples != p->count) return SFIELD_ERR_BASIS;
+        if (!sfield__field_fits(s, p->self, SFIELD_KIND_SELF) || p->self->h.samples != p->count)
+            return SFIELD_ERR_BASIS;
         if (!s->algebra && s->desc.product == SFIELD_PRODUCT_SPARSE && p->entity != SFIELD_NONE &&
             !s->item[p->entity].identity)
             return SFIELD_ERR_ROTATION;
@@ -6276,8 +6331,8 @@ SFIELD_DEF sfield_result sfield_sparse(const float *positions, const float *norm
     float best = 3e38f;
     size_t i, n = 0;
     uint32_t k;
-    if (!positions || !normals || !count || count > 0x7fffffffu || !(spacing > 0) || !sfield__finite(spacing) || !chosen ||
-        !chosen_count || !sources || !weights ||
+    if (!positions || !normals || !count || count > 0x7fffffffu || !(spacing > 0) || !sfield__finite(spacing) ||
+        !chosen || !chosen_count || !sources || !weights ||
         (allocator && !sfield__allocator_valid(allocator->alloc_fn, allocator->free_fn)))
         return SFIELD_ERR_ARGUMENT;
     for (i = 0; i < 3 * count; i++)

@@ -26,7 +26,7 @@ typedef struct bn_model {        /* one rigid object in world space */
 /* Loads --model, or bunny and dragon from the assets, or else built-in knot and plant. -1: error was printed. */
 int        bn_models_load(const bn_options *options, bn_model *models, size_t *count);
 int        bn_model_load(bn_model *model, const char *scene);    /* file or builtin:NAME */
-int        bn_model_flatten(bn_model *model, const ex_scene *scene, uint32_t objects);   /* the first; unnamed. -1: memory */
+int bn_model_flatten(bn_model *model, const ex_scene *scene, uint32_t objects); /* the first; unnamed. -1: memory */
 void       bn_model_free(bn_model *model);
 cohsm_mesh bn_model_mesh(const bn_model *model);
 cohsm_desc bn_desc(const bn_options *options);                   /* with threads and progress */

@@ -1,6 +1,6 @@
-/* gl_csm.c - csm on OpenGL: visibility queries, pictures and builds a second, on the core path and, where the context has
-   4.3, on the compute path. Wall time round glFinish (a read in builds): timer queries of software drivers are wrong, and
-   on real GPUs the two agree at these lengths. */
+/* gl_csm.c - csm on OpenGL: visibility queries, pictures and builds a second, on the core path and, where the context
+   has 4.3, on the compute path. Wall time round glFinish (a read in builds): timer queries of software drivers are
+   wrong, and on real GPUs the two agree at these lengths. */
 #define _POSIX_C_SOURCE 200809L
 #include "bench.h"
 #include "gl.h"
@@ -200,7 +200,8 @@ static int measure_render(const bn_options *options, bn_gl *r, const bn_model *m
     memset(&lights, 0, sizeof lights);
     memset(&renderer, 0, sizeof renderer);
     if (upload(r, built, &maps) != 0 || (result = glbk_csm_lights_create(&r->gl, &all, &start, &lights)) != GLBK_OK ||
-        (result = glbk_csm_renderer_create(&r->gl, &desc, &renderer)) != GLBK_OK || fill_gbuffer(r, &renderer, model) != 0)
+        (result = glbk_csm_renderer_create(&r->gl, &desc, &renderer)) != GLBK_OK ||
+        fill_gbuffer(r, &renderer, model) != 0)
         result = GLBK_ERR_GL;
     for (int i = 0; i < 2 && result == GLBK_OK; i++) {
         glbk_csm_use use = { 0, GLBK_CSM_SHAPE_ENVIRONMENT, NULL, GLBK_CSM_ASK_DIRECTION, 0, 0 };
@@ -278,7 +279,8 @@ static void upload_object(glbk_context *gl, const bn_model *model, object *o)
     gl->gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, o->buffers[0]);
     gl->gl.BufferData(GLBK_GL_ARRAY_BUFFER, (ptrdiff_t)(12 * model->vertices), model->positions, GLBK_GL_STATIC_DRAW);
     gl->gl.BindBuffer(GLBK_GL_ELEMENT_ARRAY_BUFFER, o->buffers[1]);
-    gl->gl.BufferData(GLBK_GL_ELEMENT_ARRAY_BUFFER, (ptrdiff_t)(12 * model->triangles), model->indices, GLBK_GL_STATIC_DRAW);
+    gl->gl.BufferData(GLBK_GL_ELEMENT_ARRAY_BUFFER, (ptrdiff_t)(12 * model->triangles), model->indices,
+                      GLBK_GL_STATIC_DRAW);
     gl->gl.EnableVertexAttribArray(0);
     gl->gl.VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, 0, NULL);
     o->indices = (int32_t)(3 * model->triangles);
@@ -358,7 +360,8 @@ static int measure_build(const bn_options *options, bn_gl *r, const bn_model *mo
 
 enum { QUERY, RENDER, BUILD };
 
-static int measure_path(const bn_options *options, int what, int core_only, const bn_model *model, const cohsm_maps *maps)
+static int measure_path(const bn_options *options, int what, int core_only, const bn_model *model,
+                        const cohsm_maps *maps)
 {
     bn_gl r;
     int result;

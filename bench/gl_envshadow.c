@@ -1,5 +1,6 @@
-/* gl_envshadow.c - envshadow on OpenGL: shadow maps and light of k lights in clusters of c, each round glFinish, and what
-   the cost model makes of such times. The model stands in the built-in sky, drawn at the paper's 421 x 711 pixels. */
+/* gl_envshadow.c - envshadow on OpenGL: shadow maps and light of k lights in clusters of c, each round glFinish, and
+   what the cost model makes of such times. The model stands in the built-in sky, drawn at the paper's 421 x
+   711 pixels. */
 #define _POSIX_C_SOURCE 200809L
 #define ENVSHADOW_IMPLEMENTATION
 #define ENVSHADOW_STATIC
@@ -20,7 +21,7 @@ typedef struct rig {
     const envsh_view   *views;
     uint32_t            count, vertex_array, buffers[2];
     const bn_model     *model;
-    float               low[3], high[3];     /* of the model; a ground far wider than it is high counts near its middle */
+    float low[3], high[3]; /* of the model; a ground far wider than it is high counts near its middle */
 } rig;
 
 typedef struct times { double shadow_ms, light_ms; } times;
@@ -271,7 +272,8 @@ static int measure_model(const bn_options *options, const bn_model *model, int w
     r.model = model;
     if (status == 0) {
         upload_model(&r);
-        result = glbk_envsh_renderer_create(&r.g.gl, options->full ? 1920 : 421, options->full ? 1080 : 711, &r.renderer);
+        result =
+            glbk_envsh_renderer_create(&r.g.gl, options->full ? 1920 : 421, options->full ? 1080 : 711, &r.renderer);
         if (result == GLBK_OK)
             result = draw_gbuffer(&r);
         status = result == GLBK_OK ? make_views(&r, 64) : bn_gl_failed(&r.g, result);

@@ -1,5 +1,5 @@
-/* gl_ism.c - ism on OpenGL: how long each stage of a frame takes, and how far the light is from ism.h's own. VPLs and points are
-   chosen on the CPU. Wall time round glFinish: timer queries of software drivers are wrong. */
+/* gl_ism.c - ism on OpenGL: how long each stage of a frame takes, and how far the light is from ism.h's own. VPLs and
+   points are chosen on the CPU. Wall time round glFinish: timer queries of software drivers are wrong. */
 #define _POSIX_C_SOURCE 200809L
 #include "ism_scene.h"
 #include "gl.h"

@@ -1,6 +1,6 @@
-/* gl_sfield.c - shadow fields on OpenGL: 30,000 points of a chess board under 32 pieces and four lamps, with the product
-   written into the program and read from the table; time of a frame, and how far the light is from shadowfield.h's. Wall time
-   round glFinish: timer queries of software drivers are wrong. */
+/* gl_sfield.c - shadow fields on OpenGL: 30,000 points of a chess board under 32 pieces and four lamps, with the
+   product written into the program and read from the table; time of a frame, and how far the light is from
+   shadowfield.h's. Wall time round glFinish: timer queries of software drivers are wrong. */
 #define _POSIX_C_SOURCE 200809L
 #include "sfield_scene.h"
 #include "gl.h"
@@ -11,7 +11,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PIECES = 32, LAMPS = 4, ENTITIES = PIECES + LAMPS, MESHES = 6, FIELDS = MESHES + 1, FRAMES = 5, WIDTH = 250, BANDS = 4 };
+enum {
+    PIECES = 32,
+    LAMPS = 4,
+    ENTITIES = PIECES + LAMPS,
+    MESHES = 6,
+    FIELDS = MESHES + 1,
+    FRAMES = 5,
+    WIDTH = 250,
+    BANDS = 4
+};
 
 typedef struct board {
     ex_scene          scene;
@@ -39,7 +48,8 @@ static int build(board *b, const bn_options *options)
     d.position_side = 4;
     for (uint32_t i = 0; i < MESHES; i++) {
         const ex_mesh *mesh = &b->scene.meshes[1 + i];
-        const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count };
+        const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices,
+                                3 * (size_t)mesh->triangle_count };
         if (sfield_build(&d, &m, &b->field[i], NULL) != SFIELD_OK)
             return -1;
     }
@@ -88,7 +98,8 @@ static int shade_cpu(board *b, const bn_options *options)
     set.normals = b->points.normals;
     set.entity = SFIELD_NONE;
     set.rgb = b->rgb;
-    if (sfield_scene_create(&d, &b->cpu) != SFIELD_OK || sfield_scene_entities(b->cpu, b->entity, ENTITIES) != SFIELD_OK ||
+    if (sfield_scene_create(&d, &b->cpu) != SFIELD_OK ||
+        sfield_scene_entities(b->cpu, b->entity, ENTITIES) != SFIELD_OK ||
         sfield_shade(b->cpu, &set, 1, NULL) != SFIELD_OK)
         return -1;
     start = ex_seconds();
@@ -277,7 +288,8 @@ int bn_gl_sfield(const bn_options *options)
     memset(&b, 0, sizeof b);
     if (ex_scene_builtin(&b.scene, "chess", 1, error) != 0)
         return bn_failed("chess", error);
-    result = build(&b, options) == 0 && shade_cpu(&b, options) == 0 ? run(&b, options) : bn_failed("gl_sfield", "out of memory");
+    result = build(&b, options) == 0 && shade_cpu(&b, options) == 0 ? run(&b, options)
+                                                                    : bn_failed("gl_sfield", "out of memory");
     sfield_scene_free(b.cpu);
     for (int i = 0; i < FIELDS; i++)
         sfield_free(b.field[i]);

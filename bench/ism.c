@@ -1,7 +1,8 @@
 /* ism.c - figures of ism.h: pictures beside the one-bounce reference, choice of VPLs, visibility, flicker.
 
    Two kinds of reference: `render --technique reference`, which is a path tracer, for whole pictures; and, where one
-   part of the method is to be judged alone, many VPLs with exact visibility by Embree, which has no noise of its own. */
+   part of the method is to be judged alone, many VPLs with exact visibility by Embree, which has no noise of
+   its own. */
 #define _POSIX_C_SOURCE 200809L
 #define ISM_IMPLEMENTATION
 #include "ism_scene.h"
@@ -27,7 +28,8 @@ static int light_scene(bn_scene *s, const bn_options *options, uint32_t rsm, uin
     char error[EX_ERROR_SIZE];
     double start = ex_seconds();
     im_rsms_free(&s->rsms);
-    if (im_lamps_build(&s->rsms, &s->job, light_points, 1, error) != 0 || im_rsms_render(&s->rsms, &s->job, rsm, error) != 0)
+    if (im_lamps_build(&s->rsms, &s->job, light_points, 1, error) != 0 ||
+        im_rsms_render(&s->rsms, &s->job, rsm, error) != 0)
         return bn_failed(s->name, error);
     s->rsm_ms = 1000 * (ex_seconds() - start);
     (void)options;
@@ -120,8 +122,8 @@ static ism_frame base_frame(const bn_scene *s)
     return f;
 }
 
-/* Share of pairs of pixel and VPL that face each other whose visibility is not Embree's; also weighted by the light that
-   the pair carries. */
+/* Share of pairs of pixel and VPL that face each other whose visibility is not Embree's; also weighted by the light
+   that the pair carries. */
 typedef struct visibility_error { double share, weighted, false_shadow, lit; } visibility_error;
 
 static int measure_visibility(const bn_scene *s, const ism_maps *maps, float bias, visibility_error *out)
@@ -182,8 +184,11 @@ static int build_maps(const bn_scene *s, const ism_desc *d, ism_maps **maps)
 
 static int visibility_of(const bn_options *options, const char *path, const char *name)
 {
-    static const struct { ism_spread spread; const char *name; } spreads[] = {
-        { ISM_SPREAD_AREA, "area" }, { ISM_SPREAD_VIEW_1, "view1" }, { ISM_SPREAD_VIEW_8, "view8" }, { ISM_SPREAD_PAIR, "pair" } };
+    static const struct { ism_spread spread; const char *name;
+    } spreads[] = { { ISM_SPREAD_AREA, "area" },
+                    { ISM_SPREAD_VIEW_1, "view1" },
+                    { ISM_SPREAD_VIEW_8, "view8" },
+                    { ISM_SPREAD_PAIR, "pair" } };
     bn_scene s;
     if (bn_ism_open(&s, options, path, 160, 90, 128, 8) != 0)
         return -1;
@@ -248,9 +253,10 @@ static int render(const files *f, const char *technique, const char *scene, cons
                   const char *more)
 {
     char command[3072];
-    snprintf(command, sizeof command, "'%s' --technique %s --scene '%s' --size %s --samples %u --set only=indirect --set "
-             "bounces=1 --out '%s/%s.pfm' --json '%s/%s.json' %s", f->render, technique, scene, size, (unsigned)samples, f->folder,
-             technique, f->folder, technique, more);
+    snprintf(command, sizeof command,
+             "'%s' --technique %s --scene '%s' --size %s --samples %u --set only=indirect --set "
+             "bounces=1 --out '%s/%s.pfm' --json '%s/%s.json' %s",
+             f->render, technique, scene, size, (unsigned)samples, f->folder, technique, f->folder, technique, more);
     return system(command) == 0 ? 0 : bn_failed(scene, technique);
 }
 
@@ -270,8 +276,8 @@ static double number(const files *f, const char *technique, const char *name)
     return at ? strtod(at + strlen(key), NULL) : HUGE_VAL;
 }
 
-/* compare's relative_rmse and mean_ratio; and, for causes, the first of them without the hundredth of the pixels that are
-   farthest off. */
+/* compare's relative_rmse and mean_ratio; and, for causes, the first of them without the hundredth of the pixels that
+   are farthest off. */
 typedef struct picture_error { double rmse, ratio, rmse_99; } picture_error;
 
 static int downwards(const void *a, const void *b)
@@ -338,8 +344,8 @@ static int compare(const files *f, double *error, double *ratio)
 static int picture_of(const bn_options *options, const files *f, const char *scene, const char *name)
 {
     double error, ratio;
-    if (render(f, "reference", scene, "160x90", options->full ? 16384 : 2048, "") != 0 || render(f, "ism", scene, "160x90", 1024, "") != 0 ||
-        compare(f, &error, &ratio) != 0)
+    if (render(f, "reference", scene, "160x90", options->full ? 16384 : 2048, "") != 0 ||
+        render(f, "ism", scene, "160x90", 1024, "") != 0 || compare(f, &error, &ratio) != 0)
         return -1;
     bn_begin(options, "ism", options->threads, "none");
     bn_text("scene", name);
@@ -396,10 +402,11 @@ static int shade_cause(const bn_scene *s, const bn_options *options, const cause
     return result == ISM_OK ? 0 : bn_failed(s->name, ism_result_text(result));
 }
 
-static void report_cause(const bn_options *options, const char *scene, const cause *c, const picture_error *e, double noise,
-                         double lost)
+static void report_cause(const bn_options *options, const char *scene, const cause *c, const picture_error *e,
+                         double noise, double lost)
 {
-    static const char *const sights[] = { "maps", "rays", "none" }, *const rules[] = { "", "patch", "sphere", "clamp", "mean", "none" };
+    static const char *const sights[] = { "maps", "rays", "none" }, *const rules[] = { "",      "patch", "sphere",
+                                                                                       "clamp", "mean",  "none" };
     bn_begin(options, "ism_causes", options->threads, "none");
     bn_text("scene", scene);
     bn_text("cause", c->name);
@@ -419,11 +426,13 @@ static void report_cause(const bn_options *options, const char *scene, const cau
 static int causes_of(const bn_options *options, const files *f, const char *path, const char *name)
 {
     enum { W = 80, H = 45 };
-    static const cause causes[] = {
-        { "as it is", 1024, 128, 16, BY_MAPS, ISM_NEAR_PATCH }, { "maps", 1024, 128, 16, BY_RAYS, ISM_NEAR_PATCH },
-        { "near field", 1024, 128, 16, BY_RAYS, ISM_NEAR_NONE }, { "number of VPLs", 8192, 128, 16, BY_RAYS, ISM_NEAR_PATCH },
-        { "RSM texels", 8192, 512, 16, BY_RAYS, ISM_NEAR_PATCH }, { "points on lamps", 8192, 128, 256, BY_RAYS, ISM_NEAR_PATCH },
-        { "no shadows in either", 1024, 128, 16, BY_NOTHING, ISM_NEAR_PATCH } };
+    static const cause causes[] = { { "as it is", 1024, 128, 16, BY_MAPS, ISM_NEAR_PATCH },
+                                    { "maps", 1024, 128, 16, BY_RAYS, ISM_NEAR_PATCH },
+                                    { "near field", 1024, 128, 16, BY_RAYS, ISM_NEAR_NONE },
+                                    { "number of VPLs", 8192, 128, 16, BY_RAYS, ISM_NEAR_PATCH },
+                                    { "RSM texels", 8192, 512, 16, BY_RAYS, ISM_NEAR_PATCH },
+                                    { "points on lamps", 8192, 128, 256, BY_RAYS, ISM_NEAR_PATCH },
+                                    { "no shadows in either", 1024, 128, 16, BY_NOTHING, ISM_NEAR_PATCH } };
     ex_image truth[2] = { { 0, 0, NULL }, { 0, 0, NULL } };
     double noise[2] = { 0, 0 };
     bn_scene s;
@@ -432,7 +441,8 @@ static int causes_of(const bn_options *options, const files *f, const char *path
         return -1;
     result = open_rays(&s, options);
     for (int i = 0; i < 2 && result == 0; i++) {
-        result = render(f, "reference", path, "80x45", options->full ? 16384 : 2048, i ? "--set indirect_visibility=0" : "");
+        result =
+            render(f, "reference", path, "80x45", options->full ? 16384 : 2048, i ? "--set indirect_visibility=0" : "");
         if (result == 0)
             result = read_picture(f, "reference", &truth[i]);
         noise[i] = number(f, "reference", "noise");
@@ -469,7 +479,8 @@ static int pictures(const bn_options *options, int (*of)(const bn_options *, con
     snprintf(f.folder, sizeof f.folder, "/tmp/dapple-bench-XXXXXX");
     if (!mkdtemp(f.folder))
         return bn_failed("/tmp", "no room for temporary files");
-    snprintf(f.render, sizeof f.render, "%.*srender", slash ? (int)(slash + 1 - options->program) : 0, options->program);
+    snprintf(f.render, sizeof f.render, "%.*srender", slash ? (int)(slash + 1 - options->program) : 0,
+             options->program);
     if (options->model) {
         result = of(options, &f, options->model, options->model);
     } else {
@@ -503,8 +514,8 @@ static int shade_exactly(const bn_scene *s, ism_maps *maps, float *out)
     return result == ISM_OK ? 0 : bn_failed(s->name, ism_result_text(result));
 }
 
-static int chosen_picture(const bn_scene *s, const bn_options *options, uint32_t vpls, ism_importance importance, uint32_t grid,
-                          uint32_t seed, float *out)
+static int chosen_picture(const bn_scene *s, const bn_options *options, uint32_t vpls, ism_importance importance,
+                          uint32_t grid, uint32_t seed, float *out)
 {
     ism_desc d = base_desc(options, vpls, 8);
     ism_frame frame = base_frame(s);
@@ -579,7 +590,8 @@ static int flicker_of(bn_scene *s, const bn_options *options, int unstable, doub
     for (uint32_t i = 0; i < 12 && result == 0; i++) {
         ism_frame frame;
         for (uint32_t k = 0; k < s->scene.light_count; k++)
-            s->scene.lights[k].position[0] += i ? 0.002f : -0.002f * 11 * (float)unstable;   /* the second run begins there too */
+            s->scene.lights[k].position[0] +=
+                i ? 0.002f : -0.002f * 11 * (float)unstable; /* the second run begins there too */
         result = light_scene(s, options, 128, 16);
         frame = base_frame(s);
         frame.index = i;

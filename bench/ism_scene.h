@@ -19,9 +19,10 @@ typedef struct bn_scene {        /* one scene, its picture, its lit surfaces */
     double      rsm_ms;
 } bn_scene;
 
-/* path: a file, or builtin:NAME; rsm: texels a side; light_points: RSMs of each area light. 0, or -1 after a message. */
-int  bn_ism_open(bn_scene *scene, const bn_options *options, const char *path, uint32_t width, uint32_t height, uint32_t rsm,
-                 uint32_t light_points);
+/* path: a file, or builtin:NAME; rsm: texels a side; light_points: RSMs of each area light. 0, or -1 after
+   a message. */
+int bn_ism_open(bn_scene *scene, const bn_options *options, const char *path, uint32_t width, uint32_t height,
+                uint32_t rsm, uint32_t light_points);
 void bn_ism_close(bn_scene *scene);
 
 #endif

@@ -9,7 +9,8 @@
 
 extern const char dapple_commit[];
 
-static const struct { const char *name, *what; int (*run)(const bn_options *options); } benches[] = {
+static const struct { const char *name, *what; int (*run)(const bn_options *options);
+} benches[] = {
     { "csm_compression", "size and build time of coherent shadow maps, by layers and order", bn_csm_compression },
     { "csm_query", "visibility queries a second and their errors, beside Embree", bn_csm_query },
     { "csm_render", "pictures by csm beside the reference", bn_csm_render },
@@ -18,7 +19,8 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "gl_csm_render", "the Monte Carlo renderer on OpenGL", bn_gl_csm_render },
     { "gl_csm_build", "maps drawn and compressed on OpenGL", bn_gl_csm_build },
     { "gl_ism", "imperfect shadow maps on OpenGL: times of the stages, difference from the CPU", bn_gl_ism },
-    { "gl_envshadow", "shadow maps and light of k lights in clusters of c on OpenGL, and the cost model", bn_gl_envshadow },
+    { "gl_envshadow", "shadow maps and light of k lights in clusters of c on OpenGL, and the cost model",
+      bn_gl_envshadow },
     { "gl_sfield", "shadow fields in harmonics on OpenGL: 30,000 points, 32 occluders, 4 lamps", bn_gl_sfield },
     { "sfield_algebra", "products, rotations and dot products of spherical harmonics a second", bn_sfield_algebra },
     { "sfield_chess", "shadow fields in harmonics: 32 moving chess pieces, errors against rays", bn_sfield_chess },

@@ -1,6 +1,7 @@
-/* rsm_gather.c - bounced light by `render --technique rsm` under one spot light: time of full, interpolated and denoised
-   pictures of 512 x 512, their difference from the full one, and the error of small pictures against the reference without
-   indirect visibility (128 x 128, indirect light alone). The programs themselves are run, as users would. */
+/* rsm_gather.c - bounced light by `render --technique rsm` under one spot light: time of full, interpolated and
+   denoised pictures of 512 x 512, their difference from the full one, and the error of small pictures against the
+   reference without indirect visibility (128 x 128, indirect light alone). The programs themselves are run, as users
+   would. */
 #define _POSIX_C_SOURCE 200809L
 #include "bench.h"
 #include "gl_context.h"
@@ -19,8 +20,8 @@ static int render(run *r, const char *technique, const char *picture, const char
     char command[4096];
     FILE *pipe;
     size_t length;
-    snprintf(command, sizeof command, "'%s' --technique %s %s %s --threads %d --out %s/%s.pfm --json -", r->program, technique,
-             r->common, more, r->options->threads, r->folder, picture);
+    snprintf(command, sizeof command, "'%s' --technique %s %s %s --threads %d --out %s/%s.pfm --json -", r->program,
+             technique, r->common, more, r->options->threads, r->folder, picture);
     pipe = popen(command, "r");
     if (!pipe)
         return bn_failed(r->program, "cannot be run");
@@ -77,7 +78,8 @@ static int find_light(const char *scene, char *light, size_t size)
         snprintf(light, size, "spot:0.278,0.54,0.1,0,-0.8,0.6,70,2");
         return 0;
     }
-    if ((strncmp(scene, "builtin:", 8) == 0 ? ex_scene_builtin(&s, scene + 8, 0, error) : ex_scene_load(&s, scene, error)) != 0)
+    if ((strncmp(scene, "builtin:", 8) == 0 ? ex_scene_builtin(&s, scene + 8, 0, error)
+                                            : ex_scene_load(&s, scene, error)) != 0)
         return bn_failed(scene, error);
     if (!s.has_camera)
         ex_scene_default_camera(&s, 512, 512);
@@ -87,28 +89,31 @@ static int find_light(const char *scene, char *light, size_t size)
     }
     length = sqrtf(length);
     snprintf(light, size, "spot:%g,%g,%g,%g,%g,%g,70", (double)(s.camera.eye[0] - 0.1f * d[2]), (double)s.camera.eye[1],
-             (double)(s.camera.eye[2] + 0.1f * d[0]), (double)(d[0] / length), (double)(d[1] / length), (double)(d[2] / length));
+             (double)(s.camera.eye[2] + 0.1f * d[0]), (double)(d[0] / length), (double)(d[1] / length),
+             (double)(d[2] / length));
     ex_scene_free(&s);
     return 0;
 }
 
 /* On GL three frames: the first one compiles, the middle time and the last picture count. */
-static int measure(run *r, const char *scene, const char *light, const char *backend, const char *mode, uint32_t samples,
-                   const char *settings)
+static int measure(run *r, const char *scene, const char *light, const char *backend, const char *mode,
+                   uint32_t samples, const char *settings)
 {
     const char *slash = strrchr(scene, '/');
     char more[512];
     double error = HUGE_VAL, frame_ms, gather_ms, fraction, other;
     int full = strcmp(mode, "full") == 0;
     const char *way = strcmp(backend, "gl") == 0 ? "--backend gl --frames 3" : "--backend cpu";
-    snprintf(more, sizeof more, "%s --size 512x512 --samples %u --set mode=%s %s", way, (unsigned)samples, mode, settings);
+    snprintf(more, sizeof more, "%s --size 512x512 --samples %u --set mode=%s %s", way, (unsigned)samples, mode,
+             settings);
     if (render(r, "rsm", full ? "full" : "some", more) != 0)
         return -1;
     frame_ms = number(r, "frame_ms");
     gather_ms = number(r, "gather_ms");
     fraction = number(r, "evaluated_fraction");
     other = full ? 0 : compare(r, "some", "full");
-    snprintf(more, sizeof more, "%s --size 128x128 --samples %u --set mode=%s %s", way, (unsigned)samples, mode, settings);
+    snprintf(more, sizeof more, "%s --size 128x128 --samples %u --set mode=%s %s", way, (unsigned)samples, mode,
+             settings);
     if (bn_rays_version()) {
         if (render(r, "rsm", "small", more) != 0)
             return -1;
@@ -183,7 +188,8 @@ int bn_rsm_gather(const bn_options *options)
     int result = 0;
     memset(&r, 0, sizeof r);
     r.options = options;
-    snprintf(r.program, sizeof r.program, "%.*srender", slash ? (int)(slash + 1 - options->program) : 0, options->program);
+    snprintf(r.program, sizeof r.program, "%.*srender", slash ? (int)(slash + 1 - options->program) : 0,
+             options->program);
     snprintf(r.folder, sizeof r.folder, "/tmp/dapple-bench-XXXXXX");
     if (!mkdtemp(r.folder))
         return bn_failed("/tmp", "no room for temporary files");

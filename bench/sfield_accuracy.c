@@ -1,10 +1,10 @@
-/* sfield_accuracy.c - the shadow of a sphere above a plane, and of a chess piece on it, against rays under the same sky, and
-   where the error comes from, each part as RMSE by the mean of what rays say:
-   projection   visibility by rays, but in the basis (harmonics: cut to 4 bands, under a sky cut alike; wavelets: texels)
-   sampling     visibility of an uncompressed field instead: interpolated between its samples (harmonics: and 8 bits)
-   compression  wavelets: of the field with few of them instead
-   products     sfield_shade instead: with harmonics each product is cut to 4 bands
-   The sky has one lobe, cos^4 for harmonics and cos^64 for wavelets. Points under the middle of the occluder are left out. */
+/* sfield_accuracy.c - the shadow of a sphere above a plane, and of a chess piece on it, against rays under the same
+   sky, and where the error comes from, each part as RMSE by the mean of what rays say: projection   visibility by rays,
+   but in the basis (harmonics: cut to 4 bands, under a sky cut alike; wavelets: texels) sampling     visibility of an
+   uncompressed field instead: interpolated between its samples (harmonics: and 8 bits) compression  wavelets: of the
+   field with few of them instead products     sfield_shade instead: with harmonics each product is cut to 4 bands The
+   sky has one lobe, cos^4 for harmonics and cos^64 for wavelets. Points under the middle of the occluder are
+   left out. */
 #include "sfield_scene.h"
 
 #include <math.h>
@@ -84,7 +84,8 @@ static double integrate(const plane *s, const float *visible)
     double sum = 0;
     for (uint32_t i = 0; i < TEXELS; i++) {
         float w[3];
-        double area = (double)sfield_cube_texel(SIDE, i, w), l = 0, v = 0, d[3] = { (double)w[0], (double)w[1], (double)w[2] }, y[COEFS];
+        double area = (double)sfield_cube_texel(SIDE, i, w), l = 0, v = 0,
+               d[3] = { (double)w[0], (double)w[1], (double)w[2] }, y[COEFS];
         if (w[1] <= 0)
             continue;
         if (s->haar) {
@@ -272,7 +273,8 @@ int bn_sfield_accuracy(const bn_options *options)
     for (int haar = 0; haar < 2 && result == 0; haar++) {
         const ex_mesh *m = &chess.meshes[3];
         const sfield_mesh knight = { m->positions, m->vertex_count, 0, m->indices, 3 * (size_t)m->triangle_count };
-        result = measure(options, "sphere", &sphere, haar) != 0 || measure(options, "knight", &knight, haar) != 0 ? -1 : 0;
+        result =
+            measure(options, "sphere", &sphere, haar) != 0 || measure(options, "knight", &knight, haar) != 0 ? -1 : 0;
     }
     ex_scene_free(&chess);
     return result;

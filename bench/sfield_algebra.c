@@ -1,6 +1,6 @@
-/* sfield_algebra.c - products, rotations and dot products of spherical harmonics a second, on one core, beside plain loops
-   in the same run: one vector at a time over the non-zero tensor (i >= j, both halves of the symmetry used) and over the
-   blocks of a rotation. 256 vectors, so that everything stays in the first cache levels. */
+/* sfield_algebra.c - products, rotations and dot products of spherical harmonics a second, on one core, beside plain
+   loops in the same run: one vector at a time over the non-zero tensor (i >= j, both halves of the symmetry used) and
+   over the blocks of a rotation. 256 vectors, so that everything stays in the first cache levels. */
 #define SHADOWFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
@@ -143,9 +143,10 @@ static void report(const bn_options *options, const char *op, uint32_t bands, in
 
 static int one(const bn_options *options, uint32_t bands)
 {
-    static const struct { const char *op; operation fast, plain; } ops[] = {
-        { "product", fast_product, plain_product }, { "rotate", fast_rotate, plain_rotate }, { "dot", fast_dot, plain_dot }
-    };
+    static const struct { const char *op; operation fast, plain;
+    } ops[] = { { "product", fast_product, plain_product },
+                { "rotate", fast_rotate, plain_rotate },
+                { "dot", fast_dot, plain_dot } };
     static const float turn[16] = { 0.36f, 0.48f, -0.8f, 0, -0.8f, 0.6f, 0, 0, 0.48f, 0.64f, 0.6f, 0, 0, 0, 0, 1 };
     tables t;
     int result = -1;

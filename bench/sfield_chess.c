@@ -1,7 +1,8 @@
 /* sfield_chess.c - the paper's chess match: 32 moving pieces of six meshes and the board, four moving lamps, 30,000
    vertices. Frames a second with everything moving, and with a lazy cache while only lamps move; errors at some of the
-   vertices against rays: under the same band-limited lamps, and under the lamps as they are. Fields have 8 x 8 positions a
-   face, so that a run takes seconds; --full builds the paper's 16 x 16, and checks more vertices by more rays. */
+   vertices against rays: under the same band-limited lamps, and under the lamps as they are. Fields have 8 x 8
+   positions a face, so that a run takes seconds; --full builds the paper's 16 x 16, and checks more vertices by more
+   rays. */
 #include "sfield_scene.h"
 
 #include <math.h>
@@ -30,7 +31,8 @@ typedef struct chess {
 static int build_mesh(chess *c, const sfield_desc *d, uint32_t m)
 {
     const ex_mesh *mesh = &c->scene.meshes[m];
-    const sfield_mesh input = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count };
+    const sfield_mesh input = { mesh->positions, mesh->vertex_count, 0, mesh->indices,
+                                3 * (size_t)mesh->triangle_count };
     bn_points *p = &c->points[m];
     if (bn_points_spread(p, mesh, m ? PIECE : BOARD) != 0 ||
         sfield_build(d, &input, &c->occlusion[m], NULL) != SFIELD_OK ||
@@ -127,7 +129,8 @@ static void trace(const tracer *t, const float *p, const float *n, const float *
 }
 
 /* Adds a lamp's light by its own band-limited radiance at p, seen in all directions. */
-static void add_limited(const tracer *t, int lamp, const float *p, const float *n, const float *z, float d, double rgb[3])
+static void add_limited(const tracer *t, int lamp, const float *p, const float *n, const float *z, float d,
+                        double rgb[3])
 {
     const sfield_entity *e = &t->c->entities[OBJECTS + lamp];
     float coefs[3 * 16], at[3];

@@ -1,4 +1,5 @@
-/* sfield_scene.h - what the benchmarks of shadowfield.h share: points on meshes, and rays through scenes as they stand. */
+/* sfield_scene.h - what the benchmarks of shadowfield.h share: points on meshes, and rays through scenes as
+   they stand. */
 #ifndef BN_SFIELD_SCENE_H
 #define BN_SFIELD_SCENE_H
 
@@ -8,7 +9,8 @@
 
 typedef struct bn_points { float *positions, *normals; size_t count; } bn_points;
 
-/* `count` points spread evenly over a mesh, neighbours near each other, with the normals of their triangles. 0, or -1. */
+/* `count` points spread evenly over a mesh, neighbours near each other, with the normals of their triangles. 0,
+   or -1. */
 int  bn_points_spread(bn_points *points, const ex_mesh *mesh, size_t count);
 void bn_points_free(bn_points *points);
 

@@ -1,7 +1,7 @@
-/* sfield_wavelet.c - the paper's spaceships: two ships move in wavelets over robots and a deck, under a sky and a lamp; 73,000
-   vertices. Frames a second and errors at several budgets of wavelets, with both ways of the product, with and without a
-   lazy cache while only the lamp moves. By default fields are small and every 16th vertex is shaded, frames a second being
-   those of all of them; --full takes the paper's fields and every vertex, for an hour. */
+/* sfield_wavelet.c - the paper's spaceships: two ships move in wavelets over robots and a deck, under a sky and a lamp;
+   73,000 vertices. Frames a second and errors at several budgets of wavelets, with both ways of the product, with and
+   without a lazy cache while only the lamp moves. By default fields are small and every 16th vertex is shaded, frames a
+   second being those of all of them; --full takes the paper's fields and every vertex, for an hour. */
 #include "sfield_scene.h"
 
 #include <math.h>
@@ -84,9 +84,10 @@ static int build(ships *s, const bn_options *options, float keep)
     d.position_side = options->full ? 32 : 5;
     d.keep = keep;
     free_fields(s);
-    if (sfield_build(&d, &ship, &s->ship, NULL) != SFIELD_OK || sfield_build_emitter(&d, &lamp, &s->lamp, NULL) != SFIELD_OK ||
-        sfield_build_self(&d, &robots, s->points[0].positions, s->points[0].normals, s->points[0].count, 2e-3f, &s->self,
-                          NULL) != SFIELD_OK)
+    if (sfield_build(&d, &ship, &s->ship, NULL) != SFIELD_OK ||
+        sfield_build_emitter(&d, &lamp, &s->lamp, NULL) != SFIELD_OK ||
+        sfield_build_self(&d, &robots, s->points[0].positions, s->points[0].normals, s->points[0].count, 2e-3f,
+                          &s->self, NULL) != SFIELD_OK)
         return -1;
     s->bytes = sfield_size(s->ship) + sfield_size(s->lamp) + sfield_size(s->self);
     s->seconds = ex_seconds() - start;

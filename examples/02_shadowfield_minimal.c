@@ -3,7 +3,8 @@
    cc -O2 02_shadowfield_minimal.c -lm -o minimal && ./minimal shadow.ppm
 
    One field of a torus, three instances that hover over a floor, one round lamp and a dim sky. The picture is the floor
-   from above: where it is dark an instance hides the lamp. Objects may move every frame; only the last call is made again. */
+   from above: where it is dark an instance hides the lamp. Objects may move every frame; only the last call is made
+   again. */
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 

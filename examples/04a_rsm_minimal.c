@@ -2,8 +2,9 @@
 
    cc -O2 04a_rsm_minimal.c -lm -o minimal && ./minimal bounce.ppm
 
-   A sun shines through the open side of a room onto its floor and red wall; what comes back lights the rest. Each pixel's
-   direct light comes from the map's depth, its bounced light from 256 of the map's texels, chosen by their flux. */
+   A sun shines through the open side of a room onto its floor and red wall; what comes back lights the rest. Each
+   pixel's direct light comes from the map's depth, its bounced light from 256 of the map's texels, chosen by their
+   flux. */
 #define RSM_IMPLEMENTATION
 #include "rsm.h"
 
@@ -14,12 +15,15 @@ enum { WIDTH = 320, HEIGHT = 200, PIXELS = WIDTH * HEIGHT };
 
 /* Floor, back, left, right and a block in the room: parallelograms by corner, edge, edge. */
 enum { QUADS = 9 };
-static const float quads[QUADS][9] = {
-    { -2, 0, -2, 4, 0, 0, 0, 0, 4 },   { -2, 0, -2, 4, 0, 0, 0, 3, 0 },  { -2, 0, -2, 0, 0, 4, 0, 3, 0 },
-    { 2, 0, -2, 0, 0, 4, 0, 3, 0 },    { 0.3f, 0, -1, 0.9f, 0, 0.4f, 0, 1.3f, 0 }, { 0.3f, 0, -1, -0.4f, 0, 0.9f, 0, 1.3f, 0 },
-    { 0.3f, 1.3f, -1, 0.9f, 0, 0.4f, -0.4f, 0, 0.9f }, { 1.2f, 0, -0.6f, -0.4f, 0, 0.9f, 0, 1.3f, 0 },
-    { -0.1f, 0, -0.1f, 0.9f, 0, 0.4f, 0, 1.3f, 0 }
-};
+static const float quads[QUADS][9] = { { -2, 0, -2, 4, 0, 0, 0, 0, 4 },
+                                       { -2, 0, -2, 4, 0, 0, 0, 3, 0 },
+                                       { -2, 0, -2, 0, 0, 4, 0, 3, 0 },
+                                       { 2, 0, -2, 0, 0, 4, 0, 3, 0 },
+                                       { 0.3f, 0, -1, 0.9f, 0, 0.4f, 0, 1.3f, 0 },
+                                       { 0.3f, 0, -1, -0.4f, 0, 0.9f, 0, 1.3f, 0 },
+                                       { 0.3f, 1.3f, -1, 0.9f, 0, 0.4f, -0.4f, 0, 0.9f },
+                                       { 1.2f, 0, -0.6f, -0.4f, 0, 0.9f, 0, 1.3f, 0 },
+                                       { -0.1f, 0, -0.1f, 0.9f, 0, 0.4f, 0, 1.3f, 0 } };
 static const float colors[QUADS][3] = {
     { 0.7f, 0.7f, 0.7f }, { 0.7f, 0.7f, 0.7f }, { 0.7f, 0.1f, 0.1f }, { 0.15f, 0.6f, 0.2f }, { 0.7f, 0.7f, 0.7f },
     { 0.7f, 0.7f, 0.7f }, { 0.7f, 0.7f, 0.7f }, { 0.7f, 0.7f, 0.7f }, { 0.7f, 0.7f, 0.7f }
@@ -92,7 +96,7 @@ static rsm_map *make_map(void)
         mesh.index_count = 6;
         meshes[q] = mesh;
     }
-    desc.light.direction[0] = 0.48f, desc.light.direction[1] = 0.64f, desc.light.direction[2] = 0.6f;    /* to the sun */
+    desc.light.direction[0] = 0.48f, desc.light.direction[1] = 0.64f, desc.light.direction[2] = 0.6f; /* to the sun */
     desc.light.value[0] = 6, desc.light.value[1] = 5.6f, desc.light.value[2] = 5;                         /* W/m^2 */
     desc.light.position[1] = 1.2f;
     desc.light.radius = 3.5f;

@@ -23,8 +23,8 @@ static uint32_t triangles[2 * 36];
 
 static ism_mesh make_mesh(void)
 {
-    static const uint32_t faces[36] = { 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2,
-                                        1, 3, 7, 1, 7, 5 };
+    static const uint32_t faces[36] = { 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                                        2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5 };
     ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL };
     uint32_t b, i, k;
     for (b = 0; b < 2; b++) {
@@ -44,7 +44,8 @@ static void trace(const float *o, const float *d, float *p, float *n)
         for (k = 0; k < 3; k++)
             for (side = 0; side < 2; side++) {
                 float plane = side ? boxes[b].hi[k] : boxes[b].lo[k], t = (plane - o[k]) / d[k], q[3];
-                int out = side ? 1 : -1, hit = t > 1e-4f && t < best && (d[k] > 0) == (boxes[b].inside ? out > 0 : out < 0);
+                int out = side ? 1 : -1,
+                    hit = t > 1e-4f && t < best && (d[k] > 0) == (boxes[b].inside ? out > 0 : out < 0);
                 for (j = 0; j < 3 && hit; j++) {
                     q[j] = j == k ? plane : o[j] + t * d[j];
                     hit = j == k || (q[j] >= boxes[b].lo[j] && q[j] <= boxes[b].hi[j]);
@@ -83,7 +84,8 @@ int main(int count, char **values)
             trace(from, sun, at + 3 * i, normal + 3 * i);
             area[i] = texel;
             for (k = 0; k < 3; k++)         /* albedo x irradiance x area; the block is grey */
-                flux[3 * i + k] = (at[3 * i + 1] < 0.5f && k ? 0.2f : 0.7f) * 20 * texel * (normal[3 * i + 1] > 0.5f ? 1.0f : 0.0f);
+                flux[3 * i + k] =
+                    (at[3 * i + 1] < 0.5f && k ? 0.2f : 0.7f) * 20 * texel * (normal[3 * i + 1] > 0.5f ? 1.0f : 0.0f);
         }
     for (y = 0; y < HEIGHT; y++)            /* the G-buffer */
         for (x = 0; x < WIDTH; x++) {
@@ -96,7 +98,8 @@ int main(int count, char **values)
     result = ism_create(&desc, &maps);
     if (result == ISM_OK) result = ism_render(maps, &frame, &shading, light, &stats);
     if (result != ISM_OK) return fprintf(stderr, "%s\n", ism_result_text(result)), 1;
-    printf("%u VPLs, %.0f points, %.1f MB\n", (unsigned)stats.vpls, (double)stats.points, (double)stats.peak_bytes * 1e-6);
+    printf("%u VPLs, %.0f points, %.1f MB\n", (unsigned)stats.vpls, (double)stats.points,
+           (double)stats.peak_bytes * 1e-6);
     file = fopen(count > 1 ? values[1] : "bounce.ppm", "wb");
     if (!file) return fprintf(stderr, "cannot write the picture\n"), 1;
     fprintf(file, "P6 %d %d 255\n", WIDTH, HEIGHT);

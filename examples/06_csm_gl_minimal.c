@@ -1,8 +1,9 @@
-/* 06_csm_gl_minimal.c - soft shadows in a shader of your own: csm.h builds the maps, gl_backend.h brings them to the GPU, and
-   the fragment shader below calls csm_visible() of the library for each of its light samples.
+/* 06_csm_gl_minimal.c - soft shadows in a shader of your own: csm.h builds the maps, gl_backend.h brings them to the
+   GPU, and the fragment shader below calls csm_visible() of the library for each of its light samples.
 
    cc -O2 06_csm_gl_minimal.c -lglfw -lm -o csm_gl_minimal && ./csm_gl_minimal           Escape ends it
-   ./csm_gl_minimal picture.ppm                             one picture, no visible window; without a display: xvfb-run -a */
+   ./csm_gl_minimal picture.ppm                             one picture, no visible window; without a display: xvfb-run
+   -a */
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 #define GL_BACKEND_IMPLEMENTATION

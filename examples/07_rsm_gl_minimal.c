@@ -1,5 +1,6 @@
-/* 07_rsm_gl_minimal.c - bounced light on the GPU: a spot turns in a coloured room. Per frame its reflective shadow map and the
-   picture's G-buffer are drawn by one function, then direct and bounced light are added by passes of gl_backend.h.
+/* 07_rsm_gl_minimal.c - bounced light on the GPU: a spot turns in a coloured room. Per frame its reflective shadow map
+   and the picture's G-buffer are drawn by one function, then direct and bounced light are added by passes of
+   gl_backend.h.
 
    cc -O2 07_rsm_gl_minimal.c -lglfw -lm -o rsm_gl_minimal && ./rsm_gl_minimal       Escape ends it
    ./rsm_gl_minimal picture.ppm                                            one picture, no visible window */
@@ -77,11 +78,14 @@ static int save(glbk_context *gl, const char *path)
 
 static glbk_result frame(glbk_context *gl, glbk_rsm_renderer *r, glbk_rsm_map *map, glbk_rsm_lamp *lamp, float angle)
 {
-    static const float eye[3] = { 0, 1, 4.4f }, view[16] = { 2, 0, 0, 0, 0, 2.667f, 0, 0, 0, 0, -1.02f, -1, 0, -2.667f, 4.286f, 4.4f };
+    static const float eye[3] = { 0, 1, 4.4f },
+                       view[16] = { 2, 0, 0, 0, 0, 2.667f, 0, 0, 0, 0, -1.02f, -1, 0, -2.667f, 4.286f, 4.4f };
     const glbk_rsm_direct_desc direct = { 3, 0.5f, 1 };
     const glbk_rsm_gather_desc gather = { GLBK_RSM_PATTERN_FLUX, 400, 0, 0, 0, 0.3f, 0, 1, 0 };
     const glbk_rsm_grid grid = { 0, 0, 0, 0, 0, 0, 0 };        /* all defaults */
-    const glbk_pass screen = { NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 } };
+    const glbk_pass screen = {
+        NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
+    };
     const glbk_rsm_map *lit = map;
     glbk_result result;
     lamp->direction[0] = 0.8f * sinf(angle);

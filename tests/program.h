@@ -1,5 +1,5 @@
-/* program.h - tests that call render and its like as a user does: a scratch folder, a run with its output, a number of the
-   JSON. Define _POSIX_C_SOURCE 200809L first. */
+/* program.h - tests that call render and its like as a user does: a scratch folder, a run with its output, a number of
+   the JSON. Define _POSIX_C_SOURCE 200809L first. */
 #ifndef PROGRAM_H
 #define PROGRAM_H
 
@@ -82,7 +82,8 @@ static inline void compare_back_ends(const char *technique, double limit, const 
     double error;
     for (int i = 0; i < 2; i++) {
         char arguments[700];
-        snprintf(arguments, sizeof arguments, "--technique %s --backend %s %s --out %s.pfm", technique, ways[i], scene, ways[i]);
+        snprintf(arguments, sizeof arguments, "--technique %s --backend %s %s --out %s.pfm", technique, ways[i], scene,
+                 ways[i]);
         if (run("render", arguments) == 0)
             continue;
         if (i == 1 && (strstr(output, "EGL") || strstr(output, "no GL context"))) {

@@ -1,5 +1,6 @@
-/* glsl - writes every embedded program with every set of its defines and for every promised dialect to a folder, for the
-   validator of tools/check-glsl: NAME-SET-DIALECT.STAGE, and beside it .layout, what its uniform blocks must look like.
+/* glsl - writes every embedded program with every set of its defines and for every promised dialect to a folder, for
+   the validator of tools/check-glsl: NAME-SET-DIALECT.STAGE, and beside it .layout, what its uniform blocks must look
+   like.
 
    glsl FOLDER */
 
@@ -57,7 +58,8 @@ static int write_set(const char *folder, const glbk_file *file, const char *defi
         if (is_compute && dialects[i].dialect != GLBK_GLSL_430) continue;
         /* Targets that hold bits are for ES alone. */
         for (bits = 0; bits <= (dialects[i].dialect == GLBK_GLSL_300_ES); bits++) {
-            size_t size = glbk_write_glsl(dialects[i].dialect, bits, NULL, defines, file->name, NULL, text, sizeof text);
+            size_t size =
+                glbk_write_glsl(dialects[i].dialect, bits, NULL, defines, file->name, NULL, text, sizeof text);
             if (size == 0 || size > sizeof text) {
                 fprintf(stderr, "glsl: %s: an unknown file in uses, or bad defines: %s\n", file->name, defines);
                 return 0;

@@ -15,12 +15,12 @@ typedef struct bk_mesh {
     size_t    vertices, triangles;
 } bk_mesh;
 
-/* A technique bakes units (pixels of maps, shells) from..to of all into one file's bytes. Functions return 0, or -1 with
-   one line in error; bytes are freed with free(). */
+/* A technique bakes units (pixels of maps, shells) from..to of all into one file's bytes. Functions return 0, or -1
+   with one line in error; bytes are freed with free(). */
 typedef struct bk_technique {
     const char   *name;
     const rd_key *keys;
-    int         (*plan)(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error);
+    int (*plan)(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error);
     /* units: of the whole; seconds: about how long all of them take on one core */
     double      (*weight)(const rd_settings *settings, uint32_t units, uint32_t unit);
     /* how long a unit takes, relative to others */
@@ -29,8 +29,8 @@ typedef struct bk_technique {
     int         (*merge)(const void *const *parts, const size_t *sizes, size_t count, int packed, void **data,
                          size_t *size, char *error);
     int         (*info)(const void *data, size_t size, char *line, size_t room, char *error);
-    int         (*verify)(const rd_settings *settings, const void *data, size_t size, const bk_mesh *mesh, ex_pool *pool,
-                          char *line, size_t room, char *error);      /* 1: wrong */
+    int (*verify)(const rd_settings *settings, const void *data, size_t size, const bk_mesh *mesh, ex_pool *pool,
+                  char *line, size_t room, char *error); /* 1: wrong */
 } bk_technique;
 
 extern const bk_technique bk_csm, bk_shadowfield;

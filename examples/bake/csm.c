@@ -12,7 +12,8 @@ static const rd_key keys[] = {
     { "side", RD_INTEGER, NULL, 1, 1024, "128", "maps a side of the domain" },
     { "m", RD_INTEGER, NULL, 4, 1024, "128", "pixels a side of a map" },
     { "layers", RD_WORD, "z1z2|z1z3_sphere|z1z3_far", 0, 0, "z1z2", "which hit the stored depths lie in front of" },
-    { "order", RD_WORD, "auto|scanline|zigzag|zigzag_theta|hilbert", 0, 0, "hilbert", "auto: by trial, in every shard" },
+    { "order", RD_WORD, "auto|scanline|zigzag|zigzag_theta|hilbert", 0, 0, "hilbert",
+      "auto: by trial, in every shard" },
     { "packed", RD_WORD, "0|1", 0, 0, "0", "1: entropy-coded file, about half as large; shards are never" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };
@@ -93,8 +94,8 @@ static int bytes_of(cohsm_maps *maps, int packed, void **data, size_t *size, cha
     return result == COHSM_OK ? 0 : failed("file", result, error);
 }
 
-static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from, uint32_t to, ex_pool *pool, void **data,
-                size_t *size, char *error)
+static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from, uint32_t to, ex_pool *pool,
+                void **data, size_t *size, char *error)
 {
     cohsm_desc d = desc_of(settings, pool);
     cohsm_mesh m = mesh_of(mesh);
@@ -106,7 +107,8 @@ static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from,
     ex_progress(NULL, 1);
     if (result != COHSM_OK)
         return failed("build", result, error);
-    return bytes_of(maps, to - from == d.map_size * d.map_size && rd_setting_is(settings, "packed", "1"), data, size, error);
+    return bytes_of(maps, to - from == d.map_size * d.map_size && rd_setting_is(settings, "packed", "1"), data, size,
+                    error);
 }
 
 static int merge(const void *const *parts, const size_t *sizes, size_t count, int packed, void **data, size_t *size,
@@ -135,17 +137,20 @@ static int info(const void *data, size_t size, char *line, size_t room, char *er
         return failed("file", result, error);
     cohsm_get_info(maps, &i);
     cohsm_free(maps);
-    snprintf(line, room, "{\"technique\": \"csm\", \"file_bytes\": %lu, \"bytes\": %lu, \"side\": %u, \"maps\": %u, \"m\": %u, "
-             "\"layers\": \"%s\", \"order\": \"%s\", \"segments\": %llu, \"ratio\": %.3f, \"pixel_begin\": %u, \"pixel_end\": %u, "
+    snprintf(line, room,
+             "{\"technique\": \"csm\", \"file_bytes\": %lu, \"bytes\": %lu, \"side\": %u, \"maps\": %u, \"m\": %u, "
+             "\"layers\": \"%s\", \"order\": \"%s\", \"segments\": %llu, \"ratio\": %.3f, \"pixel_begin\": %u, "
+             "\"pixel_end\": %u, "
              "\"center\": [%.9g, %.9g, %.9g], \"radius\": %.9g}",
-             (unsigned long)size, (unsigned long)i.bytes, (unsigned)i.side[0], (unsigned)i.map_count, (unsigned)i.map_size,
-             layers[i.layers], orders[i.order], (unsigned long long)i.segments, i.ratio, (unsigned)i.pixel_begin,
-             (unsigned)i.pixel_end, (double)i.center[0], (double)i.center[1], (double)i.center[2], (double)i.radius);
+             (unsigned long)size, (unsigned long)i.bytes, (unsigned)i.side[0], (unsigned)i.map_count,
+             (unsigned)i.map_size, layers[i.layers], orders[i.order], (unsigned long long)i.segments, i.ratio,
+             (unsigned)i.pixel_begin, (unsigned)i.pixel_end, (double)i.center[0], (double)i.center[1],
+             (double)i.center[2], (double)i.radius);
     return 0;
 }
 
-static int verify(const rd_settings *settings, const void *data, size_t size, const bk_mesh *mesh, ex_pool *pool, char *line,
-                  size_t room, char *error)
+static int verify(const rd_settings *settings, const void *data, size_t size, const bk_mesh *mesh, ex_pool *pool,
+                  char *line, size_t room, char *error)
 {
     cohsm_desc d = desc_of(settings, pool);
     cohsm_mesh m = mesh_of(mesh);

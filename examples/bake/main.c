@@ -159,7 +159,12 @@ static uint64_t key_of(const bk_args *args, const bk_mesh *mesh, uint32_t from, 
     return add_hash(h, &to, sizeof to);
 }
 
-typedef struct bk_parts { uint32_t count, limit[MOST_PARTS + 1]; char *name[MOST_PARTS]; void *data[MOST_PARTS]; size_t size[MOST_PARTS]; } bk_parts;
+typedef struct bk_parts {
+    uint32_t count, limit[MOST_PARTS + 1];
+    char *name[MOST_PARTS];
+    void *data[MOST_PARTS];
+    size_t size[MOST_PARTS];
+} bk_parts;
 
 /* Part k from its file or built and kept there. */
 static int make_part(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, bk_parts *p, uint32_t k, char *error)
@@ -171,7 +176,8 @@ static int make_part(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, bk
         free(p->data[k]);
         p->data[k] = NULL;
     }
-    if (args->technique->bake(&args->settings, mesh, p->limit[k], p->limit[k + 1], pool, &p->data[k], &p->size[k], error) != 0)
+    if (args->technique->bake(&args->settings, mesh, p->limit[k], p->limit[k + 1], pool, &p->data[k], &p->size[k],
+                              error) != 0)
         return -1;
     return bk_write(p->name[k], p->data[k], p->size[k], error);
 }
@@ -187,7 +193,8 @@ static int bake_parts(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, b
         if (!p->name[k])
             return fail(error, "out of memory", "");
         sprintf(p->name[k], "%s.part-%016llx-%uof%u", args->out,
-                (unsigned long long)key_of(args, mesh, p->limit[k], p->limit[k + 1]), (unsigned)k + 1, (unsigned)p->count);
+                (unsigned long long)key_of(args, mesh, p->limit[k], p->limit[k + 1]), (unsigned)k + 1,
+                (unsigned)p->count);
     }
     for (uint32_t k = 0; k < p->count && result == 0; k++)
         result = make_part(args, mesh, pool, p, k, error);
@@ -196,7 +203,8 @@ static int bake_parts(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, b
     return result;
 }
 
-static int bake_range(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, uint32_t units, double seconds, char *error)
+static int bake_range(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, uint32_t units, double seconds,
+                      char *error)
 {
     bk_parts *p = calloc(1, sizeof *p);
     uint32_t *limit = calloc((size_t)args->shards + 1, sizeof *limit);
@@ -213,8 +221,8 @@ static int bake_range(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, u
         p->count = asked ? (uint32_t)asked : seconds < 1 ? 1 : seconds < MOST_PARTS ? (uint32_t)seconds : MOST_PARTS;
         p->count = p->count < units ? p->count : units;
         if (args->shards > 1 || p->count == 1)
-            result = args->technique->bake(&args->settings, mesh, limit[args->shard - 1], limit[args->shard], pool, &data, &size,
-                                           error);
+            result = args->technique->bake(&args->settings, mesh, limit[args->shard - 1], limit[args->shard], pool,
+                                           &data, &size, error);
         else {
             divide(args, units, 0, units, p->count, p->limit);
             result = bake_parts(args, mesh, pool, p, &data, &size, error);
@@ -384,7 +392,8 @@ int main(int count, char **values)
         args.settings.own = args.technique->keys;
         if (take_all(&args, count - 2, values + 2, error) != 0) c = NULL;
         else if (args.file_count < c->least || args.file_count > c->most || (c->writes && !args.out)) {
-            snprintf(error, sizeof error, "%s: %s", c->name, c->writes && !args.out ? "-o FILE is missing" : "wrong number of files");
+            snprintf(error, sizeof error, "%s: %s", c->name,
+                     c->writes && !args.out ? "-o FILE is missing" : "wrong number of files");
             c = NULL;
         }
     }

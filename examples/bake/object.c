@@ -27,8 +27,10 @@ static int gather(bk_mesh *out, const ex_scene *scene, const char *node, char *e
             found++;
         }
     if (!triangles || vertices > UINT32_MAX) {
-        snprintf(error, EX_ERROR_SIZE, "%s", triangles ? "too many vertices" : *node ? "no node of that name with triangles"
-                                                                                     : "nothing casts shadows");
+        snprintf(error, EX_ERROR_SIZE, "%s",
+                 triangles ? "too many vertices"
+                 : *node   ? "no node of that name with triangles"
+                           : "nothing casts shadows");
         return -1;
     }
     soup.positions = malloc((3 * vertices + 1) * sizeof *soup.positions);

@@ -51,7 +51,10 @@ static sfield_desc desc_of(const rd_settings *settings, ex_pool *pool)
     return d;
 }
 
-static uint32_t shells_of(const sfield_desc *d) { return d->shells ? d->shells : d->basis == SFIELD_BASIS_HAAR ? 32 : 16; }
+static uint32_t shells_of(const sfield_desc *d)
+{
+    return d->shells ? d->shells : d->basis == SFIELD_BASIS_HAAR ? 32 : 16;
+}
 
 /* About 10 ns a triangle and 0.2 ms of texels for each view. */
 static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error)
@@ -82,8 +85,8 @@ static int bytes_of(sfield_field *field, void **data, size_t *size, char *error)
     return *data ? 0 : failed("memory", SFIELD_ERR_ALLOC, error);
 }
 
-static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from, uint32_t to, ex_pool *pool, void **data,
-                size_t *size, char *error)
+static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from, uint32_t to, ex_pool *pool,
+                void **data, size_t *size, char *error)
 {
     sfield_desc d = desc_of(settings, pool);
     sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles };
@@ -124,20 +127,22 @@ static int info(const void *data, size_t size, char *line, size_t room, char *er
         return failed("file", result, error);
     sfield_get_info(field, &i);
     sfield_free(field);
-    snprintf(line, room, "{\"technique\": \"shadowfield\", \"file_bytes\": %lu, \"kind\": \"%s\", \"basis\": \"%s\", \"bands\": %u, "
-             "\"cube_side\": %u, \"shells\": %u, \"position_side\": %u, \"samples\": %lu, \"coefficients\": %llu, "
-             "\"inner\": %.6g, \"outer\": %.6g, \"shard_begin\": %u, \"shard_end\": %u, \"center\": [%.9g, %.9g, %.9g], "
-             "\"radius\": %.9g}",
-             (unsigned long)size, kinds[i.kind], i.basis == SFIELD_BASIS_HAAR ? "haar" : "sh", (unsigned)i.bands,
-             (unsigned)i.cube_side, (unsigned)i.shells, (unsigned)i.position_side, (unsigned long)i.samples,
-             (unsigned long long)i.coefficients, (double)i.inner, (double)i.outer, (unsigned)i.shard_begin,
-             (unsigned)i.shard_end, (double)i.center[0], (double)i.center[1], (double)i.center[2], (double)i.radius);
+    snprintf(
+        line, room,
+        "{\"technique\": \"shadowfield\", \"file_bytes\": %lu, \"kind\": \"%s\", \"basis\": \"%s\", \"bands\": %u, "
+        "\"cube_side\": %u, \"shells\": %u, \"position_side\": %u, \"samples\": %lu, \"coefficients\": %llu, "
+        "\"inner\": %.6g, \"outer\": %.6g, \"shard_begin\": %u, \"shard_end\": %u, \"center\": [%.9g, %.9g, %.9g], "
+        "\"radius\": %.9g}",
+        (unsigned long)size, kinds[i.kind], i.basis == SFIELD_BASIS_HAAR ? "haar" : "sh", (unsigned)i.bands,
+        (unsigned)i.cube_side, (unsigned)i.shells, (unsigned)i.position_side, (unsigned long)i.samples,
+        (unsigned long long)i.coefficients, (double)i.inner, (double)i.outer, (unsigned)i.shard_begin,
+        (unsigned)i.shard_end, (double)i.center[0], (double)i.center[1], (double)i.center[2], (double)i.radius);
     return 0;
 }
 
 /* Built again with the same settings: the bytes are the same everywhere. */
-static int verify(const rd_settings *settings, const void *data, size_t size, const bk_mesh *mesh, ex_pool *pool, char *line,
-                  size_t room, char *error)
+static int verify(const rd_settings *settings, const void *data, size_t size, const bk_mesh *mesh, ex_pool *pool,
+                  char *line, size_t room, char *error)
 {
     sfield_field *field;
     sfield_info i;
@@ -149,7 +154,8 @@ static int verify(const rd_settings *settings, const void *data, size_t size, co
         return failed("file", result, error);
     sfield_get_info(field, &i);
     sfield_free(field);
-    if (bake(settings, mesh, i.shard_begin, i.shard_end ? i.shard_end : shells_of(&d), pool, &again, &again_size, error) != 0)
+    if (bake(settings, mesh, i.shard_begin, i.shard_end ? i.shard_end : shells_of(&d), pool, &again, &again_size,
+             error) != 0)
         return -1;
     for (size_t k = 0; k < size && k < again_size; k++)
         wrong += ((const unsigned char *)data)[k] != ((const unsigned char *)again)[k];

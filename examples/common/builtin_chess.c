@@ -1,5 +1,6 @@
-/* builtin_chess.c - 32 pieces, instances of six meshes in two colours, on a board on a table; the opening position at time
-   0, from which an Italian game is played, taken back and played again. Metres; a square is 55 mm, the king 95 mm high, as in tournament sets. */
+/* builtin_chess.c - 32 pieces, instances of six meshes in two colours, on a board on a table; the opening position at
+   time 0, from which an Italian game is played, taken back and played again. Metres; a square is 55 mm, the king 95 mm
+   high, as in tournament sets. */
 #include "internal.h"
 
 enum { SIDES = 48 };
@@ -170,7 +171,7 @@ enum { MOVES = sizeof game / sizeof *game };
 
 int ex_pose_chess(ex_scene *scene, float time)
 {
-    const float forth = 0.8f * MOVES, back = 0.25f * forth;     /* seconds: a move takes 0.8, all of them back a quarter */
+    const float forth = 0.8f * MOVES, back = 0.25f * forth; /* seconds: a move takes 0.8, all of them back a quarter */
     float t = fmodf(fmaxf(time, 0), forth + back), played = (t < forth ? t / forth : (forth + back - t) / back) * MOVES;
     for (int i = 0; i < MOVES; i++) {
         const chess_move *m = &game[i];

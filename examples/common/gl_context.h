@@ -1,5 +1,5 @@
-/* gl_context.h - GL contexts for the example programs and tests: headless by EGL or OSMesa, windows by GLFW. No GL function
-   is called by its link-time name, so that the three may be used side by side. */
+/* gl_context.h - GL contexts for the example programs and tests: headless by EGL or OSMesa, windows by GLFW. No GL
+   function is called by its link-time name, so that the three may be used side by side. */
 #ifndef EX_GL_CONTEXT_H
 #define EX_GL_CONTEXT_H
 

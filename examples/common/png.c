@@ -1,6 +1,6 @@
 /* png.c - 8-bit RGB PNG: compressed by stb_image_write where it was found, else in stored blocks by the few lines here,
-   so that a machine with nothing but a compiler still gets pictures out of `make demo`. Only .hdr input needs stb: there
-   this file says so. */
+   so that a machine with nothing but a compiler still gets pictures out of `make demo`. Only .hdr input needs stb:
+   there this file says so. */
 #include "internal.h"
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* csm_cut.c - triangles of the technique csm's casters; where an alpha mask cuts holes, only what is left of them.
-   A masked triangle becomes a grid of small ones, about one a texel, of which those stay whose middle is solid: the maps
-   then hold the holes, and the border of a hole is off by half a cell at most. */
+   A masked triangle becomes a grid of small ones, about one a texel, of which those stay whose middle is solid: the
+   maps then hold the holes, and the border of a hole is off by half a cell at most. */
 #include "csm_parts.h"
 
 #include <math.h>

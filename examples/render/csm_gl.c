@@ -1,5 +1,5 @@
-/* csm_gl.c - the technique csm on OpenGL: the maps that csm.h built, its lights and the G-buffer go to gl_backend.h, which
-   draws the same samples as the CPU does. */
+/* csm_gl.c - the technique csm on OpenGL: the maps that csm.h built, its lights and the G-buffer go to gl_backend.h,
+   which draws the same samples as the CPU does. */
 #include "csm_parts.h"
 
 #include <math.h>

@@ -25,7 +25,8 @@ int cs_failed(const char *what, cohsm_result result, char *error)
 
 int cs_refused(uint64_t samples, char *error)
 {
-    snprintf(error, EX_ERROR_SIZE, "csm: %llu light samples lie inside the hull of an object; light_maps=local treats them",
+    snprintf(error, EX_ERROR_SIZE,
+             "csm: %llu light samples lie inside the hull of an object; light_maps=local treats them",
              (unsigned long long)samples);
     return -1;
 }
@@ -186,8 +187,8 @@ static int allocate(cs_casters *c, const ex_scene *scene, char *error)
     return 0;
 }
 
-/* Where an instance stands, and how far its maps reach: pcf reads the pixel beside and the cell beside, which in LATLONG
-   is sqrt(5) pi / side away; a map of one direction is asked for that one. */
+/* Where an instance stands, and how far its maps reach: pcf reads the pixel beside and the cell beside, which in
+   LATLONG is sqrt(5) pi / side away; a map of one direction is asked for that one. */
 static void place_instance(cs_casters *c, size_t number, const float *m, float scale, const cs_options *options)
 {
     cohsm_instance *instance = &c->instances[number];

@@ -1,5 +1,5 @@
-/* envshadow_casters.c - what casts shadows, for both back ends. A ground that only receives is drawn too, since it keeps
-   light from below out, but the maps are not fitted to it. */
+/* envshadow_casters.c - what casts shadows, for both back ends. A ground that only receives is drawn too, since it
+   keeps light from below out, but the maps are not fitted to it. */
 #include "envshadow_parts.h"
 #include "csm_parts.h"
 

@@ -37,7 +37,8 @@ static void upload(es_gl *g, caster *c, const envsh_mesh *mesh)
     gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, c->buffers[0]);
     gl->BufferData(GLBK_GL_ARRAY_BUFFER, (ptrdiff_t)(12 * mesh->vertex_count), mesh->positions, GLBK_GL_STATIC_DRAW);
     gl->BindBuffer(GLBK_GL_ELEMENT_ARRAY_BUFFER, c->buffers[1]);
-    gl->BufferData(GLBK_GL_ELEMENT_ARRAY_BUFFER, (ptrdiff_t)(4 * mesh->index_count), mesh->indices, GLBK_GL_STATIC_DRAW);
+    gl->BufferData(GLBK_GL_ELEMENT_ARRAY_BUFFER, (ptrdiff_t)(4 * mesh->index_count), mesh->indices,
+                   GLBK_GL_STATIC_DRAW);
     gl->EnableVertexAttribArray(0);
     gl->VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, 0, NULL);
     gl->BindVertexArray(0);
@@ -142,7 +143,9 @@ int es_gl_frame(es_state *s, const rd_job *job, char *error)
     uint32_t count;
     const envsh_view *views = envsh_maps_views(s->maps, &count);
     const envsh_query *q = &s->query;
-    glbk_envsh_question question = { (glbk_envsh_filter)q->filter, q->taps, q->seed, q->radius, q->bias, q->extent_scale };
+    glbk_envsh_question question = {
+        (glbk_envsh_filter)q->filter, q->taps, q->seed, q->radius, q->bias, q->extent_scale
+    };
     glbk_result result = upload_pixels(g, job->gbuffer);
     g->renderer.begun = 0;
     s->maps_ms = s->shade_ms = 0;

@@ -30,7 +30,7 @@ typedef struct es_state {
     es_caster    *casters;       /* one an object */
     uint32_t      caster_count;
     envsh_query   query;
-    float        *points, *normals, *geometric, *irradiance;    /* of all pixels; where nothing is seen, normals are 0 */
+    float *points, *normals, *geometric, *irradiance; /* of all pixels; where nothing is seen, normals are 0 */
     double       *sum;           /* jitter=1: of the frames so far */
     size_t        pixels;
     float         residual[27];

@@ -142,8 +142,8 @@ static int open_ism(void **state, const rd_job *job, char *error)
     return 0;
 }
 
-/* Maps and light of a level whose VPLs are chosen. On GL ism.h scatters the points alone, or draws its own maps too where
-   the next bounce comes from them. */
+/* Maps and light of a level whose VPLs are chosen. On GL ism.h scatters the points alone, or draws its own maps too
+   where the next bounce comes from them. */
 static int light_level(ism_state *s, const ism_desc *desc, int level, const ism_frame *frame, int shade, float *light,
                        ism_stats *stats, char *error)
 {
@@ -204,12 +204,14 @@ static int add_level(ism_state *s, const rd_job *job, int level, const ism_sourc
 }
 
 /* The source of the next bounce, in one block that arrays[0] holds: positions, normals, fluxes. */
-static int bounce_source(const ism_state *s, const rd_job *job, int level, uint32_t side, ism_source *source, char *error)
+static int bounce_source(const ism_state *s, const rd_job *job, int level, uint32_t side, ism_source *source,
+                         char *error)
 {
     size_t count = (size_t)rd_setting_integer(job->settings, "vpls") * side * side;
     float *block = malloc(9 * count * sizeof *block);
-    ism_result result = block ? ism_bounce(s->maps[level], &s->mesh.mesh, side, block, block + 3 * count, block + 6 * count)
-                              : ISM_ERR_ALLOC;
+    ism_result result =
+        block ? ism_bounce(s->maps[level], &s->mesh.mesh, side, block, block + 3 * count, block + 6 * count)
+              : ISM_ERR_ALLOC;
     memset(source, 0, sizeof *source);
     source->width = (uint32_t)count;
     source->height = 1;

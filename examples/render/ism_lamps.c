@@ -312,8 +312,8 @@ static void far_eye(const im_lamp *lamp, const rd_job *job, float eye[3], float 
 }
 
 /* What one pixel of a lamp's picture reflects: flux = albedo x power that enters the pixel. The cosine of shading
-   normals in place of the geometric one, as in every technique; but light leaves the surface that is there: by a shading
-   normal a VPL would look through its own bent surface. */
+   normals in place of the geometric one, as in every technique; but light leaves the surface that is there: by a
+   shading normal a VPL would look through its own bent surface. */
 static void texel(const im_lamp *lamp, const float *eye, const ex_pixel *pixel, double angle, float *position,
                   float *normal, float *flux, float *area)
 {
@@ -422,7 +422,8 @@ int im_rsms_render(im_rsms *r, const rd_job *job, uint32_t size, char *error)
             far_eye(lamp, job, eye, forward, &fovy);
             result = add_picture(r, job, lamp, eye, forward, up, fovy, size, error);
         } else if (lamp->kind == IM_EVEN && lamp->cos_cone > 0.5f) {    /* a narrow spot: one picture */
-            result = add_picture(r, job, lamp, lamp->position, lamp->normal, up, 2 * acosf(lamp->cos_cone), size, error);
+            result =
+                add_picture(r, job, lamp, lamp->position, lamp->normal, up, 2 * acosf(lamp->cos_cone), size, error);
         } else {
             result = add_cube(r, job, lamp, (size + 1) / 2, error);
         }

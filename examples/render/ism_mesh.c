@@ -15,7 +15,8 @@ void im_mesh_free(im_mesh *m)
 }
 
 /* Mean colour and, of cut-out materials, the share that is there: at seven points of the triangle. */
-static void triangle_color(const ex_scene *scene, const ex_object *object, uint32_t triangle, float albedo[3], float *opacity)
+static void triangle_color(const ex_scene *scene, const ex_object *object, uint32_t triangle, float albedo[3],
+                           float *opacity)
 {
     static const float at[7][2] = { { 0.333f, 0.333f }, { 0.06f, 0.47f }, { 0.47f, 0.06f }, { 0.47f, 0.47f },
                                     { 0.8f, 0.1f }, { 0.1f, 0.8f }, { 0.1f, 0.1f } };

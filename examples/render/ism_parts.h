@@ -25,13 +25,14 @@ typedef struct im_rsms {
     size_t      lamp_count;
 } im_rsms;
 
-/* Lights without size and the sky, and with areas area lights and emissive meshes; samples: lamps for the sky, for each area
-   light and for the meshes together. */
+/* Lights without size and the sky, and with areas area lights and emissive meshes; samples: lamps for the sky, for each
+   area light and for the meshes together. */
 int  im_lamps_build(im_rsms *out, const rd_job *job, uint32_t samples, int areas, char *error);
 int  im_rsms_render(im_rsms *out, const rd_job *job, uint32_t size, char *error);
 void im_rsms_free(im_rsms *rsms);
 
-/* Light of suns, spots and points that reaches the G-buffer directly, tested against shadow maps of size x size texels. */
+/* Light of suns, spots and points that reaches the G-buffer directly, tested against shadow maps of size x
+   size texels. */
 int  im_direct(ex_image *out, const im_rsms *lamps, const rd_job *job, uint32_t size, char *error);
 /* Emitted light as sources: points on area lights and emissive meshes and, with_sky, directions of the sky; none is no
    error. */
@@ -44,8 +45,8 @@ typedef struct im_mesh { ism_mesh mesh; float *positions, *albedos, *opacities; 
 int  im_mesh_build(im_mesh *out, const ex_scene *scene, char *error);
 void im_mesh_free(im_mesh *mesh);
 
-/* On OpenGL: the maps of a level drawn and its VPLs' light on the picture. view and, after the mesh was built anew, moved
-   come before. All return 0 or -1. */
+/* On OpenGL: the maps of a level drawn and its VPLs' light on the picture. view and, after the mesh was built anew,
+   moved come before. All return 0 or -1. */
 typedef struct im_gl im_gl;
 
 im_gl *im_gl_open(const rd_job *job, int levels, char *error);

@@ -111,9 +111,10 @@ static rsm_mesh *convert_scene(const ex_scene *scene, surface **surfaces)
 
 uint32_t rs_map_side(const rs_state *state, const rsm_light *light)
 {
-    uint32_t side = light->kind == RSM_LIGHT_PATCH                                              ? state->size / 4
-                    : light->kind == RSM_LIGHT_POINT || (light->kind == RSM_LIGHT_SPOT && light->cone_angle > 2) ? state->size / 2
-                                                                                                : state->size;
+    uint32_t side = light->kind == RSM_LIGHT_PATCH ? state->size / 4
+                    : light->kind == RSM_LIGHT_POINT || (light->kind == RSM_LIGHT_SPOT && light->cone_angle > 2)
+                        ? state->size / 2
+                        : state->size;
     return side < 4 ? 4 : side;
 }
 
@@ -305,7 +306,8 @@ static int update_rsm(void *state, const rd_job *job, char *error)
 
 /* ---- opening ---- */
 
-static const char pattern_words[] = "flux|equation3|log_radial|poisson|low_discrepancy|mixed", mode_words[] = "full|interpolated|denoised";
+static const char pattern_words[] = "flux|equation3|log_radial|poisson|low_discrepancy|mixed",
+                  mode_words[] = "full|interpolated|denoised";
 
 static int place_of(const char *words, const char *word)
 {
@@ -397,13 +399,17 @@ static void report_rsm(const void *opaque, rd_report *report)
     const rs_state *state = opaque;
     report->memory_bytes = state->memory.now + state->bytes + state->gl_bytes;
     report->peak_bytes = state->memory.peak;
-    rd_json_text(report->json, "mode", state->mode == RS_FULL ? "full" : state->mode == RS_DENOISED ? "denoised" : "interpolated");
+    rd_json_text(report->json, "mode",
+                 state->mode == RS_FULL       ? "full"
+                 : state->mode == RS_DENOISED ? "denoised"
+                                              : "interpolated");
     rd_json_integer(report->json, "m", state->size);
     rd_json_integer(report->json, "maps", state->map_count + rs_gl_maps(state));
     rd_json_integer(report->json, "lit_texels", state->lit_texels);
     rd_json_integer(report->json, "bad_texels", state->bad_texels);
     rd_json_integer(report->json, "pairs", state->stats.pairs);
-    rd_json_number(report->json, "evaluated_fraction", state->pixels ? (double)state->stats.evaluated / (double)state->pixels : 0);
+    rd_json_number(report->json, "evaluated_fraction",
+                   state->pixels ? (double)state->stats.evaluated / (double)state->pixels : 0);
     rd_json_number(report->json, "clamped_share", state->stats.clamped_share);
     rd_json_number(report->json, "outside_share", state->stats.outside_share);
     rd_json_number(report->json, "maps_ms", state->maps_ms);
@@ -413,7 +419,8 @@ static void report_rsm(const void *opaque, rd_report *report)
 
 static const rd_key keys[] = {
     { "only", RD_WORD, "direct|indirect|all", 0, 0, "all", "the part of the light that is wanted" },
-    { "mode", RD_WORD, mode_words, 0, 0, "full", "each pixel; interpolated from a grid; interleaved sets and a filter" },
+    { "mode", RD_WORD, mode_words, 0, 0, "full",
+      "each pixel; interpolated from a grid; interleaved sets and a filter" },
     { "m", RD_INTEGER, NULL, 16, 4096, "512", "texels a side of a map; cubes half, points of area lights a quarter" },
     { "lights", RD_INTEGER, NULL, 1, 1024, "16", "points on all area lights and emitters; directions of a sky" },
     { "pattern", RD_WORD, pattern_words, 0, 0, "flux", "where samples are taken" },

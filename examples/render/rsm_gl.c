@@ -1,5 +1,5 @@
-/* rsm_gl.c - the technique "rsm" on OpenGL: the scene's meshes as vertex arrays, its textures with mipmaps; maps are drawn,
-   light is gathered on the GPU, and the two pictures of irradiance are read back. */
+/* rsm_gl.c - the technique "rsm" on OpenGL: the scene's meshes as vertex arrays, its textures with mipmaps; maps are
+   drawn, light is gathered on the GPU, and the two pictures of irradiance are read back. */
 #include "rsm_parts.h"
 
 #include <math.h>
@@ -239,7 +239,8 @@ static int draw_maps(rs_state *state, const rd_job *job, char *error)
     rs_gl *g = state->gl;
     rsm_light *lights = NULL;
     size_t count = 0;
-    int failed = rs_lights_build(&lights, &count, job, state->points, error) != 0 || make_maps(state, lights, count, error) != 0;
+    int failed =
+        rs_lights_build(&lights, &count, job, state->points, error) != 0 || make_maps(state, lights, count, error) != 0;
     free(lights);
     if (failed)
         return -1;
@@ -293,8 +294,8 @@ static int upload_tables(rs_state *state, char *error)
         points = malloc(3 * sizeof *points * n);
         if (!points)
             return no_memory(error);
-        result = rsm_pattern_build(mixed ? RSM_PATTERN_LOG_RADIAL : d->pattern, n, mixed ? 0 : d->r_min, d->paper_weights,
-                                   d->seed, points);
+        result = rsm_pattern_build(mixed ? RSM_PATTERN_LOG_RADIAL : d->pattern, n, mixed ? 0 : d->r_min,
+                                   d->paper_weights, d->seed, points);
         if (result != RSM_OK) {
             free(points);
             return rs_fail(error, "the pattern", result);
@@ -369,7 +370,8 @@ int rs_gl_frame(rs_state *state, const rd_job *job, char *error)
     glbk_rsm_direct_desc shadow;
     glbk_result result = GLBK_OK;
     double times[4];
-    if (upload_shapes(g, job->scene, error) != 0 || upload_pixels(state, job, error) != 0 || upload_tables(state, error) != 0)
+    if (upload_shapes(g, job->scene, error) != 0 || upload_pixels(state, job, error) != 0 ||
+        upload_tables(state, error) != 0)
         return -1;
     g->frame++;
     times[0] = ex_seconds();
@@ -381,7 +383,8 @@ int rs_gl_frame(rs_state *state, const rd_job *job, char *error)
     shadow.bias = state->shadow.bias;
     shadow.slope_bias = state->shadow.slope_bias;
     if (state->direct && g->map_count) {
-        result = glbk_rsm_direct(g->gl, &g->renderer, (const glbk_rsm_map *const *)g->pointers, (uint32_t)g->map_count, &shadow);
+        result = glbk_rsm_direct(g->gl, &g->renderer, (const glbk_rsm_map *const *)g->pointers, (uint32_t)g->map_count,
+                                 &shadow);
         if (result == GLBK_OK)
             result = read_light(state, 0, state->light);
     }

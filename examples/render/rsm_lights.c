@@ -148,7 +148,8 @@ static float source_power(const rd_job *job, size_t i)
 {
     const rd_emitter *e;
     if (i < job->scene->light_count)
-        return is_area(&job->scene->lights[i]) ? area_of(&job->scene->lights[i]) * mean_of(job->scene->lights[i].value) : 0;
+        return is_area(&job->scene->lights[i]) ? area_of(&job->scene->lights[i]) * mean_of(job->scene->lights[i].value)
+                                               : 0;
     e = &job->emitters[i - job->scene->light_count];
     return e->area * mean_of(job->scene->materials[e->material].emission) *
            (job->scene->materials[e->material].double_sided ? 2.0f : 1.0f);
@@ -177,7 +178,8 @@ static void add_source_point(list *l, size_t i, float s, float t, float share)
 }
 
 /* `points` places in proportion to power: even steps along the running sum of power, so that a source gets the points
-   that it is due or one more; where a step falls in a source is one coordinate of the point, a golden ratio the other. */
+   that it is due or one more; where a step falls in a source is one coordinate of the point, a golden ratio
+   the other. */
 static void add_area_points(list *l, uint32_t points)
 {
     const rd_job *job = l->job;
@@ -219,7 +221,8 @@ static int add_sky(list *l, uint32_t points, char *error)
     }
     for (size_t y = 0; y < height; y++) {
         double solid = 2 * 3.14159265358979 / (double)width *
-                       (cos(3.14159265358979 * (double)y / (double)height) - cos(3.14159265358979 * (double)(y + 1) / (double)height));
+                       (cos(3.14159265358979 * (double)y / (double)height) -
+                        cos(3.14159265358979 * (double)(y + 1) / (double)height));
         rows[y + 1] = rows[y];
         for (size_t x = 0; x < width; x++)
             rows[y + 1] += solid * (double)mean_of(sky->rgb + 3 * (y * width + x));

@@ -256,8 +256,8 @@ static int build_lights(sf_state *s, const rd_job *job, char *error)
     return 0;
 }
 
-/* A light in a room: points on the walls have no notion of what lies behind the light, and would be hidden from it. An object
-   that is most of the scene counts as a room; lamps carried by smaller ones are counted as overlaps. */
+/* A light in a room: points on the walls have no notion of what lies behind the light, and would be hidden from it. An
+   object that is most of the scene counts as a room; lamps carried by smaller ones are counted as overlaps. */
 static int check_enclosed(const sf_state *s, const rd_job *job, char *error)
 {
     for (size_t j = 0; j < s->light_count; j++)
@@ -277,8 +277,10 @@ static int check_enclosed(const sf_state *s, const rd_job *job, char *error)
                 d2 += (l - c) * (l - c);
             }
             if (scale * info.radius > 0.75f * job->radius && d2 < scale * scale * info.radius * info.radius) {
-                snprintf(error, EX_ERROR_SIZE, "shadowfield: a light lies inside the bounding sphere of %.40s, which would "
-                         "hide it from itself", o->name);
+                snprintf(error, EX_ERROR_SIZE,
+                         "shadowfield: a light lies inside the bounding sphere of %.40s, which would "
+                         "hide it from itself",
+                         o->name);
                 return -1;
             }
         }
@@ -353,7 +355,11 @@ static int place(sf_state *s, const rd_job *job, char *error)
 static int update_shadowfield(void *opaque, const rd_job *job, char *error) { return place(opaque, job, error); }
 
 /* Every pixel of flat receivers is a point. */
-typedef struct flat { float *positions, *normals, *views, *exponents, *rgb, *gloss; uint32_t *pixel; size_t count; } flat;
+typedef struct flat {
+    float *positions, *normals, *views, *exponents, *rgb, *gloss;
+    uint32_t *pixel;
+    size_t count;
+} flat;
 
 static int gather_flat(flat *f, const sf_state *s, const rd_job *job)
 {
@@ -413,7 +419,8 @@ static void lay_pixels(const sf_state *s, const rd_job *job, const flat *f, ex_i
 {
     size_t pixels = (size_t)job->gbuffer->width * job->gbuffer->height;
     for (size_t i = 0; i < f->count; i++)
-        lay_pixel(s, &job->gbuffer->pixels[f->pixel[i]], f->rgb + 3 * i, f->gloss + 3 * i, out->rgb + 3 * (size_t)f->pixel[i]);
+        lay_pixel(s, &job->gbuffer->pixels[f->pixel[i]], f->rgb + 3 * i, f->gloss + 3 * i,
+                  out->rgb + 3 * (size_t)f->pixel[i]);
     for (size_t i = 0; i < pixels; i++) {
         const ex_pixel *p = &job->gbuffer->pixels[i];
         const sf_tap *tap = &s->taps[i];
@@ -582,7 +589,8 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         snprintf(error, EX_ERROR_SIZE, "shadowfield: --backend gl needs basis=sh");
     } else if (!job->gl && rd_setting_is(job->settings, "build", "gpu")) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: build=gpu needs --backend gl");
-    } else if (!s->light || !s->light_object || !s->light_of || !s->aim || !s->entities || !s->surface_of || !s->gloss || !s->rgb) {
+    } else if (!s->light || !s->light_object || !s->light_of || !s->aim || !s->entities || !s->surface_of ||
+               !s->gloss || !s->rgb) {
         out_of_memory(error);
     } else if ((r = sfield_scene_create(&d, &s->scene)) != SFIELD_OK) {
         failed("scene", r, error);

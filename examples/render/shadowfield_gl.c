@@ -1,5 +1,5 @@
-/* shadowfield_gl.c - the technique shadowfield on OpenGL: fields go up once; each frame all points to shade, vertices and
-   pixels of flat receivers alike, become pixels of a G-buffer, which gl_backend.h shades. */
+/* shadowfield_gl.c - the technique shadowfield on OpenGL: fields go up once; each frame all points to shade, vertices
+   and pixels of flat receivers alike, become pixels of a G-buffer, which gl_backend.h shades. */
 #include "shadowfield_parts.h"
 
 #include <math.h>
@@ -83,8 +83,8 @@ static int upload(sf_gl *g, size_t entity_count, float reach, char *error)
     return failed ? -1 : 0;
 }
 
-sf_gl *sf_gl_open(const rd_job *job, const sfield_field *const *fields, size_t field_count, size_t entity_count, int gloss,
-                  char *error)
+sf_gl *sf_gl_open(const rd_job *job, const sfield_field *const *fields, size_t field_count, size_t entity_count,
+                  int gloss, char *error)
 {
     sf_gl *g = calloc(1, sizeof *g);
     if (!g) {
@@ -158,7 +158,8 @@ static int make_room(sf_gl *g, size_t points, char *error)
 }
 
 /* Point i of a set, in the world. */
-static void describe(const sfield_points *set, size_t i, const sfield_entity *entities, float *self, glbk_sfield_pixel *out)
+static void describe(const sfield_points *set, size_t i, const sfield_entity *entities, float *self,
+                     glbk_sfield_pixel *out)
 {
     static const float none[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
     const float *m = set->entity == SFIELD_NONE ? none : entities[set->entity].transform;
@@ -200,8 +201,8 @@ static int upload_points(sf_gl *g, const sfield_entity *entities, const sfield_p
     return r == GLBK_OK ? 0 : gl_failed(g, "points", r, error);
 }
 
-int sf_gl_shade(sf_gl *g, const rd_job *job, const sfield_scene *scene, const sfield_entity *entities, size_t entity_count,
-                const sfield_points *sets, size_t set_count, char *error)
+int sf_gl_shade(sf_gl *g, const rd_job *job, const sfield_scene *scene, const sfield_entity *entities,
+                size_t entity_count, const sfield_points *sets, size_t set_count, char *error)
 {
     size_t points = 0, at = 0;
     glbk_result r;

@@ -19,7 +19,8 @@ static uint32_t cuts(const ex_mesh *mesh, size_t t, float spacing)
     const uint32_t *i = mesh->indices + 3 * t;
     float longest = 0;
     for (int k = 0; k < 3; k++)
-        longest = fmaxf(longest, edge(mesh->positions + 3 * (size_t)i[k], mesh->positions + 3 * (size_t)i[(k + 1) % 3]));
+        longest =
+            fmaxf(longest, edge(mesh->positions + 3 * (size_t)i[k], mesh->positions + 3 * (size_t)i[(k + 1) % 3]));
     longest = ceilf(longest / (2 * spacing));
     return longest > 1 ? longest < MOST_CUTS ? (uint32_t)longest : MOST_CUTS : 1;
 }
@@ -69,8 +70,8 @@ static int choose(sf_surface *s, float spacing)
     s->sources = malloc(3 * n * sizeof *s->sources);
     s->weights = malloc(3 * n * sizeof *s->weights);
     if (!s->chosen || !s->sources || !s->weights ||
-        sfield_sparse(s->positions, s->normals, n, spacing, NULL, s->chosen, &s->chosen_count, s->sources, s->weights) !=
-            SFIELD_OK)
+        sfield_sparse(s->positions, s->normals, n, spacing, NULL, s->chosen, &s->chosen_count, s->sources,
+                      s->weights) != SFIELD_OK)
         return -1;
     s->chosen_positions = malloc(3 * s->chosen_count * sizeof *s->chosen_positions);
     s->chosen_normals = malloc(3 * s->chosen_count * sizeof *s->chosen_normals);

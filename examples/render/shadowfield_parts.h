@@ -1,5 +1,5 @@
-/* shadowfield_parts.h - what the files of the technique shadowfield share: the points of an object that are shaded, and how
-   pixels are interpolated among them. */
+/* shadowfield_parts.h - what the files of the technique shadowfield share: the points of an object that are shaded, and
+   how pixels are interpolated among them. */
 #ifndef RD_SHADOWFIELD_PARTS_H
 #define RD_SHADOWFIELD_PARTS_H
 
@@ -30,11 +30,11 @@ void sf_surface_free(sf_surface *surface);
 /* taps: one for each pixel; surface: by object, NULL entries are left alone. */
 int  sf_taps_build(sf_tap *taps, const rd_job *job, const sf_surface *const *surfaces);
 
-/* On OpenGL (shadowfield_gl.c): fields, NULL ones left out, go up; then sf_gl_shade does what sfield_shade does for sets with
-   their own rgb, and with gloss where it was asked for. */
+/* On OpenGL (shadowfield_gl.c): fields, NULL ones left out, go up; then sf_gl_shade does what sfield_shade does for
+   sets with their own rgb, and with gloss where it was asked for. */
 typedef struct sf_gl sf_gl;
-sf_gl *sf_gl_open(const rd_job *job, const sfield_field *const *fields, size_t field_count, size_t entity_count, int gloss,
-                  char *error);
+sf_gl *sf_gl_open(const rd_job *job, const sfield_field *const *fields, size_t field_count, size_t entity_count,
+                  int gloss, char *error);
 int    sf_gl_shade(sf_gl *gl, const rd_job *job, const sfield_scene *scene, const sfield_entity *entities,
                    size_t entity_count, const sfield_points *sets, size_t set_count, char *error);
 void   sf_gl_close(sf_gl *gl);

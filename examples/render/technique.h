@@ -8,9 +8,9 @@
        frame   once per frame: fill `out`, one value per G-buffer pixel (timed as frame_ms)
        report  once, at the end: sizes and the technique's own figures
        close   once; accepts NULL
-   With --backend gl, job->gl is a context that is current in all of these calls; a technique with a GL path does its work
-   there (and stands in the list of rd_technique_has_gl); frame still fills `out`.
-   main.c averages aa x aa sub-pixels and frames, adds what background=1 and emission=1 ask for, and writes files. */
+   With --backend gl, job->gl is a context that is current in all of these calls; a technique with a GL path does its
+   work there (and stands in the list of rd_technique_has_gl); frame still fills `out`. main.c averages aa x aa
+   sub-pixels and frames, adds what background=1 and emission=1 ask for, and writes files. */
 #ifndef RD_TECHNIQUE_H
 #define RD_TECHNIQUE_H
 

@@ -31,7 +31,8 @@ static void fill(vw_panel *panel, uint32_t x, uint32_t y, uint32_t width, uint32
 
 uint32_t vw_panel_text(vw_panel *panel, uint32_t x, uint32_t y, const char *text, int is_selected)
 {
-    static const unsigned char strip[2][4] = { { 0, 0, 0, 150 }, { 40, 80, 160, 220 } }, ink[4] = { 255, 255, 255, 255 };
+    static const unsigned char strip[2][4] = { { 0, 0, 0, 150 }, { 40, 80, 160, 220 } },
+                               ink[4] = { 255, 255, 255, 255 };
     uint32_t length = (uint32_t)strlen(text);
     fill(panel, x, y, length * STEP + 2 * SCALE, LINE, strip[is_selected != 0]);
     for (uint32_t c = 0; c < length; c++) {

@@ -1,6 +1,6 @@
-/* viewer.h - the parts of the program `viewer`: what is shown (show.c), from where (orbit.c), on which pixels (draw.c), with
-   what text (panel.c, font.c) and by which keys (main.c, keys.c). Techniques are those of `render`, run a frame at a
-   time. */
+/* viewer.h - the parts of the program `viewer`: what is shown (show.c), from where (orbit.c), on which pixels (draw.c),
+   with what text (panel.c, font.c) and by which keys (main.c, keys.c). Techniques are those of `render`, run a frame at
+   a time. */
 #ifndef VW_VIEWER_H
 #define VW_VIEWER_H
 

@@ -1,5 +1,5 @@
-/* csm_build_test - what csm.h stores: lossless (T59), minimal (T60), one segment for a sphere (T63), image frames (T64),
-   orders (T65); bytes that depend on neither threads nor shards nor intrinsics. */
+/* csm_build_test - what csm.h stores: lossless (T59), minimal (T60), one segment for a sphere (T63), image frames
+   (T64), orders (T65); bytes that depend on neither threads nor shards nor intrinsics. */
 
 #define CSM_IMPLEMENTATION
 #include "csm.h"
@@ -155,7 +155,9 @@ static tally lossless_by_hand(const cohsm_desc *desc, const model *m)
             /* a sheet is open_thickness pixels thick; a pixel is 2 / M of the distance in a cube's face */
             float pixel = v.depth_scale > 0.0f ? 2.0f * (float)lo : 65536.0f;
             float sheet = (desc->open_thickness > 0.0f ? desc->open_thickness : 8.0f) / (float)size * pixel;
-            upper = desc->layers == COHSM_LAYERS_Z1Z3_FAR ? (z3 == 65535 ? 65536 : z3) : z2 != 65535 ? z2 : lo + 1 + (uint32_t)sheet;
+            upper = desc->layers == COHSM_LAYERS_Z1Z3_FAR ? (z3 == 65535 ? 65536 : z3)
+                    : z2 != 65535                         ? z2
+                                                          : lo + 1 + (uint32_t)sheet;
             if (desc->layers != COHSM_LAYERS_Z1Z3_FAR && upper > 65535) upper = 65535;
             hi = lo == 65535 ? 65535 : upper > lo ? upper - 1 : lo;
             if (lo == 65535 && desc->self_only) lo = 0;
@@ -200,11 +202,14 @@ static void t59_every_stored_value_separates_the_layers_of_rays(void **state)
             t = lossless_by_hand(&d, &shape[s]);
             assert_int_equal(t.wrong, 0);
             entries += t.entries;
-            print_message("T59 rays: shape %d, domain %d, depth_bits %u: %lu entries, %lu wrong, %lu with z1 = z2, %lu open, "
-                          "%lu exact\n", s, (int)all_kinds[k], d.depth_bits, (unsigned long)t.entries, (unsigned long)t.wrong,
-                          (unsigned long)t.empty, (unsigned long)t.open, (unsigned long)t.exact);
+            print_message(
+                "T59 rays: shape %d, domain %d, depth_bits %u: %lu entries, %lu wrong, %lu with z1 = z2, %lu open, "
+                "%lu exact\n",
+                s, (int)all_kinds[k], d.depth_bits, (unsigned long)t.entries, (unsigned long)t.wrong,
+                (unsigned long)t.empty, (unsigned long)t.open, (unsigned long)t.exact);
         }
-    CONFORM_NOTE("T59", "depths compared with the layers of own rays, three shapes, seven domains: none outside", entries);
+    CONFORM_NOTE("T59", "depths compared with the layers of own rays, three shapes, seven domains: none outside",
+                 entries);
     for (s = 0; s < 3; s++) model_free(&shape[s]);
 }
 
@@ -479,13 +484,15 @@ static void t63_a_sphere_takes_one_segment_a_pixel(void **state)
         assert_int_equal(s.segments, 1024);
         assert_int_equal(info.segments, 1024);
         /* 4 bytes a segment + 4 bytes of lookup, as the paper counts */
-        print_message("T63: N %u: %lu segments (M^2 = 1024), ratio in the paper's format %.2f (N/4 = %.2f), ours %.2f\n",
-                      side * side, (unsigned long)s.segments,
-                      (double)side * side * 1024 * 2 / (8.0 * (double)s.segments), side * side / 4.0, info.ratio);
+        print_message(
+            "T63: N %u: %lu segments (M^2 = 1024), ratio in the paper's format %.2f (N/4 = %.2f), ours %.2f\n",
+            side * side, (unsigned long)s.segments, (double)side * side * 1024 * 2 / (8.0 * (double)s.segments),
+            side * side / 4.0, info.ratio);
         assert_true((double)side * side * 1024 * 2 / (8.0 * (double)s.segments) == side * side / 4.0);
         if (side == 32) {
             CONFORM("T63", "segments, N 1024, M 32", 32 * 32, s.segments, 0);
-            CONFORM("T63", "ratio in the paper's format, N 1024", 256, side * side * 1024 * 2 / (8.0 * (double)s.segments), 0);
+            CONFORM("T63", "ratio in the paper's format, N 1024", 256,
+                    side * side * 1024 * 2 / (8.0 * (double)s.segments), 0);
         }
         cohsm_free(maps);
         cohsm_builder_destroy(b);
@@ -571,7 +578,8 @@ static void cell_of_view(const cohsm_builder *b, uint32_t index, const uint32_t 
     c[2] = (uint32_t)(v.location[2] * (float)side[2]);
 }
 
-/* Unit line, square or cube as local domain: locations are cell coordinates. Counts steps that are not to a neighbour. */
+/* Unit line, square or cube as local domain: locations are cell coordinates. Counts steps that are not to
+   a neighbour. */
 static void walk(uint32_t dims, const uint32_t *side, cohsm_order order, uint32_t *diagonal, uint32_t *far)
 {
     cohsm_desc d;
@@ -619,11 +627,13 @@ static int power_of_two(uint32_t x) { return (x & (x - 1)) == 0; }
 
 static void t65_orders_visit_every_cell_once_and_step_to_neighbours(void **state)
 {
-    static const uint32_t sides[][3] = {
-        { 1, 1, 1 }, { 7, 1, 1 }, { 64, 1, 1 }, { 2, 2, 1 }, { 4, 4, 1 }, { 16, 16, 1 }, { 64, 64, 1 }, { 8, 2, 1 }, { 2, 8, 1 },
-        { 16, 4, 1 }, { 3, 5, 1 }, { 5, 3, 1 }, { 7, 7, 1 }, { 13, 8, 1 }, { 1, 9, 1 }, { 9, 1, 1 }, { 33, 20, 1 }, { 20, 33, 1 },
-        { 15, 12, 1 }, { 6, 100, 1 }, { 37, 61, 1 }, { 128, 96, 1 }, { 2, 2, 2 }, { 4, 4, 4 }, { 8, 8, 8 }, { 16, 16, 16 },
-        { 3, 4, 5 }, { 5, 5, 5 }, { 1, 6, 7 }, { 4, 2, 8 }, { 6, 6, 3 }, { 10, 12, 14 }, { 3, 1, 4 } };
+    static const uint32_t sides[][3] = { { 1, 1, 1 },    { 7, 1, 1 },    { 64, 1, 1 },  { 2, 2, 1 },   { 4, 4, 1 },
+                                         { 16, 16, 1 },  { 64, 64, 1 },  { 8, 2, 1 },   { 2, 8, 1 },   { 16, 4, 1 },
+                                         { 3, 5, 1 },    { 5, 3, 1 },    { 7, 7, 1 },   { 13, 8, 1 },  { 1, 9, 1 },
+                                         { 9, 1, 1 },    { 33, 20, 1 },  { 20, 33, 1 }, { 15, 12, 1 }, { 6, 100, 1 },
+                                         { 37, 61, 1 },  { 128, 96, 1 }, { 2, 2, 2 },   { 4, 4, 4 },   { 8, 8, 8 },
+                                         { 16, 16, 16 }, { 3, 4, 5 },    { 5, 5, 5 },   { 1, 6, 7 },   { 4, 2, 8 },
+                                         { 6, 6, 3 },    { 10, 12, 14 }, { 3, 1, 4 } };
     uint32_t i, order, worst2 = 0, worst3 = 0, tried = 0;
     (void)state;
     for (i = 0; i < sizeof sides / sizeof sides[0]; i++) {
@@ -636,7 +646,8 @@ static void t65_orders_visit_every_cell_once_and_step_to_neighbours(void **state
             if (order == COHSM_ORDER_SCANLINE) continue;
             if (order == COHSM_ORDER_HILBERT) exact = power_of_two(s[0]) && power_of_two(s[1]) && power_of_two(s[2]);
             if (far || (exact && diagonal) || (dims < 3 && diagonal > 1))
-                fail_msg("%u x %u x %u, order %u: %u diagonal, %u longer steps", s[0], s[1], s[2], order, diagonal, far);
+                fail_msg("%u x %u x %u, order %u: %u diagonal, %u longer steps", s[0], s[1], s[2], order, diagonal,
+                         far);
             if (dims == 3) worst3 = diagonal > worst3 ? diagonal : worst3;
             else worst2 = diagonal > worst2 ? diagonal : worst2;
         }
@@ -649,7 +660,8 @@ static void t65_orders_visit_every_cell_once_and_step_to_neighbours(void **state
 /* Every order finds its maps again: each view gets a depth of its own, and is asked for by its cell. */
 static void t65_every_cell_is_found_again(void **state)
 {
-    static const uint32_t sides[][3] = { { 5, 7, 1 }, { 8, 8, 1 }, { 11, 1, 1 }, { 3, 4, 5 }, { 4, 4, 4 }, { 257, 256, 1 } };
+    static const uint32_t sides[][3] = { { 5, 7, 1 }, { 8, 8, 1 }, { 11, 1, 1 },
+                                         { 3, 4, 5 }, { 4, 4, 4 }, { 257, 256, 1 } };
     uint32_t i, order, v, p;
     (void)state;
     for (i = 0; i < 6; i++)
@@ -683,7 +695,8 @@ static void t65_every_cell_is_found_again(void **state)
                 uint32_t key = (v % n + v / n * 7919u) * 40503u % 65521u;
                 float at[4];
                 assert_int_equal(cohsm_depths(maps, v, out), COHSM_OK);
-                if (out[0] != key || out[15] != key) fail_msg("sides %u, order %u, map %u: %u, not %u", i, order, v, out[0], key);
+                if (out[0] != key || out[15] != key)
+                    fail_msg("sides %u, order %u, map %u: %u, not %u", i, order, v, out[0], key);
                 assert_int_equal(cohsm_location(maps, v % n, at), COHSM_OK);
                 assert_int_equal((uint32_t)(at[0] * (float)s[0]), v % n % s[0]);
             }
@@ -775,8 +788,9 @@ static void shards_join(const cohsm_desc *desc, const model *m, const uint32_t *
 
 static void merged_shards_are_the_unsharded_bytes(void **state)
 {
-    static const uint32_t cuts[5][6] = { { 0, 576 }, { 0, 288, 576 }, { 0, 1, 2, 575, 576 }, { 0, 100, 317, 333, 500, 576 },
-                                         { 0, 24, 552, 576 } };
+    static const uint32_t cuts[5][6] = {
+        { 0, 576 }, { 0, 288, 576 }, { 0, 1, 2, 575, 576 }, { 0, 100, 317, 333, 500, 576 }, { 0, 24, 552, 576 }
+    };
     static const size_t parts[5] = { 1, 2, 4, 5, 3 };
     model m = model_soup(120, 0.35, 4);
     int k, i;
@@ -916,7 +930,8 @@ static void the_rasteriser_agrees_with_rays(void **state)
 static double documented_bytes(const cohsm_desc *d, size_t triangles, uint32_t maps, uint64_t segments, size_t block)
 {
     double n = (double)d->map_size * d->map_size, t = 40.0 * (double)triangles, whole;
-    whole = t + 32 * (d->layers == COHSM_LAYERS_Z1Z2 ? 4.0 : 8.0) * n + 80 * n + 4.0 * maps + 16.0 * (double)segments + 2.0 * (double)block;
+    whole = t + 32 * (d->layers == COHSM_LAYERS_Z1Z2 ? 4.0 : 8.0) * n + 80 * n + 4.0 * maps + 16.0 * (double)segments +
+            2.0 * (double)block;
     return whole > 100.0 * (double)triangles ? whole : 100.0 * (double)triangles;
 }
 
@@ -939,8 +954,8 @@ static void peak_memory_is_as_documented(void **state)
         maps = build(&d, &m, &s);
         cohsm_get_info(maps, &info);
         bound = documented_bytes(&d, 2000, info.map_count, s.segments, info.bytes);
-        print_message("memory: side %u, M %u: peak %lu counted, %lu reported, %.0f documented, block %lu\n", sides[i], d.map_size,
-                      (unsigned long)l.peak, (unsigned long)s.peak_bytes, bound, (unsigned long)info.bytes);
+        print_message("memory: side %u, M %u: peak %lu counted, %lu reported, %.0f documented, block %lu\n", sides[i],
+                      d.map_size, (unsigned long)l.peak, (unsigned long)s.peak_bytes, bound, (unsigned long)info.bytes);
         wrong += l.peak != s.peak_bytes || (double)l.peak > bound;
         assert_true(l.live > 0 && l.used >= info.bytes);
         cohsm_free(maps);

@@ -1,5 +1,5 @@
-/* csm_query_test - what csm.h answers: holes (T61), layers and several objects (T62), instances (T66), lights between and
-   inside (T67, T68), filters (T69), cubes (T70), bias (T71), and integrals of visibility with closed forms. */
+/* csm_query_test - what csm.h answers: holes (T61), layers and several objects (T62), instances (T66), lights between
+   and inside (T67, T68), filters (T69), cubes (T70), bias (T71), and integrals of visibility with closed forms. */
 
 #define CSM_IMPLEMENTATION
 #include "csm.h"
@@ -18,7 +18,8 @@ static cohsm_maps *build(const cohsm_desc *d, const model *m)
     return maps;
 }
 
-static cohsm_query query_of(const float *points, size_t count, const void *lights, cohsm_light light, cohsm_filter filter)
+static cohsm_query query_of(const float *points, size_t count, const void *lights, cohsm_light light,
+                            cohsm_filter filter)
 {
     cohsm_query q = cohsm_query_default();
     q.points = points;
@@ -121,7 +122,8 @@ static void t61_what_is_seen_through_a_hole_is_lit_at_any_distance(void **state)
                 double near_hit, o2[3];
                 int touch = 0, s;
                 for (s = 0; s < 8; s++) {
-                    unproject(&views[i], p % 32 + 0.5 + 0.01 * cos(s * PI / 4), p / 32 + 0.5 + 0.01 * sin(s * PI / 4), 0, o2);
+                    unproject(&views[i], p % 32 + 0.5 + 0.01 * cos(s * PI / 4), p / 32 + 0.5 + 0.01 * sin(s * PI / 4),
+                              0, o2);
                     touch |= ray_hits(&m, o2, r, -9, &near_hit, 1);
                 }
                 if (touch) continue;
@@ -179,8 +181,8 @@ static void t62_other_objects_behind_and_inside_the_sphere(void **state)
             wrong_far += v[0][i] != 0.0f;
             wrong_near += v[1][i] != 0.0f;
         }
-        print_message("T62 %s: wrongly lit: object beyond the sphere %.4f, receiver between z2 and the sphere %.4f\n", names[l],
-                      wrong_far / 2000.0, wrong_near / 2000.0);
+        print_message("T62 %s: wrongly lit: object beyond the sphere %.4f, receiver between z2 and the sphere %.4f\n",
+                      names[l], wrong_far / 2000.0, wrong_near / 2000.0);
         if (l == COHSM_LAYERS_Z1Z2) {
             CONFORM("T62", "wrongly lit beyond the sphere, z1z2", 0, wrong_far / 2000.0, 0);
             CONFORM("T62", "wrongly lit between z2 and the sphere, z1z2", 0, wrong_near / 2000.0, 0);
@@ -233,8 +235,8 @@ static void transform(const float *m, const float *p, float w, float *out)
 {
     int r;
     for (r = 0; r < 3; r++)
-        out[r] = (float)((double)m[r] * (double)p[0] + (double)m[4 + r] * (double)p[1] + (double)m[8 + r] * (double)p[2] +
-                         (double)m[12 + r] * (double)w);
+        out[r] = (float)((double)m[r] * (double)p[0] + (double)m[4 + r] * (double)p[1] +
+                         (double)m[8 + r] * (double)p[2] + (double)m[12 + r] * (double)w);
 }
 
 static void t66_object_and_light_moved_together_give_the_same_answers(void **state)
@@ -302,7 +304,8 @@ static void t66_object_and_light_moved_together_give_the_same_answers(void **sta
                 worst = sum / N > worst ? sum / N : worst;
             }
         }
-    print_message("T66: quarter turns: 0 of 120000 differ; any rotation and scale: mean difference at most %.6f\n", worst);
+    print_message("T66: quarter turns: 0 of 120000 differ; any rotation and scale: mean difference at most %.6f\n",
+                  worst);
     CONFORM("T66", "answers that differ after a quarter turn and a scale of 4, of 120,000", 0, turned, 0);
     /* roundings that cross a pixel, cell or depth border */
     CONFORM_MAX("T66", "mean difference after any rotation and scale", 1e-3, worst);
@@ -335,8 +338,9 @@ static void t67_an_occluder_beyond_the_light_casts_no_shadow(void **state)
         for (c = 0; c < 3; c++) l[c] = dir[c] * (float)(far + t);
         lit_before += ask(maps, p, l, COHSM_LIGHT_POSITION, 1) == 1.0f;        /* light, point, sphere */
     }
-    print_message("T67: point, light, sphere: %u of 3000 lit; light, point, sphere: %u lit; point, sphere, light: %u dark\n", lit,
-                  lit_before, dark);
+    print_message(
+        "T67: point, light, sphere: %u of 3000 lit; light, point, sphere: %u lit; point, sphere, light: %u dark\n", lit,
+        lit_before, dark);
     CONFORM("T67", "lit of 3000: point, light, sphere", 3000, lit, 0);
     CONFORM("T67", "lit of 3000: light, point, sphere", 3000, lit_before, 0);
     CONFORM("T67", "dark of 3000: point, sphere, light", 3000, dark, 0);
@@ -371,7 +375,8 @@ static void t68_a_light_inside_the_hull_is_refused_and_counted(void **state)
         cohsm_query q = query_of(p[0], N, l[0], COHSM_LIGHT_POSITION, (cohsm_filter)filter);
         assert_int_equal(cohsm_visible(maps, &q, v, &refused), COHSM_OK);
         for (i = 0, mine = 0; i < N; i++) {
-            double r = sqrt((double)l[i][0] * (double)l[i][0] + (double)l[i][1] * (double)l[i][1] + (double)l[i][2] * (double)l[i][2]);
+            double r = sqrt((double)l[i][0] * (double)l[i][0] + (double)l[i][1] * (double)l[i][1] +
+                            (double)l[i][2] * (double)l[i][2]);
             assert_int_equal(v[i] == COHSM_REFUSED, r < 1);
             mine += r < 1;
             assert_true(v[i] == COHSM_REFUSED || (v[i] >= 0.0f && v[i] <= 1.0f));
@@ -393,7 +398,8 @@ static void t68_a_light_inside_the_hull_is_refused_and_counted(void **state)
         assert_int_equal(cohsm_visible_scene(inst, 2, &q, v, &refused), COHSM_OK);
         for (i = 0; i < N; i++) both += v[i] == COHSM_REFUSED;
         assert_int_equal(both, refused);
-        print_message("T68: %lu of %d refused by one object, %lu by two\n", (unsigned long)mine, N, (unsigned long)refused);
+        print_message("T68: %lu of %d refused by one object, %lu by two\n", (unsigned long)mine, N,
+                      (unsigned long)refused);
         assert_true(refused >= mine / 2);
     }
     cohsm_free(maps);
@@ -404,13 +410,16 @@ static void t68_a_light_inside_the_hull_is_refused_and_counted(void **state)
 
 static void t69_desc(int dims, cohsm_desc *d)
 {
-    *d = desc_of(dims == 1 ? COHSM_DOMAIN_LINE : dims == 2 ? COHSM_DOMAIN_RECTANGLE : COHSM_DOMAIN_VOLUME, dims == 3 ? 4 : 6, 32);
+    *d = desc_of(dims == 1   ? COHSM_DOMAIN_LINE
+                 : dims == 2 ? COHSM_DOMAIN_RECTANGLE
+                             : COHSM_DOMAIN_VOLUME,
+                 dims == 3 ? 4 : 6, 32);
     place_domain(d, -1, 2, -1, 2);
 }
 
 /* Generalised PCF from decompressed maps and the views' matrices: 4 pixels of 2^d maps. */
-static double pcf_by_hand(const cohsm_info *info, const cohsm_view *views, uint16_t *const *depths, const float *u, const float *p,
-                          int *comparisons)
+static double pcf_by_hand(const cohsm_info *info, const cohsm_view *views, uint16_t *const *depths, const float *u,
+                          const float *p, int *comparisons)
 {
     uint32_t corner, k, t, m = info->map_size, best;
     double sum = 0;
@@ -499,7 +508,8 @@ static void t69_pcf_is_the_weighted_sum_and_the_mean_of_roulette(void **state)
             if (fabs(hand - (double)v[i]) > 1e-3) worst++;
             partial += v[i] > 0.001f && v[i] < 0.999f;
         }
-        print_message("T69 d = %d: %d comparisons; PCF differs from the sum by hand at %.0f of 3000 points (rounding), %d partly lit\n",
+        print_message("T69 d = %d: %d comparisons; PCF differs from the sum by hand at %.0f of 3000 points (rounding), "
+                      "%d partly lit\n",
                       dims, comparisons, worst, partial);
         assert_int_equal(comparisons, 4 << dims);
         CONFORM_MAX("T69", dims == 1 ? "PCF off the sum of 8 comparisons by hand, of 3000 (rounding)" :
@@ -532,9 +542,11 @@ static void t69_pcf_is_the_weighted_sum_and_the_mean_of_roulette(void **state)
             sigma = sqrt((double)pcf * (1 - (double)pcf) / N) + 1e-6;
             if (fabs(mean - (double)pcf) / sigma > worst_sigma) worst_sigma = fabs(mean - (double)pcf) / sigma;
             if (fabs(mean - (double)pcf) > 4 * sigma)
-                fail_msg("d = %d: roulette %.5f, PCF %.5f, %.2f sigma", dims, mean, (double)pcf, (mean - (double)pcf) / sigma);
+                fail_msg("d = %d: roulette %.5f, PCF %.5f, %.2f sigma", dims, mean, (double)pcf,
+                         (mean - (double)pcf) / sigma);
         }
-        print_message("T69 d = %d: mean of 1e5 roulettes against PCF at %d points: %.2f sigma at most\n", dims, POINTS, worst_sigma);
+        print_message("T69 d = %d: mean of 1e5 roulettes against PCF at %d points: %.2f sigma at most\n", dims, POINTS,
+                      worst_sigma);
         /* the largest of 40 is 2.5 on average; 3.5 is passed once in 50 runs of all three */
         CONFORM_MAX("T69", dims == 1 ? "mean of 1e5 roulettes off PCF, d = 1, largest of 40 points in sigmas" :
                     dims == 2 ? "mean of 1e5 roulettes off PCF, d = 2, largest of 40 points in sigmas" :
@@ -572,7 +584,7 @@ static void t69_agreement_is_exactly_one_or_zero(void **state)
                 p[i][c] = k < 2 ? l[i][c] * (i & 1 ? 3.0f : -1.2f) : (float)rnd_in(&seed, -0.05, 0.05);
                 if (k >= 2) l[i][c] = (float)rnd(&seed);
             }
-            if (k >= 2) p[i][1] += i & 1 ? 1.2f : -2.0f;        /* before or behind the cube, seen from the light above */
+            if (k >= 2) p[i][1] += i & 1 ? 1.2f : -2.0f; /* before or behind the cube, seen from the light above */
         }
         q = query_of(p[0], N, l[0], k < 2 ? COHSM_LIGHT_DIRECTION : COHSM_LIGHT_PARAMETER, COHSM_FILTER_PCF);
         q.light_stride = 12;
@@ -580,7 +592,8 @@ static void t69_agreement_is_exactly_one_or_zero(void **state)
         for (i = 0; i < N; i++)
             if (!(v[i] >= 0.0f && v[i] <= 1.0f)) fail_msg("visibility %.9g", (double)v[i]);
         for (i = 0; i < N; i++) bad += i & 1 ? v[i] != 1.0f : v[i] != 0.0f && k < 2;
-        print_message("T69 domain %d: %u of %d constant neighbourhoods are not exactly 1 or 0\n", (int)d.domain.kind, bad, N);
+        print_message("T69 domain %d: %u of %d constant neighbourhoods are not exactly 1 or 0\n", (int)d.domain.kind,
+                      bad, N);
         all_bad += bad;
         cohsm_free(maps);
     }
@@ -651,7 +664,8 @@ static void t70_cube_faces_agree_with_ray_casts(void **state)
             /* within one texel of an edge: a neighbouring ray disagrees, or the point is near the surface itself */
             for (s = 0; s < 81 && !mixed; s++) {
                 double t[3], off = (0.9 + s / 27) / 64 * len;
-                for (c = 0; c < 3; c++) t[c] = r[c] + off * (c == 0 ? s % 3 - 1 : c == 1 ? s / 3 % 3 - 1 : s / 9 % 3 - 1);
+                for (c = 0; c < 3; c++)
+                    t[c] = r[c] + off * (c == 0 ? s % 3 - 1 : c == 1 ? s / 3 % 3 - 1 : s / 9 % 3 - 1);
                 mixed = (ray_hits(&all, o, t, 1e-9, hits, 1) && hits[0] < 1) != blocked;
             }
             v = ask(maps, p, &which, COHSM_LIGHT_INDEX, 1);
@@ -666,8 +680,8 @@ static void t70_cube_faces_agree_with_ray_casts(void **state)
         model_free(&box);
         model_free(&all);
     }
-    print_message("T70: %lu answers, %lu differ from rays; %lu within a texel of an edge left out\n", (unsigned long)asked,
-                  (unsigned long)wrong, (unsigned long)edge);
+    print_message("T70: %lu answers, %lu differ from rays; %lu within a texel of an edge left out\n",
+                  (unsigned long)asked, (unsigned long)wrong, (unsigned long)edge);
     assert_true(asked > 12500);
     CONFORM("T70", "answers in a room that differ from rays a texel off every edge", 0, wrong, 0);
 }
@@ -710,7 +724,8 @@ static void t71_convex_objects_do_not_shadow_themselves_at_bias_0(void **state)
             cohsm_maps *maps, *raster = build(&d, &shape[s]);
             cohsm_info info;
             cohsm_view *views;
-            float *first = (float *)malloc(64 * 1024 * sizeof *first), *second = (float *)malloc(64 * 1024 * sizeof *second);
+            float *first = (float *)malloc(64 * 1024 * sizeof *first),
+                  *second = (float *)malloc(64 * 1024 * sizeof *second);
             uint64_t asked = 0, shadowed = 0, excused = 0, by_raster = 0, by_raster_biased = 0;
             uint16_t stored[1024];
             uint32_t i, p, c;
@@ -756,9 +771,11 @@ static void t71_convex_objects_do_not_shadow_themselves_at_bias_0(void **state)
                     else shadowed++;
                 }
             }
-            print_message("T71 %s, domain %d: %lu surface points, %lu self-shadowed at bias 0, %lu where z1 = z2; rasterised layers "
-                          "%.5f at bias 0, %.5f at bias 1\n", s ? "cube" : "sphere", kind, (unsigned long)asked,
-                          (unsigned long)shadowed, (unsigned long)excused, (double)by_raster / (double)asked,
+            print_message("T71 %s, domain %d: %lu surface points, %lu self-shadowed at bias 0, %lu where z1 = z2; "
+                          "rasterised layers "
+                          "%.5f at bias 0, %.5f at bias 1\n",
+                          s ? "cube" : "sphere", kind, (unsigned long)asked, (unsigned long)shadowed,
+                          (unsigned long)excused, (double)by_raster / (double)asked,
                           (double)by_raster_biased / (double)asked);
             all += asked;
             own += shadowed;
@@ -832,13 +849,15 @@ static void blocked_solid_angle_of_a_sphere(void **state)
                     for (c = 0; c < 3; c++) p[c] *= (float)away[i];
                     got += (1 - lit_share(maps, p, 20000, (cohsm_filter)filter, 1)) / 16;
                 }
-                print_message("T72 sphere at %.2f r, domain %d, filter %d: blocked %.5f %%, exact %.5f %%\n", away[i], kind, filter,
-                              100 * got, 100 * exact);
+                print_message("T72 sphere at %.2f r, domain %d, filter %d: blocked %.5f %%, exact %.5f %%\n", away[i],
+                              kind, filter, 100 * got, 100 * exact);
                 /* a pixel is 1/48 of the disc's radius; a cell is 1.9 degrees high, the disc 7.2 at 8 r */
-                assert_true(fabs(got - exact) < 0.02 * exact + (filter == COHSM_FILTER_ROULETTE ? 3 * sqrt(exact / 320000) : 5e-5));
+                assert_true(fabs(got - exact) <
+                            0.02 * exact + (filter == COHSM_FILTER_ROULETTE ? 3 * sqrt(exact / 320000) : 5e-5));
                 if (filter == COHSM_FILTER_PCF) {
                     char what[80];
-                    snprintf(what, sizeof what, "percent blocked %g r away, %s, PCF", away[i], kind == 1 ? "latlong" : "octahedral");
+                    snprintf(what, sizeof what, "percent blocked %g r away, %s, PCF", away[i],
+                             kind == 1 ? "latlong" : "octahedral");
                     CONFORM("T72", what, 100 * exact, 100 * got, 2 * exact + 5e-3);
                 }
             }
@@ -851,7 +870,8 @@ static void above_a_plane_and_in_a_closed_box(void **state)
 {
     static const double lo[3] = { -1, -0.1, -1 }, hi[3] = { 1, 0, 1 };
     static const double in_lo[3] = { -1, -1, -1 }, in_hi[3] = { 1, 1, 1 };
-    model quad = model_box(lo, hi, 0), box = model_room(in_lo, in_hi, 0.15, 0);      /* closed: behind an open sheet nothing is known */
+    model quad = model_box(lo, hi, 0),
+          box = model_room(in_lo, in_hi, 0.15, 0); /* closed: behind an open sheet nothing is known */
     cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 64, 128);
     cohsm_maps *plane, *room;
     float h = 0.05f, p[3] = { 0.1f, 0, -0.07f };
@@ -868,8 +888,10 @@ static void above_a_plane_and_in_a_closed_box(void **state)
             exact += atan(a * b / (e * sqrt(a * a + b * b + e * e))) / (4 * PI);
         }
     got = lit_share(plane, p, 200000, COHSM_FILTER_NEAREST, 1);
-    print_message("furnace: %.2f above a plane of side 2: lit %.4f, exact %.4f (infinite: 0.5)\n", (double)h, got, 1 - exact);
-    /* the rim of the plane and its horizon fall on rows of maps 2.8 degrees high: a quarter of one is 0.006 of the sphere */
+    print_message("furnace: %.2f above a plane of side 2: lit %.4f, exact %.4f (infinite: 0.5)\n", (double)h, got,
+                  1 - exact);
+    /* the rim of the plane and its horizon fall on rows of maps 2.8 degrees high: a quarter of one is 0.006 of the
+     * sphere */
     CONFORM("furnace", "share of directions lit 0.05 above a plane of side 2", 1 - exact, got, 0.01);
     d.domain.side[0] = d.domain.side[1] = 48;
     room = build(&d, &box);
@@ -888,8 +910,8 @@ static void above_a_plane_and_in_a_closed_box(void **state)
 }
 
 /* Irradiance at p with normal n from a light of radiance 1: the maps are the quadrature's samples. */
-static double irradiance(const cohsm_maps *maps, const float *p, const double *n, const double *light_normal, const float *center,
-                         double area)
+static double irradiance(const cohsm_maps *maps, const float *p, const double *n, const double *light_normal,
+                         const float *center, double area)
 {
     cohsm_info info;
     double sum = 0;
@@ -914,10 +936,12 @@ static double irradiance(const cohsm_maps *maps, const float *p, const double *n
     return sum * area / info.map_count;
 }
 
-/* A light 2 above the receiver; the object between them is far away (free), or a thin box that covers one half (T50). */
+/* A light 2 above the receiver; the object between them is far away (free), or a thin box that covers one
+   half (T50). */
 static void irradiance_of_area_lights(void **state)
 {
-    static const double free_lo[3] = { 5, 0, 5 }, free_hi[3] = { 6, 1, 6 }, half_lo[3] = { 0, 0.95, -4 }, half_hi[3] = { 8, 1.0, 4 };
+    static const double free_lo[3] = { 5, 0, 5 }, free_hi[3] = { 6, 1, 6 }, half_lo[3] = { 0, 0.95, -4 },
+                        half_hi[3] = { 8, 1.0, 4 };
     static const double up[3] = { 0, 1, 0 }, down[3] = { 0, -1, 0 };
     static const char *const names[3] = { "disc", "rectangle", "sphere" };
     int light, blocked;
@@ -927,7 +951,10 @@ static void irradiance_of_area_lights(void **state)
         double height = light == 1 ? 1 : 2, area = light == 0 ? PI * 0.25 : light == 1 ? 1 : 4 * PI * 0.25;
         for (blocked = 0; blocked < 2; blocked++) {
             model m = blocked ? model_box(half_lo, half_hi, 0) : model_box(free_lo, free_hi, 0);
-            cohsm_desc d = desc_of(light == 0 ? COHSM_DOMAIN_DISC : light == 1 ? COHSM_DOMAIN_RECTANGLE : COHSM_DOMAIN_SPHERE, 40, 32);
+            cohsm_desc d = desc_of(light == 0   ? COHSM_DOMAIN_DISC
+                                   : light == 1 ? COHSM_DOMAIN_RECTANGLE
+                                                : COHSM_DOMAIN_SPHERE,
+                                   40, 32);
             float p[3] = { 0, 0, 0 };
             cohsm_maps *maps;
             uint32_t i;
@@ -942,12 +969,21 @@ static void irradiance_of_area_lights(void **state)
             cohsm_free(maps);
             model_free(&m);
         }
-        print_message("irradiance under a %s: %.6f, exact %.6f; half covered: %.6f of it\n", names[light], e[0], exact, e[1] / e[0]);
-        CONFORM(light == 0 ? "irradiance" : light == 1 ? "T43" : "T73",
-                light == 0 ? "disc of radius 0.5, 2 above, by 1600 maps" : light == 1 ? "unit square 1 above, by 1600 maps" : "sphere 4 r away, by 1600 maps", exact, e[0], 0.005 * exact);
+        print_message("irradiance under a %s: %.6f, exact %.6f; half covered: %.6f of it\n", names[light], e[0], exact,
+                      e[1] / e[0]);
+        CONFORM(light == 0   ? "irradiance"
+                : light == 1 ? "T43"
+                             : "T73",
+                light == 0   ? "disc of radius 0.5, 2 above, by 1600 maps"
+                : light == 1 ? "unit square 1 above, by 1600 maps"
+                             : "sphere 4 r away, by 1600 maps",
+                exact, e[0], 0.005 * exact);
         /* half a cell of 40 columns is 0.0125 */
-        CONFORM("T50", light == 0 ? "share of a disc left by a half-plane" :
-                light == 1 ? "share of a square left by a half-plane" : "share of a sphere left by a half-plane", 0.5, e[1] / e[0], 0.02);
+        CONFORM("T50",
+                light == 0   ? "share of a disc left by a half-plane"
+                : light == 1 ? "share of a square left by a half-plane"
+                             : "share of a sphere left by a half-plane",
+                0.5, e[1] / e[0], 0.02);
     }
 }
 
@@ -957,8 +993,9 @@ static void batches_equal_single_queries_and_simd_equals_scalar(void **state)
 {
     enum { N = 20000 };
     static float p[N][3], l[N][4], v[N], w[N], x[N];
-    static const cohsm_domain_kind kinds[8] = { COHSM_DOMAIN_LATLONG, COHSM_DOMAIN_OCTAHEDRAL, COHSM_DOMAIN_LINE, COHSM_DOMAIN_RECTANGLE,
-        COHSM_DOMAIN_DISC, COHSM_DOMAIN_SPHERE, COHSM_DOMAIN_VOLUME, COHSM_DOMAIN_LIST };
+    static const cohsm_domain_kind kinds[8] = { COHSM_DOMAIN_LATLONG,   COHSM_DOMAIN_OCTAHEDRAL, COHSM_DOMAIN_LINE,
+                                                COHSM_DOMAIN_RECTANGLE, COHSM_DOMAIN_DISC,       COHSM_DOMAIN_SPHERE,
+                                                COHSM_DOMAIN_VOLUME,    COHSM_DOMAIN_LIST };
     static const float bad[8] = { 0.0f, -0.0f, 1e30f, -1e30f, 1e-42f, 3e38f, 0.5f, 1.0f };
     model m = model_soup(200, 0.4, 6);
     float where[20][4];
@@ -1030,7 +1067,8 @@ static void batches_equal_single_queries_and_simd_equals_scalar(void **state)
                                 if (light != COHSM_LIGHT_INDEX) known &= c >= (int)info.dimensions && light == 2
                                                                         ? 1 : cohsm__finite(l[one ? 0 : i][c]) != 0;
                             }
-                            if (!known && v[i] != 1.0f && v[i] != COHSM_REFUSED) fail_msg("not finite, but %g", (double)v[i]);
+                            if (!known && v[i] != 1.0f && v[i] != COHSM_REFUSED)
+                                fail_msg("not finite, but %g", (double)v[i]);
                             if (!known && light != COHSM_LIGHT_POSITION) assert_true(v[i] == 1.0f);
                         }
                         assert_int_equal(count, refused);
@@ -1057,7 +1095,8 @@ static void batches_equal_single_queries_and_simd_equals_scalar(void **state)
                     }
             cohsm_free(maps);
         }
-    print_message("queries: %lu compared with and without intrinsics, %lu differ\n", (unsigned long)asked, (unsigned long)differ);
+    print_message("queries: %lu compared with and without intrinsics, %lu differ\n", (unsigned long)asked,
+                  (unsigned long)differ);
     assert_int_equal(differ, 0);
     model_free(&m);
 }
@@ -1084,8 +1123,8 @@ static void lights_that_are_not_finite_give_1(void **state)
                     p[c] = odd[k];
                     assert_int_equal(cohsm_visible(maps, &q, v + 1, NULL), COHSM_OK);
                     if (v[0] != 1.0f || v[1] != 1.0f)
-                        fail_msg("light kind %d, component %d = %g: light %g, point %g", kind, c, (double)odd[k], (double)v[0],
-                                 (double)v[1]);
+                        fail_msg("light kind %d, component %d = %g: light %g, point %g", kind, c, (double)odd[k],
+                                 (double)v[0], (double)v[1]);
                 }
     cohsm_free(maps);
     model_free(&m);

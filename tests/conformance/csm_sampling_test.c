@@ -171,8 +171,8 @@ static estimate irradiance(const cohsm_emitter *light, const float *p, const flo
 }
 
 /* row: of docs/conformance.md, or NULL where the same was said before */
-static void check_irradiance(const char *row, const char *what, const cohsm_emitter_desc *desc, const float *p, const float *n,
-                             double want, int brdf_too)
+static void check_irradiance(const char *row, const char *what, const cohsm_emitter_desc *desc, const float *p,
+                             const float *n, double want, int brdf_too)
 {
     light_box box = make_light(desc);
     int s;
@@ -540,7 +540,8 @@ static void test_large_map(void **state)
     d.texels = texels;
     box = make_light(&d);
     assert_int_equal(cohsm_emitter_hit(box.light, p, w, &e), 1);
-    CONFORM("T16", "density of a dim texel times the total of 2^21 texels, one of them 1e6", 1, (double)e.pdf * total, 1e-6);
+    CONFORM("T16", "density of a dim texel times the total of 2^21 texels, one of them 1e6", 1, (double)e.pdf * total,
+            1e-6);
     free(box.memory);
     free(texels);
 }
@@ -586,7 +587,7 @@ static void test_delta_texel(void **state)
         free(box.memory);
     }
     CONFORM("T21", "largest relative error of a texel at any rotation, by both strategies", 0, worst[0], 6.5e-4);
-    CONFORM("T20", "largest relative error of one texel's irradiance, by the light", 0, worst[1], 1e-5);     /* floats */
+    CONFORM("T20", "largest relative error of one texel's irradiance, by the light", 0, worst[1], 1e-5); /* floats */
     CONFORM("T20", "largest relative error of one texel's irradiance, faced", 0, worst[2], 1e-5);
 }
 
@@ -721,7 +722,8 @@ static void test_disc(void **state)
     set3(d.position, 0, 0, 1);
     set3(d.direction, 0, 0, -1);
     d.radius = 1.0f;
-    check_irradiance("irradiance", "disc of radius 1 and L 2, 1 above", &d, p, up, 2.0 * PI * 0.5, 1);   /* pi L r^2 / (r^2 + h^2) */
+    check_irradiance("irradiance", "disc of radius 1 and L 2, 1 above", &d, p, up, 2.0 * PI * 0.5,
+                     1); /* pi L r^2 / (r^2 + h^2) */
     d.radius = 3.0f;
     check_irradiance("irradiance", "disc of radius 3 and L 2, 1 above", &d, p, up, 2.0 * PI * 0.9, 1);
     d.radius = 0.05f;
@@ -773,7 +775,8 @@ static void test_line(void **state)
     set3(d.position, -a, 0, h);
     set3(d.u, 2.0 * a, 0, 0);
     d.radius = (float)r;
-    check_irradiance("irradiance", "thin line of length 3, radius 1e-5, L 3, 0.7 above", &d, p, up, 2.0 * r * 3.0 * (a / (a * a + h * h) + atan(a / h) / h), 0);
+    check_irradiance("irradiance", "thin line of length 3, radius 1e-5, L 3, 0.7 above", &d, p, up,
+                     2.0 * r * 3.0 * (a / (a * a + h * h) + atan(a / h) / h), 0);
 }
 
 /* A cylinder so long that it is infinite: as its cross-section, E = pi L r / d facing it. */

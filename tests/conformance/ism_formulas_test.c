@@ -1,5 +1,5 @@
-/* ism_formulas_test - the closed forms that ism.h is made of: distributions (T15, T16), form factors (T42, T43), maps of the
-   hemisphere (T46, T47), sampling of triangles (T51), solid angles (T52), dither (T58). */
+/* ism_formulas_test - the closed forms that ism.h is made of: distributions (T15, T16), form factors (T42, T43), maps
+   of the hemisphere (T46, T47), sampling of triangles (T51), solid angles (T52), dither (T58). */
 
 #define ISM_IMPLEMENTATION
 #include "ism.h"
@@ -169,7 +169,8 @@ static void maps_of_the_hemisphere(void **state)
                             a[k] = (double)d[2][k] - (double)d[0][k];
                             b[k] = (double)d[3][k] - (double)d[1][k];
                         }
-                        for (k = 0; k < 3; k++) n[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+                        for (k = 0; k < 3; k++)
+                            n[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
                         area = 0.5 * sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
                         z = ((double)d[0][2] + (double)d[1][2] + (double)d[2][2] + (double)d[3][2]) / 4;
                         if (z <= 0) continue;

@@ -1,5 +1,5 @@
-/* ism_points_test - surfels and maps: area of an adaptive cloud (T53), lazy renewal (T54), splats (T48), pull and push (T49), a
-   blocker between two squares (T50), the sealed box. */
+/* ism_points_test - surfels and maps: area of an adaptive cloud (T53), lazy renewal (T54), splats (T48), pull and push
+   (T49), a blocker between two squares (T50), the sealed box. */
 
 #define ISM_IMPLEMENTATION
 #include "ism.h"
@@ -65,7 +65,8 @@ static double cloud_area(const ism_maps *m)
 
 static void an_adaptive_cloud_keeps_the_area(void **state)
 {
-    static const char *const names[5] = { "", "points by area", "by 1 view sample", "by 8 view samples", "by view and VPL" };
+    static const char *const names[5] = { "", "points by area", "by 1 view sample", "by 8 view samples",
+                                          "by view and VPL" };
     ism_mesh m;
     ism_view view;
     int spread;
@@ -219,7 +220,8 @@ static void a_fine_surface_does_not_hide_itself(void **state)
     assert_int_equal(ism_build(maps, &f), ISM_OK);
     assert_int_equal(ism_visible(maps, 0, eye.p, eye.n, 0, 1024, 0, visible), ISM_OK);
     for (i = 0; i < 1024; i++) lit += (double)visible[i] / 1024;
-    CONFORM("T48", "sphere of 2048 triangles, 256 points: share of its lit side that the map lights, no bias", 1, lit, 0.01);
+    CONFORM("T48", "sphere of 2048 triangles, 256 points: share of its lit side that the map lights, no bias", 1, lit,
+            0.01);
     ism_destroy(maps);
 }
 
@@ -277,7 +279,13 @@ static void splats_cover_a_sphere(void **state)
 
 /* ---- T49: the filling itself, on tiles made by hand ---- */
 
-typedef struct hand { ism_vpl vpl; ism_maps *maps; ism__texel texels[4096]; uint32_t pyramid[2048]; ism__tile tile; } hand;
+typedef struct hand {
+    ism_vpl vpl;
+    ism_maps *maps;
+    ism__texel texels[4096];
+    uint32_t pyramid[2048];
+    ism__tile tile;
+} hand;
 
 static hand *make_hand(void)
 {
@@ -433,7 +441,8 @@ static double transmitted(const ism_mesh *m)
     grid_fill(&below, 32, 32, a, u, v, up, 0);
     view = grid_view(&below);
     for (i = 0; i < 256; i++) {             /* radiance 1: flux pi A */
-        list[i] = util_vpl(((float)(i % 16) + 0.5f) / 16, 1, ((float)(i / 16) + 0.5f) / 16, 0, -1, 0, (float)UTIL_PI / 256);
+        list[i] =
+            util_vpl(((float)(i % 16) + 0.5f) / 16, 1, ((float)(i / 16) + 0.5f) / 16, 0, -1, 0, (float)UTIL_PI / 256);
         list[i].area = 1.0f / 256;
     }
     memset(&d, 0, sizeof d);
@@ -478,7 +487,8 @@ static void a_sealed_box_stays_dark(void **state)
 {
     static grid roof, floor_in;
     static float light[3 * 64 * 64];
-    const float lo[3] = { -1, 0, -1 }, hi[3] = { 1, 2, 1 }, ilo[3] = { -0.75f, 0.25f, -0.75f }, ihi[3] = { 0.75f, 1.75f, 0.75f };
+    const float lo[3] = { -1, 0, -1 }, hi[3] = { 1, 2, 1 }, ilo[3] = { -0.75f, 0.25f, -0.75f },
+                ihi[3] = { 0.75f, 1.75f, 0.75f };
     const float glo[3] = { -4, -0.2f, -4 }, gu[3] = { 8, 0, 0 }, gv[3] = { 0, 0, 8 };
     const float a[3] = { -0.75f, 0.25f, -0.75f }, u[3] = { 1.5f, 0, 0 }, v[3] = { 0, 0, 1.5f }, up[3] = { 0, 1, 0 };
     ism_mesh m;

@@ -1,5 +1,5 @@
-/* ism_vpls_test - virtual point lights and their light: power (T41), clamping (T44), bounces (T45), inter-texel places (T55),
-   culling (T56), equal frames and flicker (T57). */
+/* ism_vpls_test - virtual point lights and their light: power (T41), clamping (T44), bounces (T45), inter-texel places
+   (T55), culling (T56), equal frames and flicker (T57). */
 
 #include "ism.h"
 
@@ -114,8 +114,8 @@ static void clamping_is_reported(void **state)
     int i;
     (void)state;
     for (i = 0; i < SIDE * SIDE; i++) {     /* radiance 1 over 4 x 4 m, which is 99.8 % of the plane seen from 0.1 */
-        list[i] = util_vpl(((float)(i % SIDE) + 0.5f) * 4 / SIDE - 2, 0, ((float)(i / SIDE) + 0.5f) * 4 / SIDE - 2, 0, 1, 0,
-                           (float)UTIL_PI * 16 / (SIDE * SIDE));
+        list[i] = util_vpl(((float)(i % SIDE) + 0.5f) * 4 / SIDE - 2, 0, ((float)(i / SIDE) + 0.5f) * 4 / SIDE - 2, 0,
+                           1, 0, (float)UTIL_PI * 16 / (SIDE * SIDE));
         list[i].area = 16.0f / (SIDE * SIDE);
     }
     grid_fill(&eye, 1, 1, a, u, v, down, 0);
@@ -144,7 +144,8 @@ static void clamping_is_reported(void **state)
 static void a_closed_furnace(void **state)
 {
     enum { VPLS = 512, SIDE = 8 };
-    static float emission[3 * 4096], at[3 * VPLS * SIDE * SIDE], n[3 * VPLS * SIDE * SIDE], flux[3 * VPLS * SIDE * SIDE];
+    static float emission[3 * 4096], at[3 * VPLS * SIDE * SIDE], n[3 * VPLS * SIDE * SIDE],
+        flux[3 * VPLS * SIDE * SIDE];
     static float light[3 * 24 * 24];
     const float lo[3] = { -1, -1, -1 }, hi[3] = { 1, 1, 1 };
     const float a[3] = { -1, -1, -1 }, u[3] = { 2, 0, 0 }, v[3] = { 0, 0, 2 }, up[3] = { 0, 1, 0 };
@@ -243,8 +244,8 @@ static void vpls_glide(void **state)
     ism_destroy(m);
 }
 
-/* A bent sheet, a cylinder of radius 1 m whose texels lie `step` radians apart, lit from outside (1) or inside (-1): the
-   least and the largest height of VPLs over it, on the lit side, in sagittas of its chords. */
+/* A bent sheet, a cylinder of radius 1 m whose texels lie `step` radians apart, lit from outside (1) or inside (-1):
+   the least and the largest height of VPLs over it, on the lit side, in sagittas of its chords. */
 static void heights_over_a_bend(float side, double *least, double *most)
 {
     const float step = 0.15f, a[3] = { 0, 0, 0 }, u[3] = { 1, 0, 0 }, v[3] = { 0, 0, 2 }, n[3] = { 0, 1, 0 };

@@ -73,7 +73,8 @@ static void weights(void **state)
             double inner = 0;
             assert_int_equal(rsm_pattern_build((rsm_pattern)p, 4096, 0, paper, 1, pattern), RSM_OK);
             for (i = 0; i < 4096; i++)
-                if (hypot((double)pattern[3 * i], (double)pattern[3 * i + 1]) < 0.5) inner += (double)pattern[3 * i + 2] / PI;
+                if (hypot((double)pattern[3 * i], (double)pattern[3 * i + 1]) < 0.5)
+                    inner += (double)pattern[3 * i + 2] / PI;
             if (paper) CONFORM("T26", "indicator of the inner half radius, xi^2", 0.125, inner, 0.002);
             else CONFORM("T26", ROW("indicator of the inner half radius", p), 0.25, inner, 0.004);    /* 4096 points */
         }
@@ -257,8 +258,10 @@ static void clamp_is_reported(void **state)
     g.clamp = (float)c;
     assert_int_equal(rsm_gather_list(lights, SIDE * SIDE, &g, &points, e, &stats), RSM_OK);
     /* a square of 4 x 4 about a height of 0.1 stands for the plane to 0.3 %; points a tenth of h apart to 1e-3 */
-    CONFORM("T44", "lost irradiance / (pi L), kernel clamped at 25, h = 0.1", 0.25, (double)(full[0] - e[0]) / PI, 2e-3);
-    CONFORM("T44", "the share that the library reports", (double)(full[0] - e[0]) / (double)full[0], stats.clamped_share, 1e-4);
+    CONFORM("T44", "lost irradiance / (pi L), kernel clamped at 25, h = 0.1", 0.25, (double)(full[0] - e[0]) / PI,
+            2e-3);
+    CONFORM("T44", "the share that the library reports", (double)(full[0] - e[0]) / (double)full[0],
+            stats.clamped_share, 1e-4);
 }
 
 /* ---- T39: a step and a crease, seen by a camera that looks down ---- */
@@ -316,7 +319,8 @@ static void interpolation_stops_at_edges(void **state)
             in.contrast = paper ? -1.0f : 0.0f;
             in.reach = paper ? -1.0f : 0.0f;
             assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &g, &points, full_e, NULL), RSM_OK);
-            assert_int_equal(rsm_interpolate((const rsm_map *const *)&map, 1, &g, &in, &points, some_e, &stats), RSM_OK);
+            assert_int_equal(rsm_interpolate((const rsm_map *const *)&map, 1, &g, &in, &points, some_e, &stats),
+                             RSM_OK);
             for (i = 0; i < WIDE * HIGH; i++) {
                 double off = fabs((double)full_e[3 * i] - (double)some_e[3 * i]);
                 worst = off > worst ? off : worst;
@@ -325,12 +329,12 @@ static void interpolation_stops_at_edges(void **state)
                 assert_true(mask[i] == 1 || mask[i] == 2);
             }
             assert_int_equal(marked, stats.evaluated);
-            snprintf(what, sizeof what, "largest error / mean, %s, %s", crease ? "crease" : "step", paper ? "one grid of 8 (paper)"
-                     : "grids of 8, 4, 2");
+            snprintf(what, sizeof what, "largest error / mean, %s, %s", crease ? "crease" : "step",
+                     paper ? "one grid of 8 (paper)" : "grids of 8, 4, 2");
             /* contrast and reach bound the one; curvature over 8 pixels at the wall's foot is what the other leaves */
             CONFORM_MAX("T39", what, paper ? 0.08 : 0.05, worst / mean);
-            snprintf(what, sizeof what, "share evaluated, %s, %s", crease ? "crease" : "step", paper ? "one grid of 8 (paper)"
-                     : "grids of 8, 4, 2");
+            snprintf(what, sizeof what, "share evaluated, %s, %s", crease ? "crease" : "step",
+                     paper ? "one grid of 8 (paper)" : "grids of 8, 4, 2");
             CONFORM_MAX("T39", what, 0.3, (double)stats.evaluated / (WIDE * HIGH));
         }
     rsm_map_free(map);

@@ -1,4 +1,5 @@
-/* rsm_map_test - maps of rsm.h: flux a texel, positions, colours, formats (rows T30 to T35, T37 of docs/conformance.md). */
+/* rsm_map_test - maps of rsm.h: flux a texel, positions, colours, formats (rows T30 to T35, T37 of
+ * docs/conformance.md). */
 
 #include "rsm.h"
 
@@ -14,8 +15,9 @@
 /* Flux through all texels of a lamp in a closed box of albedo 1. */
 static double incident_of(rsm_light_kind kind, double angle, uint32_t size)
 {
-    static const float box[] = { -2, -2, -2, 4, 0, 0, 0, 4, 0,  -2, -2, 2, 4, 0, 0, 0, 4, 0,  -2, -2, -2, 0, 4, 0, 0, 0, 4,
-                                 2, -2, -2, 0, 4, 0, 0, 0, 4,  -2, -2, -2, 4, 0, 0, 0, 0, 4,  -2, 2, -2, 4, 0, 0, 0, 0, 4 };
+    static const float box[] = { -2, -2, -2, 4, 0, 0, 0, 4, 0, -2, -2, 2,  4, 0, 0, 0, 4, 0,
+                                 -2, -2, -2, 0, 4, 0, 0, 0, 4, 2,  -2, -2, 0, 4, 0, 0, 0, 4,
+                                 -2, -2, -2, 4, 0, 0, 0, 0, 4, -2, 2,  -2, 4, 0, 0, 0, 0, 4 };
     model m = model_quads(box, 6);
     rsm_mesh mesh = mesh_of(&m, 1);
     rsm_desc d;
@@ -40,7 +42,8 @@ static void flux_of_lamps(void **state)
 {
     (void)state;
     /* Gauss points and float texels: 1e-6 each, of one sign at worst */
-    CONFORM("T30", "flux of a square spot of 90 degrees, 256 x 256", 2.094395, incident_of(RSM_LIGHT_SQUARE_SPOT, 90, 256), 2e-5);
+    CONFORM("T30", "flux of a square spot of 90 degrees, 256 x 256", 2.094395,
+            incident_of(RSM_LIGHT_SQUARE_SPOT, 90, 256), 2e-5);
     CONFORM("T30", "the same, 4 x 4", 2.094395, incident_of(RSM_LIGHT_SQUARE_SPOT, 90, 4), 2e-5);
     /* 64 points a texel on the rim: 1/16 of a rim texel, of 256 pi of them at random */
     CONFORM("T30", "flux of a cone of half angle 30 degrees", 0.841787, incident_of(RSM_LIGHT_SPOT, 60, 256), 2e-4);
@@ -119,7 +122,8 @@ static void linear_albedo(void **state)
         assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
         assert_int_equal(rsm_fill(map, 0, &b), RSM_OK);
         assert_int_equal(rsm_finish(map, &stats), RSM_OK);
-        if (k == 0) CONFORM("T33", "flux of linear albedo 0.5 / flux through the map", 0.5, stats.reflected[0] / 4, 1e-6);
+        if (k == 0)
+            CONFORM("T33", "flux of linear albedo 0.5 / flux through the map", 0.5, stats.reflected[0] / 4, 1e-6);
         /* 188 is the 8-bit code nearest to 0.5: 0.50289 */
         else CONFORM("T33", "the same from 8-bit sRGB 188", 0.502886, stats.reflected[0] / 4, 1e-5);
         rsm_map_free(map);
@@ -194,9 +198,10 @@ static void texel_centres(void **state)
         assert_int_equal(rsm_map_matrix(map, c, m), RSM_OK);
         invert(m, inv);
         memset(&b, 0, sizeof b);
-        for (j = 0; j < N; j++)                  /* row 0 of the buffer is the top where clip y points down: clip y = -1 */
+        for (j = 0; j < N; j++) /* row 0 of the buffer is the top where clip y points down: clip y = -1 */
             for (i = 0; i < N; i++) {
-                depth[j * N + i] = (float)plane_depth(inv, n, offset, (i + 0.5) * 2 / N - 1, (j + 0.5) * 2 / N - 1, clip);
+                depth[j * N + i] =
+                    (float)plane_depth(inv, n, offset, (i + 0.5) * 2 / N - 1, (j + 0.5) * 2 / N - 1, clip);
                 set3(normal + 3 * (j * N + i), n[0], n[1], n[2]);
             }
         b.depth = depth;
@@ -209,8 +214,9 @@ static void texel_centres(void **state)
                 float uv[2], z;
                 uint32_t face;
                 double off;
-                if (t->depth < 0.51f || t->depth > 5) continue;          /* before the near plane; too far for its floats */
-                off = fabs(n[0] * (double)t->position[0] + n[1] * (double)t->position[1] + n[2] * (double)t->position[2] - offset);
+                if (t->depth < 0.51f || t->depth > 5) continue; /* before the near plane; too far for its floats */
+                off = fabs(n[0] * (double)t->position[0] + n[1] * (double)t->position[1] +
+                           n[2] * (double)t->position[2] - offset);
                 worst = off > worst ? off : worst;
                 assert_int_equal(rsm_map_project(map, t->position, &face, uv, &z), RSM_OK);
                 wrong += face != c || (uint32_t)(uv[0] * (float)N) != i || (uint32_t)(uv[1] * (float)N) != j;
@@ -219,7 +225,8 @@ static void texel_centres(void **state)
         rsm_map_free(map);
     }
     assert_true(seen > 2 * N * N);
-    /* a float of a depth buffer that holds 0.5..20: 6e-8 of 1, times 60 at depth 5, and as much again in our arithmetic */
+    /* a float of a depth buffer that holds 0.5..20: 6e-8 of 1, times 60 at depth 5, and as much again in
+       our arithmetic */
     CONFORM_MAX("T34", "largest distance from the plane of positions made from depth", 1e-5, worst);
     CONFORM_MAX("T34", "texel centres that map back to another texel", 0, wrong);
 }
@@ -260,8 +267,9 @@ static void turn_vector(int axis, int turns, const double v[3], double out[3])
 /* A room with a lamp and a receiver, turned about each axis. */
 static void cubes_turn(void **state)
 {
-    static const float room[] = { -1, -1, -1, 2, 0, 0, 0, 0, 2,  -1, 1, -1, 2, 0, 0, 0, 0, 2,  -1, -1, -1, 0, 2, 0, 0, 0, 2,
-                                  1, -1, -1, 0, 2, 0, 0, 0, 2,  -1, -1, -1, 2, 0, 0, 0, 2, 0,  -1, -1, 1, 2, 0, 0, 0, 2, 0 };
+    static const float room[] = { -1, -1, -1, 2, 0, 0, 0, 0, 2, -1, 1,  -1, 2, 0, 0, 0, 0, 2,
+                                  -1, -1, -1, 0, 2, 0, 0, 0, 2, 1,  -1, -1, 0, 2, 0, 0, 0, 2,
+                                  -1, -1, -1, 2, 0, 0, 0, 2, 0, -1, -1, 1,  2, 0, 0, 0, 2, 0 };
     static const double lamp[3] = { 0.2, 0.3, -0.1 }, eye[3] = { -0.5, -0.2, 0.4 }, normal[3] = { 0.6, 0, 0.8 };
     static const rsm_pattern patterns[] = { RSM_PATTERN_FLUX, RSM_PATTERN_FLUX, RSM_PATTERN_LOG_RADIAL };
     model m = model_quads(room, 6);

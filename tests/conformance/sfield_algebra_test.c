@@ -1,5 +1,5 @@
-/* sfield_algebra_test - spherical harmonics and Haar wavelets of shadowfield.h against closed forms: rows T1 to T10, T13
-   and T81 of docs/conformance.md. */
+/* sfield_algebra_test - spherical harmonics and Haar wavelets of shadowfield.h against closed forms: rows T1 to T10,
+   T13 and T81 of docs/conformance.md. */
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "unit/sfield_util.h"
@@ -56,7 +56,9 @@ static void t2_a_constant(void **state)
 
 static void t3_order_and_signs(void **state)
 {
-    static const double axes[6][3] = { { 1, 0, 0 }, { -1, 0, 0 }, { 0, 1, 0 }, { 0, -1, 0 }, { 0, 0, 1 }, { 0, 0, -1 } };
+    static const double axes[6][3] = {
+        { 1, 0, 0 }, { -1, 0, 0 }, { 0, 1, 0 }, { 0, -1, 0 }, { 0, 0, 1 }, { 0, 0, -1 }
+    };
     float texels[3][6 * 16 * 16], c[64], d[3];
     double y[64], worst = 0;
     uint32_t i, k;
@@ -67,7 +69,7 @@ static void t3_order_and_signs(void **state)
     }
     for (k = 0; k < 3; k++) {
         sfield_sh_project(4, 16, texels[k], 1, c);
-        for (i = 0; i < 6; i++) assert_true(fabs(sh_value(4, c, axes[i]) - axes[i][k]) < 3e-3);     /* of a step function */
+        for (i = 0; i < 6; i++) assert_true(fabs(sh_value(4, c, axes[i]) - axes[i][k]) < 3e-3); /* of a step function */
     }
     for (i = 0; i < 6; i++) {
         sfield_sh_basis(2, axes[i], y);
@@ -189,14 +191,16 @@ static void t6_truncation(void **state)
     assert_true(fabs(sum - 5.8414) < 1e-4);
     sfield_sh_product(t, 1, c, c, v, 1);
     assert_true(fabs((double)v[0] * 3.5449077 - sum) < 1e-5);
-    CONFORM("T6", "percent of 2 pi lost by squaring a hemisphere's step, 4 bands", 7.0, 100 * (1 - sum / (2 * PI)), 0.05);
+    CONFORM("T6", "percent of 2 pi lost by squaring a hemisphere's step, 4 bands", 7.0, 100 * (1 - sum / (2 * PI)),
+            0.05);
     random_vector(&seed, 48, many);
     assert_int_equal(sfield_sh_product_n(4, 3, many, NULL, out), SFIELD_OK);
     sfield__grid(20, node);                                           /* a finer grid: the same integral */
     for (g = 0; g < sfield__grid_size(20); g++)
         exact += node[4 * g + 3] * sh_value(4, many, node + 4 * g) * sh_value(4, many + 16, node + 4 * g) *
                  sh_value(4, many + 32, node + 4 * g);
-    CONFORM_MAX("T6", "n-product of three, off the integral on a finer grid", 1e-9, fabs(out[0] * sqrt(4 * PI) - exact));
+    CONFORM_MAX("T6", "n-product of three, off the integral on a finer grid", 1e-9,
+                fabs(out[0] * sqrt(4 * PI) - exact));
     sfield_algebra_free(t);
 }
 
@@ -306,7 +310,7 @@ static void t8_ringing(void **state)
     for (l = 0, k = 0; l < 4; l++)
         for (; k < (l + 1) * (l + 1); k++) v[k] *= factors[l];
     extremes(4, v, &low, &high);
-    CONFORM_MIN("T8", "least value of a windowed step of 4 bands", -1e-3, low);              /* checked at 2,592 directions */
+    CONFORM_MIN("T8", "least value of a windowed step of 4 bands", -1e-3, low); /* checked at 2,592 directions */
     assert_true(low < 0.02 && strength > 0);
     hemisphere(2, v);
     v[2] = 0.1f;
@@ -361,7 +365,8 @@ static void t9_rotation(void **state)
         }
         sfield_algebra_free(t);
     }
-    CONFORM_MAX("T9", "rotated vectors of 1 to 8 bands, off the function at 152 directions", 2e-5, worst); /* values to 20 */
+    CONFORM_MAX("T9", "rotated vectors of 1 to 8 bands, off the function at 152 directions", 2e-5,
+                worst); /* values to 20 */
 }
 
 static void t9_a_quarter_turn(void **state)
@@ -390,7 +395,8 @@ static void t10_cosine(void **state)
     (void)state;
     sfield_sh_cosine(8, factors);
     for (k = 0; k < 8; k++) worst = fmax(worst, fabs((double)factors[k] - expected[k]));
-    CONFORM_MAX("T10", "A_l of 8 bands, off 3.141593, 2.094395, 0.785398, 0, -0.130900, ...", 1e-6, worst); /* 6 digits */
+    CONFORM_MAX("T10", "A_l of 8 bands, off 3.141593, 2.094395, 0.785398, 0, -0.130900, ...", 1e-6,
+                worst);                                               /* 6 digits */
     for (k = 0; k < 10; k++) {                                        /* uniform light: irradiance pi everywhere */
         rnd_direction(&seed, d);
         sfield_sh_basis(1, d, y);

@@ -1,5 +1,5 @@
-/* sfield_field_test - fields of shadowfield.h against spheres in closed form and against brute force: rows T14, T72 to T77
-   and T81 (budgets) of docs/conformance.md. */
+/* sfield_field_test - fields of shadowfield.h against spheres in closed form and against brute force: rows T14, T72 to
+   T77 and T81 (budgets) of docs/conformance.md. */
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "unit/sfield_util.h"
@@ -10,7 +10,10 @@
 #include <cmocka.h>
 #include "conformance.h"
 
-static double blocked(double d) { return 0.5 * (1 - sqrt(1 - 1 / (d * d))); }     /* share of the sphere of directions */
+static double blocked(double d)
+{
+    return 0.5 * (1 - sqrt(1 - 1 / (d * d)));
+} /* share of the sphere of directions */
 
 static sfield_field *field_of_sphere(sfield_desc *desc)
 {
@@ -49,7 +52,8 @@ static void t72_sphere_occluder(void **state)
     memset(&desc, 0, sizeof desc);
     f = field_of_sphere(&desc);
     sfield_get_info(f, &info);
-    print_message("T72: default field %lu bytes, inscribed sphere %.4f\n", (unsigned long)info.bytes, (double)info.inscribed);
+    print_message("T72: default field %lu bytes, inscribed sphere %.4f\n", (unsigned long)info.bytes,
+                  (double)info.inscribed);
     assert_true(info.samples == 16 * 6 * 25 && info.bytes == 16 * info.samples + 2240);
     assert_true(info.inscribed > 0.99f && info.inscribed <= 1);
     for (k = 0; k < 4; k++) {
@@ -97,7 +101,8 @@ static double facing(const sfield_field *f, double d)
 static void t73_sphere_light(void **state)
 {
     static const double at[3] = { 2, 8, 20 }, exact[3] = { 0.785398, 0.049087, 0.007854 };
-    static const char *const names[3] = { "irradiance facing a sphere's source field 2 r away", "8 r away", "20 r away" };
+    static const char *const names[3] = { "irradiance facing a sphere's source field 2 r away", "8 r away",
+                                          "20 r away" };
     sfield_emitter light;
     sfield_desc desc;
     sfield_field *f, *sh;
@@ -122,7 +127,7 @@ static void t73_sphere_light(void **state)
         CONFORM("T73", names[k], exact[k], e, 0.02 * exact[k]);           /* texels of 32 x 32 */
     }
     sfield_free(f);
-    memset(&desc, 0, sizeof desc);                                    /* harmonics: a cap's coefficients in closed form */
+    memset(&desc, 0, sizeof desc); /* harmonics: a cap's coefficients in closed form */
     desc.position_side = 5;
     assert_int_equal(sfield_build_emitter(&desc, &light, &sh, NULL), SFIELD_OK);
     p[2] = -2;
@@ -387,7 +392,8 @@ static void views_against_rays(void **state)
             sfield__texel_place(16, i, &face, &x, &y);
             for (k = 0; k < s * s; k++) {
                 double d[3];
-                sfield__from_face(face, (2.0 * (x * s + k % s) + 1) / (16 * s) - 1, (2.0 * (y * s + k / s) + 1) / (16 * s) - 1, d);
+                sfield__from_face(face, (2.0 * (x * s + k % s) + 1) / (16 * s) - 1,
+                                  (2.0 * (y * s + k / s) + 1) / (16 * s) - 1, d);
                 hits += brute(&m, eye, d) > 0;
             }
             wrong += fabs((double)b.view[0].texel[i] * s * s - hits) > 0.5;
@@ -536,7 +542,7 @@ static void beside_a_slab(void **state)
     }
     print_message("over a slab: light %.4f to %.4f of the open sky's, open share %.4f off\n", least, most, wrong);
     assert_true(least > 0.99 && most < 1.02);                         /* 4 bands of half a sphere: up to 1.02 */
-    assert_true(wrong < 0.02);                                        /* positions left inside: 0.36, and light of 0.25 */
+    assert_true(wrong < 0.02); /* positions left inside: 0.36, and light of 0.25 */
     sfield_free(f);
     model_free(&m);
 }

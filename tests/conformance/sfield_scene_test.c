@@ -1,5 +1,6 @@
-/* sfield_scene_test - scenes of shadowfield.h: rows T76, T78 to T80 of docs/conformance.md, closed forms of a sphere under a
-   uniform sky, the product modes against one another, the lazy cache against fresh results, threads against none. */
+/* sfield_scene_test - scenes of shadowfield.h: rows T76, T78 to T80 of docs/conformance.md, closed forms of a sphere
+   under a uniform sky, the product modes against one another, the lazy cache against fresh results, threads against
+   none. */
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "unit/sfield_util.h"
@@ -124,7 +125,8 @@ static void a_sphere_under_a_uniform_sky(void **state)
             sfield_scene_entities(s, &e, i >= 0);
             sfield_scene_environment(s, sky_one, 1, 1, NULL);
             shade_up(s, rgb, NULL);
-            print_message("basis %d, sphere at %g: %.4f, exactly %.4f\n", b, i < 0 ? 0 : heights[i], (double)rgb[0], exact);
+            print_message("basis %d, sphere at %g: %.4f, exactly %.4f\n", b, i < 0 ? 0 : heights[i], (double)rgb[0],
+                          exact);
             assert_true(fabs((double)rgb[0] - exact) < (i < 0 ? 0.002 : b == 1 ? 0.03 : 0.02));
             assert_true(rgb[0] == rgb[1] && rgb[1] == rgb[2]);
             sfield_scene_free(s);
@@ -158,7 +160,8 @@ static void t78_order(void **state)
         e[0] = at(ball[b], NULL, 0, 11, 0);
         sfield_scene_entities(s, e, 3);
         shade_up(s, swapped, NULL);
-        CONFORM("T78", b == 1 ? "light before a far ball by light alone, harmonics" : "wavelets", 1, far[0] / lit[0], 0);
+        CONFORM("T78", b == 1 ? "light before a far ball by light alone, harmonics" : "wavelets", 1, far[0] / lit[0],
+                0);
         CONFORM("T78", b == 1 ? "light between two balls by behind the near one, harmonics" : "two balls, wavelets", 1,
                 both[0] / near[0], 0);
         assert_true(swapped[0] == both[0]);
@@ -317,8 +320,8 @@ static void t79_lazy_cache(void **state)
             if (round == 4) e[3].transform[14] = -9;
             sfield_scene_entities(s, e, 4);
         }
-        CONFORM_MAX("T79", b == 1 ? "cached against no cache, harmonics" : "against no cache, wavelets", b == 1 ? 1e-3 : 0.05,
-                    worst);                                           /* 16 bits; 256 wavelets */
+        CONFORM_MAX("T79", b == 1 ? "cached against no cache, harmonics" : "against no cache, wavelets",
+                    b == 1 ? 1e-3 : 0.05, worst); /* 16 bits; 256 wavelets */
         sfield_cache_free(set.cache);
         sfield_scene_free(s);
     }
@@ -443,7 +446,8 @@ static void skies_suns_and_turns(void **state)
         assert_true(fabsf(rgb[0]) < 0.02f);
         assert_int_equal(sfield_scene_sun(s, sun, strength), SFIELD_OK);
         shade_up(s, rgb, NULL);
-        print_message("basis %d: sun above %.4f %.4f of E / pi %.4f %.4f\n", b, (double)rgb[0], (double)rgb[1], 3 / PI, 2 / PI);
+        print_message("basis %d: sun above %.4f %.4f of E / pi %.4f %.4f\n", b, (double)rgb[0], (double)rgb[1], 3 / PI,
+                      2 / PI);
         assert_true(fabs((double)rgb[1] * PI / 2 - 1) < (b == 1 ? 0.07 : 0.02));
         assert_int_equal(sfield_scene_environment(s, NULL, 0, 0, NULL), SFIELD_OK);
         shade_up(s, rgb, NULL);

@@ -1,5 +1,6 @@
-/* csm_bytes - hashes of the blocks that csm.h builds, and of what it answers on them: the same on every compiler, option and
-   byte order. Meshes are made of integers, so that only the header computes. tests/golden keeps the lines. */
+/* csm_bytes - hashes of the blocks that csm.h builds, and of what it answers on them: the same on every compiler,
+   option and byte order. Meshes are made of integers, so that only the header computes. tests/golden keeps
+   the lines. */
 
 #define CSM_IMPLEMENTATION
 #include "csm.h"
@@ -112,7 +113,8 @@ static int bytes_line(char *out, size_t room, const char *name, const cohsm_desc
     if (r != COHSM_OK) return snprintf(out, room, "%s: %s\n", name, cohsm_result_text(r));
     cohsm_get_info(maps, &info);
     file = (uint8_t *)malloc(info.bytes);
-    if (!file || cohsm_write(maps, file, info.bytes) != COHSM_OK || cohsm_open(file, info.bytes, NULL, &again) != COHSM_OK) {
+    if (!file || cohsm_write(maps, file, info.bytes) != COHSM_OK ||
+        cohsm_open(file, info.bytes, NULL, &again) != COHSM_OK) {
         free(file);
         cohsm_free(maps);
         return snprintf(out, room, "%s: cannot be read again\n", name);
@@ -130,7 +132,8 @@ enum { BYTES_LINES = 46 };
 /* Line i, or 0 beyond the last one. */
 static int bytes_case(int i, char *out, size_t room)
 {
-    static const char *const names[9] = { "latlong", "octahedral", "line", "rectangle", "disc", "sphere", "volume", "table", "list" };
+    static const char *const names[9] = { "latlong", "octahedral", "line",  "rectangle", "disc",
+                                          "sphere",  "volume",     "table", "list" };
     static const float where[24] = { 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 5, 0, -1, 0, 0.5f, 0, 0, -1, 0, 0, 1, 1, 1, 0 };
     cohsm_desc d;
     char name[96];
@@ -168,8 +171,8 @@ static int bytes_case(int i, char *out, size_t room)
         d.domain.side[0] = d.domain.side[1] = 12;
         d.map_size = 32;
     }
-    snprintf(name, sizeof name, "%02d %s layers %d order %d frame %d bits %u", i, i == 45 ? "defaults" : names[kind], (int)d.layers,
-             (int)d.order, (int)d.frame, (unsigned)d.depth_bits);
+    snprintf(name, sizeof name, "%02d %s layers %d order %d frame %d bits %u", i, i == 45 ? "defaults" : names[kind],
+             (int)d.layers, (int)d.order, (int)d.frame, (unsigned)d.depth_bits);
     bytes_line(out, room, name, &d, (kind + round) % 2 || d.layers > COHSM_LAYERS_Z1Z2);
     return 1;
 }

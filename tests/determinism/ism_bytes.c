@@ -1,5 +1,5 @@
-/* ism_bytes - hashes of what ism.h computes: the same on every compiler, option and byte order. Inputs are made of integers,
-   so that only the header computes. */
+/* ism_bytes - hashes of what ism.h computes: the same on every compiler, option and byte order. Inputs are made of
+   integers, so that only the header computes. */
 
 #define ISM_IMPLEMENTATION
 #include "ism.h"
@@ -28,7 +28,8 @@ static uint32_t hash(const float *v, size_t count)
 
 int main(void)
 {
-    static float mesh_points[9 * 64], at[3 * 256], up[3 * 256], flux[3 * 256], eye[3 * 128], down[3 * 128], out[3 * 128];
+    static float mesh_points[9 * 64], at[3 * 256], up[3 * 256], flux[3 * 256], eye[3 * 128], down[3 * 128],
+        out[3 * 128];
     uint32_t state = 12345, i, projection;
     for (i = 0; i < 9 * 64; i++) mesh_points[i] = unit(&state);
     for (i = 0; i < 256; i++) {

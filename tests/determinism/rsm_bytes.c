@@ -1,5 +1,5 @@
-/* rsm_bytes - hashes of maps that rsm.h draws and of what it gathers from them: the same on every compiler, option and byte
-   order. Meshes are made of integers, so that only the header computes. */
+/* rsm_bytes - hashes of maps that rsm.h draws and of what it gathers from them: the same on every compiler, option and
+   byte order. Meshes are made of integers, so that only the header computes. */
 
 #define RSM_IMPLEMENTATION
 #include "rsm.h"
@@ -30,7 +30,8 @@ static uint32_t bytes_hash(uint32_t h, const float *values, size_t count)
 
 int main(void)
 {
-    static float corners[9 * BYTES_TRIANGLES], p[3 * BYTES_POINTS], n[3 * BYTES_POINTS], e[3 * BYTES_POINTS], noise[256];
+    static float corners[9 * BYTES_TRIANGLES], p[3 * BYTES_POINTS], n[3 * BYTES_POINTS], e[3 * BYTES_POINTS],
+        noise[256];
     const rsm_material shiny = { { 0.5f, 0.25f, 0.125f }, 20 };
     uint32_t state = 777, i, kind, pattern;
     rsm_mesh mesh;
@@ -95,7 +96,8 @@ int main(void)
             g.materials = &shiny;
             g.material_count = 1;
             if (rsm_gather((const rsm_map *const *)&map, 1, &g, &points, e, &stats) != RSM_OK) return 1;
-            printf("gather %u %u %08x\n", (unsigned)kind, (unsigned)pattern, (unsigned)bytes_hash(2166136261u, e, 3 * BYTES_POINTS));
+            printf("gather %u %u %08x\n", (unsigned)kind, (unsigned)pattern,
+                   (unsigned)bytes_hash(2166136261u, e, 3 * BYTES_POINTS));
         }
         rsm_map_free(map);
     }

@@ -1,5 +1,5 @@
-/* sfield_bytes - hashes of the files that shadowfield.h makes: the same on every compiler, option and byte order. Meshes
-   are made of integers, so that only the header computes. tests/golden keeps the lines. */
+/* sfield_bytes - hashes of the files that shadowfield.h makes: the same on every compiler, option and byte order.
+   Meshes are made of integers, so that only the header computes. tests/golden keeps the lines. */
 
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"

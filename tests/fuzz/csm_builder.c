@@ -1,5 +1,5 @@
-/* csm_builder - libFuzzer target: bytes choose a desc, layers and a mesh; what is built must hold its intervals, verify,
-   and open again from a plain and from a packed file. */
+/* csm_builder - libFuzzer target: bytes choose a desc, layers and a mesh; what is built must hold its intervals,
+   verify, and open again from a plain and from a packed file. */
 
 #define CSM_IMPLEMENTATION
 #include "csm.h"

@@ -1,7 +1,7 @@
-/* csm_file - libFuzzer target: any bytes as a plain or packed file of csm.h, then every function on what was accepted, and
-   a round trip through the packed form. The file begins at byte 1; byte 0 says
-     bit 0   mend the checksum, so that the checks behind it are reached
-     bit 1   the file is packed first, and eight places of the packed form changed as the last 32 bytes say */
+/* csm_file - libFuzzer target: any bytes as a plain or packed file of csm.h, then every function on what was accepted,
+   and a round trip through the packed form. The file begins at byte 1; byte 0 says bit 0   mend the checksum, so that
+   the checks behind it are reached bit 1   the file is packed first, and eight places of the packed form changed as the
+   last 32 bytes say */
 
 #define CSM_IMPLEMENTATION
 #include "csm.h"

@@ -1,5 +1,5 @@
-/* ism_builder - libFuzzer target: bytes choose a desc, sources, a mesh and a view; two frames are rendered by all stages, and
-   what comes out must be finite and not negative. */
+/* ism_builder - libFuzzer target: bytes choose a desc, sources, a mesh and a view; two frames are rendered by all
+   stages, and what comes out must be finite and not negative. */
 
 #define ISM_IMPLEMENTATION
 #include "ism.h"

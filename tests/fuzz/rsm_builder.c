@@ -1,5 +1,5 @@
-/* rsm_builder - libFuzzer target: bytes choose lights, meshes or buffers, patterns and receivers; every result must be finite
-   and not negative, flux must add up, and nothing may be read or written out of bounds. */
+/* rsm_builder - libFuzzer target: bytes choose lights, meshes or buffers, patterns and receivers; every result must be
+   finite and not negative, flux must add up, and nothing may be read or written out of bounds. */
 
 #define RSM_IMPLEMENTATION
 #include "rsm.h"
@@ -27,7 +27,8 @@ static float take_float(input *in)
 
 static void take_desc(input *in, rsm_desc *d)
 {
-    static const float axes[6][3] = { { 0, 1, 0 }, { 0.6f, 0.8f, 0 }, { 0, 0, 1 }, { 0.48f, 0.6f, 0.64f }, { 0, -1, 0 }, { 1, 0, 0 } };
+    static const float axes[6][3] = { { 0, 1, 0 },  { 0.6f, 0.8f, 0 }, { 0, 0, 1 }, { 0.48f, 0.6f, 0.64f },
+                                      { 0, -1, 0 }, { 1, 0, 0 } };
     uint32_t i;
     memset(d, 0, sizeof *d);
     d->light.kind = (rsm_light_kind)(take(in) % (RSM_LIGHT_KIND_COUNT + 1u));
@@ -156,7 +157,8 @@ static void use(input *in, const rsm_map *map)
     if (rsm_gather(&map, 1, &g, &points, e, NULL) == RSM_OK) check(e, 3 * POINTS);
     direct.taps = take(in) % 6u;
     if (rsm_direct(map, &direct, &points, e) == RSM_OK) check(e, 3 * POINTS);
-    if (rsm_cluster(rsm_map_texels(map), (size_t)rsm_map_side(map) * rsm_map_side(map), 8, NULL, clusters, &count) == RSM_OK &&
+    if (rsm_cluster(rsm_map_texels(map), (size_t)rsm_map_side(map) * rsm_map_side(map), 8, NULL, clusters, &count) ==
+            RSM_OK &&
         rsm_gather_list(clusters, count, &g, &points, e, NULL) == RSM_OK)
         check(e, 3 * POINTS);
     if (rsm_filter_create(WIDTH, POINTS / WIDTH, NULL, &filter) != RSM_OK) return;

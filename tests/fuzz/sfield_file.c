@@ -1,5 +1,5 @@
-/* sfield_file - libFuzzer target: any bytes as a file of shadowfield.h, then every function on what was accepted. An odd
-   first byte mends the checksum, so that the checks behind it are reached. The file begins at byte 1. */
+/* sfield_file - libFuzzer target: any bytes as a file of shadowfield.h, then every function on what was accepted. An
+   odd first byte mends the checksum, so that the checks behind it are reached. The file begins at byte 1. */
 
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"

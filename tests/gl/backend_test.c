@@ -120,7 +120,8 @@ static void written_glsl_is_whole(void **state)
             size = glbk_write_glsl(dialect, bits, "table", defines, "prog/copy.frag", mine, NULL, 0);
             assert_in_range(size, 500, ROOM);
             memset(text, '#', sizeof text);
-            assert_int_equal(glbk_write_glsl(dialect, bits, "table", defines, "prog/copy.frag", mine, text, ROOM), size);
+            assert_int_equal(glbk_write_glsl(dialect, bits, "table", defines, "prog/copy.frag", mine, text, ROOM),
+                             size);
             assert_int_equal(strlen(text), size - 1);
             assert_int_equal(text[size], '#');
             assert_memory_equal(text, versions[d], strlen(versions[d]));
@@ -167,7 +168,8 @@ static void written_glsl_runs(void **state)
     gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_COLOR, 1, 1, 0);
     int bits = !t->gl.float_targets;
 
-    assert_in_range(glbk_write_glsl(dialect, bits, NULL, NULL, NULL, vertex, text[0], sizeof text[0]), 1, sizeof text[0]);
+    assert_in_range(glbk_write_glsl(dialect, bits, NULL, NULL, NULL, vertex, text[0], sizeof text[0]), 1,
+                    sizeof text[0]);
     assert_in_range(glbk_write_glsl(dialect, bits, NULL, NULL, "prog/copy.frag", NULL, text[1], sizeof text[1]), 1,
                     sizeof text[1]);
     for (i = 0; i < 2; i++) {

@@ -1,5 +1,5 @@
-/* csm_build_test - maps built on the GPU: what is peeled stands by csm.h's own verifier, and segments found by the shaders
-   give the bytes that csm.h builds from the same layers. */
+/* csm_build_test - maps built on the GPU: what is peeled stands by csm.h's own verifier, and segments found by the
+   shaders give the bytes that csm.h builds from the same layers. */
 #define _POSIX_C_SOURCE 200809L
 #include "csm.h"
 
@@ -119,8 +119,8 @@ static void build_both(gl_test *t, cohsm_desc d, const model *m, double most_wro
     assert_int_equal(sizes[0], sizes[1]);
     assert_memory_equal(blocks[0], blocks[1], sizes[0]);
     assert_int_equal(cohsm_verify(by_gpu, NULL, &mesh, &report), COHSM_OK);
-    printf("%u views of %u^2, %zu segments in %u runs: equal bytes; %.4f of the entries off csm.h's own layers\n", views,
-           d.map_size, b.segment_count, b.passes, (double)report.wrong / (double)report.entries);
+    printf("%u views of %u^2, %zu segments in %u runs: equal bytes; %.4f of the entries off csm.h's own layers\n",
+           views, d.map_size, b.segment_count, b.passes, (double)report.wrong / (double)report.entries);
     assert_true((double)report.wrong <= most_wrong * (double)report.entries);
     assert_true(b.segment_count > pixels);
     glbk_csm_builder_destroy(&t->gl, &b);

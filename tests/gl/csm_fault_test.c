@@ -1,5 +1,5 @@
-/* csm_fault_test - glbk_csm when GL or memory fails in any call: the error is named, nothing is left; a hostile state; a lost
-   context. */
+/* csm_fault_test - glbk_csm when GL or memory fails in any call: the error is named, nothing is left; a hostile state;
+   a lost context. */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <setjmp.h>
@@ -235,8 +235,8 @@ static void a_lost_context(void **state)
 }
 
 static const uint32_t switches[] = { 0x0BE2, 0x0B44, 0x0B71, 0x0BD0, 0x8037, 0x0C11, 0x0B90, 0x809E };
-static const uint32_t numbers[] = { 0x84E0, 0x8B8D, 0x85B5, 0x8CA6, 0x8CAA, 0x8894, 0x8F37, 0x0B74, 0x0B45, 0x0B46, 0x8069,
-                                    0x8C1D, 0x8A28, 0x88ED, 0x88EF, 0x0CF5, 0x0D05 };
+static const uint32_t numbers[] = { 0x84E0, 0x8B8D, 0x85B5, 0x8CA6, 0x8CAA, 0x8894, 0x8F37, 0x0B74, 0x0B45,
+                                    0x0B46, 0x8069, 0x8C1D, 0x8A28, 0x88ED, 0x88EF, 0x0CF5, 0x0D05 };
 enum { SWITCHES = sizeof switches / sizeof *switches, NUMBERS = sizeof numbers / sizeof *numbers };
 
 static void read_state(const glbk_functions *gl, int32_t *out)

@@ -1,5 +1,5 @@
-/* csm_gbuffer_test - what the renderer's users do besides uploads: draw into the G-buffer with maps, use csm_visible in a
-   shader of their own, bring a G-buffer of their own, resolve to a target. */
+/* csm_gbuffer_test - what the renderer's users do besides uploads: draw into the G-buffer with maps, use csm_visible in
+   a shader of their own, bring a G-buffer of their own, resolve to a target. */
 #define _POSIX_C_SOURCE 200809L
 #include "csm.h"
 
@@ -77,7 +77,8 @@ static void render_sun(gl_test *t, glbk_csm_renderer *r, const glbk_csm_maps *ma
 static void draws_with_maps_and_resolves(void **state)
 {
     GL_TEST(t, state)
-    static const uint8_t half[4] = { 255, 128, 0, 255 }, bump[4] = { 218, 128, 218, 255 };   /* leans by 45 degrees to x */
+    static const uint8_t half[4] = { 255, 128, 0, 255 },
+                         bump[4] = { 218, 128, 218, 255 }; /* leans by 45 degrees to x */
     glbk_csm_renderer_desc desc = { SIDE, SIDE, 0, 0, NULL };
     glbk_csm_renderer r;
     glbk_csm_maps none;
@@ -253,7 +254,8 @@ static void with_a_gbuffer_of_the_users(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(draws_with_maps_and_resolves),
-                                  gl_unit_test(bound_for_a_shader_of_the_users), gl_unit_test(with_a_gbuffer_of_the_users) };
+                                  gl_unit_test(bound_for_a_shader_of_the_users),
+                                  gl_unit_test(with_a_gbuffer_of_the_users) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

@@ -1,5 +1,5 @@
-/* csm_render_gl_test - `render --technique csm --backend gl` as a user calls it: the same samples as --backend cpu, within
-   1 % relative RMSE, for every kind of light and material. The two differ by float rounding alone. */
+/* csm_render_gl_test - `render --technique csm --backend gl` as a user calls it: the same samples as --backend cpu,
+   within 1 % relative RMSE, for every kind of light and material. The two differ by float rounding alone. */
 #define _POSIX_C_SOURCE 200809L
 #include "program.h"
 

@@ -1,6 +1,6 @@
-/* csm_shade_test - the renderer of gl_backend.h sample by sample against cohsm_sample: every shape of light, every BRDF,
-   every way of sampling, patterns, progressive frames. Nothing is in the way here: csm_twin_test asks about visibility.
-   Each way to a context takes some of the lights, since llvmpipe compiles a program for seconds. */
+/* csm_shade_test - the renderer of gl_backend.h sample by sample against cohsm_sample: every shape of light, every
+   BRDF, every way of sampling, patterns, progressive frames. Nothing is in the way here: csm_twin_test asks about
+   visibility. Each way to a context takes some of the lights, since llvmpipe compiles a program for seconds. */
 #define _POSIX_C_SOURCE 200809L
 #include "csm.h"
 
@@ -167,7 +167,8 @@ static glbk_csm_light_desc describe_gl(const cohsm_emitter_desc *d)
 
 /* ---- both renderers ---- */
 
-static void shade_by_csm(const cohsm_emitter_desc *light, cohsm_sampling sampling, uint32_t frame, const float *patterns)
+static void shade_by_csm(const cohsm_emitter_desc *light, cohsm_sampling sampling, uint32_t frame,
+                         const float *patterns)
 {
     size_t size = cohsm_emitter_size(light);
     void *memory = malloc(size + 1);
@@ -313,7 +314,8 @@ static void lights_agree(gl_test *t, const cohsm_shape *shapes, int count)
             for (sampling = 0; sampling < 4; sampling++) {
                 cohsm_emitter_desc d = describe(shapes[i], textured);
                 char what[64];
-                snprintf(what, sizeof what, "shape %d, textured %d, sampling %s", (int)shapes[i], textured, names[sampling]);
+                snprintf(what, sizeof what, "shape %d, textured %d, sampling %s", (int)shapes[i], textured,
+                         names[sampling]);
                 memset(expected, 0, sizeof expected);
                 shade_by_csm(&d, (cohsm_sampling)sampling, 5, NULL);
                 glbk_csm_reset(&r.renderer);
@@ -363,9 +365,9 @@ static void frames_and_patterns_agree(void **state)
 
 /* ---- tables of lights ---- */
 
-static const cohsm_shape every_shape[] = { COHSM_SHAPE_ENVIRONMENT, COHSM_SHAPE_SUN, COHSM_SHAPE_POINT, COHSM_SHAPE_SPOT,
-                                           COHSM_SHAPE_LINE, COHSM_SHAPE_RECTANGLE, COHSM_SHAPE_DISC, COHSM_SHAPE_SPHERE,
-                                           COHSM_SHAPE_CALLBACK };
+static const cohsm_shape every_shape[] = { COHSM_SHAPE_ENVIRONMENT, COHSM_SHAPE_SUN,    COHSM_SHAPE_POINT,
+                                           COHSM_SHAPE_SPOT,        COHSM_SHAPE_LINE,   COHSM_SHAPE_RECTANGLE,
+                                           COHSM_SHAPE_DISC,        COHSM_SHAPE_SPHERE, COHSM_SHAPE_CALLBACK };
 enum { SHAPES = 9, HEAD = 10, CELLS = 16 * 8 };
 
 static float word(const uint32_t *words, int texel, int component)
@@ -379,10 +381,14 @@ static float word(const uint32_t *words, int texel, int component)
 static void lights_take_their_texels(void **state)
 {
     static const size_t plain[SHAPES] = { HEAD + 3, HEAD, HEAD, HEAD, HEAD, HEAD, HEAD, HEAD, HEAD + 6 };
-    static const size_t textured[SHAPES] = { HEAD + 2 * CELLS + 8, HEAD, HEAD, HEAD, HEAD + 2 * 16 + 1, HEAD + 2 * CELLS + 8,
-                                             HEAD + 2 * CELLS + 8, HEAD + 2 * CELLS + 8, HEAD + 6 };
+    static const size_t textured[SHAPES] = {
+        HEAD + 2 * CELLS + 8, HEAD,    HEAD, HEAD, HEAD + 2 * 16 + 1, HEAD + 2 * CELLS + 8, HEAD + 2 * CELLS + 8,
+        HEAD + 2 * CELLS + 8, HEAD + 6
+    };
     /* |u x v| = |(0.9, 0, 0.3) x (-0.2, 0, 0.6)|; the triangles: 3.5 / 2 and sqrt(4.8) / 2 */
-    static const double areas[SHAPES] = { 1, 1, 1, 1, 1, 0.6, 3.14159265358979 * 0.25, 3.14159265358979, 1.75 + 1.0954451 };
+    static const double areas[SHAPES] = {
+        1, 1, 1, 1, 1, 0.6, 3.14159265358979 * 0.25, 3.14159265358979, 1.75 + 1.0954451
+    };
     static uint32_t words[4 * (HEAD + 2 * CELLS + 8) + 4];
     int i, t;
     (void)state;
@@ -437,8 +443,10 @@ static void bad_lights_are_refused(void **state)
             if (way == 7) g.texels = texels;                    /* without a size */
             if (way == 8) g.texels = texels, g.width = 2, g.height = 65537;
             if (way == 9) g.texels = texels, g.width = g.height = 65536;        /* not read: too many */
-            if (way == 10) g.direction[0] = 0, refused = s == COHSM_SHAPE_SUN || s == COHSM_SHAPE_SPOT || s == COHSM_SHAPE_DISC;
-            if (way == 11) g.radius = 0, refused = s == COHSM_SHAPE_LINE || s == COHSM_SHAPE_DISC || s == COHSM_SHAPE_SPHERE;
+            if (way == 10)
+                g.direction[0] = 0, refused = s == COHSM_SHAPE_SUN || s == COHSM_SHAPE_SPOT || s == COHSM_SHAPE_DISC;
+            if (way == 11)
+                g.radius = 0, refused = s == COHSM_SHAPE_LINE || s == COHSM_SHAPE_DISC || s == COHSM_SHAPE_SPHERE;
             if (way == 12) g.cone_angle = 0, refused = s == COHSM_SHAPE_SPOT;
             if (way == 13) memset(g.u, 0, 12), refused = s == COHSM_SHAPE_LINE || s == COHSM_SHAPE_RECTANGLE;
             if (way == 14) g.triangles = NULL, refused = s == COHSM_SHAPE_CALLBACK;
@@ -454,7 +462,8 @@ static void bad_lights_are_refused(void **state)
         }
 }
 
-static void render_one(gl_test *t, rig *r, const glbk_csm_lights *lights, uint32_t start, glbk_csm_shape shape, float *out)
+static void render_one(gl_test *t, rig *r, const glbk_csm_lights *lights, uint32_t start, glbk_csm_shape shape,
+                       float *out)
 {
     glbk_csm_use use = use_of(r, start, shape);
     glbk_csm_frame_desc f = frame_of(lights, &use);
@@ -509,7 +518,8 @@ static void updated_lights_are_new_lights(void **state)
         assert_int_equal(glbk_csm_lights_update(&t->gl, NULL, starts[1], &bad), GLBK_ERR_ARGUMENT);
         assert_int_equal(glbk_csm_lights_update(&t->gl, &lights, starts[1], NULL), GLBK_ERR_ARGUMENT);
         assert_int_equal(glbk_csm_lights_update(&t->gl, &lights, 3, &bad), GLBK_ERR_ARGUMENT);   /* a lobe's place */
-        assert_int_equal(glbk_csm_lights_update(&t->gl, &lights, starts[2] + 1, &bad), GLBK_ERR_ARGUMENT);   /* too long */
+        assert_int_equal(glbk_csm_lights_update(&t->gl, &lights, starts[2] + 1, &bad),
+                         GLBK_ERR_ARGUMENT); /* too long */
         bad.radiance[0] = -1;
         assert_int_equal(glbk_csm_lights_update(&t->gl, &lights, starts[1], &bad), GLBK_ERR_ARGUMENT);
         bad = changed;

@@ -39,8 +39,8 @@ static void compare_answers(tally *sum)
     sum->asked += COUNT;
 }
 
-static void make_questions(const cohsm_info *info, const float *center, float radius, cohsm_light light, uint32_t bodies,
-                           uint64_t *seed)
+static void make_questions(const cohsm_info *info, const float *center, float radius, cohsm_light light,
+                           uint32_t bodies, uint64_t *seed)
 {
     uint32_t i, k;
     for (i = 0; i < COUNT; i++) {
@@ -168,7 +168,8 @@ static void a_million_queries_agree(void **state)
                 if (info.positional && light < 2) continue;
                 if (light == COHSM_LIGHT_INDEX && filter == COHSM_FILTER_ROULETTE) continue;
                 make_questions(&info, info.center, info.radius, (cohsm_light)light, 1, &seed);
-                ask_both(t, &asker, &maps, &body, 1, (cohsm_light)light, (cohsm_filter)filter, i % 2 ? 0.0f : 1.0f, &sum);
+                ask_both(t, &asker, &maps, &body, 1, (cohsm_light)light, (cohsm_filter)filter, i % 2 ? 0.0f : 1.0f,
+                         &sum);
             }
         glbk_csm_maps_destroy(&t->gl, &maps);
         cohsm_free(body.maps == built ? (cohsm_maps *)(size_t)built : NULL);

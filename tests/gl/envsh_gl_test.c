@@ -230,14 +230,15 @@ static void tiles_are_those_of_the_rasteriser(void **state)
         m = make_maps(t, r.count, r.size, ways[way].rgba);
         t->gl.max_size = max_size;
         assert_int_equal(m.pages, ways[way].pages);
-        reader = make_tool(t, tile_text, "envsh_access", ways[way].rgba ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0", r.size, r.size);
+        reader =
+            make_tool(t, tile_text, "envsh_access", ways[way].rgba ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0", r.size, r.size);
         render_maps(t, &m, &r);
         for (i = 0; i < r.count; i++) {
             read_tile(t, &reader, &m, i, depth);
             wrong += compare_tile(&atlas, &envsh_maps_views(r.maps, NULL)[i], depth, &covered);
         }
-        printf("%u tiles%s: %zu of %zu texels covered, %zu differ\n", (unsigned)r.count, ways[way].rgba ? " in rgba" : "",
-               covered, all, wrong);
+        printf("%u tiles%s: %zu of %zu texels covered, %zu differ\n", (unsigned)r.count,
+               ways[way].rgba ? " in rgba" : "", covered, all, wrong);
         assert_true(covered > all / 4 && covered < all - all / 10);
         assert_true(wrong < covered / 500);
         free_tool(t, &reader);
@@ -332,7 +333,8 @@ static void visibility_is_the_twins(void **state)
         }
         free_tool(t, &ask);
     }
-    printf("%zu questions: %zu dark, %zu between, %zu differ, worst of the rest %.1e\n", total, dark, between, wrong, worst);
+    printf("%zu questions: %zu dark, %zu between, %zu differ, worst of the rest %.1e\n", total, dark, between, wrong,
+           worst);
     assert_true(dark > total / 10 && between > total / 50);
     assert_true(wrong < total / 1000);      /* at the borders of texels and depths */
     glbk_texture_destroy(&t->gl, &table);
@@ -550,8 +552,8 @@ static void tiles_do_not_bleed(void **state)
         glbk_envsh_maps_desc d = { 0, 64, 0, 0, checker_vertex, checker_fragment };
         glbk_envsh_maps m;
         glbk_texture table;
-        tool ask = make_tool(t, ask_text, "envsh_light", rgba ? "ENVSH_RGBA=1 ENVSH_FILTER=2" : "ENVSH_RGBA=0 ENVSH_FILTER=2",
-                             WIDE, HIGH);
+        tool ask = make_tool(t, ask_text, "envsh_light",
+                             rgba ? "ENVSH_RGBA=1 ENVSH_FILTER=2" : "ENVSH_RGBA=0 ENVSH_FILTER=2", WIDE, HIGH);
         d.capacity = r.count;
         d.rgba = rgba;
         assert_glbk(t, glbk_envsh_maps_create(&t->gl, &d, &m));
@@ -712,10 +714,12 @@ static void bad_arguments_are_named(void **state)
     assert_int_equal(glbk_envsh_renderer_create(&t->gl, 0, 4, &to), GLBK_ERR_ARGUMENT);
     m = make_maps(t, 3, 64, 0);
     assert_glbk(t, glbk_envsh_renderer_create(&t->gl, WIDE, HIGH, &to));
-    assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, sizeof *r.views, 4, draw_things, &r), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, sizeof *r.views, 4, draw_things, &r),
+                     GLBK_ERR_ARGUMENT);
     assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, 100, 3, draw_things, &r), GLBK_ERR_ARGUMENT);
     assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, sizeof *r.views, 3, NULL, &r), GLBK_ERR_ARGUMENT);
-    assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, sizeof *r.views, 3, refuse_to_draw, &r), GLBK_ERR_NAME);
+    assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, sizeof *r.views, 3, refuse_to_draw, &r),
+                     GLBK_ERR_NAME);
     assert_int_equal(m.count, 0);
     assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, NULL, sizeof *r.views, 0, draw_things, &r));
     q.taps = 65;
@@ -822,8 +826,8 @@ static void a_lost_context(void **state)
 static const uint32_t caps[] = { 0x0BE2, 0x0B44, 0x0B71, 0x0BD0, 0x8037, 0x0C11, 0x0B90, 0x8C89, 0x0BF2, 0x864F, 0x3000,
                                  0x3001, 0x3002, 0x3003, 0x3007 };
 enum { SHARED_CAPS = 8, CAPS = sizeof caps / sizeof caps[0] };
-static const uint32_t numbers[] = { 0x84E0, 0x8B8D, 0x85B5, 0x8CA6, 0x8CAA, 0x8894, 0x8F37, 0x0BA2, 0x0B72, 0x0C23, 0x0B74,
-                                    0x0B45, 0x0B46, 0x80C9, 0x8009, 0x8069, 0x8C1D, 0x8919, 0x8A28 };
+static const uint32_t numbers[] = { 0x84E0, 0x8B8D, 0x85B5, 0x8CA6, 0x8CAA, 0x8894, 0x8F37, 0x0BA2, 0x0B72, 0x0C23,
+                                    0x0B74, 0x0B45, 0x0B46, 0x80C9, 0x8009, 0x8069, 0x8C1D, 0x8919, 0x8A28 };
 enum { NUMBERS = sizeof numbers / sizeof numbers[0] };
 
 static void read_state(gl_test *t, int32_t *out)

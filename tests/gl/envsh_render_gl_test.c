@@ -1,5 +1,5 @@
-/* envsh_render_gl_test - `render --technique envshadow --backend gl` as a user calls it: the picture of --backend cpu within
-   1 % relative RMSE, for instances, motion, holes of alpha masks, clusters, channels, a sun and every filter. */
+/* envsh_render_gl_test - `render --technique envshadow --backend gl` as a user calls it: the picture of --backend cpu
+   within 1 % relative RMSE, for instances, motion, holes of alpha masks, clusters, channels, a sun and every filter. */
 #define _POSIX_C_SOURCE 200809L
 #include "program.h"
 

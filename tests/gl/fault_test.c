@@ -1,5 +1,5 @@
-/* gl_backend.h when GL fails: functions that are missing, memory that runs out, contexts that are old, lost or not there,
-   names that leak. */
+/* gl_backend.h when GL fails: functions that are missing, memory that runs out, contexts that are old, lost or not
+   there, names that leak. */
 #define _POSIX_C_SOURCE 200809L
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,5 +1,5 @@
-/* gl_fake.h - GL that fails on demand and counts the names that live: glGetError has something to say the n-th time that it
-   is asked, no shader or program is to be had. Include gl/gl_test.h before. */
+/* gl_fake.h - GL that fails on demand and counts the names that live: glGetError has something to say the n-th time
+   that it is asked, no shader or program is to be had. Include gl/gl_test.h before. */
 #ifndef GL_FAKE_H
 #define GL_FAKE_H
 

@@ -78,7 +78,8 @@ static inline ex_gl *gl_new_context(char *error)
     return way->window ? ex_gl_create_window(&options, error) : ex_gl_create(&options, error);
 }
 
-/* OSMesa's library keeps some memory of each context that it destroyed; under the address sanitizer only that is excused. */
+/* OSMesa's library keeps some memory of each context that it destroyed; under the address sanitizer only that is
+ * excused. */
 #if defined(__SANITIZE_ADDRESS__)                                   /* gcc */
 #define GL_TEST_LEAKS
 #elif defined(__has_feature)

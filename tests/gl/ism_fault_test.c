@@ -1,5 +1,5 @@
-/* ism_fault_test - ism on a GL that fails and in a GL whose state is hostile: every error that GL may report comes out as
-   a result and leaves no object behind; uploads and reads leave state as it was; pictures do not depend on it. */
+/* ism_fault_test - ism on a GL that fails and in a GL whose state is hostile: every error that GL may report comes out
+   as a result and leaves no object behind; uploads and reads leave state as it was; pictures do not depend on it. */
 #define _POSIX_C_SOURCE 200809L
 #include <setjmp.h>
 #include <stdarg.h>
@@ -222,8 +222,8 @@ static void hostile_state(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(hostile_state), gl_unit_test(a_lost_context), gl_unit_test(memory_runs_out),
-                                  gl_unit_test(every_error_comes_out) };
+    struct CMUnitTest tests[] = { gl_unit_test(hostile_state), gl_unit_test(a_lost_context),
+                                  gl_unit_test(memory_runs_out), gl_unit_test(every_error_comes_out) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE33 | GL_ES30_BARE);
 }

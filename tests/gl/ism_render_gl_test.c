@@ -1,12 +1,12 @@
-/* ism_render_gl_test - `render --technique ism --backend gl` as a user calls it: the same VPLs and points as --backend cpu, so
-   that the pictures agree far within the 2 % relative RMSE that are promised. */
+/* ism_render_gl_test - `render --technique ism --backend gl` as a user calls it: the same VPLs and points as --backend
+   cpu, so that the pictures agree far within the 2 % relative RMSE that are promised. */
 #define _POSIX_C_SOURCE 200809L
 #include "program.h"
 
 static void agree(const char *scene)
 {
-    compare_back_ends("ism --size 48x36 --set vpls=64 --set points=256 --set tile=32 --set rsm=32 --set shadow=128", 0.02,
-                      scene);
+    compare_back_ends("ism --size 48x36 --set vpls=64 --set points=256 --set tile=32 --set rsm=32 --set shadow=128",
+                      0.02, scene);
 }
 
 static void emitter_in_a_room(void **state)

@@ -1,5 +1,5 @@
-/* ism_rows_test - rows of docs/conformance.md by the GL back end: pull and push (T49), a blocker between two squares (T50), the
-   sealed box, equal frames (T57). ism.h chooses and scatters, as it does for a renderer. */
+/* ism_rows_test - rows of docs/conformance.md by the GL back end: pull and push (T49), a blocker between two squares
+   (T50), the sealed box, equal frames (T57). ism.h chooses and scatters, as it does for a renderer. */
 #define _POSIX_C_SOURCE 200809L
 #include "ism.h"
 
@@ -77,7 +77,8 @@ static void engine_render(gl_test *t, engine *e, const ism_frame *frame, float *
         assert_int_equal(ism_scatter(e->cpu, frame), ISM_OK);
         assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &e->maps, &to));
         for (phase = 0; phase < 8; phase++) {
-            assert_int_equal(ism_phase_points(e->cpu, phase, points, (size_t)e->desc.vpl_count * e->maps.each, &count), ISM_OK);
+            assert_int_equal(ism_phase_points(e->cpu, phase, points, (size_t)e->desc.vpl_count * e->maps.each, &count),
+                             ISM_OK);
             assert_glbk(t, glbk_ism_phase(&t->gl, &e->maps, phase, points));
         }
         free(points);
@@ -165,7 +166,8 @@ static double transmitted(gl_test *t, const ism_mesh *m, uint32_t points, double
     grid_fill(&below, 32, 32, a, u, v, up, 0);
     view = grid_view(&below);
     for (i = 0; i < 144; i++) {             /* radiance 1: flux pi A */
-        list[i] = util_vpl(((float)(i % 12) + 0.5f) / 12, 1, ((float)(i / 12) + 0.5f) / 12, 0, -1, 0, (float)UTIL_PI / 144);
+        list[i] =
+            util_vpl(((float)(i % 12) + 0.5f) / 12, 1, ((float)(i / 12) + 0.5f) / 12, 0, -1, 0, (float)UTIL_PI / 144);
         list[i].area = 1.0f / 144;
     }
     memset(&d, 0, sizeof d);
@@ -218,7 +220,8 @@ static void a_sealed_box_stays_dark(void **state)
     GL_TEST(t, state)
     static grid roof, inside;
     static float light[3 * 64 * 64];
-    const float lo[3] = { -1, 0, -1 }, hi[3] = { 1, 2, 1 }, ilo[3] = { -0.75f, 0.25f, -0.75f }, ihi[3] = { 0.75f, 1.75f, 0.75f };
+    const float lo[3] = { -1, 0, -1 }, hi[3] = { 1, 2, 1 }, ilo[3] = { -0.75f, 0.25f, -0.75f },
+                ihi[3] = { 0.75f, 1.75f, 0.75f };
     const float glo[3] = { -4, -0.2f, -4 }, gu[3] = { 8, 0, 0 }, gv[3] = { 0, 0, 8 };
     const float a[3] = { -0.75f, 0.25f, -0.75f }, u[3] = { 1.5f, 0, 0 }, v[3] = { 0, 0, 1.5f }, up[3] = { 0, 1, 0 };
     ism_mesh m;

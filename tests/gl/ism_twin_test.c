@@ -1,5 +1,6 @@
-/* ism_twin_test - the GLSL of ism_*.glsl against ism.h: whole atlases, empty and filled, of every projection and of skies and
-   lobes; light by every rule near by, by lists and by interleaved pictures; moving meshes and renewed points. */
+/* ism_twin_test - the GLSL of ism_*.glsl against ism.h: whole atlases, empty and filled, of every projection and of
+   skies and lobes; light by every rule near by, by lists and by interleaved pictures; moving meshes and
+   renewed points. */
 #define _POSIX_C_SOURCE 200809L
 #define ISM_IMPLEMENTATION
 #include "ism.h"
@@ -129,8 +130,8 @@ static void send_phase(gl_test *t, const stage *s, glbk_ism_maps *m, uint32_t ph
 static void open_maps(gl_test *t, const stage *s, glbk_ism_maps *m)
 {
     glbk_ism_desc d;
-    glbk_ism_mesh mesh = { s->ism.positions, s->ism.vertex_count, s->ism.vertex_stride, s->ism.indices, s->ism.index_count,
-                           s->ism.opacities };
+    glbk_ism_mesh mesh = { s->ism.positions, s->ism.vertex_count, s->ism.vertex_stride,
+                           s->ism.indices,   s->ism.index_count,  s->ism.opacities };
     uint32_t phase;
     memset(&d, 0, sizeof d);
     d.vpl_count = VPLS;
@@ -196,8 +197,8 @@ static void atlases_agree(void **state)
 
 /* ---- light ---- */
 
-/* Receivers where a depth comparison fell out the other way are counted: a share of at most `flips` of them. The others'
-   largest difference over the mean. */
+/* Receivers where a depth comparison fell out the other way are counted: a share of at most `flips` of them. The
+   others' largest difference over the mean. */
 static double difference(const float *a, const float *b, size_t count, double flips)
 {
     double mean = 0, worst = 0;
@@ -222,8 +223,8 @@ static void send_picture(gl_test *t, const stage *s, glbk_ism_renderer *r)
     assert_glbk(t, glbk_ism_gbuffer_upload(&t->gl, r, &from));
 }
 
-static double light_difference(gl_test *t, stage *s, const glbk_ism_maps *m, glbk_ism_renderer *r, const ism_shading *shading,
-                               double *lost)
+static double light_difference(gl_test *t, stage *s, const glbk_ism_maps *m, glbk_ism_renderer *r,
+                               const ism_shading *shading, double *lost)
 {
     static float cpu[3 * PIXELS], gl[3 * PIXELS], raw[4 * PIXELS];
     glbk_ism_shading to;
@@ -485,7 +486,8 @@ static void empty_and_wrong_input(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(empty_and_wrong_input), gl_unit_test(functions_to_paste),
-                                  gl_unit_test(light_agrees), gl_unit_test(frames_follow), gl_unit_test(atlases_agree) };
+                                  gl_unit_test(light_agrees), gl_unit_test(frames_follow),
+                                  gl_unit_test(atlases_agree) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

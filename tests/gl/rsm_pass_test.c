@@ -47,7 +47,8 @@ static void quad(const double o[3], const double u[3], const double v[3])
 {
     static const int s[6] = { 0, 1, 1, 0, 1, 0 }, r[6] = { 0, 0, 1, 0, 1, 1 };
     int i;
-    for (i = 0; i < 6; i++) corner(o[0] + s[i] * u[0] + r[i] * v[0], o[1] + s[i] * u[1] + r[i] * v[1], o[2] + s[i] * u[2] + r[i] * v[2]);
+    for (i = 0; i < 6; i++)
+        corner(o[0] + s[i] * u[0] + r[i] * v[0], o[1] + s[i] * u[1] + r[i] * v[1], o[2] + s[i] * u[2] + r[i] * v[2]);
 }
 
 static void body_end(gl_test *t)
@@ -195,7 +196,8 @@ static void flux_of_lamps(void **state)
     quad(lo, u, v), quad(lo, v, w), quad(lo, w, u), quad(hi, mu, mv), quad(hi, mv, mw), quad(hi, mw, mu);
     body_end(t);
     /* tolerances as on the CPU: tests/conformance/rsm_map_test.c */
-    CONFORM("T30", "flux of a square spot of 90 degrees, 256 x 256", 2.094395, flux_of(t, &r, GLBK_RSM_SQUARE_SPOT, 90, 256), 2e-5);
+    CONFORM("T30", "flux of a square spot of 90 degrees, 256 x 256", 2.094395,
+            flux_of(t, &r, GLBK_RSM_SQUARE_SPOT, 90, 256), 2e-5);
     CONFORM("T30", "the same, 4 x 4", 2.094395, flux_of(t, &r, GLBK_RSM_SQUARE_SPOT, 90, 4), 2e-5);
     CONFORM("T30", "flux of a cone of half angle 30 degrees", 0.841787, flux_of(t, &r, GLBK_RSM_SPOT, 60, 256), 2e-4);
     CONFORM("T30", "flux of a cone of half angle 100 degrees: a cube", 2 * PI * (1 - cos(100 * PI / 180)),
@@ -444,8 +446,8 @@ static void no_memory_and_no_context(void **state)
 
 static const uint32_t switches[] = { 0x0BE2 /* blend */, 0x0C11 /* scissor */, 0x0B90 /* stencil */, 0x0B44 /* cull */,
                                      0x0BD0 /* dither */, 0x809E /* alpha to coverage */, 0x8037 /* polygon offset */ };
-static const uint32_t values[] = { 0x8CA6, 0x8CAA, 0x8B8D, 0x85B5, 0x84E0, 0x0B74, 0x0B45, 0x0B46, 0x8069, 0x8C1D, 0x8A28,
-                                   0x8894, 0x88ED, 0x88EF, 0x0CF5, 0x0D05 };
+static const uint32_t values[] = { 0x8CA6, 0x8CAA, 0x8B8D, 0x85B5, 0x84E0, 0x0B74, 0x0B45, 0x0B46,
+                                   0x8069, 0x8C1D, 0x8A28, 0x8894, 0x88ED, 0x88EF, 0x0CF5, 0x0D05 };
 enum { SWITCHES = sizeof switches / sizeof switches[0], VALUES = sizeof values / sizeof values[0] };
 
 static void read_state(const glbk_functions *gl, int32_t *out)
@@ -507,9 +509,11 @@ static void hostile_state(void **state)
 
 int main(int count, char **arguments)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(one_over_pi), gl_unit_test(flux_of_lamps), gl_unit_test(no_light_of_its_own),
-                                  gl_unit_test(bad_arguments), gl_unit_test(gl_fails_in_every_call),
-                                  gl_unit_test(no_memory_and_no_context), gl_unit_test(hostile_state) };
+    struct CMUnitTest tests[] = {
+        gl_unit_test(one_over_pi),   gl_unit_test(flux_of_lamps),          gl_unit_test(no_light_of_its_own),
+        gl_unit_test(bad_arguments), gl_unit_test(gl_fails_in_every_call), gl_unit_test(no_memory_and_no_context),
+        gl_unit_test(hostile_state)
+    };
     (void)count;
     if (gl_this_way() && gl_this_way()->bit != GL_CORE45) unsetenv("CONFORMANCE");      /* one line a row */
     GL_TEST_MAIN(arguments, tests, GL_CORE45 | GL_ES30_BARE);

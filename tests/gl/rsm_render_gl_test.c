@@ -1,6 +1,6 @@
-/* rsm_render_gl_test - `render --technique rsm --backend gl` as a user calls it: the pictures of --backend cpu, within 1 %
-   relative RMSE, for lights, textures, masks, instances, moving scenes and all modes. The maps are drawn by GL and differ in
-   a texel here and there on edges; the choice of samples is the same. */
+/* rsm_render_gl_test - `render --technique rsm --backend gl` as a user calls it: the pictures of --backend cpu, within
+   1 % relative RMSE, for lights, textures, masks, instances, moving scenes and all modes. The maps are drawn by GL and
+   differ in a texel here and there on edges; the choice of samples is the same. */
 #define _POSIX_C_SOURCE 200809L
 #include "program.h"
 
@@ -39,7 +39,8 @@ static void sun_on_instances_and_masks(void **state)
 static void cloth_moves(void **state)
 {
     (void)state;
-    agree("--scene builtin:cloth --samples 100 --set m=256 --light sun:1,2,1 --frames 2 --set pattern=equation3 --set noise=1");
+    agree("--scene builtin:cloth --samples 100 --set m=256 --light sun:1,2,1 --frames 2 --set pattern=equation3 --set "
+          "noise=1");
     agree("--scene builtin:robots --samples 100 --set m=256 --light sun:1,2,1 --frames 2 --set pattern=poisson");
 }
 

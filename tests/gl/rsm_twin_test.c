@@ -1,5 +1,5 @@
-/* rsm_twin_test - the GLSL of rsm_*.glsl and the passes of glbk_rsm against rsm.h: maps drawn by GL, direct light, every
-   pattern of every kind of light, interpolation, the filter over moving frames. */
+/* rsm_twin_test - the GLSL of rsm_*.glsl and the passes of glbk_rsm against rsm.h: maps drawn by GL, direct light,
+   every pattern of every kind of light, interpolation, the filter over moving frames. */
 #define _POSIX_C_SOURCE 200809L
 #include "rsm.h"
 
@@ -277,8 +277,8 @@ static void drawn_maps_are_rasterized_maps(void **state)
                 for (k = 0; k < 3; k++) assert_true(fabsf(x->flux[k] - y->flux[k]) <= 2e-5f * x->flux[k] + 1e-9f);
             }
         }
-        printf("kind %d: %zu of %zu texels see another surface; position %.1e, normal %.1e, area %.1e, flux %.6f\n", kind,
-               other, count, off, turned, area, flux_drawn / flux);
+        printf("kind %d: %zu of %zu texels see another surface; position %.1e, normal %.1e, area %.1e, flux %.6f\n",
+               kind, other, count, off, turned, area, flux_drawn / flux);
         assert_true(count > MAP * MAP / 2);
         assert_true(other <= count / 100);
         /* measured 2.8e-6, 3e-8 and 2e-5 */
@@ -425,7 +425,8 @@ static void gathered_light_agrees(void **state)
         glbk_rsm_map_destroy(&t->gl, &m);
         rsm_map_free(map);
     }
-    printf("bounced light: largest relative RMSE %.2e from lists, %.2e from patterns about the receiver\n", most[1], most[0]);
+    printf("bounced light: largest relative RMSE %.2e from lists, %.2e from patterns about the receiver\n", most[1],
+           most[0]);
     glbk_rsm_renderer_destroy(&t->gl, &r);
     w.points.occlusion = NULL;
 }
@@ -555,7 +556,10 @@ static void several_maps_and_grids_agree(void **state)
         upload(t, cpu[i], i == 2 ? 4 : i, &m[i]);
     }
     for (way = 0; way < 4; way++) {
-        rsm_gather_desc d = gather_desc(way == 1 ? RSM_PATTERN_MIXED : way == 2 ? RSM_PATTERN_LOG_RADIAL : RSM_PATTERN_FLUX, 120);
+        rsm_gather_desc d = gather_desc(way == 1   ? RSM_PATTERN_MIXED
+                                        : way == 2 ? RSM_PATTERN_LOG_RADIAL
+                                                   : RSM_PATTERN_FLUX,
+                                        120);
         glbk_rsm_gather_desc g;
         glbk_rsm_grid grid;
         rsm_interpolation tests;
@@ -572,7 +576,8 @@ static void several_maps_and_grids_agree(void **state)
         grid.reach = tests.reach = way == 1 ? -1.0f : way == 2 ? 0.5f : 0.0f;
         tests.mask = mask;
         upload_tables(t, &r, &d);
-        assert_int_equal(rsm_interpolate((const rsm_map *const *)cpu, 3, &d, &tests, &w.points, expected, &stats), RSM_OK);
+        assert_int_equal(rsm_interpolate((const rsm_map *const *)cpu, 3, &d, &tests, &w.points, expected, &stats),
+                         RSM_OK);
         assert_glbk(t, glbk_rsm_gather(&t->gl, &r, maps, 3, &g, &grid));
         error = error_of(t, &r, 1, &worst);
         for (k = 0; k < PIXELS; k++) {

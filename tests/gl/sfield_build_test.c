@@ -1,5 +1,5 @@
-/* sfield_build_test - fields projected on the GPU: texels and coefficients against shadowfield.h's own, closed forms of a sphere
-   (T72, T73), whole fields, the caller's draw call; and a GL that fails, is hostile, or lost. */
+/* sfield_build_test - fields projected on the GPU: texels and coefficients against shadowfield.h's own, closed forms of
+   a sphere (T72, T73), whole fields, the caller's draw call; and a GL that fails, is hostile, or lost. */
 #define _POSIX_C_SOURCE 200809L
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
@@ -81,7 +81,9 @@ static glbk_sfield_builder_desc builder_desc(const model *m, uint32_t side, uint
 /* Eyes from within to far away, near each other in pairs; not on the planes of the meshes. */
 static void some_eyes(float (*eye)[3])
 {
-    static const float distance[MOST_EYES / 2] = { 0.21f, 0.5f, 0.83f, 1.01f, 1.3f, 1.9f, 2.6f, 2.7f, 4.1f, 5.4f, 8, 20 };
+    static const float distance[MOST_EYES / 2] = {
+        0.21f, 0.5f, 0.83f, 1.01f, 1.3f, 1.9f, 2.6f, 2.7f, 4.1f, 5.4f, 8, 20
+    };
     uint64_t seed = 5;
     double d[3];
     int i, k;
@@ -103,7 +105,8 @@ static int is_whole(float x, uint32_t channel, const float *radiance, size_t tri
     return x == 0;
 }
 
-/* Texels of one eye. Samples that differ can only be along edges: rasterisers move corners to a grid, of 1/256 sample here. */
+/* Texels of one eye. Samples that differ can only be along edges: rasterisers move corners to a grid, of 1/256 sample
+ * here. */
 static double compare_texels(const float *gpu, const float *cpu, uint32_t cells, uint32_t scale, const model *m,
                              const float *radiance, tally *sum)
 {
@@ -148,16 +151,20 @@ static void compare(gl_test *t, const model *m, uint32_t side, uint32_t bands, c
         sum.eyes_equal += off == 0;
         for (c = 0; c < channels; c++)
             for (k = 0; k < n; k++) {
-                double bound = 1e-5, x = (double)coefs[(i * channels + c) * n + k] - (double)expected[c * r.b.planes + k];
+                double bound = 1e-5,
+                       x = (double)coefs[(i * channels + c) * n + k] - (double)expected[c * r.b.planes + k];
                 for (j = 0; j < cells; j++)
-                    bound += fabs((double)gpu[c * cells + j] - (double)cpu[c * cells + j]) * fabs((double)basis[j * n + k]);
+                    bound +=
+                        fabs((double)gpu[c * cells + j] - (double)cpu[c * cells + j]) * fabs((double)basis[j * n + k]);
                 if (fabs(x) > bound) fail_msg("eye %u, coefficient %u: %g off, at most %g", i, k, x, bound);
                 most = fabs(x) > most ? fabs(x) : most;
             }
     }
-    printf("6 faces of %u^2, %u bands: %d of %d eyes equal, %.0f samples differ (of %.0f at edges), coefficients by %.2g\n", side,
-           bands, sum.eyes_equal, MOST_EYES, sum.samples, sum.edges, most);
-    expect = sum.edges / 256;           /* an edge through a texel ends at most 2 scale rows or columns; each end moves by 1/256 */
+    printf("6 faces of %u^2, %u bands: %d of %d eyes equal, %.0f samples differ (of %.0f at edges), coefficients by "
+           "%.2g\n",
+           side, bands, sum.eyes_equal, MOST_EYES, sum.samples, sum.edges, most);
+    expect =
+        sum.edges / 256; /* an edge through a texel ends at most 2 scale rows or columns; each end moves by 1/256 */
     assert_true(sum.samples <= (radiance ? 2 : 1) * (expect + 3 * sqrt(expect) + 1));
     sfield__release(&r.b);
     glbk_sfield_builder_destroy(&t->gl, &project);
@@ -190,7 +197,8 @@ static float *radiance_of(const model *m, uint64_t seed)
     size_t i;
     assert_non_null(radiance);
     for (i = 0; i < m->indices; i++) radiance[i] = rnd_in(&seed, 0, 2);
-    for (i = 0; i < m->indices; i += 12) radiance[i] = radiance[i + 1] = radiance[i + 2] = 0;      /* each fourth only hides */
+    for (i = 0; i < m->indices; i += 12)
+        radiance[i] = radiance[i + 1] = radiance[i + 2] = 0; /* each fourth only hides */
     return radiance;
 }
 
@@ -214,7 +222,8 @@ static void a_sphere(void **state)
 {
     GL_TEST(t, state)
     enum { SIDE = 64, CELLS = 6 * SIDE * SIDE };
-    static const char *const hides[3] = { "percent blocked 1.25 r away, seen by GL", "percent blocked 2 r away, seen by GL",
+    static const char *const hides[3] = { "percent blocked 1.25 r away, seen by GL",
+                                          "percent blocked 2 r away, seen by GL",
                                           "percent blocked 8 r away, seen by GL" };
     static const char *const lights[3] = { "irradiance facing a sphere 1.25 r away, seen by GL",
                                            "irradiance facing a sphere 2 r away, seen by GL",
@@ -243,15 +252,17 @@ static void a_sphere(void **state)
     assert_glbk(t, glbk_sfield_builder_see(&t->gl, &b, zero, 1, 3, eye, texels));
     glbk_sfield_builder_destroy(&t->gl, &b);
     for (i = 0; i < 3; i++) {
-        const double d2 = (double)distance[i] * (double)distance[i], blocked = 50 * (1 - sqrt(1 - 1 / d2)), irradiance = PI / d2;
+        const double d2 = (double)distance[i] * (double)distance[i], blocked = 50 * (1 - sqrt(1 - 1 / d2)),
+                     irradiance = PI / d2;
         double sum = 0, share = 100 * (double)coefs[i] / sqrt(4 * PI);
         for (k = 0; k < CELLS; k++) {
             float dir[3], angle = sfield_cube_texel(SIDE, (uint32_t)k, dir);
-            double cosine = -(double)(dir[0] * eye[3 * i] + dir[1] * eye[3 * i + 1] + dir[2] * eye[3 * i + 2]) / (double)distance[i];
+            double cosine = -(double)(dir[0] * eye[3 * i] + dir[1] * eye[3 * i + 1] + dir[2] * eye[3 * i + 2]) /
+                            (double)distance[i];
             sum += (double)texels[(3 * i + 1) * CELLS + k] * (double)angle * cosine;
         }
-        /* 8 r away the sphere has some 3,000 samples and 120 ends of rows, each wrong by a third of one at random: 0.1 %, three
-           times that is 0.35 %. Facets hide 0.1 % less. */
+        /* 8 r away the sphere has some 3,000 samples and 120 ends of rows, each wrong by a third of one at random: 0.1
+           %, three times that is 0.35 %. Facets hide 0.1 % less. */
         CONFORM("T72", hides[i], blocked, share, 0.0045 * blocked);
         CONFORM("T73", lights[i], irradiance, sum, 0.0045 * irradiance);
     }
@@ -284,7 +295,8 @@ static int see(void *user, const sfield_views *v)
     return 0;
 }
 
-/* What two fields may differ by: what went in, and half a step of 8 bits each, or the rounding of ten wavelets to 16. */
+/* What two fields may differ by: what went in, and half a step of 8 bits each, or the rounding of ten wavelets
+   to 16. */
 static float most_off(const asker *a, const sfield_field *cpu, const sfield_field *gpu, size_t k)
 {
     const uint32_t n = cpu->h.bands * cpu->h.bands;
@@ -320,19 +332,23 @@ static void one_field(gl_test *t, sfield_desc d, const model *m, const float *ra
     ask.size = size;
     reference_begin(&ask.r, &d, m, radiance);
     assert_glbk(t, glbk_sfield_builder_create(&t->gl, &bd, &ask.b));
-    assert_int_equal(radiance ? sfield_build_emissive(&d, &mesh, radiance, &cpu, NULL) : sfield_build(&d, &mesh, &cpu, NULL), SFIELD_OK);
+    assert_int_equal(radiance ? sfield_build_emissive(&d, &mesh, radiance, &cpu, NULL)
+                              : sfield_build(&d, &mesh, &cpu, NULL),
+                     SFIELD_OK);
     assert_int_equal(sfield_build_views(&d, radiance != NULL, &mesh, see, &ask, &gpu, NULL), SFIELD_OK);
     sfield_get_info(cpu, &info[0]);
     sfield_get_info(gpu, &info[1]);
     assert_memory_equal(info[0].center, info[1].center, sizeof info[0].center);
-    assert_true(info[0].radius == info[1].radius && info[0].inscribed == info[1].inscribed && info[0].kind == info[1].kind);
+    assert_true(info[0].radius == info[1].radius && info[0].inscribed == info[1].inscribed &&
+                info[0].kind == info[1].kind);
     for (i = 0; i < 200; i++) {
         float p[3];
         for (k = 0; k < 3; k++) p[k] = rnd_in(&seed, -3, 3) * info[0].radius + info[0].center[k];
         assert_int_equal(sfield_query(cpu, 1, p, 0, a), SFIELD_OK);
         assert_int_equal(sfield_query(gpu, 1, p, 0, b), SFIELD_OK);
         for (k = 0; k < size; k++) {
-            if (fabsf(a[k] - b[k]) > most_off(&ask, cpu, gpu, k)) fail_msg("value %zu: %g, %g", k, (double)a[k], (double)b[k]);
+            if (fabsf(a[k] - b[k]) > most_off(&ask, cpu, gpu, k))
+                fail_msg("value %zu: %g, %g", k, (double)a[k], (double)b[k]);
             off += ((double)a[k] - (double)b[k]) * ((double)a[k] - (double)b[k]);
             total += (double)a[k] * (double)a[k];
         }
@@ -386,7 +402,8 @@ static void by_a_callback(void **state)
     static float eye[MOST_EYES][3], ours[MOST_EYES * 3 * 16], theirs[MOST_EYES * 3 * 16];
     model m = model_soup(40, 0.5, 4);
     const glbk_functions *gl = &t->gl.gl;
-    float *basis = basis_of(8, 4), *radiance = radiance_of(&m, 8), *vertex = (float *)malloc(6 * m.indices * sizeof *vertex);
+    float *basis = basis_of(8, 4), *radiance = radiance_of(&m, 8),
+          *vertex = (float *)malloc(6 * m.indices * sizeof *vertex);
     glbk_sfield_builder_desc d;
     glbk_sfield_builder b;
     sfield_mesh mesh = mesh_of(&m);
@@ -494,7 +511,7 @@ static void bad_input_is_named(void **state)
         assert_memory_equal(first, first + 4, 4 * sizeof *first);
         assert_true(first[0] > 0.1f);
         glbk_sfield_builder_destroy(&t->gl, &b);
-        memcpy(wrong, m.i, sizeof wrong - 12);                                  /* one triangle more, which is skipped */
+        memcpy(wrong, m.i, sizeof wrong - 12); /* one triangle more, which is skipped */
         wrong[36] = 0, wrong[37] = 1, wrong[38] = 99;
         d.indices = wrong;
         d.index_count = 39;
@@ -526,8 +543,8 @@ static void release(void *block, void *user)
 }
 
 /* A box that shines, seen from two places. */
-static const float glow[36] = { 1, 1, 1, 2, 2, 2, 3, 3, 3, 1, 2, 3, 4, 5, 6, 1, 1, 2, 3, 3, 2, 6, 6, 5, 2, 4, 8, 1, 3, 9,
-                                    5, 5, 2, 7, 7, 1 };
+static const float glow[36] = { 1, 1, 1, 2, 2, 2, 3, 3, 3, 1, 2, 3, 4, 5, 6, 1, 1, 2,
+                                3, 3, 2, 6, 6, 5, 2, 4, 8, 1, 3, 9, 5, 5, 2, 7, 7, 1 };
 
 static glbk_result all_of_it(gl_test *t, const model *m, const float *basis, glbk_sfield_builder *b, float *out)
 {
@@ -646,7 +663,8 @@ static void a_hostile_state_changes_nothing(void **state)
     gl->GetIntegerv(0x8895, &bound[1]);
     gl->GetIntegerv(0x85B5, &bound[2]);
     gl->GetIntegerv(0x8F37, &bound[3]);
-    assert_true(bound[0] == (int32_t)buffers[0] && bound[1] == (int32_t)buffers[1] && bound[2] == (int32_t)array && bound[3] == 0);
+    assert_true(bound[0] == (int32_t)buffers[0] && bound[1] == (int32_t)buffers[1] && bound[2] == (int32_t)array &&
+                bound[3] == 0);
     assert_memory_equal(clean, odd, sizeof clean);
     assert_true(clean[0] > 0);
     glbk_sfield_builder_destroy(&t->gl, &b);

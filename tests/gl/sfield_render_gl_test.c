@@ -1,5 +1,6 @@
-/* sfield_render_gl_test - `render --technique shadowfield --backend gl` as a user calls it: the same points as --backend cpu,
-   within 1 % relative RMSE. What is left of a difference: the CPU orders occluders for 16 points at a time, GL for each. */
+/* sfield_render_gl_test - `render --technique shadowfield --backend gl` as a user calls it: the same points as
+   --backend cpu, within 1 % relative RMSE. What is left of a difference: the CPU orders occluders for 16 points at a
+   time, GL for each. */
 #define _POSIX_C_SOURCE 200809L
 #include "program.h"
 
@@ -34,13 +35,15 @@ static void fields_built_on_gl(void **state)
 {
     static const char *const scenes[] = { "chess", "explosion" }, *const ways[] = { "cpu", "gpu" };
     (void)state;
-    expect(1, "build=gpu needs --backend gl", "--technique shadowfield --scene builtin:chess --set build=gpu --out a.pfm");
+    expect(1, "build=gpu needs --backend gl",
+           "--technique shadowfield --scene builtin:chess --set build=gpu --out a.pfm");
     for (int i = 0; i < 4; i++) {
         char arguments[300];
         snprintf(arguments, sizeof arguments, "--technique shadowfield --backend gl --size 48x36 --scene builtin:%s%s "
                  "--set build=%s --out %s.pfm", scenes[i / 2], SMALL, ways[i % 2], ways[i % 2]);
         if (run("render", arguments) != 0) {
-            if (!strstr(output, "EGL") && !strstr(output, "no GL context")) fail_msg("render %s: %s", arguments, output);
+            if (!strstr(output, "EGL") && !strstr(output, "no GL context"))
+                fail_msg("render %s: %s", arguments, output);
             printf("skip: %s\n", output);
             skip();
         }
@@ -53,7 +56,8 @@ static void fields_built_on_gl(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(sky_on_instances), cmocka_unit_test(spots_and_sun_on_glossy_robots),
+    const struct CMUnitTest tests[] = { cmocka_unit_test(sky_on_instances),
+                                        cmocka_unit_test(spots_and_sun_on_glossy_robots),
                                         cmocka_unit_test(moving_video_light), cmocka_unit_test(fields_built_on_gl) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

@@ -1,5 +1,6 @@
-/* sfield_rows_test - rows of docs/conformance.md by the GL back end: a sphere occluder (T72), beyond the last shell (T74), all
-   turned (T76), order round a light (T78). Then objects drawn into the G-buffer, against shadowfield.h pixel by pixel. */
+/* sfield_rows_test - rows of docs/conformance.md by the GL back end: a sphere occluder (T72), beyond the last shell
+   (T74), all turned (T76), order round a light (T78). Then objects drawn into the G-buffer, against shadowfield.h pixel
+   by pixel. */
 #define _POSIX_C_SOURCE 200809L
 #include "shadowfield.h"
 
@@ -42,7 +43,8 @@ static int make_fields(void **state)
     e.radiance[1] = 0.5f;
     d.radius = 1;
     d.position_side = 4;                        /* a sphere looks the same from everywhere */
-    if (sfield_algebra_create(4, NULL, &algebra) != SFIELD_OK || sfield_build(&d, &of_ball, &field[BALL], NULL) != SFIELD_OK ||
+    if (sfield_algebra_create(4, NULL, &algebra) != SFIELD_OK ||
+        sfield_build(&d, &of_ball, &field[BALL], NULL) != SFIELD_OK ||
         sfield_build_emitter(&d, &e, &field[LAMP], NULL) != SFIELD_OK)
         return -1;
     d.radius = 0;
@@ -164,7 +166,10 @@ static void shade(gl_test *t, world *w, const float *p, const float *n, const fl
     assert_glbk(t, glbk_sfield_read(&t->gl, &w->renderer, light, NULL));
 }
 
-static double blocked(double d) { return 0.5 * (1 - sqrt(1 - 1 / (d * d))); }     /* share of the sphere of directions */
+static double blocked(double d)
+{
+    return 0.5 * (1 - sqrt(1 - 1 / (d * d)));
+} /* share of the sphere of directions */
 
 /* A kernel that is the same in all directions under a white sky: light is lost as directions are hidden. */
 static void sphere_occluder(void **state)
@@ -195,7 +200,8 @@ static void sphere_occluder(void **state)
     for (i = 0; i < 4; i++)                     /* between shells within 2 % */
         CONFORM("T72", names[i], i == 1 ? 6.699 : i == 2 ? 0.392 : 100 * blocked(d[i]), 100 * light[i],
                 2 * (i == 1 ? 0.06699 : i == 2 ? 0.00392 : blocked(d[i])));
-    CONFORM_MAX("T74", "step of the hidden share across the outermost shell", 1e-5, fabs((double)light[4] - (double)light[5]));
+    CONFORM_MAX("T74", "step of the hidden share across the outermost shell", 1e-5,
+                fabs((double)light[4] - (double)light[5]));
     assert_true(fabs((double)light[6] - blocked(80)) < 5e-7);       /* the last bits of 1 */
     close_world(t, &w);
 }
@@ -309,7 +315,8 @@ static uint32_t make_square(glbk_context *gl, uint32_t *buffer)
     return name;
 }
 
-/* A floor, and a quarter of its size a table above it, seen from above: every pixel as shadowfield.h shades its point. */
+/* A floor, and a quarter of its size a table above it, seen from above: every pixel as shadowfield.h shades
+   its point. */
 static void drawn_into_the_gbuffer(void **state)
 {
     GL_TEST(t, state)
@@ -376,8 +383,8 @@ static void drawn_into_the_gbuffer(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(sphere_occluder), gl_unit_test(order_round_a_light), gl_unit_test(all_turned),
-                                  gl_unit_test(drawn_into_the_gbuffer) };
+    struct CMUnitTest tests[] = { gl_unit_test(sphere_occluder), gl_unit_test(order_round_a_light),
+                                  gl_unit_test(all_turned), gl_unit_test(drawn_into_the_gbuffer) };
     int result;
     (void)count;
     if (gl_run_ways(values, GL_CORE33, &result)) return result;

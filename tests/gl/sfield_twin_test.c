@@ -296,13 +296,15 @@ static void functions_agree(void **state)
                     expect(&b, twin, which, asked[i], &r, v);
                     for (k = 0; k < b.coefs; k++) largest = fmax(largest, fabs((double)v[k]));
                     for (k = 0; k < b.coefs; k++) {
-                        double off = fabs((double)v[k] - (double)given[(k / 4 * COUNT + (uint32_t)i) * 4 + k % 4]) / largest;
+                        double off =
+                            fabs((double)v[k] - (double)given[(k / 4 * COUNT + (uint32_t)i) * 4 + k % 4]) / largest;
                         worst[twin] = off < worst[twin] ? worst[twin] : off;
                         most = fmax(most, fabs((double)v[k]));
                     }
                 }
             }
-        printf("%u bands: worst of query %.1e, rotate %.1e, back %.1e, product %.1e, cosine %.1e, lobe %.1e; largest %.2f\n",
+        printf("%u bands: worst of query %.1e, rotate %.1e, back %.1e, product %.1e, cosine %.1e, lobe %.1e; largest "
+               "%.2f\n",
                bands[n], worst[0], worst[1], worst[2], worst[3], worst[4], worst[5], most);
         assert_true(most > 1);
         for (twin = 0; twin < 6; twin++) assert_true(worst[twin] < 2e-5);
@@ -312,7 +314,8 @@ static void functions_agree(void **state)
 
 /* ---- the product as it is written into a program ---- */
 
-/* Pixel (i, j): four coefficients of the product of point i, from 4 j on; rows of `mine`: those of a, then those of b. */
+/* Pixel (i, j): four coefficients of the product of point i, from 4 j on; rows of `mine`: those of a, then those
+   of b. */
 static const char product_main[] =
     "uniform highp usampler2D mine;\n"
     "layout(location = 0) out glbk_color result;\n"
@@ -468,7 +471,8 @@ static void make_stage(stage *s, const both *b, uint64_t *seed, int sky)
     }
 }
 
-/* Points of box 0, with own visibility, then in space; each a set of its own, so that C orders occluders for it alone. */
+/* Points of box 0, with own visibility, then in space; each a set of its own, so that C orders occluders for
+   it alone. */
 static void shade_in_c(stage *s, const both *b, uint64_t *seed, const float *eye, float exponent, int on_entity)
 {
     static float views[POINTS][3], local[POINTS][3], facing[POINTS][3];
@@ -489,8 +493,9 @@ static void shade_in_c(stage *s, const both *b, uint64_t *seed, const float *eye
             facing[i][k] = on_entity ? (k == 0) : (float)n[k];
         }
         for (k = 0; k < 3; k++) {
-            s->positions[i][k] = on_entity ? m[k] * local[i][0] + m[4 + k] * local[i][1] + m[8 + k] * local[i][2] + m[12 + k]
-                                           : local[i][k];
+            s->positions[i][k] = on_entity
+                                     ? m[k] * local[i][0] + m[4 + k] * local[i][1] + m[8 + k] * local[i][2] + m[12 + k]
+                                     : local[i][k];
             s->normals[i][k] = on_entity ? m[k] : facing[i][k];
             views[i][k] = eye[k] - s->positions[i][k];
             length += views[i][k] * views[i][k];
@@ -621,7 +626,7 @@ static void bad_input_is_named(void **state)
     desc.files = &file;
     file.size = b.files[0].size;
     assert_true(file.size < sizeof bytes);
-    for (i = 0; i < 72 / 4; i++) {              /* each header word that sizes follow from, but the checksum and side of cubes */
+    for (i = 0; i < 72 / 4; i++) { /* each header word that sizes follow from, but the checksum and side of cubes */
         memcpy(bytes, b.files[0].data, file.size);
         bytes[4 * i + 1] ^= 0x55;
         if (i == 3 || i == 8 || i == 11 || i == 13 || i == 17) continue;
@@ -787,9 +792,9 @@ static void a_hostile_state_changes_nothing(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(functions_agree), gl_unit_test(written_products_agree), gl_unit_test(scenes_agree),
-                                  gl_unit_test(bad_input_is_named), gl_unit_test(failures_leave_nothing),
-                                  gl_unit_test(a_hostile_state_changes_nothing) };
+    struct CMUnitTest tests[] = { gl_unit_test(functions_agree),        gl_unit_test(written_products_agree),
+                                  gl_unit_test(scenes_agree),           gl_unit_test(bad_input_is_named),
+                                  gl_unit_test(failures_leave_nothing), gl_unit_test(a_hostile_state_changes_nothing) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

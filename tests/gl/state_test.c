@@ -1,5 +1,5 @@
-/* GL's state before and after every public call of gl_backend.h, from GL's defaults and from a hostile state; and what is
-   drawn from the hostile state is the same. The list of values is this file's own, not that of glbk_state. */
+/* GL's state before and after every public call of gl_backend.h, from GL's defaults and from a hostile state; and what
+   is drawn from the hostile state is the same. The list of values is this file's own, not that of glbk_state. */
 #define _POSIX_C_SOURCE 200809L
 #include <setjmp.h>
 #include <stdarg.h>
@@ -288,7 +288,8 @@ static void set_hostile_bindings(const glbk_context *gl, hostile *h)
         gl->gl.BindSampler(i, h->samplers[i % 2]);
     }
     gl->gl.ActiveTexture(GLBK_GL_TEXTURE0 + 9);
-    for (i = 0; i < BINDINGS; i++) gl->gl.BindBufferRange(GLBK_GL_UNIFORM_BUFFER, i, h->buffer.name, 256 * (ptrdiff_t)i, 256);
+    for (i = 0; i < BINDINGS; i++)
+        gl->gl.BindBufferRange(GLBK_GL_UNIFORM_BUFFER, i, h->buffer.name, 256 * (ptrdiff_t)i, 256);
     for (i = 0; i < 8 && gl->compute; i++)
         gl->gl.BindBufferRange(GLBK_GL_SHADER_STORAGE_BUFFER, i, h->buffer.name, 256 * (ptrdiff_t)i, 512);
     gl->gl.BindBufferBase(GLBK_GL_UNIFORM_BUFFER, 1, h->pixels.name);

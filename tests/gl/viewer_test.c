@@ -1,5 +1,5 @@
-/* The program viewer and the minimal GL example under Xvfb: keys are pressed from outside (xdotool), screenshots are compared with one another and
-   with what render writes for the same scene, technique and seeds. */
+/* The program viewer and the minimal GL example under Xvfb: keys are pressed from outside (xdotool), screenshots are
+   compared with one another and with what render writes for the same scene, technique and seeds. */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <setjmp.h>
@@ -155,7 +155,8 @@ static double relative_rmse(const char *a, const char *b)
     return sqrt(squares / (double)n) / (sum / (double)n);
 }
 
-/* Frame i of the viewer has the samples of frame i of render, so that the means of a static scene agree but for rounding. */
+/* Frame i of the viewer has the samples of frame i of render, so that the means of a static scene agree but for
+ * rounding. */
 static void shows_what_render_writes(void **state)
 {
     char text[4000], command[600];
@@ -188,7 +189,9 @@ static void minimal_example_draws(void **state)
     const unsigned char *torus = picture + HEAD + 3 * (240 * W + 320);
     (void)state;
     need();
-    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/06_csm_gl_minimal %s/minimal.ppm", build_folder(), folder);
+    snprintf(command, sizeof command,
+             "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/06_csm_gl_minimal %s/minimal.ppm", build_folder(),
+             folder);
     assert_int_equal(system(command), 0);
     assert_int_equal(read_file("minimal.ppm", picture, sizeof picture), HEAD + 3 * W * H);
     assert_in_range(lit[0], 200, 250);
@@ -206,7 +209,9 @@ static void bounced_light_example_draws(void **state)
     const unsigned char *spot = picture + HEAD + 3 * (300 * W + 180), *ceiling = picture + HEAD + 3 * (80 * W + 250);
     (void)state;
     need();
-    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/07_rsm_gl_minimal %s/rsm.ppm", build_folder(), folder);
+    snprintf(command, sizeof command,
+             "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/07_rsm_gl_minimal %s/rsm.ppm", build_folder(),
+             folder);
     assert_int_equal(system(command), 0);
     assert_int_equal(read_file("rsm.ppm", picture, sizeof picture), HEAD + 3 * W * H);
     assert_true(spot[0] > 150 && spot[0] > spot[2] + 50);       /* direct light on the red wall */

@@ -1,6 +1,6 @@
-/* csm_golden_test - the lines of tests/determinism/csm_bytes.c against tests/golden/csm_bytes.txt, in whatever way this test
-   was built (config=scalar: without intrinsics). A new format makes new lines:
-       cc -std=c99 -O2 -I. -Itests tests/determinism/csm_bytes.c -lm -o /tmp/b && /tmp/b > tests/golden/csm_bytes.txt */
+/* csm_golden_test - the lines of tests/determinism/csm_bytes.c against tests/golden/csm_bytes.txt, in whatever way this
+   test was built (config=scalar: without intrinsics). A new format makes new lines: cc -std=c99 -O2 -I. -Itests
+   tests/determinism/csm_bytes.c -lm -o /tmp/b && /tmp/b > tests/golden/csm_bytes.txt */
 
 #define CSM_BYTES_NO_MAIN
 #include "../determinism/csm_bytes.c"

@@ -1,6 +1,6 @@
-/* sfield_golden_test - the lines of tests/determinism/sfield_bytes.c against tests/golden/sfield_bytes.txt, in whatever way this test
-   was built (config=scalar: without intrinsics). A new format makes new lines:
-       cc -std=c99 -O2 -I. -Itests tests/determinism/sfield_bytes.c -lm -o /tmp/b && /tmp/b > tests/golden/sfield_bytes.txt */
+/* sfield_golden_test - the lines of tests/determinism/sfield_bytes.c against tests/golden/sfield_bytes.txt, in whatever
+   way this test was built (config=scalar: without intrinsics). A new format makes new lines: cc -std=c99 -O2 -I.
+   -Itests tests/determinism/sfield_bytes.c -lm -o /tmp/b && /tmp/b > tests/golden/sfield_bytes.txt */
 
 #define SFIELD_BYTES_NO_MAIN
 #include "../determinism/sfield_bytes.c"

@@ -100,8 +100,8 @@ static inline int shim_run_one(const struct CMUnitTest *test, void *group_state)
     return result;
 }
 
-static inline int shim_run_group(const char *name, const struct CMUnitTest *tests, size_t count, CMFixtureFunction setup,
-                          CMFixtureFunction teardown)
+static inline int shim_run_group(const char *name, const struct CMUnitTest *tests, size_t count,
+                                 CMFixtureFunction setup, CMFixtureFunction teardown)
 {
     static const char *const line[3] = { "[       OK ] ", "[  FAILED  ] ", "[  SKIPPED ] " };
     int totals[3] = { 0, 0, 0 };

@@ -152,19 +152,28 @@ static void files_are_described_and_verified(void **state)
 
 static void bad_arguments_and_files(void **state)
 {
-    static const struct { const char *arguments; int status; const char *says; } bad[] = {
-        { "", 2, "csm, shadowfield, merge" }, { "soup", 2, "csm, shadowfield, merge" }, { "csm", 2, "-o FILE is missing" },
-        { "csm -o @/o", 2, "wrong number of files" }, { "csm builtin:knot -o", 2, "no value" },
-        { "csm builtin:knot -o @/o --set sied=3", 2, "sied" }, { "csm builtin:knot -o @/o --set side=0", 2, "side" },
-        { "csm builtin:knot -o @/o --shard 0/4", 2, "--shard" }, { "csm builtin:knot -o @/o --shard 5/4", 2, "--shard" },
-        { "csm builtin:knot -o @/o --shard 1/4x", 2, "--shard" }, { "csm builtin:knot -o @/o --threads many", 2, "--threads" },
-        { "csm builtin:knot -o @/o --frobnicate 1", 2, "unknown option" }, { "info @/none", 1, "cannot read" },
-        { "info /dev/null", 1, "neither" }, { "csm builtin:nothing -o @/o", 1, "" }, { "csm @/none.glb -o @/o", 1, "" },
-        { "csm builtin:knot -o @/no/folder/o --set side=2 --set m=8", 1, "cannot write" },
-        { "csm builtin:knot -o @/o --set node=nobody", 1, "no node" },
-        { FIELD "-o @/o --shard 6/6", 1, "more shards" }, { "merge -o @/o @/none", 1, "cannot read" },
-        { "verify @/none builtin:knot", 1, "cannot read" }
-    };
+    static const struct { const char *arguments; int status; const char *says;
+    } bad[] = { { "", 2, "csm, shadowfield, merge" },
+                { "soup", 2, "csm, shadowfield, merge" },
+                { "csm", 2, "-o FILE is missing" },
+                { "csm -o @/o", 2, "wrong number of files" },
+                { "csm builtin:knot -o", 2, "no value" },
+                { "csm builtin:knot -o @/o --set sied=3", 2, "sied" },
+                { "csm builtin:knot -o @/o --set side=0", 2, "side" },
+                { "csm builtin:knot -o @/o --shard 0/4", 2, "--shard" },
+                { "csm builtin:knot -o @/o --shard 5/4", 2, "--shard" },
+                { "csm builtin:knot -o @/o --shard 1/4x", 2, "--shard" },
+                { "csm builtin:knot -o @/o --threads many", 2, "--threads" },
+                { "csm builtin:knot -o @/o --frobnicate 1", 2, "unknown option" },
+                { "info @/none", 1, "cannot read" },
+                { "info /dev/null", 1, "neither" },
+                { "csm builtin:nothing -o @/o", 1, "" },
+                { "csm @/none.glb -o @/o", 1, "" },
+                { "csm builtin:knot -o @/no/folder/o --set side=2 --set m=8", 1, "cannot write" },
+                { "csm builtin:knot -o @/o --set node=nobody", 1, "no node" },
+                { FIELD "-o @/o --shard 6/6", 1, "more shards" },
+                { "merge -o @/o @/none", 1, "cannot read" },
+                { "verify @/none builtin:knot", 1, "cannot read" } };
     char text[4096];
     size_t i;
     (void)state;
@@ -206,8 +215,8 @@ static void a_killed_bake_goes_on(void **state)
     assert_true(child >= 0);
     snprintf(out, sizeof out, "%s/killed.csm", folder);
     if (child == 0) {
-        execl(program, program, "csm", "builtin:knot", "-o", out, "--set", "side=48", "--set", "m=64", "--set", "parts=8",
-              "--threads", "1", (char *)NULL);
+        execl(program, program, "csm", "builtin:knot", "-o", out, "--set", "side=48", "--set", "m=64", "--set",
+              "parts=8", "--threads", "1", (char *)NULL);
         _exit(127);
     }
     for (tries = 0; tries < 12000 && !find("-2of8", part, sizeof part); tries++) {

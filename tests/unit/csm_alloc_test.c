@@ -1,5 +1,5 @@
-/* csm_alloc_test - an allocation that fails, at every site: once, and from then on. No crash, no leak, COHSM_ERR_ALLOC, and
-   outputs untouched. The allocator fills what it gives and what it takes back. */
+/* csm_alloc_test - an allocation that fails, at every site: once, and from then on. No crash, no leak, COHSM_ERR_ALLOC,
+   and outputs untouched. The allocator fills what it gives and what it takes back. */
 
 #include "csm.h"
 
@@ -166,9 +166,12 @@ static void fail_everywhere(const char *name, action act, plan *p, size_t step)
             l.fail_at = at;
             l.from_then_on = from_then_on;
             r = act(p, &a);
-            if (r != COHSM_ERR_ALLOC) fail_msg("%s: call %lu of %lu failed: result %d", name, (unsigned long)at, (unsigned long)sites, (int)r);
-            if (l.live || l.wrong) fail_msg("%s: call %lu of %lu failed: %lu left", name, (unsigned long)at, (unsigned long)sites,
-                                            (unsigned long)l.live);
+            if (r != COHSM_ERR_ALLOC)
+                fail_msg("%s: call %lu of %lu failed: result %d", name, (unsigned long)at, (unsigned long)sites,
+                         (int)r);
+            if (l.live || l.wrong)
+                fail_msg("%s: call %lu of %lu failed: %lu left", name, (unsigned long)at, (unsigned long)sites,
+                         (unsigned long)l.live);
         }
     print_message("allocation: %s: %lu sites failed once and from then on\n", name, (unsigned long)sites);
 }

@@ -1,4 +1,5 @@
-/* csm_errors_test - bad input by the table of platform.md C2: a specific error with outputs untouched, or finite results. */
+/* csm_errors_test - bad input by the table of platform.md C2: a specific error with outputs untouched, or finite
+ * results. */
 
 #define CSM_IMPLEMENTATION
 #include "csm.h"
@@ -151,8 +152,8 @@ static void descs_out_of_range(void **state)
 
 static void domains_of_no_extent_or_not_finite(void **state)
 {
-    static const cohsm_domain_kind kinds[5] = { COHSM_DOMAIN_LINE, COHSM_DOMAIN_RECTANGLE, COHSM_DOMAIN_DISC, COHSM_DOMAIN_SPHERE,
-                                                COHSM_DOMAIN_VOLUME };
+    static const cohsm_domain_kind kinds[5] = { COHSM_DOMAIN_LINE, COHSM_DOMAIN_RECTANGLE, COHSM_DOMAIN_DISC,
+                                                COHSM_DOMAIN_SPHERE, COHSM_DOMAIN_VOLUME };
     const float odd[5] = { NOT_A_NUMBER, INF, -INF, 1e38f, -3e38f };
     int k, i, c;
     (void)state;
@@ -180,7 +181,8 @@ static void domains_of_no_extent_or_not_finite(void **state)
 
 static void lists_and_tables(void **state)
 {
-    float where[6][4] = { { 0, 1, 0, 0 }, { 1, 0, 0, 0 }, { 0, 0, 5, 0 }, { -1, 0, 0, 0 }, { 0, -1, 0, 0 }, { 1e-30f, 0, 0, 0 } };
+    float where[6][4] = { { 0, 1, 0, 0 },  { 1, 0, 0, 0 },  { 0, 0, 5, 0 },
+                          { -1, 0, 0, 0 }, { 0, -1, 0, 0 }, { 1e-30f, 0, 0, 0 } };
     const float odd[3] = { NOT_A_NUMBER, INF, -INF };
     int kind, i, c;
     (void)state;
@@ -511,7 +513,8 @@ static void queries_that_cannot_be_asked(void **state)
             pair[0] = inst;
             pair[1] = inst;
             memcpy(pair[1].transform, t, sizeof t);
-            if (cohsm_visible_scene(pair, 2, &base, v, &refused_count) != COHSM_ERR_ARGUMENT) fail_msg("transform %d", (int)i);
+            if (cohsm_visible_scene(pair, 2, &base, v, &refused_count) != COHSM_ERR_ARGUMENT)
+                fail_msg("transform %d", (int)i);
             if (!(v[0] == 5 && v[1] == 5 && refused_count == 42)) fail_msg("transform %d: outputs touched", (int)i);
         }
     }
@@ -618,7 +621,8 @@ static void budgets(void **state)
         d.map_size = size;
         assert_int_equal(cohsm_build(&d, &mesh, &maps, NULL), COHSM_OK);
         cohsm_get_info(maps, &info);
-        print_message("budget: %lu bytes: side %u, M %u, block %lu\n", (unsigned long)bytes[i], side, size, (unsigned long)info.bytes);
+        print_message("budget: %lu bytes: side %u, M %u, block %lu\n", (unsigned long)bytes[i], side, size,
+                      (unsigned long)info.bytes);
         assert_true(info.bytes <= bytes[i] + bytes[i] / 10);    /* growth is extrapolated */
         cohsm_free(maps);
         d.domain.side[0] = d.domain.side[1] = d.map_size = 0;

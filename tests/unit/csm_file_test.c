@@ -1,5 +1,6 @@
-/* csm_file_test - files of csm.h: round trips, every truncation, every flipped bit of the header, 100,000 seeded mutations
-   (half with the checksum mended, so that the deeper checks are reached) and then every function on what was accepted. */
+/* csm_file_test - files of csm.h: round trips, every truncation, every flipped bit of the header, 100,000 seeded
+   mutations (half with the checksum mended, so that the deeper checks are reached) and then every function on what was
+   accepted. */
 
 #define CSM_IMPLEMENTATION
 #include "csm.h"
@@ -33,8 +34,9 @@ static file file_of(const cohsm_maps *maps)
 /* All domains, orders, layers; constants, ranges, palettes and exact depths; a shard; more than a chunk. */
 static int make_files(void **state)
 {
-    static const cohsm_domain_kind kinds[9] = { COHSM_DOMAIN_LATLONG, COHSM_DOMAIN_OCTAHEDRAL, COHSM_DOMAIN_LINE, COHSM_DOMAIN_RECTANGLE,
-        COHSM_DOMAIN_DISC, COHSM_DOMAIN_SPHERE, COHSM_DOMAIN_VOLUME, COHSM_DOMAIN_LIST, COHSM_DOMAIN_TABLE };
+    static const cohsm_domain_kind kinds[9] = { COHSM_DOMAIN_LATLONG,   COHSM_DOMAIN_OCTAHEDRAL, COHSM_DOMAIN_LINE,
+                                                COHSM_DOMAIN_RECTANGLE, COHSM_DOMAIN_DISC,       COHSM_DOMAIN_SPHERE,
+                                                COHSM_DOMAIN_VOLUME,    COHSM_DOMAIN_LIST,       COHSM_DOMAIN_TABLE };
     float where[12][4];
     uint64_t seed = 5;
     int k;
@@ -87,8 +89,8 @@ static int free_files(void **state)
     return 0;
 }
 
-/* Exactly size bytes, so that a sanitizer sees a read beyond; any address. Nothing may leak, and no more may be asked for
-   than promised. */
+/* Exactly size bytes, so that a sanitizer sees a read beyond; any address. Nothing may leak, and no more may be asked
+   for than promised. */
 static cohsm_result try_file(const uint8_t *data, size_t size, int use)
 {
     uint8_t *copy = (uint8_t *)malloc(size + 1);
@@ -102,7 +104,8 @@ static cohsm_result try_file(const uint8_t *data, size_t size, int use)
     a = ledger_allocator(&l);
     result = cohsm_open(copy + 1, size, &a, &maps);
     free(copy);
-    if (l.peak > 64 * size) fail_msg("%lu bytes asked for by a file of %lu", (unsigned long)l.peak, (unsigned long)size);
+    if (l.peak > 64 * size)
+        fail_msg("%lu bytes asked for by a file of %lu", (unsigned long)l.peak, (unsigned long)size);
     if (result == COHSM_OK) {
         if (use && !use_maps(maps)) fail_msg("an accepted file gave a wrong answer");
         cohsm_free(maps);
@@ -144,7 +147,8 @@ static void every_truncation_is_refused(void **state)
     for (k = 0; k < FILES; k++)
         for (n = 0; n < files[k].size; n += n < 600 ? 1 : 1 + files[k].size / (k == 10 ? 50 : 900)) {
             cohsm_result r = try_file(files[k].data, n, 0);
-            if (r != COHSM_ERR_FORMAT) fail_msg("file %d, %lu of %lu bytes: %d", k, (unsigned long)n, (unsigned long)files[k].size, (int)r);
+            if (r != COHSM_ERR_FORMAT)
+                fail_msg("file %d, %lu of %lu bytes: %d", k, (unsigned long)n, (unsigned long)files[k].size, (int)r);
             tried++;
         }
     for (k = 0; k < FILES; k++) {       /* and one byte too many */
@@ -314,7 +318,8 @@ static void small_files_of_many_views(void **state)
             h.side[1] = i ? 256 : 1;
             h.map_count = h.side[0] * h.side[1];
             h.view_count = h.map_count * (h.positional ? 6 : 1);
-            for (uint32_t w = 0; w < COHSM__HEADER_WORDS; w++) cohsm__put_u32(f.data + 4 * w, ((uint32_t *)(void *)&h)[w]);
+            for (uint32_t w = 0; w < COHSM__HEADER_WORDS; w++)
+                cohsm__put_u32(f.data + 4 * w, ((uint32_t *)(void *)&h)[w]);
             mend(f.data, f.size);
             (void)try_file(f.data, f.size, 0);
         }

@@ -109,8 +109,8 @@ static void every_light_matches_reference(void **state)
     }
 }
 
-/* A ball of fire with 16 places for each of its colours: where its own body hid what lies under it from the places above,
-   a fifth of the light was lost. 0.05 is five deviations of the noise of both pictures. */
+/* A ball of fire with 16 places for each of its colours: where its own body hid what lies under it from the places
+   above, a fifth of the light was lost. 0.05 is five deviations of the noise of both pictures. */
 static void closed_lamps_do_not_hide_their_light(void **state)
 {
     (void)state;
@@ -163,7 +163,8 @@ static void holes_of_alpha_masks_are_lit(void **state)
         skip();
     }
     write_masked("masked.gltf");
-    compare_with_reference("masked.gltf --size 64x48 --camera 0,7,6,0,0,0,45 --set ground=0 --light sun:0.3,0.9,0.2", "", 0.02, 0.005);
+    compare_with_reference("masked.gltf --size 64x48 --camera 0,7,6,0,0,0,45 --set ground=0 --light sun:0.3,0.9,0.2",
+                           "", 0.02, 0.005);
     compare_with_reference("masked.gltf --size 64x48 --camera 0,7,6,0,0,0,45 --set ground=0 --env builtin:sky",
                            "--set side=32 --set filter=pcf", 0.06, 0.02);
     /* one object's part above another, local maps: stored depths right before the ground once let it be lit */

@@ -39,7 +39,8 @@ static inline int use_queries(const cohsm_maps *maps, const cohsm_info *info)
                     if (light == COHSM_LIGHT_PARAMETER) l[i][k] = 0.5f * l[i][k] + 0.5f;
                 }
                 if (light == COHSM_LIGHT_INDEX) {
-                    uint32_t index = (uint32_t)(((uint64_t)(uint32_t)i * 2654435761u % 1000u) * info->map_count / 1000u);
+                    uint32_t index =
+                        (uint32_t)(((uint64_t)(uint32_t)i * 2654435761u % 1000u) * info->map_count / 1000u);
                     memcpy(l[i], &index, 4);
                 }
             }

@@ -1,5 +1,5 @@
-/* csm_util.h - what the tests of csm.h share: meshes, a ray caster in double precision, threads, an allocator that counts
-   and fails on demand. Include csm.h with its implementation before. */
+/* csm_util.h - what the tests of csm.h share: meshes, a ray caster in double precision, threads, an allocator that
+   counts and fails on demand. Include csm.h with its implementation before. */
 #ifndef CSM_UTIL_H
 #define CSM_UTIL_H
 
@@ -172,8 +172,8 @@ UNUSED_OK model model_join(const model *a, const model *b)
     return m;
 }
 
-/* A room with walls of some thickness: what lies between a ray's first and second hit counts as inside of the object, so
-   that walls without thickness would not do. left_out = bits of walls, as for a box. */
+/* A room with walls of some thickness: what lies between a ray's first and second hit counts as inside of the object,
+   so that walls without thickness would not do. left_out = bits of walls, as for a box. */
 UNUSED_OK model model_room(const double *lo, const double *hi, double wall, unsigned left_out)
 {
     model m = model_alloc(0, 0);

@@ -1,5 +1,5 @@
-/* ism_alloc_test - an allocation that fails, at every site: once, and from then on. No crash, no leak, ISM_ERR_ALLOC, output
-   untouched, and the same maps go on working. Peak memory is what the stats say. */
+/* ism_alloc_test - an allocation that fails, at every site: once, and from then on. No crash, no leak, ISM_ERR_ALLOC,
+   output untouched, and the same maps go on working. Peak memory is what the stats say. */
 
 #include "ism.h"
 
@@ -17,7 +17,8 @@ static grid lit, eye;
 
 static void make(ism_mesh *m, ism_source *s, ism_view *view, ism_frame *f)
 {
-    const float lo[3] = { -1, 0.5f, -1 }, hi[3] = { 0, 1, 1 }, a[3] = { -2, 0, -2 }, u[3] = { 4, 0, 0 }, v[3] = { 0, 0, 4 };
+    const float lo[3] = { -1, 0.5f, -1 }, hi[3] = { 0, 1, 1 }, a[3] = { -2, 0, -2 }, u[3] = { 4, 0, 0 },
+                v[3] = { 0, 0, 4 };
     const float up[3] = { 0, 1, 0 }, down[3] = { 0, -1, 0 }, high[3] = { -2, 2, -2 };
     mesh.triangles = 0;
     soup_box(&mesh, lo, hi, 1, 2);
@@ -114,8 +115,8 @@ static size_t kept_bytes(const ism_desc *d, const ism_source *s)
 {
     size_t n = d->vpl_count, side = 1, texels = (size_t)d->tile_size * d->tile_size;
     while (side * side < n) side++;
-    return 12 * n * d->points + (d->keep_hits ? 8 : 4) * side * side * texels + 2444 * texels + (16 + 812) * mesh.triangles +
-           20 * (size_t)s->width * s->height + 16 * s->height + 4 * PIXELS + 160 * n;
+    return 12 * n * d->points + (d->keep_hits ? 8 : 4) * side * side * texels + 2444 * texels +
+           (16 + 812) * mesh.triangles + 20 * (size_t)s->width * s->height + 16 * s->height + 4 * PIXELS + 160 * n;
 }
 
 static void peak_is_what_the_stats_say(void **state)

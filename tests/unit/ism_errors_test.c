@@ -31,7 +31,8 @@ static ism_desc small_desc(void)
 
 static void open_world(world *w, const ism_desc *desc)
 {
-    const float lo[3] = { -1, 0.5f, -1 }, hi[3] = { 0, 1, 1 }, a[3] = { -2, 0, -2 }, u[3] = { 4, 0, 0 }, v[3] = { 0, 0, 4 };
+    const float lo[3] = { -1, 0.5f, -1 }, hi[3] = { 0, 1, 1 }, a[3] = { -2, 0, -2 }, u[3] = { 4, 0, 0 },
+                v[3] = { 0, 0, 4 };
     const float up[3] = { 0, 1, 0 }, down[3] = { 0, -1, 0 }, high[3] = { -2, 2, -2 };
     ism_desc d = desc ? *desc : small_desc();
     memset(w, 0, sizeof *w);

@@ -33,7 +33,8 @@ static inline void soup_quad(soup *s, const float a[3], const float u[3], const 
             for (c = 0; c < 6; c++) {
                 float *to = s->p + 9 * s->triangles + 3 * (c % 3);
                 for (k = 0; k < 3; k++)
-                    to[k] = a[k] + u[k] * (float)(x + corner[c][0]) / (float)n + v[k] * (float)(y + corner[c][1]) / (float)n;
+                    to[k] = a[k] + u[k] * (float)(x + corner[c][0]) / (float)n +
+                            v[k] * (float)(y + corner[c][1]) / (float)n;
                 s->triangles += (size_t)(c % 3 == 2);
             }
 }

@@ -1,5 +1,5 @@
-/* rsm_alloc_test - an allocation that fails, at every site: once, and from then on. No crash, no leak, RSM_ERR_ALLOC, outputs
-   untouched; and the peaks that the header's top comment promises. */
+/* rsm_alloc_test - an allocation that fails, at every site: once, and from then on. No crash, no leak, RSM_ERR_ALLOC,
+   outputs untouched; and the peaks that the header's top comment promises. */
 
 #include "rsm.h"
 
@@ -149,7 +149,8 @@ static void fail_everywhere(action act, const char *name)
             l.fail_on = (int)on;
             r = act(&system);
             if (r != RSM_ERR_ALLOC || l.live)
-                fail_msg("%s, allocation %lu: result %d, %lu left", name, (unsigned long)at, (int)r, (unsigned long)l.live);
+                fail_msg("%s, allocation %lu: result %d, %lu left", name, (unsigned long)at, (int)r,
+                         (unsigned long)l.live);
         }
 }
 

@@ -1,5 +1,5 @@
-/* rsm_errors_test - bad input by the table of platform.md C2: a specific error with outputs untouched, or finite results;
-   threads, cancelling, SIMD, agreement of the ways to the same result. */
+/* rsm_errors_test - bad input by the table of platform.md C2: a specific error with outputs untouched, or finite
+   results; threads, cancelling, SIMD, agreement of the ways to the same result. */
 
 #define RSM_IMPLEMENTATION
 #include "rsm.h"
@@ -291,8 +291,12 @@ static void pictures_out_of_range(void **state)
     assert_int_equal(rsm_filter_create(100000, 4, NULL, &filter), RSM_ERR_LIMIT);
     assert_int_equal(rsm_filter_create(SIDE, SIDE, NULL, &filter), RSM_OK);
     memset(&f, 0, sizeof f);
-#define FILTERED(expected, change) \
-    do { rsm_filter_desc d = f; change; assert_int_equal(rsm_filter_apply(filter, &d, &p, positions, result), expected); } while (0)
+#define FILTERED(expected, change)                                                                                     \
+    do {                                                                                                               \
+        rsm_filter_desc d = f;                                                                                         \
+        change;                                                                                                        \
+        assert_int_equal(rsm_filter_apply(filter, &d, &p, positions, result), expected);                               \
+    } while (0)
     FILTERED(RSM_OK, d.passes = 6);
     FILTERED(RSM_ERR_DESC, d.passes = 7);
     FILTERED(RSM_ERR_DESC, d.history = 1001);
@@ -434,7 +438,8 @@ static void vector_units_agree(void **state)
         t.ny[i] = 1;
         if (i < lanes && texel->depth < RSM_FAR) {
             double d2 = 0;
-            for (k = 0; k < 3; k++) d2 += ((double)texel->position[k] - (double)x[k]) * ((double)texel->position[k] - (double)x[k]);
+            for (k = 0; k < 3; k++)
+                d2 += ((double)texel->position[k] - (double)x[k]) * ((double)texel->position[k] - (double)x[k]);
             nearest = d2 < nearest ? d2 : nearest;
         }
     }
@@ -578,7 +583,8 @@ static void glossy(void **state)
     /* flux through a hemisphere of radius 100 about the disc */
     for (i = 0; i < 64; i++)
         for (j = 0; j < 64; j++) {
-            double y = (i + 0.5) / 64, s = sqrt(1 - y * y), phi = 2 * PI * (j + 0.5) / 64, x = s * cos(phi), z = s * sin(phi);
+            double y = (i + 0.5) / 64, s = sqrt(1 - y * y), phi = 2 * PI * (j + 0.5) / 64, x = s * cos(phi),
+                   z = s * sin(phi);
             double e = gather_at(map, &g, 100 * x, 100 * y, 100 * z, -x, -y, -z);
             sum += e * 2 * PI * 1e4 / 4096;
             if (x < -0.5 && fabs(z) < 0.1 && y > 0.75 && y < 0.85) peak = e > peak ? e : peak;

@@ -17,7 +17,10 @@
 
 /* ---- an allocator that counts, fills, and fails on demand ---- */
 
-typedef struct ledger { size_t live, calls, fail_at, now, peak; int fail_on; } ledger;   /* fail_at: 1, 2, ..; 0 never */
+typedef struct ledger {
+    size_t live, calls, fail_at, now, peak;
+    int fail_on;
+} ledger; /* fail_at: 1, 2, ..; 0 never */
 
 UNUSED_OK void *ledger_alloc(size_t size, void *user)
 {
@@ -164,8 +167,8 @@ UNUSED_OK rsm_points points_of(const float *positions, const float *normals, siz
 }
 
 /* Irradiance at one point, first channel; < 0 on failure. */
-UNUSED_OK double gather_at(const rsm_map *map, const rsm_gather_desc *desc, double x, double y, double z, double nx, double ny,
-                           double nz)
+UNUSED_OK double gather_at(const rsm_map *map, const rsm_gather_desc *desc, double x, double y, double z, double nx,
+                           double ny, double nz)
 {
     float p[3], n[3], e[3];
     rsm_points points;

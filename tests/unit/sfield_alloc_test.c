@@ -1,5 +1,5 @@
-/* sfield_alloc_test - every allocation of shadowfield.h fails, once and from then on: an error, nothing leaks, outputs are
-   untouched. */
+/* sfield_alloc_test - every allocation of shadowfield.h fails, once and from then on: an error, nothing leaks, outputs
+   are untouched. */
 #include "shadowfield.h"
 #include "unit/sfield_util.h"
 
@@ -175,7 +175,8 @@ static void peak_is_what_the_allocator_saw(void **state)
         d.allocator = counting_allocator(&c);
         assert_int_equal(sfield_build(&d, &mesh, &f, &stats), SFIELD_OK);
         print_message("peak: said %lu, was %lu\n", (unsigned long)stats.peak_bytes, (unsigned long)c.peak);
-        assert_true((double)stats.peak_bytes > 0.97 * (double)c.peak && (double)stats.peak_bytes < 1.03 * (double)c.peak);
+        assert_true((double)stats.peak_bytes > 0.97 * (double)c.peak &&
+                    (double)stats.peak_bytes < 1.03 * (double)c.peak);
         sfield_free(f);
         assert_int_equal(c.now, 0);
     }

@@ -1,5 +1,5 @@
-/* sfield_file_test - files of shadowfield.h: the same bytes again, every truncation, every header bit, seeded mutations and
-   then every query on what was accepted. SFIELD_MUTATIONS: how many (100000). */
+/* sfield_file_test - files of shadowfield.h: the same bytes again, every truncation, every header bit, seeded mutations
+   and then every query on what was accepted. SFIELD_MUTATIONS: how many (100000). */
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "unit/sfield_util.h"
@@ -124,7 +124,8 @@ static void merge_case(sfield_desc d, const model *m, const float *radiance, con
         const sfield_field *twice[2] = { part[0], part[0] }, *not_one[1] = { whole };
         float out[3 * 512], p[3] = { 1, 2, 3 };
         assert_int_equal(sfield_merge((const sfield_field *const *)part, count - 1, NULL, &merged), SFIELD_ERR_SHARD);
-        assert_int_equal(sfield_merge((const sfield_field *const *)part + 1, count - 1, NULL, &merged), SFIELD_ERR_SHARD);
+        assert_int_equal(sfield_merge((const sfield_field *const *)part + 1, count - 1, NULL, &merged),
+                         SFIELD_ERR_SHARD);
         assert_int_equal(sfield_merge(twice, 2, NULL, &merged), SFIELD_ERR_SHARD);
         assert_int_equal(sfield_merge(not_one, 1, NULL, &merged), SFIELD_ERR_SHARD);
         assert_int_equal(sfield_query(part[0], 1, p, 0, out), SFIELD_ERR_SHARD);
@@ -167,7 +168,8 @@ static void shards_merge_to_the_same_bytes(void **state)
             sfield_mesh mesh = mesh_of(&m);
             sfield_field *f = NULL;
             float p[3] = { 1, 0, 0 };
-            assert_int_equal(i < 2 ? sfield_build(&d, &mesh, &f, NULL) : sfield_build_self(&d, &mesh, p, p, 1, 0, &f, NULL),
+            assert_int_equal(i < 2 ? sfield_build(&d, &mesh, &f, NULL)
+                                   : sfield_build_self(&d, &mesh, p, p, 1, 0, &f, NULL),
                              SFIELD_ERR_DESC);
             assert_null(f);
             d.shard_end = i ? 1 : 2;

@@ -1,5 +1,5 @@
-/* sfield_use.h - calls every function on a field that was opened from bytes nobody vouches for: results must be finite and
-   in range. Include shadowfield.h with its implementation before. */
+/* sfield_use.h - calls every function on a field that was opened from bytes nobody vouches for: results must be finite
+   and in range. Include shadowfield.h with its implementation before. */
 #ifndef SFIELD_USE_H
 #define SFIELD_USE_H
 
@@ -18,7 +18,8 @@ static inline int use_all_finite(const float *v, size_t n)
 /* The field as the only entity of a scene, or as its points' own visibility. */
 static inline int use_in_a_scene(const sfield_field *f, const sfield_info *info, float *rgb)
 {
-    static const float p[12] = { 0, 0, 0, 1, 2, 3, -5, 0.1f, 0, 1e5f, -1e6f, 3 }, n[12] = { 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0 };
+    static const float p[12] = { 0, 0, 0, 1, 2, 3, -5, 0.1f, 0, 1e5f, -1e6f, 3 },
+                       n[12] = { 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0 };
     static const float sky[3] = { 1, 1, 1 };
     sfield_scene_desc desc;
     sfield_entity e = sfield_entity_default();
@@ -28,7 +29,7 @@ static inline int use_in_a_scene(const sfield_field *f, const sfield_info *info,
     memset(&desc, 0, sizeof desc);
     desc.basis = info->basis;
     desc.bands = info->bands;
-    desc.cube_side = info->basis == SFIELD_BASIS_HAAR ? info->cube_side : 4;       /* a sky of one colour needs no more */
+    desc.cube_side = info->basis == SFIELD_BASIS_HAAR ? info->cube_side : 4; /* a sky of one colour needs no more */
     if (info->logarithm) desc.product = SFIELD_PRODUCT_EXP;
     if (sfield_scene_create(&desc, &s) != SFIELD_OK) return 1;
     memset(&set, 0, sizeof set);
@@ -73,7 +74,8 @@ static inline int use_field(const sfield_field *f)
     } else if (info.kind == SFIELD_KIND_SELF) {
         good = sfield_self(f, 0, info.samples < 5 ? info.samples : 5, out) == SFIELD_OK;
     } else {
-        good = sfield_query(f, 5, p, 0.2f, out) == SFIELD_OK && use_all_finite(out, (info.kind == SFIELD_KIND_SOURCE ? 15u : 5u) * size);
+        good = sfield_query(f, 5, p, 0.2f, out) == SFIELD_OK &&
+               use_all_finite(out, (info.kind == SFIELD_KIND_SOURCE ? 15u : 5u) * size);
         if (sfield_ambient(f, 5, p, ambient) == SFIELD_OK)
             for (i = 0; i < 5; i++) good = good && ambient[i] >= 0 && ambient[i] <= 1;
     }

@@ -133,7 +133,8 @@ UNUSED_OK model model_soup(uint32_t triangles, double size, uint64_t seed)
 }
 
 /* Rotation by the quaternion's rule, times scale, then moved. */
-UNUSED_OK void matrix_of(float *m, double ax, double ay, double az, double angle, double scale, double tx, double ty, double tz)
+UNUSED_OK void matrix_of(float *m, double ax, double ay, double az, double angle, double scale, double tx, double ty,
+                         double tz)
 {
     double l = sqrt(ax * ax + ay * ay + az * az), s = sin(angle / 2), w = cos(angle / 2);
     double x = l > 0 ? ax / l * s : 0, y = l > 0 ? ay / l * s : 0, z = l > 0 ? az / l * s : 0;

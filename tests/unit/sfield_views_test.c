@@ -1,5 +1,5 @@
-/* sfield_views_test - fields whose cubes the caller saw: equal to those of sfield_build_callback and _emitter from the same
-   texels; windows, logarithms, frames, spheres, and what is refused. */
+/* sfield_views_test - fields whose cubes the caller saw: equal to those of sfield_build_callback and _emitter from the
+   same texels; windows, logarithms, frames, spheres, and what is refused. */
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "unit/sfield_util.h"
@@ -24,7 +24,8 @@ static float shown(uint32_t texel, uint32_t channel, float time, const float *ey
 static void show(void *user, float time, const float position[3], const float direction[3], float rgb[3])
 {
     uint32_t c;
-    for (c = 0; c < ((const viewer *)user)->channels; c++) rgb[c] = shown(sfield_cube_find(SIDE, direction), c, time, position);
+    for (c = 0; c < ((const viewer *)user)->channels; c++)
+        rgb[c] = shown(sfield_cube_find(SIDE, direction), c, time, position);
 }
 
 static float table[CELLS][9];           /* of 3 bands */
@@ -97,8 +98,8 @@ static void same_as_by_directions(void **state)
         e.kind = SFIELD_EMITTER_CALLBACK;
         e.view = show;
         e.user = &v;
-        assert_int_equal(source ? sfield_build_emitter(&d, &e, &f, NULL) : sfield_build_callback(&d, show, &v, &f, NULL),
-                         SFIELD_OK);
+        assert_int_equal(
+            source ? sfield_build_emitter(&d, &e, &f, NULL) : sfield_build_callback(&d, show, &v, &f, NULL), SFIELD_OK);
         assert_int_equal(sfield_build_views(&d, source, NULL, see, &v, &g, &stats), SFIELD_OK);
         assert_int_equal(v.most, i ? 24 : 256);
         assert_int_equal(v.seen, i ? (source ? 96 : 48) : 588);
@@ -106,7 +107,8 @@ static void same_as_by_directions(void **state)
         assert_int_equal(sfield_size(f), sfield_size(g));
         assert_int_equal(sfield_query(f, 4, p, 0.05f, a), SFIELD_OK);
         assert_int_equal(sfield_query(g, 4, p, 0.05f, b), SFIELD_OK);
-        for (k = 0; k < 4u * v.channels * (haar ? CELLS : 9u); k++) assert_true(fabsf(a[k] - b[k]) < (haar ? 1e-30f : 2e-2f / 255));
+        for (k = 0; k < 4u * v.channels * (haar ? CELLS : 9u); k++)
+            assert_true(fabsf(a[k] - b[k]) < (haar ? 1e-30f : 2e-2f / 255));
         if (haar) {                     /* the same texels, so the same bytes */
             uint8_t *bytes = (uint8_t *)malloc(2 * sfield_size(f));
             assert_non_null(bytes);
@@ -155,7 +157,8 @@ static void spheres_of_a_mesh(void **state)
     model_free(&m);
 }
 
-/* A cube of half side 1, by rays through the middles of texels. What was asked outside of it after inside is counted. */
+/* A cube of half side 1, by rays through the middles of texels. What was asked outside of it after inside
+   is counted. */
 typedef struct in_box { uint32_t inside, after, wrong; } in_box;
 
 static int sees_box(const float *eye, const double *d)

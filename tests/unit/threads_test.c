@@ -1,5 +1,5 @@
-/* Every header with threads of its own choosing underneath: the results are those of one thread, and ThreadSanitizer finds
-   no race (`make config=thread`). A crew takes the tasks in whatever order its threads come. */
+/* Every header with threads of its own choosing underneath: the results are those of one thread, and ThreadSanitizer
+   finds no race (`make config=thread`). A crew takes the tasks in whatever order its threads come. */
 #include <math.h>
 #include <pthread.h>
 #include <setjmp.h>
@@ -61,8 +61,9 @@ static float    sheet[3 * (GRID + 1) * (GRID + 1)], positions[3 * POINTS], norma
 static uint32_t indices[6 * CELLS];
 
 /* The same fields in every header's mesh. */
-#define THE_SHEET(mesh) \
-    ((mesh).positions = sheet, (mesh).vertex_count = (GRID + 1) * (GRID + 1), (mesh).indices = indices, (mesh).index_count = 6 * CELLS)
+#define THE_SHEET(mesh)                                                                                                \
+    ((mesh).positions = sheet, (mesh).vertex_count = (GRID + 1) * (GRID + 1), (mesh).indices = indices,                \
+     (mesh).index_count = 6 * CELLS)
 
 static int make_scene(void **state)
 {

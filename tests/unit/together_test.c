@@ -138,7 +138,8 @@ static void add_up(const rsm_texel *lights, size_t count, int exact, float *out)
             for (int k = 0; k < 3; k++) d[k] = lights[i].position[k] - ceiling[3 * p + k];
             d2 = (double)dot3(d, d);
             form = (double)dot3(d, down + 3 * p) * -(double)dot3(d, lights[i].normal) / (d2 * d2 * 3.14159265358979);
-            if (!(form > 0) || -dot3(d, lights[i].normal) <= 0 || (exact && ball_hides(ceiling + 3 * p, d, 0.999f))) continue;
+            if (!(form > 0) || -dot3(d, lights[i].normal) <= 0 || (exact && ball_hides(ceiling + 3 * p, d, 0.999f)))
+                continue;
             for (int k = 0; k < 3; k++) sum[k] += form * (double)lights[i].flux[k];
         }
         for (int k = 0; k < 3; k++) out[3 * p + k] = (float)sum[k];
@@ -262,7 +263,8 @@ static void the_same_light_without_occluders(void **state)
 }
 
 /* csm.h answers ism's gather: one cube map at each light, a little above its surface, asked by the light's number. */
-static void ask_csm(void *user, const float position[3], const float geometric[3], const uint32_t *vpls, size_t count, float *visible)
+static void ask_csm(void *user, const float position[3], const float geometric[3], const uint32_t *vpls, size_t count,
+                    float *visible)
 {
     float points[3 * LIGHTS];
     cohsm_query query = cohsm_query_default();
@@ -295,8 +297,8 @@ static cohsm_maps *maps_at(const rsm_texel *lights, size_t count)
     return maps;
 }
 
-/* A ball that catches part of the sun and hides part of its bounce: the imperfect maps of ism.h are near the truth, the maps of
-   csm.h nearer still, from the same list. */
+/* A ball that catches part of the sun and hides part of its bounce: the imperfect maps of ism.h are near the truth, the
+   maps of csm.h nearer still, from the same list. */
 static void the_same_light_with_an_occluder(void **state)
 {
     static float open[3 * POINTS], exact[3 * POINTS], by_ism[3 * POINTS], by_csm[3 * POINTS];
@@ -330,8 +332,9 @@ static void the_same_light_with_an_occluder(void **state)
     shading.visible_fn = ask_csm;
     shading.visible_user = csm;
     assert_int_equal(ism_shade(ism, &view, &shading, by_csm, NULL), ISM_OK);
-    print_message("relative RMSE to exact visibility: none %.4f, ism %.4f, csm %.4f\n", difference(open, exact, 3 * POINTS),
-                  difference(by_ism, exact, 3 * POINTS), difference(by_csm, exact, 3 * POINTS));
+    print_message("relative RMSE to exact visibility: none %.4f, ism %.4f, csm %.4f\n",
+                  difference(open, exact, 3 * POINTS), difference(by_ism, exact, 3 * POINTS),
+                  difference(by_csm, exact, 3 * POINTS));
     assert_true(difference(open, exact, 3 * POINTS) > 0.1);
     assert_true(difference(by_ism, exact, 3 * POINTS) < 0.08);
     assert_true(difference(by_csm, exact, 3 * POINTS) < 0.02);
@@ -374,7 +377,8 @@ static envsh_lights *make_sky(void)
     return lights;
 }
 
-/* Maps of the k directions alone, asked by number: exact but for pixels. Or of 32 x 32, for a sky that turns: snapped to them. */
+/* Maps of the k directions alone, asked by number: exact but for pixels. Or of 32 x 32, for a sky that turns: snapped
+ * to them. */
 static cohsm_maps *maps_of(const envsh_light *list, uint32_t count)
 {
     cohsm_mesh ball = { positions, VERTICES, 0, indices, 3 * TRIANGLES };
@@ -448,9 +452,10 @@ static void lights_of_a_sky_through_csm(void **state)
             of_all += light;
         }
     }
-    print_message("of %u pairs in shadow of %u, wrong: csm %u, envshadow %u\n", dark, count * FLOOR_POINTS, wrong, own_wrong);
-    print_message("light over that of rays: csm of these lights %.5f, of all directions %.5f, unshadowed %.5f\n", by_csm / by_rays,
-                  by_any / by_rays, of_all / by_rays);
+    print_message("of %u pairs in shadow of %u, wrong: csm %u, envshadow %u\n", dark, count * FLOOR_POINTS, wrong,
+                  own_wrong);
+    print_message("light over that of rays: csm of these lights %.5f, of all directions %.5f, unshadowed %.5f\n",
+                  by_csm / by_rays, by_any / by_rays, of_all / by_rays);
     assert_true(dark > count * FLOOR_POINTS / 50);
     assert_true(wrong < dark / 20 && own_wrong < dark / 20);
     assert_true(fabs(by_csm / by_rays - 1) < 0.002 && fabs(by_any / by_rays - 1) < 0.005 && of_all / by_rays > 1.02);
@@ -462,8 +467,8 @@ static void lights_of_a_sky_through_csm(void **state)
 
 /* ---- ambient occlusion ---- */
 
-/* A ball over a plane: what it hides of the cosine-weighted sky is (r / d)^2 cos, of all directions its cap. The same numbers
-   are factors of rsm's bounced light. */
+/* A ball over a plane: what it hides of the cosine-weighted sky is (r / d)^2 cos, of all directions its cap. The same
+   numbers are factors of rsm's bounced light. */
 static void ambient_occlusion_of_a_field(void **state)
 {
     static float open[FLOOR_POINTS], share[FLOOR_POINTS], local[3 * FLOOR_POINTS];
@@ -511,7 +516,8 @@ static void ambient_occlusion_of_a_field(void **state)
         worst_share = fmax(worst_share, fabs((double)share[p] - (1 - cap)));
         if (open[p] < least) least = open[p];
     }
-    print_message("least open %.4f; off the closed form at most %.4f, share of all directions %.4f\n", (double)least, worst, worst_share);
+    print_message("least open %.4f; off the closed form at most %.4f, share of all directions %.4f\n", (double)least,
+                  worst, worst_share);
     assert_true(least < 0.78f);                 /* 0.75 straight below */
     assert_true(worst < 0.01 && worst_share < 0.004);
 
@@ -527,7 +533,8 @@ static void ambient_occlusion_of_a_field(void **state)
     assert_int_equal(rsm_gather_list(&light, 1, &gather, &points, plain, NULL), RSM_OK);
     points.occlusion = open;
     assert_int_equal(rsm_gather_list(&light, 1, &gather, &points, dimmed, NULL), RSM_OK);
-    for (int p = 0; p < 3 * FLOOR_POINTS; p++) assert_true(fabsf(dimmed[p] - plain[p] * open[p / 3]) <= 1e-6f * plain[p]);
+    for (int p = 0; p < 3 * FLOOR_POINTS; p++)
+        assert_true(fabsf(dimmed[p] - plain[p] * open[p / 3]) <= 1e-6f * plain[p]);
     sfield_scene_free(scene);
     sfield_free(field);
 }

@@ -1,5 +1,5 @@
-/* glb - triangles from stdin to a .glb on stdout: an ASCII PLY, or the arrays "positions" and "cells" of the mesh modules
-   of npm. Written by make assets. */
+/* glb - triangles from stdin to a .glb on stdout: an ASCII PLY, or the arrays "positions" and "cells" of the mesh
+   modules of npm. Written by make assets. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -148,7 +148,8 @@ int main(void)
     for (i = 0; i < positions.count; i++)
         if (!isfinite(positions.value[i])) fail("a position is not finite");
     for (i = 0; i < cells.count; i++)
-        if (!(cells.value[i] >= 0 && cells.value[i] < (double)(positions.count / 3))) fail("an index beyond the vertices");
+        if (!(cells.value[i] >= 0 && cells.value[i] < (double)(positions.count / 3)))
+            fail("an index beyond the vertices");
     write_glb(&positions, &cells);
     return fflush(stdout) != 0;
 }
