@@ -7898,6 +7898,29 @@ GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_des
     return result;
 }
 
+/* A texture and the target that is drawn to it. */
+static glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
+                                const glbk_texture *depth, glbk_texture *texture, glbk_target *target)
+{
+    glbk_texture_desc d;
+    glbk_target_desc t;
+    glbk_result result;
+    memset(&d, 0, sizeof d);
+    memset(&t, 0, sizeof t);
+    d.format = format;
+    d.width = width;
+    d.height = height;
+    t.color[0] = texture;
+    t.depth = depth;
+    result = glbk_texture_create(ctx, &d, texture);
+    return result == GLBK_OK ? glbk_target_create(ctx, &t, target) : result;
+}
+
+static glbk__allocator glbk__memory(const glbk_context *ctx)
+{
+    return glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+}
+
 /* Bytes 0..255 at the end of the room for count pixels of four floats become those floats. */
 static void glbk__widen(void *rgba, size_t count)
 {
@@ -8150,7 +8173,7 @@ static glbk_result glbk__add_stage(glbk_context *ctx, uint32_t program, const gl
                                    const char *defines)
 {
     glbk_dialect dialect = ctx->es ? GLBK_GLSL_300_ES : stage->type == GLBK__COMPUTE ? GLBK_GLSL_430 : GLBK_GLSL_330;
-    glbk__allocator memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    glbk__allocator memory = glbk__memory(ctx);
     int bits = !ctx->float_targets;
     size_t size = glbk_write_glsl(dialect, bits, uses, defines, stage->name, stage->text, NULL, 0);
     char *text;
@@ -9148,7 +9171,7 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
     out->patterns_at = (uint32_t)texels;
     out->pattern_length = d->pattern_length;
     texels += patterns + 1;
-    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memory = glbk__memory(ctx);
     words = (uint32_t *)glbk__alloc_array(&memory, texels, 16);
     if (!words) return GLBK_ERR_ALLOC;
     memset(words, 0, texels * 16);
@@ -9173,7 +9196,7 @@ GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *
     if (!ctx || !lights || !lights->texels.name || !texels || start < 2 * lights->lobe_count ||
         start > lights->patterns_at || texels > lights->patterns_at - start)
         return GLBK_ERR_ARGUMENT;
-    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memory = glbk__memory(ctx);
     words = (uint32_t *)glbk__alloc_array(&memory, texels, 16);
     if (!words) return GLBK_ERR_ALLOC;
     result = glbk_csm_light_write(desc, words);
@@ -9379,7 +9402,7 @@ GLBK_DEF glbk_result glbk_csm_gbuffer_upload(glbk_context *ctx, glbk_csm_rendere
 
     if (!ctx || !r || !r->gbuffer[0].name || !rows || row >= r->height || rows > r->height - row || !pixels)
         return GLBK_ERR_ARGUMENT;
-    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memory = glbk__memory(ctx);
     count = (size_t)r->width * rows;
     words[0] = (uint32_t *)glbk__alloc_array(&memory, count, 64);
     if (!words[0]) return GLBK_ERR_ALLOC;
@@ -9703,8 +9726,7 @@ static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel
 {
     glbk_csm_segment *s;
     if (b->segment_count == b->segment_room) {
-        glbk__allocator memory =
-            glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+        glbk__allocator memory = glbk__memory(ctx);
         size_t room = 2 * b->segment_room + 65536;
         s = (glbk_csm_segment *)glbk__alloc_array(&memory, room, sizeof *s);
         if (!s) return 0;
@@ -9739,7 +9761,7 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     for (out->tiles = 8; out->tiles * d->map_size > GLBK__CSM_ATLAS; out->tiles /= 2) {}
     out->batch = out->tiles * out->tiles;       /* a power of two: batches end where csm.h's lists begin anew */
     pixels = (size_t)d->map_size * d->map_size;
-    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memory = glbk__memory(ctx);
     out->words = (uint32_t *)glbk__alloc_array(&memory, pixels, 80);
     out->firsts = (uint32_t *)glbk__alloc_array(&memory, pixels, 4);
     result = out->words && out->firsts ? GLBK_OK : GLBK_ERR_ALLOC;
@@ -9776,8 +9798,7 @@ GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *b)
     glbk_buffer_destroy(ctx, &b->block);
     glbk_buffer_destroy(ctx, &b->storage);
     if (ctx) {
-        glbk__allocator memory =
-            glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+        glbk__allocator memory = glbk__memory(ctx);
         glbk__free(&memory, b->words);
         glbk__free(&memory, b->firsts);
         glbk__free(&memory, b->segments);
@@ -9988,7 +10009,7 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
     if (!ctx || !b || !b->next_view || !add_fn) return GLBK_ERR_ARGUMENT;
     result = glbk__csm_end_all(ctx, b);
     if (result != GLBK_OK) return result;
-    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memory = glbk__memory(ctx);
     pixels = (size_t)b->desc.map_size * b->desc.map_size;
     z = (float *)glbk__alloc_array(&memory, 3 * pixels, sizeof *z);
     ends = (size_t *)glbk__alloc_array(&memory, b->next_view, sizeof *ends);
@@ -10229,7 +10250,7 @@ GLBK_DEF glbk_result glbk_sfield_create(glbk_context *ctx, const glbk_sfield_des
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
     memset(out, 0, sizeof *out);
     if (!glbk__sfield_desc_valid(d) || (d->file_count && !fields)) return GLBK_ERR_ARGUMENT;
-    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memory = glbk__memory(ctx);
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
     s.table = &out->table;
@@ -10323,7 +10344,7 @@ GLBK_DEF glbk_result glbk_sfield_place(glbk_context *ctx, glbk_sfield_world *w, 
         if (!glbk__sfield_entity_valid(w, &entities[i], &scale)) return GLBK_ERR_ARGUMENT;
         lights += entities[i].source != NULL;
     }
-    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memory = glbk__memory(ctx);
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
     s.table = &w->table;
@@ -10494,7 +10515,7 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const glbk_sfield_ren
                                         glbk_program *out)
 {
     static const char *const names[] = { "lib/sfield_shade.glsl", "lib/sfield_gbuffer.glsl", "prog/sfield_shade.frag" };
-    glbk__allocator memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    glbk__allocator memory = glbk__memory(ctx);
     size_t product = glbk_sfield_write_product(d->bands, d->terms, d->factors, d->term_count, NULL, 0);
     glbk_source source;
     glbk__sink sink;
@@ -10584,7 +10605,7 @@ GLBK_DEF glbk_result glbk_sfield_upload(glbk_context *ctx, glbk_sfield_renderer 
 
     if (!ctx || !r || !r->place.name || !rows || row >= r->height || rows > r->height - row || !pixels)
         return GLBK_ERR_ARGUMENT;
-    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memory = glbk__memory(ctx);
     count = (size_t)r->width * rows;
     n = r->bands * r->bands;
     words = (uint32_t *)glbk__alloc_array(&memory, count, 32);
@@ -10686,11 +10707,6 @@ GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r
 
 enum { GLBK__SFIELD_TILES = 256, GLBK__SFIELD_BATCH = 128 };
 
-static glbk__allocator glbk__sfield_memory(const glbk_context *ctx)
-{
-    return glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
-}
-
 /* Floats of an eye's values, of one channel. */
 static size_t glbk__sfield_values(const glbk_sfield_builder *b)
 {
@@ -10749,7 +10765,7 @@ static int glbk__sfield_fit(const glbk_sfield_builder_desc *d, size_t triangles,
 static glbk_result glbk__sfield_upload_mesh(glbk_context *ctx, const glbk_sfield_builder_desc *d, size_t triangles,
                                             glbk_sfield_builder *b)
 {
-    glbk__allocator memory = glbk__sfield_memory(ctx);
+    glbk__allocator memory = glbk__memory(ctx);
     size_t vertices = d->source ? 3 * triangles : d->vertex_count, floats = d->source ? 6 : 3, t, i, n = 0;
     float *vertex = (float *)glbk__alloc_array(&memory, vertices, floats * sizeof *vertex), *v = vertex;
     uint32_t *index = (uint32_t *)glbk__alloc_array(&memory, triangles, 3 * sizeof *index), corner[3];
@@ -10824,7 +10840,7 @@ static uint32_t glbk__sfield_morton(uint32_t side, uint32_t face, uint32_t x, ui
 /* Groups of four coefficients, for each of them all texels in rows as the cubes have them. */
 static glbk_result glbk__sfield_upload_basis(glbk_context *ctx, const float *basis, glbk_sfield_builder *b)
 {
-    glbk__allocator memory = glbk__sfield_memory(ctx);
+    glbk__allocator memory = glbk__memory(ctx);
     const uint32_t n = b->bands * b->bands, side = b->side, cells = 6 * side * side;
     float *table = (float *)glbk__alloc_array(&memory, (size_t)cells * b->groups, 16);
     uint32_t face, x, y, k;
@@ -10844,23 +10860,6 @@ static glbk_result glbk__sfield_upload_basis(glbk_context *ctx, const float *bas
     return result;
 }
 
-static glbk_result glbk__sfield_canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
-                                       const glbk_texture *depth, glbk_texture *texture, glbk_target *target)
-{
-    glbk_texture_desc d;
-    glbk_target_desc t;
-    glbk_result result;
-    memset(&d, 0, sizeof d);
-    memset(&t, 0, sizeof t);
-    d.format = format;
-    d.width = width;
-    d.height = height;
-    result = glbk_texture_create(ctx, &d, texture);
-    t.color[0] = texture;
-    t.depth = depth;
-    return result == GLBK_OK ? glbk_target_create(ctx, &t, target) : result;
-}
-
 static glbk_result glbk__sfield_canvases(glbk_context *ctx, glbk_sfield_builder *b)
 {
     const uint32_t size = !b->source && ctx->max_size >= 2048 ? 2048u : 1024u, channels = b->source ? 3 : 1;
@@ -10872,16 +10871,16 @@ static glbk_result glbk__sfield_canvases(glbk_context *ctx, glbk_sfield_builder 
     depth.width = depth.height = b->height = size;
     if (b->source) result = glbk_texture_create(ctx, &depth, &b->depth);
     if (result == GLBK_OK)
-        result = glbk__sfield_canvas(ctx, b->source ? GLBK_FORMAT_RGBA32UI : GLBK_FORMAT_R8UI, size, size,
-                                     b->source ? &b->depth : NULL, &b->seen, &b->seen_target);
+        result = glbk__canvas(ctx, b->source ? GLBK_FORMAT_RGBA32UI : GLBK_FORMAT_R8UI, size, size,
+                              b->source ? &b->depth : NULL, &b->seen, &b->seen_target);
     b->batch = (ctx->max_size >= 2048 ? 2048 : 1024) / b->side;
     b->batch = b->batch < GLBK__SFIELD_BATCH ? b->batch : (uint32_t)GLBK__SFIELD_BATCH;
     if (result == GLBK_OK)
-        result = glbk__sfield_canvas(ctx, GLBK_FORMAT_RGBA32UI, 6 * b->side / (b->source ? 1 : 4),
-                                     b->batch * b->side, NULL, &b->cube, &b->cube_target);
+        result = glbk__canvas(ctx, GLBK_FORMAT_RGBA32UI, 6 * b->side / (b->source ? 1 : 4),
+                              b->batch * b->side, NULL, &b->cube, &b->cube_target);
     if (result == GLBK_OK && b->bands)
-        result = glbk__sfield_canvas(ctx, GLBK_FORMAT_RGBA32UI, b->groups * channels, b->batch, NULL, &b->coefs,
-                                     &b->coef_target);
+        result = glbk__canvas(ctx, GLBK_FORMAT_RGBA32UI, b->groups * channels, b->batch, NULL, &b->coefs,
+                              &b->coef_target);
     return result;
 }
 
@@ -10913,7 +10912,7 @@ GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sf
     if (result == GLBK_OK && d->bands) result = glbk_program_create(ctx, "sfield_project.frag", set, &out->project);
     if (result == GLBK_OK) {
         const glbk_texture *last = d->bands ? &out->coefs : &out->cube;
-        memory = glbk__sfield_memory(ctx);
+        memory = glbk__memory(ctx);
         out->views = (glbk_sfield_views *)glbk__alloc(&memory, sizeof *out->views);
         out->words = (uint32_t *)glbk__alloc_array(&memory, (size_t)last->width * last->height, 16);
         if (!out->views || !out->words) result = GLBK_ERR_ALLOC;
@@ -10941,7 +10940,7 @@ GLBK_DEF void glbk_sfield_builder_destroy(glbk_context *ctx, glbk_sfield_builder
     glbk_program_destroy(ctx, &b->sum);
     glbk_program_destroy(ctx, &b->project);
     if (ctx) {
-        glbk__allocator memory = glbk__sfield_memory(ctx);
+        glbk__allocator memory = glbk__memory(ctx);
         glbk__free(&memory, b->views);
         glbk__free(&memory, b->words);
     }
@@ -11279,7 +11278,7 @@ static void glbk__envsh_record(const glbk_envsh_maps *m, const glbk__envsh_view 
 
 static glbk_result glbk__envsh_upload(glbk_context *ctx, glbk_envsh_maps *m, const char *views, uint32_t count)
 {
-    glbk__allocator memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    glbk__allocator memory = glbk__memory(ctx);
     uint32_t *words = (uint32_t *)glbk__alloc_array(&memory, (size_t)count + 1, 4 * 4 * GLBK__ENVSH_RECORD), i;
     glbk_envsh_scene scene;
     glbk_result result = GLBK_OK;
@@ -11548,7 +11547,7 @@ GLBK_DEF glbk_result glbk_envsh_gbuffer_upload(glbk_context *ctx, glbk_envsh_ren
 
     if (!ctx || !r || !r->gbuffer[0].name || !rows || row >= r->height || rows > r->height - row || !pixels)
         return GLBK_ERR_ARGUMENT;
-    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memory = glbk__memory(ctx);
     count = (size_t)r->width * rows;
     texels = (float *)glbk__alloc_array(&memory, count, 16);
     if (!texels) return GLBK_ERR_ALLOC;
@@ -11933,7 +11932,7 @@ GLBK_DEF glbk_result glbk_rsm_map_upload(glbk_context *ctx, glbk_rsm_map *map, c
     glbk_result result = GLBK_OK;
 
     if (!ctx || !map || !map->texels.name || !texels) return GLBK_ERR_ARGUMENT;
-    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memory = glbk__memory(ctx);
     count = (size_t)map->size * map->size;
     layer = (unsigned char *)glbk__alloc_array(&memory, count, 64);
     if (!layer) return GLBK_ERR_ALLOC;
@@ -11956,7 +11955,7 @@ GLBK_DEF glbk_result glbk_rsm_map_read(glbk_context *ctx, const glbk_rsm_map *ma
     glbk_result result = GLBK_OK;
 
     if (!ctx || !map || !map->texels.name || face >= map->faces || !texels) return GLBK_ERR_ARGUMENT;
-    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memory = glbk__memory(ctx);
     count = (size_t)map->size * map->size;
     layer = (unsigned char *)glbk__alloc_array(&memory, count, 16);
     if (!layer) return GLBK_ERR_ALLOC;
@@ -12071,7 +12070,7 @@ GLBK_DEF void glbk_rsm_renderer_destroy(glbk_context *ctx, glbk_rsm_renderer *r)
 static glbk_result glbk__rsm_table(glbk_context *ctx, const float *from, uint32_t count, uint32_t n, uint32_t width,
                                    glbk_texture *out)
 {
-    glbk__allocator memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    glbk__allocator memory = glbk__memory(ctx);
     uint32_t rows = (count + width - 1) / width, i;
     glbk_texture_desc d;
     glbk_result result;
@@ -12257,7 +12256,7 @@ GLBK_DEF glbk_result glbk_rsm_gbuffer_upload(glbk_context *ctx, glbk_rsm_rendere
 
     if (!ctx || !r || !r->frame.name || !rows || row >= r->height || rows > r->height - row || !pixels)
         return GLBK_ERR_ARGUMENT;
-    memory = glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
+    memory = glbk__memory(ctx);
     count = (size_t)r->width * rows;
     words = (float *)glbk__alloc_array(&memory, count, 16);
     if (!words) return GLBK_ERR_ALLOC;
@@ -12686,29 +12685,6 @@ GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *r, int 
 
 /* ---- >>ism ---- */
 
-static glbk__allocator glbk__ism_memory(const glbk_context *ctx)
-{
-    return glbk__allocator_make(ctx->allocator.alloc_fn, ctx->allocator.free_fn, ctx->allocator.user);
-}
-
-/* A texture and the target that is drawn to it. */
-static glbk_result glbk__ism_canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
-                                    const glbk_texture *depth, glbk_texture *texture, glbk_target *target)
-{
-    glbk_texture_desc d;
-    glbk_target_desc t;
-    glbk_result result;
-    memset(&d, 0, sizeof d);
-    memset(&t, 0, sizeof t);
-    d.format = format;
-    d.width = width;
-    d.height = height;
-    t.color[0] = texture;
-    t.depth = depth;
-    result = glbk_texture_create(ctx, &d, texture);
-    return result == GLBK_OK ? glbk_target_create(ctx, &t, target) : result;
-}
-
 static int glbk__ism_resolve(glbk_ism_desc *d)
 {
     if (d->vpl_count > 16384 || (d->points && d->points < 8) || d->points > 65536 || d->projection > 4 ||
@@ -12735,17 +12711,17 @@ static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m
     d.width = d.height = side;
     result = glbk_texture_create(ctx, &d, &m->depth);
     if (result == GLBK_OK)
-        result = glbk__ism_canvas(ctx, GLBK_FORMAT_COLOR, m->desc.tile_size, m->desc.tile_size, NULL, &m->directions,
-                                  &m->direction_target);
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, m->desc.tile_size, m->desc.tile_size, NULL, &m->directions,
+                              &m->direction_target);
     if (result == GLBK_OK)
-        result = glbk__ism_canvas(ctx, GLBK_FORMAT_COLOR, side, side, &m->depth, &m->surfels, &m->surfel_target);
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, side, side, &m->depth, &m->surfels, &m->surfel_target);
     if (result == GLBK_OK)
-        result = glbk__ism_canvas(ctx, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
+        result = glbk__canvas(ctx, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
     for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++)
-        result = glbk__ism_canvas(ctx, GLBK_FORMAT_R32UI, side >> (i + 1), side >> (i + 1), NULL, &m->pull[i],
-                                  &m->pull_target[i]);
+        result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, side >> (i + 1), side >> (i + 1), NULL, &m->pull[i],
+                              &m->pull_target[i]);
     if (result == GLBK_OK)
-        result = glbk__ism_canvas(ctx, GLBK_FORMAT_R32UI, side, side, NULL, &m->atlas, &m->atlas_target);
+        result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, side, side, NULL, &m->atlas, &m->atlas_target);
     return result;
 }
 
@@ -12856,7 +12832,7 @@ static int glbk__ism_stride_ok(size_t stride) { return !stride || (stride >= 12 
 static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from,
                                     size_t count, size_t stride)
 {
-    glbk__allocator memory = glbk__ism_memory(ctx);
+    glbk__allocator memory = glbk__memory(ctx);
     float *texels = (float *)glbk__alloc_array(&memory, count ? count : 1, 16);
     glbk_texture made;
     glbk_result result;
@@ -12912,7 +12888,7 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
         return GLBK_ERR_ARGUMENT;
     if (corners > 0x7fffffff || (mesh && mesh->vertex_count > 0x7fffffff)) return GLBK_ERR_LIMIT;
     if (count) {
-        memory = glbk__ism_memory(ctx);
+        memory = glbk__memory(ctx);
         words = glbk__ism_triangles(&memory, mesh, count, &result);
         if (!words) return result;
         result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made);
@@ -12969,7 +12945,7 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
     for (i = 0; i < count; i++)
         if (!glbk__ism_vpl_ok(&vpls[i]) || (vpls[i].directional && !center)) return GLBK_ERR_ARGUMENT;
     if (count) {
-        memory = glbk__ism_memory(ctx);
+        memory = glbk__memory(ctx);
         texels = (float *)glbk__alloc_array(&memory, count, 64);
         if (!texels) return GLBK_ERR_ALLOC;
         for (i = 0; i < count; i++) {
@@ -13072,7 +13048,7 @@ GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *m, fl
     uint32_t *words, y, x;
     glbk_result result = GLBK_OK;
     if (!ctx || !m || !m->points.name || !atlas) return GLBK_ERR_ARGUMENT;
-    memory = glbk__ism_memory(ctx);
+    memory = glbk__memory(ctx);
     words = (uint32_t *)glbk__alloc_array(&memory, m->side, 16);
     if (!words) return GLBK_ERR_ALLOC;
     for (y = 0; y < m->side && result == GLBK_OK; y++) {
@@ -13117,9 +13093,9 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width,
     if (result == GLBK_OK) result = glbk_texture_create(ctx, &d, &out->depth);
     if (result == GLBK_OK) result = glbk_target_create(ctx, &t, &out->gbuffer_target);
     if (result == GLBK_OK)
-        result = glbk__ism_canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->light, &out->light_target);
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->light, &out->light_target);
     if (result == GLBK_OK)
-        result = glbk__ism_canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->result, &out->result_target);
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->result, &out->result_target);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &out->view);
     if (result == GLBK_OK) result = glbk_program_create(ctx, "ism_blur.frag", NULL, &out->blur);
     if (result != GLBK_OK) glbk_ism_renderer_destroy(ctx, out);
@@ -13160,7 +13136,7 @@ GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_rendere
     arrays[3] = from->albedos;
     stride = from->stride ? from->stride : 12;
     count = (size_t)r->width * r->height;
-    memory = glbk__ism_memory(ctx);
+    memory = glbk__memory(ctx);
     texels = (float *)glbk__alloc_array(&memory, count, 16);
     if (!texels) return GLBK_ERR_ALLOC;
     for (k = 0; k < 4 && result == GLBK_OK; k++) {
@@ -13236,7 +13212,7 @@ GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_rende
     glbk_result result;
     if (!ctx || !r || !r->view.name || !rgb) return GLBK_ERR_ARGUMENT;
     count = (size_t)r->width * r->height;
-    memory = glbk__ism_memory(ctx);
+    memory = glbk__memory(ctx);
     texels = (float *)glbk__alloc_array(&memory, count, 16);
     if (!texels) return GLBK_ERR_ALLOC;
     result = glbk_target_read(ctx, &r->result_target, 0, 0, 0, r->width, r->height, texels);

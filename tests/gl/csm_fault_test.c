@@ -170,38 +170,21 @@ static void gl_fails_in_every_call(void **state)
     assert_true(failures[0] > 30 && failures[1] > 4);
 }
 
-static struct { int left, live; } memory;
-
-static void *limited(size_t size, void *user)
-{
-    (void)user;
-    if (memory.left-- <= 0) return NULL;
-    memory.live++;
-    return malloc(size);
-}
-
-static void release(void *block, void *user)
-{
-    (void)user;
-    memory.live -= block != NULL;
-    free(block);
-}
-
 static void memory_runs_out(void **state)
 {
     GL_TEST(t, state)
     static things x;
     glbk_result result = GLBK_ERR_ALLOC;
     int given;
-    t->gl.allocator.alloc_fn = limited;
-    t->gl.allocator.free_fn = release;
+    t->gl.allocator.alloc_fn = fake_alloc;
+    t->gl.allocator.free_fn = fake_free;
     fake_begin(t, 0);
     for (given = 0; result != GLBK_OK; given++) {
-        memory.left = given;
+        fake_memory.left = given;
         result = make(t, &x);
         destroy(t, &x);
         assert_int_equal(fake.live, 0);
-        assert_int_equal(memory.live, 0);
+        assert_int_equal(fake_memory.live, 0);
         assert_true(result == GLBK_OK || result == GLBK_ERR_ALLOC);
         assert_true(given < 100);
     }

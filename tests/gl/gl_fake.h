@@ -1,5 +1,5 @@
 /* gl_fake.h - GL that fails on demand and counts the names that live: glGetError has something to say the n-th time
-   that it is asked, no shader or program is to be had. Include gl/gl_test.h before. */
+   that it is asked, no shader or program is to be had; an allocator that gives out. Include gl/gl_test.h before. */
 #ifndef GL_FAKE_H
 #define GL_FAKE_H
 
@@ -81,6 +81,24 @@ static inline void fake_begin(gl_test *t, uint32_t error)
     gl->CreateProgram = fake_create_program;
     gl->DeleteShader = fake_delete_shader;
     gl->DeleteProgram = fake_delete_program;
+}
+
+/* An allocator that gives so many blocks and then none. */
+static struct { int left, live; } fake_memory;
+
+static inline void *fake_alloc(size_t size, void *user)
+{
+    void *block = fake_memory.left-- > 0 ? malloc(size) : NULL;
+    (void)user;
+    fake_memory.live += block != NULL;
+    return block;
+}
+
+static inline void fake_free(void *block, void *user)
+{
+    (void)user;
+    fake_memory.live -= block != NULL;
+    free(block);
 }
 
 #endif

@@ -107,37 +107,24 @@ static void every_error_comes_out(void **state)
     assert_true(failures > 60);
 }
 
-static struct { int left; } memory;
-
-static void *limited(size_t size, void *user)
-{
-    (void)user;
-    return memory.left-- > 0 ? malloc(size) : NULL;
-}
-
-static void release(void *block, void *user)
-{
-    (void)user;
-    free(block);
-}
-
 static void memory_runs_out(void **state)
 {
     GL_TEST(t, state)
     static scene s;
     glbk_result result = GLBK_ERR_ALLOC;
     int given;
-    t->gl.allocator.alloc_fn = limited;
-    t->gl.allocator.free_fn = release;
+    t->gl.allocator.alloc_fn = fake_alloc;
+    t->gl.allocator.free_fn = fake_free;
     fake_begin(t, 0);
     for (given = 0; result != GLBK_OK; given++) {
         prepare(&s);
-        memory.left = given;
+        fake_memory.left = given;
         result = make(t, &s);
         if (result == GLBK_OK) result = draw(t, &s);
         if (result == GLBK_OK) result = look(t, &s);
         destroy(t, &s);
         assert_int_equal(fake.live, 0);
+        assert_int_equal(fake_memory.live, 0);
         assert_true(result == GLBK_OK || result == GLBK_ERR_ALLOC);
     }
     t->gl.gl = fake.real;

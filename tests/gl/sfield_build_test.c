@@ -528,20 +528,6 @@ static void bad_input_is_named(void **state)
 
 /* ---- a GL that fails, is hostile, or lost ---- */
 
-static struct { int left; } memory;
-
-static void *limited(size_t size, void *user)
-{
-    (void)user;
-    return memory.left-- > 0 ? malloc(size) : NULL;
-}
-
-static void release(void *block, void *user)
-{
-    (void)user;
-    free(block);
-}
-
 /* A box that shines, seen from two places. */
 static const float glow[36] = { 1, 1, 1, 2, 2, 2, 3, 3, 3, 1, 2, 3, 4, 5, 6, 1, 1, 2,
                                 3, 3, 2, 6, 6, 5, 2, 4, 8, 1, 3, 9, 5, 5, 2, 7, 7, 1 };
@@ -574,15 +560,16 @@ static void failures_leave_nothing(void **state)
         assert_true(fake.at < 400);
     }
     assert_true(failures > 30);
-    t->gl.allocator.alloc_fn = limited;
-    t->gl.allocator.free_fn = release;
+    t->gl.allocator.alloc_fn = fake_alloc;
+    t->gl.allocator.free_fn = fake_free;
     fake.at = 0;
     result = GLBK_ERR_ALLOC;
     for (given = 0; result != GLBK_OK; given++) {
-        memory.left = given;
+        fake_memory.left = given;
         result = all_of_it(t, &m, basis, &b, out);
         glbk_sfield_builder_destroy(&t->gl, &b);
         assert_int_equal(fake.live, 0);
+        assert_int_equal(fake_memory.live, 0);
         assert_true(result == GLBK_OK || result == GLBK_ERR_ALLOC);
     }
     assert_true(given > 5);
