@@ -14,6 +14,8 @@
 #include <unistd.h>
 #include <cmocka.h>
 
+#include "json.h"
+
 static char folder[] = "/tmp/dapple-test-XXXXXX";
 static char output[4096];
 
@@ -55,16 +57,7 @@ static inline void expect(int status, const char *text, const char *arguments)
         fail_msg("render %s: status %d, expected %d and \"%s\": %s", arguments, found, status, text, output);
 }
 
-static inline double number(const char *name)
-{
-    char quoted[64];
-    const char *at;
-    snprintf(quoted, sizeof quoted, "\"%s\": ", name);
-    at = strstr(output, quoted);
-    if (!at)
-        fail_msg("no %s in %s", name, output);
-    return strtod(at + strlen(quoted), NULL);
-}
+static inline double number(const char *name) { return json_number(output, name); }
 
 static inline void need_reference(void)
 {

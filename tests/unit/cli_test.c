@@ -14,6 +14,7 @@
 #include <cmocka.h>
 
 #include "common.h"
+#include "json.h"
 
 static char folder[] = "/tmp/dapple-cli-XXXXXX";
 static char output[8192];      /* of the last command: stdout, then stderr */
@@ -75,16 +76,7 @@ static void expect_line(const char *program, const char *arguments, int status, 
         fail_msg("%s %s: status %d (expected %d), output: %s", program, arguments, found, status, output);
 }
 
-static double number(const char *name)
-{
-    char quoted[64];
-    const char *at;
-    snprintf(quoted, sizeof quoted, "\"%s\": ", name);
-    at = strstr(output, quoted);
-    if (!at)
-        fail_msg("no %s in %s", name, output);
-    return strtod(at + strlen(quoted), NULL);
-}
+static double number(const char *name) { return json_number(output, name); }
 
 static void near(double a, double b, double epsilon, int line)
 {
