@@ -77,11 +77,10 @@ LINK     = $(if $(filter 1,$(HAVE_CXX)),$(CXX),$(CC)) $(FLAGS_$(config)) -pthrea
 
 objects = $(patsubst %,$(OBJ)/%.o,$(basename $(wildcard $(1)/*.c) $(if $(filter 1,$(HAVE_CXX)),$(wildcard $(1)/*.cpp))))
 
-# Each header's implementation, for tests that need no more of it than a user does.
-HEADERS_A := $(OBJ)/headers.a
 COMMON   := $(if $(wildcard examples/common/*.c),$(OBJ)/common.a)
+BENCH    := $(if $(wildcard bench/*.c),$(BUILD)/bench)
 PROGRAMS := $(foreach p,render compare bake viewer,$(if $(wildcard examples/$(p)/*.c),$(BUILD)/$(p)))
-PROGRAMS += $(if $(wildcard bench/*.c),$(BUILD)/bench) $(BUILD)/gallery
+PROGRAMS += $(BENCH) $(BUILD)/gallery
 ifneq ($(HAVE_GLFW),1)
 PROGRAMS := $(filter-out $(BUILD)/viewer,$(PROGRAMS))
 endif
@@ -127,7 +126,12 @@ $(OBJ)/commit.c: FORCE
 $(OBJ)/commit.o: $(OBJ)/commit.c
 	$(call say,CC,$<)$(BASE_C) -c $< -o $@
 
-$(OBJ)/common.a: $(call objects,examples/common) $(OBJ)/commit.o
+$(OBJ)/headers/%.o: %.h build/config.mk
+	@mkdir -p $(@D)
+	$(call say,CC,$<)printf '#define %s_IMPLEMENTATION\n#include "%s"\n' $$(echo $* | tr a-z A-Z) $< | $(BASE_C) -x c -c - -o $@
+
+# What the programs share, and each header's implementation, once: for programs, and tests that need no more than a user.
+$(OBJ)/common.a: $(call objects,examples/common) $(OBJ)/commit.o $(HEADERS:%.h=$(OBJ)/headers/%.o)
 	@rm -f $@
 	$(call say,AR,$@)ar rcs $@ $^
 
@@ -159,17 +163,10 @@ $(RENDERER): $(OBJ)/examples/05_all_in_a_renderer.o $(COMMON)
 TEST_FLAGS = $(HAVE) -Iexamples/common -Itests $(if $(filter 1,$(HAVE_CMOCKA)),,-Itests/shim)
 TEST_LIBS  = $(CMOCKA_LIBS) $(EX_LIBS) $(GLFW_LIBS) -lm
 
-$(OBJ)/headers/%.o: %.h build/config.mk
-	@mkdir -p $(@D)
-	$(call say,CC,$<)printf '#define %s_IMPLEMENTATION\n#include "%s"\n' $$(echo $* | tr a-z A-Z) $< | $(BASE_C) -x c -c - -o $@
-$(HEADERS_A): $(HEADERS:%.h=$(OBJ)/headers/%.o)
-	@rm -f $@
-	$(call say,AR,$@)ar rcs $@ $^
-
 $(OBJ)/tests/%.o: tests/%.c build/config.mk
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(BASE_C) $(TEST_FLAGS) -c $< -o $@
-$(TESTS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(HEADERS_A) $(COMMON)
+$(TESTS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(COMMON)
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(LINK) $^ $(TEST_LIBS) -o $@
 $(REPLAYS): $(BUILD)/tests/replay/%: $(OBJ)/tests/fuzz/%.o $(OBJ)/tests/shim/replay.o $(COMMON)

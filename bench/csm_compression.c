@@ -1,5 +1,4 @@
 /* csm_compression.c - what coherent shadow maps cost in bytes and build time. Every row is verified. */
-#define CSM_IMPLEMENTATION
 #include "bench.h"
 
 #include <math.h>

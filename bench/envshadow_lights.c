@@ -2,8 +2,6 @@
    on 128 normals against the sum over all texels. The others are pictures by `render --technique envshadow` beside the
    reference, the programs being run as users would. */
 #define _POSIX_C_SOURCE 200809L
-#define ENVSHADOW_IMPLEMENTATION
-#define ENVSHADOW_STATIC
 #include "envshadow.h"
 #include "bench.h"
 

@@ -2,8 +2,6 @@
    what the cost model makes of such times. The model stands in the built-in sky, drawn at the paper's 421 x
    711 pixels. */
 #define _POSIX_C_SOURCE 200809L
-#define ENVSHADOW_IMPLEMENTATION
-#define ENVSHADOW_STATIC
 #include "envshadow.h"
 #include "bench.h"
 #include "gl.h"

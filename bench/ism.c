@@ -4,7 +4,6 @@
    part of the method is to be judged alone, many VPLs with exact visibility by Embree, which has no noise of
    its own. */
 #define _POSIX_C_SOURCE 200809L
-#define ISM_IMPLEMENTATION
 #include "ism_scene.h"
 
 #include <math.h>

@@ -4,7 +4,7 @@
 #define SHADOWFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
-#include "bench.h"
+#include "sfield_scene.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -180,4 +180,10 @@ int bn_sfield_algebra(const bn_options *options)
         if (one(options, bands) != 0)
             return -1;
     return 0;
+}
+
+const char *bn_sfield_simd(void)
+{
+    static const char *const names[] = { "none", "avx2", "avx512" };
+    return names[sfield__simd()];
 }

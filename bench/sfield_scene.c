@@ -1,5 +1,4 @@
 /* sfield_scene.c - points, directions and errors for the benchmarks of shadowfield.h. */
-#define SHADOWFIELD_IMPLEMENTATION
 #include "sfield_scene.h"
 
 #include <math.h>
@@ -102,10 +101,4 @@ sfield_desc bn_sfield_desc(const bn_options *options)
     d.parallel_for = ex_pool_run;
     d.parallel_user = options->pool;
     return d;
-}
-
-const char *bn_sfield_simd(void)
-{
-    static const char *const names[] = { "none", "avx2", "avx512" };
-    return names[sfield__simd()];
 }

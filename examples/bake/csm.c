@@ -1,5 +1,4 @@
 /* csm.c - bake's technique csm: maps of all directions; units are the pixels of a map. */
-#define CSM_IMPLEMENTATION
 #include "csm.h"
 #include "bake.h"
 

@@ -1,5 +1,4 @@
 /* shadowfield.c - bake's technique shadowfield: the occlusion field of an object; units are its shells. */
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "bake.h"
 

@@ -1,5 +1,4 @@
 /* csm_maps.c - shadow casters of the technique csm: which meshes get maps, and where they stand. */
-#define CSM_IMPLEMENTATION
 #include "csm_parts.h"
 
 #include <errno.h>

@@ -1,7 +1,6 @@
 /* envshadow.c - the technique "envshadow": the sky as k directional lights, each with a shadow map of its own, rendered
    anew for every frame by the header's software rasteriser. Suns are further lights. Light that has a place (spots,
    points, area lights, emissive meshes) is not what it does. */
-#define ENVSHADOW_IMPLEMENTATION
 #include "envshadow_parts.h"
 
 #include <math.h>

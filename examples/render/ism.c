@@ -3,7 +3,6 @@
    A frame renders reflective shadow maps from the lights, lets ism.h choose VPLs, scatter points and shade, and adds
    direct light: of suns, spots and points by a shadow map, of area lights, emissive meshes and skies by VPLs of
    their own, with imperfect shadow maps too. */
-#define ISM_IMPLEMENTATION
 #include "ism_parts.h"
 
 #include <math.h>

@@ -2,7 +2,6 @@
 
    Each frame: lights of the scene become lights of rsm.h (rsm_lights.c: one for a sun, spot or point, several for an
    area light, an emissive mesh or a sky), a map of each is rasterised, then all pixels are shaded. */
-#define RSM_IMPLEMENTATION
 #include "rsm_parts.h"
 
 #include <math.h>

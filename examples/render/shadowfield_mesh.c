@@ -1,5 +1,4 @@
 /* shadowfield_mesh.c - see shadowfield_parts.h */
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield_parts.h"
 
 #include <math.h>

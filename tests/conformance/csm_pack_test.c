@@ -352,6 +352,13 @@ static int try_open(const uint8_t *data, size_t size, const cohsm_maps *whole)
     return result == COHSM_OK;
 }
 
+/* Behind the headers only every n-th byte or bit where few mutations are asked for (emulators, checkers): a prime number. */
+static size_t step_at(size_t byte)
+{
+    const char *few = getenv("CSM_MUTATIONS");
+    return byte < COHSM__PACK_HEADER + 384 || !few || atol(few) >= 100000 ? 1 : 11;
+}
+
 static void test_truncations(void **state)
 {
     cohsm_maps *maps;
@@ -360,7 +367,7 @@ static void test_truncations(void **state)
 
     (void)state;
     assert_true(try_open(data, size, maps));
-    for (i = 0; i < size; i++) {
+    for (i = 0; i < size; i += step_at(i)) {
         assert_false(try_open(data, i, maps));
         if (i < 12) continue;
         cohsm__put_u32(data + 8, (uint32_t)i);      /* as if whole: the last bits may not matter */
@@ -378,7 +385,7 @@ static void test_bit_flips(void **state)
     uint8_t *data = packed_sample(SHEET, &maps, &size);
 
     (void)state;
-    for (i = 0; i < 8 * size; i++) {
+    for (i = 0; i < 8 * size; i += step_at(i / 8)) {
         data[i / 8] = (uint8_t)(data[i / 8] ^ 1u << i % 8);
         taken += (size_t)try_open(data, size, maps);
         data[i / 8] = (uint8_t)(data[i / 8] ^ 1u << i % 8);
@@ -398,7 +405,7 @@ static void test_mutations(void **state)
 
     (void)state;
     for (k = 0; k < 3; k++) data[k] = packed_sample((kind)k, &maps[k], &size[k]);
-    for (i = 0; i < 20000; i++) {
+    for (i = 0; i < 20000; i += step_at(size[0])) {
         uint8_t *d, *copy;
         k = (uint32_t)(i % 3);
         d = data[k];
