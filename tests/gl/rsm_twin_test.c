@@ -15,6 +15,7 @@
 
 #include "gl/gl_test.h"
 #include "unit/rsm_util.h"
+#include "gl/rsm_gl.h"
 
 enum { SIDE = 40, PIXELS = SIDE * SIDE, MAP = 24 };
 
@@ -112,14 +113,6 @@ static rsm_map *cpu_map(int kind, uint32_t size)
     return map;
 }
 
-static glbk_rsm_lamp gl_lamp(const rsm_light *l)
-{
-    glbk_rsm_lamp out;
-    assert_int_equal(sizeof out, sizeof *l);        /* field by field */
-    memcpy(&out, l, sizeof out);
-    return out;
-}
-
 static void upload(gl_test *t, const rsm_map *map, int kind, glbk_rsm_map *out)
 {
     rsm_light l = lamp_of(kind);
@@ -180,50 +173,6 @@ static double error_of(gl_test *t, glbk_rsm_renderer *r, int bounced, double *wo
 
 /* ---- maps ---- */
 
-typedef struct scene { glbk_buffer vertices[2], indices[2]; uint32_t arrays[2]; } scene;
-
-static void scene_make(gl_test *t, scene *s)
-{
-    const glbk_functions *gl = &t->gl.gl;
-    int i;
-    gl->GenVertexArrays(2, s->arrays);
-    for (i = 0; i < 2; i++) {
-        assert_glbk(t, glbk_buffer_create(&t->gl, w.room[i].vertices * 12, w.room[i].p, &s->vertices[i]));
-        assert_glbk(t, glbk_buffer_create(&t->gl, w.room[i].indices * 4, w.room[i].i, &s->indices[i]));
-        gl->BindVertexArray(s->arrays[i]);
-        gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, s->vertices[i].name);
-        gl->EnableVertexAttribArray(0);
-        gl->VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, 0, NULL);
-        gl->BindBuffer(GLBK_GL_ELEMENT_ARRAY_BUFFER, s->indices[i].name);
-    }
-    gl->BindVertexArray(0);
-    gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, 0);
-}
-
-static void scene_free(gl_test *t, scene *s)
-{
-    int i;
-    t->gl.gl.DeleteVertexArrays(2, s->arrays);
-    for (i = 0; i < 2; i++) {
-        glbk_buffer_destroy(&t->gl, &s->vertices[i]);
-        glbk_buffer_destroy(&t->gl, &s->indices[i]);
-    }
-}
-
-static void draw_scene(void *user, glbk_context *ctx, glbk_rsm_renderer *r)
-{
-    const scene *s = (const scene *)user;
-    int i;
-    for (i = 0; i < 2; i++) {
-        glbk_rsm_surface surface = { { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, { 0, 0, 0 }, 0, NULL, 0 };
-        memcpy(surface.albedo, w.meshes[i].albedo, sizeof surface.albedo);
-        surface.material = w.meshes[i].material;
-        assert_int_equal(glbk_rsm_object(ctx, r, &surface), GLBK_OK);
-        ctx->gl.BindVertexArray(s->arrays[i]);
-        ctx->gl.DrawElements(GLBK_GL_TRIANGLES, (int32_t)w.room[i].indices, GLBK_GL_UNSIGNED_INT, NULL);
-    }
-}
-
 /* Texels on the border between two surfaces may see the other one; all others are the same. */
 static void drawn_maps_are_rasterized_maps(void **state)
 {
@@ -234,7 +183,7 @@ static void drawn_maps_are_rasterized_maps(void **state)
     int kind;
     make_world();
     r = renderer_of(t);
-    scene_make(t, &s);
+    scene_make(t, &s, w.meshes, 2);
     for (kind = 0; kind < KINDS; kind++) {
         rsm_map *map = cpu_map(kind, MAP);
         rsm_light l = lamp_of(kind);
@@ -244,7 +193,7 @@ static void drawn_maps_are_rasterized_maps(void **state)
         double flux = 0, flux_drawn = 0, off = 0, turned = 0, area = 0;
         uint32_t face, k;
         assert_glbk(t, glbk_rsm_map_create(&t->gl, &lamp, MAP, &m));
-        assert_glbk(t, glbk_rsm_map_draw(&t->gl, &r, &m, draw_scene, &s));
+        assert_glbk(t, glbk_rsm_map_draw(&t->gl, &r, &m, scene_draw, &s));
         for (face = 0; face < m.faces; face++) {
             const rsm_texel *mine = rsm_map_texels(map) + face * MAP * MAP;
             float a[16], b[16];
@@ -330,45 +279,6 @@ static void direct_light_agrees(void **state)
     }
     printf("direct light: largest relative RMSE %.2e\n", most);
     glbk_rsm_renderer_destroy(&t->gl, &r);
-}
-
-/* The same desc on both sides. */
-static glbk_rsm_gather_desc gl_desc(const rsm_gather_desc *d)
-{
-    glbk_rsm_gather_desc g;
-    memset(&g, 0, sizeof g);
-    g.pattern = d->pattern == RSM_PATTERN_FLUX    ? GLBK_RSM_PATTERN_FLUX
-                : d->pattern == RSM_PATTERN_MIXED ? GLBK_RSM_PATTERN_MIXED
-                                                  : GLBK_RSM_PATTERN_ABOUT;
-    g.samples = d->samples;
-    g.r_max = d->r_max;
-    g.offset = d->offset;
-    g.clamp = d->clamp;
-    g.near_limit = d->near_limit;
-    g.seed = d->seed;
-    g.interleave = d->interleave;
-    return g;
-}
-
-static void upload_tables(gl_test *t, glbk_rsm_renderer *r, const rsm_gather_desc *d)
-{
-    static float points[3 * 4096];
-    glbk_rsm_tables tables;
-    uint32_t sets = d->interleave ? d->interleave * d->interleave : 1, n = d->samples;
-    memset(&tables, 0, sizeof tables);
-    if (d->pattern == RSM_PATTERN_MIXED) n /= 3;
-    n = (n + sets - 1) / sets * sets;
-    if (d->pattern != RSM_PATTERN_FLUX && n) {
-        rsm_pattern p = d->pattern == RSM_PATTERN_MIXED ? RSM_PATTERN_LOG_RADIAL : d->pattern;
-        assert_int_equal(rsm_pattern_build(p, n, 0, d->paper_weights, d->seed, points), RSM_OK);
-        tables.points = points;
-        tables.point_count = n;
-    }
-    tables.noise = d->noise;
-    tables.noise_side = d->noise ? d->noise_side : 0;
-    tables.materials = (const float *)(const void *)d->materials;
-    tables.material_count = d->material_count;
-    assert_glbk(t, glbk_rsm_tables_upload(&t->gl, r, &tables));
 }
 
 /* What is tried: every pattern, then every knob. */
