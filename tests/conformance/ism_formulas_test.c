@@ -1,5 +1,5 @@
-/* ism_formulas_test - the closed forms that ism.h is made of: distributions (T15, T16), form factors (T42, T43), maps
-   of the hemisphere (T46, T47), sampling of triangles (T51), solid angles (T52), dither (T58). */
+/* ism_formulas_test - the closed forms that ism.h alone is made of: distributions (T15, T16), sampling of triangles
+   (T51), solid angles (T52), dither (T58). */
 
 #define ISM_IMPLEMENTATION
 #include "ism.h"
@@ -96,126 +96,6 @@ static void sums_are_not_of_floats(void **state)
     CONFORM("T16", "sum of 1000 and 65,535 times 1e-5", 1000.65535, ism__cdf_total(&cdf), 1e-6);
 }
 
-/* ---- T42, T43 ---- */
-
-static void form_factors(void **state)
-{
-    enum { N = 256 };
-    static const float face[12] = { 0, 1, 0,  1, 1, 0,  1, 1, 1,  0, 1, 1 };    /* seen from below */
-    static const float wall[12] = { 0, 0, 0,  0, 1, 0,  0, 1, 1,  0, 0, 1 };
-    double opposite = 0, edge = 0, sides = 0, corner, middle;
-    const float up[3] = { 0, 1, 0 };
-    float at[3], c[12];
-    int x, y, k, side;
-    (void)state;
-    for (y = 0; y < N; y++)
-        for (x = 0; x < N; x++) {
-            at[0] = ((float)x + 0.5f) / N;
-            at[1] = 0;
-            at[2] = ((float)y + 0.5f) / N;
-            for (k = 0; k < 12; k++) c[k] = face[k] - at[k % 3];
-            opposite += (double)ism_form_factor(up, c) / (N * N);
-            for (k = 0; k < 12; k++) c[k] = wall[k] - at[k % 3];
-            edge += (double)ism_form_factor(up, c) / (N * N);
-            for (side = 0; side < 4; side++) {
-                static const float sign[4] = { 1, -1, 1, -1 };
-                for (k = 0; k < 4; k++) {       /* the four walls of the cube, turned round its axis */
-                    int from = side % 2 ? 3 - k : k;
-                    float wy = wall[3 * from + 1], wz = wall[3 * from + 2], wx = sign[side] > 0 ? 0.0f : 1.0f;
-                    c[3 * k] = (side < 2 ? wx : 1 - wz) - at[0];
-                    c[3 * k + 1] = wy - at[1];
-                    c[3 * k + 2] = (side < 2 ? wz : wx) - at[2];
-                }
-                sides += (double)ism_form_factor(up, c) / (N * N);
-            }
-        }
-    /* midpoint sums of 256^2: the integrand has a kink at the shared edge only, 1e-4 there */
-    CONFORM("T42", "two unit squares 1 apart", 0.1998249, opposite, 1e-5);
-    CONFORM("T42", "two unit squares that share an edge", 0.2000438, edge, 2e-4);
-    CONFORM("T42", "one face of a cube to the other five", 1, opposite + sides, 1e-3);
-    for (k = 0; k < 12; k++) c[k] = face[k] - (k % 3 == 1 ? 0.0f : 0.5f);
-    middle = (double)ism_form_factor(up, c);
-    corner = (double)ism_form_factor(up, face);
-    CONFORM("T43", "unit square 1 above, its centre", 0.239456, middle, 1e-6);
-    CONFORM("T43", "unit square 1 above, its corner", 0.138532, corner, 1e-6);
-}
-
-/* ---- T46, T47 ---- */
-
-static void maps_of_the_hemisphere(void **state)
-{
-    enum { T = 32, SUB = 16 };
-    static const char *const names[5] = { "", "cosine", "paraboloid", "octahedral", "lobe" };
-    int p, x, y, i, j, k, below = 0;
-    (void)state;
-    for (p = 1; p < ISM_PROJECTION_COUNT; p++) {
-        double solid = 0, cosine = 0, worst = 0, least = 1e9, most = 0, round_trip = 0;
-        float exponent = 3;
-        char text[80];
-        for (y = 0; y < T; y++)
-            for (x = 0; x < T; x++) {
-                double weight = 0;
-                for (j = 0; j < SUB; j++)
-                    for (i = 0; i < SUB; i++) {
-                        const float h = 1.0f / (T * SUB);
-                        float d[4][3], uv[2], back[2];
-                        double a[3], b[3], n[3], area, z;
-                        for (k = 0; k < 4; k++) {
-                            uv[0] = ((float)(x * SUB + i) + (k == 1 || k == 2 ? 1.0f : 0.0f)) * h;
-                            uv[1] = ((float)(y * SUB + j) + (k >= 2 ? 1.0f : 0.0f)) * h;
-                            ism_map_direction((ism_projection)p, exponent, uv, d[k]);
-                        }
-                        for (k = 0; k < 3; k++) {
-                            a[k] = (double)d[2][k] - (double)d[0][k];
-                            b[k] = (double)d[3][k] - (double)d[1][k];
-                        }
-                        for (k = 0; k < 3; k++)
-                            n[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-                        area = 0.5 * sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-                        z = ((double)d[0][2] + (double)d[1][2] + (double)d[2][2] + (double)d[3][2]) / 4;
-                        if (z <= 0) continue;
-                        solid += area;
-                        cosine += area * z;
-                        weight += area * (p == ISM_PROJECTION_LOBE ? pow(z, 3) : z);
-                        uv[0] = ((float)(x * SUB + i) + 0.5f) * h;
-                        uv[1] = ((float)(y * SUB + j) + 0.5f) * h;
-                        ism_map_direction((ism_projection)p, exponent, uv, d[0]);
-                        if (d[0][2] > 1e-3f && ism_map_coordinates((ism_projection)p, exponent, d[0], back)) {
-                            float again[3];
-                            ism_map_direction((ism_projection)p, exponent, back, again);
-                            for (k = 0; k < 3; k++)
-                                if (fabs((double)again[k] - (double)d[0][k]) > round_trip)
-                                    round_trip = fabs((double)again[k] - (double)d[0][k]);
-                        }
-                    }
-                if (weight < least) least = weight;
-                if (weight > most) most = weight;
-            }
-        /* facets of 1/512 of the square; at the rim of a map the disc is cut by whole facets */
-        snprintf(text, sizeof text, "%s map, solid angles of the texels", names[p]);
-        if (p != ISM_PROJECTION_LOBE) CONFORM("T46", text, 2 * UTIL_PI, solid, 0.02);
-        snprintf(text, sizeof text, "%s map, cosine-weighted", names[p]);
-        if (p != ISM_PROJECTION_LOBE) CONFORM("T46", text, UTIL_PI, cosine, 0.003);
-        snprintf(text, sizeof text, "%s map, round trip", names[p]);
-        CONFORM_MAX("T46", text, 1e-5, round_trip);
-        worst = most / least - 1;
-        if (p == ISM_PROJECTION_COSINE) {
-            CONFORM("T47", "cosine map, weight of a texel x T / pi, least", 1, least * T * T / UTIL_PI, 0.005);
-            CONFORM("T47", "cosine map, weight of a texel x T / pi, most", 1, most * T * T / UTIL_PI, 0.005);
-        }
-        /* facets at the horizon are chords of where cos^3 is almost 0 */
-        if (p == ISM_PROJECTION_LOBE) CONFORM_MAX("T47", "lobe map, exponent 3, spread of texel weights", 0.08, worst);
-        for (i = 0; i < 1000; i++) {
-            float a = (float)i * 0.00628f, d[3], uv[2] = { -1, -1 };
-            d[0] = cosf(a);
-            d[1] = sinf(a);
-            d[2] = i % 2 ? 0.0f : -1e-6f;
-            below += ism_map_coordinates((ism_projection)p, exponent, d, uv) || uv[0] > -1;
-        }
-    }
-    CONFORM("T46", "directions at and below the horizon that get coordinates", 0, below, 0);
-}
-
 /* ---- T51, T52, T58 ---- */
 
 static void triangles_are_sampled_evenly(void **state)
@@ -276,8 +156,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(choice_follows_the_distribution),
         cmocka_unit_test(sums_are_not_of_floats),
-        cmocka_unit_test(form_factors),
-        cmocka_unit_test(maps_of_the_hemisphere),
         cmocka_unit_test(triangles_are_sampled_evenly),
         cmocka_unit_test(solid_angles),
         cmocka_unit_test(dither_has_five_levels),

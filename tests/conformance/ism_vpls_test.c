@@ -1,5 +1,5 @@
-/* ism_vpls_test - virtual point lights and their light: power (T41), clamping (T44), bounces (T45), inter-texel places
-   (T55), culling (T56), equal frames and flicker (T57). */
+/* ism_vpls_test - virtual point lights and their light: power (T41), inter-texel places (T55), culling (T56), equal
+   frames and flicker (T57). */
 
 #include "ism.h"
 
@@ -97,106 +97,6 @@ static void power_is_kept(void **state)
         if (importance == ISM_IMPORTANCE_FLUX)
             CONFORM("T41", "importance by flux: brightest over darkest VPL", 1, most / least, 1e-4);
         ism_destroy(m);
-    }
-}
-
-static void clamping_is_reported(void **state)
-{
-    enum { SIDE = 128 };
-    static ism_vpl list[SIDE * SIDE];
-    const float a[3] = { 0, 0.1f, 0 }, u[3] = { 1e-3f, 0, 0 }, v[3] = { 0, 0, 1e-3f }, down[3] = { 0, -1, 0 };
-    ism_view view;
-    ism_desc d;
-    ism_maps *m;
-    ism_shading s = ism_shading_default();
-    ism_stats stats;
-    float light[3];
-    int i;
-    (void)state;
-    for (i = 0; i < SIDE * SIDE; i++) {     /* radiance 1 over 4 x 4 m, which is 99.8 % of the plane seen from 0.1 */
-        list[i] = util_vpl(((float)(i % SIDE) + 0.5f) * 4 / SIDE - 2, 0, ((float)(i / SIDE) + 0.5f) * 4 / SIDE - 2, 0,
-                           1, 0, (float)UTIL_PI * 16 / (SIDE * SIDE));
-        list[i].area = 16.0f / (SIDE * SIDE);
-    }
-    grid_fill(&eye, 1, 1, a, u, v, down, 0);
-    view = grid_view(&eye);
-    memset(&d, 0, sizeof d);
-    d.vpl_count = SIDE * SIDE;
-    d.points = 8;
-    d.tile_size = 8;
-    assert_int_equal(ism_create(&d, &m), ISM_OK);
-    assert_int_equal(ism_set_vpls(m, list, SIDE * SIDE), ISM_OK);
-    s.no_maps = 1;
-    s.near_mode = ISM_NEAR_CLAMP;
-    s.clamp = 25;
-    assert_int_equal(ism_shade(m, &view, &s, light, &stats), ISM_OK);
-    /* pi L (1 - h sqrt c)^2 of pi L; 128^2 VPLs 3 cm apart and the plane's end: 0.005 */
-    CONFORM("T44", "h = 0.1, c = 25: share lost, as reported", 0.25, stats.lost_energy, 0.005);
-    CONFORM("T44", "h = 0.1, c = 25: irradiance left", 0.75 * UTIL_PI, light[0], 0.03);
-    s.near_mode = ISM_NEAR_PATCH;
-    assert_int_equal(ism_shade(m, &view, &s, light, &stats), ISM_OK);
-    CONFORM("T44", "the same by patches: irradiance", UTIL_PI, light[0], 0.02);
-    CONFORM("T44", "the same by patches: share lost", 0, stats.lost_energy, 0);
-    ism_destroy(m);
-}
-
-/* A closed box whose walls emit radiance 1 with albedo 0.5: radiance 1, 1.5, 1.75, ... */
-static void a_closed_furnace(void **state)
-{
-    enum { VPLS = 512, SIDE = 8 };
-    static float emission[3 * 4096], at[3 * VPLS * SIDE * SIDE], n[3 * VPLS * SIDE * SIDE],
-        flux[3 * VPLS * SIDE * SIDE];
-    static float light[3 * 24 * 24];
-    const float lo[3] = { -1, -1, -1 }, hi[3] = { 1, 1, 1 };
-    const float a[3] = { -1, -1, -1 }, u[3] = { 2, 0, 0 }, v[3] = { 0, 0, 2 }, up[3] = { 0, 1, 0 };
-    double sum = 1;
-    ism_mesh m;
-    ism_view view;
-    ism_source s;
-    ism_frame f;
-    size_t i;
-    int bounce;
-    (void)state;
-    mesh.triangles = 0;
-    soup_box(&mesh, lo, hi, -1, 6);
-    m = soup_mesh(&mesh);
-    for (i = 0; i < 3 * mesh.triangles; i++) emission[i] = 1;
-    grid_fill(&eye, 24, 24, a, u, v, up, 0);
-    view = grid_view(&eye);
-    assert_int_equal(ism_emitter_points(&m, emission, 4096, 1, NULL, at, n, flux), ISM_OK);
-    memset(&s, 0, sizeof s);
-    memset(&f, 0, sizeof f);
-    s.width = 4096;
-    s.height = 1;
-    s.positions = at;
-    s.normals = n;
-    s.fluxes = flux;
-    s.scattered = 1;
-    f.mesh = &m;
-    f.sources = &s;
-    f.source_count = 1;
-    f.view = &view;
-    for (bounce = 1; bounce <= 2; bounce++) {
-        static const double expected[3] = { 1, 1.5, 1.75 };
-        ism_desc d;
-        ism_maps *maps;
-        double mean = 0;
-        char text[60];
-        memset(&d, 0, sizeof d);
-        d.vpl_count = VPLS;
-        d.points = 1024;
-        d.tile_size = 32;
-        d.keep_hits = 1;
-        assert_int_equal(ism_create(&d, &maps), ISM_OK);
-        assert_int_equal(ism_render(maps, &f, NULL, light, NULL), ISM_OK);
-        for (i = 0; i < 24 * 24; i++) mean += (double)light[3 * i] / (24 * 24);
-        sum += 0.5 * mean / UTIL_PI;
-        snprintf(text, sizeof text, "radiance after %d bounce%s", bounce, bounce > 1 ? "s" : "");
-        /* 512 VPLs at random places beside a floor that meets the walls: 3 % a bounce */
-        CONFORM("T45", text, expected[bounce], sum, 0.03 * bounce);
-        assert_int_equal(ism_bounce(maps, &m, SIDE, at, n, flux), ISM_OK);
-        s.width = VPLS * SIDE * SIDE;
-        ism_destroy(maps);
     }
 }
 
@@ -405,7 +305,7 @@ static void frames_are_equal(void **state)
         differ += memcmp(first, now, sizeof now) != 0;
     }
     ism_destroy(t.maps);
-    CONFORM("T57", "static scene: frames that are not the first one, bit by bit", 0, differ, 0);
+    assert_true(differ == 0);
     memset(&d, 0, sizeof d);        /* tasks in the opposite order: the same bits too */
     d.parallel_for = backwards;
     open_setting(&t, &d);
@@ -450,8 +350,6 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(power_is_kept),
-        cmocka_unit_test(clamping_is_reported),
-        cmocka_unit_test(a_closed_furnace),
         cmocka_unit_test(vpls_glide),
         cmocka_unit_test(vpls_stay_before_a_bent_sheet),
         cmocka_unit_test(a_sheet_is_dark_from_behind),

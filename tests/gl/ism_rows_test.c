@@ -1,5 +1,5 @@
-/* ism_rows_test - rows of docs/conformance.md by the GL back end: pull and push (T49), a blocker between two squares
-   (T50), the sealed box, equal frames (T57). ism.h chooses and scatters, as it does for a renderer. */
+/* ism_rows_test - rows of docs/conformance.md by the GL back end: those of tests/conformance/ism_rows.h, pull and push
+   (T49), the dither (T58). ism.h chooses and scatters, as it does for a renderer. */
 #define _POSIX_C_SOURCE 200809L
 #include "ism.h"
 
@@ -19,43 +19,168 @@
 #include "gl/gl_test.h"
 #include "unit/ism_util.h"
 
-static soup mesh;
+static gl_test *now;                /* of the test that runs */
+
+#define ROW_TEST(state) GL_TEST(test_, state) now = test_;
+#include "conformance/ism_rows.h"
+
+/* ---- functions of the library, one point a pixel ---- */
+
+enum { LAYERS = 3, LINE = 1024 };
+
+/* in: `layers` times 4 numbers a point, a layer after the other; out: 4 numbers a point. */
+static void ask(const char *fragment, const char *uses, const char *defines, const float *in, uint32_t layers,
+                size_t count, float *out)
+{
+    enum { UNIT = 15 };             /* behind those of the library */
+    const uint32_t height = (uint32_t)((count + LINE - 1) / LINE);
+    const size_t size = 4 * (size_t)LINE * height;
+    float *data = (float *)calloc(size * LAYERS, sizeof *data);
+    gl_canvas canvas = gl_canvas_make(now, GLBK_FORMAT_COLOR, LINE, height, 0);
+    glbk_texture_desc td;
+    glbk_texture mine;
+    glbk_program program;
+    glbk_source source;
+    glbk_pass pass;
+    uint32_t k;
+    assert_non_null(data);
+    for (k = 0; k < layers; k++) memcpy(data + k * size, in + 4 * k * count, 16 * count);
+    memset(&td, 0, sizeof td);
+    memset(&source, 0, sizeof source);
+    memset(&pass, 0, sizeof pass);
+    td.format = GLBK_FORMAT_RGBA32UI;
+    td.width = LINE;
+    td.height = height;
+    td.layers = LAYERS;
+    td.data = data;
+    source.fragment = fragment;
+    source.uses = uses;
+    source.defines = defines;
+    pass.target = &canvas.target;
+    assert_glbk(now, glbk_texture_create(&now->gl, &td, &mine));
+    assert_glbk(now, glbk_program_compile(&now->gl, &source, &program));
+    assert_glbk(now, glbk_begin(&now->gl, &pass, &program));
+    now->gl.gl.Uniform1i(now->gl.gl.GetUniformLocation(program.name, "mine"), UNIT);
+    glbk_bind_texture(&now->gl, UNIT, &mine);
+    glbk_draw_screen(&now->gl);
+    assert_glbk(now, glbk_target_read(&now->gl, &canvas.target, 0, 0, 0, LINE, height, data));
+    memcpy(out, data, 16 * count);
+    glbk_program_destroy(&now->gl, &program);
+    glbk_texture_destroy(&now->gl, &mine);
+    gl_canvas_free(now, &canvas);
+    free(data);
+}
+
+#define ASK_MAIN(text)                                                                                         \
+    "uniform highp usampler2DArray mine;\n"                                                                    \
+    "layout(location = 0) out glbk_color result;\n"                                                            \
+    "vec4 layer(int k) { return uintBitsToFloat(texelFetch(mine, ivec3(ivec2(gl_FragCoord.xy), k), 0)); }\n"   \
+    "void main()\n{\n    vec4 a = layer(0), r = vec4(0.0);\n" text "    result = glbk_pack(r);\n}\n"
+
+static const char *define_projection(ism_projection p)
+{
+    static char text[] = "MAP=1u";
+    text[4] = (char)('0' + (int)p);
+    return text;
+}
+
+/* `words` numbers a point, and one more for all, to fours and back. */
+static float *fours_of(const float *from, size_t words, size_t count, float last)
+{
+    float *to = (float *)calloc(4 * count, sizeof *to);
+    size_t i;
+    assert_non_null(to);
+    for (i = 0; i < count; i++) {
+        memcpy(to + 4 * i, from + words * i, words * sizeof *to);
+        to[4 * i + 3] = last;
+    }
+    return to;
+}
+
+static void row_directions(ism_projection p, float exponent, const float *uv, size_t count, float *d)
+{
+    float *fours = fours_of(uv, 2, count, exponent);
+    size_t i;
+    ask(ASK_MAIN("    r.xyz = ism_map_direction(MAP, a.w, a.xy);\n"), "ism_map", define_projection(p), fours, 1, count,
+        fours);
+    for (i = 0; i < count; i++) memcpy(d + 3 * i, fours + 4 * i, 12);
+    free(fours);
+}
+
+static void row_coordinates(ism_projection p, float exponent, const float *d, size_t count, float *uv, uint8_t *there)
+{
+    float *fours = fours_of(d, 3, count, exponent);
+    size_t i;
+    ask(ASK_MAIN("    vec2 uv;\n    r.z = ism_map_coordinates(MAP, a.w, a.xyz, uv) ? 1.0 : 0.0;\n    r.xy = uv;\n"),
+        "ism_map", define_projection(p), fours, 1, count, fours);
+    for (i = 0; i < count; i++) {
+        memcpy(uv + 2 * i, fours + 4 * i, 8);
+        there[i] = fours[4 * i + 2] > 0.5f;
+    }
+    free(fours);
+}
+
+/* By centre and half edges, which is how a VPL's square comes. */
+static void row_form_factors(const float normal[3], const float *corners, size_t count, float *f)
+{
+    float *in = (float *)calloc(4 * LAYERS * count, sizeof *in);
+    size_t i;
+    int k;
+    assert_non_null(in);
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 3; k++) {
+            const float *c = corners + 12 * i + k;
+            float *to = in + 4 * i + k;
+            to[0] = 0.5f * (c[0] + c[6]);
+            to[4 * count] = 0.5f * (c[3] - c[0]);
+            to[8 * count] = 0.5f * (c[9] - c[0]);
+        }
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 3; k++) in[4 * ((size_t)k * count + i) + 3] = normal[k];
+    ask(ASK_MAIN("    vec4 b = layer(1), c = layer(2);\n    float share;\n"
+                 "    r.x = ism_form_factor(vec3(a.w, b.w, c.w), a.xyz, b.xyz, c.xyz, share);\n"),
+        "ism_light", NULL, in, LAYERS, count, in);
+    for (i = 0; i < count; i++) f[i] = in[4 * i];
+    free(in);
+}
 
 /* ---- a frame: VPLs and points of ism.h, maps and light by GL ---- */
 
-typedef struct engine { ism_maps *cpu; glbk_ism_maps maps; glbk_ism_renderer renderer; ism_desc desc; } engine;
+struct engine { ism_maps *cpu; glbk_ism_maps maps; glbk_ism_renderer renderer; ism_view view; };
 
-static void engine_open(gl_test *t, engine *e, const ism_desc *desc, uint32_t width, uint32_t height)
+static engine *engine_open(const ism_desc *desc, const ism_view *view)
 {
+    engine *e = (engine *)calloc(1, sizeof *e);
+    glbk_ism_receivers from = { view->positions, view->normals, NULL, NULL, 0 };
     glbk_ism_desc d;
+    assert_non_null(e);
     memset(&d, 0, sizeof d);
-    e->desc = *desc;
-    e->desc.lazy = 8;
     d.vpl_count = desc->vpl_count;
     d.points = desc->points;
     d.tile_size = desc->tile_size;
-    assert_int_equal(ism_create(&e->desc, &e->cpu), ISM_OK);
-    assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &e->maps));
-    assert_glbk(t, glbk_ism_renderer_create(&t->gl, width, height, &e->renderer));
+    e->view = *view;
+    assert_int_equal(ism_create(desc, &e->cpu), ISM_OK);
+    assert_glbk(now, glbk_ism_maps_create(&now->gl, &d, &e->maps));
+    assert_glbk(now, glbk_ism_renderer_create(&now->gl, view->width, view->height, &e->renderer));
+    assert_glbk(now, glbk_ism_gbuffer_upload(&now->gl, &e->renderer, &from));
+    return e;
 }
 
-static void engine_close(gl_test *t, engine *e)
+static void engine_close(engine *e)
 {
-    glbk_ism_renderer_destroy(&t->gl, &e->renderer);
-    glbk_ism_maps_destroy(&t->gl, &e->maps);
+    glbk_ism_renderer_destroy(&now->gl, &e->renderer);
+    glbk_ism_maps_destroy(&now->gl, &e->maps);
     ism_destroy(e->cpu);
+    free(e);
 }
 
-/* The VPLs that e->cpu has; points where the frame has a mesh. */
-static void engine_render(gl_test *t, engine *e, const ism_frame *frame, float *irradiance)
+static ism_maps *engine_maps(engine *e) { return e->cpu; }
+
+static void send_vpls(engine *e)
 {
-    glbk_ism_receivers from = { frame->view->positions, frame->view->normals, NULL, NULL, 0 };
-    glbk_ism_shading shading = { 1, 0, 1, 0.02f, 0, 1 };
-    glbk_ism_mesh to;
     size_t count, i;
     const ism_vpl *vpls = ism_vpls(e->cpu, &count);
     glbk_ism_vpl *list = (glbk_ism_vpl *)calloc(count, sizeof *list);
-    shading.no_maps = !frame->mesh;
     assert_non_null(list);
     for (i = 0; i < count; i++) {
         memcpy(list[i].position, vpls[i].position, 12);
@@ -65,28 +190,126 @@ static void engine_render(gl_test *t, engine *e, const ism_frame *frame, float *
         list[i].exponent = vpls[i].exponent;
         list[i].side = vpls[i].side;
     }
-    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &e->maps, list, (uint32_t)count, NULL, 0));
+    assert_glbk(now, glbk_ism_vpls_upload(&now->gl, &e->maps, list, (uint32_t)count, NULL, 0));
     free(list);
-    if (frame->mesh) {
-        ism_point *points = (ism_point *)malloc((size_t)e->desc.vpl_count * e->maps.each * sizeof *points);
-        uint32_t phase;
-        assert_non_null(points);
-        memset(&to, 0, sizeof to);
-        to.positions = frame->mesh->positions;
-        to.vertex_count = frame->mesh->vertex_count;
-        assert_int_equal(ism_scatter(e->cpu, frame), ISM_OK);
-        assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &e->maps, &to));
-        for (phase = 0; phase < 8; phase++) {
-            assert_int_equal(ism_phase_points(e->cpu, phase, points, (size_t)e->desc.vpl_count * e->maps.each, &count),
-                             ISM_OK);
-            assert_glbk(t, glbk_ism_phase(&t->gl, &e->maps, phase, points));
-        }
-        free(points);
-        assert_glbk(t, glbk_ism_draw(&t->gl, &e->maps));
+}
+
+static void engine_draw(engine *e, const ism_frame *frame)
+{
+    const size_t room = (size_t)e->maps.desc.vpl_count * e->maps.each;
+    ism_point *points = (ism_point *)malloc(room * sizeof *points);
+    glbk_ism_mesh m;
+    size_t count;
+    uint32_t phase;
+    assert_non_null(points);
+    memset(&m, 0, sizeof m);
+    m.positions = frame->mesh->positions;
+    m.vertex_count = frame->mesh->vertex_count;
+    m.opacities = frame->mesh->opacities;
+    assert_int_equal(ism_scatter(e->cpu, frame), ISM_OK);
+    send_vpls(e);
+    assert_glbk(now, glbk_ism_mesh_upload(&now->gl, &e->maps, &m));
+    for (phase = 0; phase < e->maps.desc.lazy; phase++) {
+        assert_int_equal(ism_phase_points(e->cpu, phase, points, room, &count), ISM_OK);
+        assert_int_equal(count, room);
+        assert_glbk(now, glbk_ism_phase(&now->gl, &e->maps, phase, points));
     }
-    assert_glbk(t, glbk_ism_gbuffer_upload(&t->gl, &e->renderer, &from));
-    assert_glbk(t, glbk_ism_shade(&t->gl, &e->renderer, &e->maps, &shading));
-    assert_glbk(t, glbk_ism_read_light(&t->gl, &e->renderer, irradiance));
+    free(points);
+    assert_glbk(now, glbk_ism_draw(&now->gl, &e->maps));
+}
+
+static float *engine_atlas(engine *e, uint32_t *side)
+{
+    float *atlas = (float *)malloc((size_t)e->maps.side * e->maps.side * sizeof *atlas);
+    assert_non_null(atlas);
+    assert_glbk(now, glbk_ism_read(&now->gl, &e->maps, atlas));
+    *side = e->maps.side;
+    return atlas;
+}
+
+static void engine_shade(engine *e, const ism_shading *shading, float *light, double *lost)
+{
+    const size_t pixels = (size_t)e->view.width * e->view.height;
+    glbk_ism_shading s;
+    float *raw = (float *)malloc(4 * pixels * sizeof *raw);
+    double off = 0, all = 0;
+    size_t i;
+    assert_non_null(raw);
+    memset(&s, 0, sizeof s);
+    s.pattern = shading->pattern;
+    s.near_mode = (uint32_t)shading->near_mode;
+    s.clamp = shading->clamp;
+    s.bias = shading->bias;
+    s.no_maps = shading->no_maps;
+    s.irradiance = 1;
+    send_vpls(e);
+    assert_glbk(now, glbk_ism_shade(&now->gl, &e->renderer, &e->maps, &s));
+    assert_glbk(now, glbk_ism_read_light(&now->gl, &e->renderer, light));
+    assert_glbk(now,
+                glbk_target_read(&now->gl, &e->renderer.result_target, 0, 0, 0, e->view.width, e->view.height, raw));
+    for (i = 0; i < pixels; i++) {
+        off += (double)raw[4 * i + 3];
+        all += (double)(raw[4 * i] + raw[4 * i + 1] + raw[4 * i + 2]) / 3 + (double)raw[4 * i + 3];
+    }
+    if (lost) *lost = off / all;
+    free(raw);
+}
+
+/* What VPLs hit is kept by ism.h alone, whose maps are the same. */
+static void engine_bounce(engine *e, const ism_frame *frame, uint32_t side, float *p, float *n, float *flux)
+{
+    assert_int_equal(ism_build(e->cpu, frame), ISM_OK);
+    assert_int_equal(ism_bounce(e->cpu, frame->mesh, side, p, n, flux), ISM_OK);
+}
+
+/* ---- T58 ---- */
+
+/* Of 2 x 2 tiles under a sheet of some opacity, so many see it. */
+static void dither_has_five_levels(void **state)
+{
+    ROW_TEST(state)
+    const float a[3] = { -4, 1, -4 }, u[3] = { 8, 0, 0 }, v[3] = { 0, 0, 8 }, up[3] = { 0, 1, 0 };
+    float opacities[32];
+    ism_mesh m;
+    ism_view view;
+    ism_frame f;
+    ism_desc d;
+    ism_vpl list[4];
+    double wrong = 0;
+    int level, i;
+    mesh.triangles = 0;
+    soup_quad(&mesh, a, u, v, 4);
+    grid_fill(&eye, 1, 1, a, u, v, up, 0);
+    view = grid_view(&eye);
+    memset(&d, 0, sizeof d);
+    d.vpl_count = 4;
+    d.points = 512;
+    d.tile_size = 16;
+    for (i = 0; i < 4; i++) list[i] = util_vpl(0.1f * (float)i, 0, 0, 0, 1, 0, 1);
+    for (level = 0; level <= 4; level++) {
+        engine *e = engine_open(&d, &view);
+        uint32_t side, x, y, seen[4] = { 0, 0, 0, 0 };
+        float *atlas;
+        int drawn = 0;
+        for (i = 0; i < 32; i++) opacities[i] = 0.25f * (float)level;
+        m = soup_mesh(&mesh);
+        m.opacities = opacities;
+        f = frame_of(&m, &view, 0);
+        assert_int_equal(ism_set_vpls(e->cpu, list, 4), ISM_OK);
+        engine_draw(e, &f);
+        atlas = engine_atlas(e, &side);
+        assert_int_equal(side, 32);
+        for (y = 0; y < side; y++)
+            for (x = 0; x < side; x++) seen[y / 16 * 2 + x / 16] += atlas[y * side + x] < ISM_FAR;
+        for (i = 0; i < 4; i++) {
+            assert_true(seen[i] == 0 || seen[i] > 200);      /* all of a tile's texels, but a few at the horizon */
+            drawn += seen[i] > 0;
+        }
+        wrong += drawn != level;
+        free(atlas);
+        engine_close(e);
+    }
+    CONFORM("T58", "levels of 0, .25, .5, .75, 1 over 2 x 2 pixels that are not exact", 0, wrong, 0);
 }
 
 /* ---- T49 ---- */
@@ -148,131 +371,10 @@ static void pull_and_push(void **state)
     CONFORM("T49", "empty tile: texels with a depth", 0, empty, 0);
 }
 
-/* ---- T50, the sealed box ---- */
-
-/* again: whether a second frame differs. */
-static double transmitted(gl_test *t, const ism_mesh *m, uint32_t points, double *again)
-{
-    static grid below;
-    static float light[3 * 32 * 32];
-    const float a[3] = { 0, 0, 0 }, u[3] = { 1, 0, 0 }, v[3] = { 0, 0, 1 }, up[3] = { 0, 1, 0 };
-    ism_view view;
-    ism_desc d;
-    ism_frame f;
-    engine e;
-    ism_vpl list[144];
-    double sum = 0;
-    size_t i;
-    grid_fill(&below, 32, 32, a, u, v, up, 0);
-    view = grid_view(&below);
-    for (i = 0; i < 144; i++) {             /* radiance 1: flux pi A */
-        list[i] =
-            util_vpl(((float)(i % 12) + 0.5f) / 12, 1, ((float)(i / 12) + 0.5f) / 12, 0, -1, 0, (float)UTIL_PI / 144);
-        list[i].area = 1.0f / 144;
-    }
-    memset(&d, 0, sizeof d);
-    d.vpl_count = 144;
-    d.points = points;
-    d.tile_size = 128;
-    d.spread = ISM_SPREAD_AREA;
-    memset(&f, 0, sizeof f);
-    f.mesh = m;
-    f.view = &view;
-    engine_open(t, &e, &d, 32, 32);
-    assert_int_equal(ism_set_vpls(e.cpu, list, 144), ISM_OK);
-    engine_render(t, &e, &f, light);
-    if (again) {
-        static float now[3 * 32 * 32];
-        f.index = 1;
-        engine_render(t, &e, &f, now);
-        *again = memcmp(light, now, sizeof now) != 0;
-    }
-    for (i = 0; i < 32 * 32; i++) sum += (double)light[3 * i] / UTIL_PI / (32 * 32);
-    engine_close(t, &e);
-    return sum;
-}
-
-static void a_blocker_between_two_squares(void **state)
-{
-    GL_TEST(t, state)
-    const float a[3] = { -0.05f, 0.5f, -0.05f }, u[3] = { 1.1f, 0, 0 }, v[3] = { 0, 0, 1.1f };
-    const float ha[3] = { -1, 0.5f, -1 }, hu[3] = { 1.5f, 0, 0 }, hv[3] = { 0, 0, 3 };
-    double open, full, half, differ;
-    ism_mesh m;
-    open = transmitted(t, NULL, 8, NULL);
-    CONFORM("T50", "two unit squares 1 apart, by VPLs", 0.1998249, open, 5e-4);     /* midpoint sums of 16^2 x 32^2 */
-    mesh.triangles = 0;
-    soup_quad(&mesh, a, u, v, 8);
-    m = soup_mesh(&mesh);
-    full = transmitted(t, &m, 4096, &differ);
-    mesh.triangles = 0;
-    soup_quad(&mesh, ha, hu, hv, 8);
-    m = soup_mesh(&mesh);
-    half = transmitted(t, &m, 16384, NULL);        /* discs of 1 cm: a silhouette grows by about their radius */
-    CONFORM("T50", "full blocker: transmitted", 0, full, 1e-4);
-    /* the edge grows by a disc and part of a texel, 0.02 of the width of 1 */
-    CONFORM("T50", "half-plane blocker: share transmitted", 0.5, half / open, 0.03);
-    CONFORM("T57", "static scene: frames that are not the first one, bit by bit", 0, differ, 0);
-}
-
-static void a_sealed_box_stays_dark(void **state)
-{
-    GL_TEST(t, state)
-    static grid roof, inside;
-    static float light[3 * 64 * 64];
-    const float lo[3] = { -1, 0, -1 }, hi[3] = { 1, 2, 1 }, ilo[3] = { -0.75f, 0.25f, -0.75f },
-                ihi[3] = { 0.75f, 1.75f, 0.75f };
-    const float glo[3] = { -4, -0.2f, -4 }, gu[3] = { 8, 0, 0 }, gv[3] = { 0, 0, 8 };
-    const float a[3] = { -0.75f, 0.25f, -0.75f }, u[3] = { 1.5f, 0, 0 }, v[3] = { 0, 0, 1.5f }, up[3] = { 0, 1, 0 };
-    ism_mesh m;
-    ism_view view;
-    ism_source s;
-    ism_frame f;
-    ism_desc d;
-    engine e;
-    double sum = 0, all = 0;
-    size_t i;
-    mesh.triangles = 0;
-    soup_box(&mesh, lo, hi, 1, 8);
-    soup_box(&mesh, ilo, ihi, -1, 8);       /* walls as thick as a house's */
-    soup_quad(&mesh, glo, gv, gu, 16);
-    m = soup_mesh(&mesh);
-    grid_fill(&inside, 64, 64, a, u, v, up, 0);
-    for (i = 0; i < 64 * 64; i++)           /* receivers on floor and ceiling */
-        if (i & 1) {
-            inside.p[3 * i + 1] = 1.75f;
-            inside.n[3 * i + 1] = -1;
-        }
-    grid_fill(&roof, 64, 64, glo, gu, gv, up, 1);
-    for (i = 0; i < 64 * 64; i++)           /* sun from above on the roof and the ground about the box */
-        if (fabsf(roof.p[3 * i]) < 1 && fabsf(roof.p[3 * i + 2]) < 1) roof.p[3 * i + 1] = 2;
-    s = grid_source(&roof);
-    view = grid_view(&inside);
-    memset(&d, 0, sizeof d);
-    memset(&f, 0, sizeof f);
-    d.vpl_count = 128;
-    d.points = 8192;
-    f.mesh = &m;
-    f.view = &view;
-    f.sources = &s;
-    f.source_count = 1;
-    engine_open(t, &e, &d, 64, 64);
-    assert_int_equal(ism_choose(e.cpu, &f), ISM_OK);
-    engine_render(t, &e, &f, light);
-    for (i = 0; i < 3 * 64 * 64; i++) sum += (double)light[i];
-    f.mesh = NULL;
-    engine_render(t, &e, &f, light);
-    for (i = 0; i < 3 * 64 * 64; i++) all += (double)light[i];
-    engine_close(t, &e);
-    assert_true(all > 0);
-    /* imperfect: within a texel of where walls and ceiling meet, see docs/ism.md, section 3 */
-    CONFORM_MAX("irradiance", "sealed box, sun outside: light inside over light through open walls", 0.001, sum / all);
-}
-
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(pull_and_push), gl_unit_test(a_sealed_box_stays_dark),
-                                  gl_unit_test(a_blocker_between_two_squares) };
+    struct CMUnitTest tests[] = { ISM_ROWS(gl_unit_test), gl_unit_test(pull_and_push),
+                                  gl_unit_test(dither_has_five_levels) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE33);
 }
