@@ -35,12 +35,14 @@ FUZZ_TIME ?= 60
 
 HEADERS := $(wildcard csm.h shadowfield.h envshadow.h rsm.h ism.h gl_backend.h)
 
+# gcc -O0 takes arrays for unset that are filled after a struct got their address.
+O0 := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
 FLAGS_release  := -O2 -g
-FLAGS_debug    := -O0 -g
+FLAGS_debug    := -O0 -g $(O0)
 FLAGS_scalar   := -O2 -g $(foreach p,COHSM SFIELD ENVSH RSM ISM GLBK,-D$(p)_NO_SIMD)
 FLAGS_sanitize := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
 FLAGS_thread   := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
-FLAGS_coverage := -O0 -g --coverage -DNDEBUG -DDAPPLE_COVERAGE
+FLAGS_coverage := -O0 -g $(O0) --coverage -DNDEBUG -DDAPPLE_COVERAGE
 ifndef FLAGS_$(config)
 $(error config=$(config) is none of release debug scalar sanitize thread coverage)
 endif
