@@ -2140,21 +2140,57 @@ SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const 
 
 /* ---- >>haar ---- */
 
-/* In place of the scaling coefficients of a level's squares come those of the four times fewer squares above; their
-   wavelets go to out. Morton order makes both a walk through memory. */
-static void sfield__haar_face(uint32_t side, float *scaling, float *out)
+#if SFIELD__SIMD
+/* Sum and wavelets of a square by two butterflies, in the order in which they are stored, two of its squares at a time;
+   from the last one on, so that a sum, which falls on the wavelet before, is written over. */
+SFIELD__TARGET_AVX2 static const float *sfield__haar_level_avx2(uint32_t squares, const float *c, float *up, float *out)
 {
-    uint32_t squares, i;
-    for (squares = side * side / 4; squares; squares /= 4)
-        for (i = 0; i < squares; i++) {
-            const float *c = scaling + 4 * i;
-            float a = c[0] + c[1], b = c[0] - c[1], d = c[2] + c[3], e = c[2] - c[3], *w = out + squares + 3 * i;
-            w[0] = 0.5f * (b + e);
-            w[1] = 0.5f * (a - d);
-            w[2] = 0.5f * (b - e);
-            scaling[i] = 0.5f * (a + d);
-        }
-    out[0] = scaling[0];
+    const __m256 odd = _mm256_castsi256_ps(_mm256_set1_epi64x(INT64_MIN)), half = _mm256_set1_ps(0.5f);
+    const __m256 high = _mm256_permutevar8x32_ps(odd, _mm256_setr_epi32(0, 0, 1, 1, 0, 0, 1, 1));
+    uint32_t i;
+    for (i = squares; i > 0; i -= 2) {
+        __m256 x = _mm256_loadu_ps(c + 4 * i - 8);
+        __m128 last;
+        x = _mm256_add_ps(_mm256_permute_ps(x, 0xb1), _mm256_xor_ps(x, odd));
+        x = _mm256_mul_ps(half, _mm256_add_ps(_mm256_permute_ps(x, 0x4e), _mm256_xor_ps(x, high)));
+        last = _mm256_extractf128_ps(x, 1);
+        _mm_storeu_ps(out + squares + 3 * i - 4, last);
+        _mm_storeu_ps(out + squares + 3 * i - 7, _mm256_castps256_ps128(x));
+        _mm_store_ss(up + i - 1, last);
+        _mm_store_ss(up + i - 2, _mm256_castps256_ps128(x));
+    }
+    return up;
+}
+#endif
+
+/* A level's wavelets go to out, its squares' scaling coefficients to up. Morton order makes both a walk through
+   memory. */
+static const float *sfield__haar_level(uint32_t squares, const float *c, float *up, float *out)
+{
+    uint32_t i;
+    for (i = 0; i < squares; i++) {
+        float a = c[4 * i] + c[4 * i + 1], b = c[4 * i] - c[4 * i + 1], d = c[4 * i + 2] + c[4 * i + 3];
+        float e = c[4 * i + 2] - c[4 * i + 3], *w = out + squares + 3 * i;
+        w[0] = 0.5f * (b + e);
+        w[1] = 0.5f * (a - d);
+        w[2] = 0.5f * (b - e);
+        up[i] = 0.5f * (a + d);
+    }
+    return up;
+}
+
+static void sfield__haar_face(uint32_t side, const float *texels, float *out, int simd)
+{
+    float scaling[1365], *up = scaling;
+    uint32_t squares;
+    (void)simd;
+    for (squares = side * side / 4; squares; up += squares, squares /= 4)
+#if SFIELD__SIMD
+        if (simd && squares > 1) texels = sfield__haar_level_avx2(squares, texels, up, out);
+        else
+#endif
+            texels = sfield__haar_level(squares, texels, up, out);
+    out[0] = texels[0];
 }
 
 static void sfield__haar_up(const float *w, uint32_t squares, const float *scaling, float *out)
@@ -2180,13 +2216,10 @@ static void sfield__haar_texels(uint32_t side, const float *coefs, float *texels
 
 SFIELD_DEF sfield_result sfield_haar_forward(uint32_t side, const float *texels, float *coefs)
 {
-    float scaling[4096];
+    const int simd = sfield__simd();
     uint32_t face, n = side * side;
     if (!sfield__is_side(side, 2) || !texels || !coefs || texels == coefs) return SFIELD_ERR_ARGUMENT;
-    for (face = 0; face < 6; face++) {
-        memcpy(scaling, texels + face * n, n * sizeof *scaling);
-        sfield__haar_face(side, scaling, coefs + face * n);
-    }
+    for (face = 0; face < 6; face++) sfield__haar_face(side, texels + face * n, coefs + face * n, simd);
     return SFIELD_OK;
 }
 
@@ -4446,7 +4479,7 @@ struct sfield_scene {
     sfield_rotation  *rotation;
     sfield__taps     *taps;
     uint32_t         *occluder, *light, item_count, occluder_count, light_count, overlaps;
-    uint64_t          version;      /* of everything but lights */
+    uint64_t          version, sky_version;       /* of everything but lights; of the environment */
     float            *sky;          /* as set: cube of texels, 3 planes; kept unturned */
     float            *sky_now;      /* harmonics: 3 x n^2; wavelets: 3 x 6 N^2 texels, then their coefficients */
     float            *sun;          /* likewise, not turned */
@@ -4466,6 +4499,8 @@ struct sfield_cache {
     int16_t  *value;
     uint16_t *index;                /* wavelets: of each value */
     float    *scale;
+    uint64_t *lit;                  /* wavelets: hash and sky that sky is of, 3 floats a point */
+    float    *sky;
 };
 
 SFIELD_DEF sfield_entity sfield_entity_default(void)
@@ -4718,6 +4753,7 @@ static void sfield__latlong(const float *rgb, uint32_t width, uint32_t height, c
 static void sfield__sky_turned(sfield_scene *s)
 {
     uint32_t i, c, k;
+    s->sky_version++;
     if (s->algebra) {
         sfield_rotation r;
         float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
@@ -4868,7 +4904,7 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *s, size_t point
     if (!sfield__mul_size(units, light_count, &units) || units > SIZE_MAX / 4096) return SFIELD_ERR_ALLOC;
     values = units * (s->algebra ? 16 * s->coefs : (uint32_t)SFIELD__CACHED);
     bytes = sizeof *c + units * (sizeof *c->hash + (s->algebra ? 16 : 1) * sizeof *c->scale) +
-            values * (s->algebra ? 2 : 4);
+            values * (s->algebra ? 2 : 4) + (s->algebra ? 0 : point_count * (sizeof *c->lit + 3 * sizeof *c->sky));
     at = (uint8_t *)sfield__alloc(&s->allocator, bytes);
     if (!at) return SFIELD_ERR_ALLOC;
     c = (sfield_cache *)(void *)at;
@@ -4880,10 +4916,12 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *s, size_t point
     c->coefs = s->coefs;
     c->cells = s->algebra ? 0 : s->cells;
     c->hash = (uint64_t *)(void *)(at + sizeof *c);
-    c->scale = (float *)(void *)(c->hash + units);
-    c->value = (int16_t *)(void *)(c->scale + units * (s->algebra ? 16 : 1));
+    c->lit = c->hash + units;
+    c->scale = (float *)(void *)(c->lit + (s->algebra ? 0 : point_count));
+    c->sky = c->scale + units * (s->algebra ? 16 : 1);
+    c->value = (int16_t *)(void *)(c->sky + (s->algebra ? 0 : 3 * point_count));
     c->index = s->algebra ? NULL : (uint16_t *)(c->value + values);
-    memset(c->hash, 0, units * sizeof *c->hash);
+    memset(c->hash, 0, (size_t)((uint8_t *)c->scale - (uint8_t *)c->hash));
     *out = c;
     return SFIELD_OK;
 }
@@ -5670,26 +5708,11 @@ static size_t sfield__carve_point(sfield__point *p, uint8_t *memory, uint32_t ra
     return (floats * sizeof(float) + (rays + 1) * sizeof(sfield__ray) + 6 * SFIELD__MARKS + 63) / 64 * 64;
 }
 
-/* Marks the square of a wavelet and all above it. */
-static void sfield__mark_up(uint32_t side, uint32_t index, uint8_t *marks)
-{
-    uint32_t in_face = index & (side * side - 1), squares = 1, node;
-    uint8_t *m = marks + index / (side * side) * SFIELD__MARKS;
-    if (!in_face) return;
-    while (4 * squares <= in_face) squares *= 4;
-    for (node = (in_face - squares) / 3;; node >>= 2, squares >>= 2) {
-        uint8_t *at = m + sfield__mark_base(squares) + node;
-        if (*at || !squares) return;
-        *at = 1;
-        if (squares == 1) return;
-    }
-}
-
 /* Texels of a square times 1 - the function below it. */
-static void sfield__shade_square(sfield__point *p, const float *coefs, const uint8_t *marks, float mean,
+static void sfield__shade_square(const float *coefs, const uint8_t *marks, uint32_t leaves, float mean,
                                  uint32_t squares, uint32_t i, float scale, float *t)
 {
-    uint32_t k, leaves = p->s->side * p->s->side / 4, n = 4 * leaves / squares;
+    uint32_t k, n = 4 * leaves / squares;
     const float *w = coefs + squares + 3 * i;
     if (!marks[sfield__mark_base(squares) + i]) {
         float keep = 1 - mean;
@@ -5700,28 +5723,82 @@ static void sfield__shade_square(sfield__point *p, const float *coefs, const uin
         float x = k & 1 ? -scale : scale, y = k & 2 ? -scale : scale, z = k == 0 || k == 3 ? scale : -scale;
         float m = mean + x * w[0] + y * w[1] + z * w[2];
         if (squares == leaves) t[4 * i + k] *= 1 - m;
-        else sfield__shade_square(p, coefs, marks, m, 4 * squares, 4 * i + k, 2 * scale, t);
+        else sfield__shade_square(coefs, marks, leaves, m, 4 * squares, 4 * i + k, 2 * scale, t);
     }
 }
 
-/* Lists added up in p->coefs (clean before) with their squares marked; sfield__unlist cleans up. */
+#if SFIELD__SIMD
+/* The same of a square that is marked, four quarters at a time. */
+SFIELD__TARGET_AVX2 static void sfield__shade_square_avx2(const float *coefs, const uint8_t *marks, uint32_t leaves,
+                                                          float mean, uint32_t squares, uint32_t i, float scale,
+                                                          float *t)
+{
+    const __m128 sx = _mm_setr_ps(0, -0.0f, 0, -0.0f), sy = _mm_setr_ps(0, 0, -0.0f, -0.0f), one = _mm_set1_ps(1);
+    const float *w = coefs + squares + 3 * i;
+    const uint8_t *below = marks + sfield__mark_base(4 * squares) + 4 * i;
+    uint32_t k, j, n = leaves / squares;
+    __m128 m = _mm_add_ps(_mm_set1_ps(mean), _mm_xor_ps(_mm_set1_ps(scale * w[0]), sx));
+    float means[4];
+    m = _mm_add_ps(m, _mm_xor_ps(_mm_set1_ps(scale * w[1]), sy));
+    m = _mm_add_ps(m, _mm_xor_ps(_mm_set1_ps(scale * w[2]), _mm_xor_ps(sx, sy)));
+    if (n == 1) {
+        _mm_storeu_ps(t + 4 * i, _mm_mul_ps(_mm_loadu_ps(t + 4 * i), _mm_sub_ps(one, m)));
+        return;
+    }
+    _mm_storeu_ps(means, m);
+    for (k = 0; k < 4; k++) {
+        float *quarter = t + (4 * i + k) * (size_t)n;
+        if (below[k]) sfield__shade_square_avx2(coefs, marks, leaves, means[k], 4 * squares, 4 * i + k, 2 * scale, t);
+        else if (means[k] != 0)
+            for (j = 0; j < n; j += 4)
+                _mm_storeu_ps(quarter + j, _mm_mul_ps(_mm_loadu_ps(quarter + j), _mm_set1_ps(1 - means[k])));
+    }
+}
+#endif
+
+static void sfield__shade_faces(const sfield__point *p)
+{
+    const uint32_t side = p->s->side, n = side * side;
+    uint32_t face;
+    for (face = 0; face < 6; face++) {
+        const float *coefs = p->coefs + face * n, mean = coefs[0] / (float)side;
+        const uint8_t *marks = p->marks + face * SFIELD__MARKS;
+#if SFIELD__SIMD
+        if (p->s->simd && marks[0]) {
+            sfield__shade_square_avx2(coefs, marks, n / 4, mean, 1, 0, 1 / (float)side, p->t + face * n);
+            continue;
+        }
+#endif
+        sfield__shade_square(coefs, marks, n / 4, mean, 1, 0, 1 / (float)side, p->t + face * n);
+    }
+}
+
+/* Lists of an occluder added up in p->coefs (clean before), the squares that they use and all above marked: square k of
+   all levels in turn lies in square (k - 1) / 4. sfield__unlist cleans up. */
 static void sfield__list(sfield__point *p, const sfield_field *f, const sfield__lists *lists, float factor)
 {
-    uint32_t i, k;
+    uint32_t i, bits = 0;
+    while (1u << bits < p->s->side * p->s->side) bits++;
     for (i = 0; i < lists->count; i++) {
-        sfield__scatter(f, lists->sample[i], lists->weight[i] * factor, p->coefs);
-        for (k = f->offset[lists->sample[i]]; k < f->offset[lists->sample[i] + 1]; k++)
-            sfield__mark_up(f->h.cube_side, f->entry[(size_t)k * f->h.stride] >> 16, p->marks);
+        const float weight = lists->weight[i] * factor * f->sample_scale[lists->sample[i]];
+        const uint32_t *e = f->entry + f->offset[lists->sample[i]], *end = f->entry + f->offset[lists->sample[i] + 1];
+        for (; e < end; e++) {
+            const uint32_t index = *e >> 16, in_face = index & ((1u << bits) - 1);
+            uint8_t *marks = p->marks + (index >> bits) * SFIELD__MARKS;
+            uint32_t square = (in_face - 1) / 3;
+            p->coefs[index] += weight * sfield__half(*e);
+            if (!in_face) continue;
+            for (; !marks[square]; square = (square - 1) / 4) {
+                marks[square] = 1;
+                if (!square) break;
+            }
+        }
     }
 }
 
-static void sfield__unlist(sfield__point *p, const sfield_field *f, const sfield__lists *lists)
+static void sfield__unlist(sfield__point *p)
 {
-    uint32_t i, k, c;
-    for (i = 0; i < lists->count; i++)
-        for (k = f->offset[lists->sample[i]]; k < f->offset[lists->sample[i] + 1]; k++)
-            for (c = 0; c < f->h.channels; c++)
-                p->coefs[c * p->s->cells + (f->entry[(size_t)k * f->h.stride] >> 16)] = 0;
+    memset(p->coefs, 0, p->s->cells * sizeof *p->coefs);
     memset(p->marks, 0, 6 * SFIELD__MARKS);
 }
 
@@ -5729,7 +5806,7 @@ static void sfield__unlist(sfield__point *p, const sfield_field *f, const sfield
 static void sfield__hide(sfield__point *p, uint32_t map)
 {
     const sfield_scene *s = p->s;
-    uint32_t face, n = s->side * s->side, i;
+    uint32_t i;
     if (map) {
         const sfield__taps *taps = s->taps + (size_t)(map - 1) * s->cells;
         sfield__haar_texels(s->side, p->coefs, p->work);
@@ -5742,12 +5819,11 @@ static void sfield__hide(sfield__point *p, uint32_t map)
         sfield__haar_multiply(s->side, p->haar, p->coefs, p->work);
         for (i = 0; i < s->cells; i++) p->haar[i] -= p->work[i];
     } else
-        for (face = 0; face < 6; face++)
-            sfield__shade_square(p, p->coefs + face * n, p->marks + face * SFIELD__MARKS,
-                                 p->coefs[face * n] / (float)s->side, 1, 0, 1 / (float)s->side, p->t + face * n);
+        sfield__shade_faces(p);
 }
 
-static void sfield__lists_at(const sfield__item *it, int which, const float *x, float time, sfield__lists *lists)
+static void sfield__lists_at(const sfield__item *it, int which, const float *x, float time, int simd,
+                             sfield__lists *lists)
 {
     const sfield_field *f = which ? it->e.source : it->e.occlusion;
     float p[48] = { 0 }, local[48];
@@ -5755,7 +5831,7 @@ static void sfield__lists_at(const sfield__item *it, int which, const float *x, 
     uint32_t k;
     for (k = 0; k < 3; k++) p[16 * k] = x[k];
     sfield__to_local(it, which, p, local);
-    sfield__locate_plain(f, local, &at);
+    sfield__locate16(f, local, &at, simd);
     sfield__find_lists(f, &at, 0, time, lists);
 }
 
@@ -5882,12 +5958,12 @@ static void sfield__start_texels(sfield__point *p, size_t index, const float *n)
         if (sparse) (void)sfield_haar_forward(s->side, p->t, p->haar);
         sfield__list(p, p->set->self, &own, 1);
         sfield__hide(p, map);
-        sfield__unlist(p, p->set->self, &own);
+        sfield__unlist(p);
     } else if (s->desc.product == SFIELD_PRODUCT_SPARSE) (void)sfield_haar_forward(s->side, p->t, p->haar);
 }
 
-/* What a light's lists, or the sky, make of T in wavelets (rotated lights: of T on texels). */
-static void sfield__light_up(sfield__point *p, const sfield__item *it, const float *x)
+/* What a light's lists make of T in wavelets (rotated lights: of T on texels). */
+static void sfield__light_up(sfield__point *p, const sfield__item *it, const float *x, const float *haar)
 {
     const sfield_scene *s = p->s;
     const sfield_field *f = it->e.source;
@@ -5895,13 +5971,13 @@ static void sfield__light_up(sfield__point *p, const sfield__item *it, const flo
     sfield__lists lists;
     float rgb[3] = { 0, 0, 0 };
     uint32_t i, k, c;
-    sfield__lists_at(it, 1, x, it->e.time, &lists);
+    sfield__lists_at(it, 1, x, it->e.time, s->simd, &lists);
     if (!it->map) {
         for (i = 0; i < lists.count; i++) {
             float w = lists.weight[i] * f->sample_scale[lists.sample[i]];
             for (k = f->offset[lists.sample[i]]; k < f->offset[lists.sample[i] + 1]; k++) {
                 const uint32_t *e = f->entry + 2 * (size_t)k;
-                float t = w * p->haar[e[0] >> 16];
+                float t = w * haar[e[0] >> 16];
                 rgb[0] += t * sfield__half(e[0]);
                 rgb[1] += t * sfield__half(e[1] >> 16);
                 rgb[2] += t * sfield__half(e[1]);
@@ -5927,13 +6003,15 @@ static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot
     const uint32_t cells = p->s->cells, side = p->s->side;
     uint16_t *index = c->index + slot * SFIELD__CACHED;
     int16_t *value = c->value + slot * SFIELD__CACHED;
-    float threshold = 0, most = 0, inverse;
-    uint32_t i, n = 0, used = 0, squares, face = side * side;
+    float threshold = 0, most = 0, inverse, weight = 0;
+    uint32_t i, n = 0, used = 0, next = 0, face = side * side;
     float *key = p->work, *sorted = p->coefs;   /* clean again below */
     for (i = 0; i < cells; i++) {
         uint32_t in_face = i & (face - 1);
-        float weight = (float)side;
-        for (squares = 1; 4 * squares <= in_face; squares *= 4) weight *= 0.5f;
+        if (in_face == 0 || in_face == next) {      /* the next finer level */
+            weight = in_face ? 0.5f * weight : (float)side;
+            next = in_face ? 4 * next : 4;
+        }
         key[i] = fabsf(p->haar[i]) * weight;
         if (key[i] > 0) sorted[used++] = key[i];
     }
@@ -5953,32 +6031,38 @@ static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot
     }
 }
 
-/* Light from the cache: few wavelets of T against the sky's, or unpacked for a light's lists. sky: three planes. */
+/* Light from the cache: few wavelets of T against the sky's, once for each T and sky, or unpacked for a light's lists. */
 static void sfield__from_cache(sfield__point *p, const sfield_cache *c, size_t slot, const sfield__item *it,
                                const float *x)
 {
     const uint16_t *index = c->index + slot * SFIELD__CACHED;
     const int16_t *value = c->value + slot * SFIELD__CACHED;
     const uint32_t cells = p->s->cells;
-    uint32_t i;
+    uint32_t i, k;
     if (!it) {
-        const float *sky = p->s->sky_now + 3 * cells;
-        float r = 0, g = 0, b = 0;
-        for (i = 0; i < SFIELD__CACHED; i++) {
-            float v = (float)value[i];
-            r += v * sky[index[i]];
-            g += v * sky[cells + index[i]];
-            b += v * sky[2 * cells + index[i]];
+        const uint64_t now = sfield__hash(c->hash[slot], p->s->sky_version) | 1;
+        uint64_t *lit = &c->lit[slot / c->lights];
+        float *rgb = c->sky + 3 * (slot / c->lights);
+        for (k = 0; k < 3 && *lit != now; k++) {
+            const float *sky = p->s->sky_now + (3 + k) * cells;
+            rgb[k] = 0;
+            for (i = 0; i < SFIELD__CACHED; i++) rgb[k] += (float)value[i] * sky[index[i]];
+            rgb[k] *= c->scale[slot];
         }
-        p->rgb[0] += r * c->scale[slot];
-        p->rgb[1] += g * c->scale[slot];
-        p->rgb[2] += b * c->scale[slot];
+        *lit = now;
+        for (k = 0; k < 3; k++) p->rgb[k] += rgb[k];
         return;
     }
-    memset(p->haar, 0, cells * sizeof *p->haar);
-    for (i = 0; i < SFIELD__CACHED; i++) p->haar[index[i]] += (float)value[i] * c->scale[slot];
-    if (it->map) sfield__haar_texels(p->s->side, p->haar, p->t);
-    sfield__light_up(p, it, x);
+    if (it->map) {
+        memset(p->haar, 0, cells * sizeof *p->haar);
+        for (i = 0; i < SFIELD__CACHED; i++) p->haar[index[i]] += (float)value[i] * c->scale[slot];
+        sfield__haar_texels(p->s->side, p->haar, p->t);
+        sfield__light_up(p, it, x, NULL);
+        return;
+    }
+    for (i = 0; i < SFIELD__CACHED; i++) p->coefs[index[i]] += (float)value[i] * c->scale[slot];
+    sfield__light_up(p, it, x, p->coefs);
+    for (i = 0; i < SFIELD__CACHED; i++) p->coefs[index[i]] = 0;
 }
 
 static void sfield__sky_up(sfield__point *p)
@@ -6020,10 +6104,10 @@ static void sfield__walk(sfield__point *p, size_t index, const float *x, const f
                 p->stats.culled_hidden++;
                 continue;
             }
-            sfield__lists_at(it, 0, x, 0, &lists);
+            sfield__lists_at(it, 0, x, 0, s->simd, &lists);
             sfield__list(p, it->e.occlusion, &lists, fade < 1 ? fade : 1);
             sfield__hide(p, it->map);
-            sfield__unlist(p, it->e.occlusion, &lists);
+            sfield__unlist(p);
             p->stats.products++;
             fresh = 0;
             continue;
@@ -6037,7 +6121,7 @@ static void sfield__walk(sfield__point *p, size_t index, const float *x, const f
             size_t at = index * cache->lights + slot;
             if (cache->hash[at] != hash[slot]) sfield__keep_wavelets(p, cache, at);
             cache->hash[at] = hash[slot];
-        } else if (it) sfield__light_up(p, it, x);
+        } else if (it) sfield__light_up(p, it, x, p->haar);
         else if (s->has_sky || s->has_sun) sfield__sky_up(p);
     }
     if (ambient) {

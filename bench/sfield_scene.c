@@ -30,29 +30,70 @@ static double triangle(const ex_mesh *mesh, size_t t, const float **corner, floa
     return (double)length;
 }
 
+typedef struct spread_point { uint32_t place; float p[3], n[3]; } spread_point;
+
+static int by_place(const void *a, const void *b)
+{
+    const spread_point *x = a, *y = b;
+    return x->place != y->place ? (x->place > y->place) - (x->place < y->place) : memcmp(x, y, sizeof *x);
+}
+
+/* Along a Morton curve through the box of the mesh, so that neighbours in the array are neighbours in space. */
+static void sort_points(spread_point *points, size_t count, const ex_mesh *mesh)
+{
+    float low[3] = { HUGE_VALF, HUGE_VALF, HUGE_VALF }, size = 0;
+    for (size_t k = 0; k < 3; k++) {
+        float high = -HUGE_VALF;
+        for (size_t i = 0; i < mesh->vertex_count; i++) {
+            low[k] = fminf(low[k], mesh->positions[3 * i + k]);
+            high = fmaxf(high, mesh->positions[3 * i + k]);
+        }
+        size = fmaxf(size, high - low[k]);
+    }
+    for (size_t i = 0; i < count; i++) {
+        points[i].place = 0;
+        for (uint32_t k = 0; k < 3; k++) {
+            uint32_t at = (uint32_t)fminf(fmaxf((points[i].p[k] - low[k]) / size * 1024, 0), 1023);
+            for (uint32_t b = 0; b < 10; b++)
+                points[i].place |= (at >> b & 1u) << (3 * b + k);
+        }
+    }
+    qsort(points, count, sizeof *points, by_place);
+}
+
 int bn_points_spread(bn_points *points, const ex_mesh *mesh, size_t count)
 {
     double total = 0, sum = 0;
     uint32_t seed = 1;
+    size_t n = 0;
     const float *a;
-    float u[3], v[3], n[3];
+    float u[3], v[3], normal[3];
+    spread_point *spread = malloc(count * sizeof *spread);
     points->count = 0;
     points->positions = malloc(3 * count * sizeof *points->positions);
     points->normals = malloc(3 * count * sizeof *points->normals);
-    if (!points->positions || !points->normals)
+    if (!points->positions || !points->normals || !spread) {
+        free(spread);
         return -1;
+    }
     for (size_t t = 0; t < mesh->triangle_count; t++)
-        total += triangle(mesh, t, &a, u, v, n);
+        total += triangle(mesh, t, &a, u, v, normal);
     for (size_t t = 0; t < mesh->triangle_count; t++) {
-        sum += triangle(mesh, t, &a, u, v, n);
-        for (; points->count < count && ((double)points->count + 0.5) * total < sum * (double)count; points->count++) {
+        sum += triangle(mesh, t, &a, u, v, normal);
+        for (; n < count && ((double)n + 0.5) * total < sum * (double)count; n++) {
             float p = sqrtf(random_in(&seed)), q = random_in(&seed) * p;
             for (size_t k = 0; k < 3; k++) {
-                points->positions[3 * points->count + k] = a[k] + u[k] * (p - q) + v[k] * q;
-                points->normals[3 * points->count + k] = n[k];
+                spread[n].p[k] = a[k] + u[k] * (p - q) + v[k] * q;
+                spread[n].n[k] = normal[k];
             }
         }
     }
+    sort_points(spread, n, mesh);
+    for (; points->count < n; points->count++) {
+        memcpy(points->positions + 3 * points->count, spread[points->count].p, sizeof spread->p);
+        memcpy(points->normals + 3 * points->count, spread[points->count].n, sizeof spread->n);
+    }
+    free(spread);
     return 0;
 }
 
