@@ -236,9 +236,10 @@ static int load_mesh(loader *l, size_t mesh, size_t *next)
 
 static float to_color(double x) { return x > 0 ? x < 1 ? (float)x : 1.0f : 0.0f; }
 
-static void load_material(const loader *l, const gltf_material *from, ex_material *to)
+/* transmission: KHR_materials_transmission, its texture included. */
+static void load_material(const loader *l, const gltf_material *from, double transmission, ex_material *to)
 {
-    double alpha = from->base_color[3];
+    double alpha = from->base_color[3], kept = 1 - (double)to_color(transmission);
     for (int k = 0; k < 3; k++) {
         double e = from->emissive[k] * from->emissive_strength;
         to->base_color[k] = to_color(from->base_color[k]);
@@ -249,10 +250,12 @@ static void load_material(const loader *l, const gltf_material *from, ex_materia
     to->double_sided = from->double_sided != 0;
     to->base_texture = -1;
     if (from->base_image >= 0 && (size_t)from->base_image < l->file->image_count) to->base_texture = from->base_image;
-    /* Blending is beyond a visibility buffer: what is more than half there is taken as solid. The constant alpha
-       multiplies the texture's, so dividing the cutoff by it once says the same. */
-    double cutoff = from->alpha_mode == 1 ? from->alpha_cutoff : from->alpha_mode == 2 ? 0.5 : 0;
+    /* Blending and glass are beyond a visibility buffer: what lets less than half of the light through is taken as
+       solid, the rest is not there. The constant alpha multiplies the texture's, so dividing the cutoff by it once
+       says the same. */
+    double cutoff = from->alpha_mode == 1 ? from->alpha_cutoff : from->alpha_mode == 2 && kept > 0 ? 0.5 / kept : 0;
     if (cutoff > 0) to->alpha_cutoff = alpha > 1e-6 ? (float)(cutoff / alpha) : 2.0f;
+    if (kept < 0.5) to->alpha_cutoff = 2;
 }
 
 static int load_texture(const loader *l, const gltf_image *from, ex_texture *to)
@@ -280,23 +283,33 @@ static int load_texture(const loader *l, const gltf_image *from, ex_texture *to)
     return 0;
 }
 
-/* A lamp's texture enters as its mean, which keeps the energy: light sources here have one radiance a triangle. */
-static int load_emissive_textures(loader *l)
+/* Mean of an image's channels as they are stored, or made linear. No such image: 1. */
+static int image_mean(const loader *l, int image, int is_srgb, double mean[3])
 {
-    for (size_t i = 0; i < l->file->material_count; i++) {
-        int image = l->file->materials[i].emissive_image;
-        ex_material *m = &l->scene->materials[i];
-        ex_texture texture;
-        double mean[3] = {0, 0, 0};
-        if (image < 0 || (size_t)image >= l->file->image_count) continue;
-        if (!(m->emission[0] + m->emission[1] + m->emission[2] > 0)) continue;
-        if (load_texture(l, &l->file->images[image], &texture) != 0) return -1;
-        size_t count = (size_t)texture.width * texture.height;
-        for (size_t t = 0; t < 4 * count; t++)
-            if (t % 4 < 3) mean[t % 4] += (double)ex_srgb_to_linear((float)texture.rgba[t] / 255) / (double)count;
-        for (int k = 0; k < 3; k++) m->emission[k] *= (float)mean[k];
-        free(texture.rgba);
+    ex_texture texture;
+    mean[0] = mean[1] = mean[2] = 1;
+    if (image < 0 || (size_t)image >= l->file->image_count) return 0;
+    if (load_texture(l, &l->file->images[image], &texture) != 0) return -1;
+    size_t count = (size_t)texture.width * texture.height;
+    mean[0] = mean[1] = mean[2] = 0;
+    for (size_t t = 0; t < 4 * count; t++) {
+        float value = (float)texture.rgba[t] / 255;
+        if (t % 4 < 3) mean[t % 4] += (double)(is_srgb ? ex_srgb_to_linear(value) : value) / (double)count;
     }
+    free(texture.rgba);
+    return 0;
+}
+
+/* A lamp's texture enters as its mean, which keeps the energy: light sources here have one radiance a triangle. Glass
+   is there or not there as a whole, and its texture's red enters as its mean too. */
+static int load_with_means(const loader *l, const gltf_material *from, ex_material *to)
+{
+    double mean[3] = {1, 1, 1};
+    if (from->transmission > 0 && image_mean(l, from->transmission_image, 0, mean) != 0) return -1;
+    load_material(l, from, from->transmission * mean[0], to);
+    if (!(to->emission[0] + to->emission[1] + to->emission[2] > 0)) return 0;
+    if (image_mean(l, from->emissive_image, 1, mean) != 0) return -1;
+    for (int k = 0; k < 3; k++) to->emission[k] *= (float)mean[k];
     return 0;
 }
 
@@ -306,7 +319,8 @@ static int load_materials(loader *l)
     const gltf_file *f = l->file;
     for (size_t i = 0; i <= f->material_count; i++) ex_build_material(&l->builder, 1, 1, 1);
     if (l->builder.failed) return ex_fail(l->error, "%s: out of memory", l->path);
-    for (size_t i = 0; i < f->material_count; i++) load_material(l, &f->materials[i], &l->scene->materials[i]);
+    for (size_t i = 0; i < f->material_count; i++)
+        if (load_with_means(l, &f->materials[i], &l->scene->materials[i]) != 0) return -1;
     for (size_t i = 0; i < f->image_count; i++) {
         int used = 0;
         for (size_t k = 0; k < f->material_count; k++) used |= l->scene->materials[k].base_texture == (int)i;
@@ -314,7 +328,7 @@ static int load_materials(loader *l)
             return ex_fail(l->error, "%s: out of memory", l->path);
         if (used && load_texture(l, &f->images[i], &l->scene->textures[i]) != 0) return -1;
     }
-    return load_emissive_textures(l);
+    return 0;
 }
 
 /* Before anything is built. */

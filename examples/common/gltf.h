@@ -28,9 +28,9 @@ typedef struct gltf_primitive {
 } gltf_primitive;
 
 typedef struct gltf_material {
-    double base_color[4], emissive[3], emissive_strength, metallic, roughness, alpha_cutoff;
+    double base_color[4], emissive[3], emissive_strength, metallic, roughness, alpha_cutoff, transmission;
     int    alpha_mode;           /* 0 opaque, 1 mask, 2 blend */
-    int    double_sided, base_image, emissive_image, uv_set;     /* images: -1 = none; uv_set of the base */
+    int    double_sided, base_image, emissive_image, transmission_image, uv_set; /* images: -1 = none; uv_set: base */
 } gltf_material;
 
 typedef struct gltf_image { const uint8_t *pixels; size_t bytes; int width, height, channels, bits; } gltf_image;

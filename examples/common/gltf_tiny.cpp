@@ -47,6 +47,18 @@ int attribute(const tinygltf::Primitive &primitive, const char *name)
     return it == primitive.attributes.end() ? -1 : it->second;
 }
 
+/* Member of an extension's object. */
+double number_of(const tinygltf::Value &object, const char *name, double otherwise)
+{
+    return object.Has(name) && object.Get(name).IsNumber() ? object.Get(name).GetNumberAsDouble() : otherwise;
+}
+
+/* Image of a texture, -1 = none. */
+int image_of(const tinygltf::Model &model, int texture)
+{
+    return valid(texture, model.textures) ? model.textures[static_cast<size_t>(texture)].source : -1;
+}
+
 gltf_accessor convert_accessor(const tinygltf::Model &model, const tinygltf::Accessor &from)
 {
     gltf_accessor to = gltf_accessor();
@@ -77,19 +89,23 @@ void convert_materials(const tinygltf::Model &model, Arrays &out)
         for (size_t k = 0; k < 3; k++) to.emissive[k] = k < from.emissiveFactor.size() ? from.emissiveFactor[k] : 0;
         to.emissive_strength = 1;
         tinygltf::ExtensionMap::const_iterator it = from.extensions.find("KHR_materials_emissive_strength");
-        if (it != from.extensions.end() && it->second.Has("emissiveStrength"))
-            to.emissive_strength = it->second.Get("emissiveStrength").GetNumberAsDouble();
+        if (it != from.extensions.end()) to.emissive_strength = number_of(it->second, "emissiveStrength", 1);
         to.metallic = pbr.metallicFactor;
         to.roughness = pbr.roughnessFactor;
         to.alpha_cutoff = from.alphaCutoff;
         to.alpha_mode = from.alphaMode == "MASK" ? 1 : from.alphaMode == "BLEND" ? 2 : 0;
         to.double_sided = from.doubleSided;
-        to.base_image = -1;
-        if (valid(pbr.baseColorTexture.index, model.textures))
-            to.base_image = model.textures[static_cast<size_t>(pbr.baseColorTexture.index)].source;
-        to.emissive_image = -1;
-        if (valid(from.emissiveTexture.index, model.textures))
-            to.emissive_image = model.textures[static_cast<size_t>(from.emissiveTexture.index)].source;
+        to.base_image = image_of(model, pbr.baseColorTexture.index);
+        to.emissive_image = image_of(model, from.emissiveTexture.index);
+        to.transmission_image = -1;
+        it = from.extensions.find("KHR_materials_transmission");
+        if (it != from.extensions.end()) {
+            to.transmission = number_of(it->second, "transmissionFactor", 0);
+            if (it->second.Has("transmissionTexture")) {
+                double index = number_of(it->second.Get("transmissionTexture"), "index", -1);
+                if (index >= 0 && index < 1e9) to.transmission_image = image_of(model, static_cast<int>(index));
+            }
+        }
         to.uv_set = pbr.baseColorTexture.texCoord;
         out.materials.push_back(to);
     }

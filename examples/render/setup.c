@@ -100,11 +100,73 @@ static int measure(const ex_scene *scene, rd_job *job, rd_emitter **emitters, ch
     return 0;
 }
 
+/* ---- emitters=removed ---- */
+
+static int is_dark(const ex_scene *scene, uint32_t material)
+{
+    const float *e = scene->materials[material].emission;
+    return !(e[0] > 0 || e[1] > 0 || e[2] > 0);
+}
+
+/* Only vertices that a triangle has: the others would still count among the scene's bounds. */
+static int drop_unused_vertices(ex_mesh *mesh)
+{
+    size_t corners = 3 * (size_t)mesh->triangle_count;
+    uint32_t *place = calloc(mesh->vertex_count + (size_t)1, sizeof *place), used = 0;     /* 1 + the new number */
+    if (!place)
+        return -1;
+    for (size_t i = 0; i < corners; i++)
+        place[mesh->indices[i]] = 1;
+    for (size_t i = 0; i < mesh->vertex_count; i++) {
+        if (!place[i])
+            continue;
+        memmove(mesh->positions + 3 * (size_t)used, mesh->positions + 3 * i, 3 * sizeof(float));
+        memmove(mesh->normals + 3 * (size_t)used, mesh->normals + 3 * i, 3 * sizeof(float));
+        if (mesh->uvs)
+            memmove(mesh->uvs + 2 * (size_t)used, mesh->uvs + 2 * i, 2 * sizeof(float));
+        place[i] = ++used;
+    }
+    for (size_t i = 0; i < corners; i++)
+        mesh->indices[i] = place[mesh->indices[i]] - 1;
+    mesh->vertex_count = used;
+    free(place);
+    return 0;
+}
+
+/* A mesh that deforms goes as a whole where any of it shines: which part does may change with time. */
+static int remove_emitters(const ex_scene *scene, ex_mesh *mesh)
+{
+    uint32_t left = 0;
+    for (uint32_t t = 0; t < mesh->triangle_count; t++) {
+        if (!is_dark(scene, mesh->materials[t]))
+            continue;
+        memmove(mesh->indices + 3 * (size_t)left, mesh->indices + 3 * (size_t)t, 3 * sizeof *mesh->indices);
+        mesh->materials[left++] = mesh->materials[t];
+    }
+    if (left == mesh->triangle_count)
+        return 0;
+    mesh->triangle_count = mesh->deforms ? 0 : left;
+    return drop_unused_vertices(mesh);
+}
+
+/* What the setting `emitters` says of emissive surfaces: shine, be dark, or not be there. */
+static int treat_emitters(ex_scene *scene, const rd_args *args)
+{
+    int result = 0;
+    if (rd_setting_is(&args->settings, "emitters", "1"))
+        return 0;
+    for (uint32_t i = 0; i < scene->mesh_count && rd_setting_is(&args->settings, "emitters", "removed"); i++)
+        result |= remove_emitters(scene, &scene->meshes[i]);
+    for (uint32_t i = 0; i < scene->material_count; i++)
+        memset(scene->materials[i].emission, 0, sizeof scene->materials[i].emission);
+    return result;
+}
+
 static int finish(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args *args, char *error)
 {
     int has_light, ground;
-    for (uint32_t i = 0; i < scene->material_count && rd_setting_is(&args->settings, "emitters", "0"); i++)
-        memset(scene->materials[i].emission, 0, sizeof scene->materials[i].emission);
+    if (treat_emitters(scene, args) != 0)
+        return out_of_memory(error);
     if (measure(scene, job, emitters, error) != 0)
         return -1;
     ground = rd_setting_is(&args->settings, "ground", "auto") ? !scene->has_camera && job->emitter_count == 0

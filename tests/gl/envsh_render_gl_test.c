@@ -2,6 +2,7 @@
    within 1 % relative RMSE, for instances, motion, holes of alpha masks, clusters, channels, a sun and every filter. */
 #define _POSIX_C_SOURCE 200809L
 #include "program.h"
+#include "room.h"
 
 static void agree(const char *scene)
 {
@@ -33,11 +34,20 @@ static void leaves_with_holes(void **state)
     agree("--scene builtin:plant --set lights=40 --set filter=pcf --env builtin:sky --set env_rotation=70");
 }
 
+static void a_sky_through_a_window(void **state)
+{
+    (void)state;
+    room_need();
+    room_write("\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":1}}");
+    agree("--scene room.gltf --env builtin:uniform --light sun:0.25,0.6,-0.75,2 --set lights=100 --set m=128");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(instances_by_the_penumbra_filter),
                                         cmocka_unit_test(cloth_in_motion_in_clusters),
                                         cmocka_unit_test(an_explosion_under_a_sun_in_channels),
-                                        cmocka_unit_test(leaves_with_holes) };
+                                        cmocka_unit_test(leaves_with_holes),
+                                        cmocka_unit_test(a_sky_through_a_window) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

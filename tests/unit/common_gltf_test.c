@@ -251,6 +251,41 @@ static void gltf_materials_and_textures(void **state)
     ex_scene_free(&scene);
 }
 
+/* What lets more than half of the light through is not there; its texture enters as the mean of its red. */
+static void gltf_glass_is_left_out(void **state)
+{
+    static const struct { const char *material; int is_left_out; } cases[] = {
+        {"\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":0.6}}", 1},
+        {"\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":0.4}}", 0},
+        {"\"extensions\":{\"KHR_materials_transmission\":{}}", 0},
+        {"\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":\"1\"}}", 0},
+        {"\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":-1e300,"
+         "\"transmissionTexture\":{\"index\":1e300}}}", 0},
+        /* red is 188 and 255: 0.87 of it goes through */
+        {"\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":0.6,"
+         "\"transmissionTexture\":{\"index\":0}}}", 1},
+        {"\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":0.56,"
+         "\"transmissionTexture\":{\"index\":0}}}", 0},
+        {"\"alphaMode\":\"BLEND\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,1,1,0.4]}", 1},
+        {"\"alphaMode\":\"BLEND\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,1,1,0.8]}", 0},
+        {"\"alphaMode\":\"BLEND\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,1,1,0.8]},"
+         "\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":0.45}}", 1}};
+    char error[EX_ERROR_SIZE], json[2048];
+    ex_scene scene;
+    (void)state;
+    skip_without_parser();
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        put_square();
+        snprintf(json, sizeof json, "%s%s\"images\":[{\"uri\":\"%s\"}],\"textures\":[{\"source\":0}],"
+                 "\"materials\":[{%s}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,"
+                 "\"material\":0},{\"attributes\":{\"POSITION\":0},\"indices\":1}]}]" NODE, VIEWS, ACCESSORS, png_uri,
+                 cases[i].material);
+        if (load_json(&scene, error, json) != 0) fail_msg("%s: %s", cases[i].material, error);
+        if (ex_scene_triangles(&scene) != (cases[i].is_left_out ? 2 : 4)) fail_msg("%s", cases[i].material);
+        ex_scene_free(&scene);
+    }
+}
+
 static void gltf_bad_elements_are_skipped_and_counted(void **state)
 {
     char error[EX_ERROR_SIZE];
@@ -440,6 +475,7 @@ int main(void)
         cmocka_unit_test(gltf_geometry_comes_in_every_form),
         cmocka_unit_test(gltf_nodes_lights_and_camera),
         cmocka_unit_test(gltf_materials_and_textures),
+        cmocka_unit_test(gltf_glass_is_left_out),
         cmocka_unit_test(gltf_bad_elements_are_skipped_and_counted),
         cmocka_unit_test(gltf_hostile_files_are_refused),
         cmocka_unit_test(gltf_that_multiplies_is_refused),

@@ -5,6 +5,7 @@
 #include "common.h"
 #include "conformance.h"
 #include "program.h"
+#include "room.h"
 
 #define KNOT "--scene builtin:knot --size 96x72 "
 
@@ -86,6 +87,69 @@ static int same_files(const char *a, const char *b)
     return size == read_file(b, y, sizeof y) && memcmp(x, y, size) == 0;
 }
 
+#define GLASS "\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":0.9}}"
+#define ROOM "--scene room.gltf --size 64x48 "
+#define SUN ROOM "--light sun:0.25,0.6,-0.75,2 "
+#define SKY ROOM "--env builtin:uniform "
+
+static double mean_of(const char *name)
+{
+    char path[256], error[EX_ERROR_SIZE] = "";
+    ex_image image;
+    double sum = 0;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    if (ex_image_read_pfm(&image, path, error) != 0) fail_msg("%s", error);
+    for (size_t i = 0; i < 3 * (size_t)image.width * image.height; i++)
+        sum += (double)image.rgb[i];
+    sum /= 3 * (double)image.width * image.height;
+    ex_image_free(&image);
+    return sum;
+}
+
+/* A room whose only light is what comes in by its window. */
+static void light_comes_through_glass(void **state)
+{
+    double through;
+    (void)state;
+    need_reference();
+    room_need();
+    room_write(GLASS);
+    expect(0, "", "--technique reference " SUN "--samples 1 --out room.pfm");
+    compare_with("room.pfm", SUN "--set m=1024 --samples 1");
+    /* the sun's patch is 14 x 8 pixels; its edge is off by a texel, an eighth of a pixel */
+    CONFORM("image", "the sun through a window's glass beside the reference, mean ratio", 1, number("mean_ratio"), 0.02);
+    expect(0, "", "--technique reference " SKY "--samples 256 --out room.pfm");
+    compare_with("room.pfm", SKY "--set lights=1024 --set m=128");
+    /* some thirty of the lights look in at a place, texels are 60 mm, the reference carries 1 % of noise */
+    CONFORM("image", "a sky through a window's glass beside the reference, mean ratio", 1, number("mean_ratio"), 0.05);
+    through = mean_of("a.pfm");
+    room_write("\"doubleSided\":true");
+    expect(0, "", "--technique reference " SKY "--samples 64 --out room.pfm");
+    expect(0, "", "--technique envshadow " SKY "--set lights=1024 --set m=128 --out a.pfm");
+    assert_true(mean_of("room.pfm") <= 0);
+    CONFORM_MAX("image", "a sky behind an opaque pane over the sky through glass", 0.01, mean_of("a.pfm") / through);
+}
+
+/* Glass, thin blending and a lamp that is taken away leave the same hole; a lamp switched off stands before it. */
+static void every_way_to_open_a_window(void **state)
+{
+    static const char *const panes[] = { GLASS, "\"alphaMode\":\"BLEND\",\"pbrMetallicRoughness\":{"
+        "\"baseColorFactor\":[1,1,1,0.3]}", "\"emissiveFactor\":[1,1,1]" };
+    static const char *const techniques[] = { "envshadow --set lights=20 --set m=64", "reference --samples 8" };
+    char line[400];
+    (void)state;
+    need_reference();
+    room_need();
+    for (int t = 0; t < 2; t++)
+        for (int i = 0; i < 4; i++) {
+            room_write(panes[i < 2 ? i : 2]);
+            snprintf(line, sizeof line, "--technique %s " SKY "--set emitters=%s --out %s.pfm", techniques[t],
+                     i < 2 ? "1" : i == 2 ? "removed" : "0", i ? "other" : "glass");
+            expect(0, "", line);
+            if (i) assert_int_equal(same_files("glass.pfm", "other.pfm"), i < 3);
+        }
+}
+
 #define SMALL "--technique envshadow --size 48x36 --set lights=20 --set m=64 "
 
 static void threads_and_clusters_do_not_matter(void **state)
@@ -128,6 +192,8 @@ int main(void)
         cmocka_unit_test(smoothing_saves_lights),
         cmocka_unit_test(sun_matches_reference),
         cmocka_unit_test(rotation_turns_the_sky),
+        cmocka_unit_test(light_comes_through_glass),
+        cmocka_unit_test(every_way_to_open_a_window),
         cmocka_unit_test(threads_and_clusters_do_not_matter),
         cmocka_unit_test(animation_needs_nothing),
         cmocka_unit_test(others_are_refused),
