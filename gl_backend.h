@@ -6810,7 +6810,8 @@ static const char *const glbk__glsl_prog_rsm_scan_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_rsm_smooth_frag[] = {
-    "// One pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of normals and planes.\n",
+    "// One pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of normals and planes. A pixel with\n",
+    "// few neighbours like it is no brighter than its brightest neighbour.\n",
     "// uses: rsm_screen\n",
     "// with: screen.vert\n",
     "layout(location = 0) out glbk_color result;\n",
@@ -6826,7 +6827,7 @@ static const char *const glbk__glsl_prog_rsm_smooth_frag[] = {
     "        result = glbk_pack(vec4(0.0));\n",
     "        return;\n",
     "    }\n",
-    "    vec3 light = sum.xyz * 4.0;\n",
+    "    vec3 light = sum.xyz * 4.0, most = vec3(0.0);\n",
     "    for (int j = -1; j <= 1; j++)\n",
     "        for (int i = -1; i <= 1; i++) {\n",
     "            ivec2 there = at + ivec2(i, j) * step;\n",
@@ -6834,10 +6835,14 @@ static const char *const glbk__glsl_prog_rsm_smooth_frag[] = {
     "            if (!rsm_read(there, s)) continue;\n",
     "            float weight = rsm_alike(r.position, r.normal, s.position, s.normal, glbk_rsm_frame.tests.x, glbk_rsm_frame.tests.y) *\n",
     "                           (i != 0 && j != 0 ? 1.0 : 2.0);\n",
-    "            light += weight * glbk_unpack(texelFetch(glbk_rsm_sum, there, 0)).xyz;\n",
+    "            vec3 other = glbk_unpack(texelFetch(glbk_rsm_sum, there, 0)).xyz;\n",
+    "            light += weight * other;\n",
     "            total += weight;\n",
+    "            most = max(most, other);\n",
     "        }\n",
-    "    result = glbk_pack(vec4(light / total, sum.w));\n",
+    "    light /= total;\n",
+    "    if (total < 8.0) light = mix(light, min(light, most), vec3(greaterThan(most, vec3(0.0))));\n",
+    "    result = glbk_pack(vec4(light, sum.w));\n",
     "}\n"
 };
 
@@ -7248,7 +7253,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "prog/rsm_scan.frag", glbk__glsl_prog_rsm_scan_frag, 28, "rsm_pick", "screen.vert",
       "FROM=0 | FROM=1 | FROM=2 | FROM=3" },
-    { "prog/rsm_smooth.frag", glbk__glsl_prog_rsm_smooth_frag, 29, "rsm_screen", "screen.vert",
+    { "prog/rsm_smooth.frag", glbk__glsl_prog_rsm_smooth_frag, 34, "rsm_screen", "screen.vert",
       "" },
     { "prog/screen.vert", glbk__glsl_prog_screen_vert, 5, "", "",
       "" },

@@ -1014,6 +1014,7 @@ enum {
     RSM__BLOCK = 64,         /* of them in one block of arrays */
     RSM__RUN = 1024,         /* of them in one sum */
     RSM__BATCH = 32,         /* receivers of a task */
+    RSM__FEW = 128,          /* pixel lights, at most, that go one by one to RSM__LANES receivers */
     RSM__MAX_SIZE = 4096,
     RSM__MAX_SAMPLES = 1 << 20,
     RSM__MAX_POISSON = 4096
@@ -1909,9 +1910,22 @@ typedef struct rsm__sum {
 
 #define RSM__NO_CAP 3.0e38f
 
-/* Equation (1), with the 1/pi that it lacks applied by the caller: flux cos cos / d^2, cosines times d over d^4. Both
-   must exceed the rounding of positions, so that a plane does not light itself (T40). Written for lanes: compilers turn
-   the inner loop into vectors, and the sums of lanes are added in one order, so that all builds give the same bits. */
+/* Equation (1) of light i of block k, with the 1/pi that it lacks applied by the caller: flux cos cos / d^2, cosines
+   times d over d^4. Both must exceed the rounding of positions, so that a plane does not light itself (T40). X(c): the
+   receiver's position, normal, epsilon. g is free, f within the light's bound. */
+#define RSM__FORM(k, i, X)                                                                                   \
+    float dx = (k)->px[i] - X(0), dy = (k)->py[i] - X(1), dz = (k)->pz[i] - X(2);                            \
+    float d2 = dx * dx + dy * dy + dz * dz, cr = X(3) * dx + X(4) * dy + X(5) * dz - X(6), inverse, f, g;    \
+    float ce = -((k)->nx[i] * dx + (k)->ny[i] * dy + (k)->nz[i] * dz) - X(6);                                \
+    cr = cr > 0.0f ? cr : 0.0f;                                                                              \
+    ce = ce > 0.0f ? ce : 0.0f;                                                                              \
+    inverse = 1.0f / (d2 > 1e-18f ? d2 : 1e-18f);                                                            \
+    g = (cr * inverse) * (ce * inverse);                                                                     \
+    f = g < (k)->cap[i] ? g : (k)->cap[i]
+
+/* Written for lanes: compilers turn the inner loop into vectors, and the sums of lanes are added in one order, so that
+   all builds give the same bits. */
+#define RSM__ONE(c) x[c]
 #define RSM__KERNEL_BODY(lossy, nearest)                                                                              \
     float red[RSM__LANES] = { 0 }, green[RSM__LANES] = { 0 }, blue[RSM__LANES] = { 0 };                      \
     float full[RSM__LANES] = { 0 }, lost[RSM__LANES] = { 0 }, near[RSM__LANES] = { 0 };                      \
@@ -1919,14 +1933,7 @@ typedef struct rsm__sum {
     for (; count > 0; count -= end, k++)                                                                     \
         for (i = 0, end = count < RSM__BLOCK ? count : (size_t)RSM__BLOCK; i < end; i += RSM__LANES)         \
         for (l = 0; l < RSM__LANES; l++) {                                                                   \
-            float dx = k->px[i + l] - x[0], dy = k->py[i + l] - x[1], dz = k->pz[i + l] - x[2];              \
-            float d2 = dx * dx + dy * dy + dz * dz, cr = x[3] * dx + x[4] * dy + x[5] * dz - x[6], inverse, f, g; \
-            float ce = -(k->nx[i + l] * dx + k->ny[i + l] * dy + k->nz[i + l] * dz) - x[6];                  \
-            cr = cr > 0.0f ? cr : 0.0f;                                                                      \
-            ce = ce > 0.0f ? ce : 0.0f;                                                                      \
-            inverse = 1.0f / (d2 > 1e-18f ? d2 : 1e-18f);                                                    \
-            g = (cr * inverse) * (ce * inverse);                                                             \
-            f = g < k->cap[i + l] ? g : k->cap[i + l];                                                       \
+            RSM__FORM(k, i + l, RSM__ONE);                                                                   \
             red[l] += k->r[i + l] * f;                                                                       \
             green[l] += k->g[i + l] * f;                                                                     \
             blue[l] += k->b[i + l] * f;                                                                      \
@@ -1949,6 +1956,43 @@ typedef struct rsm__sum {
             sum->lost += lost[l];                                                                            \
         }                                                                                                    \
         if (nearest) sum->near = near[l] > sum->near ? near[l] : sum->near;                                  \
+    }
+
+/* The other way round: a few lights on as many receivers as there are lanes. */
+typedef struct rsm__crowd {
+    float  x[7][RSM__LANES];       /* positions, normals, epsilons; no normal: no receiver */
+    float  sums[5][RSM__LANES];    /* red, green, blue; full and lost */
+    size_t at[RSM__LANES], count;
+} rsm__crowd;
+
+typedef void (*rsm__crowd_kernel)(const rsm__block *k, size_t count, rsm__crowd *p);
+
+#define RSM__MANY(c) p->x[c][l]
+#define RSM__CROWD_BODY(lossy)                                                                               \
+    float red[RSM__LANES] = { 0 }, green[RSM__LANES] = { 0 }, blue[RSM__LANES] = { 0 };                      \
+    float full[RSM__LANES] = { 0 }, lost[RSM__LANES] = { 0 };                                                \
+    size_t i, l;                                                                                             \
+    for (i = 0; i < count; i++) {                                                                            \
+        const rsm__block *b = k + i / RSM__BLOCK;                                                            \
+        size_t j = i % RSM__BLOCK;                                                                           \
+        for (l = 0; l < RSM__LANES; l++) {                                                                   \
+            RSM__FORM(b, j, RSM__MANY);                                                                      \
+            red[l] += b->r[j] * f;                                                                           \
+            green[l] += b->g[j] * f;                                                                         \
+            blue[l] += b->b[j] * f;                                                                          \
+            if (lossy) {                                                                                     \
+                float m = b->r[j] + b->g[j] + b->b[j];                                                       \
+                full[l] += m * g;                                                                            \
+                lost[l] += m * (g - f);                                                                      \
+            }                                                                                                \
+        }                                                                                                    \
+    }                                                                                                        \
+    for (l = 0; l < RSM__LANES; l++) {                                                                       \
+        p->sums[0][l] += red[l];                                                                             \
+        p->sums[1][l] += green[l];                                                                           \
+        p->sums[2][l] += blue[l];                                                                            \
+        p->sums[3][l] += full[l];                                                                            \
+        p->sums[4][l] += lost[l];                                                                            \
     }
 
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__)
@@ -1976,6 +2020,14 @@ typedef void (*rsm__kernel)(const rsm__block *k, size_t count, const float x[7],
     target RSM__HOT static void name##_near_lossy(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum) \
     {                                                                                                        \
         RSM__KERNEL_BODY(1, 1)                                                                               \
+    }                                                                                                        \
+    target RSM__HOT static void name##_crowd(const rsm__block *k, size_t count, rsm__crowd *p)               \
+    {                                                                                                        \
+        RSM__CROWD_BODY(0)                                                                                   \
+    }                                                                                                        \
+    target RSM__HOT static void name##_crowd_lossy(const rsm__block *k, size_t count, rsm__crowd *p)         \
+    {                                                                                                        \
+        RSM__CROWD_BODY(1)                                                                                   \
     }
 
 #define RSM__ANY_TARGET
@@ -1992,6 +2044,14 @@ static inline rsm__kernel rsm__choose_kernel(int lossy, int near)
 #endif
     if (near) return lossy ? rsm__kernel_plain_near_lossy : rsm__kernel_plain_near;
     return lossy ? rsm__kernel_plain_lossy : rsm__kernel_plain;
+}
+
+static inline rsm__crowd_kernel rsm__choose_crowd(int lossy)
+{
+#if RSM__X86
+    if (rsm__cpu_has_avx2()) return lossy ? rsm__kernel_avx2_crowd_lossy : rsm__kernel_avx2_crowd;
+#endif
+    return lossy ? rsm__kernel_plain_crowd_lossy : rsm__kernel_plain_crowd;
 }
 
 /* The glossy part of a light towards a receiver: a Phong lobe about the mirrored direction of the light (section 7). */
@@ -2016,7 +2076,7 @@ typedef struct rsm__source {       /* one map, or the list */
     const rsm_map *map;            /* NULL for a list */
     rsm__block    *blocks;         /* pixel lights that all receivers share, set by set */
     rsm__gloss    *gloss;          /* of them, or NULL */
-    size_t         set_blocks, set_lanes;   /* blocks of one set, and lanes in use, a multiple of RSM__LANES */
+    size_t         set_blocks, set_lights, set_lanes;   /* of one set; lanes in use are a multiple of RSM__LANES */
     float          epsilon;
 } rsm__source;
 
@@ -2033,6 +2093,7 @@ typedef struct rsm__gather {
     uint32_t          sets, set_samples;
     uint32_t          shared, centred;           /* samples of each kind; both with MIXED */
     rsm__kernel       kernel;
+    rsm__crowd_kernel crowd_kernel;
     rsm__tally       *tallies;                   /* one a batch */
     float             scale;                     /* of results: 1 / pi */
     float            *reach2;                    /* NULL, or of each point: squared distance of the nearest light */
@@ -2172,6 +2233,7 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
     size_t texels = rsm__texel_count(map), count = g->desc.samples ? g->shared : (size_t)map->stats.lit_texels;
     size_t per_set = (count + g->sets - 1) / g->sets, i, at = 0, placed = 0, lanes;
     s->set_blocks = (per_set + RSM__BLOCK - 1) / RSM__BLOCK;
+    s->set_lights = per_set;
     s->set_lanes = (per_set + RSM__LANES - 1) / RSM__LANES * RSM__LANES;
     lanes = s->set_blocks * g->sets * RSM__BLOCK;
     if (count == 0) return RSM_OK;
@@ -2214,6 +2276,7 @@ static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rs
     size_t i, per_set = (count + g->sets - 1) / g->sets, lanes;
     float extent = 0.0f;
     s->set_blocks = (per_set + RSM__BLOCK - 1) / RSM__BLOCK;
+    s->set_lights = per_set;
     s->set_lanes = (per_set + RSM__LANES - 1) / RSM__LANES * RSM__LANES;
     lanes = s->set_blocks * g->sets * RSM__BLOCK;
     if (count == 0) return RSM_OK;
@@ -2396,13 +2459,32 @@ static inline double rsm__outside_share(const rsm_map *map, float r_max, rsm__v3
     return outside / total;
 }
 
+/* Rounding of positions about a receiver. */
+static inline float rsm__epsilon(const rsm__source *s, float x, float y, float z)
+{
+    float most = fabsf(x);
+    most = fabsf(y) > most ? fabsf(y) : most;
+    most = fabsf(z) > most ? fabsf(z) : most;
+    return most * 4e-7f > s->epsilon ? most * 4e-7f : s->epsilon;
+}
+
+static inline void rsm__write_sum(const rsm__gather *g, size_t at, const float rgb[3])
+{
+    const rsm_points *p = g->points;
+    float occlusion = 1.0f, *out = g->out + 3 * at;
+    int c;
+    if (p->occlusion) occlusion = *rsm__at(p->occlusion, rsm__stride(p->occlusion_stride, 4), at);
+    occlusion = occlusion > 0.0f ? occlusion < 1.0f ? occlusion : 1.0f : 0.0f;
+    for (c = 0; c < 3; c++) out[c] = (g->desc.add ? out[c] : 0.0f) + rgb[c] * g->scale * occlusion;
+}
+
 static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tally *tally, int wants_share)
 {
     const rsm_points *p = g->points;
     size_t at = p->indices ? p->indices[number] : number, i, px = p->width ? at % p->width : at;
     size_t py = p->width ? at / p->width : 0;
     uint32_t k = g->desc.interleave, set = (uint32_t)(px % k + k * (py % k));
-    float x[7], noise = 0.0f, occlusion = 1.0f, *out = g->out + 3 * at;
+    float x[7], noise = 0.0f, *out = g->out + 3 * at;
     rsm__sum sum = { { 0, 0, 0 }, 0, 0, 0 };
     rsm__v3 position, normal;
     int c;
@@ -2415,8 +2497,7 @@ static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tal
     rsm__v3_store(x + 3, normal);
     for (i = 0; i < g->source_count; i++) {
         const rsm__source *s = g->sources + i;
-        x[6] = s->epsilon;
-        for (c = 0; c < 3; c++) x[6] = fabsf(x[c]) * 4e-7f > x[6] ? fabsf(x[c]) * 4e-7f : x[6];
+        x[6] = rsm__epsilon(s, x[0], x[1], x[2]);
         if (s->blocks) rsm__gather_shared(g, s, x, set, &sum);
         if (s->map && g->pattern) rsm__gather_centred(g, s->map, x, set, noise, &sum);
         if (s->map && g->pattern && wants_share && g->desc.r_max > 0.0f) {
@@ -2429,9 +2510,7 @@ static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tal
     tally->evaluated++;
     tally->full += (double)sum.full;
     tally->lost += (double)sum.lost;
-    if (p->occlusion) occlusion = *rsm__at(p->occlusion, rsm__stride(p->occlusion_stride, 4), at);
-    occlusion = occlusion > 0.0f ? occlusion < 1.0f ? occlusion : 1.0f : 0.0f;
-    for (c = 0; c < 3; c++) out[c] = (g->desc.add ? out[c] : 0.0f) + sum.rgb[c] * g->scale * occlusion;
+    rsm__write_sum(g, at, sum.rgb);
 }
 
 static inline void rsm__gather_batch(void *context, size_t batch)
@@ -2442,6 +2521,71 @@ static inline void rsm__gather_batch(void *context, size_t batch)
     size_t every = g->count / 64 + 1;
     memset(tally, 0, sizeof *tally);
     for (i = first; i < end; i++) rsm__gather_one(g, i, tally, i % every == 0);
+}
+
+/* Interleaved pictures: pixels of a row that take the same set are gathered for together, as many as there are lanes. */
+static inline int rsm__takes_rows(const rsm__gather *g)
+{
+    size_t i;
+    if (g->sets == 1 || g->pattern || g->desc.materials || g->points->width == 0 || g->points->indices) return 0;
+    for (i = 0; i < g->source_count; i++)
+        if (g->sources[i].set_lanes > RSM__FEW) return 0;      /* such sums would lose bits, and have lanes enough */
+    return 1;
+}
+
+static inline void rsm__crowd_add(const rsm__gather *g, rsm__crowd *p, size_t at, rsm__tally *tally)
+{
+    rsm__v3 position, normal;
+    float x[6];
+    int c;
+    if (!rsm__receiver(g->points, at, &position, &normal, &tally->bad)) {
+        for (c = 0; c < 3 && !g->desc.add; c++) g->out[3 * at + (size_t)c] = 0.0f;
+        return;
+    }
+    rsm__v3_store(x, position);
+    rsm__v3_store(x + 3, normal);
+    for (c = 0; c < 6; c++) p->x[c][p->count] = x[c];
+    p->at[p->count++] = at;
+}
+
+static inline void rsm__crowd_gather(const rsm__gather *g, rsm__crowd *p, uint32_t set, rsm__tally *tally)
+{
+    size_t i, l;
+    float rgb[3];
+    int c;
+    for (i = 0; i < g->source_count && p->count; i++) {
+        const rsm__source *s = g->sources + i;
+        for (l = 0; l < RSM__LANES; l++) p->x[6][l] = rsm__epsilon(s, p->x[0][l], p->x[1][l], p->x[2][l]);
+        if (s->blocks) g->crowd_kernel(s->blocks + set * s->set_blocks, s->set_lights, p);
+        tally->pairs += (s->blocks ? s->set_lanes : 0) * p->count;
+    }
+    for (l = 0; l < p->count; l++) {
+        for (c = 0; c < 3; c++) rgb[c] = p->sums[c][l];
+        rsm__write_sum(g, p->at[l], rgb);
+        tally->evaluated++;
+        tally->full += (double)p->sums[3][l];
+        tally->lost += (double)p->sums[4][l];
+    }
+    memset(p, 0, sizeof *p);
+}
+
+static inline void rsm__gather_row(void *context, size_t y)
+{
+    const rsm__gather *g = (const rsm__gather *)context;
+    rsm__tally *tally = g->tallies + y;
+    size_t width = g->points->width, first = y * width, n = g->count - first < width ? g->count - first : width, x;
+    uint32_t k = g->desc.interleave, column;
+    rsm__crowd p;
+    memset(tally, 0, sizeof *tally);
+    memset(&p, 0, sizeof p);
+    for (column = 0; column < k; column++) {
+        uint32_t set = column + k * (uint32_t)(y % k);
+        for (x = column; x < n; x += k) {
+            rsm__crowd_add(g, &p, first + x, tally);
+            if (p.count == RSM__LANES) rsm__crowd_gather(g, &p, set, tally);
+        }
+        rsm__crowd_gather(g, &p, set, tally);
+    }
 }
 
 static inline rsm_result rsm__gather_check(const rsm_gather_desc *d, rsm_gather_desc *out)
@@ -2533,9 +2677,9 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
     return result;
 }
 
-static inline void rsm__gather_add_stats(const rsm__gather *g, rsm_gather_stats *stats, double sums[4])
+static inline void rsm__gather_add_stats(const rsm__gather *g, size_t batches, rsm_gather_stats *stats, double sums[4])
 {
-    size_t i, batches = (g->count + RSM__BATCH - 1) / RSM__BATCH;
+    size_t i;
     for (i = 0; i < batches; i++) {
         stats->evaluated += g->tallies[i].evaluated;
         stats->pairs += g->tallies[i].pairs;
@@ -2564,17 +2708,19 @@ static inline rsm_result rsm__maps_check(const rsm_map *const *maps, size_t map_
 static inline rsm_result rsm__gather_points(rsm__gather *g, rsm_gather_stats *stats, const rsm__allocator *a)
 {
     size_t batches;
+    int rows = rsm__takes_rows(g);
     rsm_gather_stats s;
     double sums[4] = { 0, 0, 0, 0 };
     rsm_result result = RSM_OK;
     g->count = g->points->indices ? g->points->index_count : g->points->count;
-    batches = (g->count + RSM__BATCH - 1) / RSM__BATCH;
+    batches = rows ? (g->count + g->points->width - 1) / g->points->width : (g->count + RSM__BATCH - 1) / RSM__BATCH;
     g->tallies = (rsm__tally *)rsm__alloc_array(a, batches ? batches : 1, sizeof *g->tallies);
     if (!g->tallies) return RSM_ERR_ALLOC;
-    if (!rsm__run_steps(&g->desc.system, batches, rsm__gather_batch, g, 0.0f, 1.0f)) result = RSM_ERR_CANCELLED;
+    if (!rsm__run_steps(&g->desc.system, batches, rows ? rsm__gather_row : rsm__gather_batch, g, 0.0f, 1.0f))
+        result = RSM_ERR_CANCELLED;
     if (result == RSM_OK && stats) {
         memset(&s, 0, sizeof s);
-        rsm__gather_add_stats(g, &s, sums);
+        rsm__gather_add_stats(g, batches, &s, sums);
         *stats = s;
     }
     rsm__free(a, g->tallies);
@@ -2592,6 +2738,7 @@ static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *m
     rsm__allocator a = rsm__allocator_of(&g->desc.system);
     rsm_result result;
     g->kernel = rsm__choose_kernel(rsm__loss_wanted(g, stats), 0);
+    g->crowd_kernel = rsm__choose_crowd(rsm__loss_wanted(g, stats));
     result = rsm__gather_open(g, maps, map_count, lights, light_count, &a);
     if (result == RSM_OK) result = rsm__gather_points(g, stats, &a);
     rsm__gather_close(g, &a);
@@ -3226,37 +3373,195 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
 
 /* ---- >>filter: over frames, then over neighbours ---- */
 
-typedef struct rsm__history { float position[3], normal[3], rgb[3], frames; } rsm__history;
+/* Rows of the picture are RSM__PLANES rows of floats each, so that neighbours are compared in vectors: position, normal,
+   colour, frames. No receiver: normal and frames are 0. */
+enum { RSM__RGB = 6, RSM__FRAMES = 9, RSM__PLANES = 10 };
 
 struct rsm_filter {
-    rsm_system    system;
-    rsm__history *history;         /* of each pixel; frames 0: none */
-    rsm__history *next;
-    uint32_t      width, height;
-    int           has_matrix;
-    float         matrix[16];      /* of the frame in history */
+    rsm_system system;
+    float     *history;            /* of the last frame */
+    float     *next;
+    size_t     spacing;            /* of rows of floats: a little more than widths that caches do not like */
+    uint32_t   width, height;
+    int        has_matrix;
+    float      matrix[16];         /* of the frame in history */
 };
+
+/* The pixels of one chunk, step away: rows of RSM__LANES floats, spacing apart. */
+typedef struct rsm__tap { const float *shape, *rgb; size_t spacing; float weight; } rsm__tap;
+
+/* taps[0] is the chunk itself. limits: cosine, 1 / (1 - cosine), slope^2. */
+typedef void (*rsm__smooth)(const rsm__tap *taps, size_t count, const float limits[3], float out[3][RSM__LANES]);
+
+/* A chunk of this frame and what the last one saw there. */
+typedef struct rsm__past {
+    float x[RSM__LANES], y[RSM__LANES];       /* where its surfaces were, in pixels; nowhere: -8 */
+    float size2[RSM__LANES];                  /* square of the distance within which they may be */
+    float weights[4][RSM__LANES];             /* of the pixels about that place */
+    float old[4][RSM__LANES];                 /* colour and frames; 0 frames: nothing alike */
+} rsm__past;
+
+typedef float rsm__chunk[RSM__LANES];         /* RSM__PLANES of them: what this frame sees */
+
+/* x and y by the matrix of the last frame; then old from four taps. */
+typedef void (*rsm__reproject)(const float m[16], const rsm__chunk *now, const float size[2], int y_up, rsm__past *to);
+typedef void (*rsm__recall)(const rsm__chunk *now, const rsm__tap *taps, const float limits[3], int motion,
+                            rsm__past *to);
 
 typedef struct rsm__filter_run {
     rsm_filter            *filter;
     const rsm_filter_desc *desc;
     const rsm_points      *points;
-    const float           *in;
-    float                 *out;
+    const float           *in;     /* irradiance; then rows of three rows, in_row floats apart */
+    float                 *out;    /* the same, or with packed three floats a pixel */
+    size_t                 in_row;
+    int                    packed;
     uint32_t               step, history;
-    float                  cosine, slope;
+    float                  limits[3];
+    rsm__smooth            smooth;
+    rsm__reproject         reproject;
+    rsm__recall            recall;
 } rsm__filter_run;
+
+/* Weight of neighbour (or history) q, normal m for p, n: 0 across edges of normals and off the plane, falling smoothly
+   to them. Arrays have the spacing s, and t. */
+#define RSM__ALIKE(weight, p, n, s, q, m, t, limits)                                                         \
+    do {                                                                                                     \
+        float dx = (q)[0] - (p)[0], dy = (q)[t] - (p)[s], dz = (q)[2 * (t)] - (p)[2 * (s)];                  \
+        float d2 = dx * dx + dy * dy + dz * dz, off = (n)[0] * dx + (n)[s] * dy + (n)[2 * (s)] * dz;         \
+        float a = (n)[0] * (m)[0] + (n)[s] * (m)[t] + (n)[2 * (s)] * (m)[2 * (t)];                           \
+        float b = 1.0f - off * off / ((limits)[2] * d2 + 1e-12f);                                            \
+        a = (a - (limits)[0]) * (limits)[1];                                                                 \
+        a = a > 0.0f ? a : 0.0f;                                                                             \
+        a = a < 1.0f ? a : 1.0f;                                                                             \
+        (weight) = a * (b > 0.0f ? b : 0.0f);                                                                \
+    } while (0)
+
+/* A pixel with few neighbours like it keeps the noise of its own samples: of its 25 of 400 one that is near counts 16
+   times. It is then no brighter than its brightest neighbour. All weights are 4 of its own and 12. */
+#define RSM__DESPECKLED(x, most, total) ((total) < 8.0f && (most) > 0.0f && (x) > (most) ? (most) : (x))
+
+/* One pass of the a-trous filter on one chunk. */
+#define RSM__SMOOTH_BODY                                                                                     \
+    const float *p = taps->shape, *n = p + 3 * taps->spacing, *rgb = taps->rgb;                              \
+    float red[RSM__LANES], green[RSM__LANES], blue[RSM__LANES], total[RSM__LANES], most[3][RSM__LANES] = { { 0 } };\
+    size_t k, l, s = taps->spacing, t;                                                                       \
+    for (l = 0; l < RSM__LANES; l++) {                                                                       \
+        red[l] = 4.0f * rgb[l];                                                                              \
+        green[l] = 4.0f * rgb[s + l];                                                                        \
+        blue[l] = 4.0f * rgb[2 * s + l];                                                                     \
+        total[l] = 4.0f;                                                                                     \
+    }                                                                                                        \
+    for (k = 1; k < count; k++) {                                                                            \
+        const float *q = taps[k].shape, *c = taps[k].rgb;                                                    \
+        t = taps[k].spacing;                                                                                 \
+        for (l = 0; l < RSM__LANES; l++) {                                                                   \
+            float weight;                                                                                    \
+            RSM__ALIKE(weight, p + l, n + l, s, q + l, q + 3 * t + l, t, limits);                            \
+            weight *= taps[k].weight;                                                                        \
+            red[l] += weight * c[l];                                                                         \
+            green[l] += weight * c[t + l];                                                                   \
+            blue[l] += weight * c[2 * t + l];                                                                \
+            total[l] += weight;                                                                              \
+            most[0][l] = c[l] > most[0][l] ? c[l] : most[0][l];                                              \
+            most[1][l] = c[t + l] > most[1][l] ? c[t + l] : most[1][l];                                      \
+            most[2][l] = c[2 * t + l] > most[2][l] ? c[2 * t + l] : most[2][l];                              \
+        }                                                                                                    \
+    }                                                                                                        \
+    for (l = 0; l < RSM__LANES; l++) {                                                                       \
+        out[0][l] = RSM__DESPECKLED(red[l] / total[l], most[0][l], total[l]);                                \
+        out[1][l] = RSM__DESPECKLED(green[l] / total[l], most[1][l], total[l]);                              \
+        out[2][l] = RSM__DESPECKLED(blue[l] / total[l], most[2][l], total[l]);                               \
+    }
+
+#define RSM__REPROJECT_BODY                                                                                  \
+    size_t l;                                                                                                \
+    for (l = 0; l < RSM__LANES; l++) {                                                                       \
+        float x = now[0][l], y = now[1][l], z = now[2][l], w = m[3] * x + m[7] * y + m[11] * z + m[15];      \
+        float px = (m[0] * x + m[4] * y + m[8] * z + m[12]) / w, py = (m[1] * x + m[5] * y + m[9] * z + m[13]) / w;\
+        px = (0.5f + 0.5f * px) * size[0];                                                                   \
+        py = (y_up ? 0.5f + 0.5f * py : 0.5f - 0.5f * py) * size[1];                                         \
+        to->x[l] = w > 0.0f ? px : -8.0f;                                                                    \
+        to->y[l] = w > 0.0f ? py : -8.0f;                                                                    \
+    }
+
+/* Bilinear over the four pixels of the last frame that show the same surface. */
+#define RSM__RECALL_BODY                                                                                     \
+    float red[RSM__LANES] = { 0 }, green[RSM__LANES] = { 0 }, blue[RSM__LANES] = { 0 };                      \
+    float frames[RSM__LANES] = { 0 }, total[RSM__LANES] = { 0 };                                             \
+    size_t l, k, s;                                                                                          \
+    for (k = 0; k < 4; k++) {                                                                                \
+        const float *q = taps[k].shape, *c = taps[k].rgb;                                                    \
+        s = taps[k].spacing;                                                                                 \
+        for (l = 0; l < RSM__LANES; l++) {                                                                   \
+            float ex = q[l] - now[0][l], ey = q[s + l] - now[1][l], ez = q[2 * s + l] - now[2][l], weight, same;\
+            int near = (c[3 * s + l] > 0.0f) & (ex * ex + ey * ey + ez * ez <= to->size2[l]);                \
+            RSM__ALIKE(weight, &now[0][l], &now[3][l], RSM__LANES, q + l, q + 3 * s + l, s, limits);         \
+            same = now[3][l] * q[3 * s + l] + now[4][l] * q[4 * s + l] + now[5][l] * q[5 * s + l];           \
+            same = same > 0.5f ? 1.0f : 0.0f;                                                                \
+            weight = (motion ? same : weight) * to->weights[k][l];                                           \
+            weight = near ? weight : 0.0f;                                                                   \
+            total[l] += weight;                                                                              \
+            red[l] += weight * c[l];                                                                         \
+            green[l] += weight * c[s + l];                                                                   \
+            blue[l] += weight * c[2 * s + l];                                                                \
+            frames[l] += weight * c[3 * s + l];                                                              \
+        }                                                                                                    \
+    }                                                                                                        \
+    for (l = 0; l < RSM__LANES; l++) {                                                                       \
+        float most = total[l] > 0.01f ? total[l] : 0.01f;                                                    \
+        to->old[0][l] = red[l] / most;                                                                       \
+        to->old[1][l] = green[l] / most;                                                                     \
+        to->old[2][l] = blue[l] / most;                                                                      \
+        to->old[3][l] = total[l] > 0.01f ? frames[l] / most : 0.0f;                                          \
+    }
+
+#define RSM__FILTERS(name, target)                                                                           \
+    target RSM__HOT static void name##_reproject(const float m[16], const rsm__chunk *now, const float size[2], int y_up, \
+                                                 rsm__past *to)                                              \
+    {                                                                                                        \
+        RSM__REPROJECT_BODY                                                                                  \
+    }                                                                                                        \
+    target RSM__HOT static void name##_recall(const rsm__chunk *now, const rsm__tap *taps, const float limits[3], \
+                                              int motion, rsm__past *to)                                     \
+    {                                                                                                        \
+        RSM__RECALL_BODY                                                                                     \
+    }                                                                                                        \
+    target RSM__HOT static void name##_smooth(const rsm__tap *taps, size_t count, const float limits[3],     \
+                                              float out[3][RSM__LANES])                                      \
+    {                                                                                                        \
+        RSM__SMOOTH_BODY                                                                                     \
+    }
+
+RSM__FILTERS(rsm__filter_plain, RSM__ANY_TARGET)
+#if RSM__X86
+RSM__FILTERS(rsm__filter_avx2, RSM__TARGET_AVX2)
+#endif
+
+static inline void rsm__choose_filter(rsm__filter_run *r)
+{
+    r->reproject = rsm__filter_plain_reproject;
+    r->recall = rsm__filter_plain_recall;
+    r->smooth = rsm__filter_plain_smooth;
+#if RSM__X86
+    if (!rsm__cpu_has_avx2()) return;
+    r->reproject = rsm__filter_avx2_reproject;
+    r->recall = rsm__filter_avx2_recall;
+    r->smooth = rsm__filter_avx2_smooth;
+#endif
+}
 
 RSM_DEF rsm_result rsm_filter_create(uint32_t width, uint32_t height, const rsm_system *system, rsm_filter **out)
 {
     rsm_system none;
     rsm__allocator a;
     rsm_filter *f;
-    size_t pixels;
+    size_t floats, spacing = width + (width % 64u ? 0u : 16u);
     memset(&none, 0, sizeof none);
     if (!system) system = &none;
     if (!out || width == 0 || height == 0 || !rsm__system_valid(system)) return RSM_ERR_ARGUMENT;
-    if (width > 65536u || height > 65536u || !rsm__mul_size(width, height, &pixels)) return RSM_ERR_LIMIT;
+    if (width > 65536u || height > 65536u || !rsm__mul_size(spacing * RSM__PLANES, height, &floats))
+        return RSM_ERR_LIMIT;
     a = rsm__allocator_of(system);
     f = (rsm_filter *)rsm__alloc(&a, sizeof *f);
     if (!f) return RSM_ERR_ALLOC;
@@ -3264,13 +3569,14 @@ RSM_DEF rsm_result rsm_filter_create(uint32_t width, uint32_t height, const rsm_
     f->system = *system;
     f->width = width;
     f->height = height;
-    f->history = (rsm__history *)rsm__alloc_array(&a, pixels, sizeof *f->history);
-    f->next = (rsm__history *)rsm__alloc_array(&a, pixels, sizeof *f->next);
+    f->spacing = spacing;
+    f->history = (float *)rsm__alloc_array(&a, floats, sizeof *f->history);
+    f->next = (float *)rsm__alloc_array(&a, floats, sizeof *f->next);
     if (!f->history || !f->next) {
         rsm_filter_free(f);
         return RSM_ERR_ALLOC;
     }
-    memset(f->history, 0, pixels * sizeof *f->history);
+    memset(f->history, 0, floats * sizeof *f->history);
     *out = f;
     return RSM_OK;
 }
@@ -3287,158 +3593,221 @@ RSM_DEF void rsm_filter_free(rsm_filter *filter)
 
 RSM_DEF void rsm_filter_reset(rsm_filter *filter)
 {
+    size_t y;
     if (!filter) return;
-    memset(filter->history, 0, (size_t)filter->width * filter->height * sizeof *filter->history);
+    for (y = 0; y < filter->height; y++)
+        memset(filter->history + (y * RSM__PLANES + RSM__FRAMES) * filter->spacing, 0,
+               filter->width * sizeof *filter->history);
     filter->has_matrix = 0;
 }
 
-/* Where a pixel's surface was in the last frame, in pixels; 0: not known. */
-static inline int rsm__reproject(const rsm__filter_run *r, size_t at, const float *p, float *x, float *y)
+/* Rows of rows of floats: positions and normals, colours and what follows them. */
+typedef struct rsm__picture { const float *shape, *rgb; size_t shape_row, rgb_row; int channels; } rsm__picture;
+
+static inline void rsm__tap_copy(const rsm_filter *f, const rsm__picture *p, int64_t x, int64_t y, size_t l,
+                                 float room[RSM__PLANES][RSM__LANES])
 {
-    const float *m = r->filter->matrix;
-    float cx, cy, cw;
-    if (r->desc->motion) {
-        *x = r->desc->motion[2 * at];
-        *y = r->desc->motion[2 * at + 1];
-        return rsm__finite(*x) && rsm__finite(*y);
+    int inside = x >= 0 && y >= 0 && x < (int64_t)f->width && y < (int64_t)f->height, c;
+    for (c = 0; c < RSM__RGB + p->channels; c++) {
+        const float *row = c < RSM__RGB ? p->shape : p->rgb;
+        size_t at = inside ? (size_t)y * (c < RSM__RGB ? p->shape_row : p->rgb_row) + (size_t)x : 0;
+        room[c][l] = inside ? row[at + (size_t)(c < RSM__RGB ? c : c - RSM__RGB) * f->spacing] : 0.0f;
     }
-    if (!r->desc->view_projection || !r->filter->has_matrix) return 0;
-    cx = m[0] * p[0] + m[4] * p[1] + m[8] * p[2] + m[12];
-    cy = m[1] * p[0] + m[5] * p[1] + m[9] * p[2] + m[13];
-    cw = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
-    if (!(cw > 0.0f)) return 0;
-    *x = (0.5f + 0.5f * cx / cw) * (float)r->filter->width;
-    *y = (r->desc->y_up ? 0.5f + 0.5f * cy / cw : 0.5f - 0.5f * cy / cw) * (float)r->filter->height;
-    return rsm__finite(*x) && rsm__finite(*y);
 }
 
-/* Weight of neighbour (or history) q for p: 0 across edges of normals and off the plane, falling smoothly to them. */
-static inline float rsm__alike(const rsm__filter_run *r, const float *p, const float *n, const float *q, const float *m)
+static inline void rsm__tap_room(rsm__tap *tap, float room[RSM__PLANES][RSM__LANES])
 {
-    float dx = q[0] - p[0], dy = q[1] - p[1], dz = q[2] - p[2], d2 = dx * dx + dy * dy + dz * dz;
-    float cosine = n[0] * m[0] + n[1] * m[1] + n[2] * m[2], off = n[0] * dx + n[1] * dy + n[2] * dz;
-    float a = (cosine - r->cosine) / (1.0f - r->cosine), b = 1.0f - off * off / (r->slope * r->slope * d2 + 1e-12f);
-    a = a > 0.0f ? a < 1.0f ? a : 1.0f : 0.0f;
-    return b > 0.0f ? a * b : 0.0f;
+    tap->shape = room[0];
+    tap->rgb = room[RSM__RGB];
+    tap->spacing = RSM__LANES;
 }
 
-/* Bilinear over the four pixels of the last frame that show the same surface; returns the frames they hold. */
-static inline float rsm__recall(const rsm__filter_run *r, const float *p, const float *n, float x, float y, float size2,
-                                float rgb[3])
+/* The chunk at x, y: places of the picture, or copies in room, 0 beyond its border. */
+static inline void rsm__tap_set(const rsm_filter *f, const rsm__picture *p, int64_t x, int64_t y,
+                                float room[RSM__PLANES][RSM__LANES], rsm__tap *tap)
 {
-    const rsm_filter *f = r->filter;
-    float fx = floorf(x - 0.5f), fy = floorf(y - 0.5f), total = 0.0f, frames = 0.0f;
-    int k, c;
-    rgb[0] = rgb[1] = rgb[2] = 0.0f;
-    if (!(fx >= -1.0f && fy >= -1.0f && fx < (float)f->width && fy < (float)f->height)) return 0.0f;
-    for (k = 0; k < 4; k++) {
-        int32_t i = (int32_t)fx + (k & 1), j = (int32_t)fy + (k >> 1);
-        float u = x - 0.5f - fx, v = y - 0.5f - fy, weight = (k & 1 ? u : 1.0f - u) * (k & 2 ? v : 1.0f - v), d2;
-        const rsm__history *h;
-        if (i < 0 || j < 0 || i >= (int32_t)f->width || j >= (int32_t)f->height) continue;
-        h = f->history + (size_t)j * f->width + (size_t)i;
-        if (!(h->frames > 0.0f)) continue;
-        d2 = (h->position[0] - p[0]) * (h->position[0] - p[0]) + (h->position[1] - p[1]) * (h->position[1] - p[1]) +
-             (h->position[2] - p[2]) * (h->position[2] - p[2]);
-        if (!r->desc->motion && d2 > size2) continue;        /* moved surfaces are found by motion only */
-        weight *= r->desc->motion ? (rsm__v3_dot(rsm__v3_load(n), rsm__v3_load(h->normal)) > 0.5f ? 1.0f : 0.0f)
-                                  : rsm__alike(r, p, n, h->position, h->normal);
-        total += weight;
-        frames += weight * h->frames;
-        for (c = 0; c < 3; c++) rgb[c] += weight * h->rgb[c];
+    size_t l;
+    if (x >= 0 && y >= 0 && x + RSM__LANES <= (int64_t)f->width && y < (int64_t)f->height) {
+        tap->shape = p->shape + (size_t)y * p->shape_row + (size_t)x;
+        tap->rgb = p->rgb + (size_t)y * p->rgb_row + (size_t)x;
+        tap->spacing = f->spacing;
+        return;
     }
-    if (!(total > 0.01f)) return 0.0f;
-    for (c = 0; c < 3; c++) rgb[c] /= total;
-    return frames / total;
+    for (l = 0; l < RSM__LANES; l++) rsm__tap_copy(f, p, x + (int64_t)l, y, l, room);
+    rsm__tap_room(tap, room);
+}
+
+/* What is seen in this frame at a chunk of pixels, from `at` on. */
+static inline void rsm__accumulate_load(const rsm__filter_run *r, size_t at, size_t end, rsm__chunk *now)
+{
+    size_t l, c;
+    for (l = 0; l < RSM__LANES; l++) {
+        rsm__v3 p = rsm__v3_make(0, 0, 0), n = p;
+        uint64_t bad = 0;
+        int there = l < end && rsm__receiver(r->points, at + l, &p, &n, &bad);
+        now[0][l] = there ? p.x : 0.0f;
+        now[1][l] = there ? p.y : 0.0f;
+        now[2][l] = there ? p.z : 0.0f;
+        now[3][l] = there ? n.x : 0.0f;
+        now[4][l] = there ? n.y : 0.0f;
+        now[5][l] = there ? n.z : 0.0f;
+        for (c = 0; c < 3; c++) {
+            float light = there ? r->in[3 * (at + l) + c] : 0.0f;
+            now[RSM__RGB + c][l] = rsm__finite(light) ? light : 0.0f;
+        }
+        now[RSM__FRAMES][l] = there ? 1.0f : 0.0f;
+    }
 }
 
 /* Square of the distance within which the last frame's pixels may show this point: four of this frame's pixels. */
-static inline float rsm__footprint2(const rsm__filter_run *r, size_t at, const float *p)
+static inline float rsm__footprint2(const rsm__filter_run *r, size_t at, float px, float py, float pz)
 {
     size_t width = r->filter->width, x = at % width, other = x + 1 < width ? at + 1 : x > 0 ? at - 1 : at;
     const float *q = rsm__at(r->points->positions, rsm__stride(r->points->position_stride, 12), other);
-    float d2 = (q[0] - p[0]) * (q[0] - p[0]) + (q[1] - p[1]) * (q[1] - p[1]) + (q[2] - p[2]) * (q[2] - p[2]);
+    float d2 = (q[0] - px) * (q[0] - px) + (q[1] - py) * (q[1] - py) + (q[2] - pz) * (q[2] - pz);
     return d2 < 1e18f ? 16.0f * d2 + 1e-12f : 1e-12f;
+}
+
+/* The four pixels about each place of the last frame: mostly chunks of it, as the camera moves little. */
+static inline void rsm__past_taps(const rsm__filter_run *r, const rsm__picture *p, rsm__past *to,
+                                  float room[4][RSM__PLANES][RSM__LANES], rsm__tap taps[4])
+{
+    const rsm_filter *f = r->filter;
+    int32_t i[RSM__LANES], j[RSM__LANES], row = 1;
+    size_t l, k;
+    for (l = 0; l < RSM__LANES; l++) {
+        float x = to->x[l], y = to->y[l], u, v;
+        int near = x > -1.0f && y > -1.0f && x < (float)f->width + 1.0f && y < (float)f->height + 1.0f;
+        x = near ? x + 7.5f : 0.0f;              /* above 0, so that conversion rounds down */
+        y = near ? y + 7.5f : 0.0f;
+        i[l] = (int32_t)x - 8;
+        j[l] = (int32_t)y - 8;
+        u = x - (float)(i[l] + 8);
+        v = y - (float)(j[l] + 8);
+        row &= i[l] == i[0] + (int32_t)l && j[l] == j[0];
+        for (k = 0; k < 4; k++) to->weights[k][l] = (k & 1 ? u : 1.0f - u) * (k & 2 ? v : 1.0f - v);
+    }
+    for (k = 0; k < 4; k++) {
+        int64_t x = (int64_t)(k & 1), y = (int64_t)(k >> 1);
+        if (row) rsm__tap_set(f, p, i[0] + x, j[0] + y, room[k], taps + k);
+        for (l = 0; l < RSM__LANES && !row; l++) rsm__tap_copy(f, p, i[l] + x, j[l] + y, l, room[k]);
+        if (!row) rsm__tap_room(taps + k, room[k]);
+    }
+}
+
+/* Adds what the last frame saw of a chunk. */
+static inline void rsm__accumulate_old(const rsm__filter_run *r, size_t at, size_t end, rsm__chunk *now)
+{
+    const rsm_filter *f = r->filter;
+    float room[4][RSM__PLANES][RSM__LANES], size[2];
+    rsm__picture last;
+    rsm__past to;
+    rsm__tap taps[4];
+    size_t l, c;
+    last.shape = f->history;
+    last.rgb = f->history + RSM__RGB * f->spacing;
+    last.shape_row = last.rgb_row = RSM__PLANES * f->spacing;
+    last.channels = 4;
+    size[0] = (float)f->width;
+    size[1] = (float)f->height;
+    if (!r->desc->motion) r->reproject(f->matrix, (const rsm__chunk *)now, size, r->desc->y_up, &to);
+    for (l = 0; l < RSM__LANES; l++) {
+        int there = now[RSM__FRAMES][l] > 0.0f;
+        to.size2[l] = RSM_FAR;                   /* moved surfaces are found by motion only */
+        if (r->desc->motion) to.x[l] = there ? r->desc->motion[2 * (at + l)] : -8.0f;
+        if (r->desc->motion) to.y[l] = there ? r->desc->motion[2 * (at + l) + 1] : -8.0f;
+        else if (there) to.size2[l] = rsm__footprint2(r, at + l, now[0][l], now[1][l], now[2][l]);
+    }
+    rsm__past_taps(r, &last, &to, room, taps);
+    r->recall((const rsm__chunk *)now, taps, r->limits, r->desc->motion != NULL, &to);
+    for (l = 0; l < end; l++) {
+        float frames = to.old[3][l] + 1.0f;
+        if (!(to.old[3][l] > 0.0f && now[RSM__FRAMES][l] > 0.0f)) continue;
+        frames = frames < (float)r->history ? frames : (float)r->history;
+        for (c = 0; c < 3; c++) {
+            float *light = &now[RSM__RGB + c][l];
+            *light = to.old[c][l] + (*light - to.old[c][l]) / frames;
+        }
+        now[RSM__FRAMES][l] = frames;
+    }
 }
 
 static inline void rsm__accumulate_row(void *context, size_t y)
 {
     const rsm__filter_run *r = (const rsm__filter_run *)context;
-    size_t x, width = r->filter->width;
-    for (x = 0; x < width; x++) {
-        size_t at = y * width + x;
-        rsm__history *h = r->filter->next + at;
-        rsm__v3 p, n;
-        uint64_t bad = 0;
-        float old[3], frames = 0.0f, px, py, alpha;
-        int c;
-        memset(h, 0, sizeof *h);
-        if (!rsm__receiver(r->points, at, &p, &n, &bad)) continue;
-        rsm__v3_store(h->position, p);
-        rsm__v3_store(h->normal, n);
-        for (c = 0; c < 3; c++) h->rgb[c] = rsm__finite(r->in[3 * at + (size_t)c]) ? r->in[3 * at + (size_t)c] : 0.0f;
-        h->frames = 1.0f;
-        if (r->history > 1 && rsm__reproject(r, at, h->position, &px, &py))
-            frames = rsm__recall(r, h->position, h->normal, px, py, rsm__footprint2(r, at, h->position), old);
-        if (!(frames > 0.0f)) continue;
-        h->frames = frames + 1.0f < (float)r->history ? frames + 1.0f : (float)r->history;
-        alpha = 1.0f / h->frames;
-        for (c = 0; c < 3; c++) h->rgb[c] = old[c] + alpha * (h->rgb[c] - old[c]);
+    size_t x, c, width = r->filter->width, s = r->filter->spacing;
+    for (x = 0; x < width; x += RSM__LANES) {
+        size_t end = width - x < RSM__LANES ? width - x : (size_t)RSM__LANES;
+        float now[RSM__PLANES][RSM__LANES];
+        rsm__accumulate_load(r, y * width + x, end, now);
+        if (r->history > 1 && (r->desc->motion || (r->desc->view_projection && r->filter->has_matrix)))
+            rsm__accumulate_old(r, y * width + x, end, now);
+        for (c = 0; c < RSM__PLANES; c++) {
+            float *to = r->filter->next + (y * RSM__PLANES + c) * s + x;
+            if (end == RSM__LANES) memcpy(to, now[c], sizeof now[c]);
+            else memcpy(to, now[c], end * sizeof *to);
+        }
     }
 }
 
 /* One pass of the a-trous filter: 3 x 3 taps, step apart. */
-static inline void rsm__smooth_row(void *context, size_t row)
+static inline void rsm__smooth_row(void *context, size_t y)
 {
     const rsm__filter_run *r = (const rsm__filter_run *)context;
     const rsm_filter *f = r->filter;
-    int32_t width = (int32_t)f->width, height = (int32_t)f->height, step = (int32_t)r->step, x, y = (int32_t)row, i, j;
-    for (x = 0; x < width; x++) {
-        size_t at = (size_t)y * f->width + (size_t)x;
-        const rsm__history *h = f->next + at;
-        const float *in = r->in + 3 * at;
-        float sum[3] = { in[0] * 4.0f, in[1] * 4.0f, in[2] * 4.0f }, total = 4.0f, *out = r->out + 3 * at;
-        if (!(h->frames > 0.0f)) {
-            out[0] = out[1] = out[2] = 0.0f;
-            continue;
-        }
+    size_t l, x, width = f->width;
+    rsm__picture p;
+    int i, j;
+    p.shape = f->next;
+    p.shape_row = RSM__PLANES * f->spacing;
+    p.rgb = r->in;
+    p.rgb_row = r->in_row;
+    p.channels = 3;
+    for (x = 0; x < width; x += RSM__LANES) {
+        size_t count = 1, end = width - x < RSM__LANES ? width - x : (size_t)RSM__LANES;
+        float room[9][RSM__PLANES][RSM__LANES], sum[3][RSM__LANES], *out;
+        rsm__tap taps[9];
+        rsm__tap_set(f, &p, (int64_t)x, (int64_t)y, room[0], taps);
         for (j = -1; j <= 1; j++)
             for (i = -1; i <= 1; i++) {
-                int32_t s = x + i * step, t = y + j * step;
-                size_t other;
-                const rsm__history *q;
-                float weight;
-                if ((i == 0 && j == 0) || s < 0 || t < 0 || s >= width || t >= height) continue;
-                other = (size_t)t * f->width + (size_t)s;
-                q = f->next + other;
-                if (!(q->frames > 0.0f)) continue;
-                weight = rsm__alike(r, h->position, h->normal, q->position, q->normal) * (i && j ? 1.0f : 2.0f);
-                sum[0] += weight * r->in[3 * other];
-                sum[1] += weight * r->in[3 * other + 1];
-                sum[2] += weight * r->in[3 * other + 2];
-                total += weight;
+                int64_t s = (int64_t)x + i * (int64_t)r->step, t = (int64_t)y + j * (int64_t)r->step;
+                if ((i == 0 && j == 0) || s <= -RSM__LANES || s >= (int64_t)width || t < 0 || t >= (int64_t)f->height)
+                    continue;
+                rsm__tap_set(f, &p, s, t, room[count], taps + count);
+                taps[count++].weight = i && j ? 1.0f : 2.0f;
             }
-        for (i = 0; i < 3; i++) out[i] = sum[i] / total;
+        r->smooth(taps, count, r->limits, sum);
+        out = r->out + (r->packed ? 3 * (y * width + x) : 3 * y * f->spacing + x);
+        for (i = 0; i < 3; i++)
+            for (l = 0; l < end; l++) out[r->packed ? 3 * l + (size_t)i : (size_t)i * f->spacing + l] = sum[i][l];
     }
 }
 
-static inline rsm_result rsm__filter_passes(rsm__filter_run *r, float *out, float *first, float *second)
+static inline void rsm__pack_row(void *context, size_t y)
+{
+    const rsm__filter_run *r = (const rsm__filter_run *)context;
+    size_t x, c, width = r->filter->width;
+    for (x = 0; x < width; x++)
+        for (c = 0; c < 3; c++) r->out[3 * (y * width + x) + c] = r->in[y * r->in_row + c * r->filter->spacing + x];
+}
+
+/* From next to between, and on to the other of two; the last pass to out. */
+static inline void rsm__filter_passes(rsm__filter_run *r, float *out, float *const between[2])
 {
     rsm_filter *f = r->filter;
-    size_t i, pixels = (size_t)f->width * f->height;
     uint32_t pass;
-    for (i = 0; i < pixels; i++) memcpy(first + 3 * i, f->next[i].rgb, sizeof f->next[i].rgb);
+    r->in = f->next + RSM__RGB * f->spacing;
+    r->in_row = RSM__PLANES * f->spacing;
+    r->out = out;
+    if (r->desc->passes == 0) rsm__run(&f->system, f->height, rsm__pack_row, r);
     for (pass = 0; pass < r->desc->passes; pass++) {
-        float *swap = first;
-        r->in = first;
-        r->out = second;
+        r->packed = pass + 1 == r->desc->passes;
+        r->out = r->packed ? out : between[pass % 2];
         r->step = 1u << pass;
         rsm__run(&f->system, f->height, rsm__smooth_row, r);
-        first = second;
-        second = swap;
+        r->in = r->out;
+        r->in_row = 3 * f->spacing;
     }
-    memcpy(out, first, pixels * 3 * sizeof *out);
-    return RSM_OK;
 }
 
 RSM_DEF rsm_result rsm_filter_apply(rsm_filter *filter, const rsm_filter_desc *desc, const rsm_points *points,
@@ -3446,33 +3815,37 @@ RSM_DEF rsm_result rsm_filter_apply(rsm_filter *filter, const rsm_filter_desc *d
 {
     rsm__filter_run r;
     rsm__allocator a;
-    rsm__history *swap;
-    float *scratch;
-    size_t pixels;
+    float *swap, *between[2] = { NULL, NULL };
+    size_t row;
     int i;
     if (!filter || !desc || !irradiance || !out || !rsm__points_valid(points) || points->indices)
         return RSM_ERR_ARGUMENT;
-    pixels = (size_t)filter->width * filter->height;
-    if (points->count != pixels) return RSM_ERR_ARGUMENT;
+    if (points->count != (size_t)filter->width * filter->height) return RSM_ERR_ARGUMENT;
     if (desc->passes > 6 || desc->history > 1000 || !(desc->normal_cosine >= 0.0f && desc->normal_cosine < 1.0f))
         return RSM_ERR_DESC;
     if (!(desc->plane_slope >= 0.0f && desc->plane_slope <= 1e6f)) return RSM_ERR_DESC;
     for (i = 0; i < 16 && desc->view_projection; i++)
         if (!rsm__finite(desc->view_projection[i])) return RSM_ERR_DESC;
     a = rsm__allocator_of(&filter->system);
-    scratch = (float *)rsm__alloc_array(&a, pixels, 6 * sizeof *scratch);
-    if (!scratch) return RSM_ERR_ALLOC;
+    row = 3 * filter->spacing;
+    if (desc->passes > 1) {                      /* pass 1 to the first, 2 to the second, the last one to out */
+        between[0] = (float *)rsm__alloc_array(&a, filter->height, (desc->passes > 2 ? 2 : 1) * row * sizeof(float));
+        if (!between[0]) return RSM_ERR_ALLOC;
+        between[1] = desc->passes > 2 ? between[0] + filter->height * row : NULL;
+    }
     memset(&r, 0, sizeof r);
     r.filter = filter;
     r.desc = desc;
     r.points = points;
     r.in = irradiance;
     r.history = desc->history ? desc->history : 8;
-    r.cosine = desc->normal_cosine > 0.0f ? desc->normal_cosine : 0.9f;
-    r.slope = desc->plane_slope > 0.0f ? desc->plane_slope : 0.1f;
+    rsm__choose_filter(&r);
+    r.limits[0] = desc->normal_cosine > 0.0f ? desc->normal_cosine : 0.9f;
+    r.limits[1] = 1.0f / (1.0f - r.limits[0]);
+    r.limits[2] = desc->plane_slope > 0.0f ? desc->plane_slope * desc->plane_slope : 0.1f * 0.1f;
     rsm__run(&filter->system, filter->height, rsm__accumulate_row, &r);
-    rsm__filter_passes(&r, out, scratch, scratch + 3 * pixels);
-    rsm__free(&a, scratch);
+    rsm__filter_passes(&r, out, between);
+    rsm__free(&a, between[0]);
     swap = filter->history;
     filter->history = filter->next;
     filter->next = swap;

@@ -28,6 +28,30 @@ static uint32_t bytes_hash(uint32_t h, const float *values, size_t count)
     return h;
 }
 
+/* Few lights a set, so that receivers are taken together; then two frames through the filter. */
+static int bytes_filter(const rsm_map *map, const rsm_points *points, float *e)
+{
+    static const float matrix[16] = { 1, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0.01f, 0.02f, 0, 1 };
+    rsm_gather_desc g;
+    rsm_filter_desc f;
+    rsm_filter *filter;
+    int frame, ok = 1;
+    memset(&g, 0, sizeof g);
+    memset(&f, 0, sizeof f);
+    g.samples = 100;
+    g.interleave = 2;
+    f.view_projection = matrix;
+    f.passes = 3;
+    if (rsm_filter_create(BYTES_WIDTH, BYTES_POINTS / BYTES_WIDTH, NULL, &filter) != RSM_OK) return 0;
+    for (frame = 0; frame < 2 && ok; frame++) {
+        g.seed = (uint32_t)frame;
+        ok = rsm_gather(&map, 1, &g, points, e, NULL) == RSM_OK &&
+             rsm_filter_apply(filter, &f, points, e, e) == RSM_OK;
+    }
+    rsm_filter_free(filter);
+    return ok;
+}
+
 int main(void)
 {
     static float corners[9 * BYTES_TRIANGLES], p[3 * BYTES_POINTS], n[3 * BYTES_POINTS], e[3 * BYTES_POINTS],
@@ -99,6 +123,8 @@ int main(void)
             printf("gather %u %u %08x\n", (unsigned)kind, (unsigned)pattern,
                    (unsigned)bytes_hash(2166136261u, e, 3 * BYTES_POINTS));
         }
+        if (!bytes_filter(map, &points, e)) return 1;
+        printf("filter %u %08x\n", (unsigned)kind, (unsigned)bytes_hash(2166136261u, e, 3 * BYTES_POINTS));
         rsm_map_free(map);
     }
     return 0;

@@ -1,4 +1,5 @@
-// One pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of normals and planes.
+// One pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of normals and planes. A pixel with
+// few neighbours like it is no brighter than its brightest neighbour.
 // uses: rsm_screen
 // with: screen.vert
 layout(location = 0) out glbk_color result;
@@ -14,7 +15,7 @@ void main()
         result = glbk_pack(vec4(0.0));
         return;
     }
-    vec3 light = sum.xyz * 4.0;
+    vec3 light = sum.xyz * 4.0, most = vec3(0.0);
     for (int j = -1; j <= 1; j++)
         for (int i = -1; i <= 1; i++) {
             ivec2 there = at + ivec2(i, j) * step;
@@ -22,8 +23,12 @@ void main()
             if (!rsm_read(there, s)) continue;
             float weight = rsm_alike(r.position, r.normal, s.position, s.normal, glbk_rsm_frame.tests.x, glbk_rsm_frame.tests.y) *
                            (i != 0 && j != 0 ? 1.0 : 2.0);
-            light += weight * glbk_unpack(texelFetch(glbk_rsm_sum, there, 0)).xyz;
+            vec3 other = glbk_unpack(texelFetch(glbk_rsm_sum, there, 0)).xyz;
+            light += weight * other;
             total += weight;
+            most = max(most, other);
         }
-    result = glbk_pack(vec4(light / total, sum.w));
+    light /= total;
+    if (total < 8.0) light = mix(light, min(light, most), vec3(greaterThan(most, vec3(0.0))));
+    result = glbk_pack(vec4(light, sum.w));
 }
