@@ -428,7 +428,7 @@ static const rd_key keys[] = {
     { "r_min", RD_NUMBER, NULL, 0, 0.99, "0", "inner disc of log_radial, share of the radius; 0: 1/32" },
     { "offset", RD_NUMBER, NULL, 0, 1, "0", "of pixel lights below their surface, in radii of the scene" },
     { "clamp", RD_NUMBER, NULL, 0, 1e18, "0", "bound on cos cos / d^2; 0: none" },
-    { "near_limit", RD_NUMBER, NULL, 0, 1e6, "1", "bound on a light, in its own radiosity; 0: none" },
+    { "near_limit", RD_NUMBER, NULL, 0, 1e6, "0.3", "bound on a light, in its own radiosity; 0: none" },
     { "noise", RD_WORD, "0|1", 0, 0, "0", "1: patterns turned by blue noise (not flux)" },
     { "interleave", RD_INTEGER, NULL, 0, 8, "0", "k x k pixels share the samples: 1, 2, 4, 8; 0: 4 if denoised" },
     { "passes", RD_INTEGER, NULL, 0, 6, "2", "of the filter, denoised" },
