@@ -17,6 +17,7 @@
 #define CONFORM_BACKEND "gl"
 #include "conformance.h"
 #include "gl/gl_test.h"
+#include "gl/gl_ask.h"
 #include "unit/ism_util.h"
 
 static gl_test *now;                /* of the test that runs */
@@ -24,58 +25,7 @@ static gl_test *now;                /* of the test that runs */
 #define ROW_TEST(state) GL_TEST(test_, state) now = test_;
 #include "conformance/ism_rows.h"
 
-/* ---- functions of the library, one point a pixel ---- */
-
-enum { LAYERS = 3, LINE = 1024 };
-
-/* in: `layers` times 4 numbers a point, a layer after the other; out: 4 numbers a point. */
-static void ask(const char *fragment, const char *uses, const char *defines, const float *in, uint32_t layers,
-                size_t count, float *out)
-{
-    enum { UNIT = 15 };             /* behind those of the library */
-    const uint32_t height = (uint32_t)((count + LINE - 1) / LINE);
-    const size_t size = 4 * (size_t)LINE * height;
-    float *data = (float *)calloc(size * LAYERS, sizeof *data);
-    gl_canvas canvas = gl_canvas_make(now, GLBK_FORMAT_COLOR, LINE, height, 0);
-    glbk_texture_desc td;
-    glbk_texture mine;
-    glbk_program program;
-    glbk_source source;
-    glbk_pass pass;
-    uint32_t k;
-    assert_non_null(data);
-    for (k = 0; k < layers; k++) memcpy(data + k * size, in + 4 * k * count, 16 * count);
-    memset(&td, 0, sizeof td);
-    memset(&source, 0, sizeof source);
-    memset(&pass, 0, sizeof pass);
-    td.format = GLBK_FORMAT_RGBA32UI;
-    td.width = LINE;
-    td.height = height;
-    td.layers = LAYERS;
-    td.data = data;
-    source.fragment = fragment;
-    source.uses = uses;
-    source.defines = defines;
-    pass.target = &canvas.target;
-    assert_glbk(now, glbk_texture_create(&now->gl, &td, &mine));
-    assert_glbk(now, glbk_program_compile(&now->gl, &source, &program));
-    assert_glbk(now, glbk_begin(&now->gl, &pass, &program));
-    now->gl.gl.Uniform1i(now->gl.gl.GetUniformLocation(program.name, "mine"), UNIT);
-    glbk_bind_texture(&now->gl, UNIT, &mine);
-    glbk_draw_screen(&now->gl);
-    assert_glbk(now, glbk_target_read(&now->gl, &canvas.target, 0, 0, 0, LINE, height, data));
-    memcpy(out, data, 16 * count);
-    glbk_program_destroy(&now->gl, &program);
-    glbk_texture_destroy(&now->gl, &mine);
-    gl_canvas_free(now, &canvas);
-    free(data);
-}
-
-#define ASK_MAIN(text)                                                                                         \
-    "uniform highp usampler2DArray mine;\n"                                                                    \
-    "layout(location = 0) out glbk_color result;\n"                                                            \
-    "vec4 layer(int k) { return uintBitsToFloat(texelFetch(mine, ivec3(ivec2(gl_FragCoord.xy), k), 0)); }\n"   \
-    "void main()\n{\n    vec4 a = layer(0), r = vec4(0.0);\n" text "    result = glbk_pack(r);\n}\n"
+/* ---- functions of the library ---- */
 
 static const char *define_projection(ism_projection p)
 {
@@ -101,8 +51,8 @@ static void row_directions(ism_projection p, float exponent, const float *uv, si
 {
     float *fours = fours_of(uv, 2, count, exponent);
     size_t i;
-    ask(ASK_MAIN("    r.xyz = ism_map_direction(MAP, a.w, a.xy);\n"), "ism_map", define_projection(p), fours, 1, count,
-        fours);
+    gl_ask(now, GL_ASK("    r.xyz = ism_map_direction(MAP, layer(0).w, layer(0).xy);\n"), "ism_map",
+           define_projection(p), NULL, NULL, fours, 1, count, 1, fours);
     for (i = 0; i < count; i++) memcpy(d + 3 * i, fours + 4 * i, 12);
     free(fours);
 }
@@ -111,8 +61,8 @@ static void row_coordinates(ism_projection p, float exponent, const float *d, si
 {
     float *fours = fours_of(d, 3, count, exponent);
     size_t i;
-    ask(ASK_MAIN("    vec2 uv;\n    r.z = ism_map_coordinates(MAP, a.w, a.xyz, uv) ? 1.0 : 0.0;\n    r.xy = uv;\n"),
-        "ism_map", define_projection(p), fours, 1, count, fours);
+    gl_ask(now, GL_ASK("    r.z = float(ism_map_coordinates(MAP, layer(0).w, layer(0).xyz, r.xy));\n"), "ism_map",
+           define_projection(p), NULL, NULL, fours, 1, count, 1, fours);
     for (i = 0; i < count; i++) {
         memcpy(uv + 2 * i, fours + 4 * i, 8);
         there[i] = fours[4 * i + 2] > 0.5f;
@@ -123,7 +73,7 @@ static void row_coordinates(ism_projection p, float exponent, const float *d, si
 /* By centre and half edges, which is how a VPL's square comes. */
 static void row_form_factors(const float normal[3], const float *corners, size_t count, float *f)
 {
-    float *in = (float *)calloc(4 * LAYERS * count, sizeof *in);
+    float *in = (float *)calloc(12 * count, sizeof *in);
     size_t i;
     int k;
     assert_non_null(in);
@@ -137,9 +87,10 @@ static void row_form_factors(const float normal[3], const float *corners, size_t
         }
     for (i = 0; i < count; i++)
         for (k = 0; k < 3; k++) in[4 * ((size_t)k * count + i) + 3] = normal[k];
-    ask(ASK_MAIN("    vec4 b = layer(1), c = layer(2);\n    float share;\n"
-                 "    r.x = ism_form_factor(vec3(a.w, b.w, c.w), a.xyz, b.xyz, c.xyz, share);\n"),
-        "ism_light", NULL, in, LAYERS, count, in);
+    gl_ask(now,
+           GL_ASK("    vec4 a = layer(0), b = layer(1), c = layer(2);\n"
+                  "    r.x = ism_form_factor(vec3(a.w, b.w, c.w), a.xyz, b.xyz, c.xyz, r.y);\n"),
+           "ism_light", NULL, NULL, NULL, in, 3, count, 1, in);
     for (i = 0; i < count; i++) f[i] = in[4 * i];
     free(in);
 }

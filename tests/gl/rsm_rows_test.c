@@ -27,7 +27,7 @@ static glbk_rsm_renderer seen_by;       /* of its receivers, made when they are 
 #define ROW_POISSONS 2                  /* slow to build */
 #include "conformance/rsm_rows.h"
 
-static int end_test(void **state)
+static int end_tests(void **state)
 {
     gl_test *t = (gl_test *)*state;
     if (t->context) glbk_rsm_renderer_destroy(&t->gl, &seen_by);
@@ -302,11 +302,14 @@ static void texel_centres(void **state)
     model_free(&m);
 }
 
-#define GL_ROW(test) cmocka_unit_test_setup_teardown(test, gl_setup, end_test)
-
+/* One context for all, so that programs are compiled once. */
 int main(int count, char **arguments)
 {
-    struct CMUnitTest tests[] = { RSM_ROWS(GL_ROW), GL_ROW(linear_albedo), GL_ROW(texel_centres) };
+    struct CMUnitTest tests[] = { RSM_ROWS(cmocka_unit_test), cmocka_unit_test(linear_albedo),
+                                  cmocka_unit_test(texel_centres) };
+    int result;
     (void)count;
-    GL_TEST_MAIN(arguments, tests, GL_CORE33);
+    if (gl_run_ways(arguments, GL_CORE33, &result)) return result;
+    gl_name_tests(tests, sizeof tests / sizeof tests[0]);
+    return cmocka_run_group_tests(tests, gl_setup, end_tests);
 }

@@ -1,6 +1,6 @@
-/* sfield_rows_test - rows of docs/conformance.md by the GL back end: a sphere occluder (T72), beyond the last shell
-   (T74), all turned (T76), order round a light (T78). Then objects drawn into the G-buffer, against shadowfield.h pixel
-   by pixel. */
+/* sfield_rows_test - rows of docs/conformance.md by the GL back end: those of tests/conformance/sfield_rows.h, a sphere
+   occluder (T72), beyond the last shell (T74), all turned (T76), order round a light (T78). Then objects drawn into the
+   G-buffer, against shadowfield.h pixel by pixel. */
 #define _POSIX_C_SOURCE 200809L
 #include "shadowfield.h"
 
@@ -18,7 +18,13 @@
 #define CONFORM_BACKEND "gl"
 #include "conformance.h"
 #include "gl/gl_test.h"
+#include "gl/gl_ask.h"
 #include "unit/sfield_util.h"
+
+static gl_test *now;                /* of the test that runs */
+
+#define ROW_TEST(state) GL_TEST(test_, state) now = test_;
+#include "conformance/sfield_rows.h"
 
 enum { FIELDS = 3, MOST = 8, SIZE = 16 };
 
@@ -31,8 +37,8 @@ static float           factors[400];
 
 static int make_fields(void **state)
 {
-    model ball = model_sphere(64, 32, 1), soup = model_soup(16, 0.6, 77);
-    sfield_mesh of_ball = mesh_of(&ball), of_soup = mesh_of(&soup);
+    model soup = model_soup(16, 0.6, 77);
+    sfield_mesh of_soup = mesh_of(&soup);
     sfield_emitter e;
     sfield_desc d;
     (void)state;
@@ -41,16 +47,15 @@ static int make_fields(void **state)
     e.radius = 1;
     e.radiance[0] = 1;
     e.radiance[1] = 0.5f;
+    field[BALL] = field_of_sphere(&d);
     d.radius = 1;
     d.position_side = 4;                        /* a sphere looks the same from everywhere */
     if (sfield_algebra_create(4, NULL, &algebra) != SFIELD_OK ||
-        sfield_build(&d, &of_ball, &field[BALL], NULL) != SFIELD_OK ||
         sfield_build_emitter(&d, &e, &field[LAMP], NULL) != SFIELD_OK)
         return -1;
     d.radius = 0;
     if (sfield_build(&d, &of_soup, &field[SOUP], NULL) != SFIELD_OK)
         return -1;
-    model_free(&ball);
     model_free(&soup);
     return sfield_sh_terms(algebra, NULL, NULL) > 400;
 }
@@ -166,10 +171,176 @@ static void shade(gl_test *t, world *w, const float *p, const float *n, const fl
     assert_glbk(t, glbk_sfield_read(&t->gl, &w->renderer, light, NULL));
 }
 
-static double blocked(double d)
+/* ---- functions of the library ---- */
+
+/* A world of that many bands with one field and one entity, or without. */
+typedef struct asked {
+    glbk_sfield_world world;
+    glbk_sfield_field field;
+    void             *file;
+    uint32_t         *terms;
+    float            *factors;
+    char              defines[40];
+} asked;
+
+static void ask_open(asked *a, uint32_t bands, const sfield_field *f, const float *matrix)
 {
-    return 0.5 * (1 - sqrt(1 - 1 / (d * d)));
-} /* share of the sphere of directions */
+    glbk_sfield_file file;
+    glbk_sfield_entity e;
+    glbk_sfield_desc d;
+    sfield_rotation turned;
+    sfield_algebra *t;
+    memset(a, 0, sizeof *a);
+    memset(&d, 0, sizeof d);
+    memset(&e, 0, sizeof e);
+    snprintf(a->defines, sizeof a->defines, "SFIELD_BANDS=%u", bands);
+    assert_int_equal(sfield_algebra_create(bands, NULL, &t), SFIELD_OK);
+    d.bands = bands;
+    d.capacity = 1;
+    d.term_count = (uint32_t)sfield_sh_terms(t, NULL, NULL);
+    d.terms = a->terms = (uint32_t *)malloc((d.term_count + 1) * sizeof *a->terms);
+    d.factors = a->factors = (float *)malloc((d.term_count + 1) * sizeof *a->factors);
+    assert_true(a->terms && a->factors);
+    (void)sfield_sh_terms(t, a->terms, a->factors);
+    if (f) {
+        file.size = sfield_size(f);
+        file.data = a->file = malloc(file.size);
+        assert_int_equal(sfield_write(f, a->file, file.size), SFIELD_OK);
+        d.files = &file;
+        d.file_count = 1;
+    }
+    assert_glbk(now, glbk_sfield_create(&now->gl, &d, &a->field, &a->world));
+    if (matrix) {
+        memcpy(e.transform, matrix, sizeof e.transform);
+        assert_int_equal(sfield_sh_rotation(t, matrix, &turned), SFIELD_OK);
+        e.rotation = turned.block;
+        assert_glbk(now, glbk_sfield_place(&now->gl, &a->world, &e, 1));
+    }
+    sfield_algebra_free(t);
+}
+
+static void ask_close(asked *a)
+{
+    glbk_sfield_destroy(&now->gl, &a->world);
+    free(a->terms);
+    free(a->factors);
+    free(a->file);
+}
+
+static void bind_world(gl_test *t, const void *of)
+{
+    glbk_sfield_bind(&t->gl, (const glbk_sfield_world *)of);
+}
+
+/* The text makes v of layers; a vector takes (bands^2 + 3) / 4 of them. */
+#define ASK_VECTOR(text) \
+    GL_ASK("    const int layers = (SFIELD_COEFS + 3) / 4;\n    float v[SFIELD_COEFS], a[SFIELD_COEFS];\n" text \
+           "    for (int k = 0; k < 4; k++) if (4 * group + k < SFIELD_COEFS) r[k] = v[4 * group + k];\n")
+
+static void ask_vector(const asked *a, const char *fragment, const float *in, uint32_t layers, size_t count, float *v)
+{
+    const size_t n = a->world.bands * a->world.bands;
+    const uint32_t groups = (uint32_t)(n + 3) / 4;
+    float *fours = (float *)malloc(16 * groups * count);
+    size_t i, k;
+    assert_non_null(fours);
+    gl_ask(now, fragment, "sfield_shade", a->defines, bind_world, &a->world, in, layers, count, groups, fours);
+    for (i = 0; i < count; i++)
+        for (k = 0; k < n; k++) v[n * i + k] = fours[4 * (k / 4 * count + i) + k % 4];
+    free(fours);
+}
+
+/* Vectors of n numbers as layers of fours, `first` layers from the start. */
+static void to_layers(const float *v, size_t n, size_t count, size_t first, float *in)
+{
+    size_t i, k;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < n; k++) in[4 * ((first + k / 4) * count + i) + k % 4] = v[n * i + k];
+}
+
+static void ask_directions(uint32_t bands, const char *fragment, const float *directions, size_t count, float *v)
+{
+    float *in = (float *)calloc(4 * count, sizeof *in);
+    asked a;
+    assert_non_null(in);
+    to_layers(directions, 3, count, 0, in);
+    ask_open(&a, bands, NULL, NULL);
+    ask_vector(&a, fragment, in, 1, count, v);
+    ask_close(&a);
+    free(in);
+}
+
+static void row_basis(uint32_t bands, const float *directions, size_t count, float *y)
+{
+    ask_directions(bands, ASK_VECTOR("    sfield_basis(layer(0).xyz, v);\n"), directions, count, y);
+}
+
+static void row_cosine(uint32_t bands, const float *directions, size_t count, float *t)
+{
+    ask_directions(bands, ASK_VECTOR("    sfield_cosine(layer(0).xyz, v);\n"), directions, count, t);
+}
+
+static void row_products(uint32_t bands, const float *a, const float *b, size_t count, float *r)
+{
+    const size_t n = bands * bands, layers = (n + 3) / 4;
+    float *in = (float *)calloc(8 * layers * count, sizeof *in);
+    asked w;
+    assert_non_null(in);
+    to_layers(a, n, count, 0, in);
+    to_layers(b, n, count, layers, in);
+    ask_open(&w, bands, NULL, NULL);
+    ask_vector(&w,
+               ASK_VECTOR("    float b[SFIELD_COEFS];\n"
+                          "    for (int k = 0; k < SFIELD_COEFS; k++) {\n"
+                          "        a[k] = layer(k / 4)[k % 4];\n"
+                          "        b[k] = layer(layers + k / 4)[k % 4];\n"
+                          "    }\n"
+                          "    sfield_product(glbk_sfield_scene.parts.xy, a, b, v);\n"),
+               in, (uint32_t)(2 * layers), count, r);
+    ask_close(&w);
+    free(in);
+}
+
+static void row_rotate(uint32_t bands, const float matrix[16], const float *a, size_t count, float *r)
+{
+    const size_t n = bands * bands, layers = (n + 3) / 4;
+    float *in = (float *)calloc(4 * layers * count, sizeof *in);
+    asked w;
+    assert_non_null(in);
+    to_layers(a, n, count, 0, in);
+    ask_open(&w, bands, NULL, matrix);
+    ask_vector(&w,
+               ASK_VECTOR("    for (int k = 0; k < SFIELD_COEFS; k++) v[k] = layer(k / 4)[k % 4];\n"
+                          "    uint rotation = SFIELD_TEXEL(sfield_at(0u) + 5u).z;\n"
+                          "    if (rotation != SFIELD_NONE) sfield_rotate(rotation, false, v);\n"),
+               in, (uint32_t)layers, count, r);
+    ask_close(&w);
+    free(in);
+}
+
+static void row_query(const sfield_field *f, const float *positions, size_t count, float *v)
+{
+    float *in = (float *)calloc(4 * count, sizeof *in);
+    sfield_info info;
+    asked w;
+    size_t i, k;
+    assert_non_null(in);
+    sfield_get_info(f, &info);
+    ask_open(&w, info.bands, f, NULL);
+    for (i = 0; i < count; i++) {
+        for (k = 0; k < 3; k++) in[4 * i + k] = (positions[3 * i + k] - info.center[k]) / info.radius;
+        memcpy(in + 4 * i + 3, &w.field.start, 4);
+    }
+    ask_vector(&w,
+               ASK_VECTOR("    uint f = floatBitsToUint(layer(0).w);\n"
+                          "    sfield_fetch(f, sfield_locate(f, layer(0).xyz), 0u, 0.0, -1.0, v);\n"
+                          "    v[0] += 3.54490770;\n"),
+               in, 1, count, v);
+    ask_close(&w);
+    free(in);
+}
+
+/* ---- scenes ---- */
 
 /* A kernel that is the same in all directions under a white sky: light is lost as directions are hidden. */
 static void sphere_occluder(void **state)
@@ -383,7 +554,8 @@ static void drawn_into_the_gbuffer(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(sphere_occluder), gl_unit_test(order_round_a_light),
+    struct CMUnitTest tests[] = { SFIELD_ROWS(gl_unit_test),
+                                  gl_unit_test(sphere_occluder), gl_unit_test(order_round_a_light),
                                   gl_unit_test(all_turned), gl_unit_test(drawn_into_the_gbuffer) };
     int result;
     (void)count;

@@ -220,4 +220,20 @@ UNUSED_OK sfield_desc small_desc(sfield_basis basis)
     return d;
 }
 
+/* Share of the sphere of directions that a unit sphere hides from d away. */
+UNUSED_OK double blocked(double d) { return 0.5 * (1 - sqrt(1 - 1 / (d * d))); }
+
+UNUSED_OK sfield_field *field_of_sphere(const sfield_desc *from)
+{
+    model m = model_sphere(64, 32, 1);
+    sfield_mesh mesh = mesh_of(&m);
+    sfield_desc desc = *from;
+    sfield_field *field = NULL;
+    desc.radius = 1;
+    desc.position_side = 3;                     /* a sphere looks the same from everywhere */
+    if (sfield_build(&desc, &mesh, &field, NULL) != SFIELD_OK) abort();
+    model_free(&m);
+    return field;
+}
+
 #endif
