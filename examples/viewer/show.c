@@ -77,17 +77,27 @@ static int fail(vw_show *s, const char *text)
     return -1;
 }
 
+/* A file that cannot be read: the next wish asks for the last scene and sky that could be. */
+static int take_back(vw_show *s)
+{
+    if (s->loads) {
+        memcpy(s->scene, s->loaded_scene, sizeof s->scene);
+        memcpy(s->sky, s->loaded_sky, sizeof s->sky);
+    }
+    return -1;
+}
+
 static int load(vw_show *s)
 {
     ex_scene fresh;
     rd_emitter *emitters = NULL;
     rd_job job = s->job;
     close_technique(s);
-    if (parse(s) != 0)
-        return -1;
     memset(&fresh, 0, sizeof fresh);
-    if (rd_setup(&fresh, &job, &emitters, &s->args, 0, s->error) != 0)
-        return -1;
+    if (parse(s) != 0 || rd_setup(&fresh, &job, &emitters, &s->args, 0, s->error) != 0)
+        return take_back(s);
+    memcpy(s->loaded_scene, s->scene, sizeof s->scene);
+    memcpy(s->loaded_sky, s->sky, sizeof s->sky);
     ex_scene_free(&s->loaded);
     free(s->emitters);
     s->loaded = fresh;

@@ -41,6 +41,7 @@ typedef struct vw_show {
     /* What is there. */
     rd_args             args;
     ex_scene            loaded;
+    char                loaded_scene[512], loaded_sky[512];    /* where from */
     vw_orbit            home;                          /* the scene's own camera, which home_camera has exactly */
     ex_camera           home_camera;
     unsigned            loads;                         /* counts scenes, so that draw.c knows of a new one */

@@ -16,6 +16,14 @@
 
 #include "common.h"
 
+#ifdef DAPPLE_HAVE_X11
+#include <X11/Xlib.h>
+enum { HAS_X11 = 1 };
+#else
+enum { HAS_X11 = 0 };
+#endif
+
+static const char *self;       /* this program, which drops files when the script calls it */
 static char folder[] = "/tmp/dapple-viewer-XXXXXX";
 
 static const char *build_folder(void)
@@ -78,8 +86,9 @@ static void run_viewer(const char *arguments, const char *keys)
     write_script("script", body);
     assert_non_null(getcwd(here, sizeof here));
     snprintf(command, sizeof command,
-             "VIEWER=%s%s%s/viewer timeout 240 xvfb-run -a -s '-screen 0 800x600x24' sh -e %s/script > %s/log 2>&1",
-             build_folder()[0] == '/' ? "" : here, build_folder()[0] == '/' ? "" : "/", build_folder(), folder, folder);
+             "SELF='%s' VIEWER=%s%s%s/viewer "
+             "timeout 240 xvfb-run -a -s '-screen 0 800x600x24' sh -e %s/script > %s/log 2>&1",
+             self, build_folder()[0] == '/' ? "" : here, build_folder()[0] == '/' ? "" : "/", build_folder(), folder, folder);
     status = system(command);
     if (status != 0) {
         snprintf(command, sizeof command, "cat %s/log %s/out", folder, folder);
@@ -219,6 +228,113 @@ static void bounced_light_example_draws(void **state)
     assert_true(ceiling[0] > ceiling[2] + 10);
 }
 
+/* ---- drag and drop ---- */
+
+#ifdef DAPPLE_HAVE_X11
+
+/* One message of the protocol XDND, version 5. */
+static void send_message(Display *d, Window from, Window to, const char *type, const long data[4])
+{
+    XEvent e;
+    memset(&e, 0, sizeof e);
+    e.xclient.type = ClientMessage;
+    e.xclient.window = to;
+    e.xclient.message_type = XInternAtom(d, type, False);
+    e.xclient.format = 32;
+    e.xclient.data.l[0] = (long)from;
+    memcpy(e.xclient.data.l + 1, data, 4 * sizeof *data);
+    XSendEvent(d, to, False, 0, &e);
+}
+
+/* The window asks for what is being dropped. */
+static void answer(Display *d, const XSelectionRequestEvent *asked, const char *text)
+{
+    XEvent e;
+    memset(&e, 0, sizeof e);
+    XChangeProperty(d, asked->requestor, asked->property, asked->target, 8, PropModeReplace,
+                    (const unsigned char *)text, (int)strlen(text));
+    e.xselection.type = SelectionNotify;
+    e.xselection.requestor = asked->requestor;
+    e.xselection.selection = asked->selection;
+    e.xselection.target = asked->target;
+    e.xselection.property = asked->property;
+    e.xselection.time = asked->time;
+    XSendEvent(d, asked->requestor, False, 0, &e);
+}
+
+/* What a file manager does when the user lets go of a file over the window. 0: the window has taken it. */
+static int drop(const char *window, const char *path)
+{
+    Display *d = XOpenDisplay(NULL);
+    Window to = (Window)strtoul(window, NULL, 0), from;
+    char text[600];
+    long enter[4] = { 5L << 24, 0, 0, 0 }, over[4] = { 0, 100L << 16 | 100, CurrentTime, 0 };
+    const long let_go[4] = { 0, 0, 0, 0 };
+    if (!d) return 1;
+    alarm(60);                 /* no answer: this process ends */
+    snprintf(text, sizeof text, "file://%s\r\n", path);
+    from = XCreateSimpleWindow(d, DefaultRootWindow(d), 0, 0, 1, 1, 0, 0, 0);
+    XSetSelectionOwner(d, XInternAtom(d, "XdndSelection", False), from, CurrentTime);
+    enter[1] = (long)XInternAtom(d, "text/uri-list", False);
+    over[3] = (long)XInternAtom(d, "XdndActionCopy", False);
+    send_message(d, from, to, "XdndEnter", enter);
+    send_message(d, from, to, "XdndPosition", over);
+    for (;;) {
+        XEvent e;
+        XNextEvent(d, &e);
+        if (e.type == SelectionRequest) {
+            answer(d, &e.xselectionrequest, text);
+        } else if (e.type == ClientMessage && e.xclient.message_type == XInternAtom(d, "XdndStatus", False)) {
+            if (!(e.xclient.data.l[1] & 1)) return 2;
+            send_message(d, from, to, "XdndDrop", let_go);
+        } else if (e.type == ClientMessage && e.xclient.message_type == XInternAtom(d, "XdndFinished", False)) {
+            XCloseDisplay(d);
+            return e.xclient.data.l[1] ? 0 : 3;        /* GLFW writes how many bytes it took, not the one bit */
+        }
+    }
+}
+
+#else
+
+static int drop(const char *window, const char *path) { return (void)window, (void)path, 1; }
+
+#endif
+
+static void dropped_files_are_shown(void **state)
+{
+    static const char triangle[] =
+        "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":36,"
+        "\"uri\":\"data:application/octet-stream;base64,"
+        "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],"
+        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],"
+        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],\"nodes\":[{\"mesh\":0}]}";
+    char keys[2000];
+    (void)state;
+    need();
+    if (!HAS_X11) {
+        printf("skip: no headers of X11\n");
+        skip();
+    }
+    write_script("triangle.gltf", triangle);
+    write_script("broken.glb", "not a model");
+    write_script("sky.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\nabc\201def\201");
+    snprintf(keys, sizeof keys,
+             "drop() { \"$SELF\" --drop $window %s/$1; sleep 1; }\n"
+             "key p\nshot s\n"                         /* 1: the scene of the command line */
+             "drop triangle.gltf\nshot s\n"            /* 2: another one */
+             "drop broken.glb\nshot s\n"               /* 3: the same and a line that says why */
+             "key r\nsleep 1\nshot s\n"               /* 4: without the line */
+             "key p\nshot s\n"                         /* 5: the panel */
+             "drop sky.hdr\nshot s\n"                  /* 6: names the sky */
+             "key p\nshot s\n", folder);              /* 7: which does not show in the preview */
+    run_viewer("--size 320x240 builtin:knot", keys);
+    assert_false(same_file("viewer-001.png", "viewer-002.png"));
+    assert_false(same_file("viewer-002.png", "viewer-003.png"));
+    assert_true(same_file("viewer-002.png", "viewer-004.png"));
+    assert_false(same_file("viewer-005.png", "viewer-006.png"));
+    assert_true(same_file("viewer-004.png", "viewer-007.png"));
+}
+
 static int make_folder(void **state)
 {
     (void)state;
@@ -233,13 +349,19 @@ static int remove_folder(void **state)
     return system(command);
 }
 
-int main(void)
+int main(int count, char **values)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keys_change_what_is_shown),
         cmocka_unit_test(shows_what_render_writes),
+        cmocka_unit_test(dropped_files_are_shown),
         cmocka_unit_test(minimal_example_draws),
         cmocka_unit_test(bounced_light_example_draws),
     };
+    char path[600], here[512];
+    if (count == 4 && strcmp(values[1], "--drop") == 0) return drop(values[2], values[3]);
+    if (!getcwd(here, sizeof here)) return 1;
+    snprintf(path, sizeof path, "%s%s%s", values[0][0] == '/' ? "" : here, values[0][0] == '/' ? "" : "/", values[0]);
+    self = path;
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
