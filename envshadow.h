@@ -2100,43 +2100,50 @@ struct envsh_lights {
     double      *cdf;               /* of stratum i at start[i] + i: running sums of w */
 };
 
-/* Everything of the grid into the sums of its labels. */
+/* Everything of the grid into the sums of its labels. A run of one label is summed in a copy, not in memory. */
 static void envsh__accumulate(const envsh__grid *g, const uint32_t *label, envsh__sums *sums, uint32_t count)
 {
     size_t t;
     float rgb[3];
-    uint32_t column = 0;
-    int c;
+    envsh__sums s;
+    uint32_t column = 0, held = ENVSH_NO_LIGHT;
     memset(sums, 0, count * sizeof *sums);
+    memset(&s, 0, sizeof s);
     for (t = 0; t < g->count; t++, column = column + 1 < g->width ? column + 1 : 0) {
         double omega = (double)g->omega[t], w = envsh__weight(g, t), x, y, z;
-        envsh__sums *s;
         if (!(omega > 0.0) || label[t] >= count) continue;
-        s = &sums[label[t]];
+        if (label[t] != held) {
+            if (held != ENVSH_NO_LIGHT) sums[held] = s;
+            held = label[t];
+            s = sums[held];
+        }
         x = (double)g->dx[t];
         y = (double)g->dy[t];
         z = (double)g->dz[t];
-        s->omega += omega;
-        s->texels += 1.0;
+        s.omega += omega;
+        s.texels += 1.0;
         if (!(w > 0.0)) {
-            s->o[0] += omega * x;
-            s->o[1] += omega * y;
-            s->o[2] += omega * z;
+            s.o[0] += omega * x;
+            s.o[1] += omega * y;
+            s.o[2] += omega * z;
             continue;
         }
         envsh__fetch(&g->map, envsh__map_texel(g, t - column, column), rgb);
-        for (c = 0; c < 3; c++) s->rgb[c] += omega * (double)rgb[c];
-        s->w += w;
-        s->m[0] += w * x;
-        s->m[1] += w * y;
-        s->m[2] += w * z;
-        s->s[0] += w * x * x;
-        s->s[1] += w * x * y;
-        s->s[2] += w * x * z;
-        s->s[3] += w * y * y;
-        s->s[4] += w * y * z;
-        s->s[5] += w * z * z;
+        s.rgb[0] += omega * (double)rgb[0];
+        s.rgb[1] += omega * (double)rgb[1];
+        s.rgb[2] += omega * (double)rgb[2];
+        s.w += w;
+        s.m[0] += w * x;
+        s.m[1] += w * y;
+        s.m[2] += w * z;
+        s.s[0] += w * x * x;
+        s.s[1] += w * x * y;
+        s.s[2] += w * x * z;
+        s.s[3] += w * y * y;
+        s.s[4] += w * y * z;
+        s.s[5] += w * z * z;
     }
+    if (held != ENVSH_NO_LIGHT) sums[held] = s;
 }
 
 /* Turns from the grid's azimuths to the map's, exactly as texels lie. */
