@@ -88,7 +88,8 @@ static void run_viewer(const char *arguments, const char *keys)
     snprintf(command, sizeof command,
              "SELF='%s' VIEWER=%s%s%s/viewer "
              "timeout 240 xvfb-run -a -s '-screen 0 800x600x24' sh -e %s/script > %s/log 2>&1",
-             self, build_folder()[0] == '/' ? "" : here, build_folder()[0] == '/' ? "" : "/", build_folder(), folder, folder);
+             self, build_folder()[0] == '/' ? "" : here, build_folder()[0] == '/' ? "" : "/", build_folder(),
+             folder, folder);
     status = system(command);
     if (status != 0) {
         snprintf(command, sizeof command, "cat %s/log %s/out", folder, folder);
