@@ -515,7 +515,7 @@ typedef struct sfield_cache sfield_cache;       /* T of a set of points for each
 
 SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t point_count, uint32_t light_count,
                                              sfield_cache **out);
-/* For light_count lights (the environment is one) of a scene of this basis. 2 n^2 bytes a point and light with harmonics,
+/* For light_count lights (the environment is one) of a scene of this basis. 4 n^2 bytes a point and light with harmonics,
    filled with the first frame; 4 bytes a wavelet kept. From the scene's allocator. Errors SFIELD_ERR_ARGUMENT, _ALLOC */
 SFIELD_DEF void sfield_cache_free(sfield_cache *cache);
 SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache);
@@ -2359,6 +2359,8 @@ struct sfield_field {
     float             radius2[64];  /* (radius of a shell / r)^2 */
     float             measure[64];  /* what weights are linear in, of each shell */
     uint32_t          planes;       /* floats a channel: n^2 up to a multiple of 8 */
+    uint32_t          tone;         /* channels are multiples of this one, or 3 */
+    float             ratio[3];
 };
 
 static uint32_t sfield__groups(const sfield__header *h)
@@ -2467,11 +2469,43 @@ static uint32_t sfield__checksum(const sfield_field *f)
     return crc;
 }
 
+/* Lamps of one colour have three channels that are multiples of one of them, to the bits that are kept: then that one
+   is enough. */
+static void sfield__find_tone(sfield_field *f)
+{
+    const uint32_t n = f->planes, stride = f->h.stride;
+    const size_t samples = f->h.shells ? f->h.samples / (f->h.shells * f->h.frames) : 0;
+    uint32_t c, k, g, t = 0;
+    size_t i;
+    f->tone = 3;
+    if (f->h.channels != 3 || f->h.basis != SFIELD_BASIS_SH || f->h.shard_end) return;
+    for (c = 0; c < 3; c++) {
+        f->ratio[c] = f->bias[c * n] + 255 * f->scale[c * n];        /* the greatest mean of the first shell */
+        if (f->ratio[c] > f->ratio[t]) t = c;
+    }
+    if (!(f->ratio[t] > 0)) return;
+    for (c = 0; c < 3; c++) f->ratio[c] = c == t ? f->ratio[c] : f->ratio[c] / f->ratio[t];
+    f->ratio[t] = 1;
+    for (g = 0; g < sfield__groups(&f->h); g++) {
+        const float *scale = f->scale + (size_t)g * stride, *bias = f->bias + (size_t)g * stride;
+        for (c = 0; c < 3; c++)
+            for (k = 0; k < n && c != t; k++) {
+                const float s = scale[c * n + k], b = bias[c * n + k], r = f->ratio[c], u = r * scale[t * n + k];
+                const float v = r * bias[t * n + k], most = s + 1e-5f * r * fabsf(bias[t * n] + 255 * scale[t * n]);
+                const uint8_t *q = f->sample + samples * g * stride + k;
+                for (i = 0; i < samples; i++, q += stride)
+                    if (!(fabsf(s * (float)q[c * n] + b - u * (float)q[t * n] - v) <= most)) return;
+            }
+    }
+    f->tone = t;
+}
+
 static void sfield__seal(sfield_field *f)
 {
     memcpy(f->words, &f->h, sizeof f->h);
     f->h.crc = sfield__checksum(f);
     memcpy(f->words, &f->h, sizeof f->h);
+    sfield__find_tone(f);
 }
 
 SFIELD_DEF size_t sfield_size(const sfield_field *field) { return field ? field->h.bytes : 0; }
@@ -2566,6 +2600,7 @@ SFIELD_DEF sfield_result sfield_open(const void *data, size_t size, const sfield
         sfield_free(f);
         return SFIELD_ERR_FORMAT;
     }
+    sfield__find_tone(f);
     *out = f;
     return SFIELD_OK;
 }
@@ -4154,17 +4189,18 @@ SFIELD__TARGET_AVX2 static void sfield__turn8_avx2(const float *in, size_t in_st
     }
 }
 
-/* A source's three channels of n coefficients as mix would make them, each with its dot product with t: rgb += them. */
+/* A source's channels of n coefficients as mix would make them, each with its dot product with t: rgb += them. */
 SFIELD__TARGET_AVX2 static void sfield__mix_dot_avx2(const sfield_field *f, size_t base, size_t group, const float *b,
                                                      float w0, float w1, const float *t, uint32_t n, float *rgb)
 {
+    const uint32_t begin = f->tone < 3 ? f->tone : 0, end = f->tone < 3 ? f->tone + 1 : 3;
     const size_t stride = f->h.stride, row = f->h.position_side * stride, shell = 6 * f->h.position_side * row;
-    const uint8_t *q = f->sample + base * stride;
-    const float *s0 = f->scale + group * stride, *b0 = f->bias + group * stride;
+    const uint8_t *q = f->sample + base * stride + begin * n;
+    const float *s0 = f->scale + group * stride + begin * n, *b0 = f->bias + group * stride + begin * n;
     const __m256 x0 = _mm256_set1_ps(b[0]), x1 = _mm256_set1_ps(b[1]), x2 = _mm256_set1_ps(b[2]),
                  x3 = _mm256_set1_ps(b[3]);
     uint32_t k, c;
-    for (c = 0; c < 3; c++) {
+    for (c = begin; c < end; c++) {
         __m256 sum = _mm256_setzero_ps(), a, e;
         __m128 four;
         for (k = 0; k < n; k += 8, q += 8, s0 += 8, b0 += 8) {
@@ -4499,8 +4535,10 @@ struct sfield_cache {
     int16_t  *value;
     uint16_t *index;                /* wavelets: of each value */
     float    *scale;
-    uint64_t *lit;                  /* wavelets: hash and sky that sky is of, 3 floats a point */
+    uint64_t *lit;                  /* wavelets: hash and sky that sky is of, 3 floats a point; harmonics: what the marks
+                                       of a tile are of */
     float    *sky;
+    uint8_t  *marks;                /* harmonics: of each tile, so many T on the way that all lights share are kept */
 };
 
 SFIELD_DEF sfield_entity sfield_entity_default(void)
@@ -4896,15 +4934,16 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *s, size_t point
                                              sfield_cache **out)
 {
     sfield_cache *c;
-    size_t units, values, bytes;
+    size_t own, units, lanes, values, bytes;
     uint8_t *at;
     if (!s || !out || !point_count || !light_count || light_count > 65536 || point_count > 0x7fffffffu)
         return SFIELD_ERR_ARGUMENT;
-    units = s->algebra ? (point_count + 15) / 16 : point_count;
-    if (!sfield__mul_size(units, light_count, &units) || units > SIZE_MAX / 4096) return SFIELD_ERR_ALLOC;
-    values = units * (s->algebra ? 16 * s->coefs : (uint32_t)SFIELD__CACHED);
-    bytes = sizeof *c + units * (sizeof *c->hash + (s->algebra ? 16 : 1) * sizeof *c->scale) +
-            values * (s->algebra ? 2 : 4) + (s->algebra ? 0 : point_count * (sizeof *c->lit + 3 * sizeof *c->sky));
+    own = s->algebra ? (point_count + 15) / 16 : point_count;
+    if (!sfield__mul_size(own, light_count, &units) || units > SIZE_MAX / 16384) return SFIELD_ERR_ALLOC;
+    lanes = units * (s->algebra ? 32 : 1);          /* marks as many as lights */
+    values = lanes * (s->algebra ? s->coefs : (uint32_t)SFIELD__CACHED);
+    bytes = sizeof *c + (units + own) * sizeof *c->hash + lanes * sizeof *c->scale +
+            (s->algebra ? 2 * values + own : 4 * values + 3 * own * sizeof *c->sky);
     at = (uint8_t *)sfield__alloc(&s->allocator, bytes);
     if (!at) return SFIELD_ERR_ALLOC;
     c = (sfield_cache *)(void *)at;
@@ -4917,10 +4956,11 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *s, size_t point
     c->cells = s->algebra ? 0 : s->cells;
     c->hash = (uint64_t *)(void *)(at + sizeof *c);
     c->lit = c->hash + units;
-    c->scale = (float *)(void *)(c->lit + (s->algebra ? 0 : point_count));
-    c->sky = c->scale + units * (s->algebra ? 16 : 1);
-    c->value = (int16_t *)(void *)(c->sky + (s->algebra ? 0 : 3 * point_count));
+    c->scale = (float *)(void *)(c->lit + own);
+    c->sky = c->scale + lanes;
+    c->value = (int16_t *)(void *)(c->sky + (s->algebra ? 0 : 3 * own));
     c->index = s->algebra ? NULL : (uint16_t *)(c->value + values);
+    c->marks = (uint8_t *)(c->value + values);
     memset(c->hash, 0, (size_t)((uint8_t *)c->scale - (uint8_t *)c->hash));
     *out = c;
     return SFIELD_OK;
@@ -4952,7 +4992,7 @@ typedef struct sfield__tile {
     float     p[48], n[48], view[48];           /* planes, world */
     float     middle[3], extent;                /* a sphere about all lanes */
     uint32_t  count;                            /* occluders that count for some lane */
-    uint32_t *item, *order, *used;              /* used: lanes for which it counts */
+    uint32_t *item, *order, *used, *shown;      /* used: lanes for which it counts; shown: and is not hidden */
     float *mean, *widest, *farthest; /* d of the middle; of all lanes: greatest sine of the inscribed sphere, d */
     float    *d2, *factor, *occlusion;          /* 16, 16, 16 n^2 floats each */
     uint8_t  *state;                            /* 0 not looked at, 1 hides something, 2 nothing */
@@ -4960,7 +5000,7 @@ typedef struct sfield__tile {
     int       sky, chains;                      /* chains: 2 with a lobe */
     float    *light_d2;                         /* 16 each */
     uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
-    uint64_t *hash;
+    uint64_t *hash, way;                        /* of what each light sees, and of all occluders; with a cache */
     uint8_t  *needed;
     uint32_t *prefix;                           /* of the order: how many are nearer than it for all their lanes */
     float    *t;                                /* [light][chain] 16 n^2 */
@@ -5000,6 +5040,7 @@ static size_t sfield__carve(sfield__tile *t, uint8_t *memory, uint32_t occluders
     SFIELD__CARVE(item, uint32_t, n);
     SFIELD__CARVE(order, uint32_t, n);
     SFIELD__CARVE(used, uint32_t, n);
+    SFIELD__CARVE(shown, uint32_t, n);
     SFIELD__CARVE(hash, uint64_t, slots);
     SFIELD__CARVE(mask, uint16_t, slots * n);
     SFIELD__CARVE(state, uint8_t, n);
@@ -5076,6 +5117,13 @@ static void sfield__distances(const float *p, const float *c, float *d2)
 }
 
 #if SFIELD__SIMD
+/* All bits of the lanes of a mask, from lane l on. */
+SFIELD__TARGET_AVX2 SFIELD__INLINE __m256 sfield__lanes8(uint32_t mask, uint32_t l)
+{
+    const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int32_t)(mask >> l)), bit), bit));
+}
+
 SFIELD__TARGET_AVX2 static uint32_t sfield__nearer16_avx2(const float *a, const float *b)
 {
     int low = _mm256_movemask_ps(_mm256_cmp_ps(_mm256_loadu_ps(a), _mm256_loadu_ps(b), _CMP_LT_OQ));
@@ -5134,23 +5182,53 @@ static uint32_t sfield__look16(const float *p, const float *n, const float *c, f
     return bits;
 }
 
+#if SFIELD__SIMD
+SFIELD__TARGET_AVX2 static void sfield__fade16_avx2(const float *d2, float inverse, uint32_t lanes, float *factor)
+{
+    const __m256 one = _mm256_set1_ps(1), four = _mm256_set1_ps(4);
+    uint32_t l;
+    for (l = 0; l < SFIELD__LANES; l += 8) {
+        __m256 d = _mm256_mul_ps(_mm256_sqrt_ps(_mm256_loadu_ps(d2 + l)), _mm256_set1_ps(inverse));
+        d = _mm256_min_ps(_mm256_mul_ps(four, _mm256_sub_ps(one, d)), one);
+        _mm256_storeu_ps(factor + l, _mm256_and_ps(d, sfield__lanes8(lanes, l)));
+    }
+}
+#endif
+
+/* What is left of an occluder: 1 up to three quarters of its reach, 0 for lanes that do not count. */
+static void sfield__fade16(const float *d2, float inverse_reach, uint32_t lanes, float *factor, int simd)
+{
+    uint32_t l;
+#if SFIELD__SIMD
+    if (simd) {
+        sfield__fade16_avx2(d2, inverse_reach, lanes, factor);
+        return;
+    }
+#endif
+    (void)simd;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float f = 4 * (1 - sqrtf(d2[l]) * inverse_reach);
+        factor[l] = lanes >> l & 1 ? (f < 1 ? f : 1.0f) : 0.0f;
+    }
+}
+
 /* Occluders that count for any lane, in reach (third rule) and not below the horizon (first), from near to far by the
    middle of the tile; with a factor of 0 where they do not. */
 static void sfield__candidates(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
-    uint32_t i, j, l;
+    uint32_t i, j;
     t->count = 0;
     sfield__bound(t);
     for (i = 0; i < s->occluder_count; i++) {
         const sfield__item *it = &s->item[s->occluder[i]];
         float *d2 = t->d2 + (size_t)t->count * SFIELD__LANES, *factor = t->factor + (size_t)t->count * SFIELD__LANES;
         const float *c = it->center[0], x = c[0] - t->middle[0], y = c[1] - t->middle[1], z = c[2] - t->middle[2];
-        const float reach2 = it->reach * it->reach, mean = sqrtf(x * x + y * y + z * z), least = mean - t->extent;
+        const float mean = sqrtf(x * x + y * y + z * z), least = mean - t->extent;
         uint32_t near_by = 0, used = 0;
         if (s->occluder[i] == t->set->entity) continue;
         if (least < it->reach) {
-            used = sfield__look16(t->p, t->n, c, reach2, -it->radius[0], d2, s->simd);
+            used = sfield__look16(t->p, t->n, c, it->reach * it->reach, -it->radius[0], d2, s->simd);
             near_by = used & t->active;
             used = near_by & used >> 16;
         }
@@ -5160,9 +5238,7 @@ static void sfield__candidates(sfield__tile *t)
         if (!used) continue;
         t->farthest[t->count] = mean + t->extent;
         t->widest[t->count] = least > it->inscribed ? it->inscribed / least : 1;
-        for (l = 0; l < SFIELD__LANES; l++) factor[l] = used >> l & 1 ? 1.0f : 0.0f;
-        for (l = 0; l < SFIELD__LANES && mean + t->extent > 0.75f * it->reach; l++)
-            if (d2[l] > 0.5625f * reach2) factor[l] *= 4 * (1 - sqrtf(d2[l]) / it->reach);
+        sfield__fade16(d2, mean + t->extent > 0.75f * it->reach ? 1 / it->reach : 0, used, factor, s->simd);
         t->used[t->count] = used;
         t->item[t->count] = s->occluder[i];
         t->mean[t->count] = mean;
@@ -5176,7 +5252,12 @@ static void sfield__candidates(sfield__tile *t)
 static void sfield__masks(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
+    const int cached = t->set->cache != NULL;
     uint32_t j, i;
+    t->way = s->version;
+    for (i = 0; i < t->count && cached; i++)
+        t->way = sfield__hash(t->way, (uint64_t)t->item[t->order[i]] << 16 | t->used[t->order[i]]);
+    t->way |= 1;
     for (j = 0; j < t->lights + (uint32_t)t->sky; j++) {
         uint16_t *mask = t->mask + (size_t)j * (s->occluder_count ? s->occluder_count : 1);
         float *light = t->light_d2 + (size_t)j * SFIELD__LANES;
@@ -5191,7 +5272,7 @@ static void sfield__masks(sfield__tile *t)
                     t->item[o] == own ? 0 : used & sfield__nearer16(t->d2 + (size_t)o * SFIELD__LANES, light, s->simd);
             mask[i] = (uint16_t)bits;
             prefix += prefix == i && bits == used;
-            if (bits) t->hash[j] = sfield__hash(t->hash[j], (uint64_t)t->item[o] << 16 | bits);
+            if (bits && cached) t->hash[j] = sfield__hash(t->hash[j], (uint64_t)t->item[o] << 16 | bits);
         }
         t->hash[j] |= 1;
         t->prefix[j] = prefix;
@@ -5222,11 +5303,37 @@ static uint32_t sfield__hidden(const sfield__tile *t, uint32_t i, uint32_t lanes
     return hidden;
 }
 
+#if SFIELD__SIMD
+SFIELD__TARGET_AVX2 static void sfield__to_local_avx2(const float *m, const float *c, float f, const float *p,
+                                                      float *local)
+{
+    uint32_t l, k;
+    for (l = 0; l < SFIELD__LANES; l += 8) {
+        const __m256 s = _mm256_set1_ps(f);
+        const __m256 x = _mm256_mul_ps(_mm256_sub_ps(_mm256_loadu_ps(p + l), _mm256_set1_ps(c[0])), s);
+        const __m256 y = _mm256_mul_ps(_mm256_sub_ps(_mm256_loadu_ps(p + 16 + l), _mm256_set1_ps(c[1])), s);
+        const __m256 z = _mm256_mul_ps(_mm256_sub_ps(_mm256_loadu_ps(p + 32 + l), _mm256_set1_ps(c[2])), s);
+        for (k = 0; k < 3; k++) {
+            const __m256 a = _mm256_mul_ps(_mm256_set1_ps(m[3 * k]), x), b = _mm256_mul_ps(_mm256_set1_ps(m[3 * k + 1]), y);
+            _mm256_storeu_ps(local + 16 * k + l, _mm256_add_ps(_mm256_add_ps(a, b),
+                                                               _mm256_mul_ps(_mm256_set1_ps(m[3 * k + 2]), z)));
+        }
+    }
+}
+#endif
+
 /* Where the lanes are in a field of an entity: planes, about its center, in r. */
-static void sfield__to_local(const sfield__item *it, int which, const float *p, float *local)
+static void sfield__to_local(const sfield__item *it, int which, const float *p, float *local, int simd)
 {
     const float *c = it->center[which], *m = it->turn, f = it->inverse[which];
     int l;
+#if SFIELD__SIMD
+    if (simd) {
+        sfield__to_local_avx2(m, c, f, p, local);
+        return;
+    }
+#endif
+    (void)simd;
     for (l = 0; l < SFIELD__LANES; l++) {
         float x = (p[l] - c[0]) * f, y = (p[16 + l] - c[1]) * f, z = (p[32 + l] - c[2]) * f;
         local[l] = m[0] * x + m[1] * y + m[2] * z;
@@ -5235,36 +5342,72 @@ static void sfield__to_local(const sfield__item *it, int which, const float *p, 
     }
 }
 
+#if SFIELD__SIMD
+SFIELD__TARGET_AVX2 static void sfield__select_avx2(const float *in, uint32_t n, uint32_t mask, float *out)
+{
+    const __m256 low = sfield__lanes8(mask, 0), high = sfield__lanes8(mask, 8);
+    uint32_t k;
+    for (k = 0; k < n; k += SFIELD__LANES) {
+        _mm256_storeu_ps(out + k, _mm256_and_ps(low, _mm256_loadu_ps(in + k)));
+        _mm256_storeu_ps(out + k + 8, _mm256_and_ps(high, _mm256_loadu_ps(in + k + 8)));
+    }
+}
+#endif
+
+/* Zero where a mask has no bit. */
+static void sfield__select16(const float *in, uint32_t n, uint32_t mask, float *out, int simd)
+{
+    uint32_t k, l;
+#if SFIELD__SIMD
+    if (simd) {
+        sfield__select_avx2(in, n, mask, out);
+        return;
+    }
+#endif
+    (void)simd;
+    for (k = 0; k < n; k += SFIELD__LANES)
+        for (l = 0; l < SFIELD__LANES; l++) out[k + l] = mask >> l & 1 ? in[k + l] : 0.0f;
+}
+
+/* Some lanes of a field at their places, times a factor, in planes; the others are 0. */
+static void sfield__fetch16(const sfield_field *f, const sfield__place *at, uint32_t lanes, const float *factor,
+                            float *rows, float *planes, int simd)
+{
+    const uint32_t n = f->planes;
+    uint32_t l;
+    for (l = 0; l < SFIELD__LANES; l++, rows += n) {
+        float b[4];
+        if (!(lanes >> l & 1)) {
+            memset(rows, 0, n * sizeof *rows);
+            continue;
+        }
+        sfield__corners(at, (int)l, b);
+        sfield__mix(f, (size_t)at->base[l], (size_t)at->shell[l], b, at->w0[l] * factor[l], at->w1[l] * factor[l], n,
+                    rows, simd);
+    }
+    sfield__turn(rows - SFIELD__LANES * n, n, planes, simd);
+}
+
 /* Alpha (or log visibility) of occluder i for all lanes, in planes, in the world. */
 static void sfield__occlude(sfield__tile *t, uint32_t i)
 {
     const sfield_scene *s = t->s;
     const sfield__item *it = &s->item[t->item[i]];
-    float local[48], *rows = t->rows, *planes = t->planes, *factor = t->factor + (size_t)i * SFIELD__LANES;
+    float local[48], *planes = it->identity && s->planes == s->coefs ? NULL : t->planes;
     float *out = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
     sfield__place at;
-    uint32_t l, hidden;
+    uint32_t hidden;
     if (t->state[i]) return;
-    t->state[i] = 2;
     hidden = sfield__hidden(t, i, t->used[i]);
     t->stats.culled_hidden += sfield__bits(hidden);
-    for (l = 0; l < SFIELD__LANES; l++)
-        if (hidden >> l & 1) factor[l] = 0;
-    if (hidden == t->used[i]) return;
-    t->state[i] = 1;
-    sfield__to_local(it, 0, t->p, local);
+    t->shown[i] = t->used[i] & ~hidden;
+    t->state[i] = t->shown[i] ? 1 : 2;
+    if (!t->shown[i]) return;
+    sfield__to_local(it, 0, t->p, local, s->simd);
     sfield__locate16(it->e.occlusion, local, &at, s->simd);
-    for (l = 0; l < SFIELD__LANES; l++) {
-        float b[4];
-        if (!(factor[l] > 0)) {
-            memset(rows + l * s->planes, 0, s->planes * sizeof *rows);
-            continue;
-        }
-        sfield__corners(&at, (int)l, b);
-        sfield__mix(it->e.occlusion, (size_t)at.base[l], (size_t)at.shell[l], b, at.w0[l] * factor[l],
-                    at.w1[l] * factor[l], s->planes, rows + l * s->planes, s->simd);
-    }
-    sfield__turn(rows, s->planes, planes, s->simd);
+    sfield__fetch16(it->e.occlusion, &at, t->shown[i], t->factor + (size_t)i * SFIELD__LANES, t->rows,
+                    planes ? planes : out, s->simd);
+    if (!planes) return;
     if (it->identity) memcpy(out, planes, s->coefs * SFIELD__LANES * sizeof *out);
     else sfield__rotate16(&s->rotation[t->item[i]], planes, out, SFIELD__LANES, 0, s->simd);
 }
@@ -5274,73 +5417,15 @@ static void sfield__apply(sfield__tile *t, uint32_t i, uint32_t mask, float *cha
 {
     const sfield_scene *s = t->s;
     const float *o = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
-    float *masked = t->turned;
-    uint32_t k, l;
     int c;
     if (t->state[i] == 2 || !mask) return;
     if (mask != t->used[i]) {
-        for (k = 0; k < s->coefs; k++)
-            for (l = 0; l < SFIELD__LANES; l++)
-                masked[k * SFIELD__LANES + l] = mask >> l & 1 ? o[k * SFIELD__LANES + l] : 0.0f;
-        o = masked;
+        sfield__select16(o, s->coefs * SFIELD__LANES, mask, t->turned, s->simd);
+        o = t->turned;
     }
     t->stats.products += sfield__bits(mask);
     for (c = 0; c < t->chains; c++, chain += s->coefs * SFIELD__LANES)
         sfield__product16(s->algebra, chain, o, chain, SFIELD__LANES, 1);
-}
-
-/* Figure 5 of the paper for 16 points: occluders from near to far; a light takes the T of the moment. Occluders commute
-   up to truncation and are ordered for the tile; which of them are nearer than a light is decided lane by lane. */
-static void sfield__chain(sfield__tile *t)
-{
-    const sfield_scene *s = t->s;
-    uint32_t n = t->count, slots = t->lights + (uint32_t)t->sky, i, j, a, b, last = 0;
-    size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
-    float *now = t->start;
-    for (j = 0; j < slots; j++)
-        for (i = n; i-- > last && t->needed[j];)
-            if (t->mask[(size_t)j * s->occluder_count + i]) last = i + 1;
-    for (i = 0; i < last; i++) sfield__occlude(t, t->order[i]);
-    for (i = 0; i <= last; i++) {
-        for (j = 0; j < slots; j++) {
-            const uint16_t *mask = t->mask + (size_t)j * s->occluder_count;
-            float *light = t->t + j * size;
-            if (!t->needed[j]) continue;
-            a = t->prefix[j] < last ? t->prefix[j] : last;
-            if (a != i) continue;
-            for (b = last; b > a && !mask[b - 1]; b--) { }
-            memcpy(light, now, size * sizeof *light);
-            for (; a < b; a++) sfield__apply(t, t->order[a], mask[a], light);
-        }
-        if (i < last) sfield__apply(t, t->order[i], t->used[t->order[i]], now);
-    }
-}
-
-/* The same by logarithms: their sum, one exp and one product for each light. */
-static void sfield__chain_exp(sfield__tile *t)
-{
-    const sfield_scene *s = t->s;
-    uint32_t n = s->coefs * SFIELD__LANES, slots = t->lights + (uint32_t)t->sky, i, j, k, l;
-    size_t size = (size_t)t->chains * n;
-    float *sum = t->turned;
-    int c;
-    for (i = 0; i < t->count; i++) sfield__occlude(t, t->order[i]);
-    for (j = 0; j < slots; j++) {
-        if (!t->needed[j]) continue;
-        memset(sum, 0, n * sizeof *sum);
-        for (i = 0; i < t->count; i++) {
-            uint32_t mask = t->mask[(size_t)j * s->occluder_count + i];
-            const float *o = t->occlusion + (size_t)t->order[i] * n;
-            if (t->state[t->order[i]] == 2 || !mask) continue;
-            for (k = 0; k < n; k += SFIELD__LANES)
-                for (l = 0; l < SFIELD__LANES; l++) sum[k + l] += mask >> l & 1 ? o[k + l] : 0.0f;
-        }
-        sfield__exp16(s->algebra, sum, sum);
-        t->stats.products += sfield__bits(t->active);
-        for (c = 0; c < t->chains; c++)
-            sfield__product16(s->algebra, t->start + (size_t)c * n, sum, t->t + j * size + (size_t)c * n, SFIELD__LANES,
-                              0);
-    }
 }
 
 /* Basis at 16 directions in planes, in float. */
@@ -5471,6 +5556,85 @@ static void sfield__recall(const sfield_cache *c, size_t slot, float *t, int sim
         for (l = 0; l < SFIELD__LANES; l++) t[k + l] = (float)value[k + l] * scale[l];
 }
 
+/* Where T after `number` steps of the way is kept: behind what lights keep. */
+static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t number)
+{
+    return ((c->points + 15) / 16 + tile) * c->lights + number - 1;
+}
+
+/* Figure 5 of the paper for 16 points: occluders from near to far; a light takes the T of the moment. Occluders commute
+   up to truncation and are ordered for the tile; which of them are nearer than a light is decided lane by lane. */
+static void sfield__chain(sfield__tile *t, sfield_cache *cache)
+{
+    const sfield_scene *s = t->s;
+    const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES, tile = t->first / SFIELD__LANES;
+    uint32_t n = t->count, slots = t->lights + (uint32_t)t->sky, step = n + 1, from = 0, last = 0, least = n, i, j, a, b;
+    float *now = t->start;
+    for (j = 0; j < slots; j++) {
+        if (!t->needed[j]) continue;
+        least = t->prefix[j] < least ? t->prefix[j] : least;
+        for (i = n; i-- > last;)
+            if (t->mask[(size_t)j * s->occluder_count + i]) last = i + 1;
+    }
+    if (cache) {
+        step = n / ((cache->lights < 255 ? cache->lights : 255) + 1) + 1;
+        if (cache->lit[tile] != t->way) cache->marks[tile] = 0;
+        cache->lit[tile] = t->way;
+        from = least / step < cache->marks[tile] ? least / step : cache->marks[tile];
+        if (from) sfield__recall(cache, sfield__mark_slot(cache, tile, from), now, s->simd);
+        from *= step;
+    }
+    if (!from) sfield__start(t);
+    for (i = from; i < last; i++) sfield__occlude(t, t->order[i]);
+    for (i = from; i <= last; i++) {
+        if (i > from && i % step == 0) {        /* rounded always, so that a later start from here is the same */
+            const size_t slot = sfield__mark_slot(cache, tile, i / step);
+            sfield__keep(cache, slot, now);
+            sfield__recall(cache, slot, now, s->simd);
+            if (cache->marks[tile] < i / step) cache->marks[tile] = (uint8_t)(i / step);
+        }
+        for (j = 0; j < slots; j++) {
+            const uint16_t *mask = t->mask + (size_t)j * s->occluder_count;
+            float *light = t->t + j * size;
+            if (!t->needed[j]) continue;
+            a = t->prefix[j] < last ? t->prefix[j] : last;
+            if (a != i) continue;
+            for (b = last; b > a && !mask[b - 1]; b--) { }
+            memcpy(light, now, size * sizeof *light);
+            for (; a < b; a++) sfield__apply(t, t->order[a], mask[a], light);
+        }
+        if (i < last) sfield__apply(t, t->order[i], t->used[t->order[i]], now);
+    }
+}
+
+/* The same by logarithms: their sum, one exp and one product for each light. */
+static void sfield__chain_exp(sfield__tile *t)
+{
+    const sfield_scene *s = t->s;
+    uint32_t n = s->coefs * SFIELD__LANES, slots = t->lights + (uint32_t)t->sky, i, j, k, l;
+    size_t size = (size_t)t->chains * n;
+    float *sum = t->turned;
+    int c;
+    sfield__start(t);
+    for (i = 0; i < t->count; i++) sfield__occlude(t, t->order[i]);
+    for (j = 0; j < slots; j++) {
+        if (!t->needed[j]) continue;
+        memset(sum, 0, n * sizeof *sum);
+        for (i = 0; i < t->count; i++) {
+            uint32_t mask = t->mask[(size_t)j * s->occluder_count + i];
+            const float *o = t->occlusion + (size_t)t->order[i] * n;
+            if (t->state[t->order[i]] == 2 || !mask) continue;
+            for (k = 0; k < n; k += SFIELD__LANES)
+                for (l = 0; l < SFIELD__LANES; l++) sum[k + l] += mask >> l & 1 ? o[k + l] : 0.0f;
+        }
+        sfield__exp16(s->algebra, sum, sum);
+        t->stats.products += sfield__bits(t->active);
+        for (c = 0; c < t->chains; c++)
+            sfield__product16(s->algebra, t->start + (size_t)c * n, sum, t->t + j * size + (size_t)c * n, SFIELD__LANES,
+                              0);
+    }
+}
+
 #if SFIELD__SIMD
 /* The dot products of a place in a source with T, lane by lane: T is turned once and the coefficients are
    never stored. */
@@ -5494,7 +5658,8 @@ static void sfield__shine_avx2(const sfield__tile *t, const sfield__item *it, co
         if (time > 0)
             sfield__mix_dot_avx2(f, after * samples + base, after * shells + shell, b, w0 * time, w1 * time,
                                  t->rows + l * n, n, sum);
-        for (c = 0; c < 3; c++) rgb[c * SFIELD__LANES + l] += it->e.tint[c] * sum[c];
+        for (c = 0; c < 3; c++)
+            rgb[c * SFIELD__LANES + l] += it->e.tint[c] * (f->tone < 3 ? f->ratio[c] * sum[f->tone] : sum[c]);
     }
 }
 #endif
@@ -5508,7 +5673,7 @@ static void sfield__shine(const sfield__tile *t, uint32_t j, const float *chain,
     float local[48], *rows = t->rows;
     sfield__place at;
     uint32_t l, c, k;
-    sfield__to_local(it, 1, t->p, local);
+    sfield__to_local(it, 1, t->p, local, s->simd);
     sfield__locate16(f, local, &at, s->simd);
     if (!it->identity) {
         sfield__rotate16(&s->rotation[s->light[j]], chain, t->turned, SFIELD__LANES, 1, s->simd);
@@ -5598,9 +5763,8 @@ static void sfield__shade_tile(sfield__tile *t)
         if (!t->needed[j]) t->stats.reused += sfield__bits(t->visible);
     }
     if (needed) {
-        sfield__start(t);
         if (s->desc.product == SFIELD_PRODUCT_EXP) sfield__chain_exp(t);
-        else sfield__chain(t);
+        else sfield__chain(t, cache);
     }
     for (j = 0; cache && j < slots && j < cache->lights; j++) {     /* fresh ones too, so that both are equal */
         size_t slot = t->first / SFIELD__LANES * cache->lights + j;
@@ -5647,7 +5811,7 @@ static void sfield__incident_tile(sfield__tile *t, float *out)
                 lanes |= (uint32_t)(first == i) << l;
             }
             if (!(lanes & t->active)) continue;
-            sfield__to_local(it, 1, t->p, local);
+            sfield__to_local(it, 1, t->p, local, s->simd);
             sfield__locate16(f, local, &at, s->simd);
             for (l = 0; l < SFIELD__LANES; l++)
                 sfield__fetch(f, &at, (int)l, it->e.time, f->h.stride, rows + l * f->h.stride, s->simd);
@@ -5830,7 +5994,7 @@ static void sfield__lists_at(const sfield__item *it, int which, const float *x, 
     sfield__place at;
     uint32_t k;
     for (k = 0; k < 3; k++) p[16 * k] = x[k];
-    sfield__to_local(it, which, p, local);
+    sfield__to_local(it, which, p, local, simd);
     sfield__locate16(f, local, &at, simd);
     sfield__find_lists(f, &at, 0, time, lists);
 }
