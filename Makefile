@@ -162,13 +162,8 @@ $(RENDERER): $(OBJ)/examples/05_all_in_a_renderer.o $(COMMON)
 
 # ---- tests ----
 
-TEST_FLAGS = $(HAVE) -Iexamples/common -Itests $(if $(filter 1,$(HAVE_CMOCKA)),,-Itests/shim)
-TEST_LIBS  = $(CMOCKA_LIBS) $(EX_LIBS) $(GLFW_LIBS) -lm
-# It drops files on the viewer as a file manager does.
-ifneq ($(wildcard /usr/include/X11/Xlib.h),)
-$(OBJ)/tests/gl/viewer_test.o: TEST_FLAGS += -DDAPPLE_HAVE_X11
-$(BUILD)/tests/gl/viewer_test: TEST_LIBS += -lX11
-endif
+TEST_FLAGS = $(HAVE) -DDAPPLE_HAVE_X11=$(HAVE_X11) -Iexamples/common -Itests $(if $(filter 1,$(HAVE_CMOCKA)),,-Itests/shim)
+TEST_LIBS  = $(CMOCKA_LIBS) $(EX_LIBS) $(GLFW_LIBS) $(X11_LIBS) -lm
 
 $(OBJ)/tests/%.o: tests/%.c build/config.mk
 	@mkdir -p $(@D)

@@ -16,7 +16,7 @@
 
 #include "common.h"
 
-#ifdef DAPPLE_HAVE_X11
+#if DAPPLE_HAVE_X11
 #include <X11/Xlib.h>
 enum { HAS_X11 = 1 };
 #else
@@ -231,7 +231,7 @@ static void bounced_light_example_draws(void **state)
 
 /* ---- drag and drop ---- */
 
-#ifdef DAPPLE_HAVE_X11
+#if DAPPLE_HAVE_X11
 
 /* One message of the protocol XDND, version 5. */
 static void send_message(Display *d, Window from, Window to, const char *type, const long data[4])
