@@ -12,7 +12,7 @@
 
 enum { OBJECTS = 33, MESHES = 7, LAMPS = 4, COLORS = 3, BOARD = 6000, PIECE = 750 };
 
-static const float lamp_radius = 0.03f, lift = 2e-4f, occluder_reach = 4;
+static const float lamp_radius = 0.03f, lift = 2e-4f;
 static const float colors[COLORS][3] = { { 60, 50, 40 }, { 50, 20, 20 }, { 20, 30, 60 } };
 
 typedef struct chess {
@@ -23,7 +23,7 @@ typedef struct chess {
     bn_points      points[MESHES];
     sfield_points  sets[OBJECTS];
     sfield_cache  *cache[OBJECTS];
-    float         *rgb;
+    float         *rgb, reach;                      /* 0: to the outermost shell */
     size_t         bytes, vertices;
     double         build_seconds;
     int            frames, checked, rays;
@@ -46,15 +46,8 @@ static int build_mesh(chess *c, const sfield_desc *d, uint32_t m)
 static int build(chess *c, const bn_options *options)
 {
     sfield_desc d = bn_sfield_desc(options);
-    sfield_scene_desc scene;
     double start = ex_seconds();
-    memset(&scene, 0, sizeof scene);
-    scene.parallel_for = ex_pool_run;
-    scene.parallel_user = options->pool;
-    scene.reach = occluder_reach;
     d.position_side = options->full ? 16 : 8;
-    if (sfield_scene_create(&scene, &c->field_scene) != SFIELD_OK)
-        return -1;
     for (uint32_t m = 0; m < MESHES; m++)
         if (build_mesh(c, &d, m) != 0)
             return -1;
@@ -93,6 +86,32 @@ static int place(chess *c, float pieces, float lamps)
     return sfield_scene_entities(c->field_scene, c->entities, OBJECTS + LAMPS) == SFIELD_OK ? 0 : -1;
 }
 
+/* A scene in which pieces hide up to so many of their radii, with empty caches. */
+static int open_scene(chess *c, const bn_options *options, float reach)
+{
+    sfield_scene_desc d;
+    memset(&d, 0, sizeof d);
+    d.parallel_for = ex_pool_run;
+    d.parallel_user = options->pool;
+    d.reach = c->reach = reach;
+    if (sfield_scene_create(&d, &c->field_scene) != SFIELD_OK)
+        return -1;
+    for (int i = 0; i < OBJECTS; i++)
+        if (sfield_cache_create(c->field_scene, c->sets[i].count, LAMPS, &c->cache[i]) != SFIELD_OK)
+            return -1;
+    return 0;
+}
+
+static void close_scene(chess *c)
+{
+    sfield_scene_free(c->field_scene);
+    c->field_scene = NULL;
+    for (int i = 0; i < OBJECTS; i++) {
+        sfield_cache_free(c->cache[i]);
+        c->cache[i] = NULL;
+    }
+}
+
 static int make_sets(chess *c)
 {
     c->rgb = malloc(3 * (BOARD + 32 * PIECE) * sizeof *c->rgb);
@@ -106,8 +125,6 @@ static int make_sets(chess *c)
         p->self = c->self[m];
         p->rgb = c->rgb + 3 * c->vertices;
         c->vertices += p->count;
-        if (sfield_cache_create(c->field_scene, p->count, LAMPS, &c->cache[i]) != SFIELD_OK)
-            return -1;
     }
     return c->rgb ? 0 : -1;
 }
@@ -263,7 +280,7 @@ static int measure(chess *c, const bn_options *options, int lazy)
     bn_integer("vertices", c->vertices);
     bn_integer("entities", OBJECTS);
     bn_integer("lights", LAMPS);
-    bn_number("reach", (double)occluder_reach);
+    bn_number("reach", (double)c->reach);
     bn_number("build_seconds", c->build_seconds);
     bn_number("fps", 1 / median);
     bn_integer("products", stats.products);
@@ -280,9 +297,7 @@ static int measure(chess *c, const bn_options *options, int lazy)
 
 static void close_chess(chess *c)
 {
-    sfield_scene_free(c->field_scene);
-    for (int i = 0; i < OBJECTS; i++)
-        sfield_cache_free(c->cache[i]);
+    close_scene(c);
     for (int m = 0; m < MESHES; m++) {
         sfield_free(c->occlusion[m]);
         sfield_free(c->self[m]);
@@ -297,6 +312,7 @@ static void close_chess(chess *c)
 
 int bn_sfield_chess(const bn_options *options)
 {
+    static const float reaches[] = { 0, 2.5f };     /* all that fields have; as far as the errors do not grow */
     chess *c = calloc(1, sizeof *c);
     char error[EX_ERROR_SIZE] = "out of memory";
     int result = c ? ex_scene_builtin(&c->scene, "chess", 0, error) : -1;
@@ -304,8 +320,12 @@ int bn_sfield_chess(const bn_options *options)
         c->frames = options->full ? 61 : 15;
         c->checked = options->full ? 1000 : 250;
         c->rays = options->full ? 8192 : 2048;
-        result = build(c, options) != 0 || place(c, 0, 0) != 0 || make_sets(c) != 0 || measure(c, options, 0) != 0 ||
-                 measure(c, options, 1) != 0 ? -1 : 0;
+        result = build(c, options) != 0 || make_sets(c) != 0 ? -1 : 0;
+        for (int i = 0; i < 2 && result == 0; i++) {
+            result = open_scene(c, options, reaches[i]) != 0 || measure(c, options, 0) != 0 ||
+                     measure(c, options, 1) != 0 ? -1 : 0;
+            close_scene(c);
+        }
     }
     if (c)
         close_chess(c);

@@ -154,8 +154,8 @@ static void light_comes_through_glass(void **state)
 /* Glass, thin blending and a lamp that is taken away leave the same hole; a lamp switched off stands before it. */
 static void every_way_to_open_a_window(void **state)
 {
-    static const char *const panes[] = { GLASS, "\"alphaMode\":\"BLEND\",\"pbrMetallicRoughness\":{"
-        "\"baseColorFactor\":[1,1,1,0.3]}", "\"emissiveFactor\":[1,1,1]" };
+    static const char thin[] = "\"alphaMode\":\"BLEND\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,1,1,0.3]}";
+    static const char *const panes[] = { GLASS, thin, "\"emissiveFactor\":[1,1,1]" };
     static const char *const techniques[] = { "envshadow --set lights=20 --set m=64", "reference --samples 8" };
     char line[400];
     (void)state;
