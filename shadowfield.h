@@ -3593,7 +3593,7 @@ static sfield_result sfield__append(sfield__build *b, size_t first)
     size_t i, n = 0;
     for (i = 0; i < b->count; i++) n += b->kept[i];
     if (n > 0xffffffffu - b->all_used) return SFIELD_ERR_LIMIT;
-    if (b->all_used + n > b->all_room) {
+    if (!b->all || b->all_used + n > b->all_room) {         /* of nothing too: there is a pointer to add 0 to */
         uint64_t room = ((uint64_t)b->all_used + n) * 3 / 2 + 1024;
         uint32_t *grown;
         room = room < 0xffffffffu ? room : 0xffffffffu;
