@@ -444,7 +444,9 @@ typedef struct rsm_filter_desc {
 RSM_DEF rsm_result rsm_filter_apply(rsm_filter *filter, const rsm_filter_desc *desc, const rsm_points *points,
                                     const float *irradiance, float *out);
 /* Temporal accumulation with reprojection, then passes of the kernel 1 2 1 by 1 2 1 that stop at edges of normals and
-   planes. Two passes average 4 x 4 interleaved sets with equal weights, three 8 x 8.
+   planes. Two passes average 4 x 4 interleaved sets with equal weights, three 8 x 8. A pixel with few neighbours like it,
+   which nothing averages, is made no brighter than its brightest neighbour: single spots go, with them some light of fine
+   geometry (docs/rsm.md, section 5).
    points    the picture: width x height receivers, no indices
    out       3 floats a pixel; may be irradiance */
 

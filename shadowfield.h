@@ -5314,9 +5314,10 @@ SFIELD__TARGET_AVX2 static void sfield__to_local_avx2(const float *m, const floa
         const __m256 y = _mm256_mul_ps(_mm256_sub_ps(_mm256_loadu_ps(p + 16 + l), _mm256_set1_ps(c[1])), s);
         const __m256 z = _mm256_mul_ps(_mm256_sub_ps(_mm256_loadu_ps(p + 32 + l), _mm256_set1_ps(c[2])), s);
         for (k = 0; k < 3; k++) {
-            const __m256 a = _mm256_mul_ps(_mm256_set1_ps(m[3 * k]), x), b = _mm256_mul_ps(_mm256_set1_ps(m[3 * k + 1]), y);
-            _mm256_storeu_ps(local + 16 * k + l, _mm256_add_ps(_mm256_add_ps(a, b),
-                                                               _mm256_mul_ps(_mm256_set1_ps(m[3 * k + 2]), z)));
+            const __m256 a = _mm256_mul_ps(_mm256_set1_ps(m[3 * k]), x);
+            const __m256 b = _mm256_mul_ps(_mm256_set1_ps(m[3 * k + 1]), y);
+            const __m256 e = _mm256_mul_ps(_mm256_set1_ps(m[3 * k + 2]), z);
+            _mm256_storeu_ps(local + 16 * k + l, _mm256_add_ps(_mm256_add_ps(a, b), e));
         }
     }
 }
@@ -5568,7 +5569,8 @@ static void sfield__chain(sfield__tile *t, sfield_cache *cache)
 {
     const sfield_scene *s = t->s;
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES, tile = t->first / SFIELD__LANES;
-    uint32_t n = t->count, slots = t->lights + (uint32_t)t->sky, step = n + 1, from = 0, last = 0, least = n, i, j, a, b;
+    const uint32_t n = t->count, slots = t->lights + (uint32_t)t->sky;
+    uint32_t step = n + 1, from = 0, last = 0, least = n, i, j, a, b;
     float *now = t->start;
     for (j = 0; j < slots; j++) {
         if (!t->needed[j]) continue;
@@ -5635,6 +5637,15 @@ static void sfield__chain_exp(sfield__tile *t)
     }
 }
 
+/* Adds a source's dot products with T, of one channel where the others are multiples of it. */
+static void sfield__add_source(const sfield__item *it, const float *sum, float *rgb)
+{
+    const sfield_field *f = it->e.source;
+    uint32_t c;
+    for (c = 0; c < 3; c++)
+        rgb[c * SFIELD__LANES] += it->e.tint[c] * (f->tone < 3 ? f->ratio[c] * sum[f->tone] : sum[c]);
+}
+
 #if SFIELD__SIMD
 /* The dot products of a place in a source with T, lane by lane: T is turned once and the coefficients are
    never stored. */
@@ -5644,7 +5655,7 @@ static void sfield__shine_avx2(const sfield__tile *t, const sfield__item *it, co
     const sfield_field *f = it->e.source;
     const uint32_t n = t->s->coefs, shells = f->h.shells;
     const size_t samples = 6 * (size_t)f->h.position_side * f->h.position_side * shells;
-    uint32_t l, k, c, before, after;
+    uint32_t l, k, before, after;
     float time = sfield__frames_at(f, it->e.time, &before, &after);
     for (k = 0; k < n; k += 8)
         for (l = 0; l < SFIELD__LANES; l += 8)
@@ -5658,8 +5669,7 @@ static void sfield__shine_avx2(const sfield__tile *t, const sfield__item *it, co
         if (time > 0)
             sfield__mix_dot_avx2(f, after * samples + base, after * shells + shell, b, w0 * time, w1 * time,
                                  t->rows + l * n, n, sum);
-        for (c = 0; c < 3; c++)
-            rgb[c * SFIELD__LANES + l] += it->e.tint[c] * (f->tone < 3 ? f->ratio[c] * sum[f->tone] : sum[c]);
+        sfield__add_source(it, sum, rgb + l);
     }
 }
 #endif
@@ -5687,13 +5697,15 @@ static void sfield__shine(const sfield__tile *t, uint32_t j, const float *chain,
 #endif
     for (l = 0; l < SFIELD__LANES; l++)
         sfield__fetch(f, &at, (int)l, it->e.time, f->h.stride, rows + l * f->h.stride, s->simd);
-    for (c = 0; c < 3; c++)
-        for (l = 0; l < SFIELD__LANES; l++) {
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float sum[3] = { 0, 0, 0 };
+        for (c = 0; c < 3; c++) {
             const float *row = rows + l * f->h.stride + c * s->planes;
-            float sum = 0;
-            for (k = 0; k < s->coefs; k++) sum += row[k] * chain[k * SFIELD__LANES + l];
-            rgb[c * SFIELD__LANES + l] += it->e.tint[c] * sum;
+            if (f->tone < 3 && c != f->tone) continue;
+            for (k = 0; k < s->coefs; k++) sum[c] += row[k] * chain[k * SFIELD__LANES + l];
         }
+        sfield__add_source(it, sum, rgb + l);
+    }
 }
 
 static void sfield__sum_lights(const sfield__tile *t, int chain, float *rgb)

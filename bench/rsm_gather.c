@@ -12,7 +12,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-typedef struct run { const bn_options *options; char program[1024], folder[64], common[2048], output[4096]; double noise; } run;
+typedef struct run {
+    const bn_options *options;
+    char              program[1024], folder[64], common[2048], output[4096];
+    double            noise;                    /* of the reference */
+} run;
 
 /* Runs render; its line of JSON into output. */
 static int render(run *r, const char *technique, const char *picture, const char *more)
