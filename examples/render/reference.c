@@ -124,7 +124,7 @@ static rf_v3 trace_path(const reference *r, const rf_surface *first, rf_sampler 
     rf_v3 sum = rf_make(0, 0, 0), throughput = rf_make(1, 1, 1);
     rf_surface s = *first;
     for (int depth = 0; depth <= r->bounces; depth++) {
-        int wanted = depth ? r->indirect : r->direct, area_only = depth == 0, met;
+        int wanted = depth ? r->indirect : r->direct, area_only = depth == 0, below, met;
         rf_light_sample light;
         rf_v3 origin = offset(r, s.position, s.geometric), direction, value;
         rf_hit hit;
@@ -143,13 +143,18 @@ static rf_v3 trace_path(const reference *r, const rf_surface *first, rf_sampler 
                 break;
             throughput = rf_scale(throughput, 1 / survival);
         }
-        met = rf_scene_trace(r->scene, origin, direction, 0, &hit);
-        if (wanted) {
+        /* Interpolated normals let directions dip below the surface itself, which hides what is there. */
+        below = rf_dot(direction, s.geometric) <= 0;
+        met = !below && rf_scene_trace(r->scene, origin, direction, 0, &hit);
+        if (wanted && !below) {
             rf_v3 seen = seen_light(r, s.position, direction, pdf, area_only, met ? &hit : NULL);
             sum = rf_add(sum, rf_mul(throughput, seen));
         }
-        if (depth == 0 && r->bounces == 1 && !r->indirect_visibility)
+        if (depth == 0 && r->bounces == 1 && !r->indirect_visibility) {
+            if (below)
+                origin = rf_mad(s.position, s.geometric, -r->epsilon);
             return r->indirect ? rf_add(sum, rf_mul(throughput, all_layers(r, origin, direction, sampler))) : sum;
+        }
         if (!met)
             break;
         surface_of_hit(r, &hit, direction, &s);
