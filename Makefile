@@ -11,6 +11,7 @@
 # make install    the headers and dapple.pc into PREFIX (DESTDIR before it); uninstall; make dist: a .tar.gz
 # make msan       uninitialised memory, by clang; make valgrind; make check-stack: 32 KiB a call
 # make performance docs/performance.md; make bench: build/bench --list; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
+# make mutants    HEADER=rsm.h COUNT=200: how many faults put into a header its tests find
 #
 # config=release  -O2, the default          config=sanitize  address and undefined behaviour
 # config=debug    -O0 -g                    config=thread    data races
@@ -99,7 +100,7 @@ REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/f
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
 
 .PHONY: all programs tests test run-tests demo bench performance stamp check-stamp embed check-embed check-glsl readme check-readme \
-        assets check-assets install uninstall dist check-package check-farm check-docs check-leaks check-named check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage clean FORCE
+        assets check-assets install uninstall dist check-package check-farm check-docs check-leaks check-named check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -229,6 +230,9 @@ performance: $(BUILD)/bench
 coverage:
 	@+$(MAKE) --no-print-directory config=coverage run-tests
 	@sh tools/coverage build/coverage $(HEADERS)
+HEADER ?= rsm.h
+mutants: tests
+	@sh tools/mutate $(HEADER) $(COUNT) $(SEED)
 
 # ---- packages ----
 

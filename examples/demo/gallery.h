@@ -30,7 +30,7 @@ typedef struct gal_group {                      /* one scene's direct or bounced
 
 typedef struct gallery {
     const char *folder;
-    char        left_out[800], run[300], machine[300], gl_renderer[120];
+    char        left_out[800], run[300], machine[400], gl_renderer[120];
     uint32_t    width, height, group_count;
     gal_group  *groups;
 } gallery;

@@ -557,6 +557,78 @@ static void textures(void **state)
     rsm_map_free(map);
 }
 
+/* Taps stand on a grid of their own about the texel's centre: over 2 x 2 of them the mean is the centre, the mean square
+   of each coordinate a quarter of half a texel's. */
+enum { TAPPED = 16 };
+typedef struct taps { int n[TAPPED * TAPPED]; double sum[TAPPED * TAPPED][2], square[TAPPED * TAPPED][2]; } taps;
+
+static int record_tap(void *user, const rsm_mesh *m, uint32_t triangle, const float w[3], float albedo[3])
+{
+    taps *to = user;
+    double p[2] = { 0, 0 };
+    int k, c, cell[2];
+    (void)triangle;
+    for (k = 0; k < 3; k++)
+        for (c = 0; c < 2; c++) p[c] += (double)(w[k] * m->positions[3 * m->indices[k] + 2 * (uint32_t)c]);
+    for (c = 0; c < 2; c++) {
+        double at = 0.5 * TAPPED * (p[c] + 1), centre;
+        cell[c] = (int)at;
+        centre = cell[c] + 0.5;
+        p[c] = at - centre;
+    }
+    k = cell[1] * TAPPED + cell[0];
+    to->n[k]++;
+    for (c = 0; c < 2; c++) {
+        to->sum[k][c] += p[c];
+        to->square[k][c] += p[c] * p[c];
+    }
+    albedo[0] = albedo[1] = albedo[2] = 1;
+    return 1;
+}
+
+static void taps_of_a_texel(void **state)
+{
+    static const float wide[9] = { -8, 0, -8, 0, 0, 16, 16, 0, -8 };
+    static const uint32_t corners[3] = { 0, 1, 2 };
+    static taps seen;
+    rsm_desc d = sun_desc(1, 1, TAPPED);
+    rsm_mesh m = mesh;
+    rsm_map *map;
+    int i, c;
+    (void)state;
+    memset(&seen, 0, sizeof seen);
+    m.positions = wide;
+    m.indices = corners;
+    m.vertex_count = m.index_count = 3;
+    m.surface_fn = record_tap;
+    m.user = &seen;
+    m.taps = 2;
+    map = map_of(&d, &m, 1, NULL);
+    assert_non_null(map);
+    for (i = 0; i < TAPPED * TAPPED; i++) {
+        assert_int_equal(seen.n[i], 4);
+        for (c = 0; c < 2; c++) {
+            assert_true(fabs(seen.sum[i][c]) < 1e-4);
+            assert_true(fabs(seen.square[i][c] - 4 * 0.0625) < 1e-4);
+        }
+    }
+    rsm_map_free(map);
+}
+
+static void matrices_of_nothing(void **state)
+{
+    float m[16];
+    rsm_desc d = sun_desc(1, 1, 8);
+    rsm_map *map;
+    (void)state;
+    assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
+    assert_int_equal(rsm_map_matrix(map, 0, m), RSM_OK);
+    assert_int_equal(rsm_map_matrix(map, 1, m), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_matrix(map, 0, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_matrix(NULL, 0, m), RSM_ERR_ARGUMENT);
+    rsm_map_free(map);
+}
+
 /* Non-diffuse: the lobe carries specular x incident flux, and peaks along the mirrored sun. */
 static void glossy(void **state)
 {
@@ -609,7 +681,10 @@ static void blue_noise(void **state)
     assert_int_equal(rsm_blue_noise(N, 5, NULL, v), RSM_OK);
     memset(seen, 0, sizeof seen);
     for (i = 0; i < N * N; i++) seen[(int)(v[i] * (N * N))]++;
-    for (i = 0; i < N * N; i++) assert_int_equal(seen[i], 1);
+    for (i = 0; i < N * N; i++) {
+        assert_int_equal(seen[i], 1);            /* each value is the middle of its share */
+        assert_true(fabs((double)v[i] * (N * N) - floor((double)v[i] * (N * N)) - 0.5) < 1e-3);
+    }
     for (y = 0; y < N; y++)                      /* neighbours differ more, means over 4 x 4 less than white noise's */
         for (x = 0; x < N; x++) {
             double mean = 0, d = (double)v[y * N + x] - (double)v[y * N + (x + 1) % N];
@@ -665,6 +740,7 @@ int main(void)
         cmocka_unit_test(gathers_out_of_range), cmocka_unit_test(pictures_out_of_range),
         cmocka_unit_test(odd_receivers),       cmocka_unit_test(order_of_tasks), cmocka_unit_test(cancelling),
         cmocka_unit_test(vector_units_agree),  cmocka_unit_test(sums_agree),     cmocka_unit_test(textures),
+        cmocka_unit_test(taps_of_a_texel),     cmocka_unit_test(matrices_of_nothing),
         cmocka_unit_test(glossy),              cmocka_unit_test(blue_noise),     cmocka_unit_test(history),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
