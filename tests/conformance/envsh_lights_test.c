@@ -798,6 +798,124 @@ static void gltf_is_written(void **state)
     sky_free(&s);
 }
 
+/* ---- pieces that whole results hardly show ---- */
+
+/* Across an edge of the cube: the nearest texel of the face there, another face for each of the four edges. */
+static void texels_beyond_a_face(void **state)
+{
+    enum { SIDE = 8 };
+    static const int beyond[4][2] = { { -1, 0 }, { SIDE, 0 }, { 0, -1 }, { 0, SIDE } };
+    sky s = sky_alloc(ENVSH_MAP_CUBE, SIDE, SIDE);
+    (void)state;
+    for (uint32_t face = 0; face < 6; face++)
+        for (uint32_t i = 0; i < SIDE; i++) {
+            uint32_t seen = 1u << face;
+            for (int e = 0; e < 4; e++) {
+                int x = beyond[e][0] ? beyond[e][0] : beyond[e][1] ? (int)i : 0;
+                int y = beyond[e][1] ? beyond[e][1] : (int)i;
+                uint32_t here = (face * SIDE + (uint32_t)(y < 0 ? 0 : y >= SIDE ? SIDE - 1 : y)) * SIDE +
+                                (uint32_t)(x < 0 ? 0 : x >= SIDE ? SIDE - 1 : x), best = 0;
+                uint32_t there = envsh__cube_texel(SIDE, face, x, y), other = there / (SIDE * SIDE);
+                double d[3], n[3], omega, most = -1;
+                seen |= 1u << other;
+                sky_texel(&s, here, d, &omega);
+                for (uint32_t t = other * SIDE * SIDE; t < (other + 1) * SIDE * SIDE; t++) {
+                    double dot;
+                    sky_texel(&s, t, n, &omega);
+                    dot = d[0] * n[0] + d[1] * n[1] + d[2] * n[2];
+                    if (dot > most) most = dot, best = t;
+                }
+                assert_int_equal(there, best);
+            }
+            assert_int_equal(seen, 63u & ~(1u << (face ^ 1)));
+        }
+    sky_free(&s);
+}
+
+/* Sky 1 + x / 2 + xy + (3 z^2 - 1): each order times pi, 2 pi / 3, pi / 4 (Ramamoorthi and Hanrahan 2001). */
+static void harmonics_of_irradiance(void **state)
+{
+    static const float normals[3][3] = { { 0.6f, 0.8f, 0 }, { 0.36f, 0.48f, 0.8f }, { -0.48f, 0.6f, 0.64f } };
+    float sh[27] = { 0 }, rgb[3];
+    (void)state;
+    sh[0] = 3.54490770f;
+    sh[3 * 3] = 0.5f / 0.488602512f;
+    sh[3 * 4] = 1 / 1.09254843f;
+    sh[3 * 6 + 1] = 1 / 0.315391565f;
+    for (int i = 0; i < 3; i++) {
+        double x = (double)normals[i][0], y = (double)normals[i][1], z = (double)normals[i][2];
+        envsh_sh_irradiance(sh, normals[i], rgb);
+        assert_true(fabs((double)rgb[0] - (PI + PI / 3 * x + PI / 4 * x * y)) < 1e-5);
+        assert_true(fabs((double)rgb[1] - PI / 4 * (3 * z * z - 1)) < 1e-5);
+        assert_true(fabs((double)rgb[2]) < 1e-6);
+    }
+}
+
+/* Two halves of a stratum's energy, 0.1 from its middle along a known axis: scatter w 0.01. */
+static void main_axis_of_two(void **state)
+{
+    static const double along[3] = { 0.36, 0.48, 0.8 }, middle[3] = { 0.2, -0.3, 0.5 };
+    static const int at[6][2] = { { 0, 0 }, { 0, 1 }, { 0, 2 }, { 1, 1 }, { 1, 2 }, { 2, 2 } };
+    envsh__sums sums;
+    envsh__v3 axis;
+    double scatter, dot;
+    (void)state;
+    memset(&sums, 0, sizeof sums);
+    for (int side = -1; side <= 1; side += 2) {
+        double p[3];
+        for (int c = 0; c < 3; c++) {
+            p[c] = middle[c] + side * 0.1 * along[c];
+            sums.m[c] += 1.5 * p[c];
+        }
+        for (int k = 0; k < 6; k++) sums.s[k] += 1.5 * p[at[k][0]] * p[at[k][1]];
+        sums.w += 1.5;
+    }
+    scatter = envsh__main_axis(&sums, &axis);
+    dot = along[0] * (double)axis.x + along[1] * (double)axis.y + along[2] * (double)axis.z;
+    assert_true(fabs(scatter - 3 * 0.01) < 1e-9);
+    assert_true(fabs(fabs(dot) - 1) < 1e-6);
+}
+
+/* Strata of equal energy merge with the one whose middle is nearest. */
+static void partners_are_nearest(void **state)
+{
+    static const double places[4][3] = { { 0, 0, 0 }, { 0.1, 0.5, 0 }, { 0.4, 0, 0.05 }, { 0.4, 0.45, 0.2 } };
+    envsh__sums sums[4];
+    envsh_lights l;
+    envsh__follow f;
+    uint32_t partner[4];
+    double cost[4], gain[4];
+    uint8_t touched[4];
+    (void)state;
+    memset(sums, 0, sizeof sums);
+    memset(&l, 0, sizeof l);
+    memset(&f, 0, sizeof f);
+    for (int turn = 0; turn < 3; turn++) {       /* each axis in turn decides */
+        for (int i = 0; i < 4; i++) {
+            sums[i].w = 2;
+            for (int c = 0; c < 3; c++) sums[i].m[c] = 2 * places[i][(c + turn) % 3];
+        }
+        l.sums = sums;
+        l.count = 4;
+        f.l = &l;
+        f.partner = partner;
+        f.cost = cost;
+        f.gain = gain;
+        f.touched = touched;
+        envsh__rate(&f);
+        for (uint32_t i = 0; i < 4; i++) {
+            uint32_t nearest = i;
+            double least = 1e30;
+            for (uint32_t j = 0; j < 4; j++) {
+                double d2 = 0;
+                for (int c = 0; c < 3; c++) d2 += pow(places[i][c] - places[j][c], 2);
+                if (j != i && d2 < least) least = d2, nearest = j;
+            }
+            assert_int_equal(partner[i], nearest);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -822,6 +940,10 @@ int main(void)
         cmocka_unit_test(rotate_turns),
         cmocka_unit_test(residual_has_no_mean),
         cmocka_unit_test(gltf_is_written),
+        cmocka_unit_test(texels_beyond_a_face),
+        cmocka_unit_test(harmonics_of_irradiance),
+        cmocka_unit_test(main_axis_of_two),
+        cmocka_unit_test(partners_are_nearest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
