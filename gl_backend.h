@@ -1183,7 +1183,7 @@ GLBK_DEF void glbk_sfield_renderer_destroy(glbk_context *ctx, glbk_sfield_render
 
 typedef struct glbk_sfield_pixel {      /* a point to shade */
     float        position[3], normal[3];        /* world; normal zero: nothing is seen */
-    uint32_t     entity;                /* that it lies on, which does not hide it; or GLBK_SFIELD_NONE */
+    uint32_t     entity;                /* that it lies on, which neither hides nor lights it; or GLBK_SFIELD_NONE */
     const float *self;                  /* bands^2 coefficients from sfield_self, mixed as you like, in that entity's space;
                                            NULL = the cosine. Kept with 16 bits, 5e-5 */
     float        exponent;              /* Phong, 1..1000; 0 = no lobe */
@@ -5547,7 +5547,8 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "}\n",
     "\n",
     "// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's number as id, an occluder count more; of the\n",
-    "// same distance lights come first. An entity does not hide itself from its own light: it follows then. SFIELD_NONE ends them.\n",
+    "// same distance lights come first. An entity does not hide itself from its own light: it follows then; it neither hides nor\n",
+    "// lights its own points. SFIELD_NONE ends them.\n",
     "void sfield_find(vec3 position, uint own, float d2, uint id, out float key[SFIELD_BATCH], out uint name[SFIELD_BATCH])\n",
     "{\n",
     "    uint count = glbk_sfield_scene.table.y;\n",
@@ -5556,13 +5557,14 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "        name[i] = SFIELD_NONE;\n",
     "    }\n",
     "    for (uint e = 0u; e < count; e++) {\n",
+    "        if (e == own) continue;\n",
     "        vec4 occluder = uintBitsToFloat(SFIELD_TEXEL(sfield_at(e))), source = uintBitsToFloat(SFIELD_TEXEL(sfield_at(e) + 1u));\n",
     "        vec3 v = occluder.xyz - position, w = source.xyz - position;\n",
     "        float far = dot(v, v), light = source.w > 0.0 ? dot(w, w) : 0.0;\n",
     "        for (int what = 0; what < 2; what++) {\n",
     "            float k = what == 0 ? light : max(far, light);\n",
     "            uint n = what == 0 ? e : count + e;\n",
-    "            bool there = what == 0 ? source.w > 0.0 : far < occluder.w && e != own;\n",
+    "            bool there = what == 0 ? source.w > 0.0 : far < occluder.w;\n",
     "            if (!there || !(k > d2 || (k == d2 && (id == SFIELD_NONE || n > id)))) continue;\n",
     "            for (int i = 0; i < SFIELD_BATCH; i++)\n",
     "                if (k < key[i] || (k == key[i] && n < name[i])) {\n",
@@ -5650,13 +5652,14 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "    for (int k = 0; k < SFIELD_COEFS; k++) t[k] -= r[k];\n",
     "}\n",
     "\n",
-    "// own: the entity that the point lies on, which does not hide it (its start does), or SFIELD_NONE.\n",
+    "// own: the entity that the point lies on, which neither hides it (its start does) nor lights it, or SFIELD_NONE.\n",
     "// t: own visibility x cosine, in the world (sfield_cosine, or what was recorded, turned); g: the same x Phong's lobe, used\n",
     "// where SFIELD_GLOSS is 1.\n",
     "sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])\n",
     "{\n",
     "    sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);\n",
     "    uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE, name[SFIELD_BATCH];\n",
+    "    if (own < count && uintBitsToFloat(SFIELD_TEXEL(sfield_at(own) + 1u).w) > 0.0) left--;\n",
     "    bool sky = glbk_sfield_scene.table.w != 0u, more = left > 0u || sky;\n",
     "    float d2 = 0.0, o[SFIELD_COEFS], key[SFIELD_BATCH];\n",
     "    sfield_blockers met;\n",
@@ -7177,7 +7180,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/sfield_gbuffer.glsl", glbk__glsl_lib_sfield_gbuffer_glsl, 35, "sfield_shade", "",
       "" },
-    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 170, "sfield_access sfield_field", "",
+    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 173, "sfield_access sfield_field", "",
       "" },
     { "lib/table.glsl", glbk__glsl_lib_table_glsl, 5, "", "",
       "" },

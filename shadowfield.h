@@ -524,7 +524,7 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
     size_t              count;
     const float        *positions;  size_t position_stride;   /* 3 floats; 0 = 12. In entity's space, or world space */
     const float        *normals;    size_t normal_stride;     /* 3 floats, unit */
-    uint32_t            entity;     /* the entity that they lie on: moves them, and is left out as an occluder; or NONE */
+    uint32_t            entity;     /* the entity that they lie on: moves them, and neither hides nor lights them; or NONE */
     const sfield_field *self;       /* SELF field of the same count, or NULL = convex and flat: nothing of its own hides */
     const uint8_t      *visible;    /* 0: leave this point out (its outputs become 0); NULL = all */
     const float        *views;      size_t view_stride;       /* 3 floats, unit, world, to the eye; Phong only */
@@ -5248,6 +5248,19 @@ static void sfield__candidates(sfield__tile *t)
     }
 }
 
+/* Is light j the entity that the points lie on? All of its light comes from below their horizon, or is hidden by their own
+   visibility: what would be added is ringing, of the strongest light there is. */
+static int sfield__is_own(const sfield__tile *t, uint32_t j)
+{
+    return j < t->lights && t->s->light[j] == t->set->entity;
+}
+
+/* How many lights light a set; the environment, where there is one, with them. */
+static uint32_t sfield__lights_of(const sfield_scene *s, const sfield_points *set, int sky)
+{
+    return s->light_count + (uint32_t)sky - (set->entity != SFIELD_NONE && s->item[set->entity].e.source ? 1u : 0u);
+}
+
 /* For each light the lanes for which each occluder counts and is nearer than it. */
 static void sfield__masks(sfield__tile *t)
 {
@@ -5262,6 +5275,7 @@ static void sfield__masks(sfield__tile *t)
         uint16_t *mask = t->mask + (size_t)j * (s->occluder_count ? s->occluder_count : 1);
         float *light = t->light_d2 + (size_t)j * SFIELD__LANES;
         uint32_t own = j < t->lights ? s->light[j] : SFIELD_NONE, prefix = 0;
+        if (sfield__is_own(t, j)) continue;
         if (j < t->lights) sfield__distances(t->p, s->item[own].center[1], light);
         t->hash[j] = s->version;
         for (i = 0; i < t->count; i++) {
@@ -5714,7 +5728,8 @@ static void sfield__sum_lights(const sfield__tile *t, int chain, float *rgb)
     uint32_t j, c, k, l, n = s->coefs * SFIELD__LANES;
     memset(rgb, 0, 3 * SFIELD__LANES * sizeof *rgb);
     for (j = 0; j < t->lights; j++)
-        sfield__shine(t, j, t->t + ((size_t)j * (size_t)t->chains + (size_t)chain) * n, rgb);
+        if (!sfield__is_own(t, j))
+            sfield__shine(t, j, t->t + ((size_t)j * (size_t)t->chains + (size_t)chain) * n, rgb);
     if (!s->has_sky && !s->has_sun) return;
     for (c = 0; c < 3; c++) {
         const float *sky = s->sky_now + c * s->planes;
@@ -5765,11 +5780,13 @@ static void sfield__shade_tile(sfield__tile *t)
         return;
     }
     t->stats.points += sfield__bits(t->visible);
-    t->stats.lights += (uint64_t)sfield__bits(t->visible) * slots;
+    t->stats.lights += (uint64_t)sfield__bits(t->visible) * sfield__lights_of(s, t->set, t->sky);
     sfield__candidates(t);
     sfield__masks(t);
     for (j = 0; j < slots; j++) {
         size_t slot = t->first / SFIELD__LANES * (cache ? cache->lights : 0) + j;
+        t->needed[j] = 0;
+        if (sfield__is_own(t, j)) continue;
         t->needed[j] = !cache || j >= cache->lights || cache->hash[slot] != t->hash[j];
         needed += t->needed[j];
         if (!t->needed[j]) t->stats.reused += sfield__bits(t->visible);
@@ -5780,6 +5797,7 @@ static void sfield__shade_tile(sfield__tile *t)
     }
     for (j = 0; cache && j < slots && j < cache->lights; j++) {     /* fresh ones too, so that both are equal */
         size_t slot = t->first / SFIELD__LANES * cache->lights + j;
+        if (sfield__is_own(t, j)) continue;
         if (t->needed[j]) {
             sfield__keep(cache, slot, t->t + j * size);
             cache->hash[slot] = t->hash[j];
@@ -5816,6 +5834,7 @@ static void sfield__incident_tile(sfield__tile *t, float *out)
             float *planes = t->planes;
             sfield__place at;
             uint32_t lanes = 0;
+            if (sfield__is_own(t, j)) continue;
             for (l = 0; l < SFIELD__LANES; l++) {
                 uint32_t first = 0;             /* occluders from `first` on lie behind the light for this lane */
                 for (k = t->count; k > 0 && !first; k--)
@@ -6024,8 +6043,9 @@ static uint32_t sfield__rays(sfield__point *p, const float *x, const float *n)
             const float *c = it->center[which];
             float d[3], d2;
             int light = which ? (int)lights : -1;
-            if (which ? !it->e.source : !it->e.occlusion || i == p->set->entity) continue;
+            if (which ? !it->e.source : !it->e.occlusion) continue;
             lights += (uint32_t)which;
+            if (i == p->set->entity) continue;          /* neither hides nor lights its own points */
             d[0] = c[0] - x[0];
             d[1] = c[1] - x[1];
             d[2] = c[2] - x[2];
@@ -6316,6 +6336,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     sfield__tile one;                           /* for its way of loading */
     float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
     uint32_t count, i, j, k, slots = s->light_count + 1, stale = !cache || cache->lights < slots;
+    const uint32_t lights = sfield__lights_of(s, set, s->has_sky || s->has_sun);
     memset(&one, 0, sizeof one);
     one.s = s;
     one.set = set;
@@ -6329,7 +6350,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
             n[k] = one.n[16 * k];
         }
         p->stats.points++;
-        p->stats.lights += s->light_count + (uint32_t)(s->has_sky || s->has_sun);
+        p->stats.lights += lights;
         count = sfield__rays(p, x, n);
         for (j = 0; j < slots; j++) hash[j] = 0;
         for (i = 0; i <= count; i++) {          /* the occluders before each light */
@@ -6342,9 +6363,10 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
             if (cache && slot < cache->lights && cache->hash[index * cache->lights + slot] != hash[slot]) stale = 1;
         }
         if (stale) sfield__walk(p, index, x, n, count, cache, hash, set->ambient ? &ambient : NULL);
-        else p->stats.reused += s->light_count + (uint32_t)(s->has_sky || s->has_sun);
+        else p->stats.reused += lights;
         for (j = 0; cache && j < slots && j < cache->lights; j++)
-            if (j < s->light_count) sfield__from_cache(p, cache, index * cache->lights + j, &s->item[s->light[j]], x);
+            if (!hash[j]) continue;             /* the own entity's */
+            else if (j < s->light_count) sfield__from_cache(p, cache, index * cache->lights + j, &s->item[s->light[j]], x);
             else if (s->has_sky || s->has_sun) sfield__from_cache(p, cache, index * cache->lights + j, NULL, x);
         if (set->ambient && !stale) {
             size_t at = (index * cache->lights + slots - 1) * SFIELD__CACHED;

@@ -2,7 +2,7 @@
    interpolated in its triangles; flat receivers (the ground) are evaluated pixel by pixel.
 
    One occlusion field for each distinct mesh, its own visibility at each point, a source field for each area light and
-   emissive mesh. Suns and skies are the environment. Spots and points become spheres of the size `lamp`. */
+   emissive object, which is one entity with what it hides: its light does not fall on its own points. Suns and skies are the environment. Spots and points become spheres of the size `lamp`. */
 #include "shadowfield_parts.h"
 #include "sfield_gpu.h"
 
@@ -23,8 +23,8 @@ typedef struct sf_state {
     uint32_t       *light_object;       /* UINT32_MAX: light_of of scene->lights */
     uint32_t       *light_of;
     float         (*aim)[3];            /* where that one pointed when its field was built */
-    size_t          light_count;
-    sfield_entity  *entities;
+    size_t          light_count, lamp_count;      /* lamps: those of scene->lights */
+    sfield_entity  *entities;           /* objects, with what they emit; then lamps */
     const sf_surface **surface_of;      /* by object; NULL: pixel by pixel */
     sf_tap         *taps;
     float         **rgb, **gloss;       /* by object: of its chosen points */
@@ -148,13 +148,11 @@ static int build_light(sf_state *s, const rd_job *job, const ex_light *l, char *
 {
     sfield_desc d = desc_of(job, s->basis);
     sfield_emitter e;
-    sfield_entity *entity = &s->entities[job->scene->object_count + s->light_count];
     sfield_result r;
     float lamp = (float)rd_setting_number(job->settings, "lamp") * job->radius;
     memset(&e, 0, sizeof e);
     memcpy(e.radiance, l->value, sizeof e.radiance);
     e.radius = l->radius;
-    *entity = sfield_entity_default();
     switch (l->kind) {
     case EX_LIGHT_SPOT:
         memcpy(e.normal, l->direction, sizeof e.normal);
@@ -188,25 +186,24 @@ static int build_light(sf_state *s, const rd_job *job, const ex_light *l, char *
     s->light_object[s->light_count] = UINT32_MAX;
     s->light_of[s->light_count] = (uint32_t)(l - job->scene->lights);
     memcpy(s->aim[s->light_count], l->direction, sizeof s->aim[0]);
-    entity->source = s->light[s->light_count++];
+    s->lamp_count = ++s->light_count;
     return 0;
 }
 
-/* The emissive triangles of an object as a light of their own, which moves with it. */
+/* What an object emits; its dark triangles, of radiance 0, hide the others. */
 static int build_emissive(sf_state *s, const rd_job *job, uint32_t object, char *error)
 {
-    const ex_mesh *m = &job->scene->meshes[job->scene->objects[object].mesh];
+    const ex_object *o = &job->scene->objects[object];
+    const ex_mesh *m = &job->scene->meshes[o->mesh];
     sfield_desc d = desc_of(job, s->basis);
-    sfield_entity *entity = &s->entities[job->scene->object_count + s->light_count];
     uint32_t *index = malloc((6 * (size_t)m->triangle_count + 1) * sizeof *index), used = 0;
     float *radiance = malloc((6 * (size_t)m->triangle_count + 1) * sizeof *radiance);
     int made = -1;
     for (uint32_t t = 0; index && radiance && t < m->triangle_count; t++) {
-        const ex_material *material = &job->scene->materials[m->materials[t]];
+        const ex_material *material = &job->scene->materials[ex_object_material(job->scene, o, t)];
         const uint32_t *from = m->indices + 3 * (size_t)t;
-        if (!(material->emission[0] > 0 || material->emission[1] > 0 || material->emission[2] > 0))
-            continue;
-        for (int side = 0; side <= material->double_sided; side++, used++) {
+        const int glows = material->emission[0] > 0 || material->emission[1] > 0 || material->emission[2] > 0;
+        for (int side = 0; side <= (glows && material->double_sided); side++, used++) {
             memcpy(index + 3 * (size_t)used, from, 3 * sizeof *from);
             if (side)
                 index[3 * (size_t)used] = from[1], index[3 * (size_t)used + 1] = from[0];
@@ -223,9 +220,7 @@ static int build_emissive(sf_state *s, const rd_job *job, uint32_t object, char 
     free(radiance);
     if (made != 0)
         return -1;
-    *entity = sfield_entity_default();
-    s->light_object[s->light_count] = object;
-    entity->source = s->light[s->light_count++];
+    s->light_object[s->light_count++] = object;
     return 0;
 }
 
@@ -256,6 +251,12 @@ static int build_lights(sf_state *s, const rd_job *job, char *error)
     return 0;
 }
 
+/* The entity that light j is of. */
+static sfield_entity *entity_of(const sf_state *s, const ex_scene *scene, size_t j)
+{
+    return &s->entities[s->light_object[j] == UINT32_MAX ? scene->object_count + j : s->light_object[j]];
+}
+
 /* A light in a room: points on the walls have no notion of what lies behind the light, and would be hidden from it. An
    object that is most of the scene counts as a room; lamps carried by smaller ones are counted as overlaps. */
 static int check_enclosed(const sf_state *s, const rd_job *job, char *error)
@@ -263,7 +264,7 @@ static int check_enclosed(const sf_state *s, const rd_job *job, char *error)
     for (size_t j = 0; j < s->light_count; j++)
         for (uint32_t i = 0; i < job->scene->object_count; i++) {
             const ex_object *o = &job->scene->objects[i];
-            const float *m = s->entities[job->scene->object_count + j].transform;
+            const float *m = entity_of(s, job->scene, j)->transform;
             sfield_info info, lamp;
             float d2 = 0, scale = scale_of(o);
             if (!s->entities[i].occlusion || s->light_object[j] == i)
@@ -325,22 +326,25 @@ static int place(sf_state *s, const rd_job *job, char *error)
         const ex_object *o = &scene->objects[i];
         sfield_entity *e = &s->entities[i];
         *e = sfield_entity_default();
-        memcpy(e->transform, o->transform, sizeof e->transform);
         s->surface_of[i] = o->receiver_only || !s->surface[o->mesh].point_count ? NULL : &s->surface[o->mesh];
-        if (s->surface_of[i])
-            e->occlusion = s->occlusion[s->same[o->mesh]];
-        else
-            memcpy(e->transform, sfield_entity_default().transform, sizeof e->transform);
+        if (!s->surface_of[i])
+            continue;
+        memcpy(e->transform, o->transform, sizeof e->transform);
+        e->occlusion = s->occlusion[s->same[o->mesh]];
     }
-    for (size_t i = 0; i < s->light_count; i++)
-        if (s->light_object[i] == UINT32_MAX)
-            place_light(&scene->lights[s->light_of[i]], s->aim[i], s->entities[scene->object_count + i].transform);
-        else
-            memcpy(s->entities[scene->object_count + i].transform, scene->objects[s->light_object[i]].transform,
-                   sizeof s->entities->transform);
+    for (size_t i = 0; i < s->light_count; i++) {
+        sfield_entity *e = entity_of(s, scene, i);
+        if (s->light_object[i] != UINT32_MAX) {
+            memcpy(e->transform, scene->objects[s->light_object[i]].transform, sizeof e->transform);
+        } else {
+            *e = sfield_entity_default();
+            place_light(&scene->lights[s->light_of[i]], s->aim[i], e->transform);
+        }
+        e->source = s->light[i];
+    }
     if (check_enclosed(s, job, error) != 0)
         return -1;
-    r = sfield_scene_entities(s->scene, s->entities, scene->object_count + s->light_count);
+    r = sfield_scene_entities(s->scene, s->entities, scene->object_count + s->lamp_count);
     if (r == SFIELD_ERR_ARGUMENT)
         return failed("objects that are stretched or mirrored are not treated", r, error);
     if (r != SFIELD_OK)
@@ -489,7 +493,7 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
         s->points += set++->count;
         if (!s->gl)
             r = sfield_shade(s->scene, sets, (size_t)(set - sets), &s->stats);
-        else if (sf_gl_shade(s->gl, job, s->scene, s->entities, scene->object_count + s->light_count, sets,
+        else if (sf_gl_shade(s->gl, job, s->scene, s->entities, scene->object_count + s->lamp_count, sets,
                              (size_t)(set - sets), error) == 0)
             r = SFIELD_OK;
     }
@@ -518,7 +522,7 @@ static int open_gl(sf_state *s, const rd_job *job, char *error)
     }
     memcpy((void *)(size_t)fields, s->occlusion, s->mesh_count * sizeof *fields);
     memcpy((void *)(size_t)(fields + s->mesh_count), s->light, s->light_count * sizeof *fields);
-    s->gl = sf_gl_open(job, fields, count, job->scene->object_count + s->light_count, s->full, error);
+    s->gl = sf_gl_open(job, fields, count, job->scene->object_count + s->lamp_count, s->full, error);
     free((void *)(size_t)fields);
     return s->gl ? 0 : -1;
 }

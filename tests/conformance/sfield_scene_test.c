@@ -596,6 +596,139 @@ static void self_visibility(void **state)
     }
 }
 
+/* ---- points of what shines ---- */
+
+enum { GLOW = 60 };
+
+/* Points of a unit ball, each its own normal, in its space. */
+static void points_of_a_ball(sfield_points *set, float p[3 * GLOW])
+{
+    uint64_t seed = 21;
+    int i, k;
+    for (i = 0; i < GLOW; i++) {
+        double d[3];
+        rnd_direction(&seed, d);
+        for (k = 0; k < 3; k++) p[3 * i + k] = (float)d[k];
+    }
+    memset(set, 0, sizeof *set);
+    set->count = GLOW;
+    set->positions = set->normals = p;
+}
+
+/* A glowing ball, turned and moved, and a lamp, a sphere of radiance 1 at distance d whose sine is 1 / d: rgb against what
+   the lamp alone gives, in closed form: max(0, cos) / d^2, harmonics with the bands of the cosine and of the disc that the
+   lamp is seen as. Points for which its edge crosses their horizon are left out. */
+static void a_glowing_ball_lights_not_itself(void **state)
+{
+    int b, i, k;
+    (void)state;
+    for (b = 1; b < 3; b++) {
+        sfield_scene *s = scene_of((sfield_basis)b, SFIELD_PRODUCT_DEFAULT);
+        sfield_entity e[2];
+        sfield_points set[2];
+        sfield_scene_stats stats;
+        float p[3 * GLOW], rgb[3 * GLOW], near[3];
+        static const float beside[3] = { 0, 0, 2.5f }, facing[3] = { 0, 0, -1 };
+        double worst = 0, most = 0;
+        int lit = 0;
+        e[0] = at(ball[b], lamp[b], 0, 0, 0);
+        e[0].transform[0] = e[0].transform[10] = 0.6f;
+        e[0].transform[2] = -(e[0].transform[8] = 0.8f);
+        for (k = 0; k < 3; k++) e[0].tint[k] = 420;
+        e[1] = at(NULL, lamp[b], 1, 5, 2);
+        sfield_scene_entities(s, e, 2);
+        points_of_a_ball(&set[0], p);
+        set[0].rgb = rgb;
+        set[1] = set[0];
+        set[1].count = 1;
+        set[1].positions = beside;
+        set[1].normals = facing;
+        set[1].entity = SFIELD_NONE;
+        set[1].rgb = near;
+        assert_int_equal(sfield_shade(s, set, 2, &stats), SFIELD_OK);
+        assert_true(stats.lights == GLOW + 2);
+        assert_true(near[0] > 20);              /* others see it glow */
+        for (i = 0; i < GLOW; i++) {
+            double v[3], d2 = 0, height = 0, x[3], sine2, cosine, c, exact;
+            x[0] = 0.6 * (double)p[3 * i] + 0.8 * (double)p[3 * i + 2];
+            x[1] = (double)p[3 * i + 1];
+            x[2] = -0.8 * (double)p[3 * i] + 0.6 * (double)p[3 * i + 2];
+            for (k = 0; k < 3; k++) {
+                v[k] = (k == 0 ? 1 : k == 1 ? 5 : 2) - x[k];
+                d2 += v[k] * v[k];
+                height += v[k] * x[k];
+            }
+            if (fabs(height) < 1) continue;
+            sine2 = 1 / d2;
+            cosine = sqrt(1 - sine2);
+            c = height / sqrt(d2);
+            exact = c > 0 ? c * sine2 : 0;
+            if (b == 1)
+                exact = 2 * (1 - cosine) *
+                        (0.25 + 0.5 * c * (1 + cosine) / 2 + 0.3125 * (1.5 * c * c - 0.5) * cosine * (1 + cosine) / 2);
+            worst = fmax(worst, fabs((double)rgb[3 * i] - exact));
+            most = fmax(most, exact);
+            lit += c > 0;
+        }
+        print_message("basis %d: off by %.2e of %.2e at most, %d points lit\n", b, worst, most, lit);
+        assert_true(lit > 10 && most > 0.03 && worst < 1.5e-3);      /* 8 bits a coefficient, texels */
+        sfield_scene_free(s);
+    }
+}
+
+/* All outputs, with the lazy cache as well, are those of the same scene in which it does not glow. */
+static void a_glow_changes_nothing_of_its_own(void **state)
+{
+    static float p[3 * GLOW], out[2][10 * GLOW], coefs[2][48 * GLOW];
+    static const float exponent = 9;
+    int b, round, glows;
+    (void)state;
+    for (b = 1; b < 3; b++) {
+        sfield_scene *s[2];
+        sfield_points set[2];
+        sfield_entity e[4];
+        e[0] = at(blob[b], NULL, 1, 3, 0);
+        e[1] = at(NULL, lamp[b], 2, 6, 1);
+        e[2] = at(ball[b], NULL, 0, 0, 0);
+        e[3] = at(NULL, lamp[b], -3, 4, -2);
+        for (glows = 0; glows < 2; glows++) {
+            s[glows] = scene_of((sfield_basis)b, SFIELD_PRODUCT_DEFAULT);
+            sfield_scene_environment(s[glows], sky_one, 1, 1, NULL);
+            points_of_a_ball(&set[glows], p);
+            set[glows].entity = 2;
+            set[glows].rgb = out[glows];
+            set[glows].ambient = out[glows] + 9 * GLOW;
+        }
+        for (round = 0; round < 5; round++) {
+            sfield_scene_stats stats[2];
+            memset(out, 0, sizeof out);
+            if (round == 2) e[3].transform[13] = 3.5f;
+            for (glows = 0; glows < 2; glows++) {
+                sfield_points *q = &set[glows];
+                e[2].source = glows ? lamp[b] : NULL;
+                e[2].tint[0] = 420;
+                sfield_scene_entities(s[glows], e, 4);
+                if (round == 1) assert_int_equal(sfield_cache_create(s[glows], GLOW, 4, &q->cache), SFIELD_OK);
+                if (round == 4 && b == 1) {     /* no cache with a lobe */
+                    q->views = p;
+                    q->exponents = &exponent;
+                    q->gloss = out[glows] + 6 * GLOW;
+                    assert_int_equal(sfield_incident(s[glows], q, coefs[glows]), SFIELD_OK);
+                }
+                assert_int_equal(sfield_shade(s[glows], q, 1, &stats[glows]), SFIELD_OK);
+            }
+            assert_memory_equal(out[0], out[1], sizeof out[0]);
+            assert_true(out[0][0] != 0 && stats[0].lights == stats[1].lights && stats[0].reused == stats[1].reused);
+            assert_true((round == 2 || round == 3) == (stats[1].reused > 0) || round == 4);
+        }
+        assert_memory_equal(coefs[0], coefs[1], sizeof coefs[0]);
+        for (glows = 0; glows < 2; glows++) {
+            sfield_cache_free(set[glows].cache);
+            sfield_scene_free(s[glows]);
+        }
+    }
+}
+
 static void sparse_points(void **state)
 {
     enum { N = 400 };
@@ -641,6 +774,8 @@ int main(void)
         cmocka_unit_test(culling),
         cmocka_unit_test(the_same_in_any_order),
         cmocka_unit_test(self_visibility),
+        cmocka_unit_test(a_glowing_ball_lights_not_itself),
+        cmocka_unit_test(a_glow_changes_nothing_of_its_own),
         cmocka_unit_test(sparse_points),
     };
     return cmocka_run_group_tests(tests, make_fields, free_fields);

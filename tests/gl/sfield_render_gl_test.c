@@ -24,6 +24,23 @@ static void spots_and_sun_on_glossy_robots(void **state)
     agree("--scene builtin:robots --set materials=full --set bands=3 --light sun:1,1,1,2" SMALL);
 }
 
+/* A close look at a bullet, which glows with 420: the other lamps light it, its own light does not. It was black. */
+static void bullets_are_lit_by_others(void **state)
+{
+    static const char look[] = "--scene builtin:robots --camera 0.6,4,8.4,-4.3078,0.8862,1.5284,0.5";
+    char line[300];
+    (void)state;
+    snprintf(line, sizeof line, "--technique csm --size 48x36 %s --out other.pfm", look);
+    expect(0, "", line);
+    snprintf(line, sizeof line, "--technique shadowfield --size 48x36 %s%s --out a.pfm", look, SMALL);
+    expect(0, "", line);
+    assert_int_equal(run("compare", "a.pfm other.pfm"), 0);
+    printf("a bullet: %.2f times the light of csm\n", number("mean_ratio"));
+    assert_true(number("mean_ratio") > 0.5 && number("mean_ratio") < 2);        /* small fields: its dark side is lit */
+    snprintf(line, sizeof line, "%s%s", look, SMALL);
+    agree(line);
+}
+
 static void moving_video_light(void **state)
 {
     (void)state;
@@ -58,6 +75,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(sky_on_instances),
                                         cmocka_unit_test(spots_and_sun_on_glossy_robots),
+                                        cmocka_unit_test(bullets_are_lit_by_others),
                                         cmocka_unit_test(moving_video_light), cmocka_unit_test(fields_built_on_gl) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

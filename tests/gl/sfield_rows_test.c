@@ -154,8 +154,8 @@ static void place(gl_test *t, world *w, const sfield_entity *e, uint32_t count, 
     assert_glbk(t, glbk_sfield_sky(&t->gl, &w->gl, sky ? coefs : NULL));
 }
 
-/* One row of points; self: of all of them, or NULL. */
-static void shade(gl_test *t, world *w, const float *p, const float *n, const float *self, float *light)
+/* One row of points of an entity; self: of all of them, or NULL. */
+static void shade_on(gl_test *t, world *w, uint32_t entity, const float *p, const float *n, const float *self, float *light)
 {
     glbk_sfield_pixel pixels[SIZE];
     uint32_t i;
@@ -163,12 +163,17 @@ static void shade(gl_test *t, world *w, const float *p, const float *n, const fl
     for (i = 0; i < w->renderer.width; i++) {
         memcpy(pixels[i].position, p + 3 * i, 12);
         memcpy(pixels[i].normal, n + 3 * i, 12);
-        pixels[i].entity = GLBK_SFIELD_NONE;
+        pixels[i].entity = entity;
         pixels[i].self = self;
     }
     assert_glbk(t, glbk_sfield_upload(&t->gl, &w->renderer, 0, 1, pixels));
     assert_glbk(t, glbk_sfield_shade(&t->gl, &w->renderer, &w->gl, NULL, 0));
     assert_glbk(t, glbk_sfield_read(&t->gl, &w->renderer, light, NULL));
+}
+
+static void shade(gl_test *t, world *w, const float *p, const float *n, const float *self, float *light)
+{
+    shade_on(t, w, GLBK_SFIELD_NONE, p, n, self, light);
 }
 
 /* ---- functions of the library ---- */
@@ -403,6 +408,54 @@ static void order_round_a_light(void **state)
     close_world(t, &w);
 }
 
+/* Points of a ball that glows under a lamp: those of one that does not, and of the CPU's; others see it glow. */
+static void a_glowing_ball_lights_not_itself(void **state)
+{
+    GL_TEST(t, state)
+    sfield_entity e[3];
+    sfield_points set;
+    float p[3 * SIZE], beside[3 * SIZE], facing[3 * SIZE], rgb[3 * SIZE], glowing[4 * SIZE], dull[4 * SIZE], near[4 * SIZE];
+    double worst = 0, most = 0;
+    uint64_t seed = 8;
+    world w;
+    int i, k;
+    open_world(t, &w, SIZE, 1, 0);
+    for (i = 0; i < SIZE; i++) {
+        double d[3];
+        rnd_direction(&seed, d);
+        for (k = 0; k < 3; k++) {
+            p[3 * i + k] = (float)d[k];
+            beside[3 * i + k] = 2.5f * (float)d[k];
+            facing[3 * i + k] = -(float)d[k];
+        }
+    }
+    e[0] = at(SOUP, -3, 0, 0);
+    e[1] = at(BALL, 0, 0, 0);
+    e[2] = at(LAMP, 1, 5, 2);
+    place(t, &w, e, 3, 0);
+    shade_on(t, &w, 1, p, p, NULL, dull);
+    e[1].source = field[LAMP];
+    for (k = 0; k < 3; k++) e[1].tint[k] = 420;
+    place(t, &w, e, 3, 0);
+    shade_on(t, &w, 1, p, p, NULL, glowing);
+    shade(t, &w, beside, facing, NULL, near);
+    memset(&set, 0, sizeof set);
+    set.count = SIZE;
+    set.positions = set.normals = p;
+    set.entity = 1;
+    set.rgb = rgb;
+    assert_int_equal(sfield_shade(w.scene, &set, 1, NULL), SFIELD_OK);
+    assert_memory_equal(glowing, dull, sizeof dull);
+    for (i = 0; i < SIZE; i++) {
+        for (k = 0; k < 3; k++) worst = fmax(worst, fabs((double)glowing[4 * i + k] - (double)rgb[3 * i + k]));
+        most = fmax(most, (double)rgb[3 * i]);
+        assert_true(near[4 * i] > 20);
+    }
+    print_message("points of a glowing ball: GL off the CPU by %.1e of %.1e\n", worst, most);
+    assert_true(most > 0.02 && worst < 1e-5);
+    close_world(t, &w);
+}
+
 /* out = m a, of points where the last column counts. */
 static void turn_by(const float *m, const float *a, float *out)
 {
@@ -556,6 +609,7 @@ int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { SFIELD_ROWS(gl_unit_test),
                                   gl_unit_test(sphere_occluder), gl_unit_test(order_round_a_light),
+                                  gl_unit_test(a_glowing_ball_lights_not_itself),
                                   gl_unit_test(all_turned), gl_unit_test(drawn_into_the_gbuffer) };
     int result;
     (void)count;

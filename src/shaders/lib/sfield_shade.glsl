@@ -19,7 +19,8 @@ vec3 sfield_turn(uint at, vec3 v)
 }
 
 // The next SFIELD_BATCH in distance after (d2, id): a light has its entity's number as id, an occluder count more; of the
-// same distance lights come first. An entity does not hide itself from its own light: it follows then. SFIELD_NONE ends them.
+// same distance lights come first. An entity does not hide itself from its own light: it follows then; it neither hides nor
+// lights its own points. SFIELD_NONE ends them.
 void sfield_find(vec3 position, uint own, float d2, uint id, out float key[SFIELD_BATCH], out uint name[SFIELD_BATCH])
 {
     uint count = glbk_sfield_scene.table.y;
@@ -28,13 +29,14 @@ void sfield_find(vec3 position, uint own, float d2, uint id, out float key[SFIEL
         name[i] = SFIELD_NONE;
     }
     for (uint e = 0u; e < count; e++) {
+        if (e == own) continue;
         vec4 occluder = uintBitsToFloat(SFIELD_TEXEL(sfield_at(e))), source = uintBitsToFloat(SFIELD_TEXEL(sfield_at(e) + 1u));
         vec3 v = occluder.xyz - position, w = source.xyz - position;
         float far = dot(v, v), light = source.w > 0.0 ? dot(w, w) : 0.0;
         for (int what = 0; what < 2; what++) {
             float k = what == 0 ? light : max(far, light);
             uint n = what == 0 ? e : count + e;
-            bool there = what == 0 ? source.w > 0.0 : far < occluder.w && e != own;
+            bool there = what == 0 ? source.w > 0.0 : far < occluder.w;
             if (!there || !(k > d2 || (k == d2 && (id == SFIELD_NONE || n > id)))) continue;
             for (int i = 0; i < SFIELD_BATCH; i++)
                 if (k < key[i] || (k == key[i] && n < name[i])) {
@@ -122,13 +124,14 @@ void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
     for (int k = 0; k < SFIELD_COEFS; k++) t[k] -= r[k];
 }
 
-// own: the entity that the point lies on, which does not hide it (its start does), or SFIELD_NONE.
+// own: the entity that the point lies on, which neither hides it (its start does) nor lights it, or SFIELD_NONE.
 // t: own visibility x cosine, in the world (sfield_cosine, or what was recorded, turned); g: the same x Phong's lobe, used
 // where SFIELD_GLOSS is 1.
 sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])
 {
     sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);
     uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE, name[SFIELD_BATCH];
+    if (own < count && uintBitsToFloat(SFIELD_TEXEL(sfield_at(own) + 1u).w) > 0.0) left--;
     bool sky = glbk_sfield_scene.table.w != 0u, more = left > 0u || sky;
     float d2 = 0.0, o[SFIELD_COEFS], key[SFIELD_BATCH];
     sfield_blockers met;
