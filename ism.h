@@ -286,7 +286,8 @@ typedef struct ism_stats {          /* of the last run of each stage */
     uint64_t filled;                /* texels written by pull and push */
     double   surface_area;          /* of the mesh, m^2 */
     double   flux[3];               /* of all sources, W (surfaces alone) */
-    double   lost_energy;           /* share of the light that clamping or spheres took off, of mean of all channels */
+    double   lost_energy;           /* share of the light that the rule for near VPLs took off, of mean of all channels;
+                                       by PATCH also what would have leaked through bent sheets */
     double   culled;                /* share of VPL x block pairs that culling skipped */
     size_t   bytes, peak_bytes;     /* asked of the allocator: now, and at most (from ism_shade: with its own) */
 } ism_stats;
@@ -306,7 +307,8 @@ ISM_DEF void ism_destroy(ism_maps *maps);       /* NULL is fine */
 
 typedef enum ism_near {             /* what is done about receivers close to a VPL */
     ISM_NEAR_DEFAULT,               /* = ISM_NEAR_PATCH */
-    ISM_NEAR_PATCH,                 /* the VPL becomes a square of its area, by its exact form factor: loses nothing */
+    ISM_NEAR_PATCH,                 /* the VPL becomes a square of its area, by its exact form factor; to receivers that
+                                       face it no brighter than a point: the backs of bent sheets do */
     ISM_NEAR_SPHERE,                /* a virtual spherical light, Hasan et al. 2009 */
     ISM_NEAR_CLAMP,                 /* cos cos / d^2 at most `clamp` */
     ISM_NEAR_CLAMP_MEAN,            /* a VPL's light at a receiver at most `clamp` times the mean over its VPLs */
@@ -1745,13 +1747,14 @@ static void ism__flag_jumps(ism_maps *m)
     }
 }
 
-/* The square that a VPL becomes near by: its area, but no farther than its neighbours are. */
+/* The square that a VPL becomes near by: its area, but no farther than its neighbours are. VPLs at one place, of a texel
+   chosen twice, share a square of their areas' sum: two of one's area would be twice as bright as the surface. */
 static void ism__side_task(void *context, size_t index)
 {
     ism_maps *m = (ism_maps *)context;
     ism_vpl *v = &m->vpls[index];
     ism__v3 p = ism__v3_load(v->position), n = ism__v3_load(v->normal);
-    float near2[4] = { 1e30f, 1e30f, 1e30f, 1e30f }, most, area;
+    float near2[4] = { 1e30f, 1e30f, 1e30f, 1e30f }, most, area = v->area;
     uint32_t i, k;
     v->side = 0.0f;
     if (v->directional || v->exponent != 1.0f) return;
@@ -1759,13 +1762,17 @@ static void ism__side_task(void *context, size_t index)
         const ism_vpl *o = &m->vpls[i];
         ism__v3 d = ism__v3_sub(ism__v3_load(o->position), p);
         float d2 = ism__v3_dot(d, d);
-        if (i == index || d2 >= near2[3] || o->directional || !(d2 > 0.0f)) continue;
+        if (i == index || d2 >= near2[3] || o->directional) continue;
         if (ism__v3_dot(n, ism__v3_load(o->normal)) < 0.5f) continue;
+        if (!(d2 > 0.0f)) {
+            area += o->area;
+            continue;
+        }
         for (k = 3; k > 0 && near2[k - 1u] > d2; k--) near2[k] = near2[k - 1u];
         near2[k] = d2;
     }
     most = near2[3] < 1e30f ? ISM__PI * near2[3] : 0.0f;
-    area = v->area > 0.0f ? (most > 0.0f && v->area > 2.0f * most ? 2.0f * most : v->area) : 0.25f * most;
+    area = area > 0.0f ? (most > 0.0f && area > 2.0f * most ? 2.0f * most : area) : 0.25f * most;
     v->side = sqrtf(area);
 }
 
@@ -2851,17 +2858,22 @@ typedef struct ism__shade_work {
 typedef struct ism__pixel { ism__v3 p, n, ng; } ism__pixel;
 
 /* A square of the VPL's area about it, as far as the receiver's horizon leaves it: a surface does not go on behind
-   the one it meets, so the whole flux comes from the part that is left. */
-static float ism__patch_kernel(const ism__frame_of *f, ism__v3 d, ism__v3 n, float side)
+   the one it meets, so the whole flux comes from the part that is left. Of a receiver that faces the square (fully from
+   120 degrees between their normals) no more than from a point, which grazing light leaves dark: close above a lit
+   surface lies the back of a bent sheet, to which the square reaches out, and depths cannot tell the two apart.
+   *square: without that. */
+static float ism__patch_kernel(const ism__frame_of *f, ism__v3 d, ism__v3 n, float side, float point, float *square)
 {
     ism__v3 c[4], x = ism__v3_scale(f->x, 0.5f * side), y = ism__v3_scale(f->y, 0.5f * side);
-    float share, form;
+    float share, form, facing = -2.0f * ism__v3_dot(n, f->z);
     c[0] = ism__v3_sub(ism__v3_sub(d, x), y);
     c[1] = ism__v3_sub(ism__v3_add(d, x), y);
     c[2] = ism__v3_add(ism__v3_add(d, x), y);
     c[3] = ism__v3_add(ism__v3_sub(d, x), y);
     form = ism__form_factor(n, c, 4, &share);
-    return form > 0.0f && share > 0.0f ? form * ISM__PI / (side * side * share) : 0.0f;
+    *square = form = form > 0.0f && share > 0.0f ? form * ISM__PI / (side * side * share) : 0.0f;
+    if (!(facing > 0.0f) || !(form > point)) return form;
+    return form + (facing < 1.0f ? facing : 1.0f) * (point - form);
 }
 
 /* Hasan et al., "Virtual spherical lights for many-light rendering of glossy scenes", 2009: the mean over the cone that
@@ -2886,7 +2898,8 @@ static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float side
     return sum * (1.0f / 16.0f) * 2.0f * (1.0f - least) / r2;      /* / (pi r^2) x solid angle */
 }
 
-/* cos cos / d^2 of one VPL (cosine alone of a sky), with lobe and near-field rule; *plain without the latter. */
+/* cos cos / d^2 of one VPL (cosine alone of a sky), with lobe and near-field rule; *plain without what the latter
+   takes off. */
 static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__frame_of *f, const ism__pixel *px,
                          float plain_kernel, float *plain)
 {
@@ -2908,7 +2921,7 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
         return a2 > 0.0f && v->exponent == 1.0f && d2 < 16.0f * a2
              ? ism__sphere_kernel(d, ism__v3_load(v->normal), px->n, v->side) : k;
     case ISM_NEAR_PATCH:
-        return a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2 ? ism__patch_kernel(f, d, px->n, v->side) : k;
+        return a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2 ? ism__patch_kernel(f, d, px->n, v->side, k, plain) : k;
     default: return k;
     }
 }
@@ -2998,8 +3011,7 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
             const ism_vpl *v = &w->m->vpls[w->order[list[i]]];
             float c = kernels[i] * visible[i], l = ism__luminance(v->flux) * visible[i];
             for (k = 0; k < 3u; k++) sum[k] += c * v->flux[k];
-            if (plain[i] > kernels[i] && w->s.near_mode != ISM_NEAR_PATCH)
-                lost[0] += (double)((plain[i] - kernels[i]) * l);
+            if (plain[i] > kernels[i]) lost[0] += (double)((plain[i] - kernels[i]) * l);
             lost[1] += (double)((plain[i] > kernels[i] ? plain[i] : kernels[i]) * l);
         }
     }

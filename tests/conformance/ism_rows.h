@@ -1,4 +1,4 @@
-/* ism_rows.h - tests of rows T42 to T50 of docs/conformance.md and of a sealed box that both sides are put to, in the
+/* ism_rows.h - tests of rows T42 to T50 of docs/conformance.md, of a sealed box and of a folded sheet that both sides are put to, in the
    same words: ism.h by tests/conformance/ism_points_test.c, gl_backend.h by tests/gl/ism_rows_test.c, where ism.h
    chooses VPLs and scatters points as it does for a renderer. Include ism.h, cmocka.h, conformance.h and
    unit/ism_util.h before and define ROW_TEST(state), the first line of a test; then define the functions row_... and
@@ -467,6 +467,69 @@ static void a_sealed_box_stays_dark(void **state)
     CONFORM_MAX("irradiance", "sealed box, sun outside: light inside over light through open walls", 0.001, sum / all);
 }
 
+/* A sheet with folds 1 m apart and 16 cm deep, lit from above: what lies right below it sees VPLs of the next fold's
+   upper side at grazing angles, under their squares of 0.5 m, and no map tells that the sheet is between. */
+static float fold(float x) { return 0.08f * sinf(2 * (float)UTIL_PI * x); }
+
+static void fold_normal(float x, float sign, float n[3])
+{
+    float slope = 0.16f * (float)UTIL_PI * cosf(2 * (float)UTIL_PI * x), length = sqrtf(1 + slope * slope);
+    n[0] = -sign * slope / length;
+    n[1] = sign / length;
+    n[2] = 0;
+}
+
+static void a_folded_sheet_is_dark_below(void **state)
+{
+    ROW_TEST(state)
+    enum { SIDE = 48, PIXELS = SIDE * SIDE };
+    static grid top;
+    static float light[3 * PIXELS], areas[PIXELS];
+    const float a[3] = { -2, 0, -2 }, u[3] = { 4, 0, 0 }, v[3] = { 0, 0, 4 }, up[3] = { 0, 1, 0 };
+    const ism_shading shading = ism_shading_default();
+    double mean = 0, most = 0;
+    engine *e;
+    ism_mesh m;
+    ism_view view;
+    ism_source s;
+    ism_frame f;
+    ism_desc d;
+    size_t i;
+    mesh.triangles = 0;
+    soup_quad(&mesh, a, v, u, 32);
+    for (i = 0; i < 3 * mesh.triangles; i++) mesh.p[3 * i + 1] = fold(mesh.p[3 * i]);
+    m = soup_mesh(&mesh);
+    grid_fill(&top, SIDE, SIDE, a, u, v, up, 16.0f / PIXELS);       /* 1 W/m^2 leaves it */
+    grid_fill(&eye, SIDE, SIDE, a, u, v, up, 0);
+    for (i = 0; i < PIXELS; i++) {
+        float x = top.p[3 * i];
+        top.p[3 * i + 1] = eye.p[3 * i + 1] = fold(x);
+        fold_normal(x, 1, top.n + 3 * i);
+        fold_normal(x, -1, eye.n + 3 * i);
+        areas[i] = 16.0f / PIXELS;
+    }
+    s = grid_source(&top);
+    s.areas = areas;
+    view = grid_view(&eye);
+    memset(&d, 0, sizeof d);
+    d.vpl_count = 64;
+    d.points = 2048;
+    f = frame_of(&m, &view, 0);
+    f.sources = &s;
+    f.source_count = 1;
+    e = engine_open(&d, &view);
+    assert_int_equal(ism_choose(engine_maps(e), &f), ISM_OK);
+    engine_draw(e, &f);
+    engine_shade(e, &shading, light, NULL);
+    engine_close(e);
+    for (i = 0; i < PIXELS; i++) {
+        mean += (double)light[3 * i] / PIXELS;
+        most = fmax(most, (double)light[3 * i]);
+    }
+    CONFORM_MAX("irradiance", "folded sheet lit from above: mean below it over what leaves it above", 0.002, mean);
+    CONFORM_MAX("irradiance", "the same, largest", 0.1, most);
+}
+
 /* ---- T44, T45 ---- */
 
 static void clamping_is_known(void **state)
@@ -573,6 +636,7 @@ static void a_closed_furnace(void **state)
 #define ISM_ROWS(test)                                                                                          \
     test(form_factors), test(maps_of_the_hemisphere), test(a_fine_surface_does_not_hide_itself),                \
     test(splats_cover_a_sphere), test(tiles_are_apart), test(a_blocker_between_two_squares),                    \
-    test(a_sealed_box_stays_dark), test(clamping_is_known), test(a_closed_furnace)
+    test(a_sealed_box_stays_dark), test(a_folded_sheet_is_dark_below), test(clamping_is_known),                 \
+    test(a_closed_furnace)
 
 #endif

@@ -1,6 +1,6 @@
 // ism_light - light of VPLs, by the maps of glbk_ism_draw. For your own shader: glbk_ism_bind, then
 //
-//     vec4 e = ism_light(position, normal, geometric, 0u, 1u);     // irradiance, W/m^2; lost by clamping or spheres
+//     vec4 e = ism_light(position, normal, geometric, 0u, 1u);     // irradiance, W/m^2; lost by the rule near by
 //
 // Defines: ISM_NEAR=1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none; ISM_PROJECTION, the maps' desc.projection.
 // uses: ism_access
@@ -80,11 +80,15 @@ float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)
     return sum * 0.159154943;
 }
 
-float ism_patch_kernel(ism_vpl l, vec3 d, vec3 n)
+// To receivers that face the square no brighter than the point: the backs of bent sheets do. square: without that.
+float ism_patch_kernel(ism_vpl l, vec3 d, vec3 n, float point, out float square)
 {
     mat3 frame = ism_vpl_frame(l);
     float share, form = ism_form_factor(n, d, frame[0] * (0.5 * l.side), frame[1] * (0.5 * l.side), share);
-    return form > 0.0 && share > 0.0 ? form * COHSM_PI / (l.side * l.side * share) : 0.0;
+    float facing = -2.0 * dot(n, frame[2]);
+    square = form = form > 0.0 && share > 0.0 ? form * COHSM_PI / (l.side * l.side * share) : 0.0;
+    if (!(facing > 0.0) || !(form > point)) return form;
+    return form + min(facing, 1.0) * (point - form);
 }
 
 float ism_sphere_kernel(vec3 d, vec3 normal, vec3 n, float side)
@@ -102,7 +106,7 @@ float ism_sphere_kernel(vec3 d, vec3 normal, vec3 n, float side)
     return sum * (1.0 / 16.0) * 2.0 * (1.0 - least) / r2;
 }
 
-// cos cos / d^2 (cosine alone of a sky) with the lobe and the rule near by; plain without the latter.
+// cos cos / d^2 (cosine alone of a sky) with the lobe and the rule near by; plain without what that takes off.
 float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 {
     if (l.sky) return plain = max(dot(l.position, n) * COHSM_PI, 0.0);
@@ -116,7 +120,9 @@ float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
     }
     if (!(plain > 0.0)) return 0.0;
 #if ISM_NEAR == 1
-    return area > 0.0 && d2 < 9.0 * area ? ism_patch_kernel(l, d, n) : plain;
+    if (!(area > 0.0 && d2 < 9.0 * area)) return plain;
+    float point = plain;
+    return ism_patch_kernel(l, d, n, point, plain);
 #elif ISM_NEAR == 2
     return area > 0.0 && d2 < 16.0 * area ? ism_sphere_kernel(d, l.normal, n, l.side) : plain;
 #elif ISM_NEAR == 3
@@ -152,9 +158,7 @@ vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
         if (!(k > 0.0)) continue;
         if ((glbk_ism_view.size.w & 1u) == 0u) k *= ism_visible(v, l, p, ng, glbk_ism_view.values.x);
         sum.xyz += k * l.flux;
-#if ISM_NEAR > 1
         if (k > 0.0) sum.w += max(plain - k, 0.0) * power;
-#endif
     }
     return used > 0.0 ? sum * (float(count) / (used * COHSM_PI)) : sum;
 }
