@@ -1,5 +1,6 @@
 /* gl_fake.h - GL that fails on demand and counts the names that live: glGetError has something to say the n-th time
-   that it is asked, no shader or program is to be had; an allocator that gives out. Include gl/gl_test.h before. */
+   that it is asked, no shader or program is to be had; programs that are names only, for tests that make objects a
+   thousand times; an allocator that gives out. Include gl/gl_test.h before. */
 #ifndef GL_FAKE_H
 #define GL_FAKE_H
 
@@ -8,6 +9,8 @@ static struct {
     uint32_t error;                 /* what the call number `at` of glGetError says */
     int      at, calls, live, deletes;
     int      no_shader, no_program;
+    int      hollow;                /* shaders and programs are never the driver's */
+    uint32_t names;
 } fake;
 
 static inline uint32_t GLBK_CALL fake_get_error(void)
@@ -37,28 +40,28 @@ static inline uint32_t GLBK_CALL fake_create_shader(uint32_t type)
 {
     if (fake.no_shader) return 0;
     fake.live++;
-    return fake.real.CreateShader(type);
+    return fake.hollow ? ++fake.names : fake.real.CreateShader(type);
 }
 
 static inline uint32_t GLBK_CALL fake_create_program(void)
 {
     if (fake.no_program) return 0;
     fake.live++;
-    return fake.real.CreateProgram();
+    return fake.hollow ? ++fake.names : fake.real.CreateProgram();
 }
 
 static inline void GLBK_CALL fake_delete_shader(uint32_t name)
 {
     fake.live--;
     fake.deletes++;
-    fake.real.DeleteShader(name);
+    if (!fake.hollow) fake.real.DeleteShader(name);
 }
 
 static inline void GLBK_CALL fake_delete_program(uint32_t name)
 {
     fake.live--;
     fake.deletes++;
-    fake.real.DeleteProgram(name);
+    if (!fake.hollow) fake.real.DeleteProgram(name);
 }
 
 /* Until t->gl.gl = fake.real. */
@@ -81,6 +84,39 @@ static inline void fake_begin(gl_test *t, uint32_t error)
     gl->CreateProgram = fake_create_program;
     gl->DeleteShader = fake_delete_shader;
     gl->DeleteProgram = fake_delete_program;
+}
+
+static inline void GLBK_CALL fake_source(uint32_t shader, int32_t count, const char *const *texts, const int32_t *lengths)
+{
+    (void)shader, (void)count, (void)texts, (void)lengths;
+}
+
+static inline void GLBK_CALL fake_name(uint32_t name) { (void)name; }
+static inline void GLBK_CALL fake_two_names(uint32_t program, uint32_t shader) { (void)program, (void)shader; }
+
+static inline void GLBK_CALL fake_outputs(uint32_t program, int32_t count, const char *const *names, uint32_t mode)
+{
+    (void)program, (void)count, (void)names, (void)mode;
+}
+
+static inline void GLBK_CALL fake_works(uint32_t name, uint32_t what, int32_t *out)
+{
+    (void)name, (void)what;
+    *out = 1;
+}
+
+/* The same; shaders compile and programs link at once, into nothing. They can be made and destroyed, not used. */
+static inline void fake_begin_hollow(gl_test *t, uint32_t error)
+{
+    glbk_functions *gl = &t->gl.gl;
+    fake_begin(t, error);
+    fake.hollow = 1;
+    gl->ShaderSource = fake_source;
+    gl->CompileShader = fake_name;
+    gl->AttachShader = fake_two_names;
+    gl->LinkProgram = fake_name;
+    gl->TransformFeedbackVaryings = fake_outputs;
+    gl->GetShaderiv = gl->GetProgramiv = fake_works;
 }
 
 /* An allocator that gives so many blocks and then none. */
