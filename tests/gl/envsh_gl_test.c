@@ -17,6 +17,7 @@
 #include "conformance.h"
 #include "gl/gl_test.h"
 #include "gl/gl_fake.h"
+#include "gl/gl_state.h"
 #include "unit/envsh_util.h"
 
 enum { WIDE = 32, HIGH = 24, POINTS = WIDE * HIGH };
@@ -823,75 +824,68 @@ static void a_lost_context(void **state)
 
 /* ---- state ---- */
 
-static const uint32_t caps[] = { 0x0BE2, 0x0B44, 0x0B71, 0x0BD0, 0x8037, 0x0C11, 0x0B90, 0x8C89, 0x0BF2, 0x864F, 0x3000,
-                                 0x3001, 0x3002, 0x3003, 0x3007 };
-enum { SHARED_CAPS = 8, CAPS = sizeof caps / sizeof caps[0] };
-static const uint32_t numbers[] = { 0x84E0, 0x8B8D, 0x85B5, 0x8CA6, 0x8CAA, 0x8894, 0x8F37, 0x0BA2, 0x0B72, 0x0C23,
-                                    0x0B74, 0x0B45, 0x0B46, 0x80C9, 0x8009, 0x8069, 0x8C1D, 0x8919, 0x8A28 };
-enum { NUMBERS = sizeof numbers / sizeof numbers[0] };
-
-static void read_state(gl_test *t, int32_t *out)
+/* Everything made, used and destroyed; out is the light, resolved is what a screen got. */
+static void watched_frame(gl_test *t, rig *r, int rgba, const glbk_target *screen, float out[2][4 * POINTS])
 {
-    size_t i;
-    memset(out, 0, (CAPS + 4 * NUMBERS) * sizeof *out);
-    for (i = 0; i < (t->gl.es ? SHARED_CAPS : CAPS); i++) out[i] = t->gl.gl.IsEnabled(caps[i]);
-    for (i = 0; i < NUMBERS; i++) t->gl.gl.GetIntegerv(numbers[i], out + CAPS + 4 * i);
+    static const float view[16] = { 0.5f, 0, 0, 0, 0, 0, 0.5f, 0, 0, -0.5f, 0, 0, 0, 0, 0, 1 };
+    static asked points[POINTS];
+    glbk_envsh_maps_desc d;
+    glbk_envsh_maps m;
+    glbk_envsh_renderer to;
+    glbk_envsh_surface s;
+    glbk_pass pass;
+    memset(&d, 0, sizeof d);
+    memset(&s, 0, sizeof s);
+    memset(&pass, 0, sizeof pass);
+    d.capacity = 5;
+    d.map_size = 64;
+    d.rgba = rgba;
+    pass.target = screen;
+    memcpy(s.world, identity, sizeof identity);
+    memcpy(s.clip, view, sizeof view);
+    s.albedo[0] = s.albedo[3] = 1;
+    make_points(points);
+    GL_SAME(t, assert_glbk(t, glbk_envsh_maps_create(&t->gl, &d, &m)));
+    GL_SAME(t, to = make_renderer(t, points));
+    GL_SAVED(t, assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, r->views, sizeof *r->views, 5, draw_things, r)));
+    GL_SAVED(t, assert_glbk(t, glbk_envsh_bind(&t->gl, &m, &soft)));
+    GL_SAVED(t, illuminate(t, &to, &m, r, out[0]));
+    GL_SAME(t, assert_glbk(t, glbk_envsh_read(&t->gl, &to, out[0])));
+    GL_SAVED(t, {
+        assert_glbk(t, glbk_envsh_gbuffer_begin(&t->gl, &to));
+        assert_glbk(t, glbk_envsh_gbuffer_object(&t->gl, &to, &s));
+        t->gl.gl.BindVertexArray(r->vertex_array);
+        t->gl.gl.DrawArrays(GLBK_GL_TRIANGLES, 0, (int32_t)things.vertices);
+    });
+    GL_SAVED(t, assert_glbk(t, glbk_envsh_shade(&t->gl, &to, &m, &soft, 0, 0)));
+    GL_SAVED(t, assert_glbk(t, glbk_envsh_resolve(&t->gl, &to, &pass)));
+    GL_SAME(t, assert_glbk(t, glbk_target_read(&t->gl, screen, 0, 0, 0, WIDE, HIGH, out[1])));
+    GL_SAME(t, glbk_envsh_maps_destroy(&t->gl, &m));
+    GL_SAME(t, glbk_envsh_renderer_destroy(&t->gl, &to));
 }
 
 static void from_a_hostile_state(void **state)
 {
     GL_TEST(t, state)
-    static asked points[POINTS];
-    static float calm[4 * POINTS], harsh[4 * POINTS];
-    int32_t before[CAPS + 4 * NUMBERS], after[CAPS + 4 * NUMBERS];
+    static float calm[2][2][4 * POINTS], harsh[2][2][4 * POINTS];
     rig r = make_rig(t, sunny, 9, 64);
-    glbk_envsh_renderer to;
-    gl_canvas theirs = gl_canvas_make(t, GLBK_FORMAT_RGBA8, 8, 8, 0);
-    glbk_state saved;
-    int rgba;
-    size_t i;
+    gl_canvas screen = gl_canvas_make(t, GLBK_FORMAT_COLOR, WIDE, HIGH, 0);
+    gl_hostile h;
+    int rgba, i, lit[2] = { 0, 0 };
 
-    make_points(points);
-    to = make_renderer(t, points);
-    for (rgba = 0; rgba < 2; rgba++) {
-        glbk_envsh_maps m = make_maps(t, 5, 64, rgba);
-        illuminate(t, &to, &m, &r, calm);
-        for (i = 0; i < (t->gl.es ? SHARED_CAPS : CAPS); i++) {
-            if (t->gl.gl.IsEnabled(caps[i])) t->gl.gl.Disable(caps[i]);
-            else t->gl.gl.Enable(caps[i]);
-        }
-        t->gl.gl.Viewport(3, 5, 7, 11);
-        t->gl.gl.Scissor(1, 2, 1, 2);
-        t->gl.gl.ColorMask(0, 1, 0, 1);
-        t->gl.gl.DepthMask(0);
-        t->gl.gl.DepthFunc(0x0200);
-        t->gl.gl.CullFace(0x0408);
-        t->gl.gl.FrontFace(0x0900);
-        t->gl.gl.BlendFuncSeparate(0x0307, 0, 0x0306, 1);
-        t->gl.gl.PolygonOffset(3, 100000);
-        t->gl.gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, theirs.target.name);
-        t->gl.gl.ActiveTexture(GLBK_GL_TEXTURE0 + 3);
-        t->gl.gl.BindTexture(GLBK_GL_TEXTURE_2D, theirs.color.name);
-        t->gl.gl.BindVertexArray(r.vertex_array);
-        t->gl.gl.BindBuffer(GLBK_GL_COPY_WRITE_BUFFER, r.buffer);
-        t->gl.gl.UseProgram(m.make_cells.name);
-        read_state(t, before);
-        glbk_state_save(&t->gl, &saved);
-        illuminate(t, &to, &m, &r, harsh);
-        glbk_state_restore(&t->gl, &saved);
-        read_state(t, after);
-        for (i = 0; i < CAPS + 4 * NUMBERS; i++) assert_int_equal(before[i], after[i]);
-        assert_memory_equal(calm, harsh, sizeof calm);
-        for (i = 0; i < (t->gl.es ? SHARED_CAPS : CAPS); i++) {
-            if (t->gl.gl.IsEnabled(caps[i])) t->gl.gl.Disable(caps[i]);
-            else t->gl.gl.Enable(caps[i]);
-        }
-        glbk_envsh_maps_destroy(&t->gl, &m);
+    gl_state_watch(t, 1);
+    for (rgba = 0; rgba < 2; rgba++) watched_frame(t, &r, rgba, &screen.target, calm[rgba]);
+    gl_hostile_make(t, &h);
+    gl_hostile_set(t, &h);
+    for (rgba = 0; rgba < 2; rgba++) watched_frame(t, &r, rgba, &screen.target, harsh[rgba]);
+    assert_memory_equal(calm, harsh, sizeof calm);
+    for (i = 0; i < 4 * POINTS; i += 4) {
+        lit[0] += calm[0][0][i] > 0;
+        lit[1] += calm[0][1][i] > 0;
     }
-    assert_true(calm[4 * 5] > 0);
-    t->gl.gl.UseProgram(0);
-    gl_canvas_free(t, &theirs);
-    glbk_envsh_renderer_destroy(&t->gl, &to);
+    assert_true(lit[0] > POINTS / 4 && lit[1] > POINTS / 4);
+    gl_hostile_free(t, &h);
+    gl_canvas_free(t, &screen);
     free_rig(t, &r);
 }
 

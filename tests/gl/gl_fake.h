@@ -86,7 +86,8 @@ static inline void fake_begin(gl_test *t, uint32_t error)
     gl->DeleteProgram = fake_delete_program;
 }
 
-static inline void GLBK_CALL fake_source(uint32_t shader, int32_t count, const char *const *texts, const int32_t *lengths)
+static inline void GLBK_CALL fake_source(uint32_t shader, int32_t count, const char *const *texts,
+                                         const int32_t *lengths)
 {
     (void)shader, (void)count, (void)texts, (void)lengths;
 }

@@ -309,8 +309,12 @@ static inline void gl_hostile_set(gl_test *t, gl_hostile *h)
     gl_hostile_bindings(&t->gl, h);
 }
 
+static struct { int on; gl_snapshot before, after; glbk_state saved; } gl_watched;
+
+/* Ends watching, too. */
 static inline void gl_hostile_free(gl_test *t, gl_hostile *h)
 {
+    gl_watched.on = 0;
     t->gl.gl.UseProgram(0);
     t->gl.gl.BindBuffer(0x88EC, 0);
     t->gl.gl.BindBuffer(0x88EB, 0);
@@ -327,7 +331,6 @@ static inline void gl_hostile_free(gl_test *t, gl_hostile *h)
 
 /* ---- calls that are watched ---- */
 
-static struct { int on; gl_snapshot before, after; glbk_state saved; } gl_watched;
 
 static inline void gl_state_watch(gl_test *t, int on)
 {

@@ -14,6 +14,7 @@
 
 #include "gl/gl_test.h"
 #include "gl/gl_fake.h"
+#include "gl/gl_state.h"
 
 enum { SIDE = 8, POINTS = 64 };
 
@@ -54,31 +55,37 @@ static glbk_result make(gl_test *t, scene *s)
     glbk_ism_desc d = { 1, POINTS, 64, 1, 1, 0, 0 };
     glbk_ism_mesh mesh = { table, 4, 0, triangles, 6, NULL };
     glbk_ism_receivers from = { s->places, s->normals, NULL, NULL, 0 };
-    glbk_result result = glbk_ism_maps_create(&t->gl, &d, &s->maps);
-    if (result == GLBK_OK) result = glbk_ism_renderer_create(&t->gl, SIDE, SIDE, &s->renderer);
-    if (result == GLBK_OK) result = glbk_ism_mesh_upload(&t->gl, &s->maps, &mesh);
-    if (result == GLBK_OK) result = glbk_ism_mesh_move(&t->gl, &s->maps, table, 0);
-    if (result == GLBK_OK) result = glbk_ism_phase(&t->gl, &s->maps, 0, s->points);
-    if (result == GLBK_OK) result = glbk_ism_vpls_upload(&t->gl, &s->maps, &lamp, 1, center, 2);
-    return result == GLBK_OK ? glbk_ism_gbuffer_upload(&t->gl, &s->renderer, &from) : result;
+    glbk_result result = GLBK_OK;
+    GL_THEN_SAME(t, result, glbk_ism_maps_create(&t->gl, &d, &s->maps));
+    GL_THEN_SAME(t, result, glbk_ism_renderer_create(&t->gl, SIDE, SIDE, &s->renderer));
+    GL_THEN_SAME(t, result, glbk_ism_mesh_upload(&t->gl, &s->maps, &mesh));
+    GL_THEN_SAME(t, result, glbk_ism_mesh_move(&t->gl, &s->maps, table, 0));
+    GL_THEN_SAME(t, result, glbk_ism_phase(&t->gl, &s->maps, 0, s->points));
+    GL_THEN_SAME(t, result, glbk_ism_vpls_upload(&t->gl, &s->maps, &lamp, 1, center, 2));
+    GL_THEN_SAME(t, result, glbk_ism_gbuffer_upload(&t->gl, &s->renderer, &from));
+    return result;
 }
 
 static glbk_result draw(gl_test *t, scene *s)
 {
-    glbk_result result = glbk_ism_draw(&t->gl, &s->maps);
-    return result == GLBK_OK ? glbk_ism_shade(&t->gl, &s->renderer, &s->maps, NULL) : result;
+    glbk_result result = GLBK_OK;
+    GL_THEN_SAVED(t, result, glbk_ism_draw(&t->gl, &s->maps));
+    GL_THEN_SAVED(t, result, glbk_ism_shade(&t->gl, &s->renderer, &s->maps, NULL));
+    return result;
 }
 
 static glbk_result look(gl_test *t, scene *s)
 {
-    glbk_result result = glbk_ism_read(&t->gl, &s->maps, s->atlas);
-    return result == GLBK_OK ? glbk_ism_read_light(&t->gl, &s->renderer, s->light) : result;
+    glbk_result result = GLBK_OK;
+    GL_THEN_SAME(t, result, glbk_ism_read(&t->gl, &s->maps, s->atlas));
+    GL_THEN_SAME(t, result, glbk_ism_read_light(&t->gl, &s->renderer, s->light));
+    return result;
 }
 
 static void destroy(gl_test *t, scene *s)
 {
-    glbk_ism_renderer_destroy(&t->gl, &s->renderer);
-    glbk_ism_maps_destroy(&t->gl, &s->maps);
+    GL_SAME(t, glbk_ism_renderer_destroy(&t->gl, &s->renderer));
+    GL_SAME(t, glbk_ism_maps_destroy(&t->gl, &s->maps));
 }
 
 /* ---- errors put into GL's mouth ---- */
@@ -159,52 +166,31 @@ static void a_lost_context(void **state)
 
 /* ---- state ---- */
 
-/* Values that a pass depends on, all of them odd. */
-static void turn_over(gl_test *t)
-{
-    const glbk_functions *gl = &t->gl.gl;
-    static const uint32_t on[] = { 0x0BE2, 0x0B44, 0x8037, 0x0C11, 0x0B90, 0x8C89, 0x809E };
-    size_t i;
-    for (i = 0; i < sizeof on / sizeof on[0]; i++) gl->Enable(on[i]);
-    gl->Disable(0x0B71);
-    gl->DepthMask(0);
-    gl->DepthFunc(0x0200);
-    gl->ColorMask(0, 1, 0, 0);
-    gl->CullFace(0x0408);
-    gl->Viewport(3, 4, 1, 2);
-    if (!t->gl.es) gl->Disable(0x8642);         /* PROGRAM_POINT_SIZE */
-    if (!t->gl.es) gl->PolygonMode(0x0408, 0x1B00);
-}
-
 static void hostile_state(void **state)
 {
     GL_TEST(t, state)
     static scene clean, odd;
-    glbk_state before, after, restored;
+    gl_hostile h;
     size_t i, dark = 0;
     prepare(&clean);
+    prepare(&odd);
+    gl_state_watch(t, 1);
     assert_glbk(t, make(t, &clean));
     assert_glbk(t, draw(t, &clean));
     assert_glbk(t, look(t, &clean));
     for (i = 0; i < SIDE * SIDE; i++) dark += clean.light[3 * i] == 0;
     assert_true(dark > 8 && dark < SIDE * SIDE / 2);        /* the table's shadow */
-    turn_over(t);
-    prepare(&odd);
-    glbk_state_save(&t->gl, &before);
+    gl_hostile_make(t, &h);
+    gl_hostile_set(t, &h);
     assert_glbk(t, make(t, &odd));
-    glbk_state_save(&t->gl, &after);
-    assert_memory_equal(&before, &after, sizeof before);
     assert_glbk(t, draw(t, &odd));
-    glbk_state_restore(&t->gl, &before);
-    glbk_state_save(&t->gl, &restored);
-    assert_memory_equal(&before, &restored, sizeof before);
     assert_glbk(t, look(t, &odd));
-    glbk_state_save(&t->gl, &after);
-    assert_memory_equal(&before, &after, sizeof before);
+    GL_SAVED(t, glbk_ism_bind(&t->gl, &odd.maps));
     assert_memory_equal(clean.atlas, odd.atlas, sizeof odd.atlas);
     assert_memory_equal(clean.light, odd.light, sizeof odd.light);
     destroy(t, &clean);
     destroy(t, &odd);
+    gl_hostile_free(t, &h);
 }
 
 int main(int count, char **values)

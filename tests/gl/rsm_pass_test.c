@@ -16,6 +16,7 @@
 
 #include "gl/gl_test.h"
 #include "gl/gl_fake.h"
+#include "gl/gl_state.h"
 
 enum { SIDE = 8, PIXELS = SIDE * SIDE };
 
@@ -171,12 +172,14 @@ static glbk_result make(gl_test *t, glbk_rsm_map *map, glbk_rsm_renderer *r)
     glbk_rsm_lamp lamp = lamp_of(GLBK_RSM_PATCH, 1);
     glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 1 };
     glbk_rsm_tables tables = { points, 32, points, 4, points, 2 };
-    glbk_result result;
+    glbk_result result = GLBK_OK;
+    float back[12 * 16];
     memset(r, 0, sizeof *r);
-    result = glbk_rsm_map_create(&t->gl, &lamp, 4, map);
-    if (result == GLBK_OK) result = glbk_rsm_renderer_create(&t->gl, &d, r);
-    if (result == GLBK_OK) result = glbk_rsm_tables_upload(&t->gl, r, &tables);
-    if (result == GLBK_OK) result = glbk_rsm_map_upload(&t->gl, map, texels);
+    GL_THEN_SAME(t, result, glbk_rsm_map_create(&t->gl, &lamp, 4, map));
+    GL_THEN_SAME(t, result, glbk_rsm_renderer_create(&t->gl, &d, r));
+    GL_THEN_SAME(t, result, glbk_rsm_tables_upload(&t->gl, r, &tables));
+    GL_THEN_SAME(t, result, glbk_rsm_map_upload(&t->gl, map, texels));
+    GL_THEN_SAME(t, result, glbk_rsm_map_read(&t->gl, map, 0, back));
     return result;
 }
 
@@ -190,20 +193,20 @@ static glbk_result frame(gl_test *t, glbk_rsm_map *map, glbk_rsm_renderer *r, co
     glbk_rsm_direct_desc direct = { 2, 0.5f, 1 };
     glbk_rsm_denoise_desc denoise;
     glbk_pass pass;
-    glbk_result result;
+    glbk_result result = GLBK_OK;
     memset(&denoise, 0, sizeof denoise);
     memset(&pass, 0, sizeof pass);
     denoise.view_projection = view;
     denoise.passes = 2;
     pass.target = target;
-    result = glbk_rsm_tables_upload(&t->gl, r, &tables);
-    if (result == GLBK_OK) result = glbk_rsm_map_draw(&t->gl, r, map, draw, NULL);
-    if (result == GLBK_OK) result = glbk_rsm_gbuffer_draw(&t->gl, r, view, eye, draw, NULL);
-    if (result == GLBK_OK) result = glbk_rsm_direct(&t->gl, r, (const glbk_rsm_map *const *)&map, 1, &direct);
-    if (result == GLBK_OK) result = glbk_rsm_gather(&t->gl, r, &map, 1, &d, &grid);
-    if (result == GLBK_OK) result = glbk_rsm_denoise(&t->gl, r, &denoise);
-    if (result == GLBK_OK) result = glbk_rsm_resolve(&t->gl, r, &pass, 1, 1);
-    if (result == GLBK_OK) result = glbk_rsm_read(&t->gl, r, 1, answers);
+    GL_THEN_SAME(t, result, glbk_rsm_tables_upload(&t->gl, r, &tables));
+    GL_THEN_SAVED(t, result, glbk_rsm_map_draw(&t->gl, r, map, draw, NULL));
+    GL_THEN_SAVED(t, result, glbk_rsm_gbuffer_draw(&t->gl, r, view, eye, draw, NULL));
+    GL_THEN_SAVED(t, result, glbk_rsm_direct(&t->gl, r, (const glbk_rsm_map *const *)&map, 1, &direct));
+    GL_THEN_SAVED(t, result, glbk_rsm_gather(&t->gl, r, &map, 1, &d, &grid));
+    GL_THEN_SAVED(t, result, glbk_rsm_denoise(&t->gl, r, &denoise));
+    GL_THEN_SAVED(t, result, glbk_rsm_resolve(&t->gl, r, &pass, 1, 1));
+    GL_THEN_SAME(t, result, glbk_rsm_read(&t->gl, r, 1, answers));
     return result;
 }
 
@@ -289,65 +292,33 @@ static void no_memory_and_no_context(void **state)
 
 /* ---- state ---- */
 
-static const uint32_t switches[] = { 0x0BE2 /* blend */, 0x0C11 /* scissor */, 0x0B90 /* stencil */, 0x0B44 /* cull */,
-                                     0x0BD0 /* dither */, 0x809E /* alpha to coverage */, 0x8037 /* polygon offset */ };
-static const uint32_t values[] = { 0x8CA6, 0x8CAA, 0x8B8D, 0x85B5, 0x84E0, 0x0B74, 0x0B45, 0x0B46,
-                                   0x8069, 0x8C1D, 0x8A28, 0x8894, 0x88ED, 0x88EF, 0x0CF5, 0x0D05 };
-enum { SWITCHES = sizeof switches / sizeof switches[0], VALUES = sizeof values / sizeof values[0] };
-
-static void read_state(const glbk_functions *gl, int32_t *out)
-{
-    int i;
-    for (i = 0; i < SWITCHES; i++) *out++ = gl->IsEnabled(switches[i]);
-    for (i = 0; i < VALUES; i++) gl->GetIntegerv(values[i], out++);
-    gl->GetIntegerv(0x0BA2 /* viewport */, out);
-}
-
 static void hostile_state(void **state)
 {
     GL_TEST(t, state)
-    const glbk_functions *gl = &t->gl.gl;
     static float calm[4 * PIXELS];
-    int32_t before[SWITCHES + VALUES + 4], after[SWITCHES + VALUES + 4];
-    glbk_rsm_map map;
-    glbk_rsm_renderer r;
-    glbk_state saved;
+    glbk_rsm_map map[2];
+    glbk_rsm_renderer r[2];
+    gl_hostile h;
     gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_RGBA8, SIDE, SIDE, 0);
     double sum = 0;
     int i;
     small_room(t);
-    assert_glbk(t, make(t, &map, &r));
-    assert_glbk(t, frame(t, &map, &r, &c.target));
+    gl_state_watch(t, 1);
+    assert_glbk(t, make(t, &map[0], &r[0]));
+    assert_glbk(t, frame(t, &map[0], &r[0], &c.target));
     memcpy(calm, answers, sizeof calm);
     for (i = 0; i < PIXELS; i++) sum += (double)calm[4 * i];
     assert_true(sum > 0.1);
-    glbk_rsm_forget(&r);
-    for (i = 0; i < SWITCHES; i++) gl->Enable(switches[i]);
-    gl->Scissor(1, 1, 2, 2);
-    gl->DepthFunc(0x0200 /* never */);
-    gl->DepthMask(0);
-    gl->ColorMask(0, 1, 0, 0);
-    gl->CullFace(0x0408 /* front and back */);
-    gl->FrontFace(0x0900);
-    gl->PolygonOffset(3, 7);
-    gl->BlendFuncSeparate(0, 0, 0, 0);
-    gl->PixelStorei(0x0CF5, 8);
-    gl->PixelStorei(0x0D05, 8);
-    gl->Viewport(1, 2, 3, 4);
-    gl->ActiveTexture(GLBK_GL_TEXTURE0 + 5);
-    gl->BindTexture(GLBK_GL_TEXTURE_2D, c.color.name);
-    read_state(gl, before);
-    glbk_state_save(&t->gl, &saved);
-    assert_glbk(t, frame(t, &map, &r, &c.target));
-    glbk_state_restore(&t->gl, &saved);
-    read_state(gl, after);
-    assert_memory_equal(before, after, sizeof before);
+    gl_hostile_make(t, &h);
+    gl_hostile_set(t, &h);
+    assert_glbk(t, make(t, &map[1], &r[1]));
+    assert_glbk(t, frame(t, &map[1], &r[1], &c.target));
     assert_memory_equal(calm, answers, sizeof calm);
-    for (i = 0; i < SWITCHES; i++) gl->Disable(switches[i]);
-    gl->ColorMask(1, 1, 1, 1);
-    gl->DepthMask(1);
-    glbk_rsm_renderer_destroy(&t->gl, &r);
-    glbk_rsm_map_destroy(&t->gl, &map);
+    for (i = 0; i < 2; i++) {
+        GL_SAME(t, glbk_rsm_renderer_destroy(&t->gl, &r[i]));
+        GL_SAME(t, glbk_rsm_map_destroy(&t->gl, &map[i]));
+    }
+    gl_hostile_free(t, &h);
     gl_canvas_free(t, &c);
     body_free(t);
 }

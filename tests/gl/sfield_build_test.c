@@ -14,6 +14,7 @@
 #include "conformance.h"
 #include "gl/gl_test.h"
 #include "gl/gl_fake.h"
+#include "gl/gl_state.h"
 #include "unit/sfield_util.h"
 
 enum { MOST_EYES = 24, MOST_VALUES = 3 * 6 * 32 * 32 };
@@ -536,8 +537,10 @@ static glbk_result all_of_it(gl_test *t, const model *m, const float *basis, glb
 {
     static const float eye[6] = { 0.1f, 0.2f, 2, 1, 1, 6 }, at[3] = { 0, 0, 0 };
     glbk_sfield_builder_desc d = builder_desc(m, 8, 2, basis, glow);
-    glbk_result result = glbk_sfield_builder_create(&t->gl, &d, b);
-    return result == GLBK_OK ? glbk_sfield_builder_see(&t->gl, b, at, 1, 2, eye, out) : result;
+    glbk_result result = GLBK_OK;
+    GL_THEN_SAME(t, result, glbk_sfield_builder_create(&t->gl, &d, b));
+    GL_THEN_SAVED(t, result, glbk_sfield_builder_see(&t->gl, b, at, 1, 2, eye, out));
+    return result;
 }
 
 static void failures_leave_nothing(void **state)
@@ -608,56 +611,21 @@ static void a_lost_context(void **state)
 static void a_hostile_state_changes_nothing(void **state)
 {
     GL_TEST(t, state)
-    static const uint32_t on[] = { 0x0BE2, 0x0B44, 0x8037, 0x0C11, 0x0B90, 0x8C89, 0x809E };
-    const glbk_functions *gl = &t->gl.gl;
-    const float eye[6] = { 0.1f, 0.2f, 2, 1, 1, 6 }, at[3] = { 0, 0, 0 };
     model m = model_box(1, 1, 1);
     float *basis = basis_of(8, 2), clean[24], odd[24];
-    glbk_sfield_builder_desc d = builder_desc(&m, 8, 2, basis, glow);
-    glbk_state before, after;
     glbk_sfield_builder b;
-    uint32_t array = 0, buffers[2];
-    int32_t bound[4];
-    size_t i;
+    gl_hostile h;
 
-    assert_int_equal(all_of_it(t, &m, basis, &b, clean), GLBK_OK);
-    glbk_sfield_builder_destroy(&t->gl, &b);
-    gl->UseProgram(0);                                          /* the last one, deleted while in use */
-    for (i = 0; i < sizeof on / sizeof on[0]; i++) gl->Enable(on[i]);
-    gl->Disable(0x0B71);
-    gl->DepthMask(0);
-    gl->DepthFunc(0x0200);
-    gl->ColorMask(0, 1, 0, 0);
-    gl->CullFace(0x0408);
-    gl->FrontFace(0x0900);
-    gl->Viewport(3, 4, 1, 2);
-    if (!t->gl.es) gl->PolygonMode(0x0408, 0x1B00);
-    if (!t->gl.es) gl->Enable(0x3000);                          /* a clip distance that we do not write */
-    gl->GenVertexArrays(1, &array);
-    gl->GenBuffers(2, buffers);
-    gl->BindVertexArray(array);
-    gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, buffers[0]);
-    gl->BindBuffer(GLBK_GL_ELEMENT_ARRAY_BUFFER, buffers[1]);
-    glbk_state_save(&t->gl, &before);
-    assert_glbk(t, glbk_sfield_builder_create(&t->gl, &d, &b));
-    glbk_state_save(&t->gl, &after);
-    assert_memory_equal(&before, &after, sizeof before);
-    assert_glbk(t, glbk_sfield_builder_see(&t->gl, &b, at, 1, 2, eye, odd));
-    glbk_state_restore(&t->gl, &before);
-    glbk_state_save(&t->gl, &after);
-    assert_memory_equal(&before, &after, sizeof before);
-    gl->GetIntegerv(0x8894, &bound[0]);
-    gl->GetIntegerv(0x8895, &bound[1]);
-    gl->GetIntegerv(0x85B5, &bound[2]);
-    gl->GetIntegerv(0x8F37, &bound[3]);
-    assert_true(bound[0] == (int32_t)buffers[0] && bound[1] == (int32_t)buffers[1] && bound[2] == (int32_t)array &&
-                bound[3] == 0);
+    gl_state_watch(t, 1);
+    assert_glbk(t, all_of_it(t, &m, basis, &b, clean));
+    GL_SAME(t, glbk_sfield_builder_destroy(&t->gl, &b));
+    gl_hostile_make(t, &h);
+    gl_hostile_set(t, &h);
+    assert_glbk(t, all_of_it(t, &m, basis, &b, odd));
     assert_memory_equal(clean, odd, sizeof clean);
     assert_true(clean[0] > 0);
-    glbk_sfield_builder_destroy(&t->gl, &b);
-    gl->BindVertexArray(0);
-    gl->DeleteVertexArrays(1, &array);
-    gl->DeleteBuffers(2, buffers);
+    GL_SAME(t, glbk_sfield_builder_destroy(&t->gl, &b));
+    gl_hostile_free(t, &h);
     free(basis);
     model_free(&m);
 }

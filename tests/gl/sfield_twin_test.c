@@ -15,6 +15,7 @@
 #include "gl_backend.h"
 
 #include "gl/gl_test.h"
+#include "gl/gl_state.h"
 #include "unit/sfield_util.h"
 
 enum { COUNT = 512, FILES = 6 };
@@ -697,7 +698,7 @@ static glbk_result make_all(gl_test *t, const both *b, glbk_sfield_world *w, glb
     glbk_sfield_pixel pixels[4];
     static const float sky[12] = { 3, 1, 0, 0, 2, 0, 1, 0, 1, 0, 0, 1 };
     glbk_sfield_entity e;
-    glbk_result result = glbk_sfield_create(&t->gl, &b->desc, fields, w);
+    glbk_result result = GLBK_OK;
     uint32_t row;
     memset(r, 0, sizeof *r);
     memset(pixels, 0, sizeof pixels);
@@ -705,14 +706,15 @@ static glbk_result make_all(gl_test *t, const both *b, glbk_sfield_world *w, glb
     e.transform[0] = e.transform[5] = e.transform[10] = e.transform[15] = 1;
     pixels[0].normal[1] = 1;
     pixels[0].position[1] = -1.5f;
-    e.occlusion = &fields[0];
     d.terms = b->terms;
     d.factors = b->factors;
     d.term_count = b->desc.term_count;
-    if (result == GLBK_OK) result = glbk_sfield_place(&t->gl, w, &e, 1);
-    if (result == GLBK_OK) result = glbk_sfield_sky(&t->gl, w, sky);
-    if (result == GLBK_OK) result = glbk_sfield_renderer_create(&t->gl, &d, r);
-    for (row = 0; row < 4 && result == GLBK_OK; row++) result = glbk_sfield_upload(&t->gl, r, row, 1, pixels);
+    GL_THEN_SAME(t, result, glbk_sfield_create(&t->gl, &b->desc, fields, w));
+    e.occlusion = &fields[0];
+    GL_THEN_SAME(t, result, glbk_sfield_place(&t->gl, w, &e, 1));
+    GL_THEN_SAME(t, result, glbk_sfield_sky(&t->gl, w, sky));
+    GL_THEN_SAME(t, result, glbk_sfield_renderer_create(&t->gl, &d, r));
+    for (row = 0; row < 4; row++) GL_THEN_SAME(t, result, glbk_sfield_upload(&t->gl, r, row, 1, pixels));
     return result;
 }
 
@@ -750,43 +752,35 @@ static void failures_leave_nothing(void **state)
     free_both(t, &b);
 }
 
+static void make_and_shade(gl_test *t, const both *b, float out[2][64])
+{
+    const float eye[3] = { 0, 5, 0 };
+    glbk_sfield_world w;
+    glbk_sfield_renderer r;
+    assert_glbk(t, make_all(t, b, &w, &r));
+    GL_SAVED(t, glbk_sfield_bind(&t->gl, &w));
+    GL_SAVED(t, assert_glbk(t, glbk_sfield_shade(&t->gl, &r, &w, eye, 0)));
+    GL_SAME(t, assert_glbk(t, glbk_sfield_read(&t->gl, &r, out[0], out[1])));
+    GL_SAME(t, glbk_sfield_renderer_destroy(&t->gl, &r));
+    GL_SAME(t, glbk_sfield_destroy(&t->gl, &w));
+}
+
 static void a_hostile_state_changes_nothing(void **state)
 {
     GL_TEST(t, state)
     static both b;
-    const float eye[3] = { 0, 5, 0 };
     float plain[2][64], odd[2][64];
-    glbk_sfield_world w;
-    glbk_sfield_renderer r;
-    glbk_functions *gl = &t->gl.gl;
-    int32_t alignment = 0;
+    gl_hostile h;
     build_fields(&b, 2);
     upload(t, &b);
-    assert_glbk(t, make_all(t, &b, &w, &r));
-    assert_glbk(t, glbk_sfield_shade(&t->gl, &r, &w, eye, 0));
-    assert_glbk(t, glbk_sfield_read(&t->gl, &r, plain[0], plain[1]));
-    glbk_sfield_renderer_destroy(&t->gl, &r);
-    glbk_sfield_destroy(&t->gl, &w);
+    gl_state_watch(t, 1);
+    make_and_shade(t, &b, plain);
     assert_true(plain[0][0] != 0 && plain[0][4] == 0);       /* one point is there, its neighbours are not */
-    gl->Enable(0x0BE2);                                      /* blend, scissor, depth, cull */
-    gl->Enable(0x0C11);
-    gl->Enable(0x0B71);
-    gl->Enable(0x0B44);
-    gl->Scissor(3, 3, 1, 1);
-    gl->DepthFunc(0x0200);
-    gl->CullFace(0x0408);
-    gl->ColorMask(0, 0, 0, 0);
-    gl->Viewport(1, 1, 1, 1);
-    gl->PixelStorei(0x0CF5, 2);
-    gl->PixelStorei(0x0CF2, 77);
-    assert_glbk(t, make_all(t, &b, &w, &r));
-    assert_glbk(t, glbk_sfield_shade(&t->gl, &r, &w, eye, 0));
-    assert_glbk(t, glbk_sfield_read(&t->gl, &r, odd[0], odd[1]));
-    gl->GetIntegerv(0x0CF5, &alignment);
-    assert_int_equal(alignment, 2);
+    gl_hostile_make(t, &h);
+    gl_hostile_set(t, &h);
+    make_and_shade(t, &b, odd);
     assert_memory_equal(plain, odd, sizeof plain);
-    glbk_sfield_renderer_destroy(&t->gl, &r);
-    glbk_sfield_destroy(&t->gl, &w);
+    gl_hostile_free(t, &h);
     free_both(t, &b);
 }
 
