@@ -7614,15 +7614,7 @@ static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc 
     int mipmaps = d->sampling == GLBK_SAMPLING_MIPMAPS, wrap = d->repeat ? 0x2901 : 0x812F;
     uint32_t level;
 
-    for (level = 0; level < d->levels; level++) {
-        int32_t width = (int32_t)glbk__half(d->width, level), height = (int32_t)glbk__half(d->height, level);
-        const void *data = level == 0 ? d->data : NULL;
-        if (d->layers)
-            ctx->gl.TexImage3D(target, (int32_t)level, f->internal, width, height, (int32_t)d->layers, 0, f->format,
-                               f->type, data);
-        else
-            ctx->gl.TexImage2D(target, (int32_t)level, f->internal, width, height, 0, f->format, f->type, data);
-    }
+    /* Parameters first: Mesa allots levels by them, and else forgets some of small arrays of integers. */
     ctx->gl.TexParameteri(target, 0x813D /* MAX_LEVEL */, (int32_t)d->levels - 1);
     ctx->gl.TexParameteri(target, 0x2801 /* MIN_FILTER */, mipmaps ? 0x2703 : linear ? 0x2601 : d->levels > 1 ? 0x2700
                                                                                                              : 0x2600);
@@ -7632,6 +7624,15 @@ static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc 
     if (d->sampling == GLBK_SAMPLING_COMPARE) {
         ctx->gl.TexParameteri(target, 0x884C /* COMPARE_MODE */, 0x884E /* COMPARE_REF_TO_TEXTURE */);
         ctx->gl.TexParameteri(target, 0x884D /* COMPARE_FUNC */, 0x0203 /* LEQUAL */);
+    }
+    for (level = 0; level < d->levels; level++) {
+        int32_t width = (int32_t)glbk__half(d->width, level), height = (int32_t)glbk__half(d->height, level);
+        const void *data = level == 0 ? d->data : NULL;
+        if (d->layers)
+            ctx->gl.TexImage3D(target, (int32_t)level, f->internal, width, height, (int32_t)d->layers, 0, f->format,
+                               f->type, data);
+        else
+            ctx->gl.TexImage2D(target, (int32_t)level, f->internal, width, height, 0, f->format, f->type, data);
     }
     if (mipmaps && d->data) ctx->gl.GenerateMipmap(target);
 }

@@ -309,23 +309,6 @@ static void an_error_for_ever_ends(void **state)
 
 /* ---- lifetimes ---- */
 
-/* How many names of every kind GL knows. Mesa goes upwards and begins anew late, so the range is wide. */
-static int names_in_gl(gl_test *t)
-{
-    static const char *const asking[] = { "glIsTexture", "glIsBuffer", "glIsFramebuffer", "glIsVertexArray",
-                                          "glIsShader", "glIsProgram" };
-    int count = 0;
-    size_t i;
-    for (i = 0; i < sizeof asking / sizeof asking[0]; i++) {
-        uint8_t (GLBK_CALL *is)(uint32_t);
-        glbk_proc proc = ex_gl_get_proc(asking[i], t->context);
-        uint32_t name;
-        memcpy(&is, &proc, sizeof proc);
-        for (name = 1; name < 20000; name++) count += is(name) != 0;
-    }
-    return count;
-}
-
 static void a_thousand_cycles(void **state)
 {
     GL_TEST(t, state)
@@ -334,13 +317,13 @@ static void a_thousand_cycles(void **state)
     int before, with;
     glbk_functions real = t->gl.gl;
 
-    before = names_in_gl(t);
+    before = gl_names_in_use(t);
     fake_begin(t, 0);
     for (i = 0; i < 1000; i++) {
         /* Programs are slow to make and are the same each time: every 20th round. */
         if (i % 20 == 0) {
             assert_glbk(t, make(t, &x));
-            with = names_in_gl(t);
+            with = gl_names_in_use(t);
             assert_int_equal(with, before + 10);    /* the count counts: six objects, four shaders of programs */
         } else {
             static const unsigned char texels[64];
@@ -356,14 +339,14 @@ static void a_thousand_cycles(void **state)
         assert_int_equal(fake.live, 0);
     }
     t->gl.gl = real;
-    assert_int_equal(names_in_gl(t), before);
+    assert_int_equal(gl_names_in_use(t), before);
 }
 
 static void contexts_come_and_go(void **state)
 {
     GL_TEST(t, state)
     glbk_desc desc = desc_of(t);
-    int i, before = names_in_gl(t);
+    int i, before = gl_names_in_use(t);
     for (i = 0; i < 1000; i++) {
         glbk_context ctx;
         glbk_pass pass = { 0 };
@@ -372,7 +355,7 @@ static void contexts_come_and_go(void **state)
         assert_int_equal(glbk_begin(&ctx, &pass, NULL), GLBK_OK);   /* a vertex array is one from its first use on */
         glbk_destroy(&ctx);
     }
-    assert_int_equal(names_in_gl(t), before);
+    assert_int_equal(gl_names_in_use(t), before);
 }
 
 static void lost_contexts(void **state)

@@ -120,6 +120,23 @@ static inline void fake_begin_hollow(gl_test *t, uint32_t error)
     gl->GetShaderiv = gl->GetProgramiv = fake_works;
 }
 
+/* How many names of every kind GL knows. Mesa goes upwards and begins anew late, so the range is wide. */
+static inline int gl_names_in_use(gl_test *t)
+{
+    static const char *const asking[] = { "glIsTexture", "glIsBuffer", "glIsFramebuffer", "glIsVertexArray",
+                                          "glIsShader", "glIsProgram" };
+    int count = 0;
+    size_t i;
+    for (i = 0; i < sizeof asking / sizeof asking[0]; i++) {
+        uint8_t (GLBK_CALL *is)(uint32_t);
+        glbk_proc proc = ex_gl_get_proc(asking[i], t->context);
+        uint32_t name;
+        memcpy(&is, &proc, sizeof proc);
+        for (name = 1; name < 20000; name++) count += is(name) != 0;
+    }
+    return count;
+}
+
 /* An allocator that gives so many blocks and then none. */
 static struct { int left, live; } fake_memory;
 
