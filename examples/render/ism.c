@@ -158,9 +158,11 @@ static int light_level(ism_state *s, const ism_desc *desc, int level, const ism_
         return -1;
     built = ex_seconds();
     if (result == ISM_OK && shade && s->gl) {
-        if (im_gl_shade(s->gl, level, &s->shading, light, error) != 0)
+        double lost;
+        if (im_gl_shade(s->gl, level, &s->shading, light, &lost, error) != 0)
             return -1;
         ism_get_stats(maps, stats);
+        stats->lost_energy = lost;
     } else if (result == ISM_OK && shade) {
         result = ism_shade(maps, frame->view, &s->shading, light, stats);
     }
@@ -191,7 +193,7 @@ static int add_level(ism_state *s, const rd_job *job, int level, const ism_sourc
     status = result == ISM_OK ? light_level(s, &desc, level, &frame, shade, light, &stats, error)
                               : im_failed("virtual point lights", result, error);
     if (status == 0 && shade) {
-        if (level <= 1)
+        if (level == 1 || (level == 0 && !s->indirect))
             s->stats = stats;
         if (stats.peak_bytes > s->peaks[level])
             s->peaks[level] = stats.peak_bytes;

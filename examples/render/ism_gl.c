@@ -166,10 +166,31 @@ int im_gl_draw(im_gl *g, int level, const ism_desc *desc, const ism_maps *maps, 
     return result == GLBK_OK ? 0 : failed(g, "maps", result, error);
 }
 
-int im_gl_shade(im_gl *g, int level, const ism_shading *shading, float *light, char *error)
+/* Share of the light that the rule near by took off, as ism_shade sums it: before the blur, by the fourth channel. */
+static glbk_result read_lost(im_gl *g, double *share)
 {
+    const uint32_t w = g->renderer.width, h = g->renderer.height;
+    const size_t count = (size_t)w * h;
+    float *texels = malloc(4 * count * sizeof *texels);
+    double lost = 0, kept = 0;
+    glbk_result result =
+        texels ? glbk_target_read(g->gl, &g->renderer.light_target, 0, 0, 0, w, h, texels) : GLBK_ERR_ALLOC;
+    for (size_t i = 0; i < count && result == GLBK_OK; i++) {
+        const float *t = texels + 4 * i;
+        kept += ((double)t[0] + (double)t[1] + (double)t[2]) / 3;
+        lost += (double)t[3];
+    }
+    *share = lost > 0 ? lost / (lost + kept) : 0;
+    free(texels);
+    return result;
+}
+
+int im_gl_shade(im_gl *g, int level, const ism_shading *shading, float *light, double *lost, char *error)
+{
+    const ism_near rule = shading->near_mode;
     glbk_ism_shading s;
     glbk_result result;
+    *lost = 0;
     memset(&s, 0, sizeof s);
     s.pattern = shading->pattern;
     s.near_mode = (uint32_t)shading->near_mode;
@@ -179,5 +200,7 @@ int im_gl_shade(im_gl *g, int level, const ism_shading *shading, float *light, c
     result = glbk_ism_shade(g->gl, &g->renderer, &g->maps[level], &s);
     if (result == GLBK_OK)
         result = glbk_ism_read_light(g->gl, &g->renderer, light);
+    if (result == GLBK_OK && (rule == ISM_NEAR_SPHERE || rule == ISM_NEAR_CLAMP || rule == ISM_NEAR_CLAMP_MEAN))
+        result = read_lost(g, lost);
     return result == GLBK_OK ? 0 : failed(g, "shading", result, error);
 }

@@ -54,7 +54,8 @@ void   im_gl_moved(im_gl *gl);
 int    im_gl_view(im_gl *gl, const ism_view *view, char *error);
 int    im_gl_draw(im_gl *gl, int level, const ism_desc *desc, const ism_maps *maps, const ism_frame *frame, int no_maps,
                   char *error);
-int    im_gl_shade(im_gl *gl, int level, const ism_shading *shading, float *light, char *error);
+int    im_gl_shade(im_gl *gl, int level, const ism_shading *shading, float *light, double *lost,
+                   char *error);
 void   im_gl_close(im_gl *gl);
 
 void im_view(ism_view *out, const rd_job *job);
