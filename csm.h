@@ -494,7 +494,9 @@ typedef enum cohsm_shape {       /* A: what emits, and its coordinates in [0, 1)
     COHSM_SHAPE_RECTANGLE,       /* position + x u + y v; emits along u x v */
     COHSM_SHAPE_DISC,            /* Shirley and Chiu's concentric map of the square; emits along direction */
     COHSM_SHAPE_SPHERE,          /* x as in the environment, y = (1 - cos of the angle from +Y) / 2; emits outwards */
-    COHSM_SHAPE_CALLBACK         /* shape_fn */
+    COHSM_SHAPE_CALLBACK,        /* shape_fn */
+    COHSM_SHAPE_MESH             /* triangles that emit to where they turn counter-clockwise: x runs along a curve through
+                                    them, in proportion to area; y and z lie in the piece that x names */
 } cohsm_shape;
 
 typedef void (*cohsm_shape_fn)(void *user, float time, const float x[3], float position[3], float normal[3],
@@ -511,7 +513,7 @@ typedef struct cohsm_emitter_desc {
     float             position[3];  /* point, spot, disc, sphere: centre; rectangle: corner; line: start */
     float             direction[3]; /* sun: to it; spot: out of the lamp; disc: normal; unit */
     float             u[3], v[3];   /* rectangle: edges; line: u = end - start */
-    float             radius;       /* disc, sphere, line: world units, > 0 */
+    float             radius;       /* disc, sphere, line: world units, > 0; mesh: places of maps are this far off it, >= 0 */
     float             cone_angle;   /* spot: full apex angle, radians, above 0, below pi */
     float             radiance[3];  /* L, W/(sr m^2); point and spot: I, W/sr; sun: E facing it, W/m^2; >= 0 */
     float             cosine_power; /* areas: L(theta) = radiance cos^power(theta); 0 is a Lambertian emitter */
@@ -526,25 +528,33 @@ typedef struct cohsm_emitter_desc {
     cohsm_shape_fn    shape_fn;
     cohsm_emission_fn emission_fn;       /* NULL: 1; not for sun, point and spot */
     void             *user;
+    const cohsm_mesh *mesh;              /* MESH: in world space, no texels. Copied. Triangles that are not finite or have
+                                            no area do not emit */
+    uint32_t          places;            /* MESH: of maps, 1..2^24; 0 = 1024. Twice as many pieces, or more */
 } cohsm_emitter_desc;
 
 typedef struct cohsm_emitter cohsm_emitter;
 
 COHSM_DEF size_t cohsm_emitter_size(const cohsm_emitter_desc *desc);
-/* Bytes that cohsm_emitter_build needs: at most 512 + 22 a texel + 26 a row + 4 a column. 0: the desc is refused. */
+/* Bytes that cohsm_emitter_build needs: at most 512 + 22 a texel + 26 a row + 4 a column; of a mesh 64 a triangle, 272 a
+   place. 0: the desc is refused. */
 
 COHSM_DEF cohsm_result cohsm_emitter_build(const cohsm_emitter_desc *desc, void *memory, size_t memory_size,
                                          cohsm_emitter **out, uint64_t *bad_texels);
 /* memory      cohsm_emitter_size(desc) bytes, 8-byte aligned; must outlive *out
    bad_texels  may be NULL; texels of the frames in use with a channel that is not finite or negative: the channel is 0
-   Errors      COHSM_ERR_DESC, COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_MEMORY
+   Errors      COHSM_ERR_DESC, COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_MEMORY, COHSM_ERR_INPUT (a mesh without area)
    A light that moves or changes is built again, for each frame if need be: O(texels). */
 
 COHSM_DEF cohsm_result cohsm_emitter_domain(const cohsm_emitter *emitter, cohsm_domain *out);
 /* D of section 4: the domain whose maps answer for samples of this emitter. Ask them with coords as
    COHSM_LIGHT_PARAMETER; the sky's and the sun's, LATLONG, with directions; a point's and a spot's, LIST, by index 0.
-   out      its side is 0, the default; locations of a LIST point into the emitter
+   out      its side is 0, the default; locations of a LIST and of a mesh's TABLE point into the emitter
    Errors   COHSM_ERR_ARGUMENT; COHSM_ERR_DOMAIN for callbacks: build a TABLE from shape_fn */
+
+COHSM_DEF size_t cohsm_emitter_triangles(const cohsm_emitter *emitter, float *corners);
+/* The pieces of a mesh in the order of its curve, equal in area within a factor of two unless triangles are smaller.
+   corners  9 floats each; NULL = only count them. Returns their number, 0 for other shapes */
 
 #define COHSM_INFINITY 340282346638528859811704183484516925440.0f   /* distance of sky and sun: the largest float */
 
@@ -6960,6 +6970,224 @@ static cohsm__v3 cohsm__brdf_draw(const cohsm__surface *s, float diffuse_share, 
 
 /* ---- >>sampling: light functions A, D, L ----------------------------------------------------------------------- */
 
+/* ---- >>curve: an emissive mesh as small pieces along a space-filling curve ---- */
+
+typedef struct cohsm__piece {
+    double   end;                   /* share of all area up to the end of this one */
+    uint64_t key;                   /* place on the curve; the lowest 31 bits number the pieces and break ties */
+    float    v[9], normal[3];
+} cohsm__piece;
+
+typedef struct cohsm__curve {
+    cohsm__piece *pieces;
+    float        *locations;        /* four floats each */
+    double        area;
+    uint32_t      count, places;
+} cohsm__curve;
+
+static uint32_t cohsm__places(const cohsm_emitter_desc *d) { return d->places ? d->places : 1024u; }
+
+/* Halved until at most area / (2 places), a triangle has fewer than 2 x 2 places x its share of the area, or is one. */
+static size_t cohsm__most_pieces(const cohsm_emitter_desc *d)
+{
+    return cohsm__triangle_count(d->mesh) + 4u * (size_t)cohsm__places(d) + 1u;
+}
+
+static size_t cohsm__curve_size(const cohsm_emitter_desc *d)
+{
+    size_t bytes;
+    if (!cohsm__mul_size(cohsm__most_pieces(d), sizeof(cohsm__piece), &bytes) ||
+        !cohsm__add_size(bytes, 16u * (size_t)cohsm__places(d) + 16u + sizeof(cohsm__curve), &bytes))
+        return 0;
+    return bytes & ~(size_t)15u;
+}
+
+static cohsm__v3 cohsm__piece_corner(const float *v, uint32_t i) { return cohsm__v3_load(v + 3u * (i % 3u)); }
+
+/* Twice the area, along the normal. */
+static cohsm__v3 cohsm__cross_of(const float *v)
+{
+    cohsm__v3 a = cohsm__piece_corner(v, 0);
+    return cohsm__v3_cross(cohsm__v3_sub(cohsm__piece_corner(v, 1), a), cohsm__v3_sub(cohsm__piece_corner(v, 2), a));
+}
+
+static double cohsm__area_of(const float *v)
+{
+    double area = 0.5 * (double)cohsm__v3_length(cohsm__cross_of(v));
+    return area > 0.0 && area < 1e30 ? area : 0.0;
+}
+
+static void cohsm__load_triangle(const cohsm_mesh *m, size_t t, float v[9])
+{
+    uint32_t scratch[3], k;
+    const uint32_t *c = cohsm__corners(m, t, scratch);
+    for (k = 0; k < 3; k++) cohsm__v3_store(v + 3u * k, cohsm__vertex(m, c[k]));
+}
+
+/* Halves the longest edge `levels` times; the bits of number choose the halves. */
+static void cohsm__cut_piece(float v[9], uint32_t levels, uint32_t number)
+{
+    uint32_t bit, i, edge, k;
+    for (bit = 0; bit < levels; bit++) {
+        float longest = -1.0f;
+        for (edge = i = 0; i < 3u; i++) {
+            cohsm__v3 d = cohsm__v3_sub(cohsm__piece_corner(v, i + 1u), cohsm__piece_corner(v, i));
+            if (cohsm__v3_dot(d, d) > longest) {
+                longest = cohsm__v3_dot(d, d);
+                edge = i;
+            }
+        }
+        i = (edge + 1u) % 3u;
+        for (k = 0; k < 3u; k++) {
+            float middle = 0.5f * (v[3u * edge + k] + v[3u * i + k]);
+            v[3u * (number >> bit & 1u ? edge : i) + k] = middle;
+        }
+    }
+}
+
+/* Pieces that face the same way lie together, so that a thin plate's sides do not mix; among them a Hilbert curve. */
+static uint64_t cohsm__piece_key(const cohsm__piece *p, cohsm__v3 low, float size, uint32_t number)
+{
+    float n[3], middle[3];
+    uint32_t axis = 0, cell[3], k;
+    memcpy(n, p->normal, sizeof n);
+    for (k = 1; k < 3u; k++)
+        if (fabsf(n[k]) > fabsf(n[axis])) axis = k;
+    cohsm__v3_store(middle, cohsm__v3_add(cohsm__v3_add(cohsm__piece_corner(p->v, 0), cohsm__piece_corner(p->v, 1)),
+                                          cohsm__piece_corner(p->v, 2)));
+    cohsm__v3_store(middle, cohsm__v3_sub(cohsm__v3_scale(cohsm__v3_load(middle), 1.0f / 3.0f), low));
+    for (k = 0; k < 3u; k++) {
+        float x = middle[k] / size * 1024.0f;
+        cell[k] = x > 0.0f ? x < 1023.0f ? (uint32_t)x : 1023u : 0u;
+    }
+    return (uint64_t)(2u * axis + (n[axis] < 0.0f)) << 61 | (uint64_t)cohsm__hilbert_index(cell, 10, 3) << 31 | number;
+}
+
+/* Heap sort by key: no memory, the same everywhere. */
+static void cohsm__sort_pieces(cohsm__piece *p, size_t count)
+{
+    size_t built = count / 2, end = count, at, child;
+    while (end > 1) {
+        cohsm__piece moved;
+        if (built > 0) {
+            moved = p[--built];
+        } else {
+            moved = p[--end];
+            p[end] = p[0];
+        }
+        for (at = built; (child = 2 * at + 1) < end; at = child) {
+            if (child + 1 < end && p[child].key < p[child + 1].key) child++;
+            if (p[child].key <= moved.key) break;
+            p[at] = p[child];
+        }
+        p[at] = moved;
+    }
+}
+
+static const cohsm__piece *cohsm__find_piece(const cohsm__curve *c, double x)
+{
+    size_t low = 0, high = c->count - 1u;
+    while (low < high) {
+        size_t middle = (low + high) / 2;
+        if (c->pieces[middle].end > x) high = middle;
+        else low = middle + 1;
+    }
+    return &c->pieces[low];
+}
+
+static void cohsm__curve_point(const cohsm__curve *c, const float x[3], float position[3], float normal[3], float *area)
+{
+    const cohsm__piece *p = cohsm__find_piece(c, (double)x[0]);
+    float root = sqrtf(x[1]);
+    cohsm__v3 q = cohsm__v3_scale(cohsm__piece_corner(p->v, 0), 1.0f - root);
+    q = cohsm__v3_madd(q, cohsm__piece_corner(p->v, 1), root * (1.0f - x[2]));
+    cohsm__v3_store(position, cohsm__v3_madd(q, cohsm__piece_corner(p->v, 2), root * x[2]));
+    memcpy(normal, p->normal, sizeof p->normal);
+    *area = (float)c->area;
+}
+
+/* Area of the triangles that emit, and their bounds. */
+static double cohsm__survey(const cohsm_mesh *m, cohsm__v3 *low, float *size)
+{
+    cohsm__v3 high = cohsm__v3_make(-1e30f, -1e30f, -1e30f), d;
+    size_t t, count = cohsm__triangle_count(m);
+    double sum = 0.0;
+    float v[9];
+    uint32_t k;
+    *low = cohsm__v3_make(1e30f, 1e30f, 1e30f);
+    for (t = 0; t < count; t++) {
+        double area;
+        cohsm__load_triangle(m, t, v);
+        area = cohsm__area_of(v);
+        sum += area;
+        for (k = 0; k < 3u && area > 0.0; k++) {
+            *low = cohsm__v3_min(*low, cohsm__piece_corner(v, k));
+            high = cohsm__v3_max(high, cohsm__piece_corner(v, k));
+        }
+    }
+    d = cohsm__v3_sub(high, *low);
+    *size = d.x > d.y ? d.x : d.y;
+    if (d.z > *size) *size = d.z;
+    return sum;
+}
+
+static void cohsm__curve_cut(cohsm__curve *c, const cohsm_mesh *m, double most, cohsm__v3 low, float size)
+{
+    size_t t, count = cohsm__triangle_count(m);
+    for (t = 0; t < count; t++) {
+        float v[9];
+        double area;
+        uint32_t levels = 0, i;
+        cohsm__load_triangle(m, t, v);
+        area = cohsm__area_of(v);
+        if (!(area > 0.0)) continue;
+        while (area > most) {
+            area *= 0.5;
+            levels++;
+        }
+        for (i = 0; i >> levels == 0; i++) {
+            cohsm__piece *p = &c->pieces[c->count];
+            memcpy(p->v, v, sizeof v);
+            cohsm__cut_piece(p->v, levels, i);
+            cohsm__v3_store(p->normal, cohsm__v3_normalize(cohsm__cross_of(v)));
+            p->end = area;
+            p->key = cohsm__piece_key(p, low, size, c->count);
+            c->count++;
+        }
+    }
+}
+
+static cohsm_result cohsm__curve_build(const cohsm_emitter_desc *d, void *memory, cohsm__curve **out)
+{
+    cohsm__curve *c = (cohsm__curve *)memory;
+    cohsm__v3 low;
+    float size;
+    double sum = 0.0;
+    uint32_t i;
+    c->pieces = (cohsm__piece *)(void *)((char *)memory + ((sizeof *c + 15u) & ~(size_t)15u));
+    c->locations = (float *)(void *)(c->pieces + cohsm__most_pieces(d));
+    c->places = cohsm__places(d);
+    c->count = 0;
+    c->area = cohsm__survey(d->mesh, &low, &size);
+    if (!(c->area > 0.0 && size > 0.0f && cohsm__finite(size))) return COHSM_ERR_INPUT;
+    cohsm__curve_cut(c, d->mesh, c->area / (2.0 * (double)c->places), low, size);
+    cohsm__sort_pieces(c->pieces, c->count);
+    for (i = 0; i < c->count; i++) {
+        sum += c->pieces[i].end;
+        c->pieces[i].end = sum / c->area;
+    }
+    for (i = 0; i < c->places; i++) {
+        const cohsm__piece *p = cohsm__find_piece(c, ((double)i + 0.5) / (double)c->places);
+        cohsm__v3 q = cohsm__v3_add(cohsm__v3_add(cohsm__piece_corner(p->v, 0), cohsm__piece_corner(p->v, 1)),
+                                    cohsm__piece_corner(p->v, 2));
+        q = cohsm__v3_madd(cohsm__v3_scale(q, 1.0f / 3.0f), cohsm__v3_load(p->normal), d->radius);
+        cohsm__v3_store(c->locations + 4u * (size_t)i, q);
+        c->locations[4u * (size_t)i + 3u] = 1.0f;
+    }
+    *out = c;
+    return COHSM_OK;
+}
+
 struct cohsm_emitter {
     cohsm_emitter_desc desc;       /* texels: the sanitised frame at desc.time, or NULL */
     const double *edges;         /* environment: cos of the height + 1 row edges */
@@ -6972,6 +7200,7 @@ struct cohsm_emitter {
     float         cos_cone, turn; /* turn: rotation / (2 pi) */
     int           orthogonal;
     float         location[4];   /* D of point and spot */
+    const cohsm__curve *curve;   /* mesh: of shape CALLBACK from here on */
 };
 
 typedef struct cohsm__aim {      /* a light as one point sees it: what all its samples share */
@@ -7343,7 +7572,8 @@ static int cohsm__callback_draw(const cohsm__aim *a, const float *u, cohsm_emiss
     out->coords[0] = x;
     out->coords[1] = y;
     out->coords[2] = u[2];
-    l->desc.shape_fn(l->desc.user, l->desc.time, out->coords, q, n, &area);
+    if (l->curve) cohsm__curve_point(l->curve, out->coords, q, n, &area);
+    else l->desc.shape_fn(l->desc.user, l->desc.time, out->coords, q, n, &area);
     if (!cohsm__v3_finite(cohsm__v3_load(q)) || !cohsm__v3_finite(cohsm__v3_load(n)) || !cohsm__finite(area) ||
         !(area > 0.0f))
         return 0;
@@ -7459,6 +7689,9 @@ static int cohsm__emitter_valid(const cohsm_emitter_desc *d)
         return 0;
     if (d->shape == COHSM_SHAPE_DEFAULT || d->shape == COHSM_SHAPE_ENVIRONMENT) return d->cosine_power == 0.0f;
     if (d->shape == COHSM_SHAPE_CALLBACK) return d->shape_fn != NULL;
+    if (d->shape == COHSM_SHAPE_MESH)
+        return cohsm__check_mesh(d->mesh) == COHSM_OK && d->places <= 1u << 24 && !d->texels &&
+               cohsm__in_range(d->radius, 0.0f, big);
     if (!cohsm__in_range3(d->position, -big, big)) return 0;
     switch (d->shape) {
     case COHSM_SHAPE_SUN:
@@ -7490,12 +7723,25 @@ static int cohsm__is_environment(const cohsm_emitter_desc *d)
 
 #define COHSM__EMITTER_HEAD ((sizeof(struct cohsm_emitter) + 15u) & ~(size_t)15u)
 
+COHSM_DEF size_t cohsm_emitter_triangles(const cohsm_emitter *emitter, float *corners)
+{
+    uint32_t i;
+    if (!emitter || !emitter->curve) return 0;
+    for (i = 0; corners && i < emitter->curve->count; i++)
+        memcpy(corners + 9u * (size_t)i, emitter->curve->pieces[i].v, 9 * sizeof *corners);
+    return emitter->curve->count;
+}
+
 COHSM_DEF size_t cohsm_emitter_size(const cohsm_emitter_desc *desc)
 {
     size_t doubles, edges, bytes;
     uint32_t w, h;
 
     if (!desc || !cohsm__emitter_valid(desc)) return 0;
+    if (desc->shape == COHSM_SHAPE_MESH) {
+        bytes = cohsm__curve_size(desc);
+        return bytes && cohsm__add_size(bytes, COHSM__EMITTER_HEAD, &bytes) ? bytes : 0;
+    }
     if (!desc->texels && !cohsm__is_environment(desc)) return COHSM__EMITTER_HEAD;
     w = desc->texels ? desc->width : 1u;
     h = desc->texels ? desc->height : 1u;
@@ -7630,6 +7876,13 @@ COHSM_DEF cohsm_result cohsm_emitter_build(const cohsm_emitter_desc *desc, void 
     if (desc->shape == COHSM_SHAPE_DEFAULT) l->desc.shape = COHSM_SHAPE_ENVIRONMENT;
     l->desc.texels = NULL;
     cohsm__emitter_geometry(l);
+    if (desc->shape == COHSM_SHAPE_MESH) {
+        cohsm__curve *curve;
+        cohsm_result result = cohsm__curve_build(desc, (char *)memory + COHSM__EMITTER_HEAD, &curve);
+        if (result != COHSM_OK) return result;
+        l->curve = curve;
+        l->desc.shape = COHSM_SHAPE_CALLBACK;
+    }
     if (desc->texels || cohsm__is_environment(desc)) {
         static const float white[3] = { 1.0f, 1.0f, 1.0f };
         double *sums = (double *)(void *)((char *)memory + COHSM__EMITTER_HEAD);
@@ -7668,9 +7921,16 @@ COHSM_DEF cohsm_result cohsm_emitter_domain(const cohsm_emitter *emitter, cohsm_
 
     if (!emitter || !out) return COHSM_ERR_ARGUMENT;
     d = &emitter->desc;
-    if (d->shape == COHSM_SHAPE_CALLBACK) return COHSM_ERR_DOMAIN;
+    if (d->shape == COHSM_SHAPE_CALLBACK && !emitter->curve) return COHSM_ERR_DOMAIN;
     memset(out, 0, sizeof *out);
     out->kind = kinds[d->shape];
+    if (emitter->curve) {
+        out->side[0] = emitter->curve->places;
+        out->side[1] = out->side[2] = 1;
+        out->locations = emitter->curve->locations;
+        out->location_count = emitter->curve->places;
+        return COHSM_OK;
+    }
     memcpy(out->origin, d->position, sizeof out->origin);
     memcpy(out->u, d->u, sizeof out->u);
     memcpy(out->v, d->v, sizeof out->v);

@@ -319,8 +319,6 @@ static int wants_directions(const cs_state *state, const cs_light *light)
 static int build_maps(cs_state *state, cs_light *light, const rd_job *job, char *error)
 {
     cohsm_domain domain;
-    float *locations;
-    int result;
     if (wants_directions(state, light)) {
         light->ask = light->at_infinity ? COHSM_LIGHT_DIRECTION : COHSM_LIGHT_POSITION;
         light->casters = &state->directions;
@@ -331,11 +329,9 @@ static int build_maps(cs_state *state, cs_light *light, const rd_job *job, char 
     light->map_size = light->is_delta ? state->options.hard_size : state->options.light_map_size;
     if (light->at_infinity)
         return cs_casters_build(&light->own, state, job, light->sun, error);
-    if (cs_light_domain(light, job, &state->options, &domain, &locations, error) != 0)
+    if (cs_light_domain(light, &state->options, &domain, error) != 0)
         return -1;
-    result = cs_casters_build_local(&light->own, state, job, &domain, light, error);
-    free(locations);
-    return result;
+    return cs_casters_build_local(&light->own, state, job, &domain, light, error);
 }
 
 /* Lights with their maps, and planes. */

@@ -72,7 +72,7 @@ static int describe_light(const cs_light *light, glbk_csm_light_desc *out, float
 {
     const cohsm_emitter_desc *d = &light->desc;
     memset(out, 0, sizeof *out);
-    out->shape = d->shape == COHSM_SHAPE_CALLBACK ? GLBK_CSM_SHAPE_MESH : (glbk_csm_shape)d->shape;
+    out->shape = d->shape == COHSM_SHAPE_MESH ? GLBK_CSM_SHAPE_MESH : (glbk_csm_shape)d->shape;
     memcpy(out->position, d->position, sizeof out->position);
     memcpy(out->direction, d->direction, sizeof out->direction);
     memcpy(out->u, d->u, sizeof out->u);
@@ -90,13 +90,13 @@ static int describe_light(const cs_light *light, glbk_csm_light_desc *out, float
         out->cone_angle = 2 * acosf(light->wide_spot->cos_half_angle);
     }
     *triangles = NULL;
-    if (!light->patches)
+    if (!light->is_mesh)
         return 0;
-    out->triangle_count = (uint32_t)cs_light_triangles(light, NULL);
+    out->triangle_count = (uint32_t)cohsm_emitter_triangles(light->emitter, NULL);
     out->triangles = *triangles = malloc(9 * (size_t)out->triangle_count * sizeof **triangles);
     if (!*triangles)
         return cs_out_of_memory(error);
-    cs_light_triangles(light, *triangles);
+    cohsm_emitter_triangles(light->emitter, *triangles);
     return 0;
 }
 

@@ -355,7 +355,7 @@ int cs_casters_move(cs_casters *c, const cs_state *state, const ex_scene *scene)
 int cs_casters_build_local(cs_casters *c, cs_state *state, const rd_job *job, const cohsm_domain *domain,
                            const cs_light *light, char *error)
 {
-    uint32_t dark = light->patches && !state->options.emitters_cast ? light->object : NO_OBJECT;
+    uint32_t dark = light->is_mesh && !state->options.emitters_cast ? light->object : NO_OBJECT;
     if (allocate(c, job->scene, error) != 0)
         return -1;
     return build_whole(c, state, job, domain, light->map_size, dark, error);

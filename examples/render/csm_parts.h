@@ -41,14 +41,12 @@ typedef struct cs_casters {
    side is not lit. */
 typedef struct cs_plane { float normal[3], distance; uint32_t object; } cs_plane;
 
-typedef struct cs_patches cs_patches;        /* emissive triangles as a curve of small pieces */
-
 typedef struct cs_light {
     cohsm_emitter    *emitter;
     cohsm_emitter_desc desc;     /* that it was made from */
     void             *memory;    /* of the emitter */
     size_t            bytes;
-    cs_patches       *patches;   /* emissive meshes only */
+    int               is_mesh;   /* emissive triangles */
     int               is_delta;  /* sun, spot, point: one sample is enough */
     int               at_infinity;
     const ex_light   *wide_spot; /* a cone above 180 degrees, treated as a point light and cut here */
@@ -112,9 +110,7 @@ cohsm_result cs_visible(const cs_casters *casters, const cohsm_query *query, cs_
 
 /* csm_lights.c */
 int  cs_lights_build(cs_state *state, const rd_job *job, char *error);       /* emitters alone, no maps yet */
-int  cs_light_domain(const cs_light *light, const rd_job *job, const cs_options *options, cohsm_domain *out,
-                     float **locations, char *error);    /* *locations: free() it after the build */
-size_t cs_light_triangles(const cs_light *light, float *out);   /* of an emissive mesh, 9 floats each; NULL counts */
+int  cs_light_domain(const cs_light *light, const cs_options *options, cohsm_domain *out, char *error);
 void cs_light_free(cs_light *light);
 
 /* csm_gl.c: --backend gl. open after everything is built. */

@@ -1042,6 +1042,115 @@ static void test_callbacks(void **state)
     assert_true(b.mean[0] > 0.2 * a.mean[0] && b.mean[0] < 0.25 * a.mean[0] && b.mean[2] == 0.0 && calls > 0);
 }
 
+/* A box of 1 x 2 x 3 about the origin, turned out; two more triangles, not finite and without area, emit nothing. */
+enum { BOX_TRIANGLES = 14, PLACES = 600 };
+
+static void box_triangles(float *to)
+{
+    static const double half[3] = { 0.5, 1.0, 1.5 };
+    int axis, side, t, k;
+    for (axis = 0; axis < 3; axis++)
+        for (side = 0; side < 2; side++)
+            for (t = 0; t < 2; t++)
+                for (k = 0; k < 3; k++, to += 3) {
+                    int turn = side ? k : 2 - k, corner = t ? (turn + 2) % 4 : turn;
+                    int u = (axis + 1) % 3, v = (axis + 2) % 3;
+                    to[axis] = (float)(side ? half[axis] : -half[axis]);
+                    to[u] = (float)(corner == 1 || corner == 2 ? half[u] : -half[u]);
+                    to[v] = (float)(corner >= 2 ? half[v] : -half[v]);
+                }
+    for (k = 0; k < 18; k++) to[k] = k == 4 ? NAN : k < 9 ? 0.1f * (float)k : 0.2f;
+}
+
+static void test_meshes(void **state)
+{
+    static float box_corners[9 * BOX_TRIANGLES];
+    static float pieces[9 * (BOX_TRIANGLES + 4 * PLACES + 1)];
+    static const float square[18] = { 0, 0, 1, 0, 1, 1, 1, 1, 1, 0, 0, 1, 1, 1, 1, 1, 0, 1 };
+    const float centre[3] = { 0.5f, 0.5f, 0 }, up[3] = { 0, 0, 1 }, corner[3] = { 0, 0, 0 };
+    cohsm_mesh mesh = { square, 6, 0, NULL, 0 };
+    cohsm_emitter_desc d = light_desc(COHSM_SHAPE_MESH, 1.0), bad;
+    cohsm_emitter *light = NULL;
+    cohsm_domain domain;
+    light_box box;
+    double area = 0.0, steps = 0.0;
+    int on[3] = { 0, 0, 0 }, calls = 0, k;
+    size_t i, count;
+    (void)state;
+
+    /* the square of the rectangle's rows, by its two triangles, facing down */
+    d.mesh = &mesh;
+    check_irradiance("irradiance", "unit square 1 above its middle, as a mesh", &d, centre, up, PI * 0.23945647, 0);
+    check_irradiance("irradiance", "unit square 1 above a corner, as a mesh", &d, corner, up, PI * 0.13853161, 0);
+    d.emission_fn = striped;                     /* with a user of its own */
+    d.user = &calls;
+    box = make_light(&d);
+    assert_true(irradiance(box.light, centre, up, COHSM_SAMPLING_DEFAULT).mean[1] > 0.0 && calls > 0);
+    free(box.memory);
+    d.emission_fn = NULL;
+
+    box_triangles(box_corners);
+    mesh.positions = box_corners;
+    mesh.vertex_count = 3 * BOX_TRIANGLES;
+    d.places = PLACES;
+    d.radius = 0.25f;
+    box = make_light(&d);
+    count = cohsm_emitter_triangles(box.light, NULL);
+    assert_true(count >= 2 * PLACES && count <= BOX_TRIANGLES + 4 * PLACES);
+    assert_int_equal(cohsm_emitter_triangles(box.light, pieces), count);
+    for (i = 0; i < count; i++) {                /* no piece above half a place's share, none lost */
+        const float *v = pieces + 9 * i;
+        double e[2][3], n[3], one;
+        for (k = 0; k < 6; k++) e[k / 3][k % 3] = (double)v[3 + k] - (double)v[k % 3];
+        for (k = 0; k < 3; k++) n[k] = e[0][(k + 1) % 3] * e[1][(k + 2) % 3] - e[0][(k + 2) % 3] * e[1][(k + 1) % 3];
+        one = 0.5 * sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        assert_true(one < 22.0 / (2 * PLACES) * 1.0001);
+        area += one;
+    }
+    check_near("area of the pieces of a box", area, 22.0, 1e-4);
+    assert_int_equal(cohsm_emitter_domain(box.light, &domain), COHSM_OK);
+    assert_true(domain.kind == COHSM_DOMAIN_TABLE && domain.side[0] == PLACES && domain.location_count == PLACES);
+    for (i = 0; i < PLACES; i++) {               /* off one face by the radius; as many on each as its area says */
+        const float *p = domain.locations + 4 * i;
+        double step = 0.0;
+        int faces = 0;
+        assert_true(p[3] == 1.0f);
+        for (k = 0; k < 3; k++)
+            if (fabs(fabs((double)p[k]) - 0.5 * (k + 1) - 0.25) < 1e-5) on[k]++, faces++;
+        assert_int_equal(faces, 1);
+        for (k = 0; k < 3 && i; k++) step += pow((double)p[k] - (double)p[k - 4], 2);
+        steps += sqrt(step) / (PLACES - 1);
+    }
+    for (k = 0; k < 3; k++) check_near("places on two faces", on[k], PLACES * 12.0 / (k + 1) / 22.0, 2.0);
+    /* a square of a place's area has sides of 0.19: along the curve the next place is about as far */
+    assert_true(steps > 0.1 && steps < 0.4);
+    free(box.memory);
+
+    bad = d, bad.mesh = NULL;
+    assert_true(cohsm_emitter_size(&bad) == 0);
+    bad = d, bad.places = (1u << 24) + 1u;
+    assert_true(cohsm_emitter_size(&bad) == 0);
+    bad = d, bad.radius = -1.0f;
+    assert_true(cohsm_emitter_size(&bad) == 0);
+    bad = d, bad.texels = up, bad.width = bad.height = 1;
+    assert_true(cohsm_emitter_size(&bad) == 0);
+    mesh.vertex_count = 4;
+    assert_true(cohsm_emitter_size(&d) == 0);
+    mesh.positions = box_corners + 9 * (BOX_TRIANGLES - 2);     /* neither triangle emits */
+    mesh.vertex_count = 6;
+    box.memory = malloc(cohsm_emitter_size(&d));
+    assert_non_null(box.memory);
+    assert_int_equal(cohsm_emitter_build(&d, box.memory, cohsm_emitter_size(&d), &light, NULL), COHSM_ERR_INPUT);
+    assert_null(light);
+    free(box.memory);
+    d = light_desc(COHSM_SHAPE_SPHERE, 1.0);
+    d.radius = 1.0f;
+    box = make_light(&d);
+    assert_int_equal(cohsm_emitter_triangles(box.light, NULL), 0);
+    assert_int_equal(cohsm_emitter_triangles(NULL, NULL), 0);
+    free(box.memory);
+}
+
 /* ---- strategies ---- */
 
 static void test_strategies(void **state)
@@ -1442,6 +1551,7 @@ int main(void)
         cmocka_unit_test(test_domains),
         cmocka_unit_test(test_time),
         cmocka_unit_test(test_callbacks),
+        cmocka_unit_test(test_meshes),
         cmocka_unit_test(test_strategies),
         cmocka_unit_test(test_mis_wins),
         cmocka_unit_test(test_patterns),
