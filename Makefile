@@ -120,11 +120,12 @@ $(OBJ)/bench/%.o: bench/%.c build/config.mk
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(BASE_C) $(HAVE) -Iexamples/common -c $< -o $@
 
-# The commit that figures belong to: "extern const char dapple_commit[];"
+# The commit that figures belong to and the version that programs print: "extern const char dapple_commit[];"
 $(OBJ)/commit.c: FORCE
 	@mkdir -p $(@D)
-	@printf 'extern const char dapple_commit[];\nconst char dapple_commit[] = "%s";\n' \
-	  "$$(git describe --always --dirty --exclude '*' 2>/dev/null || echo unknown)" > $@.new; \
+	@printf 'extern const char dapple_%s[];\nconst char dapple_%s[] = "%s";\n' commit commit \
+	  "$$(git describe --always --dirty --exclude '*' 2>/dev/null || echo unknown)" \
+	  version version '$(VERSION)' > $@.new; \
 	cmp -s $@ $@.new && rm $@.new || mv $@.new $@
 $(OBJ)/commit.o: $(OBJ)/commit.c
 	$(call say,CC,$<)$(BASE_C) -c $< -o $@

@@ -9,9 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#ifndef DAPPLE_VERSION
-#define DAPPLE_VERSION "0.1.0"
-#endif
+extern const char dapple_version[];        /* of CHANGELOG.md, by the Makefile */
 
 enum { DONE = 0, FAILED = 1, BAD_ARGUMENTS = 2 };
 enum { MOST_PARTS = 256, MOST_FILES = 1024, LINE = 1024 };
@@ -21,7 +19,7 @@ static const bk_technique *const techniques[] = { &bk_csm, &bk_shadowfield };
 
 static const rd_key common_keys[] = {
     { "node", RD_WORD, NULL, 0, 0, "", "bake this node alone, in its own space; else the whole file as one object" },
-    { "parts", RD_INTEGER, NULL, 0, MOST_PARTS, "0", "parts kept on the way; 0: about one a minute" },
+    { "parts", RD_INTEGER, NULL, 0, MOST_PARTS, "0", "parts kept on the way, not of a shard; 0: about one a minute" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };
 
@@ -336,6 +334,8 @@ static int run_verify(const bk_args *args, char *error)
     return result;
 }
 
+/* ---- commands ---- */
+
 typedef struct bk_command {
     const char *name;
     const bk_technique *technique;
@@ -349,6 +349,19 @@ static const bk_command commands[] = {
     { "merge", &bk_csm, 1, MOST_FILES, 1, run_merge }, { "info", &bk_csm, 1, 1, 0, run_info },
     { "verify", &bk_csm, 2, 2, 0, run_verify }
 };
+
+static int check(const bk_args *args, const bk_command *c, char *error)
+{
+    if (c->writes && !args->out)
+        return fail(error, c->name, ": -o FILE is missing");
+    if (args->file_count < c->least || args->file_count > c->most)
+        return fail(error, c->name, ": wrong number of files");
+    if (args->shards > 1 && c->run != run_bake)
+        return fail(error, c->name, ": --shard is for csm and shadowfield");
+    if (rd_setting_integer(&args->settings, "parts") && (args->shards > 1 || c->run != run_bake))
+        return fail(error, c->name, ": parts=N is for a bake without --shard, whose parts are the shards");
+    return 0;
+}
 
 /* The settings that verify accepts are those of the file's technique. */
 static void look_into(bk_args *args, int count, char **values, char *error)
@@ -377,7 +390,7 @@ int main(int count, char **values)
         return DONE;
     }
     if (count == 2 && strcmp(values[1], "--version") == 0) {
-        puts("bake " DAPPLE_VERSION);
+        printf("bake %s\n", dapple_version);
         return DONE;
     }
     for (size_t i = 0; count > 1 && i < sizeof commands / sizeof *commands; i++)
@@ -390,12 +403,8 @@ int main(int count, char **values)
         if (c->run == run_verify) look_into(&args, count - 2, values + 2, error);
         args.settings.common = common_keys;
         args.settings.own = args.technique->keys;
-        if (take_all(&args, count - 2, values + 2, error) != 0) c = NULL;
-        else if (args.file_count < c->least || args.file_count > c->most || (c->writes && !args.out)) {
-            snprintf(error, sizeof error, "%s: %s", c->name,
-                     c->writes && !args.out ? "-o FILE is missing" : "wrong number of files");
+        if (take_all(&args, count - 2, values + 2, error) != 0 || check(&args, c, error) != 0)
             c = NULL;
-        }
     }
     if (!c) {
         fprintf(stderr, "bake: %s\n", error);

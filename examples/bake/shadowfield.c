@@ -9,9 +9,9 @@
 static const rd_key keys[] = {
     { "basis", RD_WORD, "sh|haar", 0, 0, "sh", "spherical harmonics or Haar wavelets" },
     { "bands", RD_INTEGER, NULL, 1, 8, "4", "of harmonics" },
-    { "shells", RD_INTEGER, NULL, 0, 64, "0", "2 or more; 0: 16, with wavelets 32" },
-    { "position_side", RD_INTEGER, NULL, 0, 64, "0", "points a side of a shell's face; 0: 16, with wavelets 32" },
-    { "cube_side", RD_INTEGER, NULL, 0, 64, "0", "texels a side of a cube's face; 0: 16, with wavelets 32" },
+    { "shells", RD_INTEGER, "0", 2, 64, "0", "of a field; 0: 16, with wavelets 32" },
+    { "position_side", RD_INTEGER, "0", 2, 64, "0", "points a side of a shell's face; 0: 16, with wavelets 32" },
+    { "cube_side", RD_WORD, "0|4|8|16|32|64", 0, 0, "0", "texels a side of a cube's face; 0: 16, with wavelets 32" },
     { "spacing", RD_WORD, "geometric|uniform", 0, 0, "geometric", "of the shells" },
     { "inner", RD_NUMBER, NULL, 0, 1000, "0", "first shell, in radii; 0: 0.2" },
     { "outer", RD_NUMBER, NULL, 0, 1000, "0", "last shell, in radii; 0: 8, with wavelets 20" },

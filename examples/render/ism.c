@@ -349,7 +349,7 @@ static const rd_key keys[] = {
     { "only", RD_WORD, "direct|indirect|all", 0, 0, "all", "the part of the light that is wanted" },
     { "vpls", RD_INTEGER, NULL, 1, 16384, "1024", "virtual point lights, of each bounce" },
     { "points", RD_INTEGER, NULL, 8, 65536, "8192", "surface points in each VPL's map" },
-    { "tile", RD_INTEGER, NULL, 8, 256, "64", "texels a side of a VPL's map, a power of two" },
+    { "tile", RD_WORD, "8|16|32|64|128|256", 0, 0, "64", "texels a side of a VPL's map" },
     { "rsm", RD_INTEGER, NULL, 8, 2048, "128", "texels a side of the reflective shadow maps; half for faces of cubes" },
     { "shadow", RD_INTEGER, NULL, 16, 4096, "1024", "texels a side of the shadow maps of direct light" },
     { "light_points", RD_INTEGER, NULL, 1, 1024, "16", "RSMs for each area light, the emissive meshes and the sky" },

@@ -7,9 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#ifndef DAPPLE_VERSION
-#define DAPPLE_VERSION "0.1.0"
-#endif
+extern const char dapple_version[];        /* of CHANGELOG.md, by the Makefile */
 
 enum { DONE = 0, FAILED = 1, BAD_ARGUMENTS = 2 };
 
@@ -369,7 +367,7 @@ int main(int count, char **values)
     if (count == 2 && strcmp(values[1], "--list") == 0)
         return print_list(), DONE;
     if (count == 2 && strcmp(values[1], "--version") == 0)
-        return puts("render " DAPPLE_VERSION), DONE;
+        return printf("render %s\n", dapple_version), DONE;
     memset(&r, 0, sizeof r);
     r.args = &args;
     if (rd_args_parse(&args, count, values, error) != 0) {

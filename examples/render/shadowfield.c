@@ -636,8 +636,8 @@ static void report_shadowfield(const void *opaque, rd_report *report)
 static const rd_key keys[] = {
     { "basis", RD_WORD, "sh|haar", 0, 0, "sh", "spherical harmonics, or wavelets for all frequencies" },
     { "bands", RD_INTEGER, NULL, 1, 8, "4", "of spherical harmonics" },
-    { "shells", RD_INTEGER, NULL, 0, 64, "0", "of a field; 0: 16, wavelets 32" },
-    { "position_side", RD_INTEGER, NULL, 0, 64, "0", "points a side of a shell's six faces; 0: 16, wavelets 32" },
+    { "shells", RD_INTEGER, "0", 2, 64, "0", "of a field; 0: 16, wavelets 32" },
+    { "position_side", RD_INTEGER, "0", 2, 64, "0", "points a side of a shell's six faces; 0: 16, wavelets 32" },
     { "build", RD_WORD, "cpu|gpu", 0, 0, "cpu", "where fields of meshes are made; gpu needs --backend gl" },
     { "keep", RD_NUMBER, NULL, 0, 1, "0", "share of wavelets kept of a cube; 0: 0.01" },
     { "reach", RD_NUMBER, NULL, 0, 1000, "0", "how far objects hide, in radii; 0: their outermost shell" },

@@ -203,8 +203,10 @@ int main(int count, char **values)
     if (at < count)
         scene = values[at++];
     if (at < count || scene[0] == '-' || strlen(scene) >= sizeof p.v.show.scene || width < 16 || height < 16) {
-        puts("usage: viewer [--size WxH] [FILE.glb | FILE.gltf | builtin:NAME]      H in the window lists the keys");
-        return count == 2 && strcmp(scene, "--help") == 0 ? 0 : 2;
+        int asked = count == 2 && strcmp(scene, "--help") == 0;
+        fputs("usage: viewer [--size WxH] [FILE.glb | FILE.gltf | builtin:NAME]      H in the window lists the keys\n",
+              asked ? stdout : stderr);
+        return asked ? 0 : 2;
     }
     strcpy(p.v.show.scene, scene);
     p.v.show.new_scene = 1;

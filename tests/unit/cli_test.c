@@ -166,6 +166,7 @@ static void compare_refuses(void **state)
 #define KNOT_OF(technique) "--technique " technique " --scene builtin:knot --size 8x6 --samples 4 --out %s/x.pfm "
 #define KNOT KNOT_OF("csm")
 #define KNOT_REFERENCE KNOT_OF("reference")
+#define FIELD "--technique shadowfield --scene builtin:knot --size 8x6 --out %s/x.pfm "
 
 static int has_reference(void)
 {
@@ -198,7 +199,10 @@ static void render_arguments(void **state)
         { KNOT "--set bounces", "key=value" }, { KNOT "--set colour=1", "unknown key" },
         { KNOT "--set ev=bright", "auto" },
         { KNOT "--set materials=shiny", "diffuse|full" }, { KNOT "--set aa=0", "1 to 16" },
-            };
+        { KNOT_OF("rsm") "--set interleave=3", "0|1|2|4|8" }, { KNOT_OF("rsm") "--set step=9", "8|16" },
+        { KNOT_OF("ism") "--set tile=9", "8|16" }, { KNOT_OF("ism") "--samples 0", "1 to 16384" },
+        { FIELD "--set shells=1", "0 or an integer from 2 to 64" }, { FIELD "--set position_side=1", "from 2 to 64" },
+    };
     static const char *const bad_reference[][2] = {
         { KNOT_REFERENCE "--set bounces=-1", "0 to 1000" }, { KNOT_REFERENCE "--set bounces=1.5", "an integer" },
         { KNOT_REFERENCE "--set only=some", "direct|indirect|all" }, { KNOT_REFERENCE "--baked x.csm", "--baked" },
@@ -237,7 +241,39 @@ static void render_informs(void **state)
     assert_non_null(strstr(output, "--technique"));
     assert_int_equal(run("render", "--list"), 0);
     assert_true(strstr(output, "reference") && strstr(output, "builtin:cornell") && strstr(output, "light_side"));
-    assert_int_equal(run("render", "--version"), 0);
+}
+
+/* All say the version that the change log and the packages have. */
+static void programs_say_their_version(void **state)
+{
+    static const char *const programs[] = { "render", "bake" };
+    char line[128], version[32] = "", expected[64];
+    FILE *log = fopen("CHANGELOG.md", "r");
+    (void)state;
+    assert_non_null(log);
+    while (!version[0] && fgets(line, sizeof line, log))
+        if (strncmp(line, "## Dapple ", 10) == 0)
+            snprintf(version, sizeof version, "%.*s", (int)strcspn(line + 10, " \n"), line + 10);
+    fclose(log);
+    assert_true(version[0]);
+    for (size_t i = 0; i < sizeof programs / sizeof programs[0]; i++) {
+        need(programs[i]);
+        assert_int_equal(run(programs[i], "--version"), 0);
+        snprintf(expected, sizeof expected, "%s %s\n", programs[i], version);
+        assert_string_equal(output, expected);
+    }
+}
+
+/* Without a window: arguments are looked at first. */
+static void viewer_arguments(void **state)
+{
+    (void)state;
+    need("viewer");
+    expect_line("viewer", "--bogus", 2, "usage: viewer");
+    expect_line("viewer", "builtin:knot builtin:plant", 2, "usage: viewer");
+    expect_line("viewer", "--size 4x4", 2, "usage: viewer");
+    assert_int_equal(run("viewer", "--help"), 0);
+    assert_int_equal(lines_of_error, 0);
 }
 
 static void need_reference(void)
@@ -391,6 +427,7 @@ int main(void)
     static const struct CMUnitTest tests[] = {
         cmocka_unit_test(compare_numbers), cmocka_unit_test(compare_flat), cmocka_unit_test(compare_refuses),
         cmocka_unit_test(render_arguments), cmocka_unit_test(render_fails), cmocka_unit_test(render_informs),
+        cmocka_unit_test(programs_say_their_version), cmocka_unit_test(viewer_arguments),
         cmocka_unit_test(render_json), cmocka_unit_test(render_is_deterministic), cmocka_unit_test(render_frames),
         cmocka_unit_test(render_light_defaults), cmocka_unit_test(render_background),
         cmocka_unit_test(render_defaults)
