@@ -16,6 +16,7 @@
 # config=release  -O2, the default          config=sanitize  address and undefined behaviour
 # config=debug    -O0 -g                    config=thread    data races
 # config=scalar   -O2, no intrinsics        config=coverage  what coverage is measured with
+# config=native   -O2 -march=native
 # Other configurations than release build in build/NAME. DEPS=0 never installs a package; V=1 shows the commands.
 
 config ?= release
@@ -39,13 +40,14 @@ HEADERS := $(wildcard csm.h shadowfield.h envshadow.h rsm.h ism.h gl_backend.h)
 # gcc -O0 takes arrays for unset that are filled after a struct got their address.
 O0 := $(if $(findstring clang,$(CC)),,-Wno-maybe-uninitialized)
 FLAGS_release  := -O2 -g
+FLAGS_native   := -O2 -g -march=native
 FLAGS_debug    := -O0 -g $(O0)
 FLAGS_scalar   := -O2 -g $(foreach p,COHSM SFIELD ENVSH RSM ISM GLBK,-D$(p)_NO_SIMD)
 FLAGS_sanitize := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
 FLAGS_thread   := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
 FLAGS_coverage := -O0 -g $(O0) --coverage -DNDEBUG -DDAPPLE_COVERAGE
 ifndef FLAGS_$(config)
-$(error config=$(config) is none of release debug scalar sanitize thread coverage)
+$(error config=$(config) is none of release native debug scalar sanitize thread coverage)
 endif
 
 WARN   := -pedantic -Wall -Wextra -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef -Wcast-qual -Wvla \
@@ -288,8 +290,8 @@ check-readme:
 	@sh tools/readme --check $(HEADERS)
 check-farm: $(BUILD)/bake
 	@BUILD=$(BUILD) sh tests/farm.sh
-check-docs:
-	@CC='$(CC)' sh tests/docs/check $(HEADERS)
+check-docs: $(BUILD)/render
+	@BUILD=$(BUILD) CC='$(CC)' sh tests/docs/check $(HEADERS)
 check-leaks:
 	@CC='$(CC)' sh tools/check-leaks $(HEADERS)
 check-named:

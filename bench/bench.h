@@ -23,7 +23,10 @@ typedef struct bn_model {        /* one rigid object in world space */
 
 #define BN_MOST_MODELS 8
 
-/* Loads --model, or bunny and dragon from the assets, or else built-in knot and plant. -1: error was printed. */
+/* Writes where a file of the assets is; `other` (or NULL) stands for it in a folder that has none. NULL without
+   assets, and after a line on stderr where neither is there. */
+const char *bn_asset(const bn_options *options, const char *file, const char *other, char path[1024]);
+/* Loads --model, or bunny and dragon of the assets, built-in knot and plant in their place. -1: error was printed. */
 int        bn_models_load(const bn_options *options, bn_model *models, size_t *count);
 int        bn_model_load(bn_model *model, const char *scene);    /* file or builtin:NAME */
 int bn_model_flatten(bn_model *model, const ex_scene *scene, uint32_t objects); /* the first; unnamed. -1: memory */

@@ -156,12 +156,12 @@ static int measure_more(const bn_options *options, const bn_model *model)
            measure_orders(options, model, "octahedral", 128, 0) ? -1 : 0;
 }
 
+/* All orders, or local light: both of the dragon take above ten minutes. */
 static int measure_model(const bn_options *options, const bn_model *model, int is_first)
 {
-    int all_orders = options->model || options->full;
-    if (measure_orders(options, model, "latlong", 128, all_orders) != 0)
+    if (measure_orders(options, model, "latlong", 128, options->model || options->full) != 0)
         return -1;
-    if ((all_orders || is_first) && measure_one(options, model, "local_area", 128, 128, COHSM_LAYERS_Z1Z2) != 0)
+    if ((options->full || (is_first && !options->model)) && measure_one(options, model, "local_area", 128, 128, COHSM_LAYERS_Z1Z2) != 0)
         return -1;
     return options->full ? measure_more(options, model) : 0;
 }

@@ -35,33 +35,43 @@ static double read_number(const char *path, const char *name)
     return at ? strtod(at + strlen(key), NULL) : HUGE_VAL;
 }
 
-/* The relative_rmse of `compare`, and the pixels that it counts. Under a sky nothing that is seen is black: a pixel that is so in
-   one picture has an edge through its middle, which rasteriser and ray decide differently (the far edge of the bunny's
-   floor); such pixels are counted apart. */
-static int compare(const char *a_path, const char *b_path, double *error, size_t *pixels, size_t *edges)
+typedef struct difference { double rmse, inside; size_t lit, edges; } difference;
+
+static double relative(double square, double sum, size_t pixels)
 {
-    char message[EX_ERROR_SIZE];
+    return sqrt(square * 3 * (double)pixels) / sum;         /* sqrt(square / n) / (sum / n), n = 3 pixels */
+}
+
+/* rmse: the relative_rmse of `compare`. Under a sky nothing that is seen is black: a pixel that is so in one picture alone
+   has an edge through its middle, which rasteriser and ray decide differently (the far edge of the bunny's floor);
+   inside leaves out such pixels, which are counted. */
+static int compare(const char *a_path, const char *b_path, difference *d)
+{
     ex_image a, b;
-    double square = 0, sum = 0;
+    char message[EX_ERROR_SIZE];
+    double square[2] = { 0, 0 }, sum[2] = { 0, 0 };         /* of all, of edges */
+    memset(d, 0, sizeof *d);
     if (ex_image_read_pfm(&a, a_path, message) != 0)
         return bn_failed(a_path, message);
     if (ex_image_read_pfm(&b, b_path, message) != 0) {
         ex_image_free(&a);
         return bn_failed(b_path, message);
     }
-    *pixels = *edges = 0;
     for (size_t i = 0; i < (size_t)a.width * a.height; i++) {
         const float *p = a.rgb + 3 * i, *q = b.rgb + 3 * i;
-        int p_lit = p[0] + p[1] + p[2] > 0, q_lit = q[0] + q[1] + q[2] > 0;
-        *pixels += p_lit && q_lit;
-        *edges += p_lit != q_lit;
-        for (int k = 0; k < 3 && p_lit && q_lit; k++) {
-            double d = (double)p[k] - (double)q[k];
-            square += d * d;
-            sum += (double)q[k];
+        int p_lit = p[0] + p[1] + p[2] > 0, q_lit = q[0] + q[1] + q[2] > 0, edge = p_lit != q_lit;
+        d->lit += p_lit || q_lit;
+        d->edges += (size_t)edge;
+        for (int k = 0; k < 3; k++) {
+            double e = (double)p[k] - (double)q[k];
+            for (int of = 0; of <= edge; of++) {
+                square[of] += e * e;
+                sum[of] += (double)q[k];
+            }
         }
     }
-    *error = sqrt(square * 3 * (double)*pixels) / sum;      /* sqrt(square / n) / (sum / n), n = 3 pixels */
+    d->rmse = relative(square[0], sum[0], d->lit);
+    d->inside = relative(square[0] - square[1], sum[0] - sum[1], d->lit - d->edges);
     ex_image_free(&a);
     ex_image_free(&b);
     return 0;
@@ -72,8 +82,8 @@ static int measure(const bn_options *options, const char *program, const files *
 {
     char threads[16], set_filter[32];
     const char *slash = strrchr(sky, '/');
-    double noise, error = 0;
-    size_t pixels = 0, edges = 0;
+    double noise;
+    difference d;
     snprintf(threads, sizeof threads, "%d", options->threads);
     snprintf(set_filter, sizeof set_filter, "filter=%s", filter);
     {
@@ -88,7 +98,7 @@ static int measure(const bn_options *options, const char *program, const files *
         if (start(program, csm) != 0)
             return bn_failed(program, "csm failed");
     }
-    if (compare(f->picture, f->reference, &error, &pixels, &edges) != 0)
+    if (compare(f->picture, f->reference, &d) != 0)
         return -1;
     bn_begin(options, "csm_render", options->threads, bn_simd());
     bn_text("model", scene);
@@ -98,9 +108,10 @@ static int measure(const bn_options *options, const char *program, const files *
     bn_text("filter", filter);
     bn_integer("side", 128);
     bn_integer("m", 256);
-    bn_number("msamples_s", (double)pixels * 4096 / read_number(f->json, "frame_ms") * 1e-3);
-    bn_number("rmse_vs_reference", error);
-    bn_integer("edge_pixels", edges);
+    bn_number("msamples_s", (double)(d.lit - d.edges) * 4096 / read_number(f->json, "frame_ms") * 1e-3);
+    bn_number("rmse_vs_reference", d.rmse);
+    bn_number("inside_rmse", d.inside);
+    bn_integer("edge_pixels", d.edges);
     bn_number("reference_noise", noise);
     bn_number("precompute_ms", read_number(f->json, "precompute_ms"));
     bn_number("frame_ms", read_number(f->json, "frame_ms"));
@@ -130,34 +141,27 @@ static void remove_files(const files *f)
 
 int bn_csm_render(const bn_options *options)
 {
-    char program[1024], path[3][1024];
-    const char *scenes[3], *slash = strrchr(options->program, '/');
-    const char *size = options->full ? "640x360" : "160x120";
+    char program[1024], path[2][1024], sky_path[1024];
+    const char *skies[2] = { "builtin:sky", NULL }, *scenes[3], *slash = strrchr(options->program, '/');
+    const char *size = options->full ? "640x360" : "128x96";
     size_t count = 0;
     files f;
-    int result = 0, skies = 1;
+    int result = 0;
     snprintf(program, sizeof program, "%.*srender", slash ? (int)(slash + 1 - options->program) : 0, options->program);
     if (!bn_rays_version())
         return bn_failed("csm_render", "the reference needs Embree: apt-get install libembree-dev");
-    if (options->model) {
-        scenes[count++] = options->model;
-    } else if (options->assets) {
-        snprintf(path[0], sizeof path[0], "%.1000s/bunny.glb", options->assets);
-        snprintf(path[1], sizeof path[1], "%.1000s/dragon.glb", options->assets);
-        scenes[count++] = path[0];
-        scenes[count++] = path[1];
-    }
-    if (!options->model)
-        scenes[count++] = "builtin:plant";
-    if (options->assets) {
-        snprintf(path[2], sizeof path[2], "%.990s/venice_sunset_1k.hdr", options->assets);
-        skies = 2;
-    }
+    for (size_t i = 0; i < 2 && !options->model; i++)
+        if (bn_asset(options, i ? "dragon.glb" : "bunny.glb", NULL, path[count])) {
+            scenes[count] = path[count];
+            count++;
+        }
+    scenes[count++] = options->model ? options->model : "builtin:plant";
+    skies[1] = bn_asset(options, "venice_sunset_1k.hdr", "sunset.hdr", sky_path);
     if (make_files(&f) != 0)
         return -1;
     for (size_t i = 0; i < count && result == 0; i++)
-        for (int sky = 0; sky < skies && result == 0; sky++)
-            result = measure(options, program, &f, scenes[i], sky ? path[2] : "builtin:sky", size,
+        for (int sky = 0; sky < 2 && skies[sky] && result == 0; sky++)
+            result = measure(options, program, &f, scenes[i], skies[sky], size,
                              options->full ? "pcf" : "roulette");
     remove_files(&f);
     return result;

@@ -217,16 +217,16 @@ static int measure(const bn_options *options, const files *f, const char *scene,
 int bn_envshadow_lights(const bn_options *options)
 {
     static const char *const made[] = { "builtin:sky", "builtin:studio" };
-    static const char *const measured[] = { "venice_sunset_1k.hdr", "studio_small_03_1k.hdr" };
-    char path[1024], scene[1024] = "builtin:knot";
+    static const char *const measured[][2] = { { "venice_sunset_1k.hdr", "sunset.hdr" },
+                                               { "studio_small_03_1k.hdr", "studio.hdr" } };
+    char path[1024], teapot[1024];
+    const char *scene = options->model ? options->model : bn_asset(options, "teapot.glb", NULL, teapot);
     files f;
     int with_pictures = bn_rays_version() != 0, result = 0;
     if (!with_pictures)
         bn_failed("envshadow_lights", "unshadowed rows only: the reference needs Embree (libembree-dev)");
-    if (options->model)
-        snprintf(scene, sizeof scene, "%s", options->model);
-    else if (options->assets)
-        snprintf(scene, sizeof scene, "%.1000s/teapot.glb", options->assets);
+    if (!scene)
+        scene = "builtin:knot";
     snprintf(f.folder, sizeof f.folder, "/tmp/dapple-bench-XXXXXX");
     if (!mkdtemp(f.folder))
         return bn_failed("/tmp", "no room for temporary files");
@@ -234,10 +234,9 @@ int bn_envshadow_lights(const bn_options *options)
     snprintf(f.picture, sizeof f.picture, "%s/envshadow.pfm", f.folder);
     for (int i = 0; i < 2 && result == 0; i++)
         result = measure(options, with_pictures ? &f : NULL, scene, made[i]);
-    for (int i = 0; i < 2 && result == 0 && options->assets; i++) {
-        snprintf(path, sizeof path, "%.990s/%s", options->assets, measured[i]);
-        result = measure(options, with_pictures ? &f : NULL, scene, path);
-    }
+    for (int i = 0; i < 2 && result == 0; i++)
+        if (bn_asset(options, measured[i][0], measured[i][1], path))
+            result = measure(options, with_pictures ? &f : NULL, scene, path);
     remove(f.reference);
     remove(f.picture);
     rmdir(f.folder);

@@ -226,14 +226,6 @@ static int visibility_of(const bn_options *options, const char *path, const char
     return 0;
 }
 
-static const char *asset(const bn_options *options, const char *file, char path[1024])
-{
-    if (!options->assets)
-        return NULL;
-    snprintf(path, 1024, "%s/%s", options->assets, file);
-    return path;
-}
-
 int bn_ism_visibility(const bn_options *options)
 {
     char path[1024];
@@ -241,7 +233,7 @@ int bn_ism_visibility(const bn_options *options)
         return visibility_of(options, options->model, options->model);
     if (visibility_of(options, "builtin:corridor", "corridor") != 0)
         return -1;
-    return asset(options, "kitchen.glb", path) ? visibility_of(options, path, "kitchen") : 0;
+    return bn_asset(options, "kitchen.glb", NULL, path) ? visibility_of(options, path, "kitchen") : 0;
 }
 
 /* ---- pictures beside the path tracer, both by `render` ---- */
@@ -484,7 +476,7 @@ static int pictures(const bn_options *options, int (*of)(const bn_options *, con
         result = of(options, &f, options->model, options->model);
     } else {
         result = of(options, &f, "builtin:atrium", "atrium");
-        if (result == 0 && asset(options, "kitchen.glb", path))
+        if (result == 0 && bn_asset(options, "kitchen.glb", NULL, path))
             result = of(options, &f, path, "kitchen");
     }
     for (int i = 0; i < 4; i++) {

@@ -242,6 +242,24 @@ int bn_model_load(bn_model *m, const char *scene)
     return bn_failed(scene, "out of memory");
 }
 
+const char *bn_asset(const bn_options *options, const char *file, const char *other, char path[1024])
+{
+    const char *names[2] = { file, other };
+    for (int i = 0; i < 2 && options->assets && names[i]; i++) {
+        FILE *found;
+        snprintf(path, 1024, "%.900s/%s", options->assets, names[i]);
+        found = fopen(path, "rb");
+        if (found) {
+            fclose(found);
+            return path;
+        }
+    }
+    if (options->assets)
+        fprintf(stderr, "bench: left out: %s has no %s%s%s\n", options->assets, file, other ? " and no " : "",
+                other ? other : "");
+    return NULL;
+}
+
 int bn_models_load(const bn_options *options, bn_model *models, size_t *count)
 {
     static const char *const files[] = { "bunny.glb", "dragon.glb" };
@@ -249,11 +267,9 @@ int bn_models_load(const bn_options *options, bn_model *models, size_t *count)
     size_t most = options->model ? 1 : 2;
     for (*count = 0; *count < most; ++*count) {
         char path[1024];
-        const char *scene = options->model ? options->model : made[*count];
-        if (!options->model && options->assets) {
-            snprintf(path, sizeof path, "%s/%s", options->assets, files[*count]);
-            scene = path;
-        }
+        const char *scene = options->model ? options->model : bn_asset(options, files[*count], NULL, path);
+        if (!scene)
+            scene = made[*count];
         if (bn_model_load(&models[*count], scene) != 0) {
             while (*count)
                 bn_model_free(&models[--*count]);

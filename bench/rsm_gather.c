@@ -210,13 +210,11 @@ int bn_rsm_gather(const bn_options *options)
     snprintf(r.folder, sizeof r.folder, "/tmp/dapple-bench-XXXXXX");
     if (!mkdtemp(r.folder))
         return bn_failed("/tmp", "no room for temporary files");
-    if (options->assets) {
-        snprintf(kitchen, sizeof kitchen, "%.1000s/kitchen.glb", options->assets);
-        scenes[2] = kitchen;
-    }
     if (options->model) {
         scenes[0] = options->model;
-        scenes[1] = scenes[2] = NULL;
+        scenes[1] = NULL;
+    } else {
+        scenes[2] = bn_asset(options, "kitchen.glb", NULL, kitchen);
     }
     for (size_t i = 0; i < 3 && scenes[i] && result == 0; i++)
         result = measure_scene(&r, scenes[i]);

@@ -184,12 +184,14 @@ if [ -n "$ASSETS" ]; then
         row shadowfield cpu "harmonics, 4 bands" $fields
         row envshadow cpu "256 lights"
     done
-    if [ -f "$ASSETS/bunny.glb" ] && [ -f "$ASSETS/venice_sunset_1k.hdr" ]; then
-        group bunny-venice direct "bunny.glb under venice_sunset_1k.hdr" --scene "$ASSETS/bunny.glb" \
-            --env "$ASSETS/venice_sunset_1k.hdr"
+    # A measured sky: make assets brings all but the first.
+    for sky in venice_sunset_1k sunset studio city courtyard forest interior night sunrise; do
+        [ -f "$ASSETS/bunny.glb" ] && [ -f "$ASSETS/$sky.hdr" ] || continue
+        group "bunny-$sky" direct "bunny.glb under $sky.hdr" --scene "$ASSETS/bunny.glb" --env "$ASSETS/$sky.hdr"
         row csm cpu "4,096 maps, roulette" $maps
         row envshadow cpu "256 lights"
-    fi
+        break
+    done
 else
     leave "real models (make assets, or ASSETS=FOLDER)"
 fi
