@@ -17,7 +17,7 @@ static int run_frame(const bn_options *options, const bn_scene *s, im_gl *gl, co
                      const ism_frame *frame, const ism_shading *shading, float *light, times *out)
 {
     char error[EX_ERROR_SIZE];
-    double start = ex_seconds();
+    double lost, start = ex_seconds();
     ism_result result = ism_choose(maps, frame);
     (void)options;
     out->choose = 1000 * (ex_seconds() - start);
@@ -32,7 +32,7 @@ static int run_frame(const bn_options *options, const bn_scene *s, im_gl *gl, co
         return bn_failed(s->name, error);
     out->draw = 1000 * (ex_seconds() - start);
     start = ex_seconds();
-    if (im_gl_shade(gl, 0, shading, light, error) != 0)
+    if (im_gl_shade(gl, 0, shading, light, &lost, error) != 0)
         return bn_failed(s->name, error);
     out->shade = 1000 * (ex_seconds() - start);
     return 0;
