@@ -1621,7 +1621,8 @@ typedef enum glbk_rsm_pattern {         /* rsm_pattern; ABOUT: whatever glbk_rsm
 typedef struct glbk_rsm_gather_desc {   /* rsm_gather_desc; noise and materials are used where the tables have them */
     glbk_rsm_pattern pattern;
     uint32_t samples;                   /* of each pixel and map; 0 = every texel. ABOUT: all points of the tables count.
-                                           MIXED: samples - samples / 3 by flux, the tables' points (log-radial) too */
+                                           MIXED: samples - 3 * samples / 5 by flux, the tables' points (log-radial,
+                                           r_min 1 / 192) too */
     float    r_max, offset, clamp, near_limit;
     uint32_t seed, interleave;
     uint32_t lights_per_pass;           /* 0 = 4096: a pass must not take longer than the driver's patience */
@@ -4889,7 +4890,7 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "        if (mixed > 0.0) {\n",
     "            ivec3 t = ivec3(c.w & 4095u, (c.w >> 12) & 4095u, c.w >> 24);\n",
     "            vec3 d = rsm_mixed_place(l, t) - centre;\n",
-    "            w = (dot(d, d) + 0.001) * b.w;\n",
+    "            w = (dot(d, d) + 2.7127e-5) * b.w;\n",
     "            w = w / (w + mixed);\n",
     "        }\n",
     "        vec3 light = uintBitsToFloat(c.xyz) * rsm_form(p, n, a.xyz, b.xyz, a.w);\n",
@@ -4918,7 +4919,7 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "        if (!(mean > 0.0) && !glossy) continue;\n",
     "        if (total > 0.0) {\n",
     "            vec3 d = rsm_mixed_place(l, t) - centre * (l.faces == 1 ? 1.0 : 0.5);\n",
-    "            weight *= mixed / ((dot(d, d) + 0.001) * picked * mean / total + mixed);\n",
+    "            weight *= mixed / ((dot(d, d) + 2.7127e-5) * picked * mean / total + mixed);\n",
     "        }\n",
     "        vec3 light = uintBitsToFloat(RSM_TEXEL(t, 0).xyz);\n",
     "        uvec4 b = RSM_TEXEL(t, 1);\n",
@@ -12413,7 +12414,7 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
     r->values.range[3] = (uint32_t)g->begun;
     r->values.counts[2] = about / g->sets;
     r->values.pattern[1] =
-        g->mixed ? (float)g->about * 0.0401f * (map->faces == 1 ? 1.0f : 0.5236f) / (size * size) : 0.0f;
+        g->mixed ? (float)g->about * 0.02764f * (map->faces == 1 ? 1.0f : 0.5236f) / (size * size) : 0.0f;
     r->values.pattern[2] = g->mixed ? (float)g->by_flux : 0.0f;
     result = glbk__rsm_begin(g->ctx, r, GLBK__RSM_GATHER, &g->targets[next], g->width, g->height);
     if (result != GLBK_OK) return result;
@@ -12561,7 +12562,7 @@ GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *r, gl
     g.mixed = d->pattern == GLBK_RSM_PATTERN_MIXED && d->samples > 1;
     g.apart = g.mixed || r->material_count > 0;
     if (!g.all && (g.mixed || d->pattern == GLBK_RSM_PATTERN_ABOUT)) g.about = r->points;
-    if (!g.all && d->pattern != GLBK_RSM_PATTERN_ABOUT) g.by_flux = d->samples - (g.mixed ? d->samples / 3 : 0);
+    if (!g.all && d->pattern != GLBK_RSM_PATTERN_ABOUT) g.by_flux = d->samples - (g.mixed ? 3 * d->samples / 5 : 0);
     k = d->interleave ? d->interleave : 1;
     g.sets = k * k;
     most = d->lights_per_pass ? d->lights_per_pass : 4096;

@@ -325,8 +325,8 @@ typedef enum rsm_pattern {
     RSM_PATTERN_LOG_RADIAL,         /* density 1/r^2 from r_min out, a uniform disc inside it */
     RSM_PATTERN_POISSON,            /* uniform disc with a least distance; 4096 samples at most */
     RSM_PATTERN_LOW_DISCREPANCY,    /* uniform disc, a (0, 2)-sequence */
-    RSM_PATTERN_MIXED,              /* two thirds FLUX, a third LOG_RADIAL, by multiple importance sampling: least error
-                                       in corners, slower. r_max and r_min are not used */
+    RSM_PATTERN_MIXED,              /* two fifths FLUX, three LOG_RADIAL with r_min 1/192, by multiple importance sampling:
+                                       least error in corners, slower. r_max and r_min are not used */
     RSM_PATTERN_COUNT
 } rsm_pattern;
 
@@ -1761,7 +1761,8 @@ static inline void rsm__poisson(uint32_t count, uint32_t seed, float *out)
     }
 }
 
-/* Density C / r^2 outside the inner disc and C / r_min^2 in it, each its share of the samples: two strata. */
+/* Density C / r^2 outside the inner disc and C / r_min^2 in it, each its share of the samples: two strata. Each is a
+   lattice, radii at even steps and angles by the golden ratio, which is even for any number of samples. */
 static inline void rsm__log_radial(uint32_t count, float r_min, uint32_t seed, float *out)
 {
     float length = -rsm__log(r_min), u, v, r;
@@ -1769,7 +1770,9 @@ static inline void rsm__log_radial(uint32_t count, float r_min, uint32_t seed, f
     if (inner < 1) inner = 1;
     if (inner >= count) inner = count - 1;
     for (i = 0; i < count; i++) {
-        rsm__sobol2(i < inner ? i : i - inner, seed + (i < inner), &u, &v);
+        uint32_t k = i < inner ? i : i - inner, n = i < inner ? inner : count - inner;
+        u = ((float)k + rsm__random(seed, 8, i < inner)) / (float)n;
+        v = rsm__fraction(rsm__to_unit(k * 2654435769u) + rsm__random(seed, 9, i < inner));
         if (i < inner) rsm__disc_point(out + 3 * i, r_min * sqrtf(u), v, RSM__PI * r_min * r_min / (float)inner);
         else {
             r = rsm__exp(-length * (1.0f - u));
@@ -2003,6 +2006,12 @@ typedef void (*rsm__crowd_kernel)(const rsm__block *k, size_t count, rsm__crowd 
 #define RSM__HOT
 #endif
 
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define RSM__PREFETCH(p) __builtin_prefetch(p)
+#else
+#define RSM__PREFETCH(p) (void)(p)
+#endif
+
 /* k: as many blocks as count lanes fill, a multiple of RSM__LANES. x: position, normal, epsilon of the receiver. */
 typedef void (*rsm__kernel)(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum);
 
@@ -2189,22 +2198,21 @@ static inline int rsm__pick_texel(const rsm_map *map, uint32_t i, uint32_t n, ui
    off. */
 static inline float rsm__mixed_scale(const rsm__gather *g, const rsm_map *map)
 {
-    /* density C / r^2 over a disc of unit radius with r_min = 1/32: C = 1 / (2 pi (log 32 + 1/2)); a cube's texel is
+    /* density C / r^2 over a disc of unit radius with r_min = 1/192: C = 1 / (2 pi (log 192 + 1/2)); a cube's texel is
        1 / (6 side^2) of the disc's area pi */
-    return (float)g->centred * 0.0401f * (map->faces == 1 ? 1.0f : 0.5236f) / ((float)map->size * (float)map->size);
+    return (float)g->centred * 0.02764f * (map->faces == 1 ? 1.0f : 0.5236f) / ((float)map->size * (float)map->size);
 }
 
-#define RSM__MIXED_INNER 0.001f      /* r_min^2 */
+#define RSM__MIXED_MIN (1.0f / 192.0f) /* r_min: small enough that texels about a corner are taken nearly one by one */
+#define RSM__MIXED_INNER 2.7127e-5f  /* its square */
 
-/* A texel's place: in the unit square, or on the sphere of diameter 1. */
-static inline rsm__v3 rsm__mixed_place(const rsm_map *map, size_t at)
+/* The place of texel (i, j) of a face: in the unit square, or on the sphere of diameter 1. */
+static inline rsm__v3 rsm__mixed_place(const rsm_map *map, uint32_t face, uint32_t i, uint32_t j)
 {
-    size_t face = (size_t)map->size * map->size;
-    float u = rsm__texel_centre(map, (uint32_t)(at % map->size));
-    float v = rsm__texel_centre(map, (uint32_t)(at % face / map->size));
+    float u = rsm__texel_centre(map, i), v = rsm__texel_centre(map, j);
     rsm__v3 r, up, a;
     if (map->faces == 1) return rsm__v3_make(u * 0.5f + 0.5f, v * 0.5f + 0.5f, 0.0f);
-    rsm__face_frame(map, (uint32_t)(at / face), &r, &up, &a);
+    rsm__face_frame(map, face, &r, &up, &a);
     return rsm__v3_scale(rsm__v3_normalize(rsm__v3_madd(rsm__v3_madd(a, r, u), up, v)), 0.5f);
 }
 
@@ -2260,7 +2268,9 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
                       (float)g->sets);
         if (g->centred) {
             rsm__block *k = s->blocks + lane / RSM__BLOCK;
-            rsm__v3 place = rsm__mixed_place(map, at);
+            size_t row = at / map->size;
+            rsm__v3 place = rsm__mixed_place(map, (uint32_t)(row / map->size), (uint32_t)(at % map->size),
+                                             (uint32_t)(row % map->size));
             k->lx[lane % RSM__BLOCK] = place.x;
             k->ly[lane % RSM__BLOCK] = place.y;
             k->lz[lane % RSM__BLOCK] = place.z;
@@ -2301,9 +2311,10 @@ static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rs
 }
 
 /* Which texel is under a sample of a pattern about the receiver, and how many texels' worth it stands for; (size_t)-1
-   where it is outside. centre: of the receiver's projection, in the unit square or, on a cube, a direction. */
+   where it is outside. centre: of the receiver's projection, in the unit square or, on a cube, a direction. place: NULL,
+   or the texel's for MIXED. */
 static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 centre, const rsm__v3 frame[2],
-                                       const float *sample, float c, float s, float *weight)
+                                       const float *sample, float c, float s, float *weight, rsm__v3 *place)
 {
     float x = sample[0] * c - sample[1] * s, y = sample[0] * s + sample[1] * c, side = (float)map->size;
     uint32_t i, j, face = 0;
@@ -2352,6 +2363,7 @@ static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 
         q = 1.0f + u * u + v * v;                /* solid angle of the texel: (2 / side)^2 / q^1.5 */
         *weight = sample[2] * 4.0f * r * r * 0.25f * side * side * q * sqrtf(q);
     }
+    if (place) *place = rsm__mixed_place(map, face, i, j);
     return ((size_t)face * map->size + j) * map->size + i;
 }
 
@@ -2359,7 +2371,7 @@ static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 
 static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map, const float x[7], uint32_t set,
                                        float noise, rsm__sum *sum)
 {
-    rsm__v3 frame[2], centre;
+    rsm__v3 frame[2], centre, middle, places[RSM__BLOCK];
     rsm__block block;
     size_t found[RSM__BLOCK];
     float weights[RSM__BLOCK], s = 0.0f, c = 1.0f, scale = rsm__mixed_scale(g, map);
@@ -2368,16 +2380,20 @@ static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map,
     frame[0] = frame[1] = rsm__v3_make(0, 0, 0);
     if (g->desc.noise) rsm__sincos(noise * (2.0f * RSM__PI), &s, &c);
     centre = rsm__centre_of(map, rsm__v3_make(x[0], x[1], x[2]), !(g->desc.r_max > 0.0f), frame);
+    middle = rsm__v3_scale(centre, map->faces == 1 ? 1.0f : 0.5f);
     for (first = 0; first < g->set_samples; first += RSM__BLOCK) {
         const float *pattern = g->pattern + 3 * ((size_t)set * g->set_samples + first);
         n = g->set_samples - first < RSM__BLOCK ? g->set_samples - first : (uint32_t)RSM__BLOCK;
-        for (i = 0; i < n; i++)
-            found[i] = rsm__place_sample(map, g->desc.r_max, centre, frame, pattern + 3 * i, c, s, &weights[i]);
+        for (i = 0; i < n; i++) {                /* texels lie all over the map: all of them are asked for at first */
+            found[i] = rsm__place_sample(map, g->desc.r_max, centre, frame, pattern + 3 * i, c, s, &weights[i],
+                                         g->shared ? &places[i] : NULL);
+            if (found[i] != (size_t)-1) RSM__PREFETCH(&map->texels[found[i]].flux);
+        }
         for (i = 0; g->shared && i < n; i++) {
             rsm__v3 d;
             float q;
             if (found[i] == (size_t)-1) continue;
-            d = rsm__v3_sub(rsm__mixed_place(map, found[i]), rsm__v3_scale(centre, map->faces == 1 ? 1.0f : 0.5f));
+            d = rsm__v3_sub(places[i], middle);
             q = (rsm__v3_dot(d, d) + RSM__MIXED_INNER) * (float)g->shared * rsm__mean3(map->texels[found[i]].flux);
             if (total > 0.0f) weights[i] *= scale / (q / total + scale);
         }
@@ -2599,7 +2615,8 @@ static inline rsm_result rsm__gather_check(const rsm_gather_desc *d, rsm_gather_
     if (d->pattern == RSM_PATTERN_DEFAULT) out->pattern = RSM_PATTERN_FLUX;
     if (d->pattern == RSM_PATTERN_POISSON && d->samples > RSM__MAX_POISSON) return RSM_ERR_DESC;
     if (!(d->r_max >= 0.0f && d->r_max <= 1e3f) || !(d->r_min >= 0.0f && d->r_min < 1.0f)) return RSM_ERR_DESC;
-    if (!(d->r_min > 0.0f) || d->pattern == RSM_PATTERN_MIXED) out->r_min = 1.0f / 32.0f;
+    if (!(d->r_min > 0.0f)) out->r_min = 1.0f / 32.0f;
+    if (d->pattern == RSM_PATTERN_MIXED) out->r_min = RSM__MIXED_MIN;
     if (d->pattern == RSM_PATTERN_MIXED) out->r_max = 0.0f;
     if (!(d->offset >= 0.0f && d->offset <= 1e9f) || !(d->clamp >= 0.0f && d->clamp <= 1e18f)) return RSM_ERR_DESC;
     if (!(d->near_limit >= 0.0f && d->near_limit <= 1e6f)) return RSM_ERR_DESC;
@@ -2640,7 +2657,7 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
     g->scale = 1.0f / RSM__PI;
     g->shared = g->centred = g->set_samples = 0;
     if (!list && g->desc.samples) {
-        g->centred = mixed ? g->desc.samples / 3u : g->desc.samples;
+        g->centred = mixed ? 3u * g->desc.samples / 5u : g->desc.samples;
         if (g->desc.pattern == RSM_PATTERN_FLUX || (g->desc.pattern == RSM_PATTERN_MIXED && !mixed)) g->centred = 0;
         g->shared = g->desc.samples - g->centred;
     }

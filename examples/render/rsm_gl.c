@@ -282,7 +282,7 @@ static int upload_tables(rs_state *state, char *error)
 {
     const rsm_gather_desc *d = &state->gather;
     uint32_t sets = d->interleave ? d->interleave * d->interleave : 1;
-    uint32_t n = d->pattern == RSM_PATTERN_FLUX ? 0 : d->pattern == RSM_PATTERN_MIXED ? d->samples / 3 : d->samples;
+    uint32_t n = d->pattern == RSM_PATTERN_FLUX ? 0 : d->pattern == RSM_PATTERN_MIXED ? 3 * d->samples / 5 : d->samples;
     float *points = NULL;
     glbk_rsm_tables tables;
     glbk_result uploaded;
@@ -294,7 +294,7 @@ static int upload_tables(rs_state *state, char *error)
         points = malloc(3 * sizeof *points * n);
         if (!points)
             return no_memory(error);
-        result = rsm_pattern_build(mixed ? RSM_PATTERN_LOG_RADIAL : d->pattern, n, mixed ? 0 : d->r_min,
+        result = rsm_pattern_build(mixed ? RSM_PATTERN_LOG_RADIAL : d->pattern, n, mixed ? 1.0f / 192 : d->r_min,
                                    d->paper_weights, d->seed, points);
         if (result != RSM_OK) {
             free(points);

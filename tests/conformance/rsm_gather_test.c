@@ -105,6 +105,45 @@ static void weights_of_patterns(void **state)
         }                                        /* 4096 points */
 }
 
+/* A sun on a floor and a wall: receivers on the wall down to a texel above the floor, 400 samples by MIXED against every
+   texel. Its dense samples must reach down to the size of texels, and be even for numbers that are no power of two. */
+static void mixed_in_a_corner(void **state)
+{
+    static const float quads[18] = { -1, 0, -1, 0, 0, 2, 2, 0, 0, -1, 0, -1, 0, 2, 0, 0, 0, 2 };
+    enum { SEEDS = 4, POINTS = 200 };
+    static float p[3 * POINTS], n[3 * POINTS], all[3 * POINTS], e[3 * POINTS];
+    model m = model_quads(quads, 2);
+    rsm_mesh mesh = mesh_of(&m, 0.5);
+    rsm_desc d = sun_desc(1, 1.5, 512);
+    rsm_points points = points_of(p, n, POINTS, 0);
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+    double square = 0, sum = 0;
+    lit *map;
+    int i;
+    (void)state;
+    set3(d.light.direction, 0.6, 0.8, 0);
+    map = lit_of(&d, &mesh, 1);
+    for (i = 0; i < POINTS; i++) {
+        set3(p + 3 * i, -1, 0.008 * pow(1.25, i % 20), -0.5 + 0.1 * (i / 20));
+        set3(n + 3 * i, 1, 0, 0);
+    }
+    g.near_limit = 0.3f;
+    lit_gather(map, &g, &points, all);
+    g.pattern = RSM_PATTERN_MIXED;
+    g.samples = 400;
+    for (g.seed = 0; g.seed < SEEDS; g.seed++) {
+        lit_gather(map, &g, &points, e);
+        for (i = 0; i < POINTS; i++) {
+            square += pow((double)e[3 * i] - (double)all[3 * i], 2);
+            sum += (double)all[3 * i];
+        }
+    }
+    if (!(sqrt(square * SEEDS * POINTS) < 0.03 * sum))
+        fail_msg("relative error %g", sqrt(square * SEEDS * POINTS) / sum);
+    lit_free(map);
+    model_free(&m);
+}
+
 static void shares_are_reported(void **state)
 {
     lit *map = disc_map(1, 512, 0);
@@ -196,6 +235,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         RSM_ROWS(cmocka_unit_test), cmocka_unit_test(weights_of_patterns), cmocka_unit_test(shares_are_reported),
+        cmocka_unit_test(mixed_in_a_corner),
         cmocka_unit_test(filter_puts_sets_together), cmocka_unit_test(filter_leaves_no_lone_spikes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

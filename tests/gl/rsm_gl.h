@@ -38,7 +38,8 @@ UNUSED_OK const float *pattern_of(rsm_pattern p, uint32_t n, const rsm_gather_de
     float *to = keep ? kept[d->seed] : points;
     assert_true(n <= 8192);
     if (keep && counts[d->seed] == n) return to;
-    assert_int_equal(rsm_pattern_build(p, n, 0, d->paper_weights, d->seed, to), RSM_OK);
+    assert_int_equal(rsm_pattern_build(p, n, d->pattern == RSM_PATTERN_MIXED ? 1.0f / 192 : 0, d->paper_weights,
+                                       d->seed, to), RSM_OK);
     if (keep) counts[d->seed] = n;
     return to;
 }
@@ -49,7 +50,7 @@ UNUSED_OK void upload_tables(gl_test *t, glbk_rsm_renderer *r, const rsm_gather_
     glbk_rsm_tables tables;
     uint32_t sets = d->interleave ? d->interleave * d->interleave : 1, n = d->samples;
     memset(&tables, 0, sizeof tables);
-    if (d->pattern == RSM_PATTERN_MIXED) n /= 3;
+    if (d->pattern == RSM_PATTERN_MIXED) n = 3 * n / 5;
     n = (n + sets - 1) / sets * sets;
     if (d->pattern > RSM_PATTERN_FLUX && n) {
         tables.points = pattern_of(d->pattern == RSM_PATTERN_MIXED ? RSM_PATTERN_LOG_RADIAL : d->pattern, n, d);

@@ -110,7 +110,7 @@ vec3 rsm_gather_list(rsm_lamp l, vec3 p, vec3 n, uint from, uint to, bool glossy
         if (mixed > 0.0) {
             ivec3 t = ivec3(c.w & 4095u, (c.w >> 12) & 4095u, c.w >> 24);
             vec3 d = rsm_mixed_place(l, t) - centre;
-            w = (dot(d, d) + 0.001) * b.w;
+            w = (dot(d, d) + 2.7127e-5) * b.w;
             w = w / (w + mixed);
         }
         vec3 light = uintBitsToFloat(c.xyz) * rsm_form(p, n, a.xyz, b.xyz, a.w);
@@ -139,7 +139,7 @@ vec3 rsm_gather_about(rsm_lamp l, vec3 p, vec3 n, float r_max, vec2 turn, uint f
         if (!(mean > 0.0) && !glossy) continue;
         if (total > 0.0) {
             vec3 d = rsm_mixed_place(l, t) - centre * (l.faces == 1 ? 1.0 : 0.5);
-            weight *= mixed / ((dot(d, d) + 0.001) * picked * mean / total + mixed);
+            weight *= mixed / ((dot(d, d) + 2.7127e-5) * picked * mean / total + mixed);
         }
         vec3 light = uintBitsToFloat(RSM_TEXEL(t, 0).xyz);
         uvec4 b = RSM_TEXEL(t, 1);
