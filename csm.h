@@ -495,8 +495,8 @@ typedef enum cohsm_shape {       /* A: what emits, and its coordinates in [0, 1)
     COHSM_SHAPE_DISC,            /* Shirley and Chiu's concentric map of the square; emits along direction */
     COHSM_SHAPE_SPHERE,          /* x as in the environment, y = (1 - cos of the angle from +Y) / 2; emits outwards */
     COHSM_SHAPE_CALLBACK,        /* shape_fn */
-    COHSM_SHAPE_MESH             /* triangles that emit to where they turn counter-clockwise: x runs along a curve through
-                                    them, in proportion to area; y and z lie in the piece that x names */
+    COHSM_SHAPE_MESH             /* triangles that emit to where they turn counter-clockwise: x runs along a curve
+                                    through them, in proportion to area; y and z lie in the piece that x names */
 } cohsm_shape;
 
 typedef void (*cohsm_shape_fn)(void *user, float time, const float x[3], float position[3], float normal[3],
@@ -513,7 +513,7 @@ typedef struct cohsm_emitter_desc {
     float             position[3];  /* point, spot, disc, sphere: centre; rectangle: corner; line: start */
     float             direction[3]; /* sun: to it; spot: out of the lamp; disc: normal; unit */
     float             u[3], v[3];   /* rectangle: edges; line: u = end - start */
-    float             radius;       /* disc, sphere, line: world units, > 0; mesh: places of maps are this far off it, >= 0 */
+    float             radius;       /* disc, sphere, line: > 0; mesh: places of maps are this far off it, >= 0 */
     float             cone_angle;   /* spot: full apex angle, radians, above 0, below pi */
     float             radiance[3];  /* L, W/(sr m^2); point and spot: I, W/sr; sun: E facing it, W/m^2; >= 0 */
     float             cosine_power; /* areas: L(theta) = radiance cos^power(theta); 0 is a Lambertian emitter */
@@ -528,16 +528,16 @@ typedef struct cohsm_emitter_desc {
     cohsm_shape_fn    shape_fn;
     cohsm_emission_fn emission_fn;       /* NULL: 1; not for sun, point and spot */
     void             *user;
-    const cohsm_mesh *mesh;              /* MESH: in world space, no texels. Copied. Triangles that are not finite or have
-                                            no area do not emit */
+    const cohsm_mesh *mesh;              /* MESH: in world space, no texels. Copied. Triangles not finite or without
+                                            area do not emit */
     uint32_t          places;            /* MESH: of maps, 1..2^24; 0 = 1024. Twice as many pieces, or more */
 } cohsm_emitter_desc;
 
 typedef struct cohsm_emitter cohsm_emitter;
 
 COHSM_DEF size_t cohsm_emitter_size(const cohsm_emitter_desc *desc);
-/* Bytes that cohsm_emitter_build needs: at most 512 + 22 a texel + 26 a row + 4 a column; of a mesh 64 a triangle, 272 a
-   place. 0: the desc is refused. */
+/* Bytes that cohsm_emitter_build needs: at most 512 + 22 a texel + 26 a row + 4 a column; a mesh 64 a triangle and 272
+   a place. 0: the desc is refused. */
 
 COHSM_DEF cohsm_result cohsm_emitter_build(const cohsm_emitter_desc *desc, void *memory, size_t memory_size,
                                          cohsm_emitter **out, uint64_t *bad_texels);

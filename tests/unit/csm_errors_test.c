@@ -607,7 +607,7 @@ static void budgets(void **state)
     uint32_t side = 0, size = 0, i, last = 0;
     (void)state;
     d.order = COHSM_ORDER_HILBERT;
-    for (i = 0; i < 3; i++) {
+    for (i = 0; i < 4; i++) {
         cohsm_maps *maps;
         cohsm_info info;
         cohsm_result r = cohsm_budget(&d, &mesh, bytes[i], &side, &size);
