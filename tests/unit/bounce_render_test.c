@@ -1,0 +1,89 @@
+/* bounce_render_test - `render --technique rsm` and `ism` beside the reference, on the CPU and, where there is GL, on
+   that: direct and bounced light apart, each against the part of the reference that it is meant to be. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "program.h"
+
+typedef struct bounds { double error, mean, ssim; } bounds;
+
+/* The part `only` of the light, by `technique` with its settings and by the reference with its own. */
+static void compare_parts(const char *scene, const char *only, const char *technique, const char *reference,
+                          bounds most)
+{
+    char arguments[768];
+    need_reference();
+    snprintf(arguments, sizeof arguments, "--technique reference --set only=%s %s %s --out ref.pfm", only, scene,
+             reference);
+    expect(0, "", arguments);
+    snprintf(arguments, sizeof arguments, "--technique %s --set only=%s %s --out now.pfm", technique, only, scene);
+    render_or_skip(arguments);
+    assert_int_equal(run("compare", "now.pfm ref.pfm"), 0);
+    printf("%s, only=%s: relative_rmse %.5f, mean %.4f, ssim %.4f\n", technique, only, number("relative_rmse"),
+           number("mean_ratio"), number("ssim"));
+    if (!(number("relative_rmse") <= most.error) || !(number("mean_ratio") >= 1 - most.mean) ||
+        !(number("mean_ratio") <= 1 + most.mean) || !(number("ssim") >= most.ssim))
+        fail_msg("%s, only=%s: %s", technique, only, output);
+}
+
+#define SPOT "--scene builtin:cornell --size 48x48 --light spot:0.278,0.54,0.1,0,-0.8,0.6,70,2 --set emitters=0"
+#define LAMP "--scene builtin:cornell --size 48x36"
+
+/* No randomness: edges of a shadow map of 512 texels may cost a pixel or two of 499 lit ones; measured 0.0006. */
+static const bounds rsm_direct = { 0.01, 0.001, 0.999 };
+
+/* 400 samples a pixel against 1024 paths, whose noise is 0.042; measured 0.106 in all, mean 0.991: near_limit bounds
+   what the samples nearest to a corner give. */
+static const bounds rsm_indirect = { 0.15, 0.02, 0.95 };
+#define RSM_REFERENCE "--samples 1024 --set bounces=1 --set indirect_visibility=0"
+
+/* 256 VPLs against 1024 paths, whose noise is 0.048; measured 0.146, mean 1.0093, ssim 0.970. Without shadows (against
+   4096 paths) it is 0.266, 1.14 and 0.927: each bound alone tells. */
+static const bounds ism_indirect = { 0.2, 0.04, 0.95 };
+#define ISM "--set vpls=256 --set points=4096 --samples 256"
+#define ISM_REFERENCE "--samples 1024 --set bounces=1"
+
+static void direct_light_of_rsm(void **state)
+{
+    (void)state;
+    compare_parts(SPOT, "direct", "rsm", "--samples 64", rsm_direct);
+}
+
+static void direct_light_of_rsm_on_gl(void **state)
+{
+    (void)state;
+    compare_parts(SPOT, "direct", "rsm --backend gl", "--samples 64", rsm_direct);
+}
+
+static void bounced_light_of_rsm(void **state)
+{
+    (void)state;
+    compare_parts(SPOT, "indirect", "rsm", RSM_REFERENCE, rsm_indirect);
+}
+
+static void bounced_light_of_rsm_on_gl(void **state)
+{
+    (void)state;
+    compare_parts(SPOT, "indirect", "rsm --backend gl", RSM_REFERENCE, rsm_indirect);
+}
+
+static void bounced_light_of_ism(void **state)
+{
+    (void)state;
+    compare_parts(LAMP, "indirect", "ism " ISM, ISM_REFERENCE, ism_indirect);
+}
+
+static void bounced_light_of_ism_on_gl(void **state)
+{
+    (void)state;
+    compare_parts(LAMP, "indirect", "ism --backend gl " ISM, ISM_REFERENCE, ism_indirect);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(direct_light_of_rsm),  cmocka_unit_test(direct_light_of_rsm_on_gl),
+        cmocka_unit_test(bounced_light_of_rsm), cmocka_unit_test(bounced_light_of_rsm_on_gl),
+        cmocka_unit_test(bounced_light_of_ism), cmocka_unit_test(bounced_light_of_ism_on_gl),
+    };
+    return cmocka_run_group_tests(tests, open_folder, close_folder);
+}
