@@ -148,7 +148,7 @@ row envshadow cpu "256 lights"
 times=4
 group explosion direct "Explosion: a video as the lamp" --scene builtin:explosion
 row csm cpu "64 places on the fire" --samples "$SAMPLES" --set light_m=128
-row shadowfield cpu "harmonics, 4 bands" $fields
+row shadowfield cpu "harmonics, 4 bands" $fields --set source_side=4 --set source_shells=8
 row ism cpu "points of the fire as VPLs" --set bounces=0
 
 group cloth direct "Cloth in the wind under a sky: deforming sheets" --scene builtin:cloth

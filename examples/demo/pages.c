@@ -236,7 +236,8 @@ static const what techniques[] = {
         "seconds an object, once; bake keeps it in a file",
         "0.4 MB an object (harmonics of 4 bands, 16 x 16 points a face), and the self-visibility of what is shaded; "
         "wavelets some MB",
-        "hard shadows with harmonics (4 bands blur 45 degrees), deforming meshes, bounced light; shades points" } },
+        "hard shadows with harmonics (4 bands blur 45 degrees), deforming meshes (`render` exits 1 when one "
+        "moves), bounced light; shades points" } },
     { "envshadow", "envshadow.h: environment-map shadows",
       "The sky as some hundred directional lights, each with a shadow map.",
       { "anything: deforming, open, torn; nothing is computed on it beforehand",

@@ -2,7 +2,9 @@
    interpolated in its triangles; flat receivers (the ground) are evaluated pixel by pixel.
 
    One occlusion field for each distinct mesh, its own visibility at each point, a source field for each area light and
-   emissive object, which is one entity with what it hides: its light does not fall on its own points. Suns and skies are the environment. Spots and points become spheres of the size `lamp`. */
+   emissive object, which is one entity with what it hides: its light does not fall on its own points;
+   built again where that changes with time. Suns and skies are the environment. Spots and points become spheres of the
+   size `lamp`. */
 #include "shadowfield_parts.h"
 #include "sfield_gpu.h"
 
@@ -23,6 +25,8 @@ typedef struct sf_state {
     uint32_t       *light_object;       /* UINT32_MAX: light_of of scene->lights */
     uint32_t       *light_of;
     float         (*aim)[3];            /* where that one pointed when its field was built */
+    sf_glow        *glow;               /* of objects: what it was built from */
+    sfield_field  **old_light;          /* replaced; the scene still has it */
     size_t          light_count, lamp_count;      /* lamps: those of scene->lights */
     sfield_entity  *entities;           /* objects, with what they emit; then lamps */
     const sf_surface **surface_of;      /* by object; NULL: pixel by pixel */
@@ -190,38 +194,53 @@ static int build_light(sf_state *s, const rd_job *job, const ex_light *l, char *
     return 0;
 }
 
-/* What an object emits; its dark triangles, of radiance 0, hide the others. */
-static int build_emissive(sf_state *s, const rd_job *job, uint32_t object, char *error)
+/* The source field of light j, an object, as it shines now. */
+static int build_glow(sf_state *s, const rd_job *job, size_t j, sf_glow *glow, char *error)
 {
-    const ex_object *o = &job->scene->objects[object];
-    const ex_mesh *m = &job->scene->meshes[o->mesh];
+    const ex_mesh *m = &job->scene->meshes[job->scene->objects[s->light_object[j]].mesh];
+    const int side = rd_setting_integer(job->settings, "source_side");
+    const int shells = rd_setting_integer(job->settings, "source_shells");
     sfield_desc d = desc_of(job, s->basis);
-    uint32_t *index = malloc((6 * (size_t)m->triangle_count + 1) * sizeof *index), used = 0;
-    float *radiance = malloc((6 * (size_t)m->triangle_count + 1) * sizeof *radiance);
-    int made = -1;
-    for (uint32_t t = 0; index && radiance && t < m->triangle_count; t++) {
-        const ex_material *material = &job->scene->materials[ex_object_material(job->scene, o, t)];
-        const uint32_t *from = m->indices + 3 * (size_t)t;
-        const int glows = material->emission[0] > 0 || material->emission[1] > 0 || material->emission[2] > 0;
-        for (int side = 0; side <= (glows && material->double_sided); side++, used++) {
-            memcpy(index + 3 * (size_t)used, from, 3 * sizeof *from);
-            if (side)
-                index[3 * (size_t)used] = from[1], index[3 * (size_t)used + 1] = from[0];
-            memcpy(radiance + 3 * (size_t)used, material->emission, 3 * sizeof *radiance);
-        }
-    }
-    if (index && radiance) {
-        sfield_mesh mesh = { m->positions, m->vertex_count, 0, index, 3 * (size_t)used };
-        made = build_field(job, &d, &mesh, radiance, &s->light[s->light_count], NULL, error);
-    } else {
-        out_of_memory(error);
-    }
-    free(index);
-    free(radiance);
-    if (made != 0)
+    sfield_mesh mesh = { m->positions, m->vertex_count, 0, glow->indices, 3 * (size_t)glow->count };
+    sfield_field *field;
+    d.position_side = side ? (uint32_t)side : d.position_side;
+    d.shells = shells ? (uint32_t)shells : d.shells;
+    if (build_field(job, &d, &mesh, glow->radiance, &field, NULL, error) != 0) {
+        sf_glow_free(glow);
         return -1;
-    s->light_object[s->light_count++] = object;
+    }
+    s->old_light[j] = s->light[j];
+    s->light[j] = field;
+    sf_glow_free(&s->glow[j]);
+    s->glow[j] = *glow;
     return 0;
+}
+
+/* Source fields of objects that shine, where they shine otherwise than before, as the picture of a video does. One that
+   went out stays a light, of radiance 0. Returns how many were built, or -1. */
+static int follow_glows(sf_state *s, const rd_job *job, char *error)
+{
+    int built = 0;
+    for (size_t i = 0; i < job->emitter_count; i++) {
+        size_t j = s->lamp_count;
+        while (j < s->light_count && s->light_object[j] != job->emitters[i].object)
+            j++;
+        s->light_object[j] = job->emitters[i].object;
+        s->light_count += j == s->light_count;
+    }
+    for (size_t j = s->lamp_count; j < s->light_count; j++) {
+        sf_glow glow;
+        if (sf_glow_build(&glow, job->scene, &job->scene->objects[s->light_object[j]]) != 0)
+            return out_of_memory(error);
+        if (s->light[j] && sf_glow_same(&glow, &s->glow[j])) {
+            sf_glow_free(&glow);
+            continue;
+        }
+        if (build_glow(s, job, j, &glow, error) != 0)
+            return -1;
+        built++;
+    }
+    return built;
 }
 
 static int build_lights(sf_state *s, const rd_job *job, char *error)
@@ -230,7 +249,6 @@ static int build_lights(sf_state *s, const rd_job *job, char *error)
     const ex_sky *sky = &scene->sky;
     float c = cosf(sky->rotation), sn = sinf(sky->rotation);
     const float turn[16] = { c, 0, -sn, 0, 0, 1, 0, 0, sn, 0, c, 0, 0, 0, 0, 1 };
-    uint32_t last = UINT32_MAX;
     sfield_result r = SFIELD_OK;
     if (sky->width)
         r = sfield_scene_environment(s->scene, sky->rgb, sky->width, sky->height, turn);
@@ -243,12 +261,7 @@ static int build_lights(sf_state *s, const rd_job *job, char *error)
     }
     if (r != SFIELD_OK)
         return failed("sky", r, error);
-    for (size_t i = 0; i < job->emitter_count; i++) {
-        if (job->emitters[i].object != last && build_emissive(s, job, job->emitters[i].object, error) != 0)
-            return -1;
-        last = job->emitters[i].object;
-    }
-    return 0;
+    return follow_glows(s, job, error) < 0 ? -1 : 0;
 }
 
 /* The entity that light j is of. */
@@ -355,8 +368,6 @@ static int place(sf_state *s, const rd_job *job, char *error)
         return out_of_memory(error);
     return 0;
 }
-
-static int update_shadowfield(void *opaque, const rd_job *job, char *error) { return place(opaque, job, error); }
 
 /* Every pixel of flat receivers is a point. */
 typedef struct flat {
@@ -510,21 +521,63 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
     return r == SFIELD_OK ? 0 : good && s->gl ? -1 : failed("shading", r, error);
 }
 
-/* ---- opening ---- */
+/* ---- opening and moving on ---- */
 
-static int open_gl(sf_state *s, const rd_job *job, char *error)
+/* Fields to OpenGL; others in their place where there are some already. */
+static int send_fields(sf_state *s, const rd_job *job, char *error)
 {
     size_t count = s->mesh_count + s->light_count;
     const sfield_field **fields = calloc(count + 1, sizeof *fields);
+    int sent = 0;
     if (!job->gl || !fields) {
         free((void *)(size_t)fields);
         return job->gl ? out_of_memory(error) : 0;
     }
     memcpy((void *)(size_t)fields, s->occlusion, s->mesh_count * sizeof *fields);
     memcpy((void *)(size_t)(fields + s->mesh_count), s->light, s->light_count * sizeof *fields);
-    s->gl = sf_gl_open(job, fields, count, job->scene->object_count + s->lamp_count, s->full, error);
+    if (s->gl)
+        sent = sf_gl_fields(s->gl, job, fields, count, job->scene->object_count + s->lamp_count, error);
+    else
+        s->gl = sf_gl_open(job, fields, count, job->scene->object_count + s->lamp_count, s->full, error);
     free((void *)(size_t)fields);
-    return s->gl ? 0 : -1;
+    return s->gl ? sent : -1;
+}
+
+static void free_old_lights(sf_state *s)
+{
+    for (size_t i = 0; s->old_light && i < s->light_count; i++) {
+        sfield_free(s->old_light[i]);
+        s->old_light[i] = NULL;
+    }
+}
+
+/* Fields, points and what hides them from each other take seconds for a mesh: none are made anew between frames. */
+static int check_rigid(const sf_state *s, const ex_scene *scene, char *error)
+{
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        const ex_object *o = &scene->objects[i];
+        const ex_mesh *mesh = &scene->meshes[o->mesh];
+        const sf_surface *surface = &s->surface[o->mesh];
+        if (o->receiver_only || !mesh->deforms || !surface->point_count ||
+            memcmp(surface->positions, mesh->positions, 12 * (size_t)mesh->vertex_count) == 0)
+            continue;
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: object %s deforms", o->name);
+        return -1;
+    }
+    return 0;
+}
+
+static int update_shadowfield(void *opaque, const rd_job *job, char *error)
+{
+    sf_state *s = opaque;
+    int built, placed;
+    if (check_rigid(s, job->scene, error) != 0)
+        return -1;
+    built = follow_glows(s, job, error);
+    placed = built < 0 ? -1 : place(s, job, error);
+    if (placed == 0)
+        free_old_lights(s);
+    return placed == 0 && built ? send_fields(s, job, error) : placed;
 }
 
 static void close_shadowfield(void *opaque)
@@ -540,8 +593,11 @@ static void close_shadowfield(void *opaque)
         if (s->surface)
             sf_surface_free(&s->surface[i]);
     }
-    for (size_t i = 0; i < s->light_count; i++)
+    free_old_lights(s);
+    for (size_t i = 0; i < s->light_count; i++) {
         sfield_free(s->light[i]);
+        sf_glow_free(&s->glow[i]);
+    }
     for (size_t i = 0; s->rgb && s->rgb[i] != (float *)(void *)s; i++) {
         free(s->rgb[i]);
         free(s->gloss[i]);
@@ -553,6 +609,8 @@ static void close_shadowfield(void *opaque)
     free(s->light_object);
     free(s->light_of);
     free(s->aim);
+    free(s->glow);
+    free(s->old_light);
     free(s->entities);
     free((void *)(size_t)s->surface_of);
     free(s->taps);
@@ -581,6 +639,8 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     s->light_object = calloc(lights, sizeof *s->light_object);
     s->light_of = calloc(lights, sizeof *s->light_of);
     s->aim = calloc(lights, sizeof *s->aim);
+    s->glow = calloc(lights, sizeof *s->glow);
+    s->old_light = calloc(lights, sizeof *s->old_light);
     s->entities = calloc(objects + lights, sizeof *s->entities);
     s->surface_of = calloc(objects + 1, sizeof *s->surface_of);
     s->gloss = calloc(objects + 1, sizeof *s->gloss);
@@ -593,13 +653,13 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         snprintf(error, EX_ERROR_SIZE, "shadowfield: --backend gl needs basis=sh");
     } else if (!job->gl && rd_setting_is(job->settings, "build", "gpu")) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: build=gpu needs --backend gl");
-    } else if (!s->light || !s->light_object || !s->light_of || !s->aim || !s->entities || !s->surface_of ||
-               !s->gloss || !s->rgb) {
+    } else if (!s->light || !s->light_object || !s->light_of || !s->aim || !s->glow || !s->old_light || !s->entities ||
+               !s->surface_of || !s->gloss || !s->rgb) {
         out_of_memory(error);
     } else if ((r = sfield_scene_create(&d, &s->scene)) != SFIELD_OK) {
         failed("scene", r, error);
     } else if (build_meshes(s, job, error) == 0 && build_lights(s, job, error) == 0 && place(s, job, error) == 0 &&
-               open_gl(s, job, error) == 0) {
+               send_fields(s, job, error) == 0) {
         ex_progress(NULL, 1);
         *opaque = s;
         return 0;
@@ -638,6 +698,8 @@ static const rd_key keys[] = {
     { "bands", RD_INTEGER, NULL, 1, 8, "4", "of spherical harmonics" },
     { "shells", RD_INTEGER, "0", 2, 64, "0", "of a field; 0: 16, wavelets 32" },
     { "position_side", RD_INTEGER, "0", 2, 64, "0", "points a side of a shell's six faces; 0: 16, wavelets 32" },
+    { "source_side", RD_INTEGER, "0", 2, 64, "0", "of what an object emits; 0: position_side" },
+    { "source_shells", RD_INTEGER, "0", 2, 64, "0", "of that, which is built again when it changes; 0: shells" },
     { "build", RD_WORD, "cpu|gpu", 0, 0, "cpu", "where fields of meshes are made; gpu needs --backend gl" },
     { "keep", RD_NUMBER, NULL, 0, 1, "0", "share of wavelets kept of a cube; 0: 0.01" },
     { "reach", RD_NUMBER, NULL, 0, 1000, "0", "how far objects hide, in radii; 0: their outermost shell" },

@@ -1,5 +1,5 @@
-/* shadowfield_gl.c - the technique shadowfield on OpenGL: fields go up once; each frame all points to shade, vertices
-   and pixels of flat receivers alike, become pixels of a G-buffer, which gl_backend.h shades. */
+/* shadowfield_gl.c - the technique shadowfield on OpenGL: fields go up when they change; each frame all points to shade,
+   vertices and pixels of flat receivers alike, become pixels of a G-buffer, which gl_backend.h shades. */
 #include "shadowfield_parts.h"
 
 #include <math.h>
@@ -83,6 +83,34 @@ static int upload(sf_gl *g, size_t entity_count, float reach, char *error)
     return failed ? -1 : 0;
 }
 
+static void drop_fields(sf_gl *g)
+{
+    glbk_sfield_destroy(g->gl, &g->world);
+    free((void *)(size_t)g->fields);
+    free(g->uploaded);
+    free(g->terms);
+    free(g->factors);
+    g->fields = NULL;
+    g->uploaded = NULL;
+    g->terms = NULL;
+    g->factors = NULL;
+    g->field_count = 0;
+}
+
+int sf_gl_fields(sf_gl *g, const rd_job *job, const sfield_field *const *fields, size_t field_count,
+                 size_t entity_count, char *error)
+{
+    drop_fields(g);
+    g->fields = calloc(field_count + 1, sizeof *g->fields);
+    g->uploaded = calloc(field_count + 1, sizeof *g->uploaded);
+    if (!g->fields || !g->uploaded)
+        return out_of_memory(error);
+    for (size_t i = 0; i < field_count; i++)
+        if (fields[i])
+            g->fields[g->field_count++] = fields[i];
+    return upload(g, entity_count, (float)rd_setting_number(job->settings, "reach"), error);
+}
+
 sf_gl *sf_gl_open(const rd_job *job, const sfield_field *const *fields, size_t field_count, size_t entity_count,
                   int gloss, char *error)
 {
@@ -94,17 +122,11 @@ sf_gl *sf_gl_open(const rd_job *job, const sfield_field *const *fields, size_t f
     g->gl = job->gl;
     g->bands = (uint32_t)rd_setting_integer(job->settings, "bands");
     g->gloss = gloss;
-    g->fields = calloc(field_count + 1, sizeof *g->fields);
-    g->uploaded = calloc(field_count + 1, sizeof *g->uploaded);
     g->entities = calloc(entity_count, sizeof *g->entities);
     g->rotations = calloc(entity_count, sizeof *g->rotations);
-    for (size_t i = 0; g->fields && i < field_count; i++)
-        if (fields[i])
-            g->fields[g->field_count++] = fields[i];
-    if (!g->fields || !g->uploaded || !g->entities || !g->rotations ||
-        sfield_algebra_create(g->bands, NULL, &g->algebra) != SFIELD_OK)
+    if (!g->entities || !g->rotations || sfield_algebra_create(g->bands, NULL, &g->algebra) != SFIELD_OK)
         out_of_memory(error);
-    else if (upload(g, entity_count, (float)rd_setting_number(job->settings, "reach"), error) == 0)
+    else if (sf_gl_fields(g, job, fields, field_count, entity_count, error) == 0)
         return g;
     sf_gl_close(g);
     return NULL;
@@ -230,14 +252,10 @@ void sf_gl_close(sf_gl *g)
     if (!g)
         return;
     glbk_sfield_renderer_destroy(g->gl, &g->renderer);
-    glbk_sfield_destroy(g->gl, &g->world);
+    drop_fields(g);
     sfield_algebra_free(g->algebra);
-    free((void *)(size_t)g->fields);
-    free(g->uploaded);
     free(g->entities);
     free(g->rotations);
-    free(g->terms);
-    free(g->factors);
     free(g->light);
     free(g->shine);
     free(g);

@@ -141,6 +141,46 @@ void sf_surface_free(sf_surface *s)
     memset(s, 0, sizeof *s);
 }
 
+/* ---- what shines ---- */
+
+int sf_glow_build(sf_glow *glow, const ex_scene *scene, const ex_object *object)
+{
+    const ex_mesh *mesh = &scene->meshes[object->mesh];
+    glow->indices = malloc((6 * (size_t)mesh->triangle_count + 1) * sizeof *glow->indices);
+    glow->radiance = malloc((6 * (size_t)mesh->triangle_count + 1) * sizeof *glow->radiance);
+    glow->count = 0;
+    if (!glow->indices || !glow->radiance) {
+        sf_glow_free(glow);
+        return -1;
+    }
+    for (uint32_t t = 0; t < mesh->triangle_count; t++) {
+        const ex_material *material = &scene->materials[ex_object_material(scene, object, t)];
+        const uint32_t *from = mesh->indices + 3 * (size_t)t;
+        const int shines = material->emission[0] > 0 || material->emission[1] > 0 || material->emission[2] > 0;
+        for (int side = 0; side <= (shines && material->double_sided); side++, glow->count++) {
+            uint32_t *to = glow->indices + 3 * (size_t)glow->count;
+            memcpy(to, from, 3 * sizeof *from);
+            if (side)
+                to[0] = from[1], to[1] = from[0];
+            memcpy(glow->radiance + 3 * (size_t)glow->count, material->emission, 3 * sizeof *glow->radiance);
+        }
+    }
+    return 0;
+}
+
+int sf_glow_same(const sf_glow *a, const sf_glow *b)
+{
+    return a->count == b->count && memcmp(a->indices, b->indices, 3 * sizeof *a->indices * (size_t)a->count) == 0 &&
+           memcmp(a->radiance, b->radiance, 3 * sizeof *a->radiance * (size_t)a->count) == 0;
+}
+
+void sf_glow_free(sf_glow *glow)
+{
+    free(glow->indices);
+    free(glow->radiance);
+    memset(glow, 0, sizeof *glow);
+}
+
 /* ---- pixels ---- */
 
 typedef struct frame_of { float eye[3], right[3], up[3], back[3], focal_x, focal_y, width, height; } frame_of;

@@ -30,11 +30,21 @@ void sf_surface_free(sf_surface *surface);
 /* taps: one for each pixel; surface: by object, NULL entries are left alone. */
 int  sf_taps_build(sf_tap *taps, const rd_job *job, const sf_surface *const *surfaces);
 
+/* What an object emits, as a mesh for sfield_build_emissive: a row for each side of its triangles; dark ones hide. */
+typedef struct sf_glow { uint32_t *indices; float *radiance; uint32_t count; } sf_glow;
+
+/* 0, or -1: out of memory. */
+int  sf_glow_build(sf_glow *glow, const ex_scene *scene, const ex_object *object);
+int  sf_glow_same(const sf_glow *a, const sf_glow *b);
+void sf_glow_free(sf_glow *glow);
+
 /* On OpenGL (shadowfield_gl.c): fields, NULL ones left out, go up; then sf_gl_shade does what sfield_shade does for
    sets with their own rgb, and with gloss where it was asked for. */
 typedef struct sf_gl sf_gl;
 sf_gl *sf_gl_open(const rd_job *job, const sfield_field *const *fields, size_t field_count, size_t entity_count,
                   int gloss, char *error);
+int    sf_gl_fields(sf_gl *gl, const rd_job *job, const sfield_field *const *fields, size_t field_count,
+                    size_t entity_count, char *error);       /* others in their place */
 int    sf_gl_shade(sf_gl *gl, const rd_job *job, const sfield_scene *scene, const sfield_entity *entities,
                    size_t entity_count, const sfield_points *sets, size_t set_count, char *error);
 void   sf_gl_close(sf_gl *gl);
