@@ -372,7 +372,7 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count, cons
 /* Irradiance from all maps' texels: 3 floats a point, indexed as the points. stats may be NULL; with it a clamp costs a
    fifth more. Nothing is written where the result is not RSM_OK, but RSM_ERR_CANCELLED may leave some points done.
    Errors   RSM_ERR_ARGUMENT, RSM_ERR_DESC, RSM_ERR_ORDER (a map is not finished), RSM_ERR_ALLOC, RSM_ERR_CANCELLED
-   Cost     receivers x maps x samples, about 1 ns a pair (FLUX), 5 ns (patterns about the receiver) */
+   Cost     receivers x maps x samples, about 1 ns a pair (FLUX), 20 ns (patterns about the receiver) */
 
 RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const rsm_gather_desc *desc,
                                    const rsm_points *points, float *irradiance, rsm_gather_stats *stats);

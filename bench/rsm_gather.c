@@ -174,6 +174,7 @@ static int measure_scene(run *r, const char *scene)
         { "cpu", "full", "", 224, 0 },                   /* the paper's work */
         { "cpu", "interpolated", "", 224, 0 },
         { "cpu", "full", "--set pattern=mixed", 400, 1 },
+        { "cpu", "full", "--set pattern=mixed --set m=2048", 400, 1 },
         { "cpu", "full", "--set m=512", 0, 1 },
         { "gl", "full", "", 400, 0 },
         { "gl", "interpolated", "", 400, 0 },

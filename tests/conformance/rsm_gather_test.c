@@ -105,8 +105,8 @@ static void weights_of_patterns(void **state)
         }                                        /* 4096 points */
 }
 
-/* A sun on a floor and a wall: receivers on the wall down to a texel above the floor, 400 samples by MIXED against every
-   texel. Its dense samples must reach down to the size of texels, and be even for numbers that are no power of two. */
+/* A sun on a floor and a wall: receivers on the wall down to a texel above the floor, 400 samples by MIXED against
+   every texel. Its dense samples must reach down to the size of texels, and be even for any number of them. */
 static void mixed_in_a_corner(void **state)
 {
     static const float quads[18] = { -1, 0, -1, 0, 0, 2, 2, 0, 0, -1, 0, -1, 0, 2, 0, 0, 0, 2 };
