@@ -186,7 +186,7 @@ if [ -n "$ASSETS" ]; then
     done
     # A measured sky: make assets brings all but the first.
     for sky in venice_sunset_1k sunset studio city courtyard forest interior night sunrise; do
-        [ -f "$ASSETS/bunny.glb" ] && [ -f "$ASSETS/$sky.hdr" ] || continue
+        if [ ! -f "$ASSETS/bunny.glb" ] || [ ! -f "$ASSETS/$sky.hdr" ]; then continue; fi
         group "bunny-$sky" direct "bunny.glb under $sky.hdr" --scene "$ASSETS/bunny.glb" --env "$ASSETS/$sky.hdr"
         row csm cpu "4,096 maps, roulette" $maps
         row envshadow cpu "256 lights"
