@@ -5993,8 +5993,10 @@ static void sfield__list(sfield__point *p, const sfield_field *f, const sfield__
 
 static void sfield__unlist(sfield__point *p)
 {
+    const uint32_t used = sfield__mark_base(p->s->side * p->s->side);
+    uint32_t face;
     memset(p->coefs, 0, p->s->cells * sizeof *p->coefs);
-    memset(p->marks, 0, 6 * SFIELD__MARKS);
+    for (face = 0; face < 6; face++) memset(p->marks + face * SFIELD__MARKS, 0, used);
 }
 
 /* T times the visibility in p->coefs: expanded only where it has detail; rotated entities texel by texel. */
