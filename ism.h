@@ -3072,7 +3072,7 @@ static void ism__shade_task(void *context, size_t index)
 }
 
 /* Every pixel the mean over a window that holds each class of VPLs once (the outer ones half on either side), of
-   neighbours on the same smooth surface. */
+   neighbours on the same smooth surface. Not too strict: where few are left, so are few VPLs, and spots stay. */
 static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[3])
 {
     const ism_view *view = w->view;
@@ -3093,10 +3093,9 @@ static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[
             d = ism__v3_sub(q, p);
             facing = ism__v3_dot(n, nq);
             off = fabsf(ism__v3_dot(n, d)) + fabsf(ism__v3_dot(nq, d));
-            facing = facing > 0.0f ? facing * facing : 0.0f;
-            weight *= facing * facing;
+            weight *= facing > 0.0f ? facing * facing : 0.0f;
             if (off > 0.0f) {       /* share of the way that leaves the tangent planes */
-                off = 1.0f - 2.0f * off / ism__v3_length(d);
+                off = 1.0f - off / ism__v3_length(d);
                 weight *= off > 0.0f ? off : 0.0f;
             }
             for (k = 0; k < 3; k++) sum[k] += weight * w->light[3u * at + (size_t)k];

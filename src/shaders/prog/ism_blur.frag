@@ -16,8 +16,8 @@ vec4 ism_smooth(ivec2 at, ism_receiver c)
                 !ism_read_receiver(there, o)) continue;
             vec3 d = o.p - c.p;
             float facing = max(dot(c.n, o.n), 0.0), off = abs(dot(c.n, d)) + abs(dot(o.n, d));
-            float weight = (abs(i) == r ? 0.5 : 1.0) * (abs(j) == r ? 0.5 : 1.0) * facing * facing * facing * facing;
-            if (off > 0.0) weight *= max(1.0 - 2.0 * off / sqrt(dot(d, d)), 0.0);
+            float weight = (abs(i) == r ? 0.5 : 1.0) * (abs(j) == r ? 0.5 : 1.0) * facing * facing;
+            if (off > 0.0) weight *= max(1.0 - off / sqrt(dot(d, d)), 0.0);
             sum += weight * glbk_unpack(texelFetch(glbk_ism_light, there, 0));
             weights += weight;
         }
