@@ -2323,9 +2323,12 @@ static void envsh__fill_lights(envsh_lights *l, const envsh__grid *g, const uint
     uint32_t i;
     for (i = 0; i < l->count; i++) {
         /* A stratum that a video has made black keeps the direction that it had. */
-        if (l->sums[i].w > 0.0)
+        if (l->sums[i].w > 0.0) {
             envsh__make_light(g, &l->sums[i], chosen ? chosen[i] : ENVSH_NO_LIGHT, &l->list[i]);
-        else l->list[i].irradiance[0] = l->list[i].irradiance[1] = l->list[i].irradiance[2] = 0.0f;
+        } else {
+            l->list[i].irradiance[0] = l->list[i].irradiance[1] = l->list[i].irradiance[2] = 0.0f;
+            l->list[i].solid_angle = (float)l->sums[i].omega;
+        }
         l->list[i].flags = l->has_sun && i == 0 ? ENVSH_LIGHT_SUN : 0;
     }
 }

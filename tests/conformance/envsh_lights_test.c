@@ -643,6 +643,51 @@ static void follow_moves_little(void **state)
     assert_true(changed > 0);
 }
 
+/* A sun of 4 degrees that wanders, over an even sky of radiance video_sky. */
+static double video_sky;
+static void wandering_sun(const double *d, double *rgb)
+{
+    double a = 0.04 * video_time;
+    int c;
+    for (c = 0; c < 3; c++) rgb[c] = video_sky + 2000 * (1 + c) * lobe(d, cos(a), 0.5, sin(a), 2000);
+}
+
+static void sun_is_followed(void **state)
+{
+    (void)state;
+    for (int dark = 0; dark < 2; dark++) {       /* in the dark all other strata are without energy */
+        sky s = sky_alloc(ENVSH_MAP_LATLONG, 128, 64);
+        envsh_desc d = desc_of(ENVSH_METHOD_DEFAULT, 32);
+        envsh_lights *l;
+        video_sky = dark ? 0 : 0.5;
+        video_time = 0;
+        d.split_sun = 1;
+        sky_fill(&s, wandering_sun);
+        l = build(&d, &s.map, NULL);
+        for (video_time = 1; video_time < 20; video_time++) {
+            double a = 0.04 * video_time, to[3] = { cos(a), 0.5, sin(a) }, cosine = 0, found[3], expected[3];
+            uint32_t count;
+            const envsh_light *list;
+            sky_fill(&s, wandering_sun);
+            assert_int_equal(envsh_lights_follow(l, &s.map, 0, NULL), ENVSH_OK);
+            list = envsh_lights_get(l, &count);
+            assert_int_equal(count, 32);
+            light_energy(l, found);
+            exact_energy(&s, expected);
+            for (int c = 0; c < 3; c++) {
+                assert_true(fabs(found[c] / expected[c] - 1) < 1e-6);
+                cosine += to[c] / sqrt(1.25) * (double)list[0].direction[c];
+            }
+            assert_true(strata_error(&s, l) < 1e-6);
+            assert_int_equal(list[0].flags, ENVSH_LIGHT_SUN);
+            if (!(cosine > cos(0.01))) fail_msg("frame %g: the sun's light is %g from it", video_time, acos(cosine));
+            assert_true(list[0].irradiance[1] > 0.7f * (float)expected[1] || !dark);
+        }
+        envsh_lights_free(l);
+        sky_free(&s);
+    }
+}
+
 static void another_count_changes_few(void **state)
 {
     sky s = sky_alloc(ENVSH_MAP_LATLONG, 128, 64);
@@ -936,6 +981,7 @@ int main(void)
         cmocka_unit_test(sun_is_split_off),
         cmocka_unit_test(extents_measure_the_stratum),
         cmocka_unit_test(follow_moves_little),
+        cmocka_unit_test(sun_is_followed),
         cmocka_unit_test(another_count_changes_few),
         cmocka_unit_test(rotate_turns),
         cmocka_unit_test(residual_has_no_mean),
