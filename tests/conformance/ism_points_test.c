@@ -335,6 +335,40 @@ static void pull_and_push(void **state)
     CONFORM("T49", "empty tile: texels with a depth", 0, empty, 0);
 }
 
+/* What a texel of a map stands for when its VPL bounces on: the cells of any projection share the light of the hemisphere.
+   A cell's weight is half of its solid angle's quarter's two diagonals' product, so that twice the sum is the integral of
+   cos^n: 2 pi / (n + 1). */
+static void cells_share_the_hemisphere(void **state)
+{
+    static const ism_projection projections[2] = { ISM_PROJECTION_PARABOLOID, ISM_PROJECTION_OCTAHEDRAL };
+    static const float exponents[2] = { 1, 8 };
+    int i, k;
+    (void)state;
+    for (i = 0; i < 2; i++)
+        for (k = 0; k < 2; k++) {
+            ism_desc d;
+            ism_vpl v;
+            ism_maps *m;
+            double sum = 0;
+            uint32_t x, y;
+            memset(&d, 0, sizeof d);
+            memset(&v, 0, sizeof v);
+            d.vpl_count = 16;
+            d.points = 64;
+            d.tile_size = 64;
+            d.projection = projections[i];
+            v.normal[1] = v.axis[1] = 1;
+            v.exponent = exponents[k];
+            assert_int_equal(ism_create(&d, &m), ISM_OK);
+            for (y = 0; y < d.tile_size; y++)
+                for (x = 0; x < d.tile_size; x++) sum += 2 * (double)ism__cell_weight(m, &v, x, y);
+            ism_destroy(m);
+            /* 64 x 64 cells: the disc's rim is a row wide at most, where the cosine is 0.03 */
+            if (!(fabs(sum / (6.283185307179586 / (1 + (double)exponents[k])) - 1) < 0.005))
+                fail_msg("projection %d, exponent %g: %g", i, (double)exponents[k], sum);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -343,6 +377,7 @@ int main(void)
         cmocka_unit_test(lazy_renewal_reaches_all_points),
         cmocka_unit_test(splats_have_the_sphere_s_solid_angle),
         cmocka_unit_test(pull_and_push),
+        cmocka_unit_test(cells_share_the_hemisphere),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
