@@ -187,7 +187,6 @@ static glbk_result read_lost(im_gl *g, double *share)
 
 int im_gl_shade(im_gl *g, int level, const ism_shading *shading, float *light, double *lost, char *error)
 {
-    const ism_near rule = shading->near_mode;
     glbk_ism_shading s;
     glbk_result result;
     *lost = 0;
@@ -200,7 +199,7 @@ int im_gl_shade(im_gl *g, int level, const ism_shading *shading, float *light, d
     result = glbk_ism_shade(g->gl, &g->renderer, &g->maps[level], &s);
     if (result == GLBK_OK)
         result = glbk_ism_read_light(g->gl, &g->renderer, light);
-    if (result == GLBK_OK && (rule == ISM_NEAR_SPHERE || rule == ISM_NEAR_CLAMP || rule == ISM_NEAR_CLAMP_MEAN))
+    if (result == GLBK_OK && shading->near_mode != ISM_NEAR_NONE)
         result = read_lost(g, lost);
     return result == GLBK_OK ? 0 : failed(g, "shading", result, error);
 }
