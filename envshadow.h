@@ -315,7 +315,8 @@ typedef struct envsh_maps_desc {
     int      rgba;                  /* not 0: four tiles share a texel's channels */
     int      no_depth;              /* not 0: layout and matrices only, for maps that your GPU renders */
     int      clip_zero_to_one;      /* envsh_view.clip: depth 0..1 (Vulkan, Direct3D), not -1..1 */
-    int      clip_y_down;           /* envsh_view.clip: y down, as Vulkan's */
+    int      clip_y_down;           /* envsh_view.clip: a texture's row 0 is at clip y = 1 and rows go down (Direct3D,
+                                       Metal); 0: row 0 is at clip y = -1 (OpenGL, Vulkan) */
     envsh_allocator    allocator;
     envsh_parallel_for parallel_for;       /* NULL = this thread alone; results are the same */
     void              *parallel_user;

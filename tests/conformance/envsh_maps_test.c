@@ -492,6 +492,57 @@ static void cost_model_finds_the_best(void **state)
     assert_int_equal(envsh_cost_fit(192, sizes, ms, 0, &found), 0);
 }
 
+/* ---- conventions of clip space ---- */
+
+/* What a GPU makes of a point by view.clip: column, row in memory and depth, 0..1. They must be those of the lookup,
+   which is one for all APIs, and nothing of the bounds may be clipped. */
+static void clip_spaces_meet_the_lookup(void **state)
+{
+    enum { K = 12, SIZE = 64 };
+    static envsh_light list[K];
+    const envsh_bounds box = { { -1, 0, -2 }, { 1.5f, 1, 2 } };
+    double worst = 0;
+    (void)state;
+    lights_of(even, K, 0, list);
+    for (int way = 0; way < 4; way++) {
+        envsh_maps_desc d;
+        envsh_maps *m;
+        const envsh_view *views;
+        uint32_t count;
+        uint64_t seed = 5;
+        memset(&d, 0, sizeof d);
+        d.map_size = SIZE;
+        d.clip_zero_to_one = way & 1;
+        d.clip_y_down = way >> 1;
+        assert_int_equal(envsh_maps_create(&d, K, &m), ENVSH_OK);
+        assert_int_equal(envsh_maps_begin(m, list, K, box), ENVSH_OK);
+        assert_int_equal(envsh_maps_end(m), ENVSH_OK);
+        views = envsh_maps_views(m, &count);
+        for (uint32_t i = 0; i < 100 * count; i++) {
+            const envsh_view *v = &views[i % count];
+            double p[4] = { 0, 0, 0, 1 }, clip[4], at[3];
+            for (int c = 0; c < 3; c++)
+                p[c] = (double)box.low[c] + ((double)box.high[c] - (double)box.low[c]) * rnd(&seed);
+            for (int r = 0; r < 4; r++) {
+                clip[r] = 0;
+                for (int c = 0; c < 4; c++) clip[r] += (double)v->clip[4 * c + r] * p[c];
+            }
+            CLOSE(clip[3], 1, 1e-6);
+            at[0] = (0.5 * clip[0] + 0.5) * SIZE;
+            at[1] = (0.5 * (way >> 1 ? -clip[1] : clip[1]) + 0.5) * SIZE;
+            at[2] = way & 1 ? clip[2] : 0.5 * clip[2] + 0.5;
+            assert_true(at[0] > 0 && at[0] < SIZE && at[1] > 0 && at[1] < SIZE && at[2] >= 0 && at[2] <= 1);
+            for (int r = 0; r < 3; r++) {
+                double found = (double)v->lookup[4 * r + 3];
+                for (int c = 0; c < 3; c++) found += (double)v->lookup[4 * r + c] * p[c];
+                worst = fmax(worst, fabs(found - at[r]) / (r < 2 ? SIZE : 1));
+            }
+        }
+        envsh_maps_free(m);
+    }
+    assert_true(worst < 1e-5);              /* of a tile: floats of sums of four */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -504,6 +555,7 @@ int main(void)
         cmocka_unit_test(penumbra_has_its_width),
         cmocka_unit_test(clusters_sum_to_the_same),
         cmocka_unit_test(texels_are_snapped),
+        cmocka_unit_test(clip_spaces_meet_the_lookup),
         cmocka_unit_test(cost_model_finds_the_best),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -105,6 +105,70 @@ static void weights_of_patterns(void **state)
         }                                        /* 4096 points */
 }
 
+/* LOG_RADIAL: C / r^2 from r_min out and C / r_min^2 inside it, so that 1 / (1 + 2 ln(1 / r_min)) of the samples lie
+   there, for r_min^2 of the disc. A gather takes its own r_min: another choice, the same light. */
+static void r_min_is_the_inner_disc(void **state)
+{
+    static const float radii[] = { 0, 1.0f / 32, 0.25f };
+    static float pattern[3 * 4096];
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_LOG_RADIAL, 4096);
+    const float at[3] = { -1, 1, 0.2f }, n[3] = { -1, 0, 0 };
+    rsm_points points = points_of(at, n, 1, 0);
+    lit *map = lit_wall();
+    float e[3][3], all[3];
+    int i, k;
+    (void)state;
+    for (k = 0; k < 3; k++) {
+        double r = k == 2 ? 0.25 : 1.0 / 32, inside = 0, weight = 0;
+        assert_int_equal(rsm_pattern_build(RSM_PATTERN_LOG_RADIAL, 4096, radii[k], 0, 1, pattern), RSM_OK);
+        for (i = 0; i < 4096; i++) {
+            if (!(hypot((double)pattern[3 * i], (double)pattern[3 * i + 1]) < r * 0.999999)) continue;
+            inside += 1.0 / 4096;
+            weight += (double)pattern[3 * i + 2] / PI;
+        }
+        assert_true(fabs(inside - 1 / (1 - 2 * log(r))) < 2.0 / 4096);      /* whole samples */
+        assert_true(fabs(weight / (r * r) - 1) < 0.01);
+        g.r_min = radii[k];
+        g.r_max = 2;
+        lit_gather(map, &g, &points, e[k]);
+    }
+    g.pattern = RSM_PATTERN_FLUX;
+    g.samples = 0;
+    lit_gather(map, &g, &points, all);
+    assert_memory_equal(e[0], e[1], sizeof e[0]);
+    assert_true(memcmp(e[0], e[2], sizeof e[0]) != 0);
+    for (k = 0; k < 3; k++)                     /* 4096 samples: 0.1 % off, measured */
+        assert_true(fabs((double)e[k][0] / (double)all[0] - 1) < 0.005);
+    lit_free(map);
+}
+
+/* Pixels are 0.025 apart: within 0.01 of a pixel lies no sample of any grid, so that all are evaluated; within 0.06
+   those of the finer grids alone. */
+static void distance_bounds_interpolation(void **state)
+{
+    static const float distances[] = { 0, 0.06f, 0.01f };
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 16);
+    rsm_points points = points_of(px, pn, WIDE * HIGH, WIDE);
+    lit *map = lit_wall();
+    double share[3];
+    int k;
+    (void)state;
+    look_down(FLOOR);
+    lit_gather(map, &g, &points, full_e);
+    for (k = 0; k < 3; k++) {
+        rsm_interpolation in;
+        memset(&in, 0, sizeof in);
+        in.mask = mask;
+        in.distance = distances[k];
+        in.contrast = in.reach = -1;
+        share[k] = lit_interpolate(map, &g, &in, &points, some_e);
+    }
+    print_message("evaluated: %.4f, %.4f, %.4f\n", share[0], share[1], share[2]);
+    assert_true(share[0] < 0.05 && share[1] > 0.06 && share[1] < 0.6 && share[2] >= 1);
+    assert_memory_equal(full_e, some_e, sizeof full_e);
+    lit_free(map);
+}
+
 /* A sun on a floor and a wall: receivers on the wall down to a texel above the floor, 400 samples by MIXED against
    every texel. Its dense samples must reach down to the size of texels, and be even for any number of them. */
 static void mixed_in_a_corner(void **state)
@@ -235,7 +299,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         RSM_ROWS(cmocka_unit_test), cmocka_unit_test(weights_of_patterns), cmocka_unit_test(shares_are_reported),
-        cmocka_unit_test(mixed_in_a_corner),
+        cmocka_unit_test(mixed_in_a_corner), cmocka_unit_test(r_min_is_the_inner_disc),
+        cmocka_unit_test(distance_bounds_interpolation),
         cmocka_unit_test(filter_puts_sets_together), cmocka_unit_test(filter_leaves_no_lone_spikes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
