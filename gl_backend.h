@@ -179,7 +179,6 @@ GLBK_DEF const char *glbk_result_text(glbk_result result);
     X(CORE, void, BlendFuncSeparate, (uint32_t srgb, uint32_t drgb, uint32_t salpha, uint32_t dalpha))               \
     X(CORE, void, ClearBufferfv, (uint32_t buffer, int32_t index, const float *value))                               \
     X(CORE, void, ClearBufferuiv, (uint32_t buffer, int32_t index, const uint32_t *value))                           \
-    X(CORE, void, ClearBufferiv, (uint32_t buffer, int32_t index, const int32_t *value))                             \
     X(CORE, void, PixelStorei, (uint32_t name, int32_t value))                                                       \
     X(CORE, void, ReadPixels, (int32_t x, int32_t y, int32_t width, int32_t height, uint32_t format, uint32_t type,  \
                                void *out))                                                                           \
@@ -208,8 +207,6 @@ GLBK_DEF const char *glbk_result_text(glbk_result result);
     X(CORE, uint32_t, CheckFramebufferStatus, (uint32_t target))                                                     \
     X(CORE, void, DrawBuffers, (int32_t count, const uint32_t *buffers))                                             \
     X(CORE, void, ReadBuffer, (uint32_t source))                                                                     \
-    X(CORE, void, BlitFramebuffer, (int32_t x0, int32_t y0, int32_t x1, int32_t y1, int32_t to_x0, int32_t to_y0,    \
-                                    int32_t to_x1, int32_t to_y1, uint32_t mask, uint32_t filter))                   \
     X(CORE, void, GenBuffers, (int32_t count, uint32_t *names))                                                      \
     X(CORE, void, DeleteBuffers, (int32_t count, const uint32_t *names))                                             \
     X(CORE, void, BindBuffer, (uint32_t target, uint32_t name))                                                      \
@@ -224,9 +221,6 @@ GLBK_DEF const char *glbk_result_text(glbk_result result);
     X(CORE, void, EnableVertexAttribArray, (uint32_t index))                                                         \
     X(CORE, void, VertexAttribPointer, (uint32_t index, int32_t size, uint32_t type, uint8_t normalized,             \
                                         int32_t stride, const void *offset))                                         \
-    X(CORE, void, VertexAttribIPointer, (uint32_t index, int32_t size, uint32_t type, int32_t stride,                \
-                                         const void *offset))                                                        \
-    X(CORE, void, VertexAttribDivisor, (uint32_t index, uint32_t divisor))                                           \
     X(CORE, void, DrawArrays, (uint32_t mode, int32_t first, int32_t count))                                         \
     X(CORE, void, DrawElements, (uint32_t mode, int32_t count, uint32_t type, const void *offset))                   \
     X(CORE, void, DrawArraysInstanced, (uint32_t mode, int32_t first, int32_t count, int32_t instances))             \
@@ -257,11 +251,6 @@ GLBK_DEF const char *glbk_result_text(glbk_result result);
     X(CORE, void, UniformMatrix4fv, (int32_t location, int32_t count, uint8_t transpose, const float *values))       \
     X(CORE, void, BeginTransformFeedback, (uint32_t mode))                                                           \
     X(CORE, void, EndTransformFeedback, (void))                                                                      \
-    X(CORE, void, GenQueries, (int32_t count, uint32_t *names))                                                      \
-    X(CORE, void, DeleteQueries, (int32_t count, const uint32_t *names))                                             \
-    X(CORE, void, BeginQuery, (uint32_t target, uint32_t name))                                                      \
-    X(CORE, void, EndQuery, (uint32_t target))                                                                       \
-    X(CORE, void, GetQueryObjectuiv, (uint32_t name, uint32_t what, uint32_t *out))                                  \
     X(CORE, void, Finish, (void))                                                                                    \
     X(ES, void, DepthRangef, (float from, float to))                                                                 \
     X(DESK, void, DepthRange, (double from, double to))                                                              \
@@ -274,8 +263,6 @@ GLBK_DEF const char *glbk_result_text(glbk_result result);
     X(DESK, void, Disablei, (uint32_t cap, uint32_t index))                                                          \
     X(DESK, uint8_t, IsEnabledi, (uint32_t cap, uint32_t index))                                                     \
     X(DESK, void, GetBufferSubData, (uint32_t target, ptrdiff_t offset, ptrdiff_t size, void *out))                  \
-    X(DESK, void, QueryCounter, (uint32_t name, uint32_t target))                                                    \
-    X(DESK, void, GetQueryObjectui64v, (uint32_t name, uint32_t what, uint64_t *out))                                \
     X(COMPUTE, void, DispatchCompute, (uint32_t x, uint32_t y, uint32_t z))                                          \
     X(COMPUTE, void, Barrier, (uint32_t bits)) /* glMemoryBarrier: windows.h has a macro of that name */              \
     X(CLIP, void, ClipControl, (uint32_t origin, uint32_t depth))

@@ -9,6 +9,7 @@ typedef struct bn_options {
     const char *program;         /* argv[0]: render and compare lie beside it */
     const char *model, *assets;  /* NULL where not given */
     int         threads, full;
+    uint32_t    side, m;         /* of gl_csm_build, 0 where not given */
     ex_pool    *pool;            /* of `threads` */
     FILE       *json;            /* copy of the lines, or NULL */
 } bn_options;

@@ -19,8 +19,10 @@ int bn_gl_open(bn_gl *g, int core_only)
     desc.log = g->log;
     desc.log_size = sizeof g->log;
     desc.core_only = core_only;
-    if (glbk_init(&g->gl, &desc) == GLBK_OK)
+    if (glbk_init(&g->gl, &desc) == GLBK_OK) {
+        ex_gl_timer_open(&g->timer, &g->gl, ex_gl_get_proc, g->context);
         return 0;
+    }
     ex_gl_free(g->context);
     g->context = NULL;
     return bn_failed("OpenGL", g->log);
@@ -28,6 +30,8 @@ int bn_gl_open(bn_gl *g, int core_only)
 
 void bn_gl_close(bn_gl *g)
 {
+    if (g->context)
+        ex_gl_timer_close(&g->timer);
     glbk_destroy(&g->gl);
     ex_gl_free(g->context);
     memset(g, 0, sizeof *g);

@@ -2,9 +2,9 @@
 #ifndef BENCH_GL_H
 #define BENCH_GL_H
 
-#include "gl_context.h"
+#include "gl_timer.h"
 
-typedef struct bn_gl { ex_gl *context; glbk_context gl; char log[400]; } bn_gl;     /* zeroed = none */
+typedef struct bn_gl { ex_gl *context; glbk_context gl; ex_gl_timer timer; char log[400]; } bn_gl;  /* zeroed = none */
 
 int  bn_gl_open(bn_gl *g, int core_only);       /* 0, or the line is said */
 void bn_gl_close(bn_gl *g);

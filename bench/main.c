@@ -287,6 +287,17 @@ static int bad_arguments(const char *what, const char *why)
     return 2;
 }
 
+/* A number within its limits. */
+static int parse_size(const char *text, long low, long high, uint32_t *out)
+{
+    char *end;
+    const long value = strtol(text, &end, 10);
+    if (*end || end == text || value < low || value > high)
+        return -1;
+    *out = (uint32_t)value;
+    return 0;
+}
+
 static int parse(bn_options *o, int count, char **values, const char **json)
 {
     for (int i = 2; i < count; i++) {
@@ -308,6 +319,12 @@ static int parse(bn_options *o, int count, char **values, const char **json)
             o->threads = (int)strtol(value, &end, 10);
             if (*end || end == value || o->threads < 0 || o->threads > 256)
                 return bad_arguments("--threads", "must be 0 to 256");
+        } else if (strcmp(values[i], "--side") == 0) {
+            if (parse_size(value, 1, 1024, &o->side) != 0)
+                return bad_arguments("--side", "must be 1 to 1024");
+        } else if (strcmp(values[i], "--m") == 0) {
+            if (parse_size(value, 4, 1024, &o->m) != 0)
+                return bad_arguments("--m", "must be 4 to 1024");
         } else {
             return bad_arguments(values[i], "unknown option");
         }
@@ -345,7 +362,7 @@ int main(int count, char **values)
     }
     if (count < 2 || !is_known(values[1]))
         return bad_arguments(count < 2 ? "usage" : values[1], "bench NAME|all [--model FILE.glb|builtin:NAME] "
-                             "[--assets DIR] [--threads N] [--full] [--json FILE], or bench --list");
+                             "[--assets DIR] [--threads N] [--full] [--side N] [--m M] [--json FILE], or bench --list");
     memset(&options, 0, sizeof options);
     options.program = values[0];
     options.assets = getenv("ASSETS") && *getenv("ASSETS") ? getenv("ASSETS") : NULL;
