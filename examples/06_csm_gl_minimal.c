@@ -135,7 +135,7 @@ int main(int count, char **values)
         glbk_csm_bind(&gl, &uploaded);
         gl.gl.Uniform1f(gl.gl.GetUniformLocation(program.name, "turn"), count > 1 ? 0.6f : (float)glfwGetTime() * 0.5f);
         glbk_draw_screen(&gl);
-        if (count > 1) return save(&gl, values[1]);
+        if (count > 1) return save(&gl, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }

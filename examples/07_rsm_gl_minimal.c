@@ -131,7 +131,7 @@ int main(int count, char **values)
     while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
         if (frame(&gl, &renderer, &map, &lamp, count > 1 ? -0.6f : sinf((float)glfwGetTime())) != GLBK_OK)
             return fail("OpenGL", log);
-        if (count > 1) return save(&gl, values[1]);
+        if (count > 1) return save(&gl, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }

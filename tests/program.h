@@ -33,14 +33,15 @@ static inline int close_folder(void **state)
     return system(command);
 }
 
-/* Runs a program of the build folder in the scratch folder, its output into `output`; returns the exit status. */
+/* Runs a program of the build folder in the scratch folder, its output into `output`; returns the exit status, which is
+   not 0 where GL had an error. */
 static inline int run(const char *program, const char *arguments)
 {
     const char *build = getenv("BUILD");
     char command[1024];
     FILE *pipe;
     int status;
-    snprintf(command, sizeof command, "cd %s && %s%s/%s %s 2>&1", folder, build && *build == '/' ? "" : "$OLDPWD/",
+    snprintf(command, sizeof command, "cd %s && DAPPLE_GL_DEBUG=1 %s%s/%s %s 2>&1", folder, build && *build == '/' ? "" : "$OLDPWD/",
              build && *build ? build : "build", program, arguments);
     pipe = popen(command, "r");
     assert_non_null(pipe);

@@ -12,6 +12,35 @@ struct ex_gl {
     char             last[300];
 };
 
+/* ---- DAPPLE_GL_DEBUG=1: errors of all contexts of this process, said at its end ---- */
+
+static struct { unsigned errors; int registered; char last[300]; } watched;
+
+static void say_errors(void)
+{
+    if (!watched.errors)
+        return;
+    fprintf(stderr, "GL error: %u, the last: %s\n", watched.errors, watched.last);
+    fflush(NULL);
+    _Exit(EXIT_FAILURE);
+}
+
+static int is_watched(void)
+{
+    const char *value = getenv("DAPPLE_GL_DEBUG");
+    if (!value || strcmp(value, "1") != 0)
+        return 0;
+    if (!watched.registered)
+        watched.registered = atexit(say_errors) == 0;
+    return 1;
+}
+
+static void note_error(const char *text)
+{
+    watched.errors++;
+    snprintf(watched.last, sizeof watched.last, "%s", text);
+}
+
 /* ---- the driver's messages: OpenGL 4.3, ES 3.2 or KHR_debug ---- */
 
 typedef void(GLBK_CALL *debug_proc)(uint32_t source, uint32_t type, uint32_t id, uint32_t severity, int32_t length,
@@ -27,6 +56,7 @@ static void GLBK_CALL on_message(uint32_t source, uint32_t type, uint32_t id, ui
     if (type != 0x824C /* DEBUG_TYPE_ERROR */)
         return;
     owner.out->errors++;
+    note_error(text);
     snprintf(owner.out->last, sizeof owner.out->last, "%s", text);
 }
 
@@ -111,16 +141,18 @@ static int create_any(ex_gl *gl, const ex_gl_options *options, char *error)
 ex_gl *ex_gl_create_by(const ex_gl_way *way, const ex_gl_options *options, char *error)
 {
     ex_gl *gl = calloc(1, sizeof *gl);
+    ex_gl_options wanted = *options;
+    wanted.debug |= is_watched();
     if (!gl) {
         snprintf(error, EX_ERROR_SIZE, "out of memory");
         return NULL;
     }
     gl->way = way;
-    if (way ? create_version(gl, options, error) != 0 : create_any(gl, options, error) != 0) {
+    if (way ? create_version(gl, &wanted, error) != 0 : create_any(gl, &wanted, error) != 0) {
         free(gl);
         return NULL;
     }
-    if (options->debug)
+    if (wanted.debug)
         listen(gl);
     return gl;
 }
@@ -130,10 +162,30 @@ ex_gl *ex_gl_create(const ex_gl_options *options, char *error)
     return ex_gl_create_by(NULL, options, error);
 }
 
+/* What glGetError still has to say, of drivers without messages too. Another context may be current: then that one's. */
+static void note_pending(ex_gl *gl)
+{
+    uint32_t(GLBK_CALL *get_error)(void);
+    glbk_proc proc = gl->way->get_proc("glGetError");
+    if (!proc)
+        return;
+    memcpy(&get_error, &proc, sizeof proc);
+    for (int i = 0; i < 10; i++) {
+        char text[40];
+        uint32_t code = get_error();
+        if (!code)
+            return;
+        snprintf(text, sizeof text, "glGetError 0x%04x", (unsigned)code);
+        note_error(text);
+    }
+}
+
 void ex_gl_free(ex_gl *gl)
 {
     if (!gl)
         return;
+    if (is_watched())
+        note_pending(gl);
     gl->way->destroy(gl->self);
     free(gl);
 }

@@ -34,4 +34,7 @@ glbk_proc ex_gl_get_proc(const char *name, void *gl);          /* for glbk_desc:
 void     *ex_gl_window(ex_gl *gl);                             /* GLFWwindow of ex_gl_create_window */
 unsigned  ex_gl_errors(const ex_gl *gl, const char **last);    /* messages of type error since ex_gl_create */
 
+/* With DAPPLE_GL_DEBUG=1 in the environment every context is a debug context, and a program in which one of them saw a
+   message of type error, or had a GL error pending at its end, says "GL error" on stderr and does not end with 0. */
+
 #endif

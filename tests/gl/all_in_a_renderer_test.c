@@ -48,8 +48,8 @@ static void run(const char *arguments, const char *picture, char *said, size_t s
     char command[600], error[EX_ERROR_SIZE];
     FILE *pipe;
     size_t got;
-    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 %s/05_all_in_a_renderer --headless %s --size %dx%d "
-             "--bands 3 %s", build_folder(), picture, W, H, arguments);
+    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 DAPPLE_GL_DEBUG=1 %s/05_all_in_a_renderer "
+             "--headless %s --size %dx%d --bands 3 %s", build_folder(), picture, W, H, arguments);
     pipe = popen(command, "r");
     assert_non_null(pipe);
     got = fread(said, 1, size - 1, pipe);

@@ -67,6 +67,7 @@ static void run_viewer(const char *arguments, const char *keys)
     int status;
     snprintf(body, sizeof body,
              "set -e\n"
+             "export DAPPLE_GL_DEBUG=1\n"               /* GL errors are exit statuses */
              "export ASAN_OPTIONS=detect_leaks=0\n"     /* X and Mesa keep what they had at the end */
              "cd %s && rm -f viewer-* out\n"
              "$VIEWER %s > out 2>&1 &\n"
