@@ -1,6 +1,6 @@
-/* csm_query_test - what csm.h answers: holes (T61), layers and several objects (T62), instances (T66), lights between and
-   inside (T67, T68), filters (T69), cubes (T70), bias (T71), and integrals of visibility with closed forms. Rows that GL
-   is put to as well are in csm_rows.h. */
+/* csm_query_test - what csm.h answers: holes (T61), layers and several objects (T62), instances (T66), lights between
+   and inside (T67, T68), filters (T69), cubes (T70), bias (T71), and integrals of visibility with closed forms. Rows
+   that GL is put to as well are in csm_rows.h. */
 
 #define CSM_IMPLEMENTATION
 #include "csm.h"
