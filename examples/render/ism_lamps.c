@@ -475,13 +475,15 @@ static int shadow_map_build(shadow_map *s, const rd_job *job, const float *eye, 
 }
 
 /* Depth at which the ray through a texel's centre meets the plane of the point, whose depth is z and whose ray is
-   forward + x right + y up; where ray and plane are all but parallel, z. As a difference, for a sun's z is large. */
+   forward + x right + y up, but no farther from z than three texels are wide: where ray and plane are all but parallel,
+   the surface ends before. As a difference, for a sun's z is large. */
 static float plane_depth(const shadow_map *s, const float *n, float z, float x, float y, int i, int j)
 {
     float u = (2 * ((float)i + 0.5f) / (float)s->size - 1) * s->half, along = dot(n, s->right);
     float v = (1 - 2 * ((float)j + 0.5f) / (float)s->size) * s->half, upward = dot(n, s->up);
     float step = z * ((u - x) * along + (v - y) * upward) / (dot(n, s->forward) + u * along + v * upward);
-    return fabsf(step) < 0.5f * z ? z - step : z;
+    float most = 6 * s->half / (float)s->size * z;
+    return z - (step > most ? most : step > -most ? step : step < 0 ? -most : 0);
 }
 
 /* Share of 3 x 3 texels that see the point; its own plane carries the depth to the texels. -1: not in this picture. */
