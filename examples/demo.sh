@@ -134,6 +134,18 @@ row shadowfield cpu "harmonics, 4 bands" $fields
 row shadowfield gl "harmonics, 4 bands" $fields
 row envshadow cpu "256 lights"
 
+relit="--env builtin:overcast --set env_scale=0.3 --set lamps=4 --frames 8"
+times=4
+group chess-lamps direct "Chess under a sky and four circling lamps: the eighth frame of a game" \
+    --scene builtin:chess $relit
+row csm cpu "4 x 4 places on a lamp" --samples "$SAMPLES" --set side=16 --set filter=roulette --set light_side=4 \
+    --set light_m=128
+row shadowfield cpu "harmonics, 4 bands" $fields
+
+times=4
+group chess-relit direct "Chess under a sky: only the four lamps move" --scene builtin:chess $relit --set still=1
+row shadowfield cpu "harmonics, 4 bands, lazily" $fields --set lazy=1
+
 times=4
 group robots direct "Robots with lamps: local lights that move" --scene builtin:robots
 row csm cpu "4 x 4 places on a lamp" --samples "$SAMPLES" --set light_side=4 --set light_m=128

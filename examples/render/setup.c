@@ -47,6 +47,40 @@ static int add_lights(ex_scene *scene, const rd_job *job, const rd_args *args, c
     return 0;
 }
 
+/* The setting `lamps`: on a circle that the scene's sphere does not reach, above its middle. */
+static void place_lamps(ex_scene *scene, const rd_job *job, float time)
+{
+    for (uint32_t i = 0; i < job->ring_count; i++) {
+        const float angle = 6.28318531f * ((float)i / (float)job->ring_count + time / 8), *ring = job->ring;
+        float *at = scene->lights[scene->light_count - job->ring_count + i].position;
+        at[0] = ring[0] + 1.3f * ring[3] * cosf(angle);
+        at[1] = ring[1] + 0.9f * ring[3];
+        at[2] = ring[2] + 1.3f * ring[3] * sinf(angle);
+    }
+}
+
+/* Together they give the scene's middle about pi. */
+static int add_lamps(ex_scene *scene, rd_job *job, const rd_args *args, char *error)
+{
+    static const float colors[2][3] = { { 1.25f, 1, 0.75f }, { 0.75f, 1, 1.25f } };
+    uint32_t count = (uint32_t)rd_setting_integer(&args->settings, "lamps");
+    ex_light lamp;
+    memset(&lamp, 0, sizeof lamp);
+    lamp.kind = EX_LIGHT_SPHERE;
+    lamp.radius = 0.1f * job->radius;
+    memcpy(job->ring, job->center, sizeof job->center);
+    job->ring[3] = job->radius;
+    job->ring_count = count;
+    for (uint32_t i = 0; i < count; i++) {
+        for (int k = 0; k < 3; k++)
+            lamp.value[k] = colors[i & 1][k] * 250 / (float)count;
+        if (add_light(scene, &lamp) != 0)
+            return out_of_memory(error);
+    }
+    scene->animated = scene->animated || count;
+    return 0;
+}
+
 /* Radiance is finite and not negative from here on, for every technique alike. */
 static void scale_sky(ex_sky *sky, float scale)
 {
@@ -176,7 +210,11 @@ static int finish(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_
     else if (!scene->has_camera)
         ex_scene_default_camera(scene, args->width, args->height);
     scene->has_camera = 1;
-    if (add_lights(scene, job, args, error) != 0)
+    if (rd_setting_is(&args->settings, "still", "1")) {
+        scene->animated = 0;
+        scene->pose = NULL;
+    }
+    if (add_lights(scene, job, args, error) != 0 || add_lamps(scene, job, args, error) != 0)
         return -1;
     has_light = scene->light_count > 0 || job->emitter_count > 0 || scene->sky.width > 0;
     if (add_sky(scene, args, has_light, error) != 0)
@@ -190,8 +228,10 @@ int rd_setup(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args 
     *emitters = NULL;
     if ((builtin ? ex_scene_builtin(scene, builtin, time, error) : ex_scene_load(scene, args->scene, error)) != 0)
         return -1;
-    if (finish(scene, job, emitters, args, error) == 0)
+    if (finish(scene, job, emitters, args, error) == 0) {
+        place_lamps(scene, job, time);
         return 0;
+    }
     ex_scene_free(scene);
     free(*emitters);
     *emitters = NULL;
@@ -200,5 +240,8 @@ int rd_setup(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args 
 
 int rd_move(ex_scene *scene, rd_job *job, rd_emitter **emitters, float time, char *error)
 {
-    return ex_scene_set_time(scene, time, error) != 0 ? -1 : measure(scene, job, emitters, error);
+    if (ex_scene_set_time(scene, time, error) != 0)
+        return -1;
+    place_lamps(scene, job, time);
+    return measure(scene, job, emitters, error);
 }

@@ -18,6 +18,7 @@ typedef struct sf_state {
     int             full;
     sfield_field  **occlusion;          /* by mesh; equal meshes share */
     sf_surface     *surface;            /* by mesh */
+    size_t          object_count;
     const uint32_t *same;               /* by mesh: the first one with the same geometry */
     uint32_t       *same_of;
     uint32_t        mesh_count;
@@ -33,6 +34,9 @@ typedef struct sf_state {
     sf_tap         *taps;
     float         **rgb, **gloss;       /* by object: of its chosen points */
     size_t          points;
+    sfield_cache  **cache;              /* lazy=1: of each object's points, then of the flat ones */
+    float          *flat_positions;     /* that the last one is of */
+    size_t          flat_count;
     sfield_scene_stats stats;
     size_t          peak;
     sf_gl          *gl;                 /* --backend gl */
@@ -465,6 +469,35 @@ static void fill_set(sfield_points *set, size_t count, const float *positions, c
     set->entity = SFIELD_NONE;
 }
 
+/* lazy=1: what hides each light is kept while the points stay; of flat receivers other pixels are other points. */
+static sfield_result keep_caches(sf_state *s, uint32_t objects, sfield_points *sets, size_t count)
+{
+    sfield_points *pixels = &sets[count - 1];
+    const size_t bytes = 3 * pixels->count * sizeof(float);
+    if (s->cache[objects] &&
+        (s->flat_count != pixels->count || memcmp(s->flat_positions, pixels->positions, bytes) != 0)) {
+        sfield_cache_free(s->cache[objects]);
+        s->cache[objects] = NULL;
+    }
+    for (size_t i = 0; i < count; i++) {
+        sfield_cache **cache = &s->cache[&sets[i] == pixels ? objects : sets[i].entity];
+        sfield_result r;
+        if (sets[i].count && !*cache) {
+            r = sfield_cache_create(s->scene, sets[i].count, (uint32_t)s->light_count + 1, cache);
+            if (r != SFIELD_OK)
+                return r;
+        }
+        sets[i].cache = *cache;
+    }
+    free(s->flat_positions);
+    s->flat_positions = malloc(bytes + 1);
+    if (!s->flat_positions)
+        return SFIELD_ERR_ALLOC;
+    memcpy(s->flat_positions, pixels->positions, bytes);
+    s->flat_count = pixels->count;
+    return SFIELD_OK;
+}
+
 static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, char *error)
 {
     sf_state *s = opaque;
@@ -502,11 +535,14 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
         set->exponents = s->full ? f.exponents : NULL;
         set->exponent_stride = sizeof(float);
         s->points += set++->count;
-        if (!s->gl)
+        r = s->cache ? keep_caches(s, scene->object_count, sets, (size_t)(set - sets)) : SFIELD_OK;
+        if (r != SFIELD_OK)
+            good = 0;
+        else if (!s->gl)
             r = sfield_shade(s->scene, sets, (size_t)(set - sets), &s->stats);
         else if (sf_gl_shade(s->gl, job, s->scene, s->entities, scene->object_count + s->lamp_count, sets,
-                             (size_t)(set - sets), error) == 0)
-            r = SFIELD_OK;
+                             (size_t)(set - sets), error) != 0)
+            r = SFIELD_ERR_ARGUMENT;
     }
     if (r == SFIELD_OK)
         lay_pixels(s, job, &f, out);
@@ -598,6 +634,8 @@ static void close_shadowfield(void *opaque)
         sfield_free(s->light[i]);
         sf_glow_free(&s->glow[i]);
     }
+    for (size_t i = 0; s->cache && i <= s->object_count; i++)
+        sfield_cache_free(s->cache[i]);
     for (size_t i = 0; s->rgb && s->rgb[i] != (float *)(void *)s; i++) {
         free(s->rgb[i]);
         free(s->gloss[i]);
@@ -609,6 +647,8 @@ static void close_shadowfield(void *opaque)
     free(s->light_object);
     free(s->light_of);
     free(s->aim);
+    free(s->cache);
+    free(s->flat_positions);
     free(s->glow);
     free(s->old_light);
     free(s->entities);
@@ -621,6 +661,7 @@ static void close_shadowfield(void *opaque)
 
 static int open_shadowfield(void **opaque, const rd_job *job, char *error)
 {
+    const int lazy = rd_setting_is(job->settings, "lazy", "1");
     const size_t objects = job->scene->object_count, lights = job->scene->light_count + objects + 1;
     sf_state *s = calloc(1, sizeof *s);
     sfield_scene_desc d;
@@ -639,6 +680,8 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     s->light_object = calloc(lights, sizeof *s->light_object);
     s->light_of = calloc(lights, sizeof *s->light_of);
     s->aim = calloc(lights, sizeof *s->aim);
+    s->object_count = objects;
+    s->cache = lazy ? calloc(objects + 1, sizeof(sfield_cache *)) : NULL;
     s->glow = calloc(lights, sizeof *s->glow);
     s->old_light = calloc(lights, sizeof *s->old_light);
     s->entities = calloc(objects + lights, sizeof *s->entities);
@@ -653,7 +696,10 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         snprintf(error, EX_ERROR_SIZE, "shadowfield: --backend gl needs basis=sh");
     } else if (!job->gl && rd_setting_is(job->settings, "build", "gpu")) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: build=gpu needs --backend gl");
-    } else if (!s->light || !s->light_object || !s->light_of || !s->aim || !s->glow || !s->old_light || !s->entities ||
+    } else if (lazy && (s->full || job->gl)) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: lazy=1 needs materials=diffuse and --backend cpu");
+    } else if ((lazy && !s->cache) || !s->light || !s->light_object || !s->light_of || !s->aim || !s->glow ||
+               !s->old_light || !s->entities ||
                !s->surface_of || !s->gloss || !s->rgb) {
         out_of_memory(error);
     } else if ((r = sfield_scene_create(&d, &s->scene)) != SFIELD_OK) {
@@ -672,7 +718,7 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
 static void report_shadowfield(const void *opaque, rd_report *report)
 {
     const sf_state *s = opaque;
-    uint64_t fields = 0, self = 0, sources = 0, count = 0;
+    uint64_t fields = 0, self = 0, sources = 0, count = 0, caches = 0;
     for (uint32_t i = 0; i < s->mesh_count; i++) {
         fields += sfield_size(s->occlusion[i]);
         self += sfield_size(s->surface[i].self);
@@ -680,7 +726,9 @@ static void report_shadowfield(const void *opaque, rd_report *report)
     }
     for (size_t i = 0; i < s->light_count; i++)
         sources += sfield_size(s->light[i]);
-    report->memory_bytes = fields + self + sources;
+    for (size_t i = 0; s->cache && i <= s->object_count; i++)
+        caches += sfield_cache_bytes(s->cache[i]);
+    report->memory_bytes = fields + self + sources + caches;
     report->peak_bytes = s->peak;
     rd_json_text(report->json, "basis", s->basis == SFIELD_BASIS_HAAR ? "haar" : "sh");
     rd_json_integer(report->json, "fields", count);
@@ -691,6 +739,8 @@ static void report_shadowfield(const void *opaque, rd_report *report)
     rd_json_integer(report->json, "products", s->stats.products);
     rd_json_integer(report->json, "culled", s->stats.culled_far + s->stats.culled_horizon + s->stats.culled_hidden);
     rd_json_integer(report->json, "overlaps", s->stats.overlaps);
+    rd_json_integer(report->json, "reused", s->stats.reused);
+    rd_json_integer(report->json, "cache_bytes", caches);
 }
 
 static const rd_key keys[] = {
@@ -700,6 +750,7 @@ static const rd_key keys[] = {
     { "position_side", RD_INTEGER, "0", 2, 64, "0", "points a side of a shell's six faces; 0: 16, wavelets 32" },
     { "source_side", RD_INTEGER, "0", 2, 64, "0", "of what an object emits; 0: position_side" },
     { "source_shells", RD_INTEGER, "0", 2, 64, "0", "of that, which is built again when it changes; 0: shells" },
+    { "lazy", RD_WORD, "0|1", 0, 0, "0", "1 keeps what hides each light while only lights move" },
     { "build", RD_WORD, "cpu|gpu", 0, 0, "cpu", "where fields of meshes are made; gpu needs --backend gl" },
     { "keep", RD_NUMBER, NULL, 0, 1, "0", "share of wavelets kept of a cube; 0: 0.01" },
     { "reach", RD_NUMBER, NULL, 0, 1000, "0", "how far objects hide, in radii; 0: their outermost shell" },

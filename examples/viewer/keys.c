@@ -129,6 +129,11 @@ void vw_key(viewer *v, int key, int is_shifted)
         v->show.use_gl = !v->show.use_gl;
         v->show.new_technique = v->show.new_view = 1;
         break;
+    case GLFW_KEY_SPACE:
+        v->show.plays = !v->show.plays && v->show.loaded.animated;
+        if (!v->show.loaded.animated)
+            snprintf(v->message, sizeof v->message, "nothing moves in this scene");
+        break;
     case GLFW_KEY_R:
         v->show.orbit = v->show.home;
         v->show.new_view = 1;
@@ -178,6 +183,7 @@ static uint32_t put_help(vw_panel *panel, uint32_t y)
         "left button    turn", "right button   move", "wheel          zoom", "up, down       choose a row",
         "left, right    change it", "T              next technique (shift: previous)", "G              backend cpu or gl",
         "S              screenshot", "F              radiance as .pfm", "P              this panel", "H              help",
+        "space          let time pass, or stop it",
         "R              reset the camera", "Q              quit", "drop .glb, .gltf, .hdr files on the window"
     };
     for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++)

@@ -89,7 +89,7 @@ static void draw(program *p)
     vw_show *s = &p->v.show;
     int has_picture = s->technique && s->frames && !s->new_view && s->picture.width == s->width &&
                       s->picture.height == s->height;
-    if (has_picture && s->frames == 1)
+    if (has_picture && s->frames == 1 && s->moves == 0)         /* a film keeps its exposure */
         p->v.ev_automatic = ex_image_auto_ev(&s->picture);
     if (has_picture)
         vw_draw_picture(p->draw, s, exp2f(p->v.ev + p->v.ev_automatic));

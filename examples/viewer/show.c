@@ -92,10 +92,12 @@ static int load(vw_show *s)
     ex_scene fresh;
     rd_emitter *emitters = NULL;
     rd_job job = s->job;
+    uint32_t time = s->keeps_orbit ? s->time : 0;
     close_technique(s);
     memset(&fresh, 0, sizeof fresh);
-    if (parse(s) != 0 || rd_setup(&fresh, &job, &emitters, &s->args, 0, s->error) != 0)
+    if (parse(s) != 0 || rd_setup(&fresh, &job, &emitters, &s->args, (float)time / 30.0f, s->error) != 0)
         return take_back(s);
+    s->time = time;
     memcpy(s->loaded_scene, s->scene, sizeof s->scene);
     memcpy(s->loaded_sky, s->sky, sizeof s->sky);
     ex_scene_free(&s->loaded);
@@ -173,6 +175,33 @@ static int next_frame(vw_show *s)
     return 0;
 }
 
+/* The next thirtieth of a second: what render does between two frames, and the frame. */
+static int move_on(vw_show *s)
+{
+    int deforms = 0;
+    if (ex_seconds() - s->moved < 1.0 / 30)
+        return 0;
+    s->moved = ex_seconds();
+    if (rd_move(&s->loaded, &s->job, &s->emitters, (float)(s->time + 1) / 30.0f, s->error) != 0)
+        return -1;
+    s->time++;
+    s->moves++;
+    for (uint32_t i = 0; i < s->loaded.mesh_count; i++)
+        deforms |= s->loaded.meshes[i].deforms;
+    s->loads += (unsigned)deforms;     /* other vertices for the preview */
+    if (look(s) != 0 || !s->technique)
+        return s->error[0] ? -1 : 0;
+    if (!s->technique->update) {
+        if (open_technique(s) != 0)
+            return -1;
+    } else if (s->technique->update(s->state, &s->job, s->error) != 0) {
+        close_technique(s);
+        return -1;
+    }
+    memset(s->picture.rgb, 0, 3 * (size_t)s->width * s->height * sizeof *s->picture.rgb);
+    return next_frame(s);
+}
+
 /* One wish is fulfilled a step. A wish that fails is forgotten: the error stands until the next one. */
 int vw_show_step(vw_show *s)
 {
@@ -183,8 +212,13 @@ int vw_show_step(vw_show *s)
             continue;
         *wishes[i] = 0;
         s->error[0] = 0;
+        s->moves = 0;
         if (steps[i](s) != 0)
             s->new_scene = s->new_technique = s->new_view = 0;
+        return 1;
+    }
+    if (s->plays && s->loaded.animated && !s->error[0] && (!s->technique || s->frames)) {
+        s->plays = move_on(s) == 0;
         return 1;
     }
     if (s->error[0] || !s->technique || s->frames >= (s->technique->averages ? (uint32_t)VW_MAX_FRAMES : 1u))

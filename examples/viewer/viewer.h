@@ -37,6 +37,7 @@ typedef struct vw_show {
     uint32_t            width, height;
     vw_orbit            orbit;
     int                 new_scene, new_technique, new_view;    /* set where the above changed */
+    int                 plays;                         /* time passes, 1/30 s a picture */
     int                 keeps_orbit;                   /* the new scene is the old one in another light */
     /* What is there. */
     rd_args             args;
@@ -52,6 +53,9 @@ typedef struct vw_show {
     int                 is_open;
     ex_image            frame, picture;                /* the last one, and the mean of all */
     uint32_t            frames;
+    uint32_t            time;                          /* of the scene, in 1/30 s */
+    uint32_t            moves;                         /* steps of it since the last wish */
+    double              moved;                         /* when the last one was, seconds */
     double              open_ms, gbuffer_ms, frame_ms;
     char                error[EX_ERROR_SIZE];          /* "" = none; nothing is shown with one */
 } vw_show;

@@ -166,6 +166,23 @@ static double relative_rmse(const char *a, const char *b)
     return sqrt(squares / (double)n) / (sum / (double)n);
 }
 
+/* Time passes while it plays and stands while it does not, in the preview and in a technique. */
+static void space_plays_and_pauses(void **state)
+{
+    (void)state;
+    need();
+    run_viewer("--size 160x120 builtin:knot",
+               "key p\nshot s\n"                                       /* 1 */
+               "key space\nsleep 1\nkey space\nsleep 1\nshot s\n"     /* 2: another time */
+               "sleep 1\nshot s\n"                                     /* 3: the same */
+               "key t\ni=0\n"
+               "while ! grep -q 'pfm, ' out && [ $i -lt 100 ]; do sleep 0.3; shot f; i=$((i+1)); done\n"       /* 4 */
+               "key space\nsleep 3\nkey space\nsleep 1\nshot f\n");    /* 5: another time */
+    assert_false(same_file("viewer-001.png", "viewer-002.png"));
+    assert_true(same_file("viewer-002.png", "viewer-003.png"));
+    assert_true(relative_rmse("viewer-004.pfm", "viewer-005.pfm") > 0.02);
+}
+
 /* Frame i of the viewer has the samples of frame i of render, so that the means of a static scene agree but for
  * rounding. */
 static void shows_what_render_writes(void **state)
@@ -355,6 +372,7 @@ int main(int count, char **values)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keys_change_what_is_shown),
+        cmocka_unit_test(space_plays_and_pauses),
         cmocka_unit_test(shows_what_render_writes),
         cmocka_unit_test(dropped_files_are_shown),
         cmocka_unit_test(minimal_example_draws),

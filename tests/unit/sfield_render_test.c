@@ -1,5 +1,5 @@
-/* sfield_render_test - `render --technique shadowfield` as a user calls it, where time passes: a video that shines beside
-   the reference, meshes that deform. */
+/* sfield_render_test - `render --technique shadowfield` as a user calls it, where time passes: a video that shines beside the
+   reference, meshes that deform, lamps that alone move. */
 #define _POSIX_C_SOURCE 200809L
 #include "program.h"
 
@@ -33,9 +33,34 @@ static void deforming_meshes_are_refused(void **state)
            "--technique shadowfield --scene builtin:cloth --size 32x18 --frames 2 --out a.pfm" SMALL);
 }
 
+/* Under a sky, while two lamps circle: what hides the lights is taken from the last frame, and the picture stays. */
+static void lazy_frames_are_the_same(void **state)
+{
+    static const char scene[] = "--technique shadowfield --scene builtin:knot --set still=1 --env builtin:overcast "
+                                "--size 32x18 --set position_side=2 --set shells=3 --set spacing=0.4";
+    char line[400];
+    (void)state;
+    snprintf(line, sizeof line, "%s --set lamps=2 --frames 3 --out a.pfm", scene);
+    expect(0, "", line);
+    snprintf(line, sizeof line, "%s --set lamps=2 --out first.pfm", scene);
+    expect(0, "", line);
+    snprintf(line, sizeof line, "%s --set lamps=2 --frames 3 --set lazy=1 --out b.pfm --json -", scene);
+    expect(0, "", line);
+    printf("points times lights that were kept: %.0f of %.0f\n", number("reused"), 3 * number("points"));
+    assert_true(number("reused") > 0.9 * 3 * number("points"));      /* a lamp may have passed the knot's middle */
+    assert_true(number("cache_bytes") > 0);
+    assert_int_equal(run("compare", "b.pfm a.pfm"), 0);
+    assert_true(number("relative_rmse") < 1e-4);     /* of 16 bits, in which it is kept */
+    assert_int_equal(run("compare", "a.pfm first.pfm"), 0);
+    assert_true(number("relative_rmse") > 1e-3);
+    snprintf(line, sizeof line, "%s --set lazy=1 --set materials=full --out a.pfm", scene);
+    expect(1, "lazy=1 needs materials=diffuse", line);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(video_follows_time),
-                                        cmocka_unit_test(deforming_meshes_are_refused) };
+                                        cmocka_unit_test(deforming_meshes_are_refused),
+                                        cmocka_unit_test(lazy_frames_are_the_same) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }
