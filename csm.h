@@ -284,7 +284,7 @@ COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *builder, uint32_t
 COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *builder, uint32_t index, const float *z1, const float *z2,
                                          const float *z3);
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *builder, cohsm_maps **out, cohsm_stats *stats);
-COHSM_DEF void         cohsm_builder_destroy(cohsm_builder *builder);
+COHSM_DEF void         cohsm_builder_free(cohsm_builder *builder);
 /* create   desc->radius must be > 0; desc->order must be a concrete one (DEFAULT = Hilbert)
    add      index counts up from 0; each of z1 <= z2 <= z3 is M * M depths in 0..1 (the view's z; row 0 is y = 0), or
             above 1 where there is no such hit; z3 may be NULL with COHSM_LAYERS_Z1Z2. NaN is COHSM_ERR_INPUT, and then
@@ -3689,7 +3689,7 @@ static uint16_t cohsm__leave_depth(const cohsm__camera *cam, uint32_t size, uint
 
 /* ---- >>builder: public ---- */
 
-COHSM_DEF void cohsm_builder_destroy(cohsm_builder *b)
+COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
 {
     cohsm__words *w, *next;
     cohsm__heap heap;
@@ -3753,7 +3753,7 @@ static void cohsm__drop_builder(cohsm_builder *b, cohsm__heap *heap)
 {
     heap->peak = b->heap.peak;
     heap->used -= sizeof *b;
-    cohsm_builder_destroy(b);
+    cohsm_builder_free(b);
 }
 
 /* desc is checked and complete. On success the builder's heap takes over what heap had counted. */

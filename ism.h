@@ -35,7 +35,7 @@
            const float points[6] = { -4, 2, 0,  4, 2, 0 }, down[6] = { 0, -1, 0,  0, -1, 0 };
            ism_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL };
            ism_source source = { ISM_SOURCE_SURFACE, 1, 1, at, up, flux, NULL, NULL, 0, 1, 0 };
-           ism_view view = { points, down, NULL, NULL, 0, 2, 1, { 0 }, 0, 0 };
+           ism_view view = { points, down, NULL, NULL, 0, 2, 1, { 0 }, 0 };
            ism_frame frame = { &mesh, &source, 1, &view, 0 };
            ism_desc desc = { 0 };
            float light[6];
@@ -45,7 +45,7 @@
            if (ism_create(&desc, &maps) != ISM_OK) return 1;
            if (ism_render(maps, &frame, NULL, light, NULL) != ISM_OK) return 1;
            printf("open side %g W/m^2, behind the table top %g\n", (double)light[0], (double)light[3]);
-           ism_destroy(maps);
+           ism_free(maps);
            return !(light[0] > 0.0f && light[3] == 0.0f);
        }
 
@@ -206,8 +206,8 @@ typedef struct ism_view {           /* what is shaded: pixels of a picture, row 
     const float *albedos;           /* r, g, b: the result is radiance; NULL: the result is irradiance */
     size_t       stride;            /* bytes, of all four; 0 = 12 */
     uint32_t     width, height;
-    float        matrix[16];        /* world to clip, for guided view samples and inter-texel weights; all 0: unknown */
-    int          clip_zero_to_one;  /* 0: clip z from -w to w (OpenGL); 1: from 0 to w (Vulkan, Direct3D) */
+    float        matrix[16];        /* world to clip, x, y and w alone are used: guided view samples, inter-texel
+                                       weights; all 0: unknown */
     int          clip_y_down;       /* 0: clip y = w is the first row; 1: it is the last one */
 } ism_view;
 
@@ -255,7 +255,7 @@ typedef struct ism_desc {
     ism_spread     spread;
     ism_projection projection;
     uint32_t       view_grid;       /* view samples of a pVPL: its square, 1..16; 0 = 4 */
-    uint32_t       brsm_blur;       /* radius in texels, <= 16; 0 = 1 % of the BRSM, at most 6 texels. See no_brsm_blur */
+    uint32_t       brsm_blur;       /* radius in texels, <= 16; 0 = 5 % of the BRSM, at most 6 texels. See no_brsm_blur */
     uint32_t       lazy;            /* frames until all points are renewed, 1..64; 0 = 8 */
     float          flux_share;      /* of the choice made by flux alone, above 0, <= 1; 0 = 0.1: no pVPL is forgotten */
     float          area_share;      /* of the points spread evenly, above 0, <= 1; 0 = 0.2: no triangle is forgotten */
@@ -298,10 +298,10 @@ typedef struct ism_maps ism_maps;   /* VPLs, points and atlas, kept from frame t
 
 ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out);
 /* desc     NULL = all defaults
-   out      written on ISM_OK only; ism_destroy
+   out      written on ISM_OK only; ism_free
    Errors   ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_ALLOC, ISM_ERR_LIMIT */
 
-ISM_DEF void ism_destroy(ism_maps *maps);       /* NULL is fine */
+ISM_DEF void ism_free(ism_maps *maps);       /* NULL is fine */
 
 /* ---- a frame in one call ---- */
 
@@ -3480,7 +3480,7 @@ ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out)
     m->vpls = (ism_vpl *)ism__alloc_array(&memory, d.vpl_count, sizeof *m->vpls);
     if (!m->vpls || !ism__grow(m, &m->previous, d.vpl_count, sizeof *m->vpls) ||
         !ism__grow(m, &m->directions, texels, 3u * sizeof(float))) {
-        ism_destroy(m);
+        ism_free(m);
         return ISM_ERR_ALLOC;
     }
     memset(&none, 0, sizeof none);
@@ -3493,7 +3493,7 @@ ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out)
     return ISM_OK;
 }
 
-ISM_DEF void ism_destroy(ism_maps *m)
+ISM_DEF void ism_free(ism_maps *m)
 {
     ism__allocator memory;
     if (!m) return;

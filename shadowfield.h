@@ -2395,15 +2395,10 @@ static void sfield__bind(sfield_field *f)
 {
     const sfield__header *h = &f->h;
     const uint32_t *w = f->words + SFIELD__HEADER;
-    uint32_t k;
     f->word_count = (size_t)sfield__block_words(h);
     f->planes = sfield__planes(h->bands);
     f->radii = (const float *)(const void *)w;
     w += h->shells;
-    for (k = 0; k < h->shells; k++) {
-        f->radius2[k] = f->radii[k] * f->radii[k];
-        f->measure[k] = sfield__measure_of(f->radius2[k], h->kind, h->spacing);
-    }
     if (h->basis == SFIELD_BASIS_SH) {
         f->scale = (const float *)(const void *)w;
         f->bias = f->scale + (size_t)sfield__groups(h) * h->stride;
@@ -2412,6 +2407,17 @@ static void sfield__bind(sfield_field *f)
         f->offset = w;
         f->sample_scale = (const float *)(const void *)(w + h->samples + 1);
         f->entry = w + 2 * (size_t)h->samples + 1;
+    }
+}
+
+/* Once the block is there, the radii of its shells in it. */
+static void sfield__bind_whole(sfield_field *f)
+{
+    uint32_t k;
+    sfield__bind(f);
+    for (k = 0; k < f->h.shells; k++) {
+        f->radius2[k] = f->radii[k] * f->radii[k];
+        f->measure[k] = sfield__measure_of(f->radius2[k], f->h.kind, f->h.spacing);
     }
 }
 
@@ -2595,7 +2601,7 @@ SFIELD_DEF sfield_result sfield_open(const void *data, size_t size, const sfield
     if (result != SFIELD_OK) return result;
     for (k = 0; k < f->word_count; k++) f->words[k] = sfield__get_u32(bytes + 4 * k);
     memcpy(f->words + f->word_count, bytes + 4 * f->word_count, size - 4 * f->word_count);
-    sfield__bind(f);
+    sfield__bind_whole(f);
     if (!sfield__content_good(f)) {
         sfield_free(f);
         return SFIELD_ERR_FORMAT;
@@ -2692,7 +2698,7 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
     memcpy(f->words + SFIELD__HEADER, shards[0]->radii, h.shells * sizeof *f->radii);
     if (h.basis == SFIELD_BASIS_HAAR) f->words[SFIELD__HEADER + h.shells] = 0;
     for (i = 0; i < count; i++) sfield__join(f, shards[i], &used);
-    sfield__bind(f);
+    sfield__bind_whole(f);
     sfield__seal(f);
     *out = f;
     return SFIELD_OK;
@@ -3806,7 +3812,7 @@ static sfield_result sfield__finish(sfield__build *b, sfield_field **out, sfield
     }
     if (b->h.kind == SFIELD_KIND_OCCLUSION && b->triangles) b->out->h.inscribed = sfield__inscribed(b);
     memcpy(b->out->words + SFIELD__HEADER, b->radii, b->h.shells * sizeof *b->radii);
-    sfield__bind(b->out);
+    sfield__bind_whole(b->out);
     sfield__seal(b->out);
     b->peak = (b->peak > b->bytes ? b->peak : b->bytes) + b->out->h.bytes;
     if (stats) {

@@ -357,7 +357,7 @@ static int measure_build(const bn_options *options, bn_gl *r, const bn_model *mo
     r->gl.gl.DeleteVertexArrays(1, &o.vertex_array);
     r->gl.gl.DeleteBuffers(2, o.buffers);
     cohsm_free(maps);
-    cohsm_builder_destroy(views);
+    cohsm_builder_free(views);
     return result == GLBK_OK ? 0 : -1;
 }
 

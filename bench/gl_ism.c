@@ -110,7 +110,7 @@ static int measure(const bn_options *options, const bn_scene *s, glbk_context *g
         bn_end(options);
     }
     im_gl_close(engine);
-    ism_destroy(maps);
+    ism_free(maps);
     free(light);
     return result;
 }

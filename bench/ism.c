@@ -176,7 +176,7 @@ static int build_maps(const bn_scene *s, const ism_desc *d, ism_maps **maps)
         if (result == ISM_OK)
             result = ism_build(*maps, &frame);
         if (result != ISM_OK)
-            ism_destroy(*maps);
+            ism_free(*maps);
     }
     return result == ISM_OK ? 0 : bn_failed(s->name, ism_result_text(result));
 }
@@ -206,7 +206,7 @@ static int visibility_of(const bn_options *options, const char *path, const char
             return -1;
         }
         result = measure_visibility(&s, maps, 0.02f, &error);
-        ism_destroy(maps);
+        ism_free(maps);
         if (result != 0) {
             bn_ism_close(&s);
             return -1;
@@ -389,7 +389,7 @@ static int shade_cause(const bn_scene *s, const bn_options *options, const cause
     }
     if (result == ISM_OK)
         result = ism_shade(maps, &s->view, &shading, out, stats);
-    ism_destroy(maps);
+    ism_free(maps);
     return result == ISM_OK ? 0 : bn_failed(s->name, ism_result_text(result));
 }
 
@@ -519,7 +519,7 @@ static int chosen_picture(const bn_scene *s, const bn_options *options, uint32_t
     if (ism_create(&d, &maps) != ISM_OK)
         return bn_failed(s->name, "out of memory");
     result = ism_choose(maps, &frame) == ISM_OK ? shade_exactly(s, maps, out) : bn_failed(s->name, "ism_choose");
-    ism_destroy(maps);
+    ism_free(maps);
     return result;
 }
 
@@ -594,7 +594,7 @@ static int flicker_of(bn_scene *s, const bn_options *options, int unstable, doub
         }
         memcpy(before, now, values * sizeof *now);
     }
-    ism_destroy(maps);
+    ism_free(maps);
     free(now);
     *flicker = mean > 0 ? change / mean : 0;
     return result;

@@ -66,7 +66,7 @@ int main(int count, char **values)
     const float eye[3] = { 0, 1.6f, 2.9f }, sun[3] = { 0.1f, -1, -0.05f }, texel = 5.0f * 5.0f / (RSM * RSM);
     ism_mesh mesh = make_mesh();
     ism_source source = { ISM_SOURCE_SURFACE, RSM, RSM, at, normal, flux, NULL, area, 0, 0, 0 };
-    ism_view view = { positions, normals, NULL, NULL, 0, WIDTH, HEIGHT, { 0 }, 0, 0 };
+    ism_view view = { positions, normals, NULL, NULL, 0, WIDTH, HEIGHT, { 0 }, 0 };
     ism_frame frame = { &mesh, &source, 1, &view, 0 };
     ism_shading shading = ism_shading_default();
     ism_desc desc = { 0 };
@@ -107,6 +107,6 @@ int main(int count, char **values)
         float v = powf(0.08f * light[k], 1 / 2.2f);
         fputc((int)(255 * (v < 1 ? v : 1) + 0.5f), file);
     }
-    ism_destroy(maps);
+    ism_free(maps);
     return fclose(file) != 0;
 }

@@ -664,7 +664,7 @@ static void free_all(app *a)                    /* objects of GL go with its con
     sfield_algebra_free(a->algebra);
     envsh_maps_free(a->sky_fit);
     envsh_lights_free(a->sky);
-    ism_destroy(a->ism);
+    ism_free(a->ism);
     free(a->spot_memory);
     free(a->terms);
     free(a->factors);
@@ -741,7 +741,7 @@ static int see_from_sky(app *a)
 static int see_from_spot(app *a)
 {
     ism_source source = { ISM_SOURCE_SURFACE, SPOT_SIDE, SPOT_SIDE, NULL, NULL, NULL, NULL, NULL, 0, 0, 0 };
-    ism_view view = { a->positions, a->normals, NULL, NULL, 0, a->vertex_count, 1, { 0 }, 0, 0 };
+    ism_view view = { a->positions, a->normals, NULL, NULL, 0, a->vertex_count, 1, { 0 }, 0 };
     ism_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL, NULL };
     ism_frame frame = { &mesh, &source, 1, &view, a->frame };
     const rsm_texel *texels;

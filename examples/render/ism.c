@@ -99,7 +99,7 @@ static void close_ism(void *state)
     if (!s)
         return;
     for (int i = 0; i <= MAX_BOUNCES; i++)
-        ism_destroy(s->maps[i]);
+        ism_free(s->maps[i]);
     im_gl_close(s->gl);
     im_mesh_free(&s->mesh);
     free(s);

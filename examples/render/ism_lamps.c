@@ -193,7 +193,7 @@ static int add_sky(im_rsms *r, const rd_job *job, uint32_t count, char *error)
 {
     const float at[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
     float *directions = NULL, *fluxes = NULL;
-    ism_view view = { at, up, NULL, NULL, 0, 1, 1, { 0 }, 0, 0 };
+    ism_view view = { at, up, NULL, NULL, 0, 1, 1, { 0 }, 0 };
     ism_source source = { ISM_SOURCE_DIRECTIONS, job->scene->sky.width, job->scene->sky.height, NULL, NULL, NULL, NULL,
                           NULL, 0, 0, 0 };
     ism_frame frame = { NULL, &source, 1, &view, 0 };
@@ -223,7 +223,7 @@ static int add_sky(im_rsms *r, const rd_job *job, uint32_t count, char *error)
             memcpy(lamp->value, vpls[i].flux, sizeof lamp->value);
         }
     }
-    ism_destroy(maps);
+    ism_free(maps);
     free(directions);
     free(fluxes);
     return result == ISM_OK ? 0 : im_failed("sky", result, error);

@@ -172,7 +172,7 @@ static tally lossless_by_hand(const cohsm_desc *desc, const model *m)
     assert_int_equal(stats.open_entries, t.open);
     assert_int_equal(stats.exact_depths, t.exact);
     cohsm_free(maps);
-    cohsm_builder_destroy(b);
+    cohsm_builder_free(b);
     free(cell);
     free(all);
     free(out);
@@ -304,7 +304,7 @@ static void t59_equal_layers_are_counted(void **state)
                   (unsigned long)s.segments, (unsigned long)s.exact_depths);
     free(cell);
     cohsm_free(maps);
-    cohsm_builder_destroy(b);
+    cohsm_builder_free(b);
 }
 
 /* ---- T60 ---- */
@@ -383,7 +383,7 @@ static void t60_case(uint32_t n, uint32_t bits, uint64_t seed, uint64_t *total, 
     *total += s.segments;
     *least += sum;
     cohsm_free(maps);
-    cohsm_builder_destroy(b);
+    cohsm_builder_free(b);
     free(at);
     free(lo);
     free(hi);
@@ -452,7 +452,7 @@ static void t60_lists_of_more_than_65536_views(void **state)
     print_message("T60: 90,000 views: %lu segments, dynamic programming in two chunks %lu\n", (unsigned long)s.segments,
                   (unsigned long)sum);
     cohsm_free(maps);
-    cohsm_builder_destroy(b);
+    cohsm_builder_free(b);
     free(lo);
     free(hi);
     free(best);
@@ -495,7 +495,7 @@ static void t63_a_sphere_takes_one_segment_a_pixel(void **state)
                     side * side * 1024 * 2 / (8.0 * (double)s.segments), 0);
         }
         cohsm_free(maps);
-        cohsm_builder_destroy(b);
+        cohsm_builder_free(b);
     }
 }
 
@@ -619,7 +619,7 @@ static void walk(uint32_t dims, const uint32_t *side, cohsm_order order, uint32_
             *far += steps > 2 || longest > 1;
         }
     }
-    cohsm_builder_destroy(b);
+    cohsm_builder_free(b);
     free(seen);
 }
 
@@ -701,7 +701,7 @@ static void t65_every_cell_is_found_again(void **state)
                 assert_int_equal((uint32_t)(at[0] * (float)s[0]), v % n % s[0]);
             }
             cohsm_free(maps);
-            cohsm_builder_destroy(b);
+            cohsm_builder_free(b);
         }
 }
 
@@ -919,7 +919,7 @@ static void the_rasteriser_agrees_with_rays(void **state)
                       (unsigned long)differ, (unsigned long)compared);
         assert_true((double)differ <= 0.01 * (double)compared);
         cohsm__soup_free(&soup, &heap);
-        cohsm_builder_destroy(b);
+        cohsm_builder_free(b);
     }
     model_free(&m);
 }

@@ -385,7 +385,7 @@ static void t71_convex_objects_do_not_shadow_themselves_at_bias_0(void **state)
             biased += by_raster_biased;
             cohsm_free(maps);
             cohsm_free(raster);
-            cohsm_builder_destroy(b);
+            cohsm_builder_free(b);
             free(views);
             free(first);
             free(second);

@@ -58,7 +58,7 @@ static cohsm_view *views_of(const cohsm_desc *desc, const cohsm_maps *maps)
         assert_memory_equal(at, v.location, 16);
         out[i] = v;
     }
-    cohsm_builder_destroy(b);
+    cohsm_builder_free(b);
     return out;
 }
 

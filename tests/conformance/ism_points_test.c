@@ -50,7 +50,7 @@ static engine *engine_open(const ism_desc *desc, const ism_view *view)
 
 static void engine_close(engine *e)
 {
-    ism_destroy(e->maps);
+    ism_free(e->maps);
     free(e);
 }
 
@@ -141,7 +141,7 @@ static void an_adaptive_cloud_keeps_the_area(void **state)
         snprintf(text, sizeof text, "%s: sum of their areas over the surface", names[spread]);
         /* stratified: a triangle's share is off by one point at most; 3 sigma of the rest */
         CONFORM("T53", text, 1, cloud_area(maps) / s.surface_area, 0.002);
-        ism_destroy(maps);
+        ism_free(maps);
     }
 }
 
@@ -197,8 +197,8 @@ static void lazy_renewal_reaches_all_points(void **state)
         off += before[j].triangle >= mesh.triangles || before[j].barycentric[0] + before[j].barycentric[1] > 1.00002f;
     for (j = 0; j < n; j++) off += j % 8 != 1 && memcmp(&before[j], &after[j], sizeof before[j]) != 0;
     CONFORM("T54", "points off their triangles after it bent", 0, (double)off, 0);
-    ism_destroy(maps);
-    ism_destroy(fresh);
+    ism_free(maps);
+    ism_free(fresh);
 }
 
 /* ---- T48 ---- */
@@ -263,7 +263,7 @@ static hand *make_hand(void)
 
 static void free_hand(hand *h)
 {
-    ism_destroy(h->maps);
+    ism_free(h->maps);
     free(h);
 }
 
@@ -362,7 +362,7 @@ static void cells_share_the_hemisphere(void **state)
             assert_int_equal(ism_create(&d, &m), ISM_OK);
             for (y = 0; y < d.tile_size; y++)
                 for (x = 0; x < d.tile_size; x++) sum += 2 * (double)ism__cell_weight(m, &v, x, y);
-            ism_destroy(m);
+            ism_free(m);
             /* 64 x 64 cells: the disc's rim is a row wide at most, where the cosine is 0.03 */
             if (!(fabs(sum / (6.283185307179586 / (1 + (double)exponents[k])) - 1) < 0.005))
                 fail_msg("projection %d, exponent %g: %g", i, (double)exponents[k], sum);

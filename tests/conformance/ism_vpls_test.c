@@ -97,7 +97,7 @@ static void power_is_kept(void **state)
         CONFORM("T41", text, 1, sum / truth, 3 * sigma + 1e-5);
         if (importance == ISM_IMPORTANCE_FLUX)
             CONFORM("T41", "importance by flux: brightest over darkest VPL", 1, most / least, 1e-4);
-        ism_destroy(m);
+        ism_free(m);
     }
 }
 
@@ -154,7 +154,7 @@ static glide glide_of(float eps, int unstable)
     qsort(ways, count, sizeof *ways, by_size);
     g.median = ways[count / 2];
     g.most = ways[count * 95 / 100];
-    ism_destroy(m);
+    ism_free(m);
     return g;
 }
 
@@ -217,7 +217,7 @@ static void heights_over_a_bend(float side, double *least, double *most)
         *least = fmin(*least, h);
         *most = fmax(*most, h);
     }
-    ism_destroy(m);
+    ism_free(m);
 }
 
 static void vpls_stay_before_a_bent_sheet(void **state)
@@ -267,7 +267,7 @@ static void a_sheet_is_dark_from_behind(void **state)
     }
     assert_int_equal(ism_shade(m, &view, NULL, light, NULL), ISM_OK);
     assert_true(light[0] == 0 && light[3] > 0);
-    ism_destroy(m);
+    ism_free(m);
 }
 
 /* ---- T56, T57 ---- */
@@ -317,7 +317,7 @@ static void culling_changes_nothing(void **state)
         assert_memory_equal(all, culled, sizeof all);
     }
     CONFORM_MIN("T56", "same bits; pairs of VPL and block culled, share", 0.05, stats.culled);
-    ism_destroy(t.maps);
+    ism_free(t.maps);
 }
 
 static void frames_are_equal(void **state)
@@ -335,14 +335,14 @@ static void frames_are_equal(void **state)
         assert_int_equal(ism_render(t.maps, &t.frame, &s, now, NULL), ISM_OK);
         differ += memcmp(first, now, sizeof now) != 0;
     }
-    ism_destroy(t.maps);
+    ism_free(t.maps);
     assert_true(differ == 0);
     memset(&d, 0, sizeof d);        /* tasks in the opposite order: the same bits too */
     d.parallel_for = backwards;
     open_setting(&t, &d);
     assert_int_equal(ism_render(t.maps, &t.frame, &s, now, NULL), ISM_OK);
     assert_memory_equal(first, now, sizeof now);
-    ism_destroy(t.maps);
+    ism_free(t.maps);
 }
 
 /* Mean absolute difference of successive frames over the mean, for a light that moves 5 mm a frame. */
@@ -366,7 +366,7 @@ static double flicker(int unstable)
         }
         memcpy(before, now, sizeof now);
     }
-    ism_destroy(t.maps);
+    ism_free(t.maps);
     return change / mean;
 }
 

@@ -89,7 +89,7 @@ int main(void)
                    (unsigned)hash(ism_importances(m, 0, NULL), 256), (unsigned)hash(atlas, (size_t)side * side),
                    (unsigned)hash(out, 3 * 128));
         }
-        ism_destroy(m);
+        ism_free(m);
     }
     return 0;
 }

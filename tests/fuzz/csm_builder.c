@@ -88,7 +88,7 @@ static void from_layers(input *in, cohsm_desc *d)
         if (cohsm_builder_add(b, i, z[0], z[1], z[2]) != COHSM_OK) break;
     }
     if (cohsm_builder_finish(b, &maps, NULL) == COHSM_OK) check(maps, NULL);
-    cohsm_builder_destroy(b);
+    cohsm_builder_free(b);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -112,6 +112,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         ism_bounce(maps, &mesh, 8, bounced[0], bounced[1], bounced[2]);
         for (i = 0; i < 72; i++) positions[i] += 0.01f;
     }
-    ism_destroy(maps);
+    ism_free(maps);
     return 0;
 }

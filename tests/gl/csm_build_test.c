@@ -125,8 +125,8 @@ static void build_both(gl_test *t, cohsm_desc d, const model *m, double most_wro
     assert_true(b.segment_count > pixels);
     glbk_csm_builder_destroy(&t->gl, &b);
     release(&t->gl, &o);
-    cohsm_builder_destroy(cpu);
-    cohsm_builder_destroy(gpu);
+    cohsm_builder_free(cpu);
+    cohsm_builder_free(gpu);
     cohsm_free(by_cpu);
     cohsm_free(by_gpu);
     free(z);

@@ -121,7 +121,7 @@ static void engine_close(engine *e)
 {
     glbk_ism_renderer_destroy(&now->gl, &e->renderer);
     glbk_ism_maps_destroy(&now->gl, &e->maps);
-    ism_destroy(e->cpu);
+    ism_free(e->cpu);
     free(e);
 }
 

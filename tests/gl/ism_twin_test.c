@@ -94,7 +94,7 @@ static stage *stage_open(const ism_desc *desc, int kinds)
     return s;
 }
 
-static void stage_close(stage *s) { ism_destroy(s->maps); }
+static void stage_close(stage *s) { ism_free(s->maps); }
 
 /* ---- what a renderer does ---- */
 

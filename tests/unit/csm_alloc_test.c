@@ -130,7 +130,7 @@ static cohsm_result act_builder(plan *p, const cohsm_allocator *a)
         assert_int_equal(worst, COHSM_OK);
         cohsm_free(maps);
     } else assert_ptr_equal(maps, UNTOUCHED);
-    cohsm_builder_destroy(b);
+    cohsm_builder_free(b);
     return worst != COHSM_OK ? worst : r;
 }
 

@@ -82,7 +82,7 @@ static cohsm_result try_create(const cohsm_desc *desc)
     cohsm_result r;
     if (d.radius == 0.0f) d.radius = 1.2f;
     r = cohsm_builder_create(&d, &b);
-    if (r == COHSM_OK) cohsm_builder_destroy(b);
+    if (r == COHSM_OK) cohsm_builder_free(b);
     else if ((void *)b != UNTOUCHED) fail_msg("cohsm_builder_create: result %d, but out is touched", (int)r);
     return r;
 }
@@ -386,10 +386,10 @@ static void builders_out_of_order_or_without_layers(void **state)
         assert_int_equal(cohsm_builder_finish(b, &maps, NULL), COHSM_ERR_ORDER);
         assert_int_equal(cohsm_builder_add(b, 4, z, z, z), COHSM_ERR_ORDER);
         assert_ptr_equal(maps, UNTOUCHED);
-        cohsm_builder_destroy(b);
+        cohsm_builder_free(b);
         b = (cohsm_builder *)UNTOUCHED;
     }
-    cohsm_builder_destroy(NULL);
+    cohsm_builder_free(NULL);
     assert_int_equal(cohsm_builder_view_count(NULL), 0);
     assert_int_equal(cohsm_builder_view(NULL, 0, &v), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_builder_add(NULL, 0, z, z, z), COHSM_ERR_ARGUMENT);

@@ -74,7 +74,7 @@ static void every_allocation_fails(void **state)
             else assert_null(maps);
             if (r == ISM_OK) {
                 assert_true((long)l.calls <= at);       /* none failed: all sites have been tried */
-                ism_destroy(maps);
+                ism_free(maps);
                 assert_int_equal(l.live, 0);
                 break;
             }
@@ -82,7 +82,7 @@ static void every_allocation_fails(void **state)
             assert_memory_equal(out, before, sizeof out);
             l.fail_at = -1;
             if (maps) assert_int_equal(ism_render(maps, &f, &shading, out, NULL), ISM_OK);
-            ism_destroy(maps);
+            ism_free(maps);
             assert_int_equal(l.live, 0);
         }
     assert_true(at > 10);
@@ -152,7 +152,7 @@ static void peak_is_what_the_stats_say(void **state)
         assert_int_equal(stats.peak_bytes, l.peak);
         shaded = stats.bytes + (size_t)((way ? 24 : 12) * PIXELS + 32 * BLOCKS) + 104 * d.vpl_count;
         assert_in_range(stats.peak_bytes, shaded, shaded + 8191 - (stats.bytes - kept));
-        ism_destroy(maps);
+        ism_free(maps);
         assert_int_equal(l.live, 0);
     }
 }

@@ -101,7 +101,7 @@ static void descs_are_checked(void **state)
         assert_null(maps);
     }
     assert_int_equal(ism_create(NULL, NULL), ISM_ERR_ARGUMENT);
-    ism_destroy(NULL);
+    ism_free(NULL);
     for (i = 0; i < ISM_RESULT_COUNT; i++) assert_true(strlen(ism_result_text((ism_result)i)) > 1);
     assert_string_equal(ism_result_text((ism_result)999), "unknown result");
 }
@@ -167,7 +167,7 @@ static void arguments_are_checked(void **state)
     assert_int_equal(ism_sky_directions(out, 4, 0, 0, out, out, NULL), ISM_ERR_ARGUMENT);
     assert_int_equal(ism_emitter_points(&w.mesh, NULL, 1, 0, NULL, out, out, out), ISM_ERR_ARGUMENT);
     assert_int_equal(try_render(&w, NULL), ISM_OK);         /* and it goes on */
-    ism_destroy(w.maps);
+    ism_free(w.maps);
 }
 
 /* Values that real data holds, put into each array in turn. */
@@ -212,8 +212,8 @@ static void points_without_an_atlas(void **state)
     assert_true(fabsf(center[0] + 0.5f) < 1e-5f && fabsf(center[1] - 0.75f) < 1e-5f && fabsf(center[2]) < 1e-5f);
     assert_true(fabsf(radius - 0.5f * sqrtf(5.25f)) < 0.01f);
     ism_bounds(NULL, center, &radius);
-    ism_destroy(w.maps);
-    ism_destroy(whole.maps);
+    ism_free(w.maps);
+    ism_free(whole.maps);
 }
 
 static void odd_values_give_finite_light(void **state)
@@ -241,11 +241,11 @@ static void odd_values_give_finite_light(void **state)
             to[5] = eye.n;
             for (i = 0; i < 20; i++) to[array][7 * i] = odd[k];
             if (array == 3 && odd[k] > 1e20f) {     /* light without bounds has no finite sum */
-                ism_destroy(w.maps);
+                ism_free(w.maps);
                 continue;
             }
             assert_int_equal(try_render(&w, &s), ISM_OK);
-            ism_destroy(w.maps);
+            ism_free(w.maps);
         }
     for (projection = 1; projection < ISM_PROJECTION_COUNT; projection++)
         for (mode = 1; mode < ISM_NEAR_COUNT; mode++) {
@@ -270,7 +270,7 @@ static void odd_values_give_finite_light(void **state)
             memcpy(eye.p, lit.p, 3 * PIXELS / 2 * sizeof(float));
             s.near_mode = (ism_near)mode;
             if (mode != ISM_NEAR_NONE) assert_int_equal(try_render(&w, &s), ISM_OK);
-            ism_destroy(w.maps);
+            ism_free(w.maps);
         }
 }
 
@@ -286,7 +286,7 @@ static void nothing_to_do_is_no_error(void **state)
     assert_int_equal(n, 0);
     w.frame.source_count = 0;
     assert_int_equal(try_render(&w, NULL), ISM_OK);
-    ism_destroy(w.maps);
+    ism_free(w.maps);
     open_world(&w, NULL);
     w.frame.mesh = NULL;
     assert_int_equal(try_render(&w, NULL), ISM_OK);         /* no occluders */
@@ -295,7 +295,7 @@ static void nothing_to_do_is_no_error(void **state)
     assert_int_equal(try_render(&w, NULL), ISM_OK);         /* degenerate ones */
     memset(eye.n, 0, sizeof eye.n);
     assert_int_equal(try_render(&w, NULL), ISM_OK);         /* background alone */
-    ism_destroy(w.maps);
+    ism_free(w.maps);
 }
 
 static void a_sky_lights_and_shadows(void **state)
@@ -334,7 +334,7 @@ static void a_sky_lights_and_shadows(void **state)
     assert_int_equal(ism_render(w.maps, &w.frame, NULL, out, NULL), ISM_OK);
     assert_true(fabs((double)out[3] - UTIL_PI) < 0.3);               /* the box covers 2 % of that sky */
     assert_true(out[0] < 0.6f * out[3]);
-    ism_destroy(w.maps);
+    ism_free(w.maps);
 }
 
 static int stop_at;
@@ -360,7 +360,7 @@ static void every_call_of_progress_may_cancel(void **state)
         r = try_render(&w, NULL);
         stop_at = 1000000;
         if (r == ISM_ERR_CANCELLED) assert_int_equal(try_render(&w, NULL), ISM_OK);
-        ism_destroy(w.maps);
+        ism_free(w.maps);
         if (r == ISM_OK) break;
         assert_int_equal(r, ISM_ERR_CANCELLED);
     }

@@ -1,6 +1,5 @@
 /* ism_options_test - what single fields do: clip conventions of a view, rules near by against closed form and brute
-   force, shares and blur of the choice, shares and numbers of points. Each fails if its field did nothing; but depth of
-   clip space is not read, so that clip_zero_to_one must change nothing. */
+   force, shares and blur of the choice, shares and numbers of points. Each fails if its field did nothing. */
 
 #include "ism.h"
 
@@ -54,7 +53,7 @@ static void importances(const ism_desc *d, const ism_frame *f, double *out)
     assert_int_equal(count, f->sources[0].width * f->sources[0].height);
     for (i = 0; i < count; i++) sum += (double)from[i];
     for (i = 0; i < count; i++) out[i] = (double)from[i] / sum;
-    ism_destroy(m);
+    ism_free(m);
 }
 
 static double largest_difference(const double *a, const double *b, size_t count)
@@ -86,9 +85,8 @@ static void clip_conventions_give_the_same_choice(void **state)
     view.matrix[14] = -0.3f;
     view.matrix[15] = 1;
     importances(&d, &f, gl);
-    for (k = 0; k < 4; k++)         /* z' = (z + w) / 2 */
+    for (k = 0; k < 4; k++)         /* z' = (z + w) / 2, as Vulkan and Direct3D have it: depth is not read */
         view.matrix[4 * k + 2] = 0.5f * (view.matrix[4 * k + 2] + view.matrix[4 * k + 3]);
-    view.clip_zero_to_one = 1;
     importances(&d, &f, other);
     assert_memory_equal(gl, other, sizeof gl);
     view.matrix[9] = 0.5f;
@@ -126,7 +124,7 @@ static double light_of(const ism_vpl *vpls, size_t count, const float normal[3],
     assert_int_equal(ism_set_vpls(m, vpls, count), ISM_OK);
     assert_int_equal(ism_shade(m, &view, &s, light, &stats), ISM_OK);
     *lost = stats.lost_energy;
-    ism_destroy(m);
+    ism_free(m);
     return (double)light[0];
 }
 
@@ -345,7 +343,7 @@ static void area_keeps_its_share_of_points(void **state)
             for (i = 0; i < count; i++) found += (double)(points[i].triangle >= 2) / (VPLS * POINTS);
         }
         CLOSE(found, 0.75 * share, 0.015);  /* 4 deviations of 16,384 independent points at most */
-        ism_destroy(maps);
+        ism_free(maps);
     }
 }
 
@@ -400,7 +398,7 @@ static void weak_vpls_take_fewer_points(void **state)
             }
             CLOSE(area / 16, 1, 1e-3);      /* each point stands for area / n */
         }
-        ism_destroy(maps);
+        ism_free(maps);
     }
 }
 

@@ -285,7 +285,7 @@ static void ism_threads(void **state)
     for (k = 0; k < 2; k++) {
         ism_mesh mesh = { sheet, (GRID + 1) * (GRID + 1), 0, indices, 6 * CELLS, NULL, NULL };
         ism_source source = { ISM_SOURCE_SURFACE, LIT, LIT, at, up, flux, NULL, area, 0, 0, 0 };
-        ism_view view = { positions, normals, NULL, NULL, 0, SIDE, SIDE, { 0 }, 0, 0 };
+        ism_view view = { positions, normals, NULL, NULL, 0, SIDE, SIDE, { 0 }, 0 };
         ism_frame frame = { &mesh, &source, 1, &view, 0 };
         ism_shading shading = ism_shading_default();
         ism_desc d;
@@ -296,7 +296,7 @@ static void ism_threads(void **state)
         if (k) d.parallel_for = crew_for, d.parallel_user = &runs;
         assert_int_equal(ism_create(&d, &maps), ISM_OK);
         assert_int_equal(ism_render(maps, &frame, &shading, out[k], NULL), ISM_OK);
-        ism_destroy(maps);
+        ism_free(maps);
     }
     expect_light(out[0], out[1], 3 * POINTS);
     assert_true(runs >= 2);

@@ -258,7 +258,7 @@ static void the_same_light_without_occluders(void **state)
     assert_true(difference(shaded, sum, 3 * POINTS) < 1e-5);
 
     choose_from_texels(ism, frame, rsm_map_texels(map), flux);
-    ism_destroy(ism);
+    ism_free(ism);
     rsm_map_free(map);
 }
 
@@ -339,7 +339,7 @@ static void the_same_light_with_an_occluder(void **state)
     assert_true(difference(by_ism, exact, 3 * POINTS) < 0.08);
     assert_true(difference(by_csm, exact, 3 * POINTS) < 0.02);
     cohsm_free(csm);
-    ism_destroy(ism);
+    ism_free(ism);
     rsm_map_free(map);
 }
 
