@@ -206,7 +206,7 @@ test: deps
 run-tests: programs tests
 	$(tell_left_out)
 	@rm -f $(LINES)
-	@BUILD=$(BUILD) CONFORMANCE=$(LINES) sh tools/run-tests $(TESTS) $(REPLAYS)
+	@BUILD=$(BUILD) ASSETS='$(abspath $(ASSETS))' CONFORMANCE=$(LINES) sh tools/run-tests $(TESTS) $(REPLAYS)
 	@touch $(LINES)
 
 # Real models and skies: a folder; what make assets has brought is used unless another one is named.

@@ -41,8 +41,8 @@ static inline int run(const char *program, const char *arguments)
     char command[1024];
     FILE *pipe;
     int status;
-    snprintf(command, sizeof command, "cd %s && DAPPLE_GL_DEBUG=1 %s%s/%s %s 2>&1", folder, build && *build == '/' ? "" : "$OLDPWD/",
-             build && *build ? build : "build", program, arguments);
+    snprintf(command, sizeof command, "cd %s && DAPPLE_GL_DEBUG=1 %s%s/%s %s 2>&1", folder,
+             build && *build == '/' ? "" : "$OLDPWD/", build && *build ? build : "build", program, arguments);
     pipe = popen(command, "r");
     assert_non_null(pipe);
     output[fread(output, 1, sizeof output - 1, pipe)] = 0;
