@@ -257,7 +257,7 @@ static inline void gl_hostile_values(const glbk_context *gl)
     gl->gl.BlendEquationSeparate(0x800B, 0x8007);
     gl->gl.PolygonOffset(3, 100000);
     if (gl->es) gl->gl.DepthRangef(0.9f, 0.3f);
-    else gl->gl.DepthRange(0.9f, 0.3f);
+    else gl->gl.DepthRange((double)0.9f, (double)0.3f);
     gl_extra.StencilFunc(0x0200 /* NEVER */, 3, 0x55);
     gl_extra.StencilOp(0x1E01, 0x1E02, 0x150A);
     gl_extra.StencilMask(0x33);
