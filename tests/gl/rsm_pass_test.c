@@ -309,6 +309,11 @@ static void hostile_state(void **state)
     memcpy(calm, answers, sizeof calm);
     for (i = 0; i < PIXELS; i++) sum += (double)calm[4 * i];
     assert_true(sum > 0.1);
+    glbk_rsm_forget(&r[0]);                     /* as if it were the first frame again */
+    assert_int_equal(r[0].remembers, 0);
+    assert_glbk(t, frame(t, &map[0], &r[0], &c.target));
+    assert_memory_equal(calm, answers, sizeof calm);
+    assert_int_not_equal(r[0].remembers, 0);
     gl_hostile_make(t, &h);
     gl_hostile_set(t, &h);
     assert_glbk(t, make(t, &map[1], &r[1]));
