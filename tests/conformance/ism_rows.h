@@ -413,6 +413,23 @@ static void a_blocker_between_two_squares(void **state)
     CONFORM("T50", "half-plane blocker: share transmitted", 0.5, half / transmitted(NULL, 6, 8, 8), 0.03);
 }
 
+/* An engine whose VPLs of one source are chosen and their maps drawn. */
+static engine *engine_of(const ism_mesh *m, const ism_view *view, const ism_source *s, uint32_t vpls, uint32_t points)
+{
+    ism_desc d;
+    ism_frame f = frame_of(m, view, 0);
+    engine *e;
+    memset(&d, 0, sizeof d);
+    d.vpl_count = vpls;
+    d.points = points;
+    f.sources = s;
+    f.source_count = 1;
+    e = engine_open(&d, view);
+    assert_int_equal(ism_choose(engine_maps(e), &f), ISM_OK);
+    engine_draw(e, &f);
+    return e;
+}
+
 static void a_sealed_box_stays_dark(void **state)
 {
     ROW_TEST(state)
@@ -425,8 +442,6 @@ static void a_sealed_box_stays_dark(void **state)
     ism_mesh m;
     ism_view view;
     ism_source s;
-    ism_frame f;
-    ism_desc d;
     ism_shading shading = ism_shading_default();
     engine *e;
     double sum = 0, all = 0;
@@ -447,15 +462,7 @@ static void a_sealed_box_stays_dark(void **state)
         if (fabsf(roof.p[3 * i]) < 1 && fabsf(roof.p[3 * i + 2]) < 1) roof.p[3 * i + 1] = 2;
     s = grid_source(&roof);
     view = grid_view(&eye);
-    memset(&d, 0, sizeof d);
-    d.vpl_count = 128;
-    d.points = 8192;
-    f = frame_of(&m, &view, 0);
-    f.sources = &s;
-    f.source_count = 1;
-    e = engine_open(&d, &view);
-    assert_int_equal(ism_choose(engine_maps(e), &f), ISM_OK);
-    engine_draw(e, &f);
+    e = engine_of(&m, &view, &s, 128, 8192);
     engine_shade(e, &shading, light, NULL);
     for (i = 0; i < 3 * 64 * 64; i++) sum += (double)light[i];
     shading.no_maps = 1;
@@ -492,8 +499,6 @@ static void a_folded_sheet_is_dark_below(void **state)
     ism_mesh m;
     ism_view view;
     ism_source s;
-    ism_frame f;
-    ism_desc d;
     size_t i;
     mesh.triangles = 0;
     soup_quad(&mesh, a, v, u, 32);
@@ -511,15 +516,7 @@ static void a_folded_sheet_is_dark_below(void **state)
     s = grid_source(&top);
     s.areas = areas;
     view = grid_view(&eye);
-    memset(&d, 0, sizeof d);
-    d.vpl_count = 64;
-    d.points = 2048;
-    f = frame_of(&m, &view, 0);
-    f.sources = &s;
-    f.source_count = 1;
-    e = engine_open(&d, &view);
-    assert_int_equal(ism_choose(engine_maps(e), &f), ISM_OK);
-    engine_draw(e, &f);
+    e = engine_of(&m, &view, &s, 64, 2048);
     engine_shade(e, &shading, light, NULL);
     engine_close(e);
     for (i = 0; i < PIXELS; i++) {
