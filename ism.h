@@ -2921,7 +2921,8 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
         return a2 > 0.0f && v->exponent == 1.0f && d2 < 16.0f * a2
              ? ism__sphere_kernel(d, ism__v3_load(v->normal), px->n, v->side) : k;
     case ISM_NEAR_PATCH:
-        return a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2 ? ism__patch_kernel(f, d, px->n, v->side, k, plain) : k;
+        return a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2
+             ? ism__patch_kernel(f, d, px->n, v->side, k, plain) : k;
     default: return k;
     }
 }

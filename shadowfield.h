@@ -421,8 +421,8 @@ SFIELD_DEF sfield_result sfield_query(const sfield_field *field, size_t count, c
 /* The field at positions (three floats each, in its own space), eight samples interpolated.
    out      harmonics: bands^2 coefficients for each position (sources: r, then g, then b); wavelets: 6 N^2 texels
             likewise. Visibility (or its log, as stored), or radiance
-   Errors   SFIELD_ERR_ARGUMENT; SFIELD_ERR_BASIS for SELF fields; SFIELD_ERR_SHARD. Positions that are not finite see nothing: visibility
-            1, radiance 0 */
+   Errors   SFIELD_ERR_ARGUMENT; SFIELD_ERR_BASIS for SELF fields; SFIELD_ERR_SHARD. Positions that are not finite see
+            nothing: visibility 1, radiance 0 */
 
 SFIELD_DEF sfield_result sfield_self(const sfield_field *field, size_t first, size_t count, float *out);
 /* Coefficients or texels of a SELF field as stored, from point first on. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_BASIS. */
