@@ -264,6 +264,9 @@ GLBK_DEF const char *glbk_result_text(glbk_result result);
     X(DESK, uint8_t, IsEnabledi, (uint32_t cap, uint32_t index))                                                     \
     X(DESK, void, GetBufferSubData, (uint32_t target, ptrdiff_t offset, ptrdiff_t size, void *out))                  \
     X(COMPUTE, void, DispatchCompute, (uint32_t x, uint32_t y, uint32_t z))                                          \
+    X(COMPUTE, void, DispatchComputeIndirect, (ptrdiff_t offset))                                                    \
+    X(COMPUTE, void, BindImageTexture, (uint32_t unit, uint32_t texture, int32_t level, uint8_t layered,             \
+                                        int32_t layer, uint32_t access, uint32_t format))                            \
     X(COMPUTE, void, Barrier, (uint32_t bits)) /* glMemoryBarrier: windows.h has a macro of that name */              \
     X(CLIP, void, ClipControl, (uint32_t origin, uint32_t depth))
 
@@ -357,6 +360,7 @@ typedef struct glbk_context {
 
 #define GLBK_UNITS 16u              /* slots of textures, of uniform blocks, of storage buffers */
 #define GLBK_BLOCKS 8u
+#define GLBK_IMAGES 8u              /* slots of images, for compute */
 
 GLBK_DEF glbk_result glbk_init(glbk_context *ctx, const glbk_desc *desc);
 /* Loads the functions, decides what the current context can do, makes one empty vertex array.
@@ -611,6 +615,9 @@ GLBK_DEF void glbk_bind_block(glbk_context *ctx, uint32_t slot, const glbk_buffe
 /* The whole buffer as uniform block. */
 GLBK_DEF void glbk_bind_storage(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer);
 /* The whole buffer as storage buffer; with ctx->compute only. */
+GLBK_DEF void glbk_bind_image(glbk_context *ctx, uint32_t slot, const glbk_texture *texture);
+/* Level 0, all layers, to read and to write from compute shaders; with ctx->compute only. Its format is the shader's
+   layout: rgba32f for GLBK_FORMAT_COLOR. Not RG of 8 bits, not sRGB, not depth. */
 
 GLBK_DEF void glbk_draw_screen(glbk_context *ctx);
 /* One triangle over the whole viewport: after glbk_begin. */
@@ -619,17 +626,24 @@ GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uin
 /* Runs x * y * z groups of a compute program and makes what it wrote visible to everything after it.
    Errors   GLBK_ERR_FEATURE, GLBK_ERR_LOST */
 
+GLBK_DEF glbk_result glbk_dispatch_indirect(glbk_context *ctx, glbk_program *program, const glbk_buffer *groups,
+                                            size_t offset);
+/* The same with x, y, z as three uint32_t at that byte of a buffer, which a shader may have written.
+   offset   a multiple of 4
+   Errors   GLBK_ERR_FEATURE, GLBK_ERR_LOST */
+
 /* ---- state ---- */
 
 typedef struct glbk_state {         /* private: what glbk_begin and the binding calls may change */
     uint8_t  caps[32], blend[8];
     uint8_t  color_mask[8][4], depth_mask;
-    int32_t  words[20];
+    int32_t  words[24];
     int32_t  viewport[4];
     float    floats[4];
     int32_t  units[GLBK_UNITS][3];
     int32_t  blocks[GLBK_BLOCKS], storage[GLBK_BLOCKS];
     int64_t  ranges[GLBK_BLOCKS][2], storage_ranges[GLBK_BLOCKS][2];
+    int32_t  images[GLBK_IMAGES][6];
 } glbk_state;
 
 GLBK_DEF void glbk_state_save(glbk_context *ctx, glbk_state *out);
@@ -639,13 +653,14 @@ GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
 
 /* ---- bindings ----
 
-   Each part (technique) has three lists, empty where it needs none, and is itself named in GLBK_PARTS:
+   Each part (technique) has four lists, empty where it needs none, and is itself named in GLBK_PARTS:
 
      GLBK_part_TEXTURES(X)   X(GLSL type, name, slot)
      GLBK_part_BLOCKS(X)     X(name, slot, MEMBERS), each with a list MEMBERS(X): X(GLSL type, name, count)
      GLBK_part_STORAGE(X)    X(qualifiers, GLSL type, name, slot), an array without size, for compute
+     GLBK_part_IMAGES(X)     X(qualifiers, format, GLSL type, name, slot), for compute
 
-   Slots of textures count from 0 to GLBK_UNITS - 1, those of blocks and storage to GLBK_BLOCKS - 1, anew in each part:
+   Slots of textures count from 0 to GLBK_UNITS - 1, those of blocks, storage and images to 7, anew in each part:
    one program uses one part and base. From the lists come GLBK_SLOT_name, the C struct of each block (std140: only mat4, vec4, ivec4, uvec4 and arrays of them,
    so that both layouts are the same), and the library file "part_bindings". Members are read as block.member. */
 
@@ -654,10 +669,12 @@ GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
 #define GLBK_BASE_TEXTURES(X) X(glbk_color_sampler, glbk_source, 0)
 #define GLBK_BASE_BLOCKS(X)
 #define GLBK_BASE_STORAGE(X)
+#define GLBK_BASE_IMAGES(X)
 
 #define GLBK__SLOT_TEXTURE(type, name, slot) GLBK_SLOT_##name = slot,
 #define GLBK__SLOT_BLOCK(name, slot, members) GLBK_SLOT_##name = slot,
 #define GLBK__SLOT_STORAGE(qualifiers, type, name, slot) GLBK_SLOT_##name = slot,
+#define GLBK__SLOT_IMAGE(qualifiers, format, type, name, slot) GLBK_SLOT_##name = slot,
 #define GLBK__MEMBER_mat4(name, count) float name[16 * (count)];
 #define GLBK__MEMBER_vec4(name, count) float name[4 * (count)];
 #define GLBK__MEMBER_ivec4(name, count) int32_t name[4 * (count)];
@@ -669,6 +686,7 @@ GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
         GLBK_##PART##_TEXTURES(GLBK__SLOT_TEXTURE)  \
         GLBK_##PART##_BLOCKS(GLBK__SLOT_BLOCK)      \
         GLBK_##PART##_STORAGE(GLBK__SLOT_STORAGE)   \
+        GLBK_##PART##_IMAGES(GLBK__SLOT_IMAGE)      \
         GLBK__LAST_SLOT_##PART                  \
     };                                          \
     GLBK_##PART##_BLOCKS(GLBK__STRUCT)
@@ -736,6 +754,8 @@ GLBK__PART(BASE)
     X(readonly, uvec4, glbk_csm_asked, 1)               \
     X(writeonly, float, glbk_csm_answers, 2)            \
     X(coherent, uvec4, glbk_csm_records, 3)
+
+#define GLBK_CSM_IMAGES(X)
 
 GLBK__PART(CSM)
 
@@ -1085,6 +1105,7 @@ GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *buil
     X(glbk_sfield_views, 3, GLBK_SFIELD_VIEWS_MEMBERS)
 
 #define GLBK_SFIELD_STORAGE(X)
+#define GLBK_SFIELD_IMAGES(X)
 
 GLBK__PART(SFIELD)
 
@@ -1300,6 +1321,7 @@ GLBK_DEF void glbk_sfield_builder_destroy(glbk_context *ctx, glbk_sfield_builder
     X(glbk_envsh_object, 2, GLBK_ENVSH_OBJECT_MEMBERS)
 
 #define GLBK_ENVSH_STORAGE(X)
+#define GLBK_ENVSH_IMAGES(X)
 
 GLBK__PART(ENVSH)
 
@@ -1485,6 +1507,7 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *ren
     X(glbk_rsm_drawn, 2, GLBK_RSM_DRAWN_MEMBERS)
 
 #define GLBK_RSM_STORAGE(X)
+#define GLBK_RSM_IMAGES(X)
 
 GLBK__PART(RSM)
 
@@ -1693,6 +1716,7 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)    \
     X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
 #define GLBK_ISM_STORAGE(X)
+#define GLBK_ISM_IMAGES(X)
 
 GLBK__PART(ISM)
 
@@ -8427,7 +8451,7 @@ enum {
     GLBK__WORDS(GLBK__ENTRY)
 #undef GLBK__ENTRY
     GLBK__WORD_COUNT,
-    GLBK__W_STORAGE = GLBK__WORD_COUNT, GLBK__W_ORIGIN, GLBK__W_CLIP_DEPTH, GLBK__W_POLYGON, GLBK__W_POLYGON_2
+    GLBK__W_STORAGE = GLBK__WORD_COUNT, GLBK__W_GROUPS, GLBK__W_ORIGIN, GLBK__W_CLIP_DEPTH, GLBK__W_POLYGON, GLBK__W_POLYGON_2
 };
 
 static const uint32_t glbk__word_names[] = {
@@ -8448,6 +8472,27 @@ static void glbk__save_indexed(glbk_context *ctx, glbk_state *s)
     for (i = 0; i < ctx->max_targets; i++) {
         s->blend[i] = ctx->gl.IsEnabledi(GLBK__BLEND, i);
         ctx->gl.GetBooleani_v(GLBK__COLOR_MASK, i, s->color_mask[i]);
+    }
+}
+
+enum { GLBK__GROUPS = 0x90EE /* DISPATCH_INDIRECT_BUFFER */ };
+
+/* IMAGE_BINDING_NAME, _LEVEL, _LAYERED, _LAYER, _ACCESS, _FORMAT. */
+static const uint32_t glbk__image_names[6] = { 0x8F3A, 0x8F3B, 0x8F3C, 0x8F3D, 0x8F3E, 0x906E };
+
+static void glbk__save_images(glbk_context *ctx, glbk_state *s)
+{
+    uint32_t i, k;
+    for (i = 0; i < GLBK_IMAGES; i++)
+        for (k = 0; k < 6; k++) ctx->gl.GetIntegeri_v(glbk__image_names[k], i, &s->images[i][k]);
+}
+
+static void glbk__restore_images(glbk_context *ctx, const glbk_state *s)
+{
+    uint32_t i;
+    for (i = 0; i < GLBK_IMAGES; i++) {
+        const int32_t *m = s->images[i];
+        ctx->gl.BindImageTexture(i, (uint32_t)m[0], m[1], (uint8_t)(m[2] != 0), m[3], (uint32_t)m[4], (uint32_t)m[5]);
     }
 }
 
@@ -8481,7 +8526,11 @@ GLBK_DEF void glbk_state_save(glbk_context *ctx, glbk_state *out)
     for (i = 0; i < GLBK__CAP_COUNT; i++)
         if (glbk__has_cap(ctx, i)) out->caps[i] = ctx->gl.IsEnabled(glbk__caps[i].name);
     for (i = 0; i < GLBK__WORD_COUNT; i++) ctx->gl.GetIntegerv(glbk__word_names[i], &out->words[i]);
-    if (ctx->compute) ctx->gl.GetIntegerv(0x90D3, &out->words[GLBK__W_STORAGE]);
+    if (ctx->compute) {
+        ctx->gl.GetIntegerv(0x90D3, &out->words[GLBK__W_STORAGE]);
+        ctx->gl.GetIntegerv(0x90EF, &out->words[GLBK__W_GROUPS]);
+        glbk__save_images(ctx, out);
+    }
     if (ctx->clip_control) {
         ctx->gl.GetIntegerv(0x935C, &out->words[GLBK__W_ORIGIN]);
         ctx->gl.GetIntegerv(0x935D, &out->words[GLBK__W_CLIP_DEPTH]);
@@ -8535,7 +8584,10 @@ static void glbk__restore_bindings(glbk_context *ctx, const glbk_state *s)
             glbk__restore_range(ctx, GLBK_GL_SHADER_STORAGE_BUFFER, i, s->storage[i], s->storage_ranges[i]);
     }
     ctx->gl.BindBuffer(GLBK_GL_UNIFORM_BUFFER, (uint32_t)s->words[GLBK__W_BLOCK]);
-    if (ctx->compute) ctx->gl.BindBuffer(GLBK_GL_SHADER_STORAGE_BUFFER, (uint32_t)s->words[GLBK__W_STORAGE]);
+    if (!ctx->compute) return;
+    ctx->gl.BindBuffer(GLBK_GL_SHADER_STORAGE_BUFFER, (uint32_t)s->words[GLBK__W_STORAGE]);
+    ctx->gl.BindBuffer(GLBK__GROUPS, (uint32_t)s->words[GLBK__W_GROUPS]);
+    glbk__restore_images(ctx, s);
 }
 
 static void glbk__depth_range(const glbk_context *ctx, float from, float to)
@@ -8678,18 +8730,44 @@ GLBK_DEF void glbk_bind_storage(glbk_context *ctx, uint32_t slot, const glbk_buf
     ctx->gl.BindBufferBase(GLBK_GL_SHADER_STORAGE_BUFFER, slot, buffer->name);
 }
 
+GLBK_DEF void glbk_bind_image(glbk_context *ctx, uint32_t slot, const glbk_texture *texture)
+{
+    if (!ctx || ctx->lost || !ctx->compute || !texture || !texture->name || slot >= GLBK_IMAGES) return;
+    ctx->gl.BindImageTexture(slot, texture->name, 0, texture->layers != 0, 0, 0x88BA /* READ_WRITE */,
+                             (uint32_t)glbk__formats[texture->format].internal);
+}
+
 GLBK_DEF void glbk_draw_screen(glbk_context *ctx)
 {
     if (ctx && !ctx->lost) ctx->gl.DrawArrays(GLBK_GL_TRIANGLES, 0, 3);
 }
 
-GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uint32_t x, uint32_t y, uint32_t z)
+static glbk_result glbk__before_dispatch(glbk_context *ctx, glbk_program *program)
 {
     if (!ctx || !program || !program->name) return GLBK_ERR_ARGUMENT;
     if (ctx->lost) return GLBK_ERR_LOST;
     if (!ctx->compute) return GLBK_ERR_FEATURE;
     glbk_program_use(ctx, program);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uint32_t x, uint32_t y, uint32_t z)
+{
+    glbk_result result = glbk__before_dispatch(ctx, program);
+    if (result != GLBK_OK) return result;
     ctx->gl.DispatchCompute(x, y, z);
+    ctx->gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_dispatch_indirect(glbk_context *ctx, glbk_program *program, const glbk_buffer *groups,
+                                            size_t offset)
+{
+    glbk_result result = glbk__before_dispatch(ctx, program);
+    if (result != GLBK_OK) return result;
+    if (!groups || !groups->name || offset % 4 || offset + 12 > groups->size) return GLBK_ERR_ARGUMENT;
+    ctx->gl.BindBuffer(GLBK__GROUPS, groups->name);
+    ctx->gl.DispatchComputeIndirect((ptrdiff_t)offset);
     ctx->gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
     return GLBK_OK;
 }

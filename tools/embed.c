@@ -95,6 +95,10 @@ static file *add_file(const char *folder, const char *name, const char *suffix)
     put(t, "#if __VERSION__ >= 430\nlayout(std430, binding = ");                        \
     put_number(t, slot);                                                                \
     put(t, ") " #qualifiers " buffer " #name "_storage { " #type " " #name "[]; };\n#endif\n");
+#define IMAGE(qualifiers, format, type, name, slot)                                     \
+    put(t, "#if __VERSION__ >= 430\nlayout(" #format ", binding = ");                   \
+    put_number(t, slot);                                                                \
+    put(t, ") " #qualifiers " uniform " #type " " #name ";\n#endif\n");
 #define PART(part, PART) add_bindings(#part, bindings_##part);
 #define BINDINGS(part, PART)                                        \
     static void bindings_##part(text *t)                            \
@@ -103,6 +107,7 @@ static file *add_file(const char *folder, const char *name, const char *suffix)
         GLBK_##PART##_TEXTURES(TEXTURE)                             \
         GLBK_##PART##_BLOCKS(BLOCK)                                 \
         GLBK_##PART##_STORAGE(STORAGE)                              \
+        GLBK_##PART##_IMAGES(IMAGE)                                 \
     }
 
 static inline void put_member(text *t, const char *type, const char *name, int count)

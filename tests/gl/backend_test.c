@@ -287,6 +287,71 @@ static void compute_runs(void **state)
     glbk_program_destroy(&t->gl, &p);
 }
 
+/* One shader writes how many groups the next one takes; both an image of two layers. */
+static void compute_writes_images(void **state)
+{
+    GL_TEST(t, state)
+    static const char fill[] = "layout(local_size_x = 8, local_size_y = 8) in;\n"
+                               "layout(rgba32f, binding = 2) uniform image2DArray picture;\n"
+                               "layout(std430, binding = 1) buffer groups_block { uint groups[]; };\n"
+                               "void main()\n{\n    ivec3 at = ivec3(gl_GlobalInvocationID);\n"
+                               "    if (at == ivec3(0)) { groups[1] = 2u; groups[2] = 1u; groups[3] = 1u; }\n"
+                               "    imageStore(picture, at, vec4(at, 0.5));\n}\n";
+    static const char change[] = "layout(local_size_x = 8, local_size_y = 8) in;\n"
+                                 "layout(rgba32f, binding = 2) uniform image2DArray picture;\n"
+                                 "void main()\n{\n    ivec3 at = ivec3(gl_GlobalInvocationID.xy, 1);\n"
+                                 "    imageStore(picture, at, imageLoad(picture, at) * 2.0);\n}\n";
+    enum { SIDE = 16 };
+    static float out[4 * SIDE * SIDE];
+    glbk_texture_desc d = { 0 };
+    glbk_target_desc targets = { 0 };
+    glbk_texture picture;
+    glbk_target target;
+    glbk_buffer groups;
+    glbk_program p[2];
+    glbk_source s = { 0 };
+    int x, y;
+
+    if (!t->gl.compute) {
+        glbk_program none = { 1, 0 };
+        glbk_buffer four = { 1, 16 };
+        assert_int_equal(glbk_dispatch_indirect(&t->gl, &none, &four, 4), GLBK_ERR_FEATURE);
+        return;
+    }
+    s.compute = fill;
+    assert_glbk(t, glbk_program_compile(&t->gl, &s, &p[0]));
+    s.compute = change;
+    assert_glbk(t, glbk_program_compile(&t->gl, &s, &p[1]));
+    assert_glbk(t, glbk_buffer_create(&t->gl, 16, NULL, &groups));
+    d.format = GLBK_FORMAT_RGBA32F;
+    d.width = d.height = SIDE;
+    d.layers = 2;
+    assert_glbk(t, glbk_texture_create(&t->gl, &d, &picture));
+    targets.color[0] = &picture;
+    targets.layer[0] = 1;
+    assert_glbk(t, glbk_target_create(&t->gl, &targets, &target));
+    glbk_bind_image(&t->gl, 2, &picture);
+    glbk_bind_storage(&t->gl, 1, &groups);
+    assert_glbk(t, glbk_dispatch(&t->gl, &p[0], SIDE / 8, SIDE / 8, 2));
+    assert_glbk(t, glbk_dispatch_indirect(&t->gl, &p[1], &groups, 4));
+    assert_glbk(t, glbk_target_read(&t->gl, &target, 0, 0, 0, SIDE, SIDE, out));
+    for (y = 0; y < SIDE; y++)
+        for (x = 0; x < SIDE; x++) {
+            const float *texel = out + 4 * (y * SIDE + x);
+            float twice = y < 8 ? 2.0f : 1.0f;      /* two groups beside each other, not below */
+            assert_true(texel[0] == twice * (float)x && texel[1] == twice * (float)y);
+            assert_true(texel[2] == twice && texel[3] == 0.5f * twice);
+        }
+    assert_int_equal(glbk_dispatch_indirect(&t->gl, &p[1], &groups, 2), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_dispatch_indirect(&t->gl, &p[1], &groups, 8), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_dispatch_indirect(&t->gl, &p[1], NULL, 0), GLBK_ERR_ARGUMENT);
+    glbk_target_destroy(&t->gl, &target);
+    glbk_texture_destroy(&t->gl, &picture);
+    glbk_buffer_destroy(&t->gl, &groups);
+    glbk_program_destroy(&t->gl, &p[0]);
+    glbk_program_destroy(&t->gl, &p[1]);
+}
+
 /* ---- textures, tables, buffers, targets ---- */
 
 static void copies_floats(void **state)
@@ -768,7 +833,7 @@ int main(int count, char **values)
         cmocka_unit_test(files_are_found),      cmocka_unit_test(written_glsl_is_whole),
         gl_unit_test(written_glsl_runs),
         gl_unit_test(every_program_links),      gl_unit_test(errors_name_file_and_line),
-        gl_unit_test(transform_feedback_writes), gl_unit_test(compute_runs),
+        gl_unit_test(transform_feedback_writes), gl_unit_test(compute_runs), gl_unit_test(compute_writes_images),
         gl_unit_test(copies_floats),            gl_unit_test(slots_can_be_moved),
         gl_unit_test(tables_hold_and_change),   gl_unit_test(every_format),
         gl_unit_test(mipmaps_and_filters),      gl_unit_test(uniform_blocks),

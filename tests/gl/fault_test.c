@@ -376,6 +376,7 @@ static void lost_contexts(void **state)
     pass.target = &x.target;
     assert_int_equal(glbk_begin(&t->gl, &pass, &x.program), GLBK_ERR_LOST);
     assert_int_equal(glbk_dispatch(&t->gl, &x.program, 1, 1, 1), GLBK_ERR_LOST);
+    assert_int_equal(glbk_dispatch_indirect(&t->gl, &x.program, &x.buffer, 0), GLBK_ERR_LOST);
     assert_int_equal(glbk_buffer_update(&t->gl, &x.buffer, 0, 4, "abcd"), GLBK_ERR_LOST);
     assert_int_equal(glbk_check(&t->gl), GLBK_ERR_LOST);
     {
@@ -390,6 +391,7 @@ static void lost_contexts(void **state)
     glbk_bind_texture(&t->gl, 0, &x.texture);
     glbk_bind_block(&t->gl, 0, &x.buffer);
     glbk_bind_storage(&t->gl, 0, &x.buffer);
+    glbk_bind_image(&t->gl, 0, &x.texture);
     glbk_program_use(&t->gl, &x.program);
     glbk_set_slots(&t->gl, 1);
     glbk_clear(&t->gl, &x.target, 0, (const float[4]){ 0, 0, 0, 0 });

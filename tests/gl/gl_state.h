@@ -32,6 +32,7 @@
     X(B, ELEMENT_ARRAY_BUFFER_BINDING, 0x8895, 1) X(B, UNIFORM_BUFFER_BINDING, 0x8A28, 1)                           \
     X(B, COPY_READ_BUFFER, 0x8F36, 1) X(B, COPY_WRITE_BUFFER, 0x8F37, 1)                                            \
     X(B, TRANSFORM_FEEDBACK_BUFFER_BINDING, 0x8C8F, 1) X(C, SHADER_STORAGE_BUFFER_BINDING, 0x90D3, 1)               \
+    X(C, DISPATCH_INDIRECT_BUFFER_BINDING, 0x90EF, 1)                                                               \
     X(B, PIXEL_UNPACK_BUFFER_BINDING, 0x88EF, 1) X(B, PIXEL_PACK_BUFFER_BINDING, 0x88ED, 1)                         \
     X(B, VIEWPORT, 0x0BA2, 4) X(B, SCISSOR_BOX, 0x0C10, 4) X(B, DEPTH_WRITEMASK, 0x0B72, 1)                         \
     X(B, COLOR_WRITEMASK, 0x0C23, 4) X(B, DEPTH_FUNC, 0x0B74, 1) X(B, CULL_FACE_MODE, 0x0B45, 1)                    \
@@ -56,7 +57,7 @@
     X(B, DEPTH_RANGE, 0x0B70, 2) X(B, LINE_WIDTH, 0x0B21, 1) X(B, POLYGON_OFFSET_FACTOR, 0x8038, 1)                 \
     X(B, POLYGON_OFFSET_UNITS, 0x2A00, 1) X(B, SAMPLE_COVERAGE_VALUE, 0x80AA, 1) X(D, POINT_SIZE, 0x0B11, 1)
 
-enum { GL_STATE_MOST = 500, GL_STATE_UNITS = 20, GL_STATE_BINDINGS = 10 };
+enum { GL_STATE_MOST = 600, GL_STATE_UNITS = 20, GL_STATE_BINDINGS = 10 };
 
 typedef struct gl_value { const char *name; int index; double number; } gl_value;
 typedef struct gl_snapshot { gl_value values[GL_STATE_MOST]; int count; } gl_snapshot;
@@ -149,6 +150,22 @@ static inline void gl_state_buffers(const glbk_context *gl, gl_snapshot *s)
         }
 }
 
+static inline void gl_state_images(const glbk_context *gl, gl_snapshot *s)
+{
+    static const struct { const char *name; uint32_t what; } parts[] = {
+        { "IMAGE_BINDING_NAME", 0x8F3A }, { "IMAGE_BINDING_LEVEL", 0x8F3B }, { "IMAGE_BINDING_LAYERED", 0x8F3C },
+        { "IMAGE_BINDING_LAYER", 0x8F3D }, { "IMAGE_BINDING_ACCESS", 0x8F3E }, { "IMAGE_BINDING_FORMAT", 0x906E }
+    };
+    uint32_t i;
+    size_t k;
+    for (i = 0; i < 8 && gl_state_has(gl, 'C'); i++)
+        for (k = 0; k < sizeof parts / sizeof parts[0]; k++) {
+            int32_t value;
+            gl->gl.GetIntegeri_v(parts[k].what, i, &value);
+            gl_state_add(s, parts[k].name, (int)i, value);
+        }
+}
+
 static inline void gl_state_read(const glbk_context *gl, gl_snapshot *s)
 {
     int32_t n[4];
@@ -182,6 +199,7 @@ static inline void gl_state_read(const glbk_context *gl, gl_snapshot *s)
     }
     gl_state_units(gl, s);
     gl_state_buffers(gl, s);
+    gl_state_images(gl, s);
 }
 
 static inline void gl_state_assert_same(const gl_snapshot *a, const gl_snapshot *b, const char *call)
@@ -290,6 +308,10 @@ static inline void gl_hostile_bindings(const glbk_context *gl, gl_hostile *h)
         gl->gl.BindBufferRange(GLBK_GL_UNIFORM_BUFFER, i, h->buffer.name, 256 * (ptrdiff_t)i, 256);
     for (i = 0; i < 8 && gl->compute; i++)
         gl->gl.BindBufferRange(GLBK_GL_SHADER_STORAGE_BUFFER, i, h->buffer.name, 256 * (ptrdiff_t)i, 512);
+    for (i = 0; i < 8 && gl->compute; i++)
+        gl->gl.BindImageTexture(i, i % 2 ? h->array.name : h->texture.name, 0, 0, (int32_t)(i % 2), 0x88B8 + i % 3,
+                                0x8058 /* RGBA8 */);
+    if (gl->compute) gl->gl.BindBuffer(0x90EE /* DISPATCH_INDIRECT_BUFFER */, h->buffer.name);
     gl->gl.BindBufferBase(GLBK_GL_UNIFORM_BUFFER, 1, h->pixels.name);
     gl->gl.BindVertexArray(h->vertex_array);
     gl->gl.BindBuffer(GLBK_GL_ELEMENT_ARRAY_BUFFER, h->buffer.name);

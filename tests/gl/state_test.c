@@ -29,7 +29,10 @@ static void one_pass(gl_test *t, const glbk_pass *pass, glbk_program *program, c
     if (!program) return;
     glbk_bind_texture(&t->gl, GLBK_SLOT_glbk_source, source);
     glbk_bind_block(&t->gl, 2, block);
-    if (t->gl.compute) glbk_bind_storage(&t->gl, 2, block);
+    if (t->gl.compute) {
+        glbk_bind_storage(&t->gl, 2, block);
+        glbk_bind_image(&t->gl, 3, source);
+    }
     glbk_draw_screen(&t->gl);
 }
 
