@@ -112,6 +112,7 @@ static int open_gl(run *r, char *error)
     desc.user = r->context;
     desc.log = r->gl_log;
     desc.log_size = sizeof r->gl_log;
+    desc.core_only = !rd_setting_integer(&r->args->settings, "compute");
     result = glbk_init(&r->gl, &desc);
     if (result != GLBK_OK) {
         snprintf(error, EX_ERROR_SIZE, "--backend gl: %s (%.150s)", glbk_result_text(result), r->gl_log);
