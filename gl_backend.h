@@ -1487,11 +1487,12 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *ren
     X(uvec4, counts, 1)         /* taps; interleave; points about the receiver; side of the noise */ \
     X(uvec4, range, 1)          /* of the list: from, to, room of a set; not 0: add to what is there */ \
     X(uvec4, pick, 1)           /* seed, lights of the map, first run, materials; of a scan: layer, stride */ \
-    X(uvec4, grid, 1)           /* step, that of the grid before, width, height */                  \
+    X(uvec4, grid, 1)           /* step, that of the grid before (compute: the finest), width, height */ \
     X(uvec4, mode, 1)                                                                               \
     X(vec4, pattern, 1)         /* r_max; scale and lights of MIXED; frames of the filter, reach */ \
     X(vec4, limits, 1)          /* offset, clamp, near_limit, sets; direct: bias, slope bias */     \
-    X(vec4, tests, 1)           /* normal_cosine, plane_slope, distance, contrast */
+    X(vec4, tests, 1)           /* normal_cosine, plane_slope, distance, contrast */            \
+    X(uvec4, lists, 1)          /* of compute: read, for open pixels, for wanted nodes; step of the next grid */
 
 #define GLBK_RSM_DRAWN_MEMBERS(X)                                                                  \
     X(mat4, world, 1)                                                                               \
@@ -1506,8 +1507,17 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *ren
     X(glbk_rsm_frame, 1, GLBK_RSM_FRAME_MEMBERS)        \
     X(glbk_rsm_drawn, 2, GLBK_RSM_DRAWN_MEMBERS)
 
-#define GLBK_RSM_STORAGE(X)
-#define GLBK_RSM_IMAGES(X)
+#define GLBK_RSM_STORAGE(X)                                                                         \
+    X(coherent, uint, glbk_rsm_counts, 0)   /* of each list 4: groups x, y, 1; pixels */            \
+    X(readonly, uint, glbk_rsm_items, 1)    /* a list: x | y << 16 */                               \
+    X(writeonly, uint, glbk_rsm_left, 2)                                                            \
+    X(writeonly, uint, glbk_rsm_wanted, 3)                                                          \
+    X(coherent, uint, glbk_rsm_marks, 4)    /* a bit a node of the finest grid */
+
+#define GLBK_RSM_IMAGES(X)                                                                          \
+    X(restrict, rgba32f, image2D, glbk_rsm_picture, 0)                                              \
+    X(restrict, rgba32f, image2D, glbk_rsm_nodes, 1)    /* of the finest grid and all before it */  \
+    X(restrict writeonly, r32ui, uimage2DArray, glbk_rsm_running, 2)
 
 GLBK__PART(RSM)
 
@@ -1550,7 +1560,7 @@ typedef struct glbk_rsm_renderer_desc {
     int      interpolate, denoise;      /* not 0: memory for glbk_rsm_gather with a grid, for glbk_rsm_denoise */
 } glbk_rsm_renderer_desc;
 
-#define GLBK_RSM_PROGRAMS 14u
+#define GLBK_RSM_PROGRAMS 21u
 
 typedef struct glbk_rsm_renderer {      /* read only; zeroed = none */
     glbk_program programs[GLBK_RSM_PROGRAMS];       /* compiled when first needed */
@@ -1565,11 +1575,13 @@ typedef struct glbk_rsm_renderer {      /* read only; zeroed = none */
     uint32_t     width, height, now, direct, bounce, remembers;
     int          has_before, drawing, turn;
     glbk_result  failed;                /* first of glbk_rsm_object while drawing */
+    int          compute;               /* glbk_rsm_gather and glbk_rsm_denoise dispatch: ctx->compute when it was made */
+    glbk_buffer  counts, open[2], wanted, marks;        /* then, with interpolate: lists of pixels */
 } glbk_rsm_renderer;
 
 GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_renderer_desc *desc,
                                               glbk_rsm_renderer *out);
-/* Memory on the GPU: 4 MB, and 100 bytes a pixel, with interpolate 12 more, with denoise 80 more. */
+/* Memory on the GPU: 4 MB, and 100 bytes a pixel, with interpolate 13 more, with denoise 80 more. */
 GLBK_DEF void glbk_rsm_renderer_destroy(glbk_context *ctx, glbk_rsm_renderer *renderer);
 
 typedef struct glbk_rsm_tables {
@@ -1635,7 +1647,7 @@ typedef struct glbk_rsm_gather_desc {   /* rsm_gather_desc; noise and materials 
                                            r_min 1 / 192) too */
     float    r_max, offset, clamp, near_limit;
     uint32_t seed, interleave;
-    uint32_t lights_per_pass;           /* 0 = 4096: a pass must not take longer than the driver's patience */
+    uint32_t lights_per_pass;           /* 0 = 4096, at most 32768: a pass must not take longer than the driver's patience */
 } glbk_rsm_gather_desc;
 
 typedef struct glbk_rsm_grid {          /* rsm_interpolation */
@@ -4685,8 +4697,12 @@ static const char *const glbk__glsl_lib_rsm_access_glsl[] = {
     "#define RSM_ROW_SUM(t) uintBitsToFloat(texelFetch(glbk_rsm_sums, t, 0).x)\n",
     "#define RSM_ROWS_SUM(y, face) uintBitsToFloat(texelFetch(glbk_rsm_rows, ivec3(y, 0, face), 0).x)\n",
     "// Number i of the list: 0 position and bound, 1 normal and density, 2 flux and texel, 3 light and material.\n",
-    "#define RSM_LIGHT(i, k) texelFetch(glbk_rsm_lights, ivec3(int((i) & 1023u), int((i) >> 10), k), 0)\n",
-    "#define RSM_POINT(i) texelFetch(glbk_rsm_pattern, ivec2(int((i) & 1023u), int((i) >> 10)), 0).xyz\n",
+    "#define RSM_LISTED(i, k) texelFetch(glbk_rsm_lights, ivec3(int((i) & 1023u), int((i) >> 10), k), 0)\n",
+    "#define RSM_PATTERN(i) texelFetch(glbk_rsm_pattern, ivec2(int((i) & 1023u), int((i) >> 10)), 0).xyz\n",
+    "#ifndef RSM_LIGHT           // lib/rsm_chunk.glsl has chunks of both in shared memory\n",
+    "#define RSM_LIGHT(i, k) RSM_LISTED(i, k)\n",
+    "#define RSM_POINT(i) RSM_PATTERN(i)\n",
+    "#endif\n",
     "#define RSM_MATERIAL(i) texelFetch(glbk_rsm_materials, ivec2(int(i), 0), 0)\n",
     "#define RSM_SEEN(at, k) texelFetch(glbk_rsm_seen, ivec3(at, k), 0)\n"
 };
@@ -4724,6 +4740,7 @@ static const char *const glbk__glsl_lib_rsm_bindings_glsl[] = {
     "    vec4 pattern;\n",
     "    vec4 limits;\n",
     "    vec4 tests;\n",
+    "    uvec4 lists;\n",
     "} glbk_rsm_frame;\n",
     "layout(std140) uniform glbk_rsm_drawn_block {\n",
     "    mat4 world;\n",
@@ -4732,7 +4749,40 @@ static const char *const glbk__glsl_lib_rsm_bindings_glsl[] = {
     "    vec4 eye;\n",
     "    vec4 range;\n",
     "    uvec4 kinds;\n",
-    "} glbk_rsm_drawn;\n"
+    "} glbk_rsm_drawn;\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(std430, binding = 0) coherent buffer glbk_rsm_counts_storage { uint glbk_rsm_counts[]; };\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(std430, binding = 1) readonly buffer glbk_rsm_items_storage { uint glbk_rsm_items[]; };\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(std430, binding = 2) writeonly buffer glbk_rsm_left_storage { uint glbk_rsm_left[]; };\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(std430, binding = 3) writeonly buffer glbk_rsm_wanted_storage { uint glbk_rsm_wanted[]; };\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(std430, binding = 4) coherent buffer glbk_rsm_marks_storage { uint glbk_rsm_marks[]; };\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(rgba32f, binding = 0) restrict uniform image2D glbk_rsm_picture;\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(rgba32f, binding = 1) restrict uniform image2D glbk_rsm_nodes;\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(r32ui, binding = 2) restrict writeonly uniform uimage2DArray glbk_rsm_running;\n",
+    "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_rsm_chunk_glsl[] = {
+    "// rsm_chunk - lights of the list and points of the pattern that a work group reads together, in shared memory: for compute\n",
+    "// programs, before rsm_gather, whose numbers then count from the chunk's first.\n",
+    "#define RSM_CHUNK 64u               // lights, as many as the group has invocations; or four times as many points\n",
+    "shared uvec4 rsm_chunk[4u * RSM_CHUNK];\n",
+    "#define RSM_LIGHT(i, k) rsm_chunk[RSM_CHUNK * uint(k) + (i)]\n",
+    "#define RSM_POINT(i) uintBitsToFloat(rsm_chunk[i].xyz)\n"
 };
 
 static const char *const glbk__glsl_lib_rsm_direct_glsl[] = {
@@ -4946,6 +4996,136 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_lib_rsm_grid_glsl[] = {
+    "// rsm_grid - interpolation between nodes of a grid that were evaluated (section 4).\n",
+    "// uses: rsm_screen\n",
+    "// The program's: the node at a pixel, its light and what its alpha says; false where nothing is seen.\n",
+    "bool rsm_node(ivec2 at, out rsm_receiver s, out vec4 node);\n",
+    "\n",
+    "// Grid lines of a coordinate: multiples of step, and the picture's last pixel.\n",
+    "void rsm_grid_lines(int at, int step, int size, out ivec2 line, out float share)\n",
+    "{\n",
+    "    line = ivec2(at / step * step, min((at / step + 1) * step, size - 1));\n",
+    "    share = line.y > line.x ? float(at - line.x) / float(line.y - line.x) : 0.0;\n",
+    "}\n",
+    "\n",
+    "bool rsm_suits(rsm_receiver p, rsm_receiver s, vec4 tests, float reach2)\n",
+    "{\n",
+    "    vec3 d = s.position - p.position;\n",
+    "    float len = length(d), plane = max(abs(dot(d, p.normal)), abs(dot(d, s.normal)));\n",
+    "    if (dot(s.normal, p.normal) < tests.x || plane > tests.y * len) return false;\n",
+    "    return (!(tests.z > 0.0) || len <= tests.z) && dot(d, d) <= reach2;\n",
+    "}\n",
+    "\n",
+    "// Bilinear between nodes of the grid; false where fewer than three suit or they differ too much. A missing fourth is completed to a plane. tests: least cosine, most slope, most distance or 0, contrast or below 0. reach: of a sample, times its\n",
+    "// distance to the nearest light, or below 0.\n",
+    "bool rsm_interpolate(ivec2 at, int step, ivec2 size, rsm_receiver p, vec4 tests, float reach, out vec3 result)\n",
+    "{\n",
+    "    ivec2 lx, ly;\n",
+    "    vec2 f;\n",
+    "    vec3 value[4];\n",
+    "    float low = 3.0e38, high = 0.0, sum = 0.0;\n",
+    "    int good = 0, missing = -1;\n",
+    "    rsm_grid_lines(at.x, step, size.x, lx, f.x);\n",
+    "    rsm_grid_lines(at.y, step, size.y, ly, f.y);\n",
+    "    for (int k = 0; k < 4; k++) {\n",
+    "        bool right = (k & 1) != 0, upper = (k & 2) != 0;\n",
+    "        ivec2 line = ivec2(right ? lx.y : lx.x, upper ? ly.y : ly.x);\n",
+    "        rsm_receiver s;\n",
+    "        vec4 node;\n",
+    "        bool seen = rsm_node(line, s, node);\n",
+    "        value[k] = node.xyz;\n",
+    "        float reach2 = reach > 0.0 ? rsm_node_distance2(node.w) * reach * reach : 3.0e38;\n",
+    "        if (node.w >= 0.0 || !seen || !rsm_suits(p, s, tests, reach2)) {\n",
+    "            missing = k;\n",
+    "            continue;\n",
+    "        }\n",
+    "        float mean = rsm_mean3(node.xyz);\n",
+    "        low = min(low, mean);\n",
+    "        high = max(high, mean);\n",
+    "        sum += mean;\n",
+    "        good++;\n",
+    "    }\n",
+    "    result = vec3(0.0);\n",
+    "    if (good < 3 || (tests.w >= 0.0 && high - low > tests.w * sum / float(good))) return false;\n",
+    "    if (missing == 0) value[0] = value[1] + value[2] - value[3];\n",
+    "    if (missing == 1) value[1] = value[0] + value[3] - value[2];\n",
+    "    if (missing == 2) value[2] = value[3] + value[0] - value[1];\n",
+    "    if (missing == 3) value[3] = value[2] + value[1] - value[0];\n",
+    "    result = max(mix(mix(value[0], value[1], f.x), mix(value[2], value[3], f.x), f.y), vec3(0.0));\n",
+    "    return true;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_rsm_lists_glsl[] = {
+    "// rsm_lists - lists of pixels that compute programs append to and read from, each with the groups of 64 that it takes: a\n",
+    "// work group collects its own in shared memory, then takes room in the list at once.\n",
+    "// uses: rsm_screen\n",
+    "#ifndef RSM_GROUP\n",
+    "#define RSM_GROUP 64        // invocations of the work group\n",
+    "#endif\n",
+    "shared uint rsm_open[RSM_GROUP], rsm_wanted[4 * RSM_GROUP];\n",
+    "shared uint rsm_open_count, rsm_wanted_count, rsm_open_at, rsm_wanted_at;\n",
+    "\n",
+    "uint rsm_pack_pixel(ivec2 at) { return uint(at.x) | uint(at.y) << 16; }\n",
+    "ivec2 rsm_unpack_pixel(uint item) { return ivec2(item & 65535u, item >> 16); }\n",
+    "\n",
+    "// Item of this invocation, with groups of 64 as glbk_dispatch_indirect has them; false beyond the list's end.\n",
+    "bool rsm_item(uint list, out ivec2 at)\n",
+    "{\n",
+    "    uint i = 64u * (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) + gl_LocalInvocationIndex;\n",
+    "    bool inside = i < glbk_rsm_counts[4u * list + 3u];\n",
+    "    at = ivec2(0);\n",
+    "    if (inside) at = rsm_unpack_pixel(glbk_rsm_items[i]);\n",
+    "    return inside;\n",
+    "}\n",
+    "\n",
+    "void rsm_begin_lists()\n",
+    "{\n",
+    "    if (gl_LocalInvocationIndex == 0u) rsm_open_count = rsm_wanted_count = 0u;\n",
+    "    barrier();\n",
+    "}\n",
+    "\n",
+    "void rsm_add_open(ivec2 at) { rsm_open[atomicAdd(rsm_open_count, 1u)] = rsm_pack_pixel(at); }\n",
+    "\n",
+    "void rsm_add_wanted(ivec2 at) { rsm_wanted[atomicAdd(rsm_wanted_count, 1u)] = rsm_pack_pixel(at); }\n",
+    "\n",
+    "// Place of a node among the marks.\n",
+    "uint rsm_mark(ivec2 number, ivec2 last) { return uint(number.y * (last.x + 1) + number.x); }\n",
+    "\n",
+    "// A node that is to be evaluated where it was not yet: once, whoever asks first.\n",
+    "void rsm_want(ivec2 at)\n",
+    "{\n",
+    "    int fine = int(glbk_rsm_frame.grid.y);\n",
+    "    ivec2 number = rsm_node_number(at, fine), last = rsm_node_number(ivec2(glbk_rsm_frame.grid.zw) - 1, fine);\n",
+    "    uint i = rsm_mark(number, last), bit = 1u << (i & 31u);\n",
+    "    if ((glbk_rsm_marks[i >> 5] & bit) != 0u || (atomicOr(glbk_rsm_marks[i >> 5], bit) & bit) != 0u) return;\n",
+    "    rsm_receiver r;\n",
+    "    if (rsm_read(at, r) && texelFetch(glbk_rsm_coarse, number, 0).w >= 0.0) rsm_add_wanted(at);\n",
+    "}\n",
+    "\n",
+    "uint rsm_room(uint list, uint count)\n",
+    "{\n",
+    "    uint at = atomicAdd(glbk_rsm_counts[4u * list + 3u], count), before = (at + 63u) / 64u, groups = (at + count + 63u) / 64u;\n",
+    "    if (groups > before) {\n",
+    "        if (before < 1024u) atomicMax(glbk_rsm_counts[4u * list], min(groups, 1024u));\n",
+    "        atomicMax(glbk_rsm_counts[4u * list + 1u], (groups + 1023u) / 1024u);\n",
+    "    }\n",
+    "    return at;\n",
+    "}\n",
+    "\n",
+    "void rsm_end_lists(uint open_list, uint wanted_list)\n",
+    "{\n",
+    "    barrier();\n",
+    "    if (gl_LocalInvocationIndex == 0u && rsm_open_count > 0u) rsm_open_at = rsm_room(open_list, rsm_open_count);\n",
+    "    if (gl_LocalInvocationIndex == 0u && rsm_wanted_count > 0u) rsm_wanted_at = rsm_room(wanted_list, rsm_wanted_count);\n",
+    "    barrier();\n",
+    "    for (uint i = gl_LocalInvocationIndex; i < rsm_open_count; i += uint(RSM_GROUP)) glbk_rsm_left[rsm_open_at + i] = rsm_open[i];\n",
+    "    for (uint i = gl_LocalInvocationIndex; i < rsm_wanted_count; i += uint(RSM_GROUP))\n",
+    "        glbk_rsm_wanted[rsm_wanted_at + i] = rsm_wanted[i];\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_lib_rsm_map_glsl[] = {
     "// rsm_map - a light and its map: frames of faces, projection, light through a texel, as rsm.h has them.\n",
     "const int RSM_SUN = 1, RSM_SPOT = 2, RSM_SQUARE_SPOT = 3, RSM_POINT = 4, RSM_PATCH = 5;\n",
@@ -5119,7 +5299,7 @@ static const char *const glbk__glsl_lib_rsm_pick_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
-    "// rsm_screen - receivers of the G-buffer, interpolation between those that were evaluated (section 4), neighbours of filters.\n",
+    "// rsm_screen - receivers of the G-buffer, nodes of grids between which light is interpolated, neighbours of filters.\n",
     "// uses: rsm_gather\n",
     "#define RSM_NONE 0.0            // what alpha says of a pixel: nothing seen there\n",
     "#define RSM_OPEN 1.0\n",
@@ -5146,90 +5326,52 @@ static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
     "    return dot(r.normal, r.normal) > 0.25;\n",
     "}\n",
     "\n",
+    "// Which set of an interleaved picture a pixel takes, and cosine and sine of its pattern's rotation.\n",
+    "uint rsm_set(ivec2 at)\n",
+    "{\n",
+    "    uint k = glbk_rsm_frame.counts.y;\n",
+    "    return uint(at.x) % k + k * (uint(at.y) % k);\n",
+    "}\n",
+    "\n",
+    "vec2 rsm_turn(ivec2 at)\n",
+    "{\n",
+    "    uint noise = glbk_rsm_frame.counts.w;\n",
+    "    if (noise == 0u) return vec2(1.0, 0.0);\n",
+    "    float angle = 2.0 * RSM_PI * texelFetch(glbk_rsm_noise, ivec2(uvec2(at) % noise), 0).x;\n",
+    "    return vec2(cos(angle), sin(angle));\n",
+    "}\n",
+    "\n",
+    "// Lights from .. to - 1 of the bound list; points first, first + step, ... of the bound pattern about the receiver.\n",
+    "vec3 rsm_listed(rsm_lamp l, rsm_receiver r, uint from, uint to)\n",
+    "{\n",
+    "    return rsm_gather_list(l, r.position, r.normal, from, to, glbk_rsm_frame.pick.w != 0u, glbk_rsm_frame.pattern.y);\n",
+    "}\n",
+    "\n",
+    "vec3 rsm_about(rsm_lamp l, rsm_receiver r, vec2 turn, uint first, uint step, uint count)\n",
+    "{\n",
+    "    return rsm_gather_about(l, r.position, r.normal, glbk_rsm_frame.pattern.x, turn, first, step, count, glbk_rsm_frame.limits,\n",
+    "                            glbk_rsm_frame.pick.w != 0u, glbk_rsm_frame.pattern.y, glbk_rsm_frame.pattern.z);\n",
+    "}\n",
+    "\n",
     "// Bounced light of pixel `at` from the bound list, map and pattern.\n",
     "vec3 rsm_bounce(rsm_receiver r, ivec2 at)\n",
     "{\n",
-    "    uint k = glbk_rsm_frame.counts.y, set = uint(at.x) % k + k * (uint(at.y) % k), noise = glbk_rsm_frame.counts.w;\n",
-    "    bool glossy = glbk_rsm_frame.pick.w != 0u;\n",
+    "    uint k = glbk_rsm_frame.counts.y, set = rsm_set(at), base = set * glbk_rsm_frame.range.z;\n",
     "    rsm_lamp l = rsm_bound();\n",
     "    vec3 sum = vec3(0.0);\n",
-    "    if (glbk_rsm_frame.range.y > glbk_rsm_frame.range.x) {\n",
-    "        uint base = set * glbk_rsm_frame.range.z;\n",
-    "        sum = rsm_gather_list(l, r.position, r.normal, base + glbk_rsm_frame.range.x, base + glbk_rsm_frame.range.y, glossy,\n",
-    "                              glbk_rsm_frame.pattern.y);\n",
-    "    }\n",
-    "    if (glbk_rsm_frame.counts.z > 0u) {\n",
-    "        vec2 turn = vec2(1.0, 0.0);\n",
-    "        if (noise > 0u) {\n",
-    "            float angle = 2.0 * RSM_PI * texelFetch(glbk_rsm_noise, ivec2(uvec2(at) % noise), 0).x;\n",
-    "            turn = vec2(cos(angle), sin(angle));\n",
-    "        }\n",
-    "        sum += rsm_gather_about(l, r.position, r.normal, glbk_rsm_frame.pattern.x, turn, set, k * k, glbk_rsm_frame.counts.z,\n",
-    "                                glbk_rsm_frame.limits, glossy, glbk_rsm_frame.pattern.y, glbk_rsm_frame.pattern.z);\n",
-    "    }\n",
+    "    if (glbk_rsm_frame.range.y > glbk_rsm_frame.range.x)\n",
+    "        sum = rsm_listed(l, r, base + glbk_rsm_frame.range.x, base + glbk_rsm_frame.range.y);\n",
+    "    if (glbk_rsm_frame.counts.z > 0u) sum += rsm_about(l, r, rsm_turn(at), set, k * k, glbk_rsm_frame.counts.z);\n",
     "    return sum / RSM_PI;\n",
     "}\n",
     "\n",
-    "// Grid lines of a coordinate: multiples of step, and the picture's last pixel; their numbers in the grid and the pixels.\n",
-    "void rsm_grid_lines(int at, int step, int size, out ivec2 number, out ivec2 line, out float share)\n",
-    "{\n",
-    "    number = ivec2(at / step, at / step + 1);\n",
-    "    line = ivec2(number.x * step, min(number.y * step, size - 1));\n",
-    "    if (line.y <= line.x) number.y = number.x;\n",
-    "    share = line.y > line.x ? float(at - line.x) / float(line.y - line.x) : 0.0;\n",
-    "}\n",
+    "// Is `at` a node of the grid? number: which; those of coarser grids have one in finer ones, too.\n",
+    "ivec2 rsm_node_number(ivec2 at, int step) { return (at + step - 1) / step; }\n",
     "\n",
-    "// Is `at` a node of the grid? number: which.\n",
     "bool rsm_is_node(ivec2 at, int step, ivec2 size, out ivec2 number)\n",
     "{\n",
-    "    number = (at + step - 1) / step;\n",
+    "    number = rsm_node_number(at, step);\n",
     "    return (at.x % step == 0 || at.x == size.x - 1) && (at.y % step == 0 || at.y == size.y - 1);\n",
-    "}\n",
-    "\n",
-    "bool rsm_suits(rsm_receiver p, rsm_receiver s, vec4 tests, float reach2)\n",
-    "{\n",
-    "    vec3 d = s.position - p.position;\n",
-    "    float len = length(d), plane = max(abs(dot(d, p.normal)), abs(dot(d, s.normal)));\n",
-    "    if (dot(s.normal, p.normal) < tests.x || plane > tests.y * len) return false;\n",
-    "    return (!(tests.z > 0.0) || len <= tests.z) && dot(d, d) <= reach2;\n",
-    "}\n",
-    "\n",
-    "// Bilinear between nodes of the grid; false where fewer than three suit or they differ too much. A missing fourth is\n",
-    "// completed to a plane. tests: least cosine, most slope, most distance or 0, contrast or below 0. reach: of a sample, times its\n",
-    "// distance to the nearest light, or below 0.\n",
-    "bool rsm_interpolate(glbk_color_sampler grid, ivec2 at, int step, ivec2 size, rsm_receiver p, vec4 tests, float reach, out vec3 result)\n",
-    "{\n",
-    "    ivec2 nx, ny, lx, ly;\n",
-    "    vec2 f;\n",
-    "    vec3 value[4];\n",
-    "    float low = 3.0e38, high = 0.0, sum = 0.0;\n",
-    "    int good = 0, missing = -1;\n",
-    "    rsm_grid_lines(at.x, step, size.x, nx, lx, f.x);\n",
-    "    rsm_grid_lines(at.y, step, size.y, ny, ly, f.y);\n",
-    "    for (int k = 0; k < 4; k++) {\n",
-    "        bool right = (k & 1) != 0, upper = (k & 2) != 0;\n",
-    "        vec4 node = glbk_unpack(texelFetch(grid, ivec2(right ? nx.y : nx.x, upper ? ny.y : ny.x), 0));\n",
-    "        rsm_receiver s;\n",
-    "        value[k] = node.xyz;\n",
-    "        float reach2 = reach > 0.0 ? rsm_node_distance2(node.w) * reach * reach : 3.0e38;\n",
-    "        if (node.w >= 0.0 || !rsm_read(ivec2(right ? lx.y : lx.x, upper ? ly.y : ly.x), s) || !rsm_suits(p, s, tests, reach2)) {\n",
-    "            missing = k;\n",
-    "            continue;\n",
-    "        }\n",
-    "        float mean = rsm_mean3(node.xyz);\n",
-    "        low = min(low, mean);\n",
-    "        high = max(high, mean);\n",
-    "        sum += mean;\n",
-    "        good++;\n",
-    "    }\n",
-    "    result = vec3(0.0);\n",
-    "    if (good < 3 || (tests.w >= 0.0 && high - low > tests.w * sum / float(good))) return false;\n",
-    "    if (missing == 0) value[0] = value[1] + value[2] - value[3];\n",
-    "    if (missing == 1) value[1] = value[0] + value[3] - value[2];\n",
-    "    if (missing == 2) value[2] = value[3] + value[0] - value[1];\n",
-    "    if (missing == 3) value[3] = value[2] + value[1] - value[0];\n",
-    "    result = max(mix(mix(value[0], value[1], f.x), mix(value[2], value[3], f.x), f.y), vec3(0.0));\n",
-    "    return true;\n",
     "}\n",
     "\n",
     "// Weight of a neighbour or of history for p: 0 across edges of normals and off the plane, falling smoothly to them.\n",
@@ -5238,6 +5380,35 @@ static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
     "    vec3 d = q - p;\n",
     "    float off = dot(n, d), a = clamp((dot(n, m) - cosine) / (1.0 - cosine), 0.0, 1.0);\n",
     "    return a * max(1.0 - off * off / (slope * slope * dot(d, d) + 1e-12), 0.0);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_rsm_smooth_glsl[] = {
+    "// rsm_smooth - one pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of normals and planes. A\n",
+    "// pixel with few neighbours like it is no brighter than its brightest neighbour.\n",
+    "// uses: rsm_screen\n",
+    "// The program's: the neighbour (i, j) steps away from pixel `at`; false where nothing is seen, or beyond the picture.\n",
+    "bool rsm_neighbour(ivec2 at, ivec2 off, out rsm_receiver s, out vec3 light);\n",
+    "\n",
+    "// sum: light of the pixel, which alpha goes with.\n",
+    "vec4 rsm_smooth(ivec2 at, rsm_receiver r, vec4 sum)\n",
+    "{\n",
+    "    vec3 light = sum.xyz * 4.0, most = vec3(0.0);\n",
+    "    float total = 4.0;\n",
+    "    for (int j = -1; j <= 1; j++)\n",
+    "        for (int i = -1; i <= 1; i++) {\n",
+    "            rsm_receiver s;\n",
+    "            vec3 other;\n",
+    "            if ((i == 0 && j == 0) || !rsm_neighbour(at, ivec2(i, j), s, other)) continue;\n",
+    "            float weight = rsm_alike(r.position, r.normal, s.position, s.normal, glbk_rsm_frame.tests.x, glbk_rsm_frame.tests.y) *\n",
+    "                           (i != 0 && j != 0 ? 1.0 : 2.0);\n",
+    "            light += weight * other;\n",
+    "            total += weight;\n",
+    "            most = max(most, other);\n",
+    "        }\n",
+    "    light /= total;\n",
+    "    if (total < 8.0) light = mix(light, min(light, most), vec3(greaterThan(most, vec3(0.0))));\n",
+    "    return vec4(light, sum.w);\n",
     "}\n"
 };
 
@@ -6510,6 +6681,28 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_rsm_begin_comp[] = {
+    "// Before interpolation: no node of the finest grid is evaluated, those of the first one are wanted where something is seen.\n",
+    "// uses: rsm_lists\n",
+    "layout(local_size_x = 8, local_size_y = 8) in;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    int fine = int(glbk_rsm_frame.grid.y);\n",
+    "    ivec2 number = ivec2(gl_GlobalInvocationID.xy), size = ivec2(glbk_rsm_frame.grid.zw), first;\n",
+    "    ivec2 last = rsm_node_number(size - 1, fine), at = min(number * fine, size - 1);\n",
+    "    rsm_receiver r;\n",
+    "    rsm_begin_lists();\n",
+    "    if (all(lessThanEqual(number, last))) {\n",
+    "        uint i = rsm_mark(number, last);\n",
+    "        if ((i & 31u) == 0u) glbk_rsm_marks[i >> 5] = 0u;\n",
+    "        imageStore(glbk_rsm_nodes, number, vec4(0.0));\n",
+    "        if (rsm_is_node(at, int(glbk_rsm_frame.grid.x), size, first) && rsm_read(at, r)) rsm_add_wanted(at);\n",
+    "    }\n",
+    "    rsm_end_lists(0u, glbk_rsm_frame.lists.z);\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_rsm_direct_frag[] = {
     "// Adds the light of the bound map to the picture.\n",
     "// uses: rsm_direct rsm_screen\n",
@@ -6594,6 +6787,78 @@ static const char *const glbk__glsl_prog_rsm_fill_vert[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
+    "// rsm_gather.frag in place: sums in registers; lights and points, which all of a group take, through shared memory. Mode 0:\n",
+    "// every pixel, a group has 8 x 8 of one set; 1: nodes of a list; 2: pixels of a list.\n",
+    "// uses: rsm_chunk rsm_screen rsm_lists\n",
+    "layout(local_size_x = 64) in;\n",
+    "shared bool rsm_awake;\n",
+    "\n",
+    "// rsm_bounce for all pixels of a group, of which those that are not awake only help to fetch.\n",
+    "vec3 rsm_bounce_together(rsm_receiver r, ivec2 at, uint set, bool awake)\n",
+    "{\n",
+    "    uint i = gl_LocalInvocationIndex, sets = glbk_rsm_frame.counts.y * glbk_rsm_frame.counts.y, listed = glbk_rsm_frame.range.y;\n",
+    "    int kinds = glbk_rsm_frame.pick.w != 0u ? 4 : 3;\n",
+    "    rsm_lamp l = rsm_bound();\n",
+    "    vec2 turn = rsm_turn(at);\n",
+    "    vec3 sum = vec3(0.0);\n",
+    "    for (uint from = glbk_rsm_frame.range.x; from < listed; from += RSM_CHUNK) {\n",
+    "        barrier();\n",
+    "        if (from + i < listed)\n",
+    "            for (int k = 0; k < kinds; k++) RSM_LIGHT(i, k) = RSM_LISTED(set * glbk_rsm_frame.range.z + from + i, k);\n",
+    "        barrier();\n",
+    "        if (awake) sum += rsm_listed(l, r, 0u, min(RSM_CHUNK, listed - from));\n",
+    "    }\n",
+    "    for (uint from = 0u; from < glbk_rsm_frame.counts.z; from += 4u * RSM_CHUNK) {\n",
+    "        uint count = min(4u * RSM_CHUNK, glbk_rsm_frame.counts.z - from);\n",
+    "        barrier();\n",
+    "        for (uint k = i; k < count; k += 64u)\n",
+    "            rsm_chunk[k].xyz = floatBitsToUint(RSM_PATTERN(set + (from + k) * sets));\n",
+    "        barrier();\n",
+    "        if (awake) sum += rsm_about(l, r, turn, 0u, 1u, count);\n",
+    "    }\n",
+    "    return sum / RSM_PI;\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uint mode = glbk_rsm_frame.mode.x, k = glbk_rsm_frame.counts.y, i = gl_LocalInvocationIndex, set = gl_WorkGroupID.z;\n",
+    "    ivec2 at, size = ivec2(glbk_rsm_frame.grid.zw);\n",
+    "    bool inside, first = glbk_rsm_frame.range.w == 0u;\n",
+    "    vec4 sum = vec4(0.0);\n",
+    "    rsm_receiver r;\n",
+    "    if (mode == 0u) {\n",
+    "        at = ivec2((gl_WorkGroupID.xy * 8u + uvec2(i & 7u, i >> 3)) * k + uvec2(set % k, set / k));\n",
+    "        inside = all(lessThan(at, size));\n",
+    "    } else {\n",
+    "        inside = rsm_item(glbk_rsm_frame.lists.x, at);\n",
+    "    }\n",
+    "    bool awake = rsm_read(inside ? at : ivec2(0), r) && inside;\n",
+    "    ivec2 number = mode == 1u ? rsm_node_number(at, int(glbk_rsm_frame.grid.y)) : ivec2(0);\n",
+    "    if (awake && !first) {\n",
+    "        if (mode == 1u) sum = imageLoad(glbk_rsm_nodes, number);\n",
+    "        else sum = imageLoad(glbk_rsm_picture, at);\n",
+    "        if (mode == 1u) rsm_near = 1.0 / rsm_node_distance2(sum.w);\n",
+    "    }\n",
+    "    if (i == 0u) rsm_awake = false;\n",
+    "    barrier();\n",
+    "    if (awake) rsm_awake = true;\n",
+    "    barrier();\n",
+    "    if (rsm_awake) {\n",
+    "        vec3 light = rsm_bounce_together(r, at, set, awake);\n",
+    "        sum = mode == 1u ? vec4(sum.xyz + light, rsm_node_alpha(1.0 / max(rsm_near, 1e-30)))\n",
+    "                         : vec4(sum.xyz + light * r.occlusion, RSM_FRESH);\n",
+    "    }\n",
+    "    if (!inside || (!awake && !first)) return;\n",
+    "    if (!awake) sum = vec4(0.0);\n",
+    "    if (mode == 1u) {\n",
+    "        imageStore(glbk_rsm_nodes, number, sum);\n",
+    "        sum = vec4(sum.xyz * r.occlusion, RSM_EVALUATED);\n",
+    "    }\n",
+    "    imageStore(glbk_rsm_picture, at, sum);\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_rsm_gather_frag[] = {
     "// Bounced light, added up draw by draw. Mode 0: every pixel; 1: nodes of a grid; 2: pixels that are still open.\n",
     "// uses: rsm_screen\n",
@@ -6640,11 +6905,96 @@ static const char *const glbk__glsl_prog_rsm_gather_frag[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_rsm_interpolate_comp[] = {
+    "// rsm_interpolate.frag over every pixel (RSM_GROUP=256), then over those of a list: what the grid does for goes to the picture,\n",
+    "// what stays open into the next list, the nodes of the next grid that it needs into theirs.\n",
+    "// uses: rsm_lists rsm_grid\n",
+    "// sets: RSM_GROUP=256 | RSM_GROUP=64\n",
+    "layout(local_size_x = RSM_GROUP) in;\n",
+    "\n",
+    "#if RSM_GROUP == 256\n",
+    "// 16 x 16 pixels have their nodes, 9 x 9 at most, in shared memory.\n",
+    "const int SIDE = 9;\n",
+    "shared vec4 rsm_places[SIDE * SIDE], rsm_lights[SIDE * SIDE];   // place, 1 where something is seen; light and alpha\n",
+    "shared vec3 rsm_normals[SIDE * SIDE];\n",
+    "\n",
+    "void rsm_load_nodes(int step, int fine, ivec2 size)\n",
+    "{\n",
+    "    int i = int(gl_LocalInvocationIndex);\n",
+    "    ivec2 node = ivec2(i % SIDE, i / SIDE);\n",
+    "    if (all(lessThanEqual(node, ivec2(15 / step + 1)))) {\n",
+    "        ivec2 at = min((ivec2(gl_WorkGroupID.xy * 16u) / step + node) * step, size - 1);\n",
+    "        rsm_receiver r;\n",
+    "        rsm_places[i].w = rsm_read(at, r) ? 1.0 : 0.0;\n",
+    "        rsm_places[i].xyz = r.position;\n",
+    "        rsm_normals[i] = r.normal;\n",
+    "        rsm_lights[i] = texelFetch(glbk_rsm_coarse, rsm_node_number(at, fine), 0);\n",
+    "    }\n",
+    "    barrier();\n",
+    "}\n",
+    "\n",
+    "bool rsm_node(ivec2 at, out rsm_receiver s, out vec4 node)\n",
+    "{\n",
+    "    int step = int(glbk_rsm_frame.grid.x);\n",
+    "    ivec2 number = rsm_node_number(at, step) - ivec2(gl_WorkGroupID.xy * 16u) / step;\n",
+    "    int i = number.y * SIDE + number.x;\n",
+    "    node = rsm_lights[i];\n",
+    "    s = rsm_receiver(rsm_places[i].xyz, rsm_normals[i], 1.0);\n",
+    "    return rsm_places[i].w > 0.0;\n",
+    "}\n",
+    "#else\n",
+    "bool rsm_node(ivec2 at, out rsm_receiver s, out vec4 node)\n",
+    "{\n",
+    "    node = texelFetch(glbk_rsm_coarse, rsm_node_number(at, int(glbk_rsm_frame.grid.y)), 0);\n",
+    "    return rsm_read(at, s);\n",
+    "}\n",
+    "#endif\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    int step = int(glbk_rsm_frame.grid.x), fine = int(glbk_rsm_frame.grid.y), next = int(glbk_rsm_frame.lists.w);\n",
+    "    ivec2 at, size = ivec2(glbk_rsm_frame.grid.zw), number, lx, ly;\n",
+    "    rsm_receiver r;\n",
+    "    vec3 value;\n",
+    "    float share;\n",
+    "    rsm_begin_lists();\n",
+    "#if RSM_GROUP == 256\n",
+    "    at = ivec2(gl_WorkGroupID.xy * 16u) + ivec2(gl_LocalInvocationIndex & 15u, gl_LocalInvocationIndex >> 4);\n",
+    "    bool inside = all(lessThan(at, size));\n",
+    "    rsm_load_nodes(step, fine, size);\n",
+    "#else\n",
+    "    bool inside = rsm_item(glbk_rsm_frame.lists.x, at);\n",
+    "#endif\n",
+    "    if (inside && !rsm_read(at, r)) {\n",
+    "        imageStore(glbk_rsm_picture, at, vec4(0.0, 0.0, 0.0, RSM_NONE));\n",
+    "    } else if (inside && !(rsm_is_node(at, step, size, number) &&       // the picture has what was evaluated\n",
+    "                           texelFetch(glbk_rsm_coarse, rsm_node_number(at, fine), 0).w < 0.0)) {\n",
+    "        if (rsm_interpolate(at, step, size, r, glbk_rsm_frame.tests, glbk_rsm_frame.pattern.w, value)) {\n",
+    "            imageStore(glbk_rsm_picture, at, vec4(value * r.occlusion, RSM_INTERPOLATED));\n",
+    "        } else {\n",
+    "            rsm_add_open(at);\n",
+    "            if (next > 0) {\n",
+    "                rsm_grid_lines(at.x, next, size.x, lx, share);\n",
+    "                rsm_grid_lines(at.y, next, size.y, ly, share);\n",
+    "                for (int k = 0; k < 4; k++) rsm_want(ivec2((k & 1) != 0 ? lx.y : lx.x, (k & 2) != 0 ? ly.y : ly.x));\n",
+    "            }\n",
+    "        }\n",
+    "    }\n",
+    "    rsm_end_lists(glbk_rsm_frame.lists.y, glbk_rsm_frame.lists.z);\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_rsm_interpolate_frag[] = {
     "// Pixels that the grid does for; the others stay open. The first time all are.\n",
-    "// uses: rsm_screen\n",
+    "// uses: rsm_grid\n",
     "// with: screen.vert\n",
     "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "bool rsm_node(ivec2 at, out rsm_receiver s, out vec4 node)\n",
+    "{\n",
+    "    node = glbk_unpack(texelFetch(glbk_rsm_coarse, rsm_node_number(at, int(glbk_rsm_frame.grid.x)), 0));\n",
+    "    return rsm_read(at, s);\n",
+    "}\n",
     "\n",
     "void main()\n",
     "{\n",
@@ -6660,7 +7010,7 @@ static const char *const glbk__glsl_prog_rsm_interpolate_frag[] = {
     "        if (node.w < 0.0) sum = vec4(node.xyz, RSM_EVALUATED);\n",
     "    }\n",
     "    vec3 value;\n",
-    "    if (sum.w == RSM_OPEN && rsm_interpolate(glbk_rsm_coarse, at, step, size, r, glbk_rsm_frame.tests, glbk_rsm_frame.pattern.w, value))\n",
+    "    if (sum.w == RSM_OPEN && rsm_interpolate(at, step, size, r, glbk_rsm_frame.tests, glbk_rsm_frame.pattern.w, value))\n",
     "        sum = vec4(value, RSM_INTERPOLATED);\n",
     "    result = glbk_pack(sum);\n",
     "}\n"
@@ -6797,6 +7147,46 @@ static const char *const glbk__glsl_prog_rsm_resolve_frag[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_rsm_scan_comp[] = {
+    "// Running sums of the rows of a map, or (ROWS=1) of its rows' last ones: a group has a row in shared memory. The steps are\n",
+    "// rsm_scan.frag's, of eight values each, so that both ways pick the same texels; the mean's third is multiplied where it is\n",
+    "// there, too, since compilers make one operation of it and the sum.\n",
+    "// uses: rsm_pick\n",
+    "// sets: ROWS=0 | ROWS=1\n",
+    "#ifndef ROWS\n",
+    "#define ROWS 0\n",
+    "#endif\n",
+    "layout(local_size_x = 256) in;\n",
+    "shared float rsm_row[2][4096];\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    int size = int(glbk_rsm_light.value.w), now = 0;\n",
+    "    ivec3 at = ivec3(gl_LocalInvocationIndex, gl_WorkGroupID.xy);\n",
+    "    for (int x = at.x; x < size; x += 256)\n",
+    "#if ROWS\n",
+    "        rsm_row[0][x] = RSM_ROW_SUM(ivec3(size - 1, x, at.z));\n",
+    "#else\n",
+    "    {\n",
+    "        vec3 flux = uintBitsToFloat(RSM_TEXEL(ivec3(x, at.yz), 2).xyz);\n",
+    "        rsm_row[0][x] = flux.x + flux.y + flux.z;\n",
+    "    }\n",
+    "#endif\n",
+    "    float scale = ROWS == 0 ? 1.0 / 3.0 : 1.0;\n",
+    "    for (int stride = 1; stride < size; stride *= 8, now = 1 - now) {\n",
+    "        barrier();\n",
+    "        for (int x = at.x; x < size; x += 256) {\n",
+    "            float sum = 0.0;\n",
+    "            for (int k = 0; k < 8 && x - k * stride >= 0; k++) sum += rsm_row[now][x - k * stride] * scale;\n",
+    "            rsm_row[1 - now][x] = sum;\n",
+    "        }\n",
+    "        scale = 1.0;\n",
+    "    }\n",
+    "    for (int x = at.x; x < size; x += 256)          // what this invocation wrote itself\n",
+    "        imageStore(glbk_rsm_running, ivec3(x, at.yz), uvec4(floatBitsToUint(rsm_row[now][x])));\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_rsm_scan_frag[] = {
     "// One step of running sums along x: 8 values, `stride` apart. FROM 0: mean flux of the map; 1: sums of the step before; 2: the\n",
     "// last sums of rows, and 3 sums of these.\n",
@@ -6828,40 +7218,76 @@ static const char *const glbk__glsl_prog_rsm_scan_frag[] = {
     "}\n"
 };
 
-static const char *const glbk__glsl_prog_rsm_smooth_frag[] = {
-    "// One pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of normals and planes. A pixel with\n",
-    "// few neighbours like it is no brighter than its brightest neighbour.\n",
-    "// uses: rsm_screen\n",
-    "// with: screen.vert\n",
-    "layout(location = 0) out glbk_color result;\n",
+static const char *const glbk__glsl_prog_rsm_smooth_comp[] = {
+    "// rsm_smooth.frag as a compute shader: 16 x 16 pixels, `step` apart, and those round them through shared memory, so that a\n",
+    "// pixel is fetched 1.27 times, not nine. The groups of one part of the picture are step x step layers.\n",
+    "// uses: rsm_smooth\n",
+    "layout(local_size_x = 16, local_size_y = 16) in;\n",
+    "const int SIDE = 18;\n",
+    "shared vec4 rsm_places[SIDE * SIDE], rsm_lights[SIDE * SIDE];   // place, 1 where something is seen; light and alpha\n",
+    "shared vec3 rsm_normals[SIDE * SIDE];\n",
+    "\n",
+    "int rsm_here(ivec2 off)\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_LocalInvocationID.xy) + 1 + off;\n",
+    "    return at.y * SIDE + at.x;\n",
+    "}\n",
+    "\n",
+    "bool rsm_neighbour(ivec2 at, ivec2 off, out rsm_receiver s, out vec3 light)\n",
+    "{\n",
+    "    int i = rsm_here(off);\n",
+    "    s = rsm_receiver(rsm_places[i].xyz, rsm_normals[i], 1.0);\n",
+    "    light = rsm_lights[i].xyz;\n",
+    "    return rsm_places[i].w > 0.0;\n",
+    "}\n",
     "\n",
     "void main()\n",
     "{\n",
-    "    ivec2 at = ivec2(gl_FragCoord.xy), size = ivec2(glbk_rsm_frame.grid.zw);\n",
-    "    int step = int(glbk_rsm_frame.grid.x);\n",
-    "    vec4 sum = glbk_unpack(texelFetch(glbk_rsm_sum, at, 0));\n",
-    "    float total = 4.0;\n",
-    "    rsm_receiver r, s;\n",
-    "    if (!rsm_read(at, r)) {\n",
-    "        result = glbk_pack(vec4(0.0));\n",
-    "        return;\n",
+    "    int step = int(glbk_rsm_frame.grid.x), layer = int(gl_WorkGroupID.z);\n",
+    "    ivec2 size = ivec2(glbk_rsm_frame.grid.zw), tile = ivec2(gl_WorkGroupID.xy) * 16, from = ivec2(layer % step, layer / step);\n",
+    "    ivec2 at = (tile + ivec2(gl_LocalInvocationID.xy)) * step + from;\n",
+    "    for (int i = int(gl_LocalInvocationIndex); i < SIDE * SIDE; i += 256) {\n",
+    "        ivec2 there = (tile + ivec2(i % SIDE, i / SIDE) - 1) * step + from;\n",
+    "        rsm_receiver r = rsm_receiver(vec3(0.0), vec3(0.0), 0.0);\n",
+    "        bool seen = all(greaterThanEqual(there, ivec2(0))) && all(lessThan(there, size));\n",
+    "        if (seen) seen = rsm_read(there, r);\n",
+    "        rsm_places[i] = vec4(r.position, seen ? 1.0 : 0.0);\n",
+    "        rsm_normals[i] = r.normal;\n",
+    "        rsm_lights[i] = seen ? texelFetch(glbk_rsm_sum, there, 0) : vec4(0.0);\n",
     "    }\n",
-    "    vec3 light = sum.xyz * 4.0, most = vec3(0.0);\n",
-    "    for (int j = -1; j <= 1; j++)\n",
-    "        for (int i = -1; i <= 1; i++) {\n",
-    "            ivec2 there = at + ivec2(i, j) * step;\n",
-    "            if ((i == 0 && j == 0) || any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, size))) continue;\n",
-    "            if (!rsm_read(there, s)) continue;\n",
-    "            float weight = rsm_alike(r.position, r.normal, s.position, s.normal, glbk_rsm_frame.tests.x, glbk_rsm_frame.tests.y) *\n",
-    "                           (i != 0 && j != 0 ? 1.0 : 2.0);\n",
-    "            vec3 other = glbk_unpack(texelFetch(glbk_rsm_sum, there, 0)).xyz;\n",
-    "            light += weight * other;\n",
-    "            total += weight;\n",
-    "            most = max(most, other);\n",
-    "        }\n",
-    "    light /= total;\n",
-    "    if (total < 8.0) light = mix(light, min(light, most), vec3(greaterThan(most, vec3(0.0))));\n",
-    "    result = glbk_pack(vec4(light, sum.w));\n",
+    "    barrier();\n",
+    "    if (any(greaterThanEqual(at, size))) return;\n",
+    "    int here = rsm_here(ivec2(0));\n",
+    "    rsm_receiver r = rsm_receiver(rsm_places[here].xyz, rsm_normals[here], 1.0);\n",
+    "    vec4 sum = vec4(0.0);\n",
+    "    if (rsm_places[here].w > 0.0) sum = rsm_smooth(at, r, rsm_lights[here]);\n",
+    "    imageStore(glbk_rsm_picture, at, sum);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_rsm_smooth_frag[] = {
+    "// One pass of the a-trous filter.\n",
+    "// uses: rsm_smooth\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out glbk_color result;\n",
+    "\n",
+    "bool rsm_neighbour(ivec2 at, ivec2 off, out rsm_receiver s, out vec3 light)\n",
+    "{\n",
+    "    ivec2 there = at + off * int(glbk_rsm_frame.grid.x), size = ivec2(glbk_rsm_frame.grid.zw);\n",
+    "    bool inside = all(greaterThanEqual(there, ivec2(0))) && all(lessThan(there, size));\n",
+    "    light = vec3(0.0);\n",
+    "    if (!inside || !rsm_read(there, s)) return false;\n",
+    "    light = glbk_unpack(texelFetch(glbk_rsm_sum, there, 0)).xyz;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    rsm_receiver r;\n",
+    "    vec4 sum = vec4(0.0);\n",
+    "    if (rsm_read(at, r)) sum = rsm_smooth(at, r, glbk_unpack(texelFetch(glbk_rsm_sum, at, 0)));\n",
+    "    result = glbk_pack(sum);\n",
     "}\n"
 };
 
@@ -7174,19 +7600,27 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/prelude.glsl", glbk__glsl_lib_prelude_glsl, 33, "", "",
       "" },
-    { "lib/rsm_access.glsl", glbk__glsl_lib_rsm_access_glsl, 19, "rsm_bindings rsm_map", "",
+    { "lib/rsm_access.glsl", glbk__glsl_lib_rsm_access_glsl, 23, "rsm_bindings rsm_map", "",
       "" },
-    { "lib/rsm_bindings.glsl", glbk__glsl_lib_rsm_bindings_glsl, 41, "", "",
+    { "lib/rsm_bindings.glsl", glbk__glsl_lib_rsm_bindings_glsl, 66, "", "",
+      "" },
+    { "lib/rsm_chunk.glsl", glbk__glsl_lib_rsm_chunk_glsl, 6, "", "",
       "" },
     { "lib/rsm_direct.glsl", glbk__glsl_lib_rsm_direct_glsl, 50, "rsm_access", "",
       "" },
     { "lib/rsm_gather.glsl", glbk__glsl_lib_rsm_gather_glsl, 155, "rsm_pick", "",
       "" },
+    { "lib/rsm_grid.glsl", glbk__glsl_lib_rsm_grid_glsl, 58, "rsm_screen", "",
+      "" },
+    { "lib/rsm_lists.glsl", glbk__glsl_lib_rsm_lists_glsl, 66, "rsm_screen", "",
+      "" },
     { "lib/rsm_map.glsl", glbk__glsl_lib_rsm_map_glsl, 109, "", "",
       "" },
     { "lib/rsm_pick.glsl", glbk__glsl_lib_rsm_pick_glsl, 57, "rsm_access", "",
       "" },
-    { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 120, "rsm_gather", "",
+    { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 82, "rsm_gather", "",
+      "" },
+    { "lib/rsm_smooth.glsl", glbk__glsl_lib_rsm_smooth_glsl, 26, "rsm_screen", "",
       "" },
     { "lib/sfield_access.glsl", glbk__glsl_lib_sfield_access_glsl, 9, "table sfield_bindings", "",
       "" },
@@ -7254,15 +7688,21 @@ static const glbk_file glbk__files[] = {
       "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" },
     { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 130, "ism_access", "",
       "" },
+    { "prog/rsm_begin.comp", glbk__glsl_prog_rsm_begin_comp, 19, "rsm_lists", "",
+      "" },
     { "prog/rsm_direct.frag", glbk__glsl_prog_rsm_direct_frag, 15, "rsm_direct rsm_screen", "screen.vert",
       "" },
     { "prog/rsm_fill.frag", glbk__glsl_prog_rsm_fill_frag, 44, "rsm_access", "rsm_fill.vert",
       "FOR_LIGHT=0 | FOR_LIGHT=1" },
     { "prog/rsm_fill.vert", glbk__glsl_prog_rsm_fill_vert, 16, "rsm_bindings", "",
       "" },
+    { "prog/rsm_gather.comp", glbk__glsl_prog_rsm_gather_comp, 69, "rsm_chunk rsm_screen rsm_lists", "",
+      "" },
     { "prog/rsm_gather.frag", glbk__glsl_prog_rsm_gather_frag, 43, "rsm_screen", "screen.vert",
       "" },
-    { "prog/rsm_interpolate.frag", glbk__glsl_prog_rsm_interpolate_frag, 23, "rsm_screen", "screen.vert",
+    { "prog/rsm_interpolate.comp", glbk__glsl_prog_rsm_interpolate_comp, 76, "rsm_lists rsm_grid", "",
+      "RSM_GROUP=256 | RSM_GROUP=64" },
+    { "prog/rsm_interpolate.frag", glbk__glsl_prog_rsm_interpolate_frag, 29, "rsm_grid", "screen.vert",
       "" },
     { "prog/rsm_pick.frag", glbk__glsl_prog_rsm_pick_frag, 44, "rsm_gather", "screen.vert",
       "ALL=0 | ALL=1" },
@@ -7270,9 +7710,13 @@ static const glbk_file glbk__files[] = {
       "" },
     { "prog/rsm_resolve.frag", glbk__glsl_prog_rsm_resolve_frag, 13, "rsm_access", "screen.vert",
       "" },
+    { "prog/rsm_scan.comp", glbk__glsl_prog_rsm_scan_comp, 37, "rsm_pick", "",
+      "ROWS=0 | ROWS=1" },
     { "prog/rsm_scan.frag", glbk__glsl_prog_rsm_scan_frag, 28, "rsm_pick", "screen.vert",
       "FROM=0 | FROM=1 | FROM=2 | FROM=3" },
-    { "prog/rsm_smooth.frag", glbk__glsl_prog_rsm_smooth_frag, 34, "rsm_screen", "screen.vert",
+    { "prog/rsm_smooth.comp", glbk__glsl_prog_rsm_smooth_comp, 44, "rsm_smooth", "",
+      "" },
+    { "prog/rsm_smooth.frag", glbk__glsl_prog_rsm_smooth_frag, 23, "rsm_smooth", "screen.vert",
       "" },
     { "prog/screen.vert", glbk__glsl_prog_screen_vert, 5, "", "",
       "" },
@@ -11791,6 +12235,13 @@ enum {
     GLBK__RSM_RECALL,
     GLBK__RSM_SMOOTH,
     GLBK__RSM_RESOLVE,
+    GLBK__RSM_DO_SCAN,          /* by compute, from here on */
+    GLBK__RSM_DO_SCAN_ROWS,
+    GLBK__RSM_DO_GATHER,
+    GLBK__RSM_DO_BEGIN,
+    GLBK__RSM_DO_INTERPOLATE,
+    GLBK__RSM_DO_LISTED,
+    GLBK__RSM_DO_SMOOTH,
     GLBK__RSM_LIST = 1024 * 64, /* pixel lights that the list has room for */
     GLBK__RSM_NONE = 9          /* no picture */
 };
@@ -11800,7 +12251,10 @@ static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAMS][2] = {
     { "rsm_scan.frag", "FROM=1" },      { "rsm_scan.frag", "FROM=2" },      { "rsm_scan.frag", "FROM=3" },
     { "rsm_pick.frag", "ALL=0" },       { "rsm_pick.frag", "ALL=1" },       { "rsm_direct.frag", NULL },
     { "rsm_gather.frag", NULL },        { "rsm_interpolate.frag", NULL },   { "rsm_recall.frag", NULL },
-    { "rsm_smooth.frag", NULL },        { "rsm_resolve.frag", NULL }
+    { "rsm_smooth.frag", NULL },        { "rsm_resolve.frag", NULL },
+    { "rsm_scan.comp", "ROWS=0" },      { "rsm_scan.comp", "ROWS=1" },      { "rsm_gather.comp", NULL },
+    { "rsm_begin.comp", NULL },         { "rsm_interpolate.comp", "RSM_GROUP=256" },
+    { "rsm_interpolate.comp", "RSM_GROUP=64" },                             { "rsm_smooth.comp", NULL }
 };
 
 static int glbk__rsm_small(const float *v, float most)        /* three floats; false for what is not a number */
@@ -12081,6 +12535,19 @@ static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_
     return result;
 }
 
+enum { GLBK__RSM_LISTS = 13 };     /* nodes and open pixels of six grids, nodes of none after them */
+
+static glbk_result glbk__rsm_lists(glbk_context *ctx, glbk_rsm_renderer *r)
+{
+    size_t pixels = (size_t)r->width * r->height, nodes = (size_t)(r->width / 2 + 2) * (r->height / 2 + 2);
+    glbk_result result = glbk_buffer_create(ctx, 16 * GLBK__RSM_LISTS, NULL, &r->counts);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->open[0]);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->open[1]);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * nodes, NULL, &r->wanted);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, nodes / 8 + 4, NULL, &r->marks);
+    return result;
+}
+
 static glbk_result glbk__rsm_renderer_images(glbk_context *ctx, glbk_rsm_renderer *r, const glbk_rsm_renderer_desc *d)
 {
     uint32_t w = d->width, h = d->height, i;
@@ -12094,7 +12561,8 @@ static glbk_result glbk__rsm_renderer_images(glbk_context *ctx, glbk_rsm_rendere
     if (result == GLBK_OK) result = glbk__rsm_target(ctx, &r->lights, 0, 4, NULL, &r->lights_target);
     if (result == GLBK_OK) result = glbk__rsm_pictures(ctx, 3, w, h, r->sums, r->targets);
     if (result == GLBK_OK && d->interpolate)
-        result = glbk__rsm_pictures(ctx, 3, w / 2 + 2, h / 2 + 2, r->grids, r->grid_targets);
+        result = glbk__rsm_pictures(ctx, r->compute ? 1 : 3, w / 2 + 2, h / 2 + 2, r->grids, r->grid_targets);
+    if (result == GLBK_OK && d->interpolate && r->compute) result = glbk__rsm_lists(ctx, r);
     if (result == GLBK_OK && d->denoise) result = glbk__rsm_pictures(ctx, 2, w, h, r->history, r->history_targets);
     return result;
 }
@@ -12110,6 +12578,7 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_
     out->width = d->width;
     out->height = d->height;
     out->direct = out->bounce = GLBK__RSM_NONE;
+    out->compute = ctx->compute;
     result = glbk__rsm_renderer_images(ctx, out, d);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->values, NULL, &out->frame);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->drawn, NULL, &out->object);
@@ -12142,6 +12611,10 @@ GLBK_DEF void glbk_rsm_renderer_destroy(glbk_context *ctx, glbk_rsm_renderer *r)
     glbk_texture_destroy(ctx, &r->materials);
     glbk_buffer_destroy(ctx, &r->frame);
     glbk_buffer_destroy(ctx, &r->object);
+    glbk_buffer_destroy(ctx, &r->counts);
+    for (i = 0; i < 2; i++) glbk_buffer_destroy(ctx, &r->open[i]);
+    glbk_buffer_destroy(ctx, &r->wanted);
+    glbk_buffer_destroy(ctx, &r->marks);
     memset(r, 0, sizeof *r);
 }
 
@@ -12198,21 +12671,27 @@ static glbk_result glbk__rsm_program(glbk_context *ctx, glbk_rsm_renderer *r, in
     return glbk_program_create(ctx, glbk__rsm_programs[which][0], glbk__rsm_programs[which][1], &r->programs[which]);
 }
 
-/* Begins a pass over width x height pixels of a target, with r->values as its block; textures are bound after it. */
+/* A program and r->values as its block; all that a dispatch needs but for textures, images and lists. */
+static glbk_result glbk__rsm_ready(glbk_context *ctx, glbk_rsm_renderer *r, int which)
+{
+    glbk_result result = glbk__rsm_program(ctx, r, which);
+    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->frame, 0, sizeof r->values, &r->values);
+    if (result == GLBK_OK) glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame);
+    return result;
+}
+
+/* Begins a pass over width x height pixels of a target; textures are bound after it. */
 static glbk_result glbk__rsm_begin(glbk_context *ctx, glbk_rsm_renderer *r, int which, const glbk_target *target,
                                    uint32_t width, uint32_t height)
 {
     glbk_pass pass;
-    glbk_result result = glbk__rsm_program(ctx, r, which);
-    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->frame, 0, sizeof r->values, &r->values);
+    glbk_result result = glbk__rsm_ready(ctx, r, which);
     if (result != GLBK_OK) return result;
     memset(&pass, 0, sizeof pass);
     pass.target = target;
     pass.viewport[2] = (int32_t)width;
     pass.viewport[3] = (int32_t)height;
-    result = glbk_begin(ctx, &pass, &r->programs[which]);
-    if (result == GLBK_OK) glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame);
-    return result;
+    return glbk_begin(ctx, &pass, &r->programs[which]);
 }
 
 static void glbk__rsm_bind_map(glbk_context *ctx, const glbk_rsm_map *map)
@@ -12422,10 +12901,28 @@ static glbk_result glbk__rsm_scan(glbk_context *ctx, glbk_rsm_renderer *r, glbk_
     return GLBK_OK;
 }
 
+/* The same by a group a row of all faces; then a group a face. */
+static glbk_result glbk__rsm_do_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map)
+{
+    int rows;
+    map->sums_at = map->rows_at = 0;
+    for (rows = 0; rows < 2; rows++) {
+        glbk_result result = glbk__rsm_ready(ctx, r, GLBK__RSM_DO_SCAN + rows);
+        if (result != GLBK_OK) return result;
+        glbk__rsm_bind_map(ctx, map);
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_rsm_running, rows ? &map->rows[0] : &map->sums[0]);
+        result = glbk_dispatch(ctx, &r->programs[GLBK__RSM_DO_SCAN + rows], rows ? 1 : map->size, map->faces, 1);
+        if (result != GLBK_OK) return result;
+    }
+    map->summed = 1;
+    return GLBK_OK;
+}
+
 static glbk_result glbk__rsm_sum(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map)
 {
     glbk_result result;
     if (map->summed) return GLBK_OK;
+    if (r->compute) return glbk__rsm_do_sum(ctx, r, map);
     result = glbk__rsm_scan(ctx, r, map, GLBK__RSM_SCAN, map->size, map->sum_targets, &map->sums_at);
     if (result == GLBK_OK)
         result = glbk__rsm_scan(ctx, r, map, GLBK__RSM_SCAN_ROWS, 1, map->row_targets, &map->rows_at);
@@ -12444,6 +12941,7 @@ typedef struct glbk__rsm_run {      /* one glbk_rsm_gather */
     glbk_target          *targets;
     uint32_t              width, height, now, kept;             /* kept: a picture that must stay */
     const glbk_texture   *states, *coarse;
+    const glbk_buffer    *items;                                /* compute: the pixels, or NULL: all; now stays the same */
     int                   begun;
 } glbk__rsm_run;
 
@@ -12466,6 +12964,25 @@ static glbk_result glbk__rsm_pick(glbk__rsm_run *g, const glbk_rsm_map *map, uin
     return GLBK_OK;
 }
 
+/* What glbk__rsm_add does, in place: on all pixels of the picture, or on those of a list. */
+static glbk_result glbk__rsm_do_add(glbk__rsm_run *g, const glbk_rsm_map *map)
+{
+    glbk_rsm_renderer *r = g->r;
+    glbk_program *program = &r->programs[GLBK__RSM_DO_GATHER];
+    uint32_t side = 8 * r->values.counts[1];            /* pixels of a set lie `interleave` apart */
+    glbk_result result = glbk__rsm_ready(g->ctx, r, GLBK__RSM_DO_GATHER);
+    if (result != GLBK_OK) return result;
+    glbk_rsm_bind(g->ctx, r, map);
+    glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[g->now]);
+    g->begun = 1;
+    if (!g->items)
+        return glbk_dispatch(g->ctx, program, (r->width + side - 1) / side, (r->height + side - 1) / side, g->sets);
+    glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_nodes, &r->grids[0]);
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_counts, &r->counts);
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_items, g->items);
+    return glbk_dispatch_indirect(g->ctx, program, &r->counts, 16 * (size_t)r->values.lists[0]);
+}
+
 /* Adds the first `listed` lights of each set and the points about the receiver to the picture. */
 static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint32_t listed, uint32_t about)
 {
@@ -12481,6 +12998,7 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
     r->values.pattern[1] =
         g->mixed ? (float)g->about * 0.02764f * (map->faces == 1 ? 1.0f : 0.5236f) / (size * size) : 0.0f;
     r->values.pattern[2] = g->mixed ? (float)g->by_flux : 0.0f;
+    if (r->compute) return glbk__rsm_do_add(g, map);
     result = glbk__rsm_begin(g->ctx, r, GLBK__RSM_GATHER, &g->targets[next], g->width, g->height);
     if (result != GLBK_OK) return result;
     glbk_rsm_bind(g->ctx, r, map);
@@ -12560,6 +13078,75 @@ static int glbk__rsm_grid_valid(const glbk_rsm_renderer *r, const glbk_rsm_gathe
     return 1;
 }
 
+/* One pass of compute over all pixels, nodes or open pixels of interpolation; list: of groups, or NULL and x by y of them. */
+static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t level, const uint32_t *list, uint32_t x,
+                                      uint32_t y)
+{
+    glbk_rsm_renderer *r = g->r;
+    glbk_result result = glbk__rsm_ready(g->ctx, r, which);
+    if (result != GLBK_OK) return result;
+    glbk_rsm_bind(g->ctx, r, NULL);
+    glbk_bind_texture(g->ctx, GLBK_SLOT_glbk_rsm_coarse, &r->grids[0]);
+    glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[g->now]);
+    glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_nodes, &r->grids[0]);
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_counts, &r->counts);
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_items, &r->open[(level + 1) & 1]);
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_left, &r->open[level & 1]);
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_wanted, &r->wanted);
+    glbk_bind_storage(g->ctx, GLBK_SLOT_glbk_rsm_marks, &r->marks);
+    return list ? glbk_dispatch_indirect(g->ctx, &r->programs[which], &r->counts, 16 * (size_t)*list)
+                : glbk_dispatch(g->ctx, &r->programs[which], x, y, 1);
+}
+
+/* Nothing is in the lists, no node of r->grids[0] is evaluated; those of the first grid are wanted. */
+static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const glbk_rsm_grid *d)
+{
+    static const uint32_t empty[4] = { 0, 0, 1, 0 };
+    glbk_rsm_renderer *r = g->r;
+    uint32_t counts[4 * GLBK__RSM_LISTS], i, fine = d->step, nodes[2];
+    glbk_result result;
+    for (i = 1; i < d->levels && fine > 2; i++) fine /= 2;
+    for (i = 0; i < GLBK__RSM_LISTS; i++) memcpy(counts + 4 * i, empty, sizeof empty);
+    nodes[0] = (r->width - 1 + fine - 1) / fine + 1;
+    nodes[1] = (r->height - 1 + fine - 1) / fine + 1;
+    r->values.grid[0] = d->step;
+    r->values.grid[1] = fine;
+    r->values.lists[2] = 0;
+    result = glbk_buffer_update(g->ctx, &r->counts, 0, sizeof counts, counts);
+    if (result != GLBK_OK) return result;
+    return glbk__rsm_do_lists(g, GLBK__RSM_DO_BEGIN, 0, NULL, (nodes[0] + 7) / 8, (nodes[1] + 7) / 8);
+}
+
+/* glbk__rsm_grids by compute. List 2 level holds the nodes to evaluate, 2 level + 1 the pixels that stay open. All grids are
+   in one, the finest; the picture gets what is evaluated and what is interpolated at once. */
+static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const glbk_rsm_grid *d)
+{
+    glbk_rsm_renderer *r = g->r;
+    uint32_t step, level, before = 0;
+    glbk_result result;
+    g->now = glbk__rsm_other(r->direct, GLBK__RSM_NONE);
+    result = glbk__rsm_do_begin(g, d);
+    for (step = d->step, level = 0; step > 1 && level < d->levels && result == GLBK_OK; step /= 2, level++) {
+        r->values.mode[0] = 1;
+        r->values.lists[0] = 2 * level;
+        g->items = &r->wanted;
+        result = glbk__rsm_evaluate(g);
+        if (result != GLBK_OK) return result;
+        r->values.grid[0] = step;
+        r->values.lists[0] = before;
+        r->values.lists[1] = 2 * level + 1;
+        r->values.lists[2] = 2 * level + 2;
+        r->values.lists[3] = level + 1 < d->levels && step > 2 ? step / 2 : 0;
+        result = glbk__rsm_do_lists(g, level ? GLBK__RSM_DO_LISTED : GLBK__RSM_DO_INTERPOLATE, level,
+                                    level ? &before : NULL, (r->width + 15) / 16, (r->height + 15) / 16);
+        before = 2 * level + 1;
+    }
+    r->values.mode[0] = 2;
+    r->values.lists[0] = before;
+    g->items = &r->open[before >> 1 & 1];
+    return result;
+}
+
 /* Grids of half the step each time, then what is left. Pictures end in r->sums. */
 static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const glbk_rsm_grid *d)
 {
@@ -12571,6 +13158,7 @@ static glbk_result glbk__rsm_grids(glbk__rsm_run *g, const glbk_rsm_grid *d)
     r->values.tests[2] = d->distance;
     r->values.tests[3] = d->contrast;
     r->values.pattern[3] = d->reach;
+    if (r->compute) return glbk__rsm_do_grids(g, d);
     for (; step > 1 && levels > 0; step /= 2, levels--) {
         r->values.mode[0] = 1;
         r->values.grid[1] = coarse < 3 ? r->values.grid[0] : 0;
@@ -12631,6 +13219,7 @@ GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *r, gl
     k = d->interleave ? d->interleave : 1;
     g.sets = k * k;
     most = d->lights_per_pass ? d->lights_per_pass : 4096;
+    if (most > GLBK__RSM_LIST / 2) most = GLBK__RSM_LIST / 2;   /* llvmpipe ends a shader's loops at 65,535 rounds in all */
     g.room = GLBK__RSM_LIST / g.sets < most ? GLBK__RSM_LIST / g.sets : most;
     for (i = 0; i < count && (g.by_flux || g.mixed) && result == GLBK_OK; i++) result = glbk__rsm_sum(ctx, r, maps[i]);
     if (result != GLBK_OK) return result;
@@ -12654,6 +13243,7 @@ GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *r, gl
     g.width = r->width;
     g.height = r->height;
     g.states = g.coarse = NULL;
+    if (r->compute && !grid) g.now = glbk__rsm_other(r->direct, GLBK__RSM_NONE);
     result = glbk__rsm_evaluate(&g);
     if (result == GLBK_OK) r->bounce = g.now;
     return result;
@@ -12672,13 +13262,22 @@ static glbk_result glbk__rsm_smooth(glbk_context *ctx, glbk_rsm_renderer *r, uin
     uint32_t pass, next;
     for (pass = 0; pass < passes; pass++) {
         glbk_result result;
+        uint32_t step = 1u << pass, side = 16 * step;
         next = glbk__rsm_other(r->direct, r->bounce);
-        r->values.grid[0] = 1u << pass;
-        result = glbk__rsm_begin(ctx, r, GLBK__RSM_SMOOTH, &r->targets[next], r->width, r->height);
+        r->values.grid[0] = step;
+        result = r->compute ? glbk__rsm_ready(ctx, r, GLBK__RSM_DO_SMOOTH)
+                            : glbk__rsm_begin(ctx, r, GLBK__RSM_SMOOTH, &r->targets[next], r->width, r->height);
         if (result != GLBK_OK) return result;
         glbk_rsm_bind(ctx, r, NULL);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, glbk__rsm_bounced(r));
-        glbk_draw_screen(ctx);
+        if (r->compute) {
+            glbk_bind_image(ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[next]);
+            result = glbk_dispatch(ctx, &r->programs[GLBK__RSM_DO_SMOOTH], (r->width + side - 1) / side,
+                                   (r->height + side - 1) / side, step * step);
+            if (result != GLBK_OK) return result;
+        } else {
+            glbk_draw_screen(ctx);
+        }
         r->bounce = next;
     }
     return GLBK_OK;

@@ -4,7 +4,7 @@
    programs themselves are run, as users would. */
 #define _POSIX_C_SOURCE 200809L
 #include "bench.h"
-#include "gl_context.h"
+#include "gl.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -99,18 +99,19 @@ static int find_light(const char *scene, char *light, size_t size)
     return 0;
 }
 
-typedef struct row { const char *backend, *mode, *settings; uint32_t samples; int small; } row;
+typedef struct row { const char *backend, *path, *mode, *settings; uint32_t samples; int small; } row;
 
 /* Three frames, since the first one compiles shaders and touches memory; the middle time and the last picture count.
    small: times of 128 x 128 too, and one frame. */
 static int measure(run *r, const char *scene, const char *light, const row *w)
 {
     const char *slash = strrchr(scene, '/');
-    char more[512];
+    char more[512], settings[128];
     double error = HUGE_VAL, other = HUGE_VAL, times[2], fraction;
     int full = strcmp(w->mode, "full") == 0, side = w->small ? 128 : 512;
+    snprintf(settings, sizeof settings, "%s%s", w->settings, strcmp(w->path, "core") == 0 ? " --set compute=0" : "");
     snprintf(more, sizeof more, "--backend %s --frames %d --size %dx%d --samples %u --set mode=%s %s", w->backend,
-             w->small ? 1 : 3, side, side, (unsigned)w->samples, w->mode, w->settings);
+             w->small ? 1 : 3, side, side, (unsigned)w->samples, w->mode, settings);
     if (render(r, "rsm", w->small ? "small" : full ? "full" : "some", more) != 0)
         return -1;
     times[0] = number(r, "frame_ms");
@@ -120,7 +121,7 @@ static int measure(run *r, const char *scene, const char *light, const row *w)
         other = full ? 0 : compare(r, "some", "full");
         if (strcmp(w->mode, "denoised") == 0) {          /* of one frame: the second and third have other samples */
             snprintf(more, sizeof more, "--backend %s --seed 2 --size 512x512 --samples %u --set mode=denoised %s",
-                     w->backend, (unsigned)w->samples, w->settings);
+                     w->backend, (unsigned)w->samples, settings);
             if (render(r, "rsm", "some", more) != 0)
                 return -1;
             other = compare(r, "some", "full");
@@ -136,6 +137,7 @@ static int measure(run *r, const char *scene, const char *light, const row *w)
     bn_text("scene", slash ? slash + 1 : scene);
     bn_text("light", light);
     bn_text("backend", w->backend);
+    bn_text("path", w->path);
     bn_text("mode", w->mode);
     bn_text("settings", w->settings);
     bn_integer("width", (uint64_t)side);
@@ -151,34 +153,38 @@ static int measure(run *r, const char *scene, const char *light, const row *w)
     return 0;
 }
 
-static int has_gl(void)
+/* Whether there is such a path: "", "core" or "compute". */
+static int has_path(const char *path)
 {
-    ex_gl_options options;
-    char error[EX_ERROR_SIZE];
-    ex_gl *context;
-    memset(&options, 0, sizeof options);
-    context = ex_gl_create(&options, error);
-    if (!context)
-        fprintf(stderr, "bench: no rows on GL: %s\n", error);
-    ex_gl_free(context);
-    return context != NULL;
+    bn_gl g;
+    int has;
+    if (!*path)
+        return 1;
+    if (bn_gl_open(&g, 0) != 0)
+        return 0;
+    has = strcmp(path, "core") == 0 || g.gl.compute;
+    bn_gl_close(&g);
+    return has;
 }
 
 static int measure_scene(run *r, const char *scene)
 {
     static const row rows[] = {
-        { "cpu", "full", "", 400, 0 },
-        { "cpu", "interpolated", "", 400, 0 },
-        { "cpu", "denoised", "", 400, 0 },
-        { "cpu", "full", "--set pattern=equation3", 400, 0 },
-        { "cpu", "full", "", 224, 0 },                   /* the paper's work */
-        { "cpu", "interpolated", "", 224, 0 },
-        { "cpu", "full", "--set pattern=mixed", 400, 1 },
-        { "cpu", "full", "--set pattern=mixed --set m=2048", 400, 1 },
-        { "cpu", "full", "--set m=512", 0, 1 },
-        { "gl", "full", "", 400, 0 },
-        { "gl", "interpolated", "", 400, 0 },
-        { "gl", "denoised", "", 400, 0 },
+        { "cpu", "", "full", "", 400, 0 },
+        { "cpu", "", "interpolated", "", 400, 0 },
+        { "cpu", "", "denoised", "", 400, 0 },
+        { "cpu", "", "full", "--set pattern=equation3", 400, 0 },
+        { "cpu", "", "full", "", 224, 0 },                   /* the paper's work */
+        { "cpu", "", "interpolated", "", 224, 0 },
+        { "cpu", "", "full", "--set pattern=mixed", 400, 1 },
+        { "cpu", "", "full", "--set pattern=mixed --set m=2048", 400, 1 },
+        { "cpu", "", "full", "--set m=512", 0, 1 },
+        { "gl", "core", "full", "", 400, 0 },
+        { "gl", "compute", "full", "", 400, 0 },
+        { "gl", "core", "interpolated", "", 400, 0 },
+        { "gl", "compute", "interpolated", "", 400, 0 },
+        { "gl", "core", "denoised", "", 400, 0 },
+        { "gl", "compute", "denoised", "", 400, 0 },
     };
     char light[256], more[128];
     int result = 0;
@@ -191,7 +197,7 @@ static int measure_scene(run *r, const char *scene)
         return -1;
     r->noise = bn_rays_version() ? number(r, "noise") : HUGE_VAL;
     for (size_t i = 0; i < sizeof rows / sizeof rows[0] && result == 0; i++)
-        if (strcmp(rows[i].backend, "cpu") == 0 || has_gl())
+        if (has_path(rows[i].path))
             result = measure(r, scene, light, &rows[i]);
     return result;
 }

@@ -335,5 +335,5 @@ int main(int count, char **arguments)
         gl_unit_test(hostile_state)
     };
     (void)count;
-    GL_TEST_MAIN(arguments, tests, GL_CORE45 | GL_ES30_BARE);
+    GL_TEST_MAIN(arguments, tests, GL_CORE45 | GL_CORE33 | GL_ES30_BARE);
 }

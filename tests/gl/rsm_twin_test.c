@@ -447,11 +447,44 @@ static void own_programs_agree(void **state)
     glbk_rsm_renderer_destroy(&t->gl, &r);
 }
 
+/* Four ways to interpolate: grids, tests and samples. */
+static rsm_interpolation grid_way(int way)
+{
+    static const uint32_t steps[4] = { 8, 16, 4, 2 };
+    rsm_interpolation g;
+    memset(&g, 0, sizeof g);
+    g.step = steps[way];
+    g.levels = way == 2 ? 1 : 0;
+    g.contrast = way == 2 ? -1.0f : 0.0f;
+    g.reach = way == 1 ? -1.0f : way == 2 ? 0.5f : 0.0f;
+    return g;
+}
+
+static rsm_gather_desc grid_samples(int way)
+{
+    rsm_gather_desc d = gather_desc(way == 1   ? RSM_PATTERN_MIXED
+                                    : way == 2 ? RSM_PATTERN_LOG_RADIAL
+                                               : RSM_PATTERN_FLUX,
+                                    120);
+    d.near_limit = 0.3f;
+    return d;
+}
+
+static glbk_rsm_grid gl_grid(const rsm_interpolation *i)
+{
+    glbk_rsm_grid g;
+    memset(&g, 0, sizeof g);
+    g.step = i->step;
+    g.levels = i->levels;
+    g.contrast = i->contrast;
+    g.reach = i->reach;
+    return g;
+}
+
 /* Several maps at once, more lights than a list holds, and interpolation of all of it. */
 static void several_maps_and_grids_agree(void **state)
 {
     GL_TEST(t, state)
-    static const uint32_t steps[4] = { 8, 16, 4, 2 };
     glbk_rsm_renderer r;
     rsm_map *cpu[3];
     glbk_rsm_map m[3], *maps[3] = { &m[0], &m[1], &m[2] };
@@ -466,24 +499,13 @@ static void several_maps_and_grids_agree(void **state)
         upload(t, cpu[i], i == 2 ? 4 : i, &m[i]);
     }
     for (way = 0; way < 4; way++) {
-        rsm_gather_desc d = gather_desc(way == 1   ? RSM_PATTERN_MIXED
-                                        : way == 2 ? RSM_PATTERN_LOG_RADIAL
-                                                   : RSM_PATTERN_FLUX,
-                                        120);
-        glbk_rsm_gather_desc g;
-        glbk_rsm_grid grid;
-        rsm_interpolation tests;
+        rsm_interpolation tests = grid_way(way);
+        rsm_gather_desc d = grid_samples(way);
+        glbk_rsm_gather_desc g = gl_desc(&d);
+        glbk_rsm_grid grid = gl_grid(&tests);
         rsm_gather_stats stats;
         size_t k, other = 0, evaluated = 0, left = 0;
-        memset(&tests, 0, sizeof tests);
-        memset(&grid, 0, sizeof grid);
-        d.near_limit = 0.3f;
-        g = gl_desc(&d);
         if (way == 3) g.lights_per_pass = 50;
-        grid.step = tests.step = steps[way];
-        grid.levels = tests.levels = way == 2 ? 1 : 0;
-        grid.contrast = tests.contrast = way == 2 ? -1.0f : 0.0f;
-        grid.reach = tests.reach = way == 1 ? -1.0f : way == 2 ? 0.5f : 0.0f;
         tests.mask = mask;
         upload_tables(t, &r, &d);
         assert_int_equal(rsm_interpolate((const rsm_map *const *)cpu, 3, &d, &tests, &w.points, expected, &stats),
@@ -497,7 +519,7 @@ static void several_maps_and_grids_agree(void **state)
             left += answers[4 * k + 3] > 0.5f && answers[4 * k + 3] < 1.5f;
         }
         printf("grid of %u: relative RMSE %.2e, worst %.2e, evaluated %zu (rsm.h: %u), %zu pixels decided otherwise\n",
-               (unsigned)steps[way], error, worst, evaluated, (unsigned)stats.evaluated, other);
+               (unsigned)tests.step, error, worst, evaluated, (unsigned)stats.evaluated, other);
         assert_true(error <= 5e-4 && other <= 2);
         assert_int_equal(left, 0);
         assert_true(evaluated < PIXELS * 9 / 10);
@@ -581,11 +603,237 @@ static void filter_agrees(void **state)
     memset(&w.points, 0, sizeof w.points);
 }
 
+/* ---- the compute path beside the core path, in one context ---- */
+
+enum { LIGHTS = 3, WIDE = 75, HIGH = 41 };
+
+typedef struct paths {
+    gl_test          *t[2], core;       /* 0: 3.3, 1: compute */
+    glbk_rsm_renderer r[2];
+    rsm_map          *cpu[KINDS];
+    glbk_rsm_map      maps[2][KINDS];
+    double            worst;            /* largest difference of a pixel over its light, and over the mean's thousandth */
+    uint32_t          width, height;
+} paths;
+
+static void open_paths(gl_test *t, paths *p)
+{
+    glbk_desc desc;
+    int i, kind;
+    memset(p, 0, sizeof *p);
+    memset(&desc, 0, sizeof desc);
+    desc.get_proc = gl_get_proc();
+    desc.user = t->context;
+    desc.log = t->log;
+    desc.log_size = sizeof t->log;
+    desc.core_only = 1;
+    p->core = *t;
+    assert_glbk(t, glbk_init(&p->core.gl, &desc));
+    p->t[0] = &p->core;
+    p->t[1] = t;
+    p->width = p->height = SIDE;
+    for (i = 0; i < 2; i++) {
+        p->r[i] = renderer_of(p->t[i]);
+        assert_int_equal(p->r[i].compute, i);
+        for (kind = 0; kind < KINDS; kind++) {
+            if (i == 0) p->cpu[kind] = cpu_map(kind, MAP);
+            upload(p->t[i], p->cpu[kind], kind, &p->maps[i][kind]);
+        }
+    }
+}
+
+static void close_paths(paths *p)
+{
+    int i, kind;
+    for (i = 0; i < 2; i++) {
+        glbk_rsm_renderer_destroy(&p->t[i]->gl, &p->r[i]);
+        for (kind = 0; kind < KINDS; kind++) {
+            glbk_rsm_map_destroy(&p->t[i]->gl, &p->maps[i][kind]);
+            if (i == 0) rsm_map_free(p->cpu[kind]);
+        }
+    }
+    glbk_destroy(&p->core.gl);
+}
+
+/* Light of both paths: what each pixel is must be the same, light within the rounding of sums that differ in order. */
+static void same_light(paths *p, const char *what, int way)
+{
+    static float light[2][4 * WIDE * HIGH];
+    const size_t n = 4 * (size_t)p->width * p->height;
+    double mean = 0, worst = 0;
+    size_t i;
+    for (i = 0; i < 2; i++) assert_glbk(p->t[i], glbk_rsm_read(&p->t[i]->gl, &p->r[i], 1, light[i]));
+    for (i = 0; i < n; i++) mean += i % 4 < 3 ? (double)light[0][i] / (double)n : 0;
+    if (!(mean > 1e-4)) printf("%s, way %d: mean %g\n", what, way, mean);
+    assert_true(mean > 1e-4);
+    for (i = 0; i < n; i++) {
+        double off = fabs((double)light[0][i] - (double)light[1][i]) / ((double)light[0][i] + 1e-3 * mean);
+        if (i % 4 == 3) assert_true(light[0][i] >= light[1][i] && light[0][i] <= light[1][i]);
+        else if (!(off <= worst)) worst = off;
+    }
+    if (!(worst <= 4e-6)) printf("%s, way %d: %.2e\n", what, way, worst);
+    assert_true(worst <= 4e-6);         /* sums of up to 1728 and 640 terms, none negative, in 24 bits; measured 1e-6 */
+    if (worst > p->worst) p->worst = worst;
+}
+
+static void gather_both(paths *p, const int *kinds, uint32_t count, const rsm_gather_desc *d, uint32_t most,
+                        const glbk_rsm_grid *grid)
+{
+    glbk_rsm_gather_desc g = gl_desc(d);
+    int i;
+    uint32_t k;
+    g.lights_per_pass = most;
+    for (i = 0; i < 2; i++) {
+        glbk_rsm_map *maps[KINDS];
+        for (k = 0; k < count; k++) maps[k] = &p->maps[i][kinds[k]];
+        upload_tables(p->t[i], &p->r[i], d);
+        assert_glbk(p->t[i], glbk_rsm_gather(&p->t[i]->gl, &p->r[i], maps, count, &g, grid));
+    }
+}
+
+/* Running sums, and with them the choice of texels, are equal bit for bit. */
+static void same_sums(paths *p, int kind)
+{
+    static uint32_t sums[2][4 * MAP * MAP], rows[2][4 * MAP];
+    uint32_t face;
+    int i;
+    for (face = 0; face < p->maps[0][kind].faces; face++) {
+        for (i = 0; i < 2; i++) {
+            const glbk_rsm_map *m = &p->maps[i][kind];
+            assert_true(m->summed);
+            assert_glbk(p->t[i], glbk_target_read(&p->t[i]->gl, &m->sum_targets[m->sums_at][face], 0, 0, 0, MAP, MAP,
+                                                  sums[i]));
+            assert_glbk(p->t[i], glbk_target_read(&p->t[i]->gl, &m->row_targets[m->rows_at][face], 0, 0, 0, MAP, 1,
+                                                  rows[i]));
+        }
+        assert_memory_equal(sums[0], sums[1], sizeof sums[0]);
+        assert_memory_equal(rows[0], rows[1], sizeof rows[0]);
+    }
+}
+
+static void compute_adds_up_as_draws_do(void **state)
+{
+    GL_TEST(t, state)
+    static const int several[LIGHTS] = { 0, 1, 4 };
+    paths p;
+    int kind, way;
+    if (!t->gl.compute) {
+        skip();
+        return;
+    }
+    make_world();
+    w.points.occlusion = w.occlusion;
+    open_paths(t, &p);
+    for (kind = 0; kind < KINDS; kind++)
+        for (way = 0; way < WAYS; way++) {
+            rsm_gather_desc d = way_of(way);
+            if (way && (way + kind) % 3) continue;         /* way 0 makes running sums */
+            gather_both(&p, &kind, 1, &d, way == 6 ? 1000 : 0, NULL);
+            same_light(&p, "one map", 100 * kind + way);
+        }
+    for (kind = 0; kind < KINDS; kind++) same_sums(&p, kind);
+    for (way = 0; way < 4; way++) {
+        rsm_interpolation tests = grid_way(way);
+        rsm_gather_desc d = grid_samples(way);
+        glbk_rsm_grid grid = gl_grid(&tests);
+        gather_both(&p, several, LIGHTS, &d, way == 3 ? 50 : 0, &grid);
+        same_light(&p, "grid", way);
+        gather_both(&p, several, LIGHTS, &d, way == 3 ? 50 : 0, NULL);
+        same_light(&p, "three maps", way);
+    }
+    printf("compute beside draws: largest difference of a pixel %.1e of its light\n", p.worst);
+    close_paths(&p);
+    w.points.occlusion = NULL;
+}
+
+/* Pictures whose sides no group divides, down to one pixel; grids that leave out the finest, or have one node. */
+static void compute_has_every_size(void **state)
+{
+    GL_TEST(t, state)
+    static const uint32_t sizes[][2] = { { WIDE, HIGH }, { 1, 1 }, { 33, 2 }, { 1, 40 } }, steps[][2] = {
+        { 64, 6 }, { 8, 2 }, { 2, 1 }, { 16, 3 } };
+    static glbk_rsm_pixel pixels[WIDE * HIGH];
+    static const int kind = 1;
+    paths p;
+    size_t size, way, k;
+    int i;
+    if (!t->gl.compute) {
+        skip();
+        return;
+    }
+    make_world();
+    open_paths(t, &p);
+    for (size = 0; size < sizeof sizes / sizeof sizes[0]; size++) {
+        glbk_rsm_renderer_desc d = { 0, 0, 1, 0 };
+        p.width = d.width = sizes[size][0];
+        p.height = d.height = sizes[size][1];
+        for (k = 0; k < (size_t)d.width * d.height; k++) {
+            const size_t x = SIDE * (2 * (k % d.width) + 1) / (2 * d.width);
+            const size_t y = SIDE * (2 * (k / d.width) + 1) / (2 * d.height);
+            memcpy(pixels[k].position, w.positions + 3 * (SIDE * y + x), 12);
+            memcpy(pixels[k].normal, w.normals + 3 * (SIDE * y + x), 12);
+            pixels[k].occlusion = 0.75f;
+        }
+        for (i = 0; i < 2; i++) {
+            glbk_rsm_renderer_destroy(&p.t[i]->gl, &p.r[i]);
+            assert_glbk(p.t[i], glbk_rsm_renderer_create(&p.t[i]->gl, &d, &p.r[i]));
+            assert_glbk(p.t[i], glbk_rsm_gbuffer_upload(&p.t[i]->gl, &p.r[i], 0, d.height, pixels));
+        }
+        for (way = 0; way < 4; way++) {
+            rsm_gather_desc g = gather_desc(way == 1 ? RSM_PATTERN_LOG_RADIAL : RSM_PATTERN_FLUX, 30);
+            glbk_rsm_grid grid = { 0, 0, 0, 0, 0, 0, 0 };
+            grid.step = steps[way][0];
+            grid.levels = steps[way][1];
+            g.near_limit = 0.3f;
+            gather_both(&p, &kind, 1, &g, 0, &grid);
+            same_light(&p, "size", (int)(10 * size + way));
+        }
+    }
+    close_paths(&p);
+}
+
+/* Frames of a moving camera: reprojected by a draw, smoothed by compute. */
+static void compute_filters_as_draws_do(void **state)
+{
+    GL_TEST(t, state)
+    static const float target[3] = { 0, 0.9f, 0 };
+    paths p;
+    int frame, i;
+    if (!t->gl.compute) {
+        skip();
+        return;
+    }
+    make_world();
+    open_paths(t, &p);
+    for (frame = 0; frame < 3; frame++) {
+        static const int kind = 1;
+        const float eye[3] = { 0.2f + 0.05f * (float)frame, 1.1f, 3.4f };
+        rsm_gather_desc d = gather_desc(RSM_PATTERN_FLUX, 160);
+        glbk_rsm_denoise_desc n;
+        look(eye, target);
+        memset(&n, 0, sizeof n);
+        d.interleave = 4;
+        d.near_limit = 0.3f;
+        d.seed = (uint32_t)frame;
+        n.view_projection = w.view;
+        n.passes = frame == 1 ? 6 : 2;
+        for (i = 0; i < 2; i++) upload_points(p.t[i], &p.r[i]);
+        gather_both(&p, &kind, 1, &d, 0, NULL);
+        for (i = 0; i < 2; i++) assert_glbk(p.t[i], glbk_rsm_denoise(&p.t[i]->gl, &p.r[i], &n));
+        same_light(&p, "frame", frame);
+    }
+    printf("compute beside draws, filtered: %.1e\n", p.worst);
+    close_paths(&p);
+    memset(&w.points, 0, sizeof w.points);
+}
+
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(drawn_maps_are_rasterized_maps), gl_unit_test(direct_light_agrees),
                                   gl_unit_test(gathered_light_agrees), gl_unit_test(own_programs_agree),
-                                  gl_unit_test(several_maps_and_grids_agree), gl_unit_test(filter_agrees) };
+                                  gl_unit_test(several_maps_and_grids_agree), gl_unit_test(filter_agrees),
+                                  gl_unit_test(compute_adds_up_as_draws_do), gl_unit_test(compute_has_every_size),
+                                  gl_unit_test(compute_filters_as_draws_do) };
     (void)count;
-    GL_TEST_MAIN(values, tests, GL_CORE33 | GL_ES30_BARE);
+    GL_TEST_MAIN(values, tests, GL_CORE45 | GL_CORE33 | GL_ES30_BARE);
 }

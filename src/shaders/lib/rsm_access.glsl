@@ -13,7 +13,11 @@ rsm_lamp rsm_bound()
 #define RSM_ROW_SUM(t) uintBitsToFloat(texelFetch(glbk_rsm_sums, t, 0).x)
 #define RSM_ROWS_SUM(y, face) uintBitsToFloat(texelFetch(glbk_rsm_rows, ivec3(y, 0, face), 0).x)
 // Number i of the list: 0 position and bound, 1 normal and density, 2 flux and texel, 3 light and material.
-#define RSM_LIGHT(i, k) texelFetch(glbk_rsm_lights, ivec3(int((i) & 1023u), int((i) >> 10), k), 0)
-#define RSM_POINT(i) texelFetch(glbk_rsm_pattern, ivec2(int((i) & 1023u), int((i) >> 10)), 0).xyz
+#define RSM_LISTED(i, k) texelFetch(glbk_rsm_lights, ivec3(int((i) & 1023u), int((i) >> 10), k), 0)
+#define RSM_PATTERN(i) texelFetch(glbk_rsm_pattern, ivec2(int((i) & 1023u), int((i) >> 10)), 0).xyz
+#ifndef RSM_LIGHT           // lib/rsm_chunk.glsl has chunks of both in shared memory
+#define RSM_LIGHT(i, k) RSM_LISTED(i, k)
+#define RSM_POINT(i) RSM_PATTERN(i)
+#endif
 #define RSM_MATERIAL(i) texelFetch(glbk_rsm_materials, ivec2(int(i), 0), 0)
 #define RSM_SEEN(at, k) texelFetch(glbk_rsm_seen, ivec3(at, k), 0)

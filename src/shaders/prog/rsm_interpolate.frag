@@ -1,7 +1,13 @@
 // Pixels that the grid does for; the others stay open. The first time all are.
-// uses: rsm_screen
+// uses: rsm_grid
 // with: screen.vert
 layout(location = 0) out glbk_color result;
+
+bool rsm_node(ivec2 at, out rsm_receiver s, out vec4 node)
+{
+    node = glbk_unpack(texelFetch(glbk_rsm_coarse, rsm_node_number(at, int(glbk_rsm_frame.grid.x)), 0));
+    return rsm_read(at, s);
+}
 
 void main()
 {
@@ -17,7 +23,7 @@ void main()
         if (node.w < 0.0) sum = vec4(node.xyz, RSM_EVALUATED);
     }
     vec3 value;
-    if (sum.w == RSM_OPEN && rsm_interpolate(glbk_rsm_coarse, at, step, size, r, glbk_rsm_frame.tests, glbk_rsm_frame.pattern.w, value))
+    if (sum.w == RSM_OPEN && rsm_interpolate(at, step, size, r, glbk_rsm_frame.tests, glbk_rsm_frame.pattern.w, value))
         sum = vec4(value, RSM_INTERPOLATED);
     result = glbk_pack(sum);
 }

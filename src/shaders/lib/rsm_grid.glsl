@@ -1,0 +1,58 @@
+// rsm_grid - interpolation between nodes of a grid that were evaluated (section 4).
+// uses: rsm_screen
+// The program's: the node at a pixel, its light and what its alpha says; false where nothing is seen.
+bool rsm_node(ivec2 at, out rsm_receiver s, out vec4 node);
+
+// Grid lines of a coordinate: multiples of step, and the picture's last pixel.
+void rsm_grid_lines(int at, int step, int size, out ivec2 line, out float share)
+{
+    line = ivec2(at / step * step, min((at / step + 1) * step, size - 1));
+    share = line.y > line.x ? float(at - line.x) / float(line.y - line.x) : 0.0;
+}
+
+bool rsm_suits(rsm_receiver p, rsm_receiver s, vec4 tests, float reach2)
+{
+    vec3 d = s.position - p.position;
+    float len = length(d), plane = max(abs(dot(d, p.normal)), abs(dot(d, s.normal)));
+    if (dot(s.normal, p.normal) < tests.x || plane > tests.y * len) return false;
+    return (!(tests.z > 0.0) || len <= tests.z) && dot(d, d) <= reach2;
+}
+
+// Bilinear between nodes of the grid; false where fewer than three suit or they differ too much. A missing fourth is completed to a plane. tests: least cosine, most slope, most distance or 0, contrast or below 0. reach: of a sample, times its
+// distance to the nearest light, or below 0.
+bool rsm_interpolate(ivec2 at, int step, ivec2 size, rsm_receiver p, vec4 tests, float reach, out vec3 result)
+{
+    ivec2 lx, ly;
+    vec2 f;
+    vec3 value[4];
+    float low = 3.0e38, high = 0.0, sum = 0.0;
+    int good = 0, missing = -1;
+    rsm_grid_lines(at.x, step, size.x, lx, f.x);
+    rsm_grid_lines(at.y, step, size.y, ly, f.y);
+    for (int k = 0; k < 4; k++) {
+        bool right = (k & 1) != 0, upper = (k & 2) != 0;
+        ivec2 line = ivec2(right ? lx.y : lx.x, upper ? ly.y : ly.x);
+        rsm_receiver s;
+        vec4 node;
+        bool seen = rsm_node(line, s, node);
+        value[k] = node.xyz;
+        float reach2 = reach > 0.0 ? rsm_node_distance2(node.w) * reach * reach : 3.0e38;
+        if (node.w >= 0.0 || !seen || !rsm_suits(p, s, tests, reach2)) {
+            missing = k;
+            continue;
+        }
+        float mean = rsm_mean3(node.xyz);
+        low = min(low, mean);
+        high = max(high, mean);
+        sum += mean;
+        good++;
+    }
+    result = vec3(0.0);
+    if (good < 3 || (tests.w >= 0.0 && high - low > tests.w * sum / float(good))) return false;
+    if (missing == 0) value[0] = value[1] + value[2] - value[3];
+    if (missing == 1) value[1] = value[0] + value[3] - value[2];
+    if (missing == 2) value[2] = value[3] + value[0] - value[1];
+    if (missing == 3) value[3] = value[2] + value[1] - value[0];
+    result = max(mix(mix(value[0], value[1], f.x), mix(value[2], value[3], f.x), f.y), vec3(0.0));
+    return true;
+}

@@ -1,0 +1,66 @@
+// rsm_lists - lists of pixels that compute programs append to and read from, each with the groups of 64 that it takes: a
+// work group collects its own in shared memory, then takes room in the list at once.
+// uses: rsm_screen
+#ifndef RSM_GROUP
+#define RSM_GROUP 64        // invocations of the work group
+#endif
+shared uint rsm_open[RSM_GROUP], rsm_wanted[4 * RSM_GROUP];
+shared uint rsm_open_count, rsm_wanted_count, rsm_open_at, rsm_wanted_at;
+
+uint rsm_pack_pixel(ivec2 at) { return uint(at.x) | uint(at.y) << 16; }
+ivec2 rsm_unpack_pixel(uint item) { return ivec2(item & 65535u, item >> 16); }
+
+// Item of this invocation, with groups of 64 as glbk_dispatch_indirect has them; false beyond the list's end.
+bool rsm_item(uint list, out ivec2 at)
+{
+    uint i = 64u * (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) + gl_LocalInvocationIndex;
+    bool inside = i < glbk_rsm_counts[4u * list + 3u];
+    at = ivec2(0);
+    if (inside) at = rsm_unpack_pixel(glbk_rsm_items[i]);
+    return inside;
+}
+
+void rsm_begin_lists()
+{
+    if (gl_LocalInvocationIndex == 0u) rsm_open_count = rsm_wanted_count = 0u;
+    barrier();
+}
+
+void rsm_add_open(ivec2 at) { rsm_open[atomicAdd(rsm_open_count, 1u)] = rsm_pack_pixel(at); }
+
+void rsm_add_wanted(ivec2 at) { rsm_wanted[atomicAdd(rsm_wanted_count, 1u)] = rsm_pack_pixel(at); }
+
+// Place of a node among the marks.
+uint rsm_mark(ivec2 number, ivec2 last) { return uint(number.y * (last.x + 1) + number.x); }
+
+// A node that is to be evaluated where it was not yet: once, whoever asks first.
+void rsm_want(ivec2 at)
+{
+    int fine = int(glbk_rsm_frame.grid.y);
+    ivec2 number = rsm_node_number(at, fine), last = rsm_node_number(ivec2(glbk_rsm_frame.grid.zw) - 1, fine);
+    uint i = rsm_mark(number, last), bit = 1u << (i & 31u);
+    if ((glbk_rsm_marks[i >> 5] & bit) != 0u || (atomicOr(glbk_rsm_marks[i >> 5], bit) & bit) != 0u) return;
+    rsm_receiver r;
+    if (rsm_read(at, r) && texelFetch(glbk_rsm_coarse, number, 0).w >= 0.0) rsm_add_wanted(at);
+}
+
+uint rsm_room(uint list, uint count)
+{
+    uint at = atomicAdd(glbk_rsm_counts[4u * list + 3u], count), before = (at + 63u) / 64u, groups = (at + count + 63u) / 64u;
+    if (groups > before) {
+        if (before < 1024u) atomicMax(glbk_rsm_counts[4u * list], min(groups, 1024u));
+        atomicMax(glbk_rsm_counts[4u * list + 1u], (groups + 1023u) / 1024u);
+    }
+    return at;
+}
+
+void rsm_end_lists(uint open_list, uint wanted_list)
+{
+    barrier();
+    if (gl_LocalInvocationIndex == 0u && rsm_open_count > 0u) rsm_open_at = rsm_room(open_list, rsm_open_count);
+    if (gl_LocalInvocationIndex == 0u && rsm_wanted_count > 0u) rsm_wanted_at = rsm_room(wanted_list, rsm_wanted_count);
+    barrier();
+    for (uint i = gl_LocalInvocationIndex; i < rsm_open_count; i += uint(RSM_GROUP)) glbk_rsm_left[rsm_open_at + i] = rsm_open[i];
+    for (uint i = gl_LocalInvocationIndex; i < rsm_wanted_count; i += uint(RSM_GROUP))
+        glbk_rsm_wanted[rsm_wanted_at + i] = rsm_wanted[i];
+}
