@@ -1694,7 +1694,8 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
 
    ism.h chooses VPLs (ism_choose) and scatters points over the mesh (ism_scatter); from plain arrays of both the maps are
    drawn and pixels shaded here: points as discs by the depth test, pull and push, light of all VPLs with visibility,
-   interleaved sampling and its blur. Points are triangles and barycentric coordinates, the mesh two tables of indices
+   interleaved sampling and its blur. Where ctx->compute, each of these is one dispatch that works in shared memory, to the
+   same numbers. Points are triangles and barycentric coordinates, the mesh two tables of indices
    and positions: moving geometry is new positions alone. The numbers are those of ism.h to float rounding.
    In every frame: glbk_ism_phase, glbk_ism_vpls, glbk_ism_draw, glbk_ism_shade. */
 
@@ -1717,7 +1718,7 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
     X(glbk_color_sampler, glbk_ism_light, 15)   /* before the blur */
 
 #define GLBK_ISM_FRAME_MEMBERS(X)                                                                   \
-    X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side */                   \
+    X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side, points of a VPL in all phases */     \
     X(uvec4, points, 1)     /* VPLs at most, points of one in a phase, levels of the fill, triangles */  \
     X(vec4, sphere, 1)      /* about the mesh: centre, radius */                                    \
     X(vec4, values, 1)      /* area of a disc over its point's */
@@ -1728,7 +1729,10 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)    \
     X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
 #define GLBK_ISM_STORAGE(X)
-#define GLBK_ISM_IMAGES(X)
+#define GLBK_ISM_IMAGES(X)                                              \
+    X(writeonly, rgba32f, image2D, glbk_ism_surfels_out, 0)             \
+    X(writeonly, r32ui, uimage2D, glbk_ism_atlas_out, 1)                \
+    X(writeonly, rgba32f, image2D, glbk_ism_light_out, 2)       /* before the blur, or after it */
 
 GLBK__PART(ISM)
 
@@ -1757,12 +1761,16 @@ typedef struct glbk_ism_maps {      /* read only; zeroed = none */
     glbk_buffer   frame;
     int           quads;            /* rectangles in place of points */
     glbk_program  directions_program, splat, holes, pull_program[GLBK_ISM_LEVELS], push;
+    int           compute;          /* the compute path: no depth, kept and pull */
+    glbk_program  fill;
 } glbk_ism_maps;
 
 GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out);
 /* desc     NULL = all defaults
    Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_LIMIT where the atlas is wider than ctx->max_size; GLBK_ERR_COMPILE and so on
-   Memory on the GPU: 26 bytes a texel of the atlas, 16 a point: 1024 VPLs of 64 x 64 texels and 8192 points 109 + 134 MB */
+   Where ctx->compute, out->compute: the compute path, unless points rounded up to lazy phases are more than 65,536 a VPL.
+   Memory on the GPU: 26 bytes a texel of the atlas, by compute 20, and 16 a point: 1024 VPLs of 64 x 64 texels and 8192
+   points 109 (84) + 134 MB */
 GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *maps);
 
 typedef struct glbk_ism_mesh {      /* fields as in ism_mesh */
@@ -1798,8 +1806,8 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps
    Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *maps);
-/* Draws all maps: seven passes, 1 + 1 + 3 + 1 and the clearing. Where ctx->max_point_size is below tile_size, rectangles
-   instead of points.
+/* Draws all maps: seven passes, 1 + 1 + 3 + 1 and the clearing, or by compute three. Where ctx->max_point_size is below
+   tile_size, the core path has rectangles instead of points.
    Errors   GLBK_ERR_ARGUMENT: a phase was not given yet; GLBK_ERR_LOST */
 GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *maps, float *atlas);
 /* side * side depths as ism_atlas has them. Waits for the GPU. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
@@ -1816,6 +1824,7 @@ typedef struct glbk_ism_renderer {  /* read only; zeroed = none */
     glbk_target  light_target, result_target;
     glbk_buffer  view;
     glbk_program shade[4][5], blur; /* by projection and near_mode */
+    int          compute;
 } glbk_ism_renderer;
 
 GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height, glbk_ism_renderer *out);
@@ -4274,6 +4283,7 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "    vec3  position, normal, flux, axis;\n",
     "    float exponent, side;       // of the lobe; of the square that it stands for\n",
     "    bool  sky;                  // position is the direction to it\n",
+    "    mat3  frame;                // of its map: columns x, y, z\n",
     "};\n",
     "\n",
     "ism_vpl ism_read_vpl(uint v)\n",
@@ -4289,12 +4299,8 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "    l.flux = c.xyz;\n",
     "    l.axis = l.normal;\n",
     "    if (l.exponent != 1.0) l.axis = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).xyz;\n",
+    "    l.frame = ism_frame_of(ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky ? l.axis : l.normal);\n",
     "    return l;\n",
-    "}\n",
-    "\n",
-    "mat3 ism_vpl_frame(ism_vpl l)\n",
-    "{\n",
-    "    return ism_frame_of(ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky ? l.axis : l.normal);\n",
     "}\n",
     "\n",
     "// Where a tile begins in the atlas, and its number.\n",
@@ -4349,13 +4355,180 @@ static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
     "layout(std140) uniform glbk_ism_view_block {\n",
     "    uvec4 size;\n",
     "    vec4 values;\n",
-    "} glbk_ism_view;\n"
+    "} glbk_ism_view;\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(rgba32f, binding = 0) writeonly uniform image2D glbk_ism_surfels_out;\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(r32ui, binding = 1) writeonly uniform uimage2D glbk_ism_atlas_out;\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(rgba32f, binding = 2) writeonly uniform image2D glbk_ism_light_out;\n",
+    "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_ism_blur_glsl[] = {
+    "// ism_blur - the mean over a window that holds each class once, of neighbours on the same smooth surface; then the\n",
+    "// albedo. The program has ism_neighbour: what lies at a pixel, and its light; false: nothing, or beyond the picture.\n",
+    "// uses: ism_gbuffer\n",
+    "bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light);\n",
+    "\n",
+    "vec4 ism_smooth(ivec2 at, ism_receiver c)\n",
+    "{\n",
+    "    int r = int(glbk_ism_view.size.z) / 2;\n",
+    "    vec4 sum = vec4(0.0);\n",
+    "    float weights = 0.0;\n",
+    "    for (int j = -r; j <= r; j++)\n",
+    "        for (int i = -r; i <= r; i++) {\n",
+    "            ism_receiver o;\n",
+    "            vec4 light;\n",
+    "            if (!ism_neighbour(at + ivec2(i, j), o, light)) continue;\n",
+    "            vec3 d = o.p - c.p;\n",
+    "            float facing = max(dot(c.n, o.n), 0.0), off = abs(dot(c.n, d)) + abs(dot(o.n, d));\n",
+    "            float weight = (abs(i) == r ? 0.5 : 1.0) * (abs(j) == r ? 0.5 : 1.0) * facing * facing;\n",
+    "            if (off > 0.0) weight *= max(1.0 - off / sqrt(dot(d, d)), 0.0);\n",
+    "            sum += weight * light;\n",
+    "            weights += weight;\n",
+    "        }\n",
+    "    return weights > 0.0 ? sum / weights : sum;\n",
+    "}\n",
+    "\n",
+    "// What is asked for of a receiver.\n",
+    "vec4 ism_finished(ivec2 at, ism_receiver c)\n",
+    "{\n",
+    "    vec4 light = glbk_ism_view.size.z > 1u ? ism_smooth(at, c) : glbk_unpack(texelFetch(glbk_ism_light, at, 0));\n",
+    "    if ((glbk_ism_view.size.w & 2u) != 0u) {\n",
+    "        vec3 albedo = glbk_unpack(texelFetch(glbk_ism_albedo, at, 0)).xyz;\n",
+    "        bvec3 good = bvec3(cohsm_finite(albedo.x), cohsm_finite(albedo.y), cohsm_finite(albedo.z));\n",
+    "        light.xyz *= vec3(good.x ? max(albedo.x, 0.0) : 0.0, good.y ? max(albedo.y, 0.0) : 0.0,\n",
+    "                          good.z ? max(albedo.z, 0.0) : 0.0) * (1.0 / COHSM_PI);\n",
+    "    }\n",
+    "    return light;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
+    "// ism_disc - points as discs in the tiles of their VPLs.\n",
+    "// uses: ism_access\n",
+    "#define ISM_DEEPEST 1.8446744e19       // 2^64: what the depth buffer holds\n",
+    "\n",
+    "struct ism_surfel {\n",
+    "    vec3  at, g;                // middle and plane, in the tile's frame\n",
+    "    float radius2, depth;\n",
+    "    vec2  uv;\n",
+    "    vec4  cut1, cut2;           // barycentric coordinates grow so along the disc, and are so much at its middle\n",
+    "    ivec4 box;                  // first and last texel, of the tile\n",
+    "};                              // cut1.w < -1: not cut off at its triangle's edges\n",
+    "\n",
+    "// false: not seen from the VPL's front.\n",
+    "bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surfel s)\n",
+    "{\n",
+    "    mat3 frame = l.frame;\n",
+    "    vec3 n = normal * frame;\n",
+    "    s.radius2 = area * (1.0 / COHSM_PI);\n",
+    "    if (l.sky) {\n",
+    "        vec3 o = (p - glbk_ism_frame.sphere.xyz) * frame;\n",
+    "        float r = glbk_ism_frame.sphere.w, slope = abs(n.z) > 0.05 ? 1.0 / n.z : 0.0;\n",
+    "        s.depth = o.z + r;\n",
+    "        s.uv = 0.5 * o.xy / r + 0.5;\n",
+    "        s.at = vec3(o.xy, s.depth);\n",
+    "        s.g = vec3(-n.xy * slope * r, s.depth + dot(n.xy, o.xy) * slope);\n",
+    "        return all(greaterThanEqual(s.uv, vec2(0.0))) && all(lessThan(s.uv, vec2(1.0)));\n",
+    "    }\n",
+    "    vec3 o = (p - l.position) * frame;\n",
+    "    float d2 = dot(o, o), along = dot(n, o);\n",
+    "    s.depth = sqrt(d2);\n",
+    "    s.at = o;\n",
+    "    s.g = o / d2;\n",
+    "    if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;\n",
+    "    // the surface that the VPL lies on is no occluder in a lobe's tilted map either\n",
+    "    if (ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;\n",
+    "    s.radius2 = min(s.radius2, (along > 0.0 && s.cut1.w < -1.0 ? 0.04 : 1.0) * d2);\n",
+    "    if (abs(along) > 1e-3 * s.depth) s.g = n / along;\n",
+    "    if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv)) return false;\n",
+    "    // it stands for its neighbours too, and is off their surface by about its radius: so much farther away it hides none\n",
+    "    if (s.cut1.w < -1.0) {\n",
+    "        float away = 1.0 + sqrt(s.radius2) / s.depth;\n",
+    "        s.at *= away;\n",
+    "        s.g /= away;\n",
+    "        s.radius2 *= away * away;\n",
+    "        s.depth *= away;\n",
+    "    }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "// Texels a unit of angle, or of a sky's space, at most.\n",
+    "float ism_texels_per_unit(ism_vpl l)\n",
+    "{\n",
+    "    float size = float(glbk_ism_frame.maps.y);\n",
+    "    uint p = ism_projection_of(l.exponent);\n",
+    "    if (l.sky) return 0.5 * size / glbk_ism_frame.sphere.w;\n",
+    "    if (p == ISM_PROJECTION_PARABOLOID) return 0.5 * size;\n",
+    "    return 0.9 * size * (p == ISM_PROJECTION_LOBE ? sqrt(0.5 * (l.exponent + 1.0)) : 1.0);\n",
+    "}\n",
+    "\n",
+    "// 2 x 2 tiles show 4 levels of opacity (paper 6.4).\n",
+    "bool ism_dither(uvec2 tile, float opacity)\n",
+    "{\n",
+    "    uint i = (tile.y & 1u) * 2u + (tile.x & 1u);\n",
+    "    return opacity > (i == 0u ? 0.125 : i == 1u ? 0.625 : i == 2u ? 0.875 : 0.375);\n",
+    "}\n",
+    "\n",
+    "vec3 ism_corner(uint vertex) { return texelFetch(glbk_ism_positions, glbk_table_at(vertex), 0).xyz; }\n",
+    "\n",
+    "// The texels that it may touch.\n",
+    "bool ism_box_surfel(ism_vpl l, inout ism_surfel s)\n",
+    "{\n",
+    "    int size = int(glbk_ism_frame.maps.y);\n",
+    "    float most = float(size), reach = sqrt(s.radius2) * ism_texels_per_unit(l) / (l.sky ? 1.0 : s.depth);\n",
+    "    if (!(reach > 0.0)) return false;\n",
+    "    reach = min(reach, most);\n",
+    "    s.box = ivec4(max(s.uv * most - reach, 0.0), min(ivec2(s.uv * most + reach), size - 1));\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "// Point `index` of the table in the map of VPL v; false: not there.\n",
+    "bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)\n",
+    "{\n",
+    "    uvec4 point = texelFetch(glbk_ism_points, glbk_table_at(index), 0);\n",
+    "    float share = uintBitsToFloat(point.w);\n",
+    "    if (!(share > 0.0) || point.x >= glbk_ism_frame.points.w) return false;\n",
+    "    uvec4 t = texelFetch(glbk_ism_triangles, glbk_table_at(point.x), 0);\n",
+    "    if (!ism_dither(uvec2(v % glbk_ism_frame.maps.z, v / glbk_ism_frame.maps.z), uintBitsToFloat(t.w))) return false;\n",
+    "    vec3 p = ism_corner(t.x), e1 = ism_corner(t.y) - p, e2 = ism_corner(t.z) - p, n = cross(e1, e2);\n",
+    "    float length2 = dot(n, n), size = sqrt(length2);\n",
+    "    if (!(length2 > 0.0) || !cohsm_finite(length2)) return false;\n",
+    "    vec2 b = uintBitsToFloat(point.yz);\n",
+    "    float area = glbk_ism_frame.values.x * share * 0.5 * size;\n",
+    "    p += e1 * b.x + e2 * b.y;\n",
+    "    s.cut1 = s.cut2 = vec4(-2.0);\n",
+    "    if (share < 1.0) {\n",
+    "        s.cut1 = vec4((cross(e2, n) / length2) * l.frame, b.x);\n",
+    "        s.cut2 = vec4((cross(n, e1) / length2) * l.frame, b.y);\n",
+    "        area *= 6.0;\n",
+    "    }\n",
+    "    return ism_place_surfel(l, p, n / size, area, s) && ism_box_surfel(l, s);\n",
+    "}\n",
+    "\n",
+    "// Where the ray through a texel of the tile meets the disc, or ISM_FAR. No disc is widened to a whole texel.\n",
+    "float ism_meet(float kind, ism_surfel s, ivec2 texel)\n",
+    "{\n",
+    "    bool sky = kind < 0.0;\n",
+    "    vec3 w = ism_texel_direction(kind, texel);\n",
+    "    float t = ism_plane_depth(sky, s.g, w);\n",
+    "    if (!(t > 0.0 && t < ISM_DEEPEST)) return ISM_FAR;\n",
+    "    vec3 d = (sky ? vec3(w.xy * glbk_ism_frame.sphere.w, t) : w * t) - s.at;\n",
+    "    if (!(dot(d, d) <= s.radius2)) return ISM_FAR;\n",
+    "    vec2 b = vec2(s.cut1.w + dot(d, s.cut1.xyz), s.cut2.w + dot(d, s.cut2.xyz));\n",
+    "    return s.cut1.w > -1.0 && !(min(b.x, b.y) >= -1e-4 && b.x + b.y <= 1.0001) ? ISM_FAR : t;\n",
+    "}\n"
 };
 
 static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
     "// ism_fill - what the passes of pull and push share.\n",
     "// uses: ism_access\n",
     "#define ISM_HOLE 2\n",
+    "#define ISM_LEVELS 3\n",
     "\n",
     "vec4 ism_surfel_at(ivec2 at) { return glbk_unpack(texelFetch(glbk_ism_surfels, at, 0)); }\n",
     "\n",
@@ -4369,6 +4542,27 @@ static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
     "{\n",
     "    uint missing = ~q & 15u;\n",
     "    return (missing & (missing - 1u)) == 0u;\n",
+    "}\n",
+    "\n",
+    "// Of a cell of 2^level texels a side, by its place in the tile, and 1 + the indices of one texel of each of its four\n",
+    "// parts (0: none): the nearest to its middle. A part of level 1 is a texel, and not 0 where it keeps its surfel.\n",
+    "uint ism_pull(int level, ivec2 cell, uvec4 parts)\n",
+    "{\n",
+    "    int size = int(glbk_ism_frame.maps.y), least = 0x7fffffff;\n",
+    "    ivec2 middle = (2 * cell + 1) << level;\n",
+    "    uint result = 0u;\n",
+    "    for (int k = 0; k < 4; k++) {\n",
+    "        ivec2 texel = 2 * cell + ivec2(k & 1, k >> 1);\n",
+    "        int at = int(parts[k]);\n",
+    "        if (at == 0) continue;\n",
+    "        if (level == 1) at = texel.y * size + texel.x + 1;\n",
+    "        ivec2 d = 2 * ivec2((at - 1) % size, (at - 1) / size) + 1 - middle;\n",
+    "        if (d.x * d.x + d.y * d.y < least) {\n",
+    "            least = d.x * d.x + d.y * d.y;\n",
+    "            result = uint(at);\n",
+    "        }\n",
+    "    }\n",
+    "    return result;\n",
     "}\n"
 };
 
@@ -4389,6 +4583,34 @@ static const char *const glbk__glsl_lib_ism_gbuffer_glsl[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_lib_ism_holes_glsl[] = {
+    "// ism_holes - texels whose surfels others pass before. The program has ism_depth: a surfel's depth.\n",
+    "// uses: ism_fill\n",
+    "float ism_depth(ivec2 at);\n",
+    "\n",
+    "// Surfels in all four quadrants about it pass before it. at: in the atlas, where it has depth c.\n",
+    "bool ism_hole(float kind, ivec2 at, float c)\n",
+    "{\n",
+    "    int size = int(glbk_ism_frame.maps.y);\n",
+    "    ivec2 local = at & (size - 1);\n",
+    "    vec3 w = ism_texel_direction(kind, local);\n",
+    "    uint found = 0u;\n",
+    "    for (int dy = -ISM_HOLE; dy <= ISM_HOLE; dy++)\n",
+    "        for (int dx = -ISM_HOLE; dx <= ISM_HOLE; dx++) {\n",
+    "            ivec2 d = ivec2(dx, dy), there = local + d;\n",
+    "            if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, ivec2(size)))) {\n",
+    "                found |= ism_quadrant(d);\n",
+    "                continue;\n",
+    "            }\n",
+    "            float depth = ism_depth(at + d);\n",
+    "            if (!(depth < 0.9 * c)) continue;\n",
+    "            float t = ism_plane_depth(kind < 0.0, ism_surfel_at(at + d).xyz, w);\n",
+    "            if (t > 0.5 * depth && t < 0.95 * c) found |= ism_quadrant(d);\n",
+    "        }\n",
+    "    return found == 15u;\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "// ism_light - light of VPLs, by the maps of glbk_ism_draw. For your own shader: glbk_ism_bind, then\n",
     "//\n",
@@ -4406,7 +4628,7 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "// 1 lit, 0 not: compares depths on the receiver's tangent plane, at the centre of the texel.\n",
     "float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)\n",
     "{\n",
-    "    mat3 frame = ism_vpl_frame(l);\n",
+    "    mat3 frame = l.frame;\n",
     "    int size = int(glbk_ism_frame.maps.y);\n",
     "    ivec2 tile = ism_tile_at(v), texel;\n",
     "    vec3 n = ng * frame;\n",
@@ -4475,7 +4697,7 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "// To receivers that face the square no brighter than the point: the backs of bent sheets do. square: without that.\n",
     "float ism_patch_kernel(ism_vpl l, vec3 d, vec3 n, float point, out float square)\n",
     "{\n",
-    "    mat3 frame = ism_vpl_frame(l);\n",
+    "    mat3 frame = l.frame;\n",
     "    float share, form = ism_form_factor(n, d, frame[0] * (0.5 * l.side), frame[1] * (0.5 * l.side), share);\n",
     "    float facing = -2.0 * dot(n, frame[2]);\n",
     "    square = form = form > 0.0 && share > 0.0 ? form * COHSM_PI / (l.side * l.side * share) : 0.0;\n",
@@ -4524,35 +4746,51 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "#endif\n",
     "}\n",
     "\n",
+    "// What VPL v adds to sum: irradiance times pi, and in w what the rule near by took off. most: of one VPL, clamped.\n",
+    "void ism_add(inout vec4 sum, uint v, ism_vpl l, vec3 p, vec3 n, vec3 ng, float most)\n",
+    "{\n",
+    "    float plain, k = ism_kernel(l, p, n, most, plain), power = ism_luminance(l.flux);\n",
+    "#if ISM_NEAR == 4\n",
+    "    if (k * power > most) k = most / power;\n",
+    "#endif\n",
+    "    if (!(k > 0.0)) return;\n",
+    "    if ((glbk_ism_view.size.w & 1u) == 0u) k *= ism_visible(v, l, p, ng, glbk_ism_view.values.x);\n",
+    "    sum.xyz += k * l.flux;\n",
+    "    if (k > 0.0) sum.w += max(plain - k, 0.0) * power;\n",
+    "}\n",
+    "\n",
+    "// What it gives without a map, for the mean that ISM_NEAR 4 clamps to.\n",
+    "float ism_unshadowed(ism_vpl l, vec3 p, vec3 n)\n",
+    "{\n",
+    "    float plain;\n",
+    "    return ism_kernel(l, p, n, 0.0, plain) * ism_luminance(l.flux);\n",
+    "}\n",
+    "\n",
+    "// VPLs first, first + pattern, ...: how many there are, and a sum over them scaled up to all.\n",
+    "uint ism_used(uint first, uint pattern)\n",
+    "{\n",
+    "    uint count = glbk_ism_frame.maps.x;\n",
+    "    return first < count ? (count - first - 1u) / pattern + 1u : 0u;\n",
+    "}\n",
+    "\n",
+    "vec4 ism_scaled(vec4 sum, uint used)\n",
+    "{\n",
+    "    return used > 0u ? sum * (float(glbk_ism_frame.maps.x) / (float(used) * COHSM_PI)) : sum;\n",
+    "}\n",
+    "\n",
     "// xyz: irradiance by the VPLs first, first + pattern, ... scaled up to all of them; w: what the rule near by took off.\n",
     "vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)\n",
     "{\n",
-    "    uint count = glbk_ism_frame.maps.x;\n",
-    "    float used = 0.0, plain, most = glbk_ism_view.values.y;\n",
+    "    uint count = glbk_ism_frame.maps.x, used = ism_used(first, pattern);\n",
+    "    float most = glbk_ism_view.values.y;\n",
     "    vec4 sum = vec4(0.0);\n",
     "#if ISM_NEAR == 4\n",
-    "    float mean = 0.0;\n",
-    "    for (uint v = first; v < count; v += pattern) {\n",
-    "        ism_vpl l = ism_read_vpl(v);\n",
-    "        mean += ism_kernel(l, p, n, 0.0, plain) * ism_luminance(l.flux);\n",
-    "        used += 1.0;\n",
-    "    }\n",
-    "    most *= used > 0.0 ? mean / used : 0.0;\n",
-    "    used = 0.0;\n",
+    "    float all = 0.0;\n",
+    "    for (uint v = first; v < count; v += pattern) all += ism_unshadowed(ism_read_vpl(v), p, n);\n",
+    "    most *= used > 0u ? all / float(used) : 0.0;\n",
     "#endif\n",
-    "    for (uint v = first; v < count; v += pattern) {\n",
-    "        ism_vpl l = ism_read_vpl(v);\n",
-    "        float k = ism_kernel(l, p, n, most, plain), power = ism_luminance(l.flux);\n",
-    "        used += 1.0;\n",
-    "#if ISM_NEAR == 4\n",
-    "        if (k * power > most) k = most / power;\n",
-    "#endif\n",
-    "        if (!(k > 0.0)) continue;\n",
-    "        if ((glbk_ism_view.size.w & 1u) == 0u) k *= ism_visible(v, l, p, ng, glbk_ism_view.values.x);\n",
-    "        sum.xyz += k * l.flux;\n",
-    "        if (k > 0.0) sum.w += max(plain - k, 0.0) * power;\n",
-    "    }\n",
-    "    return used > 0.0 ? sum * (float(count) / (used * COHSM_PI)) : sum;\n",
+    "    for (uint v = first; v < count; v += pattern) ism_add(sum, v, ism_read_vpl(v), p, n, ng, most);\n",
+    "    return ism_scaled(sum, used);\n",
     "}\n"
 };
 
@@ -4642,6 +4880,70 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "    float s = dot(g, w);\n",
     "    if (sky) return max(s, 0.0);\n",
     "    return s > 1e-20 ? 1.0 / s : 0.0;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_push_glsl[] = {
+    "// ism_push - texels without a surfel. The program has ism_pulled: what ism_pull said of a cell of the atlas.\n",
+    "// uses: ism_fill\n",
+    "int ism_pulled(int level, ivec2 cell);\n",
+    "\n",
+    "struct ism_near { int first, second, least, next; uint found; };   // 1 + index; squared distances\n",
+    "\n",
+    "// The 3 x 3 cells about the texel.\n",
+    "void ism_look(int level, ivec2 at, inout ism_near n)\n",
+    "{\n",
+    "    int size = int(glbk_ism_frame.maps.y), half_size = size >> level;\n",
+    "    ivec2 local = at & (size - 1), cell = local >> level, origin = (at >> level) - cell;\n",
+    "    for (int y = cell.y - 1; y <= cell.y + 1; y++)\n",
+    "        for (int x = cell.x - 1; x <= cell.x + 1; x++) {\n",
+    "            if (x < 0 || y < 0 || x >= half_size || y >= half_size) {\n",
+    "                n.found |= ism_quadrant(ivec2(x, y) - cell);\n",
+    "                continue;\n",
+    "            }\n",
+    "            int there = ism_pulled(level, origin + ivec2(x, y));\n",
+    "            if (there == 0) continue;\n",
+    "            ivec2 d = ivec2((there - 1) % size, (there - 1) / size) - local;\n",
+    "            int d2 = d.x * d.x + d.y * d.y;\n",
+    "            n.found |= ism_quadrant(d);\n",
+    "            if (n.first == 0 || d2 < n.least) {\n",
+    "                if (n.first != 0 && n.first != there) {\n",
+    "                    n.second = n.first;\n",
+    "                    n.next = n.least;\n",
+    "                }\n",
+    "                n.first = there;\n",
+    "                n.least = d2;\n",
+    "            } else if (n.first != there && (n.second == 0 || d2 < n.next)) {\n",
+    "                n.second = there;\n",
+    "                n.next = d2;\n",
+    "            }\n",
+    "        }\n",
+    "}\n",
+    "\n",
+    "// The first one's depth, or its plane's here, whichever would have foretold the second better. No depths are mixed.\n",
+    "float ism_push(float kind, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)\n",
+    "{\n",
+    "    vec4 a = ism_surfel_at(origin + first), b = ism_surfel_at(origin + second);\n",
+    "    float t = ism_plane_depth(kind < 0.0, a.xyz, ism_texel_direction(kind, local));\n",
+    "    float there = ism_plane_depth(kind < 0.0, a.xyz, ism_texel_direction(kind, second));\n",
+    "    if (abs(a.w - b.w) <= abs(there - b.w)) return a.w;\n",
+    "    return t > 0.5 * a.w && t < 2.0 * a.w ? t : a.w;\n",
+    "}\n",
+    "\n",
+    "// The depth of texel `at` of the atlas, in a tile of that kind, from the nearest two that keep their surfels once there\n",
+    "// are some in three quadrants about it; or ISM_FAR.\n",
+    "float ism_filled(float kind, ivec2 at)\n",
+    "{\n",
+    "    int size = int(glbk_ism_frame.maps.y);\n",
+    "    ivec2 local = at & (size - 1);\n",
+    "    ism_near n = ism_near(0, 0, 0, 0, 0u);\n",
+    "    for (int level = 1; level <= int(glbk_ism_frame.points.z); level++) {\n",
+    "        if (n.second != 0 && ism_three_quadrants(n.found)) break;\n",
+    "        ism_look(level, at, n);\n",
+    "    }\n",
+    "    if (n.second == 0 || !ism_three_quadrants(n.found)) return ISM_FAR;\n",
+    "    return ism_push(kind, local, ivec2((n.first - 1) % size, (n.first - 1) / size),\n",
+    "                    ivec2((n.second - 1) % size, (n.second - 1) / size), at - local);\n",
     "}\n"
 };
 
@@ -6294,48 +6596,74 @@ static const char *const glbk__glsl_prog_envsh_shade_frag[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_ism_blur_comp[] = {
+    "// ism_blur.frag as a compute shader: what a group of 16 x 16 pixels looks at, up to four more at each side, is in\n",
+    "// shared memory.\n",
+    "// uses: ism_blur\n",
+    "layout(local_size_x = 16, local_size_y = 16) in;\n",
+    "#define ISM_TILE 24\n",
+    "\n",
+    "shared vec3 ism_places[ISM_TILE * ISM_TILE], ism_normals[ISM_TILE * ISM_TILE];      // normal 0: nothing\n",
+    "shared vec4 ism_lights[ISM_TILE * ISM_TILE];\n",
+    "\n",
+    "ivec2 ism_corner() { return ivec2(gl_WorkGroupID.xy) * 16 - int(glbk_ism_view.size.z) / 2; }\n",
+    "\n",
+    "bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light)\n",
+    "{\n",
+    "    ivec2 texel = at - ism_corner();\n",
+    "    int i = texel.y * ISM_TILE + texel.x;\n",
+    "    r.p = ism_places[i];\n",
+    "    r.n = r.ng = ism_normals[i];\n",
+    "    light = ism_lights[i];\n",
+    "    return r.n != vec3(0.0);\n",
+    "}\n",
+    "\n",
+    "void ism_load(int wide)\n",
+    "{\n",
+    "    for (int i = int(gl_LocalInvocationIndex); i < wide * wide; i += 256) {\n",
+    "        ivec2 texel = ivec2(i % wide, i / wide), at = ism_corner() + texel;\n",
+    "        int to = texel.y * ISM_TILE + texel.x;\n",
+    "        ism_receiver r;\n",
+    "        ism_normals[to] = vec3(0.0);\n",
+    "        if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(glbk_ism_view.size.xy)))) continue;\n",
+    "        if (!ism_read_receiver(at, r)) continue;\n",
+    "        ism_places[to] = r.p;\n",
+    "        ism_normals[to] = r.n;\n",
+    "        ism_lights[to] = texelFetch(glbk_ism_light, at, 0);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_GlobalInvocationID.xy);\n",
+    "    int side = int(glbk_ism_view.size.z);\n",
+    "    ism_receiver c;\n",
+    "    if (side > 1) ism_load(16 + side / 2 * 2);\n",
+    "    barrier();\n",
+    "    if (any(greaterThanEqual(at, ivec2(glbk_ism_view.size.xy)))) return;\n",
+    "    imageStore(glbk_ism_light_out, at, ism_read_receiver(at, c) ? ism_finished(at, c) : vec4(0.0));\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_ism_blur_frag[] = {
-    "// The mean over a window that holds each class once, of neighbours on the same smooth surface; then the albedo.\n",
-    "// uses: ism_gbuffer\n",
+    "// The blur over the classes of pixels, and the albedo.\n",
+    "// uses: ism_blur\n",
     "// with: screen.vert\n",
     "layout(location = 0) out glbk_color result;\n",
     "\n",
-    "vec4 ism_smooth(ivec2 at, ism_receiver c)\n",
+    "bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light)\n",
     "{\n",
-    "    int r = int(glbk_ism_view.size.z) / 2;\n",
-    "    vec4 sum = vec4(0.0);\n",
-    "    float weights = 0.0;\n",
-    "    for (int j = -r; j <= r; j++)\n",
-    "        for (int i = -r; i <= r; i++) {\n",
-    "            ivec2 there = at + ivec2(i, j);\n",
-    "            ism_receiver o;\n",
-    "            if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, ivec2(glbk_ism_view.size.xy))) ||\n",
-    "                !ism_read_receiver(there, o)) continue;\n",
-    "            vec3 d = o.p - c.p;\n",
-    "            float facing = max(dot(c.n, o.n), 0.0), off = abs(dot(c.n, d)) + abs(dot(o.n, d));\n",
-    "            float weight = (abs(i) == r ? 0.5 : 1.0) * (abs(j) == r ? 0.5 : 1.0) * facing * facing;\n",
-    "            if (off > 0.0) weight *= max(1.0 - off / sqrt(dot(d, d)), 0.0);\n",
-    "            sum += weight * glbk_unpack(texelFetch(glbk_ism_light, there, 0));\n",
-    "            weights += weight;\n",
-    "        }\n",
-    "    return weights > 0.0 ? sum / weights : sum;\n",
+    "    bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ivec2(glbk_ism_view.size.xy)));\n",
+    "    if (!inside || !ism_read_receiver(at, r)) return false;\n",
+    "    light = glbk_unpack(texelFetch(glbk_ism_light, at, 0));\n",
+    "    return true;\n",
     "}\n",
     "\n",
     "void main()\n",
     "{\n",
     "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
     "    ism_receiver c;\n",
-    "    vec4 light = vec4(0.0);\n",
-    "    if (ism_read_receiver(at, c)) {\n",
-    "        light = glbk_ism_view.size.z > 1u ? ism_smooth(at, c) : glbk_unpack(texelFetch(glbk_ism_light, at, 0));\n",
-    "        if ((glbk_ism_view.size.w & 2u) != 0u) {\n",
-    "            vec3 albedo = glbk_unpack(texelFetch(glbk_ism_albedo, at, 0)).xyz;\n",
-    "            bvec3 good = bvec3(cohsm_finite(albedo.x), cohsm_finite(albedo.y), cohsm_finite(albedo.z));\n",
-    "            light.xyz *= vec3(good.x ? max(albedo.x, 0.0) : 0.0, good.y ? max(albedo.y, 0.0) : 0.0,\n",
-    "                              good.z ? max(albedo.z, 0.0) : 0.0) * (1.0 / COHSM_PI);\n",
-    "        }\n",
-    "    }\n",
-    "    result = glbk_pack(light);\n",
+    "    result = glbk_pack(ism_read_receiver(at, c) ? ism_finished(at, c) : vec4(0.0));\n",
     "}\n"
 };
 
@@ -6352,45 +6680,108 @@ static const char *const glbk__glsl_prog_ism_directions_frag[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_ism_fill_comp[] = {
+    "// Holes, all levels of pull, and push, in one pass: a group has a whole tile in shared memory, or of larger tiles 32 x 32\n",
+    "// texels and 16 more at each side, of which eight may keep surfels. An invocation has 16 of these 64 x 64 texels.\n",
+    "// uses: ism_holes ism_push\n",
+    "// sets: ISM_PROJECTION=1 | ISM_PROJECTION=4\n",
+    "layout(local_size_x = 256) in;\n",
+    "#define ISM_SIDE 64\n",
+    "\n",
+    "shared float ism_depths[ISM_SIDE * ISM_SIDE];       // of surfels that are kept, else ISM_FAR\n",
+    "shared uint ism_cells[1024 + 256 + 64];             // of the levels, one after the other\n",
+    "ivec2 ism_origin;                                   // of those texels, in the atlas\n",
+    "\n",
+    "uint ism_cell(int level, ivec2 cell)\n",
+    "{\n",
+    "    uint wide = uint(ISM_SIDE >> level), first = level == 1 ? 0u : level == 2 ? 1024u : 1280u;\n",
+    "    return first + uint(cell.y) * wide + uint(cell.x);\n",
+    "}\n",
+    "\n",
+    "ivec2 ism_texel(uint i) { return ivec2(i % uint(ISM_SIDE), i / uint(ISM_SIDE)); }\n",
+    "\n",
+    "float ism_depth(ivec2 at)\n",
+    "{\n",
+    "    ivec2 texel = at - ism_origin;\n",
+    "    return ism_depths[texel.y * ISM_SIDE + texel.x];\n",
+    "}\n",
+    "\n",
+    "int ism_pulled(int level, ivec2 cell) { return int(ism_cells[ism_cell(level, cell - (ism_origin >> level))]); }\n",
+    "\n",
+    "// 1 or the number of a part's texel: level 0 are the texels that are kept.\n",
+    "uint ism_part(int level, ivec2 cell)\n",
+    "{\n",
+    "    if (level == 0) return ism_depths[cell.y * ISM_SIDE + cell.x] < ISM_FAR ? 1u : 0u;\n",
+    "    return ism_cells[ism_cell(level, cell)];\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    int size = int(glbk_ism_frame.maps.y), levels = int(glbk_ism_frame.points.z);\n",
+    "    int block = size > ISM_SIDE ? 32 : size, margin = size > ISM_SIDE ? 16 : 0;\n",
+    "    ivec2 begin = ivec2(gl_WorkGroupID.xy) * block, tile = begin - (begin & (size - 1));\n",
+    "    uint v = ism_tile_of(begin), holes = 0u;\n",
+    "    bool used = v < glbk_ism_frame.maps.x;\n",
+    "    float kind = used ? ism_kind(v) : 0.0;\n",
+    "    ism_origin = begin - margin;\n",
+    "    for (uint i = gl_LocalInvocationIndex; i < uint(ISM_SIDE * ISM_SIDE); i += 256u) {\n",
+    "        ivec2 at = ism_origin + ism_texel(i), local = at - tile;\n",
+    "        bool inside = used && all(greaterThanEqual(local, ivec2(0))) && all(lessThan(local, ivec2(size)));\n",
+    "        ism_depths[i] = inside ? ism_surfel_at(at).w : ISM_FAR;\n",
+    "    }\n",
+    "    barrier();\n",
+    "    for (uint k = 0u; k < 16u && levels != 0; k++) {\n",
+    "        ivec2 texel = ism_texel(gl_LocalInvocationIndex + 256u * k);\n",
+    "        float depth = ism_depth(ism_origin + texel);\n",
+    "        bool near_by = all(greaterThanEqual(texel, ivec2(margin / 2))) && all(lessThan(texel, ivec2(ISM_SIDE - margin / 2)));\n",
+    "        if (near_by && depth < ISM_FAR && ism_hole(kind, ism_origin + texel, depth)) holes |= 1u << k;\n",
+    "    }\n",
+    "    barrier();\n",
+    "    for (uint k = 0u; k < 16u; k++)\n",
+    "        if ((holes >> k & 1u) != 0u) ism_depths[gl_LocalInvocationIndex + 256u * k] = ISM_FAR;\n",
+    "    for (int level = 1; level <= levels; level++) {\n",
+    "        int wide = ISM_SIDE >> level;\n",
+    "        barrier();\n",
+    "        for (int i = int(gl_LocalInvocationIndex); i < wide * wide; i += 256) {\n",
+    "            ivec2 cell = ivec2(i % wide, i / wide);\n",
+    "            uvec4 parts;\n",
+    "            for (int k = 0; k < 4; k++) parts[k] = ism_part(level - 1, 2 * cell + ivec2(k & 1, k >> 1));\n",
+    "            ism_cells[ism_cell(level, cell)] = ism_pull(level, cell + ((ism_origin - tile) >> level), parts);\n",
+    "        }\n",
+    "    }\n",
+    "    barrier();\n",
+    "    for (uint i = gl_LocalInvocationIndex; i < uint(block * block); i += 256u) {\n",
+    "        ivec2 at = begin + ivec2(i % uint(block), i / uint(block));\n",
+    "        float depth = ism_depth(at);\n",
+    "        if (used && levels != 0 && !(depth < ISM_FAR)) depth = ism_filled(kind, at);\n",
+    "        imageStore(glbk_ism_atlas_out, at, uvec4(floatBitsToUint(depth), 0u, 0u, 0u));\n",
+    "    }\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_ism_holes_frag[] = {
-    "// 1 where a texel keeps its surfel, 0 where it is empty or where surfels in all four quadrants about it pass before it.\n",
-    "// uses: ism_fill\n",
+    "// 1 where a texel keeps its surfel, 0 where it is empty or a hole.\n",
+    "// uses: ism_holes\n",
     "// with: screen.vert\n",
     "// sets: ISM_PROJECTION=1 | ISM_PROJECTION=4\n",
     "layout(location = 0) out uint result;\n",
     "\n",
+    "float ism_depth(ivec2 at) { return ism_surfel_at(at).w; }\n",
+    "\n",
     "void main()\n",
     "{\n",
     "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
-    "    int size = int(glbk_ism_frame.maps.y);\n",
-    "    ivec2 local = at & (size - 1);\n",
-    "    vec4 c = ism_surfel_at(at);\n",
-    "    uint found = 0u, v = ism_tile_of(at);\n",
+    "    uint v = ism_tile_of(at);\n",
+    "    float depth = ism_depth(at);\n",
     "    result = 0u;\n",
-    "    if (!(c.w < ISM_FAR) || v >= glbk_ism_frame.maps.x) return;\n",
-    "    result = 1u;\n",
-    "    if (glbk_ism_frame.points.z == 0u) return;\n",
-    "    float kind = ism_kind(v);\n",
-    "    vec3 w = ism_texel_direction(kind, local);\n",
-    "    for (int dy = -ISM_HOLE; dy <= ISM_HOLE; dy++)\n",
-    "        for (int dx = -ISM_HOLE; dx <= ISM_HOLE; dx++) {\n",
-    "            ivec2 d = ivec2(dx, dy), there = local + d;\n",
-    "            if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, ivec2(size)))) {\n",
-    "                found |= ism_quadrant(d);\n",
-    "                continue;\n",
-    "            }\n",
-    "            vec4 n = ism_surfel_at(at + d);\n",
-    "            if (!(n.w < 0.9 * c.w)) continue;\n",
-    "            float t = ism_plane_depth(kind < 0.0, n.xyz, w);\n",
-    "            if (t > 0.5 * n.w && t < 0.95 * c.w) found |= ism_quadrant(d);\n",
-    "        }\n",
-    "    if (found == 15u) result = 0u;\n",
+    "    if (!(depth < ISM_FAR) || v >= glbk_ism_frame.maps.x) return;\n",
+    "    result = glbk_ism_frame.points.z != 0u && ism_hole(ism_kind(v), at, depth) ? 0u : 1u;\n",
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_ism_pull_frag[] = {
-    "// A cell of 2^ISM_LEVEL texels a side: 1 + the index in its tile of one texel of its four parts, the nearest to its middle.\n",
-    "// uses: ism_access\n",
+    "// A cell of 2^ISM_LEVEL texels a side: 1 + the index in its tile of one texel of its four parts.\n",
+    "// uses: ism_fill\n",
     "// with: screen.vert\n",
     "// sets: ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3\n",
     "#ifndef ISM_LEVEL\n",
@@ -6400,31 +6791,16 @@ static const char *const glbk__glsl_prog_ism_pull_frag[] = {
     "\n",
     "void main()\n",
     "{\n",
-    "    ivec2 cell = ivec2(gl_FragCoord.xy), local;\n",
-    "    int size = int(glbk_ism_frame.maps.y), half_size = size >> ISM_LEVEL, least = 0x7fffffff;\n",
-    "    local = cell & (half_size - 1);\n",
-    "    ivec2 middle = (2 * local + 1) << ISM_LEVEL;\n",
-    "    result = 0u;\n",
-    "    for (int k = 0; k < 4; k++) {\n",
-    "        ivec2 part = ivec2(k & 1, k >> 1);\n",
-    "        int at = int(texelFetch(glbk_ism_below, 2 * cell + part, 0).x);\n",
-    "#if ISM_LEVEL == 1\n",
-    "        part += 2 * local;\n",
-    "        if (at != 0) at = part.y * size + part.x + 1;\n",
-    "#endif\n",
-    "        if (at == 0) continue;\n",
-    "        ivec2 d = 2 * ivec2((at - 1) % size, (at - 1) / size) + 1 - middle;\n",
-    "        if (d.x * d.x + d.y * d.y < least) {\n",
-    "            least = d.x * d.x + d.y * d.y;\n",
-    "            result = uint(at);\n",
-    "        }\n",
-    "    }\n",
+    "    ivec2 cell = ivec2(gl_FragCoord.xy);\n",
+    "    uvec4 parts;\n",
+    "    for (int k = 0; k < 4; k++) parts[k] = texelFetch(glbk_ism_below, 2 * cell + ivec2(k & 1, k >> 1), 0).x;\n",
+    "    result = ism_pull(ISM_LEVEL, cell & ((int(glbk_ism_frame.maps.y) >> ISM_LEVEL) - 1), parts);\n",
     "}\n"
 };
 
 static const char *const glbk__glsl_prog_ism_push_frag[] = {
-    "// The depth of a texel, as bits: its surfel's, or from the nearest two once there are some in three quadrants about it.\n",
-    "// uses: ism_fill\n",
+    "// The depth of a texel, as bits: its surfel's, or from others about it.\n",
+    "// uses: ism_push\n",
     "// with: screen.vert\n",
     "// sets: ISM_PROJECTION=1 | ISM_PROJECTION=4\n",
     "layout(location = 0) out uint result;\n",
@@ -6436,67 +6812,60 @@ static const char *const glbk__glsl_prog_ism_push_frag[] = {
     "    return int(at);\n",
     "}\n",
     "\n",
-    "struct ism_near { int first, second, least, next; uint found; };   // 1 + index; squared distances\n",
-    "\n",
-    "// The 3 x 3 cells about the texel.\n",
-    "void ism_look(int level, ivec2 at, inout ism_near n)\n",
+    "void main()\n",
     "{\n",
-    "    int size = int(glbk_ism_frame.maps.y), half_size = size >> level;\n",
-    "    ivec2 local = at & (size - 1), cell = local >> level, origin = (at >> level) - cell;\n",
-    "    for (int y = cell.y - 1; y <= cell.y + 1; y++)\n",
-    "        for (int x = cell.x - 1; x <= cell.x + 1; x++) {\n",
-    "            if (x < 0 || y < 0 || x >= half_size || y >= half_size) {\n",
-    "                n.found |= ism_quadrant(ivec2(x, y) - cell);\n",
-    "                continue;\n",
-    "            }\n",
-    "            int there = ism_pulled(level, origin + ivec2(x, y));\n",
-    "            if (there == 0) continue;\n",
-    "            ivec2 d = ivec2((there - 1) % size, (there - 1) / size) - local;\n",
-    "            int d2 = d.x * d.x + d.y * d.y;\n",
-    "            n.found |= ism_quadrant(d);\n",
-    "            if (n.first == 0 || d2 < n.least) {\n",
-    "                if (n.first != 0 && n.first != there) {\n",
-    "                    n.second = n.first;\n",
-    "                    n.next = n.least;\n",
-    "                }\n",
-    "                n.first = there;\n",
-    "                n.least = d2;\n",
-    "            } else if (n.first != there && (n.second == 0 || d2 < n.next)) {\n",
-    "                n.second = there;\n",
-    "                n.next = d2;\n",
-    "            }\n",
-    "        }\n",
-    "}\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    uint v = ism_tile_of(at);\n",
+    "    float depth = ISM_FAR;\n",
+    "    if (texelFetch(glbk_ism_below, at, 0).x != 0u) depth = ism_surfel_at(at).w;\n",
+    "    else if (glbk_ism_frame.points.z != 0u && v < glbk_ism_frame.maps.x) depth = ism_filled(ism_kind(v), at);\n",
+    "    result = floatBitsToUint(depth);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_shade_comp[] = {
+    "// ism_shade.frag as a compute shader: a group has 16 x 16 pixels of one class, which lie `pattern` apart, and reads each\n",
+    "// VPL of the class once, into shared memory, 64 at a time.\n",
+    "// uses: ism_gbuffer ism_light\n",
+    "// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5\n",
+    "layout(local_size_x = 16, local_size_y = 16) in;\n",
+    "#define ISM_ROUND 64u\n",
     "\n",
-    "// The first one's depth, or its plane's here, whichever would have foretold the second better. No depths are mixed.\n",
-    "float ism_push(float kind, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)\n",
+    "shared ism_vpl ism_read[ISM_ROUND];\n",
+    "\n",
+    "// The VPLs from number `from` of the class on; how many.\n",
+    "uint ism_round(uint first, uint pattern, uint used, uint from)\n",
     "{\n",
-    "    vec4 a = ism_surfel_at(origin + first), b = ism_surfel_at(origin + second);\n",
-    "    float t = ism_plane_depth(kind < 0.0, a.xyz, ism_texel_direction(kind, local));\n",
-    "    float there = ism_plane_depth(kind < 0.0, a.xyz, ism_texel_direction(kind, second));\n",
-    "    if (abs(a.w - b.w) <= abs(there - b.w)) return a.w;\n",
-    "    return t > 0.5 * a.w && t < 2.0 * a.w ? t : a.w;\n",
+    "    uint k = gl_LocalInvocationIndex, count = min(used - from, ISM_ROUND);\n",
+    "    barrier();\n",
+    "    if (k < count) ism_read[k] = ism_read_vpl(first + (from + k) * pattern);\n",
+    "    barrier();\n",
+    "    return count;\n",
     "}\n",
     "\n",
     "void main()\n",
     "{\n",
-    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
-    "    int size = int(glbk_ism_frame.maps.y);\n",
-    "    ivec2 local = at & (size - 1);\n",
-    "    ism_near n = ism_near(0, 0, 0, 0, 0u);\n",
-    "    float depth = ISM_FAR;\n",
-    "    if (texelFetch(glbk_ism_below, at, 0).x != 0u) {\n",
-    "        depth = ism_surfel_at(at).w;\n",
-    "    } else if (glbk_ism_frame.points.z != 0u && ism_tile_of(at) < glbk_ism_frame.maps.x) {\n",
-    "        for (int level = 1; level <= int(glbk_ism_frame.points.z); level++) {\n",
-    "            if (n.second != 0 && ism_three_quadrants(n.found)) break;\n",
-    "            ism_look(level, at, n);\n",
-    "        }\n",
-    "        if (n.second != 0 && ism_three_quadrants(n.found))\n",
-    "            depth = ism_push(ism_kind(ism_tile_of(at)), local, ivec2((n.first - 1) % size, (n.first - 1) / size),\n",
-    "                             ivec2((n.second - 1) % size, (n.second - 1) / size), at - local);\n",
+    "    uint side = glbk_ism_view.size.z, pattern = side * side, first = gl_WorkGroupID.z, used = ism_used(first, pattern);\n",
+    "    ivec2 at = ivec2(gl_GlobalInvocationID.xy * side + uvec2(first % side, first / side));\n",
+    "    bool inside = all(lessThan(at, ivec2(glbk_ism_view.size.xy)));\n",
+    "    float most = glbk_ism_view.values.y;\n",
+    "    vec4 sum = vec4(0.0);\n",
+    "    ism_receiver r;\n",
+    "    bool lit = inside && ism_read_receiver(at, r);\n",
+    "#if ISM_NEAR == 4\n",
+    "    float all_of_them = 0.0;\n",
+    "    for (uint from = 0u; from < used; from += ISM_ROUND) {\n",
+    "        uint count = ism_round(first, pattern, used, from);\n",
+    "        for (uint k = 0u; k < count && lit; k++) all_of_them += ism_unshadowed(ism_read[k], r.p, r.n);\n",
     "    }\n",
-    "    result = floatBitsToUint(depth);\n",
+    "    most *= used > 0u ? all_of_them / float(used) : 0.0;\n",
+    "#endif\n",
+    "    for (uint from = 0u; from < used; from += ISM_ROUND) {\n",
+    "        uint count = ism_round(first, pattern, used, from);\n",
+    "        for (uint k = 0u; k < count && lit; k++)\n",
+    "            ism_add(sum, first + (from + k) * pattern, ism_read[k], r.p, r.n, r.ng, most);\n",
+    "    }\n",
+    "    if (inside) imageStore(glbk_ism_light_out, at, ism_scaled(sum, used));\n",
     "}\n"
 };
 
@@ -6519,9 +6888,117 @@ static const char *const glbk__glsl_prog_ism_shade_frag[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_ism_splat_comp[] = {
+    "// ism_splat.vert and .frag as a compute shader: a group draws all points of a VPL into up to 64 x 64 texels of its tile\n",
+    "// in shared memory, twice: first the depths alone, then which point it is that has them, the first one of several, as\n",
+    "// the depth test has it. Discs of many texels go to a list that 32 invocations a disc draw, so that no 31 wait for one.\n",
+    "// uses: ism_disc\n",
+    "// sets: ISM_PROJECTION=1 | ISM_PROJECTION=4\n",
+    "layout(local_size_x = 512) in;\n",
+    "#define ISM_THREADS 512u\n",
+    "#define ISM_SIDE 64\n",
+    "#define ISM_WIDE 64         // texels: discs of more go to the list\n",
+    "#define ISM_LIST 1024u\n",
+    "\n",
+    "shared uint ism_depths[ISM_SIDE * ISM_SIDE];            // as bits, which are in the order of positive floats\n",
+    "shared uint ism_owners[ISM_SIDE * ISM_SIDE / 2];        // 16 bits each: maps of more points are not drawn by compute\n",
+    "shared uint ism_list[ISM_LIST], ism_listed;\n",
+    "\n",
+    "uint ism_v;             // the VPL\n",
+    "ism_vpl ism_l;\n",
+    "ivec4 ism_part;         // first and last texel, of its tile\n",
+    "\n",
+    "// Point number i of the VPL, phase after phase, with its texels in this part; false: it has none.\n",
+    "bool ism_find(uint i, out ism_surfel s)\n",
+    "{\n",
+    "    uint each = glbk_ism_frame.points.y;\n",
+    "    if (!ism_surfel_of((i / each * glbk_ism_frame.points.x + ism_v) * each + i % each, ism_v, ism_l, s)) return false;\n",
+    "    s.box = ivec4(max(s.box.xy, ism_part.xy), min(s.box.zw, ism_part.zw));\n",
+    "    return s.box.x <= s.box.z && s.box.y <= s.box.w;\n",
+    "}\n",
+    "\n",
+    "uint ism_owner(uint texel) { return ism_owners[texel >> 1] >> (16u * (texel & 1u)) & 0xffffu; }\n",
+    "\n",
+    "// The atomic minimum of 16 bits.\n",
+    "void ism_own(uint texel, uint point)\n",
+    "{\n",
+    "    uint shift = 16u * (texel & 1u), was = ism_owners[texel >> 1];\n",
+    "    while ((was >> shift & 0xffffu) > point) {\n",
+    "        uint now = atomicCompSwap(ism_owners[texel >> 1], was, (was & ~(0xffffu << shift)) | point << shift);\n",
+    "        if (now == was) break;\n",
+    "        was = now;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "// Its texels from the one at `from` on, every `pace`th; one loop, which those who draw beside it leave together.\n",
+    "void ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)\n",
+    "{\n",
+    "    ivec2 at = s.box.xy + from;\n",
+    "    if (at.x > s.box.z) return;\n",
+    "    while (at.y <= s.box.w) {\n",
+    "        uint texel = uint((at.y - ism_part.y) * ISM_SIDE + at.x - ism_part.x);\n",
+    "        float t = ism_meet(ism_l.sky ? -1.0 : ism_l.exponent, s, at);\n",
+    "        if (t < ISM_FAR) {\n",
+    "            if (turn == 0) atomicMin(ism_depths[texel], floatBitsToUint(t));\n",
+    "            else if (ism_depths[texel] == floatBitsToUint(t)) ism_own(texel, i);\n",
+    "        }\n",
+    "        at.x += pace.x;\n",
+    "        if (at.x > s.box.z) at = ivec2(s.box.x + from.x, at.y + pace.y);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "// As many points at a time as the list holds. All invocations come here.\n",
+    "void ism_draw_all(int turn, uint count)\n",
+    "{\n",
+    "    uint thread = gl_LocalInvocationIndex;\n",
+    "    ism_surfel s;\n",
+    "    for (uint start = 0u; start < count; start += ISM_LIST) {\n",
+    "        barrier();\n",
+    "        if (thread == 0u) ism_listed = 0u;\n",
+    "        barrier();\n",
+    "        for (uint i = start + thread; i < min(start + ISM_LIST, count); i += ISM_THREADS) {\n",
+    "            if (!ism_find(i, s)) continue;\n",
+    "            ivec2 wide = s.box.zw - s.box.xy + 1;\n",
+    "            if (wide.x * wide.y > ISM_WIDE) ism_list[atomicAdd(ism_listed, 1u)] = i;\n",
+    "            else ism_draw(turn, i, s, ivec2(0), ivec2(1));\n",
+    "        }\n",
+    "        barrier();\n",
+    "        for (uint k = thread / 32u; k < ism_listed; k += ISM_THREADS / 32u)\n",
+    "            if (ism_find(ism_list[k], s))\n",
+    "                ism_draw(turn, ism_list[k], s, ivec2(thread & 7u, thread / 8u & 3u), ivec2(8, 4));\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uint thread = gl_LocalInvocationIndex, count;\n",
+    "    int side = min(int(glbk_ism_frame.maps.y), ISM_SIDE);\n",
+    "    ivec2 begin = ivec2(gl_WorkGroupID.xy) * side;\n",
+    "    ism_surfel s;\n",
+    "    ism_v = ism_tile_of(begin);\n",
+    "    ism_part = (begin - ism_tile_at(ism_v)).xyxy + ivec4(0, 0, side - 1, side - 1);\n",
+    "    count = ism_v < glbk_ism_frame.maps.x && glbk_ism_frame.points.w != 0u ? glbk_ism_frame.maps.w : 0u;\n",
+    "    ism_l = ism_read_vpl(min(ism_v, glbk_ism_frame.points.x - 1u));\n",
+    "    for (uint i = thread; i < uint(ISM_SIDE * ISM_SIDE); i += ISM_THREADS) {\n",
+    "        ism_depths[i] = floatBitsToUint(ISM_FAR);\n",
+    "        ism_owners[i >> 1] = 0xffffffffu;\n",
+    "    }\n",
+    "    for (int turn = 0; turn < 2; turn++) ism_draw_all(turn, count);\n",
+    "    barrier();\n",
+    "    for (uint i = thread; i < uint(ISM_SIDE * ISM_SIDE); i += ISM_THREADS) {\n",
+    "        ivec2 texel = ivec2(i % uint(ISM_SIDE), i / uint(ISM_SIDE));\n",
+    "        vec4 surfel = vec4(0.0, 0.0, 0.0, ISM_FAR);\n",
+    "        if (max(texel.x, texel.y) >= side) continue;\n",
+    "        if (ism_depths[i] != floatBitsToUint(ISM_FAR) && ism_find(ism_owner(i), s))\n",
+    "            surfel = vec4(s.g, uintBitsToFloat(ism_depths[i]));\n",
+    "        imageStore(glbk_ism_surfels_out, begin + texel, surfel);\n",
+    "    }\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_ism_splat_frag[] = {
-    "// A texel whose ray meets the disc gets its plane and its depth there. No disc is widened to a whole texel.\n",
-    "// uses: ism_access\n",
+    "// A texel whose ray meets the disc gets its plane and its depth there.\n",
+    "// uses: ism_disc\n",
     "// with: ism_splat.vert\n",
     "// sets: ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1\n",
     "flat in vec4 ism_at;\n",
@@ -6535,14 +7012,9 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
     "{\n",
     "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
     "    if (any(lessThan(at, ism_box.xy)) || any(greaterThan(at, ism_box.zw))) discard;\n",
-    "    bool sky = ism_plane.w < 0.0;\n",
-    "    vec3 w = ism_texel_direction(ism_plane.w, at & (int(glbk_ism_frame.maps.y) - 1));\n",
-    "    float t = ism_plane_depth(sky, ism_plane.xyz, w);\n",
-    "    if (!(t > 0.0 && t < ISM_FAR)) discard;\n",
-    "    vec3 d = (sky ? vec3(w.xy * glbk_ism_frame.sphere.w, t) : w * t) - ism_at.xyz;\n",
-    "    if (!(dot(d, d) <= ism_at.w)) discard;\n",
-    "    vec2 b = vec2(ism_cut1.w + dot(d, ism_cut1.xyz), ism_cut2.w + dot(d, ism_cut2.xyz));\n",
-    "    if (ism_cut1.w > -1.0 && !(min(b.x, b.y) >= -1e-4 && b.x + b.y <= 1.0001)) discard;\n",
+    "    ism_surfel s = ism_surfel(ism_at.xyz, ism_plane.xyz, ism_at.w, 0.0, vec2(0.0), ism_cut1, ism_cut2, ism_box);\n",
+    "    float t = ism_meet(ism_plane.w, s, at & (int(glbk_ism_frame.maps.y) - 1));\n",
+    "    if (!(t < ISM_FAR)) discard;\n",
     "    result = glbk_pack(vec4(ism_plane.xyz, t));\n",
     "    gl_FragDepth = t * 5.421010862427522e-20;      // 2^-64: every digit of t is kept\n",
     "}\n"
@@ -6551,96 +7023,15 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
 static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "// One point as a disc in the tile of its VPL: a point as large as the texels that it may touch, or with ISM_QUADS a\n",
     "// rectangle of them, one instance a point.\n",
-    "// uses: ism_access\n",
+    "// uses: ism_disc\n",
     "#ifndef ISM_QUADS\n",
     "#define ISM_QUADS 0\n",
     "#endif\n",
     "flat out vec4 ism_at;       // in the tile's frame; radius squared\n",
     "flat out vec4 ism_plane;    // its plane; the VPL's kind\n",
     "flat out ivec4 ism_box;     // first and last texel\n",
-    "flat out vec4 ism_cut1;     // barycentric coordinates grow so along the disc, and are so much at its middle; w < -1: not\n",
-    "flat out vec4 ism_cut2;     // cut off at its triangle's edges\n",
-    "\n",
-    "struct ism_surfel { vec3 at, g; float radius2, depth; vec2 uv; vec4 cut1, cut2; };\n",
-    "\n",
-    "// false: not seen from the VPL's front.\n",
-    "bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surfel s)\n",
-    "{\n",
-    "    mat3 frame = ism_vpl_frame(l);\n",
-    "    vec3 n = normal * frame;\n",
-    "    s.radius2 = area * (1.0 / COHSM_PI);\n",
-    "    if (l.sky) {\n",
-    "        vec3 o = (p - glbk_ism_frame.sphere.xyz) * frame;\n",
-    "        float r = glbk_ism_frame.sphere.w, slope = abs(n.z) > 0.05 ? 1.0 / n.z : 0.0;\n",
-    "        s.depth = o.z + r;\n",
-    "        s.uv = 0.5 * o.xy / r + 0.5;\n",
-    "        s.at = vec3(o.xy, s.depth);\n",
-    "        s.g = vec3(-n.xy * slope * r, s.depth + dot(n.xy, o.xy) * slope);\n",
-    "        return all(greaterThanEqual(s.uv, vec2(0.0))) && all(lessThan(s.uv, vec2(1.0)));\n",
-    "    }\n",
-    "    vec3 o = (p - l.position) * frame;\n",
-    "    float d2 = dot(o, o), along = dot(n, o);\n",
-    "    s.depth = sqrt(d2);\n",
-    "    s.at = o;\n",
-    "    s.g = o / d2;\n",
-    "    if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;\n",
-    "    // the surface that the VPL lies on is no occluder in a lobe's tilted map either\n",
-    "    if (ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;\n",
-    "    s.radius2 = min(s.radius2, (along > 0.0 && s.cut1.w < -1.0 ? 0.04 : 1.0) * d2);\n",
-    "    if (abs(along) > 1e-3 * s.depth) s.g = n / along;\n",
-    "    if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv)) return false;\n",
-    "    // it stands for its neighbours too, and is off their surface by about its radius: so much farther away it hides none\n",
-    "    if (s.cut1.w < -1.0) {\n",
-    "        float away = 1.0 + sqrt(s.radius2) / s.depth;\n",
-    "        s.at *= away;\n",
-    "        s.g /= away;\n",
-    "        s.radius2 *= away * away;\n",
-    "        s.depth *= away;\n",
-    "    }\n",
-    "    return true;\n",
-    "}\n",
-    "\n",
-    "// Texels a unit of angle, or of a sky's space, at most.\n",
-    "float ism_texels_per_unit(ism_vpl l)\n",
-    "{\n",
-    "    float size = float(glbk_ism_frame.maps.y);\n",
-    "    uint p = ism_projection_of(l.exponent);\n",
-    "    if (l.sky) return 0.5 * size / glbk_ism_frame.sphere.w;\n",
-    "    if (p == ISM_PROJECTION_PARABOLOID) return 0.5 * size;\n",
-    "    return 0.9 * size * (p == ISM_PROJECTION_LOBE ? sqrt(0.5 * (l.exponent + 1.0)) : 1.0);\n",
-    "}\n",
-    "\n",
-    "// 2 x 2 tiles show 4 levels of opacity (paper 6.4).\n",
-    "bool ism_dither(uvec2 tile, float opacity)\n",
-    "{\n",
-    "    uint i = (tile.y & 1u) * 2u + (tile.x & 1u);\n",
-    "    return opacity > (i == 0u ? 0.125 : i == 1u ? 0.625 : i == 2u ? 0.875 : 0.375);\n",
-    "}\n",
-    "\n",
-    "vec3 ism_corner(uint vertex) { return texelFetch(glbk_ism_positions, glbk_table_at(vertex), 0).xyz; }\n",
-    "\n",
-    "bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)\n",
-    "{\n",
-    "    uvec4 point = texelFetch(glbk_ism_points, glbk_table_at(index), 0);\n",
-    "    float share = uintBitsToFloat(point.w);\n",
-    "    if (!(share > 0.0) || point.x >= glbk_ism_frame.points.w) return false;\n",
-    "    uvec4 t = texelFetch(glbk_ism_triangles, glbk_table_at(point.x), 0);\n",
-    "    if (!ism_dither(uvec2(v % glbk_ism_frame.maps.z, v / glbk_ism_frame.maps.z), uintBitsToFloat(t.w))) return false;\n",
-    "    vec3 p = ism_corner(t.x), e1 = ism_corner(t.y) - p, e2 = ism_corner(t.z) - p, n = cross(e1, e2);\n",
-    "    float length2 = dot(n, n), size = sqrt(length2);\n",
-    "    if (!(length2 > 0.0) || !cohsm_finite(length2)) return false;\n",
-    "    vec2 b = uintBitsToFloat(point.yz);\n",
-    "    float area = glbk_ism_frame.values.x * share * 0.5 * size;\n",
-    "    p += e1 * b.x + e2 * b.y;\n",
-    "    s.cut1 = s.cut2 = vec4(-2.0);\n",
-    "    if (share < 1.0) {\n",
-    "        mat3 frame = ism_vpl_frame(l);\n",
-    "        s.cut1 = vec4((cross(e2, n) / length2) * frame, b.x);\n",
-    "        s.cut2 = vec4((cross(n, e1) / length2) * frame, b.y);\n",
-    "        area *= 6.0;\n",
-    "    }\n",
-    "    return ism_place_surfel(l, p, n / size, area, s);\n",
-    "}\n",
+    "flat out vec4 ism_cut1;\n",
+    "flat out vec4 ism_cut2;\n",
     "\n",
     "void main()\n",
     "{\n",
@@ -6651,8 +7042,6 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "    gl_PointSize = 1.0;\n",
     "#endif\n",
     "    uint v = index / glbk_ism_frame.points.y % glbk_ism_frame.points.x;\n",
-    "    int size = int(glbk_ism_frame.maps.y);\n",
-    "    float most = float(size);\n",
     "    ism_surfel s;\n",
     "    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);\n",
     "    ism_at = vec4(0.0);\n",
@@ -6662,22 +7051,19 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "    if (v >= glbk_ism_frame.maps.x) return;\n",
     "    ism_vpl l = ism_read_vpl(v);\n",
     "    if (!ism_surfel_of(index, v, l, s)) return;\n",
-    "    float reach = sqrt(s.radius2) * ism_texels_per_unit(l) / (l.sky ? 1.0 : s.depth);\n",
-    "    if (!(reach > 0.0)) return;\n",
-    "    reach = min(reach, most);\n",
-    "    ivec2 first = ivec2(max(s.uv * most - reach, 0.0)), last = min(ivec2(s.uv * most + reach), size - 1);\n",
     "    ism_at = vec4(s.at, s.radius2);\n",
     "    ism_plane = vec4(s.g, l.sky ? -1.0 : l.exponent);\n",
     "    ism_cut1 = s.cut1;\n",
     "    ism_cut2 = s.cut2;\n",
-    "    ism_box = ivec4(first, last) + ism_tile_at(v).xyxy;\n",
+    "    ism_box = s.box + ism_tile_at(v).xyxy;\n",
     "#if ISM_QUADS\n",
     "    vec2 at = vec2((gl_VertexID & 1) != 0 ? ism_box.z + 1 : ism_box.x, (gl_VertexID & 2) != 0 ? ism_box.w + 1 : ism_box.y);\n",
     "#else\n",
     "    vec2 at = 0.5 * vec2(ism_box.xy + ism_box.zw + 1);\n",
-    "    gl_PointSize = float(max(last.x - first.x, last.y - first.y) + 1);\n",
+    "    ivec2 wide = s.box.zw - s.box.xy;\n",
+    "    gl_PointSize = float(max(wide.x, wide.y) + 1);\n",
     "#endif\n",
-    "    gl_Position = vec4(at / (most * float(glbk_ism_frame.maps.z)) * 2.0 - 1.0, 0.0, 1.0);\n",
+    "    gl_Position = vec4(at / float(glbk_ism_frame.maps.y * glbk_ism_frame.maps.z) * 2.0 - 1.0, 0.0, 1.0);\n",
     "}\n"
 };
 
@@ -7586,17 +7972,25 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/envsh_visible.glsl", glbk__glsl_lib_envsh_visible_glsl, 225, "", "",
       "" },
-    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 52, "table ism_map ism_bindings", "",
+    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 49, "table ism_map ism_bindings", "",
       "" },
-    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 27, "", "",
+    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 36, "", "",
       "" },
-    { "lib/ism_fill.glsl", glbk__glsl_lib_ism_fill_glsl, 17, "ism_access", "",
+    { "lib/ism_blur.glsl", glbk__glsl_lib_ism_blur_glsl, 37, "ism_gbuffer", "",
+      "" },
+    { "lib/ism_disc.glsl", glbk__glsl_lib_ism_disc_glsl, 114, "ism_access", "",
+      "" },
+    { "lib/ism_fill.glsl", glbk__glsl_lib_ism_fill_glsl, 39, "ism_access", "",
       "" },
     { "lib/ism_gbuffer.glsl", glbk__glsl_lib_ism_gbuffer_glsl, 14, "cohsm_math ism_bindings", "",
       "" },
-    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 164, "ism_access", "",
+    { "lib/ism_holes.glsl", glbk__glsl_lib_ism_holes_glsl, 25, "ism_fill", "",
+      "" },
+    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 180, "ism_access", "",
       "" },
     { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 86, "cohsm_math", "",
+      "" },
+    { "lib/ism_push.glsl", glbk__glsl_lib_ism_push_glsl, 61, "ism_fill", "",
       "" },
     { "lib/prelude.glsl", glbk__glsl_lib_prelude_glsl, 33, "", "",
       "" },
@@ -7672,21 +8066,29 @@ static const glbk_file glbk__files[] = {
       "" },
     { "prog/envsh_shade.frag", glbk__glsl_prog_envsh_shade_frag, 20, "envsh_light", "screen.vert",
       "ENVSH_FILTER=0 ENVSH_RGBA=0 | ENVSH_FILTER=1 ENVSH_RGBA=1 | ENVSH_FILTER=2 ENVSH_RGBA=0 | ENVSH_FILTER=3 ENVSH_RGBA=1" },
-    { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 42, "ism_gbuffer", "screen.vert",
+    { "prog/ism_blur.comp", glbk__glsl_prog_ism_blur_comp, 46, "ism_blur", "",
+      "" },
+    { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 19, "ism_blur", "screen.vert",
       "" },
     { "prog/ism_directions.frag", glbk__glsl_prog_ism_directions_frag, 10, "ism_map ism_bindings", "screen.vert",
       "ISM_PROJECTION=1 | ISM_PROJECTION=2 | ISM_PROJECTION=3 | ISM_PROJECTION=4" },
-    { "prog/ism_holes.frag", glbk__glsl_prog_ism_holes_frag, 33, "ism_fill", "screen.vert",
+    { "prog/ism_fill.comp", glbk__glsl_prog_ism_fill_comp, 76, "ism_holes ism_push", "",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
-    { "prog/ism_pull.frag", glbk__glsl_prog_ism_pull_frag, 31, "ism_access", "screen.vert",
+    { "prog/ism_holes.frag", glbk__glsl_prog_ism_holes_frag, 17, "ism_holes", "screen.vert",
+      "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
+    { "prog/ism_pull.frag", glbk__glsl_prog_ism_pull_frag, 16, "ism_fill", "screen.vert",
       "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" },
-    { "prog/ism_push.frag", glbk__glsl_prog_ism_push_frag, 75, "ism_fill", "screen.vert",
+    { "prog/ism_push.frag", glbk__glsl_prog_ism_push_frag, 22, "ism_push", "screen.vert",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
+    { "prog/ism_shade.comp", glbk__glsl_prog_ism_shade_comp, 43, "ism_gbuffer ism_light", "",
+      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5" },
     { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 16, "ism_gbuffer ism_light", "screen.vert",
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5" },
-    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 26, "ism_access", "ism_splat.vert",
+    { "prog/ism_splat.comp", glbk__glsl_prog_ism_splat_comp, 105, "ism_disc", "",
+      "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
+    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 21, "ism_disc", "ism_splat.vert",
       "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" },
-    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 130, "ism_access", "",
+    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 44, "ism_disc", "",
       "" },
     { "prog/rsm_begin.comp", glbk__glsl_prog_rsm_begin_comp, 19, "rsm_lists", "",
       "" },
@@ -13379,47 +13781,57 @@ static int glbk__ism_resolve(glbk_ism_desc *d)
     return 1;
 }
 
+/* What both paths draw: directions, surfels, the atlas. */
 static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m)
 {
+    const glbk_texture *depth = NULL;
     glbk_texture_desc d;
-    glbk_result result;
-    uint32_t i, side = m->side;
+    glbk_result result = GLBK_OK;
     memset(&d, 0, sizeof d);
     d.format = GLBK_FORMAT_DEPTH32F;
-    d.width = d.height = side;
-    result = glbk_texture_create(ctx, &d, &m->depth);
+    d.width = d.height = m->side;
+    if (!m->compute) {
+        result = glbk_texture_create(ctx, &d, &m->depth);
+        depth = &m->depth;
+    }
     if (result == GLBK_OK)
         result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, m->desc.tile_size, m->desc.tile_size, NULL, &m->directions,
                               &m->direction_target);
     if (result == GLBK_OK)
-        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, side, side, &m->depth, &m->surfels, &m->surfel_target);
-    if (result == GLBK_OK)
-        result = glbk__canvas(ctx, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
-    for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++)
-        result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, side >> (i + 1), side >> (i + 1), NULL, &m->pull[i],
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, m->side, m->side, depth, &m->surfels, &m->surfel_target);
+    return result == GLBK_OK ? glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target)
+                             : result;
+}
+
+/* What the core path needs from surfels to the atlas. */
+static glbk_result glbk__ism_create_fill(glbk_context *ctx, glbk_ism_maps *m, const char *projection)
+{
+    char defines[] = "ISM_LEVEL=1";
+    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R8UI, m->side, m->side, NULL, &m->kept, &m->kept_target);
+    uint32_t i;
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "ism_holes.frag", projection, &m->holes);
+    for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++) {
+        result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side >> (i + 1), m->side >> (i + 1), NULL, &m->pull[i],
                               &m->pull_target[i]);
-    if (result == GLBK_OK)
-        result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, side, side, NULL, &m->atlas, &m->atlas_target);
-    return result;
+        defines[10] = (char)('1' + (int)i);
+        if (result == GLBK_OK) result = glbk_program_create(ctx, "ism_pull.frag", defines, &m->pull_program[i]);
+    }
+    return result == GLBK_OK ? glbk_program_create(ctx, "ism_push.frag", projection, &m->push) : result;
 }
 
 static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m)
 {
-    char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0 ISM_LEVEL=1";
-    int quads = ctx->max_point_size < (float)m->desc.tile_size;
+    char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0";
     glbk_result result;
-    uint32_t i;
+    m->quads = !m->compute && ctx->max_point_size < (float)m->desc.tile_size;
     defines[15] = (char)('0' + (int)m->desc.projection);
-    defines[27] = quads ? '1' : '0';
+    defines[27] = m->quads ? '1' : '0';
     result = glbk_program_create(ctx, "ism_directions.frag", defines, &m->directions_program);
-    if (result == GLBK_OK) result = glbk_program_create(ctx, "ism_splat.frag", defines, &m->splat);
-    m->quads = quads;
-    if (result == GLBK_OK) result = glbk_program_create(ctx, "ism_holes.frag", defines, &m->holes);
-    for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++) {
-        defines[39] = (char)('1' + (int)i);
-        result = glbk_program_create(ctx, "ism_pull.frag", defines, &m->pull_program[i]);
-    }
-    return result == GLBK_OK ? glbk_program_create(ctx, "ism_push.frag", defines, &m->push) : result;
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, m->compute ? "ism_splat.comp" : "ism_splat.frag", defines, &m->splat);
+    if (result != GLBK_OK) return result;
+    return m->compute ? glbk_program_create(ctx, "ism_fill.comp", defines, &m->fill)
+                      : glbk__ism_create_fill(ctx, m, defines);
 }
 
 /* Levels of pull and push: the coarsest has two cells a side of a tile at least. */
@@ -13437,6 +13849,7 @@ static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps 
     f.maps[0] = m->count;
     f.maps[1] = m->desc.tile_size;
     f.maps[2] = m->tiles;
+    f.maps[3] = m->each * m->desc.lazy;
     f.points[0] = m->desc.vpl_count;
     f.points[1] = m->each;
     f.points[2] = glbk__ism_levels(m);
@@ -13460,6 +13873,7 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc
     out->each = (out->desc.points + out->desc.lazy - 1) / out->desc.lazy;
     points = (size_t)out->each * out->desc.lazy * out->desc.vpl_count;
     if (out->side > ctx->max_size || points > 0x7fffffff) return memset(out, 0, sizeof *out), GLBK_ERR_LIMIT;
+    out->compute = ctx->compute && out->each * out->desc.lazy <= 65536;     /* ism_splat.comp counts them in 16 bits */
     result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, points, &out->points);
     if (result == GLBK_OK)
         result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, NULL, 4 * (size_t)out->desc.vpl_count, &out->vpls);
@@ -13486,6 +13900,7 @@ GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *m)
     glbk_program_destroy(ctx, &m->splat);
     glbk_program_destroy(ctx, &m->holes);
     glbk_program_destroy(ctx, &m->push);
+    glbk_program_destroy(ctx, &m->fill);
     glbk_target_destroy(ctx, &m->direction_target);
     glbk_target_destroy(ctx, &m->surfel_target);
     glbk_target_destroy(ctx, &m->kept_target);
@@ -13648,6 +14063,23 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
     return glbk__ism_write_frame(ctx, m);
 }
 
+static void glbk__ism_bind_points(glbk_context *ctx, const glbk_ism_maps *m)
+{
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->points);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_directions, &m->directions);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+}
+
+/* A group of ism_splat.comp and of ism_fill.comp for each tile, or for each of the squares that it is cut into. */
+static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m, glbk_program *program, uint32_t square)
+{
+    uint32_t groups = m->side / (m->desc.tile_size <= 64 ? m->desc.tile_size : square);
+    return glbk_dispatch(ctx, program, groups, groups, 1);
+}
+
 /* The draw of all points, cleared before. */
 static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
 {
@@ -13655,6 +14087,11 @@ static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
     int32_t count = (int32_t)(m->each * m->desc.lazy * m->desc.vpl_count);
     glbk_pass pass;
     glbk_result result;
+    if (m->compute) {
+        glbk__ism_bind_points(ctx, m);
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_surfels_out, &m->surfels);
+        return glbk__ism_dispatch(ctx, m, &m->splat, 64);
+    }
     memset(&pass, 0, sizeof pass);
     pass.target = &m->surfel_target;
     pass.depth = GLBK_DEPTH_LESS;
@@ -13663,15 +14100,18 @@ static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
     glbk_clear(ctx, &m->surfel_target, 0, empty);
     glbk_clear_depth(ctx, 1);
     if (!m->triangles || !m->count) return GLBK_OK;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->points);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_directions, &m->directions);
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+    glbk__ism_bind_points(ctx, m);
     if (m->quads) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, count);
     else ctx->gl.DrawArrays(GLBK_GL_POINTS, 0, count);
     return GLBK_OK;
+}
+
+static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
+{
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_directions, &m->directions);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_surfels, &m->surfels);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
 
 /* A pass over a whole target that reads the maps and, in the slot "below", one texture. */
@@ -13686,9 +14126,7 @@ static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, con
     result = glbk_begin(ctx, &pass, program);
     if (result != GLBK_OK) return result;
     if (below) {
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_directions, &m->directions);
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_surfels, &m->surfels);
+        glbk__ism_bind_surfels(ctx, m);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_below, below);
     }
     for (i = 0; target == &m->atlas_target && i < GLBK_ISM_LEVELS; i++)
@@ -13702,7 +14140,13 @@ static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, con
 static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
 {
     uint32_t i, levels = glbk__ism_levels(m);
-    glbk_result result = glbk__ism_pass(ctx, m, &m->kept_target, &m->holes, &m->surfels);
+    glbk_result result;
+    if (m->compute) {
+        glbk__ism_bind_surfels(ctx, m);
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_atlas_out, &m->atlas);
+        return glbk__ism_dispatch(ctx, m, &m->fill, 32);
+    }
+    result = glbk__ism_pass(ctx, m, &m->kept_target, &m->holes, &m->surfels);
     for (i = 0; i < levels && result == GLBK_OK; i++)
         result = glbk__ism_pass(ctx, m, &m->pull_target[i], &m->pull_program[i], i ? &m->pull[i - 1] : &m->kept);
     return result == GLBK_OK ? glbk__ism_pass(ctx, m, &m->atlas_target, &m->push, &m->kept) : result;
@@ -13775,7 +14219,9 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width,
     if (result == GLBK_OK)
         result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->result, &out->result_target);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &out->view);
-    if (result == GLBK_OK) result = glbk_program_create(ctx, "ism_blur.frag", NULL, &out->blur);
+    out->compute = ctx->compute;
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, out->compute ? "ism_blur.comp" : "ism_blur.frag", NULL, &out->blur);
     if (result != GLBK_OK) glbk_ism_renderer_destroy(ctx, out);
     return result;
 }
@@ -13828,18 +14274,28 @@ GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_rendere
     return result;
 }
 
-static glbk_result glbk__ism_shade_pass(glbk_context *ctx, const glbk_ism_renderer *r, const glbk_target *target,
-                                        glbk_program *program)
+/* All pixels by one program, which reads the G-buffer, the maps and, for the blur, the light: by 16 x 16 of each class of
+ * pixels, `side` apart, in groups of the compute path. */
+static glbk_result glbk__ism_shade_pass(glbk_context *ctx, const glbk_ism_renderer *r, const glbk_ism_maps *m,
+                                        glbk_program *program, int blur, uint32_t side)
 {
     glbk_pass pass;
-    glbk_result result;
-    uint32_t i;
+    glbk_result result = GLBK_OK;
+    uint32_t i, square = 16 * side;
     memset(&pass, 0, sizeof pass);
-    pass.target = target;
-    result = glbk_begin(ctx, &pass, program);
-    for (i = 0; i < 4 && result == GLBK_OK; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_place + i, &r->gbuffer[i]);
-    if (result == GLBK_OK) glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view);
-    return result;
+    pass.target = blur ? &r->result_target : &r->light_target;
+    if (!r->compute) result = glbk_begin(ctx, &pass, program);
+    if (result != GLBK_OK) return result;
+    for (i = 0; i < 4; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_place + i, &r->gbuffer[i]);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view);
+    if (blur) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
+    else glbk_ism_bind(ctx, m);
+    if (!r->compute) {
+        glbk_draw_screen(ctx);
+        return GLBK_OK;
+    }
+    glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_light_out, blur ? &r->result : &r->light);
+    return glbk_dispatch(ctx, program, (r->width + square - 1) / square, (r->height + square - 1) / square, side * side);
 }
 
 GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, const glbk_ism_maps *m,
@@ -13862,7 +14318,8 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     defines[15] = (char)('0' + (int)m->desc.projection);
     defines[26] = (char)('0' + (int)s.near_mode);
     program = &r->shade[m->desc.projection - 1][s.near_mode - 1];
-    if (!program->name) result = glbk_program_create(ctx, "ism_shade.frag", defines, program);
+    if (!program->name)
+        result = glbk_program_create(ctx, r->compute ? "ism_shade.comp" : "ism_shade.frag", defines, program);
     memset(&view, 0, sizeof view);
     view.size[0] = r->width;
     view.size[1] = r->height;
@@ -13871,15 +14328,8 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     view.values[0] = s.bias;
     view.values[1] = s.clamp;
     if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->view, 0, sizeof view, &view);
-    if (result == GLBK_OK) result = glbk__ism_shade_pass(ctx, r, &r->light_target, program);
-    if (result != GLBK_OK) return result;
-    glbk_ism_bind(ctx, m);
-    glbk_draw_screen(ctx);
-    result = glbk__ism_shade_pass(ctx, r, &r->result_target, &r->blur);
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
-    glbk_draw_screen(ctx);
-    return GLBK_OK;
+    if (result == GLBK_OK) result = glbk__ism_shade_pass(ctx, r, m, program, 0, view.size[2]);
+    return result == GLBK_OK ? glbk__ism_shade_pass(ctx, r, m, &r->blur, 1, 1) : result;
 }
 
 GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *r, float *rgb)

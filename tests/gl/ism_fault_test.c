@@ -198,5 +198,5 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = { gl_unit_test(hostile_state), gl_unit_test(a_lost_context),
                                   gl_unit_test(memory_runs_out), gl_unit_test(every_error_comes_out) };
     (void)count;
-    GL_TEST_MAIN(values, tests, GL_CORE33 | GL_ES30_BARE);
+    GL_TEST_MAIN(values, tests, GL_CORE45 | GL_CORE33 | GL_ES30_BARE);
 }

@@ -327,5 +327,6 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = { ISM_ROWS(gl_unit_test), gl_unit_test(pull_and_push),
                                   gl_unit_test(dither_has_five_levels) };
     (void)count;
-    GL_TEST_MAIN(values, tests, GL_CORE33);
+    if (gl_this_way() && gl_this_way()->bit == GL_CORE45) unsetenv("CONFORMANCE");     /* the page has the core path */
+    GL_TEST_MAIN(values, tests, GL_CORE45 | GL_CORE33);
 }

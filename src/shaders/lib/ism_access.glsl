@@ -4,6 +4,7 @@ struct ism_vpl {
     vec3  position, normal, flux, axis;
     float exponent, side;       // of the lobe; of the square that it stands for
     bool  sky;                  // position is the direction to it
+    mat3  frame;                // of its map: columns x, y, z
 };
 
 ism_vpl ism_read_vpl(uint v)
@@ -19,12 +20,8 @@ ism_vpl ism_read_vpl(uint v)
     l.flux = c.xyz;
     l.axis = l.normal;
     if (l.exponent != 1.0) l.axis = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).xyz;
+    l.frame = ism_frame_of(ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky ? l.axis : l.normal);
     return l;
-}
-
-mat3 ism_vpl_frame(ism_vpl l)
-{
-    return ism_frame_of(ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky ? l.axis : l.normal);
 }
 
 // Where a tile begins in the atlas, and its number.

@@ -14,7 +14,7 @@ float ism_luminance(vec3 f) { return (f.x + f.y + f.z) * (1.0 / 3.0); }
 // 1 lit, 0 not: compares depths on the receiver's tangent plane, at the centre of the texel.
 float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
 {
-    mat3 frame = ism_vpl_frame(l);
+    mat3 frame = l.frame;
     int size = int(glbk_ism_frame.maps.y);
     ivec2 tile = ism_tile_at(v), texel;
     vec3 n = ng * frame;
@@ -83,7 +83,7 @@ float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)
 // To receivers that face the square no brighter than the point: the backs of bent sheets do. square: without that.
 float ism_patch_kernel(ism_vpl l, vec3 d, vec3 n, float point, out float square)
 {
-    mat3 frame = ism_vpl_frame(l);
+    mat3 frame = l.frame;
     float share, form = ism_form_factor(n, d, frame[0] * (0.5 * l.side), frame[1] * (0.5 * l.side), share);
     float facing = -2.0 * dot(n, frame[2]);
     square = form = form > 0.0 && share > 0.0 ? form * COHSM_PI / (l.side * l.side * share) : 0.0;
@@ -132,33 +132,49 @@ float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 #endif
 }
 
+// What VPL v adds to sum: irradiance times pi, and in w what the rule near by took off. most: of one VPL, clamped.
+void ism_add(inout vec4 sum, uint v, ism_vpl l, vec3 p, vec3 n, vec3 ng, float most)
+{
+    float plain, k = ism_kernel(l, p, n, most, plain), power = ism_luminance(l.flux);
+#if ISM_NEAR == 4
+    if (k * power > most) k = most / power;
+#endif
+    if (!(k > 0.0)) return;
+    if ((glbk_ism_view.size.w & 1u) == 0u) k *= ism_visible(v, l, p, ng, glbk_ism_view.values.x);
+    sum.xyz += k * l.flux;
+    if (k > 0.0) sum.w += max(plain - k, 0.0) * power;
+}
+
+// What it gives without a map, for the mean that ISM_NEAR 4 clamps to.
+float ism_unshadowed(ism_vpl l, vec3 p, vec3 n)
+{
+    float plain;
+    return ism_kernel(l, p, n, 0.0, plain) * ism_luminance(l.flux);
+}
+
+// VPLs first, first + pattern, ...: how many there are, and a sum over them scaled up to all.
+uint ism_used(uint first, uint pattern)
+{
+    uint count = glbk_ism_frame.maps.x;
+    return first < count ? (count - first - 1u) / pattern + 1u : 0u;
+}
+
+vec4 ism_scaled(vec4 sum, uint used)
+{
+    return used > 0u ? sum * (float(glbk_ism_frame.maps.x) / (float(used) * COHSM_PI)) : sum;
+}
+
 // xyz: irradiance by the VPLs first, first + pattern, ... scaled up to all of them; w: what the rule near by took off.
 vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
 {
-    uint count = glbk_ism_frame.maps.x;
-    float used = 0.0, plain, most = glbk_ism_view.values.y;
+    uint count = glbk_ism_frame.maps.x, used = ism_used(first, pattern);
+    float most = glbk_ism_view.values.y;
     vec4 sum = vec4(0.0);
 #if ISM_NEAR == 4
-    float mean = 0.0;
-    for (uint v = first; v < count; v += pattern) {
-        ism_vpl l = ism_read_vpl(v);
-        mean += ism_kernel(l, p, n, 0.0, plain) * ism_luminance(l.flux);
-        used += 1.0;
-    }
-    most *= used > 0.0 ? mean / used : 0.0;
-    used = 0.0;
+    float all = 0.0;
+    for (uint v = first; v < count; v += pattern) all += ism_unshadowed(ism_read_vpl(v), p, n);
+    most *= used > 0u ? all / float(used) : 0.0;
 #endif
-    for (uint v = first; v < count; v += pattern) {
-        ism_vpl l = ism_read_vpl(v);
-        float k = ism_kernel(l, p, n, most, plain), power = ism_luminance(l.flux);
-        used += 1.0;
-#if ISM_NEAR == 4
-        if (k * power > most) k = most / power;
-#endif
-        if (!(k > 0.0)) continue;
-        if ((glbk_ism_view.size.w & 1u) == 0u) k *= ism_visible(v, l, p, ng, glbk_ism_view.values.x);
-        sum.xyz += k * l.flux;
-        if (k > 0.0) sum.w += max(plain - k, 0.0) * power;
-    }
-    return used > 0.0 ? sum * (float(count) / (used * COHSM_PI)) : sum;
+    for (uint v = first; v < count; v += pattern) ism_add(sum, v, ism_read_vpl(v), p, n, ng, most);
+    return ism_scaled(sum, used);
 }

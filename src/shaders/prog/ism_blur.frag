@@ -1,42 +1,19 @@
-// The mean over a window that holds each class once, of neighbours on the same smooth surface; then the albedo.
-// uses: ism_gbuffer
+// The blur over the classes of pixels, and the albedo.
+// uses: ism_blur
 // with: screen.vert
 layout(location = 0) out glbk_color result;
 
-vec4 ism_smooth(ivec2 at, ism_receiver c)
+bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light)
 {
-    int r = int(glbk_ism_view.size.z) / 2;
-    vec4 sum = vec4(0.0);
-    float weights = 0.0;
-    for (int j = -r; j <= r; j++)
-        for (int i = -r; i <= r; i++) {
-            ivec2 there = at + ivec2(i, j);
-            ism_receiver o;
-            if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, ivec2(glbk_ism_view.size.xy))) ||
-                !ism_read_receiver(there, o)) continue;
-            vec3 d = o.p - c.p;
-            float facing = max(dot(c.n, o.n), 0.0), off = abs(dot(c.n, d)) + abs(dot(o.n, d));
-            float weight = (abs(i) == r ? 0.5 : 1.0) * (abs(j) == r ? 0.5 : 1.0) * facing * facing;
-            if (off > 0.0) weight *= max(1.0 - off / sqrt(dot(d, d)), 0.0);
-            sum += weight * glbk_unpack(texelFetch(glbk_ism_light, there, 0));
-            weights += weight;
-        }
-    return weights > 0.0 ? sum / weights : sum;
+    bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ivec2(glbk_ism_view.size.xy)));
+    if (!inside || !ism_read_receiver(at, r)) return false;
+    light = glbk_unpack(texelFetch(glbk_ism_light, at, 0));
+    return true;
 }
 
 void main()
 {
     ivec2 at = ivec2(gl_FragCoord.xy);
     ism_receiver c;
-    vec4 light = vec4(0.0);
-    if (ism_read_receiver(at, c)) {
-        light = glbk_ism_view.size.z > 1u ? ism_smooth(at, c) : glbk_unpack(texelFetch(glbk_ism_light, at, 0));
-        if ((glbk_ism_view.size.w & 2u) != 0u) {
-            vec3 albedo = glbk_unpack(texelFetch(glbk_ism_albedo, at, 0)).xyz;
-            bvec3 good = bvec3(cohsm_finite(albedo.x), cohsm_finite(albedo.y), cohsm_finite(albedo.z));
-            light.xyz *= vec3(good.x ? max(albedo.x, 0.0) : 0.0, good.y ? max(albedo.y, 0.0) : 0.0,
-                              good.z ? max(albedo.z, 0.0) : 0.0) * (1.0 / COHSM_PI);
-        }
-    }
-    result = glbk_pack(light);
+    result = glbk_pack(ism_read_receiver(at, c) ? ism_finished(at, c) : vec4(0.0));
 }

@@ -1,5 +1,5 @@
-// The depth of a texel, as bits: its surfel's, or from the nearest two once there are some in three quadrants about it.
-// uses: ism_fill
+// The depth of a texel, as bits: its surfel's, or from others about it.
+// uses: ism_push
 // with: screen.vert
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=4
 layout(location = 0) out uint result;
@@ -11,65 +11,12 @@ int ism_pulled(int level, ivec2 cell)
     return int(at);
 }
 
-struct ism_near { int first, second, least, next; uint found; };   // 1 + index; squared distances
-
-// The 3 x 3 cells about the texel.
-void ism_look(int level, ivec2 at, inout ism_near n)
-{
-    int size = int(glbk_ism_frame.maps.y), half_size = size >> level;
-    ivec2 local = at & (size - 1), cell = local >> level, origin = (at >> level) - cell;
-    for (int y = cell.y - 1; y <= cell.y + 1; y++)
-        for (int x = cell.x - 1; x <= cell.x + 1; x++) {
-            if (x < 0 || y < 0 || x >= half_size || y >= half_size) {
-                n.found |= ism_quadrant(ivec2(x, y) - cell);
-                continue;
-            }
-            int there = ism_pulled(level, origin + ivec2(x, y));
-            if (there == 0) continue;
-            ivec2 d = ivec2((there - 1) % size, (there - 1) / size) - local;
-            int d2 = d.x * d.x + d.y * d.y;
-            n.found |= ism_quadrant(d);
-            if (n.first == 0 || d2 < n.least) {
-                if (n.first != 0 && n.first != there) {
-                    n.second = n.first;
-                    n.next = n.least;
-                }
-                n.first = there;
-                n.least = d2;
-            } else if (n.first != there && (n.second == 0 || d2 < n.next)) {
-                n.second = there;
-                n.next = d2;
-            }
-        }
-}
-
-// The first one's depth, or its plane's here, whichever would have foretold the second better. No depths are mixed.
-float ism_push(float kind, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)
-{
-    vec4 a = ism_surfel_at(origin + first), b = ism_surfel_at(origin + second);
-    float t = ism_plane_depth(kind < 0.0, a.xyz, ism_texel_direction(kind, local));
-    float there = ism_plane_depth(kind < 0.0, a.xyz, ism_texel_direction(kind, second));
-    if (abs(a.w - b.w) <= abs(there - b.w)) return a.w;
-    return t > 0.5 * a.w && t < 2.0 * a.w ? t : a.w;
-}
-
 void main()
 {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    int size = int(glbk_ism_frame.maps.y);
-    ivec2 local = at & (size - 1);
-    ism_near n = ism_near(0, 0, 0, 0, 0u);
+    uint v = ism_tile_of(at);
     float depth = ISM_FAR;
-    if (texelFetch(glbk_ism_below, at, 0).x != 0u) {
-        depth = ism_surfel_at(at).w;
-    } else if (glbk_ism_frame.points.z != 0u && ism_tile_of(at) < glbk_ism_frame.maps.x) {
-        for (int level = 1; level <= int(glbk_ism_frame.points.z); level++) {
-            if (n.second != 0 && ism_three_quadrants(n.found)) break;
-            ism_look(level, at, n);
-        }
-        if (n.second != 0 && ism_three_quadrants(n.found))
-            depth = ism_push(ism_kind(ism_tile_of(at)), local, ivec2((n.first - 1) % size, (n.first - 1) / size),
-                             ivec2((n.second - 1) % size, (n.second - 1) / size), at - local);
-    }
+    if (texelFetch(glbk_ism_below, at, 0).x != 0u) depth = ism_surfel_at(at).w;
+    else if (glbk_ism_frame.points.z != 0u && v < glbk_ism_frame.maps.x) depth = ism_filled(ism_kind(v), at);
     result = floatBitsToUint(depth);
 }

@@ -1,95 +1,14 @@
 // One point as a disc in the tile of its VPL: a point as large as the texels that it may touch, or with ISM_QUADS a
 // rectangle of them, one instance a point.
-// uses: ism_access
+// uses: ism_disc
 #ifndef ISM_QUADS
 #define ISM_QUADS 0
 #endif
 flat out vec4 ism_at;       // in the tile's frame; radius squared
 flat out vec4 ism_plane;    // its plane; the VPL's kind
 flat out ivec4 ism_box;     // first and last texel
-flat out vec4 ism_cut1;     // barycentric coordinates grow so along the disc, and are so much at its middle; w < -1: not
-flat out vec4 ism_cut2;     // cut off at its triangle's edges
-
-struct ism_surfel { vec3 at, g; float radius2, depth; vec2 uv; vec4 cut1, cut2; };
-
-// false: not seen from the VPL's front.
-bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surfel s)
-{
-    mat3 frame = ism_vpl_frame(l);
-    vec3 n = normal * frame;
-    s.radius2 = area * (1.0 / COHSM_PI);
-    if (l.sky) {
-        vec3 o = (p - glbk_ism_frame.sphere.xyz) * frame;
-        float r = glbk_ism_frame.sphere.w, slope = abs(n.z) > 0.05 ? 1.0 / n.z : 0.0;
-        s.depth = o.z + r;
-        s.uv = 0.5 * o.xy / r + 0.5;
-        s.at = vec3(o.xy, s.depth);
-        s.g = vec3(-n.xy * slope * r, s.depth + dot(n.xy, o.xy) * slope);
-        return all(greaterThanEqual(s.uv, vec2(0.0))) && all(lessThan(s.uv, vec2(1.0)));
-    }
-    vec3 o = (p - l.position) * frame;
-    float d2 = dot(o, o), along = dot(n, o);
-    s.depth = sqrt(d2);
-    s.at = o;
-    s.g = o / d2;
-    if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;
-    // the surface that the VPL lies on is no occluder in a lobe's tilted map either
-    if (ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;
-    s.radius2 = min(s.radius2, (along > 0.0 && s.cut1.w < -1.0 ? 0.04 : 1.0) * d2);
-    if (abs(along) > 1e-3 * s.depth) s.g = n / along;
-    if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv)) return false;
-    // it stands for its neighbours too, and is off their surface by about its radius: so much farther away it hides none
-    if (s.cut1.w < -1.0) {
-        float away = 1.0 + sqrt(s.radius2) / s.depth;
-        s.at *= away;
-        s.g /= away;
-        s.radius2 *= away * away;
-        s.depth *= away;
-    }
-    return true;
-}
-
-// Texels a unit of angle, or of a sky's space, at most.
-float ism_texels_per_unit(ism_vpl l)
-{
-    float size = float(glbk_ism_frame.maps.y);
-    uint p = ism_projection_of(l.exponent);
-    if (l.sky) return 0.5 * size / glbk_ism_frame.sphere.w;
-    if (p == ISM_PROJECTION_PARABOLOID) return 0.5 * size;
-    return 0.9 * size * (p == ISM_PROJECTION_LOBE ? sqrt(0.5 * (l.exponent + 1.0)) : 1.0);
-}
-
-// 2 x 2 tiles show 4 levels of opacity (paper 6.4).
-bool ism_dither(uvec2 tile, float opacity)
-{
-    uint i = (tile.y & 1u) * 2u + (tile.x & 1u);
-    return opacity > (i == 0u ? 0.125 : i == 1u ? 0.625 : i == 2u ? 0.875 : 0.375);
-}
-
-vec3 ism_corner(uint vertex) { return texelFetch(glbk_ism_positions, glbk_table_at(vertex), 0).xyz; }
-
-bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
-{
-    uvec4 point = texelFetch(glbk_ism_points, glbk_table_at(index), 0);
-    float share = uintBitsToFloat(point.w);
-    if (!(share > 0.0) || point.x >= glbk_ism_frame.points.w) return false;
-    uvec4 t = texelFetch(glbk_ism_triangles, glbk_table_at(point.x), 0);
-    if (!ism_dither(uvec2(v % glbk_ism_frame.maps.z, v / glbk_ism_frame.maps.z), uintBitsToFloat(t.w))) return false;
-    vec3 p = ism_corner(t.x), e1 = ism_corner(t.y) - p, e2 = ism_corner(t.z) - p, n = cross(e1, e2);
-    float length2 = dot(n, n), size = sqrt(length2);
-    if (!(length2 > 0.0) || !cohsm_finite(length2)) return false;
-    vec2 b = uintBitsToFloat(point.yz);
-    float area = glbk_ism_frame.values.x * share * 0.5 * size;
-    p += e1 * b.x + e2 * b.y;
-    s.cut1 = s.cut2 = vec4(-2.0);
-    if (share < 1.0) {
-        mat3 frame = ism_vpl_frame(l);
-        s.cut1 = vec4((cross(e2, n) / length2) * frame, b.x);
-        s.cut2 = vec4((cross(n, e1) / length2) * frame, b.y);
-        area *= 6.0;
-    }
-    return ism_place_surfel(l, p, n / size, area, s);
-}
+flat out vec4 ism_cut1;
+flat out vec4 ism_cut2;
 
 void main()
 {
@@ -100,8 +19,6 @@ void main()
     gl_PointSize = 1.0;
 #endif
     uint v = index / glbk_ism_frame.points.y % glbk_ism_frame.points.x;
-    int size = int(glbk_ism_frame.maps.y);
-    float most = float(size);
     ism_surfel s;
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     ism_at = vec4(0.0);
@@ -111,20 +28,17 @@ void main()
     if (v >= glbk_ism_frame.maps.x) return;
     ism_vpl l = ism_read_vpl(v);
     if (!ism_surfel_of(index, v, l, s)) return;
-    float reach = sqrt(s.radius2) * ism_texels_per_unit(l) / (l.sky ? 1.0 : s.depth);
-    if (!(reach > 0.0)) return;
-    reach = min(reach, most);
-    ivec2 first = ivec2(max(s.uv * most - reach, 0.0)), last = min(ivec2(s.uv * most + reach), size - 1);
     ism_at = vec4(s.at, s.radius2);
     ism_plane = vec4(s.g, l.sky ? -1.0 : l.exponent);
     ism_cut1 = s.cut1;
     ism_cut2 = s.cut2;
-    ism_box = ivec4(first, last) + ism_tile_at(v).xyxy;
+    ism_box = s.box + ism_tile_at(v).xyxy;
 #if ISM_QUADS
     vec2 at = vec2((gl_VertexID & 1) != 0 ? ism_box.z + 1 : ism_box.x, (gl_VertexID & 2) != 0 ? ism_box.w + 1 : ism_box.y);
 #else
     vec2 at = 0.5 * vec2(ism_box.xy + ism_box.zw + 1);
-    gl_PointSize = float(max(last.x - first.x, last.y - first.y) + 1);
+    ivec2 wide = s.box.zw - s.box.xy;
+    gl_PointSize = float(max(wide.x, wide.y) + 1);
 #endif
-    gl_Position = vec4(at / (most * float(glbk_ism_frame.maps.z)) * 2.0 - 1.0, 0.0, 1.0);
+    gl_Position = vec4(at / float(glbk_ism_frame.maps.y * glbk_ism_frame.maps.z) * 2.0 - 1.0, 0.0, 1.0);
 }

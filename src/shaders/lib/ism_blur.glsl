@@ -1,0 +1,37 @@
+// ism_blur - the mean over a window that holds each class once, of neighbours on the same smooth surface; then the
+// albedo. The program has ism_neighbour: what lies at a pixel, and its light; false: nothing, or beyond the picture.
+// uses: ism_gbuffer
+bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light);
+
+vec4 ism_smooth(ivec2 at, ism_receiver c)
+{
+    int r = int(glbk_ism_view.size.z) / 2;
+    vec4 sum = vec4(0.0);
+    float weights = 0.0;
+    for (int j = -r; j <= r; j++)
+        for (int i = -r; i <= r; i++) {
+            ism_receiver o;
+            vec4 light;
+            if (!ism_neighbour(at + ivec2(i, j), o, light)) continue;
+            vec3 d = o.p - c.p;
+            float facing = max(dot(c.n, o.n), 0.0), off = abs(dot(c.n, d)) + abs(dot(o.n, d));
+            float weight = (abs(i) == r ? 0.5 : 1.0) * (abs(j) == r ? 0.5 : 1.0) * facing * facing;
+            if (off > 0.0) weight *= max(1.0 - off / sqrt(dot(d, d)), 0.0);
+            sum += weight * light;
+            weights += weight;
+        }
+    return weights > 0.0 ? sum / weights : sum;
+}
+
+// What is asked for of a receiver.
+vec4 ism_finished(ivec2 at, ism_receiver c)
+{
+    vec4 light = glbk_ism_view.size.z > 1u ? ism_smooth(at, c) : glbk_unpack(texelFetch(glbk_ism_light, at, 0));
+    if ((glbk_ism_view.size.w & 2u) != 0u) {
+        vec3 albedo = glbk_unpack(texelFetch(glbk_ism_albedo, at, 0)).xyz;
+        bvec3 good = bvec3(cohsm_finite(albedo.x), cohsm_finite(albedo.y), cohsm_finite(albedo.z));
+        light.xyz *= vec3(good.x ? max(albedo.x, 0.0) : 0.0, good.y ? max(albedo.y, 0.0) : 0.0,
+                          good.z ? max(albedo.z, 0.0) : 0.0) * (1.0 / COHSM_PI);
+    }
+    return light;
+}

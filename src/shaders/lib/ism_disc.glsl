@@ -1,0 +1,114 @@
+// ism_disc - points as discs in the tiles of their VPLs.
+// uses: ism_access
+#define ISM_DEEPEST 1.8446744e19       // 2^64: what the depth buffer holds
+
+struct ism_surfel {
+    vec3  at, g;                // middle and plane, in the tile's frame
+    float radius2, depth;
+    vec2  uv;
+    vec4  cut1, cut2;           // barycentric coordinates grow so along the disc, and are so much at its middle
+    ivec4 box;                  // first and last texel, of the tile
+};                              // cut1.w < -1: not cut off at its triangle's edges
+
+// false: not seen from the VPL's front.
+bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surfel s)
+{
+    mat3 frame = l.frame;
+    vec3 n = normal * frame;
+    s.radius2 = area * (1.0 / COHSM_PI);
+    if (l.sky) {
+        vec3 o = (p - glbk_ism_frame.sphere.xyz) * frame;
+        float r = glbk_ism_frame.sphere.w, slope = abs(n.z) > 0.05 ? 1.0 / n.z : 0.0;
+        s.depth = o.z + r;
+        s.uv = 0.5 * o.xy / r + 0.5;
+        s.at = vec3(o.xy, s.depth);
+        s.g = vec3(-n.xy * slope * r, s.depth + dot(n.xy, o.xy) * slope);
+        return all(greaterThanEqual(s.uv, vec2(0.0))) && all(lessThan(s.uv, vec2(1.0)));
+    }
+    vec3 o = (p - l.position) * frame;
+    float d2 = dot(o, o), along = dot(n, o);
+    s.depth = sqrt(d2);
+    s.at = o;
+    s.g = o / d2;
+    if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;
+    // the surface that the VPL lies on is no occluder in a lobe's tilted map either
+    if (ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;
+    s.radius2 = min(s.radius2, (along > 0.0 && s.cut1.w < -1.0 ? 0.04 : 1.0) * d2);
+    if (abs(along) > 1e-3 * s.depth) s.g = n / along;
+    if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv)) return false;
+    // it stands for its neighbours too, and is off their surface by about its radius: so much farther away it hides none
+    if (s.cut1.w < -1.0) {
+        float away = 1.0 + sqrt(s.radius2) / s.depth;
+        s.at *= away;
+        s.g /= away;
+        s.radius2 *= away * away;
+        s.depth *= away;
+    }
+    return true;
+}
+
+// Texels a unit of angle, or of a sky's space, at most.
+float ism_texels_per_unit(ism_vpl l)
+{
+    float size = float(glbk_ism_frame.maps.y);
+    uint p = ism_projection_of(l.exponent);
+    if (l.sky) return 0.5 * size / glbk_ism_frame.sphere.w;
+    if (p == ISM_PROJECTION_PARABOLOID) return 0.5 * size;
+    return 0.9 * size * (p == ISM_PROJECTION_LOBE ? sqrt(0.5 * (l.exponent + 1.0)) : 1.0);
+}
+
+// 2 x 2 tiles show 4 levels of opacity (paper 6.4).
+bool ism_dither(uvec2 tile, float opacity)
+{
+    uint i = (tile.y & 1u) * 2u + (tile.x & 1u);
+    return opacity > (i == 0u ? 0.125 : i == 1u ? 0.625 : i == 2u ? 0.875 : 0.375);
+}
+
+vec3 ism_corner(uint vertex) { return texelFetch(glbk_ism_positions, glbk_table_at(vertex), 0).xyz; }
+
+// The texels that it may touch.
+bool ism_box_surfel(ism_vpl l, inout ism_surfel s)
+{
+    int size = int(glbk_ism_frame.maps.y);
+    float most = float(size), reach = sqrt(s.radius2) * ism_texels_per_unit(l) / (l.sky ? 1.0 : s.depth);
+    if (!(reach > 0.0)) return false;
+    reach = min(reach, most);
+    s.box = ivec4(max(s.uv * most - reach, 0.0), min(ivec2(s.uv * most + reach), size - 1));
+    return true;
+}
+
+// Point `index` of the table in the map of VPL v; false: not there.
+bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
+{
+    uvec4 point = texelFetch(glbk_ism_points, glbk_table_at(index), 0);
+    float share = uintBitsToFloat(point.w);
+    if (!(share > 0.0) || point.x >= glbk_ism_frame.points.w) return false;
+    uvec4 t = texelFetch(glbk_ism_triangles, glbk_table_at(point.x), 0);
+    if (!ism_dither(uvec2(v % glbk_ism_frame.maps.z, v / glbk_ism_frame.maps.z), uintBitsToFloat(t.w))) return false;
+    vec3 p = ism_corner(t.x), e1 = ism_corner(t.y) - p, e2 = ism_corner(t.z) - p, n = cross(e1, e2);
+    float length2 = dot(n, n), size = sqrt(length2);
+    if (!(length2 > 0.0) || !cohsm_finite(length2)) return false;
+    vec2 b = uintBitsToFloat(point.yz);
+    float area = glbk_ism_frame.values.x * share * 0.5 * size;
+    p += e1 * b.x + e2 * b.y;
+    s.cut1 = s.cut2 = vec4(-2.0);
+    if (share < 1.0) {
+        s.cut1 = vec4((cross(e2, n) / length2) * l.frame, b.x);
+        s.cut2 = vec4((cross(n, e1) / length2) * l.frame, b.y);
+        area *= 6.0;
+    }
+    return ism_place_surfel(l, p, n / size, area, s) && ism_box_surfel(l, s);
+}
+
+// Where the ray through a texel of the tile meets the disc, or ISM_FAR. No disc is widened to a whole texel.
+float ism_meet(float kind, ism_surfel s, ivec2 texel)
+{
+    bool sky = kind < 0.0;
+    vec3 w = ism_texel_direction(kind, texel);
+    float t = ism_plane_depth(sky, s.g, w);
+    if (!(t > 0.0 && t < ISM_DEEPEST)) return ISM_FAR;
+    vec3 d = (sky ? vec3(w.xy * glbk_ism_frame.sphere.w, t) : w * t) - s.at;
+    if (!(dot(d, d) <= s.radius2)) return ISM_FAR;
+    vec2 b = vec2(s.cut1.w + dot(d, s.cut1.xyz), s.cut2.w + dot(d, s.cut2.xyz));
+    return s.cut1.w > -1.0 && !(min(b.x, b.y) >= -1e-4 && b.x + b.y <= 1.0001) ? ISM_FAR : t;
+}

@@ -1,0 +1,25 @@
+// ism_holes - texels whose surfels others pass before. The program has ism_depth: a surfel's depth.
+// uses: ism_fill
+float ism_depth(ivec2 at);
+
+// Surfels in all four quadrants about it pass before it. at: in the atlas, where it has depth c.
+bool ism_hole(float kind, ivec2 at, float c)
+{
+    int size = int(glbk_ism_frame.maps.y);
+    ivec2 local = at & (size - 1);
+    vec3 w = ism_texel_direction(kind, local);
+    uint found = 0u;
+    for (int dy = -ISM_HOLE; dy <= ISM_HOLE; dy++)
+        for (int dx = -ISM_HOLE; dx <= ISM_HOLE; dx++) {
+            ivec2 d = ivec2(dx, dy), there = local + d;
+            if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, ivec2(size)))) {
+                found |= ism_quadrant(d);
+                continue;
+            }
+            float depth = ism_depth(at + d);
+            if (!(depth < 0.9 * c)) continue;
+            float t = ism_plane_depth(kind < 0.0, ism_surfel_at(at + d).xyz, w);
+            if (t > 0.5 * depth && t < 0.95 * c) found |= ism_quadrant(d);
+        }
+    return found == 15u;
+}

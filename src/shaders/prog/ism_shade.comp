@@ -1,0 +1,43 @@
+// ism_shade.frag as a compute shader: a group has 16 x 16 pixels of one class, which lie `pattern` apart, and reads each
+// VPL of the class once, into shared memory, 64 at a time.
+// uses: ism_gbuffer ism_light
+// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5
+layout(local_size_x = 16, local_size_y = 16) in;
+#define ISM_ROUND 64u
+
+shared ism_vpl ism_read[ISM_ROUND];
+
+// The VPLs from number `from` of the class on; how many.
+uint ism_round(uint first, uint pattern, uint used, uint from)
+{
+    uint k = gl_LocalInvocationIndex, count = min(used - from, ISM_ROUND);
+    barrier();
+    if (k < count) ism_read[k] = ism_read_vpl(first + (from + k) * pattern);
+    barrier();
+    return count;
+}
+
+void main()
+{
+    uint side = glbk_ism_view.size.z, pattern = side * side, first = gl_WorkGroupID.z, used = ism_used(first, pattern);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy * side + uvec2(first % side, first / side));
+    bool inside = all(lessThan(at, ivec2(glbk_ism_view.size.xy)));
+    float most = glbk_ism_view.values.y;
+    vec4 sum = vec4(0.0);
+    ism_receiver r;
+    bool lit = inside && ism_read_receiver(at, r);
+#if ISM_NEAR == 4
+    float all_of_them = 0.0;
+    for (uint from = 0u; from < used; from += ISM_ROUND) {
+        uint count = ism_round(first, pattern, used, from);
+        for (uint k = 0u; k < count && lit; k++) all_of_them += ism_unshadowed(ism_read[k], r.p, r.n);
+    }
+    most *= used > 0u ? all_of_them / float(used) : 0.0;
+#endif
+    for (uint from = 0u; from < used; from += ISM_ROUND) {
+        uint count = ism_round(first, pattern, used, from);
+        for (uint k = 0u; k < count && lit; k++)
+            ism_add(sum, first + (from + k) * pattern, ism_read[k], r.p, r.n, r.ng, most);
+    }
+    if (inside) imageStore(glbk_ism_light_out, at, ism_scaled(sum, used));
+}

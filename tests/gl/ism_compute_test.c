@@ -1,0 +1,344 @@
+/* ism_compute_test - the compute path of ism beside the core path, in one context: the same surfels, texels and light,
+   of tiles of every size, of several rounds of wide discs, of classes with more VPLs than a round reads, of
+   pictures that no group divides. Points, VPLs and pixels are random numbers. */
+#define _POSIX_C_SOURCE 200809L
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "gl_backend.h"
+
+#include "gl/gl_test.h"
+
+enum { TRIANGLES = 300 };
+
+/* The same on both paths: 0 core, 1 compute. */
+typedef struct pair {
+    glbk_context  gl[2];
+    glbk_ism_maps maps[2];
+    char          log[400];
+} pair;
+
+static uint32_t seed;
+
+static float unit(void)
+{
+    seed = seed * 1664525u + 1013904223u;
+    return (float)(seed >> 8) / 16777216.0f;
+}
+
+static float between(float lo, float hi) { return lo + (hi - lo) * unit(); }
+
+static void pair_open(gl_test *t, pair *p)
+{
+    glbk_desc d;
+    memset(p, 0, sizeof *p);
+    memset(&d, 0, sizeof d);
+    d.get_proc = gl_get_proc();
+    d.user = t->context;
+    d.log = p->log;
+    d.log_size = sizeof p->log;
+    for (int i = 0; i < 2; i++) {
+        d.core_only = !i;
+        assert_glbk(t, glbk_init(&p->gl[i], &d));
+        assert_int_equal(p->gl[i].compute, i);
+    }
+    seed = 7;
+}
+
+static void pair_close(pair *p)
+{
+    for (int i = 0; i < 2; i++) {
+        glbk_ism_maps_destroy(&p->gl[i], &p->maps[i]);
+        glbk_destroy(&p->gl[i]);
+    }
+}
+
+/* ---- maps ---- */
+
+/* Triangles of half a metre in a room of four; every sixth of another opacity. */
+static void send_mesh(gl_test *t, pair *p)
+{
+    static float corners[9 * TRIANGLES], opacities[TRIANGLES];
+    const glbk_ism_mesh mesh = { corners, 3 * TRIANGLES, 0, NULL, 3 * TRIANGLES, opacities };
+    for (int i = 0; i < TRIANGLES; i++) {
+        float *c = corners + 9 * i;
+        for (int k = 0; k < 3; k++) c[k] = between(-2, 2);
+        for (int k = 3; k < 9; k++) c[k] = c[k % 3] + between(-0.5f, 0.5f);
+        opacities[i] = i % 6 ? 1.0f : 0.5f;
+    }
+    for (int i = 0; i < 2; i++) assert_glbk(t, glbk_ism_mesh_upload(&p->gl[i], &p->maps[i], &mesh));
+}
+
+/* All phases; one of 16 points stands for its whole triangle. */
+static void send_points(gl_test *t, pair *p, uint32_t points)
+{
+    const glbk_ism_maps *m = &p->maps[0];
+    const size_t count = (size_t)m->desc.vpl_count * m->each;
+    uint32_t *words = (uint32_t *)malloc(16 * count);
+    assert_non_null(words);
+    for (uint32_t phase = 0; phase < m->desc.lazy; phase++) {
+        for (size_t i = 0; i < count; i++) {
+            float b[3] = { unit(), 0, i % 16 ? between(0.1f, 1) * TRIANGLES / (float)points : 1.0f };
+            b[1] = (1 - b[0]) * unit();
+            words[4 * i] = (uint32_t)(unit() * TRIANGLES);
+            memcpy(words + 4 * i + 1, b, 12);
+        }
+        for (int i = 0; i < 2; i++) assert_glbk(t, glbk_ism_phase(&p->gl[i], &p->maps[i], phase, words));
+    }
+    free(words);
+}
+
+/* In the room; of four one is a lobe, where the maps have lobes, and one a sky's. */
+static void send_vpls(gl_test *t, pair *p, uint32_t count)
+{
+    static glbk_ism_vpl list[600];
+    static const float center[3] = { 0, 0, 0 };
+    assert_true(count <= 600);
+    memset(list, 0, sizeof list);
+    for (uint32_t i = 0; i < count; i++) {
+        glbk_ism_vpl *l = &list[i];
+        float n[3], length = 0;
+        for (int k = 0; k < 3; k++) {
+            n[k] = between(-1, 1);
+            length += n[k] * n[k];
+            l->position[k] = between(-2, 2);
+            l->flux[k] = between(0.1f, 1);
+        }
+        for (int k = 0; k < 3; k++) l->normal[k] = l->axis[k] = n[k] / sqrtf(length);
+        l->exponent = i % 4 == 1 ? between(1, 20) : 1;
+        l->side = i % 3 ? 0.4f : 0;
+        l->directional = i % 4 == 2;
+        if (l->directional)
+            for (int k = 0; k < 3; k++) l->position[k] = -l->normal[k];
+    }
+    for (int i = 0; i < 2; i++)
+        assert_glbk(t, glbk_ism_vpls_upload(&p->gl[i], &p->maps[i], list, count, center, 4));
+}
+
+static void make_maps(gl_test *t, pair *p, const glbk_ism_desc *d, uint32_t vpls)
+{
+    for (int i = 0; i < 2; i++) {
+        glbk_ism_maps_destroy(&p->gl[i], &p->maps[i]);
+        assert_glbk(t, glbk_ism_maps_create(&p->gl[i], d, &p->maps[i]));
+        assert_int_equal(p->maps[i].compute, i);
+    }
+    send_mesh(t, p);
+    send_points(t, p, d->points);
+    send_vpls(t, p, vpls);
+}
+
+/* How many of the words differ. */
+static size_t differences(const uint32_t *a, const uint32_t *b, size_t words)
+{
+    size_t off = 0;
+    for (size_t i = 0; i < words; i++) off += a[i] != b[i];
+    return off;
+}
+
+/* Surfels and atlas of both, bit by bit; texels with a surfel. */
+static size_t compare_maps(gl_test *t, pair *p, const char *what)
+{
+    const uint32_t side = p->maps[0].side;
+    const size_t texels = (size_t)side * side;
+    uint32_t *surfels[2];
+    float *atlas[2];
+    size_t surfaces = 0, off[2];
+    for (int i = 0; i < 2; i++) {
+        surfels[i] = (uint32_t *)malloc(16 * texels);
+        atlas[i] = (float *)malloc(4 * texels);
+        assert_non_null(surfels[i]);
+        assert_non_null(atlas[i]);
+        assert_glbk(t, glbk_ism_draw(&p->gl[i], &p->maps[i]));
+        assert_glbk(t, glbk_target_read(&p->gl[i], &p->maps[i].surfel_target, 0, 0, 0, side, side, surfels[i]));
+        assert_glbk(t, glbk_ism_read(&p->gl[i], &p->maps[i], atlas[i]));
+    }
+    for (size_t i = 0; i < texels; i++) surfaces += atlas[1][i] < 1e30f;
+    off[0] = differences(surfels[0], surfels[1], 4 * texels);
+    off[1] = differences((const uint32_t *)(const void *)atlas[0], (const uint32_t *)(const void *)atlas[1], texels);
+    printf("%s: %zu texels, %zu with a surface; words of surfels that differ: %zu, of the atlas: %zu\n", what, texels,
+           surfaces, off[0], off[1]);
+    for (int i = 0; i < 2; i++) {
+        free(surfels[i]);
+        free(atlas[i]);
+    }
+    assert_int_equal(off[0] + off[1], 0);
+    return surfaces;
+}
+
+static void tiles_of_every_size(void **state)
+{
+    GL_TEST(t, state)
+    pair p;
+    pair_open(t, &p);
+    for (uint32_t size = 8, projection = 1; size <= 256; size *= 2, projection = projection % 4 + 1) {
+        glbk_ism_desc d = { 5, 700, 0, 0, 3, 0, 0 };
+        char what[32];
+        size_t surfaces;
+        d.tile_size = size;
+        d.projection = projection;
+        make_maps(t, &p, &d, 4);
+        snprintf(what, sizeof what, "%u, projection %u", size, projection);
+        surfaces = compare_maps(t, &p, what);
+        assert_true(surfaces > size * size && surfaces <= 4 * (size_t)size * size);     /* an unused tile is empty */
+        d.no_fill = 1;
+        make_maps(t, &p, &d, 4);
+        assert_true(compare_maps(t, &p, "no fill") < surfaces);
+    }
+    pair_close(&p);
+}
+
+/* Eight rounds of discs that mostly cover more than 64 texels. */
+static void wide_discs(void **state)
+{
+    GL_TEST(t, state)
+    pair p;
+    glbk_ism_desc d = { 2, 8000, 64, 1, 1, 16, 0 };
+    pair_open(t, &p);
+    make_maps(t, &p, &d, 2);
+    assert_true(compare_maps(t, &p, "wide") > 6000);
+    pair_close(&p);
+}
+
+static void nothing_to_draw(void **state)
+{
+    GL_TEST(t, state)
+    pair p;
+    glbk_ism_desc d = { 3, 64, 16, 1, 1, 0, 0 };
+    pair_open(t, &p);
+    make_maps(t, &p, &d, 3);
+    assert_true(compare_maps(t, &p, "some") > 100);
+    send_vpls(t, &p, 0);
+    assert_int_equal(compare_maps(t, &p, "no VPLs"), 0);
+    send_vpls(t, &p, 3);
+    for (int i = 0; i < 2; i++) assert_glbk(t, glbk_ism_mesh_upload(&p.gl[i], &p.maps[i], NULL));
+    assert_int_equal(compare_maps(t, &p, "no triangles"), 0);
+    pair_close(&p);
+}
+
+/* Points are counted in 16 bits: of more, as phases of 63 round 65,536 up to, maps are the core path's. */
+static void too_many_points(void **state)
+{
+    GL_TEST(t, state)
+    glbk_ism_desc d = { 1, 65536, 8, 1, 64, 0, 0 };
+    glbk_ism_maps m;
+    assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
+    assert_int_equal(m.compute, 1);
+    glbk_ism_maps_destroy(&t->gl, &m);
+    d.lazy = 63;
+    assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
+    assert_int_equal(m.compute, 0);
+    glbk_ism_maps_destroy(&t->gl, &m);
+}
+
+/* ---- light ---- */
+
+enum { WIDTH = 75, HEIGHT = 37, PIXELS = WIDTH * HEIGHT };
+
+/* A floor with bumps; every 29th pixel is background. */
+static void make_pictures(gl_test *t, pair *p, glbk_ism_renderer *r)
+{
+    static float places[3 * PIXELS], normals[3 * PIXELS], albedos[3 * PIXELS];
+    const glbk_ism_receivers from = { places, normals, NULL, albedos, 0 };
+    for (int i = 0; i < PIXELS; i++) {
+        places[3 * i] = 4 * (float)(i % WIDTH) / WIDTH - 2;
+        places[3 * i + 1] = between(-0.02f, 0) - 1;
+        places[3 * i + 2] = 4 * (float)(i / WIDTH) / HEIGHT - 2;
+        normals[3 * i + 1] = i % 29 ? 1.0f : 0.0f;
+        for (int k = 0; k < 3; k++) albedos[3 * i + k] = unit();
+    }
+    for (int i = 0; i < 2; i++) {
+        assert_glbk(t, glbk_ism_renderer_create(&p->gl[i], WIDTH, HEIGHT, &r[i]));
+        assert_glbk(t, glbk_ism_gbuffer_upload(&p->gl[i], &r[i], &from));
+        assert_int_equal(r[i].compute, i);
+    }
+}
+
+/* By the maps of the other path, which are the same. Sums are made in the same order: the pictures differ by nothing.
+   Light before the blur and after it. */
+static void compare_light(gl_test *t, pair *p, glbk_ism_renderer *r, const glbk_ism_shading *shading)
+{
+    static float light[2][2][4 * PIXELS];
+    const size_t words = 4 * PIXELS;
+    size_t lit = 0, dark = 0, off[2];
+    for (int i = 0; i < 2; i++) {
+        assert_glbk(t, glbk_ism_shade(&p->gl[i], &r[i], &p->maps[!i], shading));
+        assert_glbk(t, glbk_target_read(&p->gl[i], &r[i].light_target, 0, 0, 0, WIDTH, HEIGHT, light[i][0]));
+        assert_glbk(t, glbk_target_read(&p->gl[i], &r[i].result_target, 0, 0, 0, WIDTH, HEIGHT, light[i][1]));
+    }
+    for (int k = 0; k < 2; k++)
+        off[k] = differences((const uint32_t *)(const void *)light[0][k], (const uint32_t *)(const void *)light[1][k],
+                             words);
+    for (size_t i = 0; i < PIXELS; i++) {
+        if (i % 29) lit += light[1][1][4 * i] > 0;
+        else dark += light[1][1][4 * i] == 0;
+    }
+    printf("pattern %u, rule %u: %zu pixels lit; words of the light that differ: %zu, blurred: %zu\n", shading->pattern,
+           shading->near_mode, lit, off[0], off[1]);
+    assert_int_equal(off[0] + off[1], 0);
+    assert_true(lit > PIXELS / 2 && dark == (PIXELS + 28) / 29);
+}
+
+static void light_is_the_same(void **state)
+{
+    GL_TEST(t, state)
+    pair p;
+    glbk_ism_renderer r[2];
+    pair_open(t, &p);
+    for (uint32_t projection = 1; projection < 5; projection += 3) {
+        glbk_ism_desc d = { 400, 64, 8, 0, 1, 0, 0 };
+        d.projection = projection;
+        make_maps(t, &p, &d, 397);
+        compare_maps(t, &p, "maps for light");
+        make_pictures(t, &p, r);
+        for (uint32_t pattern = 1; pattern <= 8; pattern *= 2)
+            for (uint32_t near_mode = 1; near_mode < 6; near_mode++) {
+                glbk_ism_shading s = { 0, 0, 0.5f, 0.02f, 0, 0 };
+                s.pattern = pattern;
+                s.near_mode = near_mode;
+                s.no_maps = near_mode == 5;
+                s.irradiance = pattern == 2;
+                if (projection == 1 || pattern == near_mode) compare_light(t, &p, r, &s);
+            }
+        for (int i = 0; i < 2; i++) glbk_ism_renderer_destroy(&p.gl[i], &r[i]);
+    }
+    pair_close(&p);
+}
+
+/* More classes of pixels than VPLs: what has none is dark. */
+static void classes_without_vpls(void **state)
+{
+    GL_TEST(t, state)
+    const glbk_ism_shading s = { 8, 1, 0, 0.02f, 1, 1 };
+    const glbk_ism_desc d = { 8, 64, 8, 1, 1, 0, 0 };
+    static float light[4 * PIXELS];
+    pair p;
+    glbk_ism_renderer r[2];
+    size_t wrong = 0;
+    pair_open(t, &p);
+    make_maps(t, &p, &d, 5);
+    make_pictures(t, &p, r);
+    compare_light(t, &p, r, &s);
+    assert_glbk(t, glbk_target_read(&p.gl[1], &r[1].light_target, 0, 0, 0, WIDTH, HEIGHT, light));
+    for (size_t i = 0; i < PIXELS; i++)
+        wrong += (i / WIDTH % 8 * 8 + i % WIDTH % 8 >= 5) && light[4 * i] > 0;
+    assert_int_equal(wrong, 0);
+    for (int i = 0; i < 2; i++) glbk_ism_renderer_destroy(&p.gl[i], &r[i]);
+    pair_close(&p);
+}
+
+int main(int count, char **values)
+{
+    struct CMUnitTest tests[] = { gl_unit_test(tiles_of_every_size), gl_unit_test(wide_discs),
+                                  gl_unit_test(nothing_to_draw),     gl_unit_test(too_many_points),
+                                  gl_unit_test(light_is_the_same),   gl_unit_test(classes_without_vpls) };
+    (void)count;
+    GL_TEST_MAIN(values, tests, GL_CORE45);
+}
