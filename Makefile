@@ -10,6 +10,7 @@
 # make assets     real models and skies into assets/ (or ASSETS=FOLDER), from npm and Debian; needs a network
 # make install    the headers and dapple.pc into PREFIX (DESTDIR before it); uninstall; make dist: a .tar.gz
 # make msan       uninitialised memory, by clang; make valgrind; make check-stack: 32 KiB a call
+# make check-embree  what calls Embree, with versions 3 and 4
 # make performance docs/performance.md; make bench: build/bench --list; make fuzz (FUZZ_TIME=60 seconds a target); make coverage
 # make mutants    HEADER=rsm.h COUNT=200: how many faults put into a header its tests find
 #
@@ -102,7 +103,7 @@ REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/f
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
 
 .PHONY: all programs tests test run-tests demo bench performance stamp check-stamp embed check-embed check-glsl readme check-readme \
-        assets check-assets install uninstall dist check-package check-farm check-docs check-leaks check-named check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
+        assets check-assets install uninstall dist check-package check-farm check-embree check-docs check-leaks check-named check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -290,6 +291,9 @@ check-readme:
 	@sh tools/readme --check $(HEADERS)
 check-farm: $(BUILD)/bake
 	@BUILD=$(BUILD) sh tests/farm.sh
+check-embree: $(COMMON)
+	@COMPILE='$(filter-out -MMD -MP,$(BASE_C)) $(TEST_FLAGS)' LINK='$(LINK)' LIBS='$(filter-out $(EMBREE_LIBS),$(TEST_LIBS))' \
+	  COMMON='$(COMMON)' sh tools/check-embree
 check-docs: $(BUILD)/render
 	@BUILD=$(BUILD) CC='$(CC)' sh tests/docs/check $(HEADERS)
 check-leaks:
@@ -314,4 +318,4 @@ clean:
 	rm -rf build
 
 FORCE:
--include $(shell find build -name '*.d' 2>/dev/null)
+-include $(shell find build -type f -name '*.d' 2>/dev/null)

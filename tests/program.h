@@ -81,22 +81,27 @@ static inline void render_or_skip(const char *arguments)
     fail_msg("render %s: %s", arguments, output);
 }
 
-/* Renders with both back ends: technique (and options), scene. Their relative RMSE must be at most `limit`. */
+/* Renders with both back ends: technique (and options), scene; on GL by compute, where it has that, and without. Their
+   relative RMSE must be at most `limit`. */
 static inline void compare_back_ends(const char *technique, double limit, const char *scene)
 {
-    const char *ways[] = { "cpu", "gl" };
-    double error;
-    for (int i = 0; i < 2; i++) {
+    static const char *const ways[] = { "cpu", "gl", "gl --set compute=0" };
+    int computes = 1;
+    for (int i = 0; i < 2 + computes; i++) {
         char arguments[700];
-        snprintf(arguments, sizeof arguments, "--technique %s --backend %s %s --out %s.pfm", technique, ways[i], scene,
-                 ways[i]);
+        double error;
+        snprintf(arguments, sizeof arguments, "--technique %s --backend %s %s --out %s.pfm --json -", technique,
+                 ways[i], scene, i ? "gl" : "cpu");
         render_or_skip(arguments);
+        if (i == 0)
+            continue;
+        computes = strstr(output, "\"path\": \"compute\"") != NULL || i == 2;
+        assert_int_equal(run("compare", "gl.pfm cpu.pfm"), 0);
+        error = number("relative_rmse");
+        printf("%s: %s: relative_rmse %.1e\n", scene, ways[i], error);
+        if (!(error <= limit))
+            fail_msg("%s: %s: relative_rmse %.5f", scene, ways[i], error);
     }
-    assert_int_equal(run("compare", "gl.pfm cpu.pfm"), 0);
-    error = number("relative_rmse");
-    printf("%s: relative_rmse %.1e\n", scene, error);
-    if (!(error <= limit))
-        fail_msg("%s: relative_rmse %.5f", scene, error);
 }
 
 #endif

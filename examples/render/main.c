@@ -271,6 +271,7 @@ static int write_json(run *r, double ev, char *error)
     rd_json_text(&json, "technique", args->technique->name);
     rd_json_text(&json, "backend", args->use_gl ? "gl" : "cpu");
     rd_json_text(&json, "gl_renderer", r->job.gl ? r->gl.renderer : NULL);
+    rd_json_text(&json, "path", !r->job.gl ? NULL : r->gl.compute ? "compute" : "core");
     rd_json_text(&json, "scene", args->scene);
     rd_json_integer(&json, "triangles", ex_scene_triangles(&r->scene));
     rd_json_integer(&json, "width", args->width);

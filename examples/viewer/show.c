@@ -251,7 +251,7 @@ void vw_show_free(vw_show *s)
 /* Keys that concern the written picture are the viewer's own business. */
 static int is_shown(const rd_key *key)
 {
-    static const char *const hidden[] = { "ev", "background", "emission", "aa" };
+    static const char *const hidden[] = { "ev", "background", "emission", "aa", "compute" };
     for (size_t i = 0; i < sizeof hidden / sizeof hidden[0]; i++)
         if (strcmp(hidden[i], key->name) == 0)
             return 0;

@@ -44,21 +44,10 @@ static void cloth_moves(void **state)
     agree("--scene builtin:robots --samples 100 --set m=256 --light sun:1,2,1 --frames 2 --set pattern=poisson");
 }
 
-/* The context's compute shaders are used where it has them: above. */
-static void without_compute(void **state)
-{
-    (void)state;
-    agree("--scene builtin:cornell --set emitters=0 --light spot:0.278,0.54,0.1,0,-0.8,0.6,70,2 --samples 100 --set m=64 "
-          "--set mode=interpolated --set compute=0");
-    agree("--scene builtin:uroom --light point:0.3,1.2,0.2 --samples 64 --set m=48 --set mode=denoised --frames 2 --set "
-          "compute=0");
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(emitter_in_a_room), cmocka_unit_test(spot_interpolated),
                                         cmocka_unit_test(lamps_denoised_over_frames),
-                                        cmocka_unit_test(sun_on_instances_and_masks), cmocka_unit_test(cloth_moves),
-                                        cmocka_unit_test(without_compute) };
+                                        cmocka_unit_test(sun_on_instances_and_masks), cmocka_unit_test(cloth_moves) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

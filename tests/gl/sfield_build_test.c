@@ -599,7 +599,7 @@ static void a_lost_context(void **state)
     assert_int_equal(all_of_it(t, &m, basis, &other, out), GLBK_ERR_LOST);
     other = b;
     other.views = (glbk_sfield_views *)calloc(1, sizeof *other.views);         /* memory is freed, GL not called */
-    other.words = (uint32_t *)calloc(1, 1);
+    other.words = (uint32_t *)calloc(1, sizeof *other.words);
     glbk_sfield_builder_destroy(&t->gl, &other);
     t->gl = ctx;
     glbk_sfield_builder_destroy(&t->gl, &b);

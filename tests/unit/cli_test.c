@@ -295,9 +295,9 @@ static void same_files(const char *a, const char *b, int expected)
 
 static void render_json(void **state)
 {
-    static const char *const names[] = { "technique", "backend", "gl_renderer", "scene", "triangles", "width", "height",
-                                         "samples", "ev", "precompute_ms", "frame_ms", "memory_bytes", "peak_bytes",
-                                         "noise" };
+    static const char *const names[] = { "technique", "backend", "gl_renderer", "path", "scene", "triangles", "width",
+                                         "height", "samples", "ev", "precompute_ms", "frame_ms", "memory_bytes",
+                                         "peak_bytes", "noise" };
     (void)state;
     need_reference();
     assert_int_equal(run("render", KNOT_REFERENCE "--json -"), 0);
