@@ -1105,7 +1105,11 @@ GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *buil
     X(glbk_sfield_views, 3, GLBK_SFIELD_VIEWS_MEMBERS)
 
 #define GLBK_SFIELD_STORAGE(X)
-#define GLBK_SFIELD_IMAGES(X)
+#define GLBK_SFIELD_IMAGES(X)                                                                       \
+    X(writeonly, rgba32f, image2D, glbk_sfield_light_image, 0)                                      \
+    X(writeonly, rgba32f, image2D, glbk_sfield_gloss_image, 1)                                      \
+    X(writeonly, rgba32ui, uimage2D, glbk_sfield_cube_image, 2) /* building */                      \
+    X(writeonly, rgba32ui, uimage2D, glbk_sfield_coefs_image, 3)
 
 GLBK__PART(SFIELD)
 
@@ -1178,6 +1182,7 @@ typedef struct glbk_sfield_renderer {   /* read only; zeroed = none */
     glbk_program shade, fill;
     glbk_buffer  frame, object;
     uint32_t     width, height, bands;
+    int          compute;
 } glbk_sfield_renderer;
 
 GLBK_DEF size_t glbk_sfield_write_product(uint32_t bands, const uint32_t *terms, const float *factors, uint32_t count,
@@ -1262,6 +1267,7 @@ typedef struct glbk_sfield_builder {    /* batch: most eyes of which cubes are k
     glbk_program  see, sum, project;
     glbk_sfield_views *views;
     uint32_t     *words;                /* what was read back */
+    int           compute;
 } glbk_sfield_builder;
 
 GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sfield_builder_desc *desc,
@@ -5754,7 +5760,19 @@ static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
     "    uvec4 size;\n",
     "    vec4 eyes[256];\n",
     "    uvec4 places[256];\n",
-    "} glbk_sfield_views;\n"
+    "} glbk_sfield_views;\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(rgba32f, binding = 0) writeonly uniform image2D glbk_sfield_light_image;\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(rgba32f, binding = 1) writeonly uniform image2D glbk_sfield_gloss_image;\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(rgba32ui, binding = 2) writeonly uniform uimage2D glbk_sfield_cube_image;\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(rgba32ui, binding = 3) writeonly uniform uimage2D glbk_sfield_coefs_image;\n",
+    "#endif\n"
 };
 
 static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
@@ -5767,6 +5785,9 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "#endif\n",
     "#ifndef SFIELD_BANDS\n",
     "#error \"SFIELD_BANDS: 1 to 8\"\n",
+    "#endif\n",
+    "#ifndef SFIELD_ROTATION\n",
+    "#define SFIELD_ROTATION(i) SFIELD_TEXEL(i)              // texel i of a rotation\n",
     "#endif\n",
     "#define SFIELD_COEFS (SFIELD_BANDS * SFIELD_BANDS)\n",
     "#define SFIELD_CELLS ((SFIELD_COEFS + 15) / 16)         // texels of a sample and channel\n",
@@ -5891,7 +5912,7 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "        for (int x = 0; x < n; x++) sum[x] = 0.0;\n",
     "        for (int y = 0; y < n; y++)\n",
     "            for (int x = 0; x < n; x += 4, row++) {\n",
-    "                vec4 m = uintBitsToFloat(SFIELD_TEXEL(row));\n",
+    "                vec4 m = uintBitsToFloat(SFIELD_ROTATION(row));\n",
     "                for (int i = 0; i < 4; i++)\n",
     "                    if (x + i < n) {\n",
     "                        if (back) sum[x + i] += m[i] * v[first + y];\n",
@@ -6011,6 +6032,161 @@ static const char *const glbk__glsl_lib_sfield_gbuffer_glsl[] = {
     "        uint rotation = SFIELD_TEXEL(sfield_at(p.entity) + 5u).z;\n",
     "        if (rotation != SFIELD_NONE) sfield_rotate(rotation, false, t);\n",
     "    }\n",
+    "}\n",
+    "\n",
+    "// Light, gloss and what is open, as the textures of the renderer hold them.\n",
+    "sfield_sums sfield_shade_point(ivec2 at, sfield_point p)\n",
+    "{\n",
+    "    float t[SFIELD_COEFS], g[SFIELD_COEFS];\n",
+    "    sfield_start(at, p, t);\n",
+    "    for (int k = 0; k < SFIELD_COEFS; k++) g[k] = 0.0;\n",
+    "#if SFIELD_GLOSS\n",
+    "    vec3 view = glbk_sfield_frame.eye.xyz - p.position;\n",
+    "    float r[SFIELD_COEFS];\n",
+    "    if (p.exponent > 0.0 && dot(view, view) > 0.0) {\n",
+    "        sfield_lobe(reflect(-normalize(view), p.normal), clamp(p.exponent, 1.0, 1000.0), r);\n",
+    "        sfield_product(glbk_sfield_scene.parts.xy, t, r, g);\n",
+    "    }\n",
+    "#endif\n",
+    "    sfield_sums sums = sfield_shade(p.position, p.normal, p.entity, t, g);\n",
+    "    return sfield_sums(sums.light * (1.0 / SFIELD_PI), sums.gloss, sums.open / (SFIELD_PI * SFIELD_Y00));\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
+    "// sfield_list - the entities that a work group needs, found by it together: what hides anything of its points and all that\n",
+    "// shines, nearest first, with their texels and rotations in shared memory. Compute shaders, before sfield_shade.\n",
+    "// uses: sfield_access\n",
+    "#ifndef SFIELD_GROUP\n",
+    "#define SFIELD_GROUP 64u            // invocations of a work group, a power of two\n",
+    "#endif\n",
+    "#define SFIELD_ENTITY 7u\n",
+    "#define SFIELD_LISTED 128u          // entities; where more are needed, all are gone through, in the table\n",
+    "#define SFIELD_STAGED 768u          // texels of rotations: 28 of 4 bands, 3 of 8; others are read from the table\n",
+    "#define SFIELD_TURNED 0x80000000u   // a rotation that is in shared memory\n",
+    "\n",
+    "shared uvec4 sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + SFIELD_STAGED];\n",
+    "shared uint sfield_numbers[SFIELD_LISTED], sfield_turns[SFIELD_LISTED], sfield_listed, sfield_turned;\n",
+    "shared vec2 sfield_spans[SFIELD_LISTED];\n",
+    "\n",
+    "// A name: the number in the table, and the place in the list or, of more than it holds, 255.\n",
+    "bool sfield_all() { return sfield_listed > SFIELD_LISTED; }\n",
+    "uint sfield_name(uint i) { return sfield_all() ? i << 8 | 255u : sfield_numbers[i] << 8 | i; }\n",
+    "\n",
+    "uvec4 sfield_record(uint name, uint k)\n",
+    "{\n",
+    "    if ((name & 255u) == 255u) return SFIELD_TEXEL(glbk_sfield_scene.table.x + (name >> 8) * SFIELD_ENTITY + k);\n",
+    "    return sfield_texels[(name & 255u) * SFIELD_ENTITY + k];\n",
+    "}\n",
+    "\n",
+    "uvec4 sfield_rotation_texel(uint i)\n",
+    "{\n",
+    "    if (i < SFIELD_TURNED) return SFIELD_TEXEL(i);\n",
+    "    return sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + (i & ~SFIELD_TURNED)];\n",
+    "}\n",
+    "\n",
+    "#define SFIELD_COUNT (sfield_all() ? glbk_sfield_scene.table.y : sfield_listed)\n",
+    "#define SFIELD_NAME(i) sfield_name(i)\n",
+    "#define SFIELD_NUMBER(name) (name >> 8)\n",
+    "#define SFIELD_RECORD(name, k) sfield_record(name, k)\n",
+    "#define SFIELD_NEAR(i) (sfield_all() ? 0.0 : sfield_spans[i].x)\n",
+    "#define SFIELD_FAR(i) (sfield_all() ? 3e38 : sfield_spans[i].y)\n",
+    "#define SFIELD_ROTATION(i) sfield_rotation_texel(i)\n",
+    "\n",
+    "void sfield_wait()\n",
+    "{\n",
+    "    memoryBarrierShared();\n",
+    "    barrier();\n",
+    "}\n",
+    "\n",
+    "// Boxes round the points and round their normals.\n",
+    "struct sfield_box { vec3 low, high, normal_low, normal_high; };\n",
+    "\n",
+    "sfield_box sfield_bound(vec3 position, vec3 normal, bool seen)\n",
+    "{\n",
+    "    uint me = gl_LocalInvocationIndex;\n",
+    "    bool counts = seen && all(lessThan(abs(position), vec3(1e18)));\n",
+    "    vec3 least[4] = vec3[4](position, -position, normal, -normal);\n",
+    "    for (uint k = 0u; k < 4u; k++)\n",
+    "        sfield_texels[k * SFIELD_GROUP + me] = floatBitsToUint(vec4(counts ? least[k] : vec3(3e38), 0.0));\n",
+    "    for (uint rest = SFIELD_GROUP / 2u; rest > 0u; rest >>= 1u) {\n",
+    "        sfield_wait();\n",
+    "        for (uint k = 0u; k < 4u && me < rest; k++) {\n",
+    "            uint at = k * SFIELD_GROUP + me;\n",
+    "            sfield_texels[at] = floatBitsToUint(min(uintBitsToFloat(sfield_texels[at]), uintBitsToFloat(sfield_texels[at + rest])));\n",
+    "        }\n",
+    "    }\n",
+    "    sfield_wait();\n",
+    "    for (uint k = 0u; k < 4u; k++) least[k] = uintBitsToFloat(sfield_texels[k * SFIELD_GROUP].xyz);\n",
+    "    sfield_wait();                  // before others write there\n",
+    "    return sfield_box(least[0], -least[1], least[2], -least[3]);\n",
+    "}\n",
+    "\n",
+    "// Least and greatest square of the distance of a point from the box; a little more room than rounding takes.\n",
+    "vec2 sfield_span(sfield_box b, vec3 p)\n",
+    "{\n",
+    "    vec3 near = max(max(b.low - p, p - b.high), 0.0), far = max(abs(b.low - p), abs(b.high - p));\n",
+    "    return vec2(0.99999 * dot(near, near), 1.00001 * dot(far, far));\n",
+    "}\n",
+    "\n",
+    "// Is any of a sphere above the horizon of any point? Rather yes.\n",
+    "bool sfield_above(sfield_box b, vec3 p, float radius)\n",
+    "{\n",
+    "    vec3 from = p - b.high, to = p - b.low;\n",
+    "    vec3 most = max(max(from * b.normal_low, from * b.normal_high), max(to * b.normal_low, to * b.normal_high));\n",
+    "    vec3 room = 1e-6 * max(abs(from), abs(to));\n",
+    "    return most.x + most.y + most.z + room.x + room.y + room.z > -radius;\n",
+    "}\n",
+    "\n",
+    "// Called once by all invocations; seen: false = no point of its own.\n",
+    "void sfield_list(vec3 position, vec3 normal, bool seen)\n",
+    "{\n",
+    "    const uint rotation_texels[8] = uint[8](1u, 3u, 13u, 27u, 54u, 87u, 139u, 199u);\n",
+    "    const uint turn = rotation_texels[SFIELD_BANDS - 1], turns = min(SFIELD_STAGED / turn, SFIELD_LISTED);\n",
+    "    uint me = gl_LocalInvocationIndex;\n",
+    "    sfield_listed = sfield_turned = 0u;         // before the first wait\n",
+    "    sfield_box box = sfield_bound(position, normal, seen);\n",
+    "    if (box.low.x > box.high.x) return;\n",
+    "    for (uint e = me; e < glbk_sfield_scene.table.y; e += SFIELD_GROUP) {\n",
+    "        uint at = glbk_sfield_scene.table.x + e * SFIELD_ENTITY;\n",
+    "        vec4 occluder = uintBitsToFloat(SFIELD_TEXEL(at)), source = uintBitsToFloat(SFIELD_TEXEL(at + 1u));\n",
+    "        vec2 span = sfield_span(box, occluder.xyz), light = source.w > 0.0 ? sfield_span(box, source.xyz) : vec2(0.0);\n",
+    "        bool hides = span.x < occluder.w && sfield_above(box, occluder.xyz, uintBitsToFloat(SFIELD_TEXEL(at + 3u).w));\n",
+    "        if (!hides && !(source.w > 0.0)) continue;\n",
+    "        span = vec2(source.w > 0.0 ? light.x : span.x, hides ? max(span.y, light.y) : light.y);\n",
+    "        uint slot = atomicAdd(sfield_listed, 1u);\n",
+    "        if (slot < SFIELD_LISTED) sfield_texels[slot] = uvec4(e, floatBitsToUint(span), 0u);\n",
+    "    }\n",
+    "    sfield_wait();\n",
+    "    uint listed = sfield_listed;\n",
+    "    if (listed > SFIELD_LISTED) return;\n",
+    "    for (uint i = me; i < listed; i += SFIELD_GROUP) {          // by distance: spans are not negative, so their bits sort\n",
+    "        uvec4 mine = sfield_texels[i];\n",
+    "        uint rank = 0u;\n",
+    "        for (uint k = 0u; k < listed; k++) {\n",
+    "            uvec4 other = sfield_texels[k];\n",
+    "            if (other.y < mine.y || (other.y == mine.y && other.x < mine.x)) rank++;\n",
+    "        }\n",
+    "        sfield_numbers[rank] = mine.x;\n",
+    "        sfield_spans[rank] = uintBitsToFloat(mine.yz);\n",
+    "    }\n",
+    "    sfield_wait();\n",
+    "    for (uint i = me; i < listed * SFIELD_ENTITY; i += SFIELD_GROUP)\n",
+    "        sfield_texels[i] = SFIELD_TEXEL(glbk_sfield_scene.table.x + sfield_numbers[i / SFIELD_ENTITY] * SFIELD_ENTITY +\n",
+    "                                        i % SFIELD_ENTITY);\n",
+    "    sfield_wait();\n",
+    "    for (uint i = me; i < listed; i += SFIELD_GROUP) {\n",
+    "        uint at = i * SFIELD_ENTITY + 5u, rotation = sfield_texels[at].z;\n",
+    "        if (rotation == 0xffffffffu) continue;\n",
+    "        uint slot = atomicAdd(sfield_turned, 1u);\n",
+    "        if (slot >= turns) continue;\n",
+    "        sfield_turns[slot] = rotation;\n",
+    "        sfield_texels[at].z = SFIELD_TURNED | slot * turn;\n",
+    "    }\n",
+    "    sfield_wait();\n",
+    "    for (uint i = me; i < min(sfield_turned, turns) * turn; i += SFIELD_GROUP)\n",
+    "        sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + i] = SFIELD_TEXEL(sfield_turns[i / turn] + i % turn);\n",
+    "    sfield_wait();\n",
     "}\n"
 };
 
@@ -6021,7 +6197,9 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "// Entities of the table, SFIELD_ENTITY texels each: occluder's centre and the square of its reach (0 hides nothing),\n",
     "// source's centre and radius (0 does not shine), three rows of the turn into field space (w: inscribed radius, radius of\n",
     "// the occluder, time), (occluder, source, rotation, 0), tint. World units.\n",
+    "#ifndef SFIELD_ENTITY\n",
     "#define SFIELD_ENTITY 7u\n",
+    "#endif\n",
     "#define SFIELD_BATCH 8              // entities found at a time\n",
     "#define SFIELD_BLOCKERS 4           // inscribed spheres that are remembered\n",
     "\n",
@@ -6029,30 +6207,45 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "\n",
     "uint sfield_at(uint entity) { return glbk_sfield_scene.table.x + entity * SFIELD_ENTITY; }\n",
     "\n",
-    "vec3 sfield_turn(uint at, vec3 v)\n",
+    "// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which rises with its\n",
+    "// number in the table and leads to its texels; none of it is nearer than NEAR or farther than FAR, squares of distances.\n",
+    "#ifndef SFIELD_NAME\n",
+    "#define SFIELD_COUNT glbk_sfield_scene.table.y\n",
+    "#define SFIELD_NAME(i) i\n",
+    "#define SFIELD_NUMBER(name) name\n",
+    "#define SFIELD_RECORD(name, k) SFIELD_TEXEL(sfield_at(name) + k)\n",
+    "#define SFIELD_NEAR(i) 0.0\n",
+    "#define SFIELD_FAR(i) 3e38\n",
+    "#endif\n",
+    "#define SFIELD_HIDES 0x80000000u\n",
+    "\n",
+    "vec3 sfield_turn(uint entity, vec3 v)\n",
     "{\n",
-    "    return vec3(dot(uintBitsToFloat(SFIELD_TEXEL(at + 2u).xyz), v), dot(uintBitsToFloat(SFIELD_TEXEL(at + 3u).xyz), v),\n",
-    "                dot(uintBitsToFloat(SFIELD_TEXEL(at + 4u).xyz), v));\n",
+    "    return vec3(dot(uintBitsToFloat(SFIELD_RECORD(entity, 2u).xyz), v), dot(uintBitsToFloat(SFIELD_RECORD(entity, 3u).xyz), v),\n",
+    "                dot(uintBitsToFloat(SFIELD_RECORD(entity, 4u).xyz), v));\n",
     "}\n",
     "\n",
-    "// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's number as id, an occluder count more; of the\n",
-    "// same distance lights come first. An entity does not hide itself from its own light: it follows then; it neither hides nor\n",
-    "// lights its own points. SFIELD_NONE ends them.\n",
-    "void sfield_find(vec3 position, uint own, float d2, uint id, out float key[SFIELD_BATCH], out uint name[SFIELD_BATCH])\n",
+    "// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's name as id, an occluder SFIELD_HIDES more; of\n",
+    "// the same distance lights come first. An entity does not hide itself from its own light: it follows then; it neither hides\n",
+    "// nor lights its own points. SFIELD_NONE ends them. Entities before `first` have been gone through.\n",
+    "void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, out float key[SFIELD_BATCH],\n",
+    "                 out uint name[SFIELD_BATCH])\n",
     "{\n",
-    "    uint count = glbk_sfield_scene.table.y;\n",
+    "    uint count = SFIELD_COUNT;\n",
+    "    while (first < count && SFIELD_FAR(first) < d2) first++;\n",
     "    for (int i = 0; i < SFIELD_BATCH; i++) {\n",
     "        key[i] = 3e38;\n",
     "        name[i] = SFIELD_NONE;\n",
     "    }\n",
-    "    for (uint e = 0u; e < count; e++) {\n",
-    "        if (e == own) continue;\n",
-    "        vec4 occluder = uintBitsToFloat(SFIELD_TEXEL(sfield_at(e))), source = uintBitsToFloat(SFIELD_TEXEL(sfield_at(e) + 1u));\n",
+    "    for (uint at = first; at < count && SFIELD_NEAR(at) <= key[SFIELD_BATCH - 1]; at++) {\n",
+    "        uint e = SFIELD_NAME(at);\n",
+    "        if (SFIELD_NUMBER(e) == own) continue;\n",
+    "        vec4 occluder = uintBitsToFloat(SFIELD_RECORD(e, 0u)), source = uintBitsToFloat(SFIELD_RECORD(e, 1u));\n",
     "        vec3 v = occluder.xyz - position, w = source.xyz - position;\n",
     "        float far = dot(v, v), light = source.w > 0.0 ? dot(w, w) : 0.0;\n",
     "        for (int what = 0; what < 2; what++) {\n",
     "            float k = what == 0 ? light : max(far, light);\n",
-    "            uint n = what == 0 ? e : count + e;\n",
+    "            uint n = what == 0 ? e : e | SFIELD_HIDES;\n",
     "            bool there = what == 0 ? source.w > 0.0 : far < occluder.w;\n",
     "            if (!there || !(k > d2 || (k == d2 && (id == SFIELD_NONE || n > id)))) continue;\n",
     "            for (int i = 0; i < SFIELD_BATCH; i++)\n",
@@ -6083,16 +6276,18 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "    return hidden;\n",
     "}\n",
     "\n",
-    "vec3 sfield_local(uint at, vec4 sphere, vec3 position) { return sfield_turn(at, position - sphere.xyz) / sphere.w; }\n",
+    "vec3 sfield_local(uint entity, vec4 sphere, vec3 position)\n",
+    "{\n",
+    "    return sfield_turn(entity, position - sphere.xyz) / sphere.w;\n",
+    "}\n",
     "\n",
     "// Alpha of an occluder, in the world; false: nothing of it counts. It fades over the last quarter of its reach, and hides\n",
     "// nothing below the horizon or behind an inscribed sphere.\n",
     "bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_blockers met, out float o[SFIELD_COEFS])\n",
     "{\n",
-    "    uint at = sfield_at(entity);\n",
-    "    uvec4 what = SFIELD_TEXEL(at + 5u);\n",
-    "    vec4 place = uintBitsToFloat(SFIELD_TEXEL(at));\n",
-    "    float radius = uintBitsToFloat(SFIELD_TEXEL(at + 3u).w), inscribed = uintBitsToFloat(SFIELD_TEXEL(at + 2u).w);\n",
+    "    uvec4 what = SFIELD_RECORD(entity, 5u);\n",
+    "    vec4 place = uintBitsToFloat(SFIELD_RECORD(entity, 0u));\n",
+    "    float radius = uintBitsToFloat(SFIELD_RECORD(entity, 3u).w), inscribed = uintBitsToFloat(SFIELD_RECORD(entity, 2u).w);\n",
     "    vec3 v = place.xyz - position;\n",
     "    float d = length(v), factor = clamp(4.0 * (1.0 - d * inversesqrt(place.w)), 0.0, 1.0);\n",
     "    if (!(factor > 0.0) || !(dot(v, normal) > -radius)) return false;\n",
@@ -6103,27 +6298,40 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "        met.count++;\n",
     "    }\n",
     "    for (int k = 0; k < SFIELD_COEFS; k++) o[k] = 0.0;\n",
-    "    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(at, vec4(place.xyz, radius), position)), 0u, 0.0, factor, o);\n",
+    "    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(entity, vec4(place.xyz, radius), position)), 0u, 0.0, factor, o);\n",
     "    if (what.z != SFIELD_NONE) sfield_rotate(what.z, false, o);\n",
     "    return true;\n",
     "}\n",
     "\n",
-    "// T . radiance of a light; t is turned into its space.\n",
-    "vec3 sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS])\n",
+    "// A sum into channel c; a source of one channel has three equal ones.\n",
+    "vec3 sfield_channel(vec3 rgb, uint c, float sum)\n",
     "{\n",
-    "    uint at = sfield_at(entity);\n",
-    "    uvec4 what = SFIELD_TEXEL(at + 5u);\n",
-    "    vec4 sphere = uintBitsToFloat(SFIELD_TEXEL(at + 1u));\n",
-    "    sfield_place place = sfield_locate(what.y, sfield_local(at, sphere, position));\n",
-    "    float time = uintBitsToFloat(SFIELD_TEXEL(at + 4u).w), v[SFIELD_COEFS];\n",
-    "    vec3 rgb = vec3(0.0);\n",
-    "    if (what.z != SFIELD_NONE) sfield_rotate(what.z, true, t);\n",
+    "    return c == 0u ? vec3(sum) : c == 1u ? vec3(rgb.x, sum, sum) : vec3(rgb.xy, sum);\n",
+    "}\n",
+    "\n",
+    "// T . radiance of a light, and the same of g; both are turned into its space.\n",
+    "void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFIELD_COEFS], inout sfield_sums sums)\n",
+    "{\n",
+    "    uvec4 what = SFIELD_RECORD(entity, 5u);\n",
+    "    vec4 sphere = uintBitsToFloat(SFIELD_RECORD(entity, 1u));\n",
+    "    sfield_place place = sfield_locate(what.y, sfield_local(entity, sphere, position));\n",
+    "    float time = uintBitsToFloat(SFIELD_RECORD(entity, 4u).w), v[SFIELD_COEFS];\n",
+    "    vec3 light = vec3(0.0), gloss = vec3(0.0), tint = uintBitsToFloat(SFIELD_RECORD(entity, 6u).xyz);\n",
+    "    if (what.z != SFIELD_NONE) {\n",
+    "        sfield_rotate(what.z, true, t);\n",
+    "#if SFIELD_GLOSS\n",
+    "        sfield_rotate(what.z, true, g);\n",
+    "#endif\n",
+    "    }\n",
     "    for (uint c = 0u; c < SFIELD_TEXEL(what.y + 1u).x; c++) {    // 3 channels\n",
     "        sfield_fetch(what.y, place, c, time, 1.0, v);\n",
-    "        float sum = sfield_dot(v, t);\n",
-    "        rgb = c == 0u ? vec3(sum) : c == 1u ? vec3(rgb.x, sum, sum) : vec3(rgb.xy, sum);\n",
+    "        light = sfield_channel(light, c, sfield_dot(v, t));\n",
+    "#if SFIELD_GLOSS\n",
+    "        gloss = sfield_channel(gloss, c, sfield_dot(v, g));\n",
+    "#endif\n",
     "    }\n",
-    "    return rgb * uintBitsToFloat(SFIELD_TEXEL(at + 6u).xyz);\n",
+    "    sums.light += light * tint;\n",
+    "    sums.gloss += gloss * tint;\n",
     "}\n",
     "\n",
     "vec3 sfield_sky(float t[SFIELD_COEFS])\n",
@@ -6147,7 +6355,8 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])\n",
     "{\n",
     "    sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);\n",
-    "    uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE, name[SFIELD_BATCH];\n",
+    "    uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE, first = 0u;\n",
+    "    uint name[SFIELD_BATCH];\n",
     "    if (own < count && uintBitsToFloat(SFIELD_TEXEL(sfield_at(own) + 1u).w) > 0.0) left--;\n",
     "    bool sky = glbk_sfield_scene.table.w != 0u, more = left > 0u || sky;\n",
     "    float d2 = 0.0, o[SFIELD_COEFS], key[SFIELD_BATCH];\n",
@@ -6155,7 +6364,7 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "    met.count = 0;\n",
     "    for (int i = 0; i < SFIELD_BLOCKERS; i++) met.cone[i] = vec4(0.0);\n",
     "    while (more) {\n",
-    "        sfield_find(position, own, d2, id, key, name);\n",
+    "        sfield_find(position, own, d2, id, first, key, name);\n",
     "        for (uint i = 0u; i < min(uint(SFIELD_BATCH), 2u * count + 1u) && more; i++) {\n",
     "            for (int k = 0; k < SFIELD_BATCH; k++)\n",
     "                if (uint(k) == i) {\n",
@@ -6164,14 +6373,11 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "                }\n",
     "            if (id == SFIELD_NONE) {\n",
     "                more = false;\n",
-    "            } else if (id < count) {\n",
-    "                sums.light += sfield_light(id, position, t);\n",
-    "#if SFIELD_GLOSS\n",
-    "                sums.gloss += sfield_light(id, position, g);\n",
-    "#endif\n",
+    "            } else if (id < SFIELD_HIDES) {\n",
+    "                sfield_light(id, position, t, g, sums);\n",
     "                left--;\n",
     "                more = left > 0u || sky;\n",
-    "            } else if (sfield_occlusion(id - count, position, normal, met, o)) {\n",
+    "            } else if (sfield_occlusion(id & ~SFIELD_HIDES, position, normal, met, o)) {\n",
     "                sfield_apply(o, t);\n",
     "#if SFIELD_GLOSS\n",
     "                sfield_apply(o, g);\n",
@@ -7740,6 +7946,46 @@ static const char *const glbk__glsl_prog_sfield_gbuffer_vert[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_sfield_project_comp[] = {
+    "// sfield_project.frag as a compute shader: a work group is an eye and channel. Each invocation projects its share of the\n",
+    "// texels on all harmonics, in registers; then the shares are added.\n",
+    "// uses: table sfield_bindings\n",
+    "// sets: SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8\n",
+    "#ifndef SFIELD_BANDS\n",
+    "#define SFIELD_BANDS 4\n",
+    "#endif\n",
+    "#define SFIELD_GROUPS ((SFIELD_BANDS * SFIELD_BANDS + 3) / 4)\n",
+    "layout(local_size_x = 64) in;\n",
+    "shared vec4 sfield_shares[64 * SFIELD_GROUPS];\n",
+    "\n",
+    "vec4 sfield_basis_at(uint i) { return uintBitsToFloat(texelFetch(glbk_sfield_basis, glbk_table_at(i), 0)); }\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uint eye = gl_WorkGroupID.x, channel = gl_WorkGroupID.y, side = glbk_sfield_views.how.w, cells = 6u * side * side;\n",
+    "    uint me = gl_LocalInvocationID.x;\n",
+    "    vec4 sum[SFIELD_GROUPS];\n",
+    "    for (int g = 0; g < SFIELD_GROUPS; g++) sum[g] = vec4(0.0);\n",
+    "    for (uint cell = me; cell < cells; cell += 64u) {\n",
+    "        uint x = cell % (6u * side), y = eye * side + cell / (6u * side);\n",
+    "#if SFIELD_SOURCE\n",
+    "        float a = uintBitsToFloat(texelFetch(glbk_sfield_cube, ivec2(x, y), 0)[channel]);\n",
+    "#else\n",
+    "        float a = uintBitsToFloat(texelFetch(glbk_sfield_cube, ivec2(x / 4u, y), 0)[x & 3u]);\n",
+    "#endif\n",
+    "        if (a != 0.0)\n",
+    "            for (int g = 0; g < SFIELD_GROUPS; g++) sum[g] += a * sfield_basis_at(uint(g) * cells + cell);\n",
+    "    }\n",
+    "    for (int g = 0; g < SFIELD_GROUPS; g++) sfield_shares[me * uint(SFIELD_GROUPS) + uint(g)] = sum[g];\n",
+    "    memoryBarrierShared();\n",
+    "    barrier();\n",
+    "    if (me >= uint(SFIELD_GROUPS)) return;\n",
+    "    vec4 all = vec4(0.0);\n",
+    "    for (uint i = 0u; i < 64u; i++) all += sfield_shares[i * uint(SFIELD_GROUPS) + me];\n",
+    "    imageStore(glbk_sfield_coefs_image, ivec2(channel * uint(SFIELD_GROUPS) + me, eye), floatBitsToUint(all));\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_sfield_project_frag[] = {
     "// Four coefficients of a cube: texels times what the basis integrates to over each. A column is a group of four,\n",
     "// after all groups of one channel those of the next; a row is an eye. Twin: sfield_sh_project.\n",
@@ -7844,6 +8090,29 @@ static const char *const glbk__glsl_prog_sfield_see_vert[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_sfield_shade_comp[] = {
+    "// sfield_shade.frag as a compute shader: the entities near its 8 x 8 pixels are found by a work group together.\n",
+    "// uses: sfield_list sfield_gbuffer\n",
+    "// sets: SFIELD_BANDS=4 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0\n",
+    "layout(local_size_x = 8, local_size_y = 8) in;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_GlobalInvocationID.xy);\n",
+    "    bool inside = all(lessThan(at, textureSize(glbk_sfield_place, 0)));\n",
+    "    sfield_point p = sfield_point(vec3(0.0), vec3(0.0), SFIELD_NONE, 0.0, false);\n",
+    "    sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);\n",
+    "    bool seen = inside && sfield_read_point(at, p);\n",
+    "    sfield_list(p.position, p.normal, seen);\n",
+    "    if (seen) sums = sfield_shade_point(at, p);\n",
+    "    if (!inside) return;\n",
+    "    imageStore(glbk_sfield_light_image, at, vec4(sums.light, sums.open));\n",
+    "#if SFIELD_GLOSS\n",
+    "    imageStore(glbk_sfield_gloss_image, at, vec4(sums.gloss, 1.0));\n",
+    "#endif\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_sfield_shade_frag[] = {
     "// Light at each pixel of the G-buffer: rgb without albedo, and the share of the cosine-weighted sky that is open.\n",
     "// uses: sfield_gbuffer\n",
@@ -7859,23 +8128,62 @@ static const char *const glbk__glsl_prog_sfield_shade_frag[] = {
     "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
     "    sfield_point p;\n",
     "    sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);\n",
-    "    float t[SFIELD_COEFS], g[SFIELD_COEFS];\n",
-    "    if (sfield_read_point(at, p)) {\n",
-    "        sfield_start(at, p, t);\n",
-    "        for (int k = 0; k < SFIELD_COEFS; k++) g[k] = 0.0;\n",
-    "#if SFIELD_GLOSS\n",
-    "        vec3 view = glbk_sfield_frame.eye.xyz - p.position;\n",
-    "        float r[SFIELD_COEFS];\n",
-    "        if (p.exponent > 0.0 && dot(view, view) > 0.0) {\n",
-    "            sfield_lobe(reflect(-normalize(view), p.normal), clamp(p.exponent, 1.0, 1000.0), r);\n",
-    "            sfield_product(glbk_sfield_scene.parts.xy, t, r, g);\n",
-    "        }\n",
-    "#endif\n",
-    "        sums = sfield_shade(p.position, p.normal, p.entity, t, g);\n",
-    "    }\n",
-    "    light = glbk_pack(vec4(sums.light * (1.0 / SFIELD_PI), sums.open / (SFIELD_PI * SFIELD_Y00)));\n",
+    "    if (sfield_read_point(at, p)) sums = sfield_shade_point(at, p);\n",
+    "    light = glbk_pack(vec4(sums.light, sums.open));\n",
     "#if SFIELD_GLOSS\n",
     "    gloss = glbk_pack(vec4(sums.gloss, 1.0));\n",
+    "#endif\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_sfield_sum_comp[] = {
+    "// sfield_sum.frag as a compute shader: a work group counts the samples of a row of texels of a tile. Each invocation adds\n",
+    "// up columns, neighbours side by side (alpha: two columns, by gathers of 2 x 2), then texels are made of columns.\n",
+    "// uses: sfield_bindings\n",
+    "// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1\n",
+    "layout(local_size_x = 32) in;\n",
+    "#if SFIELD_SOURCE\n",
+    "shared vec3 sfield_columns[256];\n",
+    "#else\n",
+    "shared uint sfield_columns[256];\n",
+    "#endif\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uvec4 place = glbk_sfield_views.places[gl_WorkGroupID.y];\n",
+    "    uint width = glbk_sfield_views.how.z, side = glbk_sfield_views.how.w, scale = width / side, me = gl_LocalInvocationID.x;\n",
+    "    ivec2 from = ivec2(place.zw * width + uvec2(0u, gl_WorkGroupID.x * scale));\n",
+    "    ivec2 to = ivec2(place.x * side, place.y * side + gl_WorkGroupID.x);\n",
+    "    float share = 1.0 / float(scale * scale);\n",
+    "#if SFIELD_SOURCE\n",
+    "    for (uint x = me; x < width; x += 32u) {\n",
+    "        vec3 sum = vec3(0.0);\n",
+    "        for (uint y = 0u; y < scale; y++) sum += uintBitsToFloat(texelFetch(glbk_sfield_seen, from + ivec2(x, y), 0).xyz);\n",
+    "        sfield_columns[x] = sum;\n",
+    "    }\n",
+    "    memoryBarrierShared();\n",
+    "    barrier();\n",
+    "    for (uint x = me; x < side; x += 32u) {\n",
+    "        vec3 sum = vec3(0.0);\n",
+    "        for (uint k = 0u; k < scale; k++) sum += sfield_columns[x * scale + k];\n",
+    "        imageStore(glbk_sfield_cube_image, to + ivec2(x, 0), uvec4(floatBitsToUint(sum * share), 0u));\n",
+    "    }\n",
+    "#else\n",
+    "    vec2 unit = 1.0 / vec2(textureSize(glbk_sfield_seen, 0));\n",
+    "    for (uint x = me; x < width / 2u; x += 32u) {\n",
+    "        uvec4 sum = uvec4(0u);\n",
+    "        for (uint y = 0u; y < scale; y += 2u)\n",
+    "            sum += textureGather(glbk_sfield_seen, vec2(from + ivec2(2u * x + 1u, y + 1u)) * unit);\n",
+    "        sfield_columns[x] = sum.x + sum.y + sum.z + sum.w;\n",
+    "    }\n",
+    "    memoryBarrierShared();\n",
+    "    barrier();\n",
+    "    for (uint x = me; x < side / 4u; x += 32u) {\n",
+    "        uvec4 sum = uvec4(0u);\n",
+    "        for (uint k = 0u; k < scale / 2u; k++)\n",
+    "            for (uint i = 0u; i < 4u; i++) sum[i] += sfield_columns[(4u * x + i) * (scale / 2u) + k];\n",
+    "        imageStore(glbk_sfield_cube_image, ivec2(place.x * side / 4u + x, to.y), floatBitsToUint(vec4(sum) * share));\n",
+    "    }\n",
     "#endif\n",
     "}\n"
 };
@@ -8018,13 +8326,15 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/sfield_access.glsl", glbk__glsl_lib_sfield_access_glsl, 9, "table sfield_bindings", "",
       "" },
-    { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 28, "", "",
+    { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 40, "", "",
       "" },
-    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 216, "", "",
+    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 219, "", "",
       "" },
-    { "lib/sfield_gbuffer.glsl", glbk__glsl_lib_sfield_gbuffer_glsl, 35, "sfield_shade", "",
+    { "lib/sfield_gbuffer.glsl", glbk__glsl_lib_sfield_gbuffer_glsl, 53, "sfield_shade", "",
       "" },
-    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 173, "sfield_access sfield_field", "",
+    { "lib/sfield_list.glsl", glbk__glsl_lib_sfield_list_glsl, 134, "sfield_access", "",
+      "" },
+    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 203, "sfield_access sfield_field", "",
       "" },
     { "lib/table.glsl", glbk__glsl_lib_table_glsl, 5, "", "",
       "" },
@@ -8126,14 +8436,20 @@ static const glbk_file glbk__files[] = {
       "" },
     { "prog/sfield_gbuffer.vert", glbk__glsl_prog_sfield_gbuffer_vert, 22, "sfield_bindings", "",
       "" },
+    { "prog/sfield_project.comp", glbk__glsl_prog_sfield_project_comp, 37, "table sfield_bindings", "",
+      "SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8" },
     { "prog/sfield_project.frag", glbk__glsl_prog_sfield_project_frag, 40, "table sfield_bindings", "screen.vert",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
     { "prog/sfield_see.frag", glbk__glsl_prog_sfield_see_frag, 19, "sfield_bindings", "sfield_see.vert",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
     { "prog/sfield_see.vert", glbk__glsl_prog_sfield_see_vert, 36, "sfield_bindings", "",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
-    { "prog/sfield_shade.frag", glbk__glsl_prog_sfield_shade_frag, 33, "sfield_gbuffer", "screen.vert",
+    { "prog/sfield_shade.comp", glbk__glsl_prog_sfield_shade_comp, 20, "sfield_list sfield_gbuffer", "",
       "SFIELD_BANDS=4 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" },
+    { "prog/sfield_shade.frag", glbk__glsl_prog_sfield_shade_frag, 20, "sfield_gbuffer", "screen.vert",
+      "SFIELD_BANDS=4 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" },
+    { "prog/sfield_sum.comp", glbk__glsl_prog_sfield_sum_comp, 49, "sfield_bindings", "",
+      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
     { "prog/sfield_sum.frag", glbk__glsl_prog_sfield_sum_frag, 34, "sfield_bindings", "sfield_sum.vert",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
     { "prog/sfield_sum.vert", glbk__glsl_prog_sfield_sum_vert, 13, "sfield_bindings", "",
@@ -11437,9 +11753,10 @@ GLBK_DEF size_t glbk_sfield_write_product(uint32_t bands, const uint32_t *terms,
 
 /* The pass's program with the product written out: it goes behind sfield_field and before what calls it. */
 static glbk_result glbk__sfield_compile(glbk_context *ctx, const glbk_sfield_renderer_desc *d, const char *defines,
-                                        glbk_program *out)
+                                        int compute, glbk_program *out)
 {
-    static const char *const names[] = { "lib/sfield_shade.glsl", "lib/sfield_gbuffer.glsl", "prog/sfield_shade.frag" };
+    const char *const names[] = { "lib/sfield_shade.glsl", "lib/sfield_gbuffer.glsl",
+                                  compute ? "prog/sfield_shade.comp" : "prog/sfield_shade.frag" };
     glbk__allocator memory = glbk__memory(ctx);
     size_t product = glbk_sfield_write_product(d->bands, d->terms, d->factors, d->term_count, NULL, 0);
     glbk_source source;
@@ -11457,8 +11774,8 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const glbk_sfield_ren
     for (i = 0; i < 3; i++) glbk__put_file(&sink, glbk_find_file(names[i]));
     sink.out[sink.used] = 0;
     memset(&source, 0, sizeof source);
-    source.fragment = sink.out;
-    source.uses = "sfield_access sfield_field";
+    *(compute ? &source.compute : &source.fragment) = sink.out;
+    source.uses = compute ? "sfield_list sfield_field" : "sfield_access sfield_field";
     source.defines = defines;
     result = glbk_program_compile(ctx, &source, out);
     glbk__free(&memory, sink.out);
@@ -11481,13 +11798,15 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     out->width = d->width;
     out->height = d->height;
     out->bands = d->bands;
+    out->compute = ctx->compute;
     defines[13] = (char)('0' + d->bands);
     defines[28] = d->gloss ? '1' : '0';
     result = glbk__sfield_textures(ctx, out, d->gloss);
     if (result == GLBK_OK && d->bands <= 4) result = glbk__sfield_drawn(ctx, out);
     if (result == GLBK_OK)
-        result = unrolled ? glbk__sfield_compile(ctx, d, defines, &out->shade)
-                          : glbk_program_create(ctx, "sfield_shade.frag", defines, &out->shade);
+        result = unrolled ? glbk__sfield_compile(ctx, d, defines, out->compute, &out->shade)
+                          : glbk_program_create(ctx, out->compute ? "sfield_shade.comp" : "sfield_shade.frag", defines,
+                                                &out->shade);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_frame), NULL, &out->frame);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_object), NULL, &out->object);
     if (result != GLBK_OK) glbk_sfield_renderer_destroy(ctx, out);
@@ -11608,13 +11927,18 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
     result = glbk_buffer_update(ctx, &r->frame, 0, sizeof frame, &frame);
     if (result == GLBK_OK) result = glbk__sfield_tell(ctx, w, w->sky || open);
     pass.target = &r->target;
-    if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &r->shade);
+    if (result == GLBK_OK && !r->compute) result = glbk_begin(ctx, &pass, &r->shade);
     if (result != GLBK_OK) return result;
     glbk_sfield_bind(ctx, w);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_frame, &r->frame);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_place, &r->place);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_normal, &r->normal);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_self, &r->self);
+    if (r->compute) {
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_light_image, &r->light);
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_gloss_image, &r->gloss);
+        return glbk_dispatch(ctx, &r->shade, (r->width + 7) / 8, (r->height + 7) / 8, 1);
+    }
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
@@ -11812,8 +12136,8 @@ static glbk_result glbk__sfield_canvases(glbk_context *ctx, glbk_sfield_builder 
 GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sfield_builder_desc *d,
                                                 glbk_sfield_builder *out)
 {
+    char defines[] = "SFIELD_SOURCE=0 SFIELD_BANDS=0";
     glbk__allocator memory;
-    const char *set;
     glbk_result result = GLBK_OK;
 
     if (!ctx || !out) return GLBK_ERR_ARGUMENT;
@@ -11827,14 +12151,19 @@ GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sf
     out->source = d->source != 0;
     out->draw_fn = d->positions ? NULL : d->draw_fn;
     out->user = d->user;
-    set = out->source ? "SFIELD_SOURCE=1" : "SFIELD_SOURCE=0";
+    out->compute = ctx->compute;
+    defines[14] = out->source ? '1' : '0';
+    defines[29] = (char)('0' + d->bands);
     if (d->positions) result = glbk__sfield_take_mesh(ctx, d, out);
     if (result == GLBK_OK && d->bands) result = glbk__sfield_upload_basis(ctx, d->basis, out);
     if (result == GLBK_OK) result = glbk__sfield_canvases(ctx, out);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_views), NULL, &out->block);
-    if (result == GLBK_OK) result = glbk_program_create(ctx, "sfield_see.frag", set, &out->see);
-    if (result == GLBK_OK) result = glbk_program_create(ctx, "sfield_sum.frag", set, &out->sum);
-    if (result == GLBK_OK && d->bands) result = glbk_program_create(ctx, "sfield_project.frag", set, &out->project);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "sfield_see.frag", defines, &out->see);
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, out->compute ? "sfield_sum.comp" : "sfield_sum.frag", defines, &out->sum);
+    if (result == GLBK_OK && d->bands)
+        result = glbk_program_create(ctx, out->compute ? "sfield_project.comp" : "sfield_project.frag", defines,
+                                     &out->project);
     if (result == GLBK_OK) {
         const glbk_texture *last = d->bands ? &out->coefs : &out->cube;
         memory = glbk__memory(ctx);
@@ -11931,10 +12260,14 @@ static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builde
     if (result != GLBK_OK) return result;
     memset(&pass, 0, sizeof pass);
     pass.target = &b->cube_target;
-    result = glbk_begin(ctx, &pass, &b->sum);
+    if (!b->compute) result = glbk_begin(ctx, &pass, &b->sum);
     if (result != GLBK_OK) return result;
     glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_views, &b->block);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_seen, &b->seen);
+    if (b->compute) {
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_cube_image, &b->cube);
+        return glbk_dispatch(ctx, &b->sum, b->side, tiles, 1);
+    }
     ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, (int32_t)tiles);
     return GLBK_OK;
 }
@@ -11952,7 +12285,7 @@ static glbk_result glbk__sfield_draw_cubes(glbk_context *ctx, glbk_sfield_builde
 
     memset(&pass, 0, sizeof pass);
     pass.target = &b->cube_target;
-    result = glbk_begin(ctx, &pass, &b->sum);
+    result = glbk_begin(ctx, &pass, &b->see);
     if (result != GLBK_OK) return result;
     glbk_clear(ctx, &b->cube_target, 0, none);
     v->how[1] = rows;
@@ -11989,19 +12322,22 @@ static glbk_result glbk__sfield_read_coefs(glbk_context *ctx, glbk_sfield_builde
     const uint32_t n = b->bands * b->bands, channels = b->source ? 3 : 1, width = b->groups * channels;
     uint32_t i, c;
     glbk_pass pass;
-    glbk_result result;
+    glbk_result result = GLBK_OK;
 
     memset(&pass, 0, sizeof pass);
     pass.target = &b->coef_target;
     pass.viewport[2] = (int32_t)width;
     pass.viewport[3] = (int32_t)count;
-    result = glbk_begin(ctx, &pass, &b->project);
+    if (!b->compute) result = glbk_begin(ctx, &pass, &b->project);
     if (result != GLBK_OK) return result;
     glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_views, &b->block);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_cube, &b->cube);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_basis, &b->basis);
-    glbk_draw_screen(ctx);
-    result = glbk_target_read(ctx, &b->coef_target, 0, 0, 0, width, count, b->words);
+    if (b->compute) {
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_coefs_image, &b->coefs);
+        result = glbk_dispatch(ctx, &b->project, count, channels, 1);
+    } else glbk_draw_screen(ctx);
+    if (result == GLBK_OK) result = glbk_target_read(ctx, &b->coef_target, 0, 0, 0, width, count, b->words);
     for (i = 0; i < count && result == GLBK_OK; i++)
         for (c = 0; c < channels; c++, values += n)
             memcpy(values, b->words + 4 * ((size_t)i * width + c * b->groups), n * sizeof *values);

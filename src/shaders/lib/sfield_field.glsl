@@ -8,6 +8,9 @@
 #ifndef SFIELD_BANDS
 #error "SFIELD_BANDS: 1 to 8"
 #endif
+#ifndef SFIELD_ROTATION
+#define SFIELD_ROTATION(i) SFIELD_TEXEL(i)              // texel i of a rotation
+#endif
 #define SFIELD_COEFS (SFIELD_BANDS * SFIELD_BANDS)
 #define SFIELD_CELLS ((SFIELD_COEFS + 15) / 16)         // texels of a sample and channel
 #define SFIELD_NONE 0xffffffffu
@@ -131,7 +134,7 @@ void sfield_rotate(uint rotation, bool back, inout float v[SFIELD_COEFS])
         for (int x = 0; x < n; x++) sum[x] = 0.0;
         for (int y = 0; y < n; y++)
             for (int x = 0; x < n; x += 4, row++) {
-                vec4 m = uintBitsToFloat(SFIELD_TEXEL(row));
+                vec4 m = uintBitsToFloat(SFIELD_ROTATION(row));
                 for (int i = 0; i < 4; i++)
                     if (x + i < n) {
                         if (back) sum[x + i] += m[i] * v[first + y];

@@ -33,3 +33,21 @@ void sfield_start(ivec2 at, sfield_point p, out float t[SFIELD_COEFS])
         if (rotation != SFIELD_NONE) sfield_rotate(rotation, false, t);
     }
 }
+
+// Light, gloss and what is open, as the textures of the renderer hold them.
+sfield_sums sfield_shade_point(ivec2 at, sfield_point p)
+{
+    float t[SFIELD_COEFS], g[SFIELD_COEFS];
+    sfield_start(at, p, t);
+    for (int k = 0; k < SFIELD_COEFS; k++) g[k] = 0.0;
+#if SFIELD_GLOSS
+    vec3 view = glbk_sfield_frame.eye.xyz - p.position;
+    float r[SFIELD_COEFS];
+    if (p.exponent > 0.0 && dot(view, view) > 0.0) {
+        sfield_lobe(reflect(-normalize(view), p.normal), clamp(p.exponent, 1.0, 1000.0), r);
+        sfield_product(glbk_sfield_scene.parts.xy, t, r, g);
+    }
+#endif
+    sfield_sums sums = sfield_shade(p.position, p.normal, p.entity, t, g);
+    return sfield_sums(sums.light * (1.0 / SFIELD_PI), sums.gloss, sums.open / (SFIELD_PI * SFIELD_Y00));
+}

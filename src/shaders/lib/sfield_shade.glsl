@@ -4,7 +4,9 @@
 // Entities of the table, SFIELD_ENTITY texels each: occluder's centre and the square of its reach (0 hides nothing),
 // source's centre and radius (0 does not shine), three rows of the turn into field space (w: inscribed radius, radius of
 // the occluder, time), (occluder, source, rotation, 0), tint. World units.
+#ifndef SFIELD_ENTITY
 #define SFIELD_ENTITY 7u
+#endif
 #define SFIELD_BATCH 8              // entities found at a time
 #define SFIELD_BLOCKERS 4           // inscribed spheres that are remembered
 
@@ -12,30 +14,45 @@ struct sfield_sums { vec3 light, gloss; float open; };      // without 1 / pi; T
 
 uint sfield_at(uint entity) { return glbk_sfield_scene.table.x + entity * SFIELD_ENTITY; }
 
-vec3 sfield_turn(uint at, vec3 v)
+// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which rises with its
+// number in the table and leads to its texels; none of it is nearer than NEAR or farther than FAR, squares of distances.
+#ifndef SFIELD_NAME
+#define SFIELD_COUNT glbk_sfield_scene.table.y
+#define SFIELD_NAME(i) i
+#define SFIELD_NUMBER(name) name
+#define SFIELD_RECORD(name, k) SFIELD_TEXEL(sfield_at(name) + k)
+#define SFIELD_NEAR(i) 0.0
+#define SFIELD_FAR(i) 3e38
+#endif
+#define SFIELD_HIDES 0x80000000u
+
+vec3 sfield_turn(uint entity, vec3 v)
 {
-    return vec3(dot(uintBitsToFloat(SFIELD_TEXEL(at + 2u).xyz), v), dot(uintBitsToFloat(SFIELD_TEXEL(at + 3u).xyz), v),
-                dot(uintBitsToFloat(SFIELD_TEXEL(at + 4u).xyz), v));
+    return vec3(dot(uintBitsToFloat(SFIELD_RECORD(entity, 2u).xyz), v), dot(uintBitsToFloat(SFIELD_RECORD(entity, 3u).xyz), v),
+                dot(uintBitsToFloat(SFIELD_RECORD(entity, 4u).xyz), v));
 }
 
-// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's number as id, an occluder count more; of the
-// same distance lights come first. An entity does not hide itself from its own light: it follows then; it neither hides nor
-// lights its own points. SFIELD_NONE ends them.
-void sfield_find(vec3 position, uint own, float d2, uint id, out float key[SFIELD_BATCH], out uint name[SFIELD_BATCH])
+// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's name as id, an occluder SFIELD_HIDES more; of
+// the same distance lights come first. An entity does not hide itself from its own light: it follows then; it neither hides
+// nor lights its own points. SFIELD_NONE ends them. Entities before `first` have been gone through.
+void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, out float key[SFIELD_BATCH],
+                 out uint name[SFIELD_BATCH])
 {
-    uint count = glbk_sfield_scene.table.y;
+    uint count = SFIELD_COUNT;
+    while (first < count && SFIELD_FAR(first) < d2) first++;
     for (int i = 0; i < SFIELD_BATCH; i++) {
         key[i] = 3e38;
         name[i] = SFIELD_NONE;
     }
-    for (uint e = 0u; e < count; e++) {
-        if (e == own) continue;
-        vec4 occluder = uintBitsToFloat(SFIELD_TEXEL(sfield_at(e))), source = uintBitsToFloat(SFIELD_TEXEL(sfield_at(e) + 1u));
+    for (uint at = first; at < count && SFIELD_NEAR(at) <= key[SFIELD_BATCH - 1]; at++) {
+        uint e = SFIELD_NAME(at);
+        if (SFIELD_NUMBER(e) == own) continue;
+        vec4 occluder = uintBitsToFloat(SFIELD_RECORD(e, 0u)), source = uintBitsToFloat(SFIELD_RECORD(e, 1u));
         vec3 v = occluder.xyz - position, w = source.xyz - position;
         float far = dot(v, v), light = source.w > 0.0 ? dot(w, w) : 0.0;
         for (int what = 0; what < 2; what++) {
             float k = what == 0 ? light : max(far, light);
-            uint n = what == 0 ? e : count + e;
+            uint n = what == 0 ? e : e | SFIELD_HIDES;
             bool there = what == 0 ? source.w > 0.0 : far < occluder.w;
             if (!there || !(k > d2 || (k == d2 && (id == SFIELD_NONE || n > id)))) continue;
             for (int i = 0; i < SFIELD_BATCH; i++)
@@ -66,16 +83,18 @@ bool sfield_hidden(sfield_blockers b, vec3 v, float sin_a)
     return hidden;
 }
 
-vec3 sfield_local(uint at, vec4 sphere, vec3 position) { return sfield_turn(at, position - sphere.xyz) / sphere.w; }
+vec3 sfield_local(uint entity, vec4 sphere, vec3 position)
+{
+    return sfield_turn(entity, position - sphere.xyz) / sphere.w;
+}
 
 // Alpha of an occluder, in the world; false: nothing of it counts. It fades over the last quarter of its reach, and hides
 // nothing below the horizon or behind an inscribed sphere.
 bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_blockers met, out float o[SFIELD_COEFS])
 {
-    uint at = sfield_at(entity);
-    uvec4 what = SFIELD_TEXEL(at + 5u);
-    vec4 place = uintBitsToFloat(SFIELD_TEXEL(at));
-    float radius = uintBitsToFloat(SFIELD_TEXEL(at + 3u).w), inscribed = uintBitsToFloat(SFIELD_TEXEL(at + 2u).w);
+    uvec4 what = SFIELD_RECORD(entity, 5u);
+    vec4 place = uintBitsToFloat(SFIELD_RECORD(entity, 0u));
+    float radius = uintBitsToFloat(SFIELD_RECORD(entity, 3u).w), inscribed = uintBitsToFloat(SFIELD_RECORD(entity, 2u).w);
     vec3 v = place.xyz - position;
     float d = length(v), factor = clamp(4.0 * (1.0 - d * inversesqrt(place.w)), 0.0, 1.0);
     if (!(factor > 0.0) || !(dot(v, normal) > -radius)) return false;
@@ -86,27 +105,40 @@ bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_bloc
         met.count++;
     }
     for (int k = 0; k < SFIELD_COEFS; k++) o[k] = 0.0;
-    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(at, vec4(place.xyz, radius), position)), 0u, 0.0, factor, o);
+    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(entity, vec4(place.xyz, radius), position)), 0u, 0.0, factor, o);
     if (what.z != SFIELD_NONE) sfield_rotate(what.z, false, o);
     return true;
 }
 
-// T . radiance of a light; t is turned into its space.
-vec3 sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS])
+// A sum into channel c; a source of one channel has three equal ones.
+vec3 sfield_channel(vec3 rgb, uint c, float sum)
 {
-    uint at = sfield_at(entity);
-    uvec4 what = SFIELD_TEXEL(at + 5u);
-    vec4 sphere = uintBitsToFloat(SFIELD_TEXEL(at + 1u));
-    sfield_place place = sfield_locate(what.y, sfield_local(at, sphere, position));
-    float time = uintBitsToFloat(SFIELD_TEXEL(at + 4u).w), v[SFIELD_COEFS];
-    vec3 rgb = vec3(0.0);
-    if (what.z != SFIELD_NONE) sfield_rotate(what.z, true, t);
+    return c == 0u ? vec3(sum) : c == 1u ? vec3(rgb.x, sum, sum) : vec3(rgb.xy, sum);
+}
+
+// T . radiance of a light, and the same of g; both are turned into its space.
+void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFIELD_COEFS], inout sfield_sums sums)
+{
+    uvec4 what = SFIELD_RECORD(entity, 5u);
+    vec4 sphere = uintBitsToFloat(SFIELD_RECORD(entity, 1u));
+    sfield_place place = sfield_locate(what.y, sfield_local(entity, sphere, position));
+    float time = uintBitsToFloat(SFIELD_RECORD(entity, 4u).w), v[SFIELD_COEFS];
+    vec3 light = vec3(0.0), gloss = vec3(0.0), tint = uintBitsToFloat(SFIELD_RECORD(entity, 6u).xyz);
+    if (what.z != SFIELD_NONE) {
+        sfield_rotate(what.z, true, t);
+#if SFIELD_GLOSS
+        sfield_rotate(what.z, true, g);
+#endif
+    }
     for (uint c = 0u; c < SFIELD_TEXEL(what.y + 1u).x; c++) {    // 3 channels
         sfield_fetch(what.y, place, c, time, 1.0, v);
-        float sum = sfield_dot(v, t);
-        rgb = c == 0u ? vec3(sum) : c == 1u ? vec3(rgb.x, sum, sum) : vec3(rgb.xy, sum);
+        light = sfield_channel(light, c, sfield_dot(v, t));
+#if SFIELD_GLOSS
+        gloss = sfield_channel(gloss, c, sfield_dot(v, g));
+#endif
     }
-    return rgb * uintBitsToFloat(SFIELD_TEXEL(at + 6u).xyz);
+    sums.light += light * tint;
+    sums.gloss += gloss * tint;
 }
 
 vec3 sfield_sky(float t[SFIELD_COEFS])
@@ -130,7 +162,8 @@ void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
 sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])
 {
     sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);
-    uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE, name[SFIELD_BATCH];
+    uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE, first = 0u;
+    uint name[SFIELD_BATCH];
     if (own < count && uintBitsToFloat(SFIELD_TEXEL(sfield_at(own) + 1u).w) > 0.0) left--;
     bool sky = glbk_sfield_scene.table.w != 0u, more = left > 0u || sky;
     float d2 = 0.0, o[SFIELD_COEFS], key[SFIELD_BATCH];
@@ -138,7 +171,7 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
     met.count = 0;
     for (int i = 0; i < SFIELD_BLOCKERS; i++) met.cone[i] = vec4(0.0);
     while (more) {
-        sfield_find(position, own, d2, id, key, name);
+        sfield_find(position, own, d2, id, first, key, name);
         for (uint i = 0u; i < min(uint(SFIELD_BATCH), 2u * count + 1u) && more; i++) {
             for (int k = 0; k < SFIELD_BATCH; k++)
                 if (uint(k) == i) {
@@ -147,14 +180,11 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
                 }
             if (id == SFIELD_NONE) {
                 more = false;
-            } else if (id < count) {
-                sums.light += sfield_light(id, position, t);
-#if SFIELD_GLOSS
-                sums.gloss += sfield_light(id, position, g);
-#endif
+            } else if (id < SFIELD_HIDES) {
+                sfield_light(id, position, t, g, sums);
                 left--;
                 more = left > 0u || sky;
-            } else if (sfield_occlusion(id - count, position, normal, met, o)) {
+            } else if (sfield_occlusion(id & ~SFIELD_HIDES, position, normal, met, o)) {
                 sfield_apply(o, t);
 #if SFIELD_GLOSS
                 sfield_apply(o, g);

@@ -12,21 +12,8 @@ void main()
     ivec2 at = ivec2(gl_FragCoord.xy);
     sfield_point p;
     sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);
-    float t[SFIELD_COEFS], g[SFIELD_COEFS];
-    if (sfield_read_point(at, p)) {
-        sfield_start(at, p, t);
-        for (int k = 0; k < SFIELD_COEFS; k++) g[k] = 0.0;
-#if SFIELD_GLOSS
-        vec3 view = glbk_sfield_frame.eye.xyz - p.position;
-        float r[SFIELD_COEFS];
-        if (p.exponent > 0.0 && dot(view, view) > 0.0) {
-            sfield_lobe(reflect(-normalize(view), p.normal), clamp(p.exponent, 1.0, 1000.0), r);
-            sfield_product(glbk_sfield_scene.parts.xy, t, r, g);
-        }
-#endif
-        sums = sfield_shade(p.position, p.normal, p.entity, t, g);
-    }
-    light = glbk_pack(vec4(sums.light * (1.0 / SFIELD_PI), sums.open / (SFIELD_PI * SFIELD_Y00)));
+    if (sfield_read_point(at, p)) sums = sfield_shade_point(at, p);
+    light = glbk_pack(vec4(sums.light, sums.open));
 #if SFIELD_GLOSS
     gloss = glbk_pack(vec4(sums.gloss, 1.0));
 #endif
