@@ -52,9 +52,12 @@ daemon munge munged --foreground --force --num-threads=2 --key-file="$dir/munge.
     --pid-file="$dir/munge.pid" --seed-file="$dir/munge.seed" --log-file="$dir/munged.log"
 export SLURM_CONF="$dir/slurm.conf"
 port=$((20000 + $$ % 6000))
+# Nothing here uses control groups, and 24.11 must be told; 22.05 does not know the word.
+case $(slurmctld -V) in *' 2'[0-2].*) ;; *) echo 'CgroupPlugin=disabled' > "$dir/cgroup.conf" ;; esac
+# Both listen at this machine's own name alone, as nodes find each other.
 cat > "$SLURM_CONF" <<END
 ClusterName=farm
-SlurmctldHost=$host(127.0.0.1)
+SlurmctldHost=$host
 SlurmctldPort=$port
 SlurmdPort=$((port + 6000))
 CommunicationParameters=NoCtldInAddrAny,NoInAddrAny
@@ -79,7 +82,7 @@ SelectTypeParameters=CR_CPU
 SchedulerParameters=batch_sched_delay=0
 SlurmdParameters=config_overrides
 ReturnToService=2
-NodeName=$host NodeAddr=127.0.0.1 CPUs=2 State=UNKNOWN
+NodeName=$host CPUs=2 State=UNKNOWN
 PartitionName=farm Nodes=$host Default=YES MaxTime=10 State=UP
 END
 
