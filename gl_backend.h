@@ -1327,7 +1327,7 @@ GLBK_DEF void glbk_sfield_builder_destroy(glbk_context *ctx, glbk_sfield_builder
     X(glbk_envsh_object, 2, GLBK_ENVSH_OBJECT_MEMBERS)
 
 #define GLBK_ENVSH_STORAGE(X)
-#define GLBK_ENVSH_IMAGES(X)
+#define GLBK_ENVSH_IMAGES(X)    X(restrict, rgba32f, image2D, glbk_envsh_total, 0)   /* the sum, by compute */
 
 GLBK__PART(ENVSH)
 
@@ -1393,7 +1393,8 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *maps, c
 
 /* ---- envsh: complete passes ----
 
-   A frame: fill the G-buffer (draw into it, or upload it), glbk_envsh_illuminate, glbk_envsh_resolve to the screen. */
+   A frame: fill the G-buffer (draw into it, or upload it), glbk_envsh_illuminate, glbk_envsh_resolve to the screen.
+   Where ctx->compute, the compute path is taken. */
 
 typedef struct glbk_envsh_renderer {    /* read only; zeroed = none */
     glbk_program shade[2 * GLBK_ENVSH_FILTER_COUNT], fill, resolve;
@@ -1402,6 +1403,7 @@ typedef struct glbk_envsh_renderer {    /* read only; zeroed = none */
     glbk_buffer  object;
     uint32_t     width, height, now;
     int          begun;                 /* the sum holds light */
+    int          compute;               /* one sum, changed in place */
 } glbk_envsh_renderer;
 
 GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
@@ -3927,7 +3929,9 @@ static const char *const glbk__glsl_lib_envsh_access_glsl[] = {
     "#ifndef ENVSH_RGBA\n",
     "#error \"ENVSH_RGBA: 1 where four maps share a texel (glbk_envsh_maps_desc.rgba), else 0\"\n",
     "#endif\n",
+    "#ifndef ENVSH_TEXEL\n",
     "#define ENVSH_TEXEL(i) texelFetch(glbk_envsh_views, glbk_table_at(i), 0)\n",
+    "#endif\n",
     "#define ENVSH_STORED(view, at) envsh_stored(view.light, view.place, at)\n",
     "#define ENVSH_CELL(view, at, level) envsh_cell(view.light, view.place, at, level)\n",
     "#define ENVSH_DISC(i) (((i) & 1u) != 0u ? glbk_envsh_query.disc[(i) >> 1].zw : glbk_envsh_query.disc[(i) >> 1].xy)\n",
@@ -3982,7 +3986,10 @@ static const char *const glbk__glsl_lib_envsh_bindings_glsl[] = {
     "    vec4 color;\n",
     "    vec4 eye;\n",
     "    uvec4 lights;\n",
-    "} glbk_envsh_object;\n"
+    "} glbk_envsh_object;\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(rgba32f, binding = 0) restrict uniform image2D glbk_envsh_total;\n",
+    "#endif\n"
 };
 
 static const char *const glbk__glsl_lib_envsh_cast_glsl[] = {
@@ -4035,6 +4042,71 @@ static const char *const glbk__glsl_lib_envsh_cast_glsl[] = {
     "#else\n",
     "#define ENVSH_STORE(depth) { ENVSH_WRITE_DEPTH(depth) }\n",
     "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_envsh_chunk_glsl[] = {
+    "// envsh_chunk - the lights' table through shared memory, 64 lights at a time, for groups of 64; before envsh_access.\n",
+    "// uses: table envsh_bindings\n",
+    "\n",
+    "// A light's eight texels are turned by its number: neither one light for all threads nor one for each meet in a bank.\n",
+    "#define ENVSH_TEXEL(i) envsh_chunk[((i) & 504u) | (((i) ^ ((i) >> 3)) & 7u)]\n",
+    "shared uvec4 envsh_chunk[512];\n",
+    "\n",
+    "void envsh_load_chunk(uint from, uint to)\n",
+    "{\n",
+    "    for (uint i = 8u * from + gl_LocalInvocationIndex; i < 8u * min(from + 64u, to); i += 64u)\n",
+    "        ENVSH_TEXEL(i) = texelFetch(glbk_envsh_views, glbk_table_at(i), 0);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_envsh_group_glsl[] = {
+    "// envsh_group - what is known of a light for all points of a group at once, so that few lights are asked for by each.\n",
+    "// uses: envsh_visible\n",
+    "\n",
+    "// Bounds of the points, their shading normals and the surface's own.\n",
+    "struct envsh_group { vec3 low, high, n_low, n_high, flat_low, flat_high; };\n",
+    "\n",
+    "// Do all vectors within the bounds point away from d?\n",
+    "bool envsh_all_under(vec3 low, vec3 high, vec3 d) { return dot(max(low * d, high * d), vec3(1.0)) < -1e-5; }\n",
+    "\n",
+    "// The greatest half width of the filter's kernel, texels, where no depth passes z.\n",
+    "vec2 envsh_group_reach(envsh_query q, envsh_view v, float z)\n",
+    "{\n",
+    "#if ENVSH_FILTER == 0\n",
+    "    return vec2(0.01);\n",
+    "#elif ENVSH_FILTER == 1\n",
+    "    return vec2(q.radius + 1.01);\n",
+    "#elif ENVSH_FILTER == 2\n",
+    "    return vec2(q.radius + 0.01);\n",
+    "#else       // the half axes grow with the depth, but where one is lengthened to 0.7\n",
+    "    vec2 a = v.spread.xy * (max(z, 0.0) * q.extent_scale), b = v.spread.zw * (max(z, 0.0) * q.extent_scale);\n",
+    "    envsh_limit(a, b, q.radius);\n",
+    "    return abs(a) + abs(b) + 0.71;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "// 1: every point that faces the light is lit; 0: no light reaches any; -1: each has to be asked for. What envsh_visible\n",
+    "// answers for a point is never another; a hundredth of a texel and 1e-6 of the sums stand for rounding.\n",
+    "int envsh_group_visible(envsh_query q, envsh_group g, uint light)\n",
+    "{\n",
+    "    vec3 d = envsh_direction(light), center = 0.5 * (g.low + g.high), extent = 0.5 * (g.high - g.low);\n",
+    "    if (envsh_all_under(g.n_low, g.n_high, d) || envsh_all_under(g.flat_low, g.flat_high, d)) return 0;\n",
+    "    envsh_view v = envsh_read_view(light);\n",
+    "    extent += 1.01 * q.bias * max(v.texel.x, v.texel.y);\n",
+    "    if (!all(lessThan(extent, vec3(1e15)))) return -1;\n",
+    "    vec4 middle = vec4(center, 1.0), wide = vec4(extent, 0.0) + 1e-6 * vec4(abs(center) + extent, 1.0);\n",
+    "    vec2 at = vec2(dot(v.row_x, middle), dot(v.row_y, middle));\n",
+    "    vec2 across = vec2(dot(abs(v.row_x), wide), dot(abs(v.row_y), wide));\n",
+    "    float z = dot(v.row_z, middle), deep = dot(abs(v.row_z), wide);\n",
+    "    vec3 n = 0.5 * (g.flat_low + g.flat_high), n_extent = 0.5 * (g.flat_high - g.flat_low);\n",
+    "    vec2 flat_n = abs(vec2(dot(n, v.right), dot(n, v.up)));\n",
+    "    flat_n += vec2(dot(n_extent, abs(v.right)), dot(n_extent, abs(v.up)));\n",
+    "    float cosine = max(dot(n, d) - dot(n_extent, abs(d)), 0.1);\n",
+    "    vec2 reach = envsh_group_reach(q, v, z + deep);\n",
+    "    float slope = 1.001 * dot(flat_n * v.texel, reach + 1.0) / (cosine * v.depth_range);\n",
+    "    return envsh_decide_box(q, v, at, across + reach, z - deep - min(slope, 1.001 * envsh_plane_limit(q, v)),\n",
+    "                            z + deep + slope);\n",
+    "}\n"
 };
 
 static const char *const glbk__glsl_lib_envsh_light_glsl[] = {
@@ -4142,11 +4214,10 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "    return stored >= 1.0 || z <= stored;\n",
     "}\n",
     "\n",
-    "// 1 lit, 0 dark all over the kernel of those half widths, -1 not known: by four cells as large as the kernel.\n",
-    "int envsh_decide(envsh_query q, envsh_view v, envsh_receiver r, vec2 reach)\n",
+    "// 1 lit, 0 dark at depths nearest .. farthest within reach of `at`, -1 not known: by four cells as large as that.\n",
+    "int envsh_decide_box(envsh_query q, envsh_view v, vec2 at, vec2 reach, float nearest, float farthest)\n",
     "{\n",
-    "    float slope = dot(abs(r.slope), reach + 1.0);\n",
-    "    ivec2 low = envsh_place(r.at - reach), high = envsh_place(r.at + reach), last = ivec2(q.size - 1);\n",
+    "    ivec2 low = envsh_place(at - reach), high = envsh_place(at + reach), last = ivec2(q.size - 1);\n",
     "    if (any(lessThan(high, ivec2(0))) || any(greaterThan(low, last))) return 1;\n",
     "    bool outside = envsh_outside(q, low) || envsh_outside(q, high);\n",
     "    low = max(low, ivec2(0));\n",
@@ -4158,8 +4229,15 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "    vec2 a = ENVSH_CELL(v, low, level), b = ENVSH_CELL(v, ivec2(high.x, low.y), level);\n",
     "    vec2 c = ENVSH_CELL(v, ivec2(low.x, high.y), level), d = ENVSH_CELL(v, high, level);\n",
     "    float least = min(min(a.x, b.x), min(c.x, d.x)), most = max(max(a.y, b.y), max(c.y, d.y));\n",
-    "    if (least >= 1.0 || r.z + slope <= least) return 1;\n",
-    "    return !outside && most < 1.0 && r.z - min(slope, r.limit) > most ? 0 : -1;\n",
+    "    if (least >= 1.0 || farthest <= least) return 1;\n",
+    "    return !outside && most < 1.0 && nearest > most ? 0 : -1;\n",
+    "}\n",
+    "\n",
+    "// The same for a receiver's kernel of those half widths.\n",
+    "int envsh_decide(envsh_query q, envsh_view v, envsh_receiver r, vec2 reach)\n",
+    "{\n",
+    "    float slope = dot(abs(r.slope), reach + 1.0);\n",
+    "    return envsh_decide_box(q, v, r.at, reach, r.z - min(slope, r.limit), r.z + slope);\n",
     "}\n",
     "\n",
     "// All texels whose centres are within radius + 1/2 along both axes, weights falling to 0 at radius + 1.\n",
@@ -4232,6 +4310,13 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "    return envsh_taps(q, v, r, a, b, cs);\n",
     "}\n",
     "\n",
+    "// How far a tap may follow the receiver's plane towards the light, in depth.\n",
+    "float envsh_plane_limit(envsh_query q, envsh_view v)\n",
+    "{\n",
+    "    float texels = ENVSH_FILTER == 3 ? 4.0 : ENVSH_FILTER == 0 ? 3.0 : q.radius + (ENVSH_FILTER == 1 ? 4.0 : 3.0);\n",
+    "    return texels * max(v.texel.x, v.texel.y) / v.depth_range;\n",
+    "}\n",
+    "\n",
     "// Moves the point along its normal and takes it into the tile. cosine: of normal and light, above 0.\n",
     "envsh_receiver envsh_receive(envsh_query q, envsh_view v, vec3 p, vec3 n, float cosine)\n",
     "{\n",
@@ -4242,8 +4327,7 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "    r.at = vec2(dot(v.row_x, vec4(p, 1.0)), dot(v.row_y, vec4(p, 1.0)));\n",
     "    r.z = dot(v.row_z, vec4(p, 1.0));\n",
     "    r.slope = flat_n * v.texel / (max(cosine, 0.1) * v.depth_range);\n",
-    "    r.limit = (ENVSH_FILTER == 3 ? 4.0 : ENVSH_FILTER == 2 ? q.radius + 3.0 : ENVSH_FILTER == 1 ? q.radius + 4.0 : 3.0) *\n",
-    "              texel / v.depth_range;\n",
+    "    r.limit = envsh_plane_limit(q, v);\n",
     "    return r;\n",
     "}\n",
     "\n",
@@ -6779,6 +6863,92 @@ static const char *const glbk__glsl_prog_envsh_resolve_frag[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_envsh_shade_comp[] = {
+    "// envsh_shade.frag as a compute shader, all lights with the sum in registers. Each group of 8 x 8 pixels takes 64\n",
+    "// lights at a time into shared memory; thread i finds out for light i whether it is under all normals of the group, lit\n",
+    "// or dark all over it by the cells, and only what is left is asked for pixel by pixel.\n",
+    "// uses: envsh_chunk envsh_light envsh_group\n",
+    "// sets: ENVSH_FILTER=0 ENVSH_RGBA=0 | ENVSH_FILTER=1 ENVSH_RGBA=1 | ENVSH_FILTER=2 ENVSH_RGBA=0 | ENVSH_FILTER=3 ENVSH_RGBA=1\n",
+    "layout(local_size_x = 8, local_size_y = 8) in;\n",
+    "\n",
+    "shared uint envsh_all_lit[2], envsh_asked[2];   // lights of the chunk, a bit each\n",
+    "\n",
+    "struct envsh_pixel { bool seen; vec3 p, n, flat_n; };\n",
+    "\n",
+    "// Bounds as least values of p, n, flat_n and of what they are negated, halved six times where the chunk will be.\n",
+    "envsh_group envsh_bounds(envsh_pixel pixel)\n",
+    "{\n",
+    "    uint thread = gl_LocalInvocationIndex;\n",
+    "    vec3 values[6] = vec3[6](pixel.p, pixel.n, pixel.flat_n, -pixel.p, -pixel.n, -pixel.flat_n);\n",
+    "    for (uint i = 0u; i < 6u; i++)\n",
+    "        envsh_chunk[64u * i + thread] = floatBitsToUint(vec4(pixel.seen ? values[i] : vec3(3e38), 0.0));\n",
+    "    for (uint left = 32u; left > 0u; left >>= 1) {\n",
+    "        barrier();\n",
+    "        for (uint i = thread; thread < left && i < 384u; i += 64u) {\n",
+    "            vec4 a = uintBitsToFloat(envsh_chunk[i]), b = uintBitsToFloat(envsh_chunk[i + left]);\n",
+    "            envsh_chunk[i] = floatBitsToUint(min(a, b));\n",
+    "        }\n",
+    "    }\n",
+    "    barrier();\n",
+    "    for (uint i = 0u; i < 6u; i++) values[i] = uintBitsToFloat(envsh_chunk[64u * i].xyz);\n",
+    "    return envsh_group(values[0], -values[3], values[1], -values[4], values[2], -values[5]);\n",
+    "}\n",
+    "\n",
+    "void envsh_sort_lights(envsh_query q, envsh_group g, uint from, uint to)\n",
+    "{\n",
+    "    uint thread = gl_LocalInvocationIndex, bit = 1u << (thread & 31u);\n",
+    "    barrier();                                  // the chunk is no longer read\n",
+    "    envsh_load_chunk(from, to);\n",
+    "    if (thread < 2u) envsh_all_lit[thread] = envsh_asked[thread] = 0u;\n",
+    "    barrier();\n",
+    "    if (from + thread < to) {\n",
+    "        int known = envsh_group_visible(q, g, from + thread);\n",
+    "        if (known > 0) atomicOr(envsh_all_lit[thread >> 5], bit);\n",
+    "        if (known < 0) atomicOr(envsh_asked[thread >> 5], bit);\n",
+    "    }\n",
+    "    barrier();\n",
+    "}\n",
+    "\n",
+    "// The first of those bits, which is taken away.\n",
+    "uint envsh_take(inout uvec2 left)\n",
+    "{\n",
+    "    uint half_of = left.x != 0u ? 0u : 1u, bit = uint(findLSB(left[half_of]));\n",
+    "    left[half_of] &= left[half_of] - 1u;\n",
+    "    return 32u * half_of + bit;\n",
+    "}\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = textureSize(glbk_envsh_place, 0);\n",
+    "    uvec4 range = glbk_envsh_query.range;       // lights from, to; width; 0 = the sum begins here\n",
+    "    uint index = uint(at.y) * range.z + uint(at.x);\n",
+    "    bool inside = all(lessThan(at, size));\n",
+    "    envsh_query q = envsh_bound_query();\n",
+    "    envsh_pixel pixel;\n",
+    "    vec4 place = inside ? uintBitsToFloat(texelFetch(glbk_envsh_place, at, 0)) : vec4(0.0);\n",
+    "    pixel.seen = place.w > 0.0;\n",
+    "    pixel.p = place.xyz;\n",
+    "    pixel.n = pixel.seen ? uintBitsToFloat(texelFetch(glbk_envsh_normal, at, 0).xyz) : vec3(0.0);\n",
+    "    pixel.flat_n = pixel.seen ? uintBitsToFloat(texelFetch(glbk_envsh_flat, at, 0).xyz) : vec3(0.0);\n",
+    "    envsh_group g = envsh_bounds(pixel);\n",
+    "    uint to = g.low.x < 3e38 ? range.y : range.x;       // no light where nothing is seen\n",
+    "    vec3 sum = inside && range.w != 0u ? imageLoad(glbk_envsh_total, at).xyz : vec3(0.0);\n",
+    "    for (uint from = range.x; from < to; from += 64u) {\n",
+    "        envsh_sort_lights(q, g, from, to);\n",
+    "        for (uvec2 left = uvec2(envsh_all_lit[0], envsh_all_lit[1]); left != uvec2(0u);) {\n",
+    "            uint light = from + envsh_take(left);\n",
+    "            vec3 d = envsh_direction(light);\n",
+    "            if (dot(pixel.flat_n, d) > 0.0) sum += max(dot(pixel.n, d), 0.0) * envsh_power(light);\n",
+    "        }\n",
+    "        for (uvec2 left = uvec2(envsh_asked[0], envsh_asked[1]); left != uvec2(0u);) {\n",
+    "            uint light = from + envsh_take(left);\n",
+    "            sum += envsh_irradiance(q, light, light + 1u, pixel.p, pixel.n, pixel.flat_n, index);\n",
+    "        }\n",
+    "    }\n",
+    "    if (inside) imageStore(glbk_envsh_total, at, vec4(sum, 0.0));\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_envsh_shade_frag[] = {
     "// Adds the light of some lights to the irradiance of each pixel.\n",
     "// uses: envsh_light\n",
@@ -8270,15 +8440,19 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/csm_visible.glsl", glbk__glsl_lib_csm_visible_glsl, 8, "csm_access cohsm_visible", "",
       "" },
-    { "lib/envsh_access.glsl", glbk__glsl_lib_envsh_access_glsl, 29, "table envsh_bindings", "",
+    { "lib/envsh_access.glsl", glbk__glsl_lib_envsh_access_glsl, 31, "table envsh_bindings", "",
       "" },
-    { "lib/envsh_bindings.glsl", glbk__glsl_lib_envsh_bindings_glsl, 29, "", "",
+    { "lib/envsh_bindings.glsl", glbk__glsl_lib_envsh_bindings_glsl, 32, "", "",
       "" },
     { "lib/envsh_cast.glsl", glbk__glsl_lib_envsh_cast_glsl, 49, "table envsh_bindings", "",
       "" },
+    { "lib/envsh_chunk.glsl", glbk__glsl_lib_envsh_chunk_glsl, 12, "table envsh_bindings", "",
+      "" },
+    { "lib/envsh_group.glsl", glbk__glsl_lib_envsh_group_glsl, 47, "envsh_visible", "",
+      "" },
     { "lib/envsh_light.glsl", glbk__glsl_lib_envsh_light_glsl, 14, "envsh_access envsh_visible", "",
       "" },
-    { "lib/envsh_visible.glsl", glbk__glsl_lib_envsh_visible_glsl, 225, "", "",
+    { "lib/envsh_visible.glsl", glbk__glsl_lib_envsh_visible_glsl, 237, "", "",
       "" },
     { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 49, "table ism_map ism_bindings", "",
       "" },
@@ -8374,6 +8548,8 @@ static const glbk_file glbk__files[] = {
       "" },
     { "prog/envsh_resolve.frag", glbk__glsl_prog_envsh_resolve_frag, 12, "envsh_bindings", "screen.vert",
       "" },
+    { "prog/envsh_shade.comp", glbk__glsl_prog_envsh_shade_comp, 83, "envsh_chunk envsh_light envsh_group", "",
+      "ENVSH_FILTER=0 ENVSH_RGBA=0 | ENVSH_FILTER=1 ENVSH_RGBA=1 | ENVSH_FILTER=2 ENVSH_RGBA=0 | ENVSH_FILTER=3 ENVSH_RGBA=1" },
     { "prog/envsh_shade.frag", glbk__glsl_prog_envsh_shade_frag, 20, "envsh_light", "screen.vert",
       "ENVSH_FILTER=0 ENVSH_RGBA=0 | ENVSH_FILTER=1 ENVSH_RGBA=1 | ENVSH_FILTER=2 ENVSH_RGBA=0 | ENVSH_FILTER=3 ENVSH_RGBA=1" },
     { "prog/ism_blur.comp", glbk__glsl_prog_ism_blur_comp, 46, "ism_blur", "",
@@ -12766,7 +12942,8 @@ GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, uint32_t widt
     target.depth = &out->depth;
     if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &out->gbuffer_target);
     texture.format = GLBK_FORMAT_COLOR;
-    for (i = 0; i < 2 && result == GLBK_OK; i++) {
+    out->compute = ctx->compute;
+    for (i = 0; i < (out->compute ? 1 : 2) && result == GLBK_OK; i++) {
         memset(&target, 0, sizeof target);
         result = glbk_texture_create(ctx, &texture, &out->sums[i]);
         target.color[0] = &out->sums[i];
@@ -12872,7 +13049,33 @@ static glbk_result glbk__envsh_shade_program(glbk_context *ctx, glbk_envsh_rende
     if ((*out)->name) return GLBK_OK;
     defines[13] = (char)('0' + filter);
     defines[26] = (char)('0' + rgba);
-    return glbk_program_create(ctx, "envsh_shade.frag", defines, *out);
+    return glbk_program_create(ctx, r->compute ? "envsh_shade.comp" : "envsh_shade.frag", defines, *out);
+}
+
+/* The lights of m->query's range. */
+static glbk_result glbk__envsh_shade_pass(glbk_context *ctx, glbk_envsh_renderer *r, const glbk_envsh_maps *m,
+                                          glbk_program *program)
+{
+    glbk_result result;
+    glbk_pass pass;
+    uint32_t i;
+
+    memset(&pass, 0, sizeof pass);
+    pass.target = &r->targets[!r->now];
+    result = r->compute ? GLBK_OK : glbk_begin(ctx, &pass, program);
+    if (result != GLBK_OK) return result;
+    glbk__envsh_bind_all(ctx, m);
+    for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_place + i, &r->gbuffer[i]);
+    if (r->compute) {
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_envsh_total, &r->sums[0]);
+        result = glbk_dispatch(ctx, program, (r->width + 7) / 8, (r->height + 7) / 8, 1);
+    } else {
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_sum, &r->sums[r->now]);
+        glbk_draw_screen(ctx);
+        r->now = !r->now;
+    }
+    if (result == GLBK_OK) r->begun = 1;
+    return result;
 }
 
 GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *r, glbk_envsh_maps *m,
@@ -12880,9 +13083,8 @@ GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *r,
 {
     glbk_envsh_query query;
     glbk_program *program;
-    glbk_pass pass;
     glbk_result result;
-    uint32_t from = 0, i;
+    uint32_t from = 0;
 
     if (!ctx || !r || !r->targets[0].name || !m || !m->query.name || !glbk__envsh_question_valid(q))
         return GLBK_ERR_ARGUMENT;
@@ -12891,22 +13093,13 @@ GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *r,
     if (!add) r->begun = 0;
     if (!lights_per_pass) lights_per_pass = GLBK_ENVSH_MAX_LIGHTS;
     glbk__envsh_fill_query(q, &query);
-    memset(&pass, 0, sizeof pass);
     for (; from < m->count && result == GLBK_OK; from = query.range[1]) {
         query.range[0] = from;
         query.range[1] = m->count - from < lights_per_pass ? m->count : from + lights_per_pass;
         query.range[2] = r->width;
         query.range[3] = r->begun != 0;
         result = glbk_buffer_update(ctx, &m->query, 0, sizeof query, &query);
-        pass.target = &r->targets[!r->now];
-        if (result == GLBK_OK) result = glbk_begin(ctx, &pass, program);
-        if (result != GLBK_OK) break;
-        glbk__envsh_bind_all(ctx, m);
-        for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_place + i, &r->gbuffer[i]);
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_sum, &r->sums[r->now]);
-        glbk_draw_screen(ctx);
-        r->now = !r->now;
-        r->begun = 1;
+        if (result == GLBK_OK) result = glbk__envsh_shade_pass(ctx, r, m, program);
     }
     return result;
 }

@@ -584,6 +584,179 @@ static void tiles_do_not_bleed(void **state)
     free_rig(t, &r);
 }
 
+/* ---- compute ---- */
+
+enum { PICTURE_WIDE = 77, PICTURE_HIGH = 53, PICTURE = PICTURE_WIDE * PICTURE_HIGH };
+
+static const glbk_envsh_question questions_of_filters[] = { { GLBK_ENVSH_FILTER_PLAIN, 0, 1, 0, 1, 0 },
+                                                            { GLBK_ENVSH_FILTER_SMOOTH, 0, 1, 2.5f, 1, 0 },
+                                                            { GLBK_ENVSH_FILTER_PCF, 16, 5, 3, 0.5f, 0 },
+                                                            { GLBK_ENVSH_FILTER_PENUMBRA, 16, 9, 6, 1, 1 } };
+
+/* Two pieces of ground as seen from above, below a thick roof and beside it, where it casts no shadow itself; the last
+   rows bend up into a wall, some pixels see nothing, eight columns not at all. Two renderers have it. */
+static void make_picture(gl_test *t, glbk_context *core, const rig *r, glbk_envsh_renderer out[2])
+{
+    static glbk_envsh_pixel pixels[PICTURE];
+    static const double low[3] = { -1.6, 0.15, -1.6 }, high[3] = { 0, 0.9, 1.8 };
+    uint32_t i;
+    memset(pixels, 0, sizeof pixels);
+    for (i = 0; i < PICTURE; i++) {
+        glbk_envsh_pixel *p = &pixels[i];
+        double x = i % PICTURE_WIDE, y = i / PICTURE_WIDE, wall = y > 40 ? (y - 40) / 12 : 0;
+        double n[3] = { 0.1 * sin(x), cos(1.5 * wall), -sin(1.5 * wall) }, length = sqrt(1 + 0.01 * sin(x) * sin(x));
+        p->position[0] = (float)(x / PICTURE_WIDE - (x < 32 ? 0.9 : -0.4));
+        p->position[1] = (float)(wall * wall);
+        p->position[2] = (float)(y / PICTURE_HIGH - 0.5);
+        p->normal[0] = (float)(n[0] / length);
+        p->normal[1] = (float)(n[1] / length);
+        p->normal[2] = (float)(n[2] / length);
+        p->geometric[1] = (float)n[1];
+        p->geometric[2] = (float)n[2];
+        p->seen = i % 11 != 3 && x < 69;
+    }
+    things.vertices = 0;
+    soup_box(&things, low, high);
+    t->gl.gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, r->buffer);
+    t->gl.gl.BufferData(GLBK_GL_ARRAY_BUFFER, (ptrdiff_t)(12 * things.vertices), things.p, GLBK_GL_STATIC_DRAW);
+    *core = t->gl;
+    core->compute = 0;
+    for (i = 0; i < 2; i++) {
+        assert_glbk(t, glbk_envsh_renderer_create(i ? core : &t->gl, PICTURE_WIDE, PICTURE_HIGH, &out[i]));
+        assert_int_equal(out[i].compute, !i);
+        assert_glbk(t, glbk_envsh_gbuffer_upload(&t->gl, &out[i], 0, PICTURE_HIGH, pixels));
+    }
+}
+
+/* Every filter, one and four maps a texel; 150 lights in one go, in passes that do not end with a chunk of 64, in
+   clusters that go on from a sum. The sums differ by their order alone. */
+static void compute_is_the_core_path(void **state)
+{
+    GL_TEST(t, state)
+    static float seen[2][4 * PICTURE];
+    glbk_envsh_renderer to[2];
+    glbk_context core;
+    rig r;
+    double worst = 0;
+    size_t lit = 0, differ = 0;
+    int rgba, filter, way, i, k;
+    if (!t->gl.compute) return;
+    r = make_rig(t, sunny, 150, 64);
+    assert_true(r.count > 128);
+    make_picture(t, &core, &r, to);
+    for (rgba = 0; rgba < 2; rgba++)
+        for (way = 0; way < 3; way++) {
+            glbk_envsh_maps m = make_maps(t, way == 2 ? 70 : r.count, 64, rgba);
+            for (filter = 0; filter < GLBK_ENVSH_FILTER_COUNT; filter++) {
+                const glbk_envsh_question *q = &questions_of_filters[filter];
+                if (way < 2) render_maps(t, &m, &r);
+                for (k = 0; k < 2; k++) {
+                    glbk_context *ctx = k ? &core : &t->gl;
+                    if (way < 2) assert_glbk(t, glbk_envsh_shade(ctx, &to[k], &m, q, way ? 37 : 0, 0));
+                    else
+                        assert_glbk(t, glbk_envsh_illuminate(ctx, &to[k], &m, r.views, sizeof *r.views, r.count,
+                                                             draw_things, &r, q));
+                    assert_glbk(t, glbk_envsh_read(ctx, &to[k], seen[k]));
+                }
+                for (i = 0; i < 4 * PICTURE; i++) {
+                    double off = fabs((double)seen[0][i] - (double)seen[1][i]), scale = fabs((double)seen[1][i]);
+                    differ += off > 0;
+                    lit += scale > 0;
+                    if (off > worst * scale) worst = off / scale;
+                    assert_true(scale > 0 || !(off > 0));
+                }
+            }
+            glbk_envsh_maps_destroy(&t->gl, &m);
+        }
+    printf("compute beside fragments: %zu of %zu lit values differ, worst %.1e\n", differ, lit, worst);
+    assert_true(lit > PICTURE && worst <= 2e-6);
+    for (i = 0; i < 2; i++) glbk_envsh_renderer_destroy(&t->gl, &to[i]);
+    free_rig(t, &r);
+}
+
+/* What is known of a group of 8 x 8 pixels is what envsh_visible answers for each. x: lights known to be lit, y: dark,
+   z: to be asked for, of those that the ground faces; w: pixels that disagree. */
+static const char group_text[] =
+    "layout(local_size_x = 1) in;\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 from = 8 * ivec2(gl_WorkGroupID.xy), to = min(from + 8, textureSize(glbk_envsh_place, 0));\n"
+    "    envsh_group g = envsh_group(vec3(3e38), vec3(-3e38), vec3(3e38), vec3(-3e38), vec3(3e38), vec3(-3e38));\n"
+    "    envsh_query q = envsh_bound_query();\n"
+    "    vec4 counts = vec4(0.0);\n"
+    "    for (uint round_of = 0u; round_of < 2u; round_of++)\n"
+    "        for (int y = from.y; y < to.y; y++)\n"
+    "            for (int x = from.x; x < to.x; x++) {\n"
+    "                vec4 p = uintBitsToFloat(texelFetch(glbk_envsh_place, ivec2(x, y), 0));\n"
+    "                vec3 n = uintBitsToFloat(texelFetch(glbk_envsh_normal, ivec2(x, y), 0).xyz);\n"
+    "                vec3 f = uintBitsToFloat(texelFetch(glbk_envsh_flat, ivec2(x, y), 0).xyz);\n"
+    "                if (p.w == 0.0) continue;\n"
+    "                if (round_of == 0u)\n"
+    "                    g = envsh_group(min(g.low, p.xyz), max(g.high, p.xyz), min(g.n_low, n), max(g.n_high, n),\n"
+    "                                    min(g.flat_low, f), max(g.flat_high, f));\n"
+    "                for (uint i = 0u; round_of == 1u && i < glbk_envsh_scene.range.x; i++) {\n"
+    "                    int known = envsh_group_visible(q, g, i);\n"
+    "                    if (known < 0) continue;\n"
+    "                    float wanted = dot(f, envsh_direction(i)) > 0.0 ? float(known) : 0.0;\n"
+    "                    float seen = envsh_visible(q, i, p.xyz, f, uint(y * 77 + x));\n"
+    "                    if (dot(n, envsh_direction(i)) > 0.0 && seen != wanted) counts.w += 1.0;\n"
+    "                }\n"
+    "            }\n"
+    "    for (uint i = 0u; i < glbk_envsh_scene.range.x && g.low.x < 3e38; i++) {\n"
+    "        int known = envsh_group_visible(q, g, i);\n"
+    "        bool under = envsh_all_under(g.flat_low, g.flat_high, envsh_direction(i));\n"
+    "        if (!under) counts[known > 0 ? 0 : known == 0 ? 1 : 2] += 1.0;\n"
+    "    }\n"
+    "    imageStore(glbk_envsh_total, ivec2(gl_WorkGroupID.xy), counts);\n"
+    "}\n";
+
+static void groups_know_what_their_pixels_see(void **state)
+{
+    GL_TEST(t, state)
+    enum { ACROSS = (PICTURE_WIDE + 7) / 8, DOWN = (PICTURE_HIGH + 7) / 8 };
+    static float counts[4 * ACROSS * DOWN];
+    glbk_envsh_renderer to[2];
+    glbk_envsh_maps m;
+    glbk_context core;
+    gl_canvas canvas;
+    rig r;
+    int filter, i, c;
+    if (!t->gl.compute) return;
+    r = make_rig(t, sunny, 40, 128);
+    make_picture(t, &core, &r, to);
+    m = make_maps(t, r.count, 128, 1);
+    render_maps(t, &m, &r);
+    canvas = gl_canvas_make(t, GLBK_FORMAT_COLOR, ACROSS, DOWN, 0);
+    for (filter = 0; filter < GLBK_ENVSH_FILTER_COUNT; filter++) {
+        char defines[] = "ENVSH_RGBA=1 ENVSH_FILTER=0";
+        double sums[4] = { 0, 0, 0, 0 };
+        glbk_source source;
+        glbk_program program;
+        memset(&source, 0, sizeof source);
+        defines[26] = (char)('0' + filter);
+        source.compute = group_text;
+        source.uses = "envsh_light envsh_group";
+        source.defines = defines;
+        assert_glbk(t, glbk_program_compile(&t->gl, &source, &program));
+        assert_glbk(t, glbk_envsh_bind(&t->gl, &m, &questions_of_filters[filter]));
+        for (i = 0; i < 3; i++)
+            glbk_bind_texture(&t->gl, GLBK_SLOT_glbk_envsh_place + (uint32_t)i, &to[0].gbuffer[i]);
+        glbk_bind_image(&t->gl, GLBK_SLOT_glbk_envsh_total, &canvas.color);
+        assert_glbk(t, glbk_dispatch(&t->gl, &program, ACROSS, DOWN, 1));
+        assert_glbk(t, glbk_target_read(&t->gl, &canvas.target, 0, 0, 0, ACROSS, DOWN, counts));
+        for (i = 0; i < ACROSS * DOWN; i++)
+            for (c = 0; c < 4; c++) sums[c] += (double)counts[4 * i + c];
+        printf("filter %d: groups know of %.0f lights that they are lit, of %.0f that they are dark, not of %.0f\n",
+               filter, sums[0], sums[1], sums[2]);
+        assert_true(sums[0] > 50 && sums[1] > 10 && sums[2] > 100 && sums[3] == 0);
+        glbk_program_destroy(&t->gl, &program);
+    }
+    gl_canvas_free(t, &canvas);
+    glbk_envsh_maps_destroy(&t->gl, &m);
+    for (i = 0; i < 2; i++) glbk_envsh_renderer_destroy(&t->gl, &to[i]);
+    free_rig(t, &r);
+}
+
 /* ---- users' shaders, the drawn G-buffer ---- */
 
 static const char leaf_vertex[] =
@@ -895,6 +1068,7 @@ int main(int count, char **values)
         gl_unit_test(tiles_are_those_of_the_rasteriser), gl_unit_test(visibility_is_the_twins),
         gl_unit_test(clusters_make_the_same_light),      gl_unit_test(open_ground_and_a_roof),
         gl_unit_test(sealed_box_is_dark),                gl_unit_test(tiles_do_not_bleed),
+        gl_unit_test(compute_is_the_core_path),  gl_unit_test(groups_know_what_their_pixels_see),
         gl_unit_test(masks_of_the_users_and_a_drawn_picture), gl_unit_test(bad_arguments_are_named),
         gl_unit_test(failures_leave_nothing),            gl_unit_test(a_lost_context),
         gl_unit_test(from_a_hostile_state),

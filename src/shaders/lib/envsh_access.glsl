@@ -3,7 +3,9 @@
 #ifndef ENVSH_RGBA
 #error "ENVSH_RGBA: 1 where four maps share a texel (glbk_envsh_maps_desc.rgba), else 0"
 #endif
+#ifndef ENVSH_TEXEL
 #define ENVSH_TEXEL(i) texelFetch(glbk_envsh_views, glbk_table_at(i), 0)
+#endif
 #define ENVSH_STORED(view, at) envsh_stored(view.light, view.place, at)
 #define ENVSH_CELL(view, at, level) envsh_cell(view.light, view.place, at, level)
 #define ENVSH_DISC(i) (((i) & 1u) != 0u ? glbk_envsh_query.disc[(i) >> 1].zw : glbk_envsh_query.disc[(i) >> 1].xy)

@@ -85,11 +85,10 @@ bool envsh_lit(envsh_query q, envsh_view v, envsh_receiver r, ivec2 at, out floa
     return stored >= 1.0 || z <= stored;
 }
 
-// 1 lit, 0 dark all over the kernel of those half widths, -1 not known: by four cells as large as the kernel.
-int envsh_decide(envsh_query q, envsh_view v, envsh_receiver r, vec2 reach)
+// 1 lit, 0 dark at depths nearest .. farthest within reach of `at`, -1 not known: by four cells as large as that.
+int envsh_decide_box(envsh_query q, envsh_view v, vec2 at, vec2 reach, float nearest, float farthest)
 {
-    float slope = dot(abs(r.slope), reach + 1.0);
-    ivec2 low = envsh_place(r.at - reach), high = envsh_place(r.at + reach), last = ivec2(q.size - 1);
+    ivec2 low = envsh_place(at - reach), high = envsh_place(at + reach), last = ivec2(q.size - 1);
     if (any(lessThan(high, ivec2(0))) || any(greaterThan(low, last))) return 1;
     bool outside = envsh_outside(q, low) || envsh_outside(q, high);
     low = max(low, ivec2(0));
@@ -101,8 +100,15 @@ int envsh_decide(envsh_query q, envsh_view v, envsh_receiver r, vec2 reach)
     vec2 a = ENVSH_CELL(v, low, level), b = ENVSH_CELL(v, ivec2(high.x, low.y), level);
     vec2 c = ENVSH_CELL(v, ivec2(low.x, high.y), level), d = ENVSH_CELL(v, high, level);
     float least = min(min(a.x, b.x), min(c.x, d.x)), most = max(max(a.y, b.y), max(c.y, d.y));
-    if (least >= 1.0 || r.z + slope <= least) return 1;
-    return !outside && most < 1.0 && r.z - min(slope, r.limit) > most ? 0 : -1;
+    if (least >= 1.0 || farthest <= least) return 1;
+    return !outside && most < 1.0 && nearest > most ? 0 : -1;
+}
+
+// The same for a receiver's kernel of those half widths.
+int envsh_decide(envsh_query q, envsh_view v, envsh_receiver r, vec2 reach)
+{
+    float slope = dot(abs(r.slope), reach + 1.0);
+    return envsh_decide_box(q, v, r.at, reach, r.z - min(slope, r.limit), r.z + slope);
 }
 
 // All texels whose centres are within radius + 1/2 along both axes, weights falling to 0 at radius + 1.
@@ -175,6 +181,13 @@ float envsh_penumbra(envsh_query q, envsh_view v, envsh_receiver r, vec2 cs)
     return envsh_taps(q, v, r, a, b, cs);
 }
 
+// How far a tap may follow the receiver's plane towards the light, in depth.
+float envsh_plane_limit(envsh_query q, envsh_view v)
+{
+    float texels = ENVSH_FILTER == 3 ? 4.0 : ENVSH_FILTER == 0 ? 3.0 : q.radius + (ENVSH_FILTER == 1 ? 4.0 : 3.0);
+    return texels * max(v.texel.x, v.texel.y) / v.depth_range;
+}
+
 // Moves the point along its normal and takes it into the tile. cosine: of normal and light, above 0.
 envsh_receiver envsh_receive(envsh_query q, envsh_view v, vec3 p, vec3 n, float cosine)
 {
@@ -185,8 +198,7 @@ envsh_receiver envsh_receive(envsh_query q, envsh_view v, vec3 p, vec3 n, float 
     r.at = vec2(dot(v.row_x, vec4(p, 1.0)), dot(v.row_y, vec4(p, 1.0)));
     r.z = dot(v.row_z, vec4(p, 1.0));
     r.slope = flat_n * v.texel / (max(cosine, 0.1) * v.depth_range);
-    r.limit = (ENVSH_FILTER == 3 ? 4.0 : ENVSH_FILTER == 2 ? q.radius + 3.0 : ENVSH_FILTER == 1 ? q.radius + 4.0 : 3.0) *
-              texel / v.depth_range;
+    r.limit = envsh_plane_limit(q, v);
     return r;
 }
 
