@@ -1583,7 +1583,7 @@ typedef struct glbk_rsm_renderer {      /* read only; zeroed = none */
     uint32_t     width, height, now, direct, bounce, remembers;
     int          has_before, drawing, turn;
     glbk_result  failed;                /* first of glbk_rsm_object while drawing */
-    int          compute;               /* glbk_rsm_gather and glbk_rsm_denoise dispatch: ctx->compute when it was made */
+    int          compute;               /* glbk_rsm_gather and _denoise dispatch: ctx->compute when it was made */
     glbk_buffer  counts, open[2], wanted, marks;        /* then, with interpolate: lists of pixels */
 } glbk_rsm_renderer;
 
@@ -1655,7 +1655,7 @@ typedef struct glbk_rsm_gather_desc {   /* rsm_gather_desc; noise and materials 
                                            r_min 1 / 192) too */
     float    r_max, offset, clamp, near_limit;
     uint32_t seed, interleave;
-    uint32_t lights_per_pass;           /* 0 = 4096, at most 32768: a pass must not take longer than the driver's patience */
+    uint32_t lights_per_pass;           /* 0 = 4096, at most 32768: a pass must not outlast the driver's patience */
 } glbk_rsm_gather_desc;
 
 typedef struct glbk_rsm_grid {          /* rsm_interpolation */
@@ -5169,8 +5169,8 @@ static const char *const glbk__glsl_lib_rsm_bindings_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_rsm_chunk_glsl[] = {
-    "// rsm_chunk - lights of the list and points of the pattern that a work group reads together, in shared memory: for compute\n",
-    "// programs, before rsm_gather, whose numbers then count from the chunk's first.\n",
+    "// rsm_chunk - lights of the list and points of the pattern that a work group reads together, in shared memory: for\n",
+    "// compute programs, before rsm_gather, whose numbers then count from the chunk's first.\n",
     "#define RSM_CHUNK 64u               // lights, as many as the group has invocations; or four times as many points\n",
     "shared uvec4 rsm_chunk[4u * RSM_CHUNK];\n",
     "#define RSM_LIGHT(i, k) rsm_chunk[RSM_CHUNK * uint(k) + (i)]\n",
@@ -5409,8 +5409,9 @@ static const char *const glbk__glsl_lib_rsm_grid_glsl[] = {
     "    return (!(tests.z > 0.0) || len <= tests.z) && dot(d, d) <= reach2;\n",
     "}\n",
     "\n",
-    "// Bilinear between nodes of the grid; false where fewer than three suit or they differ too much. A missing fourth is completed to a plane. tests: least cosine, most slope, most distance or 0, contrast or below 0. reach: of a sample, times its\n",
-    "// distance to the nearest light, or below 0.\n",
+    "// Bilinear between nodes of the grid; false where fewer than three suit or they differ too much. A missing fourth is\n",
+    "// completed to a plane. tests: least cosine, most slope, most distance or 0, contrast or below 0. reach: of a sample,\n",
+    "// times its distance to the nearest light, or below 0.\n",
     "bool rsm_interpolate(ivec2 at, int step, ivec2 size, rsm_receiver p, vec4 tests, float reach, out vec3 result)\n",
     "{\n",
     "    ivec2 lx, ly;\n",
@@ -5450,8 +5451,8 @@ static const char *const glbk__glsl_lib_rsm_grid_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_rsm_lists_glsl[] = {
-    "// rsm_lists - lists of pixels that compute programs append to and read from, each with the groups of 64 that it takes: a\n",
-    "// work group collects its own in shared memory, then takes room in the list at once.\n",
+    "// rsm_lists - lists of pixels that compute programs append to and read from, each with the groups of 64 that it takes.\n",
+    "// A work group collects its pixels in shared memory, then takes room in the list for all of them at once.\n",
     "// uses: rsm_screen\n",
     "#ifndef RSM_GROUP\n",
     "#define RSM_GROUP 64        // invocations of the work group\n",
@@ -5496,9 +5497,12 @@ static const char *const glbk__glsl_lib_rsm_lists_glsl[] = {
     "    if (rsm_read(at, r) && texelFetch(glbk_rsm_coarse, number, 0).w >= 0.0) rsm_add_wanted(at);\n",
     "}\n",
     "\n",
+    "// Room for count pixels more. Where they need another group, the list's groups become as many: rows of 1024, so that no\n",
+    "// side exceeds the 65,535 that GL guarantees.\n",
     "uint rsm_room(uint list, uint count)\n",
     "{\n",
-    "    uint at = atomicAdd(glbk_rsm_counts[4u * list + 3u], count), before = (at + 63u) / 64u, groups = (at + count + 63u) / 64u;\n",
+    "    uint at = atomicAdd(glbk_rsm_counts[4u * list + 3u], count);\n",
+    "    uint before = (at + 63u) / 64u, groups = (at + count + 63u) / 64u;\n",
     "    if (groups > before) {\n",
     "        if (before < 1024u) atomicMax(glbk_rsm_counts[4u * list], min(groups, 1024u));\n",
     "        atomicMax(glbk_rsm_counts[4u * list + 1u], (groups + 1023u) / 1024u);\n",
@@ -5508,13 +5512,13 @@ static const char *const glbk__glsl_lib_rsm_lists_glsl[] = {
     "\n",
     "void rsm_end_lists(uint open_list, uint wanted_list)\n",
     "{\n",
+    "    uint i = gl_LocalInvocationIndex;\n",
     "    barrier();\n",
-    "    if (gl_LocalInvocationIndex == 0u && rsm_open_count > 0u) rsm_open_at = rsm_room(open_list, rsm_open_count);\n",
-    "    if (gl_LocalInvocationIndex == 0u && rsm_wanted_count > 0u) rsm_wanted_at = rsm_room(wanted_list, rsm_wanted_count);\n",
+    "    if (i == 0u && rsm_open_count > 0u) rsm_open_at = rsm_room(open_list, rsm_open_count);\n",
+    "    if (i == 0u && rsm_wanted_count > 0u) rsm_wanted_at = rsm_room(wanted_list, rsm_wanted_count);\n",
     "    barrier();\n",
-    "    for (uint i = gl_LocalInvocationIndex; i < rsm_open_count; i += uint(RSM_GROUP)) glbk_rsm_left[rsm_open_at + i] = rsm_open[i];\n",
-    "    for (uint i = gl_LocalInvocationIndex; i < rsm_wanted_count; i += uint(RSM_GROUP))\n",
-    "        glbk_rsm_wanted[rsm_wanted_at + i] = rsm_wanted[i];\n",
+    "    if (i < rsm_open_count) glbk_rsm_left[rsm_open_at + i] = rsm_open[i];\n",
+    "    for (; i < rsm_wanted_count; i += uint(RSM_GROUP)) glbk_rsm_wanted[rsm_wanted_at + i] = rsm_wanted[i];\n",
     "}\n"
 };
 
@@ -5741,8 +5745,9 @@ static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
     "\n",
     "vec3 rsm_about(rsm_lamp l, rsm_receiver r, vec2 turn, uint first, uint step, uint count)\n",
     "{\n",
-    "    return rsm_gather_about(l, r.position, r.normal, glbk_rsm_frame.pattern.x, turn, first, step, count, glbk_rsm_frame.limits,\n",
-    "                            glbk_rsm_frame.pick.w != 0u, glbk_rsm_frame.pattern.y, glbk_rsm_frame.pattern.z);\n",
+    "    return rsm_gather_about(l, r.position, r.normal, glbk_rsm_frame.pattern.x, turn, first, step, count,\n",
+    "                            glbk_rsm_frame.limits, glbk_rsm_frame.pick.w != 0u, glbk_rsm_frame.pattern.y,\n",
+    "                            glbk_rsm_frame.pattern.z);\n",
     "}\n",
     "\n",
     "// Bounced light of pixel `at` from the bound list, map and pattern.\n",
@@ -5776,8 +5781,8 @@ static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_rsm_smooth_glsl[] = {
-    "// rsm_smooth - one pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of normals and planes. A\n",
-    "// pixel with few neighbours like it is no brighter than its brightest neighbour.\n",
+    "// rsm_smooth - one pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of normals and\n",
+    "// planes. A pixel with few neighbours like it is no brighter than its brightest neighbour.\n",
     "// uses: rsm_screen\n",
     "// The program's: the neighbour (i, j) steps away from pixel `at`; false where nothing is seen, or beyond the picture.\n",
     "bool rsm_neighbour(ivec2 at, ivec2 off, out rsm_receiver s, out vec3 light);\n",
@@ -5792,8 +5797,8 @@ static const char *const glbk__glsl_lib_rsm_smooth_glsl[] = {
     "            rsm_receiver s;\n",
     "            vec3 other;\n",
     "            if ((i == 0 && j == 0) || !rsm_neighbour(at, ivec2(i, j), s, other)) continue;\n",
-    "            float weight = rsm_alike(r.position, r.normal, s.position, s.normal, glbk_rsm_frame.tests.x, glbk_rsm_frame.tests.y) *\n",
-    "                           (i != 0 && j != 0 ? 1.0 : 2.0);\n",
+    "            float weight = rsm_alike(r.position, r.normal, s.position, s.normal, glbk_rsm_frame.tests.x,\n",
+    "                                     glbk_rsm_frame.tests.y) * (i != 0 && j != 0 ? 1.0 : 2.0);\n",
     "            light += weight * other;\n",
     "            total += weight;\n",
     "            most = max(most, other);\n",
@@ -7444,7 +7449,8 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
 };
 
 static const char *const glbk__glsl_prog_rsm_begin_comp[] = {
-    "// Before interpolation: no node of the finest grid is evaluated, those of the first one are wanted where something is seen.\n",
+    "// Before interpolation: no node of the finest grid is evaluated, those of the first one are wanted where something is\n",
+    "// seen.\n",
     "// uses: rsm_lists\n",
     "layout(local_size_x = 8, local_size_y = 8) in;\n",
     "\n",
@@ -7550,8 +7556,8 @@ static const char *const glbk__glsl_prog_rsm_fill_vert[] = {
 };
 
 static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
-    "// rsm_gather.frag in place: sums in registers; lights and points, which all of a group take, through shared memory. Mode 0:\n",
-    "// every pixel, a group has 8 x 8 of one set; 1: nodes of a list; 2: pixels of a list.\n",
+    "// rsm_gather.frag in place: sums in registers; lights and points, which all of a group take, through shared memory.\n",
+    "// Mode 0: every pixel, a group has 8 x 8 of one set; 1: nodes of a list; 2: pixels of a list.\n",
     "// uses: rsm_chunk rsm_screen rsm_lists\n",
     "layout(local_size_x = 64) in;\n",
     "shared bool rsm_awake;\n",
@@ -7559,7 +7565,8 @@ static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
     "// rsm_bounce for all pixels of a group, of which those that are not awake only help to fetch.\n",
     "vec3 rsm_bounce_together(rsm_receiver r, ivec2 at, uint set, bool awake)\n",
     "{\n",
-    "    uint i = gl_LocalInvocationIndex, sets = glbk_rsm_frame.counts.y * glbk_rsm_frame.counts.y, listed = glbk_rsm_frame.range.y;\n",
+    "    uint i = gl_LocalInvocationIndex, sets = glbk_rsm_frame.counts.y * glbk_rsm_frame.counts.y;\n",
+    "    uint listed = glbk_rsm_frame.range.y;\n",
     "    int kinds = glbk_rsm_frame.pick.w != 0u ? 4 : 3;\n",
     "    rsm_lamp l = rsm_bound();\n",
     "    vec2 turn = rsm_turn(at);\n",
@@ -7574,7 +7581,7 @@ static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
     "    for (uint from = 0u; from < glbk_rsm_frame.counts.z; from += 4u * RSM_CHUNK) {\n",
     "        uint count = min(4u * RSM_CHUNK, glbk_rsm_frame.counts.z - from);\n",
     "        barrier();\n",
-    "        for (uint k = i; k < count; k += 64u)\n",
+    "        for (uint k = i; k < count; k += RSM_CHUNK)\n",
     "            rsm_chunk[k].xyz = floatBitsToUint(RSM_PATTERN(set + (from + k) * sets));\n",
     "        barrier();\n",
     "        if (awake) sum += rsm_about(l, r, turn, 0u, 1u, count);\n",
@@ -7668,8 +7675,8 @@ static const char *const glbk__glsl_prog_rsm_gather_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_rsm_interpolate_comp[] = {
-    "// rsm_interpolate.frag over every pixel (RSM_GROUP=256), then over those of a list: what the grid does for goes to the picture,\n",
-    "// what stays open into the next list, the nodes of the next grid that it needs into theirs.\n",
+    "// rsm_interpolate.frag over every pixel (RSM_GROUP=256), then over those of a list: what the grid does for goes to the\n",
+    "// picture, what stays open into the next list, the nodes of the next grid that it needs into theirs.\n",
     "// uses: rsm_lists rsm_grid\n",
     "// sets: RSM_GROUP=256 | RSM_GROUP=64\n",
     "layout(local_size_x = RSM_GROUP) in;\n",
@@ -7910,9 +7917,9 @@ static const char *const glbk__glsl_prog_rsm_resolve_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_rsm_scan_comp[] = {
-    "// Running sums of the rows of a map, or (ROWS=1) of its rows' last ones: a group has a row in shared memory. The steps are\n",
-    "// rsm_scan.frag's, of eight values each, so that both ways pick the same texels; the mean's third is multiplied where it is\n",
-    "// there, too, since compilers make one operation of it and the sum.\n",
+    "// Running sums of the rows of a map, or (ROWS=1) of its rows' last ones: a group has a row in shared memory. The steps\n",
+    "// are rsm_scan.frag's, of eight values each, so that both ways pick the same texels; the mean's third is multiplied\n",
+    "// where it is there, too, since compilers make one operation of it and the sum.\n",
     "// uses: rsm_pick\n",
     "// sets: ROWS=0 | ROWS=1\n",
     "#ifndef ROWS\n",
@@ -7981,8 +7988,8 @@ static const char *const glbk__glsl_prog_rsm_scan_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_rsm_smooth_comp[] = {
-    "// rsm_smooth.frag as a compute shader: 16 x 16 pixels, `step` apart, and those round them through shared memory, so that a\n",
-    "// pixel is fetched 1.27 times, not nine. The groups of one part of the picture are step x step layers.\n",
+    "// rsm_smooth.frag as a compute shader: 16 x 16 pixels, `step` apart, and those round them through shared memory, so\n",
+    "// that a pixel is fetched 1.27 times, not nine. The groups of one part of the picture are step x step layers.\n",
     "// uses: rsm_smooth\n",
     "layout(local_size_x = 16, local_size_y = 16) in;\n",
     "const int SIDE = 18;\n",
@@ -8006,7 +8013,8 @@ static const char *const glbk__glsl_prog_rsm_smooth_comp[] = {
     "void main()\n",
     "{\n",
     "    int step = int(glbk_rsm_frame.grid.x), layer = int(gl_WorkGroupID.z);\n",
-    "    ivec2 size = ivec2(glbk_rsm_frame.grid.zw), tile = ivec2(gl_WorkGroupID.xy) * 16, from = ivec2(layer % step, layer / step);\n",
+    "    ivec2 size = ivec2(glbk_rsm_frame.grid.zw), tile = ivec2(gl_WorkGroupID.xy) * 16;\n",
+    "    ivec2 from = ivec2(layer % step, layer / step);\n",
     "    ivec2 at = (tile + ivec2(gl_LocalInvocationID.xy)) * step + from;\n",
     "    for (int i = int(gl_LocalInvocationIndex); i < SIDE * SIDE; i += 256) {\n",
     "        ivec2 there = (tile + ivec2(i % SIDE, i / SIDE) - 1) * step + from;\n",
@@ -8486,15 +8494,15 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/rsm_gather.glsl", glbk__glsl_lib_rsm_gather_glsl, 155, "rsm_pick", "",
       "" },
-    { "lib/rsm_grid.glsl", glbk__glsl_lib_rsm_grid_glsl, 58, "rsm_screen", "",
+    { "lib/rsm_grid.glsl", glbk__glsl_lib_rsm_grid_glsl, 59, "rsm_screen", "",
       "" },
-    { "lib/rsm_lists.glsl", glbk__glsl_lib_rsm_lists_glsl, 66, "rsm_screen", "",
+    { "lib/rsm_lists.glsl", glbk__glsl_lib_rsm_lists_glsl, 69, "rsm_screen", "",
       "" },
     { "lib/rsm_map.glsl", glbk__glsl_lib_rsm_map_glsl, 109, "", "",
       "" },
     { "lib/rsm_pick.glsl", glbk__glsl_lib_rsm_pick_glsl, 57, "rsm_access", "",
       "" },
-    { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 82, "rsm_gather", "",
+    { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 83, "rsm_gather", "",
       "" },
     { "lib/rsm_smooth.glsl", glbk__glsl_lib_rsm_smooth_glsl, 26, "rsm_screen", "",
       "" },
@@ -8576,7 +8584,7 @@ static const glbk_file glbk__files[] = {
       "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" },
     { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 44, "ism_disc", "",
       "" },
-    { "prog/rsm_begin.comp", glbk__glsl_prog_rsm_begin_comp, 19, "rsm_lists", "",
+    { "prog/rsm_begin.comp", glbk__glsl_prog_rsm_begin_comp, 20, "rsm_lists", "",
       "" },
     { "prog/rsm_direct.frag", glbk__glsl_prog_rsm_direct_frag, 15, "rsm_direct rsm_screen", "screen.vert",
       "" },
@@ -8584,7 +8592,7 @@ static const glbk_file glbk__files[] = {
       "FOR_LIGHT=0 | FOR_LIGHT=1" },
     { "prog/rsm_fill.vert", glbk__glsl_prog_rsm_fill_vert, 16, "rsm_bindings", "",
       "" },
-    { "prog/rsm_gather.comp", glbk__glsl_prog_rsm_gather_comp, 69, "rsm_chunk rsm_screen rsm_lists", "",
+    { "prog/rsm_gather.comp", glbk__glsl_prog_rsm_gather_comp, 70, "rsm_chunk rsm_screen rsm_lists", "",
       "" },
     { "prog/rsm_gather.frag", glbk__glsl_prog_rsm_gather_frag, 43, "rsm_screen", "screen.vert",
       "" },
@@ -8602,7 +8610,7 @@ static const glbk_file glbk__files[] = {
       "ROWS=0 | ROWS=1" },
     { "prog/rsm_scan.frag", glbk__glsl_prog_rsm_scan_frag, 28, "rsm_pick", "screen.vert",
       "FROM=0 | FROM=1 | FROM=2 | FROM=3" },
-    { "prog/rsm_smooth.comp", glbk__glsl_prog_rsm_smooth_comp, 44, "rsm_smooth", "",
+    { "prog/rsm_smooth.comp", glbk__glsl_prog_rsm_smooth_comp, 45, "rsm_smooth", "",
       "" },
     { "prog/rsm_smooth.frag", glbk__glsl_prog_rsm_smooth_frag, 23, "rsm_smooth", "screen.vert",
       "" },
@@ -13872,7 +13880,7 @@ typedef struct glbk__rsm_run {      /* one glbk_rsm_gather */
     glbk_target          *targets;
     uint32_t              width, height, now, kept;             /* kept: a picture that must stay */
     const glbk_texture   *states, *coarse;
-    const glbk_buffer    *items;                                /* compute: the pixels, or NULL: all; now stays the same */
+    const glbk_buffer    *items;                                /* compute: the pixels, or NULL: all */
     int                   begun;
 } glbk__rsm_run;
 
@@ -14009,7 +14017,8 @@ static int glbk__rsm_grid_valid(const glbk_rsm_renderer *r, const glbk_rsm_gathe
     return 1;
 }
 
-/* One pass of compute over all pixels, nodes or open pixels of interpolation; list: of groups, or NULL and x by y of them. */
+/* One pass of compute over all pixels, nodes or open pixels of interpolation. list: number of that with the groups, or
+   NULL and x by y of them. */
 static glbk_result glbk__rsm_do_lists(glbk__rsm_run *g, int which, uint32_t level, const uint32_t *list, uint32_t x,
                                       uint32_t y)
 {
@@ -14048,8 +14057,8 @@ static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const glbk_rsm_grid *d)
     return glbk__rsm_do_lists(g, GLBK__RSM_DO_BEGIN, 0, NULL, (nodes[0] + 7) / 8, (nodes[1] + 7) / 8);
 }
 
-/* glbk__rsm_grids by compute. List 2 level holds the nodes to evaluate, 2 level + 1 the pixels that stay open. All grids are
-   in one, the finest; the picture gets what is evaluated and what is interpolated at once. */
+/* glbk__rsm_grids by compute. List 2 level holds the nodes to evaluate, 2 level + 1 the pixels that stay open. All grids
+   are in one, the finest; the picture gets what is evaluated and what is interpolated at once. */
 static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const glbk_rsm_grid *d)
 {
     glbk_rsm_renderer *r = g->r;
@@ -14150,7 +14159,7 @@ GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *r, gl
     k = d->interleave ? d->interleave : 1;
     g.sets = k * k;
     most = d->lights_per_pass ? d->lights_per_pass : 4096;
-    if (most > GLBK__RSM_LIST / 2) most = GLBK__RSM_LIST / 2;   /* llvmpipe ends a shader's loops at 65,535 rounds in all */
+    if (most > GLBK__RSM_LIST / 2) most = GLBK__RSM_LIST / 2;   /* llvmpipe ends a shader's loops at 65,535 rounds */
     g.room = GLBK__RSM_LIST / g.sets < most ? GLBK__RSM_LIST / g.sets : most;
     for (i = 0; i < count && (g.by_flux || g.mixed) && result == GLBK_OK; i++) result = glbk__rsm_sum(ctx, r, maps[i]);
     if (result != GLBK_OK) return result;

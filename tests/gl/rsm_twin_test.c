@@ -605,14 +605,14 @@ static void filter_agrees(void **state)
 
 /* ---- the compute path beside the core path, in one context ---- */
 
-enum { LIGHTS = 3, WIDE = 75, HIGH = 41 };
+enum { LIGHTS = 3, WIDE = 310, HIGH = 301 };     /* more pixels than 1024 groups of a list take */
 
 typedef struct paths {
     gl_test          *t[2], core;       /* 0: 3.3, 1: compute */
     glbk_rsm_renderer r[2];
     rsm_map          *cpu[KINDS];
     glbk_rsm_map      maps[2][KINDS];
-    double            worst;            /* largest difference of a pixel over its light, and over the mean's thousandth */
+    double            worst;            /* largest difference of a pixel, over its light and a thousandth of the mean */
     uint32_t          width, height;
 } paths;
 
@@ -658,7 +658,7 @@ static void close_paths(paths *p)
 /* Light of both paths: what each pixel is must be the same, light within the rounding of sums that differ in order. */
 static void same_light(paths *p, const char *what, int way)
 {
-    static float light[2][4 * WIDE * HIGH];
+    static float light[2][4 * WIDE * HIGH];     /* of glbk_rsm_read */
     const size_t n = 4 * (size_t)p->width * p->height;
     double mean = 0, worst = 0;
     size_t i;
@@ -746,12 +746,13 @@ static void compute_adds_up_as_draws_do(void **state)
     w.points.occlusion = NULL;
 }
 
-/* Pictures whose sides no group divides, down to one pixel; grids that leave out the finest, or have one node. */
+/* Pictures whose sides no group divides, down to one pixel; grids that leave out the finest, or have one node. In the
+   largest nothing is interpolated, so that lists are as long as they get. */
 static void compute_has_every_size(void **state)
 {
     GL_TEST(t, state)
-    static const uint32_t sizes[][2] = { { WIDE, HIGH }, { 1, 1 }, { 33, 2 }, { 1, 40 } }, steps[][2] = {
-        { 64, 6 }, { 8, 2 }, { 2, 1 }, { 16, 3 } };
+    static const uint32_t sizes[][2] = { { WIDE, HIGH }, { 75, 41 }, { 1, 1 }, { 33, 2 }, { 1, 40 } };
+    static const uint32_t steps[][2] = { { 64, 6 }, { 8, 2 }, { 2, 1 }, { 16, 3 } };
     static glbk_rsm_pixel pixels[WIDE * HIGH];
     static const int kind = 1;
     paths p;
@@ -780,10 +781,11 @@ static void compute_has_every_size(void **state)
             assert_glbk(p.t[i], glbk_rsm_gbuffer_upload(&p.t[i]->gl, &p.r[i], 0, d.height, pixels));
         }
         for (way = 0; way < 4; way++) {
-            rsm_gather_desc g = gather_desc(way == 1 ? RSM_PATTERN_LOG_RADIAL : RSM_PATTERN_FLUX, 30);
+            rsm_gather_desc g = gather_desc(way == 1 ? RSM_PATTERN_LOG_RADIAL : RSM_PATTERN_FLUX, size ? 30 : 4);
             glbk_rsm_grid grid = { 0, 0, 0, 0, 0, 0, 0 };
             grid.step = steps[way][0];
             grid.levels = steps[way][1];
+            grid.contrast = size ? 0 : 1e-30f;
             g.near_limit = 0.3f;
             gather_both(&p, &kind, 1, &g, 0, &grid);
             same_light(&p, "size", (int)(10 * size + way));

@@ -18,8 +18,9 @@ bool rsm_suits(rsm_receiver p, rsm_receiver s, vec4 tests, float reach2)
     return (!(tests.z > 0.0) || len <= tests.z) && dot(d, d) <= reach2;
 }
 
-// Bilinear between nodes of the grid; false where fewer than three suit or they differ too much. A missing fourth is completed to a plane. tests: least cosine, most slope, most distance or 0, contrast or below 0. reach: of a sample, times its
-// distance to the nearest light, or below 0.
+// Bilinear between nodes of the grid; false where fewer than three suit or they differ too much. A missing fourth is
+// completed to a plane. tests: least cosine, most slope, most distance or 0, contrast or below 0. reach: of a sample,
+// times its distance to the nearest light, or below 0.
 bool rsm_interpolate(ivec2 at, int step, ivec2 size, rsm_receiver p, vec4 tests, float reach, out vec3 result)
 {
     ivec2 lx, ly;

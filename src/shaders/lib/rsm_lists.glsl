@@ -1,5 +1,5 @@
-// rsm_lists - lists of pixels that compute programs append to and read from, each with the groups of 64 that it takes: a
-// work group collects its own in shared memory, then takes room in the list at once.
+// rsm_lists - lists of pixels that compute programs append to and read from, each with the groups of 64 that it takes.
+// A work group collects its pixels in shared memory, then takes room in the list for all of them at once.
 // uses: rsm_screen
 #ifndef RSM_GROUP
 #define RSM_GROUP 64        // invocations of the work group
@@ -44,9 +44,12 @@ void rsm_want(ivec2 at)
     if (rsm_read(at, r) && texelFetch(glbk_rsm_coarse, number, 0).w >= 0.0) rsm_add_wanted(at);
 }
 
+// Room for count pixels more. Where they need another group, the list's groups become as many: rows of 1024, so that no
+// side exceeds the 65,535 that GL guarantees.
 uint rsm_room(uint list, uint count)
 {
-    uint at = atomicAdd(glbk_rsm_counts[4u * list + 3u], count), before = (at + 63u) / 64u, groups = (at + count + 63u) / 64u;
+    uint at = atomicAdd(glbk_rsm_counts[4u * list + 3u], count);
+    uint before = (at + 63u) / 64u, groups = (at + count + 63u) / 64u;
     if (groups > before) {
         if (before < 1024u) atomicMax(glbk_rsm_counts[4u * list], min(groups, 1024u));
         atomicMax(glbk_rsm_counts[4u * list + 1u], (groups + 1023u) / 1024u);
@@ -56,11 +59,11 @@ uint rsm_room(uint list, uint count)
 
 void rsm_end_lists(uint open_list, uint wanted_list)
 {
+    uint i = gl_LocalInvocationIndex;
     barrier();
-    if (gl_LocalInvocationIndex == 0u && rsm_open_count > 0u) rsm_open_at = rsm_room(open_list, rsm_open_count);
-    if (gl_LocalInvocationIndex == 0u && rsm_wanted_count > 0u) rsm_wanted_at = rsm_room(wanted_list, rsm_wanted_count);
+    if (i == 0u && rsm_open_count > 0u) rsm_open_at = rsm_room(open_list, rsm_open_count);
+    if (i == 0u && rsm_wanted_count > 0u) rsm_wanted_at = rsm_room(wanted_list, rsm_wanted_count);
     barrier();
-    for (uint i = gl_LocalInvocationIndex; i < rsm_open_count; i += uint(RSM_GROUP)) glbk_rsm_left[rsm_open_at + i] = rsm_open[i];
-    for (uint i = gl_LocalInvocationIndex; i < rsm_wanted_count; i += uint(RSM_GROUP))
-        glbk_rsm_wanted[rsm_wanted_at + i] = rsm_wanted[i];
+    if (i < rsm_open_count) glbk_rsm_left[rsm_open_at + i] = rsm_open[i];
+    for (; i < rsm_wanted_count; i += uint(RSM_GROUP)) glbk_rsm_wanted[rsm_wanted_at + i] = rsm_wanted[i];
 }

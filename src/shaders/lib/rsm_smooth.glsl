@@ -1,5 +1,5 @@
-// rsm_smooth - one pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of normals and planes. A
-// pixel with few neighbours like it is no brighter than its brightest neighbour.
+// rsm_smooth - one pass of the a-trous filter: 1 2 1 by 1 2 1, `step` pixels apart, stopped by edges of normals and
+// planes. A pixel with few neighbours like it is no brighter than its brightest neighbour.
 // uses: rsm_screen
 // The program's: the neighbour (i, j) steps away from pixel `at`; false where nothing is seen, or beyond the picture.
 bool rsm_neighbour(ivec2 at, ivec2 off, out rsm_receiver s, out vec3 light);
@@ -14,8 +14,8 @@ vec4 rsm_smooth(ivec2 at, rsm_receiver r, vec4 sum)
             rsm_receiver s;
             vec3 other;
             if ((i == 0 && j == 0) || !rsm_neighbour(at, ivec2(i, j), s, other)) continue;
-            float weight = rsm_alike(r.position, r.normal, s.position, s.normal, glbk_rsm_frame.tests.x, glbk_rsm_frame.tests.y) *
-                           (i != 0 && j != 0 ? 1.0 : 2.0);
+            float weight = rsm_alike(r.position, r.normal, s.position, s.normal, glbk_rsm_frame.tests.x,
+                                     glbk_rsm_frame.tests.y) * (i != 0 && j != 0 ? 1.0 : 2.0);
             light += weight * other;
             total += weight;
             most = max(most, other);

@@ -1,4 +1,5 @@
-// Before interpolation: no node of the finest grid is evaluated, those of the first one are wanted where something is seen.
+// Before interpolation: no node of the finest grid is evaluated, those of the first one are wanted where something is
+// seen.
 // uses: rsm_lists
 layout(local_size_x = 8, local_size_y = 8) in;
 

@@ -1,5 +1,5 @@
-// rsm_gather.frag in place: sums in registers; lights and points, which all of a group take, through shared memory. Mode 0:
-// every pixel, a group has 8 x 8 of one set; 1: nodes of a list; 2: pixels of a list.
+// rsm_gather.frag in place: sums in registers; lights and points, which all of a group take, through shared memory.
+// Mode 0: every pixel, a group has 8 x 8 of one set; 1: nodes of a list; 2: pixels of a list.
 // uses: rsm_chunk rsm_screen rsm_lists
 layout(local_size_x = 64) in;
 shared bool rsm_awake;
@@ -7,7 +7,8 @@ shared bool rsm_awake;
 // rsm_bounce for all pixels of a group, of which those that are not awake only help to fetch.
 vec3 rsm_bounce_together(rsm_receiver r, ivec2 at, uint set, bool awake)
 {
-    uint i = gl_LocalInvocationIndex, sets = glbk_rsm_frame.counts.y * glbk_rsm_frame.counts.y, listed = glbk_rsm_frame.range.y;
+    uint i = gl_LocalInvocationIndex, sets = glbk_rsm_frame.counts.y * glbk_rsm_frame.counts.y;
+    uint listed = glbk_rsm_frame.range.y;
     int kinds = glbk_rsm_frame.pick.w != 0u ? 4 : 3;
     rsm_lamp l = rsm_bound();
     vec2 turn = rsm_turn(at);
@@ -22,7 +23,7 @@ vec3 rsm_bounce_together(rsm_receiver r, ivec2 at, uint set, bool awake)
     for (uint from = 0u; from < glbk_rsm_frame.counts.z; from += 4u * RSM_CHUNK) {
         uint count = min(4u * RSM_CHUNK, glbk_rsm_frame.counts.z - from);
         barrier();
-        for (uint k = i; k < count; k += 64u)
+        for (uint k = i; k < count; k += RSM_CHUNK)
             rsm_chunk[k].xyz = floatBitsToUint(RSM_PATTERN(set + (from + k) * sets));
         barrier();
         if (awake) sum += rsm_about(l, r, turn, 0u, 1u, count);

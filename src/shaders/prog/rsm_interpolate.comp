@@ -1,5 +1,5 @@
-// rsm_interpolate.frag over every pixel (RSM_GROUP=256), then over those of a list: what the grid does for goes to the picture,
-// what stays open into the next list, the nodes of the next grid that it needs into theirs.
+// rsm_interpolate.frag over every pixel (RSM_GROUP=256), then over those of a list: what the grid does for goes to the
+// picture, what stays open into the next list, the nodes of the next grid that it needs into theirs.
 // uses: rsm_lists rsm_grid
 // sets: RSM_GROUP=256 | RSM_GROUP=64
 layout(local_size_x = RSM_GROUP) in;

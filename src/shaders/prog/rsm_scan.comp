@@ -1,6 +1,6 @@
-// Running sums of the rows of a map, or (ROWS=1) of its rows' last ones: a group has a row in shared memory. The steps are
-// rsm_scan.frag's, of eight values each, so that both ways pick the same texels; the mean's third is multiplied where it is
-// there, too, since compilers make one operation of it and the sum.
+// Running sums of the rows of a map, or (ROWS=1) of its rows' last ones: a group has a row in shared memory. The steps
+// are rsm_scan.frag's, of eight values each, so that both ways pick the same texels; the mean's third is multiplied
+// where it is there, too, since compilers make one operation of it and the sum.
 // uses: rsm_pick
 // sets: ROWS=0 | ROWS=1
 #ifndef ROWS

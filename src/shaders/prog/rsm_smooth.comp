@@ -1,5 +1,5 @@
-// rsm_smooth.frag as a compute shader: 16 x 16 pixels, `step` apart, and those round them through shared memory, so that a
-// pixel is fetched 1.27 times, not nine. The groups of one part of the picture are step x step layers.
+// rsm_smooth.frag as a compute shader: 16 x 16 pixels, `step` apart, and those round them through shared memory, so
+// that a pixel is fetched 1.27 times, not nine. The groups of one part of the picture are step x step layers.
 // uses: rsm_smooth
 layout(local_size_x = 16, local_size_y = 16) in;
 const int SIDE = 18;
@@ -23,7 +23,8 @@ bool rsm_neighbour(ivec2 at, ivec2 off, out rsm_receiver s, out vec3 light)
 void main()
 {
     int step = int(glbk_rsm_frame.grid.x), layer = int(gl_WorkGroupID.z);
-    ivec2 size = ivec2(glbk_rsm_frame.grid.zw), tile = ivec2(gl_WorkGroupID.xy) * 16, from = ivec2(layer % step, layer / step);
+    ivec2 size = ivec2(glbk_rsm_frame.grid.zw), tile = ivec2(gl_WorkGroupID.xy) * 16;
+    ivec2 from = ivec2(layer % step, layer / step);
     ivec2 at = (tile + ivec2(gl_LocalInvocationID.xy)) * step + from;
     for (int i = int(gl_LocalInvocationIndex); i < SIDE * SIDE; i += 256) {
         ivec2 there = (tile + ivec2(i % SIDE, i / SIDE) - 1) * step + from;
