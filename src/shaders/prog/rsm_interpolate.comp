@@ -44,7 +44,7 @@ bool rsm_node(ivec2 at, out rsm_receiver s, out vec4 node)
 
 void main()
 {
-    int step = int(glbk_rsm_frame.grid.x), fine = int(glbk_rsm_frame.grid.y), next = int(glbk_rsm_frame.lists.w);
+    int step = int(glbk_rsm_frame.grid.x), next = int(glbk_rsm_frame.lists.w);
     ivec2 at, size = ivec2(glbk_rsm_frame.grid.zw), number, lx, ly;
     rsm_receiver r;
     vec3 value;
@@ -53,14 +53,13 @@ void main()
 #if RSM_GROUP == 256
     at = ivec2(gl_WorkGroupID.xy * 16u) + ivec2(gl_LocalInvocationIndex & 15u, gl_LocalInvocationIndex >> 4);
     bool inside = all(lessThan(at, size));
-    rsm_load_nodes(step, fine, size);
+    rsm_load_nodes(step, int(glbk_rsm_frame.grid.y), size);
 #else
     bool inside = rsm_item(glbk_rsm_frame.lists.x, at);
 #endif
     if (inside && !rsm_read(at, r)) {
         imageStore(glbk_rsm_picture, at, vec4(0.0, 0.0, 0.0, RSM_NONE));
-    } else if (inside && !(rsm_is_node(at, step, size, number) &&       // the picture has what was evaluated
-                           texelFetch(glbk_rsm_coarse, rsm_node_number(at, fine), 0).w < 0.0)) {
+    } else if (inside && !rsm_is_node(at, step, size, number)) {        // nodes that are in question were evaluated
         if (rsm_interpolate(at, step, size, r, glbk_rsm_frame.tests, glbk_rsm_frame.pattern.w, value)) {
             imageStore(glbk_rsm_picture, at, vec4(value * r.occlusion, RSM_INTERPOLATED));
         } else {
