@@ -1666,8 +1666,8 @@ typedef struct glbk_rsm_grid {          /* rsm_interpolation */
 GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *const *maps,
                                      uint32_t count, const glbk_rsm_gather_desc *desc, const glbk_rsm_grid *grid);
 /* Bounced light of all maps. grid: first a low-resolution picture, then the pixels between where 3 of 4 samples suit, then
-   finer grids, at last single pixels, each only where a mask in alpha says that something is left: nothing is asked back
-   from the GPU. NULL: every pixel.
+   finer grids, at last single pixels, each only where a mask in alpha, or by compute a list, says that something is left:
+   nothing is asked back from the GPU. NULL: every pixel.
    The choice of samples, and so the noise, is rsm_gather's for the same desc.
    Errors   GLBK_ERR_ARGUMENT (desc or grid as rsm.h refuses them; interleave, noise with a grid; pattern without points) */
 
