@@ -1568,7 +1568,7 @@ typedef struct glbk_rsm_renderer_desc {
     int      interpolate, denoise;      /* not 0: memory for glbk_rsm_gather with a grid, for glbk_rsm_denoise */
 } glbk_rsm_renderer_desc;
 
-#define GLBK_RSM_PROGRAMS 21u
+#define GLBK_RSM_PROGRAMS 22u
 
 typedef struct glbk_rsm_renderer {      /* read only; zeroed = none */
     glbk_program programs[GLBK_RSM_PROGRAMS];       /* compiled when first needed */
@@ -7557,8 +7557,13 @@ static const char *const glbk__glsl_prog_rsm_fill_vert[] = {
 
 static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
     "// rsm_gather.frag in place: sums in registers; lights and points, which all of a group take, through shared memory.\n",
-    "// Mode 0: every pixel, a group has 8 x 8 of one set; 1: nodes of a list; 2: pixels of a list.\n",
+    "// Mode 0: every pixel, a group has 8 x 8 of one set; 1: nodes of a list (NODES=1; else nothing asks how near lights are,\n",
+    "// and a tenth of a pair's work is not done); 2: pixels of a list.\n",
     "// uses: rsm_chunk rsm_screen rsm_lists\n",
+    "// sets: NODES=0 | NODES=1\n",
+    "#ifndef NODES\n",
+    "#define NODES 0\n",
+    "#endif\n",
     "layout(local_size_x = 64) in;\n",
     "shared bool rsm_awake;\n",
     "\n",
@@ -7591,39 +7596,45 @@ static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
     "\n",
     "void main()\n",
     "{\n",
-    "    uint mode = glbk_rsm_frame.mode.x, k = glbk_rsm_frame.counts.y, i = gl_LocalInvocationIndex, set = gl_WorkGroupID.z;\n",
+    "    uint k = glbk_rsm_frame.counts.y, i = gl_LocalInvocationIndex, set = gl_WorkGroupID.z;\n",
     "    ivec2 at, size = ivec2(glbk_rsm_frame.grid.zw);\n",
     "    bool inside, first = glbk_rsm_frame.range.w == 0u;\n",
     "    vec4 sum = vec4(0.0);\n",
     "    rsm_receiver r;\n",
-    "    if (mode == 0u) {\n",
+    "    if (glbk_rsm_frame.mode.x == 0u) {\n",
     "        at = ivec2((gl_WorkGroupID.xy * 8u + uvec2(i & 7u, i >> 3)) * k + uvec2(set % k, set / k));\n",
     "        inside = all(lessThan(at, size));\n",
     "    } else {\n",
     "        inside = rsm_item(glbk_rsm_frame.lists.x, at);\n",
     "    }\n",
     "    bool awake = rsm_read(inside ? at : ivec2(0), r) && inside;\n",
-    "    ivec2 number = mode == 1u ? rsm_node_number(at, int(glbk_rsm_frame.grid.y)) : ivec2(0);\n",
+    "#if NODES\n",
+    "    ivec2 number = rsm_node_number(at, int(glbk_rsm_frame.grid.y));\n",
     "    if (awake && !first) {\n",
-    "        if (mode == 1u) sum = imageLoad(glbk_rsm_nodes, number);\n",
-    "        else sum = imageLoad(glbk_rsm_picture, at);\n",
-    "        if (mode == 1u) rsm_near = 1.0 / rsm_node_distance2(sum.w);\n",
+    "        sum = imageLoad(glbk_rsm_nodes, number);\n",
+    "        rsm_near = 1.0 / rsm_node_distance2(sum.w);\n",
     "    }\n",
+    "#else\n",
+    "    if (awake && !first) sum = imageLoad(glbk_rsm_picture, at);\n",
+    "#endif\n",
     "    if (i == 0u) rsm_awake = false;\n",
     "    barrier();\n",
     "    if (awake) rsm_awake = true;\n",
     "    barrier();\n",
     "    if (rsm_awake) {\n",
     "        vec3 light = rsm_bounce_together(r, at, set, awake);\n",
-    "        sum = mode == 1u ? vec4(sum.xyz + light, rsm_node_alpha(1.0 / max(rsm_near, 1e-30)))\n",
-    "                         : vec4(sum.xyz + light * r.occlusion, RSM_FRESH);\n",
+    "#if NODES\n",
+    "        sum = vec4(sum.xyz + light, rsm_node_alpha(1.0 / max(rsm_near, 1e-30)));\n",
+    "#else\n",
+    "        sum = vec4(sum.xyz + light * r.occlusion, RSM_FRESH);\n",
+    "#endif\n",
     "    }\n",
     "    if (!inside || (!awake && !first)) return;\n",
     "    if (!awake) sum = vec4(0.0);\n",
-    "    if (mode == 1u) {\n",
-    "        imageStore(glbk_rsm_nodes, number, sum);\n",
-    "        sum = vec4(sum.xyz * r.occlusion, RSM_EVALUATED);\n",
-    "    }\n",
+    "#if NODES\n",
+    "    imageStore(glbk_rsm_nodes, number, sum);\n",
+    "    sum = vec4(sum.xyz * r.occlusion, RSM_EVALUATED);\n",
+    "#endif\n",
     "    imageStore(glbk_rsm_picture, at, sum);\n",
     "}\n"
 };
@@ -8591,8 +8602,8 @@ static const glbk_file glbk__files[] = {
       "FOR_LIGHT=0 | FOR_LIGHT=1" },
     { "prog/rsm_fill.vert", glbk__glsl_prog_rsm_fill_vert, 16, "rsm_bindings", "",
       "" },
-    { "prog/rsm_gather.comp", glbk__glsl_prog_rsm_gather_comp, 70, "rsm_chunk rsm_screen rsm_lists", "",
-      "" },
+    { "prog/rsm_gather.comp", glbk__glsl_prog_rsm_gather_comp, 81, "rsm_chunk rsm_screen rsm_lists", "",
+      "NODES=0 | NODES=1" },
     { "prog/rsm_gather.frag", glbk__glsl_prog_rsm_gather_frag, 43, "rsm_screen", "screen.vert",
       "" },
     { "prog/rsm_interpolate.comp", glbk__glsl_prog_rsm_interpolate_comp, 75, "rsm_lists rsm_grid", "",
@@ -13176,6 +13187,7 @@ enum {
     GLBK__RSM_DO_SCAN,          /* by compute, from here on */
     GLBK__RSM_DO_SCAN_ROWS,
     GLBK__RSM_DO_GATHER,
+    GLBK__RSM_DO_NODES,
     GLBK__RSM_DO_BEGIN,
     GLBK__RSM_DO_INTERPOLATE,
     GLBK__RSM_DO_LISTED,
@@ -13190,8 +13202,9 @@ static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAMS][2] = {
     { "rsm_pick.frag", "ALL=0" },       { "rsm_pick.frag", "ALL=1" },       { "rsm_direct.frag", NULL },
     { "rsm_gather.frag", NULL },        { "rsm_interpolate.frag", NULL },   { "rsm_recall.frag", NULL },
     { "rsm_smooth.frag", NULL },        { "rsm_resolve.frag", NULL },
-    { "rsm_scan.comp", "ROWS=0" },      { "rsm_scan.comp", "ROWS=1" },      { "rsm_gather.comp", NULL },
-    { "rsm_begin.comp", NULL },         { "rsm_interpolate.comp", "RSM_GROUP=256" },
+    { "rsm_scan.comp", "ROWS=0" },      { "rsm_scan.comp", "ROWS=1" },      { "rsm_gather.comp", "NODES=0" },
+    { "rsm_gather.comp", "NODES=1" },   { "rsm_begin.comp", NULL },
+    { "rsm_interpolate.comp", "RSM_GROUP=256" },
     { "rsm_interpolate.comp", "RSM_GROUP=64" },                             { "rsm_smooth.comp", NULL }
 };
 
@@ -13906,9 +13919,10 @@ static glbk_result glbk__rsm_pick(glbk__rsm_run *g, const glbk_rsm_map *map, uin
 static glbk_result glbk__rsm_do_add(glbk__rsm_run *g, const glbk_rsm_map *map)
 {
     glbk_rsm_renderer *r = g->r;
-    glbk_program *program = &r->programs[GLBK__RSM_DO_GATHER];
+    int which = r->values.mode[0] == 1 ? GLBK__RSM_DO_NODES : GLBK__RSM_DO_GATHER;
+    glbk_program *program = &r->programs[which];
     uint32_t side = 8 * r->values.counts[1];            /* pixels of a set lie `interleave` apart */
-    glbk_result result = glbk__rsm_ready(g->ctx, r, GLBK__RSM_DO_GATHER);
+    glbk_result result = glbk__rsm_ready(g->ctx, r, which);
     if (result != GLBK_OK) return result;
     glbk_rsm_bind(g->ctx, r, map);
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[g->now]);

@@ -224,7 +224,8 @@ static int make_maps(rs_state *state, const rsm_light *lights, size_t count, cha
     g->pointers = calloc(count + 1, sizeof(glbk_rsm_map *));
     if (!g->maps || !g->pointers)
         return no_memory(error);
-    state->gl_bytes = 100 * (uint64_t)state->pixels + (4u << 20);
+    state->gl_bytes = (state->mode == RS_INTERPOLATED ? 113u : state->mode == RS_DENOISED ? 180u : 100u) *
+                          (uint64_t)state->pixels + (4u << 20);
     for (result = GLBK_OK; g->map_count < count && result == GLBK_OK; g->map_count++) {
         glbk_rsm_map *map = g->pointers[g->map_count] = &g->maps[g->map_count];
         glbk_rsm_lamp lamp = lamp_of(&lights[g->map_count]);

@@ -150,7 +150,7 @@ static void gather(lit *l, const rsm_gather_desc *d, const glbk_rsm_grid *grid, 
     glbk_rsm_map *maps[1];
     glbk_rsm_gather_desc g = gl_desc(d);
     maps[0] = &l->map;
-    if (!d->samples) g.lights_per_pass = 32768;         /* every texel of 512 x 512 */
+    if (!d->samples) g.lights_per_pass = 65536;         /* every texel of 512 x 512 */
     look(points);
     upload_tables(now, &seen_by, d);
     assert_glbk(now, glbk_rsm_gather(&now->gl, &seen_by, maps, 1, &g, grid));

@@ -1,6 +1,11 @@
 // rsm_gather.frag in place: sums in registers; lights and points, which all of a group take, through shared memory.
-// Mode 0: every pixel, a group has 8 x 8 of one set; 1: nodes of a list; 2: pixels of a list.
+// Mode 0: every pixel, a group has 8 x 8 of one set; 1: nodes of a list (NODES=1; else nothing asks how near lights are,
+// and a tenth of a pair's work is not done); 2: pixels of a list.
 // uses: rsm_chunk rsm_screen rsm_lists
+// sets: NODES=0 | NODES=1
+#ifndef NODES
+#define NODES 0
+#endif
 layout(local_size_x = 64) in;
 shared bool rsm_awake;
 
@@ -33,38 +38,44 @@ vec3 rsm_bounce_together(rsm_receiver r, ivec2 at, uint set, bool awake)
 
 void main()
 {
-    uint mode = glbk_rsm_frame.mode.x, k = glbk_rsm_frame.counts.y, i = gl_LocalInvocationIndex, set = gl_WorkGroupID.z;
+    uint k = glbk_rsm_frame.counts.y, i = gl_LocalInvocationIndex, set = gl_WorkGroupID.z;
     ivec2 at, size = ivec2(glbk_rsm_frame.grid.zw);
     bool inside, first = glbk_rsm_frame.range.w == 0u;
     vec4 sum = vec4(0.0);
     rsm_receiver r;
-    if (mode == 0u) {
+    if (glbk_rsm_frame.mode.x == 0u) {
         at = ivec2((gl_WorkGroupID.xy * 8u + uvec2(i & 7u, i >> 3)) * k + uvec2(set % k, set / k));
         inside = all(lessThan(at, size));
     } else {
         inside = rsm_item(glbk_rsm_frame.lists.x, at);
     }
     bool awake = rsm_read(inside ? at : ivec2(0), r) && inside;
-    ivec2 number = mode == 1u ? rsm_node_number(at, int(glbk_rsm_frame.grid.y)) : ivec2(0);
+#if NODES
+    ivec2 number = rsm_node_number(at, int(glbk_rsm_frame.grid.y));
     if (awake && !first) {
-        if (mode == 1u) sum = imageLoad(glbk_rsm_nodes, number);
-        else sum = imageLoad(glbk_rsm_picture, at);
-        if (mode == 1u) rsm_near = 1.0 / rsm_node_distance2(sum.w);
+        sum = imageLoad(glbk_rsm_nodes, number);
+        rsm_near = 1.0 / rsm_node_distance2(sum.w);
     }
+#else
+    if (awake && !first) sum = imageLoad(glbk_rsm_picture, at);
+#endif
     if (i == 0u) rsm_awake = false;
     barrier();
     if (awake) rsm_awake = true;
     barrier();
     if (rsm_awake) {
         vec3 light = rsm_bounce_together(r, at, set, awake);
-        sum = mode == 1u ? vec4(sum.xyz + light, rsm_node_alpha(1.0 / max(rsm_near, 1e-30)))
-                         : vec4(sum.xyz + light * r.occlusion, RSM_FRESH);
+#if NODES
+        sum = vec4(sum.xyz + light, rsm_node_alpha(1.0 / max(rsm_near, 1e-30)));
+#else
+        sum = vec4(sum.xyz + light * r.occlusion, RSM_FRESH);
+#endif
     }
     if (!inside || (!awake && !first)) return;
     if (!awake) sum = vec4(0.0);
-    if (mode == 1u) {
-        imageStore(glbk_rsm_nodes, number, sum);
-        sum = vec4(sum.xyz * r.occlusion, RSM_EVALUATED);
-    }
+#if NODES
+    imageStore(glbk_rsm_nodes, number, sum);
+    sum = vec4(sum.xyz * r.occlusion, RSM_EVALUATED);
+#endif
     imageStore(glbk_rsm_picture, at, sum);
 }
