@@ -1,5 +1,6 @@
-/* gl_ism.c - ism on OpenGL: how long each stage of a frame takes, and how far the light is from ism.h's own. VPLs and
-   points are chosen on the CPU. Wall time round glFinish: timer queries of software drivers are wrong. */
+/* gl_ism.c - ism on OpenGL: how long each stage of a frame takes, on the core path and, where the context has 4.3, on the
+   compute path beside it, and how far the light is from ism.h's own. VPLs and points are chosen on the CPU. Stages with
+   uploads and reading back by wall time round glFinish; passes alone by the GPU's own, on software drivers round glFinish. */
 #define _POSIX_C_SOURCE 200809L
 #include "ism_scene.h"
 #include "gl.h"
@@ -8,114 +9,199 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FRAMES = 3 };
+enum { FRAMES = 3, PATHS = 2, ROUNDS = 5 };
 
-typedef struct times { double choose, scatter, draw, shade; } times;
+typedef struct times { double draw, shade, maps, light, off; } times;    /* ms; off: relative RMSE against the CPU */
 
-/* One frame; the first sends all points, the others an eighth. */
-static int run_frame(const bn_options *options, const bn_scene *s, im_gl *gl, const ism_desc *d, ism_maps *maps,
-                     const ism_frame *frame, const ism_shading *shading, float *light, times *out)
+typedef struct setup {
+    const bn_options *options;
+    const bn_scene   *scene;
+    bn_gl            *gl;
+    glbk_context      core;              /* the same GL without compute */
+    int               paths;             /* 1: core alone */
+    ism_desc          desc;
+    ism_shading       shading;
+    ism_maps         *maps;
+    im_gl            *engines[PATHS];    /* core, compute */
+    float            *light[PATHS], *cpu;
+    double            choose, scatter;   /* ms */
+    times             t[PATHS];
+} setup;
+
+static glbk_context *context_of(setup *u, int path) { return path ? &u->gl->gl : &u->core; }
+
+static void close_setup(setup *u)
 {
+    for (int i = 0; i < PATHS; i++) {
+        im_gl_close(u->engines[i]);
+        free(u->light[i]);
+    }
+    free(u->cpu);
+    ism_free(u->maps);
+    glbk_destroy(&u->core);
+}
+
+static int open_setup(setup *u, uint32_t points)
+{
+    const size_t size = 3 * sizeof(float) * u->scene->gbuffer.width * u->scene->gbuffer.height;
     char error[EX_ERROR_SIZE];
-    double lost, start = ex_seconds();
-    ism_result result = ism_choose(maps, frame);
-    (void)options;
-    out->choose = 1000 * (ex_seconds() - start);
-    start = ex_seconds();
-    if (result == ISM_OK)
-        result = ism_scatter(maps, frame);
-    out->scatter = 1000 * (ex_seconds() - start);
-    if (result != ISM_OK)
-        return bn_failed(s->name, ism_result_text(result));
-    start = ex_seconds();
-    if (im_gl_view(gl, &s->view, error) != 0 || im_gl_draw(gl, 0, d, maps, frame, 0, error) != 0)
-        return bn_failed(s->name, error);
-    out->draw = 1000 * (ex_seconds() - start);
-    start = ex_seconds();
-    if (im_gl_shade(gl, 0, shading, light, &lost, error) != 0)
-        return bn_failed(s->name, error);
-    out->shade = 1000 * (ex_seconds() - start);
+    glbk_desc gl;
+    memset(&gl, 0, sizeof gl);
+    gl.get_proc = ex_gl_get_proc;
+    gl.user = u->gl->context;
+    gl.core_only = 1;
+    u->paths = u->gl->gl.compute ? 2 : 1;
+    u->desc.vpl_count = 1024;
+    u->desc.points = points;
+    u->desc.tile_size = 64;
+    u->desc.projection = ISM_PROJECTION_COSINE;
+    u->desc.lazy = 8;
+    u->desc.splat_scale = 1.0f;
+    u->desc.parallel_for = ex_pool_run;
+    u->desc.parallel_user = u->options->pool;
+    u->shading = ism_shading_default();
+    u->shading.pattern = 4;
+    u->cpu = malloc(size);
+    if (!u->cpu || ism_create(&u->desc, &u->maps) != ISM_OK || glbk_init(&u->core, &gl) != GLBK_OK)
+        return bn_failed(u->scene->name, "out of memory, or no OpenGL");
+    for (int i = 0; i < u->paths; i++) {
+        rd_job job = u->scene->job;
+        job.gl = context_of(u, i);
+        u->engines[i] = im_gl_open(&job, 1, error);
+        u->light[i] = malloc(size);
+        if (!u->engines[i] || !u->light[i])
+            return bn_failed(u->scene->name, u->engines[i] ? "out of memory" : error);
+    }
     return 0;
 }
 
-/* Relative RMSE of the GL's light against ism.h's maps and shading of the same VPLs and points. */
-static int compare_with_cpu(const bn_scene *s, ism_maps *maps, const ism_frame *frame, const ism_shading *shading,
-                            const float *light, size_t count, double *error)
+/* One frame; the first sends all points, the others an eighth. */
+static int run_frame(setup *u, const ism_frame *frame)
 {
-    float *cpu = malloc(count * sizeof *cpu);
-    double square = 0, sum = 0;
-    ism_result result = cpu ? ism_build(maps, frame) : ISM_ERR_ALLOC;
+    char error[EX_ERROR_SIZE];
+    double lost, start = ex_seconds();
+    ism_result result = ism_choose(u->maps, frame);
+    u->choose = 1000 * (ex_seconds() - start);
+    start = ex_seconds();
     if (result == ISM_OK)
-        result = ism_shade(maps, &s->view, shading, cpu, NULL);
-    for (size_t i = 0; i < count && result == ISM_OK; i++) {
-        square += ((double)light[i] - (double)cpu[i]) * ((double)light[i] - (double)cpu[i]);
-        sum += (double)cpu[i];
+        result = ism_scatter(u->maps, frame);
+    u->scatter = 1000 * (ex_seconds() - start);
+    if (result != ISM_OK)
+        return bn_failed(u->scene->name, ism_result_text(result));
+    for (int i = 0; i < u->paths; i++) {
+        im_gl *gl = u->engines[i];
+        start = ex_seconds();
+        if (im_gl_view(gl, &u->scene->view, error) != 0 ||
+            im_gl_draw(gl, 0, &u->desc, u->maps, frame, 0, error) != 0)
+            return bn_failed(u->scene->name, error);
+        u->t[i].draw = 1000 * (ex_seconds() - start);
+        start = ex_seconds();
+        if (im_gl_shade(gl, 0, &u->shading, u->light[i], &lost, error) != 0)
+            return bn_failed(u->scene->name, error);
+        u->t[i].shade = 1000 * (ex_seconds() - start);
     }
-    free(cpu);
-    *error = sqrt(square / (double)count) / (sum / (double)count);
-    return result == ISM_OK ? 0 : bn_failed(s->name, ism_result_text(result));
+    return 0;
 }
 
-static int measure(const bn_options *options, const bn_scene *s, glbk_context *gl, uint32_t points)
+/* The passes of a frame alone, the paths by turns: the best of five. */
+static int run_passes(setup *u)
 {
-    size_t count = 3 * (size_t)s->gbuffer.width * s->gbuffer.height;
-    char error[EX_ERROR_SIZE];
-    ism_shading shading = ism_shading_default();
-    rd_job job = s->job;
+    glbk_ism_shading s;
+    glbk_result result = GLBK_OK;
+    memset(&s, 0, sizeof s);
+    s.pattern = u->shading.pattern;
+    s.near_mode = (uint32_t)u->shading.near_mode;
+    s.clamp = u->shading.clamp;
+    s.bias = u->shading.bias;
+    for (int k = 0; k < ROUNDS * u->paths && result == GLBK_OK; k++) {
+        int i = k % u->paths;
+        glbk_context *gl = context_of(u, i);
+        double ms[2];
+        ex_gl_timer_start(&u->gl->timer);
+        result = glbk_ism_draw(gl, im_gl_maps(u->engines[i], 0));
+        ms[0] = 1000 * ex_gl_timer_stop(&u->gl->timer);
+        ex_gl_timer_start(&u->gl->timer);
+        if (result == GLBK_OK)
+            result = glbk_ism_shade(gl, im_gl_renderer(u->engines[i]), im_gl_maps(u->engines[i], 0), &s);
+        ms[1] = 1000 * ex_gl_timer_stop(&u->gl->timer);
+        if (k < u->paths || ms[0] < u->t[i].maps)
+            u->t[i].maps = ms[0];
+        if (k < u->paths || ms[1] < u->t[i].light)
+            u->t[i].light = ms[1];
+    }
+    return result == GLBK_OK ? 0 : bn_gl_failed(u->gl, result);
+}
+
+/* Relative RMSE of the GL's light against ism.h's maps and shading of the same VPLs and points. */
+static int compare_with_cpu(setup *u, const ism_frame *frame)
+{
+    const size_t count = 3 * (size_t)u->scene->gbuffer.width * u->scene->gbuffer.height;
+    ism_result result = ism_build(u->maps, frame);
+    if (result == ISM_OK)
+        result = ism_shade(u->maps, &u->scene->view, &u->shading, u->cpu, NULL);
+    for (int k = 0; k < u->paths && result == ISM_OK; k++) {
+        double square = 0, sum = 0;
+        for (size_t i = 0; i < count; i++) {
+            double d = (double)u->light[k][i] - (double)u->cpu[i];
+            square += d * d;
+            sum += (double)u->cpu[i];
+        }
+        u->t[k].off = sqrt(square / (double)count) / (sum / (double)count);
+    }
+    return result == ISM_OK ? 0 : bn_failed(u->scene->name, ism_result_text(result));
+}
+
+static void write_row(setup *u, int path)
+{
+    const bn_scene *s = u->scene;
+    const times *t = &u->t[path];
+    bn_begin(u->options, "gl_ism", u->options->threads, "none");
+    bn_text("gl_renderer", u->gl->gl.renderer);
+    bn_text("path", path ? "compute" : "core");
+    bn_text("clock", u->gl->timer.by_query ? "query" : "finish");
+    bn_text("scene", s->name);
+    bn_integer("triangles", s->mesh.mesh.index_count / 3);
+    bn_integer("width", s->gbuffer.width);
+    bn_integer("height", s->gbuffer.height);
+    bn_integer("vpls", u->desc.vpl_count);
+    bn_integer("points", u->desc.points);
+    bn_integer("pattern", u->shading.pattern);
+    bn_number("rsm_ms", s->rsm_ms);
+    bn_number("choose_ms", u->choose);
+    bn_number("scatter_ms", u->scatter);
+    bn_number("draw_ms", t->draw);
+    bn_number("shade_ms", t->shade);
+    bn_number("frame_ms", u->choose + u->scatter + t->draw + t->shade);
+    bn_number("maps_ms", t->maps);
+    bn_number("light_ms", t->light);
+    bn_number("rmse_vs_cpu", t->off);
+    bn_end(u->options);
+}
+
+static int measure(const bn_options *options, const bn_scene *s, bn_gl *gl, uint32_t points)
+{
     ism_frame frame = { &s->mesh.mesh, s->rsms.sources, s->rsms.count, &s->view, 0 };
-    ism_desc d;
-    ism_maps *maps = NULL;
-    im_gl *engine;
-    times t = { 0, 0, 0, 0 };
-    double off = HUGE_VAL;
-    float *light = malloc(count * sizeof *light);
+    setup u;
     int result;
-    memset(&d, 0, sizeof d);
-    d.vpl_count = 1024;
-    d.points = points;
-    d.tile_size = 64;
-    d.projection = ISM_PROJECTION_COSINE;
-    d.lazy = 8;
-    d.splat_scale = 1.0f;
-    d.parallel_for = ex_pool_run;
-    d.parallel_user = options->pool;
-    shading.pattern = 4;
-    job.gl = gl;
-    engine = im_gl_open(&job, 1, error);
-    result = !light || !engine ? bn_failed(s->name, light ? error : "out of memory") : 0;
-    if (result == 0 && ism_create(&d, &maps) != ISM_OK)
-        result = bn_failed(s->name, "out of memory");
+    memset(&u, 0, sizeof u);
+    u.options = options;
+    u.scene = s;
+    u.gl = gl;
+    result = open_setup(&u, points);
     for (frame.index = 0; frame.index < FRAMES && result == 0; frame.index++)
-        result = run_frame(options, s, engine, &d, maps, &frame, &shading, light, &t);
+        result = run_frame(&u, &frame);
     frame.index--;
     if (result == 0)
-        result = compare_with_cpu(s, maps, &frame, &shading, light, count, &off);
-    if (result == 0) {
-        bn_begin(options, "gl_ism", options->threads, "none");
-        bn_text("gl_renderer", gl->renderer);
-        bn_text("scene", s->name);
-        bn_integer("triangles", s->mesh.mesh.index_count / 3);
-        bn_integer("width", s->gbuffer.width);
-        bn_integer("height", s->gbuffer.height);
-        bn_integer("vpls", d.vpl_count);
-        bn_integer("points", d.points);
-        bn_integer("pattern", shading.pattern);
-        bn_number("rsm_ms", s->rsm_ms);
-        bn_number("choose_ms", t.choose);
-        bn_number("scatter_ms", t.scatter);
-        bn_number("draw_ms", t.draw);
-        bn_number("shade_ms", t.shade);
-        bn_number("frame_ms", t.choose + t.scatter + t.draw + t.shade);
-        bn_number("rmse_vs_cpu", off);
-        bn_end(options);
-    }
-    im_gl_close(engine);
-    ism_free(maps);
-    free(light);
+        result = run_passes(&u);
+    if (result == 0)
+        result = compare_with_cpu(&u, &frame);
+    for (int i = 0; i < u.paths && result == 0; i++)
+        write_row(&u, i);
+    close_setup(&u);
     return result;
 }
 
-static int measure_scene(const bn_options *options, glbk_context *gl, const char *scene, uint32_t rsm)
+static int measure_scene(const bn_options *options, bn_gl *gl, const char *scene, uint32_t rsm)
 {
     uint32_t width = options->full ? 1600 : 320, height = options->full ? 800 : 160;
     bn_scene s;
@@ -132,9 +218,9 @@ int bn_gl_ism(const bn_options *options)
     bn_gl g;
     int result = bn_gl_open(&g, 0);
     if (result == 0 && options->model)
-        result = measure_scene(options, &g.gl, options->model, 128);
-    else if (result == 0 && (result = measure_scene(options, &g.gl, "builtin:cornell", 128)) == 0)
-        result = measure_scene(options, &g.gl, "builtin:atrium", 128);
+        result = measure_scene(options, &g, options->model, 128);
+    else if (result == 0 && (result = measure_scene(options, &g, "builtin:cornell", 128)) == 0)
+        result = measure_scene(options, &g, "builtin:atrium", 128);
     bn_gl_close(&g);
     return result;
 }

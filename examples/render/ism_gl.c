@@ -21,6 +21,9 @@ static int failed(im_gl *g, const char *what, glbk_result result, char *error)
     return -1;
 }
 
+glbk_ism_maps *im_gl_maps(im_gl *g, int level) { return &g->maps[level]; }
+glbk_ism_renderer *im_gl_renderer(im_gl *g) { return &g->renderer; }
+
 void im_gl_close(im_gl *g)
 {
     if (!g)

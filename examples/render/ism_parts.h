@@ -58,6 +58,10 @@ int    im_gl_shade(im_gl *gl, int level, const ism_shading *shading, float *ligh
                    char *error);
 void   im_gl_close(im_gl *gl);
 
+/* What it draws and shades with, to do so again. */
+glbk_ism_maps     *im_gl_maps(im_gl *gl, int level);
+glbk_ism_renderer *im_gl_renderer(im_gl *gl);
+
 void im_view(ism_view *out, const rd_job *job);
 int  im_failed(const char *what, ism_result result, char *error);    /* both return -1 */
 int  im_out_of_memory(char *error);

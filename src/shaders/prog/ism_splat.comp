@@ -16,6 +16,7 @@ shared uint ism_list[ISM_LIST], ism_listed;
 uint ism_v;             // the VPL
 ism_vpl ism_l;
 ivec4 ism_part;         // first and last texel, of its tile
+uint ism_hopes[4];      // bits: points of this invocation that the second time may not pass by, since they had a texel
 
 // Point number i of the VPL, phase after phase, with its texels in this part; false: it has none.
 bool ism_find(uint i, out ism_surfel s)
@@ -39,21 +40,23 @@ void ism_own(uint texel, uint point)
     }
 }
 
-// Its texels from the one at `from` on, every `pace`th; one loop, which those who draw beside it leave together.
-void ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)
+// Its texels from the one at `from` on, every `pace`th; one loop, which those who draw beside it leave together. true: it
+// was the nearest in one of them.
+bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)
 {
     ivec2 at = s.box.xy + from;
-    if (at.x > s.box.z) return;
-    while (at.y <= s.box.w) {
+    bool nearest = false;
+    while (at.x <= s.box.z && at.y <= s.box.w) {
         uint texel = uint((at.y - ism_part.y) * ISM_SIDE + at.x - ism_part.x);
         float t = ism_meet(ism_l.sky ? -1.0 : ism_l.exponent, s, at);
         if (t < ISM_FAR) {
-            if (turn == 0) atomicMin(ism_depths[texel], floatBitsToUint(t));
+            if (turn == 0) nearest = atomicMin(ism_depths[texel], floatBitsToUint(t)) >= floatBitsToUint(t) || nearest;
             else if (ism_depths[texel] == floatBitsToUint(t)) ism_own(texel, i);
         }
         at.x += pace.x;
         if (at.x > s.box.z) at = ivec2(s.box.x + from.x, at.y + pace.y);
     }
+    return nearest;
 }
 
 // As many points at a time as the list holds. All invocations come here.
@@ -66,10 +69,12 @@ void ism_draw_all(int turn, uint count)
         if (thread == 0u) ism_listed = 0u;
         barrier();
         for (uint i = start + thread; i < min(start + ISM_LIST, count); i += ISM_THREADS) {
-            if (!ism_find(i, s)) continue;
+            uint word = i / ISM_THREADS >> 5, bit = 1u << (i / ISM_THREADS & 31u);
+            if (turn != 0 && (ism_hopes[word] & bit) == 0u || !ism_find(i, s)) continue;
             ivec2 wide = s.box.zw - s.box.xy + 1;
-            if (wide.x * wide.y > ISM_WIDE) ism_list[atomicAdd(ism_listed, 1u)] = i;
-            else ism_draw(turn, i, s, ivec2(0), ivec2(1));
+            bool listed = wide.x * wide.y > ISM_WIDE;
+            if (listed) ism_list[atomicAdd(ism_listed, 1u)] = i;
+            if (listed || ism_draw(turn, i, s, ivec2(0), ivec2(1))) ism_hopes[word] |= bit;
         }
         barrier();
         for (uint k = thread / 32u; k < ism_listed; k += ISM_THREADS / 32u)
@@ -84,6 +89,7 @@ void main()
     int side = min(int(glbk_ism_frame.maps.y), ISM_SIDE);
     ivec2 begin = ivec2(gl_WorkGroupID.xy) * side;
     ism_surfel s;
+    ism_hopes = uint[4](0u, 0u, 0u, 0u);
     ism_v = ism_tile_of(begin);
     ism_part = (begin - ism_tile_at(ism_v)).xyxy + ivec4(0, 0, side - 1, side - 1);
     count = ism_v < glbk_ism_frame.maps.x && glbk_ism_frame.points.w != 0u ? glbk_ism_frame.maps.w : 0u;
