@@ -1,6 +1,6 @@
 // ism_disc - points as discs in the tiles of their VPLs.
 // uses: ism_access
-#define ISM_DEEPEST 1.8446744e19       // 2^64: what the depth buffer holds
+#define ISM_DEEPEST 1.84467429e19      // below 2^64, which the depth buffer does not hold
 
 struct ism_surfel {
     vec3  at, g;                // middle and plane, in the tile's frame
@@ -100,13 +100,14 @@ bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
     return ism_place_surfel(l, p, n / size, area, s) && ism_box_surfel(l, s);
 }
 
-// Where the ray through a texel of the tile meets the disc, or ISM_FAR. No disc is widened to a whole texel.
-float ism_meet(float kind, ism_surfel s, ivec2 texel)
+// Where the ray through a texel of the tile meets the disc, or ISM_FAR where it does not, or beyond the limit. No disc is
+// widened to a whole texel.
+float ism_meet(float kind, ism_surfel s, ivec2 texel, float limit)
 {
     bool sky = kind < 0.0;
     vec3 w = ism_texel_direction(kind, texel);
     float t = ism_plane_depth(sky, s.g, w);
-    if (!(t > 0.0 && t < ISM_DEEPEST)) return ISM_FAR;
+    if (!(t > 0.0 && t <= min(limit, ISM_DEEPEST))) return ISM_FAR;
     vec3 d = (sky ? vec3(w.xy * glbk_ism_frame.sphere.w, t) : w * t) - s.at;
     if (!(dot(d, d) <= s.radius2)) return ISM_FAR;
     vec2 b = vec2(s.cut1.w + dot(d, s.cut1.xyz), s.cut2.w + dot(d, s.cut2.xyz));

@@ -8,6 +8,7 @@ layout(local_size_x = 512) in;
 #define ISM_SIDE 64
 #define ISM_WIDE 64         // texels: discs of more go to the list
 #define ISM_LIST 1024u
+#define ISM_HOPE 0x10000u     // beside a point's number in the list
 
 shared uint ism_depths[ISM_SIDE * ISM_SIDE];            // as bits, which are in the order of positive floats
 shared uint ism_owners[ISM_SIDE * ISM_SIDE / 2];        // 16 bits each: maps of more points are not drawn by compute
@@ -16,7 +17,7 @@ shared uint ism_list[ISM_LIST], ism_listed;
 uint ism_v;             // the VPL
 ism_vpl ism_l;
 ivec4 ism_part;         // first and last texel, of its tile
-uint ism_hopes[4];      // bits: points of this invocation that the second time may not pass by, since they had a texel
+uint ism_hopes[4];      // bits: which of this invocation's points had a texel once
 
 // Point number i of the VPL, phase after phase, with its texels in this part; false: it has none.
 bool ism_find(uint i, out ism_surfel s)
@@ -47,11 +48,11 @@ bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)
     ivec2 at = s.box.xy + from;
     bool nearest = false;
     while (at.x <= s.box.z && at.y <= s.box.w) {
-        uint texel = uint((at.y - ism_part.y) * ISM_SIDE + at.x - ism_part.x);
-        float t = ism_meet(ism_l.sky ? -1.0 : ism_l.exponent, s, at);
+        uint texel = uint((at.y - ism_part.y) * ISM_SIDE + at.x - ism_part.x), depth = ism_depths[texel];
+        float t = ism_meet(ism_l.sky ? -1.0 : ism_l.exponent, s, at, uintBitsToFloat(depth));
         if (t < ISM_FAR) {
             if (turn == 0) nearest = atomicMin(ism_depths[texel], floatBitsToUint(t)) >= floatBitsToUint(t) || nearest;
-            else if (ism_depths[texel] == floatBitsToUint(t)) ism_own(texel, i);
+            else if (depth == floatBitsToUint(t)) ism_own(texel, i);
         }
         at.x += pace.x;
         if (at.x > s.box.z) at = ivec2(s.box.x + from.x, at.y + pace.y);
@@ -59,27 +60,36 @@ bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)
     return nearest;
 }
 
-// As many points at a time as the list holds. All invocations come here.
+// Of each invocation two points at a time, which the list holds if need be. The second turn passes by those that had no
+// texel in the first. All invocations come here.
 void ism_draw_all(int turn, uint count)
 {
-    uint thread = gl_LocalInvocationIndex;
+    uint thread = gl_LocalInvocationIndex, i;
     ism_surfel s;
-    for (uint start = 0u; start < count; start += ISM_LIST) {
-        barrier();
-        if (thread == 0u) ism_listed = 0u;
-        barrier();
-        for (uint i = start + thread; i < min(start + ISM_LIST, count); i += ISM_THREADS) {
-            uint word = i / ISM_THREADS >> 5, bit = 1u << (i / ISM_THREADS & 31u);
-            if (turn != 0 && (ism_hopes[word] & bit) == 0u || !ism_find(i, s)) continue;
+    for (uint start = 0u; start < count; start += 2u * ISM_THREADS) {
+        uint listed[2] = uint[2](ISM_LIST, ISM_LIST), word = start / ISM_THREADS >> 5, bit = start / ISM_THREADS & 31u;
+        for (uint k = 0u; k < 2u; k++) {
+            i = start + k * ISM_THREADS + thread;
+            if (i >= count || turn != 0 && (ism_hopes[word] >> (bit + k) & 1u) == 0u || !ism_find(i, s)) continue;
             ivec2 wide = s.box.zw - s.box.xy + 1;
-            bool listed = wide.x * wide.y > ISM_WIDE;
-            if (listed) ism_list[atomicAdd(ism_listed, 1u)] = i;
-            if (listed || ism_draw(turn, i, s, ivec2(0), ivec2(1))) ism_hopes[word] |= bit;
+            if (wide.x * wide.y > ISM_WIDE) {
+                listed[k] = atomicAdd(ism_listed, 1u);
+                ism_list[listed[k]] = i;
+            } else if (ism_draw(turn, i, s, ivec2(0), ivec2(1))) {
+                ism_hopes[word] |= 1u << (bit + k);
+            }
         }
         barrier();
-        for (uint k = thread / 32u; k < ism_listed; k += ISM_THREADS / 32u)
-            if (ism_find(ism_list[k], s))
-                ism_draw(turn, ism_list[k], s, ivec2(thread & 7u, thread / 8u & 3u), ivec2(8, 4));
+        for (uint k = thread / 32u; k < ism_listed; k += ISM_THREADS / 32u) {
+            i = ism_list[k] & 0xffffu;
+            if (ism_find(i, s) && ism_draw(turn, i, s, ivec2(thread & 7u, thread / 8u & 3u), ivec2(8, 4)))
+                atomicOr(ism_list[k], ISM_HOPE);
+        }
+        barrier();
+        if (thread == 0u) ism_listed = 0u;
+        for (uint k = 0u; k < 2u; k++)
+            if (listed[k] < ISM_LIST && (ism_list[listed[k]] & ISM_HOPE) != 0u) ism_hopes[word] |= 1u << (bit + k);
+        barrier();
     }
 }
 
@@ -98,8 +108,9 @@ void main()
         ism_depths[i] = floatBitsToUint(ISM_FAR);
         ism_owners[i >> 1] = 0xffffffffu;
     }
-    for (int turn = 0; turn < 2; turn++) ism_draw_all(turn, count);
+    if (thread == 0u) ism_listed = 0u;
     barrier();
+    for (int turn = 0; turn < 2; turn++) ism_draw_all(turn, count);
     for (uint i = thread; i < uint(ISM_SIDE * ISM_SIDE); i += ISM_THREADS) {
         ivec2 texel = ivec2(i % uint(ISM_SIDE), i / uint(ISM_SIDE));
         vec4 surfel = vec4(0.0, 0.0, 0.0, ISM_FAR);
