@@ -93,7 +93,7 @@
                    and the blocker's distance (its future work): the fewest lights for a picture
      bias          too little: acne; too much: light under things that touch the ground
 
-   Memory: light_count strata: 88 bytes a texel of the map while building, 16 kept. Atlas: 4 bytes a texel of
+   Memory: light_count strata: 76 bytes a texel of the map while building, 16 kept. Atlas: 4 bytes a texel of
    map_size^2 x capacity, and a 32nd for the depth bounds of cells.
 
    Configuration
@@ -1524,7 +1524,7 @@ static void envsh__make_blocks(envsh__structured *s)
 }
 
 /* The sample against every texel of the block; then which candidate is worst off, and which samples are too far to
-   change anything. A texel that is a sample itself has best = 2. */
+   change anything. A texel that is a sample itself, or no candidate, has best = 2. */
 static void envsh__update_block(const envsh__structured *s, envsh__block *k, uint32_t id)
 {
     const envsh__grid *g = s->g;
@@ -1535,7 +1535,6 @@ static void envsh__update_block(const envsh__structured *s, envsh__block *k, uin
         size_t row = ((size_t)k->face * g->height + y) * g->width, t;
         for (t = row + k->x0; t < row + k->x1; t++) {
             float d = cx * g->dx[t] + cy * g->dy[t] + cz * g->dz[t], best = s->best[t];
-            if (s->owner[t] != s->region || s->layer[t] & ENVSH__FROZEN) continue;
             if (d > best) {
                 s->best[t] = best = d;
                 s->label[t] = id;
@@ -1606,7 +1605,10 @@ static void envsh__spread(envsh__structured *s, uint32_t size, uint32_t brightes
         s->label[at] = s->count;
         envsh__add_sample(s, s->count++);
     }
-    for (i = 0; i < n; i++) s->layer[size ? s->queue[i] : i] |= ENVSH__FROZEN;
+    for (i = 0; i < n; i++) {
+        s->layer[size ? s->queue[i] : i] |= ENVSH__FROZEN;
+        s->best[size ? s->queue[i] : i] = 2.0f;
+    }
 }
 
 /* The connected region of texels in this layer or above round the texel; fills the queue and returns its size. */
@@ -1699,10 +1701,16 @@ static void envsh__run_structured(envsh__structured *s)
     envsh__spread(s, 0, (uint32_t)first, s->wanted - s->count);
 }
 
+/* Where the row of averages begins that row y of all faces belongs to. */
+static size_t envsh__coarse_row(const envsh__grid *g, const envsh__grid *coarse, uint32_t factor, uint32_t y)
+{
+    return ((size_t)(y / g->height) * coarse->height + y % g->height / factor) * coarse->width;
+}
+
 /* Averages of factor x factor texels; what is left at the edges makes smaller ones. */
 static int envsh__coarsen(const envsh__grid *g, uint32_t factor, envsh__grid *out, const envsh__allocator *a)
 {
-    uint32_t x, y;
+    uint32_t x, y, left;
     size_t t = 0, i;
     *out = *g;
     out->width = (g->width + factor - 1) / factor;
@@ -1716,15 +1724,19 @@ static int envsh__coarsen(const envsh__grid *g, uint32_t factor, envsh__grid *ou
     out->dy = out->dx + out->count;
     out->dz = out->dy + out->count;
     memset(out->memory, 0, 5 * out->count * sizeof(float));
-    for (y = 0; y < g->height * g->faces; y++)
-        for (x = 0; x < g->width; x++, t++) {
-            i = ((size_t)(y / g->height) * out->height + y % g->height / factor) * out->width + x / factor;
+    for (y = 0; y < g->height * g->faces; y++) {
+        i = envsh__coarse_row(g, out, factor, y);
+        for (x = 0, left = factor; x < g->width; x++, t++) {
             out->lum[i] += (float)envsh__weight(g, t);
             out->omega[i] += g->omega[t];
             out->dx[i] += g->dx[t];
             out->dy[i] += g->dy[t];
             out->dz[i] += g->dz[t];
+            if (--left) continue;
+            left = factor;
+            i++;
         }
+    }
     for (i = 0; i < out->count; i++) {
         envsh__v3 d = envsh__v3_normalize(envsh__v3_make(out->dx[i], out->dy[i], out->dz[i]));
         if (out->omega[i] > 0.0f) out->lum[i] /= out->omega[i];
@@ -1742,7 +1754,7 @@ static envsh_result envsh__structured_build(const envsh__grid *g, uint32_t k, ui
     envsh__structured s;
     envsh__grid coarse;
     envsh_result result = ENVSH_ERR_ALLOC;
-    uint32_t factor = 1, x, y;
+    uint32_t factor = 1, x, y, left;
     size_t t = 0;
     while (g->count / factor / factor > 131072u) factor++;
     memset(&s, 0, sizeof s);
@@ -1761,10 +1773,15 @@ static envsh_result envsh__structured_build(const envsh__grid *g, uint32_t k, ui
     s.blocks = (envsh__block *)envsh__alloc_array(a, s.block_count, sizeof *s.blocks);
     if (s.best && s.label && s.owner && s.queue && s.layer && s.sample && s.blocks) {
         envsh__run_structured(&s);
-        for (y = 0; y < g->height * g->faces; y++)
-            for (x = 0; x < g->width; x++, t++)
-                label[t] = s.label[((size_t)(y / g->height) * coarse.height + y % g->height / factor) * coarse.width +
-                                   x / factor];
+        for (y = 0; y < g->height * g->faces; y++) {
+            const uint32_t *row = s.label + envsh__coarse_row(g, &coarse, factor, y);
+            for (x = 0, left = factor; x < g->width; x++) {
+                label[t++] = *row;
+                if (--left) continue;
+                left = factor;
+                row++;
+            }
+        }
         result = ENVSH_OK;
     }
     envsh__free(a, s.blocks);
@@ -1814,6 +1831,35 @@ static void envsh__fill_table(const envsh__grid *g, envsh__moments *table)
             }
         }
     }
+}
+
+/* The same of the energy alone: median cut and inversion ask for no more, and a quarter of the memory is a good part of
+   their time. */
+static void envsh__fill_energy(const envsh__grid *g, double *table)
+{
+    uint32_t f, x, y;
+    size_t t = 0, stride = (size_t)g->width + 1;
+    for (f = 0; f < g->faces; f++, table += stride * ((size_t)g->height + 1)) {
+        memset(table, 0, stride * sizeof *table);
+        for (y = 0; y < g->height; y++) {
+            const double *above = table + y * stride;
+            double *here = table + (y + 1) * stride, row = 0.0;
+            here[0] = row;
+            for (x = 0; x < g->width; x++, t++) {
+                row += envsh__weight(g, t);
+                here[x + 1] = above[x + 1] + row;
+            }
+        }
+    }
+}
+
+static double envsh__energy(const envsh__grid *g, const double *table, const envsh__region *r, uint32_t x0, uint32_t y0,
+                            uint32_t x1, uint32_t y1)
+{
+    size_t stride = (size_t)g->width + 1;
+    const double *top = table + stride * ((size_t)g->height + 1) * r->face + y0 * stride;
+    const double *bottom = top + (y1 - y0) * stride;
+    return (bottom[x1] - top[x1]) - (bottom[x0] - top[x0]);
 }
 
 static envsh__moments envsh__area(const envsh__grid *g, const envsh__moments *table, const envsh__region *r,
@@ -1904,15 +1950,15 @@ static uint32_t envsh__run_variance(const envsh__grid *g, const envsh__moments *
 
 /* The column (row) in which the energy from the region's left (top) edge passes the target; *nearer is its edge closer
    to the target. */
-static uint32_t envsh__locate(const envsh__grid *g, const envsh__moments *table, const envsh__region *r, int along_x,
+static uint32_t envsh__locate(const envsh__grid *g, const double *table, const envsh__region *r, int along_x,
                               double target, uint32_t *nearer)
 {
     uint32_t lo = along_x ? r->x0 : r->y0, hi = along_x ? r->x1 : r->y1;
     double a = 0.0, b = r->sum.w;
     while (hi - lo > 1) {
         uint32_t mid = lo + (hi - lo) / 2;
-        double w = along_x ? envsh__area(g, table, r, r->x0, r->y0, mid, r->y1).w
-                           : envsh__area(g, table, r, r->x0, r->y0, r->x1, mid).w;
+        double w = along_x ? envsh__energy(g, table, r, r->x0, r->y0, mid, r->y1)
+                           : envsh__energy(g, table, r, r->x0, r->y0, r->x1, mid);
         if (w <= target) {
             lo = mid;
             a = w;
@@ -1926,7 +1972,7 @@ static uint32_t envsh__locate(const envsh__grid *g, const envsh__moments *table,
 }
 
 /* The line inside the region that comes nearest to the target; the region has two columns (rows) or more. */
-static uint32_t envsh__cut_at(const envsh__grid *g, const envsh__moments *table, const envsh__region *r, int along_x,
+static uint32_t envsh__cut_at(const envsh__grid *g, const double *table, const envsh__region *r, int along_x,
                               double target)
 {
     uint32_t begin = along_x ? r->x0 : r->y0, end = along_x ? r->x1 : r->y1, line;
@@ -1935,12 +1981,12 @@ static uint32_t envsh__cut_at(const envsh__grid *g, const envsh__moments *table,
 }
 
 /* Lights by energy for each face, at least one where there is any. */
-static void envsh__share_faces(const envsh__grid *g, const envsh__moments *table, envsh__region *r, uint32_t k)
+static void envsh__share_faces(const envsh__grid *g, const double *table, envsh__region *r, uint32_t k)
 {
     uint32_t f, given = 0, lit = 0;
     double before = 0.0;
     for (f = 0; f < g->faces; f++) {
-        r[f].sum = envsh__area(g, table, &r[f], 0, 0, g->width, g->height);
+        r[f].sum.w = envsh__energy(g, table, &r[f], 0, 0, g->width, g->height);
         lit += r[f].sum.w > 0.0;
     }
     for (f = 0; f < g->faces; f++) {
@@ -1955,7 +2001,7 @@ static void envsh__share_faces(const envsh__grid *g, const envsh__moments *table
 
 /* Debevec, "A median cut algorithm for light probe sampling", 2005, for any k: a region of n lights is cut across its
    longer side into shares of n / 2 and n - n / 2. */
-static uint32_t envsh__run_median(const envsh__grid *g, const envsh__moments *table, envsh__region *r, uint32_t n,
+static uint32_t envsh__run_median(const envsh__grid *g, const double *table, envsh__region *r, uint32_t n,
                                   uint32_t k)
 {
     uint32_t i;
@@ -1977,15 +2023,15 @@ static uint32_t envsh__run_median(const envsh__grid *g, const envsh__moments *ta
         envsh__cut(&r[i], &r[n]);
         r[n].lights = r[i].lights - half;
         r[i].lights = half;
-        r[i].sum = envsh__area(g, table, &r[i], r[i].x0, r[i].y0, r[i].x1, r[i].y1);
-        r[n].sum = envsh__area(g, table, &r[n], r[n].x0, r[n].y0, r[n].x1, r[n].y1);
+        r[i].sum.w = envsh__energy(g, table, &r[i], r[i].x0, r[i].y0, r[i].x1, r[i].y1);
+        r[n].sum.w = envsh__energy(g, table, &r[n], r[n].x0, r[n].y0, r[n].x1, r[n].y1);
         n++;
     }
     return n;
 }
 
 /* Cells of equal energy in a strip of rows; chosen: the texel at the centre of each, by inversion. */
-static uint32_t envsh__invert_strip(const envsh__grid *g, const envsh__moments *table, const envsh__region *strip,
+static uint32_t envsh__invert_strip(const envsh__grid *g, const double *table, const envsh__region *strip,
                                     uint32_t cells, uint32_t row, envsh__region *r, uint32_t *chosen)
 {
     uint32_t j, n = 0, line;
@@ -2005,7 +2051,7 @@ static uint32_t envsh__invert_strip(const envsh__grid *g, const envsh__moments *
 
 /* Inversion of the cumulative distribution at the centres (i + 0.5) / n of a grid: strips of rows of equal energy,
    each divided into cells of equal energy. Cells that fall into one column (row) become one. */
-static uint32_t envsh__run_inversion(const envsh__grid *g, const envsh__moments *table, envsh__region *r, uint32_t k,
+static uint32_t envsh__run_inversion(const envsh__grid *g, const double *table, envsh__region *r, uint32_t k,
                                      uint32_t *chosen)
 {
     envsh__region faces[6], strip;
@@ -2031,7 +2077,7 @@ static uint32_t envsh__run_inversion(const envsh__grid *g, const envsh__moments 
             if (i + 1 < strips) strip.y1 = envsh__cut_at(g, table, all, 0, part * (i + 1.0));
             if (strip.y0 >= strip.y1) continue;
             row = row < strip.y0 ? strip.y0 : row >= strip.y1 ? strip.y1 - 1 : row;
-            strip.sum = envsh__area(g, table, &strip, 0, strip.y0, strip.x1, strip.y1);
+            strip.sum.w = envsh__energy(g, table, &strip, 0, strip.y0, strip.x1, strip.y1);
             n += envsh__invert_strip(g, table, &strip, cells, row, r + n, chosen + n);
         }
     }
@@ -2043,7 +2089,8 @@ static envsh_result envsh__regions_build(const envsh__grid *g, envsh_method meth
                                          uint32_t *chosen, const envsh__allocator *a)
 {
     size_t entries = ((size_t)g->width + 1) * ((size_t)g->height + 1) * g->faces;
-    envsh__moments *table = (envsh__moments *)envsh__alloc_array(a, entries, sizeof *table);
+    int by_variance = method != ENVSH_METHOD_CDF && method != ENVSH_METHOD_MEDIAN_CUT;
+    void *table = envsh__alloc_array(a, entries, by_variance ? sizeof(envsh__moments) : sizeof(double));
     envsh__region *r = table ? (envsh__region *)envsh__alloc_array(a, (size_t)k + 6, sizeof *r) : NULL;
     uint32_t i, n, x, y;
 
@@ -2051,16 +2098,17 @@ static envsh_result envsh__regions_build(const envsh__grid *g, envsh_method meth
         envsh__free(a, table);
         return ENVSH_ERR_ALLOC;
     }
-    envsh__fill_table(g, table);
+    if (by_variance) envsh__fill_table(g, (envsh__moments *)table);
+    else envsh__fill_energy(g, (double *)table);
     memset(r, 0, 6 * sizeof *r);
     for (n = 0; n < g->faces; n++) {
         r[n].face = n;
         r[n].x1 = g->width;
         r[n].y1 = g->height;
     }
-    if (method == ENVSH_METHOD_CDF) n = envsh__run_inversion(g, table, r, k, chosen);
-    else if (method == ENVSH_METHOD_MEDIAN_CUT) n = envsh__run_median(g, table, r, n, k);
-    else n = envsh__run_variance(g, table, r, n, k);
+    if (by_variance) n = envsh__run_variance(g, (const envsh__moments *)table, r, n, k);
+    else if (method == ENVSH_METHOD_CDF) n = envsh__run_inversion(g, (const double *)table, r, k, chosen);
+    else n = envsh__run_median(g, (const double *)table, r, n, k);
     for (i = 0; i < n; i++)
         for (y = r[i].y0; y < r[i].y1; y++) {
             uint32_t *row = label + ((size_t)r[i].face * g->height + y) * g->width;
@@ -2418,12 +2466,12 @@ static envsh_result envsh__label_with_sun(envsh_lights *l, const envsh__grid *g,
     return result;
 }
 
+/* The labels lie where the running sums will be at the end: fresh memory costs as much time as what is done with it. */
 static envsh_result envsh__build_lights(envsh_lights *l, const envsh__grid *g)
 {
     const envsh__allocator *a = &l->allocator;
-    uint32_t k = l->desc.light_count, labels = 0, i;
-    uint32_t *label = (uint32_t *)envsh__alloc_array(a, g->count, sizeof *label);
-    uint32_t *chosen = label ? (uint32_t *)envsh__alloc_array(a, (size_t)k + 7, 2 * sizeof *chosen) : NULL;
+    uint32_t k = l->desc.light_count, labels = 0, i, *label = (uint32_t *)(void *)l->cdf;
+    uint32_t *chosen = (uint32_t *)envsh__alloc_array(a, (size_t)k + 7, 2 * sizeof *chosen);
     envsh__sums *sums = chosen ? (envsh__sums *)envsh__alloc_array(a, (size_t)k + 7, sizeof *sums) : NULL;
     envsh_result result = ENVSH_ERR_ALLOC;
     size_t t;
@@ -2445,7 +2493,6 @@ static envsh_result envsh__build_lights(envsh_lights *l, const envsh__grid *g)
     }
     envsh__free(a, sums);
     envsh__free(a, chosen);
-    envsh__free(a, label);
     return result;
 }
 

@@ -181,7 +181,7 @@ static void peaks_are_as_stated(void **state)
         d.allocator = ledger_allocator(&l);
         assert_int_equal(envsh_lights_build(&d, &s.map, &lights, &stats), ENVSH_OK);
         assert_true(stats.peak_bytes <= l.peak && l.peak < stats.peak_bytes + 1024);
-        assert_true(l.peak <= 88 * s.texels + 1024 * 64);
+        assert_true(l.peak <= 76 * s.texels + 1024 * 64);
         assert_true(l.now <= 16 * s.texels + 512 * 64);
         envsh_lights_free(lights);
         assert_int_equal(l.live, 0);
