@@ -717,7 +717,9 @@ GLBK__PART(BASE)
     X(usampler2D, glbk_csm_layer2, 13)                                                              \
     X(usampler2D, glbk_csm_opened, 14)          /* building: the open segment of each pixel */
 
-#define GLBK_CSM_SCENE_MEMBERS(X) X(uvec4, table, 1)    /* texel of the first instance, count */
+#define GLBK_CSM_SCENE_MEMBERS(X)                                                                   \
+    X(uvec4, table, 1)          /* texel of the first instance, count */                            \
+    X(uvec4, instances, 176)    /* up to 16: the record, then texels 1 to 7 of the block */
 
 #define GLBK_CSM_FRAME_MEMBERS(X)                                                                   \
     X(uvec4, light, 1)          /* texel of the light; of the first instance; count; ask */         \
@@ -774,6 +776,8 @@ typedef struct glbk_csm_maps {  /* read only; zeroed = none. Blocks and instance
     glbk_texture blocks;
     glbk_buffer  scene;
     uint32_t     instances_at, capacity, count;
+    char         defines[80];   /* what all blocks have in common, for glbk_csm_bind */
+    uint32_t     key, near_count, starts[16], heads[16][28];
 } glbk_csm_maps;
 
 GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
@@ -789,7 +793,9 @@ GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
    scales unevenly, too. */
 
 GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps);
-/* For a program of yours with csm_visible among its library files, which is bound: texture and uniform block. */
+/* For a program of yours with csm_visible among its library files, which is bound: texture and uniform block. A program
+   compiled with maps->defines among its own is much faster (one domain, one order, one frame, no table of instances), but
+   is for maps with the same defines only. */
 
 GLBK_DEF void glbk_csm_maps_destroy(glbk_context *ctx, glbk_csm_maps *maps);
 
@@ -812,9 +818,16 @@ typedef struct glbk_csm_questions {
     uint32_t        count;      /* 1 .. 2^20 */
 } glbk_csm_questions;
 
+#define GLBK_CSM_MAX_PROGRAMS 16u       /* combinations of ask, filter, kind of maps (and shape) that are kept compiled */
+
+typedef struct glbk_csm_programs {
+    glbk_program list[GLBK_CSM_MAX_PROGRAMS];
+    uint32_t     keys[GLBK_CSM_MAX_PROGRAMS], count;
+} glbk_csm_programs;
+
 typedef struct glbk_csm_asker { /* read only; zeroed = none */
-    glbk_program programs[12];  /* by ask and filter, compiled when first asked for */
-    uint32_t     program;
+    glbk_csm_programs programs;
+    uint32_t     question;      /* 1 + 3 ask + filter of those uploaded; 0: none */
     glbk_texture questions, answers;
     glbk_target  target;
     glbk_buffer  frame, asked, answered;    /* the latter two: compute path */
@@ -827,8 +840,9 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
                                       uint32_t count);
 GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count, float *visible);
 GLBK_DEF void glbk_csm_asker_destroy(glbk_context *ctx, glbk_csm_asker *asker);
-/* upload    puts the questions on the GPU, and compiles a program for the first ones of their ask and filter
-   run       answers the first count of them; may be repeated
+/* upload    puts the questions on the GPU
+   run       answers the first count of them; may be repeated. Compiles a program for the first maps with their defines,
+             ask and filter. Errors: GLBK_ERR_ARGUMENT without an upload, those of glbk_program_create
    read      waits and copies count floats: 1 lit, 0 dark, between with PCF, -1 refused
    Where ctx->compute, the compute path is taken. */
 
@@ -908,11 +922,9 @@ typedef struct glbk_csm_renderer_desc {
                                    textures are yours to bind, in slots from 12 on. The core path is taken then */
 } glbk_csm_renderer_desc;
 
-#define GLBK_CSM_MAX_PROGRAMS 16u       /* combinations of shape, ask and filter that are kept compiled */
-
 typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
-    glbk_program shade[GLBK_CSM_MAX_PROGRAMS], fill, resolve;
-    uint32_t     shade_key[GLBK_CSM_MAX_PROGRAMS], shade_count;
+    glbk_csm_programs shade;
+    glbk_program fill, resolve;
     const char  *fragment;
     uint32_t     lobes, patterns;
     glbk_texture gbuffer[4], depth, sums[2];
@@ -984,7 +996,7 @@ typedef struct glbk_csm_frame_desc {
 } glbk_csm_frame_desc;
 
 GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
-/* Adds one frame to the sum. The first use of a combination of shape, ask and filter compiles a program; see
+/* Adds one frame to the sum. The first use of a combination of shape, ask, filter and kind of maps compiles a program; see
    glbk_csm_prepare.   Errors: GLBK_ERR_ARGUMENT, those of glbk_program_create and glbk_buffer_update */
 
 GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
@@ -2865,6 +2877,8 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "//\n",
     "// COHSM_TEXEL(i): the including program's uvec4 of words 4 i .. 4 i + 3; i (uint) counts through all blocks that were\n",
     "// uploaded. What a query needs of the header is read once by cohsm_open; keep the result.\n",
+    "// COHSM_ONE_DOMAIN, COHSM_ONE_ORDER, COHSM_ONE_FRAME: the number that all blocks have there, where they agree; the code for\n",
+    "// others is gone then.\n",
     "#ifndef COHSM_TEXEL\n",
     "#error \"cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks\"\n",
     "#endif\n",
@@ -2893,12 +2907,11 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "    float radius, depth_far;\n",
     "};\n",
     "\n",
-    "cohsm_maps cohsm_open(uint base)\n",
+    "// Of texels 1 to 7 of a block.\n",
+    "cohsm_maps cohsm_unpack(uint base, uvec4 kinds, uvec4 sides, uvec4 sizes, uvec4 range, uvec4 lengths, uvec4 rest,\n",
+    "                        uvec4 sphere)\n",
     "{\n",
     "    cohsm_maps m;\n",
-    "    uvec4 kinds = COHSM_TEXEL(base + 1u), sides = COHSM_TEXEL(base + 2u), sizes = COHSM_TEXEL(base + 3u);\n",
-    "    uvec4 range = COHSM_TEXEL(base + 4u), lengths = COHSM_TEXEL(base + 5u), rest = COHSM_TEXEL(base + 6u);\n",
-    "    uvec4 sphere = COHSM_TEXEL(base + 7u);\n",
     "    m.base = base;\n",
     "    m.domain = kinds.x;\n",
     "    m.order = kinds.z;\n",
@@ -2919,7 +2932,27 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "    m.center = vec3(uintBitsToFloat(rest.w), uintBitsToFloat(sphere.xy));\n",
     "    m.radius = uintBitsToFloat(sphere.z);\n",
     "    m.depth_far = uintBitsToFloat(sphere.w);\n",
+    "#ifdef COHSM_ONE_DOMAIN\n",
+    "    m.domain = uint(COHSM_ONE_DOMAIN);\n",
+    "#if COHSM_ONE_DOMAIN < 8\n",
+    "    m.positional = COHSM_ONE_DOMAIN > 2;\n",
+    "    m.dimensions = COHSM_ONE_DOMAIN == 3 ? 1u : COHSM_ONE_DOMAIN == 7 ? 3u : 2u;\n",
+    "#endif\n",
+    "#endif\n",
+    "#ifdef COHSM_ONE_ORDER\n",
+    "    m.order = uint(COHSM_ONE_ORDER);\n",
+    "#endif\n",
+    "#ifdef COHSM_ONE_FRAME\n",
+    "    m.frame = uint(COHSM_ONE_FRAME);\n",
+    "#endif\n",
     "    return m;\n",
+    "}\n",
+    "\n",
+    "cohsm_maps cohsm_open(uint base)\n",
+    "{\n",
+    "    return cohsm_unpack(base, COHSM_TEXEL(base + 1u), COHSM_TEXEL(base + 2u), COHSM_TEXEL(base + 3u),\n",
+    "                        COHSM_TEXEL(base + 4u), COHSM_TEXEL(base + 5u), COHSM_TEXEL(base + 6u),\n",
+    "                        COHSM_TEXEL(base + 7u));\n",
     "}\n",
     "\n",
     "uint cohsm_pick(uvec4 t, uint i)\n",
@@ -2937,17 +2970,6 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "uint cohsm_half_word(cohsm_maps m, uint i, uint h)\n",
     "{\n",
     "    return (cohsm_word(m, i + (h >> 1)) >> (16u * (h & 1u))) & 0xffffu;\n",
-    "}\n",
-    "\n",
-    "// A field of at most 16 bits of the bit string that begins at word i.\n",
-    "uint cohsm_bits(cohsm_maps m, uint i, uint bit, uint count)\n",
-    "{\n",
-    "    uint at = i + (bit >> 5), shift = bit & 31u;\n",
-    "    uvec4 t = COHSM_TEXEL(m.base + (at >> 2));\n",
-    "    uint x = cohsm_pick(t, at) >> shift;\n",
-    "    if (shift + count > 32u)\n",
-    "        x |= ((at & 3u) == 3u ? COHSM_TEXEL(m.base + (at >> 2) + 1u).x : cohsm_pick(t, at + 1u)) << (32u - shift);\n",
-    "    return x & ((1u << count) - 1u);\n",
     "}\n",
     "\n",
     "uint cohsm_popcount(uint x)\n",
@@ -2991,34 +3013,96 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "// 16-bit depth of a grid value; the last one and above are infinite.\n",
     "uint cohsm_grid_depth(cohsm_maps m, uint g) { return g >= m.depth_top ? 65535u : g * 65535u / m.depth_top; }\n",
     "\n",
-    "// The segment of the block at word b that holds a view, counted from the block's first.\n",
-    "uint cohsm_segment(cohsm_maps m, uint b, uint head, uvec2 marks, uint view)\n",
+    "// ---- lines: the 64 bytes that a block of segments lies in, fetched at once ----\n",
+    "\n",
+    "struct cohsm_line {\n",
+    "    uvec4 a, b, c, d;\n",
+    "    uint  bit;                      // of the block's first word\n",
+    "};\n",
+    "\n",
+    "cohsm_line cohsm_fetch_line(cohsm_maps m, uint word)\n",
+    "{\n",
+    "    uint i = m.base + (word >> 4 << 2);\n",
+    "    return cohsm_line(COHSM_TEXEL(i), COHSM_TEXEL(i + 1u), COHSM_TEXEL(i + 2u), COHSM_TEXEL(i + 3u),\n",
+    "                      (word & 15u) << 5);\n",
+    "}\n",
+    "\n",
+    "uint cohsm_line_word(cohsm_line l, uint i)\n",
+    "{\n",
+    "    return cohsm_pick((i & 8u) != 0u ? ((i & 4u) != 0u ? l.d : l.c) : ((i & 4u) != 0u ? l.b : l.a), i);\n",
+    "}\n",
+    "\n",
+    "// count (1..32) bits of the block, from one of its bits on; with count 0, none.\n",
+    "uint cohsm_bits(cohsm_line l, uint bit, uint count)\n",
+    "{\n",
+    "    bit += l.bit;\n",
+    "    uint at = bit >> 5, shift = bit & 31u, x = cohsm_line_word(l, at) >> shift;\n",
+    "    if (shift + count > 32u) x |= cohsm_line_word(l, at + 1u) << (32u - shift);\n",
+    "    return count > 0u ? x & (0xffffffffu >> (32u - count)) : 0u;\n",
+    "}\n",
+    "\n",
+    "// The segment of a block that holds a view, counted from the block's first.\n",
+    "uint cohsm_segment(cohsm_line l, uint head, uvec2 marks, uint view)\n",
     "{\n",
     "    uint k = (head >> 8) & 15u, bucket = view >> k, low = view & ((1u << k) - 1u);\n",
     "    uint at = bucket > 0u ? cohsm_after_zero(marks, bucket - 1u) : 0u, j = at - bucket;\n",
     "    while (at < 64u && (((at < 32u ? marks.x : marks.y) >> (at & 31u)) & 1u) != 0u &&\n",
-    "           cohsm_bits(m, b, 80u + j * k, k) <= low) {\n",
+    "           cohsm_bits(l, 80u + j * k, k) <= low) {\n",
     "        at++;\n",
     "        j++;\n",
     "    }\n",
     "    return j - 1u;\n",
     "}\n",
     "\n",
-    "// Depth of segment j of the block at word b.\n",
-    "uint cohsm_segment_depth(cohsm_maps m, uint b, uint head, uvec2 marks, uint j)\n",
+    "// How many of the first count codes are all ones. As many as fit into a word are compared at once: one added to a code\n",
+    "// without its highest bit carries into that bit where all others are set.\n",
+    "uint cohsm_escapes(cohsm_line l, uint codes, uint bits, uint count)\n",
+    "{\n",
+    "    uint step = 32u / bits, one = (0xffffffffu >> (32u - step * bits)) / ((1u << bits) - 1u), high = one << (bits - 1u);\n",
+    "    uint rank = 0u;\n",
+    "    for (uint i = 0u; i < count; i += step) {\n",
+    "        uint x = cohsm_bits(l, codes + i * bits, min(step, count - i) * bits);\n",
+    "        rank += cohsm_popcount(((x & ~high) + one) & x & high);\n",
+    "    }\n",
+    "    return rank;\n",
+    "}\n",
+    "\n",
+    "// Depth of segment j of a block.\n",
+    "uint cohsm_segment_depth(cohsm_maps m, cohsm_line l, uint head, uvec2 marks, uint j)\n",
     "{\n",
     "    uint n = cohsm_popcount(marks.x) + cohsm_popcount(marks.y), k = (head >> 8) & 15u, bits = (head >> 12) & 15u;\n",
     "    uint base = head & 255u, codes = 80u + n * k;\n",
     "    bool palette = bits > 9u;\n",
     "    if (palette) bits -= 9u;\n",
-    "    uint code = cohsm_bits(m, b, codes + j * bits, bits), ones = (1u << bits) - 1u;\n",
+    "    uint code = cohsm_bits(l, codes + j * bits, bits), ones = (1u << bits) - 1u;\n",
     "    if (code == ones) {\n",
-    "        uint rank = 0u;\n",
-    "        for (uint i = 0u; i < min(j, 64u); i++) rank += cohsm_bits(m, b, codes + i * bits, bits) == ones ? 1u : 0u;\n",
-    "        return cohsm_bits(m, b, codes + n * bits + (palette ? 8u * base : 0u) + 16u * rank, 16u);\n",
+    "        uint rank = cohsm_escapes(l, codes, max(bits, 1u), min(j, 64u));\n",
+    "        return cohsm_bits(l, codes + n * bits + (palette ? 8u * base : 0u) + 16u * rank, 16u);\n",
     "    }\n",
-    "    if (palette) return cohsm_grid_depth(m, cohsm_bits(m, b, codes + n * bits + 8u * code, 8u));\n",
+    "    if (palette) return cohsm_grid_depth(m, cohsm_bits(l, codes + n * bits + 8u * code, 8u));\n",
     "    return code + 1u == ones ? 65535u : cohsm_grid_depth(m, base + code);\n",
+    "}\n",
+    "\n",
+    "// The block of a list that holds a view: its number, and its first view.\n",
+    "uvec2 cohsm_find_block(cohsm_maps m, uint list, uint count, uint view)\n",
+    "{\n",
+    "    uint from = 2u * list + 4u, low = from >> 3, high = (from + count + 6u) >> 3;   // eight first views a texel\n",
+    "    uvec2 found = uvec2(0u);\n",
+    "    while (low < high) {\n",
+    "        uint middle = (low + high) >> 1, i = 8u * middle - from;\n",
+    "        uvec4 t = COHSM_TEXEL(m.base + middle), even = t & 0xffffu, odd = t >> 16;\n",
+    "        uvec4 number = i + uvec4(0u, 2u, 4u, 6u), top = uvec4(count - 1u), asked = uvec4(view);\n",
+    "        even = (even + 1u) * uvec4(lessThan(number, top)) * uvec4(lessThanEqual(even, asked));\n",
+    "        odd = (odd + 1u) * uvec4(lessThan(number + 1u, top)) * uvec4(lessThanEqual(odd, asked));\n",
+    "        uvec4 last = max(even, odd), ones = min(even, 1u) + min(odd, 1u);\n",
+    "        uint first = max(max(last.x, last.y), max(last.z, last.w));     // + 1, or 0: none begins before\n",
+    "        if (first > 0u) {\n",
+    "            found = uvec2((8u * middle < from ? 0u : i) + ones.x + ones.y + ones.z + ones.w, first - 1u);\n",
+    "            low = middle + 1u;\n",
+    "        } else\n",
+    "            high = middle;\n",
+    "    }\n",
+    "    return found;\n",
     "}\n",
     "\n",
     "// Stored 16-bit depth of a pixel (less pixel_begin) in the view with this place in the sequence.\n",
@@ -3027,22 +3111,18 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "{\n",
     "    uint entry = cohsm_word(m, m.lookup_at + (place >> 16) * (m.pixel_end - m.pixel_begin) + pixel);\n",
     "    if ((entry & 0x80000000u) != 0u) return entry & 0xffffu;\n",
-    "    uint d = m.directories_at + entry, line = cohsm_word(m, d), count = cohsm_word(m, d + 1u), tail = count >> 16;\n",
-    "    uint view = place & 0xffffu, lo = 0u, hi, first = 0u;\n",
+    "    uint list = m.directories_at + entry, view = place & 0xffffu;\n",
+    "    uvec4 t = COHSM_TEXEL(m.base + (list >> 2));\n",
+    "    uint first = cohsm_pick(t, list);\n",
+    "    uint count = (list & 3u) == 3u ? COHSM_TEXEL(m.base + (list >> 2) + 1u).x : cohsm_pick(t, list + 1u);\n",
+    "    uint tail = count >> 16;\n",
     "    count &= 0xffffu;\n",
-    "    hi = count;\n",
-    "    while (hi - lo > 1u) {\n",
-    "        uint middle = (lo + hi) >> 1, begin = cohsm_half_word(m, d, middle + 3u);\n",
-    "        if (begin <= view) {\n",
-    "            lo = middle;\n",
-    "            first = begin;\n",
-    "        } else\n",
-    "            hi = middle;\n",
-    "    }\n",
-    "    uint b = m.lines_at + (lo + 1u < count ? 16u * (line + lo) : 16u * (line - (tail >> 4)) + (tail & 15u));\n",
-    "    uint head = cohsm_word(m, b);\n",
-    "    uvec2 marks = cohsm_marks(head, cohsm_word(m, b + 1u), cohsm_word(m, b + 2u));\n",
-    "    return cohsm_segment_depth(m, b, head, marks, cohsm_segment(m, b, head, marks, view - first));\n",
+    "    uvec2 block = cohsm_find_block(m, list, count, view);\n",
+    "    cohsm_line l = cohsm_fetch_line(m, m.lines_at + (block.x + 1u < count ? 16u * (first + block.x)\n",
+    "                                                                          : 16u * (first - (tail >> 4)) + (tail & 15u)));\n",
+    "    uint at = l.bit >> 5, head = cohsm_line_word(l, at);\n",
+    "    uvec2 marks = cohsm_marks(head, cohsm_line_word(l, at + 1u), cohsm_line_word(l, at + 2u));\n",
+    "    return cohsm_segment_depth(m, l, head, marks, cohsm_segment(l, head, marks, view - block.y));\n",
     "}\n"
 };
 
@@ -3607,12 +3687,28 @@ static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
     "// ---- scenes ----\n",
     "\n",
     "// A table of instances is `count` records of 4 texels from texel `table` on: three rows of the matrix from world to\n",
-    "// object as floats, then the block's first texel, a float of yours (cohsm_instance_note), 0, 0.\n",
-    "float cohsm_visible_instance(uint record, cohsm_query q, vec3 point, vec3 light)\n",
+    "// object as floats, then the block's first texel, a float of yours (cohsm_instance_note), 0, 0. If you keep records and\n",
+    "// headers elsewhere: COHSM_INSTANCE(table, i, k), texel k of record i, and COHSM_HEADER(i, k), texel k of its block.\n",
+    "#ifndef COHSM_INSTANCE\n",
+    "#define COHSM_INSTANCE(table, i, k) COHSM_TEXEL((table) + 4u * (i) + (k))\n",
+    "#endif\n",
+    "\n",
+    "cohsm_maps cohsm_instance_maps(uint table, uint i)\n",
     "{\n",
-    "    vec4 x = uintBitsToFloat(COHSM_TEXEL(record)), y = uintBitsToFloat(COHSM_TEXEL(record + 1u));\n",
-    "    vec4 z = uintBitsToFloat(COHSM_TEXEL(record + 2u));\n",
-    "    cohsm_maps m = cohsm_open(COHSM_TEXEL(record + 3u).x);\n",
+    "    uint base = COHSM_INSTANCE(table, i, 3u).x;\n",
+    "#ifdef COHSM_HEADER\n",
+    "    return cohsm_unpack(base, COHSM_HEADER(i, 1u), COHSM_HEADER(i, 2u), COHSM_HEADER(i, 3u), COHSM_HEADER(i, 4u),\n",
+    "                        COHSM_HEADER(i, 5u), COHSM_HEADER(i, 6u), COHSM_HEADER(i, 7u));\n",
+    "#else\n",
+    "    return cohsm_open(base);\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "float cohsm_visible_instance(uint table, uint i, cohsm_query q, vec3 point, vec3 light)\n",
+    "{\n",
+    "    vec4 x = uintBitsToFloat(COHSM_INSTANCE(table, i, 0u)), y = uintBitsToFloat(COHSM_INSTANCE(table, i, 1u));\n",
+    "    vec4 z = uintBitsToFloat(COHSM_INSTANCE(table, i, 2u));\n",
+    "    cohsm_maps m = cohsm_instance_maps(table, i);\n",
     "    point = vec3(dot(x.xyz, point) + x.w, dot(y.xyz, point) + y.w, dot(z.xyz, point) + z.w);\n",
     "    if (q.light < COHSM_LIGHT_PARAMETER) {\n",
     "        light = vec3(dot(x.xyz, light), dot(y.xyz, light), dot(z.xyz, light));\n",
@@ -3621,16 +3717,15 @@ static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
     "    return cohsm_visible(m, q, point, light);\n",
     "}\n",
     "\n",
-    "float cohsm_instance_note(uint table, uint i) { return uintBitsToFloat(COHSM_TEXEL(table + 4u * i + 3u).y); }\n",
+    "float cohsm_instance_note(uint table, uint i) { return uintBitsToFloat(COHSM_INSTANCE(table, i, 3u).y); }\n",
     "\n",
     "// The product over all instances, the one that the point lies on first (COHSM_NO_SELF: a receiver only).\n",
     "float cohsm_visible_scene(uint table, uint count, uint self, cohsm_query q, vec3 point, vec3 light)\n",
     "{\n",
     "    float visible = 1.0;\n",
-    "    for (uint i = self < count ? 0u : 1u; i <= count && visible > 0.0; i++) {      // one call: it is inlined\n",
-    "        uint instance = i == 0u ? self : i - 1u;\n",
-    "        if (i > 0u && instance == self) continue;\n",
-    "        float one = cohsm_visible_instance(table + 4u * instance, q, point, light);\n",
+    "    for (uint i = 0u; i < count && visible > 0.0; i++) {        // one call, which is inlined, and no turn for nothing\n",
+    "        uint instance = self >= count || i > self ? i : i == 0u ? self : i - 1u;\n",
+    "        float one = cohsm_visible_instance(table, instance, q, point, light);\n",
     "        visible = one < 0.0 ? COHSM_REFUSED : visible * one;\n",
     "    }\n",
     "    return visible;\n",
@@ -3641,6 +3736,10 @@ static const char *const glbk__glsl_lib_csm_access_glsl[] = {
     "// csm_access - what the files cohsm_* ask of a program, from the textures that glbk_csm_bind binds.\n",
     "// uses: table csm_bindings\n",
     "#define COHSM_TEXEL(i) texelFetch(glbk_csm_blocks, glbk_table_at(i), 0)\n",
+    "#ifdef CSM_INSTANCES                // 1 or 16: no more instances than that, in the uniform block with their headers\n",
+    "#define COHSM_INSTANCE(table, i, k) glbk_csm_scene.instances[11u * min(i, uint(CSM_INSTANCES) - 1u) + k]\n",
+    "#define COHSM_HEADER(i, k) COHSM_INSTANCE(0u, i, 3u + k)\n",
+    "#endif\n",
     "#define COHSM_LIGHT_TEXEL(i) texelFetch(glbk_csm_lights, glbk_table_at(i), 0)\n",
     "#define COHSM_LOBE(i) COHSM_LIGHT_TEXEL(i)\n",
     "#ifndef COHSM_LOBES\n",
@@ -3677,6 +3776,7 @@ static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
     "uniform usampler2D glbk_csm_opened;\n",
     "layout(std140) uniform glbk_csm_scene_block {\n",
     "    uvec4 table;\n",
+    "    uvec4 instances[176];\n",
     "} glbk_csm_scene;\n",
     "layout(std140) uniform glbk_csm_frame_block {\n",
     "    uvec4 light;\n",
@@ -3890,7 +3990,7 @@ static const char *const glbk__glsl_lib_csm_shade_glsl[] = {
     "    bool local = ask == COHSM_LIGHT_PARAMETER || (ask == COHSM_LIGHT_INDEX && light.shape > COHSM_SHAPE_SUN);\n",
     "    float moved = 0.0;          // how far the receiver moves off its surface\n",
     "    if (local && count > 0u)\n",
-    "        moved = glbk_csm_frame.query.y * 2.0 / float(cohsm_open(COHSM_TEXEL(table + 3u).x).map_size);\n",
+    "        moved = glbk_csm_frame.query.y * 2.0 / float(cohsm_instance_maps(table, 0u).map_size);\n",
     "    else if (p.self < count)\n",
     "        moved = cohsm_instance_note(table, p.self);\n",
     "    for (uint k = range.x; k < range.y; k++) {\n",
@@ -6667,7 +6767,7 @@ static const char *const glbk__glsl_prog_csm_peel_vert[] = {
 static const char *const glbk__glsl_prog_csm_query_comp[] = {
     "// csm_query.frag as a compute shader over storage buffers.\n",
     "// uses: csm_visible\n",
-    "// sets: CSM_ASK=0 CSM_FILTER=0 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1\n",
+    "// sets: CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1\n",
     "layout(local_size_x = 64) in;\n",
     "\n",
     "void main()\n",
@@ -6684,7 +6784,7 @@ static const char *const glbk__glsl_prog_csm_query_frag[] = {
     "// Answers a table of questions, two texels each: point, instance that it lies on; light, number for roulette.\n",
     "// uses: csm_visible\n",
     "// with: screen.vert\n",
-    "// sets: CSM_ASK=0 CSM_FILTER=0 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1\n",
+    "// sets: CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1\n",
     "layout(location = 0) out uvec4 result;\n",
     "\n",
     "void main()\n",
@@ -6715,7 +6815,7 @@ static const char *const glbk__glsl_prog_csm_resolve_frag[] = {
 static const char *const glbk__glsl_prog_csm_shade_comp[] = {
     "// csm_shade.frag as a compute shader: the sums are a storage buffer, rows of the picture one after the other.\n",
     "// uses: csm_gbuffer csm_shade\n",
-    "// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1\n",
+    "// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1\n",
     "layout(local_size_x = 8, local_size_y = 8) in;\n",
     "\n",
     "void main()\n",
@@ -6734,7 +6834,7 @@ static const char *const glbk__glsl_prog_csm_shade_frag[] = {
     "// Adds samples of one light to the running sum.\n",
     "// uses: csm_gbuffer csm_shade\n",
     "// with: screen.vert\n",
-    "// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1\n",
+    "// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1\n",
     "layout(location = 0) out glbk_color result;\n",
     "\n",
     "void main()\n",
@@ -8456,15 +8556,15 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/cohsm_light.glsl", glbk__glsl_lib_cohsm_light_glsl, 404, "cohsm_math", "",
       "" },
-    { "lib/cohsm_lookup.glsl", glbk__glsl_lib_cohsm_lookup_glsl, 183, "", "",
+    { "lib/cohsm_lookup.glsl", glbk__glsl_lib_cohsm_lookup_glsl, 251, "", "",
       "" },
     { "lib/cohsm_math.glsl", glbk__glsl_lib_cohsm_math_glsl, 216, "", "",
       "" },
-    { "lib/cohsm_visible.glsl", glbk__glsl_lib_cohsm_visible_glsl, 369, "cohsm_math cohsm_lookup", "",
+    { "lib/cohsm_visible.glsl", glbk__glsl_lib_cohsm_visible_glsl, 384, "cohsm_math cohsm_lookup", "",
       "" },
-    { "lib/csm_access.glsl", glbk__glsl_lib_csm_access_glsl, 18, "table csm_bindings", "",
+    { "lib/csm_access.glsl", glbk__glsl_lib_csm_access_glsl, 22, "table csm_bindings", "",
       "" },
-    { "lib/csm_bindings.glsl", glbk__glsl_lib_csm_bindings_glsl, 55, "", "",
+    { "lib/csm_bindings.glsl", glbk__glsl_lib_csm_bindings_glsl, 56, "", "",
       "" },
     { "lib/csm_compress.glsl", glbk__glsl_lib_csm_compress_glsl, 70, "csm_bindings", "",
       "" },
@@ -8563,15 +8663,15 @@ static const glbk_file glbk__files[] = {
     { "prog/csm_peel.vert", glbk__glsl_prog_csm_peel_vert, 12, "csm_bindings", "",
       "" },
     { "prog/csm_query.comp", glbk__glsl_prog_csm_query_comp, 13, "csm_visible", "",
-      "CSM_ASK=0 CSM_FILTER=0 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" },
+      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" },
     { "prog/csm_query.frag", glbk__glsl_prog_csm_query_frag, 16, "csm_visible", "screen.vert",
-      "CSM_ASK=0 CSM_FILTER=0 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" },
+      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" },
     { "prog/csm_resolve.frag", glbk__glsl_prog_csm_resolve_frag, 10, "csm_bindings", "screen.vert",
       "" },
     { "prog/csm_shade.comp", glbk__glsl_prog_csm_shade_comp, 15, "csm_gbuffer csm_shade", "",
-      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
+      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
     { "prog/csm_shade.frag", glbk__glsl_prog_csm_shade_frag, 14, "csm_gbuffer csm_shade", "screen.vert",
-      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
+      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
     { "prog/envsh_cast.frag", glbk__glsl_prog_envsh_cast_frag, 13, "envsh_cast", "envsh_cast.vert",
       "ENVSH_RGBA=0 | ENVSH_RGBA=1" },
     { "prog/envsh_cast.vert", glbk__glsl_prog_envsh_cast_vert, 10, "envsh_cast", "",
@@ -10161,10 +10261,45 @@ static int glbk__csm_block_valid(const glbk_csm_block *b)
     return head[0] == GLBK__CSM_MAGIC && head[1] == 1 && head[2] == b->size / 4;
 }
 
+enum { GLBK__CSM_NEAR = 16, GLBK__CSM_NEAR_TEXELS = 11, GLBK__CSM_HEAD = 28 /* words: texels 1 to 7 of a block */ };
+
+static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
+{
+    char digit = (char)('0' + value % 10);
+    if (!value) return;
+    glbk__put_text(sink, name);
+    if (value > 9) glbk__put_text(sink, "1");
+    glbk__put(sink, &digit, 1);
+}
+
+/* What programs for these blocks alone can be compiled with, and a number for it: domain, order and frame, 0 where blocks
+   differ; instances and headers in the uniform block where they fit. */
+static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, glbk_csm_maps *out)
+{
+    static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };     /* of the header's texel 1 */
+    uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], k;
+    glbk__sink sink = { NULL, 0, 0 };
+    size_t i;
+    for (i = 0; i < count; i++) {
+        memcpy(head, (const char *)blocks[i].data + 16, sizeof head);
+        if (i < GLBK__CSM_NEAR) memcpy(out->heads[i], head, sizeof head);
+        for (k = 0; k < 3; k++)
+            kind[k] = head[word[k]] <= most[k] && (i == 0 || kind[k] == head[word[k]]) ? head[word[k]] : 0;
+    }
+    if (count <= GLBK__CSM_NEAR && out->capacity <= GLBK__CSM_NEAR)
+        out->near_count = out->capacity <= 1 ? 1 : GLBK__CSM_NEAR;
+    sink.out = out->defines;
+    sink.size = sizeof out->defines;
+    glbk__csm_define(&sink, " COHSM_ONE_DOMAIN=", kind[0]);
+    glbk__csm_define(&sink, " COHSM_ONE_ORDER=", kind[1]);
+    glbk__csm_define(&sink, " COHSM_ONE_FRAME=", kind[2]);
+    glbk__csm_define(&sink, " CSM_INSTANCES=", out->near_count);
+    out->key = ((kind[0] * 8 + kind[1]) * 4 + kind[2]) * 4 + (out->near_count > 1 ? 2 : out->near_count);
+}
+
 GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
                                           uint32_t capacity, uint32_t *starts, glbk_csm_maps *out)
 {
-    static const glbk_csm_scene none = { { 0, 0, 0, 0 } };
     size_t texels = 0, i;
     glbk_result result;
 
@@ -10175,29 +10310,42 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
         if (!glbk__csm_block_valid(&blocks[i])) return GLBK_ERR_ARGUMENT;
         if (blocks[i].size / 16 > ((size_t)1 << 28) - texels) return GLBK_ERR_LIMIT;
         starts[i] = (uint32_t)texels;
+        if (i < GLBK__CSM_NEAR) out->starts[i] = starts[i];
         texels += blocks[i].size / 16;
         texels += (size_t)-(ptrdiff_t)texels & 3u;      /* lines of 64 bytes do not straddle rows then */
     }
     if (capacity > (((uint32_t)1 << 28) - (uint32_t)texels) / GLBK__CSM_RECORD) return GLBK_ERR_LIMIT;
     out->instances_at = (uint32_t)texels;
     out->capacity = capacity;
+    glbk__csm_write_defines(blocks, count, out);
     result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + GLBK__CSM_RECORD * (size_t)capacity + 1,
                                &out->blocks);
     for (i = 0; i < count && result == GLBK_OK; i++)
         result = glbk_table_update(ctx, &out->blocks, starts[i], blocks[i].size / 16, blocks[i].data);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof none, &none, &out->scene);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_scene), NULL, &out->scene);
+    if (result == GLBK_OK) result = glbk_csm_maps_place(ctx, out, NULL, 0);
     if (result != GLBK_OK) glbk_csm_maps_destroy(ctx, out);
     return result;
+}
+
+/* An instance and its block's header into the uniform block. */
+static void glbk__csm_place_near(const glbk_csm_maps *maps, uint32_t i, const uint32_t *record, glbk_csm_scene *scene)
+{
+    uint32_t *to = scene->instances + 4 * GLBK__CSM_NEAR_TEXELS * i, block = 0;
+    while (block + 1 < GLBK__CSM_NEAR && maps->starts[block] != record[12]) block++;
+    memcpy(to, record, 4 * 4 * GLBK__CSM_RECORD);
+    memcpy(to + 4 * GLBK__CSM_RECORD, maps->heads[block], sizeof maps->heads[block]);
 }
 
 GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps, const glbk_csm_instance *instances,
                                          uint32_t count)
 {
     uint32_t words[4 * GLBK__CSM_RECORD] = { 0 }, i, r, c;
-    glbk_csm_scene scene = { { 0, 0, 0, 0 } };
+    glbk_csm_scene scene;
     float inverse[16], scale, row[4];
     glbk_result result = GLBK_OK;
 
+    memset(&scene, 0, sizeof scene);
     if (!ctx || !maps || !maps->blocks.name || count > maps->capacity || (count && !instances))
         return GLBK_ERR_ARGUMENT;
     for (i = 0; i < count; i++)
@@ -10212,6 +10360,7 @@ GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
         }
         words[12] = instances[i].start;
         memcpy(words + 13, &instances[i].offset, 4);
+        if (maps->near_count) glbk__csm_place_near(maps, i, words, &scene);
         result = glbk_table_update(ctx, &maps->blocks, maps->instances_at + GLBK__CSM_RECORD * (size_t)i,
                                    GLBK__CSM_RECORD, words);
     }
@@ -10237,7 +10386,65 @@ GLBK_DEF void glbk_csm_maps_destroy(glbk_context *ctx, glbk_csm_maps *maps)
     memset(maps, 0, sizeof *maps);
 }
 
+/* ---- >>csm: programs that are kept ---- */
+
+/* defines: of this use; those of the maps follow. fragment: the user's shader in place of the named one, or NULL. */
+static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key, const char *name,
+                                     const char *fragment, const char *defines, const glbk_csm_maps *maps,
+                                     glbk_program **out)
+{
+    char all[160] = { 0 };
+    glbk__sink sink = { NULL, 0, 0 };
+    glbk_source source;
+    glbk_result result;
+    uint32_t i;
+
+    key = key << 11 | maps->key;
+    for (i = 0; i < cache->count && cache->keys[i] != key; i++) {}
+    *out = &cache->list[i < GLBK_CSM_MAX_PROGRAMS ? i : GLBK_CSM_MAX_PROGRAMS - 1];
+    if (i < cache->count) return GLBK_OK;
+    if (i == GLBK_CSM_MAX_PROGRAMS) {           /* the last place is taken over */
+        cache->count = --i;
+        glbk_program_destroy(ctx, *out);
+    }
+    sink.out = all;
+    sink.size = sizeof all;
+    glbk__put_text(&sink, defines);
+    glbk__put_text(&sink, maps->defines);
+    if (fragment) {
+        memset(&source, 0, sizeof source);
+        source.fragment = fragment;
+        source.uses = "csm_gbuffer csm_shade";
+        source.defines = all;
+        result = glbk_program_compile(ctx, &source, *out);
+    } else {
+        result = glbk_program_create(ctx, name, all, *out);
+    }
+    if (result != GLBK_OK) return result;
+    cache->keys[i] = key;
+    cache->count = i + 1;
+    return GLBK_OK;
+}
+
+static void glbk__csm_programs_destroy(glbk_context *ctx, glbk_csm_programs *cache)
+{
+    uint32_t i;
+    for (i = 0; i < cache->count; i++) glbk_program_destroy(ctx, &cache->list[i]);
+    cache->count = 0;
+}
+
 /* ---- >>csm: questions in bulk ---- */
+
+static glbk_result glbk__csm_ask_program(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
+                                         glbk_program **out)
+{
+    char defines[] = "CSM_ASK=0 CSM_FILTER=0";
+    uint32_t question = asker->question - 1;
+    defines[8] = (char)('0' + question / 3);
+    defines[21] = (char)('0' + question % 3);
+    return glbk__csm_program(ctx, &asker->programs, question, asker->asked.name ? "csm_query.comp" : "csm_query.frag", NULL,
+                             defines, maps, out);
+}
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out)
 {
@@ -10270,21 +10477,13 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
 
 GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_questions *q)
 {
-    char defines[] = "CSM_ASK=0 CSM_FILTER=0";
     glbk_csm_frame frame;
     glbk_result result;
 
     if (!ctx || !asker || !asker->capacity || !q || !q->items || !q->count || q->count > asker->capacity ||
         (unsigned)q->ask >= GLBK_CSM_ASK_COUNT || (unsigned)q->filter >= GLBK_CSM_FILTER_COUNT || !(q->bias >= 0))
         return GLBK_ERR_ARGUMENT;
-    asker->program = 3 * (uint32_t)q->ask + (uint32_t)q->filter;
-    defines[8] = (char)('0' + (int)q->ask);
-    defines[21] = (char)('0' + (int)q->filter);
-    if (!asker->programs[asker->program].name) {
-        result = glbk_program_create(ctx, ctx->compute ? "csm_query.comp" : "csm_query.frag", defines,
-                                     &asker->programs[asker->program]);
-        if (result != GLBK_OK) return result;
-    }
+    asker->question = 1 + 3 * (uint32_t)q->ask + (uint32_t)q->filter;
     memset(&frame, 0, sizeof frame);
     frame.range[0] = q->count;
     frame.range[3] = q->seed;
@@ -10303,8 +10502,9 @@ GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, 
     glbk_result result;
     uint32_t groups = (count + 63) / 64;
 
-    if (!ctx || !asker || !maps || !count || count > asker->capacity) return GLBK_ERR_ARGUMENT;
-    program = &asker->programs[asker->program];
+    if (!ctx || !asker || !maps || !count || count > asker->capacity || !asker->question) return GLBK_ERR_ARGUMENT;
+    result = glbk__csm_ask_program(ctx, asker, maps, &program);
+    if (result != GLBK_OK) return result;
     memset(&pass, 0, sizeof pass);
     if (!asker->asked.name) {
         pass.target = &asker->target;
@@ -10342,9 +10542,8 @@ GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker,
 
 GLBK_DEF void glbk_csm_asker_destroy(glbk_context *ctx, glbk_csm_asker *asker)
 {
-    int i;
     if (!asker) return;
-    for (i = 0; i < 12; i++) glbk_program_destroy(ctx, &asker->programs[i]);
+    glbk__csm_programs_destroy(ctx, &asker->programs);
     glbk_target_destroy(ctx, &asker->target);
     glbk_texture_destroy(ctx, &asker->questions);
     glbk_texture_destroy(ctx, &asker->answers);
@@ -10668,39 +10867,23 @@ GLBK_DEF void glbk_csm_lights_destroy(glbk_context *ctx, glbk_csm_lights *lights
 /* ---- >>csm: the renderer ---- */
 
 /* The program for one combination of shape, ask and filter; compiled when it is first asked for. */
-static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer *r, uint32_t shape, uint32_t ask,
+static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
+{
+    return u->shape == GLBK_CSM_SHAPE_DEFAULT ? (uint32_t)GLBK_CSM_SHAPE_ENVIRONMENT : (uint32_t)u->shape;
+}
+
+static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_use *use,
                                            uint32_t filter, glbk_program **out)
 {
     char defines[] = "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_LOBES=1 CSM_PATTERNS";
-    uint32_t key = shape * 16 + ask * 4 + filter, i;
-    glbk_source source;
-    glbk_result result;
-
-    for (i = 0; i < r->shade_count && r->shade_key[i] != key; i++) {}
-    *out = &r->shade[i < GLBK_CSM_MAX_PROGRAMS ? i : GLBK_CSM_MAX_PROGRAMS - 1];
-    if (i < r->shade_count) return GLBK_OK;
-    if (i == GLBK_CSM_MAX_PROGRAMS) {           /* the last place is taken over */
-        r->shade_count = --i;
-        glbk_program_destroy(ctx, &r->shade[i]);
-    }
+    uint32_t shape = glbk__csm_shape_of(use), ask = (uint32_t)use->ask;
     defines[10] = (char)('0' + shape);
     defines[20] = (char)('0' + ask);
     defines[33] = (char)('0' + filter);
     defines[47] = (char)('0' + r->lobes);
     if (!r->patterns) defines[48] = 0;
-    if (r->fragment) {
-        memset(&source, 0, sizeof source);
-        source.fragment = r->fragment;
-        source.uses = "csm_gbuffer csm_shade";
-        source.defines = defines;
-        result = glbk_program_compile(ctx, &source, *out);
-    } else {
-        result = glbk_program_create(ctx, r->compute ? "csm_shade.comp" : "csm_shade.frag", defines, *out);
-    }
-    if (result != GLBK_OK) return result;
-    r->shade_key[i] = key;
-    r->shade_count = i + 1;
-    return GLBK_OK;
+    return glbk__csm_program(ctx, &r->shade, shape * 16 + ask * 4 + filter, r->compute ? "csm_shade.comp" : "csm_shade.frag",
+                             r->fragment, defines, use->maps, out);
 }
 
 static glbk_result glbk__csm_create_gbuffer(glbk_context *ctx, glbk_csm_renderer *r)
@@ -10776,7 +10959,7 @@ GLBK_DEF void glbk_csm_renderer_destroy(glbk_context *ctx, glbk_csm_renderer *r)
 {
     uint32_t i;
     if (!r) return;
-    for (i = 0; i < r->shade_count; i++) glbk_program_destroy(ctx, &r->shade[i]);
+    glbk__csm_programs_destroy(ctx, &r->shade);
     glbk_program_destroy(ctx, &r->fill);
     glbk_program_destroy(ctx, &r->resolve);
     glbk_target_destroy(ctx, &r->gbuffer_target);
@@ -10959,11 +11142,6 @@ static glbk_result glbk__csm_shade_pass(glbk_context *ctx, glbk_csm_renderer *r,
     return GLBK_OK;
 }
 
-static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
-{
-    return u->shape == GLBK_CSM_SHAPE_DEFAULT ? (uint32_t)GLBK_CSM_SHAPE_ENVIRONMENT : (uint32_t)u->shape;
-}
-
 GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_frame_desc *d)
 {
     glbk_result result = GLBK_OK;
@@ -10972,8 +11150,7 @@ GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *r, c
 
     if (!ctx || !glbk__csm_frame_valid(r, d)) return GLBK_ERR_ARGUMENT;
     for (i = 0; i < d->use_count && result == GLBK_OK; i++)
-        result = glbk__csm_shade_program(ctx, r, glbk__csm_shape_of(&d->uses[i]), (uint32_t)d->uses[i].ask,
-                                         (uint32_t)d->filter, &program);
+        result = glbk__csm_shade_program(ctx, r, &d->uses[i], (uint32_t)d->filter, &program);
     return result;
 }
 
@@ -10999,8 +11176,7 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
     frame.tables[3] = r->height;
     for (i = 0; i < d->use_count; i++) {
         const glbk_csm_use *u = &d->uses[i];
-        result =
-            glbk__csm_shade_program(ctx, r, glbk__csm_shape_of(u), (uint32_t)u->ask, (uint32_t)d->filter, &program);
+        result = glbk__csm_shade_program(ctx, r, u, (uint32_t)d->filter, &program);
         frame.light[0] = u->start;
         frame.light[1] = u->maps->instances_at;
         frame.light[2] = u->maps->count;

@@ -122,6 +122,7 @@ int main(int count, char **values)
     block.data = cohsm_data(maps, &block.size);
     source.fragment = fragment;
     source.uses = "csm_visible";
+    source.defines = uploaded.defines;      /* for these maps alone; the first call below writes it */
     if (glbk_csm_maps_create(&gl, &block, 1, 1, &torus.start, &uploaded) != GLBK_OK ||
         glbk_csm_maps_place(&gl, &uploaded, &torus, 1) != GLBK_OK ||
         glbk_program_compile(&gl, &source, &program) != GLBK_OK)

@@ -568,7 +568,7 @@ static void prepared_frames_are_the_same(void **state)
         if (way == 8) use.shape = GLBK_CSM_SHAPE_COUNT;
         assert_int_equal(glbk_csm_prepare(&t->gl, &r.renderer, &f), GLBK_ERR_ARGUMENT);
         assert_int_equal(glbk_csm_render(&t->gl, &r.renderer, &f), GLBK_ERR_ARGUMENT);
-        assert_int_equal(r.renderer.shade_count + r.renderer.frames, 0);
+        assert_int_equal(r.renderer.shade.count + r.renderer.frames, 0);
     }
     use = use_of(&r, start, desc.shape);
     f = frame_of(&lights, &use);
@@ -577,11 +577,11 @@ static void prepared_frames_are_the_same(void **state)
     assert_int_equal(glbk_csm_prepare(&t->gl, &r.renderer, NULL), GLBK_ERR_ARGUMENT);
 
     assert_glbk(t, glbk_csm_prepare(&t->gl, &r.renderer, &f));
-    assert_int_equal(r.renderer.shade_count, 1);
+    assert_int_equal(r.renderer.shade.count, 1);
     assert_int_equal(r.renderer.frames, 0);
     assert_int_equal(glbk_csm_read(&t->gl, &r.renderer, picture[0]), GLBK_ERR_ARGUMENT);     /* nothing was drawn */
     assert_glbk(t, glbk_csm_render(&t->gl, &r.renderer, &f));
-    assert_int_equal(r.renderer.shade_count, 1);                /* the program was there */
+    assert_int_equal(r.renderer.shade.count, 1);                /* the program was there */
     assert_glbk(t, glbk_csm_read(&t->gl, &r.renderer, picture[0]));
     open_rig(t, 0, &other);
     render_one(t, &other, &lights, start, desc.shape, fresh[0]);
@@ -594,7 +594,7 @@ static void prepared_frames_are_the_same(void **state)
     assert_glbk(t, glbk_csm_renderer_create(&t->gl, &own, &broken));
     assert_int_equal(glbk_csm_prepare(&t->gl, &broken, &f), GLBK_ERR_COMPILE);
     assert_int_equal(glbk_csm_render(&t->gl, &broken, &f), GLBK_ERR_COMPILE);
-    assert_int_equal(broken.shade_count, 0);
+    assert_int_equal(broken.shade.count, 0);
     glbk_csm_renderer_destroy(&t->gl, &broken);
     glbk_csm_lights_destroy(&t->gl, &lights);
     close_rig(t, &r);

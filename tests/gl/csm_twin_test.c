@@ -163,12 +163,18 @@ static void a_million_queries_agree(void **state)
         memcpy(body.transform, identity, sizeof identity);
         cohsm_get_info(built, &info);
         upload(t, &built, 1, &body, 1, &maps);
+        assert_non_null(strstr(maps.defines, "COHSM_ONE_DOMAIN="));
+        assert_non_null(strstr(maps.defines, "CSM_INSTANCES=1"));
         for (light = 0; light < 4; light++)
             for (filter = 0; filter < 3; filter++) {
                 if (info.positional && light < 2) continue;
                 if (light == COHSM_LIGHT_INDEX && filter == COHSM_FILTER_ROULETTE) continue;
+                glbk_csm_maps general = maps;           /* compiled once, not for each kind of maps */
+                int own = filter == COHSM_FILTER_NEAREST && light == (info.positional ? 2 : 0);
+                general.defines[0] = 0;
+                general.key = 0;
                 make_questions(&info, info.center, info.radius, (cohsm_light)light, 1, &seed);
-                ask_both(t, &asker, &maps, &body, 1, (cohsm_light)light, (cohsm_filter)filter, i % 2 ? 0.0f : 1.0f,
+                ask_both(t, &asker, own ? &maps : &general, &body, 1, (cohsm_light)light, (cohsm_filter)filter, i % 2 ? 0.0f : 1.0f,
                          &sum);
             }
         glbk_csm_maps_destroy(&t->gl, &maps);
@@ -215,6 +221,8 @@ static void scenes_agree(void **state)
     }
     cohsm_get_info(built[0], &info);
     upload(t, both, 2, bodies, 3, &maps);
+    assert_null(strstr(maps.defines, "COHSM_ONE_DOMAIN="));        /* they differ there */
+    assert_non_null(strstr(maps.defines, "CSM_INSTANCES=16"));
     assert_glbk(t, glbk_csm_asker_create(&t->gl, COUNT, &asker));
     for (light = 0; light < 2; light++)
         for (filter = 0; filter < 3; filter++) {

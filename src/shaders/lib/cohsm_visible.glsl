@@ -339,12 +339,28 @@ float cohsm_visible(cohsm_maps m, cohsm_query q, vec3 point, vec3 light)
 // ---- scenes ----
 
 // A table of instances is `count` records of 4 texels from texel `table` on: three rows of the matrix from world to
-// object as floats, then the block's first texel, a float of yours (cohsm_instance_note), 0, 0.
-float cohsm_visible_instance(uint record, cohsm_query q, vec3 point, vec3 light)
+// object as floats, then the block's first texel, a float of yours (cohsm_instance_note), 0, 0. If you keep records and
+// headers elsewhere: COHSM_INSTANCE(table, i, k), texel k of record i, and COHSM_HEADER(i, k), texel k of its block.
+#ifndef COHSM_INSTANCE
+#define COHSM_INSTANCE(table, i, k) COHSM_TEXEL((table) + 4u * (i) + (k))
+#endif
+
+cohsm_maps cohsm_instance_maps(uint table, uint i)
 {
-    vec4 x = uintBitsToFloat(COHSM_TEXEL(record)), y = uintBitsToFloat(COHSM_TEXEL(record + 1u));
-    vec4 z = uintBitsToFloat(COHSM_TEXEL(record + 2u));
-    cohsm_maps m = cohsm_open(COHSM_TEXEL(record + 3u).x);
+    uint base = COHSM_INSTANCE(table, i, 3u).x;
+#ifdef COHSM_HEADER
+    return cohsm_unpack(base, COHSM_HEADER(i, 1u), COHSM_HEADER(i, 2u), COHSM_HEADER(i, 3u), COHSM_HEADER(i, 4u),
+                        COHSM_HEADER(i, 5u), COHSM_HEADER(i, 6u), COHSM_HEADER(i, 7u));
+#else
+    return cohsm_open(base);
+#endif
+}
+
+float cohsm_visible_instance(uint table, uint i, cohsm_query q, vec3 point, vec3 light)
+{
+    vec4 x = uintBitsToFloat(COHSM_INSTANCE(table, i, 0u)), y = uintBitsToFloat(COHSM_INSTANCE(table, i, 1u));
+    vec4 z = uintBitsToFloat(COHSM_INSTANCE(table, i, 2u));
+    cohsm_maps m = cohsm_instance_maps(table, i);
     point = vec3(dot(x.xyz, point) + x.w, dot(y.xyz, point) + y.w, dot(z.xyz, point) + z.w);
     if (q.light < COHSM_LIGHT_PARAMETER) {
         light = vec3(dot(x.xyz, light), dot(y.xyz, light), dot(z.xyz, light));
@@ -353,16 +369,15 @@ float cohsm_visible_instance(uint record, cohsm_query q, vec3 point, vec3 light)
     return cohsm_visible(m, q, point, light);
 }
 
-float cohsm_instance_note(uint table, uint i) { return uintBitsToFloat(COHSM_TEXEL(table + 4u * i + 3u).y); }
+float cohsm_instance_note(uint table, uint i) { return uintBitsToFloat(COHSM_INSTANCE(table, i, 3u).y); }
 
 // The product over all instances, the one that the point lies on first (COHSM_NO_SELF: a receiver only).
 float cohsm_visible_scene(uint table, uint count, uint self, cohsm_query q, vec3 point, vec3 light)
 {
     float visible = 1.0;
-    for (uint i = self < count ? 0u : 1u; i <= count && visible > 0.0; i++) {      // one call: it is inlined
-        uint instance = i == 0u ? self : i - 1u;
-        if (i > 0u && instance == self) continue;
-        float one = cohsm_visible_instance(table + 4u * instance, q, point, light);
+    for (uint i = 0u; i < count && visible > 0.0; i++) {        // one call, which is inlined, and no turn for nothing
+        uint instance = self >= count || i > self ? i : i == 0u ? self : i - 1u;
+        float one = cohsm_visible_instance(table, instance, q, point, light);
         visible = one < 0.0 ? COHSM_REFUSED : visible * one;
     }
     return visible;

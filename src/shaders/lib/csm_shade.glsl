@@ -37,7 +37,7 @@ vec4 csm_shade(csm_point p, uint pixel)
     bool local = ask == COHSM_LIGHT_PARAMETER || (ask == COHSM_LIGHT_INDEX && light.shape > COHSM_SHAPE_SUN);
     float moved = 0.0;          // how far the receiver moves off its surface
     if (local && count > 0u)
-        moved = glbk_csm_frame.query.y * 2.0 / float(cohsm_open(COHSM_TEXEL(table + 3u).x).map_size);
+        moved = glbk_csm_frame.query.y * 2.0 / float(cohsm_instance_maps(table, 0u).map_size);
     else if (p.self < count)
         moved = cohsm_instance_note(table, p.self);
     for (uint k = range.x; k < range.y; k++) {

@@ -1,6 +1,6 @@
 // csm_query.frag as a compute shader over storage buffers.
 // uses: csm_visible
-// sets: CSM_ASK=0 CSM_FILTER=0 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1
+// sets: CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1
 layout(local_size_x = 64) in;
 
 void main()

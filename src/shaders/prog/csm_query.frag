@@ -1,7 +1,7 @@
 // Answers a table of questions, two texels each: point, instance that it lies on; light, number for roulette.
 // uses: csm_visible
 // with: screen.vert
-// sets: CSM_ASK=0 CSM_FILTER=0 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1
+// sets: CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1
 layout(location = 0) out uvec4 result;
 
 void main()

@@ -1,6 +1,6 @@
 // csm_shade.frag as a compute shader: the sums are a storage buffer, rows of the picture one after the other.
 // uses: csm_gbuffer csm_shade
-// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1
+// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1
 layout(local_size_x = 8, local_size_y = 8) in;
 
 void main()
