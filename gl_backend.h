@@ -1216,7 +1216,8 @@ typedef struct glbk_sfield_pixel {      /* a point to shade */
 
 GLBK_DEF glbk_result glbk_sfield_upload(glbk_context *ctx, glbk_sfield_renderer *renderer, uint32_t row, uint32_t rows,
                                         const glbk_sfield_pixel *pixels);
-/* Whole rows of the G-buffer from the CPU. Row 0 comes back first from glbk_sfield_read. */
+/* Whole rows of the G-buffer from the CPU. Row 0 comes back first from glbk_sfield_read. The compute path finds entities
+   for 8 x 8 pixels together: points near each other belong in one such block. */
 
 typedef struct glbk_sfield_draw {       /* an object drawn into the G-buffer */
     float    world[16], clip[16];       /* object to world, which is its entity's transform; world to clip space */

@@ -1,5 +1,6 @@
 /* gl_sfield.c - shadow fields on OpenGL: 30,000 points of a chess board under 32 pieces and four lamps, with the
-   product written into the program and read from the table; time of a frame, and how far the light is from
+   product written into the program and read from the table, on the core path and,
+   where the context has 4.3, on the compute path; time of a frame, and how far the light is from
    shadowfield.h's. Wall time round glFinish: timer queries of software drivers are wrong. */
 #define _POSIX_C_SOURCE 200809L
 #include "sfield_scene.h"
@@ -18,7 +19,8 @@ enum {
     MESHES = 6,
     FIELDS = MESHES + 1,
     FRAMES = 5,
-    WIDTH = 250,
+    WIDTH = 256,
+    BLOCK = 8 * WIDTH,
     BANDS = 4
 };
 
@@ -61,7 +63,7 @@ static int build(board *b, const bn_options *options)
     b->terms = malloc(b->term_count * sizeof *b->terms);
     b->factors = malloc(b->term_count * sizeof *b->factors);
     b->rgb = malloc(3 * b->points.count * sizeof *b->rgb);
-    b->light = malloc(4 * (b->points.count + WIDTH) * sizeof *b->light);
+    b->light = malloc(4 * (b->points.count + BLOCK) * sizeof *b->light);
     if (!b->terms || !b->factors || !b->rgb || !b->light)
         return -1;
     (void)sfield_sh_terms(b->algebra, b->terms, b->factors);
@@ -136,22 +138,26 @@ static glbk_result upload_fields(board *b, glbk_context *gl)
     return result;
 }
 
+/* Where point i stands: 64 in a row fill 8 x 8 pixels, which the compute path treats together. */
+static size_t pixel_of(size_t i)
+{
+    return i / BLOCK * BLOCK + i / 8 % 8 * WIDTH + i % BLOCK / 64 * 8 + i % 8;
+}
+
 static glbk_result upload_points(const board *b, glbk_context *gl, glbk_sfield_renderer *r)
 {
-    glbk_sfield_pixel row[WIDTH];
-    for (uint32_t y = 0; y < r->height; y++) {
-        glbk_result result;
-        memset(row, 0, sizeof row);
-        for (size_t x = 0; x < WIDTH && y * WIDTH + x < b->points.count; x++) {
-            memcpy(row[x].position, b->points.positions + 3 * (y * WIDTH + x), sizeof row[x].position);
-            memcpy(row[x].normal, b->points.normals + 3 * (y * WIDTH + x), sizeof row[x].normal);
-            row[x].entity = GLBK_SFIELD_NONE;
-        }
-        result = glbk_sfield_upload(gl, r, y, 1, row);
-        if (result != GLBK_OK)
-            return result;
+    glbk_sfield_pixel *pixels = calloc((size_t)WIDTH * r->height, sizeof *pixels);
+    glbk_result result = GLBK_ERR_ALLOC;
+    for (size_t i = 0; pixels && i < b->points.count; i++) {
+        glbk_sfield_pixel *p = &pixels[pixel_of(i)];
+        memcpy(p->position, b->points.positions + 3 * i, sizeof p->position);
+        memcpy(p->normal, b->points.normals + 3 * i, sizeof p->normal);
+        p->entity = GLBK_SFIELD_NONE;
     }
-    return GLBK_OK;
+    if (pixels)
+        result = glbk_sfield_upload(gl, r, 0, r->height, pixels);
+    free(pixels);
+    return result;
 }
 
 static glbk_result place(board *b, glbk_context *gl)
@@ -181,7 +187,7 @@ static glbk_result measure(board *b, const bn_options *options, glbk_context *gl
     memset(&d, 0, sizeof d);
     memset(&r, 0, sizeof r);
     d.width = WIDTH;
-    d.height = (uint32_t)((b->points.count + WIDTH - 1) / WIDTH);
+    d.height = (uint32_t)((b->points.count + BLOCK - 1) / BLOCK * 8);
     d.bands = BANDS;
     if (unrolled) {
         d.terms = b->terms;
@@ -206,10 +212,11 @@ static glbk_result measure(board *b, const bn_options *options, glbk_context *gl
         result = glbk_sfield_read(gl, &r, b->light, NULL);
     for (size_t i = 0; i < b->points.count && result == GLBK_OK; i++)
         for (size_t k = 0; k < 3; k++)
-            bn_error_add(&error, (double)b->light[4 * i + k], (double)b->rgb[3 * i + k]);
+            bn_error_add(&error, (double)b->light[4 * pixel_of(i) + k], (double)b->rgb[3 * i + k]);
     if (result == GLBK_OK) {
         bn_begin(options, "gl_sfield", options->threads, bn_sfield_simd());
         bn_text("gl_renderer", gl->renderer);
+        bn_text("path", gl->compute ? "compute" : "core");
         bn_integer("points", b->points.count);
         bn_integer("entities", PIECES);
         bn_integer("lights", LAMPS);
@@ -250,6 +257,7 @@ static sfield_result measure_build(const board *b, const bn_options *options, gl
         return result;
     bn_begin(options, "gl_sfield", options->threads, bn_sfield_simd());
     bn_text("gl_renderer", gl->renderer);
+    bn_text("path", gl->compute ? "compute" : "core");
     bn_text("op", "build");
     bn_integer("triangles", mesh->triangle_count);
     bn_integer("views", info.samples);
@@ -259,13 +267,17 @@ static sfield_result measure_build(const board *b, const bn_options *options, gl
     return SFIELD_OK;
 }
 
-static int run(board *b, const bn_options *options)
+static int run(board *b, const bn_options *options, int core_only)
 {
     bn_gl g;
     glbk_result result;
     sfield_result built = SFIELD_OK;
-    if (bn_gl_open(&g, 0) != 0)
+    if (bn_gl_open(&g, core_only) != 0)
         return -1;
+    if (!core_only && !g.gl.compute) {
+        bn_gl_close(&g);
+        return 0;
+    }
     result = upload_fields(b, &g.gl);
     for (int unrolled = 1; unrolled >= 0 && result == GLBK_OK; unrolled--)
         result = measure(b, options, &g.gl, unrolled);
@@ -288,8 +300,9 @@ int bn_gl_sfield(const bn_options *options)
     memset(&b, 0, sizeof b);
     if (ex_scene_builtin(&b.scene, "chess", 1, error) != 0)
         return bn_failed("chess", error);
-    result = build(&b, options) == 0 && shade_cpu(&b, options) == 0 ? run(&b, options)
-                                                                    : bn_failed("gl_sfield", "out of memory");
+    result = build(&b, options) == 0 && shade_cpu(&b, options) == 0 ? 0 : bn_failed("gl_sfield", "out of memory");
+    for (int core_only = 1; core_only >= 0 && result == 0; core_only--)
+        result = run(&b, options, core_only);
     sfield_scene_free(b.cpu);
     for (int i = 0; i < FIELDS; i++)
         sfield_free(b.field[i]);

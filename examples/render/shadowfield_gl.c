@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WIDTH = 512 };
+enum { WIDTH = 512, ROWS = 8, BLOCK = WIDTH * ROWS };
 
 struct sf_gl {
     glbk_context         *gl;
@@ -160,7 +160,7 @@ static int make_room(sf_gl *g, size_t points, char *error)
     glbk_result r;
     memset(&d, 0, sizeof d);
     d.width = WIDTH;
-    d.height = (uint32_t)((points + WIDTH - 1) / WIDTH);
+    d.height = (uint32_t)((points + BLOCK - 1) / BLOCK * ROWS);
     d.bands = g->bands;
     d.gloss = g->gloss;
     d.terms = g->terms;
@@ -198,27 +198,33 @@ static void describe(const sfield_points *set, size_t i, const sfield_entity *en
         out->self = self;
 }
 
+/* Where point i stands: 64 in a row fill 8 x 8 pixels, which the compute path treats together. */
+static size_t pixel_of(size_t i)
+{
+    return i / BLOCK * BLOCK + i / 8 % ROWS * WIDTH + i % BLOCK / 64 * 8 + i % 8;
+}
+
 static int upload_points(sf_gl *g, const sfield_entity *entities, const sfield_points *sets, size_t count, char *error)
 {
-    glbk_sfield_pixel *row = calloc(WIDTH, sizeof *row);
-    float *self = malloc(WIDTH * SFIELD_MAX_COEFS * sizeof *self);
+    glbk_sfield_pixel *block = calloc(BLOCK, sizeof *block);
+    float *self = malloc(BLOCK * SFIELD_MAX_COEFS * sizeof *self);
     glbk_result r = GLBK_OK;
-    uint32_t x = 0, y = 0;
-    for (size_t s = 0; row && self && s < count; s++)
+    size_t at = 0;
+    for (size_t s = 0; block && self && s < count; s++)
         for (size_t i = 0; i < sets[s].count && r == GLBK_OK; i++) {
-            describe(&sets[s], i, entities, self + x * SFIELD_MAX_COEFS, &row[x]);
-            if (++x < WIDTH)
-                continue;
-            r = glbk_sfield_upload(g->gl, &g->renderer, y++, 1, row);
-            x = 0;
+            size_t pixel = pixel_of(at++ % BLOCK);
+            describe(&sets[s], i, entities, self + pixel * SFIELD_MAX_COEFS, &block[pixel]);
+            if (at % BLOCK == 0)
+                r = glbk_sfield_upload(g->gl, &g->renderer, (uint32_t)(at / BLOCK - 1) * ROWS, ROWS, block);
         }
-    for (; row && self && r == GLBK_OK && y < g->renderer.height; x = 0) {       /* nothing in the rest */
-        memset(row + x, 0, (WIDTH - x) * sizeof *row);
-        r = glbk_sfield_upload(g->gl, &g->renderer, y++, 1, row);
+    for (; block && self && r == GLBK_OK && at < (size_t)WIDTH * g->renderer.height; ) {       /* nothing in the rest */
+        memset(&block[pixel_of(at++ % BLOCK)], 0, sizeof *block);
+        if (at % BLOCK == 0)
+            r = glbk_sfield_upload(g->gl, &g->renderer, (uint32_t)(at / BLOCK - 1) * ROWS, ROWS, block);
     }
-    free(row);
+    free(block);
     free(self);
-    if (!row || !self)
+    if (!block || !self)
         return out_of_memory(error);
     return r == GLBK_OK ? 0 : gl_failed(g, "points", r, error);
 }
@@ -240,9 +246,9 @@ int sf_gl_shade(sf_gl *g, const rd_job *job, const sfield_scene *scene, const sf
         return gl_failed(g, "shading", r, error);
     for (size_t s = 0; s < set_count; s++)
         for (size_t i = 0; i < sets[s].count; i++, at++) {
-            memcpy(sets[s].rgb + 3 * i, g->light + 4 * at, 3 * sizeof(float));
+            memcpy(sets[s].rgb + 3 * i, g->light + 4 * pixel_of(at), 3 * sizeof(float));
             if (g->gloss)
-                memcpy(sets[s].gloss + 3 * i, g->shine + 4 * at, 3 * sizeof(float));
+                memcpy(sets[s].gloss + 3 * i, g->shine + 4 * pixel_of(at), 3 * sizeof(float));
         }
     return 0;
 }

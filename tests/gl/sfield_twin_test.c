@@ -752,15 +752,53 @@ static void failures_leave_nothing(void **state)
     free_both(t, &b);
 }
 
-static void make_and_shade(gl_test *t, const both *b, float out[2][64])
+/* A triangle over all of the picture, of positions and normals. */
+static uint32_t make_triangle(const glbk_functions *gl, uint32_t *buffer)
+{
+    static const float corner[3][6] = { { -1, -1, 0, 0, 0, 1 }, { 3, -1, 0, 0, 0, 1 }, { -1, 3, 0, 0, 0, 1 } };
+    uint32_t vertices, i;
+    gl->GenVertexArrays(1, &vertices);
+    gl->GenBuffers(1, buffer);
+    gl->BindVertexArray(vertices);
+    gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, *buffer);
+    gl->BufferData(GLBK_GL_ARRAY_BUFFER, sizeof corner, corner, GLBK_GL_STATIC_DRAW);
+    for (i = 0; i < 2; i++) {
+        gl->EnableVertexAttribArray(i);
+        gl->VertexAttribPointer(i, 3, GLBK_GL_FLOAT, 0, sizeof corner[0], (const void *)(size_t)(12 * i));
+    }
+    return vertices;
+}
+
+static void draw_triangle(gl_test *t, glbk_sfield_renderer *r, uint32_t vertices)
+{
+    glbk_sfield_draw draw;
+    uint32_t i;
+    memset(&draw, 0, sizeof draw);
+    for (i = 0; i < 16; i += 5) draw.world[i] = draw.clip[i] = 1;
+    draw.entity = GLBK_SFIELD_NONE;
+    draw.exponent = 20;
+    assert_glbk(t, glbk_sfield_gbuffer_begin(&t->gl, r));
+    assert_glbk(t, glbk_sfield_gbuffer_object(&t->gl, r, &draw));
+    t->gl.gl.BindVertexArray(vertices);
+    t->gl.gl.DrawArrays(GLBK_GL_TRIANGLES, 0, 3);
+}
+
+static void make_and_shade(gl_test *t, const both *b, float out[4][64])
 {
     const float eye[3] = { 0, 5, 0 };
     glbk_sfield_world w;
     glbk_sfield_renderer r;
+    uint32_t vertices, buffer;
     assert_glbk(t, make_all(t, b, &w, &r));
     GL_SAVED(t, glbk_sfield_bind(&t->gl, &w));
     GL_SAVED(t, assert_glbk(t, glbk_sfield_shade(&t->gl, &r, &w, eye, 0)));
     GL_SAME(t, assert_glbk(t, glbk_sfield_read(&t->gl, &r, out[0], out[1])));
+    vertices = make_triangle(&t->gl.gl, &buffer);
+    GL_SAVED(t, draw_triangle(t, &r, vertices));
+    t->gl.gl.DeleteVertexArrays(1, &vertices);
+    t->gl.gl.DeleteBuffers(1, &buffer);
+    GL_SAVED(t, assert_glbk(t, glbk_sfield_shade(&t->gl, &r, &w, eye, 0)));
+    GL_SAME(t, assert_glbk(t, glbk_sfield_read(&t->gl, &r, out[2], out[3])));
     GL_SAME(t, glbk_sfield_renderer_destroy(&t->gl, &r));
     GL_SAME(t, glbk_sfield_destroy(&t->gl, &w));
 }
@@ -769,13 +807,14 @@ static void a_hostile_state_changes_nothing(void **state)
 {
     GL_TEST(t, state)
     static both b;
-    float plain[2][64], odd[2][64];
+    float plain[4][64], odd[4][64];
     gl_hostile h;
     build_fields(&b, 2);
     upload(t, &b);
     gl_state_watch(t, 1);
     make_and_shade(t, &b, plain);
     assert_true(plain[0][0] != 0 && plain[0][4] == 0);       /* one point is there, its neighbours are not */
+    assert_true(plain[2][0] != 0 && plain[2][4] != 0 && plain[2][60] != 0);        /* drawn: all of them */
     gl_hostile_make(t, &h);
     gl_hostile_set(t, &h);
     make_and_shade(t, &b, odd);
@@ -784,11 +823,58 @@ static void a_hostile_state_changes_nothing(void **state)
     free_both(t, &b);
 }
 
+static void a_lost_context(void **state)
+{
+    GL_TEST(t, state)
+    static both b;
+    static glbk_functions none;
+    const float eye[3] = { 0, 5, 0 };
+    float out[64];
+    glbk_sfield_world w, w2;
+    glbk_sfield_renderer r, r2;
+    glbk_sfield_renderer_desc d = { 4, 4, 2, 1, NULL, NULL, 0 };
+    glbk_sfield_field fields[FILES];
+    glbk_sfield_entity e;
+    glbk_sfield_draw draw;
+    glbk_sfield_pixel pixels[4];
+    glbk_context ctx;
+    build_fields(&b, 2);
+    upload(t, &b);
+    memset(&e, 0, sizeof e);
+    memset(&draw, 0, sizeof draw);
+    memset(pixels, 0, sizeof pixels);
+    e.transform[0] = e.transform[5] = e.transform[10] = e.transform[15] = 1;
+    assert_glbk(t, make_all(t, &b, &w, &r));
+    ctx = t->gl;
+    t->gl.gl = none;                    /* from here on a call of GL would crash */
+    glbk_abandon(&t->gl);
+    assert_int_equal(glbk_sfield_create(&t->gl, &b.desc, fields, &w2), GLBK_ERR_LOST);
+    assert_int_equal(glbk_sfield_renderer_create(&t->gl, &d, &r2), GLBK_ERR_LOST);
+    assert_int_equal(w2.table.name + r2.light.name, 0);
+    assert_int_equal(glbk_sfield_place(&t->gl, &w, &e, 1), GLBK_ERR_LOST);
+    assert_int_equal(glbk_sfield_sky(&t->gl, &w, out), GLBK_ERR_LOST);
+    assert_int_equal(glbk_sfield_upload(&t->gl, &r, 0, 1, pixels), GLBK_ERR_LOST);
+    assert_int_equal(glbk_sfield_gbuffer_begin(&t->gl, &r), GLBK_ERR_LOST);
+    assert_int_equal(glbk_sfield_gbuffer_object(&t->gl, &r, &draw), GLBK_ERR_LOST);
+    glbk_sfield_bind(&t->gl, &w);
+    assert_int_equal(glbk_sfield_shade(&t->gl, &r, &w, eye, 0), GLBK_ERR_LOST);
+    assert_int_equal(glbk_sfield_read(&t->gl, &r, out, NULL), GLBK_ERR_LOST);
+    w2 = w;
+    r2 = r;
+    glbk_sfield_renderer_destroy(&t->gl, &r2);
+    glbk_sfield_destroy(&t->gl, &w2);
+    t->gl = ctx;
+    glbk_sfield_renderer_destroy(&t->gl, &r);
+    glbk_sfield_destroy(&t->gl, &w);
+    free_both(t, &b);
+}
+
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(functions_agree),        gl_unit_test(written_products_agree),
                                   gl_unit_test(scenes_agree),           gl_unit_test(bad_input_is_named),
-                                  gl_unit_test(failures_leave_nothing), gl_unit_test(a_hostile_state_changes_nothing) };
+                                  gl_unit_test(failures_leave_nothing), gl_unit_test(a_lost_context),
+                                  gl_unit_test(a_hostile_state_changes_nothing) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }
