@@ -6114,8 +6114,8 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "    }\n",
     "}\n",
     "\n",
-    "// r = a b, projected: terms.y pairs of tripling coefficients from texel terms.x on, i | j << 8 | k << 16 and c each. With\n",
-    "// SFIELD_UNROLLED the program has this function with its numbers in it (glbk_sfield_write_product).\n",
+    "// r = a b, projected: terms.y pairs of tripling coefficients from texel terms.x on, i | j << 8 | k << 16 and c each, in\n",
+    "// fours: software drivers end an invocation's loops after 65535 rounds in all. With SFIELD_UNROLLED the program has this function with its numbers in it (glbk_sfield_write_product).\n",
     "#ifndef SFIELD_UNROLLED\n",
     "void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], out float r[SFIELD_COEFS])\n",
     "{\n",
@@ -6125,13 +6125,14 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "        r[k] = SFIELD_Y00 * (a[0] * b[k] + a[k] * b[0]);\n",
     "    }\n",
     "    r[0] *= SFIELD_Y00;\n",
-    "    for (uint e = 0u; e < terms.y; e++) {\n",
-    "        uvec4 two = SFIELD_TEXEL(terms.x + e);\n",
-    "        for (int h = 0; h < 2; h++) {\n",
-    "            uint which = h == 0 ? two.x : two.z, i = which & 255u, j = (which >> 8) & 255u;\n",
-    "            r[which >> 16] += uintBitsToFloat(h == 0 ? two.y : two.w) * (a[i] * b[j] + a[j] * b[i]);\n",
+    "    for (uint e = 0u; e < terms.y; e += 4u)\n",
+    "        for (uint of = 0u; of < 4u; of++) {\n",
+    "            uvec4 two = SFIELD_TEXEL(terms.x + e + of);\n",
+    "            for (int h = 0; h < 2; h++) {\n",
+    "                uint which = h == 0 ? two.x : two.z, i = which & 255u, j = (which >> 8) & 255u;\n",
+    "                r[which >> 16] += uintBitsToFloat(h == 0 ? two.y : two.w) * (a[i] * b[j] + a[j] * b[i]);\n",
+    "            }\n",
     "        }\n",
-    "    }\n",
     "}\n",
     "#endif\n",
     "\n",
@@ -6245,8 +6246,8 @@ static const char *const glbk__glsl_lib_sfield_gbuffer_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
-    "// sfield_list - the entities that a work group needs, found by it together: what hides anything of its points and all that\n",
-    "// shines, nearest first, with their texels and rotations in shared memory. Compute shaders, before sfield_shade.\n",
+    "// sfield_list - the entities that a work group needs, found by it together: what hides anything of its points and all\n",
+    "// that shines, nearest first, with their texels and rotations in shared memory. Compute shaders, before sfield_shade.\n",
     "// uses: sfield_access\n",
     "#ifndef SFIELD_GROUP\n",
     "#define SFIELD_GROUP 64u            // invocations of a work group, a power of two\n",
@@ -6304,7 +6305,8 @@ static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
     "        sfield_wait();\n",
     "        for (uint k = 0u; k < 4u && me < rest; k++) {\n",
     "            uint at = k * SFIELD_GROUP + me;\n",
-    "            sfield_texels[at] = floatBitsToUint(min(uintBitsToFloat(sfield_texels[at]), uintBitsToFloat(sfield_texels[at + rest])));\n",
+    "            vec4 a = uintBitsToFloat(sfield_texels[at]), b = uintBitsToFloat(sfield_texels[at + rest]);\n",
+    "            sfield_texels[at] = floatBitsToUint(min(a, b));\n",
     "        }\n",
     "    }\n",
     "    sfield_wait();\n",
@@ -6351,7 +6353,7 @@ static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
     "    sfield_wait();\n",
     "    uint listed = sfield_listed;\n",
     "    if (listed > SFIELD_LISTED) return;\n",
-    "    for (uint i = me; i < listed; i += SFIELD_GROUP) {          // by distance: spans are not negative, so their bits sort\n",
+    "    for (uint i = me; i < listed; i += SFIELD_GROUP) {          // the bits of spans sort as they are not negative\n",
     "        uvec4 mine = sfield_texels[i];\n",
     "        uint rank = 0u;\n",
     "        for (uint k = 0u; k < listed; k++) {\n",
@@ -6398,8 +6400,8 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "\n",
     "uint sfield_at(uint entity) { return glbk_sfield_scene.table.x + entity * SFIELD_ENTITY; }\n",
     "\n",
-    "// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which rises with its\n",
-    "// number in the table and leads to its texels; none of it is nearer than NEAR or farther than FAR, squares of distances.\n",
+    "// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which rises with\n",
+    "// its number in the table and leads to its texels; NEAR and FAR bound its distances from the points, squared.\n",
     "#ifndef SFIELD_NAME\n",
     "#define SFIELD_COUNT glbk_sfield_scene.table.y\n",
     "#define SFIELD_NAME(i) i\n",
@@ -6412,13 +6414,14 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "\n",
     "vec3 sfield_turn(uint entity, vec3 v)\n",
     "{\n",
-    "    return vec3(dot(uintBitsToFloat(SFIELD_RECORD(entity, 2u).xyz), v), dot(uintBitsToFloat(SFIELD_RECORD(entity, 3u).xyz), v),\n",
+    "    return vec3(dot(uintBitsToFloat(SFIELD_RECORD(entity, 2u).xyz), v),\n",
+    "                dot(uintBitsToFloat(SFIELD_RECORD(entity, 3u).xyz), v),\n",
     "                dot(uintBitsToFloat(SFIELD_RECORD(entity, 4u).xyz), v));\n",
     "}\n",
     "\n",
-    "// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's name as id, an occluder SFIELD_HIDES more; of\n",
-    "// the same distance lights come first. An entity does not hide itself from its own light: it follows then; it neither hides\n",
-    "// nor lights its own points. SFIELD_NONE ends them. Entities before `first` have been gone through.\n",
+    "// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's name as id, an occluder SFIELD_HIDES more;\n",
+    "// of the same distance lights come first. An entity does not hide itself from its own light: it follows then; it neither\n",
+    "// hides nor lights its own points. SFIELD_NONE ends them. Entities before `first` have been gone through.\n",
     "void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, out float key[SFIELD_BATCH],\n",
     "                 out uint name[SFIELD_BATCH])\n",
     "{\n",
@@ -6478,7 +6481,8 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "{\n",
     "    uvec4 what = SFIELD_RECORD(entity, 5u);\n",
     "    vec4 place = uintBitsToFloat(SFIELD_RECORD(entity, 0u));\n",
-    "    float radius = uintBitsToFloat(SFIELD_RECORD(entity, 3u).w), inscribed = uintBitsToFloat(SFIELD_RECORD(entity, 2u).w);\n",
+    "    float radius = uintBitsToFloat(SFIELD_RECORD(entity, 3u).w);\n",
+    "    float inscribed = uintBitsToFloat(SFIELD_RECORD(entity, 2u).w);\n",
     "    vec3 v = place.xyz - position;\n",
     "    float d = length(v), factor = clamp(4.0 * (1.0 - d * inversesqrt(place.w)), 0.0, 1.0);\n",
     "    if (!(factor > 0.0) || !(dot(v, normal) > -radius)) return false;\n",
@@ -8254,8 +8258,8 @@ static const char *const glbk__glsl_prog_sfield_gbuffer_vert[] = {
 };
 
 static const char *const glbk__glsl_prog_sfield_project_comp[] = {
-    "// sfield_project.frag as a compute shader: a work group is an eye and channel. Each invocation projects its share of the\n",
-    "// texels on all harmonics, in registers; then the shares are added.\n",
+    "// sfield_project.frag as a compute shader: a work group is an eye and channel. Each invocation projects its share of\n",
+    "// the texels on all harmonics, in registers; then the shares are added.\n",
     "// uses: table sfield_bindings\n",
     "// sets: SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8\n",
     "#ifndef SFIELD_BANDS\n",
@@ -8444,8 +8448,8 @@ static const char *const glbk__glsl_prog_sfield_shade_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_sfield_sum_comp[] = {
-    "// sfield_sum.frag as a compute shader: a work group counts the samples of a row of texels of a tile. Each invocation adds\n",
-    "// up columns, neighbours side by side (alpha: two columns, by gathers of 2 x 2), then texels are made of columns.\n",
+    "// sfield_sum.frag as a compute shader: a work group counts the samples of a row of texels of a tile. Each invocation\n",
+    "// adds up columns, neighbours side by side (alpha: two columns, by gathers of 2 x 2), then texels are made of columns.\n",
     "// uses: sfield_bindings\n",
     "// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1\n",
     "layout(local_size_x = 32) in;\n",
@@ -8458,14 +8462,16 @@ static const char *const glbk__glsl_prog_sfield_sum_comp[] = {
     "void main()\n",
     "{\n",
     "    uvec4 place = glbk_sfield_views.places[gl_WorkGroupID.y];\n",
-    "    uint width = glbk_sfield_views.how.z, side = glbk_sfield_views.how.w, scale = width / side, me = gl_LocalInvocationID.x;\n",
+    "    uint width = glbk_sfield_views.how.z, side = glbk_sfield_views.how.w, scale = width / side;\n",
+    "    uint me = gl_LocalInvocationID.x;\n",
     "    ivec2 from = ivec2(place.zw * width + uvec2(0u, gl_WorkGroupID.x * scale));\n",
     "    ivec2 to = ivec2(place.x * side, place.y * side + gl_WorkGroupID.x);\n",
     "    float share = 1.0 / float(scale * scale);\n",
     "#if SFIELD_SOURCE\n",
     "    for (uint x = me; x < width; x += 32u) {\n",
     "        vec3 sum = vec3(0.0);\n",
-    "        for (uint y = 0u; y < scale; y++) sum += uintBitsToFloat(texelFetch(glbk_sfield_seen, from + ivec2(x, y), 0).xyz);\n",
+    "        for (uint y = 0u; y < scale; y++)\n",
+    "            sum += uintBitsToFloat(texelFetch(glbk_sfield_seen, from + ivec2(x, y), 0).xyz);\n",
     "        sfield_columns[x] = sum;\n",
     "    }\n",
     "    memoryBarrierShared();\n",
@@ -8639,13 +8645,13 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 40, "", "",
       "" },
-    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 219, "", "",
+    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 220, "", "",
       "" },
     { "lib/sfield_gbuffer.glsl", glbk__glsl_lib_sfield_gbuffer_glsl, 53, "sfield_shade", "",
       "" },
-    { "lib/sfield_list.glsl", glbk__glsl_lib_sfield_list_glsl, 134, "sfield_access", "",
+    { "lib/sfield_list.glsl", glbk__glsl_lib_sfield_list_glsl, 135, "sfield_access", "",
       "" },
-    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 203, "sfield_access sfield_field", "",
+    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 205, "sfield_access sfield_field", "",
       "" },
     { "lib/table.glsl", glbk__glsl_lib_table_glsl, 5, "", "",
       "" },
@@ -8761,7 +8767,7 @@ static const glbk_file glbk__files[] = {
       "SFIELD_BANDS=4 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" },
     { "prog/sfield_shade.frag", glbk__glsl_prog_sfield_shade_frag, 20, "sfield_gbuffer", "screen.vert",
       "SFIELD_BANDS=4 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" },
-    { "prog/sfield_sum.comp", glbk__glsl_prog_sfield_sum_comp, 49, "sfield_bindings", "",
+    { "prog/sfield_sum.comp", glbk__glsl_prog_sfield_sum_comp, 51, "sfield_bindings", "",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
     { "prog/sfield_sum.frag", glbk__glsl_prog_sfield_sum_frag, 34, "sfield_bindings", "sfield_sum.vert",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
@@ -11802,6 +11808,7 @@ static void glbk__sfield_put_terms(glbk__sfield_stage *s, const glbk_sfield_desc
         texel[i % 2 * 2] = d->terms[i];
         memcpy(texel + i % 2 * 2 + 1, &c, 4);
     }
+    for (i = (i + 1) / 2; i % 4; i++) (void)glbk__sfield_texel(s);      /* factor 0, to a multiple of 4 */
 }
 
 static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
@@ -11844,7 +11851,7 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const glbk_sfield_desc
     glbk__sfield_view v;
     size_t texels;
     uint32_t i, k;
-    out->terms = (d->term_count + 1) / 2;
+    out->terms = (d->term_count + 7) / 8 * 4;
     out->sky_at = out->terms;
     texels = (size_t)out->sky_at + d->bands * d->bands;
     for (i = 0; i < d->file_count; i++) {

@@ -154,7 +154,7 @@ static void compare(gl_test *t, const model *m, uint32_t side, uint32_t bands, c
             for (k = 0; k < n; k++) {
                 double bound = project.compute ? 3e-6 : 1e-5, x = (double)coefs[(i * channels + c) * n + k], exact = 0;
                 for (j = 0; j < cells; j++) exact += (double)cpu[c * cells + j] * (double)basis[j * n + k];
-                x -= project.compute ? exact : (double)expected[c * r.b.planes + k];    /* which adds up in core's order */
+                x -= project.compute ? exact : (double)expected[c * r.b.planes + k];    /* added up as core does */
                 for (j = 0; j < cells; j++)
                     bound +=
                         fabs((double)gpu[c * cells + j] - (double)cpu[c * cells + j]) * fabs((double)basis[j * n + k]);

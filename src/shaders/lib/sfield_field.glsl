@@ -145,8 +145,8 @@ void sfield_rotate(uint rotation, bool back, inout float v[SFIELD_COEFS])
     }
 }
 
-// r = a b, projected: terms.y pairs of tripling coefficients from texel terms.x on, i | j << 8 | k << 16 and c each. With
-// SFIELD_UNROLLED the program has this function with its numbers in it (glbk_sfield_write_product).
+// r = a b, projected: terms.y pairs of tripling coefficients from texel terms.x on, i | j << 8 | k << 16 and c each, in
+// fours: software drivers end an invocation's loops after 65535 rounds in all. With SFIELD_UNROLLED the program has this function with its numbers in it (glbk_sfield_write_product).
 #ifndef SFIELD_UNROLLED
 void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], out float r[SFIELD_COEFS])
 {
@@ -156,13 +156,14 @@ void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], o
         r[k] = SFIELD_Y00 * (a[0] * b[k] + a[k] * b[0]);
     }
     r[0] *= SFIELD_Y00;
-    for (uint e = 0u; e < terms.y; e++) {
-        uvec4 two = SFIELD_TEXEL(terms.x + e);
-        for (int h = 0; h < 2; h++) {
-            uint which = h == 0 ? two.x : two.z, i = which & 255u, j = (which >> 8) & 255u;
-            r[which >> 16] += uintBitsToFloat(h == 0 ? two.y : two.w) * (a[i] * b[j] + a[j] * b[i]);
+    for (uint e = 0u; e < terms.y; e += 4u)
+        for (uint of = 0u; of < 4u; of++) {
+            uvec4 two = SFIELD_TEXEL(terms.x + e + of);
+            for (int h = 0; h < 2; h++) {
+                uint which = h == 0 ? two.x : two.z, i = which & 255u, j = (which >> 8) & 255u;
+                r[which >> 16] += uintBitsToFloat(h == 0 ? two.y : two.w) * (a[i] * b[j] + a[j] * b[i]);
+            }
         }
-    }
 }
 #endif
 

@@ -1,5 +1,5 @@
-// sfield_list - the entities that a work group needs, found by it together: what hides anything of its points and all that
-// shines, nearest first, with their texels and rotations in shared memory. Compute shaders, before sfield_shade.
+// sfield_list - the entities that a work group needs, found by it together: what hides anything of its points and all
+// that shines, nearest first, with their texels and rotations in shared memory. Compute shaders, before sfield_shade.
 // uses: sfield_access
 #ifndef SFIELD_GROUP
 #define SFIELD_GROUP 64u            // invocations of a work group, a power of two
@@ -57,7 +57,8 @@ sfield_box sfield_bound(vec3 position, vec3 normal, bool seen)
         sfield_wait();
         for (uint k = 0u; k < 4u && me < rest; k++) {
             uint at = k * SFIELD_GROUP + me;
-            sfield_texels[at] = floatBitsToUint(min(uintBitsToFloat(sfield_texels[at]), uintBitsToFloat(sfield_texels[at + rest])));
+            vec4 a = uintBitsToFloat(sfield_texels[at]), b = uintBitsToFloat(sfield_texels[at + rest]);
+            sfield_texels[at] = floatBitsToUint(min(a, b));
         }
     }
     sfield_wait();
@@ -104,7 +105,7 @@ void sfield_list(vec3 position, vec3 normal, bool seen)
     sfield_wait();
     uint listed = sfield_listed;
     if (listed > SFIELD_LISTED) return;
-    for (uint i = me; i < listed; i += SFIELD_GROUP) {          // by distance: spans are not negative, so their bits sort
+    for (uint i = me; i < listed; i += SFIELD_GROUP) {          // the bits of spans sort as they are not negative
         uvec4 mine = sfield_texels[i];
         uint rank = 0u;
         for (uint k = 0u; k < listed; k++) {

@@ -14,8 +14,8 @@ struct sfield_sums { vec3 light, gloss; float open; };      // without 1 / pi; T
 
 uint sfield_at(uint entity) { return glbk_sfield_scene.table.x + entity * SFIELD_ENTITY; }
 
-// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which rises with its
-// number in the table and leads to its texels; none of it is nearer than NEAR or farther than FAR, squares of distances.
+// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which rises with
+// its number in the table and leads to its texels; NEAR and FAR bound its distances from the points, squared.
 #ifndef SFIELD_NAME
 #define SFIELD_COUNT glbk_sfield_scene.table.y
 #define SFIELD_NAME(i) i
@@ -28,13 +28,14 @@ uint sfield_at(uint entity) { return glbk_sfield_scene.table.x + entity * SFIELD
 
 vec3 sfield_turn(uint entity, vec3 v)
 {
-    return vec3(dot(uintBitsToFloat(SFIELD_RECORD(entity, 2u).xyz), v), dot(uintBitsToFloat(SFIELD_RECORD(entity, 3u).xyz), v),
+    return vec3(dot(uintBitsToFloat(SFIELD_RECORD(entity, 2u).xyz), v),
+                dot(uintBitsToFloat(SFIELD_RECORD(entity, 3u).xyz), v),
                 dot(uintBitsToFloat(SFIELD_RECORD(entity, 4u).xyz), v));
 }
 
-// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's name as id, an occluder SFIELD_HIDES more; of
-// the same distance lights come first. An entity does not hide itself from its own light: it follows then; it neither hides
-// nor lights its own points. SFIELD_NONE ends them. Entities before `first` have been gone through.
+// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's name as id, an occluder SFIELD_HIDES more;
+// of the same distance lights come first. An entity does not hide itself from its own light: it follows then; it neither
+// hides nor lights its own points. SFIELD_NONE ends them. Entities before `first` have been gone through.
 void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, out float key[SFIELD_BATCH],
                  out uint name[SFIELD_BATCH])
 {
@@ -94,7 +95,8 @@ bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_bloc
 {
     uvec4 what = SFIELD_RECORD(entity, 5u);
     vec4 place = uintBitsToFloat(SFIELD_RECORD(entity, 0u));
-    float radius = uintBitsToFloat(SFIELD_RECORD(entity, 3u).w), inscribed = uintBitsToFloat(SFIELD_RECORD(entity, 2u).w);
+    float radius = uintBitsToFloat(SFIELD_RECORD(entity, 3u).w);
+    float inscribed = uintBitsToFloat(SFIELD_RECORD(entity, 2u).w);
     vec3 v = place.xyz - position;
     float d = length(v), factor = clamp(4.0 * (1.0 - d * inversesqrt(place.w)), 0.0, 1.0);
     if (!(factor > 0.0) || !(dot(v, normal) > -radius)) return false;

@@ -1,5 +1,5 @@
-// sfield_project.frag as a compute shader: a work group is an eye and channel. Each invocation projects its share of the
-// texels on all harmonics, in registers; then the shares are added.
+// sfield_project.frag as a compute shader: a work group is an eye and channel. Each invocation projects its share of
+// the texels on all harmonics, in registers; then the shares are added.
 // uses: table sfield_bindings
 // sets: SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8
 #ifndef SFIELD_BANDS

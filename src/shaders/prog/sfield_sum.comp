@@ -1,5 +1,5 @@
-// sfield_sum.frag as a compute shader: a work group counts the samples of a row of texels of a tile. Each invocation adds
-// up columns, neighbours side by side (alpha: two columns, by gathers of 2 x 2), then texels are made of columns.
+// sfield_sum.frag as a compute shader: a work group counts the samples of a row of texels of a tile. Each invocation
+// adds up columns, neighbours side by side (alpha: two columns, by gathers of 2 x 2), then texels are made of columns.
 // uses: sfield_bindings
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
 layout(local_size_x = 32) in;
@@ -12,14 +12,16 @@ shared uint sfield_columns[256];
 void main()
 {
     uvec4 place = glbk_sfield_views.places[gl_WorkGroupID.y];
-    uint width = glbk_sfield_views.how.z, side = glbk_sfield_views.how.w, scale = width / side, me = gl_LocalInvocationID.x;
+    uint width = glbk_sfield_views.how.z, side = glbk_sfield_views.how.w, scale = width / side;
+    uint me = gl_LocalInvocationID.x;
     ivec2 from = ivec2(place.zw * width + uvec2(0u, gl_WorkGroupID.x * scale));
     ivec2 to = ivec2(place.x * side, place.y * side + gl_WorkGroupID.x);
     float share = 1.0 / float(scale * scale);
 #if SFIELD_SOURCE
     for (uint x = me; x < width; x += 32u) {
         vec3 sum = vec3(0.0);
-        for (uint y = 0u; y < scale; y++) sum += uintBitsToFloat(texelFetch(glbk_sfield_seen, from + ivec2(x, y), 0).xyz);
+        for (uint y = 0u; y < scale; y++)
+            sum += uintBitsToFloat(texelFetch(glbk_sfield_seen, from + ivec2(x, y), 0).xyz);
         sfield_columns[x] = sum;
     }
     memoryBarrierShared();
