@@ -83,6 +83,14 @@ static void make_world(void)
     look(eye, target);
 }
 
+/* After the camera has moved: the next test makes it anew. */
+static void end_world(void)
+{
+    model_free(&w.room[0]);
+    model_free(&w.room[1]);
+    memset(&w.points, 0, sizeof w.points);
+}
+
 static rsm_light lamp_of(int kind)
 {
     rsm_light l;
@@ -600,7 +608,7 @@ static void filter_agrees(void **state)
     rsm_map_free(map);
     glbk_rsm_map_destroy(&t->gl, &m);
     glbk_rsm_renderer_destroy(&t->gl, &r);
-    memset(&w.points, 0, sizeof w.points);
+    end_world();
 }
 
 /* ---- the compute path beside the core path, in one context ---- */
@@ -826,7 +834,7 @@ static void compute_filters_as_draws_do(void **state)
     }
     printf("compute beside draws, filtered: %.1e\n", p.worst);
     close_paths(&p);
-    memset(&w.points, 0, sizeof w.points);
+    end_world();
 }
 
 int main(int count, char **values)
