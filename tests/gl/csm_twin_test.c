@@ -123,20 +123,6 @@ static void upload(gl_test *t, const cohsm_maps *const *maps, uint32_t map_count
     assert_glbk(t, glbk_csm_maps_place(&t->gl, out, instances, count));
 }
 
-static const struct { cohsm_domain_kind domain; uint32_t side; cohsm_order order; cohsm_frame frame; } builds[] = {
-    { COHSM_DOMAIN_LATLONG, 24, COHSM_ORDER_SCANLINE, COHSM_FRAME_MINIMAL },
-    { COHSM_DOMAIN_LATLONG, 20, COHSM_ORDER_ZIGZAG, COHSM_FRAME_TWO_POLES },
-    { COHSM_DOMAIN_LATLONG, 17, COHSM_ORDER_ZIGZAG_THETA, COHSM_FRAME_POLAR },
-    { COHSM_DOMAIN_LATLONG, 32, COHSM_ORDER_HILBERT, COHSM_FRAME_POLAR },
-    { COHSM_DOMAIN_OCTAHEDRAL, 16, COHSM_ORDER_HILBERT, COHSM_FRAME_POLAR },
-    { COHSM_DOMAIN_OCTAHEDRAL, 16, COHSM_ORDER_ZIGZAG, COHSM_FRAME_TWO_POLES },
-    { COHSM_DOMAIN_LINE, 9, COHSM_ORDER_DEFAULT, COHSM_FRAME_DEFAULT },
-    { COHSM_DOMAIN_RECTANGLE, 6, COHSM_ORDER_HILBERT, COHSM_FRAME_DEFAULT },
-    { COHSM_DOMAIN_DISC, 6, COHSM_ORDER_ZIGZAG_THETA, COHSM_FRAME_DEFAULT },
-    { COHSM_DOMAIN_SPHERE, 6, COHSM_ORDER_ZIGZAG, COHSM_FRAME_DEFAULT },
-    { COHSM_DOMAIN_VOLUME, 3, COHSM_ORDER_HILBERT, COHSM_FRAME_DEFAULT }
-};
-
 static void a_million_queries_agree(void **state)
 {
     GL_TEST(t, state)
@@ -146,17 +132,17 @@ static void a_million_queries_agree(void **state)
     size_t i;
 
     assert_glbk(t, glbk_csm_asker_create(&t->gl, COUNT, &asker));
-    for (i = 0; i < sizeof builds / sizeof builds[0]; i++) {
-        cohsm_desc d = desc_of(builds[i].domain, builds[i].side, 48);
+    for (i = 0; i < sizeof csm_kinds / sizeof csm_kinds[0]; i++) {
+        cohsm_desc d = desc_of(csm_kinds[i].domain, csm_kinds[i].side, 48);
         cohsm_instance body;
         cohsm_info info;
         glbk_csm_maps maps;
         const cohsm_maps *built;
         int light, filter;
 
-        if (builds[i].domain > COHSM_DOMAIN_OCTAHEDRAL) place_domain(&d, 1.6f, 0.9f, 0.3f, 0.5f);
-        d.order = builds[i].order;
-        d.frame = builds[i].frame;
+        if (csm_kinds[i].domain > COHSM_DOMAIN_OCTAHEDRAL) place_domain(&d, 1.6f, 0.9f, 0.3f, 0.5f);
+        d.order = csm_kinds[i].order;
+        d.frame = csm_kinds[i].frame;
         d.depth_bits = i % 3 == 1 ? 5 : 8;
         d.map_size = i % 2 ? 48 : 31;
         body.maps = built = build_maps(&d);

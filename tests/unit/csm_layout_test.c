@@ -380,19 +380,6 @@ static void ask(const cohsm_maps *maps, cohsm_light kind, float bias, uint64_t *
     t->asked += COUNT;
 }
 
-static const struct { cohsm_domain_kind domain; uint32_t side; cohsm_order order; cohsm_frame frame; } builds[] = {
-    { COHSM_DOMAIN_LATLONG, 24, COHSM_ORDER_SCANLINE, COHSM_FRAME_MINIMAL },
-    { COHSM_DOMAIN_LATLONG, 20, COHSM_ORDER_ZIGZAG, COHSM_FRAME_TWO_POLES },
-    { COHSM_DOMAIN_LATLONG, 17, COHSM_ORDER_ZIGZAG_THETA, COHSM_FRAME_POLAR },
-    { COHSM_DOMAIN_OCTAHEDRAL, 16, COHSM_ORDER_HILBERT, COHSM_FRAME_POLAR },
-    { COHSM_DOMAIN_OCTAHEDRAL, 16, COHSM_ORDER_ZIGZAG, COHSM_FRAME_TWO_POLES },
-    { COHSM_DOMAIN_LINE, 9, COHSM_ORDER_DEFAULT, COHSM_FRAME_DEFAULT },
-    { COHSM_DOMAIN_RECTANGLE, 6, COHSM_ORDER_HILBERT, COHSM_FRAME_DEFAULT },
-    { COHSM_DOMAIN_DISC, 6, COHSM_ORDER_ZIGZAG_THETA, COHSM_FRAME_DEFAULT },
-    { COHSM_DOMAIN_SPHERE, 6, COHSM_ORDER_ZIGZAG, COHSM_FRAME_DEFAULT },
-    { COHSM_DOMAIN_VOLUME, 3, COHSM_ORDER_ZIGZAG, COHSM_FRAME_DEFAULT }
-};
-
 /* Roundings at the border of a map, a pixel or a depth may differ: the page fixes no order of sums. */
 static void the_page_answers_as_the_header(void **state)
 {
@@ -400,16 +387,16 @@ static void the_page_answers_as_the_header(void **state)
     uint64_t seed = 3;
     size_t i;
     (void)state;
-    for (i = 0; i < sizeof builds / sizeof builds[0]; i++) {
-        cohsm_desc d = desc_of(builds[i].domain, builds[i].side, i % 2 ? 48 : 31);
+    for (i = 0; i < sizeof csm_kinds / sizeof csm_kinds[0]; i++) {
+        cohsm_desc d = desc_of(csm_kinds[i].domain, csm_kinds[i].side, i % 2 ? 48 : 31);
         model m = model_torus(24, 12, 1.0, 0.4);
         cohsm_mesh mesh = mesh_of(&m);
         cohsm_maps *maps = NULL;
-        int local_light = builds[i].domain > COHSM_DOMAIN_OCTAHEDRAL;
+        int local_light = csm_kinds[i].domain > COHSM_DOMAIN_OCTAHEDRAL;
         tally t = { 0, 0, 0, 0 };
         if (local_light) place_domain(&d, 1.6f, 0.9f, 0.3f, 0.5f);
-        d.order = builds[i].order;
-        d.frame = builds[i].frame;
+        d.order = csm_kinds[i].order;
+        d.frame = csm_kinds[i].frame;
         d.depth_bits = i % 3 == 1 ? 5 : 8;
         assert_int_equal(cohsm_build(&d, &mesh, &maps, NULL), COHSM_OK);
         if (local_light)

@@ -199,6 +199,16 @@ static void lights_are_clamped_to_their_mean(void **state)
 
 /* ---- the choice ---- */
 
+static ism_desc by_brsm(float flux_share)
+{
+    ism_desc d;
+    memset(&d, 0, sizeof d);
+    d.vpl_count = 16;
+    d.importance = ISM_IMPORTANCE_BRSM;
+    d.flux_share = flux_share;
+    return d;
+}
+
 /* Half of the floor looks down: nothing of its light reaches the ceiling, so that flux alone speaks for it. The share
    of the sum: s / (1 + s / 1000), which keeps the factor of s = 1 finite. */
 static void flux_keeps_its_share(void **state)
@@ -208,12 +218,9 @@ static void flux_keeps_its_share(void **state)
     ism_source s;
     ism_view view;
     ism_frame f = floor_and_ceiling(16, 16, 16, &s, &view);
-    ism_desc d;
+    ism_desc d = by_brsm(0);
     size_t i, k;
     (void)state;
-    memset(&d, 0, sizeof d);
-    d.vpl_count = 16;
-    d.importance = ISM_IMPORTANCE_BRSM;
     d.no_brsm_blur = 1;
     for (i = 0; i < 128; i++) lit.n[3 * i + 1] = -1;
     for (k = 0; k < 4; k++) {
@@ -234,13 +241,9 @@ static void effects_are_blurred_by_the_radius(void **state)
     ism_source s;
     ism_view view;
     ism_frame f = floor_and_ceiling(41, 8, 8, &s, &view);
-    ism_desc d;
+    ism_desc d = by_brsm(1e-6f);
     size_t i, k;
     (void)state;
-    memset(&d, 0, sizeof d);
-    d.vpl_count = 16;
-    d.importance = ISM_IMPORTANCE_BRSM;
-    d.flux_share = 1e-6f;
     for (i = 0; i < 41 * 41; i++) {         /* at one place: nothing but the effect differs */
         lit.p[3 * i] = lit.p[3 * i + 1] = lit.p[3 * i + 2] = 0;
         lit.n[3 * i] = i == 20 * 41 + 20 ? 0.0f : 0.8f;
