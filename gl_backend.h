@@ -1749,11 +1749,12 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
 #define GLBK_ISM_BLOCKS(X)                          \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)    \
     X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
-#define GLBK_ISM_STORAGE(X)
+#define GLBK_ISM_STORAGE(X) X(restrict, vec4, glbk_ism_ways, 0)      /* directions once more: x, y, z, 0 a texel of a tile */
 #define GLBK_ISM_IMAGES(X)                                              \
     X(writeonly, rgba32f, image2D, glbk_ism_surfels_out, 0)             \
     X(writeonly, r32ui, uimage2D, glbk_ism_atlas_out, 1)                \
-    X(writeonly, rgba32f, image2D, glbk_ism_light_out, 2)       /* before the blur, or after it */
+    X(writeonly, rgba32f, image2D, glbk_ism_light_out, 2)       /* before the blur, or after it */  \
+    X(writeonly, rgba32f, image2D, glbk_ism_directions_out, 3)
 
 GLBK__PART(ISM)
 
@@ -1784,6 +1785,7 @@ typedef struct glbk_ism_maps {      /* read only; zeroed = none */
     glbk_program  directions_program, splat, holes, pull_program[GLBK_ISM_LEVELS], push;
     int           compute;          /* the compute path: no depth, kept and pull */
     glbk_program  fill;
+    glbk_buffer   ways;             /* directions as a buffer */
 } glbk_ism_maps;
 
 GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out);
@@ -4548,6 +4550,9 @@ static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
     "    vec4 values;\n",
     "} glbk_ism_view;\n",
     "#if __VERSION__ >= 430\n",
+    "layout(std430, binding = 0) restrict buffer glbk_ism_ways_storage { vec4 glbk_ism_ways[]; };\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
     "layout(rgba32f, binding = 0) writeonly uniform image2D glbk_ism_surfels_out;\n",
     "#endif\n",
     "#if __VERSION__ >= 430\n",
@@ -4555,6 +4560,9 @@ static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
     "#endif\n",
     "#if __VERSION__ >= 430\n",
     "layout(rgba32f, binding = 2) writeonly uniform image2D glbk_ism_light_out;\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(rgba32f, binding = 3) writeonly uniform image2D glbk_ism_directions_out;\n",
     "#endif\n"
 };
 
@@ -4701,12 +4709,10 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "    return ism_place_surfel(l, p, n / size, area, s) && ism_box_surfel(l, s);\n",
     "}\n",
     "\n",
-    "// Where the ray through a texel of the tile meets the disc, or ISM_FAR where it does not, or beyond the limit. No disc is\n",
-    "// widened to a whole texel.\n",
-    "float ism_meet(float kind, ism_surfel s, ivec2 texel, float limit)\n",
+    "// Where the ray through a texel of the tile, in direction w, meets the disc, or ISM_FAR where it does not, or beyond the\n",
+    "// limit. No disc is widened to a whole texel.\n",
+    "float ism_meet(bool sky, ism_surfel s, vec3 w, float limit)\n",
     "{\n",
-    "    bool sky = kind < 0.0;\n",
-    "    vec3 w = ism_texel_direction(kind, texel);\n",
     "    float t = ism_plane_depth(sky, s.g, w);\n",
     "    if (!(t > 0.0 && t <= min(limit, ISM_DEEPEST))) return ISM_FAR;\n",
     "    vec3 d = (sky ? vec3(w.xy * glbk_ism_frame.sphere.w, t) : w * t) - s.at;\n",
@@ -7154,6 +7160,22 @@ static const char *const glbk__glsl_prog_ism_blur_frag[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_prog_ism_directions_comp[] = {
+    "// ism_directions.frag as a compute shader, into the texture and a buffer.\n",
+    "// uses: ism_map ism_bindings\n",
+    "// sets: ISM_PROJECTION=1 | ISM_PROJECTION=2 | ISM_PROJECTION=3 | ISM_PROJECTION=4\n",
+    "layout(local_size_x = 8, local_size_y = 8) in;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    uvec2 at = gl_GlobalInvocationID.xy;        // tiles are multiples of 8\n",
+    "    vec2 uv = (vec2(at) + 0.5) / float(glbk_ism_frame.maps.y);\n",
+    "    vec4 w = vec4(ism_map_direction(ism_projection_of(1.0), 1.0, uv), 0.0);\n",
+    "    glbk_ism_ways[at.y * glbk_ism_frame.maps.y + at.x] = w;\n",
+    "    imageStore(glbk_ism_directions_out, ivec2(at), w);\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_prog_ism_directions_frag[] = {
     "// The directions of the texels of a tile, which all VPLs share but lobes and skies.\n",
     "// uses: ism_map ism_bindings\n",
@@ -7419,6 +7441,14 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "    }\n",
     "}\n",
     "\n",
+    "// From a buffer: of textures of four floats GPUs fetch fewer at a time.\n",
+    "vec3 ism_texel_way(ivec2 texel)\n",
+    "{\n",
+    "    if (ism_l.sky || ism_projection_of(ism_l.exponent) == ISM_PROJECTION_LOBE)\n",
+    "        return ism_texel_direction(ism_l.sky ? -1.0 : ism_l.exponent, texel);\n",
+    "    return glbk_ism_ways[texel.y * int(glbk_ism_frame.maps.y) + texel.x].xyz;\n",
+    "}\n",
+    "\n",
     "// Its texels from the one at `from` on, every `pace`th; one loop, which those who draw beside it leave together. true: it\n",
     "// was the nearest in one of them.\n",
     "bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)\n",
@@ -7427,7 +7457,7 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "    bool nearest = false;\n",
     "    while (at.x <= s.box.z && at.y <= s.box.w) {\n",
     "        uint texel = uint((at.y - ism_part.y) * ISM_SIDE + at.x - ism_part.x), depth = ism_depths[texel];\n",
-    "        float t = ism_meet(ism_l.sky ? -1.0 : ism_l.exponent, s, at, uintBitsToFloat(depth));\n",
+    "        float t = ism_meet(ism_l.sky, s, ism_texel_way(at), uintBitsToFloat(depth));\n",
     "        if (t < ISM_FAR) {\n",
     "            if (turn == 0) nearest = atomicMin(ism_depths[texel], floatBitsToUint(t)) >= floatBitsToUint(t) || nearest;\n",
     "            else if (depth == floatBitsToUint(t)) ism_own(texel, i);\n",
@@ -7517,7 +7547,8 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
     "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
     "    if (any(lessThan(at, ism_box.xy)) || any(greaterThan(at, ism_box.zw))) discard;\n",
     "    ism_surfel s = ism_surfel(ism_at.xyz, ism_plane.xyz, ism_at.w, 0.0, vec2(0.0), ism_cut1, ism_cut2, ism_box);\n",
-    "    float t = ism_meet(ism_plane.w, s, at & (int(glbk_ism_frame.maps.y) - 1), ISM_FAR);\n",
+    "    vec3 w = ism_texel_direction(ism_plane.w, at & (int(glbk_ism_frame.maps.y) - 1));\n",
+    "    float t = ism_meet(ism_plane.w < 0.0, s, w, ISM_FAR);\n",
     "    if (!(t < ISM_FAR)) discard;\n",
     "    result = glbk_pack(vec4(ism_plane.xyz, t));\n",
     "    gl_FragDepth = t * 5.421010862427522e-20;      // 2^-64: every digit of t is kept\n",
@@ -8599,11 +8630,11 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 49, "table ism_map ism_bindings", "",
       "" },
-    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 36, "", "",
+    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 42, "", "",
       "" },
     { "lib/ism_blur.glsl", glbk__glsl_lib_ism_blur_glsl, 37, "ism_gbuffer", "",
       "" },
-    { "lib/ism_disc.glsl", glbk__glsl_lib_ism_disc_glsl, 115, "ism_access", "",
+    { "lib/ism_disc.glsl", glbk__glsl_lib_ism_disc_glsl, 113, "ism_access", "",
       "" },
     { "lib/ism_fill.glsl", glbk__glsl_lib_ism_fill_glsl, 39, "ism_access", "",
       "" },
@@ -8699,6 +8730,8 @@ static const glbk_file glbk__files[] = {
       "" },
     { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 19, "ism_blur", "screen.vert",
       "" },
+    { "prog/ism_directions.comp", glbk__glsl_prog_ism_directions_comp, 13, "ism_map ism_bindings", "",
+      "ISM_PROJECTION=1 | ISM_PROJECTION=2 | ISM_PROJECTION=3 | ISM_PROJECTION=4" },
     { "prog/ism_directions.frag", glbk__glsl_prog_ism_directions_frag, 10, "ism_map ism_bindings", "screen.vert",
       "ISM_PROJECTION=1 | ISM_PROJECTION=2 | ISM_PROJECTION=3 | ISM_PROJECTION=4" },
     { "prog/ism_fill.comp", glbk__glsl_prog_ism_fill_comp, 76, "ism_holes ism_push", "",
@@ -8713,9 +8746,9 @@ static const glbk_file glbk__files[] = {
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5" },
     { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 16, "ism_gbuffer ism_light", "screen.vert",
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5" },
-    { "prog/ism_splat.comp", glbk__glsl_prog_ism_splat_comp, 122, "ism_disc", "",
+    { "prog/ism_splat.comp", glbk__glsl_prog_ism_splat_comp, 130, "ism_disc", "",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
-    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 21, "ism_disc", "ism_splat.vert",
+    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 22, "ism_disc", "ism_splat.vert",
       "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" },
     { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 44, "ism_disc", "",
       "" },
@@ -14579,12 +14612,14 @@ static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m
     m->quads = !m->compute && ctx->max_point_size < (float)m->desc.tile_size;
     defines[15] = (char)('0' + (int)m->desc.projection);
     defines[27] = m->quads ? '1' : '0';
-    result = glbk_program_create(ctx, "ism_directions.frag", defines, &m->directions_program);
+    result = glbk_program_create(ctx, m->compute ? "ism_directions.comp" : "ism_directions.frag", defines,
+                                 &m->directions_program);
     if (result == GLBK_OK)
         result = glbk_program_create(ctx, m->compute ? "ism_splat.comp" : "ism_splat.frag", defines, &m->splat);
     if (result != GLBK_OK) return result;
-    return m->compute ? glbk_program_create(ctx, "ism_fill.comp", defines, &m->fill)
-                      : glbk__ism_create_fill(ctx, m, defines);
+    if (!m->compute) return glbk__ism_create_fill(ctx, m, defines);
+    result = glbk_buffer_create(ctx, 16 * (size_t)m->desc.tile_size * m->desc.tile_size, NULL, &m->ways);
+    return result == GLBK_OK ? glbk_program_create(ctx, "ism_fill.comp", defines, &m->fill) : result;
 }
 
 /* Levels of pull and push: the coarsest has two cells a side of a tile at least. */
@@ -14668,6 +14703,7 @@ GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *m)
     glbk_texture_destroy(ctx, &m->kept);
     glbk_texture_destroy(ctx, &m->atlas);
     glbk_buffer_destroy(ctx, &m->frame);
+    glbk_buffer_destroy(ctx, &m->ways);
     memset(m, 0, sizeof *m);
 }
 
@@ -14842,6 +14878,7 @@ static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
     glbk_result result;
     if (m->compute) {
         glbk__ism_bind_points(ctx, m);
+        glbk_bind_storage(ctx, GLBK_SLOT_glbk_ism_ways, &m->ways);
         glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_surfels_out, &m->surfels);
         return glbk__ism_dispatch(ctx, m, &m->splat, 64);
     }
@@ -14889,6 +14926,16 @@ static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, con
     return GLBK_OK;
 }
 
+static glbk_result glbk__ism_directions(glbk_context *ctx, glbk_ism_maps *m)
+{
+    uint32_t groups = m->desc.tile_size / 8;
+    if (!m->compute) return glbk__ism_pass(ctx, m, &m->direction_target, &m->directions_program, NULL);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+    glbk_bind_storage(ctx, GLBK_SLOT_glbk_ism_ways, &m->ways);
+    glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_directions_out, &m->directions);
+    return glbk_dispatch(ctx, &m->directions_program, groups, groups, 1);
+}
+
 /* From surfels to the atlas: holes, pull, push. */
 static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
 {
@@ -14912,7 +14959,7 @@ GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m)
     if (!ctx || !m || !m->points.name) return GLBK_ERR_ARGUMENT;
     all = m->desc.lazy == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy) - 1;
     if (m->triangles && m->phases != all) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_pass(ctx, m, &m->direction_target, &m->directions_program, NULL);
+    result = glbk__ism_directions(ctx, m);
     if (result == GLBK_OK) result = glbk__ism_splat(ctx, m);
     return result == GLBK_OK ? glbk__ism_fill(ctx, m) : result;
 }

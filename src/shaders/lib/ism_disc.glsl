@@ -100,12 +100,10 @@ bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
     return ism_place_surfel(l, p, n / size, area, s) && ism_box_surfel(l, s);
 }
 
-// Where the ray through a texel of the tile meets the disc, or ISM_FAR where it does not, or beyond the limit. No disc is
-// widened to a whole texel.
-float ism_meet(float kind, ism_surfel s, ivec2 texel, float limit)
+// Where the ray through a texel of the tile, in direction w, meets the disc, or ISM_FAR where it does not, or beyond the
+// limit. No disc is widened to a whole texel.
+float ism_meet(bool sky, ism_surfel s, vec3 w, float limit)
 {
-    bool sky = kind < 0.0;
-    vec3 w = ism_texel_direction(kind, texel);
     float t = ism_plane_depth(sky, s.g, w);
     if (!(t > 0.0 && t <= min(limit, ISM_DEEPEST))) return ISM_FAR;
     vec3 d = (sky ? vec3(w.xy * glbk_ism_frame.sphere.w, t) : w * t) - s.at;
