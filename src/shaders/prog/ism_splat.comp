@@ -7,12 +7,14 @@ layout(local_size_x = 512) in;
 #define ISM_THREADS 512u
 #define ISM_SIDE 64
 #define ISM_WIDE 64         // texels: discs of more go to the list
-#define ISM_LIST 1024u
-#define ISM_HOPE 0x10000u     // beside a point's number in the list
+#define ISM_LIST 112u       // discs: what 32 KiB leave
+#define ISM_HOPE 0x80000000u
 
 shared uint ism_depths[ISM_SIDE * ISM_SIDE];            // as bits, which are in the order of positive floats
 shared uint ism_owners[ISM_SIDE * ISM_SIDE / 2];        // 16 bits each: maps of more points are not drawn by compute
-shared uint ism_list[ISM_LIST], ism_listed;
+shared vec4 ism_list[4u * ISM_LIST];                    // at, radius2; g; cut1; cut2
+shared uint ism_numbers[ISM_LIST], ism_listed;
+shared uint ism_boxes[ISM_LIST];                        // four bytes; the highest bit: it was the nearest once
 
 uint ism_v;             // the VPL
 ism_vpl ism_l;
@@ -68,36 +70,62 @@ bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)
     return nearest;
 }
 
-// Of each invocation two points at a time, which the list holds if need be. The second turn passes by those that had no
-// texel in the first. All invocations come here.
-void ism_draw_all(int turn, uint count)
+uint ism_pack(ivec4 box)
 {
-    uint thread = gl_LocalInvocationIndex, i;
-    ism_surfel s;
-    for (uint start = 0u; start < count; start += 2u * ISM_THREADS) {
-        uint listed[2] = uint[2](ISM_LIST, ISM_LIST), word = start / ISM_THREADS >> 5, bit = start / ISM_THREADS & 31u;
-        for (uint k = 0u; k < 2u; k++) {
-            i = start + k * ISM_THREADS + thread;
-            if (i >= count || turn != 0 && (ism_hopes[word] >> (bit + k) & 1u) == 0u || !ism_find(i, s)) continue;
-            ivec2 wide = s.box.zw - s.box.xy + 1;
-            if (wide.x * wide.y > ISM_WIDE) {
-                listed[k] = atomicAdd(ism_listed, 1u);
-                ism_list[listed[k]] = i;
-            } else if (ism_draw(turn, i, s, ivec2(0), ivec2(1))) {
-                ism_hopes[word] |= 1u << (bit + k);
-            }
+    uvec4 b = uvec4(box - ism_part.xyxy);
+    return b.x | b.y << 8 | b.z << 16 | b.w << 24;
+}
+
+ism_surfel ism_unlist(uint k)
+{
+    vec4 a = ism_list[4u * k], b = ism_list[4u * k + 1u];
+    uint box = ism_boxes[k];
+    ivec4 texels = ivec4(box & 63u, box >> 8 & 63u, box >> 16 & 63u, box >> 24 & 63u) + ism_part.xyxy;
+    return ism_surfel(a.xyz, b.xyz, a.w, 0.0, vec2(0.0), ism_list[4u * k + 2u], ism_list[4u * k + 3u], texels);
+}
+
+// The discs that invocations have for the list, as many at a time as it holds. true: this one's was the nearest in a
+// texel. All invocations come here.
+bool ism_draw_list(int turn, uint i, ism_surfel s, bool waits)
+{
+    uint thread = gl_LocalInvocationIndex, count;
+    bool nearest = false;
+    do {
+        uint k = waits ? atomicAdd(ism_listed, 1u) : ISM_LIST;
+        bool listed = k < ISM_LIST;
+        if (listed) {
+            ism_list[4u * k] = vec4(s.at, s.radius2);
+            ism_list[4u * k + 1u] = vec4(s.g, 0.0);
+            ism_numbers[k] = i;
+            ism_list[4u * k + 2u] = s.cut1;
+            ism_list[4u * k + 3u] = s.cut2;
+            ism_boxes[k] = ism_pack(s.box);
         }
+        waits = waits && !listed;
         barrier();
-        for (uint k = thread / 32u; k < ism_listed; k += ISM_THREADS / 32u) {
-            i = ism_list[k] & 0xffffu;
-            if (ism_find(i, s) && ism_draw(turn, i, s, ivec2(thread & 7u, thread / 8u & 3u), ivec2(8, 4)))
-                atomicOr(ism_list[k], ISM_HOPE);
-        }
+        count = ism_listed;
+        for (uint d = thread / 32u; d < min(count, ISM_LIST); d += ISM_THREADS / 32u)
+            if (ism_draw(turn, ism_numbers[d], ism_unlist(d), ivec2(thread & 7u, thread / 8u & 3u), ivec2(8, 4)))
+                atomicOr(ism_boxes[d], ISM_HOPE);
         barrier();
         if (thread == 0u) ism_listed = 0u;
-        for (uint k = 0u; k < 2u; k++)
-            if (listed[k] < ISM_LIST && (ism_list[listed[k]] & ISM_HOPE) != 0u) ism_hopes[word] |= 1u << (bit + k);
+        if (listed && (ism_boxes[k] & ISM_HOPE) != 0u) nearest = true;
         barrier();
+    } while (count > ISM_LIST);
+    return nearest;
+}
+
+// Of each invocation a point at a time. The second turn passes by those that had no texel in the first.
+void ism_draw_all(int turn, uint count)
+{
+    for (uint start = 0u; start < count; start += ISM_THREADS) {
+        uint i = start + gl_LocalInvocationIndex, word = start / ISM_THREADS >> 5, bit = 1u << (start / ISM_THREADS & 31u);
+        ism_surfel s;
+        bool there = i < count && (turn == 0 || (ism_hopes[word] & bit) != 0u) && ism_find(i, s);
+        ivec2 wide = there ? s.box.zw - s.box.xy + 1 : ivec2(0);
+        bool waits = wide.x * wide.y > ISM_WIDE;
+        bool nearest = there && !waits && ism_draw(turn, i, s, ivec2(0), ivec2(1));
+        if (ism_draw_list(turn, i, s, waits) || nearest) ism_hopes[word] |= bit;
     }
 }
 
