@@ -264,8 +264,15 @@ static void no_memory_and_no_context(void **state)
     glbk_rsm_renderer r;
     glbk_rsm_tables tables = { points, 1, NULL, 0, NULL, 0 };
     glbk_functions real = t->gl.gl;
+    glbk_rsm_map *maps[1] = { &map };
+    glbk_rsm_gather_desc d = by_flux(20);
+    glbk_rsm_grid grid = { 4, 0, 0, 0, 0, 0, 0 };
+    gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_RGBA8, SIDE, SIDE, 0);
     float out[12 * 16];
+    small_room(t);
     assert_glbk(t, make(t, &map, &r));
+    assert_glbk(t, frame(t, &map, &r, &c.target));      /* compiles all programs */
+    assert_int_equal(r.compute, t->gl.compute);
     t->gl.allocator.alloc_fn = no_memory;
     t->gl.allocator.free_fn = release;
     assert_int_equal(glbk_rsm_map_upload(&t->gl, &map, texels), GLBK_ERR_ALLOC);
@@ -278,6 +285,8 @@ static void no_memory_and_no_context(void **state)
     memset(&t->gl.gl, 0, sizeof t->gl.gl);      /* whatever calls GL crashes */
     assert_int_equal(glbk_rsm_map_upload(&t->gl, &map, texels), GLBK_ERR_LOST);
     assert_int_equal(glbk_rsm_map_draw(&t->gl, &r, &map, draw, NULL), GLBK_ERR_LOST);
+    assert_int_equal(glbk_rsm_gather(&t->gl, &r, maps, 1, &d, NULL), GLBK_ERR_LOST);
+    assert_int_equal(glbk_rsm_gather(&t->gl, &r, maps, 1, &d, &grid), GLBK_ERR_LOST);
     {
         glbk_rsm_map copy = map;
         glbk_rsm_renderer other = r;
@@ -288,6 +297,8 @@ static void no_memory_and_no_context(void **state)
     t->gl.lost = 0;
     glbk_rsm_map_destroy(&t->gl, &map);
     glbk_rsm_renderer_destroy(&t->gl, &r);
+    gl_canvas_free(t, &c);
+    body_free(t);
 }
 
 /* ---- state ---- */
