@@ -177,6 +177,9 @@ $(OBJ)/tests/%.o: tests/%.c build/config.mk
 $(TESTS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(COMMON)
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(LINK) $^ $(TEST_LIBS) -o $@
+# It calls a technique of render's from scenes that no command line makes.
+$(BUILD)/tests/unit/sfield_follow_test: $(filter-out %/main.o,$(call objects,examples/render))
+$(BUILD)/tests/unit/sfield_follow_test: TEST_LIBS := $(COMMON) $(TEST_LIBS)
 $(REPLAYS): $(BUILD)/tests/replay/%: $(OBJ)/tests/fuzz/%.o $(OBJ)/tests/shim/replay.o $(COMMON)
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(LINK) $^ $(EX_LIBS) -lm -o $@

@@ -2,8 +2,8 @@
    interpolated in its triangles; flat receivers (the ground) are evaluated pixel by pixel.
 
    One occlusion field for each distinct mesh, its own visibility at each point, a source field for each area light and
-   emissive object, which is one entity with what it hides: its light does not fall on its own points;
-   built again where that changes with time. Suns and skies are the environment. Spots and points become spheres of the
+   emissive object, which is one entity with what it hides: its light does not fall on its own points; built again
+   where their shape changes with time. Suns and skies are the environment. Spots and points become spheres of the
    size `lamp`. */
 #include "shadowfield_parts.h"
 #include "sfield_gpu.h"
@@ -25,7 +25,9 @@ typedef struct sf_state {
     sfield_field  **light;              /* of scene->lights, then of emissive objects */
     uint32_t       *light_object;       /* UINT32_MAX: light_of of scene->lights */
     uint32_t       *light_of;
-    float         (*aim)[3];            /* where that one pointed when its field was built */
+    ex_light       *built;              /* that one when its field was built, of radiance 1 */
+    ex_light       *seen;               /* scene->lights when the sky was set, with its rotation: suns belong to it */
+    float           seen_rotation, lamp;        /* radius of spots and points */
     sf_glow        *glow;               /* of objects: what it was built from */
     sfield_field  **old_light;          /* replaced; the scene still has it */
     size_t          light_count, lamp_count;      /* lamps: those of scene->lights */
@@ -151,15 +153,17 @@ static int build_meshes(sf_state *s, const rd_job *job, char *error)
 
 /* ---- lights ---- */
 
-/* Spot, point, sphere, disc, rectangle. */
-static int build_light(sf_state *s, const rd_job *job, const ex_light *l, char *error)
+/* Lamps: spot, point, sphere, disc, rectangle. Their fields are of radiance 1: what they shine with is their entity's
+   tint. */
+static int build_lamp(sf_state *s, const rd_job *job, size_t j, char *error)
 {
+    const ex_light *l = &job->scene->lights[s->light_of[j]];
     sfield_desc d = desc_of(job, s->basis);
     sfield_emitter e;
+    sfield_field *field;
     sfield_result r;
-    float lamp = (float)rd_setting_number(job->settings, "lamp") * job->radius;
     memset(&e, 0, sizeof e);
-    memcpy(e.radiance, l->value, sizeof e.radiance);
+    e.radiance[0] = e.radiance[1] = e.radiance[2] = 1;
     e.radius = l->radius;
     switch (l->kind) {
     case EX_LIGHT_SPOT:
@@ -167,9 +171,7 @@ static int build_light(sf_state *s, const rd_job *job, const ex_light *l, char *
         e.cosine = l->cos_half_angle;
         /* fall through */
     case EX_LIGHT_POINT:
-        e.radius = lamp;
-        for (int k = 0; k < 3; k++)
-            e.radiance[k] = l->value[k] / (3.14159265f * lamp * lamp);
+        e.radius = s->lamp;
         break;
     case EX_LIGHT_DISC:
         e.kind = SFIELD_EMITTER_DISC;
@@ -188,14 +190,41 @@ static int build_light(sf_state *s, const rd_job *job, const ex_light *l, char *
         snprintf(error, EX_ERROR_SIZE, "shadowfield: line lights are not treated");
         return -1;
     }
-    r = sfield_build_emitter(&d, &e, &s->light[s->light_count], NULL);
+    r = sfield_build_emitter(&d, &e, &field, NULL);
     if (r != SFIELD_OK)
         return failed("source field", r, error);
-    s->light_object[s->light_count] = UINT32_MAX;
-    s->light_of[s->light_count] = (uint32_t)(l - job->scene->lights);
-    memcpy(s->aim[s->light_count], l->direction, sizeof s->aim[0]);
-    s->lamp_count = ++s->light_count;
+    s->old_light[j] = s->light[j];
+    s->light[j] = field;
+    s->built[j] = *l;
     return 0;
+}
+
+static float dot(const float *a, const float *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/* Can one be turned, moved and evenly scaled into the other? */
+static int same_shape(const ex_light *a, const ex_light *b)
+{
+    float u = dot(a->u, a->u) * dot(b->v, b->v), v = dot(b->u, b->u) * dot(a->v, a->v);
+    if (a->kind == EX_LIGHT_SPOT)
+        return a->cos_half_angle == b->cos_half_angle;
+    if (a->kind != EX_LIGHT_RECT)
+        return 1;
+    return fabsf(u - v) <= 1e-5f * u && fabsf(dot(a->u, a->v) * dot(b->u, b->u) - dot(b->u, b->v) * dot(a->u, a->u)) <=
+                                            1e-5f * dot(a->u, a->u) * sqrtf(dot(b->u, b->u) * dot(b->v, b->v));
+}
+
+/* Fields of lamps that have another shape than before. Returns how many, or -1. */
+static int follow_lamps(sf_state *s, const rd_job *job, char *error)
+{
+    int built = 0;
+    for (size_t j = 0; j < s->lamp_count; j++) {
+        if (s->light[j] && same_shape(&job->scene->lights[s->light_of[j]], &s->built[j]))
+            continue;
+        if (build_lamp(s, job, j, error) != 0)
+            return -1;
+        built++;
+    }
+    return built;
 }
 
 /* The source field of light j, an object, as it shines now. */
@@ -247,25 +276,51 @@ static int follow_glows(sf_state *s, const rd_job *job, char *error)
     return built;
 }
 
-static int build_lights(sf_state *s, const rd_job *job, char *error)
+/* Sky and suns, where they are others than before. */
+static int follow_sky(sf_state *s, const rd_job *job, char *error)
 {
     const ex_scene *scene = job->scene;
     const ex_sky *sky = &scene->sky;
     float c = cosf(sky->rotation), sn = sinf(sky->rotation);
     const float turn[16] = { c, 0, -sn, 0, 0, 1, 0, 0, sn, 0, c, 0, 0, 0, 0, 1 };
-    sfield_result r = SFIELD_OK;
-    if (sky->width)
-        r = sfield_scene_environment(s->scene, sky->rgb, sky->width, sky->height, turn);
-    for (uint32_t i = 0; i < scene->light_count && r == SFIELD_OK; i++) {
-        const ex_light *l = &scene->lights[i];
-        if (l->kind == EX_LIGHT_SUN)
-            r = sfield_scene_sun(s->scene, l->direction, l->value);
-        else if (build_light(s, job, l, error) != 0)
-            return -1;
+    const size_t bytes = scene->light_count * sizeof *s->seen;
+    sfield_result r;
+    int same = s->seen && s->seen_rotation == sky->rotation;
+    for (uint32_t i = 0; i < scene->light_count && same; i++)
+        same = scene->lights[i].kind != EX_LIGHT_SUN || memcmp(&scene->lights[i], &s->seen[i], sizeof *s->seen) == 0;
+    if (same)
+        return 0;
+    if (!s->seen && !(s->seen = malloc(bytes + 1)))
+        return out_of_memory(error);
+    if (bytes)
+        memcpy(s->seen, scene->lights, bytes);
+    s->seen_rotation = sky->rotation;
+    r = sfield_scene_environment(s->scene, sky->width ? sky->rgb : NULL, sky->width, sky->height, turn);
+    for (uint32_t i = 0; i < scene->light_count && r == SFIELD_OK; i++)
+        if (scene->lights[i].kind == EX_LIGHT_SUN)
+            r = sfield_scene_sun(s->scene, scene->lights[i].direction, scene->lights[i].value);
+    return r == SFIELD_OK ? 0 : failed("sky", r, error);
+}
+
+/* All that shines, as it is now. Returns how many fields were built, or -1. */
+static int follow_lights(sf_state *s, const rd_job *job, char *error)
+{
+    int lamps = follow_sky(s, job, error) == 0 ? follow_lamps(s, job, error) : -1;
+    int glows = lamps < 0 ? -1 : follow_glows(s, job, error);
+    return glows < 0 ? -1 : lamps + glows;
+}
+
+static int build_lights(sf_state *s, const rd_job *job, char *error)
+{
+    s->lamp = (float)rd_setting_number(job->settings, "lamp") * job->radius;
+    for (uint32_t i = 0; i < job->scene->light_count; i++) {
+        if (job->scene->lights[i].kind == EX_LIGHT_SUN)
+            continue;
+        s->light_object[s->light_count] = UINT32_MAX;
+        s->light_of[s->light_count++] = i;
     }
-    if (r != SFIELD_OK)
-        return failed("sky", r, error);
-    return follow_glows(s, job, error) < 0 ? -1 : 0;
+    s->lamp_count = s->light_count;
+    return follow_lights(s, job, error) < 0 ? -1 : 0;
 }
 
 /* The entity that light j is of. */
@@ -307,22 +362,32 @@ static int check_enclosed(const sf_state *s, const rd_job *job, char *error)
 
 /* ---- frames ---- */
 
-/* A lamp where it is now. Spots and discs, which are round, turn by the shortest way; rectangles are moved alone. */
-static void place_light(const ex_light *l, const float *aim, float *m)
+/* Columns: along u, across it in the plane, the normal. */
+static void rect_frame(const ex_light *l, float f[9])
 {
-    const float *d = l->direction;
-    float v[3] = { aim[1] * d[2] - aim[2] * d[1], aim[2] * d[0] - aim[0] * d[2], aim[0] * d[1] - aim[1] * d[0] };
-    float c = aim[0] * d[0] + aim[1] * d[1] + aim[2] * d[2];
-    memcpy(m, sfield_entity_default().transform, 16 * sizeof *m);
+    const float *u = l->u, *v = l->v;
+    float n[3] = { u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
+    float length = sqrtf(dot(u, u)), area = sqrtf(dot(n, n));
+    for (int k = 0; k < 3; k++) {
+        f[k] = u[k] / length;
+        f[6 + k] = n[k] / area;
+    }
     for (int k = 0; k < 3; k++)
-        m[12 + k] = l->position[k] + (l->kind == EX_LIGHT_RECT ? 0.5f * (l->u[k] + l->v[k]) : 0);
-    if ((l->kind != EX_LIGHT_SPOT && l->kind != EX_LIGHT_DISC) || c > 0.999999f)
+        f[3 + k] = f[6 + (k + 1) % 3] * f[(k + 2) % 3] - f[6 + (k + 2) % 3] * f[(k + 1) % 3];
+}
+
+/* Spots and discs, which are round, turn from where they pointed by the shortest way. */
+static void turn_round(const float *aim, const float *d, float *m)
+{
+    float v[3] = { aim[1] * d[2] - aim[2] * d[1], aim[2] * d[0] - aim[0] * d[2], aim[0] * d[1] - aim[1] * d[0] };
+    float c = dot(aim, d);
+    if (c > 0.999999f)
         return;
     if (c < -0.999f) {                           /* half a turn about what stands on aim */
         float p[3] = { 0, aim[2], -aim[1] }, q;
         if (fabsf(aim[0]) > 0.7f)
             p[0] = aim[1], p[1] = -aim[0], p[2] = 0;
-        q = 2 / (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+        q = 2 / dot(p, p);
         for (int k = 0; k < 3; k++)
             for (int i = 0; i < 3; i++)
                 m[4 * k + i] = q * p[i] * p[k] - (i == k ? 1.0f : 0);
@@ -332,6 +397,30 @@ static void place_light(const ex_light *l, const float *aim, float *m)
         for (int i = 0; i < 3; i++)
             m[4 * k + i] = (i == k ? c : 0) + v[i] * v[k] / (1 + c);
     m[1] += v[2], m[2] -= v[1], m[4] -= v[2], m[6] += v[0], m[8] += v[1], m[9] -= v[0];
+}
+
+/* A lamp where it is now, as large and as bright. */
+static void place_lamp(const sf_state *s, const ex_light *l, const ex_light *built, sfield_entity *e)
+{
+    const int small = l->kind == EX_LIGHT_SPOT || l->kind == EX_LIGHT_POINT;
+    float *m = e->transform, scale = small ? 1 : l->radius / built->radius;
+    if (l->kind == EX_LIGHT_SPOT || l->kind == EX_LIGHT_DISC)
+        turn_round(built->direction, l->direction, m);
+    if (l->kind == EX_LIGHT_RECT) {
+        float now[9], before[9];
+        scale = sqrtf(dot(l->u, l->u) / dot(built->u, built->u));
+        rect_frame(l, now);
+        rect_frame(built, before);
+        for (int k = 0; k < 3 && memcmp(now, before, sizeof now) != 0; k++)
+            for (int i = 0; i < 3; i++)
+                m[4 * k + i] = now[i] * before[k] + now[3 + i] * before[3 + k] + now[6 + i] * before[6 + k];
+    }
+    for (int k = 0; k < 3; k++) {
+        for (int i = 0; i < 3; i++)
+            m[4 * k + i] *= scale;
+        m[12 + k] = l->position[k] + (l->kind == EX_LIGHT_RECT ? 0.5f * (l->u[k] + l->v[k]) : 0);
+        e->tint[k] = small ? l->value[k] / (3.14159265f * s->lamp * s->lamp) : l->value[k];
+    }
 }
 
 static int place(sf_state *s, const rd_job *job, char *error)
@@ -355,7 +444,7 @@ static int place(sf_state *s, const rd_job *job, char *error)
             memcpy(e->transform, scene->objects[s->light_object[i]].transform, sizeof e->transform);
         } else {
             *e = sfield_entity_default();
-            place_light(&scene->lights[s->light_of[i]], s->aim[i], e->transform);
+            place_lamp(s, &scene->lights[s->light_of[i]], &s->built[i], e);
         }
         e->source = s->light[i];
     }
@@ -373,16 +462,43 @@ static int place(sf_state *s, const rd_job *job, char *error)
     return 0;
 }
 
-/* Every pixel of flat receivers is a point. */
+/* Every pixel of flat receivers is a point. Those of one that shines, which its own light does not fall on, are in its
+   space, and stand together behind the others. */
 typedef struct flat {
     float *positions, *normals, *views, *exponents, *rgb, *gloss;
     uint32_t *pixel;
     size_t count;
 } flat;
 
-static int gather_flat(flat *f, const sf_state *s, const rd_job *job)
+/* entity: the receiver, or UINT32_MAX for all that do not shine. Returns how many were added. */
+static size_t gather_pixels(flat *f, const sf_state *s, const rd_job *job, uint32_t entity)
 {
-    size_t pixels = (size_t)job->gbuffer->width * job->gbuffer->height, room = pixels + 1;
+    size_t pixels = (size_t)job->gbuffer->width * job->gbuffer->height, first = f->count;
+    const float *m = entity == UINT32_MAX ? NULL : s->entities[entity].transform;
+    const float square = m ? dot(m, m) : 1;
+    for (size_t i = 0; i < pixels; i++) {
+        const ex_pixel *p = &job->gbuffer->pixels[i];
+        float alpha = p->roughness * p->roughness, *at = f->positions + 3 * f->count, *n = f->normals + 3 * f->count;
+        if (p->object == UINT32_MAX || s->surface_of[p->object] ||
+            entity != (s->entities[p->object].source ? p->object : UINT32_MAX))
+            continue;
+        memcpy(at, p->position, sizeof p->position);
+        memcpy(n, p->normal, sizeof p->normal);
+        for (int k = 0; k < 3 && m; k++) {
+            const float from[3] = { p->position[0] - m[12], p->position[1] - m[13], p->position[2] - m[14] };
+            at[k] = dot(m + 4 * k, from) / square;
+            n[k] = dot(m + 4 * k, p->normal) / sqrtf(square);
+        }
+        memcpy(f->views + 3 * f->count, p->view, sizeof p->view);
+        f->exponents[f->count] = alpha > 0.01f ? fmaxf(2 / (alpha * alpha) - 2, 1) : 1000;
+        f->pixel[f->count++] = (uint32_t)i;
+    }
+    return f->count - first;
+}
+
+static int make_flat(flat *f, const rd_job *job)
+{
+    size_t room = (size_t)job->gbuffer->width * job->gbuffer->height + 1;
     memset(f, 0, sizeof *f);
     f->positions = malloc(16 * room * sizeof *f->positions);
     f->pixel = malloc(room * sizeof *f->pixel);
@@ -393,17 +509,6 @@ static int gather_flat(flat *f, const sf_state *s, const rd_job *job)
     f->rgb = f->views + 3 * room;
     f->gloss = f->rgb + 3 * room;
     f->exponents = f->gloss + 3 * room;
-    for (size_t i = 0; i < pixels; i++) {
-        const ex_pixel *p = &job->gbuffer->pixels[i];
-        float alpha = p->roughness * p->roughness;
-        if (p->object == UINT32_MAX || s->surface_of[p->object])
-            continue;
-        memcpy(f->positions + 3 * f->count, p->position, sizeof p->position);
-        memcpy(f->normals + 3 * f->count, p->normal, sizeof p->normal);
-        memcpy(f->views + 3 * f->count, p->view, sizeof p->view);
-        f->exponents[f->count] = alpha > 0.01f ? fmaxf(2 / (alpha * alpha) - 2, 1) : 1000;
-        f->pixel[f->count++] = (uint32_t)i;
-    }
     return 0;
 }
 
@@ -469,19 +574,34 @@ static void fill_set(sfield_points *set, size_t count, const float *positions, c
     set->entity = SFIELD_NONE;
 }
 
-/* lazy=1: what hides each light is kept while the points stay; of flat receivers other pixels are other points. */
-static sfield_result keep_caches(sf_state *s, uint32_t objects, sfield_points *sets, size_t count)
+/* The next pixels of flat receivers as a set. */
+static void add_flat(sf_state *s, const rd_job *job, flat *f, uint32_t entity, sfield_points *set)
 {
-    sfield_points *pixels = &sets[count - 1];
-    const size_t bytes = 3 * pixels->count * sizeof(float);
-    if (s->cache[objects] &&
-        (s->flat_count != pixels->count || memcmp(s->flat_positions, pixels->positions, bytes) != 0)) {
-        sfield_cache_free(s->cache[objects]);
-        s->cache[objects] = NULL;
-    }
+    const size_t at = f->count, count = gather_pixels(f, s, job, entity);
+    fill_set(set, count, f->positions + 3 * at, f->normals + 3 * at);
+    set->entity = entity == UINT32_MAX ? SFIELD_NONE : entity;
+    set->rgb = f->rgb + 3 * at;
+    set->gloss = s->full ? f->gloss + 3 * at : NULL;
+    set->views = f->views + 3 * at;
+    set->exponents = s->full ? f->exponents + at : NULL;
+    set->exponent_stride = sizeof(float);
+    s->points += count;
+}
+
+/* lazy=1: what hides each light is kept while the points stay; of flat receivers, sets from `flat` on, other pixels are
+   other points. */
+static sfield_result keep_caches(sf_state *s, uint32_t objects, sfield_points *sets, size_t count, size_t flat_from,
+                                 const flat *f)
+{
+    const size_t bytes = 3 * f->count * sizeof(float);
+    const int moved = s->flat_count != f->count || (bytes && memcmp(s->flat_positions, f->positions, bytes) != 0);
     for (size_t i = 0; i < count; i++) {
-        sfield_cache **cache = &s->cache[&sets[i] == pixels ? objects : sets[i].entity];
+        sfield_cache **cache = &s->cache[sets[i].entity == SFIELD_NONE ? objects : sets[i].entity];
         sfield_result r;
+        if (i >= flat_from && moved) {
+            sfield_cache_free(*cache);
+            *cache = NULL;
+        }
         if (sets[i].count && !*cache) {
             r = sfield_cache_create(s->scene, sets[i].count, (uint32_t)s->light_count + 1, cache);
             if (r != SFIELD_OK)
@@ -493,8 +613,8 @@ static sfield_result keep_caches(sf_state *s, uint32_t objects, sfield_points *s
     s->flat_positions = malloc(bytes + 1);
     if (!s->flat_positions)
         return SFIELD_ERR_ALLOC;
-    memcpy(s->flat_positions, pixels->positions, bytes);
-    s->flat_count = pixels->count;
+    memcpy(s->flat_positions, f->positions, bytes);
+    s->flat_count = f->count;
     return SFIELD_OK;
 }
 
@@ -506,7 +626,8 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
     float **views = calloc(scene->object_count + (size_t)1, sizeof *views);
     sfield_result r = SFIELD_ERR_ALLOC;
     flat f;
-    int good = sets && views && gather_flat(&f, s, job) == 0;
+    size_t flat_from;
+    int good = sets && views && make_flat(&f, job) == 0;
     s->points = 0;
     for (uint32_t i = 0; good && i < scene->object_count; i++) {
         const sf_surface *surface = s->surface_of[i];
@@ -528,14 +649,12 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
         s->points += set++->count;
     }
     if (good) {
-        fill_set(set, f.count, f.positions, f.normals);
-        set->rgb = f.rgb;
-        set->gloss = s->full ? f.gloss : NULL;
-        set->views = f.views;
-        set->exponents = s->full ? f.exponents : NULL;
-        set->exponent_stride = sizeof(float);
-        s->points += set++->count;
-        r = s->cache ? keep_caches(s, scene->object_count, sets, (size_t)(set - sets)) : SFIELD_OK;
+        flat_from = (size_t)(set - sets);
+        add_flat(s, job, &f, UINT32_MAX, set++);
+        for (uint32_t i = 0; i < scene->object_count; i++)
+            if (!s->surface_of[i] && s->entities[i].source)
+                add_flat(s, job, &f, i, set++);
+        r = s->cache ? keep_caches(s, scene->object_count, sets, (size_t)(set - sets), flat_from, &f) : SFIELD_OK;
         if (r != SFIELD_OK)
             good = 0;
         else if (!s->gl)
@@ -609,7 +728,7 @@ static int update_shadowfield(void *opaque, const rd_job *job, char *error)
     int built, placed;
     if (check_rigid(s, job->scene, error) != 0)
         return -1;
-    built = follow_glows(s, job, error);
+    built = follow_lights(s, job, error);
     placed = built < 0 ? -1 : place(s, job, error);
     if (placed == 0)
         free_old_lights(s);
@@ -646,7 +765,8 @@ static void close_shadowfield(void *opaque)
     free(s->light);
     free(s->light_object);
     free(s->light_of);
-    free(s->aim);
+    free(s->built);
+    free(s->seen);
     free(s->cache);
     free(s->flat_positions);
     free(s->glow);
@@ -679,7 +799,7 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     s->light = calloc(lights, sizeof *s->light);
     s->light_object = calloc(lights, sizeof *s->light_object);
     s->light_of = calloc(lights, sizeof *s->light_of);
-    s->aim = calloc(lights, sizeof *s->aim);
+    s->built = calloc(lights, sizeof *s->built);
     s->object_count = objects;
     s->cache = lazy ? calloc(objects + 1, sizeof(sfield_cache *)) : NULL;
     s->glow = calloc(lights, sizeof *s->glow);
@@ -698,7 +818,7 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         snprintf(error, EX_ERROR_SIZE, "shadowfield: build=gpu needs --backend gl");
     } else if (lazy && (s->full || job->gl)) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: lazy=1 needs materials=diffuse and --backend cpu");
-    } else if ((lazy && !s->cache) || !s->light || !s->light_object || !s->light_of || !s->aim || !s->glow ||
+    } else if ((lazy && !s->cache) || !s->light || !s->light_object || !s->light_of || !s->built || !s->glow ||
                !s->old_light || !s->entities ||
                !s->surface_of || !s->gloss || !s->rgb) {
         out_of_memory(error);
