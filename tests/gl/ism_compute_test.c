@@ -13,6 +13,7 @@
 
 #include <cmocka.h>
 
+#define GL_BACKEND_IMPLEMENTATION
 #include "gl_backend.h"
 
 #include "gl/gl_test.h"
@@ -195,6 +196,41 @@ static void tiles_of_every_size(void **state)
     pair_close(&p);
 }
 
+/* Holes, pull and push alone, of noise in patches: dense ones have holes, thin ones look for texels far away, across the
+   borders of the squares that large tiles are cut into. */
+static void fill_of_noise(void **state)
+{
+    GL_TEST(t, state)
+    enum { SIZE = 256 };
+    static float ways[4 * SIZE * SIZE], surfels[4 * SIZE * SIZE], atlas[2][SIZE * SIZE];
+    const glbk_ism_desc d = { 1, 64, SIZE, 1, 1, 0, 0 };
+    size_t i, kept = 0, dropped = 0, filled = 0;
+    pair p;
+    pair_open(t, &p);
+    make_maps(t, &p, &d, 1);
+    compare_maps(t, &p, "before noise");
+    assert_glbk(t, glbk_target_read(&p.gl[0], &p.maps[0].direction_target, 0, 0, 0, SIZE, SIZE, ways));
+    for (i = 0; i < SIZE * SIZE; i++) {
+        const float depth = between(1, 4), share = (i / 12 + i / SIZE / 12) % 2 ? 0.03f : 0.6f;
+        for (int k = 0; k < 3; k++) surfels[4 * i + (size_t)k] = ways[4 * i + (size_t)k] / depth;
+        surfels[4 * i + 3] = unit() < share ? depth : 1e30f;
+    }
+    for (int way = 0; way < 2; way++) {
+        assert_glbk(t, glbk_texture_update(&p.gl[way], &p.maps[way].surfels, 0, 0, 0, 0, SIZE, SIZE, 1, surfels));
+        assert_glbk(t, glbk__ism_fill(&p.gl[way], &p.maps[way]));
+        assert_glbk(t, glbk_ism_read(&p.gl[way], &p.maps[way], atlas[way]));
+    }
+    for (i = 0; i < SIZE * SIZE; i++) {
+        const float had = surfels[4 * i + 3], has = atlas[1][i];
+        if (had < 1e30f) kept += has == had, dropped += has != had;
+        else filled += has < 1e30f;
+    }
+    printf("noise: %zu surfels kept, %zu holes, %zu texels filled\n", kept, dropped, filled);
+    assert_true(kept > 1000 && dropped > 1000 && filled > 1000);
+    assert_memory_equal(atlas[0], atlas[1], sizeof atlas[0]);
+    pair_close(&p);
+}
+
 /* Eight rounds of discs that mostly cover more than 64 texels. */
 static void wide_discs(void **state)
 {
@@ -337,6 +373,7 @@ static void classes_without_vpls(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(tiles_of_every_size), gl_unit_test(wide_discs),
+                                  gl_unit_test(fill_of_noise),
                                   gl_unit_test(nothing_to_draw),     gl_unit_test(too_many_points),
                                   gl_unit_test(light_is_the_same),   gl_unit_test(classes_without_vpls) };
     (void)count;

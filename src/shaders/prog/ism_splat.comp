@@ -96,10 +96,10 @@ bool ism_draw_list(int turn, uint i, ism_surfel s, bool waits)
         if (listed) {
             ism_list[4u * k] = vec4(s.at, s.radius2);
             ism_list[4u * k + 1u] = vec4(s.g, 0.0);
-            ism_numbers[k] = i;
             ism_list[4u * k + 2u] = s.cut1;
             ism_list[4u * k + 3u] = s.cut2;
             ism_boxes[k] = ism_pack(s.box);
+            ism_numbers[k] = i;
         }
         waits = waits && !listed;
         barrier();
