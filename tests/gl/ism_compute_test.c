@@ -196,8 +196,8 @@ static void tiles_of_every_size(void **state)
     pair_close(&p);
 }
 
-/* Holes, pull and push alone, of noise in patches: dense ones have holes, thin ones look for texels far away, across the
-   borders of the squares that large tiles are cut into. */
+/* Holes, pull and push alone, of noise in patches: dense ones have holes, thin ones look for texels far away, across
+   the borders of the squares that large tiles are cut into. */
 static void fill_of_noise(void **state)
 {
     GL_TEST(t, state)
