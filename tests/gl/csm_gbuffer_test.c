@@ -257,5 +257,5 @@ int main(int count, char **values)
                                   gl_unit_test(bound_for_a_shader_of_the_users),
                                   gl_unit_test(with_a_gbuffer_of_the_users) };
     (void)count;
-    GL_TEST_MAIN(values, tests, GL_USUAL);
+    GL_TEST_MAIN(values, tests, GL_ALL);
 }

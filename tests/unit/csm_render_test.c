@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "common.h"
+#include "conformance.h"
 #include "csm.h"
 #include "program.h"
 
@@ -88,6 +89,8 @@ static void cornell_matches_reference(void **state)
     (void)state;
     need_reference();
     compare_with_reference("builtin:cornell --size 96x72", "", 0.03, 0.004);
+    CONFORM_MAX("image", "Cornell box beside the reference, relative rmse", 0.03, number("relative_rmse"));
+    CONFORM_MIN("image", "Cornell box beside the reference, ssim", 0.998, number("ssim"));
 }
 
 static void every_light_matches_reference(void **state)
