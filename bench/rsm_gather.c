@@ -109,7 +109,8 @@ static int measure(run *r, const char *scene, const char *light, const row *w)
     char more[512], settings[128];
     double error = HUGE_VAL, other = HUGE_VAL, times[2], fraction;
     int full = strcmp(w->mode, "full") == 0, side = w->small ? 128 : 512;
-    snprintf(settings, sizeof settings, "%s%s", w->settings, strcmp(w->path, "core") == 0 ? " --set compute=0" : "");
+    snprintf(settings, sizeof settings, "%s%s", w->settings,
+             !w->path[0] ? "" : strcmp(w->path, "core") == 0 ? " --set compute=0" : " --set compute=1");
     snprintf(more, sizeof more, "--backend %s --frames %d --size %dx%d --samples %u --set mode=%s %s", w->backend,
              w->small ? 1 : 3, side, side, (unsigned)w->samples, w->mode, settings);
     if (render(r, "rsm", w->small ? "small" : full ? "full" : "some", more) != 0)

@@ -85,7 +85,7 @@ static inline void render_or_skip(const char *arguments)
    relative RMSE must be at most `limit`. */
 static inline void compare_back_ends(const char *technique, double limit, const char *scene)
 {
-    static const char *const ways[] = { "cpu", "gl", "gl --set compute=0" };
+    static const char *const ways[] = { "cpu", "gl --set compute=1", "gl --set compute=0" };
     int computes = 1;
     for (int i = 0; i < 2 + computes; i++) {
         char arguments[700];

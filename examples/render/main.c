@@ -1,5 +1,6 @@
 /* main.c - the program `render`: one picture of one scene by one technique. design.md "Programs" is its definition. */
 #include "../common/gl_context.h"
+#include "../common/gl_timer.h"
 #include "setup.h"
 
 #include <math.h>
@@ -112,8 +113,13 @@ static int open_gl(run *r, char *error)
     desc.user = r->context;
     desc.log = r->gl_log;
     desc.log_size = sizeof r->gl_log;
-    desc.core_only = !rd_setting_integer(&r->args->settings, "compute");
+    desc.core_only = rd_setting_is(&r->args->settings, "compute", "0");
     result = glbk_init(&r->gl, &desc);
+    if (result == GLBK_OK && rd_setting_is(&r->args->settings, "compute", "auto") && ex_gl_is_software(r->gl.renderer)) {
+        glbk_destroy(&r->gl);       /* which run groups of compute one invocation after the other: slower but for csm */
+        desc.core_only = 1;
+        result = glbk_init(&r->gl, &desc);
+    }
     if (result != GLBK_OK) {
         snprintf(error, EX_ERROR_SIZE, "--backend gl: %s (%.150s)", glbk_result_text(result), r->gl_log);
         return -1;
