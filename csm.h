@@ -157,7 +157,8 @@ typedef void (*cohsm_parallel_for)(void *user, size_t count, cohsm_task task, vo
 /* Must call task(context, i) once for each i < count, in any order and on any threads, and return when all are done. */
 
 typedef int (*cohsm_progress)(void *user, float fraction);
-/* Called between batches of views, from the thread that called us, fraction 0..1 never falling; not 0 cancels. */
+/* Called between batches of views, from the thread that called us, fraction 0..1 never falling, 0 while orders and
+   frames are tried; not 0 cancels. */
 
 /* ---- what is mapped: locations, layers, order ---- */
 
@@ -4248,18 +4249,39 @@ static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *
     return result;
 }
 
+/* The caller's progress within a part of a call. */
+typedef struct cohsm__part { cohsm_progress progress; void *user; float from, to; } cohsm__part;
+
+static int cohsm__part_progress(void *user, float fraction)
+{
+    const cohsm__part *p = (const cohsm__part *)user;
+    return p->progress(p->user, p->from + (p->to - p->from) * fraction);
+}
+
+static void cohsm__take_part(cohsm_desc *d, cohsm__part *p, float from, float to)
+{
+    p->progress = d->progress;
+    p->user = d->progress_user;
+    p->from = from;
+    p->to = to;
+    if (!d->progress) return;
+    d->progress = cohsm__part_progress;
+    d->progress_user = p;
+}
+
 /* Segments of a build with sides divided by shrink and half the map size. */
 static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *model, uint32_t shrink, cohsm__heap *heap,
                                      double *segments)
 {
     cohsm_desc small = *d;
+    cohsm__part part;
     cohsm_maps *maps;
     cohsm_stats stats;
     cohsm_result result;
     int i;
 
     memset(&stats, 0, sizeof stats);
-    small.progress = NULL;
+    cohsm__take_part(&small, &part, 0.0f, 0.0f);
     for (i = 0; i < 3; i++) small.domain.side[i] = (d->domain.side[i] + shrink - 1u) / shrink;
     small.map_size = cohsm__max_u32(d->map_size / 2, 8);
     small.pixel_begin = 0;
@@ -4308,12 +4330,15 @@ static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *mo
     return COHSM_OK;
 }
 
-/* Bytes a pixel, and the cells' own, of a build with this side. */
-static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32_t side, double *per_pixel)
+/* Bytes a pixel, and the cells' own, of a build with this side; from, to: of the progress. */
+static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32_t side, float from, float to,
+                                    double *per_pixel)
 {
+    cohsm__part part;
     cohsm_maps *maps;
     cohsm_result result;
 
+    cohsm__take_part(&d, &part, from, to);
     d.domain.side[0] = d.domain.side[1] = side;
     d.map_size = 64;
     d.pixel_begin = d.pixel_end = 0;
@@ -4340,8 +4365,8 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
         d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL)
         return COHSM_ERR_DOMAIN;
     if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
-    result = cohsm__try_side(d, mesh, 16, &small);
-    if (result == COHSM_OK) result = cohsm__try_side(d, mesh, 32, &large);
+    result = cohsm__try_side(d, mesh, 16, 0.0f, 0.2f, &small);
+    if (result == COHSM_OK) result = cohsm__try_side(d, mesh, 32, 0.2f, 1.0f, &large);
     if (result != COHSM_OK) return result;
     growth = large / small > 1.0 ? large / small : 1.0;
     for (n = 8, pixel = small / growth; n <= 2048; n *= 2, pixel *= growth)     /* n, and 1.5 n half a doubling on */
