@@ -349,7 +349,8 @@ COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_allocator 
    data     written on COHSM_OK only, from the allocator (NULL = malloc): free it there
    Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_ALLOC, COHSM_ERR_LIMIT
    Cost     about 1 microsecond a segment, half of it to check that the file decodes to the same block; cohsm_open takes
-            the other half. Memory: twice the block, and the packed file */
+            the other half. Memory: twice the block, and the packed file. It cannot be cancelled: pack in a thread of your
+            own where seconds matter */
 
 /* ---- checking a build ---- */
 

@@ -7,6 +7,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -224,6 +225,65 @@ static void scenes_agree(void **state)
     cohsm_free(built[1]);
 }
 
+/* CRC-32 of docs/csm-format.md over bytes 16 on, into word 3. */
+static void mend(uint32_t *words, size_t size)
+{
+    const uint8_t *bytes = (const uint8_t *)words;
+    uint32_t crc = 0xffffffffu;
+    size_t i;
+    int bit;
+    for (i = 16; i < size; i++)
+        for (crc ^= bytes[i], bit = 0; bit < 8; bit++) crc = crc >> 1 ^ (crc & 1 ? 0xedb88320u : 0);
+    words[3] = ~crc;
+}
+
+/* Blocks changed at random, of which csm.h accepts one in a few: what it accepts, it and GL read alike. */
+static void hostile_blocks_are_read_alike(void **state)
+{
+    GL_TEST(t, state)
+    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 24, 48);
+    cohsm_maps *built = build_maps(&d);
+    tally sum = { 0, 0, 0, 0, 0 };
+    glbk_csm_asker asker;
+    uint64_t seed = 77;
+    uint32_t tries, accepted = 0, *copy, at;
+    size_t size;
+    const void *data = cohsm_data(built, &size);
+
+    copy = (uint32_t *)malloc(size);
+    assert_non_null(copy);
+    assert_glbk(t, glbk_csm_asker_create(&t->gl, COUNT, &asker));
+    for (tries = 0; tries < 4000 && accepted < 50; tries++) {
+        cohsm_instance body;
+        const cohsm_maps *hostile;
+        cohsm_maps *maps;
+        glbk_csm_maps uploaded;
+        cohsm_info info;
+        memcpy(copy, data, size);
+        at = 24 + rnd_below(&seed, (uint32_t)(size / 4) - 24);         /* past what names the domain */
+        copy[at] ^= 1u << rnd_below(&seed, 32);
+        if (tries % 2) copy[at] = rnd_u32(&seed);
+        mend(copy, size);
+        if (cohsm_open(copy, size, NULL, &maps) != COHSM_OK) continue;
+        accepted++;
+        body.maps = hostile = maps;
+        memcpy(body.transform, identity, sizeof identity);
+        cohsm_get_info(maps, &info);
+        upload(t, &hostile, 1, &body, 1, &uploaded);
+        make_questions(&info, info.center, info.radius, COHSM_LIGHT_DIRECTION, 1, &seed);
+        ask_both(t, &asker, &uploaded, &body, 1, COHSM_LIGHT_DIRECTION, COHSM_FILTER_NEAREST, 1, &sum);
+        glbk_csm_maps_destroy(&t->gl, &uploaded);
+        cohsm_free(maps);
+    }
+    printf("%u of %u hostile blocks accepted: %zu queries, %zu differ\n", (unsigned)accepted, (unsigned)tries, sum.asked,
+           sum.wrong);
+    assert_int_equal(accepted, 50);
+    assert_true((double)sum.wrong < 1e-4 * (double)sum.asked);
+    free(copy);
+    glbk_csm_asker_destroy(&t->gl, &asker);
+    cohsm_free(built);
+}
+
 static void refuses_what_is_not_a_block(void **state)
 {
     GL_TEST(t, state)
@@ -255,7 +315,7 @@ static void refuses_what_is_not_a_block(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(refuses_what_is_not_a_block), gl_unit_test(scenes_agree),
-                                  gl_unit_test(a_million_queries_agree) };
+                                  gl_unit_test(hostile_blocks_are_read_alike), gl_unit_test(a_million_queries_agree) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }
