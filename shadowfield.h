@@ -1293,6 +1293,131 @@ static const float sfield__y00 = 0.282094792f;      /* Y_00, and C_0jj for every
         }                                                                                                              \
     }
 
+/* Products of 4 bands, which most fields have, without loops: the branches of short loops cost more than the arithmetic.
+   The pairs (number, i, j) and terms (entry, k, pair) are those of sfield_algebra's tables, in their order, so that the
+   sums have the same bits; tests compare the two. */
+#define SFIELD__PAIRS4(X, V)                                                                                          \
+    X(V, 0, 1, 1) X(V, 1, 2, 1) X(V, 2, 2, 2) X(V, 3, 3, 1) X(V, 4, 3, 2) X(V, 5, 3, 3) X(V, 6, 4, 1)                 \
+    X(V, 7, 4, 2) X(V, 8, 4, 3) X(V, 9, 4, 4) X(V, 10, 5, 1) X(V, 11, 5, 2) X(V, 12, 5, 3) X(V, 13, 5, 4)             \
+    X(V, 14, 5, 5) X(V, 15, 6, 1) X(V, 16, 6, 2) X(V, 17, 6, 3) X(V, 18, 6, 4) X(V, 19, 6, 5) X(V, 20, 6, 6)          \
+    X(V, 21, 7, 1) X(V, 22, 7, 2) X(V, 23, 7, 3) X(V, 24, 7, 4) X(V, 25, 7, 5) X(V, 26, 7, 6) X(V, 27, 7, 7)          \
+    X(V, 28, 8, 1) X(V, 29, 8, 2) X(V, 30, 8, 3) X(V, 31, 8, 5) X(V, 32, 8, 6) X(V, 33, 8, 7) X(V, 34, 8, 8)          \
+    X(V, 35, 9, 1) X(V, 36, 9, 3) X(V, 37, 9, 4) X(V, 38, 9, 5) X(V, 39, 9, 6) X(V, 40, 9, 7) X(V, 41, 9, 8)          \
+    X(V, 42, 9, 9) X(V, 43, 10, 1) X(V, 44, 10, 2) X(V, 45, 10, 3) X(V, 46, 10, 4) X(V, 47, 10, 5)                    \
+    X(V, 48, 10, 7) X(V, 49, 10, 9) X(V, 50, 11, 1) X(V, 51, 11, 2) X(V, 52, 11, 3) X(V, 53, 11, 4)                   \
+    X(V, 54, 11, 5) X(V, 55, 11, 6) X(V, 56, 11, 7) X(V, 57, 11, 8) X(V, 58, 11, 9) X(V, 59, 11, 10)                  \
+    X(V, 60, 11, 11) X(V, 61, 12, 1) X(V, 62, 12, 2) X(V, 63, 12, 3) X(V, 64, 12, 4) X(V, 65, 12, 5)                  \
+    X(V, 66, 12, 6) X(V, 67, 12, 7) X(V, 68, 12, 8) X(V, 69, 12, 10) X(V, 70, 12, 11) X(V, 71, 12, 12)                \
+    X(V, 72, 13, 1) X(V, 73, 13, 2) X(V, 74, 13, 3) X(V, 75, 13, 4) X(V, 76, 13, 5) X(V, 77, 13, 6)                   \
+    X(V, 78, 13, 7) X(V, 79, 13, 8) X(V, 80, 13, 9) X(V, 81, 13, 10) X(V, 82, 13, 11) X(V, 83, 13, 12)                \
+    X(V, 84, 13, 13) X(V, 85, 14, 1) X(V, 86, 14, 2) X(V, 87, 14, 3) X(V, 88, 14, 5) X(V, 89, 14, 7)                  \
+    X(V, 90, 14, 8) X(V, 91, 14, 9) X(V, 92, 14, 11) X(V, 93, 14, 12) X(V, 94, 14, 13) X(V, 95, 15, 1)                \
+    X(V, 96, 15, 3) X(V, 97, 15, 4) X(V, 98, 15, 5) X(V, 99, 15, 6) X(V, 100, 15, 7) X(V, 101, 15, 8)                 \
+    X(V, 102, 15, 10) X(V, 103, 15, 11) X(V, 104, 15, 13) X(V, 105, 15, 14) X(V, 106, 15, 15)
+#define SFIELD__TERMS4(X, V)                                                                                          \
+    X(V, 0, 1, 8) X(V, 1, 1, 11) X(V, 2, 1, 15) X(V, 3, 1, 28) X(V, 4, 1, 41) X(V, 5, 1, 48) X(V, 6, 1, 55)           \
+    X(V, 7, 1, 57) X(V, 8, 1, 65) X(V, 9, 1, 75) X(V, 10, 1, 88) X(V, 11, 1, 97) X(V, 12, 2, 10) X(V, 13, 2, 16)      \
+    X(V, 14, 2, 23) X(V, 15, 2, 46) X(V, 16, 2, 54) X(V, 17, 2, 66) X(V, 18, 2, 78) X(V, 19, 2, 90)                   \
+    X(V, 20, 3, 6) X(V, 21, 3, 17) X(V, 22, 3, 22) X(V, 23, 3, 30) X(V, 24, 3, 37) X(V, 25, 3, 47)                    \
+    X(V, 26, 3, 53) X(V, 27, 3, 67) X(V, 28, 3, 77) X(V, 29, 3, 79) X(V, 30, 3, 89) X(V, 31, 3, 101)                  \
+    X(V, 32, 4, 3) X(V, 33, 4, 18) X(V, 34, 4, 25) X(V, 35, 4, 36) X(V, 36, 4, 44) X(V, 37, 4, 52)                    \
+    X(V, 38, 4, 69) X(V, 39, 4, 72) X(V, 40, 4, 80) X(V, 41, 4, 82) X(V, 42, 4, 95) X(V, 43, 4, 103)                  \
+    X(V, 44, 5, 1) X(V, 45, 5, 19) X(V, 46, 5, 24) X(V, 47, 5, 31) X(V, 48, 5, 45) X(V, 49, 5, 51)                    \
+    X(V, 50, 5, 61) X(V, 51, 5, 70) X(V, 52, 5, 81) X(V, 53, 5, 85) X(V, 54, 5, 91) X(V, 55, 5, 92)                   \
+    X(V, 56, 5, 102) X(V, 57, 6, 0) X(V, 58, 6, 2) X(V, 59, 6, 5) X(V, 60, 6, 9) X(V, 61, 6, 14) X(V, 62, 6, 20)      \
+    X(V, 63, 6, 27) X(V, 64, 6, 34) X(V, 65, 6, 42) X(V, 66, 6, 50) X(V, 67, 6, 60) X(V, 68, 6, 62)                   \
+    X(V, 69, 6, 71) X(V, 70, 6, 74) X(V, 71, 6, 84) X(V, 72, 6, 106) X(V, 73, 7, 4) X(V, 74, 7, 13)                   \
+    X(V, 75, 7, 26) X(V, 76, 7, 33) X(V, 77, 7, 43) X(V, 78, 7, 49) X(V, 79, 7, 59) X(V, 80, 7, 63)                   \
+    X(V, 81, 7, 73) X(V, 82, 7, 83) X(V, 83, 7, 87) X(V, 84, 7, 94) X(V, 85, 7, 105) X(V, 86, 8, 0)                   \
+    X(V, 87, 8, 5) X(V, 88, 8, 14) X(V, 89, 8, 27) X(V, 90, 8, 32) X(V, 91, 8, 35) X(V, 92, 8, 50)                    \
+    X(V, 93, 8, 58) X(V, 94, 8, 60) X(V, 95, 8, 74) X(V, 96, 8, 84) X(V, 97, 8, 86) X(V, 98, 8, 93)                   \
+    X(V, 99, 8, 96) X(V, 100, 8, 104) X(V, 101, 9, 8) X(V, 102, 9, 28) X(V, 103, 9, 39) X(V, 104, 9, 48)              \
+    X(V, 105, 9, 57) X(V, 106, 9, 75) X(V, 107, 9, 88) X(V, 108, 10, 7) X(V, 109, 10, 12) X(V, 110, 10, 21)           \
+    X(V, 111, 10, 40) X(V, 112, 10, 56) X(V, 113, 10, 64) X(V, 114, 10, 76) X(V, 115, 10, 98) X(V, 116, 11, 8)        \
+    X(V, 117, 11, 11) X(V, 118, 11, 15) X(V, 119, 11, 28) X(V, 120, 11, 41) X(V, 121, 11, 48) X(V, 122, 11, 55)       \
+    X(V, 123, 11, 57) X(V, 124, 11, 65) X(V, 125, 11, 75) X(V, 126, 11, 88) X(V, 127, 11, 97) X(V, 128, 12, 10)       \
+    X(V, 129, 12, 16) X(V, 130, 12, 23) X(V, 131, 12, 46) X(V, 132, 12, 54) X(V, 133, 12, 66) X(V, 134, 12, 78)       \
+    X(V, 135, 12, 90) X(V, 136, 13, 6) X(V, 137, 13, 17) X(V, 138, 13, 22) X(V, 139, 13, 30) X(V, 140, 13, 37)        \
+    X(V, 141, 13, 47) X(V, 142, 13, 53) X(V, 143, 13, 67) X(V, 144, 13, 77) X(V, 145, 13, 79) X(V, 146, 13, 89)       \
+    X(V, 147, 13, 101) X(V, 148, 14, 10) X(V, 149, 14, 23) X(V, 150, 14, 29) X(V, 151, 14, 38) X(V, 152, 14, 54)      \
+    X(V, 153, 14, 68) X(V, 154, 14, 78) X(V, 155, 14, 100) X(V, 156, 15, 6) X(V, 157, 15, 30) X(V, 158, 15, 47)       \
+    X(V, 159, 15, 53) X(V, 160, 15, 79) X(V, 161, 15, 89) X(V, 162, 15, 99)
+
+#define SFIELD__PAIR4(V, q, i, j)                                                                                      \
+    sfield__##V p##q = sfield__##V##_mul(sfield__##V##_load(a + i * stride), sfield__##V##_load(b + j * stride));      \
+    if (i != j)                                                                                                        \
+        p##q = sfield__##V##_fma(sfield__##V##_load(b + i * stride), sfield__##V##_load(a + j * stride), p##q);
+
+#define SFIELD__TERM4(V, e, k, q) r[k] = sfield__##V##_fma(sfield__##V##_set1(c[e].c), p##q, r[k]);
+
+#define SFIELD__KERNEL4(V, TARGET)                                                                                     \
+    TARGET static void sfield__product4_##V(const sfield_algebra *t, const float *a, const float *b, float *out,       \
+                                            size_t stride, int occlude)                                                \
+    {                                                                                                                  \
+        const sfield__entry *c = t->entry;                                                                             \
+        sfield__##V r[16], a0, b0, acc;                                                                                \
+        uint32_t k;                                                                                                    \
+        acc = sfield__##V##_mul(sfield__##V##_load(a), sfield__##V##_load(b));                                         \
+        a0 = sfield__##V##_mul(sfield__##V##_load(a), sfield__##V##_set1(sfield__y00));                                \
+        b0 = sfield__##V##_mul(sfield__##V##_load(b), sfield__##V##_set1(sfield__y00));                                \
+        for (k = 1; k < 16; k++) {                                                                                     \
+            acc = sfield__##V##_fma(sfield__##V##_load(a + k * stride), sfield__##V##_load(b + k * stride), acc);      \
+            r[k] = sfield__##V##_mul(a0, sfield__##V##_load(b + k * stride));                                          \
+            r[k] = sfield__##V##_fma(b0, sfield__##V##_load(a + k * stride), r[k]);                                    \
+        }                                                                                                              \
+        r[0] = sfield__##V##_mul(acc, sfield__##V##_set1(sfield__y00));                                                \
+        {                                                                                                              \
+            SFIELD__PAIRS4(SFIELD__PAIR4, V)                                                                           \
+            SFIELD__TERMS4(SFIELD__TERM4, V)                                                                           \
+        }                                                                                                              \
+        for (k = 0; k < 16; k++) {                                                                                     \
+            acc = occlude ? sfield__##V##_sub(sfield__##V##_load(a + k * stride), r[k]) : r[k];                        \
+            sfield__##V##_store(out + k * stride, acc);                                                                \
+        }                                                                                                              \
+    }
+
+/* Rotations likewise, in bands of 3, 5 and 7: rows of a block by what is held in registers. m: the row; s: its stride. */
+#define SFIELD__HOLD(V, x) sfield__##V##_load(from + x * stride)
+
+#define SFIELD__ROW3(V, m, s)                                                                                          \
+    sfield__##V##_fma(sfield__##V##_set1((m)[2 * (s)]), x2,                                                            \
+                      sfield__##V##_fma(sfield__##V##_set1((m)[s]), x1, sfield__##V##_mul(sfield__##V##_set1((m)[0]), x0)))
+
+#define SFIELD__ROW5(V, m, s)                                                                                          \
+    sfield__##V##_fma(sfield__##V##_set1((m)[4 * (s)]), x4,                                                            \
+                      sfield__##V##_fma(sfield__##V##_set1((m)[3 * (s)]), x3, SFIELD__ROW3(V, m, s)))
+
+#define SFIELD__ROW7(V, m, s)                                                                                          \
+    sfield__##V##_fma(sfield__##V##_set1((m)[6 * (s)]), x6,                                                            \
+                      sfield__##V##_fma(sfield__##V##_set1((m)[5 * (s)]), x5, SFIELD__ROW5(V, m, s)))
+
+#define SFIELD__ROTATE4(V, TARGET)                                                                                     \
+    TARGET static void sfield__rotate4_##V(const sfield_rotation *rotation, const float *in, float *out, size_t stride,\
+                                           int inverse)                                                                \
+    {                                                                                                                  \
+        const float *m = rotation->block, *from = in;                                                                  \
+        sfield__##V x0, x1, x2, x3, x4, x5, x6;                                                                        \
+        uint32_t y;                                                                                                    \
+        sfield__##V##_store(out, sfield__##V##_mul(sfield__##V##_set1(m[0]), SFIELD__HOLD(V, 0)));                     \
+        m += 1;                                                                                                        \
+        from = in + stride;                                                                                            \
+        x0 = SFIELD__HOLD(V, 0), x1 = SFIELD__HOLD(V, 1), x2 = SFIELD__HOLD(V, 2);                                     \
+        for (y = 0; y < 3; y++)                                                                                        \
+            sfield__##V##_store(out + (1 + y) * stride, SFIELD__ROW3(V, m + y * (inverse ? 1 : 3), inverse ? 3 : 1));  \
+        m += 9;                                                                                                        \
+        from = in + 4 * stride;                                                                                        \
+        x0 = SFIELD__HOLD(V, 0), x1 = SFIELD__HOLD(V, 1), x2 = SFIELD__HOLD(V, 2), x3 = SFIELD__HOLD(V, 3);            \
+        x4 = SFIELD__HOLD(V, 4);                                                                                       \
+        for (y = 0; y < 5; y++)                                                                                        \
+            sfield__##V##_store(out + (4 + y) * stride, SFIELD__ROW5(V, m + y * (inverse ? 1 : 5), inverse ? 5 : 1));  \
+        m += 25;                                                                                                       \
+        from = in + 9 * stride;                                                                                        \
+        x0 = SFIELD__HOLD(V, 0), x1 = SFIELD__HOLD(V, 1), x2 = SFIELD__HOLD(V, 2), x3 = SFIELD__HOLD(V, 3);            \
+        x4 = SFIELD__HOLD(V, 4), x5 = SFIELD__HOLD(V, 5), x6 = SFIELD__HOLD(V, 6);                                     \
+        for (y = 0; y < 7; y++)                                                                                        \
+            sfield__##V##_store(out + (9 + y) * stride, SFIELD__ROW7(V, m + y * (inverse ? 1 : 7), inverse ? 7 : 1));  \
+    }
+
 #if defined(__GNUC__) && !defined(__TINYC__)
 typedef float sfield__f4 __attribute__((vector_size(16)));
 typedef struct sfield__plain { sfield__f4 a, b, c, d; } sfield__plain;
@@ -1407,6 +1532,8 @@ SFIELD__TARGET_AVX2 SFIELD__INLINE sfield__avx2 sfield__avx2_fma(sfield__avx2 x,
     return sfield__avx2_make(_mm256_fmadd_ps(x.lo, y.lo, z.lo), _mm256_fmadd_ps(x.hi, y.hi, z.hi));
 }
 SFIELD__KERNELS(avx2, SFIELD__TARGET_AVX2)
+SFIELD__KERNEL4(avx2, SFIELD__TARGET_AVX2)
+SFIELD__ROTATE4(avx2, SFIELD__TARGET_AVX2)
 
 typedef __m512 sfield__avx512;
 SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_load(const float *p) { return _mm512_loadu_ps(p); }
@@ -1419,6 +1546,8 @@ SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_fma(__m512 x, __m512 
     return _mm512_fmadd_ps(x, y, z);
 }
 SFIELD__KERNELS(avx512, SFIELD__TARGET_AVX512)
+SFIELD__KERNEL4(avx512, SFIELD__TARGET_AVX512)
+SFIELD__ROTATE4(avx512, SFIELD__TARGET_AVX512)
 #endif
 #undef SFIELD__KERNELS
 
@@ -1433,11 +1562,11 @@ static void sfield__product16(const sfield_algebra *t, const float *a, const flo
 {
 #if SFIELD__SIMD
     if (t->simd == 2) {
-        sfield__product_avx512(t, a, b, out, stride, occlude);
+        (t->bands == 4 ? sfield__product4_avx512 : sfield__product_avx512)(t, a, b, out, stride, occlude);
         return;
     }
     if (t->simd == 1) {
-        sfield__product_avx2(t, a, b, out, stride, occlude);
+        (t->bands == 4 ? sfield__product4_avx2 : sfield__product_avx2)(t, a, b, out, stride, occlude);
         return;
     }
 #endif
@@ -1449,11 +1578,11 @@ static void sfield__rotate16(const sfield_rotation *r, const float *in, float *o
 {
 #if SFIELD__SIMD
     if (simd == 2) {
-        sfield__rotate_avx512(r, in, out, stride, inverse);
+        (r->bands == 4 ? sfield__rotate4_avx512 : sfield__rotate_avx512)(r, in, out, stride, inverse);
         return;
     }
     if (simd == 1) {
-        sfield__rotate_avx2(r, in, out, stride, inverse);
+        (r->bands == 4 ? sfield__rotate4_avx2 : sfield__rotate_avx2)(r, in, out, stride, inverse);
         return;
     }
 #endif

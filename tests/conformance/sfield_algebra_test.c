@@ -173,6 +173,44 @@ static void products_of_many_vectors(void **state)
     }
 }
 
+/* What is written out for 4 bands against the loops over the tables: equal bits, so equal pictures on every processor. */
+static void four_bands_have_the_bits_of_the_loops(void **state)
+{
+#if SFIELD__SIMD
+    enum { N = 16 * SFIELD__LANES };
+    typedef void (*product)(const sfield_algebra *, const float *, const float *, float *, size_t, int);
+    typedef void (*rotate)(const sfield_rotation *, const float *, float *, size_t, int);
+    static const product products[2][2] = { { sfield__product_avx2, sfield__product4_avx2 },
+                                            { sfield__product_avx512, sfield__product4_avx512 } };
+    static const rotate rotations[2][2] = { { sfield__rotate_avx2, sfield__rotate4_avx2 },
+                                            { sfield__rotate_avx512, sfield__rotate4_avx512 } };
+    static const float turn[16] = { 0.36f, 0.48f, -0.8f, 0, -0.8f, 0.6f, 0, 0, 0.48f, 0.64f, 0.6f, 0, 0, 0, 0, 1 };
+    float a[N], b[N], loops[N], straight[N];
+    sfield_algebra *t = algebra_of(4);
+    sfield_rotation r;
+    uint64_t seed = 44;
+    int simd, way;
+    (void)state;
+    assert_int_equal(sfield_sh_rotation(t, turn, &r), SFIELD_OK);
+    random_vector(&seed, N, a);
+    random_vector(&seed, N, b);
+    for (simd = 0; simd < sfield__simd(); simd++)
+        for (way = 0; way < 2; way++) {
+            products[simd][0](t, a, b, loops, SFIELD__LANES, way);
+            memcpy(straight, a, sizeof a);
+            products[simd][1](t, straight, b, straight, SFIELD__LANES, way);        /* in place */
+            assert_memory_equal(straight, loops, sizeof loops);
+            rotations[simd][0](&r, a, loops, SFIELD__LANES, way);
+            memcpy(straight, a, sizeof a);
+            rotations[simd][1](&r, straight, straight, SFIELD__LANES, way);
+            assert_memory_equal(straight, loops, sizeof loops);
+        }
+    sfield_algebra_free(t);
+#else
+    (void)state;            /* no intrinsics: the loops alone */
+#endif
+}
+
 static void t6_truncation(void **state)
 {
     sfield_algebra *t = algebra_of(4);
@@ -422,6 +460,7 @@ int main(void)
         cmocka_unit_test(t3_order_and_signs),
         cmocka_unit_test(t4_four_bands_are_16_coefficients),
         cmocka_unit_test(products_of_many_vectors),
+        cmocka_unit_test(four_bands_have_the_bits_of_the_loops),
         cmocka_unit_test(t6_truncation),
         cmocka_unit_test(t7_order_of_occluders),
         cmocka_unit_test(logs_and_exps),
