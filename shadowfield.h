@@ -1295,7 +1295,8 @@ static const float sfield__y00 = 0.282094792f;      /* Y_00, and C_0jj for every
 
 /* Products of 4 bands, which most fields have, without loops: the branches of short loops cost more than the arithmetic.
    The pairs (number, i, j) and terms (entry, k, pair) are those of sfield_algebra's tables, in their order, so that the
-   sums have the same bits; tests compare the two. */
+   sums have the same bits. A change of the tables' order shows in four_bands_have_the_bits_of_the_loops of the tests; the
+   lists are then printed from pair_i, pair, first and entry of an algebra of 4 bands. */
 #define SFIELD__PAIRS4(X, V)                                                                                          \
     X(V, 0, 1, 1) X(V, 1, 2, 1) X(V, 2, 2, 2) X(V, 3, 3, 1) X(V, 4, 3, 2) X(V, 5, 3, 3) X(V, 6, 4, 1)                 \
     X(V, 7, 4, 2) X(V, 8, 4, 3) X(V, 9, 4, 4) X(V, 10, 5, 1) X(V, 11, 5, 2) X(V, 12, 5, 3) X(V, 13, 5, 4)             \
