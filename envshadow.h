@@ -1444,6 +1444,14 @@ static envsh_result envsh__grid_make(envsh__grid *g, const envsh_map *map, int h
 
 static double envsh__weight(const envsh__grid *g, size_t t) { return (double)g->lum[t] * (double)g->omega[t]; }
 
+static double envsh__total(const envsh__grid *g)
+{
+    double total = 0.0;
+    size_t t;
+    for (t = 0; t < g->count; t++) total += envsh__weight(g, t);
+    return total;
+}
+
 /* The four neighbours of a texel: round the seam and over the poles, or across the cube's edges. */
 static void envsh__neighbours(const envsh__grid *g, uint32_t t, uint32_t *out)
 {
@@ -1984,15 +1992,16 @@ static uint32_t envsh__cut_at(const envsh__grid *g, const double *table, const e
 static void envsh__share_faces(const envsh__grid *g, const double *table, envsh__region *r, uint32_t k)
 {
     uint32_t f, given = 0, lit = 0;
-    double before = 0.0;
+    double before = 0.0, total = 0.0;
     for (f = 0; f < g->faces; f++) {
         r[f].sum.w = envsh__energy(g, table, &r[f], 0, 0, g->width, g->height);
         lit += r[f].sum.w > 0.0;
+        total += r[f].sum.w;
     }
     for (f = 0; f < g->faces; f++) {
         uint32_t until;
         before += r[f].sum.w;
-        until = (uint32_t)((double)(k - lit) * (before / g->total) + 0.5);
+        until = (uint32_t)((double)(k - lit) * (total > 0.0 ? before / total : 0.0) + 0.5);
         until = until > k - lit || f + 1 == g->faces ? k - lit : until;
         r[f].lights = r[f].sum.w > 0.0 ? until - given + 1 : 0;
         given = r[f].sum.w > 0.0 ? until : given;
@@ -2447,9 +2456,10 @@ static envsh_result envsh__label_with_sun(envsh_lights *l, const envsh__grid *g,
         envsh__grid rest = *g;
         for (i = 0; i < size; i++) {
             kept[i] = g->lum[queue[i]];
-            rest.total -= envsh__weight(g, queue[i]);
             g->lum[queue[i]] = 0.0f;
         }
+        /* Summed anew: beside a sun of 1e16 times the sky, a difference would be rounding, of either sign. */
+        if (size) rest.total = envsh__total(g);
         result = envsh__label(&rest, l->desc.method, size ? k - 1 : k, label, chosen + (size != 0), a);
         for (t = 0; size && t < g->count; t++) label[t] += label[t] != ENVSH_NO_LIGHT;
         for (i = 0; i < size; i++) {

@@ -531,6 +531,43 @@ static void sun_is_split_off(void **state)
     sky_free(&s);
 }
 
+static void uneven(const double *d, double *rgb)
+{
+    for (int c = 0; c < 3; c++) rgb[c] = 2 + 0.9 * d[0] + 0.7 * d[1] * d[2] + 0.1 * c;
+}
+
+/* Beside a sun that leaves no digit of the sky in a sum of both, the sky's lights are those of the sky alone. */
+static void sky_beside_a_glaring_sun(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < 2 * METHODS; kind++) {
+        sky s = kind & 1 ? sky_alloc(ENVSH_MAP_CUBE, 24, 24) : sky_alloc(ENVSH_MAP_LATLONG, 90, 45);
+        size_t sun = 3 * (s.texels / 11);
+        envsh_desc d = desc_of(methods[kind / 2], 24);
+        envsh_lights *alone, *beside;
+        const envsh_light *a, *b;
+        uint32_t count, found;
+        sky_fill(&s, uneven);
+        memset(s.rgb + sun, 0, 3 * sizeof *s.rgb);
+        alone = build(&d, &s.map, NULL);
+        for (size_t c = 0; c < 3; c++) s.rgb[sun + c] = 1e25f;
+        d.split_sun = 1;
+        d.light_count++;
+        beside = build(&d, &s.map, NULL);
+        a = envsh_lights_get(alone, &count);
+        b = envsh_lights_get(beside, &found);
+        assert_int_equal(found, count + 1);
+        assert_int_equal(b[0].flags, ENVSH_LIGHT_SUN);
+        for (uint32_t i = 0; i < count; i++) {
+            assert_memory_equal(a[i].direction, b[i + 1].direction, sizeof a->direction);
+            assert_memory_equal(a[i].irradiance, b[i + 1].irradiance, sizeof a->irradiance);
+        }
+        envsh_lights_free(alone);
+        envsh_lights_free(beside);
+        sky_free(&s);
+    }
+}
+
 /* ---- extents ---- */
 
 static void disc_map(const double *d, double *rgb)
@@ -979,6 +1016,7 @@ int main(void)
         cmocka_unit_test(best_method_halves_the_lights),
         cmocka_unit_test(jitter_converges),
         cmocka_unit_test(sun_is_split_off),
+        cmocka_unit_test(sky_beside_a_glaring_sun),
         cmocka_unit_test(extents_measure_the_stratum),
         cmocka_unit_test(follow_moves_little),
         cmocka_unit_test(sun_is_followed),
