@@ -2714,6 +2714,32 @@ static double envsh__main_axis(const envsh__sums *s, envsh__v3 *axis)
     return length;
 }
 
+/* Where a stratum is cut: through its mean, across its main axis. */
+typedef struct envsh__plane { envsh__v3 axis; double mean; } envsh__plane;
+
+static envsh__plane envsh__plane_across(const envsh__sums *s)
+{
+    envsh__plane p;
+    envsh__main_axis(s, &p.axis);
+    p.mean = (s->m[0] * (double)p.axis.x + s->m[1] * (double)p.axis.y + s->m[2] * (double)p.axis.z) / s->w;
+    return p;
+}
+
+static int envsh__beyond(const envsh__grid *g, const envsh__plane *p, uint32_t t)
+{
+    return (double)(g->dx[t] * p->axis.x) + (double)(g->dy[t] * p->axis.y) + (double)(g->dz[t] * p->axis.z) > p->mean;
+}
+
+/* Whether both sides of the cut have energy: the scatter of one lit texel, too, is rounding and not always zero. */
+static int envsh__divisible(const envsh__follow *f, uint32_t which)
+{
+    envsh__plane p = envsh__plane_across(&f->l->sums[which]);
+    uint32_t j, sides = 0;
+    for (j = f->l->start[which]; j < f->l->start[which + 1] && sides != 3; j++)
+        if (f->g->lum[f->l->order[j]] > 0.0f) sides |= envsh__beyond(f->g, &p, f->l->order[j]) ? 2 : 1;
+    return sides == 3;
+}
+
 /* Energy times the fourth root of the scatter per energy: the importance of envsh__best_cut. */
 static double envsh__rank(double w, double scatter) { return sqrt(sqrt(w * w * w * scatter)); }
 
@@ -2730,7 +2756,8 @@ static void envsh__rate(envsh__follow *f)
         f->cost[i] = 1e300;
         f->partner[i] = i;
         /* Cutting an even spread in two leaves a quarter of the scatter along the axis. */
-        f->gain[i] = a->w > 0.0 && a->texels > 1.5 && i >= first ? 0.75 * envsh__main_axis(a, &axis) : 0.0;
+        f->gain[i] = a->texels > 1.5 && a->w > 0.0 && i >= first && envsh__divisible(f, i)
+                   ? 0.75 * envsh__main_axis(a, &axis) : 0.0;
         f->gain[i] = envsh__rank(a->w, f->gain[i]);
         for (j = first; j < l->count && i >= first; j++) {
             const envsh__sums *b = &l->sums[j];
@@ -2776,18 +2803,10 @@ static uint32_t envsh__pick_merge(const envsh__follow *f)
 /* The texels of a stratum beyond its mean along its main axis become stratum `other`. */
 static void envsh__split(envsh__follow *f, uint32_t which, uint32_t other)
 {
-    const envsh__grid *g = f->g;
-    const envsh__sums *s = &f->l->sums[which];
-    envsh__v3 axis;
+    envsh__plane p = envsh__plane_across(&f->l->sums[which]);
     uint32_t j;
-    double mean;
-    envsh__main_axis(s, &axis);
-    mean = (s->m[0] * (double)axis.x + s->m[1] * (double)axis.y + s->m[2] * (double)axis.z) / s->w;
-    for (j = f->l->start[which]; j < f->l->start[which + 1]; j++) {
-        uint32_t t = f->l->order[j];
-        double d = (double)(g->dx[t] * axis.x) + (double)(g->dy[t] * axis.y) + (double)(g->dz[t] * axis.z);
-        if (d > mean) f->label[t] = other;
-    }
+    for (j = f->l->start[which]; j < f->l->start[which + 1]; j++)
+        if (envsh__beyond(f->g, &p, f->l->order[j])) f->label[f->l->order[j]] = other;
     f->touched[which] = 1;
 }
 

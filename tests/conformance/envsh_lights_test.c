@@ -998,6 +998,38 @@ static void partners_are_nearest(void **state)
     }
 }
 
+/* A stratum whose energy is all in one texel, or in none, cannot be split: no light without a direction. */
+static void what_is_split_has_energy_on_both_sides(void **state)
+{
+    (void)state;
+    for (uint32_t seed = 0; seed < 200; seed++) {
+        sky s = sky_alloc(ENVSH_MAP_LATLONG, 3 + seed % 5, 1 + seed / 5 % 4);
+        envsh_desc d = desc_of(methods[seed % METHODS], 1 + seed % 3);
+        uint32_t random = seed, lit = 0, count, had;
+        envsh_lights *l;
+        const envsh_light *list;
+        sky_fill(&s, uneven);
+        l = build(&d, &s.map, NULL);
+        envsh_lights_get(l, &had);
+        for (size_t t = 0; t < s.texels; t++) {
+            float f;
+            random = random * 747796405u + 2891336453u;
+            f = random >> 16 & 1 ? 0 : (float)exp2((double)(random >> 24) / 4 - 32);
+            lit += f > 0;
+            for (size_t c = 0; c < 3; c++) s.rgb[3 * t + c] = f;
+        }
+        assert_int_equal(envsh_lights_follow(l, &s.map, 60, NULL), ENVSH_OK);
+        list = envsh_lights_get(l, &count);
+        assert_in_range(count, had, had + lit);
+        for (uint32_t i = 0; i < count; i++) {
+            assert_true(envsh__light_finite(&list[i]));
+            assert_true(i < had || list[i].irradiance[0] > 0);
+        }
+        envsh_lights_free(l);
+        sky_free(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -1028,6 +1060,7 @@ int main(void)
         cmocka_unit_test(harmonics_of_irradiance),
         cmocka_unit_test(main_axis_of_two),
         cmocka_unit_test(partners_are_nearest),
+        cmocka_unit_test(what_is_split_has_energy_on_both_sides),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
