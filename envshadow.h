@@ -3527,7 +3527,7 @@ static void envsh__fit(const envsh_maps *m, const envsh_light *l, const envsh_bo
 static int envsh__light_finite(const envsh_light *l)
 {
     return envsh__v3_finite(envsh__v3_load(l->direction)) && envsh__v3_finite(envsh__v3_load(l->irradiance)) &&
-           envsh__v3_finite(envsh__v3_load(l->axis_u)) && envsh__v3_finite(envsh__v3_load(l->axis_v)) &&
+           envsh__v3_length(envsh__v3_load(l->axis_u)) < 1e3f && envsh__v3_length(envsh__v3_load(l->axis_v)) < 1e3f &&
            fabsf(envsh__v3_length(envsh__v3_load(l->direction)) - 1.0f) < 1e-3f;
 }
 
@@ -3942,22 +3942,33 @@ static void envsh__limit(float *a, float *b, float most)
     }
 }
 
+/* Half axes of the kernel, texels, where the stratum spreads over a distance in depth. They are held where squares are
+   still numbers: beyond, the limit keeps their directions only. */
+static float envsh__hold(float x) { return x < -1e15f ? -1e15f : x > 1e15f ? 1e15f : x; }
+
+static void envsh__kernel(const envsh__lookup *l, float distance, float *a, float *b)
+{
+    const float *spread = l->view->spread;
+    int k;
+    distance = distance > 0.0f ? distance * l->query->extent_scale : 0.0f;
+    distance = distance < 1e9f ? distance : 1e9f;
+    for (k = 0; k < 2; k++) {
+        a[k] = envsh__hold(spread[k] * distance);
+        b[k] = envsh__hold(spread[2 + k] * distance);
+    }
+    envsh__limit(a, b, l->query->radius);
+}
+
 /* Percentage-closer soft shadows for a directional light: the mean depth of what is in the way, then a kernel as wide
    as the stratum spreads over that distance (Fernando 2005; the paper's future work). */
 static float envsh__penumbra(const envsh__lookup *l, const envsh__receiver *r, float c, float s)
 {
     const envsh_query *q = l->query;
-    const float *spread = l->view->spread;
-    float a[2], b[2], blockers = 0.0f, reach = r->z, distance;
+    float a[2], b[2], blockers = 0.0f;
     uint32_t i, found = 0;
     int32_t x, y;
-    int known, k;
-    reach = (reach > 0.0f ? reach : 0.0f) * q->extent_scale;
-    for (k = 0; k < 2; k++) {
-        a[k] = spread[k] * reach;
-        b[k] = spread[2 + k] * reach;
-    }
-    envsh__limit(a, b, q->radius);
+    int known;
+    envsh__kernel(l, r->z, a, b);
     known = envsh__decide(l, r, fabsf(a[0]) + fabsf(b[0]), fabsf(a[1]) + fabsf(b[1]));
     if (known >= 0) return (float)known;
     for (i = 0; i < q->taps; i++) {
@@ -3969,13 +3980,7 @@ static float envsh__penumbra(const envsh__lookup *l, const envsh__receiver *r, f
         found++;
     }
     if (!found) return 1.0f;
-    distance = (r->z - blockers / (float)found) * q->extent_scale;
-    distance = distance > 0.0f ? distance : 0.0f;
-    for (k = 0; k < 2; k++) {
-        a[k] = spread[k] * distance;
-        b[k] = spread[2 + k] * distance;
-    }
-    envsh__limit(a, b, q->radius);
+    envsh__kernel(l, r->z - blockers / (float)found, a, b);
     return envsh__taps(l, r, a, b, c, s);
 }
 

@@ -305,6 +305,33 @@ static void bad_geometry_is_harmless(void **state)
     assert_true(envsh__finite(e[0]));
 }
 
+/* Under a roof that covers the whole tile it is dark, however far down: the kernel's half axes stay numbers. */
+static void far_below_a_roof_it_is_dark(void **state)
+{
+    static const float roof[] = { -9, 0.5f, -9, 9, 0.5f, -9, 0, 0.5f, 9 };
+    static const float depths[] = { 0.25f, 10, 1e6f, 1e15f, 1e30f, 1e37f, 3e38f };
+    envsh_light sun = { { 0, 1, 0 }, { 1, 1, 1 }, 0.1f, { 0.3f, 0, 0 }, { 0, 0, 0.2f }, 0, 0 };
+    envsh_mesh mesh = { roof, 3, 0, NULL, 0 };
+    envsh_query q = envsh_query_default();
+    (void)state;
+    assert_int_equal(envsh_maps_begin(maps, &sun, 1, box), ENVSH_OK);
+    assert_int_equal(envsh_maps_draw(maps, &mesh, NULL), ENVSH_OK);
+    assert_int_equal(envsh_maps_end(maps), ENVSH_OK);
+    for (size_t i = 0; i < sizeof depths / sizeof depths[0]; i++)
+        for (int filter = 0; filter < ENVSH_FILTER_COUNT; filter++) {
+            float p[3] = { 0, -depths[i], 0 }, n[3] = { 0, 1, 0 }, out[3] = { 7, 7, 7 };
+            q.points = p;
+            q.normals = n;
+            q.count = 1;
+            q.radius = 2;
+            q.filter = (envsh_filter)filter;
+            assert_int_equal(envsh_shade(maps, &q, out), ENVSH_OK);
+            assert_true(out[0] >= 0 && out[0] <= 0);
+        }
+    sun.axis_u[0] = 1e30f;
+    assert_int_equal(envsh_maps_begin(maps, &sun, 1, box), ENVSH_ERR_ARGUMENT);
+}
+
 static void queries_are_checked(void **state)
 {
     float p[3] = { 0, 0, 0 }, n[3] = { 0, 1, 0 }, out[3] = { 7, 7, 7 };
@@ -363,6 +390,7 @@ int main(void)
         cmocka_unit_test(atlas_is_checked),
         cmocka_unit_test(drawing_is_checked),
         cmocka_unit_test(bad_geometry_is_harmless),
+        cmocka_unit_test(far_below_a_roof_it_is_dark),
         cmocka_unit_test(queries_are_checked),
     };
     return cmocka_run_group_tests(tests, setup, teardown);

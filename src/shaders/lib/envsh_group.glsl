@@ -17,8 +17,8 @@ vec2 envsh_group_reach(envsh_query q, envsh_view v, float z)
 #elif ENVSH_FILTER == 2
     return vec2(q.radius + 0.01);
 #else       // the half axes grow with the depth, but where one is lengthened to 0.7
-    vec2 a = v.spread.xy * (max(z, 0.0) * q.extent_scale), b = v.spread.zw * (max(z, 0.0) * q.extent_scale);
-    envsh_limit(a, b, q.radius);
+    vec2 a, b;
+    envsh_kernel(q, v, z, a, b);
     return abs(a) + abs(b) + 0.71;
 #endif
 }

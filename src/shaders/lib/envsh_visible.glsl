@@ -160,12 +160,22 @@ void envsh_limit(inout vec2 a, inout vec2 b, float most)
     }
 }
 
+// Half axes of the kernel, texels, where the stratum spreads over a distance in depth; held where squares are still
+// numbers.
+void envsh_kernel(envsh_query q, envsh_view v, float away, out vec2 a, out vec2 b)
+{
+    away = min(max(away, 0.0) * q.extent_scale, 1e9);
+    a = clamp(v.spread.xy * away, -1e15, 1e15);
+    b = clamp(v.spread.zw * away, -1e15, 1e15);
+    envsh_limit(a, b, q.radius);
+}
+
 // The mean depth of what is in the way, then a kernel as wide as the stratum spreads over that distance.
 float envsh_penumbra(envsh_query q, envsh_view v, envsh_receiver r, vec2 cs)
 {
-    float reach = max(r.z, 0.0) * q.extent_scale, blockers = 0.0, found = 0.0, stored;
-    vec2 a = v.spread.xy * reach, b = v.spread.zw * reach;
-    envsh_limit(a, b, q.radius);
+    float blockers = 0.0, found = 0.0, stored;
+    vec2 a, b;
+    envsh_kernel(q, v, r.z, a, b);
     int known = envsh_decide(q, v, r, abs(a) + abs(b));
     if (known >= 0) return float(known);
     for (uint i = 0u; i < q.taps; i++)
@@ -174,10 +184,7 @@ float envsh_penumbra(envsh_query q, envsh_view v, envsh_receiver r, vec2 cs)
             found += 1.0;
         }
     if (found == 0.0) return 1.0;
-    float away = max((r.z - blockers / found) * q.extent_scale, 0.0);
-    a = v.spread.xy * away;
-    b = v.spread.zw * away;
-    envsh_limit(a, b, q.radius);
+    envsh_kernel(q, v, r.z - blockers / found, a, b);
     return envsh_taps(q, v, r, a, b, cs);
 }
 
