@@ -218,7 +218,8 @@ typedef struct envsh_light {
     float    irradiance[3];         /* on a plane that faces it: radiance x solid angle over the stratum, W/m^2 */
     float    solid_angle;           /* of the stratum, sr */
     float    axis_u[3], axis_v[3];  /* extent: half axes of the ellipse with the spread of its radiance, at right angles
-                                       to direction and each other; |axis_u| >= |axis_v|, tangents of angles */
+                                       to direction and each other; |axis_u| >= |axis_v|, tangents of angles,
+                                       below 1e3 */
     uint32_t id;                    /* stays with a light through envsh_lights_follow and envsh_match */
     uint32_t flags;
 } envsh_light;
