@@ -157,8 +157,8 @@ typedef void (*cohsm_parallel_for)(void *user, size_t count, cohsm_task task, vo
 /* Must call task(context, i) once for each i < count, in any order and on any threads, and return when all are done. */
 
 typedef int (*cohsm_progress)(void *user, float fraction);
-/* Called between batches of views, from the thread that called us, fraction 0..1 never falling, 0 while orders and
-   frames are tried; not 0 cancels. */
+/* Called between batches of views or lists, from the thread that called us, fraction 0..1 never falling, 0 while orders
+   and frames are tried; not 0 cancels. */
 
 /* ---- what is mapped: locations, layers, order ---- */
 
@@ -295,10 +295,13 @@ COHSM_DEF void         cohsm_builder_free(cohsm_builder *builder);
    Cost     memory as for cohsm_build, without the triangles; never the maps themselves.
    On a k-DOP: light refused by semi-local queries is then anything inside the bounding sphere. */
 
-COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_allocator *allocator,
+COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_desc *desc,
                                    cohsm_maps **out);
 /* Joins shards of one desc whose pixel ranges follow each other from 0 to M * M; the bytes are those of the unsharded
-   build. Errors: COHSM_ERR_ARGUMENT, COHSM_ERR_MISMATCH, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC. */
+   build.
+   desc     for its allocator and progress only; may be NULL
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_MISMATCH, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC,
+            COHSM_ERR_CANCELLED */
 
 COHSM_DEF void cohsm_free(cohsm_maps *maps);    /* NULL is fine */
 
@@ -339,18 +342,20 @@ COHSM_DEF const void *cohsm_data(const cohsm_maps *maps, size_t *size);
 COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *maps, void *memory, size_t memory_size);
 /* The bytes of the plain file, info.bytes of them, on a host of any byte order. */
 
-COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_allocator *allocator, cohsm_maps **out);
+COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_desc *desc, cohsm_maps **out);
 /* Takes a plain or a packed file from memory: checks version, sizes, checksum and every list before anything is used,
    and copies it (data may go). Memory asked for: at most 64 bytes a byte of file + 256 KB.
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_FORMAT, COHSM_ERR_VERSION, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC */
+   desc     for its allocator and progress only; may be NULL
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_FORMAT, COHSM_ERR_VERSION, COHSM_ERR_ALLOC,
+            COHSM_ERR_CANCELLED */
 
-COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_allocator *allocator, void **data, size_t *size);
+COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_desc *desc, void **data, size_t *size);
 /* The packed file: the same block, entropy-coded against neighbouring pixels, about half of the plain size.
-   data     written on COHSM_OK only, from the allocator (NULL = malloc): free it there
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_ALLOC, COHSM_ERR_LIMIT
+   desc     for its allocator and progress only; may be NULL
+   data     written on COHSM_OK only, from desc's allocator: free it there
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_ALLOC, COHSM_ERR_LIMIT, COHSM_ERR_CANCELLED
    Cost     about 1 microsecond a segment, half of it to check that the file decodes to the same block; cohsm_open takes
-            the other half. Memory: twice the block, and the packed file. It cannot be cancelled: pack in a thread of your
-            own where seconds matter */
+            the other half. Memory: twice the block, and the packed file */
 
 /* ---- checking a build ---- */
 
@@ -1692,10 +1697,44 @@ static void cohsm__give(cohsm__heap *h, void *p, size_t count, size_t size)
     cohsm__free(&h->allocator, p);
 }
 
-static int cohsm__allocator_of(const cohsm_allocator *in, cohsm__allocator *out)
+/* The caller's progress within a part of a call. */
+typedef struct cohsm__part { cohsm_progress progress; void *user; float from, to; } cohsm__part;
+
+static int cohsm__part_progress(void *user, float fraction)
 {
-    if (in && !cohsm__allocator_valid(in->alloc_fn, in->free_fn)) return 0;
-    *out = cohsm__allocator_make(in ? in->alloc_fn : NULL, in ? in->free_fn : NULL, in ? in->user : NULL);
+    const cohsm__part *p = (const cohsm__part *)user;
+    return p->progress(p->user, p->from + (p->to - p->from) * fraction);
+}
+
+static cohsm__part cohsm__part_of(const cohsm__part *whole, float from, float to)
+{
+    cohsm__part p = *whole;
+    p.from = whole->from + (whole->to - whole->from) * from;
+    p.to = whole->from + (whole->to - whole->from) * to;
+    return p;
+}
+
+/* Before step i of count, asked every so many steps. 1: the caller cancels. */
+static inline int cohsm__cancelled(cohsm__part *p, size_t i, size_t count, size_t every)
+{
+    return p->progress && i % every == 0 && cohsm__part_progress(p, (float)((double)i / (double)count));
+}
+
+/* What calls that build nothing take from a desc; 0: its allocator is half. */
+static int cohsm__services_of(const cohsm_desc *desc, cohsm__allocator *a, cohsm__part *part)
+{
+    cohsm_desc none;
+
+    if (!desc) {
+        memset(&none, 0, sizeof none);
+        desc = &none;
+    }
+    if (!cohsm__allocator_valid(desc->allocator.alloc_fn, desc->allocator.free_fn)) return 0;
+    *a = cohsm__allocator_make(desc->allocator.alloc_fn, desc->allocator.free_fn, desc->allocator.user);
+    part->progress = desc->progress;
+    part->user = desc->progress_user;
+    part->from = 0.0f;
+    part->to = 1.0f;
     return 1;
 }
 
@@ -4250,15 +4289,6 @@ static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *
     return result;
 }
 
-/* The caller's progress within a part of a call. */
-typedef struct cohsm__part { cohsm_progress progress; void *user; float from, to; } cohsm__part;
-
-static int cohsm__part_progress(void *user, float fraction)
-{
-    const cohsm__part *p = (const cohsm__part *)user;
-    return p->progress(p->user, p->from + (p->to - p->from) * fraction);
-}
-
 static void cohsm__take_part(cohsm_desc *d, cohsm__part *p, float from, float to)
 {
     p->progress = d->progress;
@@ -5725,17 +5755,22 @@ static int cohsm__same_build(const cohsm_maps *a, const cohsm_maps *b)
            memcmp(a->words + COHSM__HEADER_WORDS, b->words + COHSM__HEADER_WORDS, 4 * before) == 0;
 }
 
-static void cohsm__lay_shards(const cohsm_maps *const *shards, size_t count, cohsm__layout *l, uint32_t *lookup)
-{
-    uint32_t chunk, p, dry_entry;
-    size_t i;
+enum { COHSM__LISTS_COPIED = 4096, COHSM__LISTS_CODED = 64 };   /* between two calls of progress: milliseconds */
 
-    for (chunk = 0; chunk < cohsm__chunks(&shards[0]->head); chunk++)
+/* 0: cancelled. */
+static int cohsm__lay_shards(const cohsm_maps *const *shards, size_t count, cohsm__part part, cohsm__layout *l,
+                             uint32_t *lookup)
+{
+    uint32_t chunk, chunks = cohsm__chunks(&shards[0]->head), p, dry_entry;
+    size_t i, done = 0, lists = (size_t)shards[count - 1u]->head.pixel_end * chunks;
+
+    for (chunk = 0; chunk < chunks; chunk++)
         for (i = 0; i < count; i++) {
             const cohsm_maps *s = shards[i];
             for (p = 0; p < s->range; p++) {
                 uint32_t entry = s->lookup[(size_t)chunk * s->range + p], *at = lookup ? lookup++ : &dry_entry, blocks;
                 const uint32_t *directory = s->directories + entry;
+                if (cohsm__cancelled(&part, done++, lists, COHSM__LISTS_COPIED)) return 0;
                 *at = entry;
                 if (entry & COHSM__CONSTANT) continue;
                 blocks = cohsm__block_count(directory);
@@ -5743,10 +5778,11 @@ static void cohsm__lay_shards(const cohsm_maps *const *shards, size_t count, coh
                                 cohsm__block_at(directory, s->lines, blocks - 1u));
             }
         }
+    return 1;
 }
 
 static cohsm_result cohsm__join(const cohsm_maps *const *shards, size_t count, cohsm__header *h,
-                                const cohsm__allocator *a, cohsm_maps **out)
+                                const cohsm__allocator *a, const cohsm__part *part, cohsm_maps **out)
 {
     cohsm__layout layout;
     cohsm__memory block;
@@ -5754,7 +5790,7 @@ static cohsm_result cohsm__join(const cohsm_maps *const *shards, size_t count, c
     cohsm_result result;
 
     memset(&layout, 0, sizeof layout);
-    cohsm__lay_shards(shards, count, &layout, NULL);
+    if (!cohsm__lay_shards(shards, count, cohsm__part_of(part, 0.0f, 0.5f), &layout, NULL)) return COHSM_ERR_CANCELLED;
     result = cohsm__size_block(h, &layout);
     if (result != COHSM_OK) return result;
     block = cohsm__take_block(a, h->words);
@@ -5762,22 +5798,26 @@ static cohsm_result cohsm__join(const cohsm_maps *const *shards, size_t count, c
     memcpy(block.words + COHSM__HEADER_WORDS, shards[0]->words + COHSM__HEADER_WORDS,
            4 * ((size_t)h->order_words + h->location_words));
     cohsm__layout_into(&layout, h, block.words, &lookup);
-    cohsm__lay_shards(shards, count, &layout, lookup);
+    if (!cohsm__lay_shards(shards, count, cohsm__part_of(part, 0.5f, 1.0f), &layout, lookup)) {
+        cohsm__free(a, block.memory);
+        return COHSM_ERR_CANCELLED;
+    }
     cohsm__seal(block.words, h);
     return cohsm__maps_make(a, block, out);
 }
 
-COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_allocator *allocator,
+COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_desc *desc,
                                    cohsm_maps **out)
 {
     cohsm__allocator a;
+    cohsm__part part;
     uint64_t segments = 0;
     cohsm__header h;
     uint32_t next = 0;
     size_t i;
 
     if (!shards || !count || !out) return COHSM_ERR_ARGUMENT;
-    if (!cohsm__allocator_of(allocator, &a)) return COHSM_ERR_ARGUMENT;
+    if (!cohsm__services_of(desc, &a, &part)) return COHSM_ERR_DESC;
     for (i = 0; i < count; i++) {
         if (!shards[i]) return COHSM_ERR_ARGUMENT;
         if (!cohsm__same_build(shards[0], shards[i]) || shards[i]->head.pixel_begin != next) return COHSM_ERR_MISMATCH;
@@ -5790,7 +5830,7 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
     h.lookup_words = next * cohsm__chunks(&h);
     h.segments_low = (uint32_t)(segments & 0xffffffffu);
     h.segments_high = (uint32_t)(segments >> 32);
-    return cohsm__join(shards, count, &h, &a, out);
+    return cohsm__join(shards, count, &h, &a, &part, out);
 }
 
 /* ---- >>open: files, which may be hostile ---- */
@@ -5890,20 +5930,21 @@ static int cohsm__list_sound(const cohsm_maps *m, uint32_t entry, uint32_t views
     return 1;
 }
 
-static int cohsm__lists_sound(const cohsm_maps *m)
+static cohsm_result cohsm__check_lists(const cohsm_maps *m, cohsm__part part)
 {
-    uint32_t chunk, p, entry, views, chunks = cohsm__chunks(&m->head);
+    uint32_t entry, views, chunk, chunks = cohsm__chunks(&m->head);
+    size_t i;
 
-    for (chunk = 0; chunk < chunks; chunk++) {
+    for (i = 0; i < m->head.lookup_words; i++) {
+        if (cohsm__cancelled(&part, i, m->head.lookup_words, COHSM__LISTS_COPIED)) return COHSM_ERR_CANCELLED;
+        chunk = (uint32_t)(i / m->range);
         views = chunk + 1 < chunks ? COHSM__CHUNK : m->head.view_count - chunk * COHSM__CHUNK;
-        for (p = 0; p < m->range; p++) {
-            entry = m->lookup[(size_t)chunk * m->range + p];
-            if (entry & COHSM__CONSTANT ? entry & 0x7fff0000u
-                                        : entry >= m->head.directory_words || !cohsm__list_sound(m, entry, views))
-                return 0;
-        }
+        entry = m->lookup[i];
+        if (entry & COHSM__CONSTANT ? entry & 0x7fff0000u
+                                    : entry >= m->head.directory_words || !cohsm__list_sound(m, entry, views))
+            return COHSM_ERR_FORMAT;
     }
-    return 1;
+    return COHSM_OK;
 }
 
 static int cohsm__tables_sound(const cohsm_maps *m)
@@ -5918,12 +5959,25 @@ static int cohsm__tables_sound(const cohsm_maps *m)
     return 1;
 }
 
-static cohsm_result cohsm__open_plain(const uint8_t *data, size_t size, const cohsm__allocator *a, cohsm_maps **out)
+/* The object for a block of a file, everything in it checked. Takes the memory over, or frees it where it fails. */
+static cohsm_result cohsm__open_block(const cohsm__allocator *a, cohsm__part part, cohsm__memory block,
+                                      cohsm_maps **out)
+{
+    cohsm_maps *m;
+    cohsm_result result = cohsm__maps_make(a, block, &m);
+
+    if (result != COHSM_OK) return result;
+    result = cohsm__tables_sound(m) ? cohsm__check_lists(m, part) : COHSM_ERR_FORMAT;
+    if (result == COHSM_OK) *out = m;
+    else cohsm_free(m);
+    return result;
+}
+
+static cohsm_result cohsm__open_plain(const uint8_t *data, size_t size, const cohsm__allocator *a,
+                                      const cohsm__part *part, cohsm_maps **out)
 {
     cohsm__header h;
     cohsm__memory block;
-    cohsm_maps *m;
-    cohsm_result result;
 
     if (size < sizeof h) return COHSM_ERR_FORMAT;
     memcpy(&h, data, sizeof h);
@@ -5937,14 +5991,7 @@ static cohsm_result cohsm__open_plain(const uint8_t *data, size_t size, const co
         cohsm__free(a, block.memory);
         return COHSM_ERR_FORMAT;
     }
-    result = cohsm__maps_make(a, block, &m);
-    if (result != COHSM_OK) return result;
-    if (!cohsm__tables_sound(m) || !cohsm__lists_sound(m)) {
-        cohsm_free(m);
-        return COHSM_ERR_FORMAT;
-    }
-    *out = m;
-    return COHSM_OK;
+    return cohsm__open_block(a, *part, block, out);
 }
 
 /* ---- >>pack: the entropy-coded file ---- */
@@ -6476,8 +6523,10 @@ static void cohsm__look_around(cohsm__packer *p, const cohsm__header *h, uint32_
     else cohsm__strip_clear(&t[COHSM__UP_RIGHT]);
 }
 
-/* Codes all lists of a block. The decoder writes them and the lookup into out, which is words with its header. */
-static int cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, const uint32_t *words, uint32_t *out)
+/* Codes all lists of a block. The decoder writes them and the lookup into out, which is words with its header.
+   COHSM_ERR_FORMAT: no builder wrote this, or there is no room for it. */
+static cohsm_result cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, const uint32_t *words, uint32_t *out,
+                                      cohsm__part part)
 {
     cohsm__lists lists = cohsm__lists_of(h, words);
     cohsm__layout layout;
@@ -6486,6 +6535,7 @@ static int cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, const uin
 
     if (out) cohsm__layout_into(&layout, h, out, &lookup);
     for (i = 0; i < h->lookup_words; i++) {
+        if (cohsm__cancelled(&part, i, h->lookup_words, COHSM__LISTS_CODED)) return COHSM_ERR_CANCELLED;
         pixel = (uint32_t)(i % range);
         if (pixel == 0) {
             p->views = cohsm__min_u32(h->view_count - (uint32_t)(i / range) * COHSM__CHUNK, COHSM__CHUNK);
@@ -6496,10 +6546,10 @@ static int cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, const uin
         cohsm__code_breaks(p);
         cohsm__code_values(p);
         blocks = cohsm__code_blocks(p);
-        if (p->bad || p->c.full) return 0;
-        if (out && !cohsm__strip_lay(p, h, blocks, &layout, &lookup[i])) return 0;
+        if (p->bad || p->c.full) return COHSM_ERR_FORMAT;
+        if (out && !cohsm__strip_lay(p, h, blocks, &layout, &lookup[i])) return COHSM_ERR_FORMAT;
     }
-    return 1;
+    return COHSM_OK;
 }
 
 /* Segments of the longest list. */
@@ -6580,7 +6630,7 @@ static cohsm_result cohsm__unpack_head(const uint8_t *data, const cohsm__allocat
 }
 
 static cohsm_result cohsm__unpack_words(const uint8_t *data, size_t size, const cohsm__allocator *a,
-                                        const cohsm__header *h, uint32_t *words)
+                                        cohsm__part part, const cohsm__header *h, uint32_t *words)
 {
     cohsm__packer p;
     size_t head = cohsm__pack_head(h);
@@ -6590,8 +6640,8 @@ static cohsm_result cohsm__unpack_words(const uint8_t *data, size_t size, const 
     if (!cohsm__packer_make(&p, a, h, cohsm__get_u32(data + 12))) result = COHSM_ERR_ALLOC;
     else {
         cohsm__coder_start(&p.c, NULL, data + head, size - head);
-        if (!cohsm__code_lists(&p, h, words, words) || cohsm__block_crc(words, h->words) != h->crc)
-            result = COHSM_ERR_FORMAT;
+        result = cohsm__code_lists(&p, h, words, words, part);
+        if (result == COHSM_OK && cohsm__block_crc(words, h->words) != h->crc) result = COHSM_ERR_FORMAT;
     }
     cohsm__packer_free(&p, a);
     return result;
@@ -6599,12 +6649,12 @@ static cohsm_result cohsm__unpack_words(const uint8_t *data, size_t size, const 
 
 /* A packed file, which may be hostile. Memory asked for: COHSM__PACK_MULTIPLE bytes a byte of file, and below 256 KB
    for the probabilities and the object. */
-static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm__allocator *a, cohsm_maps **out)
+static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm__allocator *a, const cohsm__part *part,
+                                  cohsm_maps **out)
 {
     const uint8_t *inner = data + COHSM__PACK_HEADER;
     cohsm__header h;
     cohsm__memory block;
-    cohsm_maps *m;
     uint32_t longest;
     cohsm_result result;
 
@@ -6614,7 +6664,7 @@ static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm_
     if (cohsm__get_u32(inner) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
     if (cohsm__get_u32(inner + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
     longest = cohsm__get_u32(data + 12);
-    if (longest == 0) return cohsm__open_plain(inner, size - COHSM__PACK_HEADER, a, out);
+    if (longest == 0) return cohsm__open_plain(inner, size - COHSM__PACK_HEADER, a, part, out);
     memcpy(&h, inner, sizeof h);
     cohsm__host_words((uint32_t *)(void *)&h, COHSM__HEADER_WORDS);
     if (!cohsm__header_sound(&h) || longest > COHSM__CHUNK || longest > h.view_count || cohsm__pack_head(&h) > size ||
@@ -6622,19 +6672,10 @@ static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm_
         return COHSM_ERR_FORMAT;
     block = cohsm__take_block(a, h.words);
     if (!block.words) return COHSM_ERR_ALLOC;
-    result = cohsm__unpack_words(data, size, a, &h, block.words);
-    if (result != COHSM_OK) {
-        cohsm__free(a, block.memory);
-        return result;
-    }
-    result = cohsm__maps_make(a, block, &m);
-    if (result != COHSM_OK) return result;
-    if (!cohsm__tables_sound(m) || !cohsm__lists_sound(m)) {
-        cohsm_free(m);
-        return COHSM_ERR_FORMAT;
-    }
-    *out = m;
-    return COHSM_OK;
+    result = cohsm__unpack_words(data, size, a, cohsm__part_of(part, 0.0f, 0.9f), &h, block.words);
+    if (result == COHSM_OK) return cohsm__open_block(a, cohsm__part_of(part, 0.9f, 1.0f), block, out);
+    cohsm__free(a, block.memory);
+    return result;
 }
 
 static void cohsm__pack_begin(uint8_t *data, size_t size, uint32_t longest)
@@ -6645,65 +6686,71 @@ static void cohsm__pack_begin(uint8_t *data, size_t size, uint32_t longest)
     cohsm__put_u32(data + 12, longest);
 }
 
-/* Codes into data; returns the size, 0 where it would reach room. Filled up with zeros to what opening has to see
-   before it asks for memory. */
-static size_t cohsm__pack_coded(cohsm__packer *p, const cohsm_maps *m, uint8_t *data, size_t room)
+/* Codes into data; COHSM_ERR_FORMAT where it would reach room. Filled up with zeros to what opening has to see before
+   it asks for memory. */
+static cohsm_result cohsm__pack_coded(cohsm__packer *p, const cohsm_maps *m, const cohsm__part *part, uint8_t *data,
+                                      size_t room, size_t *size)
 {
     const cohsm__header *h = &m->head;
-    size_t head = cohsm__pack_head(h), i, size, gap = COHSM__HEADER_WORDS + (size_t)h->order_words;
+    size_t head = cohsm__pack_head(h), i, gap = COHSM__HEADER_WORDS + (size_t)h->order_words;
     uint64_t least = 4 * (uint64_t)h->words + cohsm__pack_work(h, p->longest);
+    cohsm_result result;
 
     least = (least + COHSM__PACK_MULTIPLE - 1u) / COHSM__PACK_MULTIPLE;
-    if (head >= room || least >= room) return 0;
+    if (head >= room || least >= room) return COHSM_ERR_FORMAT;
     for (i = 0; i < COHSM__HEADER_WORDS; i++) cohsm__put_u32(data + COHSM__PACK_HEADER + 4 * i, m->words[i]);
     for (i = 0; i < h->location_words; i++)
         cohsm__put_u32(data + COHSM__PACK_HEADER + 4 * (COHSM__HEADER_WORDS + i), m->words[gap + i]);
     cohsm__coder_start(&p->c, data + head, NULL, room - head);
-    if (!cohsm__code_lists(p, h, m->words, NULL)) return 0;
+    result = cohsm__code_lists(p, h, m->words, NULL, cohsm__part_of(part, 0.0f, 0.5f));
+    if (result != COHSM_OK) return result;
     for (i = 0; i < 4; i++) cohsm__coder_byte(&p->c);
-    if (p->c.full) return 0;
-    size = head + p->c.at;
-    if (size < least) {
-        memset(data + size, 0, (size_t)least - size);
-        size = (size_t)least;
+    if (p->c.full) return COHSM_ERR_FORMAT;
+    *size = head + p->c.at;
+    if (*size < least) {
+        memset(data + *size, 0, (size_t)least - *size);
+        *size = (size_t)least;
     }
-    cohsm__pack_begin(data, size, p->longest);
-    return size;
-}
-
-/* *same: data unpacks to these maps. It does not for a block that is sound but was not written by our builder. */
-static cohsm_result cohsm__pack_check(const cohsm_maps *m, const cohsm__allocator *a, const uint8_t *data, size_t size,
-                                      int *same)
-{
-    cohsm_maps *copy;
-    cohsm_result result = cohsm__unpack(data, size, a, &copy);
-
-    *same = 0;
-    if (result != COHSM_OK) return result == COHSM_ERR_ALLOC ? result : COHSM_OK;
-    *same = copy->head.words == m->head.words && memcmp(copy->words, m->words, 4 * (size_t)m->head.words) == 0;
-    cohsm_free(copy);
+    cohsm__pack_begin(data, *size, p->longest);
     return COHSM_OK;
 }
 
-COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_allocator *allocator, void **data, size_t *size)
+/* COHSM_ERR_FORMAT where data does not unpack to these maps: they are sound, but our builder did not write them. */
+static cohsm_result cohsm__pack_check(const cohsm_maps *m, const cohsm__allocator *a, const cohsm__part *part,
+                                      const uint8_t *data, size_t size)
+{
+    cohsm__part second = cohsm__part_of(part, 0.5f, 1.0f);
+    cohsm_maps *copy;
+    cohsm_result result = cohsm__unpack(data, size, a, &second, &copy);
+
+    if (result != COHSM_OK) return result;
+    if (copy->head.words != m->head.words || memcmp(copy->words, m->words, 4 * (size_t)m->head.words) != 0)
+        result = COHSM_ERR_FORMAT;
+    cohsm_free(copy);
+    return result;
+}
+
+COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_desc *desc, void **data, size_t *size)
 {
     cohsm__allocator a;
+    cohsm__part part;
     cohsm__packer p;
     uint8_t *big, *packed = NULL;
     size_t plain, coded = 0;
-    int same = 0;
-    cohsm_result result = COHSM_OK;
+    cohsm_result result;
 
-    if (!maps || !data || !size || !cohsm__allocator_of(allocator, &a)) return COHSM_ERR_ARGUMENT;
+    if (!maps || !data || !size) return COHSM_ERR_ARGUMENT;
+    if (!cohsm__services_of(desc, &a, &part)) return COHSM_ERR_DESC;
     if (!cohsm__add_size(4 * (size_t)maps->head.words, COHSM__PACK_HEADER, &plain) || plain > 0xffffffffu)
         return COHSM_ERR_LIMIT;
     big = (uint8_t *)cohsm__alloc(&a, plain);
     if (!big) return COHSM_ERR_ALLOC;
-    if (cohsm__packer_make(&p, &a, &maps->head, cohsm__longest(maps))) coded = cohsm__pack_coded(&p, maps, big, plain);
+    if (cohsm__packer_make(&p, &a, &maps->head, cohsm__longest(maps)))
+        result = cohsm__pack_coded(&p, maps, &part, big, plain, &coded);
     else result = COHSM_ERR_ALLOC;
     cohsm__packer_free(&p, &a);
-    if (coded) result = cohsm__pack_check(maps, &a, big, coded, &same);
-    if (result == COHSM_OK && !same) {
+    if (result == COHSM_OK) result = cohsm__pack_check(maps, &a, &part, big, coded);
+    if (result == COHSM_ERR_FORMAT) {                   /* as it is */
         coded = plain;
         cohsm__pack_begin(big, plain, 0);
         result = cohsm_write(maps, big + COHSM__PACK_HEADER, plain - COHSM__PACK_HEADER);
@@ -6720,17 +6767,19 @@ COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_allocator 
     return COHSM_OK;
 }
 
-COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_allocator *allocator, cohsm_maps **out)
+COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_desc *desc, cohsm_maps **out)
 {
     const uint8_t *bytes = (const uint8_t *)data;
     cohsm__allocator a;
+    cohsm__part part;
 
-    if (!data || !out || !cohsm__allocator_of(allocator, &a)) return COHSM_ERR_ARGUMENT;
+    if (!data || !out) return COHSM_ERR_ARGUMENT;
+    if (!cohsm__services_of(desc, &a, &part)) return COHSM_ERR_DESC;
     if (size < 16) return COHSM_ERR_FORMAT;
-    if (cohsm__get_u32(bytes) == COHSM__PACK_MAGIC) return cohsm__unpack(bytes, size, &a, out);
+    if (cohsm__get_u32(bytes) == COHSM__PACK_MAGIC) return cohsm__unpack(bytes, size, &a, &part, out);
     if (cohsm__get_u32(bytes) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
     if (cohsm__get_u32(bytes + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
-    return cohsm__open_plain(bytes, size, &a, out);
+    return cohsm__open_plain(bytes, size, &a, &part, out);
 }
 
 /* ---- >>sampling: BRDFs ----------------------------------------------------------------------------------------- */

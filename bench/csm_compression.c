@@ -103,9 +103,9 @@ static int measure(const bn_options *options, const bn_model *model, const char 
     cohsm_get_info(maps, &r->info);
     result = cohsm_verify(maps, &desc, &mesh, &report);
     r->verified = result == COHSM_OK && report.wrong == 0;
-    ex_progress(NULL, 1);
     if (result == COHSM_OK)
-        result = cohsm_pack(maps, NULL, &packed, &packed_size);
+        result = cohsm_pack(maps, &desc, &packed, &packed_size);
+    ex_progress(NULL, 1);
     r->packed_bytes = (double)packed_size;
     free(packed);
     cohsm_free(maps);

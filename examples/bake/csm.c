@@ -31,13 +31,22 @@ static uint32_t word(const rd_settings *settings, const char *key, const char *c
     return i;
 }
 
+/* For calls that build nothing. */
+static cohsm_desc services(char *label)
+{
+    cohsm_desc d;
+    memset(&d, 0, sizeof d);
+    d.progress = ex_progress;
+    d.progress_user = label;
+    return d;
+}
+
 static cohsm_desc desc_of(const rd_settings *settings, ex_pool *pool)
 {
     static const char *const orders[] = { "auto", "scanline", "zigzag", "zigzag_theta", "hilbert" };
     static const char *const layers[] = { "", "z1z2", "z1z3_sphere", "z1z3_far" };
     static char label[] = "csm maps";
-    cohsm_desc d;
-    memset(&d, 0, sizeof d);
+    cohsm_desc d = services(label);
     d.domain.side[0] = d.domain.side[1] = (uint32_t)rd_setting_integer(settings, "side");
     d.map_size = (uint32_t)rd_setting_integer(settings, "m");
     d.order = (cohsm_order)word(settings, "order", orders);
@@ -46,8 +55,6 @@ static cohsm_desc desc_of(const rd_settings *settings, ex_pool *pool)
         d.frame = COHSM_FRAME_POLAR;
     d.parallel_for = ex_pool_run;
     d.parallel_user = pool;
-    d.progress = ex_progress;
-    d.progress_user = label;
     return d;
 }
 
@@ -81,10 +88,13 @@ static double weight(const rd_settings *settings, uint32_t units, uint32_t unit)
 /* The file's bytes, and frees the maps. */
 static int bytes_of(cohsm_maps *maps, int packed, void **data, size_t *size, char *error)
 {
+    static char label[] = "packing";
+    cohsm_desc d = services(label);
     cohsm_result result;
-    if (packed)
-        result = cohsm_pack(maps, NULL, data, size);
-    else {
+    if (packed) {
+        result = cohsm_pack(maps, &d, data, size);
+        ex_progress(NULL, 1);
+    } else {
         cohsm_data(maps, size);
         *data = malloc(*size);
         result = *data ? cohsm_write(maps, *data, *size) : COHSM_ERR_ALLOC;
@@ -113,12 +123,15 @@ static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from,
 static int merge(const void *const *parts, const size_t *sizes, size_t count, int packed, void **data, size_t *size,
                  char *error)
 {
+    static char label[] = "merging";
+    cohsm_desc d = services(label);
     cohsm_maps **maps = calloc(count, sizeof(cohsm_maps *)), *whole = NULL;
     cohsm_result result = maps ? COHSM_OK : COHSM_ERR_ALLOC;
     for (size_t i = 0; i < count && result == COHSM_OK; i++)
         result = cohsm_open(parts[i], sizes[i], NULL, &maps[i]);
     if (result == COHSM_OK)
-        result = cohsm_merge((const cohsm_maps *const *)maps, count, NULL, &whole);
+        result = cohsm_merge((const cohsm_maps *const *)maps, count, &d, &whole);
+    ex_progress(NULL, 1);
     for (size_t i = 0; i < count && maps; i++)
         cohsm_free(maps[i]);
     free(maps);
@@ -129,9 +142,12 @@ static int info(const void *data, size_t size, char *line, size_t room, char *er
 {
     static const char *const layers[] = { "", "z1z2", "z1z3_sphere", "z1z3_far" };
     static const char *const orders[] = { "", "scanline", "zigzag", "zigzag_theta", "hilbert" };
+    static char label[] = "reading";
+    cohsm_desc d = services(label);
     cohsm_maps *maps;
     cohsm_info i;
-    cohsm_result result = cohsm_open(data, size, NULL, &maps);
+    cohsm_result result = cohsm_open(data, size, &d, &maps);
+    ex_progress(NULL, 1);
     if (result != COHSM_OK)
         return failed("file", result, error);
     cohsm_get_info(maps, &i);
@@ -155,7 +171,7 @@ static int verify(const rd_settings *settings, const void *data, size_t size, co
     cohsm_mesh m = mesh_of(mesh);
     cohsm_maps *maps;
     cohsm_report report;
-    cohsm_result result = cohsm_open(data, size, NULL, &maps);
+    cohsm_result result = cohsm_open(data, size, &d, &maps);
     if (result != COHSM_OK)
         return failed("file", result, error);
     result = cohsm_verify(maps, &d, &m, &report);

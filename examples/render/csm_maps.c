@@ -451,7 +451,7 @@ static int fits(const cohsm_maps *maps, const rd_job *job)
 
 int cs_casters_open(cs_casters *c, cs_state *state, const rd_job *job, char *error)
 {
-    cohsm_allocator allocator = cs_memory_allocator(&state->memory);
+    cohsm_desc services;
     cohsm_info info;
     cohsm_maps *maps;
     cohsm_result result;
@@ -459,7 +459,12 @@ int cs_casters_open(cs_casters *c, cs_state *state, const rd_job *job, char *err
     void *data;
     if (allocate(c, job->scene, error) != 0 || !(data = read_file(job->baked, &size, error)))
         return -1;
-    result = cohsm_open(data, size, &allocator, &maps);
+    memset(&services, 0, sizeof services);
+    services.allocator = cs_memory_allocator(&state->memory);
+    services.progress = ex_progress;
+    services.progress_user = progress_label;
+    result = cohsm_open(data, size, &services, &maps);
+    ex_progress(NULL, 1);
     free(data);
     if (result != COHSM_OK)
         return cs_failed(job->baked, result, error);

@@ -1023,6 +1023,109 @@ static void progress_rises_and_cancels_without_a_trace(void **state)
     model_free(&m);
 }
 
+/* Calls that build nothing, on lists enough for each to ask several times. */
+
+enum { OPEN_PLAIN, OPEN_PACKED, PACK, MERGE, SERVICED };
+
+typedef struct bundle {
+    cohsm_maps *whole, *shard[2];
+    void       *plain, *packed;         /* files */
+    size_t      plain_size, packed_size;
+} bundle;
+
+static void bundle_make(bundle *b, const model *m)
+{
+    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 3, 104);
+    d.order = COHSM_ORDER_ZIGZAG;
+    b->whole = build(&d, m, NULL);
+    cohsm_data(b->whole, &b->plain_size);
+    b->plain = malloc(b->plain_size);
+    assert_non_null(b->plain);
+    assert_int_equal(cohsm_write(b->whole, b->plain, b->plain_size), COHSM_OK);
+    assert_int_equal(cohsm_pack(b->whole, NULL, &b->packed, &b->packed_size), COHSM_OK);
+    d.pixel_end = 5000;
+    b->shard[0] = build(&d, m, NULL);
+    d.pixel_begin = 5000;
+    d.pixel_end = 104 * 104;
+    b->shard[1] = build(&d, m, NULL);
+}
+
+static void bundle_free(bundle *b)
+{
+    cohsm_free(b->whole);
+    cohsm_free(b->shard[0]);
+    cohsm_free(b->shard[1]);
+    free(b->plain);
+    free(b->packed);
+}
+
+/* One call. What it makes must be what is known; *made and *size are 1 before. */
+static cohsm_result serviced(int call, const bundle *b, const cohsm_desc *d, void **made, size_t *size)
+{
+    cohsm_maps *maps = (cohsm_maps *)*made;
+    cohsm_result r;
+    if (call == PACK) {
+        r = cohsm_pack(b->whole, d, made, size);
+        if (r != COHSM_OK) return r;
+        assert_int_equal(*size, b->packed_size);
+        assert_memory_equal(*made, b->packed, *size);
+        d->allocator.free_fn(*made, d->allocator.user);
+        return r;
+    }
+    if (call == MERGE) r = cohsm_merge((const cohsm_maps *const *)b->shard, 2, d, &maps);
+    else if (call == OPEN_PACKED) r = cohsm_open(b->packed, b->packed_size, d, &maps);
+    else r = cohsm_open(b->plain, b->plain_size, d, &maps);
+    if (r == COHSM_OK) {
+        assert_memory_equal(cohsm_data(maps, size), cohsm_data(b->whole, NULL), b->plain_size);
+        assert_int_equal(*size, b->plain_size);
+        cohsm_free(maps);
+    } else *made = maps;
+    return r;
+}
+
+static void calls_that_build_nothing_tell_progress_and_cancel_without_a_trace(void **state)
+{
+    static const int asked[SERVICED] = { 3, 169 + 3, 2 * 169 + 3, 2 * 3 };
+    static char untouched;
+    model m = model_sphere(20, 12, 0.1);
+    bundle b;
+    int call, calls, k;
+    (void)state;
+    bundle_make(&b, &m);
+    for (call = 0; call < SERVICED; call++) {
+        cohsm_desc d;
+        meter w = { 0, 0, 0, 0 };
+        ledger l;
+        void *made = &untouched;
+        size_t size = 1;
+        memset(&d, 0, sizeof d);
+        d.allocator = ledger_allocator(&l);
+        d.progress = watch;
+        d.progress_user = &w;
+        assert_int_equal(serviced(call, &b, &d, &made, &size), COHSM_OK);
+        assert_int_equal(w.bad, 0);
+        assert_int_equal(w.calls, asked[call]);
+        assert_true(w.last > 0.75f);
+        assert_int_equal(l.live, 0);
+        for (k = 1, calls = w.calls; k <= calls; k++) {
+            made = &untouched;
+            size = 1;
+            w.last = 0;
+            w.calls = 0;
+            w.stop_at = k;
+            assert_int_equal(serviced(call, &b, &d, &made, &size), COHSM_ERR_CANCELLED);
+            assert_int_equal(w.calls, k);
+            assert_true(k > 1 || w.last == 0.0f);
+            assert_ptr_equal(made, &untouched);
+            assert_int_equal(size, 1);
+            assert_int_equal(l.live, 0);
+            assert_int_equal(l.wrong, 0);
+        }
+    }
+    bundle_free(&b);
+    model_free(&m);
+}
+
 static void a_budget_is_one_progress(void **state)
 {
     model m = model_sphere(20, 12, 0.1);
@@ -1072,6 +1175,7 @@ int main(void)
         cmocka_unit_test(peak_memory_is_as_documented),
         cmocka_unit_test(progress_rises_and_cancels_without_a_trace),
         cmocka_unit_test(a_budget_is_one_progress),
+        cmocka_unit_test(calls_that_build_nothing_tell_progress_and_cancel_without_a_trace),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

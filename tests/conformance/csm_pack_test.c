@@ -43,13 +43,14 @@ static void heap_free(void *memory, void *user)
     free(p);
 }
 
-static cohsm_allocator heap_allocator(heap *h)
+static cohsm_desc services_of(heap *h)
 {
-    cohsm_allocator a;
-    a.alloc_fn = heap_alloc;
-    a.free_fn = heap_free;
-    a.user = h;
-    return a;
+    cohsm_desc d;
+    memset(&d, 0, sizeof d);
+    d.allocator.alloc_fn = heap_alloc;
+    d.allocator.free_fn = heap_free;
+    d.allocator.user = h;
+    return d;
 }
 
 /* ---- meshes: a torus, whose tube may be thin, a sphere (no hole), a sheet with a wave ---- */
@@ -245,15 +246,17 @@ static void test_arguments(void **state)
 {
     cohsm_desc d = desc_of(8, 8);
     cohsm_maps *maps = build(&d, TORUS);
-    cohsm_allocator half = { heap_alloc, NULL, NULL };
+    cohsm_desc half;
     void *data = NULL;
     size_t size = 0;
 
     (void)state;
+    memset(&half, 0, sizeof half);
+    half.allocator.alloc_fn = heap_alloc;
     assert_int_equal(cohsm_pack(NULL, NULL, &data, &size), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_pack(maps, NULL, NULL, &size), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_pack(maps, NULL, &data, NULL), COHSM_ERR_ARGUMENT);
-    assert_int_equal(cohsm_pack(maps, &half, &data, &size), COHSM_ERR_ARGUMENT);
+    assert_int_equal(cohsm_pack(maps, &half, &data, &size), COHSM_ERR_DESC);
     assert_null(data);
     cohsm_free(maps);
 }
@@ -269,7 +272,7 @@ static void test_allocation_failures(void **state)
     for (on = 0; on < 2; on++)
         for (i = 1, done = 0; !done; i++) {
             heap h;
-            cohsm_allocator a = heap_allocator(&h);
+            cohsm_desc services = services_of(&h);
             cohsm_maps *back = NULL;
             void *data = NULL;
             cohsm_result result;
@@ -277,10 +280,10 @@ static void test_allocation_failures(void **state)
             memset(&h, 0, sizeof h);
             h.fail_at = i;
             h.fail_on = on;
-            result = cohsm_pack(maps, &a, &data, &size);
+            result = cohsm_pack(maps, &services, &data, &size);
             if (result == COHSM_OK) {
                 h.calls = 0;
-                result = cohsm_open(data, size, &a, &back);
+                result = cohsm_open(data, size, &services, &back);
                 done = result == COHSM_OK && h.calls < i;
             } else assert_null(data);
             if (result == COHSM_OK) check_same(maps, back);
@@ -302,7 +305,7 @@ static void test_memory_bound(void **state)
         cohsm_desc d = desc_of(side, 128);
         cohsm_maps *maps, *back = NULL;
         heap h;
-        cohsm_allocator a = heap_allocator(&h);
+        cohsm_desc services = services_of(&h);
         void *data = NULL;
         size_t size = 0;
 
@@ -311,7 +314,7 @@ static void test_memory_bound(void **state)
         d.radius = 60.0f;
         maps = build(&d, TORUS);
         assert_int_equal(cohsm_pack(maps, NULL, &data, &size), COHSM_OK);
-        assert_int_equal(cohsm_open(data, size, &a, &back), COHSM_OK);
+        assert_int_equal(cohsm_open(data, size, &services, &back), COHSM_OK);
         assert_true(h.peak <= 64 * size + (1u << 18));
         check_same(maps, back);
         cohsm_free(back);

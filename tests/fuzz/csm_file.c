@@ -12,8 +12,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 /* The checksum of a packed file is that of the block it holds: decode that, whatever the sum says. */
 static void mend(uint8_t *file, size_t size)
 {
-    static const cohsm_allocator plain;
     cohsm__allocator a;
+    cohsm__part part;
     cohsm__header h;
     uint8_t *inner = file + COHSM__PACK_HEADER;
     uint32_t *words;
@@ -30,11 +30,11 @@ static void mend(uint8_t *file, size_t size)
     memcpy(&h, inner, sizeof h);
     cohsm__host_words((uint32_t *)(void *)&h, COHSM__HEADER_WORDS);
     if (!cohsm__header_sound(&h) || cohsm__pack_head(&h) > size || h.words > 64 * size ||
-        cohsm__get_u32(file + 12) > h.view_count || !cohsm__allocator_of(&plain, &a))
+        cohsm__get_u32(file + 12) > h.view_count || !cohsm__services_of(NULL, &a, &part))
         return;
     words = (uint32_t *)calloc(h.words, 4);
     if (!words) return;
-    (void)cohsm__unpack_words(file, size, &a, &h, words);
+    (void)cohsm__unpack_words(file, size, &a, part, &h, words);
     cohsm__put_u32(inner + 12, cohsm__block_crc(words, h.words));
     free(words);
 }

@@ -43,15 +43,21 @@ static cohsm_result act_build(plan *p, const cohsm_allocator *a)
     return r;
 }
 
-static cohsm_result act_verify(plan *p, const cohsm_allocator *a)
+static cohsm_desc services(const cohsm_allocator *a)
 {
     cohsm_desc d;
+    memset(&d, 0, sizeof d);
+    d.allocator = *a;
+    return d;
+}
+
+static cohsm_result act_verify(plan *p, const cohsm_allocator *a)
+{
+    cohsm_desc d = services(a);
     cohsm_report report, before;
     cohsm_result r;
-    memset(&d, 0, sizeof d);
     memset(&report, 0x5a, sizeof report);
     before = report;
-    d.allocator = *a;
     r = cohsm_verify(p->maps, &d, &p->mesh, &report);
     if (r != COHSM_OK) assert_memory_equal(&report, &before, sizeof report);
     else assert_int_equal(report.wrong, 0);
@@ -60,8 +66,9 @@ static cohsm_result act_verify(plan *p, const cohsm_allocator *a)
 
 static cohsm_result act_merge(plan *p, const cohsm_allocator *a)
 {
+    cohsm_desc d = services(a);
     cohsm_maps *maps = (cohsm_maps *)UNTOUCHED;
-    cohsm_result r = cohsm_merge((const cohsm_maps *const *)p->shard, 2, a, &maps);
+    cohsm_result r = cohsm_merge((const cohsm_maps *const *)p->shard, 2, &d, &maps);
     if (r == COHSM_OK) cohsm_free(maps);
     else assert_ptr_equal(maps, UNTOUCHED);
     return r;
@@ -69,8 +76,9 @@ static cohsm_result act_merge(plan *p, const cohsm_allocator *a)
 
 static cohsm_result act_open(plan *p, const cohsm_allocator *a)
 {
+    cohsm_desc d = services(a);
     cohsm_maps *maps = (cohsm_maps *)UNTOUCHED;
-    cohsm_result r = cohsm_open(p->file, p->file_size, a, &maps);
+    cohsm_result r = cohsm_open(p->file, p->file_size, &d, &maps);
     if (r == COHSM_OK) cohsm_free(maps);
     else assert_ptr_equal(maps, UNTOUCHED);
     return r;
@@ -78,16 +86,17 @@ static cohsm_result act_open(plan *p, const cohsm_allocator *a)
 
 static cohsm_result act_pack(plan *p, const cohsm_allocator *a)
 {
+    cohsm_desc d = services(a);
     void *data = UNTOUCHED;
     size_t size = 4711;
     cohsm_maps *maps = (cohsm_maps *)UNTOUCHED;
-    cohsm_result r = cohsm_pack(p->maps, a, &data, &size);
+    cohsm_result r = cohsm_pack(p->maps, &d, &data, &size);
     if (r != COHSM_OK) {
         assert_ptr_equal(data, UNTOUCHED);
         assert_int_equal(size, 4711);
         return r;
     }
-    r = cohsm_open(data, size, a, &maps);
+    r = cohsm_open(data, size, &d, &maps);
     if (r == COHSM_OK) cohsm_free(maps);
     else assert_ptr_equal(maps, UNTOUCHED);
     a->free_fn(data, a->user);

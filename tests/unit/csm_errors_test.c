@@ -406,10 +406,12 @@ static void null_everywhere(void **state)
     uint16_t depths[256];
     uint8_t bytes[64] = { 0 };
     cohsm_query q = cohsm_query_default();
-    cohsm_allocator half = { ledger_alloc, NULL, NULL };
+    cohsm_desc half;
     size_t size = 99;
     uint32_t side = 1, m = 2;
     (void)state;
+    memset(&half, 0, sizeof half);
+    half.allocator.alloc_fn = ledger_alloc;
     cohsm_free(NULL);
     memset(&info, 0x77, sizeof info);
     cohsm_get_info(NULL, &info);
@@ -429,25 +431,20 @@ static void null_everywhere(void **state)
     assert_int_equal(cohsm_write(good, bytes, 64), COHSM_ERR_MEMORY);
     assert_int_equal(cohsm_open(NULL, 9, NULL, &maps), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_open(bytes, 64, NULL, NULL), COHSM_ERR_ARGUMENT);
-    assert_int_equal(cohsm_open(bytes, 64, &half, &maps), COHSM_ERR_ARGUMENT);
+    assert_int_equal(cohsm_open(bytes, 64, &half, &maps), COHSM_ERR_DESC);
     assert_int_equal(cohsm_open(bytes, 64, NULL, &maps), COHSM_ERR_FORMAT);
     assert_int_equal(cohsm_open(bytes, 0, NULL, &maps), COHSM_ERR_FORMAT);
     assert_int_equal(cohsm_verify(NULL, NULL, &ball_mesh, &report), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_verify(good, NULL, NULL, &report), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_verify(good, NULL, &ball_mesh, NULL), COHSM_ERR_ARGUMENT);
-    {
-        cohsm_desc d;
-        memset(&d, 0, sizeof d);
-        d.allocator = half;
-        assert_int_equal(cohsm_verify(good, &d, &ball_mesh, &report), COHSM_ERR_DESC);
-    }
+    assert_int_equal(cohsm_verify(good, &half, &ball_mesh, &report), COHSM_ERR_DESC);
     assert_int_equal(cohsm_merge(NULL, 1, NULL, &maps), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_merge(none, 2, NULL, &maps), COHSM_ERR_ARGUMENT);
     none[0] = good;
     assert_int_equal(cohsm_merge(none, 0, NULL, &maps), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_merge(none, 2, NULL, &maps), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_merge(none, 1, NULL, NULL), COHSM_ERR_ARGUMENT);
-    assert_int_equal(cohsm_merge(none, 1, &half, &maps), COHSM_ERR_ARGUMENT);
+    assert_int_equal(cohsm_merge(none, 1, &half, &maps), COHSM_ERR_DESC);
     assert_int_equal(cohsm_visible(NULL, &q, &v, NULL), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_visible(good, NULL, &v, NULL), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_visible_scene(NULL, 0, NULL, &v, NULL), COHSM_ERR_ARGUMENT);
