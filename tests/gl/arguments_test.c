@@ -1,6 +1,6 @@
 /* arguments_test - every argument of glbk's functions and every field of their descs, wrong in one place at a time: the
-   call is refused by name and what it was to make stays zero. Each list begins with the same call as it should be, which
-   works: nothing else is wrong. The calls of sfield: sfield_arguments_test. */
+   call is refused and what it was to make stays zero. Each list begins with the same call as it should be, which works:
+   nothing else is wrong. The calls of sfield: sfield_arguments_test. */
 #define _POSIX_C_SOURCE 200809L
 #include "csm.h"
 

@@ -1,4 +1,4 @@
-/* sfield_arguments_test - arguments_test for glbk_sfield: every argument, every field of every desc and every number in a
+/* sfield_arguments_test - arguments_test for glbk_sfield: every argument, every field of a desc and every number in a
    file's header, wrong in one place at a time. */
 #define _POSIX_C_SOURCE 200809L
 #include "shadowfield.h"
@@ -65,7 +65,7 @@ static void set_stage(void)
     s.desc.terms = s.terms;
     s.desc.factors = s.factors;
     s.desc.term_count = (uint32_t)sfield_sh_terms(algebra, s.terms, s.factors);
-    if (!s.desc.term_count) s.desc.term_count = 1, s.factors[0] = 1;        /* few bands have none beside the plain ones */
+    if (!s.desc.term_count) s.desc.term_count = 1, s.factors[0] = 1;        /* few bands have none but the plain ones */
     s.desc.capacity = 3;
     sfield_algebra_free(algebra);
     model_free(&box);
@@ -134,7 +134,8 @@ static void headers_of_files(void **state)
     }
     WRONG(w, s.files[1].data, NULL, glbk_sfield_create(gl, &s.desc, fields, &w));
     WRONG(w, s.files[1].size, 127, glbk_sfield_create(gl, &s.desc, fields, &w));
-    if (sizeof(size_t) > 4) WRONG(w, s.files[1].size, (size_t)0x1000000 << 8, glbk_sfield_create(gl, &s.desc, fields, &w));
+    if (sizeof(size_t) > 4)
+        WRONG(w, s.files[1].size, (size_t)0x1000000 << 8, glbk_sfield_create(gl, &s.desc, fields, &w));
     s.files[1].size += 4;                       /* the header says so, too; the samples do not */
     s.bytes[1][8] = (uint8_t)s.files[1].size;
     s.bytes[1][9] = (uint8_t)(s.files[1].size >> 8);

@@ -82,6 +82,14 @@ static void maps_are_checked(void **state)
     expect_build(ENVSH_ERR_MAP, NULL, &m);
     m.texel_stride = 14;
     expect_build(ENVSH_ERR_MAP, NULL, &m);
+    m.texel_stride = SIZE_MAX & ~(size_t)3;
+    expect_build(ENVSH_ERR_LIMIT, NULL, &m);
+    m = day.map;
+    m.height = 0;
+    expect_build(ENVSH_ERR_MAP, NULL, &m);
+    m.height = (1u << 27) + 1;
+    m.width = 1;
+    expect_build(ENVSH_ERR_LIMIT, NULL, &m);
     m = day.map;
     m.width = m.height = 65536;
     expect_build(ENVSH_ERR_LIMIT, NULL, &m);
@@ -134,6 +142,11 @@ static void lights_are_checked(void **state)
     uint32_t n = 7;
     size_t texels = 7;
     char text[8];
+    /* No rotation: projective, not finite, flat, of several scales, sheared, mirrored. */
+    const struct { int at; float value; } wrong[] = {
+        { 3, 1 }, { 7, 1 }, { 11, 1 }, { 15, 2 }, { 0, NOT_A_NUMBER }, { 14, INF }, { 0, 1e30f }, { 0, 0 }, { 5, 0 },
+        { 10, 0 }, { 0, 2 }, { 5, 2 }, { 10, 2 }, { 4, 0.01f }, { 8, 0.01f }, { 9, 0.01f }, { 0, -1 }
+    };
     (void)state;
     memcpy(copy, list, count * sizeof *copy);
     assert_null(envsh_lights_get(NULL, &n));
@@ -148,6 +161,16 @@ static void lights_are_checked(void **state)
     assert_int_equal(envsh_lights_follow(good, &day.map, ENVSH_MAX_LIGHTS + 1, NULL), ENVSH_ERR_ARGUMENT);
     other.width = 16;
     assert_int_equal(envsh_lights_follow(good, &other, 0, NULL), ENVSH_ERR_ARGUMENT);
+    assert_int_equal(envsh_lights_residual_sh(good, &other, sh), ENVSH_ERR_ARGUMENT);
+    other = day.map;
+    other.height = 8;
+    assert_int_equal(envsh_lights_follow(good, &other, 0, NULL), ENVSH_ERR_ARGUMENT);
+    assert_int_equal(envsh_lights_residual_sh(good, &other, sh), ENVSH_ERR_ARGUMENT);
+    other = day.map;
+    other.projection = ENVSH_MAP_CUBE;
+    other.height = 32;                              /* as wide, but six faces */
+    assert_int_equal(envsh_lights_follow(good, &other, 0, NULL), ENVSH_ERR_ARGUMENT);
+    assert_int_equal(envsh_lights_residual_sh(good, &other, sh), ENVSH_ERR_ARGUMENT);
     other.rgb = NULL;
     assert_int_equal(envsh_lights_follow(good, &other, 0, NULL), ENVSH_ERR_MAP);
     assert_int_equal(envsh_match(NULL, 1, copy, count), ENVSH_ERR_ARGUMENT);
@@ -158,8 +181,14 @@ static void lights_are_checked(void **state)
     assert_int_equal(envsh_rotate(copy, count, m), ENVSH_ERR_ARGUMENT);
     m[0] = m[5] = m[10] = 2;                        /* even, but no rotation */
     assert_int_equal(envsh_rotate(copy, count, m), ENVSH_ERR_ARGUMENT);
-    m[0] = NOT_A_NUMBER;
-    assert_int_equal(envsh_rotate(copy, count, m), ENVSH_ERR_ARGUMENT);
+    assert_int_equal(envsh_rotate(NULL, 1, m), ENVSH_ERR_ARGUMENT);
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        memset(m, 0, sizeof m);
+        m[0] = m[5] = m[10] = m[15] = 1;
+        assert_int_equal(envsh_rotate(copy, count, m), ENVSH_OK);
+        m[wrong[i].at] = wrong[i].value;
+        assert_int_equal(envsh_rotate(copy, count, m), ENVSH_ERR_ARGUMENT);
+    }
     assert_int_equal(envsh_export_gltf(NULL, 0, NULL, 0), 0);
     assert_int_equal(envsh_export_gltf(list, 1, NULL, 9), 0);
     assert_true(envsh_export_gltf(list, 0, text, sizeof text) > 8);
@@ -170,10 +199,40 @@ static void lights_are_checked(void **state)
     assert_int_equal(envsh_lights_residual(NULL, &day.map, rest), ENVSH_ERR_ARGUMENT);
     assert_int_equal(envsh_lights_residual_sh(good, &day.map, NULL), ENVSH_ERR_ARGUMENT);
     assert_int_equal(envsh_lights_residual_sh(good, NULL, sh), ENVSH_ERR_ARGUMENT);
+    other = day.map;
+    other.rgb = NULL;
+    assert_int_equal(envsh_lights_residual_sh(good, &other, sh), ENVSH_ERR_MAP);
+    assert_int_equal(envsh_match(NULL, 0, NULL, 0), ENVSH_OK);
+    assert_int_equal(envsh_rotate(NULL, 0, (const float[16]){ 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }),
+                     ENVSH_OK);
+    assert_null(envsh_lights_get(NULL, NULL));
+    assert_ptr_equal(envsh_lights_get(good, NULL), list);
+    assert_null(envsh_lights_strata(NULL, NULL));
+    assert_non_null(envsh_lights_strata(good, NULL));
     free(rest);
     assert_string_equal(envsh_result_text((envsh_result)99), "unknown result");
     assert_string_equal(envsh_result_text(ENVSH_OK), "ok");
     assert_true(envsh_texel_solid_angle(ENVSH_MAP_LATLONG, 4, 4, 4, 0) <= 0);
+    assert_true(envsh_texel_solid_angle(ENVSH_MAP_LATLONG, 4, 4, 0, 4) <= 0);
+}
+
+/* A light that shines down -Z has no shortest turn from +Z; colours of black are white times nothing; large numbers. */
+static void odd_lights_are_exported(void **state)
+{
+    envsh_light l[2];
+    char text[1000];
+    (void)state;
+    memset(l, 0, sizeof l);
+    l[0].direction[2] = -1;
+    l[0].irradiance[0] = l[0].irradiance[1] = 2.5e20f;
+    l[0].irradiance[2] = 5e20f;
+    l[1].direction[2] = 1;
+    assert_true(envsh_export_gltf(l, 2, text, sizeof text) < sizeof text);
+    assert_non_null(strstr(text, "\"color\":[5.00000000e-1,5.00000000e-1,1.00000000e0],"
+                                 "\"intensity\":5.00000010e20}"));          /* what 5e20f is */
+    assert_non_null(strstr(text, "\"color\":[1.00000000e0,1.00000000e0,1.00000000e0],\"intensity\":0}"));
+    assert_non_null(strstr(text, "{\"rotation\":[1.00000000e0,0,0,0]"));
+    assert_non_null(strstr(text, "0,0,1.00000000e0]"));
 }
 
 static void expect_maps(envsh_result expected, uint32_t size, uint32_t guard, uint32_t side, uint32_t capacity)
@@ -211,8 +270,28 @@ static void atlas_is_checked(void **state)
     assert_int_equal(envsh_maps_create(&d, count, &m), ENVSH_OK);
     assert_int_equal(envsh_maps_begin(m, list, count, box), ENVSH_OK);
     assert_int_equal(envsh_maps_end(m), ENVSH_ERR_DESC);
+    {
+        envsh_query q = envsh_query_default();
+        envsh_mesh nothing = { NULL, 0, 0, NULL, 0 };
+        envsh_atlas before, atlas;
+        uint32_t n = 7;
+        float depth[32 * 32] = { 0 };
+        assert_int_equal(envsh_maps_draw(m, &nothing, NULL), ENVSH_ERR_DESC);   /* there are no maps to draw into */
+        assert_int_equal(envsh_maps_set(m, 0, depth, 0), ENVSH_ERR_DESC);
+        assert_int_equal(envsh_shade(m, &q, NULL), ENVSH_ERR_DESC);
+        memset(&atlas, 0x31, sizeof atlas);
+        before = atlas;
+        envsh_maps_atlas(NULL, &atlas);
+        envsh_maps_atlas(m, NULL);
+        assert_memory_equal(&atlas, &before, sizeof atlas);
+        assert_null(envsh_maps_views(NULL, &n));
+        assert_int_equal(n, 0);
+        assert_ptr_equal(envsh_maps_views(m, NULL), envsh_maps_views(m, &n));
+        assert_int_equal(n, count);
+    }
     envsh_maps_free(m);
     envsh_maps_free(NULL);
+    assert_int_equal(envsh_maps_end(NULL), ENVSH_ERR_ARGUMENT);
 }
 
 static void drawing_is_checked(void **state)
@@ -246,7 +325,13 @@ static void drawing_is_checked(void **state)
     assert_int_equal(envsh_maps_begin(maps, list, count, envsh_bounds_of(NULL, 0, NULL)), ENVSH_OK);   /* empty */
     assert_int_equal(envsh_maps_begin(maps, list, count, box), ENVSH_OK);
     assert_int_equal(envsh_maps_draw(maps, NULL, NULL), ENVSH_ERR_ARGUMENT);
-    m[3] = 1;
+    assert_int_equal(envsh_maps_draw(NULL, &mesh, NULL), ENVSH_ERR_ARGUMENT);
+    for (int i = 3; i < 16; i += 4) {
+        m[i] += 1;
+        assert_int_equal(envsh_maps_draw(maps, &mesh, m), ENVSH_ERR_ARGUMENT);
+        m[i] -= 1;
+    }
+    m[12] = INF;
     assert_int_equal(envsh_maps_draw(maps, &mesh, m), ENVSH_ERR_ARGUMENT);
     mesh.indices = outside;
     assert_int_equal(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_MESH);
@@ -256,13 +341,65 @@ static void drawing_is_checked(void **state)
     mesh.index_count = 3;
     mesh.vertex_stride = 10;
     assert_int_equal(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_MESH);
+    mesh.vertex_stride = 14;
+    assert_int_equal(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_MESH);
+    mesh.vertex_stride = SIZE_MAX & ~(size_t)3;
+    assert_int_equal(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_MESH);
     mesh.vertex_stride = 0;
     mesh.positions = NULL;
     assert_int_equal(envsh_maps_draw(maps, &mesh, NULL), ENVSH_ERR_MESH);
+    assert_int_equal(envsh_maps_set(NULL, 0, depth, 0), ENVSH_ERR_ARGUMENT);
     assert_int_equal(envsh_maps_set(maps, count, depth, 0), ENVSH_ERR_ARGUMENT);
     assert_int_equal(envsh_maps_set(maps, 0, NULL, 0), ENVSH_ERR_ARGUMENT);
     assert_int_equal(envsh_maps_set(maps, 0, depth, 64), ENVSH_ERR_ARGUMENT);
     assert_int_equal(envsh_maps_set(maps, 0, depth, 130), ENVSH_ERR_ARGUMENT);
+}
+
+/* A mesh drawn with a transform, by strides, casts the shadow of one that was moved before; so do its bounds. */
+static void transforms_move_meshes(void **state)
+{
+    static const float p[3][4] = { { -0.5f, 0, -0.5f, 9 }, { 0.5f, 0, -0.5f, 9 }, { 0, 0, 0.75f, 9 } };
+    static const float turn[16] = { 0, 0, 0.5f, 0, 0, 0.5f, 0, 0, -0.5f, 0, 0, 0, 0.25f, 0.5f, -0.125f, 1 };
+    float moved[3][3];
+    envsh_mesh mesh = { p[0], 3, 16, NULL, 0 }, still = { moved[0], 3, 0, NULL, 0 };
+    envsh_bounds a, b;
+    envsh_atlas atlas;
+    float *depth;
+    (void)state;
+    for (int i = 0; i < 3; i++)
+        for (int c = 0; c < 3; c++)
+            moved[i][c] = turn[c] * p[i][0] + turn[4 + c] * p[i][1] + turn[8 + c] * p[i][2] + turn[12 + c];
+    a = envsh_bounds_of(&mesh, 1, turn);
+    b = envsh_bounds_of(&still, 1, NULL);
+    assert_memory_equal(&a, &b, sizeof a);
+    assert_true(a.low[1] >= 0.5f && a.high[1] <= 0.5f && a.high[0] > 0.49f);
+    mesh.positions = NULL;                          /* nothing there: as if there were no mesh */
+    a = envsh_bounds_of(&mesh, 1, turn);
+    assert_true(a.low[0] > a.high[0]);
+    mesh.positions = p[0];
+    assert_int_equal(envsh_maps_begin(maps, list, count, box), ENVSH_OK);
+    assert_int_equal(envsh_maps_draw(maps, &still, NULL), ENVSH_OK);
+    envsh_maps_atlas(maps, &atlas);
+    const size_t texels = (size_t)atlas.width * atlas.height * atlas.pages;
+    depth = (float *)malloc(texels * sizeof *depth);
+    assert_non_null(depth);
+    memcpy(depth, atlas.depth, texels * sizeof *depth);
+    assert_int_equal(envsh_maps_begin(maps, list, count, box), ENVSH_OK);
+    assert_int_equal(envsh_maps_draw(maps, &mesh, turn), ENVSH_OK);
+    size_t hit = 0, other = 0;
+    for (size_t i = 0; i < texels; i++) {
+        hit += depth[i] < 1;
+        other += (depth[i] < 1) != (atlas.depth[i] < 1) || fabsf(depth[i] - atlas.depth[i]) > 1e-4f;
+    }
+    printf("texels %.0f, hit %.0f, other %.0f\n", (double)texels, (double)hit, (double)other);
+    assert_true(hit > 400 && other <= hit / 100);              /* a texel on an edge, by rounding */
+    free(depth);
+}
+
+static envsh_result draw_fails(void *user, envsh_maps *m)
+{
+    (void)m;
+    return *(envsh_result *)user;
 }
 
 /* Triangles of every bad kind, and bounds of every odd size: light stays finite. */
@@ -369,6 +506,29 @@ static void queries_are_checked(void **state)
     assert_int_equal(envsh_visible(maps, count, &good_query, out), ENVSH_ERR_ARGUMENT);
     assert_int_equal(envsh_visible(maps, ENVSH_NO_LIGHT, &good_query, out), ENVSH_ERR_ARGUMENT);
     assert_int_equal(envsh_illuminate(maps, list, count, box, NULL, NULL, &good_query, out), ENVSH_ERR_ARGUMENT);
+    {
+        envsh_result says = ENVSH_ERR_MESH;
+        envsh_maps *none;
+        const envsh_query *g = &good_query;
+        assert_int_equal(envsh_illuminate(NULL, list, count, box, draw_fails, &says, g, out), ENVSH_ERR_ARGUMENT);
+        assert_int_equal(envsh_illuminate(maps, list, count, box, draw_fails, &says, NULL, out), ENVSH_ERR_ARGUMENT);
+        assert_int_equal(envsh_illuminate(maps, NULL, count, box, draw_fails, &says, g, out), ENVSH_ERR_ARGUMENT);
+        assert_int_equal(envsh_maps_create(NULL, 0, &none), ENVSH_OK);
+        assert_int_equal(envsh_illuminate(none, list, count, box, draw_fails, &says, g, out), ENVSH_ERR_ARGUMENT);
+        envsh_maps_free(none);
+        assert_int_equal(envsh_illuminate(maps, list, count, box, draw_fails, &says, g, out), ENVSH_ERR_MESH);
+        assert_true(out[0] >= 7 && out[0] <= 7);
+        says = ENVSH_OK;
+        q = good_query;
+        q.bias = -1;
+        assert_int_equal(envsh_illuminate(maps, list, count, box, draw_fails, &says, &q, out), ENVSH_ERR_ARGUMENT);
+        assert_true(out[0] >= 7 && out[0] <= 7);
+        assert_int_equal(envsh_illuminate(maps, NULL, 0, box, draw_fails, &says, g, out), ENVSH_OK);
+        assert_true(out[0] >= 0 && out[0] <= 0);                /* no lights, no light */
+        out[0] = 7;
+        assert_int_equal(envsh_maps_begin(maps, list, count, box), ENVSH_OK);
+        assert_int_equal(envsh_maps_end(maps), ENVSH_OK);
+    }
     assert_true(out[0] >= 7 && out[0] <= 7);
     q = good_query;
     q.count = 0;
@@ -379,6 +539,33 @@ static void queries_are_checked(void **state)
     ms[0] = (double)NOT_A_NUMBER;
     assert_int_equal(envsh_cost_fit(8, sizes, ms, 2, &cost), 0);
     assert_int_equal(envsh_cluster_size(NULL, 8, 8), 1);
+    assert_int_equal(envsh_cost_fit(8, sizes, NULL, 2, &cost), 0);
+    assert_int_equal(envsh_cost_fit(8, sizes, ms, 2, NULL), 0);
+    assert_int_equal(envsh_cost_fit(0, sizes, ms, 2, &cost), 0);
+    ms[0] = 1e12;
+    assert_int_equal(envsh_cost_fit(8, sizes, ms, 2, &cost), 0);
+    cost.pass = cost.slot = 1;
+    assert_int_equal(envsh_cluster_size(&cost, 0, 8), 1);
+    assert_int_equal(envsh_cluster_size(&cost, 8, 0), 1);
+}
+
+/* Times by which passes, or lights, would cost less than nothing: the other of the two explains all, by least squares
+   of relative errors. */
+static void costs_are_not_negative(void **state)
+{
+    uint32_t sizes[2] = { 1, 192 };
+    double ms[2] = { 100, 150 };
+    envsh_cost cost;
+    (void)state;
+    assert_int_equal(envsh_cost_fit(192, sizes, ms, 2, &cost), 1);
+    assert_true(cost.pass >= 0 && cost.pass <= 0);
+    assert_true(fabs(cost.slot - (1 / 100.0 + 1 / 150.0) / (192 * (1 / 1e4 + 1 / 22500.0))) < 1e-6);
+    sizes[0] = 100;
+    ms[0] = 220;
+    ms[1] = 100;
+    assert_int_equal(envsh_cost_fit(192, sizes, ms, 2, &cost), 1);
+    assert_true(cost.slot >= 0 && cost.slot <= 0);
+    assert_true(fabs(cost.pass - (2 / 220.0 + 1 / 100.0) / (4 / 48400.0 + 1 / 1e4)) < 1e-6);
 }
 
 int main(void)
@@ -389,9 +576,12 @@ int main(void)
         cmocka_unit_test(lights_are_checked),
         cmocka_unit_test(atlas_is_checked),
         cmocka_unit_test(drawing_is_checked),
+        cmocka_unit_test(transforms_move_meshes),
         cmocka_unit_test(bad_geometry_is_harmless),
         cmocka_unit_test(far_below_a_roof_it_is_dark),
         cmocka_unit_test(queries_are_checked),
+        cmocka_unit_test(costs_are_not_negative),
+        cmocka_unit_test(odd_lights_are_exported),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
