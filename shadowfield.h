@@ -1199,7 +1199,8 @@ static inline int sfield__cpu_has_avx512(void) { return 0; }
 #define SFIELD__INLINE static inline
 #endif
 
-enum { SFIELD__LANES = 16, SFIELD__STAGED = 300, SFIELD__STAGED_COEFS = 25, SFIELD__PIECES = 16 };   /* of 5 bands */
+enum { SFIELD__LANES = 16, SFIELD__STAGED = 300, SFIELD__STAGED_COEFS = 25, SFIELD__PIECES = 16,    /* of 5 bands */
+       SFIELD__SHARED = 3 };        /* lanes that the same eight samples must serve, on average */
 
 typedef struct sfield__entry { uint32_t pair; float c; } sfield__entry;
 
@@ -4411,6 +4412,196 @@ static void sfield__turn(const float *in, uint32_t n, float *out, int simd)
         for (l = 0; l < SFIELD__LANES; l++) out[k * SFIELD__LANES + l] = in[l * n + k];
 }
 
+/* Neighbours mostly lie between the same eight samples. Those are made floats once, and go on all lanes, by weights of
+   0 where they do not belong: each value gets the roundings that its lane by itself gets of mix. */
+typedef struct sfield__eight {
+    uint32_t     n;                             /* coefficients, a multiple of 8 */
+    const float *s0, *b0, *s1, *b1;             /* scale and bias of both shells */
+    float        q[8 * SFIELD_MAX_COEFS];       /* of eight samples, corners of the inner shell first */
+} sfield__eight;
+
+#define SFIELD__SHELL(V, q, s, b)                                                                                      \
+    sfield__##V##_fma(sfield__##V##_fma(sfield__##V##_set1((q)[3 * n]), x3,                                            \
+                      sfield__##V##_fma(sfield__##V##_set1((q)[2 * n]), x2,                                            \
+                      sfield__##V##_fma(sfield__##V##_set1((q)[n]), x1,                                                \
+                      sfield__##V##_mul(sfield__##V##_set1((q)[0]), x0)))),                                            \
+                      sfield__##V##_set1(*(s)), sfield__##V##_set1(*(b)))
+#define SFIELD__CORNERS(V)                                                                                             \
+    const sfield__##V one = sfield__##V##_set1(1), fx = sfield__##V##_load(at->fx), fy = sfield__##V##_load(at->fy);   \
+    const sfield__##V gx = sfield__##V##_sub(one, fx), gy = sfield__##V##_sub(one, fy);                                \
+    const sfield__##V x0 = sfield__##V##_mul(gx, gy), x1 = sfield__##V##_mul(fx, gy), x2 = sfield__##V##_mul(gx, fy),  \
+                      x3 = sfield__##V##_mul(fx, fy), own = sfield__##V##_load(factor),                                \
+                      w0 = sfield__##V##_mul(sfield__##V##_load(at->w0), own),                                         \
+                      w1 = sfield__##V##_mul(sfield__##V##_load(at->w1), own);                                         \
+    const float *q = c->q, *s0 = c->s0, *b0 = c->b0, *s1 = c->s1, *b1 = c->b1;                                         \
+    const uint32_t n = c->n;
+
+/* out: n planes, +=  where there is more; sum: += what every lane has of t. */
+#define SFIELD__EIGHTS(V, TARGET)                                                                                      \
+    TARGET static void sfield__eight_mix_##V(const sfield__eight *c, const sfield__place *at, const float *factor,     \
+                                             int more, float *out)                                                     \
+    {                                                                                                                  \
+        SFIELD__CORNERS(V)                                                                                             \
+        uint32_t k;                                                                                                    \
+        for (k = 0; k < n; k++, out += 16) {                                                                           \
+            sfield__##V a = sfield__##V##_mul(SFIELD__SHELL(V, q + k, s0 + k, b0 + k), w0);                            \
+            a = sfield__##V##_fma(SFIELD__SHELL(V, q + 4 * n + k, s1 + k, b1 + k), w1, a);                             \
+            if (more) a = sfield__##V##_fma(sfield__##V##_load(out), one, a);                                          \
+            sfield__##V##_store(out, a);                                                                               \
+        }                                                                                                              \
+    }                                                                                                                  \
+    TARGET static void sfield__eight_dot_##V(const sfield__eight *c, const sfield__place *at, const float *factor,     \
+                                             const float *t, float *sum)                                               \
+    {                                                                                                                  \
+        SFIELD__CORNERS(V)                                                                                             \
+        sfield__##V part[8];                                                                                           \
+        uint32_t k, i;                                                                                                 \
+        for (k = 0; k < n; k++) {                                                                                      \
+            sfield__##V a = sfield__##V##_mul(SFIELD__SHELL(V, q + k, s0 + k, b0 + k), w0);                            \
+            a = sfield__##V##_fma(SFIELD__SHELL(V, q + 4 * n + k, s1 + k, b1 + k), w1, a);                             \
+            part[k & 7] = k < 8 ? sfield__##V##_mul(a, sfield__##V##_load(t + 16 * k))                                 \
+                                : sfield__##V##_fma(a, sfield__##V##_load(t + 16 * k), part[k & 7]);                   \
+        }                                                                                                              \
+        for (k = 4; k > 0; k /= 2)                                                                                     \
+            for (i = 0; i < k; i++) part[i] = sfield__##V##_fma(part[i], one, part[i + k]);                            \
+        sfield__##V##_store(sum, sfield__##V##_fma(part[0], one, sfield__##V##_load(sum)));                            \
+    }
+
+SFIELD__EIGHTS(plain, )
+#if SFIELD__SIMD
+SFIELD__EIGHTS(avx2, SFIELD__TARGET_AVX2)
+SFIELD__EIGHTS(avx512, SFIELD__TARGET_AVX512)
+
+/* All bits of the lanes of a mask, from lane l on. */
+SFIELD__TARGET_AVX2 SFIELD__INLINE __m256 sfield__lanes8(uint32_t mask, uint32_t l)
+{
+    const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int32_t)(mask >> l)), bit), bit));
+}
+
+SFIELD__TARGET_AVX2 static uint32_t sfield__same_eight_avx2(const int32_t *base, int32_t wanted)
+{
+    const __m256i w = _mm256_set1_epi32(wanted);
+    __m256i low = _mm256_cmpeq_epi32(_mm256_loadu_si256((const __m256i *)(const void *)base), w);
+    __m256i high = _mm256_cmpeq_epi32(_mm256_loadu_si256((const __m256i *)(const void *)(base + 8)), w);
+    return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(low)) |
+           (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(high)) << 8;
+}
+
+SFIELD__TARGET_AVX2 static void sfield__eight_bytes_avx2(const uint8_t *sample, size_t stride, size_t row, size_t shell,
+                                                         uint32_t n, float *q)
+{
+    uint32_t k;
+    for (k = 0; k < n; k += 8, sample += 8, q += 8) {
+        _mm256_storeu_ps(q, sfield__bytes8(sample));
+        _mm256_storeu_ps(q + n, sfield__bytes8(sample + stride));
+        _mm256_storeu_ps(q + 2 * n, sfield__bytes8(sample + row));
+        _mm256_storeu_ps(q + 3 * n, sfield__bytes8(sample + row + stride));
+        _mm256_storeu_ps(q + 4 * n, sfield__bytes8(sample + shell));
+        _mm256_storeu_ps(q + 5 * n, sfield__bytes8(sample + shell + stride));
+        _mm256_storeu_ps(q + 6 * n, sfield__bytes8(sample + shell + row));
+        _mm256_storeu_ps(q + 7 * n, sfield__bytes8(sample + shell + row + stride));
+    }
+}
+#endif
+#undef SFIELD__EIGHTS
+
+/* Lanes by the eight samples that they lie between: how many such groups, or 0 where lane by lane costs less. */
+static uint32_t sfield__eights(const sfield__place *at, uint32_t lanes, uint32_t *group, int simd)
+{
+    const uint32_t most = (uint32_t)sfield__popcount(lanes) / SFIELD__SHARED;
+    uint32_t count = 0, l;
+    for (; lanes && count < most; lanes &= ~group[count++]) {
+        uint32_t first = 0, same = 0;
+        while (!(lanes >> first & 1)) first++;
+#if SFIELD__SIMD
+        if (simd) same = sfield__same_eight_avx2(at->base, at->base[first]);
+        else
+#endif
+            for (l = 0; l < SFIELD__LANES; l++) same |= (uint32_t)(at->base[l] == at->base[first]) << l;
+        group[count] = same & lanes;
+    }
+    (void)simd;
+    return lanes ? 0 : count;
+}
+
+/* The eight samples about lane l in the frame whose first sample and group are given: n coefficients from one on. */
+static void sfield__eight_load(const sfield_field *f, size_t base, size_t group, uint32_t from, uint32_t n,
+                               sfield__eight *c, int simd)
+{
+    const size_t stride = f->h.stride, row = f->h.position_side * stride, shell = 6 * f->h.position_side * row;
+    const uint8_t *q = f->sample + base * stride + from;
+    uint32_t i, k;
+    c->n = n;
+    c->s0 = f->scale + group * stride + from;
+    c->b0 = f->bias + group * stride + from;
+    c->s1 = c->s0 + stride;
+    c->b1 = c->b0 + stride;
+#if SFIELD__SIMD
+    if (simd) {
+        sfield__eight_bytes_avx2(q, stride, row, shell, n, c->q);
+        return;
+    }
+#endif
+    (void)simd;
+    for (i = 0; i < 8; i++)
+        for (k = 0; k < n; k++)
+            c->q[i * n + k] = (float)q[(i & 1) * stride + (i >> 1 & 1) * row + (i >> 2) * shell + k];
+}
+
+static void sfield__eight_mix(const sfield__eight *c, const sfield__place *at, const float *factor, int more,
+                              float *out, int simd)
+{
+#if SFIELD__SIMD
+    if (simd) {
+        (simd == 2 ? sfield__eight_mix_avx512 : sfield__eight_mix_avx2)(c, at, factor, more, out);
+        return;
+    }
+#endif
+    (void)simd;
+    sfield__eight_mix_plain(c, at, factor, more, out);
+}
+
+static void sfield__eight_dot(const sfield__eight *c, const sfield__place *at, const float *factor, const float *t,
+                              float *sum, int simd)
+{
+#if SFIELD__SIMD
+    if (simd) {
+        (simd == 2 ? sfield__eight_dot_avx512 : sfield__eight_dot_avx2)(c, at, factor, t, sum);
+        return;
+    }
+#endif
+    (void)simd;
+    sfield__eight_dot_plain(c, at, factor, t, sum);
+}
+
+#if SFIELD__SIMD
+SFIELD__TARGET_AVX2 static void sfield__select_avx2(const float *in, uint32_t n, uint32_t mask, float *out)
+{
+    const __m256 low = sfield__lanes8(mask, 0), high = sfield__lanes8(mask, 8);
+    uint32_t k;
+    for (k = 0; k < n; k += SFIELD__LANES) {
+        _mm256_storeu_ps(out + k, _mm256_and_ps(low, _mm256_loadu_ps(in + k)));
+        _mm256_storeu_ps(out + k + 8, _mm256_and_ps(high, _mm256_loadu_ps(in + k + 8)));
+    }
+}
+#endif
+
+/* Zero where a mask has no bit. */
+static void sfield__select16(const float *in, uint32_t n, uint32_t mask, float *out, int simd)
+{
+    uint32_t k, l;
+#if SFIELD__SIMD
+    if (simd) {
+        sfield__select_avx2(in, n, mask, out);
+        return;
+    }
+#endif
+    (void)simd;
+    for (k = 0; k < n; k += SFIELD__LANES)
+        for (l = 0; l < SFIELD__LANES; l++) out[k + l] = mask >> l & 1 ? in[k + l] : 0.0f;
+}
+
 static void sfield__corners(const sfield__place *at, int l, float *b)
 {
     float x = at->fx[l], y = at->fy[l];
@@ -5253,13 +5444,6 @@ static void sfield__distances(const float *p, const float *c, float *d2)
 }
 
 #if SFIELD__SIMD
-/* All bits of the lanes of a mask, from lane l on. */
-SFIELD__TARGET_AVX2 SFIELD__INLINE __m256 sfield__lanes8(uint32_t mask, uint32_t l)
-{
-    const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-    return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int32_t)(mask >> l)), bit), bit));
-}
-
 SFIELD__TARGET_AVX2 static uint32_t sfield__nearer16_avx2(const float *a, const float *b)
 {
     int low = _mm256_movemask_ps(_mm256_cmp_ps(_mm256_loadu_ps(a), _mm256_loadu_ps(b), _CMP_LT_OQ));
@@ -5429,6 +5613,16 @@ static void sfield__masks(sfield__tile *t)
     }
 }
 
+/* Is no line from a lane to the middle of a in the inscribed sphere of b? Those lines are nowhere farther from that of
+   the tile's middle than the lanes are. */
+static int sfield__is_aside(const sfield__tile *t, const sfield__item *a, const sfield__item *b)
+{
+    const sfield__v3 m = sfield__v3_load(t->middle), v = sfield__v3_sub(sfield__v3_load(a->center[0]), m);
+    const sfield__v3 c = sfield__v3_cross(v, sfield__v3_sub(sfield__v3_load(b->center[0]), m));
+    const float most = 1.001f * (b->inscribed + t->extent);
+    return sfield__v3_dot(c, c) > most * most * sfield__v3_dot(v, v);
+}
+
 /* Second rule: lanes of a mask for which the bounding sphere of occluder i is inside the cone of a nearer inscribed
  * one. */
 static uint32_t sfield__hidden(const sfield__tile *t, uint32_t i, uint32_t lanes)
@@ -5440,6 +5634,7 @@ static uint32_t sfield__hidden(const sfield__tile *t, uint32_t i, uint32_t lanes
         const sfield__item *b = &t->s->item[t->item[j]];
         const float b2 = b->inscribed * b->inscribed, *near_j = t->d2 + j * SFIELD__LANES;
         if (!(t->widest[j] * t->farthest[i] > a->radius[0]) || j == i) continue;      /* for no lane */
+        if (sfield__is_aside(t, a, b)) continue;
         for (l = 0; l < SFIELD__LANES; l++) {
             float d2 = near_i[l], e2 = near_j[l], dot = 0, sines, cosines;
             if (!((lanes & ~hidden) >> l & 1) || e2 >= d2 || a2 >= d2 || b2 >= e2 || b2 * d2 <= a2 * e2) continue;
@@ -5493,39 +5688,21 @@ static void sfield__to_local(const sfield__item *it, int which, const float *p, 
     }
 }
 
-#if SFIELD__SIMD
-SFIELD__TARGET_AVX2 static void sfield__select_avx2(const float *in, uint32_t n, uint32_t mask, float *out)
-{
-    const __m256 low = sfield__lanes8(mask, 0), high = sfield__lanes8(mask, 8);
-    uint32_t k;
-    for (k = 0; k < n; k += SFIELD__LANES) {
-        _mm256_storeu_ps(out + k, _mm256_and_ps(low, _mm256_loadu_ps(in + k)));
-        _mm256_storeu_ps(out + k + 8, _mm256_and_ps(high, _mm256_loadu_ps(in + k + 8)));
-    }
-}
-#endif
-
-/* Zero where a mask has no bit. */
-static void sfield__select16(const float *in, uint32_t n, uint32_t mask, float *out, int simd)
-{
-    uint32_t k, l;
-#if SFIELD__SIMD
-    if (simd) {
-        sfield__select_avx2(in, n, mask, out);
-        return;
-    }
-#endif
-    (void)simd;
-    for (k = 0; k < n; k += SFIELD__LANES)
-        for (l = 0; l < SFIELD__LANES; l++) out[k + l] = mask >> l & 1 ? in[k + l] : 0.0f;
-}
-
 /* Some lanes of a field at their places, times a factor, in planes; the others are 0. */
 static void sfield__fetch16(const sfield_field *f, const sfield__place *at, uint32_t lanes, const float *factor,
                             float *rows, float *planes, int simd)
 {
     const uint32_t n = f->planes;
-    uint32_t l;
+    uint32_t group[SFIELD__LANES], count = sfield__eights(at, lanes, group, simd), i, l;
+    for (i = 0; i < count; i++) {
+        sfield__eight e;
+        float own[SFIELD__LANES];
+        for (l = 0; !(group[i] >> l & 1);) l++;
+        sfield__eight_load(f, (size_t)at->base[l], (size_t)at->shell[l], 0, n, &e, simd);
+        sfield__select16(factor, SFIELD__LANES, group[i], own, simd);
+        sfield__eight_mix(&e, at, own, i > 0, planes, simd);
+    }
+    if (count) return;
     for (l = 0; l < SFIELD__LANES; l++, rows += n) {
         float b[4];
         if (!(lanes >> l & 1)) {
@@ -5824,6 +6001,39 @@ static void sfield__shine_avx2(const sfield__tile *t, const sfield__item *it, co
 }
 #endif
 
+/* The same for the wanted lanes where they share samples, without turning T; 0, and nothing done, where they do not. */
+static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, const sfield__place *at,
+                                const float *chain, float *rgb)
+{
+    const sfield_field *f = it->e.source;
+    const uint32_t n = t->s->coefs, shells = f->h.shells, every = f->tone < 3;
+    const size_t samples = 6 * (size_t)f->h.position_side * f->h.position_side * shells;
+    uint32_t group[SFIELD__LANES], frame[2], i, k, c, l;
+    uint32_t count = sfield__eights(at, t->visible, group, t->s->simd);
+    float sum[3][SFIELD__LANES] = { { 0 } }, weight[2][SFIELD__LANES], own[SFIELD__LANES];
+    float time = sfield__frames_at(f, it->e.time, &frame[0], &frame[1]);
+    for (l = 0; l < SFIELD__LANES; l++) {
+        weight[0][l] = 1 - time;
+        weight[1][l] = time;
+    }
+    for (i = 0; i < count; i++) {
+        for (l = 0; !(group[i] >> l & 1);) l++;
+        for (k = 0; k < (time > 0 ? 2u : 1u); k++) {
+            sfield__select16(weight[k], SFIELD__LANES, group[i], own, t->s->simd);
+            for (c = every ? f->tone : 0; c < (every ? f->tone + 1 : 3); c++) {
+                sfield__eight e;
+                sfield__eight_load(f, frame[k] * samples + (size_t)at->base[l],
+                                   frame[k] * shells + (size_t)at->shell[l], c * n, n, &e, t->s->simd);
+                sfield__eight_dot(&e, at, own, chain, sum[c], t->s->simd);
+            }
+        }
+    }
+    for (c = 0; c < 3 && count; c++)
+        for (l = 0; l < SFIELD__LANES; l++)
+            rgb[c * SFIELD__LANES + l] += it->e.tint[c] * (every ? f->ratio[c] * sum[f->tone][l] : sum[c][l]);
+    return count != 0;
+}
+
 /* rgb += T . source of light j, three channels. */
 static void sfield__shine(const sfield__tile *t, uint32_t j, const float *chain, float *rgb)
 {
@@ -5839,6 +6049,7 @@ static void sfield__shine(const sfield__tile *t, uint32_t j, const float *chain,
         sfield__rotate16(&s->rotation[s->light[j]], chain, t->turned, SFIELD__LANES, 1, s->simd);
         chain = t->turned;
     }
+    if (s->coefs % 8 == 0 && sfield__shine_shared(t, it, &at, chain, rgb)) return;
 #if SFIELD__SIMD
     if (s->simd && s->coefs % 8 == 0) {
         sfield__shine_avx2(t, it, &at, chain, rgb);
