@@ -95,14 +95,15 @@ static cohsm_result try_file(const uint8_t *data, size_t size, int use)
 {
     uint8_t *copy = (uint8_t *)malloc(size + 1);
     cohsm_maps *maps = (cohsm_maps *)(void *)files;
-    cohsm_allocator a;
+    cohsm_desc services;
     cohsm_result result;
     ledger l;
 
     assert_non_null(copy);
     memcpy(copy + 1, data, size);
-    a = ledger_allocator(&l);
-    result = cohsm_open(copy + 1, size, &a, &maps);
+    memset(&services, 0, sizeof services);
+    services.allocator = ledger_allocator(&l);
+    result = cohsm_open(copy + 1, size, &services, &maps);
     free(copy);
     if (l.peak > 64 * size)
         fail_msg("%lu bytes asked for by a file of %lu", (unsigned long)l.peak, (unsigned long)size);
