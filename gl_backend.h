@@ -1718,7 +1718,7 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
    interleaved sampling and its blur. Where ctx->compute, each of these is one dispatch that works in shared memory, to the
    same numbers. Points are triangles and barycentric coordinates, the mesh two tables of indices
    and positions: moving geometry is new positions alone. The numbers are those of ism.h to float rounding.
-   In every frame: glbk_ism_phase, glbk_ism_vpls, glbk_ism_draw, glbk_ism_shade. */
+   In every frame: glbk_ism_phase, glbk_ism_vpls_upload, glbk_ism_draw, glbk_ism_shade. */
 
 #define GLBK_ISM_TEXTURES(X)                                                                        \
     X(sampler2DArray, glbk_ism_vpls, 0)         /* 4 texels each */                                 \
@@ -1809,8 +1809,8 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps
    mesh     NULL = nothing
    Errors   GLBK_ERR_ARGUMENT: sizes, or an index beyond vertex_count; GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
 GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, const float *positions, size_t stride);
-/* New places of the same vertices. Or render them into layers of maps->positions, an RGBA32F table, yourself: skinning
-   then never leaves the GPU. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+/* New places of the same vertices. Or render them into layers of maps->positions, an RGBA32F table, yourself; points are
+   then scattered by ism.h over the places that you give it. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
 
 GLBK_DEF glbk_result glbk_ism_phase(glbk_context *ctx, glbk_ism_maps *maps, uint32_t phase, const void *points);
 /* The points of one phase, 16 bytes each, of all VPLs, as ism_phase_points writes them: vpl_count * maps->each.

@@ -1,5 +1,5 @@
 /* csm_query.c - queries a second and their errors beside Embree's occlusion rays, on the same points and directions in
-   the same run. performance.md part 1 defines both: area-weighted random points, 1e-4 of the bounding radius off the
+   the same run: area-weighted random points, 1e-4 of the bounding radius off the
    surface; random is one direction of the hemisphere for each; coherent is points in Morton order, of which 1024
    neighbours share a direction and those that face away from it are left out. */
 #include "bench.h"

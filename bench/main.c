@@ -1,4 +1,4 @@
-/* main.c - build/bench: figures of the headers, a JSON line each; design.md and performance.md say which. */
+/* main.c - build/bench: figures of the headers, a JSON line each; docs/programs.md lists them. */
 #define _POSIX_C_SOURCE 200809L
 #include "bench.h"
 

@@ -1,6 +1,7 @@
 #!/bin/sh
-# package.sh - from outside: installs into a folder, and builds and runs one program with pkg-config and with CMake in three
-# ways (subdirectory, FetchContent, find_package); unpacks make dist and builds from it; uninstalls.
+# package.sh - from outside: installs into a folder, and builds and runs one program with pkg-config and with CMake in four
+# ways (subdirectory, FetchContent, find_package after make install and after CMake's own); unpacks make dist and builds
+# from it; uninstalls.
 # Last line: "package: N passed, N failed, N skipped".
 root=$PWD
 dir=$(mktemp -d) || exit 1
@@ -44,6 +45,9 @@ cmake_user() {  # cmake_user LINE: a project that gets at dapple by that line
         'target_link_libraries(user PRIVATE dapple::dapple)' > "$dir/user/CMakeLists.txt"
     cmake -S "$dir/user" -B "$dir/build" -DCMAKE_PREFIX_PATH="$dir/there" && cmake --build "$dir/build" && "$dir/build/user"
 }
+refused() {
+    ! cmake_user "find_package(dapple $((${VERSION%%.*} + 1)) REQUIRED)" && grep -q 'version: ' "$dir/log"
+}
 with_pkg_config() {
     # shellcheck disable=SC2046
     cc -std=c99 "$dir/user/user.c" $(PKG_CONFIG_PATH="$dir/there/lib/pkgconfig" pkg-config --cflags --libs dapple) -o \
@@ -54,7 +58,7 @@ staged() {
         grep -q '^includedir=/opt/dapple/include$' "$dir/stage/opt/dapple/lib/pkgconfig/dapple.pc"
 }
 uninstalled() {
-    make -s uninstall PREFIX="$dir/there" && [ -z "$(find "$dir/there" -name '*.h' -o -name '*.pc')" ]
+    make -s uninstall PREFIX="$dir/there" && [ -z "$(find "$dir/there" -name '*.h' -o -name '*.pc' -o -name '*.cmake')" ]
 }
 from_dist() {
     make -s dist && tar xzf "build/dapple-$VERSION.tar.gz" -C "$dir" && cd "$dir/dapple-$VERSION" &&
@@ -71,8 +75,13 @@ if command -v cmake >/dev/null 2>&1; then
     check 'CMake: FetchContent' cmake_user "include(FetchContent)
 FetchContent_Declare(dapple SOURCE_DIR $root)
 FetchContent_MakeAvailable(dapple)"
+    check 'CMake: find_package after make install' cmake_user "find_package(dapple $VERSION REQUIRED)"
+    check 'CMake: another major version is refused' refused
+    make -s uninstall PREFIX="$dir/there"
     check 'CMake: install' sh -c "cmake -S '$root' -B '$dir/own' -DCMAKE_INSTALL_PREFIX='$dir/there' && cmake --install '$dir/own'"
-    check 'CMake: find_package' cmake_user 'find_package(dapple REQUIRED)'
+    check 'CMake: find_package' cmake_user "find_package(dapple $VERSION REQUIRED)"
+    find "$dir/there" -type f -exec rm {} +
+    make -s install PREFIX="$dir/there"
 else leave 'CMake' cmake; fi
 check 'make uninstall' uninstalled
 if git rev-parse HEAD >/dev/null 2>&1; then check 'make dist' from_dist; else leave 'make dist' 'git, or a checkout,'; fi

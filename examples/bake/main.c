@@ -1,4 +1,4 @@
-/* main.c - the program `bake`: what can be precomputed of one rigid object, into a file. design.md "Programs" is its
+/* main.c - the program `bake`: what can be precomputed of one rigid object, into a file. docs/programs.md is its
    definition, docs/bake.md tells how to spread it over processes and machines.
 
    A long bake is done in parts, each kept beside the output as soon as it is whole (OUT.part-KEY-1of4: KEY stands for

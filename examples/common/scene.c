@@ -160,8 +160,8 @@ int ex_scene_add_ground(ex_scene *scene)
     return 0;
 }
 
-/* "Nothing given" of design.md: the bounding sphere fills 85 % of the shorter side, seen from azimuth 30 (from +Z
-   towards +X, since glTF models face +Z) and elevation 20 degrees. A sphere of radius r at distance d covers the half
+/* What docs/programs.md says of a scene without a camera: the bounding sphere fills 85 % of the shorter side, seen from
+   azimuth 30 (from +Z towards +X, since glTF models face +Z) and elevation 20 degrees. A sphere of radius r at distance d covers the half
    angle asin(r / d), and fills a share f of a picture whose half side is tan(fov / 2) when tan of that angle is
    f tan(fov / 2). */
 void ex_scene_default_camera(ex_scene *scene, uint32_t width, uint32_t height)

@@ -54,7 +54,7 @@ typedef struct ex_light {
     float value[3];              /* sun E (W/m^2); spot, point I (W/sr); others L (W/(sr m^2)), one-sided */
 } ex_light;
 
-typedef struct ex_sky {          /* latitude-longitude radiance; design.md "maps": row 0 is +Y, the centre is +X */
+typedef struct ex_sky {          /* latitude-longitude radiance; row 0 is +Y, the centre is +X */
     uint32_t width, height;      /* 0 = no sky */
     float   *rgb;                /* scale already applied */
     float    rotation;           /* about +Y, by the right-hand rule */
@@ -100,7 +100,7 @@ uint64_t ex_scene_triangles(const ex_scene *scene);                       /* of 
 int      ex_scene_bounds(const ex_scene *scene, float center[3], float *radius);   /* no receivers; -1 = empty */
 int      ex_scene_has_emitters(const ex_scene *scene);
 int      ex_scene_add_ground(ex_scene *scene);                         /* plane of albedo 0.5 under it, receiver_only */
-void     ex_scene_default_camera(ex_scene *scene, uint32_t width, uint32_t height); /* design.md "nothing given" */
+void     ex_scene_default_camera(ex_scene *scene, uint32_t width, uint32_t height); /* docs/programs.md */
 /* Unit direction of the point (x, y) of an unrotated map, in texels from its top left corner; (0.5, 0.5) is the centre
    of the first texel. */
 void     ex_sky_texel_direction(uint32_t width, uint32_t height, float x, float y, float direction[3]);

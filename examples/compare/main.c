@@ -1,4 +1,4 @@
-/* main.c - the program `compare`: how far picture A is from picture B. design.md "Programs" is its definition.
+/* main.c - the program `compare`: how far picture A is from picture B. docs/programs.md is its definition.
 
    Pixels that are exactly 0 in both are left out everywhere. Pixels with a value that is not finite in A or B are
    counted, left out too, and make the exit status 1. psnr and ssim look at what a viewer sees: both pictures under B's

@@ -1,4 +1,4 @@
-/* args.h - the command line of `render`; design.md "Programs" defines it. */
+/* args.h - the command line of `render`; docs/programs.md defines it. */
 #ifndef RD_ARGS_H
 #define RD_ARGS_H
 

@@ -1,4 +1,4 @@
-/* main.c - the program `render`: one picture of one scene by one technique. design.md "Programs" is its definition. */
+/* main.c - the program `render`: one picture of one scene by one technique. docs/programs.md is its definition. */
 #include "../common/gl_context.h"
 #include "../common/gl_timer.h"
 #include "setup.h"
@@ -67,6 +67,8 @@ static void print_list(void)
         printf("  %-12s %s", (*t)->name, (*t)->summary);
         if ((*t)->missing)
             printf(" (%s)", (*t)->missing);
+        else if ((*t)->most_samples && (*t)->samples < (*t)->least_samples)
+            printf(" (--samples by its settings)");
         else if ((*t)->most_samples)
             printf(" (--samples %u)", (unsigned)(*t)->samples);
         puts("");

@@ -54,7 +54,7 @@ typedef struct rd_technique {
     const char   *name;
     const char   *summary;             /* for --list */
     const char   *missing;             /* NULL, or why this build cannot run it; nothing below is used then */
-    uint32_t      samples;             /* default of --samples */
+    uint32_t      samples;             /* default of --samples; below least_samples: by other settings */
     uint32_t      least_samples, most_samples;     /* both 0: --samples is refused */
     int           averages;            /* averages the frames of a static scene; else the last frame is written */
     int           accepts_baked;

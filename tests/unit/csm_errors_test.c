@@ -1,4 +1,4 @@
-/* csm_errors_test - bad input by the table of platform.md C2: a specific error with outputs untouched, or finite
+/* csm_errors_test - bad input: a specific error with outputs untouched, or finite
  * results. */
 
 #define CSM_IMPLEMENTATION

@@ -1,4 +1,4 @@
-/* envsh_errors_test - bad input by the table of platform.md C2: a specific error with outputs untouched, or finite
+/* envsh_errors_test - bad input: a specific error with outputs untouched, or finite
    results. */
 
 #define ENVSHADOW_IMPLEMENTATION

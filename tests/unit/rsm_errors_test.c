@@ -1,4 +1,4 @@
-/* rsm_errors_test - bad input by the table of platform.md C2: a specific error with outputs untouched, or finite
+/* rsm_errors_test - bad input: a specific error with outputs untouched, or finite
    results; threads, cancelling, SIMD, agreement of the ways to the same result. */
 
 #define RSM_IMPLEMENTATION
