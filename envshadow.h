@@ -141,7 +141,8 @@ extern "C" {
     X(ENVSH_ERR_MESH, "the mesh has indices or strides out of range")                                        \
     X(ENVSH_ERR_ALLOC, "the allocator returned no memory")                                                   \
     X(ENVSH_ERR_LIMIT, "a size overflows or passes a limit")                                                 \
-    X(ENVSH_ERR_ORDER, "envsh_maps_begin, or envsh_maps_end before shading, must come first")
+    X(ENVSH_ERR_ORDER, "envsh_maps_begin, or envsh_maps_end before shading, must come first")                \
+    X(ENVSH_ERR_CANCELLED, "cancelled by the progress callback")
 
 typedef enum envsh_result {
 #define ENVSH__ENUM(name, text) name,
@@ -153,7 +154,7 @@ typedef enum envsh_result {
 ENVSH_DEF const char *envsh_result_text(envsh_result result);
 /* A constant string for any value, "unknown result" beyond the list. */
 
-/* ---- memory, threads: the caller's ---- */
+/* ---- memory, threads, progress: the caller's ---- */
 
 typedef struct envsh_allocator {    /* all zero = malloc and free; else both functions */
     void *(*alloc_fn)(size_t size, void *user);   /* aligned like malloc's (8 bytes suffice), or NULL */
@@ -164,6 +165,9 @@ typedef struct envsh_allocator {    /* all zero = malloc and free; else both fun
 typedef void (*envsh_task)(void *context, size_t index);
 typedef void (*envsh_parallel_for)(void *user, size_t count, envsh_task task, void *context);
 /* Must call task(context, i) once for each i < count, in any order and on any threads, and return when all are done. */
+
+typedef int (*envsh_progress)(void *user, float fraction);
+/* Called between steps, from the thread that called us, fraction 0..1 never falling; not 0 cancels. */
 
 /* ---- the map ---- */
 
@@ -321,6 +325,8 @@ typedef struct envsh_maps_desc {
     envsh_allocator    allocator;
     envsh_parallel_for parallel_for;       /* NULL = this thread alone; results are the same */
     void              *parallel_user;
+    envsh_progress     progress;           /* of each envsh_maps_draw, _shade, _visible; NULL = none. envsh_illuminate */
+    void              *progress_user;      /* counts as one: shading advances, draws only ask whether to go on */
 } envsh_maps_desc;
 
 typedef struct envsh_view {         /* one light's shadow map: what your renderer or shader needs of it */
@@ -360,7 +366,8 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *maps, const envsh_light *lig
 ENVSH_DEF envsh_result envsh_maps_draw(envsh_maps *maps, const envsh_mesh *mesh, const float transform[16]);
 /* Renders the depth of a mesh into every tile: texel centres, top-left rule, both sides. NULL = identity. Triangles
    with a vertex that is not finite are left out.
-   Errors  ENVSH_ERR_ARGUMENT, ENVSH_ERR_MESH, ENVSH_ERR_ORDER; ENVSH_ERR_DESC with no_depth */
+   Errors  ENVSH_ERR_ARGUMENT, ENVSH_ERR_MESH, ENVSH_ERR_ORDER; ENVSH_ERR_DESC with no_depth; ENVSH_ERR_CANCELLED: some
+           tiles have the mesh, others not; begin anew */
 
 ENVSH_DEF envsh_result envsh_maps_set(envsh_maps *maps, uint32_t light, const float *depth, size_t row_stride);
 /* A tile from your own renderer: map_size rows of map_size depths, row 0 at y = 0; row_stride in bytes, 0 = packed.
@@ -403,7 +410,8 @@ ENVSH_DEF envsh_query envsh_query_default(void);
 ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *query, float *irradiance);
 /* For each point the sum over all lights of visibility x cosine x irradiance: 3 floats, W/m^2; times albedo / pi it is
    the radiance of a diffuse surface. Points or normals that are not finite give 0.
-   Errors  ENVSH_ERR_ARGUMENT; ENVSH_ERR_DESC with no_depth; ENVSH_ERR_ORDER */
+   Errors  ENVSH_ERR_ARGUMENT; ENVSH_ERR_DESC with no_depth; ENVSH_ERR_ORDER; ENVSH_ERR_CANCELLED: some points may be
+           done */
 
 ENVSH_DEF envsh_result envsh_visible(const envsh_maps *maps, uint32_t light, const envsh_query *query, float *visible);
 /* Visibility of one light, 0..1, for your own BRDF. 0 behind the geometric surface; query->add is ignored. */
@@ -3332,6 +3340,9 @@ struct envsh_maps {
     envsh__allocator   allocator;
     envsh_parallel_for parallel_for;
     void              *parallel_user;
+    envsh_progress     progress;
+    void              *progress_user;
+    float        told, span;        /* the part of the whole that the next steps are */
     uint32_t     map_size, guard, capacity, channels, across, down, pages, cells;
     int          no_depth, zero_to_one, y_down;
     int          phase;             /* 0 new, 1 being drawn, 2 ready to be asked */
@@ -3348,6 +3359,32 @@ static void envsh__each(envsh_parallel_for parallel, void *user, size_t count, e
     if (parallel && count > 1) parallel(user, count, task, context);
     else
         for (i = 0; i < count; i++) task(context, i);
+}
+
+typedef struct envsh__part { envsh_task task; void *context; size_t first; } envsh__part;
+
+static void envsh__part_task(void *context, size_t i)
+{
+    const envsh__part *part = (const envsh__part *)context;
+    part->task(part->context, part->first + i);
+}
+
+/* The same in steps, between which the caller may cancel. */
+static envsh_result envsh__run(const envsh_maps *m, size_t count, envsh_task task, void *context)
+{
+    size_t step, steps = m->progress ? 16 : 1;
+    envsh__part part;
+    part.task = task;
+    part.context = context;
+    part.first = 0;
+    for (step = 0; step < steps; step++) {
+        size_t next = count / steps * (step + 1) + count % steps * (step + 1) / steps;
+        if (m->progress && m->progress(m->progress_user, m->told + m->span * (float)step / (float)steps))
+            return ENVSH_ERR_CANCELLED;
+        envsh__each(m->parallel_for, m->parallel_user, next - part.first, envsh__part_task, &part);
+        part.first = next;
+    }
+    return m->progress && m->progress(m->progress_user, m->told + m->span) ? ENVSH_ERR_CANCELLED : ENVSH_OK;
 }
 
 static envsh_result envsh__check_maps_desc(envsh_maps_desc *d)
@@ -3390,6 +3427,9 @@ ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t c
     m->allocator = a;
     m->parallel_for = d.parallel_for;
     m->parallel_user = d.parallel_user;
+    m->progress = d.progress;
+    m->progress_user = d.progress_user;
+    m->span = 1.0f;
     m->map_size = d.map_size;
     m->guard = d.guard;
     m->capacity = capacity;
@@ -3741,9 +3781,8 @@ ENVSH_DEF envsh_result envsh_maps_draw(envsh_maps *m, const envsh_mesh *mesh, co
     d.mesh = mesh;
     d.transform = transform;
     d.stride = mesh->vertex_stride ? mesh->vertex_stride : 12;
-    envsh__each(m->parallel_for, m->parallel_user, m->count, envsh__draw_task, &d);
     m->phase = 1;
-    return ENVSH_OK;
+    return envsh__run(m, m->count, envsh__draw_task, &d);
 }
 
 ENVSH_DEF envsh_result envsh_maps_set(envsh_maps *m, uint32_t light, const float *depth, size_t row_stride)
@@ -4139,8 +4178,7 @@ static envsh_result envsh__run_shading(const envsh_maps *m, const envsh_query *q
     s.only = only;
     envsh__fill_disc(s.disc, q->taps && q->taps <= ENVSH_MAX_TAPS ? q->taps : 1);
     batches = q->count / ENVSH__BATCH + (q->count % ENVSH__BATCH != 0);
-    envsh__each(m->parallel_for, m->parallel_user, batches, envsh__shade_task, &s);
-    return ENVSH_OK;
+    return envsh__run(m, batches, envsh__shade_task, &s);
 }
 
 ENVSH_DEF envsh_query envsh_query_default(void)
@@ -4199,13 +4237,18 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_light *lig
     q = *query;
     do {
         n = count - first < maps->capacity ? count - first : maps->capacity;
+        maps->told = count ? (float)first / (float)count : 0.0f;
+        maps->span = 0.0f;
         result = envsh_maps_begin(maps, lights ? lights + first : NULL, n, bounds);
         if (result == ENVSH_OK && n) result = draw(user, maps);
         if (result == ENVSH_OK) result = envsh_maps_end(maps);
+        maps->span = (count ? (float)(first + n) / (float)count : 1.0f) - maps->told;
         if (result == ENVSH_OK) result = envsh_shade(maps, &q, irradiance);
         q.add = 1;
         first += n;
     } while (result == ENVSH_OK && first < count);
+    maps->told = 0.0f;
+    maps->span = 1.0f;
     return result;
 }
 

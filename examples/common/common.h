@@ -49,6 +49,7 @@ int      ex_pool_threads(const ex_pool *pool);
 void     ex_pool_free(ex_pool *pool);
 
 double   ex_seconds(void);                            /* monotonic */
+int      ex_terminal(void);                           /* whether progress would be seen: its steps cost a little */
 int      ex_progress(void *label, float fraction);    /* stderr, on a terminal only; 0 = go on. Headers' callback */
 
 #endif

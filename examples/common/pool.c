@@ -123,9 +123,11 @@ double ex_seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+int ex_terminal(void) { return isatty(STDERR_FILENO); }
+
 int ex_progress(void *label, float fraction)
 {
-    if (!isatty(STDERR_FILENO)) return 0;
+    if (!ex_terminal()) return 0;
     if (fraction >= 1)
         fprintf(stderr, "\r\033[K");     /* leave a clean line behind */
     else

@@ -301,6 +301,8 @@ static int create_maps(es_state *s, const rd_job *job, char *error)
     desc.allocator.user = &s->memory;
     desc.parallel_for = ex_pool_run;
     desc.parallel_user = job->pool;
+    desc.progress = ex_terminal() ? ex_progress : NULL;
+    desc.progress_user = (void *)(size_t)"envshadow";
     result = envsh_maps_create(&desc, job->gl ? all : s->cluster, &s->maps);
     if (result != ENVSH_OK)
         return es_failed("atlas", result, error);

@@ -61,6 +61,8 @@ static ism_desc make_desc(const rd_job *job, int keep_hits)
     d.seed = d.unstable ? job->seed : job->seed - job->frame;     /* stable: one seed for all frames */
     d.parallel_for = ex_pool_run;
     d.parallel_user = job->pool;
+    d.progress = ex_terminal() ? ex_progress : NULL;
+    d.progress_user = (void *)(size_t)"ism";
     return d;
 }
 

@@ -285,6 +285,7 @@ static int frame_rsm(void *opaque, const rd_job *job, ex_image *out, char *error
     direct_done = ex_seconds();
     if (result == RSM_OK && state->indirect && state->map_count)
         result = bounce(state, job, &points);
+    ex_progress(NULL, 1);
     if (result != RSM_OK)
         return rs_fail(error, "shading", result);
     state->maps_ms = 1000 * (maps_done - start);
@@ -373,6 +374,8 @@ static int open_rsm(void **out, const rd_job *job, char *error)
     state->system.allocator.user = &state->memory;
     state->system.parallel_for = ex_pool_run;
     state->system.parallel_user = job->pool;
+    state->system.progress = ex_terminal() ? ex_progress : NULL;
+    state->system.progress_user = (void *)(size_t)"rsm";
     read_settings(state, job);
     if (state->mode == RS_INTERPOLATED && (state->gather.noise || state->gather.interleave > 1)) {
         close_rsm(state);

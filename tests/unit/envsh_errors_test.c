@@ -469,6 +469,81 @@ static void far_below_a_roof_it_is_dark(void **state)
     assert_int_equal(envsh_maps_begin(maps, &sun, 1, box), ENVSH_ERR_ARGUMENT);
 }
 
+/* ---- progress ---- */
+
+typedef struct watch { int calls, stop_at; float last; } watch;
+
+static int look(void *user, float fraction)
+{
+    watch *w = user;
+    assert_true(fraction >= w->last && fraction <= 1);
+    w->last = fraction;
+    return w->calls++ == w->stop_at;
+}
+
+static envsh_result draw_twice(void *user, envsh_maps *m)
+{
+    envsh_result result = envsh_maps_draw(m, user, NULL);
+    return result == ENVSH_OK ? envsh_maps_draw(m, user, NULL) : result;
+}
+
+/* One fraction from 0 to 1 over all clusters; each of its calls may cancel; what comes after is as if nothing had been. */
+static void every_call_of_progress_may_cancel(void **state)
+{
+    static const float corners[] = { -0.5f, 0.2f, -0.5f, 0.5f, 0.2f, -0.5f, 0, 0.2f, 0.5f };
+    envsh_mesh mesh = { corners, 3, 0, NULL, 0 };
+    envsh_query q = envsh_query_default();
+    envsh_maps_desc d;
+    envsh_maps *m;
+    watch w = { 0, -1, 0 };
+    enum { POINTS = 700 };
+    float points[3 * POINTS], normals[3 * POINTS], plain[3 * POINTS], out[3 * POINTS];
+    int all;
+    (void)state;
+    for (int i = 0; i < POINTS; i++) {
+        points[3 * i] = (float)(i % 26) / 13 - 1;
+        points[3 * i + 1] = normals[3 * i] = normals[3 * i + 2] = 0;
+        points[3 * i + 2] = (float)(i / 26) / 13 - 1;
+        normals[3 * i + 1] = 1;
+    }
+    q.points = points;
+    q.normals = normals;
+    q.count = POINTS;
+    memset(&d, 0, sizeof d);
+    d.map_size = 32;
+    assert_int_equal(envsh_maps_create(&d, 3, &m), ENVSH_OK);
+    assert_int_equal(envsh_illuminate(m, list, count, box, draw_twice, &mesh, &q, plain), ENVSH_OK);
+    envsh_maps_free(m);
+    d.progress = look;
+    d.progress_user = &w;
+    assert_int_equal(envsh_maps_create(&d, 3, &m), ENVSH_OK);
+    assert_int_equal(envsh_illuminate(m, list, count, box, draw_twice, &mesh, &q, out), ENVSH_OK);
+    assert_memory_equal(out, plain, sizeof out);
+    assert_true(w.last >= 1 && w.last <= 1);
+    all = w.calls;
+    assert_true(all > 3 * (int)((count + 2) / 3));
+    for (int i = 0; i < all; i++) {
+        w.calls = 0;
+        w.stop_at = i;
+        w.last = 0;
+        assert_int_equal(envsh_illuminate(m, list, count, box, draw_twice, &mesh, &q, out), ENVSH_ERR_CANCELLED);
+        assert_int_equal(w.calls, i + 1);
+    }
+    w.stop_at = -1;
+    w.last = 0;
+    assert_int_equal(envsh_illuminate(m, list, count, box, draw_twice, &mesh, &q, out), ENVSH_OK);
+    assert_memory_equal(out, plain, sizeof out);
+    for (int i = 0; i < 2; i++) {           /* by themselves they go from 0 to 1 */
+        w.last = 0;
+        assert_int_equal(i ? envsh_shade(m, &q, out) : envsh_visible(m, 0, &q, out), ENVSH_OK);
+        assert_true(w.last >= 1 && w.last <= 1);
+    }
+    w.last = 0;
+    assert_int_equal(envsh_maps_draw(m, &mesh, NULL), ENVSH_OK);
+    assert_true(w.last >= 1 && w.last <= 1);
+    envsh_maps_free(m);
+}
+
 static void queries_are_checked(void **state)
 {
     float p[3] = { 0, 0, 0 }, n[3] = { 0, 1, 0 }, out[3] = { 7, 7, 7 };
@@ -579,6 +654,7 @@ int main(void)
         cmocka_unit_test(transforms_move_meshes),
         cmocka_unit_test(bad_geometry_is_harmless),
         cmocka_unit_test(far_below_a_roof_it_is_dark),
+        cmocka_unit_test(every_call_of_progress_may_cancel),
         cmocka_unit_test(queries_are_checked),
         cmocka_unit_test(costs_are_not_negative),
         cmocka_unit_test(odd_lights_are_exported),
