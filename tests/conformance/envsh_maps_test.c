@@ -335,47 +335,103 @@ static void shortcuts_change_nothing(void **state)
     CONFORM_MAX("image", "visibility by cells and without them, sum of differences", 0, differ);
 }
 
-/* A half plane one above the ground under a disc of light: its penumbra is as wide as the disc seen from its edge. */
-static void penumbra_has_its_width(void **state)
+/* A half plane one above the ground, left of x = 0, under a disc of light of that radius (of directions). */
+static void half_plane(envsh_maps *m, float radius)
 {
     static const double corner[3] = { -4, 1, -4 }, u[3] = { 4, 0, 0 }, v[3] = { 0, 0, 8 };
     envsh_light light;
-    envsh_maps *m = maps_of(512, 0, 1);
-    double worst = 0, sum = 0, last = -1;
-    (void)state;
     memset(&light, 0, sizeof light);
     light.direction[1] = 1;
     light.irradiance[0] = light.irradiance[1] = light.irradiance[2] = 1;
-    light.axis_u[0] = light.axis_v[2] = 0.3f;
+    light.axis_u[0] = light.axis_v[2] = radius;
     geometry.vertices = 0;
     soup_quad(&geometry, corner, u, v);
     draw(m, &light, 1);
-    for (int i = -20; i <= 20; i++) {
-        double x = 0.02 * i, t = fmin(1, fmax(-1, x / 0.3)), mean = 0;
-        double exact = 0.5 + (t * sqrt(1 - t * t) + asin(t)) / PI;      /* share of the disc that the edge leaves */
-        for (int k = 0; k < 16; k++) {                                  /* other rotations of the taps */
-            envsh_query q = envsh_query_default();
-            float p[3], e[3];
-            p[0] = (float)x;
-            p[1] = 0;
-            p[2] = 0.1f * (float)k;
-            q.points = p;
-            q.normals = up;
-            q.count = 1;
-            q.taps = 64;
-            q.radius = 64;
-            q.seed = (uint32_t)k;
-            assert_int_equal(envsh_shade(m, &q, e), ENVSH_OK);
-            mean += (double)e[0] / 16;
+}
+
+/* Its penumbra is as wide as the disc seen from its edge, whether the disc is that large or extent_scale makes it. */
+static void penumbra_has_its_width(void **state)
+{
+    static const float scales[3] = { 1, 0.5f, 2 };
+    envsh_maps *m = maps_of(512, 0, 1);
+    double worst = 0, sum = 0;
+    (void)state;
+    for (int s = 0; s < 3; s++) {
+        double last = -1;
+        half_plane(m, 0.3f / scales[s]);
+        for (int i = -20; i <= 20; i++) {
+            double x = 0.02 * i, t = fmin(1, fmax(-1, x / 0.3)), mean = 0;
+            double exact = 0.5 + (t * sqrt(1 - t * t) + asin(t)) / PI;  /* share of the disc that the edge leaves */
+            for (int k = 0; k < 16; k++) {                              /* other rotations of the taps */
+                envsh_query q = envsh_query_default();
+                float p[3], e[3];
+                p[0] = (float)x;
+                p[1] = 0;
+                p[2] = 0.1f * (float)k;
+                q.points = p;
+                q.normals = up;
+                q.count = 1;
+                q.taps = 64;
+                q.radius = 64;
+                q.seed = (uint32_t)k;
+                q.extent_scale = scales[s];
+                assert_int_equal(envsh_shade(m, &q, e), ENVSH_OK);
+                mean += (double)e[0] / 16;
+            }
+            worst = fmax(worst, fabs(mean - exact));
+            sum += fabs(mean - exact) / (3 * 41);
+            assert_true(mean > last - 0.03);
+            last = mean;
         }
-        worst = fmax(worst, fabs(mean - exact));
-        sum += fabs(mean - exact) / 41;
-        assert_true(mean > last - 0.03);
-        last = mean;
     }
     /* texels of 0.016 are a twentieth of the radius */
     CONFORM_MAX("image", "penumbra of a half plane, largest error of the share of light", 0.05, worst);
     CONFORM_MAX("image", "penumbra of a half plane, mean error of the share of light", 0.02, sum);
+    envsh_maps_free(m);
+}
+
+enum { PLACES = 60 };
+
+/* How many of the points from `begin` on have another visibility than `whole` says. */
+static int unlike(const envsh_maps *m, envsh_query q, size_t begin, const float *whole)
+{
+    float part[PLACES];
+    int differ = 0;
+    q.points += 3 * begin;
+    q.normals += 3 * begin;
+    q.count -= begin;
+    assert_int_equal(envsh_visible(m, 0, &q, part), ENVSH_OK);
+    for (size_t i = 0; i < q.count; i++) differ += memcmp(&part[i], &whole[begin + i], sizeof *part) != 0;
+    return differ;
+}
+
+/* Point i turns its taps by (seed, first + i): parts of an array have the answers of the whole. */
+static void points_draw_by_seed_and_place(void **state)
+{
+    float points[3 * PLACES], normals[3 * PLACES], whole[PLACES];
+    envsh_maps *m = maps_of(256, 0, 1);
+    (void)state;
+    half_plane(m, 0.3f);
+    for (int i = 0; i < PLACES; i++) {          /* across the penumbra */
+        points[3 * i] = 0.003f * (float)i - 0.09f;
+        points[3 * i + 1] = 0;
+        points[3 * i + 2] = 0.05f * (float)i - 1.5f;
+        memcpy(normals + 3 * i, up, sizeof up);
+    }
+    for (int filter = ENVSH_FILTER_PCF; filter <= ENVSH_FILTER_PENUMBRA; filter++) {
+        envsh_query q = envsh_query_default();
+        q.points = points;
+        q.normals = normals;
+        q.count = PLACES;
+        q.filter = (envsh_filter)filter;
+        q.radius = 20;
+        assert_int_equal(envsh_visible(m, 0, &q, whole), ENVSH_OK);
+        q.first = 23;
+        assert_int_equal(unlike(m, q, 23, whole), 0);
+        assert_true(unlike(m, q, 22, whole) > 5);
+        q.seed = 9;
+        assert_true(unlike(m, q, 23, whole) > 5);
+    }
     envsh_maps_free(m);
 }
 
@@ -553,6 +609,7 @@ int main(void)
         cmocka_unit_test(raster_equals_rays),
         cmocka_unit_test(shortcuts_change_nothing),
         cmocka_unit_test(penumbra_has_its_width),
+        cmocka_unit_test(points_draw_by_seed_and_place),
         cmocka_unit_test(clusters_sum_to_the_same),
         cmocka_unit_test(texels_are_snapped),
         cmocka_unit_test(clip_spaces_meet_the_lookup),
