@@ -2668,8 +2668,8 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
         uint32_t n, k;
         float *sorted;
         g->set_samples = (g->centred + g->sets - 1) / g->sets;
-        n = g->set_samples * g->sets;            /* rounded up to equal sets: every sample weighs the same */
-        if (g->desc.pattern == RSM_PATTERN_POISSON && n > RSM__MAX_POISSON) return RSM_ERR_DESC;
+        n = g->set_samples * g->sets;            /* rounded up to equal sets: every sample weighs the same.
+                                                    RSM__MAX_POISSON is a multiple of all of them */
         g->pattern = (float *)rsm__alloc_array(a, n, 3 * sizeof *g->pattern);
         sorted = (float *)rsm__alloc_array(a, n, 3 * sizeof *sorted);
         if (!g->pattern || !sorted) {

@@ -359,6 +359,279 @@ static void odd_receivers(void **state)
     }
 }
 
+/* The last value that is taken and the first that is not, for every range. */
+static void limits_are_exact(void **state)
+{
+    rsm_desc base = sun_desc(1, 1, 8), own = base;
+    float uv[2], depth, big[3] = { 1e9f, 0, 0 };
+    rsm_map *map;
+    uint32_t face;
+    size_t count;
+    uint64_t room[2048];
+    (void)state;
+    ACCEPTED(d.size = 4);
+    own.size = 4096;
+    assert_true(rsm_map_size(&own) > (size_t)56 * 4096 * 4096);
+    ACCEPTED(d.light.radius = 1e9f);
+    ACCEPTED(d.light.value[2] = 1e12f);
+    ACCEPTED(d.light.direction[1] = 1.0009f);
+    REFUSED(d.light.direction[1] = 1.002f);
+    REFUSED(d.light.near_depth = 1; d.light.far_depth = 1);
+    REFUSED(d.light.near_depth = -2e9f; d.light.far_depth = 1);
+    REFUSED(d.light.near_depth = 1; d.light.far_depth = 2e9f);
+    ACCEPTED(d.light.near_depth = -1e9f; d.light.far_depth = 1e9f);
+    REFUSED(d.light.kind = RSM_LIGHT_POINT; d.light.far_depth = 1);
+    REFUSED(d.light.kind = RSM_LIGHT_SPOT; d.light.cone_angle = 1e-3f);
+    ACCEPTED(d.light.kind = RSM_LIGHT_SPOT; d.light.cone_angle = 6.28f);
+    REFUSED(d.light.kind = RSM_LIGHT_SPOT; d.light.cone_angle = 6.29f);
+    ACCEPTED(d.light.kind = RSM_LIGHT_SQUARE_SPOT; d.light.cone_angle = 2);
+    REFUSED(d.light.kind = RSM_LIGHT_SQUARE_SPOT; d.light.cone_angle = 1e-3f);
+    REFUSED(d.light.position[1] = 1.1e9f);
+    REFUSED(d.light.kind = (rsm_light_kind)-1);
+    own = base;                                    /* two radians are the widest flat spot */
+    own.light.kind = RSM_LIGHT_SPOT;
+    own.light.cone_angle = 2;
+    assert_int_equal(rsm_map_create(&own, &map), RSM_OK);
+    assert_int_equal(rsm_map_faces(map), 1);
+    rsm_map_free(map);
+    assert_true(rsm_map_faces(NULL) == 0 && rsm_map_side(NULL) == 0 && rsm_map_texels(NULL) == NULL);
+    /* memory of the caller's: all of it, aligned */
+    own = base;
+    count = rsm_map_size(&own);
+    assert_true(count <= sizeof room && rsm_map_size(NULL) == 0);
+    assert_int_equal(rsm_map_init(&own, room, count - 1, &map), RSM_ERR_MEMORY);
+    assert_int_equal(rsm_map_init(&own, (char *)room + 4, sizeof room - 4, &map), RSM_ERR_MEMORY);
+    assert_int_equal(rsm_map_init(NULL, room, count, &map), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_init(&own, NULL, count, &map), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_init(&own, room, count, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_init(&own, room, count, &map), RSM_OK);
+    rsm_map_free(map);                           /* leaves it alone */
+    assert_int_equal(rsm_rasterize(map, &mesh, 1), RSM_OK);
+    assert_int_equal(rsm_map_create(NULL, &map), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_create(&own, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_finish(NULL, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_project(good, big, &face, uv, &depth), RSM_OK);
+    big[0] = 1.1e9f;
+    assert_int_equal(rsm_map_project(good, big, &face, uv, &depth), RSM_ERR_ARGUMENT);
+    big[0] = 0;
+    assert_int_equal(rsm_map_project(NULL, big, &face, uv, &depth), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_project(good, NULL, &face, uv, &depth), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_project(good, big, NULL, uv, &depth), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_project(good, big, &face, NULL, &depth), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_project(good, big, &face, uv, NULL), RSM_ERR_ARGUMENT);
+}
+
+static void limits_of_gathers_are_exact(void **state)
+{
+    static const float no_noise[4] = { 0, 1, 0.5f, 1 };
+    static const uint32_t one[1] = { SIDE * SIDE - 1 };
+    rsm_gather_desc g0 = gather_desc(RSM_PATTERN_EQUATION3, 16);
+    rsm_material edge = { { 0, 1, 0.5f }, 1e4f };
+    const rsm_map *const *maps = (const rsm_map *const *)&good;
+    rsm_points p = points;
+    float pattern[3 * 16];
+    rsm_texel texels[4];
+    size_t count;
+    (void)state;
+    memset(texels, 0, sizeof texels);
+#define TAKEN(change) do { rsm_gather_desc g = g0; change; assert_int_equal(gather(&g, &p), RSM_OK); } while (0)
+#define LEFT(change) do { rsm_gather_desc g = g0; change; assert_int_equal(gather(&g, &p), RSM_ERR_DESC); } while (0)
+    TAKEN(g.r_max = 1e3f);
+    LEFT(g.r_max = 1.1e3f);
+    TAKEN(g.r_min = 0.99f);
+    TAKEN(g.offset = 1e9f);
+    LEFT(g.offset = 1.1e9f);
+    TAKEN(g.clamp = 1e18f);
+    LEFT(g.clamp = 1.1e18f);
+    TAKEN(g.near_limit = 1e6f);
+    LEFT(g.near_limit = 1.1e6f);
+    TAKEN(g.interleave = 8);
+    LEFT(g.interleave = 6);
+    LEFT(g.pattern = (rsm_pattern)-1);
+    TAKEN(g.noise = no_noise; g.noise_side = 2);
+    LEFT(g.noise = no_noise; g.noise_side = 4097);
+    TAKEN(g.materials = &edge; g.material_count = 1);
+    edge.exponent = 1.1e4f;
+    LEFT(g.materials = &edge; g.material_count = 1);
+    edge.exponent = -1;
+    LEFT(g.materials = &edge; g.material_count = 1);
+    edge.exponent = 0;
+    TAKEN(g.materials = &edge; g.material_count = 1);
+    edge.specular[0] = -0.1f;
+    LEFT(g.materials = &edge; g.material_count = 1);
+    TAKEN(g.samples = 1);
+    LEFT(g.pattern = RSM_PATTERN_POISSON; g.samples = 4097);
+    p.indices = one;
+    p.index_count = 1;
+    TAKEN(g.seed = 1);
+    p = points;
+    p.normal_stride = 10;
+    assert_int_equal(gather(&g0, &p), RSM_ERR_ARGUMENT);
+    p = points;
+    p.occlusion_stride = 2;
+    assert_int_equal(gather(&g0, &p), RSM_ERR_ARGUMENT);
+    p = points;
+    p.positions = NULL;
+    assert_int_equal(gather(&g0, &p), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_gather(maps, 1, &g0, &points, NULL, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_gather_list(NULL, 1, &g0, &points, result, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_gather_list(texels, 0, NULL, &points, result, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_gather_list(texels, 0, &g0, NULL, result, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_gather_list(texels, 0, &g0, &points, NULL, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_gather_list(texels, 0, &g0, &points, result, NULL), RSM_OK);
+    /* lists, clusters, patterns */
+    assert_int_equal(rsm_pixel_lights(maps, 1, 4, 0, texels, 4, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_pixel_lights(maps, 1, 4, 0, NULL, 4, &count), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_pixel_lights(maps, 1, (1 << 20) + 1, 0, NULL, 0, &count), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_pixel_lights(maps, 1, 4, 0, texels, 4, &count), RSM_OK);
+    assert_int_equal(rsm_cluster(texels, 4, 0, NULL, texels, &count), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_cluster(texels, 4, 65537, NULL, texels, &count), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_cluster(NULL, 4, 1, NULL, texels, &count), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_cluster(texels, 4, 1, NULL, NULL, &count), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_cluster(texels, 4, 1, NULL, texels, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_cluster(texels, 0x80000000u, 1, NULL, texels, &count), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_cluster(texels, 4, 1, NULL, texels, &count), RSM_OK);
+#define BUILT(expected, kind, samples, r_min, to) \
+    assert_int_equal(rsm_pattern_build(kind, samples, r_min, 0, 0, to), expected)
+    BUILT(RSM_OK, RSM_PATTERN_EQUATION3, 1, 0, pattern);
+    BUILT(RSM_OK, RSM_PATTERN_LOG_RADIAL, 1, 0, pattern);
+    BUILT(RSM_OK, RSM_PATTERN_LOG_RADIAL, 2, 0.99f, pattern);
+    BUILT(RSM_ERR_ARGUMENT, RSM_PATTERN_LOG_RADIAL, 2, 1, pattern);
+    BUILT(RSM_ERR_ARGUMENT, RSM_PATTERN_LOG_RADIAL, 2, -0.1f, pattern);
+    BUILT(RSM_ERR_ARGUMENT, RSM_PATTERN_LOG_RADIAL, 0, 0, pattern);
+    BUILT(RSM_ERR_ARGUMENT, RSM_PATTERN_LOG_RADIAL, 2, 0, NULL);
+    BUILT(RSM_ERR_ARGUMENT, RSM_PATTERN_EQUATION3, (1 << 20) + 1, 0, pattern);
+    BUILT(RSM_ERR_ARGUMENT, RSM_PATTERN_POISSON, 4097, 0, pattern);
+    BUILT(RSM_ERR_ARGUMENT, RSM_PATTERN_FLUX, 2, 0, pattern);
+    BUILT(RSM_ERR_ARGUMENT, RSM_PATTERN_DEFAULT, 2, 0, pattern);
+    BUILT(RSM_ERR_ARGUMENT, RSM_PATTERN_MIXED, 2, 0, pattern);
+}
+
+static void limits_of_pictures_are_exact(void **state)
+{
+    static const float no_noise[4] = { 0, 1, 0.5f, 1 };
+    static const uint32_t one[1] = { SIDE * SIDE - 1 };
+    rsm_gather_desc g0 = gather_desc(RSM_PATTERN_FLUX, 16);
+    const rsm_map *const *maps = (const rsm_map *const *)&good;
+    rsm_points p = points;
+    rsm_interpolation in;
+    rsm_filter *filter, *other_filter;
+    rsm_filter_desc f;
+    rsm_direct_desc d0 = rsm_direct_default();
+    (void)state;
+    memset(&in, 0, sizeof in);
+#define GRID(expected, change) \
+    do { rsm_interpolation i = in; change; \
+         assert_int_equal(rsm_interpolate(maps, 1, &g0, &i, &p, result, NULL), expected); } while (0)
+    GRID(RSM_OK, i.step = 2);
+    GRID(RSM_OK, i.step = 64);
+    GRID(RSM_ERR_DESC, i.step = 1);
+    GRID(RSM_OK, i.levels = 6);
+    GRID(RSM_OK, i.normal_cosine = 1);
+    GRID(RSM_OK, i.normal_cosine = -1);
+    GRID(RSM_ERR_DESC, i.normal_cosine = -1.1f);
+    GRID(RSM_OK, i.plane_slope = 1e6f);
+    GRID(RSM_ERR_DESC, i.plane_slope = 1.1e6f);
+    GRID(RSM_OK, i.distance = 1e9f);
+    GRID(RSM_ERR_DESC, i.distance = 1.1e9f);
+    GRID(RSM_ERR_DESC, i.distance = -1);
+    GRID(RSM_OK, i.contrast = -1e6f);
+    GRID(RSM_ERR_DESC, i.contrast = 1.1e6f);
+    GRID(RSM_OK, i.reach = 1e6f);
+    GRID(RSM_ERR_DESC, i.reach = -1.1e6f);
+    p.indices = one;
+    p.index_count = 1;
+    GRID(RSM_ERR_ARGUMENT, i.step = 0);
+    p = points;
+    g0.add = 1;
+    GRID(RSM_ERR_DESC, i.step = 0);
+    g0.add = 0;
+    g0.noise = no_noise;
+    g0.noise_side = 2;
+    GRID(RSM_ERR_DESC, i.step = 0);
+    g0.noise = NULL;
+    assert_int_equal(rsm_interpolate(maps, 1, NULL, &in, &p, result, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_interpolate(maps, 1, &g0, &in, &p, NULL, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_interpolate(maps, 1, &g0, NULL, &p, result, NULL), RSM_OK);
+    assert_int_equal(rsm_filter_create(4, 0, NULL, &filter), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_filter_create(4, 4, NULL, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_filter_create(65537, 1, NULL, &filter), RSM_ERR_LIMIT);
+    assert_int_equal(rsm_filter_create(1, 65537, NULL, &filter), RSM_ERR_LIMIT);
+    assert_int_equal(rsm_filter_create(65536, 1, NULL, &filter), RSM_OK);
+    rsm_filter_free(filter);
+    assert_int_equal(rsm_filter_create(1, 65536, NULL, &filter), RSM_OK);
+    rsm_filter_free(filter);
+    rsm_filter_reset(NULL);
+    assert_int_equal(rsm_filter_create(SIDE, SIDE, NULL, &filter), RSM_OK);
+    other_filter = filter;
+    memset(&f, 0, sizeof f);
+#define SMOOTHED(expected, change) \
+    do { rsm_filter_desc q = f; change; \
+         assert_int_equal(rsm_filter_apply(other_filter, &q, &p, positions, result), expected); } while (0)
+    SMOOTHED(RSM_OK, q.history = 1000);
+    SMOOTHED(RSM_OK, q.normal_cosine = 0.99f);
+    SMOOTHED(RSM_ERR_DESC, q.normal_cosine = -0.1f);
+    SMOOTHED(RSM_OK, q.plane_slope = 1e6f);
+    SMOOTHED(RSM_ERR_DESC, q.plane_slope = 1.1e6f);
+    SMOOTHED(RSM_ERR_DESC, q.plane_slope = -1);
+    p.indices = one;
+    p.index_count = 1;
+    SMOOTHED(RSM_ERR_ARGUMENT, q.passes = 0);
+    p = points;
+    other_filter = NULL;
+    SMOOTHED(RSM_ERR_ARGUMENT, q.passes = 0);
+    assert_int_equal(rsm_filter_apply(filter, NULL, &p, positions, result), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_filter_apply(filter, &f, NULL, positions, result), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_filter_apply(filter, &f, &p, NULL, result), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_filter_apply(filter, &f, &p, positions, NULL), RSM_ERR_ARGUMENT);
+    rsm_filter_free(filter);
+    /* direct light */
+#define LIGHTED(expected, change) \
+    do { rsm_direct_desc q = d0; change; assert_int_equal(rsm_direct(good, &q, &points, result), expected); } while (0)
+    LIGHTED(RSM_OK, q.taps = 15);
+    LIGHTED(RSM_OK, q.bias = 1e6f);
+    LIGHTED(RSM_ERR_DESC, q.bias = 1.1e6f);
+    LIGHTED(RSM_ERR_DESC, q.bias = -1);
+    LIGHTED(RSM_OK, q.slope_bias = 1e6f);
+    LIGHTED(RSM_ERR_DESC, q.slope_bias = 1.1e6f);
+    LIGHTED(RSM_ERR_DESC, q.slope_bias = -1);
+    LIGHTED(RSM_ERR_DESC, q.system.allocator.alloc_fn = ledger_alloc);
+    assert_int_equal(rsm_direct(good, NULL, &points, result), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_direct(good, &d0, NULL, result), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_direct(good, &d0, &points, NULL), RSM_ERR_ARGUMENT);
+}
+
+/* Fractions begin at 0, never fall, and every task runs once between them, whatever their number. */
+typedef struct record { float last; int calls, runs[100]; } record;
+
+static int record_fraction(void *user, float fraction)
+{
+    record *r = (record *)user;
+    assert_true(r->calls ? fraction > r->last : !(fraction > 0));
+    r->last = fraction;
+    r->calls++;
+    return 0;
+}
+
+static void record_run(void *context, size_t i) { ((record *)context)->runs[i]++; }
+
+static void tasks_run_once_between_fractions(void **state)
+{
+    size_t count, i;
+    (void)state;
+    for (count = 0; count <= 100; count++) {
+        rsm_system s;
+        record r;
+        memset(&s, 0, sizeof s);
+        memset(&r, 0, sizeof r);
+        s.progress = record_fraction;
+        s.progress_user = &r;
+        assert_int_equal(rsm__run_steps(&s, count, record_run, &r, 0, 0.5f), 1);
+        assert_true(r.calls == 16 && r.last < 0.5f && r.last > 0.46f);
+        for (i = 0; i < 100; i++) assert_int_equal(r.runs[i], i < count);
+    }
+}
+
 /* ---- threads, cancelling, SIMD ---- */
 
 static void backwards(void *user, size_t count, rsm_task task, void *context)
@@ -738,6 +1011,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lights_out_of_range), cmocka_unit_test(meshes),         cmocka_unit_test(buffers),
         cmocka_unit_test(gathers_out_of_range), cmocka_unit_test(pictures_out_of_range),
+        cmocka_unit_test(limits_are_exact), cmocka_unit_test(limits_of_gathers_are_exact),
+        cmocka_unit_test(limits_of_pictures_are_exact), cmocka_unit_test(tasks_run_once_between_fractions),
         cmocka_unit_test(odd_receivers),       cmocka_unit_test(order_of_tasks), cmocka_unit_test(cancelling),
         cmocka_unit_test(vector_units_agree),  cmocka_unit_test(sums_agree),     cmocka_unit_test(textures),
         cmocka_unit_test(taps_of_a_texel),     cmocka_unit_test(matrices_of_nothing),
