@@ -170,6 +170,233 @@ static void arguments_are_checked(void **state)
     ism_free(w.maps);
 }
 
+/* The last value that is taken and the first that is not, for every range. */
+#define MADE(expected, change)                                                                                         \
+    do {                                                                                                               \
+        ism_desc d = small_desc();                                                                                     \
+        ism_maps *made = NULL;                                                                                         \
+        change;                                                                                                        \
+        assert_int_equal(ism_create(&d, &made), expected);                                                             \
+        assert_true((made == NULL) == (expected != ISM_OK));                                                           \
+        ism_free(made);                                                                                                \
+    } while (0)
+
+static void limits_of_descs_are_exact(void **state)
+{
+    (void)state;
+    MADE(ISM_OK, d.vpl_count = 16384);
+    MADE(ISM_OK, d.points = 8);
+    MADE(ISM_OK, d.points = 65536);
+    MADE(ISM_OK, d.tile_size = 8);
+    MADE(ISM_OK, d.tile_size = 256);
+    MADE(ISM_ERR_DESC, d.tile_size = 24);
+    MADE(ISM_OK, d.view_grid = 16);
+    MADE(ISM_OK, d.brsm_blur = 16);
+    MADE(ISM_OK, d.lazy = 64);
+    MADE(ISM_OK, d.flux_share = 1);
+    MADE(ISM_ERR_DESC, d.flux_share = 1.0001f);
+    MADE(ISM_ERR_DESC, d.flux_share = NOT_A_NUMBER);
+    MADE(ISM_OK, d.area_share = 1);
+    MADE(ISM_ERR_DESC, d.area_share = -0.0001f);
+    MADE(ISM_OK, d.splat_scale = 16);
+    MADE(ISM_ERR_DESC, d.splat_scale = 16.01f);
+    MADE(ISM_ERR_DESC, d.splat_scale = -0.01f);
+    MADE(ISM_ERR_DESC, d.importance = (ism_importance)-1);
+    MADE(ISM_ERR_DESC, d.spread = (ism_spread)-1);
+    MADE(ISM_ERR_DESC, d.projection = (ism_projection)-1);
+    MADE(ISM_ERR_DESC, d.allocator.free_fn = ledger_free);
+}
+
+static void limits_of_frames_are_exact(void **state)
+{
+    static const uint32_t patterns[10] = { 1, 1, 1, 0, 1, 0, 0, 0, 1, 0 };
+    float out[3 * PIXELS];
+    ism_vpl v0 = util_vpl(0, 0, 0, 0, 1, 0, 1);
+    ism_shading s;
+    world w;
+    int i;
+    (void)state;
+    open_world(&w, NULL);
+    for (i = 0; i < 10; i++) {
+        s = ism_shading_default();
+        s.pattern = (uint32_t)i;
+        assert_int_equal(try_render(&w, &s), patterns[i] ? ISM_OK : ISM_ERR_DESC);
+    }
+#define SHADED(expected, change)                                                                                       \
+    do {                                                                                                               \
+        s = ism_shading_default();                                                                                     \
+        change;                                                                                                        \
+        assert_int_equal(try_render(&w, &s), expected);                                                                \
+    } while (0)
+    SHADED(ISM_OK, s.bias = 0);
+    SHADED(ISM_OK, s.bias = 0.999f);
+    SHADED(ISM_ERR_DESC, s.bias = 1);
+    SHADED(ISM_ERR_DESC, s.clamp = 0);
+    SHADED(ISM_ERR_DESC, s.clamp = INF);
+    SHADED(ISM_ERR_DESC, s.near_mode = ISM_NEAR_COUNT);
+    SHADED(ISM_ERR_DESC, s.near_mode = (ism_near)-1);
+#define SOURCED(expected, change)                                                                                      \
+    do {                                                                                                               \
+        const ism_source kept = w.source;                                                                              \
+        change;                                                                                                        \
+        assert_int_equal(try_render(&w, NULL), expected);                                                              \
+        w.source = kept;                                                                                               \
+    } while (0)
+    SOURCED(ISM_ERR_INPUT, w.source.width = 0);
+    SOURCED(ISM_ERR_INPUT, w.source.height = 0);
+    SOURCED(ISM_ERR_INPUT, w.source.positions = NULL);
+    SOURCED(ISM_ERR_INPUT, w.source.fluxes = NULL);
+    SOURCED(ISM_ERR_INPUT, w.source.stride = 10);
+    SOURCED(ISM_ERR_INPUT, w.source.stride = 8);
+    SOURCED(ISM_ERR_INPUT, w.source.area_stride = 6);
+    SOURCED(ISM_ERR_INPUT, w.source.kind = (ism_source_kind)7);
+    SOURCED(ISM_ERR_LIMIT, w.source.width = (1u << 26) / 8u + 1u);
+    w.frame.sources = NULL;
+    assert_int_equal(try_render(&w, NULL), ISM_ERR_ARGUMENT);
+    w.frame.sources = &w.source;
+#define VIEWED(change)                                                                                                 \
+    do {                                                                                                               \
+        const ism_view kept = w.view;                                                                                  \
+        change;                                                                                                        \
+        assert_int_equal(try_render(&w, NULL), ISM_ERR_ARGUMENT);                                                      \
+        w.view = kept;                                                                                                 \
+    } while (0)
+    VIEWED(w.view.positions = NULL);
+    VIEWED(w.view.normals = NULL);
+    VIEWED(w.view.height = 0);
+    for (i = 0; i < 16; i++) VIEWED(w.view.matrix[i] = NOT_A_NUMBER);
+    VIEWED(w.view.width = w.view.height = 16385);
+    w.mesh.vertex_count = 4;
+    assert_int_equal(try_render(&w, NULL), ISM_ERR_INPUT);
+    w.mesh.vertex_count = 3;
+    w.mesh.positions = NULL;
+    assert_int_equal(try_render(&w, NULL), ISM_ERR_INPUT);
+    w.mesh.vertex_count = 0;
+    assert_int_equal(try_render(&w, NULL), ISM_OK);
+#define LISTED(expected, change)                                                                                       \
+    do {                                                                                                               \
+        ism_vpl v = v0;                                                                                                \
+        change;                                                                                                        \
+        assert_int_equal(ism_set_vpls(w.maps, &v, 1), expected);                                                       \
+    } while (0)
+    for (i = 0; i < 3; i++) {
+        LISTED(ISM_ERR_ARGUMENT, v.position[i] = INF);
+        LISTED(ISM_ERR_ARGUMENT, v.normal[i] = NOT_A_NUMBER);
+        LISTED(ISM_ERR_ARGUMENT, v.axis[i] = NOT_A_NUMBER);
+        LISTED(ISM_ERR_ARGUMENT, v.flux[i] = -0.1f);
+        LISTED(ISM_ERR_ARGUMENT, v.flux[i] = INF);
+    }
+    LISTED(ISM_OK, v.normal[1] = 1.0049f);
+    LISTED(ISM_ERR_ARGUMENT, v.normal[1] = 1.006f);
+    LISTED(ISM_ERR_ARGUMENT, v.axis[1] = 0.99f);
+    LISTED(ISM_OK, v.exponent = 0);
+    LISTED(ISM_OK, v.exponent = 1e5f);
+    LISTED(ISM_ERR_ARGUMENT, v.exponent = 1.1e5f);
+    LISTED(ISM_ERR_ARGUMENT, v.exponent = -0.1f);
+    LISTED(ISM_OK, v.area = 0);
+    LISTED(ISM_ERR_ARGUMENT, v.area = -0.1f);
+    LISTED(ISM_ERR_ARGUMENT, v.area = INF);
+    assert_int_equal(ism_set_vpls(w.maps, NULL, 1), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_set_vpls(NULL, &v0, 1), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_set_vpls(w.maps, NULL, 0), ISM_OK);
+    assert_int_equal(ism_choose(w.maps, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_choose(NULL, &w.frame), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_scatter(NULL, &w.frame), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_build(NULL, &w.frame), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_shade(w.maps, &w.view, NULL, NULL, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_shade(NULL, &w.view, NULL, out, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_shade(w.maps, NULL, NULL, out, NULL), ISM_ERR_ARGUMENT);
+    assert_null(ism_vpls(NULL, NULL));
+    ism_free(w.maps);
+}
+
+static void limits_of_queries_are_exact(void **state)
+{
+    static float p[3 * 16 * 16 * 16], n[3 * 16 * 16 * 16], f[3 * 16 * 16 * 16], radiance[3 * 4096];
+    ism_point points[64];
+    ism_allocator half = { ledger_alloc, NULL, NULL };
+    float visible[PIXELS], center[3] = { 7, 7, 7 }, radius = 7;
+    ism_desc d = small_desc();
+    ism_mesh other;
+    size_t count;
+    uint32_t side, tiles;
+    uint64_t bad;
+    world w;
+    (void)state;
+    d.keep_hits = 1;
+    open_world(&w, &d);
+    assert_int_equal(ism_choose(w.maps, &w.frame), ISM_OK);
+    assert_int_equal(ism_visible(w.maps, 0, eye.p, eye.n, 0, 1, 0, visible), ISM_ERR_ORDER);
+    assert_int_equal(ism_build(w.maps, &w.frame), ISM_OK);
+    assert_int_equal(ism_visible(w.maps, 15, eye.p, eye.n, 0, 1, 0, visible), ISM_OK);
+    assert_int_equal(ism_visible(w.maps, 16, eye.p, eye.n, 0, 1, 0, visible), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_visible(w.maps, 0, eye.p, eye.n, 0, 1, 1, visible), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_visible(w.maps, 0, eye.p, eye.n, 0, 1, -0.1f, visible), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_visible(w.maps, 0, eye.p, eye.n, 10, 1, 0, visible), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_visible(w.maps, 0, NULL, eye.n, 0, 1, 0, visible), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_visible(w.maps, 0, eye.p, NULL, 0, 1, 0, visible), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_visible(w.maps, 0, eye.p, eye.n, 0, 1, 0, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_visible(w.maps, 0, NULL, NULL, 0, 0, 0, NULL), ISM_OK);
+    assert_int_equal(ism_visible(NULL, 0, eye.p, eye.n, 0, 1, 0, visible), ISM_ERR_ARGUMENT);
+    memset(points, 0x55, sizeof points);
+    assert_int_equal(ism_points(w.maps, 15, points, 3, &count), ISM_OK);
+    assert_true(count == 64 && points[2].area > 0 && points[2].area < 1e6f && points[3].triangle == 0x55555555u);
+    assert_int_equal(ism_points(w.maps, 16, points, 3, &count), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_points(w.maps, 0, NULL, 3, &count), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_points(w.maps, 0, points, 3, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_points(NULL, 0, points, 3, &count), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_phase_points(w.maps, 7, points, 64, &count), ISM_OK);
+    assert_int_equal(count, 16 * 8);
+    assert_int_equal(ism_phase_points(w.maps, 8, points, 64, &count), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_phase_points(w.maps, 0, NULL, 64, &count), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_phase_points(w.maps, 0, points, 64, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_phase_points(NULL, 0, points, 64, &count), ISM_ERR_ARGUMENT);
+    ism_bounds(NULL, center, &radius);
+    ism_bounds(w.maps, NULL, &radius);
+    ism_bounds(w.maps, center, NULL);
+    assert_true(center[0] >= 7 && radius >= 7);
+    assert_non_null(ism_atlas(w.maps, &side, &tiles));
+    assert_true(side == 64 && tiles == 4);
+    assert_null(ism_atlas(NULL, &side, &tiles));
+    assert_non_null(ism_importances(w.maps, 0, NULL));
+    assert_null(ism_importances(w.maps, 1, &count));
+    assert_null(ism_importances(NULL, 0, &count));
+    other = w.mesh;
+    other.vertex_count -= 3;
+    assert_int_equal(ism_bounce(w.maps, &w.mesh, 16, p, n, f), ISM_OK);
+    assert_int_equal(ism_bounce(w.maps, &other, 16, p, n, f), ISM_ERR_INPUT);
+    assert_int_equal(ism_bounce(w.maps, &w.mesh, 32, p, n, f), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_bounce(w.maps, &w.mesh, 12, p, n, f), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_bounce(w.maps, &w.mesh, 0, p, n, f), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_bounce(NULL, &w.mesh, 8, p, n, f), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_bounce(w.maps, NULL, 8, p, n, f), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_bounce(w.maps, &w.mesh, 8, NULL, n, f), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_bounce(w.maps, &w.mesh, 8, p, NULL, f), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_bounce(w.maps, &w.mesh, 8, p, n, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_sky_directions(f, 4, 2, INF, p, n, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_sky_directions(f, 0, 2, 0, p, n, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_sky_directions(NULL, 4, 2, 0, p, n, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_sky_directions(f, 4, 2, 0, NULL, n, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_sky_directions(f, 4, 2, 0, p, NULL, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_sky_directions(radiance, 4, 2, 0, p, n, &bad), ISM_OK);
+    assert_int_equal(bad, 0);
+    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, NULL, p, n, f), ISM_ERR_INPUT);   /* all dark */
+    radiance[5] = -1;
+    radiance[7] = NOT_A_NUMBER;
+    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, NULL, p, n, f), ISM_ERR_INPUT);
+    radiance[9] = 1;
+    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, NULL, p, n, f), ISM_OK);
+    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 0, 0, NULL, p, n, f), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_emitter_points(NULL, radiance, 4, 0, NULL, p, n, f), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, NULL, NULL, n, f), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, NULL, p, NULL, f), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, NULL, p, n, NULL), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, &half, p, n, f), ISM_ERR_ARGUMENT);
+    other.vertex_count = 0;
+    assert_int_equal(ism_emitter_points(&other, radiance, 4, 0, NULL, p, n, f), ISM_ERR_INPUT);
+    ism_free(w.maps);
+}
+
 /* Values that real data holds, put into each array in turn. */
 /* Points without an atlas are the atlas's own, sorted by the frame that renews them. */
 static void points_without_an_atlas(void **state)
@@ -371,7 +598,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(descs_are_checked),
-        cmocka_unit_test(arguments_are_checked),
+        cmocka_unit_test(arguments_are_checked), cmocka_unit_test(limits_of_descs_are_exact),
+        cmocka_unit_test(limits_of_frames_are_exact), cmocka_unit_test(limits_of_queries_are_exact),
         cmocka_unit_test(points_without_an_atlas),
         cmocka_unit_test(odd_values_give_finite_light),
         cmocka_unit_test(nothing_to_do_is_no_error),
