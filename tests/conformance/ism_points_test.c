@@ -201,6 +201,14 @@ static void lazy_renewal_reaches_all_points(void **state)
     ism_free(fresh);
 }
 
+/* What leaks is of the size of texels and of the gaps between points, nothing else: with walls of 0.25 m wider than both,
+   no pair of receiver and VPL is lit. */
+static void a_sealed_box_is_dark_where_texels_are_finer(void **state)
+{
+    (void)state;
+    CONFORM("irradiance", "the same, 256 x 256 texels and 32,768 points a VPL", 0, sealed_box_leak(32, 32768, 256), 0);
+}
+
 /* ---- T48 ---- */
 
 static void splats_have_the_sphere_s_solid_angle(void **state)
@@ -375,6 +383,7 @@ int main(void)
         ISM_ROWS(cmocka_unit_test),
         cmocka_unit_test(an_adaptive_cloud_keeps_the_area),
         cmocka_unit_test(lazy_renewal_reaches_all_points),
+        cmocka_unit_test(a_sealed_box_is_dark_where_texels_are_finer),
         cmocka_unit_test(splats_have_the_sphere_s_solid_angle),
         cmocka_unit_test(pull_and_push),
         cmocka_unit_test(cells_share_the_hemisphere),
