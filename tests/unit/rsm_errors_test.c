@@ -743,6 +743,177 @@ static void vector_units_agree(void **state)
     (void)state;
 }
 
+/* The portable code of the filter and of crowds gives what AVX2 gives, to the bit. */
+static void vector_units_agree_on_pictures(void **state)
+{
+#if RSM__X86
+    static float room[9][RSM__PLANES][RSM__LANES], out[2][3][RSM__LANES];
+    static rsm__block block[2];
+    static const float limits[3] = { 0.5f, 2, 0.04f }, size[2] = { 40, 30 };
+    static const float matrix[16] = { 1, 0.1f, 0, 0.05f, 0.2f, 1, 0, -0.1f, 0.1f, 0.3f, 0, 1, 0, 0.1f, 0, 0.4f };
+    rsm__crowd crowds[3];
+    rsm__past past[2];
+    rsm__tap taps[9];
+    rsm__sum none;
+    uint32_t seed = 1;
+    size_t i, k, l;
+    int way;
+    if (!rsm__cpu_has_avx2()) return;
+    memset(&none, 0, sizeof none);
+    memset(past, 0, sizeof past);
+    memset(crowds, 0, sizeof crowds);
+    for (i = 0; i < 9; i++)
+        for (k = 0; k < RSM__PLANES; k++)
+            for (l = 0; l < RSM__LANES; l++) {
+                float x = rsm__random(seed, 1, (uint32_t)(i * 100 + k * 10 + l));
+                room[i][k][l] = k == 4             ? 1
+                                : k == 3 || k == 5 ? 0.3f * x
+                                : k == RSM__FRAMES ? (float)(l % 3)
+                                                   : x - (l == 2 && k < 3);
+            }
+    for (i = 0; i < 9; i++) {
+        rsm__tap_room(&taps[i], room[i]);
+        taps[i].weight = i % 2 ? 1.0f : 2.0f;
+    }
+    rsm__filter_plain_smooth(taps, 9, limits, out[0]);
+    rsm__filter_avx2_smooth(taps, 9, limits, out[1]);
+    assert_memory_equal(out[0], out[1], sizeof out[0]);
+    rsm__filter_plain_smooth(taps, 2, limits, out[0]);  /* few neighbours: no brighter than the brightest of them */
+    rsm__filter_avx2_smooth(taps, 2, limits, out[1]);
+    assert_memory_equal(out[0], out[1], sizeof out[0]);
+    for (way = 0; way < 4; way++) {
+        rsm__filter_plain_reproject(matrix, (const rsm__chunk *)room[0], size, way & 1, &past[0]);
+        rsm__filter_avx2_reproject(matrix, (const rsm__chunk *)room[0], size, way & 1, &past[1]);
+        assert_memory_equal(&past[0], &past[1], sizeof past[0]);
+        for (l = 0; l < RSM__LANES; l++)
+            for (k = 0; k < 2; k++) {
+                past[k].size2[l] = l == 5 ? 0.01f : 9;
+                past[k].weights[0][l] = past[k].weights[1][l] = past[k].weights[2][l] = past[k].weights[3][l] = 0.25f;
+            }
+        rsm__filter_plain_recall((const rsm__chunk *)room[0], taps + 1, limits, way >> 1, &past[0]);
+        rsm__filter_avx2_recall((const rsm__chunk *)room[0], taps + 1, limits, way >> 1, &past[1]);
+        assert_memory_equal(&past[0], &past[1], sizeof past[0]);
+    }
+    for (i = 0; i < 100; i++) {
+        rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+        g.near_limit = 1e-6f;
+        rsm__lane_set(&g, &block[i / RSM__BLOCK], i % RSM__BLOCK, rsm_map_texels(good) + 64 * 32 + i, 1, 1);
+    }
+    for (l = 0; l < RSM__LANES; l++) {
+        float x[7] = { 0, 0.9f, 0.2f, 0, -1, 0, 1e-6f };
+        rsm__sum one = none;
+        x[0] = 0.1f * (float)l;
+        for (k = 0; k < 7; k++) crowds[0].x[k][l] = crowds[1].x[k][l] = crowds[2].x[k][l] = x[k];
+        rsm__kernel_plain_lossy(block, 104, x, &one);
+        if (l + 1 < RSM__LANES) continue;
+        rsm__kernel_plain_crowd_lossy(block, 100, &crowds[0]);
+        rsm__kernel_avx2_crowd_lossy(block, 100, &crowds[1]);
+        assert_memory_equal(&crowds[0], &crowds[1], sizeof crowds[0]);
+        assert_true(crowds[0].sums[4][l] > 0);
+        for (k = 0; k < 3; k++) assert_float_equal(crowds[0].sums[k][l], one.rgb[k], 1e-5f * one.rgb[k]);
+        rsm__kernel_plain_crowd(block, 100, &crowds[2]);
+        assert_memory_equal(crowds[0].sums, crowds[2].sums, 3 * sizeof crowds[0].sums[0]);
+    }
+#endif
+    (void)state;
+}
+
+/* What is asked of a list, of maps that are not there or not finished, of black ones and of receivers that are none. */
+static int only_holes(void *user, const rsm_mesh *m, uint32_t triangle, const float w[3], float albedo[3])
+{
+    (void)user;
+    (void)m;
+    (void)triangle;
+    albedo[0] = w[0];
+    return 0;
+}
+
+static void nothing_to_take_light_from(void **state)
+{
+    static const rsm_light_kind kinds[2] = { RSM_LIGHT_SUN, RSM_LIGHT_POINT };
+    const float nowhere[3] = { 0, 0, 0 };
+    const rsm_map *two[2] = { NULL, NULL };
+    const rsm_map *const *maps = (const rsm_map *const *)&good;
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_LOG_RADIAL, 16);
+    rsm_direct_desc direct = rsm_direct_default();
+    rsm_gather_stats stats;
+    rsm_system half;
+    rsm_points p = points;
+    rsm_texel lights[4];
+    rsm_map *map;
+    rsm_mesh m = mesh;
+    rsm_buffers b;
+    size_t count = 77;
+    float limit = 0;
+    int i;
+    (void)state;
+    memset(lights, 0, sizeof lights);
+    memset(&half, 0, sizeof half);
+    half.allocator.alloc_fn = ledger_alloc;
+    for (i = 0; i < 2; i++) {                    /* sizes left to the header */
+        rsm_desc d = sun_desc(1, 1, 0);
+        d.light.kind = kinds[i];
+        assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
+        assert_int_equal(rsm_map_side(map), i ? 256 : 512);
+        assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &g, &points, result, NULL), RSM_ERR_ORDER);
+        assert_int_equal(rsm_direct(map, &direct, &points, result), RSM_ERR_ORDER);
+        assert_int_equal(rsm_pixel_lights((const rsm_map *const *)&map, 1, 4, 0, lights, 4, &count), RSM_ERR_ORDER);
+        memset(&b, 0, sizeof b);
+        b.normals = b.positions = positions;
+#define FILLED(change) do { rsm_buffers kept = b; change; \
+        assert_int_equal(rsm_fill(map, 0, &b), RSM_ERR_ARGUMENT); b = kept; } while (0)
+        FILLED(b.position_stride = 10);
+        FILLED(b.depth_stride = 6);
+        FILLED(b.albedo_stride = 8);
+        FILLED(b.material_stride = 3);
+        FILLED(b.srgb_stride = 2);
+        rsm_map_free(map);
+    }
+    two[0] = good;
+    assert_int_equal(rsm_gather(two, 2, &g, &points, result, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_interpolate(two, 2, &g, NULL, &points, result, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_cluster(lights, 4, 1, &half, lights, &count), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_blue_noise(8, 1, &half, result), RSM_ERR_ARGUMENT);
+    g.r_max = -1;
+    assert_int_equal(rsm_gather_list(lights, 4, &g, &points, result, NULL), RSM_ERR_DESC);
+    assert_int_equal(rsm_interpolate(maps, 1, &g, NULL, &points, result, NULL), RSM_ERR_DESC);
+    g.r_max = 0.3f;
+    p.count = SIZE_MAX / 4;
+    assert_int_equal(rsm_gather_list(lights, 4, &g, &p, result, NULL), RSM_ERR_ARGUMENT);
+    m.surface_fn = only_holes;                   /* asked for visible points alone: black, none left out */
+    {
+        rsm_desc d = sun_desc(1, 1.2, 16);
+        rsm_stats s;
+        map = map_of(&d, &m, 1, &s);
+        assert_non_null(map);
+        assert_true(s.incident[0] > 1 && !(s.reflected[0] > 0) && s.lit_texels == 0);
+    }
+    for (i = 0; i < RSM_PATTERN_COUNT; i++) {
+        g.pattern = (rsm_pattern)i;
+        assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &g, &points, result, &stats), RSM_OK);
+        assert_true(!(result[0] > 0) && !(stats.outside_share > 0));
+    }
+    assert_int_equal(rsm_pixel_lights((const rsm_map *const *)&map, 1, 4, 0, lights, 4, &count), RSM_OK);
+    assert_int_equal(count, 0);
+    rsm_map_free(map);
+    /* no receiver: what is there stays if it is added to, else it is 0; interpolation has nothing to evaluate */
+    p = points_of(nowhere, nowhere, 1, 1);
+    for (i = 0; i < 2; i++) {
+        g.add = i;
+        result[0] = 7;
+        assert_int_equal(rsm_gather(maps, 1, &g, &p, result, &stats), RSM_OK);
+        assert_true(result[0] >= (i ? 7 : 0) && result[0] <= (i ? 7 : 0) && stats.evaluated == 0);
+    }
+    g.add = 0;
+    assert_int_equal(rsm_interpolate(maps, 1, &g, NULL, &p, result, &stats), RSM_OK);
+    assert_true(!(result[0] > 0) && stats.evaluated == 0);
+    direct.system.progress = cancel_at;
+    direct.system.progress_user = &limit;
+    assert_int_equal(rsm_direct(good, &direct, &points, result), RSM_ERR_CANCELLED);
+    for (i = 0; i < RSM_RESULT_COUNT; i++) assert_true(strlen(rsm_result_text((rsm_result)i)) > 1);
+    assert_string_equal(rsm_result_text(RSM_RESULT_COUNT), "unknown result");
+}
+
 /* ---- ways to the same result ---- */
 
 static void sums_agree(void **state)
@@ -830,8 +1001,8 @@ static void textures(void **state)
     rsm_map_free(map);
 }
 
-/* Taps stand on a grid of their own about the texel's centre: over 2 x 2 of them the mean is the centre, the mean square
-   of each coordinate a quarter of half a texel's. */
+/* Taps stand on a grid of their own about the texel's centre: over 2 x 2 of them the mean is the centre, the mean
+   square of each coordinate a quarter of half a texel's. */
 enum { TAPPED = 16 };
 typedef struct taps { int n[TAPPED * TAPPED]; double sum[TAPPED * TAPPED][2], square[TAPPED * TAPPED][2]; } taps;
 
@@ -1014,7 +1185,9 @@ int main(void)
         cmocka_unit_test(limits_are_exact), cmocka_unit_test(limits_of_gathers_are_exact),
         cmocka_unit_test(limits_of_pictures_are_exact), cmocka_unit_test(tasks_run_once_between_fractions),
         cmocka_unit_test(odd_receivers),       cmocka_unit_test(order_of_tasks), cmocka_unit_test(cancelling),
-        cmocka_unit_test(vector_units_agree),  cmocka_unit_test(sums_agree),     cmocka_unit_test(textures),
+        cmocka_unit_test(vector_units_agree),
+        cmocka_unit_test(vector_units_agree_on_pictures), cmocka_unit_test(nothing_to_take_light_from),
+        cmocka_unit_test(sums_agree), cmocka_unit_test(textures),
         cmocka_unit_test(taps_of_a_texel),     cmocka_unit_test(matrices_of_nothing),
         cmocka_unit_test(glossy),              cmocka_unit_test(blue_noise),     cmocka_unit_test(history),
     };
