@@ -397,6 +397,106 @@ static void limits_of_queries_are_exact(void **state)
     ism_free(w.maps);
 }
 
+/* Three sources: one dark, lobes of which some are no lobes, a sky. VPLs are of the last two alone, in proportion to
+   their flux, with the lobe of their texel; what is not usable is counted. */
+static void several_sources_share_the_vpls(void **state)
+{
+    enum { TEXELS = 64, ALL = 4096 };
+    static float lobes[4 * TEXELS], areas[2 * TEXELS], dark[3 * TEXELS], sky[3 * 4], to_sky[3 * 4];
+    static float out[3 * PIXELS];
+    uint32_t indices[3] = { 0, 1, 2 }, of_source[3] = { 0, 0, 0 };
+    float radiance[3] = { 1, 1, 1 }, p[3], n[3], f[3];
+    ism_desc d = small_desc();
+    ism_shading s = ism_shading_default();
+    ism_source sources[3];
+    const ism_vpl *v;
+    ism_stats stats;
+    ism_view flat;
+    size_t count, i;
+    world w;
+    (void)state;
+    d.vpl_count = ALL;
+    d.points = 8;
+    d.tile_size = 8;
+    d.importance = ISM_IMPORTANCE_FLUX;
+    open_world(&w, &d);
+    for (i = 0; i < TEXELS; i++) {
+        lobes[4 * i] = 0.6f;
+        lobes[4 * i + 1] = 0.8f;
+        lobes[4 * i + 3] = (float)i;
+        areas[2 * i] = 0.5f;
+    }
+    lobes[0] = NOT_A_NUMBER;
+    lobes[5] = 3;
+    lobes[4 * 2 + 3] = -1;
+    lobes[4 * 3 + 3] = 2e5f;
+    lobes[4 * 4 + 3] = NOT_A_NUMBER;
+    areas[2 * 5] = NOT_A_NUMBER;
+    areas[2 * 6] = -1;
+    areas[2 * 7] = INF;
+    for (i = 0; i < 4; i++) {
+        to_sky[3 * i + 1] = i % 2 ? 1.0f : 0.0f;
+        to_sky[3 * i + 2] = i % 2 ? 0.0f : 1.0f;
+        sky[3 * i] = sky[3 * i + 1] = sky[3 * i + 2] = 59.0f / 4;
+    }
+    sources[0] = sources[1] = sources[2] = w.source;
+    sources[0].fluxes = dark;
+    sources[1].lobes = lobes;
+    sources[1].areas = areas;
+    sources[1].area_stride = 8;
+    sources[2].kind = ISM_SOURCE_DIRECTIONS;
+    sources[2].width = sources[2].height = 2;
+    sources[2].positions = to_sky;
+    sources[2].normals = NULL;
+    sources[2].fluxes = sky;
+    w.frame.sources = sources;
+    w.frame.source_count = 3;
+    assert_int_equal(ism_choose(w.maps, &w.frame), ISM_OK);
+    ism_get_stats(w.maps, &stats);
+    assert_int_equal(stats.bad_pvpls, 5);
+    v = ism_vpls(w.maps, &count);
+    assert_int_equal(count, ALL);
+    for (i = 0; i < count; i++) {
+        assert_in_range(v[i].source, 1, 2);
+        of_source[v[i].source]++;
+        if (v[i].source == 2) {
+            assert_true(v[i].directional && v[i].exponent >= 1 && v[i].exponent <= 1);
+            continue;
+        }
+        assert_in_range(v[i].texel, 5, TEXELS - 1);
+        assert_true(!(v[i].exponent < (float)v[i].texel) && !(v[i].exponent > (float)v[i].texel));
+        assert_true(fabsf(v[i].axis[1] - 0.8f) < 1e-6f);
+        assert_true(v[i].texel < 8 ? !(v[i].area > 0) : v[i].area > 0);
+    }
+    assert_in_range(of_source[1], ALL / 2 - 2, ALL / 2 + 2);    /* 59 watts each */
+    assert_non_null(ism_importances(w.maps, 2, &count));
+    assert_int_equal(count, 4);
+    assert_non_null(ism_importances(w.maps, 1, &count));
+    assert_int_equal(count, TEXELS);
+    assert_ptr_equal(ism_vpls(w.maps, NULL), v);
+    ism_get_stats(NULL, &stats);
+    ism_get_stats(w.maps, NULL);
+    /* rays or nothing in place of maps need no maps */
+    s.no_maps = 1;
+    assert_int_equal(ism_render(w.maps, &w.frame, &s, out, NULL), ISM_OK);
+    assert_int_equal(ism_shade(w.maps, &w.view, NULL, out, NULL), ISM_ERR_ORDER);
+    flat = w.view;
+    flat.width = PIXELS;
+    flat.height = 1;
+    s.pattern = 2;
+    assert_int_equal(ism_shade(w.maps, &flat, &s, out, NULL), ISM_ERR_DESC);
+    s.pattern = 0;
+    assert_int_equal(ism_shade(w.maps, &flat, &s, out, NULL), ISM_OK);
+    w.mesh.indices = indices;
+    w.mesh.index_count = 3;
+    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 1, 0, NULL, p, n, f), ISM_OK);
+    indices[2] = (uint32_t)w.mesh.vertex_count;
+    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 1, 0, NULL, p, n, f), ISM_ERR_INPUT);
+    indices[2] = 1;                              /* no area: nothing emits */
+    assert_int_equal(ism_emitter_points(&w.mesh, radiance, 1, 0, NULL, p, n, f), ISM_ERR_INPUT);
+    ism_free(w.maps);
+}
+
 /* Values that real data holds, put into each array in turn. */
 /* Points without an atlas are the atlas's own, sorted by the frame that renews them. */
 static void points_without_an_atlas(void **state)
@@ -600,6 +700,7 @@ int main(void)
         cmocka_unit_test(descs_are_checked),
         cmocka_unit_test(arguments_are_checked), cmocka_unit_test(limits_of_descs_are_exact),
         cmocka_unit_test(limits_of_frames_are_exact), cmocka_unit_test(limits_of_queries_are_exact),
+        cmocka_unit_test(several_sources_share_the_vpls),
         cmocka_unit_test(points_without_an_atlas),
         cmocka_unit_test(odd_values_give_finite_light),
         cmocka_unit_test(nothing_to_do_is_no_error),
