@@ -505,7 +505,8 @@ SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const flo
 SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float rotation[16]);
 /* Another rotation of the same environment: one rotation of coefficients, or of one cube map. */
 SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *scene, const float direction[3], const float irradiance[3]);
-/* Adds a direction of light to the environment until it is set again (not turned by sfield_scene_turn). */
+/* Adds a direction of light to the environment until it is set again (not turned by sfield_scene_turn). direction NULL
+   takes all of them away: set what moved anew, and the map stays. Errors SFIELD_ERR_ARGUMENT */
 
 SFIELD_DEF sfield_result sfield_scene_sky(const sfield_scene *scene, float *coefs);
 /* Environment and suns as they are now, for shaders: bands^2 coefficients of r, then g, then b. Harmonics only: else
@@ -4845,6 +4846,7 @@ struct sfield_scene {
     uint64_t          version, sky_version;       /* of everything but lights; of the environment */
     float            *sky;          /* as set: cube of texels, 3 planes; kept unturned */
     float            *sky_now;      /* harmonics: 3 x n^2; wavelets: 3 x 6 N^2 texels, then their coefficients */
+    float            *sky_still;    /* harmonics: as set, not turned */
     float            *sun;          /* likewise, not turned */
     int               has_sky, has_sun;
     float             sky_turn[16];
@@ -4930,7 +4932,7 @@ SFIELD_DEF sfield_result sfield_scene_create(const sfield_scene_desc *desc, sfie
     s->coefs = haar ? s->cells : d.bands * d.bands;
     s->planes = haar ? s->cells : sfield__planes(d.bands);
     s->version = 1;
-    kept = 3 * (size_t)s->cells + 3 * (size_t)s->planes * (haar ? 3 : 2);
+    kept = 3 * (size_t)s->cells + 3 * (size_t)s->planes * 3;
     s->sky = (float *)sfield__alloc_array(&a, kept, sizeof *s->sky);
     s->texel = (float *)sfield__alloc_array(&a, 4 * (size_t)s->cells, sizeof *s->texel);
     if (!s->sky || !s->texel || (!haar && sfield_algebra_create(d.bands, &d.allocator, &s->algebra) != SFIELD_OK)) {
@@ -4939,7 +4941,8 @@ SFIELD_DEF sfield_result sfield_scene_create(const sfield_scene_desc *desc, sfie
     }
     memset(s->sky, 0, kept * sizeof *s->sky);
     s->sky_now = s->sky + 3 * s->cells;
-    s->sun = s->sky_now + 3 * (size_t)s->planes * (haar ? 2 : 1);
+    s->sky_still = s->sky_now + 3 * (size_t)s->planes;
+    s->sun = s->sky_still + 3 * (size_t)s->planes;
     for (i = 0; i < s->cells; i++) {
         float dir[3];
         s->texel[3 * s->cells + i] = sfield_cube_texel(s->side, i, dir);
@@ -5124,7 +5127,7 @@ static void sfield__sky_turned(sfield_scene *s)
         float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
         for (c = 0; c < 3; c++) {
             float *now = s->sky_now + c * s->planes;
-            (void)sfield_sh_project(s->desc.bands, s->side, s->sky + c * s->cells, 1, now);
+            memcpy(now, s->sky_still + c * s->planes, s->coefs * sizeof *now);
             if (sfield_sh_rotation(s->algebra, s->sky_turn, &r) == SFIELD_OK) {
                 sfield__tile_in(s->coefs, 1, now, 1, tile);
                 sfield__rotate16(&r, tile, tile, SFIELD__LANES, 0, s->simd);
@@ -5210,6 +5213,8 @@ SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *s, const float *
             }
         for (c = 0; c < 3; c++) s->sky[c * s->cells + i] = sum[c] / (float)(n * n);
     }
+    for (c = 0; c < 3 && s->algebra; c++)
+        (void)sfield_sh_project(s->desc.bands, s->side, s->sky + c * s->cells, 1, s->sky_still + c * s->planes);
     sfield__set_turn(s, rotation);
     return SFIELD_OK;
 }
@@ -5225,7 +5230,13 @@ SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *s, const float direction
 {
     double d[3], y[SFIELD_MAX_COEFS], length = 0;
     uint32_t c, k;
-    if (!s || !direction || !irradiance) return SFIELD_ERR_ARGUMENT;
+    if (!s || (direction && !irradiance)) return SFIELD_ERR_ARGUMENT;
+    if (!direction) {
+        memset(s->sun, 0, 3 * (size_t)s->planes * sizeof *s->sun);
+        s->has_sun = 0;
+        sfield__sky_turned(s);
+        return SFIELD_OK;
+    }
     for (k = 0; k < 3; k++) {
         if (!sfield__in(direction[k], -1.1f, 1.1f) || !sfield__in(irradiance[k], 0, 1e18f)) return SFIELD_ERR_ARGUMENT;
         d[k] = (double)direction[k];

@@ -284,19 +284,25 @@ static int follow_sky(sf_state *s, const rd_job *job, char *error)
     float c = cosf(sky->rotation), sn = sinf(sky->rotation);
     const float turn[16] = { c, 0, -sn, 0, 0, 1, 0, 0, sn, 0, c, 0, 0, 0, 0, 1 };
     const size_t bytes = scene->light_count * sizeof *s->seen;
-    sfield_result r;
-    int same = s->seen && s->seen_rotation == sky->rotation;
-    for (uint32_t i = 0; i < scene->light_count && same; i++)
-        same = scene->lights[i].kind != EX_LIGHT_SUN || memcmp(&scene->lights[i], &s->seen[i], sizeof *s->seen) == 0;
-    if (same)
+    sfield_result r = SFIELD_OK;
+    const int first = !s->seen, turned = first || s->seen_rotation != sky->rotation;
+    int moved = first;
+    for (uint32_t i = 0; i < scene->light_count && !moved; i++)
+        moved = scene->lights[i].kind == EX_LIGHT_SUN && memcmp(&scene->lights[i], &s->seen[i], sizeof *s->seen) != 0;
+    if (!turned && !moved)
         return 0;
-    if (!s->seen && !(s->seen = malloc(bytes + 1)))
+    if (first && !(s->seen = malloc(bytes + 1)))
         return out_of_memory(error);
     if (bytes)
         memcpy(s->seen, scene->lights, bytes);
     s->seen_rotation = sky->rotation;
-    r = sfield_scene_environment(s->scene, sky->width ? sky->rgb : NULL, sky->width, sky->height, turn);
-    for (uint32_t i = 0; i < scene->light_count && r == SFIELD_OK; i++)
+    if (first)
+        r = sfield_scene_environment(s->scene, sky->width ? sky->rgb : NULL, sky->width, sky->height, turn);
+    else if (turned)
+        r = sfield_scene_turn(s->scene, turn);
+    if (moved && r == SFIELD_OK)
+        r = sfield_scene_sun(s->scene, NULL, NULL);
+    for (uint32_t i = 0; i < scene->light_count && moved && r == SFIELD_OK; i++)
         if (scene->lights[i].kind == EX_LIGHT_SUN)
             r = sfield_scene_sun(s->scene, scene->lights[i].direction, scene->lights[i].value);
     return r == SFIELD_OK ? 0 : failed("sky", r, error);

@@ -340,6 +340,47 @@ static void wavelets_by_all_vectors(void **state)
     all_ways(&d, SFIELD_PRODUCT_SPARSE, 0, "sparse");
 }
 
+/* Suns taken away and set anew, and a sky that turns, are what setting all of it anew is, bit by bit. */
+static void a_sun_moves_and_the_sky_stays(void **state)
+{
+    static const float a[3] = { 0, 1, 0 }, b[3] = { 0.6f, 0, 0.8f }, white[3] = { 3, 2, 1 };
+    float sky[8 * 4 * 3], turn_1[16], turn_2[16];
+    uint64_t seed = 21;
+    int basis, i;
+    (void)state;
+    for (i = 0; i < 96; i++) sky[i] = rnd_in(&seed, 0, 5);
+    matrix_of(turn_1, 0, 1, 0, 0.4, 1, 0, 0, 0);
+    matrix_of(turn_2, 1, 1, 0.3, 2.4, 1, 0, 0, 0);
+    for (basis = SFIELD_BASIS_SH; basis <= SFIELD_BASIS_HAAR; basis++) {
+        sfield_scene_desc d;
+        sfield_scene *moved, *anew;
+        size_t size;
+        memset(&d, 0, sizeof d);
+        d.basis = (sfield_basis)basis;
+        d.cube_side = 8;
+        assert_int_equal(sfield_scene_create(&d, &moved), SFIELD_OK);
+        assert_int_equal(sfield_scene_create(&d, &anew), SFIELD_OK);
+        size = 3 * moved->planes * (basis == SFIELD_BASIS_HAAR ? 2 : 1) * sizeof(float);
+        sfield_scene_environment(moved, sky, 8, 4, turn_1);
+        sfield_scene_sun(moved, a, white);
+        assert_int_equal(sfield_scene_sun(moved, NULL, NULL), SFIELD_OK);
+        sfield_scene_environment(anew, sky, 8, 4, turn_1);
+        assert_memory_equal(moved->sky_now, anew->sky_now, size);
+        sfield_scene_sun(moved, b, white);
+        sfield_scene_turn(moved, turn_2);
+        sfield_scene_environment(anew, sky, 8, 4, turn_2);
+        sfield_scene_sun(anew, b, white);
+        assert_memory_equal(moved->sky_now, anew->sky_now, size);
+        sfield_scene_environment(moved, NULL, 0, 0, NULL);           /* no sky: suns alone */
+        sfield_scene_sun(moved, a, white);
+        sfield_scene_sun(moved, NULL, NULL);
+        for (i = 0; i < 3 * (int)moved->planes; i++) assert_true(moved->sky_now[i] == 0);
+        assert_false(moved->has_sun);
+        sfield_scene_free(moved);
+        sfield_scene_free(anew);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -347,6 +388,7 @@ int main(void)
         cmocka_unit_test(shared_sources_give_the_bits_of_single_ones),
         cmocka_unit_test(harmonics_by_all_vectors),
         cmocka_unit_test(wavelets_by_all_vectors),
+        cmocka_unit_test(a_sun_moves_and_the_sky_stays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
