@@ -2,9 +2,9 @@
    vertices. Frames a second with everything moving, and with a lazy cache while only lamps move; errors at some of the
    vertices, of those that can be seen, against rays: under the same band-limited lamps, and under the lamps as they are; and
    how much of the first is that of the products, of functions that rays project, as fields without any error would be.
-   Fields have 8 x 8 positions a face, so that a run takes seconds; --full builds the paper's 16 x 16, and checks more
-   vertices by more rays. Occluders count up to 4 r: neither error is greater than with the 8 r of the outermost
-   shell. */
+   Fields have 8 x 8 positions a face, so that a run takes seconds, but the board's 16 x 16: it is a slab, whose positions
+   above and below it must not lie far apart for what stands on it. --full builds the paper's 16 x 16, and checks more
+   vertices by more rays. Occluders count to the outermost shell, 8 r, or to 2.5 r: faster, with a larger error. */
 #include "sfield_scene.h"
 
 #include <math.h>
@@ -49,9 +49,12 @@ static int build(chess *c, const bn_options *options)
     sfield_desc d = bn_sfield_desc(options);
     double start = ex_seconds();
     d.position_side = options->full ? 16 : 8;
-    for (uint32_t m = 0; m < MESHES; m++)
-        if (build_mesh(c, &d, m) != 0)
+    for (uint32_t m = 0; m < MESHES; m++) {
+        sfield_desc own = d;
+        own.position_side = m || options->full ? d.position_side : 16;
+        if (build_mesh(c, &own, m) != 0)
             return -1;
+    }
     for (int i = 0; i < COLORS; i++) {
         sfield_emitter e;
         memset(&e, 0, sizeof e);
@@ -426,7 +429,7 @@ static void close_chess(chess *c)
 
 int bn_sfield_chess(const bn_options *options)
 {
-    static const float reaches[] = { 0, 2.5f };     /* all that fields have; as far as the errors do not grow */
+    static const float reaches[] = { 0, 2.5f };     /* all that fields have; a third of it */
     chess *c = calloc(1, sizeof *c);
     char error[EX_ERROR_SIZE] = "out of memory";
     int result = c ? ex_scene_builtin(&c->scene, "chess", 0, error) : -1;
