@@ -6814,13 +6814,8 @@ static sfield_result sfield__check_set(const sfield_scene *s, const sfield_point
     if (p->entity != SFIELD_NONE && p->entity >= s->item_count) return SFIELD_ERR_ARGUMENT;
     if (p->gloss && p->exponents && !p->views) return SFIELD_ERR_ARGUMENT;
     if (p->gloss && !s->algebra) return SFIELD_ERR_BASIS;
-    if (p->self) {
-        if (!sfield__field_fits(s, p->self, SFIELD_KIND_SELF) || p->self->h.samples != p->count)
-            return SFIELD_ERR_BASIS;
-        if (!s->algebra && s->desc.product == SFIELD_PRODUCT_SPARSE && p->entity != SFIELD_NONE &&
-            !s->item[p->entity].identity)
-            return SFIELD_ERR_ROTATION;
-    }
+    if (p->self && (!sfield__field_fits(s, p->self, SFIELD_KIND_SELF) || p->self->h.samples != p->count))
+        return SFIELD_ERR_BASIS;
     if (p->cache && (p->cache->points != p->count || p->cache->coefs != s->coefs || !p->cache->cells != !!s->algebra))
         return SFIELD_ERR_BASIS;
     return SFIELD_OK;

@@ -340,6 +340,65 @@ static void wavelets_by_all_vectors(void **state)
     all_ways(&d, SFIELD_PRODUCT_SPARSE, 0, "sparse");
 }
 
+/* Points all about a video, so that hardly two share samples: the cosine's coefficients times the field's then. */
+static void a_video_seen_from_all_sides(void **state)
+{
+    enum { N = 35 };
+    sfield_desc d = small_desc(SFIELD_BASIS_SH);
+    sfield_scene_desc sd;
+    sfield_entity e = sfield_entity_default();
+    sfield_points set;
+    sfield_scene *s;
+    sfield_field *f;
+    float p[3 * N], n[3 * N], rgb[3 * N], coefs[3 * 16], bands[SFIELD_MAX_BANDS];
+    uint64_t seed = 31;
+    int simd, i, k, c;
+    (void)state;
+    d.bands = 4;
+    f = glow_field(&d);
+    memset(&sd, 0, sizeof sd);
+    for (i = 0; i < N; i++) {
+        double v[3];
+        rnd_direction(&seed, v);
+        for (k = 0; k < 3; k++) {
+            p[3 * i + k] = (float)(v[k] * (1 + 0.1 * i));
+            n[3 * i + k] = (float)-v[k];
+        }
+    }
+    memset(&set, 0, sizeof set);
+    set.count = N;
+    set.positions = p;
+    set.normals = n;
+    set.entity = SFIELD_NONE;
+    set.rgb = rgb;
+    e.source = f;
+    e.time = 0.31f;
+    e.tint[1] = 0.5f;
+    sfield_sh_cosine(4, bands);
+    for (simd = 0; simd <= sfield__simd(); simd++) {
+        assert_int_equal(sfield_scene_create(&sd, &s), SFIELD_OK);
+        s->simd = s->algebra->simd = simd;
+        assert_int_equal(sfield_scene_entities(s, &e, 1), SFIELD_OK);
+        assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+        for (i = 0; i < N; i++) {
+            double y[16], dir[3];
+            for (k = 0; k < 3; k++) dir[k] = (double)n[3 * i + k];
+            sfield_sh_basis(4, dir, y);
+            assert_int_equal(sfield_query(f, 1, p + 3 * i, e.time, coefs), SFIELD_OK);
+            for (c = 0; c < 3; c++) {
+                double sum = 0;
+                for (k = 0; k < 16; k++)
+                    sum += (double)coefs[16 * c + k] * y[k] * (double)bands[k < 1 ? 0 : k < 4 ? 1 : k < 9 ? 2 : 3];
+                sum *= (double)e.tint[c] / PI;
+                if (!(fabs(sum - (double)rgb[3 * i + c]) <= 1e-5 * (1 + fabs(sum))))
+                    fail_msg("simd %d, point %d: %g, not %g", simd, i, (double)rgb[3 * i + c], sum);
+            }
+        }
+        sfield_scene_free(s);
+    }
+    sfield_free(f);
+}
+
 /* Suns taken away and set anew, and a sky that turns, are what setting all of it anew is, bit by bit. */
 static void a_sun_moves_and_the_sky_stays(void **state)
 {
@@ -388,6 +447,7 @@ int main(void)
         cmocka_unit_test(shared_sources_give_the_bits_of_single_ones),
         cmocka_unit_test(harmonics_by_all_vectors),
         cmocka_unit_test(wavelets_by_all_vectors),
+        cmocka_unit_test(a_video_seen_from_all_sides),
         cmocka_unit_test(a_sun_moves_and_the_sky_stays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
