@@ -6647,8 +6647,8 @@ static cohsm_result cohsm__unpack_words(const uint8_t *data, size_t size, const 
     return result;
 }
 
-/* A packed file, which may be hostile. Memory asked for: COHSM__PACK_MULTIPLE bytes a byte of file, and below 256 KB
-   for the probabilities and the object. */
+/* A packed file: 16 bytes or more, its magic known; all else may be hostile. Memory asked for: COHSM__PACK_MULTIPLE bytes
+   a byte of file, and below 256 KB for the probabilities and the object. */
 static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm__allocator *a, const cohsm__part *part,
                                   cohsm_maps **out)
 {
@@ -6658,7 +6658,6 @@ static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm_
     uint32_t longest;
     cohsm_result result;
 
-    if (size < COHSM__PACK_HEADER || cohsm__get_u32(data) != COHSM__PACK_MAGIC) return COHSM_ERR_FORMAT;
     if (cohsm__get_u32(data + 4) != COHSM__PACK_FORMAT) return COHSM_ERR_VERSION;
     if (cohsm__get_u32(data + 8) != size || size < COHSM__PACK_HEADER + sizeof h) return COHSM_ERR_FORMAT;
     if (cohsm__get_u32(inner) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
@@ -6697,7 +6696,7 @@ static cohsm_result cohsm__pack_coded(cohsm__packer *p, const cohsm_maps *m, con
     cohsm_result result;
 
     least = (least + COHSM__PACK_MULTIPLE - 1u) / COHSM__PACK_MULTIPLE;
-    if (head >= room || least >= room) return COHSM_ERR_FORMAT;
+    if (least >= room) return COHSM_ERR_FORMAT;
     for (i = 0; i < COHSM__HEADER_WORDS; i++) cohsm__put_u32(data + COHSM__PACK_HEADER + 4 * i, m->words[i]);
     for (i = 0; i < h->location_words; i++)
         cohsm__put_u32(data + COHSM__PACK_HEADER + 4 * (COHSM__HEADER_WORDS + i), m->words[gap + i]);
@@ -6724,8 +6723,7 @@ static cohsm_result cohsm__pack_check(const cohsm_maps *m, const cohsm__allocato
     cohsm_result result = cohsm__unpack(data, size, a, &second, &copy);
 
     if (result != COHSM_OK) return result;
-    if (copy->head.words != m->head.words || memcmp(copy->words, m->words, 4 * (size_t)m->head.words) != 0)
-        result = COHSM_ERR_FORMAT;
+    if (memcmp(copy->words, m->words, 4 * (size_t)m->head.words) != 0) result = COHSM_ERR_FORMAT;
     cohsm_free(copy);
     return result;
 }
@@ -6737,12 +6735,14 @@ COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_desc *desc
     cohsm__packer p;
     uint8_t *big, *packed = NULL;
     size_t plain, coded = 0;
+    uint64_t whole;
     cohsm_result result;
 
     if (!maps || !data || !size) return COHSM_ERR_ARGUMENT;
     if (!cohsm__services_of(desc, &a, &part)) return COHSM_ERR_DESC;
-    if (!cohsm__add_size(4 * (size_t)maps->head.words, COHSM__PACK_HEADER, &plain) || plain > 0xffffffffu)
-        return COHSM_ERR_LIMIT;
+    whole = 4 * (uint64_t)maps->head.words + COHSM__PACK_HEADER;
+    if (whole > 0xffffffffu) return COHSM_ERR_LIMIT;
+    plain = (size_t)whole;
     big = (uint8_t *)cohsm__alloc(&a, plain);
     if (!big) return COHSM_ERR_ALLOC;
     if (cohsm__packer_make(&p, &a, &maps->head, cohsm__longest(maps)))

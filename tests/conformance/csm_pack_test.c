@@ -247,6 +247,7 @@ static void test_arguments(void **state)
     cohsm_desc d = desc_of(8, 8);
     cohsm_maps *maps = build(&d, TORUS);
     cohsm_desc half;
+    cohsm_maps huge;
     void *data = NULL;
     size_t size = 0;
 
@@ -257,6 +258,9 @@ static void test_arguments(void **state)
     assert_int_equal(cohsm_pack(maps, NULL, NULL, &size), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_pack(maps, NULL, &data, NULL), COHSM_ERR_ARGUMENT);
     assert_int_equal(cohsm_pack(maps, &half, &data, &size), COHSM_ERR_DESC);
+    memset(&huge, 0, sizeof huge);
+    huge.head.words = 0x3fffffff;                   /* the largest block is 4 bytes below 4 GB, its file too large */
+    assert_int_equal(cohsm_pack(&huge, NULL, &data, &size), COHSM_ERR_LIMIT);
     assert_null(data);
     cohsm_free(maps);
 }

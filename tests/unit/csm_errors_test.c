@@ -628,6 +628,49 @@ static void budgets(void **state)
     model_free(&m);
 }
 
+/* No desc, and more bytes than the largest block that is ever proposed. */
+static void a_budget_without_end_stops_at_the_largest_sizes(void **state)
+{
+    uint32_t side = 0, size = 0;
+    (void)state;
+    assert_int_equal(cohsm_budget(NULL, &ball_mesh, SIZE_MAX, &side, &size), COHSM_OK);
+    if (sizeof(size_t) == 8) {
+        assert_int_equal(side, 3072);
+        assert_int_equal(size, 1024);
+    } else assert_true(side >= 256 && size >= 256);
+}
+
+/* Headers alike: only the table of places tells them apart. */
+static void shards_of_other_places_do_not_merge(void **state)
+{
+    static const float places[2][8] = { { 0, 3, 0, 1, 3, 0, 0, 1 }, { 0, 3, 0, 1, -3, 0, 0, 1 } };
+    cohsm_desc d = desc_of(COHSM_DOMAIN_LIST, 0, 8);
+    cohsm_maps *shard[3], *out = (cohsm_maps *)UNTOUCHED;
+    const cohsm_maps *list[2];
+    cohsm_info info[2];
+    int i;
+    (void)state;
+    d.radius = 2;
+    d.domain.location_count = 2;
+    for (i = 0; i < 3; i++) {
+        d.domain.locations = places[i == 2];
+        d.pixel_begin = i ? 30 : 0;
+        d.pixel_end = i ? 64 : 30;
+        assert_int_equal(cohsm_build(&d, &ball_mesh, &shard[i], NULL), COHSM_OK);
+    }
+    cohsm_get_info(shard[1], &info[0]);
+    cohsm_get_info(shard[2], &info[1]);
+    assert_true(info[0].depth_far == info[1].depth_far && info[0].radius == info[1].radius);
+    list[0] = shard[0];
+    list[1] = shard[2];
+    assert_int_equal(cohsm_merge(list, 2, NULL, &out), COHSM_ERR_MISMATCH);
+    assert_ptr_equal(out, UNTOUCHED);
+    list[1] = shard[1];
+    assert_int_equal(cohsm_merge(list, 2, NULL, &out), COHSM_OK);
+    cohsm_free(out);
+    for (i = 0; i < 3; i++) cohsm_free(shard[i]);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -642,6 +685,8 @@ int main(void)
         cmocka_unit_test(shards_that_do_not_belong_together),
         cmocka_unit_test(results_have_texts),
         cmocka_unit_test(budgets),
+        cmocka_unit_test(a_budget_without_end_stops_at_the_largest_sizes),
+        cmocka_unit_test(shards_of_other_places_do_not_merge),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
