@@ -2010,8 +2010,8 @@ static void envsh__share_faces(const envsh__grid *g, const double *table, envsh_
     for (f = 0; f < g->faces; f++) {
         uint32_t until;
         before += r[f].sum.w;
+        /* The same additions in the same order: after the last lit face it is k - lit. */
         until = (uint32_t)((double)(k - lit) * (total > 0.0 ? before / total : 0.0) + 0.5);
-        until = until > k - lit || f + 1 == g->faces ? k - lit : until;
         r[f].lights = r[f].sum.w > 0.0 ? until - given + 1 : 0;
         given = r[f].sum.w > 0.0 ? until : given;
     }

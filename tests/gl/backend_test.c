@@ -387,6 +387,37 @@ static void copies_floats(void **state)
     glbk_program_destroy(&t->gl, &copy);
 }
 
+/* sampler2DShadow: 1 where the reference is at most the depth, equal included. */
+static void depths_are_compared(void **state)
+{
+    GL_TEST(t, state)
+    static const float depths[2] = { 0.25f, 0.75f };
+    static const float expected[4] = { 0, 1, 1, 1 };        /* references 0.5 and, above, 0.25 */
+    gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_COLOR, 2, 2, 0);
+    glbk_texture_desc d = { GLBK_FORMAT_DEPTH32F, 2, 1, 0, 0, GLBK_SAMPLING_COMPARE, 0, depths };
+    glbk_source s = { 0 };
+    glbk_texture texture;
+    glbk_program program;
+    glbk_pass pass = { 0 };
+    float rgba[16];
+    int i;
+    s.fragment = "uniform highp sampler2DShadow depth;\nlayout(location = 0) out glbk_color r;\n"
+                 "void main()\n{\n    float reference = gl_FragCoord.y < 1.0 ? 0.5 : 0.25;\n"
+                 "    r = glbk_pack(vec4(texture(depth, vec3(gl_FragCoord.x / 2.0, 0.5, reference))));\n}\n";
+    pass.target = &c.target;
+    assert_glbk(t, glbk_texture_create(&t->gl, &d, &texture));
+    assert_glbk(t, glbk_program_compile(&t->gl, &s, &program));
+    assert_glbk(t, glbk_begin(&t->gl, &pass, &program));
+    t->gl.gl.Uniform1i(t->gl.gl.GetUniformLocation(program.name, "depth"), 3);
+    glbk_bind_texture(&t->gl, 3, &texture);
+    glbk_draw_screen(&t->gl);
+    assert_glbk(t, glbk_target_read(&t->gl, &c.target, 0, 0, 0, 2, 2, rgba));
+    for (i = 0; i < 4; i++) assert_float_equal(rgba[4 * i], expected[i], 0);
+    glbk_program_destroy(&t->gl, &program);
+    glbk_texture_destroy(&t->gl, &texture);
+    gl_canvas_free(t, &c);
+}
+
 /* Slots move with first_unit and first_block of the context. */
 static void slots_can_be_moved(void **state)
 {
@@ -831,6 +862,7 @@ int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
         cmocka_unit_test(files_are_found),      cmocka_unit_test(written_glsl_is_whole),
+        gl_unit_test(depths_are_compared),
         gl_unit_test(written_glsl_runs),
         gl_unit_test(every_program_links),      gl_unit_test(errors_name_file_and_line),
         gl_unit_test(transform_feedback_writes), gl_unit_test(compute_runs), gl_unit_test(compute_writes_images),

@@ -20,6 +20,10 @@ typedef struct loader {
     ex_gl      *context;
     const char *missing;            /* no such function */
     const char *version;            /* instead of GL_VERSION; "" = no context */
+    const char *extensions;         /* instead of the driver's, a letter each */
+    int         nameless;           /* no GL_RENDERER */
+    uint32_t    limit;              /* that glGetIntegerv answers by most */
+    int32_t     most;
 } loader;
 
 static loader l;                     /* one for all: GL hands its functions no pointer of ours */
@@ -29,7 +33,33 @@ static const uint8_t *(GLBK_CALL *real_get_string)(uint32_t name);
 static const uint8_t *GLBK_CALL fake_get_string(uint32_t name)
 {
     if (name == 0x1F02 && l.version) return l.version[0] ? (const uint8_t *)l.version : NULL;
+    if (name == 0x1F01 && l.nameless) return NULL;
     return real_get_string(name);
+}
+
+static void (GLBK_CALL *real_get_integers)(uint32_t name, int32_t *out);
+static const uint8_t *(GLBK_CALL *real_get_stringi)(uint32_t name, uint32_t index);
+
+static void GLBK_CALL fake_get_integers(uint32_t name, int32_t *out)
+{
+    real_get_integers(name, out);
+    if (name == l.limit) *out = l.most;
+    if (name == 0x821D /* NUM_EXTENSIONS */ && l.extensions) *out = (int32_t)strlen(l.extensions);
+}
+
+/* One extension a letter. */
+static const uint8_t *GLBK_CALL fake_get_stringi(uint32_t name, uint32_t index)
+{
+    const char *text = NULL;
+    if (name != 0x1F03 || !l.extensions) return real_get_stringi(name, index);
+    switch (l.extensions[index]) {
+    case 't': text = "GL_EXT_color_buffer_float"; break;
+    case 'b': text = "GL_EXT_float_blend"; break;
+    case 'l': text = "GL_OES_texture_float_linear"; break;
+    case 'c': text = "GL_ARB_clip_control"; break;
+    default: break;                 /* a driver that loses count */
+    }
+    return (const uint8_t *)text;
 }
 
 static glbk_proc load(const char *name, void *user)
@@ -37,6 +67,14 @@ static glbk_proc load(const char *name, void *user)
     glbk_proc proc = gl_get_proc()(name, l.context);
     (void)user;
     if (l.missing && strcmp(name, l.missing) == 0) return NULL;
+    if (strcmp(name, "glGetIntegerv") == 0) {
+        memcpy(&real_get_integers, &proc, sizeof proc);
+        return (glbk_proc)fake_get_integers;
+    }
+    if (strcmp(name, "glGetStringi") == 0) {
+        memcpy(&real_get_stringi, &proc, sizeof proc);
+        return (glbk_proc)fake_get_stringi;
+    }
     if (strcmp(name, "glGetString") != 0) return proc;
     memcpy(&real_get_string, &proc, sizeof proc);
     return (glbk_proc)fake_get_string;
@@ -110,6 +148,89 @@ static void versions_are_read(void **state)
     if (gl_this_way()->bit == GL_CORE45) assert_int_equal(t->gl.compute, 1);
     if (gl_this_way()->bit == GL_CORE33) assert_int_equal(t->gl.version, 330);
     if (t->gl.es) assert_int_equal(t->gl.version, 300);
+}
+
+/* What a context can do follows from its version and the names of its extensions alone. */
+static void features_are_read(void **state)
+{
+    GL_TEST(t, state)
+    static const struct { const char *version, *extensions; int has[4]; } desk[] = {
+        { "3.3.0", "", { 1, 1, 1, 0 } }, { "3.3.0", "xc", { 1, 1, 1, 1 } }, { "4.5.0", "", { 1, 1, 1, 1 } }
+    }, es[] = {
+        { "OpenGL ES 3.0", "", { 0, 0, 0, 0 } }, { "OpenGL ES 3.0", "b", { 0, 0, 0, 0 } },
+        { "OpenGL ES 3.0", "t", { 1, 0, 0, 0 } },
+        { "OpenGL ES 3.1", "xtbl", { 1, 1, 1, 0 } }, { "OpenGL ES 3.2", "", { 1, 1, 0, 0 } },
+        { "OpenGL ES 3.2", "lc", { 1, 1, 1, 0 } }
+    };
+    glbk_desc desc = desc_of(t);
+    glbk_context ctx;
+    size_t i;
+
+    for (i = 0; i < (t->gl.es ? sizeof es / sizeof es[0] : sizeof desk / sizeof desk[0]); i++) {
+        l.version = t->gl.es ? es[i].version : desk[i].version;
+        l.extensions = t->gl.es ? es[i].extensions : desk[i].extensions;
+        assert_int_equal(glbk_init(&ctx, &desc), GLBK_OK);
+        const int *wanted = t->gl.es ? es[i].has : desk[i].has;
+        if (ctx.float_targets != wanted[0] || ctx.float_blend != wanted[1] || ctx.float_linear != wanted[2] ||
+            ctx.clip_control != wanted[3])
+            fail_msg("%s with \"%s\": targets %d, blend %d, linear %d, clip %d", l.version, l.extensions,
+                     ctx.float_targets, ctx.float_blend, ctx.float_linear, ctx.clip_control);
+        glbk_destroy(&ctx);
+    }
+    desc = desc_of(t);
+    l.nameless = 1;
+    l.limit = 0x8824;               /* MAX_DRAW_BUFFERS */
+    l.most = 32;
+    assert_int_equal(glbk_init(&ctx, &desc), GLBK_OK);
+    assert_string_equal(ctx.renderer, "");
+    assert_int_equal(ctx.max_targets, 8);           /* as many as glbk_state has room for */
+    glbk_destroy(&ctx);
+    l.limit = 0x8B4D;               /* MAX_COMBINED_TEXTURE_IMAGE_UNITS */
+    l.most = 20;
+    desc.first_unit = 4;
+    assert_int_equal(glbk_init(&ctx, &desc), GLBK_OK);
+    glbk_destroy(&ctx);
+    desc.first_unit = 5;
+    assert_int_equal(glbk_init(&ctx, &desc), GLBK_ERR_LIMIT);
+    desc.first_unit = 0xffffffffu;  /* with 16 more, 15 */
+    assert_int_equal(glbk_init(&ctx, &desc), GLBK_ERR_LIMIT);
+    desc.first_unit = 0;
+    l.limit = 0x8A2F;               /* MAX_UNIFORM_BUFFER_BINDINGS */
+    desc.first_block = 12;
+    assert_int_equal(glbk_init(&ctx, &desc), GLBK_OK);
+    glbk_destroy(&ctx);
+    desc.first_block = 13;
+    assert_int_equal(glbk_init(&ctx, &desc), GLBK_ERR_LIMIT);
+    desc.first_block = 0xffffffffu;
+    assert_int_equal(glbk_init(&ctx, &desc), GLBK_ERR_LIMIT);
+}
+
+static uint32_t GLBK_CALL unsupported(uint32_t target)
+{
+    (void)target;
+    return 0x8CDD;
+}
+
+/* A combination of formats that a driver refuses: its number in the log, no framebuffer left, the bound one again. */
+static void targets_that_a_driver_refuses(void **state)
+{
+    GL_TEST(t, state)
+    gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_RGBA8, 4, 4, 0);
+    glbk_target_desc d = { { &c.color }, { 0 }, NULL, 0, 0 };
+    glbk_target target;
+    int32_t bound = -1;
+    t->gl.gl.BindFramebuffer(GLBK_GL_DRAW_FRAMEBUFFER, c.target.name);
+    fake_begin(t, 0);
+    t->gl.gl.CheckFramebufferStatus = unsupported;
+    memset(&target, 0xA5, sizeof target);
+    assert_int_equal(glbk_target_create(&t->gl, &d, &target), GLBK_ERR_TARGET);
+    assert_non_null(strstr(t->log, "framebuffer status 0x8cdd"));
+    assert_true(!target.name && !target.width && !target.count);
+    assert_int_equal(fake.live, 0);
+    t->gl.gl = fake.real;
+    t->gl.gl.GetIntegerv(0x8CA6 /* DRAW_FRAMEBUFFER_BINDING */, &bound);
+    assert_int_equal(bound, c.target.name);
+    gl_canvas_free(t, &c);
 }
 
 static void bad_descs(void **state)
@@ -513,6 +634,7 @@ int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
         gl_unit_test(every_function_missing_once), gl_unit_test(versions_are_read),
+        gl_unit_test(features_are_read),           gl_unit_test(targets_that_a_driver_refuses),
         gl_unit_test(bad_descs),                   gl_unit_test(out_of_memory_everywhere),
         gl_unit_test(errors_everywhere),           gl_unit_test(no_shader_no_program),
         gl_unit_test(allocator_fails),             gl_unit_test(real_out_of_memory),

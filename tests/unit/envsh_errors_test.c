@@ -396,6 +396,30 @@ static void transforms_move_meshes(void **state)
     free(depth);
 }
 
+/* Where texels are wider one way than the other, points move by the wider: with 2 a point under an occluder that is 0.4
+   above comes out over it (a quarter of a texel where the light is overhead), with 1 it stays below. */
+static void points_move_by_the_wider_side(void **state)
+{
+    static const float sides[3][2] = { { 2, 1 }, { 1, 2 }, { 1, 1 } };
+    const float point[3] = { 0, 0, 0 }, up[3] = { 0, 0, 1 };
+    float depth[16];
+    envsh_query q = envsh_query_default();
+    (void)state;
+    q.filter = ENVSH_FILTER_PLAIN;
+    for (int i = 0; i < 16; i++) depth[i] = 0.5f - 0.4f / 100;
+    for (int i = 0; i < 3; i++) {
+        envsh_view v;
+        memset(&v, 0, sizeof v);
+        v.lookup[3] = v.lookup[7] = 2;
+        v.lookup[10] = -1.0f / 100;
+        v.lookup[11] = 0.5f;
+        v.right[0] = v.up[1] = v.direction[2] = 1;
+        v.depth_range = 100;
+        memcpy(v.texel, sides[i], sizeof v.texel);
+        assert_true(envsh_visibility_twin(&v, depth, 4, 1, 4, &q, point, up, 0) == (i < 2 ? 1.0f : 0.0f));
+    }
+}
+
 static envsh_result draw_fails(void *user, envsh_maps *m)
 {
     (void)m;
@@ -652,6 +676,7 @@ int main(void)
         cmocka_unit_test(atlas_is_checked),
         cmocka_unit_test(drawing_is_checked),
         cmocka_unit_test(transforms_move_meshes),
+        cmocka_unit_test(points_move_by_the_wider_side),
         cmocka_unit_test(bad_geometry_is_harmless),
         cmocka_unit_test(far_below_a_roof_it_is_dark),
         cmocka_unit_test(every_call_of_progress_may_cancel),
