@@ -10,7 +10,7 @@
 #include <cmocka.h>
 #include "unit/envsh_util.h"
 
-static sky day, black;
+static sky day, black, bright;     /* bright: with a sun that is one texel */
 
 static int setup(void **state)
 {
@@ -18,6 +18,9 @@ static int setup(void **state)
     day = sky_alloc(ENVSH_MAP_LATLONG, 32, 16);
     black = sky_alloc(ENVSH_MAP_LATLONG, 32, 16);
     sky_fill(&day, sunny);
+    bright = sky_alloc(ENVSH_MAP_LATLONG, 64, 32);
+    sky_fill(&bright, even);
+    bright.rgb[3 * (8 * 64 + 20)] = 1e4f;
     return 0;
 }
 
@@ -26,6 +29,7 @@ static int teardown(void **state)
     (void)state;
     sky_free(&day);
     sky_free(&black);
+    sky_free(&bright);
     return 0;
 }
 
@@ -70,8 +74,9 @@ static envsh_result act_build(ledger *l, int what)
     envsh_result r;
     d.split_sun = what & 8;
     d.allocator = allocator_of(l);
-    r = envsh_lights_build(&d, &day.map, &lights, NULL);
+    r = envsh_lights_build(&d, what & 8 ? &bright.map : &day.map, &lights, NULL);
     if (r != ENVSH_OK) assert_null(lights);
+    else if (what & 8) assert_int_equal(envsh_lights_get(lights, NULL)->flags, ENVSH_LIGHT_SUN);
     envsh_lights_free(lights);
     return r;
 }
@@ -84,14 +89,15 @@ static envsh_result act_follow(ledger *l, int what)
     envsh_light before[12];
     uint32_t count, again;
     envsh_result r;
+    const envsh_map *map = what == 20 ? &bright.map : &day.map;
     size_t fail_at = l->fail_at;
     d.split_sun = what == 20;
     d.allocator = allocator_of(l);
     l->fail_at = 0;
-    if (envsh_lights_build(&d, what >= 100 ? &black.map : &day.map, &lights, NULL) != ENVSH_OK) return ENVSH_ERR_MESH;
+    if (envsh_lights_build(&d, what >= 100 ? &black.map : map, &lights, NULL) != ENVSH_OK) return ENVSH_ERR_MESH;
     memcpy(before, envsh_lights_get(lights, &count), 12 * sizeof *before * (what < 100));
     if (fail_at) l->fail_at = l->calls + fail_at;
-    r = envsh_lights_follow(lights, &day.map, (uint32_t)what % 100, NULL);
+    r = envsh_lights_follow(lights, map, (uint32_t)what % 100, NULL);
     if (r != ENVSH_OK && count) {
         assert_memory_equal(before, envsh_lights_get(lights, &again), count * sizeof *before);
         assert_int_equal(again, count);
@@ -142,7 +148,8 @@ static void follow_survives(void **state)
             envsh_lights *lights = NULL;
             d.split_sun = plans[p] == 20;
             d.allocator = allocator_of(&l);
-            assert_int_equal(envsh_lights_build(&d, plans[p] >= 100 ? &black.map : &day.map, &lights, NULL), ENVSH_OK);
+            const envsh_map *map = plans[p] == 20 ? &bright.map : plans[p] >= 100 ? &black.map : &day.map;
+            assert_int_equal(envsh_lights_build(&d, map, &lights, NULL), ENVSH_OK);
             envsh_lights_free(lights);
         }
         first = l.calls;
