@@ -205,7 +205,7 @@ typedef struct rsm_desc {
     rsm_light  light;
     uint32_t   size;                /* texels a side of a face, 4..4096; 0 = 512, cubes 256 */
     int        clip_zero_to_one;    /* clip depth of rsm_map_matrix and of fill: 0 = -1..1 (GL), 1 = 0..1 (D3D, Vulkan) */
-    int        y_down;              /* 1: clip y points down, and row 0 of your buffers is the top (Vulkan, D3D) */
+    int        clip_y_down;         /* 1: clip y points down, and row 0 of your buffers is the top (Vulkan, D3D) */
     rsm_system system;
 } rsm_desc;                         /* zero it, then set what you care about */
 
@@ -433,7 +433,7 @@ typedef struct rsm_filter_desc {
     const float *view_projection;   /* world to clip of this frame, for the next one; NULL: neither is reprojected, the
                                        frame starts anew */
     const float *motion;            /* NULL, or for each pixel where its surface was: x, y in pixels of the last frame */
-    int      y_up;                  /* row 0 of the picture is 0 the top, 1 the bottom */
+    int      bottom_first;          /* not 0: row 0 is the bottom of the picture, else its top */
     uint32_t history;               /* frames that count at most: a static light reaches 1 / history of the noise's
                                        variance, a moving one lags by as many. 0 = 8; 1 = none */
     uint32_t passes;                /* a-trous passes over neighbours, steps 1, 2, 4, ..; 0..6 */
@@ -3729,7 +3729,7 @@ static inline void rsm__accumulate_old(const rsm__filter_run *r, size_t at, size
     last.channels = 4;
     size[0] = (float)f->width;
     size[1] = (float)f->height;
-    if (!r->desc->motion) r->reproject(f->matrix, (const rsm__chunk *)now, size, r->desc->y_up, &to);
+    if (!r->desc->motion) r->reproject(f->matrix, (const rsm__chunk *)now, size, r->desc->bottom_first, &to);
     for (l = 0; l < RSM__LANES; l++) {
         int there = now[RSM__FRAMES][l] > 0.0f;
         to.size2[l] = RSM_FAR;                   /* moved surfaces are found by motion only */
@@ -4090,7 +4090,7 @@ RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world
     f = map->desc.light.far_depth;
     perspective = !rsm__is_sun(map);
     sx = 1.0f / map->extent;
-    sy = map->desc.y_down ? -sx : sx;
+    sy = map->desc.clip_y_down ? -sx : sx;
     /* clip z = z[0] depth + z[1], over w = depth in perspective */
     z[0] = perspective ? f / (f - n) : 1.0f / (f - n);
     z[1] = perspective ? -n * f / (f - n) : -n / (f - n);
@@ -4146,7 +4146,7 @@ static inline float rsm__from_srgb(uint8_t value)
 static inline void rsm__fill_texel(rsm_map *map, uint32_t face, uint32_t i, uint32_t j, const rsm_buffers *b,
                                    const float *srgb)
 {
-    size_t at = (size_t)(map->desc.y_down ? map->size - 1u - j : j) * map->size + i;
+    size_t at = (size_t)(map->desc.clip_y_down ? map->size - 1u - j : j) * map->size + i;
     rsm__v3 normal = rsm__v3_load(rsm__at(b->normals, rsm__stride(b->normal_stride, 12), at)), position;
     float stored = b->depth ? *rsm__at(b->depth, rsm__stride(b->depth_stride, 4), at) : 0.0f, albedo[3] = { 1, 1, 1 };
     uint32_t material = 0;

@@ -107,7 +107,7 @@ static void texel_centres(void **state)
         d.light.near_depth = 0.5f;
         d.light.far_depth = 20;
         set3(d.light.direction, 0, k / 2 == 0 ? 1 : -1, 0);
-        d.clip_zero_to_one = d.y_down = clip;
+        d.clip_zero_to_one = d.clip_y_down = clip;
         assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
         assert_int_equal(rsm_map_matrix(map, c, m), RSM_OK);
         invert(m, inv);

@@ -1156,7 +1156,7 @@ static void history(void **state)
     (void)state;
     memset(&f, 0, sizeof f);
     f.view_projection = matrix;
-    f.y_up = 1;
+    f.bottom_first = 1;
     f.history = 100;
     assert_int_equal(rsm_filter_create(SIDE, SIDE, NULL, &filter), RSM_OK);
     for (frame = 0; frame < 64; frame++) {

@@ -372,7 +372,7 @@ static void points_are_projected(void **state)
             frame whole = frame_of(&d, which);
             rsm_map *map;
             d.clip_zero_to_one = clip & 1;
-            d.y_down = down = clip >> 1;
+            d.clip_y_down = down = clip >> 1;
             d.light.near_depth = 0.5f;
             d.light.far_depth = 6;
             assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
@@ -446,7 +446,7 @@ static void buffers_are_read(void **state)
                 rsm_desc d = lamp(SUN);
                 rsm_buffers b;
                 rsm_map *map;
-                d.y_down = down;
+                d.clip_y_down = down;
                 d.size = N;
                 memset(&b, 0, sizeof b);
                 b.normals = pixels[0].normal;
