@@ -1780,7 +1780,7 @@ typedef struct glbk_ism_maps {      /* read only; zeroed = none */
     float         sphere[4];
     glbk_texture  vpls, points, triangle_table, positions, directions, surfels, depth, kept, pull[GLBK_ISM_LEVELS], atlas;
     glbk_target   direction_target, surfel_target, kept_target, pull_target[GLBK_ISM_LEVELS], atlas_target;
-    glbk_buffer   frame;
+    glbk_buffer   frame, view;      /* view: of glbk_ism_bind */
     int           quads;            /* rectangles in place of points */
     glbk_program  directions_program, splat, holes, pull_program[GLBK_ISM_LEVELS], push;
     int           compute;          /* the compute path: no depth, kept and pull */
@@ -1835,10 +1835,6 @@ GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *maps);
 GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *maps, float *atlas);
 /* side * side depths as ism_atlas has them. Waits for the GPU. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
 
-GLBK_DEF void glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps);
-/* For ism_light() and ism_visible() of lib/ism_light.glsl in your own program, after glbk_begin; ism_light also reads a
-   block glbk_ism_view of yours, at GLBK_SLOT_glbk_ism_view. */
-
 typedef struct glbk_ism_renderer {  /* read only; zeroed = none */
     uint32_t     width, height;
     glbk_texture gbuffer[4], depth; /* places, normals, face normals, albedos: GLBK_FORMAT_COLOR */
@@ -1846,7 +1842,7 @@ typedef struct glbk_ism_renderer {  /* read only; zeroed = none */
     glbk_texture light, result;     /* result is what was asked for: GLBK_FORMAT_COLOR, for your own passes */
     glbk_target  light_target, result_target;
     glbk_buffer  view;
-    glbk_program shade[4][5], blur; /* by projection and near_mode */
+    glbk_program shade[4][5], blur, resolve;        /* shade: by projection and near_mode */
     int          compute;
 } glbk_ism_renderer;
 
@@ -1872,9 +1868,17 @@ typedef struct glbk_ism_shading {   /* fields as in ism_shading */
     int      irradiance;            /* 1: not times albedo / pi */
 } glbk_ism_shading;
 
+GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps, const glbk_ism_shading *shading);
+/* For ism_light() and ism_visible() of lib/ism_light.glsl in a program of your own, which is bound (glbk_begin) and compiled
+   with ISM_NEAR=near_mode and ISM_PROJECTION=maps->desc.projection among its defines.
+   shading  bias, clamp and no_maps count; NULL = as in glbk_ism_shade
+   Errors   GLBK_ERR_ARGUMENT */
+
 GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_ism_maps *maps,
                                     const glbk_ism_shading *shading);
 /* Errors   GLBK_ERR_ARGUMENT; those of glbk_program_create at a near_mode's first use */
+GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_pass *pass);
+/* Draws the result, linear, to the pass's target; its blending adds it to what is there. Errors GLBK_ERR_ARGUMENT. */
 GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgb);
 /* width * height * 3 floats, row 0 first. Waits for the GPU. result's fourth channel is the irradiance, mean of the three
    channels, that clamping or spheres took off. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
@@ -14703,6 +14707,7 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc
     if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, nothing, 1, &out->triangle_table);
     if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, nothing, 1, &out->positions);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_frame), NULL, &out->frame);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &out->view);
     if (result == GLBK_OK) result = glbk__ism_create_canvases(ctx, out);
     if (result == GLBK_OK) result = glbk__ism_create_programs(ctx, out);
     if (result == GLBK_OK) result = glbk__ism_write_frame(ctx, out);
@@ -14738,6 +14743,7 @@ GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *m)
     glbk_texture_destroy(ctx, &m->kept);
     glbk_texture_destroy(ctx, &m->atlas);
     glbk_buffer_destroy(ctx, &m->frame);
+    glbk_buffer_destroy(ctx, &m->view);
     glbk_buffer_destroy(ctx, &m->ways);
     memset(m, 0, sizeof *m);
 }
@@ -15017,13 +15023,45 @@ GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *m, fl
     return result;
 }
 
-GLBK_DEF void glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m)
+/* The shading with its defaults, and what shaders read of it. */
+static glbk_result glbk__ism_view_of(const glbk_ism_maps *m, const glbk_ism_shading *shading, glbk_ism_shading *s,
+                                     glbk_ism_view *view)
 {
-    if (!m) return;
+    memset(s, 0, sizeof *s);
+    s->bias = 0.02f;
+    s->clamp = 1;
+    if (shading) *s = *shading;
+    if (!m || !m->points.name || s->near_mode > 5 || s->pattern > 8 || (s->pattern & (s->pattern - 1)) ||
+        !(s->bias >= 0 && s->bias < 1) ||
+        ((s->near_mode == 3 || s->near_mode == 4) && !(s->clamp > 0 && s->clamp < 3e38f)))
+        return GLBK_ERR_ARGUMENT;
+    if (!s->near_mode) s->near_mode = 1;
+    memset(view, 0, sizeof *view);
+    view->size[2] = s->pattern ? s->pattern : 1;
+    view->size[3] = (s->no_maps ? 1u : 0u) | (s->irradiance ? 0u : 2u);
+    view->values[0] = s->bias;
+    view->values[1] = s->clamp;
+    return GLBK_OK;
+}
+
+static void glbk__ism_bind_maps(glbk_context *ctx, const glbk_ism_maps *m)
+{
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_directions, &m->directions);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_atlas, &m->atlas);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+}
+
+GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m, const glbk_ism_shading *shading)
+{
+    glbk_ism_shading s;
+    glbk_ism_view view;
+    glbk_result result = ctx ? glbk__ism_view_of(m, shading, &s, &view) : GLBK_ERR_ARGUMENT;
+    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &m->view, 0, sizeof view, &view);
+    if (result != GLBK_OK) return result;
+    glbk__ism_bind_maps(ctx, m);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_view, &m->view);
+    return GLBK_OK;
 }
 
 GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
@@ -15057,6 +15095,7 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width,
     out->compute = ctx->compute;
     if (result == GLBK_OK)
         result = glbk_program_create(ctx, out->compute ? "ism_blur.comp" : "ism_blur.frag", NULL, &out->blur);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "copy.frag", "TO_COLOR=1", &out->resolve);
     if (result != GLBK_OK) glbk_ism_renderer_destroy(ctx, out);
     return result;
 }
@@ -15075,6 +15114,7 @@ GLBK_DEF void glbk_ism_renderer_destroy(glbk_context *ctx, glbk_ism_renderer *r)
     glbk_buffer_destroy(ctx, &r->view);
     for (i = 0; i < 20; i++) glbk_program_destroy(ctx, &r->shade[i / 5][i % 5]);
     glbk_program_destroy(ctx, &r->blur);
+    glbk_program_destroy(ctx, &r->resolve);
     memset(r, 0, sizeof *r);
 }
 
@@ -15124,7 +15164,7 @@ static glbk_result glbk__ism_shade_pass(glbk_context *ctx, const glbk_ism_render
     for (i = 0; i < 4; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_place + i, &r->gbuffer[i]);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view);
     if (blur) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
-    else glbk_ism_bind(ctx, m);
+    else glbk__ism_bind_maps(ctx, m);
     if (!r->compute) {
         glbk_draw_screen(ctx);
         return GLBK_OK;
@@ -15140,31 +15180,29 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     glbk_program *program;
     glbk_ism_shading s;
     glbk_ism_view view;
-    glbk_result result = GLBK_OK;
-    memset(&s, 0, sizeof s);
-    s.bias = 0.02f;
-    s.clamp = 1;
-    if (shading) s = *shading;
-    if (!ctx || !r || !r->view.name || !m || !m->points.name || s.near_mode > 5 || s.pattern > 8 ||
-        (s.pattern & (s.pattern - 1)) || !(s.bias >= 0 && s.bias < 1) ||
-        ((s.near_mode == 3 || s.near_mode == 4) && !(s.clamp > 0 && s.clamp < 3e38f)))
-        return GLBK_ERR_ARGUMENT;
-    if (!s.near_mode) s.near_mode = 1;
+    glbk_result result = glbk__ism_view_of(m, shading, &s, &view);
+    if (result != GLBK_OK || !ctx || !r || !r->view.name) return GLBK_ERR_ARGUMENT;
     defines[15] = (char)('0' + (int)m->desc.projection);
     defines[26] = (char)('0' + (int)s.near_mode);
     program = &r->shade[m->desc.projection - 1][s.near_mode - 1];
     if (!program->name)
         result = glbk_program_create(ctx, r->compute ? "ism_shade.comp" : "ism_shade.frag", defines, program);
-    memset(&view, 0, sizeof view);
     view.size[0] = r->width;
     view.size[1] = r->height;
-    view.size[2] = s.pattern ? s.pattern : 1;
-    view.size[3] = (s.no_maps ? 1u : 0u) | (s.irradiance ? 0u : 2u);
-    view.values[0] = s.bias;
-    view.values[1] = s.clamp;
     if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->view, 0, sizeof view, &view);
     if (result == GLBK_OK) result = glbk__ism_shade_pass(ctx, r, m, program, 0, view.size[2]);
     return result == GLBK_OK ? glbk__ism_shade_pass(ctx, r, m, &r->blur, 1, 1) : result;
+}
+
+GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, const glbk_pass *pass)
+{
+    glbk_result result;
+    if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
+    result = glbk_begin(ctx, pass, &r->resolve);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_source, &r->result);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
 }
 
 GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *r, float *rgb)

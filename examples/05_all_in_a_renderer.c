@@ -97,7 +97,6 @@ typedef struct app {
     ism_maps           *ism;
     ism_point          *points;
     glbk_ism_maps       ism_maps;
-    glbk_buffer         ism_view;
 } app;
 
 static int failed(const char *what, const char *why)
@@ -629,7 +628,6 @@ static int make_bounces(app *a)
 {
     const glbk_rsm_lamp sun_lamp = lamp_of(&sun), spot_lamp = lamp_of(&spot.light);
     const glbk_rsm_renderer_desc desc = { 4, 4, 0, 0 };         /* its pictures are not used, only its list of lights */
-    glbk_ism_view view = { { 0, 0, 4, 0 }, { 0.02f, 20, 0, 0 } };
     glbk_ism_desc maps = { 0 };
     ism_desc choose = { 0 };
     GL(glbk_rsm_renderer_create(&a->gl, &desc, &a->rsm));
@@ -642,7 +640,6 @@ static int make_bounces(app *a)
     choose.importance = ISM_IMPORTANCE_FLUX;
     choose.spread = ISM_SPREAD_AREA;
     GL(glbk_ism_maps_create(&a->gl, &maps, &a->ism_maps));
-    GL(glbk_buffer_create(&a->gl, sizeof view, &view, &a->ism_view));
     a->points = malloc(VPLS * a->ism_maps.each * sizeof *a->points);
     a->spot_memory = malloc(rsm_map_size(&spot));
     return a->points && a->spot_memory && ism_create(&choose, &a->ism) == ISM_OK ? 0 : failed("ism", "out of memory");
@@ -882,6 +879,7 @@ static int begin(app *a, int program, const glbk_target *to, glbk_blend blend, c
 static void bind_technique(app *a, int technique)
 {
     const glbk_envsh_question question = { GLBK_ENVSH_FILTER_PENUMBRA, 8, 1, 32, 1, 1 };
+    const glbk_ism_shading shading = { 4, 0, 20, 0.02f, 0, 1 };
     switch (technique) {
     case CSM:
         glbk_csm_bind(&a->gl, &a->csm);
@@ -892,8 +890,7 @@ static void bind_technique(app *a, int technique)
     case ENVSHADOW: glbk_envsh_bind(&a->gl, &a->sky_maps, &question); break;
     case RSM: glbk_rsm_bind(&a->gl, &a->rsm, &a->sun_map); break;
     default:
-        glbk_ism_bind(&a->gl, &a->ism_maps);
-        glbk_bind_block(&a->gl, GLBK_SLOT_glbk_ism_view, &a->ism_view);
+        glbk_ism_bind(&a->gl, &a->ism_maps, &shading);
     }
 }
 

@@ -1167,8 +1167,10 @@ static void ism_maps_and_pixels(void **state)
     glbk_ism_shading s = { 2, 3, 1, 0.1f, 0, 0 };
     glbk_ism_maps m, none;
     glbk_ism_renderer r, no_r;
+    glbk_pass screen;
     int k;
 
+    memset(&screen, 0, sizeof screen);
     memset(&none, 0, sizeof none);
     memset(&no_r, 0, sizeof no_r);
     REFUSED(glbk_ism_maps_create(NULL, &d, &m));
@@ -1243,8 +1245,9 @@ static void ism_maps_and_pixels(void **state)
     REFUSED(glbk_ism_read(gl, NULL, atlas));
     REFUSED(glbk_ism_read(gl, &none, atlas));
     REFUSED(glbk_ism_read(gl, &m, NULL));
-    glbk_ism_bind(NULL, &m);
-    glbk_ism_bind(gl, NULL);
+    REFUSED(glbk_ism_bind(NULL, &m, NULL));
+    REFUSED(glbk_ism_bind(gl, NULL, NULL));
+    REFUSED(glbk_ism_bind(gl, &none, NULL));
 
     REFUSED(glbk_ism_renderer_create(NULL, SIDE, SIDE, &r));
     REFUSED(glbk_ism_renderer_create(gl, SIDE, SIDE, NULL));
@@ -1274,6 +1277,10 @@ static void ism_maps_and_pixels(void **state)
         BAD(s.clamp, 0, glbk_ism_shade(gl, &r, &m, &s));
         BAD(s.clamp, INFINITY, glbk_ism_shade(gl, &r, &m, &s));
     }
+    REFUSED(glbk_ism_resolve(NULL, &r, &screen));
+    REFUSED(glbk_ism_resolve(gl, NULL, &screen));
+    REFUSED(glbk_ism_resolve(gl, &no_r, &screen));
+    REFUSED(glbk_ism_resolve(gl, &r, NULL));
     assert_glbk(t, glbk_ism_read_light(gl, &r, floats));
     REFUSED(glbk_ism_read_light(NULL, &r, floats));
     REFUSED(glbk_ism_read_light(gl, NULL, floats));

@@ -151,7 +151,7 @@ static void a_lost_context(void **state)
     glbk_abandon(&t->gl);
     assert_int_equal(draw(t, &s), GLBK_ERR_LOST);
     assert_int_equal(look(t, &s), GLBK_ERR_LOST);
-    glbk_ism_bind(&t->gl, &s.maps);
+    assert_int_equal(glbk_ism_bind(&t->gl, &s.maps, NULL), GLBK_ERR_LOST);
     {
         scene copy = s;
         assert_int_equal(make(t, &copy), GLBK_ERR_LOST);
@@ -185,7 +185,7 @@ static void hostile_state(void **state)
     assert_glbk(t, make(t, &odd));
     assert_glbk(t, draw(t, &odd));
     assert_glbk(t, look(t, &odd));
-    GL_SAVED(t, glbk_ism_bind(&t->gl, &odd.maps));
+    GL_SAVED(t, assert_glbk(t, glbk_ism_bind(&t->gl, &odd.maps, NULL)));
     assert_memory_equal(clean.atlas, odd.atlas, sizeof odd.atlas);
     assert_memory_equal(clean.light, odd.light, sizeof odd.light);
     destroy(t, &clean);
