@@ -39,6 +39,10 @@ int  ex_gbuffer_render(ex_gbuffer *out, const ex_scene *scene, uint32_t width, u
                        int threads, char *error);
 void ex_gbuffer_free(ex_gbuffer *g);
 
+/* ---- files ---- */
+
+void *ex_file_read(const char *path, size_t *size, char *error);      /* all of it, for free(); NULL: error filled in */
+
 /* ---- threads, time, progress ---- */
 
 typedef void (*ex_task)(void *context, size_t index);

@@ -412,32 +412,6 @@ int cs_planes_build(cs_plane **planes, size_t *count, const ex_scene *scene, cha
 
 /* ---- --baked ---- */
 
-static void *read_file(const char *path, size_t *size, char *error)
-{
-    FILE *file = fopen(path, "rb");
-    char *data = NULL;
-    size_t room = 0, got = 1;
-    *size = 0;
-    while (file && got) {
-        if (*size == room) {
-            char *grown = realloc(data, room = 2 * room + 65536);
-            if (!grown)
-                break;
-            data = grown;
-        }
-        *size += got = fread(data + *size, 1, room - *size, file);
-    }
-    if (file && !got && !ferror(file)) {
-        fclose(file);
-        return data;
-    }
-    snprintf(error, EX_ERROR_SIZE, "cannot read %.150s: %s", path, errno ? strerror(errno) : "error");
-    if (file)
-        fclose(file);
-    free(data);
-    return NULL;
-}
-
 /* The file must have been made of this scene's casters: their bounds are what can be compared at no cost. */
 static int fits(const cohsm_maps *maps, const rd_job *job)
 {
@@ -457,7 +431,7 @@ int cs_casters_open(cs_casters *c, cs_state *state, const rd_job *job, char *err
     cohsm_result result;
     size_t size;
     void *data;
-    if (allocate(c, job->scene, error) != 0 || !(data = read_file(job->baked, &size, error)))
+    if (allocate(c, job->scene, error) != 0 || !(data = ex_file_read(job->baked, &size, error)))
         return -1;
     memset(&services, 0, sizeof services);
     services.allocator = cs_memory_allocator(&state->memory);

@@ -110,8 +110,61 @@ static float scale_of(const ex_object *o)
     return sqrtf(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
 }
 
+/* --baked: the occlusion field of that mesh whose vertices its sphere holds and just holds; the others are built. */
+static int open_baked(const sf_state *s, const rd_job *job, sfield_field **out, char *error)
+{
+    sfield_info info;
+    sfield_result r;
+    size_t size;
+    void *data = ex_file_read(job->baked, &size, error);
+    if (!data)
+        return -1;
+    r = sfield_open(data, size, NULL, out);
+    free(data);
+    if (r != SFIELD_OK)
+        return failed(job->baked, r, error);
+    sfield_get_info(*out, &info);
+    if (info.kind == SFIELD_KIND_OCCLUSION && info.basis == s->basis && !info.logarithm && !info.shard_end &&
+        (info.basis != SFIELD_BASIS_SH || info.bands == (uint32_t)rd_setting_integer(job->settings, "bands")))
+        return 0;
+    snprintf(error, EX_ERROR_SIZE, "shadowfield: %.150s: not a whole occlusion field of this basis and these bands",
+             job->baked);
+    return -1;
+}
+
+static int is_field_of(const sfield_field *field, const ex_mesh *mesh)
+{
+    sfield_info info;
+    float farthest = 0;
+    sfield_get_info(field, &info);
+    for (uint32_t i = 0; i < mesh->vertex_count; i++) {
+        const float *p = mesh->positions + 3 * (size_t)i;
+        float d[3] = { p[0] - info.center[0], p[1] - info.center[1], p[2] - info.center[2] };
+        farthest = fmaxf(farthest, sqrtf(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
+    }
+    return farthest > 0.99f * info.radius && farthest < 1.001f * info.radius;
+}
+
+/* The field of a mesh: baked, or built now. */
+static int field_of(sf_state *s, const rd_job *job, const ex_mesh *mesh, sfield_field **baked, sfield_field **out,
+                    char *error)
+{
+    sfield_desc d = desc_of(job, s->basis);
+    sfield_mesh input = mesh_of(mesh);
+    sfield_stats stats;
+    if (*baked && is_field_of(*baked, mesh)) {
+        *out = *baked;
+        *baked = NULL;
+        return 0;
+    }
+    if (build_field(job, &d, &input, NULL, out, &stats, error) != 0)
+        return -1;
+    s->peak = stats.peak_bytes > s->peak ? stats.peak_bytes : s->peak;
+    return 0;
+}
+
 /* Fields and points of every mesh that a casting object uses. */
-static int build_meshes(sf_state *s, const rd_job *job, char *error)
+static int build_meshes(sf_state *s, const rd_job *job, sfield_field **baked, char *error)
 {
     const ex_scene *scene = job->scene;
     s->mesh_count = scene->mesh_count;
@@ -135,9 +188,8 @@ static int build_meshes(sf_state *s, const rd_job *job, char *error)
         while (first < o->mesh && !(s->occlusion[first] && same_geometry(mesh, &scene->meshes[first])))
             first++;
         s->same_of[o->mesh] = first;
-        if (first == o->mesh && build_field(job, &d, &input, NULL, &s->occlusion[first], &stats, error) != 0)
+        if (first == o->mesh && field_of(s, job, mesh, baked, &s->occlusion[first], error) != 0)
             return -1;
-        s->peak = first == o->mesh && stats.peak_bytes > s->peak ? stats.peak_bytes : s->peak;
         if (sf_surface_build(surface, scene, mesh, spacing) != 0)
             return out_of_memory(error);
         d.keep = 0.06f;                          /* of wavelets: one cube a point, not thousands an object */
@@ -149,6 +201,21 @@ static int build_meshes(sf_state *s, const rd_job *job, char *error)
     }
     s->same = s->same_of;
     return 0;
+}
+
+/* The same, with what was baked; a field that fits no mesh is a mistake. */
+static int make_meshes(sf_state *s, const rd_job *job, char *error)
+{
+    sfield_field *baked = NULL;
+    int result = job->baked ? open_baked(s, job, &baked, error) : 0;
+    if (result == 0)
+        result = build_meshes(s, job, &baked, error);
+    if (result == 0 && baked) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: %.150s: the field of another object", job->baked);
+        result = -1;
+    }
+    sfield_free(baked);
+    return result;
 }
 
 /* ---- lights ---- */
@@ -830,7 +897,7 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         out_of_memory(error);
     } else if ((r = sfield_scene_create(&d, &s->scene)) != SFIELD_OK) {
         failed("scene", r, error);
-    } else if (build_meshes(s, job, error) == 0 && build_lights(s, job, error) == 0 && place(s, job, error) == 0 &&
+    } else if (make_meshes(s, job, error) == 0 && build_lights(s, job, error) == 0 && place(s, job, error) == 0 &&
                send_fields(s, job, error) == 0) {
         ex_progress(NULL, 1);
         *opaque = s;
@@ -887,5 +954,5 @@ static const rd_key keys[] = {
 
 const rd_technique rd_shadowfield = {
     "shadowfield", "precomputed shadow fields of moving objects", NULL,
-    0, 0, 0, 0, 0, keys, open_shadowfield, update_shadowfield, frame_shadowfield, report_shadowfield, close_shadowfield
+    0, 0, 0, 0, 1, keys, open_shadowfield, update_shadowfield, frame_shadowfield, report_shadowfield, close_shadowfield
 };

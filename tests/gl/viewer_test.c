@@ -247,6 +247,52 @@ static void bounced_light_example_draws(void **state)
     assert_true(ceiling[0] > ceiling[2] + 10);
 }
 
+/* A picture of a minimal example, RGB, rows from the top. */
+static const unsigned char *example_picture(const char *name, size_t width, size_t height)
+{
+    static unsigned char picture[15 + 3 * 640 * 480 + 1];
+    char command[600];
+    need();
+    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/%s_gl_minimal %s/own.ppm",
+             build_folder(), name, folder);
+    assert_int_equal(system(command), 0);
+    assert_int_equal(read_file("own.ppm", picture, sizeof picture), 15 + 3 * width * height);
+    return picture + 15;
+}
+
+/* Shadows of the sun are blue, since the sky still lights them. */
+static void sky_example_draws(void **state)
+{
+    const unsigned char *p = example_picture("08_envshadow", 640, 400);
+    const unsigned char *lit = p + 3 * (380 * 640 + 600), *dark = p + 3 * (250 * 640 + 150);
+    const unsigned char *torus = p + 3 * (230 * 640 + 230);
+    (void)state;
+    assert_in_range(lit[0], 180, 255);
+    assert_true(dark[0] + 30 < lit[0] && dark[2] > dark[0] + 10);
+    assert_true(torus[0] > torus[2] + 10);
+}
+
+static void fields_example_draws(void **state)
+{
+    const unsigned char *p = example_picture("09_shadowfield", 640, 400);
+    const unsigned char *lit = p + 3 * (380 * 640 + 620), *dark = p + 3 * (375 * 640 + 390);
+    const unsigned char *torus = p + 3 * (230 * 640 + 300);
+    (void)state;
+    assert_in_range(lit[0], 200, 255);
+    assert_true(dark[0] + 40 < lit[0] && dark[0] > 20);
+    assert_true(torus[0] > torus[2] + 10);
+}
+
+/* The red floor lights the ceiling, gets none of its own light, and the block is darker towards it than the ceiling. */
+static void vpls_example_draws(void **state)
+{
+    const unsigned char *p = example_picture("10_ism", 480, 300);
+    const unsigned char *ceiling = p + 3 * (60 * 480 + 240), *ground = p + 3 * (260 * 480 + 240);
+    (void)state;
+    assert_true(ceiling[0] > 150 && ceiling[0] > ceiling[2] + 5);
+    assert_true(ground[0] < 10);
+}
+
 /* ---- drag and drop ---- */
 
 #if DAPPLE_HAVE_X11
@@ -376,7 +422,8 @@ int main(int count, char **values)
         cmocka_unit_test(shows_what_render_writes),
         cmocka_unit_test(dropped_files_are_shown),
         cmocka_unit_test(minimal_example_draws),
-        cmocka_unit_test(bounced_light_example_draws),
+        cmocka_unit_test(bounced_light_example_draws), cmocka_unit_test(sky_example_draws),
+        cmocka_unit_test(fields_example_draws), cmocka_unit_test(vpls_example_draws),
     };
     char path[600], here[512];
     if (count == 4 && strcmp(values[1], "--drop") == 0) return drop(values[2], values[3]);
