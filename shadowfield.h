@@ -318,7 +318,7 @@ SFIELD_DEF sfield_result sfield_build(const sfield_desc *desc, const sfield_mesh
 /* Occlusion field of a mesh. desc may be NULL (all defaults), stats may be NULL.
    Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (stride, index count, no triangle left),
             SFIELD_ERR_ALLOC, SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED
-   Memory   the field + 16 tasks of about 26 bytes a vertex and 0.4 MB + samples of one shell
+   Memory   the field + 16 tasks of about 26 bytes a vertex and 0.2 MB + samples of one shell
    Cost     shells x 6 side^2 views of all triangles, and as much again for positions inside: seconds (harmonics) to
             minutes (wavelets) for 10,000 triangles */
 

@@ -484,6 +484,15 @@ static void emissive_meshes(void **state)
     sfield_query(f, 1, p, 5, flipped);
     assert_true(fabsf(flipped[16] / c[16] - 2) < 0.02f);
     sfield_free(f);
+    desc.loop = 1;                                                    /* from the last frame back to the first */
+    assert_int_equal(sfield_build_emissive(&desc, &mesh, radiance, &f, NULL), SFIELD_OK);
+    for (i = 0; i < 12; i++) {
+        static const float bright[4] = { 1, 1.5f, 2, 1.5f };
+        sfield_query(f, 1, p, 0.05f * (float)i, flipped);
+        assert_true(fabsf(flipped[16] / c[16] - bright[i % 4]) < 0.02f);
+    }
+    desc.loop = 0;
+    sfield_free(f);
     for (i = 0; i < m.indices; i += 3) {                              /* turned over: shines inwards only */
         swap = m.i[i];
         m.i[i] = m.i[i + 1];

@@ -484,6 +484,88 @@ static void phong_lobe(void **state)
     sfield_scene_free(s);
 }
 
+/* A latitude-longitude sky counts by solid angle: its mean is the first coefficient over that of 1. */
+static void t11_t12_skies_count_by_solid_angle(void **state)
+{
+    enum { WIDE = 72, HIGH = 36 };
+    static float sky[3 * WIDE * HIGH];
+    double share[2];
+    (void)state;
+    for (int whole = 0; whole < 2; whole++) {
+        sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_TRIPLE);
+        float coefs[3 * 16];
+        for (int y = 0; y < HIGH; y++)
+            for (int i = 0; i < 3 * WIDE; i++) sky[3 * WIDE * y + i] = whole || y < HIGH / 6 ? 1 : 0;
+        assert_int_equal(sfield_scene_environment(s, sky, WIDE, HIGH, NULL), SFIELD_OK);
+        assert_int_equal(sfield_scene_sky(s, coefs), SFIELD_OK);
+        share[whole] = (double)coefs[0] / sqrt(4 * PI);
+        sfield_scene_free(s);
+    }
+    CONFORM("T11", "share of a cap of 30 degrees in a sky of harmonics", 0.0669873, share[0], 0.002);
+    CONFORM("T12", "share of a uniform sky in a sky of harmonics", 1, share[1], 1e-5);
+}
+
+/* The lobe lies round the view's mirror image: a lamp there shines into it, one where the eye is does not. */
+static void phong_lobe_is_mirrored(void **state)
+{
+    static const float exponent = 4, p[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
+    static const float views[2][3] = { { -0.6f, 0.8f, 0 }, { 0.6f, 0.8f, 0 } };
+    sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_TRIPLE);
+    sfield_entity e = at(NULL, lamp[1], 6, 8, 0);
+    float rgb[3], gloss[2][3];
+    (void)state;
+    assert_int_equal(sfield_scene_entities(s, &e, 1), SFIELD_OK);
+    for (int i = 0; i < 2; i++) {
+        sfield_points set;
+        memset(&set, 0, sizeof set);
+        set.count = 1;
+        set.positions = p;
+        set.normals = up;
+        set.entity = SFIELD_NONE;
+        set.views = views[i];
+        set.exponents = &exponent;
+        set.rgb = rgb;
+        set.gloss = gloss[i];
+        assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+    }
+    /* L V cos times (n + 2) / 2 cos^n, beside rgb: 3 in the middle of the lobe, 0.02 at cos 73.7 degrees. Four bands
+       flatten the peak to 2.2. */
+    print_message("lobe at the lamp %.3f of rgb, at the eye %.3f\n", (double)(gloss[0][0] / rgb[0]),
+                  (double)(gloss[1][0] / rgb[0]));
+    assert_true(gloss[0][0] / rgb[0] > 1.9f && gloss[0][0] / rgb[0] < 3);
+    assert_true(fabsf(gloss[1][0] / rgb[0]) < 0.2f);
+    sfield_scene_free(s);
+}
+
+/* Beyond `reach` radii an occluder is not there; over the last quarter of them it fades in proportion. */
+static void reach_is_in_radii(void **state)
+{
+    static const float reaches[4] = { 0, 3.5f, 6, 4.6f };
+    float rgb[4][3], fade;
+    sfield_info info;
+    sfield_entity e = at(ball[1], NULL, 0, 4, 0);
+    (void)state;
+    sfield_get_info(ball[1], &info);
+    for (int i = 0; i < 4; i++) {
+        sfield_scene_desc d;
+        sfield_scene *s;
+        memset(&d, 0, sizeof d);
+        d.basis = SFIELD_BASIS_SH;
+        d.reach = reaches[i];
+        assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+        sfield_scene_entities(s, &e, 1);
+        sfield_scene_environment(s, sky_one, 1, 1, NULL);
+        shade_up(s, rgb[i], NULL);
+        sfield_scene_free(s);
+    }
+    assert_true(rgb[0][0] < 0.96f);                                   /* 1 - 1 / 16 */
+    assert_true(fabsf(rgb[1][0] - 1) < 1e-3f);
+    assert_true(fabsf(rgb[2][0] - rgb[0][0]) < 1e-6f);
+    fade = 4 * (1 - 4 / (4.6f * info.radius));
+    print_message("fading: %.5f of the shadow, %.5f wanted\n", (double)((1 - rgb[3][0]) / (1 - rgb[0][0])), (double)fade);
+    assert_true(fabsf((1 - rgb[3][0]) / (1 - rgb[0][0]) - fade) < 0.02f);
+}
+
 static void culling(void **state)
 {
     sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_TRIPLE);
@@ -770,7 +852,10 @@ int main(void)
         cmocka_unit_test(product_modes),
         cmocka_unit_test(incident_radiance),
         cmocka_unit_test(skies_suns_and_turns),
+        cmocka_unit_test(t11_t12_skies_count_by_solid_angle),
         cmocka_unit_test(phong_lobe),
+        cmocka_unit_test(phong_lobe_is_mirrored),
+        cmocka_unit_test(reach_is_in_radii),
         cmocka_unit_test(culling),
         cmocka_unit_test(the_same_in_any_order),
         cmocka_unit_test(self_visibility),

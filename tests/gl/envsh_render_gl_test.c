@@ -2,6 +2,7 @@
    within 1 % relative RMSE, for instances, motion, holes of alpha masks, clusters, channels, a sun and every filter. */
 #define _POSIX_C_SOURCE 200809L
 #include "program.h"
+#include "masked.h"
 #include "room.h"
 
 static void agree(const char *scene)
@@ -28,10 +29,17 @@ static void an_explosion_under_a_sun_in_channels(void **state)
                       "--set emitters=0 --set lights=14 --set rgba=1 --set m=200 --samples 1");
 }
 
-static void leaves_with_holes(void **state)
+static void single_leaves(void **state)
 {
     (void)state;
     agree("--scene builtin:plant --set lights=40 --set filter=pcf --env builtin:sky --set env_rotation=70");
+}
+
+static void a_board_with_holes(void **state)
+{
+    (void)state;
+    need_masked();
+    agree("--scene " MASKED " --set lights=40 --set filter=pcf --env builtin:sky --light sun:0.3,0.9,0.2");
 }
 
 static void a_sky_through_a_window(void **state)
@@ -47,7 +55,7 @@ int main(void)
     const struct CMUnitTest tests[] = { cmocka_unit_test(instances_by_the_penumbra_filter),
                                         cmocka_unit_test(cloth_in_motion_in_clusters),
                                         cmocka_unit_test(an_explosion_under_a_sun_in_channels),
-                                        cmocka_unit_test(leaves_with_holes),
+                                        cmocka_unit_test(single_leaves), cmocka_unit_test(a_board_with_holes),
                                         cmocka_unit_test(a_sky_through_a_window) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "program.h"
+#include "masked.h"
 
 static void agree(const char *scene)
 {
@@ -17,10 +18,17 @@ static void emitter_in_a_room(void **state)
     agree("--scene builtin:cornell --set near=sphere");
 }
 
-static void leaves_with_holes_under_a_sky(void **state)
+static void leaves_under_a_sky(void **state)
 {
     (void)state;
     agree("--scene builtin:plant --env builtin:sky --samples 64");
+}
+
+static void a_board_with_holes(void **state)
+{
+    (void)state;
+    need_masked();
+    agree("--scene " MASKED " --light sun:0.3,0.9,0.2");
 }
 
 static void instances_and_lamps(void **state)
@@ -67,7 +75,7 @@ static void lost_energy(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(emitter_in_a_room),        cmocka_unit_test(leaves_with_holes_under_a_sky),
+        cmocka_unit_test(emitter_in_a_room),        cmocka_unit_test(leaves_under_a_sky), cmocka_unit_test(a_board_with_holes),
         cmocka_unit_test(instances_and_lamps),      cmocka_unit_test(two_bounces_round_a_corner),
         cmocka_unit_test(moving_cloth),             cmocka_unit_test(lost_energy)
     };

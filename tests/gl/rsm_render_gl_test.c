@@ -3,6 +3,7 @@
    differ in a texel here and there on edges; the choice of samples is the same. */
 #define _POSIX_C_SOURCE 200809L
 #include "program.h"
+#include "masked.h"
 
 static void agree(const char *scene)
 {
@@ -29,11 +30,18 @@ static void lamps_denoised_over_frames(void **state)
                       "--set m=48 --set mode=denoised --frames 3");
 }
 
-static void sun_on_instances_and_masks(void **state)
+static void sun_on_instances_and_leaves(void **state)
 {
     (void)state;
     agree("--scene builtin:chess --samples 200 --set m=256");
     agree("--scene builtin:plant --samples 200 --set m=256 --light sun:1,1,1");
+}
+
+static void a_board_with_holes(void **state)
+{
+    (void)state;
+    need_masked();
+    agree("--scene " MASKED " --samples 100 --set m=256 --light sun:0.3,0.9,0.2");
 }
 
 static void cloth_moves(void **state)
@@ -48,6 +56,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(emitter_in_a_room), cmocka_unit_test(spot_interpolated),
                                         cmocka_unit_test(lamps_denoised_over_frames),
-                                        cmocka_unit_test(sun_on_instances_and_masks), cmocka_unit_test(cloth_moves) };
+                                        cmocka_unit_test(sun_on_instances_and_leaves),
+                                        cmocka_unit_test(a_board_with_holes), cmocka_unit_test(cloth_moves) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

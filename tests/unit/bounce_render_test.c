@@ -3,6 +3,7 @@
 #define _POSIX_C_SOURCE 200809L
 
 #include "program.h"
+#include "masked.h"
 
 typedef struct bounds { double error, mean, ssim; } bounds;
 
@@ -78,12 +79,32 @@ static void bounced_light_of_ism_on_gl(void **state)
     compare_parts(LAMP, "indirect", "ism --backend gl " ISM, ISM_REFERENCE, ism_indirect);
 }
 
+/* Edges of the shadow maps are what is left: 1024 texels a lamp. */
+static const bounds ism_direct = { 0.05, 0.005, 0.99 };
+
+static void direct_light_of_ism(void **state)
+{
+    (void)state;
+    compare_parts(SPOT, "direct", "ism", "--samples 64", ism_direct);
+}
+
+/* Half of the board is holes: without them its shadow is twice as large. */
+static void light_through_holes(void **state)
+{
+    static const bounds rsm = { 0.04, 0.005, 0.995 }, ism = { 0.04, 0.005, 0.995 };      /* measured 0.017 */
+    (void)state;
+    need_masked();
+    compare_parts("--scene " MASKED " --size 64x48 --light sun:0.3,0.9,0.2", "direct", "rsm", "--samples 64", rsm);
+    compare_parts("--scene " MASKED " --size 64x48 --light sun:0.3,0.9,0.2", "direct", "ism", "--samples 64", ism);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(direct_light_of_rsm),  cmocka_unit_test(direct_light_of_rsm_on_gl),
         cmocka_unit_test(bounced_light_of_rsm), cmocka_unit_test(bounced_light_of_rsm_on_gl),
         cmocka_unit_test(bounced_light_of_ism), cmocka_unit_test(bounced_light_of_ism_on_gl),
+        cmocka_unit_test(direct_light_of_ism),  cmocka_unit_test(light_through_holes),
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

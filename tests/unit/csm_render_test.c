@@ -8,6 +8,7 @@
 #include "conformance.h"
 #include "csm.h"
 #include "program.h"
+#include "masked.h"
 
 /* csm against the reference: relative_rmse (with both pictures' noise) and the mean. */
 static void compare_with_reference(const char *scene, const char *settings, double most_error, double most_mean)
@@ -128,44 +129,12 @@ static void sky_matches_reference(void **state)
     compare_with_reference("builtin:knot --size 64x48", "--set side=64 --set filter=roulette", 0.06, 0.01);
 }
 
-/* A board of 3 x 3, holes and colour in a chequer of 2 x 2, above a ground of 6 x 6. Base 64 of corners, texture
-   coordinates and indices, and of an RGBA PNG of 8 x 8. */
-static void write_masked(const char *name)
-{
-    char path[256];
-    FILE *file;
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    file = fopen(path, "wb");
-    assert_non_null(file);
-    fprintf(file, "%s", "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":140,"
-        "\"uri\":\"data:application/octet-stream;base64,"
-        "AABAwAAAAAAAAEDAAABAwAAAAAAAAEBAAABAQAAAAAAAAEBAAABAQAAAAAAAAEDAAADAvwAAwD8AAMC/AADAvwAAwD8AAMA/AADAPwAAwD8AAMA/"
-        "AADAPwAAwD8AAMC/AAAAAAAAAAAAAAAAAACAPwAAgD8AAIA/AACAPwAAAAAAAAEAAgAAAAIAAwA=\"}],"
-        "\"bufferViews\":[{\"buffer\":0,\"byteLength\":96},{\"buffer\":0,\"byteOffset\":96,\"byteLength\":32},"
-        "{\"buffer\":0,\"byteOffset\":128,\"byteLength\":12}],\"accessors\":["
-        "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
-        "{\"bufferView\":0,\"byteOffset\":48,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
-        "{\"bufferView\":1,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"},"
-        "{\"bufferView\":2,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"}],"
-        "\"images\":[{\"uri\":\"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAgAAAAICAYAAADED76LAAAAHElEQVR42mM4saCCAQ3/"
-        "R8YM9FHwHw2jaKCDAgB1SpfhcYPh0gAAAABJRU5ErkJggg==\"}],\"textures\":[{\"source\":0}],"
-        "\"materials\":[{\"doubleSided\":true,\"alphaMode\":\"MASK\",\"pbrMetallicRoughness\":"
-        "{\"baseColorTexture\":{\"index\":0}}}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},"
-        "\"indices\":3}]},{\"primitives\":[{\"attributes\":{\"POSITION\":1,\"TEXCOORD_0\":2},\"indices\":3,"
-        "\"material\":0}]}],\"nodes\":[{\"mesh\":0},{\"mesh\":1}],\"scenes\":[{\"nodes\":[0,1]}],\"scene\":0}");
-    assert_int_equal(fclose(file), 0);
-}
-
 /* Without the holes the shadow is twice as large. */
 static void holes_of_alpha_masks_are_lit(void **state)
 {
     (void)state;
     need_reference();
-    if (!DAPPLE_HAVE_TINYGLTF) {
-        printf("skip: needs tinygltf\n");
-        skip();
-    }
-    write_masked("masked.gltf");
+    need_masked();
     compare_with_reference("masked.gltf --size 64x48 --camera 0,7,6,0,0,0,45 --set ground=0 --light sun:0.3,0.9,0.2",
                            "", 0.02, 0.005);
     compare_with_reference("masked.gltf --size 64x48 --camera 0,7,6,0,0,0,45 --set ground=0 --env builtin:sky",

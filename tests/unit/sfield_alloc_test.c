@@ -182,11 +182,38 @@ static void peak_is_what_the_allocator_saw(void **state)
     }
 }
 
+/* "The field + 16 tasks of about 26 bytes a vertex and 0.2 MB + samples of one shell". */
+static void peak_is_what_the_header_says(void **state)
+{
+    double peak[2], vertices[2];
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        model m = model_sphere(i ? 200 : 12, i ? 100 : 6, 1);
+        sfield_mesh mesh = mesh_of(&m);
+        sfield_desc d = small_desc(SFIELD_BASIS_SH);
+        sfield_stats stats;
+        sfield_field *f;
+        double samples, kept;
+        d.cube_side = 0;
+        assert_int_equal(sfield_build(&d, &mesh, &f, &stats), SFIELD_OK);
+        samples = 6.0 * d.position_side * d.position_side * 16 * sizeof(float);
+        kept = (double)sfield_size(f);
+        peak[i] = (double)stats.peak_bytes - kept - samples;
+        vertices[i] = (double)mesh.vertex_count;
+        print_message("%.0f vertices: field %.0f, samples %.0f, the rest %.0f\n", vertices[i], kept, samples, peak[i]);
+        assert_true(peak[i] > 0.8 * 16 * (26 * vertices[i] + 2e5) && peak[i] < 1.1 * 16 * (26 * vertices[i] + 2e5));
+        sfield_free(f);
+        model_free(&m);
+    }
+    assert_true(fabs((peak[1] - peak[0]) / (16 * 26 * (vertices[1] - vertices[0])) - 1) < 0.1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_allocation_fails),
         cmocka_unit_test(peak_is_what_the_allocator_saw),
+        cmocka_unit_test(peak_is_what_the_header_says),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

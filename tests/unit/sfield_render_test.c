@@ -57,10 +57,34 @@ static void lazy_frames_are_the_same(void **state)
     expect(1, "lazy=1 needs materials=diffuse", line);
 }
 
+static void baked_fields_are_used(void **state)
+{
+    static const char scene[] = "--technique shadowfield --scene builtin:knot --env builtin:overcast --size 32x18 "
+                                "--set shells=3 --set spacing=0.4";
+    char line[400];
+    (void)state;
+    if (run("bake", "shadowfield builtin:knot -o knot.sf --set shells=3 --set position_side=4") != 0)
+        fail_msg("%s", output);
+    snprintf(line, sizeof line, "%s --set position_side=4 --out built.pfm", scene);
+    expect(0, "", line);
+    snprintf(line, sizeof line, "%s --set position_side=2 --baked knot.sf --out baked.pfm", scene);
+    expect(0, "", line);
+    snprintf(line, sizeof line, "%s --set position_side=2 --out other.pfm", scene);
+    expect(0, "", line);
+    assert_int_equal(run("compare", "baked.pfm built.pfm"), 0);
+    assert_true(number("relative_rmse") <= 0);
+    assert_int_equal(run("compare", "other.pfm built.pfm"), 0);
+    assert_true(number("relative_rmse") > 1e-4);
+    snprintf(line, sizeof line, "%s --set bands=3 --baked knot.sf --out x.pfm", scene);
+    expect(1, "these bands", line);
+    expect(1, "another object", "--technique shadowfield --scene builtin:plant --size 32x18 --baked knot.sf --out x.pfm" SMALL);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(video_follows_time),
                                         cmocka_unit_test(deforming_meshes_are_refused),
-                                        cmocka_unit_test(lazy_frames_are_the_same) };
+                                        cmocka_unit_test(lazy_frames_are_the_same),
+                                        cmocka_unit_test(baked_fields_are_used) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }
