@@ -2745,7 +2745,7 @@ static int envsh__divisible(const envsh__follow *f, uint32_t which)
     envsh__plane p = envsh__plane_across(&f->l->sums[which]);
     uint32_t j, sides = 0;
     for (j = f->l->start[which]; j < f->l->start[which + 1] && sides != 3; j++)
-        if (f->g->lum[f->l->order[j]] > 0.0f) sides |= envsh__beyond(f->g, &p, f->l->order[j]) ? 2 : 1;
+        if (f->g->lum[f->l->order[j]] > 0.0f) sides |= envsh__beyond(f->g, &p, f->l->order[j]) ? 2u : 1u;
     return sides == 3;
 }
 
