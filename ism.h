@@ -1113,7 +1113,7 @@ struct ism_maps {
 };
 
 /* Where a source's arrays begin in the buffers importance and cdf. */
-typedef struct ism__source_of { size_t first, cdf_first; double total; } ism__source_of;
+typedef struct ism__source_of { size_t first, cdf_first; double flux, total; } ism__source_of;
 
 /* ---- >>memory ---- */
 
@@ -1600,29 +1600,26 @@ static ism_result ism__check_sources(const ism_frame *f, size_t *total, size_t *
     return ISM_OK;
 }
 
-/* Importance of one source into c->out: flux x (effect + a share of flux alone, so that no weight is 0). */
-static ism_result ism__weigh_source(ism__choice *c, const ism_source *s)
+/* Fluxes of one source into c->lum, and what a unit of it does to the picture into c->out. */
+static ism_result ism__weigh_source(ism__choice *c, const ism_source *s, double *flux)
 {
     ism_maps *m = c->m;
     size_t count = (size_t)s->width * s->height, i;
-    double flux = 0.0, total = 0.0;
     uint32_t radius = m->desc.brsm_blur;
-    float least;
     int bad;
+    *flux = 0.0;
     for (i = 0; i < count; i++) {
         c->lum[i] = ism__pvpl_luminance(s, i, &bad);
         m->stats.bad_pvpls += (uint64_t)bad;
-        flux += (double)c->lum[i];
+        *flux += (double)c->lum[i];
         if (s->kind == ISM_SOURCE_SURFACE && c->lum[i] > 0.0f) {
             const float *f = ism__at(s->fluxes, s->stride, i);
             int k;
             for (k = 0; k < 3; k++) m->stats.flux[k] += (double)f[k];
         }
     }
-    if (m->desc.importance == ISM_IMPORTANCE_FLUX || !(flux > 0.0)) {
-        memcpy(c->out, c->lum, count * sizeof *c->out);
-        return ISM_OK;
-    }
+    for (i = 0; i < count; i++) c->out[i] = 0.0f;
+    if (m->desc.importance == ISM_IMPORTANCE_FLUX || !(*flux > 0.0)) return ISM_OK;
     if (!ism__run(&m->desc, s->height, ism__estimate_task, c)) return ISM_ERR_CANCELLED;
     if (!radius) {
         radius = (uint32_t)(0.05f * (float)(s->width < s->height ? s->width : s->height));
@@ -1633,12 +1630,30 @@ static ism_result ism__weigh_source(ism__choice *c, const ism_source *s)
         for (i = 0; i < count; i++) c->out[i] = sqrtf(c->effect[i]);
     else if (!ism__run(&m->desc, s->height, ism__blur_task, c))
         return ISM_ERR_CANCELLED;
-    for (i = 0; i < count; i++) total += (double)(c->lum[i] * c->out[i]);
-    least = total > 0.0
-                ? (float)(total / flux * (double)m->desc.flux_share / (1.0 - 0.999 * (double)m->desc.flux_share))
-                : 1.0f;
-    for (i = 0; i < count; i++) c->out[i] = c->lum[i] * (c->out[i] + least);
     return ISM_OK;
+}
+
+/* Importance into c->out: flux x (effect + a share of flux alone, so that no weight is 0). The share is of all sources
+   together: of each by itself it would leave nothing to those that one with a few great effects stands beside. Fluxes of
+   directions are irradiances and have a share of their own. */
+static void ism__add_shares(ism__choice *c, const ism__source_of *of)
+{
+    const ism_frame *f = c->frame;
+    double share = (double)c->m->desc.flux_share, flux[2] = { 0.0, 0.0 }, total = 0.0, kinds, least[2];
+    size_t s, i = 0, end;
+    for (s = 0; s < f->source_count; s++) {
+        flux[f->sources[s].kind == ISM_SOURCE_DIRECTIONS] += of[s].flux;
+        for (end = i + (size_t)f->sources[s].width * f->sources[s].height; i < end; i++)
+            total += (double)(c->lum[i] * c->out[i]);
+    }
+    kinds = flux[0] > 0.0 && flux[1] > 0.0 ? 2.0 : 1.0;
+    for (s = 0; s < 2; s++)
+        least[s] = total > 0.0 && flux[s] > 0.0 ? total / kinds / flux[s] * share / (1.0 - 0.999 * share) : 1.0;
+    for (s = i = 0; s < f->source_count; s++) {
+        float lowest = (float)least[f->sources[s].kind == ISM_SOURCE_DIRECTIONS];
+        for (end = i + (size_t)f->sources[s].width * f->sources[s].height; i < end; i++)
+            c->out[i] = c->lum[i] * (c->out[i] + lowest);
+    }
 }
 
 /* Sample (x + fx, y + fy) of a grid, mixed from the four texels about it where they lie on one surface (paper 6.5).
@@ -1837,22 +1852,28 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
     m->cells = cells;
     for (s = 0; s < f->source_count; s++) {
         const ism_source *src = &f->sources[s];
-        ism__cdf2 cdf;
         c.source = s;
         c.seed =
             ism__hash_combine(m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed, (uint32_t)s);
         c.out = (float *)m->importance.data + first;
-        c.lum = (float *)m->blurred.data;
+        c.lum = (float *)m->blurred.data + first;
         c.effect = c.lum + cells;
         of[s].first = first;
         of[s].cdf_first = cdf_first;
-        result = ism__weigh_source(&c, src);
+        result = ism__weigh_source(&c, src, &of[s].flux);
         if (result != ISM_OK) return m->chosen = 0, result;
-        ism__cdf2_build(&cdf, (double *)m->cdf.data + cdf_first, c.out, NULL, src->width, src->height);
-        of[s].total = ism__cdf2_total(&cdf);
-        total += of[s].total;
         first += (size_t)src->width * src->height;
         cdf_first += ism__cdf2_doubles(src->width, src->height);
+    }
+    c.out = (float *)m->importance.data;
+    c.lum = (float *)m->blurred.data;
+    ism__add_shares(&c, of);
+    for (s = 0; s < f->source_count; s++) {
+        const ism_source *src = &f->sources[s];
+        ism__cdf2 cdf;
+        ism__cdf2_build(&cdf, (double *)m->cdf.data + of[s].cdf_first, c.out + of[s].first, NULL, src->width, src->height);
+        of[s].total = ism__cdf2_total(&cdf);
+        total += of[s].total;
     }
     m->previous_count = m->chosen ? m->vpl_count : 0;
     memcpy(m->previous.data, m->vpls, m->previous_count * sizeof *m->vpls);
