@@ -232,6 +232,41 @@ static void flux_keeps_its_share(void **state)
     }
 }
 
+/* The same floor as two sources, one of which reaches nothing: the share is of both together. By itself each had its own,
+   and one with a few great effects left the others nothing. */
+static void flux_keeps_its_share_of_all_sources(void **state)
+{
+    ism_source whole, halves[2];
+    ism_view view;
+    ism_frame f = floor_and_ceiling(16, 16, 16, &whole, &view);
+    ism_desc d = by_brsm(0.4f);
+    double sums[2] = { 0, 0 };
+    ism_maps *m;
+    (void)state;
+    d.no_brsm_blur = 1;
+    for (size_t i = 0; i < 128; i++) lit.n[3 * i + 1] = -1;
+    for (size_t k = 0; k < 2; k++) {
+        halves[k] = whole;
+        halves[k].height = 8;
+        halves[k].positions = lit.p + 3 * 128 * k;
+        halves[k].normals = lit.n + 3 * 128 * k;
+        halves[k].fluxes = lit.f + 3 * 128 * k;
+        if (whole.areas) halves[k].areas = whole.areas + 128 * k;
+    }
+    f.sources = halves;
+    f.source_count = 2;
+    assert_int_equal(ism_create(&d, &m), ISM_OK);
+    assert_int_equal(ism_choose(m, &f), ISM_OK);
+    for (size_t k = 0; k < 2; k++) {
+        size_t count;
+        const float *all = ism_importances(m, k, &count);
+        assert_int_equal(count, 128);
+        for (size_t i = 0; i < count; i++) sums[k] += (double)all[i];
+    }
+    CLOSE(sums[0] / (sums[0] + sums[1]), 0.5 * 0.4 / (1 + 0.001 * 0.4), 1e-4);
+    ism_free(m);
+}
+
 /* One texel of 41 x 41 that sees the ceiling, the others' places being the same: with radius r it is spread over a
    square of 2 r + 1. The normals about it are turned by less than 60 degrees, so that they mix, but see nothing. */
 static void effects_are_blurred_by_the_radius(void **state)
@@ -410,7 +445,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(clip_conventions_give_the_same_choice), cmocka_unit_test(a_spherical_light_is_its_integral),
         cmocka_unit_test(a_spherical_light_aslant),              cmocka_unit_test(lights_are_clamped_to_their_mean),
-        cmocka_unit_test(flux_keeps_its_share),                  cmocka_unit_test(effects_are_blurred_by_the_radius),
+        cmocka_unit_test(flux_keeps_its_share), cmocka_unit_test(flux_keeps_its_share_of_all_sources),                  cmocka_unit_test(effects_are_blurred_by_the_radius),
         cmocka_unit_test(more_view_samples_less_noise),          cmocka_unit_test(area_keeps_its_share_of_points),
         cmocka_unit_test(weak_vpls_take_fewer_points),
     };
