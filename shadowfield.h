@@ -164,7 +164,8 @@ typedef void (*sfield_parallel_for)(void *user, size_t count, sfield_task task, 
 /* Must call task(context, i) once for each i < count, in any order and on any threads, and return when all are done. */
 
 typedef int (*sfield_progress)(void *user, float fraction);
-/* Called between shells, from the thread that called us, fraction 0..1 never falling; not 0 cancels. */
+/* Called between shells, or parts of a file, from the thread that called us, fraction 0..1 never falling; not 0
+   cancels. */
 
 /* ---- spherical harmonics ---- */
 
@@ -390,10 +391,13 @@ SFIELD_DEF sfield_result sfield_build_self(const sfield_desc *desc, const sfield
    floats each). Harmonics store visibility x max(0, cosine), wavelets the occlusion. For sfield_points.self. Points in
    parts that run into each other are taken outside too (keep_inside). */
 
-SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count, const sfield_allocator *allocator,
+SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count, const sfield_desc *desc,
                                       sfield_field **out);
 /* Joins shards of one desc whose shells follow each other from the first to the last; the bytes are those of the whole
-   build. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_SHARD, SFIELD_ERR_LIMIT, SFIELD_ERR_ALLOC */
+   build.
+   desc     for its allocator and progress only; may be NULL
+   Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_SHARD, SFIELD_ERR_LIMIT, SFIELD_ERR_ALLOC,
+            SFIELD_ERR_CANCELLED */
 
 SFIELD_DEF void sfield_free(sfield_field *field);
 
@@ -434,10 +438,11 @@ SFIELD_DEF sfield_result sfield_ambient(const sfield_field *field, size_t count,
 SFIELD_DEF size_t sfield_size(const sfield_field *field);
 SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, size_t memory_size);
 /* The file, sfield_size() bytes, little-endian. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_MEMORY. */
-SFIELD_DEF sfield_result sfield_open(const void *data, size_t size, const sfield_allocator *allocator,
-                                     sfield_field **out);
-/* Copies and checks a file: every size, offset, index and number in it. allocator may be NULL.
-   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_FORMAT, SFIELD_ERR_VERSION, SFIELD_ERR_ALLOC */
+SFIELD_DEF sfield_result sfield_open(const void *data, size_t size, const sfield_desc *desc, sfield_field **out);
+/* Copies and checks a file: every size, offset, index and number in it.
+   desc    for its allocator and progress only; may be NULL
+   Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_FORMAT, SFIELD_ERR_VERSION, SFIELD_ERR_ALLOC,
+           SFIELD_ERR_CANCELLED */
 
 /* ---- scenes ---- */
 
@@ -2592,58 +2597,109 @@ static void sfield__words_out(uint8_t *to, const uint32_t *from, size_t count)
         for (i = 0; i < count; i++) sfield__put_u32(to + 4 * i, from[i]);
 }
 
-/* The file's bytes without its header through the checksum; the header comes first, from its fifth word on. */
-static uint32_t sfield__checksum(const sfield_field *f)
+/* The caller's progress within a part of a call that builds nothing. */
+typedef struct sfield__part { sfield_progress progress; void *user; float from, to; } sfield__part;
+
+enum { SFIELD__STEP = 1 << 18, SFIELD__STEP_SAMPLES = 1024 };      /* bytes, or samples of wavelets: milliseconds */
+
+static sfield__part sfield__part_of(const sfield__part *whole, float from, float to)
 {
+    sfield__part p = *whole;
+    p.from = whole->from + (whole->to - whole->from) * from;
+    p.to = whole->from + (whole->to - whole->from) * to;
+    return p;
+}
+
+/* Before step i of count. 1: the caller cancels. */
+static int sfield__cancelled(const sfield__part *p, size_t i, size_t count)
+{
+    return p->progress && p->progress(p->user, p->from + (p->to - p->from) * (float)((double)i / (double)count)) != 0;
+}
+
+/* What calls that build nothing take from a desc; 0: its allocator is half. */
+static int sfield__services_of(const sfield_desc *desc, sfield__allocator *a, sfield__part *part)
+{
+    if (desc && !sfield__allocator_valid(desc->allocator.alloc_fn, desc->allocator.free_fn)) return 0;
+    *a = sfield__allocator_of(desc ? &desc->allocator : NULL);
+    part->progress = desc ? desc->progress : NULL;
+    part->user = desc ? desc->progress_user : NULL;
+    part->from = 0;
+    part->to = 1;
+    return 1;
+}
+
+/* Bytes through the checksum. 0: cancelled. */
+static int sfield__crc_part(uint32_t *crc, const uint8_t *bytes, size_t size, sfield__part part)
+{
+    size_t i, n;
+    for (i = 0; i < size; i += n) {
+        if (sfield__cancelled(&part, i, size)) return 0;
+        n = size - i < SFIELD__STEP ? size - i : (size_t)SFIELD__STEP;
+        *crc = sfield__crc32(*crc, bytes + i, n);
+    }
+    return 1;
+}
+
+/* The file's bytes without its header through the checksum; the header comes first, from its fifth word on. */
+static int sfield__checksum(const sfield_field *f, const sfield__part *part, uint32_t *crc)
+{
+    const size_t total = f->word_count - 4, sampled = f->h.bytes - 4 * f->word_count;
+    const float share = (float)(4.0 * (double)total / (4.0 * (double)total + (double)sampled));
+    const sfield__part words = sfield__part_of(part, 0, share);
     uint8_t chunk[1024];
-    size_t i, n, total = f->word_count - 4;
-    uint32_t crc = 0;
+    size_t i, n;
+    *crc = 0;
     for (i = 0; i < total; i += n) {
+        if (4 * i % SFIELD__STEP == 0 && sfield__cancelled(&words, i, total)) return 0;
         n = total - i < 256 ? total - i : 256;
         sfield__words_out(chunk, f->words + 4 + i, n);
-        crc = sfield__crc32(crc, chunk, 4 * n);
+        *crc = sfield__crc32(*crc, chunk, 4 * n);
     }
-    if (f->h.basis == SFIELD_BASIS_SH) crc = sfield__crc32(crc, f->sample, (size_t)f->h.samples * f->h.stride);
-    return crc;
+    return sfield__crc_part(crc, f->sample, sampled, sfield__part_of(part, share, 1));
 }
 
 /* Lamps of one colour have three channels that are multiples of one of them, to the bits that are kept: then that one
-   is enough. */
-static void sfield__find_tone(sfield_field *f)
+   is enough. 0: cancelled. */
+static int sfield__find_tone(sfield_field *f, sfield__part part)
 {
     const uint32_t n = f->planes, stride = f->h.stride;
     const size_t samples = f->h.shells ? f->h.samples / (f->h.shells * f->h.frames) : 0;
     uint32_t c, k, g, t = 0;
     size_t i;
     f->tone = 3;
-    if (f->h.channels != 3 || f->h.basis != SFIELD_BASIS_SH || f->h.shard_end) return;
+    if (f->h.channels != 3 || f->h.basis != SFIELD_BASIS_SH || f->h.shard_end) return 1;
     for (c = 0; c < 3; c++) {
         f->ratio[c] = f->bias[c * n] + 255 * f->scale[c * n];        /* the greatest mean of the first shell */
         if (f->ratio[c] > f->ratio[t]) t = c;
     }
-    if (!(f->ratio[t] > 0)) return;
+    if (!(f->ratio[t] > 0)) return 1;
     for (c = 0; c < 3; c++) f->ratio[c] = c == t ? f->ratio[c] : f->ratio[c] / f->ratio[t];
     f->ratio[t] = 1;
     for (g = 0; g < sfield__groups(&f->h); g++) {
         const float *scale = f->scale + (size_t)g * stride, *bias = f->bias + (size_t)g * stride;
+        if (sfield__cancelled(&part, g, sfield__groups(&f->h))) return 0;
         for (c = 0; c < 3; c++)
             for (k = 0; k < n && c != t; k++) {
                 const float s = scale[c * n + k], b = bias[c * n + k], r = f->ratio[c], u = r * scale[t * n + k];
                 const float v = r * bias[t * n + k], most = s + 1e-5f * r * fabsf(bias[t * n] + 255 * scale[t * n]);
                 const uint8_t *q = f->sample + samples * g * stride + k;
                 for (i = 0; i < samples; i++, q += stride)
-                    if (!(fabsf(s * (float)q[c * n] + b - u * (float)q[t * n] - v) <= most)) return;
+                    if (!(fabsf(s * (float)q[c * n] + b - u * (float)q[t * n] - v) <= most)) return 1;
             }
     }
     f->tone = t;
+    return 1;
 }
 
-static void sfield__seal(sfield_field *f)
+/* 0: cancelled. */
+static int sfield__seal(sfield_field *f, const sfield__part *part)
 {
+    sfield__part first;
     memcpy(f->words, &f->h, sizeof f->h);
-    f->h.crc = sfield__checksum(f);
+    first = sfield__part_of(part, 0, 0.9f);
+    if (!sfield__checksum(f, &first, &f->h.crc)) return 0;
     memcpy(f->words, &f->h, sizeof f->h);
-    sfield__find_tone(f);
+    return sfield__find_tone(f, sfield__part_of(part, 0.9f, 1));
 }
 
 SFIELD_DEF size_t sfield_size(const sfield_field *field) { return field ? field->h.bytes : 0; }
@@ -2686,61 +2742,84 @@ static int sfield__header_good(const sfield__header *h)
     return h->samples == h->frames * h->shells * 6 * h->position_side * h->position_side;
 }
 
-static int sfield__content_good(const sfield_field *f)
+static sfield_result sfield__check_content(const sfield_field *f, sfield__part part)
 {
     const sfield__header *h = &f->h;
     uint32_t i, k, cells = 6 * h->cube_side * h->cube_side;
     for (i = 0; i < h->shells; i++)
-        if (!sfield__in(f->radii[i], 1e-6f, 1000) || (i && f->radii[i] <= f->radii[i - 1] * 1.0001f)) return 0;
+        if (!sfield__in(f->radii[i], 1e-6f, 1000) || (i && f->radii[i] <= f->radii[i - 1] * 1.0001f)) return SFIELD_ERR_FORMAT;
     if (h->basis == SFIELD_BASIS_SH) {
         for (i = 0; i < 2 * sfield__groups(h) * h->stride; i++)
-            if (!sfield__in(f->scale[i], -1e24f, 1e24f)) return 0;
-        return 1;
+            if (!sfield__in(f->scale[i], -1e24f, 1e24f)) return SFIELD_ERR_FORMAT;
+        return SFIELD_OK;
     }
-    if (f->offset[0] != 0 || f->offset[h->samples] != h->entries) return 0;
+    if (f->offset[0] != 0 || f->offset[h->samples] != h->entries) return SFIELD_ERR_FORMAT;
     k = h->shard_end ? h->samples / sfield__groups(h) : 0;      /* shards: nothing outside, so that sfield_merge fits */
-    if (k && (f->offset[h->shard_begin * k] != 0 || f->offset[h->shard_end * k] != h->entries)) return 0;
+    if (k && (f->offset[h->shard_begin * k] != 0 || f->offset[h->shard_end * k] != h->entries)) return SFIELD_ERR_FORMAT;
     for (i = 0; i < h->samples; i++) {
-        if (f->offset[i] > f->offset[i + 1] || f->offset[i + 1] > h->entries) return 0;
-        if (!sfield__in(f->sample_scale[i], 0, 1e24f)) return 0;
+        if (i % SFIELD__STEP_SAMPLES == 0 && sfield__cancelled(&part, i, h->samples)) return SFIELD_ERR_CANCELLED;
+        if (f->offset[i] > f->offset[i + 1] || f->offset[i + 1] > h->entries) return SFIELD_ERR_FORMAT;
+        if (!sfield__in(f->sample_scale[i], 0, 1e24f)) return SFIELD_ERR_FORMAT;
         for (k = f->offset[i]; k < f->offset[i + 1]; k++) {
             uint32_t index = f->entry[(size_t)k * h->stride] >> 16;
-            if (index >= cells || (k > f->offset[i] && index <= f->entry[(size_t)(k - 1) * h->stride] >> 16)) return 0;
+            if (index >= cells || (k > f->offset[i] && index <= f->entry[(size_t)(k - 1) * h->stride] >> 16)) return SFIELD_ERR_FORMAT;
         }
+    }
+    return SFIELD_OK;
+}
+
+/* The block from a file's bytes. 0: cancelled. */
+static int sfield__words_in(sfield_field *f, const uint8_t *bytes, sfield__part part)
+{
+    const size_t total = f->h.bytes, words = 4 * f->word_count;
+    size_t i, k, n;
+    for (i = 0; i < total; i += n) {
+        if (sfield__cancelled(&part, i, total)) return 0;
+        n = i < words ? words - i : total - i;
+        n = n < SFIELD__STEP ? n : (size_t)SFIELD__STEP;
+        if (i < words)
+            for (k = i / 4; k < (i + n) / 4; k++) f->words[k] = sfield__get_u32(bytes + 4 * k);
+        else memcpy((uint8_t *)f->words + i, bytes + i, n);
     }
     return 1;
 }
 
-SFIELD_DEF sfield_result sfield_open(const void *data, size_t size, const sfield_allocator *allocator,
-                                     sfield_field **out)
+/* A field of a file whose header and checksum are right. */
+static sfield_result sfield__take_file(sfield_field *f, const uint8_t *bytes, const sfield__part *part)
 {
-    sfield__allocator a = sfield__allocator_of(allocator);
+    sfield_result result;
+    if (!sfield__words_in(f, bytes, sfield__part_of(part, 0, 0.3f))) return SFIELD_ERR_CANCELLED;
+    sfield__bind_whole(f);
+    result = sfield__check_content(f, sfield__part_of(part, 0.3f, 0.7f));
+    if (result != SFIELD_OK) return result;
+    return sfield__find_tone(f, sfield__part_of(part, 0.7f, 1)) ? SFIELD_OK : SFIELD_ERR_CANCELLED;
+}
+
+SFIELD_DEF sfield_result sfield_open(const void *data, size_t size, const sfield_desc *desc, sfield_field **out)
+{
     const uint8_t *bytes = (const uint8_t *)data;
-    uint32_t words[SFIELD__HEADER], i;
+    uint32_t words[SFIELD__HEADER], i, crc = 0;
+    sfield__allocator a;
+    sfield__part part, rest;
     sfield__header h;
     sfield_field *f;
     sfield_result result;
-    size_t k;
-    if (!data || !out || (allocator && !sfield__allocator_valid(allocator->alloc_fn, allocator->free_fn)))
-        return SFIELD_ERR_ARGUMENT;
+    if (!data || !out) return SFIELD_ERR_ARGUMENT;
+    if (!sfield__services_of(desc, &a, &part)) return SFIELD_ERR_DESC;
     if (size < sizeof h || sfield__get_u32(bytes) != SFIELD__MAGIC) return SFIELD_ERR_FORMAT;
     if (sfield__get_u32(bytes + 4) != SFIELD__FORMAT) return SFIELD_ERR_VERSION;
     for (i = 0; i < SFIELD__HEADER; i++) words[i] = sfield__get_u32(bytes + 4 * i);
     memcpy(&h, words, sizeof h);
     if (h.bytes != size || !sfield__header_good(&h) || sfield__block_bytes(&h) != size) return SFIELD_ERR_FORMAT;
-    if (sfield__crc32(0, bytes + 16, size - 16) != h.crc) return SFIELD_ERR_FORMAT;
+    if (!sfield__crc_part(&crc, bytes + 16, size - 16, sfield__part_of(&part, 0, 0.7f))) return SFIELD_ERR_CANCELLED;
+    if (crc != h.crc) return SFIELD_ERR_FORMAT;
     result = sfield__field_alloc(&a, &h, &f);
     if (result != SFIELD_OK) return result;
-    for (k = 0; k < f->word_count; k++) f->words[k] = sfield__get_u32(bytes + 4 * k);
-    memcpy(f->words + f->word_count, bytes + 4 * f->word_count, size - 4 * f->word_count);
-    sfield__bind_whole(f);
-    if (!sfield__content_good(f)) {
-        sfield_free(f);
-        return SFIELD_ERR_FORMAT;
-    }
-    sfield__find_tone(f);
-    *out = f;
-    return SFIELD_OK;
+    rest = sfield__part_of(&part, 0.7f, 1);
+    result = sfield__take_file(f, bytes, &rest);
+    if (result == SFIELD_OK) *out = f;
+    else sfield_free(f);
+    return result;
 }
 
 SFIELD_DEF void sfield_get_info(const sfield_field *field, sfield_info *out)
@@ -2802,18 +2881,33 @@ static void sfield__join(sfield_field *whole, const sfield_field *shard, uint32_
     *entries += h->entries;
 }
 
-SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count,
-                                      const sfield_allocator *allocator, sfield_field **out)
+/* 0: cancelled. */
+static int sfield__join_all(sfield_field *whole, const sfield_field *const *shards, size_t count, sfield__part part)
 {
-    sfield__allocator a = sfield__allocator_of(allocator);
-    uint64_t entries = 0;
     uint32_t used = 0;
+    size_t i;
+    memcpy(whole->words + SFIELD__HEADER, shards[0]->radii, whole->h.shells * sizeof *whole->radii);
+    if (whole->h.basis == SFIELD_BASIS_HAAR) whole->words[SFIELD__HEADER + whole->h.shells] = 0;
+    for (i = 0; i < count; i++) {
+        if (sfield__cancelled(&part, i, count)) return 0;
+        sfield__join(whole, shards[i], &used);
+    }
+    sfield__bind_whole(whole);
+    return 1;
+}
+
+SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count, const sfield_desc *desc,
+                                      sfield_field **out)
+{
+    sfield__allocator a;
+    sfield__part part, rest;
+    uint64_t entries = 0;
     sfield__header h;
     sfield_field *f;
     sfield_result result;
     size_t i;
-    if (!shards || !count || !out || (allocator && !sfield__allocator_valid(allocator->alloc_fn, allocator->free_fn)))
-        return SFIELD_ERR_ARGUMENT;
+    if (!shards || !count || !out) return SFIELD_ERR_ARGUMENT;
+    if (!sfield__services_of(desc, &a, &part)) return SFIELD_ERR_DESC;
     for (i = 0; i < count; i++) {
         if (!shards[i]) return SFIELD_ERR_ARGUMENT;
         if (i ? !sfield__follows(shards[i - 1], shards[i]) : shards[0]->h.shard_begin || !shards[0]->h.shard_end)
@@ -2827,11 +2921,11 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
     h.shard_end = 0;
     result = sfield__field_alloc(&a, &h, &f);
     if (result != SFIELD_OK) return result;
-    memcpy(f->words + SFIELD__HEADER, shards[0]->radii, h.shells * sizeof *f->radii);
-    if (h.basis == SFIELD_BASIS_HAAR) f->words[SFIELD__HEADER + h.shells] = 0;
-    for (i = 0; i < count; i++) sfield__join(f, shards[i], &used);
-    sfield__bind_whole(f);
-    sfield__seal(f);
+    rest = sfield__part_of(&part, 0.1f, 1);
+    if (!sfield__join_all(f, shards, count, sfield__part_of(&part, 0, 0.1f)) || !sfield__seal(f, &rest)) {
+        sfield_free(f);
+        return SFIELD_ERR_CANCELLED;
+    }
     *out = f;
     return SFIELD_OK;
 }
@@ -3928,6 +4022,7 @@ static float sfield__inscribed(sfield__build *b)
 static sfield_result sfield__finish(sfield__build *b, sfield_field **out, sfield_stats *stats)
 {
     double lost = 0, total = 0;
+    const sfield__part silent = { NULL, NULL, 0, 1 };
     uint32_t p;
     if (b->h.basis == SFIELD_BASIS_HAAR) {
         sfield_result result;
@@ -3945,7 +4040,7 @@ static sfield_result sfield__finish(sfield__build *b, sfield_field **out, sfield
     if (b->h.kind == SFIELD_KIND_OCCLUSION && b->triangles) b->out->h.inscribed = sfield__inscribed(b);
     memcpy(b->out->words + SFIELD__HEADER, b->radii, b->h.shells * sizeof *b->radii);
     sfield__bind_whole(b->out);
-    sfield__seal(b->out);
+    sfield__seal(b->out, &silent);
     b->peak = (b->peak > b->bytes ? b->peak : b->bytes) + b->out->h.bytes;
     if (stats) {
         memset(stats, 0, sizeof *stats);

@@ -27,11 +27,20 @@ static int failed(const char *what, sfield_result result, char *error)
     return -1;
 }
 
+/* For calls that build nothing. */
+static sfield_desc services(char *label)
+{
+    sfield_desc d;
+    memset(&d, 0, sizeof d);
+    d.progress = ex_progress;
+    d.progress_user = label;
+    return d;
+}
+
 static sfield_desc desc_of(const rd_settings *settings, ex_pool *pool)
 {
     static char label[] = "shadow field";
-    sfield_desc d;
-    memset(&d, 0, sizeof d);
+    sfield_desc d = services(label);
     d.basis = rd_setting_is(settings, "basis", "haar") ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH;
     d.bands = (uint32_t)rd_setting_integer(settings, "bands");
     d.shells = (uint32_t)rd_setting_integer(settings, "shells");
@@ -45,8 +54,6 @@ static sfield_desc desc_of(const rd_settings *settings, ex_pool *pool)
     d.logarithm = rd_setting_is(settings, "logarithm", "1");
     d.parallel_for = ex_pool_run;
     d.parallel_user = pool;
-    d.progress = ex_progress;
-    d.progress_user = label;
     return d;
 }
 
@@ -103,13 +110,16 @@ static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from,
 static int merge(const void *const *parts, const size_t *sizes, size_t count, int packed, void **data, size_t *size,
                  char *error)
 {
+    static char label[] = "merging";
+    sfield_desc d = services(label);
     sfield_field **fields = calloc(count, sizeof(sfield_field *)), *whole = NULL;
     sfield_result result = fields ? SFIELD_OK : SFIELD_ERR_ALLOC;
     (void)packed;
     for (size_t i = 0; i < count && result == SFIELD_OK; i++)
         result = sfield_open(parts[i], sizes[i], NULL, &fields[i]);
     if (result == SFIELD_OK)
-        result = sfield_merge((const sfield_field *const *)fields, count, NULL, &whole);
+        result = sfield_merge((const sfield_field *const *)fields, count, &d, &whole);
+    ex_progress(NULL, 1);
     for (size_t i = 0; i < count && fields; i++)
         sfield_free(fields[i]);
     free(fields);
@@ -119,9 +129,12 @@ static int merge(const void *const *parts, const size_t *sizes, size_t count, in
 static int info(const void *data, size_t size, char *line, size_t room, char *error)
 {
     static const char *const kinds[] = { "occlusion", "source", "self" };
+    static char label[] = "reading";
+    sfield_desc d = services(label);
     sfield_field *field;
     sfield_info i;
-    sfield_result result = sfield_open(data, size, NULL, &field);
+    sfield_result result = sfield_open(data, size, &d, &field);
+    ex_progress(NULL, 1);
     if (result != SFIELD_OK)
         return failed("file", result, error);
     sfield_get_info(field, &i);
@@ -148,7 +161,8 @@ static int verify(const rd_settings *settings, const void *data, size_t size, co
     void *again;
     size_t again_size, wrong = 0;
     sfield_desc d = desc_of(settings, NULL);
-    sfield_result result = sfield_open(data, size, NULL, &field);
+    sfield_result result = sfield_open(data, size, &d, &field);
+    ex_progress(NULL, 1);
     if (result != SFIELD_OK)
         return failed("file", result, error);
     sfield_get_info(field, &i);

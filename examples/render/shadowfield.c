@@ -114,12 +114,16 @@ static float scale_of(const ex_object *o)
 static int open_baked(const sf_state *s, const rd_job *job, sfield_field **out, char *error)
 {
     sfield_info info;
+    sfield_desc services;
     sfield_result r;
     size_t size;
     void *data = ex_file_read(job->baked, &size, error);
     if (!data)
         return -1;
-    r = sfield_open(data, size, NULL, out);
+    memset(&services, 0, sizeof services);
+    services.progress = ex_progress;
+    services.progress_user = (void *)(size_t)"shadowfield";
+    r = sfield_open(data, size, &services, out);
     free(data);
     if (r != SFIELD_OK)
         return failed(job->baked, r, error);

@@ -39,11 +39,11 @@ static sfield_result run(int which, sfield_allocator *a)
         d.logarithm = 1;
         r = sfield_build(&d, &mesh, &f, NULL);
     } else if (which == 7) {
-        r = sfield_open(bytes, byte_count, a, &f);
+        r = sfield_open(bytes, byte_count, &d, &f);
         if (r == SFIELD_OK) {
             const sfield_field *part = f;
             sfield_field *whole = NULL;
-            r = sfield_merge(&part, 1, a, &whole);
+            r = sfield_merge(&part, 1, &d, &whole);
             sfield_free(whole);
             if (r != SFIELD_OK) {
                 sfield_free(f);

@@ -186,7 +186,7 @@ static int see_nothing(void *user, const sfield_views *v)
 
 static void building(void **state)
 {
-    sfield_desc d = small_desc(SFIELD_BASIS_SH), bad = small_desc(SFIELD_BASIS_SH);
+    sfield_desc d = small_desc(SFIELD_BASIS_SH), bad = small_desc(SFIELD_BASIS_SH), halved = bad;
     model m = model_box(1, 1, 1);
     sfield_mesh mesh = mesh_of(&m);
     sfield_allocator half = half_allocator();
@@ -245,7 +245,8 @@ static void building(void **state)
     REFUSED(sfield_write(NULL, bytes, sizeof bytes));
     IS(sfield_write(f, bytes, sizeof bytes), ERR_MEMORY);
     REFUSED(sfield_open(bytes, sizeof bytes, NULL, NULL));
-    REFUSED(sfield_open(bytes, sizeof bytes, &half, &none));
+    halved.allocator = half;
+    IS(sfield_open(bytes, sizeof bytes, &halved, &none), ERR_DESC);
     sfield_get_info(f, NULL);
     memset(&info, 99, sizeof info);
     sfield_get_info(NULL, &info);
@@ -254,7 +255,7 @@ static void building(void **state)
     REFUSED(sfield_merge(both, 2, NULL, NULL));
     REFUSED(sfield_merge(both, 2, NULL, &none));
     both[0] = f;
-    REFUSED(sfield_merge(both, 1, &half, &none));
+    IS(sfield_merge(both, 1, &halved, &none), ERR_DESC);
     REFUSED(sfield_query(f, 1, NULL, 0, out));
     REFUSED(sfield_query(f, 1, p, 0, NULL));
     REFUSED(sfield_ambient(NULL, 1, p, out));
