@@ -156,7 +156,7 @@ $(BUILD)/viewer: $(call objects,examples/viewer) $(filter-out %/main.o,$(call ob
 	$(call say,LINK,$@)$(LINK) $^ $(EX_LIBS) $(GLFW_LIBS) -lm -o $@
 $(eval $(call program,bench,bench))
 $(eval $(call program,gallery,examples/demo))
-$(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh ism_gl emitters)
+$(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh ism_gl emitters ground)
 
 # The minimal examples stand alone: one file and the header.
 $(filter-out $(RENDERER),$(EXAMPLES)): $(BUILD)/%: examples/%.c build/config.mk
@@ -177,9 +177,10 @@ $(OBJ)/tests/%.o: tests/%.c build/config.mk
 $(TESTS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(COMMON)
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(LINK) $^ $(TEST_LIBS) -o $@
-# It calls a technique of render's from scenes that no command line makes.
-$(BUILD)/tests/unit/sfield_follow_test: $(filter-out %/main.o,$(call objects,examples/render))
-$(BUILD)/tests/unit/sfield_follow_test: TEST_LIBS := $(COMMON) $(TEST_LIBS)
+# They call parts of render from scenes that no command line makes.
+RENDER_TESTS = $(BUILD)/tests/unit/sfield_follow_test $(BUILD)/tests/unit/ground_rings_test
+$(RENDER_TESTS): $(filter-out %/main.o,$(call objects,examples/render))
+$(RENDER_TESTS): TEST_LIBS := $(COMMON) $(TEST_LIBS)
 $(REPLAYS): $(BUILD)/tests/replay/%: $(OBJ)/tests/fuzz/%.o $(OBJ)/tests/shim/replay.o $(COMMON)
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(LINK) $^ $(EX_LIBS) -lm -o $@

@@ -13,14 +13,16 @@
 #define EMISSION_POINTS 4096
 #define EMISSION_SIDE 16
 #define BOUNCE_SIDE 8          /* texels a side of each map that become pVPLs of the next bounce */
+#define GROUND (MAX_BOUNCES + 1)       /* the level of the ground beyond the pictures, a part of bounce 1 */
+#define LEVELS (MAX_BOUNCES + 2)
 
 typedef struct ism_state {
-    ism_maps   *maps[MAX_BOUNCES + 1];   /* [0]: emitted light; [k]: bounce k */
-    size_t      peaks[MAX_BOUNCES + 1];  /* while they were shaded */
+    ism_maps   *maps[LEVELS];            /* [0]: emitted light; [k]: bounce k; [GROUND] */
+    size_t      peaks[LEVELS];           /* while they were shaded */
     ism_shading shading;
     im_mesh     mesh;
     im_gl      *gl;                      /* --backend gl */
-    int         bounces, direct, indirect;
+    int         bounces, direct, indirect, has_ground;
     int         light_rsm;
     uint32_t    rsm, shadow, light_points;
     ism_stats   stats;                   /* of the first bounce, or of emitted light where there is none */
@@ -37,14 +39,22 @@ static int word_index(const rd_job *job, const char *key, const char *const *wor
     return i;
 }
 
-static ism_desc make_desc(const rd_job *job, int keep_hits)
+/* The ground's power is many times that of what the pictures show: among their VPLs it would leave none to texels whose
+   effect no view sample found. A quarter as many of its own do, for its light is smooth. */
+static uint32_t vpls_of(const rd_job *job, int level)
+{
+    uint32_t vpls = (uint32_t)rd_setting_integer(job->settings, "vpls");
+    return level == GROUND ? (vpls + 3) / 4 : vpls;
+}
+
+static ism_desc make_desc(const rd_job *job, int level, int keep_hits)
 {
     static const char *const importances[] = { "flux", "brsm", "guided", NULL };
     static const char *const spreads[] = { "area", "view1", "view8", "pair", NULL };
     static const char *const projections[] = { "cosine", "paraboloid", "octahedral", "lobe", NULL };
     ism_desc d;
     memset(&d, 0, sizeof d);
-    d.vpl_count = (uint32_t)rd_setting_integer(job->settings, "vpls");
+    d.vpl_count = vpls_of(job, level);
     d.points = (uint32_t)rd_setting_integer(job->settings, "points");
     d.tile_size = (uint32_t)rd_setting_integer(job->settings, "tile");
     d.importance = (ism_importance)(ISM_IMPORTANCE_FLUX + word_index(job, "importance", importances));
@@ -100,7 +110,7 @@ static void close_ism(void *state)
     ism_state *s = state;
     if (!s)
         return;
-    for (int i = 0; i <= MAX_BOUNCES; i++)
+    for (int i = 0; i < LEVELS; i++)
         ism_free(s->maps[i]);
     im_gl_close(s->gl);
     im_mesh_free(&s->mesh);
@@ -135,7 +145,7 @@ static int open_ism(void **state, const rd_job *job, char *error)
     s->light_rsm = rd_setting_integer(job->settings, "light_rsm");
     s->shading = make_shading(job);
     if (job->gl)
-        s->gl = im_gl_open(job, MAX_BOUNCES + 1, error);
+        s->gl = im_gl_open(job, LEVELS, error);
     if ((job->gl && !s->gl) || update_ism(s, job, error) != 0) {
         close_ism(s);
         return -1;
@@ -180,7 +190,7 @@ static int add_level(ism_state *s, const rd_job *job, int level, const ism_sourc
 {
     size_t floats = 3 * (size_t)job->gbuffer->width * job->gbuffer->height;
     float *light = malloc(floats * sizeof *light);
-    ism_desc desc = make_desc(job, level < s->bounces);
+    ism_desc desc = make_desc(job, level, (level == GROUND ? 1 : level) < s->bounces);
     ism_view view;
     ism_frame frame = { &s->mesh.mesh, sources, count, &view, job->frame };
     ism_stats stats;
@@ -211,7 +221,7 @@ static int add_level(ism_state *s, const rd_job *job, int level, const ism_sourc
 static int bounce_source(const ism_state *s, const rd_job *job, int level, uint32_t side, ism_source *source,
                          char *error)
 {
-    size_t count = (size_t)rd_setting_integer(job->settings, "vpls") * side * side;
+    size_t count = (size_t)vpls_of(job, level) * side * side;
     float *block = malloc(9 * count * sizeof *block);
     ism_result result =
         block ? ism_bounce(s->maps[level], &s->mesh.mesh, side, block, block + 3 * count, block + 6 * count)
@@ -226,6 +236,7 @@ static int bounce_source(const ism_state *s, const rd_job *job, int level, uint3
     if (result == ISM_OK)
         return 0;
     free(block);
+    source->positions = NULL;
     return im_failed("the next bounce", result, error);
 }
 
@@ -233,12 +244,16 @@ static int bounce_source(const ism_state *s, const rd_job *job, int level, uint3
 static int add_bounces(ism_state *s, const rd_job *job, ex_image *out, char *error)
 {
     for (int level = 2; level <= s->bounces; level++) {
-        ism_source source;
-        int result;
-        if (bounce_source(s, job, level - 1, BOUNCE_SIDE, &source, error) != 0)
-            return -1;
-        result = add_level(s, job, level, &source, 1, 1, out, error);
-        free((float *)(size_t)source.positions);
+        ism_source sources[2];
+        size_t count = level == 2 && s->has_ground ? 2 : 1;
+        int result = bounce_source(s, job, level - 1, BOUNCE_SIDE, &sources[0], error);
+        sources[1].positions = NULL;
+        if (result == 0 && count == 2)
+            result = bounce_source(s, job, GROUND, BOUNCE_SIDE, &sources[1], error);
+        if (result == 0)
+            result = add_level(s, job, level, sources, count, 1, out, error);
+        free((float *)(size_t)sources[0].positions);
+        free((float *)(size_t)sources[1].positions);
         if (result != 0)
             return -1;
     }
@@ -282,11 +297,14 @@ static int add_first(ism_state *s, const rd_job *job, im_rsms *rsms, ex_image *o
     }
     if (rsms->count)
         memcpy(sources, rsms->sources, rsms->count * sizeof *sources);
-    count = rsms->count;
+    count = rsms->count - rsms->rings;
     if (any)
         sources[count++] = bounced;
     result = add_level(s, job, 1, sources, count, 1, out, error);
     free(sources);
+    s->has_ground = rsms->rings > 0;
+    if (result == 0 && s->has_ground)
+        result = add_level(s, job, GROUND, rsms->sources + rsms->count - rsms->rings, rsms->rings, 1, out, error);
     free((float *)(size_t)bounced.positions);
     return result;
 }
@@ -321,7 +339,7 @@ static void report_ism(const void *state, rd_report *report)
 {
     const ism_state *s = state;
     rd_json *json = report->json;
-    for (int i = 0; i <= MAX_BOUNCES; i++) {
+    for (int i = 0; i < LEVELS; i++) {
         ism_stats stats;
         if (!s->maps[i])
             continue;

@@ -126,7 +126,7 @@ static glbk_result send_vpls(im_gl *g, int level, const ism_maps *maps)
     return glbk_ism_vpls_upload(g->gl, &g->maps[level], g->vpls, (uint32_t)count, center, radius > 0 ? radius : 1);
 }
 
-/* Sizes of all levels are equal: they come from the same settings. */
+/* Sizes of all levels are equal, for they come from the same settings; but the ground's, opened last, is smaller. */
 static glbk_result open_level(im_gl *g, int level, const ism_desc *d)
 {
     glbk_ism_desc to;

@@ -1,5 +1,6 @@
 /* ism_lamps.c - from lights to lamps, and from lamps to reflective shadow maps: G-buffers rendered from them. */
 #include "ism_parts.h"
+#include "ground.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -302,6 +303,17 @@ static int render_from(ex_gbuffer *out, const rd_job *job, const float *eye, con
     return ex_gbuffer_render(out, &scene, size, size, 1, job->threads, error);
 }
 
+/* Right and up of such a picture; up along the view: any will do, but the same. */
+static void picture_axes(const float *forward, const float *up, float right[3], float upward[3])
+{
+    const float other[3] = { 0, fabsf(forward[1]) < 0.9f ? 1.0f : 0.0f, fabsf(forward[1]) < 0.9f ? 0.0f : -1.0f };
+    cross(right, forward, up);
+    if (!(sqrtf(dot(right, right)) > 1e-6f))
+        cross(right, forward, other);
+    unit(right);
+    cross(upward, right, forward);
+}
+
 static void far_eye(const im_lamp *lamp, const rd_job *job, float eye[3], float forward[3], float *fovy)
 {
     for (int k = 0; k < 3; k++) {
@@ -351,20 +363,38 @@ static void texel(const im_lamp *lamp, const float *eye, const ex_pixel *pixel, 
         flux[k] = (float)((double)lamp->value[k] * power * (double)pixel->albedo[k]);
 }
 
-static int add_picture(im_rsms *r, const rd_job *job, const im_lamp *lamp, const float *eye, const float *forward,
-                       const float *up, float fovy, uint32_t size, char *error)
+static int grow_sources(im_rsms *r)
 {
-    size_t pixels = (size_t)size * size;
-    double half = tan(0.5 * (double)fovy);
-    ex_gbuffer g;
-    float *block;
     ism_source *sources = realloc(r->sources, (r->count + 1) * sizeof *sources);
     float **arrays = sources ? realloc(r->arrays, (r->count + 1) * sizeof *arrays) : NULL;
     if (sources)
         r->sources = sources;
     if (arrays)
         r->arrays = arrays;
-    block = arrays ? malloc(10 * pixels * sizeof *block) : NULL;
+    return arrays ? 0 : -1;
+}
+
+/* A grid of size x size: block is its positions, normals, fluxes and areas, and freed with the rest. */
+static void add_source(im_rsms *r, float *block, uint32_t size)
+{
+    size_t pixels = (size_t)size * size;
+    ism_source *source = &r->sources[r->count];
+    memset(source, 0, sizeof *source);
+    source->width = source->height = size;
+    source->positions = block;
+    source->normals = block + 3 * pixels;
+    source->fluxes = block + 6 * pixels;
+    source->areas = block + 9 * pixels;
+    r->arrays[r->count++] = block;
+}
+
+static int add_picture(im_rsms *r, const rd_job *job, const im_lamp *lamp, const float *eye, const float *forward,
+                       const float *up, float fovy, uint32_t size, char *error)
+{
+    size_t pixels = (size_t)size * size;
+    double half = tan(0.5 * (double)fovy);
+    ex_gbuffer g;
+    float *block = grow_sources(r) == 0 ? malloc(10 * pixels * sizeof *block) : NULL;
     if (!block)
         return im_out_of_memory(error);
     if (render_from(&g, job, eye, forward, up, fovy, size, error) != 0) {
@@ -375,13 +405,7 @@ static int add_picture(im_rsms *r, const rd_job *job, const im_lamp *lamp, const
         texel(lamp, eye, &g.pixels[i], pixel_angle((uint32_t)(i % size), (uint32_t)(i / size), size, half),
               block + 3 * i, block + 3 * (pixels + i), block + 3 * (2 * pixels + i), block + 9 * pixels + i);
     ex_gbuffer_free(&g);
-    memset(&sources[r->count], 0, sizeof *sources);
-    sources[r->count].width = sources[r->count].height = size;
-    sources[r->count].positions = block;
-    sources[r->count].normals = block + 3 * pixels;
-    sources[r->count].fluxes = block + 6 * pixels;
-    sources[r->count].areas = block + 9 * pixels;
-    arrays[r->count++] = block;
+    add_source(r, block, size);
     return 0;
 }
 
@@ -411,6 +435,55 @@ static int add_cube(im_rsms *r, const rd_job *job, const im_lamp *lamp, uint32_t
     return 0;
 }
 
+/* What a far lamp's picture shows: a pyramid. */
+static void cover_of(const im_lamp *lamp, const rd_job *job, rd_cover *cover)
+{
+    const float up[3] = { 0, 1, 0 };
+    float eye[3], forward[3], axes[2][3], fovy;
+    double half;
+    memset(cover, 0, sizeof *cover);
+    far_eye(lamp, job, eye, forward, &fovy);
+    half = tan(0.5 * (double)fovy);
+    picture_axes(forward, up, axes[0], axes[1]);
+    for (int i = 0; i < 4; i++) {
+        double *plane = cover->planes[cover->plane_count++], sign = i & 1 ? -1 : 1;
+        for (int k = 0; k < 3; k++) {
+            plane[k] = half * (double)forward[k] + sign * (double)axes[i / 2][k];
+            plane[3] -= plane[k] * (double)eye[k];
+        }
+    }
+    for (int k = 0; k < 3; k++)
+        cover->irradiance[k] = lamp->value[k] * fmaxf(lamp->position[1], 0);
+}
+
+/* The ground beyond the pictures of suns and sky. */
+static int add_ground(im_rsms *r, const rd_job *job, char *error)
+{
+    rd_cover *covers = malloc((r->lamp_count + 1) * sizeof *covers);
+    rd_ring *rings = NULL;
+    size_t lamps = 0, count = 0, taken = 0;
+    int result = -1;
+    for (size_t i = 0; i < r->lamp_count && covers; i++)
+        if (r->lamps[i].kind == IM_FAR)
+            cover_of(&r->lamps[i], job, &covers[lamps++]);
+    if (covers)
+        result = rd_rings_build(&rings, &count, job, covers, lamps);
+    for (; taken < count && result == 0; taken++) {
+        float side = 2 * rings[taken].half / RD_RING_SIDE, *fluxes = rings[taken].radiosity;
+        result = grow_sources(r);
+        if (result != 0)
+            break;
+        for (size_t i = 0; i < 3 * (size_t)RD_RING_SIDE * RD_RING_SIDE; i++)
+            fluxes[i] *= side * side;
+        add_source(r, rings[taken].positions, RD_RING_SIDE);
+        r->rings++;
+        rings[taken].positions = NULL;
+    }
+    rd_rings_free(rings, count);
+    free(covers);
+    return result == 0 ? 0 : im_out_of_memory(error);
+}
+
 int im_rsms_render(im_rsms *r, const rd_job *job, uint32_t size, char *error)
 {
     const float up[3] = { 0, 1, 0 };
@@ -430,7 +503,7 @@ int im_rsms_render(im_rsms *r, const rd_job *job, uint32_t size, char *error)
         if (result != 0)
             return -1;
     }
-    return 0;
+    return add_ground(r, job, error);
 }
 
 void im_rsms_free(im_rsms *r)
@@ -461,9 +534,7 @@ static int shadow_map_build(shadow_map *s, const rd_job *job, const float *eye, 
     s->half = tanf(0.5f * fovy);
     memcpy(s->eye, eye, sizeof s->eye);
     memcpy(s->forward, forward, sizeof s->forward);
-    cross(s->right, forward, fabsf(dot(up, forward)) > 0.999f ? (const float[3]){ 0, 0, -1 } : up);
-    unit(s->right);
-    cross(s->up, s->right, forward);
+    picture_axes(forward, up, s->right, s->up);
     s->depth = malloc((size_t)size * size * sizeof *s->depth);
     for (size_t i = 0; s->depth && i < (size_t)size * size; i++) {
         const float *p = g.pixels[i].position;

@@ -21,6 +21,7 @@ typedef struct im_rsms {
     ism_source *sources;
     float     **arrays;        /* of each source: positions, normals, fluxes, areas in one block */
     size_t      count;
+    size_t      rings;         /* the last ones of these: not pictures but the ground beyond them */
     im_lamp    *lamps;
     size_t      lamp_count;
 } im_rsms;
@@ -28,6 +29,7 @@ typedef struct im_rsms {
 /* Lights without size and the sky, and with areas area lights and emissive meshes; samples: lamps for the sky, for each
    area light and for the meshes together. */
 int  im_lamps_build(im_rsms *out, const rd_job *job, uint32_t samples, int areas, char *error);
+/* For the sun and the sky also the ground beyond. */
 int  im_rsms_render(im_rsms *out, const rd_job *job, uint32_t size, char *error);
 void im_rsms_free(im_rsms *rsms);
 

@@ -144,7 +144,8 @@ static int build_maps(rs_state *state, const rd_job *job, char *error)
     rsm_light *lights = NULL;
     surface *surfaces = NULL;
     rsm_mesh *meshes = convert_scene(job->scene, &surfaces);
-    size_t count = 0;
+    rd_ring *rings = NULL;
+    size_t count = 0, ring_count = 0;
     int result = -1;
     state->lit_texels = state->bad_texels = 0;
     free_maps(state);
@@ -152,12 +153,19 @@ static int build_maps(rs_state *state, const rd_job *job, char *error)
         snprintf(error, EX_ERROR_SIZE, "out of memory");
         return -1;
     }
-    if (rs_lights_build(&lights, &count, job, state->points, error) == 0) {
-        state->maps = calloc(count + 1, sizeof(rsm_map *));
+    if (rs_lights_build(&lights, &count, job, state->points, error) == 0 &&
+        (!state->indirect || rs_rings_build(&rings, &ring_count, job, lights, count, error) == 0)) {
+        state->maps = calloc(count + ring_count + 1, sizeof(rsm_map *));
         result = state->maps ? 0 : -1;
         for (size_t i = 0; i < count && result == 0; i++)
             result = build_map(state, &lights[i], meshes, job->scene->object_count, error);
+        state->lamp_count = state->map_count;
+        for (size_t i = 0; i < ring_count && result == 0; i++) {
+            result = rs_ring_map(&rings[i], &state->system, &state->maps[state->map_count], error);
+            state->map_count += result == 0;
+        }
     }
+    rd_rings_free(rings, ring_count);
     free(lights);
     free(surfaces);
     free(meshes);
@@ -280,7 +288,7 @@ static int frame_rsm(void *opaque, const rd_job *job, ex_image *out, char *error
     points.width = job->gbuffer->width;
     maps_done = ex_seconds();
     state->shadow.add = 1;
-    for (size_t i = 0; i < state->map_count && state->direct && result == RSM_OK; i++)
+    for (size_t i = 0; i < state->lamp_count && state->direct && result == RSM_OK; i++)
         result = rsm_direct(state->maps[i], &state->shadow, &points, state->light);
     direct_done = ex_seconds();
     if (result == RSM_OK && state->indirect && state->map_count)

@@ -24,7 +24,7 @@ typedef struct rs_gl {
     uint32_t          texture_count;
     glbk_rsm_map     *maps;
     glbk_rsm_map    **pointers;
-    size_t            map_count;
+    size_t            map_count, lamp_count;    /* the rest are rings of the ground */
     const ex_scene   *scene;            /* while it is drawn */
     float            *picture;          /* rgba */
     uint32_t          frame;
@@ -208,11 +208,11 @@ static glbk_rsm_lamp lamp_of(const rsm_light *l)
     return out;
 }
 
-/* Maps stay from frame to frame while the lights stay as many and of a kind. */
-static int make_maps(rs_state *state, const rsm_light *lights, size_t count, char *error)
+/* Maps stay from frame to frame while the lights stay as many and of a kind. The last ones are of rings. */
+static int make_maps(rs_state *state, const rsm_light *lights, size_t count, size_t rings, char *error)
 {
     rs_gl *g = state->gl;
-    glbk_result result = count == g->map_count ? GLBK_OK : GLBK_ERR_ARGUMENT;
+    glbk_result result = count == g->map_count && count - rings == g->lamp_count ? GLBK_OK : GLBK_ERR_ARGUMENT;
     for (size_t i = 0; i < count && result == GLBK_OK; i++) {
         glbk_rsm_lamp lamp = lamp_of(&lights[i]);
         result = glbk_rsm_map_place(g->gl, &g->maps[i], &lamp);
@@ -229,29 +229,60 @@ static int make_maps(rs_state *state, const rsm_light *lights, size_t count, cha
     for (result = GLBK_OK; g->map_count < count && result == GLBK_OK; g->map_count++) {
         glbk_rsm_map *map = g->pointers[g->map_count] = &g->maps[g->map_count];
         glbk_rsm_lamp lamp = lamp_of(&lights[g->map_count]);
-        result = glbk_rsm_map_create(g->gl, &lamp, rs_map_side(state, &lights[g->map_count]), map);
+        uint32_t side = g->map_count < count - rings ? rs_map_side(state, &lights[g->map_count]) : RD_RING_SIDE;
+        result = glbk_rsm_map_create(g->gl, &lamp, side, map);
         state->gl_bytes += 60 * (uint64_t)map->size * map->size * map->faces;
     }
+    g->lamp_count = count - rings;
     return result == GLBK_OK ? 0 : gl_failed(g, "a map", result, error);
+}
+
+static int upload_ring(rs_state *state, const rd_ring *ring, glbk_rsm_map *to, char *error)
+{
+    rsm_map *map;
+    glbk_result result;
+    if (rs_ring_map(ring, &state->system, &map, error) != 0)
+        return -1;
+    result = glbk_rsm_map_upload(state->gl->gl, to, rsm_map_texels(map));
+    rsm_map_free(map);
+    return result == GLBK_OK ? 0 : gl_failed(state->gl, "a map of the ground", result, error);
+}
+
+/* Lights, then rings as lights: what the maps are of. */
+static int list_lights(rsm_light **lights, size_t *count, rd_ring **rings, size_t *ring_count, const rs_state *state,
+                       const rd_job *job, char *error)
+{
+    rsm_light *grown;
+    if (rs_lights_build(lights, count, job, state->points, error) != 0 ||
+        (state->indirect && rs_rings_build(rings, ring_count, job, *lights, *count, error) != 0))
+        return -1;
+    grown = realloc(*lights, (*count + *ring_count + 1) * sizeof *grown);
+    if (!grown)
+        return no_memory(error);
+    for (size_t i = 0; i < *ring_count; i++)
+        grown[(*count)++] = rs_ring_light(&(*rings)[i]);
+    *lights = grown;
+    return 0;
 }
 
 static int draw_maps(rs_state *state, const rd_job *job, char *error)
 {
     rs_gl *g = state->gl;
     rsm_light *lights = NULL;
-    size_t count = 0;
-    int failed =
-        rs_lights_build(&lights, &count, job, state->points, error) != 0 || make_maps(state, lights, count, error) != 0;
-    free(lights);
-    if (failed)
-        return -1;
+    rd_ring *rings = NULL;
+    size_t count = 0, ring_count = 0;
+    int failed = list_lights(&lights, &count, &rings, &ring_count, state, job, error) != 0 ||
+                 make_maps(state, lights, count, ring_count, error) != 0;
     g->scene = job->scene;
-    for (size_t i = 0; i < g->map_count; i++) {
+    for (size_t i = 0; i < ring_count && !failed; i++)
+        failed = upload_ring(state, &rings[i], &g->maps[g->lamp_count + i], error) != 0;
+    rd_rings_free(rings, ring_count);
+    free(lights);
+    for (size_t i = 0; i < g->lamp_count && !failed; i++) {
         glbk_result result = glbk_rsm_map_draw(g->gl, &g->renderer, &g->maps[i], draw_scene, g);
-        if (result != GLBK_OK)
-            return gl_failed(g, "drawing a map", result, error);
+        failed = result != GLBK_OK && gl_failed(g, "drawing a map", result, error) != 0;
     }
-    return 0;
+    return failed ? -1 : 0;
 }
 
 /* ---- shading ---- */
@@ -383,8 +414,8 @@ int rs_gl_frame(rs_state *state, const rd_job *job, char *error)
     shadow.taps = state->shadow.taps;
     shadow.bias = state->shadow.bias;
     shadow.slope_bias = state->shadow.slope_bias;
-    if (state->direct && g->map_count) {
-        result = glbk_rsm_direct(g->gl, &g->renderer, (const glbk_rsm_map *const *)g->pointers, (uint32_t)g->map_count,
+    if (state->direct && g->lamp_count) {
+        result = glbk_rsm_direct(g->gl, &g->renderer, (const glbk_rsm_map *const *)g->pointers, (uint32_t)g->lamp_count,
                                  &shadow);
         if (result == GLBK_OK)
             result = read_light(state, 0, state->light);

@@ -21,12 +21,13 @@ static rsm_light *add(list *l, rsm_light_kind kind)
     return to;
 }
 
-/* The map of a sun: the scene without its ground, and some ground around it. */
+/* The map of a sun: the scene without its ground, and some ground around it. rs_rings_build has the rest. */
 static void add_sun(list *l, const float direction[3], const float value[3])
 {
     rsm_light *to = add(l, RSM_LIGHT_SUN);
     memcpy(to->position, l->job->center, sizeof to->position);
     memcpy(to->direction, direction, sizeof to->direction);
+    to->up[fabsf(direction[1]) < 0.9f ? 1 : 2] = 1;
     memcpy(to->value, value, sizeof to->value);
     to->radius = 1.05f * l->job->radius;
     to->near_depth = -10 * to->radius;
@@ -254,6 +255,88 @@ static int add_sky(list *l, uint32_t points, char *error)
     free(rows);
     return 0;
 }
+
+/* ---- the ground beyond the maps of suns ---- */
+
+/* The planes of a sun's map. */
+static void cover_of(const rsm_light *sun, rd_cover *cover)
+{
+    float axes[3][3];
+    memset(cover, 0, sizeof *cover);
+    cross(sun->up, sun->direction, axes[0]);
+    unit(axes[0]);
+    cross(sun->direction, axes[0], axes[1]);
+    memcpy(axes[2], sun->direction, sizeof axes[2]);
+    for (int i = 0; i < 6; i++) {
+        double *plane = cover->planes[cover->plane_count++], sign = i & 1 ? -1 : 1;
+        for (int k = 0; k < 3; k++) {
+            plane[k] = sign * (double)axes[i / 2][k];
+            plane[3] -= plane[k] * (double)sun->position[k];
+        }
+        plane[3] += (double)(i < 4 ? sun->radius : i & 1 ? -sun->near_depth : sun->far_depth);
+    }
+    for (int k = 0; k < 3; k++)
+        cover->irradiance[k] = sun->value[k] * fmaxf(sun->direction[1], 0);
+}
+
+int rs_rings_build(rd_ring **rings, size_t *ring_count, const rd_job *job, const rsm_light *lights, size_t count,
+                   char *error)
+{
+    rd_cover *covers = malloc((count + 1) * sizeof *covers);
+    size_t suns = 0;
+    int result = -1;
+    for (size_t i = 0; i < count && covers; i++)
+        if (lights[i].kind == RSM_LIGHT_SUN)
+            cover_of(&lights[i], &covers[suns++]);
+    if (covers)
+        result = rd_rings_build(rings, ring_count, job, covers, suns);
+    free(covers);
+    if (result != 0)
+        snprintf(error, EX_ERROR_SIZE, "out of memory");
+    return result;
+}
+
+/* A ring's texels as those of a sun's map that looks straight down: irradiance 1, all light in the albedo. */
+rsm_light rs_ring_light(const rd_ring *ring)
+{
+    rsm_light light;
+    memset(&light, 0, sizeof light);
+    light.kind = RSM_LIGHT_SUN;
+    memcpy(light.position, ring->center, sizeof light.position);
+    light.direction[1] = 1;
+    light.up[2] = -1;
+    light.value[0] = light.value[1] = light.value[2] = 1;
+    light.radius = ring->half;
+    return light;
+}
+
+int rs_ring_map(const rd_ring *ring, const rsm_system *system, rsm_map **map, char *error)
+{
+    rsm_desc desc;
+    rsm_buffers buffers;
+    rsm_result result;
+    memset(&desc, 0, sizeof desc);
+    memset(&buffers, 0, sizeof buffers);
+    desc.light = rs_ring_light(ring);
+    desc.size = RD_RING_SIDE;
+    desc.system = *system;
+    buffers.positions = ring->positions;
+    buffers.normals = ring->normals;
+    buffers.albedo = ring->radiosity;
+    result = rsm_map_create(&desc, map);
+    if (result != RSM_OK)
+        return rs_fail(error, "a map of the ground", result);
+    result = rsm_fill(*map, 0, &buffers);
+    if (result == RSM_OK)
+        result = rsm_finish(*map, NULL);
+    if (result == RSM_OK)
+        return 0;
+    rsm_map_free(*map);
+    *map = NULL;
+    return rs_fail(error, "a map of the ground", result);
+}
+
+/* ---- all ---- */
 
 int rs_lights_build(rsm_light **lights, size_t *count, const rd_job *job, uint32_t points, char *error)
 {

@@ -2,6 +2,7 @@
 #ifndef RS_PARTS_H
 #define RS_PARTS_H
 
+#include "ground.h"
 #include "technique.h"
 #include "../../rsm.h"
 
@@ -13,7 +14,7 @@ typedef struct rs_state {
     rs_memory    memory;
     rsm_system   system;
     rsm_map    **maps;
-    size_t       map_count;
+    size_t       map_count, lamp_count;                     /* the rest are rings of the ground: no direct light */
     rsm_filter  *filter;
     rs_mode      mode;
     int          direct, indirect;
@@ -46,5 +47,11 @@ void   rs_gl_close(rs_state *state);
 /* The scene's lights as lights of rsm.h: one for each sun, spot and point; `points` for all area lights and emitters
    together, in proportion to their power; `points` directions for a sky. *lights is freed with free(). */
 int rs_lights_build(rsm_light **lights, size_t *count, const rd_job *job, uint32_t points, char *error);
+
+/* The ground beyond the maps of the suns among the lights, and a finished map of one of its rings. */
+int       rs_rings_build(rd_ring **rings, size_t *ring_count, const rd_job *job, const rsm_light *lights, size_t count,
+                         char *error);
+rsm_light rs_ring_light(const rd_ring *ring);
+int       rs_ring_map(const rd_ring *ring, const rsm_system *system, rsm_map **map, char *error);
 
 #endif

@@ -98,6 +98,47 @@ static void light_through_holes(void **state)
     compare_parts("--scene " MASKED " --size 64x48 --light sun:0.3,0.9,0.2", "direct", "ism", "--samples 64", ism);
 }
 
+/* Most of what bounces onto the knot comes from ground that no picture of a sun shows: without it means are 0.38 under
+   the sky and 0.25 in the sun (rsm), 0.34 and 0.19 (ism). Noise of the reference: 0.03. ism has 0.93 to 0.95 of the light
+   with its maps, which are coarse for a tube: the ground is asked for without them. Measured, error and mean:
+   rsm 0.120 and 1.004, 0.075 and 0.997; ism 0.173 and 1.017, 0.100 and 1.005. */
+#define KNOT "--scene builtin:knot --size 64x48"
+
+static void light_from_the_ground(const char *technique)
+{
+    static const bounds most = { 0.25, 0.05, 0.8 };
+    char arguments[128];
+    snprintf(arguments, sizeof arguments, "%s %s", technique, "--set lights=32");
+    compare_parts(KNOT " --env builtin:sky", "indirect", strncmp(technique, "rsm", 3) == 0 ? arguments : technique,
+                  RSM_REFERENCE, most);
+    compare_parts(KNOT " --light sun:0.48,0.8,0.36", "indirect", technique, RSM_REFERENCE, most);
+}
+
+static void light_from_the_ground_of_rsm(void **state)
+{
+    (void)state;
+    light_from_the_ground("rsm");
+}
+
+static void light_from_the_ground_of_rsm_on_gl(void **state)
+{
+    (void)state;
+    light_from_the_ground("rsm --backend gl");
+}
+
+static void light_from_the_ground_of_ism(void **state)
+{
+    (void)state;
+    light_from_the_ground("ism --set visibility=0 --samples 1024");
+}
+
+/* A sun near the zenith turns the axes of its picture; shadows stay where they are. */
+static void high_sun_of_ism(void **state)
+{
+    (void)state;
+    compare_parts(KNOT " --light sun:0.02,1,0.02", "direct", "ism", "--samples 64", ism_direct);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -105,6 +146,8 @@ int main(void)
         cmocka_unit_test(bounced_light_of_rsm), cmocka_unit_test(bounced_light_of_rsm_on_gl),
         cmocka_unit_test(bounced_light_of_ism), cmocka_unit_test(bounced_light_of_ism_on_gl),
         cmocka_unit_test(direct_light_of_ism),  cmocka_unit_test(light_through_holes),
+        cmocka_unit_test(light_from_the_ground_of_rsm), cmocka_unit_test(light_from_the_ground_of_rsm_on_gl),
+        cmocka_unit_test(light_from_the_ground_of_ism), cmocka_unit_test(high_sun_of_ism),
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }
