@@ -56,6 +56,9 @@ WARN   := -pedantic -Wall -Wextra -Wshadow -Wconversion -Wsign-conversion -Wdoub
           -Wno-enum-float-conversion -Werror
 WARN_C := $(WARN) -Wstrict-prototypes -Wmissing-prototypes
 
+# Not the first target below, which is build/config.mk.
+.DEFAULT_GOAL := all
+
 # What the machine has. Made again when the package data base changes, so that an installed package is seen.
 ifneq ($(MAKECMDGOALS),clean)
 include build/config.mk

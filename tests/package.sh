@@ -62,7 +62,8 @@ uninstalled() {
 }
 from_dist() {
     make -s dist && tar xzf "build/dapple-$VERSION.tar.gz" -C "$dir" && cd "$dir/dapple-$VERSION" &&
-        cc -std=c99 -I. "$dir/user/user.c" -lm -o "$dir/from_dist" && "$dir/from_dist" && make -s DEPS=0 build/01_csm_minimal
+        cc -std=c99 -I. "$dir/user/user.c" -lm -o "$dir/from_dist" && "$dir/from_dist" && make -s DEPS=0 build/01_csm_minimal &&
+        make -n DEPS=0 | grep -q 'build/render'     # what make alone builds
 }
 
 # The settings of the make that calls this would reach the makes below.
