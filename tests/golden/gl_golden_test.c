@@ -4,8 +4,8 @@
    that are not what they should be lie in the build folder, as gl-NAME.png and gl-NAME-softpipe.png; differences as
    gl-NAME-diff.png, white where they pass 2 / 255.
 
-   Two things are left out because Mesa 22.3's softpipe draws them otherwise (docs/troubleshooting.md): the penumbra
-   filter with more than two lights, shadow fields of more than two bands. */
+   Two things are left out that Mesa 22.3's softpipe gets wrong, level and index of a quad's first pixel for all four
+   (docs/troubleshooting.md): the penumbra filter with several levels of cells, shadow fields of more than two bands. */
 #define _POSIX_C_SOURCE 200809L
 #include "program.h"
 
