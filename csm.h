@@ -1611,6 +1611,9 @@ static inline int cohsm__cpu_has_avx512(void) { return 0; }
 #define COHSM__SIMD 0
 #endif
 
+/* 0 none, 1 AVX2, 2 AVX-512 too */
+static int cohsm__simd(void) { return !COHSM__SIMD || !cohsm__cpu_has_avx2() ? 0 : cohsm__cpu_has_avx512() ? 2 : 1; }
+
 /* ---- >>types ---- */
 
 /* The block is 32-bit little-endian words, so that one rule serves memory, file, upload and hosts of either byte order:
@@ -1664,7 +1667,7 @@ struct cohsm_maps {
     float            *angles;           /* LATLONG: cos, sin of each column, then of each row */
     float             dop[2 * COHSM__DOP_AXES]; /* in radii about the centre */
     uint16_t          depth_of[512];    /* stored grid value -> 16-bit depth */
-    int               simd;             /* 0 none, 1 AVX2 */
+    int               simd;             /* cohsm__simd */
 };
 
 typedef struct cohsm__parallel { cohsm_parallel_for run; void *user; } cohsm__parallel;
@@ -2188,6 +2191,15 @@ static int cohsm__next_run(const cohsm__target *t, const cohsm__camera *cam, con
 }
 
 #if COHSM__SIMD
+/* Short loops over vectors, which must stay in registers: gcc's -O2 does not unroll them by itself. */
+#if defined(__clang__)
+#define COHSM__UNROLL _Pragma("clang loop unroll(full)")
+#elif defined(__GNUC__)
+#define COHSM__UNROLL _Pragma("GCC unroll 3")
+#else
+#define COHSM__UNROLL
+#endif
+
 /* The same for 8 triangles at a time, equal to the last bit. Nearly all boxes of a fine mesh hold no sample or a few:
    those go through the samples of their boxes together; triangles with larger ones take cohsm__fill. */
 COHSM__TARGET_AVX2 static __m256i cohsm__edge8(__m256i ax, __m256i ay, __m256i bx, __m256i by)
@@ -2285,23 +2297,15 @@ COHSM__TARGET_AVX2 static void cohsm__fill_lanes(const cohsm__target *t, const c
     }
 }
 
-/* The samples lx..hx, ly..hy of the boxes of 8 triangles, within the map and the wanted rows. */
-typedef struct cohsm__boxes8 { __m256i lx, hx, ly, hy, none; } cohsm__boxes8;
-
-COHSM__TARGET_AVX2 static cohsm__boxes8 cohsm__boxes_of8(const cohsm__target *t, const __m256i *x, const __m256i *y)
+/* The samples low..high between the least and the greatest of three coordinates, within begin..end - 1. */
+COHSM__TARGET_AVX2 static inline void cohsm__span8(const __m256i *c, int begin, int end, __m256i *low, __m256i *high)
 {
-    __m256i first = _mm256_set1_epi32(127), last = _mm256_set1_epi32(128);
-    cohsm__boxes8 b;
-    b.lx = _mm256_add_epi32(_mm256_min_epi32(_mm256_min_epi32(x[0], x[1]), x[2]), first);
-    b.hx = _mm256_sub_epi32(_mm256_max_epi32(_mm256_max_epi32(x[0], x[1]), x[2]), last);
-    b.ly = _mm256_add_epi32(_mm256_min_epi32(_mm256_min_epi32(y[0], y[1]), y[2]), first);
-    b.hy = _mm256_sub_epi32(_mm256_max_epi32(_mm256_max_epi32(y[0], y[1]), y[2]), last);
-    b.lx = _mm256_max_epi32(_mm256_srai_epi32(b.lx, 8), _mm256_setzero_si256());
-    b.ly = _mm256_max_epi32(_mm256_srai_epi32(b.ly, 8), _mm256_set1_epi32(t->row_begin));
-    b.hx = _mm256_min_epi32(_mm256_srai_epi32(b.hx, 8), _mm256_set1_epi32(t->size - 1));
-    b.hy = _mm256_min_epi32(_mm256_srai_epi32(b.hy, 8), _mm256_set1_epi32(t->row_end - 1));
-    b.none = _mm256_or_si256(_mm256_cmpgt_epi32(b.lx, b.hx), _mm256_cmpgt_epi32(b.ly, b.hy));
-    return b;
+    __m256i l = _mm256_min_epi32(_mm256_min_epi32(c[0], c[1]), c[2]);
+    __m256i h = _mm256_max_epi32(_mm256_max_epi32(c[0], c[1]), c[2]);
+    l = _mm256_srai_epi32(_mm256_add_epi32(l, _mm256_set1_epi32(127)), 8);
+    h = _mm256_srai_epi32(_mm256_sub_epi32(h, _mm256_set1_epi32(128)), 8);
+    *low = _mm256_max_epi32(l, _mm256_set1_epi32(begin));
+    *high = _mm256_min_epi32(h, _mm256_set1_epi32(end - 1));
 }
 
 /* Triangles whose boxes hold samples wait here until there are 8: one in five does on a fine mesh. */
@@ -2310,30 +2314,31 @@ typedef struct cohsm__queue { int32_t x[3][16], y[3][16]; float z[3][16]; uint32
 COHSM__TARGET_AVX2 static void cohsm__raster_queue(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q)
 {
     __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), one = _mm256_set1_epi32(1), few = _mm256_set1_epi32(4);
-    __m256i wide, none, x, y, row;
+    __m256i wide, none, x, y, row, lx, hx, ly, hy;
     cohsm__corners8 c;
-    cohsm__boxes8 b;
     unsigned large;
     int k;
 
+    COHSM__UNROLL
     for (k = 0; k < 3; k++) {
         c.x[k] = _mm256_loadu_si256((const __m256i *)(const void *)q->x[k]);
         c.y[k] = _mm256_loadu_si256((const __m256i *)(const void *)q->y[k]);
         c.z[k] = _mm256_loadu_ps(q->z[k]);
     }
-    b = cohsm__boxes_of8(t, c.x, c.y);
-    none = _mm256_or_si256(b.none, _mm256_cmpgt_epi32(lane, _mm256_set1_epi32((int)q->count - 1)));
-    wide = _mm256_or_si256(_mm256_cmpgt_epi32(_mm256_sub_epi32(b.hx, b.lx), few),
-                           _mm256_cmpgt_epi32(_mm256_sub_epi32(b.hy, b.ly), few));
+    cohsm__span8(c.x, 0, t->size, &lx, &hx);
+    cohsm__span8(c.y, t->row_begin, t->row_end, &ly, &hy);
+    none = _mm256_cmpgt_epi32(lane, _mm256_set1_epi32((int)q->count - 1));
+    wide = _mm256_or_si256(_mm256_cmpgt_epi32(_mm256_sub_epi32(hx, lx), few),
+                           _mm256_cmpgt_epi32(_mm256_sub_epi32(hy, ly), few));
     wide = _mm256_andnot_si256(none, wide);
     large = (unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(wide));
     if (large) cohsm__fill_lanes(t, cam, &c, large);
     none = _mm256_or_si256(none, wide);
-    for (y = b.ly;; y = _mm256_add_epi32(y, one)) {
-        row = _mm256_andnot_si256(_mm256_or_si256(_mm256_cmpgt_epi32(y, b.hy), none), _mm256_set1_epi32(-1));
+    for (y = ly;; y = _mm256_add_epi32(y, one)) {
+        row = _mm256_andnot_si256(_mm256_or_si256(_mm256_cmpgt_epi32(y, hy), none), _mm256_set1_epi32(-1));
         if (_mm256_testz_si256(row, row)) break;
-        for (x = b.lx;; x = _mm256_add_epi32(x, one)) {
-            __m256i wanted = _mm256_andnot_si256(_mm256_cmpgt_epi32(x, b.hx), row);
+        for (x = lx;; x = _mm256_add_epi32(x, one)) {
+            __m256i wanted = _mm256_andnot_si256(_mm256_cmpgt_epi32(x, hx), row);
             if (_mm256_testz_si256(wanted, wanted)) break;
             cohsm__sample8(t, &c, x, y, wanted);
         }
@@ -2346,6 +2351,7 @@ COHSM__TARGET_AVX2 static void cohsm__enqueue8(cohsm__queue *q, const cohsm__cor
     uint64_t bytes = _pext_u64(0x0706050403020100u, _pdep_u64(mask, 0x0101010101010101u) * 255u);
     __m256i permute = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)bytes));
     int k;
+    COHSM__UNROLL
     for (k = 0; k < 3; k++) {
         _mm256_storeu_si256((__m256i *)(void *)(q->x[k] + q->count), _mm256_permutevar8x32_epi32(c->x[k], permute));
         _mm256_storeu_si256((__m256i *)(void *)(q->y[k] + q->count), _mm256_permutevar8x32_epi32(c->y[k], permute));
@@ -2357,6 +2363,7 @@ COHSM__TARGET_AVX2 static void cohsm__enqueue8(cohsm__queue *q, const cohsm__cor
 COHSM__TARGET_AVX2 static void cohsm__dequeue8(cohsm__queue *q)
 {
     int k;
+    COHSM__UNROLL
     for (k = 0; k < 3; k++) {
         memcpy(q->x[k], q->x[k] + 8, 32);
         memcpy(q->y[k], q->y[k] + 8, 32);
@@ -2371,6 +2378,7 @@ COHSM__TARGET_AVX2 static void cohsm__raster_avx2(const cohsm__target *t, const 
     float scale = (float)(t->size * (COHSM__SUBPIXEL / 2)), offset = scale + 0.5f;
     cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
     __m256 offset8 = _mm256_set1_ps(offset), half = _mm256_set1_ps(0.5f);
+    __m256i lx, hx, ly, hy, none;
     cohsm__corners8 c;
     cohsm__queue q;
     uint32_t g;
@@ -2379,12 +2387,17 @@ COHSM__TARGET_AVX2 static void cohsm__raster_avx2(const cohsm__target *t, const 
     memset(&q, 0, sizeof q);
     for (g = 0; g < groups; g++, v += 9 * COHSM__LANES) {
         unsigned mask;
+        COHSM__UNROLL
         for (k = 0; k < 3; k++) {
             c.x[k] = _mm256_cvttps_epi32(_mm256_add_ps(cohsm__dot8(v + 24 * k, r), offset8));
             c.y[k] = _mm256_cvttps_epi32(_mm256_add_ps(cohsm__dot8(v + 24 * k, u), offset8));
         }
-        mask = ~(unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(cohsm__boxes_of8(t, c.x, c.y).none)) & 255u;
+        cohsm__span8(c.x, 0, t->size, &lx, &hx);
+        cohsm__span8(c.y, t->row_begin, t->row_end, &ly, &hy);
+        none = _mm256_or_si256(_mm256_cmpgt_epi32(lx, hx), _mm256_cmpgt_epi32(ly, hy));
+        mask = ~(unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(none)) & 255u;
         if (!mask) continue;
+        COHSM__UNROLL
         for (k = 0; k < 3; k++)
             c.z[k] = _mm256_sub_ps(half, _mm256_mul_ps(half, cohsm__dot8(v + 24 * k, cam->frame.back)));
         cohsm__enqueue8(&q, &c, mask);
@@ -2393,6 +2406,170 @@ COHSM__TARGET_AVX2 static void cohsm__raster_avx2(const cohsm__target *t, const 
         cohsm__dequeue8(&q);
     }
     if (q.count) cohsm__raster_queue(t, cam, &q);
+}
+
+/* The same for 16, two groups at a time. */
+typedef struct cohsm__queue16 { int32_t x[3][32], y[3][32]; float z[3][32]; uint32_t count; } cohsm__queue16;
+typedef struct cohsm__corners16 { __m512i x[3], y[3]; __m512 z[3]; } cohsm__corners16;
+
+COHSM__TARGET_AVX512 static inline __m512 cohsm__two8(const float *v)
+{
+    return _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(v)), _mm256_loadu_ps(v + 9 * COHSM__LANES), 1);
+}
+
+COHSM__TARGET_AVX512 static inline __m512 cohsm__dot16(const __m512 *v, cohsm__v3 a)
+{
+    __m512 xy = _mm512_add_ps(_mm512_mul_ps(v[0], _mm512_set1_ps(a.x)), _mm512_mul_ps(v[1], _mm512_set1_ps(a.y)));
+    return _mm512_add_ps(xy, _mm512_mul_ps(v[2], _mm512_set1_ps(a.z)));
+}
+
+/* The samples low..high between the least and the greatest of three coordinates, within begin..end - 1. */
+COHSM__TARGET_AVX512 static inline void cohsm__span16(const __m512i *c, int begin, int end, __m512i *low, __m512i *high)
+{
+    __m512i l = _mm512_min_epi32(_mm512_min_epi32(c[0], c[1]), c[2]);
+    __m512i h = _mm512_max_epi32(_mm512_max_epi32(c[0], c[1]), c[2]);
+    l = _mm512_srai_epi32(_mm512_add_epi32(l, _mm512_set1_epi32(127)), 8);
+    h = _mm512_srai_epi32(_mm512_sub_epi32(h, _mm512_set1_epi32(128)), 8);
+    *low = _mm512_max_epi32(l, _mm512_set1_epi32(begin));
+    *high = _mm512_min_epi32(h, _mm512_set1_epi32(end - 1));
+}
+
+/* An edge from a to b: where the sample at the origin is inside, w its double area; a flipped triangle's signs turn. */
+COHSM__TARGET_AVX512 static inline __mmask16 cohsm__inside16(__m512i ax, __m512i ay, __m512i bx, __m512i by,
+                                                            __mmask16 flip, __m512i *w)
+{
+    __mmask16 wins = _mm512_cmpgt_epi32_mask(by, ay) |
+                     (_mm512_cmpeq_epi32_mask(by, ay) & _mm512_cmpgt_epi32_mask(bx, ax));
+    *w = _mm512_mask_sub_epi32(*w, flip, _mm512_setzero_si512(), *w);
+    return _mm512_cmpgt_epi32_mask(*w, _mm512_setzero_si512()) |
+           (_mm512_cmpeq_epi32_mask(*w, _mm512_setzero_si512()) & (wins ^ flip));
+}
+
+COHSM__TARGET_AVX512 static inline __m512i cohsm__edge16(__m512i ax, __m512i ay, __m512i bx, __m512i by)
+{
+    return _mm512_sub_epi32(_mm512_mullo_epi32(ax, by), _mm512_mullo_epi32(bx, ay));
+}
+
+/* cohsm__sample8 */
+COHSM__TARGET_AVX512 static void cohsm__sample16(const cohsm__target *t, const cohsm__corners16 *c, __m512i x,
+                                                 __m512i y, __mmask16 wanted)
+{
+    __m512i sx = _mm512_add_epi32(_mm512_slli_epi32(x, 8), _mm512_set1_epi32(128));
+    __m512i sy = _mm512_add_epi32(_mm512_slli_epi32(y, 8), _mm512_set1_epi32(128));
+    __m512i x0 = _mm512_sub_epi32(c->x[0], sx), y0 = _mm512_sub_epi32(c->y[0], sy);
+    __m512i x1 = _mm512_sub_epi32(c->x[1], sx), y1 = _mm512_sub_epi32(c->y[1], sy);
+    __m512i x2 = _mm512_sub_epi32(c->x[2], sx), y2 = _mm512_sub_epi32(c->y[2], sy);
+    __m512i w0 = cohsm__edge16(x1, y1, x2, y2), w1 = cohsm__edge16(x2, y2, x0, y0), w2 = cohsm__edge16(x0, y0, x1, y1);
+    __m512i area = _mm512_add_epi32(_mm512_add_epi32(w0, w1), w2), zero = _mm512_setzero_si512();
+    __mmask16 flip = _mm512_cmplt_epi32_mask(area, zero);
+    __m512 a, b, z, top = _mm512_set1_ps((float)COHSM__HIT_MAX);
+    uint32_t pixel[16], depth[16];
+    unsigned mask;
+
+    area = _mm512_abs_epi32(area);
+    mask = wanted & _mm512_cmpgt_epi32_mask(area, zero) & cohsm__inside16(x1, y1, x2, y2, flip, &w0) &
+           cohsm__inside16(x2, y2, x0, y0, flip, &w1) & cohsm__inside16(x0, y0, x1, y1, flip, &w2);
+    if (!mask) return;
+    a = _mm512_mul_ps(_mm512_cvtepi32_ps(w1), c->z[1]);     /* added in the order of the corners as they face us */
+    b = _mm512_mul_ps(_mm512_cvtepi32_ps(w2), c->z[2]);
+    z = _mm512_add_ps(_mm512_mul_ps(_mm512_cvtepi32_ps(w0), c->z[0]), _mm512_mask_blend_ps(flip, a, b));
+    z = _mm512_add_ps(z, _mm512_mask_blend_ps(flip, b, a));
+    z = _mm512_mul_ps(z, _mm512_div_ps(_mm512_set1_ps(1.0f), _mm512_cvtepi32_ps(area)));
+    z = _mm512_min_ps(_mm512_max_ps(_mm512_mul_ps(z, top), _mm512_setzero_ps()), top);
+    _mm512_storeu_si512(depth, _mm512_cvttps_epi32(z));
+    _mm512_storeu_si512(pixel, _mm512_add_epi32(_mm512_mullo_epi32(y, _mm512_set1_epi32(t->size)), x));
+    for (; mask; mask &= mask - 1u) {
+        unsigned lane = (unsigned)__builtin_ctz(mask);
+        cohsm__insert(t->z + (size_t)t->keep * pixel[lane], t->keep, (uint16_t)depth[lane]);
+    }
+}
+
+/* The first 16 of the queue, or as many as there are. */
+COHSM__TARGET_AVX512 static void cohsm__raster_queue16(const cohsm__target *t, const cohsm__camera *cam,
+                                                       const cohsm__queue16 *q)
+{
+    unsigned valid = q->count < 16u ? (1u << q->count) - 1u : 0xffffu, large;
+    __m512i few = _mm512_set1_epi32(4), one = _mm512_set1_epi32(1), x, y, lx, ly, hx, hy;
+    cohsm__corners16 c;
+    cohsm__corner p[3];
+    __mmask16 wide, row, wanted;
+    int k;
+
+    COHSM__UNROLL
+    for (k = 0; k < 3; k++) {
+        c.x[k] = _mm512_loadu_si512(q->x[k]);
+        c.y[k] = _mm512_loadu_si512(q->y[k]);
+        c.z[k] = _mm512_loadu_ps(q->z[k]);
+    }
+    cohsm__span16(c.x, 0, t->size, &lx, &hx);
+    cohsm__span16(c.y, t->row_begin, t->row_end, &ly, &hy);
+    wide = _mm512_cmpgt_epi32_mask(_mm512_sub_epi32(hx, lx), few) |
+           _mm512_cmpgt_epi32_mask(_mm512_sub_epi32(hy, ly), few);
+    for (large = wide & valid; large; large &= large - 1u) {
+        int lane = __builtin_ctz(large);
+        for (k = 0; k < 3; k++) {
+            p[k].x = q->x[k][lane];
+            p[k].y = q->y[k][lane];
+            p[k].z = q->z[k][lane];
+        }
+        cohsm__fill(t, cam, p, p + 1, p + 2);
+    }
+    for (y = ly;; y = _mm512_add_epi32(y, one)) {
+        row = _mm512_mask_cmple_epi32_mask((__mmask16)(valid & ~(unsigned)wide), y, hy);
+        if (!row) break;
+        for (x = lx;; x = _mm512_add_epi32(x, one)) {
+            wanted = _mm512_mask_cmple_epi32_mask(row, x, hx);
+            if (!wanted) break;
+            cohsm__sample16(t, &c, x, y, wanted);
+        }
+    }
+}
+
+COHSM__TARGET_AVX512 static void cohsm__raster_avx512(const cohsm__target *t, const cohsm__camera *cam,
+                                                      const float *v, uint32_t groups)
+{
+    float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
+    cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
+    __m512 offset = _mm512_set1_ps(scale + 0.5f), half = _mm512_set1_ps(0.5f), corner[3][3], z;
+    __m512i x[3], y[3], lx, hx, ly, hy;
+    cohsm__queue16 q;
+    uint32_t g;
+    int k, i;
+
+    memset(&q, 0, sizeof q);
+    for (g = 0; g + 2u <= groups; g += 2u, v += 18 * COHSM__LANES) {
+        __mmask16 mask;
+        COHSM__UNROLL
+        for (k = 0; k < 3; k++) {
+            COHSM__UNROLL
+            for (i = 0; i < 3; i++) corner[k][i] = cohsm__two8(v + COHSM__LANES * (3 * k + i));
+            x[k] = _mm512_cvttps_epi32(_mm512_add_ps(cohsm__dot16(corner[k], r), offset));
+            y[k] = _mm512_cvttps_epi32(_mm512_add_ps(cohsm__dot16(corner[k], u), offset));
+        }
+        cohsm__span16(x, 0, t->size, &lx, &hx);
+        cohsm__span16(y, t->row_begin, t->row_end, &ly, &hy);
+        mask = _mm512_cmple_epi32_mask(lx, hx) & _mm512_cmple_epi32_mask(ly, hy);
+        if (!mask) continue;
+        COHSM__UNROLL
+        for (k = 0; k < 3; k++) {
+            z = _mm512_sub_ps(half, _mm512_mul_ps(half, cohsm__dot16(corner[k], cam->frame.back)));
+            _mm512_storeu_si512(q.x[k] + q.count, _mm512_maskz_compress_epi32(mask, x[k]));
+            _mm512_storeu_si512(q.y[k] + q.count, _mm512_maskz_compress_epi32(mask, y[k]));
+            _mm512_storeu_ps(q.z[k] + q.count, _mm512_maskz_compress_ps(mask, z));
+        }
+        q.count += (uint32_t)_mm_popcnt_u32(mask);
+        if (q.count < 16) continue;
+        cohsm__raster_queue16(t, cam, &q);
+        q.count -= 16;
+        COHSM__UNROLL
+        for (k = 0; k < 3; k++) {
+            _mm512_storeu_si512(q.x[k], _mm512_loadu_si512(q.x[k] + 16));
+            _mm512_storeu_si512(q.y[k], _mm512_loadu_si512(q.y[k] + 16));
+            _mm512_storeu_ps(q.z[k], _mm512_loadu_ps(q.z[k] + 16));
+        }
+    }
+    if (q.count) cohsm__raster_queue16(t, cam, &q);
+    if (g < groups) cohsm__raster_avx2(t, cam, v, groups - g);
 }
 #endif
 
@@ -2501,7 +2678,7 @@ static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, cons
         const float *v = soup->v + (size_t)begin * 9 * COHSM__LANES;
 #if COHSM__SIMD
         if (simd && !cam->perspective) {
-            cohsm__raster_avx2(t, cam, v, end - begin);
+            (simd == 2 ? cohsm__raster_avx512 : cohsm__raster_avx2)(t, cam, v, end - begin);
             continue;
         }
 #endif
@@ -4028,7 +4205,7 @@ static void cohsm__point(cohsm_maps *m)
     for (i = 0; i < 2 * COHSM__DOP_AXES; i++)
         m->dop[i] = (m->head.dop[i] - cohsm__v3_dot(cohsm__dop_axis((int)(i / 2)), cohsm__v3_load(m->head.center))) /
                     m->head.radius;
-    m->simd = COHSM__SIMD && cohsm__cpu_has_avx2();
+    m->simd = cohsm__simd();
     if (m->angles) cohsm__latlong_angles(m->head.side, m->angles);
 }
 
@@ -4234,7 +4411,7 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
 
     job.builder = b;
     job.soup = soup;
-    job.simd = COHSM__SIMD && cohsm__cpu_has_avx2();
+    job.simd = cohsm__simd();
     while (result == COHSM_OK && b->next_view < b->head.view_count) {
         if (b->desc.progress &&
             b->desc.progress(b->desc.progress_user, (float)b->next_view / (float)b->head.view_count))
@@ -5684,7 +5861,7 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
 
     job.builder = b;
     job.soup = soup;
-    job.simd = COHSM__SIMD && cohsm__cpu_has_avx2();
+    job.simd = cohsm__simd();
     check.builder = b;
     check.maps = maps;
     for (; b->batch_begin < b->head.view_count; b->batch_begin += b->batch_count) {

@@ -834,6 +834,7 @@ static void the_intrinsic_rasteriser_equals_the_portable_one(void **state)
         uint32_t triangles = (uint32_t)(m.indices / 3), i;
         uint8_t used[256];
         float center[3] = { 0, 0, 0 }, d[3];
+        int level;
         cohsm__heap heap;
         cohsm__soup soup;
         cohsm__camera cam;
@@ -856,9 +857,13 @@ static void the_intrinsic_rasteriser_equals_the_portable_one(void **state)
         b.z = (uint16_t *)calloc(n, 2);
         assert_true(a.z && b.z);
         cohsm__raster(&a, &cam, &soup, 0);
-        cohsm__raster(&b, &cam, &soup, 1);
-        for (i = 0; i < n; i++)
-            if (a.z[i] != b.z[i]) fail_msg("round %d, value %u: %u portable, %u AVX2", round, i, a.z[i], b.z[i]);
+        for (level = 1; level <= cohsm__simd(); level++) {
+            cohsm__raster(&b, &cam, &soup, level);
+            for (i = 0; i < n; i++)
+                if (a.z[i] != b.z[i])
+                    fail_msg("round %d, value %u: %u portable, %u with %s", round, i, a.z[i], b.z[i],
+                             level == 1 ? "AVX2" : "AVX-512");
+        }
         free(a.z);
         free(b.z);
         cohsm__soup_free(&soup, &heap);
