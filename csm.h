@@ -1611,6 +1611,17 @@ static inline int cohsm__cpu_has_avx512(void) { return 0; }
 #define COHSM__SIMD 0
 #endif
 
+/* Around what uses AVX-512: gcc's own avx512fintrin.h leaves unused operands undefined, and warns of it in C++. */
+#if COHSM__SIMD && defined(__GNUC__) && !defined(__clang__)
+#define COHSM__AVX512_BEGIN                                                              \
+    _Pragma("GCC diagnostic push") _Pragma("GCC diagnostic ignored \"-Wuninitialized\"") \
+    _Pragma("GCC diagnostic ignored \"-Wmaybe-uninitialized\"")
+#define COHSM__AVX512_END _Pragma("GCC diagnostic pop")
+#else
+#define COHSM__AVX512_BEGIN
+#define COHSM__AVX512_END
+#endif
+
 /* 0 none, 1 AVX2, 2 AVX-512 too */
 static int cohsm__simd(void) { return !COHSM__SIMD || !cohsm__cpu_has_avx2() ? 0 : cohsm__cpu_has_avx512() ? 2 : 1; }
 
@@ -2408,6 +2419,7 @@ COHSM__TARGET_AVX2 static void cohsm__raster_avx2(const cohsm__target *t, const 
     if (q.count) cohsm__raster_queue(t, cam, &q);
 }
 
+COHSM__AVX512_BEGIN
 /* The same for 16, two groups at a time. */
 typedef struct cohsm__queue16 { int32_t x[3][32], y[3][32]; float z[3][32]; uint32_t count; } cohsm__queue16;
 typedef struct cohsm__corners16 { __m512i x[3], y[3]; __m512 z[3]; } cohsm__corners16;
@@ -2571,6 +2583,7 @@ COHSM__TARGET_AVX512 static void cohsm__raster_avx512(const cohsm__target *t, co
     if (q.count) cohsm__raster_queue16(t, cam, &q);
     if (g < groups) cohsm__raster_avx2(t, cam, v, groups - g);
 }
+COHSM__AVX512_END
 #endif
 
 /* Perspective: triangles are cut to |x|, |y| <= 2 w, so that fixed-point positions stay small, and to w >= near. */
@@ -5249,22 +5262,28 @@ static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
     return enter <= leave;
 }
 
-/* One direction for all points: one frame, and neighbours share pixels, so decoded depths are kept by the low bits of x
-   and y. Returns the place of the map. */
-static inline uint32_t cohsm__see_all(cohsm__tile *t)
+/* One direction for all points: one frame. Returns the place of the map. */
+static uint32_t cohsm__one_frame(const cohsm_maps *m, cohsm__v3 direction, cohsm__frame *f)
 {
-    const cohsm_maps *m = t->maps;
-    cohsm__step s;
-    cohsm__frame f;
-    int c[3] = { 0, 0, 0 }, k;
+    int c[3] = { 0, 0, 0 };
     float u[3];
-    size_t first;
 
-    cohsm__domain_position(m, cohsm__tile_light(t, 0), t->query->light, u);
+    cohsm__domain_position(m, direction, COHSM_LIGHT_DIRECTION, u);
     c[0] = cohsm__floor(u[0] + 0.5f);
     c[1] = cohsm__floor(u[1] + 0.5f);
     cohsm__wrap(m, c);
-    f = cohsm__cell_frame(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
+    *f = cohsm__cell_frame(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
+    return cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], 0);
+}
+
+static inline uint32_t cohsm__see_all(cohsm__tile *t)
+{
+    cohsm__step s;
+    cohsm__frame f;
+    uint32_t place = cohsm__one_frame(t->maps, cohsm__tile_light(t, 0), &f);
+    size_t first;
+    int k;
+
     for (k = 0; k < COHSM__STEP; k++) {
         s.right[0][k] = f.right.x;
         s.right[1][k] = f.right.y;
@@ -5279,9 +5298,10 @@ static inline uint32_t cohsm__see_all(cohsm__tile *t)
         s.valid[k] = 1;
     }
     for (first = 0; first < t->count; first += COHSM__STEP) cohsm__step_see(&s, t, first);
-    return cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], 0);
+    return place;
 }
 
+/* Neighbours share pixels, so decoded depths are kept by the low bits of x and y. */
 static uint32_t cohsm__slot(uint32_t pixel) { return (pixel & 15u) | (pixel >> 3 & 0x1f0u); }
 
 COHSM__FLATTEN static void cohsm__one_light_portable(cohsm__tile *t)
@@ -5491,6 +5511,184 @@ COHSM__TARGET_AVX2 static size_t cohsm__load_directions_avx2(cohsm__tile *t)
     return i;
 }
 
+COHSM__AVX512_BEGIN
+/* One light for consecutive points with AVX-512: cohsm__load_points_avx2, cohsm__step_see and cohsm__one_light_avx2, in
+   larger tiles, so that many depths are decoded together. */
+enum { COHSM__STREAM = 1024, COHSM__AHEAD = 768 };      /* floats of points prefetched before they are wanted */
+
+typedef struct cohsm__stream {
+    __m512 center[3], right[3], up[3], back[3], per_radius, half, top, bias;
+    __m512i side, begin, range;
+    const cohsm_maps *maps;
+    uint32_t count, pixel[COHSM__STREAM], list[COHSM__STREAM + 16], place[COHSM__STEP];
+    int32_t  depth[COHSM__STREAM];
+    uint32_t kept_pixel[COHSM__KEPT], kept_depth[COHSM__KEPT];     /* as in cohsm__tile */
+} cohsm__stream;
+
+COHSM__TARGET_AVX512 static void cohsm__stream_axis(__m512 *out, cohsm__v3 v)
+{
+    out[0] = _mm512_set1_ps(v.x);
+    out[1] = _mm512_set1_ps(v.y);
+    out[2] = _mm512_set1_ps(v.z);
+}
+
+COHSM__TARGET_AVX512 static void cohsm__stream_make(cohsm__stream *s, const cohsm_maps *maps, cohsm__v3 direction,
+                                                    float bias)
+{
+    const cohsm__header *h = &maps->head;
+    float top = (float)h->map_size;
+    cohsm__frame f;
+    uint32_t place = cohsm__one_frame(maps, direction, &f), k;
+
+    cohsm__stream_axis(s->center, cohsm__v3_load(h->center));
+    cohsm__stream_axis(s->right, f.right);
+    cohsm__stream_axis(s->up, f.up);
+    cohsm__stream_axis(s->back, f.back);
+    s->per_radius = _mm512_set1_ps(1.0f / h->radius);
+    s->half = _mm512_set1_ps(0.5f * top);
+    s->top = _mm512_set1_ps(top);
+    s->bias = _mm512_set1_ps(bias / top);
+    s->side = _mm512_set1_epi32((int)h->map_size);
+    s->begin = _mm512_set1_epi32((int)h->pixel_begin);
+    s->range = _mm512_set1_epi32((int)maps->range);
+    s->maps = maps;
+    for (k = 0; k < COHSM__STEP; k++) s->place[k] = place;
+    memset(s->kept_pixel, 0xff, sizeof s->kept_pixel);
+    memset(s->kept_depth, 0, sizeof s->kept_depth);
+}
+
+/* x, y and z of up to 16 points whose floats follow each other, in radii about the centre. */
+COHSM__TARGET_AVX512 static inline void cohsm__stream_load(const cohsm__stream *s, const float *points, unsigned lanes,
+                                                           __m512 p[3])
+{
+    uint64_t floats = ((uint64_t)1 << 3u * lanes) - 1u;
+    __m512 a = _mm512_maskz_loadu_ps((__mmask16)(floats & 0xffffu), points);
+    __m512 b = _mm512_maskz_loadu_ps((__mmask16)(floats >> 16 & 0xffffu), points + 16);
+    __m512 c = _mm512_maskz_loadu_ps((__mmask16)(floats >> 32), points + 32);
+    __m512i at = _mm512_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 33, 36, 39, 42, 45);
+    int k;
+    COHSM__UNROLL
+    for (k = 0; k < 3; k++) {                       /* from a and b, but the last five or six, from c */
+        p[k] = _mm512_permutex2var_ps(a, at, b);
+        p[k] = _mm512_mask_permutexvar_ps(p[k], k < 2 ? 0xf800 : 0xfc00, at, c);
+        p[k] = _mm512_mul_ps(_mm512_sub_ps(p[k], s->center[k]), s->per_radius);
+        at = _mm512_add_epi32(at, _mm512_set1_epi32(1));
+    }
+}
+
+COHSM__TARGET_AVX512 static inline __m512 cohsm__stream_dot(const __m512 *p, const __m512 *a)
+{
+    __m512 xy = _mm512_add_ps(_mm512_mul_ps(p[0], a[0]), _mm512_mul_ps(p[1], a[1]));
+    return _mm512_add_ps(xy, _mm512_mul_ps(p[2], a[2]));
+}
+
+/* Pixels and compared depths; the points that are in the map. */
+COHSM__TARGET_AVX512 static inline __mmask16 cohsm__stream_see(const cohsm__stream *s, const __m512 *p, __m512i *pixel,
+                                                              __m512i *depth)
+{
+    __m512 x = _mm512_add_ps(_mm512_mul_ps(cohsm__stream_dot(p, s->right), s->half), s->half);
+    __m512 y = _mm512_add_ps(_mm512_mul_ps(cohsm__stream_dot(p, s->up), s->half), s->half);
+    __m512 d = cohsm__stream_dot(p, s->back), half = _mm512_set1_ps(0.5f), zero = _mm512_setzero_ps();
+    __mmask16 in;
+    d = _mm512_sub_ps(_mm512_sub_ps(half, _mm512_mul_ps(half, d)), s->bias);
+    d = _mm512_mul_ps(d, _mm512_set1_ps((float)COHSM__HIT_MAX));
+    in = _mm512_cmp_ps_mask(x, zero, _CMP_GE_OQ) & _mm512_cmp_ps_mask(x, s->top, _CMP_LT_OQ) &
+         _mm512_cmp_ps_mask(y, zero, _CMP_GE_OQ) & _mm512_cmp_ps_mask(y, s->top, _CMP_LT_OQ) &
+         _mm512_cmp_ps_mask(d, zero, _CMP_GE_OQ);
+    *pixel = _mm512_mullo_epi32(_mm512_maskz_cvttps_epi32(in, y), s->side);
+    *pixel = _mm512_sub_epi32(_mm512_add_epi32(*pixel, _mm512_maskz_cvttps_epi32(in, x)), s->begin);
+    *depth = _mm512_maskz_cvttps_epi32(in, _mm512_min_ps(d, _mm512_set1_ps(65535.0f)));
+    return in & _mm512_cmplt_epu32_mask(*pixel, s->range);
+}
+
+COHSM__TARGET_AVX512 static inline __m512i cohsm__slot16(__m512i pixel)
+{
+    __m512i high = _mm512_and_si512(_mm512_srli_epi32(pixel, 3), _mm512_set1_epi32(0x1f0));
+    return _mm512_or_si512(high, _mm512_and_si512(pixel, _mm512_set1_epi32(15)));
+}
+
+/* Pixels that no slot holds take theirs and join the list, each once: where lanes want one slot, one of them gets it.
+   The slots' depths, unknown yet, serve to find out which. */
+COHSM__TARGET_AVX512 static uint32_t cohsm__stream_mark(cohsm__stream *s, __m512i pixel, __m512i slot, __mmask16 missed,
+                                                        uint32_t *list)
+{
+    __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    _mm512_mask_i32scatter_epi32(s->kept_depth, missed, slot, lane, 4);
+    missed = _mm512_mask_cmpeq_epi32_mask(missed, lane, _mm512_i32gather_epi32(slot, s->kept_depth, 4));
+    _mm512_mask_i32scatter_epi32(s->kept_pixel, missed, slot, pixel, 4);
+    _mm512_storeu_si512(list, _mm512_maskz_compress_epi32(missed, pixel));
+    return (uint32_t)_mm_popcnt_u32(missed);
+}
+
+/* A tile's pixels and compared depths. Returns how many pixels are listed to be decoded. */
+COHSM__TARGET_AVX512 static uint32_t cohsm__stream_find(cohsm__stream *s, const float *points)
+{
+    uint32_t k, n = 0;
+    for (k = 0; k < s->count; k += 16, points += 48) {
+        __m512i pixel, depth, slot;
+        __m512 p[3];
+        __mmask16 in, missed;
+        COHSM__PREFETCH(points + COHSM__AHEAD);
+        COHSM__PREFETCH(points + COHSM__AHEAD + 16);
+        COHSM__PREFETCH(points + COHSM__AHEAD + 32);
+        cohsm__stream_load(s, points, cohsm__min_u32(s->count - k, 16), p);
+        in = cohsm__stream_see(s, p, &pixel, &depth);
+        pixel = _mm512_mask_mov_epi32(_mm512_set1_epi32(-1), in, pixel);        /* COHSM__NO_PIXEL */
+        slot = cohsm__slot16(pixel);
+        missed = _mm512_mask_cmpneq_epi32_mask(in, pixel, _mm512_i32gather_epi32(slot, s->kept_pixel, 4));
+        _mm512_storeu_si512(s->pixel + k, pixel);
+        _mm512_storeu_si512(s->depth + k, depth);
+        if (missed) n += cohsm__stream_mark(s, pixel, slot, missed, s->list + n);
+    }
+    return n;
+}
+
+COHSM__TARGET_AVX2 static void cohsm__stream_decode(cohsm__stream *s, uint32_t count)
+{
+    uint32_t depth[COHSM__STEP], i, k, n;
+    for (i = 0; i < count; i += n) {
+        const uint32_t *pixel = s->list + i;
+        n = cohsm__min_u32(count - i, COHSM__STEP);
+        cohsm__find_depths(s->maps, pixel, s->place, n, depth);
+        for (k = 0; k < n; k++)                     /* where no other has taken the slot since */
+            if (s->kept_pixel[cohsm__slot(pixel[k])] == pixel[k]) s->kept_depth[cohsm__slot(pixel[k])] = depth[k];
+    }
+}
+
+COHSM__TARGET_AVX512 static void cohsm__stream_compare(const cohsm__stream *s, float *visible)
+{
+    uint32_t k, at;
+    for (k = 0; k < s->count; k += 16) {
+        unsigned valid = s->count - k < 16 ? (1u << (s->count - k)) - 1u : 0xffffu, taken;
+        __m512i pixel = _mm512_loadu_si512(s->pixel + k), slot = cohsm__slot16(pixel);
+        __mmask16 in = _mm512_cmpneq_epi32_mask(pixel, _mm512_set1_epi32(-1));
+        __mmask16 dark = _mm512_mask_cmpgt_epi32_mask(in, _mm512_loadu_si512(s->depth + k),
+                                                      _mm512_i32gather_epi32(slot, s->kept_depth, 4));
+        taken = _mm512_mask_cmpneq_epi32_mask(in, pixel, _mm512_i32gather_epi32(slot, s->kept_pixel, 4)) & valid;
+        _mm512_mask_storeu_ps(visible + k, (__mmask16)valid, _mm512_mask_blend_ps(dark, _mm512_set1_ps(1.0f),
+                                                                                  _mm512_setzero_ps()));
+        for (; taken; taken &= taken - 1u) {
+            at = k + (uint32_t)__builtin_ctz(taken);
+            visible[at] = cohsm__lit(s->maps, s->pixel[at], s->place[0], s->depth[at]);
+        }
+    }
+}
+
+COHSM__TARGET_AVX512 static void cohsm__one_light_avx512(const cohsm_maps *maps, const cohsm_query *q,
+                                                         cohsm__v3 direction, float *visible)
+{
+    size_t first;
+    cohsm__stream s;
+
+    cohsm__stream_make(&s, maps, direction, q->bias);
+    for (first = 0; first < q->count; first += s.count) {
+        s.count = q->count - first < COHSM__STREAM ? (uint32_t)(q->count - first) : (uint32_t)COHSM__STREAM;
+        cohsm__stream_decode(&s, cohsm__stream_find(&s, q->points + 3 * first));
+        cohsm__stream_compare(&s, visible + first);
+    }
+}
+COHSM__AVX512_END
+
 #endif
 
 /* Looks up one corner of every sample. */
@@ -5645,6 +5843,26 @@ static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
     cohsm__load_lights(t, inverse);
 }
 
+/* The whole batch at once; 0 where it is of a kind that is treated in tiles. */
+static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *visible)
+{
+#if COHSM__SIMD
+    float v[3];
+    if (m->simd < 2 || !q->count || !q->one_light || q->filter != COHSM_FILTER_NEAREST ||
+        q->light != COHSM_LIGHT_DIRECTION || (q->point_stride && q->point_stride != 12))
+        return 0;
+    memcpy(v, q->lights, sizeof v);
+    if (!cohsm__usable(cohsm__v3_load(v))) return 0;
+    cohsm__one_light_avx512(m, q, cohsm__v3_load(v), visible);
+    return 1;
+#else
+    (void)m;
+    (void)q;
+    (void)visible;
+    return 0;
+#endif
+}
+
 static cohsm_result cohsm__check_query(const cohsm_maps *m, const cohsm_query *q)
 {
     if (!q->points || !q->lights || (unsigned)q->light > COHSM_LIGHT_INDEX ||
@@ -5675,17 +5893,11 @@ COHSM_DEF cohsm_query cohsm_query_default(void)
     return q;
 }
 
-COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *query, float *visible, size_t *refused)
+static void cohsm__run_tiles(const cohsm_maps *maps, const cohsm_query *query, float *visible)
 {
     cohsm__tile t;
     size_t begin, i;
-    cohsm_result result;
 
-    if (!maps || !query || (query->count && !visible)) return COHSM_ERR_ARGUMENT;
-    if (query->count) {
-        result = cohsm__check_query(maps, query);
-        if (result != COHSM_OK) return result;
-    }
     cohsm__tile_start(&t, query, maps);
     for (begin = 0; begin < query->count; begin += t.count) {
         t.count = query->count - begin < COHSM__TILE ? query->count - begin : (size_t)COHSM__TILE;
@@ -5694,6 +5906,18 @@ COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *
         cohsm__run_tile(&t);
         memcpy(visible + begin, t.visible, t.count * sizeof *visible);
     }
+}
+
+COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *query, float *visible, size_t *refused)
+{
+    cohsm_result result;
+
+    if (!maps || !query || (query->count && !visible)) return COHSM_ERR_ARGUMENT;
+    if (query->count) {
+        result = cohsm__check_query(maps, query);
+        if (result != COHSM_OK) return result;
+    }
+    if (!cohsm__run_stream(maps, query, visible)) cohsm__run_tiles(maps, query, visible);
     if (refused) *refused = cohsm__count_refused(visible, query->count);
     return COHSM_OK;
 }

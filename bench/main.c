@@ -146,7 +146,10 @@ const char *bn_simd(void)
 #if defined(COHSM_NO_SIMD)
     return "none";
 #elif defined(__x86_64__) && (defined(__GNUC__) || defined(__clang__))
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") ? "avx2" : "none";
+    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("bmi2"))
+        return "none";
+    return __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
+                   __builtin_cpu_supports("avx512vl") ? "avx512" : "avx2";
 #else
     return "none";
 #endif

@@ -413,7 +413,7 @@ static void batches_equal_single_queries_and_simd_equals_scalar(void **state)
     model m = model_soup(200, 0.4, 6);
     float where[20][4];
     uint64_t seed = 91, asked = 0, differ = 0;
-    int k, light, filter, one, i, c, order;
+    int k, light, filter, one, i, c, order, simd;
     (void)state;
     for (i = 0; i < 20; i++) {
         rnd_direction(&seed, where[i]);
@@ -486,15 +486,14 @@ static void batches_equal_single_queries_and_simd_equals_scalar(void **state)
                         }
                         assert_int_equal(count, refused);
                         if (light != COHSM_LIGHT_POSITION) assert_int_equal(refused, 0);
-                        /* the same without intrinsics */
-                        if (maps->simd) {
-                            int simd = maps->simd;
-                            maps->simd = 0;
+                        /* the same with fewer intrinsics, and without */
+                        for (simd = maps->simd; maps->simd > 0;) {
+                            maps->simd--;
                             assert_int_equal(cohsm_visible(maps, &q, w, NULL), COHSM_OK);
-                            maps->simd = simd;
                             asked += N / 4;
                             for (i = 0; i < N / 4; i++) differ += v[i] != w[i];
                         }
+                        maps->simd = simd;
                         /* one by one; roulette draws by the number in the batch, so it can only be asked as a batch */
                         if (filter == COHSM_FILTER_ROULETTE) continue;
                         for (i = 0; i < N / 4; i += 37) {
