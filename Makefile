@@ -152,7 +152,7 @@ $(BUILD)/$(1): $(call objects,$(2)) $(COMMON)
 	$$(call say,LINK,$$@)$$(LINK) $$^ $$(EX_LIBS) $(3) -lm -o $$@
 endef
 $(foreach p,render compare,$(eval $(call program,$(p),examples/$(p))))
-$(BUILD)/bake: $(call objects,examples/bake) $(patsubst %,$(OBJ)/examples/render/%.o,settings csm_cut) $(COMMON)
+$(BUILD)/bake: $(call objects,examples/bake) $(patsubst %,$(OBJ)/examples/render/%.o,settings csm_cut shadowfield_mesh) $(COMMON)
 	$(call say,LINK,$@)$(LINK) $^ $(EX_LIBS) -lm -o $@
 # The viewer runs render's techniques.
 $(BUILD)/viewer: $(call objects,examples/viewer) $(filter-out %/main.o,$(call objects,examples/render)) $(COMMON)

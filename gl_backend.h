@@ -8425,7 +8425,7 @@ static const char *const glbk__glsl_prog_sfield_see_frag[] = {
     "{\n",
     "#if SFIELD_SOURCE\n",
     "    seen = uvec4(floatBitsToUint(gl_FrontFacing ? sfield_radiance : vec3(0.0)), 0u);\n",
-    "    gl_FragDepth = clamp(sfield_depth, 0.0, 1.0);\n",
+    "    gl_FragDepth = clamp(gl_FrontFacing ? sfield_depth : 1.0001 * sfield_depth, 0.0, 1.0);   // for sheets that shine twice\n",
     "#else\n",
     "    seen = uvec4(1u);\n",
     "#endif\n",

@@ -326,7 +326,8 @@ SFIELD_DEF sfield_result sfield_build(const sfield_desc *desc, const sfield_mesh
 SFIELD_DEF sfield_result sfield_build_emissive(const sfield_desc *desc, const sfield_mesh *mesh, const float *radiance,
                                                sfield_field **out, sfield_stats *stats);
 /* Source field of an emissive mesh. radiance: r, g, b of each triangle, >= 0, for each frame one array after the other;
-   emitted on the side that is counter-clockwise. Triangles of radiance 0 hide those behind. Errors as above. */
+   emitted on the side that is counter-clockwise; both sides: the triangle once more, turned over. Triangles of radiance 0
+   hide those behind. Errors as above. */
 
 typedef void (*sfield_view_fn)(void *user, float time, const float position[3], const float direction[3], float rgb[3]);
 /* What arrives at position, in the field's space, from the unit direction (pointing away from position): radiance, or
@@ -2747,7 +2748,8 @@ static sfield_result sfield__check_content(const sfield_field *f, sfield__part p
     const sfield__header *h = &f->h;
     uint32_t i, k, cells = 6 * h->cube_side * h->cube_side;
     for (i = 0; i < h->shells; i++)
-        if (!sfield__in(f->radii[i], 1e-6f, 1000) || (i && f->radii[i] <= f->radii[i - 1] * 1.0001f)) return SFIELD_ERR_FORMAT;
+        if (!sfield__in(f->radii[i], 1e-6f, 1000) || (i && f->radii[i] <= f->radii[i - 1] * 1.0001f))
+            return SFIELD_ERR_FORMAT;
     if (h->basis == SFIELD_BASIS_SH) {
         for (i = 0; i < 2 * sfield__groups(h) * h->stride; i++)
             if (!sfield__in(f->scale[i], -1e24f, 1e24f)) return SFIELD_ERR_FORMAT;
@@ -2755,14 +2757,16 @@ static sfield_result sfield__check_content(const sfield_field *f, sfield__part p
     }
     if (f->offset[0] != 0 || f->offset[h->samples] != h->entries) return SFIELD_ERR_FORMAT;
     k = h->shard_end ? h->samples / sfield__groups(h) : 0;      /* shards: nothing outside, so that sfield_merge fits */
-    if (k && (f->offset[h->shard_begin * k] != 0 || f->offset[h->shard_end * k] != h->entries)) return SFIELD_ERR_FORMAT;
+    if (k && (f->offset[h->shard_begin * k] != 0 || f->offset[h->shard_end * k] != h->entries))
+        return SFIELD_ERR_FORMAT;
     for (i = 0; i < h->samples; i++) {
         if (i % SFIELD__STEP_SAMPLES == 0 && sfield__cancelled(&part, i, h->samples)) return SFIELD_ERR_CANCELLED;
         if (f->offset[i] > f->offset[i + 1] || f->offset[i + 1] > h->entries) return SFIELD_ERR_FORMAT;
         if (!sfield__in(f->sample_scale[i], 0, 1e24f)) return SFIELD_ERR_FORMAT;
         for (k = f->offset[i]; k < f->offset[i + 1]; k++) {
             uint32_t index = f->entry[(size_t)k * h->stride] >> 16;
-            if (index >= cells || (k > f->offset[i] && index <= f->entry[(size_t)(k - 1) * h->stride] >> 16)) return SFIELD_ERR_FORMAT;
+            if (index >= cells || (k > f->offset[i] && index <= f->entry[(size_t)(k - 1) * h->stride] >> 16))
+                return SFIELD_ERR_FORMAT;
         }
     }
     return SFIELD_OK;
@@ -3060,10 +3064,11 @@ static int sfield__span(const sfield__edges *e, uint32_t width, int y, const int
     return *x0 <= *x1;
 }
 
+/* Sides that do not emit lie a little farther away: those of a sheet that shines on both would hide it by rounding. */
 static void sfield__raster_face(sfield__view *v, const sfield__edges *e, uint32_t face, const int *box, uint32_t owner)
 {
     int y, x, x0, x1, width = (int)v->width;
-    float sum[3], half = 0.5f * (float)width;
+    float sum[3], half = 0.5f * (float)width, det = e->det > 0 ? e->det : -1.00001f * e->det;
     for (x = 0; x < 3; x++) sum[x] = e->c[0][x] + e->c[1][x] + e->c[2][x];
     for (y = box[1]; y <= box[3]; y++) {
         if (!sfield__span(e, v->width, y, box, &x0, &x1)) continue;
@@ -3076,7 +3081,7 @@ static void sfield__raster_face(sfield__view *v, const sfield__edges *e, uint32_
         for (x = x0; x <= x1; x++) {
             size_t at = (size_t)(face * v->width + (uint32_t)y) * v->width + (uint32_t)x;
             float close = (sum[0] * (((float)x + 0.5f) / half - 1) + sum[1] * (((float)y + 0.5f) / half - 1) + sum[2]) /
-                         fabsf(e->det);
+                         det;
             if (close > v->depth[at]) {
                 v->depth[at] = close;
                 v->owner[at] = owner | (e->det < 0 ? 0x80000000u : 0);      /* the side that does not emit */

@@ -3,6 +3,7 @@
 #define BAKE_H
 
 #include "../common/common.h"
+#include "../common/scene.h"
 #include "../render/settings.h"
 
 #include <stddef.h>
@@ -13,7 +14,15 @@ typedef struct bk_mesh {
     float    *positions;
     uint32_t *indices;
     size_t    vertices, triangles;
+    uint32_t *lit;                      /* triangles as sfield_build_emissive takes them: where both sides shine, twice */
+    float    *radiance;                 /* of each of these; NULL, like lit, where nothing shines */
+    size_t    lit_count;
+    ex_scene  scene;                    /* where it is from */
+    char      node[64];
 } bk_mesh;
+
+/* Points on it, for its own visibility. */
+typedef struct bk_points { float *positions, *normals, offset; size_t count; } bk_points;
 
 /* A technique bakes units (pixels of maps, shells) from..to of all into one file's bytes. Functions return 0, or -1
    with one line in error; bytes are freed with free(). */
@@ -42,5 +51,8 @@ int  bk_write(const char *path, const void *data, size_t size, char *error);
 /* object.c: what casts shadows in a scene, or node=NAME of it in its own space. */
 int  bk_object(bk_mesh *out, const char *path, const char *node, char *error);
 void bk_object_free(bk_mesh *mesh);
+/* Its vertices as they are, or with spacing > 0 the points that `render --set spacing=` shades. */
+int  bk_points_of(bk_points *out, const bk_mesh *mesh, float spacing, char *error);
+void bk_points_free(bk_points *points);
 
 #endif

@@ -153,6 +153,7 @@ static uint64_t key_of(const bk_args *args, const bk_mesh *mesh, uint32_t from, 
     }
     h = add_hash(h, mesh->positions, 12 * mesh->vertices);
     h = add_hash(h, mesh->indices, 12 * mesh->triangles);
+    h = add_hash(h, mesh->radiance, 12 * mesh->lit_count);
     h = add_hash(h, &from, sizeof from);
     return add_hash(h, &to, sizeof to);
 }

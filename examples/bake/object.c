@@ -1,7 +1,9 @@
 /* object.c - see bake.h */
 #include "bake.h"
 #include "../render/csm_parts.h"
+#include "../render/shadowfield_parts.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,10 +15,51 @@ static int is_wanted(const ex_object *o, const char *node)
     return *node ? strcmp(o->name, node) == 0 : !o->receiver_only;
 }
 
-/* Alpha masks are cut out of their triangles, as in render. */
-static int gather(bk_mesh *out, const ex_scene *scene, const char *node, char *error)
+static int out_of_memory(char *error)
 {
-    cs_soup soup = { NULL, NULL, 0, 0 };
+    snprintf(error, EX_ERROR_SIZE, "out of memory");
+    return -1;
+}
+
+static float determinant(const float *m)
+{
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[4] * (m[1] * m[10] - m[2] * m[9]) +
+           m[8] * (m[1] * m[6] - m[2] * m[5]);
+}
+
+/* What triangles from `first` of the soup on emit, which are of this object. In the order of render, so that its bytes
+   are the same. */
+static void add_lit(bk_mesh *out, const cs_soup *soup, size_t first, const ex_object *o, int mirrored)
+{
+    for (size_t t = first; t < soup->triangles; t++) {
+        const ex_material *material = &out->scene.materials[ex_object_material(&out->scene, o, soup->source[t])];
+        const float *e = material->emission;
+        const int both = material->double_sided && (e[0] > 0 || e[1] > 0 || e[2] > 0);
+        for (int side = 0; side <= both; side++, out->lit_count++) {
+            uint32_t *to = out->lit + 3 * out->lit_count;
+            const uint32_t *from = soup->indices + 3 * t;
+            memcpy(to, from, 3 * sizeof *to);
+            if (side != mirrored)
+                to[0] = from[1], to[1] = from[0];
+            memcpy(out->radiance + 3 * out->lit_count, e, 3 * sizeof *e);
+        }
+    }
+}
+
+static int shines(const bk_mesh *m)
+{
+    for (size_t i = 0; i < 3 * m->lit_count; i++)
+        if (m->radiance[i] > 0)
+            return 1;
+    return 0;
+}
+
+/* Alpha masks are cut out of their triangles, as csm does in render. */
+static int gather(bk_mesh *out, char *error)
+{
+    const ex_scene *scene = &out->scene;
+    const char *node = out->node;
+    cs_soup soup = { NULL, NULL, NULL, 0, 0 };
     size_t vertices = 0, triangles = 0;
     uint32_t found = 0;
     for (uint32_t i = 0; i < scene->object_count; i++)
@@ -33,39 +76,49 @@ static int gather(bk_mesh *out, const ex_scene *scene, const char *node, char *e
                            : "nothing casts shadows");
         return -1;
     }
-    soup.positions = malloc((3 * vertices + 1) * sizeof *soup.positions);
-    soup.indices = malloc((3 * triangles + 1) * sizeof *soup.indices);
-    if (!soup.positions || !soup.indices) {
-        free(soup.positions);
-        free(soup.indices);
-        snprintf(error, EX_ERROR_SIZE, "out of memory");
-        return -1;
-    }
-    for (uint32_t i = 0; i < scene->object_count && found; i++)
+    out->positions = soup.positions = malloc((3 * vertices + 1) * sizeof *soup.positions);
+    out->indices = soup.indices = malloc((3 * triangles + 1) * sizeof *soup.indices);
+    out->lit = malloc((6 * triangles + 1) * sizeof *out->lit);
+    out->radiance = malloc((6 * triangles + 1) * sizeof *out->radiance);
+    soup.source = malloc((triangles + 1) * sizeof *soup.source);
+    for (uint32_t i = 0; i < scene->object_count && found && soup.positions && soup.indices && out->lit &&
+                         out->radiance && soup.source; i++)
         if (is_wanted(&scene->objects[i], node)) {
-            cs_soup_add(&soup, scene, &scene->objects[i], *node ? identity : scene->objects[i].transform, 0);
+            const float *m = *node ? identity : scene->objects[i].transform;
+            const size_t first = soup.triangles;
+            cs_soup_add(&soup, scene, &scene->objects[i], m, 0);
+            add_lit(out, &soup, first, &scene->objects[i], determinant(m) < 0);
             found--;
         }
-    out->positions = soup.positions;
-    out->indices = soup.indices;
     out->vertices = soup.vertices;
     out->triangles = soup.triangles;
+    free(soup.source);
+    if (found)
+        return out_of_memory(error);
+    if (!shines(out)) {
+        free(out->lit);
+        free(out->radiance);
+        out->lit = NULL;
+        out->radiance = NULL;
+        out->lit_count = 0;
+    }
     return 0;
 }
 
 int bk_object(bk_mesh *out, const char *path, const char *node, char *error)
 {
-    ex_scene scene;
     int result;
     memset(out, 0, sizeof *out);
+    snprintf(out->node, sizeof out->node, "%s", node);
     if (strncmp(path, "builtin:", 8) == 0)
-        result = ex_scene_builtin(&scene, path + 8, 0, error);
+        result = ex_scene_builtin(&out->scene, path + 8, 0, error);
     else
-        result = ex_scene_load(&scene, path, error);
+        result = ex_scene_load(&out->scene, path, error);
     if (result != 0)
         return -1;
-    result = gather(out, &scene, node, error);
-    ex_scene_free(&scene);
+    result = gather(out, error);
+    if (result != 0)
+        bk_object_free(out);
     return result;
 }
 
@@ -73,4 +126,81 @@ void bk_object_free(bk_mesh *mesh)
 {
     free(mesh->positions);
     free(mesh->indices);
+    free(mesh->lit);
+    free(mesh->radiance);
+    ex_scene_free(&mesh->scene);
+    memset(mesh, 0, sizeof *mesh);
+}
+
+/* ---- points ---- */
+
+/* Normals are turned by the cofactors. */
+static int add_points(bk_points *p, const float *positions, const float *normals, size_t count, const float *m)
+{
+    const float side = determinant(m) < 0 ? -1.0f : 1.0f;
+    float *grown = realloc(p->positions, (3 * (p->count + count) + 1) * sizeof *grown);
+    p->positions = grown ? grown : p->positions;
+    if (!grown || !(grown = realloc(p->normals, (3 * (p->count + count) + 1) * sizeof *grown)))
+        return -1;
+    p->normals = grown;
+    for (size_t i = 0; i < count; i++, p->count++) {
+        const float *from = positions + 3 * i, *n = normals + 3 * i;
+        float *to = p->positions + 3 * p->count, *turned = p->normals + 3 * p->count, length = 0;
+        for (int k = 0; k < 3; k++) {
+            const int a = (k + 1) % 3, b = (k + 2) % 3;
+            to[k] = m[k] * from[0] + m[4 + k] * from[1] + m[8 + k] * from[2] + m[12 + k];
+            turned[k] = side * ((m[4 + a] * m[8 + b] - m[4 + b] * m[8 + a]) * n[0] +
+                                (m[8 + a] * m[b] - m[8 + b] * m[a]) * n[1] +
+                                (m[a] * m[4 + b] - m[b] * m[4 + a]) * n[2]);
+            length += turned[k] * turned[k];
+        }
+        for (int k = 0; k < 3 && m != identity; k++)
+            turned[k] = length > 0 ? turned[k] / sqrtf(length) : n[k];
+    }
+    return 0;
+}
+
+static float scale_of(const float *m) { return sqrtf(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]); }
+
+int bk_points_of(bk_points *out, const bk_mesh *mesh, float spacing, char *error)
+{
+    const ex_scene *scene = &mesh->scene;
+    float center[3], radius;
+    int result = 0;
+    memset(out, 0, sizeof *out);
+    if (ex_scene_bounds(scene, center, &radius) != 0)
+        return out_of_memory(error);
+    out->offset = 1e-3f * radius;
+    for (uint32_t i = 0; i < scene->object_count && result == 0; i++) {
+        const ex_object *o = &scene->objects[i];
+        const ex_mesh *m = &scene->meshes[o->mesh];
+        const float scale = fmaxf(scale_of(o->transform), 1e-12f), *to = *mesh->node ? identity : o->transform;
+        sf_surface s;
+        if (!is_wanted(o, mesh->node) || !m->triangle_count)
+            continue;
+        if (*mesh->node)
+            out->offset = 1e-3f * radius / scale;
+        if (!(spacing > 0))
+            result = add_points(out, m->positions, m->normals, m->vertex_count, to);
+        else {
+            result = sf_surface_build(&s, scene, m, spacing * radius / scale);
+            if (result == 0) {
+                result = add_points(out, s.chosen_positions, s.chosen_normals, s.chosen_count, to);
+                sf_surface_free(&s);
+            }
+        }
+        if (*mesh->node)
+            break;
+    }
+    if (result == 0)
+        return 0;
+    bk_points_free(out);
+    return out_of_memory(error);
+}
+
+void bk_points_free(bk_points *points)
+{
+    free(points->positions);
+    free(points->normals);
+    memset(points, 0, sizeof *points);
 }

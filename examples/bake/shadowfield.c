@@ -1,4 +1,5 @@
-/* shadowfield.c - bake's technique shadowfield: the occlusion field of an object; units are its shells. */
+/* shadowfield.c - bake's technique shadowfield: what an object hides, or what it shines, whose units are shells; or what it
+   hides from its own points, which is one unit. */
 #include "shadowfield.h"
 #include "bake.h"
 
@@ -6,7 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const char *const kinds[] = { "occlusion", "source", "self" };
+
 static const rd_key keys[] = {
+    { "kind", RD_WORD, "occlusion|source|self", 0, 0, "occlusion",
+      "what the object hides, what its emissive triangles shine, or what it hides from its own points" },
+    { "point_spacing", RD_NUMBER, NULL, 0, 1, "0", "kind=self: spacing of render; 0: the vertices, in their order" },
     { "basis", RD_WORD, "sh|haar", 0, 0, "sh", "spherical harmonics or Haar wavelets" },
     { "bands", RD_INTEGER, NULL, 1, 8, "4", "of harmonics" },
     { "shells", RD_INTEGER, "0", 2, 64, "0", "of a field; 0: 16, with wavelets 32" },
@@ -15,7 +21,7 @@ static const rd_key keys[] = {
     { "spacing", RD_WORD, "geometric|uniform", 0, 0, "geometric", "of the shells" },
     { "inner", RD_NUMBER, NULL, 0, 1000, "0", "first shell, in radii; 0: 0.2" },
     { "outer", RD_NUMBER, NULL, 0, 1000, "0", "last shell, in radii; 0: 8, with wavelets 20" },
-    { "keep", RD_NUMBER, NULL, 0, 1, "0.01", "wavelets: share of a cube's coefficients" },
+    { "keep", RD_NUMBER, NULL, 0, 1, "0", "wavelets: share of a cube's coefficients; 0: 0.01, of kind=self 0.06" },
     { "window", RD_NUMBER, NULL, 0, 1e6, "0", "harmonics: strength of the window against ringing" },
     { "logarithm", RD_WORD, "0|1", 0, 0, "0", "1: log visibility, for the product by exponentials" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
@@ -52,6 +58,8 @@ static sfield_desc desc_of(const rd_settings *settings, ex_pool *pool)
     d.keep = (float)rd_setting_number(settings, "keep");
     d.window = (float)rd_setting_number(settings, "window");
     d.logarithm = rd_setting_is(settings, "logarithm", "1");
+    if (!(d.keep > 0) && rd_setting_is(settings, "kind", "self"))
+        d.keep = 0.06f;                         /* one cube a point, not thousands an object */
     d.parallel_for = ex_pool_run;
     d.parallel_user = pool;
     return d;
@@ -62,15 +70,31 @@ static uint32_t shells_of(const sfield_desc *d)
     return d->shells ? d->shells : d->basis == SFIELD_BASIS_HAAR ? 32 : 16;
 }
 
+static uint32_t units_of(const rd_settings *settings)
+{
+    const sfield_desc d = desc_of(settings, NULL);
+    return rd_setting_is(settings, "kind", "self") ? 1 : shells_of(&d);
+}
+
 /* About 10 ns a triangle and 0.2 ms of texels for each view. */
 static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error)
 {
     sfield_desc d = desc_of(settings, NULL);
     uint32_t side = d.position_side ? d.position_side : d.basis == SFIELD_BASIS_HAAR ? 32 : 16;
-    (void)error;
-    *units = shells_of(&d);
+    *units = units_of(settings);
     *seconds = *units * 6.0 * side * side * (10e-9 * (double)mesh->triangles + 2e-4);
-    return 0;
+    if (rd_setting_is(settings, "kind", "self")) {
+        *seconds = 0;                           /* in one part */
+        if (d.logarithm)
+            snprintf(error, EX_ERROR_SIZE, "shadowfield: logarithm=1 is of occlusion fields");
+        return d.logarithm ? -1 : 0;
+    }
+    if (!rd_setting_is(settings, "kind", "source"))
+        return 0;
+    if (!mesh->radiance || d.logarithm)
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: %s",
+                 mesh->radiance ? "logarithm=1 is of occlusion fields" : "kind=source: nothing shines there");
+    return mesh->radiance && !d.logarithm ? 0 : -1;
 }
 
 static double weight(const rd_settings *settings, uint32_t units, uint32_t unit)
@@ -91,18 +115,37 @@ static int bytes_of(sfield_field *field, void **data, size_t *size, char *error)
     return *data ? 0 : failed("memory", SFIELD_ERR_ALLOC, error);
 }
 
+static sfield_result build_self(const rd_settings *settings, const bk_mesh *mesh, const sfield_desc *d,
+                                sfield_field **field, char *error)
+{
+    const sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles };
+    sfield_result result;
+    bk_points p;
+    if (bk_points_of(&p, mesh, (float)rd_setting_number(settings, "point_spacing"), error) != 0)
+        return SFIELD_ERR_ALLOC;
+    result = sfield_build_self(d, &m, p.positions, p.normals, p.count, p.offset, field, NULL);
+    bk_points_free(&p);
+    return result;
+}
+
 static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from, uint32_t to, ex_pool *pool,
                 void **data, size_t *size, char *error)
 {
     sfield_desc d = desc_of(settings, pool);
-    sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles };
+    const sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles };
+    const sfield_mesh lit = { mesh->positions, mesh->vertices, 0, mesh->lit, 3 * mesh->lit_count };
     sfield_field *field;
     sfield_result result;
-    if (from != 0 || to != shells_of(&d)) {
+    if (from != 0 || to != units_of(settings)) {
         d.shard_begin = from;
         d.shard_end = to;
     }
-    result = sfield_build(&d, &m, &field, NULL);
+    if (rd_setting_is(settings, "kind", "self"))
+        result = build_self(settings, mesh, &d, &field, error);
+    else if (rd_setting_is(settings, "kind", "source"))
+        result = sfield_build_emissive(&d, &lit, mesh->radiance, &field, NULL);
+    else
+        result = sfield_build(&d, &m, &field, NULL);
     ex_progress(NULL, 1);
     return result == SFIELD_OK ? bytes_of(field, data, size, error) : failed("build", result, error);
 }
@@ -128,7 +171,6 @@ static int merge(const void *const *parts, const size_t *sizes, size_t count, in
 
 static int info(const void *data, size_t size, char *line, size_t room, char *error)
 {
-    static const char *const kinds[] = { "occlusion", "source", "self" };
     static char label[] = "reading";
     sfield_desc d = services(label);
     sfield_field *field;
@@ -152,23 +194,30 @@ static int info(const void *data, size_t size, char *line, size_t room, char *er
     return 0;
 }
 
-/* Built again with the same settings: the bytes are the same everywhere. */
+/* Built again with the same settings: the bytes are the same everywhere. The kind is the file's. */
 static int verify(const rd_settings *settings, const void *data, size_t size, const bk_mesh *mesh, ex_pool *pool,
                   char *line, size_t room, char *error)
 {
+    static char label[] = "reading";
+    rd_settings own = *settings;
+    char kind[32];
     sfield_field *field;
     sfield_info i;
     void *again;
     size_t again_size, wrong = 0;
-    sfield_desc d = desc_of(settings, NULL);
+    uint32_t units;
+    double seconds;
+    sfield_desc d = services(label);
     sfield_result result = sfield_open(data, size, &d, &field);
     ex_progress(NULL, 1);
     if (result != SFIELD_OK)
         return failed("file", result, error);
     sfield_get_info(field, &i);
     sfield_free(field);
-    if (bake(settings, mesh, i.shard_begin, i.shard_end ? i.shard_end : shells_of(&d), pool, &again, &again_size,
-             error) != 0)
+    snprintf(kind, sizeof kind, "kind=%s", kinds[i.kind]);
+    if (rd_settings_add(&own, kind, error) != 0 || plan(&own, mesh, &units, &seconds, error) != 0)
+        return -1;
+    if (bake(&own, mesh, i.shard_begin, i.shard_end ? i.shard_end : units, pool, &again, &again_size, error) != 0)
         return -1;
     for (size_t k = 0; k < size && k < again_size; k++)
         wrong += ((const unsigned char *)data)[k] != ((const unsigned char *)again)[k];

@@ -12,7 +12,9 @@ typedef struct rd_light_arg {
 typedef struct rd_args {
     const rd_technique *technique;
     int          use_gl;
-    const char  *scene, *env, *baked, *out, *json;     /* NULL where not given */
+    const char  *scene, *env, *out, *json;             /* NULL where not given */
+    const char  *baked[RD_MOST_BAKED];
+    size_t       baked_count;
     rd_light_arg *lights;      /* freed by rd_args_free */
     uint32_t     light_count;
     ex_camera    camera;

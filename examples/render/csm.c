@@ -366,11 +366,11 @@ static int build_all(cs_state *state, const rd_job *job, char *error)
         return -1;
     for (size_t i = 0; i < state->light_count; i++)
         directions |= wants_directions(state, &state->lights[i]);
-    if (job->baked && !directions) {
+    if (job->baked_count && !directions) {
         snprintf(error, EX_ERROR_SIZE, "csm: --baked holds maps of directions, and no light asks for them");
         return -1;
     }
-    if (directions && !state->directions.count && (job->baked ? cs_casters_open(&state->directions, state, job, error)
+    if (directions && !state->directions.count && (job->baked_count ? cs_casters_open(&state->directions, state, job, error)
                                   : cs_casters_build(&state->directions, state, job, NULL, error)) != 0)
         return -1;
     for (size_t i = 0; i < state->light_count; i++)

@@ -141,11 +141,14 @@ void cs_soup_add(cs_soup *s, const ex_scene *scene, const ex_object *object, con
     for (uint32_t t = 0; t < mesh->triangle_count; t++) {
         const uint32_t *from = mesh->indices + 3 * (size_t)t;
         uint32_t index[3] = { from[0] + base, from[1] + base, from[2] + base };
+        size_t first = s->triangles;
         if (dark && is_emissive(scene, object, t))
             continue;
         if (is_masked(scene, object, t))
             add_cut(s, scene, object, t, cells_of(scene, object, t, share), index);
         else
             add_triangle(s, index[0], index[1], index[2]);
+        for (; s->source && first < s->triangles; first++)
+            s->source[first] = t;
     }
 }

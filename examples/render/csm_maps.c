@@ -284,7 +284,7 @@ static int build_object(cs_casters *c, cs_state *state, const rd_job *job, uint3
     if (!maps) {
         cohsm_mesh mesh = mesh_of(source);
         cohsm_maps *made = NULL;
-        cs_soup moved = { NULL, NULL, 0, 0 };
+        cs_soup moved = { NULL, NULL, NULL, 0, 0 };
         memset(&domain, 0, sizeof domain);
         domain.side[0] = domain.side[1] = state->options.side;
         if (direction) {
@@ -431,7 +431,7 @@ int cs_casters_open(cs_casters *c, cs_state *state, const rd_job *job, char *err
     cohsm_result result;
     size_t size;
     void *data;
-    if (allocate(c, job->scene, error) != 0 || !(data = ex_file_read(job->baked, &size, error)))
+    if (allocate(c, job->scene, error) != 0 || !(data = ex_file_read(job->baked[0], &size, error)))
         return -1;
     memset(&services, 0, sizeof services);
     services.allocator = cs_memory_allocator(&state->memory);
@@ -441,12 +441,12 @@ int cs_casters_open(cs_casters *c, cs_state *state, const rd_job *job, char *err
     ex_progress(NULL, 1);
     free(data);
     if (result != COHSM_OK)
-        return cs_failed(job->baked, result, error);
+        return cs_failed(job->baked[0], result, error);
     add_whole(c, job->scene, maps, &state->options);
     cohsm_get_info(maps, &info);
     if (!info.positional && info.domain != COHSM_DOMAIN_LIST && info.domain != COHSM_DOMAIN_TABLE && fits(maps, job))
         return 0;
-    snprintf(error, EX_ERROR_SIZE, "%.150s: %s", job->baked,
+    snprintf(error, EX_ERROR_SIZE, "%.150s: %s", job->baked[0],
              fits(maps, job) ? "not maps of directions" : "maps of another object");
     return -1;
 }

@@ -61,8 +61,8 @@ typedef struct cs_light {
 /* Room for the samples that one object is asked about. */
 typedef struct cs_near { float *point, *light, *answer; uint32_t *sample; } cs_near;
 
-/* Triangles without order, indexed. */
-typedef struct cs_soup { float *positions; uint32_t *indices; size_t vertices, triangles; } cs_soup;
+/* Triangles without order, indexed; source: the triangle of its object that each is of, or NULL. */
+typedef struct cs_soup { float *positions; uint32_t *indices, *source; size_t vertices, triangles; } cs_soup;
 
 typedef struct cs_state {
     cs_options  options;

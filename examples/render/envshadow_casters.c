@@ -20,7 +20,7 @@ void es_casters_free(es_state *s)
 static int cut_holes(es_caster *c, const ex_scene *scene, const ex_object *object, char *error)
 {
     static const float identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
-    cs_soup soup = { NULL, NULL, 0, 0 };
+    cs_soup soup = { NULL, NULL, NULL, 0, 0 };
     size_t vertices = 0, triangles = 0;
     cs_soup_count(scene, object, &vertices, &triangles);
     soup.positions = c->positions = malloc(3 * (vertices + 1) * sizeof *c->positions);

@@ -323,6 +323,7 @@ static int render(run *r, char *error)
     r->job.gbuffer = &r->gbuffer;
     r->job.settings = &args->settings;
     r->job.baked = args->baked;
+    r->job.baked_count = args->baked_count;
     r->job.aa = (uint32_t)rd_setting_integer(&args->settings, "aa");
     r->job.samples = (args->samples + r->job.aa * r->job.aa - 1) / (r->job.aa * r->job.aa);
     r->job.frames = args->frames;

@@ -42,6 +42,7 @@ typedef struct sf_state {
     sfield_scene_stats stats;
     size_t          peak;
     sf_gl          *gl;                 /* --backend gl */
+    sf_baked        baked;
 } sf_state;
 
 static int failed(const char *what, sfield_result result, char *error)
@@ -110,65 +111,42 @@ static float scale_of(const ex_object *o)
     return sqrtf(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
 }
 
-/* --baked: the occlusion field of that mesh whose vertices its sphere holds and just holds; the others are built. */
-static int open_baked(const sf_state *s, const rd_job *job, sfield_field **out, char *error)
-{
-    sfield_info info;
-    sfield_desc services;
-    sfield_result r;
-    size_t size;
-    void *data = ex_file_read(job->baked, &size, error);
-    if (!data)
-        return -1;
-    memset(&services, 0, sizeof services);
-    services.progress = ex_progress;
-    services.progress_user = (void *)(size_t)"shadowfield";
-    r = sfield_open(data, size, &services, out);
-    free(data);
-    if (r != SFIELD_OK)
-        return failed(job->baked, r, error);
-    sfield_get_info(*out, &info);
-    if (info.kind == SFIELD_KIND_OCCLUSION && info.basis == s->basis && !info.logarithm && !info.shard_end &&
-        (info.basis != SFIELD_BASIS_SH || info.bands == (uint32_t)rd_setting_integer(job->settings, "bands")))
-        return 0;
-    snprintf(error, EX_ERROR_SIZE, "shadowfield: %.150s: not a whole occlusion field of this basis and these bands",
-             job->baked);
-    return -1;
-}
-
-static int is_field_of(const sfield_field *field, const ex_mesh *mesh)
-{
-    sfield_info info;
-    float farthest = 0;
-    sfield_get_info(field, &info);
-    for (uint32_t i = 0; i < mesh->vertex_count; i++) {
-        const float *p = mesh->positions + 3 * (size_t)i;
-        float d[3] = { p[0] - info.center[0], p[1] - info.center[1], p[2] - info.center[2] };
-        farthest = fmaxf(farthest, sqrtf(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
-    }
-    return farthest > 0.99f * info.radius && farthest < 1.001f * info.radius;
-}
-
 /* The field of a mesh: baked, or built now. */
-static int field_of(sf_state *s, const rd_job *job, const ex_mesh *mesh, sfield_field **baked, sfield_field **out,
-                    char *error)
+static int field_of(sf_state *s, const rd_job *job, const ex_mesh *mesh, sfield_field **out, char *error)
 {
     sfield_desc d = desc_of(job, s->basis);
     sfield_mesh input = mesh_of(mesh);
     sfield_stats stats;
-    if (*baked && is_field_of(*baked, mesh)) {
-        *out = *baked;
-        *baked = NULL;
+    *out = sf_baked_occlusion(&s->baked, mesh);
+    if (*out)
         return 0;
-    }
     if (build_field(job, &d, &input, NULL, out, &stats, error) != 0)
         return -1;
     s->peak = stats.peak_bytes > s->peak ? stats.peak_bytes : s->peak;
     return 0;
 }
 
+/* What hides a mesh from its own points: baked, or built now. */
+static int self_of(sf_state *s, const rd_job *job, const ex_mesh *mesh, sf_surface *surface, float offset, char *error)
+{
+    sfield_desc d = desc_of(job, s->basis);
+    sfield_mesh input = mesh_of(mesh);
+    sfield_stats stats;
+    sfield_result r;
+    d.keep = 0.06f;                              /* of wavelets: one cube a point, not thousands an object */
+    surface->self = sf_baked_self(&s->baked, &d, mesh, surface, offset);
+    if (surface->self)
+        return 0;
+    r = sfield_build_self(&d, &input, surface->chosen_positions, surface->chosen_normals, surface->chosen_count, offset,
+                          &surface->self, &stats);
+    if (r != SFIELD_OK)
+        return failed("visibility of an object's points", r, error);
+    s->peak = stats.peak_bytes > s->peak ? stats.peak_bytes : s->peak;
+    return 0;
+}
+
 /* Fields and points of every mesh that a casting object uses. */
-static int build_meshes(sf_state *s, const rd_job *job, sfield_field **baked, char *error)
+static int make_meshes(sf_state *s, const rd_job *job, char *error)
 {
     const ex_scene *scene = job->scene;
     s->mesh_count = scene->mesh_count;
@@ -181,10 +159,6 @@ static int build_meshes(sf_state *s, const rd_job *job, sfield_field **baked, ch
         const ex_object *o = &scene->objects[i];
         const ex_mesh *mesh = &scene->meshes[o->mesh];
         float spacing = (float)rd_setting_number(job->settings, "spacing") * job->radius / fmaxf(scale_of(o), 1e-12f);
-        sfield_desc d = desc_of(job, s->basis);
-        sfield_mesh input = mesh_of(mesh);
-        sfield_stats stats;
-        sfield_result r;
         sf_surface *surface = &s->surface[o->mesh];
         uint32_t first = 0;
         if (o->receiver_only || surface->point_count || !mesh->triangle_count)
@@ -192,34 +166,15 @@ static int build_meshes(sf_state *s, const rd_job *job, sfield_field **baked, ch
         while (first < o->mesh && !(s->occlusion[first] && same_geometry(mesh, &scene->meshes[first])))
             first++;
         s->same_of[o->mesh] = first;
-        if (first == o->mesh && field_of(s, job, mesh, baked, &s->occlusion[first], error) != 0)
+        if (first == o->mesh && field_of(s, job, mesh, &s->occlusion[first], error) != 0)
             return -1;
         if (sf_surface_build(surface, scene, mesh, spacing) != 0)
             return out_of_memory(error);
-        d.keep = 0.06f;                          /* of wavelets: one cube a point, not thousands an object */
-        r = sfield_build_self(&d, &input, surface->chosen_positions, surface->chosen_normals, surface->chosen_count,
-                              1e-3f * job->radius / fmaxf(scale_of(o), 1e-12f), &surface->self, &stats);
-        if (r != SFIELD_OK)
-            return failed("visibility of an object's points", r, error);
-        s->peak = stats.peak_bytes > s->peak ? stats.peak_bytes : s->peak;
+        if (self_of(s, job, mesh, surface, 1e-3f * job->radius / fmaxf(scale_of(o), 1e-12f), error) != 0)
+            return -1;
     }
     s->same = s->same_of;
     return 0;
-}
-
-/* The same, with what was baked; a field that fits no mesh is a mistake. */
-static int make_meshes(sf_state *s, const rd_job *job, char *error)
-{
-    sfield_field *baked = NULL;
-    int result = job->baked ? open_baked(s, job, &baked, error) : 0;
-    if (result == 0)
-        result = build_meshes(s, job, &baked, error);
-    if (result == 0 && baked) {
-        snprintf(error, EX_ERROR_SIZE, "shadowfield: %.150s: the field of another object", job->baked);
-        result = -1;
-    }
-    sfield_free(baked);
-    return result;
 }
 
 /* ---- lights ---- */
@@ -309,7 +264,8 @@ static int build_glow(sf_state *s, const rd_job *job, size_t j, sf_glow *glow, c
     sfield_field *field;
     d.position_side = side ? (uint32_t)side : d.position_side;
     d.shells = shells ? (uint32_t)shells : d.shells;
-    if (build_field(job, &d, &mesh, glow->radiance, &field, NULL, error) != 0) {
+    field = sf_baked_source(&s->baked, m, glow);
+    if (!field && build_field(job, &d, &mesh, glow->radiance, &field, NULL, error) != 0) {
         sf_glow_free(glow);
         return -1;
     }
@@ -778,7 +734,7 @@ static int send_fields(sf_state *s, const rd_job *job, char *error)
 static void free_old_lights(sf_state *s)
 {
     for (size_t i = 0; s->old_light && i < s->light_count; i++) {
-        sfield_free(s->old_light[i]);
+        sf_baked_drop(&s->baked, s->old_light[i]);
         s->old_light[i] = NULL;
     }
 }
@@ -821,13 +777,16 @@ static void close_shadowfield(void *opaque)
     sfield_scene_free(s->scene);
     for (uint32_t i = 0; i < s->mesh_count; i++) {
         if (s->occlusion)
-            sfield_free(s->occlusion[i]);
-        if (s->surface)
+            sf_baked_drop(&s->baked, s->occlusion[i]);
+        if (s->surface) {
+            sf_baked_drop(&s->baked, s->surface[i].self);
+            s->surface[i].self = NULL;
             sf_surface_free(&s->surface[i]);
+        }
     }
     free_old_lights(s);
     for (size_t i = 0; i < s->light_count; i++) {
-        sfield_free(s->light[i]);
+        sf_baked_drop(&s->baked, s->light[i]);
         sf_glow_free(&s->glow[i]);
     }
     for (size_t i = 0; s->cache && i <= s->object_count; i++)
@@ -836,6 +795,7 @@ static void close_shadowfield(void *opaque)
         free(s->rgb[i]);
         free(s->gloss[i]);
     }
+    sf_baked_free(&s->baked);
     free(s->occlusion);
     free(s->surface);
     free(s->same_of);
@@ -901,8 +861,9 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         out_of_memory(error);
     } else if ((r = sfield_scene_create(&d, &s->scene)) != SFIELD_OK) {
         failed("scene", r, error);
-    } else if (make_meshes(s, job, error) == 0 && build_lights(s, job, error) == 0 && place(s, job, error) == 0 &&
-               send_fields(s, job, error) == 0) {
+    } else if (sf_baked_open(&s->baked, job, s->basis, error) == 0 && make_meshes(s, job, error) == 0 &&
+               build_lights(s, job, error) == 0 && sf_baked_all_used(&s->baked, job, error) == 0 &&
+               place(s, job, error) == 0 && send_fields(s, job, error) == 0) {
         ex_progress(NULL, 1);
         *opaque = s;
         return 0;
@@ -921,8 +882,12 @@ static void report_shadowfield(const void *opaque, rd_report *report)
         self += sfield_size(s->surface[i].self);
         count += s->occlusion[i] != NULL;
     }
-    for (size_t i = 0; i < s->light_count; i++)
-        sources += sfield_size(s->light[i]);
+    for (size_t i = 0; i < s->light_count; i++) {
+        size_t first = 0;
+        while (s->light[first] != s->light[i])          /* baked ones are shared */
+            first++;
+        sources += first == i ? sfield_size(s->light[i]) : 0;
+    }
     for (size_t i = 0; s->cache && i <= s->object_count; i++)
         caches += sfield_cache_bytes(s->cache[i]);
     report->memory_bytes = fields + self + sources + caches;
@@ -958,5 +923,5 @@ static const rd_key keys[] = {
 
 const rd_technique rd_shadowfield = {
     "shadowfield", "precomputed shadow fields of moving objects", NULL,
-    0, 0, 0, 0, 1, keys, open_shadowfield, update_shadowfield, frame_shadowfield, report_shadowfield, close_shadowfield
+    0, 0, 0, 0, RD_MOST_BAKED, keys, open_shadowfield, update_shadowfield, frame_shadowfield, report_shadowfield, close_shadowfield
 };

@@ -39,7 +39,8 @@ typedef struct rd_job {
     float              ring[4];        /* centre and radius that the setting `lamps` goes by */
     uint32_t           ring_count;     /* the last ones of scene->lights */
     const rd_settings *settings;       /* rd_setting_text(), _integer(), _number() */
-    const char        *baked;          /* --baked FILE or NULL */
+    const char *const *baked;          /* --baked FILE, each */
+    size_t             baked_count;
     uint32_t           samples;        /* for each G-buffer pixel, i.e. --samples over aa * aa, rounded up */
     uint32_t           aa;
     uint32_t           frames;
@@ -50,6 +51,8 @@ typedef struct rd_job {
     glbk_context      *gl;             /* --backend gl, else NULL */
 } rd_job;
 
+enum { RD_MOST_BAKED = 64 };           /* --baked, of all techniques the most */
+
 typedef struct rd_technique {
     const char   *name;
     const char   *summary;             /* for --list */
@@ -57,7 +60,7 @@ typedef struct rd_technique {
     uint32_t      samples;             /* default of --samples; below least_samples: by other settings */
     uint32_t      least_samples, most_samples;     /* both 0: --samples is refused */
     int           averages;            /* averages the frames of a static scene; else the last frame is written */
-    int           accepts_baked;
+    size_t        accepts_baked;       /* how many files */
     const rd_key *keys;                /* its own --set keys, ended by a NULL name */
     int         (*open)(void **state, const rd_job *job, char *error);
     int         (*update)(void *state, const rd_job *job, char *error);

@@ -508,6 +508,59 @@ static void emissive_meshes(void **state)
     model_free(&inside);
 }
 
+/* Sheets that shine red on one side, green on the other: each triangle again the other way round, in each of the three
+   ways to write it. What of a position's view they fill is red or green, and as much as they hide. */
+static void sheets_that_shine_on_both_sides(void **state)
+{
+    model m = model_soup(30, 0.6, 12), both = model_alloc(m.vertices, 2 * m.indices / 3);
+    sfield_mesh mesh = mesh_of(&m), lit = mesh_of(&both);
+    float *radiance = (float *)calloc(3 * both.indices / 3, sizeof(float)), p[3 * 32], *c, *open;
+    sfield_desc desc = small_desc(SFIELD_BASIS_SH);
+    sfield_field *f, *dark;
+    sfield_info info;
+    double off = 0, most = 0;
+    size_t t, i;
+    (void)state;
+    memcpy(both.p, m.p, 3 * m.vertices * sizeof *m.p);
+    for (t = 0; t < m.indices / 3; t++) {
+        const uint32_t *from = m.i + 3 * t;
+        uint32_t *to = both.i + 6 * t;
+        for (i = 0; i < 3; i++) {
+            to[i] = from[i];
+            to[3 + i] = from[(t + 2 - i) % 3];
+        }
+        radiance[6 * t] = radiance[6 * t + 4] = 1;
+    }
+    desc.cube_side = 16;
+    desc.position_side = 6;
+    assert_int_equal(sfield_build_emissive(&desc, &lit, radiance, &f, NULL), SFIELD_OK);
+    assert_int_equal(sfield_build(&desc, &mesh, &dark, NULL), SFIELD_OK);
+    sfield_get_info(f, &info);
+    for (i = 0; i < 96; i++) {                                        /* where eight samples are one: corners of shells */
+        const double d = (double)info.radius * 0.5 * pow(16, (double)(i / 24) / 3) / sqrt(3);
+        p[i] = (float)((double)info.center[i % 3] + (i / 3 >> i % 3 & 1 ? d : -d));
+    }
+    c = (float *)malloc(32 * 48 * sizeof *c);
+    open = (float *)malloc(32 * 16 * sizeof *open);
+    assert_true(c && open);
+    sfield_query(f, 32, p, 0, c);
+    sfield_query(dark, 32, p, 0, open);
+    for (i = 0; i < 32; i++) {
+        double hidden = 1 - (double)open[16 * i] / sqrt(4 * PI), shines = (double)c[48 * i] + (double)c[48 * i + 16];
+        off = fmax(off, fabs(shines / sqrt(4 * PI) - hidden));
+        most = fmax(most, hidden);
+    }
+    print_message("sheets: shining and hidden shares by %.4f, the largest %.3f\n", off, most);
+    assert_true(most > 0.15 && off < 0.01);
+    sfield_free(f);
+    sfield_free(dark);
+    free(c);
+    free(open);
+    free(radiance);
+    model_free(&m);
+    model_free(&both);
+}
+
 static void ambient_from_the_first_coefficient(void **state)
 {
     sfield_desc desc;
@@ -571,6 +624,7 @@ int main(void)
         cmocka_unit_test(points_in_another_part),
         cmocka_unit_test(beside_a_slab),
         cmocka_unit_test(emissive_meshes),
+        cmocka_unit_test(sheets_that_shine_on_both_sides),
         cmocka_unit_test(flat_lights),
         cmocka_unit_test(ambient_from_the_first_coefficient),
     };

@@ -207,14 +207,20 @@ static float *radiance_of(const model *m, uint64_t seed)
 static void radiance_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
-    model box = model_box(1, 0.7, 1.2), soup = model_soup(40, 0.5, 4);
-    float *a = radiance_of(&box, 3), *b = radiance_of(&soup, 8);
+    model box = model_box(1, 0.7, 1.2), soup = model_soup(40, 0.5, 4), both = model_soup(40, 0.5, 6);
+    float *a = radiance_of(&box, 3), *b = radiance_of(&soup, 8), *c;
+    size_t i;
+    for (i = 0; i < 60; i++) both.i[60 + i] = both.i[i / 3 * 3 + (i / 3 + 2 - i % 3) % 3];     /* shine on both sides */
+    c = radiance_of(&both, 9);
     compare(t, &box, 16, 4, a);
     compare(t, &soup, 8, 3, b);
+    compare(t, &both, 16, 3, c);
     model_free(&box);
     model_free(&soup);
+    model_free(&both);
     free(a);
     free(b);
+    free(c);
 }
 
 /* ---- closed forms ---- */

@@ -150,6 +150,45 @@ static void files_are_described_and_verified(void **state)
     assert_int_equal(run(text, sizeof text, "verify @/v.sf builtin:knot --set position_side=3 --set shells=5"), 1);
 }
 
+#define LAMP "shadowfield builtin:cornell --set position_side=3 --set shells=5 --set node=lamp --set kind=source "
+#define LAMP_SETTINGS "--set position_side=3 --set shells=5 --set node=lamp"
+
+/* What an object shines, and what it hides from its own points: one file or shards of it; the file says what it is. */
+static void sources_and_points_are_baked(void **state)
+{
+    char text[2048], line[256];
+    int i;
+    (void)state;
+    done(LAMP "-o @/lamp.sf");
+    done(LAMP "-o @/lamp-parts.sf --set parts=4");
+    same("lamp.sf", "lamp-parts.sf");
+    for (i = 1; i <= 3; i++) {
+        snprintf(line, sizeof line, LAMP "-o @/lamp%d.sf --shard %d/3", i, i);
+        done(line);
+    }
+    done("merge -o @/lamp-merged.sf @/lamp1.sf @/lamp2.sf @/lamp3.sf");
+    same("lamp.sf", "lamp-merged.sf");
+    assert_int_equal(run(text, sizeof text, "info @/lamp.sf"), 0);
+    assert_non_null(strstr(text, "\"kind\": \"source\""));
+    assert_int_equal(run(text, sizeof text, "verify @/lamp.sf builtin:cornell " LAMP_SETTINGS), 0);
+    assert_non_null(strstr(text, "\"wrong\": 0"));
+    assert_int_equal(run(text, sizeof text, "verify @/lamp2.sf builtin:cornell " LAMP_SETTINGS), 0);
+    assert_int_equal(run(text, sizeof text, "verify @/lamp.sf builtin:robots --set node=bullet --set position_side=3 "
+                                            "--set shells=5"), 1);
+    assert_non_null(strstr(text, "bake: wrong: "));
+    assert_int_equal(run(text, sizeof text, "verify @/lamp.sf builtin:knot"), 1);
+    assert_non_null(strstr(text, "nothing shines there"));
+    done("shadowfield builtin:robots -o @/points.sf --set kind=self --set node=body");
+    assert_int_equal(run(text, sizeof text, "info @/points.sf"), 0);
+    assert_non_null(strstr(text, "\"kind\": \"self\""));
+    assert_int_equal(run(text, sizeof text, "verify @/points.sf builtin:robots --set node=body"), 0);
+    done("shadowfield builtin:robots -o @/few.sf --set kind=self --set node=body --set point_spacing=0.05");
+    assert_int_equal(run(text, sizeof text, "info @/few.sf"), 0);
+    assert_non_null(strstr(text, "\"kind\": \"self\""));
+    assert_int_equal(run(text, sizeof text, "verify @/few.sf builtin:robots --set node=body"), 1);
+    assert_int_equal(run(text, sizeof text, "merge -o @/x @/points.sf @/lamp.sf"), 1);
+}
+
 static void bad_arguments_and_files(void **state)
 {
     static const struct { const char *arguments; int status; const char *says;
@@ -160,6 +199,12 @@ static void bad_arguments_and_files(void **state)
                 { "csm builtin:knot -o", 2, "no value" },
                 { "csm builtin:knot -o @/o --set sied=3", 2, "sied" },
                 { "csm builtin:knot -o @/o --set side=0", 2, "side" },
+                { "csm builtin:knot -o @/o --set kind=source", 2, "kind" },
+                { "shadowfield builtin:knot -o @/o --set kind=light", 2, "occlusion|source|self" },
+                { "shadowfield builtin:knot -o @/o --set kind=source", 1, "nothing shines there" },
+                { LAMP "-o @/o --set logarithm=1", 1, "logarithm=1 is of occlusion" },
+                { "shadowfield builtin:knot -o @/o --set kind=self --set logarithm=1", 1, "logarithm=1 is of occlusion" },
+                { "shadowfield builtin:knot -o @/o --set kind=self --shard 1/2", 1, "more shards" },
                 { "csm builtin:knot -o @/o --shard 0/4", 2, "--shard" },
                 { "csm builtin:knot -o @/o --shard 5/4", 2, "--shard" },
                 { "csm builtin:knot -o @/o --shard 1/4x", 2, "--shard" },
@@ -250,6 +295,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shards_and_parts_are_the_whole),
         cmocka_unit_test(files_are_described_and_verified),
+        cmocka_unit_test(sources_and_points_are_baked),
         cmocka_unit_test(bad_arguments_and_files),
         cmocka_unit_test(a_killed_bake_goes_on),
     };

@@ -12,7 +12,7 @@ void main()
 {
 #if SFIELD_SOURCE
     seen = uvec4(floatBitsToUint(gl_FrontFacing ? sfield_radiance : vec3(0.0)), 0u);
-    gl_FragDepth = clamp(sfield_depth, 0.0, 1.0);
+    gl_FragDepth = clamp(gl_FrontFacing ? sfield_depth : 1.0001 * sfield_depth, 0.0, 1.0);   // for sheets that shine twice
 #else
     seen = uvec4(1u);
 #endif
