@@ -48,17 +48,17 @@ int bn_ism_open(bn_scene *s, const bn_options *options, const char *path, uint32
         ex_scene_default_camera(&s->scene, width, height);
     if (result == 0)
         result = ex_gbuffer_render(&s->gbuffer, &s->scene, width, height, 1, options->threads, error);
-    if (result == 0)
-        result = im_mesh_build(&s->mesh, &s->scene, error);
+    s->job.scene = &s->scene;
     if (result == 0)
         result = ex_scene_bounds(&s->scene, s->job.center, &s->job.radius);
+    if (result == 0)
+        result = im_mesh_build(&s->mesh, &s->job, error);
     if (result == 0)
         result = rd_emitters_build(&s->scene, &s->emitters, &s->job.emitter_count);
     if (result != 0) {
         bn_ism_close(s);
         return bn_failed(path, error);
     }
-    s->job.scene = &s->scene;
     s->job.gbuffer = &s->gbuffer;
     s->job.emitters = s->emitters;
     s->job.threads = options->threads;

@@ -119,6 +119,22 @@ static int find_ground(ground *g, const ex_scene *scene)
     return 0;
 }
 
+int rd_ground_near(const rd_job *job, float corners[4][3])
+{
+    double x = (double)job->center[0], z = (double)job->center[2], r = (double)job->radius;
+    box near_by = { x - r, z - r, x + r, z + r };
+    ground g;
+    if (!find_ground(&g, job->scene))
+        return 0;
+    near_by = common(&near_by, &g.all);
+    for (int i = 0; i < 4; i++) {
+        corners[i][0] = (float)(i == 1 || i == 2 ? near_by.x1 : near_by.x0);
+        corners[i][1] = (float)g.height;
+        corners[i][2] = (float)(i < 2 ? near_by.z1 : near_by.z0);
+    }
+    return 1;
+}
+
 /* What the lamps' pictures show of the ground; lamps below it are left out. */
 static size_t cut_covers(cover *out, const rd_cover *covers, size_t count, double height)
 {

@@ -32,4 +32,7 @@ typedef struct rd_ring {       /* RD_RING_SIDE^2 texels of a square seen from ab
 int  rd_rings_build(rd_ring **rings, size_t *count, const rd_job *job, const rd_cover *covers, size_t cover_count);
 void rd_rings_free(rd_ring *rings, size_t count);
 
+/* 1, and the corners of its part about the scene, twice the sphere's radius wide, counter-clockwise from above; 0: none. */
+int  rd_ground_near(const rd_job *job, float corners[4][3]);
+
 #endif

@@ -123,7 +123,7 @@ static int update_ism(void *state, const rd_job *job, char *error)
     im_mesh_free(&s->mesh);
     if (s->gl)
         im_gl_moved(s->gl);
-    return im_mesh_build(&s->mesh, job->scene, error);
+    return im_mesh_build(&s->mesh, job, error);
 }
 
 static int open_ism(void **state, const rd_job *job, char *error)
@@ -192,7 +192,8 @@ static int add_level(ism_state *s, const rd_job *job, int level, const ism_sourc
     float *light = malloc(floats * sizeof *light);
     ism_desc desc = make_desc(job, level, (level == GROUND ? 1 : level) < s->bounces);
     ism_view view;
-    ism_frame frame = { &s->mesh.mesh, sources, count, &view, job->frame };
+    const int sky = count > 0 && sources[count - 1].kind == ISM_SOURCE_DIRECTIONS;
+    ism_frame frame = { sky ? &s->mesh.casters : &s->mesh.mesh, sources, count, &view, job->frame };
     ism_stats stats;
     ism_result result = light ? ISM_OK : ISM_ERR_ALLOC;
     double start = ex_seconds();

@@ -643,6 +643,7 @@ int im_emission_sources(im_rsms *r, const rd_job *job, uint32_t count, int with_
 {
     area_points points;
     const ex_sky *sky = &job->scene->sky;
+    float corners[4][3];
     memset(r, 0, sizeof *r);
     r->sources = calloc(2, sizeof *r->sources);
     r->arrays = calloc(5, sizeof *r->arrays);
@@ -673,6 +674,11 @@ int im_emission_sources(im_rsms *r, const rd_job *job, uint32_t count, int with_
     r->sources[r->count].positions = r->arrays[3];
     r->sources[r->count].fluxes = r->arrays[4];
     r->count++;
+    if (!rd_ground_near(job, corners))
+        return 0;
+    for (size_t i = 0; i < (size_t)sky->width * sky->height; i++)      /* ground up to the horizon hides what is below */
+        if (r->arrays[3][3 * i + 1] < 0)
+            memset(r->arrays[4] + 3 * i, 0, 3 * sizeof(float));
     return 0;
 }
 

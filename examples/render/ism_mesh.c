@@ -1,5 +1,6 @@
 /* ism_mesh.c - the scene as ism.h takes it: one mesh in world space; and the view of the G-buffer. */
 #include "ism_parts.h"
+#include "ground.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -52,10 +53,38 @@ static void add_object(im_mesh *m, const ex_scene *scene, const ex_object *objec
         triangle_color(scene, object, i, m->albedos + 3 * (triangle + i), m->opacities + triangle + i);
 }
 
-int im_mesh_build(im_mesh *m, const ex_scene *scene, char *error)
+/* Ground, or all but that. */
+static void add_objects(im_mesh *m, const ex_scene *scene, int has_ground, int ground)
 {
-    size_t vertices = 0, triangles = 0;
-    int cutouts = 0;
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        const ex_object *object = &scene->objects[i];
+        const ex_mesh *mesh = &scene->meshes[object->mesh];
+        if ((has_ground && object->receiver_only) != ground)
+            continue;
+        add_object(m, scene, object, m->mesh.vertex_count, m->mesh.index_count / 3);
+        m->mesh.vertex_count += mesh->vertex_count;
+        m->mesh.index_count += 3 * (size_t)mesh->triangle_count;
+    }
+}
+
+/* Two triangles that `casters` begins with. Their albedo is not asked for: sky does not bounce by its maps. */
+static void add_near_ground(im_mesh *m, float corners[4][3])
+{
+    static const uint32_t indices[6] = { 0, 1, 2, 0, 2, 3 };
+    memcpy(m->positions, corners, 12 * sizeof(float));
+    memcpy(m->indices, indices, sizeof indices);
+    memset(m->albedos, 0, 6 * sizeof *m->albedos);
+    m->opacities[0] = m->opacities[1] = 1;
+    m->mesh.vertex_count = 4;
+    m->mesh.index_count = 6;
+}
+
+int im_mesh_build(im_mesh *m, const rd_job *job, char *error)
+{
+    const ex_scene *scene = job->scene;
+    size_t vertices = 4, triangles = 2;
+    float corners[4][3];
+    int cutouts = 0, ground = rd_ground_near(job, corners);
     memset(m, 0, sizeof *m);
     for (uint32_t i = 0; i < scene->object_count; i++) {
         vertices += scene->meshes[scene->objects[i].mesh].vertex_count;
@@ -63,26 +92,29 @@ int im_mesh_build(im_mesh *m, const ex_scene *scene, char *error)
     }
     for (uint32_t i = 0; i < scene->material_count; i++)
         cutouts |= scene->materials[i].alpha_cutoff > 0;
-    m->positions = malloc((3 * vertices + 1) * sizeof *m->positions);
-    m->indices = malloc((3 * triangles + 1) * sizeof *m->indices);
-    m->albedos = malloc((3 * triangles + 1) * sizeof *m->albedos);
-    m->opacities = malloc((triangles + 1) * sizeof *m->opacities);
+    m->positions = malloc(3 * vertices * sizeof *m->positions);
+    m->indices = malloc(3 * triangles * sizeof *m->indices);
+    m->albedos = malloc(3 * triangles * sizeof *m->albedos);
+    m->opacities = malloc(triangles * sizeof *m->opacities);
     if (!m->positions || !m->indices || !m->albedos || !m->opacities || vertices > UINT32_MAX) {
         im_mesh_free(m);
         return im_out_of_memory(error);
     }
-    vertices = triangles = 0;
-    for (uint32_t i = 0; i < scene->object_count; i++) {
-        add_object(m, scene, &scene->objects[i], vertices, triangles);
-        vertices += scene->meshes[scene->objects[i].mesh].vertex_count;
-        triangles += scene->meshes[scene->objects[i].mesh].triangle_count;
-    }
     m->mesh.positions = m->positions;
-    m->mesh.vertex_count = vertices;
     m->mesh.indices = m->indices;
-    m->mesh.index_count = 3 * triangles;
     m->mesh.albedos = m->albedos;
     m->mesh.opacities = cutouts ? m->opacities : NULL;
+    if (ground)
+        add_near_ground(m, corners);
+    add_objects(m, scene, ground, 0);
+    m->casters = m->mesh;
+    add_objects(m, scene, ground, 1);
+    if (ground) {                                /* without the two triangles; their corners stay */
+        m->mesh.indices += 6;
+        m->mesh.index_count -= 6;
+        m->mesh.albedos += 6;
+        m->mesh.opacities += cutouts ? 2 : 0;
+    }
     return 0;
 }
 

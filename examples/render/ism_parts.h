@@ -41,10 +41,15 @@ int  im_direct(ex_image *out, const im_rsms *lamps, const rd_job *job, uint32_t 
 int  im_emission_sources(im_rsms *out, const rd_job *job, uint32_t points, int with_sky, char *error);
 void im_emission_free(im_rsms *emission);
 
-/* The scene as one mesh in world space, with an albedo and an opacity for each triangle. */
-typedef struct im_mesh { ism_mesh mesh; float *positions, *albedos, *opacities; uint32_t *indices; } im_mesh;
+/* The scene as one mesh in world space, with an albedo and an opacity for each triangle. casters: with the ground only
+   where it is near. Maps of directions cover their mesh: with all the ground, the rest would be a texel of them. */
+typedef struct im_mesh {
+    ism_mesh mesh, casters;
+    float *positions, *albedos, *opacities;
+    uint32_t *indices;
+} im_mesh;
 
-int  im_mesh_build(im_mesh *out, const ex_scene *scene, char *error);
+int  im_mesh_build(im_mesh *out, const rd_job *job, char *error);
 void im_mesh_free(im_mesh *mesh);
 
 /* On OpenGL: the maps of a level drawn and its VPLs' light on the picture. view and, after the mesh was built anew,
