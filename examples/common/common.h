@@ -39,6 +39,14 @@ int  ex_gbuffer_render(ex_gbuffer *out, const ex_scene *scene, uint32_t width, u
                        int threads, char *error);
 void ex_gbuffer_free(ex_gbuffer *g);
 
+/* For many small pictures of one scene: boxes about neighbouring triangles, by which those that no pixel's centre can
+   see are passed by. The bytes are those of ex_gbuffer_render. The scene must not change meanwhile; NULL: no memory. */
+typedef struct ex_clusters ex_clusters;
+ex_clusters *ex_clusters_build(const ex_scene *scene);
+void ex_clusters_free(ex_clusters *clusters);
+int  ex_gbuffer_render_clusters(ex_gbuffer *out, const ex_scene *scene, const ex_clusters *clusters, uint32_t width,
+                                uint32_t height, int threads, char *error);
+
 /* ---- files ---- */
 
 void *ex_file_read(const char *path, size_t *size, char *error);      /* all of it, for free(); NULL: error filled in */

@@ -15,10 +15,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TILE = 32, CHUNK = 16384, MAX_SIDE = 32768 };
+enum { TILE = 32, CHUNK = 16384, CLUSTER = 64, MAX_SIDE = 32768 };
 
 typedef struct candidate { uint32_t object, triangle; uint16_t x0, y0, x1, y1; } candidate;   /* inclusive box */
 typedef struct chunk { uint32_t object, first, count; candidate *found; uint32_t found_count; } chunk;
+
+struct ex_clusters {
+    v3     *boxes;                             /* low and high corner of CLUSTER triangles each, in world space */
+    size_t *first;                             /* of each object */
+    float   radius;                            /* of the scene */
+};
 
 typedef struct raster {
     const ex_scene *scene;
@@ -26,7 +32,8 @@ typedef struct raster {
     v3              eye, right, up, back;      /* camera frame; it looks along -back */
     double          step_x, step_y, x0, y0;    /* ray of pixel (i, j): (x0 + i step_x, y0 + j step_y, -1) */
     float           near_depth;
-    v3            **vertices;                  /* camera space, an array for each object */
+    v3            **vertices;                  /* camera space, an array for each object; NULL with clusters */
+    const ex_clusters *clusters;               /* or NULL */
     chunk          *chunks;
     uint32_t        chunk_count, tiles_x, tiles_y;
     candidate      *sorted;
@@ -74,16 +81,77 @@ int ex_surface_color(const ex_scene *scene, const ex_object *object, uint32_t tr
 
 /* ---- 1. vertices ---- */
 
+static v3 to_camera(const raster *r, v3 world)
+{
+    v3 p = v3_sub(world, r->eye);
+    return v3_make(v3_dot(p, r->right), v3_dot(p, r->up), v3_dot(p, r->back));
+}
+
+static v3 transform_vertex(const raster *r, uint32_t i, size_t k)
+{
+    const ex_object *object = &r->scene->objects[i];
+    return to_camera(r, ex_transform_point(object->transform,
+                                           v3_load(r->scene->meshes[object->mesh].positions + 3 * k)));
+}
+
 static void transform_object(void *context, size_t i)
 {
     raster *r = (raster *)context;
-    const ex_object *object = &r->scene->objects[i];
-    const ex_mesh *mesh = &r->scene->meshes[object->mesh];
-    v3 *to = r->vertices[i];
-    for (size_t k = 0; k < mesh->vertex_count; k++) {
-        v3 p = v3_sub(ex_transform_point(object->transform, v3_load(mesh->positions + 3 * k)), r->eye);
-        to[k] = v3_make(v3_dot(p, r->right), v3_dot(p, r->up), v3_dot(p, r->back));
+    const ex_mesh *mesh = &r->scene->meshes[r->scene->objects[i].mesh];
+    for (size_t k = 0; k < mesh->vertex_count; k++) r->vertices[i][k] = transform_vertex(r, (uint32_t)i, k);
+}
+
+static v3 vertex(const raster *r, uint32_t object, uint32_t index)
+{
+    return r->vertices ? r->vertices[object][index] : transform_vertex(r, object, index);
+}
+
+/* ---- clusters ---- */
+
+static void box_cluster(const ex_scene *scene, const ex_object *object, uint32_t first, v3 box[2])
+{
+    const ex_mesh *mesh = &scene->meshes[object->mesh];
+    uint32_t end = first + CLUSTER < mesh->triangle_count ? first + CLUSTER : mesh->triangle_count;
+    box[0] = v3_make(HUGE_VALF, HUGE_VALF, HUGE_VALF);
+    box[1] = v3_scale(box[0], -1);
+    for (size_t k = 3 * (size_t)first; k < 3 * (size_t)end; k++) {
+        v3 p = ex_transform_point(object->transform, v3_load(mesh->positions + 3 * (size_t)mesh->indices[k]));
+        box[0] = v3_make(fminf(box[0].x, p.x), fminf(box[0].y, p.y), fminf(box[0].z, p.z));
+        box[1] = v3_make(fmaxf(box[1].x, p.x), fmaxf(box[1].y, p.y), fmaxf(box[1].z, p.z));
     }
+}
+
+ex_clusters *ex_clusters_build(const ex_scene *scene)
+{
+    ex_clusters *c = (ex_clusters *)calloc(1, sizeof *c);
+    float center[3];
+    size_t count = 0;
+    if (!c) return NULL;
+    ex_scene_bounds(scene, center, &c->radius);
+    c->first = (size_t *)malloc((scene->object_count + (size_t)1) * sizeof *c->first);
+    for (uint32_t i = 0; c->first && i < scene->object_count; i++) {
+        c->first[i] = count;
+        count += (scene->meshes[scene->objects[i].mesh].triangle_count + CLUSTER - 1) / CLUSTER;
+    }
+    c->boxes = (v3 *)malloc((2 * count + 1) * sizeof *c->boxes);
+    if (!c->first || !c->boxes) {
+        ex_clusters_free(c);
+        return NULL;
+    }
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        uint32_t triangles = scene->meshes[scene->objects[i].mesh].triangle_count;
+        for (uint32_t t = 0; t < triangles; t += CLUSTER)
+            box_cluster(scene, &scene->objects[i], t, c->boxes + 2 * (c->first[i] + t / CLUSTER));
+    }
+    return c;
+}
+
+void ex_clusters_free(ex_clusters *c)
+{
+    if (!c) return;
+    free(c->boxes);
+    free(c->first);
+    free(c);
 }
 
 /* ---- 2. candidates ---- */
@@ -128,19 +196,45 @@ static int pixel_range(double low, double high, uint32_t size, uint16_t *first, 
     return 1;
 }
 
+/* 0: no pixel's centre can see a triangle of the cluster. The box is widened by what rounding moves its vertices, and a
+   hundredth of a pixel besides. */
+static int may_show(const raster *r, uint32_t object, uint32_t triangle)
+{
+    const v3 *corner = r->clusters->boxes + 2 * (r->clusters->first[object] + triangle / CLUSTER);
+    double near_z = -(double)r->near_depth, box[4] = {1e30, 1e30, -1e30, -1e30};
+    float size = v3_length(r->eye) + v3_length(corner[0]) + v3_length(corner[1]), wide = 1e-6f * size;
+    int behind = 0;
+    for (int k = 0; k < 8; k++) {
+        v3 p = v3_make(corner[k & 1].x + (k & 1 ? wide : -wide), corner[k >> 1 & 1].y + (k & 2 ? wide : -wide),
+                       corner[k >> 2].z + (k & 4 ? wide : -wide));
+        p = to_camera(r, p);
+        if ((double)p.z + (double)wide > near_z) behind++;
+        else grow_box(r, box, (double)p.x, (double)p.y, (double)p.z);
+    }
+    if (behind == 8) return 0;
+    if (behind) return 1;
+    return ceil(box[0] - 0.01) <= floor(box[2] + 0.01) && ceil(box[1] - 0.01) <= floor(box[3] + 0.01) &&
+           box[2] > -0.01 && box[3] > -0.01 && box[0] < (double)r->out->width - 0.99 &&
+           box[1] < (double)r->out->height - 0.99;
+}
+
 static void find_candidates(void *context, size_t i)
 {
     raster *r = (raster *)context;
     chunk *c = &r->chunks[i];
     const ex_mesh *mesh = &r->scene->meshes[r->scene->objects[c->object].mesh];
-    const v3 *vertices = r->vertices[c->object];
     candidate *found = (candidate *)malloc(c->count * sizeof *found);
     if (!found) return;                          /* bin_candidates sees it */
     for (uint32_t t = c->first; t < c->first + c->count; t++) {
         const uint32_t *index = mesh->indices + 3 * (size_t)t;
-        v3 p[3] = {vertices[index[0]], vertices[index[1]], vertices[index[2]]};
+        v3 p[3];
         double box[4];
         candidate *to = &found[c->found_count];
+        if (r->clusters && t % CLUSTER == 0 && !may_show(r, c->object, t)) {
+            t += CLUSTER - 1;                    /* chunks are whole clusters */
+            continue;
+        }
+        for (int k = 0; k < 3; k++) p[k] = vertex(r, c->object, index[k]);
         project_box(r, p, box);
         if (!pixel_range(box[0], box[2], r->out->width, &to->x0, &to->x1)) continue;
         if (!pixel_range(box[1], box[3], r->out->height, &to->y0, &to->y1)) continue;
@@ -238,7 +332,7 @@ static void corners_of(const raster *r, const candidate *c, v3 p[3])
 {
     const ex_mesh *mesh = &r->scene->meshes[r->scene->objects[c->object].mesh];
     const uint32_t *index = mesh->indices + 3 * (size_t)c->triangle;
-    for (int k = 0; k < 3; k++) p[k] = r->vertices[c->object][index[k]];
+    for (int k = 0; k < 3; k++) p[k] = vertex(r, c->object, index[k]);
 }
 
 /* nearest: 1 / depth of the nearest triangle so far; winner: its candidate. */
@@ -369,12 +463,13 @@ static int set_up_camera(raster *r, float scene_radius)
 static int allocate(raster *r)
 {
     const ex_scene *scene = r->scene;
-    r->vertices = (v3 **)calloc(scene->object_count ? scene->object_count : 1, sizeof *r->vertices);
-    if (!r->vertices) return -1;
+    if (!r->clusters) {
+        r->vertices = (v3 **)calloc(scene->object_count ? scene->object_count : 1, sizeof *r->vertices);
+        if (!r->vertices) return -1;
+    }
     for (uint32_t i = 0; i < scene->object_count; i++) {
         const ex_mesh *mesh = &scene->meshes[scene->objects[i].mesh];
-        r->vertices[i] = (v3 *)malloc((mesh->vertex_count + (size_t)1) * sizeof(v3));
-        if (!r->vertices[i]) return -1;
+        if (r->vertices && !(r->vertices[i] = (v3 *)malloc((mesh->vertex_count + (size_t)1) * sizeof(v3)))) return -1;
         for (uint32_t first = 0; first < mesh->triangle_count; first += CHUNK) {
             uint32_t left = mesh->triangle_count - first;
             if (ex_grow(&r->chunks, &r->chunk_count, sizeof *r->chunks) != 0) return -1;
@@ -402,7 +497,7 @@ static int render_all(raster *r, int threads)
 {
     ex_pool *pool = ex_pool_create(threads);
     if (allocate(r) != 0) { ex_pool_free(pool); return -1; }
-    ex_pool_run(pool, r->scene->object_count, transform_object, r);
+    if (r->vertices) ex_pool_run(pool, r->scene->object_count, transform_object, r);
     ex_pool_run(pool, r->chunk_count, find_candidates, r);
     if (bin_candidates(r) != 0) { ex_pool_free(pool); return -1; }
     ex_pool_run(pool, (size_t)r->tiles_x * r->tiles_y, render_tile, r);
@@ -410,8 +505,8 @@ static int render_all(raster *r, int threads)
     return 0;
 }
 
-int ex_gbuffer_render(ex_gbuffer *out, const ex_scene *scene, uint32_t width, uint32_t height, uint32_t aa,
-                      int threads, char *error)
+static int render_by(ex_gbuffer *out, const ex_scene *scene, const ex_clusters *clusters, uint32_t width,
+                     uint32_t height, uint32_t aa, int threads, char *error)
 {
     raster r;
     float center[3], radius = 0;
@@ -424,10 +519,12 @@ int ex_gbuffer_render(ex_gbuffer *out, const ex_scene *scene, uint32_t width, ui
     out->height = height * aa;
     out->pixels = (ex_pixel *)calloc((size_t)out->width * out->height, sizeof *out->pixels);
     r.scene = scene;
+    r.clusters = clusters;
     r.out = out;
     r.tiles_x = (out->width + TILE - 1) / TILE;
     r.tiles_y = (out->height + TILE - 1) / TILE;
-    ex_scene_bounds(scene, center, &radius);
+    if (clusters) radius = clusters->radius;
+    else ex_scene_bounds(scene, center, &radius);
     if (set_up_camera(&r, radius) != 0) {
         ex_gbuffer_free(out);
         return ex_fail(error, "camera: eye and target must be finite and apart, the field of view between 0 and 180");
@@ -437,6 +534,18 @@ int ex_gbuffer_render(ex_gbuffer *out, const ex_scene *scene, uint32_t width, ui
     if (result == 0) return 0;
     ex_gbuffer_free(out);
     return ex_fail(error, "out of memory for %u x %u samples", (unsigned)(width * aa), (unsigned)(height * aa));
+}
+
+int ex_gbuffer_render(ex_gbuffer *out, const ex_scene *scene, uint32_t width, uint32_t height, uint32_t aa,
+                      int threads, char *error)
+{
+    return render_by(out, scene, NULL, width, height, aa, threads, error);
+}
+
+int ex_gbuffer_render_clusters(ex_gbuffer *out, const ex_scene *scene, const ex_clusters *clusters, uint32_t width,
+                               uint32_t height, int threads, char *error)
+{
+    return render_by(out, scene, clusters, width, height, 1, threads, error);
 }
 
 void ex_gbuffer_free(ex_gbuffer *g)

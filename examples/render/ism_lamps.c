@@ -288,9 +288,11 @@ static double pixel_angle(uint32_t x, uint32_t y, uint32_t size, double half)
 
 /* A sun is a lamp a thousand radii away: its rays differ from parallel ones by 0.06 degrees at most. */
 #define FAR_AWAY 1000.0f
+/* Texels a side of the smallest picture of one of many points on lamps. */
+#define LEAST_SIDE 16u
 
-static int render_from(ex_gbuffer *out, const rd_job *job, const float *eye, const float *forward, const float *up,
-                       float fovy, uint32_t size, char *error)
+static int render_from(ex_gbuffer *out, const rd_job *job, const ex_clusters *clusters, const float *eye,
+                       const float *forward, const float *up, float fovy, uint32_t size, char *error)
 {
     ex_scene scene = *job->scene;
     for (int k = 0; k < 3; k++) {
@@ -300,7 +302,8 @@ static int render_from(ex_gbuffer *out, const rd_job *job, const float *eye, con
         scene.camera.up[k] = up[k];
     }
     scene.camera.fovy = fovy;
-    return ex_gbuffer_render(out, &scene, size, size, 1, job->threads, error);
+    return clusters ? ex_gbuffer_render_clusters(out, &scene, clusters, size, size, job->threads, error)
+                    : ex_gbuffer_render(out, &scene, size, size, 1, job->threads, error);
 }
 
 /* Right and up of such a picture; up along the view: any will do, but the same. */
@@ -388,8 +391,8 @@ static void add_source(im_rsms *r, float *block, uint32_t size)
     r->arrays[r->count++] = block;
 }
 
-static int add_picture(im_rsms *r, const rd_job *job, const im_lamp *lamp, const float *eye, const float *forward,
-                       const float *up, float fovy, uint32_t size, char *error)
+static int add_picture(im_rsms *r, const rd_job *job, const ex_clusters *clusters, const im_lamp *lamp,
+                       const float *eye, const float *forward, const float *up, float fovy, uint32_t size, char *error)
 {
     size_t pixels = (size_t)size * size;
     double half = tan(0.5 * (double)fovy);
@@ -397,7 +400,7 @@ static int add_picture(im_rsms *r, const rd_job *job, const im_lamp *lamp, const
     float *block = grow_sources(r) == 0 ? malloc(10 * pixels * sizeof *block) : NULL;
     if (!block)
         return im_out_of_memory(error);
-    if (render_from(&g, job, eye, forward, up, fovy, size, error) != 0) {
+    if (render_from(&g, job, clusters, eye, forward, up, fovy, size, error) != 0) {
         free(block);
         return -1;
     }
@@ -410,7 +413,8 @@ static int add_picture(im_rsms *r, const rd_job *job, const im_lamp *lamp, const
 }
 
 /* The faces of a cube whose first one looks along the lamp's normal; one that emits nothing is left out. */
-static int add_cube(im_rsms *r, const rd_job *job, const im_lamp *lamp, uint32_t size, char *error)
+static int add_cube(im_rsms *r, const rd_job *job, const ex_clusters *clusters, const im_lamp *lamp, uint32_t size,
+                    char *error)
 {
     float axes[3][3] = { { 0, 0, 1 }, { 0, 0, 0 }, { 0, 0, 0 } }, other[3] = { 0, 1, 0 };
     if (lamp->kind == IM_COSINE || lamp->cos_cone > -1)
@@ -428,8 +432,8 @@ static int add_cube(im_rsms *r, const rd_job *job, const im_lamp *lamp, uint32_t
             forward[k] = face & 1 ? -axes[face / 2][k] : axes[face / 2][k];
         if (lamp->kind == IM_COSINE && face == 1)
             continue;
-        if (add_picture(r, job, lamp, lamp->position, forward, axes[(face / 2 + 1) % 3], (float)(0.5 * PI), size,
-                        error) != 0)
+        if (add_picture(r, job, clusters, lamp, lamp->position, forward, axes[(face / 2 + 1) % 3], (float)(0.5 * PI),
+                        size, error) != 0)
             return -1;
     }
     return 0;
@@ -484,26 +488,40 @@ static int add_ground(im_rsms *r, const rd_job *job, char *error)
     return result == 0 ? 0 : im_out_of_memory(error);
 }
 
-int im_rsms_render(im_rsms *r, const rd_job *job, uint32_t size, char *error)
+static int render_lamp(im_rsms *r, const rd_job *job, const ex_clusters *clusters, const im_lamp *lamp, uint32_t size,
+                       char *error)
 {
     const float up[3] = { 0, 1, 0 };
-    for (size_t i = 0; i < r->lamp_count; i++) {
-        const im_lamp *lamp = &r->lamps[i];
-        int result;
-        if (lamp->kind == IM_FAR) {
-            float eye[3], forward[3], fovy;
-            far_eye(lamp, job, eye, forward, &fovy);
-            result = add_picture(r, job, lamp, eye, forward, up, fovy, size, error);
-        } else if (lamp->kind == IM_EVEN && lamp->cos_cone > 0.5f) {    /* a narrow spot: one picture */
-            result =
-                add_picture(r, job, lamp, lamp->position, lamp->normal, up, 2 * acosf(lamp->cos_cone), size, error);
-        } else {
-            result = add_cube(r, job, lamp, (size + 1) / 2, error);
-        }
-        if (result != 0)
-            return -1;
+    if (lamp->kind == IM_FAR) {
+        float eye[3], forward[3], fovy;
+        far_eye(lamp, job, eye, forward, &fovy);
+        return add_picture(r, job, clusters, lamp, eye, forward, up, fovy, size, error);
     }
-    return add_ground(r, job, error);
+    if (lamp->kind == IM_EVEN && lamp->cos_cone > 0.5f)         /* a narrow spot: one picture */
+        return add_picture(r, job, clusters, lamp, lamp->position, lamp->normal, up, 2 * acosf(lamp->cos_cone), size,
+                           error);
+    return add_cube(r, job, clusters, lamp, (size + 1) / 2, error);
+}
+
+/* Lights without size have pictures of their own, points on lamps and of the sky share the texels of one. */
+int im_rsms_render(im_rsms *r, const rd_job *job, uint32_t size, char *error)
+{
+    ex_clusters *clusters = ex_clusters_build(job->scene);
+    size_t samples = 0;
+    uint32_t part = size;
+    int result = clusters ? 0 : im_out_of_memory(error);
+    for (size_t i = 0; i < r->lamp_count; i++)
+        samples += r->lamps[i].light == UINT32_MAX;
+    if (samples > 1)
+        part = (uint32_t)((double)size / sqrt((double)samples) + 0.5);
+    if (part < LEAST_SIDE)
+        part = LEAST_SIDE < size ? LEAST_SIDE : size;
+    for (size_t i = 0; i < r->lamp_count && result == 0; i++) {
+        im_lamp lamp = r->lamps[i];
+        result = render_lamp(r, job, clusters, &lamp, lamp.light == UINT32_MAX ? part : size, error);
+    }
+    ex_clusters_free(clusters);
+    return result == 0 ? add_ground(r, job, error) : -1;
 }
 
 void im_rsms_free(im_rsms *r)
@@ -528,7 +546,7 @@ static int shadow_map_build(shadow_map *s, const rd_job *job, const float *eye, 
                             float fovy, uint32_t size, char *error)
 {
     ex_gbuffer g;
-    if (render_from(&g, job, eye, forward, up, fovy, size, error) != 0)
+    if (render_from(&g, job, NULL, eye, forward, up, fovy, size, error) != 0)
         return -1;
     s->size = size;
     s->half = tanf(0.5f * fovy);

@@ -256,6 +256,44 @@ static void raster_cuts_holes_of_alpha_masks(void **state)
     free(s);
 }
 
+/* Pictures from within and from far away, wide and narrow, down to one pixel. */
+static void raster_by_clusters_is_the_same(void **state)
+{
+    static const char *const names[2] = {"cornell", "plant"};
+    char error[EX_ERROR_SIZE];
+    (void)state;
+    for (int s = 0; s < 2; s++) {
+        ex_scene scene;
+        ex_clusters *clusters;
+        float center[3], radius;
+        size_t seen = 0;
+        assert_int_equal(ex_scene_builtin(&scene, names[s], 0, error), 0);
+        assert_int_equal(ex_scene_bounds(&scene, center, &radius), 0);
+        clusters = ex_clusters_build(&scene);
+        assert_non_null(clusters);
+        for (int i = 0; i < 60; i++) {
+            ex_gbuffer a, b;
+            uint32_t side = 1u << (i % 7);
+            float far = i % 3 == 0 ? 1000 : i % 3 == 1 ? 0.4f : 2;
+            for (int k = 0; k < 3; k++) {
+                scene.camera.eye[k] = center[k] + radius * far * sinf((float)(7 * i + 3 * k));
+                scene.camera.target[k] = center[k] + 0.3f * radius * cosf((float)(5 * i + k));
+            }
+            scene.camera.fovy = i % 3 == 0 ? 0.002f : i % 2 ? 1.57f : 0.3f;
+            assert_int_equal(ex_gbuffer_render(&a, &scene, side, side, 1, 1, error), 0);
+            assert_int_equal(ex_gbuffer_render_clusters(&b, &scene, clusters, side, side, 2, error), 0);
+            assert_memory_equal(a.pixels, b.pixels, side * side * sizeof *a.pixels);
+            for (uint32_t k = 0; k < side * side; k++) seen += a.pixels[k].object != UINT32_MAX;
+            ex_gbuffer_free(&a);
+            ex_gbuffer_free(&b);
+        }
+        assert_true(seen > 10000);
+        ex_clusters_free(clusters);
+        ex_scene_free(&scene);
+    }
+    ex_clusters_free(NULL);
+}
+
 static void raster_refuses_bad_cameras_and_sizes(void **state)
 {
     float corners[9] = {-9, -9, -1, 9, -9, -1, 0, 9, -1};
@@ -298,6 +336,7 @@ int main(void)
         cmocka_unit_test(raster_is_the_same_on_any_number_of_threads),
         cmocka_unit_test(raster_sides_of_emission_and_mirrored_objects),
         cmocka_unit_test(raster_cuts_holes_of_alpha_masks),
+        cmocka_unit_test(raster_by_clusters_is_the_same),
         cmocka_unit_test(raster_refuses_bad_cameras_and_sizes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
