@@ -1721,7 +1721,7 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
    In every frame: glbk_ism_phase, glbk_ism_vpls_upload, glbk_ism_draw, glbk_ism_shade. */
 
 #define GLBK_ISM_TEXTURES(X)                                                                        \
-    X(sampler2DArray, glbk_ism_vpls, 0)         /* 4 texels each */                                 \
+    X(sampler2DArray, glbk_ism_vpls, 0)         /* 4 texels each; spheres of near points; these, 3 each */  \
     X(usampler2DArray, glbk_ism_points, 1)                                                          \
     X(usampler2DArray, glbk_ism_triangles, 2)   /* three indices, opacity */                        \
     X(sampler2DArray, glbk_ism_positions, 3)                                                        \
@@ -1742,7 +1742,8 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
     X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side, points of a VPL in all phases */     \
     X(uvec4, points, 1)     /* VPLs at most, points of one in a phase, levels of the fill, triangles */  \
     X(vec4, sphere, 1)      /* about the mesh: centre, radius */                                    \
-    X(vec4, values, 1)      /* area of a disc over its point's */
+    X(vec4, values, 1)      /* area of a disc over its point's */                                   \
+    X(uvec4, near_points, 1) /* how many; where their spheres and they themselves begin in glbk_ism_vpls */
 #define GLBK_ISM_VIEW_MEMBERS(X)                                                                    \
     X(uvec4, size, 1)       /* width, height, pattern; 1: no maps, 2: times albedo */               \
     X(vec4, values, 1)      /* bias, clamp */
@@ -1766,6 +1767,7 @@ typedef struct glbk_ism_desc {      /* fields as in ism_desc */
     uint32_t lazy;                  /* frames until all points are renewed, 1..64; 0 = 8 */
     float    splat_scale;           /* above 0, <= 16; 0 = 1 */
     int      no_fill;               /* 1: no pull and push */
+    uint32_t near_points;           /* of each VPL, at most 64; 0 = 16 */
 } glbk_ism_desc;
 
 #define GLBK_ISM_LEVELS 3u
@@ -1786,6 +1788,7 @@ typedef struct glbk_ism_maps {      /* read only; zeroed = none */
     int           compute;          /* the compute path: no depth, kept and pull */
     glbk_program  fill;
     glbk_buffer   ways;             /* directions as a buffer */
+    uint32_t      near_count;       /* near points in use */
 } glbk_ism_maps;
 
 GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out);
@@ -1820,12 +1823,19 @@ GLBK_DEF glbk_result glbk_ism_phase(glbk_context *ctx, glbk_ism_maps *maps, uint
 typedef struct glbk_ism_vpl {       /* fields as in ism_vpl */
     float position[3], normal[3], flux[3], axis[3], exponent, side;
     int   directional;
+    float reach;                    /* counts once near points are given */
 } glbk_ism_vpl;
 
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps, const glbk_ism_vpl *vpls, uint32_t count,
                                           const float center[3], float radius);
 /* count    <= vpl_count; 0 is no light
    center   and radius: ism_bounds, for directional VPLs; NULL without
+   There are no near points afterwards, until glbk_ism_near_upload.
+   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
+GLBK_DEF glbk_result glbk_ism_near_upload(glbk_context *ctx, glbk_ism_maps *maps, const void *points, uint32_t count);
+/* After glbk_ism_vpls_upload, for near_mode 6.
+   points   count times 48 bytes, as ism_near_points has them
+   count    <= vpl_count * near_points; 0 is none: near_mode 6 then is 1
    Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *maps);
@@ -1842,7 +1852,7 @@ typedef struct glbk_ism_renderer {  /* read only; zeroed = none */
     glbk_texture light, result;     /* result is what was asked for: GLBK_FORMAT_COLOR, for your own passes */
     glbk_target  light_target, result_target;
     glbk_buffer  view;
-    glbk_program shade[4][5], blur, resolve;        /* shade: by projection and near_mode */
+    glbk_program shade[4][6], blur, resolve;        /* shade: by projection and near_mode */
     int          compute;
 } glbk_ism_renderer;
 
@@ -1862,7 +1872,7 @@ GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_rendere
 
 typedef struct glbk_ism_shading {   /* fields as in ism_shading */
     uint32_t pattern;               /* 1, 2, 4, 8; 0 = 1 */
-    uint32_t near_mode;             /* ism_near; 0 = patch */
+    uint32_t near_mode;             /* ism_near; 0 = 6, gather */
     float    clamp, bias;
     int      no_maps;
     int      irradiance;            /* 1: not times albedo / pi */
@@ -4486,6 +4496,7 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "struct ism_vpl {\n",
     "    vec3  position, normal, flux, axis;\n",
     "    float exponent, side;       // of the lobe; of the square that it stands for\n",
+    "    float reach;                // within which near points take its place; 0 where there are none\n",
     "    bool  sky;                  // position is the direction to it\n",
     "    mat3  frame;                // of its map: columns x, y, z\n",
     "};\n",
@@ -4501,6 +4512,7 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "    l.normal = b.xyz;\n",
     "    l.side = b.w;\n",
     "    l.flux = c.xyz;\n",
+    "    l.reach = glbk_ism_frame.near_points.x > 0u ? c.w : 0.0;\n",
     "    l.axis = l.normal;\n",
     "    if (l.exponent != 1.0) l.axis = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).xyz;\n",
     "    l.frame = ism_frame_of(ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky ? l.axis : l.normal);\n",
@@ -4555,6 +4567,7 @@ static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
     "    uvec4 points;\n",
     "    vec4 sphere;\n",
     "    vec4 values;\n",
+    "    uvec4 near_points;\n",
     "} glbk_ism_frame;\n",
     "layout(std140) uniform glbk_ism_view_block {\n",
     "    uvec4 size;\n",
@@ -4825,10 +4838,11 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "//\n",
     "//     vec4 e = ism_light(position, normal, geometric, 0u, 1u);     // irradiance, W/m^2; lost by the rule near by\n",
     "//\n",
-    "// Defines: ISM_NEAR=1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none; ISM_PROJECTION, the maps' desc.projection.\n",
+    "// Defines: ISM_NEAR=1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none, 6 gather; ISM_PROJECTION, the maps'\n",
+    "// desc.projection.\n",
     "// uses: ism_access\n",
     "#ifndef ISM_NEAR\n",
-    "#define ISM_NEAR 1\n",
+    "#define ISM_NEAR 6\n",
     "#endif\n",
     "#define ISM_GRAZING 1e-4     // cosine, by the receiver's plane, below which a VPL counts as behind it: rounding\n",
     "\n",
@@ -4904,12 +4918,11 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "}\n",
     "\n",
     "// To receivers that face the square no brighter than the point: the backs of bent sheets do. square: without that.\n",
-    "float ism_patch_kernel(ism_vpl l, vec3 d, vec3 n, float point, out float square)\n",
+    "float ism_patch_kernel(mat3 frame, float side, vec3 d, vec3 n, float point, out float square)\n",
     "{\n",
-    "    mat3 frame = l.frame;\n",
-    "    float share, form = ism_form_factor(n, d, frame[0] * (0.5 * l.side), frame[1] * (0.5 * l.side), share);\n",
+    "    float share, form = ism_form_factor(n, d, frame[0] * (0.5 * side), frame[1] * (0.5 * side), share);\n",
     "    float facing = -2.0 * dot(n, frame[2]);\n",
-    "    square = form = form > 0.0 && share > 0.0 ? form * COHSM_PI / (l.side * l.side * share) : 0.0;\n",
+    "    square = form = form > 0.0 && share > 0.0 ? form * COHSM_PI / (side * side * share) : 0.0;\n",
     "    if (!(facing > 0.0) || !(form > point)) return form;\n",
     "    return form + min(facing, 1.0) * (point - form);\n",
     "}\n",
@@ -4929,6 +4942,13 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "    return sum * (1.0 / 16.0) * 2.0 * (1.0 - least) / r2;\n",
     "}\n",
     "\n",
+    "// How far near points stand for what is at this distance: fully within 0.7 reach, not at all beyond it.\n",
+    "float ism_nearness(float d2, float reach)\n",
+    "{\n",
+    "    float r2 = reach * reach, h = 2.0 * (r2 - d2);\n",
+    "    return !(h > 0.0) ? 0.0 : h < r2 ? h / r2 : 1.0;\n",
+    "}\n",
+    "\n",
     "// cos cos / d^2 (cosine alone of a sky) with the lobe and the rule near by; plain without what that takes off.\n",
     "float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)\n",
     "{\n",
@@ -4945,7 +4965,13 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "#if ISM_NEAR == 1\n",
     "    if (!(area > 0.0 && d2 < 9.0 * area)) return plain;\n",
     "    float point = plain;\n",
-    "    return ism_patch_kernel(l, d, n, point, plain);\n",
+    "    return ism_patch_kernel(l.frame, l.side, d, n, point, plain);\n",
+    "#elif ISM_NEAR == 6\n",
+    "    float share = 1.0 - ism_nearness(d2, l.reach), k = plain, point = plain;\n",
+    "    if (!(share > 0.0)) return plain = 0.0;\n",
+    "    if (area > 0.0 && d2 < 9.0 * area) k = ism_patch_kernel(l.frame, l.side, d, n, point, plain);\n",
+    "    plain *= share;\n",
+    "    return k * share;\n",
     "#elif ISM_NEAR == 2\n",
     "    return area > 0.0 && d2 < 16.0 * area ? ism_sphere_kernel(d, l.normal, n, l.side) : plain;\n",
     "#elif ISM_NEAR == 3\n",
@@ -4987,6 +5013,78 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "    return used > 0u ? sum * (float(glbk_ism_frame.maps.x) / (float(used) * COHSM_PI)) : sum;\n",
     "}\n",
     "\n",
+    "// ---- near points ----\n",
+    "\n",
+    "struct ism_near_point {\n",
+    "    vec3  position, normal, flux;\n",
+    "    float side, reach;\n",
+    "    uint  vpl;                  // by whose map it is seen\n",
+    "};\n",
+    "\n",
+    "ism_near_point ism_read_near(uint i)\n",
+    "{\n",
+    "    uint at = glbk_ism_frame.near_points.z + 3u * i;\n",
+    "    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(at), 0), b = texelFetch(glbk_ism_vpls, glbk_table_at(at + 1u), 0);\n",
+    "    vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(at + 2u), 0);\n",
+    "    ism_near_point q;\n",
+    "    q.position = a.xyz;\n",
+    "    q.side = a.w;\n",
+    "    q.normal = b.xyz;\n",
+    "    q.reach = b.w;\n",
+    "    q.flux = c.xyz;\n",
+    "    q.vpl = uint(c.w);\n",
+    "    return q;\n",
+    "}\n",
+    "\n",
+    "// By its VPL's map; where that hides, and the point is nearer than the VPL, by the map moved to the point. Lit behind the\n",
+    "// VPL. Neither for what faces the point: the backs of bent sheets do.\n",
+    "float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)\n",
+    "{\n",
+    "    ism_vpl l = ism_read_vpl(q.vpl);\n",
+    "    vec3 way = l.position - q.position, d = p - q.position;\n",
+    "    float open = 1.0 - clamp(-2.0 * dot(n, q.normal), 0.0, 1.0);\n",
+    "    if (!(dot(l.frame[2], p - l.position) > 0.0)) return open;\n",
+    "    if (ism_visible(q.vpl, l, p, ng, bias) > 0.0) return 1.0;\n",
+    "    if (!(dot(d, d) < dot(way, way) && dot(l.frame[2], d) > 0.0)) return 0.0;\n",
+    "    return open * ism_visible(q.vpl, l, p + way, ng, bias);\n",
+    "}\n",
+    "\n",
+    "// Its kernel by how far it stands here for VPLs; plain without what the square's rule takes off.\n",
+    "float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)\n",
+    "{\n",
+    "    vec3 d = q.position - p;\n",
+    "    float d2 = dot(d, d), h = ism_nearness(d2, q.reach), a = dot(n, d), b = -dot(q.normal, d);\n",
+    "    plain = 0.0;\n",
+    "    if (!(h > 0.0 && a > 0.0 && b > 0.0)) return 0.0;\n",
+    "    float point = a * b / (d2 * d2 + 1e-37), k = point;\n",
+    "    plain = point;\n",
+    "    if (d2 < 9.0 * q.side * q.side) k = ism_patch_kernel(ism_frame_of(q.normal), q.side, d, n, point, plain);\n",
+    "    plain *= h;\n",
+    "    return k * h;\n",
+    "}\n",
+    "\n",
+    "// What the near points first, first + pattern, ... give, scaled up to all of them, as ism_scaled does. Each 64 of them\n",
+    "// lie in a sphere beyond which none reaches, and 64 is a whole number of patterns.\n",
+    "vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)\n",
+    "{\n",
+    "    uint count = glbk_ism_frame.near_points.x;\n",
+    "    vec4 sum = vec4(0.0);\n",
+    "    if (first >= count) return sum;\n",
+    "    for (uint at = 0u; at < count; at += 64u) {\n",
+    "        vec4 sphere = texelFetch(glbk_ism_vpls, glbk_table_at(glbk_ism_frame.near_points.y + at / 64u), 0);\n",
+    "        vec3 d = sphere.xyz - p;\n",
+    "        if (!(dot(d, d) < sphere.w * sphere.w)) continue;\n",
+    "        for (uint i = at + first; i < min(at + 64u, count); i += pattern) {\n",
+    "            ism_near_point q = ism_read_near(i);\n",
+    "            float plain, k = ism_near_kernel(q, p, n, plain);\n",
+    "            if (!(k > 0.0)) continue;\n",
+    "            float lit = (glbk_ism_view.size.w & 1u) != 0u ? 1.0 : ism_near_visible(q, p, n, ng, glbk_ism_view.values.x);\n",
+    "            sum += lit * vec4(k * q.flux, max(plain - k, 0.0) * ism_luminance(q.flux));\n",
+    "        }\n",
+    "    }\n",
+    "    return sum * (float(count) / (float((count - first - 1u) / pattern + 1u) * COHSM_PI));\n",
+    "}\n",
+    "\n",
     "// xyz: irradiance by the VPLs first, first + pattern, ... scaled up to all of them; w: what the rule near by took off.\n",
     "vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)\n",
     "{\n",
@@ -4999,7 +5097,11 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "    most *= used > 0u ? all / float(used) : 0.0;\n",
     "#endif\n",
     "    for (uint v = first; v < count; v += pattern) ism_add(sum, v, ism_read_vpl(v), p, n, ng, most);\n",
+    "#if ISM_NEAR == 6\n",
+    "    return ism_scaled(sum, used) + ism_gather(p, n, ng, first, pattern);\n",
+    "#else\n",
     "    return ism_scaled(sum, used);\n",
+    "#endif\n",
     "}\n"
 };
 
@@ -7347,7 +7449,7 @@ static const char *const glbk__glsl_prog_ism_shade_comp[] = {
     "// ism_shade.frag as a compute shader: a group has 16 x 16 pixels of one class, which lie `pattern` apart, and reads each\n",
     "// VPL of the class once, into shared memory, 64 at a time.\n",
     "// uses: ism_gbuffer ism_light\n",
-    "// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5\n",
+    "// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6\n",
     "layout(local_size_x = 16, local_size_y = 16) in;\n",
     "#define ISM_ROUND 64u\n",
     "\n",
@@ -7385,7 +7487,11 @@ static const char *const glbk__glsl_prog_ism_shade_comp[] = {
     "        for (uint k = 0u; k < count && lit; k++)\n",
     "            ism_add(sum, first + (from + k) * pattern, ism_read[k], r.p, r.n, r.ng, most);\n",
     "    }\n",
-    "    if (inside) imageStore(glbk_ism_light_out, at, ism_scaled(sum, used));\n",
+    "    sum = ism_scaled(sum, used);\n",
+    "#if ISM_NEAR == 6\n",
+    "    if (lit) sum += ism_gather(r.p, r.n, r.ng, first, pattern);\n",
+    "#endif\n",
+    "    if (inside) imageStore(glbk_ism_light_out, at, sum);\n",
     "}\n"
 };
 
@@ -7393,7 +7499,7 @@ static const char *const glbk__glsl_prog_ism_shade_frag[] = {
     "// Each pixel by its own class of VPLs: every pattern^2-th of them (interleaved sampling, paper 6.2).\n",
     "// uses: ism_gbuffer ism_light\n",
     "// with: screen.vert\n",
-    "// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5\n",
+    "// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6\n",
     "layout(location = 0) out glbk_color result;\n",
     "\n",
     "void main()\n",
@@ -8667,9 +8773,9 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/envsh_visible.glsl", glbk__glsl_lib_envsh_visible_glsl, 244, "", "",
       "" },
-    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 49, "table ism_map ism_bindings", "",
+    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 51, "table ism_map ism_bindings", "",
       "" },
-    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 42, "", "",
+    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 43, "", "",
       "" },
     { "lib/ism_blur.glsl", glbk__glsl_lib_ism_blur_glsl, 37, "ism_gbuffer", "",
       "" },
@@ -8681,7 +8787,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/ism_holes.glsl", glbk__glsl_lib_ism_holes_glsl, 25, "ism_fill", "",
       "" },
-    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 180, "ism_access", "",
+    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 269, "ism_access", "",
       "" },
     { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 86, "cohsm_math", "",
       "" },
@@ -8781,10 +8887,10 @@ static const glbk_file glbk__files[] = {
       "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" },
     { "prog/ism_push.frag", glbk__glsl_prog_ism_push_frag, 22, "ism_push", "screen.vert",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
-    { "prog/ism_shade.comp", glbk__glsl_prog_ism_shade_comp, 43, "ism_gbuffer ism_light", "",
-      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5" },
+    { "prog/ism_shade.comp", glbk__glsl_prog_ism_shade_comp, 47, "ism_gbuffer ism_light", "",
+      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" },
     { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 16, "ism_gbuffer ism_light", "screen.vert",
-      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5" },
+      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" },
     { "prog/ism_splat.comp", glbk__glsl_prog_ism_splat_comp, 158, "ism_disc", "",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
     { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 22, "ism_disc", "ism_splat.vert",
@@ -14593,7 +14699,7 @@ GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *r, int 
 static int glbk__ism_resolve(glbk_ism_desc *d)
 {
     if (d->vpl_count > 16384 || (d->points && d->points < 8) || d->points > 65536 || d->projection > 4 ||
-        d->lazy > 64 ||
+        d->lazy > 64 || d->near_points > 64 ||
         (d->tile_size && (d->tile_size < 8 || d->tile_size > 256 || (d->tile_size & (d->tile_size - 1)))) ||
         !(d->splat_scale >= 0 && d->splat_scale <= 16))
         return 0;
@@ -14602,6 +14708,7 @@ static int glbk__ism_resolve(glbk_ism_desc *d)
     if (!d->tile_size) d->tile_size = 64;
     if (!d->projection) d->projection = 1;
     if (!d->lazy) d->lazy = 8;
+    if (!d->near_points) d->near_points = 16;
     if (!(d->splat_scale > 0)) d->splat_scale = 1.0f;
     return 1;
 }
@@ -14669,6 +14776,10 @@ static uint32_t glbk__ism_levels(const glbk_ism_maps *m)
     return levels;
 }
 
+/* Texels of the table of VPLs before the near points' spheres, and of these. */
+static uint32_t glbk__ism_vpl_texels(const glbk_ism_maps *m) { return 4 * m->desc.vpl_count; }
+static uint32_t glbk__ism_spheres(const glbk_ism_maps *m) { return (m->desc.vpl_count * m->desc.near_points + 63) / 64; }
+
 static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_ism_frame f;
@@ -14683,6 +14794,9 @@ static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps 
     f.points[3] = m->triangles;
     memcpy(f.sphere, m->sphere, sizeof f.sphere);
     f.values[0] = m->desc.splat_scale;
+    f.near_points[0] = m->near_count;
+    f.near_points[1] = glbk__ism_vpl_texels(m);
+    f.near_points[2] = f.near_points[1] + glbk__ism_spheres(m);
     return glbk_buffer_update(ctx, &m->frame, 0, sizeof f, &f);
 }
 
@@ -14703,7 +14817,9 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc
     out->compute = ctx->compute && out->each * out->desc.lazy <= 65536;     /* ism_splat.comp counts them in 16 bits */
     result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, points, &out->points);
     if (result == GLBK_OK)
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, NULL, 4 * (size_t)out->desc.vpl_count, &out->vpls);
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, NULL,
+                                   glbk__ism_vpl_texels(out) + glbk__ism_spheres(out) +
+                                       3 * (size_t)out->desc.vpl_count * out->desc.near_points, &out->vpls);
     if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, nothing, 1, &out->triangle_table);
     if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, nothing, 1, &out->positions);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_frame), NULL, &out->frame);
@@ -14850,10 +14966,11 @@ GLBK_DEF glbk_result glbk_ism_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_
 
 static int glbk__ism_vpl_ok(const glbk_ism_vpl *v)
 {
-    float sum = v->exponent + v->side;
+    float sum = v->exponent + v->side + v->reach;
     int k;
     for (k = 0; k < 3; k++) sum += v->position[k] * 0 + v->normal[k] * 0 + v->flux[k] * 0 + v->axis[k] * 0;
-    return sum >= 0 && v->exponent >= 0 && v->exponent <= 1e5f && v->side >= 0 && sum < 3e38f;
+    return sum >= 0 && v->exponent >= 0 && v->exponent <= 1e5f && v->side >= 0 && v->reach >= 0 &&
+           sum < 3e38f;
 }
 
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, const glbk_ism_vpl *vpls, uint32_t count,
@@ -14878,7 +14995,7 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
             memcpy(to + 4, vpls[i].normal, 12);
             to[7] = vpls[i].side;
             memcpy(to + 8, vpls[i].flux, 12);
-            to[11] = 0;
+            to[11] = vpls[i].reach;
             memcpy(to + 12, vpls[i].axis, 12);
             to[15] = 0;
         }
@@ -14887,10 +15004,62 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
     }
     if (result != GLBK_OK) return result;
     m->count = count;
+    m->near_count = 0;
     memset(m->sphere, 0, sizeof m->sphere);
     if (center) memcpy(m->sphere, center, 3 * sizeof(float));
     m->sphere[3] = center ? radius : 1;
     return glbk__ism_write_frame(ctx, m);
+}
+
+/* x, y, z and radius of the sphere beyond which none of them reaches, as ism.h has it. */
+static void glbk__ism_near_sphere(const float *points, uint32_t count, float sphere[4])
+{
+    float lo[3], hi[3], d2, reach;
+    uint32_t i, k;
+    for (k = 0; k < 3; k++) lo[k] = hi[k] = points[k];
+    for (i = 1; i < count; i++)
+        for (k = 0; k < 3; k++) {
+            lo[k] = points[12 * i + k] < lo[k] ? points[12 * i + k] : lo[k];
+            hi[k] = points[12 * i + k] > hi[k] ? points[12 * i + k] : hi[k];
+        }
+    for (k = 0; k < 3; k++) sphere[k] = 0.5f * (lo[k] + hi[k]);
+    sphere[3] = 0;
+    for (i = 0; i < count; i++) {
+        for (k = 0, d2 = 0; k < 3; k++) d2 += (points[12 * i + k] - sphere[k]) * (points[12 * i + k] - sphere[k]);
+        reach = sqrtf(d2) + points[12 * i + 7];
+        if (reach > sphere[3]) sphere[3] = reach;
+    }
+}
+
+GLBK_DEF glbk_result glbk_ism_near_upload(glbk_context *ctx, glbk_ism_maps *m, const void *points, uint32_t count)
+{
+    const float *values = (const float *)points;
+    glbk__allocator memory;
+    glbk_result result;
+    float *spheres;
+    uint32_t i, k;
+    if (!ctx || !m || !m->points.name || (count && !points) || count > m->desc.vpl_count * m->desc.near_points)
+        return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < count; i++) {
+        const float *p = values + 12 * (size_t)i;
+        float sum = 0;
+        for (k = 0; k < 12; k++) sum += p[k] * 0;
+        if (!(sum >= 0 && p[3] >= 0 && p[7] >= 0 && p[11] >= 0 && p[11] < (float)m->count)) return GLBK_ERR_ARGUMENT;
+    }
+    m->near_count = count;
+    if (!count) return glbk__ism_write_frame(ctx, m);
+    memory = glbk__memory(ctx);
+    spheres = (float *)glbk__alloc_array(&memory, (count + 63) / 64, 16);
+    if (!spheres) return m->near_count = 0, GLBK_ERR_ALLOC;
+    for (i = 0; i < count; i += 64)
+        glbk__ism_near_sphere(values + 12 * (size_t)i, count - i < 64 ? count - i : 64, spheres + i / 16);
+    result = glbk_table_update(ctx, &m->vpls, glbk__ism_vpl_texels(m), (count + 63) / 64, spheres);
+    glbk__free(&memory, spheres);
+    if (result == GLBK_OK)
+        result = glbk_table_update(ctx, &m->vpls, (size_t)glbk__ism_vpl_texels(m) + glbk__ism_spheres(m),
+                                   3 * (size_t)count, points);
+    if (result != GLBK_OK) m->near_count = 0;
+    return result == GLBK_OK ? glbk__ism_write_frame(ctx, m) : result;
 }
 
 static void glbk__ism_bind_points(glbk_context *ctx, const glbk_ism_maps *m)
@@ -15031,11 +15200,11 @@ static glbk_result glbk__ism_view_of(const glbk_ism_maps *m, const glbk_ism_shad
     s->bias = 0.02f;
     s->clamp = 1;
     if (shading) *s = *shading;
-    if (!m || !m->points.name || s->near_mode > 5 || s->pattern > 8 || (s->pattern & (s->pattern - 1)) ||
+    if (!m || !m->points.name || s->near_mode > 6 || s->pattern > 8 || (s->pattern & (s->pattern - 1)) ||
         !(s->bias >= 0 && s->bias < 1) ||
         ((s->near_mode == 3 || s->near_mode == 4) && !(s->clamp > 0 && s->clamp < 3e38f)))
         return GLBK_ERR_ARGUMENT;
-    if (!s->near_mode) s->near_mode = 1;
+    if (!s->near_mode) s->near_mode = 6;
     memset(view, 0, sizeof *view);
     view->size[2] = s->pattern ? s->pattern : 1;
     view->size[3] = (s->no_maps ? 1u : 0u) | (s->irradiance ? 0u : 2u);
@@ -15112,7 +15281,7 @@ GLBK_DEF void glbk_ism_renderer_destroy(glbk_context *ctx, glbk_ism_renderer *r)
     glbk_texture_destroy(ctx, &r->light);
     glbk_texture_destroy(ctx, &r->result);
     glbk_buffer_destroy(ctx, &r->view);
-    for (i = 0; i < 20; i++) glbk_program_destroy(ctx, &r->shade[i / 5][i % 5]);
+    for (i = 0; i < 24; i++) glbk_program_destroy(ctx, &r->shade[i / 6][i % 6]);
     glbk_program_destroy(ctx, &r->blur);
     glbk_program_destroy(ctx, &r->resolve);
     memset(r, 0, sizeof *r);

@@ -99,8 +99,8 @@
    and is kept, in bytes, with less than 8 KB besides:
 
      12 N points + 4 A + 4 A (if keep_hits) + 2444 tile_size^2 + 16 triangles + 812 clusters of triangles, of which there
-     are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 160 N,
-     A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 10 MB
+     are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 168 N + 112.25 N near_points,
+     A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 12 MB
 
    While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 104 N more.
 
@@ -273,6 +273,8 @@ typedef struct ism_desc {
     void            *parallel_user;
     ism_progress     progress;      /* NULL = none */
     void            *progress_user;
+    uint32_t       near_points;     /* of each VPL, in whose place they light what is near, 1..64; 0 = 16 */
+    int            no_near_points;  /* 1: none; ISM_NEAR_GATHER then is ISM_NEAR_PATCH */
 } ism_desc;                         /* zero it, then set what you care about */
 
 typedef struct ism_stats {          /* of the last run of each stage */
@@ -290,6 +292,7 @@ typedef struct ism_stats {          /* of the last run of each stage */
                                        by PATCH also what would have leaked through bent sheets */
     double   culled;                /* share of VPL x block pairs that culling skipped */
     size_t   bytes, peak_bytes;     /* asked of the allocator: now, and at most (from ism_shade: with its own) */
+    uint32_t near_points;           /* of the last ism_choose; 0 by ism_set_vpls */
 } ism_stats;
 
 /* ---- life ---- */
@@ -306,13 +309,15 @@ ISM_DEF void ism_free(ism_maps *maps);       /* NULL is fine */
 /* ---- a frame in one call ---- */
 
 typedef enum ism_near {             /* what is done about receivers close to a VPL */
-    ISM_NEAR_DEFAULT,               /* = ISM_NEAR_PATCH */
+    ISM_NEAR_DEFAULT,               /* = ISM_NEAR_GATHER */
     ISM_NEAR_PATCH,                 /* the VPL becomes a square of its area, by its exact form factor; to receivers that
                                        face it no brighter than a point: the backs of bent sheets do */
     ISM_NEAR_SPHERE,                /* a virtual spherical light, Hasan et al. 2009 */
     ISM_NEAR_CLAMP,                 /* cos cos / d^2 at most `clamp` */
     ISM_NEAR_CLAMP_MEAN,            /* a VPL's light at a receiver at most `clamp` times the mean over its VPLs */
     ISM_NEAR_NONE,                  /* as it is: bright specks */
+    ISM_NEAR_GATHER,                /* in place of the VPLs within reach, smoothly, the near points there: as many times
+                                       finer a list, of patches too. Without near points as PATCH */
     ISM_NEAR_COUNT
 } ism_near;
 
@@ -331,6 +336,8 @@ typedef struct ism_shading {
     int       cull;                 /* 1: skips VPLs that face away from blocks of 16 x 16 pixels; same picture */
     ism_visibility_fn visible_fn;   /* in place of the maps; NULL = the maps */
     void     *visible_user;
+    ism_visibility_fn near_visible_fn;  /* the same of near points, by their numbers in ism_near_points; NULL: each is
+                                       seen as its VPL is, by visible_fn or by the maps */
 } ism_shading;
 
 ISM_DEF ism_shading ism_shading_default(void);
@@ -355,7 +362,16 @@ typedef struct ism_vpl {
     int32_t  directional;
     uint32_t source, texel;         /* whence; texel = y * width + x */
     int32_t  jumped;                /* 1: not where it was in the last frame, by more than a texel */
+    float    reach;                 /* m: near points light receivers within it, fully so within 0.7 of it. 0 = none do;
+                                       set by ism_choose and ism_set_vpls */
 } ism_vpl;
+
+typedef struct ism_near_point {     /* 48 bytes: gl_backend.h uploads them as they are */
+    float position[3], side;        /* m: of the square that it becomes */
+    float normal[3], reach;         /* m: as a VPL's */
+    float flux[3];                  /* W */
+    float vpl;                      /* whole number of the VPL nearest to it, by whose map it is seen */
+} ism_near_point;
 
 ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
 /* Importances, prefix sums, VPL i at (i + 0.5) / N. Black sources give no VPLs, which is no error.
@@ -363,11 +379,17 @@ ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
             ISM_ERR_CANCELLED */
 
 ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t count);
-/* Your own list in place of ism_choose; count <= N. position, normal, flux and axis must be finite, normal and axis
+/* Your own list in place of ism_choose, without near points; count <= N. position, normal, flux and axis must be finite, normal and axis
    unit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_LIMIT. */
 
 ISM_DEF const ism_vpl *ism_vpls(const ism_maps *maps, size_t *count);
 /* Valid until the next stage. */
+
+ISM_DEF const ism_near_point *ism_near_points(const ism_maps *maps, size_t *count);
+/* A second, finer choice by the same importances, near_points times as many: of surfaces without lobes alone, 64
+   neighbours in space together. None where VPLs on such surfaces are fewer than 9, or set by ism_set_vpls. A receiver at
+   distance d takes VPLs by 1 - h and near points by h = 2 - 2 d^2 / reach^2, limited to 0..1: where VPLs are few and
+   near the sum is that of many. Valid until the next ism_choose or ism_set_vpls. */
 
 ISM_DEF const float *ism_importances(const ism_maps *maps, size_t source, size_t *count);
 /* The BRSM of a source, as ism_choose left it; NULL beyond the last source. */
@@ -1078,6 +1100,8 @@ static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
 #define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
 #define ISM__BATCHES 16u            /* calls of progress in a stage */
+#define ISM__NEAR_BLOCK 64u         /* near points that lie together: a whole number of each pattern's classes */
+#define ISM__NEAR_RANK 8u           /* a point's reach is twice the distance to this one of the VPLs about it */
 
 typedef struct ism__buffer { void *data; size_t size; } ism__buffer;
 
@@ -1106,6 +1130,8 @@ struct ism_maps {
     int             chosen, built;
     ism__buffer     previous, atlas, hits, points, counts, directions, scratch;
     ism__buffer     sums, clusters, shares, weights, sources, importance, blurred, cdf, pixels;
+    ism__buffer     near_points, near_blocks, near_drawn, near_keys, by_x;
+    uint32_t        near_count;     /* of near_points, in use */
     size_t          triangles;      /* that the points lie on; 0 = there are none yet */
     size_t          source_count, cells;    /* cells: pVPLs of all sources */
     float           center[3], radius;      /* bounding sphere of the mesh, for directions */
@@ -1709,14 +1735,15 @@ static float ism__inter_texel(const ism_view *view, const ism_source *s, const i
     return spacing;
 }
 
+/* One of `count` samples. */
 static void ism__make_vpl(const ism_maps *m, const ism_frame *f, size_t source, const ism__cdf2_sample *at,
-                          double probability, ism_vpl *v)
+                          double probability, uint32_t count, ism_vpl *v)
 {
     const ism_source *s = &f->sources[source];
     size_t i = (size_t)at->y * s->width + at->x;
     const float *flux = ism__at(s->fluxes, s->stride, i);
     ism__v3 p = ism__v3_load(ism__at(s->positions, s->stride, i)), n;
-    float scale = (float)(1.0 / ((double)m->desc.vpl_count * probability)), spacing = 0.0f;
+    float scale = (float)(1.0 / ((double)count * probability)), spacing = 0.0f;
     int k;
     memset(v, 0, sizeof *v);
     v->source = (uint32_t)source;
@@ -1793,38 +1820,271 @@ static void ism__side_task(void *context, size_t index)
 
 static ism_result ism__finish_vpls(ism_maps *m)
 {
+    uint32_t i;
+    for (i = 0; i < m->vpl_count; i++) m->vpls[i].reach = 0.0f;
+    m->near_count = m->stats.near_points = 0;
     if (!ism__run(&m->desc, m->vpl_count, ism__side_task, m)) return ISM_ERR_CANCELLED;
     m->stats.vpls = m->vpl_count;
     m->chosen = 1;
     return ISM_OK;
 }
 
-/* VPL i at ((i + 0.5) / N, golden ratio sequence): the first number picks source and row, the second the column. */
-static void ism__draw_vpls(ism_maps *m, const ism_frame *f, const ism__source_of *of, double total)
+/* Sample i of count at ((i + 0.5) / count, golden ratio sequence): the first number picks source and row, the second the
+   column. 0 where there is none. */
+static int ism__draw(const ism_maps *m, const ism_frame *f, double total, uint32_t i, uint32_t count, uint32_t stream,
+                     ism_vpl *v)
 {
-    uint32_t n = m->desc.vpl_count, i,
-             key = m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed;
-    uint32_t shift_u = ism__hash_combine(key, 11u), shift_v = ism__hash_combine(key, 12u);
+    const ism__source_of *of = (const ism__source_of *)m->sources.data;
+    uint32_t key = m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed;
+    uint32_t shift_u = ism__hash_combine(key, stream), shift_v = ism__hash_combine(key, stream + 1u);
+    double u = ((double)i + 0.5) / (double)count + (m->desc.unstable ? (double)ism__to_unit(shift_u) : 0.0), rest;
+    ism__cdf2_sample at;
+    ism__cdf2 cdf;
+    size_t s = 0, last = 0, k;
+    u = (u - floor(u)) * total;
+    for (k = 0; k < f->source_count; k++)
+        if (of[k].total > 0.0) last = k;
+    rest = u;
+    for (s = 0; s < last && !(rest < of[s].total); s++) rest -= of[s].total;
+    cdf.rows = (const double *)m->cdf.data + of[s].cdf_first;
+    cdf.sums = cdf.rows + f->sources[s].height + 1u;
+    cdf.width = f->sources[s].width;
+    cdf.height = f->sources[s].height;
+    at = ism__cdf2_sample_at(&cdf, ism__to_unit(i * 2654435769u + shift_v), (float)(rest / of[s].total));
+    if (!(at.probability > 0.0f)) return 0;
+    ism__make_vpl(m, f, s, &at, (double)at.probability * of[s].total / total, count, v);
+    return 1;
+}
+
+static void ism__draw_vpls(ism_maps *m, const ism_frame *f, double total)
+{
+    uint32_t n = m->desc.vpl_count, i;
     m->vpl_count = 0;
-    for (i = 0; i < n && total > 0.0; i++) {
-        double u = ((double)i + 0.5) / (double)n + (m->desc.unstable ? (double)ism__to_unit(shift_u) : 0.0), rest;
-        float v = ism__to_unit(i * 2654435769u + shift_v);
-        ism__cdf2_sample at;
-        ism__cdf2 cdf;
-        size_t s = 0, last = 0, k;
-        u = (u - floor(u)) * total;
-        for (k = 0; k < f->source_count; k++)
-            if (of[k].total > 0.0) last = k;
-        rest = u;
-        for (s = 0; s < last && !(rest < of[s].total); s++) rest -= of[s].total;
-        cdf.rows = (const double *)m->cdf.data + of[s].cdf_first;
-        cdf.sums = cdf.rows + f->sources[s].height + 1u;
-        cdf.width = f->sources[s].width;
-        cdf.height = f->sources[s].height;
-        at = ism__cdf2_sample_at(&cdf, v, (float)(rest / of[s].total));
-        if (!(at.probability > 0.0f)) continue;
-        ism__make_vpl(m, f, s, &at, (double)at.probability * of[s].total / total, &m->vpls[m->vpl_count++]);
+    for (i = 0; i < n && total > 0.0; i++)
+        m->vpl_count += (uint32_t)ism__draw(m, f, total, i, n, 11u, &m->vpls[m->vpl_count]);
+}
+
+/* ---- >>near: points in place of the VPLs that are near a receiver ---- */
+
+/* A VPL's light is right on the mean over all of them, but not beside one of them: in a corner a spot of it stands for
+   what a wide surface would have spread. There a second choice of more samples takes over, each as far as its reach: a
+   function of the place, that sums of one list give way to those of the other without loss. */
+typedef struct ism__by_x { float x; uint32_t vpl; } ism__by_x;     /* x: along the longest side of the VPLs' box */
+
+typedef struct ism__near_work {
+    ism_maps        *m;
+    const ism_frame *frame;
+    double           total;
+    const ism__by_x *sorted;        /* VPLs of surfaces without lobes */
+    uint32_t         sorted_count, drawn, axis;
+    ism_near_point  *out;           /* in the order of the draw; vpl < 0: none */
+} ism__near_work;
+
+/* Those that near points may stand for. */
+static int ism__has_near(const ism_vpl *v) { return !v->directional && v->exponent == 1.0f; }
+
+static int ism__order_x(const void *a, const void *b)
+{
+    const ism__by_x *p = (const ism__by_x *)a, *q = (const ism__by_x *)b;
+    if (p->x < q->x || p->x > q->x) return p->x < q->x ? -1 : 1;
+    return p->vpl < q->vpl ? -1 : p->vpl > q->vpl;
+}
+
+/* Reach of a place, and the VPL nearest to it (a turned one counts as farther). Both ways from its x through the sorted
+   VPLs, until x alone is too far. */
+static float ism__reach_of(const ism__near_work *w, ism__v3 p, ism__v3 n, uint32_t *nearest)
+{
+    float near2[ISM__NEAR_RANK], best = 1e30f;
+    uint32_t lo = 0, hi = w->sorted_count, left, right, k;
+    float x = w->axis == 0 ? p.x : w->axis == 1u ? p.y : p.z;
+    for (k = 0; k < ISM__NEAR_RANK; k++) near2[k] = 1e30f;
+    while (lo < hi) {
+        uint32_t mid = lo + (hi - lo) / 2u;
+        if (w->sorted[mid].x < x) lo = mid + 1u;
+        else hi = mid;
     }
+    for (left = right = lo; left > 0 || right < w->sorted_count;) {
+        int leftwards = right == w->sorted_count || (left > 0 && x - w->sorted[left - 1u].x < w->sorted[right].x - x);
+        float step = leftwards ? x - w->sorted[left - 1u].x : w->sorted[right].x - x, d2, cosine;
+        uint32_t i = w->sorted[leftwards ? --left : right++].vpl;
+        const ism_vpl *v = &w->m->vpls[i];
+        ism__v3 d = ism__v3_sub(ism__v3_load(v->position), p);
+        if (step * step > near2[ISM__NEAR_RANK - 1u] && step * step > best) break;
+        d2 = ism__v3_dot(d, d);
+        for (k = ISM__NEAR_RANK - 1u; k > 0 && near2[k - 1u] > d2; k--) near2[k] = near2[k - 1u];
+        if (near2[k] > d2) near2[k] = d2;
+        cosine = ism__v3_dot(n, ism__v3_load(v->normal));
+        d2 *= cosine > 0.5f ? 1.0f : cosine > 0.0f ? 4.0f : 16.0f;
+        if (d2 < best) {
+            best = d2;
+            *nearest = i;
+        }
+    }
+    return 2.0f * sqrtf(near2[ISM__NEAR_RANK - 1u]);
+}
+
+static void ism__reach_task(void *context, size_t index)
+{
+    const ism__near_work *w = (const ism__near_work *)context;
+    ism_vpl *v = &w->m->vpls[index];
+    uint32_t nearest = 0;
+    if (ism__has_near(v))
+        v->reach = ism__reach_of(w, ism__v3_load(v->position), ism__v3_load(v->normal), &nearest);
+}
+
+/* 64 points of the draw. The square is that of the texel, or of what the point stands for where that is more, but not
+   of more than a few VPLs' surface; without areas, that of near points as dense as the VPLs are here. */
+static void ism__near_task(void *context, size_t index)
+{
+    const ism__near_work *w = (const ism__near_work *)context;
+    uint32_t i, k;
+    for (i = (uint32_t)index * ISM__NEAR_BLOCK; i < w->drawn && i < (uint32_t)(index + 1u) * ISM__NEAR_BLOCK; i++) {
+        ism_near_point *to = &w->out[i];
+        const ism_source *s;
+        uint32_t nearest = 0;
+        float area, most;
+        ism_vpl v;
+        to->vpl = -1.0f;
+        if (!ism__draw(w->m, w->frame, w->total, i, w->drawn, 13u, &v) || !ism__has_near(&v)) continue;
+        s = &w->frame->sources[v.source];
+        for (k = 0; k < 3u; k++) {
+            to->position[k] = v.position[k];
+            to->normal[k] = v.normal[k];
+            to->flux[k] = v.flux[k];
+        }
+        to->reach = ism__reach_of(w, ism__v3_load(v.position), ism__v3_load(v.normal), &nearest);
+        area = s->areas ? *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, v.texel)
+                        : ISM__PI * 0.25f * to->reach * to->reach / (float)(ISM__NEAR_RANK * w->m->desc.near_points);
+        if (!(area >= v.area) || !ism__finite(area)) area = v.area;
+        most = 0.125f * ISM__PI * to->reach * to->reach;
+        to->side = sqrtf(area < most ? area : most);
+        to->vpl = (float)nearest;
+    }
+}
+
+/* Every third bit of 30 from 10. */
+static uint32_t ism__spread_bits(uint32_t x)
+{
+    x = (x | x << 16) & 0x030000ffu;
+    x = (x | x << 8) & 0x0300f00fu;
+    x = (x | x << 4) & 0x030c30c3u;
+    return (x | x << 2) & 0x09249249u;
+}
+
+/* Keys along Morton's curve through the box of the points that there are, into keys[0 .. count): key and number. */
+static uint32_t ism__near_keys(const ism__near_work *w, uint64_t *keys)
+{
+    ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), size;
+    uint32_t i, count = 0;
+    float most;
+    for (i = 0; i < w->drawn; i++)
+        if (w->out[i].vpl >= 0.0f) {
+            lo = ism__v3_min(lo, ism__v3_load(w->out[i].position));
+            hi = ism__v3_max(hi, ism__v3_load(w->out[i].position));
+        }
+    size = ism__v3_sub(hi, lo);
+    most = size.x > size.y ? size.x : size.y;
+    most = most > size.z ? most : size.z;
+    for (i = 0; i < w->drawn; i++)
+        if (w->out[i].vpl >= 0.0f) {
+            ism__v3 p = ism__v3_sub(ism__v3_load(w->out[i].position), lo);
+            uint32_t key;
+            if (most > 0.0f) p = ism__v3_scale(p, 1.0f / most);
+            p = ism__v3_max(p, ism__v3_make(0.0f, 0.0f, 0.0f));     /* 0 too where the box is wider than a float */
+            key = ism__spread_bits(ism__texel_of(p.x, 1024u)) | ism__spread_bits(ism__texel_of(p.y, 1024u)) << 1 |
+                  ism__spread_bits(ism__texel_of(p.z, 1024u)) << 2;
+            keys[count++] = (uint64_t)key << 32 | i;
+        }
+    return count;
+}
+
+/* By the upper half, in four turns of 8 bits; the result lies where the keys were. */
+static void ism__sort_keys(uint64_t *keys, uint64_t *other, uint32_t count)
+{
+    uint32_t shift, i;
+    for (shift = 32u; shift < 64u; shift += 8u) {
+        uint32_t starts[257] = { 0 };
+        uint64_t *swap = keys;
+        for (i = 0; i < count; i++) starts[(keys[i] >> shift & 255u) + 1u]++;
+        for (i = 0; i < 256u; i++) starts[i + 1u] += starts[i];
+        for (i = 0; i < count; i++) other[starts[keys[i] >> shift & 255u]++] = keys[i];
+        keys = other;
+        other = swap;
+    }
+}
+
+/* x, y, z and radius of the sphere beyond which no point of the block reaches. */
+static void ism__near_sphere(const ism_near_point *points, uint32_t count, float sphere[4])
+{
+    ism__v3 lo = ism__v3_load(points->position), hi = lo, c;
+    float most = 0.0f;
+    uint32_t i;
+    for (i = 1; i < count; i++) {
+        lo = ism__v3_min(lo, ism__v3_load(points[i].position));
+        hi = ism__v3_max(hi, ism__v3_load(points[i].position));
+    }
+    c = ism__v3_scale(ism__v3_add(lo, hi), 0.5f);
+    for (i = 0; i < count; i++) {
+        float d = ism__v3_length(ism__v3_sub(ism__v3_load(points[i].position), c)) + points[i].reach;
+        most = d > most ? d : most;
+    }
+    ism__v3_store(sphere, c);
+    sphere[3] = most;
+}
+
+static int ism__grow_near(ism_maps *m)
+{
+    size_t n = m->desc.vpl_count, drawn = n * m->desc.near_points;
+    return m->desc.no_near_points ||
+           (ism__grow(m, &m->near_points, drawn, sizeof(ism_near_point)) &&
+            ism__grow(m, &m->near_drawn, drawn, sizeof(ism_near_point)) &&
+            ism__grow(m, &m->near_keys, 2u * drawn, sizeof(uint64_t)) && ism__grow(m, &m->by_x, n, sizeof(ism__by_x)) &&
+            ism__grow(m, &m->near_blocks, drawn / ISM__NEAR_BLOCK + 1u, 4u * sizeof(float)));
+}
+
+/* VPLs that near points may stand for, along the longest side of their box. */
+static void ism__sort_by_x(ism__near_work *w)
+{
+    const ism_maps *m = w->m;
+    ism__by_x *sorted = (ism__by_x *)m->by_x.data;
+    float lo[3] = { 1e30f, 1e30f, 1e30f }, hi[3] = { -1e30f, -1e30f, -1e30f };
+    uint32_t i, k;
+    for (i = 0; i < m->vpl_count; i++)
+        for (k = 0; k < 3u && ism__has_near(&m->vpls[i]); k++) {
+            lo[k] = m->vpls[i].position[k] < lo[k] ? m->vpls[i].position[k] : lo[k];
+            hi[k] = m->vpls[i].position[k] > hi[k] ? m->vpls[i].position[k] : hi[k];
+        }
+    for (k = 1; k < 3u; k++)
+        if (hi[k] - lo[k] > hi[w->axis] - lo[w->axis]) w->axis = k;
+    for (i = 0; i < m->vpl_count; i++)
+        if (ism__has_near(&m->vpls[i])) {
+            sorted[w->sorted_count].x = m->vpls[i].position[w->axis];
+            sorted[w->sorted_count++].vpl = i;
+        }
+    qsort(sorted, w->sorted_count, sizeof *sorted, ism__order_x);
+    w->sorted = sorted;
+}
+
+static ism_result ism__draw_near(ism_maps *m, const ism_frame *f, double total)
+{
+    uint32_t n = m->vpl_count, i, drawn = m->desc.vpl_count * m->desc.near_points;
+    ism__near_work w = { m, f, total, NULL, 0, drawn, 0, NULL };
+    ism_near_point *points = (ism_near_point *)m->near_points.data;
+    uint64_t *keys = (uint64_t *)m->near_keys.data;
+    if (m->desc.no_near_points || !(total > 0.0)) return ISM_OK;
+    ism__sort_by_x(&w);
+    if (w.sorted_count <= ISM__NEAR_RANK) return ISM_OK;
+    w.out = (ism_near_point *)m->near_drawn.data;
+    if (!ism__run(&m->desc, n, ism__reach_task, &w) ||
+        !ism__run(&m->desc, (drawn + ISM__NEAR_BLOCK - 1u) / ISM__NEAR_BLOCK, ism__near_task, &w))
+        return m->chosen = 0, ISM_ERR_CANCELLED;
+    m->near_count = m->stats.near_points = ism__near_keys(&w, keys);
+    ism__sort_keys(keys, keys + drawn, m->near_count);
+    for (i = 0; i < m->near_count; i++) points[i] = w.out[(uint32_t)keys[i]];
+    for (i = 0; i < m->near_count; i += ISM__NEAR_BLOCK)
+        ism__near_sphere(points + i, m->near_count - i < ISM__NEAR_BLOCK ? m->near_count - i : ISM__NEAR_BLOCK,
+                         (float *)m->near_blocks.data + i / ISM__NEAR_BLOCK * 4u);
+    return ISM_OK;
 }
 
 ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
@@ -1839,7 +2099,7 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
     if (result != ISM_OK) return result;
     if (!ism__grow(m, &m->sources, f->source_count, sizeof *of) ||
         !ism__grow(m, &m->importance, cells, sizeof(float)) || !ism__grow(m, &m->blurred, 2u * cells, sizeof(float)) ||
-        !ism__grow(m, &m->cdf, doubles, sizeof(double)))
+        !ism__grow(m, &m->cdf, doubles, sizeof(double)) || !ism__grow_near(m))
         return ISM_ERR_ALLOC;
     of = (ism__source_of *)m->sources.data;
     memset(&c, 0, sizeof c);
@@ -1877,10 +2137,11 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
     }
     m->previous_count = m->chosen ? m->vpl_count : 0;
     memcpy(m->previous.data, m->vpls, m->previous_count * sizeof *m->vpls);
-    ism__draw_vpls(m, f, of, total);
+    ism__draw_vpls(m, f, total);
     ism__flag_jumps(m);
     m->built = 0;
-    return ism__finish_vpls(m);
+    result = ism__finish_vpls(m);
+    return result == ISM_OK ? ism__draw_near(m, f, total) : result;
 }
 
 ISM_DEF ism_result ism_set_vpls(ism_maps *m, const ism_vpl *vpls, size_t count)
@@ -1907,6 +2168,12 @@ ISM_DEF const ism_vpl *ism_vpls(const ism_maps *m, size_t *count)
 {
     if (count) *count = m ? m->vpl_count : 0;
     return m ? m->vpls : NULL;
+}
+
+ISM_DEF const ism_near_point *ism_near_points(const ism_maps *m, size_t *count)
+{
+    if (count) *count = m ? m->near_count : 0;
+    return m && m->near_count ? (const ism_near_point *)m->near_points.data : NULL;
 }
 
 ISM_DEF const float *ism_importances(const ism_maps *m, size_t source, size_t *count)
@@ -2919,13 +3186,20 @@ static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float side
     return sum * (1.0f / 16.0f) * 2.0f * (1.0f - least) / r2;      /* / (pi r^2) x solid angle */
 }
 
+/* How far near points stand for what is at this distance: fully within 0.7 reach, not at all beyond it. */
+static float ism__nearness(float d2, float reach)
+{
+    float r2 = reach * reach, h = 2.0f * (r2 - d2);
+    return !(h > 0.0f) ? 0.0f : h < r2 ? h / r2 : 1.0f;
+}
+
 /* cos cos / d^2 of one VPL (cosine alone of a sky), with lobe and near-field rule; *plain without what the latter
    takes off. */
 static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__frame_of *f, const ism__pixel *px,
                          float plain_kernel, float *plain)
 {
     ism__v3 d = ism__v3_sub(ism__v3_load(v->position), px->p);
-    float d2 = ism__v3_dot(d, d), k = plain_kernel, a2 = v->side * v->side;
+    float d2 = ism__v3_dot(d, d), k = plain_kernel, a2 = v->side * v->side, far;
     if (v->directional) {
         k = ism__v3_dot(ism__v3_load(v->position), px->n) * ISM__PI;    /* light is divided by pi afterwards */
         return *plain = k > 0.0f ? k : 0.0f;
@@ -2944,6 +3218,12 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
     case ISM_NEAR_PATCH:
         return a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2
              ? ism__patch_kernel(f, d, px->n, v->side, k, plain) : k;
+    case ISM_NEAR_GATHER:
+        far = 1.0f - ism__nearness(d2, v->reach);
+        if (!(far > 0.0f)) return *plain = 0.0f;
+        if (a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2) k = ism__patch_kernel(f, d, px->n, v->side, k, plain);
+        *plain *= far;
+        return k * far;
     default: return k;
     }
 }
@@ -3002,6 +3282,97 @@ static float ism__mean_light(const ism__shade_work *w, const ism__pixel *px, uin
     return end > first ? sum / (float)(end - first) : 0.0f;
 }
 
+/* By the map of the VPL that it belongs to. What that hides is lit all the same where the point is nearer than that VPL
+   and the map, moved to the point, hides nothing: surfaces beside it are much as beside the VPL. A receiver behind the
+   VPL is where the map ends, and lit. Neither holds for one that faces the point, as the backs of bent sheets do. */
+static float ism__near_lit(const ism__shade_work *w, const ism_near_point *at, const ism__pixel *px)
+{
+    const ism_maps *m = w->m;
+    uint32_t v = (uint32_t)at->vpl, classes = w->pattern * w->pattern;
+    const ism_vpl *l = &m->vpls[v];
+    const ism__frame_of *f = &w->frames[w->class_first[v % classes] + v / classes];
+    const float *tile = ism__tile_of(m, v);
+    ism__v3 way = ism__v3_sub(ism__v3_load(l->position), ism__v3_load(at->position));
+    ism__v3 d = ism__v3_sub(px->p, ism__v3_load(at->position));
+    float facing = -2.0f * ism__v3_dot(px->n, ism__v3_load(at->normal));
+    float open = !(facing > 0.0f) ? 1.0f : facing < 1.0f ? 1.0f - facing : 0.0f;
+    if (!(ism__v3_dot(f->z, ism__v3_sub(px->p, ism__v3_load(l->position))) > 0.0f)) return open;
+    if (ism__lit(m, l, f, tile, px->p, px->ng, w->s.bias)) return 1.0f;
+    if (!(ism__v3_dot(d, d) < ism__v3_dot(way, way) && ism__v3_dot(f->z, d) > 0.0f)) return 0.0f;
+    return ism__lit(m, l, f, tile, ism__v3_add(px->p, way), px->ng, w->s.bias) ? open : 0.0f;
+}
+
+/* Visibility of `count` near points of the list. */
+static void ism__near_visibilities(const ism__shade_work *w, const ism__pixel *px, const uint32_t *list, uint32_t count,
+                                   float *visible)
+{
+    const ism_near_point *points = (const ism_near_point *)w->m->near_points.data;
+    ism_visibility_fn fn = w->s.near_visible_fn ? w->s.near_visible_fn : w->s.visible_fn;
+    uint32_t i, numbers[ISM__CHUNK];
+    if (fn) {
+        float position[3], geometric[3];
+        for (i = 0; i < count; i++) numbers[i] = w->s.near_visible_fn ? list[i] : (uint32_t)points[list[i]].vpl;
+        ism__v3_store(position, px->p);
+        ism__v3_store(geometric, px->ng);
+        fn(w->s.visible_user, position, geometric, numbers, count, visible);
+        return;
+    }
+    for (i = 0; i < count; i++)
+        visible[i] = w->s.no_maps ? 1.0f : ism__near_lit(w, &points[list[i]], px);
+}
+
+/* A near point's kernel, by how far it stands here for VPLs; *plain without what the square's rule takes off. */
+static float ism__near_kernel(const ism_near_point *at, const ism__pixel *px, float *plain)
+{
+    ism__v3 d = ism__v3_sub(ism__v3_load(at->position), px->p), normal = ism__v3_load(at->normal);
+    float d2 = ism__v3_dot(d, d), h = ism__nearness(d2, at->reach), a, b, k;
+    if (!(h > 0.0f)) return 0.0f;
+    a = ism__v3_dot(px->n, d);
+    b = -ism__v3_dot(normal, d);
+    if (!(a > 0.0f && b > 0.0f)) return 0.0f;
+    *plain = k = a * b / (d2 * d2 + 1e-37f);
+    if (d2 < 9.0f * at->side * at->side) {
+        ism__frame_of f;
+        f.z = normal;
+        ism__v3_basis(f.z, &f.x, &f.y);
+        k = ism__patch_kernel(&f, d, px->n, at->side, k, plain);
+    }
+    *plain *= h;
+    return k * h;
+}
+
+/* Light of the near points of the pixel's class: every pattern^2-th of them, scaled up; times pi. */
+static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index, float out[3],
+                            double lost[2])
+{
+    const ism_near_point *points = (const ism_near_point *)w->m->near_points.data;
+    const float *sphere = (const float *)w->m->near_blocks.data;
+    uint32_t n = w->m->near_count, step = w->pattern * w->pattern, first, i, k, list[ISM__CHUNK];
+    float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f }, scale;
+    for (first = 0; first < n; first += ISM__NEAR_BLOCK, sphere += 4) {
+        ism__v3 d = ism__v3_sub(ism__v3_load(sphere), px->p);
+        uint32_t end = n - first < ISM__NEAR_BLOCK ? n : first + ISM__NEAR_BLOCK, used = 0;
+        if (!(ism__v3_dot(d, d) < sphere[3] * sphere[3])) continue;
+        for (i = first + class_index; i < end; i += step) {
+            float p = 0.0f, kernel = ism__near_kernel(&points[i], px, &p);
+            if (!(kernel > 0.0f)) continue;
+            kernels[used] = kernel;
+            plain[used] = p;
+            list[used++] = i;
+        }
+        if (used) ism__near_visibilities(w, px, list, used, visible);
+        for (i = 0; i < used; i++) {
+            const float *flux = points[list[i]].flux;
+            float c = kernels[i] * visible[i], l = ism__luminance(flux) * visible[i];
+            for (k = 0; k < 3u; k++) sum[k] += c * flux[k];
+            if (plain[i] > kernels[i]) lost[0] += (double)((plain[i] - kernels[i]) * l);
+            lost[1] += (double)((plain[i] > kernels[i] ? plain[i] : kernels[i]) * l);
+        }
+    }
+    scale = n > class_index ? (float)n / (float)((n - class_index - 1u) / step + 1u) : 0.0f;
+    for (k = 0; k < 3u; k++) out[k] += sum[k] * scale;
+}
+
 /* Irradiance of one pixel by the VPLs of its class. skip: a flag for each place in `order`, or NULL. */
 static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index, const uint8_t *skip,
                              float out[3], double lost[2])
@@ -3037,8 +3408,10 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
             lost[1] += (double)((plain[i] > kernels[i] ? plain[i] : kernels[i]) * l);
         }
     }
-    scale = (1.0f / ISM__PI) * (end > first ? (float)w->m->vpl_count / (float)(end - first) : 0.0f);
-    for (k = 0; k < 3u; k++) out[k] = sum[k] * scale;
+    scale = end > first ? (float)w->m->vpl_count / (float)(end - first) : 0.0f;
+    for (k = 0; k < 3u; k++) sum[k] *= scale;
+    if (w->s.near_mode == ISM_NEAR_GATHER) ism__shade_near(w, px, class_index, sum, lost);
+    for (k = 0; k < 3u; k++) out[k] = sum[k] * (1.0f / ISM__PI);
 }
 
 /* Flags the VPLs that none of the block's pixels can see: all eight corners of its box behind the VPL (T56). The flags
@@ -3222,7 +3595,7 @@ ISM_DEF ism_result ism_shade(const ism_maps *m, const ism_view *view, const ism_
     w.s = shading ? *shading : ism_shading_default();
     result = ism__check_shading(m, view, &w.s);
     if (result != ISM_OK) return result;
-    if (w.s.near_mode == ISM_NEAR_DEFAULT) w.s.near_mode = ISM_NEAR_PATCH;
+    if (w.s.near_mode == ISM_NEAR_DEFAULT) w.s.near_mode = ISM_NEAR_GATHER;
     w.pattern = w.s.pattern ? w.s.pattern : 1u;
     pixels = (size_t)view->width * view->height;
     w.blocks_x = (view->width + ISM__BLOCK - 1u) / ISM__BLOCK;
@@ -3459,6 +3832,7 @@ static int ism__resolve(ism_desc *d)
         d->importance < ISM_IMPORTANCE_DEFAULT || d->importance >= ISM_IMPORTANCE_COUNT ||
         d->spread < ISM_SPREAD_DEFAULT || d->spread >= ISM_SPREAD_COUNT || d->projection < ISM_PROJECTION_DEFAULT ||
         d->projection >= ISM_PROJECTION_COUNT || d->view_grid > 16u || d->brsm_blur > 16u || d->lazy > 64u ||
+        d->near_points > 64u ||
         !ism__is_share(d->flux_share) || !ism__is_share(d->area_share) ||
         !(d->splat_scale >= 0.0f && d->splat_scale <= 16.0f) ||
         !ism__allocator_valid(d->allocator.alloc_fn, d->allocator.free_fn))
@@ -3471,6 +3845,7 @@ static int ism__resolve(ism_desc *d)
     if (d->projection == ISM_PROJECTION_DEFAULT) d->projection = ISM_PROJECTION_COSINE;
     if (!d->view_grid) d->view_grid = 4u;
     if (!d->lazy) d->lazy = 8u;
+    if (!d->near_points) d->near_points = 16u;
     if (!(d->flux_share > 0.0f)) d->flux_share = 0.1f;
     if (!(d->area_share > 0.0f)) d->area_share = 0.2f;
     if (!(d->splat_scale > 0.0f)) d->splat_scale = 1.0f;
@@ -3536,6 +3911,11 @@ ISM_DEF void ism_free(ism_maps *m)
     ism__release(m, &m->blurred);
     ism__release(m, &m->cdf);
     ism__release(m, &m->pixels);
+    ism__release(m, &m->near_points);
+    ism__release(m, &m->near_blocks);
+    ism__release(m, &m->near_drawn);
+    ism__release(m, &m->near_keys);
+    ism__release(m, &m->by_x);
     ism__free(&memory, m->vpls);
     ism__free(&memory, m);
 }

@@ -88,7 +88,7 @@ static int open_rays(bn_scene *s, const bn_options *options)
 
 /* ---- exact visibility of the same VPLs ---- */
 
-typedef struct exact { const bn_scene *scene; const ism_vpl *vpls; float epsilon; } exact;
+typedef struct exact { const bn_scene *scene; const ism_vpl *vpls; float epsilon; const ism_near_point *near_points; } exact;
 
 static void exact_visibility(void *user, const float *p, const float *n, const uint32_t *list, size_t count, float *lit)
 {
@@ -100,6 +100,19 @@ static void exact_visibility(void *user, const float *p, const float *n, const u
             from[i][k] = p[k] + e->epsilon * n[k];
             to[i][k] = v->directional ? from[i][k] + 100 * e->scene->job.radius * v->position[k]
                                       : v->position[k] + e->epsilon * v->normal[k];
+        }
+    bn_rays_segments(e->scene->rays, from[0], to[0], count, lit);
+}
+
+static void exact_near(void *user, const float *p, const float *n, const uint32_t *list, size_t count, float *lit)
+{
+    const exact *e = user;
+    float from[64][3], to[64][3];
+    for (size_t i = 0; i < count; i++)
+        for (int k = 0; k < 3; k++) {
+            const ism_near_point *at = &e->near_points[list[i]];
+            from[i][k] = p[k] + e->epsilon * n[k];
+            to[i][k] = at->position[k] + e->epsilon * at->normal[k];
         }
     bn_rays_segments(e->scene->rays, from[0], to[0], count, lit);
 }
@@ -130,7 +143,7 @@ static int measure_visibility(const bn_scene *s, const ism_maps *maps, float bia
     size_t count, pixels = (size_t)s->gbuffer.width * s->gbuffer.height, pairs = 0;
     const ism_vpl *vpls = ism_vpls(maps, &count);
     double wrong = 0, weight = 0, wrong_weight = 0, dark = 0, lit = 0;
-    exact e = { s, vpls, 2e-5f * s->job.radius };
+    exact e = { s, vpls, 2e-5f * s->job.radius, NULL };
     for (size_t i = 0; i < pixels; i += 7) {
         const ex_pixel *px = &s->gbuffer.pixels[i];
         if (px->object == UINT32_MAX)
@@ -189,7 +202,7 @@ static int visibility_of(const bn_options *options, const char *path, const char
                     { ISM_SPREAD_VIEW_8, "view8" },
                     { ISM_SPREAD_PAIR, "pair" } };
     bn_scene s;
-    if (bn_ism_open(&s, options, path, 160, 90, 128, 8) != 0)
+    if (bn_ism_open(&s, options, path, 160, 90, 512, 64) != 0)
         return -1;
     if (open_rays(&s, options) != 0) {
         bn_ism_close(&s);
@@ -335,7 +348,7 @@ static int compare(const files *f, double *error, double *ratio)
 static int picture_of(const bn_options *options, const files *f, const char *scene, const char *name)
 {
     double error, ratio;
-    if (render(f, "reference", scene, "160x90", options->full ? 16384 : 2048, "") != 0 ||
+    if (render(f, "reference", scene, "160x90", options->full ? 32768 : 8192, "") != 0 ||
         render(f, "ism", scene, "160x90", 1024, "") != 0 || compare(f, &error, &ratio) != 0)
         return -1;
     bn_begin(options, "ism", options->threads, "none");
@@ -372,7 +385,7 @@ static int shade_cause(const bn_scene *s, const bn_options *options, const cause
     ism_frame frame = base_frame(s);
     ism_desc d = base_desc(options, c->vpls, c->visibility == BY_MAPS ? 8192 : 8);
     ism_shading shading = ism_shading_default();
-    exact e = { s, NULL, 2e-5f * s->job.radius };
+    exact e = { s, NULL, 2e-5f * s->job.radius, NULL };
     ism_maps *maps;
     ism_result result = ism_create(&d, &maps);
     if (result != ISM_OK)
@@ -382,7 +395,9 @@ static int shade_cause(const bn_scene *s, const bn_options *options, const cause
     result = ism_choose(maps, &frame);
     if (c->visibility == BY_RAYS) {
         e.vpls = ism_vpls(maps, NULL);
+        e.near_points = ism_near_points(maps, NULL);
         shading.visible_fn = exact_visibility;
+        shading.near_visible_fn = exact_near;
         shading.visible_user = &e;
     } else if (result == ISM_OK && c->visibility == BY_MAPS) {
         result = ism_build(maps, &frame);
@@ -396,8 +411,9 @@ static int shade_cause(const bn_scene *s, const bn_options *options, const cause
 static void report_cause(const bn_options *options, const char *scene, const cause *c, const picture_error *e,
                          double noise, double lost)
 {
-    static const char *const sights[] = { "maps", "rays", "none" }, *const rules[] = { "",      "patch", "sphere",
-                                                                                       "clamp", "mean",  "none" };
+    static const char *const sights[] = { "maps", "rays", "none" }, *const rules[] = {
+        "", "patch", "sphere", "clamp", "mean", "none", "gather"
+    };
     bn_begin(options, "ism_causes", options->threads, "none");
     bn_text("scene", scene);
     bn_text("cause", c->name);
@@ -417,23 +433,24 @@ static void report_cause(const bn_options *options, const char *scene, const cau
 static int causes_of(const bn_options *options, const files *f, const char *path, const char *name)
 {
     enum { W = 80, H = 45 };
-    static const cause causes[] = { { "as it is", 1024, 128, 16, BY_MAPS, ISM_NEAR_PATCH },
-                                    { "maps", 1024, 128, 16, BY_RAYS, ISM_NEAR_PATCH },
-                                    { "near field", 1024, 128, 16, BY_RAYS, ISM_NEAR_NONE },
-                                    { "number of VPLs", 8192, 128, 16, BY_RAYS, ISM_NEAR_PATCH },
-                                    { "RSM texels", 8192, 512, 16, BY_RAYS, ISM_NEAR_PATCH },
-                                    { "points on lamps", 8192, 128, 256, BY_RAYS, ISM_NEAR_PATCH },
-                                    { "no shadows in either", 1024, 128, 16, BY_NOTHING, ISM_NEAR_PATCH } };
+    static const cause causes[] = { { "as it is", 1024, 512, 64, BY_MAPS, ISM_NEAR_GATHER },
+                                    { "maps", 1024, 512, 64, BY_RAYS, ISM_NEAR_GATHER },
+                                    { "near points", 1024, 512, 64, BY_RAYS, ISM_NEAR_PATCH },
+                                    { "near field", 1024, 512, 64, BY_RAYS, ISM_NEAR_NONE },
+                                    { "number of VPLs", 8192, 512, 64, BY_RAYS, ISM_NEAR_GATHER },
+                                    { "RSM texels", 8192, 2048, 64, BY_RAYS, ISM_NEAR_GATHER },
+                                    { "points on lamps", 8192, 1024, 256, BY_RAYS, ISM_NEAR_GATHER },
+                                    { "no shadows in either", 1024, 512, 64, BY_NOTHING, ISM_NEAR_GATHER } };
     ex_image truth[2] = { { 0, 0, NULL }, { 0, 0, NULL } };
     double noise[2] = { 0, 0 };
     bn_scene s;
-    int result = bn_ism_open(&s, options, path, W, H, 128, 16);
+    int result = bn_ism_open(&s, options, path, W, H, 512, 64);
     if (result != 0)
         return -1;
     result = open_rays(&s, options);
     for (int i = 0; i < 2 && result == 0; i++) {
         result =
-            render(f, "reference", path, "80x45", options->full ? 16384 : 2048, i ? "--set indirect_visibility=0" : "");
+            render(f, "reference", path, "80x45", options->full ? 32768 : 8192, i ? "--set indirect_visibility=0" : "");
         if (result == 0)
             result = read_picture(f, "reference", &truth[i]);
         noise[i] = number(f, "reference", "noise");
@@ -496,10 +513,11 @@ int bn_ism_causes(const bn_options *options) { return pictures(options, causes_o
 
 static int shade_exactly(const bn_scene *s, ism_maps *maps, float *out)
 {
-    exact e = { s, ism_vpls(maps, NULL), 2e-5f * s->job.radius };
+    exact e = { s, ism_vpls(maps, NULL), 2e-5f * s->job.radius, ism_near_points(maps, NULL) };
     ism_shading shading = ism_shading_default();
     ism_result result;
     shading.visible_fn = exact_visibility;
+    shading.near_visible_fn = exact_near;
     shading.visible_user = &e;
     result = ism_shade(maps, &s->view, &shading, out, NULL);
     return result == ISM_OK ? 0 : bn_failed(s->name, ism_result_text(result));

@@ -88,9 +88,10 @@ static int prepare(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, const i
 {
     static ism_point    points[VPLS * (POINTS / LAZY)];
     static glbk_ism_vpl vpls[VPLS];
+    const ism_near_point *near_points;
     const ism_vpl *chosen;
     float center[3], radius;
-    size_t n, i;
+    size_t n, i, near_count;
     uint32_t phase;
     if (ism_choose(ism, frame) != ISM_OK || ism_scatter(ism, frame) != ISM_OK) return 0;
     for (phase = 0; phase < LAZY; phase++) {        /* all at first, then one a frame */
@@ -107,9 +108,12 @@ static int prepare(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, const i
         vpls[i].exponent = chosen[i].exponent;
         vpls[i].side = chosen[i].side;
         vpls[i].directional = chosen[i].directional;
+        vpls[i].reach = chosen[i].reach;
     }
+    near_points = ism_near_points(ism, &near_count);
     ism_bounds(ism, center, &radius);
     return glbk_ism_vpls_upload(gl, maps, vpls, (uint32_t)n, center, radius) == GLBK_OK &&
+           glbk_ism_near_upload(gl, maps, near_points, (uint32_t)near_count) == GLBK_OK &&
            glbk_ism_mesh_move(gl, maps, corners, 0) == GLBK_OK && glbk_ism_draw(gl, maps) == GLBK_OK;
 }
 
@@ -174,8 +178,8 @@ int main(int count, char **values)
 {
     const glbk_pass screen = { NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 } };
     ism_desc ism_sizes = { 0 };
-    glbk_ism_desc sizes = { VPLS, POINTS, 0, 0, LAZY, 0, 0 };       /* equal to those of ism.h */
-    glbk_source source = { NULL, fragment, NULL, "ism_light", "ISM_NEAR=1 ISM_PROJECTION=1", NULL };
+    glbk_ism_desc sizes = { VPLS, POINTS, 0, 0, LAZY, 0, 0, 0 };    /* equal to those of ism.h */
+    glbk_source source = { NULL, fragment, NULL, "ism_light", "ISM_NEAR=6 ISM_PROJECTION=1", NULL };
     glbk_ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL };
     glbk_desc desc = { 0 };
     glbk_context gl;

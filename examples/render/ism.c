@@ -68,6 +68,8 @@ static ism_desc make_desc(const rd_job *job, int level, int keep_hits)
     d.no_fill = !rd_setting_integer(job->settings, "fill");
     d.vary_points = rd_setting_integer(job->settings, "vary_points");
     d.keep_hits = keep_hits;
+    d.near_points = (uint32_t)rd_setting_integer(job->settings, "near_points");
+    d.no_near_points = !rd_setting_is(job->settings, "near", "gather");
     d.seed = d.unstable ? job->seed : job->seed - job->frame;     /* stable: one seed for all frames */
     d.parallel_for = ex_pool_run;
     d.parallel_user = job->pool;
@@ -90,7 +92,7 @@ static uint32_t pattern_of(const rd_job *job, uint32_t vpls)
 
 static ism_shading make_shading(const rd_job *job)
 {
-    static const char *const rules[] = { "patch", "sphere", "clamp", "mean", "none", NULL };
+    static const char *const rules[] = { "patch", "sphere", "clamp", "mean", "none", "gather", NULL };
     ism_shading s = ism_shading_default();
     s.near_mode = (ism_near)(ISM_NEAR_PATCH + word_index(job, "near", rules));
     s.clamp = (float)rd_setting_number(job->settings, "clamp");
@@ -372,15 +374,17 @@ static const rd_key keys[] = {
     { "vpls", RD_INTEGER, NULL, 1, 16384, "1024", "virtual point lights, of each bounce" },
     { "points", RD_INTEGER, NULL, 8, 65536, "8192", "surface points in each VPL's map" },
     { "tile", RD_WORD, "8|16|32|64|128|256", 0, 0, "64", "texels a side of a VPL's map" },
-    { "rsm", RD_INTEGER, NULL, 8, 2048, "128", "texels a side of the reflective shadow maps; half for faces of cubes" },
+    { "rsm", RD_INTEGER, NULL, 8, 2048, "512",
+      "texels a side of the reflective shadow maps; half for faces of cubes; light_points share them" },
     { "shadow", RD_INTEGER, NULL, 16, 4096, "1024", "texels a side of the shadow maps of direct light" },
-    { "light_points", RD_INTEGER, NULL, 1, 1024, "16", "RSMs for each area light, the emissive meshes and the sky" },
+    { "light_points", RD_INTEGER, NULL, 1, 1024, "64", "RSMs for each area light, the emissive meshes and the sky" },
     { "light_rsm", RD_WORD, "0|1", 0, 0, "1", "0: light of area lights and emissive meshes bounces by imperfect RSMs" },
     { "importance", RD_WORD, "flux|brsm|guided", 0, 0, "guided", "how VPLs are chosen" },
     { "spread", RD_WORD, "area|view1|view8|pair", 0, 0, "pair", "how points are spread over triangles" },
     { "projection", RD_WORD, "cosine|paraboloid|octahedral|lobe", 0, 0, "cosine", "of the maps" },
     { "view_grid", RD_INTEGER, NULL, 1, 16, "4", "view samples of a possible VPL: its square" },
-    { "near", RD_WORD, "patch|sphere|clamp|mean|none", 0, 0, "patch", "light close to a VPL" },
+    { "near", RD_WORD, "patch|sphere|clamp|mean|none|gather", 0, 0, "gather", "light close to a VPL" },
+    { "near_points", RD_INTEGER, NULL, 1, 64, "16", "near=gather: of each VPL" },
     { "clamp", RD_NUMBER, NULL, 1e-6, 1e6, "1", "near=clamp: 1/m^2; near=mean: times the mean of a pixel's VPLs" },
     { "bias", RD_NUMBER, NULL, 0, 0.9, "0.02", "share of the distance" },
     { "splat", RD_NUMBER, NULL, 0.01, 16, "1", "area of a disc over that of its point" },

@@ -111,7 +111,9 @@ static glbk_result send_vpls(im_gl *g, int level, const ism_maps *maps)
 {
     size_t count, i;
     const ism_vpl *from = ism_vpls(maps, &count);
+    const ism_near_point *points;
     float center[3], radius;
+    glbk_result result;
     for (i = 0; i < count; i++) {
         glbk_ism_vpl *to = &g->vpls[i];
         memcpy(to->position, from[i].position, sizeof to->position);
@@ -121,9 +123,14 @@ static glbk_result send_vpls(im_gl *g, int level, const ism_maps *maps)
         to->exponent = from[i].exponent;
         to->side = from[i].side;
         to->directional = from[i].directional;
+        to->reach = from[i].reach;
     }
     ism_bounds(maps, center, &radius);
-    return glbk_ism_vpls_upload(g->gl, &g->maps[level], g->vpls, (uint32_t)count, center, radius > 0 ? radius : 1);
+    result = glbk_ism_vpls_upload(g->gl, &g->maps[level], g->vpls, (uint32_t)count, center, radius > 0 ? radius : 1);
+    if (result != GLBK_OK)
+        return result;
+    points = ism_near_points(maps, &count);
+    return glbk_ism_near_upload(g->gl, &g->maps[level], points, (uint32_t)count);
 }
 
 /* Sizes of all levels are equal, for they come from the same settings; but the ground's, opened last, is smaller. */
@@ -138,6 +145,7 @@ static glbk_result open_level(im_gl *g, int level, const ism_desc *d)
     to.lazy = d->lazy;
     to.splat_scale = d->splat_scale;
     to.no_fill = d->no_fill;
+    to.near_points = d->near_points;
     if (!g->vpls)
         g->vpls = malloc(d->vpl_count * sizeof *g->vpls);
     if (!g->points)

@@ -68,7 +68,7 @@ static void choice_follows_the_distribution(void **state)
         }
         {
             const ism__source_of *of = (const ism__source_of *)m->sources.data;
-            ism__draw_vpls(m, &f, of, of[0].total);
+            ism__draw_vpls(m, &f, of[0].total);
             list = ism_vpls(m, &n);
             hits[list[0].texel]++;
         }

@@ -1160,9 +1160,10 @@ static void ism_maps_and_pixels(void **state)
     static float floats[3 * SIDE * SIDE], atlas[64 * 64];
     glbk_context *gl = &t->gl;
     const float center[3] = { 0, 1, 0 };
-    glbk_ism_desc d = { 1, 8, 8, 1, 1, 1, 0 };
+    glbk_ism_desc d = { 1, 8, 8, 1, 1, 1, 0, 1 };
     glbk_ism_mesh mesh = { corners, 4, 12, indices, 6, NULL };
-    glbk_ism_vpl v = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 1, 1 }, { 0, -1, 0 }, 1, 0.1f, 1 };
+    glbk_ism_vpl v = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 1, 1 }, { 0, -1, 0 }, 1, 0.1f, 1, 0 };
+    float near_point[24] = { 0, 2, 0, 0.1f, 0, -1, 0, 1, 1, 1, 1, 0 };
     glbk_ism_receivers from = { floats, floats, NULL, NULL, 0 };
     glbk_ism_shading s = { 2, 3, 1, 0.1f, 0, 0 };
     glbk_ism_maps m, none;
@@ -1185,6 +1186,7 @@ static void ism_maps_and_pixels(void **state)
     WRONG(m, d.tile_size, 24, glbk_ism_maps_create(gl, &d, &m));
     WRONG(m, d.splat_scale, -1, glbk_ism_maps_create(gl, &d, &m));
     WRONG(m, d.splat_scale, 17, glbk_ism_maps_create(gl, &d, &m));
+    WRONG(m, d.near_points, 65, glbk_ism_maps_create(gl, &d, &m));
     {
         uint32_t side = gl->max_size;
         gl->max_size = 4;
@@ -1229,6 +1231,20 @@ static void ism_maps_and_pixels(void **state)
     BAD(v.exponent, 2e5f, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
     BAD(v.side, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
     BAD(v.side, INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
+    BAD(v.reach, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
+    BAD(v.reach, NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
+    assert_glbk(t, glbk_ism_near_upload(gl, &m, near_point, 1));
+    REFUSED(glbk_ism_near_upload(NULL, &m, near_point, 1));
+    REFUSED(glbk_ism_near_upload(gl, NULL, near_point, 1));
+    REFUSED(glbk_ism_near_upload(gl, &none, near_point, 1));
+    REFUSED(glbk_ism_near_upload(gl, &m, NULL, 1));
+    REFUSED(glbk_ism_near_upload(gl, &m, near_point, 2));               /* one VPL has one */
+    for (k = 0; k < 12; k++) BAD(near_point[k], NAN, glbk_ism_near_upload(gl, &m, near_point, 1));
+    BAD(near_point[3], -1, glbk_ism_near_upload(gl, &m, near_point, 1));
+    BAD(near_point[7], -1, glbk_ism_near_upload(gl, &m, near_point, 1));
+    BAD(near_point[11], 1, glbk_ism_near_upload(gl, &m, near_point, 1));     /* there is one VPL */
+    BAD(near_point[11], -1, glbk_ism_near_upload(gl, &m, near_point, 1));
+    assert_glbk(t, glbk_ism_near_upload(gl, &m, NULL, 0));
     for (k = 0; k < 3; k++) {
         BAD(v.position[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
         BAD(v.normal[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
@@ -1267,7 +1283,7 @@ static void ism_maps_and_pixels(void **state)
     REFUSED(glbk_ism_shade(gl, &no_r, &m, &s));
     REFUSED(glbk_ism_shade(gl, &r, NULL, &s));
     REFUSED(glbk_ism_shade(gl, &r, &none, &s));
-    BAD(s.near_mode, 6, glbk_ism_shade(gl, &r, &m, &s));
+    BAD(s.near_mode, 7, glbk_ism_shade(gl, &r, &m, &s));
     BAD(s.pattern, 16, glbk_ism_shade(gl, &r, &m, &s));
     BAD(s.pattern, 3, glbk_ism_shade(gl, &r, &m, &s));
     BAD(s.bias, -0.1f, glbk_ism_shade(gl, &r, &m, &s));

@@ -117,11 +117,33 @@ static void send_vpls(gl_test *t, pair *p, uint32_t count)
         l->exponent = i % 4 == 1 ? between(1, 20) : 1;
         l->side = i % 3 ? 0.4f : 0;
         l->directional = i % 4 == 2;
+        l->reach = l->directional || i % 4 == 1 ? 0 : 1.5f;
         if (l->directional)
             for (int k = 0; k < 3; k++) l->position[k] = -l->normal[k];
     }
     for (int i = 0; i < 2; i++)
         assert_glbk(t, glbk_ism_vpls_upload(&p->gl[i], &p->maps[i], list, count, center, 4));
+}
+
+/* Any number, so that the last sphere has few. */
+static void send_near(gl_test *t, pair *p, uint32_t vpls, uint32_t count)
+{
+    static float points[12 * 3000];
+    assert_true(count <= 3000);
+    for (uint32_t i = 0; i < count; i++) {
+        float *to = points + 12 * i, length = 0;
+        for (int k = 0; k < 3; k++) {
+            to[k] = (float)(i / 64 % 4) - 2 + between(0, 1);
+            to[4 + k] = between(-1, 1);
+            length += to[4 + k] * to[4 + k];
+            to[8 + k] = between(0.01f, 0.1f);
+        }
+        for (int k = 4; k < 7; k++) to[k] /= sqrtf(length);
+        to[3] = i % 3 ? 0.1f : 0;
+        to[7] = between(0.8f, 1.6f);
+        to[11] = (float)(i % vpls);
+    }
+    for (int i = 0; i < 2; i++) assert_glbk(t, glbk_ism_near_upload(&p->gl[i], &p->maps[i], points, count));
 }
 
 static void make_maps(gl_test *t, pair *p, const glbk_ism_desc *d, uint32_t vpls)
@@ -180,7 +202,7 @@ static void tiles_of_every_size(void **state)
     pair p;
     pair_open(t, &p);
     for (uint32_t size = 8, projection = 1; size <= 256; size *= 2, projection = projection % 4 + 1) {
-        glbk_ism_desc d = { 5, 700, 0, 0, 3, 0, 0 };
+        glbk_ism_desc d = { 5, 700, 0, 0, 3, 0, 0, 0 };
         char what[32];
         size_t surfaces;
         d.tile_size = size;
@@ -203,7 +225,7 @@ static void fill_of_noise(void **state)
     GL_TEST(t, state)
     enum { SIZE = 256 };
     static float ways[4 * SIZE * SIZE], surfels[4 * SIZE * SIZE], atlas[2][SIZE * SIZE];
-    const glbk_ism_desc d = { 1, 64, SIZE, 1, 1, 0, 0 };
+    const glbk_ism_desc d = { 1, 64, SIZE, 1, 1, 0, 0, 0 };
     size_t i, kept = 0, dropped = 0, filled = 0;
     pair p;
     pair_open(t, &p);
@@ -236,7 +258,7 @@ static void wide_discs(void **state)
 {
     GL_TEST(t, state)
     pair p;
-    glbk_ism_desc d = { 2, 8000, 64, 1, 1, 16, 0 };
+    glbk_ism_desc d = { 2, 8000, 64, 1, 1, 16, 0, 0 };
     pair_open(t, &p);
     make_maps(t, &p, &d, 2);
     assert_true(compare_maps(t, &p, "wide") > 6000);
@@ -247,7 +269,7 @@ static void nothing_to_draw(void **state)
 {
     GL_TEST(t, state)
     pair p;
-    glbk_ism_desc d = { 3, 64, 16, 1, 1, 0, 0 };
+    glbk_ism_desc d = { 3, 64, 16, 1, 1, 0, 0, 0 };
     pair_open(t, &p);
     make_maps(t, &p, &d, 3);
     assert_true(compare_maps(t, &p, "some") > 100);
@@ -263,7 +285,7 @@ static void nothing_to_draw(void **state)
 static void too_many_points(void **state)
 {
     GL_TEST(t, state)
-    glbk_ism_desc d = { 1, 65536, 8, 1, 64, 0, 0 };
+    glbk_ism_desc d = { 1, 65536, 8, 1, 64, 0, 0, 0 };
     glbk_ism_maps m;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
     assert_int_equal(m.compute, 1);
@@ -329,19 +351,20 @@ static void light_is_the_same(void **state)
     glbk_ism_renderer r[2];
     pair_open(t, &p);
     for (uint32_t projection = 1; projection < 5; projection += 3) {
-        glbk_ism_desc d = { 400, 64, 8, 0, 1, 0, 0 };
+        glbk_ism_desc d = { 400, 64, 8, 0, 1, 0, 0, 0 };
         d.projection = projection;
         make_maps(t, &p, &d, 397);
         compare_maps(t, &p, "maps for light");
+        send_near(t, &p, 397, 2999);
         make_pictures(t, &p, r);
         for (uint32_t pattern = 1; pattern <= 8; pattern *= 2)
-            for (uint32_t near_mode = 1; near_mode < 6; near_mode++) {
+            for (uint32_t near_mode = 1; near_mode < 7; near_mode++) {
                 glbk_ism_shading s = { 0, 0, 0.5f, 0.02f, 0, 0 };
                 s.pattern = pattern;
                 s.near_mode = near_mode;
                 s.no_maps = near_mode == 5;
                 s.irradiance = pattern == 2;
-                if (projection == 1 || pattern == near_mode) compare_light(t, &p, r, &s);
+                if (projection == 1 || pattern == near_mode || near_mode == 6) compare_light(t, &p, r, &s);
             }
         for (int i = 0; i < 2; i++) glbk_ism_renderer_destroy(&p.gl[i], &r[i]);
     }
@@ -353,7 +376,7 @@ static void classes_without_vpls(void **state)
 {
     GL_TEST(t, state)
     const glbk_ism_shading s = { 8, 1, 0, 0.02f, 1, 1 };
-    const glbk_ism_desc d = { 8, 64, 8, 1, 1, 0, 0 };
+    const glbk_ism_desc d = { 8, 64, 8, 1, 1, 0, 0, 0 };
     static float light[4 * PIXELS];
     pair p;
     glbk_ism_renderer r[2];

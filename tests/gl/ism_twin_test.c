@@ -113,6 +113,7 @@ static void send_vpls(gl_test *t, const stage *s, glbk_ism_maps *m)
         to[i].exponent = from[i].exponent;
         to[i].side = from[i].side;
         to[i].directional = from[i].directional;
+        to[i].reach = from[i].reach;
     }
     ism_bounds(s->maps, center, &radius);
     assert_glbk(t, glbk_ism_vpls_upload(&t->gl, m, to, (uint32_t)count, center, radius));
@@ -291,7 +292,7 @@ static void light_agrees(void **state)
         open_maps(t, s, &m);
         assert_glbk(t, glbk_ism_draw(&t->gl, &m));
         send_picture(t, s, &r);
-        for (near_mode = 1; near_mode < 6; near_mode++)
+        for (near_mode = 1; near_mode < 7; near_mode++)          /* the last without near points: as the first */
             for (k = 0; k < 3; k++) {
                 ism_shading shading = ism_shading_default();
                 double lost, off;
@@ -312,6 +313,53 @@ static void light_agrees(void **state)
         stage_close(s);
     }
     assert_true(worst < 2e-5 && worst_lost < 1e-4);
+}
+
+/* With near points, which ism_choose draws: a lit floor and a lit wall of the room, and the same floor and wall seen. */
+static void near_points_agree(void **state)
+{
+    GL_TEST(t, state)
+    static const float up[3] = { 0, 1, 0 }, right[3] = { 1, 0, 0 }, a[3] = { -2, 0, -2 }, u[3] = { 4, 0, 0 };
+    static const float v[3] = { 0, 0, 4 }, w[3] = { 0, 3, 0 };
+    static grid lit[2];
+    double worst = 0, worst_lost = 0, lost, off;
+    const ism_near_point *points;
+    ism_source sources[2];
+    ism_desc d;
+    glbk_ism_maps m;
+    glbk_ism_renderer r;
+    stage *s;
+    size_t count;
+    int k;
+    memset(&d, 0, sizeof d);
+    s = stage_open(&d, 0);
+    grid_fill(&lit[0], 32, 32, a, u, v, up, 0.01f);
+    grid_fill(&lit[1], 32, 32, a, v, w, right, 0.02f);
+    for (k = 0; k < 2; k++) sources[k] = grid_source(&lit[k]);
+    s->frame.sources = sources;
+    s->frame.source_count = 2;
+    assert_int_equal(ism_choose(s->maps, &s->frame), ISM_OK);
+    assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+    points = ism_near_points(s->maps, &count);
+    assert_int_equal(count, 16 * VPLS);
+    open_maps(t, s, &m);
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m));
+    send_picture(t, s, &r);
+    for (k = 0; k < 4; k++) {
+        ism_shading shading = ism_shading_default();
+        assert_glbk(t, glbk_ism_near_upload(&t->gl, &m, points, (uint32_t)count));
+        shading.near_mode = k == 3 ? ISM_NEAR_DEFAULT : ISM_NEAR_GATHER;
+        shading.pattern = k == 1 ? 4 : 1;
+        shading.no_maps = k == 2;
+        s->view.albedos = k == 0 ? NULL : s->albedos;
+        off = light_difference(t, s, &m, &r, &shading, &lost);
+        if (off > worst) worst = off;
+        if (k == 0 && lost > worst_lost) worst_lost = lost;
+    }
+    assert_true(worst < 2e-5 && worst_lost < 1e-4);
+    glbk_ism_renderer_destroy(&t->gl, &r);
+    glbk_ism_maps_destroy(&t->gl, &m);
+    stage_close(s);
 }
 
 /* Triangles that move keep their points; a frame sends one phase; both splats draw the same. */
@@ -437,7 +485,7 @@ static void empty_and_wrong_input(void **state)
     static float atlas[64 * 64], rgb[3 * 16];
     static const ism_point points[64];
     glbk_ism_mesh mesh = { triangle, 3, 0, NULL, 0, NULL };
-    glbk_ism_vpl vpl = { { 0, 0, 1 }, { 0, 0, -1 }, { 1, 1, 1 }, { 0, 0, -1 }, 1, 0, 0 };
+    glbk_ism_vpl vpl = { { 0, 0, 1 }, { 0, 0, -1 }, { 1, 1, 1 }, { 0, 0, -1 }, 1, 0, 0, 0 };
     glbk_ism_shading shading;
     glbk_ism_desc d;
     glbk_ism_maps m;
@@ -508,7 +556,8 @@ static void empty_and_wrong_input(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(empty_and_wrong_input), gl_unit_test(functions_to_paste),
-                                  gl_unit_test(light_agrees), gl_unit_test(frames_follow),
+                                  gl_unit_test(light_agrees), gl_unit_test(near_points_agree),
+                                  gl_unit_test(frames_follow),
                                   gl_unit_test(atlases_agree) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);

@@ -10,7 +10,7 @@
 #include <cmocka.h>
 #include "unit/ism_util.h"
 
-enum { W = 16, H = 8, PIXELS = W * H };
+enum { W = 16, H = 8, PIXELS = W * H, NEAR = 16 /* near points a VPL */ };
 
 static soup mesh;
 static grid lit, eye;
@@ -116,7 +116,8 @@ static size_t kept_bytes(const ism_desc *d, const ism_source *s)
     size_t n = d->vpl_count, side = 1, texels = (size_t)d->tile_size * d->tile_size;
     while (side * side < n) side++;
     return 12 * n * d->points + (d->keep_hits ? 8 : 4) * side * side * texels + 2444 * texels +
-           (16 + 812) * mesh.triangles + 20 * (size_t)s->width * s->height + 16 * s->height + 4 * PIXELS + 160 * n;
+           (16 + 812) * mesh.triangles + 20 * (size_t)s->width * s->height + 16 * s->height + 4 * PIXELS + 168 * n +
+           112 * n * NEAR + n * NEAR / 4;
 }
 
 static void peak_is_what_the_stats_say(void **state)

@@ -3,6 +3,7 @@
 struct ism_vpl {
     vec3  position, normal, flux, axis;
     float exponent, side;       // of the lobe; of the square that it stands for
+    float reach;                // within which near points take its place; 0 where there are none
     bool  sky;                  // position is the direction to it
     mat3  frame;                // of its map: columns x, y, z
 };
@@ -18,6 +19,7 @@ ism_vpl ism_read_vpl(uint v)
     l.normal = b.xyz;
     l.side = b.w;
     l.flux = c.xyz;
+    l.reach = glbk_ism_frame.near_points.x > 0u ? c.w : 0.0;
     l.axis = l.normal;
     if (l.exponent != 1.0) l.axis = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).xyz;
     l.frame = ism_frame_of(ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky ? l.axis : l.normal);

@@ -2,10 +2,11 @@
 //
 //     vec4 e = ism_light(position, normal, geometric, 0u, 1u);     // irradiance, W/m^2; lost by the rule near by
 //
-// Defines: ISM_NEAR=1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none; ISM_PROJECTION, the maps' desc.projection.
+// Defines: ISM_NEAR=1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none, 6 gather; ISM_PROJECTION, the maps'
+// desc.projection.
 // uses: ism_access
 #ifndef ISM_NEAR
-#define ISM_NEAR 1
+#define ISM_NEAR 6
 #endif
 #define ISM_GRAZING 1e-4     // cosine, by the receiver's plane, below which a VPL counts as behind it: rounding
 
@@ -81,12 +82,11 @@ float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)
 }
 
 // To receivers that face the square no brighter than the point: the backs of bent sheets do. square: without that.
-float ism_patch_kernel(ism_vpl l, vec3 d, vec3 n, float point, out float square)
+float ism_patch_kernel(mat3 frame, float side, vec3 d, vec3 n, float point, out float square)
 {
-    mat3 frame = l.frame;
-    float share, form = ism_form_factor(n, d, frame[0] * (0.5 * l.side), frame[1] * (0.5 * l.side), share);
+    float share, form = ism_form_factor(n, d, frame[0] * (0.5 * side), frame[1] * (0.5 * side), share);
     float facing = -2.0 * dot(n, frame[2]);
-    square = form = form > 0.0 && share > 0.0 ? form * COHSM_PI / (l.side * l.side * share) : 0.0;
+    square = form = form > 0.0 && share > 0.0 ? form * COHSM_PI / (side * side * share) : 0.0;
     if (!(facing > 0.0) || !(form > point)) return form;
     return form + min(facing, 1.0) * (point - form);
 }
@@ -106,6 +106,13 @@ float ism_sphere_kernel(vec3 d, vec3 normal, vec3 n, float side)
     return sum * (1.0 / 16.0) * 2.0 * (1.0 - least) / r2;
 }
 
+// How far near points stand for what is at this distance: fully within 0.7 reach, not at all beyond it.
+float ism_nearness(float d2, float reach)
+{
+    float r2 = reach * reach, h = 2.0 * (r2 - d2);
+    return !(h > 0.0) ? 0.0 : h < r2 ? h / r2 : 1.0;
+}
+
 // cos cos / d^2 (cosine alone of a sky) with the lobe and the rule near by; plain without what that takes off.
 float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 {
@@ -122,7 +129,13 @@ float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 #if ISM_NEAR == 1
     if (!(area > 0.0 && d2 < 9.0 * area)) return plain;
     float point = plain;
-    return ism_patch_kernel(l, d, n, point, plain);
+    return ism_patch_kernel(l.frame, l.side, d, n, point, plain);
+#elif ISM_NEAR == 6
+    float share = 1.0 - ism_nearness(d2, l.reach), k = plain, point = plain;
+    if (!(share > 0.0)) return plain = 0.0;
+    if (area > 0.0 && d2 < 9.0 * area) k = ism_patch_kernel(l.frame, l.side, d, n, point, plain);
+    plain *= share;
+    return k * share;
 #elif ISM_NEAR == 2
     return area > 0.0 && d2 < 16.0 * area ? ism_sphere_kernel(d, l.normal, n, l.side) : plain;
 #elif ISM_NEAR == 3
@@ -164,6 +177,78 @@ vec4 ism_scaled(vec4 sum, uint used)
     return used > 0u ? sum * (float(glbk_ism_frame.maps.x) / (float(used) * COHSM_PI)) : sum;
 }
 
+// ---- near points ----
+
+struct ism_near_point {
+    vec3  position, normal, flux;
+    float side, reach;
+    uint  vpl;                  // by whose map it is seen
+};
+
+ism_near_point ism_read_near(uint i)
+{
+    uint at = glbk_ism_frame.near_points.z + 3u * i;
+    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(at), 0), b = texelFetch(glbk_ism_vpls, glbk_table_at(at + 1u), 0);
+    vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(at + 2u), 0);
+    ism_near_point q;
+    q.position = a.xyz;
+    q.side = a.w;
+    q.normal = b.xyz;
+    q.reach = b.w;
+    q.flux = c.xyz;
+    q.vpl = uint(c.w);
+    return q;
+}
+
+// By its VPL's map; where that hides, and the point is nearer than the VPL, by the map moved to the point. Lit behind the
+// VPL. Neither for what faces the point: the backs of bent sheets do.
+float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
+{
+    ism_vpl l = ism_read_vpl(q.vpl);
+    vec3 way = l.position - q.position, d = p - q.position;
+    float open = 1.0 - clamp(-2.0 * dot(n, q.normal), 0.0, 1.0);
+    if (!(dot(l.frame[2], p - l.position) > 0.0)) return open;
+    if (ism_visible(q.vpl, l, p, ng, bias) > 0.0) return 1.0;
+    if (!(dot(d, d) < dot(way, way) && dot(l.frame[2], d) > 0.0)) return 0.0;
+    return open * ism_visible(q.vpl, l, p + way, ng, bias);
+}
+
+// Its kernel by how far it stands here for VPLs; plain without what the square's rule takes off.
+float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
+{
+    vec3 d = q.position - p;
+    float d2 = dot(d, d), h = ism_nearness(d2, q.reach), a = dot(n, d), b = -dot(q.normal, d);
+    plain = 0.0;
+    if (!(h > 0.0 && a > 0.0 && b > 0.0)) return 0.0;
+    float point = a * b / (d2 * d2 + 1e-37), k = point;
+    plain = point;
+    if (d2 < 9.0 * q.side * q.side) k = ism_patch_kernel(ism_frame_of(q.normal), q.side, d, n, point, plain);
+    plain *= h;
+    return k * h;
+}
+
+// What the near points first, first + pattern, ... give, scaled up to all of them, as ism_scaled does. Each 64 of them
+// lie in a sphere beyond which none reaches, and 64 is a whole number of patterns.
+vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
+{
+    uint count = glbk_ism_frame.near_points.x;
+    vec4 sum = vec4(0.0);
+    if (first >= count) return sum;
+    for (uint at = 0u; at < count; at += 64u) {
+        vec4 sphere = texelFetch(glbk_ism_vpls, glbk_table_at(glbk_ism_frame.near_points.y + at / 64u), 0);
+        vec3 d = sphere.xyz - p;
+        if (!(dot(d, d) < sphere.w * sphere.w)) continue;
+        for (uint i = at + first; i < min(at + 64u, count); i += pattern) {
+            ism_near_point q = ism_read_near(i);
+            float plain, k = ism_near_kernel(q, p, n, plain);
+            if (!(k > 0.0)) continue;
+            float lit = (glbk_ism_view.size.w & 1u) != 0u ? 1.0 : ism_near_visible(q, p, n, ng, glbk_ism_view.values.x);
+            sum += lit * vec4(k * q.flux, max(plain - k, 0.0) * ism_luminance(q.flux));
+        }
+    }
+    return sum * (float(count) / (float((count - first - 1u) / pattern + 1u) * COHSM_PI));
+}
+
 // xyz: irradiance by the VPLs first, first + pattern, ... scaled up to all of them; w: what the rule near by took off.
 vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
 {
@@ -176,5 +261,9 @@ vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
     most *= used > 0u ? all / float(used) : 0.0;
 #endif
     for (uint v = first; v < count; v += pattern) ism_add(sum, v, ism_read_vpl(v), p, n, ng, most);
+#if ISM_NEAR == 6
+    return ism_scaled(sum, used) + ism_gather(p, n, ng, first, pattern);
+#else
     return ism_scaled(sum, used);
+#endif
 }

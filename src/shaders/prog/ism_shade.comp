@@ -1,7 +1,7 @@
 // ism_shade.frag as a compute shader: a group has 16 x 16 pixels of one class, which lie `pattern` apart, and reads each
 // VPL of the class once, into shared memory, 64 at a time.
 // uses: ism_gbuffer ism_light
-// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5
+// sets: ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6
 layout(local_size_x = 16, local_size_y = 16) in;
 #define ISM_ROUND 64u
 
@@ -39,5 +39,9 @@ void main()
         for (uint k = 0u; k < count && lit; k++)
             ism_add(sum, first + (from + k) * pattern, ism_read[k], r.p, r.n, r.ng, most);
     }
-    if (inside) imageStore(glbk_ism_light_out, at, ism_scaled(sum, used));
+    sum = ism_scaled(sum, used);
+#if ISM_NEAR == 6
+    if (lit) sum += ism_gather(r.p, r.n, r.ng, first, pattern);
+#endif
+    if (inside) imageStore(glbk_ism_light_out, at, sum);
 }
