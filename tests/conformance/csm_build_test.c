@@ -275,6 +275,43 @@ static void t59_verify_sees_a_wrong_block(void **state)
     model_free(&b);
 }
 
+/* Shards tell of the same damage: as many wrong entries in all, each names one of its own pixels, and the first of
+   these is the whole block's. */
+static void t59_verify_sees_wrong_shards(void **state)
+{
+    static const uint32_t cut[4] = { 0, 150, 151, 24 * 24 };
+    model a = model_sphere(20, 12, 0.0), b = model_sphere(20, 12, 0.0);
+    cohsm_mesh mesh = mesh_of(&a), other = mesh_of(&b);
+    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 8, 24);
+    cohsm_maps *maps;
+    cohsm_report whole, r, first;
+    uint64_t wrong = 0;
+    size_t i;
+    (void)state;
+    for (i = 0; i < 3 * b.vertices; i++) b.p[i] *= 0.5f;
+    assert_int_equal(cohsm_build(&d, &mesh, &maps, NULL), COHSM_OK);
+    assert_int_equal(cohsm_verify(maps, NULL, &other, &whole), COHSM_OK);
+    cohsm_free(maps);
+    memset(&first, 0xff, sizeof first);
+    for (i = 0; i < 3; i++) {
+        d.pixel_begin = cut[i];
+        d.pixel_end = cut[i + 1];
+        assert_int_equal(cohsm_build(&d, &mesh, &maps, NULL), COHSM_OK);
+        assert_int_equal(cohsm_verify(maps, NULL, &other, &r), COHSM_OK);
+        cohsm_free(maps);
+        assert_int_equal(r.entries, 64 * (cut[i + 1] - cut[i]));
+        wrong += r.wrong;
+        if (!r.wrong) continue;
+        assert_true(r.first_pixel >= cut[i] && r.first_pixel < cut[i + 1]);
+        if (r.first_view < first.first_view) first = r;
+    }
+    assert_int_equal(wrong, whole.wrong);
+    assert_int_equal(first.first_view, whole.first_view);
+    assert_int_equal(first.first_pixel, whole.first_pixel);
+    model_free(&a);
+    model_free(&b);
+}
+
 /* z1 = z2 in every entry: a double wall. Each entry is stored at z1 and counted. */
 static void t59_equal_layers_are_counted(void **state)
 {
@@ -1165,6 +1202,7 @@ int main(void)
         cmocka_unit_test(t59_every_stored_value_separates_the_layers_of_rays),
         cmocka_unit_test(t59_verify_finds_no_wrong_value),
         cmocka_unit_test(t59_verify_sees_a_wrong_block),
+        cmocka_unit_test(t59_verify_sees_wrong_shards),
         cmocka_unit_test(t59_equal_layers_are_counted),
         cmocka_unit_test(t60_greedy_is_the_dynamic_programming_minimum),
         cmocka_unit_test(t60_lists_of_more_than_65536_views),

@@ -711,6 +711,14 @@ static void test_rectangle(void **state)
             want += (c > 0.0 ? c : 0.0) / (d2 * d2) * 1e-6;
         }
     check_irradiance("irradiance", "parallelogram above a tilted point", &sheared, centre, tilt, want, 1);
+    /* a hundredth as large: what counts as a right angle does not depend on the scale */
+    {
+        const float small[3] = { 0.005f, 0.005f, 0.0f };
+        set3(sheared.position, 0, 0, 0.01);
+        set3(sheared.u, 0.005, 0.01, 0);
+        set3(sheared.v, 0.01, 0, 0);
+        check_irradiance(NULL, "small parallelogram above a tilted point", &sheared, small, tilt, want, 1);
+    }
 }
 
 static void test_disc(void **state)
