@@ -4127,10 +4127,9 @@ static int sfield__take_emitter(sfield__build *b)
     if (e->kind == SFIELD_EMITTER_RECTANGLE) {
         sfield__v3 u = sfield__v3_load(e->u), v = sfield__v3_load(e->v);
         float x, y;
-        if (!sfield__v3_finite(u) || !sfield__v3_finite(v)) return 0;
         x = sfield__v3_length(sfield__v3_add(u, v));
         y = sfield__v3_length(sfield__v3_sub(u, v));
-        fit = x > y ? x : y;
+        fit = x > y ? x : y;            /* of a side that is not finite neither: refused below */
         if (!(sfield__v3_length(sfield__v3_cross(u, v)) > 0)) return 0;
     }
     if (!sfield__in(fit, 1e-17f, 1e17f)) return 0;

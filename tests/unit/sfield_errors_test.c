@@ -127,6 +127,17 @@ static void emitters(void **state)
         }
         assert_int_equal(sfield_build_emitter(&d, &e, &f, NULL), SFIELD_ERR_DESC);
     }
+    for (i = 0; i < 6 * 15; i++) {            /* a rectangle, one number or the same of both sides not one or too large */
+        static const float odd[5] = { NAN, INFINITY, -INFINITY, 1e30f, -1e38f };
+        sfield_emitter e;
+        memset(&e, 0, sizeof e);
+        e.kind = SFIELD_EMITTER_RECTANGLE;
+        e.u[0] = e.v[1] = e.u[2] = 1;
+        if (i % 3 != 1) e.u[i / 3 % 3] = odd[i / 9 % 5];
+        if (i % 3 != 0) e.v[i / 3 % 3] = odd[i / 9 % 5];
+        if (i >= 45) e.u[(i / 3 + 1) % 3] = odd[i / 9 % 5];
+        assert_int_equal(sfield_build_emitter(&d, &e, &f, NULL), SFIELD_ERR_DESC);
+    }
     assert_int_equal(sfield_build_emitter(&d, NULL, &f, NULL), SFIELD_ERR_ARGUMENT);
     assert_int_equal(sfield_build_callback(NULL, NULL, NULL, &f, NULL), SFIELD_ERR_ARGUMENT);
     assert_null(f);
