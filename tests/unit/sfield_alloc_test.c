@@ -66,6 +66,13 @@ static sfield_result run(int which, sfield_allocator *a)
         float w[12];
         size_t count;
         r = sfield_sparse(p, n, 4, 0.5f, a, chosen, &count, sources, w);
+    } else if (which >= 13) {
+        d = small_desc(which == 13 ? SFIELD_BASIS_SH : SFIELD_BASIS_HAAR);
+        d.allocator = *a;
+        d.shard_end = 2;
+        r = sfield_build(&d, &mesh, &f, NULL);
+        if (r == SFIELD_OK) sfield_free(f);
+        else assert_ptr_equal(f, untouched);
     } else {
         sfield_scene_desc sd;
         sfield_scene *s;
@@ -140,7 +147,7 @@ static void every_allocation_fails(void **state)
     size_t failed = 0;
     int which, forever;
     (void)state;
-    for (which = 0; which < 13; which++) {
+    for (which = 0; which < 15; which++) {
         counting c;
         sfield_allocator a = counting_allocator(&c);
         size_t calls, i;
@@ -159,6 +166,48 @@ static void every_allocation_fails(void **state)
             }
     }
     print_message("alloc: %lu failures\n", (unsigned long)failed);
+}
+
+static void *filled(size_t size, void *user)
+{
+    void *p = malloc(size);
+    if (p) memset(p, *(int *)user, size);
+    return p;
+}
+
+static void give_back(void *p, void *user)
+{
+    (void)user;
+    free(p);
+}
+
+/* What memory held before is in no block; a shard leaves most of its block out. */
+static void blocks_do_not_depend_on_memory(void **state)
+{
+    sfield_mesh mesh = mesh_of(&soup);
+    (void)state;
+    for (int which = 0; which < 4; which++) {
+        uint8_t *block[2];
+        size_t size[2];
+        for (int k = 0; k < 2; k++) {
+            sfield_desc d = small_desc(which & 1 ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH);
+            sfield_field *f;
+            int fill = k ? 0xa5 : 0x3c;
+            d.allocator.alloc_fn = filled;
+            d.allocator.free_fn = give_back;
+            d.allocator.user = &fill;
+            if (which >= 2) d.shard_begin = 1, d.shard_end = 2;
+            assert_int_equal(sfield_build(&d, &mesh, &f, NULL), SFIELD_OK);
+            size[k] = sfield_size(f);
+            block[k] = (uint8_t *)malloc(size[k]);
+            assert_int_equal(sfield_write(f, block[k], size[k]), SFIELD_OK);
+            sfield_free(f);
+        }
+        assert_int_equal(size[0], size[1]);
+        assert_memory_equal(block[0], block[1], size[0]);
+        free(block[0]);
+        free(block[1]);
+    }
 }
 
 static void peak_is_what_the_allocator_saw(void **state)
@@ -212,6 +261,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_allocation_fails),
+        cmocka_unit_test(blocks_do_not_depend_on_memory),
         cmocka_unit_test(peak_is_what_the_allocator_saw),
         cmocka_unit_test(peak_is_what_the_header_says),
     };
