@@ -145,8 +145,32 @@ static void texel_centres(void **state)
     CONFORM_MAX("T34", "texel centres that map back to another texel", 0, wrong);
 }
 
+/* Maps are drawn in bands of rows: a floor fills each of them, whatever is left for the last one. */
+static void every_row_is_drawn(void **state)
+{
+    static const uint32_t size[] = { 4, 5, 15, 16, 17, 33, 47 };
+    static const float corners[18] = { -9, 0, -9, -9, 0, 9, 9, 0, 9, -9, 0, -9, 9, 0, 9, 9, 0, -9 };
+    rsm_mesh floor;
+    size_t i;
+    (void)state;
+    memset(&floor, 0, sizeof floor);
+    floor.positions = corners;
+    floor.vertex_count = 6;
+    set3(floor.albedo, 0.5, 0.5, 0.5);
+    for (i = 0; i < sizeof size / sizeof size[0]; i++) {
+        rsm_desc d = sun_desc(1, 1, size[i]);
+        rsm_stats stats;
+        rsm_map *map = map_of(&d, &floor, 1, &stats);
+        assert_non_null(map);
+        assert_int_equal(stats.lit_texels, size[i] * size[i]);
+        assert_true(fabs(stats.reflected[0] / 4 - 0.5) < 1e-5);
+        rsm_map_free(map);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(linear_albedo), cmocka_unit_test(texel_centres) };
+    const struct CMUnitTest tests[] = { cmocka_unit_test(linear_albedo), cmocka_unit_test(texel_centres),
+                                        cmocka_unit_test(every_row_is_drawn) };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
