@@ -148,6 +148,44 @@ static void descs_out_of_range(void **state)
     ACCEPTED(d.pixel_begin = 63; d.pixel_end = 64);
     ACCEPTED(d.radius = 2; d.center[0] = 0.1f);
     ACCEPTED(d.domain.kind = COHSM_DOMAIN_DEFAULT);
+    REFUSED(d.open_thickness = -1);
+    for (i = 0; i < 3; i++) {
+        if (i != 1) REFUSED(d.open_thickness = odd[i]);
+        ACCEPTED(d.frame = (cohsm_frame)(1 + i));
+    }
+    ACCEPTED(d.open_thickness = INF);                           /* no more than the map is wide */
+}
+
+/* What zeros stand for, and in which dimensions a table lies; a builder says so without a view. */
+static void defaults_of_domains(void **state)
+{
+    static const struct { cohsm_domain_kind kind; uint32_t side[3], views; } cases[] = {
+        { COHSM_DOMAIN_DEFAULT, { 0, 0, 0 }, 128 * 128 },  { COHSM_DOMAIN_LATLONG, { 5, 0, 0 }, 5 * 128 },
+        { COHSM_DOMAIN_OCTAHEDRAL, { 0, 0, 1 }, 128 * 128 }, { COHSM_DOMAIN_LINE, { 0, 1, 1 }, 6 * 128 },
+        { COHSM_DOMAIN_VOLUME, { 2, 0, 3 }, 6 * 2 * 32 * 3 }, { COHSM_DOMAIN_TABLE, { 6, 0, 0 }, 6 },
+        { COHSM_DOMAIN_TABLE, { 3, 2, 0 }, 6 },            { COHSM_DOMAIN_TABLE, { 1, 2, 3 }, 6 },
+        { COHSM_DOMAIN_TABLE, { 0, 6, 1 }, 6 },
+    };
+    const float where[6][4] = { { 0, 1, 0, 0 },  { 1, 0, 0, 0 },  { 0, 0, 5, 0 },
+                                { -1, 0, 0, 0 }, { 0, -1, 0, 0 }, { 1, 1, 0, 0 } };
+    size_t i;
+    (void)state;
+    for (i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        cohsm_desc d = desc_of(cases[i].kind, 1, 4);
+        cohsm_builder *b;
+        place_domain(&d, -1, 2, -1, 2);
+        memcpy(d.domain.side, cases[i].side, sizeof d.domain.side);
+        if (cases[i].kind == COHSM_DOMAIN_TABLE) {
+            d.domain.locations = where[0];
+            d.domain.location_count = 6;
+        }
+        d.radius = 1;
+        d.frame = (cohsm_frame)(i % COHSM_FRAME_COUNT);
+        assert_int_equal(cohsm_builder_create(&d, &b), COHSM_OK);
+        if (cohsm_builder_view_count(b) != cases[i].views)
+            fail_msg("case %lu: %lu views", (unsigned long)i, (unsigned long)cohsm_builder_view_count(b));
+        cohsm_builder_free(b);
+    }
 }
 
 static void domains_of_no_extent_or_not_finite(void **state)
@@ -171,6 +209,8 @@ static void domains_of_no_extent_or_not_finite(void **state)
             for (c = 0; c < 3; c++) {
                 REFUSED(d.domain.origin[c] = odd[i]);
                 if (i < 3) REFUSED(d.domain.u[c] = odd[i]);
+                if (i < 3) REFUSED(d.domain.v[c] = odd[i]);
+                if (i < 3) REFUSED(d.domain.w[c] = odd[i]);
             }
         ACCEPTED(place_domain(&d, 0, 0, 0, 0.01f));             /* inside the object */
         ACCEPTED(place_domain(&d, 0, 1, 0, 0.5f));              /* on its surface */
@@ -674,7 +714,7 @@ static void shards_of_other_places_do_not_merge(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(descs_out_of_range),
+        cmocka_unit_test(descs_out_of_range), cmocka_unit_test(defaults_of_domains),
         cmocka_unit_test(domains_of_no_extent_or_not_finite),
         cmocka_unit_test(lists_and_tables),
         cmocka_unit_test(meshes_that_cannot_be_used),
