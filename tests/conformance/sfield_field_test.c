@@ -580,6 +580,8 @@ static void flat_lights(void **state)
     sfield_desc desc = small_desc(SFIELD_BASIS_SH);
     sfield_field *f;
     float p[9] = { 0, 0, 2, 0, 0, -2, 2, 0, 0.2f }, c[3 * 48];
+    double want = 0;
+    int i, j;
     (void)state;
     desc.cube_side = 16;
     desc.position_side = 5;
@@ -593,6 +595,18 @@ static void flat_lights(void **state)
     print_message("rectangle: %.5f sr of 0.2354\n", (double)c[0] * sqrt(4 * PI));
     assert_true(fabs((double)c[0] * sqrt(4 * PI) - 0.2354) < 0.01);   /* solid angle: 4 atan(1 / (8 sqrt(4.5))) */
     assert_true(fabsf(c[48]) < 0.005f);
+    sfield_free(f);
+    e.v[0] = 0.3f;                                                    /* its sides at another angle */
+    e.v[1] = 0.4f;
+    assert_int_equal(sfield_build_emitter(&desc, &e, &f, NULL), SFIELD_OK);
+    sfield_query(f, 3, p, 0, c);
+    for (i = 0; i < 200; i++)
+        for (j = 0; j < 200; j++) {
+            double a = (i + 0.5) / 100 - 1, b = (j + 0.5) / 100 - 1, x = 0.5 * a + 0.3 * b, y = 0.4 * b;
+            want += 1e-4 * 0.5 * 0.4 * 2 / pow(x * x + y * y + 4, 1.5);
+        }
+    print_message("parallelogram: %.5f sr of %.5f\n", (double)c[0] * sqrt(4 * PI), want);
+    assert_true(fabs((double)c[0] * sqrt(4 * PI) - want) < 0.015);    /* between shells, so high as the rectangle is */
     sfield_free(f);
     e.kind = SFIELD_EMITTER_DISC;
     e.radius = 0.5641896f;                                            /* of the same area */
