@@ -231,6 +231,36 @@ static void shares_are_reported(void **state)
     lit_free(map);
 }
 
+/* Interpolated or not, the shares are the same where all receivers are. */
+static void shares_of_interpolated_receivers(void **state)
+{
+    enum { N = 9 };
+    lit *map = disc_map(1, 512, 0);
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_EQUATION3, 1024);
+    rsm_gather_stats one, all;
+    rsm_interpolation how;
+    float p[3 * N * N], n[3 * N * N], e[3 * N * N];
+    rsm_points points = points_of(p, n, N * N, N);
+    int i;
+    (void)state;
+    memset(&how, 0, sizeof how);
+    how.step = 4;
+    for (i = 0; i < N * N; i++) {
+        set3(p + 3 * i, 0, 1, 0);
+        set3(n + 3 * i, 0, -1, 0);
+    }
+    g.r_max = 0.2f;
+    g.clamp = 0.9f;
+    points.count = 1;
+    assert_int_equal(rsm_gather((const rsm_map *const *)&map->map, 1, &g, &points, e, &one), RSM_OK);
+    points.count = N * N;
+    assert_int_equal(rsm_interpolate((const rsm_map *const *)&map->map, 1, &g, &how, &points, e, &all), RSM_OK);
+    assert_true(all.evaluated >= 4 && all.evaluated < N * N);
+    assert_true(one.outside_share > 0.7 && fabs(all.outside_share - one.outside_share) < 2e-3);
+    assert_true(one.clamped_share > 0.01 && fabs(all.clamped_share - one.clamped_share) < 5e-3);
+    lit_free(map);
+}
+
 /* Filter: interleaved sets and two passes give the mean of all sets; frames pile up; edges keep their sides. */
 static void filter_puts_sets_together(void **state)
 {
@@ -299,6 +329,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         RSM_ROWS(cmocka_unit_test), cmocka_unit_test(weights_of_patterns), cmocka_unit_test(shares_are_reported),
+        cmocka_unit_test(shares_of_interpolated_receivers),
         cmocka_unit_test(mixed_in_a_corner), cmocka_unit_test(r_min_is_the_inner_disc),
         cmocka_unit_test(distance_bounds_interpolation),
         cmocka_unit_test(filter_puts_sets_together), cmocka_unit_test(filter_leaves_no_lone_spikes),
