@@ -1476,6 +1476,14 @@ SFIELD__INLINE sfield__plain sfield__plain_sub(sfield__plain x, sfield__plain y)
 #undef SFIELD__OP
     return r;
 }
+SFIELD__INLINE sfield__plain sfield__plain_add(sfield__plain x, sfield__plain y)
+{
+    sfield__plain r;
+#define SFIELD__OP(m) x.m + y.m
+    SFIELD__EACH(SFIELD__OP);
+#undef SFIELD__OP
+    return r;
+}
 #undef SFIELD__EACH
 #else
 SFIELD__INLINE sfield__plain sfield__plain_set1(float x)
@@ -1503,7 +1511,32 @@ SFIELD__INLINE sfield__plain sfield__plain_sub(sfield__plain x, sfield__plain y)
     for (i = 0; i < 16; i++) x.v[i] -= y.v[i];
     return x;
 }
+SFIELD__INLINE sfield__plain sfield__plain_add(sfield__plain x, sfield__plain y)
+{
+    int i;
+    for (i = 0; i < 16; i++) x.v[i] += y.v[i];
+    return x;
+}
 #endif
+/* max(0, x) */
+SFIELD__INLINE sfield__plain sfield__plain_positive(sfield__plain x)
+{
+    float v[16];
+    int i;
+    memcpy(v, &x, sizeof v);
+    for (i = 0; i < 16; i++) v[i] = v[i] > 0 ? v[i] : 0.0f;
+    memcpy(&x, v, sizeof v);
+    return x;
+}
+/* Is any lane not 0? */
+SFIELD__INLINE int sfield__plain_any(sfield__plain x)
+{
+    float v[16];
+    int i, any = 0;
+    memcpy(v, &x, sizeof v);
+    for (i = 0; i < 16; i++) any |= v[i] != 0;
+    return any;
+}
 SFIELD__KERNELS(plain, )
 
 #if SFIELD__SIMD
@@ -1536,6 +1569,19 @@ SFIELD__TARGET_AVX2 SFIELD__INLINE sfield__avx2 sfield__avx2_sub(sfield__avx2 x,
 {
     return sfield__avx2_make(_mm256_sub_ps(x.lo, y.lo), _mm256_sub_ps(x.hi, y.hi));
 }
+SFIELD__TARGET_AVX2 SFIELD__INLINE sfield__avx2 sfield__avx2_add(sfield__avx2 x, sfield__avx2 y)
+{
+    return sfield__avx2_make(_mm256_add_ps(x.lo, y.lo), _mm256_add_ps(x.hi, y.hi));
+}
+SFIELD__TARGET_AVX2 SFIELD__INLINE sfield__avx2 sfield__avx2_positive(sfield__avx2 x)
+{
+    return sfield__avx2_make(_mm256_max_ps(x.lo, _mm256_setzero_ps()), _mm256_max_ps(x.hi, _mm256_setzero_ps()));
+}
+SFIELD__TARGET_AVX2 SFIELD__INLINE int sfield__avx2_any(sfield__avx2 x)
+{
+    const __m256 both = _mm256_or_ps(x.lo, x.hi);
+    return _mm256_movemask_ps(_mm256_cmp_ps(both, _mm256_setzero_ps(), _CMP_NEQ_UQ)) != 0;
+}
 SFIELD__TARGET_AVX2 SFIELD__INLINE sfield__avx2 sfield__avx2_fma(sfield__avx2 x, sfield__avx2 y, sfield__avx2 z)
 {
     return sfield__avx2_make(_mm256_fmadd_ps(x.lo, y.lo, z.lo), _mm256_fmadd_ps(x.hi, y.hi, z.hi));
@@ -1550,6 +1596,15 @@ SFIELD__TARGET_AVX512 SFIELD__INLINE void sfield__avx512_store(float *p, __m512 
 SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_set1(float x) { return _mm512_set1_ps(x); }
 SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_mul(__m512 x, __m512 y) { return _mm512_mul_ps(x, y); }
 SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_sub(__m512 x, __m512 y) { return _mm512_sub_ps(x, y); }
+SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_add(__m512 x, __m512 y) { return _mm512_add_ps(x, y); }
+SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_positive(__m512 x)
+{
+    return _mm512_maskz_max_ps((__mmask16)0xffff, x, _mm512_setzero_ps());     /* gcc 12's own warns of itself */
+}
+SFIELD__TARGET_AVX512 SFIELD__INLINE int sfield__avx512_any(__m512 x)
+{
+    return _mm512_cmp_ps_mask(x, _mm512_setzero_ps(), _CMP_NEQ_UQ) != 0;
+}
 SFIELD__TARGET_AVX512 SFIELD__INLINE __m512 sfield__avx512_fma(__m512 x, __m512 y, __m512 z)
 {
     return _mm512_fmadd_ps(x, y, z);
@@ -6840,6 +6895,463 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     if (set->ambient) set->ambient[index] = ambient;
 }
 
+/* ---- >>bundles: sixteen points in wavelets ---- */
+
+/* Neighbours whose entities have one order from near to far are shaded together, a lane each, face by face: texels,
+   wavelets and sums are planes of sixteen, so that directions, sky and the samples that several points lie between are
+   read once for all of them. */
+enum { SFIELD__STRANDS = 32, SFIELD__STRAND_LISTS = 256, SFIELD__BLOCK = 64, SFIELD__FEWEST = 3 };
+
+typedef struct sfield__listing {    /* what is kept at a sample, and how much of it each point takes */
+    const uint32_t *e, *end;
+    size_t sample;
+    float weight[SFIELD__LANES];
+} sfield__listing;
+
+typedef struct sfield__strand {     /* an entity in the order */
+    uint32_t item, lanes, count;
+    int      light;                 /* its number, -1 an occluder, -2 the own visibility */
+    float    d2[SFIELD__LANES];
+    sfield__listing *list;          /* room for SFIELD__STRAND_LISTS: 16 points between 8 samples of 2 frames */
+} sfield__strand;
+
+typedef struct sfield__bundle {
+    const sfield_scene *s;
+    sfield__strand *strand, *trial;
+    sfield__listing *list;
+    uint32_t strands;
+    int      ambient;
+    float    n[3 * SFIELD__LANES];
+    float   *t, *w;                 /* a face: texels of T; its wavelets, or those of what hides it */
+    uint16_t *used;                 /* squares of a face with wavelets */
+    uint8_t *marks;
+    uint8_t  live[SFIELD__BLOCK];   /* blocks of 64 texels where T is not 0 */
+    float    rgb[3 * SFIELD__LANES], open[SFIELD__LANES];
+} sfield__bundle;
+
+/* The text for each kind of vectors. */
+#define SFIELD__BUNDLES(V, TARGET)                                                                                     \
+    /* T = max(0, cos) x solid angle. 0: it is 0 everywhere. */                                                        \
+    TARGET static int sfield__begin_##V(sfield__bundle *b, const float *texel, uint32_t n)                             \
+    {                                                                                                                  \
+        const sfield__##V x = sfield__##V##_load(b->n), y = sfield__##V##_load(b->n + 16);                             \
+        const sfield__##V z = sfield__##V##_load(b->n + 32);                                                           \
+        const size_t cells = b->s->cells;                                                                              \
+        const uint32_t block = n < SFIELD__BLOCK ? n : (uint32_t)SFIELD__BLOCK;                                        \
+        uint32_t i, k, any = 0;                                                                                        \
+        for (i = 0; i < n; i += block) {                                                                               \
+            static const uint8_t corner[4] = { 0, 21, 42, 63 };                                                        \
+            sfield__##V sum = sfield__##V##_set1(0);                                                                   \
+            for (k = 0; k < 4 && block == SFIELD__BLOCK; k++) {                                                        \
+                const float *q = texel + i + corner[k];                                                                \
+                sfield__##V d = sfield__##V##_mul(x, sfield__##V##_set1(q[0]));                                        \
+                d = sfield__##V##_fma(y, sfield__##V##_set1(q[cells]), d);                                             \
+                d = sfield__##V##_positive(sfield__##V##_fma(z, sfield__##V##_set1(q[2 * cells]), d));                 \
+                sum = sfield__##V##_add(sum, d);                                                                       \
+            }                                                                                                          \
+            b->live[i / block] = (uint8_t)(block < SFIELD__BLOCK || sfield__##V##_any(sum));                           \
+            any |= b->live[i / block];                                                                                 \
+            if (!b->live[i / block]) continue;          /* all corners, so all of it, below the horizon of all */      \
+            for (k = i; k < i + block; k++) {                                                                          \
+                const float *q = texel + k;                                                                            \
+                sfield__##V d = sfield__##V##_mul(x, sfield__##V##_set1(q[0]));                                        \
+                d = sfield__##V##_fma(y, sfield__##V##_set1(q[cells]), d);                                             \
+                d = sfield__##V##_positive(sfield__##V##_fma(z, sfield__##V##_set1(q[2 * cells]), d));                 \
+                d = sfield__##V##_mul(d, sfield__##V##_set1(q[3 * cells]));                                            \
+                sfield__##V##_store(b->t + 16 * (size_t)k, d);                                                         \
+            }                                                                                                          \
+        }                                                                                                              \
+        return (int)any;                                                                                               \
+    }                                                                                                                  \
+    /* The part of a list in this face, into planes that are cleared square by square when they are first used. */     \
+    TARGET static uint32_t sfield__gather_##V(sfield__bundle *b, sfield__listing *list, uint32_t last, uint32_t count, \
+                                              float factor)                                                            \
+    {                                                                                                                  \
+        const sfield__##V zero = sfield__##V##_set1(0);                                                                \
+        const sfield__##V weight = sfield__##V##_mul(sfield__##V##_set1(factor), sfield__##V##_load(list->weight));    \
+        const uint32_t *e = list->e, *end = list->end, mask = b->s->side * b->s->side - 1;                             \
+        float *planes = b->w;                                                                                          \
+        uint8_t *marks = b->marks;                                                                                     \
+        for (; e < end && *e < last; e++) {                                                                            \
+            const uint32_t index = *e >> 16 & mask;                                                                    \
+            uint32_t square = (index - 1) / 3;                                                                         \
+            float *w = planes + 16 * (size_t)index;                                                                    \
+            for (; index && !marks[square]; square = (square - 1) / 4) {                                               \
+                float *first = planes + 16 * (size_t)(3 * square + 1);                                                 \
+                marks[square] = 1;                                                                                     \
+                b->used[count++] = (uint16_t)square;                                                                   \
+                sfield__##V##_store(first, zero);                                                                      \
+                sfield__##V##_store(first + 16, zero);                                                                 \
+                sfield__##V##_store(first + 32, zero);                                                                 \
+                if (!square) break;                                                                                    \
+            }                                                                                                          \
+            sfield__##V##_store(w, sfield__##V##_fma(sfield__##V##_set1(sfield__half(*e)), weight,                     \
+                                                     sfield__##V##_load(w)));                                          \
+        }                                                                                                              \
+        list->e = e;                                                                                                   \
+        return count;                                                                                                  \
+    }                                                                                                                  \
+    TARGET static void sfield__dim_##V(const sfield__bundle *b, uint32_t i, uint32_t n, sfield__##V mean)              \
+    {                                                                                                                  \
+        const sfield__##V keep = sfield__##V##_sub(sfield__##V##_set1(1), mean);                                       \
+        uint32_t k;                                                                                                    \
+        float *t;                                                                                                      \
+        for (k = i * n; k < (i + 1) * n; k++) {                                                                        \
+            if (n >= SFIELD__BLOCK && k % SFIELD__BLOCK == 0 && !b->live[k / SFIELD__BLOCK]) {                         \
+                k += SFIELD__BLOCK - 1;                                                                                \
+                continue;                                                                                              \
+            }                                                                                                          \
+            t = b->t + 16 * (size_t)k;                                                                                 \
+            sfield__##V##_store(t, sfield__##V##_mul(sfield__##V##_load(t), keep));                                    \
+        }                                                                                                              \
+    }                                                                                                                  \
+    /* As sfield__shade_square, of a square that is marked. */                                                         \
+    TARGET static void sfield__darken_##V(const sfield__bundle *b, uint32_t leaves, const sfield__##V *mean,           \
+                                          uint32_t squares, uint32_t i, float scale)                                   \
+    {                                                                                                                  \
+        const sfield__##V s = sfield__##V##_set1(scale), one = sfield__##V##_set1(1);                                  \
+        const float *w = b->w + 16 * (size_t)(squares + 3 * i);                                                        \
+        const sfield__##V x = sfield__##V##_mul(s, sfield__##V##_load(w));                                             \
+        const sfield__##V y = sfield__##V##_mul(s, sfield__##V##_load(w + 16));                                        \
+        const sfield__##V z = sfield__##V##_mul(s, sfield__##V##_load(w + 32));                                        \
+        const sfield__##V a = sfield__##V##_add(*mean, y), d = sfield__##V##_sub(*mean, y);                            \
+        const sfield__##V f = sfield__##V##_add(x, z), g = sfield__##V##_sub(x, z);                                    \
+        const uint32_t n = leaves / squares, below = (4 * squares - 1) / 3 + 4 * i;                                    \
+        sfield__##V m[4];                                                                                              \
+        uint32_t k;                                                                                                    \
+        if (4 * n == SFIELD__BLOCK && !b->live[i]) return;                                                             \
+        m[0] = sfield__##V##_add(a, f);                                                                                \
+        m[1] = sfield__##V##_sub(a, f);                                                                                \
+        m[2] = sfield__##V##_add(d, g);                                                                                \
+        m[3] = sfield__##V##_sub(d, g);                                                                                \
+        for (k = 0; k < 4; k++) {                                                                                      \
+            float *t = b->t + 16 * (size_t)(4 * i + k);                                                                \
+            if (n == 1)                                                                                                \
+                sfield__##V##_store(t, sfield__##V##_mul(sfield__##V##_load(t), sfield__##V##_sub(one, m[k])));        \
+            else if (b->marks[below + k]) sfield__darken_##V(b, leaves, &m[k], 4 * squares, 4 * i + k, 2 * scale);     \
+            else if (sfield__##V##_any(m[k])) sfield__dim_##V(b, 4 * i + k, n, m[k]);                                  \
+        }                                                                                                              \
+    }                                                                                                                  \
+    /* T times the visibility of an occluder. 0: it has nothing in this face. */                                       \
+    TARGET static int sfield__hide_##V(sfield__bundle *b, sfield__strand *strand, const sfield_field *f, uint32_t last,\
+                                       uint32_t leaves)                                                                \
+    {                                                                                                                  \
+        const float scale = 1 / (float)b->s->side;                                                                     \
+        uint32_t i, count = 0;                                                                                         \
+        sfield__##V mean;                                                                                              \
+        for (i = 0; i < strand->count && !(strand->list[i].e < strand->list[i].end && *strand->list[i].e < last);) i++;\
+        if (i == strand->count) return 0;                                                                              \
+        sfield__##V##_store(b->w, sfield__##V##_set1(0));                                                              \
+        for (i = 0; i < strand->count; i++)                                                                            \
+            count = sfield__gather_##V(b, &strand->list[i], last, count, f->sample_scale[strand->list[i].sample]);     \
+        mean = sfield__##V##_mul(sfield__##V##_load(b->w), sfield__##V##_set1(scale));                                 \
+        if (b->marks[0]) sfield__darken_##V(b, leaves, &mean, 1, 0, scale);                                            \
+        else sfield__dim_##V(b, 0, 4 * leaves, mean);                                                                  \
+        for (i = 0; i < count; i++) b->marks[b->used[i]] = 0;                                                          \
+        return 1;                                                                                                      \
+    }                                                                                                                  \
+    /* Squares of a level: wavelets to out, scaling coefficients to up. */                                             \
+    TARGET static void sfield__level_##V(const float *c, uint32_t squares, float *up, float *out)                      \
+    {                                                                                                                  \
+        const sfield__##V half = sfield__##V##_set1(0.5f);                                                             \
+        for (; squares > 0; squares--, c += 64, up += 16, out += 48) {                                                 \
+            const sfield__##V p = sfield__##V##_load(c), q = sfield__##V##_load(c + 16);                               \
+            const sfield__##V r = sfield__##V##_load(c + 32), s = sfield__##V##_load(c + 48);                          \
+            const sfield__##V a = sfield__##V##_add(p, q), b = sfield__##V##_sub(p, q);                                \
+            const sfield__##V d = sfield__##V##_add(r, s), e = sfield__##V##_sub(r, s);                                \
+            sfield__##V##_store(out, sfield__##V##_mul(half, sfield__##V##_add(b, e)));                                \
+            sfield__##V##_store(out + 16, sfield__##V##_mul(half, sfield__##V##_sub(a, d)));                           \
+            sfield__##V##_store(out + 32, sfield__##V##_mul(half, sfield__##V##_sub(b, e)));                           \
+            sfield__##V##_store(up, sfield__##V##_mul(half, sfield__##V##_add(a, d)));                                 \
+        }                                                                                                              \
+    }                                                                                                                  \
+    /* Wavelets of the face, up to 64 texels at a time in what is nearest to the processor. */                         \
+    TARGET static void sfield__transform_##V(sfield__bundle *b, uint32_t n)                                            \
+    {                                                                                                                  \
+        const uint32_t block = n < SFIELD__BLOCK ? n : (uint32_t)SFIELD__BLOCK;                                        \
+        float sums[16 * SFIELD__BLOCK], part[16 * 21];                                                                 \
+        uint32_t i, squares;                                                                                           \
+        for (i = 0; i < n / block; i++) {                                                                              \
+            const float *from = b->t + 16 * (size_t)(i * block);                                                       \
+            float *up = part;                                                                                          \
+            for (squares = block / 4; squares; squares /= 4) {                                                         \
+                const size_t all = (size_t)squares * (n / block), at = all + 3 * (size_t)squares * i;                  \
+                if (b->live[i])                                                                                        \
+                    sfield__level_##V(from, squares, squares == 1 ? sums + 16 * i : up, b->w + 16 * at);               \
+                else memset(b->w + 16 * at, 0, 48 * (size_t)squares * sizeof *b->w);                                   \
+                from = up;                                                                                             \
+                up += 16 * squares;                                                                                    \
+            }                                                                                                          \
+            if (!b->live[i]) memset(sums + 16 * i, 0, 16 * sizeof *sums);                                              \
+        }                                                                                                              \
+        for (squares = n / block / 4; squares; squares /= 4)      /* a sum falls on one that is done */                \
+            sfield__level_##V(sums, squares, sums, b->w + 16 * (size_t)squares);                                       \
+        memcpy(b->w, sums, 16 * sizeof *sums);                                                                         \
+    }                                                                                                                  \
+    TARGET static void sfield__lit_##V(sfield__bundle *b, sfield__strand *strand, const sfield_field *f,             \
+                                         uint32_t last, uint32_t n, int *fresh)                                        \
+    {                                                                                                                  \
+        const float *tint = b->s->item[strand->item].e.tint;                                                           \
+        sfield__##V sum[3];                                                                                            \
+        uint32_t i, c;                                                                                                 \
+        for (c = 0; c < 3; c++) sum[c] = sfield__##V##_set1(0);                                                        \
+        for (i = 0; i < strand->count; i++) {                                                                          \
+            sfield__listing *l = &strand->list[i];                                                                     \
+            const sfield__##V weight = sfield__##V##_mul(sfield__##V##_set1(f->sample_scale[l->sample]),               \
+                                                         sfield__##V##_load(l->weight));                               \
+            for (; l->e < l->end && l->e[0] < last; l->e += 2) {                                                       \
+                sfield__##V t;                                                                                         \
+                if (!*fresh) sfield__transform_##V(b, n);                                                              \
+                *fresh = 1;                                                                                            \
+                t = sfield__##V##_mul(weight, sfield__##V##_load(b->w + 16 * (size_t)(l->e[0] >> 16 & (n - 1))));      \
+                sum[0] = sfield__##V##_fma(t, sfield__##V##_set1(sfield__half(l->e[0])), sum[0]);                      \
+                sum[1] = sfield__##V##_fma(t, sfield__##V##_set1(sfield__half(l->e[1] >> 16)), sum[1]);                \
+                sum[2] = sfield__##V##_fma(t, sfield__##V##_set1(sfield__half(l->e[1])), sum[2]);                      \
+            }                                                                                                          \
+        }                                                                                                              \
+        for (c = 0; c < 3; c++) {                                                                                      \
+            float *to = b->rgb + 16 * c;                                                                               \
+            sfield__##V##_store(to, sfield__##V##_fma(sfield__##V##_set1(tint[c]), sum[c], sfield__##V##_load(to)));   \
+        }                                                                                                              \
+    }                                                                                                                  \
+    /* What is left of the sky, and of a white one. */                                                                 \
+    TARGET static void sfield__end_##V(sfield__bundle *b, const float *sky, uint32_t n)                                \
+    {                                                                                                                  \
+        const size_t cells = b->s->cells;                                                                              \
+        const uint32_t block = n < SFIELD__BLOCK ? n : (uint32_t)SFIELD__BLOCK;                                        \
+        const int ambient = b->ambient;                                                                                \
+        sfield__##V x = sfield__##V##_set1(0), y = x, z = x, sum = x;                                                  \
+        uint32_t i, k;                                                                                                 \
+        for (i = 0; i < n; i += block) {                                                                               \
+            const float *q = sky + i, *from = b->t + 16 * (size_t)i;                                                   \
+            if (!b->live[i / block]) continue;                                                                         \
+            for (k = 0; k < block; k++) {                                                                              \
+                const sfield__##V t = sfield__##V##_load(from + 16 * (size_t)k);                                       \
+                x = sfield__##V##_fma(t, sfield__##V##_set1(q[k]), x);                                                 \
+                y = sfield__##V##_fma(t, sfield__##V##_set1(q[cells + k]), y);                                         \
+                z = sfield__##V##_fma(t, sfield__##V##_set1(q[2 * cells + k]), z);                                     \
+            }                                                                                                          \
+            for (k = 0; k < block && ambient; k++)                                                                     \
+                sum = sfield__##V##_add(sum, sfield__##V##_load(from + 16 * (size_t)k));                               \
+        }                                                                                                              \
+        if (b->s->has_sky || b->s->has_sun) {                                                                          \
+            sfield__##V##_store(b->rgb, sfield__##V##_add(x, sfield__##V##_load(b->rgb)));                             \
+            sfield__##V##_store(b->rgb + 16, sfield__##V##_add(y, sfield__##V##_load(b->rgb + 16)));                   \
+            sfield__##V##_store(b->rgb + 32, sfield__##V##_add(z, sfield__##V##_load(b->rgb + 32)));                   \
+        }                                                                                                              \
+        sfield__##V##_store(b->open, sfield__##V##_add(sum, sfield__##V##_load(b->open)));                             \
+    }                                                                                                                  \
+    TARGET static void sfield__face_##V(sfield__bundle *b, const sfield_field *self, uint32_t face)                    \
+    {                                                                                                                  \
+        const sfield_scene *s = b->s;                                                                                  \
+        const uint32_t n = s->side * s->side, first = face * n << 16, last = (face + 1) * n << 16;                     \
+        uint32_t i, k;                                                                                                 \
+        int fresh = 0;                          /* b->w are the wavelets of b->t */                                    \
+        if (!sfield__begin_##V(b, s->texel + face * n, n)) return;                                                     \
+        for (i = 0; i < b->strands; i++) {                                                                             \
+            sfield__strand *strand = &b->strand[i];                                                                    \
+            const sfield_entity *e = strand->light < -1 ? NULL : &s->item[strand->item].e;                             \
+            const sfield_field *f = !e ? self : strand->light < 0 ? e->occlusion : e->source;                          \
+            for (k = 0; k < strand->count; k++)                                                                        \
+                while (strand->list[k].e < strand->list[k].end && *strand->list[k].e < first)                          \
+                    strand->list[k].e += f->h.stride;                                                                  \
+            if (strand->light >= 0) sfield__lit_##V(b, strand, f, last, n, &fresh);                                  \
+            else if (sfield__hide_##V(b, strand, f, last, n / 4)) fresh = 0;                                           \
+        }                                                                                                              \
+        sfield__end_##V(b, s->sky_now + face * n, n);                                                                  \
+    }
+
+SFIELD__BUNDLES(plain, )
+#if SFIELD__SIMD
+SFIELD__BUNDLES(avx2, SFIELD__TARGET_AVX2)
+SFIELD__BUNDLES(avx512, SFIELD__TARGET_AVX512)
+#endif
+#undef SFIELD__BUNDLES
+
+static size_t sfield__carve_bundle(sfield__bundle *b, uint8_t *memory, uint32_t rays, uint32_t side)
+{
+    const size_t strands = (rays < SFIELD__STRANDS ? rays : (uint32_t)SFIELD__STRANDS) + 1;
+    const size_t plane = 16 * (size_t)side * side, lists = strands * SFIELD__STRAND_LISTS;
+    if (memory) {
+        b->t = (float *)(void *)memory;
+        b->w = b->t + plane;
+        b->list = (sfield__listing *)(void *)(b->w + plane);
+        b->strand = (sfield__strand *)(void *)(b->list + lists);
+        b->trial = b->strand + strands;
+        b->used = (uint16_t *)(void *)(b->trial + strands);
+        b->marks = (uint8_t *)(b->used + SFIELD__MARKS);
+        memset(b->marks, 0, SFIELD__MARKS);
+    }
+    return (2 * plane * sizeof(float) + 2 * strands * sizeof(sfield__strand) + lists * sizeof(sfield__listing) +
+            3 * SFIELD__MARKS + 63) / 64 * 64;
+}
+
+/* The rays of a point among those of the bundle, from near to far. 0: they have another order, or are too many. */
+static int sfield__weave(sfield__bundle *b, const sfield__point *p, uint32_t rays, const float *x, uint32_t lane,
+                         uint64_t *hidden)
+{
+    uint32_t i, j, at = 0, count = b->strands;
+    memcpy(b->trial, b->strand, count * sizeof *b->trial);
+    for (i = 0; i < rays; i++) {
+        const sfield__ray *r = &p->ray[i];
+        if (r->light < 0 && sfield__is_hidden(p, i, x)) {
+            ++*hidden;
+            continue;
+        }
+        for (j = 0; j < count && (b->trial[j].item != r->item || b->trial[j].light != r->light);) j++;
+        if (j < at) return 0;
+        if (j == count) {
+            if (count == SFIELD__STRANDS) return 0;
+            j = at;
+            memmove(b->trial + j + 1, b->trial + j, (count++ - j) * sizeof *b->trial);
+            b->trial[j].item = r->item;
+            b->trial[j].light = r->light;
+            b->trial[j].lanes = 0;
+        }
+        b->trial[j].lanes |= 1u << lane;
+        b->trial[j].d2[lane] = r->d2;
+        at = j + 1;
+    }
+    b->strands = count;
+    memcpy(b->strand, b->trial, count * sizeof *b->trial);
+    return 1;
+}
+
+/* What is kept at a sample, for one more lane. */
+static void sfield__take_list(sfield__strand *strand, const sfield_field *f, size_t sample, uint32_t lane, float weight)
+{
+    sfield__listing *l = strand->list, *end = l + strand->count;
+    while (l < end && l->sample != sample) l++;
+    if (l == end) {
+        memset(l->weight, 0, sizeof l->weight);
+        l->sample = sample;
+        l->e = f->entry + (size_t)f->offset[sample] * f->h.stride;
+        l->end = f->entry + (size_t)f->offset[sample + 1] * f->h.stride;
+        strand->count++;
+    }
+    l->weight[lane] += weight;
+}
+
+/* The samples around the lanes' places; of occluders they fade over the last quarter of their reach. */
+static void sfield__take_lists(sfield__strand *strand, const sfield__item *it, const sfield__tile *tile, int simd)
+{
+    const int which = strand->light >= 0;
+    const sfield_field *f = which ? it->e.source : it->e.occlusion;
+    float local[48];
+    sfield__place at;
+    sfield__lists lists;
+    uint32_t l, k;
+    strand->count = 0;
+    sfield__to_local(it, which, tile->p, local, simd);
+    sfield__locate16(f, local, &at, simd);
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float factor = 1;
+        if (!(strand->lanes >> l & 1)) continue;
+        sfield__find_lists(f, &at, (int)l, which ? it->e.time : 0.0f, &lists);
+        if (!which) factor = 4 * (1 - sqrtf(strand->d2[l]) / it->reach);
+        factor = factor < 1 ? factor : 1.0f;
+        for (k = 0; k < lists.count; k++) sfield__take_list(strand, f, lists.sample[k], l, lists.weight[k] * factor);
+    }
+}
+
+/* The woven lanes of a tile: each by its own entities, all face by face. */
+static void sfield__run_bundle(sfield__bundle *b, const sfield_points *set, const sfield__tile *tile, uint32_t lanes)
+{
+    const sfield_scene *s = b->s;
+    uint32_t i, l, face;
+    if (set->self) {
+        memmove(b->strand + 1, b->strand, b->strands++ * sizeof *b->strand);
+        b->strand[0].light = -2;
+        b->strand[0].count = 0;
+    }
+    for (i = 0; i < b->strands; i++) {
+        sfield__strand *strand = &b->strand[i];
+        strand->list = b->list + (size_t)i * SFIELD__STRAND_LISTS;
+        if (strand->light >= -1) sfield__take_lists(strand, &s->item[strand->item], tile, s->simd);
+        for (l = 0; strand->light < -1 && l < SFIELD__LANES; l++)
+            if (lanes >> l & 1) sfield__take_list(strand, set->self, tile->first + l, l, 1);
+    }
+    memcpy(b->n, tile->n, sizeof b->n);
+    memset(b->rgb, 0, sizeof b->rgb);
+    memset(b->open, 0, sizeof b->open);
+    b->ambient = set->ambient != NULL;
+    for (face = 0; face < 6; face++) {
+#if SFIELD__SIMD
+        if (s->simd == 2) sfield__face_avx512(b, set->self, face);
+        else if (s->simd == 1) sfield__face_avx2(b, set->self, face);
+        else
+#endif
+            sfield__face_plain(b, set->self, face);
+    }
+    for (l = 0; l < SFIELD__LANES; l++) {
+        const size_t at = tile->first + l;
+        if (!(lanes >> l & 1)) continue;
+        for (i = 0; i < 3 && set->rgb; i++) set->rgb[3 * at + i] = b->rgb[16 * i + l] * 0.318309886f;
+        if (set->ambient) set->ambient[at] = b->open[l] * 0.318309886f;
+    }
+}
+
+/* As many lanes as have one order of their entities; few of them go by themselves. */
+static void sfield__shade_bundle(sfield__point *p, sfield__bundle *b, size_t first, uint32_t lanes, uint64_t *hash)
+{
+    const sfield_points *set = p->set;
+    const uint32_t lights = sfield__lights_of(p->s, set, p->s->has_sky || p->s->has_sun);
+    sfield__tile tile;
+    uint32_t l, k, i, todo = (1u << lanes) - 1;
+    memset(&tile, 0, sizeof tile);
+    tile.s = p->s;
+    tile.set = set;
+    tile.first = first;
+    tile.lanes = lanes;
+    sfield__load(&tile);
+    while (todo) {
+        const sfield_scene_stats before = p->stats;
+        uint32_t taken = 0, count = 0;
+        b->strands = 0;
+        for (l = 0; l < lanes; l++) {
+            const sfield_scene_stats then = p->stats;
+            uint64_t hidden = 0;
+            float x[3], n[3];
+            if (!(todo & tile.visible & 1u << l)) continue;
+            for (k = 0; k < 3; k++) {
+                x[k] = tile.p[16 * k + l];
+                n[k] = tile.n[16 * k + l];
+            }
+            if (sfield__weave(b, p, sfield__rays(p, x, n), x, l, &hidden)) {
+                taken |= 1u << l;
+                count++;
+                p->stats.culled_hidden += hidden;
+            } else if (!taken) {                /* more than a bundle takes */
+                taken = 1u << l;
+                break;
+            } else p->stats = then;
+        }
+        if (count < SFIELD__FEWEST) {
+            p->stats = before;
+            taken = taken ? taken : todo;
+            for (l = 0; l < lanes; l++)
+                if (taken >> l & 1) sfield__shade_point(p, first + l, hash);
+        } else {
+            p->stats.points += count;
+            p->stats.lights += (uint64_t)count * lights;
+            for (i = 0; i < b->strands; i++)
+                for (l = 0; b->strand[i].light < 0 && l < lanes; l++) p->stats.products += b->strand[i].lanes >> l & 1;
+            sfield__run_bundle(b, set, &tile, taken);
+        }
+        todo &= ~taken;
+    }
+}
+
+/* Whether bundles can: texels, nothing kept, nobody turned. */
+static int sfield__bundles(const sfield_scene *s, const sfield_points *set)
+{
+    uint32_t i;
+    if (set->cache || s->desc.product == SFIELD_PRODUCT_SPARSE) return 0;
+    for (i = 0; i < s->item_count; i++)
+        if (s->item[i].map) return 0;
+    return 1;
+}
+
 /* ---- >>shade ---- */
 
 typedef struct sfield__job {
@@ -6880,16 +7392,24 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
 {
     const sfield_scene *s = job->s;
     uint64_t *hash = (uint64_t *)(void *)memory;
+    const uint32_t rays = s->occluder_count + s->light_count;
+    const int bundles = sfield__bundles(s, set);
     sfield__point p;
+    sfield__bundle b;
     size_t i, k;
     memset(&p, 0, sizeof p);
-    p.s = s;
+    memset(&b, 0, sizeof b);
+    p.s = b.s = s;
     p.set = set;
     p.stats = *stats;
-    (void)sfield__carve_point(&p, memory + ((size_t)s->light_count + 8) / 8 * 64, s->occluder_count + s->light_count,
-                              s->cells);
-    for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES)
-        for (k = i; k < i + SFIELD__LANES && k < set->count; k++) sfield__shade_point(&p, k, hash);
+    memory += ((size_t)s->light_count + 8) / 8 * 64;
+    memory += sfield__carve_point(&p, memory, rays, s->cells);
+    (void)sfield__carve_bundle(&b, memory, rays, s->side);
+    for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
+        const size_t end = i + SFIELD__LANES < set->count ? i + SFIELD__LANES : set->count;
+        if (bundles) sfield__shade_bundle(&p, &b, i, (uint32_t)(end - i), hash);
+        for (k = i; k < end && !bundles; k++) sfield__shade_point(&p, k, hash);
+    }
     *stats = p.stats;
 }
 
@@ -6930,6 +7450,7 @@ static sfield_result sfield__shade_all(sfield__job *job, sfield_scene_stats *sta
         job->scratch = sfield__carve(NULL, NULL, s->occluder_count, s->light_count, s->coefs, 2);
     } else {
         job->scratch = sfield__carve_point(NULL, NULL, s->occluder_count + s->light_count, s->cells);
+        job->scratch += sfield__carve_bundle(NULL, NULL, s->occluder_count + s->light_count, s->side);
         job->scratch += ((size_t)s->light_count + 8) / 8 * 64;
     }
     job->scratch += 64;

@@ -171,6 +171,8 @@ enum { POINTS = 43, SETS = 2, ENTITIES = 6, FRAMES = 3, FLOATS = SETS * POINTS *
 typedef struct stage {
     sfield_field *box, *glow, *lamp, *self;
     float         p[3 * POINTS], n[3 * POINTS], view[3 * POINTS], exponent[POINTS];
+    sfield_field *own[POINTS];      /* self, each point's: NULL, or they are shaded each by itself */
+    const uint8_t *visible;
 } stage;
 
 static void open_stage(stage *s, const sfield_desc *d)
@@ -198,11 +200,25 @@ static void open_stage(stage *s, const sfield_desc *d)
         s->exponent[i] = rnd_in(&seed, 0.5, 2000);
     }
     assert_int_equal(sfield_build_self(&own, &mesh, s->p, s->n, POINTS, 1e-3f, &s->self, NULL), SFIELD_OK);
+    memset(s->own, 0, sizeof s->own);
+    s->visible = NULL;
+    model_free(&m);
+}
+
+static void part_points(stage *s, const sfield_desc *d)
+{
+    model m = model_box(0.5, 0.3, 0.4);
+    sfield_mesh mesh = mesh_of(&m);
+    int i;
+    for (i = 0; i < POINTS; i++)
+        assert_int_equal(sfield_build_self(d, &mesh, s->p + 3 * i, s->n + 3 * i, 1, 1e-3f, &s->own[i], NULL), SFIELD_OK);
     model_free(&m);
 }
 
 static void close_stage(stage *s)
 {
+    int i;
+    for (i = 0; i < POINTS; i++) sfield_free(s->own[i]);
     sfield_free(s->box);
     sfield_free(s->glow);
     sfield_free(s->lamp);
@@ -213,6 +229,28 @@ static void put(sfield_entity *e, int turned, double angle, double x, double y, 
 {
     *e = sfield_entity_default();
     matrix_of(e->transform, 0.3, 1, -0.2, turned ? angle : 0, 1.25, x, y, z);
+}
+
+/* All sets, or each point as a set. */
+static void shade_sets(const stage *s, sfield_scene *scene, const sfield_points *set)
+{
+    int i, k;
+    if (!s->own[0]) {
+        assert_int_equal(sfield_shade(scene, set, SETS, NULL), SFIELD_OK);
+        return;
+    }
+    for (k = 0; k < SETS; k++)
+        for (i = 0; i < POINTS; i++) {
+            sfield_points one = set[k];
+            one.count = 1;
+            one.positions += 3 * i;
+            one.normals += 3 * i;
+            one.self = one.self ? s->own[i] : NULL;
+            one.visible = one.visible ? one.visible + i : NULL;
+            one.rgb += 3 * i;
+            one.ambient += i;
+            assert_int_equal(sfield_shade(scene, &one, 1, NULL), SFIELD_OK);
+        }
 }
 
 /* Three frames: all, a lamp that moved, the same again. What each shows, one after the other. */
@@ -247,6 +285,7 @@ static void shade_frames(const stage *s, const sfield_scene_desc *sd, int simd, 
         q->normals = s->n;
         q->entity = i ? 0 : SFIELD_NONE;
         q->self = i ? s->self : NULL;
+        q->visible = s->visible;
         if (cached) assert_int_equal(sfield_cache_create(scene, POINTS, cached, &q->cache), SFIELD_OK);
     }
     memset(out, 0, FRAMES * FLOATS * sizeof *out);
@@ -262,7 +301,7 @@ static void shade_frames(const stage *s, const sfield_scene_desc *sd, int simd, 
         }
         if (frame == 1) e[3].transform[12] -= 0.4f;
         assert_int_equal(sfield_scene_entities(scene, e, ENTITIES), SFIELD_OK);
-        assert_int_equal(sfield_shade(scene, set, SETS, NULL), SFIELD_OK);
+        shade_sets(s, scene, set);
     }
     for (k = 0; k < SETS; k++) sfield_cache_free(set[k].cache);
     sfield_scene_free(scene);
@@ -341,6 +380,46 @@ static void wavelets_by_all_vectors(void **state)
 }
 
 /* Points all about a video, so that hardly two share samples: the cosine's coefficients times the field's then. */
+/* Points in wavelets, sixteen at a time, as each by itself; with cubes smaller and larger than a block of 64 texels, points
+   that are left out, above a box and among others in several orders. */
+static void bundles_are_as_single_points(void **state)
+{
+    static const uint32_t sides[] = { 4, 8, 16, 64 };
+    static float together[FRAMES * FLOATS], single[FRAMES * FLOATS];
+    uint8_t visible[POINTS];
+    sfield_scene_desc sd;
+    int i, k, simd, masked;
+    (void)state;
+    for (i = 0; i < POINTS; i++) visible[i] = (uint8_t)(i % 5 != 3 && (i < 16 || i > 29));
+    for (i = 0; i < 4; i++) {
+        sfield_desc d = small_desc(SFIELD_BASIS_HAAR);
+        stage s;
+        d.cube_side = sides[i];
+        d.keep = i == 3 ? 0.02f : 0.3f;
+        open_stage(&s, &d);
+        memset(&sd, 0, sizeof sd);
+        sd.basis = SFIELD_BASIS_HAAR;
+        sd.cube_side = sides[i];
+        for (masked = 0; masked < 2; masked++) {
+            s.visible = masked ? visible : NULL;
+            for (simd = 0; simd <= sfield__simd(); simd++) {
+                double off;
+                shade_frames(&s, &sd, simd, 0, 0, together);
+                part_points(&s, &d);
+                shade_frames(&s, &sd, simd, 0, 0, single);
+                for (k = 0; k < POINTS; k++) {
+                    sfield_free(s.own[k]);
+                    s.own[k] = NULL;
+                }
+                off = apart(together, single, FRAMES * FLOATS);
+                printf("cubes of %u, simd %d: %.1e\n", (unsigned)sides[i], simd, off);
+                assert_true(off > 0 && off <= 3e-6);             /* the sums are added up in another order */
+            }
+        }
+        close_stage(&s);
+    }
+}
+
 static void a_video_seen_from_all_sides(void **state)
 {
     enum { N = 35 };
@@ -447,6 +526,7 @@ int main(void)
         cmocka_unit_test(shared_sources_give_the_bits_of_single_ones),
         cmocka_unit_test(harmonics_by_all_vectors),
         cmocka_unit_test(wavelets_by_all_vectors),
+        cmocka_unit_test(bundles_are_as_single_points),
         cmocka_unit_test(a_video_seen_from_all_sides),
         cmocka_unit_test(a_sun_moves_and_the_sky_stays),
     };
