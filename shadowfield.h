@@ -4523,6 +4523,18 @@ SFIELD__TARGET_AVX2 static void sfield__recall_avx2(const int16_t *value, const 
                          _mm256_mul_ps(_mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(v)), _mm256_loadu_ps(scale + (k & 8))));
     }
 }
+
+SFIELD__TARGET_AVX512 static void sfield__recall_avx512(const int16_t *value, const float *scale, uint32_t n, float *t)
+{
+    const __m512 by = _mm512_loadu_ps(scale);
+    const __mmask16 all = (__mmask16)0xffff;    /* gcc 12's conversions without a mask warn of themselves */
+    uint32_t k;
+    for (k = 0; k < n; k += 16) {
+        __m256i v = _mm256_loadu_si256((const __m256i *)(const void *)(value + k));
+        __m512 x = _mm512_maskz_cvtepi32_ps(all, _mm512_maskz_cvtepi16_epi32(all, v));
+        _mm512_storeu_ps(t + k, _mm512_mul_ps(x, by));
+    }
+}
 #endif
 
 static void sfield__locate16(const sfield_field *f, const float *p, sfield__place *out, int simd)
@@ -5698,7 +5710,7 @@ static void sfield__fade16(const float *d2, float inverse_reach, uint32_t lanes,
 }
 
 /* Occluders that count for any lane, in reach (third rule) and not below the horizon (first), from near to far by the
-   middle of the tile; with a factor of 0 where they do not. */
+   middle of the tile. */
 static void sfield__candidates(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
@@ -5707,7 +5719,7 @@ static void sfield__candidates(sfield__tile *t)
     sfield__bound(t);
     for (i = 0; i < s->occluder_count; i++) {
         const sfield__item *it = &s->item[s->occluder[i]];
-        float *d2 = t->d2 + (size_t)t->count * SFIELD__LANES, *factor = t->factor + (size_t)t->count * SFIELD__LANES;
+        float *d2 = t->d2 + (size_t)t->count * SFIELD__LANES;
         const float *c = it->center[0], x = c[0] - t->middle[0], y = c[1] - t->middle[1], z = c[2] - t->middle[2];
         const float mean = sqrtf(x * x + y * y + z * z), least = mean - t->extent;
         uint32_t near_by = 0, used = 0;
@@ -5723,13 +5735,24 @@ static void sfield__candidates(sfield__tile *t)
         if (!used) continue;
         t->farthest[t->count] = mean + t->extent;
         t->widest[t->count] = least > it->inscribed ? it->inscribed / least : 1;
-        sfield__fade16(d2, mean + t->extent > 0.75f * it->reach ? 1 / it->reach : 0, used, factor, s->simd);
         t->used[t->count] = used;
         t->item[t->count] = s->occluder[i];
         t->mean[t->count] = mean;
         t->state[t->count] = 0;
         for (j = t->count; j > 0 && t->mean[t->order[j - 1]] > mean; j--) t->order[j] = t->order[j - 1];
         t->order[j] = t->count++;
+    }
+}
+
+/* What is left of each candidate for each lane. */
+static void sfield__fades(sfield__tile *t)
+{
+    uint32_t i;
+    for (i = 0; i < t->count; i++) {
+        const size_t at = (size_t)i * SFIELD__LANES;
+        const float reach = t->s->item[t->item[i]].reach;
+        sfield__fade16(t->d2 + at, t->farthest[i] > 0.75f * reach ? 1 / reach : 0, t->used[i], t->factor + at,
+                       t->s->simd);
     }
 }
 
@@ -6040,7 +6063,7 @@ static void sfield__recall(const sfield_cache *c, size_t slot, float *t, int sim
     uint32_t k, l;
 #if SFIELD__SIMD
     if (simd) {
-        sfield__recall_avx2(value, scale, c->coefs * SFIELD__LANES, t);
+        (simd == 2 ? sfield__recall_avx512 : sfield__recall_avx2)(value, scale, c->coefs * SFIELD__LANES, t);
         return;
     }
 #endif
@@ -6291,6 +6314,14 @@ static void sfield__shade_tile(sfield__tile *t)
         sfield__outputs(t);
         return;
     }
+#if SFIELD__SIMD
+    if (cache) {                                /* on its way while occluders are looked through */
+        const char *kept = (const char *)(cache->value + t->first * cache->lights * s->coefs);
+        const size_t bytes = 2 * SFIELD__LANES * (size_t)cache->lights * s->coefs;
+        size_t i;
+        for (i = 0; i < bytes && i < 8192; i += 64) _mm_prefetch(kept + i, _MM_HINT_T0);
+    }
+#endif
     t->stats.points += sfield__bits(t->visible);
     t->stats.lights += (uint64_t)sfield__bits(t->visible) * sfield__lights_of(s, t->set, t->sky);
     sfield__candidates(t);
@@ -6304,6 +6335,7 @@ static void sfield__shade_tile(sfield__tile *t)
         if (!t->needed[j]) t->stats.reused += sfield__bits(t->visible);
     }
     if (needed) {
+        sfield__fades(t);
         if (s->desc.product == SFIELD_PRODUCT_EXP) sfield__chain_exp(t);
         else sfield__chain(t, cache);
     }
@@ -6332,6 +6364,7 @@ static void sfield__incident_tile(sfield__tile *t, float *out)
     sfield__candidates(t);
     sfield__masks(t);
     slots = t->lights;
+    sfield__fades(t);
     for (i = 0; i < t->count; i++) sfield__occlude(t, t->order[i]);
     for (c = 0; c < 3; c++)
         for (k = 0; k < s->coefs; k++)
