@@ -2010,7 +2010,7 @@ enum { COHSM__LANES = 8, COHSM__CLUSTER = 4, COHSM__SUBPIXEL = 256 };
 typedef struct cohsm__soup {            /* corners in units of the bounding sphere, groups of 8 triangles */
     float   *v;                         /* per group x0[8] y0[8] z0[8] x1[8] ... z2[8]; the last group is filled up
                                            with triangles of no area */
-    float   *bounds;                    /* box of each 4 groups, neighbours in space: middle, half sides */
+    float   *bounds;                    /* boxes of each 4 groups, neighbours in space, as cohsm__sees8 wants them */
     uint32_t groups, triangles;
 } cohsm__soup;
 
@@ -2168,38 +2168,52 @@ static void cohsm__raster_group(const cohsm__target *t, const cohsm__camera *cam
     }
 }
 
-/* May a cluster cover samples of the wanted rows? Rounding moves corners by less than a hundredth of a pixel. */
-static int cohsm__sees(const cohsm__target *t, const cohsm__camera *cam, const float *box)
+static uint32_t cohsm__clusters(const cohsm__soup *soup)
 {
-    cohsm__v3 c = cohsm__v3_load(box), e = cohsm__v3_load(box + 3), u = cam->frame.up;
-    float half = 0.5f * (float)t->size, x, y, w, ex, ey, ew, low, high;
-    if (!cam->perspective) {
-        y = (cohsm__v3_dot(c, u) + 1.0f) * half;
-        ey = (fabsf(u.x) * e.x + fabsf(u.y) * e.y + fabsf(u.z) * e.z) * half + 0.01f;
-        return y + ey >= (float)t->row_begin && y - ey <= (float)t->row_end;
-    }
-    cohsm__face_coordinates(cam->face, cohsm__v3_sub(c, cam->eye), &x, &y, &w);
-    cohsm__face_coordinates(cam->face, e, &ex, &ey, &ew);
-    ex = fabsf(ex);
-    ey = fabsf(ey);
-    ew = fabsf(ew);
-    low = ((float)t->row_begin - 0.01f) / half - 1.0f;
-    high = ((float)t->row_end + 0.01f) / half - 1.0f;
-    return w + ew > 0.0f && fabsf(x) - w <= ex + ew && y - low * w >= -ey - fabsf(low) * ew &&
-           y - high * w <= ey + fabsf(high) * ew;
+    return (soup->groups + COHSM__CLUSTER - 1) / COHSM__CLUSTER;
 }
 
-/* The next run of groups, from *end on, whose clusters are in sight. 0: there is none. */
-static int cohsm__next_run(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, uint32_t *begin,
-                           uint32_t *end)
+/* Which of 8 clusters may cover samples of the wanted rows, one bit each. Rounding moves corners by less than a hundredth
+   of a pixel. box: middles' x of all eight, y, z, then half sides. */
+static unsigned cohsm__sees8(const cohsm__target *t, const cohsm__camera *cam, const float *box)
 {
-    uint32_t g = *end;
-    while (g < soup->groups && !cohsm__sees(t, cam, soup->bounds + 6 * (g / COHSM__CLUSTER))) g += COHSM__CLUSTER;
-    *begin = g;
-    while (g < soup->groups && cohsm__sees(t, cam, soup->bounds + 6 * (g / COHSM__CLUSTER))) g += COHSM__CLUSTER;
-    *end = cohsm__min_u32(g, soup->groups);
-    return *begin < *end;
+    cohsm__v3 u = cam->frame.up;
+    float half = 0.5f * (float)t->size, begin = (float)t->row_begin, end = (float)t->row_end, y, e;
+    int seen[8], i;
+    unsigned mask = 0;
+
+    for (i = 0; i < 8; i++) {
+        y = (box[i] * u.x + box[8 + i] * u.y + box[16 + i] * u.z + 1.0f) * half;
+        e = (fabsf(u.x) * box[24 + i] + fabsf(u.y) * box[32 + i] + fabsf(u.z) * box[40 + i]) * half + 0.01f;
+        seen[i] = (y + e >= begin) & (y - e <= end);
+    }
+    for (i = 0; i < 8; i++) mask |= (unsigned)seen[i] << i;
+    return mask;
 }
+
+static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *cam, const float *box)
+{
+    float half = 0.5f * (float)t->size, low = ((float)t->row_begin - 0.01f) / half - 1.0f;
+    float high = ((float)t->row_end + 0.01f) / half - 1.0f, x, y, w, ex, ey, ew;
+    unsigned mask = 0;
+    int i;
+
+    for (i = 0; i < 8; i++) {
+        cohsm__v3 c = cohsm__v3_make(box[i], box[8 + i], box[16 + i]);
+        cohsm__face_coordinates(cam->face, cohsm__v3_sub(c, cam->eye), &x, &y, &w);
+        cohsm__face_coordinates(cam->face, cohsm__v3_make(box[24 + i], box[32 + i], box[40 + i]), &ex, &ey, &ew);
+        ex = fabsf(ex);
+        ey = fabsf(ey);
+        ew = fabsf(ew);
+        if (w + ew > 0.0f && fabsf(x) - w <= ex + ew && y - low * w >= -ey - fabsf(low) * ew &&
+            y - high * w <= ey + fabsf(high) * ew)
+            mask |= 1u << i;
+    }
+    return mask;
+}
+
+/* Triangles whose boxes hold samples wait here until there are 8, or 16: one in five does on a fine mesh. */
+typedef struct cohsm__queue { int32_t x[3][32], y[3][32]; float z[3][32]; uint32_t count; } cohsm__queue;
 
 #if COHSM__SIMD
 /* Short loops over vectors, which must stay in registers: gcc's -O2 does not unroll them by itself. */
@@ -2319,10 +2333,9 @@ COHSM__TARGET_AVX2 static inline void cohsm__span8(const __m256i *c, int begin, 
     *high = _mm256_min_epi32(h, _mm256_set1_epi32(end - 1));
 }
 
-/* Triangles whose boxes hold samples wait here until there are 8: one in five does on a fine mesh. */
-typedef struct cohsm__queue { int32_t x[3][16], y[3][16]; float z[3][16]; uint32_t count; } cohsm__queue;
 
-COHSM__TARGET_AVX2 static void cohsm__raster_queue(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q)
+COHSM__TARGET_AVX2 static void cohsm__raster_queue(const cohsm__target *t, const cohsm__camera *cam,
+                                                   const cohsm__queue *q)
 {
     __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), one = _mm256_set1_epi32(1), few = _mm256_set1_epi32(4);
     __m256i wide, none, x, y, row, lx, hx, ly, hy;
@@ -2384,18 +2397,16 @@ COHSM__TARGET_AVX2 static void cohsm__dequeue8(cohsm__queue *q)
 }
 
 COHSM__TARGET_AVX2 static void cohsm__raster_avx2(const cohsm__target *t, const cohsm__camera *cam,
-                                                  const float *v, uint32_t groups)
+                                                  const float *v, uint32_t groups, cohsm__queue *q)
 {
     float scale = (float)(t->size * (COHSM__SUBPIXEL / 2)), offset = scale + 0.5f;
     cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
     __m256 offset8 = _mm256_set1_ps(offset), half = _mm256_set1_ps(0.5f);
     __m256i lx, hx, ly, hy, none;
     cohsm__corners8 c;
-    cohsm__queue q;
     uint32_t g;
     int k;
 
-    memset(&q, 0, sizeof q);
     for (g = 0; g < groups; g++, v += 9 * COHSM__LANES) {
         unsigned mask;
         COHSM__UNROLL
@@ -2411,17 +2422,15 @@ COHSM__TARGET_AVX2 static void cohsm__raster_avx2(const cohsm__target *t, const 
         COHSM__UNROLL
         for (k = 0; k < 3; k++)
             c.z[k] = _mm256_sub_ps(half, _mm256_mul_ps(half, cohsm__dot8(v + 24 * k, cam->frame.back)));
-        cohsm__enqueue8(&q, &c, mask);
-        if (q.count < 8) continue;
-        cohsm__raster_queue(t, cam, &q);
-        cohsm__dequeue8(&q);
+        cohsm__enqueue8(q, &c, mask);
+        if (q->count < 8) continue;
+        cohsm__raster_queue(t, cam, q);
+        cohsm__dequeue8(q);
     }
-    if (q.count) cohsm__raster_queue(t, cam, &q);
 }
 
 COHSM__AVX512_BEGIN
 /* The same for 16, two groups at a time. */
-typedef struct cohsm__queue16 { int32_t x[3][32], y[3][32]; float z[3][32]; uint32_t count; } cohsm__queue16;
 typedef struct cohsm__corners16 { __m512i x[3], y[3]; __m512 z[3]; } cohsm__corners16;
 
 COHSM__TARGET_AVX512 static inline __m512 cohsm__two8(const float *v)
@@ -2498,7 +2507,7 @@ COHSM__TARGET_AVX512 static void cohsm__sample16(const cohsm__target *t, const c
 
 /* The first 16 of the queue, or as many as there are. */
 COHSM__TARGET_AVX512 static void cohsm__raster_queue16(const cohsm__target *t, const cohsm__camera *cam,
-                                                       const cohsm__queue16 *q)
+                                                       const cohsm__queue *q)
 {
     unsigned valid = q->count < 16u ? (1u << q->count) - 1u : 0xffffu, large;
     __m512i few = _mm512_set1_epi32(4), one = _mm512_set1_epi32(1), x, y, lx, ly, hx, hy;
@@ -2538,18 +2547,16 @@ COHSM__TARGET_AVX512 static void cohsm__raster_queue16(const cohsm__target *t, c
 }
 
 COHSM__TARGET_AVX512 static void cohsm__raster_avx512(const cohsm__target *t, const cohsm__camera *cam,
-                                                      const float *v, uint32_t groups)
+                                                      const float *v, uint32_t groups, cohsm__queue *q)
 {
     float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
     cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
     __m512 offset = _mm512_set1_ps(scale + 0.5f), half = _mm512_set1_ps(0.5f), corner[3][3], z;
     __m512i x[3], y[3], lx, hx, ly, hy;
-    cohsm__queue16 q;
     uint32_t g;
     int k, i;
 
-    memset(&q, 0, sizeof q);
-    for (g = 0; g + 2u <= groups; g += 2u, v += 18 * COHSM__LANES) {
+    for (g = 0; g < groups; g += 2u, v += 18 * COHSM__LANES) {
         __mmask16 mask;
         COHSM__UNROLL
         for (k = 0; k < 3; k++) {
@@ -2565,23 +2572,21 @@ COHSM__TARGET_AVX512 static void cohsm__raster_avx512(const cohsm__target *t, co
         COHSM__UNROLL
         for (k = 0; k < 3; k++) {
             z = _mm512_sub_ps(half, _mm512_mul_ps(half, cohsm__dot16(corner[k], cam->frame.back)));
-            _mm512_storeu_si512(q.x[k] + q.count, _mm512_maskz_compress_epi32(mask, x[k]));
-            _mm512_storeu_si512(q.y[k] + q.count, _mm512_maskz_compress_epi32(mask, y[k]));
-            _mm512_storeu_ps(q.z[k] + q.count, _mm512_maskz_compress_ps(mask, z));
+            _mm512_storeu_si512(q->x[k] + q->count, _mm512_maskz_compress_epi32(mask, x[k]));
+            _mm512_storeu_si512(q->y[k] + q->count, _mm512_maskz_compress_epi32(mask, y[k]));
+            _mm512_storeu_ps(q->z[k] + q->count, _mm512_maskz_compress_ps(mask, z));
         }
-        q.count += (uint32_t)_mm_popcnt_u32(mask);
-        if (q.count < 16) continue;
-        cohsm__raster_queue16(t, cam, &q);
-        q.count -= 16;
+        q->count += (uint32_t)_mm_popcnt_u32(mask);
+        if (q->count < 16) continue;
+        cohsm__raster_queue16(t, cam, q);
+        q->count -= 16;
         COHSM__UNROLL
         for (k = 0; k < 3; k++) {
-            _mm512_storeu_si512(q.x[k], _mm512_loadu_si512(q.x[k] + 16));
-            _mm512_storeu_si512(q.y[k], _mm512_loadu_si512(q.y[k] + 16));
-            _mm512_storeu_ps(q.z[k], _mm512_loadu_ps(q.z[k] + 16));
+            _mm512_storeu_si512(q->x[k], _mm512_loadu_si512(q->x[k] + 16));
+            _mm512_storeu_si512(q->y[k], _mm512_loadu_si512(q->y[k] + 16));
+            _mm512_storeu_ps(q->z[k], _mm512_loadu_ps(q->z[k] + 16));
         }
     }
-    if (q.count) cohsm__raster_queue16(t, cam, &q);
-    if (g < groups) cohsm__raster_avx2(t, cam, v, groups - g);
 }
 COHSM__AVX512_END
 #endif
@@ -2679,28 +2684,51 @@ static int cohsm__face_sees_sphere(const cohsm__camera *cam)
     return w > -1.001f && fabsf(x) - w < 1.4157f && fabsf(y) - w < 1.4157f;
 }
 
+static void cohsm__raster_run(const cohsm__target *t, const cohsm__camera *cam, const float *v, uint32_t groups,
+                              int simd, cohsm__queue *q)
+{
+    int lane;
+#if COHSM__SIMD
+    if (simd && !cam->perspective) {
+        (simd == 2 ? cohsm__raster_avx512 : cohsm__raster_avx2)(t, cam, v, groups, q);
+        return;
+    }
+#endif
+    for (; groups; groups--, v += 9 * COHSM__LANES)
+        if (!cam->perspective) cohsm__raster_group(t, cam, v);
+        else
+            for (lane = 0; lane < COHSM__LANES; lane++) cohsm__raster_perspective(t, cam, v, lane);
+    (void)simd;
+    (void)q;
+}
+
 static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, int simd)
 {
     size_t first = (size_t)(t->row_begin * t->size) * t->keep, last = (size_t)(t->row_end * t->size) * t->keep;
-    uint32_t begin, end = 0;
-    int lane;
+    uint32_t clusters = cohsm__clusters(soup), c, i, end;
+    int all = !cam->perspective && t->row_begin == 0 && t->row_end == t->size;
+    unsigned mask;
+    cohsm__queue q;
 
     memset(t->z + first, 0xff, (last - first) * sizeof *t->z);
     if (cam->perspective && !cohsm__face_sees_sphere(cam)) return;
-    while (cohsm__next_run(t, cam, soup, &begin, &end)) {
-        const float *v = soup->v + (size_t)begin * 9 * COHSM__LANES;
-#if COHSM__SIMD
-        if (simd && !cam->perspective) {
-            (simd == 2 ? cohsm__raster_avx512 : cohsm__raster_avx2)(t, cam, v, end - begin);
-            continue;
+    memset(&q, 0, sizeof q);
+    if (all) cohsm__raster_run(t, cam, soup->v, soup->groups, simd, &q);
+    for (c = 0; c < clusters && !all; c += 8) {
+        mask = (cam->perspective ? cohsm__face_sees8 : cohsm__sees8)(t, cam, soup->bounds + 6 * (size_t)c);
+        if (clusters - c < 8) mask &= (1u << (clusters - c)) - 1u;
+        for (i = 0; mask >> i; i = end) {               /* neighbours in sight together */
+            for (end = i; mask >> end & 1u; end++) continue;
+            if (end > i)
+                cohsm__raster_run(t, cam, soup->v + (size_t)(c + i) * COHSM__CLUSTER * 9 * COHSM__LANES,
+                                  cohsm__min_u32((end - i) * COHSM__CLUSTER, soup->groups - (c + i) * COHSM__CLUSTER),
+                                  simd, &q);
+            else end++;
         }
-#endif
-        for (; begin < end; begin++, v += 9 * COHSM__LANES)
-            if (!cam->perspective) cohsm__raster_group(t, cam, v);
-            else
-                for (lane = 0; lane < COHSM__LANES; lane++) cohsm__raster_perspective(t, cam, v, lane);
     }
-    (void)simd;
+#if COHSM__SIMD
+    if (q.count) (simd == 2 ? cohsm__raster_queue16 : cohsm__raster_queue)(t, cam, &q);
+#endif
 }
 
 /* ---- >>mesh: checked, normalised triangles ---- */
@@ -2945,14 +2973,9 @@ static void cohsm__bound(const float *v, uint32_t groups, float *box)
         high[k] = v[i] > high[k] ? v[i] : high[k];
     }
     for (k = 0; k < 3; k++) {
-        box[k] = 0.5f * (low[k] + high[k]);
-        box[3 + k] = 0.5f * (high[k] - low[k]) + 1e-5f;
+        box[8 * k] = 0.5f * (low[k] + high[k]);
+        box[24 + 8 * k] = 0.5f * (high[k] - low[k]) + 1e-5f;
     }
-}
-
-static uint32_t cohsm__clusters(const cohsm__soup *soup)
-{
-    return (soup->groups + COHSM__CLUSTER - 1) / COHSM__CLUSTER;
 }
 
 /* Triangles sorted by cells, so that clusters are small and a shard need not look into most of them. */
@@ -2966,16 +2989,17 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
     int k;
 
     soup->triangles = triangles;
-    soup->groups = (triangles + COHSM__LANES - 1) / COHSM__LANES;
+    soup->groups = (triangles + 2 * COHSM__LANES - 1) / (2 * COHSM__LANES) * 2;     /* whole sixteens */
     floats = (size_t)soup->groups * 9 * COHSM__LANES;
     soup->v = (float *)cohsm__take(heap, floats, sizeof(float));
-    soup->bounds = (float *)cohsm__take(heap, cohsm__clusters(soup), 6 * sizeof(float));
+    soup->bounds = (float *)cohsm__take(heap, (cohsm__clusters(soup) + 7u) / 8u, 48 * sizeof(float));
     begin = (uint32_t *)cohsm__take(heap, 32768 + 1, sizeof *begin);
     if (!soup->v || !soup->bounds || !begin) {
         cohsm__give(heap, begin, 32768 + 1, sizeof *begin);
         return 0;
     }
     memset(soup->v, 0, floats * sizeof(float));
+    memset(soup->bounds, 0, (cohsm__clusters(soup) + 7u) / 8u * 48 * sizeof(float));
     memset(begin, 0, (32768 + 1) * sizeof *begin);
     for (t = 0; t < count; t++)
         if (used[t]) begin[1 + cohsm__soup_cell(mesh, t, c, inverse, p)]++;
@@ -2993,14 +3017,14 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
     cohsm__give(heap, begin, 32768 + 1, sizeof *begin);
     for (i = 0; i < soup->groups; i += COHSM__CLUSTER)
         cohsm__bound(soup->v + (size_t)i * 9 * COHSM__LANES, cohsm__min_u32(COHSM__CLUSTER, soup->groups - i),
-                     soup->bounds + 6 * (i / COHSM__CLUSTER));
+                     soup->bounds + 48 * (size_t)(i / COHSM__CLUSTER / 8) + i / COHSM__CLUSTER % 8);
     return 1;
 }
 
 static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
 {
     cohsm__give(heap, soup->v, (size_t)soup->groups * 9 * COHSM__LANES, sizeof(float));
-    cohsm__give(heap, soup->bounds, cohsm__clusters(soup), 6 * sizeof(float));
+    cohsm__give(heap, soup->bounds, (cohsm__clusters(soup) + 7u) / 8u, 48 * sizeof(float));
     soup->v = soup->bounds = NULL;
 }
 

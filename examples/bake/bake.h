@@ -31,8 +31,8 @@ typedef struct bk_technique {
     const rd_key *keys;
     int (*plan)(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error);
     /* units: of the whole; seconds: about how long all of them take on one core */
-    double      (*weight)(const rd_settings *settings, uint32_t units, uint32_t unit);
-    /* how long a unit takes, relative to others */
+    void        (*weigh)(const rd_settings *settings, const bk_mesh *mesh, uint32_t units, double *weight);
+    /* how long each unit takes, relative to others: the same in every shard */
     int         (*bake)(const rd_settings *settings, const bk_mesh *mesh, uint32_t from, uint32_t to, ex_pool *pool,
                         void **data, size_t *size, char *error);
     int         (*merge)(const void *const *parts, const size_t *sizes, size_t count, int packed, void **data,

@@ -2,6 +2,7 @@
 #include "csm.h"
 #include "bake.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -64,25 +65,70 @@ static cohsm_mesh mesh_of(const bk_mesh *m)
     return mesh;
 }
 
-/* About 50 ns a triangle and 15 ns a pixel of each view. */
+/* About 10 ns a triangle and 15 ns a pixel of each view. */
 static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error)
 {
     double side = rd_setting_number(settings, "side");
     uint32_t m = (uint32_t)rd_setting_integer(settings, "m");
     (void)error;
     *units = m * m;
-    *seconds = side * side * (50e-9 * (double)mesh->triangles + 15e-9 * (double)*units);
+    *seconds = side * side * (10e-9 * (double)mesh->triangles + 15e-9 * (double)*units);
     return 0;
 }
 
-/* Every pixel costs something, those of the bounding sphere's disc the most. */
-static double weight(const rd_settings *settings, uint32_t units, uint32_t unit)
+/* Some triangles' middles, in units of the object's radius about its middle. Returns how many. */
+static size_t middles(const bk_mesh *mesh, float (*out)[3], size_t room)
 {
-    double m = rd_setting_number(settings, "m"), x, y;
-    (void)units;
-    x = 2 * (fmod(unit, m) + 0.5) / m - 1;
-    y = 2 * (floor(unit / m) + 0.5) / m - 1;
-    return 0.1 + fmax(0, 1 - x * x - y * y) / (1 + fabs(y));
+    size_t step = mesh->triangles / room + 1, n = 0;
+    float low[3], high[3], radius = 0;
+    for (int k = 0; k < 3; k++)
+        low[k] = FLT_MAX, high[k] = -FLT_MAX;
+    for (size_t v = 0; v < 3 * mesh->vertices; v++) {
+        low[v % 3] = fminf(low[v % 3], mesh->positions[v]);
+        high[v % 3] = fmaxf(high[v % 3], mesh->positions[v]);
+    }
+    for (size_t t = 0; t < mesh->triangles; t += step, n++) {
+        float length = 0;
+        for (int k = 0; k < 3; k++) {
+            float sum = 0;
+            for (size_t c = 0; c < 3; c++)
+                sum += mesh->positions[3 * (size_t)mesh->indices[3 * t + c] + (size_t)k];
+            out[n][k] = sum / 3 - (low[k] + high[k]) / 2;
+            length += out[n][k] * out[n][k];
+        }
+        radius = fmaxf(radius, sqrtf(length));
+    }
+    for (size_t i = 0; i < n && radius > 0; i++)
+        for (int k = 0; k < 3; k++)
+            out[i][k] /= radius;
+    return n;
+}
+
+/* A row costs what triangles lie on it and two rows about it, seen from all around; and each pixel something. */
+static void weigh(const rd_settings *settings, const bk_mesh *mesh, uint32_t units, double *weight)
+{
+    enum { VIEWS = 16, MIDDLES = 2048 };
+    static float middle[MIDDLES][3];
+    int m = rd_setting_integer(settings, "m");
+    size_t count = middles(mesh, middle, MIDDLES - 1);
+    for (uint32_t u = 0; u < units; u++)
+        weight[u] = 0.15 / units;
+    for (int view = 0; view < VIEWS * VIEWS; view++) {
+        float theta = ((float)(view / VIEWS) + 0.5f) * 3.14159265f / VIEWS, phi = (float)view * 6.2831853f / VIEWS;
+        float up[3] = { -cosf(theta) * cosf(phi), sinf(theta), -cosf(theta) * sinf(phi) };
+        for (size_t i = 0; i < count; i++) {
+            float y = middle[i][0] * up[0] + middle[i][1] * up[1] + middle[i][2] * up[2];
+            int row = (int)((y + 1) * 0.5f * (float)m);
+            for (int r = row - 2; r <= row + 2; r++)
+                if (r >= 0 && r < m)
+                    weight[r * m] += 0.2 / (VIEWS * VIEWS) / (double)count;
+        }
+    }
+    for (int r = 0; r < m; r++) {
+        double row = weight[r * m] - 0.15 / units;
+        for (int x = 0; x < m; x++)
+            weight[r * m + x] = 0.15 / units + row / m;
+    }
 }
 
 /* The file's bytes, and frees the maps. */
@@ -184,4 +230,4 @@ static int verify(const rd_settings *settings, const void *data, size_t size, co
     return report.wrong != 0;
 }
 
-const bk_technique bk_csm = { "csm", keys, plan, weight, bake, merge, info, verify };
+const bk_technique bk_csm = { "csm", keys, plan, weigh, bake, merge, info, verify };

@@ -120,20 +120,20 @@ static int take_all(bk_args *args, int count, char **values, char *error)
 /* ---- bake ---- */
 
 /* Limits of count shards or parts of nearly equal work: limit[0] = 0 .. limit[count] = units. */
-static void divide(const bk_args *args, uint32_t units, uint32_t first, uint32_t last, uint32_t count, uint32_t *limit)
+static void divide(const double *weight, uint32_t units, uint32_t count, uint32_t *limit)
 {
     double all = 0, sum = 0;
     uint32_t k = 1;
-    for (uint32_t u = first; u < last; u++)
-        all += args->technique->weight(&args->settings, units, u);
-    limit[0] = first;
-    for (uint32_t u = first; u < last; u++) {
-        sum += args->technique->weight(&args->settings, units, u);
-        while (k < count && (sum >= all * k / count || last - u - 1 == count - k))
+    for (uint32_t u = 0; u < units; u++)
+        all += weight[u];
+    limit[0] = 0;
+    for (uint32_t u = 0; u < units; u++) {
+        sum += weight[u];
+        while (k < count && (sum >= all * k / count || units - u - 1 == count - k))
             limit[k++] = u + 1;
     }
     while (k <= count)
-        limit[k++] = last;
+        limit[k++] = units;
 }
 
 /* FNV-1a of everything that decides the bytes. */
@@ -207,15 +207,17 @@ static int bake_range(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, u
 {
     bk_parts *p = calloc(1, sizeof *p);
     uint32_t *limit = calloc((size_t)args->shards + 1, sizeof *limit);
+    double *weight = calloc(units, sizeof *weight);
     void *data = NULL;
     size_t size = 0;
     int result = -1, asked = rd_setting_integer(&args->settings, "parts");
-    if (!p || !limit)
+    if (!p || !limit || !weight)
         fail(error, "out of memory", "");
     else if (args->shards > units)
         fail(error, "more shards than there is to share", "");
     else {
-        divide(args, units, 0, units, args->shards, limit);
+        args->technique->weigh(&args->settings, mesh, units, weight);
+        divide(weight, units, args->shards, limit);
         seconds /= SECONDS_OF_A_PART * ex_pool_threads(pool);
         p->count = asked ? (uint32_t)asked : seconds < 1 ? 1 : seconds < MOST_PARTS ? (uint32_t)seconds : MOST_PARTS;
         p->count = p->count < units ? p->count : units;
@@ -223,7 +225,7 @@ static int bake_range(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, u
             result = args->technique->bake(&args->settings, mesh, limit[args->shard - 1], limit[args->shard], pool,
                                            &data, &size, error);
         else {
-            divide(args, units, 0, units, p->count, p->limit);
+            divide(weight, units, p->count, p->limit);
             result = bake_parts(args, mesh, pool, p, &data, &size, error);
         }
         if (result == 0)
@@ -238,6 +240,7 @@ static int bake_range(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, u
     }
     free(p);
     free(limit);
+    free(weight);
     free(data);
     return result;
 }

@@ -97,12 +97,12 @@ static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *unit
     return mesh->radiance && !d.logarithm ? 0 : -1;
 }
 
-static double weight(const rd_settings *settings, uint32_t units, uint32_t unit)
+static void weigh(const rd_settings *settings, const bk_mesh *mesh, uint32_t units, double *weight)
 {
     (void)settings;
-    (void)units;
-    (void)unit;
-    return 1;
+    (void)mesh;
+    for (uint32_t u = 0; u < units; u++)
+        weight[u] = 1;
 }
 
 static int bytes_of(sfield_field *field, void **data, size_t *size, char *error)
@@ -228,4 +228,4 @@ static int verify(const rd_settings *settings, const void *data, size_t size, co
     return wrong != 0;
 }
 
-const bk_technique bk_shadowfield = { "shadowfield", keys, plan, weight, bake, merge, info, verify };
+const bk_technique bk_shadowfield = { "shadowfield", keys, plan, weigh, bake, merge, info, verify };
