@@ -99,7 +99,7 @@
    and is kept, in bytes, with less than 8 KB besides:
 
      12 N points + 4 A + 4 A (if keep_hits) + 2444 tile_size^2 + 16 triangles + 812 clusters of triangles, of which there
-     are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 168 N + 112.25 N near_points,
+     are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 160 N + 112.25 N near_points,
      A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 12 MB
 
    While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 104 N more.
@@ -379,8 +379,8 @@ ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
             ISM_ERR_CANCELLED */
 
 ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t count);
-/* Your own list in place of ism_choose, without near points; count <= N. position, normal, flux and axis must be finite, normal and axis
-   unit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_LIMIT. */
+/* Your own list in place of ism_choose, without near points; count <= N. position, normal, flux and axis must be finite,
+   normal and axis unit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_LIMIT. */
 
 ISM_DEF const ism_vpl *ism_vpls(const ism_maps *maps, size_t *count);
 /* Valid until the next stage. */
@@ -1130,7 +1130,7 @@ struct ism_maps {
     int             chosen, built;
     ism__buffer     previous, atlas, hits, points, counts, directions, scratch;
     ism__buffer     sums, clusters, shares, weights, sources, importance, blurred, cdf, pixels;
-    ism__buffer     near_points, near_blocks, near_drawn, near_keys, by_x;
+    ism__buffer     near_points, near_blocks, near_drawn, near_keys;
     uint32_t        near_count;     /* of near_points, in use */
     size_t          triangles;      /* that the points lie on; 0 = there are none yet */
     size_t          source_count, cells;    /* cells: pVPLs of all sources */
@@ -1869,13 +1869,11 @@ static void ism__draw_vpls(ism_maps *m, const ism_frame *f, double total)
 /* A VPL's light is right on the mean over all of them, but not beside one of them: in a corner a spot of it stands for
    what a wide surface would have spread. There a second choice of more samples takes over, each as far as its reach: a
    function of the place, that sums of one list give way to those of the other without loss. */
-typedef struct ism__by_x { float x; uint32_t vpl; } ism__by_x;     /* x: along the longest side of the VPLs' box */
-
 typedef struct ism__near_work {
     ism_maps        *m;
     const ism_frame *frame;
     double           total;
-    const ism__by_x *sorted;        /* VPLs of surfaces without lobes */
+    const uint64_t  *sorted;        /* low halves: VPLs of surfaces without lobes, along the longest side of their box */
     uint32_t         sorted_count, drawn, axis;
     ism_near_point  *out;           /* in the order of the draw; vpl < 0: none */
 } ism__near_work;
@@ -1883,11 +1881,9 @@ typedef struct ism__near_work {
 /* Those that near points may stand for. */
 static int ism__has_near(const ism_vpl *v) { return !v->directional && v->exponent == 1.0f; }
 
-static int ism__order_x(const void *a, const void *b)
+static const ism_vpl *ism__sorted_vpl(const ism__near_work *w, uint32_t i)
 {
-    const ism__by_x *p = (const ism__by_x *)a, *q = (const ism__by_x *)b;
-    if (p->x < q->x || p->x > q->x) return p->x < q->x ? -1 : 1;
-    return p->vpl < q->vpl ? -1 : p->vpl > q->vpl;
+    return &w->m->vpls[(uint32_t)w->sorted[i]];
 }
 
 /* Reach of a place, and the VPL nearest to it (a turned one counts as farther). Both ways from its x through the sorted
@@ -1900,13 +1896,15 @@ static float ism__reach_of(const ism__near_work *w, ism__v3 p, ism__v3 n, uint32
     for (k = 0; k < ISM__NEAR_RANK; k++) near2[k] = 1e30f;
     while (lo < hi) {
         uint32_t mid = lo + (hi - lo) / 2u;
-        if (w->sorted[mid].x < x) lo = mid + 1u;
+        if (ism__sorted_vpl(w, mid)->position[w->axis] < x) lo = mid + 1u;
         else hi = mid;
     }
     for (left = right = lo; left > 0 || right < w->sorted_count;) {
-        int leftwards = right == w->sorted_count || (left > 0 && x - w->sorted[left - 1u].x < w->sorted[right].x - x);
-        float step = leftwards ? x - w->sorted[left - 1u].x : w->sorted[right].x - x, d2, cosine;
-        uint32_t i = w->sorted[leftwards ? --left : right++].vpl;
+        float before = left > 0 ? x - ism__sorted_vpl(w, left - 1u)->position[w->axis] : 1e30f, d2, cosine;
+        float behind = right < w->sorted_count ? ism__sorted_vpl(w, right)->position[w->axis] - x : 1e30f;
+        int leftwards = right == w->sorted_count || (left > 0 && before < behind);
+        float step = leftwards ? before : behind;
+        uint32_t i = (uint32_t)w->sorted[leftwards ? --left : right++];
         const ism_vpl *v = &w->m->vpls[i];
         ism__v3 d = ism__v3_sub(ism__v3_load(v->position), p);
         if (step * step > near2[ISM__NEAR_RANK - 1u] && step * step > best) break;
@@ -2038,17 +2036,16 @@ static int ism__grow_near(ism_maps *m)
     return m->desc.no_near_points ||
            (ism__grow(m, &m->near_points, drawn, sizeof(ism_near_point)) &&
             ism__grow(m, &m->near_drawn, drawn, sizeof(ism_near_point)) &&
-            ism__grow(m, &m->near_keys, 2u * drawn, sizeof(uint64_t)) && ism__grow(m, &m->by_x, n, sizeof(ism__by_x)) &&
+            ism__grow(m, &m->near_keys, 2u * drawn, sizeof(uint64_t)) &&
             ism__grow(m, &m->near_blocks, drawn / ISM__NEAR_BLOCK + 1u, 4u * sizeof(float)));
 }
 
-/* VPLs that near points may stand for, along the longest side of their box. */
-static void ism__sort_by_x(ism__near_work *w)
+/* VPLs that near points may stand for, along the longest side of their box: keys lie there until points have theirs. */
+static void ism__sort_by_x(ism__near_work *w, uint64_t *keys)
 {
     const ism_maps *m = w->m;
-    ism__by_x *sorted = (ism__by_x *)m->by_x.data;
     float lo[3] = { 1e30f, 1e30f, 1e30f }, hi[3] = { -1e30f, -1e30f, -1e30f };
-    uint32_t i, k;
+    uint32_t i, k, bits;
     for (i = 0; i < m->vpl_count; i++)
         for (k = 0; k < 3u && ism__has_near(&m->vpls[i]); k++) {
             lo[k] = m->vpls[i].position[k] < lo[k] ? m->vpls[i].position[k] : lo[k];
@@ -2058,11 +2055,12 @@ static void ism__sort_by_x(ism__near_work *w)
         if (hi[k] - lo[k] > hi[w->axis] - lo[w->axis]) w->axis = k;
     for (i = 0; i < m->vpl_count; i++)
         if (ism__has_near(&m->vpls[i])) {
-            sorted[w->sorted_count].x = m->vpls[i].position[w->axis];
-            sorted[w->sorted_count++].vpl = i;
+            bits = ism__to_bits(m->vpls[i].position[w->axis] + 0.0f);       /* in the order of floats, no -0 */
+            bits = bits >> 31 ? ~bits : bits | 0x80000000u;
+            keys[w->sorted_count++] = (uint64_t)bits << 32 | i;
         }
-    qsort(sorted, w->sorted_count, sizeof *sorted, ism__order_x);
-    w->sorted = sorted;
+    ism__sort_keys(keys, keys + w->drawn, w->sorted_count);
+    w->sorted = keys;
 }
 
 static ism_result ism__draw_near(ism_maps *m, const ism_frame *f, double total)
@@ -2072,7 +2070,7 @@ static ism_result ism__draw_near(ism_maps *m, const ism_frame *f, double total)
     ism_near_point *points = (ism_near_point *)m->near_points.data;
     uint64_t *keys = (uint64_t *)m->near_keys.data;
     if (m->desc.no_near_points || !(total > 0.0)) return ISM_OK;
-    ism__sort_by_x(&w);
+    ism__sort_by_x(&w, keys);
     if (w.sorted_count <= ISM__NEAR_RANK) return ISM_OK;
     w.out = (ism_near_point *)m->near_drawn.data;
     if (!ism__run(&m->desc, n, ism__reach_task, &w) ||
@@ -3915,7 +3913,6 @@ ISM_DEF void ism_free(ism_maps *m)
     ism__release(m, &m->near_blocks);
     ism__release(m, &m->near_drawn);
     ism__release(m, &m->near_keys);
-    ism__release(m, &m->by_x);
     ism__free(&memory, m->vpls);
     ism__free(&memory, m);
 }
