@@ -1611,11 +1611,13 @@ static inline int cohsm__cpu_has_avx512(void) { return 0; }
 #define COHSM__SIMD 0
 #endif
 
-/* Around what uses AVX-512: gcc's own avx512fintrin.h leaves unused operands undefined, and warns of it in C++. */
+/* Around what uses AVX-512: gcc's own avx512fintrin.h leaves unused operands undefined, and warns of it in C++; at -O0 its
+   macros turn signs. */
 #if COHSM__SIMD && defined(__GNUC__) && !defined(__clang__)
 #define COHSM__AVX512_BEGIN                                                              \
     _Pragma("GCC diagnostic push") _Pragma("GCC diagnostic ignored \"-Wuninitialized\"") \
-    _Pragma("GCC diagnostic ignored \"-Wmaybe-uninitialized\"")
+    _Pragma("GCC diagnostic ignored \"-Wmaybe-uninitialized\"")                          \
+    _Pragma("GCC diagnostic ignored \"-Wsign-conversion\"")
 #define COHSM__AVX512_END _Pragma("GCC diagnostic pop")
 #else
 #define COHSM__AVX512_BEGIN
