@@ -7330,14 +7330,14 @@ static void sfield__shade_bundle(sfield__point *p, sfield__bundle *b, size_t fir
     const sfield_points *set = p->set;
     const uint32_t lights = sfield__lights_of(p->s, set, p->s->has_sky || p->s->has_sun);
     sfield__tile tile;
-    uint32_t l, k, i, todo = (1u << lanes) - 1;
+    uint32_t l, k, i, left = (1u << lanes) - 1;
     memset(&tile, 0, sizeof tile);
     tile.s = p->s;
     tile.set = set;
     tile.first = first;
     tile.lanes = lanes;
     sfield__load(&tile);
-    while (todo) {
+    while (left) {
         const sfield_scene_stats before = p->stats;
         uint32_t taken = 0, count = 0;
         b->strands = 0;
@@ -7345,7 +7345,7 @@ static void sfield__shade_bundle(sfield__point *p, sfield__bundle *b, size_t fir
             const sfield_scene_stats then = p->stats;
             uint64_t hidden = 0;
             float x[3], n[3];
-            if (!(todo & tile.visible & 1u << l)) continue;
+            if (!(left & tile.visible & 1u << l)) continue;
             for (k = 0; k < 3; k++) {
                 x[k] = tile.p[16 * k + l];
                 n[k] = tile.n[16 * k + l];
@@ -7361,7 +7361,7 @@ static void sfield__shade_bundle(sfield__point *p, sfield__bundle *b, size_t fir
         }
         if (count < SFIELD__FEWEST) {
             p->stats = before;
-            taken = taken ? taken : todo;
+            taken = taken ? taken : left;
             for (l = 0; l < lanes; l++)
                 if (taken >> l & 1) sfield__shade_point(p, first + l, hash);
         } else {
@@ -7371,7 +7371,7 @@ static void sfield__shade_bundle(sfield__point *p, sfield__bundle *b, size_t fir
                 for (l = 0; b->strand[i].light < 0 && l < lanes; l++) p->stats.products += b->strand[i].lanes >> l & 1;
             sfield__run_bundle(b, set, &tile, taken);
         }
-        todo &= ~taken;
+        left &= ~taken;
     }
 }
 
