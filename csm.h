@@ -3975,13 +3975,14 @@ COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
     cohsm__give(&heap, b, 1, sizeof *b);
 }
 
-/* The header's table of locations: directions made unit length. */
+/* The header's table of locations: directions made unit length. One that is so but for rounding stays: the desc of a
+   built block must give the same rays again. */
 static void cohsm__copy_locations(float *out, const cohsm_domain *d)
 {
     size_t i;
     for (i = 0; i < d->location_count; i++) {
         cohsm__v3 p = cohsm__v3_load(d->locations + 4 * i);
-        if (d->locations[3] == 0.0f) p = cohsm__v3_normalize(p);
+        if (d->locations[3] == 0.0f && fabsf(cohsm__v3_dot(p, p) - 1.0f) > 1e-6f) p = cohsm__v3_normalize(p);
         cohsm__v3_store(out + 4 * i, p);
         out[4 * i + 3] = d->locations[3];
     }

@@ -113,7 +113,8 @@ int im_mesh_build(im_mesh *m, const rd_job *job, char *error)
         m->mesh.indices += 6;
         m->mesh.index_count -= 6;
         m->mesh.albedos += 6;
-        m->mesh.opacities += cutouts ? 2 : 0;
+        if (cutouts)
+            m->mesh.opacities += 2;
     }
     return 0;
 }
