@@ -52,7 +52,8 @@ static int bytes_filter(const rsm_map *map, const rsm_points *points, float *e)
     return ok;
 }
 
-int main(void)
+/* 0: written. */
+static int bytes_lines(FILE *lines)
 {
     static float corners[9 * BYTES_TRIANGLES], p[3 * BYTES_POINTS], n[3 * BYTES_POINTS], e[3 * BYTES_POINTS],
         noise[256];
@@ -80,7 +81,7 @@ int main(void)
     points.positions = p;
     points.normals = n;
     if (rsm_blue_noise(16, 1, NULL, noise) != RSM_OK) return 1;
-    printf("noise %08x\n", (unsigned)bytes_hash(2166136261u, noise, 256));
+    fprintf(lines, "noise %08x\n", (unsigned)bytes_hash(2166136261u, noise, 256));
     for (kind = RSM_LIGHT_SUN; kind < RSM_LIGHT_KIND_COUNT; kind++) {
         rsm_desc desc;
         rsm_map *map;
@@ -106,7 +107,7 @@ int main(void)
             h = bytes_hash(h, t->flux, 3);
             h = bytes_hash(h, &t->area, 1);
         }
-        printf("map %u %08x\n", (unsigned)kind, (unsigned)h);
+        fprintf(lines, "map %u %08x\n", (unsigned)kind, (unsigned)h);
         for (pattern = RSM_PATTERN_FLUX; pattern < RSM_PATTERN_COUNT; pattern++) {
             rsm_gather_desc g;
             rsm_gather_stats stats;
@@ -120,12 +121,16 @@ int main(void)
             g.materials = &shiny;
             g.material_count = 1;
             if (rsm_gather((const rsm_map *const *)&map, 1, &g, &points, e, &stats) != RSM_OK) return 1;
-            printf("gather %u %u %08x\n", (unsigned)kind, (unsigned)pattern,
+            fprintf(lines, "gather %u %u %08x\n", (unsigned)kind, (unsigned)pattern,
                    (unsigned)bytes_hash(2166136261u, e, 3 * BYTES_POINTS));
         }
         if (!bytes_filter(map, &points, e)) return 1;
-        printf("filter %u %08x\n", (unsigned)kind, (unsigned)bytes_hash(2166136261u, e, 3 * BYTES_POINTS));
+        fprintf(lines, "filter %u %08x\n", (unsigned)kind, (unsigned)bytes_hash(2166136261u, e, 3 * BYTES_POINTS));
         rsm_map_free(map);
     }
     return 0;
 }
+
+#ifndef RSM_BYTES_NO_MAIN
+int main(void) { return bytes_lines(stdout); }
+#endif
