@@ -29,7 +29,8 @@ struct ex_clusters {
 typedef struct raster {
     const ex_scene *scene;
     ex_gbuffer     *out;
-    v3              eye, right, up, back;      /* camera frame; it looks along -back */
+    v3              eye;
+    double          axes[3][3];                /* right, up, back; it looks along -back */
     double          step_x, step_y, x0, y0;    /* ray of pixel (i, j): (x0 + i step_x, y0 + j step_y, -1) */
     float           near_depth;
     v3            **vertices;                  /* camera space, an array for each object; NULL with clusters */
@@ -83,8 +84,11 @@ int ex_surface_color(const ex_scene *scene, const ex_object *object, uint32_t tr
 
 static v3 to_camera(const raster *r, v3 world)
 {
-    v3 p = v3_sub(world, r->eye);
-    return v3_make(v3_dot(p, r->right), v3_dot(p, r->up), v3_dot(p, r->back));
+    double x = (double)world.x - (double)r->eye.x, y = (double)world.y - (double)r->eye.y;
+    double z = (double)world.z - (double)r->eye.z;         /* in double: a sun's eye is a thousand radii away */
+    double p[3];
+    for (int k = 0; k < 3; k++) p[k] = x * r->axes[k][0] + y * r->axes[k][1] + z * r->axes[k][2];
+    return v3_make((float)p[0], (float)p[1], (float)p[2]);
 }
 
 static v3 transform_vertex(const raster *r, uint32_t i, size_t k)
@@ -377,7 +381,7 @@ static void shade_pixel(const raster *r, size_t id, uint32_t x, uint32_t y, ex_p
     const uint32_t *index = mesh->indices + 3 * (size_t)c->triangle;
     double w[3], sum = 0;
     float barycentric[3];
-    v3 p[3], position = v3_make(0, 0, 0), normal = position;
+    v3 p[3], q[3], position = v3_make(0, 0, 0), normal = position;
     edges e;
     corners_of(r, c, p);
     set_up_edges(p, &e);
@@ -385,18 +389,14 @@ static void shade_pixel(const raster *r, size_t id, uint32_t x, uint32_t y, ex_p
         w[k] = e.a[k] * (r->x0 + x * r->step_x) + e.b[k] * (r->y0 + y * r->step_y) - e.c[k];
         sum += w[k];
     }
-    double depth = e.determinant / sum;
+    /* Place and face normal by the object's own corners: camera space has lost digits of them. */
     for (int k = 0; k < 3; k++) {
         barycentric[k] = (float)(w[k] / sum);
+        q[k] = v3_load(mesh->positions + 3 * (size_t)index[k]);
+        position = v3_mad(position, ex_transform_point(object->transform, q[k]), barycentric[k]);
         normal = v3_mad(normal, v3_load(mesh->normals + 3 * (size_t)index[k]), barycentric[k]);
     }
-    position = v3_mad(r->eye, r->right, (float)((r->x0 + x * r->step_x) * depth));
-    position = v3_mad(position, r->up, (float)((r->y0 + y * r->step_y) * depth));
-    position = v3_mad(position, r->back, (float)-depth);
     v3 view = v3_unit(v3_sub(r->eye, position));
-    /* The face normal from the object's own corners: camera space has lost digits of it. */
-    v3 q[3];
-    for (int k = 0; k < 3; k++) q[k] = v3_load(mesh->positions + 3 * (size_t)index[k]);
     v3 front = ex_transform_normal(object->transform, v3_unit(v3_cross(v3_sub(q[1], q[0]), v3_sub(q[2], q[0]))));
     front = v3_unit_or(front, view);
     if (ex_determinant(object->transform) < 0) { front = v3_scale(front, -1); normal = v3_scale(normal, -1); }
@@ -438,20 +438,39 @@ static void render_tile(void *context, size_t tile)
 
 /* ---- set-up and clean-up ---- */
 
+/* Its length before; 0 and no change where that is no number. */
+static double unit3(double v[3])
+{
+    double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    if (!(length > 0 && length < HUGE_VAL)) return 0;
+    for (int k = 0; k < 3; k++) v[k] /= length;
+    return length;
+}
+
+static void cross3(double out[3], const double a[3], const double b[3])
+{
+    for (int k = 0; k < 3; k++) out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
 static int set_up_camera(raster *r, float scene_radius)
 {
     const ex_camera *camera = &r->scene->camera;
     double width = r->out->width, height = r->out->height, half = tan(0.5 * (double)camera->fovy);
     if (!(camera->fovy > 0) || !(camera->fovy < EX_PI) || !v3_finite(v3_load(camera->eye))) return -1;
     r->eye = v3_load(camera->eye);
-    r->back = v3_sub(r->eye, v3_load(camera->target));
-    if (!v3_finite(r->back) || !(v3_length(r->back) > 0)) return -1;
-    r->back = v3_unit(r->back);
-    v3 other = fabsf(r->back.y) < 0.9f ? v3_make(0, 1, 0) : v3_make(0, 0, -1);
-    r->right = v3_cross(v3_unit_or(v3_load(camera->up), other), r->back);
-    if (!(v3_length(r->right) > 1e-6f)) r->right = v3_cross(other, r->back);     /* up along the view: any will do */
-    r->right = v3_unit(r->right);
-    r->up = v3_cross(r->back, r->right);
+    double *right = r->axes[0], *up = r->axes[1], *back = r->axes[2], roll[3];
+    for (int k = 0; k < 3; k++) {
+        back[k] = (double)camera->eye[k] - (double)camera->target[k];
+        roll[k] = (double)camera->up[k];
+    }
+    if (!(unit3(back) > 0)) return -1;
+    double other[3] = {0, fabs(back[1]) < 0.9 ? 1 : 0, fabs(back[1]) < 0.9 ? 0 : -1};
+    cross3(right, unit3(roll) > 0 ? roll : other, back);
+    if (!(unit3(right) > 1e-6)) {              /* up along the view: any will do */
+        cross3(right, other, back);
+        unit3(right);
+    }
+    cross3(up, back, right);
     r->step_y = -2 * half / height;
     r->step_x = 2 * half / height;
     r->x0 = -half * width / height + 0.5 * r->step_x;

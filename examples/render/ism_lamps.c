@@ -536,50 +536,52 @@ void im_rsms_free(im_rsms *r)
 
 /* ---- direct light ---- */
 
-typedef struct shadow_map {      /* depth along the axis of one picture */
+/* Depth along the axis of one picture, from a point on it that lies `away` from the eye: a sun's depths from its eye would
+   be rounded to more than half a texel. */
+typedef struct shadow_map {
     float   *depth;
-    float    eye[3], right[3], up[3], forward[3], half;
+    float    from[3], right[3], up[3], forward[3], away, half;
     uint32_t size;
 } shadow_map;
 
-static int shadow_map_build(shadow_map *s, const rd_job *job, const float *eye, const float *forward, const float *up,
-                            float fovy, uint32_t size, char *error)
+static int shadow_map_build(shadow_map *s, const rd_job *job, const float *eye, const float *from, float away,
+                            const float *forward, const float *up, float fovy, uint32_t size, char *error)
 {
     ex_gbuffer g;
     if (render_from(&g, job, NULL, eye, forward, up, fovy, size, error) != 0)
         return -1;
     s->size = size;
     s->half = tanf(0.5f * fovy);
-    memcpy(s->eye, eye, sizeof s->eye);
+    memcpy(s->from, from, sizeof s->from);
     memcpy(s->forward, forward, sizeof s->forward);
+    s->away = away;
     picture_axes(forward, up, s->right, s->up);
     s->depth = malloc((size_t)size * size * sizeof *s->depth);
     for (size_t i = 0; s->depth && i < (size_t)size * size; i++) {
         const float *p = g.pixels[i].position;
-        float d[3] = { p[0] - eye[0], p[1] - eye[1], p[2] - eye[2] };
+        float d[3] = { p[0] - from[0], p[1] - from[1], p[2] - from[2] };
         s->depth[i] = g.pixels[i].object == UINT32_MAX ? HUGE_VALF : dot(d, forward);
     }
     ex_gbuffer_free(&g);
     return s->depth ? 0 : im_out_of_memory(error);
 }
 
-/* Depth at which the ray through a texel's centre meets the plane of the point, whose depth is z and whose ray is
-   forward + x right + y up, but no farther from z than three texels are wide: where ray and plane are all but parallel,
-   the surface ends before. As a difference, for a sun's z is large. */
-static float plane_depth(const shadow_map *s, const float *n, float z, float x, float y, int i, int j)
+/* How much nearer than the point, z from the eye on the ray forward + x right + y up, a texel's ray meets the point's plane;
+   no more than three texels' width: where ray and plane are all but parallel, the surface ends before. */
+static float plane_step(const shadow_map *s, const float *n, float z, float x, float y, int i, int j)
 {
     float u = (2 * ((float)i + 0.5f) / (float)s->size - 1) * s->half, along = dot(n, s->right);
     float v = (1 - 2 * ((float)j + 0.5f) / (float)s->size) * s->half, upward = dot(n, s->up);
     float step = z * ((u - x) * along + (v - y) * upward) / (dot(n, s->forward) + u * along + v * upward);
     float most = 6 * s->half / (float)s->size * z;
-    return z - (step > most ? most : step > -most ? step : step < 0 ? -most : 0);
+    return step > most ? most : step > -most ? step : step < 0 ? -most : 0;
 }
 
 /* Share of 3 x 3 texels that see the point; its own plane carries the depth to the texels. -1: not in this picture. */
 static float shadow_map_lit(const shadow_map *s, const float *p, const float *n)
 {
-    float d[3] = { p[0] - s->eye[0], p[1] - s->eye[1], p[2] - s->eye[2] }, z = dot(d, s->forward), lit = 0;
-    float x, y, u, v, bias = s->half / (float)s->size;          /* half a texel */
+    float d[3] = { p[0] - s->from[0], p[1] - s->from[1], p[2] - s->from[2] }, depth = dot(d, s->forward), lit = 0;
+    float x, y, u, v, z = s->away + depth, bias = z * s->half / (float)s->size;          /* half a texel */
     int cx, cy, count = 0;
     if (!(z > 0))
         return -1;
@@ -593,11 +595,9 @@ static float shadow_map_lit(const shadow_map *s, const float *p, const float *n)
     cy = (int)y;
     for (int j = cy - 1; j <= cy + 1; j++)
         for (int i = cx - 1; i <= cx + 1; i++) {
-            float at;
             if (i < 0 || j < 0 || i >= (int)s->size || j >= (int)s->size)
                 continue;
-            at = plane_depth(s, n, z, u, v, i, j);
-            lit += at - bias * at <= s->depth[(size_t)j * s->size + (size_t)i];
+            lit += depth - plane_step(s, n, z, u, v, i, j) - bias <= s->depth[(size_t)j * s->size + (size_t)i];
             count++;
         }
     return count ? lit / (float)count : 1;
@@ -637,7 +637,7 @@ int im_direct(ex_image *out, const im_rsms *r, const rd_job *job, uint32_t size,
         if (lamp->light == UINT32_MAX)
             continue;
         for (int face = 0; face < faces; face++) {
-            float eye[3], forward[3], fovy = (float)(0.5 * PI);
+            float eye[3], forward[3], fovy = (float)(0.5 * PI), away = lamp->kind == IM_FAR ? FAR_AWAY * job->radius : 0;
             shadow_map map;
             memcpy(eye, lamp->position, sizeof eye);
             memcpy(forward, narrow ? lamp->normal : axes[face], sizeof forward);
@@ -645,7 +645,7 @@ int im_direct(ex_image *out, const im_rsms *r, const rd_job *job, uint32_t size,
                 fovy = 2 * acosf(lamp->cos_cone);
             if (lamp->kind == IM_FAR)
                 far_eye(lamp, job, eye, forward, &fovy);
-            if (shadow_map_build(&map, job, eye, forward, axes[face / 2 == 1 ? 4 : 2], fovy,
+            if (shadow_map_build(&map, job, eye, lamp->kind == IM_FAR ? job->center : eye, away, forward, axes[face / 2 == 1 ? 4 : 2], fovy,
                                  faces > 1 ? (size + 1) / 2 : size, error) != 0)
                 return -1;
             add_direct(out, job, lamp, &map);

@@ -294,6 +294,49 @@ static void raster_by_clusters_is_the_same(void **state)
     ex_clusters_free(NULL);
 }
 
+/* From where a sun's picture is taken, a thousand radii away, a place is as exact as from near by: on its surface, and on
+   the ray of its pixel. */
+static void raster_from_far_away_is_exact(void **state)
+{
+    enum { SIDE = 101 };
+    float corners[12];
+    uint32_t indices[6] = {0, 1, 3, 0, 3, 2};
+    const double away[3] = {0.48, 0.64, 0.6}, right[3] = {0.8, 0, -0.64}, half = 1.2;
+    const double width = sqrt(0.8 * 0.8 + 0.64 * 0.64), distance = 1000;
+    small_scene *s = (small_scene *)malloc(sizeof *s);
+    ex_gbuffer g;
+    int shown = 0;
+    (void)state;
+    for (int i = 0; i < 4; i++) {                       /* z = 0.3 x + 0.2 y */
+        corners[3 * i] = i & 1 ? 1 : -1;
+        corners[3 * i + 1] = i & 2 ? 1 : -1;
+        corners[3 * i + 2] = 0.3f * corners[3 * i] + 0.2f * corners[3 * i + 1];
+    }
+    set_up(s, corners, 4, indices, 2);
+    for (int k = 0; k < 3; k++) {
+        s->scene.camera.eye[k] = (float)(distance * away[k]);
+        s->scene.camera.target[k] = 0;
+    }
+    s->scene.camera.fovy = (float)(2 * atan(half / distance));
+    render(&g, &s->scene, SIDE, SIDE, 1, 2);
+    for (int y = 0; y < SIDE; y++)
+        for (int x = 0; x < SIDE; x++) {
+            const ex_pixel *p = &g.pixels[SIDE * y + x];
+            double across = (2 * (x + 0.5) / SIDE - 1) * half, along = distance, at = 0;
+            if (p->object == UINT32_MAX) continue;
+            shown++;
+            assert_near(p->position[2], 0.3 * (double)p->position[0] + 0.2 * (double)p->position[1], 1e-6);
+            for (int k = 0; k < 3; k++) {
+                at += (double)p->position[k] * right[k] / width;
+                along -= (double)p->position[k] * away[k];
+            }
+            assert_near(at, across * along / distance, 1e-5);       /* of a pixel of 0.024 */
+        }
+    assert_true(shown > SIDE * SIDE / 5);
+    ex_gbuffer_free(&g);
+    free(s);
+}
+
 static void raster_refuses_bad_cameras_and_sizes(void **state)
 {
     float corners[9] = {-9, -9, -1, 9, -9, -1, 0, 9, -1};
@@ -337,6 +380,7 @@ int main(void)
         cmocka_unit_test(raster_sides_of_emission_and_mirrored_objects),
         cmocka_unit_test(raster_cuts_holes_of_alpha_masks),
         cmocka_unit_test(raster_by_clusters_is_the_same),
+        cmocka_unit_test(raster_from_far_away_is_exact),
         cmocka_unit_test(raster_refuses_bad_cameras_and_sizes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
