@@ -74,7 +74,7 @@
        -> rsm_pixel_lights, rsm_cluster -> rsm_gather_list: one list of lights for all
 
    A map takes 56 bytes a texel (48 of them rsm_texel), a list of lights 48 bytes each, a gather 60 bytes a light in
-   scratch, interpolation 9 bytes a pixel, the filter 80 bytes a pixel. The knobs, and what each trades:
+   scratch, interpolation 9 bytes a pixel, the filter 80 bytes a pixel and 4 KB a row. The knobs, and what each trades:
 
      samples    fewer: banding (list and unrotated patterns) or noise (noise, interleave), and bright dots where
                 surfaces meet; 0, the default, takes every texel
@@ -1010,9 +1010,12 @@ static inline int rsm__cpu_has_avx512(void) { return 0; }
 /* <<< shared */
 
 #define RSM__PI 3.14159265f
+#define RSM__MAX_FLOAT 3.40282347e38f
 
 enum {
     RSM__LANES = 8,          /* pixel lights that the kernel takes at once */
+    RSM__SPAN = 64,          /* pixels of a row that the filter takes at once */
+    RSM__WIDE = 16,          /* lanes of the widest vectors */
     RSM__BLOCK = 64,         /* of them in one block of arrays */
     RSM__RUN = 1024,         /* of them in one sum */
     RSM__BATCH = 32,         /* receivers of a task */
@@ -2004,6 +2007,15 @@ typedef void (*rsm__crowd_kernel)(const rsm__block *k, size_t count, rsm__crowd 
 #define RSM__HOT __attribute__((optimize("O3")))
 #else
 #define RSM__HOT
+#endif
+
+/* Into kernels of several targets. */
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define RSM__INLINE static inline __attribute__((always_inline))
+#elif defined(_MSC_VER)
+#define RSM__INLINE static __forceinline
+#else
+#define RSM__INLINE static inline
 #endif
 
 #if defined(__GNUC__) && !defined(__TINYC__)
@@ -3393,39 +3405,23 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
 /* ---- >>filter: over frames, then over neighbours ---- */
 
 /* Rows of the picture are RSM__PLANES rows of floats each, so that neighbours are compared in vectors: position, normal,
-   colour, frames. No receiver: normal and frames are 0. */
-enum { RSM__RGB = 6, RSM__FRAMES = 9, RSM__PLANES = 10 };
+   colour, frames. No receiver: normal and frames are 0, as they are in a margin right of each row, which is as wide as
+   the longest step and stands for the left margin of the row after: no tap has to ask where the picture ends. */
+enum { RSM__RGB = 6, RSM__FRAMES = 9, RSM__PLANES = 10, RSM__MARGIN = 32, RSM__TASK_ROWS = 8 };
 
 struct rsm_filter {
     rsm_system system;
-    float     *history;            /* of the last frame */
-    float     *next;
+    float     *memory[2];
+    float     *history;            /* in one of them, of the last frame */
+    float     *next;               /* in the other */
     size_t     spacing;            /* of rows of floats: a little more than widths that caches do not like */
     uint32_t   width, height;
     int        has_matrix;
     float      matrix[16];         /* of the frame in history */
 };
 
-/* The pixels of one chunk, step away: rows of RSM__LANES floats, spacing apart. */
-typedef struct rsm__tap { const float *shape, *rgb; size_t spacing; float weight; } rsm__tap;
-
-/* taps[0] is the chunk itself. limits: cosine, 1 / (1 - cosine), slope^2. */
-typedef void (*rsm__smooth)(const rsm__tap *taps, size_t count, const float limits[3], float out[3][RSM__LANES]);
-
-/* A chunk of this frame and what the last one saw there. */
-typedef struct rsm__past {
-    float x[RSM__LANES], y[RSM__LANES];       /* where its surfaces were, in pixels; nowhere: -8 */
-    float size2[RSM__LANES];                  /* square of the distance within which they may be */
-    float weights[4][RSM__LANES];             /* of the pixels about that place */
-    float old[4][RSM__LANES];                 /* colour and frames; 0 frames: nothing alike */
-} rsm__past;
-
-typedef float rsm__chunk[RSM__LANES];         /* RSM__PLANES of them: what this frame sees */
-
-/* x and y by the matrix of the last frame; then old from four taps. */
-typedef void (*rsm__reproject)(const float m[16], const rsm__chunk *now, const float size[2], int y_up, rsm__past *to);
-typedef void (*rsm__recall)(const rsm__chunk *now, const rsm__tap *taps, const float limits[3], int motion,
-                            rsm__past *to);
+struct rsm__filter_run;
+typedef void (*rsm__filter_row)(const struct rsm__filter_run *r, size_t y);
 
 typedef struct rsm__filter_run {
     rsm_filter            *filter;
@@ -3433,13 +3429,11 @@ typedef struct rsm__filter_run {
     const rsm_points      *points;
     const float           *in;     /* irradiance; then rows of three rows, in_row floats apart */
     float                 *out;    /* the same, or with packed three floats a pixel */
-    size_t                 in_row;
-    int                    packed;
+    size_t                 in_row, out_row;
+    int                    packed, recalls;
     uint32_t               step, history;
-    float                  limits[3];
-    rsm__smooth            smooth;
-    rsm__reproject         reproject;
-    rsm__recall            recall;
+    float                  limits[3];      /* cosine, 1 / (1 - cosine), slope^2 */
+    rsm__filter_row        accumulate, smooth, row;        /* row: one of them, which tasks are for */
 } rsm__filter_run;
 
 /* Weight of neighbour (or history) q, normal m for p, n: 0 across edges of normals and off the plane, falling smoothly
@@ -3456,117 +3450,401 @@ typedef struct rsm__filter_run {
         (weight) = a * (b > 0.0f ? b : 0.0f);                                                                \
     } while (0)
 
+/* a where yes is 1, b where it is 0, both computed: compilers make branches of several choices by one condition, and
+   then no vectors. */
+RSM__INLINE float rsm__select(int yes, float a, float b)
+{
+    uint32_t mask = 0u - (uint32_t)yes, x, y;
+    memcpy(&x, &a, sizeof x);
+    memcpy(&y, &b, sizeof y);
+    x = (x & mask) | (y & ~mask);
+    memcpy(&a, &x, sizeof a);
+    return a;
+}
+
+/* Planes of a row that comes soon: more of them are read side by side than processors foresee. */
+RSM__INLINE void rsm__fetch_ahead(const float *p, size_t spacing, size_t planes)
+{
+    size_t c;
+    for (c = 0; c < planes; c++) RSM__PREFETCH(p + c * spacing);
+}
+
+/* What this frame sees of a chunk of pixels, and what the last one knew of them. */
+typedef struct rsm__chunk {
+    float   now[RSM__PLANES][RSM__SPAN];
+    float   given[9][RSM__SPAN + 1];      /* places, normals, light; also the place of the pixel after: after the last
+                                              one of a row that of the pixel before */
+    float   size2[RSM__SPAN];             /* square of the distance within which the last frame may show them */
+    float   x[RSM__SPAN], y[RSM__SPAN];  /* where they were */
+    float   u[RSM__SPAN], v[RSM__SPAN];  /* that is, how far between pixels i, j and i + 1, j + 1 of the last frame */
+    int32_t i[RSM__SPAN], j[RSM__SPAN], there[RSM__SPAN];       /* there: 1 for a receiver; then, one that was seen */
+    float   sums[5][RSM__SPAN];           /* of the last frame: colour, frames, weights */
+} rsm__chunk;
+
+/* Pixels of strides in floats. */
+RSM__INLINE void rsm__chunk_read(rsm__chunk *k, const float *p, size_t ps, const float *n, size_t ns,
+                                 const float *light, size_t count)
+{
+    size_t l;
+    for (l = 0; l < count; l++) {
+        k->given[0][l] = p[ps * l];
+        k->given[1][l] = p[ps * l + 1];
+        k->given[2][l] = p[ps * l + 2];
+    }
+    for (l = 0; l < count; l++) {
+        k->given[3][l] = n[ns * l];
+        k->given[4][l] = n[ns * l + 1];
+        k->given[5][l] = n[ns * l + 2];
+    }
+    for (l = 0; l < count; l++) {
+        k->given[6][l] = light[3 * l];
+        k->given[7][l] = light[3 * l + 1];
+        k->given[8][l] = light[3 * l + 2];
+    }
+}
+
+RSM__INLINE void rsm__chunk_set(rsm__chunk *k)
+{
+    size_t l, c;
+    for (l = 0; l < RSM__SPAN; l++) {
+        float x = k->given[0][l], y = k->given[1][l], z = k->given[2][l];
+        float nx = k->given[3][l], ny = k->given[4][l], nz = k->given[5][l];
+        int usable = (fabsf(x) <= 1e9f) & (fabsf(y) <= 1e9f) & (fabsf(z) <= 1e9f);      /* false for NaN */
+        int faces = (fabsf(nx) <= 1e9f) & (fabsf(ny) <= 1e9f) & (fabsf(nz) <= 1e9f);
+        k->there[l] = usable & faces & ((fabsf(nx) > 0.0f) | (fabsf(ny) > 0.0f) | (fabsf(nz) > 0.0f));
+    }
+    for (c = 0; c < RSM__RGB; c++)
+        for (l = 0; l < RSM__SPAN; l++) k->now[c][l] = rsm__select(k->there[l], k->given[c][l], 0.0f);
+    for (c = RSM__RGB; c < RSM__FRAMES; c++)
+        for (l = 0; l < RSM__SPAN; l++)
+            k->now[c][l] = rsm__select(k->there[l] & (fabsf(k->given[c][l]) <= RSM__MAX_FLOAT), k->given[c][l], 0.0f);
+    for (l = 0; l < RSM__SPAN; l++) {
+        float dx = k->given[0][l + 1] - k->given[0][l], dy = k->given[1][l + 1] - k->given[1][l],
+              dz = k->given[2][l + 1] - k->given[2][l], d2 = dx * dx + dy * dy + dz * dz;
+        k->size2[l] = d2 < 1e18f ? 16.0f * d2 + 1e-12f : 1e-12f;
+        k->now[RSM__FRAMES][l] = (float)k->there[l];
+    }
+}
+
+/* Pixels x .. x + end - 1 of row y. Four of this frame's pixels are how far the last one's may be. */
+RSM__INLINE void rsm__chunk_load(const rsm__filter_run *r, rsm__chunk *k, size_t x, size_t y, size_t end)
+{
+    size_t ps = rsm__stride(r->points->position_stride, 12) / 4, ns = rsm__stride(r->points->normal_stride, 12) / 4;
+    size_t at = y * r->filter->width + x, c;
+    const float *p = r->points->positions + ps * at, *n = r->points->normals + ns * at, *light = r->in + 3 * at;
+    if (end == RSM__SPAN && ps == 3 && ns == 3) rsm__chunk_read(k, p, 3, n, 3, light, RSM__SPAN);
+    else {
+        memset(k->given, 0, sizeof k->given);
+        rsm__chunk_read(k, p, ps, n, ns, light, end);
+    }
+    for (c = 0; c < 3; c++)
+        if (x + end < r->filter->width) k->given[c][end] = p[ps * end + c];
+        else k->given[c][end] = end > 1 ? k->given[c][end - 2] : x > 0 ? *(p + c - ps) : p[c];
+    rsm__chunk_set(k);
+}
+
+/* By the matrix of the last frame. */
+RSM__INLINE void rsm__chunk_project(const rsm__filter_run *r, rsm__chunk *k)
+{
+    const float *m = r->filter->matrix, width = (float)r->filter->width, height = (float)r->filter->height,
+                up = r->desc->bottom_first ? 0.5f : -0.5f;
+    size_t l;
+    for (l = 0; l < RSM__SPAN; l++) {
+        float x = k->now[0][l], y = k->now[1][l], z = k->now[2][l], w = m[3] * x + m[7] * y + m[11] * z + m[15];
+        float px = (m[0] * x + m[4] * y + m[8] * z + m[12]) / w, py = (m[1] * x + m[5] * y + m[9] * z + m[13]) / w;
+        k->x[l] = (0.5f + 0.5f * px) * width;
+        k->y[l] = (0.5f + up * py) * height;
+        k->there[l] &= w > 0.0f;
+    }
+}
+
+/* Between which pixels a place is. Within 1/64 of a pixel's centre it is the centre: a camera that stands still then
+   finds one pixel, not four with weights of rounding, and does not blur. */
+RSM__INLINE void rsm__chunk_place(const rsm__filter_run *r, rsm__chunk *k)
+{
+    const float width = (float)r->filter->width + 1.0f, height = (float)r->filter->height + 1.0f;
+    size_t l;
+    for (l = 0; l < RSM__SPAN; l++)
+        k->there[l] &= (k->x[l] > -1.0f) & (k->y[l] > -1.0f) & (k->x[l] < width) & (k->y[l] < height);
+    for (l = 0; l < RSM__SPAN; l++) {
+        float x = rsm__select(k->there[l], k->x[l] + 7.5f, 8.0f), y = rsm__select(k->there[l], k->y[l] + 7.5f, 8.0f);
+        float centre_x = (float)(int32_t)(x + 0.5f), centre_y = (float)(int32_t)(y + 0.5f);
+        x = rsm__select(fabsf(x - centre_x) < 1.0f / 64.0f, centre_x, x);
+        y = rsm__select(fabsf(y - centre_y) < 1.0f / 64.0f, centre_y, y);
+        k->i[l] = (int32_t)x - 8;                /* above 0, so that conversion rounds down */
+        k->j[l] = (int32_t)y - 8;
+        k->u[l] = x - (float)(int32_t)x;
+        k->v[l] = y - (float)(int32_t)y;
+    }
+}
+
+/* Adds a pixel of the last frame for each of the chunk's from o on, planes t floats apart, where it shows the same
+   surface. */
+RSM__INLINE void rsm__chunk_recall(const rsm__filter_run *r, rsm__chunk *k, size_t o, const float *q, size_t t,
+                                   const float *weights, size_t lanes)
+{
+    const float *limits = r->limits, *p = &k->now[0][o];
+    size_t l;
+    int motion = r->desc->motion != NULL;
+    for (l = 0; l < lanes; l++) {
+        float ex = q[l] - p[l], ey = q[t + l] - p[RSM__SPAN + l], ez = q[2 * t + l] - p[2 * RSM__SPAN + l];
+        int near = (q[9 * t + l] > 0.0f) & (ex * ex + ey * ey + ez * ez <= k->size2[o + l]);
+        float weight, same;
+        RSM__ALIKE(weight, p + l, p + 3 * RSM__SPAN + l, RSM__SPAN, q + l, q + 3 * t + l, t, limits);
+        same = p[3 * RSM__SPAN + l] * q[3 * t + l] + p[4 * RSM__SPAN + l] * q[4 * t + l] +
+               p[5 * RSM__SPAN + l] * q[5 * t + l];
+        same = same > 0.5f ? 1.0f : 0.0f;
+        weight = (motion ? same : weight) * weights[l];
+        weight = near ? weight : 0.0f;
+        k->sums[0][o + l] += weight * q[6 * t + l];
+        k->sums[1][o + l] += weight * q[7 * t + l];
+        k->sums[2][o + l] += weight * q[8 * t + l];
+        k->sums[3][o + l] += weight * q[9 * t + l];
+        k->sums[4][o + l] += weight;
+    }
+}
+
+/* The columns, less their own number, and rows that the pixels from o on were at. -1: none was seen; 1: they were a
+   run, but for one column or row between; 0: they were not. */
+RSM__INLINE int rsm__chunk_range(const rsm__chunk *k, size_t o, size_t lanes, int32_t low[2], int32_t high[2])
+{
+    int32_t a = 1 << 24, b = -a, c = a, d = -a;
+    size_t l;
+    for (l = o; l < o + lanes; l++) {
+        int32_t off = (1 - k->there[l]) << 25, i = k->i[l] - (int32_t)l, j = k->j[l];
+        a = i + off < a ? i + off : a;
+        b = i - off > b ? i - off : b;
+        c = j + off < c ? j + off : c;
+        d = j - off > d ? j - off : d;
+    }
+    low[0] = a;
+    low[1] = c;
+    high[0] = b;
+    high[1] = d;
+    return a > b ? -1 : b - a <= 1 && d - c <= 1;
+}
+
+/* Runs of pixels, at most 3 x 3: from low to one after high. */
+RSM__INLINE void rsm__past_runs(const rsm__filter_run *r, rsm__chunk *k, size_t o, const int32_t low[2],
+                                const int32_t high[2], size_t lanes)
+{
+    const rsm_filter *f = r->filter;
+    float weights[RSM__WIDE];
+    int32_t i, j;
+    size_t l;
+    for (j = low[1]; j <= high[1] + 1; j++)
+        for (i = low[0]; i <= high[0] + 1; i++) {
+            int32_t any = 0;
+            for (l = 0; l < lanes; l++) {
+                int32_t dx = i + (int32_t)(o + l) - k->i[o + l], dy = j - k->j[o + l];
+                float u = k->u[o + l], v = k->v[o + l];
+                int one = k->there[o + l] & (dx >= 0) & (dx <= 1) & (dy >= 0) & (dy <= 1);
+                float w = rsm__select(dx == 0, 1.0f - u, u) * rsm__select(dy == 0, 1.0f - v, v);
+                weights[l] = rsm__select(one, w, 0.0f);
+                any |= weights[l] > 0.0f;
+            }
+            if (any && j >= 0 && j < (int32_t)f->height) {
+                const float *row = f->history + (size_t)j * RSM__PLANES * f->spacing;
+                rsm__chunk_recall(r, k, o, row + (i + (int32_t)o), f->spacing, weights, lanes);
+            }
+        }
+}
+
+RSM__INLINE void rsm__past_each(const rsm__filter_run *r, rsm__chunk *k, size_t o, size_t lanes)
+{
+    const rsm_filter *f = r->filter;
+    float room[RSM__PLANES][RSM__WIDE], weights[RSM__WIDE];
+    size_t l, c;
+    int32_t n;
+    for (n = 0; n < 4; n++) {
+        for (l = 0; l < lanes; l++) {
+            int32_t x = k->i[o + l] + (n & 1), y = k->j[o + l] + (n >> 1);
+            int inside = k->there[o + l] && x >= 0 && y >= 0 && x < (int32_t)f->width && y < (int32_t)f->height;
+            const float *q = inside ? f->history + (size_t)y * RSM__PLANES * f->spacing + (size_t)x : NULL;
+            weights[l] = (n & 1 ? k->u[o + l] : 1.0f - k->u[o + l]) * (n & 2 ? k->v[o + l] : 1.0f - k->v[o + l]);
+            for (c = 0; c < RSM__PLANES; c++) room[c][l] = q ? q[c * f->spacing] : 0.0f;
+        }
+        rsm__chunk_recall(r, k, o, room[0], RSM__WIDE, weights, lanes);
+    }
+}
+
+/* Bilinear over the four pixels of the last frame about each place. Where neighbours were neighbours but for one column
+   or row, as in most chunks, runs of pixels do; else each is fetched alone. */
+RSM__INLINE void rsm__chunk_past(const rsm__filter_run *r, rsm__chunk *k, size_t lanes)
+{
+    int32_t low[2], high[2];
+    size_t o;
+    int whole = rsm__chunk_range(k, 0, RSM__SPAN, low, high), run = whole;
+    memset(k->sums, 0, sizeof k->sums);
+    for (o = 0; o < RSM__SPAN && whole >= 0; o += lanes) {
+        if (!whole) run = rsm__chunk_range(k, o, lanes, low, high);
+        if (run > 0) rsm__past_runs(r, k, o, low, high, lanes);
+        else if (run == 0) rsm__past_each(r, k, o, lanes);
+    }
+}
+
+/* Puts what the last frames knew into what this one sees. */
+RSM__INLINE void rsm__chunk_blend(rsm__chunk *k, float history)
+{
+    float frames[RSM__SPAN], most[RSM__SPAN];
+    size_t l, c;
+    for (l = 0; l < RSM__SPAN; l++) {
+        float sum = k->sums[4][l] > 0.01f ? k->sums[4][l] : 0.01f, more = k->sums[3][l] / sum + 1.0f;
+        k->there[l] = (k->sums[4][l] > 0.01f) & (k->sums[3][l] > 0.0f);
+        most[l] = sum;
+        frames[l] = more < history ? more : history;
+    }
+    for (c = 0; c < 3; c++)
+        for (l = 0; l < RSM__SPAN; l++) {
+            float now = k->now[RSM__RGB + c][l], old = k->sums[c][l] / most[l];
+            k->now[RSM__RGB + c][l] = rsm__select(k->there[l], old + (now - old) / frames[l], now);
+        }
+    for (l = 0; l < RSM__SPAN; l++)
+        k->now[RSM__FRAMES][l] = rsm__select(k->there[l], frames[l], k->now[RSM__FRAMES][l]);
+}
+
+RSM__INLINE void rsm__accumulate(const rsm__filter_run *r, size_t y, size_t lanes)
+{
+    const float *motion = r->desc->motion;
+    size_t x, c, l, width = r->filter->width, s = r->filter->spacing;
+    rsm__chunk k;
+    for (x = 0; x < width; x += RSM__SPAN) {
+        size_t end = width - x < RSM__SPAN ? width - x : (size_t)RSM__SPAN;
+        float *to = r->filter->next + y * RSM__PLANES * s + x;
+        rsm__chunk_load(r, &k, x, y, end);
+        for (l = 0; motion && l < RSM__SPAN; l++) {             /* moved surfaces are found by motion only */
+            k.x[l] = l < end ? motion[2 * (y * width + x + l)] : 0.0f;
+            k.y[l] = l < end ? motion[2 * (y * width + x + l) + 1] : 0.0f;
+            k.size2[l] = RSM_FAR;
+        }
+        if (r->recalls) {
+            for (l = 0; y + 1 < r->filter->height && l < end; l += RSM__WIDE)     /* most cameras move little */
+                rsm__fetch_ahead(r->filter->history + (y + 1) * RSM__PLANES * s + x + l, s, RSM__PLANES);
+            if (!motion) rsm__chunk_project(r, &k);
+            rsm__chunk_place(r, &k);
+            rsm__chunk_past(r, &k, lanes);
+            rsm__chunk_blend(&k, (float)r->history);
+        }
+        for (c = 0; c < RSM__PLANES; c++)
+            if (end == RSM__SPAN) memcpy(to + c * s, k.now[c], sizeof k.now[c]);
+            else memcpy(to + c * s, k.now[c], end * sizeof *to);                /* margins stay 0 */
+    }
+}
+
 /* A pixel with few neighbours like it keeps the noise of its own samples: of its 25 of 400 one that is near counts 16
    times. It is then no brighter than its brightest neighbour. All weights are 4 of its own and 12. */
-#define RSM__DESPECKLED(x, most, total) ((total) < 8.0f && (most) > 0.0f && (x) > (most) ? (most) : (x))
+RSM__INLINE float rsm__despeckled(float x, float most, int few)
+{
+    return rsm__select(few & (most > 0.0f) & (x > most), most, x);
+}
+
+/* How far a neighbour's shape and colour are. */
+typedef struct rsm__tap { ptrdiff_t shape, rgb; float weight; } rsm__tap;
+
+static inline size_t rsm__taps(const rsm__filter_run *r, size_t y, rsm__tap taps[8])
+{
+    ptrdiff_t i, j, row = (ptrdiff_t)y, step = (ptrdiff_t)r->step;
+    size_t count = 0;
+    for (j = -step; j <= step; j += step)
+        for (i = -step; i <= step; i += step) {
+            if ((i == 0 && j == 0) || row + j < 0 || row + j >= (ptrdiff_t)r->filter->height) continue;
+            taps[count].shape = j * (ptrdiff_t)(RSM__PLANES * r->filter->spacing) + i;
+            taps[count].rgb = j * (ptrdiff_t)r->in_row + i;
+            taps[count++].weight = i && j ? 1.0f : 2.0f;
+        }
+    return count;
+}
 
 /* One pass of the a-trous filter on one chunk. */
-#define RSM__SMOOTH_BODY                                                                                     \
-    const float *p = taps->shape, *n = p + 3 * taps->spacing, *rgb = taps->rgb;                              \
-    float red[RSM__LANES], green[RSM__LANES], blue[RSM__LANES], total[RSM__LANES], most[3][RSM__LANES] = { { 0 } };\
-    size_t k, l, s = taps->spacing, t;                                                                       \
-    for (l = 0; l < RSM__LANES; l++) {                                                                       \
-        red[l] = 4.0f * rgb[l];                                                                              \
-        green[l] = 4.0f * rgb[s + l];                                                                        \
-        blue[l] = 4.0f * rgb[2 * s + l];                                                                     \
-        total[l] = 4.0f;                                                                                     \
-    }                                                                                                        \
-    for (k = 1; k < count; k++) {                                                                            \
-        const float *q = taps[k].shape, *c = taps[k].rgb;                                                    \
-        t = taps[k].spacing;                                                                                 \
-        for (l = 0; l < RSM__LANES; l++) {                                                                   \
-            float weight;                                                                                    \
-            RSM__ALIKE(weight, p + l, n + l, s, q + l, q + 3 * t + l, t, limits);                            \
-            weight *= taps[k].weight;                                                                        \
-            red[l] += weight * c[l];                                                                         \
-            green[l] += weight * c[t + l];                                                                   \
-            blue[l] += weight * c[2 * t + l];                                                                \
-            total[l] += weight;                                                                              \
-            most[0][l] = c[l] > most[0][l] ? c[l] : most[0][l];                                              \
-            most[1][l] = c[t + l] > most[1][l] ? c[t + l] : most[1][l];                                      \
-            most[2][l] = c[2 * t + l] > most[2][l] ? c[2 * t + l] : most[2][l];                              \
-        }                                                                                                    \
-    }                                                                                                        \
-    for (l = 0; l < RSM__LANES; l++) {                                                                       \
-        out[0][l] = RSM__DESPECKLED(red[l] / total[l], most[0][l], total[l]);                                \
-        out[1][l] = RSM__DESPECKLED(green[l] / total[l], most[1][l], total[l]);                              \
-        out[2][l] = RSM__DESPECKLED(blue[l] / total[l], most[2][l], total[l]);                               \
+RSM__INLINE void rsm__smooth_chunk(const rsm__filter_run *r, const float *p, const float *rgb, const rsm__tap *taps,
+                                   size_t count, float out[3][RSM__WIDE], size_t lanes)
+{
+    const float *n = p + 3 * r->filter->spacing, limits[3] = { r->limits[0], r->limits[1], r->limits[2] };
+    float red[RSM__WIDE], green[RSM__WIDE], blue[RSM__WIDE], total[RSM__WIDE];
+    float most_red[RSM__WIDE], most_green[RSM__WIDE], most_blue[RSM__WIDE];
+    size_t k, l, s = r->filter->spacing;
+    for (l = 0; l < lanes; l++) {
+        red[l] = 4.0f * rgb[l];
+        green[l] = 4.0f * rgb[s + l];
+        blue[l] = 4.0f * rgb[2 * s + l];
+        total[l] = 4.0f;
+        most_red[l] = most_green[l] = most_blue[l] = 0.0f;
     }
-
-#define RSM__REPROJECT_BODY                                                                                  \
-    size_t l;                                                                                                \
-    for (l = 0; l < RSM__LANES; l++) {                                                                       \
-        float x = now[0][l], y = now[1][l], z = now[2][l], w = m[3] * x + m[7] * y + m[11] * z + m[15];      \
-        float px = (m[0] * x + m[4] * y + m[8] * z + m[12]) / w, py = (m[1] * x + m[5] * y + m[9] * z + m[13]) / w;\
-        px = (0.5f + 0.5f * px) * size[0];                                                                   \
-        py = (y_up ? 0.5f + 0.5f * py : 0.5f - 0.5f * py) * size[1];                                         \
-        to->x[l] = w > 0.0f ? px : -8.0f;                                                                    \
-        to->y[l] = w > 0.0f ? py : -8.0f;                                                                    \
+    for (k = 0; k < count; k++) {
+        const float *q = p + taps[k].shape, *m = q + 3 * s, *c = rgb + taps[k].rgb;
+        const float share = taps[k].weight;
+        for (l = 0; l < lanes; l++) {
+            float weight, x = c[l], y = c[s + l], z = c[2 * s + l];
+            RSM__ALIKE(weight, p + l, n + l, s, q + l, m + l, s, limits);
+            weight *= share;
+            red[l] += weight * x;
+            green[l] += weight * y;
+            blue[l] += weight * z;
+            total[l] += weight;
+            most_red[l] = x > most_red[l] ? x : most_red[l];
+            most_green[l] = y > most_green[l] ? y : most_green[l];
+            most_blue[l] = z > most_blue[l] ? z : most_blue[l];
+        }
     }
-
-/* Bilinear over the four pixels of the last frame that show the same surface. */
-#define RSM__RECALL_BODY                                                                                     \
-    float red[RSM__LANES] = { 0 }, green[RSM__LANES] = { 0 }, blue[RSM__LANES] = { 0 };                      \
-    float frames[RSM__LANES] = { 0 }, total[RSM__LANES] = { 0 };                                             \
-    size_t l, k, s;                                                                                          \
-    for (k = 0; k < 4; k++) {                                                                                \
-        const float *q = taps[k].shape, *c = taps[k].rgb;                                                    \
-        s = taps[k].spacing;                                                                                 \
-        for (l = 0; l < RSM__LANES; l++) {                                                                   \
-            float ex = q[l] - now[0][l], ey = q[s + l] - now[1][l], ez = q[2 * s + l] - now[2][l], weight, same;\
-            int near = (c[3 * s + l] > 0.0f) & (ex * ex + ey * ey + ez * ez <= to->size2[l]);                \
-            RSM__ALIKE(weight, &now[0][l], &now[3][l], RSM__LANES, q + l, q + 3 * s + l, s, limits);         \
-            same = now[3][l] * q[3 * s + l] + now[4][l] * q[4 * s + l] + now[5][l] * q[5 * s + l];           \
-            same = same > 0.5f ? 1.0f : 0.0f;                                                                \
-            weight = (motion ? same : weight) * to->weights[k][l];                                           \
-            weight = near ? weight : 0.0f;                                                                   \
-            total[l] += weight;                                                                              \
-            red[l] += weight * c[l];                                                                         \
-            green[l] += weight * c[s + l];                                                                   \
-            blue[l] += weight * c[2 * s + l];                                                                \
-            frames[l] += weight * c[3 * s + l];                                                              \
-        }                                                                                                    \
-    }                                                                                                        \
-    for (l = 0; l < RSM__LANES; l++) {                                                                       \
-        float most = total[l] > 0.01f ? total[l] : 0.01f;                                                    \
-        to->old[0][l] = red[l] / most;                                                                       \
-        to->old[1][l] = green[l] / most;                                                                     \
-        to->old[2][l] = blue[l] / most;                                                                      \
-        to->old[3][l] = total[l] > 0.01f ? frames[l] / most : 0.0f;                                          \
+    for (l = 0; l < lanes; l++) {
+        int few = total[l] < 8.0f;
+        out[0][l] = rsm__despeckled(red[l] / total[l], most_red[l], few);
+        out[1][l] = rsm__despeckled(green[l] / total[l], most_green[l], few);
+        out[2][l] = rsm__despeckled(blue[l] / total[l], most_blue[l], few);
     }
+}
 
-#define RSM__FILTERS(name, target)                                                                           \
-    target RSM__HOT static void name##_reproject(const float m[16], const rsm__chunk *now, const float size[2], int y_up, \
-                                                 rsm__past *to)                                              \
+/* One pass: 3 x 3 taps, step apart. */
+RSM__INLINE void rsm__smooth(const rsm__filter_run *r, size_t y, size_t lanes)
+{
+    const rsm_filter *f = r->filter;
+    const float *p = f->next + y * RSM__PLANES * f->spacing, *rgb = r->in + y * r->in_row;
+    float *to = r->out + y * r->out_row, out[3][RSM__WIDE], mixed[3 * RSM__WIDE];
+    size_t x, l, c, width = f->width;
+    rsm__tap taps[8];
+    size_t count = rsm__taps(r, y, taps), below = y + r->step + 1 < f->height ? r->step + 1 : 0;
+    size_t ahead = below * RSM__PLANES * f->spacing, rgb_ahead = below * r->in_row;
+    for (x = 0; x < width; x += lanes) {
+        size_t end = width - x < lanes ? width - x : lanes;
+        rsm__fetch_ahead(p + x + ahead, f->spacing, RSM__RGB);
+        rsm__fetch_ahead(rgb + x + rgb_ahead, f->spacing, 3);
+        rsm__smooth_chunk(r, p + x, rgb + x, taps, count, out, lanes);
+        for (c = 0; !r->packed && c < 3; c++)
+            if (end == lanes) memcpy(to + c * f->spacing + x, out[c], lanes * sizeof *to);
+            else memcpy(to + c * f->spacing + x, out[c], end * sizeof *to);     /* margins stay 0 */
+        for (l = 0; r->packed && l < lanes; l++) {
+            mixed[3 * l] = out[0][l];
+            mixed[3 * l + 1] = out[1][l];
+            mixed[3 * l + 2] = out[2][l];
+        }
+        if (r->packed) memcpy(to + 3 * x, mixed, 3 * end * sizeof *to);
+    }
+}
+
+#define RSM__FILTERS(name, target, lanes)                                                                    \
+    target RSM__HOT static void name##_accumulate(const rsm__filter_run *r, size_t y)                        \
     {                                                                                                        \
-        RSM__REPROJECT_BODY                                                                                  \
+        rsm__accumulate(r, y, lanes);                                                                        \
     }                                                                                                        \
-    target RSM__HOT static void name##_recall(const rsm__chunk *now, const rsm__tap *taps, const float limits[3], \
-                                              int motion, rsm__past *to)                                     \
-    {                                                                                                        \
-        RSM__RECALL_BODY                                                                                     \
-    }                                                                                                        \
-    target RSM__HOT static void name##_smooth(const rsm__tap *taps, size_t count, const float limits[3],     \
-                                              float out[3][RSM__LANES])                                      \
-    {                                                                                                        \
-        RSM__SMOOTH_BODY                                                                                     \
-    }
+    target RSM__HOT static void name##_smooth(const rsm__filter_run *r, size_t y) { rsm__smooth(r, y, lanes); }
 
-RSM__FILTERS(rsm__filter_plain, RSM__ANY_TARGET)
+RSM__FILTERS(rsm__filter_plain, RSM__ANY_TARGET, 8)
 #if RSM__X86
-RSM__FILTERS(rsm__filter_avx2, RSM__TARGET_AVX2)
+RSM__FILTERS(rsm__filter_avx2, RSM__TARGET_AVX2, 8)
+RSM__FILTERS(rsm__filter_avx512, RSM__TARGET_AVX512, 16)
 #endif
 
 static inline void rsm__choose_filter(rsm__filter_run *r)
 {
-    r->reproject = rsm__filter_plain_reproject;
-    r->recall = rsm__filter_plain_recall;
+    r->accumulate = rsm__filter_plain_accumulate;
     r->smooth = rsm__filter_plain_smooth;
 #if RSM__X86
     if (!rsm__cpu_has_avx2()) return;
-    r->reproject = rsm__filter_avx2_reproject;
-    r->recall = rsm__filter_avx2_recall;
+    r->accumulate = rsm__filter_avx2_accumulate;
     r->smooth = rsm__filter_avx2_smooth;
+    if (!rsm__cpu_has_avx512()) return;
+    r->accumulate = rsm__filter_avx512_accumulate;
+    r->smooth = rsm__filter_avx512_smooth;
 #endif
 }
 
@@ -3575,11 +3853,13 @@ RSM_DEF rsm_result rsm_filter_create(uint32_t width, uint32_t height, const rsm_
     rsm_system none;
     rsm__allocator a;
     rsm_filter *f;
-    size_t floats, spacing = width + (width % 64u ? 0u : 16u);
+    size_t floats, spacing = (size_t)width + RSM__MARGIN;
+    spacing += spacing % 64u ? 0u : 16u;
     memset(&none, 0, sizeof none);
     if (!system) system = &none;
     if (!out || width == 0 || height == 0 || !rsm__system_valid(system)) return RSM_ERR_ARGUMENT;
-    if (width > 65536u || height > 65536u || !rsm__mul_size(spacing * RSM__PLANES, height, &floats))
+    if (width > 65536u || height > 65536u || !rsm__mul_size(spacing * RSM__PLANES, height, &floats) ||
+        !rsm__add_size(floats, 2 * RSM__MARGIN, &floats))        /* before the first row; for lanes after the last */
         return RSM_ERR_LIMIT;
     a = rsm__allocator_of(system);
     f = (rsm_filter *)rsm__alloc(&a, sizeof *f);
@@ -3589,13 +3869,16 @@ RSM_DEF rsm_result rsm_filter_create(uint32_t width, uint32_t height, const rsm_
     f->width = width;
     f->height = height;
     f->spacing = spacing;
-    f->history = (float *)rsm__alloc_array(&a, floats, sizeof *f->history);
-    f->next = (float *)rsm__alloc_array(&a, floats, sizeof *f->next);
-    if (!f->history || !f->next) {
+    f->memory[0] = (float *)rsm__alloc_array(&a, floats, sizeof(float));
+    f->memory[1] = (float *)rsm__alloc_array(&a, floats, sizeof(float));
+    if (!f->memory[0] || !f->memory[1]) {
         rsm_filter_free(f);
         return RSM_ERR_ALLOC;
     }
-    memset(f->history, 0, floats * sizeof *f->history);
+    memset(f->memory[0], 0, floats * sizeof(float));
+    memset(f->memory[1], 0, floats * sizeof(float));
+    f->history = f->memory[0] + RSM__MARGIN;
+    f->next = f->memory[1] + RSM__MARGIN;
     *out = f;
     return RSM_OK;
 }
@@ -3605,8 +3888,8 @@ RSM_DEF void rsm_filter_free(rsm_filter *filter)
     rsm__allocator a;
     if (!filter) return;
     a = rsm__allocator_of(&filter->system);
-    rsm__free(&a, filter->next);
-    rsm__free(&a, filter->history);
+    rsm__free(&a, filter->memory[1]);
+    rsm__free(&a, filter->memory[0]);
     rsm__free(&a, filter);
 }
 
@@ -3620,222 +3903,71 @@ RSM_DEF void rsm_filter_reset(rsm_filter *filter)
     filter->has_matrix = 0;
 }
 
-/* Rows of rows of floats: positions and normals, colours and what follows them. */
-typedef struct rsm__picture { const float *shape, *rgb; size_t shape_row, rgb_row; int channels; } rsm__picture;
-
-static inline void rsm__tap_copy(const rsm_filter *f, const rsm__picture *p, int64_t x, int64_t y, size_t l,
-                                 float room[RSM__PLANES][RSM__LANES])
+static inline void rsm__pack(const rsm__filter_run *r, size_t y)
 {
-    int inside = x >= 0 && y >= 0 && x < (int64_t)f->width && y < (int64_t)f->height, c;
-    for (c = 0; c < RSM__RGB + p->channels; c++) {
-        const float *row = c < RSM__RGB ? p->shape : p->rgb;
-        size_t at = inside ? (size_t)y * (c < RSM__RGB ? p->shape_row : p->rgb_row) + (size_t)x : 0;
-        room[c][l] = inside ? row[at + (size_t)(c < RSM__RGB ? c : c - RSM__RGB) * f->spacing] : 0.0f;
-    }
-}
-
-static inline void rsm__tap_room(rsm__tap *tap, float room[RSM__PLANES][RSM__LANES])
-{
-    tap->shape = room[0];
-    tap->rgb = room[RSM__RGB];
-    tap->spacing = RSM__LANES;
-}
-
-/* The chunk at x, y: places of the picture, or copies in room, 0 beyond its border. */
-static inline void rsm__tap_set(const rsm_filter *f, const rsm__picture *p, int64_t x, int64_t y,
-                                float room[RSM__PLANES][RSM__LANES], rsm__tap *tap)
-{
-    size_t l;
-    if (x >= 0 && y >= 0 && x + RSM__LANES <= (int64_t)f->width && y < (int64_t)f->height) {
-        tap->shape = p->shape + (size_t)y * p->shape_row + (size_t)x;
-        tap->rgb = p->rgb + (size_t)y * p->rgb_row + (size_t)x;
-        tap->spacing = f->spacing;
-        return;
-    }
-    for (l = 0; l < RSM__LANES; l++) rsm__tap_copy(f, p, x + (int64_t)l, y, l, room);
-    rsm__tap_room(tap, room);
-}
-
-/* What is seen in this frame at a chunk of pixels, from `at` on. */
-static inline void rsm__accumulate_load(const rsm__filter_run *r, size_t at, size_t end, rsm__chunk *now)
-{
-    size_t l, c;
-    for (l = 0; l < RSM__LANES; l++) {
-        rsm__v3 p = rsm__v3_make(0, 0, 0), n = p;
-        uint64_t bad = 0;
-        int there = l < end && rsm__receiver(r->points, at + l, &p, &n, &bad);
-        now[0][l] = there ? p.x : 0.0f;
-        now[1][l] = there ? p.y : 0.0f;
-        now[2][l] = there ? p.z : 0.0f;
-        now[3][l] = there ? n.x : 0.0f;
-        now[4][l] = there ? n.y : 0.0f;
-        now[5][l] = there ? n.z : 0.0f;
-        for (c = 0; c < 3; c++) {
-            float light = there ? r->in[3 * (at + l) + c] : 0.0f;
-            now[RSM__RGB + c][l] = rsm__finite(light) ? light : 0.0f;
-        }
-        now[RSM__FRAMES][l] = there ? 1.0f : 0.0f;
-    }
-}
-
-/* Square of the distance within which the last frame's pixels may show this point: four of this frame's pixels. */
-static inline float rsm__footprint2(const rsm__filter_run *r, size_t at, float px, float py, float pz)
-{
-    size_t width = r->filter->width, x = at % width, other = x + 1 < width ? at + 1 : x > 0 ? at - 1 : at;
-    const float *q = rsm__at(r->points->positions, rsm__stride(r->points->position_stride, 12), other);
-    float d2 = (q[0] - px) * (q[0] - px) + (q[1] - py) * (q[1] - py) + (q[2] - pz) * (q[2] - pz);
-    return d2 < 1e18f ? 16.0f * d2 + 1e-12f : 1e-12f;
-}
-
-/* The four pixels about each place of the last frame: mostly chunks of it, as the camera moves little. */
-static inline void rsm__past_taps(const rsm__filter_run *r, const rsm__picture *p, rsm__past *to,
-                                  float room[4][RSM__PLANES][RSM__LANES], rsm__tap taps[4])
-{
-    const rsm_filter *f = r->filter;
-    int32_t i[RSM__LANES], j[RSM__LANES], row = 1;
-    size_t l, k;
-    for (l = 0; l < RSM__LANES; l++) {
-        float x = to->x[l], y = to->y[l], u, v;
-        int near = x > -1.0f && y > -1.0f && x < (float)f->width + 1.0f && y < (float)f->height + 1.0f;
-        x = near ? x + 7.5f : 0.0f;              /* above 0, so that conversion rounds down */
-        y = near ? y + 7.5f : 0.0f;
-        i[l] = (int32_t)x - 8;
-        j[l] = (int32_t)y - 8;
-        u = x - (float)(i[l] + 8);
-        v = y - (float)(j[l] + 8);
-        row &= i[l] == i[0] + (int32_t)l && j[l] == j[0];
-        for (k = 0; k < 4; k++) to->weights[k][l] = (k & 1 ? u : 1.0f - u) * (k & 2 ? v : 1.0f - v);
-    }
-    for (k = 0; k < 4; k++) {
-        int64_t x = (int64_t)(k & 1), y = (int64_t)(k >> 1);
-        if (row) rsm__tap_set(f, p, i[0] + x, j[0] + y, room[k], taps + k);
-        for (l = 0; l < RSM__LANES && !row; l++) rsm__tap_copy(f, p, i[l] + x, j[l] + y, l, room[k]);
-        if (!row) rsm__tap_room(taps + k, room[k]);
-    }
-}
-
-/* Adds what the last frame saw of a chunk. */
-static inline void rsm__accumulate_old(const rsm__filter_run *r, size_t at, size_t end, rsm__chunk *now)
-{
-    const rsm_filter *f = r->filter;
-    float room[4][RSM__PLANES][RSM__LANES], size[2];
-    rsm__picture last;
-    rsm__past to;
-    rsm__tap taps[4];
-    size_t l, c;
-    last.shape = f->history;
-    last.rgb = f->history + RSM__RGB * f->spacing;
-    last.shape_row = last.rgb_row = RSM__PLANES * f->spacing;
-    last.channels = 4;
-    size[0] = (float)f->width;
-    size[1] = (float)f->height;
-    if (!r->desc->motion) r->reproject(f->matrix, (const rsm__chunk *)now, size, r->desc->bottom_first, &to);
-    for (l = 0; l < RSM__LANES; l++) {
-        int there = now[RSM__FRAMES][l] > 0.0f;
-        to.size2[l] = RSM_FAR;                   /* moved surfaces are found by motion only */
-        if (r->desc->motion) to.x[l] = there ? r->desc->motion[2 * (at + l)] : -8.0f;
-        if (r->desc->motion) to.y[l] = there ? r->desc->motion[2 * (at + l) + 1] : -8.0f;
-        else if (there) to.size2[l] = rsm__footprint2(r, at + l, now[0][l], now[1][l], now[2][l]);
-    }
-    rsm__past_taps(r, &last, &to, room, taps);
-    r->recall((const rsm__chunk *)now, taps, r->limits, r->desc->motion != NULL, &to);
-    for (l = 0; l < end; l++) {
-        float frames = to.old[3][l] + 1.0f;
-        if (!(to.old[3][l] > 0.0f && now[RSM__FRAMES][l] > 0.0f)) continue;
-        frames = frames < (float)r->history ? frames : (float)r->history;
-        for (c = 0; c < 3; c++) {
-            float *light = &now[RSM__RGB + c][l];
-            *light = to.old[c][l] + (*light - to.old[c][l]) / frames;
-        }
-        now[RSM__FRAMES][l] = frames;
-    }
-}
-
-static inline void rsm__accumulate_row(void *context, size_t y)
-{
-    const rsm__filter_run *r = (const rsm__filter_run *)context;
-    size_t x, c, width = r->filter->width, s = r->filter->spacing;
-    for (x = 0; x < width; x += RSM__LANES) {
-        size_t end = width - x < RSM__LANES ? width - x : (size_t)RSM__LANES;
-        float now[RSM__PLANES][RSM__LANES];
-        rsm__accumulate_load(r, y * width + x, end, now);
-        if (r->history > 1 && (r->desc->motion || (r->desc->view_projection && r->filter->has_matrix)))
-            rsm__accumulate_old(r, y * width + x, end, now);
-        for (c = 0; c < RSM__PLANES; c++) {
-            float *to = r->filter->next + (y * RSM__PLANES + c) * s + x;
-            if (end == RSM__LANES) memcpy(to, now[c], sizeof now[c]);
-            else memcpy(to, now[c], end * sizeof *to);
-        }
-    }
-}
-
-/* One pass of the a-trous filter: 3 x 3 taps, step apart. */
-static inline void rsm__smooth_row(void *context, size_t y)
-{
-    const rsm__filter_run *r = (const rsm__filter_run *)context;
-    const rsm_filter *f = r->filter;
-    size_t l, x, width = f->width;
-    rsm__picture p;
-    int i, j;
-    p.shape = f->next;
-    p.shape_row = RSM__PLANES * f->spacing;
-    p.rgb = r->in;
-    p.rgb_row = r->in_row;
-    p.channels = 3;
-    for (x = 0; x < width; x += RSM__LANES) {
-        size_t count = 1, end = width - x < RSM__LANES ? width - x : (size_t)RSM__LANES;
-        float room[9][RSM__PLANES][RSM__LANES], sum[3][RSM__LANES], *out;
-        rsm__tap taps[9];
-        rsm__tap_set(f, &p, (int64_t)x, (int64_t)y, room[0], taps);
-        for (j = -1; j <= 1; j++)
-            for (i = -1; i <= 1; i++) {
-                int64_t s = (int64_t)x + i * (int64_t)r->step, t = (int64_t)y + j * (int64_t)r->step;
-                if ((i == 0 && j == 0) || s <= -RSM__LANES || s >= (int64_t)width || t < 0 || t >= (int64_t)f->height)
-                    continue;
-                rsm__tap_set(f, &p, s, t, room[count], taps + count);
-                taps[count++].weight = i && j ? 1.0f : 2.0f;
-            }
-        r->smooth(taps, count, r->limits, sum);
-        out = r->out + (r->packed ? 3 * (y * width + x) : 3 * y * f->spacing + x);
-        for (i = 0; i < 3; i++)
-            for (l = 0; l < end; l++) out[r->packed ? 3 * l + (size_t)i : (size_t)i * f->spacing + l] = sum[i][l];
-    }
-}
-
-static inline void rsm__pack_row(void *context, size_t y)
-{
-    const rsm__filter_run *r = (const rsm__filter_run *)context;
     size_t x, c, width = r->filter->width;
     for (x = 0; x < width; x++)
         for (c = 0; c < 3; c++) r->out[3 * (y * width + x) + c] = r->in[y * r->in_row + c * r->filter->spacing + x];
 }
 
-/* From next to between, and on to the other of two; the last pass to out. */
-static inline void rsm__filter_passes(rsm__filter_run *r, float *out, float *const between[2])
+/* Rows of a task, so that taps above were fetched by the same thread. */
+static inline void rsm__filter_band(void *context, size_t band)
+{
+    const rsm__filter_run *r = (const rsm__filter_run *)context;
+    size_t y, end = (band + 1) * RSM__TASK_ROWS;
+    for (y = band * RSM__TASK_ROWS; y < end && y < r->filter->height; y++) r->row(r, y);
+}
+
+static inline void rsm__filter_rows(rsm__filter_run *r, rsm__filter_row row)
+{
+    r->row = row;
+    rsm__run(&r->filter->system, (r->filter->height + RSM__TASK_ROWS - 1) / RSM__TASK_ROWS, rsm__filter_band, r);
+}
+
+/* From next to out. What lies between goes where the last frame was, which nothing asks for any more: to its positions
+   and its normals in turn. */
+static inline void rsm__filter_passes(rsm__filter_run *r, float *out)
 {
     rsm_filter *f = r->filter;
     uint32_t pass;
     r->in = f->next + RSM__RGB * f->spacing;
     r->in_row = RSM__PLANES * f->spacing;
     r->out = out;
-    if (r->desc->passes == 0) rsm__run(&f->system, f->height, rsm__pack_row, r);
+    if (r->desc->passes == 0) rsm__filter_rows(r, rsm__pack);
     for (pass = 0; pass < r->desc->passes; pass++) {
         r->packed = pass + 1 == r->desc->passes;
-        r->out = r->packed ? out : between[pass % 2];
+        r->out = r->packed ? out : f->history + (pass % 2 ? 3 * f->spacing : 0);
+        r->out_row = r->packed ? 3 * (size_t)f->width : RSM__PLANES * f->spacing;
         r->step = 1u << pass;
-        rsm__run(&f->system, f->height, rsm__smooth_row, r);
+        rsm__filter_rows(r, r->smooth);
         r->in = r->out;
-        r->in_row = 3 * f->spacing;
     }
+}
+
+/* Of a run that has a filter, what to filter and kernels. */
+static inline void rsm__filter_frame(rsm__filter_run *r, float *out)
+{
+    rsm_filter *f = r->filter;
+    const rsm_filter_desc *d = r->desc;
+    float *swap;
+    r->history = d->history ? d->history : 8;
+    r->recalls = r->history > 1 && (d->motion || (d->view_projection && f->has_matrix));
+    r->limits[0] = d->normal_cosine > 0.0f ? d->normal_cosine : 0.9f;
+    r->limits[1] = 1.0f / (1.0f - r->limits[0]);
+    r->limits[2] = d->plane_slope > 0.0f ? d->plane_slope * d->plane_slope : 0.1f * 0.1f;
+    rsm__filter_rows(r, r->accumulate);
+    rsm__filter_passes(r, out);
+    swap = f->history;
+    f->history = f->next;
+    f->next = swap;
+    f->has_matrix = d->view_projection != NULL;
+    if (d->view_projection) memcpy(f->matrix, d->view_projection, sizeof f->matrix);
 }
 
 RSM_DEF rsm_result rsm_filter_apply(rsm_filter *filter, const rsm_filter_desc *desc, const rsm_points *points,
                                     const float *irradiance, float *out)
 {
     rsm__filter_run r;
-    rsm__allocator a;
-    float *swap, *between[2] = { NULL, NULL };
-    size_t row;
     int i;
     if (!filter || !desc || !irradiance || !out || !rsm__points_valid(points) || points->indices)
         return RSM_ERR_ARGUMENT;
@@ -3845,31 +3977,13 @@ RSM_DEF rsm_result rsm_filter_apply(rsm_filter *filter, const rsm_filter_desc *d
     if (!(desc->plane_slope >= 0.0f && desc->plane_slope <= 1e6f)) return RSM_ERR_DESC;
     for (i = 0; i < 16 && desc->view_projection; i++)
         if (!rsm__finite(desc->view_projection[i])) return RSM_ERR_DESC;
-    a = rsm__allocator_of(&filter->system);
-    row = 3 * filter->spacing;
-    if (desc->passes > 1) {                      /* pass 1 to the first, 2 to the second, the last one to out */
-        between[0] = (float *)rsm__alloc_array(&a, filter->height, (desc->passes > 2 ? 2 : 1) * row * sizeof(float));
-        if (!between[0]) return RSM_ERR_ALLOC;
-        between[1] = desc->passes > 2 ? between[0] + filter->height * row : NULL;
-    }
     memset(&r, 0, sizeof r);
     r.filter = filter;
     r.desc = desc;
     r.points = points;
     r.in = irradiance;
-    r.history = desc->history ? desc->history : 8;
     rsm__choose_filter(&r);
-    r.limits[0] = desc->normal_cosine > 0.0f ? desc->normal_cosine : 0.9f;
-    r.limits[1] = 1.0f / (1.0f - r.limits[0]);
-    r.limits[2] = desc->plane_slope > 0.0f ? desc->plane_slope * desc->plane_slope : 0.1f * 0.1f;
-    rsm__run(&filter->system, filter->height, rsm__accumulate_row, &r);
-    rsm__filter_passes(&r, out, between);
-    rsm__free(&a, between[0]);
-    swap = filter->history;
-    filter->history = filter->next;
-    filter->next = swap;
-    filter->has_matrix = desc->view_projection != NULL;
-    if (desc->view_projection) memcpy(filter->matrix, desc->view_projection, sizeof filter->matrix);
+    rsm__filter_frame(&r, out);
     return RSM_OK;
 }
 

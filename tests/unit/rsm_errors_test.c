@@ -743,57 +743,122 @@ static void vector_units_agree(void **state)
     (void)state;
 }
 
-/* The portable code of the filter and of crowds gives what AVX2 gives, to the bit. */
+#if RSM__X86
+typedef struct unit { rsm__filter_row accumulate, smooth; } unit;
+
+enum { PICTURE_W = 150, PICTURE_H = 21, PICTURE = PICTURE_W * PICTURE_H };
+
+/* Planes at two depths with bumps, holes, places that are none and light that is none. */
+static void unit_picture(float *places, float *facing, float *light)
+{
+    uint32_t i;
+    for (i = 0; i < PICTURE; i++) {
+        uint32_t x = i % PICTURE_W, y = i / PICTURE_W;
+        float *p = places + 3 * i, *n = facing + 3 * i;
+        p[0] = ((float)x + 0.5f) / PICTURE_W * 2 - 1;
+        p[1] = 1 - ((float)y + 0.5f) / PICTURE_H * 2;
+        p[2] = x > 90 ? 0.4f : 0.01f * rsm__random(1, 1, i);
+        n[0] = 0.3f * rsm__random(1, 2, i);
+        n[1] = x % 40 == 7 ? 1.0f : 0.0f;
+        n[2] = x > 120 && y < 4 ? 0.0f : 1.0f;
+        if (n[2] <= 0) n[0] = 0;
+        light[3 * i] = light[3 * i + 1] = rsm__random(1, 3, i);
+        light[3 * i + 2] = i == 77 ? rsm__from_bits(0x7fc00000u) : rsm__random(1, 4, i);
+    }
+    places[3 * 160] = 2e9f;
+    facing[3 * 500 + 1] = rsm__from_bits(0x7fc00000u);
+}
+
+/* Four frames of a filter by one unit: hashes of what each gives. way: 0 a camera that stands still, 1 that turns a
+   little, 2 that comes so near that neighbours were not neighbours, 3 motion without rule. */
+static void unit_frames(const unit *u, int way, size_t stride, uint32_t hashes[4])
+{
+    static float places[4 * PICTURE], facing[4 * PICTURE], light[3 * PICTURE], motion[2 * PICTURE], out[3 * PICTURE];
+    rsm_filter *filter;
+    rsm_filter_desc d;
+    rsm_points p;
+    uint32_t frame, i, k, recalled = 0;
+    unit_picture(places, facing, light);
+    for (i = PICTURE; stride == 16 && i-- > 0;) {
+        memmove(places + 4 * i, places + 3 * i, 12);
+        memmove(facing + 4 * i, facing + 3 * i, 12);
+    }
+    memset(&d, 0, sizeof d);
+    memset(&p, 0, sizeof p);
+    p.count = PICTURE;
+    p.width = PICTURE_W;
+    p.positions = places;
+    p.normals = facing;
+    p.position_stride = p.normal_stride = stride;
+    assert_int_equal(rsm_filter_create(PICTURE_W, PICTURE_H, NULL, &filter), RSM_OK);
+    for (frame = 0; frame < 4; frame++) {
+        float f = way ? (float)frame : 0, near = way == 2 ? 1 + 0.8f * f : 1 + 0.0008f * f;
+        float m[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+        rsm__filter_run r;
+        m[0] = m[5] = near;
+        m[12] = 0.0063f * f;
+        m[13] = 0.021f * f;
+        for (i = 0; way == 3 && i < 2 * PICTURE; i++)
+            motion[i] = (float)(i % 2 ? i / 2 / PICTURE_W : i / 2 % PICTURE_W) + 4 * rsm__random(frame, 5, i) - 2;
+        d.view_projection = m;
+        d.motion = way == 3 ? motion : NULL;
+        d.passes = frame;
+        memset(&r, 0, sizeof r);
+        r.filter = filter;
+        r.desc = &d;
+        r.points = &p;
+        r.in = light;
+        r.accumulate = u->accumulate;
+        r.smooth = u->smooth;
+        rsm__filter_frame(&r, out);
+        hashes[frame] = 2166136261u;
+        for (i = 0; i < 3 * PICTURE; i++) hashes[frame] = (hashes[frame] ^ rsm__to_bits(out[i])) * 16777619u;
+        for (i = 0; i < PICTURE_H; i++)
+            for (k = 0; k < PICTURE_W; k++)
+                recalled += filter->history[(i * RSM__PLANES + RSM__FRAMES) * filter->spacing + k] > 1.5f;
+    }
+    assert_true(recalled > PICTURE / 2);
+    rsm_filter_free(filter);
+}
+#endif
+
+/* The portable code of the filter gives what vectors of 8 and 16 give, to the bit. */
+static void vector_units_filter_alike(void **state)
+{
+#if RSM__X86
+    static const unit plain = { rsm__filter_plain_accumulate, rsm__filter_plain_smooth };
+    static const unit avx2 = { rsm__filter_avx2_accumulate, rsm__filter_avx2_smooth };
+    static const unit avx512 = { rsm__filter_avx512_accumulate, rsm__filter_avx512_smooth };
+    uint32_t expected[4], got[4];
+    int way;
+    for (way = 0; way < 4; way++) {
+        unit_frames(&plain, way, 12, expected);
+        unit_frames(&plain, way, 16, got);
+        assert_memory_equal(got, expected, sizeof got);
+        if (!rsm__cpu_has_avx2()) continue;
+        unit_frames(&avx2, way, 12, got);
+        assert_memory_equal(got, expected, sizeof got);
+        if (!rsm__cpu_has_avx512()) continue;
+        unit_frames(&avx512, way, 12, got);
+        assert_memory_equal(got, expected, sizeof got);
+        unit_frames(&avx512, way, 16, got);
+        assert_memory_equal(got, expected, sizeof got);
+    }
+#endif
+    (void)state;
+}
+
+/* And so for crowds. */
 static void vector_units_agree_on_pictures(void **state)
 {
 #if RSM__X86
-    static float room[9][RSM__PLANES][RSM__LANES], out[2][3][RSM__LANES];
     static rsm__block block[2];
-    static const float limits[3] = { 0.5f, 2, 0.04f }, size[2] = { 40, 30 };
-    static const float matrix[16] = { 1, 0.1f, 0, 0.05f, 0.2f, 1, 0, -0.1f, 0.1f, 0.3f, 0, 1, 0, 0.1f, 0, 0.4f };
     rsm__crowd crowds[3];
-    rsm__past past[2];
-    rsm__tap taps[9];
     rsm__sum none;
-    uint32_t seed = 1;
     size_t i, k, l;
-    int way;
     if (!rsm__cpu_has_avx2()) return;
     memset(&none, 0, sizeof none);
-    memset(past, 0, sizeof past);
     memset(crowds, 0, sizeof crowds);
-    for (i = 0; i < 9; i++)
-        for (k = 0; k < RSM__PLANES; k++)
-            for (l = 0; l < RSM__LANES; l++) {
-                float x = rsm__random(seed, 1, (uint32_t)(i * 100 + k * 10 + l));
-                room[i][k][l] = k == 4             ? 1
-                                : k == 3 || k == 5 ? 0.3f * x
-                                : k == RSM__FRAMES ? (float)(l % 3)
-                                                   : x - (l == 2 && k < 3);
-            }
-    for (i = 0; i < 9; i++) {
-        rsm__tap_room(&taps[i], room[i]);
-        taps[i].weight = i % 2 ? 1.0f : 2.0f;
-    }
-    rsm__filter_plain_smooth(taps, 9, limits, out[0]);
-    rsm__filter_avx2_smooth(taps, 9, limits, out[1]);
-    assert_memory_equal(out[0], out[1], sizeof out[0]);
-    rsm__filter_plain_smooth(taps, 2, limits, out[0]);  /* few neighbours: no brighter than the brightest of them */
-    rsm__filter_avx2_smooth(taps, 2, limits, out[1]);
-    assert_memory_equal(out[0], out[1], sizeof out[0]);
-    for (way = 0; way < 4; way++) {
-        rsm__filter_plain_reproject(matrix, (const rsm__chunk *)room[0], size, way & 1, &past[0]);
-        rsm__filter_avx2_reproject(matrix, (const rsm__chunk *)room[0], size, way & 1, &past[1]);
-        assert_memory_equal(&past[0], &past[1], sizeof past[0]);
-        for (l = 0; l < RSM__LANES; l++)
-            for (k = 0; k < 2; k++) {
-                past[k].size2[l] = l == 5 ? 0.01f : 9;
-                past[k].weights[0][l] = past[k].weights[1][l] = past[k].weights[2][l] = past[k].weights[3][l] = 0.25f;
-            }
-        rsm__filter_plain_recall((const rsm__chunk *)room[0], taps + 1, limits, way >> 1, &past[0]);
-        rsm__filter_avx2_recall((const rsm__chunk *)room[0], taps + 1, limits, way >> 1, &past[1]);
-        assert_memory_equal(&past[0], &past[1], sizeof past[0]);
-    }
     for (i = 0; i < 100; i++) {
         rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
         g.near_limit = 1e-6f;
@@ -1186,7 +1251,8 @@ int main(void)
         cmocka_unit_test(limits_of_pictures_are_exact), cmocka_unit_test(tasks_run_once_between_fractions),
         cmocka_unit_test(odd_receivers),       cmocka_unit_test(order_of_tasks), cmocka_unit_test(cancelling),
         cmocka_unit_test(vector_units_agree),
-        cmocka_unit_test(vector_units_agree_on_pictures), cmocka_unit_test(nothing_to_take_light_from),
+        cmocka_unit_test(vector_units_agree_on_pictures), cmocka_unit_test(vector_units_filter_alike),
+        cmocka_unit_test(nothing_to_take_light_from),
         cmocka_unit_test(sums_agree), cmocka_unit_test(textures),
         cmocka_unit_test(taps_of_a_texel),     cmocka_unit_test(matrices_of_nothing),
         cmocka_unit_test(glossy),              cmocka_unit_test(blue_noise),     cmocka_unit_test(history),

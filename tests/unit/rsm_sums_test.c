@@ -803,6 +803,8 @@ static void recall_brute(const seen *last, seen *me, double x, double y, double 
 {
     double total = 0, rgb[3] = { 0, 0, 0 }, frames = 0;
     int i, j, c;
+    if (fabs(x - 0.5 - floor(x)) < 1.0 / 64) x = floor(x) + 0.5;       /* a pixel's centre is meant */
+    if (fabs(y - 0.5 - floor(y)) < 1.0 / 64) y = floor(y) + 0.5;
     for (j = (int)floor(y - 0.5); j <= (int)floor(y - 0.5) + 1; j++)
         for (i = (int)floor(x - 0.5); i <= (int)floor(x - 0.5) + 1; i++) {
             double w = (1 - fabs(x - 0.5 - i)) * (1 - fabs(y - 0.5 - j)), d[3];

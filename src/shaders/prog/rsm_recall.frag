@@ -37,7 +37,8 @@ void main()
         ivec2 other = ivec2(at.x + 1 < size.x ? at.x + 1 : max(at.x - 1, 0), at.y);
         vec3 d = uintBitsToFloat(RSM_SEEN(other, 0).xyz) - r.position;
         float reach = dot(d, d) < 1e18 ? 16.0 * dot(d, d) + 1e-12 : 1e-12, total = 0.0;
-        vec2 from = floor(q - 0.5), f = q - 0.5 - from;
+        vec2 centre = floor(q), place = mix(q - 0.5, centre, lessThan(abs(q - 0.5 - centre), vec2(1.0 / 64.0)));
+        vec2 from = floor(place), f = place - from;         // a still camera finds one pixel, not four of rounding
         vec4 old = vec4(0.0);
         for (int k = 0; k < 4; k++) {
             ivec2 there = ivec2(from) + ivec2(k & 1, k >> 1);
