@@ -1513,7 +1513,8 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *ren
     X(vec4, pattern, 1)         /* r_max; scale and lights of MIXED; frames of the filter, reach */ \
     X(vec4, limits, 1)          /* offset, clamp, near_limit, sets; direct: bias, slope bias */     \
     X(vec4, tests, 1)           /* normal_cosine, plane_slope, distance, contrast */            \
-    X(uvec4, lists, 1)          /* of compute: read, for open pixels, for wanted nodes; step of the next grid */
+    X(uvec4, lists, 1)          /* of compute: read, for open pixels, for wanted nodes; step of the next grid */ \
+    X(vec4, surfaces, 1)        /* near_field */
 
 #define GLBK_RSM_DRAWN_MEMBERS(X)                                                                  \
     X(mat4, world, 1)                                                                               \
@@ -1581,7 +1582,7 @@ typedef struct glbk_rsm_renderer_desc {
     int      interpolate, denoise;      /* not 0: memory for glbk_rsm_gather with a grid, for glbk_rsm_denoise */
 } glbk_rsm_renderer_desc;
 
-#define GLBK_RSM_PROGRAMS 22u
+#define GLBK_RSM_PROGRAMS 25u
 
 typedef struct glbk_rsm_renderer {      /* read only; zeroed = none */
     glbk_program programs[GLBK_RSM_PROGRAMS];       /* compiled when first needed */
@@ -1669,6 +1670,8 @@ typedef struct glbk_rsm_gather_desc {   /* rsm_gather_desc; noise and materials 
     float    r_max, offset, clamp, near_limit;
     uint32_t seed, interleave;
     uint32_t lights_per_pass;           /* 0 = 4096, at most 32768: a pass must not outlast the driver's patience */
+    float    near_field;                /* of every texel, ABOUT and MIXED; a program of your own that is to have it, too,
+                                           needs RSM_SURFACES=1 among its defines */
 } glbk_rsm_gather_desc;
 
 typedef struct glbk_rsm_grid {          /* rsm_interpolation */
@@ -5309,7 +5312,7 @@ static const char *const glbk__glsl_lib_rsm_access_glsl[] = {
     "// Running sums of flux: in the row up to texel x, and of rows up to row y of its face.\n",
     "#define RSM_ROW_SUM(t) uintBitsToFloat(texelFetch(glbk_rsm_sums, t, 0).x)\n",
     "#define RSM_ROWS_SUM(y, face) uintBitsToFloat(texelFetch(glbk_rsm_rows, ivec3(y, 0, face), 0).x)\n",
-    "// Number i of the list: 0 position and bound, 1 normal and density, 2 flux and texel, 3 light and material.\n",
+    "// Number i of the list: 0 position and bound, 1 normal and density (MIXED) or squared distance that is near, 2 flux and texel, 3 light and material.\n",
     "#define RSM_LISTED(i, k) texelFetch(glbk_rsm_lights, ivec3(int((i) & 1023u), int((i) >> 10), k), 0)\n",
     "#define RSM_PATTERN(i) texelFetch(glbk_rsm_pattern, ivec2(int((i) & 1023u), int((i) >> 10)), 0).xyz\n",
     "#ifndef RSM_LIGHT           // lib/rsm_chunk.glsl has chunks of both in shared memory\n",
@@ -5354,6 +5357,7 @@ static const char *const glbk__glsl_lib_rsm_bindings_glsl[] = {
     "    vec4 limits;\n",
     "    vec4 tests;\n",
     "    uvec4 lists;\n",
+    "    vec4 surfaces;\n",
     "} glbk_rsm_frame;\n",
     "layout(std140) uniform glbk_rsm_drawn_block {\n",
     "    mat4 world;\n",
@@ -5453,7 +5457,11 @@ static const char *const glbk__glsl_lib_rsm_direct_glsl[] = {
 
 static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "// rsm_gather - bounced light of a receiver: from the list of pixel lights, and from texels about its projection.\n",
+    "// Defines: RSM_SURFACES=1, where near_field makes surfaces of near texels; 0, the default: all lights are points.\n",
     "// uses: rsm_pick\n",
+    "#ifndef RSM_SURFACES\n",
+    "#define RSM_SURFACES 0\n",
+    "#endif\n",
     "// Equation (1) without flux: cos cos / d^2, cosines times d over d^4. Both must exceed the rounding of positions, so that\n",
     "// a plane does not light itself (T40).\n",
     "float rsm_near = 0.0;     // 1 / squared distance of the nearest light so far that is not edge-on, for interpolation\n",
@@ -5468,14 +5476,89 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "    return min(form, bound);\n",
     "}\n",
     "\n",
+    "#if RSM_SURFACES\n",
+    "// Half the sides of the surface under a texel at p: the cross section of its beam, along the beam onto the plane of n. Their\n",
+    "// parallelogram has rsm_area's area, since grazing ones are bounded alike, along the light.\n",
+    "void rsm_texel_sides(rsm_lamp l, int face, vec3 p, vec3 n, out vec3 side, out vec3 other)\n",
+    "{\n",
+    "    vec3 a, d;\n",
+    "    float scale = l.extent / l.size;\n",
+    "    rsm_face_frame(l, face, side, other, a);\n",
+    "    d = a;\n",
+    "    if (l.kind != RSM_SUN) {\n",
+    "        float depth = dot(p - l.position, a);\n",
+    "        d = (p - l.position) / depth;\n",
+    "        scale *= depth;\n",
+    "    }\n",
+    "    float facing = dot(d, n), least = 0.05 * length(d), bounded = max(abs(facing), least) * (facing < 0.0 ? -1.0 : 1.0);\n",
+    "    vec3 along = d - n * facing;\n",
+    "    vec2 off = vec2(dot(side, n), dot(other, n)), stretched = off / bounded;\n",
+    "    if (abs(facing) < least)\n",
+    "        stretched += vec2(dot(side, along), dot(other, along)) * ((1.0 - abs(facing) / least) / dot(along, along));\n",
+    "    side = (side - n * off.x - along * stretched.x) * scale;\n",
+    "    other = (other - n * off.y - along * stretched.y) * scale;\n",
+    "}\n",
+    "\n",
+    "// An edge's share of Lambert's sum: angle(a, b) n . (b x a) / |b x a|.\n",
+    "float rsm_edge(vec3 n, vec3 a, vec3 b)\n",
+    "{\n",
+    "    vec3 c = cross(b - a, a);\n",
+    "    float size = length(c);\n",
+    "    return size > 0.0 ? atan(size, dot(a, b)) * (dot(n, c) / size) : 0.0;\n",
+    "}\n",
+    "\n",
+    "float rsm_clipped_edge(vec3 n, vec3 a, vec3 b, inout vec3 leave, inout vec3 come)\n",
+    "{\n",
+    "    float ha = dot(n, a), hb = dot(n, b);\n",
+    "    if (!(ha > 0.0) && !(hb > 0.0)) return 0.0;\n",
+    "    if (!(ha > 0.0 && hb > 0.0)) {\n",
+    "        vec3 at = a + (b - a) * (ha / (ha - hb));\n",
+    "        if (ha > 0.0) b = leave = at;\n",
+    "        else a = come = at;\n",
+    "    }\n",
+    "    return rsm_edge(n, a, b);\n",
+    "}\n",
+    "\n",
+    "// Integral of cos cos / d^2 over the parallelogram c +- u +- v, seen from the origin and clipped at the horizon of n: pi\n",
+    "// times the form factor (Baum, Rushmeier and Winget 1989). The horizon cuts it once at most: where it leaves and where it\n",
+    "// comes back are joined. No loop, since it is called in one: llvmpipe counts the rounds of all of them together.\n",
+    "float rsm_form_of(vec3 n, vec3 c, vec3 u, vec3 v)\n",
+    "{\n",
+    "    vec3 p = c - u - v, q = c + u - v, r = c + u + v, s = c - u + v, leave = c, come = c;\n",
+    "    float sum = rsm_clipped_edge(n, p, q, leave, come) + rsm_clipped_edge(n, q, r, leave, come);\n",
+    "    sum += rsm_clipped_edge(n, r, s, leave, come) + rsm_clipped_edge(n, s, p, leave, come);\n",
+    "    return 0.5 * abs(sum + rsm_edge(n, leave, come));\n",
+    "}\n",
+    "#endif\n",
+    "\n",
+    "// rsm_form where the light is a texel of a face: nearer than the root of near2 the mean over the surface that it is. To\n",
+    "// receivers that face it nearer than half its side to its plane no more than a point, by degrees: so lie the backs of bent\n",
+    "// sheets, through which the parallelogram reaches.\n",
+    "float rsm_texel_form(rsm_lamp l, vec3 p, vec3 n, int face, vec3 light, vec3 light_normal, float bound, float near2)\n",
+    "{\n",
+    "    float form = rsm_form(p, n, light, light_normal, bound);\n",
+    "#if RSM_SURFACES\n",
+    "    vec3 d = light - p, most = max(abs(p), abs(light)), u, v;\n",
+    "    float height = -dot(light_normal, d), d2 = dot(d, d), facing = -2.0 * dot(n, light_normal);\n",
+    "    if (!(d2 < near2)) return form;\n",
+    "    if (!(height > 4e-7 * max(max(most.x, most.y), most.z))) return 0.0;\n",
+    "    rsm_texel_sides(l, face, light, light_normal, u, v);\n",
+    "    float area = 4.0 * length(cross(u, v)), point = max(dot(n, d) / d2, 0.0) * (height / d2);\n",
+    "    form = area > 0.0 ? rsm_form_of(n, d, u, v) / area : 0.0;\n",
+    "    if (form > point && facing > 0.0 && 4.0 * height * height < area)\n",
+    "        form += min(facing, 1.0) * (1.0 - 2.0 * height / sqrt(area)) * (point - form);\n",
+    "    form = min(form, bound);\n",
+    "#endif\n",
+    "    return form;\n",
+    "}\n",
+    "\n",
     "// The glossy part towards p: a Phong lobe about the mirrored direction of the light, of energy `specular`.\n",
-    "vec3 rsm_gloss(rsm_lamp l, vec3 p, vec3 n, vec3 light, vec3 light_normal, float bound, vec3 incident, vec4 material)\n",
+    "vec3 rsm_gloss(rsm_lamp l, vec3 p, vec3 light, vec3 light_normal, float form, vec3 incident, vec4 material)\n",
     "{\n",
     "    vec3 to = rsm_to_light(l, light), mirror = 2.0 * dot(light_normal, to) * light_normal - to, d = p - light;\n",
     "    float c = dot(mirror, d) / max(sqrt(dot(d, d)), 1e-9);\n",
     "    if (!(c > 0.0)) return vec3(0.0);\n",
-    "    return incident * material.xyz * (0.5 * (material.w + 2.0) * pow(min(c, 1.0), material.w)) *\n",
-    "           rsm_form(p, n, light, light_normal, bound);\n",
+    "    return incident * material.xyz * (0.5 * (material.w + 2.0) * pow(min(c, 1.0), material.w)) * form;\n",
     "}\n",
     "\n",
     "float rsm_bound_of(float area, float limit_clamp, float near_limit)\n",
@@ -5560,17 +5643,17 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "    for (uint i = from; i < to; i++) {\n",
     "        vec4 a = uintBitsToFloat(RSM_LIGHT(i, 0)), b = uintBitsToFloat(RSM_LIGHT(i, 1));\n",
     "        uvec4 c = RSM_LIGHT(i, 2);\n",
-    "        float w = 1.0;\n",
+    "        float w = 1.0, form = rsm_texel_form(l, p, n, int(c.w >> 24), a.xyz, b.xyz, a.w, mixed > 0.0 ? 0.0 : b.w);\n",
     "        if (mixed > 0.0) {\n",
     "            ivec3 t = ivec3(c.w & 4095u, (c.w >> 12) & 4095u, c.w >> 24);\n",
     "            vec3 d = rsm_mixed_place(l, t) - centre;\n",
     "            w = (dot(d, d) + 2.7127e-5) * b.w;\n",
     "            w = w / (w + mixed);\n",
     "        }\n",
-    "        vec3 light = uintBitsToFloat(c.xyz) * rsm_form(p, n, a.xyz, b.xyz, a.w);\n",
+    "        vec3 light = uintBitsToFloat(c.xyz) * form;\n",
     "        if (glossy) {\n",
     "            uvec4 g = RSM_LIGHT(i, 3);\n",
-    "            if (g.w != 0u) light += rsm_gloss(l, p, n, a.xyz, b.xyz, a.w, uintBitsToFloat(g.xyz), RSM_MATERIAL(g.w - 1u));\n",
+    "            if (g.w != 0u) light += rsm_gloss(l, p, a.xyz, b.xyz, form, uintBitsToFloat(g.xyz), RSM_MATERIAL(g.w - 1u));\n",
     "        }\n",
     "        sum += light * w;\n",
     "    }\n",
@@ -5578,9 +5661,10 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "}\n",
     "\n",
     "// From points first, first + step, ... of the pattern, count of them, about the projection of p. limits: offset, clamp,\n",
-    "// near_limit, sets that share the points. mixed, picked: MIXED; else 0.\n",
+    "// near_limit, sets that share the points. mixed, picked: MIXED; else 0. near_field: texels nearer than so many of their\n",
+    "// sides are surfaces.\n",
     "vec3 rsm_gather_about(rsm_lamp l, vec3 p, vec3 n, float r_max, vec2 turn, uint first, uint step, uint count, vec4 limits,\n",
-    "                      bool glossy, float mixed, float picked)\n",
+    "                      bool glossy, float mixed, float picked, float near_field)\n",
     "{\n",
     "    vec3 sum = vec3(0.0), right, up, centre = rsm_centre_of(l, p, !(r_max > 0.0), right, up);\n",
     "    float total = picked > 0.0 ? rsm_total(l) : 0.0;\n",
@@ -5600,9 +5684,10 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "        vec3 light_normal = uintBitsToFloat(b.xyz);\n",
     "        light -= limits.x * light_normal;\n",
     "        float bound = rsm_bound_of(flux.w * weight, limits.y, limits.z);\n",
-    "        vec3 e = flux.xyz * rsm_form(p, n, light, light_normal, bound);\n",
+    "        float form = rsm_texel_form(l, p, n, t.z, light, light_normal, bound, near_field * near_field * flux.w);\n",
+    "        vec3 e = flux.xyz * form;\n",
     "        if (glossy && b.w != 0u)\n",
-    "            e += rsm_gloss(l, p, n, light, light_normal, bound, rsm_incident(l, t.z, t.xy) * l.value, RSM_MATERIAL(b.w - 1u));\n",
+    "            e += rsm_gloss(l, p, light, light_normal, form, rsm_incident(l, t.z, t.xy) * l.value, RSM_MATERIAL(b.w - 1u));\n",
     "        sum += e * (weight * limits.w);\n",
     "    }\n",
     "    return sum;\n",
@@ -5968,7 +6053,7 @@ static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
     "{\n",
     "    return rsm_gather_about(l, r.position, r.normal, glbk_rsm_frame.pattern.x, turn, first, step, count,\n",
     "                            glbk_rsm_frame.limits, glbk_rsm_frame.pick.w != 0u, glbk_rsm_frame.pattern.y,\n",
-    "                            glbk_rsm_frame.pattern.z);\n",
+    "                            glbk_rsm_frame.pattern.z, glbk_rsm_frame.surfaces.x);\n",
     "}\n",
     "\n",
     "// Bounced light of pixel `at` from the bound list, map and pattern.\n",
@@ -7859,7 +7944,7 @@ static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
     "// Mode 0: every pixel, a group has 8 x 8 of one set; 1: nodes of a list (NODES=1; else nothing asks how near lights are,\n",
     "// and a tenth of a pair's work is not done); 2: pixels of a list.\n",
     "// uses: rsm_chunk rsm_screen rsm_lists\n",
-    "// sets: NODES=0 | NODES=1\n",
+    "// sets: NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1\n",
     "#ifndef NODES\n",
     "#define NODES 0\n",
     "#endif\n",
@@ -7942,6 +8027,7 @@ static const char *const glbk__glsl_prog_rsm_gather_frag[] = {
     "// Bounced light, added up draw by draw. Mode 0: every pixel; 1: nodes of a grid; 2: pixels that are still open.\n",
     "// uses: rsm_screen\n",
     "// with: screen.vert\n",
+    "// sets: RSM_SURFACES=0 | RSM_SURFACES=1\n",
     "layout(location = 0) out glbk_color result;\n",
     "\n",
     "// Does an open pixel need this node? Those between it and the lines before and after it.\n",
@@ -8133,7 +8219,12 @@ static const char *const glbk__glsl_prog_rsm_pick_frag[] = {
     "    place.xyz -= limits.x * uintBitsToFloat(normal.xyz);\n",
     "    place.w = rsm_bound_of(flux.w * weight, limits.y, limits.z);\n",
     "    rsm_out_place = floatBitsToUint(place);\n",
-    "    rsm_out_normal = uvec4(normal.xyz, floatBitsToUint(lit ? 1.0 / weight : 0.0));\n",
+    "#if ALL\n",
+    "    float field = glbk_rsm_frame.surfaces.x, last = field * field * flux.w;\n",
+    "#else\n",
+    "    float last = lit && glbk_rsm_frame.pattern.z > 0.0 ? 1.0 / weight : 0.0;\n",
+    "#endif\n",
+    "    rsm_out_normal = uvec4(normal.xyz, floatBitsToUint(last));\n",
     "    rsm_out_flux = uvec4(floatBitsToUint(flux.xyz * scale), uint(t.x) | uint(t.y) << 12 | uint(t.z) << 24);\n",
     "    rsm_out_gloss = uvec4(0u);\n",
     "    if (lit && normal.w != 0u && normal.w <= glbk_rsm_frame.pick.w)\n",
@@ -8798,13 +8889,13 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/rsm_access.glsl", glbk__glsl_lib_rsm_access_glsl, 23, "rsm_bindings rsm_map", "",
       "" },
-    { "lib/rsm_bindings.glsl", glbk__glsl_lib_rsm_bindings_glsl, 66, "", "",
+    { "lib/rsm_bindings.glsl", glbk__glsl_lib_rsm_bindings_glsl, 67, "", "",
       "" },
     { "lib/rsm_chunk.glsl", glbk__glsl_lib_rsm_chunk_glsl, 6, "", "",
       "" },
     { "lib/rsm_direct.glsl", glbk__glsl_lib_rsm_direct_glsl, 50, "rsm_access", "",
       "" },
-    { "lib/rsm_gather.glsl", glbk__glsl_lib_rsm_gather_glsl, 155, "rsm_pick", "",
+    { "lib/rsm_gather.glsl", glbk__glsl_lib_rsm_gather_glsl, 236, "rsm_pick", "",
       "" },
     { "lib/rsm_grid.glsl", glbk__glsl_lib_rsm_grid_glsl, 59, "rsm_screen", "",
       "" },
@@ -8907,14 +8998,14 @@ static const glbk_file glbk__files[] = {
     { "prog/rsm_fill.vert", glbk__glsl_prog_rsm_fill_vert, 16, "rsm_bindings", "",
       "" },
     { "prog/rsm_gather.comp", glbk__glsl_prog_rsm_gather_comp, 81, "rsm_chunk rsm_screen rsm_lists", "",
-      "NODES=0 | NODES=1" },
-    { "prog/rsm_gather.frag", glbk__glsl_prog_rsm_gather_frag, 43, "rsm_screen", "screen.vert",
-      "" },
+      "NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1" },
+    { "prog/rsm_gather.frag", glbk__glsl_prog_rsm_gather_frag, 44, "rsm_screen", "screen.vert",
+      "RSM_SURFACES=0 | RSM_SURFACES=1" },
     { "prog/rsm_interpolate.comp", glbk__glsl_prog_rsm_interpolate_comp, 75, "rsm_lists rsm_grid", "",
       "RSM_GROUP=256 | RSM_GROUP=64" },
     { "prog/rsm_interpolate.frag", glbk__glsl_prog_rsm_interpolate_frag, 29, "rsm_grid", "screen.vert",
       "" },
-    { "prog/rsm_pick.frag", glbk__glsl_prog_rsm_pick_frag, 44, "rsm_gather", "screen.vert",
+    { "prog/rsm_pick.frag", glbk__glsl_prog_rsm_pick_frag, 49, "rsm_gather", "screen.vert",
       "ALL=0 | ALL=1" },
     { "prog/rsm_recall.frag", glbk__glsl_prog_rsm_recall_frag, 66, "rsm_screen", "screen.vert",
       "" },
@@ -13569,6 +13660,9 @@ enum {
     GLBK__RSM_DO_SCAN_ROWS,
     GLBK__RSM_DO_GATHER,
     GLBK__RSM_DO_NODES,
+    GLBK__RSM_GATHER_SURFACES,  /* of the three, with near_field */
+    GLBK__RSM_DO_GATHER_SURFACES,
+    GLBK__RSM_DO_NODES_SURFACES,
     GLBK__RSM_DO_BEGIN,
     GLBK__RSM_DO_INTERPOLATE,
     GLBK__RSM_DO_LISTED,
@@ -13584,7 +13678,9 @@ static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAMS][2] = {
     { "rsm_gather.frag", NULL },        { "rsm_interpolate.frag", NULL },   { "rsm_recall.frag", NULL },
     { "rsm_smooth.frag", NULL },        { "rsm_resolve.frag", NULL },
     { "rsm_scan.comp", "ROWS=0" },      { "rsm_scan.comp", "ROWS=1" },      { "rsm_gather.comp", "NODES=0" },
-    { "rsm_gather.comp", "NODES=1" },   { "rsm_begin.comp", NULL },
+    { "rsm_gather.comp", "NODES=1" },   { "rsm_gather.frag", "RSM_SURFACES=1" },
+    { "rsm_gather.comp", "NODES=0 RSM_SURFACES=1" },
+    { "rsm_gather.comp", "NODES=1 RSM_SURFACES=1" },                        { "rsm_begin.comp", NULL },
     { "rsm_interpolate.comp", "RSM_GROUP=256" },
     { "rsm_interpolate.comp", "RSM_GROUP=64" },                             { "rsm_smooth.comp", NULL }
 };
@@ -14301,9 +14397,12 @@ static glbk_result glbk__rsm_do_add(glbk__rsm_run *g, const glbk_rsm_map *map)
 {
     glbk_rsm_renderer *r = g->r;
     int which = r->values.mode[0] == 1 ? GLBK__RSM_DO_NODES : GLBK__RSM_DO_GATHER;
-    glbk_program *program = &r->programs[which];
+    glbk_program *program;
     uint32_t side = 8 * r->values.counts[1];            /* pixels of a set lie `interleave` apart */
-    glbk_result result = glbk__rsm_ready(g->ctx, r, which);
+    glbk_result result;
+    if (r->values.surfaces[0] > 0.0f) which += GLBK__RSM_DO_GATHER_SURFACES - GLBK__RSM_DO_GATHER;
+    program = &r->programs[which];
+    result = glbk__rsm_ready(g->ctx, r, which);
     if (result != GLBK_OK) return result;
     glbk_rsm_bind(g->ctx, r, map);
     glbk_bind_image(g->ctx, GLBK_SLOT_glbk_rsm_picture, &r->sums[g->now]);
@@ -14330,9 +14429,9 @@ static glbk_result glbk__rsm_add(glbk__rsm_run *g, const glbk_rsm_map *map, uint
     r->values.counts[2] = about / g->sets;
     r->values.pattern[1] =
         g->mixed ? (float)g->about * 0.02764f * (map->faces == 1 ? 1.0f : 0.5236f) / (size * size) : 0.0f;
-    r->values.pattern[2] = g->mixed ? (float)g->by_flux : 0.0f;
     if (r->compute) return glbk__rsm_do_add(g, map);
-    result = glbk__rsm_begin(g->ctx, r, GLBK__RSM_GATHER, &g->targets[next], g->width, g->height);
+    result = glbk__rsm_begin(g->ctx, r, r->values.surfaces[0] > 0.0f ? GLBK__RSM_GATHER_SURFACES : GLBK__RSM_GATHER,
+                             &g->targets[next], g->width, g->height);
     if (result != GLBK_OK) return result;
     glbk_rsm_bind(g->ctx, r, map);
     /* Something of the right kind in every slot: software drivers compile a shader anew for each combination. */
@@ -14392,6 +14491,7 @@ static int glbk__rsm_gather_valid(const glbk_rsm_renderer *r, const glbk_rsm_gat
     if (d->samples > 1u << 20 || k > 8 || (k & (k - 1))) return 0;
     if (about && (!r->points || r->points % (k * k))) return 0;
     if (!(d->r_max >= 0.0f && d->r_max <= 1e3f && d->offset >= 0.0f && d->offset <= 1e9f)) return 0;
+    if (!(d->near_field >= 0.0f && d->near_field <= 32.0f)) return 0;
     return d->clamp >= 0.0f && d->clamp <= 1e18f && d->near_limit >= 0.0f && d->near_limit <= 1e6f;
 }
 
@@ -14547,7 +14647,7 @@ GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *r, gl
     g.seed = d->seed;
     g.all = d->samples == 0;
     g.mixed = d->pattern == GLBK_RSM_PATTERN_MIXED && d->samples > 1;
-    g.apart = g.mixed || r->material_count > 0;
+    g.apart = g.mixed || r->material_count > 0 || (g.all && d->near_field > 0.0f);
     if (!g.all && (g.mixed || d->pattern == GLBK_RSM_PATTERN_ABOUT)) g.about = r->points;
     if (!g.all && d->pattern != GLBK_RSM_PATTERN_ABOUT) g.by_flux = d->samples - (g.mixed ? 3 * d->samples / 5 : 0);
     k = d->interleave ? d->interleave : 1;
@@ -14568,6 +14668,8 @@ GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *r, gl
     r->values.limits[1] = d->clamp;
     r->values.limits[2] = d->near_limit;
     r->values.limits[3] = (float)g.sets;
+    r->values.pattern[2] = g.mixed ? (float)g.by_flux : 0.0f;
+    r->values.surfaces[0] = g.all || g.about ? d->near_field : 0.0f;
     r->bounce = g.now = GLBK__RSM_NONE;
     if (grid) result = glbk__rsm_grids(&g, &tests);
     if (result != GLBK_OK) return result;

@@ -714,7 +714,7 @@ static glbk_result draw_for_sky(void *user, glbk_context *gl, glbk_envsh_maps *m
 
 static int see_from_sun(app *a)
 {
-    static const glbk_rsm_gather_desc by_flux = { GLBK_RSM_PATTERN_FLUX, 256, 0, 0.12f, 0, 0.25f, 0, 0, 0 };
+    static const glbk_rsm_gather_desc by_flux = { GLBK_RSM_PATTERN_FLUX, 256, 0, 0.12f, 0, 0.25f, 0, 0, 0, 0 };
     glbk_rsm_map *map = &a->sun_map;
     GL(glbk_rsm_map_draw(&a->gl, &a->rsm, map, draw_for_rsm, a));
     GL(glbk_rsm_gather(&a->gl, &a->rsm, &map, 1, &by_flux, NULL));      /* leaves 256 lights for our shader */

@@ -81,7 +81,7 @@ static glbk_result frame(glbk_context *gl, glbk_rsm_renderer *r, glbk_rsm_map *m
     static const float eye[3] = { 0, 1, 4.4f },
                        view[16] = { 2, 0, 0, 0, 0, 2.667f, 0, 0, 0, 0, -1.02f, -1, 0, -2.667f, 4.286f, 4.4f };
     const glbk_rsm_direct_desc direct = { 3, 0.5f, 1 };
-    const glbk_rsm_gather_desc gather = { GLBK_RSM_PATTERN_FLUX, 400, 0, 0, 0, 0.3f, 0, 1, 0 };
+    const glbk_rsm_gather_desc gather = { GLBK_RSM_PATTERN_FLUX, 400, 0, 0, 0, 0.3f, 0, 1, 0, 0 };
     const glbk_rsm_grid grid = { 0, 0, 0, 0, 0, 0, 0 };        /* all defaults */
     const glbk_pass screen = {
         NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }

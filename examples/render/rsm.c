@@ -345,6 +345,7 @@ static void read_settings(rs_state *state, const rd_job *job)
     g->offset = (float)rd_setting_number(s, "offset") * job->radius;
     g->clamp = (float)rd_setting_number(s, "clamp");
     g->near_limit = (float)rd_setting_number(s, "near_limit");
+    g->near_field = (float)rd_setting_number(s, "near_field");
     g->interleave = (uint32_t)rd_setting_integer(s, "interleave");
     if (state->mode == RS_DENOISED && rd_setting_is(s, "interleave", "0"))
         g->interleave = 4;
@@ -440,6 +441,7 @@ static const rd_key keys[] = {
     { "offset", RD_NUMBER, NULL, 0, 1, "0", "of pixel lights below their surface, in radii of the scene" },
     { "clamp", RD_NUMBER, NULL, 0, 1e18, "0", "bound on cos cos / d^2; 0: none" },
     { "near_limit", RD_NUMBER, NULL, 0, 1e6, "0.3", "bound on a light, in its own radiosity; 0: none" },
+    { "near_field", RD_NUMBER, NULL, 0, 32, "3", "texels nearer, in their sides, are surfaces, not points (not flux); 0: none" },
     { "noise", RD_WORD, "0|1", 0, 0, "0", "1: patterns turned by blue noise (not flux)" },
     { "interleave", RD_WORD, "0|1|2|4|8", 0, 0, "0", "k x k pixels share the samples; 0: 4 if denoised" },
     { "passes", RD_INTEGER, NULL, 0, 6, "2", "of the filter, denoised" },

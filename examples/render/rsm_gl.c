@@ -357,6 +357,7 @@ static glbk_result gather(rs_state *state)
     d.offset = state->gather.offset;
     d.clamp = state->gather.clamp;
     d.near_limit = state->gather.near_limit;
+    d.near_field = state->gather.near_field;
     d.seed = state->gather.seed;
     d.interleave = state->gather.interleave;
     grid.step = state->interpolation.step;

@@ -1,4 +1,4 @@
-/* rsm_rows.h - tests of rows T25 to T40 and T44 of docs/conformance.md that both sides are put to, in the same words:
+/* rsm_rows.h - tests of rows T25 to T40, T42 and T44 of docs/conformance.md that both sides are put to, in the same words:
    rsm.h by tests/conformance/rsm_gather_test.c, the passes of gl_backend.h by tests/gl/rsm_rows_test.c. Include rsm.h,
    cmocka.h, conformance.h and unit/rsm_util.h before and define ROW_TEST(state), the first line of a test, and
    ROW_POISSONS, the number of Poisson patterns to take the mean of; then define the functions lit_... below. */
@@ -430,6 +430,73 @@ static void clamp_takes_its_share(void **state)
     lit_free(map);
 }
 
+/* ---- T42: near texels as the surface that they are ---- */
+
+/* Form factors of a x b from a point at height h over its corner (Howell's catalogue): the receiver faces it; its normal
+   lies along a, away from the corner. */
+static double corner_below(double a, double b, double h)
+{
+    return (a / hypot(a, h) * atan(b / hypot(a, h)) + b / hypot(b, h) * atan(a / hypot(b, h))) / (2 * PI);
+}
+
+static double corner_beside(double a, double b, double h)
+{
+    return (atan(b / h) - h / hypot(a, h) * atan(b / hypot(a, h))) / (2 * PI);
+}
+
+/* Floor of radiosity 1: of one texel, a unit square from the origin along x and z; of 64 x 64. */
+static void near_texels_are_surfaces(void **state)
+{
+    ROW_TEST(state)
+    static const float square[] = { 0.02f, 0, 0.02f, 0.96f, 0, 0, 0, 0, 0.96f }, floor_[] = { -2, 0, -2, 4, 0, 0, 0, 0, 4 };
+    static const double heights[] = { 0.5, 0.1, 0.01 };
+    rsm_desc d = sun_desc(2, 2, 4);
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+    model m = model_quads(square, 1);
+    rsm_mesh mesh = mesh_of(&m, 0.5);
+    lit *map = lit_of(&d, &mesh, 1);
+    char what[100];
+    double most = 0;
+    int i;
+    g.near_field = 6;
+    for (i = 0; i < 3; i++) {                   /* 24 bits, squared and cancelled */
+        const double h = heights[i], far2 = 0.5 + h * h, share = 1 - 2 * h;
+        snprintf(what, sizeof what, "unit square, one texel, %g under its centre", h);
+        CONFORM("T42", what, 4 * corner_below(0.5, 0.5, h), lit_at(map, &g, 0.5, h, 0.5, 0, -1, 0), 1e-5);
+        snprintf(what, sizeof what, "the same, %g under its corner%s", h, i ? ": by degrees a point" : "");
+        CONFORM("T42", what, corner_below(1, 1, h) * (1 - share) + share * h * h / (PI * far2 * far2),
+                lit_at(map, &g, 0, h, 0, 0, -1, 0), 1e-5);
+        snprintf(what, sizeof what, "the same on a wall at its edge, %g up", h);
+        CONFORM("T42", what, 2 * corner_beside(1, 0.5, h), lit_at(map, &g, 0, h, 0.5, 1, 0, 0), 1e-5);
+        snprintf(what, sizeof what, "the same on a wall through its middle, %g up: half of it is hidden", h);
+        CONFORM("T42", what, 2 * corner_beside(0.5, 0.5, h), lit_at(map, &g, 0.5, h, 0.5, -1, 0, 0), 1e-5);
+    }
+    CONFORM("T42", "below it, behind it, in its plane", 0,
+            lit_at(map, &g, 0.5, -0.1, 0.5, 0, 1, 0) + lit_at(map, &g, -0.1, 0.3, 0.5, -1, 0, 0) +
+            lit_at(map, &g, 0.5, 0, 0.5, 1, 0, 0), 0);
+    g.near_limit = 0.25f;
+    CONFORM("T42", "bounded by a quarter of its own radiosity", 0.25, lit_at(map, &g, 0.5, 0.1, 0.5, 0, -1, 0), 1e-6);
+    lit_free(map);
+    model_free(&m);
+    m = model_quads(floor_, 1);
+    mesh = mesh_of(&m, 0.5);
+    d = sun_desc(2, 1, 64);
+    map = lit_of(&d, &mesh, 1);
+    g.near_limit = 0;
+    for (i = 0; i < 40; i++) { /* facing it from half a texel on, beside it from a three hundredth */
+        const double h = 0.03125 * pow(0.87, i), x = 0.013 * i - 0.25, y = 0.03125 * (0.5 + 0.0125 * i);
+        const double all = corner_below(1 + x, 1, y) + corner_below(1 - x, 1, y), e = lit_at(map, &g, x, y, 0, 0, -1, 0);
+        const double wall = lit_at(map, &g, -0.95 + 0.03 * i, h, 0.011, 1, 0, 0);
+        const double part = corner_beside(1.95 - 0.03 * i, 1.011, h) + corner_beside(1.95 - 0.03 * i, 0.989, h);
+        most = fmax(most, fmax(fabs(e / (2 * all) - 1), fabs(wall / part - 1)));
+        assert_true(e <= 1.0001 && wall <= 0.50005);    /* no more than the floor's own radiosity, half of it on a wall */
+    }
+    /* texels from six sides on are points: some 1/12 x 1/36 of their share of the light */
+    CONFORM_MAX("T42", "floor of 64 x 64 texels, within a texel of it: relative error, facing it and beside it", 1e-3, most);
+    lit_free(map);
+    model_free(&m);
+}
+
 /* ---- T39: a step and a crease, seen by a camera that looks down ---- */
 
 enum { WIDE = 160, HIGH = 96 };
@@ -558,6 +625,6 @@ static void reach_refines(void **state)
     test(flux_of_lamps), test(no_cosine_in_flux), test(no_clamp), test(no_floating_texels), test(cubes_turn),   \
     test(one_over_pi), test(weights), test(normalised), test(scale_cancels), test(falloff),                     \
     test(outside_is_dark), test(backward_shift), test(no_light_of_its_own), test(clamp_takes_its_share),        \
-    test(interpolation_stops_at_edges), test(reach_refines)
+    test(interpolation_stops_at_edges), test(reach_refines), test(near_texels_are_surfaces)
 
 #endif

@@ -108,14 +108,16 @@ static int bytes_lines(FILE *lines)
             h = bytes_hash(h, &t->area, 1);
         }
         fprintf(lines, "map %u %08x\n", (unsigned)kind, (unsigned)h);
-        for (pattern = RSM_PATTERN_FLUX; pattern < RSM_PATTERN_COUNT; pattern++) {
+        for (pattern = RSM_PATTERN_FLUX; pattern < RSM_PATTERN_COUNT + 2u; pattern++) {
+            const int near_texels = pattern >= RSM_PATTERN_COUNT;       /* as surfaces: of every texel, of MIXED */
             rsm_gather_desc g;
             rsm_gather_stats stats;
             memset(&g, 0, sizeof g);
-            g.pattern = (rsm_pattern)pattern;
-            g.samples = 100;
+            g.pattern = near_texels ? RSM_PATTERN_MIXED : (rsm_pattern)pattern;
+            g.samples = pattern == RSM_PATTERN_COUNT ? 0 : 100;
             g.near_limit = 0.5f;
-            g.interleave = 2;
+            g.near_field = near_texels ? 6.0f : 0.0f;
+            g.interleave = near_texels ? 1 : 2;
             g.noise = noise;
             g.noise_side = 16;
             g.materials = &shiny;

@@ -148,6 +148,7 @@ static void use(input *in, const rsm_map *map)
     g.near_limit = fabsf(take_float(in));
     g.paper_weights = (int)(take(in) & 1u);
     g.seed = take(in);
+    g.near_field = (float)(g.seed % 34u);       /* 33 is refused */
     if (take(in) & 1u) {
         g.materials = materials;
         g.material_count = 2;

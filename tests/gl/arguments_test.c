@@ -1040,7 +1040,7 @@ static void rsm_light(void **state)
     glbk_rsm_map m, no_map = { 0 }, *maps[1] = { &m }, *bad[1] = { NULL }, *unmade[1] = { &no_map };
     const glbk_rsm_map *seen[1] = { &m }, *nothing[1] = { NULL }, *unseen[1] = { &no_map };
     glbk_rsm_direct_desc direct = { 0, 0.5f, 1 };
-    glbk_rsm_gather_desc g = { GLBK_RSM_PATTERN_ABOUT, 16, 1, 0, 0, 0, 0, 0, 0 };
+    glbk_rsm_gather_desc g = { GLBK_RSM_PATTERN_ABOUT, 16, 1, 0, 0, 0, 0, 0, 0, 0 };
     glbk_rsm_grid grid = { 0 };
     glbk_rsm_denoise_desc filter = { 0 };
     glbk_pass pass = { 0 };
@@ -1098,6 +1098,8 @@ static void rsm_light(void **state)
     BAD(g.clamp, 2e18f, glbk_rsm_gather(gl, &r, maps, 1, &g, NULL));
     BAD(g.near_limit, -1, glbk_rsm_gather(gl, &r, maps, 1, &g, NULL));
     BAD(g.near_limit, 2e6f, glbk_rsm_gather(gl, &r, maps, 1, &g, NULL));
+    BAD(g.near_field, -1, glbk_rsm_gather(gl, &r, maps, 1, &g, NULL));
+    BAD(g.near_field, 33, glbk_rsm_gather(gl, &r, maps, 1, &g, NULL));
     assert_glbk(t, glbk_rsm_gather(gl, &r, maps, 1, &g, &grid));
     REFUSED(glbk_rsm_gather(gl, &bare, maps, 1, &g, &grid));            /* no memory for a grid */
     BAD(g.interleave, 2, glbk_rsm_gather(gl, &r, maps, 1, &g, &grid));

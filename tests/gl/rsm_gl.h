@@ -24,6 +24,7 @@ UNUSED_OK glbk_rsm_gather_desc gl_desc(const rsm_gather_desc *d)
     g.offset = d->offset;
     g.clamp = d->clamp;
     g.near_limit = d->near_limit;
+    g.near_field = d->near_field;
     g.seed = d->seed;
     g.interleave = d->interleave;
     return g;

@@ -289,7 +289,9 @@ static void direct_light_agrees(void **state)
     glbk_rsm_renderer_destroy(&t->gl, &r);
 }
 
-/* What is tried: every pattern, then every knob. */
+enum { SURFACES = 15, WAYS = 19 };
+
+/* What is tried: every pattern, then every knob, then texels that are near. */
 static rsm_gather_desc way_of(int way)
 {
     rsm_gather_desc d = gather_desc((rsm_pattern)(RSM_PATTERN_FLUX + way % 6), 96);
@@ -301,13 +303,19 @@ static rsm_gather_desc way_of(int way)
     if (way == 9) d.r_max = 0.3f, d.clamp = 2, d.noise = w.noise, d.noise_side = 16;
     if (way == 10) d.offset = 0.05f, d.near_limit = 0;
     if (way == 11) d.interleave = 4;
-    if (way >= 12) {
+    if (way >= 12 && way < 17) {
         d.materials = materials;
         d.material_count = 2;
     }
+    if (way >= SURFACES) {      /* every texel; MIXED; every texel; log-radial */
+        d.pattern = way == 16 ? RSM_PATTERN_MIXED : RSM_PATTERN_LOG_RADIAL;
+        d.samples = way == 15 || way == 17 ? 0 : 96;
+        d.near_field = way == 17 ? 32 : 6;
+        d.near_limit = way == 17 ? 0 : 0.5f;
+        d.offset = way == 18 ? 0.05f : 0;
+    }
     return d;
 }
-enum { WAYS = 15 };
 
 static void gathered_light_agrees(void **state)
 {
@@ -327,8 +335,8 @@ static void gathered_light_agrees(void **state)
             rsm_gather_desc d = way_of(way);
             glbk_rsm_gather_desc g;
             int lists = d.pattern == RSM_PATTERN_FLUX || d.samples == 0;
-            /* each pattern for every other kind of light, each knob for one or two */
-            if (way < 6 ? way && (way + kind) % 2 : way % 6 != kind) continue;
+            /* each pattern for every other kind of light, each knob for one or two, near texels of all kinds */
+            if (way < 6 ? way && (way + kind) % 2 : way < SURFACES && way % 6 != kind) continue;
             g = gl_desc(&d);
             g.lights_per_pass = way == 6 ? 1000 : 0;
             upload_tables(t, &r, &d);

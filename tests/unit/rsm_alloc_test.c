@@ -85,6 +85,17 @@ static rsm_result act_pattern(const rsm_system *system)
     return untouched(rsm_gather((const rsm_map *const *)&good, 1, &g, &points, result, NULL));
 }
 
+static rsm_result act_near(const rsm_system *system)
+{
+    static const rsm_material shiny = { { 0.5f, 0.5f, 0.5f }, 10 };
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+    g.system = *system;
+    g.materials = &shiny;
+    g.material_count = 1;
+    g.near_field = 3;
+    return untouched(rsm_gather((const rsm_map *const *)&good, 1, &g, &points, result, NULL));
+}
+
 static rsm_result act_list(const rsm_system *system)
 {
     rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
@@ -159,6 +170,7 @@ static void every_site(void **state)
     (void)state;
     fail_everywhere(act_map, "map");
     fail_everywhere(act_flux, "gather");
+    fail_everywhere(act_near, "gather, near texels as surfaces");
     fail_everywhere(act_pattern, "gather, pattern");
     fail_everywhere(act_list, "list");
     fail_everywhere(act_interpolate, "interpolate");

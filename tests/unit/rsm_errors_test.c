@@ -236,6 +236,7 @@ static void gathers_out_of_range(void **state)
         GATHERED(RSM_ERR_DESC, g.offset = odd[i]);
         GATHERED(RSM_ERR_DESC, g.clamp = odd[i]);
         GATHERED(RSM_ERR_DESC, g.near_limit = odd[i]);
+        GATHERED(RSM_ERR_DESC, g.near_field = odd[i]);
     }
     assert_int_equal(gather(NULL, &points), RSM_ERR_ARGUMENT);
     assert_int_equal(gather(&base, NULL), RSM_ERR_ARGUMENT);
@@ -445,6 +446,8 @@ static void limits_of_gathers_are_exact(void **state)
     LEFT(g.clamp = 1.1e18f);
     TAKEN(g.near_limit = 1e6f);
     LEFT(g.near_limit = 1.1e6f);
+    TAKEN(g.near_field = 32);
+    LEFT(g.near_field = 32.1f);
     TAKEN(g.interleave = 8);
     LEFT(g.interleave = 6);
     LEFT(g.pattern = (rsm_pattern)-1);

@@ -101,14 +101,101 @@ static double total_of(const rsm_map *map)
 
 /* ---- what one pixel light does ---- */
 
-typedef struct sums { double rgb[3], full, lost, nearest2; int sure; } sums;
+static void cross3(const double *a, const double *b, double *out)
+{
+    int c;
+    for (c = 0; c < 3; c++) out[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
+}
 
-/* weight: texels that it stands for; share: what is left of its light beside another way to sample it. */
+/* Where the ray under (u, v) of a face, -1..1, meets the plane of a texel: three planes by Cramer's rule. */
+static void hit(const rsm_map *map, uint32_t face, const rsm_texel *t, double u, double v, double out[3])
+{
+    double rows[3][3], right[3], minor[3], det;
+    float m[16];
+    int c, k;
+    assert_int_equal(rsm_map_matrix(map, face, m), RSM_OK);
+    for (k = 0; k < 2; k++) {
+        const double at = k ? v : u;
+        for (c = 0; c < 3; c++) rows[k][c] = (double)m[4 * c + k] - at * (double)m[4 * c + 3];
+        right[k] = at * (double)m[15] - (double)m[12 + k];
+    }
+    for (right[2] = 0, c = 0; c < 3; c++) {
+        rows[2][c] = (double)t->normal[c];
+        right[2] += rows[2][c] * (double)t->position[c];
+    }
+    cross3(rows[1], rows[2], minor);
+    det = dot3(rows[0], minor);
+    for (c = 0; c < 3; c++) out[c] = right[0] * minor[c] / det;
+    for (k = 1; k < 3; k++) {
+        cross3(rows[(k + 1) % 3], rows[(k + 2) % 3], minor);
+        for (c = 0; c < 3; c++) out[c] += right[k] * minor[c] / det;
+    }
+}
+
+/* Half the sides of the surface under a texel, moved back by the offset: by differences, a thousandth of it wide. */
+static void sides_of(const rsm_map *map, const rsm_texel *t, double offset, double side[2][3])
+{
+    const uint32_t size = rsm_map_side(map), face = (uint32_t)((size_t)(t - rsm_map_texels(map)) / ((size_t)size * size));
+    const double h = 1e-3 / size;
+    rsm_texel moved = *t;
+    float m[16];
+    double a[3], b[3], clip[4];
+    int k, c;
+    for (c = 0; c < 3; c++) moved.position[c] = (float)((double)t->position[c] - offset * (double)t->normal[c]);
+    assert_int_equal(rsm_map_matrix(map, face, m), RSM_OK);
+    for (k = 0; k < 4; k++)
+        for (clip[k] = (double)m[12 + k], c = 0; c < 3; c++) clip[k] += (double)m[4 * c + k] * (double)moved.position[c];
+    for (k = 0; k < 2; k++) {
+        hit(map, face, &moved, clip[0] / clip[3] + (k ? 0 : h), clip[1] / clip[3] + (k ? h : 0), a);
+        hit(map, face, &moved, clip[0] / clip[3] - (k ? 0 : h), clip[1] / clip[3] - (k ? h : 0), b);
+        for (c = 0; c < 3; c++) side[k][c] = 500 * (a[c] - b[c]);
+    }
+}
+
+/* The mean of cos cos / d^2 over the surface under a texel at d, its part above the horizon of n: Lambert's sum over the
+   edges of the polygon that the horizon leaves. */
+static double surface_form(const rsm_map *map, const rsm_texel *t, double offset, const double *d, const double *n)
+{
+    double side[2][3], q[4][3], p[8][3], area[3], sum = 0, size, point, height = 0, facing = 0;
+    int k, c, count = 0;
+    sides_of(map, t, offset, side);
+    for (k = 0; k < 4; k++)
+        for (c = 0; c < 3; c++) q[k][c] = d[c] + (k % 3 ? 1 : -1) * side[0][c] + (k > 1 ? 1 : -1) * side[1][c];
+    for (k = 0; k < 4; k++) {
+        const double *a = q[k], *b = q[(k + 1) % 4], ha = dot3(a, n), hb = dot3(b, n);
+        if (ha > 0) memcpy(p[count++], a, sizeof p[0]);
+        if ((ha > 0) == (hb > 0)) continue;
+        for (c = 0; c < 3; c++) p[count][c] = a[c] + (b[c] - a[c]) * ha / (ha - hb);
+        count++;
+    }
+    for (k = 0; k < count; k++) {
+        double edge[3], length;
+        cross3(p[k], p[(k + 1) % count], edge);
+        length = sqrt(dot3(edge, edge));
+        if (length > 0) sum += atan2(length, dot3(p[k], p[(k + 1) % count])) * dot3(edge, n) / length;
+    }
+    cross3(side[0], side[1], area);
+    size = 4 * sqrt(dot3(area, area));
+    sum = 0.5 * fabs(sum) / size;
+    for (c = 0; c < 3; c++) {
+        height -= d[c] * (double)t->normal[c];
+        facing -= 2 * n[c] * (double)t->normal[c];
+    }
+    point = fmax(0, dot3(d, n)) * height / pow(dot3(d, d), 2);
+    if (sum > point && facing > 0 && height < 0.5 * sqrt(size)) /* no more than a point, by degrees */
+        sum -= fmin(1, facing) * (1 - 2 * height / sqrt(size)) * (sum - point);
+    return sum;
+}
+
+typedef struct sums { double rgb[3], full, lost, nearest2; int sure, near; } sums;
+
+/* weight: texels that it stands for; share: what is left of its light beside another way to sample it; surface: where it
+   is near, it is the surface under the texel. */
 static void add_light(sums *s, const rsm_gather_desc *g, const rsm_map *map, const rsm_texel *t, size_t pixel,
-                      double weight, double share)
+                      double weight, double share, int surface)
 {
     double d[3], x[3], n[3], m[3], d2, cr, ce, form, cap = 1e30, bounded;
-    int c;
+    int c, near = 0;
     for (c = 0; c < 3; c++) {
         x[c] = (double)positions[3 * pixel + (size_t)c];
         n[c] = (double)normals[3 * pixel + (size_t)c];
@@ -118,15 +205,21 @@ static void add_light(sums *s, const rsm_gather_desc *g, const rsm_map *map, con
     d2 = dot3(d, d);
     cr = dot3(d, n);
     ce = -dot3(d, m);
-    if (!(cr > 0 && ce > 0)) return;
-    form = cr * ce / (d2 * d2);
+    if (surface && g->near_field > 0) {
+        const double near2 = (double)g->near_field * (double)g->near_field * (double)t->area;
+        near = d2 < near2;
+        s->sure &= fabs(d2 - near2) > 1e-5 * near2;
+    }
+    if (!(ce > 0 && (near || cr > 0))) return;
+    form = near ? surface_form(map, t, (double)g->offset, d, n) : cr * ce / (d2 * d2);
+    s->near += near && form > 0;
     if (g->clamp > 0) cap = (double)g->clamp;
     if (g->near_limit > 0 && t->area > 0) cap = fmin(cap, (double)g->near_limit * PI / ((double)t->area * weight));
     bounded = fmin(form, cap);
     for (c = 0; c < 3; c++) s->rgb[c] += (double)t->flux[c] * weight * share * bounded;
     s->full += 3 * flux_of(t) * weight * share * form;
     s->lost += 3 * flux_of(t) * weight * share * (form - bounded);
-    if (form * d2 > 1e-3 && flux_of(t) > 0) s->nearest2 = fmin(s->nearest2, d2);
+    if (cr * ce / d2 > 1e-3 && cr > 0 && flux_of(t) > 0) s->nearest2 = fmin(s->nearest2, d2);
     if (!g->materials || t->material == 0 || t->material > g->material_count) return;
     {                                            /* the room's albedo is known, so is the light on the texel */
         static const double albedo[3] = { 0.5, 0.25, 0.75 };
@@ -339,7 +432,7 @@ static void gather_brute(const rsm_map *const *list, size_t list_count, const rs
             if (!(flux_of(t) > 0)) continue;
             if ((placed + rsm__hash_combine(g->seed, placed / sets)) % sets == set) {
                 if (mixed && centred) share = share_by_flux(map, g, by_flux, centred, place, pixel);
-                add_light(s, g, map, t, pixel, weight, share * sets);
+                add_light(s, g, map, t, pixel, weight, share * sets, g->samples == 0);
             }
             placed++;
         }
@@ -352,7 +445,7 @@ static void gather_brute(const rsm_map *const *list, size_t list_count, const rs
                 : place_round(map, mixed ? 0 : (double)g->r_max, pixel, a, b, &weight, &place, &s->sure);
             if (!there) continue;
             if (mixed) share = 1 - share_by_flux(map, g, by_flux, centred, place, pixel);
-            add_light(s, g, map, rsm_map_texels(map) + place, pixel, weight * share, sets);
+            add_light(s, g, map, rsm_map_texels(map) + place, pixel, weight * share, sets, 1);
         }
     }
 }
@@ -393,7 +486,7 @@ static void compare(const rsm_map *const *list, size_t count, const rsm_gather_d
     static float occlusion[PIXELS];
     rsm_gather_stats stats;
     rsm_points p = points;
-    double full = 0, lost = 0, outside = 0;
+    double full = 0, lost = 0, outside = 0, near = 0;
     size_t i, m, sure = 0, padded = (g->samples + 7) / 8 * 8;
     int c;
     for (i = 0; i < PIXELS; i++) {
@@ -408,6 +501,7 @@ static void compare(const rsm_map *const *list, size_t count, const rsm_gather_d
         gather_brute(list, count, g, i, &s);
         full += s.full;
         lost += s.lost;
+        near += s.near;
         for (m = 0; m < count && g->r_max > 0; m++) outside += outside_brute(list[m], (double)g->r_max, i);
         if (!s.sure) continue;
         sure++;
@@ -417,6 +511,8 @@ static void compare(const rsm_map *const *list, size_t count, const rsm_gather_d
                 fail_msg("%s, pixel %d: %g, not %g", what, (int)i, (double)got[3 * i + (size_t)c], expected);
         }
     }
+    if ((near > 0) != (g->near_field > 0 && (g->pattern != RSM_PATTERN_FLUX || !g->samples)))
+        fail_msg("%s: %g near texels", what, near);
     if (sure < PIXELS / 3) fail_msg("%s: only %d pixels are sure", what, (int)sure);
     assert_int_equal(stats.evaluated, PIXELS);
     assert_int_equal(stats.bad_points, 0);
@@ -440,7 +536,7 @@ static void every_pattern_sums_its_samples(void **state)
     (void)state;
     for (p = RSM_PATTERN_FLUX; p < RSM_PATTERN_COUNT; p++)
         for (k = 0; k < MAPS; k++)
-            for (way = 0; way < 9; way++) {
+            for (way = 0; way < 12; way++) {
                 rsm_gather_desc g = gather_desc((rsm_pattern)p, 60);
                 snprintf(what, sizeof what, "pattern %d, map %d, way %d", p, k, way);
                 g.seed = (uint32_t)way;
@@ -452,6 +548,9 @@ static void every_pattern_sums_its_samples(void **state)
                 if (way == 6) { g.interleave = 2; g.near_limit = 0.05f; }
                 if (way == 7) { g.materials = lobes; g.material_count = 2; g.near_limit = 0.05f; }
                 if (way == 8) { g.add = 1; g.r_min = 0.2f; g.paper_weights = 1; }
+                if (way > 8) g.near_field = 12;
+                if (way == 10) { g.near_limit = 0.05f; g.offset = 0.05f; g.interleave = 2; }
+                if (way == 11) { g.materials = lobes; g.material_count = 2; g.clamp = 0.3f; }
                 compare((const rsm_map *const *)&maps[k], 1, &g, what);
             }
 }
@@ -459,12 +558,27 @@ static void every_pattern_sums_its_samples(void **state)
 static void every_texel_and_several_maps(void **state)
 {
     static const rsm_material lobe = { { 1, 1, 1 }, 2 };
+    static const rsm_material lobes[2] = { { { 0, 0, 0 }, 3 }, { { 0.5f, 0.25f, 0.125f }, 6 } };
     rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+    int i;
     (void)state;
     compare((const rsm_map *const *)maps, MAPS, &g, "every texel");
     g.interleave = 4;
     g.clamp = 0.3f;
     compare((const rsm_map *const *)maps, MAPS, &g, "every texel of 16 sets");
+    for (i = 0; i < 3; i++) { /* nearer than 4, 12 and 32 sides */
+        g.near_field = i == 0 ? 4 : i == 1 ? 12 : 32;
+        compare((const rsm_map *const *)maps, MAPS, &g, "every texel of 16 sets, near ones as surfaces");
+        g.interleave = 0;
+        compare((const rsm_map *const *)maps, MAPS, &g, "every texel, near ones as surfaces");
+        g.materials = lobes;
+        g.material_count = 2;
+        compare((const rsm_map *const *)maps, MAPS, &g, "the same with a lobe");
+        g.materials = NULL;
+        g.material_count = 0;
+        g.interleave = 4;
+    }
+    g.near_field = 0;
     g.clamp = 0;
     g.interleave = 0;
     g.materials = &lobe;
@@ -486,6 +600,54 @@ static void every_texel_and_several_maps(void **state)
         assert_int_equal(rsm_gather((const rsm_map *const *)maps, 1, &g, &points, other, NULL), RSM_OK);
         assert_memory_equal(got, other, sizeof got);
     }
+}
+
+/* Sides of the surface under texels of all maps: by rays, and their area is the texel's; those that light grazes have no
+   more than that. */
+static void texels_have_their_sides(void **state)
+{
+    static const float slope[] = { -1, -2, -1, 2, 80, 0, 0, 0, 2 };
+    model m = model_quads(slope, 1);
+    rsm_mesh mesh = mesh_of(&m, 0.5);
+    rsm_desc d = sun_desc(1, 1, SIZE);
+    rsm_map *grazed;
+    size_t i, known = 0;
+    int k, j, c;
+    (void)state;
+    set3(d.light.position, 0, 38, 0);
+    d.light.near_depth = -100;
+    d.light.far_depth = 100;
+    grazed = map_of(&d, &mesh, 1, NULL);
+    assert_non_null(grazed);
+    for (k = 0; k < MAPS + 1; k++) {
+        const rsm_map *map = k < MAPS ? maps[k] : grazed;
+        const size_t face = (size_t)rsm_map_side(map) * rsm_map_side(map);
+        for (i = 0; i < texels_of(map); i++) {
+            const rsm_texel *t = rsm_map_texels(map) + i;
+            const rsm__v3 n = rsm__v3_load(t->normal);
+            rsm__v3 side[2];
+            double exact[2][3], area;
+            if (!(flux_of(t) > 0)) continue;
+            rsm__texel_sides(map, (uint32_t)(i / face), rsm__v3_load(t->position), n, side);
+            area = 4 * (double)rsm__v3_length(rsm__v3_cross(side[0], side[1]));
+            assert_true(fabs(area / (double)t->area - 1) < 1e-4);
+            sides_of(map, t, 0, exact);
+            for (j = 0; j < 2; j++) {
+                double got_side[3], off = 0, length = sqrt(dot3(exact[j], exact[j]));
+                assert_true(fabs((double)rsm__v3_dot(side[j], n)) < 1e-5 * length);
+                for (c = 0; c < 3; c++) {
+                    got_side[c] = (double)(c == 0 ? side[j].x : c == 1 ? side[j].y : side[j].z);
+                    off += pow(got_side[c] - exact[j][c], 2);
+                }
+                if (k < MAPS) assert_true(sqrt(off) < 1e-4 * length);
+                else assert_true(dot3(got_side, got_side) < 1.001 * dot3(exact[j], exact[j]));
+            }
+            known++;
+        }
+    }
+    assert_true(known > 500);
+    rsm_map_free(grazed);
+    model_free(&m);
 }
 
 /* Lists and rows: few lights of interleaved sets go to eight pixels together. Unusable lights are left out. */
@@ -533,7 +695,7 @@ static void lists_are_summed_in_rows(void **state)
                     memset(&s, 0, sizeof s);
                     for (l = set; l < n && i != 17 && i != 40; l += (size_t)k * k)
                         if (l % 10 != 1 || l > 31)
-                            if (l != 5 && l != 6) add_light(&s, &g, maps[0], list + l, i, 1, (double)k * k);
+                            if (l != 5 && l != 6) add_light(&s, &g, maps[0], list + l, i, 1, (double)k * k, 0);
                     for (c = 0; c < 3; c++) {
                         double expected = asked ? s.rgb[c] / PI : 7;
                         if (!(fabs((double)got[3 * i + (size_t)c] - expected) < 1e-5 * (1 + expected)))
@@ -1058,7 +1220,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lights_are_picked_by_flux), cmocka_unit_test(every_pattern_sums_its_samples),
-        cmocka_unit_test(every_texel_and_several_maps), cmocka_unit_test(lists_are_summed_in_rows),
+        cmocka_unit_test(every_texel_and_several_maps), cmocka_unit_test(texels_have_their_sides), cmocka_unit_test(lists_are_summed_in_rows),
         cmocka_unit_test(grids_are_section_four), cmocka_unit_test(passes_are_taps),
         cmocka_unit_test(frames_are_reprojected), cmocka_unit_test(clusters_are_cut_at_means),
     };

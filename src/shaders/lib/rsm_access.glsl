@@ -12,7 +12,7 @@ rsm_lamp rsm_bound()
 // Running sums of flux: in the row up to texel x, and of rows up to row y of its face.
 #define RSM_ROW_SUM(t) uintBitsToFloat(texelFetch(glbk_rsm_sums, t, 0).x)
 #define RSM_ROWS_SUM(y, face) uintBitsToFloat(texelFetch(glbk_rsm_rows, ivec3(y, 0, face), 0).x)
-// Number i of the list: 0 position and bound, 1 normal and density, 2 flux and texel, 3 light and material.
+// Number i of the list: 0 position and bound, 1 normal and density (MIXED) or squared distance that is near, 2 flux and texel, 3 light and material.
 #define RSM_LISTED(i, k) texelFetch(glbk_rsm_lights, ivec3(int((i) & 1023u), int((i) >> 10), k), 0)
 #define RSM_PATTERN(i) texelFetch(glbk_rsm_pattern, ivec2(int((i) & 1023u), int((i) >> 10)), 0).xyz
 #ifndef RSM_LIGHT           // lib/rsm_chunk.glsl has chunks of both in shared memory

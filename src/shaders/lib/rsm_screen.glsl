@@ -50,7 +50,7 @@ vec3 rsm_about(rsm_lamp l, rsm_receiver r, vec2 turn, uint first, uint step, uin
 {
     return rsm_gather_about(l, r.position, r.normal, glbk_rsm_frame.pattern.x, turn, first, step, count,
                             glbk_rsm_frame.limits, glbk_rsm_frame.pick.w != 0u, glbk_rsm_frame.pattern.y,
-                            glbk_rsm_frame.pattern.z);
+                            glbk_rsm_frame.pattern.z, glbk_rsm_frame.surfaces.x);
 }
 
 // Bounced light of pixel `at` from the bound list, map and pattern.

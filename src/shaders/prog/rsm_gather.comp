@@ -2,7 +2,7 @@
 // Mode 0: every pixel, a group has 8 x 8 of one set; 1: nodes of a list (NODES=1; else nothing asks how near lights are,
 // and a tenth of a pair's work is not done); 2: pixels of a list.
 // uses: rsm_chunk rsm_screen rsm_lists
-// sets: NODES=0 | NODES=1
+// sets: NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1
 #ifndef NODES
 #define NODES 0
 #endif

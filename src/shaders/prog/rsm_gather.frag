@@ -1,6 +1,7 @@
 // Bounced light, added up draw by draw. Mode 0: every pixel; 1: nodes of a grid; 2: pixels that are still open.
 // uses: rsm_screen
 // with: screen.vert
+// sets: RSM_SURFACES=0 | RSM_SURFACES=1
 layout(location = 0) out glbk_color result;
 
 // Does an open pixel need this node? Those between it and the lines before and after it.

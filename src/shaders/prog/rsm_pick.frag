@@ -36,7 +36,12 @@ void main()
     place.xyz -= limits.x * uintBitsToFloat(normal.xyz);
     place.w = rsm_bound_of(flux.w * weight, limits.y, limits.z);
     rsm_out_place = floatBitsToUint(place);
-    rsm_out_normal = uvec4(normal.xyz, floatBitsToUint(lit ? 1.0 / weight : 0.0));
+#if ALL
+    float field = glbk_rsm_frame.surfaces.x, last = field * field * flux.w;
+#else
+    float last = lit && glbk_rsm_frame.pattern.z > 0.0 ? 1.0 / weight : 0.0;
+#endif
+    rsm_out_normal = uvec4(normal.xyz, floatBitsToUint(last));
     rsm_out_flux = uvec4(floatBitsToUint(flux.xyz * scale), uint(t.x) | uint(t.y) << 12 | uint(t.z) << 24);
     rsm_out_gloss = uvec4(0u);
     if (lit && normal.w != 0u && normal.w <= glbk_rsm_frame.pick.w)
