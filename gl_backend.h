@@ -1745,7 +1745,7 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
     X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side, points of a VPL in all phases */     \
     X(uvec4, points, 1)     /* VPLs at most, points of one in a phase, levels of the fill, triangles */  \
     X(vec4, sphere, 1)      /* about the mesh: centre, radius */                                    \
-    X(vec4, values, 1)      /* area of a disc over its point's */                                   \
+    X(vec4, values, 1)      /* area of a disc over its point's; texels a tile's side outside of windows */  \
     X(uvec4, near_points, 1) /* how many; where their spheres and they themselves begin in glbk_ism_vpls */
 #define GLBK_ISM_VIEW_MEMBERS(X)                                                                    \
     X(uvec4, size, 1)       /* width, height, pattern; 1: no maps, 2: times albedo */               \
@@ -1771,6 +1771,7 @@ typedef struct glbk_ism_desc {      /* fields as in ism_desc */
     float    splat_scale;           /* above 0, <= 16; 0 = 1 */
     int      no_fill;               /* 1: no pull and push */
     uint32_t near_points;           /* of each VPL, at most 64; 0 = 16 */
+    uint32_t window_rim;            /* 2..tile_size / 2; 0 = tile_size / 8, at least 2 */
 } glbk_ism_desc;
 
 #define GLBK_ISM_LEVELS 3u
@@ -1827,6 +1828,7 @@ typedef struct glbk_ism_vpl {       /* fields as in ism_vpl */
     float position[3], normal[3], flux[3], axis[3], exponent, side;
     int   directional;
     float reach;                    /* counts once near points are given */
+    uint32_t window;                /* 0 = none; ism_scatter sets ism_vpl's */
 } glbk_ism_vpl;
 
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps, const glbk_ism_vpl *vpls, uint32_t count,
@@ -4501,6 +4503,7 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "    float exponent, side;       // of the lobe; of the square that it stands for\n",
     "    float reach;                // within which near points take its place; 0 where there are none\n",
     "    bool  sky;                  // position is the direction to it\n",
+    "    uint  window;               // of its tile\n",
     "    mat3  frame;                // of its map: columns x, y, z\n",
     "};\n",
     "\n",
@@ -4508,7 +4511,7 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "{\n",
     "    ism_vpl l;\n",
     "    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0), b = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 1u), 0);\n",
-    "    vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 2u), 0);\n",
+    "    vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 2u), 0), d = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0);\n",
     "    l.position = a.xyz;\n",
     "    l.sky = a.w < 0.0;\n",
     "    l.exponent = l.sky ? 1.0 : a.w;\n",
@@ -4516,8 +4519,8 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "    l.side = b.w;\n",
     "    l.flux = c.xyz;\n",
     "    l.reach = glbk_ism_frame.near_points.x > 0u ? c.w : 0.0;\n",
-    "    l.axis = l.normal;\n",
-    "    if (l.exponent != 1.0) l.axis = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).xyz;\n",
+    "    l.axis = l.exponent != 1.0 ? d.xyz : l.normal;\n",
+    "    l.window = uint(d.w);\n",
     "    l.frame = ism_frame_of(ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky ? l.axis : l.normal);\n",
     "    return l;\n",
     "}\n",
@@ -4535,16 +4538,38 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "    return uint(tile.y) * glbk_ism_frame.maps.z + uint(tile.x);\n",
     "}\n",
     "\n",
-    "// Direction of a texel's centre in the tile's frame. kind: a VPL's exponent, or -1 for a sky, where it is a place.\n",
-    "vec3 ism_texel_direction(float kind, ivec2 texel)\n",
+    "// Places of the square in texels of a tile, and back.\n",
+    "vec2 ism_to_tile(uint window, vec2 uv)\n",
     "{\n",
-    "    vec2 uv = (vec2(texel) + 0.5) / float(glbk_ism_frame.maps.y);\n",
-    "    if (kind < 0.0) return vec3(2.0 * uv - 1.0, 1.0);\n",
-    "    if (ism_projection_of(kind) == ISM_PROJECTION_LOBE) return ism_map_direction(ISM_PROJECTION_LOBE, kind, uv);\n",
-    "    return glbk_unpack(texelFetch(glbk_ism_directions, texel, 0)).xyz;\n",
+    "    uint size = glbk_ism_frame.maps.y;\n",
+    "    return window == 0u ? uv * float(size) : ism_zoom(window, size, uint(glbk_ism_frame.values.y), uv);\n",
     "}\n",
     "\n",
-    "float ism_kind(uint v) { return texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0).w; }\n"
+    "vec2 ism_from_tile(uint window, vec2 at)\n",
+    "{\n",
+    "    uint size = glbk_ism_frame.maps.y;\n",
+    "    return window == 0u ? at / float(size) : ism_unzoom(window, size, uint(glbk_ism_frame.values.y), at);\n",
+    "}\n",
+    "\n",
+    "// What the texels of a tile depend on: x the VPL's exponent or -1 for a sky, y its window.\n",
+    "vec2 ism_kind_of(ism_vpl l) { return vec2(l.sky ? -1.0 : l.exponent, float(l.window)); }\n",
+    "\n",
+    "vec2 ism_kind(uint v)\n",
+    "{\n",
+    "    return vec2(texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0).w,\n",
+    "                texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).w);\n",
+    "}\n",
+    "\n",
+    "// Direction of a texel's centre in the tile's frame, of a sky its place.\n",
+    "vec3 ism_texel_direction(vec2 kind, ivec2 texel)\n",
+    "{\n",
+    "    uint window = uint(kind.y);\n",
+    "    vec2 uv = ism_from_tile(window, vec2(texel) + 0.5);\n",
+    "    if (kind.x < 0.0) return vec3(2.0 * uv - 1.0, 1.0);\n",
+    "    if (window != 0u || ism_projection_of(kind.x) == ISM_PROJECTION_LOBE)\n",
+    "        return ism_map_direction(ism_projection_of(kind.x), kind.x, uv);\n",
+    "    return glbk_unpack(texelFetch(glbk_ism_directions, texel, 0)).xyz;\n",
+    "}\n"
 };
 
 static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
@@ -4683,7 +4708,7 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "// Texels a unit of angle, or of a sky's space, at most.\n",
+    "// Texels a unit of angle, or of a sky's space, at most, without a window.\n",
     "float ism_texels_per_unit(ism_vpl l)\n",
     "{\n",
     "    float size = float(glbk_ism_frame.maps.y);\n",
@@ -4709,7 +4734,12 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "    float most = float(size), reach = sqrt(s.radius2) * ism_texels_per_unit(l) / (l.sky ? 1.0 : s.depth);\n",
     "    if (!(reach > 0.0)) return false;\n",
     "    reach = min(reach, most);\n",
-    "    s.box = ivec4(max(s.uv * most - reach, 0.0), min(ivec2(s.uv * most + reach), size - 1));\n",
+    "    if (l.window == 0u) {\n",
+    "        s.box = ivec4(max(s.uv * most - reach, 0.0), min(ivec2(s.uv * most + reach), size - 1));\n",
+    "    } else {\n",
+    "        vec2 first = ism_to_tile(l.window, s.uv - reach / most), last = ism_to_tile(l.window, s.uv + reach / most);\n",
+    "        s.box = ivec4(max(first, 0.0), min(ivec2(last), size - 1));\n",
+    "    }\n",
     "    return true;\n",
     "}\n",
     "\n",
@@ -4814,7 +4844,7 @@ static const char *const glbk__glsl_lib_ism_holes_glsl[] = {
     "float ism_depth(ivec2 at);\n",
     "\n",
     "// Surfels in all four quadrants about it pass before it. at: in the atlas, where it has depth c.\n",
-    "bool ism_hole(float kind, ivec2 at, float c)\n",
+    "bool ism_hole(vec2 kind, ivec2 at, float c)\n",
     "{\n",
     "    int size = int(glbk_ism_frame.maps.y);\n",
     "    ivec2 local = at & (size - 1);\n",
@@ -4829,7 +4859,7 @@ static const char *const glbk__glsl_lib_ism_holes_glsl[] = {
     "            }\n",
     "            float depth = ism_depth(at + d);\n",
     "            if (!(depth < 0.9 * c)) continue;\n",
-    "            float t = ism_plane_depth(kind < 0.0, ism_surfel_at(at + d).xyz, w);\n",
+    "            float t = ism_plane_depth(kind.x < 0.0, ism_surfel_at(at + d).xyz, w);\n",
     "            if (t > 0.5 * depth && t < 0.95 * c) found |= ism_quadrant(d);\n",
     "        }\n",
     "    return found == 15u;\n",
@@ -4864,8 +4894,8 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "        vec2 uv = 0.5 * o.xy / r + 0.5;\n",
     "        if (!(n.z < -ISM_GRAZING)) return 0.0;\n",
     "        if (any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) return 1.0;\n",
-    "        texel = min(ivec2(uv * float(size)), size - 1);\n",
-    "        vec2 d = ((2.0 * vec2(texel) + 1.0) / float(size) - 1.0) * r - o.xy;\n",
+    "        texel = min(ivec2(ism_to_tile(l.window, uv)), size - 1);\n",
+    "        vec2 d = (2.0 * ism_from_tile(l.window, vec2(texel) + 0.5) - 1.0) * r - o.xy;\n",
     "        if (abs(n.z) > 0.1) depth -= dot(n.xy, d) / n.z;\n",
     "        return depth - bias * r <= uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x) ? 1.0 : 0.0;\n",
     "    }\n",
@@ -4875,10 +4905,10 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "    if (!(o.z > 0.0) || !(d > 0.0)) return 1.0;\n",
     "    if (!(dot(n, o) < -ISM_GRAZING * d)) return 0.0;\n",
     "    if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / d, uv)) return 1.0;\n",
-    "    texel = min(ivec2(uv * float(size)), size - 1);\n",
+    "    texel = min(ivec2(ism_to_tile(l.window, uv)), size - 1);\n",
     "    float t = uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x);\n",
     "    if (d * (1.0 - bias) <= t && t >= 2.0 * d) return 1.0;\n",
-    "    float along = dot(n, ism_texel_direction(l.exponent, texel));\n",
+    "    float along = dot(n, ism_texel_direction(ism_kind_of(l), texel));\n",
     "    along = along != 0.0 ? dot(n, o) / along : d;\n",
     "    if (along > 0.5 * d && along < 2.0 * d) d = along;\n",
     "    return d * (1.0 - bias) <= t ? 1.0 : 0.0;\n",
@@ -5180,6 +5210,53 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "    return true;\n",
     "}\n",
     "\n",
+    "// The texels of an axis below its window, of `size` a side with `rim` outside of it; `size` where it is not worth its rim.\n",
+    "// cut: 64ths of the square below and above it.\n",
+    "uint ism_below(uvec2 cut, uint size, uint rim)\n",
+    "{\n",
+    "    uint rest = cut.x + cut.y;\n",
+    "    if (!(rest * size > rim * 64u) || rest >= 64u) return size;\n",
+    "    uint a = (2u * rim * cut.x + rest) / (2u * rest);\n",
+    "    if (cut.x != 0u && a == 0u) a = 1u;\n",
+    "    return cut.y != 0u && a == rim ? rim - 1u : a;\n",
+    "}\n",
+    "\n",
+    "// From 0..1 of the square to the texels of a tile's axis, and back: linear below, in and above the window.\n",
+    "float ism_zoom_axis(uvec2 cut, uint size, uint rim, float u)\n",
+    "{\n",
+    "    uint a = ism_below(cut, size, rim), wide = 64u - cut.x - cut.y;\n",
+    "    float low = float(cut.x) * 0.015625, high = float(64u - cut.y) * 0.015625, x;\n",
+    "    if (a == size) return u * float(size);\n",
+    "    if (u < low) x = u * (float(64u * a) / float(cut.x));\n",
+    "    else if (u < high) x = float(a) + (u - low) * (float(64u * (size - rim)) / float(wide));\n",
+    "    else x = float(size - rim + a) + (cut.y == 0u ? 0.0 : (u - high) * (float(64u * (rim - a)) / float(cut.y)));\n",
+    "    return clamp(x, 0.0, float(size));\n",
+    "}\n",
+    "\n",
+    "float ism_unzoom_axis(uvec2 cut, uint size, uint rim, float x)\n",
+    "{\n",
+    "    uint a = ism_below(cut, size, rim), b = size - rim + a, wide = 64u - cut.x - cut.y;\n",
+    "    float u;\n",
+    "    if (a == size) return x / float(size);\n",
+    "    if (x < float(a)) u = x * (float(cut.x) / float(64u * a));\n",
+    "    else if (x < float(b)) u = float(cut.x) * 0.015625 + (x - float(a)) * (float(wide) / float(64u * (size - rim)));\n",
+    "    else u = float(64u - cut.y) * 0.015625 + (cut.y == 0u ? 0.0 : (x - float(b)) * (float(cut.y) / float(64u * (rim - a))));\n",
+    "    return clamp(u, 0.0, 1.0);\n",
+    "}\n",
+    "\n",
+    "// Of both axes; window: ism_vpl.window.\n",
+    "vec2 ism_zoom(uint window, uint size, uint rim, vec2 uv)\n",
+    "{\n",
+    "    uvec4 cut = uvec4(window, window >> 6, window >> 12, window >> 18) & 63u;\n",
+    "    return vec2(ism_zoom_axis(cut.xz, size, rim, uv.x), ism_zoom_axis(cut.yw, size, rim, uv.y));\n",
+    "}\n",
+    "\n",
+    "vec2 ism_unzoom(uint window, uint size, uint rim, vec2 at)\n",
+    "{\n",
+    "    uvec4 cut = uvec4(window, window >> 6, window >> 12, window >> 18) & 63u;\n",
+    "    return vec2(ism_unzoom_axis(cut.xz, size, rim, at.x), ism_unzoom_axis(cut.yw, size, rim, at.y));\n",
+    "}\n",
+    "\n",
     "// Columns x, y, z; v * frame is v in it.\n",
     "mat3 ism_frame_of(vec3 z)\n",
     "{\n",
@@ -5235,18 +5312,18 @@ static const char *const glbk__glsl_lib_ism_push_glsl[] = {
     "}\n",
     "\n",
     "// The first one's depth, or its plane's here, whichever would have foretold the second better. No depths are mixed.\n",
-    "float ism_push(float kind, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)\n",
+    "float ism_push(vec2 kind, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)\n",
     "{\n",
     "    vec4 a = ism_surfel_at(origin + first), b = ism_surfel_at(origin + second);\n",
-    "    float t = ism_plane_depth(kind < 0.0, a.xyz, ism_texel_direction(kind, local));\n",
-    "    float there = ism_plane_depth(kind < 0.0, a.xyz, ism_texel_direction(kind, second));\n",
+    "    float t = ism_plane_depth(kind.x < 0.0, a.xyz, ism_texel_direction(kind, local));\n",
+    "    float there = ism_plane_depth(kind.x < 0.0, a.xyz, ism_texel_direction(kind, second));\n",
     "    if (abs(a.w - b.w) <= abs(there - b.w)) return a.w;\n",
     "    return t > 0.5 * a.w && t < 2.0 * a.w ? t : a.w;\n",
     "}\n",
     "\n",
     "// The depth of texel `at` of the atlas, in a tile of that kind, from the nearest two that keep their surfels once there\n",
     "// are some in three quadrants about it; or ISM_FAR.\n",
-    "float ism_filled(float kind, ivec2 at)\n",
+    "float ism_filled(vec2 kind, ivec2 at)\n",
     "{\n",
     "    int size = int(glbk_ism_frame.maps.y);\n",
     "    ivec2 local = at & (size - 1);\n",
@@ -7429,7 +7506,7 @@ static const char *const glbk__glsl_prog_ism_fill_comp[] = {
     "    ivec2 begin = ivec2(gl_WorkGroupID.xy) * block, tile = begin - (begin & (size - 1));\n",
     "    uint v = ism_tile_of(begin), holes = 0u;\n",
     "    bool used = v < glbk_ism_frame.maps.x;\n",
-    "    float kind = used ? ism_kind(v) : 0.0;\n",
+    "    vec2 kind = used ? ism_kind(v) : vec2(0.0);\n",
     "    ism_origin = begin - margin;\n",
     "    for (uint i = gl_LocalInvocationIndex; i < uint(ISM_SIDE * ISM_SIDE); i += 256u) {\n",
     "        ivec2 at = ism_origin + ism_texel(i), local = at - tile;\n",
@@ -7648,8 +7725,8 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "// From a buffer: of textures of four floats GPUs fetch fewer at a time.\n",
     "vec3 ism_texel_way(ivec2 texel)\n",
     "{\n",
-    "    if (ism_l.sky || ism_projection_of(ism_l.exponent) == ISM_PROJECTION_LOBE)\n",
-    "        return ism_texel_direction(ism_l.sky ? -1.0 : ism_l.exponent, texel);\n",
+    "    if (ism_l.window != 0u || ism_l.sky || ism_projection_of(ism_l.exponent) == ISM_PROJECTION_LOBE)\n",
+    "        return ism_texel_direction(ism_kind_of(ism_l), texel);\n",
     "    return glbk_ism_ways[texel.y * int(glbk_ism_frame.maps.y) + texel.x].xyz;\n",
     "}\n",
     "\n",
@@ -7767,6 +7844,7 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
     "// sets: ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1\n",
     "flat in vec4 ism_at;\n",
     "flat in vec4 ism_plane;\n",
+    "flat in vec2 ism_shared;\n",
     "flat in ivec4 ism_box;\n",
     "flat in vec4 ism_cut1;\n",
     "flat in vec4 ism_cut2;\n",
@@ -7777,8 +7855,8 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
     "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
     "    if (any(lessThan(at, ism_box.xy)) || any(greaterThan(at, ism_box.zw))) discard;\n",
     "    ism_surfel s = ism_surfel(ism_at.xyz, ism_plane.xyz, ism_at.w, 0.0, vec2(0.0), ism_cut1, ism_cut2, ism_box);\n",
-    "    vec3 w = ism_texel_direction(ism_plane.w, at & (int(glbk_ism_frame.maps.y) - 1));\n",
-    "    float t = ism_meet(ism_plane.w < 0.0, s, w, ISM_FAR);\n",
+    "    vec3 w = ism_texel_direction(ism_shared, at & (int(glbk_ism_frame.maps.y) - 1));\n",
+    "    float t = ism_meet(ism_shared.x < 0.0, s, w, ISM_FAR);\n",
     "    if (!(t < ISM_FAR)) discard;\n",
     "    result = glbk_pack(vec4(ism_plane.xyz, t));\n",
     "    gl_FragDepth = t * 5.421010862427522e-20;      // 2^-64: every digit of t is kept\n",
@@ -7793,7 +7871,8 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "#define ISM_QUADS 0\n",
     "#endif\n",
     "flat out vec4 ism_at;       // in the tile's frame; radius squared\n",
-    "flat out vec4 ism_plane;    // its plane; the VPL's kind\n",
+    "flat out vec4 ism_plane;    // its plane\n",
+    "flat out vec2 ism_shared;   // the VPL's kind\n",
     "flat out ivec4 ism_box;     // first and last texel\n",
     "flat out vec4 ism_cut1;\n",
     "flat out vec4 ism_cut2;\n",
@@ -7811,13 +7890,15 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);\n",
     "    ism_at = vec4(0.0);\n",
     "    ism_plane = vec4(0.0);\n",
+    "    ism_shared = vec2(0.0);\n",
     "    ism_box = ivec4(0);\n",
     "    ism_cut1 = ism_cut2 = vec4(0.0);\n",
     "    if (v >= glbk_ism_frame.maps.x) return;\n",
     "    ism_vpl l = ism_read_vpl(v);\n",
     "    if (!ism_surfel_of(index, v, l, s)) return;\n",
     "    ism_at = vec4(s.at, s.radius2);\n",
-    "    ism_plane = vec4(s.g, l.sky ? -1.0 : l.exponent);\n",
+    "    ism_plane = vec4(s.g, 0.0);\n",
+    "    ism_shared = ism_kind_of(l);\n",
     "    ism_cut1 = s.cut1;\n",
     "    ism_cut2 = s.cut2;\n",
     "    ism_box = s.box + ism_tile_at(v).xyxy;\n",
@@ -8865,13 +8946,13 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/envsh_visible.glsl", glbk__glsl_lib_envsh_visible_glsl, 244, "", "",
       "" },
-    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 51, "table ism_map ism_bindings", "",
+    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 74, "table ism_map ism_bindings", "",
       "" },
     { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 43, "", "",
       "" },
     { "lib/ism_blur.glsl", glbk__glsl_lib_ism_blur_glsl, 37, "ism_gbuffer", "",
       "" },
-    { "lib/ism_disc.glsl", glbk__glsl_lib_ism_disc_glsl, 113, "ism_access", "",
+    { "lib/ism_disc.glsl", glbk__glsl_lib_ism_disc_glsl, 118, "ism_access", "",
       "" },
     { "lib/ism_fill.glsl", glbk__glsl_lib_ism_fill_glsl, 39, "ism_access", "",
       "" },
@@ -8881,7 +8962,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 269, "ism_access", "",
       "" },
-    { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 86, "cohsm_math", "",
+    { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 133, "cohsm_math", "",
       "" },
     { "lib/ism_push.glsl", glbk__glsl_lib_ism_push_glsl, 61, "ism_fill", "",
       "" },
@@ -8985,9 +9066,9 @@ static const glbk_file glbk__files[] = {
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" },
     { "prog/ism_splat.comp", glbk__glsl_prog_ism_splat_comp, 158, "ism_disc", "",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
-    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 22, "ism_disc", "ism_splat.vert",
+    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 23, "ism_disc", "ism_splat.vert",
       "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" },
-    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 44, "ism_disc", "",
+    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 47, "ism_disc", "",
       "" },
     { "prog/rsm_begin.comp", glbk__glsl_prog_rsm_begin_comp, 20, "rsm_lists", "",
       "" },
@@ -14804,11 +14885,13 @@ static int glbk__ism_resolve(glbk_ism_desc *d)
     if (d->vpl_count > 16384 || (d->points && d->points < 8) || d->points > 65536 || d->projection > 4 ||
         d->lazy > 64 || d->near_points > 64 ||
         (d->tile_size && (d->tile_size < 8 || d->tile_size > 256 || (d->tile_size & (d->tile_size - 1)))) ||
-        !(d->splat_scale >= 0 && d->splat_scale <= 16))
+        !(d->splat_scale >= 0 && d->splat_scale <= 16) || d->window_rim == 1 ||
+        d->window_rim > (d->tile_size ? d->tile_size : 64) / 2)
         return 0;
     if (!d->vpl_count) d->vpl_count = 1024;
     if (!d->points) d->points = 8192;
     if (!d->tile_size) d->tile_size = 64;
+    if (!d->window_rim) d->window_rim = d->tile_size < 16 ? 2 : d->tile_size / 8;
     if (!d->projection) d->projection = 1;
     if (!d->lazy) d->lazy = 8;
     if (!d->near_points) d->near_points = 16;
@@ -14897,6 +14980,7 @@ static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps 
     f.points[3] = m->triangles;
     memcpy(f.sphere, m->sphere, sizeof f.sphere);
     f.values[0] = m->desc.splat_scale;
+    f.values[1] = (float)m->desc.window_rim;
     f.near_points[0] = m->near_count;
     f.near_points[1] = glbk__ism_vpl_texels(m);
     f.near_points[2] = f.near_points[1] + glbk__ism_spheres(m);
@@ -15072,8 +15156,10 @@ static int glbk__ism_vpl_ok(const glbk_ism_vpl *v)
     float sum = v->exponent + v->side + v->reach;
     int k;
     for (k = 0; k < 3; k++) sum += v->position[k] * 0 + v->normal[k] * 0 + v->flux[k] * 0 + v->axis[k] * 0;
+    for (k = 0; k < 2; k++)         /* something is left of each side */
+        if ((v->window >> 6 * k & 63) + (v->window >> (6 * k + 12) & 63) > 63) return 0;
     return sum >= 0 && v->exponent >= 0 && v->exponent <= 1e5f && v->side >= 0 && v->reach >= 0 &&
-           sum < 3e38f;
+           sum < 3e38f && v->window < 1u << 24;
 }
 
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, const glbk_ism_vpl *vpls, uint32_t count,
@@ -15100,7 +15186,7 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
             memcpy(to + 8, vpls[i].flux, 12);
             to[11] = vpls[i].reach;
             memcpy(to + 12, vpls[i].axis, 12);
-            to[15] = 0;
+            to[15] = (float)vpls[i].window;
         }
         result = glbk_table_update(ctx, &m->vpls, 0, 4 * (size_t)count, texels);
         glbk__free(&memory, texels);

@@ -76,12 +76,16 @@
        | v4 | v5 | ...                             |  `---'  |  share of the light that leaves a diffuse VPL
        +----+----                                  +---------+
 
+   Texels are dealt out anew then: all but a rim of 8 of 64 a side go to the window, that part of the square in which
+   the picture lies (ism_zoom).
+
    Each point lies in exactly one VPL's list. The knobs, and what each trades:
 
      vpl_count   fewer: blotches where VPLs are near a surface; time and memory are proportional to it
      points      fewer: shadows of small things blur and vanish; memory 12 bytes each, times vpl_count
      spread      PAIR spends most points on what both the picture and the VPL see; the others are the papers'
      tile_size   smaller: light leaks round corners, contact shadows vanish
+     window_rim  less: coarser maps of what the picture does not show; more: of what it shows
      pattern     larger: 1 / pattern^2 of the shading time, and details of indirect shadows blurred over pattern pixels
      bias        less: acne; more: light leaks in corners
      lazy        renewing all points every frame adapts at once, and flickers
@@ -99,7 +103,7 @@
    and is kept, in bytes, with less than 8 KB besides:
 
      12 N points + 4 A + 4 A (if keep_hits) + 2444 tile_size^2 + 16 triangles + 812 clusters of triangles, of which there
-     are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 160 N + 112.25 N near_points,
+     are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 236 N + 112.25 N near_points,
      A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 12 MB
 
    While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 104 N more.
@@ -275,6 +279,9 @@ typedef struct ism_desc {
     void            *progress_user;
     uint32_t       near_points;     /* of each VPL, in whose place they light what is near, 1..64; 0 = 16 */
     int            no_near_points;  /* 1: none; ISM_NEAR_GATHER then is ISM_NEAR_PATCH */
+    int            no_windows;      /* 1: tiles show their hemispheres evenly, not most of all what the picture shows */
+    uint32_t       window_rim;      /* texels a side of a tile for what lies outside of its window, 2..tile_size / 2;
+                                       0 = tile_size / 8, at least 2 */
 } ism_desc;                         /* zero it, then set what you care about */
 
 typedef struct ism_stats {          /* of the last run of each stage */
@@ -364,6 +371,7 @@ typedef struct ism_vpl {
     int32_t  jumped;                /* 1: not where it was in the last frame, by more than a texel */
     float    reach;                 /* m: near points light receivers within it, fully so within 0.7 of it. 0 = none do;
                                        set by ism_choose and ism_set_vpls */
+    uint32_t window;                /* of its tile, see ism_zoom; set by ism_build and ism_scatter */
 } ism_vpl;
 
 typedef struct ism_near_point {     /* 48 bytes: gl_backend.h uploads them as they are */
@@ -473,6 +481,13 @@ ISM_DEF void  ism_map_direction(ism_projection projection, float exponent, const
 ISM_DEF int   ism_map_coordinates(ism_projection projection, float exponent, const float direction[3], float uv[2]);
 /* Between the unit square and unit directions about +z; exponent for LOBE alone. The second returns 0, uv untouched,
    for directions at or below the horizon (z <= 0). Corners of PARABOLOID give directions below it. */
+
+ISM_DEF void  ism_zoom(uint32_t window, uint32_t tile_size, uint32_t rim, const float uv[2], float tile[2]);
+ISM_DEF void  ism_unzoom(uint32_t window, uint32_t tile_size, uint32_t rim, const float tile[2], float uv[2]);
+/* Between that square and the tile that shows it, also a unit square, for a VPL's window and desc.window_rim (not 0):
+   in each axis linear below, in and above the window, which has all texels but `rim`. Both ways clamp to 0..1.
+   window   how many 64ths of the square lie below it in u and in v, and above it in u and in v, six bits each from the
+            lowest on; 0 is the whole square: the tile is the square */
 
 ISM_DEF float ism_solid_angle(const float a[3], const float b[3], const float c[3]);
 /* Of a triangle seen from the origin, in sr, exact (Van Oosterom and Strackee 1983); 0 where degenerate. */
@@ -1101,6 +1116,10 @@ static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u
 #define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
 #define ISM__BATCHES 16u            /* calls of progress in a stage */
 #define ISM__NEAR_BLOCK 64u         /* near points that lie together: a whole number of each pattern's classes */
+#define ISM__STEPS 64u               /* of a tile's side, at which windows begin and end */
+#define ISM__SLACK 2u                /* of these: so much farther out than need be a window may stay */
+#define ISM__SIGHTS 64u              /* blocks of the picture, of each of which eight receivers make the windows */
+#define ISM__PAD 0.015625f           /* of their extent, added at either side: for those between them */
 #define ISM__NEAR_RANK 8u           /* a point's reach is twice the distance to this one of the VPLs about it */
 
 typedef struct ism__buffer { void *data; size_t size; } ism__buffer;
@@ -1116,6 +1135,10 @@ typedef struct ism__point { uint32_t triangle; uint16_t b1, b2; float weight; } 
 
 typedef struct ism__frame_of { ism__v3 x, y, z; } ism__frame_of;
 
+/* From the square (lo, hi) to the tile (a, b), and how steeply. Not on: one is the other. */
+typedef struct ism__axis { int on; float lo, hi, a, b, below, inside, above; } ism__axis;
+typedef struct ism__window { ism__axis u, v; } ism__window;
+
 /* What shading reads of a VPL. Arrays of one float each, so that compilers vectorise the loop over them. */
 enum { ISM__PX, ISM__PY, ISM__PZ, ISM__NX, ISM__NY, ISM__NZ, ISM__AREA, ISM__FIELDS };
 
@@ -1130,7 +1153,8 @@ struct ism_maps {
     int             chosen, built;
     ism__buffer     previous, atlas, hits, points, counts, directions, scratch;
     ism__buffer     sums, clusters, shares, weights, sources, importance, blurred, cdf, pixels;
-    ism__buffer     near_points, near_blocks, near_drawn, near_keys;
+    ism__buffer     near_points, near_blocks, near_drawn, near_keys, windows;
+    uint32_t        window_count;   /* of the frame before, each ism_vpl.window after the ism__window of this one */
     uint32_t        near_count;     /* of near_points, in use */
     size_t          triangles;      /* that the points lie on; 0 = there are none yet */
     size_t          source_count, cells;    /* cells: pVPLs of all sources */
@@ -1374,6 +1398,190 @@ static uint32_t ism__texel_of(float u, uint32_t size)
 {
     uint32_t i = (uint32_t)(u * (float)size);
     return i < size ? i : size - 1u;
+}
+
+/* ---- >>windows: of a tile, most texels to what the picture shows ---- */
+
+/* cut: 64ths below and above the window. Its ends lie between texels, so that none is bent. */
+static void ism__set_axis(uint32_t below, uint32_t above, uint32_t size, uint32_t rim, ism__axis *out)
+{
+    uint32_t rest = below + above, a;
+    memset(out, 0, sizeof *out);
+    if (!(rest * size > rim * ISM__STEPS) || rest >= ISM__STEPS) return;
+    a = (2u * rim * below + rest) / (2u * rest);
+    if (below && !a) a = 1u;
+    if (above && a == rim) a = rim - 1u;
+    out->on = 1;
+    out->lo = (float)below / (float)ISM__STEPS;
+    out->hi = (float)(ISM__STEPS - above) / (float)ISM__STEPS;
+    out->a = (float)a / (float)size;
+    out->b = (float)(size - rim + a) / (float)size;
+    out->below = below ? out->a / out->lo : 1.0f;
+    out->inside = (out->b - out->a) / (out->hi - out->lo);
+    out->above = above ? (1.0f - out->b) / (1.0f - out->hi) : 1.0f;
+}
+
+static void ism__set_window(uint32_t window, uint32_t size, uint32_t rim, ism__window *out)
+{
+    ism__set_axis(window & 63u, window >> 12 & 63u, size, rim, &out->u);
+    ism__set_axis(window >> 6 & 63u, window >> 18 & 63u, size, rim, &out->v);
+}
+
+static float ism__to_tile(const ism__axis *w, float u)
+{
+    float x;
+    if (!w->on) return u;
+    x = u < w->lo ? u * w->below : u < w->hi ? w->a + (u - w->lo) * w->inside : w->b + (u - w->hi) * w->above;
+    return x < 0.0f ? 0.0f : x < 1.0f ? x : 1.0f;
+}
+
+static float ism__from_tile(const ism__axis *w, float x)
+{
+    float u;
+    if (!w->on) return x;
+    u = x < w->a ? x / w->below : x < w->b ? w->lo + (x - w->a) / w->inside : w->hi + (x - w->b) / w->above;
+    return u < 0.0f ? 0.0f : u < 1.0f ? u : 1.0f;
+}
+
+/* Texels of the tile whose places in the square are within `reach` of u. */
+static void ism__span(const ism__axis *w, float u, float reach, uint32_t size, uint32_t *first, uint32_t *last)
+{
+    float most = (float)size, x0, x1;
+    if (w->on) {
+        x0 = ism__to_tile(w, u - reach / most) * most;
+        x1 = ism__to_tile(w, u + reach / most) * most;
+    } else {
+        x0 = u * most - reach;
+        x1 = u * most + reach;
+    }
+    *first = x0 > 0.0f ? (uint32_t)x0 : 0;
+    *last = x1 < most ? (uint32_t)x1 : size - 1u;
+}
+
+ISM_DEF void ism_zoom(uint32_t window, uint32_t tile_size, uint32_t rim, const float uv[2], float tile[2])
+{
+    ism__window w;
+    ism__set_window(window, tile_size, rim, &w);
+    tile[0] = ism__to_tile(&w.u, uv[0] > 0.0f ? uv[0] < 1.0f ? uv[0] : 1.0f : 0.0f);
+    tile[1] = ism__to_tile(&w.v, uv[1] > 0.0f ? uv[1] < 1.0f ? uv[1] : 1.0f : 0.0f);
+}
+
+ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_size, uint32_t rim, const float tile[2], float uv[2])
+{
+    ism__window w;
+    ism__set_window(window, tile_size, rim, &w);
+    uv[0] = ism__from_tile(&w.u, tile[0] > 0.0f ? tile[0] < 1.0f ? tile[0] : 1.0f : 0.0f);
+    uv[1] = ism__from_tile(&w.v, tile[1] > 0.0f ? tile[1] < 1.0f ? tile[1] : 1.0f : 0.0f);
+}
+
+/* Where a place lies in the VPL's square; 0: not in front of it, or outside of a sky's map. */
+static int ism__square_of(const ism_maps *m, const ism_vpl *v, const ism__frame_of *f, ism__v3 p, float uv[2])
+{
+    ism__v3 l = ism__to_local(f, ism__v3_sub(p, ism__v3_load(v->directional ? m->center : v->position)));
+    float d, direction[3];
+    if (v->directional) {
+        uv[0] = 0.5f * l.x / m->radius + 0.5f;
+        uv[1] = 0.5f * l.y / m->radius + 0.5f;
+        return uv[0] >= 0.0f && uv[1] >= 0.0f && uv[0] < 1.0f && uv[1] < 1.0f;
+    }
+    d = ism__v3_length(l);
+    if (!(d > 0.0f) || !ism__finite(d)) return 0;
+    ism__v3_store(direction, ism__v3_scale(l, 1.0f / d));
+    return ism_map_coordinates(ism__projection_of(m, v), v->exponent, direction, uv);
+}
+
+typedef struct ism__window_work {
+    ism_maps       *m;
+    const ism_view *view;
+    uint32_t        rows, columns, count, seen[8u * ISM__SIGHTS];
+} ism__window_work;
+
+/* The receivers of one block that lie farthest in eight directions, of a wall its corners: what encloses them encloses
+   the others, nearly. UINT32_MAX for each that there already is. */
+static void ism__sight_task(void *context, size_t index)
+{
+    ism__window_work *w = (ism__window_work *)context;
+    const ism_view *view = w->view;
+    uint32_t row = (uint32_t)index / w->columns, column = (uint32_t)index % w->columns, *best = w->seen + 8u * index, k, j;
+    size_t x, y, x1 = (size_t)view->width * (column + 1u) / w->columns, y1 = (size_t)view->height * (row + 1u) / w->rows;
+    float most[8];
+    memset(best, 255, 8u * sizeof *best);
+    for (y = (size_t)view->height * row / w->rows; y < y1; y++)
+        for (x = (size_t)view->width * column / w->columns; x < x1; x++) {
+            ism__v3 p, n;
+            size_t i = y * view->width + x;
+            if (!ism__receiver(view, i, &p, &n)) continue;
+            for (k = 0; k < 8u; k++) {      /* no two as long, so that none of a grid's points are as far */
+                float at = (k & 1u ? p.x : -p.x) + 0.9f * (k & 2u ? p.y : -p.y) + 1.1f * (k & 4u ? p.z : -p.z);
+                if (best[k] != UINT32_MAX && !(at > most[k])) continue;
+                most[k] = at;
+                best[k] = (uint32_t)i;
+            }
+        }
+    for (k = 1; k < 8u; k++)
+        for (j = 0; j < k; j++)
+            if (best[j] == best[k]) best[k] = UINT32_MAX;
+}
+
+/* A side of the new window: where it is needed; or where it was in the frame before, if that will do, so that little of
+   what moves makes a window jump. */
+static uint32_t ism__cut_at(uint32_t need, uint32_t was, int known)
+{
+    return known && was <= need && was + ISM__SLACK >= need ? was : need;
+}
+
+static void ism__window_task(void *context, size_t index)
+{
+    const ism__window_work *w = (const ism__window_work *)context;
+    ism_maps *m = w->m;
+    ism_vpl *v = &m->vpls[index];
+    uint32_t *was = (uint32_t *)(void *)((ism__window *)m->windows.data + m->desc.vpl_count) + index;
+    float lo[2] = { 1.0f, 1.0f }, hi[2] = { 0.0f, 0.0f };
+    uint32_t i, k;
+    int known = index < m->window_count && !v->jumped && !m->desc.unstable;
+    ism__window *out = (ism__window *)m->windows.data + index;
+    ism__frame_of f = ism__vpl_frame(m, v);
+    v->window = 0;
+    for (i = 0; i < w->count; i++) {
+        ism__v3 p, n;
+        float uv[2];
+        if (w->seen[i] == UINT32_MAX || !ism__receiver(w->view, w->seen[i], &p, &n)) continue;
+        if (w->view->geometric) n = ism__v3_load(ism__at(w->view->geometric, w->view->stride, w->seen[i]));
+        if (!(ism__v3_dot(n, v->directional ? f.z : ism__v3_sub(p, ism__v3_load(v->position))) < 0.0f) ||
+            !ism__square_of(m, v, &f, p, uv))
+            continue;
+        for (k = 0; k < 2u; k++) {
+            lo[k] = uv[k] < lo[k] ? uv[k] : lo[k];
+            hi[k] = uv[k] > hi[k] ? uv[k] : hi[k];
+        }
+    }
+    if (lo[0] <= hi[0])             /* else nothing looks at this map */
+        for (k = 0; k < 2u; k++) {
+            float pad = (hi[k] - lo[k]) * ISM__PAD;
+            uint32_t low = ism__texel_of(lo[k] > pad ? lo[k] - pad : 0.0f, ISM__STEPS);
+            uint32_t high = ISM__STEPS - 1u - ism__texel_of(hi[k] + pad, ISM__STEPS);
+            v->window |= ism__cut_at(low, *was >> 6u * k & 63u, known) << 6u * k;
+            v->window |= ism__cut_at(high, *was >> (6u * k + 12u) & 63u, known) << (6u * k + 12u);
+        }
+    *was = v->window;
+    ism__set_window(v->window, m->desc.tile_size, m->desc.window_rim, out);
+    if (!out->u.on && !out->v.on) v->window = 0;
+}
+
+/* All that bounces on counts, seen or not: maps that ism_bounce needs are even. */
+static int ism__make_windows(ism_maps *m, const ism_view *view)
+{
+    ism__window_work w;
+    w.m = m;
+    w.view = view;
+    w.rows = view->height < 8u ? 1u : 8u;
+    w.columns = ISM__SIGHTS / w.rows;
+    w.count = m->desc.no_windows || m->desc.keep_hits ? 0 : 8u * ISM__SIGHTS;
+    if ((w.count && !ism__run(&m->desc, ISM__SIGHTS, ism__sight_task, &w)) ||
+        !ism__run(&m->desc, m->vpl_count, ism__window_task, &w))
+        return 0;
+    m->window_count = m->vpl_count;
+    return 1;
 }
 
 /* ---- >>formulas ---- */
@@ -2325,14 +2533,39 @@ static float ism__cluster_effect(const ism__cluster *c, const ism_vpl *v)
     return along > 0.0f ? c->area * sqrtf(facing2) * (along / (d2 * d2)) : 0.0f;
 }
 
+/* How many times the texels that it would have in an even map of the square a cluster has, about: the mean over a box
+   of its size. Behind the horizon, where it may have a part in front, as on it. */
+static float ism__cluster_zoom(const ism_maps *m, const ism__cluster *c, const ism_vpl *v, const ism__frame_of *f)
+{
+    const ism__window *w = (const ism__window *)m->windows.data + (v - m->vpls);
+    ism__v3 from = ism__v3_load(v->directional ? m->center : v->position), at = ism__v3_sub(c->at, from);
+    float uv[2], r = sqrtf(c->radius2), below = ism__v3_dot(f->z, at), d, u0, u1, v0, v1;
+    if (!w->u.on && !w->v.on) return 1.0f;
+    d = v->directional ? m->radius : ism__v3_length(at);
+    if (!v->directional && below < 0.05f * d) at = ism__v3_madd(at, f->z, 0.05f * d - below);
+    if (!ism__square_of(m, v, f, ism__v3_add(from, at), uv)) return 1.0f;
+    r = 0.5f * r / d;               /* a radian is half the square, about */
+    r = r > 0.01f ? r : 0.01f;
+    u0 = uv[0] > r ? uv[0] - r : 0.0f;
+    v0 = uv[1] > r ? uv[1] - r : 0.0f;
+    u1 = uv[0] + r < 1.0f ? uv[0] + r : 1.0f;
+    v1 = uv[1] + r < 1.0f ? uv[1] + r : 1.0f;
+    return (ism__to_tile(&w->u, u1) - ism__to_tile(&w->u, u0)) / (u1 - u0) *
+           ((ism__to_tile(&w->v, v1) - ism__to_tile(&w->v, v0)) / (v1 - v0));
+}
+
 /* The clusters' shares of a VPL's points, summed: by the geometric mean of what the view and the VPL see of them, and a
    little by each, so that none is forgotten. */
 static void ism__share_clusters(const ism__spread_work *w, const ism_vpl *v, float *effect, double *sums)
 {
     double seen = 0.0, sum = 0.0, total = ism__cdf_total(&w->cdf);
+    ism__frame_of f;
     uint32_t c;
+    memset(&f, 0, sizeof f);
+    if (v) f = ism__vpl_frame(w->m, v);
     for (c = 0; c < w->cluster_count; c++) {
         effect[c] = v ? ism__cluster_effect(&w->clusters[c], v) : 0.0f;
+        if (effect[c] > 0.0f) effect[c] *= ism__cluster_zoom(w->m, &w->clusters[c], v, &f);
         effect[c] = ism__finite(effect[c]) ? effect[c] : 0.0f;
         seen += (double)effect[c];
     }
@@ -2597,6 +2830,7 @@ typedef struct ism__tile {          /* one VPL's map while it is drawn */
     ism__frame_of   frame;
     ism_projection  projection;
     uint32_t        size;
+    const ism__window *window;      /* NULL: the whole square */
     const float    *directions;     /* of texel centres, in the tile's frame; x, y, 1 of sky maps in units of radius */
     ism__texel     *texels;
     uint64_t        splats, wide, filled;
@@ -2700,7 +2934,7 @@ static void ism__write_texel(ism__tile *tile, const ism__surfel *s, uint32_t x, 
     to->y = (uint16_t)y;
 }
 
-/* Texels a unit of angle (or of world space) at most, in either direction of the square. */
+/* Texels a unit of angle (or of world space) at most, in either direction of the square, without a window. */
 static float ism__texels_per_unit(const ism__tile *tile)
 {
     float size = (float)tile->size;
@@ -2713,17 +2947,15 @@ static float ism__texels_per_unit(const ism__tile *tile)
 static void ism__splat(ism__tile *tile, const ism__surfel *s)
 {
     float reach = sqrtf(s->radius2) * ism__texels_per_unit(tile) / (tile->vpl->directional ? 1.0f : s->depth);
-    float x = s->u * (float)tile->size, y = s->v * (float)tile->size, most = (float)tile->size;
+    float most = (float)tile->size;
     uint32_t x0, x1, y0, y1, i, j;
     tile->splats++;
     if (!(reach > 0.0f)) return;
     if (!(reach < most)) reach = most;
     tile->wide += (uint64_t)s->capped;
     /* the map is continuous but across its diagonals near the border, where a disc is cut off */
-    x0 = x - reach > 0.0f ? (uint32_t)(x - reach) : 0;
-    y0 = y - reach > 0.0f ? (uint32_t)(y - reach) : 0;
-    x1 = x + reach < most ? (uint32_t)(x + reach) : tile->size - 1u;
-    y1 = y + reach < most ? (uint32_t)(y + reach) : tile->size - 1u;
+    ism__span(&tile->window->u, s->u, reach, tile->size, &x0, &x1);
+    ism__span(&tile->window->v, s->v, reach, tile->size, &y0, &y1);
     for (j = y0; j <= y1; j++)
         for (i = x0; i <= x1; i++) ism__write_texel(tile, s, i, j);
 }
@@ -2931,6 +3163,10 @@ static void ism__tile_directions(const ism__tile *tile, float *out)
             float uv[2];
             uv[0] = ((float)x + 0.5f) / (float)tile->size;
             uv[1] = ((float)y + 0.5f) / (float)tile->size;
+            if (tile->window) {
+                uv[0] = ism__from_tile(&tile->window->u, uv[0]);
+                uv[1] = ism__from_tile(&tile->window->v, uv[1]);
+            }
             if (tile->vpl->directional) {
                 out[0] = 2.0f * uv[0] - 1.0f;
                 out[1] = 2.0f * uv[1] - 1.0f;
@@ -2954,10 +3190,11 @@ static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t 
     tile->frame = ism__vpl_frame(m, tile->vpl);
     tile->projection = ism__projection_of(m, tile->vpl);
     tile->size = m->desc.tile_size;
+    tile->window = (const ism__window *)m->windows.data + v;
     tile->texels = (ism__texel *)(void *)scratch;
     own = (float *)(void *)(scratch + texels * sizeof(ism__texel));
     tile->directions = (const float *)m->directions.data;
-    if (tile->vpl->directional || tile->projection == ISM_PROJECTION_LOBE) {
+    if (tile->window->u.on || tile->window->v.on || tile->vpl->directional || tile->projection == ISM_PROJECTION_LOBE) {
         ism__tile_directions(tile, own);
         tile->directions = own;
     }
@@ -3006,14 +3243,13 @@ static void ism__lane_task(void *context, size_t lane)
 
 ISM_DEF ism_result ism_scatter(ism_maps *m, const ism_frame *f)
 {
-    ism_result result;
     if (!m || !f || !ism__view_ok(f->view)) return ISM_ERR_ARGUMENT;
     if (!m->chosen) return ISM_ERR_ORDER;
     if (f->mesh && !ism__mesh_ok(f->mesh)) return ISM_ERR_INPUT;
     m->built = 0;
-    result = ism__renew_points(m, f);
-    if (result == ISM_OK) ism__bounding_sphere(m, f->mesh);
-    return result;
+    if (!ism__grow(m, &m->windows, m->desc.vpl_count, sizeof(ism__window) + sizeof(uint32_t))) return ISM_ERR_ALLOC;
+    ism__bounding_sphere(m, f->mesh);
+    return ism__make_windows(m, f->view) ? ism__renew_points(m, f) : ISM_ERR_CANCELLED;
 }
 
 ISM_DEF ism_result ism_build(ism_maps *m, const ism_frame *f)
@@ -3056,23 +3292,33 @@ ISM_DEF const float *ism_atlas(const ism_maps *m, uint32_t *side, uint32_t *tile
 
 /* ---- >>visibility ---- */
 
+static const float *ism__tile_of(const ism_maps *m, uint32_t v)
+{
+    size_t column = v % m->tiles, row = v / m->tiles;
+    return (const float *)m->atlas.data + row * m->desc.tile_size * m->side + column * m->desc.tile_size;
+}
+
 /* Compares depths on the receiver's own tangent plane, at the centre of the texel: no acne where light grazes. What
    lies behind that plane is hidden by the receiver's own surface, which a thin sheet's depth cannot tell from the
    receiver. */
-static int ism__lit(const ism_maps *m, const ism_vpl *v, const ism__frame_of *f, const float *tile, ism__v3 p,
-                    ism__v3 ng, float bias)
+static int ism__lit(const ism_maps *m, uint32_t number, const ism__frame_of *f, ism__v3 p, ism__v3 ng, float bias)
 {
     uint32_t size = m->desc.tile_size, x, y;
+    const ism_vpl *v = &m->vpls[number];
+    const ism__window *w = (const ism__window *)m->windows.data + number;
+    const float *tile = ism__tile_of(m, number);
     if (v->directional) {
         ism__v3 l = ism__to_local(f, ism__v3_sub(p, ism__v3_load(m->center)));
         ism__v3 n = ism__to_local(f, ng);
-        float r = m->radius, u = 0.5f * l.x / r + 0.5f, w = 0.5f * l.y / r + 0.5f, depth = l.z + r, dx, dy;
+        float r = m->radius, uv[2], depth = l.z + r, dx, dy;
+        uv[0] = 0.5f * l.x / r + 0.5f;
+        uv[1] = 0.5f * l.y / r + 0.5f;
         if (!(n.z < -ISM__GRAZING)) return 0;
-        if (!(u >= 0.0f && w >= 0.0f && u < 1.0f && w < 1.0f)) return 1;
-        x = ism__texel_of(u, size);
-        y = ism__texel_of(w, size);
-        dx = ((2.0f * (float)x + 1.0f) / (float)size - 1.0f) * r - l.x;
-        dy = ((2.0f * (float)y + 1.0f) / (float)size - 1.0f) * r - l.y;
+        if (!(uv[0] >= 0.0f && uv[1] >= 0.0f && uv[0] < 1.0f && uv[1] < 1.0f)) return 1;
+        x = ism__texel_of(ism__to_tile(&w->u, uv[0]), size);
+        y = ism__texel_of(ism__to_tile(&w->v, uv[1]), size);
+        dx = (2.0f * ism__from_tile(&w->u, ((float)x + 0.5f) / (float)size) - 1.0f) * r - l.x;
+        dy = (2.0f * ism__from_tile(&w->v, ((float)y + 0.5f) / (float)size) - 1.0f) * r - l.y;
         if (fabsf(n.z) > 0.1f) depth -= (n.x * dx + n.y * dy) / n.z;
         return depth - bias * r <= tile[(size_t)y * m->side + x];
     } else {
@@ -3084,15 +3330,15 @@ static int ism__lit(const ism_maps *m, const ism_vpl *v, const ism__frame_of *f,
         if (!(ism__v3_dot(n, l) < -ISM__GRAZING * d)) return 0;
         ism__v3_store(direction, ism__v3_scale(l, 1.0f / d));
         if (!ism_map_coordinates(projection, v->exponent, direction, uv)) return 1;
-        x = ism__texel_of(uv[0], size);
-        y = ism__texel_of(uv[1], size);
+        x = ism__texel_of(ism__to_tile(&w->u, uv[0]), size);
+        y = ism__texel_of(ism__to_tile(&w->v, uv[1]), size);
         t = tile[(size_t)y * m->side + x];
         if (d * (1.0f - bias) <= t && t >= 2.0f * d) return 1;
-        if (projection != ISM_PROJECTION_LOBE) {
+        if (projection != ISM_PROJECTION_LOBE && !w->u.on && !w->v.on) {
             memcpy(direction, (const float *)m->directions.data + 3u * ((size_t)y * size + x), sizeof direction);
         } else {
-            uv[0] = ((float)x + 0.5f) / (float)size;
-            uv[1] = ((float)y + 0.5f) / (float)size;
+            uv[0] = ism__from_tile(&w->u, ((float)x + 0.5f) / (float)size);
+            uv[1] = ism__from_tile(&w->v, ((float)y + 0.5f) / (float)size);
             ism_map_direction(projection, v->exponent, uv, direction);
         }
         along = n.x * direction[0] + n.y * direction[1] + n.z * direction[2];
@@ -3100,12 +3346,6 @@ static int ism__lit(const ism_maps *m, const ism_vpl *v, const ism__frame_of *f,
         if (along > 0.5f * d && along < 2.0f * d) d = along;
         return d * (1.0f - bias) <= t;
     }
-}
-
-static const float *ism__tile_of(const ism_maps *m, uint32_t v)
-{
-    size_t column = v % m->tiles, row = v / m->tiles;
-    return (const float *)m->atlas.data + row * m->desc.tile_size * m->side + column * m->desc.tile_size;
 }
 
 ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const float *positions, const float *geometric,
@@ -3119,8 +3359,7 @@ ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const float *pos
     if (!m->built) return ISM_ERR_ORDER;
     frame = ism__vpl_frame(m, &m->vpls[vpl]);
     for (i = 0; i < count; i++)
-        visible[i] = (float)ism__lit(m, &m->vpls[vpl], &frame, ism__tile_of(m, vpl),
-                                     ism__v3_load(ism__at(positions, stride, i)),
+        visible[i] = (float)ism__lit(m, vpl, &frame, ism__v3_load(ism__at(positions, stride, i)),
                                      ism__v3_load(ism__at(geometric, stride, i)), bias);
     return ISM_OK;
 }
@@ -3259,8 +3498,7 @@ static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, co
     for (i = 0; i < count; i++) {
         uint32_t v = w->order[list[i]];
         visible[i] = w->s.no_maps ? 1.0f
-                   : (float)ism__lit(w->m, &w->m->vpls[v], &w->frames[list[i]], ism__tile_of(w->m, v), px->p, px->ng,
-                                     w->s.bias);
+                   : (float)ism__lit(w->m, v, &w->frames[list[i]], px->p, px->ng, w->s.bias);
     }
 }
 
@@ -3289,15 +3527,14 @@ static float ism__near_lit(const ism__shade_work *w, const ism_near_point *at, c
     uint32_t v = (uint32_t)at->vpl, classes = w->pattern * w->pattern;
     const ism_vpl *l = &m->vpls[v];
     const ism__frame_of *f = &w->frames[w->class_first[v % classes] + v / classes];
-    const float *tile = ism__tile_of(m, v);
     ism__v3 way = ism__v3_sub(ism__v3_load(l->position), ism__v3_load(at->position));
     ism__v3 d = ism__v3_sub(px->p, ism__v3_load(at->position));
     float facing = -2.0f * ism__v3_dot(px->n, ism__v3_load(at->normal));
     float open = !(facing > 0.0f) ? 1.0f : facing < 1.0f ? 1.0f - facing : 0.0f;
     if (!(ism__v3_dot(f->z, ism__v3_sub(px->p, ism__v3_load(l->position))) > 0.0f)) return open;
-    if (ism__lit(m, l, f, tile, px->p, px->ng, w->s.bias)) return 1.0f;
+    if (ism__lit(m, v, f, px->p, px->ng, w->s.bias)) return 1.0f;
     if (!(ism__v3_dot(d, d) < ism__v3_dot(way, way) && ism__v3_dot(f->z, d) > 0.0f)) return 0.0f;
-    return ism__lit(m, l, f, tile, ism__v3_add(px->p, way), px->ng, w->s.bias) ? open : 0.0f;
+    return ism__lit(m, v, f, ism__v3_add(px->p, way), px->ng, w->s.bias) ? open : 0.0f;
 }
 
 /* Visibility of `count` near points of the list. */
@@ -3830,7 +4067,7 @@ static int ism__resolve(ism_desc *d)
         d->importance < ISM_IMPORTANCE_DEFAULT || d->importance >= ISM_IMPORTANCE_COUNT ||
         d->spread < ISM_SPREAD_DEFAULT || d->spread >= ISM_SPREAD_COUNT || d->projection < ISM_PROJECTION_DEFAULT ||
         d->projection >= ISM_PROJECTION_COUNT || d->view_grid > 16u || d->brsm_blur > 16u || d->lazy > 64u ||
-        d->near_points > 64u ||
+        d->near_points > 64u || d->window_rim == 1u || d->window_rim > (d->tile_size ? d->tile_size : 64u) / 2u ||
         !ism__is_share(d->flux_share) || !ism__is_share(d->area_share) ||
         !(d->splat_scale >= 0.0f && d->splat_scale <= 16.0f) ||
         !ism__allocator_valid(d->allocator.alloc_fn, d->allocator.free_fn))
@@ -3844,6 +4081,7 @@ static int ism__resolve(ism_desc *d)
     if (!d->view_grid) d->view_grid = 4u;
     if (!d->lazy) d->lazy = 8u;
     if (!d->near_points) d->near_points = 16u;
+    if (!d->window_rim) d->window_rim = d->tile_size >= 16u ? d->tile_size / 8u : 2u;
     if (!(d->flux_share > 0.0f)) d->flux_share = 0.1f;
     if (!(d->area_share > 0.0f)) d->area_share = 0.2f;
     if (!(d->splat_scale > 0.0f)) d->splat_scale = 1.0f;
@@ -3913,6 +4151,7 @@ ISM_DEF void ism_free(ism_maps *m)
     ism__release(m, &m->near_blocks);
     ism__release(m, &m->near_drawn);
     ism__release(m, &m->near_keys);
+    ism__release(m, &m->windows);
     ism__free(&memory, m->vpls);
     ism__free(&memory, m);
 }

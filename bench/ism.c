@@ -196,11 +196,13 @@ static int build_maps(const bn_scene *s, const ism_desc *d, ism_maps **maps)
 
 static int visibility_of(const bn_options *options, const char *path, const char *name)
 {
-    static const struct { ism_spread spread; const char *name;
-    } spreads[] = { { ISM_SPREAD_AREA, "area" },
-                    { ISM_SPREAD_VIEW_1, "view1" },
-                    { ISM_SPREAD_VIEW_8, "view8" },
-                    { ISM_SPREAD_PAIR, "pair" } };
+    static const struct { ism_spread spread; const char *name; int windows;
+    } spreads[] = { { ISM_SPREAD_AREA, "area", 0 },
+                    { ISM_SPREAD_VIEW_1, "view1", 0 },
+                    { ISM_SPREAD_VIEW_8, "view8", 0 },
+                    { ISM_SPREAD_PAIR, "pair", 0 },
+                    { ISM_SPREAD_AREA, "area", 1 },
+                    { ISM_SPREAD_PAIR, "pair", 1 } };
     bn_scene s;
     if (bn_ism_open(&s, options, path, 160, 90, 512, 64) != 0)
         return -1;
@@ -214,6 +216,7 @@ static int visibility_of(const bn_options *options, const char *path, const char
         ism_maps *maps;
         int result;
         d.spread = spreads[i].spread;
+        d.no_windows = !spreads[i].windows;
         if (build_maps(&s, &d, &maps) != 0) {
             bn_ism_close(&s);
             return -1;
@@ -227,6 +230,7 @@ static int visibility_of(const bn_options *options, const char *path, const char
         bn_begin(options, "ism_visibility", options->threads, "none");
         bn_text("scene", name);
         bn_text("spread", spreads[i].name);
+        bn_integer("windows", (uint64_t)spreads[i].windows);
         bn_integer("vpls", 1024);
         bn_integer("points", 8192);
         bn_number("differs", error.share);

@@ -783,6 +783,7 @@ static int send_to_ism(app *a)
         memcpy(vpls[i].axis, from[i].axis, sizeof vpls[i].axis);
         vpls[i].exponent = from[i].exponent;
         vpls[i].side = from[i].side;        /* no reach: this program's shader clamps */
+        vpls[i].window = from[i].window;
     }
     GL(glbk_ism_vpls_upload(&a->gl, &a->ism_maps, vpls, (uint32_t)count, NULL, 0));
     if (a->frame == 0) GL(glbk_ism_mesh_upload(&a->gl, &a->ism_maps, &mesh));

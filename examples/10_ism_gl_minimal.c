@@ -109,6 +109,7 @@ static int prepare(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, const i
         vpls[i].side = chosen[i].side;
         vpls[i].directional = chosen[i].directional;
         vpls[i].reach = chosen[i].reach;
+        vpls[i].window = chosen[i].window;
     }
     near_points = ism_near_points(ism, &near_count);
     ism_bounds(ism, center, &radius);
@@ -178,7 +179,7 @@ int main(int count, char **values)
 {
     const glbk_pass screen = { NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 } };
     ism_desc ism_sizes = { 0 };
-    glbk_ism_desc sizes = { VPLS, POINTS, 0, 0, LAZY, 0, 0, 0 };    /* equal to those of ism.h */
+    glbk_ism_desc sizes = { VPLS, POINTS, 0, 0, LAZY, 0, 0, 0, 0 };    /* equal to those of ism.h */
     glbk_source source = { NULL, fragment, NULL, "ism_light", "ISM_NEAR=6 ISM_PROJECTION=1", NULL };
     glbk_ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL };
     glbk_desc desc = { 0 };

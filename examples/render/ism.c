@@ -70,6 +70,9 @@ static ism_desc make_desc(const rd_job *job, int level, int keep_hits)
     d.keep_hits = keep_hits;
     d.near_points = (uint32_t)rd_setting_integer(job->settings, "near_points");
     d.no_near_points = !rd_setting_is(job->settings, "near", "gather");
+    d.no_windows = !rd_setting_integer(job->settings, "windows");
+    d.window_rim = (uint32_t)rd_setting_integer(job->settings, "rim") * d.tile_size / 64u;
+    d.window_rim = d.window_rim < 2u ? 2u : d.window_rim;
     d.seed = d.unstable ? job->seed : job->seed - job->frame;     /* stable: one seed for all frames */
     d.parallel_for = ex_pool_run;
     d.parallel_user = job->pool;
@@ -374,6 +377,8 @@ static const rd_key keys[] = {
     { "vpls", RD_INTEGER, NULL, 1, 16384, "1024", "virtual point lights, of each bounce" },
     { "points", RD_INTEGER, NULL, 8, 65536, "8192", "surface points in each VPL's map" },
     { "tile", RD_WORD, "8|16|32|64|128|256", 0, 0, "64", "texels a side of a VPL's map" },
+    { "windows", RD_WORD, "0|1", 0, 0, "1", "most texels of a map to what the picture shows" },
+    { "rim", RD_INTEGER, NULL, 2, 32, "8", "texels of 64 a side for the rest" },
     { "rsm", RD_INTEGER, NULL, 8, 2048, "512",
       "texels a side of the reflective shadow maps; half for faces of cubes; light_points share them" },
     { "shadow", RD_INTEGER, NULL, 16, 4096, "1024", "texels a side of the shadow maps of direct light" },

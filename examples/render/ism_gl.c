@@ -124,6 +124,7 @@ static glbk_result send_vpls(im_gl *g, int level, const ism_maps *maps)
         to->side = from[i].side;
         to->directional = from[i].directional;
         to->reach = from[i].reach;
+        to->window = from[i].window;
     }
     ism_bounds(maps, center, &radius);
     result = glbk_ism_vpls_upload(g->gl, &g->maps[level], g->vpls, (uint32_t)count, center, radius > 0 ? radius : 1);
@@ -146,6 +147,7 @@ static glbk_result open_level(im_gl *g, int level, const ism_desc *d)
     to.splat_scale = d->splat_scale;
     to.no_fill = d->no_fill;
     to.near_points = d->near_points;
+    to.window_rim = d->window_rim;
     if (!g->vpls)
         g->vpls = malloc(d->vpl_count * sizeof *g->vpls);
     if (!g->points)

@@ -46,7 +46,7 @@ static int bytes_lines(FILE *lines)
         eye[3 * i + 2] = (float)(i / 16) * 0.5f - 2.0f;
         down[3 * i + 1] = -1.0f;
     }
-    for (projection = 0; projection < 4; projection++) {
+    for (projection = 0; projection < 8; projection++) {
         ism_mesh mesh;
         ism_source source;
         ism_view view;
@@ -80,15 +80,16 @@ static int bytes_lines(FILE *lines)
         d.vpl_count = 64;
         d.points = 256;
         d.tile_size = 32;
-        d.projection = (ism_projection)(1 + projection);
+        d.projection = (ism_projection)(1 + projection % 4);
+        d.no_windows = projection < 4;
         s.pattern = 2;
-        s.near_mode = (ism_near)(1 + projection);
+        s.near_mode = (ism_near)(1 + projection % 4);
         if (ism_create(&d, &m) != ISM_OK || ism_render(m, &frame, &s, out, NULL) != ISM_OK) return 1;
         {
             const float *atlas = ism_atlas(m, &side, NULL);
-            fprintf(lines, "projection %u: BRSM %08x atlas %08x light %08x\n", (unsigned)projection,
-                   (unsigned)hash(ism_importances(m, 0, NULL), 256), (unsigned)hash(atlas, (size_t)side * side),
-                   (unsigned)hash(out, 3 * 128));
+            fprintf(lines, "projection %u%s: BRSM %08x atlas %08x light %08x\n", (unsigned)projection % 4,
+                   projection < 4 ? "" : ", windows", (unsigned)hash(ism_importances(m, 0, NULL), 256),
+                   (unsigned)hash(atlas, (size_t)side * side), (unsigned)hash(out, 3 * 128));
         }
         ism_free(m);
     }

@@ -37,8 +37,10 @@ static void take_desc(input *in, ism_desc *d)
     d->lazy = take(in) % 9;
     d->unstable = (int)(take(in) & 1u);
     d->vary_points = (int)(take(in) & 1u);
-    d->keep_hits = 1;
+    d->keep_hits = (int)(take(in) & 1u);        /* 0: with windows */
     d->splat_scale = (float)(take(in) % 17);
+    d->window_rim = take(in) % 4;
+    d->window_rim = d->window_rim == 1u ? d->tile_size / 2u : d->window_rim;
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -1162,9 +1162,9 @@ static void ism_maps_and_pixels(void **state)
     static float floats[3 * SIDE * SIDE], atlas[64 * 64];
     glbk_context *gl = &t->gl;
     const float center[3] = { 0, 1, 0 };
-    glbk_ism_desc d = { 1, 8, 8, 1, 1, 1, 0, 1 };
+    glbk_ism_desc d = { 1, 8, 8, 1, 1, 1, 0, 1, 2 };
     glbk_ism_mesh mesh = { corners, 4, 12, indices, 6, NULL };
-    glbk_ism_vpl v = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 1, 1 }, { 0, -1, 0 }, 1, 0.1f, 1, 0 };
+    glbk_ism_vpl v = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 1, 1 }, { 0, -1, 0 }, 1, 0.1f, 1, 0, 0 };
     float near_point[24] = { 0, 2, 0, 0.1f, 0, -1, 0, 1, 1, 1, 1, 0 };
     glbk_ism_receivers from = { floats, floats, NULL, NULL, 0 };
     glbk_ism_shading s = { 2, 3, 1, 0.1f, 0, 0 };
@@ -1189,6 +1189,8 @@ static void ism_maps_and_pixels(void **state)
     WRONG(m, d.splat_scale, -1, glbk_ism_maps_create(gl, &d, &m));
     WRONG(m, d.splat_scale, 17, glbk_ism_maps_create(gl, &d, &m));
     WRONG(m, d.near_points, 65, glbk_ism_maps_create(gl, &d, &m));
+    WRONG(m, d.window_rim, 1, glbk_ism_maps_create(gl, &d, &m));
+    WRONG(m, d.window_rim, 5, glbk_ism_maps_create(gl, &d, &m));        /* more than half of eight texels */
     {
         uint32_t side = gl->max_size;
         gl->max_size = 4;
@@ -1235,6 +1237,9 @@ static void ism_maps_and_pixels(void **state)
     BAD(v.side, INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
     BAD(v.reach, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
     BAD(v.reach, NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
+    BAD(v.window, 1u << 24, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
+    BAD(v.window, 32u | 32u << 12, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));     /* nothing is left of a side */
+    BAD(v.window, 63u << 6 | 1u << 18, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
     assert_glbk(t, glbk_ism_near_upload(gl, &m, near_point, 1));
     REFUSED(glbk_ism_near_upload(NULL, &m, near_point, 1));
     REFUSED(glbk_ism_near_upload(gl, NULL, near_point, 1));

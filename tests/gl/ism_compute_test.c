@@ -117,6 +117,8 @@ static void send_vpls(gl_test *t, pair *p, uint32_t count)
         l->exponent = i % 4 == 1 ? between(1, 20) : 1;
         l->side = i % 3 ? 0.4f : 0;
         l->directional = i % 4 == 2;
+        if (i % 3 == 1)             /* cuts below 32; in one axis alone where i is even */
+            l->window = i * 2654435761u >> 8 & (i % 2 ? 0x7df7dfu : 0x01f01fu);
         l->reach = l->directional || i % 4 == 1 ? 0 : 1.5f;
         if (l->directional)
             for (int k = 0; k < 3; k++) l->position[k] = -l->normal[k];
@@ -202,7 +204,7 @@ static void tiles_of_every_size(void **state)
     pair p;
     pair_open(t, &p);
     for (uint32_t size = 8, projection = 1; size <= 256; size *= 2, projection = projection % 4 + 1) {
-        glbk_ism_desc d = { 5, 700, 0, 0, 3, 0, 0, 0 };
+        glbk_ism_desc d = { 5, 700, 0, 0, 3, 0, 0, 0, 0 };
         char what[32];
         size_t surfaces;
         d.tile_size = size;
@@ -225,7 +227,7 @@ static void fill_of_noise(void **state)
     GL_TEST(t, state)
     enum { SIZE = 256 };
     static float ways[4 * SIZE * SIZE], surfels[4 * SIZE * SIZE], atlas[2][SIZE * SIZE];
-    const glbk_ism_desc d = { 1, 64, SIZE, 1, 1, 0, 0, 0 };
+    const glbk_ism_desc d = { 1, 64, SIZE, 1, 1, 0, 0, 0, 0 };
     size_t i, kept = 0, dropped = 0, filled = 0;
     pair p;
     pair_open(t, &p);
@@ -258,7 +260,7 @@ static void wide_discs(void **state)
 {
     GL_TEST(t, state)
     pair p;
-    glbk_ism_desc d = { 2, 8000, 64, 1, 1, 16, 0, 0 };
+    glbk_ism_desc d = { 2, 8000, 64, 1, 1, 16, 0, 0, 0 };
     pair_open(t, &p);
     make_maps(t, &p, &d, 2);
     assert_true(compare_maps(t, &p, "wide") > 6000);
@@ -269,7 +271,7 @@ static void nothing_to_draw(void **state)
 {
     GL_TEST(t, state)
     pair p;
-    glbk_ism_desc d = { 3, 64, 16, 1, 1, 0, 0, 0 };
+    glbk_ism_desc d = { 3, 64, 16, 1, 1, 0, 0, 0, 0 };
     pair_open(t, &p);
     make_maps(t, &p, &d, 3);
     assert_true(compare_maps(t, &p, "some") > 100);
@@ -285,7 +287,7 @@ static void nothing_to_draw(void **state)
 static void too_many_points(void **state)
 {
     GL_TEST(t, state)
-    glbk_ism_desc d = { 1, 65536, 8, 1, 64, 0, 0, 0 };
+    glbk_ism_desc d = { 1, 65536, 8, 1, 64, 0, 0, 0, 0 };
     glbk_ism_maps m;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
     assert_int_equal(m.compute, 1);
@@ -351,7 +353,7 @@ static void light_is_the_same(void **state)
     glbk_ism_renderer r[2];
     pair_open(t, &p);
     for (uint32_t projection = 1; projection < 5; projection += 3) {
-        glbk_ism_desc d = { 400, 64, 8, 0, 1, 0, 0, 0 };
+        glbk_ism_desc d = { 400, 64, 8, 0, 1, 0, 0, 0, 0 };
         d.projection = projection;
         make_maps(t, &p, &d, 397);
         compare_maps(t, &p, "maps for light");
@@ -376,7 +378,7 @@ static void classes_without_vpls(void **state)
 {
     GL_TEST(t, state)
     const glbk_ism_shading s = { 8, 1, 0, 0.02f, 1, 1 };
-    const glbk_ism_desc d = { 8, 64, 8, 1, 1, 0, 0, 0 };
+    const glbk_ism_desc d = { 8, 64, 8, 1, 1, 0, 0, 0, 0 };
     static float light[4 * PIXELS];
     pair p;
     glbk_ism_renderer r[2];

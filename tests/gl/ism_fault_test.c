@@ -29,7 +29,7 @@ typedef struct scene {
 
 static const float table[12] = { -0.5f, 1, -0.5f, 0.5f, 1, -0.5f, -0.5f, 1, 0.5f, 0.5f, 1, 0.5f };
 static const uint32_t triangles[6] = { 0, 1, 2, 1, 3, 2 };
-static const glbk_ism_vpl lamp = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 2, 3 }, { 0, -1, 0 }, 1, 0.1f, 0, 1 };
+static const glbk_ism_vpl lamp = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 2, 3 }, { 0, -1, 0 }, 1, 0.1f, 0, 1, 0 };
 static const float near_point[12] = { 0.1f, 2, 0, 0.1f, 0, -1, 0, 1, 1, 2, 3, 0 };
 static const float center[3] = { 0, 1, 0 };
 
@@ -53,7 +53,7 @@ static void prepare(scene *s)
 
 static glbk_result make(gl_test *t, scene *s)
 {
-    glbk_ism_desc d = { 1, POINTS, 64, 1, 1, 0, 0, 1 };
+    glbk_ism_desc d = { 1, POINTS, 64, 1, 1, 0, 0, 1, 0 };
     glbk_ism_mesh mesh = { table, 4, 0, triangles, 6, NULL };
     glbk_ism_receivers from = { s->places, s->normals, NULL, NULL, 0 };
     glbk_result result = GLBK_OK;

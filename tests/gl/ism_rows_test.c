@@ -140,6 +140,7 @@ static void send_vpls(engine *e)
         memcpy(list[i].axis, vpls[i].axis, 12);
         list[i].exponent = vpls[i].exponent;
         list[i].side = vpls[i].side;
+        list[i].window = vpls[i].window;
     }
     assert_glbk(now, glbk_ism_vpls_upload(&now->gl, &e->maps, list, (uint32_t)count, NULL, 0));
     free(list);
@@ -265,12 +266,46 @@ static void dither_has_five_levels(void **state)
 
 /* ---- T49 ---- */
 
+/* Both ways through windows of every size. */
+static void windows_agree(void **state)
+{
+    GL_TEST(t, state)
+    enum { COUNT = 4096 };
+    static float fours[4 * COUNT], in[4 * COUNT];
+    uint32_t seed = 9, i, k;
+    for (i = 0; i < COUNT; i++) {
+        uint32_t window = 0;
+        for (k = 0; k < 2; k++) {
+            uint32_t below = (uint32_t)(util_unit(&seed) * 64), above = (uint32_t)(util_unit(&seed) * (float)(64 - below));
+            window |= below << 6 * k | above << (6 * k + 12);
+        }
+        in[4 * i] = util_unit(&seed);
+        in[4 * i + 1] = util_unit(&seed);
+        in[4 * i + 2] = (float)window;
+    }
+    in[4] = in[5] = 0;
+    in[8] = in[9] = 1;
+    memcpy(fours, in, sizeof in);
+    gl_ask(t, GL_ASK("    r.xy = ism_zoom(uint(layer(0).z), 64u, 8u, layer(0).xy);\n"
+                     "    r.zw = ism_unzoom(uint(layer(0).z), 64u, 8u, 64.0 * layer(0).xy);\n"), "ism_map", NULL, NULL,
+           NULL, fours, 1, COUNT, 1, fours);
+    for (i = 0; i < COUNT; i++) {
+        float at[4];
+        ism_zoom((uint32_t)in[4 * i + 2], 64, 8, in + 4 * i, at);
+        ism_unzoom((uint32_t)in[4 * i + 2], 64, 8, in + 4 * i, at + 2);
+        for (k = 0; k < 4; k++)
+            if (!(fabsf(fours[4 * i + k] * (k < 2 ? 0.015625f : 1.0f) - at[k]) < 2e-5f))
+                fail_msg("window %x at %g, %g: %g on GL, %g", (unsigned)in[4 * i + 2], (double)in[4 * i],
+                         (double)in[4 * i + 1], (double)fours[4 * i + k], (double)at[k]);
+    }
+}
+
 static void pull_and_push(void **state)
 {
     GL_TEST(t, state)
     static float directions[4 * 4096], surfels[4 * 4096], depth[4096];
-    glbk_ism_desc d = { 1, 8, 64, 1, 1, 0, 0, 0 };
-    glbk_ism_vpl vpl = { { 0, 0, 0 }, { 0, 0, 1 }, { 1, 1, 1 }, { 0, 0, 1 }, 1, 0, 0, 0 };
+    glbk_ism_desc d = { 1, 8, 64, 1, 1, 0, 0, 0, 0 };
+    glbk_ism_vpl vpl = { { 0, 0, 0 }, { 0, 0, 1 }, { 1, 1, 1 }, { 0, 0, 1 }, 1, 0, 0, 0, 0 };
     glbk_ism_maps m;
     uint32_t seed = 3, trial;
     size_t i;
@@ -324,7 +359,7 @@ static void pull_and_push(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { ISM_ROWS(gl_unit_test), gl_unit_test(pull_and_push),
+    struct CMUnitTest tests[] = { ISM_ROWS(gl_unit_test), gl_unit_test(pull_and_push), gl_unit_test(windows_agree),
                                   gl_unit_test(dither_has_five_levels) };
     (void)count;
     if (gl_this_way() && gl_this_way()->bit == GL_CORE45) unsetenv("CONFORMANCE");     /* the page has the core path */

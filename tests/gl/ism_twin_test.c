@@ -98,6 +98,8 @@ static void stage_close(stage *s) { ism_free(s->maps); }
 
 /* ---- what a renderer does ---- */
 
+static size_t windows_sent;
+
 static void send_vpls(gl_test *t, const stage *s, glbk_ism_maps *m)
 {
     glbk_ism_vpl to[VPLS];
@@ -114,7 +116,9 @@ static void send_vpls(gl_test *t, const stage *s, glbk_ism_maps *m)
         to[i].side = from[i].side;
         to[i].directional = from[i].directional;
         to[i].reach = from[i].reach;
+        to[i].window = from[i].window;
     }
+    for (i = 0; i < count; i++) windows_sent += to[i].window != 0;
     ism_bounds(s->maps, center, &radius);
     assert_glbk(t, glbk_ism_vpls_upload(&t->gl, m, to, (uint32_t)count, center, radius));
 }
@@ -177,6 +181,7 @@ static void atlases_agree(void **state)
     GL_TEST(t, state)
     static const char *const names[] = { "default", "cosine", "paraboloid", "octahedral", "lobe" };
     int projection, fill;
+    windows_sent = 0;
     for (projection = 1; projection < 5; projection++)
         for (fill = 0; fill < 2; fill++) {
             ism_desc d;
@@ -194,6 +199,7 @@ static void atlases_agree(void **state)
             glbk_ism_maps_destroy(&t->gl, &m);
             stage_close(s);
         }
+    assert_true(windows_sent > 2 * VPLS);
 }
 
 /* ---- light ---- */
@@ -485,7 +491,7 @@ static void empty_and_wrong_input(void **state)
     static float atlas[64 * 64], rgb[3 * 16];
     static const ism_point points[64];
     glbk_ism_mesh mesh = { triangle, 3, 0, NULL, 0, NULL };
-    glbk_ism_vpl vpl = { { 0, 0, 1 }, { 0, 0, -1 }, { 1, 1, 1 }, { 0, 0, -1 }, 1, 0, 0, 0 };
+    glbk_ism_vpl vpl = { { 0, 0, 1 }, { 0, 0, -1 }, { 1, 1, 1 }, { 0, 0, -1 }, 1, 0, 0, 0, 0 };
     glbk_ism_shading shading;
     glbk_ism_desc d;
     glbk_ism_maps m;

@@ -77,7 +77,7 @@ static void descs_are_checked(void **state)
     ism_desc d;
     int i;
     (void)state;
-    for (i = 0; i < 16; i++) {
+    for (i = 0; i < 19; i++) {
         d = small_desc();
         switch (i) {
         case 0: d.vpl_count = 16385; break;
@@ -95,6 +95,9 @@ static void descs_are_checked(void **state)
         case 12: d.flux_share = -0.1f; break;
         case 13: d.area_share = 1.5f; break;
         case 14: d.splat_scale = NOT_A_NUMBER; break;
+        case 15: d.window_rim = 1; break;
+        case 16: d.tile_size = 0; d.window_rim = 33; break;
+        case 17: d.tile_size = 8; d.window_rim = 5; break;
         default: d.allocator.alloc_fn = ledger_alloc; break;
         }
         assert_int_equal(ism_create(&d, &maps), ISM_ERR_DESC);

@@ -667,6 +667,7 @@ static void points_are_drawn(const ism_mesh *m, const ism_view *view, size_t tri
     d.tile_size = 8;
     d.seed = seed;
     d.spread = spread;
+    d.no_windows = 1;
     f.mesh = m;
     f.view = view;
     assert_int_equal(ism_create(&d, &maps), ISM_OK);
@@ -783,7 +784,7 @@ static void points_follow_view_and_vpl(void **state)
 
 /* ---- maps ---- */
 
-enum { TILE = 16, DRAWN = 6 };
+enum { TILE = 16, DRAWN = 6, WINDOWS = 40 };
 
 typedef struct surfel { double g[3], t; uint32_t triangle; } surfel;
 
@@ -792,16 +793,39 @@ typedef struct tile {
     const ism_vpl *v;
     ism_projection p;
     surfel at[TILE * TILE];
+    uint32_t window;
 } tile;
+
+/* A corner of the room, so that windows are small. */
+static ism_view view_of_corner(void)
+{
+    static grid corner;
+    const float a[3] = { 1.5f, 1.4f, -2.5f }, u[3] = { 1, 0.2f, 0 }, v[3] = { 0, 0.2f, 2 }, down[3] = { 0, -1, 0 };
+    int i;
+    grid_fill(&corner, 8, 8, a, u, v, down, 0);
+    for (i = 0; i < 64; i += 2) corner.n[3 * i + 1] = 1;        /* a sky lights these */
+    return grid_view(&corner);
+}
+
+/* Where u of an axis lies in the tile, in texels. */
+static double texels_of(const tile *t, double u, double v, int axis)
+{
+    float uv[2], at[2];
+    uv[0] = (float)u;
+    uv[1] = (float)v;
+    ism_zoom(t->window, TILE, TILE / 8, uv, at);
+    return t->window ? (double)at[axis] * TILE : axis ? v * TILE : u * TILE;
+}
 
 static vec local(const tile *t, vec v) { return v3(dot(t->frame[0], v), dot(t->frame[1], v), dot(t->frame[2], v)); }
 
-static void open_tile(tile *t, const ism_vpl *v, ism_projection p)
+static void open_tile(tile *t, const ism_vpl *v, ism_projection p, uint32_t window)
 {
     ism__v3 x, y;
     int i;
     memset(t, 0, sizeof *t);
     t->v = v;
+    t->window = window;
     t->p = p == ISM_PROJECTION_LOBE && v->exponent >= 1 && v->exponent <= 1 ? ISM_PROJECTION_COSINE : p;
     t->frame[2] = load(t->p == ISM_PROJECTION_LOBE && !v->directional ? v->axis : v->normal);
     ism__v3_basis(ism__v3_make((float)t->frame[2].x, (float)t->frame[2].y, (float)t->frame[2].z), &x, &y);
@@ -811,6 +835,7 @@ static void open_tile(tile *t, const ism_vpl *v, ism_projection p)
         float uv[2], d[3];
         uv[0] = ((float)(i % TILE) + 0.5f) / TILE;
         uv[1] = ((float)(i / TILE) + 0.5f) / TILE;
+        ism_unzoom(window, TILE, TILE / 8, uv, uv);
         ism_map_direction(t->p, v->exponent, uv, d);
         t->direction[i] = v->directional ? v3(2 * (double)uv[0] - 1, 2 * (double)uv[1] - 1, 1) : load(d);
         t->at[i].t = 1e30;
@@ -888,8 +913,8 @@ static void draw_brute(tile *t, const ism_mesh *m, const ism_point *point, vec c
             double where;
             vec q;
             i = y * TILE + x;
-            if (x < floor(u * TILE - reach) || x > u * TILE + reach || y < floor(v * TILE - reach) ||
-                y > v * TILE + reach)
+            if (x < floor(texels_of(t, u - reach / TILE, v, 0)) || x > texels_of(t, u + reach / TILE, v, 0) ||
+                y < floor(texels_of(t, u, v - reach / TILE, 1)) || y > texels_of(t, u, v + reach / TILE, 1))
                 continue;
             where = depth_at(t, &s, i);
             if (!(where > 0 && where < t->at[i].t)) continue;
@@ -1015,7 +1040,7 @@ static void every_disc_is_drawn(void **state)
     ism_view view;
     ism_mesh m;
     int projection, fill;
-    size_t wrong = 0, all = 0, known = 0;
+    size_t wrong = 0, all = 0, known = 0, windows = 0;
     (void)state;
     make_list();
     list[3].directional = 1;
@@ -1024,7 +1049,7 @@ static void every_disc_is_drawn(void **state)
     make_rocks();
     m = soup_mesh(&mesh);
     for (projection = ISM_PROJECTION_COSINE; projection < ISM_PROJECTION_COUNT; projection++)
-        for (fill = 0; fill < 2; fill++) {
+        for (fill = 0; fill < 4; fill++) {
             ism_desc d;
             ism_maps *maps;
             ism_frame f;
@@ -1036,8 +1061,9 @@ static void every_disc_is_drawn(void **state)
             d.vpl_count = DRAWN;
             d.points = 400;
             d.tile_size = TILE;
-            d.no_fill = !fill;
-            d.keep_hits = 1;
+            d.no_fill = !(fill & 1);
+            d.keep_hits = fill < 2;             /* then even, else with windows */
+            view = d.keep_hits ? view_of_list() : view_of_corner();
             d.projection = (ism_projection)projection;
             f.mesh = &m;
             f.view = &view;
@@ -1050,18 +1076,20 @@ static void every_disc_is_drawn(void **state)
             assert_true(near_to((double)radius, sqrt(9 + 4 + 9) * 1.001, 1e-4) && fabsf(centre[1]) < 1e-5f);
             for (v = 0; v < DRAWN; v++) {
                 size_t count, j;
-                open_tile(&t, &list[v], (ism_projection)projection);
+                open_tile(&t, &list[v], (ism_projection)projection, ism_vpls(maps, &count)[v].window);
+                windows += t.window != 0;
+                assert_true(t.window == 0 || !d.keep_hits);
                 assert_int_equal(ism_points(maps, v, points, 1024, &count), ISM_OK);
                 for (j = 0; j < count; j++) draw_brute(&t, &m, &points[j], load(centre), (double)radius);
-                if (fill) fill_brute(&t);
+                if (fill & 1) fill_brute(&t);
                 for (i = 0; i < TILE * TILE; i++) {
                     const size_t at = (v / tiles * TILE + i / TILE) * side + v % tiles * TILE + i % TILE;
-                    const uint32_t hit = ((const uint32_t *)maps->hits.data)[at];
                     const int there = t.at[i].t < 1e29;
+                    const uint32_t expected = there ? t.at[i].triangle : UINT32_MAX;
+                    const uint32_t hit = d.keep_hits ? ((const uint32_t *)maps->hits.data)[at] : expected;
                     all++;
                     known += there != 0;
-                    wrong += there ? !near_to((double)atlas[at], t.at[i].t, 1e-3) || hit != t.at[i].triangle
-                                   : atlas[at] < ISM_FAR || hit != UINT32_MAX;
+                    wrong += hit != expected || (there ? !near_to((double)atlas[at], t.at[i].t, 1e-3) : atlas[at] < ISM_FAR);
                 }
             }
             ism_free(maps);
@@ -1069,6 +1097,7 @@ static void every_disc_is_drawn(void **state)
     /* rims of discs that pass within 1e-6 of a texel's centre, and what is filled from them */
     if (wrong > all / 500) fail_msg("%d of %d texels", (int)wrong, (int)all);
     assert_true(known > all / 2);
+    assert_int_equal(windows, WINDOWS);
 }
 
 /* ---- visibility and bounces by the same maps ---- */
@@ -1084,6 +1113,9 @@ static int lit_brute(const tile *t, const float *atlas, uint32_t side, vec p, ve
         double u = (0.5 * l.x / radius + 0.5) * TILE, v = (0.5 * l.y / radius + 0.5) * TILE, dx, dy;
         if (ln.z >= -1e-4) return 0;
         if (u < 0 || v < 0 || u >= TILE || v >= TILE) return 1;
+        cosine = texels_of(t, u / TILE, v / TILE, 0);
+        v = texels_of(t, u / TILE, v / TILE, 1);
+        u = cosine;
         if (fabs(u - floor(u + 0.5)) < 1e-3 || fabs(v - floor(v + 0.5)) < 1e-3) *sure = 0;
         i = (int)v * TILE + (int)u;
         dx = t->direction[i].x * radius - l.x;
@@ -1094,6 +1126,7 @@ static int lit_brute(const tile *t, const float *atlas, uint32_t side, vec p, ve
         if (dot(ln, l) >= -1e-4 * d) return 0;
         store(w, times(l, 1 / d));
         if (!ism_map_coordinates(t->p, t->v->exponent, w, uv)) return 1;
+        ism_zoom(t->window, TILE, TILE / 8, uv, uv);
         if (fabs((double)uv[0] * TILE - floor((double)uv[0] * TILE + 0.5)) < 1e-3 ||
             fabs((double)uv[1] * TILE - floor((double)uv[1] * TILE + 0.5)) < 1e-3) *sure = 0;
         i = (int)fmin(TILE - 1, (double)uv[1] * TILE) * TILE + (int)fmin(TILE - 1, (double)uv[0] * TILE);
@@ -1113,13 +1146,13 @@ static void receivers_are_compared_on_their_plane(void **state)
     static float p[3 * 500], n[3 * 500], visible[500];
     ism_view view;
     ism_mesh m;
-    int projection, i;
-    size_t compared = 0, dark = 0;
+    int projection, even, i;
+    size_t compared = 0, dark = 0, windows = 0;
     (void)state;
     make_list();
     list[3].directional = 1;
     store(list[3].normal, unit(v3(0.2, -0.9, 0.3)));
-    view = view_of_list();
+    view = view_of_corner();
     make_rocks();
     m = soup_mesh(&mesh);
     state_of_random = 5;
@@ -1127,6 +1160,7 @@ static void receivers_are_compared_on_their_plane(void **state)
         store(p + 3 * i, i % 3 ? any3(2.9, 1.9, 2.9) : along(v3(0, 2, 0), any3(2.9, 0, 2.9), 1));
         store(n + 3 * i, i % 3 ? unit(any3(1, 1, 1)) : v3(0, -1, 0));
     }
+    for (even = 0; even < 2; even++)
     for (projection = ISM_PROJECTION_COSINE; projection < ISM_PROJECTION_COUNT; projection++) {
         ism_desc d;
         ism_maps *maps;
@@ -1140,6 +1174,7 @@ static void receivers_are_compared_on_their_plane(void **state)
         d.points = 2000;
         d.tile_size = TILE;
         d.projection = (ism_projection)projection;
+        d.no_windows = even;
         f.mesh = &m;
         f.view = &view;
         assert_int_equal(ism_create(&d, &maps), ISM_OK);
@@ -1148,7 +1183,8 @@ static void receivers_are_compared_on_their_plane(void **state)
         atlas = ism_atlas(maps, &side, &tiles);
         ism_bounds(maps, centre, &radius);
         for (v = 0; v < DRAWN; v++) {
-            open_tile(&t, &list[v], (ism_projection)projection);
+            open_tile(&t, &list[v], (ism_projection)projection, ism_vpls(maps, NULL)[v].window);
+            windows += t.window != 0;
             assert_int_equal(ism_visible(maps, v, p, n, 0, 500, 0.03f, visible), ISM_OK);
             for (i = 0; i < 500; i++) {
                 int sure = 1,
@@ -1163,7 +1199,8 @@ static void receivers_are_compared_on_their_plane(void **state)
         }
         ism_free(maps);
     }
-    assert_true(compared > 10000 && dark > 3000 && dark < compared - 1000);
+    assert_true(compared > 20000 && dark > 6000 && dark < compared - 2000);
+    assert_int_equal(windows, WINDOWS / 2);
 }
 
 /* A pVPL of the next bounce lies where its texel's depth is, its normal is its triangle's towards the VPL, and the
@@ -1208,7 +1245,7 @@ static void texels_bounce(void **state)
         atlas = ism_atlas(maps, &side, &tiles);
         for (v = 0; v < DRAWN; v++) {
             double share[SIDE * SIDE], sum = 0;
-            if (v < DRAWN - 1) open_tile(&t, &list[v], (ism_projection)projection);
+            if (v < DRAWN - 1) open_tile(&t, &list[v], (ism_projection)projection, 0);
             for (k = 0; k < SIDE * SIDE;
                  k++) { /* cos^e x solid angle of the middle texel, by a square of half its side */
                 const uint32_t x = k % SIDE * 2 + 1, y = k / SIDE * 2 + 1;

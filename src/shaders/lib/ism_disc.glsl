@@ -47,7 +47,7 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surf
     return true;
 }
 
-// Texels a unit of angle, or of a sky's space, at most.
+// Texels a unit of angle, or of a sky's space, at most, without a window.
 float ism_texels_per_unit(ism_vpl l)
 {
     float size = float(glbk_ism_frame.maps.y);
@@ -73,7 +73,12 @@ bool ism_box_surfel(ism_vpl l, inout ism_surfel s)
     float most = float(size), reach = sqrt(s.radius2) * ism_texels_per_unit(l) / (l.sky ? 1.0 : s.depth);
     if (!(reach > 0.0)) return false;
     reach = min(reach, most);
-    s.box = ivec4(max(s.uv * most - reach, 0.0), min(ivec2(s.uv * most + reach), size - 1));
+    if (l.window == 0u) {
+        s.box = ivec4(max(s.uv * most - reach, 0.0), min(ivec2(s.uv * most + reach), size - 1));
+    } else {
+        vec2 first = ism_to_tile(l.window, s.uv - reach / most), last = ism_to_tile(l.window, s.uv + reach / most);
+        s.box = ivec4(max(first, 0.0), min(ivec2(last), size - 1));
+    }
     return true;
 }
 

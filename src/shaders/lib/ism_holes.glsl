@@ -3,7 +3,7 @@
 float ism_depth(ivec2 at);
 
 // Surfels in all four quadrants about it pass before it. at: in the atlas, where it has depth c.
-bool ism_hole(float kind, ivec2 at, float c)
+bool ism_hole(vec2 kind, ivec2 at, float c)
 {
     int size = int(glbk_ism_frame.maps.y);
     ivec2 local = at & (size - 1);
@@ -18,7 +18,7 @@ bool ism_hole(float kind, ivec2 at, float c)
             }
             float depth = ism_depth(at + d);
             if (!(depth < 0.9 * c)) continue;
-            float t = ism_plane_depth(kind < 0.0, ism_surfel_at(at + d).xyz, w);
+            float t = ism_plane_depth(kind.x < 0.0, ism_surfel_at(at + d).xyz, w);
             if (t > 0.5 * depth && t < 0.95 * c) found |= ism_quadrant(d);
         }
     return found == 15u;

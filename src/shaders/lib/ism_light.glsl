@@ -25,8 +25,8 @@ float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
         vec2 uv = 0.5 * o.xy / r + 0.5;
         if (!(n.z < -ISM_GRAZING)) return 0.0;
         if (any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) return 1.0;
-        texel = min(ivec2(uv * float(size)), size - 1);
-        vec2 d = ((2.0 * vec2(texel) + 1.0) / float(size) - 1.0) * r - o.xy;
+        texel = min(ivec2(ism_to_tile(l.window, uv)), size - 1);
+        vec2 d = (2.0 * ism_from_tile(l.window, vec2(texel) + 0.5) - 1.0) * r - o.xy;
         if (abs(n.z) > 0.1) depth -= dot(n.xy, d) / n.z;
         return depth - bias * r <= uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x) ? 1.0 : 0.0;
     }
@@ -36,10 +36,10 @@ float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
     if (!(o.z > 0.0) || !(d > 0.0)) return 1.0;
     if (!(dot(n, o) < -ISM_GRAZING * d)) return 0.0;
     if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / d, uv)) return 1.0;
-    texel = min(ivec2(uv * float(size)), size - 1);
+    texel = min(ivec2(ism_to_tile(l.window, uv)), size - 1);
     float t = uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x);
     if (d * (1.0 - bias) <= t && t >= 2.0 * d) return 1.0;
-    float along = dot(n, ism_texel_direction(l.exponent, texel));
+    float along = dot(n, ism_texel_direction(ism_kind_of(l), texel));
     along = along != 0.0 ? dot(n, o) / along : d;
     if (along > 0.5 * d && along < 2.0 * d) d = along;
     return d * (1.0 - bias) <= t ? 1.0 : 0.0;

@@ -69,6 +69,53 @@ bool ism_map_coordinates(uint projection, float exponent, vec3 w, out vec2 uv)
     return true;
 }
 
+// The texels of an axis below its window, of `size` a side with `rim` outside of it; `size` where it is not worth its rim.
+// cut: 64ths of the square below and above it.
+uint ism_below(uvec2 cut, uint size, uint rim)
+{
+    uint rest = cut.x + cut.y;
+    if (!(rest * size > rim * 64u) || rest >= 64u) return size;
+    uint a = (2u * rim * cut.x + rest) / (2u * rest);
+    if (cut.x != 0u && a == 0u) a = 1u;
+    return cut.y != 0u && a == rim ? rim - 1u : a;
+}
+
+// From 0..1 of the square to the texels of a tile's axis, and back: linear below, in and above the window.
+float ism_zoom_axis(uvec2 cut, uint size, uint rim, float u)
+{
+    uint a = ism_below(cut, size, rim), wide = 64u - cut.x - cut.y;
+    float low = float(cut.x) * 0.015625, high = float(64u - cut.y) * 0.015625, x;
+    if (a == size) return u * float(size);
+    if (u < low) x = u * (float(64u * a) / float(cut.x));
+    else if (u < high) x = float(a) + (u - low) * (float(64u * (size - rim)) / float(wide));
+    else x = float(size - rim + a) + (cut.y == 0u ? 0.0 : (u - high) * (float(64u * (rim - a)) / float(cut.y)));
+    return clamp(x, 0.0, float(size));
+}
+
+float ism_unzoom_axis(uvec2 cut, uint size, uint rim, float x)
+{
+    uint a = ism_below(cut, size, rim), b = size - rim + a, wide = 64u - cut.x - cut.y;
+    float u;
+    if (a == size) return x / float(size);
+    if (x < float(a)) u = x * (float(cut.x) / float(64u * a));
+    else if (x < float(b)) u = float(cut.x) * 0.015625 + (x - float(a)) * (float(wide) / float(64u * (size - rim)));
+    else u = float(64u - cut.y) * 0.015625 + (cut.y == 0u ? 0.0 : (x - float(b)) * (float(cut.y) / float(64u * (rim - a))));
+    return clamp(u, 0.0, 1.0);
+}
+
+// Of both axes; window: ism_vpl.window.
+vec2 ism_zoom(uint window, uint size, uint rim, vec2 uv)
+{
+    uvec4 cut = uvec4(window, window >> 6, window >> 12, window >> 18) & 63u;
+    return vec2(ism_zoom_axis(cut.xz, size, rim, uv.x), ism_zoom_axis(cut.yw, size, rim, uv.y));
+}
+
+vec2 ism_unzoom(uint window, uint size, uint rim, vec2 at)
+{
+    uvec4 cut = uvec4(window, window >> 6, window >> 12, window >> 18) & 63u;
+    return vec2(ism_unzoom_axis(cut.xz, size, rim, at.x), ism_unzoom_axis(cut.yw, size, rim, at.y));
+}
+
 // Columns x, y, z; v * frame is v in it.
 mat3 ism_frame_of(vec3 z)
 {

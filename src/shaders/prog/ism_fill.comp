@@ -39,7 +39,7 @@ void main()
     ivec2 begin = ivec2(gl_WorkGroupID.xy) * block, tile = begin - (begin & (size - 1));
     uint v = ism_tile_of(begin), holes = 0u;
     bool used = v < glbk_ism_frame.maps.x;
-    float kind = used ? ism_kind(v) : 0.0;
+    vec2 kind = used ? ism_kind(v) : vec2(0.0);
     ism_origin = begin - margin;
     for (uint i = gl_LocalInvocationIndex; i < uint(ISM_SIDE * ISM_SIDE); i += 256u) {
         ivec2 at = ism_origin + ism_texel(i), local = at - tile;

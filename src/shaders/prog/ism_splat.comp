@@ -46,8 +46,8 @@ void ism_own(uint texel, uint point)
 // From a buffer: of textures of four floats GPUs fetch fewer at a time.
 vec3 ism_texel_way(ivec2 texel)
 {
-    if (ism_l.sky || ism_projection_of(ism_l.exponent) == ISM_PROJECTION_LOBE)
-        return ism_texel_direction(ism_l.sky ? -1.0 : ism_l.exponent, texel);
+    if (ism_l.window != 0u || ism_l.sky || ism_projection_of(ism_l.exponent) == ISM_PROJECTION_LOBE)
+        return ism_texel_direction(ism_kind_of(ism_l), texel);
     return glbk_ism_ways[texel.y * int(glbk_ism_frame.maps.y) + texel.x].xyz;
 }
 
