@@ -361,7 +361,8 @@ typedef struct rsm_gather_desc {
     float       near_field;         /* texels nearer than this times their side, the root of their area, are no points but
                                        the parallelograms of surface that they are, by their form factors: 3 does. 0 = none,
                                        32 at most. Of every texel (samples 0) and of patterns about the receiver; not of
-                                       lights by flux */
+                                       lights by flux, nor of lists. Moved by offset, bounded by near_limit and clamp as
+                                       points are; lobes as at their centre */
 } rsm_gather_desc;
 
 typedef struct rsm_gather_stats {

@@ -463,10 +463,12 @@ static void own_programs_agree(void **state)
     glbk_rsm_renderer_destroy(&t->gl, &r);
 }
 
-/* Four ways to interpolate: grids, tests and samples. */
+enum { GRIDS = 5 };
+
+/* Ways to interpolate: grids, tests and samples. */
 static rsm_interpolation grid_way(int way)
 {
-    static const uint32_t steps[4] = { 8, 16, 4, 2 };
+    static const uint32_t steps[GRIDS] = { 8, 16, 4, 2, 8 };
     rsm_interpolation g;
     memset(&g, 0, sizeof g);
     g.step = steps[way];
@@ -483,6 +485,11 @@ static rsm_gather_desc grid_samples(int way)
                                                : RSM_PATTERN_FLUX,
                                     120);
     d.near_limit = 0.3f;
+    if (way == 1 || way == 2) d.near_field = 6;
+    if (way == 4) {                                 /* every texel: a list a map, since surfaces ask for its light */
+        d.samples = 0;
+        d.near_field = 6;
+    }
     return d;
 }
 
@@ -514,7 +521,7 @@ static void several_maps_and_grids_agree(void **state)
         cpu[i] = cpu_map(i == 2 ? 4 : i, MAP);
         upload(t, cpu[i], i == 2 ? 4 : i, &m[i]);
     }
-    for (way = 0; way < 4; way++) {
+    for (way = 0; way < GRIDS; way++) {
         rsm_interpolation tests = grid_way(way);
         rsm_gather_desc d = grid_samples(way);
         glbk_rsm_gather_desc g = gl_desc(&d);
@@ -688,7 +695,7 @@ static void same_light(paths *p, const char *what, int way)
         else if (!(off <= worst)) worst = off;
     }
     if (!(worst <= 4e-6)) printf("%s, way %d: %.2e\n", what, way, worst);
-    assert_true(worst <= 4e-6);         /* sums of up to 1728 and 640 terms, none negative, in 24 bits; measured 1e-6 */
+    assert_true(worst <= 4e-6);         /* sums of up to 1728 and 640 terms, none negative, in 24 bits; measured 1e-6, of surfaces 3e-6 */
     if (worst > p->worst) p->worst = worst;
 }
 
@@ -745,7 +752,7 @@ static void compute_adds_up_as_draws_do(void **state)
             same_light(&p, "one map", 100 * kind + way);
         }
     for (kind = 0; kind < KINDS; kind++) same_sums(&p, kind);
-    for (way = 0; way < 4; way++) {
+    for (way = 0; way < GRIDS; way++) {
         rsm_interpolation tests = grid_way(way);
         rsm_gather_desc d = grid_samples(way);
         glbk_rsm_grid grid = gl_grid(&tests);

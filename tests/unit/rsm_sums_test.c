@@ -674,6 +674,7 @@ static void lists_are_summed_in_rows(void **state)
                 rsm_gather_stats stats;
                 g.interleave = k;
                 g.near_limit = 0.4f;
+                g.near_field = 32;               /* lights of a list are points */
                 if (indexed == 2) p.width = 0;
                 if (indexed == 1) {
                     p.indices = some;

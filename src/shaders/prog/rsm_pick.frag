@@ -32,6 +32,8 @@ void main()
     vec4 flux = uintBitsToFloat(RSM_TEXEL(t, 2)), place = uintBitsToFloat(RSM_TEXEL(t, 0));
     uvec4 normal = RSM_TEXEL(t, 1);
     vec4 limits = glbk_rsm_frame.limits;
+    lit = lit && rsm_mean3(flux.xyz) > 0.0;
+    if (!lit) normal = uvec4(0u);           // faces nobody: is no receiver's nearest light
     float scale = lit ? weight * limits.w : 0.0;
     place.xyz -= limits.x * uintBitsToFloat(normal.xyz);
     place.w = rsm_bound_of(flux.w * weight, limits.y, limits.z);
