@@ -1975,22 +1975,22 @@ typedef struct rsm__sum {
 
 /* The other way round: a few lights on as many receivers as there are lanes. */
 typedef struct rsm__crowd {
-    float  x[7][RSM__LANES];       /* positions, normals, epsilons; no normal: no receiver */
-    float  sums[5][RSM__LANES];    /* red, green, blue; full and lost */
-    size_t at[RSM__LANES], count;
+    float  x[7][RSM__WIDE];        /* positions, normals, epsilons; no normal: no receiver */
+    float  sums[5][RSM__WIDE];     /* red, green, blue; full and lost */
+    size_t at[RSM__WIDE], count;
 } rsm__crowd;
 
 typedef void (*rsm__crowd_kernel)(const rsm__block *k, size_t count, rsm__crowd *p);
 
 #define RSM__MANY(c) p->x[c][l]
-#define RSM__CROWD_BODY(lossy)                                                                               \
-    float red[RSM__LANES] = { 0 }, green[RSM__LANES] = { 0 }, blue[RSM__LANES] = { 0 };                      \
-    float full[RSM__LANES] = { 0 }, lost[RSM__LANES] = { 0 };                                                \
+#define RSM__CROWD_BODY(lossy, lanes)                                                                        \
+    float red[RSM__WIDE] = { 0 }, green[RSM__WIDE] = { 0 }, blue[RSM__WIDE] = { 0 };                      \
+    float full[RSM__WIDE] = { 0 }, lost[RSM__WIDE] = { 0 };                                                \
     size_t i, l;                                                                                             \
     for (i = 0; i < count; i++) {                                                                            \
         const rsm__block *b = k + i / RSM__BLOCK;                                                            \
         size_t j = i % RSM__BLOCK;                                                                           \
-        for (l = 0; l < RSM__LANES; l++) {                                                                   \
+        for (l = 0; l < (lanes); l++) {                                                                   \
             RSM__FORM(b, j, RSM__MANY);                                                                      \
             red[l] += b->r[j] * f;                                                                           \
             green[l] += b->g[j] * f;                                                                         \
@@ -2002,7 +2002,7 @@ typedef void (*rsm__crowd_kernel)(const rsm__block *k, size_t count, rsm__crowd 
             }                                                                                                \
         }                                                                                                    \
     }                                                                                                        \
-    for (l = 0; l < RSM__LANES; l++) {                                                                       \
+    for (l = 0; l < (lanes); l++) {                                                                       \
         p->sums[0][l] += red[l];                                                                             \
         p->sums[1][l] += green[l];                                                                           \
         p->sums[2][l] += blue[l];                                                                            \
@@ -2050,20 +2050,25 @@ typedef void (*rsm__kernel)(const rsm__block *k, size_t count, const float x[7],
     target RSM__HOT static void name##_near_lossy(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum) \
     {                                                                                                        \
         RSM__KERNEL_BODY(1, 1)                                                                               \
-    }                                                                                                        \
+    }
+
+#define RSM__CROWDS(name, target, lanes)                                                                     \
     target RSM__HOT static void name##_crowd(const rsm__block *k, size_t count, rsm__crowd *p)               \
     {                                                                                                        \
-        RSM__CROWD_BODY(0)                                                                                   \
+        RSM__CROWD_BODY(0, lanes)                                                                            \
     }                                                                                                        \
     target RSM__HOT static void name##_crowd_lossy(const rsm__block *k, size_t count, rsm__crowd *p)         \
     {                                                                                                        \
-        RSM__CROWD_BODY(1)                                                                                   \
+        RSM__CROWD_BODY(1, lanes)                                                                            \
     }
 
 #define RSM__ANY_TARGET
 RSM__KERNELS(rsm__kernel_plain, RSM__ANY_TARGET)
+RSM__CROWDS(rsm__kernel_plain, RSM__ANY_TARGET, 8)
 #if RSM__X86
 RSM__KERNELS(rsm__kernel_avx2, RSM__TARGET_AVX2)
+RSM__CROWDS(rsm__kernel_avx2, RSM__TARGET_AVX2, 8)
+RSM__CROWDS(rsm__kernel_avx512, RSM__TARGET_AVX512, 16)
 #endif
 
 static inline rsm__kernel rsm__choose_kernel(int lossy, int near)
@@ -2076,9 +2081,14 @@ static inline rsm__kernel rsm__choose_kernel(int lossy, int near)
     return lossy ? rsm__kernel_plain_lossy : rsm__kernel_plain;
 }
 
-static inline rsm__crowd_kernel rsm__choose_crowd(int lossy)
+static inline rsm__crowd_kernel rsm__choose_crowd(int lossy, size_t *lanes)
 {
+    *lanes = 8;
 #if RSM__X86
+    if (rsm__cpu_has_avx512()) {
+        *lanes = 16;
+        return lossy ? rsm__kernel_avx512_crowd_lossy : rsm__kernel_avx512_crowd;
+    }
     if (rsm__cpu_has_avx2()) return lossy ? rsm__kernel_avx2_crowd_lossy : rsm__kernel_avx2_crowd;
 #endif
     return lossy ? rsm__kernel_plain_crowd_lossy : rsm__kernel_plain_crowd;
@@ -2131,6 +2141,7 @@ typedef struct rsm__gather {
     uint32_t          shared, centred;           /* samples of each kind; both with MIXED */
     rsm__kernel       kernel;
     rsm__crowd_kernel crowd_kernel;
+    size_t            crowd_lanes;
     rsm__tally       *tallies;                   /* one a batch */
     float             scale;                     /* of results: 1 / pi */
     float            *reach2;                    /* NULL, or of each point: squared distance of the nearest light */
@@ -2802,7 +2813,7 @@ static inline void rsm__crowd_gather(const rsm__gather *g, rsm__crowd *p, uint32
     int c;
     for (i = 0; i < g->source_count && p->count; i++) {
         const rsm__source *s = g->sources + i;
-        for (l = 0; l < RSM__LANES; l++) p->x[6][l] = rsm__epsilon(s, p->x[0][l], p->x[1][l], p->x[2][l]);
+        for (l = 0; l < p->count; l++) p->x[6][l] = rsm__epsilon(s, p->x[0][l], p->x[1][l], p->x[2][l]);
         if (s->blocks) g->crowd_kernel(s->blocks + set * s->set_blocks, s->set_lights, p);
         tally->pairs += (s->blocks ? s->set_lanes : 0) * p->count;
     }
@@ -2829,7 +2840,7 @@ static inline void rsm__gather_row(void *context, size_t y)
         uint32_t set = column + k * (uint32_t)(y % k);
         for (x = column; x < n; x += k) {
             rsm__crowd_add(g, &p, first + x, tally);
-            if (p.count == RSM__LANES) rsm__crowd_gather(g, &p, set, tally);
+            if (p.count == g->crowd_lanes) rsm__crowd_gather(g, &p, set, tally);
         }
         rsm__crowd_gather(g, &p, set, tally);
     }
@@ -2988,7 +2999,7 @@ static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *m
     rsm__allocator a = rsm__allocator_of(&g->desc.system);
     rsm_result result;
     g->kernel = rsm__choose_kernel(rsm__loss_wanted(g, stats), 0);
-    g->crowd_kernel = rsm__choose_crowd(rsm__loss_wanted(g, stats));
+    g->crowd_kernel = rsm__choose_crowd(rsm__loss_wanted(g, stats), &g->crowd_lanes);
     result = rsm__gather_open(g, maps, map_count, lights, light_count, &a);
     if (result == RSM_OK) result = rsm__gather_points(g, stats, &a);
     rsm__gather_close(g, &a);

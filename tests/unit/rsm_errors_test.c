@@ -856,12 +856,13 @@ static void vector_units_agree_on_pictures(void **state)
 {
 #if RSM__X86
     static rsm__block block[2];
-    rsm__crowd crowds[3];
+    rsm__crowd crowds[4], wide;
     rsm__sum none;
     size_t i, k, l;
     if (!rsm__cpu_has_avx2()) return;
     memset(&none, 0, sizeof none);
     memset(crowds, 0, sizeof crowds);
+    memset(&wide, 0, sizeof wide);
     for (i = 0; i < 100; i++) {
         rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
         g.near_limit = 1e-6f;
@@ -871,7 +872,10 @@ static void vector_units_agree_on_pictures(void **state)
         float x[7] = { 0, 0.9f, 0.2f, 0, -1, 0, 1e-6f };
         rsm__sum one = none;
         x[0] = 0.1f * (float)l;
-        for (k = 0; k < 7; k++) crowds[0].x[k][l] = crowds[1].x[k][l] = crowds[2].x[k][l] = x[k];
+        for (k = 0; k < 7; k++) crowds[0].x[k][l] = crowds[1].x[k][l] = crowds[2].x[k][l] = wide.x[k][l] = x[k];
+        x[1] = 0.7f;
+        for (k = 0; k < 7; k++) crowds[3].x[k][l] = wide.x[k][l + RSM__LANES] = x[k];
+        x[1] = 0.9f;
         rsm__kernel_plain_lossy(block, 104, x, &one);
         if (l + 1 < RSM__LANES) continue;
         rsm__kernel_plain_crowd_lossy(block, 100, &crowds[0]);
@@ -881,7 +885,17 @@ static void vector_units_agree_on_pictures(void **state)
         for (k = 0; k < 3; k++) assert_float_equal(crowds[0].sums[k][l], one.rgb[k], 1e-5f * one.rgb[k]);
         rsm__kernel_plain_crowd(block, 100, &crowds[2]);
         assert_memory_equal(crowds[0].sums, crowds[2].sums, 3 * sizeof crowds[0].sums[0]);
+        rsm__kernel_plain_crowd_lossy(block, 100, &crowds[3]);
     }
+    if (!rsm__cpu_has_avx512()) return;
+    rsm__kernel_avx512_crowd_lossy(block, 100, &wide);
+    for (k = 0; k < 5; k++) {
+        assert_memory_equal(wide.sums[k], crowds[0].sums[k], RSM__LANES * sizeof(float));
+        assert_memory_equal(wide.sums[k] + RSM__LANES, crowds[3].sums[k], RSM__LANES * sizeof(float));
+    }
+    memset(wide.sums, 0, sizeof wide.sums);
+    rsm__kernel_avx512_crowd(block, 100, &wide);
+    for (k = 0; k < 3; k++) assert_memory_equal(wide.sums[k], crowds[0].sums[k], RSM__LANES * sizeof(float));
 #endif
     (void)state;
 }
