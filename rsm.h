@@ -1984,13 +1984,13 @@ typedef void (*rsm__crowd_kernel)(const rsm__block *k, size_t count, rsm__crowd 
 
 #define RSM__MANY(c) p->x[c][l]
 #define RSM__CROWD_BODY(lossy, lanes)                                                                        \
-    float red[RSM__WIDE] = { 0 }, green[RSM__WIDE] = { 0 }, blue[RSM__WIDE] = { 0 };                      \
-    float full[RSM__WIDE] = { 0 }, lost[RSM__WIDE] = { 0 };                                                \
+    float red[RSM__WIDE] = { 0 }, green[RSM__WIDE] = { 0 }, blue[RSM__WIDE] = { 0 };                         \
+    float full[RSM__WIDE] = { 0 }, lost[RSM__WIDE] = { 0 };                                                  \
     size_t i, l;                                                                                             \
     for (i = 0; i < count; i++) {                                                                            \
         const rsm__block *b = k + i / RSM__BLOCK;                                                            \
         size_t j = i % RSM__BLOCK;                                                                           \
-        for (l = 0; l < (lanes); l++) {                                                                   \
+        for (l = 0; l < (lanes); l++) {                                                                          \
             RSM__FORM(b, j, RSM__MANY);                                                                      \
             red[l] += b->r[j] * f;                                                                           \
             green[l] += b->g[j] * f;                                                                         \
@@ -2002,7 +2002,7 @@ typedef void (*rsm__crowd_kernel)(const rsm__block *k, size_t count, rsm__crowd 
             }                                                                                                \
         }                                                                                                    \
     }                                                                                                        \
-    for (l = 0; l < (lanes); l++) {                                                                       \
+    for (l = 0; l < (lanes); l++) {                                                                          \
         p->sums[0][l] += red[l];                                                                             \
         p->sums[1][l] += green[l];                                                                           \
         p->sums[2][l] += blue[l];                                                                            \
@@ -2786,8 +2786,8 @@ static inline int rsm__takes_rows(const rsm__gather *g)
 {
     size_t i;
     if (g->sets == 1 || g->pattern || g->desc.materials || g->points->width == 0 || g->points->indices) return 0;
-    for (i = 0; i < g->source_count; i++)
-        if (g->sources[i].reaches || g->sources[i].set_lanes > RSM__FEW) return 0;     /* such sums would lose bits, and have lanes enough */
+    for (i = 0; i < g->source_count; i++)          /* sums of more lights would lose bits, and have lanes enough */
+        if (g->sources[i].reaches || g->sources[i].set_lanes > RSM__FEW) return 0;
     return 1;
 }
 
