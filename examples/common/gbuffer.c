@@ -23,14 +23,15 @@ typedef struct chunk { uint32_t object, first, count; candidate *found; uint32_t
 struct ex_clusters {
     v3     *boxes;                             /* low and high corner of CLUSTER triangles each, in world space */
     size_t *first;                             /* of each object */
-    float   radius;                            /* of the scene */
+    float   center[3], radius;                 /* of the scene */
 };
 
 typedef struct raster {
     const ex_scene *scene;
     ex_gbuffer     *out;
-    v3              eye;
-    double          axes[3][3];                /* right, up, back; it looks along -back */
+    v3              eye, axes[3];              /* right, up, back; it looks along -back */
+    v3              from, to_from;             /* places count from here: the eye or, far off, what it looks at; and where
+                                                  that is in camera space */
     double          step_x, step_y, x0, y0;    /* ray of pixel (i, j): (x0 + i step_x, y0 + j step_y, -1) */
     float           near_depth;
     v3            **vertices;                  /* camera space, an array for each object; NULL with clusters */
@@ -84,11 +85,9 @@ int ex_surface_color(const ex_scene *scene, const ex_object *object, uint32_t tr
 
 static v3 to_camera(const raster *r, v3 world)
 {
-    double x = (double)world.x - (double)r->eye.x, y = (double)world.y - (double)r->eye.y;
-    double z = (double)world.z - (double)r->eye.z;         /* in double: a sun's eye is a thousand radii away */
-    double p[3];
-    for (int k = 0; k < 3; k++) p[k] = x * r->axes[k][0] + y * r->axes[k][1] + z * r->axes[k][2];
-    return v3_make((float)p[0], (float)p[1], (float)p[2]);
+    v3 p = v3_sub(world, r->from);
+    return v3_make(v3_dot(p, r->axes[0]) + r->to_from.x, v3_dot(p, r->axes[1]) + r->to_from.y,
+                   v3_dot(p, r->axes[2]) + r->to_from.z);
 }
 
 static v3 transform_vertex(const raster *r, uint32_t i, size_t k)
@@ -128,10 +127,9 @@ static void box_cluster(const ex_scene *scene, const ex_object *object, uint32_t
 ex_clusters *ex_clusters_build(const ex_scene *scene)
 {
     ex_clusters *c = (ex_clusters *)calloc(1, sizeof *c);
-    float center[3];
     size_t count = 0;
     if (!c) return NULL;
-    ex_scene_bounds(scene, center, &c->radius);
+    ex_scene_bounds(scene, c->center, &c->radius);
     c->first = (size_t *)malloc((scene->object_count + (size_t)1) * sizeof *c->first);
     for (uint32_t i = 0; c->first && i < scene->object_count; i++) {
         c->first[i] = count;
@@ -447,18 +445,21 @@ static double unit3(double v[3])
     return length;
 }
 
+static double dot3(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
 static void cross3(double out[3], const double a[3], const double b[3])
 {
     for (int k = 0; k < 3; k++) out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
 }
 
-static int set_up_camera(raster *r, float scene_radius)
+/* From a sun's eye, a thousand radii away, rounding would move corners by 6e-5 of the radius. */
+static int set_up_camera(raster *r, const float center[3], float scene_radius)
 {
     const ex_camera *camera = &r->scene->camera;
     double width = r->out->width, height = r->out->height, half = tan(0.5 * (double)camera->fovy);
     if (!(camera->fovy > 0) || !(camera->fovy < EX_PI) || !v3_finite(v3_load(camera->eye))) return -1;
     r->eye = v3_load(camera->eye);
-    double *right = r->axes[0], *up = r->axes[1], *back = r->axes[2], roll[3];
+    double right[3], up[3], back[3], roll[3], way[3] = {0, 0, 0}, distance = 0;
     for (int k = 0; k < 3; k++) {
         back[k] = (double)camera->eye[k] - (double)camera->target[k];
         roll[k] = (double)camera->up[k];
@@ -471,6 +472,17 @@ static int set_up_camera(raster *r, float scene_radius)
         unit3(right);
     }
     cross3(up, back, right);
+    for (int k = 0; k < 3; k++) {
+        way[k] = (double)center[k] - (double)camera->eye[k];
+        distance += way[k] * way[k];
+    }
+    int far = distance > 64 * (double)scene_radius * (double)scene_radius;
+    r->from = far ? v3_load(center) : r->eye;
+    r->to_from = v3_make(0, 0, 0);
+    if (far) r->to_from = v3_make((float)dot3(way, right), (float)dot3(way, up), (float)dot3(way, back));
+    r->axes[0] = v3_make((float)right[0], (float)right[1], (float)right[2]);
+    r->axes[1] = v3_make((float)up[0], (float)up[1], (float)up[2]);
+    r->axes[2] = v3_make((float)back[0], (float)back[1], (float)back[2]);
     r->step_y = -2 * half / height;
     r->step_x = 2 * half / height;
     r->x0 = -half * width / height + 0.5 * r->step_x;
@@ -528,7 +540,7 @@ static int render_by(ex_gbuffer *out, const ex_scene *scene, const ex_clusters *
                      uint32_t height, uint32_t aa, int threads, char *error)
 {
     raster r;
-    float center[3], radius = 0;
+    float center[3] = {0, 0, 0}, radius = 0;
     memset(out, 0, sizeof *out);
     memset(&r, 0, sizeof r);
     if (aa == 0 || width == 0 || height == 0 || width > MAX_SIDE / aa || height > MAX_SIDE / aa)
@@ -542,9 +554,11 @@ static int render_by(ex_gbuffer *out, const ex_scene *scene, const ex_clusters *
     r.out = out;
     r.tiles_x = (out->width + TILE - 1) / TILE;
     r.tiles_y = (out->height + TILE - 1) / TILE;
-    if (clusters) radius = clusters->radius;
-    else ex_scene_bounds(scene, center, &radius);
-    if (set_up_camera(&r, radius) != 0) {
+    if (clusters) {
+        memcpy(center, clusters->center, sizeof center);
+        radius = clusters->radius;
+    } else ex_scene_bounds(scene, center, &radius);
+    if (set_up_camera(&r, center, radius) != 0) {
         ex_gbuffer_free(out);
         return ex_fail(error, "camera: eye and target must be finite and apart, the field of view between 0 and 180");
     }
