@@ -77,6 +77,17 @@ static void make_scene(void)
     s.vpl = util_vpl(0, 0, 0, 0, 1, 0, 1);
 }
 
+/* One VPL, seen by what the scene's eye sees. */
+static ism_desc one_vpl(ism_view *view)
+{
+    ism_desc d;
+    make_scene();
+    *view = grid_view(&s.eye);
+    memset(&d, 0, sizeof d);
+    d.vpl_count = 1;
+    return d;
+}
+
 static ism_maps *maps_of(const ism_desc *d, const ism_view *view)
 {
     ism_mesh m = soup_mesh(&s.mesh);
@@ -130,10 +141,7 @@ static void discs_keep_their_solid_angle(void **state)
     ism_desc d;
     int even_texels, fine_texels;
     (void)state;
-    make_scene();
-    view = grid_view(&s.eye);
-    memset(&d, 0, sizeof d);
-    d.vpl_count = 1;
+    d = one_vpl(&view);
     d.no_fill = 1;
     exact = (double)ism_form_factor(up, corners);
     d.no_windows = 1;
@@ -182,10 +190,7 @@ static void windows_hold_what_is_seen(void **state)
     ism_desc d;
     uint32_t window, i, projection;
     (void)state;
-    make_scene();
-    view = grid_view(&s.eye);
-    memset(&d, 0, sizeof d);
-    d.vpl_count = 1;
+    d = one_vpl(&view);
     d.points = 64;
     for (projection = 1; projection < ISM_PROJECTION_COUNT; projection++) {
         uint32_t outside = 0;
