@@ -30,8 +30,8 @@ typedef struct raster {
     const ex_scene *scene;
     ex_gbuffer     *out;
     v3              eye, axes[3];              /* right, up, back; it looks along -back */
-    v3              from, to_from;             /* places count from here: the eye or, far off, what it looks at; and where
-                                                  that is in camera space */
+    v3              from, to_from;             /* places count from here: the eye or, where that is far off, the scene's
+                                                  middle; and where that is in camera space */
     double          step_x, step_y, x0, y0;    /* ray of pixel (i, j): (x0 + i step_x, y0 + j step_y, -1) */
     float           near_depth;
     v3            **vertices;                  /* camera space, an array for each object; NULL with clusters */
