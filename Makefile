@@ -51,7 +51,7 @@ ifndef FLAGS_$(config)
 $(error config=$(config) is none of release native debug scalar sanitize thread coverage)
 endif
 
-# enum { N = 8 } is how C99 names an integer constant; clang 19's -Wextra warns of x / N. The headers are free of it too.
+# enum { N = 8 } is how C99 names an integer constant; clang 19's -Wextra warns of x / N. The headers do without.
 WARN   := -pedantic -Wall -Wextra -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef -Wcast-qual -Wvla \
           -Wno-enum-float-conversion -Werror
 WARN_C := $(WARN) -Wstrict-prototypes -Wmissing-prototypes
@@ -106,8 +106,10 @@ TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(foreach d,conformance gl uni
 REPLAYS  := $(patsubst tests/fuzz/%.c,$(BUILD)/tests/replay/%,$(wildcard tests/fuzz/*.c))
 FUZZERS  := $(patsubst tests/fuzz/%.c,build/fuzz/%,$(wildcard tests/fuzz/*.c))
 
-.PHONY: all programs tests test run-tests demo bench performance stamp check-stamp embed check-embed check-glsl readme check-readme \
-        assets check-assets install uninstall dist check-package check-farm check-embree check-docs check-leaks check-named check-compile check conformance check-conformance check-stack msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
+.PHONY: all programs tests test run-tests demo bench performance stamp check-stamp embed check-embed \
+        check-glsl readme check-readme assets check-assets install uninstall dist check-package check-farm \
+        check-embree check-docs check-leaks check-lines check-named check-compile check conformance check-conformance \
+        check-stack msan valgrind deps fuzz fuzzers coverage mutants clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -308,6 +310,11 @@ check-leaks:
 	@CC='$(CC)' sh tools/check-leaks $(HEADERS)
 check-named:
 	@CC='$(CC)' sh tools/check-named $(HEADERS)
+# 120 columns of C and GLSL. What is made from other texts is not asked: strings, and stamped blocks with longer names.
+check-lines:
+	@awk 'length($$0) > 120 && !/^ *"/ { print FILENAME ":" FNR ": " length($$0) " columns"; bad = 1 } END { exit bad }' \
+	  $(HEADERS) $(wildcard src/shared/* src/shaders/lib/* $(foreach d,examples examples/* bench tests tests/* tools tools/*, \
+	  $(d)/*.h $(d)/*.c $(d)/*.cpp)) && echo 'check-lines: none is wider than 120 columns'
 check-compile:
 	@sh tests/compile/check $(HEADERS)
 check-stack:

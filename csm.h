@@ -734,8 +734,8 @@ static inline int cohsm__allocator_valid(void *(*alloc_fn)(size_t, void *), void
     return (alloc_fn == NULL) == (free_fn == NULL);
 }
 
-static inline cohsm__allocator cohsm__allocator_make(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *),
-                                           void *user)
+static inline cohsm__allocator cohsm__allocator_make(void *(*alloc_fn)(size_t, void *),
+                                           void (*free_fn)(void *, void *), void *user)
 {
     cohsm__allocator a;
     a.alloc_fn = alloc_fn && free_fn ? alloc_fn : cohsm__default_alloc;
@@ -1552,8 +1552,8 @@ static inline cohsm__cdf2_sample cohsm__cdf2_sample_at(const cohsm__cdf2 *cdf, f
 /* unit cpu: run-time detection of x86 vector units */
 
 /* COHSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
-   COHSM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs
-   none. */
+   COHSM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
+   needs none. */
 #if !defined(COHSM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define COHSM__X86 1
 #define COHSM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
@@ -1611,8 +1611,8 @@ static inline int cohsm__cpu_has_avx512(void) { return 0; }
 #define COHSM__SIMD 0
 #endif
 
-/* Around what uses AVX-512: gcc's own avx512fintrin.h leaves unused operands undefined, and warns of it in C++; at -O0 its
-   macros turn signs. */
+/* Around what uses AVX-512: gcc's own avx512fintrin.h leaves unused operands undefined, and warns of it in C++; at -O0
+   its macros turn signs. */
 #if COHSM__SIMD && defined(__GNUC__) && !defined(__clang__)
 #define COHSM__AVX512_BEGIN                                                              \
     _Pragma("GCC diagnostic push") _Pragma("GCC diagnostic ignored \"-Wuninitialized\"") \
@@ -2175,8 +2175,8 @@ static uint32_t cohsm__clusters(const cohsm__soup *soup)
     return (soup->groups + COHSM__CLUSTER - 1) / COHSM__CLUSTER;
 }
 
-/* Which of 8 clusters may cover samples of the wanted rows, one bit each. Rounding moves corners by less than a hundredth
-   of a pixel. box: middles' x of all eight, y, z, then half sides. */
+/* Which of 8 clusters may cover samples of the wanted rows, one bit each. Rounding moves corners by less than a
+   hundredth of a pixel. box: middles' x of all eight, y, z, then half sides. */
 static unsigned cohsm__sees8(const cohsm__target *t, const cohsm__camera *cam, const float *box)
 {
     cohsm__v3 u = cam->frame.up;
@@ -7075,8 +7075,8 @@ static cohsm_result cohsm__unpack_words(const uint8_t *data, size_t size, const 
     return result;
 }
 
-/* A packed file: 16 bytes or more, its magic known; all else may be hostile. Memory asked for: COHSM__PACK_MULTIPLE bytes
-   a byte of file, and below 256 KB for the probabilities and the object. */
+/* A packed file: 16 bytes or more, its magic known; all else may be hostile. Memory asked for: COHSM__PACK_MULTIPLE
+   bytes a byte of file, and below 256 KB for the probabilities and the object. */
 static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm__allocator *a, const cohsm__part *part,
                                   cohsm_maps **out)
 {

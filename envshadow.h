@@ -325,7 +325,8 @@ typedef struct envsh_maps_desc {
     envsh_allocator    allocator;
     envsh_parallel_for parallel_for;       /* NULL = this thread alone; results are the same */
     void              *parallel_user;
-    envsh_progress     progress;           /* of each envsh_maps_draw, _shade, _visible; NULL = none. envsh_illuminate */
+    envsh_progress     progress;           /* of each envsh_maps_draw, _shade, _visible; NULL = none.
+                                              envsh_illuminate */
     void              *progress_user;      /* counts as one: shading advances, draws only ask whether to go on */
 } envsh_maps_desc;
 
@@ -523,8 +524,8 @@ static inline int envsh__allocator_valid(void *(*alloc_fn)(size_t, void *), void
     return (alloc_fn == NULL) == (free_fn == NULL);
 }
 
-static inline envsh__allocator envsh__allocator_make(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *),
-                                           void *user)
+static inline envsh__allocator envsh__allocator_make(void *(*alloc_fn)(size_t, void *),
+                                           void (*free_fn)(void *, void *), void *user)
 {
     envsh__allocator a;
     a.alloc_fn = alloc_fn && free_fn ? alloc_fn : envsh__default_alloc;

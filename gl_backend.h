@@ -603,8 +603,8 @@ GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_p
    Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_LOST; GL's error flag is not asked */
 
 GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t attachment, const float rgba[4]);
-/* After glbk_begin to that target. Integer formats get the numbers, rounded, within 0 and 2^32 - 1; GLBK_FORMAT_COLOR the
-   floats. */
+/* After glbk_begin to that target. Integer formats get the numbers, rounded, within 0 and 2^32 - 1; GLBK_FORMAT_COLOR
+   the floats. */
 GLBK_DEF void glbk_clear_depth(glbk_context *ctx, float depth);
 /* After glbk_begin with a depth mode that writes. */
 
@@ -648,8 +648,8 @@ typedef struct glbk_state {         /* private: what glbk_begin and the binding 
 
 GLBK_DEF void glbk_state_save(glbk_context *ctx, glbk_state *out);
 GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
-/* Round a pass or a whole frame of them, where the rest of your renderer relies on its state. What was bound must not be
-   deleted in between; a program that you had deleted while it was in use is gone (0) afterwards, as GL says. */
+/* Round a pass or a whole frame of them, where the rest of your renderer relies on its state. What was bound must not
+   be deleted in between; a program that you had deleted while it was in use is gone (0) afterwards, as GL says. */
 
 /* ---- bindings ----
 
@@ -661,8 +661,9 @@ GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
      GLBK_part_IMAGES(X)     X(qualifiers, format, GLSL type, name, slot), for compute
 
    Slots of textures count from 0 to GLBK_UNITS - 1, those of blocks, storage and images to 7, anew in each part:
-   one program uses one part and base. From the lists come GLBK_SLOT_name, the C struct of each block (std140: only mat4, vec4, ivec4, uvec4 and arrays of them,
-   so that both layouts are the same), and the library file "part_bindings". Members are read as block.member. */
+   one program uses one part and base. From the lists come GLBK_SLOT_name, the C struct of each block (std140: only
+   mat4, vec4, ivec4, uvec4 and arrays of them, so that both layouts are the same), and the library file
+   "part_bindings". Members are read as block.member. */
 
 #define GLBK_PARTS(X) X(base, BASE) X(csm, CSM) X(sfield, SFIELD) X(envsh, ENVSH) X(rsm, RSM) X(ism, ISM)
 
@@ -696,9 +697,10 @@ GLBK__PART(BASE)
 
 /* ---- csm: coherent shadow maps, after csm.h ----
 
-   Blocks of csm.h are uploaded as they are (cohsm_data), all of a scene into one table, with a table of instances behind
-   them. Your own shaders ask by csm_visible() of lib/csm_visible.glsl; docs/gpu-layouts.md has all layouts, for those
-   who bring their own API. Then the complete renderer of the paper's section 5. Enumerations have csm.h's numbers. */
+   Blocks of csm.h are uploaded as they are (cohsm_data), all of a scene into one table, with a table of instances
+   behind them. Your own shaders ask by csm_visible() of lib/csm_visible.glsl; docs/gpu-layouts.md has all layouts, for
+   those who bring their own API. Then the complete renderer of the paper's section 5. Enumerations have csm.h's
+   numbers. */
 
 #define GLBK_CSM_TEXTURES(X)                                                                        \
     X(usampler2DArray, glbk_csm_blocks, 0)      /* blocks and instances */                          \
@@ -769,7 +771,8 @@ typedef struct glbk_csm_block { const void *data; size_t size; } glbk_csm_block;
 typedef struct glbk_csm_instance {
     uint32_t start;             /* of its block: what glbk_csm_maps_create returned */
     float    transform[16];     /* object to world: rotation, one scale > 0, translation */
-    float    offset;            /* world units that receivers on it move along their geometric normal, in the renderer */
+    float    offset;            /* world units that receivers on it move along their geometric normal, in the
+                                   renderer */
 } glbk_csm_instance;
 
 typedef struct glbk_csm_maps {  /* read only; zeroed = none. Blocks and instances of one scene */
@@ -794,8 +797,8 @@ GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps,
 
 GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps);
 /* For a program of yours with csm_visible among its library files, which is bound: texture and uniform block. A program
-   compiled with maps->defines among its own is much faster (one domain, one order, one frame, no table of instances), but
-   is for maps with the same defines only. */
+   compiled with maps->defines among its own is much faster (one domain, one order, one frame, no table of instances),
+   but is for maps with the same defines only. */
 
 GLBK_DEF void glbk_csm_maps_destroy(glbk_context *ctx, glbk_csm_maps *maps);
 
@@ -818,7 +821,8 @@ typedef struct glbk_csm_questions {
     uint32_t        count;      /* 1 .. 2^20 */
 } glbk_csm_questions;
 
-#define GLBK_CSM_MAX_PROGRAMS 16u       /* combinations of ask, filter, kind of maps (and shape) that are kept compiled */
+#define GLBK_CSM_MAX_PROGRAMS 16u       /* combinations of ask, filter, kind of maps (and shape) that are kept
+                                           compiled */
 
 typedef struct glbk_csm_programs {
     glbk_program list[GLBK_CSM_MAX_PROGRAMS];
@@ -917,9 +921,9 @@ typedef struct glbk_csm_renderer_desc {
     uint32_t    width, height;
     uint32_t    lobes;          /* most lobes of a material: 1..8; 0 = 1 */
     int         patterns;       /* not 0: the lights have patterns */
-    const char *fragment;       /* NULL; or, kept by you, your own fragment shader, with all of csm_shade before it, which
-                                   makes a csm_point from your G-buffer and writes as prog/csm_shade.frag does. Its
-                                   textures are yours to bind, in slots from 12 on. The core path is taken then */
+    const char *fragment;       /* NULL; or, kept by you, your own fragment shader, with all of csm_shade before it,
+                                   which makes a csm_point from your G-buffer and writes as prog/csm_shade.frag does.
+                                   Its textures are yours to bind, in slots from 12 on. The core path is taken then */
 } glbk_csm_renderer_desc;
 
 typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
@@ -996,8 +1000,8 @@ typedef struct glbk_csm_frame_desc {
 } glbk_csm_frame_desc;
 
 GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
-/* Adds one frame to the sum. The first use of a combination of shape, ask, filter and kind of maps compiles a program; see
-   glbk_csm_prepare.   Errors: GLBK_ERR_ARGUMENT, those of glbk_program_create and glbk_buffer_update */
+/* Adds one frame to the sum. The first use of a combination of shape, ask, filter and kind of maps compiles a program;
+   see glbk_csm_prepare.   Errors: GLBK_ERR_ARGUMENT, those of glbk_program_create and glbk_buffer_update */
 
 GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
 /* Compiles what such a frame needs, so that the first one does not stutter. Errors: as glbk_csm_render */
@@ -1015,7 +1019,7 @@ GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *rendere
 
    Draws the layers of a builder's views by depth peeling and finds their segments (equation 1). csm.h then writes the
    block: its cohsm_builder is given, for each view, layers that keep exactly the segments found here, so that the bytes
-   are those which it would have built from the layers that were drawn. For views 0 .. view_count - 1, a batch at a time:
+   are those which it would have built from the layers that were drawn. For views 0 .. view_count - 1, batch by batch:
 
        while (from < views) { glbk_csm_builder_draw(gl, &b, from, n); glbk_csm_builder_compress(gl, &b); from += n; }
        glbk_csm_builder_replay(gl, &b, add, user);              // calls cohsm_builder_add for all views
@@ -1058,10 +1062,11 @@ typedef struct glbk_csm_builder {       /* batch: most views that are drawn at o
     size_t                segment_count, segment_room;
 } glbk_csm_builder;
 
-GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *desc, glbk_csm_builder *out);
+GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *desc,
+                                             glbk_csm_builder *out);
 GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *builder, uint32_t from, uint32_t count);
-GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder *builder, uint32_t view, uint32_t layer,
-                                             float *depths);
+GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder *builder, uint32_t view,
+                                             uint32_t layer, float *depths);
 GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *builder);
 GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *builder,
                                              int (*add_fn)(void *user, uint32_t index, const float *z1, const float *z2,
@@ -1070,16 +1075,16 @@ GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *buil
 /* draw      count <= builder->batch views from view `from` on
    layers    layer 0, 1 (2 with Z1Z3) of a view from the last draw: map_size^2 depths, above 1 where there is no hit
    compress  the views drawn last, which must follow those compressed before
-   replay    after the last view: add_fn(user, index, z1, z2, z3) for each in turn; its not 0 ends with GLBK_ERR_ARGUMENT.
-             Stored segments are those of the layers; cohsm_stats of it does not count open and empty entries
+   replay    after the last view: add_fn(user, index, z1, z2, z3) for each in turn; its not 0 ends with
+             GLBK_ERR_ARGUMENT. Stored segments are those of the layers; cohsm_stats of it counts no open, empty entries
    Memory    16 map_size^2 words, 12 bytes a segment (twice in replay)
    Errors    GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
 
 /* ---- sfield: shadow fields, after shadowfield.h ----
 
    Fields of spherical harmonics are uploaded as sfield_write wrote them, all of a scene into one table with what the
-   product needs, the entities of the frame and the sky behind them. A pixel of the G-buffer is any point to shade: one of
-   the screen, or a vertex. Your own shaders ask by sfield_shade() of lib/sfield_shade.glsl. Wavelets and fields of
+   product needs, the entities of the frame and the sky behind them. A pixel of the G-buffer is any point to shade: one
+   of the screen, or a vertex. Your own shaders ask by sfield_shade() of lib/sfield_shade.glsl. Wavelets and fields of
    logarithms are shadowfield.h's alone. */
 
 #define GLBK_SFIELD_TEXTURES(X)                                                                     \
@@ -1157,8 +1162,8 @@ typedef struct glbk_sfield_world {      /* read only; zeroed = none */
 GLBK_DEF glbk_result glbk_sfield_create(glbk_context *ctx, const glbk_sfield_desc *desc, glbk_sfield_field *fields,
                                         glbk_sfield_world *out);
 /* Uploads fields; room for file_count in `fields`, to name them by.
-   Errors   GLBK_ERR_ARGUMENT: not a file of spherical harmonics of these bands, or damaged (the checksum is not looked at);
-            GLBK_ERR_LIMIT, GLBK_ERR_ALLOC
+   Errors   GLBK_ERR_ARGUMENT: not a file of spherical harmonics of these bands, or damaged (the checksum is not looked
+            at); GLBK_ERR_LIMIT, GLBK_ERR_ALLOC
    Memory   on the GPU the files, with coefficients filled up to a multiple of 16; 16 KB here, while it runs */
 GLBK_DEF void glbk_sfield_destroy(glbk_context *ctx, glbk_sfield_world *world);
 
@@ -1181,7 +1186,8 @@ GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_world *world
 typedef struct glbk_sfield_renderer_desc {
     uint32_t        width, height, bands;
     int             gloss;              /* not 0: Phong lobes too */
-    const uint32_t *terms;              /* as in glbk_sfield_desc: written into the program, several times as fast; or NULL: */
+    const uint32_t *terms;              /* as in glbk_sfield_desc: written into the program, several times as fast; or
+                                           NULL: */
     const float    *factors;            /* read from the table, as is done from 5 bands on anyway */
     uint32_t        term_count;
 } glbk_sfield_renderer_desc;
@@ -1209,15 +1215,15 @@ GLBK_DEF void glbk_sfield_renderer_destroy(glbk_context *ctx, glbk_sfield_render
 typedef struct glbk_sfield_pixel {      /* a point to shade */
     float        position[3], normal[3];        /* world; normal zero: nothing is seen */
     uint32_t     entity;                /* that it lies on, which neither hides nor lights it; or GLBK_SFIELD_NONE */
-    const float *self;                  /* bands^2 coefficients from sfield_self, mixed as you like, in that entity's space;
-                                           NULL = the cosine. Kept with 16 bits, 5e-5 */
+    const float *self;                  /* bands^2 coefficients from sfield_self, mixed as you like, in that entity's
+                                           space; NULL = the cosine. Kept with 16 bits, 5e-5 */
     float        exponent;              /* Phong, 1..1000; 0 = no lobe */
 } glbk_sfield_pixel;
 
 GLBK_DEF glbk_result glbk_sfield_upload(glbk_context *ctx, glbk_sfield_renderer *renderer, uint32_t row, uint32_t rows,
                                         const glbk_sfield_pixel *pixels);
-/* Whole rows of the G-buffer from the CPU. Row 0 comes back first from glbk_sfield_read. The compute path finds entities
-   for 8 x 8 pixels together: points near each other belong in one such block. */
+/* Whole rows of the G-buffer from the CPU. Row 0 comes back first from glbk_sfield_read. The compute path finds
+   entities for 8 x 8 pixels together: points near each other belong in one such block. */
 
 typedef struct glbk_sfield_draw {       /* an object drawn into the G-buffer */
     float    world[16], clip[16];       /* object to world, which is its entity's transform; world to clip space */
@@ -1232,10 +1238,10 @@ GLBK_DEF glbk_result glbk_sfield_gbuffer_object(glbk_context *ctx, glbk_sfield_r
                                                 const glbk_sfield_draw *draw);
 /* Then draw: attributes 0 position, 1 normal, 2 to 5 four coefficients each, from your vertex array. */
 
-GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *renderer, const glbk_sfield_world *world,
-                                       const float eye[3], int open);
-/* Direct light at all pixels into renderer->light and gloss. eye: for lobes, else NULL. open: not 0 = light.a is wanted even
-   where there is no sky. Not clamped: ringing may go below 0. */
+GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *renderer,
+                                       const glbk_sfield_world *world, const float eye[3], int open);
+/* Direct light at all pixels into renderer->light and gloss. eye: for lobes, else NULL. open: not 0 = light.a is wanted
+   even where there is no sky. Not clamped: ringing may go below 0. */
 GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *renderer, float *light, float *gloss);
 /* 4 floats a pixel each, or NULL. Waits for the GPU. */
 
@@ -1368,9 +1374,10 @@ typedef struct glbk_envsh_maps {        /* read only; zeroed = none */
 
 GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_maps_desc *desc, glbk_envsh_maps *out);
 /* Tiles lie as square as may be in pages of at most ctx->max_size texels a side, pages are layers of a texture.
-   Memory on the GPU: 4 bytes a texel of map_size^2 x capacity (rgba: and 4 bytes a texel of a page), an eighth for cells
-   (a sixth where map_size / 8 is no power of two), 128 bytes a light.
-   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LIMIT where pages pass ctx->max_layers or 1024; those of programs and textures */
+   Memory on the GPU: 4 bytes a texel of map_size^2 x capacity (rgba: and 4 bytes a texel of a page), an eighth for
+   cells (a sixth where map_size / 8 is no power of two), 128 bytes a light.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LIMIT where pages pass ctx->max_layers or 1024; those of programs and
+   textures */
 GLBK_DEF void glbk_envsh_maps_destroy(glbk_context *ctx, glbk_envsh_maps *maps);
 
 typedef glbk_result (*glbk_envsh_draw)(void *user, glbk_context *ctx, glbk_envsh_maps *maps, uint32_t instances);
@@ -1401,8 +1408,8 @@ typedef struct glbk_envsh_question {    /* as in envsh_query, no defaults */
 } glbk_envsh_question;
 
 GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *maps, const glbk_envsh_question *question);
-/* For a program of yours with envsh_light among its library files and ENVSH_FILTER=filter and ENVSH_RGBA=0 or 1 among its
-   defines, which is bound: textures and uniform blocks. Errors: GLBK_ERR_ARGUMENT, a field out of range */
+/* For a program of yours with envsh_light among its library files and ENVSH_FILTER=filter and ENVSH_RGBA=0 or 1 among
+   its defines, which is bound: textures and uniform blocks. Errors: GLBK_ERR_ARGUMENT, a field out of range */
 
 /* ---- envsh: complete passes ----
 
@@ -1430,7 +1437,8 @@ typedef struct glbk_envsh_pixel {
 
 GLBK_DEF glbk_result glbk_envsh_gbuffer_upload(glbk_context *ctx, glbk_envsh_renderer *renderer, uint32_t row,
                                                uint32_t rows, const glbk_envsh_pixel *pixels);
-/* Whole rows from the CPU. Row 0 comes back first from glbk_envsh_read; for a picture on the screen it is the lowest. */
+/* Whole rows from the CPU. Row 0 comes back first from glbk_envsh_read; for a picture on the screen it is the
+   lowest. */
 
 typedef struct glbk_envsh_surface {     /* an object drawn into the G-buffer */
     float world[16], clip[16];          /* object to world; world to clip space */
@@ -1477,8 +1485,8 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *ren
        glbk_rsm_denoise(gl, &r, &denoise);                        // where few samples were taken
        glbk_rsm_resolve(gl, &r, &pass, 1, 1);
 
-   For shaders of your own: lib/rsm_direct.glsl and lib/rsm_gather.glsl with glbk_rsm_bind. All images are RGBA32UI, bits
-   of floats, so that everything works without EXT_color_buffer_float. Enumerations have rsm.h's numbers. */
+   For shaders of your own: lib/rsm_direct.glsl and lib/rsm_gather.glsl with glbk_rsm_bind. All images are RGBA32UI,
+   bits of floats, so that everything works without EXT_color_buffer_float. Enumerations have rsm.h's numbers. */
 
 #define GLBK_RSM_TEXTURES(X)                                                                        \
     X(usampler2DArray, glbk_rsm_texels, 0)      /* a map: layers 3 face + 0 place, 1 normal, 2 flux */ \
@@ -1565,7 +1573,8 @@ typedef struct glbk_rsm_map {           /* read only; zeroed = none */
     int            summed, sums_at, rows_at;
 } glbk_rsm_map;
 
-GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const glbk_rsm_lamp *lamp, uint32_t size, glbk_rsm_map *out);
+GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const glbk_rsm_lamp *lamp, uint32_t size,
+                                         glbk_rsm_map *out);
 /* An empty map of the light. size: texels a side, 4..4096; 0 = 512, cubes 256. 60 bytes a texel.
    Errors   GLBK_ERR_ARGUMENT (what rsm_map_create refuses), GLBK_ERR_LIMIT */
 GLBK_DEF glbk_result glbk_rsm_map_place(glbk_context *ctx, glbk_rsm_map *map, const glbk_rsm_lamp *lamp);
@@ -1615,12 +1624,13 @@ typedef struct glbk_rsm_tables {
     uint32_t     material_count;        /* at most 1024 */
 } glbk_rsm_tables;
 
-GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_rsm_tables *tables);
+GLBK_DEF glbk_result glbk_rsm_tables_upload(glbk_context *ctx, glbk_rsm_renderer *renderer,
+                                            const glbk_rsm_tables *tables);
 /* Replaces all three. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_LIMIT (more than 2^20 points), GLBK_ERR_ALLOC */
 
 typedef void (*glbk_rsm_draw)(void *user, glbk_context *ctx, glbk_rsm_renderer *renderer);
-/* Your scene: for each object glbk_rsm_object, then a draw with attributes 0 position, 1 normal, 2 texture coordinates from
-   your vertex array. An attribute that is not enabled must be zero; normals of zero are those of the triangles. */
+/* Your scene: for each object glbk_rsm_object, then a draw with attributes 0 position, 1 normal, 2 texture coordinates
+   from your vertex array. An attribute that is not enabled must be zero; normals of zero are those of the triangles. */
 
 typedef struct glbk_rsm_surface {
     float               transform[16];  /* object to world, affine */
@@ -1636,8 +1646,9 @@ GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *rende
 GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *map,
                                        glbk_rsm_draw draw, void *user);
 /* Calls draw once a face. Both sides of triangles, normals turned to the light. */
-GLBK_DEF glbk_result glbk_rsm_gbuffer_draw(glbk_context *ctx, glbk_rsm_renderer *renderer, const float world_to_clip[16],
-                                           const float eye[3], glbk_rsm_draw draw, void *user);
+GLBK_DEF glbk_result glbk_rsm_gbuffer_draw(glbk_context *ctx, glbk_rsm_renderer *renderer,
+                                           const float world_to_clip[16], const float eye[3], glbk_rsm_draw draw,
+                                           void *user);
 
 typedef struct glbk_rsm_pixel {
     float position[3], normal[3];       /* world; normal 0 0 0: nothing is seen */
@@ -1645,8 +1656,8 @@ typedef struct glbk_rsm_pixel {
     float occlusion;                    /* factor of bounced light, 0..1: 1 = none */
 } glbk_rsm_pixel;
 
-GLBK_DEF glbk_result glbk_rsm_gbuffer_upload(glbk_context *ctx, glbk_rsm_renderer *renderer, uint32_t row, uint32_t rows,
-                                             const glbk_rsm_pixel *pixels);
+GLBK_DEF glbk_result glbk_rsm_gbuffer_upload(glbk_context *ctx, glbk_rsm_renderer *renderer, uint32_t row,
+                                             uint32_t rows, const glbk_rsm_pixel *pixels);
 /* Whole rows from the CPU. Row 0 comes back first from glbk_rsm_read. Errors: GLBK_ERR_ALLOC */
 
 typedef struct glbk_rsm_direct_desc {   /* rsm_direct_desc */
@@ -1664,14 +1675,14 @@ typedef enum glbk_rsm_pattern {         /* rsm_pattern; ABOUT: whatever glbk_rsm
 
 typedef struct glbk_rsm_gather_desc {   /* rsm_gather_desc; noise and materials are used where the tables have them */
     glbk_rsm_pattern pattern;
-    uint32_t samples;                   /* of each pixel and map; 0 = every texel. ABOUT: all points of the tables count.
-                                           MIXED: samples - 3 * samples / 5 by flux, the tables' points (log-radial,
-                                           r_min 1 / 192) too */
+    uint32_t samples;                   /* of each pixel and map; 0 = every texel. ABOUT: all points of the tables
+                                           count. MIXED: samples - 3 * samples / 5 by flux, the tables' points
+                                           (log-radial, r_min 1 / 192) too */
     float    r_max, offset, clamp, near_limit;
     uint32_t seed, interleave;
     uint32_t lights_per_pass;           /* 0 = 4096, at most 32768: a pass must not outlast the driver's patience */
-    float    near_field;                /* of every texel, ABOUT and MIXED; a program of your own that is to have it, too,
-                                           needs RSM_SURFACES=1 among its defines */
+    float    near_field;                /* of every texel, ABOUT and MIXED; a program of your own that is to have it,
+                                           too, needs RSM_SURFACES=1 among its defines */
 } glbk_rsm_gather_desc;
 
 typedef struct glbk_rsm_grid {          /* rsm_interpolation */
@@ -1681,21 +1692,24 @@ typedef struct glbk_rsm_grid {          /* rsm_interpolation */
 
 GLBK_DEF glbk_result glbk_rsm_gather(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *const *maps,
                                      uint32_t count, const glbk_rsm_gather_desc *desc, const glbk_rsm_grid *grid);
-/* Bounced light of all maps. grid: first a low-resolution picture, then the pixels between where 3 of 4 samples suit, then
-   finer grids, at last single pixels, each only where a mask in alpha, or by compute a list, says that something is left:
-   nothing is asked back from the GPU. NULL: every pixel.
+/* Bounced light of all maps. grid: first a low-resolution picture, then the pixels between where 3 of 4 samples suit,
+   then finer grids, at last single pixels, each only where a mask in alpha, or by compute a list, says that something
+   is left: nothing is asked back from the GPU. NULL: every pixel.
    The choice of samples, and so the noise, is rsm_gather's for the same desc.
-   Errors   GLBK_ERR_ARGUMENT (desc or grid as rsm.h refuses them; interleave, noise with a grid; pattern without points) */
+   Errors   GLBK_ERR_ARGUMENT (desc or grid as rsm.h refuses them; interleave, noise with a grid; pattern without
+   points) */
 
 typedef struct glbk_rsm_denoise_desc {  /* rsm_filter_desc */
     const float        *view_projection;
-    const glbk_texture *motion;         /* NULL, or where each pixel's surface was: pixels of the last frame in r and g */
+    const glbk_texture *motion;         /* NULL, or where each pixel's surface was: pixels of the last frame in r and
+                                           g */
     int                 top_first;      /* not 0: row 0 of the G-buffer is the picture's top */
     uint32_t            history, passes;
     float               normal_cosine, plane_slope;
 } glbk_rsm_denoise_desc;
 
-GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_rsm_denoise_desc *desc);
+GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *renderer,
+                                      const glbk_rsm_denoise_desc *desc);
 /* Once a frame, after glbk_rsm_gather. Fill the whole G-buffer anew for the next frame: two are kept in turn. */
 GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *renderer);
 /* The next frame starts anew. */
@@ -1709,17 +1723,18 @@ GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *rendere
    interpolated, above evaluated, 0 nothing seen. */
 
 GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer, const glbk_rsm_map *map);
-/* For a program of yours with rsm_direct, rsm_gather or rsm_screen among its library files, which is bound: the map's textures and
-   light; with a renderer its list of lights as the last glbk_rsm_gather left it, tables and G-buffer. Either may be NULL. */
+/* For a program of yours with rsm_direct, rsm_gather or rsm_screen among its library files, which is bound: the map's
+   textures and light; with a renderer its list of lights as the last glbk_rsm_gather left it, tables and G-buffer.
+   Either may be NULL. */
 
 /* ---- end of rsm ---- */
 
 /* ---- ism: imperfect shadow maps, after ism.h ----
 
-   ism.h chooses VPLs (ism_choose) and scatters points over the mesh (ism_scatter); from plain arrays of both the maps are
-   drawn and pixels shaded here: points as discs by the depth test, pull and push, light of all VPLs with visibility,
-   interleaved sampling and its blur. Where ctx->compute, each of these is one dispatch that works in shared memory, to the
-   same numbers. Points are triangles and barycentric coordinates, the mesh two tables of indices
+   ism.h chooses VPLs (ism_choose) and scatters points over the mesh (ism_scatter); from plain arrays of both the maps
+   are drawn and pixels shaded here: points as discs by the depth test, pull and push, light of all VPLs with
+   visibility, interleaved sampling and its blur. Where ctx->compute, each of these is one dispatch that works in shared
+   memory, to the same numbers. Points are triangles and barycentric coordinates, the mesh two tables of indices
    and positions: moving geometry is new positions alone. The numbers are those of ism.h to float rounding.
    In every frame: glbk_ism_phase, glbk_ism_vpls_upload, glbk_ism_draw, glbk_ism_shade. */
 
@@ -1753,7 +1768,8 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
 #define GLBK_ISM_BLOCKS(X)                          \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)    \
     X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
-#define GLBK_ISM_STORAGE(X) X(restrict, vec4, glbk_ism_ways, 0)      /* directions once more: x, y, z, 0 a texel of a tile */
+#define GLBK_ISM_STORAGE(X) X(restrict, vec4, glbk_ism_ways, 0)      /* directions once more: x, y, z, 0 a texel of a
+                                                                        tile */
 #define GLBK_ISM_IMAGES(X)                                              \
     X(writeonly, rgba32f, image2D, glbk_ism_surfels_out, 0)             \
     X(writeonly, r32ui, uimage2D, glbk_ism_atlas_out, 1)                \
@@ -1784,7 +1800,8 @@ typedef struct glbk_ism_maps {      /* read only; zeroed = none */
     uint32_t      vertices, triangles;
     uint64_t      phases;           /* bits: those that were given */
     float         sphere[4];
-    glbk_texture  vpls, points, triangle_table, positions, directions, surfels, depth, kept, pull[GLBK_ISM_LEVELS], atlas;
+    glbk_texture  vpls, points, triangle_table, positions, directions, surfels, depth, kept;
+    glbk_texture  pull[GLBK_ISM_LEVELS], atlas;
     glbk_target   direction_target, surfel_target, kept_target, pull_target[GLBK_ISM_LEVELS], atlas_target;
     glbk_buffer   frame, view;      /* view: of glbk_ism_bind */
     int           quads;            /* rectangles in place of points */
@@ -1798,9 +1815,9 @@ typedef struct glbk_ism_maps {      /* read only; zeroed = none */
 GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out);
 /* desc     NULL = all defaults
    Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_LIMIT where the atlas is wider than ctx->max_size; GLBK_ERR_COMPILE and so on
-   Where ctx->compute, out->compute: the compute path, unless points rounded up to lazy phases are more than 65,536 a VPL.
-   Memory on the GPU: 26 bytes a texel of the atlas, by compute 20, and 16 a point: 1024 VPLs of 64 x 64 texels and 8192
-   points 109 (84) + 134 MB */
+   Where ctx->compute, out->compute: the compute path, unless points rounded up to lazy phases are more than 65,536 a
+   VPL. Memory on the GPU: 26 bytes a texel of the atlas, by compute 20, and 16 a point: 1024 VPLs of 64 x 64 texels and
+   8192 points 109 (84) + 134 MB */
 GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *maps);
 
 typedef struct glbk_ism_mesh {      /* fields as in ism_mesh */
@@ -1816,8 +1833,8 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps
    mesh     NULL = nothing
    Errors   GLBK_ERR_ARGUMENT: sizes, or an index beyond vertex_count; GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
 GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, const float *positions, size_t stride);
-/* New places of the same vertices. Or render them into layers of maps->positions, an RGBA32F table, yourself; points are
-   then scattered by ism.h over the places that you give it. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+/* New places of the same vertices. Or render them into layers of maps->positions, an RGBA32F table, yourself; points
+   are then scattered by ism.h over the places that you give it. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
 
 GLBK_DEF glbk_result glbk_ism_phase(glbk_context *ctx, glbk_ism_maps *maps, uint32_t phase, const void *points);
 /* The points of one phase, 16 bytes each, of all VPLs, as ism_phase_points writes them: vpl_count * maps->each.
@@ -1831,8 +1848,8 @@ typedef struct glbk_ism_vpl {       /* fields as in ism_vpl */
     uint32_t window;                /* 0 = none; ism_scatter sets ism_vpl's */
 } glbk_ism_vpl;
 
-GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps, const glbk_ism_vpl *vpls, uint32_t count,
-                                          const float center[3], float radius);
+GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps, const glbk_ism_vpl *vpls,
+                                          uint32_t count, const float center[3], float radius);
 /* count    <= vpl_count; 0 is no light
    center   and radius: ism_bounds, for directional VPLs; NULL without
    There are no near points afterwards, until glbk_ism_near_upload.
@@ -1853,7 +1870,8 @@ GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *maps,
 typedef struct glbk_ism_renderer {  /* read only; zeroed = none */
     uint32_t     width, height;
     glbk_texture gbuffer[4], depth; /* places, normals, face normals, albedos: GLBK_FORMAT_COLOR */
-    glbk_target  gbuffer_target;    /* to draw them yourself: four outputs of type glbk_color, a cleared normal is background */
+    glbk_target  gbuffer_target;    /* to draw them yourself: four outputs of type glbk_color, a cleared normal is
+                                       background */
     glbk_texture light, result;     /* result is what was asked for: GLBK_FORMAT_COLOR, for your own passes */
     glbk_target  light_target, result_target;
     glbk_buffer  view;
@@ -1861,7 +1879,8 @@ typedef struct glbk_ism_renderer {  /* read only; zeroed = none */
     int          compute;
 } glbk_ism_renderer;
 
-GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height, glbk_ism_renderer *out);
+GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
+                                              glbk_ism_renderer *out);
 GLBK_DEF void glbk_ism_renderer_destroy(glbk_context *ctx, glbk_ism_renderer *renderer);
 
 typedef struct glbk_ism_receivers { /* fields as in ism_view: width * height of each, row 0 first */
@@ -1884,8 +1903,8 @@ typedef struct glbk_ism_shading {   /* fields as in ism_shading */
 } glbk_ism_shading;
 
 GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps, const glbk_ism_shading *shading);
-/* For ism_light() and ism_visible() of lib/ism_light.glsl in a program of your own, which is bound (glbk_begin) and compiled
-   with ISM_NEAR=near_mode and ISM_PROJECTION=maps->desc.projection among its defines.
+/* For ism_light() and ism_visible() of lib/ism_light.glsl in a program of your own, which is bound (glbk_begin) and
+   compiled with ISM_NEAR=near_mode and ISM_PROJECTION=maps->desc.projection among its defines.
    shading  bias, clamp and no_maps count; NULL = as in glbk_ism_shade
    Errors   GLBK_ERR_ARGUMENT */
 
@@ -1895,8 +1914,8 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *render
 GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_pass *pass);
 /* Draws the result, linear, to the pass's target; its blending adds it to what is there. Errors GLBK_ERR_ARGUMENT. */
 GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgb);
-/* width * height * 3 floats, row 0 first. Waits for the GPU. result's fourth channel is the irradiance, mean of the three
-   channels, that clamping or spheres took off. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+/* width * height * 3 floats, row 0 first. Waits for the GPU. result's fourth channel is the irradiance, mean of the
+   three channels, that clamping or spheres took off. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
 
 /* ---- end of ism ---- */
 
@@ -1965,8 +1984,8 @@ static inline int glbk__allocator_valid(void *(*alloc_fn)(size_t, void *), void 
     return (alloc_fn == NULL) == (free_fn == NULL);
 }
 
-static inline glbk__allocator glbk__allocator_make(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *),
-                                           void *user)
+static inline glbk__allocator glbk__allocator_make(void *(*alloc_fn)(size_t, void *),
+                                           void (*free_fn)(void *, void *), void *user)
 {
     glbk__allocator a;
     a.alloc_fn = alloc_fn && free_fn ? alloc_fn : glbk__default_alloc;
@@ -2899,8 +2918,8 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "//\n",
     "// COHSM_TEXEL(i): the including program's uvec4 of words 4 i .. 4 i + 3; i (uint) counts through all blocks that were\n",
     "// uploaded. What a query needs of the header is read once by cohsm_open; keep the result.\n",
-    "// COHSM_ONE_DOMAIN, COHSM_ONE_ORDER, COHSM_ONE_FRAME: the number that all blocks have there, where they agree; the code for\n",
-    "// others is gone then.\n",
+    "// COHSM_ONE_DOMAIN, COHSM_ONE_ORDER, COHSM_ONE_FRAME: the number that all blocks have there, where they agree; the code\n",
+    "// for others is gone then.\n",
     "#ifndef COHSM_TEXEL\n",
     "#error \"cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks\"\n",
     "#endif\n",
@@ -3140,8 +3159,8 @@ static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
     "    uint tail = count >> 16;\n",
     "    count &= 0xffffu;\n",
     "    uvec2 block = cohsm_find_block(m, list, count, view);\n",
-    "    cohsm_line l = cohsm_fetch_line(m, m.lines_at + (block.x + 1u < count ? 16u * (first + block.x)\n",
-    "                                                                          : 16u * (first - (tail >> 4)) + (tail & 15u)));\n",
+    "    uint line = block.x + 1u < count ? 16u * (first + block.x) : 16u * (first - (tail >> 4)) + (tail & 15u);\n",
+    "    cohsm_line l = cohsm_fetch_line(m, m.lines_at + line);\n",
     "    uint at = l.bit >> 5, head = cohsm_line_word(l, at);\n",
     "    uvec2 marks = cohsm_marks(head, cohsm_line_word(l, at + 1u), cohsm_line_word(l, at + 2u));\n",
     "    return cohsm_segment_depth(m, l, head, marks, cohsm_segment(l, head, marks, view - block.y));\n",
@@ -4117,8 +4136,9 @@ static const char *const glbk__glsl_lib_envsh_bindings_glsl[] = {
 static const char *const glbk__glsl_lib_envsh_cast_glsl[] = {
     "// envsh_cast - a caster's vertices and fragments in the tile of a light; gl_InstanceID says of which.\n",
     "// uses: table envsh_bindings\n",
-    "// The vertex shader has \"out float envsh_depth;\" and ENVSH_CAST(world); the fragment shader \"in float envsh_depth;\" and,\n",
-    "// behind what it discards, ENVSH_STORE(envsh_depth). With ENVSH_RGBA it has \"layout(location = 0) out uvec4 envsh_bits;\".\n",
+    "// The vertex shader has \"out float envsh_depth;\" and ENVSH_CAST(world); the fragment shader \"in float envsh_depth;\"\n",
+    "// and, behind what it discards, ENVSH_STORE(envsh_depth). With ENVSH_RGBA it has \"layout(location = 0) out uvec4\n",
+    "// envsh_bits;\".\n",
     "#ifndef ENVSH_RGBA\n",
     "#error \"ENVSH_RGBA: 1 where four maps share a texel (glbk_envsh_maps_desc.rgba), else 0\"\n",
     "#endif\n",
@@ -4256,7 +4276,7 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "//   ENVSH_STORED(view, at)   float, the depth at texel `at` of the view's tile\n",
     "//   ENVSH_CELL(view, at, l)  vec2, least and greatest depth of a cell of 8 << l texels a side\n",
     "//   ENVSH_DISC(i)            vec2, tap i on the unit disc\n",
-    "#if !defined(ENVSH_FILTER) || !defined(ENVSH_TEXEL) || !defined(ENVSH_STORED) || !defined(ENVSH_CELL) || !defined(ENVSH_DISC)\n",
+    "#if !(defined ENVSH_FILTER && defined ENVSH_TEXEL && defined ENVSH_STORED && defined ENVSH_CELL && defined ENVSH_DISC)\n",
     "#error \"envsh_visible: ENVSH_FILTER, ENVSH_TEXEL, ENVSH_STORED, ENVSH_CELL, ENVSH_DISC\"\n",
     "#endif\n",
     "\n",
@@ -4324,7 +4344,10 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "\n",
     "ivec2 envsh_place(vec2 at) { return ivec2(floor(clamp(at, vec2(-64.0), vec2(8192.0)))); }\n",
     "\n",
-    "bool envsh_outside(envsh_query q, ivec2 at) { return any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(q.size))); }\n",
+    "bool envsh_outside(envsh_query q, ivec2 at)\n",
+    "{\n",
+    "    return any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(q.size)));\n",
+    "}\n",
     "\n",
     "// Is the texel's centre on the receiver's plane lit? Beyond the tile nothing is in the way. stored: what was found.\n",
     "bool envsh_lit(envsh_query q, envsh_view v, envsh_receiver r, ivec2 at, out float stored)\n",
@@ -4460,7 +4483,7 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "    return r;\n",
     "}\n",
     "\n",
-    "// Visibility of a light, 0..1. n: the surface's own unit normal, on the side that is seen. index: another for each pixel.\n",
+    "// Visibility of a light, 0..1. n: the surface's own unit normal, on the side seen. index: another for each pixel.\n",
     "float envsh_visible(envsh_query q, uint light, vec3 p, vec3 n, uint index)\n",
     "{\n",
     "    float cosine = dot(n, envsh_direction(light)), stored;\n",
@@ -4483,7 +4506,7 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
     "#endif\n",
     "}\n",
     "\n",
-    "// Sum of visibility x cosine x irradiance over lights from .. to - 1, W/m^2. n: shading normal; flat_n: the surface's own.\n",
+    "// Sum of visibility x cosine x irradiance of lights from .. to - 1, W/m^2. n: shading normal; flat_n: the surface's.\n",
     "vec3 envsh_irradiance(envsh_query q, uint from, uint to, vec3 p, vec3 n, vec3 flat_n, uint index)\n",
     "{\n",
     "    vec3 sum = vec3(0.0);\n",
@@ -5379,9 +5402,10 @@ static const char *const glbk__glsl_lib_rsm_access_glsl[] = {
     "// uses: rsm_bindings rsm_map\n",
     "rsm_lamp rsm_bound()\n",
     "{\n",
-    "    return rsm_lamp(glbk_rsm_light.position.xyz, glbk_rsm_light.right.xyz, glbk_rsm_light.up.xyz, glbk_rsm_light.axis.xyz,\n",
-    "                    glbk_rsm_light.value.xyz, glbk_rsm_light.position.w, glbk_rsm_light.axis.w, glbk_rsm_light.value.w,\n",
-    "                    int(glbk_rsm_light.up.w), int(glbk_rsm_light.right.w));\n",
+    "    return rsm_lamp(glbk_rsm_light.position.xyz, glbk_rsm_light.right.xyz, glbk_rsm_light.up.xyz,\n",
+    "                    glbk_rsm_light.axis.xyz, glbk_rsm_light.value.xyz, glbk_rsm_light.position.w,\n",
+    "                    glbk_rsm_light.axis.w, glbk_rsm_light.value.w, int(glbk_rsm_light.up.w),\n",
+    "                    int(glbk_rsm_light.right.w));\n",
     "}\n",
     "\n",
     "// Image k of texel t.xy of face t.z: 0 position and depth, 1 normal and material, 2 flux and area.\n",
@@ -5389,7 +5413,8 @@ static const char *const glbk__glsl_lib_rsm_access_glsl[] = {
     "// Running sums of flux: in the row up to texel x, and of rows up to row y of its face.\n",
     "#define RSM_ROW_SUM(t) uintBitsToFloat(texelFetch(glbk_rsm_sums, t, 0).x)\n",
     "#define RSM_ROWS_SUM(y, face) uintBitsToFloat(texelFetch(glbk_rsm_rows, ivec3(y, 0, face), 0).x)\n",
-    "// Number i of the list: 0 position and bound, 1 normal and density (MIXED) or squared distance that is near, 2 flux and texel, 3 light and material.\n",
+    "// Number i of the list: 0 position and bound, 1 normal and density (MIXED) or squared distance that is near, 2 flux and\n",
+    "// texel, 3 light and material.\n",
     "#define RSM_LISTED(i, k) texelFetch(glbk_rsm_lights, ivec3(int((i) & 1023u), int((i) >> 10), k), 0)\n",
     "#define RSM_PATTERN(i) texelFetch(glbk_rsm_pattern, ivec2(int((i) & 1023u), int((i) >> 10)), 0).xyz\n",
     "#ifndef RSM_LIGHT           // lib/rsm_chunk.glsl has chunks of both in shared memory\n",
@@ -5514,7 +5539,8 @@ static const char *const glbk__glsl_lib_rsm_direct_glsl[] = {
     "    float sum = 0.0, total = 0.0;\n",
     "    for (int j = 0; j < taps; j++)\n",
     "        for (int i = 0; i < taps; i++) {\n",
-    "            vec2 w = vec2(i == 0 ? 1.0 - f.x : i == taps - 1 ? f.x : 1.0, j == 0 ? 1.0 - f.y : j == taps - 1 ? f.y : 1.0);\n",
+    "            vec2 w = vec2(i == 0 ? 1.0 - f.x : i == taps - 1 ? f.x : 1.0,\n",
+    "                          j == 0 ? 1.0 - f.y : j == taps - 1 ? f.y : 1.0);\n",
     "            float weight = taps == 1 ? 1.0 : w.x * w.y;\n",
     "            ivec3 t = ivec3(clamp(ivec2(floor(first)) + ivec2(i, j), ivec2(0), ivec2(size - 1)), face);\n",
     "            total += weight;\n",
@@ -5539,8 +5565,8 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "#ifndef RSM_SURFACES\n",
     "#define RSM_SURFACES 0\n",
     "#endif\n",
-    "// Equation (1) without flux: cos cos / d^2, cosines times d over d^4. Both must exceed the rounding of positions, so that\n",
-    "// a plane does not light itself (T40).\n",
+    "// Equation (1) without flux: cos cos / d^2, cosines times d over d^4. Both must exceed the rounding of positions, so\n",
+    "// that a plane does not light itself (T40).\n",
     "float rsm_near = 0.0;     // 1 / squared distance of the nearest light so far that is not edge-on, for interpolation\n",
     "\n",
     "float rsm_form(vec3 p, vec3 n, vec3 light, vec3 light_normal, float bound)\n",
@@ -5554,8 +5580,8 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "}\n",
     "\n",
     "#if RSM_SURFACES\n",
-    "// Half the sides of the surface under a texel at p: the cross section of its beam, along the beam onto the plane of n. Their\n",
-    "// parallelogram has rsm_area's area, since grazing ones are bounded alike, along the light.\n",
+    "// Half the sides of the surface under a texel at p: the cross section of its beam, along the beam onto the plane of n.\n",
+    "// Their parallelogram has rsm_area's area, since grazing ones are bounded alike, along the light.\n",
     "void rsm_texel_sides(rsm_lamp l, int face, vec3 p, vec3 n, out vec3 side, out vec3 other)\n",
     "{\n",
     "    vec3 a, d;\n",
@@ -5596,9 +5622,10 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "    return rsm_edge(n, a, b);\n",
     "}\n",
     "\n",
-    "// Integral of cos cos / d^2 over the parallelogram c +- u +- v, seen from the origin and clipped at the horizon of n: pi\n",
-    "// times the form factor (Baum, Rushmeier and Winget 1989). The horizon cuts it once at most: where it leaves and where it\n",
-    "// comes back are joined. No loop, since it is called in one: llvmpipe counts the rounds of all of them together.\n",
+    "// Integral of cos cos / d^2 over the parallelogram c +- u +- v, seen from the origin and clipped at the horizon of n:\n",
+    "// pi times the form factor (Baum, Rushmeier and Winget 1989). The horizon cuts it once at most: where it leaves and\n",
+    "// where it comes back are joined. No loop, since it is called in one: llvmpipe counts the rounds of all of them\n",
+    "// together.\n",
     "float rsm_form_of(vec3 n, vec3 c, vec3 u, vec3 v)\n",
     "{\n",
     "    vec3 p = c - u - v, q = c + u - v, r = c + u + v, s = c - u + v, leave = c, come = c;\n",
@@ -5609,8 +5636,8 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "#endif\n",
     "\n",
     "// rsm_form where the light is a texel of a face: nearer than the root of near2 the mean over the surface that it is. To\n",
-    "// receivers that face it nearer than half its side to its plane no more than a point, by degrees: so lie the backs of bent\n",
-    "// sheets, through which the parallelogram reaches.\n",
+    "// receivers that face it nearer than half its side to its plane no more than a point, by degrees: so lie the backs of\n",
+    "// bent sheets, through which the parallelogram reaches.\n",
     "float rsm_texel_form(rsm_lamp l, vec3 p, vec3 n, int face, vec3 light, vec3 light_normal, float bound, float near2)\n",
     "{\n",
     "    float form = rsm_form(p, n, light, light_normal, bound);\n",
@@ -5672,8 +5699,8 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "    return inside ? vec3(clamp(q.xy, 0.02, 0.98), 0.0) : q;\n",
     "}\n",
     "\n",
-    "// Which texel is under a sample of a pattern about the receiver, and how many texels' worth it stands for. turn: cosine and\n",
-    "// sine of the pixel's rotation. r_max 0: up to the map's border. false: outside.\n",
+    "// Which texel is under a sample of a pattern about the receiver, and how many texels' worth it stands for. turn: cosine\n",
+    "// and sine of the pixel's rotation. r_max 0: up to the map's border. false: outside.\n",
     "bool rsm_place_sample(rsm_lamp l, float r_max, vec3 centre, vec3 right, vec3 up, vec3 point, vec2 turn, out ivec3 t,\n",
     "                      out float weight)\n",
     "{\n",
@@ -5740,8 +5767,8 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "// From points first, first + step, ... of the pattern, count of them, about the projection of p. limits: offset, clamp,\n",
     "// near_limit, sets that share the points. mixed, picked: MIXED; else 0. near_field: texels nearer than so many of their\n",
     "// sides are surfaces.\n",
-    "vec3 rsm_gather_about(rsm_lamp l, vec3 p, vec3 n, float r_max, vec2 turn, uint first, uint step, uint count, vec4 limits,\n",
-    "                      bool glossy, float mixed, float picked, float near_field)\n",
+    "vec3 rsm_gather_about(rsm_lamp l, vec3 p, vec3 n, float r_max, vec2 turn, uint first, uint step, uint count,\n",
+    "                      vec4 limits, bool glossy, float mixed, float picked, float near_field)\n",
     "{\n",
     "    vec3 sum = vec3(0.0), right, up, centre = rsm_centre_of(l, p, !(r_max > 0.0), right, up);\n",
     "    float total = picked > 0.0 ? rsm_total(l) : 0.0;\n",
@@ -5764,7 +5791,8 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "        float form = rsm_texel_form(l, p, n, t.z, light, light_normal, bound, near_field * near_field * flux.w);\n",
     "        vec3 e = flux.xyz * form;\n",
     "        if (glossy && b.w != 0u)\n",
-    "            e += rsm_gloss(l, p, light, light_normal, form, rsm_incident(l, t.z, t.xy) * l.value, RSM_MATERIAL(b.w - 1u));\n",
+    "            e += rsm_gloss(l, p, light, light_normal, form, rsm_incident(l, t.z, t.xy) * l.value,\n",
+    "                           RSM_MATERIAL(b.w - 1u));\n",
     "        sum += e * (weight * limits.w);\n",
     "    }\n",
     "    return sum;\n",
@@ -5961,7 +5989,7 @@ static const char *const glbk__glsl_lib_rsm_map_glsl[] = {
     "\n",
     "vec3 rsm_to_light(rsm_lamp l, vec3 p) { return l.kind == RSM_SUN ? -l.axis : rsm_normalize(l.position - p); }\n",
     "\n",
-    "// Light of value 1 through the part q +- h of a face, in its plane at distance 1: the integral of cos^3 by Gauss points.\n",
+    "// Light of value 1 through the part q +- h of a face, in its plane at distance 1: cos^3 integrated by Gauss points.\n",
     "float rsm_solid_angle(rsm_lamp l, vec3 r, vec3 u, vec3 a, vec2 q, float h)\n",
     "{\n",
     "    float sum = 0.0;\n",
@@ -6029,7 +6057,10 @@ static const char *const glbk__glsl_lib_rsm_pick_glsl[] = {
     "\n",
     "uint rsm_hash_combine(uint a, uint b) { return rsm_hash32(a + 0x9e3779b9u * rsm_hash32(b)); }\n",
     "float rsm_to_unit(uint bits) { return float(bits >> 8) * (1.0 / 16777216.0); }\n",
-    "float rsm_random(uint seed, uint stream, uint i) { return rsm_to_unit(rsm_hash_combine(rsm_hash_combine(seed, stream), i)); }\n",
+    "float rsm_random(uint seed, uint stream, uint i)\n",
+    "{\n",
+    "    return rsm_to_unit(rsm_hash_combine(rsm_hash_combine(seed, stream), i));\n",
+    "}\n",
     "float rsm_mean3(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }\n",
     "\n",
     "float rsm_total(rsm_lamp l)\n",
@@ -6086,12 +6117,18 @@ static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
     "#define RSM_EVALUATED 3.0       // and in the step before this one:\n",
     "#define RSM_FRESH 4.0\n",
     "\n",
-    "// Nodes of a grid say in alpha how far away their nearest light is: -d^2 2^60 in the step that evaluates them, -d^2 / 2^60\n",
-    "// afterwards, so that both can be told apart and no bit is lost.\n",
+    "// Nodes of a grid say in alpha how far away their nearest light is: -d^2 2^60 in the step that evaluates them, -d^2 /\n",
+    "// 2^60 afterwards, so that both can be told apart and no bit is lost.\n",
     "#define RSM_NODE_SCALE 1152921504606846976.0\n",
     "bool rsm_node_fresh(float alpha) { return alpha < -1.0; }\n",
-    "float rsm_node_distance2(float alpha) { return rsm_node_fresh(alpha) ? -alpha / RSM_NODE_SCALE : -alpha * RSM_NODE_SCALE; }\n",
-    "float rsm_node_alpha(float distance2) { return -clamp(distance2, 4.0 / RSM_NODE_SCALE, 0.25 * RSM_NODE_SCALE) * RSM_NODE_SCALE; }\n",
+    "float rsm_node_distance2(float alpha)\n",
+    "{\n",
+    "    return rsm_node_fresh(alpha) ? -alpha / RSM_NODE_SCALE : -alpha * RSM_NODE_SCALE;\n",
+    "}\n",
+    "float rsm_node_alpha(float distance2)\n",
+    "{\n",
+    "    return -clamp(distance2, 4.0 / RSM_NODE_SCALE, 0.25 * RSM_NODE_SCALE) * RSM_NODE_SCALE;\n",
+    "}\n",
     "float rsm_node_aged(float alpha) { return rsm_node_fresh(alpha) ? alpha / RSM_NODE_SCALE / RSM_NODE_SCALE : alpha; }\n",
     "\n",
     "struct rsm_receiver { vec3 position, normal; float occlusion; };\n",
@@ -6250,8 +6287,8 @@ static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
 static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "// sfield_field - shadow fields at a point, and the algebra of their coefficients. C twins: shadowfield.h.\n",
     "//\n",
-    "// Functions of direction are float[SFIELD_COEFS] of real spherical harmonics, number l^2 + l + m, Y1 = 0.4886 (y, z, x).\n",
-    "// Fields, rotations and tripling coefficients lie in one table (docs/gpu-layouts.md), named by their first texel.\n",
+    "// Functions of direction are float[SFIELD_COEFS] of real spherical harmonics, number l^2 + l + m, Y1 = 0.4886 (y, z,\n",
+    "// x). Fields, rotations and tripling coefficients lie in one table (docs/gpu-layouts.md), named by their first texel.\n",
     "#ifndef SFIELD_TEXEL\n",
     "#error \"SFIELD_TEXEL(i): texel i of the table as uvec4\"\n",
     "#endif\n",
@@ -6267,7 +6304,7 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "#define SFIELD_PI 3.14159265\n",
     "#define SFIELD_Y00 0.282094792\n",
     "\n",
-    "// Eight samples round a point: those of the inner shell are first, + 1, + side, + side + 1, then shell by 6 side^2 later.\n",
+    "// Eight samples round a point: the inner shell's are first, + 1, + side, + side + 1; the outer's 6 side^2 later.\n",
     "struct sfield_place {\n",
     "    uint first, shell;\n",
     "    vec4 corner;            // weights of the four on a shell\n",
@@ -6309,7 +6346,8 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "        if (uintBitsToFloat(SFIELD_TEXEL(field + 3u + middle).x) <= d2) low = middle;\n",
     "        else high = middle;\n",
     "    }\n",
-    "    vec2 inner = uintBitsToFloat(SFIELD_TEXEL(field + 3u + low).xy), outer = uintBitsToFloat(SFIELD_TEXEL(field + 4u + low).xy);\n",
+    "    vec2 inner = uintBitsToFloat(SFIELD_TEXEL(field + 3u + low).xy);\n",
+    "    vec2 outer = uintBitsToFloat(SFIELD_TEXEL(field + 4u + low).xy);\n",
     "    float last = uintBitsToFloat(SFIELD_TEXEL(field + 2u + head.z).x), q = max(d2, 1e-12);\n",
     "    float w = clamp((sfield_measure(q, head.x) - outer.y) / (inner.y - outer.y), 0.0, 1.0);\n",
     "    sfield_place place;\n",
@@ -6326,7 +6364,8 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "}\n",
     "\n",
     "// v += weight x the four samples from `first` on, which belong to `group`.\n",
-    "void sfield_mix(uint field, uint first, uint group, uint channel, vec4 corner, float weight, inout float v[SFIELD_COEFS])\n",
+    "void sfield_mix(uint field, uint first, uint group, uint channel, vec4 corner, float weight,\n",
+    "                inout float v[SFIELD_COEFS])\n",
     "{\n",
     "    uvec4 parts = SFIELD_TEXEL(field + 1u);             // channels, scales, samples\n",
     "    uint side = SFIELD_TEXEL(field).w, cells = uint(SFIELD_CELLS), step = parts.x * cells;\n",
@@ -6346,8 +6385,8 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "    }\n",
     "}\n",
     "\n",
-    "// One channel of a field, times weight: what is hidden, or radiance at a time in seconds. Here as below, loops over large\n",
-    "// bodies end at numbers that compilers do not know, which would unroll them and take seconds.\n",
+    "// One channel of a field, times weight: what is hidden, or radiance at a time in seconds. Here as below, loops over\n",
+    "// large bodies end at numbers that compilers do not know, which would unroll them and take seconds.\n",
     "void sfield_fetch(uint field, sfield_place at, uint channel, float time, float weight, out float v[SFIELD_COEFS])\n",
     "{\n",
     "    uvec4 head = SFIELD_TEXEL(field);\n",
@@ -6374,7 +6413,7 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "\n",
     "// ---- algebra ----\n",
     "\n",
-    "// A function of direction turned by a rotation of the table, or back. Rows of 4 ceil((2l+1)/4) numbers a band, from 1 on.\n",
+    "// A function of direction turned by a rotation of the table, or back. Rows of 4 ceil((2l+1)/4) numbers, from band 1.\n",
     "void sfield_rotate(uint rotation, bool back, inout float v[SFIELD_COEFS])\n",
     "{\n",
     "    uint row = rotation;\n",
@@ -6396,7 +6435,8 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "}\n",
     "\n",
     "// r = a b, projected: terms.y pairs of tripling coefficients from texel terms.x on, i | j << 8 | k << 16 and c each, in\n",
-    "// fours: software drivers end an invocation's loops after 65535 rounds in all. With SFIELD_UNROLLED the program has this function with its numbers in it (glbk_sfield_write_product).\n",
+    "// fours: software drivers end an invocation's loops after 65535 rounds in all. With SFIELD_UNROLLED the program has\n",
+    "// this function with its numbers in it (glbk_sfield_write_product).\n",
     "#ifndef SFIELD_UNROLLED\n",
     "void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], out float r[SFIELD_COEFS])\n",
     "{\n",
@@ -6669,8 +6709,8 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "// uses: sfield_access sfield_field\n",
     "\n",
     "// Entities of the table, SFIELD_ENTITY texels each: occluder's centre and the square of its reach (0 hides nothing),\n",
-    "// source's centre and radius (0 does not shine), three rows of the turn into field space (w: inscribed radius, radius of\n",
-    "// the occluder, time), (occluder, source, rotation, 0), tint. World units.\n",
+    "// source's centre and radius (0 does not shine), three rows of the turn into field space (w: inscribed radius, radius\n",
+    "// of the occluder, time), (occluder, source, rotation, 0), tint. World units.\n",
     "#ifndef SFIELD_ENTITY\n",
     "#define SFIELD_ENTITY 7u\n",
     "#endif\n",
@@ -6681,8 +6721,8 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "\n",
     "uint sfield_at(uint entity) { return glbk_sfield_scene.table.x + entity * SFIELD_ENTITY; }\n",
     "\n",
-    "// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which rises with\n",
-    "// its number in the table and leads to its texels; NEAR and FAR bound its distances from the points, squared.\n",
+    "// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which rises\n",
+    "// with its number in the table and leads to its texels; NEAR and FAR bound its distances from the points, squared.\n",
     "#ifndef SFIELD_NAME\n",
     "#define SFIELD_COUNT glbk_sfield_scene.table.y\n",
     "#define SFIELD_NAME(i) i\n",
@@ -6701,8 +6741,8 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "}\n",
     "\n",
     "// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's name as id, an occluder SFIELD_HIDES more;\n",
-    "// of the same distance lights come first. An entity does not hide itself from its own light: it follows then; it neither\n",
-    "// hides nor lights its own points. SFIELD_NONE ends them. Entities before `first` have been gone through.\n",
+    "// of the same distance lights come first. An entity does not hide itself from its own light: it follows then; it\n",
+    "// neither hides nor lights its own points. SFIELD_NONE ends them. Entities before `first` have been gone through.\n",
     "void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, out float key[SFIELD_BATCH],\n",
     "                 out uint name[SFIELD_BATCH])\n",
     "{\n",
@@ -6756,8 +6796,8 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "    return sfield_turn(entity, position - sphere.xyz) / sphere.w;\n",
     "}\n",
     "\n",
-    "// Alpha of an occluder, in the world; false: nothing of it counts. It fades over the last quarter of its reach, and hides\n",
-    "// nothing below the horizon or behind an inscribed sphere.\n",
+    "// Alpha of an occluder, in the world; false: nothing of it counts. It fades over the last quarter of its reach, and\n",
+    "// hides nothing below the horizon or behind an inscribed sphere.\n",
     "bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_blockers met, out float o[SFIELD_COEFS])\n",
     "{\n",
     "    uvec4 what = SFIELD_RECORD(entity, 5u);\n",
@@ -6774,7 +6814,8 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "        met.count++;\n",
     "    }\n",
     "    for (int k = 0; k < SFIELD_COEFS; k++) o[k] = 0.0;\n",
-    "    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(entity, vec4(place.xyz, radius), position)), 0u, 0.0, factor, o);\n",
+    "    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(entity, vec4(place.xyz, radius), position)), 0u, 0.0,\n",
+    "                 factor, o);\n",
     "    if (what.z != SFIELD_NONE) sfield_rotate(what.z, false, o);\n",
     "    return true;\n",
     "}\n",
@@ -6826,8 +6867,8 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "}\n",
     "\n",
     "// own: the entity that the point lies on, which neither hides it (its start does) nor lights it, or SFIELD_NONE.\n",
-    "// t: own visibility x cosine, in the world (sfield_cosine, or what was recorded, turned); g: the same x Phong's lobe, used\n",
-    "// where SFIELD_GLOSS is 1.\n",
+    "// t: own visibility x cosine, in the world (sfield_cosine, or what was recorded, turned); g: the same x Phong's lobe,\n",
+    "// used where SFIELD_GLOSS is 1.\n",
     "sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])\n",
     "{\n",
     "    sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);\n",
@@ -8938,7 +8979,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/envsh_bindings.glsl", glbk__glsl_lib_envsh_bindings_glsl, 32, "", "",
       "" },
-    { "lib/envsh_cast.glsl", glbk__glsl_lib_envsh_cast_glsl, 49, "table envsh_bindings", "",
+    { "lib/envsh_cast.glsl", glbk__glsl_lib_envsh_cast_glsl, 50, "table envsh_bindings", "",
       "" },
     { "lib/envsh_chunk.glsl", glbk__glsl_lib_envsh_chunk_glsl, 12, "table envsh_bindings", "",
       "" },
@@ -8946,7 +8987,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/envsh_light.glsl", glbk__glsl_lib_envsh_light_glsl, 14, "envsh_access envsh_visible", "",
       "" },
-    { "lib/envsh_visible.glsl", glbk__glsl_lib_envsh_visible_glsl, 244, "", "",
+    { "lib/envsh_visible.glsl", glbk__glsl_lib_envsh_visible_glsl, 247, "", "",
       "" },
     { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 74, "table ism_map ism_bindings", "",
       "" },
@@ -8970,15 +9011,15 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/prelude.glsl", glbk__glsl_lib_prelude_glsl, 33, "", "",
       "" },
-    { "lib/rsm_access.glsl", glbk__glsl_lib_rsm_access_glsl, 23, "rsm_bindings rsm_map", "",
+    { "lib/rsm_access.glsl", glbk__glsl_lib_rsm_access_glsl, 25, "rsm_bindings rsm_map", "",
       "" },
     { "lib/rsm_bindings.glsl", glbk__glsl_lib_rsm_bindings_glsl, 67, "", "",
       "" },
     { "lib/rsm_chunk.glsl", glbk__glsl_lib_rsm_chunk_glsl, 6, "", "",
       "" },
-    { "lib/rsm_direct.glsl", glbk__glsl_lib_rsm_direct_glsl, 50, "rsm_access", "",
+    { "lib/rsm_direct.glsl", glbk__glsl_lib_rsm_direct_glsl, 51, "rsm_access", "",
       "" },
-    { "lib/rsm_gather.glsl", glbk__glsl_lib_rsm_gather_glsl, 236, "rsm_pick", "",
+    { "lib/rsm_gather.glsl", glbk__glsl_lib_rsm_gather_glsl, 238, "rsm_pick", "",
       "" },
     { "lib/rsm_grid.glsl", glbk__glsl_lib_rsm_grid_glsl, 59, "rsm_screen", "",
       "" },
@@ -8986,9 +9027,9 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/rsm_map.glsl", glbk__glsl_lib_rsm_map_glsl, 109, "", "",
       "" },
-    { "lib/rsm_pick.glsl", glbk__glsl_lib_rsm_pick_glsl, 57, "rsm_access", "",
+    { "lib/rsm_pick.glsl", glbk__glsl_lib_rsm_pick_glsl, 60, "rsm_access", "",
       "" },
-    { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 83, "rsm_gather", "",
+    { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 89, "rsm_gather", "",
       "" },
     { "lib/rsm_smooth.glsl", glbk__glsl_lib_rsm_smooth_glsl, 26, "rsm_screen", "",
       "" },
@@ -8996,13 +9037,13 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 40, "", "",
       "" },
-    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 220, "", "",
+    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 223, "", "",
       "" },
     { "lib/sfield_gbuffer.glsl", glbk__glsl_lib_sfield_gbuffer_glsl, 53, "sfield_shade", "",
       "" },
     { "lib/sfield_list.glsl", glbk__glsl_lib_sfield_list_glsl, 135, "sfield_access", "",
       "" },
-    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 205, "sfield_access sfield_field", "",
+    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 206, "sfield_access sfield_field", "",
       "" },
     { "lib/table.glsl", glbk__glsl_lib_table_glsl, 5, "", "",
       "" },
@@ -10285,7 +10326,8 @@ enum {
     GLBK__WORDS(GLBK__ENTRY)
 #undef GLBK__ENTRY
     GLBK__WORD_COUNT,
-    GLBK__W_STORAGE = GLBK__WORD_COUNT, GLBK__W_GROUPS, GLBK__W_ORIGIN, GLBK__W_CLIP_DEPTH, GLBK__W_POLYGON, GLBK__W_POLYGON_2
+    GLBK__W_STORAGE = GLBK__WORD_COUNT, GLBK__W_GROUPS, GLBK__W_ORIGIN, GLBK__W_CLIP_DEPTH, GLBK__W_POLYGON,
+    GLBK__W_POLYGON_2
 };
 
 static const uint32_t glbk__word_names[] = {
@@ -10632,8 +10674,8 @@ static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
     glbk__put(sink, &digit, 1);
 }
 
-/* What programs for these blocks alone can be compiled with, and a number for it: domain, order and frame, 0 where blocks
-   differ; instances and headers in the uniform block where they fit. */
+/* What programs for these blocks alone can be compiled with, and a number for it: domain, order and frame, 0 where
+   blocks differ; instances and headers in the uniform block where they fit. */
 static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, glbk_csm_maps *out)
 {
     static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };     /* of the header's texel 1 */
@@ -10802,8 +10844,8 @@ static glbk_result glbk__csm_ask_program(glbk_context *ctx, glbk_csm_asker *aske
     uint32_t question = asker->question - 1;
     defines[8] = (char)('0' + question / 3);
     defines[21] = (char)('0' + question % 3);
-    return glbk__csm_program(ctx, &asker->programs, question, asker->asked.name ? "csm_query.comp" : "csm_query.frag", NULL,
-                             defines, maps, out);
+    return glbk__csm_program(ctx, &asker->programs, question, asker->asked.name ? "csm_query.comp" : "csm_query.frag",
+                             NULL, defines, maps, out);
 }
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out)
@@ -11242,8 +11284,8 @@ static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer 
     defines[33] = (char)('0' + filter);
     defines[47] = (char)('0' + r->lobes);
     if (!r->patterns) defines[48] = 0;
-    return glbk__csm_program(ctx, &r->shade, shape * 16 + ask * 4 + filter, r->compute ? "csm_shade.comp" : "csm_shade.frag",
-                             r->fragment, defines, use->maps, out);
+    return glbk__csm_program(ctx, &r->shade, shape * 16 + ask * 4 + filter,
+                             r->compute ? "csm_shade.comp" : "csm_shade.frag", r->fragment, defines, use->maps, out);
 }
 
 static glbk_result glbk__csm_create_gbuffer(glbk_context *ctx, glbk_csm_renderer *r)
@@ -14634,8 +14676,8 @@ static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const glbk_rsm_grid *d)
     return glbk__rsm_do_lists(g, GLBK__RSM_DO_BEGIN, 0, NULL, (nodes[0] + 7) / 8, (nodes[1] + 7) / 8);
 }
 
-/* glbk__rsm_grids by compute. List 2 level holds the nodes to evaluate, 2 level + 1 the pixels that stay open. All grids
-   are in one, the finest; the picture gets what is evaluated and what is interpolated at once. */
+/* glbk__rsm_grids by compute. List 2 level holds the nodes to evaluate, 2 level + 1 the pixels that stay open. All
+   grids are in one, the finest; the picture gets what is evaluated and what is interpolated at once. */
 static glbk_result glbk__rsm_do_grids(glbk__rsm_run *g, const glbk_rsm_grid *d)
 {
     glbk_rsm_renderer *r = g->r;
@@ -14966,7 +15008,10 @@ static uint32_t glbk__ism_levels(const glbk_ism_maps *m)
 
 /* Texels of the table of VPLs before the near points' spheres, and of these. */
 static uint32_t glbk__ism_vpl_texels(const glbk_ism_maps *m) { return 4 * m->desc.vpl_count; }
-static uint32_t glbk__ism_spheres(const glbk_ism_maps *m) { return (m->desc.vpl_count * m->desc.near_points + 63) / 64; }
+static uint32_t glbk__ism_spheres(const glbk_ism_maps *m)
+{
+    return (m->desc.vpl_count * m->desc.near_points + 63) / 64;
+}
 
 static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps *m)
 {
@@ -15509,8 +15554,8 @@ GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_rendere
     return result;
 }
 
-/* All pixels by one program, which reads the G-buffer, the maps and, for the blur, the light: by 16 x 16 of each class of
- * pixels, `side` apart, in groups of the compute path. */
+/* All pixels by one program, which reads the G-buffer, the maps and, for the blur, the light: by 16 x 16 of each
+ * class of pixels, `side` apart, in groups of the compute path. */
 static glbk_result glbk__ism_shade_pass(glbk_context *ctx, const glbk_ism_renderer *r, const glbk_ism_maps *m,
                                         glbk_program *program, int blur, uint32_t side)
 {
@@ -15530,7 +15575,8 @@ static glbk_result glbk__ism_shade_pass(glbk_context *ctx, const glbk_ism_render
         return GLBK_OK;
     }
     glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_light_out, blur ? &r->result : &r->light);
-    return glbk_dispatch(ctx, program, (r->width + square - 1) / square, (r->height + square - 1) / square, side * side);
+    return glbk_dispatch(ctx, program, (r->width + square - 1) / square, (r->height + square - 1) / square,
+                         side * side);
 }
 
 GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, const glbk_ism_maps *m,

@@ -1,4 +1,4 @@
-/* ism.h - v0.9.0 - imperfect, view-adaptive shadow maps: bounced light with shadows, nothing precomputed - MIT-0 OR Unlicense
+/* ism.h - v0.9.0 - imperfect, view-adaptive shadow maps: bounced light with its shadows - MIT-0 OR Unlicense
 
    What it does
 
@@ -102,8 +102,8 @@
    All memory comes from the allocator in the desc, called from the thread that called us. It grows to the largest frame
    and is kept, in bytes, with less than 8 KB besides:
 
-     12 N points + 4 A + 4 A (if keep_hits) + 2444 tile_size^2 + 16 triangles + 812 clusters of triangles, of which there
-     are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 236 N + 112.25 N near_points,
+     12 N points + 4 A + 4 A (if keep_hits) + 2444 tile_size^2 + 16 triangles + 812 clusters of triangles, of which
+     there are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 236 N + 112.25 N near_points,
      A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 12 MB
 
    While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 104 N more.
@@ -173,7 +173,7 @@ typedef int (*ism_progress)(void *user, float fraction);
 
 /* ---- what comes in: occluders, lit points, receivers ---- */
 
-typedef struct ism_mesh {           /* every triangle that throws indirect shadows, in world space, as it is this frame */
+typedef struct ism_mesh {           /* every triangle that throws indirect shadows, in world space, as of this frame */
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
     size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
@@ -200,7 +200,7 @@ typedef struct ism_source {         /* pVPLs; several sources may be given: face
     const float *areas;             /* m^2 of surface behind each texel, for ISM_NEAR_PATCH; NULL: from VPLs' spacing */
     size_t       stride;            /* bytes between positions, between normals, between fluxes; 0 = 12 */
     int          scattered;         /* 1: grid neighbours are no neighbours in space; neither blurred nor mixed */
-    size_t       area_stride;       /* bytes between areas, a multiple of 4; 0 = 4. Texels of rsm.h come as they are so */
+    size_t       area_stride;       /* bytes between areas, a multiple of 4; 0 = 4. Takes texels of rsm.h as they are */
 } ism_source;
 
 typedef struct ism_view {           /* what is shaded: pixels of a picture, row 0 first, or any list with height 1 */
@@ -259,7 +259,7 @@ typedef struct ism_desc {
     ism_spread     spread;
     ism_projection projection;
     uint32_t       view_grid;       /* view samples of a pVPL: its square, 1..16; 0 = 4 */
-    uint32_t       brsm_blur;       /* radius in texels, <= 16; 0 = 5 % of the BRSM, at most 6 texels. See no_brsm_blur */
+    uint32_t       brsm_blur;       /* radius in texels, <= 16; 0 = 5 % of the BRSM, at most 6. See no_brsm_blur */
     uint32_t       lazy;            /* frames until all points are renewed, 1..64; 0 = 8 */
     float          flux_share;      /* of the choice made by flux alone, above 0, <= 1; 0 = 0.1: no pVPL is forgotten */
     float          area_share;      /* of the points spread evenly, above 0, <= 1; 0 = 0.2: no triangle is forgotten */
@@ -387,24 +387,24 @@ ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
             ISM_ERR_CANCELLED */
 
 ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t count);
-/* Your own list in place of ism_choose, without near points; count <= N. position, normal, flux and axis must be finite,
-   normal and axis unit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_LIMIT. */
+/* Your own list in place of ism_choose, without near points; count <= N. position, normal, flux and axis must be
+   finite, normal and axis unit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_LIMIT. */
 
 ISM_DEF const ism_vpl *ism_vpls(const ism_maps *maps, size_t *count);
 /* Valid until the next stage. */
 
 ISM_DEF const ism_near_point *ism_near_points(const ism_maps *maps, size_t *count);
 /* A second, finer choice by the same importances, near_points times as many: of surfaces without lobes alone, 64
-   neighbours in space together. None where VPLs on such surfaces are fewer than 9, or set by ism_set_vpls. A receiver at
-   distance d takes VPLs by 1 - h and near points by h = 2 - 2 d^2 / reach^2, limited to 0..1: where VPLs are few and
+   neighbours in space together. None where VPLs on such surfaces are fewer than 9, or set by ism_set_vpls. A receiver
+   at distance d takes VPLs by 1 - h and near points by h = 2 - 2 d^2 / reach^2, limited to 0..1: where VPLs are few and
    near the sum is that of many. Valid until the next ism_choose or ism_set_vpls. */
 
 ISM_DEF const float *ism_importances(const ism_maps *maps, size_t source, size_t *count);
 /* The BRSM of a source, as ism_choose left it; NULL beyond the last source. */
 
 ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
-/* Renews points and draws the atlas for the VPLs there are. Points are kept as barycentric coordinates: where the number
-   of triangles stays, the others follow the mesh; where it changes, all are made anew.
+/* Renews points and draws the atlas for the VPLs there are. Points are kept as barycentric coordinates: where the
+   number of triangles stays, the others follow the mesh; where it changes, all are made anew.
    Errors   ISM_ERR_ARGUMENT, ISM_ERR_INPUT (stride, an index beyond vertex_count), ISM_ERR_LIMIT, ISM_ERR_ALLOC,
             ISM_ERR_CANCELLED
    Cost     O(triangles + points of all VPLs x texels of their discs) */
@@ -423,7 +423,8 @@ ISM_DEF ism_result ism_points(const ism_maps *maps, uint32_t vpl, ism_point *out
 /* The points of one VPL's tile: *count of them, at most capacity are written (out may be NULL with capacity 0).
    Errors: ISM_ERR_ARGUMENT, ISM_ERR_ORDER. */
 
-ISM_DEF ism_result ism_phase_points(const ism_maps *maps, uint32_t phase, ism_point *out, size_t capacity, size_t *count);
+ISM_DEF ism_result ism_phase_points(const ism_maps *maps, uint32_t phase, ism_point *out, size_t capacity,
+                                    size_t *count);
 /* Of every VPL in turn the points phase, phase + lazy, phase + 2 lazy ..., as many of each as points / lazy rounded up;
    those that a VPL does not have get area 0. A frame renews phase index % lazy alone, or all (stats.renewed).
    phase    below desc.lazy
@@ -451,9 +452,9 @@ ISM_DEF ism_result ism_shade(const ism_maps *maps, const ism_view *view, const i
 
 ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32_t side, float *positions,
                               float *normals, float *fluxes);
-/* The next bounce's source, from imperfect reflective shadow maps: side x side texels of every tile (side a power of two
-   up to tile_size), N * side * side pVPLs of 3 floats each, scattered; those that hit nothing have flux 0. Give them to
-   another ism_maps as a source. desc.keep_hits must be 1 and mesh the one of the last ism_build.
+/* The next bounce's source, from imperfect reflective shadow maps: side x side texels of every tile (side a power of
+   two up to tile_size), N * side * side pVPLs of 3 floats each, scattered; those that hit nothing have flux 0. Give
+   them to another ism_maps as a source. desc.keep_hits must be 1 and mesh the one of the last ism_build.
    Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER, ISM_ERR_INPUT */
 
 ISM_DEF void ism_get_stats(const ism_maps *maps, ism_stats *out);
@@ -462,7 +463,7 @@ ISM_DEF void ism_get_stats(const ism_maps *maps, ism_stats *out);
 
 ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radiances, uint32_t count, uint32_t seed,
                                       const ism_allocator *allocator, float *positions, float *normals, float *fluxes);
-/* count points on emissive triangles, in proportion to their power, with equal shares of it: flux = pi x radiance x area.
+/* count points on emissive triangles, in proportion to their power, with equal shares: flux = pi x radiance x area.
    radiances  r, g, b of each triangle, W/(sr m^2); it emits from the side that its corners turn round counter-clockwise
    outputs    count * 3 floats each; make it a scattered surface source
    Errors     ISM_ERR_ARGUMENT, ISM_ERR_INPUT (as ism_build; no triangle emits), ISM_ERR_ALLOC */
@@ -493,8 +494,8 @@ ISM_DEF float ism_solid_angle(const float a[3], const float b[3], const float c[
 /* Of a triangle seen from the origin, in sr, exact (Van Oosterom and Strackee 1983); 0 where degenerate. */
 
 ISM_DEF float ism_form_factor(const float normal[3], const float corners[12]);
-/* From a point at the origin to a flat quadrilateral, clipped at its horizon (Lambert); corners counter-clockwise as seen
-   from the point, else the result is 0. */
+/* From a point at the origin to a flat quadrilateral, clipped at its horizon (Lambert); corners counter-clockwise as
+   seen from the point, else the result is 0. */
 
 ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
 /* 1: draw. Of each 2 x 2 pixels opacity 0, .25, .5, .75, 1 draws exactly 0 to 4 (paper 6.4). */
@@ -576,8 +577,8 @@ static inline int ism__allocator_valid(void *(*alloc_fn)(size_t, void *), void (
     return (alloc_fn == NULL) == (free_fn == NULL);
 }
 
-static inline ism__allocator ism__allocator_make(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *),
-                                           void *user)
+static inline ism__allocator ism__allocator_make(void *(*alloc_fn)(size_t, void *),
+                                           void (*free_fn)(void *, void *), void *user)
 {
     ism__allocator a;
     a.alloc_fn = alloc_fn && free_fn ? alloc_fn : ism__default_alloc;
@@ -1106,10 +1107,10 @@ static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u
 /* Square of radius / distance that a disc may have, counted in wide_splats where it had more. */
 #define ISM__WIDEST 1.0f
 #define ISM__WIDEST_BACK 0.04f
-#define ISM__EITHER 0.05             /* of the points by what the view sees alone, and by what the VPL sees, to the mean's 1 */
+#define ISM__EITHER 0.05             /* of points by what only the view sees, by what the VPL sees, to the mean's 1 */
 #define ISM__CUT_SCALE 6.0f         /* area of discs that their triangle cuts off, over that of the others */
 #define ISM__EDGE 1e-4f              /* of barycentric coordinates: so far discs reach over an edge, that none leaks */
-#define ISM__GRAZING 1e-4f           /* cosine, by the receiver's plane, below which a VPL counts as behind it: rounding */
+#define ISM__GRAZING 1e-4f           /* cosine to a receiver's plane below which a VPL is behind it: rounding */
 #define ISM__HOLE 2                  /* texels about one that may close it */
 #define ISM__LANES 64u              /* tiles drawn at once at most; each lane has scratch memory of its own */
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
@@ -1502,8 +1503,10 @@ static void ism__sight_task(void *context, size_t index)
 {
     ism__window_work *w = (ism__window_work *)context;
     const ism_view *view = w->view;
-    uint32_t row = (uint32_t)index / w->columns, column = (uint32_t)index % w->columns, *best = w->seen + 8u * index, k, j;
-    size_t x, y, x1 = (size_t)view->width * (column + 1u) / w->columns, y1 = (size_t)view->height * (row + 1u) / w->rows;
+    uint32_t row = (uint32_t)index / w->columns, column = (uint32_t)index % w->columns, *best = w->seen + 8u * index;
+    uint32_t k, j;
+    size_t x, y, x1 = (size_t)view->width * (column + 1u) / w->columns,
+                 y1 = (size_t)view->height * (row + 1u) / w->rows;
     float most[8];
     memset(best, 255, 8u * sizeof *best);
     for (y = (size_t)view->height * row / w->rows; y < y1; y++)
@@ -1868,8 +1871,8 @@ static ism_result ism__weigh_source(ism__choice *c, const ism_source *s, double 
 }
 
 /* Importance into c->out: flux x (effect + a share of flux alone, so that no weight is 0). The share is of all sources
-   together: of each by itself it would leave nothing to those that one with a few great effects stands beside. Fluxes of
-   directions are irradiances and have a share of their own. */
+   together: of each by itself it would leave nothing to those that one with a few great effects stands beside. Fluxes
+   of directions are irradiances and have a share of their own. */
 static void ism__add_shares(ism__choice *c, const ism__source_of *of)
 {
     const ism_frame *f = c->frame;
@@ -1997,8 +2000,8 @@ static void ism__flag_jumps(ism_maps *m)
     }
 }
 
-/* The square that a VPL becomes near by: its area, but no farther than its neighbours are. VPLs at one place, of a texel
-   chosen twice, share a square of their areas' sum: two of one's area would be twice as bright as the surface. */
+/* The square that a VPL becomes near by: its area, but no farther than its neighbours are. VPLs at one place, of a
+   texel chosen twice, share a square of their areas' sum: two of one's area would be twice as bright as the surface. */
 static void ism__side_task(void *context, size_t index)
 {
     ism_maps *m = (ism_maps *)context;
@@ -2037,8 +2040,8 @@ static ism_result ism__finish_vpls(ism_maps *m)
     return ISM_OK;
 }
 
-/* Sample i of count at ((i + 0.5) / count, golden ratio sequence): the first number picks source and row, the second the
-   column. 0 where there is none. */
+/* Sample i of count at ((i + 0.5) / count, golden ratio sequence): the first number picks source and row, the second
+   the column. 0 where there is none. */
 static int ism__draw(const ism_maps *m, const ism_frame *f, double total, uint32_t i, uint32_t count, uint32_t stream,
                      ism_vpl *v)
 {
@@ -2081,7 +2084,7 @@ typedef struct ism__near_work {
     ism_maps        *m;
     const ism_frame *frame;
     double           total;
-    const uint64_t  *sorted;        /* low halves: VPLs of surfaces without lobes, along the longest side of their box */
+    const uint64_t  *sorted;        /* low halves: VPLs of surfaces without lobes, along their box's longest side */
     uint32_t         sorted_count, drawn, axis;
     ism_near_point  *out;           /* in the order of the draw; vpl < 0: none */
 } ism__near_work;
@@ -2337,7 +2340,8 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
     for (s = 0; s < f->source_count; s++) {
         const ism_source *src = &f->sources[s];
         ism__cdf2 cdf;
-        ism__cdf2_build(&cdf, (double *)m->cdf.data + of[s].cdf_first, c.out + of[s].first, NULL, src->width, src->height);
+        ism__cdf2_build(&cdf, (double *)m->cdf.data + of[s].cdf_first, c.out + of[s].first, NULL, src->width,
+                        src->height);
         of[s].total = ism__cdf2_total(&cdf);
         total += of[s].total;
     }

@@ -2,16 +2,16 @@
 
    What it does
 
-   A shadow map that stores position, normal and reflected flux knows every surface that one bounce of its light can come
-   from. After Dachsbacher and Stamminger, "Reflective Shadow Maps", I3D 2005: this header fills such maps from your
-   renderer's buffers or from triangles, picks pixel lights from them, and gathers their light at points, per pixel with
-   interpolation or a filter, or per vertex. Flux, weights and units are exact where the paper was not; docs/rsm.md says
-   where.
+   A shadow map that stores position, normal and reflected flux knows every surface that one bounce of its light can
+   come from. After Dachsbacher and Stamminger, "Reflective Shadow Maps", I3D 2005: this header fills such maps from
+   your renderer's buffers or from triangles, picks pixel lights from them, and gathers their light at points, per pixel
+   with interpolation or a filter, or per vertex. Flux, weights and units are exact where the paper was not; docs/rsm.md
+   says where.
 
    What it does not do
 
-   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. An occlusion factor
-     for each point (ambient occlusion) is taken as input; ism.h has real shadows.
+   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. An occlusion
+     factor for each point (ambient occlusion) is taken as input; ism.h has real shadows.
    - One bounce only. No rendering of pictures, no threads of its own, no file access.
 
    Quick start
@@ -96,9 +96,9 @@
 
    All memory comes from the allocator in the desc, called from the thread that called us. Every function that can fail
    returns an rsm_result; where it is not RSM_OK, outputs are untouched (where a contract does not say otherwise) and
-   nothing leaks. No globals: finished maps may be used from any number of threads; a map being filled and a filter belong
-   to one at a time. Same input, same bytes, on every compiler, processor, byte order and thread count (not with x87
-   arithmetic, nor with clang's -ffast-math).
+   nothing leaks. No globals: finished maps may be used from any number of threads; a map being filled and a filter
+   belong to one at a time. Same input, same bytes, on every compiler, processor, byte order and thread count (not with
+   x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/rsm.md and build/bench rsm_gather.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef RSM_H
@@ -175,7 +175,7 @@ typedef enum rsm_light_kind {
     RSM_LIGHT_SPOT,                 /* uniform intensity in a hard circular cone; above 2 rad the map is a cube */
     RSM_LIGHT_SQUARE_SPOT,          /* uniform intensity in a square pyramid: the whole map; below 2 rad */
     RSM_LIGHT_POINT,                /* uniform intensity all round: cube */
-    RSM_LIGHT_PATCH,                /* small piece of a diffuse emitter, I cos: half a cube. Several make an area light */
+    RSM_LIGHT_PATCH,                /* piece of a diffuse emitter, I cos: half a cube. Several make an area light */
     RSM_LIGHT_KIND_COUNT
 } rsm_light_kind;
 
@@ -205,7 +205,7 @@ typedef struct rsm_texel {          /* and a pixel light: 48 bytes */
 typedef struct rsm_desc {
     rsm_light  light;
     uint32_t   size;                /* texels a side of a face, 4..4096; 0 = 512, cubes 256 */
-    int        clip_zero_to_one;    /* clip depth of rsm_map_matrix and of fill: 0 = -1..1 (GL), 1 = 0..1 (D3D, Vulkan) */
+    int        clip_zero_to_one;    /* depth of rsm_map_matrix and of fill: 0 = -1..1 (GL), 1 = 0..1 (D3D, Vulkan) */
     int        clip_y_down;         /* 1: clip y points down, and row 0 of your buffers is the top (Vulkan, D3D) */
     rsm_system system;
 } rsm_desc;                         /* zero it, then set what you care about */
@@ -240,8 +240,8 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
 /* Where the light sees a point: uv in 0..1 where it lies inside the face; depth as in rsm_texel. depth <= 0 and a
    perspective map: behind it, uv is the middle. */
 
-typedef struct rsm_buffers {        /* one face as your renderer drew it; size rows of size pixels, tightly packed rows */
-    const float   *positions;       size_t position_stride;  /* world; strides are bytes a pixel, multiples of 4, 0 = 12 */
+typedef struct rsm_buffers {        /* one face as your renderer drew it: size rows of size pixels, nothing between */
+    const float   *positions;       size_t position_stride;  /* world; strides: bytes a pixel, multiples of 4, 0 = 12 */
     const float   *depth;           size_t depth_stride;     /* of a depth buffer, 0..1; 0 = 4. Used where positions is
                                                                 NULL; else, where not NULL, only 1 marks background */
     const float   *normals;         size_t normal_stride;    /* world; made unit. 0 0 0 marks background */
@@ -266,7 +266,7 @@ typedef struct rsm_mesh {
     int             has_holes;      /* 1: surface_fn is asked for every pixel drawn, else for the visible ones */
     int           (*surface_fn)(void *user, const struct rsm_mesh *mesh, uint32_t triangle, const float weights[3],
                                 float albedo[3]);
-    /* Linear albedo of a point of a triangle by the weights of its corners; returns 0 for a hole. Called on any thread. */
+    /* Linear albedo at a point of a triangle, by weights of its corners; returns 0 for a hole. Called on any thread. */
     void           *user;
     uint32_t        taps;           /* surface_fn is averaged over taps x taps points of a texel: textures finer than
                                        texels neither flicker nor lose energy. 1..16, 0 = 1 */
@@ -326,8 +326,8 @@ typedef enum rsm_pattern {
     RSM_PATTERN_LOG_RADIAL,         /* density 1/r^2 from r_min out, a uniform disc inside it */
     RSM_PATTERN_POISSON,            /* uniform disc with a least distance; 4096 samples at most */
     RSM_PATTERN_LOW_DISCREPANCY,    /* uniform disc, a (0, 2)-sequence */
-    RSM_PATTERN_MIXED,              /* two fifths FLUX, three LOG_RADIAL with r_min 1/192, by multiple importance sampling:
-                                       least error in corners, slower. r_max and r_min are not used */
+    RSM_PATTERN_MIXED,              /* two fifths FLUX, three LOG_RADIAL with r_min 1/192, by multiple importance
+                                       sampling: least error in corners, slower. r_max and r_min are not used */
     RSM_PATTERN_COUNT
 } rsm_pattern;
 
@@ -349,8 +349,8 @@ typedef struct rsm_gather_desc {
     float       near_limit;         /* bound on a light's irradiance, in its own radiosity (1 is what an infinite wall
                                        gives); 0 = none. Uses texel areas x weights */
     uint32_t    seed;               /* another seed, another choice of samples */
-    const float *noise;             /* noise_side^2 floats in 0..1, tiled over the picture: turns the pattern of each pixel
-                                       (not FLUX). rsm_blue_noise makes one */
+    const float *noise;             /* noise_side^2 floats in 0..1, tiled over the picture: turns the pattern of each
+                                       pixel (not FLUX). rsm_blue_noise makes one */
     uint32_t    noise_side;
     uint32_t    interleave;         /* k: pixel (x, y) takes set x % k + k (y % k) of k k sets that share the samples;
                                        1, 2, 4, 8; 0 = 1. rsm_filter_apply with log2 k passes puts them together */
@@ -358,11 +358,11 @@ typedef struct rsm_gather_desc {
     uint32_t    material_count;
     int         add;                /* 1: results are added to what is there: several lists, light maps */
     rsm_system  system;
-    float       near_field;         /* texels nearer than this times their side, the root of their area, are no points but
-                                       the parallelograms of surface that they are, by their form factors: 3 does. 0 = none,
-                                       32 at most. Of every texel (samples 0) and of patterns about the receiver; not of
-                                       lights by flux, nor of lists. Moved by offset, bounded by near_limit and clamp as
-                                       points are; lobes as at their centre */
+    float       near_field;         /* texels nearer than this times their side, the root of their area, are no points
+                                       but the parallelograms of surface that they are, by their form factors: 3 does. 0
+                                       = none, 32 at most. Of every texel (samples 0) and of patterns about the
+                                       receiver; not of lights by flux, nor of lists. Moved by offset, bounded by
+                                       near_limit and clamp as points are; lobes as at their centre */
 } rsm_gather_desc;
 
 typedef struct rsm_gather_stats {
@@ -387,7 +387,7 @@ RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const 
 
 RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count, uint32_t samples, uint32_t seed,
                                     rsm_texel *lights, size_t capacity, size_t *count);
-/* Lights that stand for whole maps: samples of each map in proportion to flux, flux and area scaled; 0 = every lit texel.
+/* Lights that stand for whole maps: samples of each in proportion to flux, flux and area scaled; 0 = every lit texel.
    count     written on RSM_OK and RSM_ERR_MEMORY: lights needed; lights may be NULL with capacity 0 to ask */
 
 RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint32_t cluster_count,
@@ -410,16 +410,16 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
 
 typedef struct rsm_interpolation {
     uint32_t step;                  /* pixels between samples of the coarse grid, a power of two, 2..64; 0 = 8 */
-    uint32_t levels;                /* grids tried, each of half the step, before pixels are evaluated one by one; 0 = all;
-                                       1 = the paper */
+    uint32_t levels;                /* grids tried, each of half the step, before pixels are evaluated one by one; 0 =
+                                       all; 1 = the paper */
     float    normal_cosine;         /* of a sample's normal against the pixel's at least this; 0 = 0.95 */
     float    plane_slope;           /* a sample lies off the pixel's plane at most this times its distance; 0 = 0.05 */
     float    distance;              /* world units, at most this far; 0 = no limit */
     float    contrast;              /* largest difference of the samples / their mean; above it the grid is refined. 0 =
                                        0.25; negative = not asked, as in the paper */
     uint8_t *mask;                  /* NULL, or one byte a pixel: 0 none, 1 interpolated, 2 evaluated */
-    float    reach;                 /* a sample is good up to this times its distance from the nearest pixel light, so that
-                                       no bright spot is missed between samples. 0 = 0.25; negative = not asked */
+    float    reach;                 /* a sample is good up to this times its distance from the nearest pixel light, so
+                                       that no bright spot is missed between samples. 0 = 0.25; negative = not asked */
 } rsm_interpolation;
 
 RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count, const rsm_gather_desc *desc,
@@ -438,7 +438,7 @@ RSM_DEF void       rsm_filter_reset(rsm_filter *filter);     /* forgets the fram
 typedef struct rsm_filter_desc {
     const float *view_projection;   /* world to clip of this frame, for the next one; NULL: neither is reprojected, the
                                        frame starts anew */
-    const float *motion;            /* NULL, or for each pixel where its surface was: x, y in pixels of the last frame */
+    const float *motion;            /* NULL, or where each pixel's surface was: x, y in pixels of the last frame */
     int      bottom_first;          /* not 0: row 0 is the bottom of the picture, else its top */
     uint32_t history;               /* frames that count at most: a static light reaches 1 / history of the noise's
                                        variance, a moving one lags by as many. 0 = 8; 1 = none */
@@ -450,9 +450,9 @@ typedef struct rsm_filter_desc {
 RSM_DEF rsm_result rsm_filter_apply(rsm_filter *filter, const rsm_filter_desc *desc, const rsm_points *points,
                                     const float *irradiance, float *out);
 /* Temporal accumulation with reprojection, then passes of the kernel 1 2 1 by 1 2 1 that stop at edges of normals and
-   planes. Two passes average 4 x 4 interleaved sets with equal weights, three 8 x 8. A pixel with few neighbours like it,
-   which nothing averages, is made no brighter than its brightest neighbour: single spots go, with them some light of fine
-   geometry (docs/rsm.md, section 5).
+   planes. Two passes average 4 x 4 interleaved sets with equal weights, three 8 x 8. A pixel with few neighbours like
+   it, which nothing averages, is made no brighter than its brightest neighbour: single spots go, with them some light
+   of fine geometry (docs/rsm.md, section 5).
    points    the picture: width x height receivers, no indices
    out       3 floats a pixel; may be irradiance */
 
@@ -537,8 +537,8 @@ static inline int rsm__allocator_valid(void *(*alloc_fn)(size_t, void *), void (
     return (alloc_fn == NULL) == (free_fn == NULL);
 }
 
-static inline rsm__allocator rsm__allocator_make(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *),
-                                           void *user)
+static inline rsm__allocator rsm__allocator_make(void *(*alloc_fn)(size_t, void *),
+                                           void (*free_fn)(void *, void *), void *user)
 {
     rsm__allocator a;
     a.alloc_fn = alloc_fn && free_fn ? alloc_fn : rsm__default_alloc;
@@ -964,8 +964,8 @@ static inline void rsm__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
 /* unit cpu: run-time detection of x86 vector units */
 
 /* RSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
-   RSM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs
-   none. */
+   RSM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
+   needs none. */
 #if !defined(RSM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define RSM__X86 1
 #define RSM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
@@ -2113,7 +2113,7 @@ static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, 
 
 /* ---- >>gather ---- */
 
-typedef struct rsm__reach {        /* where receivers are near some of a few lights: within the root of most2 of the box */
+typedef struct rsm__reach {        /* where receivers are near some of a few lights: within sqrt(most2) of the box */
     float low[3], high[3], most2;
 } rsm__reach;
 
@@ -2184,9 +2184,9 @@ static inline float rsm__edge(rsm__v3 n, rsm__v3 a, rsm__v3 b)
     return length > 0.0f ? rsm__atan2(length, rsm__v3_dot(a, b)) * (rsm__v3_dot(n, c) / length) : 0.0f;
 }
 
-/* Integral of cos cos / d^2 over the parallelogram c +- u +- v, seen from the origin and clipped at the horizon of n: pi
-   times the form factor, half of Lambert's sum over the edges (Baum, Rushmeier and Winget 1989). Convex, so the horizon
-   cuts it once at most: where it leaves and where it comes back are joined. */
+/* Integral of cos cos / d^2 over the parallelogram c +- u +- v, seen from the origin and clipped at the horizon of n:
+   pi times the form factor, half of Lambert's sum over the edges (Baum, Rushmeier and Winget 1989). Convex, so the
+   horizon cuts it once at most: where it leaves and where it comes back are joined. */
 static inline float rsm__form_of(rsm__v3 n, rsm__v3 c, rsm__v3 u, rsm__v3 v)
 {
     rsm__v3 corner[4], leave = c, come = c;
@@ -2210,10 +2210,10 @@ static inline float rsm__form_of(rsm__v3 n, rsm__v3 c, rsm__v3 u, rsm__v3 v)
     return 0.5f * fabsf(sum + rsm__edge(n, leave, come));
 }
 
-/* The mean of cos cos / d^2 over the texel in lane i; as of points, a plane does not light itself. A receiver that faces
-   the texel (fully from 120 degrees between their normals) nearer than half its side to its plane gets no more than from a
-   point, by degrees: so lies the back of a bent sheet that is lit from its other side, through which the parallelogram
-   reaches, and depths cannot tell the two apart. */
+/* The mean of cos cos / d^2 over the texel in lane i; as of points, a plane does not light itself. A receiver that
+   faces the texel (fully from 120 degrees between their normals) nearer than half its side to its plane gets no more
+   than from a point, by degrees: so lies the back of a bent sheet that is lit from its other side, through which the
+   parallelogram reaches, and depths cannot tell the two apart. */
 static inline float rsm__near_form(const rsm_map *map, const rsm__block *k, size_t i, const float x[7])
 {
     rsm__v3 p = rsm__v3_make(k->px[i], k->py[i], k->pz[i]), n = rsm__v3_make(k->nx[i], k->ny[i], k->nz[i]), side[2];
@@ -2306,8 +2306,8 @@ static inline rsm_result rsm__find_reaches(const rsm__gather *g, rsm__source *s,
 }
 
 /* One run of a set's lights, lanes first .. of it, some of which may be near. */
-static inline void rsm__gather_near(const rsm__gather *g, const rsm__source *s, uint32_t set, size_t first, size_t lanes,
-                                    const float x[7], rsm__sum *sum)
+static inline void rsm__gather_near(const rsm__gather *g, const rsm__source *s, uint32_t set, size_t first,
+                                    size_t lanes, const float x[7], rsm__sum *sum)
 {
     size_t i, at = set * s->set_blocks + first / RSM__BLOCK;
     for (i = 0; i < lanes; i += RSM__BLOCK, at++) {
@@ -2453,8 +2453,8 @@ static inline rsm__v3 rsm__centre_of(const rsm_map *map, rsm__v3 p, int inside, 
     return centre;
 }
 
-/* Texel number i of a map in tiles of 32 x 32 texels, a run each, of tiles of 8 x 8, a block each, so that near_field looks
-   at few of them. (size_t)-1: in a tile, but outside the map. */
+/* Texel number i of a map in tiles of 32 x 32 texels, a run each, of tiles of 8 x 8, a block each, so that near_field
+   looks at few of them. (size_t)-1: in a tile, but outside the map. */
 static inline size_t rsm__tiled_texel(const rsm_map *map, size_t i)
 {
     size_t tiles = (map->size + 31u) / 32u, tile = i / 1024u, face = tile / (tiles * tiles);
@@ -2541,8 +2541,8 @@ static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rs
 }
 
 /* Which texel is under a sample of a pattern about the receiver, and how many texels' worth it stands for; (size_t)-1
-   where it is outside. centre: of the receiver's projection, in the unit square or, on a cube, a direction. place: NULL,
-   or the texel's for MIXED. */
+   where it is outside. centre: of the receiver's projection, in the unit square or, on a cube, a direction. place:
+   NULL, or the texel's for MIXED. */
 static inline size_t rsm__place_sample(const rsm_map *map, float r_max, rsm__v3 centre, const rsm__v3 frame[2],
                                        const float *sample, float c, float s, float *weight, rsm__v3 *place)
 {
@@ -2781,7 +2781,7 @@ static inline void rsm__gather_batch(void *context, size_t batch)
     for (i = first; i < end; i++) rsm__gather_one(g, i, tally, i % every == 0);
 }
 
-/* Interleaved pictures: pixels of a row that take the same set are gathered for together, as many as there are lanes. */
+/* Interleaved pictures: pixels of a row that take the same set are gathered for together, as many as lanes. */
 static inline int rsm__takes_rows(const rsm__gather *g)
 {
     size_t i;
@@ -3634,9 +3634,10 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
 
 /* ---- >>filter: over frames, then over neighbours ---- */
 
-/* Rows of the picture are RSM__PLANES rows of floats each, so that neighbours are compared in vectors: position, normal,
-   colour, frames. No receiver: normal and frames are 0, as they are in a margin right of each row, which is as wide as
-   the longest step and stands for the left margin of the row after: no tap has to ask where the picture ends. */
+/* Rows of the picture are RSM__PLANES rows of floats each, so that neighbours are compared in vectors: position,
+   normal, colour, frames. No receiver: normal and frames are 0, as they are in a margin right of each row, which is as
+   wide as the longest step and stands for the left margin of the row after: no tap has to ask where the picture
+   ends. */
 enum { RSM__RGB = 6, RSM__FRAMES = 9, RSM__PLANES = 10, RSM__MARGIN = 32, RSM__TASK_ROWS = 8 };
 
 struct rsm_filter {

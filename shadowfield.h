@@ -75,7 +75,7 @@
    visibility is multiplied by the visibility of each entity from near to far; a light adds its dot product with the T
    that stands when it is reached; the environment is the farthest light.
 
-     harmonics  each coefficient 8 bits, scaled for its shell, band and order: shells x 6 side^2 x n^2 bytes (x 3 lights)
+     harmonics  coefficients of 8 bits, scaled for shell, band and order: shells x 6 side^2 x n^2 bytes (x 3 lights)
      wavelets   orthonormal on the planar face of a cube; the largest are kept, 4 bytes each (8 for lights)
 
      bands            fewer: faster, softer; light leaks round objects. More: n^4 growth of products
@@ -188,8 +188,8 @@ SFIELD_DEF sfield_result sfield_sh_product(const sfield_algebra *algebra, size_t
    Errors     SFIELD_ERR_ARGUMENT. Cost: about 30 ns (4 bands, AVX2) over 3, see docs */
 
 SFIELD_DEF size_t sfield_sh_terms(const sfield_algebra *algebra, uint32_t *terms, float *factors);
-/* What the product is made of, for shaders: out_k += factor (a_i b_j + a_j b_i), once where i = j, for i >= j >= 1 and k >= 1;
-   what has an index 0 is 0.2821 (a_0 b_k + a_k b_0), and 0.2821 a.b for k = 0.
+/* What the product is made of, for shaders: out_k += factor (a_i b_j + a_j b_i), once where i = j, for i >= j >= 1 and
+   k >= 1; what has an index 0 is 0.2821 (a_0 b_k + a_k b_0), and 0.2821 a.b for k = 0.
    terms    i | j << 8 | k << 16, rising in k; NULL, like factors, to be told only how many. Returns their number */
 
 SFIELD_DEF sfield_result sfield_sh_dot(uint32_t bands, size_t count, const float *a, const float *b, float *out,
@@ -202,7 +202,8 @@ typedef struct sfield_rotation {
     float    block[680];        /* (2l+1) x (2l+1) for each band, by rows */
 } sfield_rotation;
 
-SFIELD_DEF sfield_result sfield_sh_rotation(const sfield_algebra *algebra, const float matrix[16], sfield_rotation *out);
+SFIELD_DEF sfield_result sfield_sh_rotation(const sfield_algebra *algebra, const float matrix[16],
+                                            sfield_rotation *out);
 /* matrix  rotation (times one scale > 0; translation is ignored). A function f turns into f(R^-1 w).
    Errors  SFIELD_ERR_ARGUMENT. Cost 2 us (4 bands) to 50 us (8): once for each entity and frame, not for each vector */
 
@@ -220,8 +221,9 @@ SFIELD_DEF sfield_result sfield_sh_product_n(uint32_t bands, uint32_t functions,
 SFIELD_DEF sfield_result sfield_sh_log(const sfield_algebra *algebra, const float *visibility, float *out);
 SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *algebra, size_t count, const float *in, float *out,
                                        size_t stride);
-/* Ren et al. 2006: a product of visibilities is the exp of the sum of their logs, whatever their order. log works on one
-   vector by the eigenvalues of its product matrix, clipped below at 0.02; exp on planes, by scaling and squaring. */
+/* Ren et al. 2006: a product of visibilities is the exp of the sum of their logs, whatever their order. log works on
+   one vector by the eigenvalues of its product matrix, clipped below at 0.02; exp on planes, by scaling and
+   squaring. */
 
 SFIELD_DEF void sfield_sh_window(uint32_t bands, float strength, float factors[SFIELD_MAX_BANDS]);
 /* Against ringing: factor 1 / (1 + strength l^2 (l+1)^2) for band l. */
@@ -286,7 +288,7 @@ typedef struct sfield_desc {
     uint32_t       position_side;   /* 2..64; 0 = 16, 32 */
     sfield_spacing spacing;
     float          inner, outer;    /* first and last shell, in r, 0 < inner < outer <= 1000; 0 = 0.2 and 8 (20) */
-    float          keep;            /* wavelets: at most this share of the 6 N^2 coefficients of a cube, 0..1; 0 = 0.01 */
+    float          keep;            /* wavelets: at most this share of a cube's 6 N^2 coefficients, 0..1; 0 = 0.01 */
     float          window;          /* harmonics: sfield_sh_window of every cube, >= 0; 0 = none */
     int            logarithm;       /* harmonics: not 0 stores log visibility, for SFIELD_PRODUCT_EXP */
     uint32_t       frames;          /* sources: 1..256 steps of time; 0 = 1 */
@@ -326,8 +328,8 @@ SFIELD_DEF sfield_result sfield_build(const sfield_desc *desc, const sfield_mesh
 SFIELD_DEF sfield_result sfield_build_emissive(const sfield_desc *desc, const sfield_mesh *mesh, const float *radiance,
                                                sfield_field **out, sfield_stats *stats);
 /* Source field of an emissive mesh. radiance: r, g, b of each triangle, >= 0, for each frame one array after the other;
-   emitted on the side that is counter-clockwise; both sides: the triangle once more, turned over. Triangles of radiance 0
-   hide those behind. Errors as above. */
+   emitted on the side that is counter-clockwise; both sides: the triangle once more, turned over. Triangles of radiance
+   0 hide those behind. Errors as above. */
 
 typedef void (*sfield_view_fn)(void *user, float time, const float position[3], const float direction[3], float rgb[3]);
 /* What arrives at position, in the field's space, from the unit direction (pointing away from position): radiance, or
@@ -353,8 +355,8 @@ typedef struct sfield_emitter {     /* all in the field's space, about desc.cent
     void *user;
 } sfield_emitter;
 
-SFIELD_DEF sfield_result sfield_build_emitter(const sfield_desc *desc, const sfield_emitter *emitter, sfield_field **out,
-                                              sfield_stats *stats);
+SFIELD_DEF sfield_result sfield_build_emitter(const sfield_desc *desc, const sfield_emitter *emitter,
+                                              sfield_field **out, sfield_stats *stats);
 /* Source field of an analytic light or of a callback. desc.radius 0 = fitted (callback: required).
    Errors  SFIELD_ERR_DESC (desc or emitter), SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC, _LIMIT, _CANCELLED */
 
@@ -430,7 +432,7 @@ SFIELD_DEF sfield_result sfield_query(const sfield_field *field, size_t count, c
             nothing: visibility 1, radiance 0 */
 
 SFIELD_DEF sfield_result sfield_self(const sfield_field *field, size_t first, size_t count, float *out);
-/* Coefficients or texels of a SELF field as stored, from point first on. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_BASIS. */
+/* Coefficients or texels of a SELF field as stored, from point first on. Errors SFIELD_ERR_ARGUMENT, _BASIS. */
 
 SFIELD_DEF sfield_result sfield_ambient(const sfield_field *field, size_t count, const float *positions, float *out);
 /* Free by-product: share of all directions that stays open at each position, 0..1, from the first coefficient alone.
@@ -465,8 +467,8 @@ typedef struct sfield_scene_desc {
     uint32_t            bands;          /* harmonics: 1..8; 0 = 4. Fields must have the same */
     uint32_t            cube_side;      /* wavelets: as the fields; 0 = 32. Harmonics: of the environment; 0 = 16 */
     sfield_product_mode product;
-    float               reach;          /* occluders count up to this many r, fading over the last quarter (third culling
-                                           rule); > 0; 0 = the outermost shell of the field */
+    float               reach;          /* occluders count up to this many r, fading over the last quarter (third
+                                           culling rule); > 0; 0 = the outermost shell of the field */
     int                 strict;         /* not 0: overlapping light and object are SFIELD_ERR_OVERLAP */
     sfield_allocator    allocator;
     sfield_parallel_for parallel_for;   /* NULL = this thread alone */
@@ -522,23 +524,26 @@ typedef struct sfield_cache sfield_cache;       /* T of a set of points for each
 
 SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t point_count, uint32_t light_count,
                                              sfield_cache **out);
-/* For light_count lights (the environment is one) of a scene of this basis. 4 n^2 bytes a point and light with harmonics,
-   filled with the first frame; 4 bytes a wavelet kept. From the scene's allocator. Errors SFIELD_ERR_ARGUMENT, _ALLOC */
+/* For light_count lights (the environment is one) of a scene of this basis. 4 n^2 bytes a point and light with
+   harmonics, filled with the first frame; 4 bytes a wavelet kept. From the scene's allocator. Errors
+   SFIELD_ERR_ARGUMENT, _ALLOC */
 SFIELD_DEF void sfield_cache_free(sfield_cache *cache);
 SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache);
 
-typedef struct sfield_points {      /* receivers that belong together, neighbours next to each other. Strides in bytes */
+typedef struct sfield_points {      /* receivers that belong together, neighbours side by side. Strides in bytes */
     size_t              count;
     const float        *positions;  size_t position_stride;   /* 3 floats; 0 = 12. In entity's space, or world space */
     const float        *normals;    size_t normal_stride;     /* 3 floats, unit */
-    uint32_t            entity;     /* the entity that they lie on: moves them, and neither hides nor lights them; or NONE */
-    const sfield_field *self;       /* SELF field of the same count, or NULL = convex and flat: nothing of its own hides */
+    uint32_t            entity;     /* the entity that they lie on: moves them, and neither hides nor lights them; or
+                                       NONE */
+    const sfield_field *self;       /* SELF field of the same count, or NULL = convex and flat: nothing of its own
+                                       hides */
     const uint8_t      *visible;    /* 0: leave this point out (its outputs become 0); NULL = all */
     const float        *views;      size_t view_stride;       /* 3 floats, unit, world, to the eye; Phong only */
-    const float        *exponents;  size_t exponent_stride;   /* Phong: n of each point, 1..1000; NULL = no lobe. Stride 0:
-                                                                 one for all */
+    const float        *exponents;  size_t exponent_stride;   /* Phong: n of each point, 1..1000; NULL = no lobe. Stride
+                                                                 0: one for all */
     sfield_cache       *cache;      /* NULL = nothing is kept. Of this set alone */
-    float              *rgb;        /* 3 floats a point: integral of L V cos / pi: times albedo it is radiance. NULL = no */
+    float              *rgb;        /* 3 floats a point: integral of L V cos / pi; times albedo: radiance. NULL = no */
     float              *gloss;      /* 3 floats: integral of L V cos (n+2)/(2 pi) cos^n(angle to the mirrored view) */
     float              *ambient;    /* 1 float: integral of V cos / pi */
 } sfield_points;
@@ -648,8 +653,8 @@ static inline int sfield__allocator_valid(void *(*alloc_fn)(size_t, void *), voi
     return (alloc_fn == NULL) == (free_fn == NULL);
 }
 
-static inline sfield__allocator sfield__allocator_make(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *),
-                                           void *user)
+static inline sfield__allocator sfield__allocator_make(void *(*alloc_fn)(size_t, void *),
+                                           void (*free_fn)(void *, void *), void *user)
 {
     sfield__allocator a;
     a.alloc_fn = alloc_fn && free_fn ? alloc_fn : sfield__default_alloc;
@@ -1139,8 +1144,8 @@ static inline float sfield__pow(float x, float y)
 /* unit cpu: run-time detection of x86 vector units */
 
 /* SFIELD__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
-   SFIELD__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs
-   none. */
+   SFIELD__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
+   needs none. */
 #if !defined(SFIELD__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define SFIELD__X86 1
 #define SFIELD__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
@@ -1301,10 +1306,10 @@ static const float sfield__y00 = 0.282094792f;      /* Y_00, and C_0jj for every
         }                                                                                                              \
     }
 
-/* Products of 4 bands, which most fields have, without loops: the branches of short loops cost more than the arithmetic.
-   The pairs (number, i, j) and terms (entry, k, pair) are those of sfield_algebra's tables, in their order, so that the
-   sums have the same bits. A change of the tables' order shows in four_bands_have_the_bits_of_the_loops of the tests; the
-   lists are then printed from pair_i, pair, first and entry of an algebra of 4 bands. */
+/* Products of 4 bands, which most fields have, without loops: the branches of short loops cost more than the
+   arithmetic. The pairs (number, i, j) and terms (entry, k, pair) are those of sfield_algebra's tables, in their order,
+   so that the sums have the same bits. A change of the tables' order shows in four_bands_have_the_bits_of_the_loops of
+   the tests; the lists are then printed from pair_i, pair, first and entry of an algebra of 4 bands. */
 #define SFIELD__PAIRS4(X, V)                                                                                          \
     X(V, 0, 1, 1) X(V, 1, 2, 1) X(V, 2, 2, 2) X(V, 3, 3, 1) X(V, 4, 3, 2) X(V, 5, 3, 3) X(V, 6, 4, 1)                 \
     X(V, 7, 4, 2) X(V, 8, 4, 3) X(V, 9, 4, 4) X(V, 10, 5, 1) X(V, 11, 5, 2) X(V, 12, 5, 3) X(V, 13, 5, 4)             \
@@ -1385,12 +1390,13 @@ static const float sfield__y00 = 0.282094792f;      /* Y_00, and C_0jj for every
         }                                                                                                              \
     }
 
-/* Rotations likewise, in bands of 3, 5 and 7: rows of a block by what is held in registers. m: the row; s: its stride. */
+/* Rotations likewise, in bands of 3, 5 and 7: rows of a block by what registers hold. m: the row; s: its stride. */
 #define SFIELD__HOLD(V, x) sfield__##V##_load(from + x * stride)
 
 #define SFIELD__ROW3(V, m, s)                                                                                          \
-    sfield__##V##_fma(sfield__##V##_set1((m)[2 * (s)]), x2,                                                            \
-                      sfield__##V##_fma(sfield__##V##_set1((m)[s]), x1, sfield__##V##_mul(sfield__##V##_set1((m)[0]), x0)))
+    sfield__##V##_fma(                                                                                                 \
+        sfield__##V##_set1((m)[2 * (s)]), x2,                                                                          \
+        sfield__##V##_fma(sfield__##V##_set1((m)[s]), x1, sfield__##V##_mul(sfield__##V##_set1((m)[0]), x0)))
 
 #define SFIELD__ROW5(V, m, s)                                                                                          \
     sfield__##V##_fma(sfield__##V##_set1((m)[4 * (s)]), x4,                                                            \
@@ -5030,8 +5036,8 @@ struct sfield_cache {
     int16_t  *value;
     uint16_t *index;                /* wavelets: of each value */
     float    *scale;
-    uint64_t *lit;                  /* wavelets: hash and sky that sky is of, 3 floats a point; harmonics: what the marks
-                                       of a tile are of */
+    uint64_t *lit;                  /* wavelets: hash and sky that sky is of, 3 floats a point; harmonics: what the
+                                       marks of a tile are of */
     float    *sky;
     uint8_t  *marks;                /* harmonics: of each tile, so many T on the way that all lights share are kept */
 };
@@ -5756,8 +5762,8 @@ static void sfield__fades(sfield__tile *t)
     }
 }
 
-/* Is light j the entity that the points lie on? All of its light comes from below their horizon, or is hidden by their own
-   visibility: what would be added is ringing, of the strongest light there is. */
+/* Is light j the entity that the points lie on? All of its light comes from below their horizon, or is hidden by their
+   own visibility: what would be added is ringing, of the strongest light there is. */
 static int sfield__is_own(const sfield__tile *t, uint32_t j)
 {
     return j < t->lights && t->s->light[j] == t->set->entity;
@@ -6774,7 +6780,8 @@ static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot
     }
 }
 
-/* Light from the cache: few wavelets of T against the sky's, once for each T and sky, or unpacked for a light's lists. */
+/* Light from the cache: few wavelets of T against the sky's, once for each T and sky, or unpacked for lists of
+   lights. */
 static void sfield__from_cache(sfield__point *p, const sfield_cache *c, size_t slot, const sfield__item *it,
                                const float *x)
 {
@@ -6913,7 +6920,8 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
         else p->stats.reused += lights;
         for (j = 0; cache && j < slots && j < cache->lights; j++)
             if (!hash[j]) continue;             /* the own entity's */
-            else if (j < s->light_count) sfield__from_cache(p, cache, index * cache->lights + j, &s->item[s->light[j]], x);
+            else if (j < s->light_count)
+                sfield__from_cache(p, cache, index * cache->lights + j, &s->item[s->light[j]], x);
             else if (s->has_sky || s->has_sun) sfield__from_cache(p, cache, index * cache->lights + j, NULL, x);
         if (set->ambient && !stale) {
             size_t at = (index * cache->lights + slots - 1) * SFIELD__CACHED;

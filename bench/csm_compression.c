@@ -161,7 +161,8 @@ static int measure_model(const bn_options *options, const bn_model *model, int i
 {
     if (measure_orders(options, model, "latlong", 128, options->model || options->full) != 0)
         return -1;
-    if ((options->full || (is_first && !options->model)) && measure_one(options, model, "local_area", 128, 128, COHSM_LAYERS_Z1Z2) != 0)
+    if ((options->full || (is_first && !options->model)) &&
+        measure_one(options, model, "local_area", 128, 128, COHSM_LAYERS_Z1Z2) != 0)
         return -1;
     return options->full ? measure_more(options, model) : 0;
 }

@@ -42,9 +42,9 @@ static double relative(double square, double sum, size_t pixels)
     return sqrt(square * 3 * (double)pixels) / sum;         /* sqrt(square / n) / (sum / n), n = 3 pixels */
 }
 
-/* rmse: the relative_rmse of `compare`. Under a sky nothing that is seen is black: a pixel that is so in one picture alone
-   has an edge through its middle, which rasteriser and ray decide differently (the far edge of the bunny's floor);
-   inside leaves out such pixels, which are counted. */
+/* rmse: the relative_rmse of `compare`. Under a sky nothing that is seen is black: a pixel that is so in one picture
+   alone has an edge through its middle, which rasteriser and ray decide differently (the far edge of the bunny's
+   floor); inside leaves out such pixels, which are counted. */
 static int compare(const char *a_path, const char *b_path, difference *d)
 {
     ex_image a, b;

@@ -262,7 +262,7 @@ static int measure_cost(const bn_options *options, rig *r)
     return 0;
 }
 
-/* By compute where the context has it and core_only is 0; computes: whether it was so. The cost model needs one path. */
+/* By compute where the context has it and core_only is 0; computes: was it so? The cost model needs one path. */
 static int measure_model(const bn_options *options, const bn_model *model, int with_cost, int core_only, int *computes)
 {
     /* The paper's Fig. 7: 64 lights, 8 a pass; 64 smoothed, 4 a pass; 192, 8 a pass. Then all of them at once. */

@@ -1,6 +1,7 @@
-/* gl_ism.c - ism on OpenGL: how long each stage of a frame takes, on the core path and, where the context has 4.3, on the
-   compute path beside it, and how far the light is from ism.h's own. VPLs and points are chosen on the CPU. Stages with
-   uploads and reading back by wall time round glFinish; passes alone by the GPU's own, on software drivers round glFinish. */
+/* gl_ism.c - ism on OpenGL: how long each stage of a frame takes, on the core path and, where the context has 4.3, on
+   the compute path beside it, and how far the light is from ism.h's own. VPLs and points are chosen on the CPU. Stages
+   with uploads and reading back by wall time round glFinish; passes alone by the GPU's own, on software drivers round
+   glFinish. */
 #define _POSIX_C_SOURCE 200809L
 #include "ism_scene.h"
 #include "gl.h"

@@ -88,7 +88,12 @@ static int open_rays(bn_scene *s, const bn_options *options)
 
 /* ---- exact visibility of the same VPLs ---- */
 
-typedef struct exact { const bn_scene *scene; const ism_vpl *vpls; float epsilon; const ism_near_point *near_points; } exact;
+typedef struct exact {
+    const bn_scene *scene;
+    const ism_vpl *vpls;
+    float epsilon;
+    const ism_near_point *near_points;
+} exact;
 
 static void exact_visibility(void *user, const float *p, const float *n, const uint32_t *list, size_t count, float *lit)
 {

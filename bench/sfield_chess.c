@@ -1,10 +1,11 @@
 /* sfield_chess.c - the paper's chess match: 32 moving pieces of six meshes and the board, four moving lamps, 30,000
    vertices. Frames a second with everything moving, and with a lazy cache while only lamps move; errors at some of the
-   vertices, of those that can be seen, against rays: under the same band-limited lamps, and under the lamps as they are; and
-   how much of the first is that of the products, of functions that rays project, as fields without any error would be.
-   Fields have 8 x 8 positions a face, so that a run takes seconds, but the board's 16 x 16: it is a slab, whose positions
-   above and below it must not lie far apart for what stands on it. --full builds the paper's 16 x 16, and checks more
-   vertices by more rays. Occluders count to the outermost shell, 8 r, or to 2.5 r: faster, with a larger error. */
+   vertices, of those that can be seen, against rays: under the same band-limited lamps, and under the lamps as they
+   are; and how much of the first is that of the products, of functions that rays project, as fields without any error
+   would be. Fields have 8 x 8 positions a face, so that a run takes seconds, but the board's 16 x 16: it is a slab,
+   whose positions above and below it must not lie far apart for what stands on it. --full builds the paper's 16 x 16,
+   and checks more vertices by more rays. Occluders count to the outermost shell, 8 r, or to 2.5 r: faster, with a
+   larger error. */
 #include "sfield_scene.h"
 
 #include <math.h>
@@ -143,7 +144,8 @@ typedef struct tracer {
 } tracer;
 
 /* Which of the directions in a cap about z are open from p as far as `reach`. */
-static void trace(const tracer *t, const bn_rays *rays, const float *p, const float *n, const float *z, float cap, float reach)
+static void trace(const tracer *t, const bn_rays *rays, const float *p, const float *n, const float *z, float cap,
+                  float reach)
 {
     for (int i = 0; i < t->c->rays; i++) {
         float w[3];

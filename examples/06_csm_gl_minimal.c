@@ -67,7 +67,8 @@ static const char fragment[] =
     "        if (facing > 0.0)                            // instance 0 is the torus\n"
     "            light += facing * csm_visible(is_torus ? 0u : COHSM_NO_SELF, ask, p + 0.01 * n, l);\n"
     "    }\n"
-    "    color.rgb = pow((is_torus ? vec3(0.9, 0.6, 0.4) : vec3(0.8)) * (0.08 + 0.9 * light / 64.0), vec3(1.0 / 2.2));\n"
+    "    vec3 albedo = is_torus ? vec3(0.9, 0.6, 0.4) : vec3(0.8);\n"
+    "    color.rgb = pow(albedo * (0.08 + 0.9 * light / 64.0), vec3(1.0 / 2.2));\n"
     "}\n";
 
 static glbk_proc get_proc(const char *name, void *user) { return (void)user, (glbk_proc)glfwGetProcAddress(name); }

@@ -101,7 +101,9 @@ static void frame(glbk_context *gl, envsh_maps *layout, glbk_envsh_maps *maps, g
                   const envsh_mesh *mesh, const envsh_lights *lights, float angle)
 {
     const glbk_envsh_question question = { GLBK_ENVSH_FILTER_PENUMBRA, 16, 0, 12, 1, 1 };
-    const glbk_pass screen = { NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 } };
+    const glbk_pass screen = {
+        NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
+    };
     const envsh_light *list;
     const envsh_view *views;
     uint32_t count;

@@ -1,6 +1,6 @@
-/* 09_shadowfield_gl_minimal.c - soft shadows of moving objects from a moving lamp in a shader of your own: shadowfield.h
-   computes a field of the object and one of the lamp, once; gl_backend.h brings both to the GPU, and the fragment shader
-   below asks for light by sfield_shade().
+/* 09_shadowfield_gl_minimal.c - soft shadows of moving objects from a moving lamp in a shader of your own:
+   shadowfield.h computes a field of the object and one of the lamp, once; gl_backend.h brings both to the GPU, and the
+   fragment shader below asks for light by sfield_shade().
 
    cc -O2 09_shadowfield_gl_minimal.c -lglfw -lm -o shadowfield_gl_minimal && ./shadowfield_gl_minimal   Escape ends it
    ./shadowfield_gl_minimal picture.ppm             one picture, no visible window; without a display: xvfb-run -a */
@@ -114,7 +114,9 @@ static glbk_result frame(glbk_context *gl, const glbk_sfield_field *named, const
                          glbk_sfield_world *world, glbk_program *program, float time)
 {
     static const float places[TORI][3] = { { -2.2f, 1.6f, 0.4f }, { 1.8f, 1.7f, -1.5f }, { 0.8f, 1.5f, 2 } };
-    const glbk_pass screen = { NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 } };
+    const glbk_pass screen = {
+        NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
+    };
     static sfield_rotation rotations[TORI];
     glbk_sfield_entity entities[TORI + 1];
     float tori[TORI][4];

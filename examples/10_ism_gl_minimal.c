@@ -1,6 +1,6 @@
-/* 10_ism_gl_minimal.c - bounced light with moving shadows in a shader of your own: ism.h chooses 256 virtual point lights
-   and the points of their shadow maps, gl_backend.h draws these maps, and the fragment shader below sums all lights by
-   ism_light().
+/* 10_ism_gl_minimal.c - bounced light with moving shadows in a shader of your own: ism.h chooses 256 virtual point
+   lights and the points of their shadow maps, gl_backend.h draws these maps, and the fragment shader below sums all
+   lights by ism_light().
 
    cc -O2 10_ism_gl_minimal.c -lglfw -lm -o ism_gl_minimal && ./ism_gl_minimal                     Escape ends it
    ./ism_gl_minimal picture.ppm                     one picture, no visible window; without a display: xvfb-run -a */
@@ -68,7 +68,7 @@ static const char fragment[] =
     "layout(location = 0) out vec4 color;\n"
     "void main()\n"
     "{\n"
-    "    vec3 o = vec3(0.0, 1.6, 2.9), d = vec3((gl_FragCoord.x - 240.0) / 300.0, (gl_FragCoord.y - 150.0) / 300.0, -0.7);\n"
+    "    vec3 o = vec3(0.0, 1.6, 2.9), d = vec3((gl_FragCoord.xy - vec2(240.0, 150.0)) / 300.0, -0.7);\n"
     "    vec3 to_room = ((step(0.0, d) * 2.0 - 1.0) * vec3(3.0, 1.5, 3.0) + vec3(0.0, 1.5, 0.0) - o) / d;\n"
     "    vec3 middle = vec3(swing, 1.15, -0.4), size = sign(d) * vec3(0.8, 0.15, 0.8);\n"
     "    vec3 enter = (middle - size - o) / d, leave = (middle + size - o) / d, hit = to_room;\n"
@@ -118,7 +118,7 @@ static int prepare(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, const i
            glbk_ism_mesh_move(gl, maps, corners, 0) == GLBK_OK && glbk_ism_draw(gl, maps) == GLBK_OK;
 }
 
-/* What the sun sees (a reflective shadow map), what the eye sees in large pixels, for the choice of lights, and the maps. */
+/* What the sun sees (a reflective shadow map), what the eye sees in large pixels, to choose lights by, and the maps. */
 static int light(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, float time, uint32_t index)
 {
     static float at[3 * RSM * RSM], normal[3 * RSM * RSM], flux[3 * RSM * RSM], area[RSM * RSM];
@@ -130,7 +130,8 @@ static int light(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, float tim
     ism_frame frame = { &mesh, &source, 1, &view, index };
     int i, k;
     for (i = 0; i < RSM * RSM; i++) {
-        float from[3] = { 5 * ((float)(i % RSM) + 0.5f) / RSM - 2.5f, 2.99f, 5 * ((float)(i / RSM) + 0.5f) / RSM - 2.5f };
+        float from[3] = { 5 * ((float)(i % RSM) + 0.5f) / RSM - 2.5f, 2.99f,
+                          5 * ((float)(i / RSM) + 0.5f) / RSM - 2.5f };
         trace(from, sun, at + 3 * i, normal + 3 * i);
         area[i] = texel;
         for (k = 0; k < 3; k++)             /* albedo x irradiance x area; the floor is red, the block grey */
@@ -138,8 +139,8 @@ static int light(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, float tim
                 (at[3 * i + 1] < 0.5f && k ? 0.2f : 0.7f) * 20 * texel * (normal[3 * i + 1] > 0.5f ? 1.0f : 0.0f);
     }
     for (i = 0; i < SEEN_W * SEEN_H; i++) {
-        float d[3] = { ((float)(i % SEEN_W) + 0.5f - SEEN_W / 2) / SEEN_H, (SEEN_H / 2 - (float)(i / SEEN_W) - 0.5f) / SEEN_H,
-                       -0.7f };
+        float d[3] = { ((float)(i % SEEN_W) + 0.5f - SEEN_W / 2) / SEEN_H,
+                       (SEEN_H / 2 - (float)(i / SEEN_W) - 0.5f) / SEEN_H, -0.7f };
         trace(eye, d, seen + 3 * i, seen_normal + 3 * i);
     }
     return prepare(gl, ism, maps, &frame);
@@ -177,7 +178,9 @@ static GLFWwindow *open_window(int visible)
 
 int main(int count, char **values)
 {
-    const glbk_pass screen = { NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 } };
+    const glbk_pass screen = {
+        NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
+    };
     ism_desc ism_sizes = { 0 };
     glbk_ism_desc sizes = { VPLS, POINTS, 0, 0, LAZY, 0, 0, 0, 0 };    /* equal to those of ism.h */
     glbk_source source = { NULL, fragment, NULL, "ism_light", "ISM_NEAR=6 ISM_PROJECTION=1", NULL };

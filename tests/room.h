@@ -40,7 +40,8 @@ static inline void room_write(const char *pane)
     snprintf(json, sizeof json,
              "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":1680,\"uri\":\"room.bin\"}],"
              "\"bufferViews\":[{\"buffer\":0,\"byteLength\":864},{\"buffer\":0,\"byteOffset\":864,\"byteLength\":96},"
-             "{\"buffer\":0,\"byteOffset\":960,\"byteLength\":648},{\"buffer\":0,\"byteOffset\":1608,\"byteLength\":72}],"
+             "{\"buffer\":0,\"byteOffset\":960,\"byteLength\":648},"
+             "{\"buffer\":0,\"byteOffset\":1608,\"byteLength\":72}],"
              "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":72,\"type\":\"VEC3\"},"
              "{\"bufferView\":1,\"componentType\":5126,\"count\":8,\"type\":\"VEC3\"},"
              "{\"bufferView\":2,\"componentType\":5123,\"count\":324,\"type\":\"SCALAR\"},"

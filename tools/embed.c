@@ -218,7 +218,8 @@ static void put_all(text *out)
     put(&table, "\nstatic const glbk_file glbk__files[] = {\n");
     for (i = 0; i < file_count; i++) {
         unsigned long lines = put_lines(out, &files[i]);
-        if (lines > 999) fail("has more than 999 lines, which the messages of drivers could not tell apart", files[i].name);
+        if (lines > 999)
+            fail("has more than 999 lines, which the messages of drivers could not tell apart", files[i].name);
         put(&table, "    { \"");
         put(&table, files[i].name);
         put(&table, "\", ");

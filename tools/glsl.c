@@ -23,7 +23,8 @@ static int write_text(const char *path, const char *text)
 }
 
 /* "block.member offset": C's view, which the validator must share. */
-#define MEMBER(type, name, count) fprintf(f, "%s.%s %u\n", block, #name, (unsigned)offset), offset += 4 * SIZE_##type * (count);
+#define MEMBER(type, name, count)                                                                                      \
+    fprintf(f, "%s.%s %u\n", block, #name, (unsigned)offset), offset += 4 * SIZE_##type * (count);
 #define SIZE_mat4 16
 #define SIZE_vec4 4
 #define SIZE_ivec4 4

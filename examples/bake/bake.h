@@ -14,7 +14,7 @@ typedef struct bk_mesh {
     float    *positions;
     uint32_t *indices;
     size_t    vertices, triangles;
-    uint32_t *lit;                      /* triangles as sfield_build_emissive takes them: where both sides shine, twice */
+    uint32_t *lit;                      /* as sfield_build_emissive takes them: where both sides shine, twice */
     float    *radiance;                 /* of each of these; NULL, like lit, where nothing shines */
     size_t    lit_count;
     ex_scene  scene;                    /* where it is from */

@@ -43,7 +43,7 @@ static void print_help(void)
          "\n"
          "  SCENE is FILE.glb, FILE.gltf or builtin:NAME: one rigid object, unless --set node=NAME\n"
          "  --shard i/n    only the i-th of n shards, 1 <= i <= n; merge joins all n, in order\n"
-         "  verify         csm: every stored depth against the object; shadowfield: built again with the same settings");
+         "  verify         csm: every stored depth against the object; shadowfield: built again, same settings");
     for (size_t t = 0; t < sizeof techniques / sizeof *techniques + 1; t++) {
         const rd_key *k = t ? techniques[t - 1]->keys : common_keys;
         printf("\nsettings of %s (--set key=value):\n", t ? techniques[t - 1]->name : "both");

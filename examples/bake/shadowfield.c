@@ -1,5 +1,5 @@
-/* shadowfield.c - bake's technique shadowfield: what an object hides, or what it shines, whose units are shells; or what it
-   hides from its own points, which is one unit. */
+/* shadowfield.c - bake's technique shadowfield: what an object hides, or what it shines, whose units are shells; or
+   what it hides from its own points, which is one unit. */
 #include "shadowfield.h"
 #include "bake.h"
 

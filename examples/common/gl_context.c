@@ -162,7 +162,7 @@ ex_gl *ex_gl_create(const ex_gl_options *options, char *error)
     return ex_gl_create_by(NULL, options, error);
 }
 
-/* What glGetError still has to say, of drivers without messages too. Another context may be current: then that one's. */
+/* What glGetError still has to say, of drivers without messages too; of another context if that is current. */
 static void note_pending(ex_gl *gl)
 {
     uint32_t(GLBK_CALL *get_error)(void);

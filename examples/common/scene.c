@@ -161,9 +161,9 @@ int ex_scene_add_ground(ex_scene *scene)
 }
 
 /* What docs/programs.md says of a scene without a camera: the bounding sphere fills 85 % of the shorter side, seen from
-   azimuth 30 (from +Z towards +X, since glTF models face +Z) and elevation 20 degrees. A sphere of radius r at distance d covers the half
-   angle asin(r / d), and fills a share f of a picture whose half side is tan(fov / 2) when tan of that angle is
-   f tan(fov / 2). */
+   azimuth 30 (from +Z towards +X, since glTF models face +Z) and elevation 20 degrees. A sphere of radius r at distance
+   d covers the half angle asin(r / d), and fills a share f of a picture whose half side is tan(fov / 2) when tan of
+   that angle is f tan(fov / 2). */
 void ex_scene_default_camera(ex_scene *scene, uint32_t width, uint32_t height)
 {
     const float fovy = 40 * EX_PI / 180, azimuth = EX_PI / 6, elevation = EX_PI / 9;

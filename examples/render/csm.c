@@ -370,8 +370,9 @@ static int build_all(cs_state *state, const rd_job *job, char *error)
         snprintf(error, EX_ERROR_SIZE, "csm: --baked holds maps of directions, and no light asks for them");
         return -1;
     }
-    if (directions && !state->directions.count && (job->baked_count ? cs_casters_open(&state->directions, state, job, error)
-                                  : cs_casters_build(&state->directions, state, job, NULL, error)) != 0)
+    if (directions && !state->directions.count &&
+        (job->baked_count ? cs_casters_open(&state->directions, state, job, error)
+                          : cs_casters_build(&state->directions, state, job, NULL, error)) != 0)
         return -1;
     for (size_t i = 0; i < state->light_count; i++)
         if (build_maps(state, &state->lights[i], job, error) != 0)

@@ -536,8 +536,8 @@ void im_rsms_free(im_rsms *r)
 
 /* ---- direct light ---- */
 
-/* Depth along the axis of one picture, from a point on it that lies `away` from the eye: a sun's depths from its eye would
-   be rounded to more than half a texel. */
+/* Depth along the axis of one picture, from a point on it that lies `away` from the eye: a sun's depths from its eye
+   would be rounded to more than half a texel. */
 typedef struct shadow_map {
     float   *depth;
     float    from[3], right[3], up[3], forward[3], away, half;
@@ -566,8 +566,8 @@ static int shadow_map_build(shadow_map *s, const rd_job *job, const float *eye, 
     return s->depth ? 0 : im_out_of_memory(error);
 }
 
-/* How much nearer than the point, z from the eye on the ray forward + x right + y up, a texel's ray meets the point's plane;
-   no more than three texels' width: where ray and plane are all but parallel, the surface ends before. */
+/* How much nearer than the point, z from the eye on the ray forward + x right + y up, a texel's ray meets the point's
+   plane; no more than three texels' width: where ray and plane are all but parallel, the surface ends before. */
 static float plane_step(const shadow_map *s, const float *n, float z, float x, float y, int i, int j)
 {
     float u = (2 * ((float)i + 0.5f) / (float)s->size - 1) * s->half, along = dot(n, s->right);
@@ -637,7 +637,8 @@ int im_direct(ex_image *out, const im_rsms *r, const rd_job *job, uint32_t size,
         if (lamp->light == UINT32_MAX)
             continue;
         for (int face = 0; face < faces; face++) {
-            float eye[3], forward[3], fovy = (float)(0.5 * PI), away = lamp->kind == IM_FAR ? FAR_AWAY * job->radius : 0;
+            float eye[3], forward[3], fovy = (float)(0.5 * PI);
+            const float away = lamp->kind == IM_FAR ? FAR_AWAY * job->radius : 0;
             shadow_map map;
             memcpy(eye, lamp->position, sizeof eye);
             memcpy(forward, narrow ? lamp->normal : axes[face], sizeof forward);
@@ -645,8 +646,8 @@ int im_direct(ex_image *out, const im_rsms *r, const rd_job *job, uint32_t size,
                 fovy = 2 * acosf(lamp->cos_cone);
             if (lamp->kind == IM_FAR)
                 far_eye(lamp, job, eye, forward, &fovy);
-            if (shadow_map_build(&map, job, eye, lamp->kind == IM_FAR ? job->center : eye, away, forward, axes[face / 2 == 1 ? 4 : 2], fovy,
-                                 faces > 1 ? (size + 1) / 2 : size, error) != 0)
+            if (shadow_map_build(&map, job, eye, lamp->kind == IM_FAR ? job->center : eye, away, forward,
+                                 axes[face / 2 == 1 ? 4 : 2], fovy, faces > 1 ? (size + 1) / 2 : size, error) != 0)
                 return -1;
             add_direct(out, job, lamp, &map);
             free(map.depth);
@@ -694,7 +695,7 @@ int im_emission_sources(im_rsms *r, const rd_job *job, uint32_t count, int with_
     r->count++;
     if (!rd_ground_near(job, corners))
         return 0;
-    for (size_t i = 0; i < (size_t)sky->width * sky->height; i++)      /* ground up to the horizon hides what is below */
+    for (size_t i = 0; i < (size_t)sky->width * sky->height; i++)      /* the ground hides what is below the horizon */
         if (r->arrays[3][3 * i + 1] < 0)
             memset(r->arrays[4] + 3 * i, 0, 3 * sizeof(float));
     return 0;

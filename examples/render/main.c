@@ -117,7 +117,8 @@ static int open_gl(run *r, char *error)
     desc.log_size = sizeof r->gl_log;
     desc.core_only = rd_setting_is(&r->args->settings, "compute", "0");
     result = glbk_init(&r->gl, &desc);
-    if (result == GLBK_OK && rd_setting_is(&r->args->settings, "compute", "auto") && ex_gl_is_software(r->gl.renderer)) {
+    if (result == GLBK_OK && rd_setting_is(&r->args->settings, "compute", "auto") &&
+        ex_gl_is_software(r->gl.renderer)) {
         glbk_destroy(&r->gl);       /* which run groups of compute one invocation after the other: slower but for csm */
         desc.core_only = 1;
         result = glbk_init(&r->gl, &desc);

@@ -16,10 +16,12 @@ const rd_key rd_common_keys[] = {
     { "ground", RD_WORD, "auto|0|1", 0, 0, "auto", "a plane of albedo 0.5 below; auto: without camera and emitters" },
     { "env_rotation", RD_NUMBER, NULL, -360000, 360000, "0", "of the sky about +Y, in degrees" },
     { "env_scale", RD_NUMBER, NULL, 0, 1e9, "1", "factor on the sky's radiance" },
-    { "emitters", RD_WORD, "0|1|removed", 0, 0, "1", "0: emissive surfaces shed no light; removed: nor stand in its way" },
+    { "emitters", RD_WORD, "0|1|removed", 0, 0, "1",
+      "0: emissive surfaces shed no light; removed: nor stand in its way" },
     { "lamps", RD_INTEGER, NULL, 0, 16, "0", "spheres of light that circle round the scene, once in 8 seconds" },
     { "still", RD_WORD, "0|1", 0, 0, "0", "1: only those lamps move with time" },
-    { "compute", RD_WORD, "auto|0|1", 0, 0, "auto", "--backend gl: 4.3's compute shaders; auto: not on software drivers" },
+    { "compute", RD_WORD, "auto|0|1", 0, 0, "auto",
+      "--backend gl: 4.3's compute shaders; auto: not on software drivers" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };
 

@@ -93,7 +93,8 @@ static int holds(const sfield_info *info, const ex_mesh *mesh)
 /* The sum over all directions, up to a factor, of each vector in turn: of c channels. */
 static float total(const sfield_info *info, const float *v, size_t vector)
 {
-    const size_t n = info->basis == SFIELD_BASIS_SH ? info->bands * info->bands : 6u * info->cube_side * info->cube_side;
+    const size_t n =
+        info->basis == SFIELD_BASIS_SH ? info->bands * info->bands : 6u * info->cube_side * info->cube_side;
     float sum = 0;
     if (info->basis == SFIELD_BASIS_SH)
         return v[vector * n];

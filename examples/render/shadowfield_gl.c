@@ -1,5 +1,5 @@
-/* shadowfield_gl.c - the technique shadowfield on OpenGL: fields go up when they change; each frame all points to shade,
-   vertices and pixels of flat receivers alike, become pixels of a G-buffer, which gl_backend.h shades. */
+/* shadowfield_gl.c - the technique shadowfield on OpenGL: fields go up when they change; each frame all points to
+   shade, vertices and pixels of flat receivers alike, become pixels of a G-buffer, which gl_backend.h shades. */
 #include "shadowfield_parts.h"
 
 #include <math.h>

@@ -40,7 +40,8 @@ static const char picture_fragment[] =
     "{\n"
     "    ivec2 size = textureSize(glbk_source, 0);\n"
     "    ivec2 at = ivec2(gl_FragCoord.xy);\n"
-    "    vec3 c = clamp(glbk_unpack(texelFetch(glbk_source, ivec2(at.x, size.y - 1 - at.y), 0)).rgb * scale, 0.0, 1.0);\n"
+    "    vec3 c = glbk_unpack(texelFetch(glbk_source, ivec2(at.x, size.y - 1 - at.y), 0)).rgb;\n"
+    "    c = clamp(c * scale, 0.0, 1.0);\n"
     "    result = vec4(srgb(c.r), srgb(c.g), srgb(c.b), 1.0);\n"
     "}\n";
 

@@ -181,8 +181,9 @@ static uint32_t put_help(vw_panel *panel, uint32_t y)
 {
     static const char *const lines[] = {
         "left button    turn", "right button   move", "wheel          zoom", "up, down       choose a row",
-        "left, right    change it", "T              next technique (shift: previous)", "G              backend cpu or gl",
-        "S              screenshot", "F              radiance as .pfm", "P              this panel", "H              help",
+        "left, right    change it", "T              next technique (shift: previous)",
+        "G              backend cpu or gl", "S              screenshot", "F              radiance as .pfm",
+        "P              this panel", "H              help",
         "space          let time pass, or stop it",
         "R              reset the camera", "Q              quit", "drop .glb, .gltf, .hdr files on the window"
     };

@@ -1,8 +1,8 @@
 /* unit cpu: run-time detection of x86 vector units */
 
 /* P_X86 is 1 where functions with target attributes can be compiled and chosen at run time.
-   P_NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC needs
-   none. */
+   P_NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
+   needs none. */
 #if !defined(P_NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define P_X86 1
 #define P_TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))

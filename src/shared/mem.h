@@ -39,8 +39,8 @@ static inline int P_allocator_valid(void *(*alloc_fn)(size_t, void *), void (*fr
     return (alloc_fn == NULL) == (free_fn == NULL);
 }
 
-static inline P_allocator P_allocator_make(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *),
-                                           void *user)
+static inline P_allocator P_allocator_make(void *(*alloc_fn)(size_t, void *),
+                                           void (*free_fn)(void *, void *), void *user)
 {
     P_allocator a;
     a.alloc_fn = alloc_fn && free_fn ? alloc_fn : P_default_alloc;

@@ -359,7 +359,7 @@ static int try_open(const uint8_t *data, size_t size, const cohsm_maps *whole)
     return result == COHSM_OK;
 }
 
-/* Behind the headers only every n-th byte or bit where few mutations are asked for (emulators, checkers): a prime number. */
+/* Behind the headers every n-th byte or bit alone where few mutations are asked for (emulators, checkers): a prime. */
 static size_t step_at(size_t byte)
 {
     const char *few = getenv("CSM_MUTATIONS");

@@ -1,5 +1,5 @@
-/* Sampling and shading of csm.h against closed forms: docs/conformance.md T10 to T12, T15, T16, T18, T20 to T23, T43, T73,
-   and every BRDF and light against quadrature in double. */
+/* Sampling and shading of csm.h against closed forms: docs/conformance.md T10 to T12, T15, T16, T18, T20 to T23, T43,
+   T73, and every BRDF and light against quadrature in double. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

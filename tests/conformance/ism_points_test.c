@@ -201,8 +201,8 @@ static void lazy_renewal_reaches_all_points(void **state)
     ism_free(fresh);
 }
 
-/* What leaks is of the size of texels and of the gaps between points, nothing else: with walls of 0.25 m wider than both,
-   no pair of receiver and VPL is lit. */
+/* What leaks is of the size of texels and of the gaps between points, nothing else: with walls of 0.25 m wider than
+   both, no pair of receiver and VPL is lit. */
 static void a_sealed_box_is_dark_where_texels_are_finer(void **state)
 {
     (void)state;
@@ -343,9 +343,9 @@ static void pull_and_push(void **state)
     CONFORM("T49", "empty tile: texels with a depth", 0, empty, 0);
 }
 
-/* What a texel of a map stands for when its VPL bounces on: the cells of any projection share the light of the hemisphere.
-   A cell's weight is half of its solid angle's quarter's two diagonals' product, so that twice the sum is the integral of
-   cos^n: 2 pi / (n + 1). */
+/* What a texel of a map stands for when its VPL bounces on: the cells of any projection share the light of the
+   hemisphere. A cell's weight is half of its solid angle's quarter's two diagonals' product, so that twice the sum is
+   the integral of cos^n: 2 pi / (n + 1). */
 static void cells_share_the_hemisphere(void **state)
 {
     static const ism_projection projections[2] = { ISM_PROJECTION_PARABOLOID, ISM_PROJECTION_OCTAHEDRAL };

@@ -1,8 +1,8 @@
-/* ism_rows.h - tests of rows T42 to T50 of docs/conformance.md, of a sealed box and of a folded sheet that both sides are put to, in the
-   same words: ism.h by tests/conformance/ism_points_test.c, gl_backend.h by tests/gl/ism_rows_test.c, where ism.h
-   chooses VPLs and scatters points as it does for a renderer. Include ism.h, cmocka.h, conformance.h and
-   unit/ism_util.h before and define ROW_TEST(state), the first line of a test; then define the functions row_... and
-   engine_... below. */
+/* ism_rows.h - tests of rows T42 to T50 of docs/conformance.md, of a sealed box and of a folded sheet that both sides
+   are put to, in the same words: ism.h by tests/conformance/ism_points_test.c, gl_backend.h by
+   tests/gl/ism_rows_test.c, where ism.h chooses VPLs and scatters points as it does for a renderer. Include ism.h,
+   cmocka.h, conformance.h and unit/ism_util.h before and define ROW_TEST(state), the first line of a test; then define
+   the functions row_... and engine_... below. */
 #ifndef ISM_ROWS_H
 #define ISM_ROWS_H
 

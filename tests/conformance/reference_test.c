@@ -1,6 +1,6 @@
-/* reference_test - the path tracer that everything else is compared with, against closed forms. Rows of docs/conformance.md:
-   T19, T23, T25, T42, T43, T45, T50. What needs samples is compared within five of their standard errors, which must
-   be below 0.2 %; what does not, within the rounding of float. */
+/* reference_test - the path tracer that everything else is compared with, against closed forms. Rows of
+   docs/conformance.md: T19, T23, T25, T42, T43, T45, T50. What needs samples is compared within five of their standard
+   errors, which must be below 0.2 %; what does not, within the rounding of float. */
 
 #include <setjmp.h>
 #include <stdarg.h>

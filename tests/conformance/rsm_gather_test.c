@@ -291,8 +291,8 @@ static void filter_puts_sets_together(void **state)
     lit_free(map);
 }
 
-/* A bright sample of one set of 16: on the floor the filter spreads it; on a pixel with no neighbour like it, it must not
-   stay. Widths that are no multiple of eight and pictures smaller than a step have the same borders as others. */
+/* A bright sample of one set of 16: on the floor the filter spreads it; on a pixel with no neighbour like it, it must
+   not stay. Widths that are no multiple of eight and pictures smaller than a step have the same borders as others. */
 static void filter_leaves_no_lone_spikes(void **state)
 {
     const size_t lone = 40 * WIDE + 60, flat = 70 * WIDE + 30;

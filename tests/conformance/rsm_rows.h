@@ -1,6 +1,6 @@
-/* rsm_rows.h - tests of rows T25 to T40, T42 and T44 of docs/conformance.md that both sides are put to, in the same words:
-   rsm.h by tests/conformance/rsm_gather_test.c, the passes of gl_backend.h by tests/gl/rsm_rows_test.c. Include rsm.h,
-   cmocka.h, conformance.h and unit/rsm_util.h before and define ROW_TEST(state), the first line of a test, and
+/* rsm_rows.h - tests of rows T25 to T40, T42 and T44 of docs/conformance.md that both sides are put to, in the same
+   words: rsm.h by tests/conformance/rsm_gather_test.c, the passes of gl_backend.h by tests/gl/rsm_rows_test.c. Include
+   rsm.h, cmocka.h, conformance.h and unit/rsm_util.h before and define ROW_TEST(state), the first line of a test, and
    ROW_POISSONS, the number of Poisson patterns to take the mean of; then define the functions lit_... below. */
 #ifndef RSM_ROWS_H
 #define RSM_ROWS_H
@@ -432,8 +432,8 @@ static void clamp_takes_its_share(void **state)
 
 /* ---- T42: near texels as the surface that they are ---- */
 
-/* Form factors of a x b from a point at height h over its corner (Howell's catalogue): the receiver faces it; its normal
-   lies along a, away from the corner. */
+/* Form factors of a x b from a point at height h over its corner (Howell's catalogue): the receiver faces it; its
+   normal lies along a, away from the corner. */
 static double corner_below(double a, double b, double h)
 {
     return (a / hypot(a, h) * atan(b / hypot(a, h)) + b / hypot(b, h) * atan(a / hypot(b, h))) / (2 * PI);
@@ -448,7 +448,8 @@ static double corner_beside(double a, double b, double h)
 static void near_texels_are_surfaces(void **state)
 {
     ROW_TEST(state)
-    static const float square[] = { 0.02f, 0, 0.02f, 0.96f, 0, 0, 0, 0, 0.96f }, floor_[] = { -2, 0, -2, 4, 0, 0, 0, 0, 4 };
+    static const float square[] = { 0.02f, 0, 0.02f, 0.96f, 0, 0, 0, 0, 0.96f },
+                       floor_[] = { -2, 0, -2, 4, 0, 0, 0, 0, 4 };
     static const double heights[] = { 0.5, 0.1, 0.01 };
     rsm_desc d = sun_desc(2, 2, 4);
     rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
@@ -485,14 +486,16 @@ static void near_texels_are_surfaces(void **state)
     g.near_limit = 0;
     for (i = 0; i < 40; i++) { /* facing it from half a texel on, beside it from a three hundredth */
         const double h = 0.03125 * pow(0.87, i), x = 0.013 * i - 0.25, y = 0.03125 * (0.5 + 0.0125 * i);
-        const double all = corner_below(1 + x, 1, y) + corner_below(1 - x, 1, y), e = lit_at(map, &g, x, y, 0, 0, -1, 0);
+        const double all = corner_below(1 + x, 1, y) + corner_below(1 - x, 1, y),
+                     e = lit_at(map, &g, x, y, 0, 0, -1, 0);
         const double wall = lit_at(map, &g, -0.95 + 0.03 * i, h, 0.011, 1, 0, 0);
         const double part = corner_beside(1.95 - 0.03 * i, 1.011, h) + corner_beside(1.95 - 0.03 * i, 0.989, h);
         most = fmax(most, fmax(fabs(e / (2 * all) - 1), fabs(wall / part - 1)));
-        assert_true(e <= 1.0001 && wall <= 0.50005);    /* no more than the floor's own radiosity, half of it on a wall */
+        assert_true(e <= 1.0001 && wall <= 0.50005);    /* at most the floor's own radiosity, half of it on a wall */
     }
     /* texels from six sides on are points: some 1/12 x 1/36 of their share of the light */
-    CONFORM_MAX("T42", "floor of 64 x 64 texels, within a texel of it: relative error, facing it and beside it", 1e-3, most);
+    CONFORM_MAX("T42", "floor of 64 x 64 texels, within a texel of it: relative error, facing it and beside it", 1e-3,
+                most);
     lit_free(map);
     model_free(&m);
 }

@@ -173,7 +173,7 @@ static void products_of_many_vectors(void **state)
     }
 }
 
-/* What is written out for 4 bands against the loops over the tables: equal bits, so equal pictures on every processor. */
+/* What is written out for 4 bands against loops over the tables: equal bits, so equal pictures on every processor. */
 static void four_bands_have_the_bits_of_the_loops(void **state)
 {
 #if SFIELD__SIMD

@@ -536,7 +536,8 @@ static void sheets_that_shine_on_both_sides(void **state)
     assert_int_equal(sfield_build_emissive(&desc, &lit, radiance, &f, NULL), SFIELD_OK);
     assert_int_equal(sfield_build(&desc, &mesh, &dark, NULL), SFIELD_OK);
     sfield_get_info(f, &info);
-    for (i = 0; i < 96; i++) {                                        /* where eight samples are one: corners of shells */
+    for (i = 0; i < 96; i++) {                                        /* where eight samples are one: corners of
+                                                                         shells */
         const double d = (double)info.radius * 0.5 * pow(16, (double)(i / 24) / 3) / sqrt(3);
         p[i] = (float)((double)info.center[i % 3] + (i / 3 >> i % 3 & 1 ? d : -d));
     }

@@ -562,7 +562,8 @@ static void reach_is_in_radii(void **state)
     assert_true(fabsf(rgb[1][0] - 1) < 1e-3f);
     assert_true(fabsf(rgb[2][0] - rgb[0][0]) < 1e-6f);
     fade = 4 * (1 - 4 / (4.6f * info.radius));
-    print_message("fading: %.5f of the shadow, %.5f wanted\n", (double)((1 - rgb[3][0]) / (1 - rgb[0][0])), (double)fade);
+    print_message("fading: %.5f of the shadow, %.5f wanted\n", (double)((1 - rgb[3][0]) / (1 - rgb[0][0])),
+                  (double)fade);
     assert_true(fabsf((1 - rgb[3][0]) / (1 - rgb[0][0]) - fade) < 0.02f);
 }
 
@@ -697,9 +698,9 @@ static void points_of_a_ball(sfield_points *set, float p[3 * GLOW])
     set->positions = set->normals = p;
 }
 
-/* A glowing ball, turned and moved, and a lamp, a sphere of radiance 1 at distance d whose sine is 1 / d: rgb against what
-   the lamp alone gives, in closed form: max(0, cos) / d^2, harmonics with the bands of the cosine and of the disc that the
-   lamp is seen as. Points for which its edge crosses their horizon are left out. */
+/* A glowing ball, turned and moved, and a lamp, a sphere of radiance 1 at distance d whose sine is 1 / d: rgb against
+   what the lamp alone gives, in closed form: max(0, cos) / d^2, harmonics with the bands of the cosine and of the disc
+   that the lamp is seen as. Points for which its edge crosses their horizon are left out. */
 static void a_glowing_ball_lights_not_itself(void **state)
 {
     int b, i, k;

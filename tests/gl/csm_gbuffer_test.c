@@ -229,11 +229,13 @@ static void with_a_gbuffer_of_the_users(void **state)
         "layout(location = 0) out glbk_color result;\n"
         "void main()\n"
         "{\n"
-        "    vec4 sum = glbk_csm_frame.query.w > 0.0 ? glbk_unpack(texelFetch(glbk_csm_sum, ivec2(gl_FragCoord.xy), 0))\n"
+        "    vec4 sum = glbk_csm_frame.query.w > 0.0 ? glbk_unpack(texelFetch(glbk_csm_sum, ivec2(gl_FragCoord.xy), "
+        "0))\n"
         "                                            : vec4(0.0);\n"
         "    vec3 up = vec3(0.0, 0.0, 1.0);\n"
         "    cohsm_material m = cohsm_material(COHSM_BRDF_LAMBERT, vec3(0.5), vec3(0.0), 0.0, 0.0, 0.0, 0u, 0u);\n"
-        "    csm_point p = csm_point(vec3(gl_FragCoord.xy / 8.0 - 1.0, 0.0), up, up, vec3(0.0), m, COHSM_NO_SELF, 0u);\n"
+        "    csm_point p = csm_point(vec3(gl_FragCoord.xy / 8.0 - 1.0, 0.0), up, up, vec3(0.0), m, COHSM_NO_SELF, "
+        "0u);\n"
         "    result = glbk_pack(sum + csm_shade(p, uint(gl_FragCoord.y) * 16u + uint(gl_FragCoord.x)));\n"
         "}\n";
     glbk_csm_renderer_desc desc = { SIDE, SIDE, 0, 0, text };

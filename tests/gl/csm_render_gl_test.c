@@ -1,6 +1,6 @@
 /* csm_render_gl_test - `render --technique csm --backend gl` as a user calls it: the same samples as --backend cpu,
-   within 1 % relative RMSE, for every kind of light and material. The two differ by float rounding alone. And the Cornell
-   box beside the reference, as csm_render_test has it for the CPU. */
+   within 1 % relative RMSE, for every kind of light and material. The two differ by float rounding alone. And the
+   Cornell box beside the reference, as csm_render_test has it for the CPU. */
 #define _POSIX_C_SOURCE 200809L
 #define CONFORM_BACKEND "gl"
 #include "conformance.h"
@@ -27,7 +27,7 @@ static void sun_lamp_and_spot_on_glossy_leaves(void **state)
 {
     (void)state;
     agree("--scene builtin:plant --samples 16 --set materials=full --set light_side=3 --set light_m=48 "
-                      "--set hard_m=128 --light sun:1,1,1,2 --light sphere:2,2.5,1,0.4,6 --light spot:0,4,1,0,-1,-0.2,200");
+          "--set hard_m=128 --light sun:1,1,1,2 --light sphere:2,2.5,1,0.4,6 --light spot:0,4,1,0,-1,-0.2,200");
 }
 
 static void cornell_matches_reference(void **state)

@@ -161,8 +161,8 @@ static void a_million_queries_agree(void **state)
                 general.defines[0] = 0;
                 general.key = 0;
                 make_questions(&info, info.center, info.radius, (cohsm_light)light, 1, &seed);
-                ask_both(t, &asker, own ? &maps : &general, &body, 1, (cohsm_light)light, (cohsm_filter)filter, i % 2 ? 0.0f : 1.0f,
-                         &sum);
+                ask_both(t, &asker, own ? &maps : &general, &body, 1, (cohsm_light)light, (cohsm_filter)filter,
+                         i % 2 ? 0.0f : 1.0f, &sum);
             }
         glbk_csm_maps_destroy(&t->gl, &maps);
         cohsm_free(body.maps == built ? (cohsm_maps *)(size_t)built : NULL);
@@ -275,8 +275,8 @@ static void hostile_blocks_are_read_alike(void **state)
         glbk_csm_maps_destroy(&t->gl, &uploaded);
         cohsm_free(maps);
     }
-    printf("%u of %u hostile blocks accepted: %zu queries, %zu differ\n", (unsigned)accepted, (unsigned)tries, sum.asked,
-           sum.wrong);
+    printf("%u of %u hostile blocks accepted: %zu queries, %zu differ\n", (unsigned)accepted, (unsigned)tries,
+           sum.asked, sum.wrong);
     assert_int_equal(accepted, 50);
     assert_true((double)sum.wrong < 1e-4 * (double)sum.asked);
     free(copy);

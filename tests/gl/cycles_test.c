@@ -1,5 +1,5 @@
-/* cycles_test - objects of every technique made and destroyed a thousand times: no name is left, neither by our count nor
-   by GL's; half of the time only a part of them, as an error leaves them. Programs are names only (gl_fake.h);
+/* cycles_test - objects of every technique made and destroyed a thousand times: no name is left, neither by our count
+   nor by GL's; half of the time only a part of them, as an error leaves them. Programs are names only (gl_fake.h);
    fault_test has the base layer's objects and real programs. */
 #define _POSIX_C_SOURCE 200809L
 #include <setjmp.h>

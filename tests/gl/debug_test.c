@@ -1,5 +1,5 @@
-/* debug_test - DAPPLE_GL_DEBUG=1, by which the tests of programs know that GL saw no error: a program with one says so and
-   does not end with 0. */
+/* debug_test - DAPPLE_GL_DEBUG=1, by which the tests of programs know that GL saw no error: a program with one says so
+   and does not end with 0. */
 #define _POSIX_C_SOURCE 200809L
 #include <setjmp.h>
 #include <stdarg.h>

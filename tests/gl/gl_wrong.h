@@ -1,5 +1,5 @@
-/* gl_wrong.h - calls that must be refused: with a wrong argument, with a field of a desc that is wrong for one call, with a
-   result that stays zero. Include cmocka.h, gl_backend.h and gl/gl_test.h before. */
+/* gl_wrong.h - calls that must be refused: with a wrong argument, with a field of a desc that is wrong for one call,
+   with a result that stays zero. Include cmocka.h, gl_backend.h and gl/gl_test.h before. */
 #ifndef GL_WRONG_H
 #define GL_WRONG_H
 

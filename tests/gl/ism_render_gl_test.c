@@ -74,10 +74,12 @@ static void lost_energy(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(emitter_in_a_room),        cmocka_unit_test(leaves_under_a_sky), cmocka_unit_test(a_board_with_holes),
-        cmocka_unit_test(instances_and_lamps),      cmocka_unit_test(two_bounces_round_a_corner),
-        cmocka_unit_test(moving_cloth),             cmocka_unit_test(lost_energy)
-    };
+    const struct CMUnitTest tests[] = { cmocka_unit_test(emitter_in_a_room),
+                                        cmocka_unit_test(leaves_under_a_sky),
+                                        cmocka_unit_test(a_board_with_holes),
+                                        cmocka_unit_test(instances_and_lamps),
+                                        cmocka_unit_test(two_bounces_round_a_corner),
+                                        cmocka_unit_test(moving_cloth),
+                                        cmocka_unit_test(lost_energy) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

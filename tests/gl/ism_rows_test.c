@@ -276,7 +276,8 @@ static void windows_agree(void **state)
     for (i = 0; i < COUNT; i++) {
         uint32_t window = 0;
         for (k = 0; k < 2; k++) {
-            uint32_t below = (uint32_t)(util_unit(&seed) * 64), above = (uint32_t)(util_unit(&seed) * (float)(64 - below));
+            uint32_t below = (uint32_t)(util_unit(&seed) * 64),
+                     above = (uint32_t)(util_unit(&seed) * (float)(64 - below));
             window |= below << 6 * k | above << (6 * k + 12);
         }
         in[4 * i] = util_unit(&seed);

@@ -321,7 +321,7 @@ static void light_agrees(void **state)
     assert_true(worst < 2e-5 && worst_lost < 1e-4);
 }
 
-/* With near points, which ism_choose draws: a lit floor and a lit wall of the room, and the same floor and wall seen. */
+/* With near points, which ism_choose draws: a lit floor and wall of the room, and the same two seen. */
 static void near_points_agree(void **state)
 {
     GL_TEST(t, state)

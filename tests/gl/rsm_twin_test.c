@@ -695,7 +695,8 @@ static void same_light(paths *p, const char *what, int way)
         else if (!(off <= worst)) worst = off;
     }
     if (!(worst <= 4e-6)) printf("%s, way %d: %.2e\n", what, way, worst);
-    assert_true(worst <= 4e-6);         /* sums of up to 1728 and 640 terms, none negative, in 24 bits; measured 1e-6, of surfaces 3e-6 */
+    assert_true(worst <= 4e-6);         /* sums of up to 1728 and 640 terms, none negative, in 24 bits; measured 1e-6,
+                                           of surfaces 3e-6 */
     if (worst > p->worst) p->worst = worst;
 }
 

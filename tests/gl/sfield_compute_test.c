@@ -181,8 +181,8 @@ static void shade(gl_test *t, glbk_context *gl, const world *w, uint32_t entitie
 
 typedef struct scene_case { uint32_t bands, entities; float reach; int sky, gloss, unrolled; } scene_case;
 
-/* 128 entities are listed at most: 200 of them that reach far, and shine, are gone through in the table. 8 bands and gloss
-   are 1616 rounds of a loop for each occluder, of which software drivers do 65535 and no more. */
+/* 128 entities are listed at most: 200 of them that reach far, and shine, are gone through in the table. 8 bands and
+   gloss are 1616 rounds of a loop for each occluder, of which software drivers do 65535 and no more. */
 static const scene_case cases[] = { { 4, 60, 2.5f, 0, 0, 1 }, { 4, 200, 0, 1, 0, 1 }, { 4, 60, 2.5f, 1, 1, 1 },
                                     { 3, 60, 0, 1, 1, 0 },    { 1, 40, 2.5f, 1, 0, 1 }, { 8, 24, 3, 1, 1, 0 } };
 

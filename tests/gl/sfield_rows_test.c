@@ -155,7 +155,8 @@ static void place(gl_test *t, world *w, const sfield_entity *e, uint32_t count, 
 }
 
 /* One row of points of an entity; self: of all of them, or NULL. */
-static void shade_on(gl_test *t, world *w, uint32_t entity, const float *p, const float *n, const float *self, float *light)
+static void shade_on(gl_test *t, world *w, uint32_t entity, const float *p, const float *n, const float *self,
+                     float *light)
 {
     glbk_sfield_pixel pixels[SIZE];
     uint32_t i;
@@ -414,7 +415,8 @@ static void a_glowing_ball_lights_not_itself(void **state)
     GL_TEST(t, state)
     sfield_entity e[3];
     sfield_points set;
-    float p[3 * SIZE], beside[3 * SIZE], facing[3 * SIZE], rgb[3 * SIZE], glowing[4 * SIZE], dull[4 * SIZE], near[4 * SIZE];
+    float p[3 * SIZE], beside[3 * SIZE], facing[3 * SIZE], rgb[3 * SIZE], glowing[4 * SIZE], dull[4 * SIZE],
+        near[4 * SIZE];
     double worst = 0, most = 0;
     uint64_t seed = 8;
     world w;

@@ -117,6 +117,7 @@ static void others_are_waited_for(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(real_gpus_are_asked), cmocka_unit_test(others_are_waited_for) };
+    const struct CMUnitTest tests[] = { cmocka_unit_test(real_gpus_are_asked),
+                                        cmocka_unit_test(others_are_waited_for) };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

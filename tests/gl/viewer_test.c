@@ -78,7 +78,8 @@ static void run_viewer(const char *arguments, const char *keys)
              "key() { xdotool key \"$@\"; }\n"
              /* S or F, and until the line about it stands in out */
              "lines() { wc -l < out; }\n"
-             "shot() { n=$(lines); key $1; i=0; while [ $(lines) = $n ] && [ $i -lt 600 ]; do sleep 0.1; i=$((i+1)); done; }\n"
+             "shot() { n=$(lines); key $1; i=0\n"
+             "while [ $(lines) = $n ] && [ $i -lt 600 ]; do sleep 0.1; i=$((i+1)); done; }\n"
              "%s\n"
              "key q\n"
              "wait $viewer\n"

@@ -1,4 +1,4 @@
-/* golden.h - for tests/golden: what a program of tests/determinism prints, beside the lines kept here of an earlier day. */
+/* golden.h - for tests/golden: what a program of tests/determinism prints, beside lines kept of an earlier day. */
 #ifndef DAPPLE_GOLDEN_H
 #define DAPPLE_GOLDEN_H
 

@@ -1,5 +1,5 @@
-/* ism_golden_test - the lines of tests/determinism/ism_bytes.c against tests/golden/ism_bytes.txt, in whatever way this test
-   was built. A deliberate change of method makes new lines:
+/* ism_golden_test - the lines of tests/determinism/ism_bytes.c against tests/golden/ism_bytes.txt, in whatever way this
+   test was built. A deliberate change of method makes new lines:
        cc -std=c99 -O2 -I. -Itests tests/determinism/ism_bytes.c -lm -o /tmp/b
        /tmp/b > tests/golden/ism_bytes.txt */
 

@@ -1,5 +1,5 @@
-/* rsm_golden_test - the lines of tests/determinism/rsm_bytes.c against tests/golden/rsm_bytes.txt, in whatever way this test
-   was built. A deliberate change of method makes new lines:
+/* rsm_golden_test - the lines of tests/determinism/rsm_bytes.c against tests/golden/rsm_bytes.txt, in whatever way this
+   test was built. A deliberate change of method makes new lines:
        cc -std=c99 -O2 -I. -Itests tests/determinism/rsm_bytes.c -lm -o /tmp/b
        /tmp/b > tests/golden/rsm_bytes.txt */
 

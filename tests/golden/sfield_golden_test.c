@@ -17,7 +17,7 @@ static void files_are_what_they_were(void **state)
     golden_same("tests/golden/sfield_bytes.txt", now);
 }
 
-/* Files that an earlier build wrote: every later 1.x opens them, says the same of eight places, writes the same bytes. */
+/* Files that an earlier build wrote: every later 1.x opens them, says the same of eight places, writes equal bytes. */
 static void files_of_format_1_open(void **state)
 {
     static const struct { const char *name; double sum, squares; } files[] = {

@@ -99,8 +99,8 @@ static void light_through_holes(void **state)
 }
 
 /* Most of what bounces onto the knot comes from ground that no picture of a sun shows: without it means are 0.38 under
-   the sky and 0.25 in the sun (rsm), 0.34 and 0.19 (ism). Noise of the reference: 0.03. ism has 0.93 to 0.95 of the light
-   with its maps, which are coarse for a tube: the ground is asked for without them. Measured, error and mean:
+   the sky and 0.25 in the sun (rsm), 0.34 and 0.19 (ism). Noise of the reference: 0.03. ism has 0.93 to 0.95 of the
+   light with its maps, which are coarse for a tube: the ground is asked for without them. Measured, error and mean:
    rsm 0.120 and 1.004, 0.075 and 0.997; ism 0.173 and 1.017, 0.100 and 1.005. */
 #define KNOT "--scene builtin:knot --size 64x48"
 
@@ -132,8 +132,8 @@ static void light_from_the_ground_of_ism(void **state)
     light_from_the_ground("ism --set visibility=0 --samples 1024");
 }
 
-/* Maps of directions cover the ground near the knot, not to the horizon: there, no shadow was left (0.274, mean 1.07, ssim
-   0.81 at 96 x 72). Measured 0.140, 0.961 and 0.887; noise of the reference: 0.03. */
+/* Maps of directions cover the ground near the knot, not to the horizon: there, no shadow was left (0.274, mean 1.07,
+   ssim 0.81 at 96 x 72). Measured 0.140, 0.961 and 0.887; noise of the reference: 0.03. */
 static void direct_light_of_a_sky_of_ism(void **state)
 {
     static const bounds most = { 0.17, 0.06, 0.87 };

@@ -294,8 +294,8 @@ static void raster_by_clusters_is_the_same(void **state)
     ex_clusters_free(NULL);
 }
 
-/* From where a sun's picture is taken, a thousand radii away, a place is as exact as from near by: on its surface, and on
-   the ray of its pixel. */
+/* From where a sun's picture is taken, a thousand radii away, a place is as exact as from near by: on its surface, and
+   on the ray of its pixel. */
 static void raster_from_far_away_is_exact(void **state)
 {
     enum { SIDE = 101 };

@@ -152,7 +152,7 @@ static void every_truncation_is_refused(void **state)
                 fail_msg("file %d, %lu of %lu bytes: %d", k, (unsigned long)n, (unsigned long)files[k].size, (int)r);
             tried++;
         }
-    for (k = 0; k < FILES; k++)         /* the others from the file's own memory: a sanitizer sees less, no cut is left out */
+    for (k = 0; k < FILES; k++)         /* the others from the file's own memory: a sanitizer sees less */
         for (n = 0; n < files[k].size; n++) {
             cohsm_maps *maps = NULL;
             cohsm_result r = cohsm_open(files[k].data, n, NULL, &maps);

@@ -511,7 +511,7 @@ static envsh_result draw_twice(void *user, envsh_maps *m)
     return result == ENVSH_OK ? envsh_maps_draw(m, user, NULL) : result;
 }
 
-/* One fraction from 0 to 1 over all clusters; each of its calls may cancel; what comes after is as if nothing had been. */
+/* One fraction from 0 to 1 over all clusters; each of its calls may cancel; what follows is as if nothing had been. */
 static void every_call_of_progress_may_cancel(void **state)
 {
     static const float corners[] = { -0.5f, 0.2f, -0.5f, 0.5f, 0.2f, -0.5f, 0, 0.2f, 0.5f };

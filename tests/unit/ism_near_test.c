@@ -93,8 +93,8 @@ static void light_in_a_corner(void **state)
             assert_int_equal(ism_shade(m, &view, &shading, light, NULL), ISM_OK);
             beside_the_floor(light, &rmse[gather], &ratio[gather]);
         }
-        printf("pattern %u: relative RMSE %.4f by patches, %.4f by near points; means %.4f, %.4f\n", patterns[k], rmse[0],
-               rmse[1], ratio[0], ratio[1]);
+        printf("pattern %u: relative RMSE %.4f by patches, %.4f by near points; means %.4f, %.4f\n", patterns[k],
+               rmse[0], rmse[1], ratio[0], ratio[1]);
         assert_true(rmse[1] < (k ? 0.08 : 0.03) && rmse[1] < 0.6 * rmse[0]);
         assert_true(fabs(ratio[1] - 1) < 0.02);
         ism_free(m);
@@ -139,7 +139,10 @@ static void no_flux_is_lost(void **state)
 
 /* ---- the sum, written once more ---- */
 
-static int seen_by(uint32_t i, float x, int near_point) { return ((int)(x * 100 + 500) + (int)i) % (near_point ? 4 : 3) != 0; }
+static int seen_by(uint32_t i, float x, int near_point)
+{
+    return ((int)(x * 100 + 500) + (int)i) % (near_point ? 4 : 3) != 0;
+}
 
 static void see(void *user, const float p[3], const float n[3], const uint32_t *list, size_t count, float *visible)
 {
@@ -226,7 +229,7 @@ static void sums_to_the_letter(void **state)
     ism_free(m);
 }
 
-/* A reach is twice the distance to the eighth of the VPLs about the place, the VPL that a point belongs to the nearest. */
+/* A reach is twice the distance to the eighth of the VPLs about the place; a point belongs to the nearest VPL. */
 static void reach_and_owner(void **state)
 {
     ism_source s;
@@ -270,7 +273,8 @@ static void an_ornament_before_a_wall(void **state)
     static grid sheet, wall;
     static soup box;
     static float light[3 * SEEN], small[SIDE * SIDE];
-    const float a[3] = { -0.15f, -0.15f, 0.15f }, u[3] = { 0.3f, 0, 0 }, v[3] = { 0, 0.3f, 0 }, to_wall[3] = { 0, 0, -1 };
+    const float a[3] = { -0.15f, -0.15f, 0.15f }, u[3] = { 0.3f, 0, 0 }, v[3] = { 0, 0.3f, 0 },
+                to_wall[3] = { 0, 0, -1 };
     const float b[3] = { -0.5f, -0.3f, 0 }, w[3] = { 1, 0, 0 }, h[3] = { 0, 0.6f, 0 };
     const float lo[3] = { 3, -1, 0 }, hi[3] = { 4, 1, 1 }, corner[4][2] = { { 0, 0 }, { 0, 1 }, { 1, 1 }, { 1, 0 } };
     double error[2] = { 0, 0 }, all[2] = { 0, 0 }, mean = 0, peak[2] = { 0, 0 };
@@ -431,9 +435,9 @@ static void the_same_bytes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(light_in_a_corner), cmocka_unit_test(no_flux_is_lost),  cmocka_unit_test(sums_to_the_letter),
-        cmocka_unit_test(reach_and_owner),   cmocka_unit_test(an_ornament_before_a_wall), cmocka_unit_test(who_has_none),
-        cmocka_unit_test(the_same_bytes),
+        cmocka_unit_test(light_in_a_corner), cmocka_unit_test(no_flux_is_lost), cmocka_unit_test(sums_to_the_letter),
+        cmocka_unit_test(reach_and_owner), cmocka_unit_test(an_ornament_before_a_wall),
+        cmocka_unit_test(who_has_none), cmocka_unit_test(the_same_bytes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

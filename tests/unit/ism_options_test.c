@@ -232,8 +232,8 @@ static void flux_keeps_its_share(void **state)
     }
 }
 
-/* The same floor as two sources, one of which reaches nothing: the share is of both together. By itself each had its own,
-   and one with a few great effects left the others nothing. */
+/* The same floor as two sources, one of which reaches nothing: the share is of both together. By itself each had its
+   own, and one with a few great effects left the others nothing. */
 static void flux_keeps_its_share_of_all_sources(void **state)
 {
     ism_source whole, halves[2];
@@ -444,10 +444,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(clip_conventions_give_the_same_choice), cmocka_unit_test(a_spherical_light_is_its_integral),
-        cmocka_unit_test(a_spherical_light_aslant),              cmocka_unit_test(lights_are_clamped_to_their_mean),
-        cmocka_unit_test(flux_keeps_its_share), cmocka_unit_test(flux_keeps_its_share_of_all_sources),                  cmocka_unit_test(effects_are_blurred_by_the_radius),
-        cmocka_unit_test(more_view_samples_less_noise),          cmocka_unit_test(area_keeps_its_share_of_points),
-        cmocka_unit_test(weak_vpls_take_fewer_points),
+        cmocka_unit_test(a_spherical_light_aslant), cmocka_unit_test(lights_are_clamped_to_their_mean),
+        cmocka_unit_test(flux_keeps_its_share), cmocka_unit_test(flux_keeps_its_share_of_all_sources),
+        cmocka_unit_test(effects_are_blurred_by_the_radius), cmocka_unit_test(more_view_samples_less_noise),
+        cmocka_unit_test(area_keeps_its_share_of_points), cmocka_unit_test(weak_vpls_take_fewer_points),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

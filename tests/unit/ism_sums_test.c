@@ -1089,7 +1089,8 @@ static void every_disc_is_drawn(void **state)
                     const uint32_t hit = d.keep_hits ? ((const uint32_t *)maps->hits.data)[at] : expected;
                     all++;
                     known += there != 0;
-                    wrong += hit != expected || (there ? !near_to((double)atlas[at], t.at[i].t, 1e-3) : atlas[at] < ISM_FAR);
+                    wrong +=
+                        hit != expected || (there ? !near_to((double)atlas[at], t.at[i].t, 1e-3) : atlas[at] < ISM_FAR);
                 }
             }
             ism_free(maps);

@@ -1,5 +1,5 @@
-/* ism_window_test - windows of tiles: square and tile are each other's inverse, every texel has its part, discs keep their
-   solid angle, what the picture shows lies in the window, which stays where little moves. */
+/* ism_window_test - windows of tiles: square and tile are each other's inverse, every texel has its part, discs keep
+   their solid angle, what the picture shows lies in the window, which stays where little moves. */
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 
@@ -233,7 +233,7 @@ static void windows_hold_what_is_seen(void **state)
     ism_free(maps);
 }
 
-/* The camera sways: the window stays, but where it must grow. Once it might be more than two steps smaller it follows. */
+/* The camera sways: the window stays unless it must grow. Once it might be more than two steps smaller it follows. */
 static void windows_stay(void **state)
 {
     ism_mesh m;

@@ -135,7 +135,8 @@ static void hit(const rsm_map *map, uint32_t face, const rsm_texel *t, double u,
 /* Half the sides of the surface under a texel, moved back by the offset: by differences, a thousandth of it wide. */
 static void sides_of(const rsm_map *map, const rsm_texel *t, double offset, double side[2][3])
 {
-    const uint32_t size = rsm_map_side(map), face = (uint32_t)((size_t)(t - rsm_map_texels(map)) / ((size_t)size * size));
+    const uint32_t size = rsm_map_side(map),
+                   face = (uint32_t)((size_t)(t - rsm_map_texels(map)) / ((size_t)size * size));
     const double h = 1e-3 / size;
     rsm_texel moved = *t;
     float m[16];
@@ -144,7 +145,8 @@ static void sides_of(const rsm_map *map, const rsm_texel *t, double offset, doub
     for (c = 0; c < 3; c++) moved.position[c] = (float)((double)t->position[c] - offset * (double)t->normal[c]);
     assert_int_equal(rsm_map_matrix(map, face, m), RSM_OK);
     for (k = 0; k < 4; k++)
-        for (clip[k] = (double)m[12 + k], c = 0; c < 3; c++) clip[k] += (double)m[4 * c + k] * (double)moved.position[c];
+        for (clip[k] = (double)m[12 + k], c = 0; c < 3; c++)
+            clip[k] += (double)m[4 * c + k] * (double)moved.position[c];
     for (k = 0; k < 2; k++) {
         hit(map, face, &moved, clip[0] / clip[3] + (k ? 0 : h), clip[1] / clip[3] + (k ? h : 0), a);
         hit(map, face, &moved, clip[0] / clip[3] - (k ? 0 : h), clip[1] / clip[3] - (k ? h : 0), b);
@@ -152,8 +154,8 @@ static void sides_of(const rsm_map *map, const rsm_texel *t, double offset, doub
     }
 }
 
-/* The mean of cos cos / d^2 over the surface under a texel at d, its part above the horizon of n: Lambert's sum over the
-   edges of the polygon that the horizon leaves. */
+/* The mean of cos cos / d^2 over the surface under a texel at d, its part above the horizon of n: Lambert's sum over
+   the edges of the polygon that the horizon leaves. */
 static double surface_form(const rsm_map *map, const rsm_texel *t, double offset, const double *d, const double *n)
 {
     double side[2][3], q[4][3], p[8][3], area[3], sum = 0, size, point, height = 0, facing = 0;
@@ -189,8 +191,8 @@ static double surface_form(const rsm_map *map, const rsm_texel *t, double offset
 
 typedef struct sums { double rgb[3], full, lost, nearest2; int sure, near; } sums;
 
-/* weight: texels that it stands for; share: what is left of its light beside another way to sample it; surface: where it
-   is near, it is the surface under the texel. */
+/* weight: texels that it stands for; share: what is left of its light beside another way to sample it; surface: where
+   it is near, it is the surface under the texel. */
 static void add_light(sums *s, const rsm_gather_desc *g, const rsm_map *map, const rsm_texel *t, size_t pixel,
                       double weight, double share, int surface)
 {
@@ -602,8 +604,8 @@ static void every_texel_and_several_maps(void **state)
     }
 }
 
-/* Sides of the surface under texels of all maps: by rays, and their area is the texel's; those that light grazes have no
-   more than that. */
+/* Sides of the surface under texels of all maps: by rays, and their area is the texel's; those that light grazes have
+   no more than that. */
 static void texels_have_their_sides(void **state)
 {
     static const float slope[] = { -1, -2, -1, 2, 80, 0, 0, 0, 2 };
@@ -1221,9 +1223,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lights_are_picked_by_flux), cmocka_unit_test(every_pattern_sums_its_samples),
-        cmocka_unit_test(every_texel_and_several_maps), cmocka_unit_test(texels_have_their_sides), cmocka_unit_test(lists_are_summed_in_rows),
-        cmocka_unit_test(grids_are_section_four), cmocka_unit_test(passes_are_taps),
-        cmocka_unit_test(frames_are_reprojected), cmocka_unit_test(clusters_are_cut_at_means),
+        cmocka_unit_test(every_texel_and_several_maps), cmocka_unit_test(texels_have_their_sides),
+        cmocka_unit_test(lists_are_summed_in_rows), cmocka_unit_test(grids_are_section_four),
+        cmocka_unit_test(passes_are_taps), cmocka_unit_test(frames_are_reprojected),
+        cmocka_unit_test(clusters_are_cut_at_means),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

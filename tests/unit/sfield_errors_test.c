@@ -127,7 +127,7 @@ static void emitters(void **state)
         }
         assert_int_equal(sfield_build_emitter(&d, &e, &f, NULL), SFIELD_ERR_DESC);
     }
-    for (i = 0; i < 6 * 15; i++) {            /* a rectangle, one number or the same of both sides not one or too large */
+    for (i = 0; i < 6 * 15; i++) {            /* a rectangle, a number or that of both sides not one or too large */
         const float odd[5] = { NAN, INFINITY, -INFINITY, 1e30f, -1e38f };
         sfield_emitter e;
         memset(&e, 0, sizeof e);

@@ -124,7 +124,8 @@ static void lights_that_change(void **state)
 {
     char *values[] = { "render", "--technique", "shadowfield", "--scene", "builtin:knot", "--out", "a.pfm", "--light",
                        "rect:-1,4,-1,2,0,0,0,0,2,20", "--light", "sphere:3,3,0,0.3,20", "--light", "sun:1,2,0,1",
-                       "--light", "spot:0,5,3,0,-0.86,-0.5,50,80", "--env", "builtin:overcast", "--set", "ground=1", SMALL };
+                       "--light", "spot:0,5,3,0,-0.86,-0.5,50,80", "--env", "builtin:overcast",
+                       "--set", "ground=1", SMALL };
     ex_image picture;
     stage s;
     ex_light *l;

@@ -211,7 +211,8 @@ static void part_points(stage *s, const sfield_desc *d)
     sfield_mesh mesh = mesh_of(&m);
     int i;
     for (i = 0; i < POINTS; i++)
-        assert_int_equal(sfield_build_self(d, &mesh, s->p + 3 * i, s->n + 3 * i, 1, 1e-3f, &s->own[i], NULL), SFIELD_OK);
+        assert_int_equal(sfield_build_self(d, &mesh, s->p + 3 * i, s->n + 3 * i, 1, 1e-3f, &s->own[i], NULL),
+                         SFIELD_OK);
     model_free(&m);
 }
 
@@ -380,8 +381,8 @@ static void wavelets_by_all_vectors(void **state)
 }
 
 /* Points all about a video, so that hardly two share samples: the cosine's coefficients times the field's then. */
-/* Points in wavelets, sixteen at a time, as each by itself; with cubes smaller and larger than a block of 64 texels, points
-   that are left out, above a box and among others in several orders. */
+/* Points in wavelets, sixteen at a time, as each by itself; with cubes smaller and larger than a block of 64 texels,
+   points that are left out, above a box and among others in several orders. */
 static void bundles_are_as_single_points(void **state)
 {
     static const uint32_t sides[] = { 4, 8, 16, 64 };

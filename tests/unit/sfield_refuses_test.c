@@ -1,5 +1,5 @@
-/* sfield_refuses_test - every argument of every function of shadowfield.h that can be wrong, one at a time, the others right;
-   and what is at the edge and allowed. */
+/* sfield_refuses_test - every argument of every function of shadowfield.h that can be wrong, one at a time, the others
+   right; and what is at the edge and allowed. */
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "unit/sfield_util.h"

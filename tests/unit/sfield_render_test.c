@@ -1,5 +1,5 @@
-/* sfield_render_test - `render --technique shadowfield` as a user calls it, where time passes: a video that shines beside the
-   reference, meshes that deform, lamps that alone move. */
+/* sfield_render_test - `render --technique shadowfield` as a user calls it, where time passes: a video that shines
+   beside the reference, meshes that deform, lamps that alone move. */
 #define _POSIX_C_SOURCE 200809L
 #include "program.h"
 
@@ -77,7 +77,8 @@ static void baked_fields_are_used(void **state)
     assert_true(number("relative_rmse") > 1e-4);
     snprintf(line, sizeof line, "%s --set bands=3 --baked knot.sf --out x.pfm", scene);
     expect(1, "these bands", line);
-    expect(1, "another object", "--technique shadowfield --scene builtin:plant --size 32x18 --baked knot.sf --out x.pfm" SMALL);
+    expect(1, "another object",
+           "--technique shadowfield --scene builtin:plant --size 32x18 --baked knot.sf --out x.pfm" SMALL);
 }
 
 /* A square lamp that shines up and down, 2 over a floor, both of 2 x 2; its radiance is 8, 8 green, 8. */
@@ -108,7 +109,8 @@ static void bake(const char *arguments)
     if (run("bake", arguments) != 0) fail_msg("bake %s: %s", arguments, output);
 }
 
-#define LAMP "--technique shadowfield --size 48x27 --camera 0,1.4,3.5,0,0.2,0,40 --set ground=0 --set spacing=0.1 --set shells=4 "
+#define LAMP "--technique shadowfield --size 48x27 --camera 0,1.4,3.5,0,0.2,0,40 --set ground=0 --set spacing=0.1 " \
+             "--set shells=4 "
 
 /* Of one lamp: with what bake wrote the picture is that of what render builds, to the bit; of another lamp the file is
    refused. position_side=2 would give another picture. */
@@ -124,10 +126,12 @@ static void baked_sources_are_used(void **state)
     write_lamp("lamp.gltf", 0.5);
     write_lamp("other.gltf", 0.45);
     for (int b = 0; b < 2; b++) {
-        snprintf(line, sizeof line, "shadowfield lamp.gltf -o source.sf --set kind=source --set node=lamp --set basis=%s "
+        snprintf(line, sizeof line,
+                 "shadowfield lamp.gltf -o source.sf --set kind=source --set node=lamp --set basis=%s "
                  "--set shells=4 --set position_side=3", bases[b]);
         bake(line);
-        snprintf(line, sizeof line, LAMP "--scene lamp.gltf --set basis=%s --set position_side=3 --out built.pfm --json -",
+        snprintf(line, sizeof line,
+                 LAMP "--scene lamp.gltf --set basis=%s --set position_side=3 --out built.pfm --json -",
                  bases[b]);
         expect(0, "", line);
         assert_true(number("source_bytes") > 1000);
@@ -145,7 +149,8 @@ static void baked_sources_are_used(void **state)
                  "--out x.pfm", bases[b]);
         expect(1, "source.sf: the field of another object", line);
     }
-    snprintf(line, sizeof line, LAMP "--scene lamp.gltf --set emitters=0 --set basis=haar --baked source.sf --out x.pfm");
+    snprintf(line, sizeof line,
+             LAMP "--scene lamp.gltf --set emitters=0 --set basis=haar --baked source.sf --out x.pfm");
     expect(1, "source.sf: the field of another object", line);
 }
 
@@ -157,7 +162,8 @@ static void baked_files_go_together(void **state)
     char line[500];
     (void)state;
     bake("shadowfield builtin:robots -o body.sf --set node=body --set shells=4 --set position_side=3");
-    bake("shadowfield builtin:robots -o bullet.sf --set kind=source --set node=bullet --set shells=4 --set position_side=3");
+    bake("shadowfield builtin:robots -o bullet.sf --set kind=source --set node=bullet --set shells=4 "
+         "--set position_side=3");
     bake("shadowfield builtin:robots -o points.sf --set kind=self --set node=body --set point_spacing=0.2");
     snprintf(line, sizeof line, "%s --out built.pfm", scene);
     expect(0, "", line);
@@ -179,7 +185,8 @@ static void baked_video_goes_on(void **state)
                                 "--set source_shells=3" SMALL;
     char line[500];
     (void)state;
-    bake("shadowfield builtin:explosion -o fire.sf --set kind=source --set node=fire --set shells=3 --set position_side=2");
+    bake("shadowfield builtin:explosion -o fire.sf --set kind=source --set node=fire --set shells=3 "
+         "--set position_side=2");
     for (int frames = 1; frames < 4; frames += 2) {
         snprintf(line, sizeof line, "%s --frames %d --out built.pfm", scene, frames);
         expect(0, "", line);

@@ -103,9 +103,11 @@ static void write_glb(const numbers *positions, const numbers *cells)
         high[i % 3] = x > high[i % 3] ? x : high[i % 3];
     }
     sprintf(json, "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],"
-            "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1}]}],\"buffers\":[{\"byteLength\":%lu}],"
+            "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1}]}],"
+            "\"buffers\":[{\"byteLength\":%lu}],"
             "\"bufferViews\":[{\"buffer\":0,\"byteLength\":%lu},{\"buffer\":0,\"byteOffset\":%lu,\"byteLength\":%lu}],"
-            "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":%lu,\"type\":\"VEC3\",\"min\":[%.9g,%.9g,%.9g],"
+            "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":%lu,\"type\":\"VEC3\","
+            "\"min\":[%.9g,%.9g,%.9g],"
             "\"max\":[%.9g,%.9g,%.9g]},{\"bufferView\":1,\"componentType\":5125,\"count\":%lu,\"type\":\"SCALAR\"}]}",
             (unsigned long)bytes, 4ul * positions->count, 4ul * positions->count, 4ul * cells->count,
             (unsigned long)(positions->count / 3), low[0], low[1], low[2], high[0], high[1], high[2],

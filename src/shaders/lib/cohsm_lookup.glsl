@@ -2,8 +2,8 @@
 //
 // COHSM_TEXEL(i): the including program's uvec4 of words 4 i .. 4 i + 3; i (uint) counts through all blocks that were
 // uploaded. What a query needs of the header is read once by cohsm_open; keep the result.
-// COHSM_ONE_DOMAIN, COHSM_ONE_ORDER, COHSM_ONE_FRAME: the number that all blocks have there, where they agree; the code for
-// others is gone then.
+// COHSM_ONE_DOMAIN, COHSM_ONE_ORDER, COHSM_ONE_FRAME: the number that all blocks have there, where they agree; the code
+// for others is gone then.
 #ifndef COHSM_TEXEL
 #error "cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks"
 #endif
@@ -243,8 +243,8 @@ uint cohsm_stored_depth(cohsm_maps m, uint pixel, uint place)
     uint tail = count >> 16;
     count &= 0xffffu;
     uvec2 block = cohsm_find_block(m, list, count, view);
-    cohsm_line l = cohsm_fetch_line(m, m.lines_at + (block.x + 1u < count ? 16u * (first + block.x)
-                                                                          : 16u * (first - (tail >> 4)) + (tail & 15u)));
+    uint line = block.x + 1u < count ? 16u * (first + block.x) : 16u * (first - (tail >> 4)) + (tail & 15u);
+    cohsm_line l = cohsm_fetch_line(m, m.lines_at + line);
     uint at = l.bit >> 5, head = cohsm_line_word(l, at);
     uvec2 marks = cohsm_marks(head, cohsm_line_word(l, at + 1u), cohsm_line_word(l, at + 2u));
     return cohsm_segment_depth(m, l, head, marks, cohsm_segment(l, head, marks, view - block.y));

@@ -1,7 +1,8 @@
 // envsh_cast - a caster's vertices and fragments in the tile of a light; gl_InstanceID says of which.
 // uses: table envsh_bindings
-// The vertex shader has "out float envsh_depth;" and ENVSH_CAST(world); the fragment shader "in float envsh_depth;" and,
-// behind what it discards, ENVSH_STORE(envsh_depth). With ENVSH_RGBA it has "layout(location = 0) out uvec4 envsh_bits;".
+// The vertex shader has "out float envsh_depth;" and ENVSH_CAST(world); the fragment shader "in float envsh_depth;"
+// and, behind what it discards, ENVSH_STORE(envsh_depth). With ENVSH_RGBA it has "layout(location = 0) out uvec4
+// envsh_bits;".
 #ifndef ENVSH_RGBA
 #error "ENVSH_RGBA: 1 where four maps share a texel (glbk_envsh_maps_desc.rgba), else 0"
 #endif

@@ -5,7 +5,7 @@
 //   ENVSH_STORED(view, at)   float, the depth at texel `at` of the view's tile
 //   ENVSH_CELL(view, at, l)  vec2, least and greatest depth of a cell of 8 << l texels a side
 //   ENVSH_DISC(i)            vec2, tap i on the unit disc
-#if !defined(ENVSH_FILTER) || !defined(ENVSH_TEXEL) || !defined(ENVSH_STORED) || !defined(ENVSH_CELL) || !defined(ENVSH_DISC)
+#if !(defined ENVSH_FILTER && defined ENVSH_TEXEL && defined ENVSH_STORED && defined ENVSH_CELL && defined ENVSH_DISC)
 #error "envsh_visible: ENVSH_FILTER, ENVSH_TEXEL, ENVSH_STORED, ENVSH_CELL, ENVSH_DISC"
 #endif
 
@@ -73,7 +73,10 @@ vec2 envsh_turn(float x)
 
 ivec2 envsh_place(vec2 at) { return ivec2(floor(clamp(at, vec2(-64.0), vec2(8192.0)))); }
 
-bool envsh_outside(envsh_query q, ivec2 at) { return any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(q.size))); }
+bool envsh_outside(envsh_query q, ivec2 at)
+{
+    return any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(q.size)));
+}
 
 // Is the texel's centre on the receiver's plane lit? Beyond the tile nothing is in the way. stored: what was found.
 bool envsh_lit(envsh_query q, envsh_view v, envsh_receiver r, ivec2 at, out float stored)
@@ -209,7 +212,7 @@ envsh_receiver envsh_receive(envsh_query q, envsh_view v, vec3 p, vec3 n, float 
     return r;
 }
 
-// Visibility of a light, 0..1. n: the surface's own unit normal, on the side that is seen. index: another for each pixel.
+// Visibility of a light, 0..1. n: the surface's own unit normal, on the side seen. index: another for each pixel.
 float envsh_visible(envsh_query q, uint light, vec3 p, vec3 n, uint index)
 {
     float cosine = dot(n, envsh_direction(light)), stored;
@@ -232,7 +235,7 @@ float envsh_visible(envsh_query q, uint light, vec3 p, vec3 n, uint index)
 #endif
 }
 
-// Sum of visibility x cosine x irradiance over lights from .. to - 1, W/m^2. n: shading normal; flat_n: the surface's own.
+// Sum of visibility x cosine x irradiance of lights from .. to - 1, W/m^2. n: shading normal; flat_n: the surface's.
 vec3 envsh_irradiance(envsh_query q, uint from, uint to, vec3 p, vec3 n, vec3 flat_n, uint index)
 {
     vec3 sum = vec3(0.0);

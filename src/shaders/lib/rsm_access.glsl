@@ -2,9 +2,10 @@
 // uses: rsm_bindings rsm_map
 rsm_lamp rsm_bound()
 {
-    return rsm_lamp(glbk_rsm_light.position.xyz, glbk_rsm_light.right.xyz, glbk_rsm_light.up.xyz, glbk_rsm_light.axis.xyz,
-                    glbk_rsm_light.value.xyz, glbk_rsm_light.position.w, glbk_rsm_light.axis.w, glbk_rsm_light.value.w,
-                    int(glbk_rsm_light.up.w), int(glbk_rsm_light.right.w));
+    return rsm_lamp(glbk_rsm_light.position.xyz, glbk_rsm_light.right.xyz, glbk_rsm_light.up.xyz,
+                    glbk_rsm_light.axis.xyz, glbk_rsm_light.value.xyz, glbk_rsm_light.position.w,
+                    glbk_rsm_light.axis.w, glbk_rsm_light.value.w, int(glbk_rsm_light.up.w),
+                    int(glbk_rsm_light.right.w));
 }
 
 // Image k of texel t.xy of face t.z: 0 position and depth, 1 normal and material, 2 flux and area.
@@ -12,7 +13,8 @@ rsm_lamp rsm_bound()
 // Running sums of flux: in the row up to texel x, and of rows up to row y of its face.
 #define RSM_ROW_SUM(t) uintBitsToFloat(texelFetch(glbk_rsm_sums, t, 0).x)
 #define RSM_ROWS_SUM(y, face) uintBitsToFloat(texelFetch(glbk_rsm_rows, ivec3(y, 0, face), 0).x)
-// Number i of the list: 0 position and bound, 1 normal and density (MIXED) or squared distance that is near, 2 flux and texel, 3 light and material.
+// Number i of the list: 0 position and bound, 1 normal and density (MIXED) or squared distance that is near, 2 flux and
+// texel, 3 light and material.
 #define RSM_LISTED(i, k) texelFetch(glbk_rsm_lights, ivec3(int((i) & 1023u), int((i) >> 10), k), 0)
 #define RSM_PATTERN(i) texelFetch(glbk_rsm_pattern, ivec2(int((i) & 1023u), int((i) >> 10)), 0).xyz
 #ifndef RSM_LIGHT           // lib/rsm_chunk.glsl has chunks of both in shared memory

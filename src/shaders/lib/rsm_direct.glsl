@@ -32,7 +32,8 @@ float rsm_pcf(rsm_lamp l, vec3 p, float cosine, int taps, float bias, float slop
     float sum = 0.0, total = 0.0;
     for (int j = 0; j < taps; j++)
         for (int i = 0; i < taps; i++) {
-            vec2 w = vec2(i == 0 ? 1.0 - f.x : i == taps - 1 ? f.x : 1.0, j == 0 ? 1.0 - f.y : j == taps - 1 ? f.y : 1.0);
+            vec2 w = vec2(i == 0 ? 1.0 - f.x : i == taps - 1 ? f.x : 1.0,
+                          j == 0 ? 1.0 - f.y : j == taps - 1 ? f.y : 1.0);
             float weight = taps == 1 ? 1.0 : w.x * w.y;
             ivec3 t = ivec3(clamp(ivec2(floor(first)) + ivec2(i, j), ivec2(0), ivec2(size - 1)), face);
             total += weight;

@@ -4,8 +4,8 @@
 #ifndef RSM_SURFACES
 #define RSM_SURFACES 0
 #endif
-// Equation (1) without flux: cos cos / d^2, cosines times d over d^4. Both must exceed the rounding of positions, so that
-// a plane does not light itself (T40).
+// Equation (1) without flux: cos cos / d^2, cosines times d over d^4. Both must exceed the rounding of positions, so
+// that a plane does not light itself (T40).
 float rsm_near = 0.0;     // 1 / squared distance of the nearest light so far that is not edge-on, for interpolation
 
 float rsm_form(vec3 p, vec3 n, vec3 light, vec3 light_normal, float bound)
@@ -19,8 +19,8 @@ float rsm_form(vec3 p, vec3 n, vec3 light, vec3 light_normal, float bound)
 }
 
 #if RSM_SURFACES
-// Half the sides of the surface under a texel at p: the cross section of its beam, along the beam onto the plane of n. Their
-// parallelogram has rsm_area's area, since grazing ones are bounded alike, along the light.
+// Half the sides of the surface under a texel at p: the cross section of its beam, along the beam onto the plane of n.
+// Their parallelogram has rsm_area's area, since grazing ones are bounded alike, along the light.
 void rsm_texel_sides(rsm_lamp l, int face, vec3 p, vec3 n, out vec3 side, out vec3 other)
 {
     vec3 a, d;
@@ -61,9 +61,10 @@ float rsm_clipped_edge(vec3 n, vec3 a, vec3 b, inout vec3 leave, inout vec3 come
     return rsm_edge(n, a, b);
 }
 
-// Integral of cos cos / d^2 over the parallelogram c +- u +- v, seen from the origin and clipped at the horizon of n: pi
-// times the form factor (Baum, Rushmeier and Winget 1989). The horizon cuts it once at most: where it leaves and where it
-// comes back are joined. No loop, since it is called in one: llvmpipe counts the rounds of all of them together.
+// Integral of cos cos / d^2 over the parallelogram c +- u +- v, seen from the origin and clipped at the horizon of n:
+// pi times the form factor (Baum, Rushmeier and Winget 1989). The horizon cuts it once at most: where it leaves and
+// where it comes back are joined. No loop, since it is called in one: llvmpipe counts the rounds of all of them
+// together.
 float rsm_form_of(vec3 n, vec3 c, vec3 u, vec3 v)
 {
     vec3 p = c - u - v, q = c + u - v, r = c + u + v, s = c - u + v, leave = c, come = c;
@@ -74,8 +75,8 @@ float rsm_form_of(vec3 n, vec3 c, vec3 u, vec3 v)
 #endif
 
 // rsm_form where the light is a texel of a face: nearer than the root of near2 the mean over the surface that it is. To
-// receivers that face it nearer than half its side to its plane no more than a point, by degrees: so lie the backs of bent
-// sheets, through which the parallelogram reaches.
+// receivers that face it nearer than half its side to its plane no more than a point, by degrees: so lie the backs of
+// bent sheets, through which the parallelogram reaches.
 float rsm_texel_form(rsm_lamp l, vec3 p, vec3 n, int face, vec3 light, vec3 light_normal, float bound, float near2)
 {
     float form = rsm_form(p, n, light, light_normal, bound);
@@ -137,8 +138,8 @@ vec3 rsm_centre_of(rsm_lamp l, vec3 p, bool inside, out vec3 right, out vec3 up)
     return inside ? vec3(clamp(q.xy, 0.02, 0.98), 0.0) : q;
 }
 
-// Which texel is under a sample of a pattern about the receiver, and how many texels' worth it stands for. turn: cosine and
-// sine of the pixel's rotation. r_max 0: up to the map's border. false: outside.
+// Which texel is under a sample of a pattern about the receiver, and how many texels' worth it stands for. turn: cosine
+// and sine of the pixel's rotation. r_max 0: up to the map's border. false: outside.
 bool rsm_place_sample(rsm_lamp l, float r_max, vec3 centre, vec3 right, vec3 up, vec3 point, vec2 turn, out ivec3 t,
                       out float weight)
 {
@@ -205,8 +206,8 @@ vec3 rsm_gather_list(rsm_lamp l, vec3 p, vec3 n, uint from, uint to, bool glossy
 // From points first, first + step, ... of the pattern, count of them, about the projection of p. limits: offset, clamp,
 // near_limit, sets that share the points. mixed, picked: MIXED; else 0. near_field: texels nearer than so many of their
 // sides are surfaces.
-vec3 rsm_gather_about(rsm_lamp l, vec3 p, vec3 n, float r_max, vec2 turn, uint first, uint step, uint count, vec4 limits,
-                      bool glossy, float mixed, float picked, float near_field)
+vec3 rsm_gather_about(rsm_lamp l, vec3 p, vec3 n, float r_max, vec2 turn, uint first, uint step, uint count,
+                      vec4 limits, bool glossy, float mixed, float picked, float near_field)
 {
     vec3 sum = vec3(0.0), right, up, centre = rsm_centre_of(l, p, !(r_max > 0.0), right, up);
     float total = picked > 0.0 ? rsm_total(l) : 0.0;
@@ -229,7 +230,8 @@ vec3 rsm_gather_about(rsm_lamp l, vec3 p, vec3 n, float r_max, vec2 turn, uint f
         float form = rsm_texel_form(l, p, n, t.z, light, light_normal, bound, near_field * near_field * flux.w);
         vec3 e = flux.xyz * form;
         if (glossy && b.w != 0u)
-            e += rsm_gloss(l, p, light, light_normal, form, rsm_incident(l, t.z, t.xy) * l.value, RSM_MATERIAL(b.w - 1u));
+            e += rsm_gloss(l, p, light, light_normal, form, rsm_incident(l, t.z, t.xy) * l.value,
+                           RSM_MATERIAL(b.w - 1u));
         sum += e * (weight * limits.w);
     }
     return sum;

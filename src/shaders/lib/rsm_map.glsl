@@ -53,7 +53,7 @@ float rsm_texel_centre(rsm_lamp l, int i) { return (float(i) + 0.5) * 2.0 / l.si
 
 vec3 rsm_to_light(rsm_lamp l, vec3 p) { return l.kind == RSM_SUN ? -l.axis : rsm_normalize(l.position - p); }
 
-// Light of value 1 through the part q +- h of a face, in its plane at distance 1: the integral of cos^3 by Gauss points.
+// Light of value 1 through the part q +- h of a face, in its plane at distance 1: cos^3 integrated by Gauss points.
 float rsm_solid_angle(rsm_lamp l, vec3 r, vec3 u, vec3 a, vec2 q, float h)
 {
     float sum = 0.0;

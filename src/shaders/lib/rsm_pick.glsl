@@ -9,7 +9,10 @@ uint rsm_hash32(uint x)
 
 uint rsm_hash_combine(uint a, uint b) { return rsm_hash32(a + 0x9e3779b9u * rsm_hash32(b)); }
 float rsm_to_unit(uint bits) { return float(bits >> 8) * (1.0 / 16777216.0); }
-float rsm_random(uint seed, uint stream, uint i) { return rsm_to_unit(rsm_hash_combine(rsm_hash_combine(seed, stream), i)); }
+float rsm_random(uint seed, uint stream, uint i)
+{
+    return rsm_to_unit(rsm_hash_combine(rsm_hash_combine(seed, stream), i));
+}
 float rsm_mean3(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }
 
 float rsm_total(rsm_lamp l)

@@ -6,12 +6,18 @@
 #define RSM_EVALUATED 3.0       // and in the step before this one:
 #define RSM_FRESH 4.0
 
-// Nodes of a grid say in alpha how far away their nearest light is: -d^2 2^60 in the step that evaluates them, -d^2 / 2^60
-// afterwards, so that both can be told apart and no bit is lost.
+// Nodes of a grid say in alpha how far away their nearest light is: -d^2 2^60 in the step that evaluates them, -d^2 /
+// 2^60 afterwards, so that both can be told apart and no bit is lost.
 #define RSM_NODE_SCALE 1152921504606846976.0
 bool rsm_node_fresh(float alpha) { return alpha < -1.0; }
-float rsm_node_distance2(float alpha) { return rsm_node_fresh(alpha) ? -alpha / RSM_NODE_SCALE : -alpha * RSM_NODE_SCALE; }
-float rsm_node_alpha(float distance2) { return -clamp(distance2, 4.0 / RSM_NODE_SCALE, 0.25 * RSM_NODE_SCALE) * RSM_NODE_SCALE; }
+float rsm_node_distance2(float alpha)
+{
+    return rsm_node_fresh(alpha) ? -alpha / RSM_NODE_SCALE : -alpha * RSM_NODE_SCALE;
+}
+float rsm_node_alpha(float distance2)
+{
+    return -clamp(distance2, 4.0 / RSM_NODE_SCALE, 0.25 * RSM_NODE_SCALE) * RSM_NODE_SCALE;
+}
 float rsm_node_aged(float alpha) { return rsm_node_fresh(alpha) ? alpha / RSM_NODE_SCALE / RSM_NODE_SCALE : alpha; }
 
 struct rsm_receiver { vec3 position, normal; float occlusion; };

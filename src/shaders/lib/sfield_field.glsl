@@ -1,7 +1,7 @@
 // sfield_field - shadow fields at a point, and the algebra of their coefficients. C twins: shadowfield.h.
 //
-// Functions of direction are float[SFIELD_COEFS] of real spherical harmonics, number l^2 + l + m, Y1 = 0.4886 (y, z, x).
-// Fields, rotations and tripling coefficients lie in one table (docs/gpu-layouts.md), named by their first texel.
+// Functions of direction are float[SFIELD_COEFS] of real spherical harmonics, number l^2 + l + m, Y1 = 0.4886 (y, z,
+// x). Fields, rotations and tripling coefficients lie in one table (docs/gpu-layouts.md), named by their first texel.
 #ifndef SFIELD_TEXEL
 #error "SFIELD_TEXEL(i): texel i of the table as uvec4"
 #endif
@@ -17,7 +17,7 @@
 #define SFIELD_PI 3.14159265
 #define SFIELD_Y00 0.282094792
 
-// Eight samples round a point: those of the inner shell are first, + 1, + side, + side + 1, then shell by 6 side^2 later.
+// Eight samples round a point: the inner shell's are first, + 1, + side, + side + 1; the outer's 6 side^2 later.
 struct sfield_place {
     uint first, shell;
     vec4 corner;            // weights of the four on a shell
@@ -59,7 +59,8 @@ sfield_place sfield_locate(uint field, vec3 p)
         if (uintBitsToFloat(SFIELD_TEXEL(field + 3u + middle).x) <= d2) low = middle;
         else high = middle;
     }
-    vec2 inner = uintBitsToFloat(SFIELD_TEXEL(field + 3u + low).xy), outer = uintBitsToFloat(SFIELD_TEXEL(field + 4u + low).xy);
+    vec2 inner = uintBitsToFloat(SFIELD_TEXEL(field + 3u + low).xy);
+    vec2 outer = uintBitsToFloat(SFIELD_TEXEL(field + 4u + low).xy);
     float last = uintBitsToFloat(SFIELD_TEXEL(field + 2u + head.z).x), q = max(d2, 1e-12);
     float w = clamp((sfield_measure(q, head.x) - outer.y) / (inner.y - outer.y), 0.0, 1.0);
     sfield_place place;
@@ -76,7 +77,8 @@ vec4 sfield_bytes(uint word)
 }
 
 // v += weight x the four samples from `first` on, which belong to `group`.
-void sfield_mix(uint field, uint first, uint group, uint channel, vec4 corner, float weight, inout float v[SFIELD_COEFS])
+void sfield_mix(uint field, uint first, uint group, uint channel, vec4 corner, float weight,
+                inout float v[SFIELD_COEFS])
 {
     uvec4 parts = SFIELD_TEXEL(field + 1u);             // channels, scales, samples
     uint side = SFIELD_TEXEL(field).w, cells = uint(SFIELD_CELLS), step = parts.x * cells;
@@ -96,8 +98,8 @@ void sfield_mix(uint field, uint first, uint group, uint channel, vec4 corner, f
     }
 }
 
-// One channel of a field, times weight: what is hidden, or radiance at a time in seconds. Here as below, loops over large
-// bodies end at numbers that compilers do not know, which would unroll them and take seconds.
+// One channel of a field, times weight: what is hidden, or radiance at a time in seconds. Here as below, loops over
+// large bodies end at numbers that compilers do not know, which would unroll them and take seconds.
 void sfield_fetch(uint field, sfield_place at, uint channel, float time, float weight, out float v[SFIELD_COEFS])
 {
     uvec4 head = SFIELD_TEXEL(field);
@@ -124,7 +126,7 @@ void sfield_fetch(uint field, sfield_place at, uint channel, float time, float w
 
 // ---- algebra ----
 
-// A function of direction turned by a rotation of the table, or back. Rows of 4 ceil((2l+1)/4) numbers a band, from 1 on.
+// A function of direction turned by a rotation of the table, or back. Rows of 4 ceil((2l+1)/4) numbers, from band 1.
 void sfield_rotate(uint rotation, bool back, inout float v[SFIELD_COEFS])
 {
     uint row = rotation;
@@ -146,7 +148,8 @@ void sfield_rotate(uint rotation, bool back, inout float v[SFIELD_COEFS])
 }
 
 // r = a b, projected: terms.y pairs of tripling coefficients from texel terms.x on, i | j << 8 | k << 16 and c each, in
-// fours: software drivers end an invocation's loops after 65535 rounds in all. With SFIELD_UNROLLED the program has this function with its numbers in it (glbk_sfield_write_product).
+// fours: software drivers end an invocation's loops after 65535 rounds in all. With SFIELD_UNROLLED the program has
+// this function with its numbers in it (glbk_sfield_write_product).
 #ifndef SFIELD_UNROLLED
 void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], out float r[SFIELD_COEFS])
 {

@@ -2,8 +2,8 @@
 // uses: sfield_access sfield_field
 
 // Entities of the table, SFIELD_ENTITY texels each: occluder's centre and the square of its reach (0 hides nothing),
-// source's centre and radius (0 does not shine), three rows of the turn into field space (w: inscribed radius, radius of
-// the occluder, time), (occluder, source, rotation, 0), tint. World units.
+// source's centre and radius (0 does not shine), three rows of the turn into field space (w: inscribed radius, radius
+// of the occluder, time), (occluder, source, rotation, 0), tint. World units.
 #ifndef SFIELD_ENTITY
 #define SFIELD_ENTITY 7u
 #endif
@@ -14,8 +14,8 @@ struct sfield_sums { vec3 light, gloss; float open; };      // without 1 / pi; T
 
 uint sfield_at(uint entity) { return glbk_sfield_scene.table.x + entity * SFIELD_ENTITY; }
 
-// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which rises with
-// its number in the table and leads to its texels; NEAR and FAR bound its distances from the points, squared.
+// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which rises
+// with its number in the table and leads to its texels; NEAR and FAR bound its distances from the points, squared.
 #ifndef SFIELD_NAME
 #define SFIELD_COUNT glbk_sfield_scene.table.y
 #define SFIELD_NAME(i) i
@@ -34,8 +34,8 @@ vec3 sfield_turn(uint entity, vec3 v)
 }
 
 // The next SFIELD_BATCH in distance after (d2, id): a light has its entity's name as id, an occluder SFIELD_HIDES more;
-// of the same distance lights come first. An entity does not hide itself from its own light: it follows then; it neither
-// hides nor lights its own points. SFIELD_NONE ends them. Entities before `first` have been gone through.
+// of the same distance lights come first. An entity does not hide itself from its own light: it follows then; it
+// neither hides nor lights its own points. SFIELD_NONE ends them. Entities before `first` have been gone through.
 void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, out float key[SFIELD_BATCH],
                  out uint name[SFIELD_BATCH])
 {
@@ -89,8 +89,8 @@ vec3 sfield_local(uint entity, vec4 sphere, vec3 position)
     return sfield_turn(entity, position - sphere.xyz) / sphere.w;
 }
 
-// Alpha of an occluder, in the world; false: nothing of it counts. It fades over the last quarter of its reach, and hides
-// nothing below the horizon or behind an inscribed sphere.
+// Alpha of an occluder, in the world; false: nothing of it counts. It fades over the last quarter of its reach, and
+// hides nothing below the horizon or behind an inscribed sphere.
 bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_blockers met, out float o[SFIELD_COEFS])
 {
     uvec4 what = SFIELD_RECORD(entity, 5u);
@@ -107,7 +107,8 @@ bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_bloc
         met.count++;
     }
     for (int k = 0; k < SFIELD_COEFS; k++) o[k] = 0.0;
-    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(entity, vec4(place.xyz, radius), position)), 0u, 0.0, factor, o);
+    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(entity, vec4(place.xyz, radius), position)), 0u, 0.0,
+                 factor, o);
     if (what.z != SFIELD_NONE) sfield_rotate(what.z, false, o);
     return true;
 }
@@ -159,8 +160,8 @@ void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
 }
 
 // own: the entity that the point lies on, which neither hides it (its start does) nor lights it, or SFIELD_NONE.
-// t: own visibility x cosine, in the world (sfield_cosine, or what was recorded, turned); g: the same x Phong's lobe, used
-// where SFIELD_GLOSS is 1.
+// t: own visibility x cosine, in the world (sfield_cosine, or what was recorded, turned); g: the same x Phong's lobe,
+// used where SFIELD_GLOSS is 1.
 sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])
 {
     sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);
