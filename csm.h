@@ -74,7 +74,8 @@
    345, dragon 530 at N = 128^2, M = 128). The knobs, and what each trades:
 
      side          fewer directions: banding in penumbrae, shadows that jump as a light moves
-     map_size      fewer pixels: jagged and widened contact shadows; leaks through things thinner than a pixel
+     map_size      fewer pixels: jagged and widened contact shadows; leaks through things thinner than a pixel. From
+                   places on a light M pixels are 90 degrees: a small thing far from it wants maps of directions
      layers        Z1Z2 right everywhere; Z1Z3_SPHERE and Z1Z3_FAR halve and third the block, for closed objects, and
                    leak light onto receivers between the second and third surface, and with FAR behind the object
      bias          too little: acne at grazing light; too much: light leaks in corners. 1 pixel suits most
@@ -381,7 +382,7 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint1
 
 typedef enum cohsm_light {
     COHSM_LIGHT_DIRECTION,          /* lights are unit directions to the light (x, y, z); maps of directions */
-    COHSM_LIGHT_POSITION,           /* semi-local: lights are positions outside the hulls; maps of directions */
+    COHSM_LIGHT_POSITION,           /* semi-local: positions outside the hulls, where points are; maps of directions */
     COHSM_LIGHT_PARAMETER,          /* lights are d parameters in 0..1 of the maps' domain, any domain but LIST */
     COHSM_LIGHT_INDEX               /* lights are uint32_t cells < N, any domain */
 } cohsm_light;
@@ -400,7 +401,7 @@ typedef struct cohsm_query {
     size_t          point_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
     size_t          count;
     const void     *lights;         /* see cohsm_light */
-    size_t          light_stride;   /* bytes, a multiple of 4; 0 = packed */
+    size_t          light_stride;   /* bytes, a multiple of 4; 0 = packed: PARAMETER d floats, cohsm_samples.coords 3 */
     int             one_light;      /* not 0: lights is one element for all points. Much faster where points cluster */
     cohsm_light     light;
     cohsm_filter    filter;
@@ -555,7 +556,8 @@ COHSM_DEF cohsm_result cohsm_emitter_build(const cohsm_emitter_desc *desc, void 
 
 COHSM_DEF cohsm_result cohsm_emitter_domain(const cohsm_emitter *emitter, cohsm_domain *out);
 /* D of section 4: the domain whose maps answer for samples of this emitter. Ask them with coords as
-   COHSM_LIGHT_PARAMETER; the sky's and the sun's, LATLONG, with directions; a point's and a spot's, LIST, by index 0.
+   COHSM_LIGHT_PARAMETER, light_stride 12; the sky's and the sun's, LATLONG, with directions; a point's and a spot's,
+   LIST, by index 0.
    out      its side is 0, the default; locations of a LIST and of a mesh's TABLE point into the emitter
    Errors   COHSM_ERR_ARGUMENT; COHSM_ERR_DOMAIN for callbacks: build a TABLE from shape_fn */
 
@@ -612,7 +614,7 @@ typedef struct cohsm_sample_desc {
 
 typedef struct cohsm_samples {   /* room for count * S each; sample k of point i is number i S + k */
     float *directions;           /* 3 floats, unit; the normal where the weight is 0 and no direction was found */
-    float *distances;            /* COHSM_INFINITY for distant lights */
+    float *distances;            /* COHSM_INFINITY for distant lights. Positions: point + distance direction */
     float *coords;               /* 3 floats, of the light; NULL: not wanted */
     float *weights;              /* 3 floats: f L cos / (pdf S) */
 } cohsm_samples;

@@ -91,6 +91,7 @@
      map_size      fewer texels: jagged contact shadows, leaks through thin walls; memory grows with its square
      filter        PLAIN is sharp; SMOOTH and PCF blur every edge alike (the paper's); PENUMBRA by the stratum's extent
                    and the blocker's distance (its future work): the fewest lights for a picture
+     radius        of PENUMBRA, texels at most: with too few, shadows of a large sun stay sharp far from their casters
      bias          too little: acne; too much: light under things that touch the ground
 
    Memory: light_count strata: 76 bytes a texel of the map while building, 16 kept. Atlas: 4 bytes a texel of

@@ -47,8 +47,8 @@
            return 0;
        }
 
-   A picture drawn by a shader of your own that calls a function of the library: examples/06_csm_gl_minimal.c, which
-   wants csm.h and GLFW beside this file, and a display: without one start it by xvfb-run -a.
+   A picture drawn by a shader of your own that calls a function of the library: examples/06_csm_gl_minimal.c (07 to 10
+   of the other techniques). It wants csm.h and GLFW beside this file, and a display: without one start it by xvfb-run -a.
 
    Conventions
 
@@ -1725,7 +1725,10 @@ GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *rendere
 GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer, const glbk_rsm_map *map);
 /* For a program of yours with rsm_direct, rsm_gather or rsm_screen among its library files, which is bound: the map's
    textures and light; with a renderer its list of lights as the last glbk_rsm_gather left it, tables and G-buffer.
-   Either may be NULL. */
+   Either may be NULL.
+   By flux, without interleave, the list holds the samples of one map after the other, of all if they are
+   lights_per_pass or fewer, else their last ones. Where nothing but the list is wanted, a renderer of 1 x 1 pixels
+   does. */
 
 /* ---- end of rsm ---- */
 

@@ -113,7 +113,7 @@
    equal to the bit for the same input, seed and frame index, on every compiler, processor and thread count (not with
    x87 arithmetic, nor with clang's -ffast-math).
 
-   Cost: docs/ism.md and build/bench ism.   History: CHANGELOG.md.   Licence: end of this file. */
+   Cost: docs/performance.md and build/bench ism.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef ISM_H
 #define ISM_H
 
@@ -173,7 +173,7 @@ typedef int (*ism_progress)(void *user, float fraction);
 
 /* ---- what comes in: occluders, lit points, receivers ---- */
 
-typedef struct ism_mesh {           /* every triangle that throws indirect shadows, in world space, as of this frame */
+typedef struct ism_mesh {           /* every triangle that throws shadows, lit ones too, in world space as of this frame */
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
     size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */

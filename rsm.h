@@ -83,6 +83,7 @@
      near_limit the same by a bound on each light; what is lost is counted
      near_field near texels are surfaces, not points: corners without spots, for a tenth to a quarter more time
      size       fewer texels: blurred sources, spotted corners
+     passes     of the filter: fewer: noise; more: light blurred where it falls off beside corners. 1 or 2 mostly do
 
    Configuration
 
@@ -348,7 +349,7 @@ typedef struct rsm_gather_desc {
     float       clamp;              /* bound on cos cos / d^2, 1 / unit^2; 0 = none */
     float       near_limit;         /* bound on a light's irradiance, in its own radiosity (1 is what an infinite wall
                                        gives); 0 = none. Uses texel areas x weights */
-    uint32_t    seed;               /* another seed, another choice of samples */
+    uint32_t    seed;               /* another seed, another choice of samples: each frame, before a filter */
     const float *noise;             /* noise_side^2 floats in 0..1, tiled over the picture: turns the pattern of each
                                        pixel (not FLUX). rsm_blue_noise makes one */
     uint32_t    noise_side;
@@ -442,7 +443,7 @@ typedef struct rsm_filter_desc {
     int      bottom_first;          /* not 0: row 0 is the bottom of the picture, else its top */
     uint32_t history;               /* frames that count at most: a static light reaches 1 / history of the noise's
                                        variance, a moving one lags by as many. 0 = 8; 1 = none */
-    uint32_t passes;                /* a-trous passes over neighbours, steps 1, 2, 4, ..; 0..6 */
+    uint32_t passes;                /* a-trous passes over neighbours, steps 1, 2, 4, ..; 0 = none .. 6 */
     float    normal_cosine;         /* 0 = 0.9 */
     float    plane_slope;           /* 0 = 0.1 */
 } rsm_filter_desc;

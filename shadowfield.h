@@ -35,7 +35,7 @@
            sfield_field *field;
            sfield_scene *scene;
 
-           if (sfield_build(NULL, &mesh, &field, NULL) != SFIELD_OK) return 1;     // 384 KB, some seconds
+           if (sfield_build(NULL, &mesh, &field, NULL) != SFIELD_OK) return 1;     // 384 KB, within a second
            if (sfield_scene_create(NULL, &scene) != SFIELD_OK) return 1;
            square.occlusion = field;                                               // square.transform: where it is now
            sfield_scene_entities(scene, &square, 1);
@@ -76,7 +76,8 @@
    that stands when it is reached; the environment is the farthest light.
 
      harmonics  coefficients of 8 bits, scaled for shell, band and order: shells x 6 side^2 x n^2 bytes (x 3 lights)
-     wavelets   orthonormal on the planar face of a cube; the largest are kept, 4 bytes each (8 for lights)
+     wavelets   orthonormal on the planar face of a cube; the largest are kept, 4 bytes each (8 for lights). With
+                all defaults a box takes 15 s and 33 MB, a lamp 50 s and 62 MB (harmonics 0.6 s and 0.4, 3 s and 1.2)
 
      bands            fewer: faster, softer; light leaks round objects. More: n^4 growth of products
      position_side    fewer: shadows wobble as things move past sample points
@@ -322,8 +323,8 @@ SFIELD_DEF sfield_result sfield_build(const sfield_desc *desc, const sfield_mesh
    Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (stride, index count, no triangle left),
             SFIELD_ERR_ALLOC, SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED
    Memory   the field + 16 tasks of about 26 bytes a vertex and 0.2 MB + samples of one shell
-   Cost     shells x 6 side^2 views of all triangles, and as much again for positions inside: seconds (harmonics) to
-            minutes (wavelets) for 10,000 triangles */
+   Cost     shells x 6 side^2 views of all triangles, and as much again for positions inside: of 10,000 triangles
+            seconds (harmonics) to minutes (wavelets), of a box 0.6 and 15 s */
 
 SFIELD_DEF sfield_result sfield_build_emissive(const sfield_desc *desc, const sfield_mesh *mesh, const float *radiance,
                                                sfield_field **out, sfield_stats *stats);
