@@ -48,7 +48,7 @@
        }
 
    A picture drawn by a shader of your own that calls a function of the library: examples/06_csm_gl_minimal.c (07 to 10
-   of the other techniques). It wants csm.h and GLFW beside this file, and a display: without one start it by xvfb-run -a.
+   of the other techniques). It wants csm.h and GLFW beside this file, and a display: without one xvfb-run -a before it.
 
    Conventions
 

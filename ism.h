@@ -173,7 +173,7 @@ typedef int (*ism_progress)(void *user, float fraction);
 
 /* ---- what comes in: occluders, lit points, receivers ---- */
 
-typedef struct ism_mesh {           /* every triangle that throws shadows, lit ones too, in world space as of this frame */
+typedef struct ism_mesh {           /* triangles that throw shadows, lit ones too, in world space, as of this frame */
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
     size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
