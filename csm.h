@@ -2009,12 +2009,13 @@ static uint32_t cohsm__face_of(cohsm__v3 q)
    corners, and the fill rule gives every sample of that edge to one of them: no sample is counted twice or missed.
    Every bit of the result follows from + - * / and integers; the order of triangles does not matter. */
 
-enum { COHSM__LANES = 8, COHSM__CLUSTER = 4, COHSM__SUBPIXEL = 256 };
+enum { COHSM__LANES = 8, COHSM__SUBPIXEL = 256 };
 
 typedef struct cohsm__soup {            /* corners in units of the bounding sphere, groups of 8 triangles */
     float   *v;                         /* per group x0[8] y0[8] z0[8] x1[8] ... z2[8]; the last group is filled up
                                            with triangles of no area */
-    float   *bounds;                    /* boxes of each 4 groups, neighbours in space, as cohsm__sees8 wants them */
+    float   *bounds;                    /* boxes of each 2 groups, neighbours in space, as cohsm__sees8 wants them; then
+                                           of each 8 such clusters */
     uint32_t groups, triangles;
 } cohsm__soup;
 
@@ -2172,9 +2173,23 @@ static void cohsm__raster_group(const cohsm__target *t, const cohsm__camera *cam
     }
 }
 
-static uint32_t cohsm__clusters(const cohsm__soup *soup)
+/* Two groups are a cluster. */
+static uint32_t cohsm__clusters(const cohsm__soup *soup) { return soup->groups / 2u; }
+
+static const float *cohsm__group(const cohsm__soup *soup, uint32_t cluster, uint32_t i)
 {
-    return (soup->groups + COHSM__CLUSTER - 1) / COHSM__CLUSTER;
+    return soup->v + (2 * (size_t)cluster + i) * 9 * COHSM__LANES;
+}
+
+/* 8 boxes at a time: of clusters, and of 8 clusters each. */
+static uint32_t cohsm__eights(uint32_t count) { return (count + 7u) / 8u; }
+static size_t cohsm__bound_count(const cohsm__soup *soup)
+{
+    return (size_t)cohsm__eights(cohsm__clusters(soup)) + cohsm__eights(cohsm__eights(cohsm__clusters(soup)));
+}
+static float *cohsm__wide_bounds(const cohsm__soup *soup)
+{
+    return soup->bounds + 48 * (size_t)cohsm__eights(cohsm__clusters(soup));
 }
 
 /* Which of 8 clusters may cover samples of the wanted rows, one bit each. Rounding moves corners by less than a
@@ -2182,7 +2197,7 @@ static uint32_t cohsm__clusters(const cohsm__soup *soup)
 static unsigned cohsm__sees8(const cohsm__target *t, const cohsm__camera *cam, const float *box)
 {
     cohsm__v3 u = cam->frame.up;
-    float half = 0.5f * (float)t->size, begin = (float)t->row_begin, end = (float)t->row_end, y, e;
+    float half = 0.5f * (float)t->size, begin = (float)t->row_begin + 0.5f, end = (float)t->row_end - 0.5f, y, e;
     int seen[8], i;
     unsigned mask = 0;
 
@@ -2197,8 +2212,8 @@ static unsigned cohsm__sees8(const cohsm__target *t, const cohsm__camera *cam, c
 
 static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *cam, const float *box)
 {
-    float half = 0.5f * (float)t->size, low = ((float)t->row_begin - 0.01f) / half - 1.0f;
-    float high = ((float)t->row_end + 0.01f) / half - 1.0f, x, y, w, ex, ey, ew;
+    float half = 0.5f * (float)t->size, low = ((float)t->row_begin + 0.49f) / half - 1.0f;
+    float high = ((float)t->row_end - 0.49f) / half - 1.0f, x, y, w, ex, ey, ew;
     unsigned mask = 0;
     int i;
 
@@ -2216,8 +2231,21 @@ static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *c
     return mask;
 }
 
-/* Triangles whose boxes hold samples wait here until there are 8, or 16: one in five does on a fine mesh. */
-typedef struct cohsm__queue { int32_t x[3][32], y[3][32]; float z[3][32]; uint32_t count; } cohsm__queue;
+/* Triangles whose boxes hold samples wait here until there are many; then whole eights or sixteens are drawn. One in
+   five does on a fine mesh, and no branch predictor knows which: a branch after each group costs more than its set-up. */
+enum { COHSM__MANY = 128, COHSM__QUEUE = COHSM__MANY + 32 };
+typedef struct cohsm__queue {
+    int32_t  x[3][COHSM__QUEUE], y[3][COHSM__QUEUE];
+    float    z[3][COHSM__QUEUE];
+    uint32_t count;
+} cohsm__queue;
+
+/* Those in sight of COHSM__STRETCH clusters that are neighbours; lists are written eight at a time. */
+enum { COHSM__STRETCH = 512 };
+typedef struct cohsm__sight { uint32_t cluster[COHSM__STRETCH + 8], count; } cohsm__sight;
+
+/* Of 8 bits those that stand for one of count. */
+static unsigned cohsm__first8(uint32_t count) { return count < 8 ? (1u << count) - 1u : 255u; }
 
 #if COHSM__SIMD
 /* Short loops over vectors, which must stay in registers: gcc's -O2 does not unroll them by itself. */
@@ -2339,7 +2367,7 @@ COHSM__TARGET_AVX2 static inline void cohsm__span8(const __m256i *c, int begin, 
 
 
 COHSM__TARGET_AVX2 static void cohsm__raster_queue(const cohsm__target *t, const cohsm__camera *cam,
-                                                   const cohsm__queue *q)
+                                                   const cohsm__queue *q, uint32_t at)
 {
     __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), one = _mm256_set1_epi32(1), few = _mm256_set1_epi32(4);
     __m256i wide, none, x, y, row, lx, hx, ly, hy;
@@ -2349,13 +2377,13 @@ COHSM__TARGET_AVX2 static void cohsm__raster_queue(const cohsm__target *t, const
 
     COHSM__UNROLL
     for (k = 0; k < 3; k++) {
-        c.x[k] = _mm256_loadu_si256((const __m256i *)(const void *)q->x[k]);
-        c.y[k] = _mm256_loadu_si256((const __m256i *)(const void *)q->y[k]);
-        c.z[k] = _mm256_loadu_ps(q->z[k]);
+        c.x[k] = _mm256_loadu_si256((const __m256i *)(const void *)(q->x[k] + at));
+        c.y[k] = _mm256_loadu_si256((const __m256i *)(const void *)(q->y[k] + at));
+        c.z[k] = _mm256_loadu_ps(q->z[k] + at);
     }
     cohsm__span8(c.x, 0, t->size, &lx, &hx);
     cohsm__span8(c.y, t->row_begin, t->row_end, &ly, &hy);
-    none = _mm256_cmpgt_epi32(lane, _mm256_set1_epi32((int)q->count - 1));
+    none = _mm256_cmpgt_epi32(lane, _mm256_set1_epi32((int)(q->count - at) - 1));
     wide = _mm256_or_si256(_mm256_cmpgt_epi32(_mm256_sub_epi32(hx, lx), few),
                            _mm256_cmpgt_epi32(_mm256_sub_epi32(hy, ly), few));
     wide = _mm256_andnot_si256(none, wide);
@@ -2373,11 +2401,16 @@ COHSM__TARGET_AVX2 static void cohsm__raster_queue(const cohsm__target *t, const
     }
 }
 
-/* Appends the lanes in mask, which permute brings to the front. */
-COHSM__TARGET_AVX2 static void cohsm__enqueue8(cohsm__queue *q, const cohsm__corners8 *c, unsigned mask)
+/* Which lanes are in mask: they come first. */
+COHSM__TARGET_AVX2 static inline __m256i cohsm__lanes8(unsigned mask)
 {
     uint64_t bytes = _pext_u64(0x0706050403020100u, _pdep_u64(mask, 0x0101010101010101u) * 255u);
-    __m256i permute = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)bytes));
+    return _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)bytes));
+}
+
+COHSM__TARGET_AVX2 static void cohsm__enqueue8(cohsm__queue *q, const cohsm__corners8 *c, unsigned mask)
+{
+    __m256i permute = cohsm__lanes8(mask);
     int k;
     COHSM__UNROLL
     for (k = 0; k < 3; k++) {
@@ -2388,48 +2421,85 @@ COHSM__TARGET_AVX2 static void cohsm__enqueue8(cohsm__queue *q, const cohsm__cor
     q->count += (uint32_t)_mm_popcnt_u32(mask);
 }
 
-COHSM__TARGET_AVX2 static void cohsm__dequeue8(cohsm__queue *q)
+/* All that are in whole eights, or all; what is left moves to the front. */
+COHSM__TARGET_AVX2 static void cohsm__drain8(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q, int all)
 {
+    uint32_t at = 0;
     int k;
+    for (; q->count - at >= (all ? 1u : 8u) && q->count > at; at += 8) cohsm__raster_queue(t, cam, q, at);
+    if (!at) return;
+    q->count -= cohsm__min_u32(q->count, at);
     COHSM__UNROLL
     for (k = 0; k < 3; k++) {
-        memcpy(q->x[k], q->x[k] + 8, 32);
-        memcpy(q->y[k], q->y[k] + 8, 32);
-        memcpy(q->z[k], q->z[k] + 8, 32);
+        memcpy(q->x[k], q->x[k] + at, 32);
+        memcpy(q->y[k], q->y[k] + at, 32);
+        memcpy(q->z[k], q->z[k] + at, 32);
     }
-    q->count -= 8;
+}
+
+COHSM__TARGET_AVX2 static inline unsigned cohsm__sees8_avx2(const cohsm__target *t, cohsm__v3 up, const float *box)
+{
+    __m256 half = _mm256_set1_ps(0.5f * (float)t->size), above, below, y, e;
+    y = _mm256_mul_ps(_mm256_add_ps(cohsm__dot8(box, up), _mm256_set1_ps(1.0f)), half);
+    up = cohsm__v3_make(fabsf(up.x), fabsf(up.y), fabsf(up.z));
+    e = _mm256_add_ps(_mm256_mul_ps(cohsm__dot8(box + 24, up), half), _mm256_set1_ps(0.01f));
+    above = _mm256_cmp_ps(_mm256_add_ps(y, e), _mm256_set1_ps((float)t->row_begin + 0.5f), _CMP_GE_OQ);
+    below = _mm256_cmp_ps(_mm256_sub_ps(y, e), _mm256_set1_ps((float)t->row_end - 0.5f), _CMP_LE_OQ);
+    return (unsigned)_mm256_movemask_ps(_mm256_and_ps(above, below));
+}
+
+/* Numbers from first on whose bits are set, appended to a list of count. */
+COHSM__TARGET_AVX2 static inline uint32_t cohsm__append8(uint32_t *list, uint32_t count, unsigned mask, uint32_t first)
+{
+    _mm256_storeu_si256((__m256i *)(void *)(list + count),
+                        _mm256_add_epi32(cohsm__lanes8(mask), _mm256_set1_epi32((int)first)));
+    return count + (uint32_t)_mm_popcnt_u32(mask);
+}
+
+/* cohsm__find */
+COHSM__TARGET_AVX2 static void cohsm__find_avx2(const cohsm__target *t, const cohsm__camera *cam,
+                                                const cohsm__soup *soup, uint32_t begin, uint32_t end,
+                                                cohsm__sight *sight)
+{
+    const float *wide = cohsm__wide_bounds(soup);
+    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
+    cohsm__v3 up = cam->frame.up;
+    unsigned mask;
+
+    for (i = begin / 8; i < eights; i += 8) {
+        mask = cohsm__sees8_avx2(t, up, wide + 6 * (size_t)i) & cohsm__first8(eights - i);
+        count = cohsm__append8(eight, count, mask, i);
+    }
+    for (i = 0, sight->count = 0; i < count; i++) {
+        mask = cohsm__sees8_avx2(t, up, soup->bounds + 48 * (size_t)eight[i]) & cohsm__first8(end - 8 * eight[i]);
+        sight->count = cohsm__append8(sight->cluster, sight->count, mask, 8 * eight[i]);
+    }
 }
 
 COHSM__TARGET_AVX2 static void cohsm__raster_avx2(const cohsm__target *t, const cohsm__camera *cam,
-                                                  const float *v, uint32_t groups, cohsm__queue *q)
+                                                  const cohsm__soup *soup, const cohsm__sight *sight, cohsm__queue *q)
 {
     float scale = (float)(t->size * (COHSM__SUBPIXEL / 2)), offset = scale + 0.5f;
     cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
     __m256 offset8 = _mm256_set1_ps(offset), half = _mm256_set1_ps(0.5f);
     __m256i lx, hx, ly, hy, none;
     cohsm__corners8 c;
-    uint32_t g;
+    uint32_t i;
     int k;
 
-    for (g = 0; g < groups; g++, v += 9 * COHSM__LANES) {
-        unsigned mask;
+    for (i = 0; i < 2u * sight->count; i++) {
+        const float *v = cohsm__group(soup, sight->cluster[i / 2u], i % 2u);
         COHSM__UNROLL
         for (k = 0; k < 3; k++) {
             c.x[k] = _mm256_cvttps_epi32(_mm256_add_ps(cohsm__dot8(v + 24 * k, r), offset8));
             c.y[k] = _mm256_cvttps_epi32(_mm256_add_ps(cohsm__dot8(v + 24 * k, u), offset8));
+            c.z[k] = _mm256_sub_ps(half, _mm256_mul_ps(half, cohsm__dot8(v + 24 * k, cam->frame.back)));
         }
         cohsm__span8(c.x, 0, t->size, &lx, &hx);
         cohsm__span8(c.y, t->row_begin, t->row_end, &ly, &hy);
         none = _mm256_or_si256(_mm256_cmpgt_epi32(lx, hx), _mm256_cmpgt_epi32(ly, hy));
-        mask = ~(unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(none)) & 255u;
-        if (!mask) continue;
-        COHSM__UNROLL
-        for (k = 0; k < 3; k++)
-            c.z[k] = _mm256_sub_ps(half, _mm256_mul_ps(half, cohsm__dot8(v + 24 * k, cam->frame.back)));
-        cohsm__enqueue8(q, &c, mask);
-        if (q->count < 8) continue;
-        cohsm__raster_queue(t, cam, q);
-        cohsm__dequeue8(q);
+        cohsm__enqueue8(q, &c, ~(unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(none)) & 255u);
+        if (q->count > COHSM__MANY) cohsm__drain8(t, cam, q, 0);
     }
 }
 
@@ -2511,9 +2581,9 @@ COHSM__TARGET_AVX512 static void cohsm__sample16(const cohsm__target *t, const c
 
 /* The first 16 of the queue, or as many as there are. */
 COHSM__TARGET_AVX512 static void cohsm__raster_queue16(const cohsm__target *t, const cohsm__camera *cam,
-                                                       const cohsm__queue *q)
+                                                       const cohsm__queue *q, uint32_t at)
 {
-    unsigned valid = q->count < 16u ? (1u << q->count) - 1u : 0xffffu, large;
+    unsigned valid = q->count - at < 16u ? (1u << (q->count - at)) - 1u : 0xffffu, large;
     __m512i few = _mm512_set1_epi32(4), one = _mm512_set1_epi32(1), x, y, lx, ly, hx, hy;
     cohsm__corners16 c;
     cohsm__corner p[3];
@@ -2522,20 +2592,20 @@ COHSM__TARGET_AVX512 static void cohsm__raster_queue16(const cohsm__target *t, c
 
     COHSM__UNROLL
     for (k = 0; k < 3; k++) {
-        c.x[k] = _mm512_loadu_si512(q->x[k]);
-        c.y[k] = _mm512_loadu_si512(q->y[k]);
-        c.z[k] = _mm512_loadu_ps(q->z[k]);
+        c.x[k] = _mm512_loadu_si512(q->x[k] + at);
+        c.y[k] = _mm512_loadu_si512(q->y[k] + at);
+        c.z[k] = _mm512_loadu_ps(q->z[k] + at);
     }
     cohsm__span16(c.x, 0, t->size, &lx, &hx);
     cohsm__span16(c.y, t->row_begin, t->row_end, &ly, &hy);
     wide = _mm512_cmpgt_epi32_mask(_mm512_sub_epi32(hx, lx), few) |
            _mm512_cmpgt_epi32_mask(_mm512_sub_epi32(hy, ly), few);
     for (large = wide & valid; large; large &= large - 1u) {
-        int lane = __builtin_ctz(large);
+        uint32_t lane = (uint32_t)__builtin_ctz(large);
         for (k = 0; k < 3; k++) {
-            p[k].x = q->x[k][lane];
-            p[k].y = q->y[k][lane];
-            p[k].z = q->z[k][lane];
+            p[k].x = q->x[k][at + lane];
+            p[k].y = q->y[k][at + lane];
+            p[k].z = q->z[k][at + lane];
         }
         cohsm__fill(t, cam, p, p + 1, p + 2);
     }
@@ -2550,47 +2620,64 @@ COHSM__TARGET_AVX512 static void cohsm__raster_queue16(const cohsm__target *t, c
     }
 }
 
+/* cohsm__drain8 */
+COHSM__TARGET_AVX512 static void cohsm__drain16(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q,
+                                                int all)
+{
+    uint32_t at = 0;
+    int k;
+    for (; q->count - at >= (all ? 1u : 16u) && q->count > at; at += 16) cohsm__raster_queue16(t, cam, q, at);
+    if (!at) return;
+    q->count -= cohsm__min_u32(q->count, at);
+    COHSM__UNROLL
+    for (k = 0; k < 3; k++) {
+        _mm512_storeu_si512(q->x[k], _mm512_loadu_si512(q->x[k] + at));
+        _mm512_storeu_si512(q->y[k], _mm512_loadu_si512(q->y[k] + at));
+        _mm512_storeu_ps(q->z[k], _mm512_loadu_ps(q->z[k] + at));
+    }
+}
+
 COHSM__TARGET_AVX512 static void cohsm__raster_avx512(const cohsm__target *t, const cohsm__camera *cam,
-                                                      const float *v, uint32_t groups, cohsm__queue *q)
+                                                      const cohsm__soup *soup, const cohsm__sight *sight,
+                                                      cohsm__queue *q)
 {
     float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
     cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
-    __m512 offset = _mm512_set1_ps(scale + 0.5f), half = _mm512_set1_ps(0.5f), corner[3][3], z;
+    cohsm__v3 b = cam->frame.back;
+    __m512 offset = _mm512_set1_ps(scale + 0.5f), half = _mm512_set1_ps(0.5f), corner[3], z;
     __m512i x[3], y[3], lx, hx, ly, hy;
-    uint32_t g;
+    uint32_t count = q->count, at;
     int k, i;
 
-    for (g = 0; g < groups; g += 2u, v += 18 * COHSM__LANES) {
+    for (at = 0; at < sight->count; at++) {
+        const float *v = cohsm__group(soup, sight->cluster[at], 0);
         __mmask16 mask;
         COHSM__UNROLL
         for (k = 0; k < 3; k++) {
             COHSM__UNROLL
-            for (i = 0; i < 3; i++) corner[k][i] = cohsm__two8(v + COHSM__LANES * (3 * k + i));
-            x[k] = _mm512_cvttps_epi32(_mm512_add_ps(cohsm__dot16(corner[k], r), offset));
-            y[k] = _mm512_cvttps_epi32(_mm512_add_ps(cohsm__dot16(corner[k], u), offset));
+            for (i = 0; i < 3; i++) corner[i] = cohsm__two8(v + COHSM__LANES * (3 * k + i));
+            x[k] = _mm512_cvttps_epi32(_mm512_add_ps(cohsm__dot16(corner, r), offset));
+            y[k] = _mm512_cvttps_epi32(_mm512_add_ps(cohsm__dot16(corner, u), offset));
         }
         cohsm__span16(x, 0, t->size, &lx, &hx);
         cohsm__span16(y, t->row_begin, t->row_end, &ly, &hy);
         mask = _mm512_cmple_epi32_mask(lx, hx) & _mm512_cmple_epi32_mask(ly, hy);
-        if (!mask) continue;
         COHSM__UNROLL
         for (k = 0; k < 3; k++) {
-            z = _mm512_sub_ps(half, _mm512_mul_ps(half, cohsm__dot16(corner[k], cam->frame.back)));
-            _mm512_storeu_si512(q->x[k] + q->count, _mm512_maskz_compress_epi32(mask, x[k]));
-            _mm512_storeu_si512(q->y[k] + q->count, _mm512_maskz_compress_epi32(mask, y[k]));
-            _mm512_storeu_ps(q->z[k] + q->count, _mm512_maskz_compress_ps(mask, z));
+            COHSM__UNROLL
+            for (i = 0; i < 3; i++) corner[i] = cohsm__two8(v + COHSM__LANES * (3 * k + i));
+            z = _mm512_sub_ps(half, _mm512_mul_ps(half, cohsm__dot16(corner, b)));
+            _mm512_storeu_si512(q->x[k] + count, _mm512_maskz_compress_epi32(mask, x[k]));
+            _mm512_storeu_si512(q->y[k] + count, _mm512_maskz_compress_epi32(mask, y[k]));
+            _mm512_storeu_ps(q->z[k] + count, _mm512_maskz_compress_ps(mask, z));
         }
-        q->count += (uint32_t)_mm_popcnt_u32(mask);
-        if (q->count < 16) continue;
-        cohsm__raster_queue16(t, cam, q);
-        q->count -= 16;
-        COHSM__UNROLL
-        for (k = 0; k < 3; k++) {
-            _mm512_storeu_si512(q->x[k], _mm512_loadu_si512(q->x[k] + 16));
-            _mm512_storeu_si512(q->y[k], _mm512_loadu_si512(q->y[k] + 16));
-            _mm512_storeu_ps(q->z[k], _mm512_loadu_ps(q->z[k] + 16));
-        }
+        count += (uint32_t)_mm_popcnt_u32(mask);
+        if (count <= COHSM__MANY) continue;
+        q->count = count;
+        cohsm__drain16(t, cam, q, 0);
+        count = q->count;
     }
+    q->count = count;
 }
 COHSM__AVX512_END
 #endif
@@ -2651,7 +2738,7 @@ static cohsm__corner cohsm__project(const cohsm__clip *c, int size)
     return p;
 }
 
-static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam, const float *v, int lane)
+static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam, const float *v, uint32_t lane)
 {
     cohsm__clip p[10];
     cohsm__corner c0, c1, c2;
@@ -2688,50 +2775,73 @@ static int cohsm__face_sees_sphere(const cohsm__camera *cam)
     return w > -1.001f && fabsf(x) - w < 1.4157f && fabsf(y) - w < 1.4157f;
 }
 
-static void cohsm__raster_run(const cohsm__target *t, const cohsm__camera *cam, const float *v, uint32_t groups,
-                              int simd, cohsm__queue *q)
+static uint32_t cohsm__append(uint32_t *list, uint32_t count, unsigned mask, uint32_t first)
 {
-    int lane;
-#if COHSM__SIMD
-    if (simd && !cam->perspective) {
-        (simd == 2 ? cohsm__raster_avx512 : cohsm__raster_avx2)(t, cam, v, groups, q);
-        return;
-    }
-#endif
-    for (; groups; groups--, v += 9 * COHSM__LANES)
-        if (!cam->perspective) cohsm__raster_group(t, cam, v);
-        else
-            for (lane = 0; lane < COHSM__LANES; lane++) cohsm__raster_perspective(t, cam, v, lane);
-    (void)simd;
-    (void)q;
+    for (; mask; mask >>= 1, first++)
+        if (mask & 1u) list[count++] = first;
+    return count;
+}
+
+/* Of the clusters begin .. end - 1, no more than a stretch, those that may be in sight: by the boxes of eight first. */
+static void cohsm__find(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, uint32_t begin,
+                        uint32_t end, cohsm__sight *sight)
+{
+    unsigned (*sees8)(const cohsm__target *, const cohsm__camera *, const float *) =
+        cam->perspective ? cohsm__face_sees8 : cohsm__sees8;
+    const float *wide = cohsm__wide_bounds(soup);
+    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
+
+    for (i = begin / 8; i < eights; i += 8)
+        count = cohsm__append(eight, count, sees8(t, cam, wide + 6 * (size_t)i) & cohsm__first8(eights - i), i);
+    for (i = 0, sight->count = 0; i < count; i++)
+        sight->count = cohsm__append(sight->cluster, sight->count, sees8(t, cam, soup->bounds + 48 * (size_t)eight[i]) &
+                                     cohsm__first8(end - 8 * eight[i]), 8 * eight[i]);
+}
+
+static void cohsm__raster_sight(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
+                                const cohsm__sight *sight)
+{
+    uint32_t i, lane;
+
+    if (!cam->perspective)
+        for (i = 0; i < sight->count; i++) {
+            cohsm__raster_group(t, cam, cohsm__group(soup, sight->cluster[i], 0));
+            cohsm__raster_group(t, cam, cohsm__group(soup, sight->cluster[i], 1));
+        }
+    else
+        for (i = 0; i < sight->count; i++)
+            for (lane = 0; lane < 2 * COHSM__LANES; lane++)
+                cohsm__raster_perspective(t, cam, cohsm__group(soup, sight->cluster[i], lane / 8u),
+                                          lane % 8u);
 }
 
 static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, int simd)
 {
     size_t first = (size_t)(t->row_begin * t->size) * t->keep, last = (size_t)(t->row_end * t->size) * t->keep;
-    uint32_t clusters = cohsm__clusters(soup), c, i, end;
     int all = !cam->perspective && t->row_begin == 0 && t->row_end == t->size;
-    unsigned mask;
+    uint32_t clusters = cohsm__clusters(soup), begin, end, i;
+    cohsm__sight sight;
     cohsm__queue q;
 
     memset(t->z + first, 0xff, (last - first) * sizeof *t->z);
-    if (cam->perspective && !cohsm__face_sees_sphere(cam)) return;
+    if (cam->perspective) {
+        if (!cohsm__face_sees_sphere(cam)) return;
+        simd = 0;
+    }
     memset(&q, 0, sizeof q);
-    if (all) cohsm__raster_run(t, cam, soup->v, soup->groups, simd, &q);
-    for (c = 0; c < clusters && !all; c += 8) {
-        mask = (cam->perspective ? cohsm__face_sees8 : cohsm__sees8)(t, cam, soup->bounds + 6 * (size_t)c);
-        if (clusters - c < 8) mask &= (1u << (clusters - c)) - 1u;
-        for (i = 0; mask >> i; i = end) {               /* neighbours in sight together */
-            for (end = i; mask >> end & 1u; end++) continue;
-            if (end > i)
-                cohsm__raster_run(t, cam, soup->v + (size_t)(c + i) * COHSM__CLUSTER * 9 * COHSM__LANES,
-                                  cohsm__min_u32((end - i) * COHSM__CLUSTER, soup->groups - (c + i) * COHSM__CLUSTER),
-                                  simd, &q);
-            else end++;
-        }
+    for (begin = 0; begin < clusters; begin = end) {
+        end = cohsm__min_u32(begin + COHSM__STRETCH, clusters);
+        for (i = begin; all && i < end; i++) sight.cluster[i - begin] = i;
+        sight.count = end - begin;
+        if (!all && !simd) cohsm__find(t, cam, soup, begin, end, &sight);
+        if (!simd) cohsm__raster_sight(t, cam, soup, &sight);
+#if COHSM__SIMD
+        if (!all && simd) cohsm__find_avx2(t, cam, soup, begin, end, &sight);
+        if (simd) (simd == 2 ? cohsm__raster_avx512 : cohsm__raster_avx2)(t, cam, soup, &sight, &q);
+#endif
     }
 #if COHSM__SIMD
-    if (q.count) (simd == 2 ? cohsm__raster_queue16 : cohsm__raster_queue)(t, cam, &q);
+    if (simd) (simd == 2 ? cohsm__drain16 : cohsm__drain8)(t, cam, &q, 1);
 #endif
 }
 
@@ -2845,73 +2955,94 @@ static cohsm_result cohsm__select(const cohsm_mesh *mesh, uint8_t *used, cohsm__
     return stats->triangles ? COHSM_OK : COHSM_ERR_INPUT;
 }
 
-static double cohsm__distance2(const double *c, cohsm__v3 p)
-{
-    double x = (double)p.x - c[0], y = (double)p.y - c[1], z = (double)p.z - c[2];
-    return x * x + y * y + z * z;
-}
+/* Corners of used triangles, each once, in the order in which the triangles name them. */
+typedef struct cohsm__points { float (*at)[3]; size_t count, room; } cohsm__points;
 
-/* Squared distance of the farthest used corner. */
-static double cohsm__farthest(const cohsm_mesh *mesh, const uint8_t *used, const double *c, cohsm__v3 *where)
+static int cohsm__points_make(cohsm__points *points, const cohsm_mesh *mesh, const uint8_t *used, uint32_t triangles,
+                              cohsm__heap *heap)
 {
-    size_t count = cohsm__triangle_count(mesh), t;
-    uint32_t scratch[3];
-    double far2 = -1.0, d2;
+    size_t count = cohsm__triangle_count(mesh), bytes = mesh->vertex_count / 8u + 1u, t;
+    uint8_t *met = (uint8_t *)cohsm__take(heap, bytes, 1);
+    uint32_t scratch[3], i;
     int k;
 
-    for (t = 0; t < count; t++)
-        for (k = 0; used[t] && k < 3; k++) {
-            cohsm__v3 p = cohsm__vertex(mesh, cohsm__corners(mesh, t, scratch)[k]);
-            d2 = cohsm__distance2(c, p);
-            if (d2 <= far2) continue;
-            far2 = d2;
-            *where = p;
-        }
+    points->count = 0;
+    points->room = 3 * (size_t)triangles < mesh->vertex_count ? 3 * (size_t)triangles : mesh->vertex_count;
+    points->at = (float (*)[3])cohsm__take(heap, points->room, sizeof *points->at);
+    if (met && points->at) {
+        memset(met, 0, bytes);
+        for (t = 0; t < count; t++)
+            for (k = 0; used[t] && k < 3; k++) {
+                i = cohsm__corners(mesh, t, scratch)[k];
+                if ((uint32_t)met[i / 8u] >> (i % 8u) & 1u) continue;
+                met[i / 8u] = (uint8_t)(met[i / 8u] | 1u << (i % 8u));
+                cohsm__v3_store(points->at[points->count++], cohsm__vertex(mesh, i));
+            }
+    }
+    cohsm__give(heap, met, bytes, 1);
+    return points->count != 0;
+}
+
+static void cohsm__points_free(cohsm__points *points, cohsm__heap *heap)
+{
+    cohsm__give(heap, points->at, points->room, sizeof *points->at);
+}
+
+/* Squared distance of the farthest; of equals the first. */
+static double cohsm__farthest(const cohsm__points *points, const double *c, size_t *where)
+{
+    double far2 = -1.0, x, y, z, d2;
+    size_t i;
+
+    *where = 0;
+    for (i = 0; i < points->count; i++) {
+        x = (double)points->at[i][0] - c[0];
+        y = (double)points->at[i][1] - c[1];
+        z = (double)points->at[i][2] - c[2];
+        d2 = x * x + y * y + z * z;
+        if (d2 <= far2) continue;
+        far2 = d2;
+        *where = i;
+    }
     return far2;
 }
 
 /* The smallest sphere, nearly: from the middle of the box, steps of 1/2, 1/3, 1/4 ... towards the farthest corner
    (Badoiu and Clarkson, "Smaller core-sets for balls", SODA 2003). */
-static void cohsm__fit_sphere(const cohsm_mesh *mesh, const uint8_t *used, float *center, float *radius)
+static void cohsm__fit_sphere(const cohsm__points *points, float *center, float *radius)
 {
-    size_t count = cohsm__triangle_count(mesh), t;
-    uint32_t scratch[3];
     double c[3], best = -1.0, far2;
-    cohsm__v3 lo = { 0, 0, 0 }, hi = { 0, 0, 0 }, p = { 0, 0, 0 };
-    int step, k, any = 0;
+    cohsm__v3 lo = cohsm__v3_load(points->at[0]), hi = lo;
+    size_t i;
+    int step, k;
 
-    for (t = 0; t < count; t++)
-        for (k = 0; used[t] && k < 3; k++) {
-            p = cohsm__vertex(mesh, cohsm__corners(mesh, t, scratch)[k]);
-            lo = any ? cohsm__v3_min(lo, p) : p;
-            hi = any ? cohsm__v3_max(hi, p) : p;
-            any = 1;
-        }
+    for (i = 1; i < points->count; i++) {
+        lo = cohsm__v3_min(lo, cohsm__v3_load(points->at[i]));
+        hi = cohsm__v3_max(hi, cohsm__v3_load(points->at[i]));
+    }
     c[0] = 0.5 * ((double)lo.x + (double)hi.x);
     c[1] = 0.5 * ((double)lo.y + (double)hi.y);
     c[2] = 0.5 * ((double)lo.z + (double)hi.z);
     for (step = 1; step <= 64; step++) {
-        far2 = cohsm__farthest(mesh, used, c, &p);
+        far2 = cohsm__farthest(points, c, &i);
         if (best < 0.0 || far2 < best) {
             best = far2;
             for (k = 0; k < 3; k++) center[k] = (float)c[k];
         }
-        c[0] += ((double)p.x - c[0]) / (step + 1);
-        c[1] += ((double)p.y - c[1]) / (step + 1);
-        c[2] += ((double)p.z - c[2]) / (step + 1);
+        for (k = 0; k < 3; k++) c[k] += ((double)points->at[i][k] - c[k]) / (step + 1);
     }
     for (k = 0; k < 3; k++) c[k] = (double)center[k];       /* as it is stored */
-    *radius = (float)(sqrt(cohsm__farthest(mesh, used, c, &p)) * 1.00001);
+    *radius = (float)(sqrt(cohsm__farthest(points, c, &i)) * 1.00001);
 }
 
 /* A little beyond what rounding of the centre may have lost. */
-static int cohsm__sphere_holds(const cohsm_mesh *mesh, const uint8_t *used, const float *center, float radius)
+static int cohsm__sphere_holds(const cohsm__points *points, const float *center, float radius)
 {
     double c[3];
-    cohsm__v3 p;
+    size_t i;
     int k;
     for (k = 0; k < 3; k++) c[k] = (double)center[k];
-    return cohsm__farthest(mesh, used, c, &p) <= (double)radius * (double)radius * 1.0001;
+    return cohsm__farthest(points, c, &i) <= (double)radius * (double)radius * 1.0001;
 }
 
 /* Axes of the k-DOP: the faces, edges and corners of a cube. */
@@ -2935,35 +3066,100 @@ static void cohsm__dop_of_sphere(float *dop, const float *center, float radius)
     }
 }
 
-static void cohsm__dop_of_mesh(float *dop, const cohsm_mesh *mesh, const uint8_t *used)
+static void cohsm__dop_of_points(float *dop, const cohsm__points *points)
 {
-    size_t count = cohsm__triangle_count(mesh), t;
-    uint32_t scratch[3];
-    int i, k, any = 0;
-    for (t = 0; t < count; t++)
-        for (k = 0; used[t] && k < 3; k++) {
-            cohsm__v3 p = cohsm__vertex(mesh, cohsm__corners(mesh, t, scratch)[k]);
-            for (i = 0; i < COHSM__DOP_AXES; i++) {
-                float d = cohsm__v3_dot(cohsm__dop_axis(i), p);
-                if (!any || d < dop[2 * i]) dop[2 * i] = d;
-                if (!any || d > dop[2 * i + 1]) dop[2 * i + 1] = d;
-            }
-            any = 1;
+    size_t n;
+    int i;
+    for (n = 0; n < points->count; n++)
+        for (i = 0; i < COHSM__DOP_AXES; i++) {
+            float d = cohsm__v3_dot(cohsm__dop_axis(i), cohsm__v3_load(points->at[n]));
+            if (!n || d < dop[2 * i]) dop[2 * i] = d;
+            if (!n || d > dop[2 * i + 1]) dop[2 * i + 1] = d;
         }
 }
 
-/* Corners of a triangle in units of the sphere, and the cell of 32^3, along a Hilbert curve, that its first one
-   is in. */
-static uint32_t cohsm__soup_cell(const cohsm_mesh *mesh, size_t triangle, cohsm__v3 center, float inverse, cohsm__v3 *p)
+/* Corners of a triangle in units of the sphere. */
+static void cohsm__soup_corners(const cohsm_mesh *mesh, size_t triangle, cohsm__v3 center, float inverse, cohsm__v3 *p)
 {
-    uint32_t scratch[3], cell[3];
+    uint32_t scratch[3];
     const uint32_t *corner = cohsm__corners(mesh, triangle, scratch);
     int k;
     for (k = 0; k < 3; k++) p[k] = cohsm__v3_scale(cohsm__v3_sub(cohsm__vertex(mesh, corner[k]), center), inverse);
-    cell[0] = cohsm__min_u32((uint32_t)(16.0f * (p->x + 1.001f)), 31);
-    cell[1] = cohsm__min_u32((uint32_t)(16.0f * (p->y + 1.001f)), 31);
-    cell[2] = cohsm__min_u32((uint32_t)(16.0f * (p->z + 1.001f)), 31);
-    return cohsm__hilbert_index(cell, 5, 3);
+}
+
+/* Where a triangle lies: the sum of its corners. */
+typedef struct cohsm__spot { float at[3]; uint32_t triangle; } cohsm__spot;
+
+static uint32_t cohsm__bin(const cohsm__spot *p, int axis, float low, float scale)
+{
+    return cohsm__min_u32((uint32_t)((p->at[axis] - low) * scale), 255u);
+}
+
+/* The first half of them on one side of the rest, along the longest axis of their box. Counted in 256 bins: those in
+   the bin of the limit may go to either side, so that time is linear whatever the mesh. */
+static void cohsm__halve(cohsm__spot *p, uint32_t count, uint32_t half)
+{
+    uint32_t bins[256], i, middle, left, store, bin;
+    float low[3], high[3], scale;
+    cohsm__spot moved;
+    int axis = 0, k;
+
+    for (k = 0; k < 3; k++) low[k] = high[k] = p->at[k];
+    for (i = 1; i < count; i++)
+        for (k = 0; k < 3; k++) {
+            low[k] = p[i].at[k] < low[k] ? p[i].at[k] : low[k];
+            high[k] = p[i].at[k] > high[k] ? p[i].at[k] : high[k];
+        }
+    for (k = 1; k < 3; k++)
+        if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
+    if (!(high[axis] - low[axis] > 1e-30f)) return;
+    scale = 255.0f / (high[axis] - low[axis]);
+    memset(bins, 0, sizeof bins);
+    for (i = 0; i < count; i++) bins[cohsm__bin(p + i, axis, low[axis], scale)]++;
+    for (middle = 0, left = half; bins[middle] <= left && middle < 255u; middle++) left -= bins[middle];
+    for (i = 0, store = 0; i < count; i++) {
+        bin = cohsm__bin(p + i, axis, low[axis], scale);
+        if (bin > middle || (bin == middle && !left)) continue;
+        left -= (uint32_t)(bin == middle);
+        moved = p[i];
+        p[i] = p[store];
+        p[store++] = moved;
+    }
+}
+
+/* In the order of the mesh, whose neighbours often share what becomes of them: branches are foreseen better. */
+static void cohsm__sort_leaf(cohsm__spot *p, uint32_t count)
+{
+    uint32_t i, j;
+    for (i = 1; i < count; i++) {
+        cohsm__spot moved = p[i];
+        for (j = i; j && p[j - 1u].triangle > moved.triangle; j--) p[j] = p[j - 1u];
+        p[j] = moved;
+    }
+}
+
+/* Neighbours in space one after the other: halves of halves, in whole clusters and, above these, in eights of clusters.
+   todo has room for any: a half is no larger than the rest by more than a unit. */
+static void cohsm__sort_spots(cohsm__spot *p, uint32_t count)
+{
+    enum { LEAF = 2 * COHSM__LANES };
+    struct { cohsm__spot *p; uint32_t count; } todo[32];
+    uint32_t waiting = 0, unit, half;
+
+    for (;;)
+        if (count > LEAF) {
+            unit = count > 8 * LEAF ? 8 * LEAF : LEAF;
+            half = (count + unit - 1u) / unit / 2u * unit;
+            cohsm__halve(p, count, half);
+            todo[waiting].p = p + half;
+            todo[waiting++].count = count - half;
+            count = half;
+        } else {
+            cohsm__sort_leaf(p, count);
+            if (!waiting) return;
+            p = todo[--waiting].p;
+            count = todo[waiting].count;
+        }
 }
 
 /* The box of groups that lie one after the other, a little enlarged. */
@@ -2982,35 +3178,33 @@ static void cohsm__bound(const float *v, uint32_t groups, float *box)
     }
 }
 
-/* Triangles sorted by cells, so that clusters are small and a shard need not look into most of them. */
-static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used, uint32_t triangles,
-                            const float *center, float radius, cohsm__heap *heap)
+/* Boxes of each span groups, from bounds on. */
+static void cohsm__bound_all(const cohsm__soup *soup, uint32_t span, float *bounds)
 {
-    size_t count = cohsm__triangle_count(mesh), t, floats;
-    cohsm__v3 c = cohsm__v3_load(center), p[3];
-    uint32_t *begin, i, n;
-    float *v, inverse = 1.0f / radius;
+    uint32_t i, at;
+    for (i = 0, at = 0; i < soup->groups; i += span, at++)
+        cohsm__bound(soup->v + (size_t)i * 9 * COHSM__LANES, cohsm__min_u32(span, soup->groups - i),
+                     bounds + 48 * (size_t)(at / 8) + at % 8);
+}
+
+static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used, cohsm__spot *spot,
+                             cohsm__v3 center, float inverse)
+{
+    size_t count = cohsm__triangle_count(mesh), t;
+    cohsm__v3 p[3];
+    uint32_t n = 0;
+    float *v;
     int k;
 
-    soup->triangles = triangles;
-    soup->groups = (triangles + 2 * COHSM__LANES - 1) / (2 * COHSM__LANES) * 2;     /* whole sixteens */
-    floats = (size_t)soup->groups * 9 * COHSM__LANES;
-    soup->v = (float *)cohsm__take(heap, floats, sizeof(float));
-    soup->bounds = (float *)cohsm__take(heap, (cohsm__clusters(soup) + 7u) / 8u, 48 * sizeof(float));
-    begin = (uint32_t *)cohsm__take(heap, 32768 + 1, sizeof *begin);
-    if (!soup->v || !soup->bounds || !begin) {
-        cohsm__give(heap, begin, 32768 + 1, sizeof *begin);
-        return 0;
-    }
-    memset(soup->v, 0, floats * sizeof(float));
-    memset(soup->bounds, 0, (cohsm__clusters(soup) + 7u) / 8u * 48 * sizeof(float));
-    memset(begin, 0, (32768 + 1) * sizeof *begin);
-    for (t = 0; t < count; t++)
-        if (used[t]) begin[1 + cohsm__soup_cell(mesh, t, c, inverse, p)]++;
-    for (i = 0; i < 32768; i++) begin[i + 1] += begin[i];
     for (t = 0; t < count; t++) {
         if (!used[t]) continue;
-        n = begin[cohsm__soup_cell(mesh, t, c, inverse, p)]++;
+        cohsm__soup_corners(mesh, t, center, inverse, p);
+        cohsm__v3_store(spot[n].at, cohsm__v3_add(cohsm__v3_add(p[0], p[1]), p[2]));
+        spot[n++].triangle = (uint32_t)t;
+    }
+    cohsm__sort_spots(spot, n);
+    for (n = 0; n < soup->triangles; n++) {
+        cohsm__soup_corners(mesh, spot[n].triangle, center, inverse, p);
         for (k = 0; k < 3; k++) {
             v = soup->v + (size_t)(n / COHSM__LANES) * 9 * COHSM__LANES + 3 * COHSM__LANES * k + n % COHSM__LANES;
             v[0] = p[k].x;
@@ -3018,17 +3212,38 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
             v[2 * COHSM__LANES] = p[k].z;
         }
     }
-    cohsm__give(heap, begin, 32768 + 1, sizeof *begin);
-    for (i = 0; i < soup->groups; i += COHSM__CLUSTER)
-        cohsm__bound(soup->v + (size_t)i * 9 * COHSM__LANES, cohsm__min_u32(COHSM__CLUSTER, soup->groups - i),
-                     soup->bounds + 48 * (size_t)(i / COHSM__CLUSTER / 8) + i / COHSM__CLUSTER % 8);
-    return 1;
+}
+
+/* Triangles sorted in space, so that clusters are small and a shard need not look into most of them. */
+static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used, uint32_t triangles,
+                            const float *center, float radius, cohsm__heap *heap)
+{
+    cohsm__spot *spot;
+    size_t floats;
+    int made;
+
+    soup->triangles = triangles;
+    soup->groups = (triangles + 2 * COHSM__LANES - 1) / (2 * COHSM__LANES) * 2;     /* whole sixteens */
+    floats = (size_t)soup->groups * 9 * COHSM__LANES;
+    soup->v = (float *)cohsm__take(heap, floats, sizeof(float));
+    soup->bounds = (float *)cohsm__take(heap, cohsm__bound_count(soup), 48 * sizeof(float));
+    spot = (cohsm__spot *)cohsm__take(heap, triangles, sizeof *spot);
+    made = soup->v && soup->bounds && spot;
+    if (made) {
+        memset(soup->v, 0, floats * sizeof(float));
+        memset(soup->bounds, 0, cohsm__bound_count(soup) * 48 * sizeof(float));
+        cohsm__soup_fill(soup, mesh, used, spot, cohsm__v3_load(center), 1.0f / radius);
+        cohsm__bound_all(soup, 2, soup->bounds);
+        cohsm__bound_all(soup, 16, cohsm__wide_bounds(soup));
+    }
+    cohsm__give(heap, spot, triangles, sizeof *spot);
+    return made;
 }
 
 static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
 {
     cohsm__give(heap, soup->v, (size_t)soup->groups * 9 * COHSM__LANES, sizeof(float));
-    cohsm__give(heap, soup->bounds, (cohsm__clusters(soup) + 7u) / 8u, 48 * sizeof(float));
+    cohsm__give(heap, soup->bounds, cohsm__bound_count(soup), 48 * sizeof(float));
     soup->v = soup->bounds = NULL;
 }
 
@@ -4468,11 +4683,21 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
 /* A mesh made ready: sphere, k-DOP and soup; desc gets the sphere. */
 typedef struct cohsm__model { cohsm__soup soup; float dop[2 * COHSM__DOP_AXES]; } cohsm__model;
 
+static cohsm_result cohsm__model_bound(cohsm__model *model, cohsm_desc *d, const cohsm__points *points)
+{
+    if (!(d->radius > 0.0f)) cohsm__fit_sphere(points, d->center, &d->radius);
+    else if (!cohsm__sphere_holds(points, d->center, d->radius)) return COHSM_ERR_DESC;
+    if (!cohsm__radius_usable(d->radius)) return COHSM_ERR_INPUT;
+    cohsm__dop_of_points(model->dop, points);
+    return COHSM_OK;
+}
+
 static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const cohsm_mesh *mesh, cohsm__heap *heap,
                                       cohsm_stats *stats)
 {
     size_t count;
     uint8_t *used;
+    cohsm__points points;
     cohsm_result result = cohsm__check_mesh(mesh);
 
     if (result != COHSM_OK) return result;
@@ -4481,15 +4706,13 @@ static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const 
     if (!used) return COHSM_ERR_ALLOC;
     result = cohsm__select(mesh, used, heap, stats);
     if (result == COHSM_OK) {
-        if (!(d->radius > 0.0f)) cohsm__fit_sphere(mesh, used, d->center, &d->radius);
-        else if (!cohsm__sphere_holds(mesh, used, d->center, d->radius)) result = COHSM_ERR_DESC;
-        if (result == COHSM_OK && !cohsm__radius_usable(d->radius)) result = COHSM_ERR_INPUT;
+        result = cohsm__points_make(&points, mesh, used, stats->triangles, heap) ? cohsm__model_bound(model, d, &points)
+                                                                                 : COHSM_ERR_ALLOC;
+        cohsm__points_free(&points, heap);
     }
-    if (result == COHSM_OK) {
-        cohsm__dop_of_mesh(model->dop, mesh, used);
-        if (!cohsm__soup_make(&model->soup, mesh, used, stats->triangles, d->center, d->radius, heap))
-            result = COHSM_ERR_ALLOC;
-    }
+    if (result == COHSM_OK &&
+        !cohsm__soup_make(&model->soup, mesh, used, stats->triangles, d->center, d->radius, heap))
+        result = COHSM_ERR_ALLOC;
     cohsm__give(heap, used, count, 1);
     return result;
 }
