@@ -24,6 +24,10 @@ typedef struct bk_mesh {
 /* Points on it, for its own visibility. */
 typedef struct bk_points { float *positions, *normals, offset; size_t count; } bk_points;
 
+/* What a shard takes, relative to others: its units', and of each row of units that it touches what it needs however few
+   of the row are its own; where it begins and ends within the object, it looks into overhang rows more. */
+typedef struct bk_work { double *unit, *row, overhang; uint32_t units, row_units; } bk_work;
+
 /* A technique bakes units (pixels of maps, shells) from..to of all into one file's bytes. Functions return 0, or -1
    with one line in error; bytes are freed with free(). */
 typedef struct bk_technique {
@@ -31,8 +35,8 @@ typedef struct bk_technique {
     const rd_key *keys;
     int (*plan)(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error);
     /* units: of the whole; seconds: about how long all of them take on one core */
-    void        (*weigh)(const rd_settings *settings, const bk_mesh *mesh, uint32_t units, double *weight);
-    /* how long each unit takes, relative to others: the same in every shard */
+    void        (*weigh)(const rd_settings *settings, const bk_mesh *mesh, bk_work *work);
+    /* fills unit, and row with row_units and overhang, of zeros and one unit a row: the same in every shard */
     int         (*bake)(const rd_settings *settings, const bk_mesh *mesh, uint32_t from, uint32_t to, ex_pool *pool,
                         void **data, size_t *size, char *error);
     int         (*merge)(const void *const *parts, const size_t *sizes, size_t count, int packed, void **data,

@@ -2,7 +2,6 @@
 #include "csm.h"
 #include "bake.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -76,58 +75,64 @@ static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *unit
     return 0;
 }
 
-/* Some triangles' middles, in units of the object's radius about its middle. Returns how many. */
+/* The vertex farthest from a point, and how far. */
+static const float *farthest(const bk_mesh *mesh, const float *from, float *distance)
+{
+    const float *far = mesh->positions;
+    float most = -1;
+    for (size_t v = 0; v < mesh->vertices; v++) {
+        const float *p = mesh->positions + 3 * v;
+        float x = p[0] - from[0], y = p[1] - from[1], z = p[2] - from[2], d = x * x + y * y + z * z;
+        if (d > most)
+            most = d, far = p;
+    }
+    *distance = sqrtf(most);
+    return far;
+}
+
+/* Some triangles' middles, in units of the sphere about the object, nearly. Returns how many. */
 static size_t middles(const bk_mesh *mesh, float (*out)[3], size_t room)
 {
     size_t step = mesh->triangles / room + 1, n = 0;
-    float low[3], high[3], radius = 0;
-    for (int k = 0; k < 3; k++)
-        low[k] = FLT_MAX, high[k] = -FLT_MAX;
-    for (size_t v = 0; v < 3 * mesh->vertices; v++) {
-        low[v % 3] = fminf(low[v % 3], mesh->positions[v]);
-        high[v % 3] = fmaxf(high[v % 3], mesh->positions[v]);
+    float middle[3] = { mesh->positions[0], mesh->positions[1], mesh->positions[2] }, radius;
+    for (int k = 0; k < 16; k++) {
+        const float *p = farthest(mesh, middle, &radius);
+        for (int i = 0; i < 3; i++)
+            middle[i] += (p[i] - middle[i]) / (float)(k + 2);
     }
-    for (size_t t = 0; t < mesh->triangles; t += step, n++) {
-        float length = 0;
+    farthest(mesh, middle, &radius);
+    for (size_t t = 0; t < mesh->triangles; t += step, n++)
         for (int k = 0; k < 3; k++) {
             float sum = 0;
             for (size_t c = 0; c < 3; c++)
                 sum += mesh->positions[3 * (size_t)mesh->indices[3 * t + c] + (size_t)k];
-            out[n][k] = sum / 3 - (low[k] + high[k]) / 2;
-            length += out[n][k] * out[n][k];
+            out[n][k] = radius > 0 ? (sum / 3 - middle[k]) / radius : 0;
         }
-        radius = fmaxf(radius, sqrtf(length));
-    }
-    for (size_t i = 0; i < n && radius > 0; i++)
-        for (int k = 0; k < 3; k++)
-            out[i][k] /= radius;
     return n;
 }
 
-/* A row costs what triangles lie on it and two rows about it, seen from all around; and each pixel something. */
-static void weigh(const rd_settings *settings, const bk_mesh *mesh, uint32_t units, double *weight)
+/* A row costs what triangles lie on it, seen from all around, whole if one pixel is wanted; and each pixel something. Of
+   what lies on the row at a limit about as much again is set up, for clusters that overhang. Shares as measured of
+   200,000 triangles at M = 128. */
+static void weigh(const rd_settings *settings, const bk_mesh *mesh, bk_work *work)
 {
     enum { VIEWS = 16, MIDDLES = 2048 };
     static float middle[MIDDLES][3];
     int m = rd_setting_integer(settings, "m");
     size_t count = middles(mesh, middle, MIDDLES - 1);
-    for (uint32_t u = 0; u < units; u++)
-        weight[u] = 0.15 / units;
+    work->row_units = (uint32_t)m;
+    work->overhang = 0.7;
+    for (uint32_t u = 0; u < work->units; u++)
+        work->unit[u] = 0.2 / work->units;
     for (int view = 0; view < VIEWS * VIEWS; view++) {
         float theta = ((float)(view / VIEWS) + 0.5f) * 3.14159265f / VIEWS, phi = (float)view * 6.2831853f / VIEWS;
         float up[3] = { -cosf(theta) * cosf(phi), sinf(theta), -cosf(theta) * sinf(phi) };
         for (size_t i = 0; i < count; i++) {
             float y = middle[i][0] * up[0] + middle[i][1] * up[1] + middle[i][2] * up[2];
             int row = (int)((y + 1) * 0.5f * (float)m);
-            for (int r = row - 2; r <= row + 2; r++)
-                if (r >= 0 && r < m)
-                    weight[r * m] += 0.2 / (VIEWS * VIEWS) / (double)count;
+            if (row >= 0 && row < m)
+                work->row[row] += 0.8 / (VIEWS * VIEWS) / (double)count;
         }
-    }
-    for (int r = 0; r < m; r++) {
-        double row = weight[r * m] - 0.15 / units;
-        for (int x = 0; x < m; x++)
-            weight[r * m + x] = 0.15 / units + row / m;
     }
 }
 

@@ -119,21 +119,70 @@ static int take_all(bk_args *args, int count, char **values, char *error)
 
 /* ---- bake ---- */
 
-/* Limits of count shards or parts of nearly equal work: limit[0] = 0 .. limit[count] = units. */
-static void divide(const double *weight, uint32_t units, uint32_t count, uint32_t *limit)
+/* What units from..to - 1 take; unit and row of the work hold sums of all before. */
+static double work_of(const bk_work *w, uint32_t from, uint32_t to)
 {
-    double all = 0, sum = 0;
-    uint32_t k = 1;
-    for (uint32_t u = 0; u < units; u++)
-        all += weight[u];
+    uint32_t first = from / w->row_units, last = (to - 1) / w->row_units;
+    double sum = w->unit[to] - w->unit[from] + w->row[last + 1] - w->row[first];
+    sum += from ? w->overhang * (w->row[first + 1] - w->row[first]) : 0;
+    return sum + (to < w->units ? w->overhang * (w->row[last + 1] - w->row[last]) : 0);
+}
+
+/* Limits of count shards, each as long as it may be to take no more than cap; 1 where they reach the end. */
+static int fill(const bk_work *w, uint32_t count, double cap, uint32_t *limit)
+{
     limit[0] = 0;
-    for (uint32_t u = 0; u < units; u++) {
-        sum += weight[u];
-        while (k < count && (sum >= all * k / count || units - u - 1 == count - k))
-            limit[k++] = u + 1;
+    for (uint32_t k = 0; k < count; k++) {
+        uint32_t least = limit[k] + 1, most = w->units - (count - k - 1);      /* one unit at least for each */
+        while (least < most) {
+            uint32_t middle = least + (most - least + 1) / 2;
+            if (work_of(w, limit[k], middle) <= cap)
+                least = middle;
+            else most = middle - 1;
+        }
+        limit[k + 1] = least;
     }
-    while (k <= count)
-        limit[k++] = units;
+    return limit[count] == w->units && work_of(w, limit[count - 1], w->units) <= cap;
+}
+
+/* Limits of count shards or parts, the slowest of which takes as little as can be: limit[0] = 0 .. limit[count] =
+   units. */
+static void divide(const bk_work *w, uint32_t count, uint32_t *limit)
+{
+    double low = 0, high = 4 * work_of(w, 0, w->units);
+    for (int step = 0; step < 30; step++) {
+        double middle = (low + high) / 2;
+        if (fill(w, count, middle, limit))
+            high = middle;
+        else low = middle;
+    }
+    fill(w, count, high, limit);
+}
+
+/* Sums of all before, in place of each. */
+static void add_up(double *value, uint32_t count)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i <= count; i++) {
+        double own = value[i];
+        value[i] = sum;
+        sum += own;
+    }
+}
+
+static int weigh(const bk_args *args, const bk_mesh *mesh, uint32_t units, bk_work *work)
+{
+    memset(work, 0, sizeof *work);
+    work->units = units;
+    work->row_units = 1;
+    work->unit = calloc((size_t)units + 1, sizeof *work->unit);
+    work->row = calloc((size_t)units + 1, sizeof *work->row);
+    if (!work->unit || !work->row)
+        return -1;
+    args->technique->weigh(&args->settings, mesh, work);
+    add_up(work->unit, units);
+    add_up(work->row, (units + work->row_units - 1) / work->row_units);
+    return 0;
 }
 
 /* FNV-1a of everything that decides the bytes. */
@@ -207,17 +256,16 @@ static int bake_range(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, u
 {
     bk_parts *p = calloc(1, sizeof *p);
     uint32_t *limit = calloc((size_t)args->shards + 1, sizeof *limit);
-    double *weight = calloc(units, sizeof *weight);
+    bk_work work;
     void *data = NULL;
     size_t size = 0;
     int result = -1, asked = rd_setting_integer(&args->settings, "parts");
-    if (!p || !limit || !weight)
+    if (weigh(args, mesh, units, &work) != 0 || !p || !limit)
         fail(error, "out of memory", "");
     else if (args->shards > units)
         fail(error, "more shards than there is to share", "");
     else {
-        args->technique->weigh(&args->settings, mesh, units, weight);
-        divide(weight, units, args->shards, limit);
+        divide(&work, args->shards, limit);
         seconds /= SECONDS_OF_A_PART * ex_pool_threads(pool);
         p->count = asked ? (uint32_t)asked : seconds < 1 ? 1 : seconds < MOST_PARTS ? (uint32_t)seconds : MOST_PARTS;
         p->count = p->count < units ? p->count : units;
@@ -225,7 +273,7 @@ static int bake_range(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, u
             result = args->technique->bake(&args->settings, mesh, limit[args->shard - 1], limit[args->shard], pool,
                                            &data, &size, error);
         else {
-            divide(weight, units, p->count, p->limit);
+            divide(&work, p->count, p->limit);
             result = bake_parts(args, mesh, pool, p, &data, &size, error);
         }
         if (result == 0)
@@ -240,7 +288,8 @@ static int bake_range(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, u
     }
     free(p);
     free(limit);
-    free(weight);
+    free(work.unit);
+    free(work.row);
     free(data);
     return result;
 }

@@ -97,12 +97,12 @@ static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *unit
     return mesh->radiance && !d.logarithm ? 0 : -1;
 }
 
-static void weigh(const rd_settings *settings, const bk_mesh *mesh, uint32_t units, double *weight)
+static void weigh(const rd_settings *settings, const bk_mesh *mesh, bk_work *work)
 {
     (void)settings;
     (void)mesh;
-    for (uint32_t u = 0; u < units; u++)
-        weight[u] = 1;
+    for (uint32_t u = 0; u < work->units; u++)
+        work->unit[u] = 1;
 }
 
 static int bytes_of(sfield_field *field, void **data, size_t *size, char *error)
