@@ -1746,7 +1746,6 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
     X(usampler2DArray, glbk_ism_points, 1)                                                          \
     X(usampler2DArray, glbk_ism_triangles, 2)   /* three indices, opacity */                        \
     X(sampler2DArray, glbk_ism_positions, 3)                                                        \
-    X(glbk_color_sampler, glbk_ism_directions, 4)   /* of a tile's texels */                        \
     X(glbk_color_sampler, glbk_ism_surfels, 5)  /* plane and depth */                               \
     X(usampler2D, glbk_ism_below, 6)            /* texels that are kept, or the level below */      \
     X(usampler2D, glbk_ism_pull1, 7)                                                                \
@@ -1771,13 +1770,11 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
 #define GLBK_ISM_BLOCKS(X)                          \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)    \
     X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
-#define GLBK_ISM_STORAGE(X) X(restrict, vec4, glbk_ism_ways, 0)      /* directions once more: x, y, z, 0 a texel of a
-                                                                        tile */
+#define GLBK_ISM_STORAGE(X)
 #define GLBK_ISM_IMAGES(X)                                              \
     X(writeonly, rgba32f, image2D, glbk_ism_surfels_out, 0)             \
     X(writeonly, r32ui, uimage2D, glbk_ism_atlas_out, 1)                \
-    X(writeonly, rgba32f, image2D, glbk_ism_light_out, 2)       /* before the blur, or after it */  \
-    X(writeonly, rgba32f, image2D, glbk_ism_directions_out, 3)
+    X(writeonly, rgba32f, image2D, glbk_ism_light_out, 2)       /* before the blur, or after it */
 
 GLBK__PART(ISM)
 
@@ -1803,15 +1800,13 @@ typedef struct glbk_ism_maps {      /* read only; zeroed = none */
     uint32_t      vertices, triangles;
     uint64_t      phases;           /* bits: those that were given */
     float         sphere[4];
-    glbk_texture  vpls, points, triangle_table, positions, directions, surfels, depth, kept;
-    glbk_texture  pull[GLBK_ISM_LEVELS], atlas;
-    glbk_target   direction_target, surfel_target, kept_target, pull_target[GLBK_ISM_LEVELS], atlas_target;
+    glbk_texture  vpls, points, triangle_table, positions, surfels, depth, kept, pull[GLBK_ISM_LEVELS], atlas;
+    glbk_target   surfel_target, kept_target, pull_target[GLBK_ISM_LEVELS], atlas_target;
     glbk_buffer   frame, view;      /* view: of glbk_ism_bind */
     int           quads;            /* rectangles in place of points */
-    glbk_program  directions_program, splat, holes, pull_program[GLBK_ISM_LEVELS], push;
+    glbk_program  splat, holes, pull_program[GLBK_ISM_LEVELS], push;
     int           compute;          /* the compute path: no depth, kept and pull */
     glbk_program  fill;
-    glbk_buffer   ways;             /* directions as a buffer */
     uint32_t      near_count;       /* near points in use */
 } glbk_ism_maps;
 
@@ -4524,14 +4519,28 @@ static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
 static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "// ism_access - VPLs and the texels of their tiles, from what glbk_ism_bind binds.\n",
     "// uses: table ism_map ism_bindings\n",
+    "struct ism_grid {               // what the texels of a tile depend on\n",
+    "    float exponent;             // the VPL's, or -1 of a sky\n",
+    "    vec4  across, down;         // ism_axis\n",
+    "};\n",
+    "\n",
     "struct ism_vpl {\n",
     "    vec3  position, normal, flux, axis;\n",
     "    float exponent, side;       // of the lobe; of the square that it stands for\n",
     "    float reach;                // within which near points take its place; 0 where there are none\n",
     "    bool  sky;                  // position is the direction to it\n",
     "    uint  window;               // of its tile\n",
+    "    ism_grid grid;\n",
     "    mat3  frame;                // of its map: columns x, y, z\n",
     "};\n",
+    "\n",
+    "ism_grid ism_grid_of(float exponent, uint window)\n",
+    "{\n",
+    "    ism_grid g;\n",
+    "    g.exponent = exponent;\n",
+    "    ism_axes(window, glbk_ism_frame.maps.y, uint(glbk_ism_frame.values.y), g.across, g.down);\n",
+    "    return g;\n",
+    "}\n",
     "\n",
     "ism_vpl ism_read_vpl(uint v)\n",
     "{\n",
@@ -4547,6 +4556,7 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "    l.reach = glbk_ism_frame.near_points.x > 0u ? c.w : 0.0;\n",
     "    l.axis = l.exponent != 1.0 ? d.xyz : l.normal;\n",
     "    l.window = uint(d.w);\n",
+    "    l.grid = ism_grid_of(a.w, l.window);\n",
     "    l.frame = ism_frame_of(ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky ? l.axis : l.normal);\n",
     "    return l;\n",
     "}\n",
@@ -4554,8 +4564,8 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "// Where a tile begins in the atlas, and its number.\n",
     "ivec2 ism_tile_at(uint v)\n",
     "{\n",
-    "    uint tiles = glbk_ism_frame.maps.z;\n",
-    "    return ivec2(v % tiles, v / tiles) * int(glbk_ism_frame.maps.y);\n",
+    "    uint tiles = glbk_ism_frame.maps.z, row = uint((float(v) + 0.5) / float(tiles));    // divided as in ism_axis\n",
+    "    return ivec2(v - row * tiles, row) * int(glbk_ism_frame.maps.y);\n",
     "}\n",
     "\n",
     "uint ism_tile_of(ivec2 at)\n",
@@ -4565,36 +4575,30 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "}\n",
     "\n",
     "// Places of the square in texels of a tile, and back.\n",
-    "vec2 ism_to_tile(uint window, vec2 uv)\n",
+    "vec2 ism_to_tile(ism_grid g, vec2 uv)\n",
     "{\n",
-    "    uint size = glbk_ism_frame.maps.y;\n",
-    "    return window == 0u ? uv * float(size) : ism_zoom(window, size, uint(glbk_ism_frame.values.y), uv);\n",
+    "    float size = float(glbk_ism_frame.maps.y), rim = glbk_ism_frame.values.y;\n",
+    "    return vec2(ism_zoom_axis(g.across, size, rim, uv.x), ism_zoom_axis(g.down, size, rim, uv.y));\n",
     "}\n",
     "\n",
-    "vec2 ism_from_tile(uint window, vec2 at)\n",
+    "vec2 ism_from_tile(ism_grid g, vec2 at)\n",
     "{\n",
-    "    uint size = glbk_ism_frame.maps.y;\n",
-    "    return window == 0u ? at / float(size) : ism_unzoom(window, size, uint(glbk_ism_frame.values.y), at);\n",
+    "    float size = float(glbk_ism_frame.maps.y), rim = glbk_ism_frame.values.y;\n",
+    "    return vec2(ism_unzoom_axis(g.across, size, rim, at.x), ism_unzoom_axis(g.down, size, rim, at.y));\n",
     "}\n",
     "\n",
-    "// What the texels of a tile depend on: x the VPL's exponent or -1 for a sky, y its window.\n",
-    "vec2 ism_kind_of(ism_vpl l) { return vec2(l.sky ? -1.0 : l.exponent, float(l.window)); }\n",
-    "\n",
-    "vec2 ism_kind(uint v)\n",
+    "ism_grid ism_read_grid(uint v)\n",
     "{\n",
-    "    return vec2(texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0).w,\n",
-    "                texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).w);\n",
+    "    return ism_grid_of(texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0).w,\n",
+    "                       uint(texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).w));\n",
     "}\n",
     "\n",
     "// Direction of a texel's centre in the tile's frame, of a sky its place.\n",
-    "vec3 ism_texel_direction(vec2 kind, ivec2 texel)\n",
+    "vec3 ism_texel_direction(ism_grid g, ivec2 texel)\n",
     "{\n",
-    "    uint window = uint(kind.y);\n",
-    "    vec2 uv = ism_from_tile(window, vec2(texel) + 0.5);\n",
-    "    if (kind.x < 0.0) return vec3(2.0 * uv - 1.0, 1.0);\n",
-    "    if (window != 0u || ism_projection_of(kind.x) == ISM_PROJECTION_LOBE)\n",
-    "        return ism_map_direction(ism_projection_of(kind.x), kind.x, uv);\n",
-    "    return glbk_unpack(texelFetch(glbk_ism_directions, texel, 0)).xyz;\n",
+    "    vec2 uv = ism_from_tile(g, vec2(texel) + 0.5);\n",
+    "    if (g.exponent < 0.0) return vec3(2.0 * uv - 1.0, 1.0);\n",
+    "    return ism_map_direction(ism_projection_of(g.exponent), g.exponent, uv);\n",
     "}\n"
 };
 
@@ -4604,7 +4608,6 @@ static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
     "uniform usampler2DArray glbk_ism_points;\n",
     "uniform usampler2DArray glbk_ism_triangles;\n",
     "uniform sampler2DArray glbk_ism_positions;\n",
-    "uniform glbk_color_sampler glbk_ism_directions;\n",
     "uniform glbk_color_sampler glbk_ism_surfels;\n",
     "uniform usampler2D glbk_ism_below;\n",
     "uniform usampler2D glbk_ism_pull1;\n",
@@ -4628,9 +4631,6 @@ static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
     "    vec4 values;\n",
     "} glbk_ism_view;\n",
     "#if __VERSION__ >= 430\n",
-    "layout(std430, binding = 0) restrict buffer glbk_ism_ways_storage { vec4 glbk_ism_ways[]; };\n",
-    "#endif\n",
-    "#if __VERSION__ >= 430\n",
     "layout(rgba32f, binding = 0) writeonly uniform image2D glbk_ism_surfels_out;\n",
     "#endif\n",
     "#if __VERSION__ >= 430\n",
@@ -4638,9 +4638,6 @@ static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
     "#endif\n",
     "#if __VERSION__ >= 430\n",
     "layout(rgba32f, binding = 2) writeonly uniform image2D glbk_ism_light_out;\n",
-    "#endif\n",
-    "#if __VERSION__ >= 430\n",
-    "layout(rgba32f, binding = 3) writeonly uniform image2D glbk_ism_directions_out;\n",
     "#endif\n"
 };
 
@@ -4763,7 +4760,7 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "    if (l.window == 0u) {\n",
     "        s.box = ivec4(max(s.uv * most - reach, 0.0), min(ivec2(s.uv * most + reach), size - 1));\n",
     "    } else {\n",
-    "        vec2 first = ism_to_tile(l.window, s.uv - reach / most), last = ism_to_tile(l.window, s.uv + reach / most);\n",
+    "        vec2 first = ism_to_tile(l.grid, s.uv - reach / most), last = ism_to_tile(l.grid, s.uv + reach / most);\n",
     "        s.box = ivec4(max(first, 0.0), min(ivec2(last), size - 1));\n",
     "    }\n",
     "    return true;\n",
@@ -4870,11 +4867,11 @@ static const char *const glbk__glsl_lib_ism_holes_glsl[] = {
     "float ism_depth(ivec2 at);\n",
     "\n",
     "// Surfels in all four quadrants about it pass before it. at: in the atlas, where it has depth c.\n",
-    "bool ism_hole(vec2 kind, ivec2 at, float c)\n",
+    "bool ism_hole(ism_grid grid, ivec2 at, float c)\n",
     "{\n",
     "    int size = int(glbk_ism_frame.maps.y);\n",
     "    ivec2 local = at & (size - 1);\n",
-    "    vec3 w = ism_texel_direction(kind, local);\n",
+    "    vec3 w = ism_texel_direction(grid, local);\n",
     "    uint found = 0u;\n",
     "    for (int dy = -ISM_HOLE; dy <= ISM_HOLE; dy++)\n",
     "        for (int dx = -ISM_HOLE; dx <= ISM_HOLE; dx++) {\n",
@@ -4885,7 +4882,7 @@ static const char *const glbk__glsl_lib_ism_holes_glsl[] = {
     "            }\n",
     "            float depth = ism_depth(at + d);\n",
     "            if (!(depth < 0.9 * c)) continue;\n",
-    "            float t = ism_plane_depth(kind.x < 0.0, ism_surfel_at(at + d).xyz, w);\n",
+    "            float t = ism_plane_depth(grid.exponent < 0.0, ism_surfel_at(at + d).xyz, w);\n",
     "            if (t > 0.5 * depth && t < 0.95 * c) found |= ism_quadrant(d);\n",
     "        }\n",
     "    return found == 15u;\n",
@@ -4920,8 +4917,8 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "        vec2 uv = 0.5 * o.xy / r + 0.5;\n",
     "        if (!(n.z < -ISM_GRAZING)) return 0.0;\n",
     "        if (any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) return 1.0;\n",
-    "        texel = min(ivec2(ism_to_tile(l.window, uv)), size - 1);\n",
-    "        vec2 d = (2.0 * ism_from_tile(l.window, vec2(texel) + 0.5) - 1.0) * r - o.xy;\n",
+    "        texel = min(ivec2(ism_to_tile(l.grid, uv)), size - 1);\n",
+    "        vec2 d = (2.0 * ism_from_tile(l.grid, vec2(texel) + 0.5) - 1.0) * r - o.xy;\n",
     "        if (abs(n.z) > 0.1) depth -= dot(n.xy, d) / n.z;\n",
     "        return depth - bias * r <= uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x) ? 1.0 : 0.0;\n",
     "    }\n",
@@ -4931,10 +4928,10 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "    if (!(o.z > 0.0) || !(d > 0.0)) return 1.0;\n",
     "    if (!(dot(n, o) < -ISM_GRAZING * d)) return 0.0;\n",
     "    if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / d, uv)) return 1.0;\n",
-    "    texel = min(ivec2(ism_to_tile(l.window, uv)), size - 1);\n",
+    "    texel = min(ivec2(ism_to_tile(l.grid, uv)), size - 1);\n",
     "    float t = uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x);\n",
     "    if (d * (1.0 - bias) <= t && t >= 2.0 * d) return 1.0;\n",
-    "    float along = dot(n, ism_texel_direction(ism_kind_of(l), texel));\n",
+    "    float along = dot(n, ism_texel_direction(l.grid, texel));\n",
     "    along = along != 0.0 ? dot(n, o) / along : d;\n",
     "    if (along > 0.5 * d && along < 2.0 * d) d = along;\n",
     "    return d * (1.0 - bias) <= t ? 1.0 : 0.0;\n",
@@ -5100,48 +5097,85 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)\n",
     "{\n",
     "    ism_vpl l = ism_read_vpl(q.vpl);\n",
-    "    vec3 way = l.position - q.position, d = p - q.position;\n",
-    "    float open = 1.0 - clamp(-2.0 * dot(n, q.normal), 0.0, 1.0);\n",
+    "    vec3 way = l.position - q.position, d = p - q.position, at = p;\n",
+    "    float open = 1.0 - clamp(-2.0 * dot(n, q.normal), 0.0, 1.0), lit = 1.0;\n",
     "    if (!(dot(l.frame[2], p - l.position) > 0.0)) return open;\n",
-    "    if (ism_visible(q.vpl, l, p, ng, bias) > 0.0) return 1.0;\n",
-    "    if (!(dot(d, d) < dot(way, way) && dot(l.frame[2], d) > 0.0)) return 0.0;\n",
-    "    return open * ism_visible(q.vpl, l, p + way, ng, bias);\n",
+    "    bool movable = open > 0.0 && dot(d, d) < dot(way, way) && dot(l.frame[2], d) > 0.0;\n",
+    "    // a loop, because what is written twice is waited for twice where neighbours differ\n",
+    "    while (!(ism_visible(q.vpl, l, at, ng, bias) > 0.0)) {\n",
+    "        if (!movable) return 0.0;\n",
+    "        movable = false;\n",
+    "        at = p + way;\n",
+    "        lit = open;\n",
+    "    }\n",
+    "    return lit;\n",
+    "}\n",
+    "\n",
+    "// How far it stands here for VPLs; 0 where it gives nothing.\n",
+    "float ism_near_weight(vec3 position, float reach, vec3 normal, vec3 p, vec3 n)\n",
+    "{\n",
+    "    vec3 d = position - p;\n",
+    "    return dot(n, d) > 0.0 && dot(normal, d) < 0.0 ? ism_nearness(dot(d, d), reach) : 0.0;\n",
     "}\n",
     "\n",
     "// Its kernel by how far it stands here for VPLs; plain without what the square's rule takes off.\n",
     "float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)\n",
     "{\n",
     "    vec3 d = q.position - p;\n",
-    "    float d2 = dot(d, d), h = ism_nearness(d2, q.reach), a = dot(n, d), b = -dot(q.normal, d);\n",
+    "    float d2 = dot(d, d), h = ism_near_weight(q.position, q.reach, q.normal, p, n);\n",
     "    plain = 0.0;\n",
-    "    if (!(h > 0.0 && a > 0.0 && b > 0.0)) return 0.0;\n",
-    "    float point = a * b / (d2 * d2 + 1e-37), k = point;\n",
+    "    if (!(h > 0.0)) return 0.0;\n",
+    "    float point = dot(n, d) * -dot(q.normal, d) / (d2 * d2 + 1e-37), k = point;\n",
     "    plain = point;\n",
     "    if (d2 < 9.0 * q.side * q.side) k = ism_patch_kernel(ism_frame_of(q.normal), q.side, d, n, point, plain);\n",
     "    plain *= h;\n",
     "    return k * h;\n",
     "}\n",
     "\n",
-    "// What the near points first, first + pattern, ... give, scaled up to all of them, as ism_scaled does. Each 64 of them\n",
-    "// lie in a sphere beyond which none reaches, and 64 is a whole number of patterns.\n",
+    "// Whether it stands for VPLs here.\n",
+    "bool ism_near_counts(uint i, vec3 p, vec3 n)\n",
+    "{\n",
+    "    uint at = glbk_ism_frame.near_points.z + 3u * i;\n",
+    "    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(at), 0), b = texelFetch(glbk_ism_vpls, glbk_table_at(at + 1u), 0);\n",
+    "    return ism_near_weight(a.xyz, b.w, b.xyz, p, n) > 0.0;\n",
+    "}\n",
+    "\n",
+    "// The first of this class from i on in a block of 64 that reaches as far as p: beyond its sphere none does, and 64 is\n",
+    "// a whole number of patterns.\n",
+    "uint ism_near_block(uint i, uint count, vec3 p)\n",
+    "{\n",
+    "    for (; i < count; i += 64u) {\n",
+    "        vec4 sphere = texelFetch(glbk_ism_vpls, glbk_table_at(glbk_ism_frame.near_points.y + i / 64u), 0);\n",
+    "        vec3 d = sphere.xyz - p;\n",
+    "        if (dot(d, d) < sphere.w * sphere.w) break;\n",
+    "    }\n",
+    "    return i;\n",
+    "}\n",
+    "\n",
+    "// What the near points first, first + pattern, ... give, scaled up to all of them, as ism_scaled does. They are looked\n",
+    "// for four at a time, and what one costs comes in a loop of its own, because neighbours wait for each other: it is paid\n",
+    "// where they have some too, not at every point of any.\n",
     "vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)\n",
     "{\n",
-    "    uint count = glbk_ism_frame.near_points.x;\n",
+    "    uint count = glbk_ism_frame.near_points.x, i = ism_near_block(first, count, p);\n",
     "    vec4 sum = vec4(0.0);\n",
-    "    if (first >= count) return sum;\n",
-    "    for (uint at = 0u; at < count; at += 64u) {\n",
-    "        vec4 sphere = texelFetch(glbk_ism_vpls, glbk_table_at(glbk_ism_frame.near_points.y + at / 64u), 0);\n",
-    "        vec3 d = sphere.xyz - p;\n",
-    "        if (!(dot(d, d) < sphere.w * sphere.w)) continue;\n",
-    "        for (uint i = at + first; i < min(at + 64u, count); i += pattern) {\n",
-    "            ism_near_point q = ism_read_near(i);\n",
-    "            float plain, k = ism_near_kernel(q, p, n, plain);\n",
-    "            if (!(k > 0.0)) continue;\n",
+    "    while (i < count) {\n",
+    "        uvec4 found = uvec4(0u);\n",
+    "        uint have = 0u;\n",
+    "        while (i < count && have < 4u) {\n",
+    "            if (ism_near_counts(i, p, n)) found[have++] = i;\n",
+    "            i += pattern;\n",
+    "            if ((i & 63u) < pattern) i = ism_near_block(i, count, p);\n",
+    "        }\n",
+    "        for (uint k = 0u; k < have; k++) {\n",
+    "            ism_near_point q = ism_read_near(found[k]);\n",
+    "            float plain, bright = ism_near_kernel(q, p, n, plain);\n",
+    "            if (!(bright > 0.0)) continue;\n",
     "            float lit = (glbk_ism_view.size.w & 1u) != 0u ? 1.0 : ism_near_visible(q, p, n, ng, glbk_ism_view.values.x);\n",
-    "            sum += lit * vec4(k * q.flux, max(plain - k, 0.0) * ism_luminance(q.flux));\n",
+    "            sum += lit * vec4(bright * q.flux, max(plain - bright, 0.0) * ism_luminance(q.flux));\n",
     "        }\n",
     "    }\n",
-    "    return sum * (float(count) / (float((count - first - 1u) / pattern + 1u) * COHSM_PI));\n",
+    "    return first < count ? sum * (float(count) / (float((count - first - 1u) / pattern + 1u) * COHSM_PI)) : sum;\n",
     "}\n",
     "\n",
     "// xyz: irradiance by the VPLs first, first + pattern, ... scaled up to all of them; w: what the rule near by took off.\n",
@@ -5236,51 +5270,58 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "// The texels of an axis below its window, of `size` a side with `rim` outside of it; `size` where it is not worth its rim.\n",
-    "// cut: 64ths of the square below and above it.\n",
-    "uint ism_below(uvec2 cut, uint size, uint rim)\n",
+    "// An axis of a tile of `size` texels a side, `rim` of them outside of its window: how many lie below it (all where it is\n",
+    "// not worth its rim), and what share of the square a texel has below, in and above it. cut: 64ths of the square below\n",
+    "// and above.\n",
+    "vec4 ism_axis(uvec2 cut, uint size, uint rim)\n",
     "{\n",
     "    uint rest = cut.x + cut.y;\n",
-    "    if (!(rest * size > rim * 64u) || rest >= 64u) return size;\n",
-    "    uint a = (2u * rim * cut.x + rest) / (2u * rest);\n",
-    "    if (cut.x != 0u && a == 0u) a = 1u;\n",
-    "    return cut.y != 0u && a == rim ? rim - 1u : a;\n",
+    "    if (!(rest * size > rim * 64u) || rest >= 64u) return vec4(float(size), 1.0 / float(size), 1.0, 1.0);\n",
+    "    // whole numbers divided as floats, which lanes do side by side: with the half no quotient is near a whole number\n",
+    "    float a = floor((float(2u * rim * cut.x + rest) + 0.5) / float(2u * rest)), most = float(rim);\n",
+    "    if (cut.x != 0u && a == 0.0) a = 1.0;\n",
+    "    if (cut.y != 0u && a == most) a = most - 1.0;\n",
+    "    vec3 share = vec3(cut.x, 64u - rest, cut.y) / (64.0 * max(vec3(a, float(size - rim), most - a), 1.0));\n",
+    "    return vec4(a, a > 0.0 ? share.x : 1.0, share.y, a < most ? share.z : 1.0);\n",
     "}\n",
     "\n",
-    "// From 0..1 of the square to the texels of a tile's axis, and back: linear below, in and above the window.\n",
-    "float ism_zoom_axis(uvec2 cut, uint size, uint rim, float u)\n",
+    "// From 0..1 of the square to the texels of such an axis, and back: linear below, in and above the window.\n",
+    "float ism_zoom_axis(vec4 axis, float size, float rim, float u)\n",
     "{\n",
-    "    uint a = ism_below(cut, size, rim), wide = 64u - cut.x - cut.y;\n",
-    "    float low = float(cut.x) * 0.015625, high = float(64u - cut.y) * 0.015625, x;\n",
-    "    if (a == size) return u * float(size);\n",
-    "    if (u < low) x = u * (float(64u * a) / float(cut.x));\n",
-    "    else if (u < high) x = float(a) + (u - low) * (float(64u * (size - rim)) / float(wide));\n",
-    "    else x = float(size - rim + a) + (cut.y == 0u ? 0.0 : (u - high) * (float(64u * (rim - a)) / float(cut.y)));\n",
-    "    return clamp(x, 0.0, float(size));\n",
+    "    float low = axis.x * axis.y, high = 1.0 - (rim - axis.x) * axis.w;\n",
+    "    vec3 part = u < low ? vec3(0.0, u, axis.y) : u < high ? vec3(axis.x, u - low, axis.z) : vec3(size, u - 1.0, axis.w);\n",
+    "    return clamp(part.x + part.y / part.z, 0.0, size);\n",
     "}\n",
     "\n",
-    "float ism_unzoom_axis(uvec2 cut, uint size, uint rim, float x)\n",
+    "float ism_unzoom_axis(vec4 axis, float size, float rim, float x)\n",
     "{\n",
-    "    uint a = ism_below(cut, size, rim), b = size - rim + a, wide = 64u - cut.x - cut.y;\n",
-    "    float u;\n",
-    "    if (a == size) return x / float(size);\n",
-    "    if (x < float(a)) u = x * (float(cut.x) / float(64u * a));\n",
-    "    else if (x < float(b)) u = float(cut.x) * 0.015625 + (x - float(a)) * (float(wide) / float(64u * (size - rim)));\n",
-    "    else u = float(64u - cut.y) * 0.015625 + (cut.y == 0u ? 0.0 : (x - float(b)) * (float(cut.y) / float(64u * (rim - a))));\n",
+    "    float u = x < axis.x ? x * axis.y : x < axis.x + size - rim ? axis.x * axis.y + (x - axis.x) * axis.z\n",
+    "                                                                : 1.0 - (size - x) * axis.w;\n",
     "    return clamp(u, 0.0, 1.0);\n",
     "}\n",
     "\n",
-    "// Of both axes; window: ism_vpl.window.\n",
-    "vec2 ism_zoom(uint window, uint size, uint rim, vec2 uv)\n",
+    "// Both axes; window: ism_vpl.window.\n",
+    "void ism_axes(uint window, uint size, uint rim, out vec4 across, out vec4 down)\n",
     "{\n",
     "    uvec4 cut = uvec4(window, window >> 6, window >> 12, window >> 18) & 63u;\n",
-    "    return vec2(ism_zoom_axis(cut.xz, size, rim, uv.x), ism_zoom_axis(cut.yw, size, rim, uv.y));\n",
+    "    across = ism_axis(cut.xz, size, rim);\n",
+    "    down = ism_axis(cut.yw, size, rim);\n",
+    "}\n",
+    "\n",
+    "vec2 ism_zoom(uint window, uint size, uint rim, vec2 uv)\n",
+    "{\n",
+    "    vec4 across, down;\n",
+    "    ism_axes(window, size, rim, across, down);\n",
+    "    vec2 s = vec2(size, rim);\n",
+    "    return vec2(ism_zoom_axis(across, s.x, s.y, uv.x), ism_zoom_axis(down, s.x, s.y, uv.y));\n",
     "}\n",
     "\n",
     "vec2 ism_unzoom(uint window, uint size, uint rim, vec2 at)\n",
     "{\n",
-    "    uvec4 cut = uvec4(window, window >> 6, window >> 12, window >> 18) & 63u;\n",
-    "    return vec2(ism_unzoom_axis(cut.xz, size, rim, at.x), ism_unzoom_axis(cut.yw, size, rim, at.y));\n",
+    "    vec4 across, down;\n",
+    "    ism_axes(window, size, rim, across, down);\n",
+    "    vec2 s = vec2(size, rim);\n",
+    "    return vec2(ism_unzoom_axis(across, s.x, s.y, at.x), ism_unzoom_axis(down, s.x, s.y, at.y));\n",
     "}\n",
     "\n",
     "// Columns x, y, z; v * frame is v in it.\n",
@@ -5338,18 +5379,18 @@ static const char *const glbk__glsl_lib_ism_push_glsl[] = {
     "}\n",
     "\n",
     "// The first one's depth, or its plane's here, whichever would have foretold the second better. No depths are mixed.\n",
-    "float ism_push(vec2 kind, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)\n",
+    "float ism_push(ism_grid grid, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)\n",
     "{\n",
     "    vec4 a = ism_surfel_at(origin + first), b = ism_surfel_at(origin + second);\n",
-    "    float t = ism_plane_depth(kind.x < 0.0, a.xyz, ism_texel_direction(kind, local));\n",
-    "    float there = ism_plane_depth(kind.x < 0.0, a.xyz, ism_texel_direction(kind, second));\n",
+    "    float t = ism_plane_depth(grid.exponent < 0.0, a.xyz, ism_texel_direction(grid, local));\n",
+    "    float there = ism_plane_depth(grid.exponent < 0.0, a.xyz, ism_texel_direction(grid, second));\n",
     "    if (abs(a.w - b.w) <= abs(there - b.w)) return a.w;\n",
     "    return t > 0.5 * a.w && t < 2.0 * a.w ? t : a.w;\n",
     "}\n",
     "\n",
     "// The depth of texel `at` of the atlas, in a tile of that kind, from the nearest two that keep their surfels once there\n",
     "// are some in three quadrants about it; or ISM_FAR.\n",
-    "float ism_filled(vec2 kind, ivec2 at)\n",
+    "float ism_filled(ism_grid grid, ivec2 at)\n",
     "{\n",
     "    int size = int(glbk_ism_frame.maps.y);\n",
     "    ivec2 local = at & (size - 1);\n",
@@ -5359,7 +5400,7 @@ static const char *const glbk__glsl_lib_ism_push_glsl[] = {
     "        ism_look(level, at, n);\n",
     "    }\n",
     "    if (n.second == 0 || !ism_three_quadrants(n.found)) return ISM_FAR;\n",
-    "    return ism_push(kind, local, ivec2((n.first - 1) % size, (n.first - 1) / size),\n",
+    "    return ism_push(grid, local, ivec2((n.first - 1) % size, (n.first - 1) / size),\n",
     "                    ivec2((n.second - 1) % size, (n.second - 1) / size), at - local);\n",
     "}\n"
 };
@@ -7479,35 +7520,6 @@ static const char *const glbk__glsl_prog_ism_blur_frag[] = {
     "}\n"
 };
 
-static const char *const glbk__glsl_prog_ism_directions_comp[] = {
-    "// ism_directions.frag as a compute shader, into the texture and a buffer.\n",
-    "// uses: ism_map ism_bindings\n",
-    "// sets: ISM_PROJECTION=1 | ISM_PROJECTION=2 | ISM_PROJECTION=3 | ISM_PROJECTION=4\n",
-    "layout(local_size_x = 8, local_size_y = 8) in;\n",
-    "\n",
-    "void main()\n",
-    "{\n",
-    "    uvec2 at = gl_GlobalInvocationID.xy;        // tiles are multiples of 8\n",
-    "    vec2 uv = (vec2(at) + 0.5) / float(glbk_ism_frame.maps.y);\n",
-    "    vec4 w = vec4(ism_map_direction(ism_projection_of(1.0), 1.0, uv), 0.0);\n",
-    "    glbk_ism_ways[at.y * glbk_ism_frame.maps.y + at.x] = w;\n",
-    "    imageStore(glbk_ism_directions_out, ivec2(at), w);\n",
-    "}\n"
-};
-
-static const char *const glbk__glsl_prog_ism_directions_frag[] = {
-    "// The directions of the texels of a tile, which all VPLs share but lobes and skies.\n",
-    "// uses: ism_map ism_bindings\n",
-    "// with: screen.vert\n",
-    "// sets: ISM_PROJECTION=1 | ISM_PROJECTION=2 | ISM_PROJECTION=3 | ISM_PROJECTION=4\n",
-    "layout(location = 0) out glbk_color result;\n",
-    "\n",
-    "void main()\n",
-    "{\n",
-    "    result = glbk_pack(vec4(ism_map_direction(ism_projection_of(1.0), 1.0, gl_FragCoord.xy / float(glbk_ism_frame.maps.y)), 0.0));\n",
-    "}\n"
-};
-
 static const char *const glbk__glsl_prog_ism_fill_comp[] = {
     "// Holes, all levels of pull, and push, in one pass: a group has a whole tile in shared memory, or of larger tiles 32 x 32\n",
     "// texels and 16 more at each side, of which eight may keep surfels. An invocation has 16 of these 64 x 64 texels.\n",
@@ -7550,7 +7562,7 @@ static const char *const glbk__glsl_prog_ism_fill_comp[] = {
     "    ivec2 begin = ivec2(gl_WorkGroupID.xy) * block, tile = begin - (begin & (size - 1));\n",
     "    uint v = ism_tile_of(begin), holes = 0u;\n",
     "    bool used = v < glbk_ism_frame.maps.x;\n",
-    "    vec2 kind = used ? ism_kind(v) : vec2(0.0);\n",
+    "    ism_grid grid = ism_read_grid(used ? v : 0u);\n",
     "    ism_origin = begin - margin;\n",
     "    for (uint i = gl_LocalInvocationIndex; i < uint(ISM_SIDE * ISM_SIDE); i += 256u) {\n",
     "        ivec2 at = ism_origin + ism_texel(i), local = at - tile;\n",
@@ -7562,7 +7574,7 @@ static const char *const glbk__glsl_prog_ism_fill_comp[] = {
     "        ivec2 texel = ism_texel(gl_LocalInvocationIndex + 256u * k);\n",
     "        float depth = ism_depth(ism_origin + texel);\n",
     "        bool near_by = all(greaterThanEqual(texel, ivec2(margin / 2))) && all(lessThan(texel, ivec2(ISM_SIDE - margin / 2)));\n",
-    "        if (near_by && depth < ISM_FAR && ism_hole(kind, ism_origin + texel, depth)) holes |= 1u << k;\n",
+    "        if (near_by && depth < ISM_FAR && ism_hole(grid, ism_origin + texel, depth)) holes |= 1u << k;\n",
     "    }\n",
     "    barrier();\n",
     "    for (uint k = 0u; k < 16u; k++)\n",
@@ -7581,7 +7593,7 @@ static const char *const glbk__glsl_prog_ism_fill_comp[] = {
     "    for (uint i = gl_LocalInvocationIndex; i < uint(block * block); i += 256u) {\n",
     "        ivec2 at = begin + ivec2(i % uint(block), i / uint(block));\n",
     "        float depth = ism_depth(at);\n",
-    "        if (used && levels != 0 && !(depth < ISM_FAR)) depth = ism_filled(kind, at);\n",
+    "        if (used && levels != 0 && !(depth < ISM_FAR)) depth = ism_filled(grid, at);\n",
     "        imageStore(glbk_ism_atlas_out, at, uvec4(floatBitsToUint(depth), 0u, 0u, 0u));\n",
     "    }\n",
     "}\n"
@@ -7603,7 +7615,7 @@ static const char *const glbk__glsl_prog_ism_holes_frag[] = {
     "    float depth = ism_depth(at);\n",
     "    result = 0u;\n",
     "    if (!(depth < ISM_FAR) || v >= glbk_ism_frame.maps.x) return;\n",
-    "    result = glbk_ism_frame.points.z != 0u && ism_hole(ism_kind(v), at, depth) ? 0u : 1u;\n",
+    "    result = glbk_ism_frame.points.z != 0u && ism_hole(ism_read_grid(v), at, depth) ? 0u : 1u;\n",
     "}\n"
 };
 
@@ -7646,7 +7658,7 @@ static const char *const glbk__glsl_prog_ism_push_frag[] = {
     "    uint v = ism_tile_of(at);\n",
     "    float depth = ISM_FAR;\n",
     "    if (texelFetch(glbk_ism_below, at, 0).x != 0u) depth = ism_surfel_at(at).w;\n",
-    "    else if (glbk_ism_frame.points.z != 0u && v < glbk_ism_frame.maps.x) depth = ism_filled(ism_kind(v), at);\n",
+    "    else if (glbk_ism_frame.points.z != 0u && v < glbk_ism_frame.maps.x) depth = ism_filled(ism_read_grid(v), at);\n",
     "    result = floatBitsToUint(depth);\n",
     "}\n"
 };
@@ -7766,14 +7778,6 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "    }\n",
     "}\n",
     "\n",
-    "// From a buffer: of textures of four floats GPUs fetch fewer at a time.\n",
-    "vec3 ism_texel_way(ivec2 texel)\n",
-    "{\n",
-    "    if (ism_l.window != 0u || ism_l.sky || ism_projection_of(ism_l.exponent) == ISM_PROJECTION_LOBE)\n",
-    "        return ism_texel_direction(ism_kind_of(ism_l), texel);\n",
-    "    return glbk_ism_ways[texel.y * int(glbk_ism_frame.maps.y) + texel.x].xyz;\n",
-    "}\n",
-    "\n",
     "// Its texels from the one at `from` on, every `pace`th; one loop, which those who draw beside it leave together. true: it\n",
     "// was the nearest in one of them.\n",
     "bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)\n",
@@ -7782,7 +7786,7 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "    bool nearest = false;\n",
     "    while (at.x <= s.box.z && at.y <= s.box.w) {\n",
     "        uint texel = uint((at.y - ism_part.y) * ISM_SIDE + at.x - ism_part.x), depth = ism_depths[texel];\n",
-    "        float t = ism_meet(ism_l.sky, s, ism_texel_way(at), uintBitsToFloat(depth));\n",
+    "        float t = ism_meet(ism_l.sky, s, ism_texel_direction(ism_l.grid, at), uintBitsToFloat(depth));\n",
     "        if (t < ISM_FAR) {\n",
     "            if (turn == 0) nearest = atomicMin(ism_depths[texel], floatBitsToUint(t)) >= floatBitsToUint(t) || nearest;\n",
     "            else if (depth == floatBitsToUint(t)) ism_own(texel, i);\n",
@@ -7888,7 +7892,8 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
     "// sets: ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1\n",
     "flat in vec4 ism_at;\n",
     "flat in vec4 ism_plane;\n",
-    "flat in vec2 ism_shared;\n",
+    "flat in vec4 ism_across;\n",
+    "flat in vec4 ism_down;\n",
     "flat in ivec4 ism_box;\n",
     "flat in vec4 ism_cut1;\n",
     "flat in vec4 ism_cut2;\n",
@@ -7899,8 +7904,8 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
     "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
     "    if (any(lessThan(at, ism_box.xy)) || any(greaterThan(at, ism_box.zw))) discard;\n",
     "    ism_surfel s = ism_surfel(ism_at.xyz, ism_plane.xyz, ism_at.w, 0.0, vec2(0.0), ism_cut1, ism_cut2, ism_box);\n",
-    "    vec3 w = ism_texel_direction(ism_shared, at & (int(glbk_ism_frame.maps.y) - 1));\n",
-    "    float t = ism_meet(ism_shared.x < 0.0, s, w, ISM_FAR);\n",
+    "    vec3 w = ism_texel_direction(ism_grid(ism_plane.w, ism_across, ism_down), at & (int(glbk_ism_frame.maps.y) - 1));\n",
+    "    float t = ism_meet(ism_plane.w < 0.0, s, w, ISM_FAR);\n",
     "    if (!(t < ISM_FAR)) discard;\n",
     "    result = glbk_pack(vec4(ism_plane.xyz, t));\n",
     "    gl_FragDepth = t * 5.421010862427522e-20;      // 2^-64: every digit of t is kept\n",
@@ -7915,8 +7920,9 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "#define ISM_QUADS 0\n",
     "#endif\n",
     "flat out vec4 ism_at;       // in the tile's frame; radius squared\n",
-    "flat out vec4 ism_plane;    // its plane\n",
-    "flat out vec2 ism_shared;   // the VPL's kind\n",
+    "flat out vec4 ism_plane;    // its plane; exponent of the tile's grid\n",
+    "flat out vec4 ism_across;   // the grid's axes\n",
+    "flat out vec4 ism_down;\n",
     "flat out ivec4 ism_box;     // first and last texel\n",
     "flat out vec4 ism_cut1;\n",
     "flat out vec4 ism_cut2;\n",
@@ -7934,15 +7940,16 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);\n",
     "    ism_at = vec4(0.0);\n",
     "    ism_plane = vec4(0.0);\n",
-    "    ism_shared = vec2(0.0);\n",
+    "    ism_across = ism_down = vec4(0.0);\n",
     "    ism_box = ivec4(0);\n",
     "    ism_cut1 = ism_cut2 = vec4(0.0);\n",
     "    if (v >= glbk_ism_frame.maps.x) return;\n",
     "    ism_vpl l = ism_read_vpl(v);\n",
     "    if (!ism_surfel_of(index, v, l, s)) return;\n",
     "    ism_at = vec4(s.at, s.radius2);\n",
-    "    ism_plane = vec4(s.g, 0.0);\n",
-    "    ism_shared = ism_kind_of(l);\n",
+    "    ism_plane = vec4(s.g, l.grid.exponent);\n",
+    "    ism_across = l.grid.across;\n",
+    "    ism_down = l.grid.down;\n",
     "    ism_cut1 = s.cut1;\n",
     "    ism_cut2 = s.cut2;\n",
     "    ism_box = s.box + ism_tile_at(v).xyxy;\n",
@@ -8992,9 +8999,9 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/envsh_visible.glsl", glbk__glsl_lib_envsh_visible_glsl, 247, "", "",
       "" },
-    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 74, "table ism_map ism_bindings", "",
+    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 83, "table ism_map ism_bindings", "",
       "" },
-    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 43, "", "",
+    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 36, "", "",
       "" },
     { "lib/ism_blur.glsl", glbk__glsl_lib_ism_blur_glsl, 37, "ism_gbuffer", "",
       "" },
@@ -9006,9 +9013,9 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/ism_holes.glsl", glbk__glsl_lib_ism_holes_glsl, 25, "ism_fill", "",
       "" },
-    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 269, "ism_access", "",
+    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 306, "ism_access", "",
       "" },
-    { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 133, "cohsm_math", "",
+    { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 140, "cohsm_math", "",
       "" },
     { "lib/ism_push.glsl", glbk__glsl_lib_ism_push_glsl, 61, "ism_fill", "",
       "" },
@@ -9094,10 +9101,6 @@ static const glbk_file glbk__files[] = {
       "" },
     { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 19, "ism_blur", "screen.vert",
       "" },
-    { "prog/ism_directions.comp", glbk__glsl_prog_ism_directions_comp, 13, "ism_map ism_bindings", "",
-      "ISM_PROJECTION=1 | ISM_PROJECTION=2 | ISM_PROJECTION=3 | ISM_PROJECTION=4" },
-    { "prog/ism_directions.frag", glbk__glsl_prog_ism_directions_frag, 10, "ism_map ism_bindings", "screen.vert",
-      "ISM_PROJECTION=1 | ISM_PROJECTION=2 | ISM_PROJECTION=3 | ISM_PROJECTION=4" },
     { "prog/ism_fill.comp", glbk__glsl_prog_ism_fill_comp, 76, "ism_holes ism_push", "",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
     { "prog/ism_holes.frag", glbk__glsl_prog_ism_holes_frag, 17, "ism_holes", "screen.vert",
@@ -9110,11 +9113,11 @@ static const glbk_file glbk__files[] = {
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" },
     { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 16, "ism_gbuffer ism_light", "screen.vert",
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" },
-    { "prog/ism_splat.comp", glbk__glsl_prog_ism_splat_comp, 158, "ism_disc", "",
+    { "prog/ism_splat.comp", glbk__glsl_prog_ism_splat_comp, 150, "ism_disc", "",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
-    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 23, "ism_disc", "ism_splat.vert",
+    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 24, "ism_disc", "ism_splat.vert",
       "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" },
-    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 47, "ism_disc", "",
+    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 49, "ism_disc", "",
       "" },
     { "prog/rsm_begin.comp", glbk__glsl_prog_rsm_begin_comp, 20, "rsm_lists", "",
       "" },
@@ -14946,7 +14949,7 @@ static int glbk__ism_resolve(glbk_ism_desc *d)
     return 1;
 }
 
-/* What both paths draw: directions, surfels, the atlas. */
+/* What both paths draw: surfels, the atlas. */
 static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m)
 {
     const glbk_texture *depth = NULL;
@@ -14959,9 +14962,6 @@ static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m
         result = glbk_texture_create(ctx, &d, &m->depth);
         depth = &m->depth;
     }
-    if (result == GLBK_OK)
-        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, m->desc.tile_size, m->desc.tile_size, NULL, &m->directions,
-                              &m->direction_target);
     if (result == GLBK_OK)
         result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, m->side, m->side, depth, &m->surfels, &m->surfel_target);
     return result == GLBK_OK ? glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target)
@@ -14991,14 +14991,10 @@ static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m
     m->quads = !m->compute && ctx->max_point_size < (float)m->desc.tile_size;
     defines[15] = (char)('0' + (int)m->desc.projection);
     defines[27] = m->quads ? '1' : '0';
-    result = glbk_program_create(ctx, m->compute ? "ism_directions.comp" : "ism_directions.frag", defines,
-                                 &m->directions_program);
-    if (result == GLBK_OK)
-        result = glbk_program_create(ctx, m->compute ? "ism_splat.comp" : "ism_splat.frag", defines, &m->splat);
+    result = glbk_program_create(ctx, m->compute ? "ism_splat.comp" : "ism_splat.frag", defines, &m->splat);
     if (result != GLBK_OK) return result;
     if (!m->compute) return glbk__ism_create_fill(ctx, m, defines);
-    result = glbk_buffer_create(ctx, 16 * (size_t)m->desc.tile_size * m->desc.tile_size, NULL, &m->ways);
-    return result == GLBK_OK ? glbk_program_create(ctx, "ism_fill.comp", defines, &m->fill) : result;
+    return glbk_program_create(ctx, "ism_fill.comp", defines, &m->fill);
 }
 
 /* Levels of pull and push: the coarsest has two cells a side of a tile at least. */
@@ -15077,12 +15073,10 @@ GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *m)
         glbk_target_destroy(ctx, &m->pull_target[i]);
         glbk_texture_destroy(ctx, &m->pull[i]);
     }
-    glbk_program_destroy(ctx, &m->directions_program);
     glbk_program_destroy(ctx, &m->splat);
     glbk_program_destroy(ctx, &m->holes);
     glbk_program_destroy(ctx, &m->push);
     glbk_program_destroy(ctx, &m->fill);
-    glbk_target_destroy(ctx, &m->direction_target);
     glbk_target_destroy(ctx, &m->surfel_target);
     glbk_target_destroy(ctx, &m->kept_target);
     glbk_target_destroy(ctx, &m->atlas_target);
@@ -15090,14 +15084,12 @@ GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *m)
     glbk_texture_destroy(ctx, &m->points);
     glbk_texture_destroy(ctx, &m->triangle_table);
     glbk_texture_destroy(ctx, &m->positions);
-    glbk_texture_destroy(ctx, &m->directions);
     glbk_texture_destroy(ctx, &m->surfels);
     glbk_texture_destroy(ctx, &m->depth);
     glbk_texture_destroy(ctx, &m->kept);
     glbk_texture_destroy(ctx, &m->atlas);
     glbk_buffer_destroy(ctx, &m->frame);
     glbk_buffer_destroy(ctx, &m->view);
-    glbk_buffer_destroy(ctx, &m->ways);
     memset(m, 0, sizeof *m);
 }
 
@@ -15307,7 +15299,6 @@ static void glbk__ism_bind_points(glbk_context *ctx, const glbk_ism_maps *m)
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->points);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_directions, &m->directions);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
 
@@ -15327,7 +15318,6 @@ static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
     glbk_result result;
     if (m->compute) {
         glbk__ism_bind_points(ctx, m);
-        glbk_bind_storage(ctx, GLBK_SLOT_glbk_ism_ways, &m->ways);
         glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_surfels_out, &m->surfels);
         return glbk__ism_dispatch(ctx, m, &m->splat, 64);
     }
@@ -15348,7 +15338,6 @@ static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
 static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_directions, &m->directions);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_surfels, &m->surfels);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
@@ -15375,16 +15364,6 @@ static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, con
     return GLBK_OK;
 }
 
-static glbk_result glbk__ism_directions(glbk_context *ctx, glbk_ism_maps *m)
-{
-    uint32_t groups = m->desc.tile_size / 8;
-    if (!m->compute) return glbk__ism_pass(ctx, m, &m->direction_target, &m->directions_program, NULL);
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
-    glbk_bind_storage(ctx, GLBK_SLOT_glbk_ism_ways, &m->ways);
-    glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_directions_out, &m->directions);
-    return glbk_dispatch(ctx, &m->directions_program, groups, groups, 1);
-}
-
 /* From surfels to the atlas: holes, pull, push. */
 static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
 {
@@ -15408,8 +15387,7 @@ GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m)
     if (!ctx || !m || !m->points.name) return GLBK_ERR_ARGUMENT;
     all = m->desc.lazy == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy) - 1;
     if (m->triangles && m->phases != all) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_directions(ctx, m);
-    if (result == GLBK_OK) result = glbk__ism_splat(ctx, m);
+    result = glbk__ism_splat(ctx, m);
     return result == GLBK_OK ? glbk__ism_fill(ctx, m) : result;
 }
 
@@ -15455,7 +15433,6 @@ static glbk_result glbk__ism_view_of(const glbk_ism_maps *m, const glbk_ism_shad
 static void glbk__ism_bind_maps(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_directions, &m->directions);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_atlas, &m->atlas);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }

@@ -31,6 +31,7 @@
 
 #include "common/common.h"
 #include "common/gl_context.h"
+#include "common/gl_timer.h"
 #include "common/internal.h"
 
 #include <stdio.h>
@@ -1051,6 +1052,7 @@ int main(int count, char **values)
     options o = { NULL, 1280, 720, 3, 5, -1, 0.8f };
     ex_gl_options context = { 0 };
     glbk_desc desc = { 0 };
+    glbk_result made;
     ex_gl *gl;
     int status;
     if (read_options(count, values, &o) != 0) return 2;
@@ -1066,7 +1068,13 @@ int main(int count, char **values)
     desc.user = gl;
     desc.log = log;
     desc.log_size = sizeof log;
-    status = glbk_init(&a.gl, &desc) == GLBK_OK ? make_all(&a) : failed("OpenGL", log);
+    made = glbk_init(&a.gl, &desc);
+    if (made == GLBK_OK && ex_gl_is_software(a.gl.renderer)) {
+        glbk_destroy(&a.gl);        /* which run groups of compute one invocation after the other: ism waits for it */
+        desc.core_only = 1;
+        made = glbk_init(&a.gl, &desc);
+    }
+    status = made == GLBK_OK ? make_all(&a) : failed("OpenGL", log);
 #if DAPPLE_HAVE_GLFW
     if (status == 0 && !o.picture) status = run_window(&a, ex_gl_window(gl), o.time);
 #endif

@@ -76,7 +76,7 @@ bool ism_box_surfel(ism_vpl l, inout ism_surfel s)
     if (l.window == 0u) {
         s.box = ivec4(max(s.uv * most - reach, 0.0), min(ivec2(s.uv * most + reach), size - 1));
     } else {
-        vec2 first = ism_to_tile(l.window, s.uv - reach / most), last = ism_to_tile(l.window, s.uv + reach / most);
+        vec2 first = ism_to_tile(l.grid, s.uv - reach / most), last = ism_to_tile(l.grid, s.uv + reach / most);
         s.box = ivec4(max(first, 0.0), min(ivec2(last), size - 1));
     }
     return true;

@@ -3,11 +3,11 @@
 float ism_depth(ivec2 at);
 
 // Surfels in all four quadrants about it pass before it. at: in the atlas, where it has depth c.
-bool ism_hole(vec2 kind, ivec2 at, float c)
+bool ism_hole(ism_grid grid, ivec2 at, float c)
 {
     int size = int(glbk_ism_frame.maps.y);
     ivec2 local = at & (size - 1);
-    vec3 w = ism_texel_direction(kind, local);
+    vec3 w = ism_texel_direction(grid, local);
     uint found = 0u;
     for (int dy = -ISM_HOLE; dy <= ISM_HOLE; dy++)
         for (int dx = -ISM_HOLE; dx <= ISM_HOLE; dx++) {
@@ -18,7 +18,7 @@ bool ism_hole(vec2 kind, ivec2 at, float c)
             }
             float depth = ism_depth(at + d);
             if (!(depth < 0.9 * c)) continue;
-            float t = ism_plane_depth(kind.x < 0.0, ism_surfel_at(at + d).xyz, w);
+            float t = ism_plane_depth(grid.exponent < 0.0, ism_surfel_at(at + d).xyz, w);
             if (t > 0.5 * depth && t < 0.95 * c) found |= ism_quadrant(d);
         }
     return found == 15u;

@@ -25,8 +25,8 @@ float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
         vec2 uv = 0.5 * o.xy / r + 0.5;
         if (!(n.z < -ISM_GRAZING)) return 0.0;
         if (any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) return 1.0;
-        texel = min(ivec2(ism_to_tile(l.window, uv)), size - 1);
-        vec2 d = (2.0 * ism_from_tile(l.window, vec2(texel) + 0.5) - 1.0) * r - o.xy;
+        texel = min(ivec2(ism_to_tile(l.grid, uv)), size - 1);
+        vec2 d = (2.0 * ism_from_tile(l.grid, vec2(texel) + 0.5) - 1.0) * r - o.xy;
         if (abs(n.z) > 0.1) depth -= dot(n.xy, d) / n.z;
         return depth - bias * r <= uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x) ? 1.0 : 0.0;
     }
@@ -36,10 +36,10 @@ float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
     if (!(o.z > 0.0) || !(d > 0.0)) return 1.0;
     if (!(dot(n, o) < -ISM_GRAZING * d)) return 0.0;
     if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / d, uv)) return 1.0;
-    texel = min(ivec2(ism_to_tile(l.window, uv)), size - 1);
+    texel = min(ivec2(ism_to_tile(l.grid, uv)), size - 1);
     float t = uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x);
     if (d * (1.0 - bias) <= t && t >= 2.0 * d) return 1.0;
-    float along = dot(n, ism_texel_direction(ism_kind_of(l), texel));
+    float along = dot(n, ism_texel_direction(l.grid, texel));
     along = along != 0.0 ? dot(n, o) / along : d;
     if (along > 0.5 * d && along < 2.0 * d) d = along;
     return d * (1.0 - bias) <= t ? 1.0 : 0.0;
@@ -205,48 +205,85 @@ ism_near_point ism_read_near(uint i)
 float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
 {
     ism_vpl l = ism_read_vpl(q.vpl);
-    vec3 way = l.position - q.position, d = p - q.position;
-    float open = 1.0 - clamp(-2.0 * dot(n, q.normal), 0.0, 1.0);
+    vec3 way = l.position - q.position, d = p - q.position, at = p;
+    float open = 1.0 - clamp(-2.0 * dot(n, q.normal), 0.0, 1.0), lit = 1.0;
     if (!(dot(l.frame[2], p - l.position) > 0.0)) return open;
-    if (ism_visible(q.vpl, l, p, ng, bias) > 0.0) return 1.0;
-    if (!(dot(d, d) < dot(way, way) && dot(l.frame[2], d) > 0.0)) return 0.0;
-    return open * ism_visible(q.vpl, l, p + way, ng, bias);
+    bool movable = open > 0.0 && dot(d, d) < dot(way, way) && dot(l.frame[2], d) > 0.0;
+    // a loop, because what is written twice is waited for twice where neighbours differ
+    while (!(ism_visible(q.vpl, l, at, ng, bias) > 0.0)) {
+        if (!movable) return 0.0;
+        movable = false;
+        at = p + way;
+        lit = open;
+    }
+    return lit;
+}
+
+// How far it stands here for VPLs; 0 where it gives nothing.
+float ism_near_weight(vec3 position, float reach, vec3 normal, vec3 p, vec3 n)
+{
+    vec3 d = position - p;
+    return dot(n, d) > 0.0 && dot(normal, d) < 0.0 ? ism_nearness(dot(d, d), reach) : 0.0;
 }
 
 // Its kernel by how far it stands here for VPLs; plain without what the square's rule takes off.
 float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
 {
     vec3 d = q.position - p;
-    float d2 = dot(d, d), h = ism_nearness(d2, q.reach), a = dot(n, d), b = -dot(q.normal, d);
+    float d2 = dot(d, d), h = ism_near_weight(q.position, q.reach, q.normal, p, n);
     plain = 0.0;
-    if (!(h > 0.0 && a > 0.0 && b > 0.0)) return 0.0;
-    float point = a * b / (d2 * d2 + 1e-37), k = point;
+    if (!(h > 0.0)) return 0.0;
+    float point = dot(n, d) * -dot(q.normal, d) / (d2 * d2 + 1e-37), k = point;
     plain = point;
     if (d2 < 9.0 * q.side * q.side) k = ism_patch_kernel(ism_frame_of(q.normal), q.side, d, n, point, plain);
     plain *= h;
     return k * h;
 }
 
-// What the near points first, first + pattern, ... give, scaled up to all of them, as ism_scaled does. Each 64 of them
-// lie in a sphere beyond which none reaches, and 64 is a whole number of patterns.
+// Whether it stands for VPLs here.
+bool ism_near_counts(uint i, vec3 p, vec3 n)
+{
+    uint at = glbk_ism_frame.near_points.z + 3u * i;
+    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(at), 0), b = texelFetch(glbk_ism_vpls, glbk_table_at(at + 1u), 0);
+    return ism_near_weight(a.xyz, b.w, b.xyz, p, n) > 0.0;
+}
+
+// The first of this class from i on in a block of 64 that reaches as far as p: beyond its sphere none does, and 64 is
+// a whole number of patterns.
+uint ism_near_block(uint i, uint count, vec3 p)
+{
+    for (; i < count; i += 64u) {
+        vec4 sphere = texelFetch(glbk_ism_vpls, glbk_table_at(glbk_ism_frame.near_points.y + i / 64u), 0);
+        vec3 d = sphere.xyz - p;
+        if (dot(d, d) < sphere.w * sphere.w) break;
+    }
+    return i;
+}
+
+// What the near points first, first + pattern, ... give, scaled up to all of them, as ism_scaled does. They are looked
+// for four at a time, and what one costs comes in a loop of its own, because neighbours wait for each other: it is paid
+// where they have some too, not at every point of any.
 vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
 {
-    uint count = glbk_ism_frame.near_points.x;
+    uint count = glbk_ism_frame.near_points.x, i = ism_near_block(first, count, p);
     vec4 sum = vec4(0.0);
-    if (first >= count) return sum;
-    for (uint at = 0u; at < count; at += 64u) {
-        vec4 sphere = texelFetch(glbk_ism_vpls, glbk_table_at(glbk_ism_frame.near_points.y + at / 64u), 0);
-        vec3 d = sphere.xyz - p;
-        if (!(dot(d, d) < sphere.w * sphere.w)) continue;
-        for (uint i = at + first; i < min(at + 64u, count); i += pattern) {
-            ism_near_point q = ism_read_near(i);
-            float plain, k = ism_near_kernel(q, p, n, plain);
-            if (!(k > 0.0)) continue;
+    while (i < count) {
+        uvec4 found = uvec4(0u);
+        uint have = 0u;
+        while (i < count && have < 4u) {
+            if (ism_near_counts(i, p, n)) found[have++] = i;
+            i += pattern;
+            if ((i & 63u) < pattern) i = ism_near_block(i, count, p);
+        }
+        for (uint k = 0u; k < have; k++) {
+            ism_near_point q = ism_read_near(found[k]);
+            float plain, bright = ism_near_kernel(q, p, n, plain);
+            if (!(bright > 0.0)) continue;
             float lit = (glbk_ism_view.size.w & 1u) != 0u ? 1.0 : ism_near_visible(q, p, n, ng, glbk_ism_view.values.x);
-            sum += lit * vec4(k * q.flux, max(plain - k, 0.0) * ism_luminance(q.flux));
+            sum += lit * vec4(bright * q.flux, max(plain - bright, 0.0) * ism_luminance(q.flux));
         }
     }
-    return sum * (float(count) / (float((count - first - 1u) / pattern + 1u) * COHSM_PI));
+    return first < count ? sum * (float(count) / (float((count - first - 1u) / pattern + 1u) * COHSM_PI)) : sum;
 }
 
 // xyz: irradiance by the VPLs first, first + pattern, ... scaled up to all of them; w: what the rule near by took off.

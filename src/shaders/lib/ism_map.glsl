@@ -69,51 +69,58 @@ bool ism_map_coordinates(uint projection, float exponent, vec3 w, out vec2 uv)
     return true;
 }
 
-// The texels of an axis below its window, of `size` a side with `rim` outside of it; `size` where it is not worth its rim.
-// cut: 64ths of the square below and above it.
-uint ism_below(uvec2 cut, uint size, uint rim)
+// An axis of a tile of `size` texels a side, `rim` of them outside of its window: how many lie below it (all where it is
+// not worth its rim), and what share of the square a texel has below, in and above it. cut: 64ths of the square below
+// and above.
+vec4 ism_axis(uvec2 cut, uint size, uint rim)
 {
     uint rest = cut.x + cut.y;
-    if (!(rest * size > rim * 64u) || rest >= 64u) return size;
-    uint a = (2u * rim * cut.x + rest) / (2u * rest);
-    if (cut.x != 0u && a == 0u) a = 1u;
-    return cut.y != 0u && a == rim ? rim - 1u : a;
+    if (!(rest * size > rim * 64u) || rest >= 64u) return vec4(float(size), 1.0 / float(size), 1.0, 1.0);
+    // whole numbers divided as floats, which lanes do side by side: with the half no quotient is near a whole number
+    float a = floor((float(2u * rim * cut.x + rest) + 0.5) / float(2u * rest)), most = float(rim);
+    if (cut.x != 0u && a == 0.0) a = 1.0;
+    if (cut.y != 0u && a == most) a = most - 1.0;
+    vec3 share = vec3(cut.x, 64u - rest, cut.y) / (64.0 * max(vec3(a, float(size - rim), most - a), 1.0));
+    return vec4(a, a > 0.0 ? share.x : 1.0, share.y, a < most ? share.z : 1.0);
 }
 
-// From 0..1 of the square to the texels of a tile's axis, and back: linear below, in and above the window.
-float ism_zoom_axis(uvec2 cut, uint size, uint rim, float u)
+// From 0..1 of the square to the texels of such an axis, and back: linear below, in and above the window.
+float ism_zoom_axis(vec4 axis, float size, float rim, float u)
 {
-    uint a = ism_below(cut, size, rim), wide = 64u - cut.x - cut.y;
-    float low = float(cut.x) * 0.015625, high = float(64u - cut.y) * 0.015625, x;
-    if (a == size) return u * float(size);
-    if (u < low) x = u * (float(64u * a) / float(cut.x));
-    else if (u < high) x = float(a) + (u - low) * (float(64u * (size - rim)) / float(wide));
-    else x = float(size - rim + a) + (cut.y == 0u ? 0.0 : (u - high) * (float(64u * (rim - a)) / float(cut.y)));
-    return clamp(x, 0.0, float(size));
+    float low = axis.x * axis.y, high = 1.0 - (rim - axis.x) * axis.w;
+    vec3 part = u < low ? vec3(0.0, u, axis.y) : u < high ? vec3(axis.x, u - low, axis.z) : vec3(size, u - 1.0, axis.w);
+    return clamp(part.x + part.y / part.z, 0.0, size);
 }
 
-float ism_unzoom_axis(uvec2 cut, uint size, uint rim, float x)
+float ism_unzoom_axis(vec4 axis, float size, float rim, float x)
 {
-    uint a = ism_below(cut, size, rim), b = size - rim + a, wide = 64u - cut.x - cut.y;
-    float u;
-    if (a == size) return x / float(size);
-    if (x < float(a)) u = x * (float(cut.x) / float(64u * a));
-    else if (x < float(b)) u = float(cut.x) * 0.015625 + (x - float(a)) * (float(wide) / float(64u * (size - rim)));
-    else u = float(64u - cut.y) * 0.015625 + (cut.y == 0u ? 0.0 : (x - float(b)) * (float(cut.y) / float(64u * (rim - a))));
+    float u = x < axis.x ? x * axis.y : x < axis.x + size - rim ? axis.x * axis.y + (x - axis.x) * axis.z
+                                                                : 1.0 - (size - x) * axis.w;
     return clamp(u, 0.0, 1.0);
 }
 
-// Of both axes; window: ism_vpl.window.
-vec2 ism_zoom(uint window, uint size, uint rim, vec2 uv)
+// Both axes; window: ism_vpl.window.
+void ism_axes(uint window, uint size, uint rim, out vec4 across, out vec4 down)
 {
     uvec4 cut = uvec4(window, window >> 6, window >> 12, window >> 18) & 63u;
-    return vec2(ism_zoom_axis(cut.xz, size, rim, uv.x), ism_zoom_axis(cut.yw, size, rim, uv.y));
+    across = ism_axis(cut.xz, size, rim);
+    down = ism_axis(cut.yw, size, rim);
+}
+
+vec2 ism_zoom(uint window, uint size, uint rim, vec2 uv)
+{
+    vec4 across, down;
+    ism_axes(window, size, rim, across, down);
+    vec2 s = vec2(size, rim);
+    return vec2(ism_zoom_axis(across, s.x, s.y, uv.x), ism_zoom_axis(down, s.x, s.y, uv.y));
 }
 
 vec2 ism_unzoom(uint window, uint size, uint rim, vec2 at)
 {
-    uvec4 cut = uvec4(window, window >> 6, window >> 12, window >> 18) & 63u;
-    return vec2(ism_unzoom_axis(cut.xz, size, rim, at.x), ism_unzoom_axis(cut.yw, size, rim, at.y));
+    vec4 across, down;
+    ism_axes(window, size, rim, across, down);
+    vec2 s = vec2(size, rim);
+    return vec2(ism_unzoom_axis(across, s.x, s.y, at.x), ism_unzoom_axis(down, s.x, s.y, at.y));
 }
 
 // Columns x, y, z; v * frame is v in it.

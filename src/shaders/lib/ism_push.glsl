@@ -35,18 +35,18 @@ void ism_look(int level, ivec2 at, inout ism_near n)
 }
 
 // The first one's depth, or its plane's here, whichever would have foretold the second better. No depths are mixed.
-float ism_push(vec2 kind, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)
+float ism_push(ism_grid grid, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)
 {
     vec4 a = ism_surfel_at(origin + first), b = ism_surfel_at(origin + second);
-    float t = ism_plane_depth(kind.x < 0.0, a.xyz, ism_texel_direction(kind, local));
-    float there = ism_plane_depth(kind.x < 0.0, a.xyz, ism_texel_direction(kind, second));
+    float t = ism_plane_depth(grid.exponent < 0.0, a.xyz, ism_texel_direction(grid, local));
+    float there = ism_plane_depth(grid.exponent < 0.0, a.xyz, ism_texel_direction(grid, second));
     if (abs(a.w - b.w) <= abs(there - b.w)) return a.w;
     return t > 0.5 * a.w && t < 2.0 * a.w ? t : a.w;
 }
 
 // The depth of texel `at` of the atlas, in a tile of that kind, from the nearest two that keep their surfels once there
 // are some in three quadrants about it; or ISM_FAR.
-float ism_filled(vec2 kind, ivec2 at)
+float ism_filled(ism_grid grid, ivec2 at)
 {
     int size = int(glbk_ism_frame.maps.y);
     ivec2 local = at & (size - 1);
@@ -56,6 +56,6 @@ float ism_filled(vec2 kind, ivec2 at)
         ism_look(level, at, n);
     }
     if (n.second == 0 || !ism_three_quadrants(n.found)) return ISM_FAR;
-    return ism_push(kind, local, ivec2((n.first - 1) % size, (n.first - 1) / size),
+    return ism_push(grid, local, ivec2((n.first - 1) % size, (n.first - 1) / size),
                     ivec2((n.second - 1) % size, (n.second - 1) / size), at - local);
 }

@@ -39,7 +39,7 @@ void main()
     ivec2 begin = ivec2(gl_WorkGroupID.xy) * block, tile = begin - (begin & (size - 1));
     uint v = ism_tile_of(begin), holes = 0u;
     bool used = v < glbk_ism_frame.maps.x;
-    vec2 kind = used ? ism_kind(v) : vec2(0.0);
+    ism_grid grid = ism_read_grid(used ? v : 0u);
     ism_origin = begin - margin;
     for (uint i = gl_LocalInvocationIndex; i < uint(ISM_SIDE * ISM_SIDE); i += 256u) {
         ivec2 at = ism_origin + ism_texel(i), local = at - tile;
@@ -51,7 +51,7 @@ void main()
         ivec2 texel = ism_texel(gl_LocalInvocationIndex + 256u * k);
         float depth = ism_depth(ism_origin + texel);
         bool near_by = all(greaterThanEqual(texel, ivec2(margin / 2))) && all(lessThan(texel, ivec2(ISM_SIDE - margin / 2)));
-        if (near_by && depth < ISM_FAR && ism_hole(kind, ism_origin + texel, depth)) holes |= 1u << k;
+        if (near_by && depth < ISM_FAR && ism_hole(grid, ism_origin + texel, depth)) holes |= 1u << k;
     }
     barrier();
     for (uint k = 0u; k < 16u; k++)
@@ -70,7 +70,7 @@ void main()
     for (uint i = gl_LocalInvocationIndex; i < uint(block * block); i += 256u) {
         ivec2 at = begin + ivec2(i % uint(block), i / uint(block));
         float depth = ism_depth(at);
-        if (used && levels != 0 && !(depth < ISM_FAR)) depth = ism_filled(kind, at);
+        if (used && levels != 0 && !(depth < ISM_FAR)) depth = ism_filled(grid, at);
         imageStore(glbk_ism_atlas_out, at, uvec4(floatBitsToUint(depth), 0u, 0u, 0u));
     }
 }

@@ -13,5 +13,5 @@ void main()
     float depth = ism_depth(at);
     result = 0u;
     if (!(depth < ISM_FAR) || v >= glbk_ism_frame.maps.x) return;
-    result = glbk_ism_frame.points.z != 0u && ism_hole(ism_kind(v), at, depth) ? 0u : 1u;
+    result = glbk_ism_frame.points.z != 0u && ism_hole(ism_read_grid(v), at, depth) ? 0u : 1u;
 }

@@ -17,6 +17,6 @@ void main()
     uint v = ism_tile_of(at);
     float depth = ISM_FAR;
     if (texelFetch(glbk_ism_below, at, 0).x != 0u) depth = ism_surfel_at(at).w;
-    else if (glbk_ism_frame.points.z != 0u && v < glbk_ism_frame.maps.x) depth = ism_filled(ism_kind(v), at);
+    else if (glbk_ism_frame.points.z != 0u && v < glbk_ism_frame.maps.x) depth = ism_filled(ism_read_grid(v), at);
     result = floatBitsToUint(depth);
 }

@@ -43,14 +43,6 @@ void ism_own(uint texel, uint point)
     }
 }
 
-// From a buffer: of textures of four floats GPUs fetch fewer at a time.
-vec3 ism_texel_way(ivec2 texel)
-{
-    if (ism_l.window != 0u || ism_l.sky || ism_projection_of(ism_l.exponent) == ISM_PROJECTION_LOBE)
-        return ism_texel_direction(ism_kind_of(ism_l), texel);
-    return glbk_ism_ways[texel.y * int(glbk_ism_frame.maps.y) + texel.x].xyz;
-}
-
 // Its texels from the one at `from` on, every `pace`th; one loop, which those who draw beside it leave together. true: it
 // was the nearest in one of them.
 bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)
@@ -59,7 +51,7 @@ bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)
     bool nearest = false;
     while (at.x <= s.box.z && at.y <= s.box.w) {
         uint texel = uint((at.y - ism_part.y) * ISM_SIDE + at.x - ism_part.x), depth = ism_depths[texel];
-        float t = ism_meet(ism_l.sky, s, ism_texel_way(at), uintBitsToFloat(depth));
+        float t = ism_meet(ism_l.sky, s, ism_texel_direction(ism_l.grid, at), uintBitsToFloat(depth));
         if (t < ISM_FAR) {
             if (turn == 0) nearest = atomicMin(ism_depths[texel], floatBitsToUint(t)) >= floatBitsToUint(t) || nearest;
             else if (depth == floatBitsToUint(t)) ism_own(texel, i);

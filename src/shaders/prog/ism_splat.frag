@@ -4,7 +4,8 @@
 // sets: ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1
 flat in vec4 ism_at;
 flat in vec4 ism_plane;
-flat in vec2 ism_shared;
+flat in vec4 ism_across;
+flat in vec4 ism_down;
 flat in ivec4 ism_box;
 flat in vec4 ism_cut1;
 flat in vec4 ism_cut2;
@@ -15,8 +16,8 @@ void main()
     ivec2 at = ivec2(gl_FragCoord.xy);
     if (any(lessThan(at, ism_box.xy)) || any(greaterThan(at, ism_box.zw))) discard;
     ism_surfel s = ism_surfel(ism_at.xyz, ism_plane.xyz, ism_at.w, 0.0, vec2(0.0), ism_cut1, ism_cut2, ism_box);
-    vec3 w = ism_texel_direction(ism_shared, at & (int(glbk_ism_frame.maps.y) - 1));
-    float t = ism_meet(ism_shared.x < 0.0, s, w, ISM_FAR);
+    vec3 w = ism_texel_direction(ism_grid(ism_plane.w, ism_across, ism_down), at & (int(glbk_ism_frame.maps.y) - 1));
+    float t = ism_meet(ism_plane.w < 0.0, s, w, ISM_FAR);
     if (!(t < ISM_FAR)) discard;
     result = glbk_pack(vec4(ism_plane.xyz, t));
     gl_FragDepth = t * 5.421010862427522e-20;      // 2^-64: every digit of t is kept

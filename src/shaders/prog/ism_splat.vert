@@ -5,8 +5,9 @@
 #define ISM_QUADS 0
 #endif
 flat out vec4 ism_at;       // in the tile's frame; radius squared
-flat out vec4 ism_plane;    // its plane
-flat out vec2 ism_shared;   // the VPL's kind
+flat out vec4 ism_plane;    // its plane; exponent of the tile's grid
+flat out vec4 ism_across;   // the grid's axes
+flat out vec4 ism_down;
 flat out ivec4 ism_box;     // first and last texel
 flat out vec4 ism_cut1;
 flat out vec4 ism_cut2;
@@ -24,15 +25,16 @@ void main()
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     ism_at = vec4(0.0);
     ism_plane = vec4(0.0);
-    ism_shared = vec2(0.0);
+    ism_across = ism_down = vec4(0.0);
     ism_box = ivec4(0);
     ism_cut1 = ism_cut2 = vec4(0.0);
     if (v >= glbk_ism_frame.maps.x) return;
     ism_vpl l = ism_read_vpl(v);
     if (!ism_surfel_of(index, v, l, s)) return;
     ism_at = vec4(s.at, s.radius2);
-    ism_plane = vec4(s.g, 0.0);
-    ism_shared = ism_kind_of(l);
+    ism_plane = vec4(s.g, l.grid.exponent);
+    ism_across = l.grid.across;
+    ism_down = l.grid.down;
     ism_cut1 = s.cut1;
     ism_cut2 = s.cut2;
     ism_box = s.box + ism_tile_at(v).xyxy;
