@@ -1,4 +1,4 @@
-/* gl_backend.h - v0.1.0 - Dapple's techniques on OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+/* gl_backend.h - v0.9.0 - Dapple's techniques on OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
 
    What it does
 
@@ -96,7 +96,7 @@
 #ifndef GL_BACKEND_H
 #define GL_BACKEND_H
 
-#define GLBK_VERSION 100 /* major * 10000 + minor * 100 + patch */
+#define GLBK_VERSION 900 /* major * 10000 + minor * 100 + patch */
 
 #include <stddef.h>
 #include <stdint.h>
