@@ -95,6 +95,7 @@
      ISM_IMPLEMENTATION   in one source file: compiles the code
      ISM_STATIC           everywhere it is included: a private copy, all functions static
      ISM_DEF              everywhere: your own linkage instead
+     ISM_NO_SIMD          with the implementation: portable code only (results are the same to the bit)
      ISM_ASSERT(x)        with the implementation: in place of assert
 
    Memory, errors, threads, determinism
@@ -102,7 +103,7 @@
    All memory comes from the allocator in the desc, called from the thread that called us. It grows to the largest frame
    and is kept, in bytes, with less than 8 KB besides:
 
-     12 N points + 4 A + 4 A (if keep_hits) + 2444 tile_size^2 + 16 triangles + 812 clusters of triangles, of which
+     12 N points + 4 A + 4 A (if keep_hits) + 2444 tile_size^2 + 16 triangles + 820 clusters of triangles, of which
      there are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 236 N + 112.25 N near_points,
      A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 12 MB
 
@@ -520,7 +521,11 @@ ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
 #define ISM_ASSERT(condition) assert(condition)
 #endif
 
-/* >>> shared fp_begin mem v3 trig rng cdf: written by tools/stamp from src/shared, edit there */
+#ifdef ISM_NO_SIMD
+#define ISM__NO_SIMD
+#endif
+
+/* >>> shared fp_begin mem v3 trig rng cdf cpu: written by tools/stamp from src/shared, edit there */
 
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
@@ -1099,6 +1104,58 @@ static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u
     return s;
 }
 
+/* unit cpu: run-time detection of x86 vector units */
+
+/* ISM__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
+   ISM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
+   needs none. */
+#if !defined(ISM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
+#define ISM__X86 1
+#define ISM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
+#define ISM__TARGET_AVX512 \
+    __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi,bmi2,lzcnt,popcnt")))
+#elif !defined(ISM__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64)
+#define ISM__X86 1
+#define ISM__TARGET_AVX2
+#define ISM__TARGET_AVX512
+#else
+#define ISM__X86 0
+#endif
+
+#if ISM__X86 && defined(_MSC_VER) && !defined(__clang__)
+#include <intrin.h>
+/* Bit of leaf 7's ebx, after FMA and what the operating system saves were checked. */
+static inline int ism__cpu_leaf7(unsigned xcr0, unsigned ebx)
+{
+    int r[4];
+    __cpuid(r, 0);
+    if (r[0] < 7) return 0;
+    __cpuid(r, 1);
+    if (!(r[2] & 1 << 12) || !(r[2] & 1 << 27) || !(r[2] & 1 << 23)) return 0;   /* FMA, OSXSAVE, POPCNT */
+    if (((unsigned)_xgetbv(0) & xcr0) != xcr0) return 0;
+    __cpuidex(r, 7, 0);
+    return ((unsigned)r[1] & ebx) == ebx;
+}
+static inline int ism__cpu_has_avx2(void) { return ism__cpu_leaf7(0x06u, 0x00000128u); }
+static inline int ism__cpu_has_avx512(void) { return ism__cpu_leaf7(0xe6u, 0xc0030128u); }
+#elif ISM__X86
+/* The compiler's run time asks the operating system too. Every processor with BMI2 has LZCNT. */
+static inline int ism__cpu_has_avx2(void)
+{
+    __builtin_cpu_init();
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
+           __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
+}
+static inline int ism__cpu_has_avx512(void)
+{
+    return ism__cpu_has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+}
+#else
+static inline int ism__cpu_has_avx2(void) { return 0; }
+static inline int ism__cpu_has_avx512(void) { return 0; }
+#endif
+
 /* <<< shared */
 
 /* ---- >>types ---- */
@@ -1113,6 +1170,7 @@ static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u
 #define ISM__GRAZING 1e-4f           /* cosine to a receiver's plane below which a VPL is behind it: rounding */
 #define ISM__HOLE 2                  /* texels about one that may close it */
 #define ISM__LANES 64u              /* tiles drawn at once at most; each lane has scratch memory of its own */
+#define ISM__TEXELS 8u              /* of a disc's rows that are drawn together: no tile is smaller */
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
 #define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
 #define ISM__BATCHES 16u            /* calls of progress in a stage */
@@ -1127,9 +1185,7 @@ typedef struct ism__buffer { void *data; size_t size; } ism__buffer;
 
 typedef struct ism__texel {         /* of a tile while it is drawn */
     float    g[3];                  /* plane of the surfel: 1 / t = g . direction, or t = g . (x, y, 1) */
-    float    t;                     /* depth at the texel's centre; ISM_FAR = empty */
-    uint32_t triangle;
-    uint16_t x, y;                  /* the texel that the surfel was drawn at */
+    uint32_t triangle, filled;      /* filled: g[0] is the depth that push gave */
 } ism__texel;
 
 typedef struct ism__point { uint32_t triangle; uint16_t b1, b2; float weight; } ism__point;
@@ -2396,6 +2452,25 @@ ISM_DEF const float *ism_importances(const ism_maps *m, size_t source, size_t *c
     return (const float *)m->importance.data + of[source].first;
 }
 
+/* Functions that do nothing but prefetch are inlined: to gcc they have no effect, and their calls are left out. */
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define ISM__PREFETCH(p) __builtin_prefetch(p)
+#define ISM__INLINE static inline __attribute__((always_inline))
+#elif defined(_MSC_VER)
+#define ISM__PREFETCH(p) (void)(p)
+#define ISM__INLINE static __forceinline
+#else
+#define ISM__PREFETCH(p) (void)(p)
+#define ISM__INLINE static inline
+#endif
+
+/* Loops over eight of something become vectors. */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__)
+#define ISM__HOT __attribute__((optimize("O3")))
+#else
+#define ISM__HOT
+#endif
+
 /* ---- >>points: surfels on all triangles (paper 5) ---- */
 
 /* Successive triangles as one, for what a VPL sees of them: centroid, mean squared distance from it, area, and the mean
@@ -2414,10 +2489,12 @@ typedef struct ism__spread_work {
     int              fresh;
     ism__cdf         cdf;
     ism__cluster    *clusters;
+    double          *seen;          /* share of each cluster by what the view sees */
     uint32_t         cluster_count, cluster_size;   /* size: triangles of each but the last */
 } ism__spread_work;
 
-enum { ISM__TRIANGLES = 4096,       /* a task's */
+enum { ISM__AHEAD = 16,             /* points whose memory is fetched before it is wanted */
+       ISM__TRIANGLES = 4096,       /* a task's */
        ISM__CLUSTERS = 32768 };      /* at most */
 
 /* Mean solid angle from the view samples of this triangle. Small ones by area cos / d^2: off by area / d^2 at most. */
@@ -2490,6 +2567,7 @@ static void ism__cluster_task(void *context, size_t c)
     double at[3] = { 0.0, 0.0, 0.0 }, square = 0.0, sum = 0.0, nn[6] = { 0.0, 0.0, 0.0, 0.0, 0.0, 0.0 };
     ism__cluster *out = &w->clusters[c];
     int k;
+    w->seen[c] = (w->cdf.sums[end] - w->cdf.sums[t]) / ism__cdf_total(&w->cdf);
     memset(out, 0, sizeof *out);
     for (from = ism__v3_make(0.0f, 0.0f, 0.0f); t < end; t++) {
         ism__v3 g, n;
@@ -2562,7 +2640,7 @@ static float ism__cluster_zoom(const ism_maps *m, const ism__cluster *c, const i
    little by each, so that none is forgotten. */
 static void ism__share_clusters(const ism__spread_work *w, const ism_vpl *v, float *effect, double *sums)
 {
-    double seen = 0.0, sum = 0.0, total = ism__cdf_total(&w->cdf);
+    double seen = 0.0, sum = 0.0;
     ism__frame_of f;
     uint32_t c;
     memset(&f, 0, sizeof f);
@@ -2574,8 +2652,7 @@ static void ism__share_clusters(const ism__spread_work *w, const ism_vpl *v, flo
         seen += (double)effect[c];
     }
     for (c = 0; c < w->cluster_count; c++) {
-        size_t first = (size_t)c * w->cluster_size, end = first + w->cluster_size;
-        double p = (w->cdf.sums[end < w->triangles ? end : w->triangles] - w->cdf.sums[first]) / total;
+        double p = w->seen[c];
         double q = seen > 0.0 ? (double)effect[c] / seen : p;
         sums[c] = sum;
         if (p > 0.0) sum += sqrt(p * q) + ISM__EITHER * (p + q);
@@ -2583,10 +2660,15 @@ static void ism__share_clusters(const ism__spread_work *w, const ism_vpl *v, flo
     sums[c] = sum;
 }
 
-/* The cell with sums[i] <= x < sums[i + 1] among first <= i < end; cells of no width are passed over. */
-static size_t ism__find(const double *sums, size_t first, size_t end, double x)
+/* The cell with sums[i] <= x < sums[i + 1] among first <= i < end; cells of no width are passed over. From `from` on,
+   by steps that double, if it is not behind x: successive points lie in successive cells. */
+static size_t ism__find(const double *sums, size_t first, size_t end, size_t from, double x)
 {
-    size_t lo = first, hi = end;
+    size_t lo = first, hi = end, step = 1;
+    if (from > first && sums[from] <= x) {
+        for (lo = from; end - lo > step && sums[lo + step] <= x; step *= 2u) lo += step;
+        if (end - lo > step) hi = lo + step;
+    }
     while (hi - lo > 1u) {
         size_t middle = lo + (hi - lo) / 2u;
         if (sums[middle] <= x) lo = middle;
@@ -2597,40 +2679,54 @@ static size_t ism__find(const double *sums, size_t first, size_t end, double x)
     return lo;
 }
 
-/* Points of a VPL's tile: its own stratified numbers (j + r) / n, the same in every frame, so that a static scene stays
-   as it is; the `lazy`-th part of them is looked up anew. First the cluster, then, by what is left of the number, one
-   of its triangles: *triangle is drawn with the probability that is returned. */
-static double ism__draw_triangle(const ism__spread_work *w, const double *shares, double u, uint32_t *triangle)
+/* Triangle of the cluster by what the cluster leaves of x, drawn with the probability that is returned. */
+static double ism__draw_triangle(const ism__spread_work *w, const double *shares, size_t c, double x,
+                                 uint32_t *triangle)
 {
     const double *sums = w->cdf.sums;
-    double total = shares[w->cluster_count], x = u * total;
-    size_t c = ism__find(shares, 0, w->cluster_count, x), first = c * w->cluster_size, end = first + w->cluster_size, t;
+    size_t first = c * w->cluster_size, end = first + w->cluster_size, t;
     double share = shares[c + 1u] - shares[c], width;
     if (end > w->triangles) end = w->triangles;
     width = sums[end] - sums[first];
-    t = ism__find(sums, first, end, sums[first] + (x - shares[c]) / share * width);
+    t = ism__find(sums, first, end, first, sums[first] + (x - shares[c]) / share * width);
     *triangle = (uint32_t)t;
-    return share / total * ((sums[t + 1u] - sums[t]) / width);
+    return share / shares[w->cluster_count] * ((sums[t + 1u] - sums[t]) / width);
 }
 
+/* Points of a VPL's tile: its own stratified numbers (j + r) / n, the same in every frame, so that a static scene stays
+   as it is; the `lazy`-th part of them is looked up anew. First the cluster, then one of its triangles, whose sums are
+   fetched meanwhile: no cache holds those of a large mesh. */
 static void ism__points_of(const ism__spread_work *w, size_t v, const double *shares)
 {
     ism_maps *m = w->m;
     const uint32_t *counts = (const uint32_t *)m->counts.data;
     ism__point *points = (ism__point *)m->points.data + v * m->desc.points;
-    uint32_t n = counts[2u * v], j, key = m->desc.seed;
+    uint32_t n = counts[2u * v], j, key = m->desc.seed, used, k, step, clusters[ISM__AHEAD];
     int fresh = w->fresh || n != counts[2u * v + 1u];
+    double x[ISM__AHEAD];
+    size_t c = 0, i;
     if (m->desc.unstable) key = ism__hash_combine(key, w->frame);
     key = ism__hash_combine(key, 0x9000u + (uint32_t)v);
-    for (j = fresh ? 0 : w->frame % w->period; j < n; j += fresh ? 1u : w->period) {
-        uint32_t r = ism__hash_combine(key, j), x = key + j * 3242174889u, y = ism__hash32(key) + j * 2447445413u;
-        double u = ((double)j + (double)ism__to_unit(r)) / (double)n, probability;
-        float b1, b2;
-        probability = ism__draw_triangle(w, shares, u, &points[j].triangle);
-        ism__triangle_map(ism__to_unit(x), ism__to_unit(y), &b1, &b2);
-        points[j].b1 = (uint16_t)(b1 * 65535.0f);
-        points[j].b2 = (uint16_t)(b2 * 65535.0f);
-        points[j].weight = probability > 0.0 ? (float)(1.0 / ((double)n * probability)) : 0.0f;
+    step = fresh ? 1u : w->period;
+    for (j = fresh ? 0 : w->frame % w->period; j < n; j += used * step) {
+        for (used = 0; used < ISM__AHEAD && j + used * step < n; used++) {
+            uint32_t at = j + used * step;
+            double u = ((double)at + (double)ism__to_unit(ism__hash_combine(key, at))) / (double)n;
+            x[used] = u * shares[w->cluster_count];
+            clusters[used] = (uint32_t)(c = ism__find(shares, 0, w->cluster_count, c, x[used]));
+            for (i = c * w->cluster_size; i <= w->triangles && i <= (c + 1u) * w->cluster_size; i += 8u)
+                ISM__PREFETCH(w->cdf.sums + i);
+        }
+        for (k = 0; k < used; k++) {
+            uint32_t at = j + k * step, r = key + at * 3242174889u, s = ism__hash32(key) + at * 2447445413u;
+            ism__point *to = &points[at];
+            double probability = ism__draw_triangle(w, shares, clusters[k], x[k], &to->triangle);
+            float b1, b2;
+            ism__triangle_map(ism__to_unit(r), ism__to_unit(s), &b1, &b2);
+            to->b1 = (uint16_t)(b1 * 65535.0f);
+            to->b2 = (uint16_t)(b2 * 65535.0f);
+            to->weight = probability > 0.0 ? (float)(1.0 / ((double)n * probability)) : 0.0f;
+        }
     }
 }
 
@@ -2735,7 +2831,7 @@ static ism_result ism__renew_points(ism_maps *m, const ism_frame *f)
     result = ism__valid_pixels(m, f->view, &w.valid_count);
     if (result != ISM_OK) return result;
     if (!ism__grow(m, &m->weights, w.triangles, 2u * sizeof(float)) ||
-        !ism__grow(m, &m->clusters, w.cluster_count, sizeof(ism__cluster)) ||
+        !ism__grow(m, &m->clusters, w.cluster_count, sizeof(ism__cluster) + sizeof(double)) ||
         !ism__grow(m, &m->shares, ISM__LANES * ism__lane_shares(&w), sizeof(double)) ||
         !ism__grow(m, &m->sums, w.triangles + 1u, sizeof(double)) ||
         !ism__grow(m, &m->points, (size_t)m->desc.vpl_count * m->desc.points, sizeof(ism__point)) ||
@@ -2744,7 +2840,8 @@ static ism_result ism__renew_points(ism_maps *m, const ism_frame *f)
     w.valid = (const uint32_t *)m->pixels.data;
     w.area = (float *)m->weights.data;
     w.solid = w.area + w.triangles;
-    w.clusters = (ism__cluster *)m->clusters.data;
+    w.seen = (double *)m->clusters.data;
+    w.clusters = (ism__cluster *)(void *)(w.seen + w.cluster_count);
     if (!ism__run(&m->desc, (w.triangles + ISM__TRIANGLES - 1u) / ISM__TRIANGLES, ism__spread_task, &w))
         return ISM_ERR_CANCELLED;
     m->stats.skipped_triangles = 0;
@@ -2827,6 +2924,8 @@ ISM_DEF void ism_bounds(const ism_maps *m, float center[3], float *radius)
 
 /* ---- >>splat: discs into one tile ---- */
 
+struct ism__surfel;
+
 typedef struct ism__tile {          /* one VPL's map while it is drawn */
     const ism_maps *m;
     const ism_mesh *mesh;
@@ -2835,8 +2934,11 @@ typedef struct ism__tile {          /* one VPL's map while it is drawn */
     ism_projection  projection;
     uint32_t        size;
     const ism__window *window;      /* NULL: the whole square */
-    const float    *directions;     /* of texel centres, in the tile's frame; x, y, 1 of sky maps in units of radius */
+    const float    *x, *y, *z;      /* directions of texel centres, in the tile's frame; x, y, 1 of sky maps in units
+                                       of radius */
+    float          *depth;          /* at texel centres; ISM_FAR = empty */
     ism__texel     *texels;
+    void          (*draw)(struct ism__tile *tile, const struct ism__surfel *s, const uint32_t box[4]);
     uint64_t        splats, wide, filled;
 } ism__tile;
 
@@ -2850,9 +2952,9 @@ typedef struct ism__surfel {
 } ism__surfel;
 
 /* Depth of the surfel's plane at a texel; 0 where the texel's ray does not meet it. */
-static float ism__plane_depth(const ism__tile *tile, const float g[3], const float *w)
+static float ism__plane_depth(const ism__tile *tile, const float g[3], size_t i)
 {
-    float s = g[0] * w[0] + g[1] * w[1] + g[2] * w[2];
+    float s = g[0] * tile->x[i] + g[1] * tile->y[i] + g[2] * tile->z[i];
     if (tile->vpl->directional) return s > 0.0f ? s : 0.0f;
     return s > 1e-20f ? 1.0f / s : 0.0f;
 }
@@ -2911,31 +3013,72 @@ static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, f
     }
 }
 
-/* Writes the texel if its ray meets the disc, and nothing nearer. No disc is widened to a whole texel: where many small
-   ones share it, the chance that one holds the centre is the share of the texel that they cover, so that over many
-   VPLs thin things throw thin shadows. */
-static void ism__write_texel(ism__tile *tile, const ism__surfel *s, uint32_t x, uint32_t y)
+/* Writes the texels of columns box[0] to box[1] and rows box[2] to box[3] whose rays meet the disc, and nothing nearer.
+   No disc is widened to a whole texel: where many small ones share it, the chance that one holds the centre is the
+   share of the texel that they cover, so that over many VPLs thin things throw thin shadows. Eight texels at a time,
+   for the compiler to vectorise; a row's last eight may begin before column box[0]. */
+ISM__INLINE void ism__draw_disc(ism__tile *tile, const ism__surfel *s, const uint32_t box[4], int sky)
 {
-    size_t i = (size_t)y * tile->size + x;
-    const float *w = tile->directions + 3u * i;
-    ism__texel *to = &tile->texels[i];
-    float g[3], t, r = tile->m->radius;
-    ism__v3 d;
-    ism__v3_store(g, s->g);
-    t = ism__plane_depth(tile, g, w);
-    if (!(t > 0.0f && t < to->t)) return;
-    d = tile->vpl->directional ? ism__v3_make(w[0] * r, w[1] * r, t) : ism__v3_make(w[0] * t, w[1] * t, w[2] * t);
-    d = ism__v3_sub(d, s->at);
-    if (!(ism__v3_dot(d, d) <= s->radius2)) return;
-    if (s->cut) {
-        float b1 = s->b1 + ism__v3_dot(d, s->d1), b2 = s->b2 + ism__v3_dot(d, s->d2);
-        if (!(b1 >= -ISM__EDGE && b2 >= -ISM__EDGE && b1 + b2 <= 1.0f + ISM__EDGE)) return;
+    uint32_t x, y, size = tile->size, k;
+    float g0 = s->g.x, g1 = s->g.y, g2 = s->g.z, ax = s->at.x, ay = s->at.y, az = s->at.z, radius2 = s->radius2;
+    float b1 = s->b1, b1x = s->d1.x, b1y = s->d1.y, b1z = s->d1.z, r = tile->m->radius;
+    float b2 = s->b2, b2x = s->d2.x, b2y = s->d2.y, b2z = s->d2.z;      /* all 0 where nothing is cut: passes */
+    for (y = box[2]; y <= box[3]; y++)
+        for (x = box[0]; x <= box[1]; x += ISM__TEXELS) {
+            uint32_t column = x < size - ISM__TEXELS ? x : size - ISM__TEXELS, any = 0, hit[ISM__TEXELS];
+            size_t i = (size_t)y * size + column;
+            const float *wx = tile->x + i, *wy = tile->y + i, *wz = tile->z + i, *nearest = tile->depth + i;
+            int32_t first = (int32_t)(x - column), last = (int32_t)(box[1] - column);
+            float t[ISM__TEXELS];
+            for (k = 0; k < ISM__TEXELS; k++) {
+                float plane = g0 * wx[k] + g1 * wy[k] + g2 * wz[k], wide, dx, dy, dz, at1, at2;
+                int meets = plane > (sky ? 0.0f : 1e-20f);
+                float depth = sky ? plane : 1.0f / plane;
+                wide = sky ? r : depth;
+                dx = wx[k] * wide - ax;
+                dy = wy[k] * wide - ay;
+                dz = (sky ? depth : wz[k] * depth) - az;
+                at1 = b1 + (dx * b1x + dy * b1y + dz * b1z);
+                at2 = b2 + (dx * b2x + dy * b2y + dz * b2z);
+                t[k] = depth;
+                hit[k] = (uint32_t)(meets & (depth > 0.0f) & (depth < nearest[k]) &
+                                    (dx * dx + dy * dy + dz * dz <= radius2) & (at1 >= -ISM__EDGE) &
+                                    (at2 >= -ISM__EDGE) & (at1 + at2 <= 1.0f + ISM__EDGE) & ((int32_t)k >= first) &
+                                    ((int32_t)k <= last));
+            }
+            for (k = 0; k < ISM__TEXELS; k++) any |= hit[k];
+            for (k = 0; any && k < ISM__TEXELS; k++)
+                if (hit[k]) {
+                    ism__texel *to = &tile->texels[i + k];
+                    ism__v3_store(to->g, s->g);
+                    to->triangle = s->triangle;
+                    tile->depth[i + k] = t[k];
+                }
+        }
+}
+
+#define ISM__DRAWS(name, target)                                                                             \
+    target ISM__HOT static void name(ism__tile *tile, const ism__surfel *s, const uint32_t box[4])           \
+    {                                                                                                        \
+        ism__draw_disc(tile, s, box, 0);                                                                     \
+    }                                                                                                        \
+    target ISM__HOT static void name##_sky(ism__tile *tile, const ism__surfel *s, const uint32_t box[4])     \
+    {                                                                                                        \
+        ism__draw_disc(tile, s, box, 1);                                                                     \
     }
-    memcpy(to->g, g, sizeof g);
-    to->t = t;
-    to->triangle = s->triangle;
-    to->x = (uint16_t)x;
-    to->y = (uint16_t)y;
+
+#define ISM__ANY_TARGET
+ISM__DRAWS(ism__draw_plain, ISM__ANY_TARGET)
+#if ISM__X86
+ISM__DRAWS(ism__draw_avx2, ISM__TARGET_AVX2)
+#endif
+
+static void ism__choose_draw(ism__tile *tile)
+{
+    tile->draw = tile->vpl->directional ? ism__draw_plain_sky : ism__draw_plain;
+#if ISM__X86
+    if (ism__cpu_has_avx2()) tile->draw = tile->vpl->directional ? ism__draw_avx2_sky : ism__draw_avx2;
+#endif
 }
 
 /* Texels a unit of angle (or of world space) at most, in either direction of the square, without a window. */
@@ -2952,16 +3095,15 @@ static void ism__splat(ism__tile *tile, const ism__surfel *s)
 {
     float reach = sqrtf(s->radius2) * ism__texels_per_unit(tile) / (tile->vpl->directional ? 1.0f : s->depth);
     float most = (float)tile->size;
-    uint32_t x0, x1, y0, y1, i, j;
+    uint32_t box[4];
     tile->splats++;
     if (!(reach > 0.0f)) return;
     if (!(reach < most)) reach = most;
     tile->wide += (uint64_t)s->capped;
     /* the map is continuous but across its diagonals near the border, where a disc is cut off */
-    ism__span(&tile->window->u, s->u, reach, tile->size, &x0, &x1);
-    ism__span(&tile->window->v, s->v, reach, tile->size, &y0, &y1);
-    for (j = y0; j <= y1; j++)
-        for (i = x0; i <= x1; i++) ism__write_texel(tile, s, i, j);
+    ism__span(&tile->window->u, s->u, reach, tile->size, &box[0], &box[1]);
+    ism__span(&tile->window->v, s->v, reach, tile->size, &box[2], &box[3]);
+    tile->draw(tile, s, box);
 }
 
 /* A point that stands for less than its triangle is cut off at the triangle's edges, and may be large: a wall has
@@ -2976,6 +3118,24 @@ static void ism__cut(const ism__tile *tile, ism__v3 e1, ism__v3 e2, ism__v3 n, f
     s->d2 = ism__to_local(&tile->frame, ism__v3_scale(ism__v3_cross(n, e1), inverse));
 }
 
+/* What point j + 1 block and j + 2 blocks are read from. Points lie in a mesh's order, but far apart. */
+ISM__INLINE void ism__read_ahead(const ism_mesh *mesh, const ism__point *points, uint32_t count, uint32_t j)
+{
+    uint32_t k;
+    if (mesh->indices && j + 2u * ISM__AHEAD < count) {
+        const uint32_t *at = mesh->indices + 3u * (size_t)points[j + 2u * ISM__AHEAD].triangle;
+        ISM__PREFETCH(at);
+        ISM__PREFETCH(at + 2);
+    }
+    if (j + ISM__AHEAD >= count) return;
+    for (k = 0; k < 3u; k++) {
+        size_t i = 3u * (size_t)points[j + ISM__AHEAD].triangle + k;
+        const float *at = ism__at(mesh->positions, mesh->vertex_stride, mesh->indices ? mesh->indices[i] : i);
+        ISM__PREFETCH(at);
+        ISM__PREFETCH(at + 2);
+    }
+}
+
 static void ism__draw_points(ism__tile *tile, const ism__point *points, uint32_t count, uint32_t number)
 {
     const ism_mesh *mesh = tile->mesh;
@@ -2986,6 +3146,7 @@ static void ism__draw_points(ism__tile *tile, const ism__point *points, uint32_t
         float b1 = (float)points[j].b1 * (1.0f / 65535.0f), b2 = (float)points[j].b2 * (1.0f / 65535.0f), length, area;
         ism__v3 p[3], e1, e2, n;
         ism__surfel s;
+        ism__read_ahead(mesh, points, count, j);
         /* dithered over 2 x 2 tiles, not texels: pull and push would close the gaps that dithering leaves */
         if (mesh->opacities && !ism_dither(column, row, mesh->opacities[t])) continue;
         ism__corners(mesh, t, p);
@@ -3030,26 +3191,26 @@ static void ism__open_holes(ism__tile *tile)
     size_t i, count = (size_t)tile->size * tile->size;
     for (y = 0; y < size; y++)
         for (x = 0; x < size; x++) {
-            ism__texel *c = &tile->texels[y * size + x];
-            const float *w = tile->directions + 3 * (y * size + x);
+            size_t c = (size_t)(y * size + x);
+            float depth = tile->depth[c];
             uint32_t found = 0;
-            if (!(c->t < ISM_FAR)) continue;
+            if (!(depth < ISM_FAR)) continue;
             for (dy = -ISM__HOLE; dy <= ISM__HOLE; dy++)
                 for (dx = -ISM__HOLE; dx <= ISM__HOLE; dx++) {
-                    const ism__texel *n = c + dy * size + dx;
+                    size_t n = (size_t)((y + dy) * size + x + dx);
                     float t;
                     if (x + dx < 0 || y + dy < 0 || x + dx >= size || y + dy >= size) {
                         found |= ism__quadrant(dx, dy);
                         continue;
                     }
-                    if ((dx == 0 && dy == 0) || !(n->t < 0.9f * c->t)) continue;
-                    t = ism__plane_depth(tile, n->g, w);
-                    if (t > 0.5f * n->t && t < 0.95f * c->t) found |= ism__quadrant(dx, dy);
+                    if ((dx == 0 && dy == 0) || !(tile->depth[n] < 0.9f * depth)) continue;
+                    t = ism__plane_depth(tile, tile->texels[n].g, c);
+                    if (t > 0.5f * tile->depth[n] && t < 0.95f * depth) found |= ism__quadrant(dx, dy);
                 }
-            if (found == 15u) c->triangle = UINT32_MAX;
+            if (found == 15u) tile->texels[c].triangle = UINT32_MAX;
         }
     for (i = 0; i < count; i++)
-        if (tile->texels[i].triangle == UINT32_MAX) tile->texels[i].t = ISM_FAR;
+        if (tile->texels[i].triangle == UINT32_MAX) tile->depth[i] = ISM_FAR;
 }
 
 /* Pull: each cell of a coarser level keeps 1 + the index of one texel of its four cells, the nearest to its middle. */
@@ -3064,7 +3225,7 @@ static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
                 uint32_t best = 0, least = UINT32_MAX, mx = (2u * x + 1u) << level, my = (2u * y + 1u) << level;
                 for (k = 0; k < 4u; k++) {
                     uint32_t cx = 2u * x + (k & 1u), cy = 2u * y + (k >> 1), at, px, py, d;
-                    if (level == 1) at = tile->texels[(size_t)cy * size + cx].t < ISM_FAR ? cy * size + cx + 1u : 0;
+                    if (level == 1) at = tile->depth[(size_t)cy * size + cx] < ISM_FAR ? cy * size + cx + 1u : 0;
                     else at = pyramid[below + (size_t)cy * 2u * half + cx];
                     if (!at) continue;
                     px = 2u * ((at - 1u) % size) + 1u;
@@ -3084,13 +3245,13 @@ static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
 
 /* The depth that an empty texel takes from the two surfels nearest to it: the first one's depth, or its plane's at this
    texel, whichever would have foretold the second one better. No depth is ever mixed with another. */
-static float ism__push(const ism__tile *tile, size_t i, const ism__texel *first, const ism__texel *second)
+static float ism__push(const ism__tile *tile, size_t i, size_t first, size_t second)
 {
-    const float *w = tile->directions + 3u * i;
-    float t = ism__plane_depth(tile, first->g, w), there;
-    there = ism__plane_depth(tile, first->g, tile->directions + 3u * (size_t)(second - tile->texels));
-    if (fabsf(first->t - second->t) <= fabsf(there - second->t)) return first->t;
-    return t > 0.5f * first->t && t < 2.0f * first->t ? t : first->t;
+    const float *g = tile->texels[first].g;
+    float t = ism__plane_depth(tile, g, i), there = ism__plane_depth(tile, g, second);
+    float own = tile->depth[first], next = tile->depth[second];
+    if (fabsf(own - next) <= fabsf(there - next)) return own;
+    return t > 0.5f * own && t < 2.0f * own ? t : own;
 }
 
 /* Push: an empty texel looks at the 3 x 3 cells about it, level by level, and takes the nearest surfel once there are
@@ -3108,8 +3269,8 @@ static void ism__fill(ism__tile *tile, uint32_t *pyramid)
         int tx = (int)(i % size), ty = (int)(i / size), least = 0, next = 0, x, y;
         uint32_t found = 0;
         size_t offset = 0;
-        if (to->t < ISM_FAR) continue;
-        to->x = 0;
+        if (tile->depth[i] < ISM_FAR) continue;
+        to->filled = 0;
         for (level = 1; level <= levels; level++) {
             int half = (int)(size >> level), cx = tx >> level, cy = ty >> level;
             if (second && ism__three_quadrants(found)) break;
@@ -3142,9 +3303,9 @@ static void ism__fill(ism__tile *tile, uint32_t *pyramid)
             offset += (size_t)half * (size_t)half;
         }
         if (!second || !ism__three_quadrants(found)) continue;
-        to->g[0] = ism__push(tile, i, first, second);    /* kept aside: t marks what is empty */
+        to->g[0] = ism__push(tile, i, (size_t)(first - tile->texels), (size_t)(second - tile->texels));
         to->triangle = first->triangle;
-        to->x = 1;
+        to->filled = 1;     /* aside: the depth marks what is empty */
         tile->filled++;
     }
 }
@@ -3156,15 +3317,16 @@ typedef struct ism__atlas_work { ism_maps *m; const ism_mesh *mesh; uint32_t lan
 static size_t ism__lane_bytes(uint32_t size)
 {
     size_t texels = (size_t)size * size;
-    return texels * sizeof(ism__texel) + texels * 3u * sizeof(float) + texels * sizeof(uint16_t) + 64u;
+    return texels * sizeof(ism__texel) + texels * 4u * sizeof(float) + texels * sizeof(uint16_t) + 64u;
 }
 
 static void ism__tile_directions(const ism__tile *tile, float *out)
 {
+    size_t texels = (size_t)tile->size * tile->size, k;
     uint32_t x, y;
     for (y = 0; y < tile->size; y++)
-        for (x = 0; x < tile->size; x++, out += 3) {
-            float uv[2];
+        for (x = 0; x < tile->size; x++, out++) {
+            float uv[2], w[3];
             uv[0] = ((float)x + 0.5f) / (float)tile->size;
             uv[1] = ((float)y + 0.5f) / (float)tile->size;
             if (tile->window) {
@@ -3172,12 +3334,13 @@ static void ism__tile_directions(const ism__tile *tile, float *out)
                 uv[1] = ism__from_tile(&tile->window->v, uv[1]);
             }
             if (tile->vpl->directional) {
-                out[0] = 2.0f * uv[0] - 1.0f;
-                out[1] = 2.0f * uv[1] - 1.0f;
-                out[2] = 1.0f;
+                w[0] = 2.0f * uv[0] - 1.0f;
+                w[1] = 2.0f * uv[1] - 1.0f;
+                w[2] = 1.0f;
             } else {
-                ism_map_direction(tile->projection, tile->vpl->exponent, uv, out);
+                ism_map_direction(tile->projection, tile->vpl->exponent, uv, w);
             }
+            for (k = 0; k < 3u; k++) out[k * texels] = w[k];
         }
 }
 
@@ -3186,6 +3349,7 @@ static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t 
 {
     ism_maps *m = w->m;
     size_t texels = (size_t)m->desc.tile_size * m->desc.tile_size, i;
+    const float *directions = (const float *)m->directions.data;
     float *own;
     memset(tile, 0, sizeof *tile);
     tile->m = m;
@@ -3196,16 +3360,20 @@ static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t 
     tile->size = m->desc.tile_size;
     tile->window = (const ism__window *)m->windows.data + v;
     tile->texels = (ism__texel *)(void *)scratch;
-    own = (float *)(void *)(scratch + texels * sizeof(ism__texel));
-    tile->directions = (const float *)m->directions.data;
+    tile->depth = (float *)(void *)(scratch + texels * sizeof(ism__texel));
+    own = tile->depth + texels;
     if (tile->window->u.on || tile->window->v.on || tile->vpl->directional || tile->projection == ISM_PROJECTION_LOBE) {
         ism__tile_directions(tile, own);
-        tile->directions = own;
+        directions = own;
     }
+    tile->x = directions;
+    tile->y = directions + texels;
+    tile->z = directions + 2u * texels;
     for (i = 0; i < texels; i++) {
-        tile->texels[i].t = ISM_FAR;
+        tile->depth[i] = ISM_FAR;
         tile->texels[i].triangle = 0;
     }
+    ism__choose_draw(tile);
 }
 
 static void ism__end_tile(const ism__tile *tile, ism_maps *m, uint32_t v)
@@ -3214,9 +3382,10 @@ static void ism__end_tile(const ism__tile *tile, ism_maps *m, uint32_t v)
     for (y = 0; y < tile->size; y++)
         for (x = 0; x < tile->size; x++) {
             const ism__texel *from = &tile->texels[y * tile->size + x];
+            float depth = tile->depth[y * tile->size + x];
             size_t to = (row * tile->size + y) * m->side + column * tile->size + x;
-            int full = from->t < ISM_FAR, filled = !full && !m->desc.no_fill && from->x;
-            ((float *)m->atlas.data)[to] = full ? from->t : filled ? from->g[0] : ISM_FAR;
+            int full = depth < ISM_FAR, filled = !full && !m->desc.no_fill && from->filled;
+            ((float *)m->atlas.data)[to] = full ? depth : filled ? from->g[0] : ISM_FAR;
             if (m->hits.data) ((uint32_t *)m->hits.data)[to] = full || filled ? from->triangle : UINT32_MAX;
         }
 }
@@ -3237,7 +3406,7 @@ static void ism__lane_task(void *context, size_t lane)
             ism__draw_points(&tile, (const ism__point *)m->points.data + v * m->desc.points,
                              ((const uint32_t *)m->counts.data)[2u * v], (uint32_t)v);
         if (!m->desc.no_fill)
-            ism__fill(&tile, (uint32_t *)(void *)(scratch + texels * (sizeof(ism__texel) + 3u * sizeof(float))));
+            ism__fill(&tile, (uint32_t *)(void *)(scratch + texels * (sizeof(ism__texel) + 4u * sizeof(float))));
         ism__end_tile(&tile, m, (uint32_t)v);
         stats[0] += tile.splats;
         stats[1] += tile.wide;
@@ -3302,54 +3471,89 @@ static const float *ism__tile_of(const ism_maps *m, uint32_t v)
     return (const float *)m->atlas.data + row * m->desc.tile_size * m->side + column * m->desc.tile_size;
 }
 
-/* Compares depths on the receiver's own tangent plane, at the centre of the texel: no acne where light grazes. What
-   lies behind that plane is hidden by the receiver's own surface, which a thin sheet's depth cannot tell from the
-   receiver. */
-static int ism__lit(const ism_maps *m, uint32_t number, const ism__frame_of *f, ism__v3 p, ism__v3 ng, float bias)
+/* A receiver from a VPL: what is known of it before the map is read, which no cache holds. */
+typedef struct ism__look {
+    ism__v3      l, n;              /* the receiver and its normal in the VPL's frame */
+    float        d;                 /* distance; depth in a sky's map */
+    uint32_t     x, y;              /* texel */
+    const float *at;                /* it, or NULL: `lit` holds already */
+    int          lit;
+} ism__look;
+
+/* What lies behind the receiver's tangent plane is hidden by its own surface, which a thin sheet's depth cannot tell
+   from the receiver. */
+static void ism__look_at(const ism_maps *m, uint32_t number, const ism__frame_of *f, ism__v3 p, ism__v3 ng,
+                         ism__look *look)
 {
-    uint32_t size = m->desc.tile_size, x, y;
+    uint32_t size = m->desc.tile_size;
     const ism_vpl *v = &m->vpls[number];
     const ism__window *w = (const ism__window *)m->windows.data + number;
-    const float *tile = ism__tile_of(m, number);
+    float uv[2], direction[3];
+    look->at = NULL;
+    look->n = ism__to_local(f, ng);
     if (v->directional) {
-        ism__v3 l = ism__to_local(f, ism__v3_sub(p, ism__v3_load(m->center)));
-        ism__v3 n = ism__to_local(f, ng);
-        float r = m->radius, uv[2], depth = l.z + r, dx, dy;
-        uv[0] = 0.5f * l.x / r + 0.5f;
-        uv[1] = 0.5f * l.y / r + 0.5f;
-        if (!(n.z < -ISM__GRAZING)) return 0;
-        if (!(uv[0] >= 0.0f && uv[1] >= 0.0f && uv[0] < 1.0f && uv[1] < 1.0f)) return 1;
-        x = ism__texel_of(ism__to_tile(&w->u, uv[0]), size);
-        y = ism__texel_of(ism__to_tile(&w->v, uv[1]), size);
-        dx = (2.0f * ism__from_tile(&w->u, ((float)x + 0.5f) / (float)size) - 1.0f) * r - l.x;
-        dy = (2.0f * ism__from_tile(&w->v, ((float)y + 0.5f) / (float)size) - 1.0f) * r - l.y;
-        if (fabsf(n.z) > 0.1f) depth -= (n.x * dx + n.y * dy) / n.z;
-        return depth - bias * r <= tile[(size_t)y * m->side + x];
+        float r = m->radius;
+        look->l = ism__to_local(f, ism__v3_sub(p, ism__v3_load(m->center)));
+        look->d = look->l.z + r;
+        uv[0] = 0.5f * look->l.x / r + 0.5f;
+        uv[1] = 0.5f * look->l.y / r + 0.5f;
+        look->lit = look->n.z < -ISM__GRAZING;
+        if (!look->lit || !(uv[0] >= 0.0f && uv[1] >= 0.0f && uv[0] < 1.0f && uv[1] < 1.0f)) return;
     } else {
-        ism__v3 l = ism__to_local(f, ism__v3_sub(p, ism__v3_load(v->position)));
-        ism__v3 n = ism__to_local(f, ng);
-        ism_projection projection = ism__projection_of(m, v);
-        float d = ism__v3_length(l), direction[3], uv[2], along, t;
-        if (!(l.z > 0.0f) || !(d > 0.0f)) return 1;
-        if (!(ism__v3_dot(n, l) < -ISM__GRAZING * d)) return 0;
-        ism__v3_store(direction, ism__v3_scale(l, 1.0f / d));
-        if (!ism_map_coordinates(projection, v->exponent, direction, uv)) return 1;
-        x = ism__texel_of(ism__to_tile(&w->u, uv[0]), size);
-        y = ism__texel_of(ism__to_tile(&w->v, uv[1]), size);
-        t = tile[(size_t)y * m->side + x];
-        if (d * (1.0f - bias) <= t && t >= 2.0f * d) return 1;
-        if (projection != ISM_PROJECTION_LOBE && !w->u.on && !w->v.on) {
-            memcpy(direction, (const float *)m->directions.data + 3u * ((size_t)y * size + x), sizeof direction);
-        } else {
-            uv[0] = ism__from_tile(&w->u, ((float)x + 0.5f) / (float)size);
-            uv[1] = ism__from_tile(&w->v, ((float)y + 0.5f) / (float)size);
-            ism_map_direction(projection, v->exponent, uv, direction);
-        }
-        along = n.x * direction[0] + n.y * direction[1] + n.z * direction[2];
-        along = along != 0.0f ? ism__v3_dot(n, l) / along : d;
-        if (along > 0.5f * d && along < 2.0f * d) d = along;
-        return d * (1.0f - bias) <= t;
+        look->l = ism__to_local(f, ism__v3_sub(p, ism__v3_load(v->position)));
+        look->d = ism__v3_length(look->l);
+        look->lit = 1;
+        if (!(look->l.z > 0.0f) || !(look->d > 0.0f)) return;
+        look->lit = ism__v3_dot(look->n, look->l) < -ISM__GRAZING * look->d;
+        if (!look->lit) return;
+        ism__v3_store(direction, ism__v3_scale(look->l, 1.0f / look->d));
+        if (!ism_map_coordinates(ism__projection_of(m, v), v->exponent, direction, uv)) return;
     }
+    look->x = ism__texel_of(ism__to_tile(&w->u, uv[0]), size);
+    look->y = ism__texel_of(ism__to_tile(&w->v, uv[1]), size);
+    look->at = ism__tile_of(m, number) + (size_t)look->y * m->side + look->x;
+    ISM__PREFETCH(look->at);
+}
+
+/* Compares depths on the receiver's own tangent plane, at the centre of the texel: no acne where light grazes. */
+static int ism__is_lit(const ism_maps *m, uint32_t number, const ism__look *look, float bias)
+{
+    uint32_t size = m->desc.tile_size;
+    const ism_vpl *v = &m->vpls[number];
+    const ism__window *w = (const ism__window *)m->windows.data + number;
+    ism__v3 l = look->l, n = look->n;
+    float d = look->d, uv[2], direction[3], along, t;
+    if (!look->at) return look->lit;
+    t = *look->at;
+    if (!v->directional && d * (1.0f - bias) <= t && t >= 2.0f * d) return 1;
+    uv[0] = ism__from_tile(&w->u, ((float)look->x + 0.5f) / (float)size);
+    uv[1] = ism__from_tile(&w->v, ((float)look->y + 0.5f) / (float)size);
+    if (v->directional) {
+        float r = m->radius, dx = (2.0f * uv[0] - 1.0f) * r - l.x, dy = (2.0f * uv[1] - 1.0f) * r - l.y;
+        if (fabsf(n.z) > 0.1f) d -= (n.x * dx + n.y * dy) / n.z;
+        return d - bias * r <= t;
+    }
+    if (0.5f * d * (1.0f - bias) > t) return 0;     /* the tangent plane is not taken for nearer than that */
+    if (ism__projection_of(m, v) != ISM_PROJECTION_LOBE && !w->u.on && !w->v.on) {
+        const float *at = (const float *)m->directions.data + (size_t)look->y * size + look->x;
+        size_t texels = (size_t)size * size;
+        direction[0] = at[0];
+        direction[1] = at[texels];
+        direction[2] = at[2u * texels];
+    } else {
+        ism_map_direction(ism__projection_of(m, v), v->exponent, uv, direction);
+    }
+    along = n.x * direction[0] + n.y * direction[1] + n.z * direction[2];
+    along = along != 0.0f ? ism__v3_dot(n, l) / along : d;
+    if (along > 0.5f * d && along < 2.0f * d) d = along;
+    return d * (1.0f - bias) <= t;
+}
+
+static int ism__lit(const ism_maps *m, uint32_t number, const ism__frame_of *f, ism__v3 p, ism__v3 ng, float bias)
+{
+    ism__look look;
+    ism__look_at(m, number, f, p, ng, &look);
+    return ism__is_lit(m, number, &look, bias);
 }
 
 ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const float *positions, const float *geometric,
@@ -3491,6 +3695,7 @@ static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, co
                               float *visible)
 {
     uint32_t i, numbers[ISM__CHUNK];
+    ism__look looks[ISM__CHUNK];    /* of all, so that the maps' texels are fetched meanwhile */
     if (w->s.visible_fn) {
         float position[3], geometric[3];
         for (i = 0; i < count; i++) numbers[i] = w->order[list[i]];
@@ -3499,11 +3704,10 @@ static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, co
         w->s.visible_fn(w->s.visible_user, position, geometric, numbers, count, visible);
         return;
     }
-    for (i = 0; i < count; i++) {
-        uint32_t v = w->order[list[i]];
-        visible[i] = w->s.no_maps ? 1.0f
-                   : (float)ism__lit(w->m, v, &w->frames[list[i]], px->p, px->ng, w->s.bias);
-    }
+    for (i = 0; i < count && !w->s.no_maps; i++)
+        ism__look_at(w->m, w->order[list[i]], &w->frames[list[i]], px->p, px->ng, &looks[i]);
+    for (i = 0; i < count; i++)
+        visible[i] = w->s.no_maps ? 1.0f : (float)ism__is_lit(w->m, w->order[list[i]], &looks[i], w->s.bias);
 }
 
 /* Mean over all VPLs of a class of their light here, unshadowed: what CLAMP_MEAN compares with. */
@@ -3522,21 +3726,28 @@ static float ism__mean_light(const ism__shade_work *w, const ism__pixel *px, uin
     return end > first ? sum / (float)(end - first) : 0.0f;
 }
 
+static const ism__frame_of *ism__near_frame(const ism__shade_work *w, uint32_t v)
+{
+    uint32_t classes = w->pattern * w->pattern;
+    return &w->frames[w->class_first[v % classes] + v / classes];
+}
+
 /* By the map of the VPL that it belongs to. What that hides is lit all the same where the point is nearer than that VPL
    and the map, moved to the point, hides nothing: surfaces beside it are much as beside the VPL. A receiver behind the
    VPL is where the map ends, and lit. Neither holds for one that faces the point, as the backs of bent sheets do. */
-static float ism__near_lit(const ism__shade_work *w, const ism_near_point *at, const ism__pixel *px)
+static float ism__near_lit(const ism__shade_work *w, const ism_near_point *at, const ism__pixel *px,
+                           const ism__look *look)
 {
     const ism_maps *m = w->m;
-    uint32_t v = (uint32_t)at->vpl, classes = w->pattern * w->pattern;
+    uint32_t v = (uint32_t)at->vpl;
     const ism_vpl *l = &m->vpls[v];
-    const ism__frame_of *f = &w->frames[w->class_first[v % classes] + v / classes];
+    const ism__frame_of *f = ism__near_frame(w, v);
     ism__v3 way = ism__v3_sub(ism__v3_load(l->position), ism__v3_load(at->position));
     ism__v3 d = ism__v3_sub(px->p, ism__v3_load(at->position));
     float facing = -2.0f * ism__v3_dot(px->n, ism__v3_load(at->normal));
     float open = !(facing > 0.0f) ? 1.0f : facing < 1.0f ? 1.0f - facing : 0.0f;
     if (!(ism__v3_dot(f->z, ism__v3_sub(px->p, ism__v3_load(l->position))) > 0.0f)) return open;
-    if (ism__lit(m, v, f, px->p, px->ng, w->s.bias)) return 1.0f;
+    if (ism__is_lit(m, v, look, w->s.bias)) return 1.0f;
     if (!(ism__v3_dot(d, d) < ism__v3_dot(way, way) && ism__v3_dot(f->z, d) > 0.0f)) return 0.0f;
     return ism__lit(m, v, f, ism__v3_add(px->p, way), px->ng, w->s.bias) ? open : 0.0f;
 }
@@ -3548,6 +3759,7 @@ static void ism__near_visibilities(const ism__shade_work *w, const ism__pixel *p
     const ism_near_point *points = (const ism_near_point *)w->m->near_points.data;
     ism_visibility_fn fn = w->s.near_visible_fn ? w->s.near_visible_fn : w->s.visible_fn;
     uint32_t i, numbers[ISM__CHUNK];
+    ism__look looks[ISM__CHUNK];
     if (fn) {
         float position[3], geometric[3];
         for (i = 0; i < count; i++) numbers[i] = w->s.near_visible_fn ? list[i] : (uint32_t)points[list[i]].vpl;
@@ -3556,8 +3768,12 @@ static void ism__near_visibilities(const ism__shade_work *w, const ism__pixel *p
         fn(w->s.visible_user, position, geometric, numbers, count, visible);
         return;
     }
+    for (i = 0; i < count && !w->s.no_maps; i++) {
+        uint32_t v = (uint32_t)points[list[i]].vpl;
+        ism__look_at(w->m, v, ism__near_frame(w, v), px->p, px->ng, &looks[i]);
+    }
     for (i = 0; i < count; i++)
-        visible[i] = w->s.no_maps ? 1.0f : ism__near_lit(w, &points[list[i]], px);
+        visible[i] = w->s.no_maps ? 1.0f : ism__near_lit(w, &points[list[i]], px, &looks[i]);
 }
 
 /* A near point's kernel, by how far it stands here for VPLs; *plain without what the square's rule takes off. */

@@ -86,6 +86,11 @@ static int open_rays(bn_scene *s, const bn_options *options)
     return s->rays ? 0 : bn_failed(s->name, "needs Embree: apt-get install libembree-dev");
 }
 
+static const char *simd(void)        /* what ism.h takes at run time */
+{
+    return strncmp(bn_simd(), "avx", 3) == 0 ? "avx2" : "none";
+}
+
 /* ---- exact visibility of the same VPLs ---- */
 
 typedef struct exact {
@@ -232,7 +237,7 @@ static int visibility_of(const bn_options *options, const char *path, const char
             bn_ism_close(&s);
             return -1;
         }
-        bn_begin(options, "ism_visibility", options->threads, "none");
+        bn_begin(options, "ism_visibility", options->threads, simd());
         bn_text("scene", name);
         bn_text("spread", spreads[i].name);
         bn_integer("windows", (uint64_t)spreads[i].windows);
@@ -360,7 +365,7 @@ static int picture_of(const bn_options *options, const files *f, const char *sce
     if (render(f, "reference", scene, "160x90", options->full ? 32768 : 8192, "") != 0 ||
         render(f, "ism", scene, "160x90", 1024, "") != 0 || compare(f, &error, &ratio) != 0)
         return -1;
-    bn_begin(options, "ism", options->threads, "none");
+    bn_begin(options, "ism", options->threads, simd());
     bn_text("scene", name);
     bn_text("light", "the scene's own");
     bn_text("backend", "cpu");
@@ -423,7 +428,7 @@ static void report_cause(const bn_options *options, const char *scene, const cau
     static const char *const sights[] = { "maps", "rays", "none" }, *const rules[] = {
         "", "patch", "sphere", "clamp", "mean", "none", "gather"
     };
-    bn_begin(options, "ism_causes", options->threads, "none");
+    bn_begin(options, "ism_causes", options->threads, simd());
     bn_text("scene", scene);
     bn_text("cause", c->name);
     bn_text("visibility", sights[c->visibility]);
@@ -577,7 +582,7 @@ int bn_ism_vpls(const bn_options *options)
         }
         if (row == 2)
             flux_error = error;
-        bn_begin(options, "ism_vpls", options->threads, "none");
+        bn_begin(options, "ism_vpls", options->threads, simd());
         bn_text("scene", s.name);
         bn_text("importance", names[i]);
         bn_integer("vpls", 256);
@@ -638,7 +643,7 @@ int bn_ism_flicker(const bn_options *options)
     if (result == 0)
         result = flicker_of(&s, options, 1, &flicker[1]);
     if (result == 0) {
-        bn_begin(options, "ism_flicker", options->threads, "none");
+        bn_begin(options, "ism_flicker", options->threads, simd());
         bn_text("scene", s.name);
         bn_integer("vpls", 512);
         bn_integer("points", 2048);

@@ -245,6 +245,7 @@ typedef struct hand {
     ism_vpl vpl;
     ism_maps *maps;
     ism__texel texels[4096];
+    float depth[4096];
     uint32_t pyramid[2048];
     ism__tile tile;
 } hand;
@@ -263,9 +264,12 @@ static hand *make_hand(void)
     h->tile.vpl = &h->vpl;
     h->tile.size = 64;
     h->tile.projection = ISM_PROJECTION_COSINE;
-    h->tile.directions = (const float *)h->maps->directions.data;
+    h->tile.x = (const float *)h->maps->directions.data;
+    h->tile.y = h->tile.x + 4096;
+    h->tile.z = h->tile.y + 4096;
+    h->tile.depth = h->depth;
     h->tile.texels = h->texels;
-    for (i = 0; i < 4096; i++) h->texels[i].t = ISM_FAR;
+    for (i = 0; i < 4096; i++) h->depth[i] = ISM_FAR;
     return h;
 }
 
@@ -278,17 +282,14 @@ static void free_hand(hand *h)
 /* A surfel of the plane g . p = 1 at a texel. */
 static void set_texel(hand *h, size_t i, const float g[3])
 {
-    const float *w = h->tile.directions + 3 * i;
     memcpy(h->texels[i].g, g, sizeof h->texels[i].g);
-    h->texels[i].t = 1 / (g[0] * w[0] + g[1] * w[1] + g[2] * w[2]);
-    h->texels[i].x = (uint16_t)(i % 64);
-    h->texels[i].y = (uint16_t)(i / 64);
+    h->depth[i] = 1 / (g[0] * h->tile.x[i] + g[1] * h->tile.y[i] + g[2] * h->tile.z[i]);
 }
 
 static float depth_of(const hand *h, size_t i)
 {
     const ism__texel *t = &h->texels[i];
-    return t->t < ISM_FAR ? t->t : t->x ? t->g[0] : ISM_FAR;
+    return h->depth[i] < ISM_FAR ? h->depth[i] : t->filled ? t->g[0] : ISM_FAR;
 }
 
 static void pull_and_push(void **state)
@@ -305,7 +306,7 @@ static void pull_and_push(void **state)
     for (trial = 0; trial < 3; trial++) {
         h = make_hand();
         for (i = 0; i < 4096; i++) {
-            const float *w = h->tile.directions + 3 * i;
+            const float w[3] = { h->tile.x[i], h->tile.y[i], h->tile.z[i] };
             float g[3] = { 0.3f, -0.2f, 0.5f };
             int k;
             if (util_unit(&seed) >= 0.1f) continue;
@@ -318,7 +319,7 @@ static void pull_and_push(void **state)
         }
         ism__fill(&h->tile, h->pyramid);
         for (i = 0; i < 4096; i++) {
-            const float *w = h->tile.directions + 3 * i;
+            const float w[3] = { h->tile.x[i], h->tile.y[i], h->tile.z[i] };
             float t = depth_of(h, i), truth;
             if (t >= ISM_FAR) {
                 holes += trial == 0;

@@ -116,7 +116,7 @@ static size_t kept_bytes(const ism_desc *d, const ism_source *s)
     size_t n = d->vpl_count, side = 1, texels = (size_t)d->tile_size * d->tile_size;
     while (side * side < n) side++;
     return 12 * n * d->points + (d->keep_hits ? 8 : 4) * side * side * texels + 2444 * texels +
-           (16 + 812) * mesh.triangles + 20 * (size_t)s->width * s->height + 16 * s->height + 4 * PIXELS + 168 * n +
+           (16 + 820) * mesh.triangles + 20 * (size_t)s->width * s->height + 16 * s->height + 4 * PIXELS + 168 * n +
            112 * n * NEAR + n * NEAR / 4;
 }
 
