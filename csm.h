@@ -2232,7 +2232,8 @@ static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *c
 }
 
 /* Triangles whose boxes hold samples wait here until there are many; then whole eights or sixteens are drawn. One in
-   five does on a fine mesh, and no branch predictor knows which: a branch after each group costs more than its set-up. */
+   five does on a fine mesh, and no branch predictor knows which: a branch after each group costs more than its
+   set-up. */
 enum { COHSM__MANY = 128, COHSM__QUEUE = COHSM__MANY + 32 };
 typedef struct cohsm__queue {
     int32_t  x[3][COHSM__QUEUE], y[3][COHSM__QUEUE];

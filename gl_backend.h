@@ -253,6 +253,9 @@ GLBK_DEF const char *glbk_result_text(glbk_result result);
     X(CORE, void, EndTransformFeedback, (void))                                                                      \
     X(CORE, void, Finish, (void))                                                                                    \
     X(ES, void, DepthRangef, (float from, float to))                                                                 \
+    X(ES, void, TexStorage2D, (uint32_t target, int32_t levels, uint32_t format, int32_t width, int32_t height))     \
+    X(ES, void, TexStorage3D, (uint32_t target, int32_t levels, uint32_t format, int32_t width, int32_t height,      \
+                               int32_t depth))                                                                       \
     X(DESK, void, DepthRange, (double from, double to))                                                              \
     X(DESK, void, PolygonMode, (uint32_t face, uint32_t mode))                                                       \
     X(DESK, void, PointSize, (float size))                                                                           \
@@ -339,6 +342,7 @@ typedef struct glbk_context {
     glbk_functions gl;              /* gl.BindTexture(...): yours to call, too */
     const char    *renderer;        /* the driver's, valid while the context lives */
     int            es;              /* OpenGL ES or WebGL */
+    int            webgl;           /* primitives always restart there: nothing to switch or to save */
     uint32_t       version;         /* 330 .. 460, or 300 .. 320 with es */
     int            compute;         /* OpenGL 4.3: compute shaders and storage buffers */
     int            float_targets;   /* RGBA32F and the like are renderable */
@@ -524,7 +528,8 @@ typedef struct glbk_source {        /* a program: of the library, or your own wi
     const char *vertex;             /* main of the vertex shader as text; NULL = a triangle over the whole screen */
     const char *fragment;           /* main of the fragment shader as text, or NULL with compute */
     const char *compute;
-    const char *uses;               /* library files by their bare names, in order, without what they use themselves */
+    const char *uses;               /* library files by their bare names, in order, without what they use themselves;
+                                       uniform blocks of the library that your text names are found */
     const char *defines;            /* "FILTER=1 FAST", or NULL; the vertex shader sees them too */
     const char *outputs;            /* names for transform feedback, separated by blanks, interleaved; or NULL */
 } glbk_source;
@@ -1723,7 +1728,7 @@ GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *rendere
    interpolated, above evaluated, 0 nothing seen. */
 
 GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer, const glbk_rsm_map *map);
-/* For a program of yours with rsm_direct, rsm_gather or rsm_screen among its library files, which is bound: the map's
+/* For a program of yours with rsm_direct, rsm_gather or rsm_bounce among its library files, which is bound: the map's
    textures and light; with a renderer its list of lights as the last glbk_rsm_gather left it, tables and G-buffer.
    Either may be NULL.
    By flux, without interleave, the list holds the samples of one map after the other, of all if they are
@@ -3775,24 +3780,10 @@ static const char *const glbk__glsl_lib_csm_access_glsl[] = {
     "// csm_access - what the files cohsm_* ask of a program, from the textures that glbk_csm_bind binds.\n",
     "// uses: table csm_bindings\n",
     "#define COHSM_TEXEL(i) texelFetch(glbk_csm_blocks, glbk_table_at(i), 0)\n",
-    "#ifdef CSM_INSTANCES                // 1 or 16: no more instances than that, in the uniform block with their headers\n",
-    "#define COHSM_INSTANCE(table, i, k) glbk_csm_scene.instances[11u * min(i, uint(CSM_INSTANCES) - 1u) + k]\n",
-    "#define COHSM_HEADER(i, k) COHSM_INSTANCE(0u, i, 3u + k)\n",
-    "#endif\n",
     "#define COHSM_LIGHT_TEXEL(i) texelFetch(glbk_csm_lights, glbk_table_at(i), 0)\n",
     "#define COHSM_LOBE(i) COHSM_LIGHT_TEXEL(i)\n",
     "#ifndef COHSM_LOBES\n",
     "#define COHSM_LOBES 1\n",
-    "#endif\n",
-    "\n",
-    "// Two points of a pattern stand in each texel, S points make a pattern.\n",
-    "#ifdef CSM_PATTERNS\n",
-    "vec2 csm_pattern(uint at)\n",
-    "{\n",
-    "    uvec4 t = COHSM_LIGHT_TEXEL(glbk_csm_frame.tables.x + (at >> 1));\n",
-    "    return uintBitsToFloat((at & 1u) != 0u ? t.zw : t.xy);\n",
-    "}\n",
-    "#define COHSM_PATTERN(j, k) csm_pattern((j) * glbk_csm_frame.sampling.x + (k))\n",
     "#endif\n"
 };
 
@@ -3813,34 +3804,6 @@ static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
     "uniform usampler2D glbk_csm_layer1;\n",
     "uniform usampler2D glbk_csm_layer2;\n",
     "uniform usampler2D glbk_csm_opened;\n",
-    "layout(std140) uniform glbk_csm_scene_block {\n",
-    "    uvec4 table;\n",
-    "    uvec4 instances[176];\n",
-    "} glbk_csm_scene;\n",
-    "layout(std140) uniform glbk_csm_frame_block {\n",
-    "    uvec4 light;\n",
-    "    uvec4 sampling;\n",
-    "    uvec4 range;\n",
-    "    uvec4 tables;\n",
-    "    vec4 query;\n",
-    "    vec4 eye;\n",
-    "    vec4 planes[8];\n",
-    "} glbk_csm_frame;\n",
-    "layout(std140) uniform glbk_csm_object_block {\n",
-    "    mat4 world;\n",
-    "    mat4 clip;\n",
-    "    uvec4 kinds;\n",
-    "    uvec4 lobes;\n",
-    "    vec4 diffuse;\n",
-    "    vec4 gloss;\n",
-    "    vec4 eye;\n",
-    "} glbk_csm_object;\n",
-    "layout(std140) uniform glbk_csm_peel_block {\n",
-    "    mat4 view;\n",
-    "    vec4 values;\n",
-    "    uvec4 tiles;\n",
-    "    uvec4 how;\n",
-    "} glbk_csm_peel;\n",
     "#if __VERSION__ >= 430\n",
     "layout(std430, binding = 0) coherent buffer glbk_csm_sums_storage { vec4 glbk_csm_sums[]; };\n",
     "#endif\n",
@@ -3928,6 +3891,19 @@ static const char *const glbk__glsl_lib_csm_compress_glsl[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_lib_csm_frame_glsl[] = {
+    "// glbk_csm_frame, uniform block\n",
+    "layout(std140) uniform glbk_csm_frame_block {\n",
+    "    uvec4 light;\n",
+    "    uvec4 sampling;\n",
+    "    uvec4 range;\n",
+    "    uvec4 tables;\n",
+    "    vec4 query;\n",
+    "    vec4 eye;\n",
+    "    vec4 planes[8];\n",
+    "} glbk_csm_frame;\n"
+};
+
 static const char *const glbk__glsl_lib_csm_gbuffer_glsl[] = {
     "// csm_gbuffer - the G-buffer of glbk_csm: four RGBA32UI textures, floats as their bits (docs/gpu-layouts.md).\n",
     "// uses: csm_point\n",
@@ -3976,6 +3952,52 @@ static const char *const glbk__glsl_lib_csm_gbuffer_glsl[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_lib_csm_instances_glsl[] = {
+    "// csm_instances - few instances of a scene, from the block that glbk_csm_bind binds.\n",
+    "// uses: csm_access\n",
+    "#ifdef CSM_INSTANCES                // 1 or 16: no more instances than that, in the uniform block with their headers\n",
+    "#define COHSM_INSTANCE(table, i, k) glbk_csm_scene.instances[11u * min(i, uint(CSM_INSTANCES) - 1u) + k]\n",
+    "#define COHSM_HEADER(i, k) COHSM_INSTANCE(0u, i, 3u + k)\n",
+    "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_csm_object_glsl[] = {
+    "// glbk_csm_object, uniform block\n",
+    "layout(std140) uniform glbk_csm_object_block {\n",
+    "    mat4 world;\n",
+    "    mat4 clip;\n",
+    "    uvec4 kinds;\n",
+    "    uvec4 lobes;\n",
+    "    vec4 diffuse;\n",
+    "    vec4 gloss;\n",
+    "    vec4 eye;\n",
+    "} glbk_csm_object;\n"
+};
+
+static const char *const glbk__glsl_lib_csm_pattern_glsl[] = {
+    "// csm_pattern - patterns of samples for cohsm_estimate, from the tables of the frame; two points stand in each texel, S\n",
+    "// points make a pattern.\n",
+    "// uses: csm_access\n",
+    "#ifdef CSM_PATTERNS\n",
+    "vec2 csm_pattern(uint at)\n",
+    "{\n",
+    "    uvec4 t = COHSM_LIGHT_TEXEL(glbk_csm_frame.tables.x + (at >> 1));\n",
+    "    return uintBitsToFloat((at & 1u) != 0u ? t.zw : t.xy);\n",
+    "}\n",
+    "#define COHSM_PATTERN(j, k) csm_pattern((j) * glbk_csm_frame.sampling.x + (k))\n",
+    "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_csm_peel_glsl[] = {
+    "// glbk_csm_peel, uniform block\n",
+    "layout(std140) uniform glbk_csm_peel_block {\n",
+    "    mat4 view;\n",
+    "    vec4 values;\n",
+    "    uvec4 tiles;\n",
+    "    uvec4 how;\n",
+    "} glbk_csm_peel;\n"
+};
+
 static const char *const glbk__glsl_lib_csm_point_glsl[] = {
     "// csm_point - what is shaded: a point of a surface with its material.\n",
     "// uses: csm_access cohsm_brdf\n",
@@ -3989,13 +4011,21 @@ static const char *const glbk__glsl_lib_csm_point_glsl[] = {
     "};\n"
 };
 
+static const char *const glbk__glsl_lib_csm_scene_glsl[] = {
+    "// glbk_csm_scene, uniform block\n",
+    "layout(std140) uniform glbk_csm_scene_block {\n",
+    "    uvec4 table;\n",
+    "    uvec4 instances[176];\n",
+    "} glbk_csm_scene;\n"
+};
+
 static const char *const glbk__glsl_lib_csm_shade_glsl[] = {
     "// csm_shade - direct light at one point: samples of one light from one scene, with visibility. One pass adds samples\n",
     "// range.x .. range.y - 1 of one light; glbk_csm_render loops over lights and ranges.\n",
     "//\n",
     "// CSM_SHAPE, CSM_ASK, CSM_FILTER: the light's shape, what the maps are asked by, the filter, as constants: each program\n",
     "// holds the code for one combination, which is a fraction of all.\n",
-    "// uses: csm_access cohsm_visible cohsm_estimate csm_point\n",
+    "// uses: csm_pattern csm_instances cohsm_visible cohsm_estimate csm_point\n",
     "#if !defined(CSM_SHAPE) || !defined(CSM_ASK) || !defined(CSM_FILTER)\n",
     "#error \"csm_shade.glsl needs CSM_SHAPE, CSM_ASK and CSM_FILTER\"\n",
     "#endif\n",
@@ -4053,7 +4083,7 @@ static const char *const glbk__glsl_lib_csm_shade_glsl[] = {
 
 static const char *const glbk__glsl_lib_csm_visible_glsl[] = {
     "// csm_visible - is a point lit in the scene that glbk_csm_bind bound: for your own shader.\n",
-    "// uses: csm_access cohsm_visible\n",
+    "// uses: csm_instances cohsm_visible\n",
     "\n",
     "// self: the instance that the point lies on, or COHSM_NO_SELF. light: see cohsm_visible.glsl.\n",
     "float csm_visible(uint self, cohsm_query query, vec3 point, vec3 light)\n",
@@ -4073,7 +4103,6 @@ static const char *const glbk__glsl_lib_envsh_access_glsl[] = {
     "#endif\n",
     "#define ENVSH_STORED(view, at) envsh_stored(view.light, view.place, at)\n",
     "#define ENVSH_CELL(view, at, level) envsh_cell(view.light, view.place, at, level)\n",
-    "#define ENVSH_DISC(i) (((i) & 1u) != 0u ? glbk_envsh_query.disc[(i) >> 1].zw : glbk_envsh_query.disc[(i) >> 1].xy)\n",
     "\n",
     "ivec2 envsh_slot(uint place) { return ivec2(uvec2(place & 2047u, (place >> 11) & 2047u)); }\n",
     "\n",
@@ -4108,24 +4137,6 @@ static const char *const glbk__glsl_lib_envsh_bindings_glsl[] = {
     "uniform usampler2D glbk_envsh_color;\n",
     "uniform glbk_color_sampler glbk_envsh_sum;\n",
     "uniform sampler2D glbk_envsh_color_map;\n",
-    "layout(std140) uniform glbk_envsh_scene_block {\n",
-    "    uvec4 tiles;\n",
-    "    uvec4 range;\n",
-    "    vec4 page;\n",
-    "} glbk_envsh_scene;\n",
-    "layout(std140) uniform glbk_envsh_query_block {\n",
-    "    vec4 values;\n",
-    "    uvec4 numbers;\n",
-    "    uvec4 range;\n",
-    "    vec4 disc[32];\n",
-    "} glbk_envsh_query;\n",
-    "layout(std140) uniform glbk_envsh_object_block {\n",
-    "    mat4 world;\n",
-    "    mat4 clip;\n",
-    "    vec4 color;\n",
-    "    vec4 eye;\n",
-    "    uvec4 lights;\n",
-    "} glbk_envsh_object;\n",
     "#if __VERSION__ >= 430\n",
     "layout(rgba32f, binding = 0) restrict uniform image2D glbk_envsh_total;\n",
     "#endif\n"
@@ -4199,6 +4210,12 @@ static const char *const glbk__glsl_lib_envsh_chunk_glsl[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_lib_envsh_disc_glsl[] = {
+    "// envsh_disc - points of the filter's disc, from the query that glbk_envsh_bind binds.\n",
+    "// uses: envsh_bindings\n",
+    "#define ENVSH_DISC(i) (((i) & 1u) != 0u ? glbk_envsh_query.disc[(i) >> 1].zw : glbk_envsh_query.disc[(i) >> 1].xy)\n"
+};
+
 static const char *const glbk__glsl_lib_envsh_group_glsl[] = {
     "// envsh_group - what is known of a light for all points of a group at once, so that few lights are asked for by each.\n",
     "// uses: envsh_visible\n",
@@ -4251,7 +4268,7 @@ static const char *const glbk__glsl_lib_envsh_group_glsl[] = {
 
 static const char *const glbk__glsl_lib_envsh_light_glsl[] = {
     "// envsh_light - light of all directions with its shadows, for your own shader: what glbk_envsh_bind bound.\n",
-    "// uses: envsh_access envsh_visible\n",
+    "// uses: envsh_access envsh_disc envsh_visible\n",
     "envsh_query envsh_bound_query()\n",
     "{\n",
     "    vec4 values = glbk_envsh_query.values;\n",
@@ -4264,6 +4281,36 @@ static const char *const glbk__glsl_lib_envsh_light_glsl[] = {
     "{\n",
     "    return envsh_irradiance(envsh_bound_query(), 0u, glbk_envsh_scene.range.x, p, n, flat_n, index);\n",
     "}\n"
+};
+
+static const char *const glbk__glsl_lib_envsh_object_glsl[] = {
+    "// glbk_envsh_object, uniform block\n",
+    "layout(std140) uniform glbk_envsh_object_block {\n",
+    "    mat4 world;\n",
+    "    mat4 clip;\n",
+    "    vec4 color;\n",
+    "    vec4 eye;\n",
+    "    uvec4 lights;\n",
+    "} glbk_envsh_object;\n"
+};
+
+static const char *const glbk__glsl_lib_envsh_query_glsl[] = {
+    "// glbk_envsh_query, uniform block\n",
+    "layout(std140) uniform glbk_envsh_query_block {\n",
+    "    vec4 values;\n",
+    "    uvec4 numbers;\n",
+    "    uvec4 range;\n",
+    "    vec4 disc[32];\n",
+    "} glbk_envsh_query;\n"
+};
+
+static const char *const glbk__glsl_lib_envsh_scene_glsl[] = {
+    "// glbk_envsh_scene, uniform block\n",
+    "layout(std140) uniform glbk_envsh_scene_block {\n",
+    "    uvec4 tiles;\n",
+    "    uvec4 range;\n",
+    "    vec4 page;\n",
+    "} glbk_envsh_scene;\n"
 };
 
 static const char *const glbk__glsl_lib_envsh_visible_glsl[] = {
@@ -4545,8 +4592,10 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "ism_vpl ism_read_vpl(uint v)\n",
     "{\n",
     "    ism_vpl l;\n",
-    "    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0), b = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 1u), 0);\n",
-    "    vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 2u), 0), d = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0);\n",
+    "    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0);\n",
+    "    vec4 b = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 1u), 0);\n",
+    "    vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 2u), 0);\n",
+    "    vec4 d = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0);\n",
     "    l.position = a.xyz;\n",
     "    l.sky = a.w < 0.0;\n",
     "    l.exponent = l.sky ? 1.0 : a.w;\n",
@@ -4619,17 +4668,6 @@ static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
     "uniform glbk_color_sampler glbk_ism_geometric;\n",
     "uniform glbk_color_sampler glbk_ism_albedo;\n",
     "uniform glbk_color_sampler glbk_ism_light;\n",
-    "layout(std140) uniform glbk_ism_frame_block {\n",
-    "    uvec4 maps;\n",
-    "    uvec4 points;\n",
-    "    vec4 sphere;\n",
-    "    vec4 values;\n",
-    "    uvec4 near_points;\n",
-    "} glbk_ism_frame;\n",
-    "layout(std140) uniform glbk_ism_view_block {\n",
-    "    uvec4 size;\n",
-    "    vec4 values;\n",
-    "} glbk_ism_view;\n",
     "#if __VERSION__ >= 430\n",
     "layout(rgba32f, binding = 0) writeonly uniform image2D glbk_ism_surfels_out;\n",
     "#endif\n",
@@ -4716,11 +4754,12 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "    s.g = o / d2;\n",
     "    if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;\n",
     "    // the surface that the VPL lies on is no occluder in a lobe's tilted map either\n",
-    "    if (ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;\n",
+    "    bool lobe = ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE;\n",
+    "    if (lobe && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;\n",
     "    s.radius2 = min(s.radius2, (along > 0.0 && s.cut1.w < -1.0 ? 0.04 : 1.0) * d2);\n",
     "    if (abs(along) > 1e-3 * s.depth) s.g = n / along;\n",
     "    if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv)) return false;\n",
-    "    // it stands for its neighbours too, and is off their surface by about its radius: so much farther away it hides none\n",
+    "    // it stands for its neighbours too, off their surface by about its radius: so much farther away it hides none\n",
     "    if (s.cut1.w < -1.0) {\n",
     "        float away = 1.0 + sqrt(s.radius2) / s.depth;\n",
     "        s.at *= away;\n",
@@ -4789,8 +4828,8 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "    return ism_place_surfel(l, p, n / size, area, s) && ism_box_surfel(l, s);\n",
     "}\n",
     "\n",
-    "// Where the ray through a texel of the tile, in direction w, meets the disc, or ISM_FAR where it does not, or beyond the\n",
-    "// limit. No disc is widened to a whole texel.\n",
+    "// Where the ray through a texel of the tile, in direction w, meets the disc, or ISM_FAR where it does not, or beyond\n",
+    "// the limit. No disc is widened to a whole texel.\n",
     "float ism_meet(bool sky, ism_surfel s, vec3 w, float limit)\n",
     "{\n",
     "    float t = ism_plane_depth(sky, s.g, w);\n",
@@ -4842,6 +4881,17 @@ static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
     "    }\n",
     "    return result;\n",
     "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_frame_glsl[] = {
+    "// glbk_ism_frame, uniform block\n",
+    "layout(std140) uniform glbk_ism_frame_block {\n",
+    "    uvec4 maps;\n",
+    "    uvec4 points;\n",
+    "    vec4 sphere;\n",
+    "    vec4 values;\n",
+    "    uvec4 near_points;\n",
+    "} glbk_ism_frame;\n"
 };
 
 static const char *const glbk__glsl_lib_ism_gbuffer_glsl[] = {
@@ -4953,7 +5003,8 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "    float sum = 0.0;\n",
     "    bool cut = false;\n",
     "    for (int i = 0; i < 4; i++) {\n",
-    "        vec3 a = d + (i == 0 || i == 3 ? -x : x) + (i < 2 ? -y : y), b = d + (i < 2 ? x : -x) + (i == 0 || i == 3 ? -y : y);\n",
+    "        vec3 a = d + (i == 0 || i == 3 ? -x : x) + (i < 2 ? -y : y);\n",
+    "        vec3 b = d + (i < 2 ? x : -x) + (i == 0 || i == 3 ? -y : y);\n",
     "        float ha = dot(n, a), hb = dot(n, b);\n",
     "        if (!(ha > 0.0) && !(hb > 0.0)) continue;\n",
     "        if ((ha > 0.0) != (hb > 0.0)) {\n",
@@ -5092,8 +5143,8 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "    return q;\n",
     "}\n",
     "\n",
-    "// By its VPL's map; where that hides, and the point is nearer than the VPL, by the map moved to the point. Lit behind the\n",
-    "// VPL. Neither for what faces the point: the backs of bent sheets do.\n",
+    "// By its VPL's map; where that hides, and the point is nearer than the VPL, by the map moved to the point. Lit behind\n",
+    "// the VPL. Neither for what faces the point: the backs of bent sheets do.\n",
     "float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)\n",
     "{\n",
     "    ism_vpl l = ism_read_vpl(q.vpl);\n",
@@ -5270,9 +5321,9 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "// An axis of a tile of `size` texels a side, `rim` of them outside of its window: how many lie below it (all where it is\n",
-    "// not worth its rim), and what share of the square a texel has below, in and above it. cut: 64ths of the square below\n",
-    "// and above.\n",
+    "// An axis of a tile of `size` texels a side, `rim` of them outside of its window: how many lie below it (all where it\n",
+    "// is not worth its rim), and what share of the square a texel has below, in and above it. cut: 64ths of the square\n",
+    "// below and above.\n",
     "vec4 ism_axis(uvec2 cut, uint size, uint rim)\n",
     "{\n",
     "    uint rest = cut.x + cut.y;\n",
@@ -5405,6 +5456,14 @@ static const char *const glbk__glsl_lib_ism_push_glsl[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_lib_ism_view_glsl[] = {
+    "// glbk_ism_view, uniform block\n",
+    "layout(std140) uniform glbk_ism_view_block {\n",
+    "    uvec4 size;\n",
+    "    vec4 values;\n",
+    "} glbk_ism_view;\n"
+};
+
 static const char *const glbk__glsl_lib_prelude_glsl[] = {
     "// prelude - goes before everything else: precision, and targets that hold the bits of floats.\n",
     "#ifdef GL_ES\n",
@@ -5444,14 +5503,6 @@ static const char *const glbk__glsl_lib_prelude_glsl[] = {
 static const char *const glbk__glsl_lib_rsm_access_glsl[] = {
     "// rsm_access - what the files rsm_* ask of a program, from what glbk_rsm_bind binds.\n",
     "// uses: rsm_bindings rsm_map\n",
-    "rsm_lamp rsm_bound()\n",
-    "{\n",
-    "    return rsm_lamp(glbk_rsm_light.position.xyz, glbk_rsm_light.right.xyz, glbk_rsm_light.up.xyz,\n",
-    "                    glbk_rsm_light.axis.xyz, glbk_rsm_light.value.xyz, glbk_rsm_light.position.w,\n",
-    "                    glbk_rsm_light.axis.w, glbk_rsm_light.value.w, int(glbk_rsm_light.up.w),\n",
-    "                    int(glbk_rsm_light.right.w));\n",
-    "}\n",
-    "\n",
     "// Image k of texel t.xy of face t.z: 0 position and depth, 1 normal and material, 2 flux and area.\n",
     "#define RSM_TEXEL(t, k) texelFetch(glbk_rsm_texels, ivec3((t).xy, 3 * (t).z + (k)), 0)\n",
     "// Running sums of flux: in the row up to texel x, and of rows up to row y of its face.\n",
@@ -5486,33 +5537,6 @@ static const char *const glbk__glsl_lib_rsm_bindings_glsl[] = {
     "uniform glbk_color_sampler glbk_rsm_history;\n",
     "uniform sampler2D glbk_rsm_motion;\n",
     "uniform sampler2D glbk_rsm_albedo_map;\n",
-    "layout(std140) uniform glbk_rsm_light_block {\n",
-    "    vec4 position;\n",
-    "    vec4 right;\n",
-    "    vec4 up;\n",
-    "    vec4 axis;\n",
-    "    vec4 value;\n",
-    "} glbk_rsm_light;\n",
-    "layout(std140) uniform glbk_rsm_frame_block {\n",
-    "    uvec4 counts;\n",
-    "    uvec4 range;\n",
-    "    uvec4 pick;\n",
-    "    uvec4 grid;\n",
-    "    uvec4 mode;\n",
-    "    vec4 pattern;\n",
-    "    vec4 limits;\n",
-    "    vec4 tests;\n",
-    "    uvec4 lists;\n",
-    "    vec4 surfaces;\n",
-    "} glbk_rsm_frame;\n",
-    "layout(std140) uniform glbk_rsm_drawn_block {\n",
-    "    mat4 world;\n",
-    "    mat4 clip;\n",
-    "    vec4 albedo;\n",
-    "    vec4 eye;\n",
-    "    vec4 range;\n",
-    "    uvec4 kinds;\n",
-    "} glbk_rsm_drawn;\n",
     "#if __VERSION__ >= 430\n",
     "layout(std430, binding = 0) coherent buffer glbk_rsm_counts_storage { uint glbk_rsm_counts[]; };\n",
     "#endif\n",
@@ -5539,6 +5563,56 @@ static const char *const glbk__glsl_lib_rsm_bindings_glsl[] = {
     "#endif\n"
 };
 
+static const char *const glbk__glsl_lib_rsm_bounce_glsl[] = {
+    "// rsm_bounce - bounced light of receivers of the G-buffer.\n",
+    "// uses: rsm_screen rsm_gather\n",
+    "// Cosine and sine of the rotation of a pixel's pattern.\n",
+    "vec2 rsm_turn(ivec2 at)\n",
+    "{\n",
+    "    uint noise = glbk_rsm_frame.counts.w;\n",
+    "    if (noise == 0u) return vec2(1.0, 0.0);\n",
+    "    float angle = 2.0 * RSM_PI * texelFetch(glbk_rsm_noise, ivec2(uvec2(at) % noise), 0).x;\n",
+    "    return vec2(cos(angle), sin(angle));\n",
+    "}\n",
+    "\n",
+    "// Lights from .. to - 1 of the bound list; points first, first + step, ... of the bound pattern about the receiver.\n",
+    "vec3 rsm_listed(rsm_lamp l, rsm_receiver r, uint from, uint to)\n",
+    "{\n",
+    "    return rsm_gather_list(l, r.position, r.normal, from, to, glbk_rsm_frame.pick.w != 0u, glbk_rsm_frame.pattern.y);\n",
+    "}\n",
+    "\n",
+    "vec3 rsm_about(rsm_lamp l, rsm_receiver r, vec2 turn, uint first, uint step, uint count)\n",
+    "{\n",
+    "    return rsm_gather_about(l, r.position, r.normal, glbk_rsm_frame.pattern.x, turn, first, step, count,\n",
+    "                            glbk_rsm_frame.limits, glbk_rsm_frame.pick.w != 0u, glbk_rsm_frame.pattern.y,\n",
+    "                            glbk_rsm_frame.pattern.z, glbk_rsm_frame.surfaces.x);\n",
+    "}\n",
+    "\n",
+    "// Bounced light of pixel `at` from the bound list, map and pattern.\n",
+    "vec3 rsm_bounce(rsm_receiver r, ivec2 at)\n",
+    "{\n",
+    "    uint k = glbk_rsm_frame.counts.y, set = rsm_set(at), base = set * glbk_rsm_frame.range.z;\n",
+    "    rsm_lamp l = rsm_bound();\n",
+    "    vec3 sum = vec3(0.0);\n",
+    "    if (glbk_rsm_frame.range.y > glbk_rsm_frame.range.x)\n",
+    "        sum = rsm_listed(l, r, base + glbk_rsm_frame.range.x, base + glbk_rsm_frame.range.y);\n",
+    "    if (glbk_rsm_frame.counts.z > 0u) sum += rsm_about(l, r, rsm_turn(at), set, k * k, glbk_rsm_frame.counts.z);\n",
+    "    return sum / RSM_PI;\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_rsm_bound_glsl[] = {
+    "// rsm_bound - the light whose map glbk_rsm_bind bound.\n",
+    "// uses: rsm_map\n",
+    "rsm_lamp rsm_bound()\n",
+    "{\n",
+    "    return rsm_lamp(glbk_rsm_light.position.xyz, glbk_rsm_light.right.xyz, glbk_rsm_light.up.xyz,\n",
+    "                    glbk_rsm_light.axis.xyz, glbk_rsm_light.value.xyz, glbk_rsm_light.position.w,\n",
+    "                    glbk_rsm_light.axis.w, glbk_rsm_light.value.w, int(glbk_rsm_light.up.w),\n",
+    "                    int(glbk_rsm_light.right.w));\n",
+    "}\n"
+};
+
 static const char *const glbk__glsl_lib_rsm_chunk_glsl[] = {
     "// rsm_chunk - lights of the list and points of the pattern that a work group reads together, in shared memory: for\n",
     "// compute programs, before rsm_gather, whose numbers then count from the chunk's first.\n",
@@ -5550,7 +5624,7 @@ static const char *const glbk__glsl_lib_rsm_chunk_glsl[] = {
 
 static const char *const glbk__glsl_lib_rsm_direct_glsl[] = {
     "// rsm_direct - a light itself by its map: percentage-closer filter, bias by slope. uses a bound map's RSM_TEXEL\n",
-    "// uses: rsm_access\n",
+    "// uses: rsm_access rsm_bound\n",
     "// Irradiance of a light of value 1 without shadow; 0 outside a cone or behind a patch.\n",
     "float rsm_unshadowed(rsm_lamp l, vec3 p, vec3 n)\n",
     "{\n",
@@ -5600,6 +5674,34 @@ static const char *const glbk__glsl_lib_rsm_direct_glsl[] = {
     "    if (light > 0.0) light *= rsm_pcf(l, p, dot(n, rsm_to_light(l, p)), taps, bias, slope_bias);\n",
     "    return light * l.value;\n",
     "}\n"
+};
+
+static const char *const glbk__glsl_lib_rsm_drawn_glsl[] = {
+    "// glbk_rsm_drawn, uniform block\n",
+    "layout(std140) uniform glbk_rsm_drawn_block {\n",
+    "    mat4 world;\n",
+    "    mat4 clip;\n",
+    "    vec4 albedo;\n",
+    "    vec4 eye;\n",
+    "    vec4 range;\n",
+    "    uvec4 kinds;\n",
+    "} glbk_rsm_drawn;\n"
+};
+
+static const char *const glbk__glsl_lib_rsm_frame_glsl[] = {
+    "// glbk_rsm_frame, uniform block\n",
+    "layout(std140) uniform glbk_rsm_frame_block {\n",
+    "    uvec4 counts;\n",
+    "    uvec4 range;\n",
+    "    uvec4 pick;\n",
+    "    uvec4 grid;\n",
+    "    uvec4 mode;\n",
+    "    vec4 pattern;\n",
+    "    vec4 limits;\n",
+    "    vec4 tests;\n",
+    "    uvec4 lists;\n",
+    "    vec4 surfaces;\n",
+    "} glbk_rsm_frame;\n"
 };
 
 static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
@@ -5905,6 +6007,17 @@ static const char *const glbk__glsl_lib_rsm_grid_glsl[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_lib_rsm_light_glsl[] = {
+    "// glbk_rsm_light, uniform block\n",
+    "layout(std140) uniform glbk_rsm_light_block {\n",
+    "    vec4 position;\n",
+    "    vec4 right;\n",
+    "    vec4 up;\n",
+    "    vec4 axis;\n",
+    "    vec4 value;\n",
+    "} glbk_rsm_light;\n"
+};
+
 static const char *const glbk__glsl_lib_rsm_lists_glsl[] = {
     "// rsm_lists - lists of pixels that compute programs append to and read from, each with the groups of 64 that it takes.\n",
     "// A work group collects its pixels in shared memory, then takes room in the list for all of them at once.\n",
@@ -6086,12 +6199,14 @@ static const char *const glbk__glsl_lib_rsm_map_glsl[] = {
     "    rsm_face_frame(l, face, r, u, a);\n",
     "    float side = 2.0 * l.extent / l.size * (l.kind == RSM_SUN ? 1.0 : dot(p - l.position, a));\n",
     "    return side * side * (l.kind == RSM_SUN ? 1.0 : abs(dot(a, to))) / max(abs(dot(n, to)), 0.05);\n",
-    "}\n"
+    "}\n",
+    "\n",
+    "float rsm_mean3(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }\n"
 };
 
 static const char *const glbk__glsl_lib_rsm_pick_glsl[] = {
     "// rsm_pick - texels of a map in proportion to their flux, by running sums.\n",
-    "// uses: rsm_access\n",
+    "// uses: rsm_access rsm_bound\n",
     "uint rsm_hash32(uint x)\n",
     "{\n",
     "    uint state = x * 747796405u + 2891336453u;\n",
@@ -6105,7 +6220,6 @@ static const char *const glbk__glsl_lib_rsm_pick_glsl[] = {
     "{\n",
     "    return rsm_to_unit(rsm_hash_combine(rsm_hash_combine(seed, stream), i));\n",
     "}\n",
-    "float rsm_mean3(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }\n",
     "\n",
     "float rsm_total(rsm_lamp l)\n",
     "{\n",
@@ -6154,7 +6268,7 @@ static const char *const glbk__glsl_lib_rsm_pick_glsl[] = {
 
 static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
     "// rsm_screen - receivers of the G-buffer, nodes of grids between which light is interpolated, neighbours of filters.\n",
-    "// uses: rsm_gather\n",
+    "// uses: rsm_access\n",
     "#define RSM_NONE 0.0            // what alpha says of a pixel: nothing seen there\n",
     "#define RSM_OPEN 1.0\n",
     "#define RSM_INTERPOLATED 2.0\n",
@@ -6186,44 +6300,11 @@ static const char *const glbk__glsl_lib_rsm_screen_glsl[] = {
     "    return dot(r.normal, r.normal) > 0.25;\n",
     "}\n",
     "\n",
-    "// Which set of an interleaved picture a pixel takes, and cosine and sine of its pattern's rotation.\n",
+    "// Which set of an interleaved picture a pixel takes.\n",
     "uint rsm_set(ivec2 at)\n",
     "{\n",
     "    uint k = glbk_rsm_frame.counts.y;\n",
     "    return uint(at.x) % k + k * (uint(at.y) % k);\n",
-    "}\n",
-    "\n",
-    "vec2 rsm_turn(ivec2 at)\n",
-    "{\n",
-    "    uint noise = glbk_rsm_frame.counts.w;\n",
-    "    if (noise == 0u) return vec2(1.0, 0.0);\n",
-    "    float angle = 2.0 * RSM_PI * texelFetch(glbk_rsm_noise, ivec2(uvec2(at) % noise), 0).x;\n",
-    "    return vec2(cos(angle), sin(angle));\n",
-    "}\n",
-    "\n",
-    "// Lights from .. to - 1 of the bound list; points first, first + step, ... of the bound pattern about the receiver.\n",
-    "vec3 rsm_listed(rsm_lamp l, rsm_receiver r, uint from, uint to)\n",
-    "{\n",
-    "    return rsm_gather_list(l, r.position, r.normal, from, to, glbk_rsm_frame.pick.w != 0u, glbk_rsm_frame.pattern.y);\n",
-    "}\n",
-    "\n",
-    "vec3 rsm_about(rsm_lamp l, rsm_receiver r, vec2 turn, uint first, uint step, uint count)\n",
-    "{\n",
-    "    return rsm_gather_about(l, r.position, r.normal, glbk_rsm_frame.pattern.x, turn, first, step, count,\n",
-    "                            glbk_rsm_frame.limits, glbk_rsm_frame.pick.w != 0u, glbk_rsm_frame.pattern.y,\n",
-    "                            glbk_rsm_frame.pattern.z, glbk_rsm_frame.surfaces.x);\n",
-    "}\n",
-    "\n",
-    "// Bounced light of pixel `at` from the bound list, map and pattern.\n",
-    "vec3 rsm_bounce(rsm_receiver r, ivec2 at)\n",
-    "{\n",
-    "    uint k = glbk_rsm_frame.counts.y, set = rsm_set(at), base = set * glbk_rsm_frame.range.z;\n",
-    "    rsm_lamp l = rsm_bound();\n",
-    "    vec3 sum = vec3(0.0);\n",
-    "    if (glbk_rsm_frame.range.y > glbk_rsm_frame.range.x)\n",
-    "        sum = rsm_listed(l, r, base + glbk_rsm_frame.range.x, base + glbk_rsm_frame.range.y);\n",
-    "    if (glbk_rsm_frame.counts.z > 0u) sum += rsm_about(l, r, rsm_turn(at), set, k * k, glbk_rsm_frame.counts.z);\n",
-    "    return sum / RSM_PI;\n",
     "}\n",
     "\n",
     "// Is `at` a node of the grid? number: which; those of coarser grids have one in finer ones, too.\n",
@@ -6294,26 +6375,6 @@ static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
     "uniform usampler2D glbk_sfield_seen;\n",
     "uniform usampler2D glbk_sfield_cube;\n",
     "uniform usampler2DArray glbk_sfield_basis;\n",
-    "layout(std140) uniform glbk_sfield_scene_block {\n",
-    "    uvec4 table;\n",
-    "    uvec4 parts;\n",
-    "} glbk_sfield_scene;\n",
-    "layout(std140) uniform glbk_sfield_frame_block {\n",
-    "    vec4 eye;\n",
-    "} glbk_sfield_frame;\n",
-    "layout(std140) uniform glbk_sfield_object_block {\n",
-    "    mat4 world;\n",
-    "    mat4 clip;\n",
-    "    uvec4 kinds;\n",
-    "    vec4 gloss;\n",
-    "} glbk_sfield_object;\n",
-    "layout(std140) uniform glbk_sfield_views_block {\n",
-    "    vec4 sphere;\n",
-    "    uvec4 how;\n",
-    "    uvec4 size;\n",
-    "    vec4 eyes[256];\n",
-    "    uvec4 places[256];\n",
-    "} glbk_sfield_views;\n",
     "#if __VERSION__ >= 430\n",
     "layout(rgba32f, binding = 0) writeonly uniform image2D glbk_sfield_light_image;\n",
     "#endif\n",
@@ -6554,6 +6615,13 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "}\n"
 };
 
+static const char *const glbk__glsl_lib_sfield_frame_glsl[] = {
+    "// glbk_sfield_frame, uniform block\n",
+    "layout(std140) uniform glbk_sfield_frame_block {\n",
+    "    vec4 eye;\n",
+    "} glbk_sfield_frame;\n"
+};
+
 static const char *const glbk__glsl_lib_sfield_gbuffer_glsl[] = {
     "// sfield_gbuffer - the G-buffer of glbk_sfield: floats as their bits (docs/gpu-layouts.md).\n",
     "// uses: sfield_shade\n",
@@ -6746,6 +6814,24 @@ static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
     "        sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + i] = SFIELD_TEXEL(sfield_turns[i / turn] + i % turn);\n",
     "    sfield_wait();\n",
     "}\n"
+};
+
+static const char *const glbk__glsl_lib_sfield_object_glsl[] = {
+    "// glbk_sfield_object, uniform block\n",
+    "layout(std140) uniform glbk_sfield_object_block {\n",
+    "    mat4 world;\n",
+    "    mat4 clip;\n",
+    "    uvec4 kinds;\n",
+    "    vec4 gloss;\n",
+    "} glbk_sfield_object;\n"
+};
+
+static const char *const glbk__glsl_lib_sfield_scene_glsl[] = {
+    "// glbk_sfield_scene, uniform block\n",
+    "layout(std140) uniform glbk_sfield_scene_block {\n",
+    "    uvec4 table;\n",
+    "    uvec4 parts;\n",
+    "} glbk_sfield_scene;\n"
 };
 
 static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
@@ -6955,6 +7041,17 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "    sums.open = t[0];\n",
     "    return sums;\n",
     "}\n"
+};
+
+static const char *const glbk__glsl_lib_sfield_views_glsl[] = {
+    "// glbk_sfield_views, uniform block\n",
+    "layout(std140) uniform glbk_sfield_views_block {\n",
+    "    vec4 sphere;\n",
+    "    uvec4 how;\n",
+    "    uvec4 size;\n",
+    "    vec4 eyes[256];\n",
+    "    uvec4 places[256];\n",
+    "} glbk_sfield_views;\n"
 };
 
 static const char *const glbk__glsl_lib_table_glsl[] = {
@@ -8007,7 +8104,7 @@ static const char *const glbk__glsl_prog_rsm_direct_frag[] = {
 
 static const char *const glbk__glsl_prog_rsm_fill_frag[] = {
     "// One object into a face of a map (FOR_LIGHT=1) or into the G-buffer.\n",
-    "// uses: rsm_access\n",
+    "// uses: rsm_bindings rsm_bound\n",
     "// with: rsm_fill.vert\n",
     "// sets: FOR_LIGHT=0 | FOR_LIGHT=1\n",
     "#ifndef FOR_LIGHT\n",
@@ -8075,7 +8172,7 @@ static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
     "// rsm_gather.frag in place: sums in registers; lights and points, which all of a group take, through shared memory.\n",
     "// Mode 0: every pixel, a group has 8 x 8 of one set; 1: nodes of a list (NODES=1; else nothing asks how near lights are,\n",
     "// and a tenth of a pair's work is not done); 2: pixels of a list.\n",
-    "// uses: rsm_chunk rsm_screen rsm_lists\n",
+    "// uses: rsm_chunk rsm_bounce rsm_lists\n",
     "// sets: NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1\n",
     "#ifndef NODES\n",
     "#define NODES 0\n",
@@ -8157,7 +8254,7 @@ static const char *const glbk__glsl_prog_rsm_gather_comp[] = {
 
 static const char *const glbk__glsl_prog_rsm_gather_frag[] = {
     "// Bounced light, added up draw by draw. Mode 0: every pixel; 1: nodes of a grid; 2: pixels that are still open.\n",
-    "// uses: rsm_screen\n",
+    "// uses: rsm_bounce\n",
     "// with: screen.vert\n",
     "// sets: RSM_SURFACES=0 | RSM_SURFACES=1\n",
     "layout(location = 0) out glbk_color result;\n",
@@ -8971,207 +9068,249 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/cohsm_visible.glsl", glbk__glsl_lib_cohsm_visible_glsl, 384, "cohsm_math cohsm_lookup", "",
       "" },
-    { "lib/csm_access.glsl", glbk__glsl_lib_csm_access_glsl, 22, "table csm_bindings", "",
+    { "lib/csm_access.glsl", glbk__glsl_lib_csm_access_glsl, 8, "table csm_bindings", "",
       "" },
-    { "lib/csm_bindings.glsl", glbk__glsl_lib_csm_bindings_glsl, 56, "", "",
+    { "lib/csm_bindings.glsl", glbk__glsl_lib_csm_bindings_glsl, 28, "", "",
       "" },
-    { "lib/csm_compress.glsl", glbk__glsl_lib_csm_compress_glsl, 70, "csm_bindings", "",
+    { "lib/csm_compress.glsl", glbk__glsl_lib_csm_compress_glsl, 70, "csm_bindings csm_peel", "",
+      "" },
+    { "lib/csm_frame.glsl", glbk__glsl_lib_csm_frame_glsl, 10, "", "",
       "" },
     { "lib/csm_gbuffer.glsl", glbk__glsl_lib_csm_gbuffer_glsl, 45, "csm_point", "",
       "" },
+    { "lib/csm_instances.glsl", glbk__glsl_lib_csm_instances_glsl, 6, "csm_access csm_scene", "",
+      "" },
+    { "lib/csm_object.glsl", glbk__glsl_lib_csm_object_glsl, 10, "", "",
+      "" },
+    { "lib/csm_pattern.glsl", glbk__glsl_lib_csm_pattern_glsl, 11, "csm_access csm_frame", "",
+      "" },
+    { "lib/csm_peel.glsl", glbk__glsl_lib_csm_peel_glsl, 7, "", "",
+      "" },
     { "lib/csm_point.glsl", glbk__glsl_lib_csm_point_glsl, 10, "csm_access cohsm_brdf", "",
       "" },
-    { "lib/csm_shade.glsl", glbk__glsl_lib_csm_shade_glsl, 59, "csm_access cohsm_visible cohsm_estimate csm_point", "",
+    { "lib/csm_scene.glsl", glbk__glsl_lib_csm_scene_glsl, 5, "", "",
       "" },
-    { "lib/csm_visible.glsl", glbk__glsl_lib_csm_visible_glsl, 8, "csm_access cohsm_visible", "",
+    { "lib/csm_shade.glsl", glbk__glsl_lib_csm_shade_glsl, 59, "csm_pattern csm_instances cohsm_visible cohsm_estimate csm_point csm_frame", "",
       "" },
-    { "lib/envsh_access.glsl", glbk__glsl_lib_envsh_access_glsl, 31, "table envsh_bindings", "",
+    { "lib/csm_visible.glsl", glbk__glsl_lib_csm_visible_glsl, 8, "csm_instances cohsm_visible csm_scene", "",
       "" },
-    { "lib/envsh_bindings.glsl", glbk__glsl_lib_envsh_bindings_glsl, 32, "", "",
+    { "lib/envsh_access.glsl", glbk__glsl_lib_envsh_access_glsl, 30, "table envsh_bindings envsh_scene", "",
       "" },
-    { "lib/envsh_cast.glsl", glbk__glsl_lib_envsh_cast_glsl, 50, "table envsh_bindings", "",
+    { "lib/envsh_bindings.glsl", glbk__glsl_lib_envsh_bindings_glsl, 14, "", "",
+      "" },
+    { "lib/envsh_cast.glsl", glbk__glsl_lib_envsh_cast_glsl, 50, "table envsh_bindings envsh_object envsh_scene", "",
       "" },
     { "lib/envsh_chunk.glsl", glbk__glsl_lib_envsh_chunk_glsl, 12, "table envsh_bindings", "",
       "" },
+    { "lib/envsh_disc.glsl", glbk__glsl_lib_envsh_disc_glsl, 3, "envsh_bindings envsh_query", "",
+      "" },
     { "lib/envsh_group.glsl", glbk__glsl_lib_envsh_group_glsl, 47, "envsh_visible", "",
       "" },
-    { "lib/envsh_light.glsl", glbk__glsl_lib_envsh_light_glsl, 14, "envsh_access envsh_visible", "",
+    { "lib/envsh_light.glsl", glbk__glsl_lib_envsh_light_glsl, 14, "envsh_access envsh_disc envsh_visible envsh_query envsh_scene", "",
+      "" },
+    { "lib/envsh_object.glsl", glbk__glsl_lib_envsh_object_glsl, 8, "", "",
+      "" },
+    { "lib/envsh_query.glsl", glbk__glsl_lib_envsh_query_glsl, 7, "", "",
+      "" },
+    { "lib/envsh_scene.glsl", glbk__glsl_lib_envsh_scene_glsl, 6, "", "",
       "" },
     { "lib/envsh_visible.glsl", glbk__glsl_lib_envsh_visible_glsl, 247, "", "",
       "" },
-    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 83, "table ism_map ism_bindings", "",
+    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 85, "table ism_map ism_bindings ism_frame", "",
       "" },
-    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 36, "", "",
+    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 25, "", "",
       "" },
-    { "lib/ism_blur.glsl", glbk__glsl_lib_ism_blur_glsl, 37, "ism_gbuffer", "",
+    { "lib/ism_blur.glsl", glbk__glsl_lib_ism_blur_glsl, 37, "ism_gbuffer ism_view", "",
       "" },
-    { "lib/ism_disc.glsl", glbk__glsl_lib_ism_disc_glsl, 118, "ism_access", "",
+    { "lib/ism_disc.glsl", glbk__glsl_lib_ism_disc_glsl, 119, "ism_access ism_frame", "",
       "" },
-    { "lib/ism_fill.glsl", glbk__glsl_lib_ism_fill_glsl, 39, "ism_access", "",
+    { "lib/ism_fill.glsl", glbk__glsl_lib_ism_fill_glsl, 39, "ism_access ism_frame", "",
+      "" },
+    { "lib/ism_frame.glsl", glbk__glsl_lib_ism_frame_glsl, 8, "", "",
       "" },
     { "lib/ism_gbuffer.glsl", glbk__glsl_lib_ism_gbuffer_glsl, 14, "cohsm_math ism_bindings", "",
       "" },
-    { "lib/ism_holes.glsl", glbk__glsl_lib_ism_holes_glsl, 25, "ism_fill", "",
+    { "lib/ism_holes.glsl", glbk__glsl_lib_ism_holes_glsl, 25, "ism_fill ism_frame", "",
       "" },
-    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 306, "ism_access", "",
+    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 307, "ism_access ism_frame ism_view", "",
       "" },
     { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 140, "cohsm_math", "",
       "" },
-    { "lib/ism_push.glsl", glbk__glsl_lib_ism_push_glsl, 61, "ism_fill", "",
+    { "lib/ism_push.glsl", glbk__glsl_lib_ism_push_glsl, 61, "ism_fill ism_frame", "",
+      "" },
+    { "lib/ism_view.glsl", glbk__glsl_lib_ism_view_glsl, 5, "", "",
       "" },
     { "lib/prelude.glsl", glbk__glsl_lib_prelude_glsl, 33, "", "",
       "" },
-    { "lib/rsm_access.glsl", glbk__glsl_lib_rsm_access_glsl, 25, "rsm_bindings rsm_map", "",
+    { "lib/rsm_access.glsl", glbk__glsl_lib_rsm_access_glsl, 17, "rsm_bindings rsm_map", "",
       "" },
-    { "lib/rsm_bindings.glsl", glbk__glsl_lib_rsm_bindings_glsl, 67, "", "",
+    { "lib/rsm_bindings.glsl", glbk__glsl_lib_rsm_bindings_glsl, 40, "", "",
+      "" },
+    { "lib/rsm_bounce.glsl", glbk__glsl_lib_rsm_bounce_glsl, 35, "rsm_screen rsm_gather rsm_frame", "",
+      "" },
+    { "lib/rsm_bound.glsl", glbk__glsl_lib_rsm_bound_glsl, 9, "rsm_map rsm_light", "",
       "" },
     { "lib/rsm_chunk.glsl", glbk__glsl_lib_rsm_chunk_glsl, 6, "", "",
       "" },
-    { "lib/rsm_direct.glsl", glbk__glsl_lib_rsm_direct_glsl, 51, "rsm_access", "",
+    { "lib/rsm_direct.glsl", glbk__glsl_lib_rsm_direct_glsl, 51, "rsm_access rsm_bound", "",
+      "" },
+    { "lib/rsm_drawn.glsl", glbk__glsl_lib_rsm_drawn_glsl, 9, "", "",
+      "" },
+    { "lib/rsm_frame.glsl", glbk__glsl_lib_rsm_frame_glsl, 13, "", "",
       "" },
     { "lib/rsm_gather.glsl", glbk__glsl_lib_rsm_gather_glsl, 238, "rsm_pick", "",
       "" },
     { "lib/rsm_grid.glsl", glbk__glsl_lib_rsm_grid_glsl, 59, "rsm_screen", "",
       "" },
-    { "lib/rsm_lists.glsl", glbk__glsl_lib_rsm_lists_glsl, 69, "rsm_screen", "",
+    { "lib/rsm_light.glsl", glbk__glsl_lib_rsm_light_glsl, 8, "", "",
       "" },
-    { "lib/rsm_map.glsl", glbk__glsl_lib_rsm_map_glsl, 109, "", "",
+    { "lib/rsm_lists.glsl", glbk__glsl_lib_rsm_lists_glsl, 69, "rsm_screen rsm_frame", "",
       "" },
-    { "lib/rsm_pick.glsl", glbk__glsl_lib_rsm_pick_glsl, 60, "rsm_access", "",
+    { "lib/rsm_map.glsl", glbk__glsl_lib_rsm_map_glsl, 111, "", "",
       "" },
-    { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 89, "rsm_gather", "",
+    { "lib/rsm_pick.glsl", glbk__glsl_lib_rsm_pick_glsl, 59, "rsm_access rsm_bound", "",
       "" },
-    { "lib/rsm_smooth.glsl", glbk__glsl_lib_rsm_smooth_glsl, 26, "rsm_screen", "",
+    { "lib/rsm_screen.glsl", glbk__glsl_lib_rsm_screen_glsl, 56, "rsm_access rsm_frame", "",
+      "" },
+    { "lib/rsm_smooth.glsl", glbk__glsl_lib_rsm_smooth_glsl, 26, "rsm_screen rsm_frame", "",
       "" },
     { "lib/sfield_access.glsl", glbk__glsl_lib_sfield_access_glsl, 9, "table sfield_bindings", "",
       "" },
-    { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 40, "", "",
+    { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 20, "", "",
       "" },
     { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 223, "", "",
       "" },
-    { "lib/sfield_gbuffer.glsl", glbk__glsl_lib_sfield_gbuffer_glsl, 53, "sfield_shade", "",
+    { "lib/sfield_frame.glsl", glbk__glsl_lib_sfield_frame_glsl, 4, "", "",
       "" },
-    { "lib/sfield_list.glsl", glbk__glsl_lib_sfield_list_glsl, 135, "sfield_access", "",
+    { "lib/sfield_gbuffer.glsl", glbk__glsl_lib_sfield_gbuffer_glsl, 53, "sfield_shade sfield_frame sfield_scene", "",
       "" },
-    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 206, "sfield_access sfield_field", "",
+    { "lib/sfield_list.glsl", glbk__glsl_lib_sfield_list_glsl, 135, "sfield_access sfield_scene", "",
+      "" },
+    { "lib/sfield_object.glsl", glbk__glsl_lib_sfield_object_glsl, 7, "", "",
+      "" },
+    { "lib/sfield_scene.glsl", glbk__glsl_lib_sfield_scene_glsl, 5, "", "",
+      "" },
+    { "lib/sfield_shade.glsl", glbk__glsl_lib_sfield_shade_glsl, 206, "sfield_access sfield_field sfield_scene", "",
+      "" },
+    { "lib/sfield_views.glsl", glbk__glsl_lib_sfield_views_glsl, 8, "", "",
       "" },
     { "lib/table.glsl", glbk__glsl_lib_table_glsl, 5, "", "",
       "" },
     { "prog/copy.frag", glbk__glsl_prog_copy_frag, 22, "base_bindings", "screen.vert",
       "TO_COLOR=0 | TO_COLOR=1" },
-    { "prog/csm_compress.comp", glbk__glsl_prog_csm_compress_comp, 17, "csm_compress", "",
+    { "prog/csm_compress.comp", glbk__glsl_prog_csm_compress_comp, 17, "csm_compress csm_peel", "",
       "" },
     { "prog/csm_compress.frag", glbk__glsl_prog_csm_compress_frag, 19, "csm_compress", "screen.vert",
       "" },
-    { "prog/csm_gbuffer.frag", glbk__glsl_prog_csm_gbuffer_frag, 41, "csm_gbuffer", "csm_gbuffer.vert",
+    { "prog/csm_gbuffer.frag", glbk__glsl_prog_csm_gbuffer_frag, 41, "csm_gbuffer csm_object", "csm_gbuffer.vert",
       "" },
-    { "prog/csm_gbuffer.vert", glbk__glsl_prog_csm_gbuffer_vert, 19, "csm_bindings", "",
+    { "prog/csm_gbuffer.vert", glbk__glsl_prog_csm_gbuffer_vert, 19, "csm_bindings csm_object", "",
       "" },
     { "prog/csm_peel.frag", glbk__glsl_prog_csm_peel_frag, 19, "csm_bindings", "csm_peel.vert",
       "CSM_FIRST=1 | CSM_FIRST=0" },
-    { "prog/csm_peel.vert", glbk__glsl_prog_csm_peel_vert, 12, "csm_bindings", "",
+    { "prog/csm_peel.vert", glbk__glsl_prog_csm_peel_vert, 12, "csm_bindings csm_peel", "",
       "" },
-    { "prog/csm_query.comp", glbk__glsl_prog_csm_query_comp, 13, "csm_visible", "",
+    { "prog/csm_query.comp", glbk__glsl_prog_csm_query_comp, 13, "csm_visible csm_frame", "",
       "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" },
-    { "prog/csm_query.frag", glbk__glsl_prog_csm_query_frag, 16, "csm_visible", "screen.vert",
+    { "prog/csm_query.frag", glbk__glsl_prog_csm_query_frag, 16, "csm_visible csm_frame", "screen.vert",
       "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" },
-    { "prog/csm_resolve.frag", glbk__glsl_prog_csm_resolve_frag, 10, "csm_bindings", "screen.vert",
+    { "prog/csm_resolve.frag", glbk__glsl_prog_csm_resolve_frag, 10, "csm_bindings csm_frame", "screen.vert",
       "" },
-    { "prog/csm_shade.comp", glbk__glsl_prog_csm_shade_comp, 15, "csm_gbuffer csm_shade", "",
+    { "prog/csm_shade.comp", glbk__glsl_prog_csm_shade_comp, 15, "csm_gbuffer csm_shade csm_frame", "",
       "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
-    { "prog/csm_shade.frag", glbk__glsl_prog_csm_shade_frag, 14, "csm_gbuffer csm_shade", "screen.vert",
+    { "prog/csm_shade.frag", glbk__glsl_prog_csm_shade_frag, 14, "csm_gbuffer csm_shade csm_frame", "screen.vert",
       "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
     { "prog/envsh_cast.frag", glbk__glsl_prog_envsh_cast_frag, 13, "envsh_cast", "envsh_cast.vert",
       "ENVSH_RGBA=0 | ENVSH_RGBA=1" },
-    { "prog/envsh_cast.vert", glbk__glsl_prog_envsh_cast_vert, 10, "envsh_cast", "",
+    { "prog/envsh_cast.vert", glbk__glsl_prog_envsh_cast_vert, 10, "envsh_cast envsh_object", "",
       "ENVSH_RGBA=0 | ENVSH_RGBA=1" },
-    { "prog/envsh_cells.frag", glbk__glsl_prog_envsh_cells_frag, 29, "envsh_access", "screen.vert",
+    { "prog/envsh_cells.frag", glbk__glsl_prog_envsh_cells_frag, 29, "envsh_access envsh_object envsh_scene", "screen.vert",
       "ENVSH_RGBA=0 | ENVSH_RGBA=1" },
-    { "prog/envsh_gbuffer.frag", glbk__glsl_prog_envsh_gbuffer_frag, 24, "envsh_bindings", "envsh_gbuffer.vert",
+    { "prog/envsh_gbuffer.frag", glbk__glsl_prog_envsh_gbuffer_frag, 24, "envsh_bindings envsh_object", "envsh_gbuffer.vert",
       "" },
-    { "prog/envsh_gbuffer.vert", glbk__glsl_prog_envsh_gbuffer_vert, 16, "envsh_bindings", "",
+    { "prog/envsh_gbuffer.vert", glbk__glsl_prog_envsh_gbuffer_vert, 16, "envsh_bindings envsh_object", "",
       "" },
-    { "prog/envsh_resolve.frag", glbk__glsl_prog_envsh_resolve_frag, 12, "envsh_bindings", "screen.vert",
+    { "prog/envsh_resolve.frag", glbk__glsl_prog_envsh_resolve_frag, 12, "envsh_bindings envsh_object", "screen.vert",
       "" },
-    { "prog/envsh_shade.comp", glbk__glsl_prog_envsh_shade_comp, 83, "envsh_chunk envsh_light envsh_group", "",
+    { "prog/envsh_shade.comp", glbk__glsl_prog_envsh_shade_comp, 83, "envsh_chunk envsh_light envsh_group envsh_query", "",
       "ENVSH_FILTER=0 ENVSH_RGBA=0 | ENVSH_FILTER=1 ENVSH_RGBA=1 | ENVSH_FILTER=2 ENVSH_RGBA=0 | ENVSH_FILTER=3 ENVSH_RGBA=1" },
-    { "prog/envsh_shade.frag", glbk__glsl_prog_envsh_shade_frag, 20, "envsh_light", "screen.vert",
+    { "prog/envsh_shade.frag", glbk__glsl_prog_envsh_shade_frag, 20, "envsh_light envsh_query", "screen.vert",
       "ENVSH_FILTER=0 ENVSH_RGBA=0 | ENVSH_FILTER=1 ENVSH_RGBA=1 | ENVSH_FILTER=2 ENVSH_RGBA=0 | ENVSH_FILTER=3 ENVSH_RGBA=1" },
-    { "prog/ism_blur.comp", glbk__glsl_prog_ism_blur_comp, 46, "ism_blur", "",
+    { "prog/ism_blur.comp", glbk__glsl_prog_ism_blur_comp, 46, "ism_blur ism_view", "",
       "" },
-    { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 19, "ism_blur", "screen.vert",
+    { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 19, "ism_blur ism_view", "screen.vert",
       "" },
-    { "prog/ism_fill.comp", glbk__glsl_prog_ism_fill_comp, 76, "ism_holes ism_push", "",
+    { "prog/ism_fill.comp", glbk__glsl_prog_ism_fill_comp, 76, "ism_holes ism_push ism_frame", "",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
-    { "prog/ism_holes.frag", glbk__glsl_prog_ism_holes_frag, 17, "ism_holes", "screen.vert",
+    { "prog/ism_holes.frag", glbk__glsl_prog_ism_holes_frag, 17, "ism_holes ism_frame", "screen.vert",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
-    { "prog/ism_pull.frag", glbk__glsl_prog_ism_pull_frag, 16, "ism_fill", "screen.vert",
+    { "prog/ism_pull.frag", glbk__glsl_prog_ism_pull_frag, 16, "ism_fill ism_frame", "screen.vert",
       "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" },
-    { "prog/ism_push.frag", glbk__glsl_prog_ism_push_frag, 22, "ism_push", "screen.vert",
+    { "prog/ism_push.frag", glbk__glsl_prog_ism_push_frag, 22, "ism_push ism_frame", "screen.vert",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
-    { "prog/ism_shade.comp", glbk__glsl_prog_ism_shade_comp, 47, "ism_gbuffer ism_light", "",
+    { "prog/ism_shade.comp", glbk__glsl_prog_ism_shade_comp, 47, "ism_gbuffer ism_light ism_view", "",
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" },
-    { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 16, "ism_gbuffer ism_light", "screen.vert",
+    { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 16, "ism_gbuffer ism_light ism_view", "screen.vert",
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" },
-    { "prog/ism_splat.comp", glbk__glsl_prog_ism_splat_comp, 150, "ism_disc", "",
+    { "prog/ism_splat.comp", glbk__glsl_prog_ism_splat_comp, 150, "ism_disc ism_frame", "",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
-    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 24, "ism_disc", "ism_splat.vert",
+    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 24, "ism_disc ism_frame", "ism_splat.vert",
       "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" },
-    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 49, "ism_disc", "",
+    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 49, "ism_disc ism_frame", "",
       "" },
-    { "prog/rsm_begin.comp", glbk__glsl_prog_rsm_begin_comp, 20, "rsm_lists", "",
+    { "prog/rsm_begin.comp", glbk__glsl_prog_rsm_begin_comp, 20, "rsm_lists rsm_frame", "",
       "" },
-    { "prog/rsm_direct.frag", glbk__glsl_prog_rsm_direct_frag, 15, "rsm_direct rsm_screen", "screen.vert",
+    { "prog/rsm_direct.frag", glbk__glsl_prog_rsm_direct_frag, 15, "rsm_direct rsm_screen rsm_frame", "screen.vert",
       "" },
-    { "prog/rsm_fill.frag", glbk__glsl_prog_rsm_fill_frag, 44, "rsm_access", "rsm_fill.vert",
+    { "prog/rsm_fill.frag", glbk__glsl_prog_rsm_fill_frag, 44, "rsm_bindings rsm_bound rsm_drawn", "rsm_fill.vert",
       "FOR_LIGHT=0 | FOR_LIGHT=1" },
-    { "prog/rsm_fill.vert", glbk__glsl_prog_rsm_fill_vert, 16, "rsm_bindings", "",
+    { "prog/rsm_fill.vert", glbk__glsl_prog_rsm_fill_vert, 16, "rsm_bindings rsm_drawn", "",
       "" },
-    { "prog/rsm_gather.comp", glbk__glsl_prog_rsm_gather_comp, 81, "rsm_chunk rsm_screen rsm_lists", "",
+    { "prog/rsm_gather.comp", glbk__glsl_prog_rsm_gather_comp, 81, "rsm_chunk rsm_bounce rsm_lists rsm_frame", "",
       "NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1" },
-    { "prog/rsm_gather.frag", glbk__glsl_prog_rsm_gather_frag, 44, "rsm_screen", "screen.vert",
+    { "prog/rsm_gather.frag", glbk__glsl_prog_rsm_gather_frag, 44, "rsm_bounce rsm_frame", "screen.vert",
       "RSM_SURFACES=0 | RSM_SURFACES=1" },
-    { "prog/rsm_interpolate.comp", glbk__glsl_prog_rsm_interpolate_comp, 75, "rsm_lists rsm_grid", "",
+    { "prog/rsm_interpolate.comp", glbk__glsl_prog_rsm_interpolate_comp, 75, "rsm_lists rsm_grid rsm_frame", "",
       "RSM_GROUP=256 | RSM_GROUP=64" },
-    { "prog/rsm_interpolate.frag", glbk__glsl_prog_rsm_interpolate_frag, 29, "rsm_grid", "screen.vert",
+    { "prog/rsm_interpolate.frag", glbk__glsl_prog_rsm_interpolate_frag, 29, "rsm_grid rsm_frame", "screen.vert",
       "" },
-    { "prog/rsm_pick.frag", glbk__glsl_prog_rsm_pick_frag, 51, "rsm_gather", "screen.vert",
+    { "prog/rsm_pick.frag", glbk__glsl_prog_rsm_pick_frag, 51, "rsm_gather rsm_frame", "screen.vert",
       "ALL=0 | ALL=1" },
-    { "prog/rsm_recall.frag", glbk__glsl_prog_rsm_recall_frag, 66, "rsm_screen", "screen.vert",
+    { "prog/rsm_recall.frag", glbk__glsl_prog_rsm_recall_frag, 66, "rsm_screen rsm_drawn rsm_frame", "screen.vert",
       "" },
-    { "prog/rsm_resolve.frag", glbk__glsl_prog_rsm_resolve_frag, 13, "rsm_access", "screen.vert",
+    { "prog/rsm_resolve.frag", glbk__glsl_prog_rsm_resolve_frag, 13, "rsm_access rsm_frame", "screen.vert",
       "" },
-    { "prog/rsm_scan.comp", glbk__glsl_prog_rsm_scan_comp, 37, "rsm_pick", "",
+    { "prog/rsm_scan.comp", glbk__glsl_prog_rsm_scan_comp, 37, "rsm_pick rsm_light", "",
       "ROWS=0 | ROWS=1" },
-    { "prog/rsm_scan.frag", glbk__glsl_prog_rsm_scan_frag, 28, "rsm_pick", "screen.vert",
+    { "prog/rsm_scan.frag", glbk__glsl_prog_rsm_scan_frag, 28, "rsm_pick rsm_frame", "screen.vert",
       "FROM=0 | FROM=1 | FROM=2 | FROM=3" },
-    { "prog/rsm_smooth.comp", glbk__glsl_prog_rsm_smooth_comp, 45, "rsm_smooth", "",
+    { "prog/rsm_smooth.comp", glbk__glsl_prog_rsm_smooth_comp, 45, "rsm_smooth rsm_frame", "",
       "" },
-    { "prog/rsm_smooth.frag", glbk__glsl_prog_rsm_smooth_frag, 23, "rsm_smooth", "screen.vert",
+    { "prog/rsm_smooth.frag", glbk__glsl_prog_rsm_smooth_frag, 23, "rsm_smooth rsm_frame", "screen.vert",
       "" },
     { "prog/screen.vert", glbk__glsl_prog_screen_vert, 5, "", "",
       "" },
-    { "prog/sfield_gbuffer.frag", glbk__glsl_prog_sfield_gbuffer_frag, 27, "sfield_bindings", "sfield_gbuffer.vert",
+    { "prog/sfield_gbuffer.frag", glbk__glsl_prog_sfield_gbuffer_frag, 27, "sfield_bindings sfield_object", "sfield_gbuffer.vert",
       "" },
-    { "prog/sfield_gbuffer.vert", glbk__glsl_prog_sfield_gbuffer_vert, 22, "sfield_bindings", "",
+    { "prog/sfield_gbuffer.vert", glbk__glsl_prog_sfield_gbuffer_vert, 22, "sfield_bindings sfield_object", "",
       "" },
-    { "prog/sfield_project.comp", glbk__glsl_prog_sfield_project_comp, 37, "table sfield_bindings", "",
+    { "prog/sfield_project.comp", glbk__glsl_prog_sfield_project_comp, 37, "table sfield_bindings sfield_views", "",
       "SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8" },
-    { "prog/sfield_project.frag", glbk__glsl_prog_sfield_project_frag, 40, "table sfield_bindings", "screen.vert",
+    { "prog/sfield_project.frag", glbk__glsl_prog_sfield_project_frag, 40, "table sfield_bindings sfield_views", "screen.vert",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
     { "prog/sfield_see.frag", glbk__glsl_prog_sfield_see_frag, 19, "sfield_bindings", "sfield_see.vert",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
-    { "prog/sfield_see.vert", glbk__glsl_prog_sfield_see_vert, 36, "sfield_bindings", "",
+    { "prog/sfield_see.vert", glbk__glsl_prog_sfield_see_vert, 36, "sfield_bindings sfield_views", "",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
     { "prog/sfield_shade.comp", glbk__glsl_prog_sfield_shade_comp, 20, "sfield_list sfield_gbuffer", "",
       "SFIELD_BANDS=4 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" },
     { "prog/sfield_shade.frag", glbk__glsl_prog_sfield_shade_frag, 20, "sfield_gbuffer", "screen.vert",
       "SFIELD_BANDS=4 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" },
-    { "prog/sfield_sum.comp", glbk__glsl_prog_sfield_sum_comp, 51, "sfield_bindings", "",
+    { "prog/sfield_sum.comp", glbk__glsl_prog_sfield_sum_comp, 51, "sfield_bindings sfield_views", "",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
-    { "prog/sfield_sum.frag", glbk__glsl_prog_sfield_sum_frag, 34, "sfield_bindings", "sfield_sum.vert",
+    { "prog/sfield_sum.frag", glbk__glsl_prog_sfield_sum_frag, 34, "sfield_bindings sfield_views", "sfield_sum.vert",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" },
-    { "prog/sfield_sum.vert", glbk__glsl_prog_sfield_sum_vert, 13, "sfield_bindings", "",
+    { "prog/sfield_sum.vert", glbk__glsl_prog_sfield_sum_vert, 13, "sfield_bindings sfield_views", "",
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" }
 };
 
@@ -9303,6 +9442,7 @@ static void glbk__read_version(glbk_context *ctx, const char *text)
     const char *s = text;
     uint32_t major = 0;
     ctx->es = strstr(text, "OpenGL ES") != NULL;
+    ctx->webgl = strstr(text, "WebGL") != NULL;
     ctx->version = 0;
     while (*s && (*s < '0' || *s > '9')) s++;
     while (*s >= '0' && *s <= '9' && major < 100) major = 10 * major + (uint32_t)(*s++ - '0');
@@ -9499,6 +9639,21 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, glbk_texture_des
 
 static uint32_t glbk__half(uint32_t size, uint32_t level) { return size >> level ? size >> level : 1; }
 
+/* ES and WebGL: storage that is allotted once. Of other textures no level may be drawn to while only those below it are
+   seen (BASE_LEVEL, MAX_LEVEL), as is done where a pyramid is made. */
+static void glbk__store_texture(const glbk_context *ctx, const glbk_texture_desc *d, uint32_t target)
+{
+    const glbk__format_info *f = &glbk__formats[d->format];
+    const int32_t levels = (int32_t)d->levels, width = (int32_t)d->width, height = (int32_t)d->height;
+    const int32_t layers = (int32_t)d->layers;
+    if (layers) ctx->gl.TexStorage3D(target, levels, (uint32_t)f->internal, width, height, layers);
+    else ctx->gl.TexStorage2D(target, levels, (uint32_t)f->internal, width, height);
+    if (!d->data) return;
+    if (layers) ctx->gl.TexSubImage3D(target, 0, 0, 0, 0, width, height, layers, f->format, f->type, d->data);
+    else ctx->gl.TexSubImage2D(target, 0, 0, 0, width, height, f->format, f->type, d->data);
+    if (d->sampling == GLBK_SAMPLING_MIPMAPS) ctx->gl.GenerateMipmap(target);
+}
+
 /* Storage and parameters of the texture that is bound to target. */
 static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc *d, uint32_t target)
 {
@@ -9517,6 +9672,10 @@ static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc 
     if (d->sampling == GLBK_SAMPLING_COMPARE) {
         ctx->gl.TexParameteri(target, 0x884C /* COMPARE_MODE */, 0x884E /* COMPARE_REF_TO_TEXTURE */);
         ctx->gl.TexParameteri(target, 0x884D /* COMPARE_FUNC */, 0x0203 /* LEQUAL */);
+    }
+    if (ctx->es) {
+        glbk__store_texture(ctx, d, target);
+        return;
     }
     for (level = 0; level < d->levels; level++) {
         int32_t width = (int32_t)glbk__half(d->width, level), height = (int32_t)glbk__half(d->height, level);
@@ -9925,21 +10084,55 @@ static size_t glbk__word(const char **s)
     return length;
 }
 
-/* Adds the library files named, each after what it uses itself, none twice. 0 where one is unknown. The depth is that
-   of the embedded files, which tests/gl walks. */
+static int glbk__is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+static int glbk__is_name(char c) { return glbk__is_letter(c) || (c >= '0' && c <= '9'); }
+
+static int glbk__gather(glbk__list *list, const char *names);
+
+/* Adds a library file after what it uses itself, unless it is there. The depth is that of the embedded files, which
+   tests/gl walks. */
+static int glbk__gather_file(glbk__list *list, const glbk_file *file)
+{
+    uint32_t i;
+    if (!file || !glbk__gather(list, file->uses)) return 0;
+    for (i = 0; i < list->count && list->file[i] != file; i++) {}
+    if (i < list->count) return 1;
+    if (list->count == GLBK__MAX_FILES) return 0;
+    list->file[list->count++] = file;
+    return 1;
+}
+
+/* The library files named; 0 where one is unknown. */
 static int glbk__gather(glbk__list *list, const char *names)
 {
     size_t length;
-    uint32_t i;
-    for (; (length = glbk__word(&names)) != 0; names += length) {
-        const glbk_file *file = glbk__find("lib/", names, length, ".glsl");
-        if (!file || !glbk__gather(list, file->uses)) return 0;
-        for (i = 0; i < list->count && list->file[i] != file; i++) {}
-        if (i < list->count) continue;
-        if (list->count == GLBK__MAX_FILES) return 0;
-        list->file[list->count++] = file;
+    for (; (length = glbk__word(&names)) != 0; names += length)
+        if (!glbk__gather_file(list, glbk__find("lib/", names, length, ".glsl"))) return 0;
+    return 1;
+}
+
+/* Uniform blocks that a text names; the files of blocks begin with "// NAME, uniform block". No others are declared, as
+   what is declared needs a buffer whether it is read or not (std140; WebGL 2 refuses to draw). */
+static int glbk__gather_blocks(glbk__list *list, const char *text)
+{
+    size_t i;
+    for (i = 0; i < sizeof glbk__files / sizeof glbk__files[0]; i++) {
+        const char *name = glbk__files[i].lines[0] + 3, *end = strchr(name, ','), *at = text;
+        size_t length = end ? (size_t)(end - name) : 0;
+        if (!length || strcmp(end, ", uniform block\n") != 0) continue;
+        while ((at = strstr(at, "glbk_")) != NULL && (strncmp(at, name, length) != 0 || glbk__is_name(at[length])))
+            at++;
+        if (at && !glbk__gather_file(list, &glbk__files[i])) return 0;
     }
     return 1;
+}
+
+/* Of a shader: its files before its own. */
+static int glbk__gather_all(glbk__list *list, const char *uses, const glbk_file *main_file, const char *text)
+{
+    list->count = 0;
+    return glbk__gather(list, "prelude") && glbk__gather(list, uses ? uses : "") &&
+           glbk__gather(list, main_file ? main_file->uses : "") && glbk__gather_blocks(list, text ? text : "");
 }
 
 typedef struct glbk__sink {
@@ -9976,8 +10169,7 @@ static void glbk__put_file(glbk__sink *sink, const glbk_file *file)
     for (i = 0; i < file->line_count; i++) glbk__put_text(sink, file->lines[i]);
 }
 
-static int glbk__is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-static int glbk__is_value(char c) { return glbk__is_letter(c) || (c >= '0' && c <= '9') || c == '.' || c == '-'; }
+static int glbk__is_value(char c) { return glbk__is_name(c) || c == '.' || c == '-'; }
 
 /* "A=1 B" becomes "#define A 1", "#define B 1". */
 static int glbk__put_defines(glbk__sink *sink, const char *defines)
@@ -10009,10 +10201,7 @@ GLBK_DEF size_t glbk_write_glsl(glbk_dialect dialect, int float_bits, const char
     uint32_t i;
 
     if ((unsigned)dialect >= GLBK_DIALECT_COUNT || (main_name && !main_file) || (!out && size)) return 0;
-    list.count = 0;
-    if (!glbk__gather(&list, "prelude") || !glbk__gather(&list, uses ? uses : "") ||
-        !glbk__gather(&list, main_file ? main_file->uses : ""))
-        return 0;
+    if (!glbk__gather_all(&list, uses, main_file, main_text)) return 0;
     sink.out = out;
     sink.size = size;
     sink.used = 0;
@@ -10047,10 +10236,7 @@ static void glbk__log_files(glbk_context *ctx, const char *uses, const glbk__sta
     glbk__list list;
     uint32_t i;
 
-    list.count = 0;
-    (void)glbk__gather(&list, "prelude");       /* all are there, or there were no text to compile */
-    (void)glbk__gather(&list, uses);
-    (void)glbk__gather(&list, main_file ? main_file->uses : "");
+    (void)glbk__gather_all(&list, uses, main_file, stage->text);    /* all are there: the text was compiled */
     glbk__log(ctx, "files: 0 defines");
     for (i = 0; i <= list.count; i++) {
         glbk__log(ctx, ", ");
@@ -10310,7 +10496,7 @@ enum { GLBK__CAP_COUNT = sizeof glbk__caps / sizeof glbk__caps[0] };
 
 static int glbk__has_cap(const glbk_context *ctx, int i)
 {
-    if (glbk__caps[i].group == GLBK__CAP_RESTART) return ctx->es || ctx->version >= 430;
+    if (glbk__caps[i].group == GLBK__CAP_RESTART) return ctx->es ? !ctx->webgl : ctx->version >= 430;    /* WebGL: on */
     return glbk__caps[i].group == GLBK__CAP_BOTH || !ctx->es;
 }
 
@@ -13437,7 +13623,7 @@ static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m,
     object.lights[1] = layer;
     object.lights[2] = m->channels;
     for (level = 0; level < m->levels && result == GLBK_OK; level++) {
-        int32_t below = level ? (int32_t)level - 1 : 1;     /* never the level that is drawn to */
+        const int32_t below = level ? (int32_t)level - 1 : 0;     /* never the level that is drawn to */
         object.lights[0] = level;
         pass.viewport[2] = (int32_t)(m->cells.width >> level);
         pass.viewport[3] = (int32_t)(m->cells.height >> level);
@@ -13451,9 +13637,14 @@ static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m,
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
         ctx->gl.TexParameteri(m->cells.gl_target, 0x813C /* BASE_LEVEL */, below);
         ctx->gl.TexParameteri(m->cells.gl_target, 0x813D /* MAX_LEVEL */, below);
+        if (!level) {           /* reads none */
+            ctx->gl.ActiveTexture(GLBK_GL_TEXTURE0 + ctx->first_unit + GLBK_SLOT_glbk_envsh_cells);
+            ctx->gl.BindTexture(m->cells.gl_target, 0);
+        }
         glbk_draw_screen(ctx);
     }
     if (result == GLBK_OK) {
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
         ctx->gl.TexParameteri(m->cells.gl_target, 0x813C, 0);
         ctx->gl.TexParameteri(m->cells.gl_target, 0x813D, (int32_t)m->levels - 1);
     }
@@ -14313,7 +14504,7 @@ static glbk_result glbk__rsm_fill(glbk_context *ctx, glbk_rsm_renderer *r, const
     ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 1, empty);
     ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 2, empty);
     glbk_clear_depth(ctx, 1);
-    if (map) glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_light, &map->light);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_light, map ? &map->light : &r->frame);    /* not read, but declared */
     r->drawing = 1;
     r->failed = GLBK_OK;
     draw(user, ctx, r);

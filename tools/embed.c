@@ -5,10 +5,11 @@
        / * >>> glsl: written by tools/embed from src/shaders and GLBK_PARTS, edit there * /
        / * <<< glsl * /
 
-   Library files come first, in the order of their names, and among them PART_bindings.glsl, which is made here from the
-   header's lists of bindings; then the programs. What a file needs is read from its own comments:
+   Library files come first, in the order of their names, and among them those made here from the header's lists of
+   bindings: PART_bindings.glsl with textures, buffers and images, and a file for each uniform block, glbk_csm_scene in
+   csm_scene.glsl. Then the programs. What a file needs is read from its own comments:
 
-       // uses: table noise           library files that go before it
+       // uses: table noise           library files that go before it; blocks that it names are found
        // with: screen.vert           the vertex shader of a .frag
        // sets: A=0 | A=1 B=2         the define sets that are tested
 
@@ -29,7 +30,7 @@
 #define MAX_FILES 256
 
 typedef struct text { char *data; size_t size, room; } text;
-typedef struct file { char name[128]; text body; } file;
+typedef struct file { char name[128]; text body; const char *block; } file;   /* block: what it declares, or NULL */
 
 static file files[MAX_FILES];
 static int  file_count;
@@ -87,10 +88,6 @@ static file *add_file(const char *folder, const char *name, const char *suffix)
 
 #define TEXTURE(type, name, slot) put(t, "uniform " #type " " #name ";\n");
 #define MEMBER(type, name, count) put_member(t, #type, #name, count);
-#define BLOCK(name, slot, members)                                  \
-    put(t, "layout(std140) uniform " #name "_block {\n");           \
-    members(MEMBER)                                                 \
-    put(t, "} " #name ";\n");
 #define STORAGE(qualifiers, type, name, slot)                                           \
     put(t, "#if __VERSION__ >= 430\nlayout(std430, binding = ");                        \
     put_number(t, slot);                                                                \
@@ -99,15 +96,26 @@ static file *add_file(const char *folder, const char *name, const char *suffix)
     put(t, "#if __VERSION__ >= 430\nlayout(" #format ", binding = ");                   \
     put_number(t, slot);                                                                \
     put(t, ") " #qualifiers " uniform " #type " " #name ";\n#endif\n");
-#define PART(part, PART) add_bindings(#part, bindings_##part);
+#define PART(part, PART)                                            \
+    bindings_##part(&add_file("lib", #part, "_bindings.glsl")->body);   \
+    GLBK_##PART##_BLOCKS(BLOCK)
+#define BLOCK(name, slot, members) block_##name(&add_block(#name)->body);
 #define BINDINGS(part, PART)                                        \
     static void bindings_##part(text *t)                            \
     {                                                               \
         put(t, "// " #part "_bindings - from the lists GLBK_" #PART "_* of gl_backend.h.\n");   \
         GLBK_##PART##_TEXTURES(TEXTURE)                             \
-        GLBK_##PART##_BLOCKS(BLOCK)                                 \
         GLBK_##PART##_STORAGE(STORAGE)                              \
         GLBK_##PART##_IMAGES(IMAGE)                                 \
+    }                                                               \
+    GLBK_##PART##_BLOCKS(WRITE_BLOCK)
+#define WRITE_BLOCK(name, slot, members)                            \
+    static void block_##name(text *t)                               \
+    {                                                               \
+        put(t, "// " #name ", uniform block\n");                    \
+        put(t, "layout(std140) uniform " #name "_block {\n");       \
+        members(MEMBER)                                             \
+        put(t, "} " #name ";\n");                                   \
     }
 
 static inline void put_member(text *t, const char *type, const char *name, int count)
@@ -126,9 +134,13 @@ static inline void put_member(text *t, const char *type, const char *name, int c
 
 GLBK_PARTS(BINDINGS)
 
-static void add_bindings(const char *part, void (*write)(text *t))
+/* All members of a std140 block are active, whether a program reads them or not, and WebGL 2 refuses to draw with an
+   active block that has no buffer (ES 3.0 leaves it undefined): hence a file each, for those who name it. */
+static inline file *add_block(const char *name)
 {
-    write(&add_file("lib", part, "_bindings.glsl")->body);
+    file *f = add_file("lib", name + strlen("glbk_"), ".glsl");
+    f->block = name;
+    return f;
 }
 
 /* ---- the files ---- */
@@ -159,13 +171,25 @@ static void add_folder(const char *root, const char *folder)
     closedir(dir);
 }
 
-/* The value of a comment "// key: value", as a C string. */
+/* Is the name a word of the text? */
+static int names(const file *f, const char *name)
+{
+    size_t length = strlen(name);
+    const char *s;
+    for (s = strstr(f->body.data, name); s; s = strstr(s + 1, name))
+        if (!isalnum((unsigned char)s[length]) && s[length] != '_') return 1;
+    return 0;
+}
+
+/* The value of a comment "// key: value", as a C string; of uses with the blocks that the file names. */
 static void put_value(text *out, const file *f, const char *key)
 {
     const char *s = f->body.data;
-    size_t length = strlen(key);
+    size_t length = strlen(key), before;
+    int i;
 
     put(out, "\"");
+    before = out->size;
     while (s && *s) {
         if (strncmp(s, "// ", 3) == 0 && strncmp(s + 3, key, length) == 0 && s[3 + length] == ':') {
             s += 4 + length;
@@ -175,6 +199,12 @@ static void put_value(text *out, const file *f, const char *key)
         }
         s = strchr(s, '\n');
         if (s) s++;
+    }
+    for (i = 0; i < file_count && strcmp(key, "uses") == 0; i++) {
+        const char *name = files[i].name + strlen("lib/");
+        if (!files[i].block || &files[i] == f || !names(f, files[i].block)) continue;
+        if (out->size > before) put(out, " ");
+        append(out, name, strcspn(name, "."));
     }
     put(out, "\"");
 }

@@ -24,8 +24,8 @@ typedef struct bk_mesh {
 /* Points on it, for its own visibility. */
 typedef struct bk_points { float *positions, *normals, offset; size_t count; } bk_points;
 
-/* What a shard takes, relative to others: its units', and of each row of units that it touches what it needs however few
-   of the row are its own; where it begins and ends within the object, it looks into overhang rows more. */
+/* What a shard takes, relative to others: its units', and of each row of units that it touches what it needs however
+   few of the row are its own; where it begins and ends within the object, it looks into overhang rows more. */
 typedef struct bk_work { double *unit, *row, overhang; uint32_t units, row_units; } bk_work;
 
 /* A technique bakes units (pixels of maps, shells) from..to of all into one file's bytes. Functions return 0, or -1

@@ -111,8 +111,8 @@ static size_t middles(const bk_mesh *mesh, float (*out)[3], size_t room)
     return n;
 }
 
-/* A row costs what triangles lie on it, seen from all around, whole if one pixel is wanted; and each pixel something. Of
-   what lies on the row at a limit about as much again is set up, for clusters that overhang. Shares as measured of
+/* A row costs what triangles lie on it, seen from all around, whole if one pixel is wanted; and each pixel something.
+   Of what lies on the row at a limit about as much again is set up, for clusters that overhang. Shares as measured of
    200,000 triangles at M = 128. */
 static void weigh(const rd_settings *settings, const bk_mesh *mesh, bk_work *work)
 {

@@ -10,6 +10,7 @@ struct ex_gl {
     void            *self;
     unsigned         errors;
     char             last[300];
+    int              watched;
 };
 
 /* ---- DAPPLE_GL_DEBUG=1: errors of all contexts of this process, said at its end ---- */
@@ -41,6 +42,13 @@ static void note_error(const char *text)
     snprintf(watched.last, sizeof watched.last, "%s", text);
 }
 
+void ex_gl_note(ex_gl *gl, const char *text)
+{
+    gl->errors++;
+    note_error(text);
+    snprintf(gl->last, sizeof gl->last, "%s", text);
+}
+
 /* ---- the driver's messages: OpenGL 4.3, ES 3.2 or KHR_debug ---- */
 
 typedef void(GLBK_CALL *debug_proc)(uint32_t source, uint32_t type, uint32_t id, uint32_t severity, int32_t length,
@@ -55,9 +63,7 @@ static void GLBK_CALL on_message(uint32_t source, uint32_t type, uint32_t id, ui
     owner.in = user;
     if (type != 0x824C /* DEBUG_TYPE_ERROR */)
         return;
-    owner.out->errors++;
-    note_error(text);
-    snprintf(owner.out->last, sizeof owner.out->last, "%s", text);
+    ex_gl_note(owner.out, text);
 }
 
 static void listen(ex_gl *gl)
@@ -152,6 +158,7 @@ ex_gl *ex_gl_create_by(const ex_gl_way *way, const ex_gl_options *options, char 
         free(gl);
         return NULL;
     }
+    gl->watched = wanted.debug;
     if (wanted.debug)
         listen(gl);
     return gl;
@@ -192,6 +199,11 @@ void ex_gl_free(ex_gl *gl)
 
 int ex_gl_make_current(ex_gl *gl, int on) { return gl->way->make_current(gl->self, on); }
 
-glbk_proc ex_gl_get_proc(const char *name, void *gl) { return ((ex_gl *)gl)->way->get_proc(name); }
+glbk_proc ex_gl_get_proc(const char *name, void *user)
+{
+    ex_gl *gl = user;
+    glbk_proc proc = gl->way->get_proc(name);
+    return gl->watched ? ex_gl_watch(name, proc, gl->way->get_proc, gl) : proc;
+}
 
 void *ex_gl_self(ex_gl *gl) { return gl->self; }

@@ -16,5 +16,9 @@ extern const ex_gl_way ex_gl_way_egl, ex_gl_way_osmesa;
 
 ex_gl *ex_gl_create_by(const ex_gl_way *way, const ex_gl_options *options, char *error);
 void  *ex_gl_self(ex_gl *gl);
+void   ex_gl_note(ex_gl *gl, const char *text);     /* an error of this context */
+
+/* proc, or where it draws a function that first looks for errors that drivers let pass. */
+glbk_proc ex_gl_watch(const char *name, glbk_proc proc, glbk_proc (*get)(const char *), ex_gl *gl);
 
 #endif

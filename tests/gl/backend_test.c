@@ -22,6 +22,52 @@ static uint32_t hash(uint32_t x)
 
 /* ---- programs ---- */
 
+/* A program declares the uniform blocks that its text names and no others: browsers refuse to draw while one has no
+   buffer, as the contexts of these tests do (gl_watch.c). */
+static void blocks_are_those_named(void **state)
+{
+    GL_TEST(t, state)
+    static const char *const texts[] = {
+        "layout(location = 0) out glbk_color result;\nvoid main() { result = glbk_pack(vec4(glbk_csm_scene_unread)); }\n",
+        "layout(location = 0) out glbk_color result;\n"
+        "void main() { result = glbk_pack(vec4(glbk_csm_scene.table) * 0.5); }\n"
+    };
+    gl_canvas canvas = gl_canvas_make(t, GLBK_FORMAT_COLOR, 4, 4, 0);
+    int k;
+    for (k = 0; k < 2; k++) {
+        const float three[4] = { 3, 3, 3, 3 };
+        float scene[708] = { 0 }, out[64];
+        int32_t active = -1;
+        glbk_source source = { 0 };
+        glbk_program program;
+        glbk_buffer buffer;
+        glbk_pass pass = { 0 };
+        uint32_t six = 6;
+
+        source.fragment = texts[k];
+        source.uses = "csm_bindings";
+        source.defines = "glbk_csm_scene_unread=3.0";
+        assert_glbk(t, glbk_program_compile(&t->gl, &source, &program));
+        t->gl.gl.GetProgramiv(program.name, 0x8A36 /* ACTIVE_UNIFORM_BLOCKS */, &active);
+        assert_int_equal(active, k);
+        memcpy(scene, &six, 4), memcpy(scene + 1, &six, 4), memcpy(scene + 2, &six, 4), memcpy(scene + 3, &six, 4);
+        assert_glbk(t, glbk_buffer_create(&t->gl, sizeof scene, scene, &buffer));
+        pass.target = &canvas.target;
+        assert_glbk(t, glbk_begin(&t->gl, &pass, &program));
+        glbk_draw_screen(&t->gl);
+        assert_int_equal(ex_gl_errors(t->context, NULL), k);        /* the second needs a buffer */
+        if (k) glbk_bind_block(&t->gl, GLBK_SLOT_glbk_csm_scene, &buffer);
+        glbk_draw_screen(&t->gl);
+        assert_int_equal(ex_gl_errors(t->context, NULL), k);
+        assert_glbk(t, glbk_target_read(&t->gl, &canvas.target, 0, 0, 0, 4, 4, out));
+        assert_memory_equal(out, three, sizeof three);
+        glbk_buffer_destroy(&t->gl, &buffer);
+        glbk_program_destroy(&t->gl, &program);
+    }
+    t->expected_errors = 1;
+    gl_canvas_free(t, &canvas);
+}
+
 /* Every program of the library with every set of its defines compiles and links on the driver. */
 static void every_program_links(void **state)
 {
@@ -864,6 +910,7 @@ int main(int count, char **values)
         cmocka_unit_test(files_are_found),      cmocka_unit_test(written_glsl_is_whole),
         gl_unit_test(depths_are_compared),
         gl_unit_test(written_glsl_runs),
+        gl_unit_test(blocks_are_those_named),
         gl_unit_test(every_program_links),      gl_unit_test(errors_name_file_and_line),
         gl_unit_test(transform_feedback_writes), gl_unit_test(compute_runs), gl_unit_test(compute_writes_images),
         gl_unit_test(copies_floats),            gl_unit_test(slots_can_be_moved),

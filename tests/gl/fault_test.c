@@ -138,6 +138,7 @@ static void versions_are_read(void **state)
     assert_int_equal(glbk_init(&ctx, &desc), GLBK_OK);
     assert_int_equal(ctx.version, t->gl.es ? 300 : 330);
     assert_int_equal(ctx.es, t->gl.es);
+    assert_int_equal(ctx.webgl, t->gl.es);
     assert_int_equal(ctx.compute, 0);               /* although the loader has the functions */
     glbk_destroy(&ctx);
     l.version = NULL;

@@ -28,6 +28,7 @@ static inline void gl_ask(gl_test *t, const char *fragment, const char *uses, co
     gl_canvas canvas = gl_canvas_make(t, GLBK_FORMAT_COLOR, width, height * groups, 0);
     glbk_texture_desc td;
     glbk_texture mine;
+    glbk_buffer zeros;                          /* for blocks that the functions asked do not read */
     glbk_program program;
     glbk_source source;
     glbk_pass pass;
@@ -49,6 +50,8 @@ static inline void gl_ask(gl_test *t, const char *fragment, const char *uses, co
     assert_glbk(t, glbk_texture_create(&t->gl, &td, &mine));
     assert_glbk(t, glbk_program_compile(&t->gl, &source, &program));
     assert_glbk(t, glbk_begin(&t->gl, &pass, &program));
+    assert_glbk(t, glbk_buffer_create(&t->gl, 16384, NULL, &zeros));
+    for (k = 0; k < 4; k++) glbk_bind_block(&t->gl, k, &zeros);
     if (bind) bind(t, user);
     t->gl.gl.Uniform1i(t->gl.gl.GetUniformLocation(program.name, "mine"), UNIT);
     glbk_bind_texture(&t->gl, UNIT, &mine);
@@ -57,6 +60,7 @@ static inline void gl_ask(gl_test *t, const char *fragment, const char *uses, co
     for (k = 0; k < groups; k++) memcpy(out + 4 * k * count, data + k * size, 16 * count);
     glbk_program_destroy(&t->gl, &program);
     glbk_texture_destroy(&t->gl, &mine);
+    glbk_buffer_destroy(&t->gl, &zeros);
     gl_canvas_free(t, &canvas);
     free(data);
 }

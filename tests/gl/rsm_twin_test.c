@@ -382,7 +382,7 @@ static const char own_main[] =
 static void ask_own(gl_test *t, int way, const glbk_texture *mine, const glbk_rsm_renderer *r, const glbk_rsm_map *map)
 {
     enum { UNIT = 15 };             /* behind those of the library */
-    static const char *const uses[3] = { "rsm_direct", "rsm_gather", "rsm_screen" };
+    static const char *const uses[3] = { "rsm_direct", "rsm_gather", "rsm_bounce" };
     char defines[] = "WAY=0";
     gl_canvas canvas = gl_canvas_make(t, GLBK_FORMAT_COLOR, SIDE, SIDE, 0);
     glbk_program program;

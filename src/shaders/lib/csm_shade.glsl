@@ -3,7 +3,7 @@
 //
 // CSM_SHAPE, CSM_ASK, CSM_FILTER: the light's shape, what the maps are asked by, the filter, as constants: each program
 // holds the code for one combination, which is a fraction of all.
-// uses: csm_access cohsm_visible cohsm_estimate csm_point
+// uses: csm_pattern csm_instances cohsm_visible cohsm_estimate csm_point
 #if !defined(CSM_SHAPE) || !defined(CSM_ASK) || !defined(CSM_FILTER)
 #error "csm_shade.glsl needs CSM_SHAPE, CSM_ASK and CSM_FILTER"
 #endif

@@ -8,7 +8,6 @@
 #endif
 #define ENVSH_STORED(view, at) envsh_stored(view.light, view.place, at)
 #define ENVSH_CELL(view, at, level) envsh_cell(view.light, view.place, at, level)
-#define ENVSH_DISC(i) (((i) & 1u) != 0u ? glbk_envsh_query.disc[(i) >> 1].zw : glbk_envsh_query.disc[(i) >> 1].xy)
 
 ivec2 envsh_slot(uint place) { return ivec2(uvec2(place & 2047u, (place >> 11) & 2047u)); }
 

@@ -1,5 +1,5 @@
 // envsh_light - light of all directions with its shadows, for your own shader: what glbk_envsh_bind bound.
-// uses: envsh_access envsh_visible
+// uses: envsh_access envsh_disc envsh_visible
 envsh_query envsh_bound_query()
 {
     vec4 values = glbk_envsh_query.values;

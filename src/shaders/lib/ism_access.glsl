@@ -26,8 +26,10 @@ ism_grid ism_grid_of(float exponent, uint window)
 ism_vpl ism_read_vpl(uint v)
 {
     ism_vpl l;
-    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0), b = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 1u), 0);
-    vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 2u), 0), d = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0);
+    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0);
+    vec4 b = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 1u), 0);
+    vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 2u), 0);
+    vec4 d = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0);
     l.position = a.xyz;
     l.sky = a.w < 0.0;
     l.exponent = l.sky ? 1.0 : a.w;

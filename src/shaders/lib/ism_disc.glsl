@@ -32,11 +32,12 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surf
     s.g = o / d2;
     if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;
     // the surface that the VPL lies on is no occluder in a lobe's tilted map either
-    if (ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;
+    bool lobe = ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE;
+    if (lobe && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;
     s.radius2 = min(s.radius2, (along > 0.0 && s.cut1.w < -1.0 ? 0.04 : 1.0) * d2);
     if (abs(along) > 1e-3 * s.depth) s.g = n / along;
     if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv)) return false;
-    // it stands for its neighbours too, and is off their surface by about its radius: so much farther away it hides none
+    // it stands for its neighbours too, off their surface by about its radius: so much farther away it hides none
     if (s.cut1.w < -1.0) {
         float away = 1.0 + sqrt(s.radius2) / s.depth;
         s.at *= away;
@@ -105,8 +106,8 @@ bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
     return ism_place_surfel(l, p, n / size, area, s) && ism_box_surfel(l, s);
 }
 
-// Where the ray through a texel of the tile, in direction w, meets the disc, or ISM_FAR where it does not, or beyond the
-// limit. No disc is widened to a whole texel.
+// Where the ray through a texel of the tile, in direction w, meets the disc, or ISM_FAR where it does not, or beyond
+// the limit. No disc is widened to a whole texel.
 float ism_meet(bool sky, ism_surfel s, vec3 w, float limit)
 {
     float t = ism_plane_depth(sky, s.g, w);

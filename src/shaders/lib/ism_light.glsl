@@ -61,7 +61,8 @@ float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)
     float sum = 0.0;
     bool cut = false;
     for (int i = 0; i < 4; i++) {
-        vec3 a = d + (i == 0 || i == 3 ? -x : x) + (i < 2 ? -y : y), b = d + (i < 2 ? x : -x) + (i == 0 || i == 3 ? -y : y);
+        vec3 a = d + (i == 0 || i == 3 ? -x : x) + (i < 2 ? -y : y);
+        vec3 b = d + (i < 2 ? x : -x) + (i == 0 || i == 3 ? -y : y);
         float ha = dot(n, a), hb = dot(n, b);
         if (!(ha > 0.0) && !(hb > 0.0)) continue;
         if ((ha > 0.0) != (hb > 0.0)) {
@@ -200,8 +201,8 @@ ism_near_point ism_read_near(uint i)
     return q;
 }
 
-// By its VPL's map; where that hides, and the point is nearer than the VPL, by the map moved to the point. Lit behind the
-// VPL. Neither for what faces the point: the backs of bent sheets do.
+// By its VPL's map; where that hides, and the point is nearer than the VPL, by the map moved to the point. Lit behind
+// the VPL. Neither for what faces the point: the backs of bent sheets do.
 float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
 {
     ism_vpl l = ism_read_vpl(q.vpl);

@@ -69,9 +69,9 @@ bool ism_map_coordinates(uint projection, float exponent, vec3 w, out vec2 uv)
     return true;
 }
 
-// An axis of a tile of `size` texels a side, `rim` of them outside of its window: how many lie below it (all where it is
-// not worth its rim), and what share of the square a texel has below, in and above it. cut: 64ths of the square below
-// and above.
+// An axis of a tile of `size` texels a side, `rim` of them outside of its window: how many lie below it (all where it
+// is not worth its rim), and what share of the square a texel has below, in and above it. cut: 64ths of the square
+// below and above.
 vec4 ism_axis(uvec2 cut, uint size, uint rim)
 {
     uint rest = cut.x + cut.y;

@@ -1,13 +1,5 @@
 // rsm_access - what the files rsm_* ask of a program, from what glbk_rsm_bind binds.
 // uses: rsm_bindings rsm_map
-rsm_lamp rsm_bound()
-{
-    return rsm_lamp(glbk_rsm_light.position.xyz, glbk_rsm_light.right.xyz, glbk_rsm_light.up.xyz,
-                    glbk_rsm_light.axis.xyz, glbk_rsm_light.value.xyz, glbk_rsm_light.position.w,
-                    glbk_rsm_light.axis.w, glbk_rsm_light.value.w, int(glbk_rsm_light.up.w),
-                    int(glbk_rsm_light.right.w));
-}
-
 // Image k of texel t.xy of face t.z: 0 position and depth, 1 normal and material, 2 flux and area.
 #define RSM_TEXEL(t, k) texelFetch(glbk_rsm_texels, ivec3((t).xy, 3 * (t).z + (k)), 0)
 // Running sums of flux: in the row up to texel x, and of rows up to row y of its face.

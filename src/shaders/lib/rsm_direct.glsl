@@ -1,5 +1,5 @@
 // rsm_direct - a light itself by its map: percentage-closer filter, bias by slope. uses a bound map's RSM_TEXEL
-// uses: rsm_access
+// uses: rsm_access rsm_bound
 // Irradiance of a light of value 1 without shadow; 0 outside a cone or behind a patch.
 float rsm_unshadowed(rsm_lamp l, vec3 p, vec3 n)
 {

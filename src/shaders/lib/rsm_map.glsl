@@ -107,3 +107,5 @@ float rsm_area(rsm_lamp l, int face, vec3 p, vec3 n)
     float side = 2.0 * l.extent / l.size * (l.kind == RSM_SUN ? 1.0 : dot(p - l.position, a));
     return side * side * (l.kind == RSM_SUN ? 1.0 : abs(dot(a, to))) / max(abs(dot(n, to)), 0.05);
 }
+
+float rsm_mean3(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }

@@ -1,5 +1,5 @@
 // rsm_pick - texels of a map in proportion to their flux, by running sums.
-// uses: rsm_access
+// uses: rsm_access rsm_bound
 uint rsm_hash32(uint x)
 {
     uint state = x * 747796405u + 2891336453u;
@@ -13,7 +13,6 @@ float rsm_random(uint seed, uint stream, uint i)
 {
     return rsm_to_unit(rsm_hash_combine(rsm_hash_combine(seed, stream), i));
 }
-float rsm_mean3(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }
 
 float rsm_total(rsm_lamp l)
 {

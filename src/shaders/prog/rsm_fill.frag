@@ -1,5 +1,5 @@
 // One object into a face of a map (FOR_LIGHT=1) or into the G-buffer.
-// uses: rsm_access
+// uses: rsm_bindings rsm_bound
 // with: rsm_fill.vert
 // sets: FOR_LIGHT=0 | FOR_LIGHT=1
 #ifndef FOR_LIGHT

@@ -1,7 +1,7 @@
 // rsm_gather.frag in place: sums in registers; lights and points, which all of a group take, through shared memory.
 // Mode 0: every pixel, a group has 8 x 8 of one set; 1: nodes of a list (NODES=1; else nothing asks how near lights are,
 // and a tenth of a pair's work is not done); 2: pixels of a list.
-// uses: rsm_chunk rsm_screen rsm_lists
+// uses: rsm_chunk rsm_bounce rsm_lists
 // sets: NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1
 #ifndef NODES
 #define NODES 0

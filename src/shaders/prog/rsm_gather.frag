@@ -1,5 +1,5 @@
 // Bounced light, added up draw by draw. Mode 0: every pixel; 1: nodes of a grid; 2: pixels that are still open.
-// uses: rsm_screen
+// uses: rsm_bounce
 // with: screen.vert
 // sets: RSM_SURFACES=0 | RSM_SURFACES=1
 layout(location = 0) out glbk_color result;
