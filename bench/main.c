@@ -84,10 +84,12 @@ void bn_text(const char *name, const char *value)
 void bn_number(const char *name, double value)
 {
     append_name(name);
-    if (isfinite(value))
-        append("%.6g", value);
-    else
+    if (!isfinite(value))
         append("null");
+    else if (fabs(value) >= 1e6) /* bytes and counts are read as such, not as 1.12411e+07 */
+        append("%.0f", value);
+    else
+        append("%.6g", value);
 }
 
 void bn_integer(const char *name, uint64_t value)
