@@ -601,6 +601,10 @@ typedef struct glbk_pass {
     float              offset[2];   /* of depth: factor and units of glPolygonOffset; both 0 = off */
 } glbk_pass;                        /* all zero but the target: overwrite everything */
 
+/* The techniques' glbk_..._resolve draw a picture one texel a pixel, its lower left corner at the viewport's. A smaller
+   viewport cuts it off; a larger one, or a larger target without a viewport, is GLBK_ERR_ARGUMENT: nothing is scaled.
+   To show a picture in another size, resolve to a target of its own size and draw that. */
+
 GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_program *program);
 /* Sets every state that a draw depends on, so that nothing inherited shows; binds target and program and the empty
    vertex array. Bind textures and blocks after it. docs/gl-state.md lists what is touched.
@@ -731,7 +735,7 @@ GLBK__PART(BASE)
 #define GLBK_CSM_FRAME_MEMBERS(X)                                                                   \
     X(uvec4, light, 1)          /* texel of the light; of the first instance; count; ask */         \
     X(uvec4, sampling, 1)       /* S, seed, frame, sampling */                                      \
-    X(uvec4, range, 1)          /* samples from, to; filter; seed of roulette */                    \
+    X(uvec4, range, 1)          /* samples from, to (resolving: corner); filter; seed of roulette */ \
     X(uvec4, tables, 1)         /* texel of the patterns; planes; width, height */                  \
     X(vec4, query, 1)           /* bias; offset; 1 / frames; 0 = the sum begins here */             \
     X(vec4, eye, 1)                                                                                 \
@@ -1015,7 +1019,7 @@ GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *renderer);
 /* Forgets all frames. */
 
 GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_pass *pass);
-/* Draws the mean of the frames, linear radiance, to the pass's target. */
+/* Draws the mean of the frames, linear radiance, to the pass's target; viewports: see glbk_pass. */
 
 GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *renderer, float *rgba);
 /* The mean: 4 floats a pixel; a is the mean number of samples that were refused. Waits for the GPU. */
@@ -1343,7 +1347,7 @@ GLBK_DEF void glbk_sfield_builder_destroy(glbk_context *ctx, glbk_sfield_builder
     X(mat4, clip, 1)                                                                                \
     X(vec4, color, 1)                                                                               \
     X(vec4, eye, 1)             /* w: texels of less alpha are holes */                             \
-    X(uvec4, lights, 1)         /* casting: first light, step; G-buffer: z, colour map; cells: job */
+    X(uvec4, lights, 1)         /* casting: first light, step; G-buffer: z, map; cells: job; resolving: corner, lit */
 
 #define GLBK_ENVSH_BLOCKS(X)                                \
     X(glbk_envsh_scene, 0, GLBK_ENVSH_SCENE_MEMBERS)        \
@@ -1472,7 +1476,7 @@ GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_rendere
    and adds their light. views: of all lights, made by envsh_maps_create with no_depth and a capacity of count. */
 
 GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *renderer, const glbk_pass *pass);
-/* Draws irradiance x albedo / pi, linear radiance, to the pass's target. */
+/* Draws irradiance x albedo / pi, linear radiance, to the pass's target; viewports: see glbk_pass. */
 GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *renderer, float *rgba);
 /* The irradiance: 4 floats a pixel, the last one 0. Waits for the GPU. */
 
@@ -1519,7 +1523,7 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *ren
 
 #define GLBK_RSM_FRAME_MEMBERS(X)                                                                   \
     X(uvec4, counts, 1)         /* taps; interleave; points about the receiver; side of the noise */ \
-    X(uvec4, range, 1)          /* of the list: from, to, room of a set; not 0: add to what is there */ \
+    X(uvec4, range, 1)          /* of the list: from, to, room of a set; not 0: add. Resolving: corner */ \
     X(uvec4, pick, 1)           /* seed, lights of the map, first run, materials; of a scan: layer, stride */ \
     X(uvec4, grid, 1)           /* step, that of the grid before (compute: the finest), width, height */ \
     X(uvec4, mode, 1)                                                                               \
@@ -1721,7 +1725,7 @@ GLBK_DEF void glbk_rsm_forget(glbk_rsm_renderer *renderer);
 
 GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *renderer, const glbk_pass *pass, int direct,
                                       int bounced);
-/* Draws albedo / pi times the light that is wanted, linear radiance, to the pass's target. */
+/* Draws albedo / pi times the light that is wanted, linear radiance, to the pass's target; viewports: see glbk_pass. */
 
 GLBK_DEF glbk_result glbk_rsm_read(glbk_context *ctx, glbk_rsm_renderer *renderer, int bounced, float *rgba);
 /* Irradiance, direct or bounced: 4 floats a pixel. Waits for the GPU. a of bounced light, before glbk_rsm_denoise: 2
@@ -1770,7 +1774,7 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
     X(vec4, values, 1)      /* area of a disc over its point's; texels a tile's side outside of windows */  \
     X(uvec4, near_points, 1) /* how many; where their spheres and they themselves begin in glbk_ism_vpls */
 #define GLBK_ISM_VIEW_MEMBERS(X)                                                                    \
-    X(uvec4, size, 1)       /* width, height, pattern; 1: no maps, 2: times albedo */               \
+    X(uvec4, size, 1)       /* width, height (resolving: corner), pattern; 1: no maps, 2: times albedo */ \
     X(vec4, values, 1)      /* bias, clamp */
 #define GLBK_ISM_BLOCKS(X)                          \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)    \
@@ -1915,7 +1919,8 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *render
                                     const glbk_ism_shading *shading);
 /* Errors   GLBK_ERR_ARGUMENT; those of glbk_program_create at a near_mode's first use */
 GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_pass *pass);
-/* Draws the result, linear, to the pass's target; its blending adds it to what is there. Errors GLBK_ERR_ARGUMENT. */
+/* Draws the result, linear, to the pass's target; its blending adds it to what is there. Viewports: see glbk_pass.
+   Errors GLBK_ERR_ARGUMENT; those of glbk_buffer_update */
 GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgb);
 /* width * height * 3 floats, row 0 first. Waits for the GPU. result's fourth channel is the irradiance, mean of the
    three channels, that clamping or spheres took off. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
@@ -7063,7 +7068,8 @@ static const char *const glbk__glsl_lib_table_glsl[] = {
 };
 
 static const char *const glbk__glsl_prog_copy_frag[] = {
-    "// Copies a GLBK_FORMAT_COLOR texture, texel by texel, to a target of the same kind or, with TO_COLOR, to colours.\n",
+    "// Copies a GLBK_FORMAT_COLOR texture, texel by texel, to the same pixels of a target: of the same kind or, with\n",
+    "// TO_COLOR, of colours.\n",
     "// uses: base_bindings\n",
     "// with: screen.vert\n",
     "// sets: TO_COLOR=0 | TO_COLOR=1\n",
@@ -7275,7 +7281,8 @@ static const char *const glbk__glsl_prog_csm_resolve_frag[] = {
     "\n",
     "void main()\n",
     "{\n",
-    "    vec4 sum = glbk_unpack(texelFetch(glbk_csm_sum, ivec2(gl_FragCoord.xy), 0));\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy) - ivec2(glbk_csm_frame.range.xy);\n",
+    "    vec4 sum = glbk_unpack(texelFetch(glbk_csm_sum, at, 0));\n",
     "    result = vec4(glbk_csm_frame.query.z > 0.0 ? sum.rgb * glbk_csm_frame.query.z : vec3(0.0), 1.0);\n",
     "}\n"
 };
@@ -7430,7 +7437,7 @@ static const char *const glbk__glsl_prog_envsh_resolve_frag[] = {
     "\n",
     "void main()\n",
     "{\n",
-    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy) - ivec2(glbk_envsh_object.lights.xy);\n",
     "    vec3 albedo = uintBitsToFloat(texelFetch(glbk_envsh_color, at, 0).xyz);\n",
     "    vec3 sum = glbk_envsh_object.lights.w != 0u ? glbk_unpack(texelFetch(glbk_envsh_sum, at, 0)).xyz : vec3(0.0);\n",
     "    result = vec4(sum * albedo * 0.318309886, 1.0);\n",
@@ -7757,6 +7764,19 @@ static const char *const glbk__glsl_prog_ism_push_frag[] = {
     "    if (texelFetch(glbk_ism_below, at, 0).x != 0u) depth = ism_surfel_at(at).w;\n",
     "    else if (glbk_ism_frame.points.z != 0u && v < glbk_ism_frame.maps.x) depth = ism_filled(ism_read_grid(v), at);\n",
     "    result = floatBitsToUint(depth);\n",
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_resolve_frag[] = {
+    "// Radiance of glbk_ism_shade, as colours.\n",
+    "// uses: ism_bindings\n",
+    "// with: screen.vert\n",
+    "layout(location = 0) out vec4 result;\n",
+    "\n",
+    "void main()\n",
+    "{\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy) - ivec2(glbk_ism_view.size.xy);\n",
+    "    result = glbk_unpack(texelFetch(glbk_ism_light, at, 0));\n",
     "}\n"
 };
 
@@ -8540,7 +8560,7 @@ static const char *const glbk__glsl_prog_rsm_resolve_frag[] = {
     "\n",
     "void main()\n",
     "{\n",
-    "    ivec2 at = ivec2(gl_FragCoord.xy);\n",
+    "    ivec2 at = ivec2(gl_FragCoord.xy) - ivec2(glbk_rsm_frame.range.xy);\n",
     "    vec3 light = vec3(0.0), albedo = uintBitsToFloat(RSM_SEEN(at, 2).xyz);\n",
     "    if (glbk_rsm_frame.mode.x != 0u) light += glbk_unpack(texelFetch(glbk_rsm_sum, at, 0)).xyz;\n",
     "    if (glbk_rsm_frame.mode.y != 0u) light += glbk_unpack(texelFetch(glbk_rsm_states, at, 0)).xyz;\n",
@@ -9196,7 +9216,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/table.glsl", glbk__glsl_lib_table_glsl, 5, "", "",
       "" },
-    { "prog/copy.frag", glbk__glsl_prog_copy_frag, 22, "base_bindings", "screen.vert",
+    { "prog/copy.frag", glbk__glsl_prog_copy_frag, 23, "base_bindings", "screen.vert",
       "TO_COLOR=0 | TO_COLOR=1" },
     { "prog/csm_compress.comp", glbk__glsl_prog_csm_compress_comp, 17, "csm_compress csm_peel", "",
       "" },
@@ -9214,7 +9234,7 @@ static const glbk_file glbk__files[] = {
       "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" },
     { "prog/csm_query.frag", glbk__glsl_prog_csm_query_frag, 16, "csm_visible csm_frame", "screen.vert",
       "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" },
-    { "prog/csm_resolve.frag", glbk__glsl_prog_csm_resolve_frag, 10, "csm_bindings csm_frame", "screen.vert",
+    { "prog/csm_resolve.frag", glbk__glsl_prog_csm_resolve_frag, 11, "csm_bindings csm_frame", "screen.vert",
       "" },
     { "prog/csm_shade.comp", glbk__glsl_prog_csm_shade_comp, 15, "csm_gbuffer csm_shade csm_frame", "",
       "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" },
@@ -9248,6 +9268,8 @@ static const glbk_file glbk__files[] = {
       "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" },
     { "prog/ism_push.frag", glbk__glsl_prog_ism_push_frag, 22, "ism_push ism_frame", "screen.vert",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
+    { "prog/ism_resolve.frag", glbk__glsl_prog_ism_resolve_frag, 10, "ism_bindings ism_view", "screen.vert",
+      "" },
     { "prog/ism_shade.comp", glbk__glsl_prog_ism_shade_comp, 47, "ism_gbuffer ism_light ism_view", "",
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" },
     { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 16, "ism_gbuffer ism_light ism_view", "screen.vert",
@@ -10840,6 +10862,26 @@ GLBK_DEF glbk_result glbk_dispatch_indirect(glbk_context *ctx, glbk_program *pro
     return GLBK_OK;
 }
 
+/* Where a resolve draws its picture: the corner of the viewport, ints by their bits. See glbk_pass. */
+static glbk_result glbk__corner(glbk_context *ctx, const glbk_pass *pass, uint32_t width, uint32_t height,
+                                uint32_t corner[2])
+{
+    const int32_t *v = pass->viewport;
+    const int whole = pass->target && !v[2] && !v[3];
+    const uint32_t wide = whole ? pass->target->width : (uint32_t)v[2];
+    const uint32_t high = whole ? pass->target->height : (uint32_t)v[3];
+
+    corner[0] = whole ? 0u : (uint32_t)v[0];
+    corner[1] = whole ? 0u : (uint32_t)v[1];
+    if (wide <= width && high <= height) return GLBK_OK;
+    glbk__log_clear(ctx);
+    glbk__log(ctx, "the viewport is larger than the picture: ");
+    glbk__log_number(ctx, width, 10);
+    glbk__log(ctx, " x ");
+    glbk__log_number(ctx, height, 10);
+    return GLBK_ERR_ARGUMENT;
+}
+
 /* ---- techniques: one section each; src/README.md says how ---- */
 
 /* ---- >>csm: blocks and instances ---- */
@@ -11817,7 +11859,8 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
     if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
     memset(&frame, 0, sizeof frame);
     frame.query[2] = r->passes ? 1.0f / (float)r->frames : 0.0f;
-    result = glbk_buffer_update(ctx, &r->frame, 0, sizeof frame, &frame);
+    result = glbk__corner(ctx, pass, r->width, r->height, frame.range);
+    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->frame, 0, sizeof frame, &frame);
     if (result != GLBK_OK) return result;
     if (r->compute && r->passes) glbk__csm_gather(ctx, r);
     result = glbk_begin(ctx, pass, &r->resolve);
@@ -13941,7 +13984,8 @@ GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *
     if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
     memset(&object, 0, sizeof object);
     object.lights[3] = r->begun != 0;
-    result = glbk_buffer_update(ctx, &r->object, 0, sizeof object, &object);
+    result = glbk__corner(ctx, pass, r->width, r->height, object.lights);
+    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->object, 0, sizeof object, &object);
     if (result == GLBK_OK) result = glbk_begin(ctx, pass, &r->resolve);
     if (result != GLBK_OK) return result;
     glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_object, &r->object);
@@ -15096,7 +15140,8 @@ GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *r, c
     memset(&r->values, 0, sizeof r->values);
     r->values.mode[0] = direct && r->direct < 3;
     r->values.mode[1] = bounced && glbk__rsm_bounced(r);
-    result = glbk__rsm_program(ctx, r, GLBK__RSM_RESOLVE);
+    result = glbk__corner(ctx, pass, r->width, r->height, r->values.range);
+    if (result == GLBK_OK) result = glbk__rsm_program(ctx, r, GLBK__RSM_RESOLVE);
     if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->frame, 0, sizeof r->values, &r->values);
     if (result == GLBK_OK) result = glbk_begin(ctx, pass, &r->programs[GLBK__RSM_RESOLVE]);
     if (result != GLBK_OK) return result;
@@ -15671,7 +15716,7 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width,
     out->compute = ctx->compute;
     if (result == GLBK_OK)
         result = glbk_program_create(ctx, out->compute ? "ism_blur.comp" : "ism_blur.frag", NULL, &out->blur);
-    if (result == GLBK_OK) result = glbk_program_create(ctx, "copy.frag", "TO_COLOR=1", &out->resolve);
+    if (result == GLBK_OK) result = glbk_program_create(ctx, "ism_resolve.frag", NULL, &out->resolve);
     if (result != GLBK_OK) glbk_ism_renderer_destroy(ctx, out);
     return result;
 }
@@ -15773,11 +15818,16 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
 
 GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, const glbk_pass *pass)
 {
+    glbk_ism_view view;
     glbk_result result;
     if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
-    result = glbk_begin(ctx, pass, &r->resolve);
+    memset(&view, 0, sizeof view);
+    result = glbk__corner(ctx, pass, r->width, r->height, view.size);
+    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->view, 0, sizeof view, &view);
+    if (result == GLBK_OK) result = glbk_begin(ctx, pass, &r->resolve);
     if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_source, &r->result);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->result);
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
