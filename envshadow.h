@@ -2267,16 +2267,17 @@ static void envsh__extent(const envsh__sums *s, envsh__v3 d, envsh__v3 *major, e
 /* chosen: the texel whose direction the light takes, or ENVSH_NO_LIGHT: the mean direction. */
 static void envsh__make_light(const envsh__grid *g, const envsh__sums *s, uint32_t chosen, envsh_light *light)
 {
-    double x = s->m[0], y = s->m[1], z = s->m[2], length;
+    double x = s->m[0], y = s->m[1], z = s->m[2], least = 1e-9 * s->w, length;
     envsh__v3 d, major, minor;
     int c;
     if (chosen != ENVSH_NO_LIGHT) {
         x = (double)g->dx[chosen];
         y = (double)g->dy[chosen];
         z = (double)g->dz[chosen];
+        least = 0.0;                                    /* of unit length, whatever the energy */
     }
     length = sqrt(x * x + y * y + z * z);
-    if (!(length > 1e-9 * s->w)) {                      /* evenly from all round: any direction will do */
+    if (!(length > least)) {                            /* evenly from all round: any direction will do */
         x = z = 0.0;
         y = length = 1.0;
     }

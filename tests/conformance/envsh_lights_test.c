@@ -437,6 +437,44 @@ static void bad_texels_are_counted(void **state)
     CONFORM("T22", "texels with NaN, infinite, negative or huge channels, counted", 4, (double)counted, 0);
 }
 
+/* ---- energies of any size ---- */
+
+/* Radiance times a power of two, up to the limit of 1e30 a texel: not a bit of a direction or an extent changes. */
+static void units_change_no_direction(void **state)
+{
+    static const int powers[] = { -40, 10, 40, 84 };
+    double moved = 0, energy = 0;
+    (void)state;
+    for (int m = 0; m < 2 * METHODS; m++)
+        for (size_t p = 0; p < sizeof powers / sizeof powers[0]; p++) {
+            sky s = m & 1 ? sky_alloc(ENVSH_MAP_CUBE, 24, 24) : sky_alloc(ENVSH_MAP_LATLONG, 90, 45);
+            envsh_desc d = desc_of(methods[m / 2], 40);
+            envsh_lights *a, *b;
+            const envsh_light *la, *lb;
+            uint32_t na, nb;
+            sky_fill(&s, sunny);
+            a = build(&d, &s.map, NULL);
+            for (size_t t = 0; t < 3 * s.texels; t++) s.rgb[t] *= (float)exp2(powers[p]);
+            b = build(&d, &s.map, NULL);
+            la = envsh_lights_get(a, &na);
+            lb = envsh_lights_get(b, &nb);
+            assert_int_equal(na, nb);
+            for (uint32_t i = 0; i < na; i++)
+                for (int c = 0; c < 3; c++) {
+                    moved = fmax(moved, fabs((double)la[i].direction[c] - (double)lb[i].direction[c]));
+                    moved = fmax(moved, fabs((double)la[i].axis_u[c] - (double)lb[i].axis_u[c]));
+                    moved = fmax(moved, fabs((double)la[i].axis_v[c] - (double)lb[i].axis_v[c]));
+                    energy = fmax(energy, fabs((double)lb[i].irradiance[c] /
+                                               ((double)la[i].irradiance[c] * exp2(powers[p])) - 1));
+                }
+            envsh_lights_free(a);
+            envsh_lights_free(b);
+            sky_free(&s);
+        }
+    CONFORM_MAX("irradiance", "directions and extents of 2^-40 to 2^84 times the radiance, off, any method", 0, moved);
+    CONFORM_MAX("irradiance", "energy of 2^-40 to 2^84 times the radiance, off in proportion, relative", 0, energy);
+}
+
 /* ---- what the methods are worth ---- */
 
 /* Issue: the best method at 128 lights is no worse than inversion at 256, on a sunny and on a studio map. */
@@ -1045,6 +1083,7 @@ int main(void)
         cmocka_unit_test(seam_is_no_edge),
         cmocka_unit_test(rotation_turns_the_lights),
         cmocka_unit_test(bad_texels_are_counted),
+        cmocka_unit_test(units_change_no_direction),
         cmocka_unit_test(best_method_halves_the_lights),
         cmocka_unit_test(jitter_converges),
         cmocka_unit_test(sun_is_split_off),
