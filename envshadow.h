@@ -212,7 +212,9 @@ typedef struct envsh_desc {
     uint32_t        light_count;    /* k, 1..ENVSH_MAX_LIGHTS; 0 = 128. Fewer come where the map has fewer lit texels */
     envsh_method    method;
     int             hemisphere;     /* not 0: only directions with y > 0 count */
-    int             split_sun;      /* not 0: a small spot that outshines a light's share becomes light 0 of its own */
+    int             split_sun;      /* not 0: a small spot that outshines a light's share becomes light 0 of its own,
+                                       here or when it comes up in envsh_lights_follow; where it goes out, light 0 stays
+                                       what it was until there is one again */
     envsh_allocator allocator;
 } envsh_desc;                       /* zero it, then set what you care about */
 
@@ -269,7 +271,8 @@ ENVSH_DEF envsh_result envsh_lights_follow(envsh_lights *lights, const envsh_map
    the video has made shares very uneven, at most an eighth of the lights, or as many as k asks for, begin anew (new id)
    by splitting the stratum that spreads most, and the two neighbours that lose least are merged. The same map and k
    give the same bytes (after METHOD_CDF from the second call on: it then takes mean directions).
-   light_count  0 = as before
+   light_count  0 = as before; where the map was too black for that, as many as were asked for, as soon as another has
+                the texels: all begin anew then. So give maps room for as many as you ask for
    Errors  those of the build; ENVSH_ERR_ARGUMENT for a map of another size: lights are then as they were
    Cost    O(texels), and O(texels) for each light that begins anew, of its stratum only */
 
@@ -2159,6 +2162,7 @@ struct envsh_lights {
     envsh_map    map;               /* its sizes; rgb is not kept */
     uint32_t     roll, count, next_id;
     int          has_sun;           /* light 0 is the sun */
+    size_t       lit;               /* lit texels, the sun as one, where they were too few for all lights; else 0 */
     double       slack;             /* unevenness when built: follow acts on twice that; 0 = not known yet */
     envsh_light *list;
     envsh__sums *sums;
@@ -2351,6 +2355,14 @@ static uint32_t envsh__find_sun(const envsh__grid *g, uint32_t k, uint32_t *queu
     return head == tail && omega < 0.03 && energy * k >= g->total && k > 1 ? tail : 0;
 }
 
+/* Lit texels; with labels, of all but label 0. */
+static size_t envsh__count_lit(const envsh__grid *g, const uint32_t *label)
+{
+    size_t t, lit = 0;
+    for (t = 0; t < g->count; t++) lit += g->lum[t] > 0.0f && !(label && label[t] == 0);
+    return lit;
+}
+
 /* ---- >>strata: what is kept of a map ---- */
 
 static void envsh__sort_strata(envsh_lights *l, const envsh__grid *g, const uint32_t *label)
@@ -2508,6 +2520,8 @@ static envsh_result envsh__build_lights(envsh_lights *l, const envsh__grid *g)
         if (l->desc.method != ENVSH_METHOD_CDF)
             for (i = 0; i < l->count; i++) chosen[i] = ENVSH_NO_LIGHT;
         memcpy(l->sums, sums, l->count * sizeof *sums);
+        l->lit = l->count < k ? envsh__count_lit(g, l->has_sun ? label : NULL) + (l->has_sun ? 1 : 0) : 0;
+        if (l->lit > k) l->lit = 0;         /* the method's rounding, not the map */
         envsh__sort_strata(l, g, label);
         envsh__fill_lights(l, g, chosen);
         envsh__fill_cdf(l, g);
@@ -2677,6 +2691,8 @@ ENVSH_DEF envsh_result envsh_lights_jitter(const envsh_lights *l, uint32_t frame
         envsh__cdf cdf;
         envsh__cdf_sample s;
         double d[3], length;
+        out[i] = l->list[i];
+        if (first == l->start[i + 1]) continue;         /* the sun has taken all of its texels */
         /* The R2 sequence, shifted for each light: which texel, and how high in it; how far across is what is left. */
         a = 0x80000000u + frame * 3242174889u + hash;
         b = 0x80000000u + frame * 2447445413u + envsh__hash32(hash);
@@ -2689,7 +2705,6 @@ ENVSH_DEF envsh_result envsh_lights_jitter(const envsh_lights *l, uint32_t frame
         envsh__direction(&l->map, row / l->map.height, (double)column + (double)s.fraction,
                          (double)(row % l->map.height) + (double)envsh__to_unit(b), d);
         length = 1.0 / sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-        out[i] = l->list[i];
         for (row = 0; row < 3; row++) out[i].direction[row] = (float)(d[row] * length);
     }
     return ENVSH_OK;
@@ -2703,8 +2718,10 @@ typedef struct envsh__follow {
     uint32_t *label;                /* by texel of the grid */
     uint32_t *partner;              /* the stratum that i would merge with */
     double   *cost, *gain;          /* importance that merging adds; that splitting takes away */
-    uint8_t  *touched;
-    uint32_t  changed, limit;
+    uint8_t  *touched, *seen;
+    uint32_t *queue;                /* this and seen: of the search for the sun; NULL without split_sun */
+    envsh_light *before;
+    uint32_t  changed;
 } envsh__follow;
 
 /* The greatest eigenvalue of a stratum's scatter, and its direction, by powers of the matrix. */
@@ -2884,8 +2901,18 @@ static int envsh__change_count(envsh__follow *f, uint32_t k)
 /* Splits that gain more than `ratio` times what the cheapest merge costs. */
 static void envsh__rebalance(envsh__follow *f, double ratio)
 {
-    uint32_t split, merge, fresh = f->l->count / 8, done = 0;
+    uint32_t split, merge, fresh = f->l->count / 8, done = 0, i;
     envsh__rate(f);
+    for (i = 0; i < f->l->count; i++) {     /* the sun has taken all texels of these: they are free for others */
+        if (f->l->start[i] < f->l->start[i + 1]) continue;
+        f->touched[i] = 1;
+        split = envsh__pick_split(f);
+        if (split == ENVSH_NO_LIGHT) break;
+        envsh__split(f, split, i);
+        f->l->list[i].id = f->l->next_id++;
+        f->changed++;
+        done = 1;
+    }
     for (; fresh > 0; fresh--) {
         split = envsh__pick_split(f);
         if (split == ENVSH_NO_LIGHT) break;
@@ -2913,13 +2940,12 @@ static double envsh__unevenness(envsh__follow *f)
     return f->cost[merge] > 1e-6 * f->gain[split] ? f->gain[split] / f->cost[merge] : 1e6;
 }
 
-/* The sun's stratum goes where the sun is now; what it leaves falls to the nearest other light. */
-static void envsh__follow_sun(envsh__follow *f, uint32_t k, uint32_t *queue, uint8_t *seen)
+/* What the sun's stratum leaves falls to the nearest other light. */
+static void envsh__leave_sun(envsh__follow *f)
 {
     envsh_lights *l = f->l;
     const envsh__grid *g = f->g;
-    uint32_t size = envsh__find_sun(g, k, queue, seen), i, j;
-    if (!size || l->count < 2) return;
+    uint32_t i, j;
     for (j = l->start[0]; j < l->start[1]; j++) {
         uint32_t t = l->order[j], nearest = 1;
         double best = -2.0;
@@ -2934,10 +2960,31 @@ static void envsh__follow_sun(envsh__follow *f, uint32_t k, uint32_t *queue, uin
         }
         f->label[t] = nearest;
     }
-    for (i = 0; i < size; i++) f->label[queue[i]] = 0;
 }
 
-static void envsh__run_follow(envsh__follow *f, uint32_t k, uint32_t *queue, uint8_t *seen)
+/* The sun's stratum goes where the sun is now, and stays where it was while there is none. One that comes up becomes
+   light 0; what was light 0 is the last one then. */
+static void envsh__follow_sun(envsh__follow *f)
+{
+    envsh_lights *l = f->l;
+    uint32_t k = l->desc.light_count, size = envsh__find_sun(f->g, k, f->queue, f->seen), i;
+    if (k < 2) l->has_sun = 0;
+    if (!size || (l->has_sun && l->count < 2)) return;
+    if (l->has_sun) {
+        envsh__leave_sun(f);
+    } else {
+        size_t t;
+        for (t = 0; t < f->g->count; t++)
+            if (f->label[t] == 0) f->label[t] = l->count;
+        l->list[l->count++] = l->list[0];
+        l->list[0].id = l->next_id++;
+        l->has_sun = 1;
+        f->changed++;
+    }
+    for (i = 0; i < size; i++) f->label[f->queue[i]] = 0;
+}
+
+static void envsh__run_follow(envsh__follow *f, uint32_t k)
 {
     envsh_lights *l = f->l;
     uint32_t x = 0;
@@ -2945,7 +2992,7 @@ static void envsh__run_follow(envsh__follow *f, uint32_t k, uint32_t *queue, uin
     if (!(l->slack > 0.0)) l->slack = envsh__unevenness(f);
     for (t = 0; t < f->g->count; t++, x = x + 1 < f->g->width ? x + 1 : 0)
         f->label[t] = l->strata[envsh__map_texel(f->g, t - x, x)];
-    if (l->has_sun) envsh__follow_sun(f, k, queue, seen);
+    if (l->desc.split_sun) envsh__follow_sun(f);
     envsh__resum(f);
     while (envsh__change_count(f, k)) {}
     envsh__rebalance(f, 2.0 * l->slack);
@@ -2995,69 +3042,94 @@ static envsh_result envsh__rebuild(envsh_lights *l, const envsh_map *map, uint32
     return ENVSH_OK;
 }
 
+/* What a follow needs beside the grid, room for `most` lights included. 0: no memory; envsh__follow_close then too. */
+static int envsh__follow_open(envsh__follow *f, size_t texels, uint32_t most)
+{
+    const envsh_lights *l = f->l;
+    const envsh__allocator *a = &l->allocator;
+    f->label = (uint32_t *)envsh__alloc_array(a, texels, sizeof *f->label);
+    f->partner = (uint32_t *)envsh__alloc_array(a, most, sizeof *f->partner);
+    f->cost = (double *)envsh__alloc_array(a, most, sizeof *f->cost);
+    f->gain = (double *)envsh__alloc_array(a, most, sizeof *f->gain);
+    f->touched = (uint8_t *)envsh__alloc(a, most);
+    f->before = (envsh_light *)envsh__alloc_array(a, l->count, sizeof *f->before);
+    if (l->desc.split_sun) {
+        f->queue = (uint32_t *)envsh__alloc_array(a, texels, sizeof *f->queue);
+        f->seen = (uint8_t *)envsh__alloc(a, texels);
+    }
+    if (!f->label || !f->partner || !f->cost || !f->gain || !f->touched || !f->before) return 0;
+    return !l->desc.split_sun || (f->queue && f->seen);
+}
+
+static void envsh__follow_close(envsh__follow *f)
+{
+    const envsh__allocator *a = &f->l->allocator;
+    envsh__free(a, f->seen);
+    envsh__free(a, f->queue);
+    envsh__free(a, f->before);
+    envsh__free(a, f->touched);
+    envsh__free(a, f->gain);
+    envsh__free(a, f->cost);
+    envsh__free(a, f->partner);
+    envsh__free(a, f->label);
+}
+
+/* Lights that a nearly black map was too few texels for, and this one is not. */
+static int envsh__is_fed(const envsh__follow *f, uint32_t k)
+{
+    const envsh_lights *l = f->l;
+    size_t lit;
+    uint32_t sun;
+    if (!l->lit || k <= l->count) return 0;
+    lit = envsh__count_lit(f->g, NULL);
+    sun = l->desc.split_sun ? envsh__find_sun(f->g, k, f->queue, f->seen) : 0;
+    return lit - sun + (sun ? 1 : 0) > l->lit;
+}
+
 ENVSH_DEF envsh_result envsh_lights_follow(envsh_lights *l, const envsh_map *map, uint32_t light_count,
                                            envsh_stats *stats)
 {
-    const envsh__allocator *a;
     envsh__follow f;
     envsh__grid g;
-    envsh_light *before = NULL;
-    uint32_t *queue = NULL, k, most, old;
-    uint8_t *seen = NULL;
+    uint32_t k, asked, old, most;
     envsh_result result;
     size_t texels;
+    int anew;
 
     if (!l || !map || light_count > ENVSH_MAX_LIGHTS) return ENVSH_ERR_ARGUMENT;
     result = envsh__check_map(map, &texels);
     if (result != ENVSH_OK) return result;
     if ((map->projection == ENVSH_MAP_CUBE) != (l->map.projection == ENVSH_MAP_CUBE) || map->width != l->map.width ||
         map->height != l->map.height) return ENVSH_ERR_ARGUMENT;
-    k = light_count ? light_count : l->count ? l->count : l->desc.light_count;
-    if (!l->count) return envsh__rebuild(l, map, k, stats);
+    k = light_count ? light_count : l->count;
+    asked = light_count || (l->count && !l->lit) ? k : l->desc.light_count;
+    if (!l->count) return envsh__rebuild(l, map, asked, stats);
     memset(&f, 0, sizeof f);
     memset(&g, 0, sizeof g);
-    a = &l->allocator;
     old = l->count;
     most = (k > old ? k : old) + 1;
     l->meter.peak = l->meter.now;
-    result = envsh__grid_make(&g, map, l->desc.hemisphere, l->roll, a);
     f.l = l;
     f.g = &g;
-    f.label = (uint32_t *)envsh__alloc_array(a, texels, sizeof *f.label);
-    f.partner = (uint32_t *)envsh__alloc_array(a, most, sizeof *f.partner);
-    f.cost = (double *)envsh__alloc_array(a, most, sizeof *f.cost);
-    f.gain = (double *)envsh__alloc_array(a, most, sizeof *f.gain);
-    f.touched = (uint8_t *)envsh__alloc(a, most);
-    before = (envsh_light *)envsh__alloc_array(a, old, sizeof *before);
-    if (l->has_sun) {
-        queue = (uint32_t *)envsh__alloc_array(a, texels, sizeof *queue);
-        seen = (uint8_t *)envsh__alloc(a, texels);
-    }
-    if (result == ENVSH_OK && (!f.label || !f.partner || !f.cost || !f.gain || !f.touched || !before ||
-                               (l->has_sun && (!queue || !seen)) || !envsh__reserve(l, most)))
-        result = ENVSH_ERR_ALLOC;
-    if (result == ENVSH_OK) {
-        memcpy(before, l->list, old * sizeof *before);
-        l->desc.light_count = k;
-        envsh__run_follow(&f, k, queue, seen);
+    result = envsh__grid_make(&g, map, l->desc.hemisphere, l->roll, &l->allocator);
+    if (!envsh__follow_open(&f, texels, most)) result = ENVSH_ERR_ALLOC;
+    anew = result == ENVSH_OK && envsh__is_fed(&f, asked);
+    if (result == ENVSH_OK && !anew && !envsh__reserve(l, most)) result = ENVSH_ERR_ALLOC;
+    if (result == ENVSH_OK && !anew) {
+        memcpy(f.before, l->list, old * sizeof *f.before);
+        l->desc.light_count = asked;
+        envsh__run_follow(&f, k);
         envsh__fill_lights(l, &g, NULL);
         envsh__fill_cdf(l, &g);
         if (stats) {
             envsh__fill_stats(l, &g, stats);
             stats->changed = f.changed;
-            envsh__measure_moves(l, before, old, stats);
+            envsh__measure_moves(l, f.before, old, stats);
         }
     }
-    envsh__free(a, seen);
-    envsh__free(a, queue);
-    envsh__free(a, before);
-    envsh__free(a, f.touched);
-    envsh__free(a, f.gain);
-    envsh__free(a, f.cost);
-    envsh__free(a, f.partner);
-    envsh__free(a, f.label);
-    envsh__free(a, g.memory);
-    return result;
+    envsh__follow_close(&f);
+    envsh__free(&l->allocator, g.memory);
+    return anew ? envsh__rebuild(l, map, asked, stats) : result;
 }
 
 ENVSH_DEF envsh_result envsh_match(const envsh_light *previous, uint32_t previous_count, envsh_light *lights,

@@ -223,7 +223,7 @@ static double strata_error(const sky *s, const envsh_lights *l)
     const envsh_light *list = envsh_lights_get(l, &count);
     size_t texels;
     const uint32_t *strata = envsh_lights_strata(l, &texels);
-    static double sums[512][4];
+    static double sums[1024][4];
     double worst = 0, total = 0;
     assert_int_equal(texels, s->texels);
     memset(sums, 0, sizeof sums);
@@ -763,6 +763,170 @@ static void sun_is_followed(void **state)
     }
 }
 
+/* A spot of `size` x `size` texels with its corner at x, y. */
+static void spot(sky *s, size_t x, size_t y, size_t size, float radiance)
+{
+    for (size_t j = y; j < y + size; j++)
+        for (size_t i = x; i < x + size; i++)
+            for (size_t c = 0; c < 3; c++) s->rgb[3 * (j * s->map.width + i) + c] = radiance;
+}
+
+/* The lights' energy is the map's, they are as many as expected, and fit for shadow maps. */
+static void lights_are_whole(const sky *s, const envsh_lights *l, uint32_t expected, int has_sun)
+{
+    double found[3], exact[3];
+    uint32_t count;
+    const envsh_light *list = envsh_lights_get(l, &count);
+    assert_int_equal(count, expected);
+    light_energy(l, found);
+    exact_energy(s, exact);
+    for (int c = 0; c < 3; c++) CLOSE(found[c], exact[c], 1e-6 * exact[c]);
+    assert_true(strata_error(s, l) < 1e-6);
+    for (uint32_t i = 0; i < count; i++) {
+        assert_true(envsh__light_finite(&list[i]));
+        assert_int_equal(list[i].flags, has_sun && i == 0 ? ENVSH_LIGHT_SUN : 0);
+        for (uint32_t j = 0; j < i; j++) assert_int_not_equal(list[i].id, list[j].id);
+    }
+}
+
+/* The first frame has few lit texels, or a sun and nothing else: as soon as there are more, all lights come. */
+static void a_black_first_frame_starves_none(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < 4 * METHODS; kind++) {
+        int sun = kind & 1, ask = kind & 2;
+        sky s = sky_alloc(ENVSH_MAP_LATLONG, 128, 64);
+        envsh_desc d = desc_of(methods[kind / 4], 32);
+        envsh_light old[32];
+        envsh_lights *l;
+        envsh_stats stats;
+        uint32_t count;
+        d.split_sun = sun;
+        spot(&s, 30, 20, sun ? 2 : 1, 1000);
+        if (!sun) spot(&s, 90, 30, 1, 2);
+        l = build(&d, &s.map, NULL);
+        memcpy(old, envsh_lights_get(l, &count), sizeof *old);
+        lights_are_whole(&s, l, sun ? 1 : 2, sun);
+        for (int i = 0; i < 2; i++) {                           /* still black: nothing moves */
+            assert_int_equal(envsh_lights_follow(l, &s.map, ask ? 32 : 0, &stats), ENVSH_OK);
+            if (i || methods[kind / 4] != ENVSH_METHOD_CDF)
+                assert_memory_equal(old, envsh_lights_get(l, &count), sizeof *old);
+            lights_are_whole(&s, l, sun ? 1 : 2, sun);
+            memcpy(old, envsh_lights_get(l, &count), sizeof *old);
+        }
+        for (size_t t = 0; t < 3 * s.texels; t++) s.rgb[t] += (float)(1 + t % 3);
+        assert_int_equal(envsh_lights_follow(l, &s.map, ask ? 32 : 0, &stats), ENVSH_OK);
+        envsh_lights_get(l, &count);
+        /* inversion joins cells that fall into one column */
+        assert_in_range(count, methods[kind / 4] == ENVSH_METHOD_VARIANCE ? 32 : 16, 32);
+        lights_are_whole(&s, l, count, sun);
+        assert_int_equal(stats.lights, count);
+        memcpy(old, envsh_lights_get(l, &count), count * sizeof *old);
+        assert_int_equal(envsh_lights_follow(l, &s.map, 0, &stats), ENVSH_OK);
+        if (methods[kind / 4] != ENVSH_METHOD_CDF)
+            assert_memory_equal(old, envsh_lights_get(l, &count), count * sizeof *old);
+        envsh_lights_free(l);
+        sky_free(&s);
+    }
+}
+
+/* A sun comes up, goes out, comes back elsewhere: it is light 0, and few of the others begin anew. */
+static void sun_comes_up(void **state)
+{
+    static const size_t places[][2] = { { 30, 20 }, { 30, 20 }, { 100, 10 }, { 101, 10 } };
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, 128, 64);
+    envsh_desc d = desc_of(ENVSH_METHOD_DEFAULT, 32);
+    envsh_stats stats;
+    envsh_lights *l;
+    (void)state;
+    d.split_sun = 1;
+    sky_fill(&s, even);
+    l = build(&d, &s.map, NULL);
+    lights_are_whole(&s, l, 32, 0);
+    assert_int_equal(envsh_lights_follow(l, &s.map, 0, &stats), ENVSH_OK);
+    lights_are_whole(&s, l, 32, 0);
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
+        double to[3], omega, cosine = 0;
+        const envsh_light *list;
+        sky_fill(&s, even);
+        spot(&s, places[i][0], places[i][1], 1, 5000);
+        sky_texel(&s, places[i][1] * 128 + places[i][0], to, &omega);
+        assert_int_equal(envsh_lights_follow(l, &s.map, 0, &stats), ENVSH_OK);
+        lights_are_whole(&s, l, 32, 1);
+        assert_in_range(stats.changed, 0, 1 + 32 / 8);
+        list = envsh_lights_get(l, NULL);
+        for (int c = 0; c < 3; c++) cosine += to[c] * (double)list[0].direction[c];
+        assert_true(cosine > 1 - 1e-6);
+        if (i == 1) {                                           /* none for a frame */
+            sky_fill(&s, even);
+            assert_int_equal(envsh_lights_follow(l, &s.map, 0, &stats), ENVSH_OK);
+            lights_are_whole(&s, l, 32, 1);
+        }
+    }
+    envsh_lights_free(l);
+    sky_free(&s);
+}
+
+/* One light is no sun and the sky, but all of it. */
+static void one_light_takes_the_sun_too(void **state)
+{
+    sky s = sky_alloc(ENVSH_MAP_LATLONG, 128, 64);
+    envsh_desc d = desc_of(ENVSH_METHOD_DEFAULT, 16);
+    envsh_lights *l;
+    (void)state;
+    d.split_sun = 1;
+    sky_fill(&s, even);
+    spot(&s, 30, 20, 1, 5000);
+    l = build(&d, &s.map, NULL);
+    lights_are_whole(&s, l, 16, 1);
+    assert_int_equal(envsh_lights_follow(l, &s.map, 1, NULL), ENVSH_OK);
+    lights_are_whole(&s, l, 1, 0);
+    assert_int_equal(envsh_lights_follow(l, &s.map, 0, NULL), ENVSH_OK);
+    lights_are_whole(&s, l, 1, 0);
+    assert_int_equal(envsh_lights_follow(l, &s.map, 16, NULL), ENVSH_OK);
+    lights_are_whole(&s, l, 16, 1);
+    envsh_lights_free(l);
+    sky_free(&s);
+}
+
+/* The sun moves onto the only texel of another light. That one divides another stratum, or has none and stays. */
+static void a_stratum_that_the_sun_takes(void **state)
+{
+    enum { W = 40, H = 20, K = W * H };
+    (void)state;
+    for (int spare = 0; spare < 2; spare++) {
+        sky s = sky_alloc(ENVSH_MAP_LATLONG, W, H);
+        envsh_desc d = desc_of(ENVSH_METHOD_DEFAULT, K);
+        static envsh_light jittered[K];
+        const envsh_light *list;
+        const uint32_t *strata;
+        envsh_lights *l;
+        uint32_t count, empty = 0;
+        size_t at = 0, from = 2 * W + 9;
+        d.split_sun = 1;
+        sky_fill(&s, even);
+        for (size_t c = 0; c < 3; c++) s.rgb[3 * from + c] = 1e4f;
+        l = build(&d, &s.map, NULL);
+        lights_are_whole(&s, l, K, 1);
+        strata = envsh_lights_strata(l, NULL);
+        while (strata[at] != K - 1) at++;                       /* the last stratum: nothing lies beyond it */
+        for (size_t c = 0; c < 3; c++) s.rgb[3 * from + c] = spare ? 1 : 0;
+        for (size_t c = 0; c < 3; c++) s.rgb[3 * at + c] = 1e4f;
+        assert_int_equal(envsh_lights_follow(l, &s.map, 0, NULL), ENVSH_OK);
+        list = envsh_lights_get(l, &count);
+        assert_int_equal(count, K);
+        assert_int_equal(envsh_lights_jitter(l, 3, 5, jittered), ENVSH_OK);
+        for (uint32_t i = 0; i < K; i++)
+            if (!(list[i].solid_angle > 0)) {
+                assert_memory_equal(&jittered[i], &list[i], sizeof *list);
+                empty++;
+            }
+        assert_int_equal(empty, spare ? 0 : 1);
+        envsh_lights_free(l);
+        sky_free(&s);
+    }
+}
+
 static void another_count_changes_few(void **state)
 {
     sky s = sky_alloc(ENVSH_MAP_LATLONG, 128, 64);
@@ -1091,6 +1255,10 @@ int main(void)
         cmocka_unit_test(extents_measure_the_stratum),
         cmocka_unit_test(follow_moves_little),
         cmocka_unit_test(sun_is_followed),
+        cmocka_unit_test(a_black_first_frame_starves_none),
+        cmocka_unit_test(sun_comes_up),
+        cmocka_unit_test(one_light_takes_the_sun_too),
+        cmocka_unit_test(a_stratum_that_the_sun_takes),
         cmocka_unit_test(another_count_changes_few),
         cmocka_unit_test(rotate_turns),
         cmocka_unit_test(residual_has_no_mean),

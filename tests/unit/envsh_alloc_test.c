@@ -10,13 +10,15 @@
 #include <cmocka.h>
 #include "unit/envsh_util.h"
 
-static sky day, black, bright;     /* bright: with a sun that is one texel */
+static sky day, black, dim, bright;     /* dim: one lit texel; bright: with a sun that is one texel */
 
 static int setup(void **state)
 {
     (void)state;
     day = sky_alloc(ENVSH_MAP_LATLONG, 32, 16);
     black = sky_alloc(ENVSH_MAP_LATLONG, 32, 16);
+    dim = sky_alloc(ENVSH_MAP_LATLONG, 32, 16);
+    dim.rgb[3 * 100] = 1;
     sky_fill(&day, sunny);
     bright = sky_alloc(ENVSH_MAP_LATLONG, 64, 32);
     sky_fill(&bright, even);
@@ -29,6 +31,7 @@ static int teardown(void **state)
     (void)state;
     sky_free(&day);
     sky_free(&black);
+    sky_free(&dim);
     sky_free(&bright);
     return 0;
 }
@@ -81,7 +84,8 @@ static envsh_result act_build(ledger *l, int what)
     return r;
 }
 
-/* A failed follow leaves the lights as they were. what: the new count, 0 = as before; from 100 on: from a black map */
+/* A failed follow leaves the lights as they were. what: the new count, 0 = as before; from 100 on: from a black map,
+   from 200 on: from one with a single lit texel */
 static envsh_result act_follow(ledger *l, int what)
 {
     envsh_desc d = desc_of(ENVSH_METHOD_VARIANCE, 12);
@@ -89,19 +93,26 @@ static envsh_result act_follow(ledger *l, int what)
     envsh_light before[12];
     uint32_t count, again;
     envsh_result r;
+    const envsh_light *list;
     const envsh_map *map = what == 20 ? &bright.map : &day.map;
     size_t fail_at = l->fail_at;
     d.split_sun = what == 20;
     d.allocator = allocator_of(l);
     l->fail_at = 0;
-    if (envsh_lights_build(&d, what >= 100 ? &black.map : map, &lights, NULL) != ENVSH_OK) return ENVSH_ERR_MESH;
-    memcpy(before, envsh_lights_get(lights, &count), 12 * sizeof *before * (what < 100));
+    if (envsh_lights_build(&d, what >= 200 ? &dim.map : what >= 100 ? &black.map : map, &lights, NULL) != ENVSH_OK)
+        return ENVSH_ERR_MESH;
+    list = envsh_lights_get(lights, &count);
+    memcpy(before, list, count * sizeof *before);
     if (fail_at) l->fail_at = l->calls + fail_at;
     r = envsh_lights_follow(lights, map, (uint32_t)what % 100, NULL);
     if (r != ENVSH_OK && count) {
         assert_memory_equal(before, envsh_lights_get(lights, &again), count * sizeof *before);
         assert_int_equal(again, count);
         assert_int_equal(envsh_lights_jitter(lights, 1, 1, before), ENVSH_OK);
+    } else if (r == ENVSH_OK && what >= 200) {
+        envsh_lights_get(lights, &again);
+        assert_int_equal(count, 1);
+        assert_int_equal(again, 12);
     }
     envsh_lights_free(lights);
     return r;
@@ -132,9 +143,9 @@ static void build_survives(void **state)
 
 static void follow_survives(void **state)
 {
-    static const int plans[] = { 0, 20, 5, 108 };
+    static const int plans[] = { 0, 20, 5, 108, 200 };
     (void)state;
-    for (int p = 0; p < 4; p++) {
+    for (int p = 0; p < 5; p++) {
         ledger l;
         size_t first, calls;
         /* how many allocations are follow's own */
@@ -148,7 +159,8 @@ static void follow_survives(void **state)
             envsh_lights *lights = NULL;
             d.split_sun = plans[p] == 20;
             d.allocator = allocator_of(&l);
-            const envsh_map *map = plans[p] == 20 ? &bright.map : plans[p] >= 100 ? &black.map : &day.map;
+            const envsh_map *map = plans[p] == 20 ? &bright.map : plans[p] >= 200 ? &dim.map :
+                                   plans[p] >= 100 ? &black.map : &day.map;
             assert_int_equal(envsh_lights_build(&d, map, &lights, NULL), ENVSH_OK);
             envsh_lights_free(lights);
         }
