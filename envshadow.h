@@ -278,8 +278,10 @@ ENVSH_DEF envsh_result envsh_lights_follow(envsh_lights *lights, const envsh_map
 
 ENVSH_DEF envsh_result envsh_match(const envsh_light *previous, uint32_t previous_count, envsh_light *lights,
                                    uint32_t count);
-/* Reorders lights of another build so that each takes the place and id of the nearest previous one, brightest first;
-   the rest follow with new ids. For maps that change their size or method. O(previous_count x count). */
+/* Reorders lights of another build: the previous ones, brightest first, give place and id to the nearest light that is
+   left; of more previous lights than there are now the faintest are forgotten, and whose place is beyond count takes a
+   forgotten one's. The rest follow with new ids. For maps that change their size or method.
+   O(previous_count x count) */
 
 ENVSH_DEF envsh_result envsh_rotate(envsh_light *lights, uint32_t count, const float rotation[16]);
 /* Turns directions and extents with the environment (paper, section 3). rotation: orthonormal within 1e-3. */
@@ -3132,32 +3134,62 @@ ENVSH_DEF envsh_result envsh_lights_follow(envsh_lights *l, const envsh_map *map
     return anew ? envsh__rebuild(l, map, asked, stats) : result;
 }
 
+static void envsh__swap(envsh_light *lights, uint32_t a, uint32_t b)
+{
+    envsh_light moved = lights[a];
+    lights[a] = lights[b];
+    lights[b] = moved;
+}
+
+/* The brightest light of those that come after the last one found, in order of luminance and then of place. Begins
+   with *bright infinite. */
+static uint32_t envsh__next_brightest(const envsh_light *list, uint32_t count, float *bright, uint32_t last)
+{
+    uint32_t i, best = ENVSH_NO_LIGHT;
+    float most = 0.0f;
+    for (i = 0; i < count; i++) {
+        float w = envsh__luminance(list[i].irradiance);
+        w = w > 0.0f ? w : 0.0f;                    /* NaN too */
+        if (w > *bright || (!(w < *bright) && last != ENVSH_NO_LIGHT && i <= last)) continue;
+        if (best != ENVSH_NO_LIGHT && w <= most) continue;
+        most = w;
+        best = i;
+    }
+    *bright = most;
+    return best;
+}
+
 ENVSH_DEF envsh_result envsh_match(const envsh_light *previous, uint32_t previous_count, envsh_light *lights,
                                    uint32_t count)
 {
-    uint32_t i, j, next = 0;
+    uint32_t i, j, next = 0, kept = previous_count < count ? previous_count : count, which = ENVSH_NO_LIGHT;
+    float bright = envsh__from_bits(0x7f800000u);
     if ((!previous && previous_count) || (!lights && count)) return ENVSH_ERR_ARGUMENT;
     for (i = 0; i < previous_count; i++)
         if (previous[i].id >= next) next = previous[i].id + 1;
-    for (i = 0; i < count; i++) lights[i].id = next++;
-    for (i = 0; i < previous_count && i < count; i++) {
-        /* Place i takes the nearest of the lights that have no place yet: i .. count - 1. */
+    for (i = 0; i < kept; i++) {            /* partners come first, with the previous light's place for an id */
         uint32_t best = i;
         float most = -2.0f;
-        envsh__v3 d = envsh__v3_load(previous[i].direction);
-        envsh_light moved;
+        which = envsh__next_brightest(previous, previous_count, &bright, which);
         for (j = i; j < count; j++) {
-            float c = envsh__v3_dot(d, envsh__v3_load(lights[j].direction));
+            float c = envsh__v3_dot(envsh__v3_load(previous[which].direction), envsh__v3_load(lights[j].direction));
             if (c > most) {
                 most = c;
                 best = j;
             }
         }
-        moved = lights[best];
-        lights[best] = lights[i];
-        lights[i] = moved;
-        lights[i].id = previous[i].id;
+        envsh__swap(lights, i, best);
+        lights[i].id = which;
     }
+    for (i = 0; i < kept; i++) {            /* to their places; where nobody has one, the first whose place is gone */
+        uint32_t best = ENVSH_NO_LIGHT;
+        for (j = i; j < kept && (best == ENVSH_NO_LIGHT || lights[best].id != i); j++)
+            if (lights[j].id == i || (lights[j].id >= kept && (best == ENVSH_NO_LIGHT ||
+                                                               lights[j].id < lights[best].id))) best = j;
+        envsh__swap(lights, i, best);
+    }
+    for (i = 0; i < kept; i++) lights[i].id = previous[lights[i].id].id;
+    for (; i < count; i++) lights[i].id = next++;
     return ENVSH_OK;
 }
 

@@ -956,6 +956,69 @@ static void another_count_changes_few(void **state)
     sky_free(&s);
 }
 
+static envsh_light light_at(double degrees, float radiance, uint32_t id)
+{
+    envsh_light l;
+    memset(&l, 0, sizeof l);
+    l.direction[0] = (float)cos(degrees * PI / 180);
+    l.direction[2] = (float)sin(degrees * PI / 180);
+    for (int c = 0; c < 3; c++) l.irradiance[c] = radiance;
+    l.id = id;
+    return l;
+}
+
+/* The brightest choose first, and none of them is lost when there are fewer than before. */
+static void bright_lights_are_matched_first(void **state)
+{
+    const envsh_light previous[4] = { light_at(0, 1, 7), light_at(100, 1, 3), light_at(200, 1, 4),
+                                      light_at(10, 90, 12) };
+    envsh_light now[6];
+    (void)state;
+    now[0] = light_at(8, 80, 0);                        /* dim 7 is first in the list, bright 12 is what moved */
+    now[1] = light_at(60, 1, 0);
+    assert_int_equal(envsh_match(previous, 4, now, 2), ENVSH_OK);
+    assert_true(now[0].id == 7 || now[1].id == 7);
+    for (int i = 0; i < 2; i++) assert_true((now[i].id == 12) == (now[i].irradiance[0] > 50));
+    assert_int_equal(now[0].id, 7);                     /* whose place there still is */
+
+    now[0] = light_at(8, 80, 0);
+    assert_int_equal(envsh_match(previous, 4, now, 1), ENVSH_OK);
+    assert_int_equal(now[0].id, 12);
+
+    for (int i = 0; i < 6; i++) now[i] = light_at(8 + 45 * i, i == 0 ? 80 : 1, 0);
+    assert_int_equal(envsh_match(previous, 4, now, 6), ENVSH_OK);
+    for (int i = 0; i < 4; i++) assert_int_equal(now[i].id, previous[i].id);
+    assert_true(now[3].irradiance[0] > 50);
+    CLOSE(now[1].direction[2], sin(98 * PI / 180), 1e-6);
+    CLOSE(now[2].direction[2], sin(188 * PI / 180), 1e-6);
+    for (uint32_t i = 4; i < 6; i++) assert_int_equal(now[i].id, 13 + i - 4);
+
+    now[0] = light_at(8, NAN, 0);                       /* not a number is dark, and ends all the same */
+    now[1] = light_at(190, INFINITY, 0);
+    assert_int_equal(envsh_match(now, 2, now + 2, 3), ENVSH_OK);
+}
+
+/* Every previous light finds its own again, whatever the order: places and ids are as they were. */
+static void match_undoes_a_shuffle(void **state)
+{
+    enum { K = 40 };
+    uint64_t seed = 5;
+    envsh_light previous[K], now[K];
+    (void)state;
+    for (uint32_t i = 0; i < K; i++)
+        previous[i] = light_at(360.0 * i / K + 3 * rnd(&seed), (float)(1 + (i * 7) % 5), 100 + (i * 11) % K);
+    memcpy(now, previous, sizeof now);
+    for (uint32_t i = K - 1; i > 0; i--) {
+        uint32_t j = (uint32_t)(rnd(&seed) * (i + 1));
+        envsh_light moved = now[i];
+        now[i] = now[j];
+        now[j] = moved;
+    }
+    for (uint32_t i = 0; i < K; i++) now[i].id = i;
+    assert_int_equal(envsh_match(previous, K, now, K), ENVSH_OK);
+    assert_memory_equal(now, previous, sizeof now);
+}
+
 static void rotate_turns(void **state)
 {
     sky s = sky_alloc(ENVSH_MAP_LATLONG, 64, 32);
@@ -1260,6 +1323,8 @@ int main(void)
         cmocka_unit_test(one_light_takes_the_sun_too),
         cmocka_unit_test(a_stratum_that_the_sun_takes),
         cmocka_unit_test(another_count_changes_few),
+        cmocka_unit_test(bright_lights_are_matched_first),
+        cmocka_unit_test(match_undoes_a_shuffle),
         cmocka_unit_test(rotate_turns),
         cmocka_unit_test(residual_has_no_mean),
         cmocka_unit_test(gltf_is_written),
