@@ -3751,9 +3751,10 @@ static int64_t envsh__edge(const envsh__corner3 *a, const envsh__corner3 *b, int
 
 typedef struct envsh__tile_target { float *tile; size_t row, step; int64_t low, high; } envsh__tile_target;
 
-static void envsh__raster(const envsh__tile_target *to, const envsh__corner3 *c)
+static void envsh__raster(const envsh__tile_target *to, const envsh__corner3 *p, const envsh__corner3 *q,
+                          const envsh__corner3 *r)
 {
-    const envsh__corner3 *p = &c[0], *q = &c[1], *r = &c[2], *swap;
+    const envsh__corner3 *swap;
     int64_t area = envsh__edge(p, q, r->x, r->y), x0, x1, y0, y1, x, y, e0, e1, e2, b0, b1, b2;
     float zx, zy, z0, lo, hi;
     double inv;
@@ -3821,18 +3822,75 @@ static void envsh__combine(const float *row, const float *m, float *out)
     }
 }
 
-static int envsh__transform_corner(const float *rows, const float *p, float limit, envsh__corner3 *out)
+/* Texels from a tile's corner within which triangles are drawn as they are. What reaches further is cut first: there
+   256ths of a texel, and depths in floats, would bend it. */
+#define ENVSH__REACH 32768.0
+
+/* 0: not finite or beyond reach, envsh__cut_triangle decides. */
+static int envsh__transform_corner(const float *rows, const float *p, envsh__corner3 *out)
 {
+    const float limit = (float)ENVSH__REACH;
     float x = rows[0] * p[0] + rows[1] * p[1] + rows[2] * p[2] + rows[3];
     float y = rows[4] * p[0] + rows[5] * p[1] + rows[6] * p[2] + rows[7];
     float z = rows[8] * p[0] + rows[9] * p[1] + rows[10] * p[2] + rows[11];
-    if (!envsh__finite(x) || !envsh__finite(y) || !envsh__finite(z)) return 0;
-    x = x < -limit ? -limit : x > limit ? limit : x;
-    y = y < -limit ? -limit : y > limit ? limit : y;
+    if (!(fabsf(x) <= limit && fabsf(y) <= limit) || !envsh__finite(z)) return 0;
     out->x = (int64_t)floorf(x * 256.0f + 0.5f);
     out->y = (int64_t)floorf(y * 256.0f + 0.5f);
     out->z = z;
     return 1;
+}
+
+typedef struct envsh__point64 { double p[3]; } envsh__point64;      /* texels, texels, depth */
+
+/* Where an edge leaves, from its inner end whichever way it runs: both its triangles get the same point. */
+static envsh__point64 envsh__leave(const envsh__point64 *in, const envsh__point64 *out, double din, double dout)
+{
+    envsh__point64 c;
+    int i;
+    for (i = 0; i < 3; i++) c.p[i] = in->p[i] + (out->p[i] - in->p[i]) * (din / (din - dout));
+    return c;
+}
+
+/* Cuts a polygon to the square of all that is within reach (Sutherland and Hodgman 1974). q: room for 8 points. */
+static int envsh__cut_to_reach(envsh__point64 *q, int count)
+{
+    envsh__point64 r[8];
+    int side, i, n;
+    for (side = 0; side < 4 && count > 2; side++) {
+        double sign = side & 1 ? -1.0 : 1.0;
+        for (i = 0, n = 0; i < count; i++) {
+            const envsh__point64 *a = q + i, *b = q + (i + 1 == count ? 0 : i + 1);
+            double da = ENVSH__REACH - sign * a->p[side >> 1], db = ENVSH__REACH - sign * b->p[side >> 1];
+            if (da >= 0.0) r[n++] = *a;
+            if (da >= 0.0 && db < 0.0) r[n++] = envsh__leave(a, b, da, db);
+            if (da < 0.0 && db >= 0.0) r[n++] = envsh__leave(b, a, db, da);
+        }
+        count = n;
+        memcpy(q, r, (size_t)n * sizeof *r);
+    }
+    return count;
+}
+
+/* The polygon that is left of a triangle which reaches beyond, in doubles: how many corners. None of one with places
+   that floats do not hold. c: room for 8. */
+static int envsh__cut_triangle(const float *rows, const float *const *corners, envsh__corner3 *c)
+{
+    envsh__point64 q[8];
+    int i, k, n;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 3; k++) {
+            const float *row = rows + 4 * k, *p = corners[i];
+            q[i].p[k] = (double)row[0] * (double)p[0] + (double)row[1] * (double)p[1] + (double)row[2] * (double)p[2] +
+                        (double)row[3];
+            if (!(fabs(q[i].p[k]) <= 3e38)) return 0;
+        }
+    n = envsh__cut_to_reach(q, 3);
+    for (i = 0; i < n; i++) {
+        c[i].x = (int64_t)floor(q[i].p[0] * 256.0 + 0.5);
+        c[i].y = (int64_t)floor(q[i].p[1] * 256.0 + 0.5);
+        c[i].z = (float)q[i].p[2];
+    }
+    return n;
 }
 
 static void envsh__draw_task(void *context, size_t i)
@@ -3842,7 +3900,8 @@ static void envsh__draw_task(void *context, size_t i)
     const envsh_view *v = &m->views[i];
     const char *positions = (const char *)d->mesh->positions;
     envsh__tile_target to;
-    envsh__corner3 c[3];
+    envsh__corner3 c[8];
+    const float *p[3];
     float rows[12];
     size_t t, k;
     to.tile = envsh__tile(m, (uint32_t)i, &to.row);
@@ -3853,12 +3912,14 @@ static void envsh__draw_task(void *context, size_t i)
         if (d->transform) envsh__combine(v->lookup + 4 * k, d->transform, rows + 4 * k);
         else memcpy(rows + 4 * k, v->lookup + 4 * k, 4 * sizeof *rows);
     for (t = 0; t < d->triangles; t++) {
+        int within = 1, n = 3, j;
         for (k = 0; k < 3; k++) {
             size_t index = d->mesh->indices ? d->mesh->indices[3 * t + k] : 3 * t + k;
-            const float *p = (const float *)(const void *)(positions + index * d->stride);
-            if (!envsh__transform_corner(rows, p, 1048576.0f, &c[k])) break;
+            p[k] = (const float *)(const void *)(positions + index * d->stride);
+            within &= envsh__transform_corner(rows, p[k], &c[k]);
         }
-        if (k == 3) envsh__raster(&to, c);
+        if (!within) n = envsh__cut_triangle(rows, p, c);
+        for (j = 2; j < n; j++) envsh__raster(&to, &c[0], &c[j - 1], &c[j]);
     }
 }
 

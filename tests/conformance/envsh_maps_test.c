@@ -282,6 +282,59 @@ static void raster_equals_rays(void **state)
     envsh_maps_free(m);
 }
 
+/* A ground of two triangles far beyond the bounds: in every tile the plane that it is, and no shadow on itself. */
+static void a_ground_without_end_is_flat(void **state)
+{
+    static const double halves[] = { 40, 3e3, 2e5, 1e7, 1e12 };
+    static envsh_light list[6];
+    uint32_t n = lights_of(even, 6, 1, list);
+    envsh_bounds box = { { -5, 0, -5 }, { 5, 5, 5 } };
+    double worst = 0, dark = 0;
+    int compared = 0;
+    (void)state;
+    for (size_t h = 0; h < sizeof halves / sizeof halves[0]; h++) {
+        const double corner[3] = { -halves[h], 0, -1.1 * halves[h] };
+        const double wide[3] = { 2.3 * halves[h], 0, 0 }, along[3] = { 0, 0, 2 * halves[h] };
+        envsh_maps *m = maps_of(128, 0, n);
+        envsh_mesh mesh;
+        envsh_atlas atlas;
+        const envsh_view *views;
+        geometry.vertices = 0;
+        soup_quad(&geometry, corner, wide, along);
+        mesh = soup_mesh(&geometry);
+        assert_int_equal(envsh_maps_begin(m, list, n, box), ENVSH_OK);
+        assert_int_equal(envsh_maps_draw(m, &mesh, NULL), ENVSH_OK);
+        assert_int_equal(envsh_maps_end(m), ENVSH_OK);
+        envsh_maps_atlas(m, &atlas);
+        views = envsh_maps_views(m, NULL);
+        for (uint32_t i = 0; i < n; i++) {
+            const float *l = views[i].lookup;
+            /* x and z of the ground from texels: two equations */
+            double det = (double)l[0] * (double)l[6] - (double)l[2] * (double)l[4];
+            for (uint32_t y = atlas.guard; y < 128 - atlas.guard; y++)
+                for (uint32_t x = atlas.guard; x < 128 - atlas.guard; x++) {
+                    double u = x + 0.5 - (double)l[3], v = y + 0.5 - (double)l[7];
+                    double px = (u * (double)l[6] - v * (double)l[2]) / det, z;
+                    double pz = (v * (double)l[0] - u * (double)l[4]) / det;
+                    if (fabs(px) > 20 || fabs(pz) > 20) continue;       /* the smallest ground ends there */
+                    z = (double)l[8] * px + (double)l[10] * pz + (double)l[11];
+                    z = fmin(1, fmax(0, z));
+                    compared += z > 0 && z < 1;
+                    z -= (double)atlas.depth[(size_t)(views[i].y + y) * atlas.width + views[i].x + x];
+                    worst = fmax(worst, fabs(z));
+                }
+        }
+        for (int i = 0; i < 300; i++)
+            dark = fmax(dark, 1 - shade_one(m, 0.9 * (i % 10) - 4, 0, 0.9 * (i / 10 % 10) - 4, up,
+                                            (envsh_filter)(i / 100)) / shade_one(m, 1e6, 1, 0, up, ENVSH_FILTER_PLAIN));
+        envsh_maps_free(m);
+    }
+    assert_true(compared > 100000);
+    /* 512ths of a texel times the slope, and floats of depths up to 500 ranges away */
+    CONFORM_MAX("image", "ground of up to 1e12 across in maps of 10: depth off the plane, in ranges", 1e-4, worst);
+    CONFORM_MAX("image", "ground of up to 1e12 across in maps of 10: shadow on itself, share of its light", 0, dark);
+}
+
 /* ---- filters against brute force ---- */
 
 /* envsh_visibility_twin takes no shortcut: it must agree with the batch to the bit, for every filter and packing. */
@@ -607,6 +660,7 @@ int main(void)
         cmocka_unit_test(tiles_do_not_bleed),
         cmocka_unit_test(sealed_box_is_dark),
         cmocka_unit_test(raster_equals_rays),
+        cmocka_unit_test(a_ground_without_end_is_flat),
         cmocka_unit_test(shortcuts_change_nothing),
         cmocka_unit_test(penumbra_has_its_width),
         cmocka_unit_test(points_draw_by_seed_and_place),
