@@ -234,11 +234,11 @@ demo: deps
 	@if [ -f examples/demo.sh ]; then BUILD=$(BUILD) sh examples/demo.sh; \
 	else echo 'make demo: examples/demo.sh is not there yet'; exit 1; fi
 
-bench: $(BUILD)/bench $(BUILD)/render
+bench: $(BUILD)/bench $(BUILD)/render $(BUILD)/compare
 	$(BUILD)/bench --list
 
 # docs/performance.md, with every bench of bench/performance.txt: about half an hour of a quiet machine.
-performance: $(BUILD)/bench $(BUILD)/render
+performance: $(BUILD)/bench $(BUILD)/render $(BUILD)/compare
 	@BUILD=$(BUILD) sh bench/performance
 
 coverage:
