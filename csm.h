@@ -124,7 +124,7 @@ extern "C" {
     X(COHSM_OK, "ok")                                                                                        \
     X(COHSM_ERR_ARGUMENT, "an argument is NULL, zero, not finite or out of range")                           \
     X(COHSM_ERR_DESC, "a desc field is out of range")                                                        \
-    X(COHSM_ERR_INPUT, "the mesh or layers cannot be used")                                       \
+    X(COHSM_ERR_INPUT, "the mesh or layers cannot be used")                                                  \
     X(COHSM_ERR_ALLOC, "the allocator returned no memory")                                                   \
     X(COHSM_ERR_MEMORY, "the caller's buffer is too small or misaligned")                                    \
     X(COHSM_ERR_LIMIT, "a size overflows or passes a limit of the format")                                   \
@@ -187,7 +187,8 @@ typedef enum cohsm_domain_kind {    /* D: [0,1]^d -> (x, y, z, w); w = 0 a direc
 
 typedef struct cohsm_domain {
     cohsm_domain_kind kind;
-    uint32_t side[3];               /* cells a dimension, 1..4096, N = their product <= 2^24. 0 = 128 (2-D), 32 (3-D) */
+    uint32_t side[3];               /* cells a dimension, 1..4096 (TABLE: 1..2^24), N = their product <= 2^24.
+                                       0 = 128 (2-D), 32 (3-D) */
     float origin[3], u[3], v[3], w[3]; /* shape of the local kinds, in the mesh's space and units */
     const float *locations;         /* TABLE, LIST: x, y, z, w each; all w equal, 0 or 1. Copied */
     size_t location_count;          /* TABLE: the product of side; LIST: N, and side is ignored */
@@ -326,7 +327,7 @@ typedef struct cohsm_info {
     float    depth_far;             /* positional: distance that depth 1 stands for */
     uint64_t segments;
     size_t   bytes;                 /* of the block */
-    double   ratio;                 /* view_count * M * M * 2 / bytes, as the paper counts */
+    double   ratio;                 /* view_count * pixels * 2 / bytes, as in the paper; pixels: M * M or a shard's */
 } cohsm_info;
 
 COHSM_DEF void cohsm_get_info(const cohsm_maps *maps, cohsm_info *out);
@@ -384,7 +385,7 @@ typedef enum cohsm_light {
     COHSM_LIGHT_DIRECTION,          /* lights are unit directions to the light (x, y, z); maps of directions */
     COHSM_LIGHT_POSITION,           /* semi-local: positions outside the hulls, where points are; maps of directions */
     COHSM_LIGHT_PARAMETER,          /* lights are d parameters in 0..1 of the maps' domain, any domain but LIST */
-    COHSM_LIGHT_INDEX               /* lights are uint32_t cells < N, any domain */
+    COHSM_LIGHT_INDEX               /* lights are uint32_t cells < N, any domain; others count as lit */
 } cohsm_light;
 
 typedef enum cohsm_filter {
@@ -406,7 +407,7 @@ typedef struct cohsm_query {
     cohsm_light     light;
     cohsm_filter    filter;
     float           bias;           /* map pixels, >= 0: receivers count as that much nearer to the light */
-    uint32_t        seed;           /* of COHSM_FILTER_ROULETTE; sample i draws from (seed, i) */
+    uint32_t        seed;           /* of COHSM_FILTER_ROULETTE; sample i draws from (seed, i, instance) */
     const uint32_t *self;           /* instance that each point lies on, tested first, or COHSM_NO_SELF; NULL = none */
 } cohsm_query;
 
@@ -428,6 +429,7 @@ typedef struct cohsm_instance {     /* an object of the scene; several may share
 COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size_t instance_count,
                                            const cohsm_query *query, float *visible, size_t *refused);
 /* The product over all instances (paper 4.6): the point's own object first, then, while some light is left, the others.
+   Roulette of instance i draws as if alone with seed + 0x9e3779b9 i.
    Errors   as cohsm_visible; COHSM_ERR_ARGUMENT also for transforms that shear, mirror or scale unevenly */
 
 /* ---- choosing sizes ---- */
@@ -528,7 +530,7 @@ typedef struct cohsm_emitter_desc {
     float             rotation;     /* environment: radians about +Y */
     const float      *texels;       /* L over [0, 1)^2: factors of radiance, height rows of width rgb texels, each
                                        constant; NULL: 1. Frames follow one another. Copied by cohsm_emitter_build */
-    uint32_t          width, height;     /* a line has height 1 */
+    uint32_t          width, height;     /* a line has height 1; 0 without texels */
     uint32_t          frames;            /* 0 = 1 */
     float             frames_per_second; /* linear between frames; 0 = 30 */
     int               loop;              /* 1: the frame after the last is the first; 0: the last one stays */
@@ -558,7 +560,7 @@ COHSM_DEF cohsm_result cohsm_emitter_domain(const cohsm_emitter *emitter, cohsm_
 /* D of section 4: the domain whose maps answer for samples of this emitter. Ask them with coords as
    COHSM_LIGHT_PARAMETER, light_stride 12; the sky's and the sun's, LATLONG, with directions; a point's and a spot's,
    LIST, by index 0.
-   out      its side is 0, the default; locations of a LIST and of a mesh's TABLE point into the emitter
+   out      its side is 0, the default, but for a mesh's TABLE; locations of LIST and TABLE point into the emitter
    Errors   COHSM_ERR_ARGUMENT; COHSM_ERR_DOMAIN for callbacks: build a TABLE from shape_fn */
 
 COHSM_DEF size_t cohsm_emitter_triangles(const cohsm_emitter *emitter, float *corners);
@@ -582,13 +584,14 @@ COHSM_DEF int cohsm_emitter_sample(const cohsm_emitter *light, const float p[3],
 COHSM_DEF int cohsm_emitter_hit(const cohsm_emitter *light, const float p[3], const float direction[3],
                               cohsm_emission *out);
 /* What a ray from p sees of the light alone. Returns 0, *out untouched, if it misses; always for sun, point, spot and
-   callback, which have no area or none that is known: those are only sampled from their side. */
+   callback, which have no area or none that is known, and for meshes, whose triangles a ray would have to search: those
+   are only sampled from their side. */
 
 typedef enum cohsm_sampling {
     COHSM_SAMPLING_DEFAULT,      /* both, weighted by the balance heuristic (Veach and Guibas 1995), shared out by
                                     solid angle of the light and width of the lobe */
     COHSM_SAMPLING_LIGHT,        /* P_L */
-    COHSM_SAMPLING_BRDF,         /* P_f; sun, point, spot and callback: P_L all the same */
+    COHSM_SAMPLING_BRDF,         /* P_f; sun, point, spot, callback and mesh: P_L all the same */
     COHSM_SAMPLING_PAPER         /* environment: the diffuse part by P_L, the specular one by P_f, roulette between them
                                     by k_d, the diffuse share of the albedo; every other light by P_L */
 } cohsm_sampling;
@@ -599,7 +602,8 @@ typedef struct cohsm_points {    /* strides in bytes, multiples of 4; 0 = 12 */
     const float          *normals;    size_t normal_stride;    /* 3 floats, unit shading normals */
     const float          *views;      size_t view_stride;      /* 3 floats, unit, to the eye; NULL = normals */
     const float          *tangents;   size_t tangent_stride;   /* 3 floats, unit; NULL = any */
-    const cohsm_material *materials;  size_t material_stride;  /* 0: one for all; else sizeof or above */
+    const cohsm_material *materials;  size_t material_stride;  /* 0: one for all; else sizeof or above,
+                                                                         a multiple of sizeof(void *) */
     const uint32_t       *pixels;     /* y * width + x, picks the random numbers; NULL: 0, 1, ... */
 } cohsm_points;
 
@@ -1555,13 +1559,13 @@ static inline cohsm__cdf2_sample cohsm__cdf2_sample_at(const cohsm__cdf2 *cdf, f
 
 /* COHSM__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
    COHSM__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
-   needs none. */
+   needs none. clang in MSVC's place (clang-cl) hides the vector types unless all is built for them. */
 #if !defined(COHSM__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define COHSM__X86 1
 #define COHSM__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
 #define COHSM__TARGET_AVX512 \
     __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi,bmi2,lzcnt,popcnt")))
-#elif !defined(COHSM__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64)
+#elif !defined(COHSM__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
 #define COHSM__X86 1
 #define COHSM__TARGET_AVX2
 #define COHSM__TARGET_AVX512
@@ -1569,7 +1573,7 @@ static inline cohsm__cdf2_sample cohsm__cdf2_sample_at(const cohsm__cdf2 *cdf, f
 #define COHSM__X86 0
 #endif
 
-#if COHSM__X86 && defined(_MSC_VER) && !defined(__clang__)
+#if COHSM__X86 && defined(_MSC_VER)
 #include <intrin.h>
 /* Bit of leaf 7's ebx, after FMA and what the operating system saves were checked. */
 static inline int cohsm__cpu_leaf7(unsigned xcr0, unsigned ebx)
@@ -2295,7 +2299,7 @@ COHSM__TARGET_AVX2 static void cohsm__sample8(const cohsm__target *t, const cohs
     __m256i w0 = cohsm__edge8(x1, y1, x2, y2), w1 = cohsm__edge8(x2, y2, x0, y0), w2 = cohsm__edge8(x0, y0, x1, y1);
     __m256i area = _mm256_add_epi32(_mm256_add_epi32(w0, w1), w2), zero = _mm256_setzero_si256();
     __m256i flip = _mm256_cmpgt_epi32(zero, area), in0, in1, in2;
-    __m256 za = c->z[1], zb = c->z[2], wa, wb, z, flipped = _mm256_castsi256_ps(flip);
+    __m256 za, zb, wa, wb, z, flipped = _mm256_castsi256_ps(flip);
     uint32_t pixel[8], depth[8];
     unsigned mask;
 
@@ -2326,7 +2330,7 @@ COHSM__TARGET_AVX2 static void cohsm__sample8(const cohsm__target *t, const cohs
     _mm256_storeu_si256((__m256i *)(void *)pixel,
                         _mm256_add_epi32(_mm256_mullo_epi32(y, _mm256_set1_epi32(t->size)), x));
     for (; mask; mask &= mask - 1u) {
-        unsigned lane = (unsigned)__builtin_ctz(mask);
+        unsigned lane = _tzcnt_u32(mask);
         cohsm__insert(t->z + (size_t)t->keep * pixel[lane], t->keep, (uint16_t)depth[lane]);
     }
 }
@@ -2345,7 +2349,7 @@ COHSM__TARGET_AVX2 static void cohsm__fill_lanes(const cohsm__target *t, const c
         _mm256_storeu_ps(z[k], c->z[k]);
     }
     for (; lanes; lanes &= lanes - 1u) {
-        int lane = __builtin_ctz(lanes);
+        int lane = (int)_tzcnt_u32(lanes);
         for (k = 0; k < 3; k++) {
             p[k].x = x[k][lane];
             p[k].y = y[k][lane];
@@ -2575,7 +2579,7 @@ COHSM__TARGET_AVX512 static void cohsm__sample16(const cohsm__target *t, const c
     _mm512_storeu_si512(depth, _mm512_cvttps_epi32(z));
     _mm512_storeu_si512(pixel, _mm512_add_epi32(_mm512_mullo_epi32(y, _mm512_set1_epi32(t->size)), x));
     for (; mask; mask &= mask - 1u) {
-        unsigned lane = (unsigned)__builtin_ctz(mask);
+        unsigned lane = _tzcnt_u32(mask);
         cohsm__insert(t->z + (size_t)t->keep * pixel[lane], t->keep, (uint16_t)depth[lane]);
     }
 }
@@ -2602,7 +2606,7 @@ COHSM__TARGET_AVX512 static void cohsm__raster_queue16(const cohsm__target *t, c
     wide = _mm512_cmpgt_epi32_mask(_mm512_sub_epi32(hx, lx), few) |
            _mm512_cmpgt_epi32_mask(_mm512_sub_epi32(hy, ly), few);
     for (large = wide & valid; large; large &= large - 1u) {
-        uint32_t lane = (uint32_t)__builtin_ctz(large);
+        uint32_t lane = _tzcnt_u32(large);
         for (k = 0; k < 3; k++) {
             p[k].x = q->x[k][at + lane];
             p[k].y = q->y[k][at + lane];
@@ -3758,8 +3762,8 @@ static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pix
                                  uint32_t hi)
 {
     cohsm__record *c = &r->last->records[r->last->count++];
-    uint32_t far = b->head.positional ? 4u * hi / b->head.map_size + 1u : b->grid.margin;
-    if (!flag && hi < b->grid.top) hi = hi > lo + 3u * far ? hi - far : cohsm__min_u32(hi, lo + 2u * far);
+    uint32_t clear = b->head.positional ? 4u * hi / b->head.map_size + 1u : b->grid.margin;
+    if (!flag && hi < b->grid.top) hi = hi > lo + 3u * clear ? hi - clear : cohsm__min_u32(hi, lo + 2u * clear);
     c->pixel = (pixel - r->begin) | flag;
     c->first = (uint16_t)b->first[pixel];
     c->lo = (uint8_t)lo;
@@ -4117,13 +4121,13 @@ static uint32_t cohsm__chunks(const cohsm__header *h) { return (h->view_count - 
 static float cohsm__far_distance(const cohsm__header *h, const float *locations)
 {
     cohsm__v3 c = cohsm__v3_load(h->center);
-    float far = 0.0f, d;
+    float farthest = 0.0f, d;
     uint32_t i;
     for (i = 0; i < h->map_count; i++) {
         d = cohsm__v3_length(cohsm__v3_sub(cohsm__cell_location(h, locations, i), c));
-        if (d > far) far = d;
+        if (d > farthest) farthest = d;
     }
-    return (far + h->radius) * 1.0001f;
+    return (farthest + h->radius) * 1.0001f;
 }
 
 static cohsm__camera cohsm__camera_of(const cohsm__header *h, const float *locations, const float *angles,
@@ -4473,8 +4477,11 @@ typedef struct cohsm__memory { void *memory; uint32_t *words; } cohsm__memory;
 static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words)
 {
     cohsm__memory b;
-    b.memory = cohsm__alloc(a, 4 * (size_t)words + 64);
-    b.words = NULL;
+    size_t size;
+
+    b.memory = b.words = NULL;
+    if (!cohsm__mul_size(words, 4, &size) || !cohsm__add_size(size, 64, &size)) return b;   /* 32-bit targets */
+    b.memory = cohsm__alloc(a, size);
     if (!b.memory) return b;
     b.words = (uint32_t *)(void *)((char *)b.memory + (64u - (uintptr_t)b.memory % 64u));
     memset(b.words, 0, 4 * (size_t)words);
@@ -4747,7 +4754,7 @@ static void cohsm__take_part(cohsm_desc *d, cohsm__part *p, float from, float to
 static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *model, uint32_t shrink, cohsm__heap *heap,
                                      double *segments)
 {
-    cohsm_desc small = *d;
+    cohsm_desc trial = *d;
     cohsm__part part;
     cohsm_maps *maps;
     cohsm_stats stats;
@@ -4755,12 +4762,12 @@ static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *mo
     int i;
 
     memset(&stats, 0, sizeof stats);
-    cohsm__take_part(&small, &part, 0.0f, 0.0f);
-    for (i = 0; i < 3; i++) small.domain.side[i] = (d->domain.side[i] + shrink - 1u) / shrink;
-    small.map_size = cohsm__max_u32(d->map_size / 2, 8);
-    small.pixel_begin = 0;
-    small.pixel_end = small.map_size * small.map_size;
-    result = cohsm__build_model(&small, model, heap, &maps, &stats);
+    cohsm__take_part(&trial, &part, 0.0f, 0.0f);
+    for (i = 0; i < 3; i++) trial.domain.side[i] = (d->domain.side[i] + shrink - 1u) / shrink;
+    trial.map_size = cohsm__max_u32(d->map_size / 2, 8);
+    trial.pixel_begin = 0;
+    trial.pixel_end = trial.map_size * trial.map_size;
+    result = cohsm__build_model(&trial, model, heap, &maps, &stats);
     if (result != COHSM_OK) return result;
     cohsm_free(maps);
     *segments = (double)stats.segments;
@@ -4828,8 +4835,8 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
                                     uint32_t *map_size)
 {
     cohsm_desc d;
-    double small, large, pixel, error, least = 0.0, growth;
-    uint32_t n, m, step;
+    double coarse, fine, pixel, error, least = 0.0, growth;
+    uint32_t n, m, step, maps;
     cohsm_result result;
 
     if (!mesh || !side || !map_size) return COHSM_ERR_ARGUMENT;
@@ -4839,15 +4846,16 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
         d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL)
         return COHSM_ERR_DOMAIN;
     if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
-    result = cohsm__try_side(d, mesh, 16, 0.0f, 0.2f, &small);
-    if (result == COHSM_OK) result = cohsm__try_side(d, mesh, 32, 0.2f, 1.0f, &large);
+    result = cohsm__try_side(d, mesh, 16, 0.0f, 0.2f, &coarse);
+    if (result == COHSM_OK) result = cohsm__try_side(d, mesh, 32, 0.2f, 1.0f, &fine);
     if (result != COHSM_OK) return result;
-    growth = large / small > 1.0 ? large / small : 1.0;
-    for (n = 8, pixel = small / growth; n <= 2048; n *= 2, pixel *= growth)     /* n, and 1.5 n half a doubling on */
+    growth = fine / coarse > 1.0 ? fine / coarse : 1.0;
+    for (n = 8, pixel = coarse / growth; n <= 2048; n *= 2, pixel *= growth)     /* n, and 1.5 n half a doubling on */
         for (step = 2; step <= 3; step++)
-            for (m = 16; m <= 1024; m += 16) {
+            for (m = 16, maps = (n * step / 2u) * (n * step / 2u); m <= 1024; m += 16) {
                 double size = pixel * (step == 3 ? 0.5 * (1.0 + growth) : 1.0) * m * m;
-                size += 4.0 * (double)COHSM__HEADER_WORDS + 2.0 * (n * step / 2u) * (n * step / 2u);
+                size += 4.0 * (double)COHSM__HEADER_WORDS + (maps > 65536u ? 4.0 : 2.0) * maps;
+                size += 4.0 * m * m * ((maps - 1u) / 65536u);   /* lookup of every chunk but the first, in pixel */
                 if (size > 0.9 * (double)bytes) break;
                 error = 0.0055 * 128.0 / (n * step / 2u) + 0.0185 * sqrt(128.0 / m);
                 if (least > 0.0 && error >= least) continue;
@@ -4995,6 +5003,7 @@ enum { COHSM__TILE = 256, COHSM__KEPT = 512 };   /* kept: by 4 bits of x and 5 o
 typedef struct cohsm__tile {            /* one object's samples, in its space */
     const cohsm_maps  *maps;
     const cohsm_query *query;
+    uint32_t seed;                      /* roulette's: each instance draws its own, else products have another mean */
     size_t   count;
     int      one_light;                 /* light[.][0] is everyone's */
     float    point[3][COHSM__TILE];     /* in radii about the sphere's centre */
@@ -5008,10 +5017,11 @@ typedef struct cohsm__tile {            /* one object's samples, in its space */
     uint8_t  wanted[COHSM__KEPT];
 } cohsm__tile;
 
-static void cohsm__tile_start(cohsm__tile *t, const cohsm_query *q, const cohsm_maps *maps)
+static void cohsm__tile_start(cohsm__tile *t, const cohsm_query *q, const cohsm_maps *maps, uint32_t instance)
 {
     t->maps = maps;
     t->query = q;
+    t->seed = q->seed + 0x9e3779b9u * instance;
     t->one_light = q->one_light;
     t->count = 0;
     if (!q->one_light) return;
@@ -5191,9 +5201,9 @@ static cohsm__v3 cohsm__tile_light(const cohsm__tile *t, size_t i)
 
 /* Roulette is the nearest neighbour of a position moved at random by up to half a step: a fraction f is rounded up with
    probability f, which is its weight in PCF. */
-static float cohsm__jitter(const cohsm_query *q, uint32_t id, uint32_t dimension)
+static float cohsm__jitter(const cohsm__tile *t, uint32_t id, uint32_t dimension)
 {
-    return q->filter == COHSM_FILTER_ROULETTE ? cohsm__random(q->seed, id, dimension) : 0.5f;
+    return t->query->filter == COHSM_FILTER_ROULETTE ? cohsm__random(t->seed, id, dimension) : 0.5f;
 }
 
 /* A direction whose length can be computed. */
@@ -5217,6 +5227,7 @@ static void cohsm__address(cohsm__tile *t, size_t i)
     t->pixel[i] = COHSM__NO_PIXEL;
     if (!cohsm__v3_finite(p) || (q->light != COHSM_LIGHT_INDEX && !cohsm__v3_finite(l))) return;
     if (q->light == COHSM_LIGHT_INDEX) {
+        if (t->cell[t->one_light ? 0 : i] >= m->head.map_count) return;     /* unknown, like a light at NaN */
         cohsm__cell_split(m->head.side, t->cell[t->one_light ? 0 : i], (uint32_t *)c);
         if (q->filter == COHSM_FILTER_PCF) {
             t->visible[i] = cohsm__lit_of(cohsm__pcf_map(m, c, p, q->bias));
@@ -5230,13 +5241,13 @@ static void cohsm__address(cohsm__tile *t, size_t i)
             t->visible[i] = cohsm__lit_of(cohsm__pcf(m, f, p, q->bias));
             return;
         }
-        for (k = 0; k < m->head.dimensions; k++) c[k] = cohsm__floor(f[k] + cohsm__jitter(q, id, k));
+        for (k = 0; k < m->head.dimensions; k++) c[k] = cohsm__floor(f[k] + cohsm__jitter(t, id, k));
         cohsm__wrap(m, c);
     }
     s = cohsm__see(m, cohsm__cell_index(m, c), p, q->bias);
     if (q->filter == COHSM_FILTER_ROULETTE) {
-        s.x += cohsm__jitter(q, id, 3) - 0.5f;
-        s.y += cohsm__jitter(q, id, 4) - 0.5f;
+        s.x += cohsm__jitter(t, id, 3) - 0.5f;
+        s.y += cohsm__jitter(t, id, 4) - 0.5f;
     }
     t->depth[i] = cohsm__compared_depth(s.depth);
     if (t->depth[i] < 0) return;
@@ -5417,7 +5428,7 @@ static void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t firs
         same = filter != COHSM_FILTER_PCF ? 0.5f : corner >> i & 1u ? 1.0f : 0.0f;
         if (filter == COHSM_FILTER_ROULETTE)
             for (k = 0; k < COHSM__STEP; k++)
-                s->jitter[d][k] = cohsm__random(t->query->seed, (uint32_t)t->id[first + (size_t)k], d);
+                s->jitter[d][k] = cohsm__random(t->seed, (uint32_t)t->id[first + (size_t)k], d);
         else for (k = 0; k < COHSM__STEP; k++) s->jitter[d][k] = same;
     }
 }
@@ -5715,7 +5726,7 @@ COHSM__TARGET_AVX2 static void cohsm__one_light_avx2(cohsm__tile *t)
         _mm256_storeu_ps(t->visible + i, _mm256_and_ps(_mm256_castsi256_ps(lit), _mm256_set1_ps(1.0f)));
         missed = ~(uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(tag)) & 255u;
         for (; missed; missed &= missed - 1u) {
-            uint32_t at = i + (uint32_t)__builtin_ctz(missed);
+            uint32_t at = i + _tzcnt_u32(missed);
             t->visible[at] = cohsm__lit(t->maps, t->pixel[at], place, t->depth[at]);
         }
     }
@@ -5921,7 +5932,7 @@ COHSM__TARGET_AVX512 static void cohsm__stream_compare(const cohsm__stream *s, f
         _mm512_mask_storeu_ps(visible + k, (__mmask16)valid, _mm512_mask_blend_ps(dark, _mm512_set1_ps(1.0f),
                                                                                   _mm512_setzero_ps()));
         for (; taken; taken &= taken - 1u) {
-            at = k + (uint32_t)__builtin_ctz(taken);
+            at = k + _tzcnt_u32(taken);
             visible[at] = cohsm__lit(s->maps, s->pixel[at], s->place[0], s->depth[at]);
         }
     }
@@ -6059,7 +6070,6 @@ static void cohsm__load_lights(cohsm__tile *t, const float *inverse)
         const char *from = (const char *)q->lights + stride * (t->one_light ? 0 : t->id[i]);
         if (q->light == COHSM_LIGHT_INDEX) {
             memcpy(&t->cell[i], from, 4);
-            t->cell[i] = cohsm__min_u32(t->cell[i], h->map_count - 1u);
             continue;
         }
         if (q->light == COHSM_LIGHT_PARAMETER) memcpy(v, from, size);
@@ -6151,7 +6161,7 @@ static void cohsm__run_tiles(const cohsm_maps *maps, const cohsm_query *query, f
     cohsm__tile t;
     size_t begin, i;
 
-    cohsm__tile_start(&t, query, maps);
+    cohsm__tile_start(&t, query, maps, 0);
     for (begin = 0; begin < query->count; begin += t.count) {
         t.count = query->count - begin < COHSM__TILE ? query->count - begin : (size_t)COHSM__TILE;
         for (i = 0; i < t.count; i++) t.id[i] = begin + i;
@@ -6223,7 +6233,7 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
     for (i = 0; i < query->count; i++) visible[i] = 1.0f;
     for (own = query->self != NULL; own >= 0; own--)
         for (i = 0; i < instance_count; i++) {
-            cohsm__tile_start(&t, query, instances[i].maps);
+            cohsm__tile_start(&t, query, instances[i].maps, (uint32_t)i);
             cohsm__m4_affine_inverse(inverse, instances[i].transform);
             cohsm__visit(&t, query, (uint32_t)i, own, inverse, visible);
         }
@@ -8414,7 +8424,7 @@ static int cohsm__emitter_valid(const cohsm_emitter_desc *d)
         !cohsm__in_range(d->frames_per_second, 0.0f, 1e6f))
         return 0;
     if (d->texels ? !d->width || !d->height || d->width > 65536u || d->height > 65536u || d->frames > 1u << 24
-                  : d->width || d->height || d->frames)
+                  : d->width || d->height || d->frames > 1)
         return 0;
     if (d->shape == COHSM_SHAPE_DEFAULT || d->shape == COHSM_SHAPE_ENVIRONMENT) return d->cosine_power == 0.0f;
     if (d->shape == COHSM_SHAPE_CALLBACK) return d->shape_fn != NULL;
@@ -8599,7 +8609,7 @@ COHSM_DEF cohsm_result cohsm_emitter_build(const cohsm_emitter_desc *desc, void 
 
     if (!desc || !memory || !out) return COHSM_ERR_ARGUMENT;
     if (!size) return COHSM_ERR_DESC;
-    if (memory_size < size || ((uintptr_t)memory & 15u)) return COHSM_ERR_MEMORY;
+    if (memory_size < size || ((uintptr_t)memory & 7u)) return COHSM_ERR_MEMORY;
     memset(l, 0, sizeof *l);
     l->desc = *desc;
     if (desc->shape == COHSM_SHAPE_DEFAULT) l->desc.shape = COHSM_SHAPE_ENVIRONMENT;

@@ -1146,13 +1146,13 @@ static inline float sfield__pow(float x, float y)
 
 /* SFIELD__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
    SFIELD__NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
-   needs none. */
+   needs none. clang in MSVC's place (clang-cl) hides the vector types unless all is built for them. */
 #if !defined(SFIELD__NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define SFIELD__X86 1
 #define SFIELD__TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
 #define SFIELD__TARGET_AVX512 \
     __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi,bmi2,lzcnt,popcnt")))
-#elif !defined(SFIELD__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64)
+#elif !defined(SFIELD__NO_SIMD) && defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
 #define SFIELD__X86 1
 #define SFIELD__TARGET_AVX2
 #define SFIELD__TARGET_AVX512
@@ -1160,7 +1160,7 @@ static inline float sfield__pow(float x, float y)
 #define SFIELD__X86 0
 #endif
 
-#if SFIELD__X86 && defined(_MSC_VER) && !defined(__clang__)
+#if SFIELD__X86 && defined(_MSC_VER)
 #include <intrin.h>
 /* Bit of leaf 7's ebx, after FMA and what the operating system saves were checked. */
 static inline int sfield__cpu_leaf7(unsigned xcr0, unsigned ebx)

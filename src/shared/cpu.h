@@ -2,13 +2,13 @@
 
 /* P_X86 is 1 where functions with target attributes can be compiled and chosen at run time.
    P_NO_SIMD, defined by the header from its public switch, leaves all of it out. tcc has no attributes; MSVC
-   needs none. */
+   needs none. clang in MSVC's place (clang-cl) hides the vector types unless all is built for them. */
 #if !defined(P_NO_SIMD) && (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__) && !defined(__TINYC__)
 #define P_X86 1
 #define P_TARGET_AVX2 __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
 #define P_TARGET_AVX512 \
     __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi,bmi2,lzcnt,popcnt")))
-#elif !defined(P_NO_SIMD) && defined(_MSC_VER) && defined(_M_X64)
+#elif !defined(P_NO_SIMD) && defined(_MSC_VER) && defined(_M_X64) && !defined(__clang__)
 #define P_X86 1
 #define P_TARGET_AVX2
 #define P_TARGET_AVX512
@@ -16,7 +16,7 @@
 #define P_X86 0
 #endif
 
-#if P_X86 && defined(_MSC_VER) && !defined(__clang__)
+#if P_X86 && defined(_MSC_VER)
 #include <intrin.h>
 /* Bit of leaf 7's ebx, after FMA and what the operating system saves were checked. */
 static inline int P_cpu_leaf7(unsigned xcr0, unsigned ebx)

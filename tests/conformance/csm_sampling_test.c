@@ -1474,6 +1474,19 @@ static void test_bad_input(void **state)
     assert_int_equal(cohsm_emitter_build(&d, box.memory, 8, &light, NULL), COHSM_ERR_MEMORY);
     assert_int_equal(cohsm_emitter_build(&bad, box.memory, 4096, &light, NULL), COHSM_ERR_DESC);
     assert_null(light);
+    {
+        double room[2048];                                 /* 8-byte aligned is enough, and one frame is no frame more */
+        cohsm_emitter_desc small_sky = d;
+        int k;
+        small_sky.texels = NULL;
+        small_sky.width = small_sky.height = 0;
+        small_sky.frames = 1;
+        for (k = 0; k < 2; k++)
+            assert_int_equal(cohsm_emitter_build(&small_sky, room + k, sizeof room - 8, &light, NULL), COHSM_OK);
+        assert_int_equal(cohsm_emitter_build(&small_sky, (char *)room + 4, sizeof room - 8, &light, NULL),
+                         COHSM_ERR_MEMORY);
+        light = NULL;
+    }
     assert_int_equal(cohsm_emitter_sample(box.light, nan3, zero, &e), 0);
     assert_int_equal(cohsm_emitter_hit(box.light, zero, nan3, &e), 0);
     assert_int_equal(cohsm_emitter_hit(box.light, zero, zero, &e), 0);

@@ -562,13 +562,18 @@ static void queries_that_cannot_be_asked(void **state)
     assert_int_equal(cohsm_visible(good, &q, NULL, &refused_count), COHSM_OK);
     assert_int_equal(refused_count, 0);
     assert_true(v[0] == 5);
-    /* an index beyond the maps must not be followed */
+    /* an index beyond the maps is not followed: an unknown light, lit */
     {
         uint32_t index[2] = { 36, UINT32_MAX };
+        int filter;
         q = base;
         q.lights = index;
         q.light = COHSM_LIGHT_INDEX;
-        if (cohsm_visible(good, &q, v, NULL) == COHSM_OK) assert_true(v[0] >= 0 && v[0] <= 1 && v[1] >= 0 && v[1] <= 1);
+        for (filter = 0; filter < 3; filter++) {
+            q.filter = (cohsm_filter)filter;
+            assert_int_equal(cohsm_visible(good, &q, v, NULL), COHSM_OK);
+            assert_true(v[0] == 1 && v[1] == 1);
+        }
     }
 }
 
@@ -668,6 +673,24 @@ static void budgets(void **state)
     model_free(&m);
 }
 
+/* What every block of these sizes has besides its segments: order and, for each 65,536 maps, a word a pixel. */
+static void a_budget_counts_the_tables_of_many_maps(void **state)
+{
+    static const size_t bytes[5] = { 400000, 1000000, 3000000, 10000000, 100000000 };
+    cohsm_desc d = desc_of(COHSM_DOMAIN_OCTAHEDRAL, 0, 0);
+    uint32_t side, size, i;
+    (void)state;
+    d.order = COHSM_ORDER_HILBERT;
+    for (i = 0; i < 5; i++) {
+        double maps, tables;
+        assert_int_equal(cohsm_budget(&d, &ball_mesh, bytes[i], &side, &size), COHSM_OK);
+        maps = (double)side * side;
+        tables = maps * (maps > 65536 ? 4 : 2) + 4.0 * size * size * ceil(maps / 65536);
+        if (tables > (double)bytes[i]) fail_msg("side %u, M %u: %.0f of %lu bytes", side, size, tables,
+                                                (unsigned long)bytes[i]);
+    }
+}
+
 /* No desc, and more bytes than the largest block that is ever proposed. */
 static void a_budget_without_end_stops_at_the_largest_sizes(void **state)
 {
@@ -724,6 +747,7 @@ int main(void)
         cmocka_unit_test(queries_that_cannot_be_asked),
         cmocka_unit_test(shards_that_do_not_belong_together),
         cmocka_unit_test(results_have_texts),
+        cmocka_unit_test(a_budget_counts_the_tables_of_many_maps),
         cmocka_unit_test(budgets),
         cmocka_unit_test(a_budget_without_end_stops_at_the_largest_sizes),
         cmocka_unit_test(shards_of_other_places_do_not_merge),

@@ -307,8 +307,10 @@ float cohsm_visible_unit(cohsm_maps m, cohsm_query q, vec3 p, vec3 light)
     if (q.light < COHSM_LIGHT_PARAMETER && !cohsm_usable(light)) return 1.0;
     vec3 at = by_index ? vec3(0.0) : cohsm_domain_position(m, light, q.light);
     uvec3 c;
-    if (by_index) c = cohsm_cell_split(m, min(floatBitsToUint(light.x), m.map_count - 1u));
-    else {
+    if (by_index) {
+        if (floatBitsToUint(light.x) >= m.map_count) return 1.0;
+        c = cohsm_cell_split(m, floatBitsToUint(light.x));
+    } else {
         vec3 moved = at + vec3(m.dimensions > 0u ? cohsm_jitter(q, 0u) : 0.5,
                                m.dimensions > 1u ? cohsm_jitter(q, 1u) : 0.5,
                                m.dimensions > 2u ? cohsm_jitter(q, 2u) : 0.5);
@@ -361,6 +363,7 @@ float cohsm_visible_instance(uint table, uint i, cohsm_query q, vec3 point, vec3
     vec4 x = uintBitsToFloat(COHSM_INSTANCE(table, i, 0u)), y = uintBitsToFloat(COHSM_INSTANCE(table, i, 1u));
     vec4 z = uintBitsToFloat(COHSM_INSTANCE(table, i, 2u));
     cohsm_maps m = cohsm_instance_maps(table, i);
+    q.seed += 0x9e3779b9u * i;          // roulette: each instance draws for itself
     point = vec3(dot(x.xyz, point) + x.w, dot(y.xyz, point) + y.w, dot(z.xyz, point) + z.w);
     if (q.light < COHSM_LIGHT_PARAMETER) {
         light = vec3(dot(x.xyz, light), dot(y.xyz, light), dot(z.xyz, light));
