@@ -1,8 +1,10 @@
 // csm_gbuffer - the G-buffer of glbk_csm: four RGBA32UI textures, floats as their bits (docs/gpu-layouts.md).
 // uses: csm_point
-uint csm_pack_unit(vec3 n)          // a unit vector in 32 bits, octahedral
+uint csm_pack_unit(vec3 n)          // a unit vector in 32 bits, octahedral; zero: 0xffffffff
 {
-    n /= abs(n.x) + abs(n.y) + abs(n.z);
+    float sum = abs(n.x) + abs(n.y) + abs(n.z);
+    if (!(sum > 0.0)) return 0xffffffffu;
+    n /= sum;
     vec2 p = n.z >= 0.0 ? n.xy : (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
     uvec2 q = uvec2(floor(clamp(p * 0.5 + 0.5, 0.0, 1.0) * 65534.0 + 0.5));
     return q.x | (q.y << 16);

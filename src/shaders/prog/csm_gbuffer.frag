@@ -14,15 +14,17 @@ void main()
     uvec4 kinds = glbk_csm_object.kinds;        // BRDF, instance or COHSM_NO_SELF, 1 + plane, maps as bits
     vec3 view = glbk_csm_object.eye.xyz - csm_place;
     vec3 flat_normal = cohsm_normalize(cross(dFdx(csm_place), dFdy(csm_place)));
+    if (dot(flat_normal, flat_normal) == 0.0) flat_normal = cohsm_normalize(csm_facing);    // so far out, all one place
     if (dot(flat_normal, view) < 0.0) flat_normal = -flat_normal;
     vec3 n = dot(csm_facing, csm_facing) > 0.0 ? cohsm_normalize(csm_facing) : flat_normal;
     if (dot(n, flat_normal) < 0.0) n = -n;
     vec3 t = csm_along.xyz - n * dot(csm_along.xyz, n);
     bool has_tangent = dot(t, t) > 0.0;
     if (has_tangent) t = cohsm_normalize(t);
-    if ((kinds.w & 4u) != 0u && has_tangent) {
+    if ((kinds.w & 4u) != 0u) {                 // fetched where all of a quad do, for the level
         vec3 bump = texture(glbk_csm_normal_map, csm_uv).xyz * 2.0 - 1.0;
-        n = cohsm_normalize(t * bump.x + cross(n, t) * (bump.y * (csm_along.w < 0.0 ? -1.0 : 1.0)) + n * bump.z);
+        bump.y *= csm_along.w < 0.0 ? -1.0 : 1.0;
+        if (has_tangent) n = cohsm_normalize(t * bump.x + cross(n, t) * bump.y + n * bump.z);
     }
     vec3 diffuse = glbk_csm_object.diffuse.xyz;
     vec4 gloss = glbk_csm_object.gloss;

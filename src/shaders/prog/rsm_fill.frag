@@ -17,6 +17,7 @@ void main()
     vec4 albedo = glbk_rsm_drawn.albedo, eye = glbk_rsm_drawn.eye;
     vec3 view = eye.w > 0.0 ? eye.xyz - rsm_place : eye.xyz;
     vec3 flat_normal = rsm_normalize(cross(dFdx(rsm_place), dFdy(rsm_place)));
+    if (dot(flat_normal, flat_normal) == 0.0) flat_normal = rsm_normalize(rsm_facing);      // so far out, all one place
     if (dot(flat_normal, view) < 0.0) flat_normal = -flat_normal;
     vec3 n = dot(rsm_facing, rsm_facing) > 0.0 ? rsm_normalize(rsm_facing) : flat_normal;
     if (dot(n, flat_normal) < 0.0) n = -n;

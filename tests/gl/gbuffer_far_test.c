@@ -1,0 +1,175 @@
+/* gbuffer_far_test - a square so far from the origin that most neighbouring pixels have one and the same place: the
+   surface's own normal, which is that of differences, is the vertices' there, on the side that is seen; without these
+   it is none, and never not a number. */
+#define _POSIX_C_SOURCE 200809L
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "gl_backend.h"
+
+#include "gl/gl_test.h"
+
+enum { SIDE = 64, PIXELS = SIDE * SIDE };
+
+#define FAR_AWAY 134217728.0f       /* 2^27: floats are 16 apart there, pixels 1 */
+
+static const float eye[3] = { FAR_AWAY + 32, 32, 100 };
+
+typedef struct square { uint32_t array, buffer; } square;
+
+/* In the plane z = 0, 64 a side; normals away from the eye, or none. */
+static square make_square(gl_test *t, int normals)
+{
+    const float back = normals ? -1.0f : 0.0f;
+    const float v[4][6] = { { 0, 0, 0, 0, 0, back }, { 64, 0, 0, 0, 0, back },
+                            { 0, 64, 0, 0, 0, back }, { 64, 64, 0, 0, 0, back } };
+    const glbk_functions *gl = &t->gl.gl;
+    square s;
+    gl->GenVertexArrays(1, &s.array);
+    gl->GenBuffers(1, &s.buffer);
+    gl->BindVertexArray(s.array);
+    gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, s.buffer);
+    gl->BufferData(GLBK_GL_ARRAY_BUFFER, sizeof v, v, GLBK_GL_STATIC_DRAW);
+    gl->EnableVertexAttribArray(0);
+    gl->VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, sizeof v[0], NULL);
+    gl->EnableVertexAttribArray(1);
+    gl->VertexAttribPointer(1, 3, GLBK_GL_FLOAT, 0, sizeof v[0], (const void *)(3 * sizeof(float)));
+    gl->BindVertexArray(0);
+    gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, 0);
+    return s;
+}
+
+static void free_square(gl_test *t, square *s)
+{
+    t->gl.gl.DeleteVertexArrays(1, &s->array);
+    t->gl.gl.DeleteBuffers(1, &s->buffer);
+}
+
+static void draw_square(glbk_context *ctx, const square *s)
+{
+    ctx->gl.BindVertexArray(s->array);
+    ctx->gl.DrawArrays(GLBK_GL_TRIANGLE_STRIP, 0, 4);
+}
+
+static void set_matrices(float *world, float *clip)
+{
+    memset(world, 0, 16 * sizeof *world);
+    memset(clip, 0, 16 * sizeof *clip);
+    world[0] = world[5] = world[10] = world[15] = clip[15] = 1;
+    world[12] = FAR_AWAY;
+    clip[0] = clip[5] = 1 / 32.0f;
+    clip[12] = -(FAR_AWAY / 32 + 1);                    /* exact, as all that is added to it */
+    clip[13] = -1;
+}
+
+/* Words x to z of an image of a G-buffer: +z, or where there are no normals and no differences zero. Returns how many
+   are zero. */
+static int check_normals(gl_test *t, const glbk_target *target, uint32_t image, int normals)
+{
+    static float seen[PIXELS][4];
+    int i, zero = 0;
+    assert_glbk(t, glbk_target_read(&t->gl, target, image, 0, 0, SIDE, SIDE, seen[0]));
+    for (i = 0; i < PIXELS; i++) {
+        if (!normals && seen[i][2] == 0) zero++;
+        else assert_true(seen[i][2] == 1);
+        assert_true(seen[i][0] == 0 && seen[i][1] == 0);
+    }
+    return zero;
+}
+
+static void csm(void **state)
+{
+    GL_TEST(t, state)
+    static uint32_t words[PIXELS][4];
+    glbk_csm_renderer_desc desc = { SIDE, SIDE, 0, 0, NULL };
+    glbk_csm_renderer r;
+    glbk_csm_draw d;
+    int normals, i, zero;
+    memset(&d, 0, sizeof d);
+    set_matrices(d.world, d.clip);
+    memcpy(d.eye, eye, sizeof eye);
+    d.surface.brdf = GLBK_CSM_BRDF_LAMBERT;
+    assert_glbk(t, glbk_csm_renderer_create(&t->gl, &desc, &r));
+    for (normals = 0; normals < 2; normals++) {
+        square s = make_square(t, normals);
+        assert_glbk(t, glbk_csm_gbuffer_begin(&t->gl, &r));
+        assert_glbk(t, glbk_csm_gbuffer_object(&t->gl, &r, &d));
+        draw_square(&t->gl, &s);
+        zero = check_normals(t, &r.gbuffer_target, 1, normals);
+        assert_glbk(t, glbk_target_read(&t->gl, &r.gbuffer_target, 2, 0, 0, SIDE, SIDE, words[0]));
+        for (i = 0; i < PIXELS; i++) {                  /* the surface's own, packed; 0xffffffff: none */
+            zero -= words[i][3] == 0xffffffffu;
+            assert_true(words[i][3] == 0x7fff7fffu || words[i][3] == 0xffffffffu);
+        }
+        assert_int_equal(zero, 0);
+        free_square(t, &s);
+    }
+    glbk_csm_renderer_destroy(&t->gl, &r);
+}
+
+static void envsh(void **state)
+{
+    GL_TEST(t, state)
+    glbk_envsh_renderer r;
+    glbk_envsh_surface d;
+    int normals;
+    memset(&d, 0, sizeof d);
+    set_matrices(d.world, d.clip);
+    memcpy(d.eye, eye, sizeof eye);
+    assert_glbk(t, glbk_envsh_renderer_create(&t->gl, SIDE, SIDE, &r));
+    for (normals = 0; normals < 2; normals++) {
+        square s = make_square(t, normals);
+        assert_glbk(t, glbk_envsh_gbuffer_begin(&t->gl, &r));
+        assert_glbk(t, glbk_envsh_gbuffer_object(&t->gl, &r, &d));
+        draw_square(&t->gl, &s);
+        assert_int_equal(check_normals(t, &r.gbuffer_target, 1, normals),
+                         check_normals(t, &r.gbuffer_target, 2, normals));
+        if (!normals) assert_true(check_normals(t, &r.gbuffer_target, 2, 0) > PIXELS / 2);
+        free_square(t, &s);
+    }
+    glbk_envsh_renderer_destroy(&t->gl, &r);
+}
+
+static void draw_rsm(void *user, glbk_context *ctx, glbk_rsm_renderer *r)
+{
+    glbk_rsm_surface surface;
+    float clip[16];
+    memset(&surface, 0, sizeof surface);
+    set_matrices(surface.transform, clip);
+    assert_int_equal(glbk_rsm_object(ctx, r, &surface), GLBK_OK);
+    draw_square(ctx, (const square *)user);
+}
+
+static void rsm(void **state)
+{
+    GL_TEST(t, state)
+    glbk_rsm_renderer_desc desc = { SIDE, SIDE, 0, 0 };
+    glbk_rsm_renderer r;
+    float world[16], clip[16];
+    int normals;
+    set_matrices(world, clip);
+    assert_glbk(t, glbk_rsm_renderer_create(&t->gl, &desc, &r));
+    for (normals = 0; normals < 2; normals++) {
+        square s = make_square(t, normals);
+        int zero;
+        assert_glbk(t, glbk_rsm_gbuffer_draw(&t->gl, &r, clip, eye, draw_rsm, &s));
+        zero = check_normals(t, &r.seen_targets[r.now], 1, normals);
+        assert_true(normals ? zero == 0 : zero > PIXELS / 2);
+        free_square(t, &s);
+    }
+    glbk_rsm_renderer_destroy(&t->gl, &r);
+}
+
+int main(int count, char **values)
+{
+    struct CMUnitTest tests[] = { gl_unit_test(csm), gl_unit_test(envsh), gl_unit_test(rsm) };
+    (void)count;
+    GL_TEST_MAIN(values, tests, GL_USUAL);
+}
