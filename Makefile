@@ -59,8 +59,9 @@ WARN_C := $(WARN) -Wstrict-prototypes -Wmissing-prototypes
 # Not the first target below, which is build/config.mk.
 .DEFAULT_GOAL := all
 
-# What the machine has. Made again when the package data base changes, so that an installed package is seen.
-ifneq ($(MAKECMDGOALS),clean)
+# What the machine has. Made again when the package data base changes, so that an installed package is seen. Not for
+# goals that need nothing of it: sudo make install would leave a build folder of root's.
+ifneq ($(filter-out clean install uninstall dist,$(or $(MAKECMDGOALS),all)),)
 include build/config.mk
 endif
 build/config.mk: tools/probe $(wildcard /var/lib/dpkg/status)

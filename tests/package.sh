@@ -1,7 +1,7 @@
 #!/bin/sh
 # package.sh - from outside: installs into a folder, and builds and runs one program with pkg-config and with CMake in four
-# ways (subdirectory, FetchContent, find_package after make install and after CMake's own); unpacks make dist and builds
-# from it; uninstalls.
+# ways (subdirectory, FetchContent, find_package after make install and after CMake's own) and a library for others;
+# unpacks make dist, builds and installs from it; uninstalls.
 # Last line: "package: N passed, N failed, N skipped".
 root=$PWD
 dir=$(mktemp -d) || exit 1
@@ -45,6 +45,34 @@ cmake_user() {  # cmake_user LINE: a project that gets at dapple by that line
         'target_link_libraries(user PRIVATE dapple::dapple)' > "$dir/user/CMakeLists.txt"
     cmake -S "$dir/user" -B "$dir/build" -DCMAKE_PREFIX_PATH="$dir/there" && cmake --build "$dir/build" && "$dir/build/user"
 }
+exported() {    # a static library that is made of these headers, installed and found from a third project
+    mkdir -p "$dir/library" "$dir/third"
+    printf '#define CSM_IMPLEMENTATION\n#include <csm.h>\nint ours(void);\nint ours(void) { return COHSM_VERSION; }\n' \
+        > "$dir/library/ours.c"
+    printf 'int ours(void);\nint main(void) { return ours() <= 0; }\n' > "$dir/third/third.c"
+    cat > "$dir/library/CMakeLists.txt" <<EOF
+cmake_minimum_required(VERSION 3.14)
+project(ours C)
+set(DAPPLE_INSTALL ON)
+add_subdirectory($root dapple)
+add_library(ours STATIC ours.c)
+target_link_libraries(ours PRIVATE dapple::dapple)
+install(TARGETS ours EXPORT ours ARCHIVE DESTINATION lib)
+install(EXPORT ours FILE ours-config.cmake DESTINATION lib/cmake/ours)
+EOF
+    cat > "$dir/third/CMakeLists.txt" <<EOF
+cmake_minimum_required(VERSION 3.14)
+project(third C)
+find_package(dapple REQUIRED)
+find_package(ours REQUIRED)
+add_executable(third third.c)
+target_link_libraries(third PRIVATE ours)
+EOF
+    cmake -S "$dir/library" -B "$dir/library/build" -DCMAKE_INSTALL_PREFIX="$dir/ours" &&
+        cmake --build "$dir/library/build" --target install &&
+        cmake -S "$dir/third" -B "$dir/third/build" -DCMAKE_PREFIX_PATH="$dir/ours" &&
+        cmake --build "$dir/third/build" && "$dir/third/build/third"
+}
 refused() {
     ! cmake_user "find_package(dapple $((${VERSION%%.*} + 1)) REQUIRED)" && grep -q 'version: ' "$dir/log"
 }
@@ -61,9 +89,15 @@ uninstalled() {
     make -s uninstall PREFIX="$dir/there" && [ -z "$(find "$dir/there" -name '*.h' -o -name '*.pc' -o -name '*.cmake')" ]
 }
 from_dist() {
-    make -s dist && tar xzf "build/dapple-$VERSION.tar.gz" -C "$dir" && cd "$dir/dapple-$VERSION" &&
+    make -s dist && tar xzf "build/dapple-$VERSION.tar.gz" -C "$dir" && (cd "$dir/dapple-$VERSION" &&
         cc -std=c99 -I. "$dir/user/user.c" -lm -o "$dir/from_dist" && "$dir/from_dist" && make -s DEPS=0 build/01_csm_minimal &&
-        make -n DEPS=0 | grep -q 'build/render'     # what make alone builds
+        make -n DEPS=0 | grep -q 'build/render')    # what make alone builds
+}
+
+fresh() {       # sudo make install in a fresh copy would leave a build folder of root's
+    rm -rf "$dir/dapple-$VERSION" && tar xzf "build/dapple-$VERSION.tar.gz" -C "$dir" &&
+        make -s -C "$dir/dapple-$VERSION" install PREFIX="$dir/fresh" && [ -f "$dir/fresh/include/csm.h" ] &&
+        make -s -C "$dir/dapple-$VERSION" uninstall PREFIX="$dir/fresh" && [ ! -e "$dir/dapple-$VERSION/build" ]
 }
 
 # The settings of the make that calls this would reach the makes below.
@@ -76,6 +110,7 @@ if command -v cmake >/dev/null 2>&1; then
     check 'CMake: FetchContent' cmake_user "include(FetchContent)
 FetchContent_Declare(dapple SOURCE_DIR $root)
 FetchContent_MakeAvailable(dapple)"
+    check 'CMake: a static library with add_subdirectory, exported' exported
     check 'CMake: find_package after make install' cmake_user "find_package(dapple $VERSION REQUIRED)"
     check 'CMake: another major version is refused' refused
     make -s uninstall PREFIX="$dir/there"
@@ -85,7 +120,10 @@ FetchContent_MakeAvailable(dapple)"
     make -s install PREFIX="$dir/there"
 else leave 'CMake' cmake; fi
 check 'make uninstall' uninstalled
-if git rev-parse HEAD >/dev/null 2>&1; then check 'make dist' from_dist; else leave 'make dist' 'git, or a checkout,'; fi
+if git rev-parse HEAD >/dev/null 2>&1; then
+    check 'make dist' from_dist
+    check 'make install makes no build folder' fresh
+else leave 'make dist' 'git, or a checkout,'; fi
 echo "package: $passed passed, $failed failed, $skipped skipped"
 [ -n "$TOTALS" ] && echo "$passed $failed $skipped" >> "$TOTALS"
 [ $failed = 0 ]
