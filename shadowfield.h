@@ -526,8 +526,9 @@ typedef struct sfield_cache sfield_cache;       /* T of a set of points for each
 SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t point_count, uint32_t light_count,
                                              sfield_cache **out);
 /* For light_count lights (the environment is one) of a scene of this basis. 4 n^2 bytes a point and light with
-   harmonics, filled with the first frame; 4 bytes a wavelet kept. From the scene's allocator. Errors
-   SFIELD_ERR_ARGUMENT, _ALLOC */
+   harmonics, filled with the first frame; 4 bytes a wavelet kept. From the scene's allocator. Entities that move or
+   change, another scene, `entity` or `self` are noticed; positions and normals that you rewrite (a mesh that deforms,
+   another level of detail) are not: free it and create another. Errors SFIELD_ERR_ARGUMENT, _ALLOC */
 SFIELD_DEF void sfield_cache_free(sfield_cache *cache);
 SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache);
 
@@ -543,7 +544,7 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
     const float        *views;      size_t view_stride;       /* 3 floats, unit, world, to the eye; Phong only */
     const float        *exponents;  size_t exponent_stride;   /* Phong: n of each point, 1..1000; NULL = no lobe. Stride
                                                                  0: one for all */
-    sfield_cache       *cache;      /* NULL = nothing is kept. Of this set alone */
+    sfield_cache       *cache;      /* NULL = nothing is kept. Of this set alone. Not used with gloss and exponents */
     float              *rgb;        /* 3 floats a point: integral of L V cos / pi; times albedo: radiance. NULL = no */
     float              *gloss;      /* 3 floats: integral of L V cos (n+2)/(2 pi) cos^n(angle to the mirrored view) */
     float              *ambient;    /* 1 float: integral of V cos / pi */
@@ -5002,6 +5003,7 @@ typedef struct sfield__item {       /* of an entity */
     float    inscribed, reach;      /* of the occluder, world */
     int      identity;
     uint32_t map;                   /* wavelets, rotated: 1 + which resampling table */
+    uint32_t crc;                   /* of the occlusion field: another one may come to lie at the same address */
 } sfield__item;
 
 typedef struct sfield__taps { uint16_t texel[4]; float weight[4]; } sfield__taps;
@@ -5032,7 +5034,6 @@ struct sfield_cache {
     sfield__allocator allocator;
     size_t    points, bytes;
     uint32_t  lights, coefs, cells; /* cells 0: harmonics */
-    uint64_t  version;
     uint64_t *hash;                 /* harmonics: tiles x lights; wavelets: points x lights; 0 = nothing kept */
     int16_t  *value;
     uint16_t *index;                /* wavelets: of each value */
@@ -5158,6 +5159,7 @@ static sfield_result sfield__item_make(const sfield_scene *s, const sfield_entit
     if (e->occlusion) {
         if (!sfield__field_fits(s, e->occlusion, SFIELD_KIND_OCCLUSION)) return SFIELD_ERR_BASIS;
         sfield__place_field(it, 0, e->occlusion, scale);
+        it->crc = e->occlusion->h.crc;
         it->inscribed = e->occlusion->h.inscribed * scale;
         it->reach = it->radius[0] * (s->desc.reach > 0 ? s->desc.reach
                                                        : e->occlusion->radii[e->occlusion->h.shells - 1]);
@@ -5200,9 +5202,10 @@ static void sfield__taps_make(const sfield_scene *s, const float *turn, sfield__
     }
 }
 
-static int sfield__same_body(const sfield_entity *a, const sfield_entity *b)
+static int sfield__same_body(const sfield__item *p, const sfield__item *q)
 {
-    return a->occlusion == b->occlusion && (a->source == NULL) == (b->source == NULL) &&
+    const sfield_entity *a = &p->e, *b = &q->e;
+    return a->occlusion == b->occlusion && p->crc == q->crc && (a->source == NULL) == (b->source == NULL) &&
            ((!a->occlusion && a->source) || memcmp(a->transform, b->transform, sizeof a->transform) == 0);
 }
 
@@ -5261,7 +5264,7 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
         return result;
     }
     same = count == s->item_count;
-    for (i = 0; i < count && same; i++) same = sfield__same_body(&s->item[i].e, &n.item[i].e);
+    for (i = 0; i < count && same; i++) same = sfield__same_body(&s->item[i], &n.item[i]);
     n.version = s->version + !same;
     sfield__free_lists(s);
     *s = n;
@@ -5493,6 +5496,28 @@ static uint64_t sfield__hash(uint64_t h, uint64_t x)
     return h ^ h >> 29;
 }
 
+static uint64_t sfield__hash_bytes(uint64_t h, const void *data, size_t words)
+{
+    const uint8_t *p = (const uint8_t *)data;
+    for (; words; words--, p += 4) {
+        uint32_t x;
+        memcpy(&x, p, sizeof x);
+        h = sfield__hash(h, x);
+    }
+    return h;
+}
+
+/* What T of a set hangs on besides occluders: all bodies, and where its points stand. An entity that shines and hides
+   nothing moves without a new version, since lamps do; points that lie on it move with it. */
+static uint64_t sfield__stand(const sfield_scene *s, const sfield_points *set)
+{
+    uint64_t h = sfield__hash(s->version, (uint64_t)(uintptr_t)s);
+    h = sfield__hash(h, (uint64_t)(uintptr_t)set->self);
+    h = sfield__hash(h, (uint64_t)set->entity << 32 | (set->self ? set->self->h.crc : 0));
+    if (set->entity != SFIELD_NONE) h = sfield__hash_bytes(h, s->item[set->entity].e.transform, 16);
+    return h;
+}
+
 /* ---- >>tiles: sixteen points in harmonics ---- */
 
 typedef struct sfield__tile {
@@ -5511,6 +5536,7 @@ typedef struct sfield__tile {
     int       sky, chains;                      /* chains: 2 with a lobe */
     float    *light_d2;                         /* 16 each */
     uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
+    uint64_t  stand;                            /* sfield__stand */
     uint64_t *hash, way;                        /* of what each light sees, and of all occluders; with a cache */
     uint8_t  *needed;
     uint32_t *prefix;                           /* of the order: how many are nearer than it for all their lanes */
@@ -5782,7 +5808,7 @@ static void sfield__masks(sfield__tile *t)
     const sfield_scene *s = t->s;
     const int cached = t->set->cache != NULL;
     uint32_t j, i;
-    t->way = s->version;
+    t->way = t->stand;
     for (i = 0; i < t->count && cached; i++)
         t->way = sfield__hash(t->way, (uint64_t)t->item[t->order[i]] << 16 | t->used[t->order[i]]);
     t->way |= 1;
@@ -5792,7 +5818,7 @@ static void sfield__masks(sfield__tile *t)
         uint32_t own = j < t->lights ? s->light[j] : SFIELD_NONE, prefix = 0;
         if (sfield__is_own(t, j)) continue;
         if (j < t->lights) sfield__distances(t->p, s->item[own].center[1], light);
-        t->hash[j] = s->version;
+        t->hash[j] = t->stand;
         for (i = 0; i < t->count; i++) {
             const uint32_t o = t->order[i], used = t->used[o];
             uint32_t bits = used;
@@ -6436,6 +6462,7 @@ typedef struct sfield__point {
     uint8_t     *marks;                         /* six faces of SFIELD__MARKS */
     sfield__ray *ray;
     float       *rgb;                           /* of one point */
+    uint64_t     stand;                         /* sfield__stand */
     sfield_scene_stats stats;
 } sfield__point;
 
@@ -6909,7 +6936,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
         count = sfield__rays(p, x, n);
         for (j = 0; j < slots; j++) hash[j] = 0;
         for (i = 0; i <= count; i++) {          /* the occluders before each light */
-            uint64_t h = s->version;
+            uint64_t h = p->stand;
             uint32_t slot = i < count ? (uint32_t)p->ray[i].light : slots - 1;
             if (i < count && p->ray[i].light < 0) continue;
             for (k = 0; k < i; k++)
@@ -7418,6 +7445,7 @@ static void sfield__shade_set_sh(const sfield__job *job, const sfield_points *se
     t.lights = s->light_count;
     t.sky = s->has_sky || s->has_sun || set->ambient;
     t.chains = set->gloss && set->exponents ? 2 : 1;
+    t.stand = sfield__stand(s, set);
     t.stats = *stats;
     (void)sfield__carve(&t, memory, s->occluder_count, t.lights, s->coefs, t.chains);
     for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
@@ -7443,6 +7471,7 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     memset(&b, 0, sizeof b);
     p.s = b.s = s;
     p.set = set;
+    p.stand = sfield__stand(s, set);
     p.stats = *stats;
     memory += ((size_t)s->light_count + 8) / 8 * 64;
     memory += sfield__carve_point(&p, memory, rays, s->cells);

@@ -327,6 +327,149 @@ static void t79_lazy_cache(void **state)
     }
 }
 
+/* What the cache gave for a set, and what a fresh one gives; the greatest difference, and *most, of the latter. */
+static double stale_by(sfield_scene *s, sfield_points *set, size_t count, float *most)
+{
+    float lazy[3 * 40], fresh[3 * 40];
+    sfield_cache *kept = set->cache;
+    double worst = 0;
+    size_t i;
+    set->rgb = lazy;
+    assert_int_equal(sfield_shade(s, set, 1, NULL), SFIELD_OK);
+    assert_int_equal(sfield_cache_create(s, count, 3, &set->cache), SFIELD_OK);
+    set->rgb = fresh;
+    assert_int_equal(sfield_shade(s, set, 1, NULL), SFIELD_OK);
+    sfield_cache_free(set->cache);
+    set->cache = kept;
+    for (i = 0; i < 3 * count; i++) {
+        worst = fmax(worst, fabs((double)lazy[i] - (double)fresh[i]));
+        *most = fmaxf(*most, fresh[i]);
+    }
+    return worst;
+}
+
+/* Points on an entity that shines and hides nothing: it moves without a new version, as lamps do, but they with it. */
+static void t79_points_on_a_lamp(void **state)
+{
+    int b, round;
+    (void)state;
+    for (b = 1; b < 3; b++) {
+        sfield_scene *s = scene_of((sfield_basis)b, SFIELD_PRODUCT_DEFAULT);
+        sfield_entity e[3];
+        sfield_points set;
+        float p[3 * 40], n[3 * 40], most = 0;
+        uint64_t seed = 8;
+        double worst = 0;
+        int i;
+        for (i = 0; i < 120; i++) {
+            p[i] = rnd_in(&seed, -0.5, 0.5);
+            n[i] = i % 3 == 1;
+        }
+        e[0] = at(NULL, lamp[b], 0, 0, 0);
+        e[1] = at(NULL, lamp[b], 3, 6, 1);
+        e[2] = at(ball[b], NULL, 0, 500, 0);                         /* out of everybody's reach */
+        memset(&set, 0, sizeof set);
+        set.count = 40;
+        set.positions = p;
+        set.normals = n;
+        set.entity = 0;
+        assert_int_equal(sfield_scene_environment(s, sky_one, 1, 1, NULL), SFIELD_OK);
+        assert_int_equal(sfield_scene_entities(s, e, 3), SFIELD_OK);
+        assert_int_equal(sfield_cache_create(s, 40, 3, &set.cache), SFIELD_OK);
+        for (round = 0; round < 4; round++) {
+            if (round == 1) matrix_of(e[0].transform, 0, 0, 1, PI / 2, 1, 0, 0, 0);
+            if (round == 2) e[2].transform[13] = 4;
+            if (round == 3) e[0].transform[12] = 1.5f;               /* under the ball */
+            assert_int_equal(sfield_scene_entities(s, e, 3), SFIELD_OK);
+            worst = fmax(worst, stale_by(s, &set, 40, &most));
+        }
+        set.entity = SFIELD_NONE;
+        worst = fmax(worst, stale_by(s, &set, 40, &most));
+        assert_true(most > 0.5f);
+        CONFORM_MAX("T79", b == 1 ? "points on a moving lamp, harmonics" : "on a moving lamp, wavelets", 0, worst);
+        sfield_cache_free(set.cache);
+        sfield_scene_free(s);
+    }
+}
+
+typedef struct arena { size_t used; double memory[1 << 20]; } arena;
+
+static void *arena_alloc(size_t size, void *user)
+{
+    arena *a = (arena *)user;
+    size_t at = a->used;
+    a->used += (size + 7) / 8;
+    return a->used <= sizeof a->memory / 8 ? a->memory + at : NULL;
+}
+
+static void arena_free(void *memory, void *user)
+{
+    (void)memory;
+    (void)user;
+}
+
+/* An occluder that is freed and built anew where it lay, of another shape; another scene; another self-visibility. */
+static void t79_bodies_that_change(void **state)
+{
+    static arena a;
+    static float p[3 * 40], n[3 * 40];
+    sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_DEFAULT);
+    sfield_scene *other = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_DEFAULT);
+    model m[2] = { model_box(1, 1, 1), model_box(1, 0.2, 0.2) };
+    sfield_field *f, *before = NULL, *self[2];
+    sfield_entity e;
+    sfield_points set;
+    sfield_desc d = small_desc(SFIELD_BASIS_SH);
+    float most = 0;
+    double worst = 0;
+    int round, i;
+    (void)state;
+    for (i = 0; i < 120; i++) n[i] = i % 3 == 1;
+    memset(&set, 0, sizeof set);
+    set.count = 40;
+    set.positions = p;
+    set.normals = n;
+    set.entity = SFIELD_NONE;
+    d.allocator.alloc_fn = arena_alloc;
+    d.allocator.free_fn = arena_free;
+    d.allocator.user = &a;
+    d.radius = 2;
+    sfield_scene_environment(s, sky_one, 1, 1, NULL);
+    sfield_scene_environment(other, sky_one, 1, 1, NULL);
+    assert_int_equal(sfield_cache_create(s, 40, 3, &set.cache), SFIELD_OK);
+    for (round = 0; round < 2; round++) {
+        sfield_mesh mesh = mesh_of(&m[round]);
+        a.used = 0;
+        assert_int_equal(sfield_build(&d, &mesh, &f, NULL), SFIELD_OK);
+        assert_true(!before || before == f);
+        before = f;
+        e = at(f, NULL, 0, 2.2, 0);
+        assert_int_equal(sfield_scene_entities(s, &e, 1), SFIELD_OK);
+        worst = fmax(worst, stale_by(s, &set, 40, &most));
+    }
+    e = at(ball[1], NULL, 0, 2.2, 0);
+    for (round = 0; round < 2; round++) assert_int_equal(sfield_scene_entities(other, &e, 1), SFIELD_OK);
+    worst = fmax(worst, stale_by(other, &set, 40, &most));
+    memset(&d, 0, sizeof d);
+    for (i = 0; i < 2; i++) {
+        sfield_mesh mesh = mesh_of(&m[i]);
+        assert_int_equal(sfield_build_self(&d, &mesh, p, n, 40, 0.3f, &self[i], NULL), SFIELD_OK);
+    }
+    for (i = 0; i < 2; i++) {
+        set.self = self[i];
+        worst = fmax(worst, stale_by(other, &set, 40, &most));
+    }
+    assert_true(most > 0.3f);
+    CONFORM_MAX("T79", "a field rebuilt where it lay, another scene, another self-visibility", 0, worst);
+    for (i = 0; i < 2; i++) {
+        sfield_free(self[i]);
+        model_free(&m[i]);
+    }
+    sfield_cache_free(set.cache);
+    sfield_scene_free(s);
+    sfield_scene_free(other);
+}
+
 static void t80_overlaps(void **state)
 {
     sfield_scene_desc d;
@@ -849,6 +992,8 @@ int main(void)
         cmocka_unit_test(t78_order),
         cmocka_unit_test(t78_inside_a_tile),
         cmocka_unit_test(t79_lazy_cache),
+        cmocka_unit_test(t79_points_on_a_lamp),
+        cmocka_unit_test(t79_bodies_that_change),
         cmocka_unit_test(t80_overlaps),
         cmocka_unit_test(product_modes),
         cmocka_unit_test(incident_radiance),
