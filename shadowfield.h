@@ -436,7 +436,8 @@ SFIELD_DEF sfield_result sfield_self(const sfield_field *field, size_t first, si
 /* Coefficients or texels of a SELF field as stored, from point first on. Errors SFIELD_ERR_ARGUMENT, _BASIS. */
 
 SFIELD_DEF sfield_result sfield_ambient(const sfield_field *field, size_t count, const float *positions, float *out);
-/* Free by-product: share of all directions that stays open at each position, 0..1, from the first coefficient alone.
+/* Free by-product: share of all directions that stays open at each position, 0..1; of harmonics from the first
+   coefficient alone.
    Errors  SFIELD_ERR_ARGUMENT, SFIELD_ERR_BASIS (not an occlusion field, or its log), SFIELD_ERR_SHARD */
 
 SFIELD_DEF size_t sfield_size(const sfield_field *field);
@@ -2562,6 +2563,7 @@ struct sfield_field {
     uint32_t          planes;       /* floats a channel: n^2 up to a multiple of 8 */
     uint32_t          tone;         /* channels are multiples of this one, or 3 */
     float             ratio[3];
+    float            *angle;        /* occlusion in wavelets: the solid angles of a face's texels, as wavelets */
 };
 
 static uint32_t sfield__groups(const sfield__header *h)
@@ -2611,11 +2613,22 @@ static void sfield__bind(sfield_field *f)
     }
 }
 
+/* Haar is orthonormal: the solid angle that a list hides is its dot product with these, the same for all six faces. */
+static void sfield__find_angles(sfield_field *f)
+{
+    float texels[4096], direction[3];
+    uint32_t i;
+    for (i = 0; i < f->h.cube_side * f->h.cube_side; i++)
+        texels[i] = sfield_cube_texel(f->h.cube_side, i, direction);
+    sfield__haar_face(f->h.cube_side, texels, f->angle, 0);
+}
+
 /* Once the block is there, the radii of its shells in it. */
 static void sfield__bind_whole(sfield_field *f)
 {
     uint32_t k;
     sfield__bind(f);
+    if (f->angle) sfield__find_angles(f);
     for (k = 0; k < f->h.shells; k++) {
         f->radius2[k] = f->radii[k] * f->radii[k];
         f->measure[k] = sfield__measure_of(f->radius2[k], f->h.kind, f->h.spacing);
@@ -2625,12 +2638,14 @@ static void sfield__bind_whole(sfield_field *f)
 /* Room for the block that a header describes; the header itself is written at the end of a build. */
 static sfield_result sfield__field_alloc(const sfield__allocator *a, const sfield__header *h, sfield_field **out)
 {
+    const int angles = h->basis == SFIELD_BASIS_HAAR && h->kind == SFIELD_KIND_OCCLUSION;
     uint64_t bytes = sfield__block_bytes(h);
     sfield_field *f;
     if (bytes > 0xffffffffu || bytes > SIZE_MAX) return SFIELD_ERR_LIMIT;
-    f = (sfield_field *)sfield__alloc(a, sizeof *f);
+    f = (sfield_field *)sfield__alloc(a, sizeof *f + (angles ? h->cube_side * h->cube_side * sizeof *f->angle : 0));
     if (!f) return SFIELD_ERR_ALLOC;
     memset(f, 0, sizeof *f);
+    f->angle = angles ? (float *)(void *)(f + 1) : NULL;
     f->allocator = *a;
     f->h = *h;
     f->h.bytes = (uint32_t)bytes;
@@ -4931,17 +4946,33 @@ SFIELD_DEF sfield_result sfield_query(const sfield_field *f, size_t count, const
     return SFIELD_OK;
 }
 
+/* Share of the sphere of directions that an occlusion field of wavelets hides at lane l. */
+static float sfield__hidden_share(const sfield_field *f, const sfield__place *at, int l)
+{
+    const uint32_t in_face = f->h.cube_side * f->h.cube_side - 1;
+    sfield__lists lists;
+    uint32_t i, k;
+    float sum = 0;
+    sfield__find_lists(f, at, l, 0, &lists);
+    for (i = 0; i < lists.count; i++) {
+        const size_t sample = lists.sample[i];
+        float own = 0;
+        for (k = f->offset[sample]; k < f->offset[sample + 1]; k++)
+            own += sfield__half(f->entry[k]) * f->angle[f->entry[k] >> 16 & in_face];
+        sum += lists.weight[i] * f->sample_scale[sample] * own;
+    }
+    return sum * 0.0795774715f;                 /* of 4 pi */
+}
+
 SFIELD_DEF sfield_result sfield_ambient(const sfield_field *f, size_t count, const float *positions, float *out)
 {
     float p[3 * SFIELD__LANES], first[8];
     sfield__place at;
-    sfield__lists lists;
-    uint32_t l, n, good, k, j, face, side;
+    uint32_t l, n, good;
     size_t i;
     if (!f || !positions || !out) return SFIELD_ERR_ARGUMENT;
     if (f->h.kind != SFIELD_KIND_OCCLUSION || f->h.logarithm) return SFIELD_ERR_BASIS;
     if (f->h.shard_end) return SFIELD_ERR_SHARD;
-    side = f->h.cube_side;
     for (i = 0; i < count; i += n) {
         n = count - i < SFIELD__LANES ? (uint32_t)(count - i) : (uint32_t)SFIELD__LANES;
         good = sfield__gather(f, positions + 3 * i, n, p);
@@ -4951,15 +4982,7 @@ SFIELD_DEF sfield_result sfield_ambient(const sfield_field *f, size_t count, con
             if (f->h.basis == SFIELD_BASIS_SH) {
                 sfield__fetch(f, &at, (int)l, 0, 8, first, 0);
                 hidden = first[0] * sfield__y00;
-            } else {
-                sfield__find_lists(f, &at, (int)l, 0, &lists);
-                for (k = 0; k < lists.count; k++)
-                    for (j = f->offset[lists.sample[k]]; j < f->offset[lists.sample[k] + 1]; j++)
-                        for (face = 0; face < 6; face++)
-                            if (f->entry[j] >> 16 == face * side * side)
-                                hidden += lists.weight[k] * f->sample_scale[lists.sample[k]] *
-                                          sfield__half(f->entry[j]) / (float)(6 * side);
-            }
+            } else hidden = sfield__hidden_share(f, &at, (int)l);
             out[i + l] = good >> l & 1 ? (hidden < 1 ? (hidden > 0 ? 1 - hidden : 1.0f) : 0.0f) : 1.0f;
         }
     }
