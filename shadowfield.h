@@ -1942,6 +1942,12 @@ SFIELD_DEF sfield_result sfield_sh_dot(uint32_t bands, size_t count, const float
     return SFIELD_OK;
 }
 
+/* Is a rotation times a scale no rotation? Asked of zeros, since a diagonal divided by its mean length may miss 1. */
+static int sfield__is_upright(const float *m)
+{
+    return m[1] == 0 && m[2] == 0 && m[4] == 0 && m[6] == 0 && m[8] == 0 && m[9] == 0 && m[0] > 0 && m[5] > 0;
+}
+
 SFIELD_DEF sfield_result sfield_sh_rotation(const sfield_algebra *t, const float matrix[16], sfield_rotation *out)
 {
     double sum[680], y[SFIELD_MAX_COEFS], *s;
@@ -1967,8 +1973,7 @@ SFIELD_DEF sfield_result sfield_sh_rotation(const sfield_algebra *t, const float
     }
     memset(out, 0, sizeof *out);
     out->bands = t->bands;
-    out->identity = matrix[1] == 0 && matrix[2] == 0 && matrix[4] == 0 && matrix[6] == 0 && matrix[8] == 0 &&
-                    matrix[9] == 0 && matrix[0] > 0 && matrix[5] > 0;
+    out->identity = sfield__is_upright(matrix);
     for (l = 0, s = sum, block = out->block; l < t->bands; l++)
         for (i = 0; i < 2 * l + 1; i++)
             for (j = 0; j < 2 * l + 1; j++, s++) *block++ = out->identity ? (i == j ? 1.0f : 0.0f) : (float)*s;
@@ -5172,12 +5177,12 @@ static sfield_result sfield__item_make(const sfield_scene *s, const sfield_entit
     memset(it, 0, sizeof *it);
     it->e = *e;
     if (!sfield__m4_is_rigid_uniform(e->transform, &scale)) return SFIELD_ERR_ARGUMENT;
+    it->identity = sfield__is_upright(e->transform);
     for (i = 0; i < 3; i++) {
         if (!sfield__in(e->tint[i], -1e18f, 1e18f)) return SFIELD_ERR_ARGUMENT;
-        for (k = 0; k < 3; k++) it->turn[3 * i + k] = e->transform[4 * i + k] / scale;
+        for (k = 0; k < 3; k++)
+            it->turn[3 * i + k] = it->identity ? (i == k ? 1.0f : 0.0f) : e->transform[4 * i + k] / scale;
     }
-    it->identity = 1;
-    for (i = 0; i < 9; i++) it->identity = it->identity && it->turn[i] == (i % 4 == 0 ? 1.0f : 0.0f);
     if ((e->occlusion && e->occlusion->h.shard_end) || (e->source && e->source->h.shard_end)) return SFIELD_ERR_SHARD;
     if (e->occlusion) {
         if (!sfield__field_fits(s, e->occlusion, SFIELD_KIND_OCCLUSION)) return SFIELD_ERR_BASIS;

@@ -531,6 +531,62 @@ static void product_modes(void **state)
     sfield_scene_free(s);
 }
 
+/* What is only scaled is not rotated: 0.9 / mean(0.9, 0.9, 0.9) misses 1 by rounding. Light is that of a field built
+   at that size, in bundles, without tables for a resampling. */
+static void scaled_is_not_rotated(void **state)
+{
+    static const double scales[6] = { 0.9, 1.8, 0.45, 1.7, 0.85, 1 };
+    static float p[3 * 32], n[3 * 32], rgb[2][3 * 32];
+    uint64_t seed = 6;
+    int i, k, sparse;
+    (void)state;
+    for (i = 0; i < 96; i++) {
+        p[i] = i % 3 == 1 ? 0 : rnd_in(&seed, -1, 1);
+        n[i] = i % 3 == 1;
+    }
+    for (sparse = 0; sparse < 2; sparse++) {
+        const sfield_product_mode mode = sparse ? SFIELD_PRODUCT_SPARSE : SFIELD_PRODUCT_TEXELS;
+        sfield_scene_desc d;
+        counting c;
+        size_t bytes = 0;
+        memset(&c, 0, sizeof c);
+        memset(&d, 0, sizeof d);
+        d.basis = SFIELD_BASIS_HAAR;
+        d.cube_side = 16;
+        d.product = mode;
+        d.allocator = counting_allocator(&c);
+        for (i = 0; i < 6; i++) {
+            sfield_scene *s;
+            sfield_entity e = at(ball[2], NULL, 0.2, 2, 0);
+            sfield_points set;
+            assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+            memset(&set, 0, sizeof set);
+            set.count = 32;
+            set.positions = p;
+            set.normals = n;
+            set.entity = SFIELD_NONE;
+            sfield_scene_environment(s, sky_one, 1, 1, NULL);
+            for (k = 0; k < 2; k++) {           /* the same view, once with everything times a power of two */
+                const double scale = scales[i] / (k ? 1 : 4), shift = k ? 1 : 0.25;
+                float q[3 * 32];
+                uint32_t j;
+                matrix_of(e.transform, 0, 1, 0, 0, scale, 0.2 * shift, 2 * shift, 0);
+                for (j = 0; j < 96; j++) q[j] = (float)((double)p[j] * shift);
+                set.positions = q;
+                set.rgb = rgb[k];
+                assert_int_equal(sfield_scene_entities(s, &e, 1), SFIELD_OK);
+                assert_int_equal(s->item[0].map, 0);
+                assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+            }
+            assert_memory_equal(rgb[0], rgb[1], sizeof rgb[0]);
+            assert_true(rgb[0][0] > 0 && rgb[0][0] < 0.99f);
+            if (i) assert_int_equal(c.now, bytes);                    /* no size costs more than another */
+            bytes = c.now;
+            sfield_scene_free(s);
+        }
+    }
+}
+
 /* Products are symmetric: incident radiance far to near against T near to far gives the same sum. */
 static void incident_radiance(void **state)
 {
@@ -996,6 +1052,7 @@ int main(void)
         cmocka_unit_test(t79_bodies_that_change),
         cmocka_unit_test(t80_overlaps),
         cmocka_unit_test(product_modes),
+        cmocka_unit_test(scaled_is_not_rotated),
         cmocka_unit_test(incident_radiance),
         cmocka_unit_test(skies_suns_and_turns),
         cmocka_unit_test(t11_t12_skies_count_by_solid_angle),
