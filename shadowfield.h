@@ -510,7 +510,8 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *scene, const sfield
 SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
                                                   uint32_t height, const float rotation[16]);
 /* Distant light as a latitude-longitude map of radiance: row 0 is +Y, the centre is +X, +Z right of it. Copied.
-   rgb       width x height x 3, from +Y down; NULL = no environment. Texels not finite or negative count as 0
+   rgb       width x height x 3, from +Y down; NULL = no environment. Texels not finite or negative count as 0; each
+             has one radiance, and its exact solid angle
    rotation  map to world, or NULL. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC */
 SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float rotation[16]);
 /* Another rotation of the same environment: one rotation of coefficients, or of one cube map. */
@@ -5301,24 +5302,75 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
 
 /* ---- >>environment ---- */
 
-static void sfield__latlong(const float *rgb, uint32_t width, uint32_t height, const float *d, float *out)
+/* What a map leaves in a texel of the cube: sums by solid angle, and the least of each channel. */
+typedef struct sfield__gathered { double rgb[3], angle; float least[3]; } sfield__gathered;
+
+static void sfield__gather_cell(sfield__gathered *g, const float *rgb, double angle)
 {
-    float u = 0.5f + sfield__atan2(d[2], d[0]) * 0.159154943f, v = sfield__acos(d[1]) * 0.318309886f;
-    float x = u * (float)width - 0.5f, y = v * (float)height - 0.5f;
-    int32_t xi = (int32_t)(x + 1) - 1, yi = (int32_t)(y + 1) - 1, i, k;
-    x -= (float)xi;
-    y -= (float)yi;
-    out[0] = out[1] = out[2] = 0;
-    for (i = 0; i < 4; i++) {
-        int32_t a = xi + (i & 1), b = yi + (i >> 1);
-        const float *texel;
-        a = a < 0 ? a + (int32_t)width : a >= (int32_t)width ? a - (int32_t)width : a;
-        b = b < 0 ? 0 : b >= (int32_t)height ? (int32_t)height - 1 : b;
-        texel = rgb + 3 * ((size_t)b * width + (size_t)a);
-        for (k = 0; k < 3; k++)
-            if (sfield__finite(texel[k]) && texel[k] > 0)
-                out[k] += (i & 1 ? x : 1 - x) * (i >> 1 ? y : 1 - y) * (texel[k] < 1e18f ? texel[k] : 1e18f);
+    uint32_t k;
+    for (k = 0; k < 3; k++) {
+        const float good = sfield__finite(rgb[k]) && rgb[k] > 0 ? (rgb[k] < 1e18f ? rgb[k] : 1e18f) : 0.0f;
+        g->rgb[k] += angle * (double)good;
+        if (g->angle == 0 || good < g->least[k]) g->least[k] = good;
     }
+    g->angle += angle;
+}
+
+/* A texel of the map has one radiance and its exact solid angle. It counts where its middle lies in the cube, in parts
+   where the map is coarser: no sun falls between samples, none counts twice (T11, T12). */
+static void sfield__gather_map(const sfield_scene *s, const float *rgb, uint32_t width, uint32_t height,
+                               sfield__gathered *g)
+{
+    const uint32_t across = (32 * s->side + width - 1) / width, down = (16 * s->side + height - 1) / height;
+    const uint32_t wide = width * across, high = height * down;
+    const double step = 2 * sfield__pi / wide;
+    double first[2], turn[2], half, unused, sine, cosine;
+    uint32_t x, y;
+    sfield__sincos_d(0.5 * step - sfield__pi, &first[1], &first[0]);
+    sfield__sincos_d(step, &turn[1], &turn[0]);
+    sfield__sincos_d(0.5 * sfield__pi / high, &half, &unused);
+    for (y = 0; y < high; y++) {
+        const float *row = rgb + 3 * (size_t)(y / down) * width;
+        double c = first[0], n = first[1], old, angle;
+        sfield__sincos_d(sfield__pi * (y + 0.5) / high, &sine, &cosine);
+        angle = step * 2 * sine * half;         /* cos of the upper edge less cos of the lower */
+        for (x = 0; x < wide; x++) {
+            float direction[3];
+            direction[0] = (float)(sine * c);
+            direction[1] = (float)cosine;
+            direction[2] = (float)(sine * n);
+            sfield__gather_cell(g + sfield_cube_find(s->side, direction), row + 3 * (size_t)(x / across), angle);
+            old = c;
+            c = c * turn[0] - n * turn[1];
+            n = n * turn[0] + old * turn[1];
+        }
+    }
+}
+
+/* The sky as a cube of texels. What falls into one fills its solid angle but for its edges: what all of it has at least
+   counts for the whole texel, and what is brighter by the energy there is; the rest of that error is scaled away.
+   0: no memory. */
+static int sfield__take_map(sfield_scene *s, const float *rgb, uint32_t width, uint32_t height)
+{
+    const float *angle = s->texel + 3 * (size_t)s->cells;
+    sfield__gathered *g = (sfield__gathered *)sfield__alloc_array(&s->allocator, s->cells, sizeof *g);
+    uint32_t i, k;
+    if (!g) return 0;
+    memset(g, 0, s->cells * sizeof *g);
+    sfield__gather_map(s, rgb, width, height, g);
+    for (k = 0; k < 3; k++) {
+        float *sky = s->sky + (size_t)k * s->cells;
+        double all = 0, sum = 0;
+        for (i = 0; i < s->cells; i++) {
+            const double least = (double)g[i].least[k], more = g[i].rgb[k] - least * g[i].angle;
+            sky[i] = (float)(least + more / (double)angle[i]);
+            all += g[i].rgb[k];
+            sum += (double)sky[i] * (double)angle[i];
+        }
+        for (i = 0; i < s->cells && sum > 0; i++) sky[i] = (float)((double)sky[i] * (all / sum));
+    }
+    sfield__free(&s->allocator, g);
+    return 1;
 }
 
 /* The cube as it lies in the world now. Harmonics turn their coefficients; wavelets resample the cube map, once. */
@@ -5394,29 +5446,14 @@ static void sfield__set_turn(sfield_scene *s, const float *rotation)
 SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *s, const float *rgb, uint32_t width, uint32_t height,
                                                   const float rotation[16])
 {
-    uint32_t i, c, k;
+    uint32_t c;
     if (!s || !sfield__rotation_good(rotation)) return SFIELD_ERR_ARGUMENT;
     if (rgb && (width < 1 || height < 1 || width > 65536 || height > 65536)) return SFIELD_ERR_ARGUMENT;
+    if (rgb && !sfield__take_map(s, rgb, width, height)) return SFIELD_ERR_ALLOC;
+    if (!rgb) memset(s->sky, 0, 3 * (size_t)s->cells * sizeof *s->sky);
     memset(s->sun, 0, 3 * (size_t)s->planes * sizeof *s->sun);
     s->has_sky = rgb != NULL;
     s->has_sun = 0;
-    for (i = 0; i < s->cells; i++) {
-        uint32_t n = 1, x, y, face, tx, ty;
-        float sum[3] = { 0, 0, 0 };
-        while (rgb && n < 16 && 4 * n * s->side < width) n *= 2;      /* the mean of a texel, or nearly */
-        sfield__texel_place(s->side, i, &face, &tx, &ty);
-        for (y = 0; y < n && rgb; y++)
-            for (x = 0; x < n; x++) {
-                double d[3], l, m = (double)n * s->side;
-                float dir[3], value[3];
-                sfield__from_face(face, (2.0 * (tx * n + x) + 1) / m - 1, (2.0 * (ty * n + y) + 1) / m - 1, d);
-                l = 1 / sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-                for (k = 0; k < 3; k++) dir[k] = (float)(d[k] * l);
-                sfield__latlong(rgb, width, height, dir, value);
-                for (c = 0; c < 3; c++) sum[c] += value[c];
-            }
-        for (c = 0; c < 3; c++) s->sky[c * s->cells + i] = sum[c] / (float)(n * n);
-    }
     for (c = 0; c < 3 && s->algebra; c++)
         (void)sfield_sh_project(s->desc.bands, s->side, s->sky + c * s->cells, 1, s->sky_still + c * s->planes);
     sfield__set_turn(s, rotation);

@@ -700,8 +700,51 @@ static void t11_t12_skies_count_by_solid_angle(void **state)
         share[whole] = (double)coefs[0] / sqrt(4 * PI);
         sfield_scene_free(s);
     }
-    CONFORM("T11", "share of a cap of 30 degrees in a sky of harmonics", 0.0669873, share[0], 0.002);
+    CONFORM("T11", "share of a cap of 30 degrees in a sky of harmonics", 0.0669873, share[0], 1e-6);
     CONFORM("T12", "share of a uniform sky in a sky of harmonics", 1, share[1], 1e-5);
+}
+
+/* A sun of one texel anywhere in a map, coarse or fine, is its radiance times its solid angle; alone, and in a sky. */
+static void t12_a_sun_of_one_texel(void **state)
+{
+    static const uint32_t sizes[8][2] = { { 8, 4 }, { 36, 18 }, { 64, 32 }, { 100, 700 }, { 1024, 512 }, { 2048, 1024 },
+                                          { 8192, 32 }, { 32, 4096 } };
+    double worst[2] = { 0, 0 };
+    int m, i, k, high;
+    (void)state;
+    for (high = 0; high < 2; high++) {
+        sfield_scene *s = NULL;
+        sfield_scene_desc d;
+        memset(&d, 0, sizeof d);
+        d.cube_side = high ? 32 : 0;
+        assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+        for (m = 0; m < 8; m++) {
+            const uint32_t wide = sizes[m][0], rows = sizes[m][1];
+            float *map = (float *)calloc((size_t)wide * rows, 3 * sizeof *map), coefs[3 * 16];
+            uint64_t seed = 12 + (uint64_t)m;
+            assert_non_null(map);
+            for (i = 0; i < (int)(wide * rows); i++) map[3 * i + 1] = 1;             /* green: with a sky of 1 */
+            for (i = 0; i < (m < 4 ? 12 : 4); i++) {
+                const uint32_t x = rnd_below(&seed, wide), y = i ? rnd_below(&seed, rows) : rows / 2;
+                const double exact = 1e4 * 2 * PI / wide * (cos(PI * y / rows) - cos(PI * (y + 1) / rows));
+                float *texel = map + 3 * ((size_t)y * wide + x);
+                texel[0] = 1e4f;
+                texel[1] = 1e4f + 1;
+                assert_int_equal(sfield_scene_environment(s, map, wide, rows, NULL), SFIELD_OK);
+                assert_int_equal(sfield_scene_sky(s, coefs), SFIELD_OK);
+                texel[0] = 0;
+                texel[1] = 1;
+                for (k = 0; k < 2; k++) {
+                    const double want = exact + k * 4 * PI;
+                    worst[k] = fmax(worst[k], fabs((double)coefs[16 * k] * sqrt(4 * PI) / want - 1));
+                }
+            }
+            free(map);
+        }
+        sfield_scene_free(s);
+    }
+    CONFORM_MAX("T12", "a sun of one texel in a sky of harmonics, relative", 1e-5, worst[0]);        /* of floats */
+    CONFORM_MAX("T12", "a sun of one texel and a sky of 1, relative", 1e-5, worst[1]);
 }
 
 /* The lobe lies round the view's mirror image: a lamp there shines into it, one where the eye is does not. */
@@ -1056,6 +1099,7 @@ int main(void)
         cmocka_unit_test(incident_radiance),
         cmocka_unit_test(skies_suns_and_turns),
         cmocka_unit_test(t11_t12_skies_count_by_solid_angle),
+        cmocka_unit_test(t12_a_sun_of_one_texel),
         cmocka_unit_test(phong_lobe),
         cmocka_unit_test(phong_lobe_is_mirrored),
         cmocka_unit_test(reach_is_in_radii),
