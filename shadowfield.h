@@ -561,7 +561,8 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const sfield_points *
 
 SFIELD_DEF sfield_result sfield_incident(sfield_scene *scene, const sfield_points *set, float *coefs);
 /* Incident radiance instead, far to near, occluders common to several lights applied once (paper 3.2). Harmonics only.
-   coefs   3 n^2 floats a point, world space, without self-visibility and BRDF. Errors as above */
+   coefs   3 n^2 floats a point, world space, without self-visibility and BRDF: of all directions, whatever the normal,
+           which must be there all the same. Errors as above */
 
 /* ---- sparse vertices: shade few, interpolate the rest ---- */
 
@@ -5598,7 +5599,7 @@ typedef struct sfield__tile {
     float    *d2, *factor, *occlusion;          /* 16, 16, 16 n^2 floats each */
     uint8_t  *state;                            /* 0 not looked at, 1 hides something, 2 nothing */
     uint32_t  lights;                           /* and the environment, if it is wanted, behind them */
-    int       sky, chains;                      /* chains: 2 with a lobe */
+    int       sky, chains, all_round;           /* chains: 2 with a lobe; all_round: what lies below horizons counts */
     float    *light_d2;                         /* 16 each */
     uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
     uint64_t  stand;                            /* sfield__stand */
@@ -5807,8 +5808,8 @@ static void sfield__fade16(const float *d2, float inverse_reach, uint32_t lanes,
     }
 }
 
-/* Occluders that count for any lane, in reach (third rule) and not below the horizon (first), from near to far by the
-   middle of the tile. */
+/* Occluders that count for any lane, in reach (third rule) and, but for incident radiance, not below the horizon (first),
+   from near to far by the middle of the tile. */
 static void sfield__candidates(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
@@ -5825,7 +5826,7 @@ static void sfield__candidates(sfield__tile *t)
         if (least < it->reach) {
             used = sfield__look16(t->p, t->n, c, it->reach * it->reach, -it->radius[0], d2, s->simd);
             near_by = used & t->active;
-            used = near_by & used >> 16;
+            used = t->all_round ? near_by : near_by & used >> 16;
         }
         t->stats.pairs += t->lanes;
         t->stats.culled_far += sfield__bits(t->active & ~near_by);
@@ -7510,6 +7511,7 @@ static void sfield__shade_set_sh(const sfield__job *job, const sfield_points *se
     t.lights = s->light_count;
     t.sky = s->has_sky || s->has_sun || set->ambient;
     t.chains = set->gloss && set->exponents ? 2 : 1;
+    t.all_round = job->incident != NULL;
     t.stand = sfield__stand(s, set);
     t.stats = *stats;
     (void)sfield__carve(&t, memory, s->occluder_count, t.lights, s->coefs, t.chains);

@@ -621,6 +621,33 @@ static void incident_radiance(void **state)
     sfield_scene_free(s);
 }
 
+/* Of all directions: a ball below a floor's horizon hides as much as one above it. */
+static void incident_radiance_from_below(void **state)
+{
+    static const float p[3] = { 0, 0, 0 }, normal[2][3] = { { 0, 1, 0 }, { 0, -1, 0 } };
+    sfield_scene *s = scene_of(SFIELD_BASIS_SH, SFIELD_PRODUCT_TRIPLE);
+    sfield_entity e = at(ball[1], NULL, 0, -3, 0);
+    float l[2][48];
+    int i;
+    (void)state;
+    sfield_scene_entities(s, &e, 1);
+    sfield_scene_environment(s, sky_one, 1, 1, NULL);
+    for (i = 0; i < 2; i++) {
+        sfield_points set;
+        memset(&set, 0, sizeof set);
+        set.count = 1;
+        set.positions = p;
+        set.normals = normal[i];
+        set.entity = SFIELD_NONE;
+        assert_int_equal(sfield_incident(s, &set, l[i]), SFIELD_OK);
+        print_message("normal %g: %.5f of %.5f\n", (double)normal[i][1], (double)l[i][0] / sqrt(4 * PI),
+                      1 - blocked(3));
+        assert_true(fabs((double)l[i][0] / sqrt(4 * PI) - 1 + blocked(3)) < 0.002);
+    }
+    assert_memory_equal(l[0], l[1], sizeof l[0]);
+    sfield_scene_free(s);
+}
+
 static void skies_suns_and_turns(void **state)
 {
     static float map[3 * 64 * 32];
@@ -1097,6 +1124,7 @@ int main(void)
         cmocka_unit_test(product_modes),
         cmocka_unit_test(scaled_is_not_rotated),
         cmocka_unit_test(incident_radiance),
+        cmocka_unit_test(incident_radiance_from_below),
         cmocka_unit_test(skies_suns_and_turns),
         cmocka_unit_test(t11_t12_skies_count_by_solid_angle),
         cmocka_unit_test(t12_a_sun_of_one_texel),
