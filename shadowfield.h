@@ -5599,7 +5599,7 @@ typedef struct sfield__tile {
     float    *d2, *factor, *occlusion;          /* 16, 16, 16 n^2 floats each */
     uint8_t  *state;                            /* 0 not looked at, 1 hides something, 2 nothing */
     uint32_t  lights;                           /* and the environment, if it is wanted, behind them */
-    int       sky, chains, all_round;           /* chains: 2 with a lobe; all_round: what lies below horizons counts */
+    int       sky, chains, all_round;           /* chains: 2 with a lobe; all_round: below the horizon too */
     float    *light_d2;                         /* 16 each */
     uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
     uint64_t  stand;                            /* sfield__stand */
@@ -5617,18 +5617,19 @@ static const float *sfield__row(const float *base, size_t stride, size_t i)
     return (const float *)(const void *)((const char *)(const void *)base + i * (stride ? stride : 12));
 }
 
-/* Scratch of one task, carved out of memory or (NULL) measured. */
-static size_t sfield__carve(sfield__tile *t, uint8_t *memory, uint32_t occluders, uint32_t lights, uint32_t coefs,
-                            int chains)
+/* Scratch of one task, carved out of memory or (NULL) measured: of 65,535 entities no more than 2^34 bytes, which a
+   size_t may not hold. */
+static uint64_t sfield__carve(sfield__tile *t, uint8_t *memory, uint32_t occluders, uint32_t lights, uint32_t coefs,
+                              uint32_t chains)
 {
-    size_t at = 0, c = coefs * SFIELD__LANES, n = occluders ? occluders : 1, slots = (size_t)lights + 1;
-#define SFIELD__CARVE(member, type, number)                        \
-    do {                                                           \
-        if (memory) t->member = (type *)(void *)(memory + at);     \
-        at += ((size_t)(number) * sizeof(type) + 63) / 64 * 64;    \
+    uint64_t at = 0, c = coefs * SFIELD__LANES, n = occluders ? occluders : 1, slots = (uint64_t)lights + 1;
+#define SFIELD__CARVE(member, type, number)                                \
+    do {                                                                   \
+        if (memory) t->member = (type *)(void *)(memory + (size_t)at);     \
+        at += ((number) * sizeof(type) + 63) / 64 * 64;                    \
     } while (0)
     SFIELD__CARVE(occlusion, float, n * c);
-    SFIELD__CARVE(t, float, (slots * (size_t)chains > 3 ? slots * (size_t)chains : 3) * c);
+    SFIELD__CARVE(t, float, (slots * chains > 3 ? slots * chains : 3) * c);
     SFIELD__CARVE(start, float, 2 * c);
     SFIELD__CARVE(rows, float, 3 * (c + 7 * SFIELD__LANES));        /* coefficients of a row: a multiple of 8 */
     SFIELD__CARVE(planes, float, c + 7 * SFIELD__LANES);
@@ -5808,8 +5809,8 @@ static void sfield__fade16(const float *d2, float inverse_reach, uint32_t lanes,
     }
 }
 
-/* Occluders that count for any lane, in reach (third rule) and, but for incident radiance, not below the horizon (first),
-   from near to far by the middle of the tile. */
+/* Occluders that count for any lane, in reach (third rule) and, but for incident radiance, not below the horizon
+   (first), from near to far by the middle of the tile. */
 static void sfield__candidates(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
@@ -7514,7 +7515,7 @@ static void sfield__shade_set_sh(const sfield__job *job, const sfield_points *se
     t.all_round = job->incident != NULL;
     t.stand = sfield__stand(s, set);
     t.stats = *stats;
-    (void)sfield__carve(&t, memory, s->occluder_count, t.lights, s->coefs, t.chains);
+    (void)sfield__carve(&t, memory, s->occluder_count, t.lights, s->coefs, (uint32_t)t.chains);
     for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
         t.first = i;
         t.lanes = set->count - i < SFIELD__LANES ? (uint32_t)(set->count - i) : (uint32_t)SFIELD__LANES;
@@ -7583,23 +7584,24 @@ static sfield_result sfield__shade_all(sfield__job *job, sfield_scene_stats *sta
     sfield_scene *s = job->s;
     const uint64_t *from;
     uint64_t *to;
-    size_t i, k, bytes;
+    uint64_t bytes = 64;
+    size_t i, k;
     if (s->algebra) {
-        job->scratch = sfield__carve(NULL, NULL, s->occluder_count, s->light_count, s->coefs, 2);
+        bytes += sfield__carve(NULL, NULL, s->occluder_count, s->light_count, s->coefs, 2);
     } else {
-        job->scratch = sfield__carve_point(NULL, NULL, s->occluder_count + s->light_count, s->cells);
-        job->scratch += sfield__carve_bundle(NULL, NULL, s->occluder_count + s->light_count, s->side);
-        job->scratch += ((size_t)s->light_count + 8) / 8 * 64;
+        bytes += sfield__carve_point(NULL, NULL, s->occluder_count + s->light_count, s->cells);
+        bytes += sfield__carve_bundle(NULL, NULL, s->occluder_count + s->light_count, s->side);
+        bytes += ((size_t)s->light_count + 8) / 8 * 64;
     }
-    job->scratch += 64;
     job->pieces = s->desc.parallel_for ? (uint32_t)SFIELD__PIECES : 1u;
-    bytes = job->scratch * job->pieces;
-    if (bytes > s->scratch_bytes) {
-        uint8_t *grown = (uint8_t *)sfield__alloc(&s->allocator, bytes);
+    if (bytes > SIZE_MAX / job->pieces) return SFIELD_ERR_ALLOC;
+    job->scratch = (size_t)bytes;
+    if (job->scratch * job->pieces > s->scratch_bytes) {
+        uint8_t *grown = (uint8_t *)sfield__alloc(&s->allocator, job->scratch * job->pieces);
         if (!grown) return SFIELD_ERR_ALLOC;
         sfield__free(&s->allocator, s->scratch);
         s->scratch = grown;
-        s->scratch_bytes = bytes;
+        s->scratch_bytes = job->scratch * job->pieces;
     }
     memset(job->stats, 0, sizeof job->stats);
     if (s->desc.parallel_for) s->desc.parallel_for(s->desc.parallel_user, job->pieces, sfield__shade_task, job);

@@ -257,6 +257,69 @@ static void peak_is_what_the_header_says(void **state)
     assert_true(fabs((peak[1] - peak[0]) / (16 * 26 * (vertices[1] - vertices[0])) - 1) < 0.1);
 }
 
+typedef struct most { size_t asked; } most;
+
+static void *most_alloc(size_t size, void *user)
+{
+    most *m = (most *)user;
+    m->asked = size > m->asked ? size : m->asked;
+    return size < (size_t)1 << 29 ? malloc(size) : NULL;
+}
+
+static void most_free(void *memory, void *user)
+{
+    (void)user;
+    free(memory);
+}
+
+static void one_by_one(void *user, size_t count, sfield_task task, void *context)
+{
+    size_t i;
+    (void)user;
+    for (i = 0; i < count; i++) task(context, i);
+}
+
+/* Entities that all hide and shine, for sixteen tasks: 4.4 GB of scratch, more than a size_t of 32 bits can say. */
+static void scratch_of_many_entities(void **state)
+{
+    enum { MANY = 11000 };
+    sfield_entity *e = (sfield_entity *)malloc(MANY * sizeof *e);
+    sfield_scene_desc d;
+    sfield_emitter light;
+    sfield_desc small = small_desc(SFIELD_BASIS_SH);
+    sfield_field *lamp;
+    sfield_scene *s;
+    sfield_points none;
+    most m = { 0 };
+    int i;
+    (void)state;
+    assert_non_null(e);
+    memset(&d, 0, sizeof d);
+    memset(&light, 0, sizeof light);
+    memset(&none, 0, sizeof none);
+    light.radius = 1;
+    small.shells = 2;
+    small.position_side = 2;
+    assert_int_equal(sfield_build_emitter(&small, &light, &lamp, NULL), SFIELD_OK);
+    d.allocator.alloc_fn = most_alloc;
+    d.allocator.free_fn = most_free;
+    d.allocator.user = &m;
+    d.parallel_for = one_by_one;
+    assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+    for (i = 0; i < MANY; i++) {
+        e[i] = sfield_entity_default();
+        e[i].occlusion = field[1];
+        e[i].source = lamp;
+    }
+    assert_int_equal(sfield_scene_entities(s, e, MANY), SFIELD_OK);
+    assert_true(m.asked < 1 << 29);
+    assert_int_equal(sfield_shade(s, &none, 1, NULL), SFIELD_ERR_ALLOC);
+    if (sizeof(size_t) > 4) assert_true((uint64_t)m.asked > 16 * (uint64_t)MANY * MANY * 2);
+    sfield_scene_free(s);
+    sfield_free(lamp);
+    free(e);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -264,6 +327,7 @@ int main(void)
         cmocka_unit_test(blocks_do_not_depend_on_memory),
         cmocka_unit_test(peak_is_what_the_allocator_saw),
         cmocka_unit_test(peak_is_what_the_header_says),
+        cmocka_unit_test(scratch_of_many_entities),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
