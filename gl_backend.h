@@ -619,7 +619,9 @@ GLBK_DEF void glbk_clear_depth(glbk_context *ctx, float depth);
 
 GLBK_DEF void glbk_bind_texture(glbk_context *ctx, uint32_t slot, const glbk_texture *texture);
 /* To a slot of the lists (GLBK_SLOT_name), without a sampler object. There are 16 slots, from ctx->first_unit on: bind
-   textures of your own beyond them yourself. A slot above 15, or a texture not created, binds nothing. */
+   textures of your own beyond them yourself. A slot above 15 does nothing.
+   texture   NULL or not created: the unit gets no texture, for a sampler that is declared and not read. What others
+             left there may be of another kind than the sampler, and WebGL then refuses to draw. */
 GLBK_DEF void glbk_bind_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer);
 /* The whole buffer as uniform block. */
 GLBK_DEF void glbk_bind_storage(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer);
@@ -5524,7 +5526,7 @@ static const char *const glbk__glsl_lib_rsm_access_glsl[] = {
     "#define RSM_PATTERN(i) texelFetch(glbk_rsm_pattern, ivec2(int((i) & 1023u), int((i) >> 10)), 0).xyz\n",
     "#ifndef RSM_LIGHT           // lib/rsm_chunk.glsl has chunks of both in shared memory\n",
     "#define RSM_LIGHT(i, k) RSM_LISTED(i, k)\n",
-    "#define RSM_POINT(i) RSM_PATTERN(i)\n",
+    "#define RSM_POINT_AT(i) RSM_PATTERN(i)\n",
     "#endif\n",
     "#define RSM_MATERIAL(i) texelFetch(glbk_rsm_materials, ivec2(int(i), 0), 0)\n",
     "#define RSM_SEEN(at, k) texelFetch(glbk_rsm_seen, ivec3(at, k), 0)\n"
@@ -5629,7 +5631,7 @@ static const char *const glbk__glsl_lib_rsm_chunk_glsl[] = {
     "#define RSM_CHUNK 64u               // lights, as many as the group has invocations; or four times as many points\n",
     "shared uvec4 rsm_chunk[4u * RSM_CHUNK];\n",
     "#define RSM_LIGHT(i, k) rsm_chunk[RSM_CHUNK * uint(k) + (i)]\n",
-    "#define RSM_POINT(i) uintBitsToFloat(rsm_chunk[i].xyz)\n"
+    "#define RSM_POINT_AT(i) uintBitsToFloat(rsm_chunk[i].xyz)\n"
 };
 
 static const char *const glbk__glsl_lib_rsm_direct_glsl[] = {
@@ -5931,7 +5933,7 @@ static const char *const glbk__glsl_lib_rsm_gather_glsl[] = {
     "    for (uint i = 0u; i < count; i++) {\n",
     "        ivec3 t;\n",
     "        float weight;\n",
-    "        if (!rsm_place_sample(l, r_max, centre, right, up, RSM_POINT(first + i * step), turn, t, weight)) continue;\n",
+    "        if (!rsm_place_sample(l, r_max, centre, right, up, RSM_POINT_AT(first + i * step), turn, t, weight)) continue;\n",
     "        vec4 flux = uintBitsToFloat(RSM_TEXEL(t, 2));\n",
     "        float mean = rsm_mean3(flux.xyz);\n",
     "        if (!(mean > 0.0) && !glossy) continue;\n",
@@ -10817,9 +10819,14 @@ GLBK_DEF void glbk_clear_depth(glbk_context *ctx, float depth)
 
 GLBK_DEF void glbk_bind_texture(glbk_context *ctx, uint32_t slot, const glbk_texture *texture)
 {
-    if (!ctx || ctx->lost || !texture || !texture->name || slot >= GLBK_UNITS) return;
+    if (!ctx || ctx->lost || slot >= GLBK_UNITS) return;
     ctx->gl.ActiveTexture(GLBK_GL_TEXTURE0 + ctx->first_unit + slot);
-    ctx->gl.BindTexture(texture->gl_target, texture->name);
+    if (texture && texture->name) {
+        ctx->gl.BindTexture(texture->gl_target, texture->name);
+    } else {
+        ctx->gl.BindTexture(GLBK_GL_TEXTURE_2D, 0);
+        ctx->gl.BindTexture(GLBK_GL_TEXTURE_2D_ARRAY, 0);
+    }
     ctx->gl.BindSampler(ctx->first_unit + slot, 0);
 }
 
@@ -12177,7 +12184,7 @@ static glbk_result glbk__csm_run_compress(glbk_context *ctx, glbk_csm_builder *b
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_opened, &b->opened[b->now]);
     }
     glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block);
-    for (i = 0; i < glbk__csm_layer_count(b); i++)
+    for (i = 0; i < 3; i++)         /* of two layers the third is not read */
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_layer0 + i, &b->layers[i]);
     b->passes++;
     if (b->compute) {
@@ -13695,17 +13702,13 @@ static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m,
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
         ctx->gl.TexParameteri(m->cells.gl_target, 0x813C /* BASE_LEVEL */, below);
         ctx->gl.TexParameteri(m->cells.gl_target, 0x813D /* MAX_LEVEL */, below);
-        if (!level) {           /* reads none */
-            ctx->gl.ActiveTexture(GLBK_GL_TEXTURE0 + ctx->first_unit + GLBK_SLOT_glbk_envsh_cells);
-            ctx->gl.BindTexture(m->cells.gl_target, 0);
-        }
+        if (!level) glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, NULL);      /* reads none */
         glbk_draw_screen(ctx);
     }
-    if (result == GLBK_OK) {
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
-        ctx->gl.TexParameteri(m->cells.gl_target, 0x813C, 0);
-        ctx->gl.TexParameteri(m->cells.gl_target, 0x813D, (int32_t)m->levels - 1);
-    }
+    if (ctx->lost) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
+    ctx->gl.TexParameteri(m->cells.gl_target, 0x813C, 0);
+    ctx->gl.TexParameteri(m->cells.gl_target, 0x813D, (int32_t)m->levels - 1);
     return result;
 }
 

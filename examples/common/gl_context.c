@@ -159,6 +159,7 @@ ex_gl *ex_gl_create_by(const ex_gl_way *way, const ex_gl_options *options, char 
         return NULL;
     }
     gl->watched = wanted.debug;
+    ex_gl_watch_current(gl);
     if (wanted.debug)
         listen(gl);
     return gl;
@@ -194,16 +195,22 @@ void ex_gl_free(ex_gl *gl)
     if (is_watched())
         note_pending(gl);
     gl->way->destroy(gl->self);
+    ex_gl_watch_forget(gl);
     free(gl);
 }
 
-int ex_gl_make_current(ex_gl *gl, int on) { return gl->way->make_current(gl->self, on); }
+int ex_gl_make_current(ex_gl *gl, int on)
+{
+    if (on)
+        ex_gl_watch_current(gl);
+    return gl->way->make_current(gl->self, on);
+}
 
 glbk_proc ex_gl_get_proc(const char *name, void *user)
 {
     ex_gl *gl = user;
     glbk_proc proc = gl->way->get_proc(name);
-    return gl->watched ? ex_gl_watch(name, proc, gl->way->get_proc, gl) : proc;
+    return gl->watched ? ex_gl_watch(name, proc, gl->way->get_proc) : proc;
 }
 
 void *ex_gl_self(ex_gl *gl) { return gl->self; }

@@ -19,6 +19,8 @@ void  *ex_gl_self(ex_gl *gl);
 void   ex_gl_note(ex_gl *gl, const char *text);     /* an error of this context */
 
 /* proc, or where it draws a function that first looks for errors that drivers let pass. */
-glbk_proc ex_gl_watch(const char *name, glbk_proc proc, glbk_proc (*get)(const char *), ex_gl *gl);
+glbk_proc ex_gl_watch(const char *name, glbk_proc proc, glbk_proc (*get)(const char *));
+void      ex_gl_watch_current(ex_gl *gl);           /* whose calls are seen from here on */
+void      ex_gl_watch_forget(const ex_gl *gl);      /* before it is freed */
 
 #endif

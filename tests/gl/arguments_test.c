@@ -159,7 +159,8 @@ static void buffers_and_targets(void **state)
     gl_canvas_free(t, &a);
 }
 
-/* A pass that is refused has touched nothing; what binds nothing leaves what was bound. */
+/* A pass that is refused has touched nothing; what binds nothing leaves what was bound, but no texture takes the place
+   of one. */
 static void passes_and_bindings(void **state)
 {
     GL_TEST(t, state)
@@ -170,9 +171,14 @@ static void passes_and_bindings(void **state)
     glbk_buffer buffer;
     glbk_program program = { 0 };
     glbk_pass p = { 0 };
+    glbk_texture_desc d = { 0 };
+    glbk_texture layers, none_yet = { 0 };
     float rgba[4];
-    int32_t before, after;
+    int32_t before, after, i;
     uint32_t slot = 3;
+    d.format = GLBK_FORMAT_RGBA8;
+    d.width = d.height = d.layers = 1;
+    assert_glbk(t, glbk_texture_create(gl, &d, &layers));
 
     p.target = &a.target;
     assert_glbk(t, glbk_begin(gl, &p, NULL));
@@ -223,10 +229,18 @@ static void passes_and_bindings(void **state)
     glbk_bind_block(gl, GLBK_BLOCKS, &buffer);
     gl->gl.GetIntegeri_v(0x8A28, slot, &after);
     assert_int_equal(before, after);
-    glbk_bind_texture(NULL, slot, &a.color);
-    glbk_bind_texture(gl, slot, NULL);
-    glbk_bind_texture(gl, GLBK_UNITS, &a.color);
-    glbk_bind_texture(gl, slot, &(glbk_texture){ 0 });
+    for (i = 0; i < 2; i++) {
+        glbk_bind_texture(gl, slot, &a.color);
+        gl->gl.BindTexture(GLBK_GL_TEXTURE_2D_ARRAY, layers.name);
+        glbk_bind_texture(NULL, slot, &none_yet);
+        glbk_bind_texture(gl, GLBK_UNITS, &none_yet);
+        gl->gl.GetIntegerv(0x8069 /* TEXTURE_BINDING_2D */, &after);
+        assert_int_equal(after, a.color.name);
+        glbk_bind_texture(gl, slot, i ? &none_yet : NULL);
+        gl->gl.GetIntegerv(0x8069, &after);
+        gl->gl.GetIntegerv(0x8C1D /* TEXTURE_BINDING_2D_ARRAY */, &before);
+        assert_true(after == 0 && before == 0);
+    }
     glbk_bind_storage(NULL, slot, &buffer);
     glbk_bind_image(NULL, slot, &a.color);
     glbk_bind_storage(gl, slot, gl->compute ? NULL : &buffer);
@@ -252,6 +266,7 @@ static void passes_and_bindings(void **state)
     glbk_set_slots(NULL, 1);
     gl->gl.BindBufferBase(GLBK_GL_UNIFORM_BUFFER, slot, 0);
     glbk_buffer_destroy(gl, &buffer);
+    glbk_texture_destroy(gl, &layers);
     gl_canvas_free(t, &a);
 }
 

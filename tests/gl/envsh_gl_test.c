@@ -949,6 +949,36 @@ static void failures_leave_nothing(void **state)
 }
 
 /* Every call says so, without a call of GL: with an empty table it would crash. */
+/* While cells are made, each level is the texture's only one for a moment. */
+static void cells_are_whole_after_a_failure(void **state)
+{
+    GL_TEST(t, state)
+    rig r = make_rig(t, even, 3, 64);
+    glbk_envsh_maps m = make_maps(t, 3, 64, 0);
+    glbk_result result = GLBK_ERR_GL;
+    void (GLBK_CALL *get)(uint32_t, uint32_t, int32_t *);
+    glbk_proc proc = ex_gl_get_proc("glGetTexParameteriv", t->context);
+    int failed = 0;
+    memcpy(&get, &proc, sizeof get);
+    assert_true(m.levels > 1);
+    fake_begin(t, 0x0505);
+    for (fake.at = 1; result != GLBK_OK; fake.at++) {
+        int32_t base = -1, last = -1;
+        fake.calls = 0;
+        result = glbk_envsh_maps_render(&t->gl, &m, r.views, sizeof *r.views, 3, draw_things, &r);
+        failed += result != GLBK_OK;
+        t->gl.gl.BindTexture(GLBK_GL_TEXTURE_2D_ARRAY, m.cells.name);
+        get(GLBK_GL_TEXTURE_2D_ARRAY, 0x813C /* BASE_LEVEL */, &base);
+        get(GLBK_GL_TEXTURE_2D_ARRAY, 0x813D /* MAX_LEVEL */, &last);
+        assert_int_equal(base, 0);
+        assert_int_equal(last, m.levels - 1);
+    }
+    t->gl.gl = fake.real;
+    assert_true(failed > 2);
+    glbk_envsh_maps_destroy(&t->gl, &m);
+    free_rig(t, &r);
+}
+
 static void a_lost_context(void **state)
 {
     GL_TEST(t, state)
@@ -1071,6 +1101,7 @@ int main(int count, char **values)
         gl_unit_test(compute_is_the_core_path),  gl_unit_test(groups_know_what_their_pixels_see),
         gl_unit_test(masks_of_the_users_and_a_drawn_picture), gl_unit_test(bad_arguments_are_named),
         gl_unit_test(failures_leave_nothing),            gl_unit_test(a_lost_context),
+        gl_unit_test(cells_are_whole_after_a_failure),
         gl_unit_test(from_a_hostile_state),
     };
     (void)count;

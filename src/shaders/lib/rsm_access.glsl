@@ -11,7 +11,7 @@
 #define RSM_PATTERN(i) texelFetch(glbk_rsm_pattern, ivec2(int((i) & 1023u), int((i) >> 10)), 0).xyz
 #ifndef RSM_LIGHT           // lib/rsm_chunk.glsl has chunks of both in shared memory
 #define RSM_LIGHT(i, k) RSM_LISTED(i, k)
-#define RSM_POINT(i) RSM_PATTERN(i)
+#define RSM_POINT_AT(i) RSM_PATTERN(i)
 #endif
 #define RSM_MATERIAL(i) texelFetch(glbk_rsm_materials, ivec2(int(i), 0), 0)
 #define RSM_SEEN(at, k) texelFetch(glbk_rsm_seen, ivec3(at, k), 0)

@@ -3,4 +3,4 @@
 #define RSM_CHUNK 64u               // lights, as many as the group has invocations; or four times as many points
 shared uvec4 rsm_chunk[4u * RSM_CHUNK];
 #define RSM_LIGHT(i, k) rsm_chunk[RSM_CHUNK * uint(k) + (i)]
-#define RSM_POINT(i) uintBitsToFloat(rsm_chunk[i].xyz)
+#define RSM_POINT_AT(i) uintBitsToFloat(rsm_chunk[i].xyz)

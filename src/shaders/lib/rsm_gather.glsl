@@ -214,7 +214,7 @@ vec3 rsm_gather_about(rsm_lamp l, vec3 p, vec3 n, float r_max, vec2 turn, uint f
     for (uint i = 0u; i < count; i++) {
         ivec3 t;
         float weight;
-        if (!rsm_place_sample(l, r_max, centre, right, up, RSM_POINT(first + i * step), turn, t, weight)) continue;
+        if (!rsm_place_sample(l, r_max, centre, right, up, RSM_POINT_AT(first + i * step), turn, t, weight)) continue;
         vec4 flux = uintBitsToFloat(RSM_TEXEL(t, 2));
         float mean = rsm_mean3(flux.xyz);
         if (!(mean > 0.0) && !glossy) continue;
