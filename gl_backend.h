@@ -57,8 +57,8 @@
 
      file       a piece of GLSL in this header: a library file (functions) or a program's main
      set        defines that a program is compiled with: "FILTER=1 COUNT=4"
-     slot       number of a texture unit, uniform block or buffer as the lists of bindings give it; the context adds
-                desc.first_unit and desc.first_block
+     slot       number of a texture unit, uniform block, storage buffer or image as the lists of bindings give it; the
+                context adds desc.first_unit to those of textures and desc.first_block to those of uniform blocks
      table      an array of texels, addressed by one number: a 2D array texture 1024 wide and 1024 high
      target     a framebuffer object with the sizes and formats of what is attached
      pass       what GL must be set to before something is drawn
@@ -260,18 +260,22 @@ GLBK_DEF const char *glbk_result_text(glbk_result result);
     X(DESK, void, PolygonMode, (uint32_t face, uint32_t mode))                                                       \
     X(DESK, void, PointSize, (float size))                                                                           \
     X(DESK, void, ClampColor, (uint32_t target, uint32_t clamp))                                                     \
-    X(DESK, void, ColorMaski, (uint32_t index, uint8_t r, uint8_t g, uint8_t b, uint8_t a))                          \
-    X(DESK, void, GetBooleani_v, (uint32_t name, uint32_t index, uint8_t *out))                                      \
-    X(DESK, void, Enablei, (uint32_t cap, uint32_t index))                                                           \
-    X(DESK, void, Disablei, (uint32_t cap, uint32_t index))                                                          \
-    X(DESK, uint8_t, IsEnabledi, (uint32_t cap, uint32_t index))                                                     \
+    X(TARGETS, void, ColorMaski, (uint32_t index, uint8_t r, uint8_t g, uint8_t b, uint8_t a)) /* 3.3, ES 3.2 */      \
+    X(TARGETS, void, GetBooleani_v, (uint32_t name, uint32_t index, uint8_t *out))                                   \
+    X(TARGETS, void, Enablei, (uint32_t cap, uint32_t index))                                                        \
+    X(TARGETS, void, Disablei, (uint32_t cap, uint32_t index))                                                       \
+    X(TARGETS, uint8_t, IsEnabledi, (uint32_t cap, uint32_t index))                                                  \
+    X(BLENDS, void, BlendEquationSeparatei, (uint32_t index, uint32_t rgb, uint32_t alpha)) /* 4.0, ES 3.2 */         \
+    X(BLENDS, void, BlendFuncSeparatei, (uint32_t index, uint32_t srgb, uint32_t drgb, uint32_t salpha,              \
+                                         uint32_t dalpha))                                                           \
     X(DESK, void, GetBufferSubData, (uint32_t target, ptrdiff_t offset, ptrdiff_t size, void *out))                  \
     X(COMPUTE, void, DispatchCompute, (uint32_t x, uint32_t y, uint32_t z))                                          \
     X(COMPUTE, void, DispatchComputeIndirect, (ptrdiff_t offset))                                                    \
     X(COMPUTE, void, BindImageTexture, (uint32_t unit, uint32_t texture, int32_t level, uint8_t layered,             \
                                         int32_t layer, uint32_t access, uint32_t format))                            \
     X(COMPUTE, void, Barrier, (uint32_t bits)) /* glMemoryBarrier: windows.h has a macro of that name */              \
-    X(CLIP, void, ClipControl, (uint32_t origin, uint32_t depth))
+    X(CLIP, void, ClipControl, (uint32_t origin, uint32_t depth)) /* 4.5 or an extension, of ES too */                \
+    X(CLAMP, void, PolygonOffsetClamp, (float factor, float units, float clamp)) /* 4.6 or an extension */
 
 typedef struct glbk_functions {
 #define GLBK__FIELD(group, type, name, parameters) type(GLBK_CALL *name) parameters;
@@ -334,7 +338,8 @@ typedef struct glbk_desc {
     size_t         log_size;        /* bytes; 0 = no texts */
     int            core_only;       /* not 0: what 3.3 and ES 3.0 share, even where the context has more */
     uint32_t       first_unit;      /* texture units first_unit .. + 15 are ours while we draw */
-    uint32_t       first_block;     /* likewise uniform (and storage) buffer bindings, first_block .. + 7 */
+    uint32_t       first_block;     /* likewise bindings of uniform blocks, first_block .. + 7; storage buffers and
+                                       images, of compute alone, are always at 0 .. 7, as GLSL says their numbers */
     glbk_allocator allocator;
 } glbk_desc;                        /* zero it, then set what you care about */
 
@@ -360,6 +365,9 @@ typedef struct glbk_context {
     size_t         log_size;
     uint32_t       first_unit, first_block;
     glbk_allocator allocator;
+    int            each_target;     /* colour mask and blending are switched for each target */
+    int            each_blend;      /* ... and have functions of their own */
+    int            offset_clamp;
 } glbk_context;
 
 #define GLBK_UNITS 16u              /* slots of textures, of uniform blocks, of storage buffers */
@@ -592,7 +600,8 @@ typedef enum glbk_blend {
 typedef enum glbk_cull { GLBK_CULL_OFF, GLBK_CULL_BACK, GLBK_CULL_FRONT, GLBK_CULL_COUNT } glbk_cull;
 
 typedef struct glbk_pass {
-    const glbk_target *target;      /* NULL = the framebuffer that is bound; then the viewport must be given */
+    const glbk_target *target;      /* NULL = the framebuffer that is bound; then the viewport must be given, and
+                                       FRAMEBUFFER_SRGB is as you have set it: no pass encodes colours by itself */
     int32_t            viewport[4]; /* x, y, width, height; all zero = the whole target */
     glbk_depth         depth;
     glbk_blend         blend;
@@ -655,6 +664,8 @@ typedef struct glbk_state {         /* private: what glbk_begin and the binding 
     int32_t  blocks[GLBK_BLOCKS], storage[GLBK_BLOCKS];
     int64_t  ranges[GLBK_BLOCKS][2], storage_ranges[GLBK_BLOCKS][2];
     int32_t  images[GLBK_IMAGES][6];
+    int32_t  blends[8][6];
+    float    offset_clamp;
 } glbk_state;
 
 GLBK_DEF void glbk_state_save(glbk_context *ctx, glbk_state *out);
@@ -671,9 +682,9 @@ GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state);
      GLBK_part_STORAGE(X)    X(qualifiers, GLSL type, name, slot), an array without size, for compute
      GLBK_part_IMAGES(X)     X(qualifiers, format, GLSL type, name, slot), for compute
 
-   Slots of textures count from 0 to GLBK_UNITS - 1, those of blocks, storage and images to 7, anew in each part:
-   one program uses one part and base. From the lists come GLBK_SLOT_name, the C struct of each block (std140: only
-   mat4, vec4, ivec4, uvec4 and arrays of them, so that both layouts are the same), and the library file
+   Slots of textures count from 0 to GLBK_UNITS - 1, those of blocks, storage and images to 7, anew in each part: one
+   program uses one part, base being one too. From the lists come GLBK_SLOT_name, the C struct of each block (std140:
+   only mat4, vec4, ivec4, uvec4 and arrays of them, so that both layouts are the same), and the library file
    "part_bindings". Members are read as block.member. */
 
 #define GLBK_PARTS(X) X(base, BASE) X(csm, CSM) X(sfield, SFIELD) X(envsh, ENVSH) X(rsm, RSM) X(ism, ISM)
@@ -9445,7 +9456,10 @@ GLBK_DEF glbk_result glbk_check(glbk_context *ctx)
 
 /* ---- >>init: functions and what the context can do ---- */
 
-enum { GLBK__GROUP_CORE, GLBK__GROUP_ES, GLBK__GROUP_DESK, GLBK__GROUP_COMPUTE, GLBK__GROUP_CLIP };
+enum {
+    GLBK__GROUP_CORE, GLBK__GROUP_ES, GLBK__GROUP_DESK, GLBK__GROUP_TARGETS, GLBK__GROUP_BLENDS, GLBK__GROUP_COMPUTE,
+    GLBK__GROUP_CLIP, GLBK__GROUP_CLAMP
+};
 
 typedef struct glbk__function {
     const char *name;
@@ -9465,9 +9479,11 @@ static const char *glbk__load(glbk_context *ctx, const glbk_desc *desc, int grou
     size_t i;
     for (i = 0; i < sizeof glbk__functions / sizeof glbk__functions[0]; i++) {
         const glbk__function *f = &glbk__functions[i];
-        const char *name = strcmp(f->name, "glBarrier") == 0 ? "glMemoryBarrier" : f->name;
+        const char *name = f->name;
         glbk_proc proc;
         if (f->group != group) continue;
+        if (strcmp(name, "glBarrier") == 0) name = "glMemoryBarrier";
+        if (group == GLBK__GROUP_CLIP && ctx->es) name = "glClipControlEXT";
         proc = desc->get_proc(name, desc->user);
         if (!proc) return name;
         memcpy((char *)&ctx->gl + f->offset, &proc, sizeof proc);
@@ -9506,6 +9522,19 @@ static uint32_t glbk__get(const glbk_context *ctx, uint32_t name)
     return (uint32_t)value[0];
 }
 
+/* Of WebGL's extensions, those are listed too that nobody has enabled: then GL does not know the state. */
+static int glbk__has_clip_control(glbk_context *ctx, const glbk_desc *desc)
+{
+    uint32_t origin;
+    if (!ctx->es && ctx->version < 450 && !glbk__has_extension(ctx, "GL_ARB_clip_control")) return 0;
+    if (ctx->es && !glbk__has_extension(ctx, "GL_EXT_clip_control")) return 0;
+    if (glbk__load(ctx, desc, GLBK__GROUP_CLIP)) return 0;
+    origin = glbk__get(ctx, 0x935C /* CLIP_ORIGIN */);
+    if (origin == 0x8CA1 || origin == 0x8CA2) return 1;
+    ctx->gl.GetError();
+    return 0;
+}
+
 static void glbk__read_features(glbk_context *ctx, const glbk_desc *desc)
 {
     float points[2] = { 1, 1 };
@@ -9515,8 +9544,11 @@ static void glbk__read_features(glbk_context *ctx, const glbk_desc *desc)
     ctx->float_blend = desk || es32 || (ctx->float_targets && glbk__has_extension(ctx, "GL_EXT_float_blend"));
     ctx->float_linear = desk || glbk__has_extension(ctx, "GL_OES_texture_float_linear");
     ctx->compute = desk && ctx->version >= 430 && !desc->core_only && !glbk__load(ctx, desc, GLBK__GROUP_COMPUTE);
-    ctx->clip_control = desk && (ctx->version >= 450 || glbk__has_extension(ctx, "GL_ARB_clip_control")) &&
-                        !glbk__load(ctx, desc, GLBK__GROUP_CLIP);
+    ctx->clip_control = glbk__has_clip_control(ctx, desc);
+    ctx->each_target = desk || (es32 && !glbk__load(ctx, desc, GLBK__GROUP_TARGETS));
+    ctx->each_blend = ctx->each_target && (es32 || ctx->version >= 400) && !glbk__load(ctx, desc, GLBK__GROUP_BLENDS);
+    ctx->offset_clamp = desk && (ctx->version >= 460 || glbk__has_extension(ctx, "GL_ARB_polygon_offset_clamp")) &&
+                        !glbk__load(ctx, desc, GLBK__GROUP_CLAMP);
     ctx->max_size = glbk__get(ctx, 0x0D33);
     ctx->max_layers = glbk__get(ctx, 0x88FF);
     ctx->max_targets = glbk__get(ctx, 0x8824 /* MAX_DRAW_BUFFERS */);
@@ -9539,6 +9571,7 @@ static glbk_result glbk__init(glbk_context *ctx, const glbk_desc *desc)
     glbk__read_version(ctx, version);
     if (ctx->version < (ctx->es ? 300u : 330u)) return glbk__fail(ctx, GLBK_ERR_VERSION, "this is ", version);
     missing = glbk__load(ctx, desc, ctx->es ? GLBK__GROUP_ES : GLBK__GROUP_DESK);
+    if (!missing && !ctx->es) missing = glbk__load(ctx, desc, GLBK__GROUP_TARGETS);
     if (missing) return glbk__fail(ctx, GLBK_ERR_FUNCTION, "missing: ", missing);
     ctx->renderer = (const char *)ctx->gl.GetString(0x1F01);
     if (!ctx->renderer) ctx->renderer = "";
@@ -9965,6 +9998,17 @@ static void glbk__attach(const glbk_context *ctx, uint32_t attachment, const glb
         ctx->gl.FramebufferTexture2D(GLBK_GL_DRAW_FRAMEBUFFER, attachment, t->gl_target, t->name, (int32_t)level);
 }
 
+/* Without colours, a framebuffer is complete in OpenGL 3.3 only where none is to be read from either; 4.1 dropped
+   that. */
+static void glbk__read_nothing(const glbk_context *ctx, uint32_t name)
+{
+    int32_t bound = 0;
+    ctx->gl.GetIntegerv(0x8CAA /* READ_FRAMEBUFFER_BINDING */, &bound);
+    ctx->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, name);
+    ctx->gl.ReadBuffer(0);
+    ctx->gl.BindFramebuffer(GLBK_GL_READ_FRAMEBUFFER, (uint32_t)bound);
+}
+
 GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_desc *desc, glbk_target *out)
 {
     uint32_t buffers[GLBK_MAX_ATTACHMENTS], i, status;
@@ -9988,7 +10032,10 @@ GLBK_DEF glbk_result glbk_target_create(glbk_context *ctx, const glbk_target_des
         glbk__attach(ctx, buffers[i], desc->color[i], desc->level, desc->layer[i]);
     }
     glbk__attach(ctx, GLBK_GL_DEPTH_ATTACHMENT, desc->depth, desc->level, desc->depth_layer);
-    if (!out->count) buffers[0] = 0;
+    if (!out->count) {
+        buffers[0] = 0;
+        glbk__read_nothing(ctx, out->name);
+    }
     ctx->gl.DrawBuffers(out->count ? (int32_t)out->count : 1, buffers);
     status = ctx->gl.CheckFramebufferStatus(GLBK_GL_DRAW_FRAMEBUFFER);
     ctx->gl.BindFramebuffer(GLBK_GL_DRAW_FRAMEBUFFER, (uint32_t)bound);
@@ -10493,8 +10540,9 @@ GLBK_DEF void glbk_program_use(glbk_context *ctx, glbk_program *program)
 
 /* ---- >>state: what passes touch ----
 
-   X(group, GL's name, value that a pass needs): BOTH, or DESK for OpenGL alone. PROGRAM_POINT_SIZE, MULTISAMPLE and
-   FRAMEBUFFER_SRGB are on because ES has no switch for them and behaves so; the rest must not interfere. */
+   X(group, GL's name, value that a pass needs): BOTH, or DESK for OpenGL alone. PROGRAM_POINT_SIZE and MULTISAMPLE are
+   on because ES has no switch for them and behaves so; the rest must not interfere. SRGB: only of targets that have
+   such a format, which ES encodes, too. In the user's framebuffer it is a matter of the user's. */
 
 #define GLBK__CAPS(X)                                                   \
     X(BOTH, 0x0BE2, 0) /* BLEND */                                      \
@@ -10519,12 +10567,12 @@ GLBK_DEF void glbk_program_use(glbk_context *ctx, glbk_program *program)
     X(DESK, 0x2A01, 0) /* POLYGON_OFFSET_POINT */                       \
     X(DESK, 0x8642, 1) /* PROGRAM_POINT_SIZE */                         \
     X(DESK, 0x809D, 1) /* MULTISAMPLE */                                \
-    X(DESK, 0x8DB9, 1) /* FRAMEBUFFER_SRGB */                           \
+    X(SRGB, 0x8DB9, 1) /* FRAMEBUFFER_SRGB */                           \
     X(DESK, 0x884F, 1) /* TEXTURE_CUBE_MAP_SEAMLESS */                  \
     X(DESK, 0x3000, 0) X(DESK, 0x3001, 0) X(DESK, 0x3002, 0) X(DESK, 0x3003, 0) /* CLIP_DISTANCE */  \
     X(DESK, 0x3004, 0) X(DESK, 0x3005, 0) X(DESK, 0x3006, 0) X(DESK, 0x3007, 0)
 
-enum { GLBK__CAP_BOTH, GLBK__CAP_DESK, GLBK__CAP_RESTART };
+enum { GLBK__CAP_BOTH, GLBK__CAP_DESK, GLBK__CAP_RESTART, GLBK__CAP_SRGB };
 
 static const struct { uint32_t name; int group, value; } glbk__caps[] = {
 #define GLBK__ENTRY(group, name, value) { name, GLBK__CAP_##group, value },
@@ -10569,16 +10617,21 @@ static const uint32_t glbk__word_names[] = {
 
 enum { GLBK__BLEND = 0x0BE2, GLBK__COLOR_MASK = 0x0C23 };
 
+/* Words from SOURCE_RGB to EQUATION_ALPHA. */
+enum { GLBK__BLEND_WORDS = 6 };
+
 static void glbk__save_indexed(glbk_context *ctx, glbk_state *s)
 {
-    uint32_t i;
-    if (ctx->es) {
+    uint32_t i, k;
+    if (!ctx->each_target) {
         ctx->gl.GetBooleanv(GLBK__COLOR_MASK, s->color_mask[0]);
         return;
     }
     for (i = 0; i < ctx->max_targets; i++) {
         s->blend[i] = ctx->gl.IsEnabledi(GLBK__BLEND, i);
         ctx->gl.GetBooleani_v(GLBK__COLOR_MASK, i, s->color_mask[i]);
+        for (k = 0; k < GLBK__BLEND_WORDS && ctx->each_blend; k++)
+            ctx->gl.GetIntegeri_v(glbk__word_names[GLBK__W_SOURCE_RGB + k], i, &s->blends[i][k]);
     }
 }
 
@@ -10648,6 +10701,7 @@ GLBK_DEF void glbk_state_save(glbk_context *ctx, glbk_state *out)
     ctx->gl.GetFloatv(0x0B70 /* DEPTH_RANGE */, out->floats);
     ctx->gl.GetFloatv(0x8038 /* POLYGON_OFFSET_FACTOR */, out->floats + 2);
     ctx->gl.GetFloatv(0x2A00 /* POLYGON_OFFSET_UNITS */, out->floats + 3);
+    if (ctx->offset_clamp) ctx->gl.GetFloatv(0x8E1B /* POLYGON_OFFSET_CLAMP */, &out->offset_clamp);
     glbk__save_indexed(ctx, out);
     glbk__save_bindings(ctx, out);
 }
@@ -10656,14 +10710,18 @@ static void glbk__restore_indexed(glbk_context *ctx, const glbk_state *s)
 {
     const uint8_t(*mask)[4] = s->color_mask;
     uint32_t i;
-    if (ctx->es) {
+    if (!ctx->each_target) {
         ctx->gl.ColorMask(mask[0][0], mask[0][1], mask[0][2], mask[0][3]);
         return;
     }
     for (i = 0; i < ctx->max_targets; i++) {
+        const int32_t *b = s->blends[i];
         if (s->blend[i]) ctx->gl.Enablei(GLBK__BLEND, i);
         else ctx->gl.Disablei(GLBK__BLEND, i);
         ctx->gl.ColorMaski(i, mask[i][0], mask[i][1], mask[i][2], mask[i][3]);
+        if (!ctx->each_blend) continue;
+        ctx->gl.BlendFuncSeparatei(i, (uint32_t)b[0], (uint32_t)b[1], (uint32_t)b[2], (uint32_t)b[3]);
+        ctx->gl.BlendEquationSeparatei(i, (uint32_t)b[4], (uint32_t)b[5]);
     }
 }
 
@@ -10726,7 +10784,10 @@ GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state)
     ctx->gl.Viewport(state->viewport[0], state->viewport[1], state->viewport[2], state->viewport[3]);
     ctx->gl.DepthMask(state->depth_mask);
     glbk__depth_range(ctx, state->floats[0], state->floats[1]);
-    ctx->gl.PolygonOffset(state->floats[2], state->floats[3]);
+    if (ctx->offset_clamp)
+        ctx->gl.PolygonOffsetClamp(state->floats[2], state->floats[3], state->offset_clamp);
+    else
+        ctx->gl.PolygonOffset(state->floats[2], state->floats[3]);
     glbk__restore_indexed(ctx, state);
     glbk__restore_bindings(ctx, state);
 }
@@ -10759,6 +10820,14 @@ static void glbk__set_cull(const glbk_context *ctx, glbk_cull cull)
     ctx->gl.CullFace(cull == GLBK_CULL_BACK ? 0x0405u : 0x0404u);
 }
 
+static int glbk__has_srgb(const glbk_target *target)
+{
+    uint32_t i;
+    for (i = 0; target && i < target->count; i++)
+        if (target->format[i] == GLBK_FORMAT_SRGB8_A8) return 1;
+    return 0;
+}
+
 GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_program *program)
 {
     const int32_t *v;
@@ -10773,7 +10842,8 @@ GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_p
     if (v[2] < 0 || v[3] < 0 || (!pass->target && (!v[2] || !v[3]))) return GLBK_ERR_ARGUMENT;
 
     for (i = 0; i < GLBK__CAP_COUNT; i++)
-        if (glbk__has_cap(ctx, i)) glbk__set_cap(ctx, glbk__caps[i].name, glbk__caps[i].value);
+        if (glbk__has_cap(ctx, i) && (glbk__caps[i].group != GLBK__CAP_SRGB || glbk__has_srgb(pass->target)))
+            glbk__set_cap(ctx, glbk__caps[i].name, glbk__caps[i].value);
     if (pass->target) ctx->gl.BindFramebuffer(GLBK_GL_DRAW_FRAMEBUFFER, pass->target->name);
     if (v[2] || v[3]) ctx->gl.Viewport(v[0], v[1], v[2], v[3]);
     else ctx->gl.Viewport(0, 0, (int32_t)pass->target->width, (int32_t)pass->target->height);

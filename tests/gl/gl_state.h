@@ -12,7 +12,7 @@
 #define GL_STATE_H
 
 /* ---- the list: X(who has it, name, number of values). B = both, D = OpenGL, C = compute, K = clip control, R = fixed
-        restart ---- */
+        restart, O = clamp of the polygon offset ---- */
 
 #define GL_STATE_CAPS(X)                                                                                            \
     X(B, BLEND, 0x0BE2) X(B, CULL_FACE, 0x0B44) X(B, DEPTH_TEST, 0x0B71) X(B, DITHER, 0x0BD0)                       \
@@ -55,7 +55,8 @@
 #define GL_STATE_FLOATS(X)                                                                                          \
     X(B, BLEND_COLOR, 0x8005, 4) X(B, COLOR_CLEAR_VALUE, 0x0C22, 4) X(B, DEPTH_CLEAR_VALUE, 0x0B73, 1)              \
     X(B, DEPTH_RANGE, 0x0B70, 2) X(B, LINE_WIDTH, 0x0B21, 1) X(B, POLYGON_OFFSET_FACTOR, 0x8038, 1)                 \
-    X(B, POLYGON_OFFSET_UNITS, 0x2A00, 1) X(B, SAMPLE_COVERAGE_VALUE, 0x80AA, 1) X(D, POINT_SIZE, 0x0B11, 1)
+    X(B, POLYGON_OFFSET_UNITS, 0x2A00, 1) X(B, SAMPLE_COVERAGE_VALUE, 0x80AA, 1) X(D, POINT_SIZE, 0x0B11, 1)        \
+    X(O, POLYGON_OFFSET_CLAMP, 0x8E1B, 1)
 
 enum { GL_STATE_MOST = 600, GL_STATE_UNITS = 20, GL_STATE_BINDINGS = 10 };
 
@@ -76,9 +77,23 @@ typedef struct gl_more {
     void (GLBK_CALL *GenSamplers)(int32_t, uint32_t *);
     void (GLBK_CALL *DeleteSamplers)(int32_t, const uint32_t *);
     void (GLBK_CALL *SamplerParameteri)(uint32_t, uint32_t, int32_t);
+    void (GLBK_CALL *ClipControl)(uint32_t, uint32_t);
+    void (GLBK_CALL *PolygonOffsetClamp)(float, float, float);
+    void (GLBK_CALL *BlendFuncSeparatei)(uint32_t, uint32_t, uint32_t, uint32_t, uint32_t);
+    void (GLBK_CALL *BlendEquationSeparatei)(uint32_t, uint32_t, uint32_t);
+    int clip_control, offset_clamp;
 } gl_more;
 
 static gl_more gl_extra;
+
+static inline int gl_state_extension(const glbk_context *gl, const char *name)
+{
+    int32_t count = 0, i;
+    gl->gl.GetIntegerv(0x821D /* NUM_EXTENSIONS */, &count);
+    for (i = 0; i < count; i++)
+        if (strcmp((const char *)gl->gl.GetStringi(0x1F03, (uint32_t)i), name) == 0) return 1;
+    return 0;
+}
 
 static inline void gl_state_load(gl_test *t)
 {
@@ -86,8 +101,13 @@ static inline void gl_state_load(gl_test *t)
 #define LOAD(name) proc = ex_gl_get_proc("gl" #name, t->context), memcpy(&gl_extra.name, &proc, sizeof proc)
     LOAD(StencilFunc); LOAD(StencilOp); LOAD(StencilMask); LOAD(LogicOp); LOAD(PrimitiveRestartIndex);
     LOAD(SampleCoverage); LOAD(BlendColor); LOAD(ClearColor); LOAD(ProvokingVertex); LOAD(GenSamplers);
-    LOAD(DeleteSamplers); LOAD(SamplerParameteri);
+    LOAD(DeleteSamplers); LOAD(SamplerParameteri); LOAD(PolygonOffsetClamp); LOAD(BlendFuncSeparatei);
+    LOAD(BlendEquationSeparatei);
 #undef LOAD
+    proc = ex_gl_get_proc(t->gl.es ? "glClipControlEXT" : "glClipControl", t->context);
+    memcpy(&gl_extra.ClipControl, &proc, sizeof proc);
+    gl_extra.clip_control = gl_state_extension(&t->gl, t->gl.es ? "GL_EXT_clip_control" : "GL_ARB_clip_control");
+    gl_extra.offset_clamp = !t->gl.es && gl_state_extension(&t->gl, "GL_ARB_polygon_offset_clamp");
 }
 
 static inline int gl_state_has(const glbk_context *gl, char who)
@@ -95,10 +115,17 @@ static inline int gl_state_has(const glbk_context *gl, char who)
     switch (who) {
     case 'D': return !gl->es;
     case 'C': return gl->compute;
-    case 'K': return gl->clip_control;
+    case 'K': return gl_extra.clip_control;
+    case 'O': return gl_extra.offset_clamp;
     case 'R': return gl->es || gl->version >= 430;
     default: return 1;
     }
+}
+
+/* 1: colour masks and blending for each target; 2: blend functions, too. */
+static inline int gl_state_targets(const glbk_context *gl)
+{
+    return gl->es ? gl->version >= 320 ? 2 : 0 : gl->version >= 400 ? 2 : 1;
 }
 
 static inline void gl_state_add(gl_snapshot *s, const char *name, int index, double number)
@@ -190,12 +217,17 @@ static inline void gl_state_read(const glbk_context *gl, gl_snapshot *s)
     }
     GL_STATE_FLOATS(FLOAT)
 #undef FLOAT
-    for (i = 0; i < 8 && !gl->es; i++) {
+    for (i = 0; i < (int)gl->max_targets && gl_state_targets(gl); i++) {
+        static const uint32_t blends[6] = { 0x80C9, 0x80C8, 0x80CB, 0x80CA, 0x8009, 0x883D };
         uint8_t mask[4];
         int k;
         gl->gl.GetBooleani_v(0x0C23, (uint32_t)i, mask);
         for (k = 0; k < 4; k++) gl_state_add(s, "COLOR_WRITEMASK of a target", 4 * i + k, mask[k]);
         gl_state_add(s, "BLEND of a target", i, gl->gl.IsEnabledi(0x0BE2, (uint32_t)i));
+        for (k = 0; k < 6 && gl_state_targets(gl) == 2; k++) {
+            gl->gl.GetIntegeri_v(blends[k], (uint32_t)i, n);
+            gl_state_add(s, "BLEND_SRC_RGB ... BLEND_EQUATION_ALPHA of a target", 6 * i + k, n[0]);
+        }
     }
     gl_state_units(gl, s);
     gl_state_buffers(gl, s);
@@ -218,7 +250,7 @@ static inline void gl_state_assert_same(const gl_snapshot *a, const gl_snapshot 
 /* ---- a renderer that leaves everything as nobody expects it ---- */
 
 typedef struct gl_hostile {
-    glbk_texture texture, array, cover;
+    glbk_texture texture, array, cover, shadow, shadows;    /* the last two: of a kind that no sampler here is of */
     glbk_target  target;
     glbk_buffer  buffer, pixels;
     glbk_program program;
@@ -236,6 +268,11 @@ static inline void gl_hostile_make(gl_test *t, gl_hostile *h)
     assert_glbk(t, glbk_texture_create(&t->gl, &d, &h->cover));
     d.layers = 2;
     assert_glbk(t, glbk_texture_create(&t->gl, &d, &h->array));
+    d.format = GLBK_FORMAT_DEPTH24;
+    d.sampling = GLBK_SAMPLING_COMPARE;
+    assert_glbk(t, glbk_texture_create(&t->gl, &d, &h->shadows));
+    d.layers = 0;
+    assert_glbk(t, glbk_texture_create(&t->gl, &d, &h->shadow));
     targets.color[0] = &h->cover;
     assert_glbk(t, glbk_target_create(&t->gl, &targets, &h->target));
     assert_glbk(t, glbk_buffer_create(&t->gl, 4096, NULL, &h->buffer));
@@ -243,6 +280,8 @@ static inline void gl_hostile_make(gl_test *t, gl_hostile *h)
     assert_glbk(t, glbk_program_create(&t->gl, "copy.frag", "TO_COLOR=1", &h->program));
     gl_extra.GenSamplers(2, h->samplers);
     gl_extra.SamplerParameteri(h->samplers[0], 0x2802, 0x2901);    /* repeats, where our textures clamp */
+    gl_extra.SamplerParameteri(h->samplers[0], 0x884C, 0x884E);     /* COMPARE_MODE, COMPARE_REF_TO_TEXTURE */
+    gl_extra.SamplerParameteri(h->samplers[1], 0x884C, 0x884E);
     t->gl.gl.GenVertexArrays(1, &h->vertex_array);
 }
 
@@ -282,16 +321,23 @@ static inline void gl_hostile_values(const glbk_context *gl)
     gl_extra.SampleCoverage(0.25f, 1);
     gl_extra.BlendColor(0.1f, 0.2f, 0.3f, 0.4f);
     gl_extra.ClearColor(0.5f, 0.6f, 0.7f, 0.8f);
+    if (gl_state_has(gl, 'K')) gl_extra.ClipControl(0x8CA2 /* UPPER_LEFT */, 0x935F /* ZERO_TO_ONE */);
+    if (gl_state_has(gl, 'O')) gl_extra.PolygonOffsetClamp(3, 100000, 0.5f);
+    if (gl_state_targets(gl)) {
+        gl->gl.ColorMaski(1, 1, 0, 0, 0);
+        gl->gl.Disablei(0x0BE2, 2);
+    }
+    if (gl_state_targets(gl) == 2) {
+        gl_extra.BlendFuncSeparatei(1, 0, 0x0301, 1, 0x0303);
+        gl_extra.BlendEquationSeparatei(2, 0x8006, 0x8008);
+    }
     if (gl->es) return;
     gl->gl.PolygonMode(0x0408, 0x1B01 /* LINE */);
     gl->gl.PointSize(13);
     gl->gl.ClampColor(0x891C, 1);
-    gl->gl.ColorMaski(1, 1, 0, 0, 0);
-    gl->gl.Disablei(0x0BE2, 2);
     gl_extra.LogicOp(0x1506 /* XOR */);
     gl_extra.PrimitiveRestartIndex(1);
     gl_extra.ProvokingVertex(0x8E4D /* FIRST */);
-    if (gl->clip_control) gl->gl.ClipControl(0x8CA2 /* UPPER_LEFT */, 0x935F /* ZERO_TO_ONE */);
 }
 
 static inline void gl_hostile_bindings(const glbk_context *gl, gl_hostile *h)
@@ -299,8 +345,8 @@ static inline void gl_hostile_bindings(const glbk_context *gl, gl_hostile *h)
     uint32_t i;
     for (i = 0; i < GL_STATE_UNITS; i++) {
         gl->gl.ActiveTexture(GLBK_GL_TEXTURE0 + i);
-        gl->gl.BindTexture(GLBK_GL_TEXTURE_2D, i % 3 ? h->texture.name : 0);
-        gl->gl.BindTexture(GLBK_GL_TEXTURE_2D_ARRAY, i % 2 ? h->array.name : 0);
+        gl->gl.BindTexture(GLBK_GL_TEXTURE_2D, h->shadow.name);
+        gl->gl.BindTexture(GLBK_GL_TEXTURE_2D_ARRAY, h->shadows.name);
         gl->gl.BindSampler(i, h->samplers[i % 2]);
     }
     gl->gl.ActiveTexture(GLBK_GL_TEXTURE0 + 9);
@@ -349,6 +395,8 @@ static inline void gl_hostile_free(gl_test *t, gl_hostile *h)
     glbk_texture_destroy(&t->gl, &h->texture);
     glbk_texture_destroy(&t->gl, &h->array);
     glbk_texture_destroy(&t->gl, &h->cover);
+    glbk_texture_destroy(&t->gl, &h->shadow);
+    glbk_texture_destroy(&t->gl, &h->shadows);
 }
 
 /* ---- calls that are watched ---- */

@@ -2,8 +2,9 @@
    the check that it saw no GL error and no message of type error.
 
    A program runs its tests once for each way to a context, each in a process of its own, since drivers read their
-   switches once: MESA_GL_VERSION_OVERRIDE gives the real floor of 3.3 or ES 3.0, GALLIUM_DRIVER=softpipe a second,
-   slow driver; es30bare hides the extensions that make floats renderable, since Mesa refuses to turn them off. Use:
+   switches once: MESA_GL_VERSION_OVERRIDE gives the real floor of 3.3 or ES 3.0, and -GL_ARB_ES2_compatibility the
+   rules by which framebuffers of 3.3 are complete; GALLIUM_DRIVER=softpipe a second, slow driver; es30bare hides the
+   extensions that make floats renderable, since Mesa refuses to turn them off. Use:
 
        static void draws(void **state) { gl_test *t = *state; ... t->gl ... }
 
@@ -28,7 +29,7 @@
 
 enum {
     GL_CORE45 = 1, GL_CORE33 = 2, GL_ES30 = 4, GL_OSMESA = 8, GL_SOFTPIPE = 16, GL_GLFW = 32,
-    GL_ES30_BARE = 64, GL_USUAL = GL_CORE45 | GL_CORE33 | GL_ES30 | GL_ES30_BARE, GL_ALL = 127
+    GL_ES30_BARE = 64, GL_ES32 = 128, GL_USUAL = GL_CORE45 | GL_CORE33 | GL_ES30 | GL_ES30_BARE, GL_ALL = 255
 };
 
 typedef struct gl_way {
@@ -36,17 +37,19 @@ typedef struct gl_way {
     int         bit, window;
     ex_gl_api   api;
     int         es;
-    const char *switches[2];        /* NAME=value, for the environment */
+    const char *switches[3];        /* NAME=value, for the environment */
 } gl_way;
 
 static const gl_way gl_ways[] = {
-    { "core45", GL_CORE45, 0, EX_GL_EGL, 0, { NULL, NULL } },
-    { "core33", GL_CORE33, 0, EX_GL_EGL, 0, { "MESA_GL_VERSION_OVERRIDE=3.3", "MESA_GLSL_VERSION_OVERRIDE=330" } },
-    { "es30", GL_ES30, 0, EX_GL_EGL, 1, { "MESA_GLES_VERSION_OVERRIDE=3.0", NULL } },
-    { "es30bare", GL_ES30_BARE, 0, EX_GL_EGL, 1, { "MESA_GLES_VERSION_OVERRIDE=3.0", NULL } },
-    { "osmesa", GL_OSMESA, 0, EX_GL_OSMESA, 0, { NULL, NULL } },
-    { "softpipe", GL_SOFTPIPE, 0, EX_GL_EGL, 0, { "GALLIUM_DRIVER=softpipe", NULL } },
-    { "glfw", GL_GLFW, 1, EX_GL_EGL, 0, { NULL, NULL } }
+    { "core45", GL_CORE45, 0, EX_GL_EGL, 0, { NULL, NULL, NULL } },
+    { "core33", GL_CORE33, 0, EX_GL_EGL, 0, { "MESA_GL_VERSION_OVERRIDE=3.3", "MESA_GLSL_VERSION_OVERRIDE=330",
+                                              "MESA_EXTENSION_OVERRIDE=-GL_ARB_ES2_compatibility" } },
+    { "es30", GL_ES30, 0, EX_GL_EGL, 1, { "MESA_GLES_VERSION_OVERRIDE=3.0", NULL, NULL } },
+    { "es30bare", GL_ES30_BARE, 0, EX_GL_EGL, 1, { "MESA_GLES_VERSION_OVERRIDE=3.0", NULL, NULL } },
+    { "es32", GL_ES32, 0, EX_GL_EGL, 1, { NULL, NULL, NULL } },
+    { "osmesa", GL_OSMESA, 0, EX_GL_OSMESA, 0, { NULL, NULL, NULL } },
+    { "softpipe", GL_SOFTPIPE, 0, EX_GL_EGL, 0, { "GALLIUM_DRIVER=softpipe", NULL, NULL } },
+    { "glfw", GL_GLFW, 1, EX_GL_EGL, 0, { NULL, NULL, NULL } }
 };
 
 typedef struct gl_test {
@@ -228,7 +231,7 @@ static inline int gl_run_way(char **values, const gl_way *way)
     child = fork();
     if (child == 0) {
         setenv("DAPPLE_GL", way->name, 1);
-        for (i = 0; i < 2 && way->switches[i]; i++) {
+        for (i = 0; i < 3 && way->switches[i]; i++) {
             char text[200];
             char *equal;
             snprintf(text, sizeof text, "%s", way->switches[i]);

@@ -215,6 +215,44 @@ static void no_switch_alone_changes_a_pass(void **state)
     }
 }
 
+/* FRAMEBUFFER_SRGB is the user's where the framebuffer is, whatever we draw elsewhere meanwhile; a target of ours that
+   can encode does, as on ES, which has no switch. */
+static void colours_are_encoded_where_asked(void **state)
+{
+    GL_TEST(t, state)
+    gl_canvas theirs = gl_canvas_make(t, GLBK_FORMAT_SRGB8_A8, 4, 4, 0);
+    gl_canvas ours = gl_canvas_make(t, GLBK_FORMAT_RGBA8, 4, 4, 0);
+    const glbk_target *const targets[3] = { &ours.target, NULL, &theirs.target };
+    glbk_source text = { 0 };
+    glbk_program half;
+    glbk_pass pass = { 0 };
+    int on, k;
+
+    text.fragment = "layout(location = 0) out vec4 c;\nvoid main() { c = vec4(0.5); }\n";
+    assert_glbk(t, glbk_program_compile(&t->gl, &text, &half));
+    pass.viewport[2] = pass.viewport[3] = 4;
+    for (on = 0; on < 2; on++) {
+        if (!t->gl.es && on) t->gl.gl.Enable(0x8DB9 /* FRAMEBUFFER_SRGB */);
+        else if (!t->gl.es) t->gl.gl.Disable(0x8DB9);
+        for (k = 0; k < 3; k++) {
+            const glbk_target *seen = k ? &theirs.target : &ours.target;
+            const float expected = k == 2 || (k == 1 && (on || t->gl.es)) ? 188.0f / 255 : 0.5f;
+            float rgba[4];
+            pass.target = targets[k];
+            t->gl.gl.BindFramebuffer(GLBK_GL_DRAW_FRAMEBUFFER, theirs.target.name);
+            assert_glbk(t, glbk_begin(&t->gl, &pass, &half));
+            glbk_draw_screen(&t->gl);
+            assert_glbk(t, glbk_target_read(&t->gl, seen, 0, 1, 1, 1, 1, rgba));
+            assert_true(rgba[0] > expected - 0.005f && rgba[0] < expected + 0.005f);
+            if (k < 2 && !t->gl.es) assert_int_equal(t->gl.gl.IsEnabled(0x8DB9), on);
+        }
+    }
+    t->gl.gl.UseProgram(0);
+    glbk_program_destroy(&t->gl, &half);
+    gl_canvas_free(t, &theirs);
+    gl_canvas_free(t, &ours);
+}
+
 /* A program that its owner deleted while it was in use cannot be brought back, which must be no error. */
 static void a_program_pending_deletion(void **state)
 {
@@ -244,7 +282,7 @@ int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
         gl_unit_test(every_call_keeps_state), gl_unit_test(no_switch_alone_changes_a_pass),
-        gl_unit_test(a_program_pending_deletion),
+        gl_unit_test(a_program_pending_deletion), gl_unit_test(colours_are_encoded_where_asked),
     };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_ALL);
