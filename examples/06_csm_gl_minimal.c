@@ -75,16 +75,28 @@ static glbk_proc get_proc(const char *name, void *user) { return (void)user, (gl
 
 static int fail(const char *what, const char *why) { return fprintf(stderr, "%s: %s\n", what, why), 1; }
 
-static int save(glbk_context *gl, const char *path)
+/* A picture is drawn to a target: what a window holds that is not shown is undefined. */
+static glbk_result make_target(glbk_context *gl, glbk_texture *texture, glbk_target *target)
 {
-    static unsigned char rgba[HEIGHT][WIDTH][4];
-    FILE *file = fopen(path, "wb");
-    int x, y;
+    const glbk_texture_desc desc = { GLBK_FORMAT_RGBA8, WIDTH, HEIGHT, 0, 0, GLBK_SAMPLING_DEFAULT, 0, NULL };
+    glbk_target_desc to = { { NULL }, { 0 }, NULL, 0, 0 };
+    glbk_result result = glbk_texture_create(gl, &desc, texture);
+    to.color[0] = texture;
+    return result == GLBK_OK ? glbk_target_create(gl, &to, target) : result;
+}
+
+static int save(glbk_context *gl, const glbk_target *target, const char *path)
+{
+    static float rgba[HEIGHT][WIDTH][4];
+    FILE *file;
+    int x, y, c;
+    if (glbk_target_read(gl, target, 0, 0, 0, WIDTH, HEIGHT, rgba) != GLBK_OK) return fail("OpenGL", "no picture");
+    file = fopen(path, "wb");
     if (!file) return fail(path, "cannot be written");
-    gl->gl.ReadPixels(0, 0, WIDTH, HEIGHT, 0x1908 /* GL_RGBA */, GLBK_GL_UNSIGNED_BYTE, rgba);
     fprintf(file, "P6 %d %d 255\n", WIDTH, HEIGHT);
     for (y = HEIGHT - 1; y >= 0; y--)
-        for (x = 0; x < WIDTH; x++) fwrite(rgba[y][x], 1, 3, file);
+        for (x = 0; x < WIDTH; x++)
+            for (c = 0; c < 3; c++) putc((int)(rgba[y][x][c] * 255 + 0.5f), file);
     return fclose(file) != 0;
 }
 
@@ -100,19 +112,27 @@ int main(int count, char **values)
     glbk_context gl;
     glbk_source source = { 0 };
     glbk_program program;
-    glbk_pass pass = { 0 };
+    glbk_pass pass = { 0 };                 /* to the window */
+    glbk_texture texture = { 0 };
+    glbk_target target = { 0 };
     GLFWwindow *window;
+    int32_t turn;
     static char log[2000];
 
     if (!glfwInit()) return fail("GLFW", "there is no display");
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+#ifdef __APPLE__
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, 1);      /* there is no other */
+    glfwWindowHint(GLFW_COCOA_RETINA_FRAMEBUFFER, 0);   /* WIDTH x HEIGHT pixels */
+#endif
     glfwWindowHint(GLFW_RESIZABLE, 0);
     glfwWindowHint(GLFW_VISIBLE, count < 2);
     window = glfwCreateWindow(WIDTH, HEIGHT, "csm in a shader of your own", NULL, NULL);
     if (!window) return fail("GLFW", "no OpenGL 3.3");
     glfwMakeContextCurrent(window);
+    glfwSwapInterval(1);
 
     gl_desc.get_proc = get_proc;
     gl_desc.log = log;
@@ -126,23 +146,28 @@ int main(int count, char **values)
     source.defines = uploaded.defines;      /* for these maps alone; the first call below writes it */
     if (glbk_csm_maps_create(&gl, &block, 1, 1, &torus.start, &uploaded) != GLBK_OK ||
         glbk_csm_maps_place(&gl, &uploaded, &torus, 1) != GLBK_OK ||
-        glbk_program_compile(&gl, &source, &program) != GLBK_OK)
+        glbk_program_compile(&gl, &source, &program) != GLBK_OK ||
+        (count > 1 && make_target(&gl, &texture, &target) != GLBK_OK))
         return fail("OpenGL", log);
     cohsm_free(maps);
 
+    turn = gl.gl.GetUniformLocation(program.name, "turn");
+    if (count > 1) pass.target = &target;
     pass.viewport[2] = WIDTH;
     pass.viewport[3] = HEIGHT;
     while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
-        glbk_begin(&gl, &pass, &program);
+        if (glbk_begin(&gl, &pass, &program) != GLBK_OK) return fail("OpenGL", log);
         glbk_csm_bind(&gl, &uploaded);
-        gl.gl.Uniform1f(gl.gl.GetUniformLocation(program.name, "turn"), count > 1 ? 0.6f : (float)glfwGetTime() * 0.5f);
+        gl.gl.Uniform1f(turn, count > 1 ? 0.6f : (float)glfwGetTime() * 0.5f);
         glbk_draw_screen(&gl);
-        if (count > 1) return save(&gl, values[1]) || glbk_check(&gl) != GLBK_OK;
+        if (count > 1) return save(&gl, &target, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }
     glbk_csm_maps_destroy(&gl, &uploaded);
     glbk_program_destroy(&gl, &program);
+    glbk_target_destroy(&gl, &target);
+    glbk_texture_destroy(&gl, &texture);
     glbk_destroy(&gl);
     glfwTerminate();
     return 0;

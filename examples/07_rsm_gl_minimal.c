@@ -1,6 +1,6 @@
 /* 07_rsm_gl_minimal.c - bounced light on the GPU: a spot turns in a coloured room. Per frame its reflective shadow map
    and the picture's G-buffer are drawn by one function, then direct and bounced light are added by passes of
-   gl_backend.h.
+   gl_backend.h, whose sum is linear radiance: a short shader makes colours of it.
 
    cc -O2 07_rsm_gl_minimal.c -lglfw -lm -o rsm_gl_minimal && ./rsm_gl_minimal       Escape ends it
    ./rsm_gl_minimal picture.ppm                                            one picture, no visible window */
@@ -60,31 +60,69 @@ static void draw_room(void *user, glbk_context *gl, glbk_rsm_renderer *r)
     }
 }
 
+/* ---- from radiance to what a window shows ---- */
+
+static const char tone[] =
+    "layout(location = 0) out vec4 color;\n"
+    "void main()\n"
+    "{\n"
+    "    vec3 light = glbk_unpack(texelFetch(glbk_source, ivec2(gl_FragCoord.xy), 0)).rgb;\n"
+    "    color = vec4(pow(light, vec3(1.0 / 2.2)), 1.0);\n"
+    "}\n";
+
+typedef struct canvas { glbk_texture texture; glbk_target target; } canvas;
+
+static glbk_result make_canvas(glbk_context *gl, glbk_format format, canvas *out)
+{
+    const glbk_texture_desc desc = { format, WIDTH, HEIGHT, 0, 0, GLBK_SAMPLING_DEFAULT, 0, NULL };
+    glbk_target_desc to = { { NULL }, { 0 }, NULL, 0, 0 };
+    glbk_result result = glbk_texture_create(gl, &desc, &out->texture);
+    to.color[0] = &out->texture;
+    return result == GLBK_OK ? glbk_target_create(gl, &to, &out->target) : result;
+}
+
+/* target: of a picture, since what a window holds that is not shown is undefined; NULL = the window */
+static glbk_result show(glbk_context *gl, glbk_program *program, const canvas *light, const glbk_target *target)
+{
+    const glbk_pass screen = {
+        target, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
+    };
+    glbk_result result;
+    gl->gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, 0);         /* the window: passes have bound others */
+    result = glbk_begin(gl, &screen, program);
+    glbk_bind_texture(gl, GLBK_SLOT_glbk_source, &light->texture);
+    glbk_draw_screen(gl);
+    return result;
+}
+
 static int fail(const char *what, const char *why) { return fprintf(stderr, "%s: %s\n", what, why), 1; }
 static glbk_proc get_proc(const char *name, void *user) { return (void)user, (glbk_proc)glfwGetProcAddress(name); }
 
-static int save(glbk_context *gl, const char *path)
+static int save(glbk_context *gl, const glbk_target *target, const char *path)
 {
-    static unsigned char rgba[HEIGHT][WIDTH][4];
-    FILE *file = fopen(path, "wb");
-    int x, y;
+    static float rgba[HEIGHT][WIDTH][4];
+    FILE *file;
+    int x, y, c;
+    if (glbk_target_read(gl, target, 0, 0, 0, WIDTH, HEIGHT, rgba) != GLBK_OK) return fail("OpenGL", "no picture");
+    file = fopen(path, "wb");
     if (!file) return fail(path, "cannot be written");
-    gl->gl.ReadPixels(0, 0, WIDTH, HEIGHT, 0x1908 /* GL_RGBA */, GLBK_GL_UNSIGNED_BYTE, rgba);
     fprintf(file, "P6 %d %d 255\n", WIDTH, HEIGHT);
     for (y = HEIGHT - 1; y >= 0; y--)
-        for (x = 0; x < WIDTH; x++) fwrite(rgba[y][x], 1, 3, file);
+        for (x = 0; x < WIDTH; x++)
+            for (c = 0; c < 3; c++) putc((int)(rgba[y][x][c] * 255 + 0.5f), file);
     return fclose(file) != 0;
 }
 
-static glbk_result frame(glbk_context *gl, glbk_rsm_renderer *r, glbk_rsm_map *map, glbk_rsm_lamp *lamp, float angle)
+static glbk_result frame(glbk_context *gl, glbk_rsm_renderer *r, glbk_rsm_map *map, glbk_rsm_lamp *lamp, float angle,
+                         const canvas *light)
 {
     static const float eye[3] = { 0, 1, 4.4f },
                        view[16] = { 2, 0, 0, 0, 0, 2.667f, 0, 0, 0, 0, -1.02f, -1, 0, -2.667f, 4.286f, 4.4f };
     const glbk_rsm_direct_desc direct = { 3, 0.5f, 1 };
     const glbk_rsm_gather_desc gather = { GLBK_RSM_PATTERN_FLUX, 400, 0, 0, 0, 0.3f, 0, 1, 0, 0 };
     const glbk_rsm_grid grid = { 0, 0, 0, 0, 0, 0, 0 };        /* all defaults */
-    const glbk_pass screen = {
-        NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
+    const glbk_pass to_light = {
+        &light->target, { 0, 0, 0, 0 }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
     };
     const glbk_rsm_map *lit = map;
     glbk_result result;
@@ -96,8 +134,7 @@ static glbk_result frame(glbk_context *gl, glbk_rsm_renderer *r, glbk_rsm_map *m
     if (result == GLBK_OK) result = glbk_rsm_gbuffer_draw(gl, r, view, eye, draw_room, NULL);
     if (result == GLBK_OK) result = glbk_rsm_direct(gl, r, &lit, 1, &direct);
     if (result == GLBK_OK) result = glbk_rsm_gather(gl, r, &map, 1, &gather, &grid);
-    gl->gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, 0);         /* the window: passes have bound others */
-    return result == GLBK_OK ? glbk_rsm_resolve(gl, r, &screen, 1, 1) : result;
+    return result == GLBK_OK ? glbk_rsm_resolve(gl, r, &to_light, 1, 1) : result;
 }
 
 int main(int count, char **values)
@@ -108,6 +145,9 @@ int main(int count, char **values)
     glbk_context gl;
     glbk_rsm_renderer renderer;
     glbk_rsm_map map;
+    glbk_source source = { NULL, tone, NULL, "base_bindings", NULL, NULL };
+    glbk_program program;
+    canvas light, picture;
     GLFWwindow *window;
     static char log[2000];
 
@@ -115,26 +155,39 @@ int main(int count, char **values)
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-    glfwWindowHint(GLFW_SRGB_CAPABLE, 1);       /* the passes write linear colours */
+#ifdef __APPLE__
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, 1);      /* there is no other */
+    glfwWindowHint(GLFW_COCOA_RETINA_FRAMEBUFFER, 0);   /* WIDTH x HEIGHT pixels */
+#endif
     glfwWindowHint(GLFW_RESIZABLE, 0);
     glfwWindowHint(GLFW_VISIBLE, count < 2);
     window = glfwCreateWindow(WIDTH, HEIGHT, "bounced light", NULL, NULL);
     if (!window) return fail("GLFW", "no OpenGL 3.3");
     glfwMakeContextCurrent(window);
+    glfwSwapInterval(1);
     desc.get_proc = get_proc;
     desc.log = log;
     desc.log_size = sizeof log;
     if (glbk_init(&gl, &desc) != GLBK_OK || glbk_rsm_renderer_create(&gl, &size, &renderer) != GLBK_OK ||
-        glbk_rsm_map_create(&gl, &lamp, 256, &map) != GLBK_OK)
+        glbk_rsm_map_create(&gl, &lamp, 256, &map) != GLBK_OK ||
+        glbk_program_compile(&gl, &source, &program) != GLBK_OK ||
+        make_canvas(&gl, GLBK_FORMAT_COLOR, &light) != GLBK_OK ||
+        make_canvas(&gl, GLBK_FORMAT_RGBA8, &picture) != GLBK_OK)
         return fail("OpenGL", log);
     make_room(&gl);
     while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
-        if (frame(&gl, &renderer, &map, &lamp, count > 1 ? -0.6f : sinf((float)glfwGetTime())) != GLBK_OK)
+        if (frame(&gl, &renderer, &map, &lamp, count > 1 ? -0.6f : sinf((float)glfwGetTime()), &light) != GLBK_OK ||
+            show(&gl, &program, &light, count > 1 ? &picture.target : NULL) != GLBK_OK)
             return fail("OpenGL", log);
-        if (count > 1) return save(&gl, values[1]) || glbk_check(&gl) != GLBK_OK;
+        if (count > 1) return save(&gl, &picture.target, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }
+    glbk_target_destroy(&gl, &picture.target);
+    glbk_texture_destroy(&gl, &picture.texture);
+    glbk_target_destroy(&gl, &light.target);
+    glbk_texture_destroy(&gl, &light.texture);
+    glbk_program_destroy(&gl, &program);
     glbk_rsm_map_destroy(&gl, &map);
     glbk_rsm_renderer_destroy(&gl, &renderer);
     glbk_destroy(&gl);

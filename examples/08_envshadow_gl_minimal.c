@@ -85,6 +85,7 @@ static const char fragment[] =
     "}\n";
 
 static uint32_t vertex_array;
+static int32_t  turn;                           /* location of that uniform */
 static float    world[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
 
 /* Everything that throws shadows, each object by one call for many lights. */
@@ -97,43 +98,58 @@ static glbk_result draw(void *user, glbk_context *gl, glbk_envsh_maps *maps, uin
     return GLBK_OK;
 }
 
-static void frame(glbk_context *gl, envsh_maps *layout, glbk_envsh_maps *maps, glbk_program *program,
-                  const envsh_mesh *mesh, const envsh_lights *lights, float angle)
+static glbk_result frame(glbk_context *gl, envsh_maps *layout, glbk_envsh_maps *maps, glbk_program *program,
+                         const envsh_mesh *mesh, const envsh_lights *lights, float angle, const glbk_target *target)
 {
     const glbk_envsh_question question = { GLBK_ENVSH_FILTER_PENUMBRA, 16, 0, 12, 1, 1 };
     const glbk_pass screen = {
-        NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
+        target, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
     };
     const envsh_light *list;
     const envsh_view *views;
     uint32_t count;
+    glbk_result result;
     world[5] = world[10] = cosf(angle);
     world[6] = sinf(angle);
     world[9] = -world[6];
     list = envsh_lights_get(lights, &count);
     envsh_maps_begin(layout, list, count, envsh_bounds_of(mesh, 1, world));
     views = envsh_maps_views(layout, &count);
-    glbk_envsh_maps_render(gl, maps, views, sizeof *views, count, draw, NULL);
+    result = glbk_envsh_maps_render(gl, maps, views, sizeof *views, count, draw, NULL);
     gl->gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, 0);         /* the window: the maps have bound others */
-    glbk_begin(gl, &screen, program);
-    glbk_envsh_bind(gl, maps, &question);
-    gl->gl.Uniform1f(gl->gl.GetUniformLocation(program->name, "turn"), angle);
+    if (result == GLBK_OK) result = glbk_begin(gl, &screen, program);
+    if (result == GLBK_OK) result = glbk_envsh_bind(gl, maps, &question);
+    if (result != GLBK_OK) return result;
+    gl->gl.Uniform1f(turn, angle);
     glbk_draw_screen(gl);
+    return GLBK_OK;
 }
 
 static glbk_proc get_proc(const char *name, void *user) { return (void)user, (glbk_proc)glfwGetProcAddress(name); }
 static int fail(const char *what, const char *why) { return fprintf(stderr, "%s: %s\n", what, why), 1; }
 
-static int save(glbk_context *gl, const char *path)
+/* A picture is drawn to a target: what a window holds that is not shown is undefined. */
+static glbk_result make_target(glbk_context *gl, glbk_texture *texture, glbk_target *target)
 {
-    static unsigned char rgba[HEIGHT][WIDTH][4];
-    FILE *file = fopen(path, "wb");
-    int x, y;
+    const glbk_texture_desc desc = { GLBK_FORMAT_RGBA8, WIDTH, HEIGHT, 0, 0, GLBK_SAMPLING_DEFAULT, 0, NULL };
+    glbk_target_desc to = { { NULL }, { 0 }, NULL, 0, 0 };
+    glbk_result result = glbk_texture_create(gl, &desc, texture);
+    to.color[0] = texture;
+    return result == GLBK_OK ? glbk_target_create(gl, &to, target) : result;
+}
+
+static int save(glbk_context *gl, const glbk_target *target, const char *path)
+{
+    static float rgba[HEIGHT][WIDTH][4];
+    FILE *file;
+    int x, y, c;
+    if (glbk_target_read(gl, target, 0, 0, 0, WIDTH, HEIGHT, rgba) != GLBK_OK) return fail("OpenGL", "no picture");
+    file = fopen(path, "wb");
     if (!file) return fail(path, "cannot be written");
-    gl->gl.ReadPixels(0, 0, WIDTH, HEIGHT, 0x1908 /* GL_RGBA */, GLBK_GL_UNSIGNED_BYTE, rgba);
     fprintf(file, "P6 %d %d 255\n", WIDTH, HEIGHT);
     for (y = HEIGHT - 1; y >= 0; y--)
-        for (x = 0; x < WIDTH; x++) fwrite(rgba[y][x], 1, 3, file);
+        for (x = 0; x < WIDTH; x++)
+            for (c = 0; c < 3; c++) putc((int)(rgba[y][x][c] * 255 + 0.5f), file);
     return fclose(file) != 0;
 }
 
@@ -150,6 +166,8 @@ int main(int count, char **values)
     glbk_source source = { NULL, fragment, NULL, "envsh_light", "ENVSH_FILTER=3 ENVSH_RGBA=0", NULL };
     glbk_program program;
     glbk_buffer buffer;
+    glbk_texture texture = { 0 };
+    glbk_target target = { 0 };
     GLFWwindow *window;
     static char log[2000];
 
@@ -160,18 +178,25 @@ int main(int count, char **values)
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+#ifdef __APPLE__
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, 1);      /* there is no other */
+    glfwWindowHint(GLFW_COCOA_RETINA_FRAMEBUFFER, 0);   /* WIDTH x HEIGHT pixels */
+#endif
     glfwWindowHint(GLFW_RESIZABLE, 0);
     glfwWindowHint(GLFW_VISIBLE, count < 2);
     window = glfwCreateWindow(WIDTH, HEIGHT, "shadows of a sky", NULL, NULL);
     if (!window) return fail("GLFW", "no OpenGL 3.3");
     glfwMakeContextCurrent(window);
+    glfwSwapInterval(1);
     desc.get_proc = get_proc;
     desc.log = log;
     desc.log_size = sizeof log;
     if (glbk_init(&gl, &desc) != GLBK_OK || glbk_envsh_maps_create(&gl, &maps_desc, &maps) != GLBK_OK ||
         glbk_program_compile(&gl, &source, &program) != GLBK_OK ||
-        glbk_buffer_create(&gl, sizeof positions, positions, &buffer) != GLBK_OK)
+        glbk_buffer_create(&gl, sizeof positions, positions, &buffer) != GLBK_OK ||
+        (count > 1 && make_target(&gl, &texture, &target) != GLBK_OK))
         return fail("OpenGL", log);
+    turn = gl.gl.GetUniformLocation(program.name, "turn");
     gl.gl.GenVertexArrays(1, &vertex_array);
     gl.gl.BindVertexArray(vertex_array);
     gl.gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, buffer.name);
@@ -179,14 +204,17 @@ int main(int count, char **values)
     gl.gl.VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, 0, NULL);
 
     while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
-        frame(&gl, layout, &maps, &program, &mesh, lights, count > 1 ? 0.9f : (float)glfwGetTime());
-        if (glbk_check(&gl) != GLBK_OK) return fail("OpenGL", log);
-        if (count > 1) return save(&gl, values[1]);
+        if (frame(&gl, layout, &maps, &program, &mesh, lights, count > 1 ? 0.9f : (float)glfwGetTime(),
+                  count > 1 ? &target : NULL) != GLBK_OK)
+            return fail("OpenGL", log);
+        if (count > 1) return save(&gl, &target, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }
     glbk_buffer_destroy(&gl, &buffer);
     glbk_program_destroy(&gl, &program);
+    glbk_target_destroy(&gl, &target);
+    glbk_texture_destroy(&gl, &texture);
     glbk_envsh_maps_destroy(&gl, &maps);
     glbk_destroy(&gl);
     envsh_maps_free(layout);

@@ -109,13 +109,15 @@ static const char fragment[] =
     "    color.rgb = pow((entity < 3u ? vec3(0.9, 0.6, 0.4) : vec3(0.8)) * light, vec3(1.0 / 2.2));\n"
     "}\n";
 
+static int32_t tori_at;                         /* location of the uniform */
+
 /* Three tori that tumble, and the lamp that circles over them. */
 static glbk_result frame(glbk_context *gl, const glbk_sfield_field *named, const sfield_algebra *algebra,
-                         glbk_sfield_world *world, glbk_program *program, float time)
+                         glbk_sfield_world *world, glbk_program *program, float time, const glbk_target *target)
 {
     static const float places[TORI][3] = { { -2.2f, 1.6f, 0.4f }, { 1.8f, 1.7f, -1.5f }, { 0.8f, 1.5f, 2 } };
     const glbk_pass screen = {
-        NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
+        target, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
     };
     static sfield_rotation rotations[TORI];
     glbk_sfield_entity entities[TORI + 1];
@@ -142,26 +144,39 @@ static glbk_result frame(glbk_context *gl, const glbk_sfield_field *named, const
         }
     }
     result = glbk_sfield_place(gl, world, entities, TORI + 1);
-    glbk_begin(gl, &screen, program);
+    if (result == GLBK_OK) result = glbk_begin(gl, &screen, program);
+    if (result != GLBK_OK) return result;
     glbk_sfield_bind(gl, world);
-    gl->gl.Uniform4fv(gl->gl.GetUniformLocation(program->name, "tori"), TORI, tori[0]);
+    gl->gl.Uniform4fv(tori_at, TORI, tori[0]);
     glbk_draw_screen(gl);
-    return result;
+    return GLBK_OK;
 }
 
 static glbk_proc get_proc(const char *name, void *user) { return (void)user, (glbk_proc)glfwGetProcAddress(name); }
 static int fail(const char *what, const char *why) { return fprintf(stderr, "%s: %s\n", what, why), 1; }
 
-static int save(glbk_context *gl, const char *path)
+/* A picture is drawn to a target: what a window holds that is not shown is undefined. */
+static glbk_result make_target(glbk_context *gl, glbk_texture *texture, glbk_target *target)
 {
-    static unsigned char rgba[HEIGHT][WIDTH][4];
-    FILE *file = fopen(path, "wb");
-    int x, y;
+    const glbk_texture_desc desc = { GLBK_FORMAT_RGBA8, WIDTH, HEIGHT, 0, 0, GLBK_SAMPLING_DEFAULT, 0, NULL };
+    glbk_target_desc to = { { NULL }, { 0 }, NULL, 0, 0 };
+    glbk_result result = glbk_texture_create(gl, &desc, texture);
+    to.color[0] = texture;
+    return result == GLBK_OK ? glbk_target_create(gl, &to, target) : result;
+}
+
+static int save(glbk_context *gl, const glbk_target *target, const char *path)
+{
+    static float rgba[HEIGHT][WIDTH][4];
+    FILE *file;
+    int x, y, c;
+    if (glbk_target_read(gl, target, 0, 0, 0, WIDTH, HEIGHT, rgba) != GLBK_OK) return fail("OpenGL", "no picture");
+    file = fopen(path, "wb");
     if (!file) return fail(path, "cannot be written");
-    gl->gl.ReadPixels(0, 0, WIDTH, HEIGHT, 0x1908 /* GL_RGBA */, GLBK_GL_UNSIGNED_BYTE, rgba);
     fprintf(file, "P6 %d %d 255\n", WIDTH, HEIGHT);
     for (y = HEIGHT - 1; y >= 0; y--)
-        for (x = 0; x < WIDTH; x++) fwrite(rgba[y][x], 1, 3, file);
+        for (x = 0; x < WIDTH; x++)
+            for (c = 0; c < 3; c++) putc((int)(rgba[y][x][c] * 255 + 0.5f), file);
     return fclose(file) != 0;
 }
 
@@ -175,6 +190,8 @@ int main(int count, char **values)
     glbk_sfield_world world;
     glbk_source source = { NULL, fragment, NULL, "sfield_shade", "SFIELD_BANDS=4", NULL };
     glbk_program program;
+    glbk_texture texture = { 0 };
+    glbk_target target = { 0 };
     GLFWwindow *window;
     static char log[2000];
 
@@ -184,30 +201,40 @@ int main(int count, char **values)
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+#ifdef __APPLE__
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, 1);      /* there is no other */
+    glfwWindowHint(GLFW_COCOA_RETINA_FRAMEBUFFER, 0);   /* WIDTH x HEIGHT pixels */
+#endif
     glfwWindowHint(GLFW_RESIZABLE, 0);
     glfwWindowHint(GLFW_VISIBLE, count < 2);
     window = glfwCreateWindow(WIDTH, HEIGHT, "shadow fields", NULL, NULL);
     if (!window) return fail("GLFW", "no OpenGL 3.3");
     glfwMakeContextCurrent(window);
+    glfwSwapInterval(1);
     desc.get_proc = get_proc;
     desc.log = log;
     desc.log_size = sizeof log;
     if (glbk_init(&gl, &desc) != GLBK_OK || upload(&gl, fields, algebra, named, &world) != GLBK_OK ||
-        glbk_program_compile(&gl, &source, &program) != GLBK_OK)
+        glbk_program_compile(&gl, &source, &program) != GLBK_OK ||
+        (count > 1 && make_target(&gl, &texture, &target) != GLBK_OK))
         return fail("OpenGL", log);
+    tori_at = gl.gl.GetUniformLocation(program.name, "tori");
     sfield_free(fields[0]);
     sfield_free(fields[1]);
 
     while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
-        if (frame(&gl, named, algebra, &world, &program, count > 1 ? 0.7f : (float)glfwGetTime()) != GLBK_OK)
+        if (frame(&gl, named, algebra, &world, &program, count > 1 ? 0.7f : (float)glfwGetTime(),
+                  count > 1 ? &target : NULL) != GLBK_OK)
             return fail("OpenGL", log);
-        if (count > 1) return save(&gl, values[1]) || glbk_check(&gl) != GLBK_OK;
+        if (count > 1) return save(&gl, &target, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }
     sfield_algebra_free(algebra);
     glbk_sfield_destroy(&gl, &world);
     glbk_program_destroy(&gl, &program);
+    glbk_target_destroy(&gl, &target);
+    glbk_texture_destroy(&gl, &texture);
     glbk_destroy(&gl);
     glfwTerminate();
     return 0;

@@ -149,16 +149,28 @@ static int light(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, float tim
 static glbk_proc get_proc(const char *name, void *user) { return (void)user, (glbk_proc)glfwGetProcAddress(name); }
 static int fail(const char *what, const char *why) { return fprintf(stderr, "%s: %s\n", what, why), 1; }
 
-static int save(glbk_context *gl, const char *path)
+/* A picture is drawn to a target: what a window holds that is not shown is undefined. */
+static glbk_result make_target(glbk_context *gl, glbk_texture *texture, glbk_target *target)
 {
-    static unsigned char rgba[HEIGHT][WIDTH][4];
-    FILE *file = fopen(path, "wb");
-    int x, y;
+    const glbk_texture_desc desc = { GLBK_FORMAT_RGBA8, WIDTH, HEIGHT, 0, 0, GLBK_SAMPLING_DEFAULT, 0, NULL };
+    glbk_target_desc to = { { NULL }, { 0 }, NULL, 0, 0 };
+    glbk_result result = glbk_texture_create(gl, &desc, texture);
+    to.color[0] = texture;
+    return result == GLBK_OK ? glbk_target_create(gl, &to, target) : result;
+}
+
+static int save(glbk_context *gl, const glbk_target *target, const char *path)
+{
+    static float rgba[HEIGHT][WIDTH][4];
+    FILE *file;
+    int x, y, c;
+    if (glbk_target_read(gl, target, 0, 0, 0, WIDTH, HEIGHT, rgba) != GLBK_OK) return fail("OpenGL", "no picture");
+    file = fopen(path, "wb");
     if (!file) return fail(path, "cannot be written");
-    gl->gl.ReadPixels(0, 0, WIDTH, HEIGHT, 0x1908 /* GL_RGBA */, GLBK_GL_UNSIGNED_BYTE, rgba);
     fprintf(file, "P6 %d %d 255\n", WIDTH, HEIGHT);
     for (y = HEIGHT - 1; y >= 0; y--)
-        for (x = 0; x < WIDTH; x++) fwrite(rgba[y][x], 1, 3, file);
+        for (x = 0; x < WIDTH; x++)
+            for (c = 0; c < 3; c++) putc((int)(rgba[y][x][c] * 255 + 0.5f), file);
     return fclose(file) != 0;
 }
 
@@ -169,17 +181,25 @@ static GLFWwindow *open_window(int visible)
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+#ifdef __APPLE__
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, 1);      /* there is no other */
+    glfwWindowHint(GLFW_COCOA_RETINA_FRAMEBUFFER, 0);   /* WIDTH x HEIGHT pixels */
+#endif
     glfwWindowHint(GLFW_RESIZABLE, 0);
     glfwWindowHint(GLFW_VISIBLE, visible);
     window = glfwCreateWindow(WIDTH, HEIGHT, "bounced light with shadows", NULL, NULL);
-    if (window) glfwMakeContextCurrent(window);
+    if (!window) return NULL;
+    glfwMakeContextCurrent(window);
+    glfwSwapInterval(1);
     return window;
 }
 
 int main(int count, char **values)
 {
+    glbk_texture texture = { 0 };
+    glbk_target target = { 0 };
     const glbk_pass screen = {
-        NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
+        count > 1 ? &target : NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
     };
     ism_desc ism_sizes = { 0 };
     glbk_ism_desc sizes = { VPLS, POINTS, 0, 0, LAZY, 0, 0, 0, 0 };    /* equal to those of ism.h */
@@ -192,6 +212,7 @@ int main(int count, char **values)
     ism_maps *ism;
     GLFWwindow *window = open_window(count < 2);
     uint32_t index;
+    int32_t swing;
     static char log[2000];
 
     if (!window) return fail("GLFW", "there is no display, or no OpenGL 3.3");
@@ -204,23 +225,26 @@ int main(int count, char **values)
     desc.log_size = sizeof log;
     make_mesh(0);
     if (glbk_init(&gl, &desc) != GLBK_OK || glbk_ism_maps_create(&gl, &sizes, &maps) != GLBK_OK ||
-        glbk_ism_mesh_upload(&gl, &maps, &mesh) != GLBK_OK || glbk_program_compile(&gl, &source, &program) != GLBK_OK)
+        glbk_ism_mesh_upload(&gl, &maps, &mesh) != GLBK_OK || glbk_program_compile(&gl, &source, &program) != GLBK_OK ||
+        (count > 1 && make_target(&gl, &texture, &target) != GLBK_OK))
         return fail("OpenGL", log);
+    swing = gl.gl.GetUniformLocation(program.name, "swing");
     for (index = 0; !glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS; index++) {
         float time = count > 1 ? 0 : (float)glfwGetTime();
         if (!light(&gl, ism, &maps, time, index)) return fail("light", log);
         gl.gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, 0);      /* the window: the maps have bound others */
-        glbk_begin(&gl, &screen, &program);
-        glbk_ism_bind(&gl, &maps, NULL);
-        gl.gl.Uniform1f(gl.gl.GetUniformLocation(program.name, "swing"), sinf(time));
+        if (glbk_begin(&gl, &screen, &program) != GLBK_OK || glbk_ism_bind(&gl, &maps, NULL) != GLBK_OK)
+            return fail("OpenGL", log);
+        gl.gl.Uniform1f(swing, sinf(time));
         glbk_draw_screen(&gl);
-        if (glbk_check(&gl) != GLBK_OK) return fail("OpenGL", log);
-        if (count > 1) return save(&gl, values[1]);
+        if (count > 1) return save(&gl, &target, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }
     glbk_ism_maps_destroy(&gl, &maps);
     glbk_program_destroy(&gl, &program);
+    glbk_target_destroy(&gl, &target);
+    glbk_texture_destroy(&gl, &texture);
     glbk_destroy(&gl);
     ism_free(ism);
     glfwTerminate();

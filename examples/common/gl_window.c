@@ -19,6 +19,10 @@ static int create(void **self, const ex_gl_options *o, char *error)
         glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, o->minor);
         if (!o->es)
             glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+#ifdef __APPLE__
+        glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, 1);      /* there is no other */
+        glfwWindowHint(GLFW_COCOA_RETINA_FRAMEBUFFER, 0);   /* width x height pixels */
+#endif
         glfwWindowHint(GLFW_CONTEXT_CREATION_API, o->use_egl ? GLFW_EGL_CONTEXT_API : GLFW_NATIVE_CONTEXT_API);
         glfwWindowHint(GLFW_OPENGL_DEBUG_CONTEXT, o->debug);
         glfwWindowHint(GLFW_VISIBLE, !o->hidden);
