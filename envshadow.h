@@ -473,7 +473,7 @@ ENVSH_DEF uint32_t envsh_cluster_size(const envsh_cost *cost, uint32_t light_cou
 #define ENVSH_ASSERT(condition) assert(condition)
 #endif
 
-/* >>> shared fp_begin mem v3 m4 trig rng lds cdf: written by tools/stamp from src/shared, edit there */
+/* >>> shared fp_begin mem v3 m4 trig rng cdf: written by tools/stamp from src/shared, edit there */
 
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
@@ -984,59 +984,6 @@ static inline envsh__rng envsh__rng_make(uint32_t seed)
 }
 
 static inline float envsh__rng_float(envsh__rng *r) { return envsh__to_unit(envsh__rng_u32(r)); }
-
-/* unit lds, needs rng: low-discrepancy points in [0, 1) */
-
-static inline uint32_t envsh__reverse_bits(uint32_t x)
-{
-    x = x >> 16 | x << 16;
-    x = (x >> 8 & 0x00ff00ffu) | (x & 0x00ff00ffu) << 8;
-    x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;
-    x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
-    return (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
-}
-
-static inline float envsh__radical2(uint32_t i) { return envsh__to_unit(envsh__reverse_bits(i)); }
-
-/* The digits turned round as an integer below 3^20, so that only one rounding happens; i counts modulo 3^20. */
-static inline float envsh__radical3(uint32_t i)
-{
-    uint32_t r = 0, k;
-    for (k = 0; k < 20u; k++, i /= 3u) r = r * 3u + i % 3u;
-    return envsh__to_unit((uint32_t)((double)r * (4294967296.0 / 3486784401.0)));
-}
-
-/* Roberts' R2 sequence: fractions of i / g and i / g^2, g^3 = g + 1, in 32-bit fixed point. */
-static inline void envsh__r2(uint32_t i, float *u, float *v)
-{
-    *u = envsh__to_unit(0x80000000u + i * 3242174889u);
-    *v = envsh__to_unit(0x80000000u + i * 2447445413u);
-}
-
-/* Owen scrambling by the hash of Laine and Karras as Burley tuned it, "Practical hash-based Owen scrambling",
-   JCGT 9(4), 2020. Works on reversed bits: a bit depends on the more significant ones only. */
-static inline uint32_t envsh__owen(uint32_t x, uint32_t seed)
-{
-    x = envsh__reverse_bits(x) + seed;
-    x ^= x * 0x6c50b47cu;
-    x ^= x * 0xb82f1e52u;
-    x ^= x * 0xc7afe638u;
-    x ^= x * 0x8d22f6e6u;
-    return envsh__reverse_bits(x);
-}
-
-/* Point i of a scrambled (0, 2)-sequence: the first two dimensions of Sobol's. The order is shuffled too, so that
-   different seeds may be combined to more dimensions. */
-static inline void envsh__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
-{
-    uint32_t x, y = 0, d = 0x80000000u, k;
-    i = envsh__owen(i, envsh__hash32(seed));
-    x = envsh__reverse_bits(i);
-    for (k = i; k; k >>= 1, d ^= d >> 1)
-        if (k & 1u) y ^= d;
-    *u = envsh__to_unit(envsh__owen(x, envsh__hash_combine(seed, 1u)));
-    *v = envsh__to_unit(envsh__owen(y, envsh__hash_combine(seed, 2u)));
-}
 
 /* unit cdf: piecewise-constant distributions in 1D and 2D, sampled by inversion */
 
