@@ -94,15 +94,14 @@
      radius        of PENUMBRA, texels at most: with too few, shadows of a large sun stay sharp far from their casters
      bias          too little: acne; too much: light under things that touch the ground
 
-   Memory: light_count strata: 76 bytes a texel of the map while building, 16 kept. Atlas: 4 bytes a texel of
-   map_size^2 x capacity, and a 32nd for the depth bounds of cells.
+   Memory: light_count strata: 76 bytes a texel of the map while building (79 with split_sun), 16 kept. Atlas: 4 bytes a
+   texel of map_size^2 x capacity, and a 32nd for the depth bounds of cells.
 
    Configuration
 
      ENVSHADOW_IMPLEMENTATION   in one source file: compiles the code
      ENVSHADOW_STATIC           everywhere it is included: a private copy, all functions static
      ENVSH_DEF                  everywhere: your own linkage instead
-     ENVSH_ASSERT(x)            with the implementation: in place of assert
 
    Memory, errors, threads, determinism
 
@@ -192,13 +191,16 @@ ENVSH_DEF double envsh_texel_solid_angle(envsh_projection projection, uint32_t w
 
 ENVSH_DEF void envsh_texel_direction(envsh_projection projection, uint32_t width, uint32_t height, uint32_t face,
                                      float x, float y, float direction[3]);
-/* Unit direction of the point x, y in texels from the top left corner; + 0.5 is a texel's centre. face: of a cube. */
+/* Unit direction of the point x, y in texels from the top left corner; + 0.5 is a texel's centre. face: of a cube.
+   Beyond the map it goes on round the sphere, or on the face's plane, to 8 times its size; what is not finite counts
+   as 0. */
 
 /* ---- lights from the map ---- */
 
 typedef enum envsh_method {
     ENVSH_METHOD_DEFAULT,           /* = ENVSH_METHOD_VARIANCE, the best by measurement (docs/envshadow.md) */
-    ENVSH_METHOD_STRUCTURED,        /* structured importance sampling, Agarwal et al. 2003: the paper's */
+    ENVSH_METHOD_STRUCTURED,        /* structured importance sampling, Agarwal et al. 2003: the paper's. All methods are
+                                       this one where a cube map becomes fewer than 6 lights (the sun not counted) */
     ENVSH_METHOD_MEDIAN_CUT,        /* Debevec 2005, for any k */
     ENVSH_METHOD_VARIANCE,          /* minimum variance, after Viriyothai and Debevec 2009 */
     ENVSH_METHOD_CDF,               /* stratified inversion of the distribution: the baseline */
@@ -262,7 +264,8 @@ ENVSH_DEF void envsh_lights_free(envsh_lights *lights);
 
 ENVSH_DEF envsh_result envsh_lights_jitter(const envsh_lights *lights, uint32_t frame, uint32_t seed, envsh_light *out);
 /* The same lights with directions inside their strata, chosen in proportion to luminance, other ones each frame (a
-   low-discrepancy sequence): the mean of many frames tends to the exact picture. Energy stays exact in each.
+   low-discrepancy sequence): the mean of many frames tends to the exact picture. Energy stays exact in each. Extents
+   stay as they are: at right angles to the light's own direction.
    out     as many as there are lights */
 
 ENVSH_DEF envsh_result envsh_lights_follow(envsh_lights *lights, const envsh_map *map, uint32_t light_count,
@@ -274,7 +277,8 @@ ENVSH_DEF envsh_result envsh_lights_follow(envsh_lights *lights, const envsh_map
    light_count  0 = as before; where the map was too black for that, as many as were asked for, as soon as another has
                 the texels: all begin anew then. So give maps room for as many as you ask for
    Errors  those of the build; ENVSH_ERR_ARGUMENT for a map of another size: lights are then as they were
-   Cost    O(texels), and O(texels) for each light that begins anew, of its stratum only */
+   Cost    O(texels + k^2), and O(texels) for each light that begins anew, of its stratum only. Memory: 32 bytes a texel
+           meanwhile, 37 with split_sun */
 
 ENVSH_DEF envsh_result envsh_match(const envsh_light *previous, uint32_t previous_count, envsh_light *lights,
                                    uint32_t count);
@@ -284,12 +288,13 @@ ENVSH_DEF envsh_result envsh_match(const envsh_light *previous, uint32_t previou
    O(previous_count x count) */
 
 ENVSH_DEF envsh_result envsh_rotate(envsh_light *lights, uint32_t count, const float rotation[16]);
-/* Turns directions and extents with the environment (paper, section 3). rotation: orthonormal within 1e-3. */
+/* Turns directions and extents with the environment (paper, section 3). rotation: columns at right angles and of equal
+   length within 1e-4, of length 1 within 1e-3, else ENVSH_ERR_ARGUMENT; lengths of extents do not change. */
 
 ENVSH_DEF size_t envsh_export_gltf(const envsh_light *lights, uint32_t count, char *text, size_t size);
 /* A glTF 2.0 document with a node and a KHR_lights_punctual directional light each; W/m^2 go where lux are expected.
-   Writes at most size bytes, the last one 0, and returns the bytes that all of it needs. text may be NULL if size is 0.
-   Returns 0 if lights is NULL. */
+   Numbers that are not finite become 0. Writes at most size bytes, the last one 0, and returns the bytes that all of it
+   needs. text may be NULL if size is 0. Returns 0 if lights is NULL. */
 
 /* ---- residual: what the lights leave out, off unless you ask ---- */
 
@@ -368,7 +373,9 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *maps, const envsh_light *lig
                                         envsh_bounds bounds);
 /* Clears all tiles and fits them to bounds: sizes go in steps of a sixteenth and corners on whole texels, so that small
    changes of the bounds move no texel of a resting light. Casters outside are cut, those nearer to the light kept.
-   Errors  ENVSH_ERR_ARGUMENT: count above capacity, lights or bounds not finite. Empty bounds: nothing casts shadows */
+   Errors  ENVSH_ERR_ARGUMENT: count above capacity; a light that is not finite, has a direction whose length is not 1
+           within 1e-3, or an axis of 1e3 or more; bounds not finite or beyond 1e15
+   Empty bounds: nothing casts shadows */
 
 ENVSH_DEF envsh_result envsh_maps_draw(envsh_maps *maps, const envsh_mesh *mesh, const float transform[16]);
 /* Renders the depth of a mesh into every tile: texel centres, top-left rule, both sides. NULL = identity. Triangles
@@ -427,7 +434,8 @@ ENVSH_DEF float envsh_visibility_twin(const envsh_view *view, const float *depth
                                       size_t texel_floats, uint32_t map_size, const envsh_query *query,
                                       const float point[3], const float geometric[3], uint32_t index);
 /* The C twin of the GLSL function: one point, one tile (depth: its corner texel and channel), without the shortcut of
-   cells that envsh_visible takes. Same answers. */
+   cells that envsh_visible takes. Same answers; 0 where a pointer is NULL or the query is one that envsh_visible
+   refuses. */
 
 typedef envsh_result (*envsh_draw)(void *user, envsh_maps *maps);
 /* Calls envsh_maps_draw or envsh_maps_set for everything that casts shadows. */
@@ -467,11 +475,6 @@ ENVSH_DEF uint32_t envsh_cluster_size(const envsh_cost *cost, uint32_t light_cou
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#ifndef ENVSH_ASSERT
-#include <assert.h>
-#define ENVSH_ASSERT(condition) assert(condition)
-#endif
 
 /* >>> shared fp_begin mem v3 m4 trig rng cdf: written by tools/stamp from src/shared, edit there */
 
@@ -2487,7 +2490,7 @@ static void *envsh__meter_alloc(size_t size, void *user)
     char *block = size <= SIZE_MAX - 16 ? (char *)envsh__alloc(&m->inner, size + 16) : NULL;
     if (!block) return NULL;
     memcpy(block, &size, sizeof size);
-    m->now += size;
+    m->now += size + 16;
     if (m->now > m->peak) m->peak = m->now;
     return block + 16;
 }
@@ -2498,7 +2501,7 @@ static void envsh__meter_free(void *memory, void *user)
     char *block = (char *)memory - 16;
     size_t size;
     memcpy(&size, block, sizeof size);
-    m->now -= size;
+    m->now -= size + 16;
     envsh__free(&m->inner, block);
 }
 
@@ -2614,6 +2617,12 @@ ENVSH_DEF double envsh_texel_solid_angle(envsh_projection projection, uint32_t w
     return x < width && y < height ? envsh__solid_angle(&map, 0, x, y, 0) : 0.0;
 }
 
+static double envsh__hold_near(float x, uint32_t size)
+{
+    double most = 8.0 * size, d = envsh__finite(x) ? (double)x : 0.0;
+    return d > most ? most : d < -most ? -most : d;
+}
+
 ENVSH_DEF void envsh_texel_direction(envsh_projection projection, uint32_t width, uint32_t height, uint32_t face,
                                      float x, float y, float direction[3])
 {
@@ -2624,7 +2633,7 @@ ENVSH_DEF void envsh_texel_direction(envsh_projection projection, uint32_t width
     map.projection = projection;
     map.width = width ? width : 1;
     map.height = height ? height : 1;
-    envsh__direction(&map, face, (double)x, (double)y, d);
+    envsh__direction(&map, face, envsh__hold_near(x, map.width), envsh__hold_near(y, map.height), d);
     for (i = 0; i < 3; i++) direction[i] = (float)d[i];
 }
 
@@ -2987,6 +2996,7 @@ static envsh_result envsh__rebuild(envsh_lights *l, const envsh_map *map, uint32
     l->next_id = kept.next_id + l->count;
     envsh_lights_free(fresh);
     s.changed = l->count;
+    s.peak_bytes += kept.meter.now;         /* both are there at once */
     if (stats) *stats = s;
     return ENVSH_OK;
 }
@@ -3146,12 +3156,15 @@ ENVSH_DEF envsh_result envsh_rotate(envsh_light *lights, uint32_t count, const f
     uint32_t i;
     if ((!lights && count) || !rotation || !envsh__m4_is_rigid_uniform(rotation, &scale)) return ENVSH_ERR_ARGUMENT;
     if (!(fabsf(scale - 1.0f) < 1e-3f)) return ENVSH_ERR_ARGUMENT;
+    scale = 1.0f / scale;
     for (i = 0; i < count; i++) {
         envsh_light *l = &lights[i];
         envsh__v3_store(l->direction,
                         envsh__v3_normalize(envsh__m4_direction(rotation, envsh__v3_load(l->direction))));
-        envsh__v3_store(l->axis_u, envsh__m4_direction(rotation, envsh__v3_load(l->axis_u)));
-        envsh__v3_store(l->axis_v, envsh__m4_direction(rotation, envsh__v3_load(l->axis_v)));
+        envsh__v3_store(l->axis_u,
+                        envsh__v3_scale(envsh__m4_direction(rotation, envsh__v3_load(l->axis_u)), scale));
+        envsh__v3_store(l->axis_v,
+                        envsh__v3_scale(envsh__m4_direction(rotation, envsh__v3_load(l->axis_v)), scale));
     }
     return ENVSH_OK;
 }
@@ -3178,18 +3191,18 @@ static void envsh__put_unsigned(envsh__text *t, uint32_t v)
     envsh__put(t, digits + n);
 }
 
-/* Nine significant digits: every float comes back the same. */
+/* Nine significant digits: every float comes back the same. JSON has no infinity: what is not finite is 0. */
 static void envsh__put_float(envsh__text *t, float f)
 {
     double v = (double)f;
     int exponent = 0;
     char one[2] = { 0, 0 };
     uint32_t digits, scale;
-    if (v < 0.0) {
+    if (v < 0.0 && envsh__finite(f)) {
         envsh__put(t, "-");
         v = -v;
     }
-    if (!(v > 0.0)) {
+    if (!(v > 0.0) || !envsh__finite(f)) {
         envsh__put(t, "0");
         return;
     }
@@ -4324,10 +4337,10 @@ ENVSH_DEF float envsh_visibility_twin(const envsh_view *view, const float *depth
                                       const float point[3], const float geometric[3], uint32_t index)
 {
     float disc[2 * ENVSH_MAX_TAPS], cosine;
-    envsh__v3 n = envsh__v3_load(geometric);
+    envsh__v3 n;
     envsh__lookup l;
-    ENVSH_ASSERT(view && depth && query && point);
-    if (envsh__check_query(query) != ENVSH_OK) return 0.0f;
+    if (!view || !depth || !query || !point || !geometric || envsh__check_query(query) != ENVSH_OK) return 0.0f;
+    n = envsh__v3_load(geometric);
     memset(&l, 0, sizeof l);
     envsh__fill_disc(disc, query->taps && query->taps <= ENVSH_MAX_TAPS ? query->taps : 1);
     l.view = view;

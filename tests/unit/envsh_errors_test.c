@@ -217,6 +217,11 @@ static void lights_are_checked(void **state)
 }
 
 /* A light that shines down -Z has no shortest turn from +Z; colours of black are white times nothing; large numbers. */
+static double dot3(const float *a, const float *b)
+{
+    return (double)a[0] * (double)b[0] + (double)a[1] * (double)b[1] + (double)a[2] * (double)b[2];
+}
+
 static void odd_lights_are_exported(void **state)
 {
     envsh_light l[2];
@@ -233,6 +238,46 @@ static void odd_lights_are_exported(void **state)
     assert_non_null(strstr(text, "\"color\":[1.00000000e0,1.00000000e0,1.00000000e0],\"intensity\":0}"));
     assert_non_null(strstr(text, "{\"rotation\":[1.00000000e0,0,0,0]"));
     assert_non_null(strstr(text, "0,0,1.00000000e0]"));
+    l[0].irradiance[1] = INF;                       /* JSON has no word for these, and no end of their digits came */
+    l[0].irradiance[2] = NOT_A_NUMBER;
+    l[1].irradiance[0] = -INF;
+    l[1].direction[0] = INF;
+    assert_true(envsh_export_gltf(l, 2, text, sizeof text) < sizeof text);
+    assert_non_null(strstr(text, "\"color\":[0,0,0],\"intensity\":0}"));
+    assert_null(strstr(text, "-0"));
+}
+
+/* Points far from the map, or at none, have directions all the same. */
+static void any_point_has_a_direction(void **state)
+{
+    const float odd[] = { 1e20f, -1e20f, 3e9f, INF, -INF, NOT_A_NUMBER, 1e4f, 0 };
+    float d[3], turned[3];
+    (void)state;
+    for (int cube = 0; cube < 2; cube++)
+        for (size_t i = 0; i < 64; i++) {
+            envsh_projection p = cube ? ENVSH_MAP_CUBE : ENVSH_MAP_LATLONG;
+            envsh_texel_direction(p, 8, 8, 4, odd[i / 8], odd[i % 8], d);
+            CLOSE(d[0] * d[0] + d[1] * d[1] + d[2] * d[2], 1, 1e-6);
+        }
+    for (int turn = -2; turn <= 2; turn++) {            /* whole turns of the azimuth are none */
+        envsh_texel_direction(ENVSH_MAP_LATLONG, 16, 8, 0, 3.25f, 2.5f, d);
+        envsh_texel_direction(ENVSH_MAP_LATLONG, 16, 8, 0, 3.25f + 16 * (float)turn, 2.5f, turned);
+        for (int c = 0; c < 3; c++) CLOSE(d[c], turned[c], 1e-6);
+    }
+}
+
+/* A rotation that is a thousandth too long is allowed; done every frame, it must not blow lights up. */
+static void turning_often_keeps_extents(void **state)
+{
+    const float s = 1.0009f, m[16] = { 0, 0, -s, 0, 0, s, 0, 0, s, 0, 0, 0, 0, 0, 0, 1 };
+    envsh_light l = list[0];
+    (void)state;
+    for (int i = 0; i < 4000; i++) assert_int_equal(envsh_rotate(&l, 1, m), ENVSH_OK);
+    for (int c = 0; c < 3; c++) {
+        CLOSE(l.direction[c], list[0].direction[c], 1e-4);
+        CLOSE(l.axis_u[c], list[0].axis_u[c], 1e-3 * sqrt(dot3(list[0].axis_u, list[0].axis_u)));
+        CLOSE(l.axis_v[c], list[0].axis_v[c], 1e-3 * sqrt(dot3(list[0].axis_u, list[0].axis_u)));
+    }
 }
 
 static void expect_maps(envsh_result expected, uint32_t size, uint32_t guard, uint32_t side, uint32_t capacity)
@@ -646,6 +691,18 @@ static void queries_are_checked(void **state)
     cost.pass = cost.slot = 1;
     assert_int_equal(envsh_cluster_size(&cost, 0, 8), 1);
     assert_int_equal(envsh_cluster_size(&cost, 8, 0), 1);
+    {
+        const float tile[64] = { 0 };
+        const envsh_view *v = envsh_maps_views(maps, NULL);
+        q = good_query;
+        q.taps = 65;
+        assert_true(envsh_visibility_twin(NULL, tile, 8, 1, 8, &good_query, p, n, 0) <= 0);
+        assert_true(envsh_visibility_twin(v, NULL, 8, 1, 8, &good_query, p, n, 0) <= 0);
+        assert_true(envsh_visibility_twin(v, tile, 8, 1, 8, NULL, p, n, 0) <= 0);
+        assert_true(envsh_visibility_twin(v, tile, 8, 1, 8, &good_query, NULL, n, 0) <= 0);
+        assert_true(envsh_visibility_twin(v, tile, 8, 1, 8, &good_query, p, NULL, 0) <= 0);
+        assert_true(envsh_visibility_twin(v, tile, 8, 1, 8, &q, p, n, 0) <= 0);
+    }
 }
 
 /* Times by which passes, or lights, would cost less than nothing: the other of the two explains all, by least squares
@@ -683,6 +740,8 @@ int main(void)
         cmocka_unit_test(queries_are_checked),
         cmocka_unit_test(costs_are_not_negative),
         cmocka_unit_test(odd_lights_are_exported),
+        cmocka_unit_test(any_point_has_a_direction),
+        cmocka_unit_test(turning_often_keeps_extents),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
