@@ -2047,11 +2047,11 @@ static void ism__flag_jumps(ism_maps *m)
     m->stats.jumped = 0;
     for (i = 0; i < m->vpl_count; i++) {
         ism_vpl *v = &m->vpls[i];
-        float far = v->side;
+        float limit = v->side;
         ism__v3 d;
         if (i >= m->previous_count) continue;
         d = ism__v3_sub(ism__v3_load(v->position), ism__v3_load(old[i].position));
-        v->jumped = v->source != old[i].source || ism__v3_dot(d, d) > far * far;
+        v->jumped = v->source != old[i].source || ism__v3_dot(d, d) > limit * limit;
         m->stats.jumped += (uint32_t)v->jumped;
     }
 }
@@ -3644,7 +3644,7 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
                          float plain_kernel, float *plain)
 {
     ism__v3 d = ism__v3_sub(ism__v3_load(v->position), px->p);
-    float d2 = ism__v3_dot(d, d), k = plain_kernel, a2 = v->side * v->side, far;
+    float d2 = ism__v3_dot(d, d), k = plain_kernel, a2 = v->side * v->side, share;
     if (v->directional) {
         k = ism__v3_dot(ism__v3_load(v->position), px->n) * ISM__PI;    /* light is divided by pi afterwards */
         return *plain = k > 0.0f ? k : 0.0f;
@@ -3664,11 +3664,11 @@ static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__
         return a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2
              ? ism__patch_kernel(f, d, px->n, v->side, k, plain) : k;
     case ISM_NEAR_GATHER:
-        far = 1.0f - ism__nearness(d2, v->reach);
-        if (!(far > 0.0f)) return *plain = 0.0f;
+        share = 1.0f - ism__nearness(d2, v->reach);
+        if (!(share > 0.0f)) return *plain = 0.0f;
         if (a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2) k = ism__patch_kernel(f, d, px->n, v->side, k, plain);
-        *plain *= far;
-        return k * far;
+        *plain *= share;
+        return k * share;
     default: return k;
     }
 }

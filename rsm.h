@@ -1921,7 +1921,7 @@ typedef struct rsm__gloss {
 typedef struct rsm__sum {
     float rgb[3];
     float full, lost;              /* only where they are asked for, as */
-    float near;                    /* likewise: 1 / squared distance of the nearest light that is not edge-on */
+    float nearby;                  /* likewise: 1 / squared distance of the nearest light that is not edge-on */
 } rsm__sum;
 
 #define RSM__NO_CAP 3.0e38f
@@ -1944,7 +1944,7 @@ typedef struct rsm__sum {
 #define RSM__ONE(c) x[c]
 #define RSM__KERNEL_BODY(lossy, nearest)                                                                              \
     float red[RSM__LANES] = { 0 }, green[RSM__LANES] = { 0 }, blue[RSM__LANES] = { 0 };                      \
-    float full[RSM__LANES] = { 0 }, lost[RSM__LANES] = { 0 }, near[RSM__LANES] = { 0 };                      \
+    float full[RSM__LANES] = { 0 }, lost[RSM__LANES] = { 0 }, nearby[RSM__LANES] = { 0 };                    \
     size_t i, l, end;                                                                                        \
     for (; count > 0; count -= end, k++)                                                                     \
         for (i = 0, end = count < RSM__BLOCK ? count : (size_t)RSM__BLOCK; i < end; i += RSM__LANES)         \
@@ -1960,7 +1960,7 @@ typedef struct rsm__sum {
             }                                                                                                \
             if (nearest) {                                                                                   \
                 float reached = g * d2 > 1e-3f ? inverse : 0.0f;                                             \
-                near[l] = reached > near[l] ? reached : near[l];                                             \
+                nearby[l] = reached > nearby[l] ? reached : nearby[l];                                       \
             }                                                                                                \
         }                                                                                                    \
     for (l = 0; l < RSM__LANES; l++) {                                                                       \
@@ -1971,7 +1971,7 @@ typedef struct rsm__sum {
             sum->full += full[l];                                                                            \
             sum->lost += lost[l];                                                                            \
         }                                                                                                    \
-        if (nearest) sum->near = near[l] > sum->near ? near[l] : sum->near;                                  \
+        if (nearest) sum->nearby = nearby[l] > sum->nearby ? nearby[l] : sum->nearby;                        \
     }
 
 /* The other way round: a few lights on as many receivers as there are lanes. */
@@ -2072,13 +2072,13 @@ RSM__CROWDS(rsm__kernel_avx2, RSM__TARGET_AVX2, 8)
 RSM__CROWDS(rsm__kernel_avx512, RSM__TARGET_AVX512, 16)
 #endif
 
-static inline rsm__kernel rsm__choose_kernel(int lossy, int near)
+static inline rsm__kernel rsm__choose_kernel(int lossy, int nearby)
 {
 #if RSM__X86
-    if (rsm__cpu_has_avx2() && near) return lossy ? rsm__kernel_avx2_near_lossy : rsm__kernel_avx2_near;
+    if (rsm__cpu_has_avx2() && nearby) return lossy ? rsm__kernel_avx2_near_lossy : rsm__kernel_avx2_near;
     if (rsm__cpu_has_avx2()) return lossy ? rsm__kernel_avx2_lossy : rsm__kernel_avx2;
 #endif
-    if (near) return lossy ? rsm__kernel_plain_near_lossy : rsm__kernel_plain_near;
+    if (nearby) return lossy ? rsm__kernel_plain_near_lossy : rsm__kernel_plain_near;
     return lossy ? rsm__kernel_plain_lossy : rsm__kernel_plain;
 }
 
@@ -2096,8 +2096,8 @@ static inline rsm__crowd_kernel rsm__choose_crowd(int lossy, size_t *lanes)
 }
 
 /* The glossy part of a light towards a receiver: a Phong lobe about the mirrored direction of the light (section 7).
-   near: the mean of cos cos / d^2 over a texel that is near, whose lobe is that of its centre; below 0: a point. */
-static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, size_t i, const float x[7], float near,
+   mean: of cos cos / d^2 over a texel that is near, whose lobe is that of its centre; below 0: a point. */
+static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, size_t i, const float x[7], float mean,
                                   rsm__sum *sum)
 {
     rsm__v3 d = rsm__v3_make(k->px[i] - x[0], k->py[i] - x[1], k->pz[i] - x[2]);
@@ -2106,8 +2106,8 @@ static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, 
     float ce = (-(k->nx[i] * d.x + k->ny[i] * d.y + k->nz[i] * d.z) - x[6]) * root;
     float cm = -(gloss->mirror[0] * d.x + gloss->mirror[1] * d.y + gloss->mirror[2] * d.z) * root;
     int c;
-    if (!(cm > 0.0f && (near >= 0.0f || (cr > 0.0f && ce > 0.0f)))) return;
-    f = near >= 0.0f ? near : cr * ce * inverse;
+    if (!(cm > 0.0f && (mean >= 0.0f || (cr > 0.0f && ce > 0.0f)))) return;
+    f = mean >= 0.0f ? mean : cr * ce * inverse;
     f = (f < k->cap[i] ? f : k->cap[i]) * rsm__pow(cm < 1.0f ? cm : 1.0f, gloss->exponent);
     for (c = 0; c < 3; c++) sum->rgb[c] += gloss->scale[c] * f;
 }
@@ -2242,17 +2242,17 @@ static inline void rsm__kernel_near(const rsm__gather *g, const rsm_map *map, rs
                                     const float x[7], rsm__sum *sum)
 {
     float flux[RSM__BLOCK][3];
-    size_t found[RSM__BLOCK], near = 0, i, j;
+    size_t found[RSM__BLOCK], nearby = 0, i, j;
     for (i = 0; i < count; i++) {
         if (!rsm__is_near(k, i, x)) continue;
-        flux[near][0] = k->r[i];
-        flux[near][1] = k->g[i];
-        flux[near][2] = k->b[i];
+        flux[nearby][0] = k->r[i];
+        flux[nearby][1] = k->g[i];
+        flux[nearby][2] = k->b[i];
         k->r[i] = k->g[i] = k->b[i] = 0.0f;
-        found[near++] = i;
+        found[nearby++] = i;
     }
     g->kernel(k, count, x, sum);
-    for (j = 0; j < near; j++) {
+    for (j = 0; j < nearby; j++) {
         float form = rsm__near_form(map, k, found[j], x), f = form < k->cap[found[j]] ? form : k->cap[found[j]];
         int c;
         for (c = 0; c < 3; c++) {
@@ -2470,7 +2470,7 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
     const rsm_map *map = s->map;
     size_t texels = rsm__texel_count(map), count = g->desc.samples ? g->shared : (size_t)map->stats.lit_texels;
     size_t per_set = (count + g->sets - 1) / g->sets, i, at = 0, placed = 0, lanes;
-    int near = g->desc.near_field > 0.0f && g->desc.samples == 0, tiled = near && g->sets == 1;
+    int nearby = g->desc.near_field > 0.0f && g->desc.samples == 0, tiled = nearby && g->sets == 1;
     if (tiled) texels = (size_t)map->faces * ((map->size + 31u) / 32u) * ((map->size + 31u) / 32u) * 1024u;
     s->set_blocks = (per_set + RSM__BLOCK - 1) / RSM__BLOCK;
     s->set_lights = per_set;
@@ -2507,10 +2507,10 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
             k->density[lane % RSM__BLOCK] = 1.0f / weight;
         }
         if (s->gloss) rsm__gloss_set(&g->desc, map, s->gloss + lane, at, weight * (float)g->sets);
-        if (near) rsm__lane_near(&g->desc, map, s->blocks + lane / RSM__BLOCK, lane % RSM__BLOCK, at);
+        if (nearby) rsm__lane_near(&g->desc, map, s->blocks + lane / RSM__BLOCK, lane % RSM__BLOCK, at);
         placed++;
     }
-    return near ? rsm__find_reaches(g, s, a) : RSM_OK;
+    return nearby ? rsm__find_reaches(g, s, a) : RSM_OK;
 }
 
 static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rsm_texel *lights, size_t count,
@@ -2608,7 +2608,7 @@ static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map,
     float weights[RSM__BLOCK], s = 0.0f, c = 1.0f, scale = rsm__mixed_scale(g, map);
     float total = (float)map->rows[(size_t)map->size * map->faces];
     uint32_t first, i, k, n;
-    int near = g->desc.near_field > 0.0f;
+    int nearby = g->desc.near_field > 0.0f;
     frame[0] = frame[1] = rsm__v3_make(0, 0, 0);
     if (g->desc.noise) rsm__sincos(noise * (2.0f * RSM__PI), &s, &c);
     centre = rsm__centre_of(map, rsm__v3_make(x[0], x[1], x[2]), !(g->desc.r_max > 0.0f), frame);
@@ -2634,16 +2634,16 @@ static inline void rsm__gather_centred(const rsm__gather *g, const rsm_map *map,
                 rsm__lane_set(&g->desc, &block, i, map->texels + found[i], weights[i], (float)g->sets);
             else rsm__lane_clear(&block, i);
         for (; i % RSM__LANES; i++) rsm__lane_clear(&block, i);
-        for (k = 0; near && k < n; k++)
+        for (k = 0; nearby && k < n; k++)
             if (found[k] != (size_t)-1) rsm__lane_near(&g->desc, map, &block, k, found[k]);
-        if (near) rsm__kernel_near(g, map, &block, i, x, sum);
+        if (nearby) rsm__kernel_near(g, map, &block, i, x, sum);
         else g->kernel(&block, i, x, sum);
         for (i = 0; g->desc.materials && i < n; i++) {
             rsm__gloss gloss;
             if (found[i] == (size_t)-1 || map->texels[found[i]].material == 0) continue;
             rsm__gloss_set(&g->desc, map, &gloss, found[i], weights[i] * (float)g->sets);
-            rsm__add_gloss(&gloss, &block, i, x, near && rsm__is_near(&block, i, x) ? rsm__near_form(map, &block, i, x)
-                                                                                    : -1.0f, sum);
+            rsm__add_gloss(&gloss, &block, i, x,
+                           nearby && rsm__is_near(&block, i, x) ? rsm__near_form(map, &block, i, x) : -1.0f, sum);
         }
     }
 }
@@ -2655,7 +2655,7 @@ static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s
     const rsm__reach *runs = s->reaches ? s->reaches + s->set_blocks * g->sets + set * s->set_runs : NULL;
     rsm__block mixed;
     rsm__v3 frame[2], centre;
-    float scale = 0.0f, near;
+    float scale = 0.0f, mean;
     size_t i, k;
     centre = rsm__v3_make(0, 0, 0);
     if (g->centred && s->map) {
@@ -2688,8 +2688,8 @@ static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s
             int c;
             if (!(gloss.scale[0] > 0.0f || gloss.scale[1] > 0.0f || gloss.scale[2] > 0.0f)) continue;
             for (c = 0; c < 3 && scale > 0.0f; c++) gloss.scale[c] *= mixed.density[k];
-            near = s->reaches && rsm__is_near(blocks + i, k, x) ? rsm__near_form(s->map, blocks + i, k, x) : -1.0f;
-            rsm__add_gloss(&gloss, blocks + i, k, x, near, sum);
+            mean = s->reaches && rsm__is_near(blocks + i, k, x) ? rsm__near_form(s->map, blocks + i, k, x) : -1.0f;
+            rsm__add_gloss(&gloss, blocks + i, k, x, mean, sum);
         }
     }
 }
@@ -2765,7 +2765,7 @@ static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tal
         }
         tally->pairs += (s->blocks ? s->set_lanes : 0) + g->set_samples;
     }
-    if (g->reach2) g->reach2[at] = 1.0f / (sum.near > 1e-30f ? sum.near : 1e-30f);
+    if (g->reach2) g->reach2[at] = 1.0f / (sum.nearby > 1e-30f ? sum.nearby : 1e-30f);
     tally->evaluated++;
     tally->full += (double)sum.full;
     tally->lost += (double)sum.lost;
@@ -3820,14 +3820,14 @@ RSM__INLINE void rsm__chunk_recall(const rsm__filter_run *r, rsm__chunk *k, size
     int motion = r->desc->motion != NULL;
     for (l = 0; l < lanes; l++) {
         float ex = q[l] - p[l], ey = q[t + l] - p[RSM__SPAN + l], ez = q[2 * t + l] - p[2 * RSM__SPAN + l];
-        int near = (q[9 * t + l] > 0.0f) & (ex * ex + ey * ey + ez * ez <= k->size2[o + l]);
+        int nearby = (q[9 * t + l] > 0.0f) & (ex * ex + ey * ey + ez * ez <= k->size2[o + l]);
         float weight, same;
         RSM__ALIKE(weight, p + l, p + 3 * RSM__SPAN + l, RSM__SPAN, q + l, q + 3 * t + l, t, limits);
         same = p[3 * RSM__SPAN + l] * q[3 * t + l] + p[4 * RSM__SPAN + l] * q[4 * t + l] +
                p[5 * RSM__SPAN + l] * q[5 * t + l];
         same = same > 0.5f ? 1.0f : 0.0f;
         weight = (motion ? same : weight) * weights[l];
-        weight = near ? weight : 0.0f;
+        weight = nearby ? weight : 0.0f;
         k->sums[0][o + l] += weight * q[6 * t + l];
         k->sums[1][o + l] += weight * q[7 * t + l];
         k->sums[2][o + l] += weight * q[8 * t + l];

@@ -721,7 +721,7 @@ static void vector_units_agree(void **state)
     }
     u = t;
     rsm__kernel_plain_near_lossy(block, lanes, x, &a);
-    assert_float_equal(1 / a.near, (float)nearest, 1e-4f * (float)nearest);
+    assert_float_equal(1 / a.nearby, (float)nearest, 1e-4f * (float)nearest);
     rsm__suit_plain(&t, lanes, x, limits, 4);
     if (rsm__cpu_has_avx2()) {
         rsm__kernel_avx2_near_lossy(block, lanes, x, &b);
@@ -731,7 +731,7 @@ static void vector_units_agree(void **state)
         assert_memory_equal(a.rgb, b.rgb, sizeof a.rgb);
         b = none;
         rsm__kernel_avx2_near(block, lanes, x, &b);
-        assert_true(memcmp(a.rgb, b.rgb, sizeof a.rgb) == 0 && !(b.near < a.near || b.near > a.near));
+        assert_true(memcmp(a.rgb, b.rgb, sizeof a.rgb) == 0 && !(b.nearby < a.nearby || b.nearby > a.nearby));
         b = none;
         rsm__kernel_avx2(block, lanes, x, &b);
         assert_memory_equal(a.rgb, b.rgb, sizeof a.rgb);
