@@ -213,7 +213,8 @@ typedef struct ism_view {           /* what is shaded: pixels of a picture, row 
     uint32_t     width, height;
     float        matrix[16];        /* world to clip, x, y and w alone are used: guided view samples, inter-texel
                                        weights; all 0: unknown */
-    int          clip_y_down;       /* 0: clip y = w is the first row; 1: it is the last one */
+    int          clip_y_down;       /* 0: clip y = w is the first row (Direct3D, Metal; OpenGL's rows turned round); 1:
+                                       it is the last one (Vulkan; OpenGL's rows as they are read) */
 } ism_view;
 
 typedef struct ism_frame {
@@ -3796,14 +3797,14 @@ static float ism__near_kernel(const ism_near_point *at, const ism__pixel *px, fl
     return k * h;
 }
 
-/* Light of the near points of the pixel's class: every pattern^2-th of them, scaled up; times pi. */
+/* Light of the near points of the pixel's class: every pattern^2-th of them, scaled up as VPLs are; times pi. */
 static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index, float out[3],
                             double lost[2])
 {
     const ism_near_point *points = (const ism_near_point *)w->m->near_points.data;
     const float *sphere = (const float *)w->m->near_blocks.data;
     uint32_t n = w->m->near_count, step = w->pattern * w->pattern, first, i, k, list[ISM__CHUNK];
-    float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f }, scale;
+    float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f };
     for (first = 0; first < n; first += ISM__NEAR_BLOCK, sphere += 4) {
         ism__v3 d = ism__v3_sub(ism__v3_load(sphere), px->p);
         uint32_t end = n - first < ISM__NEAR_BLOCK ? n : first + ISM__NEAR_BLOCK, used = 0;
@@ -3824,16 +3825,16 @@ static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint
             lost[1] += (double)((plain[i] > kernels[i] ? plain[i] : kernels[i]) * l);
         }
     }
-    scale = n > class_index ? (float)n / (float)((n - class_index - 1u) / step + 1u) : 0.0f;
-    for (k = 0; k < 3u; k++) out[k] += sum[k] * scale;
+    for (k = 0; k < 3u; k++) out[k] += sum[k] * (float)step;
 }
 
-/* Irradiance of one pixel by the VPLs of its class. skip: a flag for each place in `order`, or NULL. */
+/* Irradiance of one pixel by the VPLs of its class, times as many as there are classes: their mean is the sum of all
+   VPLs, however few of them there are. skip: a flag for each place in `order`, or NULL. */
 static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index, const uint8_t *skip,
                              float out[3], double lost[2])
 {
     uint32_t first = w->class_first[class_index], end = w->class_first[class_index + 1u], at, i, k;
-    float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f }, scale;
+    float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f };
     float mean = w->s.near_mode == ISM_NEAR_CLAMP_MEAN ? ism__mean_light(w, px, first, end) : 0.0f;
     uint32_t list[ISM__CHUNK];
     for (at = first; at < end; at += ISM__CHUNK) {
@@ -3863,8 +3864,7 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
             lost[1] += (double)((plain[i] > kernels[i] ? plain[i] : kernels[i]) * l);
         }
     }
-    scale = end > first ? (float)w->m->vpl_count / (float)(end - first) : 0.0f;
-    for (k = 0; k < 3u; k++) sum[k] *= scale;
+    for (k = 0; k < 3u; k++) sum[k] *= (float)(w->pattern * w->pattern);
     if (w->s.near_mode == ISM_NEAR_GATHER) ism__shade_near(w, px, class_index, sum, lost);
     for (k = 0; k < 3u; k++) out[k] = sum[k] * (1.0f / ISM__PI);
 }

@@ -259,7 +259,7 @@ static void shade_brute(const ism_vpl *v, size_t count, const ism_shading *s, do
             if (s->near_mode == ISM_NEAR_CLAMP_MEAN) form = fmin(form, (double)s->clamp * mean / power);
             if (!(form > 0) || (s->visible_fn && !seen_by((uint32_t)k, (double)eye.p[3 * i], (double)eye.p[3 * i + 2])))
                 continue;
-            for (c = 0; c < 3; c++) raw[3 * i + c] += form * (double)v[k].flux[c] / UTIL_PI * (double)count / of_class;
+            for (c = 0; c < 3; c++) raw[3 * i + c] += form * (double)v[k].flux[c] / UTIL_PI * classes;
             lost[0] += fmax(0, plain - form) * power;
             lost[1] += fmax(plain, form) * power;
         }
@@ -333,6 +333,93 @@ static void every_light_is_summed(void **state)
         if (way == 3 || way == 4 || way == 10) assert_true(stats.lost_energy > 0.01);
     }
     ism_free(m);
+}
+
+/* Pixels at one place: those of a window take each class of VPLs once, and their mean is the light of all of them,
+   however few of them there are and whether or not they fill the classes evenly. */
+static void patterns_share_out_all_the_light(void **state)
+{
+    enum { SIDE = 24, MIDDLE = 12 * SIDE + 12 };
+    static const uint32_t counts[] = { 1, 3, 16, 37 };
+    static float pictured[3 * SIDE * SIDE];
+    const float a[3] = { 0.2f, 0.9f, -0.1f }, none[3] = { 0, 0, 0 }, down[3] = { 0, -1, 0 };
+    ism_view view;
+    ism_maps *m;
+    ism_desc d;
+    uint32_t i, k, pattern, c;
+    (void)state;
+    make_list();
+    grid_fill(&eye, SIDE, SIDE, a, none, none, down, 0);
+    view = grid_view(&eye);
+    memset(&d, 0, sizeof d);
+    d.vpl_count = VPLS;
+    assert_int_equal(ism_create(&d, &m), ISM_OK);
+    for (i = 0; i < 4; i++) {
+        double expected[3] = { 0, 0, 0 }, plain;
+        ism_shading s = ism_shading_default();
+        assert_int_equal(ism_set_vpls(m, list, counts[i]), ISM_OK);
+        s.no_maps = 1;
+        s.near_mode = ISM_NEAR_NONE;
+        for (k = 0; k < counts[i]; k++)
+            for (c = 0; c < 3; c++)
+                expected[c] += kernel_of(&list[k], load(a), load(down), &s, &plain) * (double)list[k].flux[c] / UTIL_PI;
+        for (pattern = 1; pattern <= 8; pattern *= 2) {
+            s.pattern = pattern;
+            assert_int_equal(ism_shade(m, &view, &s, pictured, NULL), ISM_OK);
+            for (c = 0; c < 3; c++)
+                if (!near_to((double)pictured[3 * MIDDLE + c], expected[c], 1e-5))
+                    fail_msg("%u VPLs, pattern %u: %g, not %g", counts[i], pattern,
+                             (double)pictured[3 * MIDDLE + c], expected[c]);
+        }
+    }
+    ism_free(m);
+}
+
+/* The same of near points, as few of which as there may be lie within reach. */
+static void patterns_share_out_near_points(void **state)
+{
+    enum { SIDE = 24, MIDDLE = 12 * SIDE + 12 };
+    static float pictured[3 * SIDE * SIDE];
+    const float a[3] = { -1, 0, -1 }, u[3] = { 2, 0, 0 }, v[3] = { 0, 0, 2 }, up[3] = { 0, 1, 0 };
+    const float at[3] = { 0.1f, 0.15f, 0.05f }, none[3] = { 0, 0, 0 }, down[3] = { 0, -1, 0 };
+    ism_source source;
+    ism_frame f;
+    ism_view view;
+    ism_maps *m;
+    ism_desc d;
+    uint32_t near_points, pattern, c;
+    (void)state;
+    grid_fill(&lit, 32, 32, a, u, v, up, 0.01f);
+    grid_fill(&eye, SIDE, SIDE, at, none, none, down, 0);
+    source = grid_source(&lit);
+    view = grid_view(&eye);
+    memset(&f, 0, sizeof f);
+    f.sources = &source;
+    f.source_count = 1;
+    f.view = &view;
+    for (near_points = 1; near_points <= 3; near_points++) {
+        ism_shading s = ism_shading_default();
+        float all[3] = { 0, 0, 0 };
+        size_t count;
+        memset(&d, 0, sizeof d);
+        d.vpl_count = 11;
+        d.near_points = near_points;
+        assert_int_equal(ism_create(&d, &m), ISM_OK);
+        assert_int_equal(ism_choose(m, &f), ISM_OK);
+        (void)ism_near_points(m, &count);
+        assert_int_equal(count, 11 * near_points);
+        s.no_maps = 1;
+        for (pattern = 1; pattern <= 8; pattern *= 2) {
+            s.pattern = pattern;
+            assert_int_equal(ism_shade(m, &view, &s, pictured, NULL), ISM_OK);
+            if (pattern == 1) memcpy(all, pictured + 3 * MIDDLE, sizeof all);
+            for (c = 0; c < 3; c++)
+                if (!near_to((double)pictured[3 * MIDDLE + c], (double)all[c], 1e-5))
+                    fail_msg("%u near points, pattern %u: %g, not %g", 11 * near_points, pattern,
+                             (double)pictured[3 * MIDDLE + c], (double)all[c]);
+        }
+        ism_free(m);
+    }
 }
 
 /* ---- the choice ---- */
@@ -1370,6 +1457,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(squares_reach_to_their_neighbours), cmocka_unit_test(every_light_is_summed),
+        cmocka_unit_test(patterns_share_out_all_the_light), cmocka_unit_test(patterns_share_out_near_points),
         cmocka_unit_test(importances_are_effects), cmocka_unit_test(vpls_are_drawn_by_importance),
         cmocka_unit_test(points_follow_view_and_vpl), cmocka_unit_test(every_disc_is_drawn),
         cmocka_unit_test(receivers_are_compared_on_their_plane), cmocka_unit_test(texels_bounce),

@@ -166,17 +166,15 @@ float ism_unshadowed(ism_vpl l, vec3 p, vec3 n)
     return ism_kernel(l, p, n, 0.0, plain) * ism_luminance(l.flux);
 }
 
-// VPLs first, first + pattern, ...: how many there are, and a sum over them scaled up to all.
+// VPLs first, first + pattern, ...: how many there are, and a sum over them times as many as there are such classes:
+// the mean over all classes is then the sum of all VPLs, however few there are.
 uint ism_used(uint first, uint pattern)
 {
     uint count = glbk_ism_frame.maps.x;
     return first < count ? (count - first - 1u) / pattern + 1u : 0u;
 }
 
-vec4 ism_scaled(vec4 sum, uint used)
-{
-    return used > 0u ? sum * (float(glbk_ism_frame.maps.x) / (float(used) * COHSM_PI)) : sum;
-}
+vec4 ism_scaled(vec4 sum, uint pattern) { return sum * (float(pattern) / COHSM_PI); }
 
 // ---- near points ----
 
@@ -261,7 +259,7 @@ uint ism_near_block(uint i, uint count, vec3 p)
     return i;
 }
 
-// What the near points first, first + pattern, ... give, scaled up to all of them, as ism_scaled does. They are looked
+// What the near points first, first + pattern, ... give, scaled up as VPLs are by ism_scaled. They are looked
 // for four at a time, and what one costs comes in a loop of its own, because neighbours wait for each other: it is paid
 // where they have some too, not at every point of any.
 vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
@@ -284,24 +282,25 @@ vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
             sum += lit * vec4(bright * q.flux, max(plain - bright, 0.0) * ism_luminance(q.flux));
         }
     }
-    return first < count ? sum * (float(count) / (float((count - first - 1u) / pattern + 1u) * COHSM_PI)) : sum;
+    return ism_scaled(sum, pattern);
 }
 
-// xyz: irradiance by the VPLs first, first + pattern, ... scaled up to all of them; w: what the rule near by took off.
+// xyz: irradiance by the VPLs first, first + pattern, ... times pattern; w: what the rule near by took off.
 vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
 {
-    uint count = glbk_ism_frame.maps.x, used = ism_used(first, pattern);
+    uint count = glbk_ism_frame.maps.x;
     float most = glbk_ism_view.values.y;
     vec4 sum = vec4(0.0);
 #if ISM_NEAR == 4
+    uint used = ism_used(first, pattern);
     float all = 0.0;
     for (uint v = first; v < count; v += pattern) all += ism_unshadowed(ism_read_vpl(v), p, n);
     most *= used > 0u ? all / float(used) : 0.0;
 #endif
     for (uint v = first; v < count; v += pattern) ism_add(sum, v, ism_read_vpl(v), p, n, ng, most);
 #if ISM_NEAR == 6
-    return ism_scaled(sum, used) + ism_gather(p, n, ng, first, pattern);
+    return ism_scaled(sum, pattern) + ism_gather(p, n, ng, first, pattern);
 #else
-    return ism_scaled(sum, used);
+    return ism_scaled(sum, pattern);
 #endif
 }

@@ -39,7 +39,7 @@ void main()
         for (uint k = 0u; k < count && lit; k++)
             ism_add(sum, first + (from + k) * pattern, ism_read[k], r.p, r.n, r.ng, most);
     }
-    sum = ism_scaled(sum, used);
+    sum = ism_scaled(sum, pattern);
 #if ISM_NEAR == 6
     if (lit) sum += ism_gather(r.p, r.n, r.ng, first, pattern);
 #endif
