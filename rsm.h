@@ -206,8 +206,12 @@ typedef struct rsm_texel {          /* and a pixel light: 48 bytes */
 typedef struct rsm_desc {
     rsm_light  light;
     uint32_t   size;                /* texels a side of a face, 4..4096; 0 = 512, cubes 256 */
-    int        clip_zero_to_one;    /* depth of rsm_map_matrix and of fill: 0 = -1..1 (GL), 1 = 0..1 (D3D, Vulkan) */
-    int        clip_y_down;         /* 1: clip y points down, and row 0 of your buffers is the top (Vulkan, D3D) */
+    int        clip_zero_to_one;    /* clip z of rsm_map_matrix: 0 = -1..1 (OpenGL), 1 = 0..1 (D3D, Metal, Vulkan) */
+    int        clip_y_down;         /* where row 0 of your buffers is, and which way the picture in them stands:
+                                       0: at clip y = -1, the picture's bottom (OpenGL; Vulkan draws it so too)
+                                       1: at clip y = -1, the picture's top, clip y points down (Vulkan)
+                                       2: at clip y = +1, the picture's top, clip y points up (Direct3D, Metal, Vulkan
+                                       with a viewport of negative height) */
     rsm_system system;
 } rsm_desc;                         /* zero it, then set what you care about */
 
@@ -1198,6 +1202,7 @@ static inline rsm_result rsm__map_set(rsm_map *map, const rsm_desc *desc)
     if (result != RSM_OK) return result;
     if (!rsm__system_valid(&d.system)) return RSM_ERR_DESC;
     if (d.size != 0 && (d.size < 4 || d.size > RSM__MAX_SIZE)) return RSM_ERR_DESC;
+    if (d.clip_y_down < 0 || d.clip_y_down > 2) return RSM_ERR_DESC;
     cube = d.light.kind == RSM_LIGHT_POINT || d.light.kind == RSM_LIGHT_PATCH ||
            (d.light.kind == RSM_LIGHT_SPOT && d.light.cone_angle > 2.0f);
     if (d.size == 0) d.size = cube ? 256 : 512;
@@ -4436,7 +4441,7 @@ RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world
     f = map->desc.light.far_depth;
     perspective = !rsm__is_sun(map);
     sx = 1.0f / map->extent;
-    sy = map->desc.clip_y_down ? -sx : sx;
+    sy = map->desc.clip_y_down == 1 ? -sx : sx;
     /* clip z = z[0] depth + z[1], over w = depth in perspective */
     z[0] = perspective ? f / (f - n) : 1.0f / (f - n);
     z[1] = perspective ? -n * f / (f - n) : -n / (f - n);

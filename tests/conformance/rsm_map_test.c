@@ -83,7 +83,8 @@ static double plane_depth(const double inv[16], const double n[3], double offset
     return lo;
 }
 
-/* Positions rebuilt from a renderer's depth, all clip conventions, and back to their texel. */
+/* Positions rebuilt from a renderer's depth, all clip conventions, and back to their texel: row 0 of the buffer is at
+   clip y = -1 (OpenGL, Vulkan) or +1 (Direct3D, Metal), whatever the matrix makes of the world. */
 static void texel_centres(void **state)
 {
     enum { N = 64 };
@@ -92,30 +93,33 @@ static void texel_centres(void **state)
     const double n[3] = { 0.36, 0.48, 0.8 }, offset = 0.1;
     double worst = 0, inv[16];
     uint32_t wrong = 0, seen = 0, k, i, j;
-    int clip;
+    int clip, zero_to_one;
     (void)state;
-    for (k = 0; k < 6; k++) {
+    for (k = 0; k < 9; k++) {
         rsm_desc d = sun_desc(1, 2, N);
         rsm_map *map;
         rsm_buffers b;
         float m[16];
-        uint32_t c = k / 2 == 2 ? 4 : 0;         /* of the cube, the face that looks down */
-        clip = (int)(k % 2);
-        d.light.kind = kinds[k / 2];
+        uint32_t c = k / 3 == 2 ? 4 : 0;         /* of the cube, the face that looks down */
+        clip = (int)(k % 3);
+        zero_to_one = clip > 0;
+        d.light.kind = kinds[k / 3];
         set3(d.light.position, 0.3, 3, 0.2);
         d.light.cone_angle = 1.2f;
         d.light.near_depth = 0.5f;
         d.light.far_depth = 20;
-        set3(d.light.direction, 0, k / 2 == 0 ? 1 : -1, 0);
-        d.clip_zero_to_one = d.clip_y_down = clip;
+        set3(d.light.direction, 0, k / 3 == 0 ? 1 : -1, 0);
+        d.clip_zero_to_one = zero_to_one;
+        d.clip_y_down = clip;
         assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
         assert_int_equal(rsm_map_matrix(map, c, m), RSM_OK);
         invert(m, inv);
         memset(&b, 0, sizeof b);
-        for (j = 0; j < N; j++) /* row 0 of the buffer is the top where clip y points down: clip y = -1 */
+        for (j = 0; j < N; j++)
             for (i = 0; i < N; i++) {
+                const double y = (j + 0.5) * 2 / N - 1;
                 depth[j * N + i] =
-                    (float)plane_depth(inv, n, offset, (i + 0.5) * 2 / N - 1, (j + 0.5) * 2 / N - 1, clip);
+                    (float)plane_depth(inv, n, offset, (i + 0.5) * 2 / N - 1, clip == 2 ? -y : y, zero_to_one);
                 set3(normal + 3 * (j * N + i), n[0], n[1], n[2]);
             }
         b.depth = depth;

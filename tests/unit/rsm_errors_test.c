@@ -69,6 +69,8 @@ static void lights_out_of_range(void **state)
     REFUSED(d.size = 3);
     REFUSED(d.size = 4097);
     REFUSED(d.size = UINT32_MAX);
+    REFUSED(d.clip_y_down = -1);
+    REFUSED(d.clip_y_down = 3);
     REFUSED(d.light.kind = RSM_LIGHT_KIND_COUNT);
     REFUSED(d.light.kind = (rsm_light_kind)1000);
     REFUSED(d.light.radius = 0);

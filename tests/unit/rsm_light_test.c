@@ -367,7 +367,7 @@ static void points_are_projected(void **state)
     int which, clip, i, down;
     (void)state;
     for (which = 0; which < LAMPS; which++)
-        for (clip = 0; clip < 4; clip++) {
+        for (clip = 0; clip < 6; clip++) {
             rsm_desc d = lamp(which);
             frame whole = frame_of(&d, which);
             rsm_map *map;
@@ -403,7 +403,7 @@ static void points_are_projected(void **state)
                            (double)m[8 + k] * (double)p[2] + (double)m[12 + k];
                 assert_true(near_to(c[3], whole.sun ? 1 : q.z, 1e-5));
                 assert_true(fabs(c[0] / c[3] - q.x) < 1e-4 * (1 + fabs(q.x)));
-                assert_true(fabs(c[1] / c[3] - (down ? -q.y : q.y)) < 1e-4 * (1 + fabs(q.y)));
+                assert_true(fabs(c[1] / c[3] - (down == 1 ? -q.y : q.y)) < 1e-4 * (1 + fabs(q.y)));
                 z = whole.sun ? (q.z - 0.5) / 5.5 : 6 * (q.z - 0.5) / (5.5 * q.z);      /* 0 at near, 1 at far */
                 stored = clip & 1 ? z : 2 * z - 1;
                 assert_true(fabs(c[2] / c[3] - stored) < 1e-4 * (1 + fabs(stored)));
@@ -440,7 +440,7 @@ static void buffers_are_read(void **state)
         p->material = (uint32_t)i % 5;
     }
     pixels[3].material = UINT32_MAX;             /* means nothing; 0 then */
-    for (down = 0; down < 2; down++)
+    for (down = 0; down < 3; down++)
         for (coded = 0; coded < 3; coded++)
             for (from_depth = 0; from_depth < 2; from_depth++) {
                 rsm_desc d = lamp(SUN);
