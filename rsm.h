@@ -243,7 +243,7 @@ RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world
 RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uint32_t *face, float uv[2],
                                    float *depth);
 /* Where the light sees a point: uv in 0..1 where it lies inside the face; depth as in rsm_texel. depth <= 0 and a
-   perspective map: behind it, uv is the middle. */
+   perspective map: behind it (face 0 of a patch's cube, which has none there), uv is the middle. */
 
 typedef struct rsm_buffers {        /* one face as your renderer drew it: size rows of size pixels, nothing between */
     const float   *positions;       size_t position_stride;  /* world; strides: bytes a pixel, multiples of 4, 0 = 12 */
@@ -4471,6 +4471,7 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
     uint32_t f;
     if (!map || !point || !face || !uv || !depth || !rsm__usable(rsm__v3_load(point))) return RSM_ERR_ARGUMENT;
     f = rsm__face_of(map, rsm__v3_load(point));
+    if (f >= map->faces) f = 0;                  /* behind a patch */
     q = rsm__to_face(map, f, rsm__v3_load(point));
     if (!rsm__is_sun(map) && !(q.z > 0.0f)) q.x = q.y = 0.0f;
     *face = f;
