@@ -74,7 +74,7 @@
        -> rsm_pixel_lights, rsm_cluster -> rsm_gather_list: one list of lights for all
 
    A map takes 56 bytes a texel (48 of them rsm_texel), a list of lights 48 bytes each, a gather 60 bytes a light in
-   scratch, interpolation 9 bytes a pixel, the filter 80 bytes a pixel and 4 KB a row. The knobs, and what each trades:
+   scratch, interpolation 11 bytes a pixel, the filter 80 bytes a pixel and 4 KB a row. The knobs, and what each trades:
 
      samples    fewer: banding (list and unrotated patterns) or noise (noise, interleave), and bright dots where
                 surfaces meet; 0, the default, takes every texel
@@ -2148,7 +2148,7 @@ typedef struct rsm__gather {
     rsm__kernel       kernel;
     rsm__crowd_kernel crowd_kernel;
     size_t            crowd_lanes;
-    rsm__tally       *tallies;                   /* one a batch */
+    rsm__tally       *tallies;                   /* one a batch or row */
     float             scale;                     /* of results: 1 / pi */
     float            *reach2;                    /* NULL, or of each point: squared distance of the nearest light */
 } rsm__gather;
@@ -2884,6 +2884,7 @@ static inline rsm_result rsm__gather_check(const rsm_gather_desc *d, rsm_gather_
 static inline void rsm__gather_close(rsm__gather *g, const rsm__allocator *a)
 {
     size_t i = g->sources ? g->source_count : 0;
+    rsm__free(a, g->tallies);
     rsm__free(a, g->pattern);
     while (i-- > 0) {
         rsm__free(a, g->sources[i].reaches);
@@ -2971,27 +2972,36 @@ static inline rsm_result rsm__maps_check(const rsm_map *const *maps, size_t map_
     return RSM_OK;
 }
 
-/* Of an opened gather: the receivers of g->points. */
-static inline rsm_result rsm__gather_points(rsm__gather *g, rsm_gather_stats *stats, const rsm__allocator *a)
+static inline size_t rsm__batches(const rsm__gather *g, size_t count)
+{
+    size_t each = rsm__takes_rows(g) ? g->points->width : (size_t)RSM__BATCH;
+    return count / each + (count % each != 0);
+}
+
+/* Of an opened gather: room for the tallies of all of g->points. The caller closes. */
+static inline rsm_result rsm__make_tallies(rsm__gather *g, const rsm__allocator *a)
+{
+    size_t batches = rsm__batches(g, g->points->indices ? g->points->index_count : g->points->count);
+    g->tallies = (rsm__tally *)rsm__alloc_array(a, batches + 1, sizeof *g->tallies);
+    return g->tallies ? RSM_OK : RSM_ERR_ALLOC;
+}
+
+/* The receivers of g->points. begin..end: what of the whole this is. */
+static inline rsm_result rsm__gather_points(rsm__gather *g, rsm_gather_stats *stats, float begin, float end)
 {
     size_t batches;
-    int rows = rsm__takes_rows(g);
     rsm_gather_stats s;
     double sums[4] = { 0, 0, 0, 0 };
-    rsm_result result = RSM_OK;
     g->count = g->points->indices ? g->points->index_count : g->points->count;
-    batches = rows ? (g->count + g->points->width - 1) / g->points->width : (g->count + RSM__BATCH - 1) / RSM__BATCH;
-    g->tallies = (rsm__tally *)rsm__alloc_array(a, batches ? batches : 1, sizeof *g->tallies);
-    if (!g->tallies) return RSM_ERR_ALLOC;
-    if (!rsm__run_steps(&g->desc.system, batches, rows ? rsm__gather_row : rsm__gather_batch, g, 0.0f, 1.0f))
-        result = RSM_ERR_CANCELLED;
-    if (result == RSM_OK && stats) {
-        memset(&s, 0, sizeof s);
-        rsm__gather_add_stats(g, batches, &s, sums);
-        *stats = s;
-    }
-    rsm__free(a, g->tallies);
-    return result;
+    batches = rsm__batches(g, g->count);
+    if (!rsm__run_steps(&g->desc.system, batches, rsm__takes_rows(g) ? rsm__gather_row : rsm__gather_batch, g, begin,
+                        end))
+        return RSM_ERR_CANCELLED;
+    if (!stats) return RSM_OK;
+    memset(&s, 0, sizeof s);
+    rsm__gather_add_stats(g, batches, &s, sums);
+    *stats = s;
+    return RSM_OK;
 }
 
 static inline int rsm__loss_wanted(const rsm__gather *g, const rsm_gather_stats *stats)
@@ -3007,7 +3017,8 @@ static inline rsm_result rsm__gather_run(rsm__gather *g, const rsm_map *const *m
     g->kernel = rsm__choose_kernel(rsm__loss_wanted(g, stats), 0);
     g->crowd_kernel = rsm__choose_crowd(rsm__loss_wanted(g, stats), &g->crowd_lanes);
     result = rsm__gather_open(g, maps, map_count, lights, light_count, &a);
-    if (result == RSM_OK) result = rsm__gather_points(g, stats, &a);
+    if (result == RSM_OK) result = rsm__make_tallies(g, &a);
+    if (result == RSM_OK) result = rsm__gather_points(g, stats, 0.0f, 1.0f);
     rsm__gather_close(g, &a);
     return result;
 }
@@ -3517,10 +3528,10 @@ static inline rsm_result rsm__interpolation_check(const rsm_interpolation *d, rs
     return RSM_OK;
 }
 
-/* One level: the grid of g->step (1: every pixel left), then the pixels that it does for. */
-static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_gather_stats *total)
+/* One level: the grid of g->step (1: every pixel left), then the pixels that it does for. begin..end: its share. */
+static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_gather_stats *total, float begin,
+                                         float end)
 {
-    rsm__allocator a = rsm__allocator_of(&gather->desc.system);
     rsm_points points = *g->points;
     rsm_gather_stats stats;
     rsm_result result;
@@ -3531,7 +3542,7 @@ static inline rsm_result rsm__grid_level(rsm__grid *g, rsm__gather *gather, rsm_
     gather->points = &points;
     gather->reach2 = g->step > 1 && g->desc->reach > 0.0f ? g->reach2 : NULL;
     gather->kernel = rsm__choose_kernel(g->lossy, gather->reach2 != NULL);
-    result = rsm__gather_points(gather, &stats, &a);
+    result = rsm__gather_points(gather, &stats, begin, end);
     gather->points = g->points;
     if (result != RSM_OK) return result;
     total->evaluated += stats.evaluated;
@@ -3577,12 +3588,15 @@ static inline void rsm__grid_start_row(void *context, size_t y)
 static inline rsm_result rsm__interpolate_all(rsm__grid *g, rsm__gather *gather, uint32_t levels,
                                               rsm_gather_stats *total)
 {
+    uint32_t level, steps = 0;
     rsm_result result = RSM_OK;
+    while (steps < levels && g->step >> steps > 1u) steps++;
     rsm__run(&gather->desc.system, g->height, rsm__grid_start_row, g);
-    for (; g->step > 1 && levels > 0 && result == RSM_OK; g->step /= 2, levels--)
-        result = rsm__grid_level(g, gather, total);
-    g->step = 1;
-    if (result == RSM_OK) result = rsm__grid_level(g, gather, total);
+    for (level = 0; level <= steps && result == RSM_OK; level++, g->step /= 2) {
+        float begin = (float)level / (float)(steps + 1u), end = (float)(level + 1u) / (float)(steps + 1u);
+        if (level == steps) g->step = 1;
+        result = rsm__grid_level(g, gather, total, begin, end);
+    }
     return result;
 }
 
@@ -3621,7 +3635,9 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
     g.state = (uint8_t *)rsm__alloc_array(&a, points->count + 1, 1);
     g.reach2 = (float *)rsm__alloc_array(&a, points->count + 1, sizeof *g.reach2);
     g.lossy = rsm__loss_wanted(&gather, stats);
+    gather.points = points;
     result = g.list && g.state && g.reach2 ? rsm__gather_open(&gather, maps, map_count, NULL, 0, &a) : RSM_ERR_ALLOC;
+    if (result == RSM_OK) result = rsm__make_tallies(&gather, &a);     /* none is left to fail once levels write */
     if (result == RSM_OK) result = rsm__interpolate_all(&g, &gather, d.levels, &total);
     rsm__gather_close(&gather, &a);
     if (result == RSM_OK) {

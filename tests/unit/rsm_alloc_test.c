@@ -103,12 +103,11 @@ static rsm_result act_list(const rsm_system *system)
     return untouched(rsm_gather_list(rsm_map_texels(good), 1024, &g, &points, result, NULL));
 }
 
-/* Levels write as they go: on a failure half-way the picture is not untouched, but nothing leaks. */
 static rsm_result act_interpolate(const rsm_system *system)
 {
     rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 40);
     g.system = *system;
-    return rsm_interpolate((const rsm_map *const *)&good, 1, &g, NULL, &points, result, NULL);
+    return untouched(rsm_interpolate((const rsm_map *const *)&good, 1, &g, NULL, &points, result, NULL));
 }
 
 static rsm_result act_filter(const rsm_system *system)

@@ -637,6 +637,27 @@ static void tasks_run_once_between_fractions(void **state)
     }
 }
 
+/* Of a picture by grids too, however many levels there are. */
+static void fractions_of_levels_never_fall(void **state)
+{
+    uint32_t levels;
+    (void)state;
+    for (levels = 0; levels <= 6; levels++) {
+        rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+        rsm_interpolation in;
+        record r;
+        memset(&in, 0, sizeof in);
+        memset(&r, 0, sizeof r);
+        in.levels = levels;
+        in.step = 16;
+        in.contrast = 1e-6f;                     /* every level has something to evaluate */
+        g.system.progress = record_fraction;
+        g.system.progress_user = &r;
+        assert_int_equal(rsm_interpolate((const rsm_map *const *)&good, 1, &g, &in, &points, result, NULL), RSM_OK);
+        assert_true(r.calls >= 32 && r.last > 0.9f && r.last < 1);
+    }
+}
+
 /* ---- threads, cancelling, SIMD ---- */
 
 static void backwards(void *user, size_t count, rsm_task task, void *context)
@@ -1268,6 +1289,7 @@ int main(void)
         cmocka_unit_test(gathers_out_of_range), cmocka_unit_test(pictures_out_of_range),
         cmocka_unit_test(limits_are_exact), cmocka_unit_test(limits_of_gathers_are_exact),
         cmocka_unit_test(limits_of_pictures_are_exact), cmocka_unit_test(tasks_run_once_between_fractions),
+        cmocka_unit_test(fractions_of_levels_never_fall),
         cmocka_unit_test(odd_receivers),       cmocka_unit_test(order_of_tasks), cmocka_unit_test(cancelling),
         cmocka_unit_test(vector_units_agree),
         cmocka_unit_test(vector_units_agree_on_pictures), cmocka_unit_test(vector_units_filter_alike),
