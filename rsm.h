@@ -1141,7 +1141,6 @@ struct rsm_map {
     rsm__v3    right, up, axis;    /* of face 0; the light travels along axis */
     float      extent;             /* sun: radius; others: tangent of half the face's angle */
     float      cos_half;           /* spot: of half the cone */
-    float      epsilon;            /* rounding of positions: what cosines times distance must exceed */
     rsm_stats  stats;
     rsm_texel *texels;
     double    *rows;               /* size * faces + 1 running sums of flux */
@@ -1375,7 +1374,6 @@ static inline void rsm__texel_set(rsm_map *map, uint32_t face, uint32_t i, uint3
 static inline void rsm__sum_flux(rsm_map *map, int want_incident)
 {
     size_t i, at = 0, rows = (size_t)map->size * map->faces, row;
-    float extent = 0.0f;
     double total = 0.0;
     map->stats.lit_texels = map->stats.bad_texels = 0;
     for (i = 0; i < 3; i++) map->stats.incident[i] = map->stats.reflected[i] = 0.0;
@@ -1393,8 +1391,6 @@ static inline void rsm__sum_flux(rsm_map *map, int want_incident)
                 float f = !want_incident ? 0.0f : rsm__incident(map, (uint32_t)(row / map->size), (uint32_t)i,
                                                                 (uint32_t)(row % map->size));
                 for (c = 0; c < 3; c++) {
-                    float x = fabsf(t->position[c]);
-                    extent = x > extent ? x : extent;
                     map->stats.incident[c] += (double)(f * map->desc.light.value[c]);
                     map->stats.reflected[c] += (double)t->flux[c];
                 }
@@ -1406,7 +1402,6 @@ static inline void rsm__sum_flux(rsm_map *map, int want_incident)
         total += sum;
     }
     map->rows[rows] = total;
-    map->epsilon = extent * 4e-7f;
 }
 
 /* ---- >>raster: triangles into a face ---- */
@@ -1911,10 +1906,19 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
 
 /* ---- >>kernel: pixel lights on one receiver ---- */
 
+/* What cosines times distances from a place must exceed. Each light's own, not that of the map's farthest: a sky dome
+   far off would take all light between near surfaces away. */
+static inline float rsm__rounding(float x, float y, float z)
+{
+    float most = fabsf(x) > fabsf(y) ? fabsf(x) : fabsf(y);
+    return 4e-7f * (most > fabsf(z) ? most : fabsf(z));
+}
+
 /* Structure of arrays; unused lanes have no flux. */
 typedef struct rsm__block {
     float px[RSM__BLOCK], py[RSM__BLOCK], pz[RSM__BLOCK], nx[RSM__BLOCK], ny[RSM__BLOCK], nz[RSM__BLOCK];
     float r[RSM__BLOCK], g[RSM__BLOCK], b[RSM__BLOCK], cap[RSM__BLOCK];
+    float rounding[RSM__BLOCK];    /* of its position, see rsm__rounding */
     float lx[RSM__BLOCK], ly[RSM__BLOCK], lz[RSM__BLOCK], density[RSM__BLOCK]; /* MIXED: place in the map, see there; or
                                                                    face of a texel and squared distance that is near */
 } rsm__block;
@@ -1932,12 +1936,13 @@ typedef struct rsm__sum {
 #define RSM__NO_CAP 3.0e38f
 
 /* Equation (1) of light i of block k, with the 1/pi that it lacks applied by the caller: flux cos cos / d^2, cosines
-   times d over d^4. Both must exceed the rounding of positions, so that a plane does not light itself (T40). X(c): the
-   receiver's position, normal, epsilon. g is free, f within the light's bound. */
+   times d over d^4. Both must exceed the rounding of either position, so that a plane does not light itself (T40).
+   X(c): the receiver's position, normal, rounding. g is free, f within the light's bound. */
 #define RSM__FORM(k, i, X)                                                                                   \
     float dx = (k)->px[i] - X(0), dy = (k)->py[i] - X(1), dz = (k)->pz[i] - X(2);                            \
-    float d2 = dx * dx + dy * dy + dz * dz, cr = X(3) * dx + X(4) * dy + X(5) * dz - X(6), inverse, f, g;    \
-    float ce = -((k)->nx[i] * dx + (k)->ny[i] * dy + (k)->nz[i] * dz) - X(6);                                \
+    float rounding = (k)->rounding[i] > X(6) ? (k)->rounding[i] : X(6);                                      \
+    float d2 = dx * dx + dy * dy + dz * dz, cr = X(3) * dx + X(4) * dy + X(5) * dz - rounding, inverse, f, g; \
+    float ce = -((k)->nx[i] * dx + (k)->ny[i] * dy + (k)->nz[i] * dz) - rounding;                            \
     cr = cr > 0.0f ? cr : 0.0f;                                                                              \
     ce = ce > 0.0f ? ce : 0.0f;                                                                              \
     inverse = 1.0f / (d2 > 1e-18f ? d2 : 1e-18f);                                                            \
@@ -1981,7 +1986,7 @@ typedef struct rsm__sum {
 
 /* The other way round: a few lights on as many receivers as there are lanes. */
 typedef struct rsm__crowd {
-    float  x[7][RSM__WIDE];        /* positions, normals, epsilons; no normal: no receiver */
+    float  x[7][RSM__WIDE];        /* positions, normals, roundings; no normal: no receiver */
     float  sums[5][RSM__WIDE];     /* red, green, blue; full and lost */
     size_t at[RSM__WIDE], count;
 } rsm__crowd;
@@ -2037,7 +2042,7 @@ typedef void (*rsm__crowd_kernel)(const rsm__block *k, size_t count, rsm__crowd 
 #define RSM__PREFETCH(p) (void)(p)
 #endif
 
-/* k: as many blocks as count lanes fill, a multiple of RSM__LANES. x: position, normal, epsilon of the receiver. */
+/* k: as many blocks as count lanes fill, a multiple of RSM__LANES. x: position, normal, rounding of the receiver. */
 typedef void (*rsm__kernel)(const rsm__block *k, size_t count, const float x[7], rsm__sum *sum);
 
 #define RSM__KERNELS(name, target)                                                                           \
@@ -2107,8 +2112,9 @@ static inline void rsm__add_gloss(const rsm__gloss *gloss, const rsm__block *k, 
 {
     rsm__v3 d = rsm__v3_make(k->px[i] - x[0], k->py[i] - x[1], k->pz[i] - x[2]);
     float d2 = rsm__v3_dot(d, d), inverse = 1.0f / (d2 > 1e-18f ? d2 : 1e-18f), root = sqrtf(inverse), f;
-    float cr = (x[3] * d.x + x[4] * d.y + x[5] * d.z - x[6]) * root;
-    float ce = (-(k->nx[i] * d.x + k->ny[i] * d.y + k->nz[i] * d.z) - x[6]) * root;
+    float rounding = k->rounding[i] > x[6] ? k->rounding[i] : x[6];
+    float cr = (x[3] * d.x + x[4] * d.y + x[5] * d.z - rounding) * root;
+    float ce = (-(k->nx[i] * d.x + k->ny[i] * d.y + k->nz[i] * d.z) - rounding) * root;
     float cm = -(gloss->mirror[0] * d.x + gloss->mirror[1] * d.y + gloss->mirror[2] * d.z) * root;
     int c;
     if (!(cm > 0.0f && (mean >= 0.0f || (cr > 0.0f && ce > 0.0f)))) return;
@@ -2128,7 +2134,6 @@ typedef struct rsm__source {       /* one map, or the list */
     rsm__block    *blocks;         /* pixel lights that all receivers share, set by set */
     rsm__gloss    *gloss;          /* of them, or NULL */
     size_t         set_blocks, set_lights, set_lanes;   /* of one set; lanes in use are a multiple of RSM__LANES */
-    float          epsilon;
     rsm__reach    *reaches;        /* NULL: lights are points everywhere; or of each block, then of each run */
     size_t         set_runs;
 } rsm__source;
@@ -2226,7 +2231,7 @@ static inline float rsm__near_form(const rsm_map *map, const rsm__block *k, size
     rsm__v3 d = rsm__v3_sub(p, rsm__v3_load(x));
     float area, form, point, height = -rsm__v3_dot(n, d), d2 = rsm__v3_dot(d, d);
     float facing = -2.0f * rsm__v3_dot(n, rsm__v3_load(x + 3)), above = rsm__v3_dot(rsm__v3_load(x + 3), d);
-    if (!(height > x[6])) return 0.0f;
+    if (!(height > (k->rounding[i] > x[6] ? k->rounding[i] : x[6]))) return 0.0f;
     rsm__texel_sides(map, (uint32_t)k->lx[i], p, n, side);
     area = 4.0f * rsm__v3_length(rsm__v3_cross(side[0], side[1]));
     form = area > 0.0f ? rsm__form_of(rsm__v3_load(x + 3), d, side[0], side[1]) / area : 0.0f;
@@ -2338,6 +2343,7 @@ static inline void rsm__lane_set(const rsm_gather_desc *d, rsm__block *k, size_t
     k->px[i] = t->position[0] - d->offset * t->normal[0];
     k->py[i] = t->position[1] - d->offset * t->normal[1];
     k->pz[i] = t->position[2] - d->offset * t->normal[2];
+    k->rounding[i] = rsm__rounding(k->px[i], k->py[i], k->pz[i]);
     k->nx[i] = t->normal[0];
     k->ny[i] = t->normal[1];
     k->nz[i] = t->normal[2];
@@ -2358,6 +2364,7 @@ static inline void rsm__lane_near(const rsm_gather_desc *d, const rsm_map *map, 
 static inline void rsm__lane_clear(rsm__block *k, size_t i)
 {
     k->px[i] = k->py[i] = k->pz[i] = k->nx[i] = k->ny[i] = k->nz[i] = k->r[i] = k->g[i] = k->b[i] = 0.0f;
+    k->rounding[i] = 0.0f;
     k->cap[i] = RSM__NO_CAP;
     k->lx[i] = k->ly[i] = k->lz[i] = k->density[i] = 0.0f;
 }
@@ -2522,7 +2529,6 @@ static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rs
                                         const rsm__allocator *a)
 {
     size_t i, per_set = (count + g->sets - 1) / g->sets, lanes;
-    float extent = 0.0f;
     s->set_blocks = (per_set + RSM__BLOCK - 1) / RSM__BLOCK;
     s->set_lights = per_set;
     s->set_lanes = (per_set + RSM__LANES - 1) / RSM__LANES * RSM__LANES;
@@ -2533,16 +2539,11 @@ static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rs
     for (i = 0; i < lanes; i++) rsm__lane_clear(s->blocks + i / RSM__BLOCK, i % RSM__BLOCK);
     for (i = 0; i < count; i++) {
         size_t lane = i % g->sets * s->set_blocks * RSM__BLOCK + i / g->sets;
-        int c;
-        if (rsm__usable(rsm__v3_load(lights[i].position)))
-            for (c = 0; c < 3; c++)
-                extent = fabsf(lights[i].position[c]) > extent ? fabsf(lights[i].position[c]) : extent;
         if (rsm__usable(rsm__v3_load(lights[i].position)) && rsm__usable(rsm__v3_load(lights[i].normal)) &&
             lights[i].flux[0] >= 0.0f && lights[i].flux[1] >= 0.0f && lights[i].flux[2] >= 0.0f &&
             rsm__mean3(lights[i].flux) <= 1e18f)
             rsm__lane_set(&g->desc, s->blocks + lane / RSM__BLOCK, lane % RSM__BLOCK, lights + i, 1.0f, (float)g->sets);
     }
-    s->epsilon = extent * 4e-7f;
     return RSM_OK;
 }
 
@@ -2723,15 +2724,6 @@ static inline double rsm__outside_share(const rsm_map *map, float r_max, rsm__v3
     return outside / total;
 }
 
-/* Rounding of positions about a receiver. */
-static inline float rsm__epsilon(const rsm__source *s, float x, float y, float z)
-{
-    float most = fabsf(x);
-    most = fabsf(y) > most ? fabsf(y) : most;
-    most = fabsf(z) > most ? fabsf(z) : most;
-    return most * 4e-7f > s->epsilon ? most * 4e-7f : s->epsilon;
-}
-
 static inline void rsm__write_sum(const rsm__gather *g, size_t at, const float rgb[3])
 {
     const rsm_points *p = g->points;
@@ -2759,9 +2751,9 @@ static inline void rsm__gather_one(const rsm__gather *g, size_t number, rsm__tal
     if (g->desc.noise) noise = g->desc.noise[py % g->desc.noise_side * g->desc.noise_side + px % g->desc.noise_side];
     rsm__v3_store(x, position);
     rsm__v3_store(x + 3, normal);
+    x[6] = rsm__rounding(x[0], x[1], x[2]);
     for (i = 0; i < g->source_count; i++) {
         const rsm__source *s = g->sources + i;
-        x[6] = rsm__epsilon(s, x[0], x[1], x[2]);
         if (s->blocks) rsm__gather_shared(g, s, x, set, &sum);
         if (s->map && g->pattern) rsm__gather_centred(g, s->map, x, set, noise, &sum);
         if (s->map && g->pattern && wants_share && g->desc.r_max > 0.0f) {
@@ -2809,6 +2801,7 @@ static inline void rsm__crowd_add(const rsm__gather *g, rsm__crowd *p, size_t at
     rsm__v3_store(x, position);
     rsm__v3_store(x + 3, normal);
     for (c = 0; c < 6; c++) p->x[c][p->count] = x[c];
+    p->x[6][p->count] = rsm__rounding(x[0], x[1], x[2]);
     p->at[p->count++] = at;
 }
 
@@ -2819,7 +2812,6 @@ static inline void rsm__crowd_gather(const rsm__gather *g, rsm__crowd *p, uint32
     int c;
     for (i = 0; i < g->source_count && p->count; i++) {
         const rsm__source *s = g->sources + i;
-        for (l = 0; l < p->count; l++) p->x[6][l] = rsm__epsilon(s, p->x[0][l], p->x[1][l], p->x[2][l]);
         if (s->blocks) g->crowd_kernel(s->blocks + set * s->set_blocks, s->set_lights, p);
         tally->pairs += (s->blocks ? s->set_lanes : 0) * p->count;
     }
@@ -2935,10 +2927,7 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
         rsm__free(a, sorted);
     }
     for (i = 0; i < g->source_count && result == RSM_OK; i++) {
-        if (!list) {
-            g->sources[i].map = maps[i];
-            g->sources[i].epsilon = maps[i]->epsilon;
-        }
+        if (!list) g->sources[i].map = maps[i];
         if (list) result = rsm__pack_list(g, g->sources, lights, light_count, a);
         else if (g->shared || !g->desc.samples) result = rsm__pack_map(g, g->sources + i, a);
     }

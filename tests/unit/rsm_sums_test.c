@@ -239,6 +239,65 @@ static void add_light(sums *s, const rsm_gather_desc *g, const rsm_map *map, con
     }
 }
 
+/* A sky dome or a lost vertex a thousand kilometres off has positions that are rounded to centimetres. Surfaces here
+   light each other all the same. */
+static void far_lights_take_no_light_from_near_ones(void **state)
+{
+    enum { N = 4 };
+    const float at[3] = { 0.3f, 0.05f, 0.2f }, down[3] = { 0, -1, 0 };
+    float places[3 * N * N], up[3 * N * N], albedo[3 * N * N], e[3];
+    rsm_texel lights[2];
+    rsm_points receiver = points_of(at, down, 1, 0);
+    rsm_gather_desc g;
+    rsm_buffers b;
+    rsm_desc d = sun_desc(1, 1, N);
+    const rsm_map *list[1];
+    rsm_map *map;
+    double expected = 0;
+    int i, k;
+    (void)state;
+    memset(&b, 0, sizeof b);
+    b.positions = places;
+    b.normals = up;
+    b.albedo = albedo;
+    for (i = 0; i < N * N; i++) {
+        set3(places + 3 * i, i % N * 0.5 - 0.75, 0, i / N * 0.5 - 0.75);
+        set3(up + 3 * i, 0, 1, 0);
+        set3(albedo + 3 * i, 0.5, 0.5, 0.5);
+    }
+    set3(places, 0, -1e6, 0);                    /* a black one */
+    set3(albedo, 0, 0, 0);
+    assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
+    assert_int_equal(rsm_fill(map, 0, &b), RSM_OK);
+    assert_int_equal(rsm_finish(map, NULL), RSM_OK);
+    for (i = 1; i < N * N; i++) {
+        double dx = (double)places[3 * i] - (double)at[0], dz = (double)places[3 * i + 2] - (double)at[2], d2;
+        d2 = dx * dx + dz * dz + (double)at[1] * (double)at[1];
+        expected += (double)rsm_map_texels(map)[i].flux[0] * (double)at[1] * (double)at[1] / (d2 * d2) / PI;
+    }
+    list[0] = map;
+    for (k = 0; k < 2; k++) {
+        memset(&g, 0, sizeof g);
+        g.samples = k ? 64 : 0;
+        assert_int_equal(rsm_gather(list, 1, &g, &receiver, e, NULL), RSM_OK);
+        if (k == 0 && fabs((double)e[0] - expected) > 1e-4 * expected)
+            fail_msg("map: %g, not %g", (double)e[0], expected);
+        assert_true((double)e[0] > 0.5 * expected);
+    }
+    lights[0] = rsm_map_texels(map)[5];
+    lights[1] = lights[0];
+    set3(lights[1].position, 1e6, 0, 0);
+    memset(&g, 0, sizeof g);
+    for (k = 1; k <= 2; k++) {
+        float one[3];
+        assert_int_equal(rsm_gather_list(lights, (size_t)k, &g, &receiver, e, NULL), RSM_OK);
+        if (k == 1) memcpy(one, e, sizeof one);
+        assert_true(one[0] > 0);
+        assert_memory_equal(one, e, sizeof one);
+    }
+    rsm_map_free(map);
+}
+
 /* ---- by flux ---- */
 
 static const rsm_texel *pick(const rsm_map *map, uint32_t i, uint32_t n, uint32_t seed, double *weight, size_t *place,
@@ -1222,6 +1281,7 @@ static void clusters_are_cut_at_means(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(far_lights_take_no_light_from_near_ones),
         cmocka_unit_test(lights_are_picked_by_flux), cmocka_unit_test(every_pattern_sums_its_samples),
         cmocka_unit_test(every_texel_and_several_maps), cmocka_unit_test(texels_have_their_sides),
         cmocka_unit_test(lists_are_summed_in_rows), cmocka_unit_test(grids_are_section_four),
