@@ -8491,7 +8491,8 @@ static const char *const glbk__glsl_prog_rsm_pick_frag[] = {
     "    vec4 flux = uintBitsToFloat(RSM_TEXEL(t, 2)), place = uintBitsToFloat(RSM_TEXEL(t, 0));\n",
     "    uvec4 normal = RSM_TEXEL(t, 1);\n",
     "    vec4 limits = glbk_rsm_frame.limits;\n",
-    "    lit = lit && rsm_mean3(flux.xyz) > 0.0;\n",
+    "    bool glossy = normal.w != 0u && normal.w <= glbk_rsm_frame.pick.w;      // black ones shine too\n",
+    "    lit = lit && (rsm_mean3(flux.xyz) > 0.0 || glossy);\n",
     "    if (!lit) normal = uvec4(0u);           // faces nobody: is no receiver's nearest light\n",
     "    float scale = lit ? weight * limits.w : 0.0;\n",
     "    place.xyz -= limits.x * uintBitsToFloat(normal.xyz);\n",
@@ -8505,7 +8506,7 @@ static const char *const glbk__glsl_prog_rsm_pick_frag[] = {
     "    rsm_out_normal = uvec4(normal.xyz, floatBitsToUint(last));\n",
     "    rsm_out_flux = uvec4(floatBitsToUint(flux.xyz * scale), uint(t.x) | uint(t.y) << 12 | uint(t.z) << 24);\n",
     "    rsm_out_gloss = uvec4(0u);\n",
-    "    if (lit && normal.w != 0u && normal.w <= glbk_rsm_frame.pick.w)\n",
+    "    if (lit && glossy)\n",
     "        rsm_out_gloss = uvec4(floatBitsToUint(rsm_incident(l, t.z, t.xy) * l.value * scale), normal.w);\n",
     "}\n"
 };
@@ -9323,7 +9324,7 @@ static const glbk_file glbk__files[] = {
       "RSM_GROUP=256 | RSM_GROUP=64" },
     { "prog/rsm_interpolate.frag", glbk__glsl_prog_rsm_interpolate_frag, 29, "rsm_grid rsm_frame", "screen.vert",
       "" },
-    { "prog/rsm_pick.frag", glbk__glsl_prog_rsm_pick_frag, 51, "rsm_gather rsm_frame", "screen.vert",
+    { "prog/rsm_pick.frag", glbk__glsl_prog_rsm_pick_frag, 52, "rsm_gather rsm_frame", "screen.vert",
       "ALL=0 | ALL=1" },
     { "prog/rsm_recall.frag", glbk__glsl_prog_rsm_recall_frag, 66, "rsm_screen rsm_drawn rsm_frame", "screen.vert",
       "" },

@@ -359,7 +359,9 @@ typedef struct rsm_gather_desc {
     uint32_t    noise_side;
     uint32_t    interleave;         /* k: pixel (x, y) takes set x % k + k (y % k) of k k sets that share the samples;
                                        1, 2, 4, 8; 0 = 1. rsm_filter_apply with log2 k passes puts them together */
-    const rsm_material *materials;  /* NULL: all diffuse. Texels with material m use materials[m - 1] */
+    const rsm_material *materials;  /* NULL: all diffuse. Texels with material m use materials[m - 1]. FLUX picks by
+                                       diffuse flux: with samples, black texels' lobes take a pattern about the
+                                       receiver */
     uint32_t    material_count;
     int         add;                /* 1: results are added to what is there: several lists, light maps */
     rsm_system  system;
@@ -2476,11 +2478,26 @@ static inline size_t rsm__tiled_texel(const rsm_map *map, size_t i)
     return x < map->size && y < map->size ? (face * map->size + y) * map->size + x : (size_t)-1;
 }
 
+/* Of texels taken one by one: diffuse flux, or a lobe, which black ones may have too. */
+static inline int rsm__gives_light(const rsm__gather *g, const rsm_texel *t)
+{
+    return rsm__mean3(t->flux) > 0.0f ||
+           (t->material != 0 && t->material <= g->desc.material_count && t->depth < RSM_FAR);
+}
+
+static inline size_t rsm__count_texels(const rsm__gather *g, const rsm_map *map)
+{
+    size_t at, texels = rsm__texel_count(map), count = 0;
+    if (!g->desc.materials) return (size_t)map->stats.lit_texels;
+    for (at = 0; at < texels; at++) count += (size_t)rsm__gives_light(g, map->texels + at);
+    return count;
+}
+
 /* Pixel lights of a map that all receivers share: blocks filled set by set, each set padded to whole blocks. */
 static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm__allocator *a)
 {
     const rsm_map *map = s->map;
-    size_t texels = rsm__texel_count(map), count = g->desc.samples ? g->shared : (size_t)map->stats.lit_texels;
+    size_t texels = rsm__texel_count(map), count = g->desc.samples ? g->shared : rsm__count_texels(g, map);
     size_t per_set = (count + g->sets - 1) / g->sets, i, at = 0, placed = 0, lanes;
     int nearby = g->desc.near_field > 0.0f && g->desc.samples == 0, tiled = nearby && g->sets == 1;
     if (tiled) texels = (size_t)map->faces * ((map->size + 31u) / 32u) * ((map->size + 31u) / 32u) * 1024u;
@@ -2501,7 +2518,7 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
             if (!rsm__pick_texel(map, (uint32_t)i, (uint32_t)count, g->desc.seed, &at, &weight)) continue;
         } else {
             at = tiled ? rsm__tiled_texel(map, i) : i;
-            if (at == (size_t)-1 || !(rsm__mean3(map->texels[at].flux) > 0.0f)) continue;
+            if (at == (size_t)-1 || !rsm__gives_light(g, map->texels + at)) continue;
         }
         set = rsm__hash_combine(g->desc.seed, (uint32_t)(placed / g->sets));
         set = (placed + set) % g->sets;          /* runs of neighbours go to all sets, each run in another order */

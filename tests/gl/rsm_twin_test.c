@@ -357,6 +357,49 @@ static void gathered_light_agrees(void **state)
     w.points.occlusion = NULL;
 }
 
+/* Every texel of a map whose boxes are black but for their lobes. */
+static void black_texels_shine_alike(void **state)
+{
+    GL_TEST(t, state)
+    glbk_rsm_renderer r;
+    glbk_rsm_map m, *maps[1];
+    rsm_map *map;
+    double worst, error, lobes, most = 0;
+    float grey[3];
+    int way;
+    make_world();
+    r = renderer_of(t);
+    memcpy(grey, w.meshes[1].albedo, sizeof grey);
+    set3(w.meshes[1].albedo, 0, 0, 0);
+    map = cpu_map(RSM_LIGHT_POINT - 1, MAP);
+    memcpy(w.meshes[1].albedo, grey, sizeof grey);
+    maps[0] = &m;
+    upload(t, map, RSM_LIGHT_POINT - 1, &m);
+    for (way = 0; way < 3; way++) {
+        rsm_gather_desc d = gather_desc(RSM_PATTERN_FLUX, 0);
+        glbk_rsm_gather_desc g;
+        d.near_field = way == 2 ? 6 : 0;
+        d.near_limit = way == 1 ? 0.5f : 0;
+        assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &d, &w.points, expected, NULL), RSM_OK);
+        d.materials = materials;
+        d.material_count = 2;
+        g = gl_desc(&d);
+        upload_tables(t, &r, &d);
+        assert_glbk(t, glbk_rsm_gather(&t->gl, &r, maps, 1, &g, NULL));
+        lobes = error_of(t, &r, 1, &worst);
+        assert_true(lobes > 1e-3);
+        assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &d, &w.points, expected, NULL), RSM_OK);
+        error = error_of(t, &r, 1, &worst);
+        most = error > most ? error : most;
+        if (error > 5e-5) printf("way %d: %.2e, worst %.2e\n", way, error, worst);
+        assert_true(error <= 5e-5);
+    }
+    printf("lobes of black texels: largest relative RMSE %.2e\n", most);
+    rsm_map_free(map);
+    glbk_rsm_map_destroy(&t->gl, &m);
+    glbk_rsm_renderer_destroy(&t->gl, &r);
+}
+
 /* ---- a program of one's own ---- */
 
 /* Asks at points of its own, which are in no G-buffer. WAY 0: direct light; 1: the list; 2: all that was gathered. */
@@ -847,7 +890,8 @@ static void compute_filters_as_draws_do(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(drawn_maps_are_rasterized_maps), gl_unit_test(direct_light_agrees),
-                                  gl_unit_test(gathered_light_agrees), gl_unit_test(own_programs_agree),
+                                  gl_unit_test(gathered_light_agrees), gl_unit_test(black_texels_shine_alike),
+                                  gl_unit_test(own_programs_agree),
                                   gl_unit_test(several_maps_and_grids_agree), gl_unit_test(filter_agrees),
                                   gl_unit_test(compute_adds_up_as_draws_do), gl_unit_test(compute_has_every_size),
                                   gl_unit_test(compute_filters_as_draws_do) };

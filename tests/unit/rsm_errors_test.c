@@ -1178,6 +1178,41 @@ static void matrices_of_nothing(void **state)
     rsm_map_free(map);
 }
 
+/* A black texel's lobe is what a grey one's adds to its diffuse light. */
+static void black_texels_shine(void **state)
+{
+    static const rsm_material shiny = { { 0.5f, 0.25f, 0.75f }, 12 };
+    rsm_desc d = sun_desc(1, 1.2, 32);
+    rsm_map *map[2];
+    int way, k, i;
+    (void)state;
+    set3(d.light.direction, 0.6, 0.8, 0);
+    for (k = 0; k < 2; k++) {
+        rsm_mesh m = mesh_of(&disc, k ? 0.5 : 0);
+        m.material = 1;
+        map[k] = map_of(&d, &m, 1, NULL);
+        assert_non_null(map[k]);
+    }
+    for (way = 0; way < 3; way++) {
+        static float black[3 * SIDE * SIDE], grey[3 * SIDE * SIDE], plain[3 * SIDE * SIDE];
+        rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+        double seen = 0;
+        g.interleave = way == 1 ? 2 : 1;
+        g.near_field = way == 2 ? 3 : 0;
+        assert_int_equal(rsm_gather((const rsm_map *const *)&map[1], 1, &g, &points, plain, NULL), RSM_OK);
+        g.materials = &shiny;
+        g.material_count = 1;
+        assert_int_equal(rsm_gather((const rsm_map *const *)&map[0], 1, &g, &points, black, NULL), RSM_OK);
+        assert_int_equal(rsm_gather((const rsm_map *const *)&map[1], 1, &g, &points, grey, NULL), RSM_OK);
+        for (i = 0; i < 3 * SIDE * SIDE; i++) {
+            assert_true(fabsf(black[i] - (grey[i] - plain[i])) <= 2e-5f * grey[i]);
+            seen += (double)black[i];
+        }
+        assert_true(seen > 0.01 * 3 * SIDE * SIDE);
+    }
+    for (k = 0; k < 2; k++) rsm_map_free(map[k]);
+}
+
 /* Non-diffuse: the lobe carries specular x incident flux, and peaks along the mirrored sun. */
 static void glossy(void **state)
 {
@@ -1296,7 +1331,8 @@ int main(void)
         cmocka_unit_test(nothing_to_take_light_from),
         cmocka_unit_test(sums_agree), cmocka_unit_test(textures),
         cmocka_unit_test(taps_of_a_texel),     cmocka_unit_test(matrices_of_nothing),
-        cmocka_unit_test(glossy),              cmocka_unit_test(blue_noise),     cmocka_unit_test(history),
+        cmocka_unit_test(black_texels_shine),  cmocka_unit_test(glossy),
+        cmocka_unit_test(blue_noise),          cmocka_unit_test(history),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -32,7 +32,8 @@ void main()
     vec4 flux = uintBitsToFloat(RSM_TEXEL(t, 2)), place = uintBitsToFloat(RSM_TEXEL(t, 0));
     uvec4 normal = RSM_TEXEL(t, 1);
     vec4 limits = glbk_rsm_frame.limits;
-    lit = lit && rsm_mean3(flux.xyz) > 0.0;
+    bool glossy = normal.w != 0u && normal.w <= glbk_rsm_frame.pick.w;      // black ones shine too
+    lit = lit && (rsm_mean3(flux.xyz) > 0.0 || glossy);
     if (!lit) normal = uvec4(0u);           // faces nobody: is no receiver's nearest light
     float scale = lit ? weight * limits.w : 0.0;
     place.xyz -= limits.x * uintBitsToFloat(normal.xyz);
@@ -46,6 +47,6 @@ void main()
     rsm_out_normal = uvec4(normal.xyz, floatBitsToUint(last));
     rsm_out_flux = uvec4(floatBitsToUint(flux.xyz * scale), uint(t.x) | uint(t.y) << 12 | uint(t.z) << 24);
     rsm_out_gloss = uvec4(0u);
-    if (lit && normal.w != 0u && normal.w <= glbk_rsm_frame.pick.w)
+    if (lit && glossy)
         rsm_out_gloss = uvec4(floatBitsToUint(rsm_incident(l, t.z, t.xy) * l.value * scale), normal.w);
 }
