@@ -339,7 +339,7 @@ typedef struct ism_shading {
     uint32_t  pattern;              /* 1, 2, 4, 8: every pixel takes 1 / pattern^2 of the VPLs, and the blur mixes the
                                        neighbours; 0 = 1. Not for lists (height 1) */
     ism_near  near_mode;
-    float     clamp;                /* CLAMP: 1/m^2, > 0; CLAMP_MEAN: factor, > 0 */
+    float     clamp;                /* CLAMP: 1/m^2, > 0; CLAMP_MEAN: factor, > 0; other rules do not ask it */
     float     bias;                 /* share of the distance, >= 0 and < 1, by which receivers count as nearer */
     int       no_maps;              /* 1: nothing throws shadows */
     int       cull;                 /* 1: skips VPLs that face away from blocks of 16 x 16 pixels; same picture */
@@ -402,7 +402,7 @@ ISM_DEF const ism_near_point *ism_near_points(const ism_maps *maps, size_t *coun
    near the sum is that of many. Valid until the next ism_choose or ism_set_vpls. */
 
 ISM_DEF const float *ism_importances(const ism_maps *maps, size_t source, size_t *count);
-/* The BRSM of a source, as ism_choose left it; NULL beyond the last source. */
+/* The BRSM of a source, as ism_choose left it; NULL beyond the last source, and after a choice that failed. */
 
 ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
 /* Renews points and draws the atlas for the VPLs there are. Points are kept as barycentric coordinates: where the
@@ -455,9 +455,11 @@ ISM_DEF ism_result ism_shade(const ism_maps *maps, const ism_view *view, const i
 ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32_t side, float *positions,
                               float *normals, float *fluxes);
 /* The next bounce's source, from imperfect reflective shadow maps: side x side texels of every tile (side a power of
-   two up to tile_size), N * side * side pVPLs of 3 floats each, scattered; those that hit nothing have flux 0. Give
-   them to another ism_maps as a source. desc.keep_hits must be 1 and mesh the one of the last ism_build.
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER, ISM_ERR_INPUT */
+   two up to tile_size), N * side * side pVPLs of 3 floats each, scattered; those that hit nothing have flux 0, as
+   have those of directions. Give them to another ism_maps as a source. desc.keep_hits must be 1 and mesh the one of the
+   last ism_build.
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER, ISM_ERR_INPUT (another number of triangles, an index beyond vertex_count)
+   Cost     O(N side^2 + triangles), on this thread, without progress */
 
 ISM_DEF void ism_get_stats(const ism_maps *maps, ism_stats *out);
 
@@ -1214,6 +1216,7 @@ struct ism_maps {
     ism__buffer     near_points, near_blocks, near_drawn, near_keys, windows;
     uint32_t        window_count;   /* of the frame before, each ism_vpl.window after the ism__window of this one */
     uint32_t        near_count;     /* of near_points, in use */
+    uint32_t        blank_from;     /* tiles of the atlas from here on show nothing */
     size_t          triangles;      /* that the points lie on; 0 = there are none yet */
     size_t          source_count, cells;    /* cells: pVPLs of all sources */
     float           center[3], radius;      /* bounding sphere of the mesh, for directions */
@@ -1780,17 +1783,20 @@ static int ism__to_pixel(const ism_view *view, ism__v3 p, float *x, float *y)
     return 1;
 }
 
-/* Samples of one pVPL: a jittered grid over the picture; guided ones have a density of min(1, (r0 / r)^2) about the
-   pVPL's own place and share the estimate with the grid by the balance heuristic, so that no place is forgotten. */
+/* Samples of one pVPL: a jittered grid over the picture, of which every other one, as on a chessboard, is guided: it has
+   a density of min(1, (r0 / r)^2) about the pVPL's own place. They share the estimate with the grid by the balance heuristic, so
+   that no place is forgotten. Rows and columns of an even grid have as many of either kind, so that guided ones take
+   their numbers from their cells; of an odd one they have their own, in steps of radius and of the golden ratio. */
 static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
 {
     const ism_view *view = c->frame->view;
     uint32_t grid = c->m->desc.view_grid, k, count = grid * grid, w = view->width, h = view->height;
     ism__v3 q = ism__v3_load(ism__at(s->positions, s->stride, i)), n = q, p, pn;
     float cx = 0.0f, cy = 0.0f, r0 = 0.05f * (float)(w > h ? w : h), reach = (float)w + (float)h, sum = 0.0f;
-    float inner, norm, uniform = 1.0f / ((float)w * (float)h);
+    uint32_t turn = ism__hash_combine(c->seed, (uint32_t)i * 256u + 255u), rank = 0;
+    float inner, norm, uniform = 1.0f / ((float)w * (float)h), share = (float)(count / 2u) / (float)count;
     int guided = c->m->desc.importance == ISM_IMPORTANCE_GUIDED && s->kind == ISM_SOURCE_SURFACE && h > 1u;
-    guided = guided && r0 >= 1.0f && ism__to_pixel(view, q, &cx, &cy) && reach > r0;
+    guided = guided && count > 1u && r0 >= 1.0f && ism__to_pixel(view, q, &cx, &cy) && reach > r0;
     inner = 1.0f / (1.0f + 2.0f * ism__log(reach / r0));    /* share of the disc r < r0 */
     norm = inner / (ISM__PI * r0 * r0);                     /* density inside it */
     if (s->kind == ISM_SOURCE_SURFACE) n = ism__v3_load(ism__at(s->normals, s->stride, i));
@@ -1799,9 +1805,13 @@ static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
         float u = ((float)(k % grid) + ism__to_unit(hash)) / (float)grid;
         float v = ((float)(k / grid) + ism__to_unit(ism__hash32(hash))) / (float)grid;
         float x = u * (float)w, y = v * (float)h, density = uniform;
-        if (guided && ((k + k / grid) & 1u)) {
-            float r = u < inner ? r0 * sqrtf(u / inner) : r0 * ism__pow(reach / r0, (u - inner) / (1.0f - inner));
-            float sine, cosine;
+        if (guided && ((k % grid + k / grid) & 1u)) {
+            float r, sine, cosine;
+            if (grid & 1u) {
+                u = ((float)rank + ism__to_unit(hash)) / (float)(count / 2u);
+                v = ism__to_unit(turn + rank++ * 2654435769u);
+            }
+            r = u < inner ? r0 * sqrtf(u / inner) : r0 * ism__pow(reach / r0, (u - inner) / (1.0f - inner));
             ism__sincos(6.28318531f * v, &sine, &cosine);
             x = cx + r * cosine;
             y = cy + r * sine;
@@ -1809,7 +1819,7 @@ static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
         if (!(x >= 0.0f && y >= 0.0f && x < (float)w && y < (float)h)) continue;
         if (guided) {
             float r2 = (x - cx) * (x - cx) + (y - cy) * (y - cy);
-            density = 0.5f * uniform + 0.5f * norm * (r2 > r0 * r0 ? r0 * r0 / r2 : 1.0f);
+            density = (1.0f - share) * uniform + share * norm * (r2 > r0 * r0 ? r0 * r0 / r2 : 1.0f);
         }
         if (ism__receiver(view, (size_t)ism__texel_of(y / (float)h, h) * w + ism__texel_of(x / (float)w, w), &p, &pn)) {
             float e = ism__effect(s, q, n, p, pn, c->extent);
@@ -2091,7 +2101,7 @@ static ism_result ism__finish_vpls(ism_maps *m)
     uint32_t i;
     for (i = 0; i < m->vpl_count; i++) m->vpls[i].reach = 0.0f;
     m->near_count = m->stats.near_points = 0;
-    if (!ism__run(&m->desc, m->vpl_count, ism__side_task, m)) return ISM_ERR_CANCELLED;
+    if (!ism__run(&m->desc, m->vpl_count, ism__side_task, m)) return m->chosen = 0, ISM_ERR_CANCELLED;
     m->stats.vpls = m->vpl_count;
     m->chosen = 1;
     return ISM_OK;
@@ -2363,6 +2373,7 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
     if (!m || !f || !ism__view_ok(f->view)) return ISM_ERR_ARGUMENT;
     result = ism__check_sources(f, &cells, &doubles);
     if (result != ISM_OK) return result;
+    m->source_count = 0;
     if (!ism__grow(m, &m->sources, f->source_count, sizeof *of) ||
         !ism__grow(m, &m->importance, cells, sizeof(float)) || !ism__grow(m, &m->blurred, 2u * cells, sizeof(float)) ||
         !ism__grow(m, &m->cdf, doubles, sizeof(double)) || !ism__grow_near(m))
@@ -2374,8 +2385,6 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
     c.extent = ism__extent(f->view);
     m->stats.bad_pvpls = 0;
     m->stats.flux[0] = m->stats.flux[1] = m->stats.flux[2] = 0.0;
-    m->source_count = f->source_count;
-    m->cells = cells;
     for (s = 0; s < f->source_count; s++) {
         const ism_source *src = &f->sources[s];
         c.source = s;
@@ -2394,6 +2403,8 @@ ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
     c.out = (float *)m->importance.data;
     c.lum = (float *)m->blurred.data;
     ism__add_shares(&c, of);
+    m->source_count = f->source_count;
+    m->cells = cells;
     for (s = 0; s < f->source_count; s++) {
         const ism_source *src = &f->sources[s];
         ism__cdf2 cdf;
@@ -3391,6 +3402,20 @@ static void ism__end_tile(const ism__tile *tile, ism_maps *m, uint32_t v)
         }
 }
 
+/* Tiles that no VPL has, as far as VPLs of the frame before, or the allocator, left something there. */
+static void ism__blank_tiles(ism_maps *m)
+{
+    size_t v, size = m->desc.tile_size, x, y;
+    for (v = m->vpl_count; v < m->blank_from; v++)
+        for (y = 0; y < size; y++)
+            for (x = 0; x < size; x++) {
+                size_t to = (v / m->tiles * size + y) * m->side + v % m->tiles * size + x;
+                ((float *)m->atlas.data)[to] = ISM_FAR;
+                if (m->hits.data) ((uint32_t *)m->hits.data)[to] = UINT32_MAX;
+            }
+    m->blank_from = m->vpl_count;
+}
+
 static void ism__lane_task(void *context, size_t lane)
 {
     const ism__atlas_work *w = (const ism__atlas_work *)context;
@@ -3443,6 +3468,7 @@ ISM_DEF ism_result ism_build(ism_maps *m, const ism_frame *f)
         return ISM_ERR_ALLOC;
     result = ism_scatter(m, f);
     if (result != ISM_OK) return result;
+    ism__blank_tiles(m);
     if (w.lanes && !ism__run(&m->desc, w.lanes, ism__lane_task, &w)) return ISM_ERR_CANCELLED;
     m->stats.splats = m->stats.wide_splats = m->stats.filled = 0;
     for (i = 0; i < w.lanes; i++) {
@@ -3986,7 +4012,9 @@ static ism_result ism__check_shading(const ism_maps *m, const ism_view *view, co
 {
     if (s->pattern > 8u || s->pattern == 3u || (s->pattern > 4u && s->pattern < 8u) ||
         s->near_mode < ISM_NEAR_DEFAULT || s->near_mode >= ISM_NEAR_COUNT || !(s->bias >= 0.0f && s->bias < 1.0f) ||
-        !(s->clamp > 0.0f) || !ism__finite(s->clamp))
+        !(s->clamp >= 0.0f) || !ism__finite(s->clamp))
+        return ISM_ERR_DESC;
+    if ((s->near_mode == ISM_NEAR_CLAMP || s->near_mode == ISM_NEAR_CLAMP_MEAN) && !(s->clamp > 0.0f))
         return ISM_ERR_DESC;
     if (s->pattern > 1u && view->height == 1u) return ISM_ERR_DESC;
     if (!m->chosen || (!m->built && !s->no_maps && !s->visible_fn && m->vpl_count)) return ISM_ERR_ORDER;
@@ -4094,6 +4122,14 @@ ISM_DEF ism_result ism_shade(const ism_maps *m, const ism_view *view, const ism_
 
 /* ---- >>bounce: imperfect reflective shadow maps ---- */
 
+static int ism__indices_ok(const ism_mesh *mesh)
+{
+    size_t i, count = mesh->indices ? 3u * ism__mesh_triangles(mesh) : 0;
+    for (i = 0; i < count; i++)
+        if (mesh->indices[i] >= mesh->vertex_count) return 0;
+    return 1;
+}
+
 /* One texel of a tile as a pVPL of the next bounce; share: of the VPL's flux that leaves through it. */
 static void ism__bounce_texel(const ism_maps *m, const ism_mesh *mesh, uint32_t v, const ism__frame_of *f, uint32_t x,
                               uint32_t y, float share, float *position, float *normal, float *flux)
@@ -4150,6 +4186,7 @@ ISM_DEF ism_result ism_bounce(const ism_maps *m, const ism_mesh *mesh, uint32_t 
         return ISM_ERR_ARGUMENT;
     if (!m->built || !m->hits.data) return ISM_ERR_ORDER;
     if (!ism__mesh_ok(mesh) || (m->triangles && ism__mesh_triangles(mesh) != m->triangles)) return ISM_ERR_INPUT;
+    if (!ism__indices_ok(mesh)) return ISM_ERR_INPUT;
     step = m->desc.tile_size / side;
     for (v = 0; v < m->desc.vpl_count; v++) {
         size_t first = 3u * (size_t)v * side * side;
@@ -4192,8 +4229,7 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
     if (!ism__mesh_ok(mesh) || !triangles || triangles >= 1u << 31) return ISM_ERR_INPUT;
     memory = ism__allocator_make(allocator ? allocator->alloc_fn : NULL, allocator ? allocator->free_fn : NULL,
                                  allocator ? allocator->user : NULL);
-    for (t = 0; mesh->indices && t < 3u * triangles; t++)
-        if (mesh->indices[t] >= mesh->vertex_count) return ISM_ERR_INPUT;
+    if (!ism__indices_ok(mesh)) return ISM_ERR_INPUT;
     weights = (float *)ism__alloc_array(&memory, triangles, sizeof *weights);
     sums = (double *)ism__alloc_array(&memory, triangles + 1u, sizeof *sums);
     if (!weights || !sums) {
@@ -4238,13 +4274,19 @@ ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint3
 {
     uint32_t x, y, k;
     uint64_t bad = 0;
+    double turns = (double)rotation * 0.15915494309189535;
+    float half, unused;
     if (!texels || !width || !height || !directions || !fluxes || !ism__finite(rotation)) return ISM_ERR_ARGUMENT;
+    if (fabs(turns) < 1e15) rotation = (float)((double)rotation - 6.283185307179586 * (double)(int64_t)turns);
+    else rotation = 0.0f;                        /* floats there are more than a turn apart */
+    ism__sincos(0.5f * ISM__PI / (float)height, &half, &unused);
     for (y = 0; y < height; y++) {
-        float theta = ISM__PI * ((float)y + 0.5f) / (float)height, st, ct, s0, c0, s1, c1, solid;
+        /* From the nearer pole, where angles are exact; and no difference of cosines, of which no digit would be. */
+        uint32_t from = y < height / 2u ? y : height - 1u - y;
+        float theta = ISM__PI * ((float)from + 0.5f) / (float)height, st, ct, solid;
         ism__sincos(theta, &st, &ct);
-        ism__sincos(ISM__PI * (float)y / (float)height, &s0, &c0);
-        ism__sincos(ISM__PI * (float)(y + 1u) / (float)height, &s1, &c1);
-        solid = (c0 - c1) * 2.0f * ISM__PI / (float)width;
+        if (from != y) ct = -ct;
+        solid = st * half * 4.0f * ISM__PI / (float)width;
         for (x = 0; x < width; x++) {
             size_t i = 3u * ((size_t)y * width + x);
             float phi = 2.0f * ISM__PI * (((float)x + 0.5f) / (float)width - 0.5f) - rotation, s, c;
@@ -4329,6 +4371,7 @@ ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out)
     m->stats.bytes = m->stats.peak_bytes = sizeof *m + d.vpl_count * sizeof *m->vpls;
     for (m->tiles = 1; m->tiles * m->tiles < d.vpl_count; m->tiles++) {}
     m->side = m->tiles * d.tile_size;
+    m->blank_from = m->tiles * m->tiles;
     texels = (size_t)d.tile_size * d.tile_size;
     m->vpls = (ism_vpl *)ism__alloc_array(&memory, d.vpl_count, sizeof *m->vpls);
     if (!m->vpls || !ism__grow(m, &m->previous, d.vpl_count, sizeof *m->vpls) ||

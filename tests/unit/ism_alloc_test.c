@@ -88,6 +88,39 @@ static void every_allocation_fails(void **state)
     assert_true(at > 10);
 }
 
+/* A choice that needs more room than the one before, and does not get it: its importances are none. */
+static void importances_of_a_choice_that_failed(void **state)
+{
+    static const float a[3] = { -2, 0, -2 }, u[3] = { 4, 0, 0 }, v[3] = { 0, 0, 4 }, up[3] = { 0, 1, 0 };
+    ism_mesh m;
+    ism_source s[2];
+    ism_view view;
+    ism_frame f;
+    long at;
+    (void)state;
+    for (at = 0; at < 4; at++) {
+        ledger l;
+        ism_desc d = small_desc(&l);
+        ism_maps *maps;
+        size_t count;
+        make(&m, s, &view, &f);
+        assert_int_equal(ism_create(&d, &maps), ISM_OK);
+        assert_int_equal(ism_choose(maps, &f), ISM_OK);
+        grid_fill(&lit, 32, 32, a, u, v, up, 1);
+        s[0] = s[1] = grid_source(&lit);
+        f.source_count = 2;
+        l.fail_at = (long)l.calls + at;
+        assert_int_equal(ism_choose(maps, &f), ISM_ERR_ALLOC);
+        assert_null(ism_importances(maps, 0, &count));
+        l.fail_at = -1;
+        assert_int_equal(ism_choose(maps, &f), ISM_OK);
+        assert_non_null(ism_importances(maps, 1, &count));
+        assert_int_equal(count, 32 * 32);
+        ism_free(maps);
+        assert_int_equal(l.live, 0);
+    }
+}
+
 static void emitters_may_fail_too(void **state)
 {
     static float radiance[3 * 4096];
@@ -162,6 +195,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_allocation_fails),
+        cmocka_unit_test(importances_of_a_choice_that_failed),
         cmocka_unit_test(emitters_may_fail_too),
         cmocka_unit_test(peak_is_what_the_stats_say),
     };

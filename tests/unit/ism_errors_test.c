@@ -234,7 +234,11 @@ static void limits_of_frames_are_exact(void **state)
     SHADED(ISM_OK, s.bias = 0);
     SHADED(ISM_OK, s.bias = 0.999f);
     SHADED(ISM_ERR_DESC, s.bias = 1);
-    SHADED(ISM_ERR_DESC, s.clamp = 0);
+    SHADED(ISM_OK, memset(&s, 0, sizeof s));
+    SHADED(ISM_OK, s.clamp = 0);
+    SHADED(ISM_ERR_DESC, s.clamp = -1);
+    SHADED(ISM_ERR_DESC, s.near_mode = ISM_NEAR_CLAMP; s.clamp = 0);
+    SHADED(ISM_ERR_DESC, s.near_mode = ISM_NEAR_CLAMP_MEAN; s.clamp = 0);
     SHADED(ISM_ERR_DESC, s.clamp = INF);
     SHADED(ISM_ERR_DESC, s.near_mode = ISM_NEAR_COUNT);
     SHADED(ISM_ERR_DESC, s.near_mode = (ism_near)-1);
@@ -322,7 +326,7 @@ static void limits_of_queries_are_exact(void **state)
     ism_desc d = small_desc();
     ism_mesh other;
     size_t count;
-    uint32_t side, tiles;
+    uint32_t side, tiles, indices[3 * 4096];
     uint64_t bad;
     world w;
     (void)state;
@@ -368,6 +372,15 @@ static void limits_of_queries_are_exact(void **state)
     other.vertex_count -= 3;
     assert_int_equal(ism_bounce(w.maps, &w.mesh, 16, p, n, f), ISM_OK);
     assert_int_equal(ism_bounce(w.maps, &other, 16, p, n, f), ISM_ERR_INPUT);
+    other = w.mesh;                              /* as many triangles, with indices of another mesh's */
+    other.indices = indices;
+    other.index_count = w.mesh.vertex_count;
+    for (count = 0; count < other.index_count; count++) indices[count] = (uint32_t)count;
+    assert_int_equal(ism_bounce(w.maps, &other, 16, p, n, f), ISM_OK);
+    other.vertex_count--;
+    f[0] = 77;
+    assert_int_equal(ism_bounce(w.maps, &other, 16, p, n, f), ISM_ERR_INPUT);
+    assert_true(f[0] >= 77 && f[0] <= 77);
     assert_int_equal(ism_bounce(w.maps, &w.mesh, 32, p, n, f), ISM_ERR_ARGUMENT);
     assert_int_equal(ism_bounce(w.maps, &w.mesh, 12, p, n, f), ISM_ERR_ARGUMENT);
     assert_int_equal(ism_bounce(w.maps, &w.mesh, 0, p, n, f), ISM_ERR_ARGUMENT);
@@ -397,6 +410,88 @@ static void limits_of_queries_are_exact(void **state)
     assert_int_equal(ism_emitter_points(&w.mesh, radiance, 4, 0, &half, p, n, f), ISM_ERR_ARGUMENT);
     other.vertex_count = 0;
     assert_int_equal(ism_emitter_points(&other, radiance, 4, 0, NULL, p, n, f), ISM_ERR_INPUT);
+    ism_free(w.maps);
+}
+
+/* Tiles beyond the last VPL, which are drawn by nobody, whatever was there before. */
+static void tiles_of_no_vpl_are_empty(void **state)
+{
+    static const size_t counts[] = { 10, 3, 7, 0 };
+    ism_desc d = small_desc();
+    ism_vpl list[10];
+    size_t i, k, x, y;
+    ledger l;
+    world w;
+    (void)state;
+    d.vpl_count = 10;
+    d.keep_hits = 1;
+    d.allocator = ledger_allocator(&l);
+    open_world(&w, &d);
+    assert_int_equal(ism_choose(w.maps, &w.frame), ISM_OK);
+    memcpy(list, ism_vpls(w.maps, NULL), sizeof list);
+    for (i = 0; i < 4; i++) {
+        uint32_t side, tiles;
+        const float *atlas;
+        size_t full = 0;
+        assert_int_equal(ism_set_vpls(w.maps, list, counts[i]), ISM_OK);
+        assert_int_equal(ism_build(w.maps, &w.frame), ISM_OK);
+        atlas = ism_atlas(w.maps, &side, &tiles);
+        assert_true(atlas && side == 64 && tiles == 4);
+        for (k = 0; k < 16; k++)
+            for (y = k / 4 * 16; y < k / 4 * 16 + 16; y++)
+                for (x = k % 4 * 16; x < k % 4 * 16 + 16; x++) {
+                    uint32_t hit = ((const uint32_t *)w.maps->hits.data)[y * side + x];
+                    full += atlas[y * side + x] < ISM_FAR;
+                    if (k >= counts[i]) assert_true(atlas[y * side + x] >= ISM_FAR && atlas[y * side + x] <= ISM_FAR);
+                    if (k >= counts[i]) assert_int_equal(hit, UINT32_MAX);
+                }
+        assert_true((full > 0) == (counts[i] > 0));
+    }
+    ism_free(w.maps);
+    assert_int_equal(l.live, 0);
+}
+
+static int cancel_after(void *user, float fraction)
+{
+    (void)fraction;
+    return --*(int *)user < 0;
+}
+
+/* Importances of a choice that was cancelled are none, though VPLs may be set after it. */
+static void no_importances_of_a_cancelled_choice(void **state)
+{
+    ism_desc d = small_desc();
+    ism_vpl v = util_vpl(0, 0, 0, 0, 1, 0, 1);
+    int left = 1 << 30, calls, at;
+    ism_source two[2];
+    size_t n;
+    world w;
+    (void)state;
+    d.progress = cancel_after;
+    d.progress_user = &left;
+    open_world(&w, &d);
+    two[0] = two[1] = w.source;
+    assert_int_equal(ism_choose(w.maps, &w.frame), ISM_OK);
+    w.frame.sources = two;
+    w.frame.source_count = 2;
+    assert_int_equal(ism_choose(w.maps, &w.frame), ISM_OK);
+    calls = (1 << 30) - left;
+    for (at = 0; at < calls; at++) {
+        ism_result r;
+        left = at;
+        r = ism_choose(w.maps, &w.frame);
+        if (r == ISM_OK) break;
+        assert_int_equal(r, ISM_ERR_CANCELLED);
+        assert_null(ism_importances(w.maps, 0, &n));
+        assert_int_equal(ism_build(w.maps, &w.frame), ISM_ERR_ORDER);
+        left = 1 << 30;
+        assert_int_equal(ism_set_vpls(w.maps, &v, 1), ISM_OK);
+        if (ism_importances(w.maps, 1, &n)) assert_int_equal(n, 64);    /* cancelled while VPLs were finished */
+        left = at / 2;
+        if (ism_set_vpls(w.maps, &v, 1) == ISM_ERR_CANCELLED)
+            assert_int_equal(ism_build(w.maps, &w.frame), ISM_ERR_ORDER);
+    }
+    assert_true(at > 4);
     ism_free(w.maps);
 }
 
@@ -703,7 +798,8 @@ int main(void)
         cmocka_unit_test(descs_are_checked),
         cmocka_unit_test(arguments_are_checked), cmocka_unit_test(limits_of_descs_are_exact),
         cmocka_unit_test(limits_of_frames_are_exact), cmocka_unit_test(limits_of_queries_are_exact),
-        cmocka_unit_test(several_sources_share_the_vpls),
+        cmocka_unit_test(several_sources_share_the_vpls), cmocka_unit_test(tiles_of_no_vpl_are_empty),
+        cmocka_unit_test(no_importances_of_a_cancelled_choice),
         cmocka_unit_test(points_without_an_atlas),
         cmocka_unit_test(odd_values_give_finite_light),
         cmocka_unit_test(nothing_to_do_is_no_error),

@@ -480,16 +480,23 @@ static double effect_of(const ism_view *view, int i, uint32_t many, int guided, 
     const double w = SEEN_W, h = SEEN_H, r0 = 0.05 * fmax(w, h), reach = w + h, inner = 1 / (1 + 2 * log(reach / r0));
     vec q = load(lit.p + 3 * i), n = load(lit.n + 3 * i);
     double cx, cy, sum = 0;
-    uint32_t k;
+    uint32_t k, rank = 0;
     pixel_of(view, q, &cx, &cy);
     for (k = 0; k < many * many; k++) {
         uint32_t hash = ism__hash_combine(seed, (uint32_t)i * 256u + k);
         double u = ((double)(k % many) + unit_of(hash)) / many,
                v = ((double)(k / many) + unit_of(ism__hash32(hash))) / many;
-        double x = u * w, y = v * h, density = 1 / (w * h), d2, a, b;
+        double x, y, density = 1 / (w * h), d2, a, b, odd = floor(many * many / 2.0) / (many * many);
         size_t at;
         vec d;
-        if (guided && (k + k / many) % 2) {
+        int about = guided && (k % many + k / many) % 2;
+        if (about && many % 2) {                 /* numbers of their own, since rows do not have as many of either kind */
+            u = (rank + unit_of(hash)) / (many * many / 2);
+            v = unit_of(ism__hash_combine(seed, (uint32_t)i * 256u + 255u) + rank++ * 2654435769u);
+        }
+        x = u * w;
+        y = v * h;
+        if (about) {
             double r = u < inner ? r0 * sqrt(u / inner) : r0 * pow(reach / r0, (u - inner) / (1 - inner));
             x = cx + r * cos(2 * UTIL_PI * v);
             y = cy + r * sin(2 * UTIL_PI * v);
@@ -498,7 +505,7 @@ static double effect_of(const ism_view *view, int i, uint32_t many, int guided, 
         if (x < 0 || y < 0 || x >= w || y >= h) continue;
         if (guided) {
             double r2 = (x - cx) * (x - cx) + (y - cy) * (y - cy);
-            density = 0.5 * density + 0.5 * inner / (UTIL_PI * r0 * r0) * fmin(1, r0 * r0 / r2);
+            density = (1 - odd) * density + odd * inner / (UTIL_PI * r0 * r0) * fmin(1, r0 * r0 / r2);
         }
         at = (size_t)y * SEEN_W + (size_t)x;
         if (!is_receiver(at)) continue;
@@ -591,6 +598,61 @@ static void importances_are_effects(void **state)
                 fail_msg("way %d, texel %d: %g, not %g", way, (int)i, (double)got[i], expected[i]);
         }
         if (known < LIT * LIT / 2) fail_msg("way %d: only %d are sure", way, (int)known);
+        ism_free(m);
+    }
+}
+
+/* Guided samples of odd grids too lie about the pVPL: of a light over the middle of the picture, which shines on that
+   alone, their mean over many pVPLs at one place is the mean over all pixels, but for the squares of the chessboard:
+   of three a side the middle is one that the others look at, of two none is. */
+static void guided_grids_see_what_is_near(void **state)
+{
+    enum { MANY = 1024 };
+    static const uint32_t grids[] = { 2, 3, 4, 5, 7 };
+    static float p[3 * MANY], n[3 * MANY], flux[3 * MANY];
+    static const float matrix[16] = { 1, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1 };
+    const float a[3] = { -1, 0, -1 }, u[3] = { 2, 0, 0 }, v[3] = { 0, 0, 2 }, up[3] = { 0, 1, 0 };
+    uint32_t k;
+    int i;
+    (void)state;
+    grid_fill(&eye, 48, 48, a, u, v, up, 0);
+    for (i = 0; i < MANY; i++) {
+        store(p + 3 * i, v3(0, 0.03, 0));
+        store(n + 3 * i, v3(0, -1, 0));
+        store(flux + 3 * i, v3(1, 1, 1));
+    }
+    for (k = 0; k < 5; k++) {
+        ism_desc d;
+        ism_source s;
+        ism_view view = grid_view(&eye);
+        ism__choice c;
+        ism_frame f;
+        ism_maps *m;
+        double mean = 0, expected = 0;
+        memset(&d, 0, sizeof d);
+        memset(&s, 0, sizeof s);
+        memset(&c, 0, sizeof c);
+        memset(&f, 0, sizeof f);
+        d.view_grid = grids[k];
+        assert_int_equal(ism_create(&d, &m), ISM_OK);
+        memcpy(view.matrix, matrix, sizeof matrix);
+        s.width = MANY;
+        s.height = 1;
+        s.positions = p;
+        s.normals = n;
+        s.fluxes = flux;
+        f.view = &view;
+        c.m = m;
+        c.frame = &f;
+        c.extent = 2.83f;
+        for (i = 0; i < MANY; i++) mean += (double)ism__estimate(&c, &s, (size_t)i) / MANY;
+        for (i = 0; i < 48 * 48; i++) {
+            vec to = minus(v3(0, 0.03, 0), load(eye.p + 3 * i));
+            double d2 = dot(to, to) + 1e-4 * (double)(c.extent * c.extent), e = to.y * to.y / (d2 * d2);
+            expected += e * e / (48 * 48);
+        }
+        if (!(fabs(mean / expected - 1) < 0.15))
+            fail_msg("a grid of %u: mean square %g, of all pixels %g", grids[k], mean, expected);
         ism_free(m);
     }
 }
@@ -1453,15 +1515,59 @@ static void sky_texels_are_directions(void **state)
     }
 }
 
+/* Rows next to the poles of maps that exist: their solid angles are differences of cosines that floats do not tell
+   apart. Rotations of clocks that have run for long. */
+static void skies_are_exact_at_poles_and_after_many_turns(void **state)
+{
+    static const uint32_t heights[] = { 1, 2, 3, 2048, 8192, 16384 };
+    static float texels[3 * 16384], d[3 * 16384], flux[3 * 16384], other[3 * 16384];
+    double worst = 0, aslant = 0;
+    uint32_t k, y;
+    int i, turns;
+    (void)state;
+    for (i = 0; i < 3 * 16384; i++) texels[i] = 1;
+    for (k = 0; k < 6; k++) {
+        const uint32_t h = heights[k];
+        double sum = 0;
+        assert_int_equal(ism_sky_directions(texels, 1, h, 0, d, flux, NULL), ISM_OK);
+        for (y = 0; y < h; y++) {
+            double theta = UTIL_PI * (y + 0.5) / h;
+            double solid = 4 * UTIL_PI * sin(theta) * sin(0.5 * UTIL_PI / h);
+            worst = fmax(worst, fabs((double)flux[3 * y] / solid - 1));
+            aslant = fmax(aslant, fabs((double)d[3 * y + 1] - cos(theta)));
+            aslant = fmax(aslant, fabs(hypot((double)d[3 * y], (double)d[3 * y + 2]) / sin(theta) - 1));
+            sum += (double)flux[3 * y];
+        }
+        assert_true(fabs(sum / (4 * UTIL_PI) - 1) < 1e-6);
+    }
+    if (worst > 1e-6) fail_msg("solid angle off by %g", worst);
+    if (aslant > 1e-6) fail_msg("direction off by %g", aslant);
+    assert_int_equal(ism_sky_directions(texels, 16, 8, 0.7f, d, flux, NULL), ISM_OK);
+    for (turns = -3; turns <= 3; turns++) {
+        const double angle = 0.7 + 2 * UTIL_PI * 5000 * turns * turns * turns;
+        const float rotation = (float)angle;
+        assert_int_equal(ism_sky_directions(texels, 16, 8, rotation, other, flux, NULL), ISM_OK);
+        for (i = 0; i < 16 * 8; i++) {           /* what the float has lost of the angle is no fault of the map's */
+            double phi = 2 * UTIL_PI * ((i % 16 + 0.5) / 16 - 0.5) - (double)rotation, theta = UTIL_PI * (i / 16 + 0.5) / 8;
+            assert_true(length(minus(load(other + 3 * i),
+                                     v3(sin(theta) * cos(phi), cos(theta), sin(theta) * sin(phi)))) < 1e-6);
+        }
+    }
+    assert_int_equal(ism_sky_directions(texels, 16, 8, 3e38f, other, flux, NULL), ISM_OK);
+    for (i = 0; i < 16 * 8; i++) assert_true(fabs(length(load(other + 3 * i)) - 1) < 1e-6);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(squares_reach_to_their_neighbours), cmocka_unit_test(every_light_is_summed),
         cmocka_unit_test(patterns_share_out_all_the_light), cmocka_unit_test(patterns_share_out_near_points),
         cmocka_unit_test(importances_are_effects), cmocka_unit_test(vpls_are_drawn_by_importance),
+        cmocka_unit_test(guided_grids_see_what_is_near),
         cmocka_unit_test(points_follow_view_and_vpl), cmocka_unit_test(every_disc_is_drawn),
         cmocka_unit_test(receivers_are_compared_on_their_plane), cmocka_unit_test(texels_bounce),
         cmocka_unit_test(points_on_lamps_have_equal_power), cmocka_unit_test(sky_texels_are_directions),
+        cmocka_unit_test(skies_are_exact_at_poles_and_after_many_turns),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
