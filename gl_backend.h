@@ -776,10 +776,10 @@ GLBK__PART(BASE)
     X(glbk_csm_peel, 3, GLBK_CSM_PEEL_MEMBERS)
 
 #define GLBK_CSM_STORAGE(X)                             \
-    X(coherent, vec4, glbk_csm_sums, 0)                 \
+    X(restrict, vec4, glbk_csm_sums, 0)                 \
     X(readonly, uvec4, glbk_csm_asked, 1)               \
     X(writeonly, float, glbk_csm_answers, 2)            \
-    X(coherent, uvec4, glbk_csm_records, 3)
+    X(restrict, uvec4, glbk_csm_records, 3)
 
 #define GLBK_CSM_IMAGES(X)
 
@@ -3826,7 +3826,7 @@ static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
     "uniform usampler2D glbk_csm_layer2;\n",
     "uniform usampler2D glbk_csm_opened;\n",
     "#if __VERSION__ >= 430\n",
-    "layout(std430, binding = 0) coherent buffer glbk_csm_sums_storage { vec4 glbk_csm_sums[]; };\n",
+    "layout(std430, binding = 0) restrict buffer glbk_csm_sums_storage { vec4 glbk_csm_sums[]; };\n",
     "#endif\n",
     "#if __VERSION__ >= 430\n",
     "layout(std430, binding = 1) readonly buffer glbk_csm_asked_storage { uvec4 glbk_csm_asked[]; };\n",
@@ -3835,7 +3835,7 @@ static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
     "layout(std430, binding = 2) writeonly buffer glbk_csm_answers_storage { float glbk_csm_answers[]; };\n",
     "#endif\n",
     "#if __VERSION__ >= 430\n",
-    "layout(std430, binding = 3) coherent buffer glbk_csm_records_storage { uvec4 glbk_csm_records[]; };\n",
+    "layout(std430, binding = 3) restrict buffer glbk_csm_records_storage { uvec4 glbk_csm_records[]; };\n",
     "#endif\n"
 };
 
