@@ -573,9 +573,12 @@ GLBK_DEF void glbk_program_destroy(glbk_context *ctx, glbk_program *program);
 GLBK_DEF void glbk_program_use(glbk_context *ctx, glbk_program *program);
 /* glUseProgram, and at the first time its textures and blocks get their slots. */
 
+enum { GLBK_SLOT_glbk_user0 = 12, GLBK_SLOT_glbk_user1, GLBK_SLOT_glbk_user2, GLBK_SLOT_glbk_user3 };
+
 GLBK_DEF void glbk_set_slots(glbk_context *ctx, uint32_t gl_program);
 /* The same for a program that you linked yourself and that is in use: every texture and block of our lists that it
-   declares gets its slot. */
+   declares gets its slot, samplers of yours that are called glbk_user0 to glbk_user3 those above. Not beside ism's
+   shading, which has all sixteen. */
 
 /* ---- passes ---- */
 
@@ -843,12 +846,13 @@ typedef struct glbk_csm_questions {
     uint32_t        count;      /* 1 .. 2^20 */
 } glbk_csm_questions;
 
-#define GLBK_CSM_MAX_PROGRAMS 16u       /* combinations of ask, filter, kind of maps (and shape) that are kept
-                                           compiled */
+#define GLBK_CSM_MAX_PROGRAMS 64u       /* combinations of ask, filter, kind of maps (and shape) that are kept
+                                           compiled; then the one that was not used for longest makes room */
 
 typedef struct glbk_csm_programs {
     glbk_program list[GLBK_CSM_MAX_PROGRAMS];
     uint32_t     keys[GLBK_CSM_MAX_PROGRAMS], count;
+    uint32_t     used[GLBK_CSM_MAX_PROGRAMS], frame;    /* private: in which frame each was asked for last */
 } glbk_csm_programs;
 
 typedef struct glbk_csm_asker { /* read only; zeroed = none */
@@ -945,7 +949,8 @@ typedef struct glbk_csm_renderer_desc {
     int         patterns;       /* not 0: the lights have patterns */
     const char *fragment;       /* NULL; or, kept by you, your own fragment shader, with all of csm_shade before it,
                                    which makes a csm_point from your G-buffer and writes as prog/csm_shade.frag does.
-                                   Its textures are yours to bind, in slots from 12 on. The core path is taken then */
+                                   Its samplers are called glbk_user0 to glbk_user3 and yours to bind before
+                                   glbk_csm_render, to GLBK_SLOT_glbk_user0 .. + 3. The core path is taken then */
 } glbk_csm_renderer_desc;
 
 typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
@@ -1023,7 +1028,9 @@ typedef struct glbk_csm_frame_desc {
 
 GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
 /* Adds one frame to the sum. The first use of a combination of shape, ask, filter and kind of maps compiles a program;
-   see glbk_csm_prepare.   Errors: GLBK_ERR_ARGUMENT, those of glbk_program_create and glbk_buffer_update */
+   see glbk_csm_prepare. After an error some lights of the frame may be in the sum: glbk_csm_reset.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LIMIT: more than GLBK_CSM_MAX_PROGRAMS combinations in one frame; those of
+            glbk_program_create and glbk_buffer_update */
 
 GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
 /* Compiles what such a frame needs, so that the first one does not stutter. Errors: as glbk_csm_render */
@@ -7228,6 +7235,9 @@ static const char *const glbk__glsl_prog_csm_peel_frag[] = {
     "#ifndef CSM_FIRST\n",
     "#define CSM_FIRST 1\n",
     "#endif\n",
+    "#if !defined(GL_ES) && __VERSION__ < 420      // else the output alone\n",
+    "invariant\n",
+    "#endif\n",
     "in float csm_depth;\n",
     "layout(location = 0) out uint result;\n",
     "\n",
@@ -7243,10 +7253,12 @@ static const char *const glbk__glsl_prog_csm_peel_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_csm_peel_vert[] = {
-    "// A view of a csm builder: attribute 0 is the position. Depth is a varying, so that nothing is cut in front or behind.\n",
+    "// A view of a csm builder: attribute 0 is the position. Depth is a varying, so that nothing is cut in front or behind;\n",
+    "// two programs peel with it and compare it exactly, hence invariant.\n",
     "// uses: csm_bindings\n",
     "layout(location = 0) in vec3 position;\n",
-    "out float csm_depth;\n",
+    "invariant gl_Position;\n",
+    "invariant out float csm_depth;\n",
     "\n",
     "void main()\n",
     "{\n",
@@ -7283,6 +7295,8 @@ static const char *const glbk__glsl_prog_csm_query_frag[] = {
     "void main()\n",
     "{\n",
     "    uint i = uint(gl_FragCoord.y) * 1024u + uint(gl_FragCoord.x);\n",
+    "    result = uvec4(0u);\n",
+    "    if (i >= glbk_csm_frame.range.x) return;    // the last row is drawn whole\n",
     "    uvec4 point = texelFetch(glbk_csm_questions, glbk_table_at(2u * i), 0);\n",
     "    uvec4 light = texelFetch(glbk_csm_questions, glbk_table_at(2u * i + 1u), 0);\n",
     "    uvec4 range = glbk_csm_frame.range;\n",
@@ -9254,13 +9268,13 @@ static const glbk_file glbk__files[] = {
       "" },
     { "prog/csm_gbuffer.vert", glbk__glsl_prog_csm_gbuffer_vert, 19, "csm_bindings csm_object", "",
       "" },
-    { "prog/csm_peel.frag", glbk__glsl_prog_csm_peel_frag, 19, "csm_bindings", "csm_peel.vert",
+    { "prog/csm_peel.frag", glbk__glsl_prog_csm_peel_frag, 22, "csm_bindings", "csm_peel.vert",
       "CSM_FIRST=1 | CSM_FIRST=0" },
-    { "prog/csm_peel.vert", glbk__glsl_prog_csm_peel_vert, 12, "csm_bindings csm_peel", "",
+    { "prog/csm_peel.vert", glbk__glsl_prog_csm_peel_vert, 14, "csm_bindings csm_peel", "",
       "" },
     { "prog/csm_query.comp", glbk__glsl_prog_csm_query_comp, 13, "csm_visible csm_frame", "",
       "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" },
-    { "prog/csm_query.frag", glbk__glsl_prog_csm_query_frag, 16, "csm_visible csm_frame", "screen.vert",
+    { "prog/csm_query.frag", glbk__glsl_prog_csm_query_frag, 18, "csm_visible csm_frame", "screen.vert",
       "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1" },
     { "prog/csm_resolve.frag", glbk__glsl_prog_csm_resolve_frag, 11, "csm_bindings csm_frame", "screen.vert",
       "" },
@@ -10497,13 +10511,15 @@ typedef struct glbk__slot {
     uint32_t    slot;
 } glbk__slot;
 
-/* Each list ends with an entry of its own, since C knows no empty arrays. */
+/* Each list ends with an entry of its own, since C knows no empty arrays. Samplers of a user's own stand behind ours. */
 static const glbk__slot glbk__texture_slots[] = {
 #define GLBK__ENTRY(type, name, slot) { #name, slot },
 #define GLBK__LIST(part, PART) GLBK_##PART##_TEXTURES(GLBK__ENTRY)
     GLBK_PARTS(GLBK__LIST)
 #undef GLBK__LIST
 #undef GLBK__ENTRY
+    { "glbk_user0", GLBK_SLOT_glbk_user0 }, { "glbk_user1", GLBK_SLOT_glbk_user1 },
+    { "glbk_user2", GLBK_SLOT_glbk_user2 }, { "glbk_user3", GLBK_SLOT_glbk_user3 },
     { NULL, 0 }
 };
 
@@ -11116,6 +11132,23 @@ GLBK_DEF void glbk_csm_maps_destroy(glbk_context *ctx, glbk_csm_maps *maps)
 
 /* ---- >>csm: programs that are kept ---- */
 
+/* The place of a key: where it is kept, else a free one, else the one that was used longest ago; NULL where all are of
+   this frame, which would compile the same programs again and again. */
+static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key, uint32_t *at)
+{
+    uint32_t i, oldest = 0;
+    for (i = 0; i < cache->count && cache->keys[i] != key; i++)
+        if (cache->frame - cache->used[i] > cache->frame - cache->used[oldest]) oldest = i;
+    if (i == GLBK_CSM_MAX_PROGRAMS) {
+        if (cache->used[oldest] == cache->frame) return NULL;
+        i = oldest;
+        glbk_program_destroy(ctx, &cache->list[i]);
+        cache->keys[i] = UINT32_MAX;        /* of none, should its successor not compile */
+    }
+    *at = i;
+    return &cache->list[i];
+}
+
 /* defines: of this use; those of the maps follow. fragment: the user's shader in place of the named one, or NULL. */
 static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key, const char *name,
                                      const char *fragment, const char *defines, const glbk_csm_maps *maps,
@@ -11128,13 +11161,10 @@ static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache
     uint32_t i;
 
     key = key << 11 | maps->key;
-    for (i = 0; i < cache->count && cache->keys[i] != key; i++) {}
-    *out = &cache->list[i < GLBK_CSM_MAX_PROGRAMS ? i : GLBK_CSM_MAX_PROGRAMS - 1];
-    if (i < cache->count) return GLBK_OK;
-    if (i == GLBK_CSM_MAX_PROGRAMS) {           /* the last place is taken over */
-        cache->count = --i;
-        glbk_program_destroy(ctx, *out);
-    }
+    *out = glbk__csm_keep_program(ctx, cache, key, &i);
+    if (!*out) return GLBK_ERR_LIMIT;
+    cache->used[i] = cache->frame;
+    if ((*out)->name) return GLBK_OK;
     sink.out = all;
     sink.size = sizeof all;
     glbk__put_text(&sink, defines);
@@ -11150,7 +11180,7 @@ static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache
     }
     if (result != GLBK_OK) return result;
     cache->keys[i] = key;
-    cache->count = i + 1;
+    if (i == cache->count) cache->count++;
     return GLBK_OK;
 }
 
@@ -11168,6 +11198,7 @@ static glbk_result glbk__csm_ask_program(glbk_context *ctx, glbk_csm_asker *aske
 {
     char defines[] = "CSM_ASK=0 CSM_FILTER=0";
     uint32_t question = asker->question - 1;
+    asker->programs.frame++;
     defines[8] = (char)('0' + question / 3);
     defines[21] = (char)('0' + question % 3);
     return glbk__csm_program(ctx, &asker->programs, question, asker->asked.name ? "csm_query.comp" : "csm_query.frag",
@@ -11877,6 +11908,7 @@ GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *r, c
     uint32_t i;
 
     if (!ctx || !glbk__csm_frame_valid(r, d)) return GLBK_ERR_ARGUMENT;
+    r->shade.frame++;
     for (i = 0; i < d->use_count && result == GLBK_OK; i++)
         result = glbk__csm_shade_program(ctx, r, &d->uses[i], (uint32_t)d->filter, &program);
     return result;
@@ -11902,7 +11934,7 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
     frame.tables[1] = d->plane_count;
     frame.tables[2] = r->width;
     frame.tables[3] = r->height;
-    for (i = 0; i < d->use_count; i++) {
+    for (i = 0; i < d->use_count && result == GLBK_OK; i++) {
         const glbk_csm_use *u = &d->uses[i];
         result = glbk__csm_shade_program(ctx, r, u, (uint32_t)d->filter, &program);
         frame.light[0] = u->start;

@@ -380,10 +380,82 @@ static void hostile_state(void **state)
     strike_stage(t);
 }
 
+/* A frame's programs stay; those of frames before make room, and a frame that needs more is refused, since each of its
+   programs would be compiled again in every frame. */
+static void programs_of_a_frame_stay(void **state)
+{
+    GL_TEST(t, state)
+    enum { MANY = GLBK_CSM_MAX_PROGRAMS + 1 };
+    static things x;
+    static glbk_csm_maps maps[2][MANY];
+    static glbk_csm_use uses[MANY];
+    glbk_csm_frame_desc f;
+    uint32_t i, names;
+    set_stage(t);
+    fake_begin_hollow(t, 0);
+    assert_glbk(t, make(t, &x));
+    for (i = 0; i < 2 * MANY; i++) {
+        maps[i / MANY][i % MANY] = x.maps;
+        maps[i / MANY][i % MANY].key = i;           /* as many kinds of maps */
+    }
+    f = frame_of(&x, &uses[0]);
+    for (i = 0; i < MANY; i++) {
+        uses[i] = uses[0];
+        uses[i].maps = &maps[0][i];
+    }
+    f.uses = uses;
+    f.use_count = MANY - 1;
+    assert_glbk(t, glbk_csm_prepare(&t->gl, &x.renderer, &f));
+    names = fake.names;
+    assert_glbk(t, glbk_csm_prepare(&t->gl, &x.renderer, &f));
+    assert_int_equal(fake.names, names);            /* nothing is compiled twice */
+    f.use_count = MANY;
+    assert_int_equal(glbk_csm_prepare(&t->gl, &x.renderer, &f), GLBK_ERR_LIMIT);
+    f.use_count = 1;
+    assert_glbk(t, glbk_csm_prepare(&t->gl, &x.renderer, &f));
+    names = fake.names;
+    for (i = 1; i < MANY; i++) uses[i].maps = &maps[1][i];
+    f.use_count = MANY - 1;
+    assert_glbk(t, glbk_csm_prepare(&t->gl, &x.renderer, &f));      /* those that this frame leaves out go */
+    assert_true(fake.names >= names + MANY - 2);
+    names = fake.names;
+    assert_glbk(t, glbk_csm_prepare(&t->gl, &x.renderer, &f));
+    assert_int_equal(fake.names, names);
+    destroy(t, &x);
+    assert_int_equal(fake.live, 0);
+    t->gl.gl = fake.real;
+    strike_stage(t);
+}
+
+/* The core path draws whole rows of 1024 answers: behind the last question there is none. */
+static void only_what_was_asked_is_answered(void **state)
+{
+    GL_TEST(t, state)
+    static uint32_t row[4 * 1024];
+    static things x;
+    float answer;
+    int i, compute = t->gl.compute;
+    set_stage(t);
+    t->gl.compute = 0;
+    assert_glbk(t, make(t, &x));
+    assert_glbk(t, glbk_csm_ask_run(&t->gl, &x.asker, &x.maps, QUESTIONS));
+    assert_glbk(t, glbk_target_read(&t->gl, &x.asker.target, 0, 0, 0, 1024, 1, row));
+    for (i = 0; i < QUESTIONS; i++) {
+        memcpy(&answer, row + 4 * i, 4);
+        assert_true(answer == (i % 2 ? 0 : 1));
+    }
+    for (; i < 1024; i++) assert_int_equal(row[4 * i], 0);
+    destroy(t, &x);
+    t->gl.compute = compute;
+    strike_stage(t);
+}
+
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(gl_fails_in_every_call), gl_unit_test(memory_runs_out),
-                                  gl_unit_test(a_lost_context), gl_unit_test(hostile_state) };
+                                  gl_unit_test(a_lost_context), gl_unit_test(hostile_state),
+                                  gl_unit_test(programs_of_a_frame_stay),
+                                  gl_unit_test(only_what_was_asked_is_answered) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

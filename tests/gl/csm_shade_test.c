@@ -601,12 +601,122 @@ static void prepared_frames_are_the_same(void **state)
     close_rig(t, &other);
 }
 
+/* An error of the first light is not lost with the second: such a frame does not count. */
+static void errors_of_any_light_are_told(void **state)
+{
+    GL_TEST(t, state)
+    cohsm_emitter_desc d = describe(COHSM_SHAPE_POINT, 0);
+    glbk_csm_light_desc two[2];
+    uint32_t starts[2];
+    glbk_csm_lights lights;
+    glbk_csm_use uses[2];
+    glbk_csm_frame_desc f;
+    rig r;
+    make_points();
+    open_rig(t, 0, &r);
+    two[0] = two[1] = describe_gl(&d);
+    lights = lights_of(t, two, 2, NULL, starts);
+    uses[0] = use_of(&r, starts[0], two[0].shape);
+    uses[1] = use_of(&r, starts[1], two[1].shape);
+    f = frame_of(&lights, uses);
+    f.use_count = 2;
+    assert_glbk(t, glbk_csm_render(&t->gl, &r.renderer, &f));
+    t->expected_errors = 1;
+    t->gl.gl.Enable(0xffff);
+    assert_int_equal(glbk_csm_render(&t->gl, &r.renderer, &f), GLBK_ERR_PENDING);
+    assert_int_equal(r.renderer.frames, 1);
+    assert_glbk(t, glbk_csm_render(&t->gl, &r.renderer, &f));
+    assert_int_equal(r.renderer.frames, 2);
+    glbk_csm_lights_destroy(&t->gl, &lights);
+    close_rig(t, &r);
+}
+
+static glbk_texture texture_of(gl_test *t, glbk_format format, const void *data)
+{
+    glbk_texture_desc d;
+    glbk_texture texture;
+    memset(&d, 0, sizeof d);
+    d.format = format;
+    d.width = d.height = SIDE;
+    d.data = data;
+    assert_glbk(t, glbk_texture_create(&t->gl, &d, &texture));
+    return texture;
+}
+
+/* A fragment shader of one's own with samplers of its own, of two kinds, gives the picture of the renderer's G-buffer. */
+static void own_samplers_are_bound(void **state)
+{
+    GL_TEST(t, state)
+    static const char text[] =
+        "uniform sampler2D glbk_user0;\n"
+        "uniform usampler2D glbk_user1, glbk_user3;\n"
+        "layout(location = 0) out glbk_color result;\n"
+        "void main()\n{\n"
+        "    ivec2 at = ivec2(gl_FragCoord.xy);\n"
+        "    vec4 sum = glbk_csm_frame.query.w > 0.0 ? glbk_unpack(texelFetch(glbk_csm_sum, at, 0)) : vec4(0.0);\n"
+        "    csm_point p;\n"
+        "    p.position = uintBitsToFloat(texelFetch(glbk_user1, at, 0).xyz);\n"
+        "    p.normal = p.geometric = uintBitsToFloat(texelFetch(glbk_user3, at, 0).xyz);\n"
+        "    p.tangent = vec3(0.0);\n"
+        "    p.material = cohsm_material(COHSM_BRDF_LAMBERT, texelFetch(glbk_user0, at, 0).xyz, vec3(0.0), 0.0, 0.0, 0.0,\n"
+        "                                0u, 0u);\n"
+        "    p.self = COHSM_NO_SELF;\n"
+        "    p.plane = 0u;\n"
+        "    result = glbk_pack(sum + csm_shade(p, uint(at.y) * glbk_csm_frame.tables.z + uint(at.x)));\n}\n";
+    static float fresh[POINTS][4], places[2][POINTS][4];
+    static uint8_t bytes[POINTS][4];
+    cohsm_emitter_desc d = describe(COHSM_SHAPE_POINT, 0);
+    glbk_csm_light_desc desc = describe_gl(&d);
+    uint32_t start, i, k;
+    glbk_csm_lights lights = lights_of(t, &desc, 1, NULL, &start);
+    glbk_csm_renderer_desc own;
+    glbk_texture textures[3];
+    rig r, mine;
+    double sum = 0;
+    make_points();
+    for (i = 0; i < POINTS; i++) {
+        for (k = 0; k < 3; k++) bytes[i][k] = (uint8_t)(17 * (1 + (i + k) % 15));
+        for (k = 0; k < 3; k++) pixels[i].surface.diffuse[k] = (float)bytes[i][k] / 255.0f;
+        pixels[i].surface.brdf = GLBK_CSM_BRDF_LAMBERT;
+        memcpy(pixels[i].geometric, pixels[i].normal, 12);
+        memcpy(places[0][i], pixels[i].position, 12);
+        memcpy(places[1][i], pixels[i].normal, 12);
+    }
+    open_rig(t, 0, &r);
+    render_one(t, &r, &lights, start, desc.shape, fresh[0]);
+    textures[0] = texture_of(t, GLBK_FORMAT_RGBA8, bytes);
+    textures[1] = texture_of(t, GLBK_FORMAT_RGBA32UI, places[0]);
+    textures[2] = texture_of(t, GLBK_FORMAT_RGBA32UI, places[1]);
+    memset(&own, 0, sizeof own);
+    own.width = own.height = SIDE;
+    own.lobes = 2;
+    own.fragment = text;
+    mine = r;
+    assert_glbk(t, glbk_csm_renderer_create(&t->gl, &own, &mine.renderer));
+    glbk_bind_texture(&t->gl, GLBK_SLOT_glbk_user0, &textures[0]);
+    glbk_bind_texture(&t->gl, GLBK_SLOT_glbk_user1, &textures[1]);
+    glbk_bind_texture(&t->gl, GLBK_SLOT_glbk_user3, &textures[2]);
+    render_one(t, &mine, &lights, start, desc.shape, picture[0]);
+    assert_glbk(t, glbk_check(&t->gl));
+    for (i = 0; i < POINTS; i++)
+        for (k = 0; k < 3; k++) {
+            sum += (double)fresh[i][k];
+            assert_true(fabsf(picture[i][k] - fresh[i][k]) <= 1e-4f * fresh[i][k] + 1e-6f);
+        }
+    assert_true(sum > 1);
+    for (i = 0; i < 3; i++) glbk_texture_destroy(&t->gl, &textures[i]);
+    glbk_csm_renderer_destroy(&t->gl, &mine.renderer);
+    glbk_csm_lights_destroy(&t->gl, &lights);
+    close_rig(t, &r);
+}
+
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(each_light_agrees), gl_unit_test(frames_and_patterns_agree),
                                   cmocka_unit_test(lights_take_their_texels), cmocka_unit_test(bad_lights_are_refused),
                                   gl_unit_test(updated_lights_are_new_lights),
-                                  gl_unit_test(prepared_frames_are_the_same) };
+                                  gl_unit_test(prepared_frames_are_the_same),
+                                  gl_unit_test(errors_of_any_light_are_told), gl_unit_test(own_samplers_are_bound) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

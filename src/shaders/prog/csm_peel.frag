@@ -5,6 +5,9 @@
 #ifndef CSM_FIRST
 #define CSM_FIRST 1
 #endif
+#if !defined(GL_ES) && __VERSION__ < 420      // else the output alone
+invariant
+#endif
 in float csm_depth;
 layout(location = 0) out uint result;
 

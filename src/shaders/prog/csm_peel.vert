@@ -1,7 +1,9 @@
-// A view of a csm builder: attribute 0 is the position. Depth is a varying, so that nothing is cut in front or behind.
+// A view of a csm builder: attribute 0 is the position. Depth is a varying, so that nothing is cut in front or behind;
+// two programs peel with it and compare it exactly, hence invariant.
 // uses: csm_bindings
 layout(location = 0) in vec3 position;
-out float csm_depth;
+invariant gl_Position;
+invariant out float csm_depth;
 
 void main()
 {

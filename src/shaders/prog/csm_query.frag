@@ -7,6 +7,8 @@ layout(location = 0) out uvec4 result;
 void main()
 {
     uint i = uint(gl_FragCoord.y) * 1024u + uint(gl_FragCoord.x);
+    result = uvec4(0u);
+    if (i >= glbk_csm_frame.range.x) return;    // the last row is drawn whole
     uvec4 point = texelFetch(glbk_csm_questions, glbk_table_at(2u * i), 0);
     uvec4 light = texelFetch(glbk_csm_questions, glbk_table_at(2u * i + 1u), 0);
     uvec4 range = glbk_csm_frame.range;
