@@ -85,8 +85,11 @@
 
    Memory comes from the allocator in the desc, only while a program is compiled and by calls that say so. Every
    function that can fail returns a glbk_result; where it is not GLBK_OK its outputs are zeroed, GL objects made on the
-   way are deleted, and the log that you gave holds the driver's words or the name of what is missing. Creating calls
-   refuse to start while a GL error is pending (GLBK_ERR_PENDING), so none of yours gets lost or blamed on us.
+   way are deleted, and the log that you gave holds the driver's words or the name of what is missing. Calls that
+   create, compile or read refuse to start while a GL error is pending (GLBK_ERR_PENDING), so none of yours gets lost or
+   blamed on us. Those of a frame (_update, _upload, _place, _object, _render, _shade, ...) do not ask for GL's error
+   flag, which would wait for the driver: they return what they see by themselves. Call glbk_check once a frame, or set
+   desc.check while you look for an error: then all of them ask, before and after.
    Creating, updating, reading and destroying leave every GL state as they found it; passes change what
    docs/gl-state.md lists, and glbk_state_save and glbk_state_restore bring it back. Objects are destroyed explicitly;
    destroying accepts zeroed and half-built objects and, after glbk_abandon or GLBK_ERR_LOST, calls no GL.
@@ -341,6 +344,7 @@ typedef struct glbk_desc {
     uint32_t       first_block;     /* likewise bindings of uniform blocks, first_block .. + 7; storage buffers and
                                        images, of compute alone, are always at 0 .. 7, as GLSL says their numbers */
     glbk_allocator allocator;
+    int            check;           /* not 0: calls of a frame ask for GL's error flag, too; slow, to look for errors */
 } glbk_desc;                        /* zero it, then set what you care about */
 
 typedef struct glbk_context {
@@ -368,6 +372,8 @@ typedef struct glbk_context {
     int            each_target;     /* colour mask and blending are switched for each target */
     int            each_blend;      /* ... and have functions of their own */
     int            offset_clamp;
+    int            check;           /* desc.check */
+    size_t         max_storage;     /* bytes of a storage buffer */
 } glbk_context;
 
 #define GLBK_UNITS 16u              /* slots of textures, of uniform blocks, of storage buffers */
@@ -389,7 +395,8 @@ GLBK_DEF void glbk_abandon(glbk_context *ctx);
    GLBK_ERR_LOST. */
 
 GLBK_DEF glbk_result glbk_check(glbk_context *ctx);
-/* GL's error flag as a result, with its number in the log; for tests and after passes, which do not ask for it. */
+/* GL's error flag as a result, with its number in the log; once a frame, since passes and updates do not ask for it
+   (unless desc.check is set). It is what notices a lost context. */
 
 /* ---- textures ---- */
 
@@ -427,7 +434,8 @@ typedef enum glbk_sampling {
     GLBK_SAMPLING_DEFAULT,          /* = GLBK_SAMPLING_NEAREST */
     GLBK_SAMPLING_NEAREST,
     GLBK_SAMPLING_LINEAR,           /* not for integers; 32-bit floats need ctx->float_linear */
-    GLBK_SAMPLING_MIPMAPS,          /* linear, and between levels; they are generated on creation from data */
+    GLBK_SAMPLING_MIPMAPS,          /* linear, and between levels; they are generated on creation from data, those of
+                                       floats where ctx->float_targets */
     GLBK_SAMPLING_COMPARE,          /* depth formats: linear comparison, sampler2DShadow */
     GLBK_SAMPLING_COUNT
 } glbk_sampling;
@@ -450,8 +458,9 @@ typedef struct glbk_texture {       /* read only; zeroed = none */
 } glbk_texture;
 
 GLBK_DEF glbk_result glbk_texture_create(glbk_context *ctx, const glbk_texture_desc *desc, glbk_texture *out);
-/* Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_LIMIT, GLBK_ERR_GL_MEMORY, GLBK_ERR_PENDING, GLBK_ERR_GL, GLBK_ERR_LOST: the
-            last four hold for every function below that returns a result and calls GL */
+/* Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_LIMIT; GLBK_ERR_FLOAT_TARGET, for mipmaps; GLBK_ERR_GL_MEMORY,
+            GLBK_ERR_PENDING, GLBK_ERR_GL, GLBK_ERR_LOST: these four hold for every function below that creates,
+            compiles or reads; of the others GLBK_ERR_LOST alone does, and all four with desc.check */
 
 GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *texture, uint32_t level, uint32_t x,
                                          uint32_t y, uint32_t layer, uint32_t width, uint32_t height,
@@ -482,6 +491,7 @@ GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t size, const vo
    something else in turn. */
 GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *buffer, size_t offset, size_t size,
                                         const void *data);
+/* Of the whole buffer in one call is best: it gets new storage, so that nothing waits for draws from the old. */
 GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset, size_t size,
                                       void *out);
 /* Waits for the GPU. Not on ES and WebGL: GLBK_ERR_FEATURE. */
@@ -722,13 +732,13 @@ GLBK__PART(BASE)
 
 /* ---- csm: coherent shadow maps, after csm.h ----
 
-   Blocks of csm.h are uploaded as they are (cohsm_data), all of a scene into one table, with a table of instances
-   behind them. Your own shaders ask by csm_visible() of lib/csm_visible.glsl; docs/gpu-layouts.md has all layouts, for
-   those who bring their own API. Then the complete renderer of the paper's section 5. Enumerations have csm.h's
-   numbers. */
+   Blocks of csm.h are uploaded as they are (cohsm_data), all of a scene into one table; up to 16 instances are in a
+   uniform block, more in a table of their own, so that moving them leaves the blocks alone. Your own shaders ask by
+   csm_visible() of lib/csm_visible.glsl; docs/gpu-layouts.md has all layouts, for those who bring their own API. Then
+   the complete renderer of the paper's section 5. Enumerations have csm.h's numbers. */
 
 #define GLBK_CSM_TEXTURES(X)                                                                        \
-    X(usampler2DArray, glbk_csm_blocks, 0)      /* blocks and instances */                          \
+    X(usampler2DArray, glbk_csm_blocks, 0)                                                          \
     X(usampler2DArray, glbk_csm_lights, 1)      /* lights, lobes, patterns */                       \
     X(usampler2D, glbk_csm_place, 2)            /* G-buffer */                                      \
     X(usampler2D, glbk_csm_normal, 3)                                                               \
@@ -739,17 +749,18 @@ GLBK__PART(BASE)
     X(sampler2D, glbk_csm_gloss_map, 8)                                                             \
     X(sampler2D, glbk_csm_normal_map, 9)                                                            \
     X(usampler2DArray, glbk_csm_questions, 10)                                                      \
-    X(usampler2D, glbk_csm_layer0, 11)          /* building: depth layers of a batch of views */    \
-    X(usampler2D, glbk_csm_layer1, 12)                                                              \
-    X(usampler2D, glbk_csm_layer2, 13)                                                              \
-    X(usampler2D, glbk_csm_opened, 14)          /* building: the open segment of each pixel */
+    X(usampler2DArray, glbk_csm_instances, 11)  /* where there are many */                          \
+    X(usampler2D, glbk_csm_layer0, 2)           /* building: depth layers of a batch of views */    \
+    X(usampler2D, glbk_csm_layer1, 3)                                                               \
+    X(usampler2D, glbk_csm_layer2, 4)                                                               \
+    X(usampler2D, glbk_csm_opened, 5)           /* building: the open segment of each pixel */
 
 #define GLBK_CSM_SCENE_MEMBERS(X)                                                                   \
-    X(uvec4, table, 1)          /* texel of the first instance, count */                            \
+    X(uvec4, table, 1)          /* 0; count; 1: they are in the block; 0 */                         \
     X(uvec4, instances, 176)    /* up to 16: the record, then texels 1 to 7 of the block */
 
 #define GLBK_CSM_FRAME_MEMBERS(X)                                                                   \
-    X(uvec4, light, 1)          /* texel of the light; of the first instance; count; ask */         \
+    X(uvec4, light, 1)          /* texel of the light; 0; instances; ask */                         \
     X(uvec4, sampling, 1)       /* S, seed, frame, sampling */                                      \
     X(uvec4, range, 1)          /* samples from, to (resolving: corner); filter; seed of roulette */ \
     X(uvec4, tables, 1)         /* texel of the patterns; planes; width, height */                  \
@@ -779,12 +790,11 @@ GLBK__PART(BASE)
     X(glbk_csm_peel, 3, GLBK_CSM_PEEL_MEMBERS)
 
 #define GLBK_CSM_STORAGE(X)                             \
-    X(restrict, vec4, glbk_csm_sums, 0)                 \
     X(readonly, uvec4, glbk_csm_asked, 1)               \
     X(writeonly, float, glbk_csm_answers, 2)            \
     X(restrict, uvec4, glbk_csm_records, 3)
 
-#define GLBK_CSM_IMAGES(X)
+#define GLBK_CSM_IMAGES(X)      X(restrict, rgba32f, image2D, glbk_csm_total, 0)     /* the sum, by compute */
 
 GLBK__PART(CSM)
 
@@ -803,9 +813,10 @@ typedef struct glbk_csm_instance {
 typedef struct glbk_csm_maps {  /* read only; zeroed = none. Blocks and instances of one scene */
     glbk_texture blocks;
     glbk_buffer  scene;
-    uint32_t     instances_at, capacity, count;
+    uint32_t     texels, capacity, count;       /* texels: of all blocks */
     char         defines[80];   /* what all blocks have in common, for glbk_csm_bind */
     uint32_t     key, near_count, starts[16], heads[16][28];
+    glbk_texture instances;     /* none where they fit in the uniform block */
 } glbk_csm_maps;
 
 GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
@@ -817,11 +828,11 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
 
 GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps, const glbk_csm_instance *instances,
                                          uint32_t count);
-/* All instances of the scene, each time that one moves. Errors: GLBK_ERR_ARGUMENT, where a transform shears, mirrors or
-   scales unevenly, too. */
+/* All instances of the scene, each time that one moves: one upload.
+   Errors   GLBK_ERR_ARGUMENT, where a transform shears, mirrors or scales unevenly, too; GLBK_ERR_ALLOC, of many */
 
 GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps);
-/* For a program of yours with csm_visible among its library files, which is bound: texture and uniform block. A program
+/* For a program of yours with csm_visible among its library files, which is bound: textures and uniform block. One
    compiled with maps->defines among its own is much faster (one domain, one order, one frame, no table of instances),
    but is for maps with the same defines only. */
 
@@ -874,7 +885,7 @@ GLBK_DEF void glbk_csm_asker_destroy(glbk_context *ctx, glbk_csm_asker *asker);
    run       answers the first count of them; may be repeated. Compiles a program for the first maps with their defines,
              ask and filter. Errors: GLBK_ERR_ARGUMENT without an upload, those of glbk_program_create
    read      waits and copies count floats: 1 lit, 0 dark, between with PCF, -1 refused
-   Where ctx->compute, the compute path is taken. */
+   Where ctx->compute, the compute path is taken, unless storage buffers may not be as large as 32 bytes a question. */
 
 /* ---- csm: lights ---- */
 
@@ -960,7 +971,7 @@ typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
     uint32_t     lobes, patterns;
     glbk_texture gbuffer[4], depth, sums[2];
     glbk_target  gbuffer_target, targets[2];
-    glbk_buffer  frame, object, storage;
+    glbk_buffer  frame, object;
     uint32_t     width, height, frames, passes, now;
     int          compute;
 } glbk_csm_renderer;
@@ -1112,18 +1123,19 @@ GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *buil
 /* ---- sfield: shadow fields, after shadowfield.h ----
 
    Fields of spherical harmonics are uploaded as sfield_write wrote them, all of a scene into one table with what the
-   product needs, the entities of the frame and the sky behind them. A pixel of the G-buffer is any point to shade: one
-   of the screen, or a vertex. Your own shaders ask by sfield_shade() of lib/sfield_shade.glsl. Wavelets and fields of
-   logarithms are shadowfield.h's alone. */
+   product needs; the entities of the frame and the sky are in another, so that moving them leaves fields alone. A pixel
+   of the G-buffer is any point to shade: one of the screen, or a vertex. Your own shaders ask by sfield_shade() of
+   lib/sfield_shade.glsl. Wavelets and fields of logarithms are shadowfield.h's alone. */
 
 #define GLBK_SFIELD_TEXTURES(X)                                                                     \
-    X(usampler2DArray, glbk_sfield_table, 0)    /* terms, sky, fields, entities */                  \
+    X(usampler2DArray, glbk_sfield_table, 0)    /* terms, fields */                                 \
     X(usampler2D, glbk_sfield_place, 1)         /* G-buffer */                                      \
     X(usampler2D, glbk_sfield_normal, 2)                                                            \
     X(usampler2DArray, glbk_sfield_self, 3)                                                         \
     X(usampler2D, glbk_sfield_seen, 4)          /* building: samples; texels; integrals of the basis */ \
     X(usampler2D, glbk_sfield_cube, 5)                                                              \
-    X(usampler2DArray, glbk_sfield_basis, 6)
+    X(usampler2DArray, glbk_sfield_basis, 6)                                                        \
+    X(usampler2DArray, glbk_sfield_moving, 7)   /* sky, entities, rotations */
 
 #define GLBK_SFIELD_SCENE_MEMBERS(X)                                                                \
     X(uvec4, table, 1)          /* texel of the entities, count, lights; 1: go to the sky */        \
@@ -1183,9 +1195,10 @@ typedef struct glbk_sfield_desc {
 typedef struct glbk_sfield_world {      /* read only; zeroed = none */
     glbk_texture table;
     glbk_buffer  scene;
-    uint32_t     bands, capacity, count, lights, terms, sky_at, entities_at;
+    uint32_t     bands, capacity, count, lights, terms, texels, entities_at;    /* texels: of the table */
     int          sky;
     float        reach;
+    glbk_texture moving;                /* sky, entities, rotations */
 } glbk_sfield_world;
 
 GLBK_DEF glbk_result glbk_sfield_create(glbk_context *ctx, const glbk_sfield_desc *desc, glbk_sfield_field *fields,
@@ -1792,10 +1805,11 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
     X(uvec4, points, 1)     /* VPLs at most, points of one in a phase, levels of the fill, triangles */  \
     X(vec4, sphere, 1)      /* about the mesh: centre, radius */                                    \
     X(vec4, values, 1)      /* area of a disc over its point's; texels a tile's side outside of windows */  \
-    X(uvec4, near_points, 1) /* how many; where their spheres and they themselves begin in glbk_ism_vpls */
+    X(uvec4, near_points, 1) /* how many; where their spheres and they themselves begin in glbk_ism_vpls; first point
+                               of a draw of rectangles */
 #define GLBK_ISM_VIEW_MEMBERS(X)                                                                    \
     X(uvec4, size, 1)       /* width, height (resolving: corner), pattern; 1: no maps, 2: times albedo */ \
-    X(vec4, values, 1)      /* bias, clamp */
+    X(vec4, values, 1)      /* bias, clamp, first row of a dispatch */
 #define GLBK_ISM_BLOCKS(X)                          \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)    \
     X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
@@ -1817,6 +1831,7 @@ typedef struct glbk_ism_desc {      /* fields as in ism_desc */
     int      no_fill;               /* 1: no pull and push */
     uint32_t near_points;           /* of each VPL, at most 64; 0 = 16 */
     uint32_t window_rim;            /* 2..tile_size / 2; 0 = tile_size / 8, at least 2 */
+    uint32_t points_per_pass;       /* of the core path; 0 = 2^20: a draw must not outlast the driver's patience */
 } glbk_ism_desc;
 
 #define GLBK_ISM_LEVELS 3u
@@ -1837,6 +1852,7 @@ typedef struct glbk_ism_maps {      /* read only; zeroed = none */
     int           compute;          /* the compute path: no depth, kept and pull */
     glbk_program  fill;
     uint32_t      near_count;       /* near points in use */
+    glbk_texture  phase_points[64]; /* the core path's in place of points, so that those drawn with are left alone */
 } glbk_ism_maps;
 
 GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out);
@@ -1888,8 +1904,8 @@ GLBK_DEF glbk_result glbk_ism_near_upload(glbk_context *ctx, glbk_ism_maps *maps
    Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *maps);
-/* Draws all maps: seven passes, 1 + 1 + 3 + 1 and the clearing, or by compute three. Where ctx->max_point_size is below
-   tile_size, the core path has rectangles instead of points.
+/* Draws all maps: a draw for each phase or points_per_pass of it, then 1 + 3 + 1 passes, or by compute two dispatches.
+   Where ctx->max_point_size is below tile_size, the core path has rectangles instead of points.
    Errors   GLBK_ERR_ARGUMENT: a phase was not given yet; GLBK_ERR_LOST */
 GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *maps, float *atlas);
 /* side * side depths as ism_atlas has them. Waits for the GPU. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
@@ -1927,6 +1943,7 @@ typedef struct glbk_ism_shading {   /* fields as in ism_shading */
     float    clamp, bias;
     int      no_maps;
     int      irradiance;            /* 1: not times albedo / pi */
+    uint32_t pairs_per_pass;        /* of a pixel and a VPL; 0 = 2^28: likewise */
 } glbk_ism_shading;
 
 GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps, const glbk_ism_shading *shading);
@@ -3828,13 +3845,11 @@ static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
     "uniform sampler2D glbk_csm_gloss_map;\n",
     "uniform sampler2D glbk_csm_normal_map;\n",
     "uniform usampler2DArray glbk_csm_questions;\n",
+    "uniform usampler2DArray glbk_csm_instances;\n",
     "uniform usampler2D glbk_csm_layer0;\n",
     "uniform usampler2D glbk_csm_layer1;\n",
     "uniform usampler2D glbk_csm_layer2;\n",
     "uniform usampler2D glbk_csm_opened;\n",
-    "#if __VERSION__ >= 430\n",
-    "layout(std430, binding = 0) restrict buffer glbk_csm_sums_storage { vec4 glbk_csm_sums[]; };\n",
-    "#endif\n",
     "#if __VERSION__ >= 430\n",
     "layout(std430, binding = 1) readonly buffer glbk_csm_asked_storage { uvec4 glbk_csm_asked[]; };\n",
     "#endif\n",
@@ -3843,6 +3858,9 @@ static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
     "#endif\n",
     "#if __VERSION__ >= 430\n",
     "layout(std430, binding = 3) restrict buffer glbk_csm_records_storage { uvec4 glbk_csm_records[]; };\n",
+    "#endif\n",
+    "#if __VERSION__ >= 430\n",
+    "layout(rgba32f, binding = 0) restrict uniform image2D glbk_csm_total;\n",
     "#endif\n"
 };
 
@@ -3983,11 +4001,18 @@ static const char *const glbk__glsl_lib_csm_gbuffer_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_csm_instances_glsl[] = {
-    "// csm_instances - few instances of a scene, from the block that glbk_csm_bind binds.\n",
+    "// csm_instances - instances of a scene, from what glbk_csm_bind binds: up to 16 are in the block, more in a table.\n",
     "// uses: csm_access\n",
     "#ifdef CSM_INSTANCES                // 1 or 16: no more instances than that, in the uniform block with their headers\n",
     "#define COHSM_INSTANCE(table, i, k) glbk_csm_scene.instances[11u * min(i, uint(CSM_INSTANCES) - 1u) + k]\n",
     "#define COHSM_HEADER(i, k) COHSM_INSTANCE(0u, i, 3u + k)\n",
+    "#else\n",
+    "uvec4 csm_instance(uint i, uint k)\n",
+    "{\n",
+    "    if (glbk_csm_scene.table.z != 0u) return glbk_csm_scene.instances[11u * min(i, 15u) + k];\n",
+    "    return texelFetch(glbk_csm_instances, glbk_table_at(4u * i + k), 0);\n",
+    "}\n",
+    "#define COHSM_INSTANCE(table, i, k) csm_instance(i, k)\n",
     "#endif\n"
 };
 
@@ -4075,7 +4100,8 @@ static const char *const glbk__glsl_lib_csm_shade_glsl[] = {
     "vec4 csm_shade(csm_point p, uint pixel)\n",
     "{\n",
     "    uvec4 sampling = glbk_csm_frame.sampling, range = glbk_csm_frame.range;\n",
-    "    uint table = glbk_csm_frame.light.y, count = glbk_csm_frame.light.z;\n",
+    "    const uint table = 0u;\n",
+    "    uint count = glbk_csm_frame.light.z;\n",
     "    const int ask = CSM_ASK;\n",
     "    cohsm_light light = cohsm_light_open(glbk_csm_frame.light.x);\n",
     "    light.shape = uint(CSM_SHAPE);\n",
@@ -4118,7 +4144,7 @@ static const char *const glbk__glsl_lib_csm_visible_glsl[] = {
     "// self: the instance that the point lies on, or COHSM_NO_SELF. light: see cohsm_visible.glsl.\n",
     "float csm_visible(uint self, cohsm_query query, vec3 point, vec3 light)\n",
     "{\n",
-    "    return cohsm_visible_scene(glbk_csm_scene.table.x, glbk_csm_scene.table.y, self, query, point, light);\n",
+    "    return cohsm_visible_scene(0u, glbk_csm_scene.table.y, self, query, point, light);\n",
     "}\n"
 };
 
@@ -6384,9 +6410,10 @@ static const char *const glbk__glsl_lib_rsm_smooth_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_sfield_access_glsl[] = {
-    "// sfield_access - what sfield_field asks of a program, from the texture that glbk_sfield_bind binds.\n",
+    "// sfield_access - what sfield_field asks of a program, from the textures that glbk_sfield_bind binds.\n",
     "// uses: table sfield_bindings\n",
     "#define SFIELD_TEXEL(i) texelFetch(glbk_sfield_table, glbk_table_at(i), 0)\n",
+    "#define SFIELD_MOVING(i) texelFetch(glbk_sfield_moving, glbk_table_at(i), 0)\n",
     "#ifndef SFIELD_BANDS\n",
     "#define SFIELD_BANDS 4\n",
     "#endif\n",
@@ -6404,6 +6431,7 @@ static const char *const glbk__glsl_lib_sfield_bindings_glsl[] = {
     "uniform usampler2D glbk_sfield_seen;\n",
     "uniform usampler2D glbk_sfield_cube;\n",
     "uniform usampler2DArray glbk_sfield_basis;\n",
+    "uniform usampler2DArray glbk_sfield_moving;\n",
     "#if __VERSION__ >= 430\n",
     "layout(rgba32f, binding = 0) writeonly uniform image2D glbk_sfield_light_image;\n",
     "#endif\n",
@@ -6422,15 +6450,19 @@ static const char *const glbk__glsl_lib_sfield_field_glsl[] = {
     "// sfield_field - shadow fields at a point, and the algebra of their coefficients. C twins: shadowfield.h.\n",
     "//\n",
     "// Functions of direction are float[SFIELD_COEFS] of real spherical harmonics, number l^2 + l + m, Y1 = 0.4886 (y, z,\n",
-    "// x). Fields, rotations and tripling coefficients lie in one table (docs/gpu-layouts.md), named by their first texel.\n",
+    "// x). Fields and tripling coefficients lie in one table, rotations in that of what moves or, without SFIELD_MOVING, the\n",
+    "// same (docs/gpu-layouts.md); they are named by their first texel.\n",
     "#ifndef SFIELD_TEXEL\n",
     "#error \"SFIELD_TEXEL(i): texel i of the table as uvec4\"\n",
     "#endif\n",
     "#ifndef SFIELD_BANDS\n",
     "#error \"SFIELD_BANDS: 1 to 8\"\n",
     "#endif\n",
+    "#ifndef SFIELD_MOVING\n",
+    "#define SFIELD_MOVING(i) SFIELD_TEXEL(i)                // texel i of sky, entities and rotations\n",
+    "#endif\n",
     "#ifndef SFIELD_ROTATION\n",
-    "#define SFIELD_ROTATION(i) SFIELD_TEXEL(i)              // texel i of a rotation\n",
+    "#define SFIELD_ROTATION(i) SFIELD_MOVING(i)             // texel i of a rotation\n",
     "#endif\n",
     "#define SFIELD_COEFS (SFIELD_BANDS * SFIELD_BANDS)\n",
     "#define SFIELD_CELLS ((SFIELD_COEFS + 15) / 16)         // texels of a sample and channel\n",
@@ -6683,7 +6715,7 @@ static const char *const glbk__glsl_lib_sfield_gbuffer_glsl[] = {
     "        }\n",
     "    }\n",
     "    if (p.entity != SFIELD_NONE) {\n",
-    "        uint rotation = SFIELD_TEXEL(sfield_at(p.entity) + 5u).z;\n",
+    "        uint rotation = SFIELD_MOVING(sfield_at(p.entity) + 5u).z;\n",
     "        if (rotation != SFIELD_NONE) sfield_rotate(rotation, false, t);\n",
     "    }\n",
     "}\n",
@@ -6729,13 +6761,13 @@ static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
     "\n",
     "uvec4 sfield_record(uint name, uint k)\n",
     "{\n",
-    "    if ((name & 255u) == 255u) return SFIELD_TEXEL(glbk_sfield_scene.table.x + (name >> 8) * SFIELD_ENTITY + k);\n",
+    "    if ((name & 255u) == 255u) return SFIELD_MOVING(glbk_sfield_scene.table.x + (name >> 8) * SFIELD_ENTITY + k);\n",
     "    return sfield_texels[(name & 255u) * SFIELD_ENTITY + k];\n",
     "}\n",
     "\n",
     "uvec4 sfield_rotation_texel(uint i)\n",
     "{\n",
-    "    if (i < SFIELD_TURNED) return SFIELD_TEXEL(i);\n",
+    "    if (i < SFIELD_TURNED) return SFIELD_MOVING(i);\n",
     "    return sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + (i & ~SFIELD_TURNED)];\n",
     "}\n",
     "\n",
@@ -6804,9 +6836,9 @@ static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
     "    if (box.low.x > box.high.x) return;\n",
     "    for (uint e = me; e < glbk_sfield_scene.table.y; e += SFIELD_GROUP) {\n",
     "        uint at = glbk_sfield_scene.table.x + e * SFIELD_ENTITY;\n",
-    "        vec4 occluder = uintBitsToFloat(SFIELD_TEXEL(at)), source = uintBitsToFloat(SFIELD_TEXEL(at + 1u));\n",
+    "        vec4 occluder = uintBitsToFloat(SFIELD_MOVING(at)), source = uintBitsToFloat(SFIELD_MOVING(at + 1u));\n",
     "        vec2 span = sfield_span(box, occluder.xyz), light = source.w > 0.0 ? sfield_span(box, source.xyz) : vec2(0.0);\n",
-    "        bool hides = span.x < occluder.w && sfield_above(box, occluder.xyz, uintBitsToFloat(SFIELD_TEXEL(at + 3u).w));\n",
+    "        bool hides = span.x < occluder.w && sfield_above(box, occluder.xyz, uintBitsToFloat(SFIELD_MOVING(at + 3u).w));\n",
     "        if (!hides && !(source.w > 0.0)) continue;\n",
     "        span = vec2(source.w > 0.0 ? light.x : span.x, hides ? max(span.y, light.y) : light.y);\n",
     "        uint slot = atomicAdd(sfield_listed, 1u);\n",
@@ -6827,8 +6859,8 @@ static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
     "    }\n",
     "    sfield_wait();\n",
     "    for (uint i = me; i < listed * SFIELD_ENTITY; i += SFIELD_GROUP)\n",
-    "        sfield_texels[i] = SFIELD_TEXEL(glbk_sfield_scene.table.x + sfield_numbers[i / SFIELD_ENTITY] * SFIELD_ENTITY +\n",
-    "                                        i % SFIELD_ENTITY);\n",
+    "        sfield_texels[i] = SFIELD_MOVING(glbk_sfield_scene.table.x + sfield_numbers[i / SFIELD_ENTITY] * SFIELD_ENTITY +\n",
+    "                                         i % SFIELD_ENTITY);\n",
     "    sfield_wait();\n",
     "    for (uint i = me; i < listed; i += SFIELD_GROUP) {\n",
     "        uint at = i * SFIELD_ENTITY + 5u, rotation = sfield_texels[at].z;\n",
@@ -6840,7 +6872,7 @@ static const char *const glbk__glsl_lib_sfield_list_glsl[] = {
     "    }\n",
     "    sfield_wait();\n",
     "    for (uint i = me; i < min(sfield_turned, turns) * turn; i += SFIELD_GROUP)\n",
-    "        sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + i] = SFIELD_TEXEL(sfield_turns[i / turn] + i % turn);\n",
+    "        sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + i] = SFIELD_MOVING(sfield_turns[i / turn] + i % turn);\n",
     "    sfield_wait();\n",
     "}\n"
 };
@@ -6886,7 +6918,7 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "#define SFIELD_COUNT glbk_sfield_scene.table.y\n",
     "#define SFIELD_NAME(i) i\n",
     "#define SFIELD_NUMBER(name) name\n",
-    "#define SFIELD_RECORD(name, k) SFIELD_TEXEL(sfield_at(name) + k)\n",
+    "#define SFIELD_RECORD(name, k) SFIELD_MOVING(sfield_at(name) + k)\n",
     "#define SFIELD_NEAR(i) 0.0\n",
     "#define SFIELD_FAR(i) 3e38\n",
     "#endif\n",
@@ -7014,7 +7046,7 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "{\n",
     "    uint at = glbk_sfield_scene.parts.z;\n",
     "    vec3 rgb = vec3(0.0);\n",
-    "    for (int k = 0; k < SFIELD_COEFS; k++) rgb += t[k] * uintBitsToFloat(SFIELD_TEXEL(at + uint(k)).xyz);\n",
+    "    for (int k = 0; k < SFIELD_COEFS; k++) rgb += t[k] * uintBitsToFloat(SFIELD_MOVING(at + uint(k)).xyz);\n",
     "    return rgb;\n",
     "}\n",
     "\n",
@@ -7033,7 +7065,7 @@ static const char *const glbk__glsl_lib_sfield_shade_glsl[] = {
     "    sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);\n",
     "    uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE, first = 0u;\n",
     "    uint name[SFIELD_BATCH];\n",
-    "    if (own < count && uintBitsToFloat(SFIELD_TEXEL(sfield_at(own) + 1u).w) > 0.0) left--;\n",
+    "    if (own < count && uintBitsToFloat(SFIELD_MOVING(sfield_at(own) + 1u).w) > 0.0) left--;\n",
     "    bool sky = glbk_sfield_scene.table.w != 0u, more = left > 0u || sky;\n",
     "    float d2 = 0.0, o[SFIELD_COEFS], key[SFIELD_BATCH];\n",
     "    sfield_blockers met;\n",
@@ -7321,7 +7353,7 @@ static const char *const glbk__glsl_prog_csm_resolve_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_csm_shade_comp[] = {
-    "// csm_shade.frag as a compute shader: the sums are a storage buffer, rows of the picture one after the other.\n",
+    "// csm_shade.frag as a compute shader: the sums are an image, changed in place.\n",
     "// uses: csm_gbuffer csm_shade\n",
     "// sets: CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1\n",
     "layout(local_size_x = 8, local_size_y = 8) in;\n",
@@ -7332,9 +7364,9 @@ static const char *const glbk__glsl_prog_csm_shade_comp[] = {
     "    uint i = uint(at.y) * glbk_csm_frame.tables.z + uint(at.x);\n",
     "    csm_point p;\n",
     "    if (uint(at.x) >= glbk_csm_frame.tables.z || uint(at.y) >= glbk_csm_frame.tables.w) return;\n",
-    "    vec4 sum = glbk_csm_frame.query.w > 0.0 ? glbk_csm_sums[i] : vec4(0.0);\n",
+    "    vec4 sum = glbk_csm_frame.query.w > 0.0 ? imageLoad(glbk_csm_total, at) : vec4(0.0);\n",
     "    if (csm_read_point(at, p)) sum += csm_shade(p, i);\n",
-    "    glbk_csm_sums[i] = sum;\n",
+    "    imageStore(glbk_csm_total, at, sum);\n",
     "}\n"
 };
 
@@ -7844,6 +7876,7 @@ static const char *const glbk__glsl_prog_ism_shade_comp[] = {
     "{\n",
     "    uint side = glbk_ism_view.size.z, pattern = side * side, first = gl_WorkGroupID.z, used = ism_used(first, pattern);\n",
     "    ivec2 at = ivec2(gl_GlobalInvocationID.xy * side + uvec2(first % side, first / side));\n",
+    "    at.y += int(glbk_ism_view.values.z);        // the first row of this dispatch\n",
     "    bool inside = all(lessThan(at, ivec2(glbk_ism_view.size.xy)));\n",
     "    float most = glbk_ism_view.values.y;\n",
     "    vec4 sum = vec4(0.0);\n",
@@ -8087,12 +8120,12 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "void main()\n",
     "{\n",
     "#if ISM_QUADS\n",
-    "    uint index = uint(gl_InstanceID);\n",
+    "    uint index = uint(gl_InstanceID) + glbk_ism_frame.near_points.w;\n",
     "#else\n",
     "    uint index = uint(gl_VertexID);\n",
     "    gl_PointSize = 1.0;\n",
     "#endif\n",
-    "    uint v = index / glbk_ism_frame.points.y % glbk_ism_frame.points.x;\n",
+    "    uint v = index / glbk_ism_frame.points.y;       // the points of one phase are bound\n",
     "    ism_surfel s;\n",
     "    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);\n",
     "    ism_at = vec4(0.0);\n",
@@ -9132,7 +9165,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/csm_access.glsl", glbk__glsl_lib_csm_access_glsl, 8, "table csm_bindings", "",
       "" },
-    { "lib/csm_bindings.glsl", glbk__glsl_lib_csm_bindings_glsl, 28, "", "",
+    { "lib/csm_bindings.glsl", glbk__glsl_lib_csm_bindings_glsl, 29, "", "",
       "" },
     { "lib/csm_compress.glsl", glbk__glsl_lib_csm_compress_glsl, 70, "csm_bindings csm_peel", "",
       "" },
@@ -9140,7 +9173,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/csm_gbuffer.glsl", glbk__glsl_lib_csm_gbuffer_glsl, 47, "csm_point", "",
       "" },
-    { "lib/csm_instances.glsl", glbk__glsl_lib_csm_instances_glsl, 6, "csm_access csm_scene", "",
+    { "lib/csm_instances.glsl", glbk__glsl_lib_csm_instances_glsl, 13, "csm_access csm_scene", "",
       "" },
     { "lib/csm_object.glsl", glbk__glsl_lib_csm_object_glsl, 10, "", "",
       "" },
@@ -9152,7 +9185,7 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/csm_scene.glsl", glbk__glsl_lib_csm_scene_glsl, 5, "", "",
       "" },
-    { "lib/csm_shade.glsl", glbk__glsl_lib_csm_shade_glsl, 59, "csm_pattern csm_instances cohsm_visible cohsm_estimate csm_point csm_frame", "",
+    { "lib/csm_shade.glsl", glbk__glsl_lib_csm_shade_glsl, 60, "csm_pattern csm_instances cohsm_visible cohsm_estimate csm_point csm_frame", "",
       "" },
     { "lib/csm_visible.glsl", glbk__glsl_lib_csm_visible_glsl, 8, "csm_instances cohsm_visible csm_scene", "",
       "" },
@@ -9236,11 +9269,11 @@ static const glbk_file glbk__files[] = {
       "" },
     { "lib/rsm_smooth.glsl", glbk__glsl_lib_rsm_smooth_glsl, 26, "rsm_screen rsm_frame", "",
       "" },
-    { "lib/sfield_access.glsl", glbk__glsl_lib_sfield_access_glsl, 9, "table sfield_bindings", "",
+    { "lib/sfield_access.glsl", glbk__glsl_lib_sfield_access_glsl, 10, "table sfield_bindings", "",
       "" },
-    { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 20, "", "",
+    { "lib/sfield_bindings.glsl", glbk__glsl_lib_sfield_bindings_glsl, 21, "", "",
       "" },
-    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 223, "", "",
+    { "lib/sfield_field.glsl", glbk__glsl_lib_sfield_field_glsl, 227, "", "",
       "" },
     { "lib/sfield_frame.glsl", glbk__glsl_lib_sfield_frame_glsl, 4, "", "",
       "" },
@@ -9312,7 +9345,7 @@ static const glbk_file glbk__files[] = {
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" },
     { "prog/ism_resolve.frag", glbk__glsl_prog_ism_resolve_frag, 10, "ism_bindings ism_view", "screen.vert",
       "" },
-    { "prog/ism_shade.comp", glbk__glsl_prog_ism_shade_comp, 47, "ism_gbuffer ism_light ism_view", "",
+    { "prog/ism_shade.comp", glbk__glsl_prog_ism_shade_comp, 48, "ism_gbuffer ism_light ism_view", "",
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" },
     { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 16, "ism_gbuffer ism_light ism_view", "screen.vert",
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" },
@@ -9461,6 +9494,23 @@ static glbk_result glbk__enter(glbk_context *ctx)
 
 static glbk_result glbk__leave(glbk_context *ctx) { return glbk__take_errors(ctx, GLBK_ERR_GL); }
 
+/* The same of a frame's calls, which ask GL only where the user wants it: its answer makes browsers and drivers with
+   threads of their own wait for all that was asked of them before. */
+static glbk_result glbk__enter_frame(glbk_context *ctx)
+{
+    if (!ctx || ctx->check) return glbk__enter(ctx);
+    glbk__log_clear(ctx);
+    return ctx->lost ? GLBK_ERR_LOST : GLBK_OK;
+}
+
+static glbk_result glbk__leave_frame(glbk_context *ctx) { return ctx->check ? glbk__leave(ctx) : GLBK_OK; }
+
+/* The end of a creating call whose last steps were a frame's. */
+static glbk_result glbk__made(glbk_context *ctx, glbk_result result)
+{
+    return result == GLBK_OK ? glbk__leave(ctx) : result;
+}
+
 GLBK_DEF glbk_result glbk_check(glbk_context *ctx)
 {
     if (!ctx) return GLBK_ERR_ARGUMENT;
@@ -9567,6 +9617,7 @@ static void glbk__read_features(glbk_context *ctx, const glbk_desc *desc)
     ctx->max_layers = glbk__get(ctx, 0x88FF);
     ctx->max_targets = glbk__get(ctx, 0x8824 /* MAX_DRAW_BUFFERS */);
     if (ctx->max_targets > 8) ctx->max_targets = 8;
+    if (ctx->compute) ctx->max_storage = glbk__get(ctx, 0x90DE /* MAX_SHADER_STORAGE_BLOCK_SIZE */);
     ctx->gl.GetFloatv(0x846D /* ALIASED_POINT_SIZE_RANGE */, points);
     ctx->max_point_size = points[1];
 }
@@ -9611,6 +9662,7 @@ GLBK_DEF glbk_result glbk_init(glbk_context *ctx, const glbk_desc *desc)
     ctx->first_unit = desc->first_unit;
     ctx->first_block = desc->first_block;
     ctx->allocator = desc->allocator;
+    ctx->check = desc->check != 0;
     glbk__log_clear(ctx);
     result = glbk__init(ctx, desc);
     if (result != GLBK_OK) glbk_destroy(ctx);
@@ -9720,6 +9772,8 @@ static glbk_result glbk__check_texture(const glbk_context *ctx, glbk_texture_des
     if (d->sampling != GLBK_SAMPLING_LINEAR && d->sampling != GLBK_SAMPLING_MIPMAPS) return GLBK_OK;
     if (glbk__is_integer(d->format) || glbk__is_depth(d->format)) return GLBK_ERR_ARGUMENT;
     if (glbk__formats[d->format].type == GLBK_GL_FLOAT && !ctx->float_linear) return GLBK_ERR_ARGUMENT;
+    if (d->sampling == GLBK_SAMPLING_MIPMAPS && d->data && glbk__is_float(d->format) && !ctx->float_targets)
+        return GLBK_ERR_FLOAT_TARGET;           /* glGenerateMipmap is for what can be rendered to */
     return GLBK_OK;
 }
 
@@ -9809,15 +9863,45 @@ GLBK_DEF glbk_result glbk_texture_create(glbk_context *ctx, const glbk_texture_d
     return result;
 }
 
+/* What is bound in a texture's place while texels go into it. */
+typedef struct glbk__upload {
+    glbk__store store;
+    int32_t     bound;
+} glbk__upload;
+
+static void glbk__upload_begin(const glbk_context *ctx, const glbk_texture *t, glbk__upload *old)
+{
+    old->bound = 0;
+    ctx->gl.GetIntegerv(glbk__binding_of(t->gl_target), &old->bound);
+    glbk__store_begin(ctx, GLBK__UNPACK, &old->store);
+    ctx->gl.BindTexture(t->gl_target, t->name);
+}
+
+static void glbk__upload_end(const glbk_context *ctx, const glbk_texture *t, const glbk__upload *old)
+{
+    ctx->gl.BindTexture(t->gl_target, (uint32_t)old->bound);
+    glbk__store_end(ctx, GLBK__UNPACK, &old->store);
+}
+
+static void glbk__upload_box(const glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x, uint32_t y,
+                             uint32_t layer, uint32_t width, uint32_t height, uint32_t layers, const void *data)
+{
+    const glbk__format_info *f = &glbk__formats[t->format];
+    if (t->layers)
+        ctx->gl.TexSubImage3D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)layer, (int32_t)width,
+                              (int32_t)height, (int32_t)layers, f->format, f->type, data);
+    else
+        ctx->gl.TexSubImage2D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)width, (int32_t)height,
+                              f->format, f->type, data);
+}
+
 GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x,
                                          uint32_t y, uint32_t layer, uint32_t width, uint32_t height,
                                          uint32_t layers, const void *data)
 {
-    const glbk__format_info *f;
-    glbk__store store;
-    int32_t bound = 0;
+    glbk__upload old;
     uint32_t wide, high, deep;
-    glbk_result result = glbk__enter(ctx);
+    glbk_result result = glbk__enter_frame(ctx);
 
     if (result != GLBK_OK) return result;
     if (!t || !t->name || !data || level >= t->levels) return GLBK_ERR_ARGUMENT;
@@ -9826,19 +9910,10 @@ GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *
     deep = t->layers ? t->layers : 1;
     if (x > wide || width > wide - x || y > high || height > high - y || layer > deep || layers > deep - layer)
         return GLBK_ERR_ARGUMENT;
-    f = &glbk__formats[t->format];
-    ctx->gl.GetIntegerv(glbk__binding_of(t->gl_target), &bound);
-    glbk__store_begin(ctx, GLBK__UNPACK, &store);
-    ctx->gl.BindTexture(t->gl_target, t->name);
-    if (t->layers)
-        ctx->gl.TexSubImage3D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)layer, (int32_t)width,
-                              (int32_t)height, (int32_t)layers, f->format, f->type, data);
-    else
-        ctx->gl.TexSubImage2D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)width, (int32_t)height,
-                              f->format, f->type, data);
-    ctx->gl.BindTexture(t->gl_target, (uint32_t)bound);
-    glbk__store_end(ctx, GLBK__UNPACK, &store);
-    return glbk__leave(ctx);
+    glbk__upload_begin(ctx, t, &old);
+    glbk__upload_box(ctx, t, level, x, y, layer, width, height, layers, data);
+    glbk__upload_end(ctx, t, &old);
+    return glbk__leave_frame(ctx);
 }
 
 GLBK_DEF void glbk_texture_destroy(glbk_context *ctx, glbk_texture *texture)
@@ -9874,7 +9949,7 @@ GLBK_DEF glbk_result glbk_table_create(glbk_context *ctx, glbk_format format, co
     d.height = (uint32_t)(rows < side ? rows : side);
     d.layers = (uint32_t)((rows - 1) / side + 1);
     result = glbk_texture_create(ctx, &d, out);
-    if (result == GLBK_OK && texels) result = glbk_table_update(ctx, out, 0, count, texels);
+    if (result == GLBK_OK && texels) result = glbk__made(ctx, glbk_table_update(ctx, out, 0, count, texels));
     if (result != GLBK_OK) glbk_texture_destroy(ctx, out);
     return result;
 }
@@ -9885,31 +9960,37 @@ GLBK_DEF glbk_result glbk_table_update(glbk_context *ctx, const glbk_texture *ta
 {
     const size_t side = GLBK__TABLE_SIDE;
     const unsigned char *from = (const unsigned char *)texels;
+    glbk__upload old;
     size_t room;
+    glbk_result result;
 
     if (!ctx || !table || !table->name || table->width != side || !table->layers || !texels) return GLBK_ERR_ARGUMENT;
     room = side * table->height * table->layers;
     if (first > room || count > room - first) return GLBK_ERR_ARGUMENT;
+    result = glbk__enter_frame(ctx);
+    if (result != GLBK_OK || !count) return result;
+    glbk__upload_begin(ctx, table, &old);
     while (count) {
         size_t x = first % side, y = first / side % side, layer = first / side / side, width, height = 1;
-        glbk_result result;
         if (x || count < side) {
             width = count < side - x ? count : side - x;
         } else {
             width = side;
             height = count / side < side - y ? count / side : side - y;
         }
-        result = glbk_texture_update(ctx, table, 0, (uint32_t)x, (uint32_t)y, (uint32_t)layer, (uint32_t)width,
-                                     (uint32_t)height, 1, from);
-        if (result != GLBK_OK) return result;
+        glbk__upload_box(ctx, table, 0, (uint32_t)x, (uint32_t)y, (uint32_t)layer, (uint32_t)width, (uint32_t)height,
+                         1, from);
         from += width * height * glbk__formats[table->format].bytes;
         first += width * height;
         count -= width * height;
     }
-    return GLBK_OK;
+    glbk__upload_end(ctx, table, &old);
+    return glbk__leave_frame(ctx);
 }
 
 /* ---- >>buffers: through the copy target, which no vertex array or draw looks at ---- */
+
+enum { GLBK__DYNAMIC_DRAW = 0x88E8 };
 
 GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t size, const void *data, glbk_buffer *out)
 {
@@ -9941,16 +10022,38 @@ static int glbk__inside(const glbk_buffer *buffer, size_t offset, size_t size)
 GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *buffer, size_t offset, size_t size,
                                         const void *data)
 {
+    const uint32_t target = GLBK_GL_COPY_WRITE_BUFFER;
     int32_t bound = 0;
-    glbk_result result = glbk__enter(ctx);
+    glbk_result result = glbk__enter_frame(ctx);
 
     if (result != GLBK_OK) return result;
     if (!data || !glbk__inside(buffer, offset, size)) return GLBK_ERR_ARGUMENT;
-    ctx->gl.GetIntegerv(GLBK_GL_COPY_WRITE_BUFFER, &bound);
-    ctx->gl.BindBuffer(GLBK_GL_COPY_WRITE_BUFFER, buffer->name);
-    ctx->gl.BufferSubData(GLBK_GL_COPY_WRITE_BUFFER, (ptrdiff_t)offset, (ptrdiff_t)size, data);
-    ctx->gl.BindBuffer(GLBK_GL_COPY_WRITE_BUFFER, (uint32_t)bound);
-    return glbk__leave(ctx);
+    ctx->gl.GetIntegerv(target, &bound);
+    ctx->gl.BindBuffer(target, buffer->name);
+    if (size == buffer->size) ctx->gl.BufferData(target, (ptrdiff_t)size, data, GLBK__DYNAMIC_DRAW);
+    else ctx->gl.BufferSubData(target, (ptrdiff_t)offset, (ptrdiff_t)size, data);
+    ctx->gl.BindBuffer(target, (uint32_t)bound);
+    return glbk__leave_frame(ctx);
+}
+
+/* All values of a block or storage buffer for the draws that follow, bound to its slot: two calls, which go through the
+   binding that a pass changes anyway. The storage is new, so that nothing waits for the draws before, copies what they
+   read or, on GPUs that draw tile by tile, splits their pass. */
+static glbk_result glbk__put_values(glbk_context *ctx, uint32_t target, uint32_t slot, const glbk_buffer *buffer,
+                                    const void *values)
+{
+    glbk_result result = glbk__enter_frame(ctx);
+    if (ctx->lost || !buffer->name) return ctx->lost ? GLBK_ERR_LOST : GLBK_ERR_ARGUMENT;
+    if (target == GLBK_GL_UNIFORM_BUFFER) slot += ctx->first_block;
+    ctx->gl.BindBufferBase(target, slot, buffer->name);         /* even so: a callback may draw in spite of an error */
+    if (result != GLBK_OK) return result;
+    ctx->gl.BufferData(target, (ptrdiff_t)buffer->size, values, GLBK_GL_STREAM_DRAW);
+    return glbk__leave_frame(ctx);
+}
+
+static glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer, const void *values)
+{
+    return glbk__put_values(ctx, GLBK_GL_UNIFORM_BUFFER, slot, buffer, values);
 }
 
 GLBK_DEF glbk_result glbk_buffer_read(glbk_context *ctx, const glbk_buffer *buffer, size_t offset, size_t size,
@@ -10511,7 +10614,7 @@ typedef struct glbk__slot {
     uint32_t    slot;
 } glbk__slot;
 
-/* Each list ends with an entry of its own, since C knows no empty arrays. Samplers of a user's own stand behind ours. */
+/* Each list ends with an entry of its own, since C knows no empty arrays. A user's own samplers stand behind ours. */
 static const glbk__slot glbk__texture_slots[] = {
 #define GLBK__ENTRY(type, name, slot) { #name, slot },
 #define GLBK__LIST(part, PART) GLBK_##PART##_TEXTURES(GLBK__ENTRY)
@@ -11058,60 +11161,85 @@ GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_bloc
         texels += blocks[i].size / 16;
         texels += (size_t)-(ptrdiff_t)texels & 3u;      /* lines of 64 bytes do not straddle rows then */
     }
-    if (capacity > (((uint32_t)1 << 28) - (uint32_t)texels) / GLBK__CSM_RECORD) return GLBK_ERR_LIMIT;
-    out->instances_at = (uint32_t)texels;
+    if (capacity > ((uint32_t)1 << 28) / GLBK__CSM_RECORD) return GLBK_ERR_LIMIT;
+    out->texels = (uint32_t)texels;
     out->capacity = capacity;
     glbk__csm_write_defines(blocks, count, out);
-    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + GLBK__CSM_RECORD * (size_t)capacity + 1,
-                               &out->blocks);
+    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
+    if (result == GLBK_OK && !out->near_count)
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__CSM_RECORD * (size_t)capacity + 1,
+                                   &out->instances);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_scene), NULL, &out->scene);
     for (i = 0; i < count && result == GLBK_OK; i++)
         result = glbk_table_update(ctx, &out->blocks, starts[i], blocks[i].size / 16, blocks[i].data);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_scene), NULL, &out->scene);
-    if (result == GLBK_OK) result = glbk_csm_maps_place(ctx, out, NULL, 0);
+    if (result == GLBK_OK) result = glbk__made(ctx, glbk_csm_maps_place(ctx, out, NULL, 0));
     if (result != GLBK_OK) glbk_csm_maps_destroy(ctx, out);
     return result;
 }
 
-/* An instance and its block's header into the uniform block. */
-static void glbk__csm_place_near(const glbk_csm_maps *maps, uint32_t i, const uint32_t *record, glbk_csm_scene *scene)
+/* Four texels: the way into the object's space, its block. */
+static void glbk__csm_record(const glbk_csm_instance *instance, uint32_t *words)
 {
-    uint32_t *to = scene->instances + 4 * GLBK__CSM_NEAR_TEXELS * i, block = 0;
-    while (block + 1 < GLBK__CSM_NEAR && maps->starts[block] != record[12]) block++;
-    memcpy(to, record, 4 * 4 * GLBK__CSM_RECORD);
-    memcpy(to + 4 * GLBK__CSM_RECORD, maps->heads[block], sizeof maps->heads[block]);
+    float inverse[16], row[4];
+    uint32_t r, c;
+    glbk__m4_affine_inverse(inverse, instance->transform);
+    for (r = 0; r < 3; r++) {
+        for (c = 0; c < 4; c++) row[c] = inverse[4 * c + r];
+        memcpy(words + 4 * r, row, sizeof row);
+    }
+    words[12] = instance->start;
+    memcpy(words + 13, &instance->offset, 4);
+    words[14] = words[15] = 0;
+}
+
+/* Instances and the headers of their blocks into the uniform block. */
+static void glbk__csm_place_near(const glbk_csm_maps *maps, const glbk_csm_instance *instances, uint32_t count,
+                                 glbk_csm_scene *scene)
+{
+    uint32_t i, block;
+    for (i = 0; i < count; i++) {
+        uint32_t *to = scene->instances + 4 * GLBK__CSM_NEAR_TEXELS * i;
+        glbk__csm_record(&instances[i], to);
+        for (block = 0; block + 1 < GLBK__CSM_NEAR && maps->starts[block] != instances[i].start;) block++;
+        memcpy(to + 4 * GLBK__CSM_RECORD, maps->heads[block], sizeof maps->heads[block]);
+    }
+}
+
+/* All of them into their table at once. */
+static glbk_result glbk__csm_place_many(glbk_context *ctx, const glbk_csm_maps *maps,
+                                        const glbk_csm_instance *instances, uint32_t count)
+{
+    glbk__allocator memory = glbk__memory(ctx);
+    uint32_t *words = (uint32_t *)glbk__alloc_array(&memory, count, 4 * 4 * GLBK__CSM_RECORD), i;
+    glbk_result result;
+    if (!words) return GLBK_ERR_ALLOC;
+    for (i = 0; i < count; i++) glbk__csm_record(&instances[i], words + 4 * GLBK__CSM_RECORD * (size_t)i);
+    result = glbk_table_update(ctx, &maps->instances, 0, GLBK__CSM_RECORD * (size_t)count, words);
+    glbk__free(&memory, words);
+    return result;
 }
 
 GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps, const glbk_csm_instance *instances,
                                          uint32_t count)
 {
-    uint32_t words[4 * GLBK__CSM_RECORD] = { 0 }, i, r, c;
     glbk_csm_scene scene;
-    float inverse[16], scale, row[4];
+    float inverse[16], scale;
     glbk_result result = GLBK_OK;
+    uint32_t i;
 
-    memset(&scene, 0, sizeof scene);
     if (!ctx || !maps || !maps->blocks.name || count > maps->capacity || (count && !instances))
         return GLBK_ERR_ARGUMENT;
     for (i = 0; i < count; i++)
-        if (instances[i].start >= maps->instances_at || !glbk__m4_is_rigid_uniform(instances[i].transform, &scale) ||
+        if (instances[i].start >= maps->texels || !glbk__m4_is_rigid_uniform(instances[i].transform, &scale) ||
             !glbk__m4_affine_inverse(inverse, instances[i].transform))
             return GLBK_ERR_ARGUMENT;
-    for (i = 0; i < count && result == GLBK_OK; i++) {
-        glbk__m4_affine_inverse(inverse, instances[i].transform);
-        for (r = 0; r < 3; r++) {
-            for (c = 0; c < 4; c++) row[c] = inverse[4 * c + r];
-            memcpy(words + 4 * r, row, sizeof row);
-        }
-        words[12] = instances[i].start;
-        memcpy(words + 13, &instances[i].offset, 4);
-        if (maps->near_count) glbk__csm_place_near(maps, i, words, &scene);
-        result = glbk_table_update(ctx, &maps->blocks, maps->instances_at + GLBK__CSM_RECORD * (size_t)i,
-                                   GLBK__CSM_RECORD, words);
-    }
+    memset(&scene, 0, sizeof scene);
+    if (maps->near_count) glbk__csm_place_near(maps, instances, count, &scene);
+    else if (count) result = glbk__csm_place_many(ctx, maps, instances, count);
     if (result != GLBK_OK) return result;
     maps->count = count;
-    scene.table[0] = maps->instances_at;
     scene.table[1] = count;
+    scene.table[2] = maps->near_count != 0;
     return glbk_buffer_update(ctx, &maps->scene, 0, sizeof scene, &scene);
 }
 
@@ -11119,6 +11247,7 @@ GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps)
 {
     if (!maps) return;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_blocks, &maps->blocks);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_instances, maps->instances.name ? &maps->instances : &maps->blocks);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_scene, &maps->scene);
 }
 
@@ -11126,6 +11255,7 @@ GLBK_DEF void glbk_csm_maps_destroy(glbk_context *ctx, glbk_csm_maps *maps)
 {
     if (!maps) return;
     glbk_texture_destroy(ctx, &maps->blocks);
+    glbk_texture_destroy(ctx, &maps->instances);
     glbk_buffer_destroy(ctx, &maps->scene);
     memset(maps, 0, sizeof *maps);
 }
@@ -11218,7 +11348,7 @@ GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity,
     memset(&target, 0, sizeof target);
     out->capacity = capacity;
     result = glbk_buffer_create(ctx, sizeof(glbk_csm_frame), NULL, &out->frame);
-    if (result == GLBK_OK && ctx->compute) {
+    if (result == GLBK_OK && ctx->compute && 32 * (size_t)capacity <= ctx->max_storage) {
         result = glbk_buffer_create(ctx, 32 * (size_t)capacity, NULL, &out->asked);
         if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * (size_t)capacity, NULL, &out->answered);
     } else if (result == GLBK_OK) {
@@ -11686,8 +11816,6 @@ static glbk_result glbk__csm_create_sums(glbk_context *ctx, glbk_csm_renderer *r
         target.color[0] = &r->sums[i];
         if (result == GLBK_OK) result = glbk_target_create(ctx, &target, &r->targets[i]);
     }
-    if (r->compute && result == GLBK_OK)
-        result = glbk_buffer_create(ctx, 16 * (size_t)r->width * r->height, NULL, &r->storage);
     return result;
 }
 
@@ -11730,7 +11858,6 @@ GLBK_DEF void glbk_csm_renderer_destroy(glbk_context *ctx, glbk_csm_renderer *r)
     }
     glbk_buffer_destroy(ctx, &r->frame);
     glbk_buffer_destroy(ctx, &r->object);
-    glbk_buffer_destroy(ctx, &r->storage);
     memset(r, 0, sizeof *r);
 }
 
@@ -11824,6 +11951,7 @@ GLBK_DEF glbk_result glbk_csm_gbuffer_begin(glbk_context *ctx, glbk_csm_renderer
     if (result != GLBK_OK) return result;
     for (i = 0; i < 4; i++) glbk_clear(ctx, &r->gbuffer_target, i, zero);
     glbk_clear_depth(ctx, 1);
+    for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_color_map + i, NULL);     /* until one has a map */
     return GLBK_OK;
 }
 
@@ -11845,12 +11973,11 @@ GLBK_DEF glbk_result glbk_csm_gbuffer_object(glbk_context *ctx, glbk_csm_rendere
     object.lobes[0] = d->surface.lobe;
     object.lobes[1] = d->surface.lobe_count;
     glbk__csm_gloss(&d->surface, object.gloss);
-    result = glbk_buffer_update(ctx, &r->object, 0, sizeof object, &object);
+    result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_object, &r->object, &object);
     if (result != GLBK_OK) return result;
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_object, &r->object);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_color_map, d->diffuse_map);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_gloss_map, d->specular_map);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_normal_map, d->normal_map);
+    if (d->diffuse_map) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_color_map, d->diffuse_map);
+    if (d->specular_map) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_gloss_map, d->specular_map);
+    if (d->normal_map) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_normal_map, d->normal_map);
     return GLBK_OK;
 }
 
@@ -11878,7 +12005,7 @@ static glbk_result glbk__csm_shade_pass(glbk_context *ctx, glbk_csm_renderer *r,
                                         glbk_program *program)
 {
     glbk_pass pass;
-    glbk_result result = glbk_buffer_update(ctx, &r->frame, 0, sizeof *frame, frame);
+    glbk_result result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame, frame);
     uint32_t i;
 
     if (result != GLBK_OK) return result;
@@ -11887,12 +12014,11 @@ static glbk_result glbk__csm_shade_pass(glbk_context *ctx, glbk_csm_renderer *r,
     if (!r->compute) result = glbk_begin(ctx, &pass, program);
     if (result != GLBK_OK) return result;
     glbk_csm_bind(ctx, use->maps);
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_lights, &lights->texels);
     for (i = 0; i < 4; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_place + i, &r->gbuffer[i]);
     r->passes = 1;
     if (r->compute) {
-        glbk_bind_storage(ctx, GLBK_SLOT_glbk_csm_sums, &r->storage);
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_csm_total, &r->sums[0]);
         return glbk_dispatch(ctx, program, (r->width + 7) / 8, (r->height + 7) / 8, 1);
     }
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_sum, &r->sums[r->now]);
@@ -11938,7 +12064,6 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
         const glbk_csm_use *u = &d->uses[i];
         result = glbk__csm_shade_program(ctx, r, u, (uint32_t)d->filter, &program);
         frame.light[0] = u->start;
-        frame.light[1] = u->maps->instances_at;
         frame.light[2] = u->maps->count;
         frame.light[3] = (uint32_t)u->ask;
         frame.sampling[0] = u->samples;
@@ -11963,18 +12088,6 @@ GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *r)
     if (r) r->frames = r->passes = 0;
 }
 
-/* Brings the sums of the compute path into the texture, from buffer to texture on the GPU. */
-static void glbk__csm_gather(glbk_context *ctx, glbk_csm_renderer *r)
-{
-    glbk__store old;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_sum, &r->sums[0]);
-    glbk__store_begin(ctx, GLBK__UNPACK, &old);
-    ctx->gl.BindBuffer(0x88EC /* PIXEL_UNPACK_BUFFER */, r->storage.name);
-    ctx->gl.TexSubImage2D(GLBK_GL_TEXTURE_2D, 0, 0, 0, (int32_t)r->width, (int32_t)r->height, 0x1908 /* RGBA */,
-                          GLBK_GL_FLOAT, NULL);
-    glbk__store_end(ctx, GLBK__UNPACK, &old);
-}
-
 GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, const glbk_pass *pass)
 {
     glbk_csm_frame frame;
@@ -11984,12 +12097,10 @@ GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, c
     memset(&frame, 0, sizeof frame);
     frame.query[2] = r->passes ? 1.0f / (float)r->frames : 0.0f;
     result = glbk__corner(ctx, pass, r->width, r->height, frame.range);
-    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->frame, 0, sizeof frame, &frame);
+    if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame, &frame);
     if (result != GLBK_OK) return result;
-    if (r->compute && r->passes) glbk__csm_gather(ctx, r);
     result = glbk_begin(ctx, pass, &r->resolve);
     if (result != GLBK_OK) return result;
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_sum, &r->sums[r->now]);
     glbk_draw_screen(ctx);
     return GLBK_OK;
@@ -12007,8 +12118,7 @@ GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, floa
         memset(rgba, 0, count * sizeof *rgba);
         return GLBK_OK;
     }
-    result = r->compute ? glbk_buffer_read(ctx, &r->storage, 0, 4 * count, rgba)
-                        : glbk_target_read(ctx, &r->targets[r->now], 0, 0, 0, r->width, r->height, rgba);
+    result = glbk_target_read(ctx, &r->targets[r->now], 0, 0, 0, r->width, r->height, rgba);
     scale = 1.0f / (float)r->frames;
     for (i = 0; i < count && result == GLBK_OK; i++) rgba[i] *= scale;
     return result;
@@ -12147,10 +12257,10 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
          d->layers != GLBK_CSM_LAYERS_Z1Z3_FAR))
         return GLBK_ERR_ARGUMENT;
     out->desc = *d;
-    out->compute = ctx->compute;
+    pixels = (size_t)d->map_size * d->map_size;
+    out->compute = ctx->compute && 64 * pixels <= ctx->max_storage;
     for (out->tiles = 8; out->tiles * d->map_size > GLBK__CSM_ATLAS; out->tiles /= 2) {}
     out->batch = out->tiles * out->tiles;       /* a power of two: batches end where csm.h's lists begin anew */
-    pixels = (size_t)d->map_size * d->map_size;
     memory = glbk__memory(ctx);
     out->words = (uint32_t *)glbk__alloc_array(&memory, pixels, 80);
     out->firsts = (uint32_t *)glbk__alloc_array(&memory, pixels, 4);
@@ -12231,7 +12341,7 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
             b->desc.view_fn(b->desc.user, from + i, &view);
             memcpy(block.view, view.matrix, sizeof block.view);
             block.values[1] = view.depth_scale;
-            result = glbk_buffer_update(ctx, &b->block, 0, sizeof block, &block);
+            result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block, &block);
             if (result != GLBK_OK) return result;
             pass.viewport[0] = (int32_t)(i % b->tiles * m);
             pass.viewport[1] = (int32_t)(i / b->tiles * m);
@@ -12242,7 +12352,6 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
                 glbk_clear(ctx, pass.target, 0, none);
                 glbk_clear_depth(ctx, 1);
             }
-            glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block);
             if (layer) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_layer1, &b->layers[layer - 1]);
             b->desc.draw_fn(b->desc.user, ctx);
         }
@@ -12420,7 +12529,12 @@ GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder
 
 /* ---- >>sfield: fields and entities ---- */
 
-enum { GLBK__SFIELD_HEADER = 32, GLBK__SFIELD_ENTITY = 7, GLBK__SFIELD_STAGE = 1024 };
+enum {
+    GLBK__SFIELD_HEADER = 32,
+    GLBK__SFIELD_ENTITY = 7,
+    GLBK__SFIELD_STAGE = 1024,          /* texels that go up together: of fields, once */
+    GLBK__SFIELD_MOVING = 65536         /* and of what moves */
+};
 
 /* What a file says, its numbers looked at as far as sizes follow from them. */
 typedef struct glbk__sfield_view {
@@ -12434,7 +12548,7 @@ typedef struct glbk__sfield_stage {
     glbk_context *ctx;
     const glbk_texture *table;
     uint32_t *words;
-    size_t    at, count;
+    size_t    at, count, room;
     glbk_result result;
 } glbk__sfield_stage;
 
@@ -12494,7 +12608,7 @@ static void glbk__sfield_flush(glbk__sfield_stage *s)
 
 static uint32_t *glbk__sfield_texel(glbk__sfield_stage *s)
 {
-    if (s->count == GLBK__SFIELD_STAGE) glbk__sfield_flush(s);
+    if (s->count == s->room) glbk__sfield_flush(s);
     return (uint32_t *)memset(s->words + 4 * s->count++, 0, 16);
 }
 
@@ -12585,7 +12699,7 @@ static int glbk__sfield_desc_valid(const glbk_sfield_desc *d)
     return 1;
 }
 
-static glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_world *w, int sky)
+static glbk_sfield_scene glbk__sfield_scene_of(const glbk_sfield_world *w, int sky)
 {
     glbk_sfield_scene scene;
     memset(&scene, 0, sizeof scene);
@@ -12594,20 +12708,27 @@ static glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_world 
     scene.table[2] = w->lights;
     scene.table[3] = sky != 0;
     scene.parts[1] = w->terms;
-    scene.parts[2] = w->sky_at;
+    return scene;
+}
+
+static glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_world *w)
+{
+    const glbk_sfield_scene scene = glbk__sfield_scene_of(w, w->sky);
     return glbk_buffer_update(ctx, &w->scene, 0, sizeof scene, &scene);
 }
 
 static glbk_result glbk__sfield_create(glbk_context *ctx, const glbk_sfield_desc *d, glbk_sfield_field *fields,
                                        glbk__sfield_stage *s, glbk_sfield_world *out)
 {
-    static const glbk_sfield_scene none = { { 0, 0, 0, 0 }, { 0, 0, 0, 0 } };
     glbk__sfield_view v;
-    size_t texels;
+    size_t texels, moving;
     uint32_t i, k;
     out->terms = (d->term_count + 7) / 8 * 4;
-    out->sky_at = out->terms;
-    texels = (size_t)out->sky_at + d->bands * d->bands;
+    out->entities_at = d->bands * d->bands;
+    moving = out->entities_at +
+             (size_t)d->capacity * (GLBK__SFIELD_ENTITY + glbk__sfield_rotation_texels(d->bands));
+    if (moving > (size_t)1 << 28) return GLBK_ERR_LIMIT;
+    texels = out->terms;
     for (i = 0; i < d->file_count; i++) {
         if (!glbk__sfield_open(&d->files[i], d->bands, &v)) return GLBK_ERR_ARGUMENT;
         fields[i].start = (uint32_t)texels;
@@ -12619,16 +12740,20 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const glbk_sfield_desc
         texels += v.texels;
         if (texels > (size_t)1 << 28) return GLBK_ERR_LIMIT;
     }
-    out->entities_at = (uint32_t)texels;
-    texels += (size_t)d->capacity * (GLBK__SFIELD_ENTITY + glbk__sfield_rotation_texels(d->bands));
-    if (texels > (size_t)1 << 28) return GLBK_ERR_LIMIT;
-    s->result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels, &out->table);
+    out->texels = (uint32_t)texels;
+    s->result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->table);
+    if (s->result == GLBK_OK)
+        s->result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, moving, &out->moving);
+    if (s->result == GLBK_OK) s->result = glbk_buffer_create(ctx, sizeof(glbk_sfield_scene), NULL, &out->scene);
     glbk__sfield_put_terms(s, d);
-    for (i = 0; i < d->bands * d->bands; i++) (void)glbk__sfield_texel(s);
     for (i = 0; i < d->file_count; i++)
         if (glbk__sfield_open(&d->files[i], d->bands, &v)) glbk__sfield_put(s, &v);
     glbk__sfield_flush(s);
-    return s->result == GLBK_OK ? glbk_buffer_create(ctx, sizeof none, &none, &out->scene) : s->result;
+    s->table = &out->moving;
+    s->at = 0;
+    for (i = 0; i < out->entities_at; i++) (void)glbk__sfield_texel(s);         /* a black sky */
+    glbk__sfield_flush(s);
+    return s->result == GLBK_OK ? glbk__made(ctx, glbk__sfield_tell(ctx, out)) : s->result;
 }
 
 GLBK_DEF glbk_result glbk_sfield_create(glbk_context *ctx, const glbk_sfield_desc *d, glbk_sfield_field *fields,
@@ -12645,13 +12770,13 @@ GLBK_DEF glbk_result glbk_sfield_create(glbk_context *ctx, const glbk_sfield_des
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
     s.table = &out->table;
+    s.room = GLBK__SFIELD_STAGE;
     s.words = (uint32_t *)glbk__alloc(&memory, 16 * GLBK__SFIELD_STAGE);
     if (!s.words) return GLBK_ERR_ALLOC;
     out->bands = d->bands;
     out->capacity = d->capacity;
     out->reach = d->reach;
     result = glbk__sfield_create(ctx, d, fields, &s, out);
-    if (result == GLBK_OK) result = glbk__sfield_tell(ctx, out, 0);
     glbk__free(&memory, s.words);
     if (result == GLBK_OK) return GLBK_OK;
     glbk_sfield_destroy(ctx, out);
@@ -12663,6 +12788,7 @@ GLBK_DEF void glbk_sfield_destroy(glbk_context *ctx, glbk_sfield_world *w)
 {
     if (!w) return;
     glbk_texture_destroy(ctx, &w->table);
+    glbk_texture_destroy(ctx, &w->moving);
     glbk_buffer_destroy(ctx, &w->scene);
     memset(w, 0, sizeof *w);
 }
@@ -12676,8 +12802,8 @@ static int glbk__sfield_entity_valid(const glbk_sfield_world *w, const glbk_sfie
         return 0;
     for (k = 0; k < 3; k++)
         if (!(e->tint[k] >= -1e18f && e->tint[k] <= 1e18f)) return 0;
-    return (!e->occlusion || (!e->occlusion->source && e->occlusion->start < w->entities_at)) &&
-           (!e->source || (e->source->source && e->source->start < w->entities_at)) && e->time - e->time == 0;
+    return (!e->occlusion || (!e->occlusion->source && e->occlusion->start < w->texels)) &&
+           (!e->source || (e->source->source && e->source->start < w->texels)) && e->time - e->time == 0;
 }
 
 static void glbk__sfield_sphere(const float *m, const glbk_sfield_field *f, float scale, float *out)
@@ -12728,6 +12854,7 @@ GLBK_DEF glbk_result glbk_sfield_place(glbk_context *ctx, glbk_sfield_world *w, 
     glbk__sfield_stage s;
     glbk__allocator memory;
     uint32_t i, step, lights = 0;
+    size_t texels;
     float scale = 1;
 
     if (!ctx || !w || !w->table.name || count > w->capacity || (count && !entities)) return GLBK_ERR_ARGUMENT;
@@ -12738,11 +12865,13 @@ GLBK_DEF glbk_result glbk_sfield_place(glbk_context *ctx, glbk_sfield_world *w, 
     memory = glbk__memory(ctx);
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
-    s.table = &w->table;
+    s.table = &w->moving;
     s.at = w->entities_at;
-    s.words = (uint32_t *)glbk__alloc(&memory, 16 * GLBK__SFIELD_STAGE);
-    if (!s.words) return GLBK_ERR_ALLOC;
     step = glbk__sfield_rotation_texels(w->bands);
+    texels = (size_t)count * (GLBK__SFIELD_ENTITY + step);
+    s.room = texels < GLBK__SFIELD_MOVING ? texels : (size_t)GLBK__SFIELD_MOVING;
+    s.words = (uint32_t *)glbk__alloc(&memory, 16 * (s.room + 1));
+    if (!s.words) return GLBK_ERR_ALLOC;
     for (i = 0; i < count; i++) {
         uint32_t words[4 * GLBK__SFIELD_ENTITY], k;
         (void)glbk__m4_is_rigid_uniform(entities[i].transform, &scale);
@@ -12761,7 +12890,7 @@ GLBK_DEF glbk_result glbk_sfield_place(glbk_context *ctx, glbk_sfield_world *w, 
     if (s.result != GLBK_OK) return s.result;
     w->count = count;
     w->lights = lights;
-    return glbk__sfield_tell(ctx, w, w->sky);
+    return glbk__sfield_tell(ctx, w);
 }
 
 GLBK_DEF glbk_result glbk_sfield_sky(glbk_context *ctx, glbk_sfield_world *w, const float *coefs)
@@ -12772,16 +12901,17 @@ GLBK_DEF glbk_result glbk_sfield_sky(glbk_context *ctx, glbk_sfield_world *w, co
     n = w->bands * w->bands;
     for (k = 0; k < n && coefs; k++)
         for (c = 0; c < 3; c++) memcpy(&words[4 * k + c], &coefs[c * n + k], 4);
-    result = glbk_table_update(ctx, &w->table, w->sky_at, n, words);
+    result = glbk_table_update(ctx, &w->moving, 0, n, words);
     if (result != GLBK_OK) return result;
     w->sky = coefs != NULL;
-    return glbk__sfield_tell(ctx, w, w->sky);
+    return glbk__sfield_tell(ctx, w);
 }
 
 GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_world *w)
 {
     if (!w) return;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_table, &w->table);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_moving, &w->moving);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_scene, &w->scene);
 }
 
@@ -13048,7 +13178,6 @@ GLBK_DEF glbk_result glbk_sfield_gbuffer_begin(glbk_context *ctx, glbk_sfield_re
 GLBK_DEF glbk_result glbk_sfield_gbuffer_object(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_sfield_draw *d)
 {
     glbk_sfield_object object;
-    glbk_result result;
 
     if (!ctx || !r || !r->fill.name || !d || !(d->exponent >= 0)) return GLBK_ERR_ARGUMENT;
     memset(&object, 0, sizeof object);
@@ -13057,15 +13186,14 @@ GLBK_DEF glbk_result glbk_sfield_gbuffer_object(glbk_context *ctx, glbk_sfield_r
     object.kinds[0] = d->entity;
     object.kinds[1] = d->recorded != 0;
     object.gloss[0] = d->exponent;
-    result = glbk_buffer_update(ctx, &r->object, 0, sizeof object, &object);
-    if (result == GLBK_OK) glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_object, &r->object);
-    return result;
+    return glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_object, &r->object, &object);
 }
 
 GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_sfield_world *w,
                                        const float eye[3], int open)
 {
     glbk_sfield_frame frame;
+    glbk_sfield_scene scene;
     glbk_pass pass;
     glbk_result result;
 
@@ -13074,13 +13202,13 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
     memset(&frame, 0, sizeof frame);
     memset(&pass, 0, sizeof pass);
     if (eye) memcpy(frame.eye, eye, 12);
-    result = glbk_buffer_update(ctx, &r->frame, 0, sizeof frame, &frame);
-    if (result == GLBK_OK) result = glbk__sfield_tell(ctx, w, w->sky || open);
+    scene = glbk__sfield_scene_of(w, w->sky || open);
+    result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_frame, &r->frame, &frame);
+    if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_scene, &w->scene, &scene);
     pass.target = &r->target;
     if (result == GLBK_OK && !r->compute) result = glbk_begin(ctx, &pass, &r->shade);
     if (result != GLBK_OK) return result;
     glbk_sfield_bind(ctx, w);
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_frame, &r->frame);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_place, &r->place);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_normal, &r->normal);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_self, &r->self);
@@ -13381,17 +13509,15 @@ static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builde
     glbk_result result;
     uint32_t first;
 
-    b->views->how[0] = 0;
-    result = glbk_buffer_update(ctx, &b->block, 0, sizeof *b->views, b->views);
     memset(&pass, 0, sizeof pass);
     pass.target = &b->seen_target;
     pass.depth = b->source ? GLBK_DEPTH_LESS : GLBK_DEPTH_OFF;
     pass.viewport[2] = (int32_t)width;
     pass.viewport[3] = (int32_t)(rows * width);
-    for (first = 0; first < tiles && result == GLBK_OK; first += rows) {
+    for (first = 0; first < tiles; first += rows) {
         const int32_t count = (int32_t)(tiles - first < rows ? tiles - first : rows);
         b->views->how[0] = first;
-        if (first) result = glbk_buffer_update(ctx, &b->block, offsetof(glbk_sfield_views, how), 16, b->views->how);
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_views, &b->block, b->views);
         pass.viewport[0] = (int32_t)(first / rows * width);
         if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &b->see);
         if (result != GLBK_OK) return result;
@@ -13399,7 +13525,6 @@ static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builde
             glbk_clear(ctx, &b->seen_target, 0, none);
             if (b->source) glbk_clear_depth(ctx, 1);
         }
-        glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_views, &b->block);
         if (b->draw_fn) b->draw_fn(b->user, ctx, count);
         else {
             ctx->gl.BindVertexArray(b->vertex_array);
@@ -13407,10 +13532,9 @@ static glbk_result glbk__sfield_draw_tiles(glbk_context *ctx, glbk_sfield_builde
                                           count);
         }
     }
-    if (result != GLBK_OK) return result;
     memset(&pass, 0, sizeof pass);
     pass.target = &b->cube_target;
-    if (!b->compute) result = glbk_begin(ctx, &pass, &b->sum);
+    result = b->compute ? GLBK_OK : glbk_begin(ctx, &pass, &b->sum);
     if (result != GLBK_OK) return result;
     glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_views, &b->block);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_seen, &b->seen);
@@ -13720,7 +13844,6 @@ GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *m, cons
 {
     glbk_envsh_object object;
     int i;
-    glbk_result result;
     if (!ctx || !m || !m->object.name) return GLBK_ERR_ARGUMENT;
     memset(&object, 0, sizeof object);
     if (world) memcpy(object.world, world, sizeof object.world);
@@ -13728,9 +13851,7 @@ GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *m, cons
         for (i = 0; i < 4; i++) object.world[5 * i] = 1.0f;
     object.lights[0] = m->first;
     object.lights[1] = m->step;
-    result = glbk_buffer_update(ctx, &m->object, 0, sizeof object, &object);
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_object, &m->object);
-    return result;
+    return glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &m->object, &object);
 }
 
 /* Clip distances 0 to 3, and depth clamped: on OpenGL, while casting. */
@@ -13794,13 +13915,12 @@ static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m,
         object.lights[0] = level;
         pass.viewport[2] = (int32_t)(m->cells.width >> level);
         pass.viewport[3] = (int32_t)(m->cells.height >> level);
-        result = glbk_buffer_update(ctx, &m->object, 0, sizeof object, &object);
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &m->object, &object);
         if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &m->make_cells);
         if (result != GLBK_OK) break;
         glbk__attach(ctx, GLBK_GL_COLOR_ATTACHMENT0, &m->cells, level, layer);
         glbk_bind_texture(ctx, m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth, &m->atlas);
         glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_scene, &m->scene);
-        glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_object, &m->object);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
         ctx->gl.TexParameteri(m->cells.gl_target, 0x813C /* BASE_LEVEL */, below);
         ctx->gl.TexParameteri(m->cells.gl_target, 0x813D /* MAX_LEVEL */, below);
@@ -13886,7 +14006,7 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *m, cons
     glbk_result result;
     if (!ctx || !m || !m->query.name || !glbk__envsh_question_valid(question)) return GLBK_ERR_ARGUMENT;
     glbk__envsh_fill_query(question, &query);
-    result = glbk_buffer_update(ctx, &m->query, 0, sizeof query, &query);
+    result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_query, &m->query, &query);
     if (result == GLBK_OK) glbk__envsh_bind_all(ctx, m);
     return result;
 }
@@ -13993,6 +14113,7 @@ GLBK_DEF glbk_result glbk_envsh_gbuffer_begin(glbk_context *ctx, glbk_envsh_rend
     if (result != GLBK_OK) return result;
     for (i = 0; i < 4; i++) glbk_clear(ctx, &r->gbuffer_target, i, zero);
     glbk_clear_depth(ctx, 1);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_color_map, NULL);       /* until an object has one */
     return GLBK_OK;
 }
 
@@ -14009,10 +14130,9 @@ GLBK_DEF glbk_result glbk_envsh_gbuffer_object(glbk_context *ctx, glbk_envsh_ren
     memcpy(object.color, s->albedo, sizeof object.color);
     object.eye[3] = s->alpha_cutoff;
     object.lights[2] = s->color_map ? 1 : 0;
-    result = glbk_buffer_update(ctx, &r->object, 0, sizeof object, &object);
+    result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &r->object, &object);
     if (result != GLBK_OK) return result;
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_object, &r->object);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_color_map, s->color_map);
+    if (s->color_map) glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_color_map, s->color_map);
     return GLBK_OK;
 }
 
@@ -14073,7 +14193,7 @@ GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *r,
         query.range[1] = m->count - from < lights_per_pass ? m->count : from + lights_per_pass;
         query.range[2] = r->width;
         query.range[3] = r->begun != 0;
-        result = glbk_buffer_update(ctx, &m->query, 0, sizeof query, &query);
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_query, &m->query, &query);
         if (result == GLBK_OK) result = glbk__envsh_shade_pass(ctx, r, m, program);
     }
     return result;
@@ -14105,10 +14225,9 @@ GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *
     memset(&object, 0, sizeof object);
     object.lights[3] = r->begun != 0;
     result = glbk__corner(ctx, pass, r->width, r->height, object.lights);
-    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->object, 0, sizeof object, &object);
+    if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &r->object, &object);
     if (result == GLBK_OK) result = glbk_begin(ctx, pass, &r->resolve);
     if (result != GLBK_OK) return result;
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_object, &r->object);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_color, &r->gbuffer[3]);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_sum, &r->sums[r->now]);
     glbk_draw_screen(ctx);
@@ -14492,7 +14611,7 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_
     out->width = d->width;
     out->height = d->height;
     out->direct = out->bounce = GLBK__RSM_NONE;
-    out->compute = ctx->compute;
+    out->compute = ctx->compute && (!d->interpolate || 4 * (size_t)d->width * d->height <= ctx->max_storage);
     result = glbk__rsm_renderer_images(ctx, out, d);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->values, NULL, &out->frame);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->drawn, NULL, &out->object);
@@ -14589,9 +14708,7 @@ static glbk_result glbk__rsm_program(glbk_context *ctx, glbk_rsm_renderer *r, in
 static glbk_result glbk__rsm_ready(glbk_context *ctx, glbk_rsm_renderer *r, int which)
 {
     glbk_result result = glbk__rsm_program(ctx, r, which);
-    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->frame, 0, sizeof r->values, &r->values);
-    if (result == GLBK_OK) glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame);
-    return result;
+    return result == GLBK_OK ? glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame, &r->values) : result;
 }
 
 /* Begins a pass over width x height pixels of a target; textures are bound after it. */
@@ -14640,13 +14757,12 @@ GLBK_DEF glbk_result glbk_rsm_object(glbk_context *ctx, glbk_rsm_renderer *r, co
     r->drawn.albedo[3] = s->alpha_cutoff;
     r->drawn.kinds[0] = s->material;
     r->drawn.kinds[1] = s->albedo_map != NULL;
-    result = glbk_buffer_update(ctx, &r->object, 0, sizeof r->drawn, &r->drawn);
+    result = glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_drawn, &r->object, &r->drawn);
     if (result != GLBK_OK) {
         if (r->failed == GLBK_OK) r->failed = result;
         return result;
     }
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_drawn, &r->object);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_albedo_map, s->albedo_map);
+    if (s->albedo_map) glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_albedo_map, s->albedo_map);
     return GLBK_OK;
 }
 
@@ -14669,11 +14785,12 @@ static glbk_result glbk__rsm_fill(glbk_context *ctx, glbk_rsm_renderer *r, const
     ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 2, empty);
     glbk_clear_depth(ctx, 1);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_light, map ? &map->light : &r->frame);    /* not read, but declared */
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_albedo_map, NULL);        /* until an object has one */
     r->drawing = 1;
     r->failed = GLBK_OK;
     draw(user, ctx, r);
     r->drawing = 0;
-    return r->failed != GLBK_OK ? r->failed : glbk_check(ctx);
+    return r->failed != GLBK_OK ? r->failed : ctx->lost ? GLBK_ERR_LOST : glbk__leave_frame(ctx);
 }
 
 GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map, glbk_rsm_draw draw,
@@ -15032,7 +15149,8 @@ static glbk_result glbk__rsm_do_begin(glbk__rsm_run *g, const glbk_rsm_grid *d)
     r->values.grid[0] = d->step;
     r->values.grid[1] = fine;
     r->values.lists[2] = 0;
-    result = glbk_buffer_update(g->ctx, &r->counts, 0, sizeof counts, counts);
+    result =
+        glbk__put_values(g->ctx, GLBK_GL_SHADER_STORAGE_BUFFER, GLBK_SLOT_glbk_rsm_counts, &r->counts, counts);
     if (result != GLBK_OK) return result;
     return glbk__rsm_do_lists(g, GLBK__RSM_DO_BEGIN, 0, NULL, (nodes[0] + 7) / 8, (nodes[1] + 7) / 8);
 }
@@ -15226,13 +15344,12 @@ GLBK_DEF glbk_result glbk_rsm_denoise(glbk_context *ctx, glbk_rsm_renderer *r, c
     r->values.tests[0] = d->normal_cosine > 0.0f ? d->normal_cosine : 0.9f;
     r->values.tests[1] = d->plane_slope > 0.0f ? d->plane_slope : 0.1f;
     memcpy(r->drawn.clip, r->before, sizeof r->before);
-    result = glbk_buffer_update(ctx, &r->object, 0, sizeof r->drawn, &r->drawn);
+    result = glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_drawn, &r->object, &r->drawn);
     to = r->remembers == 1 ? 1 : 0;
     if (result == GLBK_OK)
         result = glbk__rsm_begin(ctx, r, GLBK__RSM_RECALL, &r->history_targets[to], r->width, r->height);
     if (result != GLBK_OK) return result;
     glbk_rsm_bind(ctx, r, NULL);
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_drawn, &r->object);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_before, &r->seen[1 - r->now]);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_sum, glbk__rsm_bounced(r));
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_rsm_history, &r->history[1 - to]);
@@ -15262,7 +15379,7 @@ GLBK_DEF glbk_result glbk_rsm_resolve(glbk_context *ctx, glbk_rsm_renderer *r, c
     r->values.mode[1] = bounced && glbk__rsm_bounced(r);
     result = glbk__corner(ctx, pass, r->width, r->height, r->values.range);
     if (result == GLBK_OK) result = glbk__rsm_program(ctx, r, GLBK__RSM_RESOLVE);
-    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->frame, 0, sizeof r->values, &r->values);
+    if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_frame, &r->frame, &r->values);
     if (result == GLBK_OK) result = glbk_begin(ctx, pass, &r->programs[GLBK__RSM_RESOLVE]);
     if (result != GLBK_OK) return result;
     glbk_rsm_bind(ctx, r, NULL);
@@ -15302,6 +15419,7 @@ static int glbk__ism_resolve(glbk_ism_desc *d)
     if (!d->lazy) d->lazy = 8;
     if (!d->near_points) d->near_points = 16;
     if (!(d->splat_scale > 0)) d->splat_scale = 1.0f;
+    if (!d->points_per_pass) d->points_per_pass = 1u << 20;
     return 1;
 }
 
@@ -15368,7 +15486,7 @@ static uint32_t glbk__ism_spheres(const glbk_ism_maps *m)
     return (m->desc.vpl_count * m->desc.near_points + 63) / 64;
 }
 
-static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps *m)
+static glbk_ism_frame glbk__ism_frame_of(const glbk_ism_maps *m)
 {
     glbk_ism_frame f;
     memset(&f, 0, sizeof f);
@@ -15386,7 +15504,25 @@ static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps 
     f.near_points[0] = m->near_count;
     f.near_points[1] = glbk__ism_vpl_texels(m);
     f.near_points[2] = f.near_points[1] + glbk__ism_spheres(m);
+    return f;
+}
+
+static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps *m)
+{
+    const glbk_ism_frame f = glbk__ism_frame_of(m);
     return glbk_buffer_update(ctx, &m->frame, 0, sizeof f, &f);
+}
+
+/* By compute one table, since a dispatch reads all phases. Else one for each: it is written while the frame before may
+   still be drawn, and GPUs that keep frames in flight copy the whole of a texture that is. */
+static glbk_result glbk__ism_create_points(glbk_context *ctx, glbk_ism_maps *m, size_t points)
+{
+    glbk_result result = GLBK_OK;
+    uint32_t i;
+    if (m->compute) return glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, points, &m->points);
+    for (i = 0; i < m->desc.lazy && result == GLBK_OK; i++)
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, points / m->desc.lazy, &m->phase_points[i]);
+    return result;
 }
 
 GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out)
@@ -15404,7 +15540,7 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc
     points = (size_t)out->each * out->desc.lazy * out->desc.vpl_count;
     if (out->side > ctx->max_size || points > 0x7fffffff) return memset(out, 0, sizeof *out), GLBK_ERR_LIMIT;
     out->compute = ctx->compute && out->each * out->desc.lazy <= 65536;     /* ism_splat.comp counts them in 16 bits */
-    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, points, &out->points);
+    result = glbk__ism_create_points(ctx, out, points);
     if (result == GLBK_OK)
         result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, NULL,
                                    glbk__ism_vpl_texels(out) + glbk__ism_spheres(out) +
@@ -15415,7 +15551,7 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &out->view);
     if (result == GLBK_OK) result = glbk__ism_create_canvases(ctx, out);
     if (result == GLBK_OK) result = glbk__ism_create_programs(ctx, out);
-    if (result == GLBK_OK) result = glbk__ism_write_frame(ctx, out);
+    if (result == GLBK_OK) result = glbk__made(ctx, glbk__ism_write_frame(ctx, out));
     if (result != GLBK_OK) glbk_ism_maps_destroy(ctx, out);
     return result;
 }
@@ -15438,6 +15574,7 @@ GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *m)
     glbk_target_destroy(ctx, &m->atlas_target);
     glbk_texture_destroy(ctx, &m->vpls);
     glbk_texture_destroy(ctx, &m->points);
+    for (i = 0; i < 64; i++) glbk_texture_destroy(ctx, &m->phase_points[i]);
     glbk_texture_destroy(ctx, &m->triangle_table);
     glbk_texture_destroy(ctx, &m->positions);
     glbk_texture_destroy(ctx, &m->surfels);
@@ -15507,7 +15644,7 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
     size_t corners = mesh ? (mesh->indices ? mesh->index_count : mesh->vertex_count) : 0, count = corners / 3;
     glbk_texture made;
     glbk_result result;
-    if (!ctx || !m || !m->points.name || (mesh && !glbk__ism_stride_ok(mesh->vertex_stride)) || corners % 3 ||
+    if (!ctx || !m || !m->vpls.name || (mesh && !glbk__ism_stride_ok(mesh->vertex_stride)) || corners % 3 ||
         (corners && !mesh->positions))
         return GLBK_ERR_ARGUMENT;
     if (corners > 0x7fffffff || (mesh && mesh->vertex_count > 0x7fffffff)) return GLBK_ERR_LIMIT;
@@ -15529,7 +15666,7 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
     }
     if (count != m->triangles) m->phases = 0;
     m->triangles = (uint32_t)count;
-    return glbk__ism_write_frame(ctx, m);
+    return glbk__made(ctx, glbk__ism_write_frame(ctx, m));
 }
 
 GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, const float *positions, size_t stride)
@@ -15542,9 +15679,10 @@ GLBK_DEF glbk_result glbk_ism_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_
 {
     size_t count;
     glbk_result result;
-    if (!ctx || !m || !m->points.name || !points || phase >= m->desc.lazy) return GLBK_ERR_ARGUMENT;
+    if (!ctx || !m || !m->vpls.name || !points || phase >= m->desc.lazy) return GLBK_ERR_ARGUMENT;
     count = (size_t)m->desc.vpl_count * m->each;
-    result = glbk_table_update(ctx, &m->points, count * phase, count, points);
+    result = m->compute ? glbk_table_update(ctx, &m->points, count * phase, count, points)
+                        : glbk_table_update(ctx, &m->phase_points[phase], 0, count, points);
     if (result == GLBK_OK) m->phases |= (uint64_t)1 << phase;
     return result;
 }
@@ -15567,7 +15705,7 @@ GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, c
     glbk_result result = GLBK_OK;
     float *texels;
     uint32_t i;
-    if (!ctx || !m || !m->points.name || (count && !vpls) || count > m->desc.vpl_count || (center && !(radius > 0)))
+    if (!ctx || !m || !m->vpls.name || (count && !vpls) || count > m->desc.vpl_count || (center && !(radius > 0)))
         return GLBK_ERR_ARGUMENT;
     for (i = 0; i < count; i++)
         if (!glbk__ism_vpl_ok(&vpls[i]) || (vpls[i].directional && !center)) return GLBK_ERR_ARGUMENT;
@@ -15625,7 +15763,7 @@ GLBK_DEF glbk_result glbk_ism_near_upload(glbk_context *ctx, glbk_ism_maps *m, c
     glbk_result result;
     float *spheres;
     uint32_t i, k;
-    if (!ctx || !m || !m->points.name || (count && !points) || count > m->desc.vpl_count * m->desc.near_points)
+    if (!ctx || !m || !m->vpls.name || (count && !points) || count > m->desc.vpl_count * m->desc.near_points)
         return GLBK_ERR_ARGUMENT;
     for (i = 0; i < count; i++) {
         const float *p = values + 12 * (size_t)i;
@@ -15652,7 +15790,7 @@ GLBK_DEF glbk_result glbk_ism_near_upload(glbk_context *ctx, glbk_ism_maps *m, c
 static void glbk__ism_bind_points(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->points);
+    if (m->compute) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->points);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
@@ -15665,13 +15803,34 @@ static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m,
     return glbk_dispatch(ctx, program, groups, groups, 1);
 }
 
-/* The draw of all points, cleared before. */
+/* The points of a phase, as many in a draw as may be. */
+static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase)
+{
+    const uint32_t all = m->each * m->desc.vpl_count, most = m->desc.points_per_pass;
+    glbk_ism_frame f = glbk__ism_frame_of(m);
+    glbk_result result = GLBK_OK;
+    uint32_t first, count;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->phase_points[phase]);
+    for (first = 0; first < all && result == GLBK_OK; first += count) {
+        count = all - first < most ? all - first : most;
+        if (!m->quads) {
+            ctx->gl.DrawArrays(GLBK_GL_POINTS, (int32_t)first, (int32_t)count);
+            continue;
+        }
+        f.near_points[3] = first;               /* instances begin at 0 everywhere */
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame, &f);
+        if (result == GLBK_OK) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, (int32_t)count);
+    }
+    return result;
+}
+
+/* All points, cleared before. */
 static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
 {
     static const float empty[4] = { 0, 0, 0, 1e30f };
-    int32_t count = (int32_t)(m->each * m->desc.lazy * m->desc.vpl_count);
     glbk_pass pass;
     glbk_result result;
+    uint32_t phase;
     if (m->compute) {
         glbk__ism_bind_points(ctx, m);
         glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_surfels_out, &m->surfels);
@@ -15686,9 +15845,8 @@ static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
     glbk_clear_depth(ctx, 1);
     if (!m->triangles || !m->count) return GLBK_OK;
     glbk__ism_bind_points(ctx, m);
-    if (m->quads) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, count);
-    else ctx->gl.DrawArrays(GLBK_GL_POINTS, 0, count);
-    return GLBK_OK;
+    for (phase = 0; phase < m->desc.lazy && result == GLBK_OK; phase++) result = glbk__ism_draw_phase(ctx, m, phase);
+    return result;
 }
 
 static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
@@ -15740,7 +15898,7 @@ GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m)
 {
     uint64_t all;
     glbk_result result;
-    if (!ctx || !m || !m->points.name) return GLBK_ERR_ARGUMENT;
+    if (!ctx || !m || !m->vpls.name) return GLBK_ERR_ARGUMENT;
     all = m->desc.lazy == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy) - 1;
     if (m->triangles && m->phases != all) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_splat(ctx, m);
@@ -15752,7 +15910,7 @@ GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *m, fl
     glbk__allocator memory;
     uint32_t *words, y, x;
     glbk_result result = GLBK_OK;
-    if (!ctx || !m || !m->points.name || !atlas) return GLBK_ERR_ARGUMENT;
+    if (!ctx || !m || !m->vpls.name || !atlas) return GLBK_ERR_ARGUMENT;
     memory = glbk__memory(ctx);
     words = (uint32_t *)glbk__alloc_array(&memory, m->side, 16);
     if (!words) return GLBK_ERR_ALLOC;
@@ -15773,11 +15931,12 @@ static glbk_result glbk__ism_view_of(const glbk_ism_maps *m, const glbk_ism_shad
     s->bias = 0.02f;
     s->clamp = 1;
     if (shading) *s = *shading;
-    if (!m || !m->points.name || s->near_mode > 6 || s->pattern > 8 || (s->pattern & (s->pattern - 1)) ||
+    if (!m || !m->vpls.name || s->near_mode > 6 || s->pattern > 8 || (s->pattern & (s->pattern - 1)) ||
         !(s->bias >= 0 && s->bias < 1) ||
         ((s->near_mode == 3 || s->near_mode == 4) && !(s->clamp > 0 && s->clamp < 3e38f)))
         return GLBK_ERR_ARGUMENT;
     if (!s->near_mode) s->near_mode = 6;
+    if (!s->pairs_per_pass) s->pairs_per_pass = 1u << 28;
     memset(view, 0, sizeof *view);
     view->size[2] = s->pattern ? s->pattern : 1;
     view->size[3] = (s->no_maps ? 1u : 0u) | (s->irradiance ? 0u : 2u);
@@ -15798,11 +15957,9 @@ GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m, co
     glbk_ism_shading s;
     glbk_ism_view view;
     glbk_result result = ctx ? glbk__ism_view_of(m, shading, &s, &view) : GLBK_ERR_ARGUMENT;
-    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &m->view, 0, sizeof view, &view);
-    if (result != GLBK_OK) return result;
-    glbk__ism_bind_maps(ctx, m);
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_view, &m->view);
-    return GLBK_OK;
+    if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_view, &m->view, &view);
+    if (result == GLBK_OK) glbk__ism_bind_maps(ctx, m);
+    return result;
 }
 
 GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
@@ -15890,20 +16047,22 @@ GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_rendere
     return result;
 }
 
-/* All pixels by one program, which reads the G-buffer, the maps and, for the blur, the light: by 16 x 16 of each
- * class of pixels, `side` apart, in groups of the compute path. */
+/* Rows of pixels from one on by one program, which reads the G-buffer, the maps and, for the blur, the light: by
+ * 16 x 16 of each class of pixels, `side` apart, in groups of the compute path. */
 static glbk_result glbk__ism_shade_pass(glbk_context *ctx, const glbk_ism_renderer *r, const glbk_ism_maps *m,
-                                        glbk_program *program, int blur, uint32_t side)
+                                        glbk_program *program, int blur, uint32_t side, uint32_t from, uint32_t rows)
 {
     glbk_pass pass;
     glbk_result result = GLBK_OK;
     uint32_t i, square = 16 * side;
     memset(&pass, 0, sizeof pass);
     pass.target = blur ? &r->result_target : &r->light_target;
+    pass.viewport[1] = (int32_t)from;
+    pass.viewport[2] = (int32_t)r->width;
+    pass.viewport[3] = (int32_t)rows;
     if (!r->compute) result = glbk_begin(ctx, &pass, program);
     if (result != GLBK_OK) return result;
     for (i = 0; i < 4; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_place + i, &r->gbuffer[i]);
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view);
     if (blur) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
     else glbk__ism_bind_maps(ctx, m);
     if (!r->compute) {
@@ -15911,8 +16070,27 @@ static glbk_result glbk__ism_shade_pass(glbk_context *ctx, const glbk_ism_render
         return GLBK_OK;
     }
     glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_light_out, blur ? &r->result : &r->light);
-    return glbk_dispatch(ctx, program, (r->width + square - 1) / square, (r->height + square - 1) / square,
-                         side * side);
+    return glbk_dispatch(ctx, program, (r->width + square - 1) / square, (rows + square - 1) / square, side * side);
+}
+
+/* All pixels in the light of all VPLs, so many rows at a time as have `pairs` of them; whole squares of the compute
+   path. */
+static glbk_result glbk__ism_shade_all(glbk_context *ctx, const glbk_ism_renderer *r, const glbk_ism_maps *m,
+                                       glbk_program *program, glbk_ism_view *view, uint32_t pairs)
+{
+    const uint32_t side = view->size[2], square = 16 * side;
+    const uint64_t row = (uint64_t)r->width * (m->count / (side * side) + 1);
+    uint64_t step = pairs / row / square * square;
+    glbk_result result = GLBK_OK;
+    uint32_t from = 0, rows;
+    if (step < square) step = square;
+    for (; from < r->height && result == GLBK_OK; from += rows) {
+        rows = r->height - from < step ? r->height - from : (uint32_t)step;
+        view->values[2] = (float)from;
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view, view);
+        if (result == GLBK_OK) result = glbk__ism_shade_pass(ctx, r, m, program, 0, side, from, rows);
+    }
+    return result;
 }
 
 GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, const glbk_ism_maps *m,
@@ -15931,9 +16109,8 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
         result = glbk_program_create(ctx, r->compute ? "ism_shade.comp" : "ism_shade.frag", defines, program);
     view.size[0] = r->width;
     view.size[1] = r->height;
-    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->view, 0, sizeof view, &view);
-    if (result == GLBK_OK) result = glbk__ism_shade_pass(ctx, r, m, program, 0, view.size[2]);
-    return result == GLBK_OK ? glbk__ism_shade_pass(ctx, r, m, &r->blur, 1, 1) : result;
+    if (result == GLBK_OK) result = glbk__ism_shade_all(ctx, r, m, program, &view, s.pairs_per_pass);
+    return result == GLBK_OK ? glbk__ism_shade_pass(ctx, r, m, &r->blur, 1, 1, 0, r->height) : result;
 }
 
 GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, const glbk_pass *pass)
@@ -15943,10 +16120,9 @@ GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, c
     if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
     memset(&view, 0, sizeof view);
     result = glbk__corner(ctx, pass, r->width, r->height, view.size);
-    if (result == GLBK_OK) result = glbk_buffer_update(ctx, &r->view, 0, sizeof view, &view);
+    if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view, &view);
     if (result == GLBK_OK) result = glbk_begin(ctx, pass, &r->resolve);
     if (result != GLBK_OK) return result;
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->result);
     glbk_draw_screen(ctx);
     return GLBK_OK;

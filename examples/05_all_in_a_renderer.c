@@ -881,7 +881,7 @@ static int begin(app *a, int program, const glbk_target *to, glbk_blend blend, c
 static void bind_technique(app *a, int technique)
 {
     const glbk_envsh_question question = { GLBK_ENVSH_FILTER_PENUMBRA, 8, 1, 32, 1, 1 };
-    const glbk_ism_shading shading = { 4, 0, 20, 0.02f, 0, 1 };
+    const glbk_ism_shading shading = { 4, 0, 20, 0.02f, 0, 1, 0 };
     switch (technique) {
     case CSM:
         glbk_csm_bind(&a->gl, &a->csm);

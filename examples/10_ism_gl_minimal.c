@@ -202,7 +202,7 @@ int main(int count, char **values)
         count > 1 ? &target : NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
     };
     ism_desc ism_sizes = { 0 };
-    glbk_ism_desc sizes = { VPLS, POINTS, 0, 0, LAZY, 0, 0, 0, 0 };    /* equal to those of ism.h */
+    glbk_ism_desc sizes = { VPLS, POINTS, 0, 0, LAZY, 0, 0, 0, 0, 0 };    /* equal to those of ism.h */
     glbk_source source = { NULL, fragment, NULL, "ism_light", "ISM_NEAR=6 ISM_PROJECTION=1", NULL };
     glbk_ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL };
     glbk_desc desc = { 0 };

@@ -347,7 +347,7 @@ static void csm_blocks_and_instances(void **state)
     REFUSED(glbk_csm_maps_place(gl, &(glbk_csm_maps){ 0 }, NULL, 0));
     REFUSED(glbk_csm_maps_place(gl, &s.maps, &s.plate, 3));
     REFUSED(glbk_csm_maps_place(gl, &s.maps, NULL, 1));
-    BAD(s.plate.start, s.maps.instances_at, glbk_csm_maps_place(gl, &s.maps, &s.plate, 1));
+    BAD(s.plate.start, s.maps.texels, glbk_csm_maps_place(gl, &s.maps, &s.plate, 1));
     for (i = 0; i < wrong_transform_count; i++) {
         memcpy(s.plate.transform, unit, sizeof unit);
         wrong_transform(i, s.plate.transform);
@@ -1177,12 +1177,12 @@ static void ism_maps_and_pixels(void **state)
     static float floats[3 * SIDE * SIDE], atlas[64 * 64];
     glbk_context *gl = &t->gl;
     const float center[3] = { 0, 1, 0 };
-    glbk_ism_desc d = { 1, 8, 8, 1, 1, 1, 0, 1, 2 };
+    glbk_ism_desc d = { 1, 8, 8, 1, 1, 1, 0, 1, 2, 0 };
     glbk_ism_mesh mesh = { corners, 4, 12, indices, 6, NULL };
     glbk_ism_vpl v = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 1, 1 }, { 0, -1, 0 }, 1, 0.1f, 1, 0, 0 };
     float near_point[24] = { 0, 2, 0, 0.1f, 0, -1, 0, 1, 1, 1, 1, 0 };
     glbk_ism_receivers from = { floats, floats, NULL, NULL, 0 };
-    glbk_ism_shading s = { 2, 3, 1, 0.1f, 0, 0 };
+    glbk_ism_shading s = { 2, 3, 1, 0.1f, 0, 0, 0 };
     glbk_ism_maps m, none;
     glbk_ism_renderer r, no_r;
     glbk_pass screen;

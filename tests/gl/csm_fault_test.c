@@ -272,6 +272,7 @@ static void gl_fails_in_every_call(void **state)
     GL_TEST(t, state)
     static things x;
     int failures[2] = { 0, 0 }, running, live;
+    t->gl.check = 1;
     set_stage(t);
     for (running = 0; running < 2; running++) {
         glbk_result result = GLBK_ERR_GL;
@@ -297,6 +298,28 @@ static void gl_fails_in_every_call(void **state)
     }
     printf("failures: %d while making, %d while running\n", failures[0], failures[1]);
     assert_true(failures[0] > 80 && failures[1] > 45);
+    strike_stage(t);
+}
+
+/* Passes do not make a driver or a browser answer, and an object is a block bound and filled. */
+static void a_frame_asks_nothing(void **state)
+{
+    GL_TEST(t, state)
+    static things x;
+    glbk_csm_draw d;
+    int i;
+    set_stage(t);
+    assert_glbk(t, make(t, &x));
+    assert_glbk(t, run(t, &x));             /* compiles */
+    gl_count_begin(&t->gl);
+    assert_glbk(t, run(t, &x));
+    assert_glbk(t, glbk_csm_gbuffer_begin(&t->gl, &x.renderer));
+    gl_count_reset();
+    memset(&d, 0, sizeof d);
+    for (i = 0; i < 10; i++) assert_glbk(t, glbk_csm_gbuffer_object(&t->gl, &x.renderer, &d));
+    assert_int_equal(gl_counted.calls, 20);
+    gl_count_end(&t->gl);
+    destroy(t, &x);
     strike_stage(t);
 }
 
@@ -427,17 +450,25 @@ static void programs_of_a_frame_stay(void **state)
     strike_stage(t);
 }
 
-/* The core path draws whole rows of 1024 answers: behind the last question there is none. */
+/* The core path, taken where storage buffers are too small, draws whole rows of 1024 answers: behind the last question
+   there is none. */
 static void only_what_was_asked_is_answered(void **state)
 {
     GL_TEST(t, state)
     static uint32_t row[4 * 1024];
     static things x;
     float answer;
-    int i, compute = t->gl.compute;
+    int i;
     set_stage(t);
-    t->gl.compute = 0;
+    t->gl.max_storage = 64 * MAP * MAP;
     assert_glbk(t, make(t, &x));
+    assert_int_equal(x.asker.asked.name != 0, t->gl.compute);
+    assert_int_equal(x.builder.compute, t->gl.compute);
+    destroy(t, &x);
+    t->gl.max_storage = 32 * QUESTIONS - 1;
+    assert_glbk(t, make(t, &x));
+    assert_int_equal(x.asker.asked.name + (unsigned)x.builder.compute, 0);
+    assert_int_equal(x.renderer.compute, t->gl.compute);
     assert_glbk(t, glbk_csm_ask_run(&t->gl, &x.asker, &x.maps, QUESTIONS));
     assert_glbk(t, glbk_target_read(&t->gl, &x.asker.target, 0, 0, 0, 1024, 1, row));
     for (i = 0; i < QUESTIONS; i++) {
@@ -445,14 +476,53 @@ static void only_what_was_asked_is_answered(void **state)
         assert_true(answer == (i % 2 ? 0 : 1));
     }
     for (; i < 1024; i++) assert_int_equal(row[4 * i], 0);
+    assert_glbk(t, run(t, &x));
     destroy(t, &x);
-    t->gl.compute = compute;
+    strike_stage(t);
+}
+
+/* Instances in the uniform block are one upload into it, more are one into their table and one into the block, however
+   many there are; the answers are the same. */
+static void placing_is_one_upload(void **state)
+{
+    GL_TEST(t, state)
+    enum { MANY = 40 };
+    static things x;
+    glbk_csm_instance many[MANY];
+    glbk_csm_block block;
+    uint32_t i, capacity;
+    set_stage(t);
+    assert_glbk(t, make(t, &x));
+    block.data = cohsm_data(world.plate, &block.size);
+    for (capacity = 16; capacity <= MANY; capacity += MANY - 16) {
+        glbk_csm_maps maps;
+        assert_glbk(t, glbk_csm_maps_create(&t->gl, &block, 1, capacity, &many[0].start, &maps));
+        for (i = 0; i < capacity; i++) {
+            many[i] = x.plate;
+            many[i].start = many[0].start;
+            many[i].transform[12] = i + 1 < capacity ? 100.0f + (float)i : 0.0f;    /* the last one is in the way */
+        }
+        gl_count_begin(&t->gl);
+        assert_glbk(t, glbk_csm_maps_place(&t->gl, &maps, many, capacity));
+        printf("%u instances: %d calls of GL, %d of them ask\n", capacity, gl_counted.calls, gl_counted.asks);
+        assert_int_equal(gl_counted.errors, 0);
+        assert_int_equal(gl_counted.uploads, capacity > 16);
+        assert_int_equal(gl_counted.data, 1);
+        assert_true(gl_counted.calls <= (capacity > 16 ? 36 : 4));
+        gl_count_end(&t->gl);
+        assert_glbk(t, glbk_csm_ask_run(&t->gl, &x.asker, &maps, QUESTIONS));
+        assert_glbk(t, glbk_csm_ask_read(&t->gl, &x.asker, QUESTIONS, x.visible));
+        for (i = 0; i < QUESTIONS; i++) assert_true(x.visible[i] == (i % 2 ? 0.0f : 1.0f));
+        glbk_csm_maps_destroy(&t->gl, &maps);
+    }
+    destroy(t, &x);
     strike_stage(t);
 }
 
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(gl_fails_in_every_call), gl_unit_test(memory_runs_out),
+                                  gl_unit_test(a_frame_asks_nothing), gl_unit_test(placing_is_one_upload),
                                   gl_unit_test(a_lost_context), gl_unit_test(hostile_state),
                                   gl_unit_test(programs_of_a_frame_stay),
                                   gl_unit_test(only_what_was_asked_is_answered) };

@@ -174,7 +174,7 @@ static struct { glbk_ism_maps maps; glbk_ism_renderer renderer; } ism;
 
 static glbk_result make_ism(gl_test *t)
 {
-    static const glbk_ism_desc maps = { 1, 8, 8, 0, 1, 0, 0, 0, 0 };
+    static const glbk_ism_desc maps = { 1, 8, 8, 0, 1, 0, 0, 0, 0, 0 };
     static const uint32_t indices[3] = { 0, 1, 2 };
     const glbk_ism_mesh mesh = { zeros, 3, 0, indices, 3, NULL };
     glbk_result result;

@@ -921,6 +921,7 @@ static void failures_leave_nothing(void **state)
     rig r = make_rig(t, even, 3, 64);
     glbk_result result;
     int failed = 0;
+    t->gl.check = 1;
     fake_begin(t, 0x0505);
     for (fake.at = 1;; fake.at += fake.at < 90 ? 3 : 7) {
         glbk_envsh_maps_desc d;
@@ -961,6 +962,7 @@ static void cells_are_whole_after_a_failure(void **state)
     int failed = 0;
     memcpy(&get, &proc, sizeof get);
     assert_true(m.levels > 1);
+    t->gl.check = 1;
     fake_begin(t, 0x0505);
     for (fake.at = 1; result != GLBK_OK; fake.at++) {
         int32_t base = -1, last = -1;
@@ -1050,9 +1052,14 @@ static void watched_frame(gl_test *t, rig *r, int rgba, const glbk_target *scree
     make_points(points);
     GL_SAME(t, assert_glbk(t, glbk_envsh_maps_create(&t->gl, &d, &m)));
     GL_SAME(t, to = make_renderer(t, points));
+    gl_count_begin(&t->gl);
+    gl_counted.allowed = 11;            /* the table of lights: what is put back */
     GL_SAVED(t, assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, r->views, sizeof *r->views, 5, draw_things, r)));
+    gl_counted.allowed = 0;
     GL_SAVED(t, assert_glbk(t, glbk_envsh_bind(&t->gl, &m, &soft)));
-    GL_SAVED(t, illuminate(t, &to, &m, r, out[0]));
+    gl_count_end(&t->gl);
+    GL_SAVED(t, illuminate(t, &to, &m, r, out[0]));     /* compiles */
+    gl_count_begin(&t->gl);
     GL_SAME(t, assert_glbk(t, glbk_envsh_read(&t->gl, &to, out[0])));
     GL_SAVED(t, {
         assert_glbk(t, glbk_envsh_gbuffer_begin(&t->gl, &to));
@@ -1062,6 +1069,7 @@ static void watched_frame(gl_test *t, rig *r, int rgba, const glbk_target *scree
     });
     GL_SAVED(t, assert_glbk(t, glbk_envsh_shade(&t->gl, &to, &m, &soft, 0, 0)));
     GL_SAVED(t, assert_glbk(t, glbk_envsh_resolve(&t->gl, &to, &pass)));
+    gl_count_end(&t->gl);
     GL_SAME(t, assert_glbk(t, glbk_target_read(&t->gl, screen, 0, 0, 0, WIDE, HIGH, out[1])));
     GL_SAME(t, glbk_envsh_maps_destroy(&t->gl, &m));
     GL_SAME(t, glbk_envsh_renderer_destroy(&t->gl, &to));

@@ -311,6 +311,7 @@ static int fail_everywhere(gl_test *t, uint32_t error, glbk_result first_call, g
     int seen[2] = { 0, 0 };
     glbk_result result;
 
+    t->gl.check = 1;
     fake_begin(t, 0);
     fake.error = error;
     for (fake.at = 1;; fake.at++) {
@@ -420,6 +421,48 @@ static void pending_errors_are_not_taken_for_ours(void **state)
     assert_int_equal(glbk_check(&t->gl), GLBK_ERR_GL);
     assert_int_equal(glbk_check(&t->gl), GLBK_OK);
     assert_int_equal(glbk_check(NULL), GLBK_ERR_ARGUMENT);
+}
+
+/* A frame's calls leave the flag to glbk_check, or with desc.check ask for it; what creates or reads always does. */
+static void updates_ask_for_errors_only_when_told(void **state)
+{
+    GL_TEST(t, state)
+    const uint32_t zeros[4] = { 0, 0, 0, 0 };
+    glbk_texture table;
+    glbk_buffer buffer, none;
+    glbk_context checked;
+    glbk_desc desc;
+    assert_glbk(t, glbk_table_create(&t->gl, GLBK_FORMAT_RGBA32UI, zeros, 1, &table));
+    assert_glbk(t, glbk_buffer_create(&t->gl, sizeof zeros, zeros, &buffer));
+    memset(&desc, 0, sizeof desc);
+    desc.get_proc = gl_get_proc();
+    desc.user = t->context;
+    desc.log = t->log;
+    desc.log_size = sizeof t->log;
+    desc.check = 1;
+    assert_glbk(t, glbk_init(&checked, &desc));
+    t->expected_errors = ~0u;
+    t->gl.gl.Enable(0xFFFF);
+    assert_glbk(t, glbk_table_update(&t->gl, &table, 0, 1, zeros));
+    assert_glbk(t, glbk_texture_update(&t->gl, &table, 0, 0, 0, 0, 1, 1, 1, zeros));
+    assert_glbk(t, glbk_buffer_update(&t->gl, &buffer, 0, sizeof zeros, zeros));
+    assert_int_equal(glbk_buffer_create(&t->gl, 4, NULL, &none), GLBK_ERR_PENDING);     /* takes it */
+    assert_glbk(t, glbk_buffer_create(&t->gl, 4, NULL, &none));
+    glbk_buffer_destroy(&t->gl, &none);
+    t->gl.gl.Enable(0xFFFF);
+    assert_glbk(t, glbk_buffer_update(&t->gl, &buffer, 0, 4, zeros));
+    assert_int_equal(glbk_check(&t->gl), GLBK_ERR_GL);
+    assert_non_null(strstr(t->log, "0x0500"));
+    t->gl.gl.Enable(0xFFFF);
+    assert_int_equal(glbk_table_update(&checked, &table, 0, 1, zeros), GLBK_ERR_PENDING);
+    t->gl.gl.Enable(0xFFFF);
+    assert_int_equal(glbk_texture_update(&checked, &table, 0, 0, 0, 0, 1, 1, 1, zeros), GLBK_ERR_PENDING);
+    t->gl.gl.Enable(0xFFFF);
+    assert_int_equal(glbk_buffer_update(&checked, &buffer, 0, sizeof zeros, zeros), GLBK_ERR_PENDING);
+    assert_glbk(t, glbk_buffer_update(&checked, &buffer, 0, sizeof zeros, zeros));
+    glbk_texture_destroy(&t->gl, &table);
+    glbk_buffer_destroy(&t->gl, &buffer);
+    glbk_destroy(&checked);
 }
 
 static uint32_t GLBK_CALL always_error(void) { return 0x0502; }
@@ -618,6 +661,7 @@ static void several_contexts(void **state)
 static void floats_that_cannot_be_rendered_to(void **state)
 {
     GL_TEST(t, state)
+    static const uint16_t halves[4 * 4 * 4] = { 0 };
     int bare = gl_this_way()->bit == GL_ES30_BARE;
     glbk_texture_desc d = { 0 };
     glbk_target_desc targets = { 0 };
@@ -632,6 +676,15 @@ static void floats_that_cannot_be_rendered_to(void **state)
     targets.color[0] = &texture;
     assert_int_equal(glbk_target_create(&t->gl, &targets, &target), bare ? GLBK_ERR_FLOAT_TARGET : GLBK_OK);
     if (bare) assert_non_null(strstr(glbk_result_text(GLBK_ERR_FLOAT_TARGET), "EXT_color_buffer_float"));
+    glbk_texture_destroy(&t->gl, &texture);
+    d.format = GLBK_FORMAT_RGBA16F;     /* filterable everywhere, but GL makes mipmaps of what it can render to */
+    d.sampling = GLBK_SAMPLING_LINEAR;
+    d.data = halves;
+    assert_glbk(t, glbk_texture_create(&t->gl, &d, &texture));
+    glbk_texture_destroy(&t->gl, &texture);
+    d.sampling = GLBK_SAMPLING_MIPMAPS;
+    assert_int_equal(glbk_texture_create(&t->gl, &d, &texture), bare ? GLBK_ERR_FLOAT_TARGET : GLBK_OK);
+    assert_int_equal(texture.name == 0, bare);
     glbk_target_destroy(&t->gl, &target);
     glbk_texture_destroy(&t->gl, &texture);
 }
@@ -644,7 +697,8 @@ int main(int count, char **values)
         gl_unit_test(bad_descs),                   gl_unit_test(out_of_memory_everywhere),
         gl_unit_test(errors_everywhere),           gl_unit_test(no_shader_no_program),
         gl_unit_test(allocator_fails),             gl_unit_test(real_out_of_memory),
-        gl_unit_test(pending_errors_are_not_taken_for_ours), gl_unit_test(an_error_for_ever_ends),
+        gl_unit_test(pending_errors_are_not_taken_for_ours),
+        gl_unit_test(updates_ask_for_errors_only_when_told), gl_unit_test(an_error_for_ever_ends),
         gl_unit_test(a_thousand_cycles),           gl_unit_test(contexts_come_and_go),
         gl_unit_test(lost_contexts),               gl_unit_test(destroying_is_always_safe),
         gl_unit_test(without_a_current_context),   gl_unit_test(several_contexts),

@@ -7,9 +7,12 @@
        GL_SAVED(t, assert_glbk(t, glbk_begin(&t->gl, &pass, &program)));            // between save and restore
        gl_hostile_free(t, &h);
 
-   The list is these tests' own, not that of glbk_state. */
+   The list is these tests' own, not that of glbk_state. Between gl_count_begin and gl_count_end what is GL_SAVED, a
+   pass, may ask GL for nothing. */
 #ifndef GL_STATE_H
 #define GL_STATE_H
+
+#include "gl_count.h"
 
 /* ---- the list: X(who has it, name, number of values). B = both, D = OpenGL, C = compute, K = clip control, R = fixed
         restart, O = clamp of the polygon offset ---- */
@@ -410,13 +413,15 @@ static inline void gl_state_watch(gl_test *t, int on)
 
 static inline void gl_watch_begin(gl_test *t, int saves)
 {
-    if (!gl_watched.on) return;
-    gl_state_read(&t->gl, &gl_watched.before);
-    if (saves) glbk_state_save(&t->gl, &gl_watched.saved);
+    if (gl_watched.on) gl_state_read(&t->gl, &gl_watched.before);
+    if (gl_watched.on && saves) glbk_state_save(&t->gl, &gl_watched.saved);
+    gl_count_reset();
 }
 
 static inline void gl_watch_end(gl_test *t, int saves, const char *call)
 {
+    if (gl_counted.on && saves && gl_counted.asks > gl_counted.allowed)
+        fail_msg("%s asks GL %d times", call, gl_counted.asks);
     if (!gl_watched.on) return;
     if (saves) glbk_state_restore(&t->gl, &gl_watched.saved);
     gl_state_read(&t->gl, &gl_watched.after);

@@ -19,6 +19,7 @@
 #include "ism.h"
 
 #include "gl/gl_test.h"
+#include "gl/gl_count.h"
 
 enum { TRIANGLES = 300 };
 
@@ -206,7 +207,7 @@ static void tiles_of_every_size(void **state)
     pair p;
     pair_open(t, &p);
     for (uint32_t size = 8, projection = 1; size <= 256; size *= 2, projection = projection % 4 + 1) {
-        glbk_ism_desc d = { 5, 700, 0, 0, 3, 0, 0, 0, 0 };
+        glbk_ism_desc d = { 5, 700, 0, 0, 3, 0, 0, 0, 0, 0 };
         char what[32];
         size_t surfaces;
         d.tile_size = size;
@@ -229,7 +230,7 @@ static void fill_of_noise(void **state)
     GL_TEST(t, state)
     enum { SIZE = 256 };
     static float surfels[4 * SIZE * SIZE], atlas[2][SIZE * SIZE];
-    const glbk_ism_desc d = { 1, 64, SIZE, 1, 1, 0, 0, 0, 0 };
+    const glbk_ism_desc d = { 1, 64, SIZE, 1, 1, 0, 0, 0, 0, 0 };
     size_t i, kept = 0, dropped = 0, filled = 0;
     pair p;
     pair_open(t, &p);
@@ -264,7 +265,7 @@ static void wide_discs(void **state)
 {
     GL_TEST(t, state)
     pair p;
-    glbk_ism_desc d = { 2, 8000, 64, 1, 1, 16, 0, 0, 0 };
+    glbk_ism_desc d = { 2, 8000, 64, 1, 1, 16, 0, 0, 0, 0 };
     pair_open(t, &p);
     make_maps(t, &p, &d, 2);
     assert_true(compare_maps(t, &p, "wide") > 6000);
@@ -275,7 +276,7 @@ static void nothing_to_draw(void **state)
 {
     GL_TEST(t, state)
     pair p;
-    glbk_ism_desc d = { 3, 64, 16, 1, 1, 0, 0, 0, 0 };
+    glbk_ism_desc d = { 3, 64, 16, 1, 1, 0, 0, 0, 0, 0 };
     pair_open(t, &p);
     make_maps(t, &p, &d, 3);
     assert_true(compare_maps(t, &p, "some") > 100);
@@ -291,7 +292,7 @@ static void nothing_to_draw(void **state)
 static void too_many_points(void **state)
 {
     GL_TEST(t, state)
-    glbk_ism_desc d = { 1, 65536, 8, 1, 64, 0, 0, 0, 0 };
+    glbk_ism_desc d = { 1, 65536, 8, 1, 64, 0, 0, 0, 0, 0 };
     glbk_ism_maps m;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
     assert_int_equal(m.compute, 1);
@@ -357,7 +358,7 @@ static void light_is_the_same(void **state)
     glbk_ism_renderer r[2];
     pair_open(t, &p);
     for (uint32_t projection = 1; projection < 5; projection += 3) {
-        glbk_ism_desc d = { 400, 64, 8, 0, 1, 0, 0, 0, 0 };
+        glbk_ism_desc d = { 400, 64, 8, 0, 1, 0, 0, 0, 0, 0 };
         d.projection = projection;
         make_maps(t, &p, &d, 397);
         compare_maps(t, &p, "maps for light");
@@ -365,7 +366,7 @@ static void light_is_the_same(void **state)
         make_pictures(t, &p, r);
         for (uint32_t pattern = 1; pattern <= 8; pattern *= 2)
             for (uint32_t near_mode = 1; near_mode < 7; near_mode++) {
-                glbk_ism_shading s = { 0, 0, 0.5f, 0.02f, 0, 0 };
+                glbk_ism_shading s = { 0, 0, 0.5f, 0.02f, 0, 0, 0 };
                 s.pattern = pattern;
                 s.near_mode = near_mode;
                 s.no_maps = near_mode == 5;
@@ -381,8 +382,8 @@ static void light_is_the_same(void **state)
 static void classes_without_vpls(void **state)
 {
     GL_TEST(t, state)
-    const glbk_ism_shading s = { 8, 1, 0, 0.02f, 1, 1 };
-    const glbk_ism_desc d = { 8, 64, 8, 1, 1, 0, 0, 0, 0 };
+    const glbk_ism_shading s = { 8, 1, 0, 0.02f, 1, 1, 0 };
+    const glbk_ism_desc d = { 8, 64, 8, 1, 1, 0, 0, 0, 0, 0 };
     static float light[4 * PIXELS];
     pair p;
     glbk_ism_renderer r[2];
@@ -399,12 +400,60 @@ static void classes_without_vpls(void **state)
     pair_close(&p);
 }
 
+/* Draws of a few points, and of a few rows of pixels: more of them, and the same maps and light. */
+static void bounded_draws_make_the_same(void **state)
+{
+    GL_TEST(t, state)
+    const glbk_ism_desc d = { 40, 60, 8, 1, 3, 0, 0, 0, 0, 0 };         /* 800 points a phase */
+    glbk_ism_shading s = { 1, 1, 0, 0.02f, 0, 0, 0 };
+    static float light[2][4 * PIXELS];
+    static uint32_t surfels[2][4 * 56 * 56];
+    const float range = t->gl.max_point_size;
+    glbk_ism_renderer r[2];
+    pair p;
+    int i, quads;
+    pair_open(t, &p);
+    for (quads = 0; quads < 2; quads++) {
+        p.gl[0].max_point_size = quads ? 1 : range;
+        make_maps(t, &p, &d, 37);
+        assert_int_equal(p.maps[0].quads, quads);
+        assert_true(p.maps[0].side == 56);
+        compare_maps(t, &p, "maps in one draw a phase");
+        for (i = 0; i < 2; i++) {
+            p.maps[0].desc.points_per_pass = i ? 300 : 800;
+            gl_count_begin(&p.gl[0]);
+            assert_glbk(t, glbk_ism_draw(&p.gl[0], &p.maps[0]));
+            assert_int_equal(gl_counted.draws, (i ? 9 : 3) + 4);        /* and holes, pull twice, push */
+            gl_count_end(&p.gl[0]);
+            assert_glbk(t, glbk_target_read(&p.gl[0], &p.maps[0].surfel_target, 0, 0, 0, 56, 56, surfels[i]));
+        }
+        assert_memory_equal(surfels[0], surfels[1], sizeof surfels[0]);
+    }
+    make_pictures(t, &p, r);
+    for (s.pattern = 1; s.pattern < 4; s.pattern *= 2)
+        for (i = 0; i < 2; i++) {
+            s.pairs_per_pass = 0;
+            assert_glbk(t, glbk_ism_shade(&p.gl[i], &r[i], &p.maps[i], &s));
+            assert_glbk(t, glbk_target_read(&p.gl[i], &r[i].result_target, 0, 0, 0, WIDTH, HEIGHT, light[0]));
+            s.pairs_per_pass = 1;
+            gl_count_begin(&p.gl[i]);
+            assert_glbk(t, glbk_ism_shade(&p.gl[i], &r[i], &p.maps[i], &s));
+            assert_int_equal(gl_counted.draws, (HEIGHT + 16 * s.pattern - 1) / (16 * s.pattern) + 1);   /* blur */
+            gl_count_end(&p.gl[i]);
+            assert_glbk(t, glbk_target_read(&p.gl[i], &r[i].result_target, 0, 0, 0, WIDTH, HEIGHT, light[1]));
+            assert_memory_equal(light[0], light[1], sizeof light[0]);
+        }
+    for (i = 0; i < 2; i++) glbk_ism_renderer_destroy(&p.gl[i], &r[i]);
+    pair_close(&p);
+}
+
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(tiles_of_every_size), gl_unit_test(wide_discs),
                                   gl_unit_test(fill_of_noise),
                                   gl_unit_test(nothing_to_draw),     gl_unit_test(too_many_points),
-                                  gl_unit_test(light_is_the_same),   gl_unit_test(classes_without_vpls) };
+                                  gl_unit_test(light_is_the_same),   gl_unit_test(classes_without_vpls),
+                                  gl_unit_test(bounded_draws_make_the_same) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE45);
 }

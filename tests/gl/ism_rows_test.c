@@ -305,7 +305,7 @@ static void pull_and_push(void **state)
 {
     GL_TEST(t, state)
     static float directions[4 * 4096], surfels[4 * 4096], depth[4096];
-    glbk_ism_desc d = { 1, 8, 64, 1, 1, 0, 0, 0, 0 };
+    glbk_ism_desc d = { 1, 8, 64, 1, 1, 0, 0, 0, 0, 0 };
     glbk_ism_vpl vpl = { { 0, 0, 0 }, { 0, 0, 1 }, { 1, 1, 1 }, { 0, 0, 1 }, 1, 0, 0, 0, 0 };
     glbk_ism_maps m;
     uint32_t seed = 3, trial;

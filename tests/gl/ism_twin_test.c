@@ -460,7 +460,7 @@ static void functions_to_paste(void **state)
     assert_int_equal(ism_visible(s->maps, 0, p, n, 0, SIDE * SIDE, 0.02f, visible), ISM_OK);
     for (way = 0; way < 3; way++) {         /* as glbk_ism_shade has it; another bias; nothing throws shadows */
         ism_shading shading = ism_shading_default();
-        glbk_ism_shading own = { 0, 0, 1, 0.02f, 0, 0 };
+        glbk_ism_shading own = { 0, 0, 1, 0.02f, 0, 0, 0 };
         shading.bias = own.bias = way == 1 ? 0.2f : 0.02f;
         shading.no_maps = own.no_maps = way == 2;
         assert_glbk(t, glbk_begin(&t->gl, &pass, &program));

@@ -324,7 +324,7 @@ static void make_ism(gl_test *t)
     static const uint32_t triangles[6] = { 0, 1, 2, 1, 3, 2 };
     static const glbk_ism_vpl lamp = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 2, 3 }, { 0, -1, 0 }, 1, 0.1f, 0, 1, 0 };
     static const float center[3] = { 0, 1, 0 };
-    const glbk_ism_desc d = { 1, POINTS, 64, 1, 1, 0, 0, 1, 0 };
+    const glbk_ism_desc d = { 1, POINTS, 64, 1, 1, 0, 0, 1, 0, 0 };
     const glbk_ism_mesh mesh = { table, 4, 0, triangles, 6, NULL };
     float places[3 * PIXELS] = { 0 }, normals[3 * PIXELS] = { 0 };
     const glbk_ism_receivers from = { places, normals, NULL, NULL, 0 };

@@ -219,6 +219,7 @@ static void gl_fails_in_every_call(void **state)
     gl_canvas c = gl_canvas_make(t, GLBK_FORMAT_RGBA8, SIDE, SIDE, 0);
     int failed = 0;
     small_room(t);
+    t->gl.check = 1;
     fake_begin(t, 0x0505);
     for (fake.at = 1;; fake.at++) {
         fake.calls = 0;
@@ -233,6 +234,11 @@ static void gl_fails_in_every_call(void **state)
     assert_true(failed > 100);
     fake.at = 0;
     assert_glbk(t, frame(t, &map, &r, &c.target));      /* compiles all programs */
+    t->gl.check = 0;
+    gl_count_begin(&t->gl);
+    assert_glbk(t, frame(t, &map, &r, &c.target));      /* passes do not make a driver or a browser answer */
+    gl_count_end(&t->gl);
+    t->gl.check = 1;
     for (failed = 0, fake.at = 1;; fake.at++) {
         fake.calls = 0;
         result = frame(t, &map, &r, &c.target);
@@ -273,6 +279,16 @@ static void no_memory_and_no_context(void **state)
     assert_glbk(t, make(t, &map, &r));
     assert_glbk(t, frame(t, &map, &r, &c.target));      /* compiles all programs */
     assert_int_equal(r.compute, t->gl.compute);
+    for (int i = 0; i < 2; i++) {       /* a list of all pixels does not fit in a storage buffer */
+        const glbk_rsm_renderer_desc way = { SIDE, SIDE, i, 0 };
+        const size_t most = t->gl.max_storage;
+        glbk_rsm_renderer other;
+        t->gl.max_storage = 4 * SIDE * SIDE - 1;
+        assert_glbk(t, glbk_rsm_renderer_create(&t->gl, &way, &other));
+        t->gl.max_storage = most;
+        assert_int_equal(other.compute, t->gl.compute && !i);
+        glbk_rsm_renderer_destroy(&t->gl, &other);
+    }
     t->gl.allocator.alloc_fn = no_memory;
     t->gl.allocator.free_fn = release;
     assert_int_equal(glbk_rsm_map_upload(&t->gl, &map, texels), GLBK_ERR_ALLOC);

@@ -172,7 +172,7 @@ static void entities(void **state)
     BAD(e.occlusion, &fields[1], glbk_sfield_place(gl, &w, &e, 1));     /* one for the other */
     BAD(e.source, &fields[0], glbk_sfield_place(gl, &w, &e, 1));
     beyond = fields[0];
-    beyond.start = w.entities_at;
+    beyond.start = w.texels;
     BAD(e.occlusion, &beyond, glbk_sfield_place(gl, &w, &e, 1));
     beyond.source = 1;
     BAD(e.source, &beyond, glbk_sfield_place(gl, &w, &e, 1));

@@ -559,6 +559,7 @@ static void failures_leave_nothing(void **state)
     glbk_sfield_builder b;
     int failures = 0, given;
 
+    t->gl.check = 1;
     fake_begin(t, 0x0505);
     for (fake.at = 1; result != GLBK_OK; fake.at++) {
         fake.calls = 0;

@@ -317,7 +317,7 @@ static void row_rotate(uint32_t bands, const float matrix[16], const float *a, s
     ask_open(&w, bands, NULL, matrix);
     ask_vector(&w,
                ASK_VECTOR("    for (int k = 0; k < SFIELD_COEFS; k++) v[k] = layer(k / 4)[k % 4];\n"
-                          "    uint rotation = SFIELD_TEXEL(sfield_at(0u) + 5u).z;\n"
+                          "    uint rotation = SFIELD_MOVING(sfield_at(0u) + 5u).z;\n"
                           "    if (rotation != SFIELD_NONE) sfield_rotate(rotation, false, v);\n"),
                in, (uint32_t)layers, count, r);
     ask_close(&w);

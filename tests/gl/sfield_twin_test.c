@@ -140,9 +140,9 @@ static const char twin_main[] =
     "    sfield_fetch(in0.w, sfield_locate(in0.w, p), in1.w, d.x * 0.5, 1.0, v);\n"
     "    sfield_basis(d, a);\n"
     "#if TWIN == 1\n"
-    "    sfield_rotate(SFIELD_TEXEL(sfield_at(0u) + 5u).z, false, v);\n"
+    "    sfield_rotate(SFIELD_MOVING(sfield_at(0u) + 5u).z, false, v);\n"
     "#elif TWIN == 2\n"
-    "    sfield_rotate(SFIELD_TEXEL(sfield_at(0u) + 5u).z, true, v);\n"
+    "    sfield_rotate(SFIELD_MOVING(sfield_at(0u) + 5u).z, true, v);\n"
     "#elif TWIN == 3\n"
     "    for (int k = 0; k < SFIELD_COEFS; k++) b[k] = v[k];\n"
     "    sfield_product(glbk_sfield_scene.parts.xy, a, b, v);\n"
@@ -727,6 +727,7 @@ static void failures_leave_nothing(void **state)
     glbk_sfield_renderer r;
     glbk_result result;
     int kind, done = 0;
+    t->gl.check = 1;
     build_fields(&b, 2);
     upload(t, &b);
     real_error = t->gl.gl.GetError;
@@ -813,7 +814,9 @@ static void a_hostile_state_changes_nothing(void **state)
     build_fields(&b, 2);
     upload(t, &b);
     gl_state_watch(t, 1);
+    gl_count_begin(&t->gl);
     make_and_shade(t, &b, plain);
+    gl_count_end(&t->gl);
     assert_true(plain[0][0] != 0 && plain[0][4] == 0);       /* one point is there, its neighbours are not */
     assert_true(plain[2][0] != 0 && plain[2][4] != 0 && plain[2][60] != 0);        /* drawn: all of them */
     gl_hostile_make(t, &h);

@@ -23,7 +23,8 @@ bool csm_behind(csm_point p, vec3 direction, float range)
 vec4 csm_shade(csm_point p, uint pixel)
 {
     uvec4 sampling = glbk_csm_frame.sampling, range = glbk_csm_frame.range;
-    uint table = glbk_csm_frame.light.y, count = glbk_csm_frame.light.z;
+    const uint table = 0u;
+    uint count = glbk_csm_frame.light.z;
     const int ask = CSM_ASK;
     cohsm_light light = cohsm_light_open(glbk_csm_frame.light.x);
     light.shape = uint(CSM_SHAPE);

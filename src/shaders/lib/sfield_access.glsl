@@ -1,6 +1,7 @@
-// sfield_access - what sfield_field asks of a program, from the texture that glbk_sfield_bind binds.
+// sfield_access - what sfield_field asks of a program, from the textures that glbk_sfield_bind binds.
 // uses: table sfield_bindings
 #define SFIELD_TEXEL(i) texelFetch(glbk_sfield_table, glbk_table_at(i), 0)
+#define SFIELD_MOVING(i) texelFetch(glbk_sfield_moving, glbk_table_at(i), 0)
 #ifndef SFIELD_BANDS
 #define SFIELD_BANDS 4
 #endif

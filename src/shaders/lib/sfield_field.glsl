@@ -1,15 +1,19 @@
 // sfield_field - shadow fields at a point, and the algebra of their coefficients. C twins: shadowfield.h.
 //
 // Functions of direction are float[SFIELD_COEFS] of real spherical harmonics, number l^2 + l + m, Y1 = 0.4886 (y, z,
-// x). Fields, rotations and tripling coefficients lie in one table (docs/gpu-layouts.md), named by their first texel.
+// x). Fields and tripling coefficients lie in one table, rotations in that of what moves or, without SFIELD_MOVING, the
+// same (docs/gpu-layouts.md); they are named by their first texel.
 #ifndef SFIELD_TEXEL
 #error "SFIELD_TEXEL(i): texel i of the table as uvec4"
 #endif
 #ifndef SFIELD_BANDS
 #error "SFIELD_BANDS: 1 to 8"
 #endif
+#ifndef SFIELD_MOVING
+#define SFIELD_MOVING(i) SFIELD_TEXEL(i)                // texel i of sky, entities and rotations
+#endif
 #ifndef SFIELD_ROTATION
-#define SFIELD_ROTATION(i) SFIELD_TEXEL(i)              // texel i of a rotation
+#define SFIELD_ROTATION(i) SFIELD_MOVING(i)             // texel i of a rotation
 #endif
 #define SFIELD_COEFS (SFIELD_BANDS * SFIELD_BANDS)
 #define SFIELD_CELLS ((SFIELD_COEFS + 15) / 16)         // texels of a sample and channel

@@ -29,7 +29,7 @@ void sfield_start(ivec2 at, sfield_point p, out float t[SFIELD_COEFS])
         }
     }
     if (p.entity != SFIELD_NONE) {
-        uint rotation = SFIELD_TEXEL(sfield_at(p.entity) + 5u).z;
+        uint rotation = SFIELD_MOVING(sfield_at(p.entity) + 5u).z;
         if (rotation != SFIELD_NONE) sfield_rotate(rotation, false, t);
     }
 }

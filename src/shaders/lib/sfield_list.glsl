@@ -19,13 +19,13 @@ uint sfield_name(uint i) { return sfield_all() ? i << 8 | 255u : sfield_numbers[
 
 uvec4 sfield_record(uint name, uint k)
 {
-    if ((name & 255u) == 255u) return SFIELD_TEXEL(glbk_sfield_scene.table.x + (name >> 8) * SFIELD_ENTITY + k);
+    if ((name & 255u) == 255u) return SFIELD_MOVING(glbk_sfield_scene.table.x + (name >> 8) * SFIELD_ENTITY + k);
     return sfield_texels[(name & 255u) * SFIELD_ENTITY + k];
 }
 
 uvec4 sfield_rotation_texel(uint i)
 {
-    if (i < SFIELD_TURNED) return SFIELD_TEXEL(i);
+    if (i < SFIELD_TURNED) return SFIELD_MOVING(i);
     return sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + (i & ~SFIELD_TURNED)];
 }
 
@@ -94,9 +94,9 @@ void sfield_list(vec3 position, vec3 normal, bool seen)
     if (box.low.x > box.high.x) return;
     for (uint e = me; e < glbk_sfield_scene.table.y; e += SFIELD_GROUP) {
         uint at = glbk_sfield_scene.table.x + e * SFIELD_ENTITY;
-        vec4 occluder = uintBitsToFloat(SFIELD_TEXEL(at)), source = uintBitsToFloat(SFIELD_TEXEL(at + 1u));
+        vec4 occluder = uintBitsToFloat(SFIELD_MOVING(at)), source = uintBitsToFloat(SFIELD_MOVING(at + 1u));
         vec2 span = sfield_span(box, occluder.xyz), light = source.w > 0.0 ? sfield_span(box, source.xyz) : vec2(0.0);
-        bool hides = span.x < occluder.w && sfield_above(box, occluder.xyz, uintBitsToFloat(SFIELD_TEXEL(at + 3u).w));
+        bool hides = span.x < occluder.w && sfield_above(box, occluder.xyz, uintBitsToFloat(SFIELD_MOVING(at + 3u).w));
         if (!hides && !(source.w > 0.0)) continue;
         span = vec2(source.w > 0.0 ? light.x : span.x, hides ? max(span.y, light.y) : light.y);
         uint slot = atomicAdd(sfield_listed, 1u);
@@ -117,8 +117,8 @@ void sfield_list(vec3 position, vec3 normal, bool seen)
     }
     sfield_wait();
     for (uint i = me; i < listed * SFIELD_ENTITY; i += SFIELD_GROUP)
-        sfield_texels[i] = SFIELD_TEXEL(glbk_sfield_scene.table.x + sfield_numbers[i / SFIELD_ENTITY] * SFIELD_ENTITY +
-                                        i % SFIELD_ENTITY);
+        sfield_texels[i] = SFIELD_MOVING(glbk_sfield_scene.table.x + sfield_numbers[i / SFIELD_ENTITY] * SFIELD_ENTITY +
+                                         i % SFIELD_ENTITY);
     sfield_wait();
     for (uint i = me; i < listed; i += SFIELD_GROUP) {
         uint at = i * SFIELD_ENTITY + 5u, rotation = sfield_texels[at].z;
@@ -130,6 +130,6 @@ void sfield_list(vec3 position, vec3 normal, bool seen)
     }
     sfield_wait();
     for (uint i = me; i < min(sfield_turned, turns) * turn; i += SFIELD_GROUP)
-        sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + i] = SFIELD_TEXEL(sfield_turns[i / turn] + i % turn);
+        sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + i] = SFIELD_MOVING(sfield_turns[i / turn] + i % turn);
     sfield_wait();
 }

@@ -20,7 +20,7 @@ uint sfield_at(uint entity) { return glbk_sfield_scene.table.x + entity * SFIELD
 #define SFIELD_COUNT glbk_sfield_scene.table.y
 #define SFIELD_NAME(i) i
 #define SFIELD_NUMBER(name) name
-#define SFIELD_RECORD(name, k) SFIELD_TEXEL(sfield_at(name) + k)
+#define SFIELD_RECORD(name, k) SFIELD_MOVING(sfield_at(name) + k)
 #define SFIELD_NEAR(i) 0.0
 #define SFIELD_FAR(i) 3e38
 #endif
@@ -148,7 +148,7 @@ vec3 sfield_sky(float t[SFIELD_COEFS])
 {
     uint at = glbk_sfield_scene.parts.z;
     vec3 rgb = vec3(0.0);
-    for (int k = 0; k < SFIELD_COEFS; k++) rgb += t[k] * uintBitsToFloat(SFIELD_TEXEL(at + uint(k)).xyz);
+    for (int k = 0; k < SFIELD_COEFS; k++) rgb += t[k] * uintBitsToFloat(SFIELD_MOVING(at + uint(k)).xyz);
     return rgb;
 }
 
@@ -167,7 +167,7 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
     sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);
     uint count = glbk_sfield_scene.table.y, left = glbk_sfield_scene.table.z, id = SFIELD_NONE, first = 0u;
     uint name[SFIELD_BATCH];
-    if (own < count && uintBitsToFloat(SFIELD_TEXEL(sfield_at(own) + 1u).w) > 0.0) left--;
+    if (own < count && uintBitsToFloat(SFIELD_MOVING(sfield_at(own) + 1u).w) > 0.0) left--;
     bool sky = glbk_sfield_scene.table.w != 0u, more = left > 0u || sky;
     float d2 = 0.0, o[SFIELD_COEFS], key[SFIELD_BATCH];
     sfield_blockers met;

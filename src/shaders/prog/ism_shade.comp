@@ -21,6 +21,7 @@ void main()
 {
     uint side = glbk_ism_view.size.z, pattern = side * side, first = gl_WorkGroupID.z, used = ism_used(first, pattern);
     ivec2 at = ivec2(gl_GlobalInvocationID.xy * side + uvec2(first % side, first / side));
+    at.y += int(glbk_ism_view.values.z);        // the first row of this dispatch
     bool inside = all(lessThan(at, ivec2(glbk_ism_view.size.xy)));
     float most = glbk_ism_view.values.y;
     vec4 sum = vec4(0.0);

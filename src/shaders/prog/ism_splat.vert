@@ -15,12 +15,12 @@ flat out vec4 ism_cut2;
 void main()
 {
 #if ISM_QUADS
-    uint index = uint(gl_InstanceID);
+    uint index = uint(gl_InstanceID) + glbk_ism_frame.near_points.w;
 #else
     uint index = uint(gl_VertexID);
     gl_PointSize = 1.0;
 #endif
-    uint v = index / glbk_ism_frame.points.y % glbk_ism_frame.points.x;
+    uint v = index / glbk_ism_frame.points.y;       // the points of one phase are bound
     ism_surfel s;
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     ism_at = vec4(0.0);
