@@ -96,7 +96,6 @@
      ISM_STATIC           everywhere it is included: a private copy, all functions static
      ISM_DEF              everywhere: your own linkage instead
      ISM_NO_SIMD          with the implementation: portable code only (results are the same to the bit)
-     ISM_ASSERT(x)        with the implementation: in place of assert
 
    Memory, errors, threads, determinism
 
@@ -104,10 +103,10 @@
    and is kept, in bytes, with less than 8 KB besides:
 
      12 N points + 4 A + 4 A (if keep_hits) + 2444 tile_size^2 + 16 triangles + 820 clusters of triangles, of which
-     there are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 236 N + 112.25 N near_points,
+     there are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 244 N + 112.25 N near_points,
      A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 12 MB
 
-   While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 104 N more.
+   While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 64 N more.
 
    Every function that can fail returns an ism_result; where it is not ISM_OK, outputs are untouched and nothing leaks.
    There are no globals; one ism_maps belongs to one thread at a time, but const calls may run together. Results are
@@ -170,7 +169,8 @@ typedef void (*ism_parallel_for)(void *user, size_t count, ism_task task, void *
 /* Must call task(context, i) once for each i < count, in any order and on any threads, and return when all are done. */
 
 typedef int (*ism_progress)(void *user, float fraction);
-/* Called between batches, from the thread that called us, fraction 0..1 of the running stage; not 0 cancels. */
+/* Called between batches, from the thread that called us, fraction 0..1 of the running pass; a stage has several, and
+   each begins at 0 again. Not 0 cancels. */
 
 /* ---- what comes in: occluders, lit points, receivers ---- */
 
@@ -289,7 +289,7 @@ typedef struct ism_desc {
 typedef struct ism_stats {          /* of the last run of each stage */
     uint32_t vpls;                  /* less than N only where the sources are black */
     uint32_t jumped;                /* VPLs that moved farther than a texel since the last frame (T55) */
-    uint64_t bad_pvpls;             /* not finite or negative: never chosen */
+    uint64_t bad_pvpls;             /* not finite, negative or above 1e30: never chosen */
     uint64_t skipped_triangles;     /* a vertex not finite, or no area */
     uint64_t points, renewed;       /* all, and those of this frame */
     uint64_t splats;                /* points written into tiles */
@@ -370,7 +370,8 @@ typedef struct ism_vpl {
     float    side;                  /* of the square that ISM_NEAR_PATCH takes: set by ism_choose and ism_set_vpls */
     int32_t  directional;
     uint32_t source, texel;         /* whence; texel = y * width + x */
-    int32_t  jumped;                /* 1: not where it was in the last frame, by more than a texel */
+    int32_t  jumped;                /* 1: not where it was in the last frame, by more than a texel; of directions,
+                                       scattered sources and with no_inter_texel: at all */
     float    reach;                 /* m: near points light receivers within it, fully so within 0.7 of it. 0 = none do;
                                        set by ism_choose and ism_set_vpls */
     uint32_t window;                /* of its tile, see ism_zoom; set by ism_build and ism_scatter */
@@ -385,12 +386,12 @@ typedef struct ism_near_point {     /* 48 bytes: gl_backend.h uploads them as th
 
 ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
 /* Importances, prefix sums, VPL i at (i + 0.5) / N. Black sources give no VPLs, which is no error.
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_INPUT (NULL arrays, strides), ISM_ERR_LIMIT (2^26 pVPLs), ISM_ERR_ALLOC,
-            ISM_ERR_CANCELLED */
+   Errors   ISM_ERR_ARGUMENT (the view, no list of sources), ISM_ERR_INPUT (a source's arrays or strides),
+            ISM_ERR_LIMIT (2^26 pVPLs), ISM_ERR_ALLOC, ISM_ERR_CANCELLED */
 
 ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t count);
 /* Your own list in place of ism_choose, without near points; count <= N. position, normal, flux and axis must be
-   finite, normal and axis unit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_LIMIT. */
+   finite, flux 0..1e30, normal and axis unit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_LIMIT, ISM_ERR_CANCELLED. */
 
 ISM_DEF const ism_vpl *ism_vpls(const ism_maps *maps, size_t *count);
 /* Valid until the next stage. */
@@ -407,8 +408,8 @@ ISM_DEF const float *ism_importances(const ism_maps *maps, size_t source, size_t
 ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
 /* Renews points and draws the atlas for the VPLs there are. Points are kept as barycentric coordinates: where the
    number of triangles stays, the others follow the mesh; where it changes, all are made anew.
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_INPUT (stride, an index beyond vertex_count), ISM_ERR_LIMIT, ISM_ERR_ALLOC,
-            ISM_ERR_CANCELLED
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER, ISM_ERR_INPUT (stride, an index beyond vertex_count), ISM_ERR_LIMIT,
+            ISM_ERR_ALLOC, ISM_ERR_CANCELLED
    Cost     O(triangles + points of all VPLs x texels of their discs) */
 
 ISM_DEF ism_result ism_scatter(ism_maps *maps, const ism_frame *frame);
@@ -449,8 +450,8 @@ ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const float *
 
 ISM_DEF ism_result ism_shade(const ism_maps *maps, const ism_view *view, const ism_shading *shading, float *out,
                              ism_stats *stats);
-/* The light of all VPLs. Errors: ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_INPUT, ISM_ERR_ORDER, ISM_ERR_LIMIT,
-   ISM_ERR_ALLOC, ISM_ERR_CANCELLED. stats->peak_bytes counts what it allocates while it runs. */
+/* The light of all VPLs. Errors: ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_ORDER, ISM_ERR_LIMIT, ISM_ERR_ALLOC,
+   ISM_ERR_CANCELLED. stats->peak_bytes counts what it allocates while it runs. */
 
 ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32_t side, float *positions,
                               float *normals, float *fluxes);
@@ -518,11 +519,6 @@ ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#ifndef ISM_ASSERT
-#include <assert.h>
-#define ISM_ASSERT(condition) assert(condition)
-#endif
 
 #ifdef ISM_NO_SIMD
 #define ISM__NO_SIMD
@@ -1200,7 +1196,7 @@ typedef struct ism__axis { int on; float lo, hi, a, b, below, inside, above; } i
 typedef struct ism__window { ism__axis u, v; } ism__window;
 
 /* What shading reads of a VPL. Arrays of one float each, so that compilers vectorise the loop over them. */
-enum { ISM__PX, ISM__PY, ISM__PZ, ISM__NX, ISM__NY, ISM__NZ, ISM__AREA, ISM__FIELDS };
+enum { ISM__PX, ISM__PY, ISM__PZ, ISM__NX, ISM__NY, ISM__NZ, ISM__FIELDS };
 
 struct ism_maps {
     ism_desc        desc;           /* defaults resolved */
@@ -1728,7 +1724,7 @@ static float ism__luminance(const float *f) { return (f[0] + f[1] + f[2]) * (1.0
 
 static int ism__flux_ok(const float *f)
 {
-    return ism__finite(f[0]) && ism__finite(f[1]) && ism__finite(f[2]) && f[0] >= 0.0f && f[1] >= 0.0f && f[2] >= 0.0f;
+    return f[0] >= 0.0f && f[1] >= 0.0f && f[2] >= 0.0f && f[0] <= 1e30f && f[1] <= 1e30f && f[2] <= 1e30f;
 }
 
 /* Flux of a pVPL, 0 where it cannot be used; *bad where that is an error in the data. */
@@ -1783,10 +1779,11 @@ static int ism__to_pixel(const ism_view *view, ism__v3 p, float *x, float *y)
     return 1;
 }
 
-/* Samples of one pVPL: a jittered grid over the picture, of which every other one, as on a chessboard, is guided: it has
-   a density of min(1, (r0 / r)^2) about the pVPL's own place. They share the estimate with the grid by the balance heuristic, so
-   that no place is forgotten. Rows and columns of an even grid have as many of either kind, so that guided ones take
-   their numbers from their cells; of an odd one they have their own, in steps of radius and of the golden ratio. */
+/* Samples of one pVPL: a jittered grid over the picture, of which every other one, as on a chessboard, is guided: it
+   has a density of min(1, (r0 / r)^2) about the pVPL's own place. They share the estimate with the grid by the balance
+   heuristic, so that no place is forgotten. Rows and columns of an even grid have as many of either kind, so that
+   guided ones take their numbers from their cells; of an odd one they have their own, in steps of radius and of the
+   golden ratio. */
 static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
 {
     const ism_view *view = c->frame->view;
@@ -4084,7 +4081,7 @@ ISM_DEF ism_result ism_shade(const ism_maps *m, const ism_view *view, const ism_
     w.blocks_x = (view->width + ISM__BLOCK - 1u) / ISM__BLOCK;
     blocks = (size_t)w.blocks_x * ((view->height + ISM__BLOCK - 1u) / ISM__BLOCK);
     n = m->vpl_count;
-    floats = pixels * 3u * (w.pattern > 1u ? 2u : 1u) + n * (ISM__FIELDS + 9u);
+    floats = pixels * 3u * (w.pattern > 1u ? 2u : 1u) + n * ISM__FIELDS;
     size = blocks * 4u * sizeof(double) + (n + 65u) * sizeof(uint32_t);
     if (!ism__mul_size(floats, sizeof(float), &floats) || !ism__add_size(size, floats, &size)) return ISM_ERR_LIMIT;
     size += n * sizeof(ism__frame_of);
@@ -4258,10 +4255,11 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
         p[2] = ism__v3_sub(p[2], p[0]);
         n = ism__v3_cross(p[1], p[2]);
         area = 0.5f * ism__v3_length(n);
-        ism__v3_store(positions + 3u * i, ism__v3_madd(ism__v3_madd(p[0], p[1], b1), p[2], b2));
-        ism__v3_store(normals + 3u * i, ism__v3_normalize(n));
+        ism__v3_store(positions + 3u * (size_t)i, ism__v3_madd(ism__v3_madd(p[0], p[1], b1), p[2], b2));
+        ism__v3_store(normals + 3u * (size_t)i, ism__v3_normalize(n));
         for (k = 0; k < 3u; k++)
-            fluxes[3u * i + k] = ISM__PI * radiances[3u * s.index + k] * area / ((float)count * s.probability);
+            fluxes[3u * (size_t)i + k] =
+                ISM__PI * radiances[3u * (size_t)s.index + k] * area / ((float)count * s.probability);
     }
     t = ism__cdf_total(&cdf) > 0.0;
     ism__free(&memory, sums);

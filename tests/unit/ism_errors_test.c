@@ -292,6 +292,8 @@ static void limits_of_frames_are_exact(void **state)
         LISTED(ISM_ERR_ARGUMENT, v.axis[i] = NOT_A_NUMBER);
         LISTED(ISM_ERR_ARGUMENT, v.flux[i] = -0.1f);
         LISTED(ISM_ERR_ARGUMENT, v.flux[i] = INF);
+        LISTED(ISM_OK, v.flux[i] = 1e30f);
+        LISTED(ISM_ERR_ARGUMENT, v.flux[i] = 2e30f);
     }
     LISTED(ISM_OK, v.normal[1] = 1.0049f);
     LISTED(ISM_ERR_ARGUMENT, v.normal[1] = 1.006f);
@@ -449,6 +451,25 @@ static void tiles_of_no_vpl_are_empty(void **state)
     }
     ism_free(w.maps);
     assert_int_equal(l.live, 0);
+}
+
+/* One flux whose mean is infinite takes no VPLs from the others. */
+static void fluxes_beyond_all_sums_are_bad(void **state)
+{
+    const ism_vpl *v;
+    ism_stats stats;
+    size_t count, i;
+    world w;
+    (void)state;
+    open_world(&w, NULL);
+    lit.f[3 * 9] = lit.f[3 * 9 + 1] = lit.f[3 * 9 + 2] = 2e38f;
+    assert_int_equal(ism_choose(w.maps, &w.frame), ISM_OK);
+    ism_get_stats(w.maps, &stats);
+    assert_int_equal(stats.bad_pvpls, 1);
+    v = ism_vpls(w.maps, &count);
+    assert_int_equal(count, 16);
+    for (i = 0; i < count; i++) assert_true(v[i].texel != 9 && v[i].flux[0] > 0 && v[i].flux[0] < 100);
+    ism_free(w.maps);
 }
 
 static int cancel_after(void *user, float fraction)
@@ -799,7 +820,7 @@ int main(void)
         cmocka_unit_test(arguments_are_checked), cmocka_unit_test(limits_of_descs_are_exact),
         cmocka_unit_test(limits_of_frames_are_exact), cmocka_unit_test(limits_of_queries_are_exact),
         cmocka_unit_test(several_sources_share_the_vpls), cmocka_unit_test(tiles_of_no_vpl_are_empty),
-        cmocka_unit_test(no_importances_of_a_cancelled_choice),
+        cmocka_unit_test(no_importances_of_a_cancelled_choice), cmocka_unit_test(fluxes_beyond_all_sums_are_bad),
         cmocka_unit_test(points_without_an_atlas),
         cmocka_unit_test(odd_values_give_finite_light),
         cmocka_unit_test(nothing_to_do_is_no_error),

@@ -490,7 +490,7 @@ static double effect_of(const ism_view *view, int i, uint32_t many, int guided, 
         size_t at;
         vec d;
         int about = guided && (k % many + k / many) % 2;
-        if (about && many % 2) {                 /* numbers of their own, since rows do not have as many of either kind */
+        if (about && many % 2) {                 /* numbers of their own: rows have not as many of either kind */
             u = (rank + unit_of(hash)) / (many * many / 2);
             v = unit_of(ism__hash_combine(seed, (uint32_t)i * 256u + 255u) + rank++ * 2654435769u);
         }
@@ -1548,7 +1548,8 @@ static void skies_are_exact_at_poles_and_after_many_turns(void **state)
         const float rotation = (float)angle;
         assert_int_equal(ism_sky_directions(texels, 16, 8, rotation, other, flux, NULL), ISM_OK);
         for (i = 0; i < 16 * 8; i++) {           /* what the float has lost of the angle is no fault of the map's */
-            double phi = 2 * UTIL_PI * ((i % 16 + 0.5) / 16 - 0.5) - (double)rotation, theta = UTIL_PI * (i / 16 + 0.5) / 8;
+            double phi = 2 * UTIL_PI * ((i % 16 + 0.5) / 16 - 0.5) - (double)rotation;
+            double theta = UTIL_PI * (i / 16 + 0.5) / 8;
             assert_true(length(minus(load(other + 3 * i),
                                      v3(sin(theta) * cos(phi), cos(theta), sin(theta) * sin(phi)))) < 1e-6);
         }
