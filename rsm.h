@@ -74,7 +74,8 @@
        -> rsm_pixel_lights, rsm_cluster -> rsm_gather_list: one list of lights for all
 
    A map takes 56 bytes a texel (48 of them rsm_texel), a list of lights 48 bytes each, a gather 60 bytes a light in
-   scratch, interpolation 11 bytes a pixel, the filter 80 bytes a pixel and 4 KB a row. The knobs, and what each trades:
+   scratch (88 with materials), interpolation 11 bytes a pixel, the filter 80 bytes a pixel and 4 KB a row. The knobs,
+   and what each trades:
 
      samples    fewer: banding (list and unrotated patterns) or noise (noise, interleave), and bright dots where
                 surfaces meet; 0, the default, takes every texel
@@ -91,7 +92,6 @@
      RSM_STATIC           everywhere it is included: a private copy, all functions static
      RSM_DEF              everywhere: your own linkage instead
      RSM_NO_SIMD          with the implementation: portable code only (results are the same to the bit)
-     RSM_ASSERT(x)        with the implementation: in place of assert
 
    Memory, errors, threads, determinism
 
@@ -188,7 +188,8 @@ typedef struct rsm_light {
     float value[3];                 /* sun: irradiance facing it; spot, point: intensity; patch: that along its normal,
                                        radiance x area. 0..1e12 */
     float radius;                   /* sun: half side of the map, world units, > 0 */
-    float cone_angle;               /* spot: full apex angle, above 0, at most 6.28; square: between opposite sides */
+    float cone_angle;               /* spot: full apex angle, above 0.001, at most 6.28; square: between opposite sides,
+                                       at most 2 */
     float near_depth, far_depth;    /* depths that the map holds. 0 0 = -radius..radius (sun), 0.001..1000 (others) */
 } rsm_light;
 
@@ -228,6 +229,12 @@ RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t size,
 RSM_DEF rsm_result rsm_map_create(const rsm_desc *desc, rsm_map **out);
 /* The same in memory of the desc's allocator. rsm_map_free gives it back. */
 
+RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light);
+/* Empties a map of either kind for the next frame, in the memory that it has.
+   light    NULL = as it was; a map keeps its size, and its faces: a spot may widen to a cube in a cube's map alone
+   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_DESC, RSM_ERR_MEMORY (more faces than the map was made with); the map is
+            then as it was */
+
 RSM_DEF void rsm_map_free(rsm_map *map);
 /* Accepts NULL, and maps of rsm_map_init, which it leaves alone. */
 
@@ -265,7 +272,7 @@ typedef struct rsm_mesh {
     size_t          vertex_stride;  /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const uint32_t *indices;        /* three to a triangle; NULL = 0, 1, 2, ... */
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
-    const float    *transform;      /* object to world, affine; NULL = none */
+    const float    *transform;      /* object to world, affine (the last row is taken for 0 0 0 1); NULL = none */
     float           albedo[3];      /* linear, where surface_fn is NULL */
     uint32_t        material;       /* of its texels */
     int             has_holes;      /* 1: surface_fn is asked for every pixel drawn, else for the visible ones */
@@ -281,7 +288,7 @@ RSM_DEF rsm_result rsm_rasterize(rsm_map *map, const rsm_mesh *meshes, size_t me
 /* Draws triangles into all faces, both sides, normals of the faces turned towards the light. Replaces what was there.
    Degenerate triangles and ones with a vertex not finite are skipped and counted.
    Errors   RSM_ERR_ARGUMENT, RSM_ERR_INPUT (index, counts), RSM_ERR_LIMIT (2^32 triangles), RSM_ERR_ALLOC,
-            RSM_ERR_CANCELLED; the map is then empty
+            RSM_ERR_CANCELLED; the map is then empty where it was one of the last two, else as it was
    Cost     scratch of 8 bytes a triangle and 4 a texel of one face */
 
 typedef struct rsm_stats {
@@ -399,9 +406,11 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
 
 RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint32_t cluster_count,
                                const rsm_system *system, rsm_texel *clusters, size_t *count);
-/* Groups lights into at most cluster_count area lights: flux and area are sums, position and normal means by flux.
+/* Groups lights into at most cluster_count area lights: flux and area are sums, position and normal means by flux;
+   where normals cancel out, the brightest light's.
+   cluster_count  1..65536, of 2^31 - 1 lights at most
    clusters  room for cluster_count; *count of them are written, without flux none
-   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ALLOC (4 bytes a light, 80 a cluster). system may be NULL */
+   Errors    RSM_ERR_ARGUMENT, RSM_ERR_ALLOC (4 bytes a light, 128 a cluster). system may be NULL */
 
 RSM_DEF rsm_result rsm_pattern_build(rsm_pattern pattern, uint32_t samples, float r_min, int paper_weights,
                                      uint32_t seed, float *points);
@@ -417,8 +426,8 @@ RSM_DEF rsm_result rsm_blue_noise(uint32_t side, uint32_t seed, const rsm_system
 
 typedef struct rsm_interpolation {
     uint32_t step;                  /* pixels between samples of the coarse grid, a power of two, 2..64; 0 = 8 */
-    uint32_t levels;                /* grids tried, each of half the step, before pixels are evaluated one by one; 0 =
-                                       all; 1 = the paper */
+    uint32_t levels;                /* grids tried, each of half the step, before pixels are evaluated one by one, at
+                                       most 6; 0 = all; 1 = the paper */
     float    normal_cosine;         /* of a sample's normal against the pixel's at least this; 0 = 0.95 */
     float    plane_slope;           /* a sample lies off the pixel's plane at most this times its distance; 0 = 0.05 */
     float    distance;              /* world units, at most this far; 0 = no limit */
@@ -477,11 +486,6 @@ RSM_DEF rsm_result rsm_filter_apply(rsm_filter *filter, const rsm_filter_desc *d
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#ifndef RSM_ASSERT
-#include <assert.h>
-#define RSM_ASSERT(condition) assert(condition)
-#endif
 
 #ifdef RSM_NO_SIMD
 #define RSM__NO_SIMD
@@ -1110,7 +1114,7 @@ static inline int rsm__run_steps(const rsm_system *s, size_t count, rsm_task tas
 static inline int rsm__points_valid(const rsm_points *p)
 {
     size_t i, size;
-    if (!p || !p->positions || !p->normals) return 0;
+    if (!p || (p->count && (!p->positions || !p->normals))) return 0;
     if (!rsm__stride_valid(p->position_stride, 12) || !rsm__stride_valid(p->normal_stride, 12)) return 0;
     if (!rsm__stride_valid(p->occlusion_stride, 4)) return 0;
     if (!rsm__mul_size(p->count, 12, &size)) return 0;
@@ -1138,7 +1142,7 @@ static inline float rsm__fraction(float x) { return x - floorf(x); }
 
 struct rsm_map {
     rsm_desc   desc;               /* defaults filled in */
-    uint32_t   size, faces;
+    uint32_t   size, faces, room;  /* room: faces that its memory holds */
     int        finished, owned;
     rsm__v3    right, up, axis;    /* of face 0; the light travels along axis */
     float      extent;             /* sun: radius; others: tangent of half the face's angle */
@@ -1684,7 +1688,7 @@ static inline rsm_result rsm__meshes_check(rsm__raster *r, uint64_t *skipped)
     for (i = 0; i < r->mesh_count; i++) {
         const rsm_mesh *m = r->meshes + i;
         size_t count = rsm__mesh_triangles(m);
-        if (!m->positions || !rsm__stride_valid(m->vertex_stride, 12)) return RSM_ERR_ARGUMENT;
+        if ((!m->positions && m->vertex_count) || !rsm__stride_valid(m->vertex_stride, 12)) return RSM_ERR_ARGUMENT;
         if ((m->indices ? m->index_count : m->vertex_count) % 3 != 0) return RSM_ERR_INPUT;
         if (m->taps > 16) return RSM_ERR_ARGUMENT;
         for (k = 0; k < 3; k++)
@@ -2908,7 +2912,7 @@ static inline rsm_result rsm__gather_open(rsm__gather *g, const rsm_map *const *
                                           const rsm_texel *lights, size_t light_count, const rsm__allocator *a)
 {
     size_t i;
-    int list = lights != NULL, mixed = g->desc.pattern == RSM_PATTERN_MIXED && g->desc.samples > 1;
+    int list = maps == NULL, mixed = g->desc.pattern == RSM_PATTERN_MIXED && g->desc.samples > 1;
     rsm_result result = RSM_OK;
     g->source_count = list ? 1 : map_count;
     g->sets = g->desc.interleave * g->desc.interleave;
@@ -3036,7 +3040,7 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count, cons
     rsm_result result = rsm__maps_check(maps, map_count);
     if (result != RSM_OK) return result;
     memset(&g, 0, sizeof g);
-    if (!desc || !irradiance || !rsm__points_valid(points)) return RSM_ERR_ARGUMENT;
+    if (!desc || !rsm__points_valid(points) || (!irradiance && points->count)) return RSM_ERR_ARGUMENT;
     result = rsm__gather_check(desc, &g.desc);
     if (result != RSM_OK) return result;
     g.points = points;
@@ -3050,7 +3054,8 @@ RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const 
     rsm__gather g;
     rsm_result result;
     memset(&g, 0, sizeof g);
-    if (!lights || !desc || !irradiance || !rsm__points_valid(points)) return RSM_ERR_ARGUMENT;
+    if ((!lights && count) || !desc || !rsm__points_valid(points) || (!irradiance && points->count))
+        return RSM_ERR_ARGUMENT;
     result = rsm__gather_check(desc, &g.desc);
     if (result != RSM_OK) return result;
     g.desc.materials = NULL;
@@ -3151,11 +3156,14 @@ static inline int rsm__cut(rsm__group *g, rsm__group *other, const rsm_texel *li
 static inline void rsm__group_light(const rsm__group *g, const rsm_texel *lights, const uint32_t *order, rsm_texel *out)
 {
     double flux[3] = { 0, 0, 0 }, area = 0.0;
+    const rsm_texel *brightest = lights + order[g->first];
+    rsm__v3 normal = rsm__v3_make((float)g->mean[3], (float)g->mean[4], (float)g->mean[5]);
     size_t i;
     int c;
     rsm__texel_clear(out);
     for (i = 0; i < g->count; i++) {
         const rsm_texel *t = lights + order[g->first + i];
+        if (rsm__mean3(t->flux) > rsm__mean3(brightest->flux)) brightest = t;
         for (c = 0; c < 3; c++) flux[c] += (double)t->flux[c];
         area += (double)t->area;
     }
@@ -3165,8 +3173,8 @@ static inline void rsm__group_light(const rsm__group *g, const rsm_texel *lights
     }
     out->area = (float)area;
     out->depth = 0.0f;
-    rsm__v3_store(out->normal,
-                  rsm__v3_normalize(rsm__v3_make((float)g->mean[3], (float)g->mean[4], (float)g->mean[5])));
+    if (!(rsm__v3_length(normal) > 1e-6f)) normal = rsm__v3_load(brightest->normal);    /* opposite ones cancel out */
+    rsm__v3_store(out->normal, rsm__v3_normalize(normal));
 }
 
 RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint32_t cluster_count,
@@ -3180,7 +3188,8 @@ RSM_DEF rsm_result rsm_cluster(const rsm_texel *lights, size_t light_count, uint
     double size2 = 0.0;
     memset(&none, 0, sizeof none);
     if (!system) system = &none;
-    if (!lights || !clusters || !count || cluster_count == 0 || cluster_count > 65536u || light_count > 0x7fffffffu)
+    if ((!lights && light_count) || !clusters || !count || cluster_count == 0 || cluster_count > 65536u ||
+        light_count > 0x7fffffffu)
         return RSM_ERR_ARGUMENT;
     if (!rsm__system_valid(system)) return RSM_ERR_ARGUMENT;
     a = rsm__allocator_of(system);
@@ -3619,7 +3628,8 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
     if (result != RSM_OK) return result;
     memset(&gather, 0, sizeof gather);
     memset(&total, 0, sizeof total);
-    if (!desc || !irradiance || !rsm__points_valid(points) || points->indices) return RSM_ERR_ARGUMENT;
+    if (!desc || !rsm__points_valid(points) || points->indices || (!irradiance && points->count))
+        return RSM_ERR_ARGUMENT;
     if (points->width == 0 || points->count % points->width != 0 || points->count > 0xffffffffu)
         return RSM_ERR_ARGUMENT;
     result = rsm__gather_check(desc, &gather.desc);
@@ -4350,7 +4360,7 @@ RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, c
 {
     rsm__direct w;
     size_t count;
-    if (!map || !desc || !irradiance || !rsm__points_valid(points)) return RSM_ERR_ARGUMENT;
+    if (!map || !desc || !rsm__points_valid(points) || (!irradiance && points->count)) return RSM_ERR_ARGUMENT;
     if (!map->finished) return RSM_ERR_ORDER;
     if (desc->taps > 15 || !(desc->bias >= 0.0f && desc->bias <= 1e6f)) return RSM_ERR_DESC;
     if (!(desc->slope_bias >= 0.0f && desc->slope_bias <= 1e6f) || !rsm__system_valid(&desc->system))
@@ -4406,6 +4416,7 @@ RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t size,
     if (rsm_map_size(desc) == 0) return RSM_ERR_LIMIT;
     if (size < rsm_map_size(desc) || (uintptr_t)memory % 8 != 0) return RSM_ERR_MEMORY;
     texels = rsm__texel_count(&map);
+    map.room = map.faces;
     at = (char *)memory + rsm__align(sizeof map);
     map.texels = (rsm_texel *)(void *)at;
     at += rsm__align(texels * sizeof(rsm_texel));
@@ -4437,6 +4448,30 @@ RSM_DEF rsm_result rsm_map_create(const rsm_desc *desc, rsm_map **out)
     if (result != RSM_OK) rsm__free(&a, memory);
     else (*out)->owned = 1;
     return result;
+}
+
+RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light)
+{
+    rsm_map next;
+    rsm_desc desc;
+    rsm_result result;
+    size_t i, texels;
+    if (!map) return RSM_ERR_ARGUMENT;
+    desc = map->desc;
+    if (light) desc.light = *light;
+    memset(&next, 0, sizeof next);
+    result = rsm__map_set(&next, &desc);
+    if (result != RSM_OK) return result;
+    if (next.faces > map->room) return RSM_ERR_MEMORY;
+    next.room = map->room;
+    next.owned = map->owned;
+    next.texels = map->texels;
+    texels = rsm__texel_count(&next);
+    next.sums = map->sums;
+    next.rows = map->rows;
+    *map = next;
+    for (i = 0; i < texels; i++) rsm__texel_clear(map->texels + i);
+    return RSM_OK;
 }
 
 RSM_DEF void rsm_map_free(rsm_map *map)

@@ -178,8 +178,8 @@ static void every_site(void **state)
     fail_everywhere(act_noise, "blue noise");
 }
 
-/* rsm.h: "A map takes 56 bytes a texel ..., interpolation 9 bytes a pixel, the filter 80 bytes a pixel
-   and 4 KB a row". */
+/* rsm.h: "A map takes 56 bytes a texel ..., interpolation 11 bytes a pixel, the filter 80 bytes a pixel
+   and 4 KB a row"; of rsm_cluster: "4 bytes a light, 128 a cluster". */
 static void peaks(void **state)
 {
     ledger l;
@@ -201,6 +201,33 @@ static void peaks(void **state)
     assert_true(l.peak <= 80 * SIDE * (SIDE + 32) + 1024);
     rsm_filter_free(filter);
     assert_int_equal(l.live, 0);
+    {
+        rsm_interpolation in;
+        rsm_texel clusters[100];
+        rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 4);
+        float *places = (float *)calloc(3 * 256 * 256, sizeof *places), *up, *out;
+        rsm_points p;
+        size_t i, count;
+        assert_non_null(places);
+        up = (float *)calloc(3 * 256 * 256, sizeof *up);
+        out = (float *)calloc(3 * 256 * 256, sizeof *out);
+        assert_true(up && out);
+        memset(&in, 0, sizeof in);
+        for (i = 0; i < 256 * 256; i++) {
+            set3(places + 3 * i, (double)(i % 256) * 0.01 - 1.28, 1, (double)(i / 256) * 0.01 - 1.28);
+            set3(up + 3 * i, 0, -1, 0);
+        }
+        p = points_of(places, up, 256 * 256, 256);
+        g.system = ledger_system(&l);
+        assert_int_equal(rsm_interpolate((const rsm_map *const *)&good, 1, &g, &in, &p, out, NULL), RSM_OK);
+        assert_in_range(l.peak, 9 * 256 * 256, 11 * 256 * 256 + 4096);
+        free(places);
+        free(up);
+        free(out);
+        system = ledger_system(&l);
+        assert_int_equal(rsm_cluster(rsm_map_texels(good), 1024, 100, &system, clusters, &count), RSM_OK);
+        assert_in_range(l.peak, 4 * 1024 + 128 * 100, 4 * 1024 + 128 * 100 + 64);
+    }
 }
 
 /* Memory of the caller's: too small, misaligned, exact. */
@@ -224,10 +251,63 @@ static void callers_memory(void **state)
     free(memory);
 }
 
+/* A map of its own that is begun anew is one made anew, in the same memory. */
+static void maps_begin_anew(void **state)
+{
+    rsm_desc d = sun_desc(1, 1.2, 16), lamp = d;
+    rsm_light other, spot;
+    rsm_map *map, *fresh;
+    size_t calls, texels;
+    int way;
+    ledger l;
+    (void)state;
+    d.system = ledger_system(&l);
+    d.light.kind = RSM_LIGHT_PATCH;
+    set3(d.light.position, 0, 1, 0);
+    set3(d.light.direction, 0, -1, 0);
+    assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
+    calls = l.calls;
+    other = d.light;
+    other.position[1] = 0.5f;
+    spot = other;
+    spot.kind = RSM_LIGHT_SPOT;
+    spot.cone_angle = 1;
+    for (way = 0; way < 4; way++) {
+        const rsm_light *light = way == 0 ? NULL : way == 1 ? &other : way == 2 ? &spot : &d.light;
+        assert_int_equal(rsm_rasterize(map, &mesh, 1), RSM_OK);
+        assert_int_equal(rsm_finish(map, NULL), RSM_OK);
+        assert_int_equal(rsm_rasterize(map, &mesh, 1), RSM_ERR_ORDER);
+        assert_int_equal(rsm_map_restart(map, light), RSM_OK);
+        assert_true(rsm_map_texels(map)[0].depth >= RSM_FAR);
+        assert_int_equal(rsm_rasterize(map, &mesh, 1), RSM_OK);
+        assert_int_equal(rsm_finish(map, NULL), RSM_OK);
+        lamp.light = light ? *light : d.light;
+        assert_int_equal(rsm_map_create(&lamp, &fresh), RSM_OK);
+        assert_int_equal(rsm_rasterize(fresh, &mesh, 1), RSM_OK);
+        assert_int_equal(rsm_finish(fresh, NULL), RSM_OK);
+        assert_int_equal(rsm_map_faces(map), way == 2 ? 1 : 5);
+        assert_int_equal(rsm_map_faces(fresh), rsm_map_faces(map));
+        texels = (size_t)rsm_map_faces(map) * 16 * 16;
+        assert_memory_equal(rsm_map_texels(map), rsm_map_texels(fresh), texels * sizeof(rsm_texel));
+        rsm_map_free(fresh);
+        assert_int_equal(rsm_map_restart(map, NULL), RSM_OK);
+    }
+    assert_true(l.live == 1 && l.calls > calls);            /* the rasteriser's scratch */
+    other.kind = RSM_LIGHT_POINT;
+    assert_int_equal(rsm_map_restart(map, &other), RSM_ERR_MEMORY);
+    other.value[0] = -1;
+    assert_int_equal(rsm_map_restart(map, &other), RSM_ERR_DESC);
+    assert_int_equal(rsm_map_restart(NULL, &other), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_map_faces(map), 5);
+    rsm_map_free(map);
+    assert_int_equal(l.live, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_site), cmocka_unit_test(peaks), cmocka_unit_test(callers_memory),
+        cmocka_unit_test(maps_begin_anew),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

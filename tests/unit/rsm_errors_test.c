@@ -1164,6 +1164,53 @@ static void taps_of_a_texel(void **state)
     rsm_map_free(map);
 }
 
+/* Vectors that are empty have no data. */
+static void nothing_is_no_error(void **state)
+{
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+    rsm_direct_desc d = rsm_direct_default();
+    rsm_desc sun = sun_desc(1, 1, 8);
+    rsm_points none;
+    rsm_mesh empty;
+    rsm_texel cluster;
+    rsm_map *map;
+    float e[3] = { 7, 7, 7 }, at[3] = { 0, 1, 0 }, down[3] = { 0, -1, 0 };
+    rsm_points one = points_of(at, down, 1, 0);
+    size_t count = 7;
+    (void)state;
+    memset(&none, 0, sizeof none);
+    memset(&empty, 0, sizeof empty);
+    assert_int_equal(rsm_gather((const rsm_map *const *)&good, 1, &g, &none, NULL, NULL), RSM_OK);
+    assert_int_equal(rsm_gather_list(rsm_map_texels(good), 4, &g, &none, NULL, NULL), RSM_OK);
+    assert_int_equal(rsm_direct(good, &d, &none, NULL), RSM_OK);
+    assert_int_equal(rsm_gather_list(NULL, 0, &g, &one, e, NULL), RSM_OK);
+    assert_true(e[0] == 0 && e[1] == 0 && e[2] == 0);
+    assert_int_equal(rsm_gather_list(NULL, 1, &g, &one, e, NULL), RSM_ERR_ARGUMENT);
+    assert_int_equal(rsm_cluster(NULL, 0, 1, NULL, &cluster, &count), RSM_OK);
+    assert_int_equal(count, 0);
+    assert_int_equal(rsm_map_create(&sun, &map), RSM_OK);
+    assert_int_equal(rsm_rasterize(map, &empty, 1), RSM_OK);
+    rsm_map_free(map);
+}
+
+/* Both sides of a sheet, alike: the cluster lights as its brightest light does, not nowhere. */
+static void opposite_normals_do_not_cancel_out(void **state)
+{
+    rsm_texel lights[4], cluster;
+    size_t count;
+    int i;
+    (void)state;
+    memset(lights, 0, sizeof lights);
+    for (i = 0; i < 4; i++) {
+        set3(lights[i].position, i % 2, 0, 0);
+        set3(lights[i].normal, 0, i / 2 ? -1 : 1, 0);
+        set3(lights[i].flux, 1 + i % 2, 1, 1);
+    }
+    assert_int_equal(rsm_cluster(lights, 4, 1, NULL, &cluster, &count), RSM_OK);
+    assert_int_equal(count, 1);
+    assert_true(fabsf(cluster.normal[1]) >= 1 && fabsf(cluster.normal[1]) <= 1);
+}
+
 static void matrices_of_nothing(void **state)
 {
     float m[16];
@@ -1331,6 +1378,7 @@ int main(void)
         cmocka_unit_test(nothing_to_take_light_from),
         cmocka_unit_test(sums_agree), cmocka_unit_test(textures),
         cmocka_unit_test(taps_of_a_texel),     cmocka_unit_test(matrices_of_nothing),
+        cmocka_unit_test(nothing_is_no_error), cmocka_unit_test(opposite_normals_do_not_cancel_out),
         cmocka_unit_test(black_texels_shine),  cmocka_unit_test(glossy),
         cmocka_unit_test(blue_noise),          cmocka_unit_test(history),
     };
