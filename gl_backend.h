@@ -11951,7 +11951,7 @@ GLBK_DEF glbk_result glbk_csm_gbuffer_begin(glbk_context *ctx, glbk_csm_renderer
     if (result != GLBK_OK) return result;
     for (i = 0; i < 4; i++) glbk_clear(ctx, &r->gbuffer_target, i, zero);
     glbk_clear_depth(ctx, 1);
-    for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_color_map + i, NULL);     /* until one has a map */
+    for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_color_map + i, NULL);    /* until one has a map */
     return GLBK_OK;
 }
 
