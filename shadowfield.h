@@ -460,7 +460,8 @@ typedef enum sfield_product_mode {
     SFIELD_PRODUCT_TRIPLE,          /* harmonics: projected after every product */
     SFIELD_PRODUCT_EXP,             /* harmonics: one exp of the sum of logs for each light; needs fields of logs */
     SFIELD_PRODUCT_TEXELS,          /* wavelets: expanded where they have detail, multiplied on texels */
-    SFIELD_PRODUCT_SPARSE,          /* wavelets: sublinear product of coefficients (the paper); no rotated entities */
+    SFIELD_PRODUCT_SPARSE,          /* wavelets: sublinear product of coefficients (the paper); no rotated entities but
+                                       those that only receive, without a self-visibility */
     SFIELD_PRODUCT_COUNT
 } sfield_product_mode;
 
@@ -556,7 +557,8 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const sfield_points *
                                       sfield_scene_stats *stats);
 /* Direct light at all points of all sets, near to far (paper, figure 5). Not clamped: ringing may go below 0.
    Errors  SFIELD_ERR_ARGUMENT (NULL, stride, an entity beyond the list), SFIELD_ERR_BASIS (self or cache of another
-           basis or count), SFIELD_ERR_ALLOC. Points that are not finite get 0
+           basis or count), SFIELD_ERR_ROTATION (self on a rotated entity, SPARSE), SFIELD_ERR_ALLOC. Points that are
+           not finite get 0
    Cost    harmonics: about 0.1 us for a point and an occluder in reach */
 
 SFIELD_DEF sfield_result sfield_incident(sfield_scene *scene, const sfield_points *set, float *coefs);
@@ -5047,7 +5049,7 @@ struct sfield_scene {
     sfield__item     *item;
     sfield_rotation  *rotation;
     sfield__taps     *taps;
-    uint32_t         *occluder, *light, item_count, occluder_count, light_count, overlaps;
+    uint32_t         *occluder, *light, item_count, occluder_count, light_count, overlaps, maps;
     uint64_t          version, sky_version;       /* of everything but lights; of the environment */
     float            *sky;          /* as set: cube of texels, 3 planes; kept unturned */
     float            *sky_now;      /* harmonics: 3 x n^2; wavelets: 3 x 6 N^2 texels, then their coefficients */
@@ -5198,7 +5200,10 @@ static sfield_result sfield__item_make(const sfield_scene *s, const sfield_entit
         if (!sfield__field_fits(s, e->source, SFIELD_KIND_SOURCE)) return SFIELD_ERR_BASIS;
         sfield__place_field(it, 1, e->source, scale);
     }
-    if (!s->algebra) return !it->identity && s->desc.product == SFIELD_PRODUCT_SPARSE ? SFIELD_ERR_ROTATION : SFIELD_OK;
+    if (!s->algebra) {                          /* what only receives may turn, unless it has a self-visibility */
+        const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
+        return sparse && !it->identity && (e->occlusion || e->source) ? SFIELD_ERR_ROTATION : SFIELD_OK;
+    }
     return sfield_sh_rotation(s->algebra, e->transform, rotation);
 }
 
@@ -5264,6 +5269,7 @@ static sfield_result sfield__lists_make(sfield_scene *n, const sfield_entity *en
             if (n->item[i].map)
                 sfield__taps_make(n, n->item[i].turn, n->taps + (size_t)(n->item[i].map - 1) * n->cells);
     }
+    n->maps = turned;
     for (i = 0; i < n->light_count; i++)
         for (j = 0; j < n->occluder_count; j++) {
             const sfield__item *a = &n->item[n->light[i]], *b = &n->item[n->occluder[j]];
@@ -7478,13 +7484,14 @@ static void sfield__shade_bundle(sfield__point *p, sfield__bundle *b, size_t fir
     }
 }
 
-/* Whether bundles can: texels, nothing kept, nobody turned. */
+/* Whether bundles can: texels, nothing kept, nobody turned who hides, shines or brings an own visibility. */
 static int sfield__bundles(const sfield_scene *s, const sfield_points *set)
 {
     uint32_t i;
     if (set->cache || s->desc.product == SFIELD_PRODUCT_SPARSE) return 0;
+    if (set->self && set->entity != SFIELD_NONE && s->item[set->entity].map) return 0;
     for (i = 0; i < s->item_count; i++)
-        if (s->item[i].map) return 0;
+        if (s->item[i].map && (s->item[i].e.occlusion || s->item[i].e.source)) return 0;
     return 1;
 }
 
@@ -7563,6 +7570,37 @@ static void sfield__shade_task(void *context, size_t piece)
         else sfield__shade_set_haar(job, &job->sets[i], piece, memory, &job->stats[piece]);
 }
 
+/* The entity of a set where it is rotated and only receives, so has no table for a resampling, and the set's own
+   visibility, in wavelets, needs one; else NULL. */
+static sfield__item *sfield__unmapped(const sfield_scene *s, const sfield_points *p)
+{
+    sfield__item *it = p->entity == SFIELD_NONE || !p->count || !p->self || s->algebra ? NULL : &s->item[p->entity];
+    return it && !it->identity && !it->map ? it : NULL;
+}
+
+/* Tables for them, few and seldom, so that other receivers go without. */
+static sfield_result sfield__map_receivers(sfield_scene *s, const sfield_points *sets, size_t count)
+{
+    const size_t cells = s->cells;
+    sfield__taps *grown;
+    uint32_t more = 0;
+    size_t i;
+    for (i = 0; i < count; i++) more += sfield__unmapped(s, &sets[i]) != NULL;
+    if (!more) return SFIELD_OK;
+    grown = (sfield__taps *)sfield__alloc_array(&s->allocator, ((size_t)s->maps + more) * cells, sizeof *grown);
+    if (!grown) return SFIELD_ERR_ALLOC;
+    if (s->maps) memcpy(grown, s->taps, s->maps * cells * sizeof *grown);
+    sfield__free(&s->allocator, s->taps);
+    s->taps = grown;
+    for (i = 0; i < count; i++) {
+        sfield__item *it = sfield__unmapped(s, &sets[i]);
+        if (!it) continue;
+        sfield__taps_make(s, it->turn, s->taps + s->maps * cells);
+        it->map = ++s->maps;
+    }
+    return SFIELD_OK;
+}
+
 static sfield_result sfield__check_set(const sfield_scene *s, const sfield_points *p)
 {
     if (p->count == 0) return SFIELD_OK;
@@ -7574,6 +7612,7 @@ static sfield_result sfield__check_set(const sfield_scene *s, const sfield_point
     if (p->gloss && !s->algebra) return SFIELD_ERR_BASIS;
     if (p->self && (!sfield__field_fits(s, p->self, SFIELD_KIND_SELF) || p->self->h.samples != p->count))
         return SFIELD_ERR_BASIS;
+    if (s->desc.product == SFIELD_PRODUCT_SPARSE && sfield__unmapped(s, p)) return SFIELD_ERR_ROTATION;
     if (p->cache && (p->cache->points != p->count || p->cache->coefs != s->coefs || !p->cache->cells != !!s->algebra))
         return SFIELD_ERR_BASIS;
     return SFIELD_OK;
@@ -7625,6 +7664,7 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const sfield_points *
         sfield_result result = sfield__check_set(scene, &sets[i]);
         if (result != SFIELD_OK) return result;
     }
+    if (sfield__map_receivers(scene, sets, set_count) != SFIELD_OK) return SFIELD_ERR_ALLOC;
     job.s = scene;
     job.sets = sets;
     job.set_count = set_count;

@@ -587,6 +587,82 @@ static void scaled_is_not_rotated(void **state)
     }
 }
 
+/* A rotated entity that only receives: what its points hide from each other turns with it, too. Against the same
+   points and mesh, rotated by hand, on no entity. */
+static void self_on_what_only_receives(void **state)
+{
+    enum { N = 24 };
+    static float p[2][3 * N], n[2][3 * N], rgb[2][3 * N];
+    model m = model_box(1, 0.05, 1);
+    sfield_entity e[2];
+    sfield_desc d;
+    uint64_t seed = 3;
+    double worst = 0, least = 9;
+    int b, i, k;
+    (void)state;
+    memset(&d, 0, sizeof d);
+    e[0] = at(NULL, NULL, 0.5, 0, 0);
+    matrix_of(e[0].transform, 0, 0, 1, PI / 2, 1, 0.5, 0, 0);
+    for (i = 0; i < N; i++) {                   /* beside and below the plate, looking up past it */
+        double q[3], up[3] = { 0, 1, 0 }, out[3];
+        for (k = 0; k < 3; k++) q[k] = k == 1 ? -0.4 : rnd(&seed) * 2 - 1;
+        for (k = 0; k < 3; k++) {
+            p[0][3 * i + k] = (float)q[k];
+            n[0][3 * i + k] = (float)up[k];
+        }
+        turn(e[0].transform, q, out);
+        for (k = 0; k < 3; k++) p[1][3 * i + k] = (float)(out[k] + (k == 0 ? 0.5 : 0));
+        turn(e[0].transform, up, out);
+        for (k = 0; k < 3; k++) n[1][3 * i + k] = (float)out[k];
+    }
+    for (b = 1; b < 3; b++) {
+        model turned = model_box(0.05, 1, 1);
+        sfield_mesh mesh[2];
+        sfield_scene *s = scene_of((sfield_basis)b, SFIELD_PRODUCT_DEFAULT);
+        sfield_points set;
+        mesh[0] = mesh_of(&m);
+        mesh[1] = mesh_of(&turned);
+        for (k = 0; k < (int)turned.vertices; k++) turned.p[3 * k] += 0.5f;
+        d.basis = (sfield_basis)b;
+        d.cube_side = 16;
+        d.keep = 1;
+        sfield_scene_environment(s, sky_one, 1, 1, NULL);
+        e[1] = at(NULL, lamp[b], -3, 5, 1);
+        assert_int_equal(sfield_scene_entities(s, e, 2), SFIELD_OK);
+        for (k = 0; k < 2; k++) {
+            sfield_field *self;
+            assert_int_equal(sfield_build_self(&d, &mesh[k], p[k], n[k], N, 0.01f, &self, NULL), SFIELD_OK);
+            memset(&set, 0, sizeof set);
+            set.count = N;
+            set.positions = p[k];
+            set.normals = n[k];
+            set.entity = k ? SFIELD_NONE : 0;
+            set.self = self;
+            set.rgb = rgb[k];
+            assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+            if (b == 2 && k == 0) {
+                sfield_scene *sparse = scene_of(SFIELD_BASIS_HAAR, SFIELD_PRODUCT_SPARSE);
+                assert_int_equal(sfield_scene_entities(sparse, e, 2), SFIELD_OK);
+                assert_int_equal(sfield_shade(sparse, &set, 1, NULL), SFIELD_ERR_ROTATION);
+                set.self = NULL;
+                set.rgb = rgb[1];                                     /* written over below */
+                assert_int_equal(sfield_shade(sparse, &set, 1, NULL), SFIELD_OK);
+                sfield_scene_free(sparse);
+            }
+            sfield_free(self);
+        }
+        for (i = 0; i < 3 * N; i += 3) {
+            worst = fmax(worst, fabs((double)rgb[0][i] - (double)rgb[1][i]));
+            least = fmin(least, (double)rgb[1][i]);
+        }
+        print_message("self on a receiver, basis %d: off by %.4f, the darkest %.3f\n", b, worst, least);
+        assert_true(least < 0.8 && worst < 0.02);                     /* both are resampled or quantised once */
+        model_free(&turned);
+        sfield_scene_free(s);
+    }
+    model_free(&m);
+}
+
 /* Products are symmetric: incident radiance far to near against T near to far gives the same sum. */
 static void incident_radiance(void **state)
 {
@@ -1123,6 +1199,7 @@ int main(void)
         cmocka_unit_test(t80_overlaps),
         cmocka_unit_test(product_modes),
         cmocka_unit_test(scaled_is_not_rotated),
+        cmocka_unit_test(self_on_what_only_receives),
         cmocka_unit_test(incident_radiance),
         cmocka_unit_test(incident_radiance_from_below),
         cmocka_unit_test(skies_suns_and_turns),

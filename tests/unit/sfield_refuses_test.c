@@ -363,6 +363,8 @@ static void scenes(void **state)
     IS(sfield_scene_entities(sh, &e, 1), OK);
     IS(sfield_scene_entities(haar, &e, 1), OK);
     IS(sfield_scene_entities(logs, &e, 1), OK);
+    IS(sfield_scene_entities(sparse, &turned, 1), OK);            /* no field: it only receives */
+    turned.occlusion = wavelets;
     IS(sfield_scene_entities(sparse, &turned, 1), ERR_ROTATION);
     IS(sfield_scene_entities(sparse, &e, 1), OK);
     memset(&good, 0, sizeof good);
