@@ -295,7 +295,8 @@ typedef struct sfield_desc {
     uint32_t       frames;          /* sources: 1..256 steps of time; 0 = 1 */
     float          frames_per_second; /* > 0; 0 = 30 */
     int            loop;            /* after the last frame: 1 the first again, 0 the last stays */
-    float          center[3], radius; /* bounding sphere; radius 0 = fitted (callbacks: required) */
+    float          center[3], radius; /* bounding sphere, which must hold the mesh or emitter; radius 0 = fitted
+                                         (callbacks: required) */
     uint32_t       shard_begin, shard_end; /* only these shells, counted through all frames; 0, 0 = all. Not SELF */
     sfield_allocator    allocator;
     sfield_parallel_for parallel_for; /* NULL = this thread alone; the bytes built are the same */
@@ -3809,6 +3810,18 @@ static void sfield__fit_sphere(sfield__build *b, const sfield_mesh *m, size_t st
     b->h.radius = sqrtf(r2);
 }
 
+/* Does the bounding sphere hold what is drawn, to a thousandth? Horizons, cones and the tail beyond the last shell
+   trust it; fields of points have none of them. */
+static int sfield__is_bounded(const sfield__build *b)
+{
+    size_t i;
+    for (i = 0; i < 3 * b->triangles && b->h.kind != SFIELD_KIND_SELF; i++) {
+        const sfield__v3 p = sfield__v3_load(b->position + 3 * (size_t)b->index[i]);
+        if (sfield__v3_dot(p, p) * (0.999f * 0.999f) > 1) return 0;
+    }
+    return 1;
+}
+
 static sfield_result sfield__take_mesh(sfield__build *b, const sfield_mesh *m)
 {
     size_t stride = m->vertex_stride ? m->vertex_stride : 12, corners = m->indices ? m->index_count : m->vertex_count,
@@ -3829,6 +3842,7 @@ static sfield_result sfield__take_mesh(sfield__build *b, const sfield_mesh *m)
             float x = (sfield__vertex(m, stride, i)[k] - b->h.center[k]) / b->h.radius;
             b->position[3 * i + k] = sfield__finite(x) ? x : 0;
         }
+    if (!sfield__is_bounded(b)) return SFIELD_ERR_DESC;
     return SFIELD_OK;
 }
 

@@ -370,7 +370,7 @@ static void only_inside_closed_meshes_positions_move(void **state)
     m = model_box(0.55, 0.55, 0.55);
     m.indices -= 6;                                                   /* a cup */
     assert_true(moved_of(m, &desc, &all) == 0);
-    m = model_box(1, 1, 1);
+    m = model_box(0.55, 0.55, 0.55);
     m.indices = 6;                                                    /* a sheet */
     assert_true(moved_of(m, &desc, &all) == 0);
     m = both(model_alloc(0, 0), model_box(0.55, 0.55, 0.55), 1);      /* a room: seen from inside */
@@ -380,6 +380,9 @@ static void only_inside_closed_meshes_positions_move(void **state)
     m = both(model_sphere(16, 8, 1), model_sphere(16, 8, 0.6), 0);  /* a sphere in a sphere: out of both */
     moved = moved_of(m, &desc, &all);
     assert_true(moved == sphere);
+    desc.radius = 1.25f;                                              /* the same positions in a sphere about the bar */
+    desc.inner /= desc.radius;
+    desc.outer /= desc.radius;
     m = both(model_sphere(16, 8, 1), model_box(0.1, 0.1, 1.2), 0);   /* run through by a bar */
     moved = moved_of(m, &desc, &all);
     assert_true(moved >= sphere && moved < all / 5 * 4);

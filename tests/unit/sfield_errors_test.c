@@ -104,6 +104,46 @@ static void descs(void **state)
     model_free(&m);
 }
 
+/* A sphere that the mesh sticks out of is refused: horizons and cones of the scene would trust it. */
+static void spheres_too_small(void **state)
+{
+    static const struct { float radius, center; sfield_result result; } cases[5] = {
+        { 0.25f, 0, SFIELD_ERR_DESC },    { 1.73f, 0, SFIELD_ERR_DESC }, { 1.7321f, 0.01f, SFIELD_ERR_DESC },
+        { 1.731f, 0, SFIELD_OK },         { 1.7321f, 0, SFIELD_OK }       /* the corners are sqrt(3) away */
+    };
+    model m = model_box(1, 1, 1);
+    sfield_mesh mesh = mesh_of(&m);
+    float radiance[36], normal[3] = { 0, 1, 0 }, point[3] = { 0, 1, 0 };
+    sfield_field *f;
+    int i;
+    (void)state;
+    for (i = 0; i < 36; i++) radiance[i] = 1;
+    for (i = 0; i < 5; i++) {
+        sfield_desc d = small_desc(i & 1 ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH);
+        d.radius = cases[i].radius;
+        d.center[0] = cases[i].center;
+        f = NULL;
+        assert_int_equal(sfield_build(&d, &mesh, &f, NULL), cases[i].result);
+        sfield_free(f);
+        f = NULL;
+        assert_int_equal(sfield_build_emissive(&d, &mesh, radiance, &f, NULL), cases[i].result);
+        sfield_free(f);
+        f = NULL;
+        d.shells = d.position_side = 0;
+        assert_int_equal(sfield_build_self(&d, &mesh, point, normal, 1, 0.1f, &f, NULL), SFIELD_OK);
+        sfield_free(f);
+    }
+    m.p[0] = 50;                                /* a vertex of no triangle does not count */
+    for (i = 0; i < 36; i++) m.i[i] = m.i[i] ? m.i[i] : 1;
+    {
+        sfield_desc d = small_desc(SFIELD_BASIS_SH);
+        d.radius = 1.74f;
+        assert_int_equal(sfield_build(&d, &mesh, &f, NULL), SFIELD_OK);
+        sfield_free(f);
+    }
+    model_free(&m);
+}
+
 static void emitters(void **state)
 {
     sfield_desc d = small_desc(SFIELD_BASIS_SH);
@@ -352,6 +392,7 @@ int main(void)
         cmocka_unit_test(texts),
         cmocka_unit_test(algebra),
         cmocka_unit_test(descs),
+        cmocka_unit_test(spheres_too_small),
         cmocka_unit_test(emitters),
         cmocka_unit_test(degenerate_meshes),
         cmocka_unit_test(cancelling),
