@@ -294,7 +294,7 @@ typedef struct sfield_desc {
     int            logarithm;       /* harmonics: not 0 stores log visibility, for SFIELD_PRODUCT_EXP */
     uint32_t       frames;          /* sources: 1..256 steps of time; 0 = 1 */
     float          frames_per_second; /* > 0; 0 = 30 */
-    int            loop;            /* after the last frame: 1 the first again, 0 the last stays */
+    int            loop;            /* after the last frame: 1 the first again, 0 the last stays; so before time 0 */
     float          center[3], radius; /* bounding sphere, which must hold the mesh or emitter; radius 0 = fitted
                                          (callbacks: required) */
     uint32_t       shard_begin, shard_end; /* only these shells, counted through all frames; 0, 0 = all. Not SELF */
@@ -4824,16 +4824,17 @@ static void sfield__corners(const sfield__place *at, int l, float *b)
     b[3] = x * y;
 }
 
-/* Frames before and after a time, and how far it is on the way. */
+/* Frames before and after a time, and how far it is on the way. Loops have no beginning either. */
 static float sfield__frames_at(const sfield_field *f, float time, uint32_t *before, uint32_t *after)
 {
-    float n = (float)f->h.frames, t = sfield__finite(time) && time > 0 ? time * f->h.frames_per_second : 0;
+    float n = (float)f->h.frames, t = sfield__finite(time) ? time * f->h.frames_per_second : 0;
     *before = *after = 0;
     if (f->h.frames == 1) return 0;
     if (f->h.loop) {
-        t = t < 1e7f ? t : 1e7f;
-        t -= n * (float)(int32_t)(t / n);
+        t = t < 1e7f ? (t > -1e7f ? t : -1e7f) : 1e7f;
+        t -= n * floorf(t / n);
     }
+    t = t > 0 ? t : 0;
     t = t < n ? t : (f->h.loop ? 0 : n);
     *before = (uint32_t)t < f->h.frames - 1 ? (uint32_t)t : f->h.frames - 1;
     *after = *before + 1 < f->h.frames ? *before + 1 : f->h.loop ? 0 : *before;

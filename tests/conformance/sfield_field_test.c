@@ -486,12 +486,14 @@ static void emissive_meshes(void **state)
     assert_true(fabsf(flipped[16] / c[16] - 1.5f) < 0.02f);
     sfield_query(f, 1, p, 5, flipped);
     assert_true(fabsf(flipped[16] / c[16] - 2) < 0.02f);
+    sfield_query(f, 1, p, -0.15f, flipped);
+    assert_memory_equal(flipped, c, sizeof c);
     sfield_free(f);
     desc.loop = 1;                                                    /* from the last frame back to the first */
     assert_int_equal(sfield_build_emissive(&desc, &mesh, radiance, &f, NULL), SFIELD_OK);
-    for (i = 0; i < 12; i++) {
+    for (i = 0; i < 24; i++) {                                        /* and before time 0 the same */
         static const float bright[4] = { 1, 1.5f, 2, 1.5f };
-        sfield_query(f, 1, p, 0.05f * (float)i, flipped);
+        sfield_query(f, 1, p, 0.05f * ((float)i - 12), flipped);
         assert_true(fabsf(flipped[16] / c[16] - bright[i % 4]) < 0.02f);
     }
     desc.loop = 0;

@@ -113,8 +113,9 @@ void sfield_fetch(uint field, sfield_place at, uint channel, float time, float w
     if (head.y > 1u) {
         float n = float(head.y);
         bool loop = (head.x & 4u) != 0u;
-        t = max(time, 0.0) * uintBitsToFloat(SFIELD_TEXEL(field + 2u).x);
-        if (loop) t = min(t, 1e7) - n * floor(min(t, 1e7) / n);
+        t = time * uintBitsToFloat(SFIELD_TEXEL(field + 2u).x);
+        if (loop) t = clamp(t, -1e7, 1e7) - n * floor(clamp(t, -1e7, 1e7) / n);
+        t = max(t, 0.0);
         t = t < n ? t : loop ? 0.0 : n;
         before = min(uint(t), head.y - 1u);
         after = before + 1u < head.y ? before + 1u : loop ? 0u : before;
