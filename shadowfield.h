@@ -229,7 +229,8 @@ SFIELD_DEF sfield_result sfield_sh_exp(const sfield_algebra *algebra, size_t cou
 SFIELD_DEF void sfield_sh_window(uint32_t bands, float strength, float factors[SFIELD_MAX_BANDS]);
 /* Against ringing: factor 1 / (1 + strength l^2 (l+1)^2) for band l. */
 SFIELD_DEF float sfield_sh_window_fit(uint32_t bands, const float *coefs, float lowest);
-/* The least strength (0..1) with which the function stays >= lowest everywhere (checked at 2,592 directions). */
+/* The least strength (0..1) with which the function stays >= lowest everywhere (checked at 2,592 directions); 1 also
+   where none does, as with a mean below lowest. */
 
 SFIELD_DEF void sfield_sh_cosine(uint32_t bands, float factors[SFIELD_MAX_BANDS]);
 /* A_l of max(0, cos): convolving radiance coefficients with them gives irradiance. */
@@ -246,8 +247,8 @@ SFIELD_DEF sfield_result sfield_cube_basis(uint32_t bands, uint32_t side, uint32
 
 SFIELD_DEF sfield_result sfield_sh_project(uint32_t bands, uint32_t side, const float *texels, uint32_t channels,
                                            float *coefs);
-/* Integrates a cube of texels (channels values each) against the basis, exactly over each texel; coefs: bands^2 for
-   each channel, one channel after the other. Errors SFIELD_ERR_ARGUMENT. */
+/* Integrates a cube of texels (channels values each, 1..3) against the basis, exactly over each texel; coefs: bands^2
+   for each channel, one channel after the other. Errors SFIELD_ERR_ARGUMENT. */
 
 SFIELD_DEF sfield_result sfield_haar_forward(uint32_t side, const float *texels, float *coefs);
 SFIELD_DEF sfield_result sfield_haar_inverse(uint32_t side, const float *coefs, float *texels);
@@ -288,7 +289,8 @@ typedef struct sfield_desc {
     uint32_t       shells;          /* 2..64; 0 = 16, 32 */
     uint32_t       position_side;   /* 2..64; 0 = 16, 32 */
     sfield_spacing spacing;
-    float          inner, outer;    /* first and last shell, in r, 0 < inner < outer <= 1000; 0 = 0.2 and 8 (20) */
+    float          inner, outer;    /* first and last shell, in r, 0.001 <= inner, 1.1 inner <= outer <= 1000, no two
+                                       shells within 0.02 %; 0 = 0.2 and 8 (20) */
     float          keep;            /* wavelets: at most this share of a cube's 6 N^2 coefficients, 0..1; 0 = 0.01 */
     float          window;          /* harmonics: sfield_sh_window of every cube, >= 0; 0 = none */
     int            logarithm;       /* harmonics: not 0 stores log visibility, for SFIELD_PRODUCT_EXP */
@@ -536,7 +538,8 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t p
 SFIELD_DEF void sfield_cache_free(sfield_cache *cache);
 SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache);
 
-typedef struct sfield_points {      /* receivers that belong together, neighbours side by side. Strides in bytes */
+typedef struct sfield_points {      /* receivers that belong together, neighbours side by side. Strides in bytes,
+                                       multiples of 4; of three floats 12 or more */
     size_t              count;
     const float        *positions;  size_t position_stride;   /* 3 floats; 0 = 12. In entity's space, or world space */
     const float        *normals;    size_t normal_stride;     /* 3 floats, unit */
@@ -550,16 +553,17 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                                                  0: one for all */
     sfield_cache       *cache;      /* NULL = nothing is kept. Of this set alone. Not used with gloss and exponents */
     float              *rgb;        /* 3 floats a point: integral of L V cos / pi; times albedo: radiance. NULL = no */
-    float              *gloss;      /* 3 floats: integral of L V cos (n+2)/(2 pi) cos^n(angle to the mirrored view) */
+    float              *gloss;      /* 3 floats: integral of L V cos (n+2)/(2 pi) cos^n(angle to the mirrored view).
+                                       Harmonics only; 0 without exponents, which want views */
     float              *ambient;    /* 1 float: integral of V cos / pi */
 } sfield_points;
 
 SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const sfield_points *sets, size_t set_count,
                                       sfield_scene_stats *stats);
 /* Direct light at all points of all sets, near to far (paper, figure 5). Not clamped: ringing may go below 0.
-   Errors  SFIELD_ERR_ARGUMENT (NULL, stride, an entity beyond the list), SFIELD_ERR_BASIS (self or cache of another
-           basis or count), SFIELD_ERR_ROTATION (self on a rotated entity, SPARSE), SFIELD_ERR_ALLOC. Points that are
-           not finite get 0
+   Errors  SFIELD_ERR_ARGUMENT (NULL, stride, an entity beyond the list, a lobe without views), SFIELD_ERR_BASIS (self
+           or cache of another basis or count, gloss in wavelets), SFIELD_ERR_ROTATION (self on a rotated entity,
+           SPARSE), SFIELD_ERR_ALLOC. Points that are not finite get 0
    Cost    harmonics: about 0.1 us for a point and an occluder in reach */
 
 SFIELD_DEF sfield_result sfield_incident(sfield_scene *scene, const sfield_points *set, float *coefs);
@@ -1203,7 +1207,6 @@ static inline int sfield__cpu_has_avx512(void) { return 0; }
 
 /* <<< shared */
 
-
 /* ---- >>kernels: sixteen lanes at a time ---- */
 
 #if SFIELD__X86 && (defined(__x86_64__) || defined(_M_X64))
@@ -1814,7 +1817,6 @@ static sfield_result sfield__algebra_fill(sfield_algebra *t, double *work, size_
     float *table = (float *)(void *)(product + nodes);
     size_t g, k;
     uint8_t *at;
-    (void)pairs;
     sfield__grid(3 * (t->bands - 1), node);
     sfield__basis_at(node, nodes, t->bands, basis);
     t->pair = (uint8_t *)(table + (size_t)pairs * t->coefs);
@@ -2539,9 +2541,9 @@ SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, cons
      header    SFIELD__HEADER words
      radii     shells floats, in r (SELF: none)
      SH        scale, then bias: `stride` floats a group (a shell of a frame; SELF: one), then the samples, `stride`
-   bytes each: per channel n^2 bytes filled up to a multiple of 8. value = scale byte + bias HAAR      samples + 1
-   offsets into the entries, samples scales (floats), entries: `stride` words each: index << 16 | value, or index << 16
-   | r, g << 16 | b; values are signed 16 bit times the sample's scale
+               bytes each: per channel n^2 bytes filled up to a multiple of 8. value = scale byte + bias
+     HAAR      samples + 1 offsets into the entries, samples scales (floats), entries: `stride` words each:
+               index << 16 | value, or index << 16 | r, g << 16 | b; values are signed 16 bit times the sample's scale
 
    Sample ((frame shells + shell) 6 + face) side^2 + y side + x of a field lies on the grid of nodes of a face, edges
    and corners included: those are stored by each face that has them, so that no query looks beyond its face. */
@@ -3334,8 +3336,10 @@ static void sfield__emit(const sfield__build *b, const float *eye, const float *
         if (d2 > size * size && (along > 0 || d2 - along * along > size * size)) return;
         if ((e->normal[0] != 0 || e->normal[1] != 0 || e->normal[2] != 0) && facing < e->cosine) return;
     } else {
+        const float unit = sfield__from_bits((254 - (sfield__to_bits(r) >> 23)) << 23);  /* 2^-n, so that bits stay */
         float p[3], n[3], nl;
-        sfield__v3 u = sfield__v3_load(e->u), w = sfield__v3_load(e->v), cross = sfield__v3_cross(u, w);
+        sfield__v3 u = sfield__v3_scale(sfield__v3_load(e->u), unit), w = sfield__v3_scale(sfield__v3_load(e->v), unit);
+        sfield__v3 cross = sfield__v3_cross(u, w);
         if (e->kind == SFIELD_EMITTER_RECTANGLE) sfield__v3_store(n, sfield__v3_normalize(cross));
         else memcpy(n, e->normal, sizeof n);
         nl = n[0] * d[0] + n[1] * d[1] + n[2] * d[2];
@@ -3345,7 +3349,7 @@ static void sfield__emit(const sfield__build *b, const float *eye, const float *
         if (e->kind == SFIELD_EMITTER_DISC) {
             if (p[0] * p[0] + p[1] * p[1] + p[2] * p[2] > e->radius * e->radius) return;
         } else {
-            sfield__v3 q = sfield__v3_load(p);
+            sfield__v3 q = sfield__v3_scale(sfield__v3_load(p), unit);
             float uu = sfield__v3_dot(u, u), vv = sfield__v3_dot(w, w), uv = sfield__v3_dot(u, w);
             float pu = sfield__v3_dot(q, u), pv = sfield__v3_dot(q, w), det = uu * vv - uv * uv;
             if (fabsf(pu * vv - pv * uv) > det || fabsf(pv * uu - pu * uv) > det) return;
@@ -4231,7 +4235,7 @@ static int sfield__take_emitter(sfield__build *b)
         x = sfield__v3_length(sfield__v3_add(u, v));
         y = sfield__v3_length(sfield__v3_sub(u, v));
         fit = x > y ? x : y;            /* of a side that is not finite neither: refused below */
-        if (!(sfield__v3_length(sfield__v3_cross(u, v)) > 0)) return 0;
+        if (!(sfield__v3_length(sfield__v3_normalize(sfield__v3_cross(u, v))) > 0)) return 0;
     }
     if (!sfield__in(fit, 1e-17f, 1e17f)) return 0;
     if (b->desc.radius == 0) b->h.radius = fit;
@@ -5577,6 +5581,8 @@ SFIELD_DEF void sfield_cache_free(sfield_cache *cache)
 
 SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache) { return cache ? cache->bytes : 0; }
 
+#define SFIELD__LEAST_T 1e-30f      /* below, what is kept of T is 0: 32767 over it would pass what a float holds */
+
 static uint64_t sfield__hash(uint64_t h, uint64_t x)
 {
     h = (h ^ x) * 0x9e3779b97f4a7c15u;
@@ -5933,7 +5939,7 @@ static int sfield__is_aside(const sfield__tile *t, const sfield__item *a, const 
 }
 
 /* Second rule: lanes of a mask for which the bounding sphere of occluder i is inside the cone of a nearer inscribed
- * one. */
+   one. */
 static uint32_t sfield__hidden(const sfield__tile *t, uint32_t i, uint32_t lanes)
 {
     const sfield__item *a = &t->s->item[t->item[i]];
@@ -6169,7 +6175,7 @@ static void sfield__keep(sfield_cache *c, size_t slot, const float *t)
             most = x > most ? x : most;
         }
         c->scale[slot * SFIELD__LANES + l] = most / 32767;
-        inverse = most > 0 ? 32767 / most : 0;
+        inverse = most > SFIELD__LEAST_T ? 32767 / most : 0;
         for (k = 0; k < c->coefs; k++) {
             float q = t[k * SFIELD__LANES + l] * inverse;
             value[k * SFIELD__LANES + l] = (int16_t)(q + (q < 0 ? -0.5f : 0.5f));
@@ -6888,7 +6894,7 @@ static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot
             most = fabsf(p->haar[i]) > most ? fabsf(p->haar[i]) : most;
         }
     c->scale[slot] = most / 32767;
-    inverse = most > 0 ? 32767 / most : 0;
+    inverse = most > SFIELD__LEAST_T ? 32767 / most : 0;
     for (i = 0; i < SFIELD__CACHED; i++) {
         float q = i < n ? p->haar[index[i]] * inverse : 0;
         value[i] = (int16_t)(q + (q < 0 ? -0.5f : 0.5f));
@@ -7616,11 +7622,15 @@ static sfield_result sfield__map_receivers(sfield_scene *s, const sfield_points 
     return SFIELD_OK;
 }
 
+/* Of three floats: 0, which is 12, or so much that they do not run into each other. */
+static int sfield__stride_good(size_t stride) { return !stride || (stride >= 12 && stride % 4 == 0); }
+
 static sfield_result sfield__check_set(const sfield_scene *s, const sfield_points *p)
 {
     if (p->count == 0) return SFIELD_OK;
     if (!p->positions || !p->normals || p->count > 0x7fffffffu) return SFIELD_ERR_ARGUMENT;
-    if (p->position_stride % 4 || p->normal_stride % 4 || p->view_stride % 4 || p->exponent_stride % 4)
+    if (!sfield__stride_good(p->position_stride) || !sfield__stride_good(p->normal_stride) ||
+        (p->views && !sfield__stride_good(p->view_stride)) || p->view_stride % 4 || p->exponent_stride % 4)
         return SFIELD_ERR_ARGUMENT;
     if (p->entity != SFIELD_NONE && p->entity >= s->item_count) return SFIELD_ERR_ARGUMENT;
     if (p->gloss && p->exponents && !p->views) return SFIELD_ERR_ARGUMENT;
@@ -7733,7 +7743,7 @@ static const sfield__cell *sfield__find_cell(const sfield__cell *cells, size_t c
 
 /* The three representatives nearest to a point among the 27 cells around it whose surface faces the same way. */
 static void sfield__sources(const sfield__cell *cells, size_t count, const sfield__cell *own, const float *positions,
-                            const uint32_t *chosen, uint32_t *sources, float *weights)
+                            float spacing, const uint32_t *chosen, uint32_t *sources, float *weights)
 {
     float best[3] = { 3e38f, 3e38f, 3e38f }, sum = 0;
     const float *p = positions + 3 * (size_t)own->point;
@@ -7751,7 +7761,7 @@ static void sfield__sources(const sfield__cell *cells, size_t count, const sfiel
         c = sfield__find_cell(cells, count, &wanted);
         if (!c) continue;
         for (k = 0; k < 3; k++) {
-            to = positions[3 * (size_t)chosen[c->point] + k] - p[k];
+            to = positions[3 * (size_t)chosen[c->point] + k] / spacing - p[k] / spacing;
             d2 += to * to;
         }
         for (k = 0; k < 3 && d2 >= best[k]; k++) { }
@@ -7823,7 +7833,7 @@ SFIELD_DEF sfield_result sfield_sparse(const float *positions, const float *norm
         }
     }
     for (i = 0; i < count; i++)
-        sfield__sources(first, n, &cells[i], positions, chosen, sources + 3 * (size_t)cells[i].point,
+        sfield__sources(first, n, &cells[i], positions, spacing, chosen, sources + 3 * (size_t)cells[i].point,
                         weights + 3 * (size_t)cells[i].point);
     *chosen_count = n;
     sfield__free(&a, cells);

@@ -580,6 +580,33 @@ static void ambient_from_the_first_coefficient(void **state)
     sfield_free(f);
 }
 
+/* A rectangle as large as a galaxy or as small as an atom is the same light: all in it is times a power of two. */
+static void lights_of_any_size(void **state)
+{
+    static const int powers[5] = { 0, -50, -38, 33, 50 };
+    float c[5][3 * 3 * 16];
+    int i, k;
+    (void)state;
+    for (i = 0; i < 5; i++) {
+        const float s = (float)ldexp(1, powers[i]);
+        const float p[9] = { 0.1f * s, 0, 2 * s, -0.3f * s, s, 2 * s, 2 * s, 3 * s, -0.2f * s };
+        sfield_desc desc = small_desc(SFIELD_BASIS_SH);
+        sfield_emitter e;
+        sfield_field *f;
+        memset(&e, 0, sizeof e);
+        e.kind = SFIELD_EMITTER_RECTANGLE;
+        e.u[0] = 0.5f * s;
+        e.u[1] = 0.1f * s;
+        e.v[1] = 0.7f * s;
+        e.radiance[0] = e.radiance[2] = 1;
+        assert_int_equal(sfield_build_emitter(&desc, &e, &f, NULL), SFIELD_OK);
+        assert_int_equal(sfield_query(f, 3, p, 0, c[i]), SFIELD_OK);
+        sfield_free(f);
+        for (k = 0; k < 144; k++) assert_true(c[i][k] == c[0][k]);
+    }
+    assert_true(c[0][0] > 0.01f && c[0][0] < 1);
+}
+
 /* Of wavelets: what a sphere hides is a cap, wherever on the cube it lies; texels of a corner are 5.2 times smaller
    than those of a middle. And it is the sum over the texels that a query gives. */
 static void ambient_of_wavelets(void **state)
@@ -686,6 +713,7 @@ int main(void)
         cmocka_unit_test(flat_lights),
         cmocka_unit_test(ambient_from_the_first_coefficient),
         cmocka_unit_test(ambient_of_wavelets),
+        cmocka_unit_test(lights_of_any_size),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

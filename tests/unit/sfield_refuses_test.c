@@ -376,7 +376,7 @@ static void scenes(void **state)
     IS(sfield_shade(sh, &good, 1, NULL), OK);
     IS(sfield_shade(sh, NULL, 0, NULL), OK);
     REFUSED(sfield_shade(sh, NULL, 1, NULL));
-    for (i = 0; i < 7; i++) {
+    for (i = 0; i < 11; i++) {
         set = good;
         switch (i) {
         case 0: set.positions = NULL; break;
@@ -385,12 +385,18 @@ static void scenes(void **state)
         case 3: set.normal_stride = 6; break;
         case 4: set.view_stride = 2; break;
         case 5: set.exponent_stride = 1; break;
+        case 6: set.position_stride = 4; break;                       /* vectors that run into each other */
+        case 7: set.position_stride = 14; break;
+        case 8: set.normal_stride = 8; break;
+        case 9: set.views = n; set.view_stride = 4; break;
         default: set.entity = 7; break;
         }
         REFUSED(sfield_shade(sh, &set, 1, NULL));
         REFUSED(sfield_incident(sh, &set, coefs));
     }
     set = good;
+    set.view_stride = 4;                        /* of no views */
+    IS(sfield_shade(sh, &set, 1, NULL), OK);
     set.count = 0;
     set.positions = NULL;
     IS(sfield_shade(sh, &set, 1, NULL), OK);
@@ -427,6 +433,23 @@ static void scenes(void **state)
     sfield_free(self);
     sfield_free(self_haar);
     model_free(&m);
+}
+
+/* Places whose squares pass what a float holds: the weights of the same places times a power of two. */
+static void sparse_points_far_apart(void **state)
+{
+    const float n[9] = { 0, 1, 0, 0, 1, 0, 0, 1, 0 };
+    float w[2][9];
+    uint32_t chosen[3], from[2][9], i, k;
+    size_t count;
+    (void)state;
+    for (i = 0; i < 2; i++) {
+        const float s = (float)ldexp(1, i ? 67 : 0), p[9] = { 0.1f * s, 0, 0, 0.45f * s, 0, 0, 1.3f * s, 0, 0 };
+        IS(sfield_sparse(p, n, 3, s, NULL, chosen, &count, from[i], w[i]), OK);
+        assert_int_equal(count, 2);
+    }
+    for (k = 0; k < 9; k++) assert_true(w[1][k] == w[0][k] && from[1][k] == from[0][k]);
+    assert_true(w[0][0] > 0.5f && w[0][0] < 1);
 }
 
 static void sparse_points(void **state)
@@ -469,6 +492,7 @@ int main(void)
         cmocka_unit_test(many_positions),
         cmocka_unit_test(scenes),
         cmocka_unit_test(sparse_points),
+        cmocka_unit_test(sparse_points_far_apart),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
