@@ -3315,6 +3315,14 @@ static void sfield__resolve(const sfield__build *b, sfield__view *v)
     }
 }
 
+/* The power of two that brings x > 0 to 1 or just above: in such units squares stay in range, and no bit changes. */
+static float sfield__unit(float x)
+{
+    uint32_t e = sfield__to_bits(x) >> 23;
+    e = e < 1u ? 1u : e > 253u ? 253u : e;
+    return sfield__from_bits((254 - e) << 23);
+}
+
 /* What an analytic emitter radiates to the eye (in r, about the center) from a direction. */
 static void sfield__emit(const sfield__build *b, const float *eye, const float *d, float *rgb)
 {
@@ -3336,7 +3344,7 @@ static void sfield__emit(const sfield__build *b, const float *eye, const float *
         if (d2 > size * size && (along > 0 || d2 - along * along > size * size)) return;
         if ((e->normal[0] != 0 || e->normal[1] != 0 || e->normal[2] != 0) && facing < e->cosine) return;
     } else {
-        const float unit = sfield__from_bits((254 - (sfield__to_bits(r) >> 23)) << 23);  /* 2^-n, so that bits stay */
+        const float unit = sfield__unit(r);
         float p[3], n[3], nl;
         sfield__v3 u = sfield__v3_scale(sfield__v3_load(e->u), unit), w = sfield__v3_scale(sfield__v3_load(e->v), unit);
         sfield__v3 cross = sfield__v3_cross(u, w);
@@ -7746,7 +7754,7 @@ static void sfield__sources(const sfield__cell *cells, size_t count, const sfiel
                             float spacing, const uint32_t *chosen, uint32_t *sources, float *weights)
 {
     float best[3] = { 3e38f, 3e38f, 3e38f }, sum = 0;
-    const float *p = positions + 3 * (size_t)own->point;
+    const float *p = positions + 3 * (size_t)own->point, unit = sfield__unit(spacing);
     int32_t i;
     uint32_t k, j;
     sources[0] = sources[1] = sources[2] = 0;
@@ -7761,7 +7769,7 @@ static void sfield__sources(const sfield__cell *cells, size_t count, const sfiel
         c = sfield__find_cell(cells, count, &wanted);
         if (!c) continue;
         for (k = 0; k < 3; k++) {
-            to = positions[3 * (size_t)chosen[c->point] + k] / spacing - p[k] / spacing;
+            to = positions[3 * (size_t)chosen[c->point] + k] * unit - p[k] * unit;
             d2 += to * to;
         }
         for (k = 0; k < 3 && d2 >= best[k]; k++) { }
