@@ -1475,7 +1475,7 @@ static void test_bad_input(void **state)
     assert_int_equal(cohsm_emitter_build(&bad, box.memory, 4096, &light, NULL), COHSM_ERR_DESC);
     assert_null(light);
     {
-        double room[2048];                                 /* 8-byte aligned is enough, and one frame is no frame more */
+        double room[2048];                                 /* 8-byte aligned is enough, and one frame is none more */
         cohsm_emitter_desc small_sky = d;
         int k;
         small_sky.texels = NULL;

@@ -21,8 +21,8 @@ static const float unit[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }
 static const float eye[3] = { 4, 4, 4 };        /* from where all three walls are seen */
 static const float view[16] = { 0.5f, -0.3f, -0.2f, 0, 0, 0.6f, -0.2f, 0, -0.5f, -0.3f, -0.2f, 0, 0, 0, 0, 1 };
 
-/* What is seen in a turn: light of each technique's passes, what they resolve to, and pictures of a shader that calls one
-   function of it. */
+/* What is seen in a turn: light of each technique's passes, what they resolve to, and pictures of a shader that calls
+   one function of it. */
 typedef struct turn {
     float light[TECHNIQUES][4 * PIXELS], bounced[4 * PIXELS], resolved[TECHNIQUES][4 * PIXELS];
     float own[TECHNIQUES][4 * PIXELS], visible[PIXELS];
