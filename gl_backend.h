@@ -263,12 +263,12 @@ GLBK_DEF const char *glbk_result_text(glbk_result result);
     X(DESK, void, PolygonMode, (uint32_t face, uint32_t mode))                                                       \
     X(DESK, void, PointSize, (float size))                                                                           \
     X(DESK, void, ClampColor, (uint32_t target, uint32_t clamp))                                                     \
-    X(TARGETS, void, ColorMaski, (uint32_t index, uint8_t r, uint8_t g, uint8_t b, uint8_t a)) /* 3.3, ES 3.2 */      \
+    X(TARGETS, void, ColorMaski, (uint32_t index, uint8_t r, uint8_t g, uint8_t b, uint8_t a)) /* 3.3, ES 3.2 */     \
     X(TARGETS, void, GetBooleani_v, (uint32_t name, uint32_t index, uint8_t *out))                                   \
     X(TARGETS, void, Enablei, (uint32_t cap, uint32_t index))                                                        \
     X(TARGETS, void, Disablei, (uint32_t cap, uint32_t index))                                                       \
     X(TARGETS, uint8_t, IsEnabledi, (uint32_t cap, uint32_t index))                                                  \
-    X(BLENDS, void, BlendEquationSeparatei, (uint32_t index, uint32_t rgb, uint32_t alpha)) /* 4.0, ES 3.2 */         \
+    X(BLENDS, void, BlendEquationSeparatei, (uint32_t index, uint32_t rgb, uint32_t alpha)) /* 4.0, ES 3.2 */        \
     X(BLENDS, void, BlendFuncSeparatei, (uint32_t index, uint32_t srgb, uint32_t drgb, uint32_t salpha,              \
                                          uint32_t dalpha))                                                           \
     X(DESK, void, GetBufferSubData, (uint32_t target, ptrdiff_t offset, ptrdiff_t size, void *out))                  \

@@ -67,6 +67,7 @@ row() {
     [ "$backend" = gl ] && [ -z "$has_gl" ] && return
     own=$scene-$kind-$technique-$backend
     rm -f "$OUT/$own"-*
+    [ "$backend" = gl ] && set -- --set warm_up=1 "$@"
     render "$own" --technique "$technique" --backend "$backend" $scene_arguments "$@" || return
     if [ -n "$reference" ]; then
         "$BUILD/compare" "$OUT/$own.pfm" "$OUT/$reference.pfm" --diff "$OUT/$own-diff.png" > "$OUT/$own-compare.json" ||

@@ -138,8 +138,8 @@ static void say_what_figures_mean(page *p, const gallery *g)
     paragraph(p, "Relative RMSE and mean ratio are of linear radiance against a path-traced reference, over the pixels "
                  "that are not black in both; SSIM is of the pictures as shown. The error contains the noise of both: "
                  "the reference's own stands beside it. Precomputed: once, and kept; a frame: everything that moving "
-                 "things need anew, primary visibility not counted. On OpenGL it is the first frame: what the driver "
-                 "compiles for it counts, unless its shader cache has that already.");
+                 "things need anew, primary visibility not counted. On OpenGL it is the second one: what a driver "
+                 "compiles at its first use does not count.");
     paragraph(p, "Run: %s. Machine: %s.", g->run, g->machine);
     if (*g->left_out) paragraph(p, "Left out: %s.", g->left_out);
 }

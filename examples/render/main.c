@@ -182,20 +182,39 @@ static int advance(run *r, double *ms, char *error)
     return open_technique(r, ms, error);
 }
 
+static int draw(run *r, char *error)
+{
+    memset(r->frame.rgb, 0, 3 * (size_t)r->gbuffer.width * r->gbuffer.height * sizeof *r->frame.rgb);
+    return r->args->technique->frame(r->state, &r->job, &r->frame, error);
+}
+
+/* What drivers put off until the first use is theirs, not the technique's. */
+static int warm_up(run *r, char *error)
+{
+    int times = rd_setting_integer(&r->args->settings, "warm_up");
+    r->job.frame = 0;
+    r->job.seed = r->args->seed;
+    for (; times > 0; times--)
+        if (draw(r, error) != 0)
+            return -1;
+    return 0;
+}
+
 static int render_frames(run *r, char *error)
 {
     size_t values = 3 * (size_t)r->gbuffer.width * r->gbuffer.height;
     int average = r->args->technique->averages && !r->scene.animated;
     double weight = average ? 1.0 / r->args->frames : 1;
+    if (warm_up(r, error) != 0)
+        return -1;
     for (uint32_t i = 0; i < r->args->frames; i++) {
         double start, update_ms;
         r->job.frame = i;
         r->job.seed = r->args->seed + i;
         if (advance(r, &update_ms, error) != 0)
             return -1;
-        memset(r->frame.rgb, 0, values * sizeof *r->frame.rgb);
         start = ex_seconds();
-        if (r->args->technique->frame(r->state, &r->job, &r->frame, error) != 0)
+        if (draw(r, error) != 0)
             return -1;
         r->frame_ms[i] = update_ms + 1000 * (ex_seconds() - start);
         for (size_t k = 0; k < values; k++)

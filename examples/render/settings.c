@@ -20,6 +20,7 @@ const rd_key rd_common_keys[] = {
       "0: emissive surfaces shed no light; removed: nor stand in its way" },
     { "lamps", RD_INTEGER, NULL, 0, 16, "0", "spheres of light that circle round the scene, once in 8 seconds" },
     { "still", RD_WORD, "0|1", 0, 0, "0", "1: only those lamps move with time" },
+    { "warm_up", RD_INTEGER, NULL, 0, 1000, "0", "times that the first frame is drawn before it is timed and kept" },
     { "compute", RD_WORD, "auto|0|1", 0, 0, "auto",
       "--backend gl: 4.3's compute shaders; auto: not on software drivers" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
