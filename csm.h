@@ -977,37 +977,9 @@ static inline void cohsm__put_u32(uint8_t *p, uint32_t v)
     cohsm__put_u16(p + 2, v >> 16);
 }
 
-static inline void cohsm__put_u64(uint8_t *p, uint64_t v)
-{
-    cohsm__put_u32(p, (uint32_t)(v & 0xffffffffu));
-    cohsm__put_u32(p + 4, (uint32_t)(v >> 32));
-}
-
-static inline void cohsm__put_f32(uint8_t *p, float v)
-{
-    uint32_t bits;
-    memcpy(&bits, &v, sizeof bits);
-    cohsm__put_u32(p, bits);
-}
-
-static inline uint16_t cohsm__get_u16(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
-
 static inline uint32_t cohsm__get_u32(const uint8_t *p)
 {
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
-}
-
-static inline uint64_t cohsm__get_u64(const uint8_t *p)
-{
-    return (uint64_t)cohsm__get_u32(p) | (uint64_t)cohsm__get_u32(p + 4) << 32;
-}
-
-static inline float cohsm__get_f32(const uint8_t *p)
-{
-    uint32_t bits = cohsm__get_u32(p);
-    float v;
-    memcpy(&v, &bits, sizeof v);
-    return v;
 }
 
 static inline int cohsm__host_is_little_endian(void)
@@ -1044,11 +1016,9 @@ static inline uint32_t cohsm__crc32(uint32_t crc, const void *data, size_t size)
 
 /* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
    Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level; exp, log and pow work in double inside. Largest errors against the double functions,
-   all float arguments or a dense set tried (tests/unit/shared_test.c):
-       sin cos   1e-7 absolute, |x| <= 8192       asin acos  3e-7 absolute       atan2   4e-7 absolute, 3 ulp
-       exp log pow   1 ulp
-   Out of range or NaN is clamped into the range, so that nothing here is undefined or returns NaN. */
+   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
+   a dense set tried (tests/unit/shared_test.c). Out of range or NaN is clamped into the range, so that nothing here is
+   undefined or returns NaN. */
 
 static inline float cohsm__from_bits(uint32_t bits)
 {
@@ -1078,7 +1048,8 @@ static inline float cohsm__either(int yes, float a, float b)
     return cohsm__from_bits((cohsm__to_bits(a) & mask) | (cohsm__to_bits(b) & ~mask));
 }
 
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
+/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
+   absolute. */
 static inline void cohsm__sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -1097,13 +1068,6 @@ static inline void cohsm__sincos(float x, float *sine, float *cosine)
     *cosine = (k + 1) & 2 ? -b : b;
 }
 
-static inline float cohsm__sin(float x)
-{
-    float s, c;
-    cohsm__sincos(x, &s, &c);
-    return s;
-}
-
 static inline float cohsm__cos(float x)
 {
     float s, c;
@@ -1111,7 +1075,7 @@ static inline float cohsm__cos(float x)
     return c;
 }
 
-/* asin of 0 <= x <= 0.5, z = x * x. */
+/* asin of 0 <= x <= 0.5, z = x * x. What is made of it: error 3e-7 absolute. */
 static inline float cohsm__asin_core(float x, float z)
 {
     return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
@@ -1138,18 +1102,7 @@ static inline float cohsm__acos_rooted(float x, float root)
 
 static inline float cohsm__acos(float x) { return cohsm__acos_rooted(x, sqrtf(cohsm__acos_square(x))); }
 
-static inline float cohsm__asin(float x)
-{
-    float a = fabsf(x), h, s, p;
-    a = a < 1.0f ? a : 1.0f;
-    h = 0.5f * (1.0f - a);
-    s = sqrtf(h);
-    s = a > 0.5f ? s : a;
-    p = cohsm__asin_core(s, a > 0.5f ? h : a * a);
-    return cohsm__copysign(a > 0.5f ? 1.57079633f - 2.0f * p : p, x);
-}
-
-/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
+/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. Error 4e-7 absolute, 3 ulp. */
 static inline float cohsm__atan2(float y, float x)
 {
     float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
@@ -1166,7 +1119,7 @@ static inline float cohsm__atan2(float y, float x)
     return cohsm__copysign(p, y);
 }
 
-/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2. */
+/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2, in double: exp, log and pow err by 1 ulp. */
 static inline double cohsm__exp_core(double x)
 {
     double r, p, power;
@@ -1204,18 +1157,6 @@ static inline double cohsm__log_core(float x)
     z = s * s;
     z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 + z * 0.117910756496012977));
     return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
-}
-
-/* Infinity from 88.7228394 on. */
-static inline float cohsm__exp(float x)
-{
-    return x > 88.7228394f ? cohsm__from_bits(0x7f800000u) : (float)cohsm__exp_core((double)x);
-}
-
-/* -infinity where x is not above 0. */
-static inline float cohsm__log(float x)
-{
-    return x > 0.0f ? (float)cohsm__log_core(x) : cohsm__from_bits(0xff800000u);
 }
 
 /* x below 0 counts as 0; pow(0, y) is 0, 1 or infinity for y above, equal to or below 0. */
@@ -1331,26 +1272,6 @@ static inline float cohsm__random(uint32_t seed, uint32_t stream, uint32_t i)
     return cohsm__to_unit(cohsm__hash_combine(cohsm__hash_combine(seed, stream), i));
 }
 
-typedef struct cohsm__rng { uint64_t state; } cohsm__rng;
-
-static inline uint32_t cohsm__rng_u32(cohsm__rng *r)
-{
-    uint64_t old = r->state;
-    uint32_t x = (uint32_t)((old >> 18 ^ old) >> 27 & 0xffffffffu), rot = (uint32_t)(old >> 59);
-    r->state = old * 6364136223846793005u + 1442695040888963407u;
-    return x >> rot | x << ((32u - rot) & 31u);
-}
-
-static inline cohsm__rng cohsm__rng_make(uint32_t seed)
-{
-    cohsm__rng r;
-    r.state = (uint64_t)cohsm__hash32(seed) << 32 | cohsm__hash32(~seed);
-    cohsm__rng_u32(&r);
-    return r;
-}
-
-static inline float cohsm__rng_float(cohsm__rng *r) { return cohsm__to_unit(cohsm__rng_u32(r)); }
-
 /* unit lds, needs rng: low-discrepancy points in [0, 1) */
 
 static inline uint32_t cohsm__reverse_bits(uint32_t x)
@@ -1360,23 +1281,6 @@ static inline uint32_t cohsm__reverse_bits(uint32_t x)
     x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;
     x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
     return (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
-}
-
-static inline float cohsm__radical2(uint32_t i) { return cohsm__to_unit(cohsm__reverse_bits(i)); }
-
-/* The digits turned round as an integer below 3^20, so that only one rounding happens; i counts modulo 3^20. */
-static inline float cohsm__radical3(uint32_t i)
-{
-    uint32_t r = 0, k;
-    for (k = 0; k < 20u; k++, i /= 3u) r = r * 3u + i % 3u;
-    return cohsm__to_unit((uint32_t)((double)r * (4294967296.0 / 3486784401.0)));
-}
-
-/* Roberts' R2 sequence: fractions of i / g and i / g^2, g^3 = g + 1, in 32-bit fixed point. */
-static inline void cohsm__r2(uint32_t i, float *u, float *v)
-{
-    *u = cohsm__to_unit(0x80000000u + i * 3242174889u);
-    *v = cohsm__to_unit(0x80000000u + i * 2447445413u);
 }
 
 /* Owen scrambling by the hash of Laine and Karras as Burley tuned it, "Practical hash-based Owen scrambling",
@@ -1410,15 +1314,6 @@ static inline void cohsm__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
    cell i, sums[count] the total; the array is the caller's. */
 typedef struct cohsm__cdf { const double *sums; uint32_t count; } cohsm__cdf;
 
-typedef struct cohsm__cdf_sample {
-    uint32_t index;
-    float    fraction;      /* where u fell inside the cell, [0, 1): a fresh random number */
-    float    probability;   /* of the cell; 0 only where all weights are 0 */
-} cohsm__cdf_sample;
-
-/* Doubles that a distribution over count cells needs; 0 where that overflows. */
-static inline size_t cohsm__cdf_doubles(size_t count) { return count < SIZE_MAX / sizeof(double) ? count + 1u : 0u; }
-
 /* Negative, NaN and infinite weights count as 0; their number is returned. scale is 1 for most callers. */
 static inline size_t cohsm__cdf_build(cohsm__cdf *cdf, double *sums, const float *weights, uint32_t count, double scale)
 {
@@ -1442,50 +1337,8 @@ static inline size_t cohsm__cdf_build(cohsm__cdf *cdf, double *sums, const float
 
 static inline double cohsm__cdf_total(const cohsm__cdf *cdf) { return cdf->sums[cdf->count]; }
 
-static inline float cohsm__cdf_probability(const cohsm__cdf *cdf, uint32_t index)
-{
-    double total = cohsm__cdf_total(cdf);
-    return total > 0.0 ? (float)((cdf->sums[index + 1u] - cdf->sums[index]) / total) : 0.0f;
-}
-
-/* The cell with sums[i] <= u * total < sums[i + 1]: the strict upper bound is what keeps empty cells out, also at
-   u = 0, and u below 1 in range. u outside [0, 1) is clamped. */
-static inline cohsm__cdf_sample cohsm__cdf_sample_at(const cohsm__cdf *cdf, float u)
-{
-    cohsm__cdf_sample s;
-    double total = cohsm__cdf_total(cdf), x, width, f;
-    uint32_t lo = 0, hi = cdf->count;
-
-    s.index = 0;
-    s.fraction = 0.0f;
-    s.probability = 0.0f;
-    if (!(total > 0.0)) return s;
-    if (!(u > 0.0f)) u = 0.0f;
-    if (u > 0.99999994f) u = 0.99999994f;
-    x = (double)u * total;
-    while (hi - lo > 1u) {
-        uint32_t mid = lo + (hi - lo) / 2u;
-        if (cdf->sums[mid] <= x) lo = mid;
-        else hi = mid;
-    }
-    /* Only where x rounded up to a total of denormal size. */
-    while (lo > 0 && !(cdf->sums[lo + 1u] > cdf->sums[lo])) lo--;
-    width = cdf->sums[lo + 1u] - cdf->sums[lo];
-    f = (x - cdf->sums[lo]) / width;
-    s.index = lo;
-    s.fraction = f < 0.99999994 ? (float)f : 0.99999994f;
-    s.probability = (float)(width / total);
-    return s;
-}
-
 /* Rows first: marginal over the rows, then the row's own distribution. */
 typedef struct cohsm__cdf2 { const double *rows, *sums; uint32_t width, height; } cohsm__cdf2;
-
-typedef struct cohsm__cdf2_sample {
-    uint32_t x, y;
-    float    fx, fy;        /* inside the cell, [0, 1) */
-    float    probability;   /* of the cell */
-} cohsm__cdf2_sample;
 
 /* Doubles for width * height cells; 0 where that overflows. */
 static inline size_t cohsm__cdf2_doubles(uint32_t width, uint32_t height)
@@ -1495,65 +1348,7 @@ static inline size_t cohsm__cdf2_doubles(uint32_t width, uint32_t height)
     return row * height + rows;
 }
 
-/* weights row by row; row_scale (NULL: 1) multiplies whole rows, as the solid angle of a latitude-longitude map's row
-   does. Returns the number of bad weights, as cohsm__cdf_build. */
-static inline size_t cohsm__cdf2_build(cohsm__cdf2 *cdf, double *memory, const float *weights, const float *row_scale,
-                                  uint32_t width, uint32_t height)
-{
-    double *rows = memory, *sums = memory + height + 1u, total = 0.0;
-    size_t bad = 0;
-    uint32_t y;
-
-    for (y = 0; y < height; y++) {
-        cohsm__cdf row;
-        bad += cohsm__cdf_build(&row, sums + (size_t)y * (width + 1u), weights + (size_t)y * width, width,
-                           row_scale ? (double)row_scale[y] : 1.0);
-        rows[y] = total;
-        total += cohsm__cdf_total(&row);
-    }
-    rows[height] = total;
-    cdf->rows = rows;
-    cdf->sums = sums;
-    cdf->width = width;
-    cdf->height = height;
-    return bad;
-}
-
-static inline cohsm__cdf cohsm__cdf2_row(const cohsm__cdf2 *cdf, uint32_t y)
-{
-    cohsm__cdf row;
-    row.sums = cdf->sums + (size_t)y * (cdf->width + 1u);
-    row.count = cdf->width;
-    return row;
-}
-
 static inline double cohsm__cdf2_total(const cohsm__cdf2 *cdf) { return cdf->rows[cdf->height]; }
-
-static inline float cohsm__cdf2_probability(const cohsm__cdf2 *cdf, uint32_t x, uint32_t y)
-{
-    const double *row = cdf->sums + (size_t)y * (cdf->width + 1u);
-    double total = cohsm__cdf2_total(cdf);
-    return total > 0.0 ? (float)((row[x + 1u] - row[x]) / total) : 0.0f;
-}
-
-static inline cohsm__cdf2_sample cohsm__cdf2_sample_at(const cohsm__cdf2 *cdf, float u, float v)
-{
-    cohsm__cdf marginal, row;
-    cohsm__cdf_sample sx, sy;
-    cohsm__cdf2_sample s;
-
-    marginal.sums = cdf->rows;
-    marginal.count = cdf->height;
-    sy = cohsm__cdf_sample_at(&marginal, v);
-    row = cohsm__cdf2_row(cdf, sy.index);
-    sx = cohsm__cdf_sample_at(&row, u);
-    s.x = sx.index;
-    s.y = sy.index;
-    s.fx = sx.fraction;
-    s.fy = sy.fraction;
-    s.probability = cohsm__cdf2_probability(cdf, s.x, s.y);
-    return s;
-}
 
 /* unit cpu: run-time detection of x86 vector units */
 

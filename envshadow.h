@@ -520,13 +520,6 @@ static inline int envsh__mul_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-static inline int envsh__add_size(size_t a, size_t b, size_t *out)
-{
-    if (a > SIZE_MAX - b) return 0;
-    *out = a + b;
-    return 1;
-}
-
 /* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
 static inline int envsh__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
@@ -592,11 +585,6 @@ static inline envsh__v3 envsh__v3_sub(envsh__v3 a, envsh__v3 b)
     return envsh__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
 }
 
-static inline envsh__v3 envsh__v3_mul(envsh__v3 a, envsh__v3 b)
-{
-    return envsh__v3_make(a.x * b.x, a.y * b.y, a.z * b.z);
-}
-
 static inline envsh__v3 envsh__v3_scale(envsh__v3 a, float s)
 {
     return envsh__v3_make(a.x * s, a.y * s, a.z * s);
@@ -621,16 +609,6 @@ static inline float envsh__v3_length(envsh__v3 a)
 static inline envsh__v3 envsh__v3_cross(envsh__v3 a, envsh__v3 b)
 {
     return envsh__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
-static inline envsh__v3 envsh__v3_min(envsh__v3 a, envsh__v3 b)
-{
-    return envsh__v3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
-}
-
-static inline envsh__v3 envsh__v3_max(envsh__v3 a, envsh__v3 b)
-{
-    return envsh__v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
 }
 
 /* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
@@ -695,43 +673,6 @@ static inline int envsh__m4_is_affine(const float *m)
     return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
 }
 
-/* out = m^-1 and 1; 0 and out untouched where m is singular to float precision: the determinant against the product
-   of the column lengths, so that the test is free of scale. In double: the inverse of a badly scaled matrix is used
-   on points. out may be m. */
-static inline int envsh__m4_affine_inverse(float *out, const float *m)
-{
-    double a = (double)m[0], b = (double)m[4], c = (double)m[8];
-    double d = (double)m[1], e = (double)m[5], f = (double)m[9];
-    double g = (double)m[2], h = (double)m[6], k = (double)m[10];
-    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
-    double ca = e * k - f * h, cb = f * g - d * k, cc = d * h - e * g;
-    double det = a * ca + b * cb + c * cc;
-    double size = sqrt((a * a + d * d + g * g) * (b * b + e * e + h * h)) * sqrt(c * c + f * f + k * k);
-    double r[12];
-    int i;
-
-    if (!(det > 1e-7 * size || det < -1e-7 * size)) return 0;
-    r[0] = ca / det;
-    r[1] = cb / det;
-    r[2] = cc / det;
-    r[3] = (c * h - b * k) / det;
-    r[4] = (a * k - c * g) / det;
-    r[5] = (b * g - a * h) / det;
-    r[6] = (b * f - c * e) / det;
-    r[7] = (c * d - a * f) / det;
-    r[8] = (a * e - b * d) / det;
-    for (i = 0; i < 3; i++) r[9 + i] = -(r[i] * tx + r[3 + i] * ty + r[6 + i] * tz);
-    for (i = 0; i < 12; i++)
-        if (!envsh__finite((float)r[i])) return 0;
-    for (i = 0; i < 4; i++) {
-        out[4 * i] = (float)r[3 * i];
-        out[4 * i + 1] = (float)r[3 * i + 1];
-        out[4 * i + 2] = (float)r[3 * i + 2];
-        out[4 * i + 3] = i == 3 ? 1.0f : 0.0f;
-    }
-    return 1;
-}
-
 /* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
    and at right angles within 1e-4, which is what products of float rotations reach. */
 static inline int envsh__m4_is_rigid_uniform(const float *m, float *scale)
@@ -760,11 +701,9 @@ static inline int envsh__m4_is_rigid_uniform(const float *m, float *scale)
 
 /* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
    Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level; exp, log and pow work in double inside. Largest errors against the double functions,
-   all float arguments or a dense set tried (tests/unit/shared_test.c):
-       sin cos   1e-7 absolute, |x| <= 8192       asin acos  3e-7 absolute       atan2   4e-7 absolute, 3 ulp
-       exp log pow   1 ulp
-   Out of range or NaN is clamped into the range, so that nothing here is undefined or returns NaN. */
+   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
+   a dense set tried (tests/unit/shared_test.c). Out of range or NaN is clamped into the range, so that nothing here is
+   undefined or returns NaN. */
 
 static inline float envsh__from_bits(uint32_t bits)
 {
@@ -794,7 +733,8 @@ static inline float envsh__either(int yes, float a, float b)
     return envsh__from_bits((envsh__to_bits(a) & mask) | (envsh__to_bits(b) & ~mask));
 }
 
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
+/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
+   absolute. */
 static inline void envsh__sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -813,13 +753,6 @@ static inline void envsh__sincos(float x, float *sine, float *cosine)
     *cosine = (k + 1) & 2 ? -b : b;
 }
 
-static inline float envsh__sin(float x)
-{
-    float s, c;
-    envsh__sincos(x, &s, &c);
-    return s;
-}
-
 static inline float envsh__cos(float x)
 {
     float s, c;
@@ -827,7 +760,7 @@ static inline float envsh__cos(float x)
     return c;
 }
 
-/* asin of 0 <= x <= 0.5, z = x * x. */
+/* asin of 0 <= x <= 0.5, z = x * x. What is made of it: error 3e-7 absolute. */
 static inline float envsh__asin_core(float x, float z)
 {
     return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
@@ -865,85 +798,6 @@ static inline float envsh__asin(float x)
     return envsh__copysign(a > 0.5f ? 1.57079633f - 2.0f * p : p, x);
 }
 
-/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
-static inline float envsh__atan2(float y, float x)
-{
-    float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
-    float hi = envsh__either(ax > ay, ax, ay), lo = envsh__either(ax > ay, ay, ax);
-    int big;
-    a = envsh__either((lo == hi) & (hi > 0.0f), 1.0f, lo / envsh__either(hi > 0.0f, hi, 1.0f));
-    big = a > 0.414213562f;
-    t = envsh__either(big, (a - 1.0f) / (a + 1.0f), a);
-    z = t * t;
-    p = t + t * z * (-0.3333295525f + z * (0.1997792608f + z * (-0.1387984996f + z * 0.08060308882f)));
-    p = envsh__either(big, p + 0.785398163f, p);
-    p = envsh__either(ay > ax, 1.57079633f - p, p);
-    p = envsh__either((int)(envsh__to_bits(x) >> 31), 3.14159265f - p, p);
-    return envsh__copysign(p, y);
-}
-
-/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2. */
-static inline double envsh__exp_core(double x)
-{
-    double r, p, power;
-    int32_t k;
-    uint64_t bits;
-
-    x = x > -110.0 ? x : -110.0;
-    x = x < 90.0 ? x : 90.0;
-    k = (int32_t)(x * 1.4426950408889634 + (x < 0.0 ? -0.5 : 0.5));
-    r = x - (double)k * 0.69314718055994531;
-    p = 0.00139460621285616904 + r * 0.000199183706518237736;
-    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 + r * (0.00833326438132814496 +
-        r * p)));
-    bits = (uint64_t)(k + 1023) << 52;
-    memcpy(&power, &bits, sizeof power);
-    return power * (1.0 + (r + r * r * p));
-}
-
-/* x > 0: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)). */
-static inline double envsh__log_core(float x)
-{
-    double m = (double)x, s, z;
-    uint64_t bits;
-    int32_t e;
-
-    memcpy(&bits, &m, sizeof bits);
-    e = (int32_t)(bits >> 52) - 1023;
-    bits = (bits & 0x000fffffffffffffu) | 0x3ff0000000000000u;
-    memcpy(&m, &bits, sizeof m);
-    if (m > 1.4142135623730951) {
-        m *= 0.5;
-        e++;
-    }
-    s = (m - 1.0) / (m + 1.0);
-    z = s * s;
-    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 + z * 0.117910756496012977));
-    return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
-}
-
-/* Infinity from 88.7228394 on. */
-static inline float envsh__exp(float x)
-{
-    return x > 88.7228394f ? envsh__from_bits(0x7f800000u) : (float)envsh__exp_core((double)x);
-}
-
-/* -infinity where x is not above 0. */
-static inline float envsh__log(float x)
-{
-    return x > 0.0f ? (float)envsh__log_core(x) : envsh__from_bits(0xff800000u);
-}
-
-/* x below 0 counts as 0; pow(0, y) is 0, 1 or infinity for y above, equal to or below 0. */
-static inline float envsh__pow(float x, float y)
-{
-    double t;
-    if (y == 0.0f) return 1.0f;
-    if (!(x > 0.0f)) return y > 0.0f ? 0.0f : envsh__from_bits(0x7f800000u);
-    t = (double)y * envsh__log_core(x);
-    return t > 88.722839111 ? envsh__from_bits(0x7f800000u) : (float)envsh__exp_core(t);
-}
-
 /* unit rng: hashes and random numbers, the same on every machine */
 
 /* Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020: the output function of O'Neill's PCG. */
@@ -962,32 +816,6 @@ static inline uint32_t envsh__hash_combine(uint32_t a, uint32_t b)
 /* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
 static inline float envsh__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
 
-/* Number i of the stream (seed, stream), in [0, 1), without state: what threads and tiles need. */
-static inline float envsh__random(uint32_t seed, uint32_t stream, uint32_t i)
-{
-    return envsh__to_unit(envsh__hash_combine(envsh__hash_combine(seed, stream), i));
-}
-
-typedef struct envsh__rng { uint64_t state; } envsh__rng;
-
-static inline uint32_t envsh__rng_u32(envsh__rng *r)
-{
-    uint64_t old = r->state;
-    uint32_t x = (uint32_t)((old >> 18 ^ old) >> 27 & 0xffffffffu), rot = (uint32_t)(old >> 59);
-    r->state = old * 6364136223846793005u + 1442695040888963407u;
-    return x >> rot | x << ((32u - rot) & 31u);
-}
-
-static inline envsh__rng envsh__rng_make(uint32_t seed)
-{
-    envsh__rng r;
-    r.state = (uint64_t)envsh__hash32(seed) << 32 | envsh__hash32(~seed);
-    envsh__rng_u32(&r);
-    return r;
-}
-
-static inline float envsh__rng_float(envsh__rng *r) { return envsh__to_unit(envsh__rng_u32(r)); }
-
 /* unit cdf: piecewise-constant distributions in 1D and 2D, sampled by inversion */
 
 /* Running sums in double: a float sum of 1e6 small weights is wrong in the third digit. sums[i] is the weight before
@@ -1000,37 +828,7 @@ typedef struct envsh__cdf_sample {
     float    probability;   /* of the cell; 0 only where all weights are 0 */
 } envsh__cdf_sample;
 
-/* Doubles that a distribution over count cells needs; 0 where that overflows. */
-static inline size_t envsh__cdf_doubles(size_t count) { return count < SIZE_MAX / sizeof(double) ? count + 1u : 0u; }
-
-/* Negative, NaN and infinite weights count as 0; their number is returned. scale is 1 for most callers. */
-static inline size_t envsh__cdf_build(envsh__cdf *cdf, double *sums, const float *weights, uint32_t count, double scale)
-{
-    size_t bad = 0;
-    double sum = 0.0;
-    uint32_t i;
-
-    for (i = 0; i < count; i++) {
-        uint32_t bits;
-        memcpy(&bits, weights + i, sizeof bits);
-        sums[i] = sum;
-        if ((bits & 0x7fffffffu) == 0) continue;
-        if ((bits & 0x7f800000u) == 0x7f800000u || bits >> 31) bad++;
-        else sum += (double)weights[i] * scale;
-    }
-    sums[count] = sum;
-    cdf->sums = sums;
-    cdf->count = count;
-    return bad;
-}
-
 static inline double envsh__cdf_total(const envsh__cdf *cdf) { return cdf->sums[cdf->count]; }
-
-static inline float envsh__cdf_probability(const envsh__cdf *cdf, uint32_t index)
-{
-    double total = envsh__cdf_total(cdf);
-    return total > 0.0 ? (float)((cdf->sums[index + 1u] - cdf->sums[index]) / total) : 0.0f;
-}
 
 /* The cell with sums[i] <= u * total < sums[i + 1]: the strict upper bound is what keeps empty cells out, also at
    u = 0, and u below 1 in range. u outside [0, 1) is clamped. */
@@ -1059,83 +857,6 @@ static inline envsh__cdf_sample envsh__cdf_sample_at(const envsh__cdf *cdf, floa
     s.index = lo;
     s.fraction = f < 0.99999994 ? (float)f : 0.99999994f;
     s.probability = (float)(width / total);
-    return s;
-}
-
-/* Rows first: marginal over the rows, then the row's own distribution. */
-typedef struct envsh__cdf2 { const double *rows, *sums; uint32_t width, height; } envsh__cdf2;
-
-typedef struct envsh__cdf2_sample {
-    uint32_t x, y;
-    float    fx, fy;        /* inside the cell, [0, 1) */
-    float    probability;   /* of the cell */
-} envsh__cdf2_sample;
-
-/* Doubles for width * height cells; 0 where that overflows. */
-static inline size_t envsh__cdf2_doubles(uint32_t width, uint32_t height)
-{
-    size_t row = (size_t)width + 1u, rows = (size_t)height + 1u;
-    if (row == 0 || rows == 0 || height > (SIZE_MAX / sizeof(double) - rows) / row) return 0;
-    return row * height + rows;
-}
-
-/* weights row by row; row_scale (NULL: 1) multiplies whole rows, as the solid angle of a latitude-longitude map's row
-   does. Returns the number of bad weights, as envsh__cdf_build. */
-static inline size_t envsh__cdf2_build(envsh__cdf2 *cdf, double *memory, const float *weights, const float *row_scale,
-                                  uint32_t width, uint32_t height)
-{
-    double *rows = memory, *sums = memory + height + 1u, total = 0.0;
-    size_t bad = 0;
-    uint32_t y;
-
-    for (y = 0; y < height; y++) {
-        envsh__cdf row;
-        bad += envsh__cdf_build(&row, sums + (size_t)y * (width + 1u), weights + (size_t)y * width, width,
-                           row_scale ? (double)row_scale[y] : 1.0);
-        rows[y] = total;
-        total += envsh__cdf_total(&row);
-    }
-    rows[height] = total;
-    cdf->rows = rows;
-    cdf->sums = sums;
-    cdf->width = width;
-    cdf->height = height;
-    return bad;
-}
-
-static inline envsh__cdf envsh__cdf2_row(const envsh__cdf2 *cdf, uint32_t y)
-{
-    envsh__cdf row;
-    row.sums = cdf->sums + (size_t)y * (cdf->width + 1u);
-    row.count = cdf->width;
-    return row;
-}
-
-static inline double envsh__cdf2_total(const envsh__cdf2 *cdf) { return cdf->rows[cdf->height]; }
-
-static inline float envsh__cdf2_probability(const envsh__cdf2 *cdf, uint32_t x, uint32_t y)
-{
-    const double *row = cdf->sums + (size_t)y * (cdf->width + 1u);
-    double total = envsh__cdf2_total(cdf);
-    return total > 0.0 ? (float)((row[x + 1u] - row[x]) / total) : 0.0f;
-}
-
-static inline envsh__cdf2_sample envsh__cdf2_sample_at(const envsh__cdf2 *cdf, float u, float v)
-{
-    envsh__cdf marginal, row;
-    envsh__cdf_sample sx, sy;
-    envsh__cdf2_sample s;
-
-    marginal.sums = cdf->rows;
-    marginal.count = cdf->height;
-    sy = envsh__cdf_sample_at(&marginal, v);
-    row = envsh__cdf2_row(cdf, sy.index);
-    sx = envsh__cdf_sample_at(&row, u);
-    s.x = sx.index;
-    s.y = sy.index;
-    s.fx = sx.fraction;
-    s.fy = sy.fraction;
-    s.probability = envsh__cdf2_probability(cdf, s.x, s.y);
     return s;
 }
 

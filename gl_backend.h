@@ -2016,13 +2016,6 @@ static inline int glbk__mul_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-static inline int glbk__add_size(size_t a, size_t b, size_t *out)
-{
-    if (a > SIZE_MAX - b) return 0;
-    *out = a + b;
-    return 1;
-}
-
 /* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
 static inline int glbk__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
@@ -2078,30 +2071,14 @@ static inline glbk__v3 glbk__v3_make(float x, float y, float z)
 static inline glbk__v3 glbk__v3_load(const float *p) { return glbk__v3_make(p[0], p[1], p[2]); }
 static inline void glbk__v3_store(float *p, glbk__v3 v) { p[0] = v.x; p[1] = v.y; p[2] = v.z; }
 
-static inline glbk__v3 glbk__v3_add(glbk__v3 a, glbk__v3 b)
-{
-    return glbk__v3_make(a.x + b.x, a.y + b.y, a.z + b.z);
-}
-
 static inline glbk__v3 glbk__v3_sub(glbk__v3 a, glbk__v3 b)
 {
     return glbk__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
 }
 
-static inline glbk__v3 glbk__v3_mul(glbk__v3 a, glbk__v3 b)
-{
-    return glbk__v3_make(a.x * b.x, a.y * b.y, a.z * b.z);
-}
-
 static inline glbk__v3 glbk__v3_scale(glbk__v3 a, float s)
 {
     return glbk__v3_make(a.x * s, a.y * s, a.z * s);
-}
-
-/* a + b s */
-static inline glbk__v3 glbk__v3_madd(glbk__v3 a, glbk__v3 b, float s)
-{
-    return glbk__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
 }
 
 static inline float glbk__v3_dot(glbk__v3 a, glbk__v3 b)
@@ -2117,16 +2094,6 @@ static inline float glbk__v3_length(glbk__v3 a)
 static inline glbk__v3 glbk__v3_cross(glbk__v3 a, glbk__v3 b)
 {
     return glbk__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
-static inline glbk__v3 glbk__v3_min(glbk__v3 a, glbk__v3 b)
-{
-    return glbk__v3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
-}
-
-static inline glbk__v3 glbk__v3_max(glbk__v3 a, glbk__v3 b)
-{
-    return glbk__v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
 }
 
 /* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
@@ -2153,11 +2120,6 @@ static inline int glbk__finite(float x)
     return (bits & 0x7f800000u) != 0x7f800000u;
 }
 
-static inline int glbk__v3_finite(glbk__v3 a)
-{
-    return glbk__finite(a.x) && glbk__finite(a.y) && glbk__finite(a.z);
-}
-
 /* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
    JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
 static inline void glbk__v3_basis(glbk__v3 n, glbk__v3 *b1, glbk__v3 *b2)
@@ -2174,12 +2136,6 @@ static inline glbk__v3 glbk__m4_point(const float *m, glbk__v3 p)
 {
     return glbk__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
                      m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
-}
-
-static inline glbk__v3 glbk__m4_direction(const float *m, glbk__v3 d)
-{
-    return glbk__v3_make(m[0] * d.x + m[4] * d.y + m[8] * d.z, m[1] * d.x + m[5] * d.y + m[9] * d.z,
-                     m[2] * d.x + m[6] * d.y + m[10] * d.z);
 }
 
 /* Finite, with 0 0 0 1 as its last row. */

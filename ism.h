@@ -640,11 +640,6 @@ static inline ism__v3 ism__v3_sub(ism__v3 a, ism__v3 b)
     return ism__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
 }
 
-static inline ism__v3 ism__v3_mul(ism__v3 a, ism__v3 b)
-{
-    return ism__v3_make(a.x * b.x, a.y * b.y, a.z * b.z);
-}
-
 static inline ism__v3 ism__v3_scale(ism__v3 a, float s)
 {
     return ism__v3_make(a.x * s, a.y * s, a.z * s);
@@ -724,11 +719,9 @@ static inline void ism__v3_basis(ism__v3 n, ism__v3 *b1, ism__v3 *b2)
 
 /* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
    Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level; exp, log and pow work in double inside. Largest errors against the double functions,
-   all float arguments or a dense set tried (tests/unit/shared_test.c):
-       sin cos   1e-7 absolute, |x| <= 8192       asin acos  3e-7 absolute       atan2   4e-7 absolute, 3 ulp
-       exp log pow   1 ulp
-   Out of range or NaN is clamped into the range, so that nothing here is undefined or returns NaN. */
+   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
+   a dense set tried (tests/unit/shared_test.c). Out of range or NaN is clamped into the range, so that nothing here is
+   undefined or returns NaN. */
 
 static inline float ism__from_bits(uint32_t bits)
 {
@@ -758,7 +751,8 @@ static inline float ism__either(int yes, float a, float b)
     return ism__from_bits((ism__to_bits(a) & mask) | (ism__to_bits(b) & ~mask));
 }
 
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
+/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
+   absolute. */
 static inline void ism__sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -777,59 +771,7 @@ static inline void ism__sincos(float x, float *sine, float *cosine)
     *cosine = (k + 1) & 2 ? -b : b;
 }
 
-static inline float ism__sin(float x)
-{
-    float s, c;
-    ism__sincos(x, &s, &c);
-    return s;
-}
-
-static inline float ism__cos(float x)
-{
-    float s, c;
-    ism__sincos(x, &s, &c);
-    return c;
-}
-
-/* asin of 0 <= x <= 0.5, z = x * x. */
-static inline float ism__asin_core(float x, float z)
-{
-    return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
-                        z * 0.04221856856f))));
-}
-
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart,
-   since C compilers do not vectorise that one: acos(x) = ism__acos_rooted(x, sqrtf(ism__acos_square(x))). */
-static inline float ism__acos_square(float x)
-{
-    float a = fabsf(x);
-    return 0.5f * (1.0f - ism__either(a < 1.0f, a, 1.0f));
-}
-
-static inline float ism__acos_rooted(float x, float root)
-{
-    float a = fabsf(x), h = ism__acos_square(x), p;
-    int big = a > 0.5f;
-    a = ism__either(a < 1.0f, a, 1.0f);
-    p = ism__asin_core(ism__either(big, root, a), ism__either(big, h, a * a));
-    p = ism__either(big, 2.0f * p, 1.57079633f - p);
-    return ism__either(x < 0.0f, 3.14159265f - p, p);
-}
-
-static inline float ism__acos(float x) { return ism__acos_rooted(x, sqrtf(ism__acos_square(x))); }
-
-static inline float ism__asin(float x)
-{
-    float a = fabsf(x), h, s, p;
-    a = a < 1.0f ? a : 1.0f;
-    h = 0.5f * (1.0f - a);
-    s = sqrtf(h);
-    s = a > 0.5f ? s : a;
-    p = ism__asin_core(s, a > 0.5f ? h : a * a);
-    return ism__copysign(a > 0.5f ? 1.57079633f - 2.0f * p : p, x);
-}
-
-/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
+/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. Error 4e-7 absolute, 3 ulp. */
 static inline float ism__atan2(float y, float x)
 {
     float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
@@ -846,7 +788,7 @@ static inline float ism__atan2(float y, float x)
     return ism__copysign(p, y);
 }
 
-/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2. */
+/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2, in double: exp, log and pow err by 1 ulp. */
 static inline double ism__exp_core(double x)
 {
     double r, p, power;
@@ -926,32 +868,6 @@ static inline uint32_t ism__hash_combine(uint32_t a, uint32_t b)
 /* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
 static inline float ism__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
 
-/* Number i of the stream (seed, stream), in [0, 1), without state: what threads and tiles need. */
-static inline float ism__random(uint32_t seed, uint32_t stream, uint32_t i)
-{
-    return ism__to_unit(ism__hash_combine(ism__hash_combine(seed, stream), i));
-}
-
-typedef struct ism__rng { uint64_t state; } ism__rng;
-
-static inline uint32_t ism__rng_u32(ism__rng *r)
-{
-    uint64_t old = r->state;
-    uint32_t x = (uint32_t)((old >> 18 ^ old) >> 27 & 0xffffffffu), rot = (uint32_t)(old >> 59);
-    r->state = old * 6364136223846793005u + 1442695040888963407u;
-    return x >> rot | x << ((32u - rot) & 31u);
-}
-
-static inline ism__rng ism__rng_make(uint32_t seed)
-{
-    ism__rng r;
-    r.state = (uint64_t)ism__hash32(seed) << 32 | ism__hash32(~seed);
-    ism__rng_u32(&r);
-    return r;
-}
-
-static inline float ism__rng_float(ism__rng *r) { return ism__to_unit(ism__rng_u32(r)); }
-
 /* unit cdf: piecewise-constant distributions in 1D and 2D, sampled by inversion */
 
 /* Running sums in double: a float sum of 1e6 small weights is wrong in the third digit. sums[i] is the weight before
@@ -963,9 +879,6 @@ typedef struct ism__cdf_sample {
     float    fraction;      /* where u fell inside the cell, [0, 1): a fresh random number */
     float    probability;   /* of the cell; 0 only where all weights are 0 */
 } ism__cdf_sample;
-
-/* Doubles that a distribution over count cells needs; 0 where that overflows. */
-static inline size_t ism__cdf_doubles(size_t count) { return count < SIZE_MAX / sizeof(double) ? count + 1u : 0u; }
 
 /* Negative, NaN and infinite weights count as 0; their number is returned. scale is 1 for most callers. */
 static inline size_t ism__cdf_build(ism__cdf *cdf, double *sums, const float *weights, uint32_t count, double scale)
@@ -989,12 +902,6 @@ static inline size_t ism__cdf_build(ism__cdf *cdf, double *sums, const float *we
 }
 
 static inline double ism__cdf_total(const ism__cdf *cdf) { return cdf->sums[cdf->count]; }
-
-static inline float ism__cdf_probability(const ism__cdf *cdf, uint32_t index)
-{
-    double total = ism__cdf_total(cdf);
-    return total > 0.0 ? (float)((cdf->sums[index + 1u] - cdf->sums[index]) / total) : 0.0f;
-}
 
 /* The cell with sums[i] <= u * total < sums[i + 1]: the strict upper bound is what keeps empty cells out, also at
    u = 0, and u below 1 in range. u outside [0, 1) is clamped. */

@@ -597,19 +597,9 @@ static inline rsm__v3 rsm__v3_make(float x, float y, float z)
 static inline rsm__v3 rsm__v3_load(const float *p) { return rsm__v3_make(p[0], p[1], p[2]); }
 static inline void rsm__v3_store(float *p, rsm__v3 v) { p[0] = v.x; p[1] = v.y; p[2] = v.z; }
 
-static inline rsm__v3 rsm__v3_add(rsm__v3 a, rsm__v3 b)
-{
-    return rsm__v3_make(a.x + b.x, a.y + b.y, a.z + b.z);
-}
-
 static inline rsm__v3 rsm__v3_sub(rsm__v3 a, rsm__v3 b)
 {
     return rsm__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
-}
-
-static inline rsm__v3 rsm__v3_mul(rsm__v3 a, rsm__v3 b)
-{
-    return rsm__v3_make(a.x * b.x, a.y * b.y, a.z * b.z);
 }
 
 static inline rsm__v3 rsm__v3_scale(rsm__v3 a, float s)
@@ -636,16 +626,6 @@ static inline float rsm__v3_length(rsm__v3 a)
 static inline rsm__v3 rsm__v3_cross(rsm__v3 a, rsm__v3 b)
 {
     return rsm__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
-static inline rsm__v3 rsm__v3_min(rsm__v3 a, rsm__v3 b)
-{
-    return rsm__v3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
-}
-
-static inline rsm__v3 rsm__v3_max(rsm__v3 a, rsm__v3 b)
-{
-    return rsm__v3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
 }
 
 /* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
@@ -691,11 +671,9 @@ static inline void rsm__v3_basis(rsm__v3 n, rsm__v3 *b1, rsm__v3 *b2)
 
 /* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
    Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level; exp, log and pow work in double inside. Largest errors against the double functions,
-   all float arguments or a dense set tried (tests/unit/shared_test.c):
-       sin cos   1e-7 absolute, |x| <= 8192       asin acos  3e-7 absolute       atan2   4e-7 absolute, 3 ulp
-       exp log pow   1 ulp
-   Out of range or NaN is clamped into the range, so that nothing here is undefined or returns NaN. */
+   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
+   a dense set tried (tests/unit/shared_test.c). Out of range or NaN is clamped into the range, so that nothing here is
+   undefined or returns NaN. */
 
 static inline float rsm__from_bits(uint32_t bits)
 {
@@ -725,7 +703,8 @@ static inline float rsm__either(int yes, float a, float b)
     return rsm__from_bits((rsm__to_bits(a) & mask) | (rsm__to_bits(b) & ~mask));
 }
 
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
+/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
+   absolute. */
 static inline void rsm__sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -744,59 +723,7 @@ static inline void rsm__sincos(float x, float *sine, float *cosine)
     *cosine = (k + 1) & 2 ? -b : b;
 }
 
-static inline float rsm__sin(float x)
-{
-    float s, c;
-    rsm__sincos(x, &s, &c);
-    return s;
-}
-
-static inline float rsm__cos(float x)
-{
-    float s, c;
-    rsm__sincos(x, &s, &c);
-    return c;
-}
-
-/* asin of 0 <= x <= 0.5, z = x * x. */
-static inline float rsm__asin_core(float x, float z)
-{
-    return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
-                        z * 0.04221856856f))));
-}
-
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart,
-   since C compilers do not vectorise that one: acos(x) = rsm__acos_rooted(x, sqrtf(rsm__acos_square(x))). */
-static inline float rsm__acos_square(float x)
-{
-    float a = fabsf(x);
-    return 0.5f * (1.0f - rsm__either(a < 1.0f, a, 1.0f));
-}
-
-static inline float rsm__acos_rooted(float x, float root)
-{
-    float a = fabsf(x), h = rsm__acos_square(x), p;
-    int big = a > 0.5f;
-    a = rsm__either(a < 1.0f, a, 1.0f);
-    p = rsm__asin_core(rsm__either(big, root, a), rsm__either(big, h, a * a));
-    p = rsm__either(big, 2.0f * p, 1.57079633f - p);
-    return rsm__either(x < 0.0f, 3.14159265f - p, p);
-}
-
-static inline float rsm__acos(float x) { return rsm__acos_rooted(x, sqrtf(rsm__acos_square(x))); }
-
-static inline float rsm__asin(float x)
-{
-    float a = fabsf(x), h, s, p;
-    a = a < 1.0f ? a : 1.0f;
-    h = 0.5f * (1.0f - a);
-    s = sqrtf(h);
-    s = a > 0.5f ? s : a;
-    p = rsm__asin_core(s, a > 0.5f ? h : a * a);
-    return rsm__copysign(a > 0.5f ? 1.57079633f - 2.0f * p : p, x);
-}
-
-/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
+/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. Error 4e-7 absolute, 3 ulp. */
 static inline float rsm__atan2(float y, float x)
 {
     float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
@@ -813,7 +740,7 @@ static inline float rsm__atan2(float y, float x)
     return rsm__copysign(p, y);
 }
 
-/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2. */
+/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2, in double: exp, log and pow err by 1 ulp. */
 static inline double rsm__exp_core(double x)
 {
     double r, p, power;
@@ -899,26 +826,6 @@ static inline float rsm__random(uint32_t seed, uint32_t stream, uint32_t i)
     return rsm__to_unit(rsm__hash_combine(rsm__hash_combine(seed, stream), i));
 }
 
-typedef struct rsm__rng { uint64_t state; } rsm__rng;
-
-static inline uint32_t rsm__rng_u32(rsm__rng *r)
-{
-    uint64_t old = r->state;
-    uint32_t x = (uint32_t)((old >> 18 ^ old) >> 27 & 0xffffffffu), rot = (uint32_t)(old >> 59);
-    r->state = old * 6364136223846793005u + 1442695040888963407u;
-    return x >> rot | x << ((32u - rot) & 31u);
-}
-
-static inline rsm__rng rsm__rng_make(uint32_t seed)
-{
-    rsm__rng r;
-    r.state = (uint64_t)rsm__hash32(seed) << 32 | rsm__hash32(~seed);
-    rsm__rng_u32(&r);
-    return r;
-}
-
-static inline float rsm__rng_float(rsm__rng *r) { return rsm__to_unit(rsm__rng_u32(r)); }
-
 /* unit lds, needs rng: low-discrepancy points in [0, 1) */
 
 static inline uint32_t rsm__reverse_bits(uint32_t x)
@@ -928,23 +835,6 @@ static inline uint32_t rsm__reverse_bits(uint32_t x)
     x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;
     x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
     return (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
-}
-
-static inline float rsm__radical2(uint32_t i) { return rsm__to_unit(rsm__reverse_bits(i)); }
-
-/* The digits turned round as an integer below 3^20, so that only one rounding happens; i counts modulo 3^20. */
-static inline float rsm__radical3(uint32_t i)
-{
-    uint32_t r = 0, k;
-    for (k = 0; k < 20u; k++, i /= 3u) r = r * 3u + i % 3u;
-    return rsm__to_unit((uint32_t)((double)r * (4294967296.0 / 3486784401.0)));
-}
-
-/* Roberts' R2 sequence: fractions of i / g and i / g^2, g^3 = g + 1, in 32-bit fixed point. */
-static inline void rsm__r2(uint32_t i, float *u, float *v)
-{
-    *u = rsm__to_unit(0x80000000u + i * 3242174889u);
-    *v = rsm__to_unit(0x80000000u + i * 2447445413u);
 }
 
 /* Owen scrambling by the hash of Laine and Karras as Burley tuned it, "Practical hash-based Owen scrambling",

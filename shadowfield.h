@@ -652,13 +652,6 @@ static inline int sfield__mul_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
-static inline int sfield__add_size(size_t a, size_t b, size_t *out)
-{
-    if (a > SIZE_MAX - b) return 0;
-    *out = a + b;
-    return 1;
-}
-
 /* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
 static inline int sfield__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
@@ -722,11 +715,6 @@ static inline sfield__v3 sfield__v3_add(sfield__v3 a, sfield__v3 b)
 static inline sfield__v3 sfield__v3_sub(sfield__v3 a, sfield__v3 b)
 {
     return sfield__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
-}
-
-static inline sfield__v3 sfield__v3_mul(sfield__v3 a, sfield__v3 b)
-{
-    return sfield__v3_make(a.x * b.x, a.y * b.y, a.z * b.z);
 }
 
 static inline sfield__v3 sfield__v3_scale(sfield__v3 a, float s)
@@ -794,28 +782,12 @@ static inline int sfield__v3_finite(sfield__v3 a)
     return sfield__finite(a.x) && sfield__finite(a.y) && sfield__finite(a.z);
 }
 
-/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
-   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
-static inline void sfield__v3_basis(sfield__v3 n, sfield__v3 *b1, sfield__v3 *b2)
-{
-    float s = n.z >= 0.0f ? 1.0f : -1.0f;
-    float a = -1.0f / (s + n.z), b = n.x * n.y * a;
-    *b1 = sfield__v3_make(1.0f + s * n.x * n.x * a, s * b, -s * n.x);
-    *b2 = sfield__v3_make(b, s + n.y * n.y * a, -n.y);
-}
-
 /* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
 
 static inline sfield__v3 sfield__m4_point(const float *m, sfield__v3 p)
 {
     return sfield__v3_make(m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13],
                      m[2] * p.x + m[6] * p.y + m[10] * p.z + m[14]);
-}
-
-static inline sfield__v3 sfield__m4_direction(const float *m, sfield__v3 d)
-{
-    return sfield__v3_make(m[0] * d.x + m[4] * d.y + m[8] * d.z, m[1] * d.x + m[5] * d.y + m[9] * d.z,
-                     m[2] * d.x + m[6] * d.y + m[10] * d.z);
 }
 
 /* Finite, with 0 0 0 1 as its last row. */
@@ -825,43 +797,6 @@ static inline int sfield__m4_is_affine(const float *m)
     for (i = 0; i < 16; i++)
         if (!sfield__finite(m[i])) return 0;
     return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
-}
-
-/* out = m^-1 and 1; 0 and out untouched where m is singular to float precision: the determinant against the product
-   of the column lengths, so that the test is free of scale. In double: the inverse of a badly scaled matrix is used
-   on points. out may be m. */
-static inline int sfield__m4_affine_inverse(float *out, const float *m)
-{
-    double a = (double)m[0], b = (double)m[4], c = (double)m[8];
-    double d = (double)m[1], e = (double)m[5], f = (double)m[9];
-    double g = (double)m[2], h = (double)m[6], k = (double)m[10];
-    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
-    double ca = e * k - f * h, cb = f * g - d * k, cc = d * h - e * g;
-    double det = a * ca + b * cb + c * cc;
-    double size = sqrt((a * a + d * d + g * g) * (b * b + e * e + h * h)) * sqrt(c * c + f * f + k * k);
-    double r[12];
-    int i;
-
-    if (!(det > 1e-7 * size || det < -1e-7 * size)) return 0;
-    r[0] = ca / det;
-    r[1] = cb / det;
-    r[2] = cc / det;
-    r[3] = (c * h - b * k) / det;
-    r[4] = (a * k - c * g) / det;
-    r[5] = (b * g - a * h) / det;
-    r[6] = (b * f - c * e) / det;
-    r[7] = (c * d - a * f) / det;
-    r[8] = (a * e - b * d) / det;
-    for (i = 0; i < 3; i++) r[9 + i] = -(r[i] * tx + r[3 + i] * ty + r[6 + i] * tz);
-    for (i = 0; i < 12; i++)
-        if (!sfield__finite((float)r[i])) return 0;
-    for (i = 0; i < 4; i++) {
-        out[4 * i] = (float)r[3 * i];
-        out[4 * i + 1] = (float)r[3 * i + 1];
-        out[4 * i + 2] = (float)r[3 * i + 2];
-        out[4 * i + 3] = i == 3 ? 1.0f : 0.0f;
-    }
-    return 1;
 }
 
 /* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
@@ -902,37 +837,9 @@ static inline void sfield__put_u32(uint8_t *p, uint32_t v)
     sfield__put_u16(p + 2, v >> 16);
 }
 
-static inline void sfield__put_u64(uint8_t *p, uint64_t v)
-{
-    sfield__put_u32(p, (uint32_t)(v & 0xffffffffu));
-    sfield__put_u32(p + 4, (uint32_t)(v >> 32));
-}
-
-static inline void sfield__put_f32(uint8_t *p, float v)
-{
-    uint32_t bits;
-    memcpy(&bits, &v, sizeof bits);
-    sfield__put_u32(p, bits);
-}
-
-static inline uint16_t sfield__get_u16(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
-
 static inline uint32_t sfield__get_u32(const uint8_t *p)
 {
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
-}
-
-static inline uint64_t sfield__get_u64(const uint8_t *p)
-{
-    return (uint64_t)sfield__get_u32(p) | (uint64_t)sfield__get_u32(p + 4) << 32;
-}
-
-static inline float sfield__get_f32(const uint8_t *p)
-{
-    uint32_t bits = sfield__get_u32(p);
-    float v;
-    memcpy(&v, &bits, sizeof v);
-    return v;
 }
 
 static inline int sfield__host_is_little_endian(void)
@@ -969,11 +876,9 @@ static inline uint32_t sfield__crc32(uint32_t crc, const void *data, size_t size
 
 /* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
    Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level; exp, log and pow work in double inside. Largest errors against the double functions,
-   all float arguments or a dense set tried (tests/unit/shared_test.c):
-       sin cos   1e-7 absolute, |x| <= 8192       asin acos  3e-7 absolute       atan2   4e-7 absolute, 3 ulp
-       exp log pow   1 ulp
-   Out of range or NaN is clamped into the range, so that nothing here is undefined or returns NaN. */
+   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
+   a dense set tried (tests/unit/shared_test.c). Out of range or NaN is clamped into the range, so that nothing here is
+   undefined or returns NaN. */
 
 static inline float sfield__from_bits(uint32_t bits)
 {
@@ -989,21 +894,8 @@ static inline uint32_t sfield__to_bits(float x)
     return bits;
 }
 
-/* |x| with the sign bit of s; s = -0 counts as negative. */
-static inline float sfield__copysign(float x, float s)
-{
-    return sfield__from_bits((sfield__to_bits(x) & 0x7fffffffu) | (sfield__to_bits(s) & 0x80000000u));
-}
-
-/* a where yes is 1, b where it is 0, both computed: compilers turn a chain of ?: with one condition into a branch, and
-   then do not vectorise the loop round it. */
-static inline float sfield__either(int yes, float a, float b)
-{
-    uint32_t mask = 0u - (uint32_t)yes;
-    return sfield__from_bits((sfield__to_bits(a) & mask) | (sfield__to_bits(b) & ~mask));
-}
-
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
+/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
+   absolute. */
 static inline void sfield__sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -1022,76 +914,7 @@ static inline void sfield__sincos(float x, float *sine, float *cosine)
     *cosine = (k + 1) & 2 ? -b : b;
 }
 
-static inline float sfield__sin(float x)
-{
-    float s, c;
-    sfield__sincos(x, &s, &c);
-    return s;
-}
-
-static inline float sfield__cos(float x)
-{
-    float s, c;
-    sfield__sincos(x, &s, &c);
-    return c;
-}
-
-/* asin of 0 <= x <= 0.5, z = x * x. */
-static inline float sfield__asin_core(float x, float z)
-{
-    return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
-                        z * 0.04221856856f))));
-}
-
-/* Above a half by asin(x) = pi/2 - 2 asin(sqrt((1 - x) / 2)), which keeps acos exact near 0. The square root apart,
-   since C compilers do not vectorise that one: acos(x) = sfield__acos_rooted(x, sqrtf(sfield__acos_square(x))). */
-static inline float sfield__acos_square(float x)
-{
-    float a = fabsf(x);
-    return 0.5f * (1.0f - sfield__either(a < 1.0f, a, 1.0f));
-}
-
-static inline float sfield__acos_rooted(float x, float root)
-{
-    float a = fabsf(x), h = sfield__acos_square(x), p;
-    int big = a > 0.5f;
-    a = sfield__either(a < 1.0f, a, 1.0f);
-    p = sfield__asin_core(sfield__either(big, root, a), sfield__either(big, h, a * a));
-    p = sfield__either(big, 2.0f * p, 1.57079633f - p);
-    return sfield__either(x < 0.0f, 3.14159265f - p, p);
-}
-
-static inline float sfield__acos(float x) { return sfield__acos_rooted(x, sqrtf(sfield__acos_square(x))); }
-
-static inline float sfield__asin(float x)
-{
-    float a = fabsf(x), h, s, p;
-    a = a < 1.0f ? a : 1.0f;
-    h = 0.5f * (1.0f - a);
-    s = sqrtf(h);
-    s = a > 0.5f ? s : a;
-    p = sfield__asin_core(s, a > 0.5f ? h : a * a);
-    return sfield__copysign(a > 0.5f ? 1.57079633f - 2.0f * p : p, x);
-}
-
-/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
-static inline float sfield__atan2(float y, float x)
-{
-    float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
-    float hi = sfield__either(ax > ay, ax, ay), lo = sfield__either(ax > ay, ay, ax);
-    int big;
-    a = sfield__either((lo == hi) & (hi > 0.0f), 1.0f, lo / sfield__either(hi > 0.0f, hi, 1.0f));
-    big = a > 0.414213562f;
-    t = sfield__either(big, (a - 1.0f) / (a + 1.0f), a);
-    z = t * t;
-    p = t + t * z * (-0.3333295525f + z * (0.1997792608f + z * (-0.1387984996f + z * 0.08060308882f)));
-    p = sfield__either(big, p + 0.785398163f, p);
-    p = sfield__either(ay > ax, 1.57079633f - p, p);
-    p = sfield__either((int)(sfield__to_bits(x) >> 31), 3.14159265f - p, p);
-    return sfield__copysign(p, y);
-}
-
-/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2. */
+/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2, in double: exp, log and pow err by 1 ulp. */
 static inline double sfield__exp_core(double x)
 {
     double r, p, power;

@@ -6,8 +6,10 @@
        / * <<< shared * /
 
    (without the blanks inside the comment marks). What lies between is replaced by the units named, each after the ones
-   that its own first line says it needs ("/ * unit octa, needs v3 trig: ... * /"), none twice in a header. An
-   identifier P_x becomes cohsm__x in csm.h, and COHSM__X where it has no lower-case letter, that is, for macros.
+   that its own first line says it needs ("/ * unit octa, needs v3 trig: ... * /"), none twice in a header.
+   Functions and structs that neither the header nor what it calls asks for are left out, so that nobody carries or reads
+   dead code. An identifier P_x becomes cohsm__x in csm.h, and COHSM__X where it has no lower-case letter, that is, for
+   macros.
 
    stamp SHARED_DIR HEADER...           rewrites the headers that differ
    stamp --check SHARED_DIR HEADER...   compares only; exit 1 and the two commands that repair it on a difference */
@@ -20,10 +22,30 @@
 #define BEGIN "/* >>> shared "
 #define END "/* <<< shared */"
 #define MAX_UNITS 64
+#define MAX_BLOCKS 8
+#define MAX_ITEMS 512
+#define MAX_DEFINED 8
 #define MAX_NAME 64
 
 typedef struct text { char *data; size_t size, room; } text;
-typedef struct units { char names[MAX_UNITS][MAX_NAME]; int count; } units;
+
+/* What stands between two blank lines of a unit, its comment included. */
+typedef struct item {
+    const char *text;
+    size_t size;
+    char defines[MAX_DEFINED][MAX_NAME];    /* functions and structs, without P_ */
+    int defined;                            /* 0: goes with its unit */
+    int unit, used;
+} item;
+
+/* Of one header. */
+typedef struct units {
+    char names[MAX_UNITS][MAX_NAME];
+    text texts[MAX_UNITS];
+    int used[MAX_UNITS], count;
+    item items[MAX_ITEMS];
+    int item_count;
+} units;
 
 static const char *const prefixes[][2] = {
     { "csm.h", "cohsm__" }, { "shadowfield.h", "sfield__" }, { "envshadow.h", "envsh__" },
@@ -92,64 +114,182 @@ static int next_word(const char **s, char *word)
     return n > 0;
 }
 
-/* Adds the unit to out after what it needs. done lists those begun, which also stops circles. */
-static int add_unit(text *out, const char *folder, const char *name, const char *prefix, units *done)
+/* ---- units and their items ---- */
+
+static void add_name(item *it, const char *s)
+{
+    if (strncmp(s, "P_", 2) != 0 || it->defined == MAX_DEFINED) return;
+    s += 2;
+    next_word(&s, it->defines[it->defined++]);
+}
+
+/* The word before the first parenthesis of a line that begins with "static inline", the one behind "typedef struct". */
+static void find_names(item *it)
+{
+    const char *line, *next, *s;
+    for (line = it->text; line < it->text + it->size; line = next) {
+        next = line + strcspn(line, "\n") + 1;
+        if (strncmp(line, "typedef struct ", 15) == 0) add_name(it, line + 15);
+        if (strncmp(line, "static inline ", 14) != 0) continue;
+        for (s = line + strcspn(line, "("); is_word((unsigned char)s[-1]); s--) {}
+        add_name(it, s);
+    }
+}
+
+/* A blank line ends an item unless it stands in a function: then an indented one follows. */
+static int add_items(units *u, int unit)
+{
+    const char *s = u->texts[unit].data, *end;
+    while (*s) {
+        item *it = &u->items[u->item_count];
+        if (u->item_count == MAX_ITEMS) return 0;
+        for (end = strchr(s, '\n'); end && end[1] && (end[1] != '\n' || end[2] == ' '); end = strchr(end + 1, '\n')) {}
+        if (!end) return 0;
+        memset(it, 0, sizeof *it);
+        it->text = s;
+        it->size = (size_t)(end + 1 - s);
+        it->unit = unit;
+        find_names(it);
+        u->item_count++;
+        s = end + strspn(end, "\n");
+    }
+    return 1;
+}
+
+/* Adds the unit after what it needs. names holds those begun, which also stops circles. */
+static int add_unit(units *u, const char *folder, const char *name)
 {
     char path[1024], word[MAX_NAME];
-    const char *s, *line_end;
-    text unit = { NULL, 0, 0 };
-    int i, ok = 1;
+    const char *s;
+    int i, unit = u->count, ok = 1;
 
-    for (i = 0; i < done->count; i++)
-        if (strcmp(done->names[i], name) == 0) return 1;
-    if (done->count == MAX_UNITS || strlen(folder) + strlen(name) + 4 > sizeof path) return 0;
-    strcpy(done->names[done->count++], name);
+    for (i = 0; i < u->count; i++)
+        if (strcmp(u->names[i], name) == 0) return 1;
+    if (u->count == MAX_UNITS || strlen(folder) + strlen(name) + 4 > sizeof path) return 0;
+    strcpy(u->names[u->count++], name);
     sprintf(path, "%s/%s.h", folder, name);
-    if (!read_file(path, &unit)) {
+    if (!read_file(path, &u->texts[unit])) {
         fprintf(stderr, "stamp: no unit %s\n", path);
         return 0;
     }
-    s = unit.data;
-    line_end = strchr(s, '\n');
-    if (strncmp(s, "/* unit ", 8) != 0 || !line_end) {
+    s = u->texts[unit].data;
+    if (strncmp(s, "/* unit ", 8) != 0) {
         fprintf(stderr, "stamp: %s does not begin with /* unit\n", path);
-        ok = 0;
-    } else {
-        s += 8;
-        next_word(&s, word);
-        if (next_word(&s, word) && strcmp(word, "needs") == 0)
-            while (ok && next_word(&s, word)) ok = add_unit(out, folder, word, prefix, done);
-        append(out, "\n", 1);
-        append_renamed(out, unit.data, unit.size, prefix);
+        return 0;
     }
-    free(unit.data);
-    return ok;
+    s += 8;
+    next_word(&s, word);
+    if (next_word(&s, word) && strcmp(word, "needs") == 0)
+        while (ok && next_word(&s, word)) ok = add_unit(u, folder, word);
+    return ok && add_items(u, unit);
+}
+
+static int defines(const item *it, const char *name, size_t size)
+{
+    int i;
+    for (i = 0; i < it->defined; i++)
+        if (strncmp(it->defines[i], name, size) == 0 && !it->defines[i][size]) return 1;
+    return 0;
+}
+
+/* Marks what a text asks for by names that begin with the prefix, and what that asks for in turn. */
+static void mark(units *u, const char *s, size_t size, const char *prefix)
+{
+    const size_t skip = strlen(prefix);
+    const char *text_end = s + size, *end;
+    int i;
+
+    for (; s < text_end; s = end + (end == s)) {
+        for (end = s; end < text_end && is_word((unsigned char)*end); end++) {}
+        if ((size_t)(end - s) <= skip || (size_t)(end - s) - skip >= MAX_NAME || strncmp(s, prefix, skip) != 0) continue;
+        for (i = 0; i < u->item_count; i++) {
+            item *it = &u->items[i];
+            if (it->used || !defines(it, s + skip, (size_t)(end - s) - skip)) continue;
+            it->used = 1;
+            mark(u, it->text, it->size, "P_");
+        }
+    }
+}
+
+/* What defines no names is used where its unit is: if any of its names is, or it has none at all. */
+static void mark_units(units *u)
+{
+    int named[MAX_UNITS] = { 0 }, i;
+    for (i = 0; i < u->item_count; i++) {
+        named[u->items[i].unit] |= u->items[i].defined;
+        u->used[u->items[i].unit] |= u->items[i].used;
+    }
+    for (i = 0; i < u->item_count; i++)
+        if (!u->items[i].defined) u->items[i].used = u->used[u->items[i].unit] || !named[u->items[i].unit];
+}
+
+static void append_items(text *out, const units *u, int from, int to, const char *prefix)
+{
+    for (; from < to; from++) {
+        if (!u->items[from].used) continue;
+        append(out, "\n", 1);
+        append_renamed(out, u->items[from].text, u->items[from].size, prefix);
+    }
+    append(out, "\n", 1);
+}
+
+/* ---- headers ---- */
+
+/* The next block: its first line, the line after that, its end. 0: none; -1: broken. */
+static int find_block(const char *s, const char **begin, const char **inside, const char **end)
+{
+    *begin = strstr(s, BEGIN);
+    if (!*begin) return 0;
+    *inside = strchr(*begin, '\n');
+    *end = *inside ? strstr(*inside, END) : NULL;
+    if (!*end || (*begin != s && (*begin)[-1] != '\n')) return -1;
+    ++*inside;
+    return 1;
+}
+
+/* The units of all blocks, ends of their items, and the text outside of them. */
+static int read_blocks(const char *s, units *u, int *ends, text *own, const char *folder)
+{
+    const char *begin, *inside, *end, *list;
+    char word[MAX_NAME];
+    int blocks = 0, found;
+
+    while ((found = find_block(s, &begin, &inside, &end)) > 0 && blocks < MAX_BLOCKS) {
+        append(own, s, (size_t)(begin - s));
+        list = begin + strlen(BEGIN);
+        while (next_word(&list, word))
+            if (!add_unit(u, folder, word)) return 0;
+        ends[blocks++] = u->item_count;
+        s = end;
+    }
+    append(own, s, strlen(s));
+    return found == 0;
 }
 
 /* The header as it should be. 0 and a message where a block is broken. */
 static int stamp(const text *in, text *out, const char *folder, const char *path, const char *prefix)
 {
-    const char *s = in->data, *begin, *line_end, *end;
-    char word[MAX_NAME];
-    static units done;
+    static units u;
+    text own = { NULL, 0, 0 };
+    const char *s = in->data, *begin, *inside, *end;
+    int ends[MAX_BLOCKS], i, block = 0, ok;
 
-    done.count = 0;
-    while ((begin = strstr(s, BEGIN)) != NULL) {
-        line_end = strchr(begin, '\n');
-        end = line_end ? strstr(line_end, END) : NULL;
-        if (!end || (begin != in->data && begin[-1] != '\n')) {
-            fprintf(stderr, "stamp: %s: a shared block without its end\n", path);
-            return 0;
+    memset(&u, 0, sizeof u);
+    ok = read_blocks(s, &u, ends, &own, folder);
+    if (ok) {
+        mark(&u, own.data, own.size, prefix);
+        mark_units(&u);
+        for (; find_block(s, &begin, &inside, &end) > 0; s = end, block++) {
+            append(out, s, (size_t)(inside - s));
+            append_items(out, &u, block ? ends[block - 1] : 0, ends[block], prefix);
         }
-        append(out, s, (size_t)(line_end + 1 - s));
-        begin += strlen(BEGIN);
-        while (next_word(&begin, word))
-            if (!add_unit(out, folder, word, prefix, &done)) return 0;
-        append(out, "\n", 1);
-        s = end;
+        append(out, s, strlen(s));
+    } else {
+        fprintf(stderr, "stamp: %s: a shared block without its end, or with a unit that cannot be read\n", path);
     }
-    append(out, s, strlen(s));
-    return 1;
+    for (i = 0; i < u.count; i++) free(u.texts[i].data);
+    free(own.data);
+    return ok;
 }
 
 static const char *prefix_of(const char *path)

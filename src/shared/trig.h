@@ -2,11 +2,9 @@
 
 /* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
    Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
-   them vectorise at SSE2 level; exp, log and pow work in double inside. Largest errors against the double functions,
-   all float arguments or a dense set tried (tests/unit/shared_test.c):
-       sin cos   1e-7 absolute, |x| <= 8192       asin acos  3e-7 absolute       atan2   4e-7 absolute, 3 ulp
-       exp log pow   1 ulp
-   Out of range or NaN is clamped into the range, so that nothing here is undefined or returns NaN. */
+   them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
+   a dense set tried (tests/unit/shared_test.c). Out of range or NaN is clamped into the range, so that nothing here is
+   undefined or returns NaN. */
 
 static inline float P_from_bits(uint32_t bits)
 {
@@ -36,7 +34,8 @@ static inline float P_either(int yes, float a, float b)
     return P_from_bits((P_to_bits(a) & mask) | (P_to_bits(b) & ~mask));
 }
 
-/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192. */
+/* Cody and Waite: pi/2 in three parts, of which the first two times k are exact for |k| < 2^13. |x| <= 8192: error 1e-7
+   absolute. */
 static inline void P_sincos(float x, float *sine, float *cosine)
 {
     float t, r, z, s, c, a, b;
@@ -69,7 +68,7 @@ static inline float P_cos(float x)
     return c;
 }
 
-/* asin of 0 <= x <= 0.5, z = x * x. */
+/* asin of 0 <= x <= 0.5, z = x * x. What is made of it: error 3e-7 absolute. */
 static inline float P_asin_core(float x, float z)
 {
     return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
@@ -107,7 +106,7 @@ static inline float P_asin(float x)
     return P_copysign(a > 0.5f ? 1.57079633f - 2.0f * p : p, x);
 }
 
-/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. */
+/* All quadrants, zeros of either sign and infinities as C's atan2f; atan2(0, 0) = 0. Error 4e-7 absolute, 3 ulp. */
 static inline float P_atan2(float y, float x)
 {
     float ax = fabsf(x), ay = fabsf(y), a, t, z, p;
@@ -124,7 +123,7 @@ static inline float P_atan2(float y, float x)
     return P_copysign(p, y);
 }
 
-/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2. */
+/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2, in double: exp, log and pow err by 1 ulp. */
 static inline double P_exp_core(double x)
 {
     double r, p, power;
