@@ -7,8 +7,8 @@
 
    (without the blanks inside the comment marks). What lies between is replaced by the units named, each after the ones
    that its own first line says it needs ("/ * unit octa, needs v3 trig: ... * /"), none twice in a header.
-   Functions and structs that neither the header nor what it calls asks for are left out, so that nobody carries or reads
-   dead code. An identifier P_x becomes cohsm__x in csm.h, and COHSM__X where it has no lower-case letter, that is, for
+   Functions and structs that neither the header nor what it calls asks for are left out, so that nobody carries dead
+   code. An identifier P_x becomes cohsm__x in csm.h, and COHSM__X where it has no lower-case letter, that is, for
    macros.
 
    stamp SHARED_DIR HEADER...           rewrites the headers that differ
@@ -201,7 +201,8 @@ static void mark(units *u, const char *s, size_t size, const char *prefix)
 
     for (; s < text_end; s = end + (end == s)) {
         for (end = s; end < text_end && is_word((unsigned char)*end); end++) {}
-        if ((size_t)(end - s) <= skip || (size_t)(end - s) - skip >= MAX_NAME || strncmp(s, prefix, skip) != 0) continue;
+        if ((size_t)(end - s) <= skip || (size_t)(end - s) - skip >= MAX_NAME) continue;
+        if (strncmp(s, prefix, skip) != 0) continue;
         for (i = 0; i < u->item_count; i++) {
             item *it = &u->items[i];
             if (it->used || !defines(it, s + skip, (size_t)(end - s) - skip)) continue;

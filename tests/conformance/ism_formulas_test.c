@@ -8,6 +8,7 @@
 #include <stdarg.h>
 #include <cmocka.h>
 #include "conformance.h"
+#include "src/shared/rng.h"
 #include "unit/ism_util.h"
 
 /* ---- T15, T16: VPLs come from the distribution ---- */
@@ -106,7 +107,7 @@ static void triangles_are_sampled_evenly(void **state)
     (void)state;
     for (i = 0; i < N; i++) {
         float b1, b2;
-        ism__triangle_map(ism__random(1, 2, (uint32_t)i), ism__random(1, 3, (uint32_t)i), &b1, &b2);
+        ism__triangle_map(P_random(1, 2, (uint32_t)i), P_random(1, 3, (uint32_t)i), &b1, &b2);
         outside += b1 < 0 || b2 < 0 || b1 + b2 > 1;
         c1 += (double)b1 / N;
         c2 += (double)b2 / N;
