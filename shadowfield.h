@@ -1275,21 +1275,29 @@ typedef struct sfield__plain { sfield__f4 a, b, c, d; } sfield__plain;
 typedef struct sfield__plain { float v[16]; } sfield__plain;
 #endif
 
+#ifdef SFIELD__EACH
+/* Four by four: as a whole, gcc brings it through memory. */
 SFIELD__INLINE sfield__plain sfield__plain_load(const float *p)
 {
     sfield__plain r;
-    memcpy(&r, p, sizeof r);
+    memcpy(&r.a, p, sizeof r.a);
+    memcpy(&r.b, p + 4, sizeof r.b);
+    memcpy(&r.c, p + 8, sizeof r.c);
+    memcpy(&r.d, p + 12, sizeof r.d);
     return r;
 }
-
-SFIELD__INLINE void sfield__plain_store(float *p, sfield__plain x) { memcpy(p, &x, sizeof x); }
-
-#ifdef SFIELD__EACH
+SFIELD__INLINE void sfield__plain_store(float *p, sfield__plain x)
+{
+    memcpy(p, &x.a, sizeof x.a);
+    memcpy(p + 4, &x.b, sizeof x.b);
+    memcpy(p + 8, &x.c, sizeof x.c);
+    memcpy(p + 12, &x.d, sizeof x.d);
+}
 SFIELD__INLINE sfield__plain sfield__plain_set1(float x)
 {
+    const sfield__f4 all = { x, x, x, x };
     sfield__plain r;
-    r.a[0] = r.a[1] = r.a[2] = r.a[3] = x;
-    r.b = r.c = r.d = r.a;
+    r.a = r.b = r.c = r.d = all;
     return r;
 }
 SFIELD__INLINE sfield__plain sfield__plain_mul(sfield__plain x, sfield__plain y)
@@ -1326,6 +1334,13 @@ SFIELD__INLINE sfield__plain sfield__plain_add(sfield__plain x, sfield__plain y)
 }
 #undef SFIELD__EACH
 #else
+SFIELD__INLINE sfield__plain sfield__plain_load(const float *p)
+{
+    sfield__plain r;
+    memcpy(&r, p, sizeof r);
+    return r;
+}
+SFIELD__INLINE void sfield__plain_store(float *p, sfield__plain x) { memcpy(p, &x, sizeof x); }
 SFIELD__INLINE sfield__plain sfield__plain_set1(float x)
 {
     sfield__plain r;
@@ -1378,6 +1393,7 @@ SFIELD__INLINE int sfield__plain_any(sfield__plain x)
     return any;
 }
 SFIELD__KERNELS(plain, )
+SFIELD__ROTATE4(plain, )
 
 #if SFIELD__SIMD
 typedef struct sfield__avx2 { __m256 lo, hi; } sfield__avx2;
@@ -1491,7 +1507,7 @@ static void sfield__rotate16(const sfield_rotation *r, const float *in, float *o
     }
 #endif
     (void)simd;
-    sfield__rotate_plain(r, in, out, stride, inverse);
+    (r->bands == 4 ? sfield__rotate4_plain : sfield__rotate_plain)(r, in, out, stride, inverse);
 }
 
 /* ---- >>harmonics ---- */
