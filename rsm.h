@@ -264,7 +264,8 @@ typedef struct rsm_buffers {        /* one face as your renderer drew it: size r
 
 RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buffers);
 /* Pixels with a value that is not finite or a negative albedo become empty and are counted.
-   Errors   RSM_ERR_ARGUMENT (NULL, face, stride, neither positions nor depth), RSM_ERR_ORDER (finished) */
+   Errors   RSM_ERR_ARGUMENT (NULL, face, stride, neither positions nor depth), RSM_ERR_ORDER (finished),
+            RSM_ERR_CANCELLED: the face is then empty */
 
 typedef struct rsm_mesh {
     const float    *positions;      /* x, y, z of each vertex */
@@ -4442,44 +4443,58 @@ static inline float rsm__from_srgb(uint8_t value)
     return s <= 0.04045f ? s * (1.0f / 12.92f) : rsm__pow((s + 0.055f) * (1.0f / 1.055f), 2.4f);
 }
 
-static inline void rsm__fill_texel(rsm_map *map, uint32_t face, uint32_t i, uint32_t j, const rsm_buffers *b,
-                                   const float *srgb)
+typedef struct rsm__filling { rsm_map *map; uint32_t face; const rsm_buffers *buffers; float srgb[256]; } rsm__filling;
+
+static inline void rsm__fill_texel(const rsm__filling *f, uint32_t i, uint32_t j)
 {
+    rsm_map *map = f->map;
+    const rsm_buffers *b = f->buffers;
     size_t at = (size_t)(map->desc.clip_y_down ? map->size - 1u - j : j) * map->size + i;
     rsm__v3 normal = rsm__v3_load(rsm__at(b->normals, rsm__stride(b->normal_stride, 12), at)), position;
     float stored = b->depth ? *rsm__at(b->depth, rsm__stride(b->depth_stride, 4), at) : 0.0f, albedo[3] = { 1, 1, 1 };
     uint32_t material = 0;
     int c;
-    rsm__texel_clear(map->texels + ((size_t)face * map->size + j) * map->size + i);
+    rsm__texel_clear(map->texels + ((size_t)f->face * map->size + j) * map->size + i);
     if (normal.x == 0.0f && normal.y == 0.0f && normal.z == 0.0f) return;
     if (b->depth && stored >= 1.0f) return;
     if (b->positions) position = rsm__v3_load(rsm__at(b->positions, rsm__stride(b->position_stride, 12), at));
-    else position = rsm__from_face(map, face, rsm__texel_centre(map, i), rsm__texel_centre(map, j),
+    else position = rsm__from_face(map, f->face, rsm__texel_centre(map, i), rsm__texel_centre(map, j),
                                    rsm__unproject_depth(map, stored));
     if (b->albedo) memcpy(albedo, rsm__at(b->albedo, rsm__stride(b->albedo_stride, 12), at), sizeof albedo);
     else if (b->albedo_srgb)
-        for (c = 0; c < 3; c++) albedo[c] = srgb[b->albedo_srgb[at * rsm__stride(b->srgb_stride, 4) + (size_t)c]];
+        for (c = 0; c < 3; c++) albedo[c] = f->srgb[b->albedo_srgb[at * rsm__stride(b->srgb_stride, 4) + (size_t)c]];
     if (b->materials)
         memcpy(&material, (const char *)(const void *)b->materials + at * rsm__stride(b->material_stride, 4),
                sizeof material);
-    rsm__texel_set(map, face, i, j, position, normal, albedo, material);
+    rsm__texel_set(map, f->face, i, j, position, normal, albedo, material);
+}
+
+static inline void rsm__fill_row(void *context, size_t row)
+{
+    const rsm__filling *f = (const rsm__filling *)context;
+    uint32_t i;
+    for (i = 0; i < f->map->size; i++) rsm__fill_texel(f, i, (uint32_t)row);
 }
 
 RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buffers)
 {
     const rsm_buffers *b = buffers;
-    float srgb[256];
-    uint32_t i, j;
+    rsm__filling f;
+    size_t i, texels;
     if (!map || !b || face >= map->faces || !b->normals || (!b->positions && !b->depth)) return RSM_ERR_ARGUMENT;
     if (map->finished) return RSM_ERR_ORDER;
     if (!rsm__stride_valid(b->position_stride, 12) || !rsm__stride_valid(b->depth_stride, 4)) return RSM_ERR_ARGUMENT;
     if (!rsm__stride_valid(b->normal_stride, 12) || !rsm__stride_valid(b->albedo_stride, 12)) return RSM_ERR_ARGUMENT;
     if (!rsm__stride_valid(b->material_stride, 4) || (b->srgb_stride != 0 && b->srgb_stride < 3))
         return RSM_ERR_ARGUMENT;
-    for (i = 0; i < 256; i++) srgb[i] = rsm__from_srgb((uint8_t)i);
-    for (j = 0; j < map->size; j++)
-        for (i = 0; i < map->size; i++) rsm__fill_texel(map, face, i, j, b, srgb);
-    return RSM_OK;
+    f.map = map;
+    f.face = face;
+    f.buffers = b;
+    for (i = 0; i < 256; i++) f.srgb[i] = rsm__from_srgb((uint8_t)i);
+    if (rsm__run_steps(&map->desc.system, map->size, rsm__fill_row, &f, 0.0f, 1.0f)) return RSM_OK;
+    texels = (size_t)map->size * map->size;
+    for (i = 0; i < texels; i++) rsm__texel_clear(map->texels + face * texels + i);
+    return RSM_ERR_CANCELLED;
 }
 
 RSM_DEF rsm_result rsm_rasterize(rsm_map *map, const rsm_mesh *meshes, size_t mesh_count)

@@ -672,6 +672,17 @@ static int cancel_at(void *user, float fraction)
     return fraction >= *limit;
 }
 
+/* A map's own texels as a renderer's buffers of face 0, of albedo 1. */
+static rsm_buffers buffers_of(const rsm_map *map)
+{
+    rsm_buffers b;
+    memset(&b, 0, sizeof b);
+    b.positions = rsm_map_texels(map)->position;
+    b.normals = rsm_map_texels(map)->normal;
+    b.position_stride = b.normal_stride = sizeof(rsm_texel);
+    return b;
+}
+
 static void order_of_tasks(void **state)
 {
     int pattern;
@@ -693,6 +704,21 @@ static void order_of_tasks(void **state)
         assert_memory_equal(rsm_map_texels(map), rsm_map_texels(good), 64 * 64 * sizeof(rsm_texel));
         rsm_map_free(map);
     }
+    {
+        rsm_desc d = sun_desc(1, 1.2, 64);
+        rsm_buffers b = buffers_of(good);
+        rsm_map *maps[2];
+        int i;
+        for (i = 0; i < 2; i++) {
+            d.system.parallel_for = i == 0 ? NULL : backwards;
+            assert_int_equal(rsm_map_create(&d, &maps[i]), RSM_OK);
+            assert_int_equal(rsm_fill(maps[i], 0, &b), RSM_OK);
+        }
+        assert_memory_equal(rsm_map_texels(maps[0]), rsm_map_texels(maps[1]), 64 * 64 * sizeof(rsm_texel));
+        for (i = 0; i < 64 * 64; i++)
+            assert_true((rsm_map_texels(maps[0])[i].depth < RSM_FAR) == (rsm_map_texels(good)[i].depth < RSM_FAR));
+        for (i = 0; i < 2; i++) rsm_map_free(maps[i]);
+    }
 }
 
 static void cancelling(void **state)
@@ -713,6 +739,40 @@ static void cancelling(void **state)
         for (i = 0; i < 64 * 64; i++) assert_true(rsm_map_texels(map)[i].depth >= RSM_FAR);
         rsm_map_free(map);
     }
+}
+
+/* A face that is cancelled in its middle is empty, and no other face is touched. */
+static void cancelled_filling(void **state)
+{
+    enum { TEXELS = 64 * 64 };
+    float limit = 2;
+    rsm_desc d = sun_desc(1, 1.2, 64);
+    rsm_buffers b = buffers_of(good);
+    rsm_texel *kept = (rsm_texel *)malloc(TEXELS * sizeof *kept);
+    rsm_map *map;
+    size_t i, filled = 0;
+    (void)state;
+    d.system.progress = cancel_at;
+    d.system.progress_user = &limit;
+    d.light.kind = RSM_LIGHT_POINT;
+    assert_non_null(kept);
+    assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
+    assert_int_equal(rsm_fill(map, 1, &b), RSM_OK);
+    assert_int_equal(rsm_fill(map, 2, &b), RSM_OK);
+    memcpy(kept, rsm_map_texels(map) + TEXELS, TEXELS * sizeof *kept);
+    limit = 0.4f;
+    assert_int_equal(rsm_fill(map, 2, &b), RSM_ERR_CANCELLED);
+    assert_memory_equal(rsm_map_texels(map) + TEXELS, kept, TEXELS * sizeof *kept);
+    for (i = 0; i < TEXELS; i++) {
+        filled += rsm_map_texels(map)[TEXELS + i].depth < RSM_FAR;
+        assert_true(rsm_map_texels(map)[2 * TEXELS + i].depth >= RSM_FAR);
+    }
+    assert_true(filled > TEXELS / 4);
+    limit = 2;
+    assert_int_equal(rsm_fill(map, 2, &b), RSM_OK);
+    assert_true(rsm_map_texels(map)[2 * TEXELS + TEXELS / 2 + 32].depth < RSM_FAR);
+    rsm_map_free(map);
+    free(kept);
 }
 
 static void vector_units_agree(void **state)
@@ -1373,6 +1433,7 @@ int main(void)
         cmocka_unit_test(limits_of_pictures_are_exact), cmocka_unit_test(tasks_run_once_between_fractions),
         cmocka_unit_test(fractions_of_levels_never_fall),
         cmocka_unit_test(odd_receivers),       cmocka_unit_test(order_of_tasks), cmocka_unit_test(cancelling),
+        cmocka_unit_test(cancelled_filling),
         cmocka_unit_test(vector_units_agree),
         cmocka_unit_test(vector_units_agree_on_pictures), cmocka_unit_test(vector_units_filter_alike),
         cmocka_unit_test(nothing_to_take_light_from),
