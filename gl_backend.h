@@ -487,8 +487,9 @@ typedef struct glbk_buffer {        /* read only; zeroed = none */
 } glbk_buffer;
 
 GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t size, const void *data, glbk_buffer *out);
-/* size > 0 bytes; data NULL = undefined. A buffer may serve for any purpose, but for WebGL's sake not for indices and
-   something else in turn. */
+/* size > 0 bytes; data NULL = undefined. For any purpose, one after another too, but indices. */
+GLBK_DEF glbk_result glbk_indices_create(glbk_context *ctx, size_t size, const void *data, glbk_buffer *out);
+/* The same for indices alone: WebGL allows them in no buffer that was bound to anything else first. */
 GLBK_DEF glbk_result glbk_buffer_update(glbk_context *ctx, const glbk_buffer *buffer, size_t offset, size_t size,
                                         const void *data);
 /* Of the whole buffer in one call is best: it gets new storage, so that nothing waits for draws from the old. */
@@ -9949,8 +9950,9 @@ GLBK_DEF glbk_result glbk_table_update(glbk_context *ctx, const glbk_texture *ta
 
 enum { GLBK__DYNAMIC_DRAW = 0x88E8 };
 
-GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t size, const void *data, glbk_buffer *out)
+static glbk_result glbk__buffer_make(glbk_context *ctx, size_t size, const void *data, int indices, glbk_buffer *out)
 {
+    const uint32_t target = indices ? GLBK_GL_ELEMENT_ARRAY_BUFFER : GLBK_GL_COPY_WRITE_BUFFER;
     int32_t bound = 0;
     glbk_result result;
 
@@ -9960,15 +9962,27 @@ GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t size, const vo
     if (result != GLBK_OK) return result;
     if (!size) return GLBK_ERR_ARGUMENT;
     if (size > PTRDIFF_MAX) return GLBK_ERR_LIMIT;
-    ctx->gl.GetIntegerv(GLBK_GL_COPY_WRITE_BUFFER, &bound);
+    ctx->gl.GetIntegerv(indices ? 0x8895 /* ELEMENT_ARRAY_BUFFER_BINDING */ : target, &bound);
     ctx->gl.GenBuffers(1, &out->name);
-    ctx->gl.BindBuffer(GLBK_GL_COPY_WRITE_BUFFER, out->name);
-    ctx->gl.BufferData(GLBK_GL_COPY_WRITE_BUFFER, (ptrdiff_t)size, data, GLBK_GL_STATIC_DRAW);
-    ctx->gl.BindBuffer(GLBK_GL_COPY_WRITE_BUFFER, (uint32_t)bound);
+    ctx->gl.BindBuffer(target, out->name);
+    ctx->gl.BufferData(target, (ptrdiff_t)size, data, GLBK_GL_STATIC_DRAW);
+    ctx->gl.BindBuffer(target, (uint32_t)bound);
     out->size = size;
     result = glbk__leave(ctx);
     if (result != GLBK_OK) glbk_buffer_destroy(ctx, out);
     return result;
+}
+
+GLBK_DEF glbk_result glbk_buffer_create(glbk_context *ctx, size_t size, const void *data, glbk_buffer *out)
+{
+    return glbk__buffer_make(ctx, size, data, 0, out);
+}
+
+/* WebGL remembers what a buffer was bound to first. Elsewhere through the copy target as well: this one belongs to the
+   vertex array, and core profiles need not have one bound. */
+GLBK_DEF glbk_result glbk_indices_create(glbk_context *ctx, size_t size, const void *data, glbk_buffer *out)
+{
+    return glbk__buffer_make(ctx, size, data, ctx && ctx->webgl, out);
 }
 
 static int glbk__inside(const glbk_buffer *buffer, size_t offset, size_t size)
@@ -13269,7 +13283,7 @@ static glbk_result glbk__sfield_upload_mesh(glbk_context *ctx, const glbk_sfield
     }
     b->index_count = (uint32_t)n;
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, vertices * floats * sizeof *vertex, vertex, &b->vertices);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, n * sizeof *index, index, &b->indices);
+    if (result == GLBK_OK) result = glbk_indices_create(ctx, n * sizeof *index, index, &b->indices);
     glbk__free(&memory, vertex);
     glbk__free(&memory, index);
     return result;

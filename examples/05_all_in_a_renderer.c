@@ -484,7 +484,7 @@ static int make_geometry(app *a)
     if (!a->positions || !a->normals || !a->indices) return failed("geometry", "out of memory");
     GL(glbk_buffer_create(&a->gl, 12 * a->vertex_count, NULL, &a->buffers[0]));
     GL(glbk_buffer_create(&a->gl, 12 * a->vertex_count, NULL, &a->buffers[1]));
-    GL(glbk_buffer_create(&a->gl, 4 * a->index_count, NULL, &a->buffers[2]));
+    GL(glbk_indices_create(&a->gl, 4 * a->index_count, NULL, &a->buffers[2]));
     gl->GenVertexArrays(1, &a->geometry);
     gl->BindVertexArray(a->geometry);
     for (uint32_t i = 0; i < 2; i++) {

@@ -93,7 +93,7 @@ static int upload_shape(rs_gl *g, const ex_scene *scene, const ex_mesh *mesh, sh
         if (result == GLBK_OK && mesh->uvs)
             result = glbk_buffer_create(g->gl, 8 * (size_t)mesh->vertex_count, mesh->uvs, &s->uvs);
         if (result == GLBK_OK)
-            result = glbk_buffer_create(g->gl, 12 * (size_t)mesh->triangle_count, sorted, &s->indices);
+            result = glbk_indices_create(g->gl, 12 * (size_t)mesh->triangle_count, sorted, &s->indices);
     }
     free(sorted);
     if (!sorted_ok)

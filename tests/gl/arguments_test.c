@@ -123,6 +123,9 @@ static void buffers_and_targets(void **state)
     glbk_buffer_destroy(gl, &x);
     MAKES(x, glbk_buffer_create(NULL, 16, NULL, &x));
     MAKES(x, glbk_buffer_create(gl, 0, NULL, &x));
+    REFUSED(glbk_indices_create(gl, 16, NULL, NULL));
+    MAKES(x, glbk_indices_create(NULL, 16, NULL, &x));
+    MAKES(x, glbk_indices_create(gl, 0, NULL, &x));
 
     assert_glbk(t, glbk_target_create(gl, &d, &target));
     glbk_target_destroy(gl, &target);

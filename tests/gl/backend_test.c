@@ -898,6 +898,7 @@ static void bad_arguments(void **state)
     assert_int_equal(glbk_target_read(gl, &target, 0, 4, 0, 1, 1, room), GLBK_ERR_ARGUMENT);
     assert_int_equal(glbk_buffer_create(gl, 0, NULL, &buffer), GLBK_ERR_ARGUMENT);
     assert_int_equal(glbk_buffer_create(gl, SIZE_MAX, NULL, &buffer), GLBK_ERR_LIMIT);
+    assert_int_equal(glbk_indices_create(gl, SIZE_MAX, NULL, &buffer), GLBK_ERR_LIMIT);
     assert_int_equal(glbk_begin(gl, NULL, NULL), GLBK_ERR_ARGUMENT);
     glbk_target_destroy(gl, &target);
     glbk_texture_destroy(gl, &a);

@@ -196,8 +196,9 @@ static void read_tile(gl_test *t, tool *x, glbk_envsh_maps *m, uint32_t light, f
 
 /* Texels of a tile that differ by more than rounding; counts those that something covers. A GPU's depths come from
    corners in floats, here up to thirty ranges away, and grow where a triangle is seen from its edge: a hundredth of a
-   texel's depth. */
-static size_t compare_tile(const envsh_atlas *atlas, const envsh_view *v, const float *depth, size_t *covered)
+   texel's depth, and in proportion on coarser grids of corners. */
+static size_t compare_tile(const envsh_atlas *atlas, const envsh_view *v, const float *depth, float coarse,
+                           size_t *covered)
 {
     uint32_t n = atlas->map_size, x, y;
     size_t wrong = 0;
@@ -206,7 +207,7 @@ static size_t compare_tile(const envsh_atlas *atlas, const envsh_view *v, const 
             float wanted = atlas->depth[((size_t)v->page * atlas->height + v->y + y) * atlas->width + v->x + x];
             float seen = depth[n * y + x];
             if (x < 4 || y < 4 || x >= n - 4 || y >= n - 4) assert_true(seen == 1.0f);      /* the guard */
-            wrong += fabsf(wanted - seen) > 1e-4f;
+            wrong += fabsf(wanted - seen) > 1e-4f * coarse;
             *covered += wanted < 1.0f;
         }
     return wrong;
@@ -218,6 +219,7 @@ static void tiles_are_those_of_the_rasteriser(void **state)
     static const struct { uint32_t lights, size, pages; int rgba; } ways[] = { { 24, 96, 1, 0 }, { 24, 96, 1, 1 },
                                                                                { 6, 352, 2, 0 }, { 17, 352, 2, 1 } };
     static float depth[352 * 352];
+    const float coarse = 256.0f / (float)gl_corner_grid(t);
     uint32_t max_size = t->gl.max_size, i;
     size_t way;
     for (way = 0; way < 4; way++) {
@@ -236,12 +238,12 @@ static void tiles_are_those_of_the_rasteriser(void **state)
         render_maps(t, &m, &r);
         for (i = 0; i < r.count; i++) {
             read_tile(t, &reader, &m, i, depth);
-            wrong += compare_tile(&atlas, &envsh_maps_views(r.maps, NULL)[i], depth, &covered);
+            wrong += compare_tile(&atlas, &envsh_maps_views(r.maps, NULL)[i], depth, coarse, &covered);
         }
         printf("%u tiles%s: %zu of %zu texels covered, %zu differ\n", (unsigned)r.count,
                ways[way].rgba ? " in rgba" : "", covered, all, wrong);
         assert_true(covered > all / 4 && covered < all - all / 10);
-        assert_true(wrong < covered / 500);
+        assert_true((double)wrong < (double)covered / 500 * (double)coarse);     /* edges */
         free_tool(t, &reader);
         glbk_envsh_maps_destroy(&t->gl, &m);
         free_rig(t, &r);
@@ -418,7 +420,7 @@ static void clusters_make_the_same_light(void **state)
         }
     square = sqrt(square / (3 * POINTS)) / (mean / (3 * POINTS));
     printf("light: relative rmse %.1e of envsh_shade\n", square);
-    assert_true(mean > POINTS && square < 2e-3);
+    assert_true(mean > POINTS && square < 2e-3 * 256 / gl_corner_grid(t));
     glbk_envsh_renderer_destroy(&t->gl, &to);
     free_rig(t, &r);
 }

@@ -10,10 +10,11 @@
 #define GL_ASK(text)                                                                                           \
     "uniform highp usampler2DArray mine;\n"                                                                    \
     "layout(location = 0) out glbk_color result;\n"                                                            \
-    "ivec3 at = ivec3(gl_FragCoord.xy, 0);\n"                                                                  \
+    "ivec3 at;\n"                                                                                              \
     "vec4 layer(int k) { return uintBitsToFloat(texelFetch(mine, ivec3(at.xy, k), 0)); }\n"                    \
-    "void main()\n{\n    int height = textureSize(mine, 0).y, group = at.y / height;\n"                       \
-    "    vec4 r = vec4(0.0);\n    at.y -= group * height;\n" text "    result = glbk_pack(r);\n}\n"
+    "void main()\n{\n    int height = textureSize(mine, 0).y, group = int(gl_FragCoord.y) / height;\n"         \
+    "    vec4 r = vec4(0.0);\n    at = ivec3(gl_FragCoord.xy, 0);\n    at.y -= group * height;\n"                \
+    text "    result = glbk_pack(r);\n}\n"
 
 /* in: for each layer 4 numbers a point, out: for each group 4 numbers a point. bind: what the library needs, or
    NULL. */

@@ -109,7 +109,8 @@ static inline void gl_state_load(gl_test *t)
 #undef LOAD
     proc = ex_gl_get_proc(t->gl.es ? "glClipControlEXT" : "glClipControl", t->context);
     memcpy(&gl_extra.ClipControl, &proc, sizeof proc);
-    gl_extra.clip_control = gl_state_extension(&t->gl, t->gl.es ? "GL_EXT_clip_control" : "GL_ARB_clip_control");
+    gl_extra.clip_control = gl_extra.ClipControl &&
+                            gl_state_extension(&t->gl, t->gl.es ? "GL_EXT_clip_control" : "GL_ARB_clip_control");
     gl_extra.offset_clamp = !t->gl.es && gl_state_extension(&t->gl, "GL_ARB_polygon_offset_clamp");
 }
 
@@ -120,7 +121,7 @@ static inline int gl_state_has(const glbk_context *gl, char who)
     case 'C': return gl->compute;
     case 'K': return gl_extra.clip_control;
     case 'O': return gl_extra.offset_clamp;
-    case 'R': return gl->es || gl->version >= 430;
+    case 'R': return gl->es ? !gl->webgl : gl->version >= 430;
     default: return 1;
     }
 }
@@ -255,7 +256,7 @@ static inline void gl_state_assert_same(const gl_snapshot *a, const gl_snapshot 
 typedef struct gl_hostile {
     glbk_texture texture, array, cover, shadow, shadows;    /* the last two: of a kind that no sampler here is of */
     glbk_target  target;
-    glbk_buffer  buffer, pixels;
+    glbk_buffer  buffer, indices, pixels;
     glbk_program program;
     uint32_t     samplers[2], vertex_array;
 } gl_hostile;
@@ -279,6 +280,7 @@ static inline void gl_hostile_make(gl_test *t, gl_hostile *h)
     targets.color[0] = &h->cover;
     assert_glbk(t, glbk_target_create(&t->gl, &targets, &h->target));
     assert_glbk(t, glbk_buffer_create(&t->gl, 4096, NULL, &h->buffer));
+    assert_glbk(t, glbk_indices_create(&t->gl, 4096, NULL, &h->indices));
     assert_glbk(t, glbk_buffer_create(&t->gl, 4096, NULL, &h->pixels));
     assert_glbk(t, glbk_program_create(&t->gl, "copy.frag", "TO_COLOR=1", &h->program));
     gl_extra.GenSamplers(2, h->samplers);
@@ -316,7 +318,8 @@ static inline void gl_hostile_values(const glbk_context *gl)
     gl->gl.BlendFuncSeparate(0x0307, 0, 0x0306, 1);
     gl->gl.BlendEquationSeparate(0x800B, 0x8007);
     gl->gl.PolygonOffset(3, 100000);
-    if (gl->es) gl->gl.DepthRangef(0.9f, 0.3f);
+    if (gl->webgl) gl->gl.DepthRangef(0.3f, 0.9f);              /* knows no other order */
+    else if (gl->es) gl->gl.DepthRangef(0.9f, 0.3f);
     else gl->gl.DepthRange((double)0.9f, (double)0.3f);
     gl_extra.StencilFunc(0x0200 /* NEVER */, 3, 0x55);
     gl_extra.StencilOp(0x1E01, 0x1E02, 0x150A);
@@ -363,7 +366,7 @@ static inline void gl_hostile_bindings(const glbk_context *gl, gl_hostile *h)
     if (gl->compute) gl->gl.BindBuffer(0x90EE /* DISPATCH_INDIRECT_BUFFER */, h->buffer.name);
     gl->gl.BindBufferBase(GLBK_GL_UNIFORM_BUFFER, 1, h->pixels.name);
     gl->gl.BindVertexArray(h->vertex_array);
-    gl->gl.BindBuffer(GLBK_GL_ELEMENT_ARRAY_BUFFER, h->buffer.name);
+    gl->gl.BindBuffer(GLBK_GL_ELEMENT_ARRAY_BUFFER, h->indices.name);
     gl->gl.BindBuffer(GLBK_GL_ARRAY_BUFFER, h->buffer.name);
     gl->gl.BindBuffer(GLBK_GL_COPY_WRITE_BUFFER, h->buffer.name);
     gl->gl.BindBuffer(0x88EC /* PIXEL_UNPACK_BUFFER */, h->pixels.name);
@@ -394,6 +397,7 @@ static inline void gl_hostile_free(gl_test *t, gl_hostile *h)
     glbk_program_destroy(&t->gl, &h->program);
     glbk_target_destroy(&t->gl, &h->target);
     glbk_buffer_destroy(&t->gl, &h->buffer);
+    glbk_buffer_destroy(&t->gl, &h->indices);
     glbk_buffer_destroy(&t->gl, &h->pixels);
     glbk_texture_destroy(&t->gl, &h->texture);
     glbk_texture_destroy(&t->gl, &h->array);

@@ -29,7 +29,7 @@
 
 enum {
     GL_CORE45 = 1, GL_CORE33 = 2, GL_ES30 = 4, GL_OSMESA = 8, GL_SOFTPIPE = 16, GL_GLFW = 32,
-    GL_ES30_BARE = 64, GL_ES32 = 128, GL_USUAL = GL_CORE45 | GL_CORE33 | GL_ES30 | GL_ES30_BARE, GL_ALL = 255
+    GL_ES30_BARE = 64, GL_ES32 = 128, GL_WEBGL2 = 256, GL_USUAL = GL_CORE45 | GL_CORE33 | GL_ES30 | GL_ES30_BARE, GL_ALL = 255
 };
 
 typedef struct gl_way {
@@ -49,7 +49,8 @@ static const gl_way gl_ways[] = {
     { "es32", GL_ES32, 0, EX_GL_EGL, 1, { NULL, NULL, NULL } },
     { "osmesa", GL_OSMESA, 0, EX_GL_OSMESA, 0, { NULL, NULL, NULL } },
     { "softpipe", GL_SOFTPIPE, 0, EX_GL_EGL, 0, { "GALLIUM_DRIVER=softpipe", NULL, NULL } },
-    { "glfw", GL_GLFW, 1, EX_GL_EGL, 0, { NULL, NULL, NULL } }
+    { "glfw", GL_GLFW, 1, EX_GL_EGL, 0, { NULL, NULL, NULL } },
+    { "webgl2", GL_WEBGL2, 0, EX_GL_HEADLESS, 1, { NULL, NULL, NULL } }     /* tools/check-browser starts it */
 };
 
 typedef struct gl_test {
@@ -186,6 +187,15 @@ static inline void gl_assert_ok(gl_test *t, glbk_result result, const char *call
     if (result == GLBK_OK) return;
     printf("%s:%d: %s: %s\n%s\n", file, line, call, glbk_result_text(result), t->log);
     assert_int_equal(result, GLBK_OK);
+}
+
+/* Corners of triangles are moved to a grid of so many lines a pixel: at least 16; 256 nearly everywhere, and no test asks
+   for more. */
+static inline double gl_corner_grid(const gl_test *t)
+{
+    int32_t bits = 0;
+    t->gl.gl.GetIntegerv(0x0D50 /* SUBPIXEL_BITS */, &bits);
+    return bits >= 8 ? 256.0 : 1 << bits;
 }
 
 /* One colour target and its texture. */

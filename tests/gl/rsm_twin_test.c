@@ -172,6 +172,22 @@ static double difference(double *worst)
     return sqrt(square * 3 * PIXELS) / sum;
 }
 
+/* Receivers that are off by more than a thousandth of the mean; *rest: RMSE of the others. */
+static size_t fallen(double *rest)
+{
+    double mean = 0, square = 0;
+    size_t i, count = 0, k;
+    for (i = 0; i < 3 * PIXELS; i++) mean += (double)expected[i] / (3 * PIXELS);
+    for (i = 0; i < PIXELS; i++) {
+        double off = 0;
+        for (k = 0; k < 3; k++) off = fmax(off, fabs((double)answers[4 * i + k] - (double)expected[3 * i + k]) / mean);
+        if (off > 1e-3) count++;
+        else square += off * off;
+    }
+    *rest = sqrt(square / PIXELS);
+    return count;
+}
+
 /* Of the picture that GL has. */
 static double error_of(gl_test *t, glbk_rsm_renderer *r, int bounced, double *worst)
 {
@@ -198,6 +214,7 @@ static void drawn_maps_are_rasterized_maps(void **state)
         glbk_rsm_lamp lamp = gl_lamp(&l);
         glbk_rsm_map m;
         size_t i, other = 0, count = 0;
+        const int fine = gl_corner_grid(t) >= 256;      /* else surfaces move, but in their plane */
         double flux = 0, flux_drawn = 0, off = 0, turned = 0, area = 0;
         uint32_t face, k;
         assert_glbk(t, glbk_rsm_map_create(&t->gl, &lamp, MAP, &m));
@@ -211,7 +228,7 @@ static void drawn_maps_are_rasterized_maps(void **state)
             assert_glbk(t, glbk_rsm_map_read(&t->gl, &m, face, drawn));
             for (i = 0; i < MAP * MAP; i++) {
                 const rsm_texel *x = &mine[i], *y = &drawn[i];
-                double apart = 0, cosine = 0;
+                double apart = 0, cosine = 0, lifted = 0;
                 flux += (double)(x->flux[0] + x->flux[1] + x->flux[2]);
                 flux_drawn += (double)(y->flux[0] + y->flux[1] + y->flux[2]);
                 if (x->depth < RSM_FAR) count++;
@@ -222,15 +239,16 @@ static void drawn_maps_are_rasterized_maps(void **state)
                 if (!(x->depth < RSM_FAR)) continue;
                 for (k = 0; k < 3; k++) {
                     apart += fabs((double)(x->position[k] - y->position[k]));
+                    lifted += (double)(x->normal[k] * (x->position[k] - y->position[k]));
                     cosine += (double)(x->normal[k] * y->normal[k]);
                 }
                 if (cosine < 0.9) {
                     other++;
                     continue;
                 }
-                off = apart > off ? apart : off;
+                off = fmax(off, fine ? apart : fabs(lifted));
                 turned = 1 - cosine > turned ? 1 - cosine : turned;
-                area = fmax(area, fabs((double)(y->area / x->area) - 1));
+                if (fine) area = fmax(area, fabs((double)(y->area / x->area) - 1));
                 for (k = 0; k < 3; k++) assert_true(fabsf(x->flux[k] - y->flux[k]) <= 2e-5f * x->flux[k] + 1e-9f);
             }
         }
@@ -322,6 +340,7 @@ static void gathered_light_agrees(void **state)
     GL_TEST(t, state)
     glbk_rsm_renderer r;
     double worst, error, most[2] = { 0, 0 };
+    size_t fell, most_fell = 0;
     int kind, way;
     make_world();
     w.points.occlusion = w.occlusion;
@@ -342,17 +361,19 @@ static void gathered_light_agrees(void **state)
             upload_tables(t, &r, &d);
             assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &d, &w.points, expected, NULL), RSM_OK);
             assert_glbk(t, glbk_rsm_gather(&t->gl, &r, maps, 1, &g, NULL));
-            error = error_of(t, &r, 1, &worst);
+            error_of(t, &r, 1, &worst);
+            fell = fallen(&error);
             if (error > most[lists]) most[lists] = error;
-            if (error > (lists ? 5e-5 : 2e-3)) printf("kind %d, way %d: %.2e, worst %.2e\n", kind, way, error, worst);
+            if (fell > most_fell) most_fell = fell;
+            if (error > 5e-5 || fell) printf("kind %d, way %d: %.2e but for %zu\n", kind, way, error, fell);
             /* Lists are the same lights; patterns about a receiver may fall on the next texel by a rounding. */
-            assert_true(error <= (lists ? 5e-5 : 2e-3));
+            assert_true(error <= 5e-5 && fell <= (lists ? 0 : PIXELS / 50));
         }
         glbk_rsm_map_destroy(&t->gl, &m);
         rsm_map_free(map);
     }
-    printf("bounced light: largest relative RMSE %.2e from lists, %.2e from patterns about the receiver\n", most[1],
-           most[0]);
+    printf("bounced light: RMSE %.2e from lists, %.2e from patterns about the receiver but for %zu of %d\n", most[1],
+           most[0], most_fell, (int)PIXELS);
     glbk_rsm_renderer_destroy(&t->gl, &r);
     w.points.occlusion = NULL;
 }

@@ -106,8 +106,7 @@ static int is_whole(float x, uint32_t channel, const float *radiance, size_t tri
     return x == 0;
 }
 
-/* Texels of one eye. Samples that differ can only be along edges: rasterisers move corners to a grid, of 1/256 sample
- * here. */
+/* Texels of one eye. Samples that differ can only be along edges: rasterisers move corners to a grid. */
 static double compare_texels(const float *gpu, const float *cpu, uint32_t cells, uint32_t scale, const model *m,
                              const float *radiance, tally *sum)
 {
@@ -165,8 +164,8 @@ static void compare(gl_test *t, const model *m, uint32_t side, uint32_t bands, c
     printf("6 faces of %u^2, %u bands: %d of %d eyes equal, %.0f samples differ (of %.0f at edges), coefficients by "
            "%.2g\n",
            side, bands, sum.eyes_equal, MOST_EYES, sum.samples, sum.edges, most);
-    expect =
-        sum.edges / 256; /* an edge through a texel ends at most 2 scale rows or columns; each end moves by 1/256 */
+    /* an edge through a texel ends at most 2 scale rows or columns; each end moves by a step of the grid */
+    expect = sum.edges / gl_corner_grid(t);
     assert_true(sum.samples <= (radiance ? 2 : 1) * (expect + 3 * sqrt(expect) + 1));
     sfield__release(&r.b);
     glbk_sfield_builder_destroy(&t->gl, &project);

@@ -48,7 +48,7 @@ static void every_call(gl_test *t, picture *out)
     glbk_texture source, color, depth, table;
     glbk_target_desc targets = { 0 };
     glbk_target target;
-    glbk_buffer buffer;
+    glbk_buffer buffer, indices;
     glbk_program copy, mine, sample;
     glbk_source text = { 0 };
     glbk_pass pass = { 0 };
@@ -76,6 +76,9 @@ static void every_call(gl_test *t, picture *out)
     GL_SAME(t, assert_glbk(t, glbk_table_create(&t->gl, GLBK_FORMAT_R32UI, words, 1500, &table)));
     GL_SAME(t, assert_glbk(t, glbk_table_update(&t->gl, &table, 3, 1400, words)));
     GL_SAME(t, assert_glbk(t, glbk_buffer_create(&t->gl, sizeof words, words, &buffer)));
+    GL_SAME(t, assert_glbk(t, glbk_indices_create(&t->gl, sizeof words, words, &indices)));
+    GL_SAME(t, assert_glbk(t, glbk_buffer_update(&t->gl, &indices, 4, 8, words)));
+    GL_SAME(t, assert_glbk(t, glbk_buffer_update(&t->gl, &indices, 0, sizeof words, words)));
     GL_SAME(t, assert_glbk(t, glbk_buffer_update(&t->gl, &buffer, 8, 4000, words)));
     if (!t->gl.es) GL_SAME(t, assert_glbk(t, glbk_buffer_read(&t->gl, &buffer, 0, sizeof words, out->words)));
     targets.color[0] = &color;
@@ -130,6 +133,7 @@ static void every_call(gl_test *t, picture *out)
     GL_SAME(t, glbk_texture_destroy(&t->gl, &color));
     GL_SAME(t, glbk_texture_destroy(&t->gl, &depth));
     GL_SAME(t, glbk_buffer_destroy(&t->gl, &buffer));
+    GL_SAME(t, glbk_buffer_destroy(&t->gl, &indices));
 }
 
 static void every_call_keeps_state(void **state)
