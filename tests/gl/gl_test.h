@@ -29,7 +29,8 @@
 
 enum {
     GL_CORE45 = 1, GL_CORE33 = 2, GL_ES30 = 4, GL_OSMESA = 8, GL_SOFTPIPE = 16, GL_GLFW = 32,
-    GL_ES30_BARE = 64, GL_ES32 = 128, GL_WEBGL2 = 256, GL_USUAL = GL_CORE45 | GL_CORE33 | GL_ES30 | GL_ES30_BARE, GL_ALL = 255
+    GL_ES30_BARE = 64, GL_ES32 = 128, GL_WEBGL2 = 256,
+    GL_USUAL = GL_CORE45 | GL_CORE33 | GL_ES30 | GL_ES30_BARE, GL_ALL = 255
 };
 
 typedef struct gl_way {
@@ -189,8 +190,8 @@ static inline void gl_assert_ok(gl_test *t, glbk_result result, const char *call
     assert_int_equal(result, GLBK_OK);
 }
 
-/* Corners of triangles are moved to a grid of so many lines a pixel: at least 16; 256 nearly everywhere, and no test asks
-   for more. */
+/* Corners of triangles are moved to a grid of so many lines a pixel: at least 16; 256 nearly everywhere, and no test
+   asks for more. */
 static inline double gl_corner_grid(const gl_test *t)
 {
     int32_t bits = 0;
