@@ -3092,10 +3092,26 @@ static uint32_t ism__quadrant(int dx, int dy)
     return dx > 0 && dy >= 0 ? 1u : dx <= 0 && dy > 0 ? 2u : dx < 0 ? 4u : 8u;
 }
 
-static int ism__three_quadrants(uint32_t q)
+/* Which of eight sectors about a texel, of 45 degrees each about the axes and diagonals. */
+static uint32_t ism__sector(int dx, int dy)
 {
-    uint32_t missing = ~q & 15u;
-    return (missing & (missing - 1u)) == 0;
+    int ax = dx < 0 ? -dx : dx, ay = dy < 0 ? -dy : dy;
+    if (12 * ay < 5 * ax) return dx > 0 ? 1u : 16u;                         /* tan 22.5 = 5 / 12 */
+    if (12 * ax < 5 * ay) return dy > 0 ? 4u : 64u;
+    return dx > 0 ? (dy > 0 ? 2u : 128u) : dy > 0 ? 8u : 32u;
+}
+
+static uint32_t ism__turn(uint32_t sectors, uint32_t by) { return (sectors << by | sectors >> (8u - by)) & 255u; }
+
+/* Is a texel with something in these sectors about it surrounded? All that lies on one side of a line touches five of
+   them at most. Those beyond the tile's border count where the border has something on both sides of the texel: in the
+   sector along it or, of what is close, the next one. */
+static int ism__surrounded(uint32_t found, uint32_t close, uint32_t beyond)
+{
+    uint32_t along = (ism__turn(beyond, 1) | ism__turn(beyond, 7)) & ~beyond, open;
+    if (((found | ism__turn(close, 1) | ism__turn(close, 7)) & along) == along) found |= beyond;
+    open = ~found & 255u;
+    return (open & ism__turn(open, 1) & ism__turn(open, 2)) == 0;
 }
 
 /* A texel with nearer surfels in all four quadrants about it, whose planes pass before it, is a hole between them
@@ -3170,9 +3186,8 @@ static float ism__push(const ism__tile *tile, size_t i, size_t first, size_t sec
     return t > 0.5f * own && t < 2.0f * own ? t : own;
 }
 
-/* Push: an empty texel looks at the 3 x 3 cells about it, level by level, and takes the nearest surfel once there are
-   some in three quadrants about it: outside of a silhouette the far side is empty, and stays so. Nothing leaves the
-   tile. */
+/* Push: an empty texel looks at the 3 x 3 cells about it, level by level, and takes the nearest surfel once it is
+   surrounded: outside of a silhouette the far side is empty, and stays so. Nothing leaves the tile. */
 static void ism__fill(ism__tile *tile, uint32_t *pyramid)
 {
     uint32_t size = tile->size, level, levels = 3u;
@@ -3183,19 +3198,19 @@ static void ism__fill(ism__tile *tile, uint32_t *pyramid)
     for (i = 0; i < texels; i++) {
         ism__texel *to = &tile->texels[i], *first = NULL, *second = NULL;
         int tx = (int)(i % size), ty = (int)(i / size), least = 0, next = 0, x, y;
-        uint32_t found = 0;
+        uint32_t found = 0, close = 0, beyond = 0;
         size_t offset = 0;
         if (tile->depth[i] < ISM_FAR) continue;
         to->filled = 0;
         for (level = 1; level <= levels; level++) {
             int half = (int)(size >> level), cx = tx >> level, cy = ty >> level;
-            if (second && ism__three_quadrants(found)) break;
+            if (second && ism__surrounded(found, close, beyond)) break;
             for (y = cy - 1; y <= cy + 1; y++)
                 for (x = cx - 1; x <= cx + 1; x++) {
                     uint32_t at;
                     int dx, dy, d;
                     if (x < 0 || y < 0 || x >= half || y >= half) {
-                        found |= ism__quadrant(x - cx, y - cy);
+                        beyond |= ism__sector(x - cx, y - cy);
                         continue;
                     }
                     at = pyramid[offset + (size_t)(y * half + x)];
@@ -3203,7 +3218,7 @@ static void ism__fill(ism__tile *tile, uint32_t *pyramid)
                     dx = (int)((at - 1u) % size) - tx;
                     dy = (int)((at - 1u) / size) - ty;
                     d = dx * dx + dy * dy;
-                    found |= ism__quadrant(dx, dy);
+                    found |= ism__sector(dx, dy);
                     if (!first || d < least) {
                         if (first && first != &tile->texels[at - 1u]) {
                             second = first;
@@ -3217,8 +3232,9 @@ static void ism__fill(ism__tile *tile, uint32_t *pyramid)
                     }
                 }
             offset += (size_t)half * (size_t)half;
+            if (level == 1) close = found;
         }
-        if (!second || !ism__three_quadrants(found)) continue;
+        if (!second || !ism__surrounded(found, close, beyond)) continue;
         to->g[0] = ism__push(tile, i, (size_t)(first - tile->texels), (size_t)(second - tile->texels));
         to->triangle = first->triangle;
         to->filled = 1;     /* aside: the depth marks what is empty */

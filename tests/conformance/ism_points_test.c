@@ -296,7 +296,7 @@ static void pull_and_push(void **state)
 {
     uint32_t seed = 3, trial;
     size_t i;
-    double constant = 0, plane = 0, between = 0, filled = 0, empty = 0, holes = 0;
+    double constant = 0, plane = 0, between = 0, filled = 0, empty = 0, holes = 0, inner = 0;
     hand *h = make_hand();
     (void)state;
     h->tile.m = h->maps;
@@ -321,8 +321,10 @@ static void pull_and_push(void **state)
         for (i = 0; i < 4096; i++) {
             const float w[3] = { h->tile.x[i], h->tile.y[i], h->tile.z[i] };
             float t = depth_of(h, i), truth;
+            const int x = (int)(i % 64), y = (int)(i / 64), inside = x >= 4 && y >= 4 && x < 60 && y < 60;
+            inner += trial == 0 && inside;
             if (t >= ISM_FAR) {
-                holes += trial == 0;
+                holes += trial == 0 && inside;
                 continue;
             }
             if (trial == 0) constant = fmax(constant, fabs((double)t / 2 - 1));
@@ -337,11 +339,65 @@ static void pull_and_push(void **state)
     }
     /* exact but for rounding: eight of a float's last places */
     CONFORM_MAX("T49", "constant depth from 10 % points, largest relative error", 1e-6, constant);
-    CONFORM_MAX("T49", "constant depth from 10 % points, share of texels left open", 0.01, holes / 4096);
+    CONFORM_MAX("T49", "constant depth from 10 % points, share of texels left open, four from the border", 0.01,
+                holes / inner);
     CONFORM_MAX("T49", "plane from 10 % points, largest relative error", 0.01, plane);
-    assert_true(filled > 3000);
+    assert_true(filled > 2900);
     CONFORM("T49", "two depths: texels with a depth between", 0, between, 0);
     CONFORM("T49", "empty tile: texels with a depth", 0, empty, 0);
+}
+
+/* Up to the border, as dense as tiles are. */
+static void pull_and_push_at_the_border(void **state)
+{
+    uint32_t seed = 5;
+    double open = 0, count = 0;
+    int trial;
+    (void)state;
+    for (trial = 0; trial < 20; trial++) {
+        hand *h = make_hand();
+        size_t i;
+        for (i = 0; i < 4096; i++) {
+            float g[3] = { 0.5f * h->tile.x[i], 0.5f * h->tile.y[i], 0.5f * h->tile.z[i] };
+            if (util_unit(&seed) < 0.4f) set_texel(h, i, g);
+        }
+        ism__fill(&h->tile, h->pyramid);
+        for (i = 0; i < 4096; i++) {
+            if (i % 64 > 0 && i % 64 < 63 && i / 64 > 0 && i / 64 < 63) continue;
+            count++;
+            open += !(depth_of(h, i) < ISM_FAR);
+        }
+        free_hand(h);
+    }
+    CONFORM_MAX("T49", "constant depth from 40 % points, share of the border's texels left open", 0.01, open / count);
+}
+
+/* What is full on one side of a line, of any direction and place, or within a circle, stays as it is. */
+static void silhouettes_do_not_grow(void **state)
+{
+    double lines = 0, circles = 0;
+    int trial;
+    (void)state;
+    for (trial = 0; trial < 128; trial++) {
+        const double a = 6.283185307179586 * (trial / 2) / 64, c = cos(a), s = sin(a), shift = trial % 7 * 4 - 12;
+        const double radius = 6 + trial % 5 * 4;
+        hand *h = make_hand();
+        size_t i;
+        int k;
+        for (i = 0; i < 4096; i++) {
+            const double x = (double)(i % 64) - 31.5, y = (double)(i / 64) - 31.5;
+            float g[3] = { 0.5f * h->tile.x[i], 0.5f * h->tile.y[i], 0.5f * h->tile.z[i] };
+            if (trial % 2 ? x * c + y * s < shift : hypot(x - 4 * c, y - 4 * s) < radius) set_texel(h, i, g);
+        }
+        ism__fill(&h->tile, h->pyramid);
+        for (i = 0, k = 0; i < 4096; i++)
+            if (i % 64 > 7 && i % 64 < 56 && i / 64 > 7 && i / 64 < 56)
+                k += !(h->depth[i] < ISM_FAR) && depth_of(h, i) < ISM_FAR;
+        *(trial % 2 ? &lines : &circles) += k;
+        free_hand(h);
+    }
+    CONFORM("T49", "half a tile full, 64 directions: texels filled beyond, eight from the border", 0, lines, 0);
+    CONFORM("T49", "circles in an empty tile: texels filled beyond, eight from the border", 0, circles, 0);
 }
 
 /* What a texel of a map stands for when its VPL bounces on: the cells of any projection share the light of the
@@ -386,7 +442,8 @@ int main(void)
         cmocka_unit_test(lazy_renewal_reaches_all_points),
         cmocka_unit_test(a_sealed_box_is_dark_where_texels_are_finer),
         cmocka_unit_test(splats_have_the_sphere_s_solid_angle),
-        cmocka_unit_test(pull_and_push),
+        cmocka_unit_test(pull_and_push), cmocka_unit_test(pull_and_push_at_the_border),
+        cmocka_unit_test(silhouettes_do_not_grow),
         cmocka_unit_test(cells_share_the_hemisphere),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

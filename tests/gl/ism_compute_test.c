@@ -215,7 +215,7 @@ static void tiles_of_every_size(void **state)
         make_maps(t, &p, &d, 4);
         snprintf(what, sizeof what, "%u, projection %u", size, projection);
         surfaces = compare_maps(t, &p, what);
-        assert_true(surfaces > size * size && surfaces <= 4 * (size_t)size * size);     /* an unused tile is empty */
+        assert_true(surfaces > size * size / 2 && surfaces <= 4 * (size_t)size * size);   /* one tile is empty */
         d.no_fill = 1;
         make_maps(t, &p, &d, 4);
         assert_true(compare_maps(t, &p, "no fill") < surfaces);

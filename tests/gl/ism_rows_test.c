@@ -311,7 +311,7 @@ static void pull_and_push(void **state)
     uint32_t seed = 3, trial;
     size_t i;
     int k;
-    double constant = 0, plane = 0, between = 0, filled = 0, empty = 0, holes = 0;
+    double constant = 0, plane = 0, between = 0, filled = 0, empty = 0, holes = 0, inner = 0;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
     assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0));
     assert_glbk(t, glbk_ism_draw(&t->gl, &m));
@@ -339,8 +339,10 @@ static void pull_and_push(void **state)
         for (i = 0; i < 4096; i++) {
             const float *w = directions + 4 * i;
             double truth = 1 / (0.3 * (double)w[0] - 0.2 * (double)w[1] + 0.5 * (double)w[2]);
+            const int x = (int)(i % 64), y = (int)(i / 64), inside = x >= 4 && y >= 4 && x < 60 && y < 60;
+            inner += trial == 0 && inside;
             if (depth[i] >= ISM_FAR) {
-                holes += trial == 0;
+                holes += trial == 0 && inside;
                 continue;
             }
             if (trial == 0) constant = fmax(constant, fabs((double)depth[i] / 2 - 1));
@@ -354,16 +356,64 @@ static void pull_and_push(void **state)
     glbk_ism_maps_destroy(&t->gl, &m);
     /* exact but for rounding: eight of a float's last places */
     CONFORM_MAX("T49", "constant depth from 10 % points, largest relative error", 1e-6, constant);
-    CONFORM_MAX("T49", "constant depth from 10 % points, share of texels left open", 0.01, holes / 4096);
+    CONFORM_MAX("T49", "constant depth from 10 % points, share of texels left open, four from the border", 0.01,
+                holes / inner);
     CONFORM_MAX("T49", "plane from 10 % points, largest relative error", 0.01, plane);
-    assert_true(filled > 3000);
+    assert_true(filled > 2900);
     CONFORM("T49", "two depths: texels with a depth between", 0, between, 0);
     CONFORM("T49", "empty tile: texels with a depth", 0, empty, 0);
 }
 
+/* What is full on one side of a line, or within a circle, and borders with four of ten texels: as on the CPU. */
+static void silhouettes_and_borders(void **state)
+{
+    GL_TEST(t, state)
+    static float surfels[4 * 4096], depth[4096];
+    glbk_ism_desc d = { 1, 8, 64, 1, 1, 0, 0, 0, 0, 0 };
+    glbk_ism_vpl vpl = { { 0, 0, 0 }, { 0, 0, 1 }, { 1, 1, 1 }, { 0, 0, 1 }, 1, 0, 0, 0, 0 };
+    glbk_ism_maps m;
+    double grown[2] = { 0, 0 }, open = 0, count = 0;
+    uint32_t seed = 5;
+    size_t i;
+    int trial, k;
+    assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
+    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0));
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m));
+    for (trial = 0; trial < 148; trial++) {     /* the last twenty: borders */
+        const double a = 6.283185307179586 * (trial / 2) / 64, c = cos(a), s = sin(a), shift = trial % 7 * 4 - 12;
+        const double radius = 6 + trial % 5 * 4;
+        for (i = 0; i < 4096; i++) {
+            const float uv[2] = { ((float)(i % 64) + 0.5f) / 64, ((float)(i / 64) + 0.5f) / 64 };
+            const double x = (double)(i % 64) - 31.5, y = (double)(i / 64) - 31.5;
+            float w[3];
+            int full = trial % 2 ? x * c + y * s < shift : hypot(x - 4 * c, y - 4 * s) < radius;
+            if (trial >= 128) full = util_unit(&seed) < 0.4f;
+            ism_map_direction(ISM_PROJECTION_COSINE, 1, uv, w);
+            for (k = 0; k < 3; k++) surfels[4 * i + (size_t)k] = 0.5f * w[k];
+            surfels[4 * i + 3] = full ? 2 : ISM_FAR;
+        }
+        assert_glbk(t, glbk_texture_update(&t->gl, &m.surfels, 0, 0, 0, 0, 64, 64, 1, surfels));
+        assert_glbk(t, glbk__ism_fill(&t->gl, &m));
+        assert_glbk(t, glbk_ism_read(&t->gl, &m, depth));
+        for (i = 0; i < 4096; i++) {
+            const int x = (int)(i % 64), y = (int)(i / 64), inside = x > 7 && y > 7 && x < 56 && y < 56;
+            if (trial < 128) grown[trial % 2] += inside && !(surfels[4 * i + 3] < ISM_FAR) && depth[i] < ISM_FAR;
+            else if (x == 0 || y == 0 || x == 63 || y == 63) {
+                count++;
+                open += !(depth[i] < ISM_FAR);
+            }
+        }
+    }
+    glbk_ism_maps_destroy(&t->gl, &m);
+    CONFORM_MAX("T49", "constant depth from 40 % points, share of the border's texels left open", 0.01, open / count);
+    CONFORM("T49", "half a tile full, 64 directions: texels filled beyond, eight from the border", 0, grown[1], 0);
+    CONFORM("T49", "circles in an empty tile: texels filled beyond, eight from the border", 0, grown[0], 0);
+}
+
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { ISM_ROWS(gl_unit_test), gl_unit_test(pull_and_push), gl_unit_test(windows_agree),
+    struct CMUnitTest tests[] = { ISM_ROWS(gl_unit_test), gl_unit_test(pull_and_push),
+                                  gl_unit_test(silhouettes_and_borders), gl_unit_test(windows_agree),
                                   gl_unit_test(dither_has_five_levels) };
     (void)count;
     if (gl_this_way() && gl_this_way()->bit == GL_CORE45) unsetenv("CONFORMANCE");     /* the page has the core path */

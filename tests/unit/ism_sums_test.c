@@ -1085,7 +1085,29 @@ static int quadrant(int dx, int dy)
     return dx > 0 && dy >= 0 ? 1 : dx <= 0 && dy > 0 ? 2 : dx < 0 && dy <= 0 ? 4 : 8;
 }
 
-static int three(int found) { return ((found & 1) + (found >> 1 & 1) + (found >> 2 & 1) + (found >> 3 & 1)) >= 3; }
+/* Of eight sectors, the first about the x axis. */
+static int sector(int dx, int dy)
+{
+    const double turn = atan2((double)dy, (double)dx) / 0.78539816339744831;
+    return 1 << ((int)floor(turn + 8.5) % 8);
+}
+
+/* No three sectors in a row are empty; those beyond the border are not, if their neighbours inside are not, or of what
+   the first level found the neighbours' neighbours. */
+static int surrounded(int found, int close, int beyond)
+{
+    int k, row = 0, counts = 1;
+    for (k = 0; k < 8; k++) {
+        const int left = 1 << (k + 7) % 8, right = 1 << (k + 1) % 8;
+        if (beyond & 1 << k || !(beyond & (left | right))) continue;
+        counts &= (found & 1 << k || close & (left | right)) != 0;
+    }
+    for (k = 0; k < 10; k++) {
+        row = (found | (counts ? beyond : 0)) & 1 << k % 8 ? 0 : row + 1;
+        if (row == 3) return 0;
+    }
+    return 1;
+}
 
 /* Holes that nearer planes of all four quadrants pass before are emptied; then the empty texels, by the nearest surfels
    of three levels of cells, each of which keeps the one nearest to its middle. */
@@ -1128,19 +1150,19 @@ static void fill_brute(tile *t)
                 cell[level][y * (TILE >> level) + x] = best;
             }
     for (i = 0; i < TILE * TILE; i++) {
-        int found = 0, first = -1, second = -1, d1 = 0, d2 = 0;
+        int found = 0, close = 0, beyond = 0, first = -1, second = -1, d1 = 0, d2 = 0;
         filled[i] = 0;
         for (level = 1; level <= 3 && t->at[i].t > 1e29; level++) {
             int side = TILE >> level, cx = i % TILE >> level, cy = i / TILE >> level;
-            if (second >= 0 && three(found)) break;
+            if (second >= 0 && surrounded(found, close, beyond)) break;
             for (y = cy - 1; y <= cy + 1; y++)
                 for (x = cx - 1; x <= cx + 1; x++) {
                     int at = x < 0 || y < 0 || x >= side || y >= side ? -2 : cell[level][y * side + x], dx, dy;
-                    if (at == -2) found |= quadrant(x - cx, y - cy);
+                    if (at == -2) beyond |= sector(x - cx, y - cy);
                     if (at < 0) continue;
                     dx = at % TILE - i % TILE;
                     dy = at / TILE - i / TILE;
-                    found |= quadrant(dx, dy);
+                    found |= sector(dx, dy);
                     if (at == first || (second == at && dx * dx + dy * dy >= d1)) continue;
                     if (first < 0 || dx * dx + dy * dy < d1) {
                         second = first;
@@ -1152,8 +1174,9 @@ static void fill_brute(tile *t)
                         d2 = dx * dx + dy * dy;
                     }
                 }
+            if (level == 1) close = found;
         }
-        if (second >= 0 && three(found)) {
+        if (second >= 0 && surrounded(found, close, beyond)) {
             const surfel *a = &t->at[first], *b = &t->at[second];
             double flat = fabs(a->t - b->t), tilted = fabs(depth_at(t, a, second) - b->t), here = depth_at(t, a, i);
             filled[i] = flat > tilted && here > 0.5 * a->t && here < 2 * a->t ? here : a->t;

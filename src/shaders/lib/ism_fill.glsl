@@ -11,10 +11,26 @@ uint ism_quadrant(ivec2 d)
     return d.x > 0 && d.y >= 0 ? 1u : d.x <= 0 && d.y > 0 ? 2u : d.x < 0 ? 4u : 8u;
 }
 
-bool ism_three_quadrants(uint q)
+// Which of eight sectors about a texel, of 45 degrees each about the axes and diagonals.
+uint ism_sector(ivec2 d)
 {
-    uint missing = ~q & 15u;
-    return (missing & (missing - 1u)) == 0u;
+    ivec2 a = abs(d);
+    if (12 * a.y < 5 * a.x) return d.x > 0 ? 1u : 16u;                      // tan 22.5 = 5 / 12
+    if (12 * a.x < 5 * a.y) return d.y > 0 ? 4u : 64u;
+    return d.x > 0 ? (d.y > 0 ? 2u : 128u) : d.y > 0 ? 8u : 32u;
+}
+
+uint ism_turn(uint sectors, int by) { return (sectors << by | sectors >> (8 - by)) & 255u; }
+
+// Is a texel with something in these sectors about it surrounded? All that lies on one side of a line touches five of
+// them at most. Those beyond the tile's border count where the border has something on both sides of the texel: in the
+// sector along it or, of what is close, the next one.
+bool ism_surrounded(uint found, uint close, uint beyond)
+{
+    uint along = (ism_turn(beyond, 1) | ism_turn(beyond, 7)) & ~beyond;
+    if (((found | ism_turn(close, 1) | ism_turn(close, 7)) & along) == along) found |= beyond;
+    uint open = ~found & 255u;
+    return (open & ism_turn(open, 1) & ism_turn(open, 2)) == 0u;
 }
 
 // Of a cell of 2^level texels a side, by its place in the tile, and 1 + the indices of one texel of each of its four

@@ -2,7 +2,8 @@
 // uses: ism_fill
 int ism_pulled(int level, ivec2 cell);
 
-struct ism_near { int first, second, least, next; uint found; };   // 1 + index; squared distances
+// 1 + index; squared distances; sectors
+struct ism_near { int first, second, least, next; uint found, close, beyond; };
 
 // The 3 x 3 cells about the texel.
 void ism_look(int level, ivec2 at, inout ism_near n)
@@ -12,14 +13,14 @@ void ism_look(int level, ivec2 at, inout ism_near n)
     for (int y = cell.y - 1; y <= cell.y + 1; y++)
         for (int x = cell.x - 1; x <= cell.x + 1; x++) {
             if (x < 0 || y < 0 || x >= half_size || y >= half_size) {
-                n.found |= ism_quadrant(ivec2(x, y) - cell);
+                n.beyond |= ism_sector(ivec2(x, y) - cell);
                 continue;
             }
             int there = ism_pulled(level, origin + ivec2(x, y));
             if (there == 0) continue;
             ivec2 d = ivec2((there - 1) % size, (there - 1) / size) - local;
             int d2 = d.x * d.x + d.y * d.y;
-            n.found |= ism_quadrant(d);
+            n.found |= ism_sector(d);
             if (n.first == 0 || d2 < n.least) {
                 if (n.first != 0 && n.first != there) {
                     n.second = n.first;
@@ -32,6 +33,7 @@ void ism_look(int level, ivec2 at, inout ism_near n)
                 n.next = d2;
             }
         }
+    if (level == 1) n.close = n.found;
 }
 
 // The first one's depth, or its plane's here, whichever would have foretold the second better. No depths are mixed.
@@ -44,18 +46,18 @@ float ism_push(ism_grid grid, ivec2 local, ivec2 first, ivec2 second, ivec2 orig
     return t > 0.5 * a.w && t < 2.0 * a.w ? t : a.w;
 }
 
-// The depth of texel `at` of the atlas, in a tile of that kind, from the nearest two that keep their surfels once there
-// are some in three quadrants about it; or ISM_FAR.
+// The depth of texel `at` of the atlas, in a tile of that kind, from the nearest two that keep their surfels once it is
+// surrounded; or ISM_FAR.
 float ism_filled(ism_grid grid, ivec2 at)
 {
     int size = int(glbk_ism_frame.maps.y);
     ivec2 local = at & (size - 1);
-    ism_near n = ism_near(0, 0, 0, 0, 0u);
+    ism_near n = ism_near(0, 0, 0, 0, 0u, 0u, 0u);
     for (int level = 1; level <= int(glbk_ism_frame.points.z); level++) {
-        if (n.second != 0 && ism_three_quadrants(n.found)) break;
+        if (n.second != 0 && ism_surrounded(n.found, n.close, n.beyond)) break;
         ism_look(level, at, n);
     }
-    if (n.second == 0 || !ism_three_quadrants(n.found)) return ISM_FAR;
+    if (n.second == 0 || !ism_surrounded(n.found, n.close, n.beyond)) return ISM_FAR;
     return ism_push(grid, local, ivec2((n.first - 1) % size, (n.first - 1) / size),
                     ivec2((n.second - 1) % size, (n.second - 1) / size), at - local);
 }
