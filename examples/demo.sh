@@ -1,5 +1,7 @@
 #!/bin/sh
-# Scene by scene, every technique that treats it beside one reference: out/index.html, which.html and contact.png.
+# Scene by scene, the techniques that it was made for beside one reference: out/index.html, which.html and contact.png.
+# Left out though render treats them: rsm and ism under skies without walls (little bounces), rsm where many
+# small lamps shine (few points for all), csm where all light bounces, shadowfield on what deforms (docs/programs.md).
 # Called by `make demo`.
 #   BUILD         where the programs are (build)
 #   ASSETS        a folder of real models and skies; without it only built-in scenes

@@ -140,6 +140,9 @@ static void say_what_figures_mean(page *p, const gallery *g)
                  "the reference's own stands beside it. Precomputed: once, and kept; a frame: everything that moving "
                  "things need anew, primary visibility not counted. On OpenGL it is the second one: what a driver "
                  "compiles at its first use does not count.");
+    paragraph(p, "Scenes are shown by the techniques that they were made for, not by all that treat them. Left out: "
+                 "rsm and ism on open scenes under a sky, where little bounces; rsm where many small lamps shine, "
+                 "which it takes as a few points; csm where all light bounces; shadowfield on what deforms.");
     paragraph(p, "Run: %s. Machine: %s.", g->run, g->machine);
     if (*g->left_out) paragraph(p, "Left out: %s.", g->left_out);
 }
@@ -193,8 +196,8 @@ int gal_index(gallery *g, char *error)
     if (open_page(&p, g, "index.html", error) != 0) return -1;
     heading(&p, 1, "Dapple: pictures");
     fputs("<p><a href=\"which.html\">Which one do I need?</a> Figures technique by technique.</p>\n", p.file);
-    paragraph(&p, "Each scene's direct light, or its direct and once bounced light, by every technique that treats it, "
-                  "at one exposure. In difference pictures grey is equal, red too bright, blue too dark.");
+    paragraph(&p, "Each scene's direct light, or its direct and once bounced light, by the techniques that it was made "
+                  "for, at one exposure. In difference pictures grey is equal, red too bright, blue too dark.");
     say_what_figures_mean(&p, g);
     fputs("<p><img src=\"contact.png\" alt=\"all pictures, small\" style=\"max-width: 62em\"></p>\n", p.file);
     for (uint32_t i = 0; i < g->group_count; i++)
