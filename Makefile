@@ -197,11 +197,13 @@ deps:
 # What the tests say about the rows of docs/conformance.md: written by the last run, else by one of the tests that do.
 LINES   := $(BUILD)/conformance.tsv
 CONFORM := $(patsubst tests/%.c,$(BUILD)/tests/%,$(shell grep -l '"conformance\.h"' tests/*/*.c))
-$(LINES): $(CONFORM)
+# Some of them call these, as tests/program.h does.
+CALLED  := $(BUILD)/render $(BUILD)/compare
+$(LINES): $(CONFORM) $(CALLED)
 	@rm -f $@
 	@BUILD=$(BUILD) CONFORMANCE=$@ sh tools/run-tests $(CONFORM) && touch $@
 # Starts in any folder; lines of its own, so that a run of all the tests keeps its.
-$(BUILD)/conformance: Makefile $(CONFORM)
+$(BUILD)/conformance: Makefile $(CONFORM) $(CALLED)
 	@printf '%s\n' '#!/bin/sh' '# Made by make: the tests that docs/conformance.md is made from, and what they measure.' \
 	  'cd "$$(dirname "$$0")/$(shell echo $(BUILD) | sed 's|[^/]*|..|g')" || exit 1' 'lines=$(BUILD)/conformance.own.tsv' \
 	  'rm -f "$$lines"' 'BUILD=$(BUILD) CONFORMANCE=$$lines sh tools/run-tests $(CONFORM)' 'status=$$?' \
