@@ -23,6 +23,7 @@ static void print_help(void)
          "  --backend cpu|gl      default cpu\n"
          "  --scene SCENE         builtin:NAME, FILE.glb or FILE.gltf\n"
          "  --env SKY             builtin:NAME or a latitude-longitude FILE.hdr\n"
+         "                        default where nothing else shines: builtin:sky; rsm, ism: sun:0.48,0.8,0.36\n"
          "  --light LIGHT         may be repeated; directions point to the sun and out of lamps; d, n, u, v, p, q are\n"
          "                        three numbers each; E, I, L one number or r,g,b:\n"
          "                          sun:d[,E]  spot:p,d,degrees[,I]  point:p[,I]  sphere:p,radius[,L]\n"

@@ -324,6 +324,23 @@ static void render_is_deterministic(void **state)
     same_files("one.pfm", "seed.pfm", 0);
 }
 
+/* A scene that brings no light: a sun for rsm and ism, the sky for the others. */
+static void render_unlit_scene(void **state)
+{
+    (void)state;
+    need("render");
+#define UNLIT(technique) "--technique " technique " --scene builtin:knot --size 8x6 --set ground=1 "
+    assert_int_equal(run("render", UNLIT("rsm") "--out %s/none.pfm"), 0);
+    assert_int_equal(run("render", UNLIT("rsm") "--light sun:0.48,0.8,0.36 --out %s/sun.pfm"), 0);
+    same_files("none.pfm", "sun.pfm", 1);
+    assert_int_equal(run("render", UNLIT("ism") "--set vpls=16 --out %s/none.pfm"), 0);
+    assert_int_equal(run("render", UNLIT("ism") "--set vpls=16 --light sun:0.48,0.8,0.36 --out %s/sun.pfm"), 0);
+    same_files("none.pfm", "sun.pfm", 1);
+    assert_int_equal(run("render", UNLIT("envshadow") "--out %s/none.pfm"), 0);
+    assert_int_equal(run("render", UNLIT("envshadow") "--env builtin:sky --out %s/sun.pfm"), 0);
+    same_files("none.pfm", "sun.pfm", 1);
+}
+
 /* Frames of a static scene are averaged; frame i has seed + i. */
 static void render_frames(void **state)
 {
@@ -429,8 +446,8 @@ int main(void)
         cmocka_unit_test(render_arguments), cmocka_unit_test(render_fails), cmocka_unit_test(render_informs),
         cmocka_unit_test(programs_say_their_version), cmocka_unit_test(viewer_arguments),
         cmocka_unit_test(render_json), cmocka_unit_test(render_is_deterministic), cmocka_unit_test(render_frames),
-        cmocka_unit_test(render_light_defaults), cmocka_unit_test(render_background),
-        cmocka_unit_test(render_defaults)
+        cmocka_unit_test(render_light_defaults), cmocka_unit_test(render_unlit_scene),
+        cmocka_unit_test(render_background), cmocka_unit_test(render_defaults)
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
