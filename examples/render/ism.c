@@ -25,6 +25,7 @@ typedef struct ism_state {
     int         bounces, direct, indirect, has_ground;
     int         light_rsm;
     uint32_t    rsm, shadow, light_points;
+    size_t      direct_bytes;            /* the shadow map of direct light */
     ism_stats   stats;                   /* of the first bounce, or of emitted light where there is none */
     double      rsm_ms, direct_ms, choose_ms, build_ms, shade_ms;
 } ism_state;
@@ -330,7 +331,7 @@ static int frame_ism(void *state, const rd_job *job, ex_image *out, char *error)
         result = add_first(s, job, &rsms, out, error);
     start = ex_seconds();
     if (result == 0 && s->direct) {
-        result = im_direct(out, &rsms, job, s->shadow, error);
+        result = im_direct(out, &rsms, job, s->shadow, &s->direct_bytes, error);
         if (result == 0)
             result = add_emitted(s, job, 1, 1, &any, out, error);
     }
@@ -345,6 +346,8 @@ static void report_ism(const void *state, rd_report *report)
 {
     const ism_state *s = state;
     rd_json *json = report->json;
+    report->memory_bytes += s->direct_bytes;
+    report->peak_bytes += s->direct_bytes;
     for (int i = 0; i < LEVELS; i++) {
         ism_stats stats;
         if (!s->maps[i])

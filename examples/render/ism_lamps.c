@@ -628,9 +628,10 @@ static void add_direct(ex_image *out, const rd_job *job, const im_lamp *lamp, co
     }
 }
 
-int im_direct(ex_image *out, const im_rsms *r, const rd_job *job, uint32_t size, char *error)
+int im_direct(ex_image *out, const im_rsms *r, const rd_job *job, uint32_t size, size_t *map_bytes, char *error)
 {
     static const float axes[6][3] = { { 1, 0, 0 }, { -1, 0, 0 }, { 0, 1, 0 }, { 0, -1, 0 }, { 0, 0, 1 }, { 0, 0, -1 } };
+    *map_bytes = 0;
     for (size_t i = 0; i < r->lamp_count; i++) {
         const im_lamp *lamp = &r->lamps[i];
         int narrow = lamp->cos_cone > 0.5f, faces = lamp->kind == IM_FAR || narrow ? 1 : 6;
@@ -650,6 +651,8 @@ int im_direct(ex_image *out, const im_rsms *r, const rd_job *job, uint32_t size,
                                  axes[face / 2 == 1 ? 4 : 2], fovy, faces > 1 ? (size + 1) / 2 : size, error) != 0)
                 return -1;
             add_direct(out, job, lamp, &map);
+            if (*map_bytes < (size_t)map.size * map.size * sizeof *map.depth)
+                *map_bytes = (size_t)map.size * map.size * sizeof *map.depth;
             free(map.depth);
         }
     }

@@ -33,9 +33,9 @@ int  im_lamps_build(im_rsms *out, const rd_job *job, uint32_t samples, int areas
 int  im_rsms_render(im_rsms *out, const rd_job *job, uint32_t size, char *error);
 void im_rsms_free(im_rsms *rsms);
 
-/* Light of suns, spots and points that reaches the G-buffer directly, tested against shadow maps of size x
-   size texels. */
-int  im_direct(ex_image *out, const im_rsms *lamps, const rd_job *job, uint32_t size, char *error);
+/* Light of suns, spots and points that reaches the G-buffer directly, tested against shadow maps of size x size texels,
+   drawn one after the other; map_bytes: of the largest, 0 where there is none. */
+int  im_direct(ex_image *out, const im_rsms *lamps, const rd_job *job, uint32_t size, size_t *map_bytes, char *error);
 /* Emitted light as sources: points on area lights and emissive meshes and, with_sky, directions of the sky; none is no
    error. */
 int  im_emission_sources(im_rsms *out, const rd_job *job, uint32_t points, int with_sky, char *error);

@@ -88,6 +88,24 @@ static void direct_light_of_ism(void **state)
     compare_parts(SPOT, "direct", "ism", "--samples 64", ism_direct);
 }
 
+/* Without VPLs it is all that ism keeps: one map at a time of all lights, a cube's faces half as fine. */
+static void shadow_map_of_ism_counts(void **state)
+{
+    static const char *const ways[] = { "cpu", "gl" };
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        char line[256];
+        snprintf(line, sizeof line, "--technique ism --backend %s --scene builtin:knot --size 16x12 --set bounces=0 "
+                 "--set shadow=64 --out now.pfm --json - --light ", ways[i]);
+        strcat(line, "point:0,2,0");
+        render_or_skip(line);
+        assert_true(number("memory_bytes") == 32 * 32 * 4 && number("peak_bytes") == 32 * 32 * 4);
+        strcat(line, " --light sun:0,1,0 --light sun:1,1,0");
+        render_or_skip(line);
+        assert_true(number("memory_bytes") == 64 * 64 * 4 && number("peak_bytes") == 64 * 64 * 4);
+    }
+}
+
 /* Half of the board is holes: without them its shadow is twice as large. */
 static void light_through_holes(void **state)
 {
@@ -155,7 +173,8 @@ int main(void)
         cmocka_unit_test(direct_light_of_rsm),  cmocka_unit_test(direct_light_of_rsm_on_gl),
         cmocka_unit_test(bounced_light_of_rsm), cmocka_unit_test(bounced_light_of_rsm_on_gl),
         cmocka_unit_test(bounced_light_of_ism), cmocka_unit_test(bounced_light_of_ism_on_gl),
-        cmocka_unit_test(direct_light_of_ism),  cmocka_unit_test(light_through_holes),
+        cmocka_unit_test(direct_light_of_ism),  cmocka_unit_test(shadow_map_of_ism_counts),
+        cmocka_unit_test(light_through_holes),
         cmocka_unit_test(light_from_the_ground_of_rsm), cmocka_unit_test(light_from_the_ground_of_rsm_on_gl),
         cmocka_unit_test(light_from_the_ground_of_ism), cmocka_unit_test(high_sun_of_ism),
         cmocka_unit_test(direct_light_of_a_sky_of_ism),
