@@ -7,7 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-extern const char dapple_commit[];
+extern const char dapple_commit[], dapple_version[];
+
+#define USAGE "bench NAME|all [--model FILE.glb|builtin:NAME] [--assets DIR] [--threads N] [--full] [--side N] " \
+              "[--m M] [--json FILE], or bench --list"
 
 static const struct { const char *name, *what; int (*run)(const bn_options *options);
 } benches[] = {
@@ -365,9 +368,12 @@ int main(int count, char **values)
             printf("%-18s %s\n", benches[i].name, benches[i].what);
         return 0;
     }
+    if (count == 2 && strcmp(values[1], "--help") == 0)
+        return puts("usage: " USAGE " | --help | --version"), 0;
+    if (count == 2 && strcmp(values[1], "--version") == 0)
+        return printf("bench %s\n", dapple_version), 0;
     if (count < 2 || !is_known(values[1]))
-        return bad_arguments(count < 2 ? "usage" : values[1], "bench NAME|all [--model FILE.glb|builtin:NAME] "
-                             "[--assets DIR] [--threads N] [--full] [--side N] [--m M] [--json FILE], or bench --list");
+        return bad_arguments(count < 2 ? "usage" : values[1], USAGE);
     memset(&options, 0, sizeof options);
     options.program = values[0];
     options.assets = getenv("ASSETS") && *getenv("ASSETS") ? getenv("ASSETS") : NULL;

@@ -39,16 +39,14 @@ static void print_help(void)
          "       bake merge -o OUT PART... [--set packed=1]\n"
          "       bake info FILE\n"
          "       bake verify FILE SCENE [--set key=value ...]\n"
-         "       bake --help | --version\n"
+         "       bake [COMMAND] --help | --version\n"
          "\n"
          "  SCENE is FILE.glb, FILE.gltf or builtin:NAME: one rigid object, unless --set node=NAME\n"
          "  --shard i/n    only the i-th of n shards, 1 <= i <= n; merge joins all n, in order\n"
          "  verify         csm: every stored depth against the object; shadowfield: built again, same settings");
     for (size_t t = 0; t < sizeof techniques / sizeof *techniques + 1; t++) {
-        const rd_key *k = t ? techniques[t - 1]->keys : common_keys;
         printf("\nsettings of %s (--set key=value):\n", t ? techniques[t - 1]->name : "both");
-        for (; k->name; k++)
-            printf("  %-14s %s [%s] %s\n", k->name, k->words ? k->words : "", k->standard, k->help);
+        rd_print_keys(t ? techniques[t - 1]->keys : common_keys);
     }
     puts("\nexit status: 0 done, 1 failed, 2 bad arguments");
 }
@@ -438,7 +436,9 @@ int main(int count, char **values)
     static bk_args args;
     static char error[EX_ERROR_SIZE];
     const bk_command *c = NULL;
-    if (count == 2 && strcmp(values[1], "--help") == 0) {
+    for (size_t i = 0; count > 1 && i < sizeof commands / sizeof *commands; i++)
+        if (strcmp(values[1], commands[i].name) == 0) c = &commands[i];
+    if (count == (c ? 3 : 2) && strcmp(values[count - 1], "--help") == 0) {
         print_help();
         return DONE;
     }
@@ -446,8 +446,6 @@ int main(int count, char **values)
         printf("bake %s\n", dapple_version);
         return DONE;
     }
-    for (size_t i = 0; count > 1 && i < sizeof commands / sizeof *commands; i++)
-        if (strcmp(values[1], commands[i].name) == 0) c = &commands[i];
     args.shard = args.shards = 1;
     if (!c)
         fail(error, "csm, shadowfield, merge, info or verify, or --help", "");
@@ -455,6 +453,7 @@ int main(int count, char **values)
         args.technique = c->technique;
         if (c->run == run_verify) look_into(&args, count - 2, values + 2, error);
         args.settings.common = common_keys;
+        args.settings.listed = "bake --help";
         args.settings.own = args.technique->keys;
         if (take_all(&args, count - 2, values + 2, error) != 0 || check(&args, c, error) != 0)
             c = NULL;

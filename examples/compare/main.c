@@ -12,6 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+extern const char dapple_version[];        /* of CHANGELOG.md, by the Makefile */
+
 enum { DONE = 0, FAILED = 1, BAD_ARGUMENTS = 2 };
 enum { WINDOW = 5 };           /* pixels on either side of the centre: 11 x 11 */
 
@@ -251,6 +253,7 @@ int main(int count, char **values)
     int status = BAD_ARGUMENTS;
     if (count == 2 && strcmp(values[1], "--help") == 0) {
         puts("usage: compare A.pfm B.pfm [--diff FILE.png]\n"
+             "       compare --help | --version\n"
              "\n"
              "Prints one line of JSON: rmse, relative_rmse (over B's mean), mean_ratio, psnr, ssim, B's ev, pixels,\n"
              "nonfinite. --diff: grey where equal, red where A is brighter, blue where B is; full colour at a quarter\n"
@@ -259,6 +262,8 @@ int main(int count, char **values)
              "exit status: 0 done, 1 failed (also: other sizes, pixels that are not finite), 2 bad arguments");
         return DONE;
     }
+    if (count == 2 && strcmp(values[1], "--version") == 0)
+        return printf("compare %s\n", dapple_version), DONE;
     if (parse(count, values, names, &diff, error) == 0)
         status = ex_image_read_pfm(&a, names[0], error) == 0 && ex_image_read_pfm(&b, names[1], error) == 0 &&
                  compare(&a, &b, diff, error) == 0 ? DONE : FAILED;

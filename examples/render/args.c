@@ -341,6 +341,7 @@ static int apply_technique(rd_args *args, int count, char **values, char *error)
 {
     const rd_technique *technique = args->technique;
     args->settings.common = rd_common_keys;
+    args->settings.listed = "render --list";
     args->settings.own = technique->keys;
     args->samples = technique->samples;
     if (technique->missing)

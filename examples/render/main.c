@@ -44,12 +44,7 @@ static void print_help(void)
 static void print_keys(const char *title, const rd_key *keys)
 {
     printf("\nsettings of %s (--set key=value):\n", title);
-    for (; keys->name; keys++) {
-        char range[100] = "";
-        if (keys->kind != RD_WORD)
-            snprintf(range, sizeof range, "%s%g..%g", keys->words ? "|" : "", keys->low, keys->high);
-        printf("  %-20s %s%s [%s] %s\n", keys->name, keys->words ? keys->words : "", range, keys->standard, keys->help);
-    }
+    rd_print_keys(keys);
 }
 
 static void print_names(const char *title, const char *const *names)

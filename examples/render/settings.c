@@ -91,7 +91,7 @@ int rd_settings_add(rd_settings *settings, const char *pair, char *error)
         return -1;
     }
     if (!key) {
-        snprintf(error, EX_ERROR_SIZE, "--set %.60s: unknown key for this technique (see render --list)", pair);
+        snprintf(error, EX_ERROR_SIZE, "--set %.60s: unknown key for this technique (see %s)", pair, settings->listed);
         return -1;
     }
     if (strlen(equals + 1) >= sizeof settings->set[0].value || !is_valid(key, equals + 1)) {
@@ -134,4 +134,14 @@ int rd_setting_integer(const rd_settings *settings, const char *key)
 int rd_setting_is(const rd_settings *settings, const char *key, const char *word)
 {
     return strcmp(rd_setting_text(settings, key), word) == 0;
+}
+
+void rd_print_keys(const rd_key *keys)
+{
+    for (; keys->name; keys++) {
+        char range[100] = "";
+        if (keys->kind != RD_WORD)
+            snprintf(range, sizeof range, "%s%g..%g", keys->words ? "|" : "", keys->low, keys->high);
+        printf("  %-20s %s%s [%s] %s\n", keys->name, keys->words ? keys->words : "", range, keys->standard, keys->help);
+    }
 }

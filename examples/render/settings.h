@@ -20,6 +20,7 @@ typedef struct rd_key {
 
 typedef struct rd_settings {
     const rd_key *common, *own;                /* tables ended by a NULL name; own may be NULL */
+    const char   *listed;                      /* by which command: "render --list" */
     struct { const rd_key *key; char value[64]; } set[RD_MAX_SETTINGS];
     size_t count;
 } rd_settings;
@@ -33,6 +34,9 @@ const char *rd_setting_text(const rd_settings *settings, const char *key);
 double      rd_setting_number(const rd_settings *settings, const char *key);
 int         rd_setting_integer(const rd_settings *settings, const char *key);
 int         rd_setting_is(const rd_settings *settings, const char *key, const char *word);
+
+/* A line of a list for each key of a table: name, values, default, help. */
+void        rd_print_keys(const rd_key *keys);
 
 /* The whole of text as a finite number. */
 int         rd_parse_number(const char *text, double *value);

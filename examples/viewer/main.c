@@ -10,6 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+extern const char dapple_version[];        /* of CHANGELOG.md, by the Makefile */
+
 typedef struct program {
     viewer        v;
     ex_gl        *context;
@@ -198,13 +200,16 @@ int main(int count, char **values)
     const char *scene = "builtin:knot";
     char error[EX_ERROR_SIZE] = "";
     int status = 1, width = 960, height = 600, at = 1;
+    if (count == 2 && strcmp(values[1], "--version") == 0)
+        return printf("viewer %s\n", dapple_version), 0;
     if (count > 2 && strcmp(values[1], "--size") == 0 && sscanf(values[2], "%dx%d", &width, &height) == 2)
         at = 3;
     if (at < count)
         scene = values[at++];
     if (at < count || scene[0] == '-' || strlen(scene) >= sizeof p.v.show.scene || width < 16 || height < 16) {
         int asked = count == 2 && strcmp(scene, "--help") == 0;
-        fputs("usage: viewer [--size WxH] [FILE.glb | FILE.gltf | builtin:NAME]      H in the window lists the keys\n",
+        fputs("usage: viewer [--size WxH] [FILE.glb | FILE.gltf | builtin:NAME] | --help | --version"
+              "      H in the window lists the keys\n",
               asked ? stdout : stderr);
         return asked ? 0 : 2;
     }

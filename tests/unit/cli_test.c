@@ -243,32 +243,64 @@ static void render_informs(void **state)
     assert_true(strstr(output, "reference") && strstr(output, "builtin:cornell") && strstr(output, "light_side"));
 }
 
-/* All say the version that the change log and the packages have. */
-static void programs_say_their_version(void **state)
+/* The version that the change log and the packages have. */
+static void expect_version(const char *program)
 {
-    static const char *const programs[] = { "render", "bake" };
     char line[128], version[32] = "", expected[64];
     FILE *log = fopen("CHANGELOG.md", "r");
-    (void)state;
     assert_non_null(log);
     while (!version[0] && fgets(line, sizeof line, log))
         if (strncmp(line, "## Dapple ", 10) == 0)
             snprintf(version, sizeof version, "%.*s", (int)strcspn(line + 10, " \n"), line + 10);
     fclose(log);
     assert_true(version[0]);
-    for (size_t i = 0; i < sizeof programs / sizeof programs[0]; i++) {
-        need(programs[i]);
-        assert_int_equal(run(programs[i], "--version"), 0);
-        snprintf(expected, sizeof expected, "%s %s\n", programs[i], version);
-        assert_string_equal(output, expected);
-    }
+    need(program);
+    assert_int_equal(run(program, "--version"), 0);
+    snprintf(expected, sizeof expected, "%s %s\n", program, version);
+    assert_string_equal(output, expected);
+}
+
+static void programs_say_their_version(void **state)
+{
+    (void)state;
+    expect_version("render");
+    expect_version("compare");
+    expect_version("bake");
+    expect_version("bench");
+}
+
+/* On stdout, where it was asked for. */
+static void expect_help(const char *program, const char *arguments, const char *text)
+{
+    need(program);
+    assert_int_equal(run(program, arguments), 0);
+    assert_int_equal(lines_of_error, 0);
+    if (!strstr(output, text))
+        fail_msg("%s %s: no \"%s\": %s", program, arguments, text, output);
+}
+
+static void programs_help(void **state)
+{
+    (void)state;
+    expect_help("render", "--help", "usage: render");
+    expect_help("render", "--list", "  shells               0|2..64 [0] ");
+    expect_help("compare", "--help", "usage: compare");
+    expect_help("bench", "--help", "usage: bench");
+    expect_help("bake", "--help", "usage: bake");
+    expect_help("bake", "--help", "  shells               0|2..64 [0] ");
+    expect_help("bake", "csm --help", "  position_side        0|2..64 [0] ");
+    expect_help("bake", "verify --help", "usage: bake");
+    expect_line("bake", "magic --help", 2, "or --help");
+    expect_line("bake", "csm builtin:knot -o %s/x.csm --set foo=1", 2, "see bake --help");
+    expect_line("render", KNOT "--set foo=1", 2, "see render --list");
+    expect_line("bench", "", 2, "bench NAME|all");
 }
 
 /* Without a window: arguments are looked at first. */
 static void viewer_arguments(void **state)
 {
     (void)state;
-    need("viewer");
+    expect_version("viewer");
     expect_line("viewer", "--bogus", 2, "usage: viewer");
     expect_line("viewer", "builtin:knot builtin:plant", 2, "usage: viewer");
     expect_line("viewer", "--size 4x4", 2, "usage: viewer");
@@ -444,7 +476,8 @@ int main(void)
     static const struct CMUnitTest tests[] = {
         cmocka_unit_test(compare_numbers), cmocka_unit_test(compare_flat), cmocka_unit_test(compare_refuses),
         cmocka_unit_test(render_arguments), cmocka_unit_test(render_fails), cmocka_unit_test(render_informs),
-        cmocka_unit_test(programs_say_their_version), cmocka_unit_test(viewer_arguments),
+        cmocka_unit_test(programs_say_their_version), cmocka_unit_test(programs_help),
+        cmocka_unit_test(viewer_arguments),
         cmocka_unit_test(render_json), cmocka_unit_test(render_is_deterministic), cmocka_unit_test(render_frames),
         cmocka_unit_test(render_light_defaults), cmocka_unit_test(render_unlit_scene),
         cmocka_unit_test(render_background), cmocka_unit_test(render_defaults)
