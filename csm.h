@@ -683,7 +683,7 @@ COHSM_DEF cohsm_result cohsm_progressive_mean(const cohsm_progressive *p, float 
 #define COHSM__NO_SIMD
 #endif
 
-/* >>> shared fp_begin mem v3 m4 bytes crc trig octa hilbert rng lds cdf cpu: written by tools/stamp from src/shared */
+/* >>> shared fp_begin mem v3 m4 bytes crc trig octa hilbert rng lds cdf cpu bits part: by tools/stamp of src/shared */
 
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
@@ -732,6 +732,12 @@ static inline int cohsm__add_size(size_t a, size_t b, size_t *out)
     if (a > SIZE_MAX - b) return 0;
     *out = a + b;
     return 1;
+}
+
+/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+static inline int cohsm__stride_valid(size_t stride, size_t standard)
+{
+    return stride == 0 || (stride >= standard && stride % 4 == 0);
 }
 
 /* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
@@ -863,6 +869,8 @@ static inline int cohsm__finite(float x)
     memcpy(&bits, &x, sizeof bits);
     return (bits & 0x7f800000u) != 0x7f800000u;
 }
+
+static inline int cohsm__in(float x, float low, float high) { return cohsm__finite(x) && x >= low && x <= high; }
 
 static inline int cohsm__v3_finite(cohsm__v3 a)
 {
@@ -1402,6 +1410,45 @@ static inline int cohsm__cpu_has_avx2(void) { return 0; }
 static inline int cohsm__cpu_has_avx512(void) { return 0; }
 #endif
 
+/* unit bits: counting bits */
+
+static inline uint32_t cohsm__popcount(uint64_t x)
+{
+    x -= x >> 1 & 0x5555555555555555u;
+    x = (x & 0x3333333333333333u) + (x >> 2 & 0x3333333333333333u);
+    x = (x + (x >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+    return (uint32_t)(x * 0x0101010101010101u >> 56);
+}
+
+/* unit part: the caller's progress within parts of a call, and whether it cancels */
+
+/* progress may be NULL; from..to of 0..1. */
+typedef struct cohsm__part {
+    int (*progress)(void *user, float fraction);
+    void *user;
+    float from, to;
+} cohsm__part;
+
+/* Where progress is not NULL; fraction: of the part. */
+static inline int cohsm__part_tell(const cohsm__part *p, float fraction)
+{
+    return p->progress(p->user, p->from + (p->to - p->from) * fraction);
+}
+
+static inline cohsm__part cohsm__part_of(const cohsm__part *whole, float from, float to)
+{
+    cohsm__part p = *whole;
+    p.from = whole->from + (whole->to - whole->from) * from;
+    p.to = whole->from + (whole->to - whole->from) * to;
+    return p;
+}
+
+/* Before step i of count, asked every so many steps. 1: the caller cancels. */
+static inline int cohsm__cancelled(const cohsm__part *p, size_t i, size_t count, size_t every)
+{
+    return p->progress && i % every == 0 && cohsm__part_tell(p, (float)((double)i / (double)count)) != 0;
+}
+
 /* <<< shared */
 
 /* 64-bit x86 with AVX2 and BMI2, asked for at run time. */
@@ -1514,27 +1561,10 @@ static void cohsm__give(cohsm__heap *h, void *p, size_t count, size_t size)
     cohsm__free(&h->allocator, p);
 }
 
-/* The caller's progress within a part of a call. */
-typedef struct cohsm__part { cohsm_progress progress; void *user; float from, to; } cohsm__part;
-
+/* A progress callback itself, whose user is a part. */
 static int cohsm__part_progress(void *user, float fraction)
 {
-    const cohsm__part *p = (const cohsm__part *)user;
-    return p->progress(p->user, p->from + (p->to - p->from) * fraction);
-}
-
-static cohsm__part cohsm__part_of(const cohsm__part *whole, float from, float to)
-{
-    cohsm__part p = *whole;
-    p.from = whole->from + (whole->to - whole->from) * from;
-    p.to = whole->from + (whole->to - whole->from) * to;
-    return p;
-}
-
-/* Before step i of count, asked every so many steps. 1: the caller cancels. */
-static inline int cohsm__cancelled(cohsm__part *p, size_t i, size_t count, size_t every)
-{
-    return p->progress && i % every == 0 && cohsm__part_progress(p, (float)((double)i / (double)count));
+    return cohsm__part_tell((const cohsm__part *)user, fraction);
 }
 
 /* What calls that build nothing take from a desc; 0: its allocator is half. */
@@ -3112,14 +3142,6 @@ static uint32_t cohsm__half_word(const uint32_t *words, uint32_t i)
 static uint64_t cohsm__marks(const uint32_t *block)
 {
     return (block[0] | (uint64_t)block[1] << 32) >> 16 | (uint64_t)block[2] << 48;
-}
-
-static uint32_t cohsm__popcount(uint64_t x)
-{
-    x -= x >> 1 & 0x5555555555555555u;
-    x = (x & 0x3333333333333333u) + (x >> 2 & 0x3333333333333333u);
-    x = (x + (x >> 4)) & 0x0f0f0f0f0f0f0f0fu;
-    return (uint32_t)(x * 0x0101010101010101u >> 56);
 }
 
 /* For each of the eight bytes from 0 to 127, 1 where it is at least x. */
@@ -7305,7 +7327,7 @@ static void cohsm__disc_square(float x, float y, float *u, float *v)
     *v = cohsm__clamp_unit(0.5f * (b + 1.0f));
 }
 
-static int cohsm__in_range3(const float *p, float low, float high)
+static int cohsm__in3(const float *p, float low, float high)
 {
     int i;
     for (i = 0; i < 3; i++)
@@ -7313,7 +7335,6 @@ static int cohsm__in_range3(const float *p, float low, float high)
     return 1;
 }
 
-static int cohsm__in_range(float x, float low, float high) { return cohsm__finite(x) && x >= low && x <= high; }
 
 static int cohsm__is_unit(const float *p)
 {
@@ -7324,16 +7345,16 @@ static int cohsm__is_unit(const float *p)
 static int cohsm__material_valid(const cohsm_material *m)
 {
     uint32_t i;
-    if ((unsigned)m->type > (unsigned)COHSM_BRDF_METAL_ROUGH || !cohsm__in_range3(m->diffuse, 0.0f, 1.0f)) return 0;
+    if ((unsigned)m->type > (unsigned)COHSM_BRDF_METAL_ROUGH || !cohsm__in3(m->diffuse, 0.0f, 1.0f)) return 0;
     if (m->type == COHSM_BRDF_PHONG)
-        return cohsm__in_range3(m->specular, 0.0f, 1.0f) && cohsm__in_range(m->exponent, 0.0f, 1e5f);
+        return cohsm__in3(m->specular, 0.0f, 1.0f) && cohsm__in(m->exponent, 0.0f, 1e5f);
     if (m->type == COHSM_BRDF_METAL_ROUGH)
-        return cohsm__in_range(m->metallic, 0.0f, 1.0f) && cohsm__in_range(m->roughness, 0.0f, 1.0f);
+        return cohsm__in(m->metallic, 0.0f, 1.0f) && cohsm__in(m->roughness, 0.0f, 1.0f);
     if (m->type != COHSM_BRDF_LAFORTUNE) return 1;
     if (m->lobe_count > COHSM_MAX_LOBES || (m->lobe_count && !m->lobes)) return 0;
     for (i = 0; i < m->lobe_count; i++)
-        if (!cohsm__in_range3(m->lobes[i].axis, -10.0f, 10.0f) || !cohsm__in_range3(m->lobes[i].scale, 0.0f, 1e9f) ||
-            !cohsm__in_range(m->lobes[i].exponent, 0.0f, 1e5f))
+        if (!cohsm__in3(m->lobes[i].axis, -10.0f, 10.0f) || !cohsm__in3(m->lobes[i].scale, 0.0f, 1e9f) ||
+            !cohsm__in(m->lobes[i].exponent, 0.0f, 1e5f))
             return 0;
     return 1;
 }
@@ -8214,9 +8235,9 @@ static int cohsm__emitter_valid(const cohsm_emitter_desc *d)
     const float big = 1e18f;
     cohsm__v3 n = cohsm__v3_cross(cohsm__v3_load(d->u), cohsm__v3_load(d->v));
 
-    if (!cohsm__in_range3(d->radiance, 0.0f, 3e38f) || !cohsm__in_range(d->time, -1e9f, 1e9f) ||
-        !cohsm__in_range(d->cosine_power, 0.0f, 1e5f) || !cohsm__in_range(d->rotation, -1000.0f, 1000.0f) ||
-        !cohsm__in_range(d->frames_per_second, 0.0f, 1e6f))
+    if (!cohsm__in3(d->radiance, 0.0f, 3e38f) || !cohsm__in(d->time, -1e9f, 1e9f) ||
+        !cohsm__in(d->cosine_power, 0.0f, 1e5f) || !cohsm__in(d->rotation, -1000.0f, 1000.0f) ||
+        !cohsm__in(d->frames_per_second, 0.0f, 1e6f))
         return 0;
     if (d->texels ? !d->width || !d->height || d->width > 65536u || d->height > 65536u || d->frames > 1u << 24
                   : d->width || d->height || d->frames > 1)
@@ -8225,8 +8246,8 @@ static int cohsm__emitter_valid(const cohsm_emitter_desc *d)
     if (d->shape == COHSM_SHAPE_CALLBACK) return d->shape_fn != NULL;
     if (d->shape == COHSM_SHAPE_MESH)
         return cohsm__check_mesh(d->mesh) == COHSM_OK && d->places <= 1u << 24 && !d->texels &&
-               cohsm__in_range(d->radius, 0.0f, big);
-    if (!cohsm__in_range3(d->position, -big, big)) return 0;
+               cohsm__in(d->radius, 0.0f, big);
+    if (!cohsm__in3(d->position, -big, big)) return 0;
     switch (d->shape) {
     case COHSM_SHAPE_SUN:
         return !d->texels && !d->emission_fn && cohsm__is_unit(d->direction);
@@ -8234,17 +8255,17 @@ static int cohsm__emitter_valid(const cohsm_emitter_desc *d)
         return !d->texels && !d->emission_fn;
     case COHSM_SHAPE_SPOT:
         return !d->texels && !d->emission_fn && cohsm__is_unit(d->direction) &&
-               cohsm__in_range(d->cone_angle, 1e-6f, COHSM__PI);
+               cohsm__in(d->cone_angle, 1e-6f, COHSM__PI);
     case COHSM_SHAPE_LINE:
-        return cohsm__in_range3(d->u, -big, big) && cohsm__v3_length(cohsm__v3_load(d->u)) > 0.0f &&
-               cohsm__in_range(d->radius, 1e-18f, big) && (!d->texels || d->height == 1u);
+        return cohsm__in3(d->u, -big, big) && cohsm__v3_length(cohsm__v3_load(d->u)) > 0.0f &&
+               cohsm__in(d->radius, 1e-18f, big) && (!d->texels || d->height == 1u);
     case COHSM_SHAPE_RECTANGLE:
-        return cohsm__in_range3(d->u, -big, big) && cohsm__in_range3(d->v, -big, big) && cohsm__v3_finite(n) &&
+        return cohsm__in3(d->u, -big, big) && cohsm__in3(d->v, -big, big) && cohsm__v3_finite(n) &&
                cohsm__v3_length(n) > 0.0f && cohsm__finite(cohsm__v3_length(n));
     case COHSM_SHAPE_DISC:
-        return cohsm__is_unit(d->direction) && cohsm__in_range(d->radius, 1e-18f, big);
+        return cohsm__is_unit(d->direction) && cohsm__in(d->radius, 1e-18f, big);
     case COHSM_SHAPE_SPHERE:
-        return cohsm__in_range(d->radius, 1e-18f, big);
+        return cohsm__in(d->radius, 1e-18f, big);
     default:
         return 0;
     }
@@ -8485,7 +8506,7 @@ COHSM_DEF int cohsm_emitter_sample(const cohsm_emitter *light, const float p[3],
     cohsm__aim aim;
     cohsm_emission e;
 
-    if (!light || !p || !u || !out || !cohsm__v3_finite(cohsm__v3_load(p)) || !cohsm__in_range3(u, 0.0f, 1.0f))
+    if (!light || !p || !u || !out || !cohsm__v3_finite(cohsm__v3_load(p)) || !cohsm__in3(u, 0.0f, 1.0f))
         return 0;
     if (!cohsm__aim_at(&aim, light, cohsm__v3_load(p)) || !cohsm__emitter_draw(&aim, u, &e)) return 0;
     *out = e;
@@ -8662,8 +8683,6 @@ static const float *cohsm__row(const float *base, size_t stride, size_t i)
     return (const float *)(const void *)((const char *)base + (stride ? stride : 12u) * i);
 }
 
-static int cohsm__stride_valid(size_t stride) { return stride == 0 || (stride >= 12u && stride % 4u == 0); }
-
 static const cohsm_material *cohsm__material_at(const cohsm_points *p, size_t i)
 {
     return (const cohsm_material *)(const void *)((const char *)p->materials + p->material_stride * i);
@@ -8674,9 +8693,9 @@ static cohsm_result cohsm__points_check(const cohsm_points *p)
     size_t i;
 
     if (p->count == 0) return COHSM_OK;
-    if (!p->positions || !p->normals || !p->materials || !cohsm__stride_valid(p->position_stride) ||
-        !cohsm__stride_valid(p->normal_stride) || !cohsm__stride_valid(p->view_stride) ||
-        !cohsm__stride_valid(p->tangent_stride) || p->material_stride % sizeof(void *) ||
+    if (!p->positions || !p->normals || !p->materials || !cohsm__stride_valid(p->position_stride, 12) ||
+        !cohsm__stride_valid(p->normal_stride, 12) || !cohsm__stride_valid(p->view_stride, 12) ||
+        !cohsm__stride_valid(p->tangent_stride, 12) || p->material_stride % sizeof(void *) ||
         (p->material_stride && p->material_stride < sizeof(cohsm_material)))
         return COHSM_ERR_ARGUMENT;
     for (i = 0; i < p->count; i++) {
@@ -8761,7 +8780,7 @@ COHSM_DEF cohsm_result cohsm_accumulate(size_t count, uint32_t samples, const fl
     size_t i, c, at = 0;
     uint32_t k;
 
-    if (samples == 0 || (count && (!weights || !radiance)) || !cohsm__stride_valid(radiance_stride))
+    if (samples == 0 || (count && (!weights || !radiance)) || !cohsm__stride_valid(radiance_stride, 12))
         return COHSM_ERR_ARGUMENT;
     for (i = 0; i < count; i++) {
         float *out = (float *)(void *)((char *)radiance + (radiance_stride ? radiance_stride : 12u) * i);
@@ -8846,8 +8865,8 @@ COHSM_DEF cohsm_result cohsm_brdf_sample(const cohsm_material *material, const f
     cohsm_result result = cohsm__brdf_prepare(&s, material, normal, tangent, wo);
 
     if (result != COHSM_OK) return result;
-    if (!u || !wi || !f || !pdf || !cohsm__in_range(u[0], 0.0f, COHSM__BELOW_1) ||
-        !cohsm__in_range(u[1], 0.0f, COHSM__BELOW_1))
+    if (!u || !wi || !f || !pdf || !cohsm__in(u[0], 0.0f, COHSM__BELOW_1) ||
+        !cohsm__in(u[1], 0.0f, COHSM__BELOW_1))
         return COHSM_ERR_ARGUMENT;
     w = cohsm__brdf_draw(&s, s.diffuse_share, u[0], u[1]);
     cohsm__brdf_result(&s, w, f, pdf);

@@ -476,7 +476,7 @@ ENVSH_DEF uint32_t envsh_cluster_size(const envsh_cost *cost, uint32_t light_cou
 #include <stdlib.h>
 #include <string.h>
 
-/* >>> shared fp_begin mem v3 m4 trig rng cdf: written by tools/stamp from src/shared, edit there */
+/* >>> shared fp_begin mem v3 m4 trig rng cdf batch: written by tools/stamp from src/shared, edit there */
 
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
@@ -858,6 +858,17 @@ static inline envsh__cdf_sample envsh__cdf_sample_at(const envsh__cdf *cdf, floa
     s.fraction = f < 0.99999994 ? (float)f : 0.99999994f;
     s.probability = (float)(width / total);
     return s;
+}
+
+/* unit batch: tasks of a call, some at a time */
+
+typedef struct envsh__batch { void (*task)(void *context, size_t index); void *context; size_t first; } envsh__batch;
+
+/* A task itself; context: the batch. */
+static inline void envsh__batch_task(void *context, size_t index)
+{
+    const envsh__batch *b = (const envsh__batch *)context;
+    b->task(b->context, b->first + index);
 }
 
 /* <<< shared */
@@ -3149,19 +3160,11 @@ static void envsh__each(envsh_parallel_for parallel, void *user, size_t count, e
         for (i = 0; i < count; i++) task(context, i);
 }
 
-typedef struct envsh__part { envsh_task task; void *context; size_t first; } envsh__part;
-
-static void envsh__part_task(void *context, size_t i)
-{
-    const envsh__part *part = (const envsh__part *)context;
-    part->task(part->context, part->first + i);
-}
-
 /* The same in steps, between which the caller may cancel. */
 static envsh_result envsh__run(const envsh_maps *m, size_t count, envsh_task task, void *context)
 {
     size_t step, steps = m->progress ? 16 : 1;
-    envsh__part part;
+    envsh__batch part;
     part.task = task;
     part.context = context;
     part.first = 0;
@@ -3169,7 +3172,7 @@ static envsh_result envsh__run(const envsh_maps *m, size_t count, envsh_task tas
         size_t next = count / steps * (step + 1) + count % steps * (step + 1) / steps;
         if (m->progress && m->progress(m->progress_user, m->told + m->span * (float)step / (float)steps))
             return ENVSH_ERR_CANCELLED;
-        envsh__each(m->parallel_for, m->parallel_user, next - part.first, envsh__part_task, &part);
+        envsh__each(m->parallel_for, m->parallel_user, next - part.first, envsh__batch_task, &part);
         part.first = next;
     }
     return m->progress && m->progress(m->progress_user, m->told + m->span) ? ENVSH_ERR_CANCELLED : ENVSH_OK;

@@ -2017,6 +2017,12 @@ static inline int glbk__mul_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
+/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+static inline int glbk__stride_valid(size_t stride, size_t standard)
+{
+    return stride == 0 || (stride >= standard && stride % 4 == 0);
+}
+
 /* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
 static inline int glbk__allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {
@@ -15575,7 +15581,6 @@ GLBK_DEF void glbk_ism_maps_destroy(glbk_context *ctx, glbk_ism_maps *m)
     memset(m, 0, sizeof *m);
 }
 
-static int glbk__ism_stride_ok(size_t stride) { return !stride || (stride >= 12 && stride % 4 == 0); }
 
 /* count strided triples into a table of four floats each, at least one texel; the table is made anew where it is too
  * small. */
@@ -15633,7 +15638,7 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
     size_t corners = mesh ? (mesh->indices ? mesh->index_count : mesh->vertex_count) : 0, count = corners / 3;
     glbk_texture made;
     glbk_result result;
-    if (!ctx || !m || !m->vpls.name || (mesh && !glbk__ism_stride_ok(mesh->vertex_stride)) || corners % 3 ||
+    if (!ctx || !m || !m->vpls.name || (mesh && !glbk__stride_valid(mesh->vertex_stride, 12)) || corners % 3 ||
         (corners && !mesh->positions))
         return GLBK_ERR_ARGUMENT;
     if (corners > 0x7fffffff || (mesh && mesh->vertex_count > 0x7fffffff)) return GLBK_ERR_LIMIT;
@@ -15660,7 +15665,7 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
 
 GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, const float *positions, size_t stride)
 {
-    if (!ctx || !m || !m->triangles || !positions || !glbk__ism_stride_ok(stride)) return GLBK_ERR_ARGUMENT;
+    if (!ctx || !m || !m->triangles || !positions || !glbk__stride_valid(stride, 12)) return GLBK_ERR_ARGUMENT;
     return glbk__ism_upload(ctx, &m->positions, m->vertices, positions, m->vertices, stride);
 }
 
@@ -16014,7 +16019,7 @@ GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_rendere
     float *texels;
     int k;
     if (!ctx || !r || !r->view.name || !from || !from->positions || !from->normals ||
-        !glbk__ism_stride_ok(from->stride))
+        !glbk__stride_valid(from->stride, 12))
         return GLBK_ERR_ARGUMENT;
     arrays[0] = from->positions;
     arrays[1] = from->normals;

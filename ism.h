@@ -524,7 +524,7 @@ ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
 #define ISM__NO_SIMD
 #endif
 
-/* >>> shared fp_begin mem v3 trig rng cdf cpu: written by tools/stamp from src/shared, edit there */
+/* >>> shared fp_begin mem v3 trig rng cdf cpu batch: written by tools/stamp from src/shared, edit there */
 
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
@@ -573,6 +573,12 @@ static inline int ism__add_size(size_t a, size_t b, size_t *out)
     if (a > SIZE_MAX - b) return 0;
     *out = a + b;
     return 1;
+}
+
+/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+static inline int ism__stride_valid(size_t stride, size_t standard)
+{
+    return stride == 0 || (stride >= standard && stride % 4 == 0);
 }
 
 /* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
@@ -1062,6 +1068,17 @@ static inline int ism__cpu_has_avx2(void) { return 0; }
 static inline int ism__cpu_has_avx512(void) { return 0; }
 #endif
 
+/* unit batch: tasks of a call, some at a time */
+
+typedef struct ism__batch { void (*task)(void *context, size_t index); void *context; size_t first; } ism__batch;
+
+/* A task itself; context: the batch. */
+static inline void ism__batch_task(void *context, size_t index)
+{
+    const ism__batch *b = (const ism__batch *)context;
+    b->task(b->context, b->first + index);
+}
+
 /* <<< shared */
 
 /* ---- >>types ---- */
@@ -1158,14 +1175,6 @@ static void ism__release(ism_maps *m, ism__buffer *b)
 
 /* ---- >>parallel ---- */
 
-typedef struct ism__batch { ism_task task; void *context; size_t first; } ism__batch;
-
-static void ism__batch_task(void *context, size_t index)
-{
-    const ism__batch *b = (const ism__batch *)context;
-    b->task(b->context, b->first + index);
-}
-
 /* All tasks, in batches between which progress is called; 0 = cancelled. */
 static int ism__run(const ism_desc *d, size_t count, ism_task task, void *context)
 {
@@ -1191,8 +1200,6 @@ static const float *ism__at(const float *array, size_t stride, size_t i)
     return (const float *)(const void *)((const char *)array + (stride ? stride : 12u) * i);
 }
 
-static int ism__stride_ok(size_t stride) { return stride == 0 || (stride >= 12u && stride % 4u == 0); }
-
 static size_t ism__mesh_triangles(const ism_mesh *mesh)
 {
     return !mesh ? 0 : (mesh->indices ? mesh->index_count : mesh->vertex_count) / 3u;
@@ -1201,8 +1208,8 @@ static size_t ism__mesh_triangles(const ism_mesh *mesh)
 static int ism__mesh_ok(const ism_mesh *mesh)
 {
     size_t count = mesh->indices ? mesh->index_count : mesh->vertex_count;
-    return ism__stride_ok(mesh->vertex_stride) && count % 3u == 0 && (mesh->positions || mesh->vertex_count == 0) &&
-           !(mesh->vertex_count == 0 && count > 0);
+    return ism__stride_valid(mesh->vertex_stride, 12) && count % 3u == 0 &&
+           (mesh->positions || mesh->vertex_count == 0) && !(mesh->vertex_count == 0 && count > 0);
 }
 
 /* Corners of a triangle whose indices are known to be in range. */
@@ -1222,7 +1229,8 @@ static int ism__view_ok(const ism_view *view)
     if (!view || !view->positions || !view->normals || !view->width || !view->height) return 0;
     for (k = 0; k < 16; k++)
         if (!ism__finite(view->matrix[k])) return 0;
-    return ism__stride_ok(view->stride) && ism__mul_size(view->width, view->height, &pixels) && pixels <= 1u << 28;
+    return ism__stride_valid(view->stride, 12) && ism__mul_size(view->width, view->height, &pixels) &&
+           pixels <= 1u << 28;
 }
 
 /* A receiver, or 0 for background. */
@@ -1796,7 +1804,7 @@ static ism_result ism__check_sources(const ism_frame *f, size_t *total, size_t *
     if (f->source_count && !f->sources) return ISM_ERR_ARGUMENT;
     for (s = 0; s < f->source_count; s++) {
         const ism_source *src = &f->sources[s];
-        if (!src->width || !src->height || !src->positions || !src->fluxes || !ism__stride_ok(src->stride) ||
+        if (!src->width || !src->height || !src->positions || !src->fluxes || !ism__stride_valid(src->stride, 12) ||
             (src->kind != ISM_SOURCE_SURFACE && src->kind != ISM_SOURCE_DIRECTIONS) ||
             (src->kind == ISM_SOURCE_SURFACE && !src->normals) || src->area_stride % 4u != 0)
             return ISM_ERR_INPUT;
@@ -3508,8 +3516,8 @@ ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const float *pos
 {
     ism__frame_of frame;
     size_t i;
-    if (!m || vpl >= m->vpl_count || !ism__stride_ok(stride) || (count && (!positions || !geometric || !visible)) ||
-        !(bias >= 0.0f && bias < 1.0f))
+    if (!m || vpl >= m->vpl_count || !ism__stride_valid(stride, 12) ||
+        (count && (!positions || !geometric || !visible)) || !(bias >= 0.0f && bias < 1.0f))
         return ISM_ERR_ARGUMENT;
     if (!m->built) return ISM_ERR_ORDER;
     frame = ism__vpl_frame(m, &m->vpls[vpl]);

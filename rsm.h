@@ -492,7 +492,7 @@ RSM_DEF rsm_result rsm_filter_apply(rsm_filter *filter, const rsm_filter_desc *d
 #define RSM__NO_SIMD
 #endif
 
-/* >>> shared fp_begin mem v3 trig rng lds cpu: written by tools/stamp from src/shared, edit there */
+/* >>> shared fp_begin mem v3 trig rng lds cpu batch: written by tools/stamp from src/shared, edit there */
 
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
@@ -541,6 +541,12 @@ static inline int rsm__add_size(size_t a, size_t b, size_t *out)
     if (a > SIZE_MAX - b) return 0;
     *out = a + b;
     return 1;
+}
+
+/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+static inline int rsm__stride_valid(size_t stride, size_t standard)
+{
+    return stride == 0 || (stride >= standard && stride % 4 == 0);
 }
 
 /* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
@@ -915,6 +921,17 @@ static inline int rsm__cpu_has_avx2(void) { return 0; }
 static inline int rsm__cpu_has_avx512(void) { return 0; }
 #endif
 
+/* unit batch: tasks of a call, some at a time */
+
+typedef struct rsm__batch { void (*task)(void *context, size_t index); void *context; size_t first; } rsm__batch;
+
+/* A task itself; context: the batch. */
+static inline void rsm__batch_task(void *context, size_t index)
+{
+    const rsm__batch *b = (const rsm__batch *)context;
+    b->task(b->context, b->first + index);
+}
+
 /* <<< shared */
 
 #define RSM__PI 3.14159265f
@@ -936,11 +953,6 @@ enum {
 /* ---- >>arguments: strides, systems, points ---- */
 
 static inline size_t rsm__stride(size_t stride, size_t standard) { return stride ? stride : standard; }
-
-static inline int rsm__stride_valid(size_t stride, size_t standard)
-{
-    return stride == 0 || (stride >= standard && stride % 4 == 0);
-}
 
 static inline const float *rsm__at(const float *base, size_t stride, size_t i)
 {
@@ -976,27 +988,19 @@ static inline int rsm__cancelled(const rsm_system *s, float fraction)
     return s->progress && s->progress(s->progress_user, fraction) != 0;
 }
 
-typedef struct rsm__part { rsm_task task; void *context; size_t first; } rsm__part;
-
-static inline void rsm__run_part(void *context, size_t i)
-{
-    const rsm__part *part = (const rsm__part *)context;
-    part->task(part->context, part->first + i);
-}
-
 /* The same in steps, between which the caller may cancel. begin..end: what of the whole this is. 0: cancelled. */
 static inline int rsm__run_steps(const rsm_system *s, size_t count, rsm_task task, void *context, float begin,
                                  float end)
 {
     size_t step, steps = s->progress ? 16 : 1;
-    rsm__part part;
+    rsm__batch part;
     part.task = task;
     part.context = context;
     part.first = 0;
     for (step = 0; step < steps; step++) {
         size_t next = count / steps * (step + 1) + count % steps * (step + 1) / steps;
         if (rsm__cancelled(s, begin + (end - begin) * (float)step / (float)steps)) return 0;
-        rsm__run(s, next - part.first, rsm__run_part, &part);
+        rsm__run(s, next - part.first, rsm__batch_task, &part);
         part.first = next;
     }
     return 1;

@@ -608,7 +608,7 @@ SFIELD_DEF sfield_result sfield_spread(size_t count, const uint32_t *sources, co
 #define SFIELD__NO_SIMD
 #endif
 
-/* >>> shared fp_begin mem v3 m4 bytes crc trig cpu: written by tools/stamp from src/shared, edit there */
+/* >>> shared fp_begin mem v3 m4 bytes crc trig cpu bits part: written by tools/stamp from src/shared, edit there */
 
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
@@ -650,6 +650,12 @@ static inline int sfield__mul_size(size_t a, size_t b, size_t *out)
     if (b != 0 && a > SIZE_MAX / b) return 0;
     *out = a * b;
     return 1;
+}
+
+/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+static inline int sfield__stride_valid(size_t stride, size_t standard)
+{
+    return stride == 0 || (stride >= standard && stride % 4 == 0);
 }
 
 /* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
@@ -776,6 +782,8 @@ static inline int sfield__finite(float x)
     memcpy(&bits, &x, sizeof bits);
     return (bits & 0x7f800000u) != 0x7f800000u;
 }
+
+static inline int sfield__in(float x, float low, float high) { return sfield__finite(x) && x >= low && x <= high; }
 
 static inline int sfield__v3_finite(sfield__v3 a)
 {
@@ -1027,6 +1035,45 @@ static inline int sfield__cpu_has_avx512(void)
 static inline int sfield__cpu_has_avx2(void) { return 0; }
 static inline int sfield__cpu_has_avx512(void) { return 0; }
 #endif
+
+/* unit bits: counting bits */
+
+static inline uint32_t sfield__popcount(uint64_t x)
+{
+    x -= x >> 1 & 0x5555555555555555u;
+    x = (x & 0x3333333333333333u) + (x >> 2 & 0x3333333333333333u);
+    x = (x + (x >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+    return (uint32_t)(x * 0x0101010101010101u >> 56);
+}
+
+/* unit part: the caller's progress within parts of a call, and whether it cancels */
+
+/* progress may be NULL; from..to of 0..1. */
+typedef struct sfield__part {
+    int (*progress)(void *user, float fraction);
+    void *user;
+    float from, to;
+} sfield__part;
+
+/* Where progress is not NULL; fraction: of the part. */
+static inline int sfield__part_tell(const sfield__part *p, float fraction)
+{
+    return p->progress(p->user, p->from + (p->to - p->from) * fraction);
+}
+
+static inline sfield__part sfield__part_of(const sfield__part *whole, float from, float to)
+{
+    sfield__part p = *whole;
+    p.from = whole->from + (whole->to - whole->from) * from;
+    p.to = whole->from + (whole->to - whole->from) * to;
+    return p;
+}
+
+/* Before step i of count, asked every so many steps. 1: the caller cancels. */
+static inline int sfield__cancelled(const sfield__part *p, size_t i, size_t count, size_t every)
+{
+    return p->progress && i % every == 0 && sfield__part_tell(p, (float)((double)i / (double)count)) != 0;
+}
 
 /* <<< shared */
 
@@ -2527,24 +2574,7 @@ static void sfield__words_out(uint8_t *to, const uint32_t *from, size_t count)
         for (i = 0; i < count; i++) sfield__put_u32(to + 4 * i, from[i]);
 }
 
-/* The caller's progress within a part of a call that builds nothing. */
-typedef struct sfield__part { sfield_progress progress; void *user; float from, to; } sfield__part;
-
 enum { SFIELD__STEP = 1 << 18, SFIELD__STEP_SAMPLES = 1024 };      /* bytes, or samples of wavelets: milliseconds */
-
-static sfield__part sfield__part_of(const sfield__part *whole, float from, float to)
-{
-    sfield__part p = *whole;
-    p.from = whole->from + (whole->to - whole->from) * from;
-    p.to = whole->from + (whole->to - whole->from) * to;
-    return p;
-}
-
-/* Before step i of count. 1: the caller cancels. */
-static int sfield__cancelled(const sfield__part *p, size_t i, size_t count)
-{
-    return p->progress && p->progress(p->user, p->from + (p->to - p->from) * (float)((double)i / (double)count)) != 0;
-}
 
 /* What calls that build nothing take from a desc; 0: its allocator is half. */
 static int sfield__services_of(const sfield_desc *desc, sfield__allocator *a, sfield__part *part)
@@ -2563,7 +2593,7 @@ static int sfield__crc_part(uint32_t *crc, const uint8_t *bytes, size_t size, sf
 {
     size_t i, n;
     for (i = 0; i < size; i += n) {
-        if (sfield__cancelled(&part, i, size)) return 0;
+        if (sfield__cancelled(&part, i, size, 1)) return 0;
         n = size - i < SFIELD__STEP ? size - i : (size_t)SFIELD__STEP;
         *crc = sfield__crc32(*crc, bytes + i, n);
     }
@@ -2580,7 +2610,7 @@ static int sfield__checksum(const sfield_field *f, const sfield__part *part, uin
     size_t i, n;
     *crc = 0;
     for (i = 0; i < total; i += n) {
-        if (4 * i % SFIELD__STEP == 0 && sfield__cancelled(&words, i, total)) return 0;
+        if (4 * i % SFIELD__STEP == 0 && sfield__cancelled(&words, i, total, 1)) return 0;
         n = total - i < 256 ? total - i : 256;
         sfield__words_out(chunk, f->words + 4 + i, n);
         *crc = sfield__crc32(*crc, chunk, 4 * n);
@@ -2607,7 +2637,7 @@ static int sfield__find_tone(sfield_field *f, sfield__part part)
     f->ratio[t] = 1;
     for (g = 0; g < sfield__groups(&f->h); g++) {
         const float *scale = f->scale + (size_t)g * stride, *bias = f->bias + (size_t)g * stride;
-        if (sfield__cancelled(&part, g, sfield__groups(&f->h))) return 0;
+        if (sfield__cancelled(&part, g, sfield__groups(&f->h), 1)) return 0;
         for (c = 0; c < 3; c++)
             for (k = 0; k < n && c != t; k++) {
                 const float s = scale[c * n + k], b = bias[c * n + k], r = f->ratio[c], u = r * scale[t * n + k];
@@ -2644,7 +2674,6 @@ SFIELD_DEF sfield_result sfield_write(const sfield_field *field, void *memory, s
     return SFIELD_OK;
 }
 
-static int sfield__in(float x, float low, float high) { return sfield__finite(x) && x >= low && x <= high; }
 
 /* Everything in the header, so that sizes computed from it are true. */
 static int sfield__header_good(const sfield__header *h)
@@ -2689,7 +2718,7 @@ static sfield_result sfield__check_content(const sfield_field *f, sfield__part p
     if (k && (f->offset[h->shard_begin * k] != 0 || f->offset[h->shard_end * k] != h->entries))
         return SFIELD_ERR_FORMAT;
     for (i = 0; i < h->samples; i++) {
-        if (i % SFIELD__STEP_SAMPLES == 0 && sfield__cancelled(&part, i, h->samples)) return SFIELD_ERR_CANCELLED;
+        if (i % SFIELD__STEP_SAMPLES == 0 && sfield__cancelled(&part, i, h->samples, 1)) return SFIELD_ERR_CANCELLED;
         if (f->offset[i] > f->offset[i + 1] || f->offset[i + 1] > h->entries) return SFIELD_ERR_FORMAT;
         if (!sfield__in(f->sample_scale[i], 0, 1e24f)) return SFIELD_ERR_FORMAT;
         for (k = f->offset[i]; k < f->offset[i + 1]; k++) {
@@ -2707,7 +2736,7 @@ static int sfield__words_in(sfield_field *f, const uint8_t *bytes, sfield__part 
     const size_t total = f->h.bytes, words = 4 * f->word_count;
     size_t i, k, n;
     for (i = 0; i < total; i += n) {
-        if (sfield__cancelled(&part, i, total)) return 0;
+        if (sfield__cancelled(&part, i, total, 1)) return 0;
         n = i < words ? words - i : total - i;
         n = n < SFIELD__STEP ? n : (size_t)SFIELD__STEP;
         if (i < words)
@@ -2822,7 +2851,7 @@ static int sfield__join_all(sfield_field *whole, const sfield_field *const *shar
     memcpy(whole->words + SFIELD__HEADER, shards[0]->radii, whole->h.shells * sizeof *whole->radii);
     if (whole->h.basis == SFIELD_BASIS_HAAR) whole->words[SFIELD__HEADER + whole->h.shells] = 0;
     for (i = 0; i < count; i++) {
-        if (sfield__cancelled(&part, i, count)) return 0;
+        if (sfield__cancelled(&part, i, count, 1)) return 0;
         sfield__join(whole, shards[i], &used);
     }
     sfield__bind_whole(whole);
@@ -2928,13 +2957,6 @@ typedef struct sfield__build {
     float            *scales;
     uint32_t          skipped;
 } sfield__build;
-
-static int sfield__popcount(uint64_t x)
-{
-    x -= x >> 1 & 0x5555555555555555u;
-    x = (x & 0x3333333333333333u) + (x >> 2 & 0x3333333333333333u);
-    return (int)(((x + (x >> 4)) & 0x0f0f0f0f0f0f0f0fu) * 0x0101010101010101u >> 56);
-}
 
 /* Sets samples x0..x1 of a row. */
 static void sfield__set_bits(uint64_t *row, int x0, int x1)
@@ -3134,7 +3156,7 @@ static void sfield__resolve(const sfield__build *b, sfield__view *v)
             for (x = 0; x < n && !v->depth; x++) {
                 int count = 0;
                 for (k = 0; k < s; k++)
-                    count += sfield__popcount(row[(size_t)k * words + x * s / 64] >> x * s % 64 & mask);
+                    count += (int)sfield__popcount(row[(size_t)k * words + x * s / 64] >> x * s % 64 & mask);
                 v->texel[sfield__texel(n, face, x, y)] = (float)count / (float)(s * s);
             }
             if (!v->depth) memset(row, 0, (size_t)s * words * sizeof *row);
@@ -4573,7 +4595,7 @@ SFIELD__TARGET_AVX2 static void sfield__eight_bytes_avx2(const uint8_t *sample, 
 /* Lanes by the eight samples that they lie between: how many such groups, or 0 where lane by lane costs less. */
 static uint32_t sfield__eights(const sfield__place *at, uint32_t lanes, uint32_t *group, int simd)
 {
-    const uint32_t most = (uint32_t)sfield__popcount(lanes) / SFIELD__SHARED;
+    const uint32_t most = sfield__popcount(lanes) / SFIELD__SHARED;
     uint32_t count = 0, l;
     for (; lanes && count < most; lanes &= ~group[count++]) {
         uint32_t first = 0, same = 0;
@@ -5582,7 +5604,7 @@ static void sfield__bound(sfield__tile *t)
 
 static uint32_t sfield__bits(uint32_t mask)
 {
-    return (uint32_t)sfield__popcount(mask);
+    return sfield__popcount(mask);
 }
 
 static void sfield__distances(const float *p, const float *c, float *d2)
@@ -7469,15 +7491,12 @@ static sfield_result sfield__map_receivers(sfield_scene *s, const sfield_points 
     return SFIELD_OK;
 }
 
-/* Of three floats: 0, which is 12, or so much that they do not run into each other. */
-static int sfield__stride_good(size_t stride) { return !stride || (stride >= 12 && stride % 4 == 0); }
-
 static sfield_result sfield__check_set(const sfield_scene *s, const sfield_points *p)
 {
     if (p->count == 0) return SFIELD_OK;
     if (!p->positions || !p->normals || p->count > 0x7fffffffu) return SFIELD_ERR_ARGUMENT;
-    if (!sfield__stride_good(p->position_stride) || !sfield__stride_good(p->normal_stride) ||
-        (p->views && !sfield__stride_good(p->view_stride)) || p->view_stride % 4 || p->exponent_stride % 4)
+    if (!sfield__stride_valid(p->position_stride, 12) || !sfield__stride_valid(p->normal_stride, 12) ||
+        (p->views && !sfield__stride_valid(p->view_stride, 12)) || p->view_stride % 4 || p->exponent_stride % 4)
         return SFIELD_ERR_ARGUMENT;
     if (p->entity != SFIELD_NONE && p->entity >= s->item_count) return SFIELD_ERR_ARGUMENT;
     if (p->gloss && p->exponents && !p->views) return SFIELD_ERR_ARGUMENT;

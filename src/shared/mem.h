@@ -33,6 +33,12 @@ static inline int P_add_size(size_t a, size_t b, size_t *out)
     return 1;
 }
 
+/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+static inline int P_stride_valid(size_t stride, size_t standard)
+{
+    return stride == 0 || (stride >= standard && stride % 4 == 0);
+}
+
 /* Takes the members of a public desc. Both functions or none: valid() is what the desc check asks. */
 static inline int P_allocator_valid(void *(*alloc_fn)(size_t, void *), void (*free_fn)(void *, void *))
 {

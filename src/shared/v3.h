@@ -95,6 +95,8 @@ static inline int P_finite(float x)
     return (bits & 0x7f800000u) != 0x7f800000u;
 }
 
+static inline int P_in(float x, float low, float high) { return P_finite(x) && x >= low && x <= high; }
+
 static inline int P_v3_finite(P_v3 a)
 {
     return P_finite(a.x) && P_finite(a.y) && P_finite(a.z);

@@ -23,6 +23,9 @@
 #include "src/shared/octa.h"
 #include "src/shared/cdf.h"
 #include "src/shared/cpu.h"
+#include "src/shared/bits.h"
+#include "src/shared/part.h"
+#include "src/shared/batch.h"
 #include "src/shared/fp_end.h"
 
 #define PI 3.14159265358979323846
@@ -647,6 +650,69 @@ static void test_cpu(void **state)
     print_message("avx2 %d, avx512 %d\n", P_cpu_has_avx2(), P_cpu_has_avx512());
 }
 
+/* ---- arguments, bits, part, batch ---- */
+
+static void test_ranges(void **state)
+{
+    (void)state;
+    assert_true(P_stride_valid(0, 12) && P_stride_valid(12, 12) && P_stride_valid(16, 12) && P_stride_valid(4, 4));
+    assert_false(P_stride_valid(8, 12) || P_stride_valid(13, 12) || P_stride_valid(4, 12));
+    assert_true(P_in(0, 0, 1) && P_in(1, 0, 1) && P_in(-0.0f, 0, 1));
+    assert_false(P_in(-1e-30f, 0, 1) || P_in(1.5f, 0, 1) || P_in(NAN, 0, 1) || P_in(INFINITY, 0, INFINITY));
+}
+
+static void test_popcount(void **state)
+{
+    int bit, i;
+    (void)state;
+    assert_int_equal(P_popcount(0), 0);
+    assert_int_equal(P_popcount(~(uint64_t)0), 64);
+    for (i = 0; i < 10000; i++) {
+        uint64_t x = (uint64_t)P_hash32((uint32_t)i) << 32 | P_hash32((uint32_t)i + 77777u);
+        uint32_t count = 0;
+        for (bit = 0; bit < 64; bit++) count += (uint32_t)(x >> bit & 1);
+        assert_int_equal(P_popcount(x), count);
+    }
+}
+
+static float told;
+static int calls;
+
+static int tell(void *user, float fraction)
+{
+    told = fraction;
+    calls++;
+    return user != NULL;
+}
+
+static void test_part(void **state)
+{
+    P_part whole = { tell, NULL, 0, 1 }, half, quarter, silent = { NULL, NULL, 0, 1 };
+    size_t i;
+    (void)state;
+    half = P_part_of(&whole, 0.5f, 1);
+    quarter = P_part_of(&half, 0, 0.5f);
+    assert_true(quarter.from >= 0.5f && quarter.from <= 0.5f && quarter.to >= 0.75f && quarter.to <= 0.75f);
+    for (i = 0; i < 100; i++) assert_false(P_cancelled(&quarter, i, 100, 10) || P_cancelled(&silent, i, 100, 1));
+    assert_int_equal(calls, 10);
+    assert_near(told, 0.5 + 0.25 * 0.9, 1e-6);
+    quarter.user = &calls;
+    assert_true(P_cancelled(&quarter, 20, 100, 10));
+    assert_false(P_cancelled(&quarter, 21, 100, 10));
+}
+
+static void take_index(void *context, size_t index) { *(size_t *)context = index; }
+
+static void test_batch(void **state)
+{
+    size_t index = 0;
+    P_batch batch = { take_index, NULL, 100 };
+    (void)state;
+    batch.context = &index;
+    P_batch_task(&batch, 7);
+    assert_int_equal(index, 107);
+}
+
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
@@ -660,7 +726,8 @@ int main(void)
         cmocka_unit_test(test_octa_equal_area), cmocka_unit_test(test_cdf_two_cells),
         cmocka_unit_test(test_cdf_empty_cells), cmocka_unit_test(test_cdf_bad_weights),
         cmocka_unit_test(test_cdf_running_sums), cmocka_unit_test(test_cdf2_chi_square),
-        cmocka_unit_test(test_cdf2_sizes), cmocka_unit_test(test_cpu)
+        cmocka_unit_test(test_cdf2_sizes), cmocka_unit_test(test_cpu), cmocka_unit_test(test_ranges),
+        cmocka_unit_test(test_popcount), cmocka_unit_test(test_part), cmocka_unit_test(test_batch)
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
