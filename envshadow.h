@@ -330,9 +330,9 @@ typedef struct envsh_maps_desc {
     uint32_t max_side;              /* of the atlas texture, map_size..32768; 0 = 8192. Further tiles go to pages */
     int      rgba;                  /* not 0: four tiles share a texel's channels */
     int      no_depth;              /* not 0: layout and matrices only, for maps that your GPU renders */
-    int      clip_zero_to_one;      /* envsh_view.clip: depth 0..1 (Vulkan, Direct3D), not -1..1 */
-    int      clip_y_down;           /* envsh_view.clip: a texture's row 0 is at clip y = 1 and rows go down (Direct3D,
-                                       Metal); 0: row 0 is at clip y = -1 (OpenGL, Vulkan) */
+    int      clip_zero_to_one;      /* envsh_view.clip: not 0: z is 0..1 (Direct3D, Metal, Vulkan); 0: -1..1 (OpenGL) */
+    int      clip_top_first;        /* of your textures: not 0: row 0 is at clip y = +1 (Direct3D, Metal); 0: at clip
+                                       y = -1 (OpenGL, Vulkan) */
     envsh_allocator    allocator;
     envsh_parallel_for parallel_for;       /* NULL = this thread alone; results are the same */
     void              *parallel_user;
@@ -3143,7 +3143,7 @@ struct envsh_maps {
     void              *progress_user;
     float        told, span;        /* the part of the whole that the next steps are */
     uint32_t     map_size, guard, capacity, channels, across, down, pages, cells;
-    int          no_depth, zero_to_one, y_down;
+    int          no_depth, zero_to_one, top_first;
     int          phase;             /* 0 new, 1 being drawn, 2 ready to be asked */
     uint32_t     count;             /* lights of the last begin */
     envsh_view  *views;
@@ -3227,7 +3227,7 @@ ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t c
     m->channels = d.rgba ? 4 : 1;
     m->no_depth = d.no_depth;
     m->zero_to_one = d.clip_zero_to_one;
-    m->y_down = d.clip_y_down;
+    m->top_first = d.clip_top_first;
     m->cells = (d.map_size + ENVSH__CELL - 1) / ENVSH__CELL;
     envsh__lay_out(m, d.max_side);
     if (!envsh__mul_size((size_t)m->across * m->map_size, (size_t)m->down * m->map_size, &texels) ||
@@ -3306,7 +3306,7 @@ static void envsh__set_row(float *row, envsh__v3 axis, float scale, float offset
 static void envsh__clip_matrix(const envsh_maps *m, envsh_view *v)
 {
     /* x and y: texels 0..map_size to -1..1; depth as the API wants it. */
-    float s = 2.0f / (float)m->map_size, z = m->zero_to_one ? 1.0f : 2.0f, flip = m->y_down ? -1.0f : 1.0f;
+    float s = 2.0f / (float)m->map_size, z = m->zero_to_one ? 1.0f : 2.0f, flip = m->top_first ? -1.0f : 1.0f;
     int c;
     for (c = 0; c < 4; c++) {
         v->clip[4 * c] = v->lookup[c] * s - (c == 3 ? 1.0f : 0.0f);

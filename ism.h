@@ -213,8 +213,8 @@ typedef struct ism_view {           /* what is shaded: pixels of a picture, row 
     uint32_t     width, height;
     float        matrix[16];        /* world to clip, x, y and w alone are used: guided view samples, inter-texel
                                        weights; all 0: unknown */
-    int          clip_y_down;       /* 0: clip y = w is the first row (Direct3D, Metal; OpenGL's rows turned round); 1:
-                                       it is the last one (Vulkan; OpenGL's rows as they are read) */
+    int          clip_top_first;    /* not 0: row 0 is at clip y = +1 (Direct3D, Metal; OpenGL's rows turned round); 0:
+                                       at clip y = -1 (OpenGL, Vulkan) */
 } ism_view;
 
 typedef struct ism_frame {
@@ -1690,7 +1690,7 @@ static int ism__to_pixel(const ism_view *view, ism__v3 p, float *x, float *y)
     ly = cy / w;
     if (!(fabsf(lx) < 8.0f && fabsf(ly) < 8.0f)) return 0;
     *x = (0.5f * lx + 0.5f) * (float)view->width;
-    *y = (view->clip_y_down ? 0.5f * ly + 0.5f : 0.5f - 0.5f * ly) * (float)view->height;
+    *y = (view->clip_top_first ? 0.5f - 0.5f * ly : 0.5f * ly + 0.5f) * (float)view->height;
     return 1;
 }
 

@@ -207,12 +207,11 @@ typedef struct rsm_texel {          /* and a pixel light: 48 bytes */
 typedef struct rsm_desc {
     rsm_light  light;
     uint32_t   size;                /* texels a side of a face, 4..4096; 0 = 512, cubes 256 */
-    int        clip_zero_to_one;    /* clip z of rsm_map_matrix: 0 = -1..1 (OpenGL), 1 = 0..1 (D3D, Metal, Vulkan) */
-    int        clip_y_down;         /* where row 0 of your buffers is, and which way the picture in them stands:
-                                       0: at clip y = -1, the picture's bottom (OpenGL; Vulkan draws it so too)
-                                       1: at clip y = -1, the picture's top, clip y points down (Vulkan)
-                                       2: at clip y = +1, the picture's top, clip y points up (Direct3D, Metal, Vulkan
-                                       with a viewport of negative height) */
+    int        clip_zero_to_one;    /* of rsm_map_matrix: not 0: z is 0..1 (Direct3D, Metal, Vulkan); 0: -1..1 (GL) */
+    int        clip_y_down;         /* not 0: clip y points down in your pictures (Vulkan without a viewport of negative
+                                       height): rsm_map_matrix is turned round */
+    int        clip_top_first;      /* of your buffers: not 0: row 0 is at clip y = +1 (Direct3D, Metal; Vulkan with a
+                                       viewport of negative height); 0: at clip y = -1 (OpenGL, Vulkan) */
     rsm_system system;
 } rsm_desc;                         /* zero it, then set what you care about */
 
@@ -456,7 +455,7 @@ typedef struct rsm_filter_desc {
     const float *view_projection;   /* world to clip of this frame, for the next one; NULL: neither is reprojected, the
                                        frame starts anew */
     const float *motion;            /* NULL, or where each pixel's surface was: x, y in pixels of the last frame */
-    int      bottom_first;          /* not 0: row 0 is the bottom of the picture, else its top */
+    int      top_first;             /* not 0: row 0 is the top of the picture, at clip y = +1; 0: its bottom */
     uint32_t history;               /* frames that count at most: a static light reaches 1 / history of the noise's
                                        variance, a moving one lags by as many. 0 = 8; 1 = none */
     uint32_t passes;                /* a-trous passes over neighbours, steps 1, 2, 4, ..; 0 = none .. 6 */
@@ -1102,7 +1101,6 @@ static inline rsm_result rsm__map_set(rsm_map *map, const rsm_desc *desc)
     if (result != RSM_OK) return result;
     if (!rsm__system_valid(&d.system)) return RSM_ERR_DESC;
     if (d.size != 0 && (d.size < 4 || d.size > RSM__MAX_SIZE)) return RSM_ERR_DESC;
-    if (d.clip_y_down < 0 || d.clip_y_down > 2) return RSM_ERR_DESC;
     cube = d.light.kind == RSM_LIGHT_POINT || d.light.kind == RSM_LIGHT_PATCH ||
            (d.light.kind == RSM_LIGHT_SPOT && d.light.cone_angle > 2.0f);
     if (d.size == 0) d.size = cube ? 256 : 512;
@@ -3711,7 +3709,7 @@ RSM__INLINE void rsm__chunk_load(const rsm__filter_run *r, rsm__chunk *k, size_t
 RSM__INLINE void rsm__chunk_project(const rsm__filter_run *r, rsm__chunk *k)
 {
     const float *m = r->filter->matrix, width = (float)r->filter->width, height = (float)r->filter->height,
-                up = r->desc->bottom_first ? 0.5f : -0.5f;
+                up = r->desc->top_first ? -0.5f : 0.5f;
     size_t l;
     for (l = 0; l < RSM__SPAN; l++) {
         float x = k->now[0][l], y = k->now[1][l], z = k->now[2][l], w = m[3] * x + m[7] * y + m[11] * z + m[15];
@@ -4393,7 +4391,7 @@ RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world
     f = map->desc.light.far_depth;
     perspective = !rsm__is_sun(map);
     sx = 1.0f / map->extent;
-    sy = map->desc.clip_y_down == 1 ? -sx : sx;
+    sy = map->desc.clip_y_down ? -sx : sx;
     /* clip z = z[0] depth + z[1], over w = depth in perspective */
     z[0] = perspective ? f / (f - n) : 1.0f / (f - n);
     z[1] = perspective ? -n * f / (f - n) : -n / (f - n);
@@ -4453,7 +4451,8 @@ static inline void rsm__fill_texel(const rsm__filling *f, uint32_t i, uint32_t j
 {
     rsm_map *map = f->map;
     const rsm_buffers *b = f->buffers;
-    size_t at = (size_t)(map->desc.clip_y_down ? map->size - 1u - j : j) * map->size + i;
+    int turned = !map->desc.clip_top_first != !map->desc.clip_y_down;    /* row 0 is the top, v = 1; both: the foot */
+    size_t at = (size_t)(turned ? map->size - 1u - j : j) * map->size + i;
     rsm__v3 normal = rsm__v3_load(rsm__at(b->normals, rsm__stride(b->normal_stride, 12), at)), position;
     float stored = b->depth ? *rsm__at(b->depth, rsm__stride(b->depth_stride, 4), at) : 0.0f, albedo[3] = { 1, 1, 1 };
     uint32_t material = 0;

@@ -54,7 +54,7 @@ static const float ball_radius = 0.12f, ball_light[3] = { 50, 26, 9 };
 static const float lamp_light[4] = { 170, 150, 120, 0.1f };      /* radiance; radius */
 static const rsm_desc spot = { { RSM_LIGHT_SPOT, { -1.5f, 2.2f, 1.2f }, { 0.8f, -0.48f, -0.36f }, { 0 },
                                  { 40, 37, 31 }, 0, 0.9f, 0.1f, 8 },
-                               SPOT_SIDE, 0, 0, { { NULL, NULL, NULL }, NULL, NULL, NULL, NULL } };
+                               SPOT_SIDE, 0, 0, 0, { { NULL, NULL, NULL }, NULL, NULL, NULL, NULL } };
 static const rsm_light sun = { RSM_LIGHT_SUN, { 0, 1.2f, 0 }, { 0.5f, 0.6f, 0.6245f }, { 0 },
                                { 3.6f, 3.3f, 2.9f }, 3.4f, 0, 0, 0 };
 

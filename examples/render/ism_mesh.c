@@ -165,4 +165,5 @@ void im_view(ism_view *out, const rd_job *job)
     out->width = job->gbuffer->width;
     out->height = job->gbuffer->height;
     camera_matrix(out->matrix, job->scene, (double)out->width / out->height);
+    out->clip_top_first = 1;
 }

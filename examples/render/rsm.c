@@ -248,6 +248,7 @@ static rsm_result bounce(rs_state *state, const rd_job *job, const rsm_points *p
     memset(&filter, 0, sizeof filter);
     rs_view_projection(&job->scene->camera, (float)job->gbuffer->width / (float)job->gbuffer->height, matrix);
     filter.view_projection = matrix;
+    filter.top_first = 1;
     filter.passes = state->passes;
     filter.history = state->history;
     if (!state->filter)

@@ -622,7 +622,7 @@ static void clip_spaces_meet_the_lookup(void **state)
         memset(&d, 0, sizeof d);
         d.map_size = SIZE;
         d.clip_zero_to_one = way & 1;
-        d.clip_y_down = way >> 1;
+        d.clip_top_first = way & 2;         /* any value but 0 */
         assert_int_equal(envsh_maps_create(&d, K, &m), ENVSH_OK);
         assert_int_equal(envsh_maps_begin(m, list, K, box), ENVSH_OK);
         assert_int_equal(envsh_maps_end(m), ENVSH_OK);

@@ -48,6 +48,7 @@ static ism_view make_wall(uint32_t w, uint32_t h)
     view.matrix[5] = 1;
     view.matrix[13] = -1;
     view.matrix[15] = 1;
+    view.clip_top_first = 1;
     return view;
 }
 

@@ -95,22 +95,23 @@ static void texel_centres(void **state)
     uint32_t wrong = 0, seen = 0, k, i, j;
     int clip, zero_to_one;
     (void)state;
-    for (k = 0; k < 9; k++) {
+    for (k = 0; k < 12; k++) {
         rsm_desc d = sun_desc(1, 2, N);
         rsm_map *map;
         rsm_buffers b;
         float m[16];
-        uint32_t c = k / 3 == 2 ? 4 : 0;         /* of the cube, the face that looks down */
-        clip = (int)(k % 3);
+        uint32_t c = k / 4 == 2 ? 4 : 0;         /* of the cube, the face that looks down */
+        clip = (int)(k % 4);
         zero_to_one = clip > 0;
-        d.light.kind = kinds[k / 3];
+        d.light.kind = kinds[k / 4];
         set3(d.light.position, 0.3, 3, 0.2);
         d.light.cone_angle = 1.2f;
         d.light.near_depth = 0.5f;
         d.light.far_depth = 20;
-        set3(d.light.direction, 0, k / 3 == 0 ? 1 : -1, 0);
+        set3(d.light.direction, 0, k / 4 == 0 ? 1 : -1, 0);
         d.clip_zero_to_one = zero_to_one;
-        d.clip_y_down = clip;
+        d.clip_y_down = clip & 1;
+        d.clip_top_first = clip & 2;
         assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
         assert_int_equal(rsm_map_matrix(map, c, m), RSM_OK);
         invert(m, inv);
@@ -119,7 +120,7 @@ static void texel_centres(void **state)
             for (i = 0; i < N; i++) {
                 const double y = (j + 0.5) * 2 / N - 1;
                 depth[j * N + i] =
-                    (float)plane_depth(inv, n, offset, (i + 0.5) * 2 / N - 1, clip == 2 ? -y : y, zero_to_one);
+                    (float)plane_depth(inv, n, offset, (i + 0.5) * 2 / N - 1, clip & 2 ? -y : y, zero_to_one);
                 set3(normal + 3 * (j * N + i), n[0], n[1], n[2]);
             }
         b.depth = depth;

@@ -72,6 +72,7 @@ static int bytes_lines(FILE *lines)
         view.matrix[0] = 0.5f;
         view.matrix[9] = 0.5f;
         view.matrix[15] = 1.0f;
+        view.clip_top_first = 1;
         frame.mesh = &mesh;
         frame.sources = &source;
         frame.source_count = 1;

@@ -41,6 +41,7 @@ static int bytes_filter(const rsm_map *map, const rsm_points *points, float *e)
     g.samples = 100;
     g.interleave = 2;
     f.view_projection = matrix;
+    f.top_first = 1;
     f.passes = 3;
     if (rsm_filter_create(BYTES_WIDTH, BYTES_POINTS / BYTES_WIDTH, NULL, &filter) != RSM_OK) return 0;
     for (frame = 0; frame < 2 && ok; frame++) {

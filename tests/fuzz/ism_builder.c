@@ -100,6 +100,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     view.width = 8;
     view.height = 4;
     for (i = 0; i < 16; i++) view.matrix[i] = take(&in) & 1u ? take_float(&in) : 0.0f;
+    view.clip_top_first = 1;
     frame.mesh = &mesh;
     frame.sources = source;
     frame.source_count = take(&in) % 3u;

@@ -46,7 +46,9 @@ static void take_desc(input *in, rsm_desc *d)
     }
     d->size = take(in) % 20u;
     d->clip_zero_to_one = (int)(take(in) & 1u);
-    d->clip_y_down = (int)(take(in) % 3u);
+    d->clip_y_down = (int)(take(in) & 3u);
+    d->clip_top_first = d->clip_y_down & 2;
+    d->clip_y_down &= 1;
 }
 
 static int hole_or_not(void *user, const rsm_mesh *mesh, uint32_t triangle, const float weights[3], float albedo[3])

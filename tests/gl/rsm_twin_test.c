@@ -670,7 +670,6 @@ static void filter_agrees(void **state)
         md.data = moved;
         assert_glbk(t, glbk_texture_create(&t->gl, &md, &motion));
         f.view_projection = n.view_projection = w.view;
-        f.bottom_first = 1;
         f.motion = frame == 4 ? moved : NULL;
         n.motion = frame == 4 ? &motion : NULL;
         f.passes = n.passes = frame == 2 ? 0 : 2;

@@ -84,16 +84,17 @@ static void clip_conventions_give_the_same_choice(void **state)
     view.matrix[6] = 0.2f;
     view.matrix[14] = -0.3f;
     view.matrix[15] = 1;
+    view.clip_top_first = 2;        /* any value but 0 */
     importances(&d, &f, gl);
     for (k = 0; k < 4; k++)         /* z' = (z + w) / 2, as Vulkan and Direct3D have it: depth is not read */
         view.matrix[4 * k + 2] = 0.5f * (view.matrix[4 * k + 2] + view.matrix[4 * k + 3]);
     importances(&d, &f, other);
     assert_memory_equal(gl, other, sizeof gl);
     view.matrix[9] = 0.5f;
-    view.clip_y_down = 1;
+    view.clip_top_first = 0;
     importances(&d, &f, other);
     CLOSE(largest_difference(gl, other, 256), 0, 1e-6);
-    view.clip_y_down = 0;           /* the wrong flag mirrors the places that samples are drawn about */
+    view.clip_top_first = 1;        /* the wrong flag mirrors the places that samples are drawn about */
     importances(&d, &f, other);
     assert_true(largest_difference(gl, other, 256) > 1e-4);
 }

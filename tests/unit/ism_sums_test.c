@@ -454,6 +454,7 @@ static ism_frame choice_frame(ism_source *s, ism_view *view)
     }
     *s = grid_source(&lit);
     *view = grid_view(&eye);
+    view->clip_top_first = 1;
     memcpy(view->matrix, matrix, sizeof matrix);  /* the floor fills most of the picture, aslant and in perspective */
     memset(&f, 0, sizeof f);
     f.sources = s;
@@ -636,6 +637,7 @@ static void guided_grids_see_what_is_near(void **state)
         d.view_grid = grids[k];
         assert_int_equal(ism_create(&d, &m), ISM_OK);
         memcpy(view.matrix, matrix, sizeof matrix);
+        view.clip_top_first = 1;
         s.width = MANY;
         s.height = 1;
         s.positions = p;

@@ -367,12 +367,13 @@ static void points_are_projected(void **state)
     int which, clip, i, down, behind = 0;
     (void)state;
     for (which = 0; which < LAMPS; which++)
-        for (clip = 0; clip < 6; clip++) {
+        for (clip = 0; clip < 8; clip++) {
             rsm_desc d = lamp(which);
             frame whole = frame_of(&d, which);
             rsm_map *map;
             d.clip_zero_to_one = clip & 1;
-            d.clip_y_down = down = clip >> 1;
+            d.clip_y_down = down = clip >> 1 & 1;
+            d.clip_top_first = clip >> 2;        /* says where rows are, nothing of the matrix */
             d.light.near_depth = 0.5f;
             d.light.far_depth = 6;
             assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
@@ -405,7 +406,7 @@ static void points_are_projected(void **state)
                            (double)m[8 + k] * (double)p[2] + (double)m[12 + k];
                 assert_true(near_to(c[3], whole.sun ? 1 : q.z, 1e-5));
                 assert_true(fabs(c[0] / c[3] - q.x) < 1e-4 * (1 + fabs(q.x)));
-                assert_true(fabs(c[1] / c[3] - (down == 1 ? -q.y : q.y)) < 1e-4 * (1 + fabs(q.y)));
+                assert_true(fabs(c[1] / c[3] - (down ? -q.y : q.y)) < 1e-4 * (1 + fabs(q.y)));
                 z = whole.sun ? (q.z - 0.5) / 5.5 : 6 * (q.z - 0.5) / (5.5 * q.z);      /* 0 at near, 1 at far */
                 stored = clip & 1 ? z : 2 * z - 1;
                 assert_true(fabs(c[2] / c[3] - stored) < 1e-4 * (1 + fabs(stored)));
@@ -429,7 +430,7 @@ static void buffers_are_read(void **state)
 {
     enum { N = 16 };
     static pixel pixels[N * N];
-    int down, coded, from_depth, i, c;
+    int way, coded, from_depth, i, c;
     (void)state;
     for (i = 0; i < N * N; i++) {
         pixel *p = &pixels[i];
@@ -443,13 +444,14 @@ static void buffers_are_read(void **state)
         p->material = (uint32_t)i % 5;
     }
     pixels[3].material = UINT32_MAX;             /* means nothing; 0 then */
-    for (down = 0; down < 3; down++)
+    for (way = 0; way < 4; way++)
         for (coded = 0; coded < 3; coded++)
             for (from_depth = 0; from_depth < 2; from_depth++) {
                 rsm_desc d = lamp(SUN);
                 rsm_buffers b;
                 rsm_map *map;
-                d.clip_y_down = down;
+                d.clip_y_down = way & 1 ? -3 : 0;        /* any value counts as set */
+                d.clip_top_first = way & 2;
                 d.size = N;
                 memset(&b, 0, sizeof b);
                 b.normals = pixels[0].normal;
@@ -464,7 +466,7 @@ static void buffers_are_read(void **state)
                 assert_int_equal(rsm_fill(map, 0, &b), RSM_OK);
                 assert_int_equal(rsm_finish(map, NULL), RSM_OK);
                 for (i = 0; i < N * N; i++) {
-                    int at = down ? (N - 1 - i / N) * N + i % N : i;
+                    int at = way == 1 || way == 2 ? (N - 1 - i / N) * N + i % N : i;
                     const rsm_texel *t = rsm_map_texels(map) + i;
                     const pixel *p = &pixels[at];
                     double length = hypot(2, 0.001 * at), light = 25.0 / (N * N);

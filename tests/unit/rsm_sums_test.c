@@ -1147,7 +1147,7 @@ static void frames_are_reprojected(void **state)
             m[7] = -1;
             m[15] = 2;
             f.view_projection = m;
-            f.bottom_first = way == 1;
+            f.top_first = way != 1;
             f.history = way == 3 ? 3 : 0;
             if (way == 2) f.motion = motion;
             noise_into(light);
