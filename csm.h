@@ -87,7 +87,6 @@
      CSM_STATIC           everywhere it is included: a private copy, all functions static
      COHSM_DEF            everywhere: your own linkage instead
      COHSM_NO_SIMD        with the implementation: portable code only (results are the same)
-     COHSM_ASSERT(x)      with the implementation: in place of assert
 
    Memory, errors, threads, determinism
 
@@ -673,11 +672,6 @@ COHSM_DEF cohsm_result cohsm_progressive_mean(const cohsm_progressive *p, float 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#ifndef COHSM_ASSERT
-#include <assert.h>
-#define COHSM_ASSERT(condition) assert(condition)
-#endif
 
 #ifdef COHSM_NO_SIMD
 #define COHSM__NO_SIMD

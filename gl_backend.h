@@ -79,7 +79,6 @@
      GL_BACKEND_IMPLEMENTATION   in one source file: compiles the code
      GL_BACKEND_STATIC           everywhere it is included: a private copy, all functions static
      GLBK_DEF                    everywhere: your own linkage instead
-     GLBK_ASSERT(x)              with the implementation: in place of assert
 
    Memory, errors, threads, determinism
 
@@ -1981,11 +1980,6 @@ GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_rende
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#ifndef GLBK_ASSERT
-#include <assert.h>
-#define GLBK_ASSERT(condition) assert(condition)
-#endif
 
 /* >>> shared mem v3 m4: written by tools/stamp from src/shared, edit there */
 
