@@ -523,7 +523,7 @@ typedef struct cohsm_emitter_desc {
     float             direction[3]; /* sun: to it; spot: out of the lamp; disc: normal; unit */
     float             u[3], v[3];   /* rectangle: edges; line: u = end - start */
     float             radius;       /* disc, sphere, line: > 0; mesh: places of maps are this far off it, >= 0 */
-    float             cone_angle;   /* spot: full apex angle, radians, above 0, below pi */
+    float             cone_angle;   /* spot: full apex angle, radians, 1e-6..pi */
     float             radiance[3];  /* L, W/(sr m^2); point and spot: I, W/sr; sun: E facing it, W/m^2; >= 0 */
     float             cosine_power; /* areas: L(theta) = radiance cos^power(theta); 0 is a Lambertian emitter */
     float             rotation;     /* environment: radians about +Y */

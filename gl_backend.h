@@ -735,7 +735,7 @@ GLBK__PART(BASE)
    Blocks of csm.h are uploaded as they are (cohsm_data), all of a scene into one table; up to 16 instances are in a
    uniform block, more in a table of their own, so that moving them leaves the blocks alone. Your own shaders ask by
    csm_visible() of lib/csm_visible.glsl; docs/gpu-layouts.md has all layouts, for those who bring their own API. Then
-   the complete renderer of the paper's section 5. Enumerations have csm.h's numbers. */
+   the complete renderer of the paper's section 5. Enumerations have csm.h's numbers, but 0 of glbk_csm_brdf. */
 
 #define GLBK_CSM_TEXTURES(X)                                                                        \
     X(usampler2DArray, glbk_csm_blocks, 0)                                                          \
@@ -889,17 +889,18 @@ GLBK_DEF void glbk_csm_asker_destroy(glbk_context *ctx, glbk_csm_asker *asker);
 
 /* ---- csm: lights ---- */
 
-typedef enum glbk_csm_shape {   /* cohsm_shape; CALLBACK is here a table of triangles */
+typedef enum glbk_csm_shape {   /* cohsm_shape but CALLBACK, 9, which is refused */
     GLBK_CSM_SHAPE_DEFAULT,     /* = GLBK_CSM_SHAPE_ENVIRONMENT */
     GLBK_CSM_SHAPE_ENVIRONMENT, GLBK_CSM_SHAPE_SUN, GLBK_CSM_SHAPE_POINT, GLBK_CSM_SHAPE_SPOT, GLBK_CSM_SHAPE_LINE,
-    GLBK_CSM_SHAPE_RECTANGLE, GLBK_CSM_SHAPE_DISC, GLBK_CSM_SHAPE_SPHERE, GLBK_CSM_SHAPE_MESH, GLBK_CSM_SHAPE_COUNT
+    GLBK_CSM_SHAPE_RECTANGLE, GLBK_CSM_SHAPE_DISC, GLBK_CSM_SHAPE_SPHERE, GLBK_CSM_SHAPE_MESH = 10,
+    GLBK_CSM_SHAPE_COUNT
 } glbk_csm_shape;
 
 typedef struct glbk_csm_light_desc {    /* fields as in cohsm_emitter_desc; time and video: update the light */
     glbk_csm_shape shape;
     float          position[3], direction[3], u[3], v[3];
     float          radius;
-    float          cone_angle;          /* spot: full apex angle, radians, 0..2 pi */
+    float          cone_angle;          /* spot: full apex angle, radians, 1e-6..2 pi, where csm.h ends at pi */
     float          radiance[3];
     float          cosine_power, rotation;
     const float   *texels;              /* L: rgb factors, width x height, or NULL = 1 */
@@ -2527,7 +2528,7 @@ static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
     "#define COHSM_SHAPE_RECTANGLE 6u\n",
     "#define COHSM_SHAPE_DISC 7u\n",
     "#define COHSM_SHAPE_SPHERE 8u\n",
-    "#define COHSM_SHAPE_MESH 9u     // a table of triangles: x picks one by area, y and z a point in it\n",
+    "#define COHSM_SHAPE_MESH 10u    // a table of triangles: x picks one by area, y and z a point in it\n",
     "#define COHSM_INFINITY 3.402823466e38\n",
     "\n",
     "struct cohsm_light {\n",
@@ -11457,12 +11458,17 @@ static int glbk__csm_is_unit(const float *v)
     return square > 0.998f && square < 1.002f;
 }
 
+static int glbk__csm_is_shape(glbk_csm_shape shape)
+{
+    return (unsigned)shape < GLBK_CSM_SHAPE_COUNT && (unsigned)shape != GLBK_CSM_SHAPE_SPHERE + 1u; /* cohsm's CALLBACK */
+}
+
 static int glbk__csm_light_valid(const glbk_csm_light_desc *d)
 {
     const float big = 1e18f;
     int flat = !d->texels;
 
-    if ((unsigned)d->shape >= GLBK_CSM_SHAPE_COUNT || !glbk__csm_in_range(d->radiance, 3, 0, 3e38f) ||
+    if (!glbk__csm_is_shape(d->shape) || !glbk__csm_in_range(d->radiance, 3, 0, 3e38f) ||
         !glbk__csm_in_range(&d->cosine_power, 1, 0, 1e5f) || !glbk__csm_in_range(&d->rotation, 1, -1000, 1000) ||
         !glbk__csm_in_range(d->position, 3, -big, big))
         return 0;
@@ -11753,13 +11759,16 @@ static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
 static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_use *use,
                                            uint32_t filter, glbk_program **out)
 {
-    char defines[] = "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_LOBES=1 CSM_PATTERNS";
+    char defines[] = "CSM_ASK=0 CSM_FILTER=0 COHSM_LOBES=1 CSM_SHAPE=10 CSM_PATTERNS";
     uint32_t shape = glbk__csm_shape_of(use), ask = (uint32_t)use->ask;
-    defines[10] = (char)('0' + shape);
-    defines[20] = (char)('0' + ask);
-    defines[33] = (char)('0' + filter);
-    defines[47] = (char)('0' + r->lobes);
-    if (!r->patterns) defines[48] = 0;
+    defines[8] = (char)('0' + ask);
+    defines[21] = (char)('0' + filter);
+    defines[35] = (char)('0' + r->lobes);
+    if (shape < 10) {
+        defines[47] = (char)('0' + shape);
+        defines[48] = ' ';
+    }
+    if (!r->patterns) defines[49] = 0;
     return glbk__csm_program(ctx, &r->shade, shape * 16 + ask * 4 + filter,
                              r->compute ? "csm_shade.comp" : "csm_shade.frag", r->fragment, defines, use->maps, out);
 }
@@ -11980,7 +11989,7 @@ static int glbk__csm_frame_valid(const glbk_csm_renderer *r, const glbk_csm_fram
     for (i = 0; i < d->use_count; i++) {
         const glbk_csm_use *u = &d->uses[i];
         if (!u->maps || !u->maps->blocks.name || (unsigned)u->ask >= GLBK_CSM_ASK_COUNT ||
-            (unsigned)u->shape >= GLBK_CSM_SHAPE_COUNT || !u->samples || u->samples > 65536 ||
+            !glbk__csm_is_shape(u->shape) || !u->samples || u->samples > 65536 ||
             u->start < 2 * d->lights->lobe_count || u->start >= d->lights->patterns_at ||
             (r->patterns && u->samples != d->lights->pattern_length))
             return 0;

@@ -72,7 +72,7 @@ static int describe_light(const cs_light *light, glbk_csm_light_desc *out, float
 {
     const cohsm_emitter_desc *d = &light->desc;
     memset(out, 0, sizeof *out);
-    out->shape = d->shape == COHSM_SHAPE_MESH ? GLBK_CSM_SHAPE_MESH : (glbk_csm_shape)d->shape;
+    out->shape = (glbk_csm_shape)d->shape;
     memcpy(out->position, d->position, sizeof out->position);
     memcpy(out->direction, d->direction, sizeof out->direction);
     memcpy(out->u, d->u, sizeof out->u);

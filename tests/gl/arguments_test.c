@@ -430,6 +430,10 @@ static void csm_lights(void **state)
     for (shape = 0; shape < GLBK_CSM_SHAPE_COUNT; shape++) {
         d = plain;
         d.shape = (glbk_csm_shape)shape;
+        if (shape == 9) {                               /* csm.h's COHSM_SHAPE_CALLBACK */
+            assert_int_equal(glbk_csm_light_texels(&d), 0);
+            continue;
+        }
         if (shape == GLBK_CSM_SHAPE_MESH) d.triangles = corners, d.triangle_count = 1;
         assert_true(glbk_csm_light_texels(&d) > 0);
         assert_int_equal(glbk_csm_light_write(&d, words), GLBK_OK);
@@ -634,6 +638,7 @@ static void csm_frames(void **state)
     BAD(use.maps, &no_maps, glbk_csm_render(gl, &r, &f));
     BAD(use.ask, GLBK_CSM_ASK_COUNT, glbk_csm_render(gl, &r, &f));
     BAD(use.shape, GLBK_CSM_SHAPE_COUNT, glbk_csm_render(gl, &r, &f));
+    BAD(use.shape, (glbk_csm_shape)9, glbk_csm_render(gl, &r, &f));     /* cohsm_shape's CALLBACK */
     BAD(use.samples, 0, glbk_csm_render(gl, &r, &f));
     BAD(use.samples, 65537, glbk_csm_render(gl, &r, &f));
     BAD(use.start, s.lights.patterns_at, glbk_csm_render(gl, &r, &f));

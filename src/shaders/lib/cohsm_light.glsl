@@ -16,7 +16,7 @@
 #define COHSM_SHAPE_RECTANGLE 6u
 #define COHSM_SHAPE_DISC 7u
 #define COHSM_SHAPE_SPHERE 8u
-#define COHSM_SHAPE_MESH 9u     // a table of triangles: x picks one by area, y and z a point in it
+#define COHSM_SHAPE_MESH 10u    // a table of triangles: x picks one by area, y and z a point in it
 #define COHSM_INFINITY 3.402823466e38
 
 struct cohsm_light {
