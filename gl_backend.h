@@ -1341,7 +1341,7 @@ GLBK_DEF void glbk_sfield_builder_destroy(glbk_context *ctx, glbk_sfield_builder
              three times that. Samples as sfield_build takes them: 64 to 512 a side of a face (sources 256), by distance
    Memory    on the GPU 4 MB (sources 20), cubes of a batch, the mesh, bands^2 x 24 N^2 bytes; here what is read back of
              a batch. In glbk_sfield_builder_create once more the mesh, or the basis
-   Errors    GLBK_ERR_ARGUMENT (also a mesh without a triangle that can be used; `values` may be half written),
+   Errors    GLBK_ERR_ARGUMENT (also an index beyond vertex_count, no triangle left; `values` may be half written),
              GLBK_ERR_ALLOC, GLBK_ERR_LIMIT. No float targets are needed */
 
 /* ---- end of sfield ---- */
@@ -13251,7 +13251,6 @@ static int glbk__sfield_corners(const glbk_sfield_builder_desc *d, size_t t, uin
     for (i = 0; i < 3; i++) {
         const float *p;
         corner[i] = d->indices ? d->indices[3 * t + (size_t)i] : (uint32_t)(3 * t) + (uint32_t)i;
-        if (corner[i] >= d->vertex_count) return 0;
         p = glbk__sfield_vertex(d, corner[i]);
         for (k = 0; k < 3; k++)
             if (!(fabsf(p[k]) < 1e18f)) return 0;
@@ -13347,6 +13346,8 @@ static glbk_result glbk__sfield_take_mesh(glbk_context *ctx, const glbk_sfield_b
     if (!corners || corners % 3 || corners > 0x7fffffffu || d->vertex_count > 0xffffffffu ||
         (d->vertex_stride && (d->vertex_stride < 12 || d->vertex_stride % 4)) || (d->source && !d->radiance))
         return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < corners && d->indices; i++)
+        if (d->indices[i] >= d->vertex_count) return GLBK_ERR_ARGUMENT;
     for (i = 0; i < corners && d->source; i++)
         if (!(d->radiance[i] >= 0 && d->radiance[i] <= 1e18f)) return GLBK_ERR_ARGUMENT;
     if (!glbk__sfield_fit(d, corners / 3, b)) return GLBK_ERR_ARGUMENT;

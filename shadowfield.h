@@ -311,7 +311,7 @@ typedef struct sfield_desc {
 
 typedef struct sfield_stats {       /* of a build */
     uint32_t triangles;             /* used */
-    uint32_t skipped_triangles;     /* a vertex not finite, an index out of range, or two corners equal */
+    uint32_t skipped_triangles;     /* a vertex not finite, or two corners equal */
     uint64_t coefficients;          /* wavelets kept */
     double   lost;                  /* wavelets: relative L2 error of what was not kept, over all samples */
     size_t   peak_bytes;            /* asked of the allocator at once */
@@ -323,8 +323,8 @@ typedef struct sfield_field sfield_field;
 SFIELD_DEF sfield_result sfield_build(const sfield_desc *desc, const sfield_mesh *mesh, sfield_field **out,
                                       sfield_stats *stats);
 /* Occlusion field of a mesh. desc may be NULL (all defaults), stats may be NULL.
-   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (stride, index count, no triangle left),
-            SFIELD_ERR_ALLOC, SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED
+   Errors   SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_INPUT (stride, index count, an index beyond
+            vertex_count, no triangle left), SFIELD_ERR_ALLOC, SFIELD_ERR_LIMIT, SFIELD_ERR_CANCELLED
    Memory   the field + 16 tasks of about 26 bytes a vertex and 0.2 MB + samples of one shell
    Cost     shells x 6 side^2 views of all triangles, and as much again for positions inside: of 10,000 triangles
             seconds (harmonics) to minutes (wavelets), of a box 0.6 and 15 s */
@@ -3646,7 +3646,6 @@ static int sfield__take_triangles(sfield__build *b, const sfield_mesh *m, size_t
         uint32_t i[3], k, good = 1;
         for (k = 0; k < 3; k++) {
             i[k] = m->indices ? m->indices[3 * t + k] : (uint32_t)(3 * t + k);
-            good = good && i[k] < m->vertex_count;
             if (good) {
                 sfield__v3 p = sfield__v3_load(sfield__vertex(m, stride, i[k]));
                 good = sfield__v3_finite(p) && fabsf(p.x) < 1e18f && fabsf(p.y) < 1e18f && fabsf(p.z) < 1e18f;
@@ -3703,6 +3702,8 @@ static sfield_result sfield__take_mesh(sfield__build *b, const sfield_mesh *m)
         m->vertex_count > 0xffffffffu)
         return SFIELD_ERR_INPUT;
     if (!corners) return SFIELD_ERR_INPUT;
+    for (i = 0; i < corners && m->indices; i++)
+        if (m->indices[i] >= m->vertex_count) return SFIELD_ERR_INPUT;
     if (!sfield__take_triangles(b, m, stride, corners / 3)) return SFIELD_ERR_ALLOC;
     if (!b->triangles) return SFIELD_ERR_INPUT;
     if (b->desc.radius == 0) sfield__fit_sphere(b, m, stride);

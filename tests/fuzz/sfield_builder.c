@@ -74,7 +74,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     what = take(&in) % 4;
     take_desc(&in, &d);
     for (i = 0; i < 24; i++) p[i] = take_float(&in);
-    for (i = 0; i < 24; i++) index[i] = take(&in) % 9;
+    for (i = 0; i < 24; i++) {
+        uint32_t at = take(&in);
+        index[i] = at < 255 ? at % 8 : 8;       /* 8 is refused */
+    }
     for (i = 0; i < 48; i++) radiance[i] = (float)(take(&in) % 7u);
     memset(&mesh, 0, sizeof mesh);
     memset(&e, 0, sizeof e);

@@ -488,7 +488,7 @@ static void bad_input_is_named(void **state)
         case 6: d.index_count = 4; break;
         case 7: d.vertex_stride = 13; break;
         case 8: d.index_count = 0; break;
-        case 9: d.vertex_count = 2; break;                                      /* no triangle left */
+        case 9: d.vertex_count = 7; break;                                      /* an index beyond them */
         case 10: d.vertex_stride = 8; break;
         case 11: d.radiance = NULL; break;
         case 12: wrong_light[35] = -1; break;
@@ -504,7 +504,7 @@ static void bad_input_is_named(void **state)
     {
         glbk_sfield_builder_desc d = builder_desc(&m, 8, 2, basis, NULL);
         uint32_t wrong[39];
-        float first[8];
+        float first[8], nine[27];
         assert_glbk(t, glbk_sfield_builder_create(&t->gl, &d, &b));
         assert_int_equal(glbk_sfield_builder_see(&t->gl, &b, at, 0, 1, eye, out), GLBK_ERR_ARGUMENT);
         assert_int_equal(glbk_sfield_builder_see(&t->gl, &b, at, NAN, 1, eye, out), GLBK_ERR_ARGUMENT);
@@ -519,7 +519,11 @@ static void bad_input_is_named(void **state)
         assert_true(first[0] > 0.1f);
         glbk_sfield_builder_destroy(&t->gl, &b);
         memcpy(wrong, m.i, sizeof wrong - 12); /* one triangle more, which is skipped */
-        wrong[36] = 0, wrong[37] = 1, wrong[38] = 99;
+        memcpy(nine, m.p, 24 * sizeof *nine);
+        nine[24] = nine[25] = nine[26] = NAN;
+        wrong[36] = 0, wrong[37] = 1, wrong[38] = 8;
+        d.positions = nine;
+        d.vertex_count = 9;
         d.indices = wrong;
         d.index_count = 39;
         assert_glbk(t, glbk_sfield_builder_create(&t->gl, &d, &b));

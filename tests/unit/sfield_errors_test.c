@@ -209,7 +209,7 @@ static void degenerate_meshes(void **state)
             case 4: mesh.vertex_stride = 13; expected = SFIELD_ERR_INPUT; break;
             case 5: m.p[0] = NAN; skipped = 6; break;
             case 6: m.p[0] = INFINITY; skipped = 6; break;
-            case 7: m.i[3] = 99; skipped = 1; break;
+            case 7: m.i[3] = 8; expected = SFIELD_ERR_INPUT; break;
             case 8: m.i[3] = m.i[4]; skipped = 1; break;
             case 9: for (k = 0; k < 24; k++) m.p[k] = 0; expected = SFIELD_ERR_INPUT; break;
             case 10: for (k = 0; k < 24; k++) m.p[k] *= 1e-12f; break;
