@@ -4083,9 +4083,10 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_light *lig
                                         float *irradiance)
 {
     envsh_query q;
-    envsh_result result = ENVSH_OK;
+    envsh_result result;
     uint32_t first = 0, n;
     if (!maps || !query || !draw || (!lights && count) || (!maps->capacity && count)) return ENVSH_ERR_ARGUMENT;
+    if (envsh__check_query(query) != ENVSH_OK || (!irradiance && query->count)) return ENVSH_ERR_ARGUMENT;
     q = *query;
     do {
         n = count - first < maps->capacity ? count - first : maps->capacity;

@@ -13244,7 +13244,7 @@ static const float *glbk__sfield_vertex(const glbk_sfield_builder_desc *d, size_
     return (const float *)(const void *)((const char *)(const void *)d->positions + i * stride);
 }
 
-/* Corners of triangle t; 0 where sfield_build would skip it. */
+/* Corners of triangle t, whose indices are in range; 0 where sfield_build would skip it. */
 static int glbk__sfield_corners(const glbk_sfield_builder_desc *d, size_t t, uint32_t corner[3])
 {
     int i, k;

@@ -365,7 +365,8 @@ typedef struct rsm_gather_desc {
                                        pixel (not FLUX). rsm_blue_noise makes one */
     uint32_t    noise_side;
     uint32_t    interleave;         /* k: pixel (x, y) takes set x % k + k (y % k) of k k sets that share the samples;
-                                       1, 2, 4, 8; 0 = 1. rsm_filter_apply with log2 k passes puts them together */
+                                       1, 2, 4, 8; 0 = 1. Pictures alone: above 1 points->width must not be 0.
+                                       rsm_filter_apply with log2 k passes puts them together */
     const rsm_material *materials;  /* NULL: all diffuse. Texels with material m use materials[m - 1]. FLUX picks by
                                        diffuse flux: with samples, black texels' lobes take a pattern about the
                                        receiver */
@@ -2758,7 +2759,7 @@ static inline void rsm__gather_row(void *context, size_t y)
     }
 }
 
-static inline rsm_result rsm__gather_check(const rsm_gather_desc *d, rsm_gather_desc *out)
+static inline rsm_result rsm__gather_check(const rsm_gather_desc *d, const rsm_points *points, rsm_gather_desc *out)
 {
     uint32_t i;
     int c;
@@ -2778,6 +2779,7 @@ static inline rsm_result rsm__gather_check(const rsm_gather_desc *d, rsm_gather_
         if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f)) return RSM_ERR_DESC;
     if (d->interleave == 0) out->interleave = 1;
     if (out->interleave > 8 || (out->interleave & (out->interleave - 1))) return RSM_ERR_DESC;
+    if (out->interleave > 1 && points->width == 0) return RSM_ERR_DESC;     /* one row: most sets would go to nobody */
     if (!d->materials && d->material_count) return RSM_ERR_DESC;
     for (i = 0; i < d->material_count; i++) {
         if (!(d->materials[i].exponent >= 0.0f && d->materials[i].exponent <= 1e4f)) return RSM_ERR_DESC;
@@ -2934,7 +2936,7 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count, cons
     if (result != RSM_OK) return result;
     memset(&g, 0, sizeof g);
     if (!desc || !rsm__points_valid(points) || (!irradiance && points->count)) return RSM_ERR_ARGUMENT;
-    result = rsm__gather_check(desc, &g.desc);
+    result = rsm__gather_check(desc, points, &g.desc);
     if (result != RSM_OK) return result;
     g.points = points;
     g.out = irradiance;
@@ -2949,7 +2951,7 @@ RSM_DEF rsm_result rsm_gather_list(const rsm_texel *lights, size_t count, const 
     memset(&g, 0, sizeof g);
     if ((!lights && count) || !desc || !rsm__points_valid(points) || (!irradiance && points->count))
         return RSM_ERR_ARGUMENT;
-    result = rsm__gather_check(desc, &g.desc);
+    result = rsm__gather_check(desc, points, &g.desc);
     if (result != RSM_OK) return result;
     g.desc.materials = NULL;
     g.desc.noise = NULL;
@@ -3525,7 +3527,7 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
         return RSM_ERR_ARGUMENT;
     if (points->width == 0 || points->count % points->width != 0 || points->count > 0xffffffffu)
         return RSM_ERR_ARGUMENT;
-    result = rsm__gather_check(desc, &gather.desc);
+    result = rsm__gather_check(desc, points, &gather.desc);
     if (result == RSM_OK) result = rsm__interpolation_check(interpolation, &d);
     if (result != RSM_OK) return result;
     if (desc->noise || gather.desc.interleave != 1 || desc->add) return RSM_ERR_DESC;

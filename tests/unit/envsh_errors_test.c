@@ -662,10 +662,11 @@ static void queries_are_checked(void **state)
         envsh_maps_free(none);
         assert_int_equal(envsh_illuminate(maps, list, count, box, draw_fails, &says, g, out), ENVSH_ERR_MESH);
         assert_true(out[0] >= 7 && out[0] <= 7);
-        says = ENVSH_OK;
-        q = good_query;
+        q = good_query;                                         /* the query is looked at before anything is drawn */
         q.bias = -1;
         assert_int_equal(envsh_illuminate(maps, list, count, box, draw_fails, &says, &q, out), ENVSH_ERR_ARGUMENT);
+        assert_int_equal(envsh_illuminate(maps, list, count, box, draw_fails, &says, g, NULL), ENVSH_ERR_ARGUMENT);
+        says = ENVSH_OK;
         assert_true(out[0] >= 7 && out[0] <= 7);
         assert_int_equal(envsh_illuminate(maps, NULL, 0, box, draw_fails, &says, g, out), ENVSH_OK);
         assert_true(out[0] >= 0 && out[0] <= 0);                /* no lights, no light */

@@ -225,6 +225,13 @@ static void gathers_out_of_range(void **state)
     GATHERED(RSM_ERR_DESC, g.r_min = 1);
     GATHERED(RSM_ERR_DESC, g.interleave = 3);
     GATHERED(RSM_ERR_DESC, g.interleave = 16);
+    GATHERED(RSM_OK, g.interleave = 2);
+    p.width = 0;                    /* points that are no picture would all lie in row 0: 2 of 4 sets for all of them */
+    base.interleave = 2;
+    assert_int_equal(gather(&base, &p), RSM_ERR_DESC);
+    base.interleave = 1;
+    assert_int_equal(gather(&base, &p), RSM_OK);
+    p = points;
     GATHERED(RSM_ERR_DESC, g.materials = &bad; g.material_count = 1);
     GATHERED(RSM_ERR_DESC, g.material_count = 1);
     GATHERED(RSM_ERR_DESC, g.noise = noise);
