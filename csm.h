@@ -50,7 +50,8 @@
    Conventions
 
    Right-handed; matrices are column-major float[16]; directions have unit length and point from the surface to the
-   light; distances in the mesh's units, angles in radians, radiance in W/(sr m^2).
+   light; distances in the mesh's units, angles in radians, radiance in W/(sr m^2). Skies, latitude-longitude maps and
+   `rotation` have their poles at +Y and -Y: a scene with Z up is turned before it comes here.
 
      map        the depth of the object along one direction (orthographic) or around one position (six faces of a cube)
      domain     the set of those directions or positions: a mapping D of d parameters in 0..1
@@ -197,7 +198,7 @@ typedef enum cohsm_layers {         /* which interval [z1, upper) a stored depth
     COHSM_LAYERS_DEFAULT,           /* = COHSM_LAYERS_Z1Z2 */
     COHSM_LAYERS_Z1Z2,              /* upper = second hit, or see open_thickness: right for every receiver */
     COHSM_LAYERS_Z1Z3_SPHERE,       /* third hit, or where the ray leaves the bounding sphere: closed surfaces only */
-    COHSM_LAYERS_Z1Z3_FAR,          /* third hit, or infinity: closed, and nothing else behind (T62) */
+    COHSM_LAYERS_Z1Z3_FAR,          /* third hit, or infinity: closed, and nothing else behind */
     COHSM_LAYERS_COUNT
 } cohsm_layers;
 
@@ -212,7 +213,7 @@ typedef enum cohsm_order {          /* of the maps; the longer neighbours look a
 } cohsm_order;
 
 typedef enum cohsm_frame {          /* which way is up in the image of a direction's map */
-    COHSM_FRAME_DEFAULT,            /* cohsm_build: by trial together with the order; else POLAR (T64) */
+    COHSM_FRAME_DEFAULT,            /* cohsm_build: by trial together with the order; else POLAR */
     COHSM_FRAME_POLAR,              /* right along rising s of LATLONG, up towards +Y */
     COHSM_FRAME_MINIMAL,            /* shortest rotation of the frame at +Y; turns fast near -Y */
     COHSM_FRAME_TWO_POLES,          /* shortest rotation from the nearer of +Y and -Y; jumps at the equator */
@@ -243,7 +244,7 @@ typedef struct cohsm_desc {
 typedef struct cohsm_stats {        /* of a build; every field may be read after COHSM_OK */
     uint64_t segments;              /* in all lists */
     uint64_t exact_depths;          /* segments of one map kept in 16 bits, no grid value lying in [z1, upper) */
-    uint64_t empty_intervals;       /* entries with z1 = upper: stored z = z1, needs the bias (T59, T71) */
+    uint64_t empty_intervals;       /* entries with z1 = upper: stored z = z1, needs the bias */
     uint64_t open_entries;          /* entries with one hit only: an open border or a sheet was seen */
     uint32_t triangles;             /* used */
     uint32_t skipped_triangles;     /* a vertex not finite, or two corners equal */
@@ -351,7 +352,8 @@ COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_des
             COHSM_ERR_CANCELLED */
 
 COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_desc *desc, void **data, size_t *size);
-/* The packed file: the same block, entropy-coded against neighbouring pixels, about half of the plain size.
+/* The packed file: the same block, entropy-coded against neighbouring pixels: about half of the plain size,
+   of simple objects far less.
    desc     for its allocator and progress only; may be NULL
    data     written on COHSM_OK only, from desc's allocator: free it there
    Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_ALLOC, COHSM_ERR_LIMIT, COHSM_ERR_CANCELLED
@@ -382,7 +384,8 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint1
 
 typedef enum cohsm_light {
     COHSM_LIGHT_DIRECTION,          /* lights are unit directions to the light (x, y, z); maps of directions */
-    COHSM_LIGHT_POSITION,           /* semi-local: positions outside the hulls, where points are; maps of directions */
+    COHSM_LIGHT_POSITION,           /* semi-local: positions in the space of the points, outside every instance's convex
+                                       hull; maps of directions */
     COHSM_LIGHT_PARAMETER,          /* lights are d parameters in 0..1 of the maps' domain, any domain but LIST */
     COHSM_LIGHT_INDEX               /* lights are uint32_t cells < N, any domain; others count as lit */
 } cohsm_light;
@@ -407,7 +410,8 @@ typedef struct cohsm_query {
     cohsm_filter    filter;
     float           bias;           /* map pixels, >= 0: receivers count as that much nearer to the light */
     uint32_t        seed;           /* of COHSM_FILTER_ROULETTE; sample i draws from (seed, i, instance) */
-    const uint32_t *self;           /* instance that each point lies on, tested first, or COHSM_NO_SELF; NULL = none */
+    const uint32_t *self;           /* instance that each point lies on, tested first; beyond the list (COHSM_NO_SELF):
+                                       none; NULL = none */
 } cohsm_query;
 
 COHSM_DEF cohsm_query cohsm_query_default(void);
@@ -417,7 +421,8 @@ COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *
                                      size_t *refused);
 /* visible  count floats: 1 lit, 0 shadowed by this object, in between with PCF, COHSM_REFUSED
    refused  NULL, or receives the number of COHSM_REFUSED samples
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DOMAIN. Points and lights that are not finite give 1: nothing is known there.
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DOMAIN. Points and lights that are not finite, and
+            directions of length 0, give 1: nothing is known there.
    Safe from several threads on the same maps. Cost: one list's block, about one cache miss, a sample; PCF 2^(d+2). */
 
 typedef struct cohsm_instance {     /* an object of the scene; several may share maps */
@@ -527,8 +532,9 @@ typedef struct cohsm_emitter_desc {
     float             radiance[3];  /* L, W/(sr m^2); point and spot: I, W/sr; sun: E facing it, W/m^2; >= 0 */
     float             cosine_power; /* areas: L(theta) = radiance cos^power(theta); 0 is a Lambertian emitter */
     float             rotation;     /* environment: radians about +Y */
-    const float      *texels;       /* L over [0, 1)^2: factors of radiance, height rows of width rgb texels, each
-                                       constant; NULL: 1. Frames follow one another. Copied by cohsm_emitter_build */
+    const float      *texels;       /* L over [0, 1)^2: factors of radiance (set that to 1 1 1: with 0 all is black),
+                                       height rows of width rgb texels, each constant; NULL: 1. Frames follow one
+                                       another. Copied by cohsm_emitter_build */
     uint32_t          width, height;     /* a line has height 1; 0 without texels */
     uint32_t          frames;            /* 0 = 1 */
     float             frames_per_second; /* linear between frames; 0 = 30 */

@@ -58,8 +58,9 @@
 
    Conventions
 
-   Right-handed, +Y up; matrices are column-major float[16]; directions have unit length and point from the surface to
-   the light; distances in your units, angles in radians, radiance in W/(sr m^2), irradiance in W/m^2.
+   Right-handed, +Y up (in a scene with Z up turn the lights by envsh_rotate); matrices are column-major float[16];
+   directions have unit length and point from the surface to the light; distances in your units, angles in radians,
+   radiance in W/(sr m^2), irradiance in W/m^2.
 
      map        the environment: radiance of all directions, latitude-longitude or six cube faces, one float RGB a texel
      light      a directional light that stands for a stratum
@@ -211,7 +212,8 @@ typedef enum envsh_method {
 #define ENVSH_NO_LIGHT UINT32_MAX   /* stratum of texels below the horizon of hemisphere */
 
 typedef struct envsh_desc {
-    uint32_t        light_count;    /* k, 1..ENVSH_MAX_LIGHTS; 0 = 128. Fewer come where the map has fewer lit texels */
+    uint32_t        light_count;    /* k, 1..ENVSH_MAX_LIGHTS; 0 = 128. Fewer come where the map has fewer lit texels,
+                                       cuts fall into single texels or below the horizon: take `count` */
     envsh_method    method;
     int             hemisphere;     /* not 0: only directions with y > 0 count */
     int             split_sun;      /* not 0: a small spot that outshines a light's share becomes light 0 of its own,
@@ -404,7 +406,7 @@ typedef enum envsh_filter {
 
 typedef struct envsh_query {
     const float *points;            /* x, y, z of each receiver, world space */
-    const float *normals;           /* unit shading normals: the cosine */
+    const float *normals;           /* unit shading normals: the cosine. Not made unit: length 2 doubles the light */
     const float *geometric;         /* unit normals of the surface itself: offsets, which side it is; NULL = normals */
     size_t       point_stride, normal_stride, geometric_stride;     /* bytes, multiples of 4, >= 12; 0 = 12 */
     size_t       count;
@@ -419,7 +421,7 @@ typedef struct envsh_query {
 } envsh_query;
 
 ENVSH_DEF envsh_query envsh_query_default(void);
-/* All zero but filter PENUMBRA, 16 taps, radius 12, bias 1, extent_scale 1. */
+/* All zero but filter PENUMBRA, 16 taps, radius 12, bias 1, extent_scale 1. SMOOTH refuses that radius: set both. */
 
 ENVSH_DEF envsh_result envsh_shade(const envsh_maps *maps, const envsh_query *query, float *irradiance);
 /* For each point the sum over all lights of visibility x cosine x irradiance: 3 floats, W/m^2; times albedo / pi it is
@@ -444,7 +446,8 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_light *lig
                                         envsh_bounds bounds, envsh_draw draw, void *user, const envsh_query *query,
                                         float *irradiance);
 /* The paper's algorithm 2: for each cluster of capacity lights, draws their maps and adds their light. With a capacity
-   of count or more it is algorithm 1. The same sums, to the bit, for every capacity. */
+   of count or more it is algorithm 1. The same sums, to the bit, for every capacity.
+   Errors  those of envsh_maps_begin, envsh_shade (of the query before anything is drawn) and draw */
 
 /* ---- how many lights a pass: the cost model ---- */
 

@@ -186,8 +186,9 @@ typedef struct ism_mesh {           /* triangles that throw shadows, lit ones to
 
 typedef enum ism_source_kind {
     ISM_SOURCE_SURFACE,             /* texels of an RSM, points on lamps */
-    ISM_SOURCE_DIRECTIONS           /* a sky: positions are unit directions to it, fluxes radiance x solid angle, W/m^2;
-                                       tiles are orthographic maps of the mesh's bounding sphere */
+    ISM_SOURCE_DIRECTIONS           /* a sky: positions are unit directions to it (others count as bad_pvpls and are
+                                       never chosen), fluxes radiance x solid angle, W/m^2; tiles are orthographic maps
+                                       of the mesh's bounding sphere */
 } ism_source_kind;
 
 typedef struct ism_source {         /* pVPLs; several sources may be given: faces of a cube, several lights */
@@ -204,7 +205,9 @@ typedef struct ism_source {         /* pVPLs; several sources may be given: face
     size_t       area_stride;       /* bytes between areas, a multiple of 4; 0 = 4. Takes texels of rsm.h as they are */
 } ism_source;
 
-typedef struct ism_view {           /* what is shaded: pixels of a picture, row 0 first, or any list with height 1 */
+typedef struct ism_view {           /* what is shaded: pixels of a picture, row 0 first, or any list with height 1. VPLs
+                                       are chosen for all of it: of few receivers, one very near a light draws most VPLs
+                                       to itself, and the others are noisy (not wrong in the mean) */
     const float *positions;
     const float *normals;           /* unit shading normals; not near unit length: background, gives 0 */
     const float *geometric;         /* unit face normals for the bias; NULL = normals */
@@ -288,8 +291,9 @@ typedef struct ism_desc {
 
 typedef struct ism_stats {          /* of the last run of each stage */
     uint32_t vpls;                  /* less than N only where the sources are black */
-    uint32_t jumped;                /* VPLs that moved farther than a texel since the last frame (T55) */
-    uint64_t bad_pvpls;             /* not finite, negative or above 1e30: never chosen */
+    uint32_t jumped;                /* VPLs that moved farther than a texel since the last frame */
+    uint64_t bad_pvpls;             /* not finite, negative, above 1e30, or directions and normals whose length is not
+                                       1 within 0.5 %: never chosen */
     uint64_t skipped_triangles;     /* a vertex not finite, or no area */
     uint64_t points, renewed;       /* all, and those of this frame */
     uint64_t splats;                /* points written into tiles */
@@ -477,7 +481,7 @@ ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint3
                                       float *directions, float *fluxes, uint64_t *bad_texels);
 /* A latitude-longitude map (row 0 is +Y, its centre +X, +Z right of it) as a source of directions.
    texels      r, g, b, radiance; not finite or negative channels count as 0 and are counted in bad_texels (may be NULL)
-   rotation    radians about +Y
+   rotation    radians about +Y; of scenes with Z up turn the directions yourself
    outputs     width * height * 3 floats each; fluxes are radiance x the texel's exact solid angle
    Errors      ISM_ERR_ARGUMENT */
 

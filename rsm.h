@@ -190,7 +190,8 @@ typedef struct rsm_light {
     float radius;                   /* sun: half side of the map, world units, > 0 */
     float cone_angle;               /* spot: full apex angle, above 0.001, at most 6.28; square: between opposite sides,
                                        at most 2 */
-    float near_depth, far_depth;    /* depths that the map holds. 0 0 = -radius..radius (sun), 0.001..1000 (others) */
+    float near_depth, far_depth;    /* depths that the map holds. 0 0 = -radius..radius (sun), 0.001..1000 (others); to
+                                       set one set both */
 } rsm_light;
 
 typedef struct rsm_texel {          /* and a pixel light: 48 bytes */
@@ -256,8 +257,8 @@ typedef struct rsm_buffers {        /* one face as your renderer drew it: size r
     const float   *depth;           size_t depth_stride;     /* of a depth buffer, 0..1; 0 = 4. Used where positions is
                                                                 NULL; else, where not NULL, only 1 marks background */
     const float   *normals;         size_t normal_stride;    /* world; made unit. 0 0 0 marks background */
-    const float   *albedo;          size_t albedo_stride;    /* linear reflectance */
-    const uint8_t *albedo_srgb;     size_t srgb_stride;      /* or 8-bit sRGB; 0 = 4 bytes a pixel */
+    const float   *albedo;          size_t albedo_stride;    /* linear reflectance, 0..1: more is not refused */
+    const uint8_t *albedo_srgb;     size_t srgb_stride;      /* or 8-bit sRGB; 0 = 4 bytes a pixel. Both NULL: 1 */
     const uint32_t *materials;      size_t material_stride;  /* NULL: none; 0 = 4 */
 } rsm_buffers;
 
@@ -273,7 +274,7 @@ typedef struct rsm_mesh {
     const uint32_t *indices;        /* three to a triangle; NULL = 0, 1, 2, ... */
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const float    *transform;      /* object to world, affine (the last row is taken for 0 0 0 1); NULL = none */
-    float           albedo[3];      /* linear, where surface_fn is NULL */
+    float           albedo[3];      /* linear, 0..1 (more is not refused), where surface_fn is NULL */
     uint32_t        material;       /* of its texels */
     int             has_holes;      /* 1: surface_fn is asked for every pixel drawn, else for the visible ones */
     int           (*surface_fn)(void *user, const struct rsm_mesh *mesh, uint32_t triangle, const float weights[3],
@@ -307,7 +308,7 @@ RSM_DEF rsm_result rsm_finish(rsm_map *map, rsm_stats *stats);
 typedef struct rsm_points {         /* strides in bytes, multiples of 4; 0 = 12 (occlusion 4) */
     size_t          count;
     const float    *positions;      size_t position_stride;    /* world */
-    const float    *normals;        size_t normal_stride;      /* unit; 0 0 0: no receiver, its result is 0 */
+    const float    *normals;        size_t normal_stride;      /* unit, not made so; 0 0 0: no receiver, result 0 */
     const float    *occlusion;      size_t occlusion_stride;   /* factor of each result, 0..1; NULL = 1 */
     uint32_t        width;          /* of the picture that the points are, row by row; 0 = no picture */
     const uint32_t *indices;        /* only these points, each once; count is their number then; NULL = all */
@@ -351,7 +352,7 @@ typedef struct rsm_material {       /* Phong lobe beside the diffuse flux, energ
 typedef struct rsm_gather_desc {
     rsm_pattern pattern;
     uint32_t    samples;            /* of each receiver and map, 1..2^20; 0 = every texel, whatever the pattern */
-    int         paper_weights;      /* EQUATION3: 1 = xi^2, normalised, as the paper has it; biased (T26) */
+    int         paper_weights;      /* EQUATION3: not 0: xi^2, normalised, as the paper has it; biased */
     float       r_max;              /* radius of the pattern in sides of the map; above 0: samples outside the map count
                                        as dark, and what lies beyond is lost. 0: each ray ends at the map's border.
                                        Cubes: sine of half the angle, 1 = all round */

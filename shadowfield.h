@@ -542,9 +542,10 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                        multiples of 4; of three floats 12 or more */
     size_t              count;
     const float        *positions;  size_t position_stride;   /* 3 floats; 0 = 12. In entity's space, or world space */
-    const float        *normals;    size_t normal_stride;     /* 3 floats, unit */
+    const float        *normals;    size_t normal_stride;     /* 3 floats, unit: with a length that is off by more than
+                                                                 5 % all results of the point are 0, without an error */
     uint32_t            entity;     /* the entity that they lie on: moves them, and neither hides nor lights them; or
-                                       NONE */
+                                       SFIELD_NONE: 0 is the first entity */
     const sfield_field *self;       /* SELF field of the same count, or NULL = convex and flat: nothing of its own
                                        hides */
     const uint8_t      *visible;    /* 0: leave this point out (its outputs become 0); NULL = all */
@@ -560,7 +561,8 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
 
 SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const sfield_points *sets, size_t set_count,
                                       sfield_scene_stats *stats);
-/* Direct light at all points of all sets, near to far (paper, figure 5). Not clamped: ringing may go below 0.
+/* Direct light at all points of all sets, near to far (paper, figure 5). Not clamped: ringing may go below 0, and
+   surfaces that face a sun are 25 % too dark with 2 bands, 6 % too bright with 3 or 4.
    Errors  SFIELD_ERR_ARGUMENT (NULL, stride, an entity beyond the list, a lobe without views), SFIELD_ERR_BASIS (self
            or cache of another basis or count, gloss in wavelets), SFIELD_ERR_ROTATION (self on a rotated entity,
            SPARSE), SFIELD_ERR_ALLOC. Points that are not finite get 0
