@@ -587,8 +587,9 @@ enum { GLBK_SLOT_glbk_user0 = 12, GLBK_SLOT_glbk_user1, GLBK_SLOT_glbk_user2, GL
 
 GLBK_DEF void glbk_set_slots(glbk_context *ctx, uint32_t gl_program);
 /* The same for a program that you linked yourself and that is in use: every texture and block of our lists that it
-   declares gets its slot, samplers of yours that are called glbk_user0 to glbk_user3 those above. Not beside ism's
-   shading, which has all sixteen. */
+   declares gets its slot, samplers of yours that are called glbk_user0 to glbk_user3 those above. Beside the functions
+   for your own shaders these are free; not beside lib/ism_gbuffer.glsl and the programs of rsm and ism themselves:
+   glbk_rsm_history, _motion and _albedo_map have 12 to 14, ism's G-buffer and light 11 to 15. */
 
 /* ---- passes ---- */
 
@@ -733,9 +734,16 @@ GLBK__PART(BASE)
 /* ---- csm: coherent shadow maps, after csm.h ----
 
    Blocks of csm.h are uploaded as they are (cohsm_data), all of a scene into one table; up to 16 instances are in a
-   uniform block, more in a table of their own, so that moving them leaves the blocks alone. Your own shaders ask by
-   csm_visible() of lib/csm_visible.glsl; docs/gpu-layouts.md has all layouts, for those who bring their own API. Then
-   the complete renderer of the paper's section 5. Enumerations have csm.h's numbers, but 0 of glbk_csm_brdf. */
+   uniform block, more in a table of their own, so that moving them leaves the blocks alone. docs/gpu-layouts.md has all
+   layouts, for those who bring their own API. Then the complete renderer of the paper's section 5. Enumerations have
+   csm.h's numbers, but 0 of glbk_csm_brdf. For shaders of your own, lib/csm_visible.glsl with glbk_csm_bind:
+
+       cohsm_query cohsm_ask(int light, int filtering, float bias);       // COHSM_LIGHT_*, COHSM_FILTER_*; map pixels
+       float csm_visible(uint self, cohsm_query query, vec3 point, vec3 light);
+
+   self: the instance that the point lies on, or COHSM_NO_SELF; point: world; light: by COHSM_LIGHT_DIRECTION the unit
+   direction to it, _POSITION a place, _PARAMETER coordinates in 0..1, _INDEX uintBitsToFloat(cell) in x. Result: 1 lit,
+   0 dark, between with PCF, -1 refused. Roulette: set query.seed, and query.id anew for each sample. */
 
 #define GLBK_CSM_TEXTURES(X)                                                                        \
     X(usampler2DArray, glbk_csm_blocks, 0)                                                          \
@@ -941,9 +949,31 @@ GLBK_DEF void glbk_csm_lights_destroy(glbk_context *ctx, glbk_csm_lights *lights
 
 /* ---- csm: the Monte Carlo renderer of direct light ----
 
-   A frame: fill the G-buffer (draw into it, upload it, or bring your own by a fragment shader), glbk_csm_render once a
-   frame, glbk_csm_resolve to the screen. Frames are averaged until glbk_csm_reset: call that whenever the camera, an
-   instance or a light moved. */
+   Once glbk_csm_maps_create, glbk_csm_lights_create, glbk_csm_renderer_create. A frame:
+
+       glbk_csm_maps_place(gl, &maps, instances, n);              // where something moved, and then:
+       glbk_csm_reset(&r);                                        // frames are averaged until here; camera, lights, too
+       glbk_csm_gbuffer_begin(gl, &r);                            // or glbk_csm_gbuffer_upload, or your own, as below
+       glbk_csm_gbuffer_object(gl, &r, &draw);                    // of each object, and your draw
+       glbk_csm_render(gl, &r, &frame);
+       glbk_csm_resolve(gl, &r, &pass);
+
+   A G-buffer of your own is read by glbk_csm_renderer_desc.fragment, which makes a point of it and adds to the sum:
+
+       layout(location = 0) out glbk_color result;
+       uniform sampler2D glbk_user0;                              // up to glbk_user3
+       void main()
+       {
+           ivec2 at = ivec2(gl_FragCoord.xy);
+           vec4 sum = glbk_csm_frame.query.w > 0.0 ? glbk_unpack(texelFetch(glbk_csm_sum, at, 0)) : vec4(0.0);
+           cohsm_material m;        // uint type (COHSM_BRDF_LAMBERT, _PHONG, _LAFORTUNE, _METAL_ROUGH); vec3 diffuse,
+                                    // specular; float exponent, metallic, roughness; uint lobe, lobe_count
+           csm_point p;             // vec3 position, normal, geometric, tangent (0 = any; all world, unit);
+                                    // cohsm_material material; uint self (instance or COHSM_NO_SELF), plane (0 = none)
+           ...                      // fill both; where nothing is seen leave the sum as it is
+           sum += csm_shade(p, uint(at.y) * glbk_csm_frame.tables.z + uint(at.x));    // rgb radiance; a refused samples
+           result = glbk_pack(sum);
+       } */
 
 typedef enum glbk_csm_brdf {    /* cohsm_brdf */
     GLBK_CSM_BRDF_NONE,         /* nothing is seen here */
@@ -959,10 +989,9 @@ typedef struct glbk_csm_renderer_desc {
     uint32_t    width, height;
     uint32_t    lobes;          /* most lobes of a material: 1..8; 0 = 1 */
     int         patterns;       /* not 0: the lights have patterns */
-    const char *fragment;       /* NULL; or, kept by you, your own fragment shader, with all of csm_shade before it,
-                                   which makes a csm_point from your G-buffer and writes as prog/csm_shade.frag does.
-                                   Its samplers are called glbk_user0 to glbk_user3 and yours to bind before
-                                   glbk_csm_render, to GLBK_SLOT_glbk_user0 .. + 3. The core path is taken then */
+    const char *fragment;       /* NULL; or, kept by you, your own fragment shader, with all of csm_shade before it, as
+                                   shown above. Its samplers are called glbk_user0 to glbk_user3 and yours to bind
+                                   before glbk_csm_render, to GLBK_SLOT_glbk_user0 .. + 3. Takes the core path */
 } glbk_csm_renderer_desc;
 
 typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
@@ -1125,8 +1154,16 @@ GLBK_DEF void glbk_csm_builder_destroy(glbk_context *ctx, glbk_csm_builder *buil
 
    Fields of spherical harmonics are uploaded as sfield_write wrote them, all of a scene into one table with what the
    product needs; the entities of the frame and the sky are in another, so that moving them leaves fields alone. A pixel
-   of the G-buffer is any point to shade: one of the screen, or a vertex. Your own shaders ask by sfield_shade() of
-   lib/sfield_shade.glsl. Wavelets and fields of logarithms are shadowfield.h's alone. */
+   of the G-buffer is any point to shade: one of the screen, or a vertex. Wavelets and fields of logarithms are
+   shadowfield.h's alone. A frame: glbk_sfield_place (and _sky), the G-buffer, glbk_sfield_shade; renderer.light has the
+   picture. For shaders of your own, lib/sfield_shade.glsl with glbk_sfield_bind, SFIELD_BANDS defined:
+
+       void sfield_cosine(vec3 n, out float t[SFIELD_COEFS]);
+       sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS]);
+
+   World space, normals unit; own: the entity that the point lies on, or SFIELD_NONE; t: of sfield_cosine, or own
+   visibility x cosine, turned into the world; g: t times Phong's lobe, read with SFIELD_GLOSS=1 alone. Result: light
+   (rgb irradiance, W/m^2; times albedo / pi it is radiance), gloss, open (first coefficient of what stays visible). */
 
 #define GLBK_SFIELD_TEXTURES(X)                                                                     \
     X(usampler2DArray, glbk_sfield_table, 0)    /* terms, fields */                                 \
@@ -1350,8 +1387,14 @@ GLBK_DEF void glbk_sfield_builder_destroy(glbk_context *ctx, glbk_sfield_builder
 
    k shadow maps in one atlas, drawn through your callback, then one pass that lights every pixel with all of them (the
    paper's algorithm 1), or clusters of fewer maps and several passes (algorithm 2). Lights and matrices come from
-   envshadow.h (envsh_maps_create with no_depth); its numbers for filters hold here. Your own shaders ask by
-   envsh_light() or envsh_visible() of lib/envsh_light.glsl; docs/gpu-layouts.md has the layouts. */
+   envshadow.h (envsh_maps_create with no_depth); its numbers for filters hold here. docs/gpu-layouts.md has the
+   layouts. For shaders of your own, lib/envsh_light.glsl with glbk_envsh_bind:
+
+       vec3 envsh_light(vec3 p, vec3 n, vec3 flat_n, uint index);         // irradiance of all lights, W/m^2
+       float envsh_visible(envsh_query q, uint light, vec3 p, vec3 n, uint index);    // 0..1; q: envsh_bound_query()
+
+   World space, unit normals on the side that is seen: n for shading, flat_n (n of envsh_visible) the surface's own;
+   index: another for each pixel, it turns the taps. envsh_direction(light): unit, to it; envsh_power(light): W/m^2. */
 
 #define GLBK_ENVSH_TEXTURES(X)                                                                      \
     X(sampler2DArray, glbk_envsh_depth, 0)      /* the atlas: depth, or */                          \
@@ -1456,8 +1499,16 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *maps, c
 
 /* ---- envsh: complete passes ----
 
-   A frame: fill the G-buffer (draw into it, or upload it), glbk_envsh_illuminate, glbk_envsh_resolve to the screen.
-   Where ctx->compute, the compute path is taken. */
+   Once glbk_envsh_maps_create and glbk_envsh_renderer_create. A frame:
+
+       envsh_maps_begin(layout, lights, n, bounds);                       // envshadow.h: matrices of the views
+       glbk_envsh_gbuffer_begin(gl, &r);                                  // or glbk_envsh_gbuffer_upload
+       glbk_envsh_gbuffer_object(gl, &r, &surface);                       // of each object, and your draw
+       glbk_envsh_illuminate(gl, &r, &maps, views, sizeof *views, n, draw, user, &question);
+       glbk_envsh_resolve(gl, &r, &pass);
+
+   glbk_envsh_maps_render and glbk_envsh_shade are the two halves of glbk_envsh_illuminate. Where ctx->compute, the
+   compute path is taken. */
 
 typedef struct glbk_envsh_renderer {    /* read only; zeroed = none */
     glbk_program shade[2 * GLBK_ENVSH_FILTER_COUNT], fill, resolve;
@@ -1528,8 +1579,19 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *ren
        glbk_rsm_denoise(gl, &r, &denoise);                        // where few samples were taken
        glbk_rsm_resolve(gl, &r, &pass, 1, 1);
 
-   For shaders of your own: lib/rsm_direct.glsl and lib/rsm_gather.glsl with glbk_rsm_bind. All images are RGBA32UI,
-   bits of floats, so that everything works without EXT_color_buffer_float. Enumerations have rsm.h's numbers. */
+   All images are RGBA32UI, bits of floats, so that everything works without EXT_color_buffer_float. Enumerations have
+   rsm.h's numbers. For shaders of your own, lib/rsm_direct.glsl and lib/rsm_gather.glsl with glbk_rsm_bind:
+
+       rsm_lamp rsm_bound();                                              // the light whose map is bound
+       vec3 rsm_direct(rsm_lamp l, vec3 p, vec3 n, int taps, float bias, float slope_bias);   // irradiance, W/m^2
+       vec3 rsm_gather_list(rsm_lamp l, vec3 p, vec3 n, uint from, uint to, bool glossy, float mixed);
+       vec3 rsm_gather_about(rsm_lamp l, vec3 p, vec3 n, float r_max, vec2 turn, uint first, uint step, uint count,
+                             vec4 limits, bool glossy, float mixed, float picked, float near_field);
+
+   World space, unit normals. The latter two give pi times bounced irradiance: by lights from .. to - 1 of the list
+   (glbk_rsm_frame.range.x and .y; glossy glbk_rsm_frame.pick.w != 0u; mixed glbk_rsm_frame.pattern.y), and by points
+   first, first + step, ... of the tables about p (turn: cosine and sine; limits glbk_rsm_frame.limits; picked
+   glbk_rsm_frame.pattern.z). */
 
 #define GLBK_RSM_TEXTURES(X)                                                                        \
     X(usampler2DArray, glbk_rsm_texels, 0)      /* a map: layers 3 face + 0 place, 1 normal, 2 flux */ \
@@ -1782,7 +1844,14 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
    visibility, interleaved sampling and its blur. Where ctx->compute, each of these is one dispatch that works in shared
    memory, to the same numbers. Points are triangles and barycentric coordinates, the mesh two tables of indices
    and positions: moving geometry is new positions alone. The numbers are those of ism.h to float rounding.
-   In every frame: glbk_ism_phase, glbk_ism_vpls_upload, glbk_ism_draw, glbk_ism_shade. */
+   In every frame: glbk_ism_phase, glbk_ism_vpls_upload, glbk_ism_draw, glbk_ism_shade. For shaders of your own,
+   lib/ism_light.glsl with glbk_ism_bind:
+
+       vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern);
+       float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias);     // 1 lit, 0 not; l: ism_read_vpl(v)
+
+   World space; n, ng: unit, for shading and the surface's own. VPLs first, first + pattern, ... (0u, 1u: all), times
+   pattern. Result: rgb irradiance, W/m^2; a: what the rule near by took off, mean of the channels. */
 
 #define GLBK_ISM_TEXTURES(X)                                                                        \
     X(sampler2DArray, glbk_ism_vpls, 0)         /* 4 texels each; spheres of near points; these, 3 each */  \
@@ -1927,7 +1996,7 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width,
                                               glbk_ism_renderer *out);
 GLBK_DEF void glbk_ism_renderer_destroy(glbk_context *ctx, glbk_ism_renderer *renderer);
 
-typedef struct glbk_ism_receivers { /* fields as in ism_view: width * height of each, row 0 first */
+typedef struct glbk_ism_receivers { /* fields as in ism_view: width * height of each, row 0, the lowest, first */
     const float *positions, *normals;
     const float *geometric;         /* NULL = normals */
     const float *albedos;           /* NULL = 1 */
@@ -1938,7 +2007,8 @@ GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_rendere
                                              const glbk_ism_receivers *receivers);
 /* Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
 
-typedef struct glbk_ism_shading {   /* fields as in ism_shading */
+typedef struct glbk_ism_shading {   /* fields as in ism_shading. NULL for one: all 0 but bias 0.02 and clamp 1; in one a
+                                       bias of 0 is 0 */
     uint32_t pattern;               /* 1, 2, 4, 8; 0 = 1 */
     uint32_t near_mode;             /* ism_near; 0 = 6, gather */
     float    clamp, bias;
@@ -1950,18 +2020,19 @@ typedef struct glbk_ism_shading {   /* fields as in ism_shading */
 GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps, const glbk_ism_shading *shading);
 /* For ism_light() and ism_visible() of lib/ism_light.glsl in a program of your own, which is bound (glbk_begin) and
    compiled with ISM_NEAR=near_mode and ISM_PROJECTION=maps->desc.projection among its defines.
-   shading  bias, clamp and no_maps count; NULL = as in glbk_ism_shade
+   shading  bias, clamp and no_maps count; may be NULL, see glbk_ism_shading
    Errors   GLBK_ERR_ARGUMENT */
 
 GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_ism_maps *maps,
                                     const glbk_ism_shading *shading);
-/* Errors   GLBK_ERR_ARGUMENT; those of glbk_program_create at a near_mode's first use */
+/* shading  may be NULL, see glbk_ism_shading
+   Errors   GLBK_ERR_ARGUMENT; those of glbk_program_create at a near_mode's first use */
 GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_pass *pass);
 /* Draws the result, linear, to the pass's target; its blending adds it to what is there. Viewports: see glbk_pass.
    Errors GLBK_ERR_ARGUMENT; those of glbk_buffer_update */
 GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgb);
-/* width * height * 3 floats, row 0 first. Waits for the GPU. result's fourth channel is the irradiance, mean of the
-   three channels, that clamping or spheres took off. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+/* width * height * 3 floats, row 0, the lowest, first. Waits for the GPU. result's fourth channel is the irradiance,
+   mean of the three channels, that clamping or spheres took off. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
 
 /* ---- end of ism ---- */
 
@@ -11460,7 +11531,7 @@ static int glbk__csm_is_unit(const float *v)
 
 static int glbk__csm_is_shape(glbk_csm_shape shape)
 {
-    return (unsigned)shape < GLBK_CSM_SHAPE_COUNT && (unsigned)shape != GLBK_CSM_SHAPE_SPHERE + 1u; /* cohsm's CALLBACK */
+    return (unsigned)shape < GLBK_CSM_SHAPE_COUNT && (unsigned)shape != 9;     /* COHSM_SHAPE_CALLBACK */
 }
 
 static int glbk__csm_light_valid(const glbk_csm_light_desc *d)
