@@ -287,7 +287,7 @@ COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *builder, uint32_t
 COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *builder, uint32_t index, const float *z1, const float *z2,
                                          const float *z3);
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *builder, cohsm_maps **out, cohsm_stats *stats);
-COHSM_DEF void         cohsm_builder_free(cohsm_builder *builder);
+COHSM_DEF void         cohsm_builder_free(cohsm_builder *builder);      /* accepts NULL */
 /* create   desc->radius must be > 0; desc->order must be a concrete one (DEFAULT = Hilbert)
    add      index counts up from 0; each of z1 <= z2 <= z3 is M * M depths in 0..1 (the view's z; row 0 is y = 0), or
             above 1 where there is no such hit; z3 may be NULL with COHSM_LAYERS_Z1Z2. NaN is COHSM_ERR_INPUT, and then
@@ -305,7 +305,7 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
    Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_MISMATCH, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC,
             COHSM_ERR_CANCELLED */
 
-COHSM_DEF void cohsm_free(cohsm_maps *maps);    /* NULL is fine */
+COHSM_DEF void cohsm_free(cohsm_maps *maps);    /* accepts NULL */
 
 /* ---- facts ---- */
 
@@ -538,7 +538,7 @@ typedef struct cohsm_emitter_desc {
     uint32_t          width, height;     /* a line has height 1; 0 without texels */
     uint32_t          frames;            /* 0 = 1 */
     float             frames_per_second; /* linear between frames; 0 = 30 */
-    int               loop;              /* 1: the frame after the last is the first; 0: the last one stays */
+    int               loop;              /* not 0: the frame after the last is the first; 0: the last stays */
     float             time;              /* seconds: the light is built as it is at this time */
     cohsm_shape_fn    shape_fn;
     cohsm_emission_fn emission_fn;       /* NULL: 1; not for sun, point and spot */

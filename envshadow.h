@@ -261,8 +261,7 @@ ENVSH_DEF const envsh_light *envsh_lights_get(const envsh_lights *lights, uint32
 ENVSH_DEF const uint32_t *envsh_lights_strata(const envsh_lights *lights, size_t *count);
 /* For each texel of the map the index of its light, or ENVSH_NO_LIGHT. */
 
-ENVSH_DEF void envsh_lights_free(envsh_lights *lights);
-/* Accepts NULL. */
+ENVSH_DEF void envsh_lights_free(envsh_lights *lights);     /* accepts NULL */
 
 ENVSH_DEF envsh_result envsh_lights_jitter(const envsh_lights *lights, uint32_t frame, uint32_t seed, envsh_light *out);
 /* The same lights with directions inside their strata, chosen in proportion to luminance, other ones each frame (a
@@ -367,7 +366,7 @@ ENVSH_DEF envsh_result envsh_maps_create(const envsh_maps_desc *desc, uint32_t c
 /* capacity  lights held at once: all k (the paper's algorithm 1), or a cluster of c (its algorithm 2, envsh_illuminate)
    Errors    ENVSH_ERR_ARGUMENT, ENVSH_ERR_DESC, ENVSH_ERR_LIMIT, ENVSH_ERR_ALLOC; capacity 0 is allowed */
 
-ENVSH_DEF void envsh_maps_free(envsh_maps *maps);
+ENVSH_DEF void envsh_maps_free(envsh_maps *maps);           /* accepts NULL */
 ENVSH_DEF void envsh_maps_atlas(const envsh_maps *maps, envsh_atlas *out);
 ENVSH_DEF const envsh_view *envsh_maps_views(const envsh_maps *maps, uint32_t *count);
 

@@ -91,7 +91,7 @@
    desc.check while you look for an error: then all of them ask, before and after.
    Creating, updating, reading and destroying leave every GL state as they found it; passes change what
    docs/gl-state.md lists, and glbk_state_save and glbk_state_restore bring it back. Objects are destroyed explicitly;
-   destroying accepts zeroed and half-built objects and, after glbk_abandon or GLBK_ERR_LOST, calls no GL.
+   destroying accepts NULL, zeroed and half-built objects and, after glbk_abandon or GLBK_ERR_LOST, calls no GL.
    A context and its objects belong to the thread where the GL context is current. No globals.
 
    Cost: docs/performance.md.   State: docs/gl-state.md.   History: CHANGELOG.md.   Licence: end of this file. */
@@ -387,7 +387,7 @@ GLBK_DEF glbk_result glbk_init(glbk_context *ctx, const glbk_desc *desc);
             GLBK_ERR_LOST, GLBK_ERR_GL, GLBK_ERR_GL_MEMORY */
 
 GLBK_DEF void glbk_destroy(glbk_context *ctx);
-/* Deletes what glbk_init made and zeroes ctx. Destroy textures and the like before. NULL is allowed. */
+/* Deletes what glbk_init made and zeroes ctx. Destroy textures and the like before. Accepts NULL. */
 
 GLBK_DEF void glbk_abandon(glbk_context *ctx);
 /* The GL context is gone or not current: from now on destroying calls touch memory only, all others return
@@ -2013,7 +2013,7 @@ typedef struct glbk_ism_shading {   /* fields as in ism_shading. NULL for one: a
     uint32_t near_mode;             /* ism_near; 0 = 6, gather */
     float    clamp, bias;
     int      no_maps;
-    int      irradiance;            /* 1: not times albedo / pi */
+    int      irradiance;            /* not 0: not times albedo / pi */
     uint32_t pairs_per_pass;        /* of a pixel and a VPL; 0 = 2^28: likewise */
 } glbk_ism_shading;
 

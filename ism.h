@@ -201,7 +201,7 @@ typedef struct ism_source {         /* pVPLs; several sources may be given: face
                                        cos^e about the axis; diffuse is e = 1 about the normal */
     const float *areas;             /* m^2 of surface behind each texel, for ISM_NEAR_PATCH; NULL: from VPLs' spacing */
     size_t       stride;            /* bytes between positions, between normals, between fluxes; 0 = 12 */
-    int          scattered;         /* 1: grid neighbours are no neighbours in space; neither blurred nor mixed */
+    int          scattered;         /* not 0: grid neighbours are no neighbours in space; neither blurred nor mixed */
     size_t       area_stride;       /* bytes between areas, a multiple of 4; 0 = 4. Takes texels of rsm.h as they are */
 } ism_source;
 
@@ -270,12 +270,12 @@ typedef struct ism_desc {
     float          area_share;      /* of the points spread evenly, above 0, <= 1; 0 = 0.2: no triangle is forgotten */
     float          splat_scale;     /* area of discs over that of their points, above 0, <= 16; 0 = 1. Discs cut off at
                                        their triangle's edges have 6 times that: they close the gaps between them */
-    int            no_brsm_blur;    /* 1: importances are not blurred */
-    int            no_inter_texel;  /* 1: VPLs snap to texel centres */
+    int            no_brsm_blur;    /* not 0: importances are not blurred */
+    int            no_inter_texel;  /* not 0: VPLs snap to texel centres */
     int            no_fill;         /* 1: no pull and push; holes stay open */
-    int            unstable;        /* 1: new random numbers every frame: averages over frames converge, but flickers */
-    int            vary_points;     /* 1: weak VPLs take a half or a quarter of the points */
-    int            keep_hits;       /* 1: needed by ism_bounce */
+    int            unstable;        /* not 0: new random numbers every frame: means of frames converge; flickers */
+    int            vary_points;     /* not 0: weak VPLs take a half or a quarter of the points */
+    int            keep_hits;       /* not 0: needed by ism_bounce */
     uint32_t       seed;
     ism_allocator    allocator;
     ism_parallel_for parallel_for;  /* NULL = this thread alone; the results are the same */
@@ -283,8 +283,8 @@ typedef struct ism_desc {
     ism_progress     progress;      /* NULL = none */
     void            *progress_user;
     uint32_t       near_points;     /* of each VPL, in whose place they light what is near, 1..64; 0 = 16 */
-    int            no_near_points;  /* 1: none; ISM_NEAR_GATHER then is ISM_NEAR_PATCH */
-    int            no_windows;      /* 1: tiles show their hemispheres evenly, not most of all what the picture shows */
+    int            no_near_points;  /* not 0: none; ISM_NEAR_GATHER then is ISM_NEAR_PATCH */
+    int            no_windows;      /* not 0: tiles show hemispheres evenly, not most of all what the picture shows */
     uint32_t       window_rim;      /* texels a side of a tile for what lies outside of its window, 2..tile_size / 2;
                                        0 = tile_size / 8, at least 2 */
 } ism_desc;                         /* zero it, then set what you care about */
@@ -317,7 +317,7 @@ ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out);
    out      written on ISM_OK only; ism_free
    Errors   ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_ALLOC, ISM_ERR_LIMIT */
 
-ISM_DEF void ism_free(ism_maps *maps);       /* NULL is fine */
+ISM_DEF void ism_free(ism_maps *maps);       /* accepts NULL */
 
 /* ---- a frame in one call ---- */
 
@@ -345,8 +345,8 @@ typedef struct ism_shading {
     ism_near  near_mode;
     float     clamp;                /* CLAMP: 1/m^2, > 0; CLAMP_MEAN: factor, > 0; other rules do not ask it */
     float     bias;                 /* share of the distance, >= 0 and < 1, by which receivers count as nearer */
-    int       no_maps;              /* 1: nothing throws shadows */
-    int       cull;                 /* 1: skips VPLs that face away from blocks of 16 x 16 pixels; same picture */
+    int       no_maps;              /* not 0: nothing throws shadows */
+    int       cull;                 /* not 0: skips VPLs that face away from blocks of 16 x 16 pixels; same picture */
     ism_visibility_fn visible_fn;   /* in place of the maps; NULL = the maps */
     void     *visible_user;
     ism_visibility_fn near_visible_fn;  /* the same of near points, by their numbers in ism_near_points; NULL: each is
@@ -461,8 +461,8 @@ ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32
                               float *normals, float *fluxes);
 /* The next bounce's source, from imperfect reflective shadow maps: side x side texels of every tile (side a power of
    two up to tile_size), N * side * side pVPLs of 3 floats each, scattered; those that hit nothing have flux 0, as
-   have those of directions. Give them to another ism_maps as a source. desc.keep_hits must be 1 and mesh the one of the
-   last ism_build.
+   have those of directions. Give them to another ism_maps as a source. desc.keep_hits must be set and mesh the one of
+   the last ism_build.
    Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER, ISM_ERR_INPUT (another number of triangles, an index beyond vertex_count)
    Cost     O(N side^2 + triangles), on this thread, without progress */
 

@@ -276,7 +276,7 @@ typedef struct rsm_mesh {
     const float    *transform;      /* object to world, affine (the last row is taken for 0 0 0 1); NULL = none */
     float           albedo[3];      /* linear, 0..1 (more is not refused), where surface_fn is NULL */
     uint32_t        material;       /* of its texels */
-    int             has_holes;      /* 1: surface_fn is asked for every pixel drawn, else for the visible ones */
+    int             has_holes;      /* not 0: surface_fn is asked for every pixel drawn, else for the visible ones */
     int           (*surface_fn)(void *user, const struct rsm_mesh *mesh, uint32_t triangle, const float weights[3],
                                 float albedo[3]);
     /* Linear albedo at a point of a triangle, by weights of its corners; returns 0 for a hole. Called on any thread. */
@@ -319,7 +319,7 @@ typedef struct rsm_direct_desc {
     uint32_t   taps;                /* percentage-closer filter: taps x taps texels, 1..15; 0 = 2, bilinear */
     float      bias;                /* texels, towards the light; >= 0. 0 really is none */
     float      slope_bias;          /* times what a plane of this slope, up to 10, needs to clear all taps; >= 0 */
-    int        add;                 /* 1: results are added to what is there */
+    int        add;                 /* not 0: results are added to what is there */
     rsm_system system;
 } rsm_direct_desc;
 
@@ -372,7 +372,7 @@ typedef struct rsm_gather_desc {
                                        diffuse flux: with samples, black texels' lobes take a pattern about the
                                        receiver */
     uint32_t    material_count;
-    int         add;                /* 1: results are added to what is there: several lists, light maps */
+    int         add;                /* not 0: results are added to what is there: several lists, light maps */
     rsm_system  system;
     float       near_field;         /* texels nearer than this times their side, the root of their area, are no points
                                        but the parallelograms of surface that they are, by their form factors: 3 does. 0

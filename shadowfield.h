@@ -177,7 +177,7 @@ typedef struct sfield_algebra sfield_algebra;      /* tables of one number of ba
 
 SFIELD_DEF sfield_result sfield_algebra_create(uint32_t bands, const sfield_allocator *allocator, sfield_algebra **out);
 /* bands 1..8, allocator may be NULL. Errors SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC. Cost 1 to 100 ms, 0.1 to 1 MB. */
-SFIELD_DEF void sfield_algebra_free(sfield_algebra *algebra);
+SFIELD_DEF void sfield_algebra_free(sfield_algebra *algebra);      /* accepts NULL */
 
 SFIELD_DEF void sfield_sh_basis(uint32_t bands, const double direction[3], double *y);
 /* Writes bands^2 (bands 1..8) values of the real basis at a unit direction. */
@@ -296,7 +296,7 @@ typedef struct sfield_desc {
     int            logarithm;       /* harmonics: not 0 stores log visibility, for SFIELD_PRODUCT_EXP */
     uint32_t       frames;          /* sources: 1..256 steps of time; 0 = 1 */
     float          frames_per_second; /* > 0; 0 = 30 */
-    int            loop;            /* after the last frame: 1 the first again, 0 the last stays; so before time 0 */
+    int            loop;            /* not 0: after the last frame the first; 0: the last stays; so before time 0 */
     float          center[3], radius; /* bounding sphere, which must hold the mesh or emitter; radius 0 = fitted
                                          (callbacks: required) */
     uint32_t       shard_begin, shard_end; /* only these shells, counted through all frames; 0, 0 = all. Not SELF */
@@ -406,7 +406,7 @@ SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t 
    Errors   SFIELD_ERR_ARGUMENT, SFIELD_ERR_DESC (allocator), SFIELD_ERR_SHARD, SFIELD_ERR_LIMIT, SFIELD_ERR_ALLOC,
             SFIELD_ERR_CANCELLED */
 
-SFIELD_DEF void sfield_free(sfield_field *field);
+SFIELD_DEF void sfield_free(sfield_field *field);      /* accepts NULL */
 
 typedef enum sfield_kind { SFIELD_KIND_OCCLUSION, SFIELD_KIND_SOURCE, SFIELD_KIND_SELF } sfield_kind;
 
@@ -504,7 +504,7 @@ typedef struct sfield_scene_stats {
 
 SFIELD_DEF sfield_result sfield_scene_create(const sfield_scene_desc *desc, sfield_scene **out);
 /* desc may be NULL. Errors SFIELD_ERR_DESC, SFIELD_ERR_ARGUMENT, SFIELD_ERR_ALLOC. */
-SFIELD_DEF void sfield_scene_free(sfield_scene *scene);
+SFIELD_DEF void sfield_scene_free(sfield_scene *scene);      /* accepts NULL */
 
 SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *scene, const sfield_entity *entities, size_t count);
 /* Where everything is now; copied. At most 65535. Call it for each frame in which something moved.
@@ -535,7 +535,7 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t p
    harmonics, filled with the first frame; 4 bytes a wavelet kept. From the scene's allocator. Entities that move or
    change, another scene, `entity` or `self` are noticed; positions and normals that you rewrite (a mesh that deforms,
    another level of detail) are not: free it and create another. Errors SFIELD_ERR_ARGUMENT, _ALLOC */
-SFIELD_DEF void sfield_cache_free(sfield_cache *cache);
+SFIELD_DEF void sfield_cache_free(sfield_cache *cache);      /* accepts NULL */
 SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache);
 
 typedef struct sfield_points {      /* receivers that belong together, neighbours side by side. Strides in bytes,
