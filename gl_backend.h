@@ -1898,7 +1898,7 @@ typedef struct glbk_ism_desc {      /* fields as in ism_desc */
     uint32_t projection;            /* ism_projection; 0 = cosine */
     uint32_t lazy;                  /* frames until all points are renewed, 1..64; 0 = 8 */
     float    splat_scale;           /* above 0, <= 16; 0 = 1 */
-    int      no_fill;               /* 1: no pull and push */
+    int      no_fill;               /* not 0: no pull and push */
     uint32_t near_points;           /* of each VPL, at most 64; 0 = 16 */
     uint32_t window_rim;            /* 2..tile_size / 2; 0 = tile_size / 8, at least 2 */
     uint32_t points_per_pass;       /* of the core path; 0 = 2^20: a draw must not outlast the driver's patience */

@@ -272,7 +272,7 @@ typedef struct ism_desc {
                                        their triangle's edges have 6 times that: they close the gaps between them */
     int            no_brsm_blur;    /* not 0: importances are not blurred */
     int            no_inter_texel;  /* not 0: VPLs snap to texel centres */
-    int            no_fill;         /* 1: no pull and push; holes stay open */
+    int            no_fill;         /* not 0: no pull and push; holes stay open */
     int            unstable;        /* not 0: new random numbers every frame: means of frames converge; flickers */
     int            vary_points;     /* not 0: weak VPLs take a half or a quarter of the points */
     int            keep_hits;       /* not 0: needed by ism_bounce */
