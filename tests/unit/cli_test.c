@@ -481,7 +481,8 @@ int main(void)
     static const struct CMUnitTest tests[] = {
         cmocka_unit_test(compare_numbers), cmocka_unit_test(compare_flat), cmocka_unit_test(compare_refuses),
         cmocka_unit_test(render_arguments), cmocka_unit_test(render_fails), cmocka_unit_test(render_informs),
-        cmocka_unit_test(programs_say_their_version), cmocka_unit_test(programs_help), cmocka_unit_test(bench_arguments),
+        cmocka_unit_test(programs_say_their_version), cmocka_unit_test(programs_help),
+        cmocka_unit_test(bench_arguments),
         cmocka_unit_test(viewer_arguments),
         cmocka_unit_test(render_json), cmocka_unit_test(render_is_deterministic), cmocka_unit_test(render_frames),
         cmocka_unit_test(render_light_defaults), cmocka_unit_test(render_unlit_scene),
