@@ -3166,16 +3166,16 @@ static void envsh__each(envsh_parallel_for parallel, void *user, size_t count, e
 static envsh_result envsh__run(const envsh_maps *m, size_t count, envsh_task task, void *context)
 {
     size_t step, steps = m->progress ? 16 : 1;
-    envsh__batch part;
-    part.task = task;
-    part.context = context;
-    part.first = 0;
+    envsh__batch batch;
+    batch.task = task;
+    batch.context = context;
+    batch.first = 0;
     for (step = 0; step < steps; step++) {
         size_t next = count / steps * (step + 1) + count % steps * (step + 1) / steps;
         if (m->progress && m->progress(m->progress_user, m->told + m->span * (float)step / (float)steps))
             return ENVSH_ERR_CANCELLED;
-        envsh__each(m->parallel_for, m->parallel_user, next - part.first, envsh__batch_task, &part);
-        part.first = next;
+        envsh__each(m->parallel_for, m->parallel_user, next - batch.first, envsh__batch_task, &batch);
+        batch.first = next;
     }
     return m->progress && m->progress(m->progress_user, m->told + m->span) ? ENVSH_ERR_CANCELLED : ENVSH_OK;
 }

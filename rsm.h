@@ -994,15 +994,15 @@ static inline int rsm__run_steps(const rsm_system *s, size_t count, rsm_task tas
                                  float end)
 {
     size_t step, steps = s->progress ? 16 : 1;
-    rsm__batch part;
-    part.task = task;
-    part.context = context;
-    part.first = 0;
+    rsm__batch batch;
+    batch.task = task;
+    batch.context = context;
+    batch.first = 0;
     for (step = 0; step < steps; step++) {
         size_t next = count / steps * (step + 1) + count % steps * (step + 1) / steps;
         if (rsm__cancelled(s, begin + (end - begin) * (float)step / (float)steps)) return 0;
-        rsm__run(s, next - part.first, rsm__batch_task, &part);
-        part.first = next;
+        rsm__run(s, next - batch.first, rsm__batch_task, &batch);
+        batch.first = next;
     }
     return 1;
 }

@@ -2612,7 +2612,7 @@ static int sfield__checksum(const sfield_field *f, const sfield__part *part, uin
     size_t i, n;
     *crc = 0;
     for (i = 0; i < total; i += n) {
-        if (4 * i % SFIELD__STEP == 0 && sfield__cancelled(&words, i, total, 1)) return 0;
+        if (sfield__cancelled(&words, i, total, SFIELD__STEP / 4)) return 0;
         n = total - i < 256 ? total - i : 256;
         sfield__words_out(chunk, f->words + 4 + i, n);
         *crc = sfield__crc32(*crc, chunk, 4 * n);
@@ -2720,7 +2720,7 @@ static sfield_result sfield__check_content(const sfield_field *f, sfield__part p
     if (k && (f->offset[h->shard_begin * k] != 0 || f->offset[h->shard_end * k] != h->entries))
         return SFIELD_ERR_FORMAT;
     for (i = 0; i < h->samples; i++) {
-        if (i % SFIELD__STEP_SAMPLES == 0 && sfield__cancelled(&part, i, h->samples, 1)) return SFIELD_ERR_CANCELLED;
+        if (sfield__cancelled(&part, i, h->samples, SFIELD__STEP_SAMPLES)) return SFIELD_ERR_CANCELLED;
         if (f->offset[i] > f->offset[i + 1] || f->offset[i + 1] > h->entries) return SFIELD_ERR_FORMAT;
         if (!sfield__in(f->sample_scale[i], 0, 1e24f)) return SFIELD_ERR_FORMAT;
         for (k = f->offset[i]; k < f->offset[i + 1]; k++) {
