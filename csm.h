@@ -2,16 +2,18 @@
 
    What it does
 
-   Renders an object's depth from thousands of directions (or light positions) once, compresses all those shadow maps
-   into one small block, and answers "is this point lit from there?" with one cache line a query. After Ritschel,
-   Grosch, Kautz and Mueller, "Interactive Illumination with Coherent Shadow Maps", EGSR 2007. On top of it: everything
-   that a Monte Carlo renderer of direct light needs around visibility (environments, area lights, materials, sampling).
+   Renders an object's depth from thousands of directions (or light positions) once, compresses all those
+   shadow maps into one small block, and answers "is this point lit from there?" with one cache line a query.
+   After Ritschel, Grosch, Kautz and Mueller, "Interactive Illumination with Coherent Shadow Maps", EGSR 2007.
+   lightsampling.h has what a Monte Carlo renderer of direct light needs around visibility: lights, materials,
+   sampling.
 
    What it does not do
 
    - Objects are rigid; they may move, turn and scale evenly. Nothing deforms.
-   - Answers are exact for the maps, not for the scene: directions snap to N maps and points to M x M pixels. Shadows of
-     details finer than a pixel (1/128 of the object) are lost or widened; docs/csm.md has pictures and figures.
+   - Answers are exact for the maps, not for the scene: directions snap to N maps and points to M x M pixels.
+     Shadows of details finer than a pixel (1/128 of the object) are lost or widened; docs/csm.md has pictures
+     and figures.
    - No bounced light, no rendering, no file access, no threads of its own.
 
    Quick start
@@ -27,36 +29,39 @@
            static const float corners[] = { -1, 0, -1,  1, 0, -1,  1, 0, 1,  -1, 0, 1 };    // a square
            static const uint32_t triangles[] = { 0, 2, 1,  0, 3, 2 };
            const float point[3] = { 0.0f, -0.5f, 0.0f }, sideways[3] = { 1, 0, 0 }, up[3] = { 0, 1, 0 };
-           cohsm_mesh mesh = { corners, 4, 0, triangles, 6 };
-           cohsm_query query = cohsm_query_default();
+           cohsm_mesh mesh = { corners, 4, 0, triangles, 6, NULL };
+           static cohsm_query query;                                 // static: all zero, the defaults
            cohsm_maps *maps;
            float lit[2];
 
            if (cohsm_build(NULL, &mesh, &maps, NULL) != COHSM_OK) return 1;     // 128 x 128 directions
-           query.points = point;
+           query.positions = point;
            query.count = 1;
            query.lights = up;                                                   // towards the light
            cohsm_visible(maps, &query, &lit[0], NULL);
            query.lights = sideways;
            cohsm_visible(maps, &query, &lit[1], NULL);
-           printf("below the square: light from above %g, from the side %g\n", (double)lit[0], (double)lit[1]);
+           printf("below the square: light from above %g, from the side %g\n", (double)lit[0],
+                  (double)lit[1]);
            cohsm_free(maps);
            return !(lit[0] == 0.0f && lit[1] == 1.0f);
        }
 
-   Real programs ask for thousands of points at once: the searches of a batch overlap, and one light for all points
-   (query.one_light) is several times faster still.
+   Real programs ask for thousands of points at once: the searches of a batch overlap, and one light for all
+   points (query.one_light) is several times faster still.
 
    Conventions
 
-   Right-handed; matrices are column-major float[16]; directions have unit length and point from the surface to the
-   light; distances in the mesh's units, angles in radians, radiance in W/(sr m^2). Skies, latitude-longitude maps and
-   `rotation` have their poles at +Y and -Y: a scene with Z up is turned before it comes here.
+   Right-handed; matrices are column-major float[16]; directions point from the surface to the light;
+   distances in the mesh's units, angles in radians. Latitude-longitude maps have their poles at +Y and -Y: a
+   scene with Z up is turned before it comes here.
 
-     map        the depth of the object along one direction (orthographic) or around one position (six faces of a cube)
+     map        the depth of the object along one direction (orthographic) or around one position (six faces
+                of a cube)
      domain     the set of those directions or positions: a mapping D of d parameters in 0..1
      cell       one of the N samples of the domain; its map is what is precomputed
-     view       one rendered image: a map, or one face of it; views are stored in a sequence chosen for coherence
+     view       one rendered image: a map, or one face of it; views are stored in a sequence chosen for
+                coherence
      layers     z1, z2, z3: depths of the first hits of a pixel's ray
      segment    a run of views for which one stored depth separates z1 from the layer behind it
      receiver   the point that is asked about
@@ -64,50 +69,87 @@
 
    How it works
 
-   A pixel's depth z may be stored as any value in [z1, z2): the comparison with a receiver on a surface comes out the
-   same. For each pixel, the builder walks through the views and goes on with one value as long as it fits; that is the
-   least number of segments. What it then writes is 14 to 16 bits a segment:
+   A pixel's depth z may be stored as any value in [z1, z2): the comparison with a receiver on a surface comes
+   out the same. For each pixel, the builder walks through the views and goes on with one value as long as it
+   fits; that is the least number of segments. What it then writes is 14 to 16 bits a segment:
 
      lookup        4 bytes a pixel          directory     2 bytes a block of about 30 segments
-     blocks        64 bytes: where each segment begins (Elias-Fano), and its depth (8-bit grid, range or palette)
+     blocks        64 bytes: where each segment begins (Elias-Fano), and its depth (8-bit grid, range or
+                   palette)
 
-   Memory is about M^2 s 1.9 bytes for s segments a pixel; s grows with about N^0.55 and with the object's detail (bunny
-   345, dragon 530 at N = 128^2, M = 128). The knobs, and what each trades:
+   Memory is about M^2 s 1.9 bytes for s segments a pixel; s grows with about N^0.55 and with the object's
+   detail (bunny 345, dragon 530 at N = 128^2, M = 128). The knobs, and what each trades:
 
      side          fewer directions: banding in penumbrae, shadows that jump as a light moves
-     map_size      fewer pixels: jagged and widened contact shadows; leaks through things thinner than a pixel. From
-                   places on a light M pixels are 90 degrees: a small thing far from it wants maps of directions
-     layers        Z1Z2 right everywhere; Z1Z3_SPHERE and Z1Z3_FAR halve and third the block, for closed objects, and
-                   leak light onto receivers between the second and third surface, and with FAR behind the object
+     map_side      fewer pixels: jagged and widened contact shadows; leaks through things thinner than a
+                   pixel. From places on a light M pixels are 90 degrees: a small thing far from it wants maps
+                   of directions
+     layers        Z1Z2 right everywhere; Z1Z3_SPHERE and Z1Z3_FAR halve and third the block, for closed
+                   objects, and leak light onto receivers between the second and third surface, and with FAR
+                   behind the object
      bias          too little: acne at grazing light; too much: light leaks in corners. 1 pixel suits most
-     filter        NEAREST is fastest and jagged; PCF smooth and slow; ROULETTE a search as NEAREST, noise for jags
+     filter        NEAREST is fastest and jagged; PCF smooth and slow; ROULETTE a search as NEAREST, noise for
+                   jags
+
+   From the paper to the code
+
+     section 3.1, figure 3  a depth in [z1, z2) answers as z1    cohsm__interval                      T59, T71
+     eq. (1), figure 4      segments: one depth for many maps    cohsm__compress_view, cohsm_verify   T59, T60
+     section 3.1            third layer, spherical far plane     cohsm_layers, cohsm__leave_depth     T62
+     section 3.2, figure 6  project, find segment, compare       cohsm__see, cohsm__lit               T61, T66
+     section 3.2            the search for a segment             cohsm__list_block, cohsm__block_find T59
+     section 3.3, figure 5  six faces of a cube in one list      cohsm__face_of, cohsm__address       T70
+     section 4              D, where the maps look from          cohsm_domain, cohsm__map_parameter   T73
+     section 4.1            from a direction to its map          cohsm__domain_position               T64, T72
+     section 4.2            lights at fixed positions            cohsm_light_kind, cohsm__address     T70, T73
+     section 4.3, figure 7  lights outside the convex hull       cohsm__light_refused,
+                                                                 cohsm__hull_between                  T67, T68
+     section 4.4, figure 8  scan-line, zig-zag, Hilbert          cohsm__order_cells, cohsm__place     T65
+     section 4.5, figure 9  filtering, Russian roulette          cohsm__pcf, cohsm__jitter            T69
+     section 4.6, figure 10 several objects, D times T^-1        cohsm_visible_scene,
+                                                                 cohsm__load_tile                     T62, T66
+     section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search       T59
+     section 5, the rest    the estimator: lightsampling.h
+     section 6, quality     the bias                             cohsm_query                          T71
+     table 1                compression rates                    cohsm_get_info                       T63
+
+   docs/csm.md says where the code departs from the paper, and why.
 
    Configuration
 
      CSM_IMPLEMENTATION   in one source file: compiles the code
-     CSM_STATIC           everywhere it is included: a private copy, all functions static
+     COHSM_STATIC         beside it: a private copy for this file, all functions static
      COHSM_DEF            everywhere: your own linkage instead
      COHSM_NO_SIMD        with the implementation: portable code only (results are the same)
+     COHSM_FILE           with the implementation: this file's name, if it is not "csm.h". The file includes
+                          itself for AVX2 and AVX-512; where it cannot, it does without them
 
    Memory, errors, threads, determinism
 
-   All memory comes from the allocator in the desc, called from the thread that called us. Every function that can fail
-   returns a cohsm_result; where it is not COHSM_OK, outputs are untouched and nothing leaks. There are no globals:
-   const maps may be queried from any number of threads; builders and progressive buffers belong to one at a time.
-   Blocks built from the same input have the same bytes on every compiler, processor, byte order and thread count (not
-   with x87 arithmetic, nor with clang's -ffast-math).
+   All memory comes from the system's allocator, called from the thread that called us. Every function that
+   can fail returns a cohsm_result; where it is not COHSM_OK, outputs are untouched and nothing leaks. There
+   are no globals: const maps may be queried from any number of threads; a builder belongs to one at a time.
+   Blocks built from the same input have the same bytes on every compiler, processor, byte order and thread
+   count (not with x87 arithmetic, nor with clang's -ffast-math).
 
-   Cost: docs/csm.md and build/bench csm_query, csm_compression. History: CHANGELOG.md. Licence: end of this file. */
+   Cost: docs/csm.md and build/bench csm_query.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef CSM_H
 #define CSM_H
 
 #define COHSM_VERSION 10000 /* major * 10000 + minor * 100 + patch */
 
+#if !defined(__cplusplus) && !defined(_MSC_VER) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#error "csm.h needs C99 or C++11"
+#endif
+#if defined(COHSM_STATIC) && !defined(CSM_IMPLEMENTATION)
+#error "COHSM_STATIC makes all functions private: CSM_IMPLEMENTATION belongs into the same file"
+#endif
+
 #include <stddef.h>
 #include <stdint.h>
 
 #ifndef COHSM_DEF
-#ifdef CSM_STATIC
+#ifdef COHSM_STATIC
 #define COHSM_DEF static inline
 #else
 #define COHSM_DEF extern
@@ -118,22 +160,23 @@
 extern "C" {
 #endif
 
-/* ---- results ---- */
+/* ==== src/csm/api_page_one.h ==== */
 
-#define COHSM_RESULTS(X)                                                                                     \
-    X(COHSM_OK, "ok")                                                                                        \
-    X(COHSM_ERR_ARGUMENT, "an argument is NULL, zero, not finite or out of range")                           \
-    X(COHSM_ERR_DESC, "a desc field is out of range")                                                        \
-    X(COHSM_ERR_INPUT, "the mesh or layers cannot be used")                                                  \
-    X(COHSM_ERR_ALLOC, "the allocator returned no memory")                                                   \
-    X(COHSM_ERR_MEMORY, "the caller's buffer is too small or misaligned")                                    \
-    X(COHSM_ERR_LIMIT, "a size overflows or passes a limit of the format")                                   \
-    X(COHSM_ERR_CANCELLED, "cancelled by the progress callback")                                             \
-    X(COHSM_ERR_ORDER, "views must come once each, in sequence")                                             \
-    X(COHSM_ERR_FORMAT, "not a csm file, or a damaged one")                                                  \
-    X(COHSM_ERR_VERSION, "a csm file of an unknown version")                                                 \
-    X(COHSM_ERR_DOMAIN, "this call needs maps of another domain")                                            \
-    X(COHSM_ERR_MISMATCH, "these shards do not belong together")
+/* ---- page one: maps of a mesh, and points that ask them ---- */
+
+#define COHSM_RESULTS(X)                                                                                    \
+    X(COHSM_OK, "ok")                                                                                       \
+    X(COHSM_ERR_ARGUMENT, "a pointer is NULL, or a count or stride is out of range")                        \
+    X(COHSM_ERR_DESC, "a field of a desc is out of range")                                                  \
+    X(COHSM_ERR_INPUT, "the data cannot be used")                                                           \
+    X(COHSM_ERR_ALLOC, "the allocator returned no memory")                                                  \
+    X(COHSM_ERR_MEMORY, "the caller's memory is too small or misaligned")                                   \
+    X(COHSM_ERR_LIMIT, "a size overflows or passes a limit")                                                \
+    X(COHSM_ERR_CANCELLED, "cancelled by the progress callback")                                            \
+    X(COHSM_ERR_ORDER, "this call comes too early, too late or twice")                                      \
+    X(COHSM_ERR_FORMAT, "not a file of this kind, or a damaged one")                                        \
+    X(COHSM_ERR_VERSION, "a file of an unknown version")                                                    \
+    X(COHSM_ERR_MISMATCH, "what was given does not belong together")
 
 typedef enum cohsm_result {
 #define COHSM__ENUM(name, text) name,
@@ -142,527 +185,405 @@ typedef enum cohsm_result {
     COHSM_RESULT_COUNT
 } cohsm_result;
 
+typedef struct cohsm_maps cohsm_maps;       /* one object's shadow maps, compressed into one block of bytes */
+struct cohsm_mesh;                  /* its triangles */
+struct cohsm_query;                 /* points, and the light of each */
+struct cohsm_instance;              /* an object of a scene: maps, and where the object stands */
+struct cohsm_desc;                  /* which maps are made: ---- settings of a build ---- */
+struct cohsm_stats;                 /* what a build counted: ---- settings of a build ---- */
+
+COHSM_DEF cohsm_result cohsm_build(const struct cohsm_desc *desc, const struct cohsm_mesh *mesh,
+                                   cohsm_maps **out, struct cohsm_stats *stats);
+/* Renders the shadow maps of a mesh from all directions or positions of the desc and compresses them.
+   desc     NULL = all defaults: 128 x 128 directions, each map 128 x 128 pixels
+   out      written on COHSM_OK only; cohsm_free takes the maps back
+   stats    may be NULL; written on COHSM_OK only
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_INPUT (stride, index beyond vertex_count, no usable
+            triangle), COHSM_ERR_LIMIT, COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
+   Cost     time grows with maps x (triangles + pixels). Memory, N being the maps, M the pixels a side, n the
+            pixels of the shard: at most 100 bytes a triangle at first, then 40; 32 views of 4 M^2 bytes
+            (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with locations); 16 bytes a segment of the last 65,536 maps; and
+            twice the block. The bytes built do not depend on compiler or threads */
+
+COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const struct cohsm_query *query, float *visible,
+                                     size_t *refused);
+/* Answers for each point whether the object lets its light through. Points and lights are in the object's
+   space.
+   visible  receives a float for each point: 1 lit, 0 shadowed, in between with COHSM_FILTER_PCF, or
+            COHSM_REFUSED
+   refused  may be NULL; receives how many points were given COHSM_REFUSED
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_MISMATCH (these maps cannot answer this kind of
+            light). Points and lights that are not finite, and directions of length 0, give 1: nothing is
+            known there
+   Cost     one block of a list, about one cache miss, for each point; with PCF 2^(d + 2) of them, d being
+            the dimensions of the domain. Any number of threads may ask the same maps */
+
+COHSM_DEF cohsm_result cohsm_visible_scene(const struct cohsm_instance *instances, size_t instance_count,
+                                           const struct cohsm_query *query, float *visible, size_t *refused);
+/* Answers the same for a scene of several objects: the product of what each of them lets through (section
+   4.6). Points and lights are in world space. The object that a point lies on is asked first, then, while
+   some light is left, the others. Instance i draws the random numbers of COHSM_FILTER_ROULETTE as if it were
+   asked alone with the seed seed + 0x9e3779b9 i.
+   Errors   as cohsm_visible; COHSM_ERR_ARGUMENT also for transforms that shear, mirror or scale unevenly */
+
+COHSM_DEF void cohsm_free(cohsm_maps *maps);
+/* Takes back maps and their memory. Accepts NULL. */
+
 COHSM_DEF const char *cohsm_result_text(cohsm_result result);
-/* A constant string for any value, "unknown result" beyond the list. */
+/* Returns a constant string for any value, "unknown result" beyond the list. */
 
-/* ---- memory, threads, progress: the caller's ---- */
+/* ---- memory, threads, progress, log: the caller's ---- */
 
-typedef struct cohsm_allocator {    /* all zero = malloc and free; else both functions */
-    void *(*alloc_fn)(size_t size, void *user);   /* aligned like malloc's (8 bytes suffice), or NULL */
+typedef struct cohsm_allocator {    /* all zero: malloc and free; else both functions */
+    void *(*alloc_fn)(size_t bytes, void *user);    /* aligned like malloc's (8 bytes suffice), or NULL */
     void (*free_fn)(void *memory, void *user);
     void *user;
 } cohsm_allocator;
 
 typedef void (*cohsm_task)(void *context, size_t index);
-typedef void (*cohsm_parallel_for)(void *user, size_t count, cohsm_task task, void *context);
-/* Must call task(context, i) once for each i < count, in any order and on any threads, and return when all are done. */
 
-typedef int (*cohsm_progress)(void *user, float fraction);
-/* Called between batches of views or lists, from the thread that called us, fraction 0..1 never falling, 0 while orders
-   and frames are tried; not 0 cancels. */
+typedef struct cohsm_system {       /* all zero: malloc and free, this thread alone, no progress, no log */
+    cohsm_allocator allocator;      /* called from the thread that called us */
+    void (*parallel_for)(void *user, size_t count, cohsm_task task, void *context);
+    /* Must call task(context, i) once for each i < count, in any order and on any threads, and return when
+       all are done. What is computed does not depend on the threads. */
+    int (*progress)(void *user, float fraction);
+    /* Called from the thread that called us, fraction 0..1 never falling within a call; not 0 cancels. */
+    void (*log)(void *user, const char *message);
+    /* Called at most once by a call that fails, from the thread that called us, before it returns: one line
+       without a line end that names the function, the field or element, its value and its range. */
+    void *user;                     /* given to parallel_for, progress and log */
+} cohsm_system;
 
-/* ---- what is mapped: locations, layers, order ---- */
+/* ---- structs of page one ---- */
 
 typedef struct cohsm_mesh {
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
     size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
-    const uint32_t *indices;        /* three to a triangle; NULL = 0, 1, 2, ... */
+    const uint32_t *indices;        /* three to a triangle; NULL = indices16, or else 0, 1, 2, ... */
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
+    const uint16_t *indices16;      /* in place of indices; not both */
 } cohsm_mesh;
 
-typedef enum cohsm_domain_kind {    /* D: [0,1]^d -> (x, y, z, w); w = 0 a direction to the light, w = 1 a position */
+typedef enum cohsm_light_kind {     /* what the lights of a query are */
+    COHSM_LIGHT_DEFAULT,            /* = COHSM_LIGHT_DIRECTION */
+    COHSM_LIGHT_DIRECTION = COHSM_LIGHT_DEFAULT,    /* directions to the light, x, y, z of any length; asks
+                                       maps of directions */
+    COHSM_LIGHT_POSITION,           /* positions x, y, z of lights near by, which must stand outside the
+                                       convex hull of every object (semi-local lights, section 4.3); asks
+                                       maps of directions */
+    COHSM_LIGHT_PARAMETER,          /* d parameters in 0..1 each, which the domain of the maps takes to a
+                                       place or a direction; any domain but LIST */
+    COHSM_LIGHT_INDEX,              /* the number of a map, a uint32_t each; any domain. Numbers beyond the
+                                       maps count as lit */
+    COHSM_LIGHT_COUNT
+} cohsm_light_kind;
+
+typedef enum cohsm_filter {         /* how many maps and pixels answer for a point */
+    COHSM_FILTER_DEFAULT,           /* = COHSM_FILTER_NEAREST */
+    COHSM_FILTER_NEAREST = COHSM_FILTER_DEFAULT,    /* the nearest map, and its nearest pixel: 0 or 1 */
+    COHSM_FILTER_PCF,               /* the 2^d nearest maps, 4 pixels of each, weighted by distance: 0..1
+                                       (section 4.5) */
+    COHSM_FILTER_ROULETTE,          /* one of those at random, its weight being its probability: 0 or 1, with
+                                       the mean of PCF */
+    COHSM_FILTER_COUNT
+} cohsm_filter;
+
+#define COHSM_REFUSED (-1.0f)       /* the answer where a light stands inside an object's hull, which the maps
+                                       have not seen from inside */
+
+typedef struct cohsm_query {        /* points and lights; zero it, then set what you care about */
+    size_t           count;         /* of receivers */
+    const float     *positions;     /* x, y, z of each receiver: world space, or object space for
+                                       cohsm_visible */
+    size_t           position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
+    const void      *lights;        /* one for each receiver, as light_kind says */
+    size_t           light_stride;  /* bytes, a multiple of 4; 0 = packed, which are d floats for PARAMETER.
+                                       The coords of lightsampling.h are 12 bytes apart */
+    int              one_light;     /* not 0: lights is one element, the light of all receivers. This is much
+                                       faster where receivers lie close together */
+    cohsm_light_kind light_kind;
+    cohsm_filter     filter;
+    float            bias;          /* receivers count as nearer to the light by this many pixels of a map,
+                                       lest surfaces shadow themselves; 0 = 1, negative = none */
+    uint32_t         seed;          /* of COHSM_FILTER_ROULETTE: receiver i draws its numbers from seed, i
+                                       and the instance */
+    const uint32_t  *entities;      /* the instance that each receiver lies on, counted from 1, which is asked
+                                       first; 0 or a number beyond the list = none. NULL = none */
+} cohsm_query;
+
+typedef struct cohsm_instance {     /* an object of a scene; several may share maps */
+    const cohsm_maps *maps;
+    float transform[16];            /* object to world: a rotation, one scale > 0, a translation */
+} cohsm_instance;
+
+/* ==== src/csm/api_desc.h ==== */
+
+/* ---- settings of a build ---- */
+
+typedef enum cohsm_domain_kind {    /* where the maps look from: a mapping D of d parameters in 0..1 to
+                                       directions towards the light (w = 0), or to positions on it (w = 1) */
     COHSM_DOMAIN_DEFAULT,           /* = COHSM_DOMAIN_LATLONG */
-    COHSM_DOMAIN_LATLONG,           /* d = 2, w = 0: s = 0.5 + atan2(z, x) / 2 pi, t = acos(y) / pi; row 0 is +Y */
-    COHSM_DOMAIN_OCTAHEDRAL,        /* d = 2, w = 0: equal-area octahedral square (Clarberg 2008); side[0] = side[1] */
+    COHSM_DOMAIN_LATLONG,           /* d = 2, w = 0: s = 0.5 + atan2(z, x) / 2 pi, t = acos(y) / pi; row 0 is
+                                       +Y */
+    COHSM_DOMAIN_OCTAHEDRAL,        /* d = 2, w = 0: equal-area octahedral square (Clarberg 2008); needs
+                                       side[0] = side[1] */
     COHSM_DOMAIN_LINE,              /* d = 1, w = 1: origin + s u */
     COHSM_DOMAIN_RECTANGLE,         /* d = 2, w = 1: origin + s u + t v */
-    COHSM_DOMAIN_DISC,              /* d = 2, w = 1: centre origin, in the plane of u and v (its two half axes) */
-    COHSM_DOMAIN_SPHERE,            /* d = 2, w = 1: surface of radius |u| about origin, lat-long of equal area */
+    COHSM_DOMAIN_DISC,              /* d = 2, w = 1: a disc about origin; u and v are its two half axes */
+    COHSM_DOMAIN_SPHERE,            /* d = 2, w = 1: the surface of the sphere of radius |u| about origin,
+                                       latitude-longitude of equal area */
     COHSM_DOMAIN_VOLUME,            /* d = 3, w = 1: origin + s u + t v + r w */
-    COHSM_DOMAIN_TABLE,             /* d = 1..3: your own D at the cell centres, see locations */
-    COHSM_DOMAIN_LIST,              /* d = 0: any set of locations (VPLs), asked by index, never interpolated */
+    COHSM_DOMAIN_TABLE,             /* d = 1..3: a mapping of your own, given by its values at the cells'
+                                       centres in `locations` */
+    COHSM_DOMAIN_LIST,              /* d = 0: any set of locations, such as virtual lights; asked by index and
+                                       never interpolated */
     COHSM_DOMAIN_KIND_COUNT
 } cohsm_domain_kind;
 
 typedef struct cohsm_domain {
     cohsm_domain_kind kind;
-    uint32_t side[3];               /* cells a dimension, 1..4096 (TABLE: 1..2^24), N = their product <= 2^24.
-                                       0 = 128 (2-D), 32 (3-D) */
-    float origin[3], u[3], v[3], w[3]; /* shape of the local kinds, in the mesh's space and units */
-    const float *locations;         /* TABLE, LIST: x, y, z, w each; all w equal, 0 or 1. Copied */
+    uint32_t side[3];               /* cells along each dimension, 1..4096 (TABLE: 1..2^24). Their product N
+                                       is the number of maps, at most 2^24. 0 = 128, or 32 for each of three
+                                       dimensions */
+    float origin[3], u[3], v[3], w[3]; /* the shape of LINE to VOLUME, in the mesh's space and units */
+    const float *locations;         /* TABLE, LIST: x, y, z, w of each; all w are equal, 0 or 1. They are
+                                       copied */
     size_t location_count;          /* TABLE: the product of side; LIST: N, and side is ignored */
 } cohsm_domain;
 
-typedef enum cohsm_layers {         /* which interval [z1, upper) a stored depth may lie in */
+typedef enum cohsm_layers {         /* z1, z2, z3 are the depths at which the ray of a pixel meets the object
+                                       first, second and third. A stored depth may be anything from z1
+                                       up to: */
     COHSM_LAYERS_DEFAULT,           /* = COHSM_LAYERS_Z1Z2 */
-    COHSM_LAYERS_Z1Z2,              /* upper = second hit, or see open_thickness: right for every receiver */
-    COHSM_LAYERS_Z1Z3_SPHERE,       /* third hit, or where the ray leaves the bounding sphere: closed surfaces only */
-    COHSM_LAYERS_Z1Z3_FAR,          /* third hit, or infinity: closed, and nothing else behind */
+    COHSM_LAYERS_Z1Z2,              /* z2, or see open_thickness: right for every receiver */
+    COHSM_LAYERS_Z1Z3_SPHERE,       /* z3, or where the ray leaves the bounding sphere: for closed surfaces */
+    COHSM_LAYERS_Z1Z3_FAR,          /* z3, or infinity: for closed surfaces that have nothing else behind
+                                       them */
     COHSM_LAYERS_COUNT
 } cohsm_layers;
 
-typedef enum cohsm_order {          /* of the maps; the longer neighbours look alike, the smaller the block */
-    COHSM_ORDER_DEFAULT,            /* cohsm_build: by trial on small versions of the build (a fifth of its time); else
-                                       Hilbert */
-    COHSM_ORDER_SCANLINE,           /* first dimension fastest */
-    COHSM_ORDER_ZIGZAG,             /* the same, every other line backwards */
+typedef enum cohsm_order {          /* the sequence in which maps are stored; the more alike neighbours look,
+                                       the smaller the block */
+    COHSM_ORDER_DEFAULT,            /* cohsm_build tries orders on small versions of the build, which takes a
+                                       fifth of its time; a cohsm_builder takes HILBERT */
+    COHSM_ORDER_SCANLINE,           /* the first dimension runs fastest */
+    COHSM_ORDER_ZIGZAG,             /* the same, with every other line backwards */
     COHSM_ORDER_ZIGZAG_THETA,       /* zig-zag with the second dimension fastest */
-    COHSM_ORDER_HILBERT,            /* any size; exact steps of 1 for powers of two */
+    COHSM_ORDER_HILBERT,            /* Hilbert's curve for any sides; no step is diagonal for powers of two */
     COHSM_ORDER_COUNT
 } cohsm_order;
 
-typedef enum cohsm_frame {          /* which way is up in the image of a direction's map */
-    COHSM_FRAME_DEFAULT,            /* cohsm_build: by trial together with the order; else POLAR */
-    COHSM_FRAME_POLAR,              /* right along rising s of LATLONG, up towards +Y */
-    COHSM_FRAME_MINIMAL,            /* shortest rotation of the frame at +Y; turns fast near -Y */
-    COHSM_FRAME_TWO_POLES,          /* shortest rotation from the nearer of +Y and -Y; jumps at the equator */
-    COHSM_FRAME_COUNT
-} cohsm_frame;
+typedef enum cohsm_orientation {    /* which way is up in the image of a direction's map */
+    COHSM_ORIENTATION_DEFAULT,      /* cohsm_build tries them together with the order; a cohsm_builder takes
+                                       POLAR */
+    COHSM_ORIENTATION_POLAR,        /* right along rising s of LATLONG, up towards +Y */
+    COHSM_ORIENTATION_MINIMAL,      /* the image of +Y by the shortest rotation; turns fast near -Y */
+    COHSM_ORIENTATION_TWO_POLES,    /* the shortest rotation from the nearer of +Y and -Y; jumps at the
+                                       equator */
+    COHSM_ORIENTATION_COUNT
+} cohsm_orientation;
 
-typedef struct cohsm_desc {
+typedef struct cohsm_desc {         /* zero it, then set what you care about */
+    cohsm_system system;
     cohsm_domain domain;
-    uint32_t     map_size;          /* M, pixels a side of a map, 4..1024; 0 = 128 */
+    uint32_t     map_side;          /* M, the pixels a side of a map, 4..1024; 0 = 128 */
     cohsm_layers layers;
     cohsm_order  order;
-    cohsm_frame  frame;             /* directions only */
-    uint32_t     depth_bits;        /* grid of the stored depths, 4..8; 0 = 8. Depths that no grid value separates are
-                                       kept in 16 bits, so this trades segments against bits and never exactness */
-    float        open_thickness;    /* map pixels, >= 0; 0 = 8. How far behind a surface without a second hit (leaf,
-                                       open border) its stored depth may lie, since receivers may be right behind it;
-                                       map_size or more: as far as the bounding sphere goes, as in the paper */
-    int          self_only;         /* not 0: pixels without a hit may store anything; smaller, for self-shadows only */
-    float        center[3], radius; /* bounding sphere of the mesh; radius 0 = fitted (builder: required) */
-    uint32_t     pixel_begin, pixel_end;   /* shard: lists of pixels begin..end-1 of the M * M; 0, 0 = all */
-    cohsm_allocator    allocator;
-    cohsm_parallel_for parallel_for;       /* NULL = this thread alone; the bytes built are the same */
-    void              *parallel_user;
-    cohsm_progress     progress;           /* NULL = none */
-    void              *progress_user;
-} cohsm_desc;                       /* zero it, then set what you care about */
+    cohsm_orientation orientation;  /* of directions alone */
+    uint32_t     depth_bits;        /* the stored depths lie on a grid of so many bits, 4..8; 0 = 8. Where no
+                                       grid value separates the layers, a depth is kept in 16 bits: fewer
+                                       bits make more segments, and never a wrong answer */
+    float        open_thickness;    /* map pixels, >= 0; 0 = 8. How far behind a surface without a second hit
+                                       (a leaf, an open border) its stored depth may lie, since receivers may
+                                       be right behind it; map_side or more: as far as the bounding sphere
+                                       goes, as in the paper */
+    int          self_only;         /* not 0: pixels that nothing hits may store anything, which makes a
+                                       smaller block that answers for the object's own surface alone */
+    float        center[3], radius; /* a sphere that holds the mesh; radius 0 = fitted (a cohsm_builder needs
+                                       it) */
+    uint32_t     pixel_begin, pixel_end;   /* a shard, for cohsm_merge: pixels begin..end - 1 of every map
+                                       alone, of map_side^2; 0, 0 = all */
+} cohsm_desc;
 
-typedef struct cohsm_stats {        /* of a build; every field may be read after COHSM_OK */
+typedef struct cohsm_stats {        /* what a build counted; every field may be read after COHSM_OK */
     uint64_t segments;              /* in all lists */
-    uint64_t exact_depths;          /* segments of one map kept in 16 bits, no grid value lying in [z1, upper) */
-    uint64_t empty_intervals;       /* entries with z1 = upper: stored z = z1, needs the bias */
-    uint64_t open_entries;          /* entries with one hit only: an open border or a sheet was seen */
+    uint64_t exact_depths;          /* segments of one map that are kept in 16 bits, since no value of the
+                                       grid separates its layers */
+    uint64_t empty_intervals;       /* pixels of views in which the layer that bounds the stored depth lies at
+                                       z1: z1 is stored, and the query's bias is needed */
+    uint64_t open_entries;          /* pixels of views with one hit only: they see an open border or a
+                                       sheet */
     uint32_t triangles;             /* used */
-    uint32_t skipped_triangles;     /* a vertex not finite, or two corners equal */
-    uint32_t duplicate_triangles;   /* same three corners as an earlier one, in any order */
+    uint32_t skipped_triangles;     /* a vertex was not finite, or two corners were equal */
+    uint32_t duplicate_triangles;   /* had the same three corners as an earlier one, in any order */
     cohsm_order order;              /* the one taken */
-    size_t   peak_bytes;            /* asked of the allocator at once */
+    size_t   peak_bytes;            /* the most that the allocator had given out at once */
 } cohsm_stats;
 
-/* ---- building ---- */
+COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *mesh, size_t bytes,
+                                    uint32_t *side, uint32_t *map_side);
+/* Finds the side of LATLONG or OCTAHEDRAL and the pixels a side of a map, M, that have the least expected
+   error of all whose block stays below so many bytes. Sizes are measured on builds of side 16 and 32 and
+   continued by their growth, with a tenth in reserve. The error is 0.0055 (128 / side) + 0.0185 sqrt(128
+   / M): the shares of rays that snapping to directions and to pixels gets wrong on the bunny (docs/csm.md).
+   desc     NULL = all defaults; its side and map_side are ignored
+   Errors   those of cohsm_build; COHSM_ERR_MISMATCH (another domain); COHSM_ERR_LIMIT where not even side 8,
+            M = 16 fits
+   Cost     about a build of side 40 */
 
-typedef struct cohsm_maps cohsm_maps;       /* one object's maps: a block of bytes and what was derived from it */
+/* ==== src/csm/api_maps.h ==== */
 
-COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mesh, cohsm_maps **out,
-                                   cohsm_stats *stats);
-/* Renders the layers of every map by the built-in rasteriser and compresses them.
-   desc     NULL = all defaults
-   out      written on COHSM_OK only; cohsm_free
-   stats    may be NULL; written on COHSM_OK only
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_INPUT (stride, index beyond vertex_count, no usable triangle),
-            COHSM_ERR_LIMIT, COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
-   Cost     O(N (triangles + M^2)). Memory, n being the pixels of the shard: at most 100 bytes a triangle at first, then
-            40; 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with locations); 16 bytes a segment of the last
-            65,536 maps; and twice the block. The bytes built do not depend on compiler or threads. */
-
-typedef struct cohsm_builder cohsm_builder; /* the same for layers from your own renderer, one view at a time */
-
-typedef struct cohsm_view {         /* the camera of one map, or of one face of a cube */
-    uint32_t index;                 /* 0..view count - 1, in sequence */
-    uint32_t cell;                  /* which map, 0..N - 1, as cohsm_location counts */
-    float matrix[16];               /* column-major; object space to x, y in 0..M (pixels, y up), z the linear depth in
-                                       0..1; perspective faces give (x w, y w, -, w) with depth = w * depth_scale */
-    float depth_scale;              /* perspective: depth = w * depth_scale; 0 for orthographic views */
-    float location[4];              /* D of this view */
-    uint32_t face;                  /* 0..5: +X -X +Y -Y +Z -Z; 0 for orthographic views */
-} cohsm_view;
-
-COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builder **out);
-COHSM_DEF uint32_t     cohsm_builder_view_count(const cohsm_builder *builder);   /* N, or 6 N for positions */
-COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *builder, uint32_t index, cohsm_view *out);
-COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *builder, uint32_t index, const float *z1, const float *z2,
-                                         const float *z3);
-COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *builder, cohsm_maps **out, cohsm_stats *stats);
-COHSM_DEF void         cohsm_builder_free(cohsm_builder *builder);      /* accepts NULL */
-/* create   desc->radius must be > 0; desc->order must be a concrete one (DEFAULT = Hilbert)
-   add      index counts up from 0; each of z1 <= z2 <= z3 is M * M depths in 0..1 (the view's z; row 0 is y = 0), or
-            above 1 where there is no such hit; z3 may be NULL with COHSM_LAYERS_Z1Z2. NaN is COHSM_ERR_INPUT, and then
-            the view may be given again
-   finish   after the last view; the builder can only be destroyed after it, and after COHSM_ERR_ALLOC from add
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_ORDER, COHSM_ERR_INPUT, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC
-   Cost     memory as for cohsm_build, without the triangles; never the maps themselves.
-   On a k-DOP: light refused by semi-local queries is then anything inside the bounding sphere. */
-
-COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_desc *desc,
-                                   cohsm_maps **out);
-/* Joins shards of one desc whose pixel ranges follow each other from 0 to M * M; the bytes are those of the unsharded
-   build.
-   desc     for its allocator and progress only; may be NULL
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_MISMATCH, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC,
-            COHSM_ERR_CANCELLED */
-
-COHSM_DEF void cohsm_free(cohsm_maps *maps);    /* accepts NULL */
-
-/* ---- facts ---- */
+/* ---- facts of maps ---- */
 
 typedef struct cohsm_info {
     cohsm_domain_kind domain;
     cohsm_layers layers;
     cohsm_order  order;
-    cohsm_frame  frame;
+    cohsm_orientation orientation;
     uint32_t side[3];
     uint32_t map_count;             /* N */
-    uint32_t view_count;            /* N, or 6 N */
-    uint32_t map_size;              /* M */
+    uint32_t view_count;            /* N, or 6 N for positions, whose maps have the six faces of a cube */
+    uint32_t map_side;              /* M */
     uint32_t depth_bits;
     uint32_t dimensions;            /* d */
-    int      positional;            /* w = 1 */
+    int      positional;            /* not 0: maps of positions, w = 1 */
     int      self_only;
     uint32_t pixel_begin, pixel_end;
     float    center[3], radius;
-    float    depth_far;             /* positional: distance that depth 1 stands for */
+    float    depth_far;             /* positions: the distance that a depth of 1 stands for */
     uint64_t segments;
     size_t   bytes;                 /* of the block */
-    double   ratio;                 /* view_count * pixels * 2 / bytes, as in the paper; pixels: M * M or a shard's */
+    double   ratio;                 /* view_count * pixels * 2 / bytes, as in the paper; pixels are M * M, or
+                                       those of a shard */
 } cohsm_info;
 
 COHSM_DEF void cohsm_get_info(const cohsm_maps *maps, cohsm_info *out);
+/* Writes what the maps were built with, and how large they are. Does nothing if one of the two is NULL. */
 
 COHSM_DEF cohsm_result cohsm_location(const cohsm_maps *maps, uint32_t map, float out[4]);
-/* D at the centre of cell map < N (cells counted with the first dimension fastest, not in the order of storage). */
+/* Writes x, y, z, w of a map: D at the centre of its cell. Cells are counted with the first dimension
+   fastest, not in the order of storage.
+   Errors   COHSM_ERR_ARGUMENT (NULL, or map is not below map_count) */
 
 /* ---- files ---- */
 
-COHSM_DEF const void *cohsm_data(const cohsm_maps *maps, size_t *size);
-/* The block: position-independent little-endian 32-bit words, the plain file format and what is uploaded. On
-   big-endian hosts use cohsm_write. Valid as long as maps. */
+COHSM_DEF const void *cohsm_data(const cohsm_maps *maps, size_t *bytes);
+/* Returns the block and its size: little-endian 32-bit words without pointers, which are the plain file and
+   what is uploaded to a GPU. On big-endian hosts use cohsm_write. The block lives as long as the maps. */
 
-COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *maps, void *memory, size_t memory_size);
-/* The bytes of the plain file, info.bytes of them, on a host of any byte order. */
+COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *maps, void *memory, size_t memory_bytes);
+/* Writes the bytes of the plain file, cohsm_info.bytes of them, the same on a host of any byte order.
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_MEMORY */
 
-COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_desc *desc, cohsm_maps **out);
-/* Takes a plain or a packed file from memory: checks version, sizes, checksum and every list before anything is used,
-   and copies it (data may go). Memory asked for: at most 64 bytes a byte of file + 256 KB.
-   desc     for its allocator and progress only; may be NULL
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_FORMAT, COHSM_ERR_VERSION, COHSM_ERR_ALLOC,
-            COHSM_ERR_CANCELLED */
+COHSM_DEF cohsm_result cohsm_open(const void *data, size_t bytes, const cohsm_system *system,
+                                  cohsm_maps **out);
+/* Makes maps from a plain or packed file in memory, which is copied, so that data may go. Version, sizes,
+   checksum and every list are checked before anything is used. It asks for at most 64 bytes a byte of file +
+   256 KB.
+   system   NULL: malloc and free, no progress
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_FORMAT, COHSM_ERR_VERSION,
+            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED */
 
-COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_desc *desc, void **data, size_t *size);
-/* The packed file: the same block, entropy-coded against neighbouring pixels: about half of the plain size,
-   of simple objects far less.
-   desc     for its allocator and progress only; may be NULL
-   data     written on COHSM_OK only, from desc's allocator: free it there
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_ALLOC, COHSM_ERR_LIMIT, COHSM_ERR_CANCELLED
-   Cost     about 1 microsecond a segment, half of it to check that the file decodes to the same block; cohsm_open takes
-            the other half. Memory: twice the block, and the packed file */
+/* ==== src/csm/api_pack.h ==== */
+
+COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_system *system, void **data,
+                                  size_t *bytes);
+/* Makes the packed file, from which cohsm_open makes the same block again. It is entropy-coded against
+   neighbouring pixels, and takes about half of the plain size, for simple objects far less.
+   system   NULL: malloc and free, no progress
+   data     written on COHSM_OK only, memory from the system's allocator: give it back there
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_ALLOC, COHSM_ERR_LIMIT,
+            COHSM_ERR_CANCELLED
+   Cost     about 1 microsecond a segment, half of it to check that the file decodes to the same block;
+            cohsm_open takes the other half. Memory: twice the block, and the packed file */
+
+/* ==== src/csm/api_builder.h ==== */
+
+/* ---- layers from your own renderer ---- */
+
+typedef struct cohsm_builder cohsm_builder; /* makes maps of layers that you render, one view at a time */
+
+typedef struct cohsm_view {         /* the camera of one map, or of one face of a map of a position */
+    uint32_t index;                 /* 0..view count - 1, in sequence */
+    uint32_t cell;                  /* the map's number, 0..N - 1, as cohsm_location counts */
+    float matrix[16];               /* column-major; object space to x, y in 0..M (pixels, y up) and z, the
+                                       linear depth in 0..1; perspective faces give (x w, y w, -, w), and
+                                       their depth is w * depth_scale */
+    float depth_scale;              /* of perspective views; 0 for orthographic ones */
+    float location[4];              /* x, y, z, w: D of this view */
+    uint32_t face;                  /* 0..5: +X -X +Y -Y +Z -Z; 0 for orthographic views */
+} cohsm_view;
+
+COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builder **out);
+/* Makes a builder, which cohsm_builder_free takes back. It never holds all maps: its memory is that of
+   cohsm_build without the triangles. Since it knows no mesh, cohsm_visible refuses the semi-local lights
+   inside the bounding sphere, in place of those inside the object's hull.
+   desc     needs a radius > 0
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC */
+
+COHSM_DEF uint32_t cohsm_builder_view_count(const cohsm_builder *builder);
+/* Returns how many views must be rendered: N, or 6 N for positions. */
+
+COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *builder, uint32_t index, cohsm_view *out);
+/* Writes the camera of a view.
+   Errors   COHSM_ERR_ARGUMENT (NULL, or an index that is too large) */
+
+COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *builder, uint32_t index, const float *z1,
+                                         const float *z2, const float *z3);
+/* Takes the layers of a view and compresses them.
+   index        counts up from 0 with each call
+   z1, z2, z3   M * M depths in 0..1 each (the view's z; row 0 is y = 0), or above 1 where there is no such
+                hit, with z1 <= z2 <= z3; z3 may be NULL with COHSM_LAYERS_Z1Z2
+   Errors       COHSM_ERR_ARGUMENT, COHSM_ERR_ORDER, COHSM_ERR_INPUT (NaN, or layers out of order; the view
+                may be given again), COHSM_ERR_ALLOC (the builder can only be freed then) */
+
+COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *builder, cohsm_maps **out, cohsm_stats *stats);
+/* Makes the maps after the last view; the builder can only be freed then.
+   stats    may be NULL
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_ORDER, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC */
+
+COHSM_DEF void cohsm_builder_free(cohsm_builder *builder);
+/* Takes back a builder and its memory. Accepts NULL. */
+
+/* ---- large builds in pieces ---- */
+
+COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_system *system,
+                                   cohsm_maps **out);
+/* Joins shards of one desc whose ranges of pixels follow each other from 0 to M * M. The bytes are those of
+   the build in one piece.
+   system   NULL: malloc and free, no progress
+   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DESC (allocator), COHSM_ERR_MISMATCH, COHSM_ERR_LIMIT,
+            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED */
 
 /* ---- checking a build ---- */
 
 typedef struct cohsm_report {
-    uint64_t entries;               /* pixels x views compared */
-    uint64_t wrong;                 /* stored depth outside its interval; 0 or the block is not lossless */
-    uint64_t empty;                 /* entries with z1 = upper, stored at z1 as promised */
-    uint32_t first_view, first_pixel;   /* of the first wrong entry; the view in sequence, as cohsm_view.index */
+    uint64_t entries;               /* pixels x views that were compared */
+    uint64_t wrong;                 /* stored depths outside of their interval: 0, or the block is not
+                                       lossless */
+    uint64_t empty;                 /* stored at z1 as promised, as cohsm_stats.empty_intervals */
+    uint32_t first_view, first_pixel;   /* of the first wrong entry; views count in sequence, as
+                                       cohsm_view.index */
 } cohsm_report;
 
-COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_desc *desc, const cohsm_mesh *mesh,
-                                    cohsm_report *out);
-/* Renders every view of the mesh again and compares every stored value with max z1 <= z < upper (equation 1).
-   desc     for its allocator, threads and progress only; may be NULL
+COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *system,
+                                    const cohsm_mesh *mesh, cohsm_report *out);
+/* Renders every view of the mesh again and compares every stored depth with the layers that it must separate
+   (equation 1). COHSM_OK says that this was done: out->wrong has the result.
+   system   NULL: malloc and free, this thread alone, no progress
    Errors   those of cohsm_build */
 
 COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint16_t *out);
-/* One map decompressed: view = cell, or face * N + cell; its stored depths z * 65533 of pixel_begin..pixel_end - 1 (all
-   M * M unless maps is a shard), row 0 at y = 0; 65534 = open to the sphere's far side, 65535 = infinity. For tests,
-   and for renderers that want one plain shadow map. Cost: M^2 searches. */
+/* Decompresses one map, for tests, and for renderers that want one plain shadow map. Writes the stored
+   depths z * 65533 of its pixels, all M * M or those of a shard, row 0 at y = 0; 65534 is open to the
+   sphere's far side, 65535 is infinity.
+   view     the map's number, or face * N + number
+   Errors   COHSM_ERR_ARGUMENT (NULL, or a view that is too large)
+   Cost     M^2 searches */
 
-/* ---- queries: is the point lit? ---- */
-
-typedef enum cohsm_light {
-    COHSM_LIGHT_DIRECTION,          /* lights are unit directions to the light (x, y, z); maps of directions */
-    COHSM_LIGHT_POSITION,           /* semi-local: positions in the space of the points, outside every instance's convex
-                                       hull; maps of directions */
-    COHSM_LIGHT_PARAMETER,          /* lights are d parameters in 0..1 of the maps' domain, any domain but LIST */
-    COHSM_LIGHT_INDEX               /* lights are uint32_t cells < N, any domain; others count as lit */
-} cohsm_light;
-
-typedef enum cohsm_filter {
-    COHSM_FILTER_NEAREST,           /* the nearest map, its nearest pixel: 0 or 1 */
-    COHSM_FILTER_PCF,               /* 2^d maps x 4 pixels, weighted by distance: 0..1 (paper 4.5) */
-    COHSM_FILTER_ROULETTE           /* one of those at random, its weight the probability: 0 or 1, same mean */
-} cohsm_filter;
-
-#define COHSM_NO_SELF UINT32_MAX    /* the point lies on no instance: a receiver only */
-#define COHSM_REFUSED (-1.0f)       /* visibility of a sample whose light lies inside an instance's hull */
-
-typedef struct cohsm_query {
-    const float    *points;         /* x, y, z of each receiver, in world space (object space for cohsm_visible) */
-    size_t          point_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    size_t          count;
-    const void     *lights;         /* see cohsm_light */
-    size_t          light_stride;   /* bytes, a multiple of 4; 0 = packed: PARAMETER d floats, cohsm_samples.coords 3 */
-    int             one_light;      /* not 0: lights is one element for all points. Much faster where points cluster */
-    cohsm_light     light;
-    cohsm_filter    filter;
-    float           bias;           /* map pixels, >= 0: receivers count as that much nearer to the light */
-    uint32_t        seed;           /* of COHSM_FILTER_ROULETTE; sample i draws from (seed, i, instance) */
-    const uint32_t *self;           /* instance that each point lies on, tested first; beyond the list (COHSM_NO_SELF):
-                                       none; NULL = none */
-} cohsm_query;
-
-COHSM_DEF cohsm_query cohsm_query_default(void);
-/* All zero but the bias, which is 1 pixel: 0 is a bias too. */
-
-COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *query, float *visible,
-                                     size_t *refused);
-/* visible  count floats: 1 lit, 0 shadowed by this object, in between with PCF, COHSM_REFUSED
-   refused  NULL, or receives the number of COHSM_REFUSED samples
-   Errors   COHSM_ERR_ARGUMENT, COHSM_ERR_DOMAIN. Points and lights that are not finite, and
-            directions of length 0, give 1: nothing is known there.
-   Safe from several threads on the same maps. Cost: one list's block, about one cache miss, a sample; PCF 2^(d+2). */
-
-typedef struct cohsm_instance {     /* an object of the scene; several may share maps */
-    const cohsm_maps *maps;
-    float transform[16];            /* object to world: rotation, one scale > 0, translation */
-} cohsm_instance;
-
-COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size_t instance_count,
-                                           const cohsm_query *query, float *visible, size_t *refused);
-/* The product over all instances (paper 4.6): the point's own object first, then, while some light is left, the others.
-   Roulette of instance i draws as if alone with seed + 0x9e3779b9 i.
-   Errors   as cohsm_visible; COHSM_ERR_ARGUMENT also for transforms that shear, mirror or scale unevenly */
-
-/* ---- choosing sizes ---- */
-
-COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *mesh, size_t bytes,
-                                    uint32_t *side, uint32_t *map_size);
-/* The side of LATLONG or OCTAHEDRAL and the map size M with the least expected error whose block stays below bytes.
-   Sizes are measured on builds of side 16 and 32 and continued by their growth, with a tenth in reserve. The error is
-   0.0055 (128 / side) + 0.0185 sqrt(128 / M): the shares of rays that snapping directions and pixels gets wrong on the
-   bunny (docs/csm.md). desc's side and map_size are ignored.
-   Errors   those of cohsm_build; COHSM_ERR_DOMAIN; COHSM_ERR_LIMIT where not even side 8, M = 16 fits
-   Cost     about a build of side 40 */
-
-/* ---- Sampling: the direct-light estimator of section 5 ---------------------------------------------------------
-
-   L(x, wo) = integral of f(x, wo, w) L_in(x, w) V(x, w) cos(theta) dw, in three steps that arrays of points share:
-
-       cohsm_sample      for each point S directions towards one light, each with its weight f L cos / (pdf S)
-       a visibility query                    yours, or one of this header; a sample of weight 0 needs none
-       cohsm_accumulate  adds weight x visibility up
-
-   Several lights are several calls. Nothing here allocates; lights and patterns live in memory that you own. All
-   vectors that must have unit length may be off by 1e-3. Every call is safe beside others on the same light. */
-
-typedef enum cohsm_brdf {
-    COHSM_BRDF_DEFAULT,          /* Lambert */
-    COHSM_BRDF_LAMBERT,          /* diffuse / pi */
-    COHSM_BRDF_PHONG,            /* + specular (n + 2) / (2 pi) cos^n(angle between w and the mirrored wo) */
-    COHSM_BRDF_LAFORTUNE,        /* + sum over lobes of scale max(0, w . C wo)^n, Lafortune et al. 1997 */
-    COHSM_BRDF_METAL_ROUGH       /* glTF: diffuse (1 - metallic) (1 - F) / pi + GGX, F0 = 0.04 to diffuse by metallic */
-} cohsm_brdf;
-
-#define COHSM_MAX_LOBES 8u
-
-typedef struct cohsm_lobe {      /* in the frame tangent, bitangent, normal */
-    float axis[3];               /* Cx, Cy, Cz: -1, -1, 1 mirrors; Cx != Cy needs a tangent */
-    float exponent;              /* 0..1e5 */
-    float scale[3];              /* >= 0, 1/sr */
-} cohsm_lobe;
-
-typedef struct cohsm_material {
-    cohsm_brdf        type;
-    float             diffuse[3];   /* albedo 0..1 (with specular <= 1 conserves energy); metal-rough: base colour */
-    float             specular[3];  /* PHONG: albedo of the lobe seen along the normal, its largest; 0..1 */
-    float             exponent;     /* PHONG: n, 0..1e5 */
-    float             metallic;     /* METAL_ROUGH: 0..1 */
-    float             roughness;    /* METAL_ROUGH: 0..1; alpha = roughness^2, not below 0.002 */
-    const cohsm_lobe *lobes;        /* LAFORTUNE */
-    uint32_t          lobe_count;   /* LAFORTUNE: 0..COHSM_MAX_LOBES */
-} cohsm_material;
-
-COHSM_DEF cohsm_result cohsm_brdf_eval(const cohsm_material *material, const float normal[3], const float tangent[3],
-                                       const float wo[3], const float wi[3], float f[3], float *pdf);
-/* f(wo, wi) without the cosine, in 1/sr, and the density per solid angle with which cohsm_brdf_sample returns wi.
-   tangent  NULL: any; else unit, made orthogonal to normal
-   wo, wi   unit, away from the surface; f = 0 where wi is below it, wo is lifted to just above it
-   Errors   COHSM_ERR_DESC (material), COHSM_ERR_ARGUMENT (NULL, NaN, length) */
-
-COHSM_DEF cohsm_result cohsm_brdf_sample(const cohsm_material *material, const float normal[3],
-                                         const float tangent[3], const float wo[3], const float u[2], float wi[3],
-                                         float f[3], float *pdf);
-/* As above with wi chosen by u, both 0 <= u < 1: u[0] picks the lobe by Russian roulette and is then stretched to 0..1
-   again. *pdf = 0: no sample (the lobe went below the surface, or the material is black); wi is the normal then. */
-
-typedef enum cohsm_shape {       /* A: what emits, and its coordinates in [0, 1)^d, all of equal area */
-    COHSM_SHAPE_DEFAULT,         /* environment */
-    COHSM_SHAPE_ENVIRONMENT,     /* x = 0.5 + atan2(z, x) / (2 pi), y = acos(y) / pi: row 0 is +Y, the centre +X */
-    COHSM_SHAPE_SUN,             /* one direction; no coordinates */
-    COHSM_SHAPE_POINT,           /* no coordinates */
-    COHSM_SHAPE_SPOT,            /* hard circular cone; no coordinates */
-    COHSM_SHAPE_LINE,            /* cylinder without caps: x along it */
-    COHSM_SHAPE_RECTANGLE,       /* position + x u + y v; emits along u x v */
-    COHSM_SHAPE_DISC,            /* Shirley and Chiu's concentric map of the square; emits along direction */
-    COHSM_SHAPE_SPHERE,          /* x as in the environment, y = (1 - cos of the angle from +Y) / 2; emits outwards */
-    COHSM_SHAPE_CALLBACK,        /* shape_fn */
-    COHSM_SHAPE_MESH             /* triangles that emit to where they turn counter-clockwise: x runs along a curve
-                                    through them, in proportion to area; y and z lie in the piece that x names */
-} cohsm_shape;
-
-typedef void (*cohsm_shape_fn)(void *user, float time, const float x[3], float position[3], float normal[3],
-                               float *area);
-/* The surface point at x in [0, 1)^3, its emission side (0, 0, 0: a volume, emits without a cosine) and the Jacobian
-   d area / dx there: its mean over the domain is the area (or volume). */
-
-typedef void (*cohsm_emission_fn)(void *user, float time, const float x[3], const float direction[3], float rgb[3]);
-/* Factor of the radiance that leaves the point x along the unit direction. For environments direction points from
-   the surface to the sky. Values that are not finite or negative count as 0. */
-
-typedef struct cohsm_emitter_desc {
-    cohsm_shape       shape;
-    float             position[3];  /* point, spot, disc, sphere: centre; rectangle: corner; line: start */
-    float             direction[3]; /* sun: to it; spot: out of the lamp; disc: normal; unit */
-    float             u[3], v[3];   /* rectangle: edges; line: u = end - start */
-    float             radius;       /* disc, sphere, line: > 0; mesh: places of maps are this far off it, >= 0 */
-    float             cone_angle;   /* spot: full apex angle, radians, 1e-6..pi */
-    float             radiance[3];  /* L, W/(sr m^2); point and spot: I, W/sr; sun: E facing it, W/m^2; >= 0 */
-    float             cosine_power; /* areas: L(theta) = radiance cos^power(theta); 0 is a Lambertian emitter */
-    float             rotation;     /* environment: radians about +Y */
-    const float      *texels;       /* L over [0, 1)^2: factors of radiance (set that to 1 1 1: with 0 all is black),
-                                       height rows of width rgb texels, each constant; NULL: 1. Frames follow one
-                                       another. Copied by cohsm_emitter_build */
-    uint32_t          width, height;     /* a line has height 1; 0 without texels */
-    uint32_t          frames;            /* 0 = 1 */
-    float             frames_per_second; /* linear between frames; 0 = 30 */
-    int               loop;              /* not 0: the frame after the last is the first; 0: the last stays */
-    float             time;              /* seconds: the light is built as it is at this time */
-    cohsm_shape_fn    shape_fn;
-    cohsm_emission_fn emission_fn;       /* NULL: 1; not for sun, point and spot */
-    void             *user;
-    const cohsm_mesh *mesh;              /* MESH: in world space, no texels. Copied. Triangles not finite or without
-                                            area do not emit */
-    uint32_t          places;            /* MESH: of maps, 1..2^24; 0 = 1024. Twice as many pieces, or more */
-} cohsm_emitter_desc;
-
-typedef struct cohsm_emitter cohsm_emitter;
-
-COHSM_DEF size_t cohsm_emitter_size(const cohsm_emitter_desc *desc);
-/* Bytes that cohsm_emitter_build needs: at most 512 + 22 a texel + 26 a row + 4 a column; a mesh 64 a triangle and 272
-   a place. 0: the desc is refused. */
-
-COHSM_DEF cohsm_result cohsm_emitter_build(const cohsm_emitter_desc *desc, void *memory, size_t memory_size,
-                                         cohsm_emitter **out, uint64_t *bad_texels);
-/* memory      cohsm_emitter_size(desc) bytes, 8-byte aligned; must outlive *out
-   bad_texels  may be NULL; texels of the frames in use with a channel that is not finite or negative: the channel is 0
-   Errors      COHSM_ERR_DESC, COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_MEMORY, COHSM_ERR_INPUT (a mesh without area)
-   A light that moves or changes is built again, for each frame if need be: O(texels). */
-
-COHSM_DEF cohsm_result cohsm_emitter_domain(const cohsm_emitter *emitter, cohsm_domain *out);
-/* D of section 4: the domain whose maps answer for samples of this emitter. Ask them with coords as
-   COHSM_LIGHT_PARAMETER, light_stride 12; the sky's and the sun's, LATLONG, with directions; a point's and a spot's,
-   LIST, by index 0.
-   out      its side is 0, the default, but for a mesh's TABLE; locations of LIST and TABLE point into the emitter
-   Errors   COHSM_ERR_ARGUMENT; COHSM_ERR_DOMAIN for callbacks: build a TABLE from shape_fn */
-
-COHSM_DEF size_t cohsm_emitter_triangles(const cohsm_emitter *emitter, float *corners);
-/* The pieces of a mesh in the order of its curve, equal in area within a factor of two unless triangles are smaller.
-   corners  9 floats each; NULL = only count them. Returns their number, 0 for other shapes */
-
-#define COHSM_INFINITY 340282346638528859811704183484516925440.0f   /* distance of sky and sun: the largest float */
-
-typedef struct cohsm_emission {  /* one point of a light as seen from a point p */
-    float direction[3];          /* unit, from p to it */
-    float distance;              /* COHSM_INFINITY for environment and sun */
-    float coords[3];             /* in [0, 1), the light's own coordinates; unused ones are 0 */
-    float radiance[3];           /* towards p; sun, point, spot: irradiance facing it */
-    float pdf;                   /* with which cohsm_emitter_sample returns it, per solid angle; sun, point, spot: 1 */
-} cohsm_emission;
-
-COHSM_DEF int cohsm_emitter_sample(const cohsm_emitter *light, const float p[3], const float u[3], cohsm_emission *out);
-/* P_L: picks a point of the light in proportion to its texture, rectangles and spheres without one by solid angle.
-   u are random numbers in [0, 1); u[2] serves callbacks only. Returns 0, *out untouched, where nothing reaches p. */
-
-COHSM_DEF int cohsm_emitter_hit(const cohsm_emitter *light, const float p[3], const float direction[3],
-                              cohsm_emission *out);
-/* What a ray from p sees of the light alone. Returns 0, *out untouched, if it misses; always for sun, point, spot and
-   callback, which have no area or none that is known, and for meshes, whose triangles a ray would have to search: those
-   are only sampled from their side. */
-
-typedef enum cohsm_sampling {
-    COHSM_SAMPLING_DEFAULT,      /* both, weighted by the balance heuristic (Veach and Guibas 1995), shared out by
-                                    solid angle of the light and width of the lobe */
-    COHSM_SAMPLING_LIGHT,        /* P_L */
-    COHSM_SAMPLING_BRDF,         /* P_f; sun, point, spot, callback and mesh: P_L all the same */
-    COHSM_SAMPLING_PAPER         /* environment: the diffuse part by P_L, the specular one by P_f, roulette between them
-                                    by k_d, the diffuse share of the albedo; every other light by P_L */
-} cohsm_sampling;
-
-typedef struct cohsm_points {    /* strides in bytes, multiples of 4; 0 = 12 */
-    size_t                count;
-    const float          *positions;  size_t position_stride;  /* 3 floats, world space */
-    const float          *normals;    size_t normal_stride;    /* 3 floats, unit shading normals */
-    const float          *views;      size_t view_stride;      /* 3 floats, unit, to the eye; NULL = normals */
-    const float          *tangents;   size_t tangent_stride;   /* 3 floats, unit; NULL = any */
-    const cohsm_material *materials;  size_t material_stride;  /* 0: one for all; else sizeof or above,
-                                                                         a multiple of sizeof(void *) */
-    const uint32_t       *pixels;     /* y * width + x, picks the random numbers; NULL: 0, 1, ... */
-} cohsm_points;
-
-typedef struct cohsm_sample_desc {
-    uint32_t       samples;      /* S for each point, 1..65536 */
-    cohsm_sampling sampling;
-    uint32_t       seed;         /* another seed, other noise: use one for each light */
-    uint32_t       frame;        /* of progressive rendering: frame i goes on where frame i - 1 stopped */
-    const float   *patterns;     /* from cohsm_patterns_build with length S; NULL: a scrambled (0, 2)-sequence a pixel,
-                                    which converges faster over many frames */
-} cohsm_sample_desc;
-
-typedef struct cohsm_samples {   /* room for count * S each; sample k of point i is number i S + k */
-    float *directions;           /* 3 floats, unit; the normal where the weight is 0 and no direction was found */
-    float *distances;            /* COHSM_INFINITY for distant lights. Positions: point + distance direction */
-    float *coords;               /* 3 floats, of the light; NULL: not wanted */
-    float *weights;              /* 3 floats: f L cos / (pdf S) */
-} cohsm_samples;
-
-COHSM_DEF cohsm_result cohsm_sample(const cohsm_sample_desc *desc, const cohsm_emitter *light,
-                                    const cohsm_points *points, const cohsm_samples *out, size_t *useful);
-/* useful  may be NULL; number of samples whose weight is not 0: only these need visibility
-   Errors  COHSM_ERR_DESC (desc, a material), COHSM_ERR_ARGUMENT (NULL, stride, NaN, length); outputs are then untouched
-   Cost    O(count S); a point's samples depend on its own inputs and pixel only, so that batches may be cut anywhere */
-
-COHSM_DEF cohsm_result cohsm_accumulate(size_t count, uint32_t samples, const float *weights, const float *visibility,
-                                        float *radiance, size_t radiance_stride);
-/* radiance[i] += sum over k of weights[i S + k] visibility[i S + k], 3 floats radiance_stride bytes apart (0 = 12).
-   visibility  one float for each sample, 0..1; NULL: all lit. COHSM_REFUSED counts as 0
-   Errors      COHSM_ERR_ARGUMENT */
-
-#define COHSM_PATTERN_COUNT 256u
-
-COHSM_DEF size_t cohsm_patterns_size(uint32_t length);
-/* Bytes of COHSM_PATTERN_COUNT patterns of length points in the unit square; 0 if length is not 1..65536. */
-
-COHSM_DEF cohsm_result cohsm_patterns_build(uint32_t length, uint32_t seed, float *patterns, size_t size);
-/* Section 5.1: pattern j holds its points at patterns + j * length * 2. Each of the length columns of the square holds
-   one point, jittered; so does each cell of the square grid where length is a power of 4.
-   cohsm_sample takes the pattern by pixel and moves to another one each frame; after 256 frames all have been used and
-   return shifted. */
-
-typedef struct cohsm_progressive { /* section 5.2: the mean of frames; sums are doubles, good for 1e6 frames */
-    double  *sums;               /* count doubles of yours */
-    size_t   count;              /* 3 x pixels */
-    uint32_t frames;             /* in the sums */
-} cohsm_progressive;
-
-COHSM_DEF cohsm_result cohsm_progressive_reset(cohsm_progressive *p);
-/* Forgets all frames: after every change of camera, scene or light. */
-COHSM_DEF cohsm_result cohsm_progressive_add(cohsm_progressive *p, const float *frame);
-/* Adds a frame of count floats. */
-COHSM_DEF cohsm_result cohsm_progressive_mean(const cohsm_progressive *p, float *mean);
-/* Writes count floats; COHSM_ERR_ARGUMENT before the first frame. */
+/* ==== src/csm/api_end.h ==== */
 
 #ifdef __cplusplus
 }
@@ -670,26 +591,41 @@ COHSM_DEF cohsm_result cohsm_progressive_mean(const cohsm_progressive *p, float 
 
 #endif /* CSM_H */
 
+/* ==== src/csm/begin.h ==== */
+
 /* ==== implementation ============================================================================================== */
 
 #if defined(CSM_IMPLEMENTATION) && !defined(CSM_IMPLEMENTED)
-#define CSM_IMPLEMENTED
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+/* The name of this file, by which it includes itself (see kernels_begin.h). Define COHSM_FILE if you renamed
+   it. */
+#ifndef COHSM_FILE
+#define COHSM_FILE "csm.h"
+#endif
+#define COHSM__FILE COHSM_FILE
+
 #ifdef COHSM_NO_SIMD
 #define COHSM__NO_SIMD
+#define COHSM__COMPILER_VECTORS
 #endif
 
-/* >>> shared fp_begin mem v3 m4 bytes crc trig octa hilbert rng lds cdf cpu bits part: by tools/stamp of src/shared */
+/* ==== src/shared/fp_begin.h ==== */
+
 
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
 /* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
    clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
    the pragma: results then stay within tolerance but not equal to the bit. */
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#define COHSM__FINITE_MATH 1
+#else
+#define COHSM__FINITE_MATH 0
+#endif
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(__TINYC__)
@@ -698,6 +634,9 @@ COHSM_DEF cohsm_result cohsm_progressive_mean(const cohsm_progressive *p, float 
 #elif defined(_MSC_VER)
 #pragma fp_contract(off)
 #endif
+
+/* ==== src/shared/mem.h ==== */
+
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -773,6 +712,9 @@ static inline void cohsm__free(const cohsm__allocator *a, void *memory)
     if (memory) a->free_fn(memory, a->user);
 }
 
+/* ==== src/shared/v3.h ==== */
+
+
 /* unit v3: three floats */
 
 /* tcc 0.9.27 stores a returned struct of 12 bytes as 16, over the caller's next variable. */
@@ -803,11 +745,6 @@ static inline cohsm__v3 cohsm__v3_add(cohsm__v3 a, cohsm__v3 b)
 static inline cohsm__v3 cohsm__v3_sub(cohsm__v3 a, cohsm__v3 b)
 {
     return cohsm__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
-}
-
-static inline cohsm__v3 cohsm__v3_mul(cohsm__v3 a, cohsm__v3 b)
-{
-    return cohsm__v3_make(a.x * b.x, a.y * b.y, a.z * b.z);
 }
 
 static inline cohsm__v3 cohsm__v3_scale(cohsm__v3 a, float s)
@@ -870,22 +807,13 @@ static inline int cohsm__finite(float x)
     return (bits & 0x7f800000u) != 0x7f800000u;
 }
 
-static inline int cohsm__in(float x, float low, float high) { return cohsm__finite(x) && x >= low && x <= high; }
-
 static inline int cohsm__v3_finite(cohsm__v3 a)
 {
     return cohsm__finite(a.x) && cohsm__finite(a.y) && cohsm__finite(a.z);
 }
 
-/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
-   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
-static inline void cohsm__v3_basis(cohsm__v3 n, cohsm__v3 *b1, cohsm__v3 *b2)
-{
-    float s = n.z >= 0.0f ? 1.0f : -1.0f;
-    float a = -1.0f / (s + n.z), b = n.x * n.y * a;
-    *b1 = cohsm__v3_make(1.0f + s * n.x * n.x * a, s * b, -s * n.x);
-    *b2 = cohsm__v3_make(b, s + n.y * n.y * a, -n.y);
-}
+/* ==== src/shared/m4.h ==== */
+
 
 /* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
 
@@ -971,6 +899,9 @@ static inline int cohsm__m4_is_rigid_uniform(const float *m, float *scale)
     return 1;
 }
 
+/* ==== src/shared/bytes.h ==== */
+
+
 /* unit bytes: little-endian values in byte arrays, whatever the host's order and alignment */
 
 static inline void cohsm__put_u16(uint8_t *p, uint32_t v)
@@ -998,6 +929,9 @@ static inline int cohsm__host_is_little_endian(void)
     return first == 1;
 }
 
+/* ==== src/shared/crc.h ==== */
+
+
 /* unit crc: CRC-32 as in zip and PNG (reflected 0xEDB88320) */
 
 /* Begin with crc = 0 and go on with the last result. A table of 16: a nibble a step is fast enough for files and small
@@ -1020,12 +954,15 @@ static inline uint32_t cohsm__crc32(uint32_t crc, const void *data, size_t size)
     return ~crc;
 }
 
+/* ==== src/shared/trig.h ==== */
+
+
 /* unit trig: elementary functions with the same bits on every machine */
 
 /* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
    Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
    them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
-   a dense set tried (tests/unit/shared_test.c). Out of range or NaN is clamped into the range, so that nothing here is
+   a dense set tried (tests/shared/units_test.c). Out of range or NaN is clamped into the range, so that nothing here is
    undefined or returns NaN. */
 
 static inline float cohsm__from_bits(uint32_t bits)
@@ -1076,13 +1013,6 @@ static inline void cohsm__sincos(float x, float *sine, float *cosine)
     *cosine = (k + 1) & 2 ? -b : b;
 }
 
-static inline float cohsm__cos(float x)
-{
-    float s, c;
-    cohsm__sincos(x, &s, &c);
-    return c;
-}
-
 /* asin of 0 <= x <= 0.5, z = x * x. What is made of it: error 3e-7 absolute. */
 static inline float cohsm__asin_core(float x, float z)
 {
@@ -1127,55 +1057,29 @@ static inline float cohsm__atan2(float y, float x)
     return cohsm__copysign(p, y);
 }
 
-/* 2^k (1 + r + r^2 p(r)), |r| <= ln 2 / 2, in double: exp, log and pow err by 1 ulp. */
-static inline double cohsm__exp_core(double x)
+/* ==== src/shared/disc.h ==== */
+
+
+/* unit disc, needs trig: the square mapped to the disc */
+
+/* Shirley and Chiu's concentric map of the square to the disc, area-preserving. */
+static inline void cohsm__concentric(float s, float t, float *x, float *y)
 {
-    double r, p, power;
-    int32_t k;
-    uint64_t bits;
-
-    x = x > -110.0 ? x : -110.0;
-    x = x < 90.0 ? x : 90.0;
-    k = (int32_t)(x * 1.4426950408889634 + (x < 0.0 ? -0.5 : 0.5));
-    r = x - (double)k * 0.69314718055994531;
-    p = 0.00139460621285616904 + r * 0.000199183706518237736;
-    p = 0.500000007785776445 + r * (0.166666668605852527 + r * (0.0416662700968242239 + r * (0.00833326438132814496 +
-        r * p)));
-    bits = (uint64_t)(k + 1023) << 52;
-    memcpy(&power, &bits, sizeof power);
-    return power * (1.0 + (r + r * r * p));
-}
-
-/* x > 0: x = 2^e m with m in [sqrt(1/2), sqrt(2)), log m = 2 artanh((m - 1) / (m + 1)). */
-static inline double cohsm__log_core(float x)
-{
-    double m = (double)x, s, z;
-    uint64_t bits;
-    int32_t e;
-
-    memcpy(&bits, &m, sizeof bits);
-    e = (int32_t)(bits >> 52) - 1023;
-    bits = (bits & 0x000fffffffffffffu) | 0x3ff0000000000000u;
-    memcpy(&m, &bits, sizeof m);
-    if (m > 1.4142135623730951) {
-        m *= 0.5;
-        e++;
+    float a = 2.0f * s - 1.0f, b = 2.0f * t - 1.0f, r, phi, sine, cosine;
+    if (fabsf(a) > fabsf(b)) {
+        r = a;
+        phi = 0.785398163f * (b / a);
+    } else {
+        r = b;
+        phi = b == 0.0f ? 0.0f : 1.57079633f - 0.785398163f * (a / b);
     }
-    s = (m - 1.0) / (m + 1.0);
-    z = s * s;
-    z *= 0.333333328227282264 + z * (0.200001675954362054 + z * (0.142686542711926518 + z * 0.117910756496012977));
-    return (double)e * 0.69314718055994531 + 2.0 * (s + s * z);
+    cohsm__sincos(phi, &sine, &cosine);
+    *x = r * cosine;
+    *y = r * sine;
 }
 
-/* x below 0 counts as 0; pow(0, y) is 0, 1 or infinity for y above, equal to or below 0. */
-static inline float cohsm__pow(float x, float y)
-{
-    double t;
-    if (y == 0.0f) return 1.0f;
-    if (!(x > 0.0f)) return y > 0.0f ? 0.0f : cohsm__from_bits(0x7f800000u);
-    t = (double)y * cohsm__log_core(x);
-    return t > 88.722839111 ? cohsm__from_bits(0x7f800000u) : (float)cohsm__exp_core(t);
-}
+/* ==== src/shared/octa.h ==== */
+
 
 /* unit octa, needs v3 trig: equal-area map between the unit square and the sphere, +Y at its centre */
 
@@ -1208,6 +1112,9 @@ static inline void cohsm__octa_square(cohsm__v3 n, float *u, float *v)
     *v = 0.5f * (n.z < 0.0f ? 1.0f - b : 1.0f + b);
 }
 
+/* ==== src/shared/hilbert.h ==== */
+
+
 /* unit hilbert: Hilbert curves in 1 to 3 dimensions */
 
 /* Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707, 2004: the index's bits dealt out to the axes are
@@ -1234,27 +1141,8 @@ static inline void cohsm__hilbert_cell(uint32_t index, uint32_t bits, uint32_t d
     }
 }
 
-static inline uint32_t cohsm__hilbert_index(const uint32_t *cell, uint32_t bits, uint32_t dims)
-{
-    uint32_t x[3] = { 0, 0, 0 }, i, b, q, t, index = 0;
+/* ==== src/shared/rng.h ==== */
 
-    for (i = 0; i < dims; i++) x[i] = cell[i];
-    for (b = bits; b-- > 1u;) {
-        q = (1u << b) - 1u;
-        for (i = 0; i < dims; i++) {
-            t = x[i] >> b & 1u ? 0u : (x[0] ^ x[i]) & q;
-            x[0] ^= x[i] >> b & 1u ? q : t;
-            x[i] ^= t;
-        }
-    }
-    for (i = 1; i < dims; i++) x[i] ^= x[i - 1u];
-    for (t = 0, b = bits; b-- > 1u;)
-        if (x[dims - 1u] >> b & 1u) t ^= (1u << b) - 1u;
-    for (i = 0; i < dims; i++) x[i] ^= t;
-    for (i = 0; i < dims; i++)
-        for (b = 0; b < bits; b++) index |= (x[i] >> b & 1u) << (b * dims + (dims - 1u - i));
-    return index;
-}
 
 /* unit rng: hashes and random numbers, the same on every machine */
 
@@ -1280,83 +1168,8 @@ static inline float cohsm__random(uint32_t seed, uint32_t stream, uint32_t i)
     return cohsm__to_unit(cohsm__hash_combine(cohsm__hash_combine(seed, stream), i));
 }
 
-/* unit lds, needs rng: low-discrepancy points in [0, 1) */
+/* ==== src/shared/cpu.h ==== */
 
-static inline uint32_t cohsm__reverse_bits(uint32_t x)
-{
-    x = x >> 16 | x << 16;
-    x = (x >> 8 & 0x00ff00ffu) | (x & 0x00ff00ffu) << 8;
-    x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;
-    x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
-    return (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
-}
-
-/* Owen scrambling by the hash of Laine and Karras as Burley tuned it, "Practical hash-based Owen scrambling",
-   JCGT 9(4), 2020. Works on reversed bits: a bit depends on the more significant ones only. */
-static inline uint32_t cohsm__owen(uint32_t x, uint32_t seed)
-{
-    x = cohsm__reverse_bits(x) + seed;
-    x ^= x * 0x6c50b47cu;
-    x ^= x * 0xb82f1e52u;
-    x ^= x * 0xc7afe638u;
-    x ^= x * 0x8d22f6e6u;
-    return cohsm__reverse_bits(x);
-}
-
-/* Point i of a scrambled (0, 2)-sequence: the first two dimensions of Sobol's. The order is shuffled too, so that
-   different seeds may be combined to more dimensions. */
-static inline void cohsm__sobol2(uint32_t i, uint32_t seed, float *u, float *v)
-{
-    uint32_t x, y = 0, d = 0x80000000u, k;
-    i = cohsm__owen(i, cohsm__hash32(seed));
-    x = cohsm__reverse_bits(i);
-    for (k = i; k; k >>= 1, d ^= d >> 1)
-        if (k & 1u) y ^= d;
-    *u = cohsm__to_unit(cohsm__owen(x, cohsm__hash_combine(seed, 1u)));
-    *v = cohsm__to_unit(cohsm__owen(y, cohsm__hash_combine(seed, 2u)));
-}
-
-/* unit cdf: piecewise-constant distributions in 1D and 2D, sampled by inversion */
-
-/* Running sums in double: a float sum of 1e6 small weights is wrong in the third digit. sums[i] is the weight before
-   cell i, sums[count] the total; the array is the caller's. */
-typedef struct cohsm__cdf { const double *sums; uint32_t count; } cohsm__cdf;
-
-/* Negative, NaN and infinite weights count as 0; their number is returned. scale is 1 for most callers. */
-static inline size_t cohsm__cdf_build(cohsm__cdf *cdf, double *sums, const float *weights, uint32_t count, double scale)
-{
-    size_t bad = 0;
-    double sum = 0.0;
-    uint32_t i;
-
-    for (i = 0; i < count; i++) {
-        uint32_t bits;
-        memcpy(&bits, weights + i, sizeof bits);
-        sums[i] = sum;
-        if ((bits & 0x7fffffffu) == 0) continue;
-        if ((bits & 0x7f800000u) == 0x7f800000u || bits >> 31) bad++;
-        else sum += (double)weights[i] * scale;
-    }
-    sums[count] = sum;
-    cdf->sums = sums;
-    cdf->count = count;
-    return bad;
-}
-
-static inline double cohsm__cdf_total(const cohsm__cdf *cdf) { return cdf->sums[cdf->count]; }
-
-/* Rows first: marginal over the rows, then the row's own distribution. */
-typedef struct cohsm__cdf2 { const double *rows, *sums; uint32_t width, height; } cohsm__cdf2;
-
-/* Doubles for width * height cells; 0 where that overflows. */
-static inline size_t cohsm__cdf2_doubles(uint32_t width, uint32_t height)
-{
-    size_t row = (size_t)width + 1u, rows = (size_t)height + 1u;
-    if (row == 0 || rows == 0 || height > (SIZE_MAX / sizeof(double) - rows) / row) return 0;
-    return row * height + rows;
-}
-
-static inline double cohsm__cdf2_total(const cohsm__cdf2 *cdf) { return cdf->rows[cdf->height]; }
 
 /* unit cpu: run-time detection of x86 vector units */
 
@@ -1410,7 +1223,10 @@ static inline int cohsm__cpu_has_avx2(void) { return 0; }
 static inline int cohsm__cpu_has_avx512(void) { return 0; }
 #endif
 
-/* unit bits: counting bits */
+/* ==== src/shared/bits.h ==== */
+
+
+/* unit bits: counting and finding bits */
 
 static inline uint32_t cohsm__popcount(uint64_t x)
 {
@@ -1419,6 +1235,149 @@ static inline uint32_t cohsm__popcount(uint64_t x)
     x = (x + (x >> 4)) & 0x0f0f0f0f0f0f0f0fu;
     return (uint32_t)(x * 0x0101010101010101u >> 56);
 }
+
+/* For each of the eight bytes from 0 to 127, 1 where it is at least x. */
+static inline uint64_t cohsm__bytes_from(uint64_t bytes, uint32_t x)
+{
+    const uint64_t ones = 0x0101010101010101u, tops = 0x8080808080808080u;
+    return (((bytes | tops) - x * ones) & tops) >> 7;
+}
+
+/* Position of the bit that is set and has this number (from 0) among those; 64 where there are not so many. From the
+   counts of bits up to each byte, then from those up to each bit of the right byte. */
+static inline uint32_t cohsm__select_bit(uint64_t x, uint32_t number)
+{
+    const uint64_t ones = 0x0101010101010101u;
+    uint64_t upto;
+    uint32_t at;
+
+    number = number < 127 ? number + 1u : 127u;
+    upto = x - (x >> 1 & 0x5555555555555555u);
+    upto = (upto & 0x3333333333333333u) + (upto >> 2 & 0x3333333333333333u);
+    upto = ((upto + (upto >> 4)) & 0x0f0f0f0f0f0f0f0fu) * ones;
+    at = 64u - 8u * (uint32_t)(cohsm__bytes_from(upto, number) * ones >> 56);
+    if (at == 64) return 64;
+    number -= (uint32_t)(upto << 8 >> at) & 255u;
+    upto = (((x >> at & 255u) * ones & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & ones; /* a bit in each byte */
+    return at + 8u - (uint32_t)(cohsm__bytes_from(upto * ones, number) * ones >> 56);
+}
+
+/* ==== src/shared/simd.h ==== */
+
+
+/* unit simd, needs cpu: one text of a kernel for every instruction set */
+
+/* A kernel is written once, for cohsm__lanes: COHSM__LANE_COUNT floats, computed COHSM__WIDTH at a time by the instruction set COHSM__SET.
+   The part of a header that lies between simd_begin and its last kernel is compiled once for every set that the
+   program may meet: first where it stands, as set "plain", for what the whole program is compiled for (SSE2, NEON, the
+   128 bits of WebAssembly, or one float at a time); then, where COHSM__SIMD_SETS says so, by the header that includes itself
+   with COHSM__SET, COHSM__WIDTH and COHSM__LANE_COUNT defined anew: avx2 and 8, avx512 and 16. cohsm__simd_level says which one to call.
+   With COHSM__NO_SIMD there are no intrinsics; the compiler's own vectors, which are portable, stay if COHSM__COMPILER_VECTORS is
+   defined. COHSM__FILE is the header's name; a header that was pasted into another file cannot include itself and stays
+   with "plain".
+
+   What is compiled several times needs a name for each set. The list below makes cohsm__lanes_add the name
+   cohsm__lanes_add_avx2 in set avx2; the header has such a list for its kernels. COHSM__KERNEL stands before a kernel,
+   COHSM__IN_KERNEL before what is inlined into kernels.
+
+   Every set gives the same bits, but for cohsm__lanes_muladd, which rounds once in avx2 and avx512 and twice elsewhere. */
+#if defined(COHSM__NO_SIMD) && (!defined(COHSM__COMPILER_VECTORS) || defined(__i386__))
+#define COHSM__SCALAR 1
+#else
+#define COHSM__SCALAR 0
+#endif
+#if COHSM__X86
+#include <immintrin.h>
+#define COHSM__SIMD_SETS 1
+#else
+#define COHSM__SIMD_SETS 0
+#endif
+#if COHSM__X86 && (defined(__x86_64__) || defined(_M_X64))
+#define COHSM__SIMD_X86 1
+#define COHSM__SIMD_VECTORS 0
+#define COHSM__SIMD_WIDTH 4
+#elif !COHSM__X86 && !COHSM__SCALAR && (defined(__GNUC__) || defined(__clang__)) && !defined(__TINYC__)
+#define COHSM__SIMD_X86 0
+#define COHSM__SIMD_VECTORS 1
+#define COHSM__SIMD_WIDTH 4
+#else
+#define COHSM__SIMD_X86 0
+#define COHSM__SIMD_VECTORS 0
+#define COHSM__SIMD_WIDTH 1
+#endif
+#ifdef __has_include
+#if !__has_include(COHSM__FILE)
+#undef COHSM__SIMD_SETS
+#define COHSM__SIMD_SETS 0
+#endif
+#endif
+#if COHSM__SIMD_VECTORS && defined(__aarch64__) && !defined(COHSM__NO_SIMD)
+#include <arm_neon.h>
+#elif COHSM__SIMD_VECTORS && defined(__wasm_simd128__) && !defined(COHSM__NO_SIMD)
+#include <wasm_simd128.h>
+#endif
+
+#define COHSM__NAME_OF_SET(name, set) name##_##set
+#define COHSM__NAME_IN_SET(name, set) COHSM__NAME_OF_SET(name, set)
+#define cohsm__lanes COHSM__NAME_IN_SET(cohsm__lanes, COHSM__SET)
+#define cohsm__lane_mask COHSM__NAME_IN_SET(cohsm__lane_mask, COHSM__SET)
+#define cohsm__lane_ints COHSM__NAME_IN_SET(cohsm__lane_ints, COHSM__SET)
+#define cohsm__piece COHSM__NAME_IN_SET(cohsm__piece, COHSM__SET)
+#define cohsm__piece_ints COHSM__NAME_IN_SET(cohsm__piece_ints, COHSM__SET)
+#define cohsm__piece_words COHSM__NAME_IN_SET(cohsm__piece_words, COHSM__SET)
+#define cohsm__lanes_load COHSM__NAME_IN_SET(cohsm__lanes_load, COHSM__SET)
+#define cohsm__lanes_store COHSM__NAME_IN_SET(cohsm__lanes_store, COHSM__SET)
+#define cohsm__lanes_all COHSM__NAME_IN_SET(cohsm__lanes_all, COHSM__SET)
+#define cohsm__lanes_add COHSM__NAME_IN_SET(cohsm__lanes_add, COHSM__SET)
+#define cohsm__lanes_sub COHSM__NAME_IN_SET(cohsm__lanes_sub, COHSM__SET)
+#define cohsm__lanes_mul COHSM__NAME_IN_SET(cohsm__lanes_mul, COHSM__SET)
+#define cohsm__lanes_div COHSM__NAME_IN_SET(cohsm__lanes_div, COHSM__SET)
+#define cohsm__lanes_muladd COHSM__NAME_IN_SET(cohsm__lanes_muladd, COHSM__SET)
+#define cohsm__lanes_max COHSM__NAME_IN_SET(cohsm__lanes_max, COHSM__SET)
+#define cohsm__lanes_min COHSM__NAME_IN_SET(cohsm__lanes_min, COHSM__SET)
+#define cohsm__lanes_sqrt COHSM__NAME_IN_SET(cohsm__lanes_sqrt, COHSM__SET)
+#define cohsm__lanes_abs COHSM__NAME_IN_SET(cohsm__lanes_abs, COHSM__SET)
+#define cohsm__lanes_negate COHSM__NAME_IN_SET(cohsm__lanes_negate, COHSM__SET)
+#define cohsm__lanes_greater COHSM__NAME_IN_SET(cohsm__lanes_greater, COHSM__SET)
+#define cohsm__lanes_at_least COHSM__NAME_IN_SET(cohsm__lanes_at_least, COHSM__SET)
+#define cohsm__lanes_differ COHSM__NAME_IN_SET(cohsm__lanes_differ, COHSM__SET)
+#define cohsm__lanes_select COHSM__NAME_IN_SET(cohsm__lanes_select, COHSM__SET)
+#define cohsm__lanes_keep COHSM__NAME_IN_SET(cohsm__lanes_keep, COHSM__SET)
+#define cohsm__lanes_truncate COHSM__NAME_IN_SET(cohsm__lanes_truncate, COHSM__SET)
+#define cohsm__lanes_of_ints COHSM__NAME_IN_SET(cohsm__lanes_of_ints, COHSM__SET)
+#define cohsm__lanes_of_shorts COHSM__NAME_IN_SET(cohsm__lanes_of_shorts, COHSM__SET)
+#define cohsm__lanes_gather COHSM__NAME_IN_SET(cohsm__lanes_gather, COHSM__SET)
+#define cohsm__lanes3 COHSM__NAME_IN_SET(cohsm__lanes3, COHSM__SET)
+#define cohsm__lanes3_load COHSM__NAME_IN_SET(cohsm__lanes3_load, COHSM__SET)
+#define cohsm__lanes3_load_packed COHSM__NAME_IN_SET(cohsm__lanes3_load_packed, COHSM__SET)
+#define cohsm__lanes3_all COHSM__NAME_IN_SET(cohsm__lanes3_all, COHSM__SET)
+#define cohsm__lanes3_scale COHSM__NAME_IN_SET(cohsm__lanes3_scale, COHSM__SET)
+#define cohsm__lanes3_sub COHSM__NAME_IN_SET(cohsm__lanes3_sub, COHSM__SET)
+#define cohsm__lanes3_store_packed COHSM__NAME_IN_SET(cohsm__lanes3_store_packed, COHSM__SET)
+#define cohsm__lanes3_dot COHSM__NAME_IN_SET(cohsm__lanes3_dot, COHSM__SET)
+#define cohsm__mask_and COHSM__NAME_IN_SET(cohsm__mask_and, COHSM__SET)
+#define cohsm__mask_or COHSM__NAME_IN_SET(cohsm__mask_or, COHSM__SET)
+#define cohsm__mask_any COHSM__NAME_IN_SET(cohsm__mask_any, COHSM__SET)
+#define cohsm__mask_bits COHSM__NAME_IN_SET(cohsm__mask_bits, COHSM__SET)
+#define cohsm__mask_of_bits COHSM__NAME_IN_SET(cohsm__mask_of_bits, COHSM__SET)
+#define cohsm__ints_load COHSM__NAME_IN_SET(cohsm__ints_load, COHSM__SET)
+#define cohsm__ints_store COHSM__NAME_IN_SET(cohsm__ints_store, COHSM__SET)
+#define cohsm__ints_all COHSM__NAME_IN_SET(cohsm__ints_all, COHSM__SET)
+#define cohsm__ints_add COHSM__NAME_IN_SET(cohsm__ints_add, COHSM__SET)
+#define cohsm__ints_sub COHSM__NAME_IN_SET(cohsm__ints_sub, COHSM__SET)
+#define cohsm__ints_or COHSM__NAME_IN_SET(cohsm__ints_or, COHSM__SET)
+#define cohsm__ints_keep COHSM__NAME_IN_SET(cohsm__ints_keep, COHSM__SET)
+#define cohsm__ints_equal COHSM__NAME_IN_SET(cohsm__ints_equal, COHSM__SET)
+
+/* 2 where AVX-512 may be used, 1 where AVX2 may be, otherwise 0. */
+static inline int cohsm__simd_level(void)
+{
+    if (!COHSM__SIMD_SETS || !cohsm__cpu_has_avx2()) return 0;
+    return cohsm__cpu_has_avx512() ? 2 : 1;
+}
+
+/* ==== src/shared/part.h ==== */
+
 
 /* unit part: the caller's progress within parts of a call, and whether it cancels */
 
@@ -1449,33 +1408,189 @@ static inline int cohsm__cancelled(const cohsm__part *p, size_t i, size_t count,
     return p->progress && i % every == 0 && cohsm__part_tell(p, (float)((double)i / (double)count)) != 0;
 }
 
-/* <<< shared */
+/* ==== src/shared/prefetch.h ==== */
 
-/* 64-bit x86 with AVX2 and BMI2, asked for at run time. */
-#if COHSM__X86 && (defined(__x86_64__) || defined(_M_X64))
-#define COHSM__SIMD 1
-#include <immintrin.h>
+
+/* unit prefetch: asks for a cache line before it is read */
+
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define COHSM__PREFETCH(p) __builtin_prefetch(p)
 #else
-#define COHSM__SIMD 0
+#define COHSM__PREFETCH(p) ((void)(p))
 #endif
 
-/* Around what uses AVX-512: gcc's own avx512fintrin.h leaves unused operands undefined, and warns of it in C++; at -O0
-   its macros turn signs. */
-#if COHSM__SIMD && defined(__GNUC__) && !defined(__clang__)
-#define COHSM__AVX512_BEGIN                                                              \
-    _Pragma("GCC diagnostic push") _Pragma("GCC diagnostic ignored \"-Wuninitialized\"") \
-    _Pragma("GCC diagnostic ignored \"-Wmaybe-uninitialized\"")                          \
-    _Pragma("GCC diagnostic ignored \"-Wsign-conversion\"")
-#define COHSM__AVX512_END _Pragma("GCC diagnostic pop")
+/* ==== src/shared/message.h ==== */
+
+
+/* unit message: one line for the caller's log that says why a call failed */
+
+/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define COHSM__COLD __attribute__((cold))
 #else
-#define COHSM__AVX512_BEGIN
-#define COHSM__AVX512_END
+#define COHSM__COLD
 #endif
 
-/* 0 none, 1 AVX2, 2 AVX-512 too */
-static int cohsm__simd(void) { return !COHSM__SIMD || !cohsm__cpu_has_avx2() ? 0 : cohsm__cpu_has_avx512() ? 2 : 1; }
+/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+typedef struct cohsm__logger {
+    void (*log)(void *user, const char *message);
+    void *user;
+    const char *function;
+} cohsm__logger;
 
-/* ---- >>types ---- */
+typedef struct cohsm__message { char text[256]; size_t used; } cohsm__message;
+
+/* What does not fit is cut off. */
+static inline COHSM__COLD void cohsm__message_text(cohsm__message *m, const char *s)
+{
+    while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
+    m->text[m->used] = 0;
+}
+
+static inline COHSM__COLD void cohsm__message_count(cohsm__message *m, uint64_t value)
+{
+    char digits[24];
+    size_t at = sizeof digits - 1;
+    digits[at] = 0;
+    do digits[--at] = (char)('0' + (int)(value % 10));
+    while ((value /= 10) != 0);
+    cohsm__message_text(m, digits + at);
+}
+
+/* Six significant digits without zeros at their end: returns how many, and *exponent, the power of ten of the first
+   one. value > 0, finite. */
+static inline COHSM__COLD int cohsm__message_digits(double value, char digits[8], int *exponent)
+{
+    uint32_t whole;
+    int count = 6, i;
+
+    for (*exponent = 5; value >= 999999.5; value /= 10.0) ++*exponent;
+    for (; value < 99999.95; value *= 10.0) --*exponent;
+    whole = (uint32_t)(value + 0.5);
+    if (whole > 999999) {
+        whole = 100000;
+        ++*exponent;
+    }
+    for (; count > 1 && whole % 10 == 0; count--) whole /= 10;
+    for (i = count; i > 0; whole /= 10) digits[--i] = (char)('0' + (int)(whole % 10));
+    digits[count] = 0;
+    return count;
+}
+
+/* Whole numbers below 2^53 with all digits, others with six, whatever the locale: 0.25, -3, 1.5e-7. */
+static inline COHSM__COLD void cohsm__message_number(cohsm__message *m, double value)
+{
+    char digits[8], first[2] = { 0, 0 };
+    int exponent, count, i;
+
+    if (value != value) {
+        cohsm__message_text(m, "not a number");
+        return;
+    }
+    if (value < 0.0) cohsm__message_text(m, "-");
+    if (value < 0.0) value = -value;
+    if (!(value > 0.0) || value > 1.7976931348623157e308) {
+        cohsm__message_text(m, value > 0.0 ? "infinity" : "0");
+        return;
+    }
+    if (value < 9007199254740992.0 && value - (double)(uint64_t)value <= 0.0) {
+        cohsm__message_count(m, (uint64_t)value);
+        return;
+    }
+    count = cohsm__message_digits(value, digits, &exponent);
+    first[0] = digits[0];
+    if (exponent < -4 || exponent > 9) {
+        cohsm__message_text(m, first);
+        if (count > 1) cohsm__message_text(m, ".");
+        cohsm__message_text(m, digits + 1);
+        cohsm__message_text(m, exponent < 0 ? "e-" : "e");
+        cohsm__message_count(m, (uint64_t)(exponent < 0 ? -exponent : exponent));
+        return;
+    }
+    if (exponent < 0) cohsm__message_text(m, "0.");
+    for (i = exponent; i < -1; i++) cohsm__message_text(m, "0");
+    for (i = 0; i < count; i++) {
+        if (exponent >= 0 && i == exponent + 1) cohsm__message_text(m, ".");
+        first[0] = digits[i];
+        cohsm__message_text(m, first);
+    }
+    for (i = count; i <= exponent; i++) cohsm__message_text(m, "0");
+}
+
+/* "FUNCTION: FIELD", the begin of every line. */
+static inline COHSM__COLD void cohsm__message_begin(cohsm__message *m, const cohsm__logger *logger, const char *field)
+{
+    m->used = 0;
+    cohsm__message_text(m, logger->function);
+    cohsm__message_text(m, ": ");
+    cohsm__message_text(m, field);
+}
+
+/* "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
+static inline COHSM__COLD void cohsm__log_text(const cohsm__logger *logger, const char *field, const char *text)
+{
+    cohsm__message m;
+    if (!logger->log) return;
+    cohsm__message_begin(&m, logger, field);
+    cohsm__message_text(&m, " ");
+    cohsm__message_text(&m, text);
+    logger->log(logger->user, m.text);
+}
+
+/* "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or 4..1024". */
+static inline COHSM__COLD void cohsm__log_value(const cohsm__logger *logger, const char *field, double value, const char *wanted)
+{
+    cohsm__message m;
+    if (!logger->log) return;
+    cohsm__message_begin(&m, logger, field);
+    cohsm__message_text(&m, " is ");
+    cohsm__message_number(&m, value);
+    cohsm__message_text(&m, "; it must be ");
+    cohsm__message_text(&m, wanted);
+    logger->log(logger->user, m.text);
+}
+
+/* "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length 0.5; it must be
+   1 (0.97..1.03), or 0". */
+static inline COHSM__COLD void cohsm__log_element(const cohsm__logger *logger, const char *array, uint64_t index, const char *what,
+                                 double value, const char *wanted)
+{
+    cohsm__message m;
+    if (!logger->log) return;
+    cohsm__message_begin(&m, logger, array);
+    cohsm__message_text(&m, "[");
+    cohsm__message_count(&m, index);
+    cohsm__message_text(&m, "] ");
+    cohsm__message_text(&m, what);
+    cohsm__message_text(&m, " ");
+    cohsm__message_number(&m, value);
+    cohsm__message_text(&m, "; it must be ");
+    cohsm__message_text(&m, wanted);
+    logger->log(logger->user, m.text);
+}
+
+/* "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices"; position counts the indices from 0. */
+static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, const char *mesh, uint64_t position, uint64_t index,
+                               uint64_t vertex_count)
+{
+    cohsm__message m;
+    if (!logger->log) return;
+    cohsm__message_begin(&m, logger, mesh);
+    cohsm__message_text(&m, ": index ");
+    cohsm__message_count(&m, position % 3);
+    cohsm__message_text(&m, " of triangle ");
+    cohsm__message_count(&m, position / 3);
+    cohsm__message_text(&m, " is ");
+    cohsm__message_count(&m, index);
+    cohsm__message_text(&m, ", but the mesh has ");
+    cohsm__message_count(&m, vertex_count);
+    cohsm__message_text(&m, vertex_count == 1 ? " vertex" : " vertices");
+    logger->log(logger->user, m.text);
+}
+
+/* ==== src/csm/format.h ==== */
+
+/* ---- types ---- */
 
 /* The block is 32-bit little-endian words, so that one rule serves memory, file, upload and hosts of either byte order:
 
@@ -1504,8 +1619,8 @@ enum {
 
 typedef struct cohsm__header {          /* 32-bit fields only */
     uint32_t magic, format, words, crc; /* crc of everything after this field */
-    uint32_t domain, layers, order, frame;
-    uint32_t side[3], map_count, view_count, map_size, depth_bits, dimensions;
+    uint32_t domain, layers, order, orientation;
+    uint32_t side[3], map_count, view_count, map_side, depth_bits, dimensions;
     uint32_t positional, self_only, pixel_begin, pixel_end;
     uint32_t order_words, location_words, lookup_words, directory_words, line_words;
     uint32_t segments_low, segments_high;
@@ -1517,10 +1632,20 @@ typedef struct cohsm__header {          /* 32-bit fields only */
 
 typedef char cohsm__header_size[sizeof(cohsm__header) == 4 * COHSM__HEADER_WORDS ? 1 : -1];
 
+#if COHSM__SIMD_SETS && !defined(COHSM_WITHOUT_X86)
+#define COHSM__SETS 1
+#else
+#define COHSM__SETS 0
+#endif
+
+/* Kernels to use: 2 those of AVX-512, 1 of AVX2, 0 of what the program is compiled for. */
+static int cohsm__simd(void) { return COHSM__SETS ? cohsm__simd_level() : 0; }
+
 struct cohsm_maps {
     cohsm__allocator  allocator;
     void             *memory;           /* what the allocator gave */
-    uint32_t         *words;            /* the block, 64-byte aligned in it so that its lines are cache lines */
+    uint32_t         *words;            /* the block, 64-byte aligned in it so that its lines are cache
+                                           lines */
     cohsm__header     head;
     const uint32_t   *order, *lookup, *directories, *lines;
     const float      *locations;
@@ -1531,12 +1656,10 @@ struct cohsm_maps {
     int               simd;             /* cohsm__simd */
 };
 
-typedef struct cohsm__parallel { cohsm_parallel_for run; void *user; } cohsm__parallel;
-
-static void cohsm__run(const cohsm__parallel *p, size_t count, cohsm_task task, void *context)
+static void cohsm__run(const cohsm_system *s, size_t count, cohsm_task task, void *context)
 {
     size_t i;
-    if (p->run) p->run(p->user, count, task, context);
+    if (s->parallel_for) s->parallel_for(s->user, count, task, context);
     else
         for (i = 0; i < count; i++) task(context, i);
 }
@@ -1561,25 +1684,93 @@ static void cohsm__give(cohsm__heap *h, void *p, size_t count, size_t size)
     cohsm__free(&h->allocator, p);
 }
 
-/* A progress callback itself, whose user is a part. */
-static int cohsm__part_progress(void *user, float fraction)
+/* A system for one step of a call: its progress is a part of the whole, all else goes through. */
+typedef struct cohsm__step_system { cohsm__part part; cohsm_system whole; } cohsm__step_system;
+
+static void cohsm__step_run(void *user, size_t count, cohsm_task task, void *context)
 {
-    return cohsm__part_tell((const cohsm__part *)user, fraction);
+    const cohsm_system *whole = &((const cohsm__step_system *)user)->whole;
+    whole->parallel_for(whole->user, count, task, context);
 }
 
-/* What calls that build nothing take from a desc; 0: its allocator is half. */
-static int cohsm__services_of(const cohsm_desc *desc, cohsm__allocator *a, cohsm__part *part)
+static int cohsm__step_progress(void *user, float fraction)
 {
-    cohsm_desc none;
+    return cohsm__part_tell(&((const cohsm__step_system *)user)->part, fraction);
+}
 
-    if (!desc) {
+static void cohsm__step_log(void *user, const char *message)
+{
+    const cohsm_system *whole = &((const cohsm__step_system *)user)->whole;
+    whole->log(whole->user, message);
+}
+
+/* Turns *system into one whose progress runs from..to of what it was. *step must live as long as it is
+   used. */
+static void cohsm__system_for_step(cohsm_system *system, cohsm__step_system *step, float from, float to)
+{
+    step->whole = *system;
+    step->part.progress = system->progress;
+    step->part.user = system->user;
+    step->part.from = from;
+    step->part.to = to;
+    if (system->parallel_for) system->parallel_for = cohsm__step_run;
+    if (system->progress) system->progress = cohsm__step_progress;
+    if (system->log) system->log = cohsm__step_log;
+    system->user = step;
+}
+
+static cohsm__allocator cohsm__allocator_of(const cohsm_system *s)
+{
+    return cohsm__allocator_make(s->allocator.alloc_fn, s->allocator.free_fn, s->allocator.user);
+}
+
+static cohsm__logger cohsm__logger_of(const cohsm_system *s, const char *function)
+{
+    cohsm__logger log;
+    log.log = s ? s->log : NULL;
+    log.user = s ? s->user : NULL;
+    log.function = function;
+    return log;
+}
+
+static int cohsm__system_valid(const cohsm_system *s)
+{
+    return cohsm__allocator_valid(s->allocator.alloc_fn, s->allocator.free_fn);
+}
+
+/* Logs "FIELD TEXT" and returns the result, for a call that returns it too. */
+static cohsm_result cohsm__refuse(const cohsm__logger *log, cohsm_result result, const char *field,
+                                  const char *text)
+{
+    cohsm__log_text(log, field, text);
+    return result;
+}
+
+/* As a call that has found its arguments right ends: says of ALLOC what was missing. */
+static cohsm_result cohsm__ended(const cohsm__logger *log, cohsm_result result)
+{
+    if (result == COHSM_ERR_ALLOC) cohsm__log_text(log, "system.allocator", "returned no memory");
+    return result;
+}
+
+/* The allocator of a system, which may be NULL, and the whole of its progress; 0: the allocator is half, as
+   the log is told. */
+static int cohsm__services_of(const cohsm_system *system, const cohsm__logger *log, cohsm__allocator *a,
+                              cohsm__part *part)
+{
+    cohsm_system none;
+
+    if (!system) {
         memset(&none, 0, sizeof none);
-        desc = &none;
+        system = &none;
     }
-    if (!cohsm__allocator_valid(desc->allocator.alloc_fn, desc->allocator.free_fn)) return 0;
-    *a = cohsm__allocator_make(desc->allocator.alloc_fn, desc->allocator.free_fn, desc->allocator.user);
-    part->progress = desc->progress;
-    part->user = desc->progress_user;
+    if (!cohsm__system_valid(system)) {
+        cohsm__log_text(log, "system.allocator", "has one function of the two");
+        return 0;
+    }
+    *a = cohsm__allocator_of(system);
+    part->progress = system->progress;
+    part->user = system->user;
     part->from = 0.0f;
     part->to = 1.0f;
     return 1;
@@ -1588,16 +1779,19 @@ static int cohsm__services_of(const cohsm_desc *desc, cohsm__allocator *a, cohsm
 static uint32_t cohsm__min_u32(uint32_t a, uint32_t b) { return a < b ? a : b; }
 static uint32_t cohsm__max_u32(uint32_t a, uint32_t b) { return a > b ? a : b; }
 
-/* ---- >>order: from cells to places in the sequence ---- */
+/* ==== src/csm/order.h ==== */
+
+/* ---- order: from cells to places in the sequence ---- */
 
 typedef struct cohsm__walk { uint32_t *out, count, width; } cohsm__walk;
 
 static int cohsm__half(int v) { return v >= 0 ? v / 2 : -((1 - v) / 2); }   /* rounds down */
 static int cohsm__sign(int v) { return v > 0 ? 1 : v < 0 ? -1 : 0; }
 
-/* A Hilbert-like curve through a rectangle of any size: starts at (x, y) and covers the cells spanned by the vectors a
-   (the way it ends up) and b. Long rectangles are cut in two along a; others in three, as Hilbert's square is in four
-   with the middle two joined. Halves are made even where possible, which leaves at most one diagonal step. */
+/* A Hilbert-like curve through a rectangle of any size: starts at (x, y) and covers the cells spanned by the
+   vectors a (the way it ends up) and b. Long rectangles are cut in two along a; others in three, as Hilbert's
+   square is in four with the middle two joined. Halves are made even where possible, which leaves at most one
+   diagonal step. */
 static void cohsm__hilbert_walk(cohsm__walk *walk, int x, int y, int ax, int ay, int bx, int by)
 {
     int w = abs(ax + ay), h = abs(bx + by), i;
@@ -1627,12 +1821,12 @@ static void cohsm__hilbert_walk(cohsm__walk *walk, int x, int y, int ax, int ay,
     }
     cohsm__hilbert_walk(walk, x, y, bx2, by2, ax2, ay2);
     cohsm__hilbert_walk(walk, x + bx2, y + by2, ax, ay, bx - bx2, by - by2);
-    cohsm__hilbert_walk(walk, x + (ax - dax) + (bx2 - dbx), y + (ay - day) + (by2 - dby), -bx2, -by2, -(ax - ax2),
-                        -(ay - ay2));
+    cohsm__hilbert_walk(walk, x + (ax - dax) + (bx2 - dbx), y + (ay - day) + (by2 - dby), -bx2, -by2,
+                        -(ax - ax2), -(ay - ay2));
 }
 
-/* cells[i] = the cell at place i. Zig-zag in any size, and Hilbert in 1 and 2 dimensions; in 3 dimensions Hilbert's
-   cube for powers of two, else layers of the 2-D curve, every other one backwards. */
+/* cells[i] = the cell at place i. Zig-zag in any size, and Hilbert in 1 and 2 dimensions; in 3 dimensions
+   Hilbert's cube for powers of two, else layers of the 2-D curve, every other one backwards. */
 static void cohsm__order_cells(uint32_t *cells, const uint32_t *side, cohsm_order order)
 {
     uint32_t n0 = side[0], n1 = side[1], n2 = side[2], n = n0 * n1 * n2, i, x, y, z, bits, c[3];
@@ -1674,7 +1868,9 @@ static void cohsm__order_cells(uint32_t *cells, const uint32_t *side, cohsm_orde
     }
 }
 
-/* ---- >>domain: D, cells and frames ---- */
+/* ==== src/csm/domain.h ==== */
+
+/* ---- domain: D, cells and frames ---- */
 
 static uint32_t cohsm__dimensions(cohsm_domain_kind kind, const uint32_t *side)
 {
@@ -1695,22 +1891,6 @@ static cohsm__v3 cohsm__affine(const cohsm__header *h, float s, float t, float r
     p = cohsm__v3_madd(p, cohsm__v3_load(h->u), s);
     p = cohsm__v3_madd(p, cohsm__v3_load(h->v), t);
     return cohsm__v3_madd(p, cohsm__v3_load(h->w), r);
-}
-
-/* Shirley and Chiu's concentric map of the square to the disc, area-preserving. */
-static void cohsm__concentric(float s, float t, float *x, float *y)
-{
-    float a = 2.0f * s - 1.0f, b = 2.0f * t - 1.0f, r, phi, sine, cosine;
-    if (fabsf(a) > fabsf(b)) {
-        r = a;
-        phi = 0.785398163f * (b / a);
-    } else {
-        r = b;
-        phi = b == 0.0f ? 0.0f : 1.57079633f - 0.785398163f * (a / b);
-    }
-    cohsm__sincos(phi, &sine, &cosine);
-    *x = r * cosine;
-    *y = r * sine;
 }
 
 /* The analytic D of every kind but TABLE and LIST. */
@@ -1750,7 +1930,8 @@ static cohsm__v3 cohsm__cell_location(const cohsm__header *h, const float *table
     uint32_t c[3];
     if (cohsm__has_table(h->domain)) return cohsm__v3_load(table + 4 * (size_t)cell);
     cohsm__cell_split(h->side, cell, c);
-    return cohsm__map_parameter(h, ((float)c[0] + 0.5f) / (float)h->side[0], ((float)c[1] + 0.5f) / (float)h->side[1],
+    return cohsm__map_parameter(h, ((float)c[0] + 0.5f) / (float)h->side[0],
+                                ((float)c[1] + 0.5f) / (float)h->side[1],
                                 ((float)c[2] + 0.5f) / (float)h->side[2]);
 }
 
@@ -1762,13 +1943,13 @@ static cohsm__frame cohsm__frame_of(uint32_t kind, cohsm__v3 d)
     float s, a, h;
 
     f.back = d;
-    if (kind == COHSM_FRAME_POLAR) {
+    if (kind == COHSM_ORIENTATION_POLAR) {
         h = sqrtf(d.x * d.x + d.z * d.z);
         f.right = h > 1e-6f ? cohsm__v3_make(-d.z / h, 0.0f, d.x / h) : cohsm__v3_make(0.0f, 0.0f, 1.0f);
         f.up = cohsm__v3_cross(f.right, d);
         return f;
     }
-    s = kind == COHSM_FRAME_MINIMAL || d.y >= 0.0f ? 1.0f : -1.0f;
+    s = kind == COHSM_ORIENTATION_MINIMAL || d.y >= 0.0f ? 1.0f : -1.0f;
     if (s + d.y > -1e-6f && s + d.y < 1e-6f) {       /* MINIMAL at -Y: any frame is as short a way */
         f.right = cohsm__v3_make(1.0f, 0.0f, 0.0f);
         f.up = cohsm__v3_make(0.0f, 0.0f, 1.0f);
@@ -1800,19 +1981,22 @@ static void cohsm__latlong_angles(const uint32_t *side, float *angles)
         cohsm__sincos(((float)i + 0.5f) / (float)side[1] * 3.14159265f, angles + 1, angles);
 }
 
-static cohsm__frame cohsm__cell_frame(const cohsm__header *h, const float *table, const float *angles, uint32_t cell)
+static cohsm__frame cohsm__cell_frame(const cohsm__header *h, const float *table, const float *angles,
+                                      uint32_t cell)
 {
     const float *column, *row;
     cohsm__frame f;
-    if (h->domain != COHSM_DOMAIN_LATLONG) return cohsm__frame_of(h->frame, cohsm__cell_location(h, table, cell));
+    if (h->domain != COHSM_DOMAIN_LATLONG)
+        return cohsm__frame_of(h->orientation, cohsm__cell_location(h, table, cell));
     column = angles + 2 * (cell % h->side[0]);
     row = angles + 2 * h->side[0] + 2 * (cell / h->side[0]);
     f = cohsm__frame_latlong(column[0], column[1], row[0], row[1]);
-    return h->frame == COHSM_FRAME_POLAR ? f : cohsm__frame_of(h->frame, f.back);
+    return h->orientation == COHSM_ORIENTATION_POLAR ? f : cohsm__frame_of(h->orientation, f.back);
 }
 
-/* Faces of a cube: 2 axis + (1 where it looks along the negative axis). Pixel x runs along the next axis, y along the
-   one after, in every face: neighbours along an edge need no rotation, and the mirroring harms nothing. */
+/* Faces of a cube: 2 axis + (1 where it looks along the negative axis). Pixel x runs along the next axis, y
+   along the one after, in every face: neighbours along an edge need no rotation, and the mirroring harms
+   nothing. */
 static void cohsm__face_coordinates(uint32_t face, cohsm__v3 q, float *x, float *y, float *w)
 {
     float c[3];
@@ -1832,20 +2016,22 @@ static uint32_t cohsm__face_of(cohsm__v3 q)
     return q.z < 0.0f ? 5u : 4u;
 }
 
-/* ---- >>raster: the first layers of a triangle mesh ---- */
+/* ==== src/csm/raster.h ==== */
+
+/* ---- raster: the first layers of a triangle mesh ---- */
 
 /* Samples lie at pixel centres; corners are rounded to 1/256 pixel, so that triangles of a shared edge see the same
    corners, and the fill rule gives every sample of that edge to one of them: no sample is counted twice or missed.
    Every bit of the result follows from + - * / and integers; the order of triangles does not matter. */
 
-enum { COHSM__LANES = 8, COHSM__SUBPIXEL = 256 };
+enum { COHSM__CLUSTER = 16, COHSM__SUBPIXEL = 256 };
 
-typedef struct cohsm__soup {            /* corners in units of the bounding sphere, groups of 8 triangles */
-    float   *v;                         /* per group x0[8] y0[8] z0[8] x1[8] ... z2[8]; the last group is filled up
-                                           with triangles of no area */
-    float   *bounds;                    /* boxes of each 2 groups, neighbours in space, as cohsm__sees8 wants them; then
-                                           of each 8 such clusters */
-    uint32_t groups, triangles;
+typedef struct cohsm__soup {            /* corners in units of the bounding sphere, clusters of 16 triangles */
+    float   *v;                         /* per cluster x0[16] y0[16] z0[16] x1[16] ... z2[16]; the last cluster is
+                                           filled up with triangles of no area */
+    float   *bounds;                    /* boxes of the clusters, 8 at a time: the middles' x of all eight, y, z, then
+                                           half sides; then likewise boxes of each 8 clusters */
+    uint32_t clusters, triangles;
 } cohsm__soup;
 
 typedef struct cohsm__camera {
@@ -1968,77 +2154,23 @@ static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const 
     }
 }
 
-/* One group, orthographic. Most triangles of a fine mesh cover no sample, so their boxes are tested first. */
-static void cohsm__raster_group(const cohsm__target *t, const cohsm__camera *cam, const float *v)
+static const float *cohsm__cluster(const cohsm__soup *soup, uint32_t i)
 {
-    int32_t px[3][COHSM__LANES], py[3][COHSM__LANES];
-    float scale = (float)(t->size * (COHSM__SUBPIXEL / 2)), offset = scale + 0.5f;
-    cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
-    cohsm__v3 b = cam->frame.back;
-    cohsm__corner corner[3];
-    int i, k;
-
-    for (k = 0; k < 3; k++, v += 3 * COHSM__LANES)
-        for (i = 0; i < COHSM__LANES; i++) {
-            px[k][i] = (int32_t)(v[i] * r.x + v[8 + i] * r.y + v[16 + i] * r.z + offset);
-            py[k][i] = (int32_t)(v[i] * u.x + v[8 + i] * u.y + v[16 + i] * u.z + offset);
-        }
-    v -= 9 * COHSM__LANES;
-    for (i = 0; i < COHSM__LANES; i++) {
-        int32_t lx = px[0][i] < px[1][i] ? px[0][i] : px[1][i], hx = px[0][i] > px[1][i] ? px[0][i] : px[1][i];
-        int32_t ly = py[0][i] < py[1][i] ? py[0][i] : py[1][i], hy = py[0][i] > py[1][i] ? py[0][i] : py[1][i];
-        lx = lx < px[2][i] ? lx : px[2][i];
-        hx = hx > px[2][i] ? hx : px[2][i];
-        ly = ly < py[2][i] ? ly : py[2][i];
-        hy = hy > py[2][i] ? hy : py[2][i];
-        if ((lx + 127) >> 8 > (hx - 128) >> 8 || (ly + 127) >> 8 > (hy - 128) >> 8) continue;
-        for (k = 0; k < 3; k++) {
-            const float *c = v + 3 * COHSM__LANES * k + i;
-            corner[k].x = px[k][i];
-            corner[k].y = py[k][i];
-            corner[k].z = 0.5f - 0.5f * (c[0] * b.x + c[8] * b.y + c[16] * b.z);
-        }
-        cohsm__fill(t, cam, corner, corner + 1, corner + 2);
-    }
-}
-
-/* Two groups are a cluster. */
-static uint32_t cohsm__clusters(const cohsm__soup *soup) { return soup->groups / 2u; }
-
-static const float *cohsm__group(const cohsm__soup *soup, uint32_t cluster, uint32_t i)
-{
-    return soup->v + (2 * (size_t)cluster + i) * 9 * COHSM__LANES;
+    return soup->v + (size_t)i * 9 * COHSM__CLUSTER;
 }
 
 /* 8 boxes at a time: of clusters, and of 8 clusters each. */
 static uint32_t cohsm__eights(uint32_t count) { return (count + 7u) / 8u; }
 static size_t cohsm__bound_count(const cohsm__soup *soup)
 {
-    return (size_t)cohsm__eights(cohsm__clusters(soup)) + cohsm__eights(cohsm__eights(cohsm__clusters(soup)));
+    return (size_t)cohsm__eights(soup->clusters) + cohsm__eights(cohsm__eights(soup->clusters));
 }
 static float *cohsm__wide_bounds(const cohsm__soup *soup)
 {
-    return soup->bounds + 48 * (size_t)cohsm__eights(cohsm__clusters(soup));
+    return soup->bounds + 48 * (size_t)cohsm__eights(soup->clusters);
 }
 
-/* Which of 8 clusters may cover samples of the wanted rows, one bit each. Rounding moves corners by less than a
-   hundredth of a pixel. box: middles' x of all eight, y, z, then half sides. */
-static unsigned cohsm__sees8(const cohsm__target *t, const cohsm__camera *cam, const float *box)
-{
-    cohsm__v3 u = cam->frame.up;
-    float half = 0.5f * (float)t->size, begin = (float)t->row_begin + 0.5f, end = (float)t->row_end - 0.5f, y, e;
-    int seen[8], i;
-    unsigned mask = 0;
-
-    for (i = 0; i < 8; i++) {
-        y = (box[i] * u.x + box[8 + i] * u.y + box[16 + i] * u.z + 1.0f) * half;
-        e = (fabsf(u.x) * box[24 + i] + fabsf(u.y) * box[32 + i] + fabsf(u.z) * box[40 + i]) * half + 0.01f;
-        seen[i] = (y + e >= begin) & (y - e <= end);
-    }
-    for (i = 0; i < 8; i++) mask |= (unsigned)seen[i] << i;
-    return mask;
-}
-
+/* Which of 8 clusters may cover samples of the wanted rows of a perspective view, one bit each. */
 static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *cam, const float *box)
 {
     float half = 0.5f * (float)t->size, low = ((float)t->row_begin + 0.49f) / half - 1.0f;
@@ -2060,9 +2192,9 @@ static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *c
     return mask;
 }
 
-/* Triangles whose boxes hold samples wait here until there are many; then whole eights or sixteens are drawn. One in
-   five does on a fine mesh, and no branch predictor knows which: a branch after each group costs more than its
-   set-up. */
+/* Triangles whose boxes hold samples wait here until there are many; then as many as there are lanes are drawn
+   together. One in five does on a fine mesh, and no branch predictor knows which: a branch after each costs more than
+   its set-up. */
 enum { COHSM__MANY = 128, COHSM__QUEUE = COHSM__MANY + 32 };
 typedef struct cohsm__queue {
     int32_t  x[3][COHSM__QUEUE], y[3][COHSM__QUEUE];
@@ -2077,609 +2209,16 @@ typedef struct cohsm__sight { uint32_t cluster[COHSM__STRETCH + 8], count; } coh
 /* Of 8 bits those that stand for one of count. */
 static unsigned cohsm__first8(uint32_t count) { return count < 8 ? (1u << count) - 1u : 255u; }
 
-#if COHSM__SIMD
-/* Short loops over vectors, which must stay in registers: gcc's -O2 does not unroll them by itself. */
-#if defined(__clang__)
-#define COHSM__UNROLL _Pragma("clang loop unroll(full)")
-#elif defined(__GNUC__)
-#define COHSM__UNROLL _Pragma("GCC unroll 3")
-#else
-#define COHSM__UNROLL
-#endif
+/* ==== src/csm/mesh.h ==== */
 
-/* The same for 8 triangles at a time, equal to the last bit. Nearly all boxes of a fine mesh hold no sample or a few:
-   those go through the samples of their boxes together; triangles with larger ones take cohsm__fill. */
-COHSM__TARGET_AVX2 static __m256i cohsm__edge8(__m256i ax, __m256i ay, __m256i bx, __m256i by)
-{
-    return _mm256_sub_epi32(_mm256_mullo_epi32(ax, by), _mm256_mullo_epi32(bx, ay));
-}
-
-/* -1 where the edge from a to b loses the samples exactly on it */
-COHSM__TARGET_AVX2 static __m256i cohsm__edge_loses8(__m256i ax, __m256i ay, __m256i bx, __m256i by)
-{
-    __m256i wins = _mm256_or_si256(_mm256_cmpgt_epi32(by, ay),
-                                   _mm256_and_si256(_mm256_cmpeq_epi32(by, ay), _mm256_cmpgt_epi32(bx, ax)));
-    return _mm256_xor_si256(wins, _mm256_set1_epi32(-1));
-}
-
-COHSM__TARGET_AVX2 static __m256 cohsm__dot8(const float *v, cohsm__v3 a)
-{
-    __m256 xy = _mm256_add_ps(_mm256_mul_ps(_mm256_loadu_ps(v), _mm256_set1_ps(a.x)),
-                              _mm256_mul_ps(_mm256_loadu_ps(v + 8), _mm256_set1_ps(a.y)));
-    return _mm256_add_ps(xy, _mm256_mul_ps(_mm256_loadu_ps(v + 16), _mm256_set1_ps(a.z)));
-}
-
-typedef struct cohsm__corners8 { __m256i x[3], y[3]; __m256 z[3]; } cohsm__corners8;
-
-/* Samples (x, y) of 8 triangles, where wanted. Coordinates relative to the sample stay below 2^11: 32 bits
-   are enough. */
-COHSM__TARGET_AVX2 static void cohsm__sample8(const cohsm__target *t, const cohsm__corners8 *c, __m256i x, __m256i y,
-                                              __m256i wanted)
-{
-    __m256i sx = _mm256_add_epi32(_mm256_slli_epi32(x, 8), _mm256_set1_epi32(128));
-    __m256i sy = _mm256_add_epi32(_mm256_slli_epi32(y, 8), _mm256_set1_epi32(128));
-    __m256i x0 = _mm256_sub_epi32(c->x[0], sx), y0 = _mm256_sub_epi32(c->y[0], sy);
-    __m256i x1 = _mm256_sub_epi32(c->x[1], sx), y1 = _mm256_sub_epi32(c->y[1], sy);
-    __m256i x2 = _mm256_sub_epi32(c->x[2], sx), y2 = _mm256_sub_epi32(c->y[2], sy);
-    __m256i w0 = cohsm__edge8(x1, y1, x2, y2), w1 = cohsm__edge8(x2, y2, x0, y0), w2 = cohsm__edge8(x0, y0, x1, y1);
-    __m256i area = _mm256_add_epi32(_mm256_add_epi32(w0, w1), w2), zero = _mm256_setzero_si256();
-    __m256i flip = _mm256_cmpgt_epi32(zero, area), in0, in1, in2;
-    __m256 za, zb, wa, wb, z, flipped = _mm256_castsi256_ps(flip);
-    uint32_t pixel[8], depth[8];
-    unsigned mask;
-
-    /* seen from behind: all signs turn, and an edge run the other way loses where it would win */
-    in0 = _mm256_xor_si256(cohsm__edge_loses8(x1, y1, x2, y2), flip);
-    in1 = _mm256_xor_si256(cohsm__edge_loses8(x2, y2, x0, y0), flip);
-    in2 = _mm256_xor_si256(cohsm__edge_loses8(x0, y0, x1, y1), flip);
-    w0 = _mm256_sub_epi32(_mm256_xor_si256(w0, flip), flip);
-    w1 = _mm256_sub_epi32(_mm256_xor_si256(w1, flip), flip);
-    w2 = _mm256_sub_epi32(_mm256_xor_si256(w2, flip), flip);
-    area = _mm256_sub_epi32(_mm256_xor_si256(area, flip), flip);
-    wanted = _mm256_and_si256(wanted, _mm256_cmpgt_epi32(area, zero));
-    wanted = _mm256_and_si256(wanted, _mm256_cmpgt_epi32(w0, _mm256_xor_si256(in0, _mm256_set1_epi32(-1))));
-    wanted = _mm256_and_si256(wanted, _mm256_cmpgt_epi32(w1, _mm256_xor_si256(in1, _mm256_set1_epi32(-1))));
-    wanted = _mm256_and_si256(wanted, _mm256_cmpgt_epi32(w2, _mm256_xor_si256(in2, _mm256_set1_epi32(-1))));
-    mask = (unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(wanted));
-    if (!mask) return;
-    wa = _mm256_blendv_ps(_mm256_cvtepi32_ps(w1), _mm256_cvtepi32_ps(w2), flipped);
-    wb = _mm256_blendv_ps(_mm256_cvtepi32_ps(w2), _mm256_cvtepi32_ps(w1), flipped);
-    za = _mm256_blendv_ps(c->z[1], c->z[2], flipped);
-    zb = _mm256_blendv_ps(c->z[2], c->z[1], flipped);
-    z = _mm256_add_ps(_mm256_mul_ps(_mm256_cvtepi32_ps(w0), c->z[0]), _mm256_mul_ps(wa, za));
-    z = _mm256_add_ps(z, _mm256_mul_ps(wb, zb));
-    z = _mm256_mul_ps(z, _mm256_div_ps(_mm256_set1_ps(1.0f), _mm256_cvtepi32_ps(area)));
-    z = _mm256_mul_ps(z, _mm256_set1_ps((float)COHSM__HIT_MAX));
-    z = _mm256_min_ps(_mm256_max_ps(z, _mm256_setzero_ps()), _mm256_set1_ps((float)COHSM__HIT_MAX));
-    _mm256_storeu_si256((__m256i *)(void *)depth, _mm256_cvttps_epi32(z));
-    _mm256_storeu_si256((__m256i *)(void *)pixel,
-                        _mm256_add_epi32(_mm256_mullo_epi32(y, _mm256_set1_epi32(t->size)), x));
-    for (; mask; mask &= mask - 1u) {
-        unsigned lane = _tzcnt_u32(mask);
-        cohsm__insert(t->z + (size_t)t->keep * pixel[lane], t->keep, (uint16_t)depth[lane]);
-    }
-}
-
-COHSM__TARGET_AVX2 static void cohsm__fill_lanes(const cohsm__target *t, const cohsm__camera *cam,
-                                                 const cohsm__corners8 *c, unsigned lanes)
-{
-    int32_t x[3][8], y[3][8];
-    float z[3][8];
-    cohsm__corner p[3];
-    int k;
-
-    for (k = 0; k < 3; k++) {
-        _mm256_storeu_si256((__m256i *)(void *)x[k], c->x[k]);
-        _mm256_storeu_si256((__m256i *)(void *)y[k], c->y[k]);
-        _mm256_storeu_ps(z[k], c->z[k]);
-    }
-    for (; lanes; lanes &= lanes - 1u) {
-        int lane = (int)_tzcnt_u32(lanes);
-        for (k = 0; k < 3; k++) {
-            p[k].x = x[k][lane];
-            p[k].y = y[k][lane];
-            p[k].z = z[k][lane];
-        }
-        cohsm__fill(t, cam, p, p + 1, p + 2);
-    }
-}
-
-/* The samples low..high between the least and the greatest of three coordinates, within begin..end - 1. */
-COHSM__TARGET_AVX2 static inline void cohsm__span8(const __m256i *c, int begin, int end, __m256i *low, __m256i *high)
-{
-    __m256i l = _mm256_min_epi32(_mm256_min_epi32(c[0], c[1]), c[2]);
-    __m256i h = _mm256_max_epi32(_mm256_max_epi32(c[0], c[1]), c[2]);
-    l = _mm256_srai_epi32(_mm256_add_epi32(l, _mm256_set1_epi32(127)), 8);
-    h = _mm256_srai_epi32(_mm256_sub_epi32(h, _mm256_set1_epi32(128)), 8);
-    *low = _mm256_max_epi32(l, _mm256_set1_epi32(begin));
-    *high = _mm256_min_epi32(h, _mm256_set1_epi32(end - 1));
-}
-
-
-COHSM__TARGET_AVX2 static void cohsm__raster_queue(const cohsm__target *t, const cohsm__camera *cam,
-                                                   const cohsm__queue *q, uint32_t at)
-{
-    __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), one = _mm256_set1_epi32(1), few = _mm256_set1_epi32(4);
-    __m256i wide, none, x, y, row, lx, hx, ly, hy;
-    cohsm__corners8 c;
-    unsigned large;
-    int k;
-
-    COHSM__UNROLL
-    for (k = 0; k < 3; k++) {
-        c.x[k] = _mm256_loadu_si256((const __m256i *)(const void *)(q->x[k] + at));
-        c.y[k] = _mm256_loadu_si256((const __m256i *)(const void *)(q->y[k] + at));
-        c.z[k] = _mm256_loadu_ps(q->z[k] + at);
-    }
-    cohsm__span8(c.x, 0, t->size, &lx, &hx);
-    cohsm__span8(c.y, t->row_begin, t->row_end, &ly, &hy);
-    none = _mm256_cmpgt_epi32(lane, _mm256_set1_epi32((int)(q->count - at) - 1));
-    wide = _mm256_or_si256(_mm256_cmpgt_epi32(_mm256_sub_epi32(hx, lx), few),
-                           _mm256_cmpgt_epi32(_mm256_sub_epi32(hy, ly), few));
-    wide = _mm256_andnot_si256(none, wide);
-    large = (unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(wide));
-    if (large) cohsm__fill_lanes(t, cam, &c, large);
-    none = _mm256_or_si256(none, wide);
-    for (y = ly;; y = _mm256_add_epi32(y, one)) {
-        row = _mm256_andnot_si256(_mm256_or_si256(_mm256_cmpgt_epi32(y, hy), none), _mm256_set1_epi32(-1));
-        if (_mm256_testz_si256(row, row)) break;
-        for (x = lx;; x = _mm256_add_epi32(x, one)) {
-            __m256i wanted = _mm256_andnot_si256(_mm256_cmpgt_epi32(x, hx), row);
-            if (_mm256_testz_si256(wanted, wanted)) break;
-            cohsm__sample8(t, &c, x, y, wanted);
-        }
-    }
-}
-
-/* Which lanes are in mask: they come first. */
-COHSM__TARGET_AVX2 static inline __m256i cohsm__lanes8(unsigned mask)
-{
-    uint64_t bytes = _pext_u64(0x0706050403020100u, _pdep_u64(mask, 0x0101010101010101u) * 255u);
-    return _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)bytes));
-}
-
-COHSM__TARGET_AVX2 static void cohsm__enqueue8(cohsm__queue *q, const cohsm__corners8 *c, unsigned mask)
-{
-    __m256i permute = cohsm__lanes8(mask);
-    int k;
-    COHSM__UNROLL
-    for (k = 0; k < 3; k++) {
-        _mm256_storeu_si256((__m256i *)(void *)(q->x[k] + q->count), _mm256_permutevar8x32_epi32(c->x[k], permute));
-        _mm256_storeu_si256((__m256i *)(void *)(q->y[k] + q->count), _mm256_permutevar8x32_epi32(c->y[k], permute));
-        _mm256_storeu_ps(q->z[k] + q->count, _mm256_permutevar8x32_ps(c->z[k], permute));
-    }
-    q->count += (uint32_t)_mm_popcnt_u32(mask);
-}
-
-/* All that are in whole eights, or all; what is left moves to the front. */
-COHSM__TARGET_AVX2 static void cohsm__drain8(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q, int all)
-{
-    uint32_t at = 0;
-    int k;
-    for (; q->count - at >= (all ? 1u : 8u) && q->count > at; at += 8) cohsm__raster_queue(t, cam, q, at);
-    if (!at) return;
-    q->count -= cohsm__min_u32(q->count, at);
-    COHSM__UNROLL
-    for (k = 0; k < 3; k++) {
-        memcpy(q->x[k], q->x[k] + at, 32);
-        memcpy(q->y[k], q->y[k] + at, 32);
-        memcpy(q->z[k], q->z[k] + at, 32);
-    }
-}
-
-COHSM__TARGET_AVX2 static inline unsigned cohsm__sees8_avx2(const cohsm__target *t, cohsm__v3 up, const float *box)
-{
-    __m256 half = _mm256_set1_ps(0.5f * (float)t->size), above, below, y, e;
-    y = _mm256_mul_ps(_mm256_add_ps(cohsm__dot8(box, up), _mm256_set1_ps(1.0f)), half);
-    up = cohsm__v3_make(fabsf(up.x), fabsf(up.y), fabsf(up.z));
-    e = _mm256_add_ps(_mm256_mul_ps(cohsm__dot8(box + 24, up), half), _mm256_set1_ps(0.01f));
-    above = _mm256_cmp_ps(_mm256_add_ps(y, e), _mm256_set1_ps((float)t->row_begin + 0.5f), _CMP_GE_OQ);
-    below = _mm256_cmp_ps(_mm256_sub_ps(y, e), _mm256_set1_ps((float)t->row_end - 0.5f), _CMP_LE_OQ);
-    return (unsigned)_mm256_movemask_ps(_mm256_and_ps(above, below));
-}
-
-/* Numbers from first on whose bits are set, appended to a list of count. */
-COHSM__TARGET_AVX2 static inline uint32_t cohsm__append8(uint32_t *list, uint32_t count, unsigned mask, uint32_t first)
-{
-    _mm256_storeu_si256((__m256i *)(void *)(list + count),
-                        _mm256_add_epi32(cohsm__lanes8(mask), _mm256_set1_epi32((int)first)));
-    return count + (uint32_t)_mm_popcnt_u32(mask);
-}
-
-/* cohsm__find */
-COHSM__TARGET_AVX2 static void cohsm__find_avx2(const cohsm__target *t, const cohsm__camera *cam,
-                                                const cohsm__soup *soup, uint32_t begin, uint32_t end,
-                                                cohsm__sight *sight)
-{
-    const float *wide = cohsm__wide_bounds(soup);
-    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
-    cohsm__v3 up = cam->frame.up;
-    unsigned mask;
-
-    for (i = begin / 8; i < eights; i += 8) {
-        mask = cohsm__sees8_avx2(t, up, wide + 6 * (size_t)i) & cohsm__first8(eights - i);
-        count = cohsm__append8(eight, count, mask, i);
-    }
-    for (i = 0, sight->count = 0; i < count; i++) {
-        mask = cohsm__sees8_avx2(t, up, soup->bounds + 48 * (size_t)eight[i]) & cohsm__first8(end - 8 * eight[i]);
-        sight->count = cohsm__append8(sight->cluster, sight->count, mask, 8 * eight[i]);
-    }
-}
-
-COHSM__TARGET_AVX2 static void cohsm__raster_avx2(const cohsm__target *t, const cohsm__camera *cam,
-                                                  const cohsm__soup *soup, const cohsm__sight *sight, cohsm__queue *q)
-{
-    float scale = (float)(t->size * (COHSM__SUBPIXEL / 2)), offset = scale + 0.5f;
-    cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
-    __m256 offset8 = _mm256_set1_ps(offset), half = _mm256_set1_ps(0.5f);
-    __m256i lx, hx, ly, hy, none;
-    cohsm__corners8 c;
-    uint32_t i;
-    int k;
-
-    for (i = 0; i < 2u * sight->count; i++) {
-        const float *v = cohsm__group(soup, sight->cluster[i / 2u], i % 2u);
-        COHSM__UNROLL
-        for (k = 0; k < 3; k++) {
-            c.x[k] = _mm256_cvttps_epi32(_mm256_add_ps(cohsm__dot8(v + 24 * k, r), offset8));
-            c.y[k] = _mm256_cvttps_epi32(_mm256_add_ps(cohsm__dot8(v + 24 * k, u), offset8));
-            c.z[k] = _mm256_sub_ps(half, _mm256_mul_ps(half, cohsm__dot8(v + 24 * k, cam->frame.back)));
-        }
-        cohsm__span8(c.x, 0, t->size, &lx, &hx);
-        cohsm__span8(c.y, t->row_begin, t->row_end, &ly, &hy);
-        none = _mm256_or_si256(_mm256_cmpgt_epi32(lx, hx), _mm256_cmpgt_epi32(ly, hy));
-        cohsm__enqueue8(q, &c, ~(unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(none)) & 255u);
-        if (q->count > COHSM__MANY) cohsm__drain8(t, cam, q, 0);
-    }
-}
-
-COHSM__AVX512_BEGIN
-/* The same for 16, two groups at a time. */
-typedef struct cohsm__corners16 { __m512i x[3], y[3]; __m512 z[3]; } cohsm__corners16;
-
-COHSM__TARGET_AVX512 static inline __m512 cohsm__two8(const float *v)
-{
-    return _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(v)), _mm256_loadu_ps(v + 9 * COHSM__LANES), 1);
-}
-
-COHSM__TARGET_AVX512 static inline __m512 cohsm__dot16(const __m512 *v, cohsm__v3 a)
-{
-    __m512 xy = _mm512_add_ps(_mm512_mul_ps(v[0], _mm512_set1_ps(a.x)), _mm512_mul_ps(v[1], _mm512_set1_ps(a.y)));
-    return _mm512_add_ps(xy, _mm512_mul_ps(v[2], _mm512_set1_ps(a.z)));
-}
-
-/* The samples low..high between the least and the greatest of three coordinates, within begin..end - 1. */
-COHSM__TARGET_AVX512 static inline void cohsm__span16(const __m512i *c, int begin, int end, __m512i *low, __m512i *high)
-{
-    __m512i l = _mm512_min_epi32(_mm512_min_epi32(c[0], c[1]), c[2]);
-    __m512i h = _mm512_max_epi32(_mm512_max_epi32(c[0], c[1]), c[2]);
-    l = _mm512_srai_epi32(_mm512_add_epi32(l, _mm512_set1_epi32(127)), 8);
-    h = _mm512_srai_epi32(_mm512_sub_epi32(h, _mm512_set1_epi32(128)), 8);
-    *low = _mm512_max_epi32(l, _mm512_set1_epi32(begin));
-    *high = _mm512_min_epi32(h, _mm512_set1_epi32(end - 1));
-}
-
-/* An edge from a to b: where the sample at the origin is inside, w its double area; a flipped triangle's signs turn. */
-COHSM__TARGET_AVX512 static inline __mmask16 cohsm__inside16(__m512i ax, __m512i ay, __m512i bx, __m512i by,
-                                                            __mmask16 flip, __m512i *w)
-{
-    __mmask16 wins = _mm512_cmpgt_epi32_mask(by, ay) |
-                     (_mm512_cmpeq_epi32_mask(by, ay) & _mm512_cmpgt_epi32_mask(bx, ax));
-    *w = _mm512_mask_sub_epi32(*w, flip, _mm512_setzero_si512(), *w);
-    return _mm512_cmpgt_epi32_mask(*w, _mm512_setzero_si512()) |
-           (_mm512_cmpeq_epi32_mask(*w, _mm512_setzero_si512()) & (wins ^ flip));
-}
-
-COHSM__TARGET_AVX512 static inline __m512i cohsm__edge16(__m512i ax, __m512i ay, __m512i bx, __m512i by)
-{
-    return _mm512_sub_epi32(_mm512_mullo_epi32(ax, by), _mm512_mullo_epi32(bx, ay));
-}
-
-/* cohsm__sample8 */
-COHSM__TARGET_AVX512 static void cohsm__sample16(const cohsm__target *t, const cohsm__corners16 *c, __m512i x,
-                                                 __m512i y, __mmask16 wanted)
-{
-    __m512i sx = _mm512_add_epi32(_mm512_slli_epi32(x, 8), _mm512_set1_epi32(128));
-    __m512i sy = _mm512_add_epi32(_mm512_slli_epi32(y, 8), _mm512_set1_epi32(128));
-    __m512i x0 = _mm512_sub_epi32(c->x[0], sx), y0 = _mm512_sub_epi32(c->y[0], sy);
-    __m512i x1 = _mm512_sub_epi32(c->x[1], sx), y1 = _mm512_sub_epi32(c->y[1], sy);
-    __m512i x2 = _mm512_sub_epi32(c->x[2], sx), y2 = _mm512_sub_epi32(c->y[2], sy);
-    __m512i w0 = cohsm__edge16(x1, y1, x2, y2), w1 = cohsm__edge16(x2, y2, x0, y0), w2 = cohsm__edge16(x0, y0, x1, y1);
-    __m512i area = _mm512_add_epi32(_mm512_add_epi32(w0, w1), w2), zero = _mm512_setzero_si512();
-    __mmask16 flip = _mm512_cmplt_epi32_mask(area, zero);
-    __m512 a, b, z, top = _mm512_set1_ps((float)COHSM__HIT_MAX);
-    uint32_t pixel[16], depth[16];
-    unsigned mask;
-
-    area = _mm512_abs_epi32(area);
-    mask = wanted & _mm512_cmpgt_epi32_mask(area, zero) & cohsm__inside16(x1, y1, x2, y2, flip, &w0) &
-           cohsm__inside16(x2, y2, x0, y0, flip, &w1) & cohsm__inside16(x0, y0, x1, y1, flip, &w2);
-    if (!mask) return;
-    a = _mm512_mul_ps(_mm512_cvtepi32_ps(w1), c->z[1]);     /* added in the order of the corners as they face us */
-    b = _mm512_mul_ps(_mm512_cvtepi32_ps(w2), c->z[2]);
-    z = _mm512_add_ps(_mm512_mul_ps(_mm512_cvtepi32_ps(w0), c->z[0]), _mm512_mask_blend_ps(flip, a, b));
-    z = _mm512_add_ps(z, _mm512_mask_blend_ps(flip, b, a));
-    z = _mm512_mul_ps(z, _mm512_div_ps(_mm512_set1_ps(1.0f), _mm512_cvtepi32_ps(area)));
-    z = _mm512_min_ps(_mm512_max_ps(_mm512_mul_ps(z, top), _mm512_setzero_ps()), top);
-    _mm512_storeu_si512(depth, _mm512_cvttps_epi32(z));
-    _mm512_storeu_si512(pixel, _mm512_add_epi32(_mm512_mullo_epi32(y, _mm512_set1_epi32(t->size)), x));
-    for (; mask; mask &= mask - 1u) {
-        unsigned lane = _tzcnt_u32(mask);
-        cohsm__insert(t->z + (size_t)t->keep * pixel[lane], t->keep, (uint16_t)depth[lane]);
-    }
-}
-
-/* The first 16 of the queue, or as many as there are. */
-COHSM__TARGET_AVX512 static void cohsm__raster_queue16(const cohsm__target *t, const cohsm__camera *cam,
-                                                       const cohsm__queue *q, uint32_t at)
-{
-    unsigned valid = q->count - at < 16u ? (1u << (q->count - at)) - 1u : 0xffffu, large;
-    __m512i few = _mm512_set1_epi32(4), one = _mm512_set1_epi32(1), x, y, lx, ly, hx, hy;
-    cohsm__corners16 c;
-    cohsm__corner p[3];
-    __mmask16 wide, row, wanted;
-    int k;
-
-    COHSM__UNROLL
-    for (k = 0; k < 3; k++) {
-        c.x[k] = _mm512_loadu_si512(q->x[k] + at);
-        c.y[k] = _mm512_loadu_si512(q->y[k] + at);
-        c.z[k] = _mm512_loadu_ps(q->z[k] + at);
-    }
-    cohsm__span16(c.x, 0, t->size, &lx, &hx);
-    cohsm__span16(c.y, t->row_begin, t->row_end, &ly, &hy);
-    wide = _mm512_cmpgt_epi32_mask(_mm512_sub_epi32(hx, lx), few) |
-           _mm512_cmpgt_epi32_mask(_mm512_sub_epi32(hy, ly), few);
-    for (large = wide & valid; large; large &= large - 1u) {
-        uint32_t lane = _tzcnt_u32(large);
-        for (k = 0; k < 3; k++) {
-            p[k].x = q->x[k][at + lane];
-            p[k].y = q->y[k][at + lane];
-            p[k].z = q->z[k][at + lane];
-        }
-        cohsm__fill(t, cam, p, p + 1, p + 2);
-    }
-    for (y = ly;; y = _mm512_add_epi32(y, one)) {
-        row = _mm512_mask_cmple_epi32_mask((__mmask16)(valid & ~(unsigned)wide), y, hy);
-        if (!row) break;
-        for (x = lx;; x = _mm512_add_epi32(x, one)) {
-            wanted = _mm512_mask_cmple_epi32_mask(row, x, hx);
-            if (!wanted) break;
-            cohsm__sample16(t, &c, x, y, wanted);
-        }
-    }
-}
-
-/* cohsm__drain8 */
-COHSM__TARGET_AVX512 static void cohsm__drain16(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q,
-                                                int all)
-{
-    uint32_t at = 0;
-    int k;
-    for (; q->count - at >= (all ? 1u : 16u) && q->count > at; at += 16) cohsm__raster_queue16(t, cam, q, at);
-    if (!at) return;
-    q->count -= cohsm__min_u32(q->count, at);
-    COHSM__UNROLL
-    for (k = 0; k < 3; k++) {
-        _mm512_storeu_si512(q->x[k], _mm512_loadu_si512(q->x[k] + at));
-        _mm512_storeu_si512(q->y[k], _mm512_loadu_si512(q->y[k] + at));
-        _mm512_storeu_ps(q->z[k], _mm512_loadu_ps(q->z[k] + at));
-    }
-}
-
-COHSM__TARGET_AVX512 static void cohsm__raster_avx512(const cohsm__target *t, const cohsm__camera *cam,
-                                                      const cohsm__soup *soup, const cohsm__sight *sight,
-                                                      cohsm__queue *q)
-{
-    float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
-    cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
-    cohsm__v3 b = cam->frame.back;
-    __m512 offset = _mm512_set1_ps(scale + 0.5f), half = _mm512_set1_ps(0.5f), corner[3], z;
-    __m512i x[3], y[3], lx, hx, ly, hy;
-    uint32_t count = q->count, at;
-    int k, i;
-
-    for (at = 0; at < sight->count; at++) {
-        const float *v = cohsm__group(soup, sight->cluster[at], 0);
-        __mmask16 mask;
-        COHSM__UNROLL
-        for (k = 0; k < 3; k++) {
-            COHSM__UNROLL
-            for (i = 0; i < 3; i++) corner[i] = cohsm__two8(v + COHSM__LANES * (3 * k + i));
-            x[k] = _mm512_cvttps_epi32(_mm512_add_ps(cohsm__dot16(corner, r), offset));
-            y[k] = _mm512_cvttps_epi32(_mm512_add_ps(cohsm__dot16(corner, u), offset));
-        }
-        cohsm__span16(x, 0, t->size, &lx, &hx);
-        cohsm__span16(y, t->row_begin, t->row_end, &ly, &hy);
-        mask = _mm512_cmple_epi32_mask(lx, hx) & _mm512_cmple_epi32_mask(ly, hy);
-        COHSM__UNROLL
-        for (k = 0; k < 3; k++) {
-            COHSM__UNROLL
-            for (i = 0; i < 3; i++) corner[i] = cohsm__two8(v + COHSM__LANES * (3 * k + i));
-            z = _mm512_sub_ps(half, _mm512_mul_ps(half, cohsm__dot16(corner, b)));
-            _mm512_storeu_si512(q->x[k] + count, _mm512_maskz_compress_epi32(mask, x[k]));
-            _mm512_storeu_si512(q->y[k] + count, _mm512_maskz_compress_epi32(mask, y[k]));
-            _mm512_storeu_ps(q->z[k] + count, _mm512_maskz_compress_ps(mask, z));
-        }
-        count += (uint32_t)_mm_popcnt_u32(mask);
-        if (count <= COHSM__MANY) continue;
-        q->count = count;
-        cohsm__drain16(t, cam, q, 0);
-        count = q->count;
-    }
-    q->count = count;
-}
-COHSM__AVX512_END
-#endif
-
-/* Perspective: triangles are cut to |x|, |y| <= 2 w, so that fixed-point positions stay small, and to w >= near. */
-typedef struct cohsm__clip { float x, y, w; } cohsm__clip;
-
-static float cohsm__clip_distance(const cohsm__clip *c, int plane)
-{
-    switch (plane) {
-    case 0: return c->w - 1e-5f;
-    case 1: return 2.0f * c->w - c->x;
-    case 2: return 2.0f * c->w + c->x;
-    case 3: return 2.0f * c->w - c->y;
-    default: return 2.0f * c->w + c->y;
-    }
-}
-
-/* The cut is computed from the inner end, whichever way the edge runs: both its triangles get the same corner. */
-static cohsm__clip cohsm__clip_cut(const cohsm__clip *in, const cohsm__clip *out, float din, float dout)
-{
-    cohsm__clip c;
-    float t = din / (din - dout);
-    c.x = in->x + (out->x - in->x) * t;
-    c.y = in->y + (out->y - in->y) * t;
-    c.w = in->w + (out->w - in->w) * t;
-    return c;
-}
-
-static int cohsm__clip_polygon(cohsm__clip *p, int count)
-{
-    cohsm__clip q[10];
-    int plane, i, n;
-
-    for (plane = 0; plane < 5; plane++) {
-        for (i = 0, n = 0; i < count; i++) {
-            const cohsm__clip *a = p + i, *b = p + (i + 1 == count ? 0 : i + 1);
-            float da = cohsm__clip_distance(a, plane), db = cohsm__clip_distance(b, plane);
-            if (da >= 0.0f) q[n++] = *a;
-            if (da >= 0.0f && db < 0.0f) q[n++] = cohsm__clip_cut(a, b, da, db);
-            if (da < 0.0f && db >= 0.0f) q[n++] = cohsm__clip_cut(b, a, db, da);
-        }
-        count = n;
-        if (count < 3) return 0;
-        memcpy(p, q, sizeof *p * (size_t)count);
-    }
-    return count;
-}
-
-static cohsm__corner cohsm__project(const cohsm__clip *c, int size)
-{
-    cohsm__corner p;
-    float scale = (float)(size * (COHSM__SUBPIXEL / 2)), inverse = 1.0f / c->w, offset = scale * 3.0f + 0.5f;
-    /* offset by one image first: conversion to int then truncates downwards everywhere */
-    p.x = (int32_t)(c->x * inverse * scale + offset) - size * COHSM__SUBPIXEL;
-    p.y = (int32_t)(c->y * inverse * scale + offset) - size * COHSM__SUBPIXEL;
-    p.z = inverse;
-    return p;
-}
-
-static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam, const float *v, uint32_t lane)
-{
-    cohsm__clip p[10];
-    cohsm__corner c0, c1, c2;
-    int k, n = 3, behind = 0, left = 0, right = 0, below = 0, above = 0, inside = 0;
-
-    for (k = 0; k < 3; k++, v += 3 * COHSM__LANES) {
-        cohsm__v3 q = cohsm__v3_sub(cohsm__v3_make(v[lane], v[8 + lane], v[16 + lane]), cam->eye);
-        cohsm__face_coordinates(cam->face, q, &p[k].x, &p[k].y, &p[k].w);
-        behind += p[k].w < 1e-5f;
-        left += p[k].x < -p[k].w;
-        right += p[k].x > p[k].w;
-        below += p[k].y < -p[k].w;
-        above += p[k].y > p[k].w;
-        inside += p[k].w >= 1e-5f && fabsf(p[k].x) <= 2.0f * p[k].w && fabsf(p[k].y) <= 2.0f * p[k].w;
-    }
-    if (behind == 3 || left == 3 || right == 3 || below == 3 || above == 3) return;
-    if (inside < 3) n = cohsm__clip_polygon(p, 3);
-    if (n < 3) return;
-    c0 = cohsm__project(p, t->size);
-    c1 = cohsm__project(p + 1, t->size);
-    for (k = 2; k < n; k++) {
-        c2 = cohsm__project(p + k, t->size);
-        cohsm__fill(t, cam, &c0, &c1, &c2);
-        c1 = c2;
-    }
-}
-
-/* Can the unit sphere be seen in this face at all? */
-static int cohsm__face_sees_sphere(const cohsm__camera *cam)
-{
-    cohsm__v3 q = cohsm__v3_scale(cam->eye, -1.0f);
-    float x, y, w;
-    cohsm__face_coordinates(cam->face, q, &x, &y, &w);
-    return w > -1.001f && fabsf(x) - w < 1.4157f && fabsf(y) - w < 1.4157f;
-}
-
-static uint32_t cohsm__append(uint32_t *list, uint32_t count, unsigned mask, uint32_t first)
-{
-    for (; mask; mask >>= 1, first++)
-        if (mask & 1u) list[count++] = first;
-    return count;
-}
-
-/* Of the clusters begin .. end - 1, no more than a stretch, those that may be in sight: by the boxes of eight first. */
-static void cohsm__find(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, uint32_t begin,
-                        uint32_t end, cohsm__sight *sight)
-{
-    unsigned (*sees8)(const cohsm__target *, const cohsm__camera *, const float *) =
-        cam->perspective ? cohsm__face_sees8 : cohsm__sees8;
-    const float *wide = cohsm__wide_bounds(soup);
-    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
-
-    for (i = begin / 8; i < eights; i += 8)
-        count = cohsm__append(eight, count, sees8(t, cam, wide + 6 * (size_t)i) & cohsm__first8(eights - i), i);
-    for (i = 0, sight->count = 0; i < count; i++)
-        sight->count = cohsm__append(sight->cluster, sight->count, sees8(t, cam, soup->bounds + 48 * (size_t)eight[i]) &
-                                     cohsm__first8(end - 8 * eight[i]), 8 * eight[i]);
-}
-
-static void cohsm__raster_sight(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
-                                const cohsm__sight *sight)
-{
-    uint32_t i, lane;
-
-    if (!cam->perspective)
-        for (i = 0; i < sight->count; i++) {
-            cohsm__raster_group(t, cam, cohsm__group(soup, sight->cluster[i], 0));
-            cohsm__raster_group(t, cam, cohsm__group(soup, sight->cluster[i], 1));
-        }
-    else
-        for (i = 0; i < sight->count; i++)
-            for (lane = 0; lane < 2 * COHSM__LANES; lane++)
-                cohsm__raster_perspective(t, cam, cohsm__group(soup, sight->cluster[i], lane / 8u),
-                                          lane % 8u);
-}
-
-static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, int simd)
-{
-    size_t first = (size_t)(t->row_begin * t->size) * t->keep, last = (size_t)(t->row_end * t->size) * t->keep;
-    int all = !cam->perspective && t->row_begin == 0 && t->row_end == t->size;
-    uint32_t clusters = cohsm__clusters(soup), begin, end, i;
-    cohsm__sight sight;
-    cohsm__queue q;
-
-    memset(t->z + first, 0xff, (last - first) * sizeof *t->z);
-    if (cam->perspective) {
-        if (!cohsm__face_sees_sphere(cam)) return;
-        simd = 0;
-    }
-    memset(&q, 0, sizeof q);
-    for (begin = 0; begin < clusters; begin = end) {
-        end = cohsm__min_u32(begin + COHSM__STRETCH, clusters);
-        for (i = begin; all && i < end; i++) sight.cluster[i - begin] = i;
-        sight.count = end - begin;
-        if (!all && !simd) cohsm__find(t, cam, soup, begin, end, &sight);
-        if (!simd) cohsm__raster_sight(t, cam, soup, &sight);
-#if COHSM__SIMD
-        if (!all && simd) cohsm__find_avx2(t, cam, soup, begin, end, &sight);
-        if (simd) (simd == 2 ? cohsm__raster_avx512 : cohsm__raster_avx2)(t, cam, soup, &sight, &q);
-#endif
-    }
-#if COHSM__SIMD
-    if (simd) (simd == 2 ? cohsm__drain16 : cohsm__drain8)(t, cam, &q, 1);
-#endif
-}
-
-/* ---- >>mesh: checked, normalised triangles ---- */
+/* ---- mesh: checked, normalised triangles ---- */
 
 static const uint32_t *cohsm__corners(const cohsm_mesh *m, size_t triangle, uint32_t *scratch)
 {
+    int k;
     if (m->indices) return m->indices + 3 * triangle;
+    for (k = 0; m->indices16 && k < 3; k++) scratch[k] = m->indices16[3 * triangle + (size_t)k];
+    if (m->indices16) return scratch;
     scratch[0] = (uint32_t)(3 * triangle);
     scratch[1] = scratch[0] + 1;
     scratch[2] = scratch[0] + 2;
@@ -2694,23 +2233,46 @@ static cohsm__v3 cohsm__vertex(const cohsm_mesh *m, uint32_t i)
     return cohsm__v3_load(p);
 }
 
-static size_t cohsm__triangle_count(const cohsm_mesh *m) { return (m->indices ? m->index_count : m->vertex_count) / 3; }
+static size_t cohsm__corner_count(const cohsm_mesh *m)
+{
+    return m->indices || m->indices16 ? m->index_count : m->vertex_count;
+}
 
-static cohsm_result cohsm__check_mesh(const cohsm_mesh *m)
+static size_t cohsm__triangle_count(const cohsm_mesh *m) { return cohsm__corner_count(m) / 3; }
+
+static cohsm_result cohsm__check_mesh(const cohsm_mesh *m, const cohsm__logger *log)
 {
     size_t i, count;
-    if (!m || !m->positions || !m->vertex_count) return COHSM_ERR_ARGUMENT;
-    if (m->vertex_count > 0x7fffffffu || (m->indices && m->index_count > 0x7fffffffu)) return COHSM_ERR_LIMIT;
-    if (m->vertex_stride && (m->vertex_stride < 12 || m->vertex_stride % 4)) return COHSM_ERR_INPUT;
-    count = m->indices ? m->index_count : m->vertex_count;
-    if (count == 0 || count % 3) return COHSM_ERR_INPUT;
-    if (m->indices)
-        for (i = 0; i < count; i++)
-            if (m->indices[i] >= m->vertex_count) return COHSM_ERR_INPUT;
+    uint32_t index;
+    cohsm_result result = COHSM_ERR_ARGUMENT;
+
+    count = m ? cohsm__corner_count(m) : 0;
+    if (!m) cohsm__log_text(log, "mesh", "is NULL");
+    else if (!m->positions) cohsm__log_text(log, "mesh.positions", "is NULL");
+    else if (!m->vertex_count) cohsm__log_value(log, "mesh.vertex_count", 0.0, "1 or more");
+    else if (m->indices && m->indices16) cohsm__log_text(log, "mesh", "has indices and indices16");
+    else if (!cohsm__stride_valid(m->vertex_stride, 12))
+        cohsm__log_value(log, "mesh.vertex_stride", (double)m->vertex_stride,
+                         "0, or 12 or more and a multiple of 4");
+    else if (m->vertex_count > 0x7fffffffu || count > 0x7fffffffu) {
+        cohsm__log_text(log, "mesh", "has 2^31 or more vertices or indices");
+        result = COHSM_ERR_LIMIT;
+    } else if (count == 0 || count % 3)
+        cohsm__log_value(log, m->indices || m->indices16 ? "mesh.index_count" : "mesh.vertex_count",
+                         (double)count, "a multiple of 3, above 0");
+    else result = COHSM_OK;
+    if (result != COHSM_OK || (!m->indices && !m->indices16)) return result;
+    for (i = 0; i < count; i++) {
+        index = m->indices ? m->indices[i] : m->indices16[i];
+        if (index < m->vertex_count) continue;
+        cohsm__log_index(log, "mesh", i, index, m->vertex_count);
+        return COHSM_ERR_INPUT;
+    }
     return COHSM_OK;
 }
 
-/* The order of a triangle's corners by position, so that copies of it compare equal whatever their winding. */
+/* The order of a triangle's corners by position, so that copies of it compare equal whatever their
+   winding. */
 static int cohsm__less(cohsm__v3 a, cohsm__v3 b)
 {
     if (a.x < b.x || a.x > b.x) return a.x < b.x;
@@ -2744,9 +2306,10 @@ static uint32_t cohsm__hash_corners(const cohsm__v3 *p)
     return h;
 }
 
-/* used[t] = 1 for triangles that are rendered: finite, with three different corners, the first of its copies. Copies
-   would put two equal depths into every map and so a segment of its own into every entry. */
-static cohsm_result cohsm__select(const cohsm_mesh *mesh, uint8_t *used, cohsm__heap *heap, cohsm_stats *stats)
+/* used[t] = 1 for triangles that are rendered: finite, with three different corners, the first of its copies.
+   Copies would put two equal depths into every map and so a segment of its own into every entry. */
+static cohsm_result cohsm__select(const cohsm_mesh *mesh, uint8_t *used, cohsm__heap *heap,
+                                  cohsm_stats *stats)
 {
     size_t count = cohsm__triangle_count(mesh), slots = 16, t, s;
     uint32_t *table, scratch[3], scratch2[3];
@@ -2767,7 +2330,8 @@ static cohsm_result cohsm__select(const cohsm_mesh *mesh, uint8_t *used, cohsm__
             continue;
         }
         cohsm__sort3(p);
-        for (s = cohsm__hash_corners(p) & (slots - 1), copy = 0; table[s] && !copy; s = (s + 1) & (slots - 1)) {
+        for (s = cohsm__hash_corners(p) & (slots - 1), copy = 0; table[s] && !copy;
+             s = (s + 1) & (slots - 1)) {
             c = cohsm__corners(mesh, table[s] - 1u, scratch2);
             for (k = 0; k < 3; k++) q[k] = cohsm__vertex(mesh, c[k]);
             cohsm__sort3(q);
@@ -2785,11 +2349,15 @@ static cohsm_result cohsm__select(const cohsm_mesh *mesh, uint8_t *used, cohsm__
     return stats->triangles ? COHSM_OK : COHSM_ERR_INPUT;
 }
 
+/* ==== src/csm/bounds.h ==== */
+
+/* ---- bounds: the sphere and the k-DOP of a mesh ---- */
+
 /* Corners of used triangles, each once, in the order in which the triangles name them. */
 typedef struct cohsm__points { float (*at)[3]; size_t count, room; } cohsm__points;
 
-static int cohsm__points_make(cohsm__points *points, const cohsm_mesh *mesh, const uint8_t *used, uint32_t triangles,
-                              cohsm__heap *heap)
+static int cohsm__points_make(cohsm__points *points, const cohsm_mesh *mesh, const uint8_t *used,
+                              uint32_t triangles, cohsm__heap *heap)
 {
     size_t count = cohsm__triangle_count(mesh), bytes = mesh->vertex_count / 8u + 1u, t;
     uint8_t *met = (uint8_t *)cohsm__take(heap, bytes, 1);
@@ -2837,8 +2405,8 @@ static double cohsm__farthest(const cohsm__points *points, const double *c, size
     return far2;
 }
 
-/* The smallest sphere, nearly: from the middle of the box, steps of 1/2, 1/3, 1/4 ... towards the farthest corner
-   (Badoiu and Clarkson, "Smaller core-sets for balls", SODA 2003). */
+/* The smallest sphere, nearly: from the middle of the box, steps of 1/2, 1/3, 1/4 ... towards the farthest
+   corner (Badoiu and Clarkson, "Smaller core-sets for balls", SODA 2003). */
 static void cohsm__fit_sphere(const cohsm__points *points, float *center, float *radius)
 {
     double c[3], best = -1.0, far2;
@@ -2875,7 +2443,9 @@ static int cohsm__sphere_holds(const cohsm__points *points, const float *center,
     return cohsm__farthest(points, c, &i) <= (double)radius * (double)radius * 1.0001;
 }
 
-/* Axes of the k-DOP: the faces, edges and corners of a cube. */
+/* The convex hull of an object is kept as a k-DOP: for each of 13 directions the two planes across it between
+   which the object lies. The directions are those from the centre of a cube to its faces, edges and
+   corners. */
 static cohsm__v3 cohsm__dop_axis(int i)
 {
     static const signed char axis[COHSM__DOP_AXES][3] = {
@@ -2908,13 +2478,19 @@ static void cohsm__dop_of_points(float *dop, const cohsm__points *points)
         }
 }
 
+/* ==== src/csm/soup.h ==== */
+
+/* ---- soup: triangles sorted in space ---- */
+
 /* Corners of a triangle in units of the sphere. */
-static void cohsm__soup_corners(const cohsm_mesh *mesh, size_t triangle, cohsm__v3 center, float inverse, cohsm__v3 *p)
+static void cohsm__soup_corners(const cohsm_mesh *mesh, size_t triangle, cohsm__v3 center, float inverse,
+                                cohsm__v3 *p)
 {
     uint32_t scratch[3];
     const uint32_t *corner = cohsm__corners(mesh, triangle, scratch);
     int k;
-    for (k = 0; k < 3; k++) p[k] = cohsm__v3_scale(cohsm__v3_sub(cohsm__vertex(mesh, corner[k]), center), inverse);
+    for (k = 0; k < 3; k++)
+        p[k] = cohsm__v3_scale(cohsm__v3_sub(cohsm__vertex(mesh, corner[k]), center), inverse);
 }
 
 /* Where a triangle lies: the sum of its corners. */
@@ -2925,8 +2501,8 @@ static uint32_t cohsm__bin(const cohsm__spot *p, int axis, float low, float scal
     return cohsm__min_u32((uint32_t)((p->at[axis] - low) * scale), 255u);
 }
 
-/* The first half of them on one side of the rest, along the longest axis of their box. Counted in 256 bins: those in
-   the bin of the limit may go to either side, so that time is linear whatever the mesh. */
+/* The first half of them on one side of the rest, along the longest axis of their box. Counted in 256 bins:
+   those in the bin of the limit may go to either side, so that time is linear whatever the mesh. */
 static void cohsm__halve(cohsm__spot *p, uint32_t count, uint32_t half)
 {
     uint32_t bins[256], i, middle, left, store, bin;
@@ -2957,7 +2533,8 @@ static void cohsm__halve(cohsm__spot *p, uint32_t count, uint32_t half)
     }
 }
 
-/* In the order of the mesh, whose neighbours often share what becomes of them: branches are foreseen better. */
+/* In the order of the mesh, whose neighbours often share what becomes of them: branches are foreseen
+   better. */
 static void cohsm__sort_leaf(cohsm__spot *p, uint32_t count)
 {
     uint32_t i, j;
@@ -2968,11 +2545,11 @@ static void cohsm__sort_leaf(cohsm__spot *p, uint32_t count)
     }
 }
 
-/* Neighbours in space one after the other: halves of halves, in whole clusters and, above these, in eights of clusters.
-   todo has room for any: a half is no larger than the rest by more than a unit. */
+/* Neighbours in space one after the other: halves of halves, in whole clusters and, above these, in eights of
+   clusters. todo has room for any: a half is no larger than the rest by more than a unit. */
 static void cohsm__sort_spots(cohsm__spot *p, uint32_t count)
 {
-    enum { LEAF = 2 * COHSM__LANES };
+    enum { LEAF = COHSM__CLUSTER };
     struct { cohsm__spot *p; uint32_t count; } todo[32];
     uint32_t waiting = 0, unit, half;
 
@@ -2992,13 +2569,13 @@ static void cohsm__sort_spots(cohsm__spot *p, uint32_t count)
         }
 }
 
-/* The box of groups that lie one after the other, a little enlarged. */
-static void cohsm__bound(const float *v, uint32_t groups, float *box)
+/* The box of clusters that lie one after the other, a little enlarged. */
+static void cohsm__bound(const float *v, uint32_t clusters, float *box)
 {
     float low[3] = { 2.0f, 2.0f, 2.0f }, high[3] = { -2.0f, -2.0f, -2.0f };
     uint32_t i, k;
-    for (i = 0; i < 9 * COHSM__LANES * groups; i++) {
-        k = i / COHSM__LANES % 3;
+    for (i = 0; i < 9 * COHSM__CLUSTER * clusters; i++) {
+        k = i / COHSM__CLUSTER % 3;
         low[k] = v[i] < low[k] ? v[i] : low[k];
         high[k] = v[i] > high[k] ? v[i] : high[k];
     }
@@ -3008,17 +2585,17 @@ static void cohsm__bound(const float *v, uint32_t groups, float *box)
     }
 }
 
-/* Boxes of each span groups, from bounds on. */
+/* Boxes of each span clusters, from bounds on. */
 static void cohsm__bound_all(const cohsm__soup *soup, uint32_t span, float *bounds)
 {
     uint32_t i, at;
-    for (i = 0, at = 0; i < soup->groups; i += span, at++)
-        cohsm__bound(soup->v + (size_t)i * 9 * COHSM__LANES, cohsm__min_u32(span, soup->groups - i),
+    for (i = 0, at = 0; i < soup->clusters; i += span, at++)
+        cohsm__bound(cohsm__cluster(soup, i), cohsm__min_u32(span, soup->clusters - i),
                      bounds + 48 * (size_t)(at / 8) + at % 8);
 }
 
-static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used, cohsm__spot *spot,
-                             cohsm__v3 center, float inverse)
+static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used,
+                             cohsm__spot *spot, cohsm__v3 center, float inverse)
 {
     size_t count = cohsm__triangle_count(mesh), t;
     cohsm__v3 p[3];
@@ -3036,25 +2613,26 @@ static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const ui
     for (n = 0; n < soup->triangles; n++) {
         cohsm__soup_corners(mesh, spot[n].triangle, center, inverse, p);
         for (k = 0; k < 3; k++) {
-            v = soup->v + (size_t)(n / COHSM__LANES) * 9 * COHSM__LANES + 3 * COHSM__LANES * k + n % COHSM__LANES;
+            v = soup->v + (size_t)(n / COHSM__CLUSTER) * 9 * COHSM__CLUSTER + 3 * COHSM__CLUSTER * k +
+                n % COHSM__CLUSTER;
             v[0] = p[k].x;
-            v[COHSM__LANES] = p[k].y;
-            v[2 * COHSM__LANES] = p[k].z;
+            v[COHSM__CLUSTER] = p[k].y;
+            v[2 * COHSM__CLUSTER] = p[k].z;
         }
     }
 }
 
 /* Triangles sorted in space, so that clusters are small and a shard need not look into most of them. */
-static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used, uint32_t triangles,
-                            const float *center, float radius, cohsm__heap *heap)
+static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used,
+                            uint32_t triangles, const float *center, float radius, cohsm__heap *heap)
 {
     cohsm__spot *spot;
     size_t floats;
     int made;
 
     soup->triangles = triangles;
-    soup->groups = (triangles + 2 * COHSM__LANES - 1) / (2 * COHSM__LANES) * 2;     /* whole sixteens */
-    floats = (size_t)soup->groups * 9 * COHSM__LANES;
+    soup->clusters = (triangles + COHSM__CLUSTER - 1) / COHSM__CLUSTER;
+    floats = (size_t)soup->clusters * 9 * COHSM__CLUSTER;
     soup->v = (float *)cohsm__take(heap, floats, sizeof(float));
     soup->bounds = (float *)cohsm__take(heap, cohsm__bound_count(soup), 48 * sizeof(float));
     spot = (cohsm__spot *)cohsm__take(heap, triangles, sizeof *spot);
@@ -3063,8 +2641,8 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
         memset(soup->v, 0, floats * sizeof(float));
         memset(soup->bounds, 0, cohsm__bound_count(soup) * 48 * sizeof(float));
         cohsm__soup_fill(soup, mesh, used, spot, cohsm__v3_load(center), 1.0f / radius);
-        cohsm__bound_all(soup, 2, soup->bounds);
-        cohsm__bound_all(soup, 16, cohsm__wide_bounds(soup));
+        cohsm__bound_all(soup, 1, soup->bounds);
+        cohsm__bound_all(soup, 8, cohsm__wide_bounds(soup));
     }
     cohsm__give(heap, spot, triangles, sizeof *spot);
     return made;
@@ -3072,53 +2650,49 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
 
 static void cohsm__soup_free(cohsm__soup *soup, cohsm__heap *heap)
 {
-    cohsm__give(heap, soup->v, (size_t)soup->groups * 9 * COHSM__LANES, sizeof(float));
+    cohsm__give(heap, soup->v, (size_t)soup->clusters * 9 * COHSM__CLUSTER, sizeof(float));
     cohsm__give(heap, soup->bounds, cohsm__bound_count(soup), 48 * sizeof(float));
     soup->v = soup->bounds = NULL;
 }
 
-/* ---- >>lists: the format ---- */
+/* ==== src/csm/lists.h ==== */
 
-/* One pixel's depths over the views of a chunk are piecewise constant: segments, each with a first view and a depth.
-   A list is cut into blocks of one cache line each; the last one, its tail, is as short as it can be and shares a line
-   with the tails of other lists. A directory says where they are: one word each for the line of the first block; the
-   count of blocks (low 16 bits), the word of the tail in its line (4 bits), and how many lines before the first block's
-   that one is (12 bits); then 16 bits for the first view of every block but the first. A query so reads lookup and
-   directory, which are small and stay in a near cache, and one line of the large rest.
+/* ---- lists: the format ---- */
+
+/* One pixel's depths over the views of a chunk are piecewise constant: segments, each with a first view and a
+   depth. A list is cut into blocks of one cache line each; the last one, its tail, is as short as it can be
+   and shares a line with the tails of other lists. A directory says where they are: one word each for the
+   line of the first block; the count of blocks (low 16 bits), the word of the tail in its line (4 bits), and
+   how many lines before the first block's that one is (12 bits); then 16 bits for the first view of every
+   block but the first. A query so reads lookup and directory, which are small and stay in a near cache, and
+   one line of the large rest.
 
    A block, read as a string of bits from the low end of its first word, is
 
      8 base, 4 k, 4 width     of the two fields below
-     64 marks                 Elias-Fano: the block's views fall into buckets of 2^k; for each bucket a 1 for every
-                              segment that begins in it, then a 0. The first segment begins at the block's first view
-     n x k low bits           first view of each segment within its bucket
-     n x width codes          width 1..9: depth on the grid, less base; all ones but the last bit: infinite
-                              width 10..15: codes of width - 9 bits, places in a palette of base depths
-                              all ones, in both: exact
-     base x 8 bits            the palette, if there is one
-     16 bits each             the exact depths, in order
+     64 marks                 Elias-Fano: the block's views fall into buckets of 2^k; for each bucket a 1 for
+   every segment that begins in it, then a 0. The first segment begins at the block's first view n x k low
+   bits           first view of each segment within its bucket n x width codes          width 1..9: depth on
+   the grid, less base; all ones but the last bit: infinite width 10..15: codes of width - 9 bits, places in a
+   palette of base depths all ones, in both: exact base x 8 bits            the palette, if there is one 16
+   bits each             the exact depths, in order
 
-   A search finds its bucket by counting zeros and compares a few low bits: whatever the number of segments, its time is
-   the same. */
+   A search finds its bucket by counting zeros and compares a few low bits: whatever the number of segments,
+   its time is the same. */
 
 enum { COHSM__BLOCK_BITS = 32 * COHSM__BLOCK_WORDS, COHSM__MARKS = 64, COHSM__LOW_AT = 16 + COHSM__MARKS,
        COHSM__WIDEST = 9, COHSM__FARTHEST_TAIL = 4095 };
 
 typedef struct cohsm__segment {
     uint16_t first;                     /* view within the chunk */
-    uint16_t lo, hi;                    /* grid values that separate the layers; exact: lo = depth, hi unused */
+    uint16_t lo, hi;                    /* grid values that separate the layers; exact: lo = depth, hi
+                                           unused */
     uint16_t exact;
 } cohsm__segment;
 
-/* 33 bits or more from any position: more than any field needs. */
-static uint64_t cohsm__window(const uint32_t *words, uint32_t bit)
-{
-    const uint32_t *w = words + (bit >> 5);
-    return (w[0] | (uint64_t)w[1] << 32) >> (bit & 31u);
-}
-
-/* A field of up to 30 bits of a block, 32 bits or more from its begin. Read with the word before its last one and never
-   with the one after, which may be another line's: that miss would cost more than the whole search. */
+/* A field of up to 30 bits of a block, 32 bits or more from its begin. Read with the word before its last one
+   and never with the one after, which may be another line's: that miss would cost more than the whole
+   search. */
 static uint32_t cohsm__bits(const uint32_t *block, uint32_t bit, uint32_t count)
 {
     uint32_t i = ((bit + count - 1u) >> 5) - 1u;
@@ -3144,32 +2718,6 @@ static uint64_t cohsm__marks(const uint32_t *block)
     return (block[0] | (uint64_t)block[1] << 32) >> 16 | (uint64_t)block[2] << 48;
 }
 
-/* For each of the eight bytes from 0 to 127, 1 where it is at least x. */
-static uint64_t cohsm__bytes_from(uint64_t bytes, uint32_t x)
-{
-    const uint64_t ones = 0x0101010101010101u, tops = 0x8080808080808080u;
-    return (((bytes | tops) - x * ones) & tops) >> 7;
-}
-
-/* Position of the zero with this number (from 0); 64 where there are not so many. From the counts of zeros up to each
-   byte, then from those up to each bit of the right byte. */
-static uint32_t cohsm__select_zero(uint64_t marks, uint32_t number)
-{
-    const uint64_t ones = 0x0101010101010101u;
-    uint64_t x = ~marks, upto;
-    uint32_t at;
-
-    number = number < 127 ? number + 1u : 127u;
-    upto = x - (x >> 1 & 0x5555555555555555u);
-    upto = (upto & 0x3333333333333333u) + (upto >> 2 & 0x3333333333333333u);
-    upto = ((upto + (upto >> 4)) & 0x0f0f0f0f0f0f0f0fu) * ones;
-    at = 64u - 8u * (uint32_t)(cohsm__bytes_from(upto, number) * ones >> 56);
-    if (at == 64) return 64;
-    number -= (uint32_t)(upto << 8 >> at) & 255u;
-    upto = (((x >> at & 255u) * ones & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & ones; /* a bit in each byte */
-    return at + 8u - (uint32_t)(cohsm__bytes_from(upto * ones, number) * ones >> 56);
-}
-
 /* Where the fields of a block begin. */
 typedef struct cohsm__fields { uint32_t n, k, bits, palette, codes_at, palette_at, exact_at; } cohsm__fields;
 
@@ -3187,11 +2735,13 @@ static cohsm__fields cohsm__block_fields(const uint32_t *block, uint32_t n)
     return f;
 }
 
-/* The 16-bit depth of segment j in a block of n. Exact depths have as many predecessors as there are codes of all ones
-   before j. */
-static inline uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t *depth_of, uint32_t n, uint32_t j)
+/* The 16-bit depth of segment j in a block of n. Exact depths have as many predecessors as there are codes of
+   all ones before j. */
+static inline uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t *depth_of, uint32_t n,
+                                          uint32_t j)
 {
-    uint32_t head = block[0], bits = head >> 12 & 15u, palette = 0u - (uint32_t)(bits > COHSM__WIDEST), ones, codes_at;
+    uint32_t head = block[0], bits = head >> 12 & 15u, palette = 0u - (uint32_t)(bits > COHSM__WIDEST), ones,
+             codes_at;
     uint32_t code, value, i, rank = 0;
 
     bits -= (uint32_t)COHSM__WIDEST & palette;
@@ -3202,26 +2752,31 @@ static inline uint32_t cohsm__block_depth(const uint32_t *block, const uint16_t 
         for (i = 0; i < j; i++) rank += cohsm__bits(block, codes_at + i * bits, bits) == ones;
         return cohsm__bits(block, cohsm__block_fields(block, n).exact_at + 16 * rank, 16);
     }
-    value = code + 1u == ones ? 511u : (head & 255u) + code;        /* infinite, as all places from the grid's top */
+    /* Infinite, as all places from the grid's top. */
+    value = code + 1u == ones ? 511u : (head & 255u) + code;
     code = cohsm__bits(block, codes_at + ((n * bits + 8u * code) & palette), 8);
     return depth_of[(code & palette) | (value & ~palette)];
 }
 
-/* Segment of a block that holds a view: offset = view less the block's first; at = where its bucket begins in the
-   marks. No branches that data decides but for rare cases: a mispredicted one costs as much as ten instructions. */
+/* Segment of a block that holds a view: offset = view less the block's first; at = where its bucket begins in
+   the marks. No branches that data decides but for rare cases: a mispredicted one costs as much as ten
+   instructions. */
 static inline uint32_t cohsm__segment_at(const uint32_t *block, uint64_t marks, uint32_t offset, uint32_t at)
 {
     uint32_t k = block[0] >> 8 & 15u, j = at - (offset >> k), mask = (1u << k) - 1u, low = offset & mask;
     uint32_t run, more, lows;
 
     run = (uint32_t)((marks >> (at & 63u)) & (at < 64 ? 7u : 0u));
-    lows = cohsm__bits(block, COHSM__LOW_AT + j * k, 2u * k); /* two, or one and what follows: codes, never less */
+    /* Two, or one and what follows: codes, never less. */
+    lows = cohsm__bits(block, COHSM__LOW_AT + j * k, 2u * k);
     more = run & (uint32_t)((lows & mask) <= low);
     j += more & 1u;
     more &= run >> 1 & (uint32_t)(lows >> k <= low);
     j += more & 1u;
     if (more & run >> 2 & 1u)
-        for (at += 2; at < 64 && (marks >> at & 1u) && cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low; at++) j++;
+        for (at += 2; at < 64 && (marks >> at & 1u) && cohsm__bits(block, COHSM__LOW_AT + j * k, k) <= low;
+             at++)
+            j++;
     return j - 1u;
 }
 
@@ -3229,7 +2784,7 @@ static uint32_t cohsm__block_find(const uint32_t *block, uint32_t offset)
 {
     uint64_t marks = cohsm__marks(block);
     uint32_t bucket = offset >> (block[0] >> 8 & 15u);
-    return cohsm__segment_at(block, marks, offset, bucket ? cohsm__select_zero(marks, bucket - 1u) + 1u : 0u);
+    return cohsm__segment_at(block, marks, offset, bucket ? cohsm__select_bit(~marks, bucket - 1u) + 1u : 0u);
 }
 
 /* Words of a block, from its exact codes. */
@@ -3250,7 +2805,8 @@ static uint32_t cohsm__block_first(const uint32_t *directory, uint32_t b)
 static const uint32_t *cohsm__block_at(const uint32_t *directory, const uint32_t *lines, uint32_t b)
 {
     uint32_t tail = directory[1] >> 16;
-    if (b + 1u < cohsm__block_count(directory)) return lines + COHSM__BLOCK_WORDS * ((size_t)directory[0] + b);
+    if (b + 1u < cohsm__block_count(directory))
+        return lines + COHSM__BLOCK_WORDS * ((size_t)directory[0] + b);
     return lines + COHSM__BLOCK_WORDS * ((size_t)directory[0] - (tail >> 4)) + (tail & 15u);
 }
 
@@ -3268,7 +2824,8 @@ static const uint32_t *cohsm__list_block(const cohsm_maps *m, const uint32_t *di
 
 static uint32_t cohsm__depth_in_block(const cohsm_maps *m, const uint32_t *block, uint32_t view)
 {
-    return cohsm__block_depth(block, m->depth_of, cohsm__popcount(cohsm__marks(block)), cohsm__block_find(block, view));
+    return cohsm__block_depth(block, m->depth_of, cohsm__popcount(cohsm__marks(block)),
+                              cohsm__block_find(block, view));
 }
 
 static uint32_t cohsm__stored_depth(const cohsm_maps *m, uint32_t pixel, uint32_t place)
@@ -3281,24 +2838,27 @@ static uint32_t cohsm__stored_depth(const cohsm_maps *m, uint32_t pixel, uint32_
     return cohsm__depth_in_block(m, block, place);
 }
 
-/* ---- >>encode: segments to lists ---- */
+/* ==== src/csm/encode.h ==== */
+
+/* ---- encode: segments to lists ---- */
 
 /* The grid of stored depths: values 0..top, top = infinite. */
 typedef struct cohsm__grid { uint32_t top, margin; } cohsm__grid;
 
-/* Of the values lo..hi, the middle leaves the most room on both sides (paper 3.1). But a value far behind the first hit
-   lets light through to whatever is there, other objects among them; so it stays within two pixels of it. */
+/* Of the values lo..hi, the middle leaves the most room on both sides (paper 3.1). But a value far behind the
+   first hit lets light through to whatever is there, other objects among them; so it stays within two pixels
+   of it. */
 static uint32_t cohsm__choose(const cohsm__grid *g, uint32_t lo, uint32_t hi)
 {
     uint32_t middle = (lo + hi) / 2u;
     return middle < lo + g->margin ? middle : lo + g->margin;
 }
 
-static cohsm__grid cohsm__grid_of(uint32_t depth_bits, uint32_t map_size)
+static cohsm__grid cohsm__grid_of(uint32_t depth_bits, uint32_t map_side)
 {
     cohsm__grid g;
     g.top = (1u << depth_bits) - 1u;
-    g.margin = (2u * g.top + map_size - 1u) / map_size;
+    g.margin = (2u * g.top + map_side - 1u) / map_side;
     return g;
 }
 
@@ -3316,8 +2876,9 @@ static void cohsm__plan_start(cohsm__plan *p)
     p->least_hi = COHSM__INFINITE;
 }
 
-/* The fewest grid values with one in each interval: the least hi that is left must be met, and meeting it as late as
-   possible meets the most others. Each value then moves to the middle of what its intervals have in common. */
+/* The fewest grid values with one in each interval: the least hi that is left must be met, and meeting it as
+   late as possible meets the most others. Each value then moves to the middle of what its intervals have in
+   common. */
 static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__grid *grid, uint8_t *value,
                               uint8_t *code)
 {
@@ -3387,14 +2948,17 @@ static uint32_t cohsm__segment_end(const cohsm__segment *s, size_t i, size_t cou
 }
 
 /* As many segments as fit; the shorter kind for a tail. */
-static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, const cohsm__grid *grid, uint32_t views)
+static cohsm__plan cohsm__plan_block(const cohsm__segment *s, size_t count, const cohsm__grid *grid,
+                                     uint32_t views)
 {
     cohsm__plan best, next;
     cohsm__plan_start(&next);
     best = next;
-    while (next.n < count && cohsm__plan_take(&next, s, grid, cohsm__segment_end(s, next.n, count, views))) best = next;
+    while (next.n < count && cohsm__plan_take(&next, s, grid, cohsm__segment_end(s, next.n, count, views)))
+        best = next;
     next = best;
-    if (best.n == count && !best.palette && cohsm__plan_palette(&next, s, grid) && next.size < best.size) best = next;
+    if (best.n == count && !best.palette && cohsm__plan_palette(&next, s, grid) && next.size < best.size)
+        best = next;
     return best;
 }
 
@@ -3431,7 +2995,8 @@ static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, cohsm__
     for (i = 0; i < p->palette; i++) cohsm__put_bits(block, f.palette_at + 8 * i, 8, p->value[i]);
 }
 
-/* Blocks of a list are at most this many: one takes 10 segments at least, all of them exact, or all that are left. */
+/* Blocks of a list are at most this many: one takes 10 segments at least, all of them exact, or all that are
+   left. */
 static size_t cohsm__blocks_bound(size_t count) { return count / 10 + 1; }
 
 static size_t cohsm__list_bound(size_t count)
@@ -3439,11 +3004,11 @@ static size_t cohsm__list_bound(size_t count)
     return (cohsm__blocks_bound(count) + 2) / 2 + COHSM__BLOCK_WORDS * cohsm__blocks_bound(count);
 }
 
-/* Writes a list of two or more segments into zeroed words as the builder keeps it: 16-bit count of blocks and first
-   views of all but the first, padded to a word, then the blocks. Returns the words taken. The blocks are written behind
-   the longest possible beginning first, and then moved to the end of the real one. */
-static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count, const cohsm__grid *grid,
-                                uint32_t views)
+/* Writes a list of two or more segments into zeroed words as the builder keeps it: 16-bit count of blocks and
+   first views of all but the first, padded to a word, then the blocks. Returns the words taken. The blocks
+   are written behind the longest possible beginning first, and then moved to the end of the real one. */
+static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t count,
+                                const cohsm__grid *grid, uint32_t views)
 {
     size_t i, blocks = 0, gap = (cohsm__blocks_bound(count) + 2) / 2, used = 0, directory;
     cohsm__plan p;
@@ -3461,10 +3026,13 @@ static size_t cohsm__write_list(uint32_t *words, const cohsm__segment *s, size_t
     return directory + used;
 }
 
-/* ---- >>layout: blocks to lines ---- */
+/* ==== src/csm/layout.h ==== */
 
-/* Lists come in order of chunk and pixel, whoever made them, and always get the same places: a dry run with NULL
-   pointers counts, a second one writes. Tails go where they fit best among a few lines that are still open. */
+/* ---- layout: blocks to lines ---- */
+
+/* Lists come in order of chunk and pixel, whoever made them, and always get the same places: a dry run with
+   NULL pointers counts, a second one writes. Tails go where they fit best among a few lines that are still
+   open. */
 
 enum { COHSM__OPEN_LINES = 16 };
 
@@ -3481,7 +3049,8 @@ static int cohsm__open_line(cohsm__layout *l, uint32_t words)
     int i, best = -1, oldest = 0;
     for (i = 0; i < COHSM__OPEN_LINES; i++) {
         if (l->used[i] && l->line_count - l->open[i] > COHSM__FARTHEST_TAIL) l->used[i] = 0;
-        if (l->used[i] && l->used[i] + words <= COHSM__BLOCK_WORDS && (best < 0 || l->used[i] > l->used[best]))
+        if (l->used[i] && l->used[i] + words <= COHSM__BLOCK_WORDS &&
+            (best < 0 || l->used[i] > l->used[best]))
             best = i;
     }
     if (best >= 0) return best;
@@ -3522,7 +3091,9 @@ static void cohsm__lay_raw(cohsm__layout *l, uint32_t *lookup, const uint32_t *l
     cohsm__lay_list(l, lookup, count, list, 0, full, full + COHSM__BLOCK_WORDS * (size_t)(count - 1u));
 }
 
-/* ---- >>builder: layers to segments, one view at a time ---- */
+/* ==== src/csm/builder.h ==== */
+
+/* ---- builder: layers to segments, one view at a time ---- */
 
 enum { COHSM__RANGES = 16, COHSM__BATCH = 32 };
 
@@ -3533,7 +3104,11 @@ typedef struct cohsm__record {          /* a closed segment on its way to a list
 } cohsm__record;
 #define COHSM__EXACT 0x80000000u
 
-typedef struct cohsm__page { struct cohsm__page *next; uint32_t count; cohsm__record records[1]; } cohsm__page;
+typedef struct cohsm__page {
+    struct cohsm__page *next;
+    uint32_t count;
+    cohsm__record records[1];
+} cohsm__page;
 
 typedef struct cohsm__range {           /* neighbouring pixels, compressed by one task */
     uint32_t     begin, end;            /* pixels of the shard */
@@ -3549,18 +3124,20 @@ struct cohsm_builder {
     cohsm__heap       heap;
     cohsm_desc        desc;             /* defaults filled in */
     cohsm__header     head;
-    cohsm__parallel   parallel;
     uint32_t         *cells;            /* place in the sequence -> cell */
     float            *locations, *angles;
-    uint16_t         *leave;            /* Z1Z3_SPHERE, directions: depth where each pixel's ray leaves the sphere */
-    uint8_t          *lo, *hi;          /* the open segment of each pixel of the shard: what grid values it can have */
+    uint16_t         *leave;            /* Z1Z3_SPHERE, directions: depth where each pixel's ray leaves the
+                                           sphere */
+    uint8_t          *lo, *hi;          /* the open segment of each pixel of the shard: what grid values it
+                                           can have */
     uint32_t         *first;            /* its first view within the chunk */
     uint16_t         *batch;            /* COHSM__BATCH views: keep values a pixel, z1 z2 z3 and the depth
                                            where the ray leaves the sphere (Z1Z3_SPHERE only) */
     uint32_t          keep, batch_size, batch_begin, batch_count;
     uint32_t          next_view, range_pixels, page_records;
     cohsm__grid       grid;
-    float             thickness;        /* desc.open_thickness in 16-bit depths; of the depth, for positions */
+    float             thickness;        /* desc.open_thickness in 16-bit depths; of the depth, for
+                                           positions */
     cohsm__range      ranges[COHSM__RANGES];
     cohsm__words     *lists, *lists_last;
     uint32_t         *lookup;           /* words from the beginning of its piece of lists, until finish */
@@ -3568,19 +3145,20 @@ struct cohsm_builder {
     int               finished;         /* or failed: it can only be destroyed */
 };
 
-/* Grid value i stands for the depth floor(i 65535 / grid): the least i whose depth is at least d, and the greatest
-   whose depth is at most d. */
+/* Grid value i stands for the depth floor(i 65535 / grid): the least i whose depth is at least d, and the
+   greatest whose depth is at most d. */
 static uint32_t cohsm__grid_above(uint32_t d, uint32_t grid) { return (d * grid + 65534u) / 65535u; }
 static uint32_t cohsm__grid_below(uint32_t d, uint32_t grid) { return ((d + 1u) * grid - 1u) / 65535u; }
 
-/* flag 0: the depth is on the grid. Right before the second layer it would let that layer be lit under a bias of one
-   pixel, so it stays two pixels away from it where more than four are left for the first. */
-static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel, uint32_t flag, uint32_t lo,
-                                 uint32_t hi)
+/* flag 0: the depth is on the grid. Right before the second layer it would let that layer be lit under a bias
+   of one pixel, so it stays two pixels away from it where more than four are left for the first. */
+static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel, uint32_t flag,
+                                 uint32_t lo, uint32_t hi)
 {
     cohsm__record *c = &r->last->records[r->last->count++];
-    uint32_t clear = b->head.positional ? 4u * hi / b->head.map_size + 1u : b->grid.margin;
-    if (!flag && hi < b->grid.top) hi = hi > lo + 3u * clear ? hi - clear : cohsm__min_u32(hi, lo + 2u * clear);
+    uint32_t clear = b->head.positional ? 4u * hi / b->head.map_side + 1u : b->grid.margin;
+    if (!flag && hi < b->grid.top)
+        hi = hi > lo + 3u * clear ? hi - clear : cohsm__min_u32(hi, lo + 2u * clear);
     c->pixel = (pixel - r->begin) | flag;
     c->first = (uint16_t)b->first[pixel];
     c->lo = (uint8_t)lo;
@@ -3588,7 +3166,8 @@ static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pix
     r->segments++;
 }
 
-/* A page with room for what one view can close: two segments a pixel, one before and one of an exact depth. */
+/* A page with room for what one view can close: two segments a pixel, one before and one of an exact
+   depth. */
 static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
 {
     cohsm__page *p = r->last;
@@ -3604,8 +3183,8 @@ static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
     return 1;
 }
 
-/* The interval [lo, hi] that a stored depth must lie in: from the first hit to just before the layer that bounds it.
-   1 where that layer lies at the first hit: then z = z1, and the query's bias is trusted. */
+/* The interval [lo, hi] that a stored depth must lie in: from the first hit to just before the layer that
+   bounds it. 1 where that layer lies at the first hit: then z = z1, and the query's bias is trusted. */
 static int cohsm__interval(const cohsm_builder *b, const uint16_t *z, uint32_t *lo, uint32_t *hi)
 {
     uint32_t z2 = z[1], upper;
@@ -3627,10 +3206,10 @@ static int cohsm__interval(const cohsm_builder *b, const uint16_t *z, uint32_t *
     return upper <= z[0];
 }
 
-/* Greedy: a segment goes on as long as one grid value separates the layers of all its views (equation 1).
-   No sequence of segments is shorter: any part of a segment that can be stored can be stored too, so by induction the
-   greedy segments end no earlier than those of any other sequence. A view that no grid value separates is a segment of
-   its own, and stored exactly, in every sequence. */
+/* Greedy: a segment goes on as long as one grid value separates the layers of all its views (equation 1). No
+   sequence of segments is shorter: any part of a segment that can be stored can be stored too, so by
+   induction the greedy segments end no earlier than those of any other sequence. A view that no grid value
+   separates is a segment of its own, and stored exactly, in every sequence. */
 static void cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const uint16_t *z, uint32_t view)
 {
     uint32_t p, lo, hi, glo, ghi, nlo, nhi, depth;
@@ -3671,9 +3250,9 @@ static void cohsm__compress_task(void *context, size_t index)
     for (; r->next_view < b->batch_count; r->next_view++) {
         r->starved = !cohsm__page_ready(b, r);
         if (r->starved) return;
-        cohsm__compress_view(b, r,
-                             b->batch + (size_t)r->next_view * b->batch_size + (size_t)b->desc.pixel_begin * b->keep,
-                             b->batch_begin + r->next_view - chunk_begin);
+        cohsm__compress_view(
+            b, r, b->batch + (size_t)r->next_view * b->batch_size + (size_t)b->desc.pixel_begin * b->keep,
+            b->batch_begin + r->next_view - chunk_begin);
     }
 }
 
@@ -3682,8 +3261,8 @@ static size_t cohsm__page_size(const cohsm_builder *b)
     return sizeof(cohsm__page) + (size_t)b->page_records * sizeof(cohsm__record);
 }
 
-/* A spare page for each range. Allocation happens here, between tasks, since the caller's allocator need not be safe to
-   call from several threads. */
+/* A spare page for each range. Allocation happens here, between tasks, since the caller's allocator need not
+   be safe to call from several threads. */
 static cohsm_result cohsm__take_spares(cohsm_builder *b)
 {
     int i;
@@ -3704,7 +3283,7 @@ static cohsm_result cohsm__compress_batch(cohsm_builder *b)
     for (i = 0; i < COHSM__RANGES; i++) b->ranges[i].next_view = 0;
     do {
         if (cohsm__take_spares(b) != COHSM_OK) return COHSM_ERR_ALLOC;
-        cohsm__run(&b->parallel, COHSM__RANGES, cohsm__compress_task, b);
+        cohsm__run(&b->desc.system, COHSM__RANGES, cohsm__compress_task, b);
         for (i = 0, starved = 0; i < COHSM__RANGES; i++) starved |= b->ranges[i].starved;
     } while (starved);
     return COHSM_OK;
@@ -3737,7 +3316,8 @@ static uint32_t cohsm__constant(const cohsm__segment *s, const cohsm__grid *grid
     return COHSM__CONSTANT | value * 65535u / grid->top;
 }
 
-/* Lists of one range: its log sorted by pixel (views are in order already), then written one after the other. */
+/* Lists of one range: its log sorted by pixel (views are in order already), then written one after the
+   other. */
 static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32_t *lookup, uint32_t views)
 {
     uint32_t pixels = r->end - r->begin, p, i;
@@ -3792,7 +3372,8 @@ static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32
 /* A chunk of views is complete: closes every segment and turns the log into lists. */
 static cohsm_result cohsm__close_chunk(cohsm_builder *b)
 {
-    uint32_t chunk = (b->next_view - 1u) >> COHSM__CHUNK_BITS, views = ((b->next_view - 1u) & (COHSM__CHUNK - 1u)) + 1u;
+    uint32_t chunk = (b->next_view - 1u) >> COHSM__CHUNK_BITS,
+             views = ((b->next_view - 1u) & (COHSM__CHUNK - 1u)) + 1u;
     uint32_t *lookup = b->lookup + (size_t)chunk * b->range_pixels, p;
     cohsm_result result = cohsm__take_spares(b);
     int i;
@@ -3814,7 +3395,9 @@ static cohsm_result cohsm__close_chunk(cohsm_builder *b)
     return result;
 }
 
-/* ---- >>desc: checked, with defaults filled in ---- */
+/* ==== src/csm/desc.h ==== */
+
+/* ---- desc: checked, with defaults filled in ---- */
 
 static int cohsm__finite3(const float *p) { return cohsm__v3_finite(cohsm__v3_load(p)); }
 
@@ -3859,36 +3442,84 @@ static int cohsm__check_shape(const cohsm_domain *d)
         return 1;
     }
     if (d->kind == COHSM_DOMAIN_LATLONG || d->kind == COHSM_DOMAIN_OCTAHEDRAL) return 1;
-    if (!cohsm__finite3(d->origin) || !cohsm__finite3(d->u) || !cohsm__finite3(d->v) || !cohsm__finite3(d->w)) return 0;
+    if (!cohsm__finite3(d->origin) || !cohsm__finite3(d->u) || !cohsm__finite3(d->v) || !cohsm__finite3(d->w))
+        return 0;
     if (!(cohsm__v3_length(u) > 0.0f)) return 0;
     if (d->kind == COHSM_DOMAIN_RECTANGLE || d->kind == COHSM_DOMAIN_DISC)
         return cohsm__v3_length(cohsm__v3_cross(u, v)) > 0.0f;
     return d->kind != COHSM_DOMAIN_VOLUME || fabsf(cohsm__v3_dot(cohsm__v3_cross(u, v), w)) > 0.0f;
 }
 
+/* Says that a field of the desc is out of range; returns COHSM_ERR_DESC. */
+static cohsm_result cohsm__wrong(const cohsm__logger *log, const char *field, double value,
+                                 const char *wanted)
+{
+    cohsm__log_value(log, field, value, wanted);
+    return COHSM_ERR_DESC;
+}
+
+static cohsm_result cohsm__check_kinds(cohsm_desc *d, const cohsm__logger *log)
+{
+    if (!cohsm__system_valid(&d->system)) {
+        cohsm__log_text(log, "desc.system.allocator", "has one function of the two");
+        return COHSM_ERR_DESC;
+    }
+    if ((unsigned)d->domain.kind >= COHSM_DOMAIN_KIND_COUNT)
+        return cohsm__wrong(log, "desc.domain.kind", (double)d->domain.kind, "a COHSM_DOMAIN_...");
+    if ((unsigned)d->layers >= COHSM_LAYERS_COUNT)
+        return cohsm__wrong(log, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
+    if ((unsigned)d->order >= COHSM_ORDER_COUNT)
+        return cohsm__wrong(log, "desc.order", (double)d->order, "a COHSM_ORDER_...");
+    if ((unsigned)d->orientation >= COHSM_ORIENTATION_COUNT)
+        return cohsm__wrong(log, "desc.orientation", (double)d->orientation, "a COHSM_ORIENTATION_...");
+    if (d->domain.kind == COHSM_DOMAIN_DEFAULT) d->domain.kind = COHSM_DOMAIN_LATLONG;
+    if (d->layers == COHSM_LAYERS_DEFAULT) d->layers = COHSM_LAYERS_Z1Z2;
+    return COHSM_OK;
+}
+
 /* Fills in defaults; order and the sphere may stay open until the mesh is known. */
-static cohsm_result cohsm__check_desc(cohsm_desc *d)
+static cohsm_result cohsm__check_desc(cohsm_desc *d, const cohsm__logger *log)
 {
     uint32_t pixels;
 
-    if (!cohsm__allocator_valid(d->allocator.alloc_fn, d->allocator.free_fn)) return COHSM_ERR_DESC;
-    if ((unsigned)d->domain.kind >= COHSM_DOMAIN_KIND_COUNT || (unsigned)d->layers >= COHSM_LAYERS_COUNT ||
-        (unsigned)d->order >= COHSM_ORDER_COUNT || (unsigned)d->frame >= COHSM_FRAME_COUNT)
-        return COHSM_ERR_DESC;
-    if (d->domain.kind == COHSM_DOMAIN_DEFAULT) d->domain.kind = COHSM_DOMAIN_LATLONG;
-    if (d->layers == COHSM_LAYERS_DEFAULT) d->layers = COHSM_LAYERS_Z1Z2;
-    if (!d->map_size) d->map_size = 128;
+    if (cohsm__check_kinds(d, log) != COHSM_OK) return COHSM_ERR_DESC;
+    if (!d->map_side) d->map_side = 128;
     if (!d->depth_bits) d->depth_bits = 8;
-    if (!(d->open_thickness >= 0.0f)) return COHSM_ERR_DESC;
+    if (!(d->open_thickness >= 0.0f))
+        return cohsm__wrong(log, "desc.open_thickness", (double)d->open_thickness, "0 or more");
     if (d->open_thickness == 0.0f) d->open_thickness = 8.0f;
-    if (d->open_thickness > (float)d->map_size) d->open_thickness = (float)d->map_size;
-    if (d->map_size < 4 || d->map_size > 1024 || d->depth_bits < 4 || d->depth_bits > 8) return COHSM_ERR_DESC;
-    if (!cohsm__check_sides(&d->domain) || !cohsm__check_shape(&d->domain)) return COHSM_ERR_DESC;
-    if (d->domain.kind == COHSM_DOMAIN_LIST || d->domain.kind == COHSM_DOMAIN_LINE) d->order = COHSM_ORDER_SCANLINE;
-    if (!cohsm__finite3(d->center) || !cohsm__finite(d->radius) || d->radius < 0.0f) return COHSM_ERR_DESC;
-    pixels = d->map_size * d->map_size;
+    if (d->open_thickness > (float)d->map_side) d->open_thickness = (float)d->map_side;
+    if (d->map_side < 4 || d->map_side > 1024)
+        return cohsm__wrong(log, "desc.map_side", (double)d->map_side, "0, or 4..1024");
+    if (d->depth_bits < 4 || d->depth_bits > 8)
+        return cohsm__wrong(log, "desc.depth_bits", (double)d->depth_bits, "0, or 4..8");
+    if (!cohsm__check_sides(&d->domain))
+        return cohsm__wrong(log, "desc.domain.side[0]", (double)d->domain.side[0],
+                            "0, or 1..4096 like the other sides that the kind has, with 2^24 cells or fewer");
+    if (!cohsm__check_shape(&d->domain)) {
+        cohsm__log_text(log, "desc.domain", "has a shape without extent, or locations that cannot be used");
+        return COHSM_ERR_DESC;
+    }
+    if (d->domain.kind == COHSM_DOMAIN_LIST || d->domain.kind == COHSM_DOMAIN_LINE)
+        d->order = COHSM_ORDER_SCANLINE;
+    if (!cohsm__finite3(d->center) || !cohsm__finite(d->radius) || d->radius < 0.0f)
+        return cohsm__wrong(log, "desc.radius", (double)d->radius, "0 or more, and it and center finite");
+    pixels = d->map_side * d->map_side;
     if (!d->pixel_begin && !d->pixel_end) d->pixel_end = pixels;
-    return d->pixel_begin < d->pixel_end && d->pixel_end <= pixels ? COHSM_OK : COHSM_ERR_DESC;
+    if (d->pixel_begin < d->pixel_end && d->pixel_end <= pixels) return COHSM_OK;
+    return cohsm__wrong(log, "desc.pixel_end", (double)d->pixel_end,
+                        "above pixel_begin, and map_side^2 or less");
+}
+
+/* As a build ends whose desc and mesh were right. */
+static cohsm_result cohsm__built(const cohsm__logger *log, const cohsm_desc *d, cohsm_result result)
+{
+    if (result == COHSM_ERR_LIMIT)
+        cohsm__log_value(log, "desc.map_side", (double)d->map_side,
+                         "less, or domain.side: maps of 4 GiB or more cannot be made");
+    if (result == COHSM_ERR_DESC)
+        cohsm__log_text(log, "desc.domain", "lies so far away that depths are not finite");
+    return cohsm__ended(log, result);
 }
 
 /* Far enough from the ends of the float range for squares and inverses. */
@@ -3908,19 +3539,20 @@ static void cohsm__fill_header(cohsm__header *h, const cohsm_desc *d)
     h->domain = (uint32_t)d->domain.kind;
     h->layers = (uint32_t)d->layers;
     h->order = (uint32_t)d->order;
-    h->frame = (uint32_t)d->frame;
+    h->orientation = (uint32_t)d->orientation;
     memcpy(h->side, d->domain.side, sizeof h->side);
     h->map_count = h->side[0] * h->side[1] * h->side[2];
     h->positional = (uint32_t)cohsm__is_positional(&d->domain);
     h->view_count = h->map_count * (h->positional ? 6u : 1u);
-    h->map_size = d->map_size;
+    h->map_side = d->map_side;
     h->depth_bits = d->depth_bits;
     h->open_thickness = d->open_thickness;
     h->dimensions = cohsm__dimensions(d->domain.kind, h->side);
     h->self_only = d->self_only != 0;
     h->pixel_begin = d->pixel_begin;
     h->pixel_end = d->pixel_end;
-    if (d->order == COHSM_ORDER_HILBERT) h->order_words = h->map_count <= 65536 ? (h->map_count + 1) / 2 : h->map_count;
+    if (d->order == COHSM_ORDER_HILBERT)
+        h->order_words = h->map_count <= 65536 ? (h->map_count + 1) / 2 : h->map_count;
     if (cohsm__has_table(h->domain)) h->location_words = 4 * h->map_count;
     memcpy(h->center, d->center, sizeof h->center);
     h->radius = d->radius;
@@ -3983,7 +3615,9 @@ static uint16_t cohsm__leave_depth(const cohsm__camera *cam, uint32_t size, uint
     return cohsm__depth16((sqrtf(disc) - b) / a * cam->depth_scale);
 }
 
-/* ---- >>builder: public ---- */
+/* ==== src/csm/builder_views.h ==== */
+
+/* ---- builder: public ---- */
 
 COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
 {
@@ -4014,8 +3648,8 @@ COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
     cohsm__give(&heap, b, 1, sizeof *b);
 }
 
-/* The header's table of locations: directions made unit length. One that is so but for rounding stays: the desc of a
-   built block must give the same rays again. */
+/* The header's table of locations: directions made unit length. One that is so but for rounding stays: the
+   desc of a built block must give the same rays again. */
 static void cohsm__copy_locations(float *out, const cohsm_domain *d)
 {
     size_t i;
@@ -4065,19 +3699,18 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *hea
     b->desc = *desc;
     cohsm__fill_header(&b->head, desc);
     b->heap = *heap;
-    b->parallel.run = desc->parallel_for;
-    b->parallel.user = desc->parallel_user;
     b->range_pixels = n;
-    b->grid = cohsm__grid_of(desc->depth_bits, desc->map_size);
-    b->thickness = desc->open_thickness * (b->head.positional ? 2.0f : 65536.0f) / (float)desc->map_size;
+    b->grid = cohsm__grid_of(desc->depth_bits, desc->map_side);
+    b->thickness = desc->open_thickness * (b->head.positional ? 2.0f : 65536.0f) / (float)desc->map_side;
     b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
-    b->batch_size = desc->map_size * desc->map_size * b->keep;
+    b->batch_size = desc->map_side * desc->map_side * b->keep;
     if (!cohsm__mul_size(n, cohsm__chunks(&b->head), &lookup) || lookup > UINT32_MAX / 4) {
         cohsm__give(heap, b, 1, sizeof *b);
         return COHSM_ERR_LIMIT;
     }
     b->cells = (uint32_t *)cohsm__take(&b->heap, b->head.map_count, sizeof *b->cells);
-    b->angles = (float *)cohsm__take(&b->heap, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
+    b->angles =
+        (float *)cohsm__take(&b->heap, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
     if (b->head.location_words)
         b->locations = (float *)cohsm__take(&b->heap, b->head.location_words, sizeof(float));
     b->lo = (uint8_t *)cohsm__take(&b->heap, n, 1);
@@ -4086,8 +3719,8 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__heap *hea
     b->lookup = (uint32_t *)cohsm__take(&b->heap, lookup, sizeof *b->lookup);
     b->batch = (uint16_t *)cohsm__take(&b->heap, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
     cohsm__split_ranges(b);
-    if (!b->cells || !b->angles || (b->head.location_words && !b->locations) || !b->lo || !b->hi || !b->first ||
-        !b->lookup || !b->batch) {
+    if (!b->cells || !b->angles || (b->head.location_words && !b->locations) || !b->lo || !b->hi ||
+        !b->first || !b->lookup || !b->batch) {
         cohsm__drop_builder(b, heap);
         return COHSM_ERR_ALLOC;
     }
@@ -4112,18 +3745,22 @@ COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builde
 {
     cohsm_desc d;
     cohsm__heap heap;
+    cohsm__logger log;
     cohsm_result result;
 
-    if (!desc || !out) return COHSM_ERR_ARGUMENT;
+    if (!desc) return COHSM_ERR_ARGUMENT;
     d = *desc;
-    result = cohsm__check_desc(&d);
+    log = cohsm__logger_of(&d.system, "cohsm_builder_create");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    result = cohsm__check_desc(&d, &log);
     if (result != COHSM_OK) return result;
-    if (!cohsm__radius_usable(d.radius)) return COHSM_ERR_DESC;
+    if (!cohsm__radius_usable(d.radius))
+        return cohsm__wrong(&log, "desc.radius", (double)d.radius, "above 0, 1e-18..1e18");
     if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
-    if (d.frame == COHSM_FRAME_DEFAULT) d.frame = COHSM_FRAME_POLAR;
+    if (d.orientation == COHSM_ORIENTATION_DEFAULT) d.orientation = COHSM_ORIENTATION_POLAR;
     memset(&heap, 0, sizeof heap);
-    heap.allocator = cohsm__allocator_make(d.allocator.alloc_fn, d.allocator.free_fn, d.allocator.user);
-    return cohsm__builder_make(&d, &heap, out);
+    heap.allocator = cohsm__allocator_of(&d.system);
+    return cohsm__built(&log, &d, cohsm__builder_make(&d, &heap, out));
 }
 
 COHSM_DEF uint32_t cohsm_builder_view_count(const cohsm_builder *b) { return b ? b->head.view_count : 0; }
@@ -4138,7 +3775,7 @@ static void cohsm__put_row(float *m, int row, cohsm__v3 v, float w)
 
 static void cohsm__view_matrix(const cohsm__header *h, const cohsm__camera *cam, cohsm__v3 location, float *m)
 {
-    float half = 0.5f * (float)h->map_size, scale = half / h->radius;
+    float half = 0.5f * (float)h->map_side, scale = half / h->radius;
     cohsm__v3 c = cohsm__v3_load(h->center), axis[3], x, y, w;
     int i = (int)(cam->face >> 1);
 
@@ -4147,7 +3784,8 @@ static void cohsm__view_matrix(const cohsm__header *h, const cohsm__camera *cam,
     if (!cam->perspective) {
         cohsm__put_row(m, 0, cohsm__v3_scale(cam->frame.right, scale),
                        half - scale * cohsm__v3_dot(cam->frame.right, c));
-        cohsm__put_row(m, 1, cohsm__v3_scale(cam->frame.up, scale), half - scale * cohsm__v3_dot(cam->frame.up, c));
+        cohsm__put_row(m, 1, cohsm__v3_scale(cam->frame.up, scale),
+                       half - scale * cohsm__v3_dot(cam->frame.up, c));
         cohsm__put_row(m, 2, cohsm__v3_scale(cam->frame.back, -0.5f / h->radius),
                        0.5f + 0.5f / h->radius * cohsm__v3_dot(cam->frame.back, c));
         return;
@@ -4168,8 +3806,15 @@ COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *b, uint32_t index
     cohsm__camera cam;
     cohsm__v3 location;
     uint32_t cell;
+    cohsm__logger log;
 
-    if (!b || !out || index >= b->head.view_count) return COHSM_ERR_ARGUMENT;
+    if (!b) return COHSM_ERR_ARGUMENT;
+    log = cohsm__logger_of(&b->desc.system, "cohsm_builder_view");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if (index >= b->head.view_count) {
+        cohsm__log_value(&log, "index", (double)index, "below the number of views");
+        return COHSM_ERR_ARGUMENT;
+    }
     memset(out, 0, sizeof *out);
     cell = b->cells[index % b->head.map_count];
     location = cohsm__cell_location(&b->head, b->locations, cell);
@@ -4197,11 +3842,13 @@ static cohsm_result cohsm__close_batch(cohsm_builder *b)
 }
 
 /* 16-bit layers of the shard's pixels. */
-static void cohsm__take_layers(const cohsm_builder *b, uint16_t *z, const float *z1, const float *z2, const float *z3)
+static void cohsm__take_layers(const cohsm_builder *b, uint16_t *z, const float *z1, const float *z2,
+                               const float *z3)
 {
     const float *layer[3];
-    cohsm__camera cam = cohsm__camera_of(&b->head, b->locations, b->angles,
-                                         b->cells[b->next_view % b->head.map_count], b->next_view / b->head.map_count);
+    cohsm__camera cam =
+        cohsm__camera_of(&b->head, b->locations, b->angles, b->cells[b->next_view % b->head.map_count],
+                         b->next_view / b->head.map_count);
     uint32_t p, pixel, i;
 
     layer[0] = z1;
@@ -4212,7 +3859,7 @@ static void cohsm__take_layers(const cohsm_builder *b, uint16_t *z, const float 
         for (i = 0; i < (b->keep == 4 ? 3u : 2u); i++)
             z[pixel * b->keep + i] =
                 layer[i][pixel] <= 1.0f ? cohsm__depth16(layer[i][pixel]) : (uint16_t)COHSM__INFINITE;
-        if (b->keep == 4) z[pixel * b->keep + 3] = cohsm__leave_depth(&cam, b->head.map_size, pixel);
+        if (b->keep == 4) z[pixel * b->keep + 3] = cohsm__leave_depth(&cam, b->head.map_side, pixel);
     }
 }
 
@@ -4220,20 +3867,33 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
                                          const float *z3)
 {
     uint32_t i, pixels;
+    cohsm__logger log;
 
-    if (!b || !z1 || !z2 || (b->keep == 4 && !z3)) return COHSM_ERR_ARGUMENT;
-    if (b->finished || index != b->batch_begin + b->batch_count || index >= b->head.view_count) return COHSM_ERR_ORDER;
-    pixels = b->head.map_size * b->head.map_size;
+    if (!b) return COHSM_ERR_ARGUMENT;
+    log = cohsm__logger_of(&b->desc.system, "cohsm_builder_add");
+    if (!z1) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z1", "is NULL");
+    if (!z2) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z2", "is NULL");
+    if (b->keep == 4 && !z3) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z3", "is NULL");
+    if (b->finished || index != b->batch_begin + b->batch_count || index >= b->head.view_count)
+        return COHSM_ERR_ORDER;
+    pixels = b->head.map_side * b->head.map_side;
     for (i = 0; i < pixels; i++)
-        if (!(z1[i] <= z2[i]) || (b->keep == 4 && !(z2[i] <= z3[i]))) return COHSM_ERR_INPUT;
+        if (!(z1[i] <= z2[i]) || (b->keep == 4 && !(z2[i] <= z3[i]))) {
+            cohsm__log_element(&log, z1[i] <= z2[i] ? "z2" : "z1", i, "is",
+                               (double)(z1[i] <= z2[i] ? z2[i] : z1[i]),
+                               "at most the depth of the next layer there");
+            return COHSM_ERR_INPUT;
+        }
     b->next_view = index;
     cohsm__take_layers(b, b->batch + (size_t)b->batch_size * b->batch_count, z1, z2, z3);
     b->batch_count++;
     if (b->batch_count < COHSM__BATCH && index + 1 < b->head.view_count) return COHSM_OK;
-    return cohsm__close_batch(b);
+    return cohsm__ended(&log, cohsm__close_batch(b));
 }
 
-/* ---- >>block: the finished maps ---- */
+/* ==== src/csm/assemble.h ==== */
+
+/* ---- block: the finished maps ---- */
 
 static void cohsm__host_words(uint32_t *words, size_t count)
 {
@@ -4280,10 +3940,12 @@ static void cohsm__point(cohsm_maps *m)
     at += m->head.directory_words;
     m->lines = at;
     m->range = m->head.pixel_end - m->head.pixel_begin;
-    for (i = 0; i < 512; i++) m->depth_of[i] = (uint16_t)(i < grid ? i * 65535u / grid : (uint32_t)COHSM__INFINITE);
+    for (i = 0; i < 512; i++)
+        m->depth_of[i] = (uint16_t)(i < grid ? i * 65535u / grid : (uint32_t)COHSM__INFINITE);
     for (i = 0; i < 2 * COHSM__DOP_AXES; i++)
-        m->dop[i] = (m->head.dop[i] - cohsm__v3_dot(cohsm__dop_axis((int)(i / 2)), cohsm__v3_load(m->head.center))) /
-                    m->head.radius;
+        m->dop[i] =
+            (m->head.dop[i] - cohsm__v3_dot(cohsm__dop_axis((int)(i / 2)), cohsm__v3_load(m->head.center))) /
+            m->head.radius;
     m->simd = cohsm__simd();
     if (m->angles) cohsm__latlong_angles(m->head.side, m->angles);
 }
@@ -4297,7 +3959,8 @@ static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words
     size_t size;
 
     b.memory = b.words = NULL;
-    if (!cohsm__mul_size(words, 4, &size) || !cohsm__add_size(size, 64, &size)) return b;   /* 32-bit targets */
+    /* 32-bit targets. */
+    if (!cohsm__mul_size(words, 4, &size) || !cohsm__add_size(size, 64, &size)) return b;
     b.memory = cohsm__alloc(a, size);
     if (!b.memory) return b;
     b.words = (uint32_t *)(void *)((char *)b.memory + (64u - (uintptr_t)b.memory % 64u));
@@ -4305,7 +3968,8 @@ static cohsm__memory cohsm__take_block(const cohsm__allocator *a, uint32_t words
     return b;
 }
 
-/* An object for a block in host order whose header is sound. Takes the memory over, or frees it where it fails. */
+/* An object for a block in host order whose header is sound. Takes the memory over, or frees it where it
+   fails. */
 static cohsm_result cohsm__maps_make(const cohsm__allocator *a, cohsm__memory block, cohsm_maps **out)
 {
     cohsm_maps *m = (cohsm_maps *)cohsm__alloc(a, sizeof *m);
@@ -4316,7 +3980,8 @@ static cohsm_result cohsm__maps_make(const cohsm__allocator *a, cohsm__memory bl
         m->words = block.words;
         memcpy(&m->head, block.words, sizeof m->head);
         if (m->head.domain == COHSM_DOMAIN_LATLONG) {
-            m->angles = (float *)cohsm__alloc_array(a, 2 * ((size_t)m->head.side[0] + m->head.side[1]), sizeof(float));
+            m->angles = (float *)cohsm__alloc_array(a, 2 * ((size_t)m->head.side[0] + m->head.side[1]),
+                                                    sizeof(float));
             if (!m->angles) {
                 cohsm__free(a, m);
                 m = NULL;
@@ -4451,264 +4116,23 @@ COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, 
 {
     cohsm_stats s;
     cohsm_result result;
+    cohsm__logger log;
 
-    if (!b || !out) return COHSM_ERR_ARGUMENT;
+    if (!b) return COHSM_ERR_ARGUMENT;
+    log = cohsm__logger_of(&b->desc.system, "cohsm_builder_finish");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
     if (b->finished || b->next_view != b->head.view_count || b->batch_count) return COHSM_ERR_ORDER;
     memset(&s, 0, sizeof s);
     result = cohsm__finish(b, out, &s);
-    if (result != COHSM_OK) return result;
+    if (result != COHSM_OK) return cohsm__built(&log, &b->desc, result);
     b->finished = 1;
     if (stats) *stats = s;
     return COHSM_OK;
 }
 
-/* ---- >>build: from a mesh ---- */
+/* ==== src/csm/facts.h ==== */
 
-typedef struct cohsm__job { cohsm_builder *builder; const cohsm__soup *soup; int simd; } cohsm__job;
-
-static void cohsm__raster_task(void *context, size_t index)
-{
-    const cohsm__job *job = (const cohsm__job *)context;
-    const cohsm_builder *b = job->builder;
-    uint32_t view = b->batch_begin + (uint32_t)index, m = b->head.map_size, p;
-    cohsm__camera cam = cohsm__camera_of(&b->head, b->locations, b->angles, b->cells[view % b->head.map_count],
-                                         view / b->head.map_count);
-    cohsm__target target;
-
-    target.z = b->batch + index * b->batch_size;
-    target.keep = b->keep;
-    target.size = (int)m;
-    target.row_begin = (int)(b->desc.pixel_begin / m);
-    target.row_end = (int)((b->desc.pixel_end + m - 1u) / m);
-    cohsm__raster(&target, &cam, job->soup, job->simd);
-    if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
-        for (p = b->desc.pixel_begin; p < b->desc.pixel_end; p++)
-            target.z[4 * (size_t)p + 3] = cohsm__leave_depth(&cam, m, p);
-}
-
-static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup)
-{
-    cohsm__job job;
-    cohsm_result result = COHSM_OK;
-
-    job.builder = b;
-    job.soup = soup;
-    job.simd = cohsm__simd();
-    while (result == COHSM_OK && b->next_view < b->head.view_count) {
-        if (b->desc.progress &&
-            b->desc.progress(b->desc.progress_user, (float)b->next_view / (float)b->head.view_count))
-            return COHSM_ERR_CANCELLED;
-        b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->next_view);
-        cohsm__run(&b->parallel, b->batch_count, cohsm__raster_task, &job);
-        result = cohsm__close_batch(b);
-    }
-    return result;
-}
-
-/* A mesh made ready: sphere, k-DOP and soup; desc gets the sphere. */
-typedef struct cohsm__model { cohsm__soup soup; float dop[2 * COHSM__DOP_AXES]; } cohsm__model;
-
-static cohsm_result cohsm__model_bound(cohsm__model *model, cohsm_desc *d, const cohsm__points *points)
-{
-    if (!(d->radius > 0.0f)) cohsm__fit_sphere(points, d->center, &d->radius);
-    else if (!cohsm__sphere_holds(points, d->center, d->radius)) return COHSM_ERR_DESC;
-    if (!cohsm__radius_usable(d->radius)) return COHSM_ERR_INPUT;
-    cohsm__dop_of_points(model->dop, points);
-    return COHSM_OK;
-}
-
-static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const cohsm_mesh *mesh, cohsm__heap *heap,
-                                      cohsm_stats *stats)
-{
-    size_t count;
-    uint8_t *used;
-    cohsm__points points;
-    cohsm_result result = cohsm__check_mesh(mesh);
-
-    if (result != COHSM_OK) return result;
-    count = cohsm__triangle_count(mesh);
-    used = (uint8_t *)cohsm__take(heap, count, 1);
-    if (!used) return COHSM_ERR_ALLOC;
-    result = cohsm__select(mesh, used, heap, stats);
-    if (result == COHSM_OK) {
-        result = cohsm__points_make(&points, mesh, used, stats->triangles, heap) ? cohsm__model_bound(model, d, &points)
-                                                                                 : COHSM_ERR_ALLOC;
-        cohsm__points_free(&points, heap);
-    }
-    if (result == COHSM_OK &&
-        !cohsm__soup_make(&model->soup, mesh, used, stats->triangles, d->center, d->radius, heap))
-        result = COHSM_ERR_ALLOC;
-    cohsm__give(heap, used, count, 1);
-    return result;
-}
-
-static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap,
-                                       cohsm_maps **out, cohsm_stats *stats)
-{
-    cohsm_builder *b;
-    cohsm_result result = cohsm__builder_make(d, heap, &b);
-
-    if (result != COHSM_OK) return result;
-    memcpy(b->head.dop, model->dop, sizeof model->dop);
-    result = cohsm__build_views(b, &model->soup);
-    if (result == COHSM_OK) result = cohsm__finish(b, out, stats);
-    cohsm__drop_builder(b, heap);
-    return result;
-}
-
-static void cohsm__take_part(cohsm_desc *d, cohsm__part *p, float from, float to)
-{
-    p->progress = d->progress;
-    p->user = d->progress_user;
-    p->from = from;
-    p->to = to;
-    if (!d->progress) return;
-    d->progress = cohsm__part_progress;
-    d->progress_user = p;
-}
-
-/* Segments of a build with sides divided by shrink and half the map size. */
-static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *model, uint32_t shrink, cohsm__heap *heap,
-                                     double *segments)
-{
-    cohsm_desc trial = *d;
-    cohsm__part part;
-    cohsm_maps *maps;
-    cohsm_stats stats;
-    cohsm_result result;
-    int i;
-
-    memset(&stats, 0, sizeof stats);
-    cohsm__take_part(&trial, &part, 0.0f, 0.0f);
-    for (i = 0; i < 3; i++) trial.domain.side[i] = (d->domain.side[i] + shrink - 1u) / shrink;
-    trial.map_size = cohsm__max_u32(d->map_size / 2, 8);
-    trial.pixel_begin = 0;
-    trial.pixel_end = trial.map_size * trial.map_size;
-    result = cohsm__build_model(&trial, model, heap, &maps, &stats);
-    if (result != COHSM_OK) return result;
-    cohsm_free(maps);
-    *segments = (double)stats.segments;
-    return COHSM_OK;
-}
-
-/* Order and frame, where the desc leaves them open: tried at a quarter and an eighth of each side and continued by that
-   growth for two more doublings, since zig-zag is ahead of Hilbert on few maps and falls behind on many. Below 8 maps a
-   side such growth says little, so that small domains are tried at a half, or whole. */
-static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap)
-{
-    static const cohsm_order orders[2] = { COHSM_ORDER_HILBERT, COHSM_ORDER_ZIGZAG_THETA };
-    static const cohsm_frame frames[2] = { COHSM_FRAME_POLAR, COHSM_FRAME_TWO_POLES };
-    int tabled = cohsm__has_table((uint32_t)d->domain.kind), o, f;
-    int any_order = d->order == COHSM_ORDER_DEFAULT && !tabled;
-    int any_frame = d->frame == COHSM_FRAME_DEFAULT && !tabled && !cohsm__is_positional(&d->domain);
-    uint32_t shrink = d->domain.side[0] >= 32 ? 4 : d->domain.side[0] >= 16 ? 2 : 1, k;
-    double least = 0.0, segments = 0.0, growth;
-    cohsm_desc trial = *d;
-    cohsm_result result;
-
-    if (d->order == COHSM_ORDER_DEFAULT) d->order = COHSM_ORDER_HILBERT;
-    if (d->frame == COHSM_FRAME_DEFAULT) d->frame = COHSM_FRAME_POLAR;
-    if (!any_order && !any_frame) return COHSM_OK;
-    for (o = 0; o < (any_order ? 2 : 1); o++)
-        for (f = 0; f < (any_frame ? 2 : 1); f++) {
-            trial.order = any_order ? orders[o] : d->order;
-            trial.frame = any_frame ? frames[f] : d->frame;
-            result = cohsm__try_small(&trial, model, shrink, heap, &segments);
-            growth = segments;
-            if (result == COHSM_OK && shrink > 1) result = cohsm__try_small(&trial, model, 2 * shrink, heap, &growth);
-            if (result != COHSM_OK) return result;
-            growth = segments / growth;                              /* by one doubling */
-            for (k = shrink; k > 1; k /= 2) segments *= growth;
-            if (least == 0.0 || segments < least) {
-                least = segments;
-                d->order = any_order ? orders[o] : d->order;
-                d->frame = any_frame ? frames[f] : d->frame;
-            }
-        }
-    return COHSM_OK;
-}
-
-/* Bytes a pixel, and the cells' own, of a build with this side; from, to: of the progress. */
-static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32_t side, float from, float to,
-                                    double *per_pixel)
-{
-    cohsm__part part;
-    cohsm_maps *maps;
-    cohsm_result result;
-
-    cohsm__take_part(&d, &part, from, to);
-    d.domain.side[0] = d.domain.side[1] = side;
-    d.map_size = 64;
-    d.pixel_begin = d.pixel_end = 0;
-    result = cohsm_build(&d, mesh, &maps, NULL);
-    if (result != COHSM_OK) return result;
-    *per_pixel =
-        (double)(maps->head.lookup_words + maps->head.directory_words + maps->head.line_words) * 4.0 / (64 * 64);
-    cohsm_free(maps);
-    return COHSM_OK;
-}
-
-COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *mesh, size_t bytes, uint32_t *side,
-                                    uint32_t *map_size)
-{
-    cohsm_desc d;
-    double coarse, fine, pixel, error, least = 0.0, growth;
-    uint32_t n, m, step, maps;
-    cohsm_result result;
-
-    if (!mesh || !side || !map_size) return COHSM_ERR_ARGUMENT;
-    memset(&d, 0, sizeof d);
-    if (desc) d = *desc;
-    if (d.domain.kind != COHSM_DOMAIN_DEFAULT && d.domain.kind != COHSM_DOMAIN_LATLONG &&
-        d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL)
-        return COHSM_ERR_DOMAIN;
-    if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
-    result = cohsm__try_side(d, mesh, 16, 0.0f, 0.2f, &coarse);
-    if (result == COHSM_OK) result = cohsm__try_side(d, mesh, 32, 0.2f, 1.0f, &fine);
-    if (result != COHSM_OK) return result;
-    growth = fine / coarse > 1.0 ? fine / coarse : 1.0;
-    for (n = 8, pixel = coarse / growth; n <= 2048; n *= 2, pixel *= growth)     /* n, and 1.5 n half a doubling on */
-        for (step = 2; step <= 3; step++)
-            for (m = 16, maps = (n * step / 2u) * (n * step / 2u); m <= 1024; m += 16) {
-                double size = pixel * (step == 3 ? 0.5 * (1.0 + growth) : 1.0) * m * m;
-                size += 4.0 * (double)COHSM__HEADER_WORDS + (maps > 65536u ? 4.0 : 2.0) * maps;
-                size += 4.0 * m * m * ((maps - 1u) / 65536u);   /* lookup of every chunk but the first, in pixel */
-                if (size > 0.9 * (double)bytes) break;
-                error = 0.0055 * 128.0 / (n * step / 2u) + 0.0185 * sqrt(128.0 / m);
-                if (least > 0.0 && error >= least) continue;
-                least = error;
-                *side = n * step / 2u;
-                *map_size = m;
-            }
-    return least > 0.0 ? COHSM_OK : COHSM_ERR_LIMIT;
-}
-
-COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mesh, cohsm_maps **out, cohsm_stats *stats)
-{
-    cohsm_desc d;
-    cohsm_stats s;
-    cohsm__heap heap;
-    cohsm__model model;
-    cohsm_result result;
-
-    if (!mesh || !out) return COHSM_ERR_ARGUMENT;
-    memset(&d, 0, sizeof d);
-    memset(&s, 0, sizeof s);
-    memset(&heap, 0, sizeof heap);
-    memset(&model, 0, sizeof model);
-    if (desc) d = *desc;
-    result = cohsm__check_desc(&d);
-    if (result != COHSM_OK) return result;
-    heap.allocator = cohsm__allocator_make(d.allocator.alloc_fn, d.allocator.free_fn, d.allocator.user);
-    result = cohsm__model_make(&model, &d, mesh, &heap, &s);
-    if (result == COHSM_OK) result = cohsm__choose_sequence(&d, &model, &heap);
-    if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, out, &s);
-    cohsm__soup_free(&model.soup, &heap);
-    if (result == COHSM_OK && stats) *stats = s;
-    return result;
-}
-
-/* ---- >>facts ---- */
+/* ---- facts ---- */
 
 COHSM_DEF const char *cohsm_result_text(cohsm_result result)
 {
@@ -4729,11 +4153,11 @@ COHSM_DEF void cohsm_get_info(const cohsm_maps *m, cohsm_info *out)
     out->domain = (cohsm_domain_kind)h->domain;
     out->layers = (cohsm_layers)h->layers;
     out->order = (cohsm_order)h->order;
-    out->frame = (cohsm_frame)h->frame;
+    out->orientation = (cohsm_orientation)h->orientation;
     memcpy(out->side, h->side, sizeof out->side);
     out->map_count = h->map_count;
     out->view_count = h->view_count;
-    out->map_size = h->map_size;
+    out->map_side = h->map_side;
     out->depth_bits = h->depth_bits;
     out->dimensions = h->dimensions;
     out->positional = (int)h->positional;
@@ -4753,22 +4177,6 @@ COHSM_DEF cohsm_result cohsm_location(const cohsm_maps *m, uint32_t map, float o
     if (!m || !out || map >= m->head.map_count) return COHSM_ERR_ARGUMENT;
     cohsm__v3_store(out, cohsm__cell_location(&m->head, m->locations, map));
     out[3] = m->head.positional ? 1.0f : 0.0f;
-    return COHSM_OK;
-}
-
-COHSM_DEF const void *cohsm_data(const cohsm_maps *m, size_t *size)
-{
-    if (!m) return NULL;
-    if (size) *size = 4 * (size_t)m->head.words;
-    return m->words;
-}
-
-COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *m, void *memory, size_t memory_size)
-{
-    uint32_t i;
-    if (!m || !memory) return COHSM_ERR_ARGUMENT;
-    if (memory_size < 4 * (size_t)m->head.words) return COHSM_ERR_MEMORY;
-    for (i = 0; i < m->head.words; i++) cohsm__put_u32((uint8_t *)memory + 4 * (size_t)i, m->words[i]);
     return COHSM_OK;
 }
 
@@ -4801,26 +4209,31 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t
     return COHSM_OK;
 }
 
-/* ---- >>query ---- */
+/* ==== src/csm/query.h ==== */
 
-/* Samples are treated in tiles: first every sample's map, pixel and depth, then the searches in steps that each begin
-   by prefetching what the next needs, so that cache misses overlap. */
+/* ---- query ---- */
+
+/* Samples are treated in tiles: first every sample's map, pixel and depth, then the searches in steps that
+   each begin by prefetching what the next needs, so that cache misses overlap. */
 
 enum { COHSM__TILE = 256, COHSM__KEPT = 512 };   /* kept: by 4 bits of x and 5 of y, for M = 128 */
 #define COHSM__NO_PIXEL UINT32_MAX      /* outside the map, or not finite: lit */
 
 #if defined(__GNUC__) && !defined(__TINYC__)
-#define COHSM__PREFETCH(p) __builtin_prefetch(p)
 #define COHSM__FLATTEN __attribute__((flatten))
 #else
-#define COHSM__PREFETCH(p) ((void)(p))
 #define COHSM__FLATTEN
 #endif
+
+typedef struct cohsm__kept {            /* one light: depths decoded for earlier samples, by cohsm__slot */
+    int32_t pixel[COHSM__KEPT], depth[COHSM__KEPT];
+} cohsm__kept;
 
 typedef struct cohsm__tile {            /* one object's samples, in its space */
     const cohsm_maps  *maps;
     const cohsm_query *query;
-    uint32_t seed;                      /* roulette's: each instance draws its own, else products have another mean */
+    uint32_t seed;                      /* roulette's: each instance draws its own, else products have another
+                                           mean */
     size_t   count;
     int      one_light;                 /* light[.][0] is everyone's */
     float    point[3][COHSM__TILE];     /* in radii about the sphere's centre */
@@ -4830,9 +4243,14 @@ typedef struct cohsm__tile {            /* one object's samples, in its space */
     float    visible[COHSM__TILE];
     uint32_t pixel[COHSM__TILE], place[COHSM__TILE];
     int32_t  depth[COHSM__TILE];
-    uint32_t kept_pixel[COHSM__KEPT], kept_depth[COHSM__KEPT];     /* one light: depths decoded for earlier samples */
-    uint8_t  wanted[COHSM__KEPT];
+    cohsm__kept kept;
 } cohsm__tile;
+
+static void cohsm__keep_nothing(cohsm__kept *kept)
+{
+    memset(kept->pixel, 0xff, sizeof kept->pixel);          /* COHSM__NO_PIXEL */
+    memset(kept->depth, 0, sizeof kept->depth);
+}
 
 static void cohsm__tile_start(cohsm__tile *t, const cohsm_query *q, const cohsm_maps *maps, uint32_t instance)
 {
@@ -4841,14 +4259,11 @@ static void cohsm__tile_start(cohsm__tile *t, const cohsm_query *q, const cohsm_
     t->seed = q->seed + 0x9e3779b9u * instance;
     t->one_light = q->one_light;
     t->count = 0;
-    if (!q->one_light) return;
-    memset(t->kept_pixel, 0xff, sizeof t->kept_pixel);
-    memset(t->kept_depth, 0, sizeof t->kept_depth);
-    memset(t->wanted, 0, sizeof t->wanted);
+    if (q->one_light) cohsm__keep_nothing(&t->kept);
 }
 
 /* Continuous position in the domain: cell units, cell centres at whole numbers. */
-static void cohsm__domain_position(const cohsm_maps *m, cohsm__v3 l, cohsm_light kind, float f[3])
+static void cohsm__domain_position(const cohsm_maps *m, cohsm__v3 l, cohsm_light_kind kind, float f[3])
 {
     const uint32_t *s = m->head.side;
     float u[3];
@@ -4878,8 +4293,8 @@ static int cohsm__floor(float x)
     return (float)i > x ? i - 1 : i;
 }
 
-/* Brings a cell one step outside back: around the seam, over a pole, across the edge of the octahedral square, or to
-   the border. */
+/* Brings a cell one step outside back: around the seam, over a pole, across the edge of the octahedral
+   square, or to the border. */
 static void cohsm__wrap(const cohsm_maps *m, int *c)
 {
     int n0 = (int)m->head.side[0], n1 = (int)m->head.side[1], i;
@@ -4909,7 +4324,7 @@ typedef struct cohsm__seen { float x, y, depth; uint32_t face; } cohsm__seen;
 
 static cohsm__seen cohsm__see(const cohsm_maps *m, uint32_t cell, cohsm__v3 p, float bias)
 {
-    float half = 0.5f * (float)m->head.map_size, w;
+    float half = 0.5f * (float)m->head.map_side, w;
     cohsm__seen s;
     cohsm__frame f;
     cohsm__v3 q;
@@ -4919,7 +4334,8 @@ static cohsm__seen cohsm__see(const cohsm_maps *m, uint32_t cell, cohsm__v3 p, f
         f = cohsm__cell_frame(&m->head, m->locations, m->angles, cell);
         s.x = cohsm__v3_dot(p, f.right) * half + half;
         s.y = cohsm__v3_dot(p, f.up) * half + half;
-        s.depth = (0.5f - 0.5f * cohsm__v3_dot(p, f.back) - bias / (float)m->head.map_size) * (float)COHSM__HIT_MAX;
+        s.depth =
+            (0.5f - 0.5f * cohsm__v3_dot(p, f.back) - bias / (float)m->head.map_side) * (float)COHSM__HIT_MAX;
         return s;
     }
     q = cohsm__v3_sub(cohsm__cell_location(&m->head, m->locations, cell), cohsm__v3_load(m->head.center));
@@ -4928,7 +4344,7 @@ static cohsm__seen cohsm__see(const cohsm_maps *m, uint32_t cell, cohsm__v3 p, f
     cohsm__face_coordinates(s.face, q, &s.x, &s.y, &w);
     s.x = s.x / w * half + half;
     s.y = s.y / w * half + half;
-    s.depth = w * (1.0f - 2.0f * bias / (float)m->head.map_size) * (m->head.radius / m->head.depth_far) *
+    s.depth = w * (1.0f - 2.0f * bias / (float)m->head.map_side) * (m->head.radius / m->head.depth_far) *
               (float)COHSM__HIT_MAX;
     return s;
 }
@@ -4941,14 +4357,14 @@ static int32_t cohsm__compared_depth(float depth)
 
 static uint32_t cohsm__pixel(const cohsm_maps *m, float x, float y)
 {
-    float top = (float)m->head.map_size;
+    float top = (float)m->head.map_side;
     uint32_t p;
     if (m->head.positional) {                       /* rounding may leave the face by a hair */
         x = x < 0.0f ? 0.0f : x >= top ? top - 0.5f : x;
         y = y < 0.0f ? 0.0f : y >= top ? top - 0.5f : y;
     }
     if (!(x >= 0.0f && x < top && y >= 0.0f && y < top)) return COHSM__NO_PIXEL;
-    p = (uint32_t)y * m->head.map_size + (uint32_t)x;
+    p = (uint32_t)y * m->head.map_side + (uint32_t)x;
     return p >= m->head.pixel_begin && p < m->head.pixel_end ? p - m->head.pixel_begin : COHSM__NO_PIXEL;
 }
 
@@ -4958,8 +4374,8 @@ static float cohsm__lit(const cohsm_maps *m, uint32_t pixel, uint32_t place, int
     return depth > (int32_t)cohsm__stored_depth(m, pixel, place) ? 0.0f : 1.0f;
 }
 
-/* Weights of generalised PCF are products of one fraction for each of the d + 2 dimensions (paper 4.5). What is dark is
-   summed, so that a sample which nothing shadows is exactly 1. */
+/* Weights of generalised PCF are products of one fraction for each of the d + 2 dimensions (paper 4.5). What
+   is dark is summed, so that a sample which nothing shadows is exactly 1. */
 static float cohsm__pcf_map(const cohsm_maps *m, const int *c, cohsm__v3 p, float bias)
 {
     uint32_t place = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]), corner;
@@ -5016,8 +4432,8 @@ static cohsm__v3 cohsm__tile_light(const cohsm__tile *t, size_t i)
     return cohsm__v3_make(t->light[0][i], t->light[1][i], t->light[2][i]);
 }
 
-/* Roulette is the nearest neighbour of a position moved at random by up to half a step: a fraction f is rounded up with
-   probability f, which is its weight in PCF. */
+/* Roulette is the nearest neighbour of a position moved at random by up to half a step: a fraction f is
+   rounded up with probability f, which is its weight in PCF. */
 static float cohsm__jitter(const cohsm__tile *t, uint32_t id, uint32_t dimension)
 {
     return t->query->filter == COHSM_FILTER_ROULETTE ? cohsm__random(t->seed, id, dimension) : 0.5f;
@@ -5041,9 +4457,8 @@ static void cohsm__address(cohsm__tile *t, size_t i)
     uint32_t k, id = (uint32_t)t->id[i];
     int c[3] = { 0, 0, 0 };
 
-    t->pixel[i] = COHSM__NO_PIXEL;
-    if (!cohsm__v3_finite(p) || (q->light != COHSM_LIGHT_INDEX && !cohsm__v3_finite(l))) return;
-    if (q->light == COHSM_LIGHT_INDEX) {
+    if (!cohsm__v3_finite(p) || (q->light_kind != COHSM_LIGHT_INDEX && !cohsm__v3_finite(l))) return;
+    if (q->light_kind == COHSM_LIGHT_INDEX) {
         if (t->cell[t->one_light ? 0 : i] >= m->head.map_count) return;     /* unknown, like a light at NaN */
         cohsm__cell_split(m->head.side, t->cell[t->one_light ? 0 : i], (uint32_t *)c);
         if (q->filter == COHSM_FILTER_PCF) {
@@ -5051,9 +4466,9 @@ static void cohsm__address(cohsm__tile *t, size_t i)
             return;
         }
     } else {
-        if (q->light == COHSM_LIGHT_POSITION) l = cohsm__v3_sub(l, p);
-        if (q->light != COHSM_LIGHT_PARAMETER && !cohsm__usable(l)) return;
-        cohsm__domain_position(m, l, q->light, f);
+        if (q->light_kind == COHSM_LIGHT_POSITION) l = cohsm__v3_sub(l, p);
+        if (q->light_kind != COHSM_LIGHT_PARAMETER && !cohsm__usable(l)) return;
+        cohsm__domain_position(m, l, q->light_kind, f);
         if (q->filter == COHSM_FILTER_PCF) {
             t->visible[i] = cohsm__lit_of(cohsm__pcf(m, f, p, q->bias));
             return;
@@ -5069,12 +4484,57 @@ static void cohsm__address(cohsm__tile *t, size_t i)
     t->depth[i] = cohsm__compared_depth(s.depth);
     if (t->depth[i] < 0) return;
     t->pixel[i] = cohsm__pixel(m, s.x, s.y);
-    t->place[i] = cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]) + s.face * m->head.map_count;
+    t->place[i] =
+        cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], (uint32_t)c[2]) + s.face * m->head.map_count;
 }
 
+/* A pixel of one of the tile's samples: its list, then its block, and the view in it. */
+typedef struct cohsm__found { const uint32_t *at; uint32_t view, sample; } cohsm__found;
+
+/* Semi-local light: refused inside the hull; and where the ray meets the hull only beyond the light, or not
+   at all, the object cannot be in between (T67): one of light or hull must come first, since the light is
+   outside a convex hull. */
+static int cohsm__light_refused(const cohsm_maps *m, cohsm__v3 l)
+{
+    int i;
+    for (i = 0; i < COHSM__DOP_AXES; i++) {
+        float d = cohsm__v3_dot(cohsm__dop_axis(i), l);
+        if (d < m->dop[2 * i] || d > m->dop[2 * i + 1]) return 0;
+    }
+    return 1;
+}
+
+static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
+{
+    float enter = 0.0f, leave = 1.0f;
+    int i;
+    for (i = 0; i < COHSM__DOP_AXES; i++) {
+        cohsm__v3 a = cohsm__dop_axis(i);
+        float from = cohsm__v3_dot(a, p), step = cohsm__v3_dot(a, l) - from, t0, t1;
+        if (step == 0.0f) {
+            if (from < m->dop[2 * i] || from > m->dop[2 * i + 1]) return 0;
+            continue;
+        }
+        t0 = (m->dop[2 * i] - from) / step;
+        t1 = (m->dop[2 * i + 1] - from) / step;
+        if (t0 > t1) {
+            float swap = t0;
+            t0 = t1;
+            t1 = swap;
+        }
+        if (t0 > enter) enter = t0;
+        if (t1 < leave) leave = t1;
+    }
+    return enter <= leave;
+}
+
+/* ==== src/csm/query_directions.h ==== */
+
+/* ---- query: directions to latitude-longitude maps, in steps ---- */
+
 /* Directions to LATLONG maps, a step of samples at a time: cohsm__address, but in loops of constant length without
-   branches or calls, which compilers vectorise at -O2. On x86 they are compiled once more for AVX2.
-   Step small enough that what one loop leaves, or prefetches, is still in the first-level cache for the next. */
+   branches or calls, which compilers vectorise at -O2 for every instruction set (kernels_directions.h). Step small
+   enough that what one loop leaves, or prefetches, is still in the first-level cache for the next. */
 
 enum { COHSM__STEP = 64 };
 
@@ -5086,18 +4546,1508 @@ typedef struct cohsm__step {
     float right[3][COHSM__STEP], up[3][COHSM__STEP], back[3][COHSM__STEP];
 } cohsm__step;
 
-/* sqrtf may set errno, so that compilers do not vectorise it. */
-static void cohsm__step_roots(float *x)
+/* One direction for all points: one frame. Returns the place of the map. */
+static uint32_t cohsm__one_frame(const cohsm_maps *m, cohsm__v3 direction, cohsm__frame *f)
 {
-    int k;
-#if COHSM__SIMD && (defined(__SSE2__) || defined(_M_X64))
-    for (k = 0; k < COHSM__STEP; k += 4) _mm_storeu_ps(x + k, _mm_sqrt_ps(_mm_loadu_ps(x + k)));
+    int c[3] = { 0, 0, 0 };
+    float u[3];
+
+    cohsm__domain_position(m, direction, COHSM_LIGHT_DIRECTION, u);
+    c[0] = cohsm__floor(u[0] + 0.5f);
+    c[1] = cohsm__floor(u[1] + 0.5f);
+    cohsm__wrap(m, c);
+    *f = cohsm__cell_frame(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
+    return cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], 0);
+}
+
+/* Neighbours share pixels, so decoded depths are kept by the low bits of x and y. */
+static uint32_t cohsm__slot(uint32_t pixel) { return (pixel & 15u) | (pixel >> 3 & 0x1f0u); }
+
+/* One light for many points: pixels and compared depths of up to a stream of them, and what is to be decoded. */
+enum { COHSM__STREAM = 1024, COHSM__AHEAD = 768 };      /* floats of points prefetched before they are wanted */
+
+typedef struct cohsm__stream {
+    const cohsm_maps *maps;
+    cohsm__frame frame;
+    uint32_t place;
+    float    bias;                      /* in parts of the depth range */
+    size_t   count;
+    const float *packed;                /* points as they stand in the query; NULL: x, y, z in radii about the centre */
+    const float *x, *y, *z;
+    cohsm__kept *kept;
+    int32_t  pixel[COHSM__STREAM], depth[COHSM__STREAM];
+    uint32_t list[COHSM__STREAM], listed;
+} cohsm__stream;
+
+static void cohsm__stream_make(cohsm__stream *s, const cohsm_maps *maps, cohsm__v3 direction, float bias,
+                               cohsm__kept *kept)
+{
+    s->maps = maps;
+    s->place = cohsm__one_frame(maps, direction, &s->frame);
+    s->bias = bias / (float)maps->head.map_side;
+    s->kept = kept;
+    s->packed = s->x = s->y = s->z = NULL;
+}
+
+/* ==== src/csm/kernels_begin.h ==== */
+
+/* ---- kernels: one text, compiled for every instruction set ---- */
+
+static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15 };
+
+/* Names that every instruction set has of its own, see unit simd. */
+#define cohsm__triangles COHSM__NAME_IN_SET(cohsm__triangles, COHSM__SET)
+#define cohsm__spans COHSM__NAME_IN_SET(cohsm__spans, COHSM__SET)
+#define cohsm__sides COHSM__NAME_IN_SET(cohsm__sides, COHSM__SET)
+#define cohsm__span COHSM__NAME_IN_SET(cohsm__span, COHSM__SET)
+#define cohsm__spans_of COHSM__NAME_IN_SET(cohsm__spans_of, COHSM__SET)
+#define cohsm__side_from COHSM__NAME_IN_SET(cohsm__side_from, COHSM__SET)
+#define cohsm__side_loses COHSM__NAME_IN_SET(cohsm__side_loses, COHSM__SET)
+#define cohsm__sides_step COHSM__NAME_IN_SET(cohsm__sides_step, COHSM__SET)
+#define cohsm__side_areas COHSM__NAME_IN_SET(cohsm__side_areas, COHSM__SET)
+#define cohsm__to_front COHSM__NAME_IN_SET(cohsm__to_front, COHSM__SET)
+#define cohsm__draw_samples COHSM__NAME_IN_SET(cohsm__draw_samples, COHSM__SET)
+#define cohsm__draw_boxes COHSM__NAME_IN_SET(cohsm__draw_boxes, COHSM__SET)
+#define cohsm__draw_alone COHSM__NAME_IN_SET(cohsm__draw_alone, COHSM__SET)
+#define cohsm__draw_some COHSM__NAME_IN_SET(cohsm__draw_some, COHSM__SET)
+#define cohsm__draw_whole COHSM__NAME_IN_SET(cohsm__draw_whole, COHSM__SET)
+#define cohsm__draw_all COHSM__NAME_IN_SET(cohsm__draw_all, COHSM__SET)
+#define cohsm__corner_load COHSM__NAME_IN_SET(cohsm__corner_load, COHSM__SET)
+#define cohsm__fixed COHSM__NAME_IN_SET(cohsm__fixed, COHSM__SET)
+#define cohsm__depths COHSM__NAME_IN_SET(cohsm__depths, COHSM__SET)
+#define cohsm__queue_add COHSM__NAME_IN_SET(cohsm__queue_add, COHSM__SET)
+#define cohsm__enqueue COHSM__NAME_IN_SET(cohsm__enqueue, COHSM__SET)
+#define cohsm__sees8 COHSM__NAME_IN_SET(cohsm__sees8, COHSM__SET)
+#define cohsm__append8 COHSM__NAME_IN_SET(cohsm__append8, COHSM__SET)
+#define cohsm__find COHSM__NAME_IN_SET(cohsm__find, COHSM__SET)
+#define cohsm__find_block COHSM__NAME_IN_SET(cohsm__find_block, COHSM__SET)
+#define cohsm__found_depth COHSM__NAME_IN_SET(cohsm__found_depth, COHSM__SET)
+#define cohsm__find_depths COHSM__NAME_IN_SET(cohsm__find_depths, COHSM__SET)
+#define cohsm__search COHSM__NAME_IN_SET(cohsm__search, COHSM__SET)
+#define cohsm__load_vectors COHSM__NAME_IN_SET(cohsm__load_vectors, COHSM__SET)
+#define cohsm__step_roots COHSM__NAME_IN_SET(cohsm__step_roots, COHSM__SET)
+#define cohsm__step_cells COHSM__NAME_IN_SET(cohsm__step_cells, COHSM__SET)
+#define cohsm__step_frames COHSM__NAME_IN_SET(cohsm__step_frames, COHSM__SET)
+#define cohsm__step_see COHSM__NAME_IN_SET(cohsm__step_see, COHSM__SET)
+#define cohsm__step_places COHSM__NAME_IN_SET(cohsm__step_places, COHSM__SET)
+#define cohsm__step_jitter COHSM__NAME_IN_SET(cohsm__step_jitter, COHSM__SET)
+#define cohsm__address_latlong COHSM__NAME_IN_SET(cohsm__address_latlong, COHSM__SET)
+#define cohsm__views COHSM__NAME_IN_SET(cohsm__views, COHSM__SET)
+#define cohsm__views_of COHSM__NAME_IN_SET(cohsm__views_of, COHSM__SET)
+#define cohsm__stream_load COHSM__NAME_IN_SET(cohsm__stream_load, COHSM__SET)
+#define cohsm__stream_see COHSM__NAME_IN_SET(cohsm__stream_see, COHSM__SET)
+#define cohsm__slots COHSM__NAME_IN_SET(cohsm__slots, COHSM__SET)
+#define cohsm__stream_find COHSM__NAME_IN_SET(cohsm__stream_find, COHSM__SET)
+#define cohsm__stream_decode COHSM__NAME_IN_SET(cohsm__stream_decode, COHSM__SET)
+#define cohsm__stream_rest COHSM__NAME_IN_SET(cohsm__stream_rest, COHSM__SET)
+#define cohsm__stream_compare COHSM__NAME_IN_SET(cohsm__stream_compare, COHSM__SET)
+#define cohsm__one_light COHSM__NAME_IN_SET(cohsm__one_light, COHSM__SET)
+#define COHSM__ALL_LANES ((1u << COHSM__LANE_COUNT) - 1u)       /* bits of a mask in which all lanes are */
+
+#define COHSM__SET plain
+#define COHSM__WIDTH COHSM__SIMD_WIDTH
+#define COHSM__LANE_COUNT 8
+
+#endif /* !CSM_IMPLEMENTED */
+
+#ifdef COHSM__SET
+
+/* ==== src/shared/simd_begin.h ==== */
+
+
+/* unit simd_begin, needs simd: what the kernels of one instruction set are compiled with */
+
+#undef COHSM__KERNEL
+#undef COHSM__IN_KERNEL
+#undef COHSM__IN_LARGE_KERNEL
+#undef COHSM__INTEL
+#undef COHSM__EACH
+
+#if COHSM__WIDTH == 16
+#define COHSM__KERNEL COHSM__TARGET_AVX512
+#define COHSM__INTEL(name) _mm512_##name
+#elif COHSM__WIDTH == 8
+#define COHSM__KERNEL COHSM__TARGET_AVX2
+#define COHSM__INTEL(name) _mm256_##name
 #else
-    for (k = 0; k < COHSM__STEP; k++) x[k] = sqrtf(x[k]);
+#define COHSM__KERNEL
+#define COHSM__INTEL(name) _mm_##name
+#endif
+
+/* COHSM__IN_LARGE_KERNEL stands behind static before what a kernel calls dozens of times. Without optimisation, and with
+   gcc's sanitizers, which take minutes to build large functions, this is not inlined. */
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define COHSM__IN_KERNEL __attribute__((always_inline)) COHSM__KERNEL
+#else
+#define COHSM__IN_KERNEL COHSM__KERNEL
+#endif
+#if defined(__GNUC__) && !defined(__TINYC__) && (!defined(__OPTIMIZE__) || defined(__SANITIZE_ADDRESS__))
+#define COHSM__IN_LARGE_KERNEL __attribute__((noinline)) COHSM__KERNEL
+#else
+#define COHSM__IN_LARGE_KERNEL inline COHSM__IN_KERNEL
+#endif
+
+/* Does something with every piece of COHSM__WIDTH lanes. With constants for the pieces, so that compilers keep them in
+   registers. */
+#if COHSM__WIDTH > 1 && COHSM__LANE_COUNT == COHSM__WIDTH
+#define COHSM__EACH(...) { enum { piece = 0 }; __VA_ARGS__; }
+#elif COHSM__WIDTH > 1 && COHSM__LANE_COUNT == 2 * COHSM__WIDTH
+#define COHSM__EACH(...) { enum { piece = 0 }; __VA_ARGS__; } { enum { piece = 1 }; __VA_ARGS__; }
+#elif COHSM__WIDTH > 1 && COHSM__LANE_COUNT == 4 * COHSM__WIDTH
+#define COHSM__EACH(...) \
+    { enum { piece = 0 }; __VA_ARGS__; } { enum { piece = 1 }; __VA_ARGS__; } \
+    { enum { piece = 2 }; __VA_ARGS__; } { enum { piece = 3 }; __VA_ARGS__; }
+#else
+#define COHSM__EACH(...) { int piece; for (piece = 0; piece < COHSM__LANE_COUNT / COHSM__WIDTH; piece++) { __VA_ARGS__; } }
+#endif
+
+/* ==== src/shared/simd_x86.h ==== */
+
+
+/* unit simd_x86, needs simd_begin: lanes of SSE2, AVX2 and AVX-512 */
+
+#if COHSM__SIMD_X86 || COHSM__WIDTH > 4
+
+#if COHSM__WIDTH == 16
+typedef struct cohsm__lanes { __m512 v[COHSM__LANE_COUNT / 16]; } cohsm__lanes;
+typedef struct cohsm__lane_ints { __m512i v[COHSM__LANE_COUNT / 16]; } cohsm__lane_ints;
+typedef struct cohsm__lane_mask { __mmask16 v[COHSM__LANE_COUNT / 16]; } cohsm__lane_mask;
+#elif COHSM__WIDTH == 8
+typedef struct cohsm__lanes { __m256 v[COHSM__LANE_COUNT / 8]; } cohsm__lanes;
+typedef struct cohsm__lane_ints { __m256i v[COHSM__LANE_COUNT / 8]; } cohsm__lane_ints;
+typedef struct cohsm__lane_mask { __m256 v[COHSM__LANE_COUNT / 8]; } cohsm__lane_mask;
+#else
+typedef struct cohsm__lanes { __m128 v[COHSM__LANE_COUNT / 4]; } cohsm__lanes;
+typedef struct cohsm__lane_ints { __m128i v[COHSM__LANE_COUNT / 4]; } cohsm__lane_ints;
+typedef struct cohsm__lane_mask { __m128 v[COHSM__LANE_COUNT / 4]; } cohsm__lane_mask;
+#endif
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_load(const float *from)
+{
+    cohsm__lanes a;
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(loadu_ps)(from + piece * COHSM__WIDTH))
+    return a;
+}
+
+static inline COHSM__IN_KERNEL void cohsm__lanes_store(float *to, cohsm__lanes a)
+{
+    COHSM__EACH(COHSM__INTEL(storeu_ps)(to + piece * COHSM__WIDTH, a.v[piece]))
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_all(float x)
+{
+    cohsm__lanes a;
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(set1_ps)(x))
+    return a;
+}
+
+/* Comparisons are false if one is not a number, but for differ. */
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__lanes_greater(cohsm__lanes a, cohsm__lanes b)
+{
+    cohsm__lane_mask m;
+#if COHSM__WIDTH == 16
+    COHSM__EACH(m.v[piece] = _mm512_cmp_ps_mask(a.v[piece], b.v[piece], _CMP_GT_OQ))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(m.v[piece] = _mm256_cmp_ps(a.v[piece], b.v[piece], _CMP_GT_OQ))
+#else
+    COHSM__EACH(m.v[piece] = _mm_cmpgt_ps(a.v[piece], b.v[piece]))
+#endif
+    return m;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__lanes_at_least(cohsm__lanes a, cohsm__lanes b)
+{
+    cohsm__lane_mask m;
+#if COHSM__WIDTH == 16
+    COHSM__EACH(m.v[piece] = _mm512_cmp_ps_mask(a.v[piece], b.v[piece], _CMP_GE_OQ))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(m.v[piece] = _mm256_cmp_ps(a.v[piece], b.v[piece], _CMP_GE_OQ))
+#else
+    COHSM__EACH(m.v[piece] = _mm_cmpge_ps(a.v[piece], b.v[piece]))
+#endif
+    return m;
+}
+
+/* m ? a : b. */
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_select(cohsm__lane_mask m, cohsm__lanes a, cohsm__lanes b)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(a.v[piece] = _mm512_mask_mov_ps(b.v[piece], m.v[piece], a.v[piece]))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(a.v[piece] = _mm256_blendv_ps(b.v[piece], a.v[piece], m.v[piece]))
+#else
+    COHSM__EACH(a.v[piece] = _mm_or_ps(_mm_and_ps(m.v[piece], a.v[piece]), _mm_andnot_ps(m.v[piece], b.v[piece])))
+#endif
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_add(cohsm__lanes a, cohsm__lanes b)
+{
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(add_ps)(a.v[piece], b.v[piece]))
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_sub(cohsm__lanes a, cohsm__lanes b)
+{
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(sub_ps)(a.v[piece], b.v[piece]))
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_mul(cohsm__lanes a, cohsm__lanes b)
+{
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(mul_ps)(a.v[piece], b.v[piece]))
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_div(cohsm__lanes a, cohsm__lanes b)
+{
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(div_ps)(a.v[piece], b.v[piece]))
+    return a;
+}
+
+/* a > b ? a : b, so that b is the answer if one is not a number. */
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_max(cohsm__lanes a, cohsm__lanes b)
+{
+#if COHSM__WIDTH == 16                           /* gcc 12 warns of what max without a mask calls */
+    COHSM__EACH(a.v[piece] = _mm512_maskz_max_ps((__mmask16)0xffff, a.v[piece], b.v[piece]))
+#else
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(max_ps)(a.v[piece], b.v[piece]))
+#endif
+    return a;
+}
+
+/* a < b ? a : b. */
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_min(cohsm__lanes a, cohsm__lanes b)
+{
+#if COHSM__WIDTH == 16                           /* gcc 12 warns of what min without a mask calls */
+    COHSM__EACH(a.v[piece] = _mm512_maskz_min_ps((__mmask16)0xffff, a.v[piece], b.v[piece]))
+#else
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(min_ps)(a.v[piece], b.v[piece]))
+#endif
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_sqrt(cohsm__lanes a)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(a.v[piece] = _mm512_maskz_sqrt_ps((__mmask16)0xffff, a.v[piece]))
+#else
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(sqrt_ps)(a.v[piece]))
+#endif
+    return a;
+}
+
+/* m ? a : 0. */
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_keep(cohsm__lane_mask m, cohsm__lanes a)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(a.v[piece] = _mm512_maskz_mov_ps(m.v[piece], a.v[piece]))
+#else
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(and_ps)(m.v[piece], a.v[piece]))
+#endif
+    return a;
+}
+
+/* Towards 0; of floats that an int32_t can hold. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__lanes_truncate(cohsm__lanes a)
+{
+    cohsm__lane_ints k;
+#if COHSM__WIDTH == 16
+    COHSM__EACH(k.v[piece] = _mm512_maskz_cvttps_epi32((__mmask16)0xffff, a.v[piece]))
+#else
+    COHSM__EACH(k.v[piece] = COHSM__INTEL(cvttps_epi32)(a.v[piece]))
+#endif
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_of_ints(cohsm__lane_ints k)
+{
+    cohsm__lanes a;
+#if COHSM__WIDTH == 16
+    COHSM__EACH(a.v[piece] = _mm512_maskz_cvtepi32_ps((__mmask16)0xffff, k.v[piece]))
+#else
+    COHSM__EACH(a.v[piece] = COHSM__INTEL(cvtepi32_ps)(k.v[piece]))
+#endif
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__mask_and(cohsm__lane_mask m, cohsm__lane_mask n)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(m.v[piece] = (__mmask16)(m.v[piece] & n.v[piece]))
+#else
+    COHSM__EACH(m.v[piece] = COHSM__INTEL(and_ps)(m.v[piece], n.v[piece]))
+#endif
+    return m;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__mask_or(cohsm__lane_mask m, cohsm__lane_mask n)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(m.v[piece] = (__mmask16)(m.v[piece] | n.v[piece]))
+#else
+    COHSM__EACH(m.v[piece] = COHSM__INTEL(or_ps)(m.v[piece], n.v[piece]))
+#endif
+    return m;
+}
+
+/* Bit l is that of lane l. */
+static inline COHSM__IN_KERNEL uint32_t cohsm__mask_bits(cohsm__lane_mask m)
+{
+    uint32_t bits = 0;
+#if COHSM__WIDTH == 16
+    COHSM__EACH(bits |= (uint32_t)m.v[piece] << piece * COHSM__WIDTH)
+#else
+    COHSM__EACH(bits |= (uint32_t)COHSM__INTEL(movemask_ps)(m.v[piece]) << piece * COHSM__WIDTH)
+#endif
+    return bits;
+}
+
+static inline COHSM__IN_KERNEL int cohsm__mask_any(cohsm__lane_mask m)
+{
+    int any = 0;
+#if COHSM__WIDTH == 16
+    COHSM__EACH(any |= m.v[piece])
+#else
+    COHSM__EACH(any |= COHSM__INTEL(movemask_ps)(m.v[piece]))
+#endif
+    return any != 0;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_load(const int32_t *from)
+{
+    cohsm__lane_ints k;
+#if COHSM__WIDTH == 16
+    COHSM__EACH(k.v[piece] = _mm512_loadu_si512((const void *)(from + piece * COHSM__WIDTH)))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(k.v[piece] = _mm256_loadu_si256((const __m256i *)(const void *)(from + piece * COHSM__WIDTH)))
+#else
+    COHSM__EACH(k.v[piece] = _mm_loadu_si128((const __m128i *)(const void *)(from + piece * COHSM__WIDTH)))
+#endif
+    return k;
+}
+
+static inline COHSM__IN_KERNEL void cohsm__ints_store(int32_t *to, cohsm__lane_ints k)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(_mm512_storeu_si512((void *)(to + piece * COHSM__WIDTH), k.v[piece]))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(_mm256_storeu_si256((__m256i *)(void *)(to + piece * COHSM__WIDTH), k.v[piece]))
+#else
+    COHSM__EACH(_mm_storeu_si128((__m128i *)(void *)(to + piece * COHSM__WIDTH), k.v[piece]))
 #endif
 }
 
-static void cohsm__step_cells(cohsm__step *s, const cohsm__tile *t, size_t first)
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_all(int32_t x)
+{
+    cohsm__lane_ints k;
+    COHSM__EACH(k.v[piece] = COHSM__INTEL(set1_epi32)(x))
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_add(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+    COHSM__EACH(k.v[piece] = COHSM__INTEL(add_epi32)(k.v[piece], n.v[piece]))
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_sub(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+    COHSM__EACH(k.v[piece] = COHSM__INTEL(sub_epi32)(k.v[piece], n.v[piece]))
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_or(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(k.v[piece] = _mm512_or_si512(k.v[piece], n.v[piece]))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(k.v[piece] = _mm256_or_si256(k.v[piece], n.v[piece]))
+#else
+    COHSM__EACH(k.v[piece] = _mm_or_si128(k.v[piece], n.v[piece]))
+#endif
+    return k;
+}
+
+/* m ? k : 0. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_keep(cohsm__lane_mask m, cohsm__lane_ints k)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(k.v[piece] = _mm512_maskz_mov_epi32(m.v[piece], k.v[piece]))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(k.v[piece] = _mm256_and_si256(_mm256_castps_si256(m.v[piece]), k.v[piece]))
+#else
+    COHSM__EACH(k.v[piece] = _mm_and_si128(_mm_castps_si128(m.v[piece]), k.v[piece]))
+#endif
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__ints_equal(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+    cohsm__lane_mask m;
+#if COHSM__WIDTH == 16
+    COHSM__EACH(m.v[piece] = _mm512_cmpeq_epi32_mask(k.v[piece], n.v[piece]))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(m.v[piece] = _mm256_castsi256_ps(_mm256_cmpeq_epi32(k.v[piece], n.v[piece])))
+#else
+    COHSM__EACH(m.v[piece] = _mm_castsi128_ps(_mm_cmpeq_epi32(k.v[piece], n.v[piece])))
+#endif
+    return m;
+}
+
+#endif
+
+/* ==== src/shared/simd_plain.h ==== */
+
+
+/* unit simd_plain, needs simd_begin: lanes of NEON, WebAssembly and others, or floats one by one */
+
+#if !COHSM__SIMD_X86 && COHSM__WIDTH <= 4
+
+#if COHSM__SIMD_VECTORS
+typedef float cohsm__piece __attribute__((vector_size(16)));
+typedef int32_t cohsm__piece_ints __attribute__((vector_size(16)));
+typedef uint32_t cohsm__piece_words __attribute__((vector_size(16)));
+#else
+typedef float cohsm__piece;
+typedef int32_t cohsm__piece_ints;
+typedef uint32_t cohsm__piece_words;
+#endif
+typedef struct cohsm__lanes { cohsm__piece v[COHSM__LANE_COUNT / COHSM__WIDTH]; } cohsm__lanes;
+typedef struct cohsm__lane_ints { cohsm__piece_ints v[COHSM__LANE_COUNT / COHSM__WIDTH]; } cohsm__lane_ints;
+typedef struct cohsm__lane_mask { cohsm__piece_ints v[COHSM__LANE_COUNT / COHSM__WIDTH]; } cohsm__lane_mask;    /* all bits of a lane */
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_load(const float *from)
+{
+    cohsm__lanes a;
+    COHSM__EACH(memcpy(&a.v[piece], from + piece * COHSM__WIDTH, sizeof a.v[piece]))
+    return a;
+}
+
+static inline COHSM__IN_KERNEL void cohsm__lanes_store(float *to, cohsm__lanes a)
+{
+    COHSM__EACH(memcpy(to + piece * COHSM__WIDTH, &a.v[piece], sizeof a.v[piece]))
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_all(float x)
+{
+    cohsm__lanes a;
+#if COHSM__SIMD_VECTORS
+    const cohsm__piece all = { x, x, x, x };
+    COHSM__EACH(a.v[piece] = all)
+#else
+    COHSM__EACH(a.v[piece] = x)
+#endif
+    return a;
+}
+
+/* Comparisons are false if one is not a number, but for differ. */
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__lanes_greater(cohsm__lanes a, cohsm__lanes b)
+{
+    cohsm__lane_mask m;
+#if COHSM__SIMD_VECTORS
+    COHSM__EACH(m.v[piece] = a.v[piece] > b.v[piece])
+#else
+    COHSM__EACH(m.v[piece] = -(a.v[piece] > b.v[piece]))
+#endif
+    return m;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__lanes_at_least(cohsm__lanes a, cohsm__lanes b)
+{
+    cohsm__lane_mask m;
+#if COHSM__SIMD_VECTORS
+    COHSM__EACH(m.v[piece] = a.v[piece] >= b.v[piece])
+#else
+    COHSM__EACH(m.v[piece] = -(a.v[piece] >= b.v[piece]))
+#endif
+    return m;
+}
+
+/* m ? a : b. */
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_select(cohsm__lane_mask m, cohsm__lanes a, cohsm__lanes b)
+{
+#if COHSM__SIMD_VECTORS
+    COHSM__EACH(a.v[piece] = (cohsm__piece)((m.v[piece] & (cohsm__piece_ints)a.v[piece]) | (~m.v[piece] & (cohsm__piece_ints)b.v[piece])))
+#else
+    COHSM__EACH(a.v[piece] = m.v[piece] ? a.v[piece] : b.v[piece])
+#endif
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_add(cohsm__lanes a, cohsm__lanes b)
+{
+    COHSM__EACH(a.v[piece] = a.v[piece] + b.v[piece])
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_sub(cohsm__lanes a, cohsm__lanes b)
+{
+    COHSM__EACH(a.v[piece] = a.v[piece] - b.v[piece])
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_mul(cohsm__lanes a, cohsm__lanes b)
+{
+    COHSM__EACH(a.v[piece] = a.v[piece] * b.v[piece])
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_div(cohsm__lanes a, cohsm__lanes b)
+{
+    COHSM__EACH(a.v[piece] = a.v[piece] / b.v[piece])
+    return a;
+}
+
+/* a > b ? a : b, so that b is the answer if one is not a number. */
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_max(cohsm__lanes a, cohsm__lanes b)
+{
+    return cohsm__lanes_select(cohsm__lanes_greater(a, b), a, b);
+}
+
+/* a < b ? a : b. */
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_min(cohsm__lanes a, cohsm__lanes b)
+{
+    return cohsm__lanes_select(cohsm__lanes_greater(b, a), a, b);
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_sqrt(cohsm__lanes a)
+{
+#if COHSM__SIMD_VECTORS
+#if defined(__aarch64__) && !defined(COHSM__NO_SIMD)
+    COHSM__EACH(a.v[piece] = (cohsm__piece)vsqrtq_f32((float32x4_t)a.v[piece]))
+#elif defined(__wasm_simd128__) && !defined(COHSM__NO_SIMD)
+    COHSM__EACH(a.v[piece] = (cohsm__piece)wasm_f32x4_sqrt((v128_t)a.v[piece]))
+#else
+    int k;
+    COHSM__EACH(for (k = 0; k < 4; k++) a.v[piece][k] = sqrtf(a.v[piece][k]))
+#endif
+#else
+    COHSM__EACH(a.v[piece] = sqrtf(a.v[piece]))
+#endif
+    return a;
+}
+
+/* m ? a : 0. */
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_keep(cohsm__lane_mask m, cohsm__lanes a)
+{
+#if COHSM__SIMD_VECTORS
+    COHSM__EACH(a.v[piece] = (cohsm__piece)(m.v[piece] & (cohsm__piece_ints)a.v[piece]))
+#else
+    COHSM__EACH(a.v[piece] = m.v[piece] ? a.v[piece] : 0.0f)
+#endif
+    return a;
+}
+
+/* Towards 0; of floats that an int32_t can hold. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__lanes_truncate(cohsm__lanes a)
+{
+    cohsm__lane_ints k;
+#if COHSM__SIMD_VECTORS
+    COHSM__EACH(k.v[piece] = __builtin_convertvector(a.v[piece], cohsm__piece_ints))
+#else
+    COHSM__EACH(k.v[piece] = (int32_t)a.v[piece])
+#endif
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes_of_ints(cohsm__lane_ints k)
+{
+    cohsm__lanes a;
+#if COHSM__SIMD_VECTORS           /* + 0: of 0 that was truncated from -0.5, gcc 12 makes -0 for NEON */
+    COHSM__EACH(a.v[piece] = __builtin_convertvector(k.v[piece], cohsm__piece) + 0.0f)
+#else
+    COHSM__EACH(a.v[piece] = (float)k.v[piece])
+#endif
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__mask_and(cohsm__lane_mask m, cohsm__lane_mask n)
+{
+    COHSM__EACH(m.v[piece] = m.v[piece] & n.v[piece])
+    return m;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__mask_or(cohsm__lane_mask m, cohsm__lane_mask n)
+{
+    COHSM__EACH(m.v[piece] = m.v[piece] | n.v[piece])
+    return m;
+}
+
+/* Bit l is that of lane l. */
+static inline COHSM__IN_KERNEL uint32_t cohsm__mask_bits(cohsm__lane_mask m)
+{
+    uint32_t bits = 0;
+#if COHSM__SIMD_VECTORS
+    int k;
+    COHSM__EACH(for (k = 0; k < 4; k++) bits |= ((uint32_t)m.v[piece][k] & 1u) << (piece * COHSM__WIDTH + k))
+#else
+    COHSM__EACH(bits |= ((uint32_t)m.v[piece] & 1u) << piece)
+#endif
+    return bits;
+}
+
+static inline COHSM__IN_KERNEL int cohsm__mask_any(cohsm__lane_mask m)
+{
+    int any = 0;
+#if COHSM__SIMD_VECTORS
+    COHSM__EACH(any |= m.v[piece][0] | m.v[piece][1] | m.v[piece][2] | m.v[piece][3])
+#else
+    COHSM__EACH(any |= m.v[piece])
+#endif
+    return any != 0;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_load(const int32_t *from)
+{
+    cohsm__lane_ints k;
+    COHSM__EACH(memcpy(&k.v[piece], from + piece * COHSM__WIDTH, sizeof k.v[piece]))
+    return k;
+}
+
+static inline COHSM__IN_KERNEL void cohsm__ints_store(int32_t *to, cohsm__lane_ints k)
+{
+    COHSM__EACH(memcpy(to + piece * COHSM__WIDTH, &k.v[piece], sizeof k.v[piece]))
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_all(int32_t x)
+{
+    cohsm__lane_ints k;
+#if COHSM__SIMD_VECTORS
+    const cohsm__piece_ints all = { x, x, x, x };
+    COHSM__EACH(k.v[piece] = all)
+#else
+    COHSM__EACH(k.v[piece] = x)
+#endif
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_add(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+    COHSM__EACH(k.v[piece] = (cohsm__piece_ints)((cohsm__piece_words)k.v[piece] + (cohsm__piece_words)n.v[piece]))
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_sub(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+    COHSM__EACH(k.v[piece] = (cohsm__piece_ints)((cohsm__piece_words)k.v[piece] - (cohsm__piece_words)n.v[piece]))
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_or(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+    COHSM__EACH(k.v[piece] = k.v[piece] | n.v[piece])
+    return k;
+}
+
+/* m ? k : 0. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_keep(cohsm__lane_mask m, cohsm__lane_ints k)
+{
+    COHSM__EACH(k.v[piece] = m.v[piece] & k.v[piece])
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__ints_equal(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+    cohsm__lane_mask m;
+#if COHSM__SIMD_VECTORS
+    COHSM__EACH(m.v[piece] = k.v[piece] == n.v[piece])
+#else
+    COHSM__EACH(m.v[piece] = -(k.v[piece] == n.v[piece]))
+#endif
+    return m;
+}
+
+#endif
+
+/* ==== src/shared/simd_lanes3.h ==== */
+
+
+/* unit simd_lanes3, needs simd_begin: vectors of three in lanes */
+
+typedef struct cohsm__lanes3 { cohsm__lanes x, y, z; } cohsm__lanes3;
+
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__lanes3_load(const float *x, const float *y, const float *z)
+{
+    cohsm__lanes3 a;
+    a.x = cohsm__lanes_load(x);
+    a.y = cohsm__lanes_load(y);
+    a.z = cohsm__lanes_load(z);
+    return a;
+}
+
+/* x, y, z of the first lane, then of the next. */
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__lanes3_load_packed(const float *xyz)
+{
+    cohsm__lanes3 v;
+#if COHSM__WIDTH == 16
+    static const int32_t from[16] = { 0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 33, 36, 39, 42, 45 };
+    static const int32_t next[16] = { 1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, 34, 37, 40, 43, 46 };
+    static const int32_t last[16] = { 2, 5, 8, 11, 14, 17, 20, 23, 26, 29, 32, 35, 38, 41, 44, 47 };
+    COHSM__EACH(
+        const float *at = xyz + 3 * COHSM__WIDTH * piece;
+        const __m512 a = _mm512_loadu_ps(at);
+        const __m512 b = _mm512_loadu_ps(at + 16);
+        const __m512 c = _mm512_loadu_ps(at + 32);
+        const __m512i i = _mm512_loadu_si512(from);
+        const __m512i j = _mm512_loadu_si512(next);
+        const __m512i k = _mm512_loadu_si512(last);
+        v.x.v[piece] = _mm512_mask_permutexvar_ps(_mm512_permutex2var_ps(a, i, b), (__mmask16)0xf800, i, c);
+        v.y.v[piece] = _mm512_mask_permutexvar_ps(_mm512_permutex2var_ps(a, j, b), (__mmask16)0xf800, j, c);
+        v.z.v[piece] = _mm512_mask_permutexvar_ps(_mm512_permutex2var_ps(a, k, b), (__mmask16)0xfc00, k, c))
+#elif COHSM__WIDTH == 8                          /* in each half: a = x y z x, b = y z x y, c = z x y z */
+    COHSM__EACH(
+        const float *at = xyz + 3 * COHSM__WIDTH * piece;
+        const __m256 a = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(at)), _mm_loadu_ps(at + 12), 1);
+        const __m256 b = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(at + 4)), _mm_loadu_ps(at + 16), 1);
+        const __m256 c = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(at + 8)), _mm_loadu_ps(at + 20), 1);
+        const __m256 ab = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 2, 1));
+        const __m256 bc = _mm256_shuffle_ps(b, c, _MM_SHUFFLE(2, 1, 3, 2));
+        v.x.v[piece] = _mm256_shuffle_ps(a, bc, _MM_SHUFFLE(2, 0, 3, 0));
+        v.y.v[piece] = _mm256_shuffle_ps(ab, bc, _MM_SHUFFLE(3, 1, 2, 0));
+        v.z.v[piece] = _mm256_shuffle_ps(ab, c, _MM_SHUFFLE(3, 0, 3, 1)))
+#else
+    float x[COHSM__LANE_COUNT], y[COHSM__LANE_COUNT], z[COHSM__LANE_COUNT];
+    int l;
+    for (l = 0; l < COHSM__LANE_COUNT; l++) {
+        x[l] = xyz[3 * l];
+        y[l] = xyz[3 * l + 1];
+        z[l] = xyz[3 * l + 2];
+    }
+    v = cohsm__lanes3_load(x, y, z);
+#endif
+    return v;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__lanes3_all(float x, float y, float z)
+{
+    cohsm__lanes3 a;
+    a.x = cohsm__lanes_all(x);
+    a.y = cohsm__lanes_all(y);
+    a.z = cohsm__lanes_all(z);
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__lanes3_sub(cohsm__lanes3 a, cohsm__lanes3 b)
+{
+    a.x = cohsm__lanes_sub(a.x, b.x);
+    a.y = cohsm__lanes_sub(a.y, b.y);
+    a.z = cohsm__lanes_sub(a.z, b.z);
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__lanes3_scale(cohsm__lanes3 a, cohsm__lanes s)
+{
+    a.x = cohsm__lanes_mul(a.x, s);
+    a.y = cohsm__lanes_mul(a.y, s);
+    a.z = cohsm__lanes_mul(a.z, s);
+    return a;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__lanes3_dot(cohsm__lanes3 a, cohsm__lanes3 b)
+{
+    return cohsm__lanes_add(cohsm__lanes_add(cohsm__lanes_mul(a.x, b.x), cohsm__lanes_mul(a.y, b.y)), cohsm__lanes_mul(a.z, b.z));
+}
+
+/* ==== src/shared/simd_ints.h ==== */
+
+
+/* unit simd_ints, needs simd_begin bits: whole numbers in lanes, lanes of a mask one after the other, single bits */
+
+#define cohsm__ints_mul COHSM__NAME_IN_SET(cohsm__ints_mul, COHSM__SET)
+#define cohsm__ints_greater COHSM__NAME_IN_SET(cohsm__ints_greater, COHSM__SET)
+#define cohsm__ints_select COHSM__NAME_IN_SET(cohsm__ints_select, COHSM__SET)
+#define cohsm__ints_min COHSM__NAME_IN_SET(cohsm__ints_min, COHSM__SET)
+#define cohsm__ints_max COHSM__NAME_IN_SET(cohsm__ints_max, COHSM__SET)
+#define cohsm__ints_shift_right COHSM__NAME_IN_SET(cohsm__ints_shift_right, COHSM__SET)
+#define cohsm__ints_append COHSM__NAME_IN_SET(cohsm__ints_append, COHSM__SET)
+#define cohsm__lanes_append COHSM__NAME_IN_SET(cohsm__lanes_append, COHSM__SET)
+#define cohsm__lanes_first COHSM__NAME_IN_SET(cohsm__lanes_first, COHSM__SET)
+#define cohsm__mask_count COHSM__NAME_IN_SET(cohsm__mask_count, COHSM__SET)
+#define cohsm__first_bit COHSM__NAME_IN_SET(cohsm__first_bit, COHSM__SET)
+#define cohsm__bit_count COHSM__NAME_IN_SET(cohsm__bit_count, COHSM__SET)
+#define cohsm__nth_bit COHSM__NAME_IN_SET(cohsm__nth_bit, COHSM__SET)
+#define cohsm__halves_of16 COHSM__NAME_IN_SET(cohsm__halves_of16, COHSM__SET)
+#define cohsm__halves_up_to COHSM__NAME_IN_SET(cohsm__halves_up_to, COHSM__SET)
+#define cohsm__ints_and COHSM__NAME_IN_SET(cohsm__ints_and, COHSM__SET)
+#define cohsm__ints_gather COHSM__NAME_IN_SET(cohsm__ints_gather, COHSM__SET)
+
+/* Of a product the low 32 bits, so that signs do not matter. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_mul(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+#if COHSM__WIDTH > 4
+    COHSM__EACH(k.v[piece] = COHSM__INTEL(mullo_epi32)(k.v[piece], n.v[piece]))
+#elif COHSM__SIMD_X86                            /* SSE2 has products of lanes 0 and 2, in 64 bits */
+    COHSM__EACH(
+        const __m128i even = _mm_mul_epu32(k.v[piece], n.v[piece]);
+        const __m128i odd = _mm_mul_epu32(_mm_srli_epi64(k.v[piece], 32), _mm_srli_epi64(n.v[piece], 32));
+        k.v[piece] = _mm_unpacklo_epi32(_mm_shuffle_epi32(even, 8), _mm_shuffle_epi32(odd, 8)))
+#else
+    COHSM__EACH(k.v[piece] = (cohsm__piece_ints)((cohsm__piece_words)k.v[piece] * (cohsm__piece_words)n.v[piece]))
+#endif
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__ints_greater(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+    cohsm__lane_mask m;
+#if COHSM__WIDTH == 16
+    COHSM__EACH(m.v[piece] = _mm512_cmpgt_epi32_mask(k.v[piece], n.v[piece]))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(m.v[piece] = _mm256_castsi256_ps(_mm256_cmpgt_epi32(k.v[piece], n.v[piece])))
+#elif COHSM__SIMD_X86
+    COHSM__EACH(m.v[piece] = _mm_castsi128_ps(_mm_cmpgt_epi32(k.v[piece], n.v[piece])))
+#elif COHSM__SIMD_VECTORS
+    COHSM__EACH(m.v[piece] = k.v[piece] > n.v[piece])
+#else
+    COHSM__EACH(m.v[piece] = -(k.v[piece] > n.v[piece]))
+#endif
+    return m;
+}
+
+/* m ? k : n. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_select(cohsm__lane_mask m, cohsm__lane_ints k, cohsm__lane_ints n)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(k.v[piece] = _mm512_mask_mov_epi32(n.v[piece], m.v[piece], k.v[piece]))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(k.v[piece] = _mm256_blendv_epi8(n.v[piece], k.v[piece], _mm256_castps_si256(m.v[piece])))
+#elif COHSM__SIMD_X86
+    COHSM__EACH(
+        const __m128i mask = _mm_castps_si128(m.v[piece]);
+        k.v[piece] = _mm_or_si128(_mm_and_si128(mask, k.v[piece]), _mm_andnot_si128(mask, n.v[piece])))
+#else
+    COHSM__EACH(k.v[piece] = (m.v[piece] & k.v[piece]) | (~m.v[piece] & n.v[piece]))
+#endif
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_min(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+#if COHSM__WIDTH == 16                           /* gcc 12 warns of what min without a mask calls */
+    COHSM__EACH(k.v[piece] = _mm512_maskz_min_epi32((__mmask16)0xffff, k.v[piece], n.v[piece]))
+    return k;
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(k.v[piece] = _mm256_min_epi32(k.v[piece], n.v[piece]))
+    return k;
+#else
+    return cohsm__ints_select(cohsm__ints_greater(n, k), k, n);
+#endif
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_max(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(k.v[piece] = _mm512_maskz_max_epi32((__mmask16)0xffff, k.v[piece], n.v[piece]))
+    return k;
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(k.v[piece] = _mm256_max_epi32(k.v[piece], n.v[piece]))
+    return k;
+#else
+    return cohsm__ints_select(cohsm__ints_greater(k, n), k, n);
+#endif
+}
+
+/* k / 2^n, rounded down. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_shift_right(cohsm__lane_ints k, int n)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(k.v[piece] = _mm512_maskz_srav_epi32((__mmask16)0xffff, k.v[piece], _mm512_set1_epi32(n)))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(k.v[piece] = _mm256_srai_epi32(k.v[piece], n))
+#elif COHSM__SIMD_X86
+    COHSM__EACH(k.v[piece] = _mm_srai_epi32(k.v[piece], n))
+#else
+    COHSM__EACH(k.v[piece] = k.v[piece] >> n)
+#endif
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_and(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(k.v[piece] = _mm512_and_si512(k.v[piece], n.v[piece]))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(k.v[piece] = _mm256_and_si256(k.v[piece], n.v[piece]))
+#elif COHSM__SIMD_X86
+    COHSM__EACH(k.v[piece] = _mm_and_si128(k.v[piece], n.v[piece]))
+#else
+    COHSM__EACH(k.v[piece] = k.v[piece] & n.v[piece])
+#endif
+    return k;
+}
+
+/* from[at] of each lane. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_gather(const int32_t *from, cohsm__lane_ints at)
+{
+#if COHSM__WIDTH == 16 && (defined(__OPTIMIZE__) || !defined(__GNUC__) || defined(__clang__))    /* gcc -O0's turns signs */
+    const __m512i none = _mm512_setzero_si512();
+    COHSM__EACH(at.v[piece] = _mm512_mask_i32gather_epi32(none, (__mmask16)0xffff, at.v[piece], (const void *)from, 4))
+    return at;
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(at.v[piece] = _mm256_i32gather_epi32((const int *)from, at.v[piece], 4))
+    return at;
+#else
+    int32_t all[COHSM__LANE_COUNT];
+    int l;
+    cohsm__ints_store(all, at);
+    for (l = 0; l < COHSM__LANE_COUNT; l++) all[l] = from[all[l]];
+    return cohsm__ints_load(all);
+#endif
+}
+
+/* How many lanes there are in a mask. */
+static inline COHSM__IN_KERNEL uint32_t cohsm__mask_count(cohsm__lane_mask m)
+{
+#if COHSM__WIDTH > 4
+    return (uint32_t)_mm_popcnt_u32(cohsm__mask_bits(m));
+#else
+    return cohsm__popcount(cohsm__mask_bits(m));
+#endif
+}
+
+/* Number of the lowest bit that is set, of some. */
+static inline COHSM__IN_KERNEL uint32_t cohsm__first_bit(uint32_t bits)
+{
+#if COHSM__WIDTH > 4
+    return _tzcnt_u32(bits);
+#elif defined(__GNUC__) && !defined(__TINYC__)
+    return (uint32_t)__builtin_ctz(bits);
+#else
+    return cohsm__popcount(~bits & (bits - 1u));
+#endif
+}
+
+static inline COHSM__IN_KERNEL uint32_t cohsm__bit_count(uint64_t bits)
+{
+#if COHSM__WIDTH > 4 && (defined(__x86_64__) || defined(_M_X64))
+    return (uint32_t)_mm_popcnt_u64(bits);
+#else
+    return cohsm__popcount(bits);
+#endif
+}
+
+/* cohsm__select_bit of a number below 64. */
+static inline COHSM__IN_KERNEL uint32_t cohsm__nth_bit(uint64_t bits, uint32_t number)
+{
+#if COHSM__WIDTH > 4 && (defined(__x86_64__) || defined(_M_X64))
+    return (uint32_t)_tzcnt_u64(_pdep_u64((uint64_t)1 << (number & 63u), bits));
+#else
+    return cohsm__select_bit(bits, number);
+#endif
+}
+
+#if COHSM__WIDTH > 4
+/* cohsm__halves_up_to of sixteen words, from which on there are count. */
+static inline COHSM__IN_KERNEL uint32_t cohsm__halves_of16(const uint32_t *words, uint32_t count, uint32_t limit)
+{
+    const __m256i limits = _mm256_set1_epi16((short)limit), end = _mm256_set1_epi16((short)(count < 32u ? count : 32u));
+    const __m256i number = _mm256_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)words);
+    __m256i b = _mm256_loadu_si256((const __m256i *)(const void *)(words + 8));
+    a = _mm256_and_si256(_mm256_cmpeq_epi16(_mm256_min_epu16(a, limits), a), _mm256_cmpgt_epi16(end, number));
+    b = _mm256_and_si256(_mm256_cmpeq_epi16(_mm256_min_epu16(b, limits), b),
+                         _mm256_cmpgt_epi16(end, _mm256_add_epi16(number, _mm256_set1_epi16(16))));
+    return (uint32_t)_mm_popcnt_u32((uint32_t)_mm256_movemask_epi8(_mm256_packs_epi16(a, b)));
+}
+#endif
+
+/* How many of the first count half words are at most the limit; they ascend, the low half of each word first. Words are
+   read sixteen at a time. */
+static inline COHSM__IN_KERNEL uint32_t cohsm__halves_up_to(const uint32_t *words, uint32_t count, uint32_t limit)
+{
+#if COHSM__WIDTH > 4
+    uint32_t n = cohsm__halves_of16(words, count, limit), at;
+    for (at = 32; at < count; at += 32) n += cohsm__halves_of16(words + at / 2, count - at, limit);
+#else
+    uint32_t n = 0, half, at;
+    for (count++; count > 1; count -= half) {               /* halving without branches */
+        half = count / 2;
+        at = n + half - 1u;
+        n += half & (0u - (uint32_t)((words[at >> 1] >> 16 * (at & 1u) & 0xffffu) <= limit));
+    }
+#endif
+    return n;
+}
+
+#if COHSM__WIDTH == 8 && (defined(__x86_64__) || defined(_M_X64))
+/* Numbers of the lanes of a mask; they come first. */
+static inline COHSM__IN_KERNEL __m256i cohsm__lanes_first(uint32_t bits)
+{
+    const uint64_t bytes = _pext_u64(0x0706050403020100u, _pdep_u64(bits, 0x0101010101010101u) * 255u);
+    return _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)bytes));
+}
+#endif
+
+/* The lanes of a mask, one after the other; behind them anything, up to as many floats as there are lanes. */
+static inline COHSM__IN_KERNEL void cohsm__lanes_append(float *to, cohsm__lane_mask m, cohsm__lanes a)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(_mm512_storeu_ps(to, _mm512_maskz_compress_ps(m.v[piece], a.v[piece])); to += _mm_popcnt_u32(m.v[piece]))
+#elif COHSM__WIDTH == 8 && (defined(__x86_64__) || defined(_M_X64))
+    COHSM__EACH(
+        const uint32_t bits = (uint32_t)_mm256_movemask_ps(m.v[piece]);
+        _mm256_storeu_ps(to, _mm256_permutevar8x32_ps(a.v[piece], cohsm__lanes_first(bits)));
+        to += _mm_popcnt_u32(bits))
+#else
+    float all[COHSM__LANE_COUNT];
+    uint32_t bits = cohsm__mask_bits(m);
+    cohsm__lanes_store(all, a);
+    for (; bits; bits &= bits - 1u) *to++ = all[cohsm__first_bit(bits)];
+#endif
+}
+
+static inline COHSM__IN_KERNEL void cohsm__ints_append(int32_t *to, cohsm__lane_mask m, cohsm__lane_ints k)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(
+        _mm512_storeu_si512((void *)to, _mm512_maskz_compress_epi32(m.v[piece], k.v[piece]));
+        to += _mm_popcnt_u32(m.v[piece]))
+#elif COHSM__WIDTH == 8 && (defined(__x86_64__) || defined(_M_X64))
+    COHSM__EACH(
+        const uint32_t bits = (uint32_t)_mm256_movemask_ps(m.v[piece]);
+        const __m256i first = _mm256_permutevar8x32_epi32(k.v[piece], cohsm__lanes_first(bits));
+        _mm256_storeu_si256((__m256i *)(void *)to, first);
+        to += _mm_popcnt_u32(bits))
+#else
+    int32_t all[COHSM__LANE_COUNT];
+    uint32_t bits = cohsm__mask_bits(m);
+    cohsm__ints_store(all, k);
+    for (; bits; bits &= bits - 1u) *to++ = all[cohsm__first_bit(bits)];
+#endif
+}
+
+/* ==== src/csm/kernels_raster.h ==== */
+
+/* ---- kernels of raster: as many triangles as there are lanes ---- */
+
+/* The same as cohsm__fill, equal to the last bit. Nearly all boxes of a fine mesh hold no sample or a few: those go
+   through the samples of their boxes together; triangles with larger ones take cohsm__fill. */
+
+typedef struct cohsm__triangles { cohsm__lane_ints x0, x1, x2, y0, y1, y2; cohsm__lanes z0, z1, z2; } cohsm__triangles;
+
+/* The samples lx..hx, ly..hy of the boxes. */
+typedef struct cohsm__spans { cohsm__lane_ints lx, hx, ly, hy; } cohsm__spans;
+
+/* The samples low..high between the least and the greatest of three coordinates, within begin..end - 1. */
+static inline COHSM__IN_KERNEL void cohsm__span(cohsm__lane_ints a, cohsm__lane_ints b, cohsm__lane_ints c, int begin,
+                                                int end, cohsm__lane_ints *low, cohsm__lane_ints *high)
+{
+    const cohsm__lane_ints l = cohsm__ints_min(cohsm__ints_min(a, b), c);
+    const cohsm__lane_ints h = cohsm__ints_max(cohsm__ints_max(a, b), c);
+    *low = cohsm__ints_shift_right(cohsm__ints_add(l, cohsm__ints_all(127)), 8);
+    *high = cohsm__ints_shift_right(cohsm__ints_sub(h, cohsm__ints_all(128)), 8);
+    *low = cohsm__ints_max(*low, cohsm__ints_all(begin));
+    *high = cohsm__ints_min(*high, cohsm__ints_all(end - 1));
+}
+
+static inline COHSM__IN_KERNEL cohsm__spans cohsm__spans_of(const cohsm__target *t, const cohsm__triangles *p)
+{
+    cohsm__spans s;
+    cohsm__span(p->x0, p->x1, p->x2, 0, t->size, &s.lx, &s.hx);
+    cohsm__span(p->y0, p->y1, p->y2, t->row_begin, t->row_end, &s.ly, &s.hy);
+    return s;
+}
+
+/* Twice the areas that a sample makes with the three sides, in order of the corners opposite. */
+typedef struct cohsm__sides { cohsm__lane_ints w0, w1, w2; } cohsm__sides;
+
+/* The side from a to b as seen from the origin. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__side_from(cohsm__lane_ints ax, cohsm__lane_ints ay,
+                                                                 cohsm__lane_ints bx, cohsm__lane_ints by)
+{
+    return cohsm__ints_sub(cohsm__ints_mul(ax, by), cohsm__ints_mul(bx, ay));
+}
+
+/* cohsm__edge_loses as what the area must exceed: -1 where the side from a to b takes the samples exactly on it. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__side_loses(cohsm__lane_ints ax, cohsm__lane_ints ay,
+                                                                  cohsm__lane_ints bx, cohsm__lane_ints by)
+{
+    const cohsm__lane_mask along = cohsm__mask_and(cohsm__ints_equal(by, ay), cohsm__ints_greater(bx, ax));
+    return cohsm__ints_keep(cohsm__mask_or(cohsm__ints_greater(by, ay), along), cohsm__ints_all(-1));
+}
+
+static inline COHSM__IN_KERNEL cohsm__sides cohsm__sides_step(cohsm__sides s, const cohsm__sides *step)
+{
+    s.w0 = cohsm__ints_add(s.w0, step->w0);
+    s.w1 = cohsm__ints_add(s.w1, step->w1);
+    s.w2 = cohsm__ints_add(s.w2, step->w2);
+    return s;
+}
+
+/* Areas at sample (x, y). Coordinates relative to the sample stay below 2^11: 32 bits are enough. */
+static inline COHSM__IN_KERNEL cohsm__sides cohsm__side_areas(const cohsm__triangles *p, cohsm__lane_ints x,
+                                                              cohsm__lane_ints y)
+{
+    const cohsm__lane_ints pixel = cohsm__ints_all(COHSM__SUBPIXEL), middle = cohsm__ints_all(COHSM__SUBPIXEL / 2);
+    const cohsm__lane_ints sx = cohsm__ints_add(cohsm__ints_mul(x, pixel), middle);
+    const cohsm__lane_ints sy = cohsm__ints_add(cohsm__ints_mul(y, pixel), middle);
+    const cohsm__lane_ints x0 = cohsm__ints_sub(p->x0, sx), y0 = cohsm__ints_sub(p->y0, sy);
+    const cohsm__lane_ints x1 = cohsm__ints_sub(p->x1, sx), y1 = cohsm__ints_sub(p->y1, sy);
+    const cohsm__lane_ints x2 = cohsm__ints_sub(p->x2, sx), y2 = cohsm__ints_sub(p->y2, sy);
+    cohsm__sides s;
+    s.w0 = cohsm__side_from(x1, y1, x2, y2);
+    s.w1 = cohsm__side_from(x2, y2, x0, y0);
+    s.w2 = cohsm__side_from(x0, y0, x1, y1);
+    return s;
+}
+
+/* Swaps the last two corners of triangles that are seen from behind. */
+static inline COHSM__IN_KERNEL void cohsm__to_front(cohsm__triangles *p, cohsm__lane_mask behind)
+{
+    const cohsm__lane_ints x1 = p->x1, y1 = p->y1;
+    const cohsm__lanes z1 = p->z1;
+    p->x1 = cohsm__ints_select(behind, p->x2, x1);
+    p->y1 = cohsm__ints_select(behind, p->y2, y1);
+    p->z1 = cohsm__lanes_select(behind, p->z2, z1);
+    p->x2 = cohsm__ints_select(behind, x1, p->x2);
+    p->y2 = cohsm__ints_select(behind, y1, p->y2);
+    p->z2 = cohsm__lanes_select(behind, z1, p->z2);
+}
+
+/* Enters the depths of a sample a lane, (x, y) with areas w. */
+static inline COHSM__IN_KERNEL void cohsm__draw_samples(const cohsm__target *t, const cohsm__triangles *p,
+                                                        const cohsm__sides *w, cohsm__lanes scale, cohsm__lane_ints x,
+                                                        cohsm__lane_ints y, uint32_t bits)
+{
+    const cohsm__lanes top = cohsm__lanes_all((float)COHSM__HIT_MAX);
+    cohsm__lanes z = cohsm__lanes_mul(cohsm__lanes_of_ints(w->w0), p->z0);
+    int32_t pixel[COHSM__LANE_COUNT], depth[COHSM__LANE_COUNT];
+
+    z = cohsm__lanes_add(z, cohsm__lanes_mul(cohsm__lanes_of_ints(w->w1), p->z1));
+    z = cohsm__lanes_add(z, cohsm__lanes_mul(cohsm__lanes_of_ints(w->w2), p->z2));
+    z = cohsm__lanes_mul(cohsm__lanes_mul(z, scale), top);
+    z = cohsm__lanes_min(cohsm__lanes_max(z, cohsm__lanes_all(0.0f)), top);
+    cohsm__ints_store(depth, cohsm__lanes_truncate(z));
+    cohsm__ints_store(pixel, cohsm__ints_add(cohsm__ints_mul(y, cohsm__ints_all(t->size)), x));
+    for (; bits; bits &= bits - 1u) {
+        const uint32_t lane = cohsm__first_bit(bits);
+        cohsm__insert(t->z + (size_t)t->keep * (uint32_t)pixel[lane], t->keep, (uint16_t)depth[lane]);
+    }
+}
+
+/* Through all samples of the boxes, together. */
+static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, cohsm__triangles *p,
+                                                      const cohsm__spans *span, cohsm__lane_mask use)
+{
+    const cohsm__lane_ints zero = cohsm__ints_all(0), one = cohsm__ints_all(1);
+    const cohsm__lane_ints pixel = cohsm__ints_all(COHSM__SUBPIXEL);
+    cohsm__lane_ints area = cohsm__side_from(cohsm__ints_sub(p->x1, p->x0), cohsm__ints_sub(p->y1, p->y0),
+                                             cohsm__ints_sub(p->x2, p->x0), cohsm__ints_sub(p->y2, p->y0));
+    const cohsm__lane_ints end_x = cohsm__ints_add(span->hx, one), end_y = cohsm__ints_add(span->hy, one);
+    cohsm__lane_ints loses0, loses1, loses2, x, y;
+    cohsm__sides right, up, row, w;
+    cohsm__lane_mask in_row, wanted;
+    cohsm__lanes scale;
+    uint32_t bits;
+
+    cohsm__to_front(p, cohsm__ints_greater(zero, area));
+    area = cohsm__ints_max(area, cohsm__ints_sub(zero, area));
+    use = cohsm__mask_and(use, cohsm__ints_greater(area, zero));
+    scale = cohsm__lanes_div(cohsm__lanes_all(1.0f), cohsm__lanes_of_ints(area));
+    loses0 = cohsm__side_loses(p->x1, p->y1, p->x2, p->y2);
+    loses1 = cohsm__side_loses(p->x2, p->y2, p->x0, p->y0);
+    loses2 = cohsm__side_loses(p->x0, p->y0, p->x1, p->y1);
+    right.w0 = cohsm__ints_mul(cohsm__ints_sub(p->y1, p->y2), pixel);
+    right.w1 = cohsm__ints_mul(cohsm__ints_sub(p->y2, p->y0), pixel);
+    right.w2 = cohsm__ints_mul(cohsm__ints_sub(p->y0, p->y1), pixel);
+    up.w0 = cohsm__ints_mul(cohsm__ints_sub(p->x2, p->x1), pixel);
+    up.w1 = cohsm__ints_mul(cohsm__ints_sub(p->x0, p->x2), pixel);
+    up.w2 = cohsm__ints_mul(cohsm__ints_sub(p->x1, p->x0), pixel);
+    row = cohsm__side_areas(p, span->lx, span->ly);
+    for (y = span->ly;; y = cohsm__ints_add(y, one), row = cohsm__sides_step(row, &up)) {
+        in_row = cohsm__mask_and(use, cohsm__ints_greater(end_y, y));
+        if (!cohsm__mask_any(in_row)) break;
+        for (x = span->lx, w = row;; x = cohsm__ints_add(x, one), w = cohsm__sides_step(w, &right)) {
+            wanted = cohsm__mask_and(in_row, cohsm__ints_greater(end_x, x));
+            if (!cohsm__mask_any(wanted)) break;
+            wanted = cohsm__mask_and(wanted, cohsm__ints_greater(w.w0, loses0));
+            wanted = cohsm__mask_and(wanted, cohsm__ints_greater(w.w1, loses1));
+            bits = cohsm__mask_bits(cohsm__mask_and(wanted, cohsm__ints_greater(w.w2, loses2)));
+            if (bits) cohsm__draw_samples(t, p, &w, scale, x, y, bits);
+        }
+    }
+}
+
+/* One triangle of the queue. */
+static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, const cohsm__camera *cam,
+                                                      const cohsm__queue *q, uint32_t at)
+{
+    cohsm__corner c[3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        c[k].x = q->x[k][at];
+        c[k].y = q->y[k][at];
+        c[k].z = q->z[k][at];
+    }
+    cohsm__fill(t, cam, c, c + 1, c + 2);
+}
+
+/* Triangles from number at of the queue on, as many as there are lanes or are left. */
+static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, const cohsm__camera *cam,
+                                                     const cohsm__queue *q, uint32_t at)
+{
+    const cohsm__lane_ints few = cohsm__ints_all(5), left = cohsm__ints_all((int32_t)(q->count - at));
+    cohsm__lane_mask some, slight;
+    cohsm__triangles p;
+    cohsm__spans span;
+    uint32_t large;
+
+    p.x0 = cohsm__ints_load(q->x[0] + at);
+    p.x1 = cohsm__ints_load(q->x[1] + at);
+    p.x2 = cohsm__ints_load(q->x[2] + at);
+    p.y0 = cohsm__ints_load(q->y[0] + at);
+    p.y1 = cohsm__ints_load(q->y[1] + at);
+    p.y2 = cohsm__ints_load(q->y[2] + at);
+    p.z0 = cohsm__lanes_load(q->z[0] + at);
+    p.z1 = cohsm__lanes_load(q->z[1] + at);
+    p.z2 = cohsm__lanes_load(q->z[2] + at);
+    span = cohsm__spans_of(t, &p);
+    some = cohsm__ints_greater(left, cohsm__ints_load(cohsm__numbers));
+    slight = cohsm__mask_and(some, cohsm__ints_greater(few, cohsm__ints_sub(span.hx, span.lx)));
+    slight = cohsm__mask_and(slight, cohsm__ints_greater(few, cohsm__ints_sub(span.hy, span.ly)));
+    large = cohsm__mask_bits(some) & ~cohsm__mask_bits(slight);
+    for (; large; large &= large - 1u) cohsm__draw_alone(t, cam, q, at + cohsm__first_bit(large));
+    if (cohsm__mask_any(slight)) cohsm__draw_boxes(t, &p, &span, slight);
+}
+
+/* As long as there is a triangle for each lane; what is left moves to the front. */
+COHSM__KERNEL static void cohsm__draw_whole(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q)
+{
+    uint32_t at;
+    int k;
+    for (at = 0; at + COHSM__LANE_COUNT <= q->count; at += COHSM__LANE_COUNT) cohsm__draw_some(t, cam, q, at);
+    for (k = 0; k < 3; k++) {
+        memcpy(q->x[k], q->x[k] + at, COHSM__LANE_COUNT * sizeof q->x[k][0]);
+        memcpy(q->y[k], q->y[k] + at, COHSM__LANE_COUNT * sizeof q->y[k][0]);
+        memcpy(q->z[k], q->z[k] + at, COHSM__LANE_COUNT * sizeof q->z[k][0]);
+    }
+    q->count -= at;
+}
+
+COHSM__KERNEL static void cohsm__draw_all(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q)
+{
+    cohsm__draw_whole(t, cam, q);
+    if (q->count) cohsm__draw_some(t, cam, q, 0);
+}
+
+/* One corner of as many triangles as there are lanes: a row each of x, y and z, COHSM__CLUSTER floats apart. */
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__corner_load(const float *v)
+{
+    return cohsm__lanes3_load(v, v + COHSM__CLUSTER, v + 2 * COHSM__CLUSTER);
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__fixed(cohsm__lanes3 corner, cohsm__lanes3 axis,
+                                                             cohsm__lanes offset)
+{
+    return cohsm__lanes_truncate(cohsm__lanes_add(cohsm__lanes3_dot(corner, axis), offset));
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__depths(cohsm__lanes3 corner, cohsm__lanes3 back)
+{
+    const cohsm__lanes half = cohsm__lanes_all(0.5f);
+    return cohsm__lanes_sub(half, cohsm__lanes_mul(half, cohsm__lanes3_dot(corner, back)));
+}
+
+/* Puts the triangles of a mask behind those of the queue. */
+static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohsm__triangles *p, cohsm__lane_mask m)
+{
+    const uint32_t at = q->count;
+    cohsm__ints_append(q->x[0] + at, m, p->x0);
+    cohsm__ints_append(q->x[1] + at, m, p->x1);
+    cohsm__ints_append(q->x[2] + at, m, p->x2);
+    cohsm__ints_append(q->y[0] + at, m, p->y0);
+    cohsm__ints_append(q->y[1] + at, m, p->y1);
+    cohsm__ints_append(q->y[2] + at, m, p->y2);
+    cohsm__lanes_append(q->z[0] + at, m, p->z0);
+    cohsm__lanes_append(q->z[1] + at, m, p->z1);
+    cohsm__lanes_append(q->z[2] + at, m, p->z2);
+    q->count = at + cohsm__mask_count(m);
+}
+
+/* Triangles of the clusters in sight, orthographic. */
+COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
+                                         const cohsm__sight *sight, cohsm__queue *q)
+{
+    enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
+    const float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
+    const cohsm__v3 r = cohsm__v3_scale(cam->frame.right, scale), u = cohsm__v3_scale(cam->frame.up, scale);
+    const cohsm__lanes3 right = cohsm__lanes3_all(r.x, r.y, r.z), up = cohsm__lanes3_all(u.x, u.y, u.z);
+    const cohsm__lanes3 back = cohsm__lanes3_all(cam->frame.back.x, cam->frame.back.y, cam->frame.back.z);
+    const cohsm__lanes offset = cohsm__lanes_all(scale + 0.5f);
+    uint32_t i;
+
+    for (i = 0; i < PARTS * sight->count; i++) {
+        const float *v = cohsm__cluster(soup, sight->cluster[i / PARTS]) + COHSM__LANE_COUNT * (i % PARTS);
+        const cohsm__lanes3 a = cohsm__corner_load(v), b = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
+        const cohsm__lanes3 c = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
+        const cohsm__lane_ints one = cohsm__ints_all(1);
+        cohsm__triangles p;
+        cohsm__spans span;
+        cohsm__lane_mask holds;
+        p.x0 = cohsm__fixed(a, right, offset);
+        p.x1 = cohsm__fixed(b, right, offset);
+        p.x2 = cohsm__fixed(c, right, offset);
+        p.y0 = cohsm__fixed(a, up, offset);
+        p.y1 = cohsm__fixed(b, up, offset);
+        p.y2 = cohsm__fixed(c, up, offset);
+        p.z0 = cohsm__depths(a, back);
+        p.z1 = cohsm__depths(b, back);
+        p.z2 = cohsm__depths(c, back);
+        span = cohsm__spans_of(t, &p);
+        holds = cohsm__ints_greater(cohsm__ints_add(span.hx, one), span.lx);
+        holds = cohsm__mask_and(holds, cohsm__ints_greater(cohsm__ints_add(span.hy, one), span.ly));
+        if (COHSM__WIDTH == 1 && !cohsm__mask_any(holds)) continue;
+        cohsm__queue_add(q, &p, holds);
+        if (q->count > COHSM__MANY) cohsm__draw_whole(t, cam, q);
+    }
+}
+
+#if COHSM__LANE_COUNT == 8
+/* Which of 8 clusters may cover samples of the wanted rows. Rounding moves corners by less than a hundredth of a
+   pixel. */
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__sees8(const cohsm__target *t, cohsm__v3 up, const float *box)
+{
+    const cohsm__lanes half = cohsm__lanes_all(0.5f * (float)t->size), one = cohsm__lanes_all(1.0f);
+    const cohsm__lanes3 middle = cohsm__lanes3_load(box, box + 8, box + 16);
+    const cohsm__lanes3 side = cohsm__lanes3_load(box + 24, box + 32, box + 40);
+    cohsm__lanes y = cohsm__lanes3_dot(middle, cohsm__lanes3_all(up.x, up.y, up.z));
+    cohsm__lanes e = cohsm__lanes3_dot(side, cohsm__lanes3_all(fabsf(up.x), fabsf(up.y), fabsf(up.z)));
+    y = cohsm__lanes_mul(cohsm__lanes_add(y, one), half);
+    e = cohsm__lanes_add(cohsm__lanes_mul(e, half), cohsm__lanes_all(0.01f));
+    return cohsm__mask_and(
+        cohsm__lanes_at_least(cohsm__lanes_add(y, e), cohsm__lanes_all((float)t->row_begin + 0.5f)),
+        cohsm__lanes_at_least(cohsm__lanes_all((float)t->row_end - 0.5f), cohsm__lanes_sub(y, e)));
+}
+
+/* Numbers from first on, of the lanes of a mask that come before end, appended to a list. */
+static inline COHSM__IN_KERNEL uint32_t cohsm__append8(uint32_t *list, uint32_t count, cohsm__lane_mask mask,
+                                                       uint32_t first, uint32_t end)
+{
+    const cohsm__lane_ints number = cohsm__ints_add(cohsm__ints_load(cohsm__numbers), cohsm__ints_all((int32_t)first));
+    mask = cohsm__mask_and(mask, cohsm__ints_greater(cohsm__ints_all((int32_t)end), number));
+    cohsm__ints_append((int32_t *)(void *)(list + count), mask, number);
+    return count + cohsm__mask_count(mask);
+}
+
+/* Of the clusters begin .. end - 1, no more than a stretch, those that may be in sight of an orthographic view: by the
+   boxes of eight first. */
+COHSM__KERNEL static void cohsm__find(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup, uint32_t begin,
+                                      uint32_t end, cohsm__sight *sight)
+{
+    const float *wide = cohsm__wide_bounds(soup);
+    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
+
+    for (i = begin / 8; i < eights; i += 8)
+        count = cohsm__append8(eight, count, cohsm__sees8(t, up, wide + 6 * (size_t)i), i, eights);
+    for (i = 0, sight->count = 0; i < count; i++)
+        sight->count = cohsm__append8(sight->cluster, sight->count,
+                                      cohsm__sees8(t, up, soup->bounds + 48 * (size_t)eight[i]), 8 * eight[i], end);
+}
+#endif
+
+/* ==== src/csm/kernels_lists.h ==== */
+
+/* ---- kernels of query: depths of many lists ---- */
+
+/* cohsm__list_block, whose block is then prefetched, and cohsm__depth_in_block */
+static inline COHSM__IN_KERNEL void cohsm__find_block(cohsm__found *f, const uint32_t *lines)
+{
+    const uint32_t *directory = f->at;
+    const uint32_t where = directory[1], rest = (where & 0xffffu) - 1u;
+    const uint32_t count = cohsm__halves_up_to(directory + 2, rest, f->view), tail = 0u - (uint32_t)(count == rest);
+    const uint32_t line = directory[0] + (count & ~tail) - (where >> 20 & tail);
+    f->view -= cohsm__half_word(directory, count + 3u) & (0u - (uint32_t)(count > 0));
+    f->at = lines + COHSM__BLOCK_WORDS * (size_t)line + (where >> 16 & 15u & tail);
+    COHSM__PREFETCH(f->at);
+}
+
+static inline COHSM__IN_KERNEL uint32_t cohsm__found_depth(const cohsm__found *f, const uint16_t *depth_of)
+{
+    const uint64_t marks = cohsm__marks(f->at);
+    const uint32_t bucket = f->view >> (f->at[0] >> 8 & 15u);
+    const uint32_t at = bucket ? cohsm__nth_bit(~marks, bucket - 1u) + 1u : 0u;
+    return cohsm__block_depth(f->at, depth_of, cohsm__bit_count(marks),
+                              cohsm__segment_at(f->at, marks, f->view, at));
+}
+
+/* Depths of up to a step of pixels, in loops that each prefetch what the next one reads. */
+COHSM__KERNEL static void cohsm__find_depths(const cohsm_maps *m, const uint32_t *pixel, const uint32_t *place,
+                                             uint32_t count, int32_t *depth)
+{
+    cohsm__found found[COHSM__STEP + 1];
+    uint32_t n = 0, i;
+
+    for (i = 0; i < count; i++) {
+        const uint32_t inside = pixel[i] != COHSM__NO_PIXEL;
+        const uint32_t *lookup = m->lookup + (size_t)(place[i] >> COHSM__CHUNK_BITS) * m->range;
+        const uint32_t entry = lookup[pixel[i] & (0u - inside)], listed = inside & (uint32_t)!(entry & COHSM__CONSTANT);
+        depth[i] = inside ? (int32_t)(entry & 0xffffu) : COHSM__INFINITE;       /* nothing is deeper */
+        found[n].at = m->directories + (entry & (0u - listed));
+        found[n].view = place[i] & (COHSM__CHUNK - 1u);
+        found[n].sample = i;
+        COHSM__PREFETCH(found[n].at);
+        n += listed;
+    }
+    for (i = 0; i < n; i++) cohsm__find_block(&found[i], m->lines);
+    for (i = 0; i < n; i++) depth[found[i].sample] = (int32_t)cohsm__found_depth(&found[i], m->depth_of);
+}
+
+#if COHSM__LANE_COUNT == 8
+/* Samples of the tile that lie deeper than what is stored become dark. */
+COHSM__KERNEL static void cohsm__search(cohsm__tile *t)
+{
+    int32_t stored[COHSM__STEP];
+    uint32_t i, k, n;
+
+    for (i = 0; i < t->count; i += n) {
+        n = cohsm__min_u32(COHSM__STEP, (uint32_t)t->count - i);
+        cohsm__find_depths(t->maps, t->pixel + i, t->place + i, n, stored);
+        for (k = n; k % COHSM__LANE_COUNT; k++) stored[k] = COHSM__INFINITE;
+        for (k = 0; k < n; k += COHSM__LANE_COUNT) {
+            const cohsm__lane_mask dark = cohsm__ints_greater(cohsm__ints_load(t->depth + i + k),
+                                                              cohsm__ints_load(stored + k));
+            const cohsm__lanes visible = cohsm__lanes_load(t->visible + i + k);
+            cohsm__lanes_store(t->visible + i + k, cohsm__lanes_select(dark, cohsm__lanes_all(0.0f), visible));
+        }
+    }
+}
+
+/* Vectors of the query about a centre, scaled, as long as those of all lanes are consecutive: all but the last few of a
+   batch. Returns how many. */
+COHSM__KERNEL static size_t cohsm__load_vectors(const cohsm__tile *t, const float *packed, cohsm__v3 center,
+                                                float scale, float (*out)[COHSM__TILE])
+{
+    const cohsm__lanes3 c = cohsm__lanes3_all(center.x, center.y, center.z);
+    const size_t last = COHSM__LANE_COUNT - 1;
+    size_t i;
+
+    for (i = 0; i + last < t->count && t->id[i + last] == t->id[i] + last; i += COHSM__LANE_COUNT) {
+        const cohsm__lanes3 v = cohsm__lanes3_scale(
+            cohsm__lanes3_sub(cohsm__lanes3_load_packed(packed + 3 * t->id[i]), c), cohsm__lanes_all(scale));
+        cohsm__lanes_store(out[0] + i, v.x);
+        cohsm__lanes_store(out[1] + i, v.y);
+        cohsm__lanes_store(out[2] + i, v.z);
+    }
+    return i;
+}
+#endif
+
+/* ==== src/csm/kernels_directions.h ==== */
+
+/* ---- kernels of query: directions to latitude-longitude maps, in steps ---- */
+
+#if COHSM__LANE_COUNT == 8
+
+/* sqrtf may set errno, so that compilers do not vectorise it. */
+static inline COHSM__IN_KERNEL void cohsm__step_roots(float *x)
+{
+    int k;
+    for (k = 0; k < COHSM__STEP; k += COHSM__LANE_COUNT)
+        cohsm__lanes_store(x + k, cohsm__lanes_sqrt(cohsm__lanes_load(x + k)));
+}
+
+static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohsm__tile *t, size_t first)
 {
     const cohsm_maps *m = t->maps;
     const float *x = t->light[0] + first, *y = t->light[1] + first, *z = t->light[2] + first;
@@ -5135,10 +6085,10 @@ static void cohsm__step_cells(cohsm__step *s, const cohsm__tile *t, size_t first
 }
 
 /* cohsm__cell_frame */
-static void cohsm__step_frames(cohsm__step *s, const cohsm_maps *m)
+static inline COHSM__IN_KERNEL void cohsm__step_frames(cohsm__step *s, const cohsm_maps *m)
 {
     const float *columns = m->angles, *rows = m->angles + 2 * m->head.side[0];
-    int k, two_poles = m->head.frame == COHSM_FRAME_TWO_POLES;
+    int k, two_poles = m->head.orientation == COHSM_ORIENTATION_TWO_POLES;
 
     for (k = 0; k < COHSM__STEP; k++) {
         s->angle[0][k] = columns[2 * s->cell[0][k]];
@@ -5158,7 +6108,7 @@ static void cohsm__step_frames(cohsm__step *s, const cohsm_maps *m)
         s->back[1][k] = ct;
         s->back[2][k] = st * sp;
     }
-    if (m->head.frame == COHSM_FRAME_POLAR) return;
+    if (m->head.orientation == COHSM_ORIENTATION_POLAR) return;
     for (k = 0; k < COHSM__STEP; k++) {
         float x = s->back[0][k], y = s->back[1][k], z = s->back[2][k], a, g, odd;
         g = cohsm__either(!two_poles | (y >= 0.0f), 1.0f, -1.0f);
@@ -5176,12 +6126,12 @@ static void cohsm__step_frames(cohsm__step *s, const cohsm_maps *m)
 
 /* cohsm__see, cohsm__pixel and cohsm__compared_depth. Points outside the map, in front of it or not finite get
    COHSM__NO_PIXEL. */
-static void cohsm__step_see(cohsm__step *s, cohsm__tile *t, size_t first)
+static inline COHSM__IN_KERNEL void cohsm__step_see(cohsm__step *s, cohsm__tile *t, size_t first)
 {
     const cohsm_maps *m = t->maps;
     const float *px = t->point[0] + first, *py = t->point[1] + first, *pz = t->point[2] + first;
-    float top = (float)m->head.map_size, half = 0.5f * top, bias = t->query->bias / top, x, y, d;
-    int32_t side = (int32_t)m->head.map_size, begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range;
+    float top = (float)m->head.map_side, half = 0.5f * top, bias = t->query->bias / top, x, y, d;
+    int32_t side = (int32_t)m->head.map_side, begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range;
     int32_t in, p;
     int k;
 
@@ -5205,7 +6155,7 @@ static void cohsm__step_see(cohsm__step *s, cohsm__tile *t, size_t first)
     }
 }
 
-static void cohsm__step_places(const cohsm__step *s, cohsm__tile *t, size_t first)
+static inline COHSM__IN_KERNEL void cohsm__step_places(const cohsm__step *s, cohsm__tile *t, size_t first)
 {
     const cohsm_maps *m = t->maps;
     uint32_t *place = t->place + first, n0 = m->head.side[0], n1 = m->head.side[1], c0, c1;
@@ -5232,7 +6182,8 @@ static void cohsm__step_places(const cohsm__step *s, cohsm__tile *t, size_t firs
 
 /* NEAREST takes the cell and pixel round a sample; ROULETTE those round it moved at random by up to a half; PCF all
    sixteen round it, one for each corner: bits 0 and 1 in the domain, 2 and 3 in the map. */
-static void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t first, uint32_t corner)
+static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t first,
+                                                       uint32_t corner)
 {
     static const uint32_t dimension[4] = { 0, 1, 3, 4 };
     cohsm_filter filter = t->query->filter;
@@ -5252,7 +6203,8 @@ static void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t firs
 
 /* weight: where not NULL, by what share each sample lies towards the next cell or pixel, in the dimensions of which the
    corner is the lower one */
-static void cohsm__address_latlong(cohsm__tile *t, uint32_t corner, float (*weight)[COHSM__TILE])
+COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, uint32_t corner,
+                                                                float (*weight)[COHSM__TILE])
 {
     cohsm__step s;
     size_t first;
@@ -5276,529 +6228,290 @@ static void cohsm__address_latlong(cohsm__tile *t, uint32_t corner, float (*weig
     }
 }
 
-COHSM__FLATTEN static void cohsm__address_portable(cohsm__tile *t, uint32_t corner, float (*weight)[COHSM__TILE])
-{
-    cohsm__address_latlong(t, corner, weight);
-}
-
-static void cohsm__search(cohsm__tile *t)
-{
-    const cohsm_maps *m = t->maps;
-    const uint32_t *at[COHSM__TILE];
-    uint32_t n = 0, which[COHSM__TILE], view[COHSM__TILE], i, entry;
-
-    for (i = 0; i < t->count; i++) {
-        if (t->pixel[i] == COHSM__NO_PIXEL) continue;
-        entry = m->lookup[(size_t)(t->place[i] >> COHSM__CHUNK_BITS) * m->range + t->pixel[i]];
-        if (entry & COHSM__CONSTANT) {
-            t->visible[i] = t->depth[i] > (int32_t)(entry & 0xffffu) ? 0.0f : 1.0f;
-            continue;
-        }
-        at[n] = m->directories + entry;
-        COHSM__PREFETCH(at[n]);
-        view[n] = t->place[i] & (COHSM__CHUNK - 1u);
-        which[n++] = i;
-    }
-    for (i = 0; i < n; i++) {
-        at[i] = cohsm__list_block(m, at[i], &view[i]);
-        COHSM__PREFETCH(at[i]);
-    }
-    for (i = 0; i < n; i++)
-        if (t->depth[which[i]] > (int32_t)cohsm__depth_in_block(m, at[i], view[i])) t->visible[which[i]] = 0.0f;
-}
-
-/* Semi-local light: refused inside the hull; and where the ray meets the hull only beyond the light, or not at all, the
-   object cannot be in between (T67): one of light or hull must come first, since the light is outside a convex hull. */
-static int cohsm__light_refused(const cohsm_maps *m, cohsm__v3 l)
-{
-    int i;
-    for (i = 0; i < COHSM__DOP_AXES; i++) {
-        float d = cohsm__v3_dot(cohsm__dop_axis(i), l);
-        if (d < m->dop[2 * i] || d > m->dop[2 * i + 1]) return 0;
-    }
-    return 1;
-}
-
-static int cohsm__hull_between(const cohsm_maps *m, cohsm__v3 p, cohsm__v3 l)
-{
-    float enter = 0.0f, leave = 1.0f;
-    int i;
-    for (i = 0; i < COHSM__DOP_AXES; i++) {
-        cohsm__v3 a = cohsm__dop_axis(i);
-        float from = cohsm__v3_dot(a, p), step = cohsm__v3_dot(a, l) - from, t0, t1;
-        if (step == 0.0f) {
-            if (from < m->dop[2 * i] || from > m->dop[2 * i + 1]) return 0;
-            continue;
-        }
-        t0 = (m->dop[2 * i] - from) / step;
-        t1 = (m->dop[2 * i + 1] - from) / step;
-        if (t0 > t1) {
-            float swap = t0;
-            t0 = t1;
-            t1 = swap;
-        }
-        if (t0 > enter) enter = t0;
-        if (t1 < leave) leave = t1;
-    }
-    return enter <= leave;
-}
-
-/* One direction for all points: one frame. Returns the place of the map. */
-static uint32_t cohsm__one_frame(const cohsm_maps *m, cohsm__v3 direction, cohsm__frame *f)
-{
-    int c[3] = { 0, 0, 0 };
-    float u[3];
-
-    cohsm__domain_position(m, direction, COHSM_LIGHT_DIRECTION, u);
-    c[0] = cohsm__floor(u[0] + 0.5f);
-    c[1] = cohsm__floor(u[1] + 0.5f);
-    cohsm__wrap(m, c);
-    *f = cohsm__cell_frame(&m->head, m->locations, m->angles, cohsm__cell_index(m, c));
-    return cohsm__place(m, (uint32_t)c[0], (uint32_t)c[1], 0);
-}
-
-static inline uint32_t cohsm__see_all(cohsm__tile *t)
-{
-    cohsm__step s;
-    cohsm__frame f;
-    uint32_t place = cohsm__one_frame(t->maps, cohsm__tile_light(t, 0), &f);
-    size_t first;
-    int k;
-
-    for (k = 0; k < COHSM__STEP; k++) {
-        s.right[0][k] = f.right.x;
-        s.right[1][k] = f.right.y;
-        s.right[2][k] = f.right.z;
-        s.up[0][k] = f.up.x;
-        s.up[1][k] = f.up.y;
-        s.up[2][k] = f.up.z;
-        s.back[0][k] = f.back.x;
-        s.back[1][k] = f.back.y;
-        s.back[2][k] = f.back.z;
-        s.jitter[3][k] = s.jitter[4][k] = 0.5f;
-        s.valid[k] = 1;
-    }
-    for (first = 0; first < t->count; first += COHSM__STEP) cohsm__step_see(&s, t, first);
-    return place;
-}
-
-/* Neighbours share pixels, so decoded depths are kept by the low bits of x and y. */
-static uint32_t cohsm__slot(uint32_t pixel) { return (pixel & 15u) | (pixel >> 3 & 0x1f0u); }
-
-COHSM__FLATTEN static void cohsm__one_light_portable(cohsm__tile *t)
-{
-    uint32_t place = cohsm__see_all(t), i, s;
-    for (i = 0; i < t->count; i++) {
-        if (t->pixel[i] == COHSM__NO_PIXEL) continue;
-        s = cohsm__slot(t->pixel[i]);
-        if (t->kept_pixel[s] != t->pixel[i]) {
-            t->kept_pixel[s] = t->pixel[i];
-            t->kept_depth[s] = cohsm__stored_depth(t->maps, t->pixel[i], place);
-        }
-        t->visible[i] = t->depth[i] > (int32_t)t->kept_depth[s] ? 0.0f : 1.0f;
-    }
-}
-
-/* ---- >>avx2: queries, eight at a time ---- */
-
-#if COHSM__SIMD
-
-typedef struct cohsm__vec { __m256 x, y, z; } cohsm__vec;
-
-COHSM__TARGET_AVX2 COHSM__FLATTEN static void cohsm__address_avx2(cohsm__tile *t, uint32_t corner,
-                                                                  float (*weight)[COHSM__TILE])
-{
-    cohsm__address_latlong(t, corner, weight);
-}
-
-/* cohsm__list_block, whose block is then prefetched, and cohsm__depth_in_block */
-typedef struct cohsm__found { const uint32_t *at; uint32_t view, sample; } cohsm__found;
-
-/* How many of the directory's first views, from number 32 turn, are at most the view. */
-COHSM__TARGET_AVX2 static inline uint32_t cohsm__begun32(const uint32_t *directory, uint32_t rest, uint32_t turn,
-                                                         __m256i view)
-{
-    __m256i number = _mm256_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    __m256i end = _mm256_set1_epi16((short)(rest - 32u * turn < 32u ? rest - 32u * turn : 32u));
-    __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)(directory + 2 + 16 * turn));
-    __m256i b = _mm256_loadu_si256((const __m256i *)(const void *)(directory + 10 + 16 * turn));
-    a = _mm256_and_si256(_mm256_cmpeq_epi16(_mm256_min_epu16(a, view), a), _mm256_cmpgt_epi16(end, number));
-    number = _mm256_add_epi16(number, _mm256_set1_epi16(16));
-    b = _mm256_and_si256(_mm256_cmpeq_epi16(_mm256_min_epu16(b, view), b), _mm256_cmpgt_epi16(end, number));
-    return (uint32_t)_mm_popcnt_u32((uint32_t)_mm256_movemask_epi8(_mm256_packs_epi16(a, b)));
-}
-
-COHSM__TARGET_AVX2 static void cohsm__find_block(cohsm__found *f, const uint32_t *lines)
-{
-    const uint32_t *directory = f->at;
-    uint32_t where = directory[1], rest = (where & 0xffffu) - 1u, count, turn, line, tail;
-    __m256i view = _mm256_set1_epi16((short)f->view);
-
-    count = cohsm__begun32(directory, rest, 0, view);
-    for (turn = 1; 32u * turn < rest; turn++) count += cohsm__begun32(directory, rest, turn, view);
-    f->view -= cohsm__half_word(directory, count + 3u) & (0u - (uint32_t)(count > 0));
-    tail = 0u - (uint32_t)(count == rest);
-    line = directory[0] + (count & ~tail) - (where >> 20 & tail);
-    f->at = lines + COHSM__BLOCK_WORDS * (size_t)line + (where >> 16 & 15u & tail);
-    COHSM__PREFETCH(f->at);
-}
-
-COHSM__TARGET_AVX2 static inline uint32_t cohsm__found_depth(const cohsm__found *f, const uint16_t *depth_of)
-{
-    uint64_t marks = cohsm__marks(f->at);
-    uint32_t bucket = f->view >> (f->at[0] >> 8 & 15u), at;
-    at = bucket ? (uint32_t)_tzcnt_u64(_pdep_u64((uint64_t)1 << ((bucket - 1u) & 63u), ~marks)) + 1u : 0u;
-    return cohsm__block_depth(f->at, depth_of, (uint32_t)_mm_popcnt_u64(marks),
-                              cohsm__segment_at(f->at, marks, f->view, at));
-}
-
-COHSM__TARGET_AVX2 static void cohsm__find_depths(const cohsm_maps *m, const uint32_t *pixel, const uint32_t *place,
-                                                  uint32_t count, uint32_t *depth)
-{
-    cohsm__found found[COHSM__STEP + 1];
-    uint32_t n = 0, i;
-
-    for (i = 0; i < count; i++) {
-        uint32_t inside = pixel[i] != COHSM__NO_PIXEL;
-        uint32_t entry = m->lookup[(size_t)(place[i] >> COHSM__CHUNK_BITS) * m->range + (pixel[i] & (0u - inside))];
-        uint32_t listed = inside & (uint32_t)!(entry & COHSM__CONSTANT);
-        depth[i] = inside ? entry & 0xffffu : (uint32_t)COHSM__INFINITE;        /* nothing is deeper */
-        found[n].at = m->directories + (entry & (0u - listed));
-        found[n].view = place[i] & (COHSM__CHUNK - 1u);
-        found[n].sample = i;
-        COHSM__PREFETCH(found[n].at);
-        n += listed;
-    }
-    for (i = 0; i < n; i++) cohsm__find_block(&found[i], m->lines);
-    for (i = 0; i < n; i++) depth[found[i].sample] = cohsm__found_depth(&found[i], m->depth_of);
-}
-
-COHSM__TARGET_AVX2 static void cohsm__search_avx2(cohsm__tile *t)
-{
-    uint32_t stored[COHSM__STEP], i, k, n;
-
-    for (i = 0; i < t->count; i += n) {
-        n = cohsm__min_u32(COHSM__STEP, (uint32_t)t->count - i);
-        cohsm__find_depths(t->maps, t->pixel + i, t->place + i, n, stored);
-        for (k = 0; k < n; k += 8) {
-            __m256i depth = _mm256_loadu_si256((const __m256i *)(const void *)(t->depth + i + k));
-            __m256i dark = _mm256_cmpgt_epi32(depth, _mm256_loadu_si256((const __m256i *)(const void *)(stored + k)));
-            _mm256_storeu_ps(t->visible + i + k, _mm256_andnot_ps(_mm256_castsi256_ps(dark), _mm256_set1_ps(1.0f)));
-        }
-    }
-}
-
-/* Pixels that no slot holds yet are decoded together, up to a step of them at a time; a slot goes to the first of two
-   that want it, and the other is left to the caller. */
-COHSM__TARGET_AVX2 static void cohsm__keep_depths(cohsm__tile *t, uint32_t place)
-{
-    uint32_t pixel[COHSM__STEP], places[COHSM__STEP], depth[COHSM__STEP], n = 0, i, k, p, s;
-
-    for (i = 0; i < t->count; i++) {
-        p = t->pixel[i];
-        s = cohsm__slot(p);
-        if (p != t->kept_pixel[s] && p != COHSM__NO_PIXEL && !t->wanted[s]) {
-            t->wanted[s] = 1;
-            pixel[n] = p;
-            places[n++] = place;
-        }
-        if (n < COHSM__STEP && (i + 1 < t->count || n == 0)) continue;
-        cohsm__find_depths(t->maps, pixel, places, n, depth);
-        for (k = 0; k < n; k++) {
-            s = cohsm__slot(pixel[k]);
-            t->kept_pixel[s] = pixel[k];
-            t->kept_depth[s] = depth[k];
-            t->wanted[s] = 0;
-        }
-        n = 0;
-    }
-}
-
-COHSM__TARGET_AVX2 static cohsm__vec cohsm__all8(cohsm__v3 v)
-{
-    cohsm__vec r;
-    r.x = _mm256_set1_ps(v.x);
-    r.y = _mm256_set1_ps(v.y);
-    r.z = _mm256_set1_ps(v.z);
-    return r;
-}
-
-COHSM__TARGET_AVX2 COHSM__FLATTEN static uint32_t cohsm__see_all_avx2(cohsm__tile *t) { return cohsm__see_all(t); }
-
-COHSM__TARGET_AVX2 static void cohsm__one_light_avx2(cohsm__tile *t)
-{
-    uint32_t place = cohsm__see_all_avx2(t), i, missed;
-
-    cohsm__keep_depths(t, place);
-    for (i = 0; i < t->count; i += 8) {
-        __m256i pixel = _mm256_loadu_si256((const __m256i *)(const void *)(t->pixel + i));
-        __m256i depth = _mm256_loadu_si256((const __m256i *)(const void *)(t->depth + i)), slot, tag, known, lit;
-        slot = _mm256_and_si256(_mm256_srli_epi32(pixel, 3), _mm256_set1_epi32(0x1f0));
-        slot = _mm256_or_si256(slot, _mm256_and_si256(pixel, _mm256_set1_epi32(15)));
-        tag = _mm256_i32gather_epi32((const int *)(const void *)t->kept_pixel, slot, 4);
-        known = _mm256_i32gather_epi32((const int *)(const void *)t->kept_depth, slot, 4);
-        lit = _mm256_cmpeq_epi32(pixel, _mm256_set1_epi32(-1));
-        tag = _mm256_or_si256(lit, _mm256_cmpeq_epi32(tag, pixel));
-        lit = _mm256_or_si256(lit, _mm256_xor_si256(_mm256_cmpgt_epi32(depth, known), _mm256_set1_epi32(-1)));
-        _mm256_storeu_ps(t->visible + i, _mm256_and_ps(_mm256_castsi256_ps(lit), _mm256_set1_ps(1.0f)));
-        missed = ~(uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(tag)) & 255u;
-        for (; missed; missed &= missed - 1u) {
-            uint32_t at = i + _tzcnt_u32(missed);
-            t->visible[at] = cohsm__lit(t->maps, t->pixel[at], place, t->depth[at]);
-        }
-    }
-}
-
-/* x, y and z of eight samples whose 24 floats follow each other. */
-COHSM__TARGET_AVX2 static cohsm__vec cohsm__load8(const float *p)
-{
-    __m256 a = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p)), _mm_loadu_ps(p + 12), 1);
-    __m256 b = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p + 4)), _mm_loadu_ps(p + 16), 1);
-    __m256 c = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p + 8)), _mm_loadu_ps(p + 20), 1);
-    __m256 ab = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 2, 1)), bc = _mm256_shuffle_ps(b, c, _MM_SHUFFLE(2, 1, 3, 2));
-    cohsm__vec r;
-    r.x = _mm256_shuffle_ps(a, bc, _MM_SHUFFLE(2, 0, 3, 0)); /* a = x y z x, b = y z x y, c = z x y z of each half */
-    r.y = _mm256_shuffle_ps(ab, bc, _MM_SHUFFLE(3, 1, 2, 0));
-    r.z = _mm256_shuffle_ps(ab, c, _MM_SHUFFLE(3, 0, 3, 1));
-    return r;
-}
-
-/* Samples read, as long as eight together are consecutive in the query: all but the last few of a batch. */
-COHSM__TARGET_AVX2 static size_t cohsm__load_points_avx2(cohsm__tile *t, cohsm__v3 c, float per_radius)
-{
-    const float *points = (const float *)(const void *)t->query->points;
-    cohsm__vec center = cohsm__all8(c), p;
-    __m256 scale = _mm256_set1_ps(per_radius);
-    size_t i;
-    for (i = 0; i + 8 <= t->count && t->id[i + 7] == t->id[i] + 7; i += 8) {
-        p = cohsm__load8(points + 3 * t->id[i]);
-        _mm256_storeu_ps(t->point[0] + i, _mm256_mul_ps(_mm256_sub_ps(p.x, center.x), scale));
-        _mm256_storeu_ps(t->point[1] + i, _mm256_mul_ps(_mm256_sub_ps(p.y, center.y), scale));
-        _mm256_storeu_ps(t->point[2] + i, _mm256_mul_ps(_mm256_sub_ps(p.z, center.z), scale));
-    }
-    return i;
-}
-
-COHSM__TARGET_AVX2 static size_t cohsm__load_directions_avx2(cohsm__tile *t)
-{
-    const float *lights = (const float *)(const void *)t->query->lights;
-    size_t i;
-    for (i = 0; i + 8 <= t->count && t->id[i + 7] == t->id[i] + 7; i += 8) {
-        cohsm__vec l = cohsm__load8(lights + 3 * t->id[i]);
-        _mm256_storeu_ps(t->light[0] + i, l.x);
-        _mm256_storeu_ps(t->light[1] + i, l.y);
-        _mm256_storeu_ps(t->light[2] + i, l.z);
-    }
-    return i;
-}
-
-COHSM__AVX512_BEGIN
-/* One light for consecutive points with AVX-512: cohsm__load_points_avx2, cohsm__step_see and cohsm__one_light_avx2, in
-   larger tiles, so that many depths are decoded together. */
-enum { COHSM__STREAM = 1024, COHSM__AHEAD = 768 };      /* floats of points prefetched before they are wanted */
-
-typedef struct cohsm__stream {
-    __m512 center[3], right[3], up[3], back[3], per_radius, half, top, bias;
-    __m512i side, begin, range;
-    const cohsm_maps *maps;
-    uint32_t count, pixel[COHSM__STREAM], list[COHSM__STREAM + 16], place[COHSM__STEP];
-    int32_t  depth[COHSM__STREAM];
-    uint32_t kept_pixel[COHSM__KEPT], kept_depth[COHSM__KEPT];     /* as in cohsm__tile */
-} cohsm__stream;
-
-COHSM__TARGET_AVX512 static void cohsm__stream_axis(__m512 *out, cohsm__v3 v)
-{
-    out[0] = _mm512_set1_ps(v.x);
-    out[1] = _mm512_set1_ps(v.y);
-    out[2] = _mm512_set1_ps(v.z);
-}
-
-COHSM__TARGET_AVX512 static void cohsm__stream_make(cohsm__stream *s, const cohsm_maps *maps, cohsm__v3 direction,
-                                                    float bias)
-{
-    const cohsm__header *h = &maps->head;
-    float top = (float)h->map_size;
-    cohsm__frame f;
-    uint32_t place = cohsm__one_frame(maps, direction, &f), k;
-
-    cohsm__stream_axis(s->center, cohsm__v3_load(h->center));
-    cohsm__stream_axis(s->right, f.right);
-    cohsm__stream_axis(s->up, f.up);
-    cohsm__stream_axis(s->back, f.back);
-    s->per_radius = _mm512_set1_ps(1.0f / h->radius);
-    s->half = _mm512_set1_ps(0.5f * top);
-    s->top = _mm512_set1_ps(top);
-    s->bias = _mm512_set1_ps(bias / top);
-    s->side = _mm512_set1_epi32((int)h->map_size);
-    s->begin = _mm512_set1_epi32((int)h->pixel_begin);
-    s->range = _mm512_set1_epi32((int)maps->range);
-    s->maps = maps;
-    for (k = 0; k < COHSM__STEP; k++) s->place[k] = place;
-    memset(s->kept_pixel, 0xff, sizeof s->kept_pixel);
-    memset(s->kept_depth, 0, sizeof s->kept_depth);
-}
-
-/* x, y and z of up to 16 points whose floats follow each other, in radii about the centre. */
-COHSM__TARGET_AVX512 static inline void cohsm__stream_load(const cohsm__stream *s, const float *points, unsigned lanes,
-                                                           __m512 p[3])
-{
-    uint64_t floats = ((uint64_t)1 << 3u * lanes) - 1u;
-    __m512 a = _mm512_maskz_loadu_ps((__mmask16)(floats & 0xffffu), points);
-    __m512 b = _mm512_maskz_loadu_ps((__mmask16)(floats >> 16 & 0xffffu), points + 16);
-    __m512 c = _mm512_maskz_loadu_ps((__mmask16)(floats >> 32), points + 32);
-    __m512i at = _mm512_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 33, 36, 39, 42, 45);
-    int k;
-    COHSM__UNROLL
-    for (k = 0; k < 3; k++) {                       /* from a and b, but the last five or six, from c */
-        p[k] = _mm512_permutex2var_ps(a, at, b);
-        p[k] = _mm512_mask_permutexvar_ps(p[k], k < 2 ? 0xf800 : 0xfc00, at, c);
-        p[k] = _mm512_mul_ps(_mm512_sub_ps(p[k], s->center[k]), s->per_radius);
-        at = _mm512_add_epi32(at, _mm512_set1_epi32(1));
-    }
-}
-
-COHSM__TARGET_AVX512 static inline __m512 cohsm__stream_dot(const __m512 *p, const __m512 *a)
-{
-    __m512 xy = _mm512_add_ps(_mm512_mul_ps(p[0], a[0]), _mm512_mul_ps(p[1], a[1]));
-    return _mm512_add_ps(xy, _mm512_mul_ps(p[2], a[2]));
-}
-
-/* Pixels and compared depths; the points that are in the map. */
-COHSM__TARGET_AVX512 static inline __mmask16 cohsm__stream_see(const cohsm__stream *s, const __m512 *p, __m512i *pixel,
-                                                              __m512i *depth)
-{
-    __m512 x = _mm512_add_ps(_mm512_mul_ps(cohsm__stream_dot(p, s->right), s->half), s->half);
-    __m512 y = _mm512_add_ps(_mm512_mul_ps(cohsm__stream_dot(p, s->up), s->half), s->half);
-    __m512 d = cohsm__stream_dot(p, s->back), half = _mm512_set1_ps(0.5f), zero = _mm512_setzero_ps();
-    __mmask16 in;
-    d = _mm512_sub_ps(_mm512_sub_ps(half, _mm512_mul_ps(half, d)), s->bias);
-    d = _mm512_mul_ps(d, _mm512_set1_ps((float)COHSM__HIT_MAX));
-    in = _mm512_cmp_ps_mask(x, zero, _CMP_GE_OQ) & _mm512_cmp_ps_mask(x, s->top, _CMP_LT_OQ) &
-         _mm512_cmp_ps_mask(y, zero, _CMP_GE_OQ) & _mm512_cmp_ps_mask(y, s->top, _CMP_LT_OQ) &
-         _mm512_cmp_ps_mask(d, zero, _CMP_GE_OQ);
-    *pixel = _mm512_mullo_epi32(_mm512_maskz_cvttps_epi32(in, y), s->side);
-    *pixel = _mm512_sub_epi32(_mm512_add_epi32(*pixel, _mm512_maskz_cvttps_epi32(in, x)), s->begin);
-    *depth = _mm512_maskz_cvttps_epi32(in, _mm512_min_ps(d, _mm512_set1_ps(65535.0f)));
-    return in & _mm512_cmplt_epu32_mask(*pixel, s->range);
-}
-
-COHSM__TARGET_AVX512 static inline __m512i cohsm__slot16(__m512i pixel)
-{
-    __m512i high = _mm512_and_si512(_mm512_srli_epi32(pixel, 3), _mm512_set1_epi32(0x1f0));
-    return _mm512_or_si512(high, _mm512_and_si512(pixel, _mm512_set1_epi32(15)));
-}
-
-/* Pixels that no slot holds take theirs and join the list, each once: where lanes want one slot, one of them gets it.
-   The slots' depths, unknown yet, serve to find out which. */
-COHSM__TARGET_AVX512 static uint32_t cohsm__stream_mark(cohsm__stream *s, __m512i pixel, __m512i slot, __mmask16 missed,
-                                                        uint32_t *list)
-{
-    __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    _mm512_mask_i32scatter_epi32(s->kept_depth, missed, slot, lane, 4);
-    missed = _mm512_mask_cmpeq_epi32_mask(missed, lane, _mm512_i32gather_epi32(slot, s->kept_depth, 4));
-    _mm512_mask_i32scatter_epi32(s->kept_pixel, missed, slot, pixel, 4);
-    _mm512_storeu_si512(list, _mm512_maskz_compress_epi32(missed, pixel));
-    return (uint32_t)_mm_popcnt_u32(missed);
-}
-
-/* A tile's pixels and compared depths. Returns how many pixels are listed to be decoded. */
-COHSM__TARGET_AVX512 static uint32_t cohsm__stream_find(cohsm__stream *s, const float *points)
-{
-    uint32_t k, n = 0;
-    for (k = 0; k < s->count; k += 16, points += 48) {
-        __m512i pixel, depth, slot;
-        __m512 p[3];
-        __mmask16 in, missed;
-        COHSM__PREFETCH(points + COHSM__AHEAD);
-        COHSM__PREFETCH(points + COHSM__AHEAD + 16);
-        COHSM__PREFETCH(points + COHSM__AHEAD + 32);
-        cohsm__stream_load(s, points, cohsm__min_u32(s->count - k, 16), p);
-        in = cohsm__stream_see(s, p, &pixel, &depth);
-        pixel = _mm512_mask_mov_epi32(_mm512_set1_epi32(-1), in, pixel);        /* COHSM__NO_PIXEL */
-        slot = cohsm__slot16(pixel);
-        missed = _mm512_mask_cmpneq_epi32_mask(in, pixel, _mm512_i32gather_epi32(slot, s->kept_pixel, 4));
-        _mm512_storeu_si512(s->pixel + k, pixel);
-        _mm512_storeu_si512(s->depth + k, depth);
-        if (missed) n += cohsm__stream_mark(s, pixel, slot, missed, s->list + n);
-    }
-    return n;
-}
-
-COHSM__TARGET_AVX2 static void cohsm__stream_decode(cohsm__stream *s, uint32_t count)
-{
-    uint32_t depth[COHSM__STEP], i, k, n;
-    for (i = 0; i < count; i += n) {
-        const uint32_t *pixel = s->list + i;
-        n = cohsm__min_u32(count - i, COHSM__STEP);
-        cohsm__find_depths(s->maps, pixel, s->place, n, depth);
-        for (k = 0; k < n; k++)                     /* where no other has taken the slot since */
-            if (s->kept_pixel[cohsm__slot(pixel[k])] == pixel[k]) s->kept_depth[cohsm__slot(pixel[k])] = depth[k];
-    }
-}
-
-COHSM__TARGET_AVX512 static void cohsm__stream_compare(const cohsm__stream *s, float *visible)
-{
-    uint32_t k, at;
-    for (k = 0; k < s->count; k += 16) {
-        unsigned valid = s->count - k < 16 ? (1u << (s->count - k)) - 1u : 0xffffu, taken;
-        __m512i pixel = _mm512_loadu_si512(s->pixel + k), slot = cohsm__slot16(pixel);
-        __mmask16 in = _mm512_cmpneq_epi32_mask(pixel, _mm512_set1_epi32(-1));
-        __mmask16 dark = _mm512_mask_cmpgt_epi32_mask(in, _mm512_loadu_si512(s->depth + k),
-                                                      _mm512_i32gather_epi32(slot, s->kept_depth, 4));
-        taken = _mm512_mask_cmpneq_epi32_mask(in, pixel, _mm512_i32gather_epi32(slot, s->kept_pixel, 4)) & valid;
-        _mm512_mask_storeu_ps(visible + k, (__mmask16)valid, _mm512_mask_blend_ps(dark, _mm512_set1_ps(1.0f),
-                                                                                  _mm512_setzero_ps()));
-        for (; taken; taken &= taken - 1u) {
-            at = k + _tzcnt_u32(taken);
-            visible[at] = cohsm__lit(s->maps, s->pixel[at], s->place[0], s->depth[at]);
-        }
-    }
-}
-
-COHSM__TARGET_AVX512 static void cohsm__one_light_avx512(const cohsm_maps *maps, const cohsm_query *q,
-                                                         cohsm__v3 direction, float *visible)
-{
-    size_t first;
-    cohsm__stream s;
-
-    cohsm__stream_make(&s, maps, direction, q->bias);
-    for (first = 0; first < q->count; first += s.count) {
-        s.count = q->count - first < COHSM__STREAM ? (uint32_t)(q->count - first) : (uint32_t)COHSM__STREAM;
-        cohsm__stream_decode(&s, cohsm__stream_find(&s, q->points + 3 * first));
-        cohsm__stream_compare(&s, visible + first);
-    }
-}
-COHSM__AVX512_END
-
 #endif
+
+/* ==== src/csm/kernels_one_light.h ==== */
+
+/* ---- kernels of query: one light for many points ---- */
+
+/* What stays the same for all points. */
+typedef struct cohsm__views {
+    cohsm__lanes3 center, right, up, back;
+    cohsm__lanes per_radius, half, top, bias;
+    cohsm__lane_ints side, begin, range;
+} cohsm__views;
+
+static inline COHSM__IN_KERNEL cohsm__views cohsm__views_of(const cohsm__stream *s)
+{
+    const cohsm__header *h = &s->maps->head;
+    const cohsm__frame *f = &s->frame;
+    cohsm__views v;
+    v.center = cohsm__lanes3_all(h->center[0], h->center[1], h->center[2]);
+    v.right = cohsm__lanes3_all(f->right.x, f->right.y, f->right.z);
+    v.up = cohsm__lanes3_all(f->up.x, f->up.y, f->up.z);
+    v.back = cohsm__lanes3_all(f->back.x, f->back.y, f->back.z);
+    v.per_radius = cohsm__lanes_all(1.0f / h->radius);
+    v.half = cohsm__lanes_all(0.5f * (float)h->map_side);
+    v.top = cohsm__lanes_all((float)h->map_side);
+    v.bias = cohsm__lanes_all(s->bias);
+    v.side = cohsm__ints_all((int32_t)h->map_side);
+    v.begin = cohsm__ints_all((int32_t)h->pixel_begin);
+    v.range = cohsm__ints_all((int32_t)s->maps->range);
+    return v;
+}
+
+/* Points number k on, as many as there are lanes, in radii about the centre; 0 where there are no more. */
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__stream_load(const cohsm__stream *s, const cohsm__views *v, size_t k)
+{
+    const float *from;
+    float last[3 * COHSM__LANE_COUNT];
+    size_t i;
+
+    if (!s->packed) return cohsm__lanes3_load(s->x + k, s->y + k, s->z + k);
+    from = s->packed + 3 * k;
+    for (i = 0; i < 3 * COHSM__LANE_COUNT; i += 16) COHSM__PREFETCH(from + COHSM__AHEAD + i);
+    if (s->count - k < COHSM__LANE_COUNT) {
+        memset(last, 0, sizeof last);
+        memcpy(last, from, 3 * (s->count - k) * sizeof *last);
+        from = last;
+    }
+    return cohsm__lanes3_scale(cohsm__lanes3_sub(cohsm__lanes3_load_packed(from), v->center), v->per_radius);
+}
+
+/* cohsm__see, cohsm__pixel and cohsm__compared_depth, entered from number k on. Returns pixels. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__stream_see(cohsm__stream *s, const cohsm__views *v, size_t k)
+{
+    const cohsm__lanes3 p = cohsm__stream_load(s, v, k);
+    const cohsm__lanes zero = cohsm__lanes_all(0.0f), middle = cohsm__lanes_all(0.5f);
+    const cohsm__lanes x = cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes3_dot(p, v->right), v->half), v->half);
+    const cohsm__lanes y = cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes3_dot(p, v->up), v->half), v->half);
+    const cohsm__lane_ints none = cohsm__ints_all(-1);      /* COHSM__NO_PIXEL */
+    cohsm__lanes d = cohsm__lanes_mul(middle, cohsm__lanes3_dot(p, v->back));
+    cohsm__lane_ints pixel;
+    cohsm__lane_mask in;
+
+    d = cohsm__lanes_sub(cohsm__lanes_sub(middle, d), v->bias);
+    d = cohsm__lanes_mul(d, cohsm__lanes_all((float)COHSM__HIT_MAX));
+    in = cohsm__mask_and(cohsm__lanes_at_least(x, zero), cohsm__lanes_greater(v->top, x));
+    in = cohsm__mask_and(in, cohsm__mask_and(cohsm__lanes_at_least(y, zero), cohsm__lanes_greater(v->top, y)));
+    in = cohsm__mask_and(in, cohsm__lanes_at_least(d, zero));
+    pixel = cohsm__ints_mul(cohsm__lanes_truncate(cohsm__lanes_keep(in, y)), v->side);
+    pixel = cohsm__ints_add(pixel, cohsm__lanes_truncate(cohsm__lanes_keep(in, x)));
+    pixel = cohsm__ints_sub(pixel, v->begin);
+    in = cohsm__mask_and(in, cohsm__ints_greater(pixel, none));
+    pixel = cohsm__ints_select(cohsm__mask_and(in, cohsm__ints_greater(v->range, pixel)), pixel, none);
+    d = cohsm__lanes_keep(in, cohsm__lanes_min(d, cohsm__lanes_all(65535.0f)));
+    cohsm__ints_store(s->pixel + k, pixel);
+    cohsm__ints_store(s->depth + k, cohsm__lanes_truncate(d));
+    return pixel;
+}
+
+/* cohsm__slot */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__slots(cohsm__lane_ints pixel)
+{
+    const cohsm__lane_ints high = cohsm__ints_and(cohsm__ints_shift_right(pixel, 3), cohsm__ints_all(0x1f0));
+    return cohsm__ints_or(high, cohsm__ints_and(pixel, cohsm__ints_all(15)));
+}
+
+/* Pixels and compared depths. Pixels that no slot holds take theirs and join the list, but where another one of the
+   list has taken it: a depth of -1 marks those. */
+static inline COHSM__IN_KERNEL void cohsm__stream_find(cohsm__stream *s)
+{
+    const cohsm__views v = cohsm__views_of(s);
+    const cohsm__lane_ints none = cohsm__ints_all(-1);
+    cohsm__kept *kept = s->kept;
+    size_t k;
+
+    s->listed = 0;
+    for (k = 0; k < s->count; k += COHSM__LANE_COUNT) {
+        const cohsm__lane_ints pixel = cohsm__stream_see(s, &v, k);
+        const cohsm__lane_mask held = cohsm__ints_equal(cohsm__ints_gather(kept->pixel, cohsm__slots(pixel)), pixel);
+        uint32_t missed = cohsm__mask_bits(cohsm__mask_or(held, cohsm__ints_equal(pixel, none))) ^ COHSM__ALL_LANES;
+        for (; missed; missed &= missed - 1u) {
+            const int32_t wanted = s->pixel[k + cohsm__first_bit(missed)];
+            const uint32_t slot = cohsm__slot((uint32_t)wanted);
+            if (kept->depth[slot] < 0) continue;
+            kept->pixel[slot] = wanted;
+            kept->depth[slot] = -1;
+            s->list[s->listed++] = (uint32_t)wanted;
+        }
+    }
+}
+
+static inline COHSM__IN_KERNEL void cohsm__stream_decode(cohsm__stream *s)
+{
+    uint32_t place[COHSM__STEP], i, k, n;
+    int32_t depth[COHSM__STEP];
+
+    for (k = 0; k < COHSM__STEP; k++) place[k] = s->place;
+    for (i = 0; i < s->listed; i += n) {
+        n = cohsm__min_u32(s->listed - i, COHSM__STEP);
+        cohsm__find_depths(s->maps, s->list + i, place, n, depth);
+        for (k = 0; k < n; k++) s->kept->depth[cohsm__slot(s->list[i + k])] = depth[k];
+    }
+}
+
+/* Answers; points whose pixels have no slot are listed. */
+static inline COHSM__IN_KERNEL void cohsm__stream_compare(cohsm__stream *s, float *visible)
+{
+    const cohsm__lane_ints one = cohsm__ints_all(1), none = cohsm__ints_all(-1);
+    float last[COHSM__LANE_COUNT];
+    uint32_t taken;
+    size_t k;
+
+    s->listed = 0;
+    for (k = 0; k < s->count; k += COHSM__LANE_COUNT) {
+        const size_t left = s->count - k;
+        const cohsm__lane_ints pixel = cohsm__ints_load(s->pixel + k), slot = cohsm__slots(pixel);
+        const cohsm__lane_ints known = cohsm__ints_gather(s->kept->depth, slot);
+        const cohsm__lane_mask out = cohsm__ints_equal(pixel, none);
+        const cohsm__lane_mask lit = cohsm__ints_greater(cohsm__ints_add(known, one), cohsm__ints_load(s->depth + k));
+        const cohsm__lane_mask held = cohsm__ints_equal(cohsm__ints_gather(s->kept->pixel, slot), pixel);
+        const cohsm__lanes answer = cohsm__lanes_keep(cohsm__mask_or(out, lit), cohsm__lanes_all(1.0f));
+        taken = cohsm__mask_bits(cohsm__mask_or(out, held)) ^ COHSM__ALL_LANES;
+        if (left >= COHSM__LANE_COUNT) cohsm__lanes_store(visible + k, answer);
+        else {
+            cohsm__lanes_store(last, answer);
+            memcpy(visible + k, last, left * sizeof *last);
+            taken &= (1u << left) - 1u;
+        }
+        for (; taken; taken &= taken - 1u) s->list[s->listed++] = (uint32_t)k + cohsm__first_bit(taken);
+    }
+}
+
+/* Decodes for the points that are listed. */
+static inline COHSM__IN_KERNEL void cohsm__stream_rest(const cohsm__stream *s, float *visible)
+{
+    uint32_t place[COHSM__STEP], pixel[COHSM__STEP], i, k, n;
+    int32_t depth[COHSM__STEP];
+
+    for (i = 0; i < s->listed; i += n) {
+        const uint32_t *at = s->list + i;
+        n = cohsm__min_u32(s->listed - i, COHSM__STEP);
+        for (k = 0; k < n; k++) {
+            pixel[k] = (uint32_t)s->pixel[at[k]];
+            place[k] = s->place;
+        }
+        cohsm__find_depths(s->maps, pixel, place, n, depth);
+        for (k = 0; k < n; k++) visible[at[k]] = s->depth[at[k]] > depth[k] ? 0.0f : 1.0f;
+    }
+}
+
+/* The points of the stream. */
+COHSM__KERNEL static void cohsm__one_light(cohsm__stream *s, float *visible)
+{
+    cohsm__stream_find(s);
+    cohsm__stream_decode(s);
+    cohsm__stream_compare(s, visible);
+    cohsm__stream_rest(s, visible);
+}
+
+/* ==== src/csm/kernels_end.h ==== */
+
+#undef COHSM__SET
+#undef COHSM__WIDTH
+#undef COHSM__LANE_COUNT
+#endif /* COHSM__SET */
+
+#if defined(CSM_IMPLEMENTATION) && !defined(CSM_IMPLEMENTED)
+#define CSM_IMPLEMENTED
+
+/* ==== src/csm/kernels_sets.h ==== */
+
+/* ---- kernels: those of AVX2 and AVX-512 ---- */
+
+#if COHSM__SIMD_SETS
+#define COHSM__SET avx2
+#define COHSM__WIDTH 8
+#define COHSM__LANE_COUNT 8
+#include COHSM__FILE
+#define COHSM__SET avx512
+#define COHSM__WIDTH 16
+#define COHSM__LANE_COUNT 16
+#include COHSM__FILE
+#endif
+
+/* ==== src/csm/kernels_choose.h ==== */
+
+/* ---- kernels: which to call ---- */
+
+typedef struct cohsm__kernels {
+    void (*address)(cohsm__tile *t, uint32_t corner, float (*weight)[COHSM__TILE]);
+    void (*search)(cohsm__tile *t);
+    size_t (*load_vectors)(const cohsm__tile *t, const float *packed, cohsm__v3 center, float scale,
+                           float (*out)[COHSM__TILE]);
+    void (*one_light)(cohsm__stream *s, float *visible);
+    void (*find)(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup, uint32_t begin, uint32_t end,
+                 cohsm__sight *sight);
+    void (*enqueue)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
+                    const cohsm__sight *sight, cohsm__queue *q);
+    void (*draw_all)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q);
+} cohsm__kernels;
+
+static cohsm__kernels cohsm__choose_kernels(int simd)
+{
+    cohsm__kernels k;
+    k.address = cohsm__address_latlong_plain;
+    k.search = cohsm__search_plain;
+    k.load_vectors = cohsm__load_vectors_plain;
+    k.one_light = cohsm__one_light_plain;
+    k.find = cohsm__find_plain;
+    k.enqueue = cohsm__enqueue_plain;
+    k.draw_all = cohsm__draw_all_plain;
+#if COHSM__SETS
+    if (simd) {
+        k.address = cohsm__address_latlong_avx2;
+        k.search = cohsm__search_avx2;
+        k.load_vectors = cohsm__load_vectors_avx2;
+        k.one_light = simd == 2 ? cohsm__one_light_avx512 : cohsm__one_light_avx2;
+        k.find = cohsm__find_avx2;
+        k.enqueue = simd == 2 ? cohsm__enqueue_avx512 : cohsm__enqueue_avx2;
+        k.draw_all = simd == 2 ? cohsm__draw_all_avx512 : cohsm__draw_all_avx2;
+    }
+#else
+    (void)simd;
+#endif
+    return k;
+}
+
+/* ==== src/csm/query_tiles.h ==== */
+
+/* ---- query: one tile through the way that suits it ---- */
 
 /* Looks up one corner of every sample. */
-static void cohsm__run_corner(cohsm__tile *t, uint32_t corner, float (*weight)[COHSM__TILE])
+static void cohsm__run_corner(cohsm__tile *t, const cohsm__kernels *kernels, uint32_t corner,
+                              float (*weight)[COHSM__TILE])
 {
     size_t i;
-#if COHSM__SIMD
-    if (t->maps->simd) {
-        cohsm__address_avx2(t, corner, weight);
-        cohsm__search_avx2(t);
-        return;
-    }
-#endif
     for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
-    cohsm__address_portable(t, corner, weight);
-    cohsm__search(t);
+    kernels->address(t, corner, weight);
+    kernels->search(t);
+}
+
+/* One light for all: each pixel is decoded once. */
+static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
+{
+    cohsm__stream s;
+    cohsm__stream_make(&s, t->maps, cohsm__tile_light(t, 0), t->query->bias, &t->kept);
+    s.count = t->count;
+    s.x = t->point[0];
+    s.y = t->point[1];
+    s.z = t->point[2];
+    kernels->one_light(&s, t->visible);
 }
 
 /* cohsm__pcf for the whole tile: sums in the same order. */
-static void cohsm__run_pcf(cohsm__tile *t)
+static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     float weight[4][COHSM__TILE], dark[COHSM__TILE], map[COHSM__TILE], w;
     uint32_t corner, d;
     size_t i;
 
     memset(dark, 0, sizeof dark);
-    for (corner = 0; corner < 16; corner++) {       /* pixels fastest: turned, the low two bits are the pixel's */
+    for (corner = 0; corner < 16; corner++) {       /* pixels fastest: turned, the low two bits are the
+                                                       pixel's */
         uint32_t turned = corner >> 2 | (corner & 3u) << 2;
-        cohsm__run_corner(t, turned, weight);
+        cohsm__run_corner(t, kernels, turned, weight);
         for (i = 0; i < t->count; i++) {
             w = 1.0f;
             for (d = 2; d < 4; d++) w *= turned >> d & 1u ? weight[d][i] : 1.0f - weight[d][i];
@@ -5813,13 +6526,13 @@ static void cohsm__run_pcf(cohsm__tile *t)
 }
 
 /* 0 where the samples are of a kind that is treated one by one. */
-static int cohsm__run_steps(cohsm__tile *t)
+static int cohsm__run_steps(cohsm__tile *t, const cohsm__kernels *kernels)
 {
     const cohsm_maps *m = t->maps;
     int shared = t->one_light && t->query->filter == COHSM_FILTER_NEAREST;
     size_t i;
 
-    if (t->query->light != COHSM_LIGHT_DIRECTION) return 0;
+    if (t->query->light_kind != COHSM_LIGHT_DIRECTION) return 0;
     if (shared ? !cohsm__usable(cohsm__tile_light(t, 0)) : m->head.domain != COHSM_DOMAIN_LATLONG) return 0;
     for (i = t->count; i % COHSM__STEP; i++) {      /* what the last step has too much */
         t->point[0][i] = t->point[1][i] = t->point[2][i] = 0.0f;
@@ -5830,23 +6543,23 @@ static int cohsm__run_steps(cohsm__tile *t)
         t->light[1][i] = t->light[1][0];
         t->light[2][i] = t->light[2][0];
     }
-    if (t->query->filter == COHSM_FILTER_PCF) cohsm__run_pcf(t);
-    else if (!shared) cohsm__run_corner(t, 0, NULL);
-#if COHSM__SIMD
-    else if (m->simd) cohsm__one_light_avx2(t);
-#endif
-    else cohsm__one_light_portable(t);
+    if (t->query->filter == COHSM_FILTER_PCF) cohsm__run_pcf(t, kernels);
+    else if (shared) cohsm__run_one_light(t, kernels);
+    else cohsm__run_corner(t, kernels, 0, NULL);
     return 1;
 }
 
 static void cohsm__run_tile(cohsm__tile *t)
 {
+    const cohsm__kernels kernels = cohsm__choose_kernels(t->maps->simd);
     size_t i;
     for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
-    if (cohsm__run_steps(t)) return;
+    if (cohsm__run_steps(t, &kernels)) return;
     for (i = 0; i < t->count; i++) {
         t->pixel[i] = COHSM__NO_PIXEL;
-        if (t->query->light == COHSM_LIGHT_POSITION) {
+        t->place[i] = 0;
+        t->depth[i] = 0;
+        if (t->query->light_kind == COHSM_LIGHT_POSITION) {
             cohsm__v3 l = cohsm__tile_light(t, i);
             if (!cohsm__v3_finite(l)) continue;
             if (cohsm__light_refused(t->maps, l)) {
@@ -5857,12 +6570,14 @@ static void cohsm__run_tile(cohsm__tile *t)
         }
         cohsm__address(t, i);
     }
-    if (t->query->filter != COHSM_FILTER_PCF) cohsm__search(t);
+    if (t->query->filter != COHSM_FILTER_PCF) kernels.search(t);
 }
 
-/* ---- >>scene: samples to the objects' spaces and back ---- */
+/* ==== src/csm/scene.h ==== */
 
-static size_t cohsm__light_size(const cohsm_maps *m, cohsm_light kind)
+/* ---- scene: samples to the objects' spaces and back ---- */
+
+static size_t cohsm__light_size(const cohsm_maps *m, cohsm_light_kind kind)
 {
     if (kind == COHSM_LIGHT_INDEX) return 4;
     return kind == COHSM_LIGHT_PARAMETER ? 4 * (size_t)m->head.dimensions : 12;
@@ -5873,28 +6588,28 @@ static void cohsm__load_lights(cohsm__tile *t, const float *inverse)
 {
     const cohsm_query *q = t->query;
     const cohsm__header *h = &t->maps->head;
-    size_t size = cohsm__light_size(t->maps, q->light), stride = q->light_stride ? q->light_stride : size, i;
+    size_t size = cohsm__light_size(t->maps, q->light_kind),
+           stride = q->light_stride ? q->light_stride : size, i;
     size_t count = t->one_light ? (t->count ? 1 : 0) : t->count;
     cohsm__v3 c = cohsm__v3_load(h->center), l;
     float per_radius = 1.0f / h->radius, v[3] = { 0, 0, 0 };
 
     i = 0;
-#if COHSM__SIMD
-    if (t->maps->simd && q->light == COHSM_LIGHT_DIRECTION && !inverse && stride == 12 && !t->one_light)
-        i = cohsm__load_directions_avx2(t);
-#endif
+    if (q->light_kind == COHSM_LIGHT_DIRECTION && !inverse && stride == 12 && !t->one_light)
+        i = cohsm__choose_kernels(t->maps->simd)
+                .load_vectors(t, (const float *)q->lights, cohsm__v3_make(0, 0, 0), 1.0f, t->light);
     for (; i < count; i++) {
         const char *from = (const char *)q->lights + stride * (t->one_light ? 0 : t->id[i]);
-        if (q->light == COHSM_LIGHT_INDEX) {
+        if (q->light_kind == COHSM_LIGHT_INDEX) {
             memcpy(&t->cell[i], from, 4);
             continue;
         }
-        if (q->light == COHSM_LIGHT_PARAMETER) memcpy(v, from, size);
+        if (q->light_kind == COHSM_LIGHT_PARAMETER) memcpy(v, from, size);
         else memcpy(v, from, sizeof v);
         l = cohsm__v3_load(v);
-        if (q->light == COHSM_LIGHT_DIRECTION && inverse) l = cohsm__m4_direction(inverse, l);
-        if (q->light == COHSM_LIGHT_POSITION && inverse) l = cohsm__m4_point(inverse, l);
-        if (q->light == COHSM_LIGHT_POSITION) l = cohsm__v3_scale(cohsm__v3_sub(l, c), per_radius);
+        if (q->light_kind == COHSM_LIGHT_DIRECTION && inverse) l = cohsm__m4_direction(inverse, l);
+        if (q->light_kind == COHSM_LIGHT_POSITION && inverse) l = cohsm__m4_point(inverse, l);
+        if (q->light_kind == COHSM_LIGHT_POSITION) l = cohsm__v3_scale(cohsm__v3_sub(l, c), per_radius);
         t->light[0][i] = l.x;
         t->light[1][i] = l.y;
         t->light[2][i] = l.z;
@@ -5904,15 +6619,15 @@ static void cohsm__load_lights(cohsm__tile *t, const float *inverse)
 static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
 {
     const cohsm_query *q = t->query;
-    size_t stride = q->point_stride ? q->point_stride : 12, i = 0;
+    size_t stride = q->position_stride ? q->position_stride : 12, i = 0;
     cohsm__v3 c = cohsm__v3_load(t->maps->head.center), p;
     float per_radius = 1.0f / t->maps->head.radius, v[3];
 
-#if COHSM__SIMD
-    if (t->maps->simd && !inverse && stride == 12) i = cohsm__load_points_avx2(t, c, per_radius);
-#endif
+    if (!inverse && stride == 12)
+        i = cohsm__choose_kernels(t->maps->simd)
+                .load_vectors(t, (const float *)(const void *)q->positions, c, per_radius, t->point);
     for (; i < t->count; i++) {
-        memcpy(v, (const char *)q->points + stride * t->id[i], sizeof v);
+        memcpy(v, (const char *)q->positions + stride * t->id[i], sizeof v);
         p = cohsm__v3_load(v);
         if (inverse) p = cohsm__m4_point(inverse, p);
         p = cohsm__v3_scale(cohsm__v3_sub(p, c), per_radius);
@@ -5923,39 +6638,44 @@ static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
     cohsm__load_lights(t, inverse);
 }
 
-/* The whole batch at once; 0 where it is of a kind that is treated in tiles. */
+/* The whole batch at once, where all of it has one light; 0 where it is of a kind that is treated in tiles. */
 static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *visible)
 {
-#if COHSM__SIMD
+    const cohsm__kernels kernels = cohsm__choose_kernels(m->simd);
+    cohsm__stream s;
+    cohsm__kept kept;
     float v[3];
-    if (m->simd < 2 || !q->count || !q->one_light || q->filter != COHSM_FILTER_NEAREST ||
-        q->light != COHSM_LIGHT_DIRECTION || (q->point_stride && q->point_stride != 12))
+    size_t first;
+
+    if (!q->count || !q->one_light || q->filter != COHSM_FILTER_NEAREST || q->light_kind != COHSM_LIGHT_DIRECTION ||
+        (q->position_stride && q->position_stride != 12))
         return 0;
     memcpy(v, q->lights, sizeof v);
     if (!cohsm__usable(cohsm__v3_load(v))) return 0;
-    cohsm__one_light_avx512(m, q, cohsm__v3_load(v), visible);
+    cohsm__keep_nothing(&kept);
+    cohsm__stream_make(&s, m, cohsm__v3_load(v), q->bias, &kept);
+    for (first = 0; first < q->count; first += s.count) {
+        s.count = q->count - first < COHSM__STREAM ? q->count - first : (size_t)COHSM__STREAM;
+        s.packed = q->positions + 3 * first;
+        kernels.one_light(&s, visible + first);
+    }
     return 1;
-#else
-    (void)m;
-    (void)q;
-    (void)visible;
-    return 0;
-#endif
 }
 
 static cohsm_result cohsm__check_query(const cohsm_maps *m, const cohsm_query *q)
 {
-    if (!q->points || !q->lights || (unsigned)q->light > COHSM_LIGHT_INDEX ||
-        (unsigned)q->filter > COHSM_FILTER_ROULETTE)
+    if (!q->positions || !q->lights) return COHSM_ERR_ARGUMENT;
+    if ((unsigned)q->light_kind >= COHSM_LIGHT_COUNT || (unsigned)q->filter >= COHSM_FILTER_COUNT ||
+        !cohsm__finite(q->bias))
+        return COHSM_ERR_DESC;
+    if ((q->position_stride && q->position_stride < 12) || q->position_stride % 4 || q->light_stride % 4 ||
+        (q->light_stride && q->light_stride < cohsm__light_size(m, q->light_kind)))
         return COHSM_ERR_ARGUMENT;
-    if (!cohsm__finite(q->bias) || q->bias < 0.0f) return COHSM_ERR_ARGUMENT;
-    if ((q->point_stride && q->point_stride < 12) || q->point_stride % 4 || q->light_stride % 4 ||
-        (q->light_stride && q->light_stride < cohsm__light_size(m, q->light)))
-        return COHSM_ERR_ARGUMENT;
-    if (q->light == COHSM_LIGHT_INDEX) return COHSM_OK;
-    if (q->light == COHSM_LIGHT_PARAMETER) return m->head.dimensions ? COHSM_OK : COHSM_ERR_DOMAIN;
-    return m->head.domain == COHSM_DOMAIN_LATLONG || m->head.domain == COHSM_DOMAIN_OCTAHEDRAL ? COHSM_OK
-                                                                                               : COHSM_ERR_DOMAIN;
+    if (q->light_kind == COHSM_LIGHT_INDEX) return COHSM_OK;
+    if (q->light_kind == COHSM_LIGHT_PARAMETER) return m->head.dimensions ? COHSM_OK : COHSM_ERR_MISMATCH;
+    return m->head.domain == COHSM_DOMAIN_LATLONG || m->head.domain == COHSM_DOMAIN_OCTAHEDRAL
+               ? COHSM_OK
+               : COHSM_ERR_MISMATCH;
 }
 
 static size_t cohsm__count_refused(const float *visible, size_t count)
@@ -5963,14 +6683,6 @@ static size_t cohsm__count_refused(const float *visible, size_t count)
     size_t i, n = 0;
     for (i = 0; i < count; i++) n += visible[i] == COHSM_REFUSED;
     return n;
-}
-
-COHSM_DEF cohsm_query cohsm_query_default(void)
-{
-    cohsm_query q;
-    memset(&q, 0, sizeof q);
-    q.bias = 1.0f;
-    return q;
 }
 
 static void cohsm__run_tiles(const cohsm_maps *maps, const cohsm_query *query, float *visible)
@@ -5988,8 +6700,19 @@ static void cohsm__run_tiles(const cohsm_maps *maps, const cohsm_query *query, f
     }
 }
 
-COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *query, float *visible, size_t *refused)
+/* The query with its default filled in: a bias of 0 is one pixel, a negative one none. */
+static cohsm_query cohsm__complete_query(const cohsm_query *query)
 {
+    cohsm_query q = *query;
+    if (q.bias == 0.0f) q.bias = 1.0f;
+    if (q.bias < 0.0f) q.bias = 0.0f;
+    return q;
+}
+
+COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *query, float *visible,
+                                     size_t *refused)
+{
+    cohsm_query q;
     cohsm_result result;
 
     if (!maps || !query || (query->count && !visible)) return COHSM_ERR_ARGUMENT;
@@ -5997,7 +6720,8 @@ COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *
         result = cohsm__check_query(maps, query);
         if (result != COHSM_OK) return result;
     }
-    if (!cohsm__run_stream(maps, query, visible)) cohsm__run_tiles(maps, query, visible);
+    q = cohsm__complete_query(query);
+    if (!cohsm__run_stream(maps, &q, visible)) cohsm__run_tiles(maps, &q, visible);
     if (refused) *refused = cohsm__count_refused(visible, query->count);
     return COHSM_OK;
 }
@@ -6015,14 +6739,14 @@ static void cohsm__flush_tile(cohsm__tile *t, const float *inverse, float *visib
     t->count = 0;
 }
 
-/* own = 1: samples that lie on this instance; 0: all others that still see some light. */
-static void cohsm__visit(cohsm__tile *t, const cohsm_query *q, uint32_t self, int own, const float *inverse,
+/* own = 1: samples that lie on this instance, counted from 1; 0: all others that still see some light. */
+static void cohsm__visit(cohsm__tile *t, const cohsm_query *q, uint32_t entity, int own, const float *inverse,
                          float *visible)
 {
     size_t i;
     t->count = 0;
     for (i = 0; i < q->count; i++) {
-        if ((q->self && q->self[i] == self) != own || !(visible[i] > 0.0f)) continue;
+        if ((q->entities && q->entities[i] == entity) != own || !(visible[i] > 0.0f)) continue;
         t->id[t->count++] = i;
         if (t->count == COHSM__TILE) cohsm__flush_tile(t, inverse, visible);
     }
@@ -6033,12 +6757,14 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
                                            const cohsm_query *query, float *visible, size_t *refused)
 {
     cohsm__tile t;
+    cohsm_query q;
     float inverse[16], scale;
     size_t i;
     int own;
     cohsm_result result;
 
-    if (!query || (instance_count && !instances) || (query->count && !visible) || instance_count >= COHSM_NO_SELF)
+    if (!query || (instance_count && !instances) || (query->count && !visible) ||
+        instance_count >= UINT32_MAX)
         return COHSM_ERR_ARGUMENT;
     for (i = 0; i < instance_count; i++) {
         if (!instances[i].maps || !cohsm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
@@ -6047,18 +6773,447 @@ COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size
         result = query->count ? cohsm__check_query(instances[i].maps, query) : COHSM_OK;
         if (result != COHSM_OK) return result;
     }
-    for (i = 0; i < query->count; i++) visible[i] = 1.0f;
-    for (own = query->self != NULL; own >= 0; own--)
+    q = cohsm__complete_query(query);
+    for (i = 0; i < q.count; i++) visible[i] = 1.0f;
+    for (own = q.entities != NULL; own >= 0; own--)
         for (i = 0; i < instance_count; i++) {
-            cohsm__tile_start(&t, query, instances[i].maps, (uint32_t)i);
+            cohsm__tile_start(&t, &q, instances[i].maps, (uint32_t)i);
             cohsm__m4_affine_inverse(inverse, instances[i].transform);
-            cohsm__visit(&t, query, (uint32_t)i, own, inverse, visible);
+            cohsm__visit(&t, &q, (uint32_t)i + 1u, own, inverse, visible);
         }
     if (refused) *refused = cohsm__count_refused(visible, query->count);
     return COHSM_OK;
 }
 
-/* ---- >>verify: every stored value against its interval ---- */
+/* ==== src/csm/raster_views.h ==== */
+
+/* ---- raster: whole views, clipped where they are perspective ---- */
+
+/* Perspective: triangles are cut to |x|, |y| <= 2 w, so that fixed-point positions stay small, and to w >= near. */
+typedef struct cohsm__clip { float x, y, w; } cohsm__clip;
+
+static float cohsm__clip_distance(const cohsm__clip *c, int plane)
+{
+    switch (plane) {
+    case 0: return c->w - 1e-5f;
+    case 1: return 2.0f * c->w - c->x;
+    case 2: return 2.0f * c->w + c->x;
+    case 3: return 2.0f * c->w - c->y;
+    default: return 2.0f * c->w + c->y;
+    }
+}
+
+/* The cut is computed from the inner end, whichever way the edge runs: both its triangles get the same corner. */
+static cohsm__clip cohsm__clip_cut(const cohsm__clip *in, const cohsm__clip *out, float din, float dout)
+{
+    cohsm__clip c;
+    float t = din / (din - dout);
+    c.x = in->x + (out->x - in->x) * t;
+    c.y = in->y + (out->y - in->y) * t;
+    c.w = in->w + (out->w - in->w) * t;
+    return c;
+}
+
+static int cohsm__clip_polygon(cohsm__clip *p, int count)
+{
+    cohsm__clip q[10];
+    int plane, i, n;
+
+    for (plane = 0; plane < 5; plane++) {
+        for (i = 0, n = 0; i < count; i++) {
+            const cohsm__clip *a = p + i, *b = p + (i + 1 == count ? 0 : i + 1);
+            float da = cohsm__clip_distance(a, plane), db = cohsm__clip_distance(b, plane);
+            if (da >= 0.0f) q[n++] = *a;
+            if (da >= 0.0f && db < 0.0f) q[n++] = cohsm__clip_cut(a, b, da, db);
+            if (da < 0.0f && db >= 0.0f) q[n++] = cohsm__clip_cut(b, a, db, da);
+        }
+        count = n;
+        if (count < 3) return 0;
+        memcpy(p, q, sizeof *p * (size_t)count);
+    }
+    return count;
+}
+
+static cohsm__corner cohsm__project(const cohsm__clip *c, int size)
+{
+    cohsm__corner p;
+    float scale = (float)(size * (COHSM__SUBPIXEL / 2)), inverse = 1.0f / c->w, offset = scale * 3.0f + 0.5f;
+    /* offset by one image first: conversion to int then truncates downwards everywhere */
+    p.x = (int32_t)(c->x * inverse * scale + offset) - size * COHSM__SUBPIXEL;
+    p.y = (int32_t)(c->y * inverse * scale + offset) - size * COHSM__SUBPIXEL;
+    p.z = inverse;
+    return p;
+}
+
+static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam, const float *v, uint32_t lane)
+{
+    cohsm__clip p[10];
+    cohsm__corner c0, c1, c2;
+    int k, n = 3, behind = 0, left = 0, right = 0, below = 0, above = 0, inside = 0;
+
+    for (k = 0; k < 3; k++, v += 3 * COHSM__CLUSTER) {
+        cohsm__v3 q = cohsm__v3_sub(cohsm__v3_make(v[lane], v[16 + lane], v[32 + lane]), cam->eye);
+        cohsm__face_coordinates(cam->face, q, &p[k].x, &p[k].y, &p[k].w);
+        behind += p[k].w < 1e-5f;
+        left += p[k].x < -p[k].w;
+        right += p[k].x > p[k].w;
+        below += p[k].y < -p[k].w;
+        above += p[k].y > p[k].w;
+        inside += p[k].w >= 1e-5f && fabsf(p[k].x) <= 2.0f * p[k].w && fabsf(p[k].y) <= 2.0f * p[k].w;
+    }
+    if (behind == 3 || left == 3 || right == 3 || below == 3 || above == 3) return;
+    if (inside < 3) n = cohsm__clip_polygon(p, 3);
+    if (n < 3) return;
+    c0 = cohsm__project(p, t->size);
+    c1 = cohsm__project(p + 1, t->size);
+    for (k = 2; k < n; k++) {
+        c2 = cohsm__project(p + k, t->size);
+        cohsm__fill(t, cam, &c0, &c1, &c2);
+        c1 = c2;
+    }
+}
+
+/* Can the unit sphere be seen in this face at all? */
+static int cohsm__face_sees_sphere(const cohsm__camera *cam)
+{
+    cohsm__v3 q = cohsm__v3_scale(cam->eye, -1.0f);
+    float x, y, w;
+    cohsm__face_coordinates(cam->face, q, &x, &y, &w);
+    return w > -1.001f && fabsf(x) - w < 1.4157f && fabsf(y) - w < 1.4157f;
+}
+
+static uint32_t cohsm__append(uint32_t *list, uint32_t count, unsigned mask, uint32_t first)
+{
+    for (; mask; mask >>= 1, first++)
+        if (mask & 1u) list[count++] = first;
+    return count;
+}
+
+/* Of the clusters begin .. end - 1, no more than a stretch, those that may be in sight of a perspective view: by the
+   boxes of eight first. */
+static void cohsm__find_in_face(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
+                                uint32_t begin, uint32_t end, cohsm__sight *sight)
+{
+    const float *wide = cohsm__wide_bounds(soup);
+    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
+    unsigned mask;
+
+    for (i = begin / 8; i < eights; i += 8) {
+        mask = cohsm__face_sees8(t, cam, wide + 6 * (size_t)i) & cohsm__first8(eights - i);
+        count = cohsm__append(eight, count, mask, i);
+    }
+    for (i = 0, sight->count = 0; i < count; i++) {
+        mask = cohsm__face_sees8(t, cam, soup->bounds + 48 * (size_t)eight[i]) & cohsm__first8(end - 8 * eight[i]);
+        sight->count = cohsm__append(sight->cluster, sight->count, mask, 8 * eight[i]);
+    }
+}
+
+static void cohsm__raster_face(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup)
+{
+    cohsm__sight sight;
+    uint32_t begin, end, i, k;
+
+    if (!cohsm__face_sees_sphere(cam)) return;
+    for (begin = 0; begin < soup->clusters; begin = end) {
+        end = cohsm__min_u32(begin + COHSM__STRETCH, soup->clusters);
+        cohsm__find_in_face(t, cam, soup, begin, end, &sight);
+        for (i = 0; i < sight.count; i++)
+            for (k = 0; k < COHSM__CLUSTER; k++)
+                cohsm__raster_perspective(t, cam, cohsm__cluster(soup, sight.cluster[i]), k);
+    }
+}
+
+static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, int simd)
+{
+    size_t first = (size_t)(t->row_begin * t->size) * t->keep, last = (size_t)(t->row_end * t->size) * t->keep;
+    int all = t->row_begin == 0 && t->row_end == t->size;
+    cohsm__kernels kernels = cohsm__choose_kernels(simd);
+    uint32_t begin, end, i;
+    cohsm__sight sight;
+    cohsm__queue q;
+
+    memset(t->z + first, 0xff, (last - first) * sizeof *t->z);
+    if (cam->perspective) {
+        cohsm__raster_face(t, cam, soup);
+        return;
+    }
+    memset(&q, 0, sizeof q);
+    for (begin = 0; begin < soup->clusters; begin = end) {
+        end = cohsm__min_u32(begin + COHSM__STRETCH, soup->clusters);
+        for (i = begin; all && i < end; i++) sight.cluster[i - begin] = i;
+        sight.count = end - begin;
+        if (!all) kernels.find(t, cam->frame.up, soup, begin, end, &sight);
+        kernels.enqueue(t, cam, soup, &sight, &q);
+    }
+    kernels.draw_all(t, cam, &q);
+}
+
+/* ==== src/csm/build.h ==== */
+
+/* ---- build: from a mesh ---- */
+
+typedef struct cohsm__job { cohsm_builder *builder; const cohsm__soup *soup; int simd; } cohsm__job;
+
+static void cohsm__raster_task(void *context, size_t index)
+{
+    const cohsm__job *job = (const cohsm__job *)context;
+    const cohsm_builder *b = job->builder;
+    uint32_t view = b->batch_begin + (uint32_t)index, m = b->head.map_side, p;
+    cohsm__camera cam = cohsm__camera_of(&b->head, b->locations, b->angles,
+                                         b->cells[view % b->head.map_count], view / b->head.map_count);
+    cohsm__target target;
+
+    target.z = b->batch + index * b->batch_size;
+    target.keep = b->keep;
+    target.size = (int)m;
+    target.row_begin = (int)(b->desc.pixel_begin / m);
+    target.row_end = (int)((b->desc.pixel_end + m - 1u) / m);
+    cohsm__raster(&target, &cam, job->soup, job->simd);
+    if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
+        for (p = b->desc.pixel_begin; p < b->desc.pixel_end; p++)
+            target.z[4 * (size_t)p + 3] = cohsm__leave_depth(&cam, m, p);
+}
+
+static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup)
+{
+    cohsm__job job;
+    cohsm_result result = COHSM_OK;
+
+    job.builder = b;
+    job.soup = soup;
+    job.simd = cohsm__simd();
+    while (result == COHSM_OK && b->next_view < b->head.view_count) {
+        if (b->desc.system.progress &&
+            b->desc.system.progress(b->desc.system.user, (float)b->next_view / (float)b->head.view_count))
+            return COHSM_ERR_CANCELLED;
+        b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->next_view);
+        cohsm__run(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
+        result = cohsm__close_batch(b);
+    }
+    return result;
+}
+
+/* A mesh made ready: sphere, k-DOP and soup; desc gets the sphere. */
+typedef struct cohsm__model { cohsm__soup soup; float dop[2 * COHSM__DOP_AXES]; } cohsm__model;
+
+static cohsm_result cohsm__model_bound(cohsm__model *model, cohsm_desc *d, const cohsm__points *points,
+                                       const cohsm__logger *log)
+{
+    if (!(d->radius > 0.0f)) cohsm__fit_sphere(points, d->center, &d->radius);
+    else if (!cohsm__sphere_holds(points, d->center, d->radius))
+        return cohsm__wrong(log, "desc.radius", (double)d->radius,
+                            "so large that the sphere about center holds the mesh");
+    if (!cohsm__radius_usable(d->radius)) {
+        cohsm__log_value(log, "the radius of mesh", (double)d->radius, "above 1e-18, below 1e18");
+        return COHSM_ERR_INPUT;
+    }
+    cohsm__dop_of_points(model->dop, points);
+    return COHSM_OK;
+}
+
+static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const cohsm_mesh *mesh,
+                                      cohsm__heap *heap, cohsm_stats *stats, const cohsm__logger *log)
+{
+    size_t count;
+    uint8_t *used;
+    cohsm__points points;
+    cohsm_result result = cohsm__check_mesh(mesh, log);
+
+    if (result != COHSM_OK) return result;
+    count = cohsm__triangle_count(mesh);
+    used = (uint8_t *)cohsm__take(heap, count, 1);
+    if (!used) return cohsm__ended(log, COHSM_ERR_ALLOC);
+    result = cohsm__select(mesh, used, heap, stats);
+    if (result == COHSM_ERR_INPUT) cohsm__log_text(log, "mesh", "has no triangle that can be used");
+    if (result == COHSM_OK) {
+        result = COHSM_ERR_ALLOC;
+        if (cohsm__points_make(&points, mesh, used, stats->triangles, heap))
+            result = cohsm__model_bound(model, d, &points, log);
+        cohsm__points_free(&points, heap);
+    }
+    if (result == COHSM_OK &&
+        !cohsm__soup_make(&model->soup, mesh, used, stats->triangles, d->center, d->radius, heap))
+        result = COHSM_ERR_ALLOC;
+    cohsm__give(heap, used, count, 1);
+    return cohsm__ended(log, result);
+}
+
+static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap,
+                                       cohsm_maps **out, cohsm_stats *stats)
+{
+    cohsm_builder *b;
+    cohsm_result result = cohsm__builder_make(d, heap, &b);
+
+    if (result != COHSM_OK) return result;
+    memcpy(b->head.dop, model->dop, sizeof model->dop);
+    result = cohsm__build_views(b, &model->soup);
+    if (result == COHSM_OK) result = cohsm__finish(b, out, stats);
+    cohsm__drop_builder(b, heap);
+    return result;
+}
+
+/* Segments of a build with sides divided by shrink and half the map size. */
+static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *model, uint32_t shrink,
+                                     cohsm__heap *heap, double *segments)
+{
+    cohsm_desc trial = *d;
+    cohsm__step_system step;
+    cohsm_maps *maps;
+    cohsm_stats stats;
+    cohsm_result result;
+    int i;
+
+    memset(&stats, 0, sizeof stats);
+    cohsm__system_for_step(&trial.system, &step, 0.0f, 0.0f);
+    for (i = 0; i < 3; i++) trial.domain.side[i] = (d->domain.side[i] + shrink - 1u) / shrink;
+    trial.map_side = cohsm__max_u32(d->map_side / 2, 8);
+    trial.pixel_begin = 0;
+    trial.pixel_end = trial.map_side * trial.map_side;
+    result = cohsm__build_model(&trial, model, heap, &maps, &stats);
+    if (result != COHSM_OK) return result;
+    cohsm_free(maps);
+    *segments = (double)stats.segments;
+    return COHSM_OK;
+}
+
+/* Order and frame, where the desc leaves them open: tried at a quarter and an eighth of each side and
+   continued by that growth for two more doublings, since zig-zag is ahead of Hilbert on few maps and falls
+   behind on many. Below 8 maps a side such growth says little, so that small domains are tried at a half, or
+   whole. */
+static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap)
+{
+    static const cohsm_order orders[2] = { COHSM_ORDER_HILBERT, COHSM_ORDER_ZIGZAG_THETA };
+    static const cohsm_orientation orientations[2] = { COHSM_ORIENTATION_POLAR, COHSM_ORIENTATION_TWO_POLES };
+    int tabled = cohsm__has_table((uint32_t)d->domain.kind), o, f;
+    int any_order = d->order == COHSM_ORDER_DEFAULT && !tabled;
+    int any_orientation =
+        d->orientation == COHSM_ORIENTATION_DEFAULT && !tabled && !cohsm__is_positional(&d->domain);
+    uint32_t shrink = d->domain.side[0] >= 32 ? 4 : d->domain.side[0] >= 16 ? 2 : 1, k;
+    double least = 0.0, segments = 0.0, growth;
+    cohsm_desc trial = *d;
+    cohsm_result result;
+
+    if (d->order == COHSM_ORDER_DEFAULT) d->order = COHSM_ORDER_HILBERT;
+    if (d->orientation == COHSM_ORIENTATION_DEFAULT) d->orientation = COHSM_ORIENTATION_POLAR;
+    if (!any_order && !any_orientation) return COHSM_OK;
+    for (o = 0; o < (any_order ? 2 : 1); o++)
+        for (f = 0; f < (any_orientation ? 2 : 1); f++) {
+            trial.order = any_order ? orders[o] : d->order;
+            trial.orientation = any_orientation ? orientations[f] : d->orientation;
+            result = cohsm__try_small(&trial, model, shrink, heap, &segments);
+            growth = segments;
+            if (result == COHSM_OK && shrink > 1)
+                result = cohsm__try_small(&trial, model, 2 * shrink, heap, &growth);
+            if (result != COHSM_OK) return result;
+            growth = segments / growth;                              /* by one doubling */
+            for (k = shrink; k > 1; k /= 2) segments *= growth;
+            if (least == 0.0 || segments < least) {
+                least = segments;
+                d->order = any_order ? orders[o] : d->order;
+                d->orientation = any_orientation ? orientations[f] : d->orientation;
+            }
+        }
+    return COHSM_OK;
+}
+
+/* Bytes a pixel, and the cells' own, of a build with this side; from, to: of the progress. */
+static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32_t side, float from, float to,
+                                    double *per_pixel)
+{
+    cohsm__step_system step;
+    cohsm_maps *maps;
+    cohsm_result result;
+
+    cohsm__system_for_step(&d.system, &step, from, to);
+    d.domain.side[0] = d.domain.side[1] = side;
+    d.map_side = 64;
+    d.pixel_begin = d.pixel_end = 0;
+    result = cohsm_build(&d, mesh, &maps, NULL);
+    if (result != COHSM_OK) return result;
+    *per_pixel = (double)(maps->head.lookup_words + maps->head.directory_words + maps->head.line_words) *
+                 4.0 / (64 * 64);
+    cohsm_free(maps);
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *mesh, size_t bytes,
+                                    uint32_t *side, uint32_t *map_side)
+{
+    cohsm_desc d;
+    double coarse, fine, pixel, error, least = 0.0, growth;
+    uint32_t n, m, step, maps;
+    cohsm_result result;
+    cohsm__logger log;
+
+    memset(&d, 0, sizeof d);
+    if (desc) d = *desc;
+    log = cohsm__logger_of(&d.system, "cohsm_budget");
+    if (!mesh) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "mesh", "is NULL");
+    if (!side) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "side", "is NULL");
+    if (!map_side) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "map_side", "is NULL");
+    if (d.domain.kind != COHSM_DOMAIN_DEFAULT && d.domain.kind != COHSM_DOMAIN_LATLONG &&
+        d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL)
+        return COHSM_ERR_MISMATCH;
+    if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
+    result = cohsm__try_side(d, mesh, 16, 0.0f, 0.2f, &coarse);
+    if (result == COHSM_OK) result = cohsm__try_side(d, mesh, 32, 0.2f, 1.0f, &fine);
+    if (result != COHSM_OK) return result;
+    growth = fine / coarse > 1.0 ? fine / coarse : 1.0;
+    /* N, and 1.5 n half a doubling on. */
+    for (n = 8, pixel = coarse / growth; n <= 2048; n *= 2, pixel *= growth)
+        for (step = 2; step <= 3; step++)
+            for (m = 16, maps = (n * step / 2u) * (n * step / 2u); m <= 1024; m += 16) {
+                double size = pixel * (step == 3 ? 0.5 * (1.0 + growth) : 1.0) * m * m;
+                size += 4.0 * (double)COHSM__HEADER_WORDS + (maps > 65536u ? 4.0 : 2.0) * maps;
+                /* Lookup of every chunk but the first, in pixel. */
+                size += 4.0 * m * m * ((maps - 1u) / 65536u);
+                if (size > 0.9 * (double)bytes) break;
+                error = 0.0055 * 128.0 / (n * step / 2u) + 0.0185 * sqrt(128.0 / m);
+                if (least > 0.0 && error >= least) continue;
+                least = error;
+                *side = n * step / 2u;
+                *map_side = m;
+            }
+    if (least > 0.0) return COHSM_OK;
+    cohsm__log_value(&log, "bytes", (double)bytes, "more: not even 64 maps of 16 x 16 pixels fit");
+    return COHSM_ERR_LIMIT;
+}
+
+COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mesh, cohsm_maps **out,
+                                   cohsm_stats *stats)
+{
+    cohsm_desc d;
+    cohsm_stats s;
+    cohsm__heap heap;
+    cohsm__model model;
+    cohsm__logger log;
+    cohsm_result result;
+
+    memset(&d, 0, sizeof d);
+    memset(&s, 0, sizeof s);
+    memset(&heap, 0, sizeof heap);
+    memset(&model, 0, sizeof model);
+    if (desc) d = *desc;
+    log = cohsm__logger_of(&d.system, "cohsm_build");
+    if (!mesh) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "mesh", "is NULL");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    result = cohsm__check_desc(&d, &log);
+    if (result != COHSM_OK) return result;
+    heap.allocator = cohsm__allocator_of(&d.system);
+    result = cohsm__model_make(&model, &d, mesh, &heap, &s, &log);
+    if (result == COHSM_OK) {
+        result = cohsm__choose_sequence(&d, &model, &heap);
+        if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, out, &s);
+        (void)cohsm__built(&log, &d, result);
+    }
+    cohsm__soup_free(&model.soup, &heap);
+    if (result == COHSM_OK && stats) *stats = s;
+    return result;
+}
+
+/* ==== src/csm/verify.h ==== */
+
+/* ---- verify: every stored value against its interval ---- */
 
 typedef struct cohsm__check {
     const cohsm_builder *builder;       /* for layers and intervals; its batch holds the views */
@@ -6117,20 +7272,14 @@ static void cohsm__verify_task(void *context, size_t index)
     }
 }
 
-/* The desc that a block was built with, but for the caller's services. */
-static cohsm_desc cohsm__desc_of(const cohsm_maps *m, const cohsm_desc *services)
+/* The desc that a block was built with, and the caller's system. */
+static cohsm_desc cohsm__desc_of(const cohsm_maps *m, const cohsm_system *system)
 {
     const cohsm__header *h = &m->head;
     cohsm_desc d;
 
     memset(&d, 0, sizeof d);
-    if (services) {
-        d.allocator = services->allocator;
-        d.parallel_for = services->parallel_for;
-        d.parallel_user = services->parallel_user;
-        d.progress = services->progress;
-        d.progress_user = services->progress_user;
-    }
+    if (system) d.system = *system;
     d.domain.kind = (cohsm_domain_kind)h->domain;
     memcpy(d.domain.side, h->side, sizeof h->side);
     memcpy(d.domain.origin, h->origin, sizeof h->origin);
@@ -6141,10 +7290,10 @@ static cohsm_desc cohsm__desc_of(const cohsm_maps *m, const cohsm_desc *services
         d.domain.locations = m->locations;
         d.domain.location_count = h->map_count;
     }
-    d.map_size = h->map_size;
+    d.map_side = h->map_side;
     d.layers = (cohsm_layers)h->layers;
     d.order = (cohsm_order)h->order;
-    d.frame = (cohsm_frame)h->frame;
+    d.orientation = (cohsm_orientation)h->orientation;
     d.depth_bits = h->depth_bits;
     d.open_thickness = h->open_thickness;
     d.self_only = (int)h->self_only;
@@ -6169,12 +7318,12 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
     check.builder = b;
     check.maps = maps;
     for (; b->batch_begin < b->head.view_count; b->batch_begin += b->batch_count) {
-        if (b->desc.progress &&
-            b->desc.progress(b->desc.progress_user, (float)b->batch_begin / (float)b->head.view_count))
+        if (b->desc.system.progress &&
+            b->desc.system.progress(b->desc.system.user, (float)b->batch_begin / (float)b->head.view_count))
             return COHSM_ERR_CANCELLED;
         b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->batch_begin);
-        cohsm__run(&b->parallel, b->batch_count, cohsm__raster_task, &job);
-        cohsm__run(&b->parallel, COHSM__RANGES, cohsm__verify_task, &check);
+        cohsm__run(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
+        cohsm__run(&b->desc.system, COHSM__RANGES, cohsm__verify_task, &check);
         for (i = 0, wrong_before = out->wrong; i < COHSM__RANGES; i++) {
             const cohsm_report *r = &check.part[i];
             if (r->wrong && !wrong_before && (!out->wrong || r->first_view < out->first_view)) {
@@ -6189,8 +7338,8 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
     return COHSM_OK;
 }
 
-COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_desc *desc, const cohsm_mesh *mesh,
-                                    cohsm_report *out)
+COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *system,
+                                    const cohsm_mesh *mesh, cohsm_report *out)
 {
     cohsm_desc d;
     cohsm_stats stats;
@@ -6198,30 +7347,37 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_desc *de
     cohsm__model model;
     cohsm_report report;
     cohsm_builder *b;
+    cohsm__logger log = cohsm__logger_of(system, "cohsm_verify");
     cohsm_result result;
 
-    if (!maps || !mesh || !out) return COHSM_ERR_ARGUMENT;
-    if (desc && !cohsm__allocator_valid(desc->allocator.alloc_fn, desc->allocator.free_fn)) return COHSM_ERR_DESC;
-    d = cohsm__desc_of(maps, desc);
+    if (!maps) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "maps", "is NULL");
+    if (!mesh) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "mesh", "is NULL");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if (system && !cohsm__system_valid(system))
+        return cohsm__refuse(&log, COHSM_ERR_DESC, "system.allocator", "has one function of the two");
+    d = cohsm__desc_of(maps, system);
     memset(&stats, 0, sizeof stats);
     memset(&heap, 0, sizeof heap);
     memset(&model, 0, sizeof model);
     memset(&report, 0, sizeof report);
-    heap.allocator = cohsm__allocator_make(d.allocator.alloc_fn, d.allocator.free_fn, d.allocator.user);
-    result = cohsm__model_make(&model, &d, mesh, &heap, &stats);
+    heap.allocator = cohsm__allocator_of(&d.system);
+    result = cohsm__model_make(&model, &d, mesh, &heap, &stats, &log);
     if (result == COHSM_OK) {
         result = cohsm__builder_make(&d, &heap, &b);
         if (result == COHSM_OK) {
             result = cohsm__verify_views(b, maps, &model.soup, &report);
             cohsm__drop_builder(b, &heap);
         }
+        (void)cohsm__built(&log, &d, result);
     }
     cohsm__soup_free(&model.soup, &heap);
     if (result == COHSM_OK) *out = report;
     return result;
 }
 
-/* ---- >>shards ---- */
+/* ==== src/csm/shards.h ==== */
+
+/* ---- shards ---- */
 
 /* Shards of one build differ in their pixels, lengths and counts only. */
 static int cohsm__same_build(const cohsm_maps *a, const cohsm_maps *b)
@@ -6236,11 +7392,12 @@ static int cohsm__same_build(const cohsm_maps *a, const cohsm_maps *b)
            memcmp(a->words + COHSM__HEADER_WORDS, b->words + COHSM__HEADER_WORDS, 4 * before) == 0;
 }
 
-enum { COHSM__LISTS_COPIED = 4096, COHSM__LISTS_CODED = 64 };   /* between two calls of progress: milliseconds */
+/* Between two calls of progress: milliseconds. */
+enum { COHSM__LISTS_COPIED = 4096, COHSM__LISTS_CODED = 64 };
 
 /* 0: cancelled. */
-static int cohsm__lay_shards(const cohsm_maps *const *shards, size_t count, cohsm__part part, cohsm__layout *l,
-                             uint32_t *lookup)
+static int cohsm__lay_shards(const cohsm_maps *const *shards, size_t count, cohsm__part part,
+                             cohsm__layout *l, uint32_t *lookup)
 {
     uint32_t chunk, chunks = cohsm__chunks(&shards[0]->head), p, dry_entry;
     size_t i, done = 0, lists = (size_t)shards[count - 1u]->head.pixel_end * chunks;
@@ -6249,7 +7406,8 @@ static int cohsm__lay_shards(const cohsm_maps *const *shards, size_t count, cohs
         for (i = 0; i < count; i++) {
             const cohsm_maps *s = shards[i];
             for (p = 0; p < s->range; p++) {
-                uint32_t entry = s->lookup[(size_t)chunk * s->range + p], *at = lookup ? lookup++ : &dry_entry, blocks;
+                uint32_t entry = s->lookup[(size_t)chunk * s->range + p],
+                         *at = lookup ? lookup++ : &dry_entry, blocks;
                 const uint32_t *directory = s->directories + entry;
                 if (cohsm__cancelled(&part, done++, lists, COHSM__LISTS_COPIED)) return 0;
                 *at = entry;
@@ -6271,7 +7429,8 @@ static cohsm_result cohsm__join(const cohsm_maps *const *shards, size_t count, c
     cohsm_result result;
 
     memset(&layout, 0, sizeof layout);
-    if (!cohsm__lay_shards(shards, count, cohsm__part_of(part, 0.0f, 0.5f), &layout, NULL)) return COHSM_ERR_CANCELLED;
+    if (!cohsm__lay_shards(shards, count, cohsm__part_of(part, 0.0f, 0.5f), &layout, NULL))
+        return COHSM_ERR_CANCELLED;
     result = cohsm__size_block(h, &layout);
     if (result != COHSM_OK) return result;
     block = cohsm__take_block(a, h->words);
@@ -6287,7 +7446,7 @@ static cohsm_result cohsm__join(const cohsm_maps *const *shards, size_t count, c
     return cohsm__maps_make(a, block, out);
 }
 
-COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_desc *desc,
+COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count, const cohsm_system *system,
                                    cohsm_maps **out)
 {
     cohsm__allocator a;
@@ -6296,25 +7455,34 @@ COHSM_DEF cohsm_result cohsm_merge(const cohsm_maps *const *shards, size_t count
     cohsm__header h;
     uint32_t next = 0;
     size_t i;
+    cohsm__logger log = cohsm__logger_of(system, "cohsm_merge");
 
-    if (!shards || !count || !out) return COHSM_ERR_ARGUMENT;
-    if (!cohsm__services_of(desc, &a, &part)) return COHSM_ERR_DESC;
+    if (!shards) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "shards", "is NULL");
+    if (!count) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "count", "is 0; it must be 1 or more");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if (!cohsm__services_of(system, &log, &a, &part)) return COHSM_ERR_DESC;
     for (i = 0; i < count; i++) {
-        if (!shards[i]) return COHSM_ERR_ARGUMENT;
-        if (!cohsm__same_build(shards[0], shards[i]) || shards[i]->head.pixel_begin != next) return COHSM_ERR_MISMATCH;
+        if (!shards[i]) {
+            cohsm__log_element(&log, "shards", i, "is", 0.0, "maps, not NULL");
+            return COHSM_ERR_ARGUMENT;
+        }
+        if (!cohsm__same_build(shards[0], shards[i]) || shards[i]->head.pixel_begin != next)
+            return COHSM_ERR_MISMATCH;
         next = shards[i]->head.pixel_end;
         segments += (uint64_t)shards[i]->head.segments_high << 32 | shards[i]->head.segments_low;
     }
     h = shards[0]->head;
-    if (next != h.map_size * h.map_size) return COHSM_ERR_MISMATCH;
+    if (next != h.map_side * h.map_side) return COHSM_ERR_MISMATCH;
     h.pixel_end = next;
     h.lookup_words = next * cohsm__chunks(&h);
     h.segments_low = (uint32_t)(segments & 0xffffffffu);
     h.segments_high = (uint32_t)(segments >> 32);
-    return cohsm__join(shards, count, &h, &a, &part, out);
+    return cohsm__ended(&log, cohsm__join(shards, count, &h, &a, &part, out));
 }
 
-/* ---- >>open: files, which may be hostile ---- */
+/* ==== src/csm/open.h ==== */
+
+/* ---- open: files, which may be hostile ---- */
 
 static int cohsm__header_sound(const cohsm__header *h)
 {
@@ -6323,21 +7491,26 @@ static int cohsm__header_sound(const cohsm__header *h)
     uint32_t order;
     size_t i;
 
-    if (h->domain == 0 || h->domain >= COHSM_DOMAIN_KIND_COUNT || h->layers == 0 || h->layers >= COHSM_LAYERS_COUNT ||
-        h->order == 0 || h->order >= COHSM_ORDER_COUNT || h->frame == 0 || h->frame >= COHSM_FRAME_COUNT)
+    if (h->domain == 0 || h->domain >= COHSM_DOMAIN_KIND_COUNT || h->layers == 0 ||
+        h->layers >= COHSM_LAYERS_COUNT || h->order == 0 || h->order >= COHSM_ORDER_COUNT ||
+        h->orientation == 0 || h->orientation >= COHSM_ORIENTATION_COUNT)
         return 0;
     for (i = 0; i < 3; i++)
         if (h->side[i] == 0 || h->side[i] > (cohsm__has_table(h->domain) ? 1u << 24 : 4096u)) return 0;
     if (n > 1u << 24 || n * h->side[2] > 1u << 24 || n * h->side[2] != h->map_count) return 0;
-    if (h->positional > 1 || h->self_only > 1 || h->view_count != h->map_count * (h->positional ? 6u : 1u)) return 0;
+    if (h->positional > 1 || h->self_only > 1 || h->view_count != h->map_count * (h->positional ? 6u : 1u))
+        return 0;
     if (kind == COHSM_DOMAIN_LATLONG || kind == COHSM_DOMAIN_OCTAHEDRAL) {
         if (h->positional || h->side[2] != 1) return 0;
     } else if (!cohsm__has_table(h->domain) && !h->positional) return 0;
     if (h->dimensions != cohsm__dimensions(kind, h->side)) return 0;
-    if (h->map_size < 4 || h->map_size > 1024 || h->depth_bits < 4 || h->depth_bits > 8) return 0;
-    if (h->pixel_begin >= h->pixel_end || h->pixel_end > h->map_size * h->map_size) return 0;
-    order = h->order != COHSM_ORDER_HILBERT ? 0 : h->map_count <= 65536 ? (h->map_count + 1) / 2 : h->map_count;
-    if (h->order_words != order || h->location_words != (cohsm__has_table(h->domain) ? 4 * h->map_count : 0)) return 0;
+    if (h->map_side < 4 || h->map_side > 1024 || h->depth_bits < 4 || h->depth_bits > 8) return 0;
+    if (h->pixel_begin >= h->pixel_end || h->pixel_end > h->map_side * h->map_side) return 0;
+    order = h->order != COHSM_ORDER_HILBERT ? 0
+            : h->map_count <= 65536         ? (h->map_count + 1) / 2
+                                            : h->map_count;
+    if (h->order_words != order || h->location_words != (cohsm__has_table(h->domain) ? 4 * h->map_count : 0))
+        return 0;
     total = (uint64_t)(h->pixel_end - h->pixel_begin) * cohsm__chunks(h);
     if (total != h->lookup_words || h->line_words % COHSM__BLOCK_WORDS != COHSM__PADDING) return 0;
     total += (uint64_t)COHSM__HEADER_WORDS + order + h->location_words + h->directory_words;
@@ -6363,12 +7536,14 @@ static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t vie
     marks = cohsm__marks(block);
     n = cohsm__popcount(marks);
     f = cohsm__block_fields(block, n);
-    if (!(marks & 1u) || f.bits == 0 || f.exact_at > COHSM__BLOCK_BITS || (f.exact_at + 31u) / 32u > left) return 0;
+    if (!(marks & 1u) || f.bits == 0 || f.exact_at > COHSM__BLOCK_BITS || (f.exact_at + 31u) / 32u > left)
+        return 0;
     if ((block[0] >> 12 & 15u) > COHSM__WIDEST && f.palette == 0) return 0;
     for (j = 0; j < n; j++) {
         code = cohsm__bits(block, f.codes_at + j * f.bits, f.bits);
         if (code + 1u == 1u << f.bits) exact++;
-        else if (f.palette ? code >= f.palette : code + 2u < 1u << f.bits && (block[0] & 255u) + code > 254u) return 0;
+        else if (f.palette ? code >= f.palette : code + 2u < 1u << f.bits && (block[0] & 255u) + code > 254u)
+            return 0;
     }
     size = f.exact_at + 16u * exact;
     if (size > COHSM__BLOCK_BITS || (size + 31u) / 32u > left) return 0;
@@ -6384,13 +7559,15 @@ static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t vie
         j++;
     }
     if (previous >= views) return 0;
-    return ((views - 1u) >> f.k) + n <= COHSM__MARKS;    /* every bucket that a search may ask for is marked */
+    return ((views - 1u) >> f.k) + n <= COHSM__MARKS;    /* every bucket that a search may ask for is
+                                                            marked */
 }
 
 static int cohsm__list_sound(const cohsm_maps *m, uint32_t entry, uint32_t views)
 {
     const uint32_t *directory = m->directories + entry;
-    uint32_t lines = m->head.line_words / COHSM__BLOCK_WORDS, left = m->head.directory_words - entry, blocks, tail, b;
+    uint32_t lines = m->head.line_words / COHSM__BLOCK_WORDS, left = m->head.directory_words - entry, blocks,
+             tail, b;
     uint32_t first = 0, next;
 
     if (left < 2) return 0;
@@ -6403,7 +7580,8 @@ static int cohsm__list_sound(const cohsm_maps *m, uint32_t entry, uint32_t views
         next = b + 1 < blocks ? cohsm__block_first(directory, b + 1) : views;
         if (next <= first || next > views) return 0;
         if (!cohsm__block_sound(cohsm__block_at(directory, m->lines, b),
-                                b + 1 < blocks ? (uint32_t)COHSM__BLOCK_WORDS : COHSM__BLOCK_WORDS - (tail & 15u),
+                                b + 1 < blocks ? (uint32_t)COHSM__BLOCK_WORDS
+                                               : COHSM__BLOCK_WORDS - (tail & 15u),
                                 next - first))
             return 0;
         first = next;
@@ -6440,7 +7618,8 @@ static int cohsm__tables_sound(const cohsm_maps *m)
     return 1;
 }
 
-/* The object for a block of a file, everything in it checked. Takes the memory over, or frees it where it fails. */
+/* The object for a block of a file, everything in it checked. Takes the memory over, or frees it where it
+   fails. */
 static cohsm_result cohsm__open_block(const cohsm__allocator *a, cohsm__part part, cohsm__memory block,
                                       cohsm_maps **out)
 {
@@ -6475,7 +7654,9 @@ static cohsm_result cohsm__open_plain(const uint8_t *data, size_t size, const co
     return cohsm__open_block(a, *part, block, out);
 }
 
-/* ---- >>pack: the entropy-coded file ---- */
+/* ==== src/csm/pack_coder.h ==== */
+
+/* ---- pack: the entropy-coded file ---- */
 
 /* The packed file:
 
@@ -6497,8 +7678,8 @@ enum {
 
 typedef uint16_t cohsm__prob;           /* of a 1, in 1/65536 */
 
-/* Both directions in one: each step takes a bit to code and returns the bit coded, so that encoder and decoder are
-   the same lines of code and cannot differ. */
+/* Both directions in one: each step takes a bit to code and returns the bit coded, so that encoder and
+   decoder are the same lines of code and cannot differ. */
 typedef struct cohsm__coder {
     uint8_t       *out;                 /* NULL: decoding */
     const uint8_t *in;
@@ -6605,6 +7786,10 @@ static uint32_t cohsm__code_number(cohsm__coder *c, cohsm__prob *p, uint32_t val
     if (bits > 2) low |= cohsm__code_raw(c, bits - 2u, value);
     return 1u << (bits - 1u) | low;
 }
+
+/* ==== src/csm/pack_lists.h ==== */
+
+/* ---- pack: a list as its neighbours foresee it ---- */
 
 /* One list, taken apart. */
 typedef struct cohsm__strip {
@@ -6725,6 +7910,13 @@ static void cohsm__strip_read(const cohsm__packer *p, cohsm__strip *t, const coh
     cohsm__strip_breaks(t);
 }
 
+/* 33 bits or more from any position: more than any field needs. */
+static uint64_t cohsm__window(const uint32_t *words, uint32_t bit)
+{
+    const uint32_t *w = words + (bit >> 5);
+    return (w[0] | (uint64_t)w[1] << 32) >> (bit & 31u);
+}
+
 /* Breaks of a strip from view - COHSM__REACH on, as bits, 33 of them or more. */
 static uint64_t cohsm__near(const cohsm__strip *t, uint32_t view)
 {
@@ -6744,13 +7936,14 @@ static uint32_t cohsm__next_hot(const cohsm__packer *p, uint32_t view)
     return at - COHSM__MARGIN - COHSM__REACH;
 }
 
-/* Views next to a break of the left or the upper list are asked one by one. Returns the first that is not, or the one
-   where the segment ends, with *ended. */
+/* Views next to a break of the left or the upper list are asked one by one. Returns the first that is not, or
+   the one where the segment ends, with *ended. */
 static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view, uint32_t next, int *ended)
 {
     uint64_t left = cohsm__near(&p->strip[COHSM__LEFT], view), up = cohsm__near(&p->strip[COHSM__UP], view);
     uint64_t right = cohsm__near(&p->strip[COHSM__UP_RIGHT], view);
-    uint32_t stop = cohsm__min_u32(p->views, view + 33u - 2 * COHSM__REACH), run = cohsm__length(view - first), l, u, r;
+    uint32_t stop = cohsm__min_u32(p->views, view + 33u - 2 * COHSM__REACH),
+             run = cohsm__length(view - first), l, u, r;
     cohsm__prob *odds;
 
     for (; view < stop; view++, left >>= 1, up >>= 1, right >>= 1) {
@@ -6760,15 +7953,16 @@ static uint32_t cohsm__code_hot(cohsm__packer *p, uint32_t first, uint32_t view,
         if (!(l | u)) break;
         if ((view - first) >> run) run++;
         r = r >> COHSM__REACH & 1u ? 2u : r ? 1u : 0u;
-        odds = p->m->hot + ((l * COHSM__NEAR + u) * 3u + r) * COHSM__RUNS + cohsm__min_u32(run, COHSM__RUNS) - 1u;
+        odds = p->m->hot + ((l * COHSM__NEAR + u) * 3u + r) * COHSM__RUNS + cohsm__min_u32(run, COHSM__RUNS) -
+               1u;
         *ended = (int)cohsm__code_bit(&p->c, odds, view == next);
         if (*ended) break;
     }
     return view;
 }
 
-/* Where the segment that began at first ends. The stretches between such views are asked as a whole, and then for the
-   place. */
+/* Where the segment that began at first ends. The stretches between such views are asked as a whole, and then
+   for the place. */
 static uint32_t cohsm__code_next(cohsm__packer *p, uint32_t first, uint32_t next)
 {
     uint32_t view = first + 1u, gap, hot;
@@ -6815,30 +8009,38 @@ static uint32_t cohsm__strip_value(const cohsm__strip *t, uint32_t *at, uint32_t
     return t->s[*at].hi;
 }
 
-/* The median of left, up and left + up - up_left: an edge, or else a plane, through three known neighbours. */
+/* The median of left, up and left + up - up_left: an edge, or else a plane, through three known
+   neighbours. */
 static uint32_t cohsm__predict(uint32_t left, uint32_t up, uint32_t corner)
 {
     uint32_t least = cohsm__min_u32(left, up), most = cohsm__max_u32(left, up);
     return corner >= most ? least : corner <= least ? most : left + up - corner;
 }
 
-/* What is known when a segment's value is coded: of the neighbours at its middle, and of the two segments before. */
+/* What is known when a segment's value is coded: of the neighbours at its middle, and of the two segments
+   before. */
 typedef struct cohsm__around { uint32_t left, up, corner, before[2], history, run; } cohsm__around;
 
-/* In turn: the value before last, as where two surfaces flicker; the left and the upper one's; a correction. */
+/* In turn: the value before last, as where two surfaces flicker; the left and the upper one's; a
+   correction. */
 static uint32_t cohsm__code_value(cohsm__packer *p, const cohsm__around *a, uint32_t value)
 {
     cohsm__odds *m = p->m;
     cohsm__coder *c = &p->c;
     uint32_t last = a->before[1], h = a->history, guess, below, error, spread;
 
-    if (cohsm__code_bit(c, m->repeat + ((a->left == last ? 1u : 0u) | (a->up == last ? 2u : 0u) | (h & 7u) << 2 |
-                                        (a->run == 1 ? 32u : 0u) | (a->before[0] == last ? 64u : 0u)), value == last))
+    if (cohsm__code_bit(c,
+                        m->repeat + ((a->left == last ? 1u : 0u) | (a->up == last ? 2u : 0u) | (h & 7u) << 2 |
+                                     (a->run == 1 ? 32u : 0u) | (a->before[0] == last ? 64u : 0u)),
+                        value == last))
         return last;
-    if (a->left != last && cohsm__code_bit(c, m->left + ((a->up == a->left ? 1u : 0u) | (h & 14u) << 1 |
-                                                         (a->before[0] == a->left ? 32u : 0u)), value == a->left))
+    if (a->left != last && cohsm__code_bit(c,
+                                           m->left + ((a->up == a->left ? 1u : 0u) | (h & 14u) << 1 |
+                                                      (a->before[0] == a->left ? 32u : 0u)),
+                                           value == a->left))
         return a->left;
-    if (a->up != last && a->up != a->left && cohsm__code_bit(c, m->up + (h & 7u), value == a->up)) return a->up;
+    if (a->up != last && a->up != a->left && cohsm__code_bit(c, m->up + (h & 7u), value == a->up))
+        return a->up;
     guess = cohsm__predict(a->left, a->up, a->corner);
     spread = cohsm__length(cohsm__max_u32(a->left, a->up) - cohsm__min_u32(a->left, a->up));
     below = cohsm__code_bit(c, m->below + spread, value < guess);
@@ -6878,6 +8080,10 @@ static void cohsm__code_values(cohsm__packer *p)
     }
 }
 
+/* ==== src/csm/pack_blocks.h ==== */
+
+/* ---- pack: lists cut into blocks again ---- */
+
 /* How many of the segments fit into a block without a palette, as cohsm__plan_take would find. */
 static uint32_t cohsm__fitting(const cohsm__segment *s, uint32_t count, uint32_t grid, uint32_t views)
 {
@@ -6915,8 +8121,8 @@ static uint32_t cohsm__code_blocks(cohsm__packer *p)
 }
 
 /* The plan of exactly n segments; last: as those of a tail. */
-static int cohsm__plan_exactly(cohsm__plan *plan, const cohsm__segment *s, uint32_t n, const cohsm__grid *grid,
-                               uint32_t end, int last)
+static int cohsm__plan_exactly(cohsm__plan *plan, const cohsm__segment *s, uint32_t n,
+                               const cohsm__grid *grid, uint32_t end, int last)
 {
     cohsm__plan other;
 
@@ -6931,7 +8137,8 @@ static int cohsm__plan_exactly(cohsm__plan *plan, const cohsm__segment *s, uint3
     }
     if (!cohsm__plan_take(plan, s, grid, end)) return 0;
     other = *plan;
-    if (last && !plan->palette && cohsm__plan_palette(&other, s, grid) && other.size < plan->size) *plan = other;
+    if (last && !plan->palette && cohsm__plan_palette(&other, s, grid) && other.size < plan->size)
+        *plan = other;
     return 1;
 }
 
@@ -6969,7 +8176,8 @@ static int cohsm__strip_lay(const cohsm__packer *p, const cohsm__header *h, uint
     if (!cohsm__strip_write(p, blocks)) return 0;
     dry.directories = dry.lines = NULL;
     cohsm__lay_raw(&dry, entry, p->list);
-    if (dry.directory_words > h->directory_words || dry.line_count > h->line_words / COHSM__BLOCK_WORDS) return 0;
+    if (dry.directory_words > h->directory_words || dry.line_count > h->line_words / COHSM__BLOCK_WORDS)
+        return 0;
     cohsm__lay_raw(l, entry, p->list);
     return 1;
 }
@@ -6984,12 +8192,12 @@ static void cohsm__slide(cohsm__packer *p)
     t[COHSM__SELF] = spare;
 }
 
-/* Strips around a pixel of the range; index: of its lookup entry. Within a row all but the upper right one are at
-   hand. */
+/* Strips around a pixel of the range; index: of its lookup entry. Within a row all but the upper right one
+   are at hand. */
 static void cohsm__look_around(cohsm__packer *p, const cohsm__header *h, uint32_t pixel, size_t index,
                                const cohsm__lists *l)
 {
-    uint32_t m = h->map_size, x = (h->pixel_begin + pixel) % m;
+    uint32_t m = h->map_side, x = (h->pixel_begin + pixel) % m;
     cohsm__strip *t = p->strip;
 
     cohsm__slide(p);
@@ -7004,10 +8212,14 @@ static void cohsm__look_around(cohsm__packer *p, const cohsm__header *h, uint32_
     else cohsm__strip_clear(&t[COHSM__UP_RIGHT]);
 }
 
-/* Codes all lists of a block. The decoder writes them and the lookup into out, which is words with its header.
-   COHSM_ERR_FORMAT: no builder wrote this, or there is no room for it. */
-static cohsm_result cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, const uint32_t *words, uint32_t *out,
-                                      cohsm__part part)
+/* ==== src/csm/pack.h ==== */
+
+/* ---- pack: files ---- */
+
+/* Codes all lists of a block. The decoder writes them and the lookup into out, which is words with its
+   header. COHSM_ERR_FORMAT: no builder wrote this, or there is no room for it. */
+static cohsm_result cohsm__code_lists(cohsm__packer *p, const cohsm__header *h, const uint32_t *words,
+                                      uint32_t *out, cohsm__part part)
 {
     cohsm__lists lists = cohsm__lists_of(h, words);
     cohsm__layout layout;
@@ -7051,20 +8263,22 @@ static uint32_t cohsm__longest(const cohsm_maps *m)
 /* Memory of the work on a block: strips, and the order table's cells. */
 static uint64_t cohsm__pack_work(const cohsm__header *h, uint32_t longest)
 {
-    return (uint64_t)longest * (COHSM__STRIPS * sizeof(cohsm__segment) + 1) + 4 * (uint64_t)cohsm__list_bound(longest) +
-           (h->order_words ? 4 * (uint64_t)h->map_count : 0);
+    return (uint64_t)longest * (COHSM__STRIPS * sizeof(cohsm__segment) + 1) +
+           4 * (uint64_t)cohsm__list_bound(longest) + (h->order_words ? 4 * (uint64_t)h->map_count : 0);
 }
 
-static int cohsm__packer_make(cohsm__packer *p, const cohsm__allocator *a, const cohsm__header *h, uint32_t longest)
+static int cohsm__packer_make(cohsm__packer *p, const cohsm__allocator *a, const cohsm__header *h,
+                              uint32_t longest)
 {
     cohsm__prob *probs;
     size_t i;
 
     memset(p, 0, sizeof *p);
     p->longest = longest;
-    p->grid = cohsm__grid_of(h->depth_bits, h->map_size);
+    p->grid = cohsm__grid_of(h->depth_bits, h->map_side);
     p->m = (cohsm__odds *)cohsm__alloc(a, sizeof *p->m);
-    p->segments = (cohsm__segment *)cohsm__alloc_array(a, longest, COHSM__STRIPS * sizeof(cohsm__segment) + 1);
+    p->segments =
+        (cohsm__segment *)cohsm__alloc_array(a, longest, COHSM__STRIPS * sizeof(cohsm__segment) + 1);
     p->list = (uint32_t *)cohsm__alloc_array(a, cohsm__list_bound(longest), 4);
     if (!p->m || !p->segments || !p->list) return 0;
     memset(p->m->breaks, 0, sizeof p->m->breaks);
@@ -7128,10 +8342,10 @@ static cohsm_result cohsm__unpack_words(const uint8_t *data, size_t size, const 
     return result;
 }
 
-/* A packed file: 16 bytes or more, its magic known; all else may be hostile. Memory asked for: COHSM__PACK_MULTIPLE
-   bytes a byte of file, and below 256 KB for the probabilities and the object. */
-static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm__allocator *a, const cohsm__part *part,
-                                  cohsm_maps **out)
+/* A packed file: 16 bytes or more, its magic known; all else may be hostile. Memory asked for:
+   COHSM__PACK_MULTIPLE bytes a byte of file, and below 256 KB for the probabilities and the object. */
+static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm__allocator *a,
+                                  const cohsm__part *part, cohsm_maps **out)
 {
     const uint8_t *inner = data + COHSM__PACK_HEADER;
     cohsm__header h;
@@ -7147,7 +8361,8 @@ static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm_
     if (longest == 0) return cohsm__open_plain(inner, size - COHSM__PACK_HEADER, a, part, out);
     memcpy(&h, inner, sizeof h);
     cohsm__host_words((uint32_t *)(void *)&h, COHSM__HEADER_WORDS);
-    if (!cohsm__header_sound(&h) || longest > COHSM__CHUNK || longest > h.view_count || cohsm__pack_head(&h) > size ||
+    if (!cohsm__header_sound(&h) || longest > COHSM__CHUNK || longest > h.view_count ||
+        cohsm__pack_head(&h) > size ||
         4 * (uint64_t)h.words + cohsm__pack_work(&h, longest) > COHSM__PACK_MULTIPLE * (uint64_t)size)
         return COHSM_ERR_FORMAT;
     block = cohsm__take_block(a, h.words);
@@ -7166,10 +8381,10 @@ static void cohsm__pack_begin(uint8_t *data, size_t size, uint32_t longest)
     cohsm__put_u32(data + 12, longest);
 }
 
-/* Codes into data; COHSM_ERR_FORMAT where it would reach room. Filled up with zeros to what opening has to see before
-   it asks for memory. */
-static cohsm_result cohsm__pack_coded(cohsm__packer *p, const cohsm_maps *m, const cohsm__part *part, uint8_t *data,
-                                      size_t room, size_t *size)
+/* Codes into data; COHSM_ERR_FORMAT where it would reach room. Filled up with zeros to what opening has to
+   see before it asks for memory. */
+static cohsm_result cohsm__pack_coded(cohsm__packer *p, const cohsm_maps *m, const cohsm__part *part,
+                                      uint8_t *data, size_t room, size_t *size)
 {
     const cohsm__header *h = &m->head;
     size_t head = cohsm__pack_head(h), i, gap = COHSM__HEADER_WORDS + (size_t)h->order_words;
@@ -7195,7 +8410,8 @@ static cohsm_result cohsm__pack_coded(cohsm__packer *p, const cohsm_maps *m, con
     return COHSM_OK;
 }
 
-/* COHSM_ERR_FORMAT where data does not unpack to these maps: they are sound, but our builder did not write them. */
+/* COHSM_ERR_FORMAT where data does not unpack to these maps: they are sound, but our builder did not write
+   them. */
 static cohsm_result cohsm__pack_check(const cohsm_maps *m, const cohsm__allocator *a, const cohsm__part *part,
                                       const uint8_t *data, size_t size)
 {
@@ -7209,7 +8425,8 @@ static cohsm_result cohsm__pack_check(const cohsm_maps *m, const cohsm__allocato
     return result;
 }
 
-COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_desc *desc, void **data, size_t *size)
+COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_system *system, void **data,
+                                  size_t *bytes)
 {
     cohsm__allocator a;
     cohsm__part part;
@@ -7218,14 +8435,17 @@ COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_desc *desc
     size_t plain, coded = 0;
     uint64_t whole;
     cohsm_result result;
+    cohsm__logger log = cohsm__logger_of(system, "cohsm_pack");
 
-    if (!maps || !data || !size) return COHSM_ERR_ARGUMENT;
-    if (!cohsm__services_of(desc, &a, &part)) return COHSM_ERR_DESC;
+    if (!maps) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "maps", "is NULL");
+    if (!data) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "data", "is NULL");
+    if (!bytes) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "bytes", "is NULL");
+    if (!cohsm__services_of(system, &log, &a, &part)) return COHSM_ERR_DESC;
     whole = 4 * (uint64_t)maps->head.words + COHSM__PACK_HEADER;
-    if (whole > 0xffffffffu) return COHSM_ERR_LIMIT;
+    if (whole > 0xffffffffu) return cohsm__refuse(&log, COHSM_ERR_LIMIT, "maps", "take 4 GiB or more");
     plain = (size_t)whole;
     big = (uint8_t *)cohsm__alloc(&a, plain);
-    if (!big) return COHSM_ERR_ALLOC;
+    if (!big) return cohsm__ended(&log, COHSM_ERR_ALLOC);
     if (cohsm__packer_make(&p, &a, &maps->head, cohsm__longest(maps)))
         result = cohsm__pack_coded(&p, maps, &part, big, plain, &coded);
     else result = COHSM_ERR_ALLOC;
@@ -7242,1646 +8462,62 @@ COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_desc *desc
         else result = COHSM_ERR_ALLOC;
     }
     cohsm__free(&a, big);
-    if (result != COHSM_OK) return result;
+    if (result != COHSM_OK) return cohsm__ended(&log, result);
     *data = packed;
-    *size = coded;
+    *bytes = coded;
     return COHSM_OK;
 }
 
-COHSM_DEF cohsm_result cohsm_open(const void *data, size_t size, const cohsm_desc *desc, cohsm_maps **out)
+/* ==== src/csm/files.h ==== */
+
+/* ---- files: the block as bytes, and back ---- */
+
+COHSM_DEF const void *cohsm_data(const cohsm_maps *m, size_t *bytes)
 {
-    const uint8_t *bytes = (const uint8_t *)data;
+    if (!m) return NULL;
+    if (bytes) *bytes = 4 * (size_t)m->head.words;
+    return m->words;
+}
+
+COHSM_DEF cohsm_result cohsm_write(const cohsm_maps *m, void *memory, size_t memory_bytes)
+{
+    uint32_t i;
+    if (!m || !memory) return COHSM_ERR_ARGUMENT;
+    if (memory_bytes < 4 * (size_t)m->head.words) return COHSM_ERR_MEMORY;
+    for (i = 0; i < m->head.words; i++) cohsm__put_u32((uint8_t *)memory + 4 * (size_t)i, m->words[i]);
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_open(const void *data, size_t bytes, const cohsm_system *system,
+                                  cohsm_maps **out)
+{
+    const uint8_t *file = (const uint8_t *)data;
     cohsm__allocator a;
     cohsm__part part;
+    cohsm__logger log = cohsm__logger_of(system, "cohsm_open");
+
+    if (!data) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "data", "is NULL");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if (!cohsm__services_of(system, &log, &a, &part)) return COHSM_ERR_DESC;
+    if (bytes < 16) return COHSM_ERR_FORMAT;
+#ifndef COHSM_WITHOUT_PACK
+    if (cohsm__get_u32(file) == COHSM__PACK_MAGIC)
+        return cohsm__ended(&log, cohsm__unpack(file, bytes, &a, &part, out));
+#endif
+    if (cohsm__get_u32(file) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
+    if (cohsm__get_u32(file + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
+    return cohsm__ended(&log, cohsm__open_plain(file, bytes, &a, &part, out));
+}
+
+/* ==== src/shared/fp_end.h ==== */
 
-    if (!data || !out) return COHSM_ERR_ARGUMENT;
-    if (!cohsm__services_of(desc, &a, &part)) return COHSM_ERR_DESC;
-    if (size < 16) return COHSM_ERR_FORMAT;
-    if (cohsm__get_u32(bytes) == COHSM__PACK_MAGIC) return cohsm__unpack(bytes, size, &a, &part, out);
-    if (cohsm__get_u32(bytes) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
-    if (cohsm__get_u32(bytes + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
-    return cohsm__open_plain(bytes, size, &a, &part, out);
-}
-
-/* ---- >>sampling: BRDFs ----------------------------------------------------------------------------------------- */
-
-#define COHSM__PI 3.14159265f
-#define COHSM__BELOW_1 0.99999994f
-
-typedef struct cohsm__cosine_lobe { /* scale max(0, axis . wi)^exponent */
-    cohsm__v3 axis, scale;
-    float     exponent;
-} cohsm__cosine_lobe;
-
-typedef struct cohsm__surface {  /* a material at one point, all directions in the frame t, b, n */
-    cohsm__v3 t, b, n, wo;
-    cohsm__v3 diffuse, f0;
-    float     alpha;             /* GGX; 0: cosine lobes */
-    uint32_t  lobe_count;
-    cohsm__cosine_lobe lobes[COHSM_MAX_LOBES];
-    float     lobe_share[COHSM_MAX_LOBES]; /* roulette among them, the sum is 1 */
-    float     diffuse_share;     /* roulette between the diffuse part and them: k_d of the paper */
-    float     peak;              /* largest density of the BRDF samples, roughly, 1/sr */
-    int       black;
-} cohsm__surface;
-
-typedef struct cohsm__response { /* f and density for one wi, the two parts apart */
-    cohsm__v3 diffuse, specular;
-    float     diffuse_pdf, specular_pdf;
-} cohsm__response;
-
-static float cohsm__mean3(cohsm__v3 c) { return (c.x + c.y + c.z) * (1.0f / 3.0f); }
-static float cohsm__clamp_unit(float u) { return u > 0.0f ? u < COHSM__BELOW_1 ? u : COHSM__BELOW_1 : 0.0f; }
-static float cohsm__safe_sqrt(float x) { return x > 0.0f ? sqrtf(x) : 0.0f; }
-
-static cohsm__v3 cohsm__to_frame(const cohsm__surface *s, cohsm__v3 w)
-{
-    return cohsm__v3_make(cohsm__v3_dot(w, s->t), cohsm__v3_dot(w, s->b), cohsm__v3_dot(w, s->n));
-}
-
-static cohsm__v3 cohsm__from_frame(cohsm__v3 t, cohsm__v3 b, cohsm__v3 n, cohsm__v3 w)
-{
-    return cohsm__v3_madd(cohsm__v3_madd(cohsm__v3_scale(t, w.x), b, w.y), n, w.z);
-}
-
-static float cohsm__pow5(float x) { return x * x * (x * x) * x; }
-
-static cohsm__v3 cohsm__schlick(cohsm__v3 f0, float cosine)
-{
-    float f = cohsm__pow5(1.0f - cosine);
-    return cohsm__v3_madd(cohsm__v3_scale(f0, 1.0f - f), cohsm__v3_make(1.0f, 1.0f, 1.0f), f);
-}
-
-/* Inverse of cohsm__concentric. */
-static void cohsm__disc_square(float x, float y, float *u, float *v)
-{
-    float r = sqrtf(x * x + y * y), a, b;
-    if (fabsf(x) > fabsf(y)) {
-        a = x > 0.0f ? r : -r;
-        b = a * (4.0f / COHSM__PI) * cohsm__atan2(y / x, 1.0f);
-    } else {
-        b = y > 0.0f ? r : -r;
-        a = r > 0.0f ? b * (4.0f / COHSM__PI) * cohsm__atan2(x / y, 1.0f) : 0.0f;
-    }
-    *u = cohsm__clamp_unit(0.5f * (a + 1.0f));
-    *v = cohsm__clamp_unit(0.5f * (b + 1.0f));
-}
-
-static int cohsm__in3(const float *p, float low, float high)
-{
-    int i;
-    for (i = 0; i < 3; i++)
-        if (!cohsm__finite(p[i]) || p[i] < low || p[i] > high) return 0;
-    return 1;
-}
-
-
-static int cohsm__is_unit(const float *p)
-{
-    cohsm__v3 v = cohsm__v3_load(p);
-    return cohsm__v3_finite(v) && fabsf(cohsm__v3_dot(v, v) - 1.0f) <= 2e-3f;
-}
-
-static int cohsm__material_valid(const cohsm_material *m)
-{
-    uint32_t i;
-    if ((unsigned)m->type > (unsigned)COHSM_BRDF_METAL_ROUGH || !cohsm__in3(m->diffuse, 0.0f, 1.0f)) return 0;
-    if (m->type == COHSM_BRDF_PHONG)
-        return cohsm__in3(m->specular, 0.0f, 1.0f) && cohsm__in(m->exponent, 0.0f, 1e5f);
-    if (m->type == COHSM_BRDF_METAL_ROUGH)
-        return cohsm__in(m->metallic, 0.0f, 1.0f) && cohsm__in(m->roughness, 0.0f, 1.0f);
-    if (m->type != COHSM_BRDF_LAFORTUNE) return 1;
-    if (m->lobe_count > COHSM_MAX_LOBES || (m->lobe_count && !m->lobes)) return 0;
-    for (i = 0; i < m->lobe_count; i++)
-        if (!cohsm__in3(m->lobes[i].axis, -10.0f, 10.0f) || !cohsm__in3(m->lobes[i].scale, 0.0f, 1e9f) ||
-            !cohsm__in(m->lobes[i].exponent, 0.0f, 1e5f))
-            return 0;
-    return 1;
-}
-
-/* Adds a lobe about C wo and returns its albedo, roughly: that only steers the roulette. */
-static float cohsm__add_lobe(cohsm__surface *s, cohsm__v3 c, float exponent, cohsm__v3 scale)
-{
-    cohsm__cosine_lobe *lobe = &s->lobes[s->lobe_count];
-    cohsm__v3 a = cohsm__v3_mul(c, s->wo);
-    float length = cohsm__v3_length(a), albedo;
-
-    if (!(length > 0.0f)) return 0.0f;
-    lobe->axis = cohsm__v3_scale(a, 1.0f / length);
-    lobe->exponent = exponent;
-    lobe->scale = cohsm__v3_scale(scale, exponent > 0.0f ? cohsm__pow(length, exponent) : 1.0f);
-    albedo = cohsm__mean3(lobe->scale) * 2.0f * COHSM__PI / (exponent + 2.0f);
-    albedo *= lobe->axis.z > 0.1f ? lobe->axis.z : 0.1f;
-    if (!(albedo > 0.0f) || !cohsm__v3_finite(lobe->scale)) return 0.0f;
-    s->lobe_share[s->lobe_count++] = albedo;
-    return albedo;
-}
-
-static float cohsm__specular_init(cohsm__surface *s, const cohsm_material *m)
-{
-    cohsm__v3 base = cohsm__v3_load(m->diffuse);
-    float sum = 0.0f;
-    uint32_t i;
-
-    if (m->type == COHSM_BRDF_METAL_ROUGH) {
-        s->alpha = m->roughness * m->roughness > 0.002f ? m->roughness * m->roughness : 0.002f;
-        s->f0 = cohsm__v3_make(0.04f, 0.04f, 0.04f);
-        s->f0 = cohsm__v3_madd(cohsm__v3_scale(s->f0, 1.0f - m->metallic), base, m->metallic);
-        s->diffuse = cohsm__v3_scale(base, 1.0f - m->metallic);
-        s->lobe_count = 1;
-        s->lobe_share[0] = sum = cohsm__mean3(cohsm__schlick(s->f0, s->wo.z));
-    } else if (m->type == COHSM_BRDF_PHONG) {
-        float norm = (m->exponent + 2.0f) / (2.0f * COHSM__PI);
-        sum = cohsm__add_lobe(s, cohsm__v3_make(-1.0f, -1.0f, 1.0f), m->exponent,
-                              cohsm__v3_scale(cohsm__v3_load(m->specular), norm));
-    } else if (m->type == COHSM_BRDF_LAFORTUNE) {
-        for (i = 0; i < m->lobe_count; i++)
-            sum += cohsm__add_lobe(s, cohsm__v3_load(m->lobes[i].axis), m->lobes[i].exponent,
-                                   cohsm__v3_load(m->lobes[i].scale));
-    }
-    return sum;
-}
-
-static void cohsm__surface_init(cohsm__surface *s, const cohsm_material *m, cohsm__v3 n, const float *tangent,
-                                cohsm__v3 wo)
-{
-    cohsm__v3 t = tangent ? cohsm__v3_load(tangent) : cohsm__v3_make(0.0f, 0.0f, 0.0f);
-    float specular, diffuse;
-    uint32_t i;
-
-    s->n = cohsm__v3_normalize(n);
-    t = cohsm__v3_madd(t, s->n, -cohsm__v3_dot(t, s->n));
-    if (cohsm__v3_dot(t, t) > 1e-6f) {
-        s->t = cohsm__v3_normalize(t);
-        s->b = cohsm__v3_cross(s->n, s->t);
-    } else {
-        cohsm__v3_basis(s->n, &s->t, &s->b);
-    }
-    s->wo = cohsm__to_frame(s, cohsm__v3_normalize(wo));
-    if (s->wo.z < 1e-3f) {       /* the eye may be below the horizon of an interpolated normal */
-        s->wo.z = 1e-3f;
-        s->wo = cohsm__v3_normalize(s->wo);
-    }
-    if (s->wo.z > 1.0f) s->wo.z = 1.0f;
-    s->diffuse = cohsm__v3_load(m->diffuse);
-    s->alpha = 0.0f;
-    s->lobe_count = 0;
-    specular = cohsm__specular_init(s, m);
-    for (i = 0; i < s->lobe_count; i++) s->lobe_share[i] /= specular;
-    diffuse = cohsm__mean3(s->diffuse);
-    s->black = !(diffuse + specular > 0.0f);
-    s->diffuse_share = s->black ? 1.0f : diffuse / (diffuse + specular);
-    s->peak = s->diffuse_share * (1.0f / COHSM__PI);
-    for (i = 0; i < s->lobe_count; i++) {
-        float lobe = s->alpha > 0.0f ? 0.25f / (COHSM__PI * s->alpha * s->alpha)
-                                     : (s->lobes[i].exponent + 1.0f) / (2.0f * COHSM__PI);
-        s->peak += (1.0f - s->diffuse_share) * s->lobe_share[i] * lobe;
-    }
-}
-
-/* GGX with Smith's height-correlated shadowing (Heitz, JCGT 3(2), 2014); 1 - nh^2 as hx^2 + hy^2, which keeps the
-   digits of narrow peaks. The density is that of visible normals. */
-static void cohsm__ggx(const cohsm__surface *s, cohsm__v3 wi, cohsm__response *r)
-{
-    cohsm__v3 h = cohsm__v3_normalize(cohsm__v3_add(s->wo, wi)), f;
-    float a2 = s->alpha * s->alpha, q = h.x * h.x + h.y * h.y + a2 * h.z * h.z, d = a2 / (COHSM__PI * q * q);
-    float go = sqrtf(a2 + (1.0f - a2) * s->wo.z * s->wo.z), gi = sqrtf(a2 + (1.0f - a2) * wi.z * wi.z);
-    float vh = cohsm__v3_dot(s->wo, h);
-
-    vh = vh > 0.0f ? vh < 1.0f ? vh : 1.0f : 0.0f;
-    f = cohsm__schlick(s->f0, vh);
-    r->specular = cohsm__v3_scale(f, 0.5f * d / (wi.z * go + s->wo.z * gi));
-    r->diffuse = cohsm__v3_mul(r->diffuse, cohsm__v3_make(1.0f - f.x, 1.0f - f.y, 1.0f - f.z));
-    r->specular_pdf = 0.5f * d / (s->wo.z + go);
-}
-
-static cohsm__response cohsm__respond(const cohsm__surface *s, cohsm__v3 wi)
-{
-    cohsm__response r;
-    uint32_t i;
-
-    memset(&r, 0, sizeof r);
-    if (!(wi.z > 0.0f)) return r;
-    r.diffuse = cohsm__v3_scale(s->diffuse, 1.0f / COHSM__PI);
-    r.diffuse_pdf = wi.z * (1.0f / COHSM__PI);
-    if (s->lobe_count && s->alpha > 0.0f) {
-        cohsm__ggx(s, wi, &r);
-        return r;
-    }
-    for (i = 0; i < s->lobe_count; i++) {
-        const cohsm__cosine_lobe *lobe = &s->lobes[i];
-        float c = cohsm__v3_dot(lobe->axis, wi);
-        if (!(c > 0.0f)) continue;
-        c = cohsm__pow(c, lobe->exponent);
-        r.specular = cohsm__v3_madd(r.specular, lobe->scale, c);
-        r.specular_pdf += s->lobe_share[i] * c * (lobe->exponent + 1.0f) / (2.0f * COHSM__PI);
-    }
-    return r;
-}
-
-static float cohsm__brdf_pdf(const cohsm__surface *s, const cohsm__response *r)
-{
-    return s->diffuse_share * r->diffuse_pdf + (1.0f - s->diffuse_share) * r->specular_pdf;
-}
-
-/* Visible normals by spherical caps: Dupuy and Benyoub, "Sampling visible GGX normals with spherical caps", 2023. */
-static cohsm__v3 cohsm__ggx_draw(const cohsm__surface *s, float u, float v)
-{
-    float a = s->alpha, z, r, sn, cs, d;
-    cohsm__v3 o = cohsm__v3_normalize(cohsm__v3_make(s->wo.x * a, s->wo.y * a, s->wo.z)), h;
-
-    z = (1.0f - u) * (1.0f + o.z) - o.z;
-    r = cohsm__safe_sqrt(1.0f - z * z);
-    cohsm__sincos(2.0f * COHSM__PI * v, &sn, &cs);
-    h = cohsm__v3_add(cohsm__v3_make(r * cs, r * sn, z), o);
-    h = cohsm__v3_normalize(cohsm__v3_make(h.x * a, h.y * a, h.z));
-    d = 2.0f * cohsm__v3_dot(s->wo, h);
-    return cohsm__v3_normalize(cohsm__v3_sub(cohsm__v3_scale(h, d), s->wo));
-}
-
-static cohsm__v3 cohsm__lobe_draw(const cohsm__cosine_lobe *lobe, float u, float v)
-{
-    cohsm__v3 t, b;
-    float c = cohsm__pow(1.0f - u, 1.0f / (lobe->exponent + 1.0f)), r = cohsm__safe_sqrt(1.0f - c * c), sn, cs;
-    cohsm__v3_basis(lobe->axis, &t, &b);
-    cohsm__sincos(2.0f * COHSM__PI * v, &sn, &cs);
-    return cohsm__from_frame(t, b, lobe->axis, cohsm__v3_make(r * cs, r * sn, c));
-}
-
-/* wi in the frame; the lobe is picked by u, which is then stretched over [0, 1) again and stays stratified. */
-static cohsm__v3 cohsm__brdf_draw(const cohsm__surface *s, float diffuse_share, float u, float v)
-{
-    uint32_t i = 0;
-    if (u < diffuse_share || s->lobe_count == 0) {
-        float x, y;
-        cohsm__concentric(diffuse_share > 0.0f ? cohsm__clamp_unit(u / diffuse_share) : u, v, &x, &y);
-        return cohsm__v3_make(x, y, cohsm__safe_sqrt(1.0f - x * x - y * y));
-    }
-    u = (u - diffuse_share) / (1.0f - diffuse_share);
-    if (s->alpha > 0.0f) return cohsm__ggx_draw(s, cohsm__clamp_unit(u), v);
-    for (; i + 1u < s->lobe_count && u >= s->lobe_share[i]; i++) u -= s->lobe_share[i];
-    return cohsm__lobe_draw(&s->lobes[i], cohsm__clamp_unit(u / s->lobe_share[i]), v);
-}
-
-/* ---- >>sampling: light functions A, D, L ----------------------------------------------------------------------- */
-
-/* ---- >>curve: an emissive mesh as small pieces along a space-filling curve ---- */
-
-typedef struct cohsm__piece {
-    double   end;                   /* share of all area up to the end of this one */
-    uint64_t key;                   /* place on the curve; the lowest 31 bits number the pieces and break ties */
-    float    v[9], normal[3];
-} cohsm__piece;
-
-typedef struct cohsm__curve {
-    cohsm__piece *pieces;
-    float        *locations;        /* four floats each */
-    double        area;
-    uint32_t      count, places;
-} cohsm__curve;
-
-static uint32_t cohsm__places(const cohsm_emitter_desc *d) { return d->places ? d->places : 1024u; }
-
-/* Halved until at most area / (2 places), a triangle has fewer than 2 x 2 places x its share of the area, or is one. */
-static size_t cohsm__most_pieces(const cohsm_emitter_desc *d)
-{
-    return cohsm__triangle_count(d->mesh) + 4u * (size_t)cohsm__places(d) + 1u;
-}
-
-static size_t cohsm__curve_size(const cohsm_emitter_desc *d)
-{
-    size_t bytes;
-    if (!cohsm__mul_size(cohsm__most_pieces(d), sizeof(cohsm__piece), &bytes) ||
-        !cohsm__add_size(bytes, 16u * (size_t)cohsm__places(d) + 16u + sizeof(cohsm__curve), &bytes))
-        return 0;
-    return bytes & ~(size_t)15u;
-}
-
-static cohsm__v3 cohsm__piece_corner(const float *v, uint32_t i) { return cohsm__v3_load(v + 3u * (i % 3u)); }
-
-/* Twice the area, along the normal. */
-static cohsm__v3 cohsm__cross_of(const float *v)
-{
-    cohsm__v3 a = cohsm__piece_corner(v, 0);
-    return cohsm__v3_cross(cohsm__v3_sub(cohsm__piece_corner(v, 1), a), cohsm__v3_sub(cohsm__piece_corner(v, 2), a));
-}
-
-static double cohsm__area_of(const float *v)
-{
-    double area = 0.5 * (double)cohsm__v3_length(cohsm__cross_of(v));
-    return area > 0.0 && area < 1e30 ? area : 0.0;
-}
-
-static void cohsm__load_triangle(const cohsm_mesh *m, size_t t, float v[9])
-{
-    uint32_t scratch[3], k;
-    const uint32_t *c = cohsm__corners(m, t, scratch);
-    for (k = 0; k < 3; k++) cohsm__v3_store(v + 3u * k, cohsm__vertex(m, c[k]));
-}
-
-/* Halves the longest edge `levels` times; the bits of number choose the halves. */
-static void cohsm__cut_piece(float v[9], uint32_t levels, uint32_t number)
-{
-    uint32_t bit, i, edge, k;
-    for (bit = 0; bit < levels; bit++) {
-        float longest = -1.0f;
-        for (edge = i = 0; i < 3u; i++) {
-            cohsm__v3 d = cohsm__v3_sub(cohsm__piece_corner(v, i + 1u), cohsm__piece_corner(v, i));
-            if (cohsm__v3_dot(d, d) > longest) {
-                longest = cohsm__v3_dot(d, d);
-                edge = i;
-            }
-        }
-        i = (edge + 1u) % 3u;
-        for (k = 0; k < 3u; k++) {
-            float middle = 0.5f * (v[3u * edge + k] + v[3u * i + k]);
-            v[3u * (number >> bit & 1u ? edge : i) + k] = middle;
-        }
-    }
-}
-
-/* Pieces that face the same way lie together, so that a thin plate's sides do not mix; among them a Hilbert curve. */
-static uint64_t cohsm__piece_key(const cohsm__piece *p, cohsm__v3 low, float size, uint32_t number)
-{
-    float n[3], middle[3];
-    uint32_t axis = 0, cell[3], k;
-    memcpy(n, p->normal, sizeof n);
-    for (k = 1; k < 3u; k++)
-        if (fabsf(n[k]) > fabsf(n[axis])) axis = k;
-    cohsm__v3_store(middle, cohsm__v3_add(cohsm__v3_add(cohsm__piece_corner(p->v, 0), cohsm__piece_corner(p->v, 1)),
-                                          cohsm__piece_corner(p->v, 2)));
-    cohsm__v3_store(middle, cohsm__v3_sub(cohsm__v3_scale(cohsm__v3_load(middle), 1.0f / 3.0f), low));
-    for (k = 0; k < 3u; k++) {
-        float x = middle[k] / size * 1024.0f;
-        cell[k] = x > 0.0f ? x < 1023.0f ? (uint32_t)x : 1023u : 0u;
-    }
-    return (uint64_t)(2u * axis + (n[axis] < 0.0f)) << 61 | (uint64_t)cohsm__hilbert_index(cell, 10, 3) << 31 | number;
-}
-
-/* Heap sort by key: no memory, the same everywhere. */
-static void cohsm__sort_pieces(cohsm__piece *p, size_t count)
-{
-    size_t built = count / 2, end = count, at, child;
-    while (end > 1) {
-        cohsm__piece moved;
-        if (built > 0) {
-            moved = p[--built];
-        } else {
-            moved = p[--end];
-            p[end] = p[0];
-        }
-        for (at = built; (child = 2 * at + 1) < end; at = child) {
-            if (child + 1 < end && p[child].key < p[child + 1].key) child++;
-            if (p[child].key <= moved.key) break;
-            p[at] = p[child];
-        }
-        p[at] = moved;
-    }
-}
-
-static const cohsm__piece *cohsm__find_piece(const cohsm__curve *c, double x)
-{
-    size_t low = 0, high = c->count - 1u;
-    while (low < high) {
-        size_t middle = (low + high) / 2;
-        if (c->pieces[middle].end > x) high = middle;
-        else low = middle + 1;
-    }
-    return &c->pieces[low];
-}
-
-static void cohsm__curve_point(const cohsm__curve *c, const float x[3], float position[3], float normal[3], float *area)
-{
-    const cohsm__piece *p = cohsm__find_piece(c, (double)x[0]);
-    float root = sqrtf(x[1]);
-    cohsm__v3 q = cohsm__v3_scale(cohsm__piece_corner(p->v, 0), 1.0f - root);
-    q = cohsm__v3_madd(q, cohsm__piece_corner(p->v, 1), root * (1.0f - x[2]));
-    cohsm__v3_store(position, cohsm__v3_madd(q, cohsm__piece_corner(p->v, 2), root * x[2]));
-    memcpy(normal, p->normal, sizeof p->normal);
-    *area = (float)c->area;
-}
-
-/* Area of the triangles that emit, and their bounds. */
-static double cohsm__survey(const cohsm_mesh *m, cohsm__v3 *low, float *size)
-{
-    cohsm__v3 high = cohsm__v3_make(-1e30f, -1e30f, -1e30f), d;
-    size_t t, count = cohsm__triangle_count(m);
-    double sum = 0.0;
-    float v[9];
-    uint32_t k;
-    *low = cohsm__v3_make(1e30f, 1e30f, 1e30f);
-    for (t = 0; t < count; t++) {
-        double area;
-        cohsm__load_triangle(m, t, v);
-        area = cohsm__area_of(v);
-        sum += area;
-        for (k = 0; k < 3u && area > 0.0; k++) {
-            *low = cohsm__v3_min(*low, cohsm__piece_corner(v, k));
-            high = cohsm__v3_max(high, cohsm__piece_corner(v, k));
-        }
-    }
-    d = cohsm__v3_sub(high, *low);
-    *size = d.x > d.y ? d.x : d.y;
-    if (d.z > *size) *size = d.z;
-    return sum;
-}
-
-static void cohsm__curve_cut(cohsm__curve *c, const cohsm_mesh *m, double most, cohsm__v3 low, float size)
-{
-    size_t t, count = cohsm__triangle_count(m);
-    for (t = 0; t < count; t++) {
-        float v[9];
-        double area;
-        uint32_t levels = 0, i;
-        cohsm__load_triangle(m, t, v);
-        area = cohsm__area_of(v);
-        if (!(area > 0.0)) continue;
-        while (area > most) {
-            area *= 0.5;
-            levels++;
-        }
-        for (i = 0; i >> levels == 0; i++) {
-            cohsm__piece *p = &c->pieces[c->count];
-            memcpy(p->v, v, sizeof v);
-            cohsm__cut_piece(p->v, levels, i);
-            cohsm__v3_store(p->normal, cohsm__v3_normalize(cohsm__cross_of(v)));
-            p->end = area;
-            p->key = cohsm__piece_key(p, low, size, c->count);
-            c->count++;
-        }
-    }
-}
-
-static cohsm_result cohsm__curve_build(const cohsm_emitter_desc *d, void *memory, cohsm__curve **out)
-{
-    cohsm__curve *c = (cohsm__curve *)memory;
-    cohsm__v3 low;
-    float size;
-    double sum = 0.0;
-    uint32_t i;
-    c->pieces = (cohsm__piece *)(void *)((char *)memory + ((sizeof *c + 15u) & ~(size_t)15u));
-    c->locations = (float *)(void *)(c->pieces + cohsm__most_pieces(d));
-    c->places = cohsm__places(d);
-    c->count = 0;
-    c->area = cohsm__survey(d->mesh, &low, &size);
-    if (!(c->area > 0.0 && size > 0.0f && cohsm__finite(size))) return COHSM_ERR_INPUT;
-    cohsm__curve_cut(c, d->mesh, c->area / (2.0 * (double)c->places), low, size);
-    cohsm__sort_pieces(c->pieces, c->count);
-    for (i = 0; i < c->count; i++) {
-        sum += c->pieces[i].end;
-        c->pieces[i].end = sum / c->area;
-    }
-    for (i = 0; i < c->places; i++) {
-        const cohsm__piece *p = cohsm__find_piece(c, ((double)i + 0.5) / (double)c->places);
-        cohsm__v3 q = cohsm__v3_add(cohsm__v3_add(cohsm__piece_corner(p->v, 0), cohsm__piece_corner(p->v, 1)),
-                                    cohsm__piece_corner(p->v, 2));
-        q = cohsm__v3_madd(cohsm__v3_scale(q, 1.0f / 3.0f), cohsm__v3_load(p->normal), d->radius);
-        cohsm__v3_store(c->locations + 4u * (size_t)i, q);
-        c->locations[4u * (size_t)i + 3u] = 1.0f;
-    }
-    *out = c;
-    return COHSM_OK;
-}
-
-struct cohsm_emitter {
-    cohsm_emitter_desc desc;       /* texels: the sanitised frame at desc.time, or NULL */
-    const double *edges;         /* environment: cos of the height + 1 row edges */
-    cohsm__cdf2   cdf;           /* over the texels; unused without */
-    const uint16_t *guide;       /* for the rows, then for the texels of each row */
-    cohsm__v3     origin, n;     /* n: emission side; line: axis; sun: to it; spot: out of the lamp */
-    cohsm__v3     ex, ey;        /* rectangle: dual edges; disc: frame */
-    cohsm__v3     radiance, tint; /* tint . texel: its density relative to uniform coordinates; sky: per solid angle */
-    float         lx, ly, area;  /* lengths of the edges */
-    float         cos_cone, turn; /* turn: rotation / (2 pi) */
-    int           orthogonal;
-    float         location[4];   /* D of point and spot */
-    const cohsm__curve *curve;   /* mesh: of shape CALLBACK from here on */
-};
-
-typedef struct cohsm__aim {      /* a light as one point sees it: what all its samples share */
-    const cohsm_emitter *light;
-    cohsm__v3 p, axis;           /* sphere: to the centre; line: unit, from the line to p */
-    float distance;              /* sphere: to the centre; line: to its axis */
-    float spread;                /* sphere: 1 - cos of the cone; line: largest sin(phi) that p sees */
-    float solid_pdf;             /* above 0: sampled uniformly by solid angle */
-    float solid;                 /* solid angle of what p sees: roughly, but for spheres and large rectangles */
-    float x0, x1, y0, y1, z, b0, b1, k; /* rectangle: Urena et al. 2013 */
-} cohsm__aim;
-
-static int cohsm__is_delta(const cohsm_emitter *l)
-{
-    return l->desc.shape == COHSM_SHAPE_SUN || l->desc.shape == COHSM_SHAPE_POINT ||
-           l->desc.shape == COHSM_SHAPE_SPOT;
-}
-
-static cohsm__v3 cohsm__texel(const cohsm_emitter *l, uint32_t x, uint32_t y)
-{
-    const float *t = l->desc.texels;
-    return t ? cohsm__v3_load(t + 3u * ((size_t)y * l->desc.width + x)) : cohsm__v3_make(1.0f, 1.0f, 1.0f);
-}
-
-static uint32_t cohsm__cell(float x, uint32_t count)
-{
-    uint32_t i = (uint32_t)((double)x * count);
-    return i < count ? i : count - 1u;
-}
-
-static cohsm__v3 cohsm__texel_at(const cohsm_emitter *l, float x, float y)
-{
-    return cohsm__texel(l, cohsm__cell(x, l->desc.width), cohsm__cell(y, l->desc.height));
-}
-
-/* Of what cohsm__pick returns, relative to uniform coordinates. */
-static float cohsm__density(const cohsm_emitter *l, float x, float y)
-{
-    return l->desc.texels ? cohsm__v3_dot(cohsm__texel_at(l, x, y), l->tint) : 1.0f;
-}
-
-/* Inversion of a cdf: guide[b] is the cell where b / count of the total falls, so that the search begins a step or two
-   from its end, in the same cache line. The last loops mend what rounding at the ends of a bucket may have done, and
-   leave cells of weight 0. */
-static uint32_t cohsm__invert(const double *sums, const uint16_t *guide, uint32_t count, float u, float *fraction)
-{
-    double x = (double)u * sums[count], f;
-    uint32_t bucket = cohsm__cell(u, count), lo = guide[bucket], hi = bucket + 1u < count ? guide[bucket + 1u] + 1u
-                                                                                          : count;
-    while (hi - lo > 1u) {
-        uint32_t mid = lo + (hi - lo) / 2u;
-        if (sums[mid] <= x) lo = mid;
-        else hi = mid;
-    }
-    while (lo + 1u < count && sums[lo + 1u] <= x) lo++;
-    while (lo > 0 && (sums[lo] > x || !(sums[lo + 1u] > sums[lo]))) lo--;
-    f = (x - sums[lo]) / (sums[lo + 1u] - sums[lo]);
-    *fraction = cohsm__clamp_unit((float)f);
-    return lo;
-}
-
-static void cohsm__guide_build(const double *sums, uint16_t *guide, uint32_t count)
-{
-    uint32_t b, i = 0;
-    for (b = 0; b < count; b++) {
-        double x = sums[count] * b / count;
-        while (i + 1u < count && sums[i + 1u] <= x) i++;
-        guide[b] = (uint16_t)i;
-    }
-}
-
-/* The texel that u picks and where inside. 0 if all are black. */
-static int cohsm__pick_cell(const cohsm_emitter *l, const float *u, uint32_t *x, uint32_t *y, float *fx, float *fy)
-{
-    uint32_t w = l->desc.width;
-    if (!(cohsm__cdf2_total(&l->cdf) > 0.0)) return 0;
-    *y = cohsm__invert(l->cdf.rows, l->guide, l->desc.height, u[1], fy);
-    *x = cohsm__invert(l->cdf.sums + (size_t)*y * (w + 1u), l->guide + l->desc.height + (size_t)*y * w, w, u[0], fx);
-    return 1;
-}
-
-/* Coordinates in proportion to the texels. */
-static void cohsm__pick(const cohsm_emitter *l, const float *u, float *x, float *y)
-{
-    uint32_t i, j;
-    *x = u[0];
-    *y = u[1];
-    if (!l->desc.texels || !cohsm__pick_cell(l, u, &i, &j, x, y)) return;
-    *x = cohsm__clamp_unit(((float)i + *x) / (float)l->desc.width);
-    *y = cohsm__clamp_unit(((float)j + *y) / (float)l->desc.height);
-}
-
-/* L at out->coords along away, times texel and the angular factors; 0 if it is black. */
-static int cohsm__emit(const cohsm_emitter *l, cohsm__v3 texel, float cosine, cohsm__v3 away, cohsm_emission *out)
-{
-    cohsm__v3 c = cohsm__v3_mul(l->radiance, texel);
-    if (l->desc.cosine_power > 0.0f) c = cohsm__v3_scale(c, cohsm__pow(cosine, l->desc.cosine_power));
-    if (l->desc.emission_fn) {
-        float w[3], rgb[3] = { 0.0f, 0.0f, 0.0f };
-        int i;
-        cohsm__v3_store(w, away);
-        l->desc.emission_fn(l->desc.user, l->desc.time, out->coords, w, rgb);
-        for (i = 0; i < 3; i++)
-            if (!cohsm__finite(rgb[i]) || rgb[i] < 0.0f) rgb[i] = 0.0f;
-        c = cohsm__v3_mul(c, cohsm__v3_load(rgb));
-    }
-    cohsm__v3_store(out->radiance, c);
-    return cohsm__v3_finite(c) && c.x + c.y + c.z > 0.0f;
-}
-
-/* From a point of the surface to what p sees of it. The density is solid_pdf, or where that is 0 area_pdf turned into
-   solid angle. n = 0: a volume. */
-static int cohsm__emit_area(const cohsm__aim *a, cohsm__v3 q, cohsm__v3 n, float x, float y, float area_pdf,
-                            cohsm_emission *out)
-{
-    const cohsm_emitter *l = a->light;
-    cohsm__v3 d = cohsm__v3_sub(q, a->p), w;
-    float d2 = cohsm__v3_dot(d, d), distance = sqrtf(d2), cosine;
-
-    if (!(distance > 0.0f) || !cohsm__finite(d2)) return 0;
-    w = cohsm__v3_scale(d, 1.0f / distance);
-    cosine = n.x != 0.0f || n.y != 0.0f || n.z != 0.0f ? -cohsm__v3_dot(n, w) : 1.0f;
-    if (!(cosine > 1e-7f)) return 0;
-    if (cosine > 1.0f) cosine = 1.0f;
-    out->coords[0] = cohsm__clamp_unit(x);
-    out->coords[1] = cohsm__clamp_unit(y);
-    out->distance = distance;
-    out->pdf = a->solid_pdf > 0.0f ? a->solid_pdf : area_pdf * d2 / cosine;
-    cohsm__v3_store(out->direction, w);
-    return cohsm__emit(l, cohsm__texel_at(l, x, y), cosine, cohsm__v3_scale(w, -1.0f), out);
-}
-
-/* Environment: y of the texel rows by the cosines of their edges, so that solid angles are exact (T12). */
-static int cohsm__environment_found(const cohsm_emitter *l, uint32_t x, uint32_t y, float u, float v, cohsm__v3 w,
-                                    cohsm_emission *out)
-{
-    cohsm__v3 texel = cohsm__texel(l, x, y);
-
-    u -= l->turn;
-    out->coords[0] = cohsm__clamp_unit(u - floorf(u));
-    out->coords[1] = cohsm__clamp_unit(v);
-    out->distance = COHSM_INFINITY;
-    out->pdf = cohsm__v3_dot(texel, l->tint);
-    cohsm__v3_store(out->direction, w);
-    return cohsm__emit(l, texel, 1.0f, w, out) && out->pdf > 0.0f;
-}
-
-static int cohsm__environment_draw(const cohsm_emitter *l, const float *u, cohsm_emission *out)
-{
-    float x, y, r, sn, cs, fx, fy;
-    uint32_t i, j;
-
-    if (!cohsm__pick_cell(l, u, &i, &j, &fx, &fy)) return 0;
-    x = ((float)i + fx) / (float)l->desc.width;
-    y = (float)(l->edges[j] + (l->edges[j + 1u] - l->edges[j]) * (double)fy);
-    r = cohsm__safe_sqrt((1.0f - y) * (1.0f + y));
-    cohsm__sincos(2.0f * COHSM__PI * (x - l->turn - 0.5f), &sn, &cs);
-    return cohsm__environment_found(l, i, j, x, cohsm__acos(y) / COHSM__PI,
-                                    cohsm__v3_make(r * cs, y, r * sn), out);
-}
-
-static int cohsm__environment_hit(const cohsm_emitter *l, cohsm__v3 w, cohsm_emission *out)
-{
-    float u = 0.5f + cohsm__atan2(w.z, w.x) / (2.0f * COHSM__PI) + l->turn, v = cohsm__acos(w.y) / COHSM__PI;
-    u -= floorf(u);
-    return cohsm__environment_found(l, cohsm__cell(u, l->desc.width), cohsm__cell(v, l->desc.height), u, v, w, out);
-}
-
-/* Rectangle by solid angle: Urena, Fajardo and King, "An area-preserving parametrization for spherical rectangles",
-   EGSR 2013. In floats it needs a solid angle that is not small; smaller ones are sampled by area, no worse there. */
-static void cohsm__rectangle_aim(cohsm__aim *a)
-{
-    const cohsm_emitter *l = a->light;
-    cohsm__v3 d = cohsm__v3_sub(l->origin, a->p);
-    float n0, n1, n2, n3, g0, g1, g2, g3, z2;
-
-    a->x0 = cohsm__v3_dot(d, l->ex) * l->lx;
-    a->y0 = cohsm__v3_dot(d, l->ey) * l->ly;
-    a->x1 = a->x0 + l->lx;
-    a->y1 = a->y0 + l->ly;
-    a->z = cohsm__v3_dot(d, l->n);   /* below 0: p is on the emission side */
-    z2 = a->z * a->z;
-    n0 = -a->y0 / sqrtf(z2 + a->y0 * a->y0);
-    n1 = a->x1 / sqrtf(z2 + a->x1 * a->x1);
-    n2 = a->y1 / sqrtf(z2 + a->y1 * a->y1);
-    n3 = -a->x0 / sqrtf(z2 + a->x0 * a->x0);
-    g0 = cohsm__acos(-n0 * n1);
-    g1 = cohsm__acos(-n1 * n2);
-    g2 = cohsm__acos(-n2 * n3);
-    g3 = cohsm__acos(-n3 * n0);
-    a->b0 = n0;
-    a->b1 = n2;
-    a->k = 2.0f * COHSM__PI - g2 - g3;
-    a->solid = g0 + g1 - a->k;
-    if (a->solid > 0.05f && cohsm__finite(a->solid)) a->solid_pdf = 1.0f / a->solid;
-}
-
-/* Of a flat shape of this area and normal about d: right far away, at most 2 pi close by. */
-static float cohsm__flat_solid(cohsm__v3 n, cohsm__v3 d, float area)
-{
-    float d2 = cohsm__v3_dot(d, d), cosine = fabsf(cohsm__v3_dot(n, d)) / sqrtf(d2 > 0.0f ? d2 : 1.0f);
-    float near2 = area * (1.0f / (2.0f * COHSM__PI));
-    return area * (cosine * d2 + near2) / ((d2 + near2) * (d2 + near2));
-}
-
-static void cohsm__rectangle_pick(const cohsm__aim *a, const float *u, float *x, float *y)
-{
-    float au = u[0] * a->solid + a->k, sn, cs, f, c, d, xu, yv, h0, h1, h;
-
-    cohsm__sincos(au, &sn, &cs);
-    f = (cs * a->b0 - a->b1) / sn;
-    c = 1.0f / sqrtf(f * f + a->b0 * a->b0);
-    c = f > 0.0f ? c : -c;
-    c = c > -1.0f ? c < 1.0f ? c : 1.0f : -1.0f;
-    xu = -(c * a->z) / sqrtf(1.0f - c * c > 1e-12f ? 1.0f - c * c : 1e-12f);
-    xu = xu > a->x0 ? xu < a->x1 ? xu : a->x1 : a->x0;
-    d = sqrtf(xu * xu + a->z * a->z);
-    h0 = a->y0 / sqrtf(d * d + a->y0 * a->y0);
-    h1 = a->y1 / sqrtf(d * d + a->y1 * a->y1);
-    h = h0 + u[1] * (h1 - h0);
-    yv = h * h < 1.0f - 1e-6f ? h * d / sqrtf(1.0f - h * h) : a->y1;
-    *x = (xu - a->x0) / (a->x1 - a->x0);
-    *y = (yv - a->y0) / (a->y1 - a->y0);
-}
-
-/* All that depends on the point alone. 0: the light does not reach p. */
-static int cohsm__aim_at(cohsm__aim *a, const cohsm_emitter *l, cohsm__v3 p)
-{
-    cohsm__v3 d = cohsm__v3_sub(l->origin, p);
-    float r = l->desc.radius, s;
-
-    memset(a, 0, sizeof *a);
-    a->light = l;
-    a->p = p;
-    switch (l->desc.shape) {
-    case COHSM_SHAPE_RECTANGLE:
-        if (!(cohsm__v3_dot(l->n, d) < 0.0f)) return 0;
-        if (l->orthogonal && !l->desc.texels) cohsm__rectangle_aim(a);
-        if (a->solid_pdf > 0.0f) return 1;
-        d = cohsm__v3_madd(d, cohsm__v3_add(cohsm__v3_load(l->desc.u), cohsm__v3_load(l->desc.v)), 0.5f);
-        a->solid = cohsm__flat_solid(l->n, d, l->area);
-        return 1;
-    case COHSM_SHAPE_DISC:
-        a->solid = cohsm__flat_solid(l->n, d, l->area);
-        return cohsm__v3_dot(l->n, d) < 0.0f;
-    case COHSM_SHAPE_SPHERE:
-        a->distance = cohsm__v3_length(d);
-        if (!(a->distance > r)) return 0;
-        a->axis = cohsm__v3_scale(d, 1.0f / a->distance);
-        s = (r / a->distance) * (r / a->distance);
-        a->spread = s / (1.0f + sqrtf(1.0f - s));
-        a->solid = 2.0f * COHSM__PI * a->spread;
-        if (!l->desc.texels && a->spread > 0.0f) a->solid_pdf = 1.0f / a->solid;
-        return 1;
-    case COHSM_SHAPE_LINE:
-        s = cohsm__v3_dot(d, l->n);
-        d = cohsm__v3_sub(cohsm__v3_scale(l->n, s), d);
-        a->distance = cohsm__v3_length(d);
-        if (!(a->distance > r)) return 0;
-        a->axis = cohsm__v3_scale(d, 1.0f / a->distance);
-        a->spread = cohsm__safe_sqrt(1.0f - (r / a->distance) * (r / a->distance));
-        d = cohsm__v3_make(a->distance, s, s + l->lx);   /* the line seen edge to edge: sines of its ends */
-        a->solid = 2.0f * r / d.x * (d.z / sqrtf(d.x * d.x + d.z * d.z) - d.y / sqrtf(d.x * d.x + d.y * d.y));
-        return 1;
-    default:
-        return 1;
-    }
-}
-
-/* A of what is flat or round; a line is its axis. */
-static cohsm__v3 cohsm__shape_point(const cohsm_emitter *l, float x, float y)
-{
-    float dx, dy, sn, cs, r = l->desc.radius;
-    cohsm__v3 a, b;
-
-    switch (l->desc.shape) {
-    case COHSM_SHAPE_LINE:
-        return cohsm__v3_madd(l->origin, l->n, x * l->lx);
-    case COHSM_SHAPE_RECTANGLE:
-        a = cohsm__v3_scale(cohsm__v3_load(l->desc.u), x);
-        b = cohsm__v3_scale(cohsm__v3_load(l->desc.v), y);
-        return cohsm__v3_add(l->origin, cohsm__v3_add(a, b));
-    case COHSM_SHAPE_DISC:
-        cohsm__concentric(x, y, &dx, &dy);
-        a = cohsm__v3_add(cohsm__v3_scale(l->ex, dx), cohsm__v3_scale(l->ey, dy));
-        return cohsm__v3_madd(l->origin, a, r);
-    case COHSM_SHAPE_SPHERE:
-        dy = 1.0f - 2.0f * y;
-        dx = cohsm__safe_sqrt(1.0f - dy * dy);
-        cohsm__sincos(2.0f * COHSM__PI * (x - 0.5f), &sn, &cs);
-        return cohsm__v3_madd(l->origin, cohsm__v3_make(dx * cs, dy, dx * sn), r);
-    default:
-        return l->origin;
-    }
-}
-
-/* The cylinder by y, spread evenly over the breadth that p sees: the lamp's own cosine drops out. */
-static int cohsm__line_at(const cohsm__aim *a, float x, float sine, cohsm_emission *out)
-{
-    const cohsm_emitter *l = a->light;
-    float cosine = cohsm__safe_sqrt(1.0f - sine * sine);
-    cohsm__v3 n = cohsm__v3_scale(a->axis, cosine), q;
-
-    n = cohsm__v3_madd(n, cohsm__v3_cross(l->n, a->axis), sine);
-    q = cohsm__v3_madd(cohsm__shape_point(l, x, 0.0f), n, l->desc.radius);
-    return cohsm__emit_area(a, q, n, x, 0.0f, cohsm__density(l, x, 0.0f) * cosine /
-                                                  (2.0f * a->spread * l->desc.radius * l->lx), out);
-}
-
-static int cohsm__sphere_at(const cohsm__aim *a, cohsm__v3 n, cohsm_emission *out)
-{
-    const cohsm_emitter *l = a->light;
-    float x = 0.5f + cohsm__atan2(n.z, n.x) / (2.0f * COHSM__PI), y = 0.5f * (1.0f - n.y);
-    x = cohsm__clamp_unit(x);
-    y = cohsm__clamp_unit(y);
-    return cohsm__emit_area(a, cohsm__v3_madd(l->origin, n, l->desc.radius), n, x, y,
-                            cohsm__density(l, x, y) / l->area, out);
-}
-
-static int cohsm__sphere_draw(const cohsm__aim *a, const float *u, cohsm_emission *out)
-{
-    const cohsm_emitter *l = a->light;
-    float r = l->desc.radius, x, y, sn, cs, c, s2, along, reach;
-    cohsm__v3 t, b, n;
-
-    if (!(a->solid_pdf > 0.0f)) {
-        cohsm__pick(l, u, &x, &y);
-        n = cohsm__v3_sub(cohsm__shape_point(l, x, y), l->origin);
-        return cohsm__sphere_at(a, cohsm__v3_normalize(n), out);
-    }
-    /* Cone about the axis; the normal where the ray meets the sphere follows from the law of sines. */
-    c = u[0] * a->spread;
-    s2 = c * (2.0f - c);
-    c = 1.0f - c;
-    reach = cohsm__safe_sqrt(r * r - a->distance * a->distance * s2);
-    along = a->distance * s2 + c * reach;       /* from the centre towards p */
-    x = cohsm__safe_sqrt(s2) * (a->distance * c - reach) / r;
-    cohsm__sincos(2.0f * COHSM__PI * u[1], &sn, &cs);
-    cohsm__v3_basis(a->axis, &t, &b);
-    n = cohsm__from_frame(t, b, a->axis, cohsm__v3_make(x * cs, x * sn, -along / r));
-    return cohsm__sphere_at(a, cohsm__v3_normalize(n), out);
-}
-
-static int cohsm__delta_draw(const cohsm__aim *a, cohsm_emission *out)
-{
-    const cohsm_emitter *l = a->light;
-    cohsm__v3 d = cohsm__v3_sub(l->origin, a->p), w = l->n;
-    float distance = cohsm__v3_length(d), scale = 1.0f;
-
-    out->pdf = 1.0f;
-    out->distance = COHSM_INFINITY;
-    if (l->desc.shape != COHSM_SHAPE_SUN) {
-        if (!(distance > 0.0f) || !cohsm__finite(distance)) return 0;
-        w = cohsm__v3_scale(d, 1.0f / distance);
-        if (l->desc.shape == COHSM_SHAPE_SPOT && -cohsm__v3_dot(w, l->n) < l->cos_cone) return 0;
-        scale = 1.0f / (distance * distance);
-        out->distance = distance;
-    }
-    cohsm__v3_store(out->direction, w);
-    return cohsm__emit(l, cohsm__v3_make(scale, scale, scale), 1.0f, cohsm__v3_scale(w, -1.0f), out);
-}
-
-static int cohsm__callback_draw(const cohsm__aim *a, const float *u, cohsm_emission *out)
-{
-    const cohsm_emitter *l = a->light;
-    float q[3] = { 0.0f, 0.0f, 0.0f }, n[3] = { 0.0f, 0.0f, 0.0f }, area = 0.0f, x, y;
-
-    cohsm__pick(l, u, &x, &y);
-    out->coords[0] = x;
-    out->coords[1] = y;
-    out->coords[2] = u[2];
-    if (l->curve) cohsm__curve_point(l->curve, out->coords, q, n, &area);
-    else l->desc.shape_fn(l->desc.user, l->desc.time, out->coords, q, n, &area);
-    if (!cohsm__v3_finite(cohsm__v3_load(q)) || !cohsm__v3_finite(cohsm__v3_load(n)) || !cohsm__finite(area) ||
-        !(area > 0.0f))
-        return 0;
-    return cohsm__emit_area(a, cohsm__v3_load(q), cohsm__v3_normalize(cohsm__v3_load(n)), x, y,
-                            cohsm__density(l, x, y) / area, out);
-}
-
-static int cohsm__emitter_draw(const cohsm__aim *a, const float *u, cohsm_emission *out)
-{
-    const cohsm_emitter *l = a->light;
-    float x, y;
-
-    memset(out, 0, sizeof *out);
-    switch (l->desc.shape) {
-    case COHSM_SHAPE_RECTANGLE:
-    case COHSM_SHAPE_DISC:
-        if (a->solid_pdf > 0.0f) cohsm__rectangle_pick(a, u, &x, &y);
-        else cohsm__pick(l, u, &x, &y);
-        return cohsm__emit_area(a, cohsm__shape_point(l, x, y), l->n, x, y, cohsm__density(l, x, y) / l->area, out);
-    case COHSM_SHAPE_SPHERE:
-        return cohsm__sphere_draw(a, u, out);
-    case COHSM_SHAPE_LINE:
-        cohsm__pick(l, u, &x, &y);
-        return cohsm__line_at(a, x, (2.0f * u[1] - 1.0f) * a->spread, out);
-    case COHSM_SHAPE_CALLBACK:
-        return cohsm__callback_draw(a, u, out);
-    case COHSM_SHAPE_SUN:
-    case COHSM_SHAPE_POINT:
-    case COHSM_SHAPE_SPOT:
-        return cohsm__delta_draw(a, out);
-    default:
-        return cohsm__environment_draw(l, u, out);
-    }
-}
-
-/* Rectangle and disc: the plane, then the edges. */
-static int cohsm__plane_hit(const cohsm__aim *a, cohsm__v3 w, cohsm_emission *out)
-{
-    const cohsm_emitter *l = a->light;
-    cohsm__v3 d = cohsm__v3_sub(a->p, l->origin), q;
-    float slope = -cohsm__v3_dot(l->n, w), height = cohsm__v3_dot(l->n, d), x, y;
-
-    if (!(slope > 1e-7f) || !(height > 0.0f)) return 0;
-    d = cohsm__v3_madd(d, w, height / slope);
-    q = cohsm__v3_add(l->origin, d);
-    x = cohsm__v3_dot(d, l->ex);
-    y = cohsm__v3_dot(d, l->ey);
-    if (l->desc.shape == COHSM_SHAPE_DISC) {
-        x /= l->desc.radius;
-        y /= l->desc.radius;
-        if (!(x * x + y * y < 1.0f)) return 0;
-        cohsm__disc_square(x, y, &x, &y);
-    } else if (!(x >= 0.0f && x < 1.0f && y >= 0.0f && y < 1.0f)) {
-        return 0;
-    }
-    return cohsm__emit_area(a, q, l->n, x, y, cohsm__density(l, x, y) / l->area, out);
-}
-
-/* Sphere and line: the nearer root, measured from the foot of the perpendicular, which keeps its digits. */
-static int cohsm__round_hit(const cohsm__aim *a, cohsm__v3 w, cohsm_emission *out)
-{
-    const cohsm_emitter *l = a->light;
-    cohsm__v3 d = cohsm__v3_sub(l->origin, a->p), v = w, n;
-    float r = l->desc.radius, along, s, x, len2;
-
-    if (l->desc.shape == COHSM_SHAPE_LINE) {     /* what is across the axis: a circle */
-        d = cohsm__v3_scale(a->axis, -a->distance);
-        v = cohsm__v3_madd(w, l->n, -cohsm__v3_dot(w, l->n));
-    }
-    len2 = cohsm__v3_dot(v, v);
-    if (!(len2 > 1e-14f)) return 0;
-    along = cohsm__v3_dot(d, v) / len2;
-    n = cohsm__v3_sub(cohsm__v3_scale(v, along), d);
-    s = r * r - cohsm__v3_dot(n, n);
-    if (!(along > 0.0f) || !(s > 0.0f)) return 0;
-    s = sqrtf(s / len2);
-    n = cohsm__v3_scale(cohsm__v3_madd(n, v, -s), 1.0f / r);
-    if (l->desc.shape == COHSM_SHAPE_SPHERE) return cohsm__sphere_at(a, cohsm__v3_normalize(n), out);
-    x = cohsm__v3_dot(cohsm__v3_madd(cohsm__v3_sub(a->p, l->origin), w, along - s), l->n) / l->lx;
-    if (!(x >= 0.0f && x < 1.0f)) return 0;
-    return cohsm__line_at(a, x, cohsm__v3_dot(n, cohsm__v3_cross(l->n, a->axis)), out);
-}
-
-static int cohsm__aim_hit(const cohsm__aim *a, cohsm__v3 w, cohsm_emission *out)
-{
-    memset(out, 0, sizeof *out);
-    switch (a->light->desc.shape) {
-    case COHSM_SHAPE_RECTANGLE:
-    case COHSM_SHAPE_DISC:
-        return cohsm__plane_hit(a, w, out);
-    case COHSM_SHAPE_SPHERE:
-    case COHSM_SHAPE_LINE:
-        return cohsm__round_hit(a, w, out);
-    case COHSM_SHAPE_DEFAULT:
-    case COHSM_SHAPE_ENVIRONMENT:
-        return cohsm__environment_hit(a->light, w, out);
-    default:
-        return 0;
-    }
-}
-
-static int cohsm__emitter_valid(const cohsm_emitter_desc *d)
-{
-    const float big = 1e18f;
-    cohsm__v3 n = cohsm__v3_cross(cohsm__v3_load(d->u), cohsm__v3_load(d->v));
-
-    if (!cohsm__in3(d->radiance, 0.0f, 3e38f) || !cohsm__in(d->time, -1e9f, 1e9f) ||
-        !cohsm__in(d->cosine_power, 0.0f, 1e5f) || !cohsm__in(d->rotation, -1000.0f, 1000.0f) ||
-        !cohsm__in(d->frames_per_second, 0.0f, 1e6f))
-        return 0;
-    if (d->texels ? !d->width || !d->height || d->width > 65536u || d->height > 65536u || d->frames > 1u << 24
-                  : d->width || d->height || d->frames > 1)
-        return 0;
-    if (d->shape == COHSM_SHAPE_DEFAULT || d->shape == COHSM_SHAPE_ENVIRONMENT) return d->cosine_power == 0.0f;
-    if (d->shape == COHSM_SHAPE_CALLBACK) return d->shape_fn != NULL;
-    if (d->shape == COHSM_SHAPE_MESH)
-        return cohsm__check_mesh(d->mesh) == COHSM_OK && d->places <= 1u << 24 && !d->texels &&
-               cohsm__in(d->radius, 0.0f, big);
-    if (!cohsm__in3(d->position, -big, big)) return 0;
-    switch (d->shape) {
-    case COHSM_SHAPE_SUN:
-        return !d->texels && !d->emission_fn && cohsm__is_unit(d->direction);
-    case COHSM_SHAPE_POINT:
-        return !d->texels && !d->emission_fn;
-    case COHSM_SHAPE_SPOT:
-        return !d->texels && !d->emission_fn && cohsm__is_unit(d->direction) &&
-               cohsm__in(d->cone_angle, 1e-6f, COHSM__PI);
-    case COHSM_SHAPE_LINE:
-        return cohsm__in3(d->u, -big, big) && cohsm__v3_length(cohsm__v3_load(d->u)) > 0.0f &&
-               cohsm__in(d->radius, 1e-18f, big) && (!d->texels || d->height == 1u);
-    case COHSM_SHAPE_RECTANGLE:
-        return cohsm__in3(d->u, -big, big) && cohsm__in3(d->v, -big, big) && cohsm__v3_finite(n) &&
-               cohsm__v3_length(n) > 0.0f && cohsm__finite(cohsm__v3_length(n));
-    case COHSM_SHAPE_DISC:
-        return cohsm__is_unit(d->direction) && cohsm__in(d->radius, 1e-18f, big);
-    case COHSM_SHAPE_SPHERE:
-        return cohsm__in(d->radius, 1e-18f, big);
-    default:
-        return 0;
-    }
-}
-
-static int cohsm__is_environment(const cohsm_emitter_desc *d)
-{
-    return d->shape == COHSM_SHAPE_DEFAULT || d->shape == COHSM_SHAPE_ENVIRONMENT;
-}
-
-#define COHSM__EMITTER_HEAD ((sizeof(struct cohsm_emitter) + 15u) & ~(size_t)15u)
-
-COHSM_DEF size_t cohsm_emitter_triangles(const cohsm_emitter *emitter, float *corners)
-{
-    uint32_t i;
-    if (!emitter || !emitter->curve) return 0;
-    for (i = 0; corners && i < emitter->curve->count; i++)
-        memcpy(corners + 9u * (size_t)i, emitter->curve->pieces[i].v, 9 * sizeof *corners);
-    return emitter->curve->count;
-}
-
-COHSM_DEF size_t cohsm_emitter_size(const cohsm_emitter_desc *desc)
-{
-    size_t doubles, edges, bytes;
-    uint32_t w, h;
-
-    if (!desc || !cohsm__emitter_valid(desc)) return 0;
-    if (desc->shape == COHSM_SHAPE_MESH) {
-        bytes = cohsm__curve_size(desc);
-        return bytes && cohsm__add_size(bytes, COHSM__EMITTER_HEAD, &bytes) ? bytes : 0;
-    }
-    if (!desc->texels && !cohsm__is_environment(desc)) return COHSM__EMITTER_HEAD;
-    w = desc->texels ? desc->width : 1u;
-    h = desc->texels ? desc->height : 1u;
-    edges = cohsm__is_environment(desc) ? h + 1u : 0u;
-    doubles = cohsm__cdf2_doubles(w, h);
-    /* texels, one row of weights and the guides; then the sums. Sides of 65536 at most: 14 h + 4 never overflows */
-    if (!doubles || !cohsm__mul_size(w, (size_t)h * 14u + 4u, &bytes) ||
-        !cohsm__add_size(bytes, COHSM__EMITTER_HEAD + 2u * h, &bytes) || !cohsm__add_size(doubles, edges, &doubles) ||
-        !cohsm__mul_size(doubles, sizeof(double), &doubles) || !cohsm__add_size(bytes, doubles, &bytes))
-        return 0;
-    return bytes;
-}
-
-/* cos(pi y / h) to the last digits of a double: sines up to pi / 4, so that rows at the poles keep theirs (T12). */
-static double cohsm__row_edge(uint32_t y, uint32_t h)
-{
-    uint32_t m = y < h - y ? y : h - y;
-    double x = 1.5707963267948966 * m / h, z = x * x, s;
-    s = 1.0 - z / 110.0 * (1.0 - z / 156.0 * (1.0 - z / 210.0));
-    s = x * (1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0 * (1.0 - z / 72.0 * s))));
-    s = 1.0 - 2.0 * s * s;
-    return m == y ? s : -s;
-}
-
-/* The frame at desc.time, linear between its neighbours, with bad channels 0. Returns the number of bad texels. */
-static uint64_t cohsm__emitter_frame(const cohsm_emitter_desc *d, float *texels)
-{
-    uint32_t frames = d->frames ? d->frames : 1u, f0, f1;
-    size_t count = (size_t)d->width * d->height, i;
-    double t = (double)d->time * (d->frames_per_second > 0.0f ? (double)d->frames_per_second : 30.0);
-    float blend;
-    uint64_t bad = 0;
-
-    if (d->loop) t -= floor(t / frames) * frames;
-    t = t > 0.0 ? t : 0.0;
-    if (!d->loop && t > frames - 1.0) t = frames - 1.0;
-    f0 = t < frames ? (uint32_t)t : 0u;
-    f1 = (f0 + 1u) % frames;
-    blend = t < frames ? (float)(t - f0) : 0.0f;
-    for (i = 0; i < count; i++) {
-        int c, broken = 0;
-        for (c = 0; c < 3; c++) {
-            float a = d->texels[(f0 * count + i) * 3u + (size_t)c];
-            float b = blend > 0.0f ? d->texels[(f1 * count + i) * 3u + (size_t)c] : 0.0f;
-            if (!cohsm__finite(a) || a < 0.0f) broken = 1, a = 0.0f;
-            if (!cohsm__finite(b) || b < 0.0f) broken = 1, b = 0.0f;
-            texels[i * 3u + (size_t)c] = a * (1.0f - blend) + b * blend;
-        }
-        bad += (uint64_t)broken;
-    }
-    return bad;
-}
-
-/* cdf over the texels in proportion to what they send out, all three channels (T18). */
-static void cohsm__emitter_cdf(cohsm_emitter *l, double *memory, float *row, uint16_t *guide)
-{
-    uint32_t w = l->desc.width, h = l->desc.height, x, y;
-    double *rows = memory, *sums = memory + h + 1u, total = 0.0;
-    float top = l->radiance.x > l->radiance.y ? l->radiance.x : l->radiance.y, norm;
-    cohsm__v3 tint = cohsm__v3_make(1.0f, 1.0f, 1.0f);
-
-    top = top > l->radiance.z ? top : l->radiance.z;
-    if (top > 0.0f) tint = cohsm__v3_make(l->radiance.x / top, l->radiance.y / top, l->radiance.z / top);
-    tint = cohsm__v3_scale(tint, 1.0f / 3.0f);
-    for (y = 0; y < h; y++) {
-        cohsm__cdf line;
-        double *at = sums + (size_t)y * (w + 1u);
-        for (x = 0; x < w; x++) row[x] = cohsm__v3_dot(cohsm__texel(l, x, y), tint);
-        (void)cohsm__cdf_build(&line, at, row, w, l->edges ? l->edges[y] - l->edges[y + 1u] : 1.0);
-        cohsm__guide_build(at, guide + h + (size_t)y * w, w);
-        rows[y] = total;
-        total += cohsm__cdf_total(&line);
-    }
-    rows[h] = total;
-    cohsm__guide_build(rows, guide, h);
-    l->guide = guide;
-    norm = (float)(total > 0.0 ? (l->edges ? w / (6.283185307179586 * total) : (double)w * h / total) : 0.0);
-    l->tint = cohsm__v3_scale(tint, norm);
-    l->cdf.rows = rows;
-    l->cdf.sums = sums;
-    l->cdf.width = w;
-    l->cdf.height = h;
-}
-
-static void cohsm__emitter_geometry(cohsm_emitter *l)
-{
-    const cohsm_emitter_desc *d = &l->desc;
-    cohsm__v3 u = cohsm__v3_load(d->u), v = cohsm__v3_load(d->v), n;
-    float area2;
-
-    l->origin = cohsm__v3_load(d->position);
-    l->radiance = cohsm__v3_load(d->radiance);
-    l->n = cohsm__v3_normalize(cohsm__v3_load(d->direction));
-    l->cos_cone = d->shape == COHSM_SHAPE_SPOT ? cohsm__cos(0.5f * d->cone_angle) : 0.0f;
-    l->turn = d->rotation / (2.0f * COHSM__PI);
-    l->area = 1.0f;
-    memcpy(l->location, d->position, sizeof d->position);
-    l->location[3] = 1.0f;
-    if (d->shape == COHSM_SHAPE_LINE) {
-        l->n = cohsm__v3_normalize(u);
-        l->lx = cohsm__v3_length(u);
-    } else if (d->shape == COHSM_SHAPE_DISC) {
-        cohsm__v3_basis(l->n, &l->ex, &l->ey);
-        l->area = COHSM__PI * d->radius * d->radius;
-    } else if (d->shape == COHSM_SHAPE_SPHERE) {
-        l->area = 4.0f * COHSM__PI * d->radius * d->radius;
-    } else if (d->shape == COHSM_SHAPE_RECTANGLE) {
-        n = cohsm__v3_cross(u, v);
-        l->area = cohsm__v3_length(n);
-        l->n = cohsm__v3_normalize(n);
-        l->lx = cohsm__v3_length(u);
-        l->ly = cohsm__v3_length(v);
-        area2 = 1.0f / l->area;
-        l->ex = cohsm__v3_scale(cohsm__v3_cross(v, l->n), area2);
-        l->ey = cohsm__v3_scale(cohsm__v3_cross(l->n, u), area2);
-        l->orthogonal = fabsf(cohsm__v3_dot(u, v)) <= 1e-5f * l->area;
-    }
-}
-
-COHSM_DEF cohsm_result cohsm_emitter_build(const cohsm_emitter_desc *desc, void *memory, size_t memory_size,
-                                         cohsm_emitter **out, uint64_t *bad_texels)
-{
-    size_t size = cohsm_emitter_size(desc);
-    cohsm_emitter *l = (cohsm_emitter *)memory;
-    uint64_t bad = 0;
-
-    if (!desc || !memory || !out) return COHSM_ERR_ARGUMENT;
-    if (!size) return COHSM_ERR_DESC;
-    if (memory_size < size || ((uintptr_t)memory & 7u)) return COHSM_ERR_MEMORY;
-    memset(l, 0, sizeof *l);
-    l->desc = *desc;
-    if (desc->shape == COHSM_SHAPE_DEFAULT) l->desc.shape = COHSM_SHAPE_ENVIRONMENT;
-    l->desc.texels = NULL;
-    cohsm__emitter_geometry(l);
-    if (desc->shape == COHSM_SHAPE_MESH) {
-        cohsm__curve *curve;
-        cohsm_result result = cohsm__curve_build(desc, (char *)memory + COHSM__EMITTER_HEAD, &curve);
-        if (result != COHSM_OK) return result;
-        l->curve = curve;
-        l->desc.shape = COHSM_SHAPE_CALLBACK;
-    }
-    if (desc->texels || cohsm__is_environment(desc)) {
-        static const float white[3] = { 1.0f, 1.0f, 1.0f };
-        double *sums = (double *)(void *)((char *)memory + COHSM__EMITTER_HEAD);
-        float *texels, *row;
-        uint32_t y;
-
-        if (!desc->texels) {
-            l->desc.width = l->desc.height = 1;
-            l->desc.texels = white;
-        } else {
-            l->desc.texels = desc->texels;
-        }
-        if (cohsm__is_environment(desc)) {
-            for (y = 0; y <= l->desc.height; y++) sums[y] = cohsm__row_edge(y, l->desc.height);
-            l->edges = sums;
-            sums += l->desc.height + 1u;
-        }
-        texels = (float *)(void *)(sums + cohsm__cdf2_doubles(l->desc.width, l->desc.height));
-        bad = cohsm__emitter_frame(&l->desc, texels);
-        l->desc.texels = texels;
-        row = texels + (size_t)l->desc.width * l->desc.height * 3u;
-        cohsm__emitter_cdf(l, sums, row, (uint16_t *)(void *)(row + l->desc.width));
-    }
-    if (bad_texels) *bad_texels = bad;
-    *out = l;
-    return COHSM_OK;
-}
-
-COHSM_DEF cohsm_result cohsm_emitter_domain(const cohsm_emitter *emitter, cohsm_domain *out)
-{
-    static const cohsm_domain_kind kinds[10] = {
-        COHSM_DOMAIN_LATLONG, COHSM_DOMAIN_LATLONG, COHSM_DOMAIN_LATLONG, COHSM_DOMAIN_LIST, COHSM_DOMAIN_LIST,
-        COHSM_DOMAIN_LINE, COHSM_DOMAIN_RECTANGLE, COHSM_DOMAIN_DISC, COHSM_DOMAIN_SPHERE, COHSM_DOMAIN_TABLE
-    };
-    const cohsm_emitter_desc *d;
-
-    if (!emitter || !out) return COHSM_ERR_ARGUMENT;
-    d = &emitter->desc;
-    if (d->shape == COHSM_SHAPE_CALLBACK && !emitter->curve) return COHSM_ERR_DOMAIN;
-    memset(out, 0, sizeof *out);
-    out->kind = kinds[d->shape];
-    if (emitter->curve) {
-        out->side[0] = emitter->curve->places;
-        out->side[1] = out->side[2] = 1;
-        out->locations = emitter->curve->locations;
-        out->location_count = emitter->curve->places;
-        return COHSM_OK;
-    }
-    memcpy(out->origin, d->position, sizeof out->origin);
-    memcpy(out->u, d->u, sizeof out->u);
-    memcpy(out->v, d->v, sizeof out->v);
-    if (d->shape == COHSM_SHAPE_DISC) {
-        cohsm__v3_store(out->u, cohsm__v3_scale(emitter->ex, d->radius));
-        cohsm__v3_store(out->v, cohsm__v3_scale(emitter->ey, d->radius));
-    } else if (d->shape == COHSM_SHAPE_SPHERE) {
-        cohsm__v3_store(out->u, cohsm__v3_make(d->radius, 0.0f, 0.0f));
-    } else if (out->kind == COHSM_DOMAIN_LIST) {
-        out->locations = emitter->location;
-        out->location_count = 1;
-    }
-    return COHSM_OK;
-}
-
-COHSM_DEF int cohsm_emitter_sample(const cohsm_emitter *light, const float p[3], const float u[3], cohsm_emission *out)
-{
-    cohsm__aim aim;
-    cohsm_emission e;
-
-    if (!light || !p || !u || !out || !cohsm__v3_finite(cohsm__v3_load(p)) || !cohsm__in3(u, 0.0f, 1.0f))
-        return 0;
-    if (!cohsm__aim_at(&aim, light, cohsm__v3_load(p)) || !cohsm__emitter_draw(&aim, u, &e)) return 0;
-    *out = e;
-    return 1;
-}
-
-COHSM_DEF int cohsm_emitter_hit(const cohsm_emitter *light, const float p[3], const float direction[3],
-                              cohsm_emission *out)
-{
-    cohsm__aim aim;
-    cohsm_emission e;
-
-    if (!light || !p || !direction || !out || !cohsm__v3_finite(cohsm__v3_load(p)) || !cohsm__is_unit(direction))
-        return 0;
-    if (!cohsm__aim_at(&aim, light, cohsm__v3_load(p)) ||
-        !cohsm__aim_hit(&aim, cohsm__v3_normalize(cohsm__v3_load(direction)), &e))
-        return 0;
-    *out = e;
-    return 1;
-}
-
-/* ---- >>sampling: the estimator --------------------------------------------------------------------------------- */
-
-COHSM_DEF size_t cohsm_patterns_size(uint32_t length)
-{
-    if (length == 0 || length > 65536u) return 0;
-    return (size_t)COHSM_PATTERN_COUNT * length * 2u * sizeof(float);
-}
-
-/* Hammersley points with one axis jittered inside the columns, the other Owen-scrambled. In integers of 24 bits, so
-   that no rounding takes a point across the edge of its column. */
-COHSM_DEF cohsm_result cohsm_patterns_build(uint32_t length, uint32_t seed, float *patterns, size_t size)
-{
-    size_t need = cohsm_patterns_size(length);
-    uint32_t j, k;
-
-    if (!patterns) return COHSM_ERR_ARGUMENT;
-    if (!need) return COHSM_ERR_DESC;
-    if (size < need) return COHSM_ERR_MEMORY;
-    for (j = 0; j < COHSM_PATTERN_COUNT; j++) {
-        uint32_t scramble = cohsm__hash_combine(seed, j);
-        for (k = 0; k < length; k++, patterns += 2) {
-            uint32_t low = (uint32_t)((((uint64_t)k << 24) + length - 1u) / length);
-            uint32_t high = (uint32_t)((((uint64_t)(k + 1u) << 24) + length - 1u) / length);
-            uint32_t at = low + (uint32_t)(cohsm__random(seed, ~j, k) * (float)(high - low));
-            patterns[0] = (float)(at < high ? at : high - 1u) * (1.0f / 16777216.0f);
-            patterns[1] = cohsm__to_unit(cohsm__owen(cohsm__reverse_bits(k), scramble));
-        }
-    }
-    return COHSM_OK;
-}
-
-/* Random numbers of sample k. 159 is odd and close to 256 / golden ratio: the patterns of successive frames are far
-   apart and all 256 get their turn; then they come again with a toroidal shift. */
-static void cohsm__numbers(const cohsm_sample_desc *d, uint32_t pixel, uint32_t k, int third, float *u)
-{
-    uint32_t key = cohsm__hash_combine(d->seed, pixel), index = d->frame * d->samples + k;
-
-    if (d->patterns) {
-        const float *at = d->patterns + ((size_t)((key + d->frame * 159u) & 255u) * d->samples + k) * 2u;
-        u[0] = at[0];
-        u[1] = at[1];
-        if (d->frame > 255u) {
-            u[0] += cohsm__random(key, d->frame >> 8, 0u);
-            u[1] += cohsm__random(key, d->frame >> 8, 1u);
-            u[0] = cohsm__clamp_unit(u[0] - floorf(u[0]));
-            u[1] = cohsm__clamp_unit(u[1] - floorf(u[1]));
-        }
-    } else {
-        cohsm__sobol2(index, key, &u[0], &u[1]);
-    }
-    u[2] = third ? cohsm__random(key, 0x9e3779b9u, index) : 0.0f;
-}
-
-typedef struct cohsm__estimator { /* one point and one light */
-    const cohsm_sample_desc *desc;
-    cohsm__surface surface;
-    cohsm__aim     aim;
-    int            reachable;    /* by the light */
-    int            split;        /* paper: the two parts of the BRDF are two integrals */
-    float          light_share;  /* of the samples, by roulette */
-} cohsm__estimator;
-
-/* Few BRDF samples where the light is smaller than the lobe, few light samples where the lobe is smaller: with
-   q = (solid angle) (peak density) the BRDF's share q^3 / (8 + q^3) had 0.29 of the noise of one half over 54 pairs of
-   light and material (64 samples, geometric mean), 0.68 of it under shadows; q / (1 + q) 0.52 and 0.76. Whole samples,
-   so that stratified numbers are split without a remainder. */
-static void cohsm__estimator_init(cohsm__estimator *e, const cohsm_sample_desc *desc, const cohsm_emitter *light)
-{
-    int unseen = cohsm__is_delta(light) || light->desc.shape == COHSM_SHAPE_CALLBACK;
-    int distant = light->desc.shape == COHSM_SHAPE_ENVIRONMENT;
-    float q;
-
-    e->desc = desc;
-    e->split = distant && desc->sampling == COHSM_SAMPLING_PAPER;
-    e->light_share = 1.0f;
-    if (unseen || desc->sampling == COHSM_SAMPLING_LIGHT || !e->reachable) return;
-    if (desc->sampling == COHSM_SAMPLING_BRDF) e->light_share = 0.0f;
-    else if (desc->sampling == COHSM_SAMPLING_PAPER) e->light_share = distant ? e->surface.diffuse_share : 1.0f;
-    else if (distant) e->light_share = 0.5f;
-    else {
-        q = e->aim.solid * e->surface.peak;
-        e->light_share = 8.0f / (8.0f + q * q * q);
-        e->light_share = floorf(e->light_share * (float)desc->samples + 0.5f) / (float)desc->samples;
-    }
-}
-
-/* One sample: roulette between light and BRDF, both with the first number, stretched again. The densities of both
-   techniques are summed in proportion: the one-sample form of the balance heuristic. Returns the weight times S. */
-static cohsm__v3 cohsm__estimate(const cohsm__estimator *e, const float *numbers, cohsm_emission *found)
-{
-    const cohsm__v3 zero = cohsm__v3_make(0.0f, 0.0f, 0.0f);
-    const cohsm__surface *s = &e->surface;
-    float u[3], c = e->light_share, pdf;
-    int by_light = numbers[0] < c, hit;
-    cohsm__v3 wi, f;
-    cohsm__response r;
-
-    u[0] = cohsm__clamp_unit(by_light ? numbers[0] / c : (numbers[0] - c) / (1.0f - c));
-    u[1] = numbers[1];
-    u[2] = numbers[2];
-    if (by_light) {
-        hit = cohsm__emitter_draw(&e->aim, u, found);
-    } else {
-        wi = cohsm__brdf_draw(s, e->split ? 0.0f : s->diffuse_share, u[0], u[1]);
-        hit = wi.z > 0.0f && cohsm__aim_hit(&e->aim, cohsm__from_frame(s->t, s->b, s->n, wi), found);
-    }
-    if (!hit) {
-        memset(found, 0, sizeof *found);
-        return zero;
-    }
-    wi = cohsm__to_frame(s, cohsm__v3_load(found->direction));
-    r = cohsm__respond(s, wi);
-    if (e->split) {
-        f = by_light ? r.diffuse : r.specular;
-        pdf = by_light ? c * found->pdf : (1.0f - c) * r.specular_pdf;
-    } else {
-        f = cohsm__v3_add(r.diffuse, r.specular);
-        pdf = c * found->pdf + (1.0f - c) * cohsm__brdf_pdf(s, &r);
-    }
-    if (!(wi.z > 0.0f) || !(pdf > 0.0f)) return zero;
-    f = cohsm__v3_scale(cohsm__v3_mul(f, cohsm__v3_load(found->radiance)), wi.z / pdf);
-    return cohsm__v3_finite(f) ? f : zero;
-}
-
-#define COHSM__SAMPLE_BLOCK 32u
-
-/* Large maps do not fit the cache: asks for what the light samples of a block will read, one dependency at a time. */
-static void cohsm__environment_warm(const cohsm__estimator *e, float (*u)[3], uint32_t count)
-{
-    const cohsm_emitter *l = e->aim.light;
-    uint32_t k, w = l->desc.width, h = l->desc.height;
-    size_t at[COHSM__SAMPLE_BLOCK];
-    float unused;
-
-    if (l->desc.shape != COHSM_SHAPE_ENVIRONMENT || !(cohsm__cdf2_total(&l->cdf) > 0.0)) return;
-    for (k = 0; k < count; k++) {
-        uint32_t y = cohsm__invert(l->cdf.rows, l->guide, h, u[k][1], &unused);
-        at[k] = (size_t)y * w;
-        if (!(u[k][0] < e->light_share)) continue;
-        COHSM__PREFETCH(l->guide + h + at[k] + cohsm__cell(u[k][0] / e->light_share, w));
-    }
-    for (k = 0; k < count; k++) {
-        uint32_t x;
-        if (!(u[k][0] < e->light_share)) continue;
-        x = l->guide[h + at[k] + cohsm__cell(u[k][0] / e->light_share, w)];
-        COHSM__PREFETCH(l->cdf.sums + at[k] + at[k] / w + x);
-        COHSM__PREFETCH(l->desc.texels + (at[k] + x) * 3u);
-    }
-}
-
-static const float *cohsm__row(const float *base, size_t stride, size_t i)
-{
-    return (const float *)(const void *)((const char *)base + (stride ? stride : 12u) * i);
-}
-
-static const cohsm_material *cohsm__material_at(const cohsm_points *p, size_t i)
-{
-    return (const cohsm_material *)(const void *)((const char *)p->materials + p->material_stride * i);
-}
-
-static cohsm_result cohsm__points_check(const cohsm_points *p)
-{
-    size_t i;
-
-    if (p->count == 0) return COHSM_OK;
-    if (!p->positions || !p->normals || !p->materials || !cohsm__stride_valid(p->position_stride, 12) ||
-        !cohsm__stride_valid(p->normal_stride, 12) || !cohsm__stride_valid(p->view_stride, 12) ||
-        !cohsm__stride_valid(p->tangent_stride, 12) || p->material_stride % sizeof(void *) ||
-        (p->material_stride && p->material_stride < sizeof(cohsm_material)))
-        return COHSM_ERR_ARGUMENT;
-    for (i = 0; i < p->count; i++) {
-        if (!cohsm__v3_finite(cohsm__v3_load(cohsm__row(p->positions, p->position_stride, i))) ||
-            !cohsm__is_unit(cohsm__row(p->normals, p->normal_stride, i)) ||
-            (p->views && !cohsm__is_unit(cohsm__row(p->views, p->view_stride, i))) ||
-            (p->tangents && !cohsm__is_unit(cohsm__row(p->tangents, p->tangent_stride, i))))
-            return COHSM_ERR_ARGUMENT;
-        if ((i == 0 || p->material_stride) && !cohsm__material_valid(cohsm__material_at(p, i)))
-            return COHSM_ERR_DESC;
-    }
-    return COHSM_OK;
-}
-
-/* All samples of one point, the first of which is number at. Returns how many have a weight. */
-static size_t cohsm__sample_point(const cohsm__estimator *e, uint32_t pixel, const cohsm_samples *out, size_t at)
-{
-    uint32_t count = e->desc->samples, k, b, block;
-    int third = e->aim.light->desc.shape == COHSM_SHAPE_CALLBACK;
-    float u[COHSM__SAMPLE_BLOCK][3], scale = 1.0f / (float)count;
-    size_t useful = 0;
-
-    for (k = 0; k < count; k += block) {
-        block = count - k < COHSM__SAMPLE_BLOCK ? count - k : COHSM__SAMPLE_BLOCK;
-        if (e->reachable) {
-            for (b = 0; b < block; b++) cohsm__numbers(e->desc, pixel, k + b, third, u[b]);
-            cohsm__environment_warm(e, u, block);
-        }
-        for (b = 0; b < block; b++, at++) {
-            cohsm__v3 weight = cohsm__v3_make(0.0f, 0.0f, 0.0f);
-            cohsm_emission found;
-
-            memset(&found, 0, sizeof found);
-            if (e->reachable) weight = cohsm__v3_scale(cohsm__estimate(e, u[b], &found), scale);
-            if (!(found.pdf > 0.0f)) {
-                cohsm__v3_store(found.direction, e->surface.n);
-                found.distance = COHSM_INFINITY;
-            }
-            useful += weight.x + weight.y + weight.z > 0.0f;
-            memcpy(out->directions + at * 3u, found.direction, sizeof found.direction);
-            out->distances[at] = found.distance;
-            if (out->coords) memcpy(out->coords + at * 3u, found.coords, sizeof found.coords);
-            cohsm__v3_store(out->weights + at * 3u, weight);
-        }
-    }
-    return useful;
-}
-
-COHSM_DEF cohsm_result cohsm_sample(const cohsm_sample_desc *desc, const cohsm_emitter *light,
-                                    const cohsm_points *points, const cohsm_samples *out, size_t *useful)
-{
-    cohsm_result result;
-    size_t i, n = 0, total;
-
-    if (!desc || !light || !points || !out || !out->directions || !out->distances || !out->weights)
-        return COHSM_ERR_ARGUMENT;
-    if (desc->samples == 0 || desc->samples > 65536u || (unsigned)desc->sampling > (unsigned)COHSM_SAMPLING_PAPER)
-        return COHSM_ERR_DESC;
-    if (!cohsm__mul_size(points->count, (size_t)desc->samples * 12u, &total)) return COHSM_ERR_ARGUMENT;
-    result = cohsm__points_check(points);
-    if (result != COHSM_OK) return result;
-    for (i = 0; i < points->count; i++) {
-        cohsm__estimator e;
-        const float *normal = cohsm__row(points->normals, points->normal_stride, i);
-        const float *view = points->views ? cohsm__row(points->views, points->view_stride, i) : normal;
-        const float *tangent = points->tangents ? cohsm__row(points->tangents, points->tangent_stride, i) : NULL;
-        const float *p = cohsm__row(points->positions, points->position_stride, i);
-
-        cohsm__surface_init(&e.surface, cohsm__material_at(points, i), cohsm__v3_load(normal), tangent,
-                            cohsm__v3_load(view));
-        e.reachable = cohsm__aim_at(&e.aim, light, cohsm__v3_load(p)) && !e.surface.black;
-        cohsm__estimator_init(&e, desc, light);
-        n += cohsm__sample_point(&e, points->pixels ? points->pixels[i] : (uint32_t)i, out, i * desc->samples);
-    }
-    if (useful) *useful = n;
-    return COHSM_OK;
-}
-
-COHSM_DEF cohsm_result cohsm_accumulate(size_t count, uint32_t samples, const float *weights, const float *visibility,
-                                        float *radiance, size_t radiance_stride)
-{
-    size_t i, c, at = 0;
-    uint32_t k;
-
-    if (samples == 0 || (count && (!weights || !radiance)) || !cohsm__stride_valid(radiance_stride, 12))
-        return COHSM_ERR_ARGUMENT;
-    for (i = 0; i < count; i++) {
-        float *out = (float *)(void *)((char *)radiance + (radiance_stride ? radiance_stride : 12u) * i);
-        double sum[3] = { 0.0, 0.0, 0.0 };
-
-        for (k = 0; k < samples; k++, at++) {
-            const float *w = weights + at * 3u;
-            double v;
-            if (w[0] == 0.0f && w[1] == 0.0f && w[2] == 0.0f) continue;
-            v = visibility ? (double)visibility[at] : 1.0;
-            if (!(v > 0.0)) continue;      /* COHSM_REFUSED too */
-            for (c = 0; c < 3; c++) sum[c] += v * (double)w[c];
-        }
-        for (c = 0; c < 3; c++) out[c] += (float)sum[c];
-    }
-    return COHSM_OK;
-}
-
-COHSM_DEF cohsm_result cohsm_progressive_reset(cohsm_progressive *p)
-{
-    size_t i;
-    if (!p || (p->count && !p->sums)) return COHSM_ERR_ARGUMENT;
-    for (i = 0; i < p->count; i++) p->sums[i] = 0.0;
-    p->frames = 0;
-    return COHSM_OK;
-}
-
-COHSM_DEF cohsm_result cohsm_progressive_add(cohsm_progressive *p, const float *frame)
-{
-    size_t i;
-    if (!p || (p->count && (!p->sums || !frame)) || p->frames == UINT32_MAX) return COHSM_ERR_ARGUMENT;
-    for (i = 0; i < p->count; i++) p->sums[i] += (double)frame[i];
-    p->frames++;
-    return COHSM_OK;
-}
-
-COHSM_DEF cohsm_result cohsm_progressive_mean(const cohsm_progressive *p, float *mean)
-{
-    size_t i;
-    if (!p || (p->count && (!p->sums || !mean)) || p->frames == 0) return COHSM_ERR_ARGUMENT;
-    for (i = 0; i < p->count; i++) mean[i] = (float)(p->sums[i] / (double)p->frames);
-    return COHSM_OK;
-}
-
-/* ---- >>sampling: BRDFs one by one ------------------------------------------------------------------------------ */
-
-static cohsm_result cohsm__brdf_prepare(cohsm__surface *s, const cohsm_material *m, const float *normal,
-                                        const float *tangent, const float *wo)
-{
-    if (!m || !normal || !wo || !cohsm__is_unit(normal) || !cohsm__is_unit(wo) || (tangent && !cohsm__is_unit(tangent)))
-        return COHSM_ERR_ARGUMENT;
-    if (!cohsm__material_valid(m)) return COHSM_ERR_DESC;
-    cohsm__surface_init(s, m, cohsm__v3_load(normal), tangent, cohsm__v3_load(wo));
-    return COHSM_OK;
-}
-
-static void cohsm__brdf_result(const cohsm__surface *s, cohsm__v3 wi, float *f, float *pdf)
-{
-    cohsm__response r = cohsm__respond(s, wi);
-    cohsm__v3_store(f, cohsm__v3_add(r.diffuse, r.specular));
-    *pdf = s->black ? 0.0f : cohsm__brdf_pdf(s, &r);
-}
-
-COHSM_DEF cohsm_result cohsm_brdf_eval(const cohsm_material *material, const float normal[3], const float tangent[3],
-                                       const float wo[3], const float wi[3], float f[3], float *pdf)
-{
-    cohsm__surface s;
-    cohsm_result result = cohsm__brdf_prepare(&s, material, normal, tangent, wo);
-
-    if (result != COHSM_OK) return result;
-    if (!wi || !f || !pdf || !cohsm__is_unit(wi)) return COHSM_ERR_ARGUMENT;
-    cohsm__brdf_result(&s, cohsm__to_frame(&s, cohsm__v3_normalize(cohsm__v3_load(wi))), f, pdf);
-    return COHSM_OK;
-}
-
-COHSM_DEF cohsm_result cohsm_brdf_sample(const cohsm_material *material, const float normal[3],
-                                         const float tangent[3], const float wo[3], const float u[2], float wi[3],
-                                         float f[3], float *pdf)
-{
-    cohsm__surface s;
-    cohsm__v3 w;
-    cohsm_result result = cohsm__brdf_prepare(&s, material, normal, tangent, wo);
-
-    if (result != COHSM_OK) return result;
-    if (!u || !wi || !f || !pdf || !cohsm__in(u[0], 0.0f, COHSM__BELOW_1) ||
-        !cohsm__in(u[1], 0.0f, COHSM__BELOW_1))
-        return COHSM_ERR_ARGUMENT;
-    w = cohsm__brdf_draw(&s, s.diffuse_share, u[0], u[1]);
-    cohsm__brdf_result(&s, w, f, pdf);
-    cohsm__v3_store(wi, *pdf > 0.0f ? cohsm__from_frame(s.t, s.b, s.n, w) : s.n);
-    return COHSM_OK;
-}
-
-/* >>> shared fp_end: written by tools/stamp from src/shared, edit there */
 
 /* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)
 #pragma GCC pop_options
 #endif
 
-/* <<< shared */
+/* ==== src/csm/end.h ==== */
 
 #endif /* CSM_IMPLEMENTATION */
 

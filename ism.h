@@ -2,19 +2,20 @@
 
    What it does
 
-   Turns lit surface points (the texels of a reflective shadow map, points on lamps, directions of a sky) into a
-   thousand virtual point lights (VPLs), gives each a small hemispherical depth map made of a few thousand points
-   scattered over all triangles, and shades pixels or any list of points with them. After Ritschel, Eisemann, Ha, Kim
-   and Seidel, "Making Imperfect Shadow Maps View-Adaptive", Computer Graphics Forum 30(8), 2011: VPLs are chosen by
-   what they do to the picture, points are dense where they shadow what the picture shows. Scene, light and camera may
-   all change from frame to frame.
+   Turns lit surface points (the texels of a reflective shadow map, points on lamps, directions of a sky) into
+   a thousand virtual point lights (VPLs), gives each a small hemispherical depth map made of a few thousand
+   surfels scattered over all triangles, and shades pixels or any list of points with them. After Ritschel,
+   Eisemann, Ha, Kim and Seidel, "Making Imperfect Shadow Maps View-Adaptive", Computer Graphics Forum 30(8),
+   2011: VPLs are chosen by what they do to the picture, surfels are dense where they shadow what the picture
+   shows. Scene, light and camera may all change from frame to frame.
 
    What it does not do
 
    - No direct light and no reflective shadow maps: you render those, and hand over plain arrays.
-   - Each VPL's depth map is coarse (64 x 64 texels from 8,192 points): single indirect shadows are blurred and leak;
-     the sum over a thousand VPLs is what counts. docs/ism.md has pictures and figures.
-   - Surfaces that receive are diffuse; VPLs are diffuse or cosine-power lobes.
+   - Each VPL's depth map is coarse (64 x 64 texels from 8,192 surfels): single indirect shadows are blurred
+     and leak; the sum over a thousand VPLs is what counts. docs/ism.md has pictures, docs/measured/ism.md
+     figures.
+   - Surfaces that receive light are diffuse; VPLs are diffuse or cosine-power lobes.
    - No file access, no threads of its own.
 
    Quick start
@@ -24,24 +25,45 @@
        #define ISM_IMPLEMENTATION
        #include "ism.h"
        #include <stdio.h>
+       #include <string.h>
 
        int main(void)
        {
-           // a lit floor texel of 1 m^2 (flux = albedo x irradiance x area), and two receivers under the ceiling,
-           // one of them above a table top
+           // a lit floor texel of 1 m^2 (flux = albedo x irradiance x area), and two receivers under the
+           // ceiling, one of them above a table top
            static const float corners[] = { 1, 1, -1,  3, 1, -1,  3, 1, 1,  1, 1, 1 };
            static const uint32_t triangles[] = { 0, 2, 1,  0, 3, 2 };
            const float at[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 }, flux[3] = { 1.5f, 1.5f, 1.5f };
-           const float points[6] = { -4, 2, 0,  4, 2, 0 }, down[6] = { 0, -1, 0,  0, -1, 0 };
-           ism_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL };
-           ism_source source = { ISM_SOURCE_SURFACE, 1, 1, at, up, flux, NULL, NULL, 0, 1, 0 };
-           ism_view view = { points, down, NULL, NULL, 0, 2, 1, { 0 }, 0 };
-           ism_frame frame = { &mesh, &source, 1, &view, 0 };
-           ism_desc desc = { 0 };
+           const float positions[6] = { -4, 2, 0,  4, 2, 0 }, down[6] = { 0, -1, 0,  0, -1, 0 };
+           ism_desc desc;
+           ism_mesh mesh;
+           ism_source source;
+           ism_points points;
+           ism_frame frame;
            float light[6];
            ism_maps *maps;
 
+           memset(&desc, 0, sizeof desc);
+           memset(&mesh, 0, sizeof mesh);
+           memset(&source, 0, sizeof source);
+           memset(&points, 0, sizeof points);
+           memset(&frame, 0, sizeof frame);
            desc.vpl_count = 1;
+           mesh.positions = corners;
+           mesh.vertex_count = 4;
+           mesh.indices = triangles;
+           mesh.index_count = 6;
+           source.width = source.height = 1;
+           source.positions = at;
+           source.normals = up;
+           source.fluxes = flux;
+           points.count = 2;
+           points.positions = positions;
+           points.normals = down;
+           frame.mesh = &mesh;
+           frame.sources = &source;
+           frame.source_count = 1;
+           frame.points = &points;
            if (ism_create(&desc, &maps) != ISM_OK) return 1;
            if (ism_render(maps, &frame, NULL, light, NULL) != ISM_OK) return 1;
            printf("open side %g W/m^2, behind the table top %g\n", (double)light[0], (double)light[3]);
@@ -51,73 +73,115 @@
 
    Conventions
 
-   Right-handed; matrices are column-major float[16]; directions have unit length and point from the surface to the
-   light; distances in your units (m below), angles in radians; radiance W/(sr m^2), irradiance W/m^2, flux W.
+   Right-handed; matrices are column-major float[16]; directions point from the surface to the light; vectors
+   called unit may be 0.97 to 1.03 long and are used as they are; distances in your units (m below), angles in
+   radians; radiance W/(sr m^2), irradiance W/m^2, flux W.
 
-     pVPL       a point that might become a light: position, normal, reflected flux. A source is a grid of them
+     pVPL       a texel of a source, which might become a light: position, normal, reflected flux
      BRSM       bidirectional reflective shadow map: a source's importances, flux times effect on the picture
      VPL        a pVPL that was chosen, its flux divided by N and by the probability of the choice
-     tile       the depth map of one VPL: tile_size^2 texels of the hemisphere about its normal; the atlas has all
+     tile       the depth map of one VPL: tile_side^2 texels of the hemisphere about its normal; the atlas has
+                all of them
      surfel     a point of a triangle as an occluder: a disc of the area that the point stands for
-     receiver   a point that is shaded: a pixel of the view
-     view sample a receiver that was drawn at random to estimate an effect on the picture
+     receiver   a point that is lit: a pixel of the view, or an element of any list
+     near point a light of a second, finer choice, which takes the place of VPLs that are close to a receiver
 
    How it works
 
-     sources -> importance -> prefix sums -> VPLs            ism_choose      paper 4
-     mesh    -> solid angles -> prefix sums -> points        ism_build       paper 5; each VPL's own by what it sees too
-     points  -> discs in tiles -> pull and push -> atlas     ism_build       paper 3.3, 6.1
-     VPLs, atlas, receivers -> light -> blur                 ism_shade       paper 6.2
+     sources -> importance -> prefix sums -> VPLs            ism_choose
+     mesh    -> solid angles -> prefix sums -> surfels       ism_build (ism_scatter alone makes no maps)
+     surfels -> discs in tiles -> pull and push -> atlas     ism_build
+     VPLs, atlas, receivers -> light -> blur                 ism_shade
 
-       atlas: ceil(sqrt(N)) tiles a side           tile: the square holds the hemisphere
-       +----+----+----+----+                       +---------+  a disc of the unit hemisphere seen from above
-       | v0 | v1 | v2 | v3 |                       |  ,---.  |  (COSINE), stretched to fill the square (Shirley and
-       +----+----+----+----+                       | ( axis) |  Chiu's concentric map): every texel has the same
-       | v4 | v5 | ...                             |  `---'  |  share of the light that leaves a diffuse VPL
-       +----+----                                  +---------+
+       atlas: ceil(sqrt(N)) tiles a side       tile: the square holds the hemisphere
+       +----+----+----+----+                   +---------+  a disc of the unit hemisphere seen from above
+       | v0 | v1 | v2 | v3 |                   |  ,---.  |  (COSINE), stretched to fill the square (Shirley
+       +----+----+----+----+                   | ( axis) |  and Chiu's concentric map): every texel has the
+       | v4 | v5 | ...                         |  `---'  |  same share of the light that leaves a diffuse VPL
+       +----+----                              +---------+
 
-   Texels are dealt out anew then: all but a rim of 8 of 64 a side go to the window, that part of the square in which
-   the picture lies (ism_zoom).
+   Texels are dealt out anew then: all but a rim of 8 of 64 a side go to the window, that part of the square
+   in which the picture lies (ism_zoom). Each surfel lies in exactly one VPL's list.
 
-   Each point lies in exactly one VPL's list. The knobs, and what each trades:
+   From the paper to the code
 
-     vpl_count   fewer: blotches where VPLs are near a surface; time and memory are proportional to it
-     points      fewer: shadows of small things blur and vanish; memory 12 bytes each, times vpl_count
-     spread      PAIR spends most points on what both the picture and the VPL see; the others are the papers'
-     tile_size   smaller: light leaks round corners, contact shadows vanish
-     window_rim  less: coarser maps of what the picture does not show; more: of what it shows
-     pattern     larger: 1 / pattern^2 of the shading time, and details of indirect shadows blurred over pattern pixels
-     bias        less: acne; more: light leaks in corners
-     lazy        renewing all points every frame adapts at once, and flickers
+     section 3.2          importance by flux, as before the paper       ism__add_shares       T41
+     section 3.3          points drawn into the maps of all VPLs        ism__draw_points      T48, T50
+     section 3.3          pull and push                                 ism__pull, ism__fill  T49
+     section 4, figure 3  bidirectional importance by few receivers     ism__estimate         T41
+     section 4            flux over N and probability                   ism__make_vpl         T41
+     section 4.1          prefix sums, VPL i at i / N                   ism__draw             T15, T16
+     section 4.2          receivers near the texel's place              ism__to_pixel,
+                                                                        ism__estimate         T41
+     section 5.1, fig. 6  solid angle of triangles, prefix sums         ism_solid_angle,
+                                                                        ism__make_cdf         T52, T53
+     section 5.1          a surfel's place in its triangle              ism__triangle_map     T51
+     section 5.2          eight receivers for each triangle             ism__triangle_effect  T53
+     section 5.3          an eighth of the surfels a frame              ism__points_of        T54, T57
+     section 6.1          maps of equal flux, of lobes                  ism_map_direction,
+                                                                        ism_map_coordinates   T46, T47
+     section 6.2          subsets of VPLs, blur along surfaces          ism__shade_pixel,
+                                                                        ism__smooth_pixel     T56
+     section 6.4          dithered opacity                              ism_dither            T58
+     section 6.5          blur of the BRSM                              ism__blur_task        T41
+     section 6.5          VPLs between texels                           ism__inter_texel      T55
+     [RGK*08]             the next bounce, from imperfect RSMs          ism_bounce            T45
+     -                    light close to a VPL                          ism__patch_kernel     T42..T44
+     -                    clusters of triangles, seen by a VPL          ism__cluster_effect
+     -                    windows                                       ism_zoom, ism_unzoom
+     -                    near points                                   ism_near_points
+
+   docs/ism.md lists where and why the code departs from the paper.
+
+   Knobs, and what each trades
+
+     vpl_count     fewer: blotches where VPLs are near a surface; time and memory are proportional to it
+     surfel_count  fewer: shadows of small things blur and vanish; memory 12 bytes each, times vpl_count
+     spread        PAIR spends most surfels on what both the picture and the VPL see; others are the papers'
+     tile_side     smaller: light leaks round corners, contact shadows vanish
+     window_rim    less: coarser maps of what the picture does not show; more: of what it shows
+     pattern       larger: 1 / pattern^2 of the shading time, and details of indirect shadows blurred over
+                   pattern pixels
+     bias          less: acne; more: light leaks in corners
+     lazy_frames   renewing all surfels every frame (1) adapts at once, and flickers
 
    Configuration
 
      ISM_IMPLEMENTATION   in one source file: compiles the code
-     ISM_STATIC           everywhere it is included: a private copy, all functions static
+     ISM_STATIC           beside it: a private copy, all functions static
      ISM_DEF              everywhere: your own linkage instead
      ISM_NO_SIMD          with the implementation: portable code only (results are the same to the bit)
 
    Memory, errors, threads, determinism
 
-   All memory comes from the allocator in the desc, called from the thread that called us. It grows to the largest frame
-   and is kept, in bytes, with less than 8 KB besides:
+   All memory comes from the allocator in desc.system, called from the thread that called us. It grows to the
+   largest frame and is kept, in bytes, with less than 8 KB besides:
 
-     12 N points + 4 A + 4 A (if keep_hits) + 2444 tile_size^2 + 16 triangles + 820 clusters of triangles, of which
-     there are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 244 N + 112.25 N near_points,
-     A = (ceil(sqrt(N)) tile_size)^2                       1024 VPLs, 8192 points, 64^2 texels: 101 + 17 + 12 MB
+     12 N surfels + 4 A + 4 A (if keep_hits) + 2444 tile_side^2 + 16 triangles + 820 clusters of triangles, of
+     which there are 32,768 at most, + 20 pVPLs + 16 rows of pVPLs + 4 pixels + 244 N + 112.25 N near points,
+     A = (ceil(sqrt(N)) tile_side)^2               1024 VPLs, 8192 surfels, 64^2 texels: 101 + 17 + 12 MB
 
-   While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 64 N more.
+   While ism_shade runs: 12 pixels + 12 pixels (if interleaved) + 32 for each block of 16 x 16 pixels + 64 N
+   more.
 
-   Every function that can fail returns an ism_result; where it is not ISM_OK, outputs are untouched and nothing leaks.
-   There are no globals; one ism_maps belongs to one thread at a time, but const calls may run together. Results are
-   equal to the bit for the same input, seed and frame index, on every compiler, processor and thread count (not with
-   x87 arithmetic, nor with clang's -ffast-math).
+   Every function that can fail returns an ism_result; if it is not ISM_OK, outputs are untouched and nothing
+   leaks, and desc.system.log gets a line that says which field or element is wrong. There are no globals; one
+   ism_maps belongs to one thread at a time, but const calls may run together. Results are equal to the bit
+   for the same input, seed and frame index, on every compiler, processor and thread count (not with x87
+   arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/performance.md and build/bench ism.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef ISM_H
 #define ISM_H
 
 #define ISM_VERSION 900 /* major * 10000 + minor * 100 + patch */
+
+#if !defined(__cplusplus) && !defined(_MSC_VER) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#error "ism.h needs C99 or C++11"
+#endif
+#if defined(ISM_STATIC) && !defined(ISM_IMPLEMENTATION)
+#error "ISM_STATIC makes all functions private: ISM_IMPLEMENTATION belongs into the same file"
+#endif
 
 #include <stddef.h>
 #include <stdint.h>
@@ -134,17 +198,23 @@
 extern "C" {
 #endif
 
-/* ---- results ---- */
+/* ==== src/ism/api.h ==== */
+
+/* ---- page one: enough to light a picture ---- */
 
 #define ISM_RESULTS(X)                                                                                       \
     X(ISM_OK, "ok")                                                                                          \
-    X(ISM_ERR_ARGUMENT, "an argument is NULL, zero, not finite or out of range")                             \
-    X(ISM_ERR_DESC, "a desc field is out of range")                                                          \
-    X(ISM_ERR_INPUT, "the mesh, a source or the view cannot be used")                                        \
+    X(ISM_ERR_ARGUMENT, "a pointer is NULL, or a count or stride is out of range")                           \
+    X(ISM_ERR_DESC, "a field of a desc is out of range")                                                     \
+    X(ISM_ERR_INPUT, "the data cannot be used")                                                              \
     X(ISM_ERR_ALLOC, "the allocator returned no memory")                                                     \
+    X(ISM_ERR_MEMORY, "the caller's memory is too small or misaligned")                                      \
     X(ISM_ERR_LIMIT, "a size overflows or passes a limit")                                                   \
     X(ISM_ERR_CANCELLED, "cancelled by the progress callback")                                               \
-    X(ISM_ERR_ORDER, "an earlier stage has not run")
+    X(ISM_ERR_ORDER, "this call comes too early, too late or twice")                                         \
+    X(ISM_ERR_FORMAT, "not a file of this kind, or a damaged one")                                           \
+    X(ISM_ERR_VERSION, "a file of an unknown version")                                                       \
+    X(ISM_ERR_MISMATCH, "what was given does not belong together")
 
 typedef enum ism_result {
 #define ISM__ENUM(name, text) name,
@@ -153,361 +223,444 @@ typedef enum ism_result {
     ISM_RESULT_COUNT
 } ism_result;
 
+typedef struct ism_maps ism_maps;       /* VPLs, surfels and atlas, kept from frame to frame */
+typedef struct ism_desc ism_desc;       /* how many VPLs, how large their maps: ---- settings ---- */
+typedef struct ism_shading ism_shading; /* how receivers are shaded: ---- settings ---- */
+typedef struct ism_stats ism_stats;     /* what a call counted: ---- settings ---- */
+typedef struct ism_frame ism_frame;     /* what a frame is made of: below */
+
+ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out);
+/* Makes maps, which ism_free takes back.
+   desc     NULL = all defaults
+   out      written on ISM_OK only
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_ALLOC, ISM_ERR_LIMIT */
+
+ISM_DEF ism_result ism_render(ism_maps *maps, const ism_frame *frame, const ism_shading *shading, float *out,
+                              ism_stats *stats);
+/* Lights the frame's receivers: ism_choose, ism_build and ism_shade in one call.
+   shading  NULL = all defaults
+   out      3 floats for each receiver: irradiance in W/m^2, or radiance in W/(sr m^2) if the receivers have
+            albedos; untouched on failure
+   stats    may be NULL
+   Errors   those of the three */
+
+ISM_DEF void ism_free(ism_maps *maps);
+/* Takes back maps and their memory; NULL is allowed. */
+
 ISM_DEF const char *ism_result_text(ism_result result);
-/* A constant string for any value, "unknown result" beyond the list. */
+/* Returns a constant string for any value, "unknown result" beyond the list. */
 
-/* ---- memory, threads, progress: the caller's ---- */
+typedef struct ism_mesh {           /* the triangles that cast shadows, lit ones too, in world space, as of
+                                       this frame */
+    const float    *positions;      /* x, y, z of each vertex */
+    size_t          vertex_count;
+    size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
+    const uint32_t *indices;        /* three to a triangle; NULL = indices16, or else 0, 1, 2, ... */
+    size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
+    const uint16_t *indices16;      /* in place of indices; not both */
+    const float    *opacities;      /* 0..1 of each triangle, which is drawn for that share of the VPLs; NULL
+                                       = opaque */
+    const float    *albedos;        /* r, g, b of each triangle, for ism_bounce alone; NULL = 0.5 */
+} ism_mesh;
 
-typedef struct ism_allocator {      /* all zero = malloc and free; else both functions */
-    void *(*alloc_fn)(size_t size, void *user);   /* aligned like malloc's (8 bytes suffice), or NULL */
+typedef enum ism_source_kind {
+    ISM_SOURCE_DEFAULT,             /* = ISM_SOURCE_SURFACE */
+    ISM_SOURCE_SURFACE,             /* texels of a reflective shadow map, points on lamps */
+    ISM_SOURCE_DIRECTIONS,          /* a sky: positions are unit directions to it, fluxes radiance x solid
+                                       angle, W/m^2. Its VPLs' maps are orthographic maps of the mesh's
+                                       bounding sphere */
+    ISM_SOURCE_COUNT
+} ism_source_kind;
+
+typedef struct ism_source {         /* a grid of points that send light on (pVPLs): a lit surface, a lamp or a
+                                       sky */
+    ism_source_kind kind;
+    uint32_t     width, height;     /* of the grid; a plain list has height 1 and is scattered */
+    int          scattered;         /* not 0: grid neighbours are no neighbours in space, and are not mixed */
+    const float *positions;         /* x, y, z of each */
+    size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
+    const float *normals;           /* unit; not asked of directions */
+    size_t       normal_stride;     /* as position_stride */
+    const float *fluxes;            /* r, g, b: what leaves the surface behind each texel; 0 where there is
+                                       none */
+    size_t       flux_stride;       /* as position_stride */
+    const float *areas;             /* m^2 of surface behind each texel; NULL = estimated from the VPLs'
+                                       distances */
+    size_t       area_stride;       /* bytes, a multiple of 4; 0 = 4 */
+    const float *lobes;             /* axis x, y, z (unit) and exponent 0..1e5 of each: its intensity goes as
+                                       cos^exponent about the axis. NULL = diffuse, which is exponent 1 about
+                                       the normal */
+    size_t       lobe_stride;       /* bytes, a multiple of 4, >= 16; 0 = 16 */
+} ism_source;
+
+typedef enum ism_rows {             /* which row of a picture in memory comes first */
+    ISM_ROWS_DEFAULT,               /* = ISM_ROWS_BOTTOM_FIRST */
+    ISM_ROWS_BOTTOM_FIRST,          /* the row at clip y = -1, as in OpenGL and Vulkan */
+    ISM_ROWS_TOP_FIRST,             /* the row at clip y = +1, as in Direct3D and Metal */
+    ISM_ROWS_COUNT
+} ism_rows;
+
+typedef struct ism_points {         /* receivers: pixels of a picture, row by row, or any list */
+    size_t       count;             /* at most 2^28 */
+    const float *positions;         /* x, y, z of each */
+    size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
+    const float *normals;           /* unit; 0 0 0: no receiver, its result is 0 */
+    size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
+    const float *geometric_normals; /* unit, of the triangle without its shading normals, for the bias; NULL =
+                                       normals */
+    size_t       geometric_stride;  /* as normal_stride */
+    const float *albedos;           /* r, g, b of each; NULL: results are irradiances */
+    size_t       albedo_stride;     /* as normal_stride */
+    uint32_t     width;             /* pixels in a row, of which count is a multiple; 0 = a list */
+    float        matrix[16];        /* the camera's, world to clip, column-major; all 0 = unknown. Finds which
+                                       pixels lie near a texel of a source. Clip z is not asked */
+    ism_rows     rows;
+} ism_points;
+
+struct ism_frame {
+    const ism_mesh   *mesh;         /* NULL: nothing casts shadows */
+    const ism_source *sources;      /* faces of a cube map, several lights; NULL where source_count is 0 */
+    size_t            source_count;
+    const ism_points *points;       /* what is seen. VPLs are chosen for all of it: of few receivers, one very
+                                       near a light draws most VPLs to itself, and the others are noisy (right
+                                       on the mean) */
+    uint32_t          index;        /* counts frames: says which surfels are renewed */
+};
+
+/* ==== src/ism/api_settings.h ==== */
+
+/* ---- settings ---- */
+
+typedef struct ism_allocator {      /* all zero: malloc and free; else both functions */
+    void *(*alloc_fn)(size_t bytes, void *user);    /* aligned like malloc's (8 bytes suffice), or NULL */
     void (*free_fn)(void *memory, void *user);
     void *user;
 } ism_allocator;
 
 typedef void (*ism_task)(void *context, size_t index);
-typedef void (*ism_parallel_for)(void *user, size_t count, ism_task task, void *context);
-/* Must call task(context, i) once for each i < count, in any order and on any threads, and return when all are done. */
 
-typedef int (*ism_progress)(void *user, float fraction);
-/* Called between batches, from the thread that called us, fraction 0..1 of the running pass; a stage has several, and
-   each begins at 0 again. Not 0 cancels. */
+typedef struct ism_system {         /* all zero: malloc and free, this thread alone, no progress, no log */
+    ism_allocator allocator;        /* called from the thread that called us */
+    void (*parallel_for)(void *user, size_t count, ism_task task, void *context);
+    /* Must call task(context, i) once for each i < count, in any order and on any threads, and return when
+       all are done. What is computed does not depend on the threads. */
+    int (*progress)(void *user, float fraction);
+    /* Called from the thread that called us, fraction 0..1 never falling within a call; not 0 cancels. */
+    void (*log)(void *user, const char *message);
+    /* Called at most once by a call that fails, from the thread that called us, before it returns: one line
+       without a line end that names the function, the field or element, its value and its range. */
+    void *user;                     /* given to parallel_for, progress and log */
+} ism_system;
 
-/* ---- what comes in: occluders, lit points, receivers ---- */
-
-typedef struct ism_mesh {           /* triangles that throw shadows, lit ones too, in world space, as of this frame */
-    const float    *positions;      /* x, y, z of each vertex */
-    size_t          vertex_count;
-    size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
-    const uint32_t *indices;        /* three to a triangle; NULL = 0, 1, 2, ... */
-    size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
-    const float    *opacities;      /* NULL = opaque, or 0..1 of each triangle: in the maps of that share of VPLs */
-    const float    *albedos;        /* ism_bounce alone: r, g, b of each triangle; NULL = 0.5 */
-} ism_mesh;
-
-typedef enum ism_source_kind {
-    ISM_SOURCE_SURFACE,             /* texels of an RSM, points on lamps */
-    ISM_SOURCE_DIRECTIONS           /* a sky: positions are unit directions to it (others count as bad_pvpls and are
-                                       never chosen), fluxes radiance x solid angle, W/m^2; tiles are orthographic maps
-                                       of the mesh's bounding sphere */
-} ism_source_kind;
-
-typedef struct ism_source {         /* pVPLs; several sources may be given: faces of a cube, several lights */
-    ism_source_kind kind;
-    uint32_t     width, height;     /* grid of pVPLs; a plain list has height 1 and is scattered */
-    const float *positions;
-    const float *normals;           /* unit; NULL for directions */
-    const float *fluxes;            /* r, g, b, reflected (or, of lamps, emitted) by what the texel covers; 0 = none */
-    const float *lobes;             /* NULL: diffuse. Else axis x, y, z and exponent e >= 0 of each: intensity goes as
-                                       cos^e about the axis; diffuse is e = 1 about the normal */
-    const float *areas;             /* m^2 of surface behind each texel, for ISM_NEAR_PATCH; NULL: from VPLs' spacing */
-    size_t       stride;            /* bytes between positions, between normals, between fluxes; 0 = 12 */
-    int          scattered;         /* not 0: grid neighbours are no neighbours in space; neither blurred nor mixed */
-    size_t       area_stride;       /* bytes between areas, a multiple of 4; 0 = 4. Takes texels of rsm.h as they are */
-} ism_source;
-
-typedef struct ism_view {           /* what is shaded: pixels of a picture, row 0 first, or any list with height 1. VPLs
-                                       are chosen for all of it: of few receivers, one very near a light draws most VPLs
-                                       to itself, and the others are noisy (not wrong in the mean) */
-    const float *positions;
-    const float *normals;           /* unit shading normals; not near unit length: background, gives 0 */
-    const float *geometric;         /* unit face normals for the bias; NULL = normals */
-    const float *albedos;           /* r, g, b: the result is radiance; NULL: the result is irradiance */
-    size_t       stride;            /* bytes, of all four; 0 = 12 */
-    uint32_t     width, height;
-    float        matrix[16];        /* world to clip, x, y and w alone are used: guided view samples, inter-texel
-                                       weights; all 0: unknown */
-    int          clip_top_first;    /* not 0: row 0 is at clip y = +1 (Direct3D, Metal; OpenGL's rows turned round); 0:
-                                       at clip y = -1 (OpenGL, Vulkan) */
-} ism_view;
-
-typedef struct ism_frame {
-    const ism_mesh   *mesh;         /* NULL: nothing throws shadows */
-    const ism_source *sources;
-    size_t            source_count;
-    const ism_view   *view;
-    uint32_t          index;        /* counts frames: which points are renewed, and all random numbers if not stable */
-} ism_frame;
-
-/* ---- desc ---- */
-
-typedef enum ism_importance {
+typedef enum ism_importance {       /* by what VPLs are chosen among the texels of sources */
     ISM_IMPORTANCE_DEFAULT,         /* = ISM_IMPORTANCE_GUIDED */
-    ISM_IMPORTANCE_FLUX,            /* the power that leaves the pVPL (paper 3.2) */
-    ISM_IMPORTANCE_BRSM,            /* times its mean effect on view samples of a jittered grid (paper 4.1) */
-    ISM_IMPORTANCE_GUIDED,          /* half of them drawn near its place in the picture (paper 4.2) */
+    ISM_IMPORTANCE_FLUX,            /* the power that leaves the texel (paper, section 3.2) */
+    ISM_IMPORTANCE_BRSM,            /* times its mean effect on receivers drawn from a jittered grid (section
+                                       4.1) */
+    ISM_IMPORTANCE_GUIDED,          /* half of these drawn near the texel's place in the picture (section
+                                       4.2) */
     ISM_IMPORTANCE_COUNT
 } ism_importance;
 
-typedef enum ism_spread {           /* how points are spread over triangles */
+typedef enum ism_spread {           /* how surfels are spread over triangles */
     ISM_SPREAD_DEFAULT,             /* = ISM_SPREAD_PAIR */
-    ISM_SPREAD_AREA,                /* evenly (imperfect shadow maps of 2008) */
-    ISM_SPREAD_VIEW_1,              /* by solid angle from one view sample for all (paper 5.1) */
-    ISM_SPREAD_VIEW_8,              /* from 8 view samples for each triangle (paper 5.2) */
-    ISM_SPREAD_PAIR,                /* and from the VPL that the points are for, by the geometric mean of both */
+    ISM_SPREAD_AREA,                /* evenly, as in imperfect shadow maps of 2008 */
+    ISM_SPREAD_VIEW_1,              /* by solid angle, seen from one receiver for all triangles (section
+                                       5.1) */
+    ISM_SPREAD_VIEW_8,              /* by solid angle, seen from 8 receivers for each triangle (section
+                                       5.2) */
+    ISM_SPREAD_PAIR,                /* by the geometric mean of that and of what the VPL sees */
     ISM_SPREAD_COUNT
 } ism_spread;
 
-typedef enum ism_projection {
+typedef enum ism_projection {       /* which direction a texel of a VPL's map shows */
     ISM_PROJECTION_DEFAULT,         /* = ISM_PROJECTION_COSINE */
-    ISM_PROJECTION_COSINE,          /* equal flux of a diffuse VPL in every texel (paper 6.1) */
-    ISM_PROJECTION_PARABOLOID,      /* the disc in the square; its corners are never used */
+    ISM_PROJECTION_COSINE,          /* every texel has an equal share of a diffuse VPL's flux (section 6.1) */
+    ISM_PROJECTION_PARABOLOID,      /* a disc in the square, whose corners are never used */
     ISM_PROJECTION_OCTAHEDRAL,      /* no trigonometry; texels of 0.6 to 1.7 times the mean solid angle */
-    ISM_PROJECTION_LOBE,            /* equal flux of the VPL's own cosine-power lobe in every texel */
+    ISM_PROJECTION_LOBE,            /* every texel has an equal share of the flux of the VPL's own lobe */
     ISM_PROJECTION_COUNT
 } ism_projection;
 
-typedef struct ism_desc {
+struct ism_desc {                   /* zero it, then set what you care about */
+    ism_system     system;          /* kept: the maps' later calls use it too */
     uint32_t       vpl_count;       /* N, 1..16384; 0 = 1024 */
-    uint32_t       points;          /* of each VPL, 8..65536; 0 = 8192 */
-    uint32_t       tile_size;       /* texels a side, power of two, 8..256; 0 = 64 */
+    uint32_t       surfel_count;    /* of each VPL, 8..65536; 0 = 8192 */
+    uint32_t       tile_side;       /* texels a side of a VPL's map, a power of two, 8..256; 0 = 64 */
     ism_importance importance;
     ism_spread     spread;
     ism_projection projection;
-    uint32_t       view_grid;       /* view samples of a pVPL: its square, 1..16; 0 = 4 */
-    uint32_t       brsm_blur;       /* radius in texels, <= 16; 0 = 5 % of the BRSM, at most 6. See no_brsm_blur */
-    uint32_t       lazy;            /* frames until all points are renewed, 1..64; 0 = 8 */
-    float          flux_share;      /* of the choice made by flux alone, above 0, <= 1; 0 = 0.1: no pVPL is forgotten */
-    float          area_share;      /* of the points spread evenly, above 0, <= 1; 0 = 0.2: no triangle is forgotten */
-    float          splat_scale;     /* area of discs over that of their points, above 0, <= 16; 0 = 1. Discs cut off at
-                                       their triangle's edges have 6 times that: they close the gaps between them */
-    int            no_brsm_blur;    /* not 0: importances are not blurred */
-    int            no_inter_texel;  /* not 0: VPLs snap to texel centres */
-    int            no_fill;         /* not 0: no pull and push; holes stay open */
-    int            unstable;        /* not 0: new random numbers every frame: means of frames converge; flickers */
-    int            vary_points;     /* not 0: weak VPLs take a half or a quarter of the points */
-    int            keep_hits;       /* not 0: needed by ism_bounce */
+    uint32_t       view_grid_side;  /* receivers that a texel's effect is estimated from: the grid's side,
+                                       1..16; 0 = 4 */
+    int32_t        blur_radius;     /* texels that effects are blurred over, at most 16; 0 = 5 % of the
+                                       source's shorter side, at most 6; negative = no blur */
+    uint32_t       lazy_frames;     /* frames until all surfels are renewed, 1..64; 0 = 8 */
+    float          flux_share;      /* of the choice made by flux alone, above 0, <= 1; 0 = 0.1: no texel is
+                                       forgotten */
+    float          area_share;      /* of the surfels spread evenly, above 0, <= 1; 0 = 0.2: no triangle is
+                                       forgotten */
+    float          splat_scale;     /* area of discs over that of their surfels, above 0, <= 16; 0 = 1. Discs
+                                       that are cut off at their triangle's edges have 6 times that, which
+                                       closes gaps between them */
+    int32_t        near_point_count;    /* of each VPL, which light in its place what is near, at most 64;
+                                       0 = 16; negative = none: ISM_NEAR_GATHER is ISM_NEAR_PATCH then */
+    int32_t        window_rim;      /* texels a side of a tile for what lies outside of its window (ism_zoom),
+                                       2..tile_side / 2; 0 = tile_side / 8, at least 2; negative = tiles have
+                                       no windows and show hemispheres evenly */
+    int            no_inter_texel;  /* not 0: VPLs lie at texel centres of their source, not between them
+                                       (section 6.5) */
+    int            no_fill;         /* not 0: holes of maps stay open, without pull and push (section 3.3) */
+    int            unstable;        /* not 0: new random numbers every frame: means of frames converge;
+                                       flickers */
+    int            vary_surfels;    /* not 0: weak VPLs take a half or a quarter of the surfels */
+    int            keep_hits;       /* not 0: the atlas keeps which triangles it shows, for ism_bounce */
     uint32_t       seed;
-    ism_allocator    allocator;
-    ism_parallel_for parallel_for;  /* NULL = this thread alone; the results are the same */
-    void            *parallel_user;
-    ism_progress     progress;      /* NULL = none */
-    void            *progress_user;
-    uint32_t       near_points;     /* of each VPL, in whose place they light what is near, 1..64; 0 = 16 */
-    int            no_near_points;  /* not 0: none; ISM_NEAR_GATHER then is ISM_NEAR_PATCH */
-    int            no_windows;      /* not 0: tiles show hemispheres evenly, not most of all what the picture shows */
-    uint32_t       window_rim;      /* texels a side of a tile for what lies outside of its window, 2..tile_size / 2;
-                                       0 = tile_size / 8, at least 2 */
-} ism_desc;                         /* zero it, then set what you care about */
-
-typedef struct ism_stats {          /* of the last run of each stage */
-    uint32_t vpls;                  /* less than N only where the sources are black */
-    uint32_t jumped;                /* VPLs that moved farther than a texel since the last frame */
-    uint64_t bad_pvpls;             /* not finite, negative, above 1e30, or directions and normals whose length is not
-                                       1 within 0.5 %: never chosen */
-    uint64_t skipped_triangles;     /* a vertex not finite, or no area */
-    uint64_t points, renewed;       /* all, and those of this frame */
-    uint64_t splats;                /* points written into tiles */
-    uint64_t wide_splats;           /* of them, discs that would be wider than they are far, and were cut */
-    uint64_t filled;                /* texels written by pull and push */
-    double   surface_area;          /* of the mesh, m^2 */
-    double   flux[3];               /* of all sources, W (surfaces alone) */
-    double   lost_energy;           /* share of the light that the rule for near VPLs took off, of mean of all channels;
-                                       by PATCH also what would have leaked through bent sheets */
-    double   culled;                /* share of VPL x block pairs that culling skipped */
-    size_t   bytes, peak_bytes;     /* asked of the allocator: now, and at most (from ism_shade: with its own) */
-    uint32_t near_points;           /* of the last ism_choose; 0 by ism_set_vpls */
-} ism_stats;
-
-/* ---- life ---- */
-
-typedef struct ism_maps ism_maps;   /* VPLs, points and atlas, kept from frame to frame */
-
-ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out);
-/* desc     NULL = all defaults
-   out      written on ISM_OK only; ism_free
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_ALLOC, ISM_ERR_LIMIT */
-
-ISM_DEF void ism_free(ism_maps *maps);       /* accepts NULL */
-
-/* ---- a frame in one call ---- */
+};
 
 typedef enum ism_near {             /* what is done about receivers close to a VPL */
     ISM_NEAR_DEFAULT,               /* = ISM_NEAR_GATHER */
-    ISM_NEAR_PATCH,                 /* the VPL becomes a square of its area, by its exact form factor; to receivers that
-                                       face it no brighter than a point: the backs of bent sheets do */
-    ISM_NEAR_SPHERE,                /* a virtual spherical light, Hasan et al. 2009 */
-    ISM_NEAR_CLAMP,                 /* cos cos / d^2 at most `clamp` */
-    ISM_NEAR_CLAMP_MEAN,            /* a VPL's light at a receiver at most `clamp` times the mean over its VPLs */
-    ISM_NEAR_NONE,                  /* as it is: bright specks */
-    ISM_NEAR_GATHER,                /* in place of the VPLs within reach, smoothly, the near points there: as many times
-                                       finer a list, of patches too. Without near points as PATCH */
+    ISM_NEAR_PATCH,                 /* the VPL becomes a square of its area, by its exact form factor; to
+                                       receivers that face the square no brighter than a point, as the backs
+                                       of bent sheets do */
+    ISM_NEAR_SPHERE,                /* the VPL becomes a virtual spherical light, Hasan et al. 2009 */
+    ISM_NEAR_CLAMP,                 /* cos cos / d^2 is `clamp` at most */
+    ISM_NEAR_CLAMP_MEAN,            /* a VPL's light is at most `clamp` times the mean over the receiver's
+                                       VPLs */
+    ISM_NEAR_NONE,                  /* nothing: bright specks */
+    ISM_NEAR_GATHER,                /* near points, each a square too, take the place of VPLs within reach,
+                                       smoothly */
     ISM_NEAR_COUNT
 } ism_near;
 
-typedef void (*ism_visibility_fn)(void *user, const float position[3], const float geometric[3],
-                                  const uint32_t *vpls, size_t count, float *visible);
-/* Exact visibility: writes 0..1 for each of count VPLs (their numbers, see ism_vpls) as seen from a receiver. Called
-   from several threads at once where parallel_for uses them. */
+typedef void (*ism_visible_fn)(void *user, const float position[3], const float geometric_normal[3],
+                               const uint32_t *numbers, size_t count, float *visible);
+/* Writes 0..1, how much of each of count lights is seen from a receiver. numbers: of VPLs (ism_vpls) or of
+   near points (ism_near_points). Called from several threads at once where parallel_for uses them. */
 
-typedef struct ism_shading {
-    uint32_t  pattern;              /* 1, 2, 4, 8: every pixel takes 1 / pattern^2 of the VPLs, and the blur mixes the
-                                       neighbours; 0 = 1. Not for lists (height 1) */
-    ism_near  near_mode;
-    float     clamp;                /* CLAMP: 1/m^2, > 0; CLAMP_MEAN: factor, > 0; other rules do not ask it */
-    float     bias;                 /* share of the distance, >= 0 and < 1, by which receivers count as nearer */
-    int       no_maps;              /* not 0: nothing throws shadows */
-    int       cull;                 /* not 0: skips VPLs that face away from blocks of 16 x 16 pixels; same picture */
-    ism_visibility_fn visible_fn;   /* in place of the maps; NULL = the maps */
-    void     *visible_user;
-    ism_visibility_fn near_visible_fn;  /* the same of near points, by their numbers in ism_near_points; NULL: each is
-                                       seen as its VPL is, by visible_fn or by the maps */
-} ism_shading;
+struct ism_shading {                /* zero it, then set what you care about */
+    uint32_t       pattern;         /* 1, 2, 4, 8: every pixel takes 1 / pattern^2 of the VPLs, and a blur
+                                       mixes the neighbours (section 6.2); 0 = 1. Not for lists */
+    ism_near       near_mode;
+    float          clamp;           /* of ISM_NEAR_CLAMP in 1/m^2, of ISM_NEAR_CLAMP_MEAN a factor; 0 = 1 */
+    float          bias;            /* share of their distance by which receivers count as nearer, below 1; 0
+                                       = 0.02; negative = none */
+    int            no_maps;         /* not 0: nothing casts shadows */
+    int            cull;            /* not 0: skips VPLs that face away from blocks of 16 x 16 pixels; same
+                                       picture */
+    ism_visible_fn visible_fn;      /* exact visibility of VPLs in place of the maps; NULL = the maps */
+    void          *visible_user;
+    ism_visible_fn near_visible_fn; /* the same of near points; NULL: each is seen as its VPL is, by
+                                       visible_fn or by the maps */
+    void          *near_visible_user;
+};
 
-ISM_DEF ism_shading ism_shading_default(void);
-/* All zero but bias = 0.02 and clamp = 1. */
+struct ism_stats {                  /* of the last run of each stage */
+    uint32_t vpls;                  /* fewer than N only where the sources are black */
+    uint32_t jumped;                /* VPLs that moved farther than a texel since the last frame */
+    uint64_t bad_pvpls;             /* texels of sources that are not finite, negative, above 1e30, or whose
+                                       unit vectors are 0 0 0: never chosen */
+    uint64_t skipped_triangles;     /* a vertex is not finite, or the area is 0 */
+    uint64_t surfels, renewed;      /* all, and those of this frame */
+    uint64_t splats;                /* surfels that were drawn into tiles */
+    uint64_t wide_splats;           /* of them, discs that would be wider than they are far, and were cut */
+    uint64_t filled;                /* texels that pull and push wrote */
+    double   surface_area;          /* of the mesh, m^2 */
+    double   flux[3];               /* of all sources, W (surfaces alone) */
+    double   lost_energy;           /* share of the light that the rule for near VPLs took off, mean of all
+                                       channels; by PATCH also what would have leaked through bent sheets */
+    double   culled;                /* share of pairs of VPL and block that culling skipped */
+    size_t   bytes, peak_bytes;     /* asked of the allocator: now, and at most (from ism_shade: with its
+                                       own) */
+    uint32_t near_points;           /* of the last ism_choose; 0 after ism_set_vpls */
+};
 
-ISM_DEF ism_result ism_render(ism_maps *maps, const ism_frame *frame, const ism_shading *shading, float *out,
-                              ism_stats *stats);
-/* ism_choose, ism_build and ism_shade.
-   shading  NULL = defaults
-   out      width * height * 3 floats: irradiance, or radiance with albedos; untouched on failure
-   stats    may be NULL */
+/* ==== src/ism/api_stages.h ==== */
 
-/* ---- or stage by stage ---- */
+/* ---- stage by stage: what ism_render does ---- */
+
+ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
+/* Chooses VPLs among the texels of the frame's sources, by their importance (section 4). VPL i lies at (i +
+   0.5) / N of the sum of all importances. Black sources give no VPLs, which is no error.
+   Errors   ISM_ERR_ARGUMENT (NULL, the points' arrays or strides), ISM_ERR_INPUT (a source's arrays or
+            strides, vectors that are not unit), ISM_ERR_LIMIT (2^26 texels), ISM_ERR_ALLOC,
+            ISM_ERR_CANCELLED */
+
+ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
+/* Renews surfels (section 5) and draws the maps of the VPLs that there are (sections 3.3, 6.1). Surfels are
+   kept as barycentric coordinates: if the number of triangles stays the same, those that are not renewed
+   follow the mesh; if it changes, all are made anew.
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER (no VPLs were chosen), ISM_ERR_INPUT (strides, an index beyond
+            vertex_count, vectors that are not unit), ISM_ERR_LIMIT, ISM_ERR_ALLOC, ISM_ERR_CANCELLED
+   Cost     O(triangles + surfels of all VPLs x texels of their discs) */
+
+ISM_DEF ism_result ism_shade(const ism_maps *maps, const ism_points *points, const ism_shading *shading,
+                             float *out, ism_stats *stats);
+/* Lights receivers by all VPLs, those of the frame or any others. shading, out and stats are as in
+   ism_render; stats->peak_bytes counts what the call allocates while it runs.
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_ORDER, ISM_ERR_INPUT (vectors that are not unit),
+            ISM_ERR_LIMIT, ISM_ERR_ALLOC, ISM_ERR_CANCELLED */
+
+/* ---- VPLs: to look at, to upload, or of your own ---- */
 
 typedef struct ism_vpl {
     float    position[3];           /* of directions: the unit direction to the light */
-    float    normal[3];             /* of directions: the opposite */
+    float    normal[3];             /* unit; of directions: the opposite */
     float    flux[3];               /* W; of directions irradiance facing it, W/m^2 */
-    float    axis[3], exponent;     /* of the lobe; the normal and 1 where it is diffuse */
-    float    area;                  /* m^2 that it stands for, 0 = by spacing */
-    float    side;                  /* of the square that ISM_NEAR_PATCH takes: set by ism_choose and ism_set_vpls */
-    int32_t  directional;
-    uint32_t source, texel;         /* whence; texel = y * width + x */
-    int32_t  jumped;                /* 1: not where it was in the last frame, by more than a texel; of directions,
-                                       scattered sources and with no_inter_texel: at all */
-    float    reach;                 /* m: near points light receivers within it, fully so within 0.7 of it. 0 = none do;
-                                       set by ism_choose and ism_set_vpls */
+    float    axis[3], exponent;     /* of the lobe; the normal and 1 if it is diffuse */
+    float    area;                  /* m^2 that it stands for; 0 = estimated from the distances of VPLs */
+    float    side;                  /* m: of the square that ISM_NEAR_PATCH takes; set by ism_choose and
+                                       ism_set_vpls */
+    int32_t  directional;           /* not 0: of a source of directions */
+    uint32_t source, texel;         /* where it comes from; texel = y * width + x */
+    int32_t  jumped;                /* 1: not where it was in the last frame, by more than a texel; of
+                                       directions, scattered sources and with no_inter_texel: at all */
+    float    reach;                 /* m: near points light receivers within it, fully so within 0.7 of it. 0
+                                       = none do; set by ism_choose and ism_set_vpls */
     uint32_t window;                /* of its tile, see ism_zoom; set by ism_build and ism_scatter */
 } ism_vpl;
 
-typedef struct ism_near_point {     /* 48 bytes: gl_backend.h uploads them as they are */
+ISM_DEF const ism_vpl *ism_vpls(const ism_maps *maps, size_t *count);
+/* Returns the VPLs, valid until the next stage. */
+
+ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t count);
+/* Takes your own list in place of ism_choose, without near points. count <= N; vectors must be finite, flux
+   0..1e30, normal and axis unit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_INPUT, ISM_ERR_LIMIT,
+   ISM_ERR_CANCELLED. */
+
+typedef struct ism_near_point {     /* 48 bytes: gl_backend uploads them as they are */
     float position[3], side;        /* m: of the square that it becomes */
     float normal[3], reach;         /* m: as a VPL's */
     float flux[3];                  /* W */
     float vpl;                      /* whole number of the VPL nearest to it, by whose map it is seen */
 } ism_near_point;
 
-ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
-/* Importances, prefix sums, VPL i at (i + 0.5) / N. Black sources give no VPLs, which is no error.
-   Errors   ISM_ERR_ARGUMENT (the view, no list of sources), ISM_ERR_INPUT (a source's arrays or strides),
-            ISM_ERR_LIMIT (2^26 pVPLs), ISM_ERR_ALLOC, ISM_ERR_CANCELLED */
-
-ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t count);
-/* Your own list in place of ism_choose, without near points; count <= N. position, normal, flux and axis must be
-   finite, flux 0..1e30, normal and axis unit. Errors: ISM_ERR_ARGUMENT, ISM_ERR_LIMIT, ISM_ERR_CANCELLED. */
-
-ISM_DEF const ism_vpl *ism_vpls(const ism_maps *maps, size_t *count);
-/* Valid until the next stage. */
-
 ISM_DEF const ism_near_point *ism_near_points(const ism_maps *maps, size_t *count);
-/* A second, finer choice by the same importances, near_points times as many: of surfaces without lobes alone, 64
-   neighbours in space together. None where VPLs on such surfaces are fewer than 9, or set by ism_set_vpls. A receiver
-   at distance d takes VPLs by 1 - h and near points by h = 2 - 2 d^2 / reach^2, limited to 0..1: where VPLs are few and
-   near the sum is that of many. Valid until the next ism_choose or ism_set_vpls. */
+/* Returns a second, finer choice by the same importances, near_point_count times as many: of surfaces without
+   lobes alone, 64 neighbours in space together. There are none where VPLs on such surfaces are fewer than 9,
+   or set by ism_set_vpls. A receiver at distance d takes VPLs by 1 - h and near points by h = 2 - 2 d^2 /
+   reach^2, limited to 0..1: where VPLs are few and near the sum is that of many. Valid until the next
+   ism_choose or ism_set_vpls. */
 
 ISM_DEF const float *ism_importances(const ism_maps *maps, size_t source, size_t *count);
-/* The BRSM of a source, as ism_choose left it; NULL beyond the last source, and after a choice that failed. */
+/* Returns the importances of a source's texels (its bidirectional reflective shadow map) as ism_choose left
+   them; NULL beyond the last source, and after a choice that failed. */
 
-ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
-/* Renews points and draws the atlas for the VPLs there are. Points are kept as barycentric coordinates: where the
-   number of triangles stays, the others follow the mesh; where it changes, all are made anew.
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER, ISM_ERR_INPUT (stride, an index beyond vertex_count), ISM_ERR_LIMIT,
-            ISM_ERR_ALLOC, ISM_ERR_CANCELLED
-   Cost     O(triangles + points of all VPLs x texels of their discs) */
+/* ---- surfels: for those who draw the maps themselves, as gl_backend does ---- */
 
 ISM_DEF ism_result ism_scatter(ism_maps *maps, const ism_frame *frame);
-/* The first half of ism_build, points without an atlas: for those who draw the maps elsewhere, as gl_backend.h does.
-   Errors   those of ism_build */
+/* Does the first half of ism_build: surfels and windows, but no maps. Errors: those of ism_build. */
 
-typedef struct ism_point {          /* 16 bytes: gl_backend.h uploads them as they are */
+typedef struct ism_surfel {         /* 16 bytes: gl_backend uploads them as they are */
     uint32_t triangle;
     float    barycentric[2];        /* weights of its second and third corner */
-    float    area;                  /* as a share of its triangle's: A_k = area x area of the triangle */
-} ism_point;
+    float    area;                  /* that it stands for, as a share of its triangle's */
+} ism_surfel;
 
-ISM_DEF ism_result ism_points(const ism_maps *maps, uint32_t vpl, ism_point *out, size_t capacity, size_t *count);
-/* The points of one VPL's tile: *count of them, at most capacity are written (out may be NULL with capacity 0).
+ISM_DEF ism_result ism_surfels(const ism_maps *maps, uint32_t vpl, ism_surfel *out, size_t capacity,
+                               size_t *count);
+/* Writes the surfels of one VPL's tile: *count of them, at most capacity (out may be NULL if capacity is 0).
    Errors: ISM_ERR_ARGUMENT, ISM_ERR_ORDER. */
 
-ISM_DEF ism_result ism_phase_points(const ism_maps *maps, uint32_t phase, ism_point *out, size_t capacity,
-                                    size_t *count);
-/* Of every VPL in turn the points phase, phase + lazy, phase + 2 lazy ..., as many of each as points / lazy rounded up;
-   those that a VPL does not have get area 0. A frame renews phase index % lazy alone, or all (stats.renewed).
-   phase    below desc.lazy
-   count    of all of them; at most capacity are written (out may be NULL with capacity 0)
+ISM_DEF ism_result ism_phase_surfels(const ism_maps *maps, uint32_t phase, ism_surfel *out, size_t capacity,
+                                     size_t *count);
+/* Writes, of every VPL in turn, the surfels phase, phase + lazy_frames, phase + 2 lazy_frames ..., as many of
+   each as surfel_count / lazy_frames rounded up; those that a VPL does not have get area 0. A frame renews
+   the phase index % lazy_frames alone, or all (stats.renewed).
+   phase    below lazy_frames
+   count    of all of them; at most capacity are written (out may be NULL if capacity is 0)
    Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER */
 
-ISM_DEF void ism_bounds(const ism_maps *maps, float center[3], float *radius);
-/* The sphere about the mesh of the last ism_build or ism_scatter, which maps of directions cover. */
+/* ---- maps ---- */
 
-#define ISM_FAR 1e30f               /* depth of a texel without occluder */
+typedef struct ism_info {
+    ism_stats stats;                /* of the last ism_choose, ism_build or ism_scatter */
+    uint32_t vpl_count;             /* in use */
+    uint32_t near_point_count;      /* in use */
+    uint32_t surfel_count, tile_side, lazy_frames;  /* as in ism_desc, with defaults in place of zeros */
+    float    center[3], radius;     /* the sphere about the mesh of the last ism_build or ism_scatter, which
+                                       maps of directions cover */
+} ism_info;
 
-ISM_DEF const float *ism_atlas(const ism_maps *maps, uint32_t *side, uint32_t *tiles_a_side);
-/* side * side depths: the distance from the VPL to the surfel's plane in the direction of the texel's centre, or
-   ISM_FAR; tile i lies at column i % tiles_a_side and row i / tiles_a_side. */
+ISM_DEF void ism_get_info(const ism_maps *maps, ism_info *out);
+/* Writes what the maps hold. */
 
-ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const float *positions, const float *geometric,
-                               size_t stride, size_t count, float bias, float *visible);
-/* What ism_shade would take: 1 lit, 0 not, for count receivers; stride as in ism_view. Receivers behind the VPL are
-   lit, those that turn their geometric normal's back to it are not. Errors: ISM_ERR_ARGUMENT, ISM_ERR_ORDER. */
+#define ISM_FAR 1e30f               /* depth of a texel that shows nothing */
 
-ISM_DEF ism_result ism_shade(const ism_maps *maps, const ism_view *view, const ism_shading *shading, float *out,
-                             ism_stats *stats);
-/* The light of all VPLs. Errors: ISM_ERR_ARGUMENT, ISM_ERR_DESC, ISM_ERR_ORDER, ISM_ERR_LIMIT, ISM_ERR_ALLOC,
-   ISM_ERR_CANCELLED. stats->peak_bytes counts what it allocates while it runs. */
+ISM_DEF const float *ism_atlas(const ism_maps *maps, uint32_t *side, uint32_t *tiles_across);
+/* Returns side * side depths, a tile for each VPL: the distance from the VPL to the surface in the direction
+   of the texel's centre, or ISM_FAR. Tile i lies at column i % tiles_across and row i / tiles_across. Returns
+   NULL before ism_build; side and tiles_across may be NULL. */
 
-ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32_t side, float *positions,
-                              float *normals, float *fluxes);
-/* The next bounce's source, from imperfect reflective shadow maps: side x side texels of every tile (side a power of
-   two up to tile_size), N * side * side pVPLs of 3 floats each, scattered; those that hit nothing have flux 0, as
-   have those of directions. Give them to another ism_maps as a source. desc.keep_hits must be set and mesh the one of
-   the last ism_build.
-   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER, ISM_ERR_INPUT (another number of triangles, an index beyond vertex_count)
-   Cost     O(N side^2 + triangles), on this thread, without progress */
+ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_points *points, float bias,
+                               float *visible);
+/* Writes for each receiver whether ism_shade would light it by this VPL: 1 or 0. Receivers behind the VPL are
+   lit, those that turn their geometric normal's back to it are not. bias as in ism_shading. Errors:
+   ISM_ERR_ARGUMENT, ISM_ERR_ORDER, ISM_ERR_INPUT (vectors that are not unit). */
 
-ISM_DEF void ism_get_stats(const ism_maps *maps, ism_stats *out);
+/* ==== src/ism/api_tools.h ==== */
 
 /* ---- sources made for you ---- */
 
-ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radiances, uint32_t count, uint32_t seed,
-                                      const ism_allocator *allocator, float *positions, float *normals, float *fluxes);
-/* count points on emissive triangles, in proportion to their power, with equal shares: flux = pi x radiance x area.
-   radiances  r, g, b of each triangle, W/(sr m^2); it emits from the side that its corners turn round counter-clockwise
-   outputs    count * 3 floats each; make it a scattered surface source
-   Errors     ISM_ERR_ARGUMENT, ISM_ERR_INPUT (as ism_build; no triangle emits), ISM_ERR_ALLOC */
+ISM_DEF ism_result ism_bounce(const ism_maps *maps, const ism_mesh *mesh, uint32_t side, float *positions,
+                              float *normals, float *fluxes);
+/* Writes a source of the next bounce, from imperfect reflective shadow maps: side x side texels of every tile
+   (side a power of two up to tile_side), N * side * side of 3 floats each, scattered. Texels that show
+   nothing, and those of directions, have flux 0. Give them to other maps as a source. desc.keep_hits must be
+   set, and mesh must be that of the last ism_build.
+   Errors   ISM_ERR_ARGUMENT, ISM_ERR_ORDER, ISM_ERR_MISMATCH (another number of triangles), ISM_ERR_INPUT (an
+            index beyond vertex_count)
+   Cost     O(N side^2 + triangles), on this thread, without progress */
+
+ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radiances, uint32_t count,
+                                      uint32_t seed, const ism_system *system, float *positions,
+                                      float *normals, float *fluxes);
+/* Writes count points on emissive triangles, in proportion to their power, with equal shares: flux = pi x
+   radiance x area. Make them a scattered source of kind ISM_SOURCE_SURFACE.
+   radiances  r, g, b of each triangle, W/(sr m^2); it emits from the side that its corners turn round
+              counter-clockwise
+   outputs    count * 3 floats each
+   Errors     ISM_ERR_ARGUMENT, ISM_ERR_INPUT (as ism_build; no triangle emits), ISM_ERR_LIMIT,
+              ISM_ERR_ALLOC */
 
 ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint32_t height, float rotation,
                                       float *directions, float *fluxes, uint64_t *bad_texels);
-/* A latitude-longitude map (row 0 is +Y, its centre +X, +Z right of it) as a source of directions.
-   texels      r, g, b, radiance; not finite or negative channels count as 0 and are counted in bad_texels (may be NULL)
+/* Writes a latitude-longitude map (row 0 is +Y, its centre +X, +Z right of it) as a source of
+   ISM_SOURCE_DIRECTIONS.
+   texels      r, g, b, radiance; channels that are not finite or negative count as 0 and are counted in
+               bad_texels, which may be NULL
    rotation    radians about +Y; of scenes with Z up turn the directions yourself
    outputs     width * height * 3 floats each; fluxes are radiance x the texel's exact solid angle
    Errors      ISM_ERR_ARGUMENT */
 
-/* ---- the formulas, for tests and for your own shaders ---- */
+/* ---- formulas: for tests, and for shaders of your own ---- */
 
-ISM_DEF void  ism_map_direction(ism_projection projection, float exponent, const float uv[2], float direction[3]);
-ISM_DEF int   ism_map_coordinates(ism_projection projection, float exponent, const float direction[3], float uv[2]);
-/* Between the unit square and unit directions about +z; exponent for LOBE alone. The second returns 0, uv untouched,
-   for directions at or below the horizon (z <= 0). Corners of PARABOLOID give directions below it. */
+ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2],
+                               float direction[3]);
+ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const float direction[3],
+                                float uv[2]);
+/* Go between the unit square and unit directions about +z; exponent is asked of ISM_PROJECTION_LOBE alone.
+   The second returns 0, uv untouched, for directions at or below the horizon (z <= 0). Corners of PARABOLOID
+   give directions below it. */
 
-ISM_DEF void  ism_zoom(uint32_t window, uint32_t tile_size, uint32_t rim, const float uv[2], float tile[2]);
-ISM_DEF void  ism_unzoom(uint32_t window, uint32_t tile_size, uint32_t rim, const float tile[2], float uv[2]);
-/* Between that square and the tile that shows it, also a unit square, for a VPL's window and desc.window_rim (not 0):
-   in each axis linear below, in and above the window, which has all texels but `rim`. Both ways clamp to 0..1.
-   window   how many 64ths of the square lie below it in u and in v, and above it in u and in v, six bits each from the
-            lowest on; 0 is the whole square: the tile is the square */
+ISM_DEF void  ism_zoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float uv[2], float tile[2]);
+ISM_DEF void  ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float tile[2], float uv[2]);
+/* Go between that square and the tile that shows it, also a unit square, for a VPL's window and window_rim
+   texels of rim: in each axis linear below, in and above the window, which has all texels but `rim`. Both
+   clamp to 0..1.
+   window   how many 64ths of the square lie below it in u and in v, and above it in u and in v, six bits each
+            from the lowest on; 0 is the whole square: the tile is the square */
 
 ISM_DEF float ism_solid_angle(const float a[3], const float b[3], const float c[3]);
-/* Of a triangle seen from the origin, in sr, exact (Van Oosterom and Strackee 1983); 0 where degenerate. */
+/* Returns the solid angle of a triangle seen from the origin, in sr, exact (Van Oosterom and Strackee 1983);
+   0 if it is degenerate. */
 
 ISM_DEF float ism_form_factor(const float normal[3], const float corners[12]);
-/* From a point at the origin to a flat quadrilateral, clipped at its horizon (Lambert); corners counter-clockwise as
-   seen from the point, else the result is 0. */
+/* Returns the form factor from a point at the origin to a flat quadrilateral, clipped at the point's horizon
+   (Lambert). Corners go counter-clockwise as seen from the point, else the result is 0. */
 
 ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
-/* 1: draw. Of each 2 x 2 pixels opacity 0, .25, .5, .75, 1 draws exactly 0 to 4 (paper 6.4). */
+/* Returns 1 if a pixel of this opacity is to be drawn: of each 2 x 2 pixels opacity 0, .25, .5, .75, 1 draws
+   exactly 0 to 4 (section 6.4). */
 
 #ifdef __cplusplus
 }
@@ -515,7 +668,9 @@ ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
 
 #endif /* ISM_H */
 
-/* ==== implementation ============================================================================================== */
+/* ==== src/ism/begin.h ==== */
+
+/* ==== implementation ================================================================================== */
 
 #if defined(ISM_IMPLEMENTATION) && !defined(ISM_IMPLEMENTED)
 #define ISM_IMPLEMENTED
@@ -528,13 +683,19 @@ ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
 #define ISM__NO_SIMD
 #endif
 
-/* >>> shared fp_begin mem v3 trig rng cdf cpu batch: written by tools/stamp from src/shared, edit there */
+/* ==== src/shared/fp_begin.h ==== */
+
 
 /* unit fp_begin: the arithmetic that the bytes depend on, from here to unit fp_end */
 
 /* No fused multiply-add that the source does not ask for: gcc fuses across statements in its gnu modes and on s390x,
    clang within expressions. A user's -ffast-math is taken back in gcc; in clang it, or -ffp-contract=fast, wins over
    the pragma: results then stay within tolerance but not equal to the bit. */
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#define ISM__FINITE_MATH 1
+#else
+#define ISM__FINITE_MATH 0
+#endif
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(__TINYC__)
@@ -543,6 +704,9 @@ ISM_DEF int   ism_dither(uint32_t x, uint32_t y, float opacity);
 #elif defined(_MSC_VER)
 #pragma fp_contract(off)
 #endif
+
+/* ==== src/shared/mem.h ==== */
+
 
 /* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
 
@@ -617,6 +781,9 @@ static inline void ism__free(const ism__allocator *a, void *memory)
 {
     if (memory) a->free_fn(memory, a->user);
 }
+
+/* ==== src/shared/v3.h ==== */
+
 
 /* unit v3: three floats */
 
@@ -725,12 +892,15 @@ static inline void ism__v3_basis(ism__v3 n, ism__v3 *b1, ism__v3 *b2)
     *b2 = ism__v3_make(b, s + n.y * n.y * a, -n.y);
 }
 
+/* ==== src/shared/trig.h ==== */
+
+
 /* unit trig: elementary functions with the same bits on every machine */
 
 /* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
    Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
    them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
-   a dense set tried (tests/unit/shared_test.c). Out of range or NaN is clamped into the range, so that nothing here is
+   a dense set tried (tests/shared/units_test.c). Out of range or NaN is clamped into the range, so that nothing here is
    undefined or returns NaN. */
 
 static inline float ism__from_bits(uint32_t bits)
@@ -860,6 +1030,9 @@ static inline float ism__pow(float x, float y)
     return t > 88.722839111 ? ism__from_bits(0x7f800000u) : (float)ism__exp_core(t);
 }
 
+/* ==== src/shared/rng.h ==== */
+
+
 /* unit rng: hashes and random numbers, the same on every machine */
 
 /* Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020: the output function of O'Neill's PCG. */
@@ -877,6 +1050,9 @@ static inline uint32_t ism__hash_combine(uint32_t a, uint32_t b)
 
 /* The upper 24 bits: every value is a float, the largest is 1 - 2^-24. */
 static inline float ism__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
+
+/* ==== src/shared/cdf.h ==== */
+
 
 /* unit cdf: piecewise-constant distributions in 1D and 2D, sampled by inversion */
 
@@ -1020,6 +1196,9 @@ static inline ism__cdf2_sample ism__cdf2_sample_at(const ism__cdf2 *cdf, float u
     return s;
 }
 
+/* ==== src/shared/cpu.h ==== */
+
+
 /* unit cpu: run-time detection of x86 vector units */
 
 /* ISM__X86 is 1 where functions with target attributes can be compiled and chosen at run time.
@@ -1072,6 +1251,41 @@ static inline int ism__cpu_has_avx2(void) { return 0; }
 static inline int ism__cpu_has_avx512(void) { return 0; }
 #endif
 
+/* ==== src/shared/part.h ==== */
+
+
+/* unit part: the caller's progress within parts of a call, and whether it cancels */
+
+/* progress may be NULL; from..to of 0..1. */
+typedef struct ism__part {
+    int (*progress)(void *user, float fraction);
+    void *user;
+    float from, to;
+} ism__part;
+
+/* Where progress is not NULL; fraction: of the part. */
+static inline int ism__part_tell(const ism__part *p, float fraction)
+{
+    return p->progress(p->user, p->from + (p->to - p->from) * fraction);
+}
+
+static inline ism__part ism__part_of(const ism__part *whole, float from, float to)
+{
+    ism__part p = *whole;
+    p.from = whole->from + (whole->to - whole->from) * from;
+    p.to = whole->from + (whole->to - whole->from) * to;
+    return p;
+}
+
+/* Before step i of count, asked every so many steps. 1: the caller cancels. */
+static inline int ism__cancelled(const ism__part *p, size_t i, size_t count, size_t every)
+{
+    return p->progress && i % every == 0 && ism__part_tell(p, (float)((double)i / (double)count)) != 0;
+}
+
+/* ==== src/shared/batch.h ==== */
+
+
 /* unit batch: tasks of a call, some at a time */
 
 typedef struct ism__batch { void (*task)(void *context, size_t index); void *context; size_t first; } ism__batch;
@@ -1083,30 +1297,232 @@ static inline void ism__batch_task(void *context, size_t index)
     b->task(b->context, b->first + index);
 }
 
-/* <<< shared */
+/* ==== src/shared/hot.h ==== */
 
-/* ---- >>types ---- */
+
+/* unit hot, needs fp_begin: what compilers are told of hot code */
+
+/* Not under -ffast-math: gcc's -O3 for single functions forgets that unit fp_begin took it back. */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__) && !ISM__FINITE_MATH
+#define ISM__HOT __attribute__((optimize("O3")))
+#else
+#define ISM__HOT
+#endif
+
+/* Into kernels of several targets. */
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define ISM__INLINE static inline __attribute__((always_inline))
+#elif defined(_MSC_VER)
+#define ISM__INLINE static __forceinline
+#else
+#define ISM__INLINE static inline
+#endif
+
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define ISM__PREFETCH(p) __builtin_prefetch(p)
+#else
+#define ISM__PREFETCH(p) (void)(p)
+#endif
+
+/* ==== src/shared/message.h ==== */
+
+
+/* unit message: one line for the caller's log that says why a call failed */
+
+/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define ISM__COLD __attribute__((cold))
+#else
+#define ISM__COLD
+#endif
+
+/* Where it goes, and the name of the function that failed. log may be NULL: then nothing is written. */
+typedef struct ism__logger {
+    void (*log)(void *user, const char *message);
+    void *user;
+    const char *function;
+} ism__logger;
+
+typedef struct ism__message { char text[256]; size_t used; } ism__message;
+
+/* What does not fit is cut off. */
+static inline ISM__COLD void ism__message_text(ism__message *m, const char *s)
+{
+    while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
+    m->text[m->used] = 0;
+}
+
+static inline ISM__COLD void ism__message_count(ism__message *m, uint64_t value)
+{
+    char digits[24];
+    size_t at = sizeof digits - 1;
+    digits[at] = 0;
+    do digits[--at] = (char)('0' + (int)(value % 10));
+    while ((value /= 10) != 0);
+    ism__message_text(m, digits + at);
+}
+
+/* Six significant digits without zeros at their end: returns how many, and *exponent, the power of ten of the first
+   one. value > 0, finite. */
+static inline ISM__COLD int ism__message_digits(double value, char digits[8], int *exponent)
+{
+    uint32_t whole;
+    int count = 6, i;
+
+    for (*exponent = 5; value >= 999999.5; value /= 10.0) ++*exponent;
+    for (; value < 99999.95; value *= 10.0) --*exponent;
+    whole = (uint32_t)(value + 0.5);
+    if (whole > 999999) {
+        whole = 100000;
+        ++*exponent;
+    }
+    for (; count > 1 && whole % 10 == 0; count--) whole /= 10;
+    for (i = count; i > 0; whole /= 10) digits[--i] = (char)('0' + (int)(whole % 10));
+    digits[count] = 0;
+    return count;
+}
+
+/* Whole numbers below 2^53 with all digits, others with six, whatever the locale: 0.25, -3, 1.5e-7. */
+static inline ISM__COLD void ism__message_number(ism__message *m, double value)
+{
+    char digits[8], first[2] = { 0, 0 };
+    int exponent, count, i;
+
+    if (value != value) {
+        ism__message_text(m, "not a number");
+        return;
+    }
+    if (value < 0.0) ism__message_text(m, "-");
+    if (value < 0.0) value = -value;
+    if (!(value > 0.0) || value > 1.7976931348623157e308) {
+        ism__message_text(m, value > 0.0 ? "infinity" : "0");
+        return;
+    }
+    if (value < 9007199254740992.0 && value - (double)(uint64_t)value <= 0.0) {
+        ism__message_count(m, (uint64_t)value);
+        return;
+    }
+    count = ism__message_digits(value, digits, &exponent);
+    first[0] = digits[0];
+    if (exponent < -4 || exponent > 9) {
+        ism__message_text(m, first);
+        if (count > 1) ism__message_text(m, ".");
+        ism__message_text(m, digits + 1);
+        ism__message_text(m, exponent < 0 ? "e-" : "e");
+        ism__message_count(m, (uint64_t)(exponent < 0 ? -exponent : exponent));
+        return;
+    }
+    if (exponent < 0) ism__message_text(m, "0.");
+    for (i = exponent; i < -1; i++) ism__message_text(m, "0");
+    for (i = 0; i < count; i++) {
+        if (exponent >= 0 && i == exponent + 1) ism__message_text(m, ".");
+        first[0] = digits[i];
+        ism__message_text(m, first);
+    }
+    for (i = count; i <= exponent; i++) ism__message_text(m, "0");
+}
+
+/* "FUNCTION: FIELD", the begin of every line. */
+static inline ISM__COLD void ism__message_begin(ism__message *m, const ism__logger *logger, const char *field)
+{
+    m->used = 0;
+    ism__message_text(m, logger->function);
+    ism__message_text(m, ": ");
+    ism__message_text(m, field);
+}
+
+/* "FUNCTION: FIELD TEXT", as in "cohsm_build: mesh.positions is NULL". */
+static inline ISM__COLD void ism__log_text(const ism__logger *logger, const char *field, const char *text)
+{
+    ism__message m;
+    if (!logger->log) return;
+    ism__message_begin(&m, logger, field);
+    ism__message_text(&m, " ");
+    ism__message_text(&m, text);
+    logger->log(logger->user, m.text);
+}
+
+/* "FUNCTION: FIELD is VALUE; it must be WANTED", as in "cohsm_build: desc.map_side is 3; it must be 0 or 4..1024". */
+static inline ISM__COLD void ism__log_value(const ism__logger *logger, const char *field, double value, const char *wanted)
+{
+    ism__message m;
+    if (!logger->log) return;
+    ism__message_begin(&m, logger, field);
+    ism__message_text(&m, " is ");
+    ism__message_number(&m, value);
+    ism__message_text(&m, "; it must be ");
+    ism__message_text(&m, wanted);
+    logger->log(logger->user, m.text);
+}
+
+/* "FUNCTION: ARRAY[INDEX] WHAT VALUE; it must be WANTED", as in "rsm_gather: normals[17] has the length 0.5; it must be
+   1 (0.97..1.03), or 0". */
+static inline ISM__COLD void ism__log_element(const ism__logger *logger, const char *array, uint64_t index, const char *what,
+                                 double value, const char *wanted)
+{
+    ism__message m;
+    if (!logger->log) return;
+    ism__message_begin(&m, logger, array);
+    ism__message_text(&m, "[");
+    ism__message_count(&m, index);
+    ism__message_text(&m, "] ");
+    ism__message_text(&m, what);
+    ism__message_text(&m, " ");
+    ism__message_number(&m, value);
+    ism__message_text(&m, "; it must be ");
+    ism__message_text(&m, wanted);
+    logger->log(logger->user, m.text);
+}
+
+/* "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices"; position counts the indices from 0. */
+static inline ISM__COLD void ism__log_index(const ism__logger *logger, const char *mesh, uint64_t position, uint64_t index,
+                               uint64_t vertex_count)
+{
+    ism__message m;
+    if (!logger->log) return;
+    ism__message_begin(&m, logger, mesh);
+    ism__message_text(&m, ": index ");
+    ism__message_count(&m, position % 3);
+    ism__message_text(&m, " of triangle ");
+    ism__message_count(&m, position / 3);
+    ism__message_text(&m, " is ");
+    ism__message_count(&m, index);
+    ism__message_text(&m, ", but the mesh has ");
+    ism__message_count(&m, vertex_count);
+    ism__message_text(&m, vertex_count == 1 ? " vertex" : " vertices");
+    logger->log(logger->user, m.text);
+}
+
+/* ==== src/ism/state.h ==== */
+
+/* ---- state: what an ism_maps holds, how its memory grows, how its tasks run ---- */
 
 #define ISM__PI 3.14159265f
 /* Square of radius / distance that a disc may have, counted in wide_splats where it had more. */
 #define ISM__WIDEST 1.0f
 #define ISM__WIDEST_BACK 0.04f
-#define ISM__EITHER 0.05             /* of points by what only the view sees, by what the VPL sees, to the mean's 1 */
+#define ISM__EITHER 0.05             /* of points by what only the view sees, by what the VPL sees, to the
+                                        mean's 1 */
 #define ISM__CUT_SCALE 6.0f         /* area of discs that their triangle cuts off, over that of the others */
-#define ISM__EDGE 1e-4f              /* of barycentric coordinates: so far discs reach over an edge, that none leaks */
-#define ISM__GRAZING 1e-4f           /* cosine to a receiver's plane below which a VPL is behind it: rounding */
+#define ISM__EDGE 1e-4f              /* of barycentric coordinates: so far discs reach over an edge, that none
+                                        leaks */
+#define ISM__GRAZING 1e-4f           /* cosine to a receiver's plane below which a VPL is behind it:
+                                        rounding */
 #define ISM__HOLE 2                  /* texels about one that may close it */
 #define ISM__LANES 64u              /* tiles drawn at once at most; each lane has scratch memory of its own */
 #define ISM__TEXELS 8u              /* of a disc's rows that are drawn together: no tile is smaller */
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
 #define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
 #define ISM__BATCHES 16u            /* calls of progress in a stage */
-#define ISM__NEAR_BLOCK 64u         /* near points that lie together: a whole number of each pattern's classes */
+#define ISM__NEAR_BLOCK 64u         /* near points that lie together: a whole number of each pattern's
+                                       classes */
 #define ISM__STEPS 64u               /* of a tile's side, at which windows begin and end */
 #define ISM__SLACK 2u                /* of these: so much farther out than need be a window may stay */
-#define ISM__SIGHTS 64u              /* blocks of the picture, of each of which eight receivers make the windows */
+#define ISM__SIGHTS 64u              /* blocks of the picture, of each of which eight receivers make the
+                                        windows */
 #define ISM__PAD 0.015625f           /* of their extent, added at either side: for those between them */
-#define ISM__NEAR_RANK 8u           /* a point's reach is twice the distance to this one of the VPLs about it */
+#define ISM__NEAR_RANK 8u           /* a point's reach is twice the distance to this one of the VPLs about
+                                       it */
 
 typedef struct ism__buffer { void *data; size_t size; } ism__buffer;
 
@@ -1115,9 +1531,9 @@ typedef struct ism__texel {         /* of a tile while it is drawn */
     uint32_t triangle, filled;      /* filled: g[0] is the depth that push gave */
 } ism__texel;
 
-typedef struct ism__point { uint32_t triangle; uint16_t b1, b2; float weight; } ism__point;
+typedef struct ism__surfel { uint32_t triangle; uint16_t b1, b2; float weight; } ism__surfel;
 
-typedef struct ism__frame_of { ism__v3 x, y, z; } ism__frame_of;
+typedef struct ism__orientation { ism__v3 x, y, z; } ism__orientation;
 
 /* From the square (lo, hi) to the tile (a, b), and how steeply. Not on: one is the other. */
 typedef struct ism__axis { int on; float lo, hi, a, b, below, inside, above; } ism__axis;
@@ -1126,8 +1542,20 @@ typedef struct ism__window { ism__axis u, v; } ism__window;
 /* What shading reads of a VPL. Arrays of one float each, so that compilers vectorise the loop over them. */
 enum { ISM__PX, ISM__PY, ISM__PZ, ISM__NX, ISM__NY, ISM__NZ, ISM__FIELDS };
 
+/* Receivers as a picture of width x height; a list is one row. */
+typedef struct ism__view { const ism_points *points; uint32_t width, height; } ism__view;
+
+/* What a public call was given, once it has been checked. */
+typedef struct ism__job {
+    const ism_frame *frame;
+    ism__view        view;
+    ism__part        part;          /* of the caller's progress */
+    ism__logger      log;
+} ism__job;
+
 struct ism_maps {
-    ism_desc        desc;           /* defaults resolved */
+    ism_desc        desc;           /* with defaults resolved: near_point_count and window_rim are 0 where
+                                       there are none */
     ism__allocator  memory;
     uint32_t        tiles;          /* a side of the atlas */
     uint32_t        side;           /* texels a side of the atlas */
@@ -1135,10 +1563,11 @@ struct ism_maps {
     uint32_t        vpl_count;
     uint32_t        previous_count; /* VPLs of the frame before, for `jumped` */
     int             chosen, built;
-    ism__buffer     previous, atlas, hits, points, counts, directions, scratch;
+    ism__buffer     previous, atlas, hits, surfels, counts, directions, scratch;
     ism__buffer     sums, clusters, shares, weights, sources, importance, blurred, cdf, pixels;
     ism__buffer     near_points, near_blocks, near_drawn, near_keys, windows;
-    uint32_t        window_count;   /* of the frame before, each ism_vpl.window after the ism__window of this one */
+    uint32_t        window_count;   /* of the frame before, each ism_vpl.window after the ism__window of this
+                                       one */
     uint32_t        near_count;     /* of near_points, in use */
     uint32_t        blank_from;     /* tiles of the atlas from here on show nothing */
     size_t          triangles;      /* that the points lie on; 0 = there are none yet */
@@ -1149,8 +1578,6 @@ struct ism_maps {
 
 /* Where a source's arrays begin in the buffers importance and cdf. */
 typedef struct ism__source_of { size_t first, cdf_first; double flux, total; } ism__source_of;
-
-/* ---- >>memory ---- */
 
 static int ism__grow(ism_maps *m, ism__buffer *b, size_t count, size_t item)
 {
@@ -1177,78 +1604,390 @@ static void ism__release(ism_maps *m, ism__buffer *b)
     b->size = 0;
 }
 
-/* ---- >>parallel ---- */
-
-/* All tasks, in batches between which progress is called; 0 = cancelled. */
-static int ism__run(const ism_desc *d, size_t count, ism_task task, void *context)
+/* Runs all tasks, in batches between which progress is told: from..to of the part. Returns 0 if the caller
+   cancels. */
+static int ism__run(const ism_maps *m, const ism__part *part, float from, float to, size_t count,
+                    ism_task task, void *context)
 {
-    size_t batches = d->progress ? (count < ISM__BATCHES ? count : ISM__BATCHES) : 1u, i, k;
+    const ism_system *system = &m->desc.system;
+    size_t batches = part->progress ? (count < ISM__BATCHES ? count : ISM__BATCHES) : 1u, i, k;
+    ism__part own = ism__part_of(part, from, to);
     for (i = 0; i < batches; i++) {
         ism__batch b;
         size_t first = count / batches * i + (i < count % batches ? i : count % batches);
         size_t size = count / batches + (i < count % batches ? 1u : 0u);
-        if (d->progress && d->progress(d->progress_user, (float)i / (float)batches)) return 0;
+        if (ism__cancelled(&own, i, batches, 1u)) return 0;
         b.task = task;
         b.context = context;
         b.first = first;
-        if (d->parallel_for) d->parallel_for(d->parallel_user, size, ism__batch_task, &b);
+        if (system->parallel_for) system->parallel_for(system->user, size, ism__batch_task, &b);
         else for (k = 0; k < size; k++) ism__batch_task(&b, k);
     }
-    return !(d->progress && d->progress(d->progress_user, 1.0f));
+    return !(own.progress && ism__part_tell(&own, 1.0f));
 }
 
-/* ---- >>arrays: the caller's strided ones ---- */
+/* ==== src/ism/inputs.h ==== */
+
+/* ---- inputs: meshes, sources and views as the caller gives them ---- */
 
 static const float *ism__at(const float *array, size_t stride, size_t i)
 {
     return (const float *)(const void *)((const char *)array + (stride ? stride : 12u) * i);
 }
 
-static size_t ism__mesh_triangles(const ism_mesh *mesh)
+/* Axis and exponent. */
+static const float *ism__lobe(const ism_source *s, size_t i)
 {
-    return !mesh ? 0 : (mesh->indices ? mesh->index_count : mesh->vertex_count) / 3u;
+    return ism__at(s->lobes, s->lobe_stride ? s->lobe_stride : 16u, i);
 }
 
-static int ism__mesh_ok(const ism_mesh *mesh)
+/* Fills what a call needs to say why it fails, and how far it is. */
+static void ism__begin_job(const ism_system *system, const char *function, const ism_frame *frame,
+                           ism__job *job)
 {
-    size_t count = mesh->indices ? mesh->index_count : mesh->vertex_count;
-    return ism__stride_valid(mesh->vertex_stride, 12) && count % 3u == 0 &&
-           (mesh->positions || mesh->vertex_count == 0) && !(mesh->vertex_count == 0 && count > 0);
+    memset(job, 0, sizeof *job);
+    job->frame = frame;
+    job->part.progress = system->progress;
+    job->part.user = system->user;
+    job->part.to = 1.0f;
+    job->log.log = system->log;
+    job->log.user = system->user;
+    job->log.function = function;
+}
+
+/* ARGUMENT, and says which pointer it is. */
+static ism_result ism__is_null(const ism__logger *log, const char *name)
+{
+    ism__log_text(log, name, "is NULL");
+    return ISM_ERR_ARGUMENT;
+}
+
+static ism_result ism__no_memory(const ism__logger *log)
+{
+    ism__log_text(log, "system.allocator", "returned no memory");
+    return ISM_ERR_ALLOC;
+}
+
+/* Where lists of surfels go. */
+static ism_result ism__check_list(const ism__logger *log, const ism_surfel *out, size_t capacity,
+                                  const size_t *count)
+{
+    if (!count) return ism__is_null(log, "count");
+    return !out && capacity ? ism__is_null(log, "out") : ISM_OK;
+}
+
+static ism_result ism__check_stride(const ism__logger *log, const char *name, size_t stride, size_t least)
+{
+    if (ism__stride_valid(stride, least)) return ISM_OK;
+    ism__log_value(log, name, (double)stride, least == 12u ? "0 or a multiple of 4, at least 12"
+                                            : least == 16u ? "0 or a multiple of 4, at least 16"
+                                                           : "a multiple of 4");
+    return ISM_ERR_ARGUMENT;
+}
+
+/* A vector that is said to be unit: 1 if it is (0.97 to 1.03 long), 0 if it is 0 0 0 or not finite, and -1
+   else. */
+static int ism__unit_kind(ism__v3 v)
+{
+    float length2 = ism__v3_dot(v, v);
+    if (length2 >= 0.9409f && length2 <= 1.0609f) return 1;
+    return !ism__v3_finite(v) || !(length2 > 0.0f || v.x != 0.0f || v.y != 0.0f || v.z != 0.0f) ? 0 : -1;
+}
+
+static size_t ism__mesh_triangles(const ism_mesh *mesh)
+{
+    return !mesh ? 0 : (mesh->indices || mesh->indices16 ? mesh->index_count : mesh->vertex_count) / 3u;
+}
+
+/* The mesh without what its indices say, which is seen while they are read. */
+static ism_result ism__check_mesh(const ism__logger *log, const ism_mesh *mesh)
+{
+    int indexed = mesh->indices || mesh->indices16;
+    size_t count = indexed ? mesh->index_count : mesh->vertex_count;
+    if (mesh->indices && mesh->indices16) {
+        ism__log_text(log, "mesh.indices", "and mesh.indices16 are both given");
+        return ISM_ERR_ARGUMENT;
+    }
+    if (count % 3u != 0) {
+        ism__log_value(log, indexed ? "mesh.index_count" : "mesh.vertex_count", (double)count,
+                       "a multiple of 3");
+        return ISM_ERR_ARGUMENT;
+    }
+    if (!mesh->positions && mesh->vertex_count) return ism__is_null(log, "mesh.positions");
+    if (!mesh->vertex_count && count) {
+        ism__log_value(log, "mesh.vertex_count", 0.0, "above 0, for there are indices");
+        return ISM_ERR_ARGUMENT;
+    }
+    return ism__check_stride(log, "mesh.vertex_stride", mesh->vertex_stride, 12);
+}
+
+/* Index i of a mesh; of one without indices i itself. */
+static size_t ism__index(const ism_mesh *mesh, size_t i)
+{
+    return mesh->indices ? mesh->indices[i] : mesh->indices16 ? mesh->indices16[i] : i;
+}
+
+static ism_result ism__check_indices(const ism__logger *log, const ism_mesh *mesh)
+{
+    size_t i, count = mesh->indices || mesh->indices16 ? 3u * ism__mesh_triangles(mesh) : 0;
+    for (i = 0; i < count; i++)
+        if (ism__index(mesh, i) >= mesh->vertex_count) {
+            ism__log_index(log, "mesh", i, ism__index(mesh, i), mesh->vertex_count);
+            return ISM_ERR_INPUT;
+        }
+    return ISM_OK;
 }
 
 /* Corners of a triangle whose indices are known to be in range. */
 static void ism__corners(const ism_mesh *mesh, size_t t, ism__v3 p[3])
 {
     size_t k;
-    for (k = 0; k < 3u; k++) {
-        size_t i = mesh->indices ? mesh->indices[3u * t + k] : 3u * t + k;
-        p[k] = ism__v3_load(ism__at(mesh->positions, mesh->vertex_stride, i));
+    for (k = 0; k < 3u; k++)
+        p[k] = ism__v3_load(ism__at(mesh->positions, mesh->vertex_stride, ism__index(mesh, 3u * t + k)));
+}
+
+static ism_result ism__check_units(const ism__logger *log, const char *name, const float *array,
+                                   size_t stride, size_t count)
+{
+    size_t i;
+    for (i = 0; i < count; i++) {
+        ism__v3 v = ism__v3_load(ism__at(array, stride, i));
+        if (ism__unit_kind(v) >= 0) continue;
+        ism__log_element(log, name, i, "has the length", (double)ism__v3_length(v), "1 (0.97..1.03), or 0");
+        return ISM_ERR_INPUT;
     }
+    return ISM_OK;
 }
 
-static int ism__view_ok(const ism_view *view)
+/* Receivers, and their width and height where they are a picture. */
+static ism_result ism__open_view(const ism__logger *log, const ism_points *p, ism__view *out)
 {
-    size_t pixels;
+    ism_result result;
     int k;
-    if (!view || !view->positions || !view->normals || !view->width || !view->height) return 0;
+    if (!p) return ism__is_null(log, "points");
+    if (!p->positions) return ism__is_null(log, "points.positions");
+    if (!p->normals) return ism__is_null(log, "points.normals");
+    if (!p->count || p->count > 1u << 28 || (p->width && p->count % p->width != 0)) {
+        ism__log_value(log, "points.count", (double)p->count, "1..2^28 and a multiple of points.width");
+        return ISM_ERR_ARGUMENT;
+    }
+    if ((result = ism__check_stride(log, "points.position_stride", p->position_stride, 12)) != ISM_OK ||
+        (result = ism__check_stride(log, "points.normal_stride", p->normal_stride, 12)) != ISM_OK ||
+        (result = ism__check_stride(log, "points.geometric_stride", p->geometric_stride, 12)) != ISM_OK ||
+        (result = ism__check_stride(log, "points.albedo_stride", p->albedo_stride, 12)) != ISM_OK)
+        return result;
     for (k = 0; k < 16; k++)
-        if (!ism__finite(view->matrix[k])) return 0;
-    return ism__stride_valid(view->stride, 12) && ism__mul_size(view->width, view->height, &pixels) &&
-           pixels <= 1u << 28;
+        if (!ism__finite(p->matrix[k])) {
+            ism__log_element(log, "points.matrix", (uint64_t)k, "is", (double)p->matrix[k], "finite");
+            return ISM_ERR_INPUT;
+        }
+    if (p->rows < ISM_ROWS_DEFAULT || p->rows >= ISM_ROWS_COUNT) {
+        ism__log_value(log, "points.rows", (double)p->rows, "a value of ism_rows");
+        return ISM_ERR_INPUT;
+    }
+    out->points = p;
+    out->width = p->width ? p->width : (uint32_t)p->count;
+    out->height = (uint32_t)(p->count / out->width);
+    result = ism__check_units(log, "points.normals", p->normals, p->normal_stride, p->count);
+    if (result != ISM_OK || !p->geometric_normals) return result;
+    return ism__check_units(log, "points.geometric_normals", p->geometric_normals, p->geometric_stride,
+                            p->count);
 }
 
-/* A receiver, or 0 for background. */
-static int ism__receiver(const ism_view *view, size_t i, ism__v3 *p, ism__v3 *n)
+/* A receiver's position and normal, or 0 for what is none. */
+static int ism__receiver(const ism__view *view, size_t i, ism__v3 *p, ism__v3 *n)
 {
-    *p = ism__v3_load(ism__at(view->positions, view->stride, i));
-    *n = ism__v3_load(ism__at(view->normals, view->stride, i));
-    return ism__v3_finite(*p) && ism__v3_finite(*n) && ism__v3_dot(*n, *n) > 0.25f && ism__v3_dot(*n, *n) < 4.0f;
+    *p = ism__v3_load(ism__at(view->points->positions, view->points->position_stride, i));
+    *n = ism__v3_load(ism__at(view->points->normals, view->points->normal_stride, i));
+    return ism__v3_finite(*p) && ism__v3_finite(*n) && ism__v3_dot(*n, *n) > 0.25f;
 }
 
-/* ---- >>projections: the hemisphere about +z and the unit square ---- */
+/* Its geometric normal: n, its normal, if it has none. */
+static ism__v3 ism__geometric_normal(const ism__view *view, size_t i, ism__v3 n)
+{
+    const ism_points *p = view->points;
+    ism__v3 own;
+    if (!p->geometric_normals) return n;
+    own = ism__v3_load(ism__at(p->geometric_normals, p->geometric_stride, i));
+    return ism__v3_finite(own) && ism__v3_dot(own, own) > 0.25f ? own : n;
+}
 
-/* Shirley and Chiu, "A low distortion map between disk and square", J. Graphics Tools 2(3), 1997. a, b in -1..1;
-   returns the radius 0..1. */
+static float ism__luminance(const float *f) { return (f[0] + f[1] + f[2]) * (1.0f / 3.0f); }
+
+static int ism__flux_ok(const float *f)
+{
+    return f[0] >= 0.0f && f[1] >= 0.0f && f[2] >= 0.0f && f[0] <= 1e30f && f[1] <= 1e30f && f[2] <= 1e30f;
+}
+
+/* "sources[INDEX].NAME", for the log. */
+static void ism__source_field(ism__message *m, size_t source, const char *name)
+{
+    m->used = 0;
+    ism__message_text(m, "sources[");
+    ism__message_count(m, source);
+    ism__message_text(m, "].");
+    ism__message_text(m, name);
+}
+
+/* Returns the flux of a pVPL, 0 where it cannot be used. *bad: 1 where that is an error in the data, and
+   *wrong the array that holds a vector which is not unit, or else untouched. */
+static float ism__pvpl_luminance(const ism_source *s, size_t i, int *bad, const char **wrong)
+{
+    const float *f = ism__at(s->fluxes, s->flux_stride, i);
+    ism__v3 p = ism__v3_load(ism__at(s->positions, s->position_stride, i)), n = p;
+    int kind;
+    *bad = 0;
+    if (!ism__flux_ok(f)) return *bad = 1, 0.0f;
+    if (!(ism__luminance(f) > 0.0f)) return 0.0f;
+    if (s->kind != ISM_SOURCE_DIRECTIONS) n = ism__v3_load(ism__at(s->normals, s->normal_stride, i));
+    kind = ism__unit_kind(n);
+    if (kind < 0) *wrong = s->kind != ISM_SOURCE_DIRECTIONS ? "normals" : "positions";
+    *bad = !ism__v3_finite(p) || kind == 0;
+    if (s->lobes && s->kind != ISM_SOURCE_DIRECTIONS) {
+        const float *lobe = ism__lobe(s, i);
+        kind = ism__unit_kind(ism__v3_load(lobe));
+        if (kind < 0) *wrong = "lobes";
+        if (kind == 0 || !(lobe[3] >= 0.0f && lobe[3] <= 1e5f)) *bad = 1;
+    }
+    return *bad ? 0.0f : ism__luminance(f);
+}
+
+/* The vector of a source's texel that `wrong` names, from ism__pvpl_luminance, is an error. */
+static ism_result ism__not_unit(const ism__logger *log, const ism_source *s, size_t source, size_t i,
+                                const char *wrong)
+{
+    ism__message name;
+    ism__v3 v = ism__v3_load(wrong[0] == 'n'   ? ism__at(s->normals, s->normal_stride, i)
+                             : wrong[0] == 'l' ? ism__lobe(s, i)
+                                               : ism__at(s->positions, s->position_stride, i));
+    ism__source_field(&name, source, wrong);
+    ism__log_element(log, name.text, i, "has the length", (double)ism__v3_length(v), "1 (0.97..1.03), or 0");
+    return ISM_ERR_INPUT;
+}
+
+static ism_result ism__check_source(const ism__logger *log, const ism_source *s, size_t index)
+{
+    ism__message name;
+    ism_result result;
+    if (s->kind < ISM_SOURCE_DEFAULT || s->kind >= ISM_SOURCE_COUNT) {
+        ism__source_field(&name, index, "kind");
+        ism__log_value(log, name.text, (double)s->kind, "a value of ism_source_kind");
+        return ISM_ERR_INPUT;
+    }
+    ism__source_field(&name, index, !s->positions ? "positions" : !s->fluxes ? "fluxes" : "normals");
+    if (!s->positions || !s->fluxes || (s->kind != ISM_SOURCE_DIRECTIONS && !s->normals))
+        return ism__is_null(log, name.text);
+    ism__source_field(&name, index, !s->width ? "width" : "height");
+    if (!s->width || !s->height) {
+        ism__log_value(log, name.text, 0.0, "above 0");
+        return ISM_ERR_ARGUMENT;
+    }
+    ism__source_field(&name, index, "position_stride");
+    if ((result = ism__check_stride(log, name.text, s->position_stride, 12)) != ISM_OK) return result;
+    ism__source_field(&name, index, "normal_stride");
+    if ((result = ism__check_stride(log, name.text, s->normal_stride, 12)) != ISM_OK) return result;
+    ism__source_field(&name, index, "flux_stride");
+    if ((result = ism__check_stride(log, name.text, s->flux_stride, 12)) != ISM_OK) return result;
+    ism__source_field(&name, index, "lobe_stride");
+    if ((result = ism__check_stride(log, name.text, s->lobe_stride, 16)) != ISM_OK) return result;
+    ism__source_field(&name, index, "area_stride");
+    return ism__check_stride(log, name.text, s->area_stride, 4);
+}
+
+/* Texels of all sources, and the doubles that their prefix sums take. */
+static ism_result ism__check_sources(const ism__logger *log, const ism_frame *f, size_t *total,
+                                     size_t *doubles)
+{
+    size_t s, cells;
+    *total = *doubles = 0;
+    if (f->source_count && !f->sources) return ism__is_null(log, "frame.sources");
+    for (s = 0; s < f->source_count; s++) {
+        const ism_source *src = &f->sources[s];
+        ism_result result = ism__check_source(log, src, s);
+        if (result != ISM_OK) return result;
+        if (!ism__mul_size(src->width, src->height, &cells) || cells > 1u << 26 ||
+            *total > (1u << 26) - cells) {
+            ism__log_element(log, "sources", s, "brings the texels of all to", (double)*total +
+                             (double)src->width * (double)src->height, "2^26 at most");
+            return ISM_ERR_LIMIT;
+        }
+        *total += cells;
+        *doubles += ism__cdf2_doubles(src->width, src->height);
+    }
+    return ISM_OK;
+}
+
+/* ==== src/ism/formulas.h ==== */
+
+/* ---- formulas: solid angle, form factor, dithering ---- */
+
+/* tan(omega / 2) = a . (b x c) / (abc + (a . b) c + (a . c) b + (b . c) a), which is exact for triangles of
+   any size. */
+ISM_DEF float ism_solid_angle(const float pa[3], const float pb[3], const float pc[3])
+{
+    ism__v3 a = ism__v3_load(pa), b = ism__v3_load(pb), c = ism__v3_load(pc);
+    float la = ism__v3_length(a), lb = ism__v3_length(b), lc = ism__v3_length(c);
+    float top = fabsf(ism__v3_dot(a, ism__v3_cross(b, c))), omega;
+    float below = la * lb * lc + ism__v3_dot(a, b) * lc + ism__v3_dot(a, c) * lb + ism__v3_dot(b, c) * la;
+    if (!(top > 0.0f) || !ism__finite(top) || !ism__finite(below)) return 0.0f;
+    omega = 2.0f * ism__atan2(top, below);
+    return omega > 0.0f ? omega : 0.0f;
+}
+
+/* Lambert's sum over the edges of the part above the horizon: F = 1 / 2 pi sum angle(a, b) n . (b x a) / |b x
+   a|; *share is the part of the area that is left. */
+static float ism__form_factor(ism__v3 n, const ism__v3 *corner, uint32_t count, float *share)
+{
+    ism__v3 p[8];
+    float sum = 0.0f, cut = 0.0f, whole = 0.0f;
+    uint32_t i, k = 0;
+    for (i = 0; i < count; i++) {
+        ism__v3 a = corner[i], b = corner[(i + 1u) % count];
+        float ha = ism__v3_dot(n, a), hb = ism__v3_dot(n, b);
+        if (ha > 0.0f) p[k++] = a;
+        if ((ha > 0.0f) != (hb > 0.0f)) p[k++] = ism__v3_madd(a, ism__v3_sub(b, a), ha / (ha - hb));
+    }
+    if (share) {
+        ism__v3 s = ism__v3_make(0, 0, 0), t = s;
+        for (i = 1; i + 1u < k; i++)
+            s = ism__v3_add(s, ism__v3_cross(ism__v3_sub(p[i], p[0]), ism__v3_sub(p[i + 1u], p[0])));
+        for (i = 1; i + 1u < count; i++)
+            t = ism__v3_add(
+                t, ism__v3_cross(ism__v3_sub(corner[i], corner[0]), ism__v3_sub(corner[i + 1u], corner[0])));
+        cut = ism__v3_length(s);
+        whole = ism__v3_length(t);
+        *share = whole > 0.0f ? cut / whole : 1.0f;
+    }
+    for (i = 0; i < k; i++) {
+        ism__v3 a = p[i], b = p[(i + 1u) % k], c = ism__v3_cross(b, a);
+        float length = ism__v3_length(c);
+        if (length > 0.0f) sum += ism__atan2(length, ism__v3_dot(a, b)) * (ism__v3_dot(n, c) / length);
+    }
+    return sum * 0.159154943f;
+}
+
+ISM_DEF float ism_form_factor(const float normal[3], const float corners[12])
+{
+    ism__v3 c[4];
+    float f;
+    int k;
+    for (k = 0; k < 4; k++) c[k] = ism__v3_load(corners + 3 * k);
+    f = ism__form_factor(ism__v3_load(normal), c, 4, NULL);
+    return f > 0.0f ? f : 0.0f;
+}
+
+ISM_DEF int ism_dither(uint32_t x, uint32_t y, float opacity)
+{
+    static const float threshold[4] = { 0.125f, 0.625f, 0.875f, 0.375f };   /* Bayer's 2 x 2 */
+    return opacity > threshold[(y & 1u) * 2u + (x & 1u)];
+}
+
+/* ==== src/ism/projections.h ==== */
+
+/* ---- projections: the hemisphere about +z and the unit square (paper 6.1) ---- */
+
+/* Shirley and Chiu, "A low distortion map between disk and square", J. Graphics Tools 2(3), 1997. a, b in
+   -1..1; returns the radius 0..1. */
 static float ism__square_to_disc(float a, float b, float *x, float *y)
 {
     float r, phi, s, c;
@@ -1284,7 +2023,8 @@ static float ism__power_gap(float x, float y)
 }
 
 /* LOBE: a disc of equal measure of cos^e: radius^2 = 1 - cos^(e + 1); e = 1 is the disc seen from above. */
-ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2], float direction[3])
+ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const float uv[2],
+                               float direction[3])
 {
     float a = 2.0f * uv[0] - 1.0f, b = 2.0f * uv[1] - 1.0f, r, x, y, z, s;
     if (projection == ISM_PROJECTION_PARABOLOID) {
@@ -1317,7 +2057,8 @@ ISM_DEF void ism_map_direction(ism_projection projection, float exponent, const 
     direction[2] = z;
 }
 
-ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const float direction[3], float uv[2])
+ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const float direction[3],
+                                float uv[2])
 {
     float x = direction[0], y = direction[1], z = direction[2], a, b, s;
     if (!(z > 0.0f)) return 0;
@@ -1345,12 +2086,12 @@ ISM_DEF int ism_map_coordinates(ism_projection projection, float exponent, const
     return 1;
 }
 
-static ism__v3 ism__to_local(const ism__frame_of *f, ism__v3 v)
+static ism__v3 ism__to_local(const ism__orientation *f, ism__v3 v)
 {
     return ism__v3_make(ism__v3_dot(f->x, v), ism__v3_dot(f->y, v), ism__v3_dot(f->z, v));
 }
 
-static ism__v3 ism__to_world(const ism__frame_of *f, ism__v3 v)
+static ism__v3 ism__to_world(const ism__orientation *f, ism__v3 v)
 {
     return ism__v3_madd(ism__v3_madd(ism__v3_scale(f->x, v.x), f->y, v.y), f->z, v.z);
 }
@@ -1362,21 +2103,850 @@ static ism_projection ism__projection_of(const ism_maps *m, const ism_vpl *v)
 }
 
 /* Lobe maps are about the lobe's axis, the others about the normal; sky maps look along the light. */
-static ism__frame_of ism__vpl_frame(const ism_maps *m, const ism_vpl *v)
+static ism__orientation ism__vpl_frame(const ism_maps *m, const ism_vpl *v)
 {
-    ism__frame_of f;
-    f.z = ism__v3_load(ism__projection_of(m, v) == ISM_PROJECTION_LOBE && !v->directional ? v->axis : v->normal);
+    ism__orientation f;
+    f.z = ism__v3_load(ism__projection_of(m, v) == ISM_PROJECTION_LOBE && !v->directional ? v->axis
+                                                                                          : v->normal);
     ism__v3_basis(f.z, &f.x, &f.y);
     return f;
 }
 
+/* The texel of u in 0..1, the nearest one for u beyond; the first if u is not a number. */
 static uint32_t ism__texel_of(float u, uint32_t size)
 {
-    uint32_t i = (uint32_t)(u * (float)size);
-    return i < size ? i : size - 1u;
+    float x = u * (float)size;
+    if (!(x > 0.0f)) return 0;
+    return x < (float)size ? (uint32_t)x : size - 1u;
 }
 
-/* ---- >>windows: of a tile, most texels to what the picture shows ---- */
+/* ==== src/ism/importance.h ==== */
+
+/* ---- importance: what a pVPL does to the picture (paper 4.1, 4.2) ---- */
+
+typedef struct ism__choice {
+    ism_maps         *m;
+    const ism__job   *job;
+    const uint32_t   *valid;        /* pixels that are no background */
+    uint32_t          valid_count;
+    float             extent;       /* diagonal of the receivers' box */
+    size_t            source;
+    float *lum, *effect, *out; /* of this source: flux, mean square effect on the picture, its blurred root */
+    uint32_t          seed;
+    float             blur_radius;
+    float             from, to;     /* of the call's progress: this source's */
+} ism__choice;
+
+/* cos cos / d^2 bounded at distances below a hundredth of the picture's extent; for a sky the cosine. Lobes
+   count as diffuse here: an importance need only be near. */
+static float ism__effect(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, ism__v3 pn, float extent)
+{
+    ism__v3 d;
+    float d2, a, b;
+    if (s->kind == ISM_SOURCE_DIRECTIONS) {
+        a = ism__v3_dot(pn, q);
+        return a > 0.0f ? a : 0.0f;
+    }
+    d = ism__v3_sub(q, p);
+    d2 = ism__v3_dot(d, d) + 1e-4f * extent * extent + 1e-30f;
+    a = ism__v3_dot(pn, d);
+    b = s->lobes ? sqrtf(d2) : -ism__v3_dot(n, d);
+    return a > 0.0f && b > 0.0f ? a * b / (d2 * d2) : 0.0f;
+}
+
+/* Place of a world position in pixels; 0 where that is at infinity or unknown. Behind the camera counts as
+   paper 4.2 has it: the mirrored place. */
+static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
+{
+    const float *m = view->points->matrix;
+    float cx = m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12],
+          cy = m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13];
+    float w = m[3] * p.x + m[7] * p.y + m[11] * p.z + m[15];
+    float lx, ly;
+    if (!(fabsf(w) > 1e-20f)) return 0;
+    lx = cx / w;
+    ly = cy / w;
+    if (!(fabsf(lx) < 8.0f && fabsf(ly) < 8.0f)) return 0;
+    *x = (0.5f * lx + 0.5f) * (float)view->width;
+    *y = (view->points->rows == ISM_ROWS_TOP_FIRST ? 0.5f - 0.5f * ly : 0.5f * ly + 0.5f) *
+         (float)view->height;
+    return 1;
+}
+
+/* Samples of one pVPL: a jittered grid over the picture, of which every other one, as on a chessboard, is
+   guided: it has a density of min(1, (r0 / r)^2) about the pVPL's own place. They share the estimate with the
+   grid by the balance heuristic, so that no place is forgotten. Rows and columns of an even grid have as many
+   of either kind, so that guided ones take their numbers from their cells; of an odd one they have their own,
+   in steps of radius and of the golden ratio. */
+static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
+{
+    const ism__view *view = &c->job->view;
+    uint32_t grid = c->m->desc.view_grid_side, k, count = grid * grid, w = view->width, h = view->height;
+    ism__v3 q = ism__v3_load(ism__at(s->positions, s->position_stride, i)), n = q, p, pn;
+    float cx = 0.0f, cy = 0.0f, r0 = 0.05f * (float)(w > h ? w : h), reach = (float)w + (float)h, sum = 0.0f;
+    uint32_t turn = ism__hash_combine(c->seed, (uint32_t)i * 256u + 255u), rank = 0;
+    float inner, norm, uniform = 1.0f / ((float)w * (float)h), share = (float)(count / 2u) / (float)count;
+    int guided = c->m->desc.importance == ISM_IMPORTANCE_GUIDED && s->kind != ISM_SOURCE_DIRECTIONS && h > 1u;
+    guided = guided && count > 1u && r0 >= 1.0f && ism__to_pixel(view, q, &cx, &cy) && reach > r0;
+    inner = 1.0f / (1.0f + 2.0f * ism__log(reach / r0));    /* share of the disc r < r0 */
+    norm = inner / (ISM__PI * r0 * r0);                     /* density inside it */
+    if (s->kind != ISM_SOURCE_DIRECTIONS) n = ism__v3_load(ism__at(s->normals, s->normal_stride, i));
+    for (k = 0; k < count; k++) {
+        uint32_t hash = ism__hash_combine(c->seed, (uint32_t)i * 256u + k);
+        float u = ((float)(k % grid) + ism__to_unit(hash)) / (float)grid;
+        float v = ((float)(k / grid) + ism__to_unit(ism__hash32(hash))) / (float)grid;
+        float x = u * (float)w, y = v * (float)h, density = uniform;
+        if (guided && ((k % grid + k / grid) & 1u)) {
+            float r, sine, cosine;
+            if (grid & 1u) {
+                u = ((float)rank + ism__to_unit(hash)) / (float)(count / 2u);
+                v = ism__to_unit(turn + rank++ * 2654435769u);
+            }
+            r = u < inner ? r0 * sqrtf(u / inner) : r0 * ism__pow(reach / r0, (u - inner) / (1.0f - inner));
+            ism__sincos(6.28318531f * v, &sine, &cosine);
+            x = cx + r * cosine;
+            y = cy + r * sine;
+        }
+        if (!(x >= 0.0f && y >= 0.0f && x < (float)w && y < (float)h)) continue;
+        if (guided) {
+            float r2 = (x - cx) * (x - cx) + (y - cy) * (y - cy);
+            density = (1.0f - share) * uniform + share * norm * (r2 > r0 * r0 ? r0 * r0 / r2 : 1.0f);
+        }
+        if (ism__receiver(view, (size_t)ism__texel_of(y / (float)h, h) * w + ism__texel_of(x / (float)w, w),
+                          &p, &pn)) {
+            float e = ism__effect(s, q, n, p, pn, c->extent);
+            sum += e * e * (uniform / density);
+        }
+    }
+    /* The mean square, whose root is taken after the blur: what is to be small is the squared error of the
+       picture, and its least variance is reached by choosing VPLs in proportion to the root of it. */
+    return sum / (float)count;
+}
+
+static void ism__estimate_task(void *context, size_t row)
+{
+    ism__choice *c = (ism__choice *)context;
+    const ism_source *s = &c->job->frame->sources[c->source];
+    size_t x;
+    for (x = 0; x < s->width; x++) {
+        size_t i = row * s->width + x;
+        c->effect[i] = c->lum[i] > 0.0f ? ism__estimate(c, s, i) : 0.0f;
+    }
+}
+
+/* Geometry-aware blur of the effects alone: fluxes stay as sharp as they are. */
+static void ism__blur_task(void *context, size_t row)
+{
+    ism__choice *c = (ism__choice *)context;
+    const ism_source *s = &c->job->frame->sources[c->source];
+    int radius = (int)c->blur_radius, x, y, w = (int)s->width, h = (int)s->height;
+    for (x = 0; x < w; x++) {
+        size_t i = row * s->width + (size_t)x;
+        ism__v3 q = ism__v3_load(ism__at(s->positions, s->position_stride, i));
+        ism__v3 n = ism__v3_load(ism__at(s->normals, s->normal_stride, i));
+        float sum = 0.0f, weights = 0.0f;
+        int y0 = (int)row - radius, y1 = (int)row + radius, x0 = x - radius, x1 = x + radius, k;
+        c->out[i] = 0.0f;
+        if (!(c->lum[i] > 0.0f)) continue;
+        for (y = y0 > 0 ? y0 : 0; y <= y1 && y < h; y++)
+            for (k = x0 > 0 ? x0 : 0; k <= x1 && k < w; k++) {
+                size_t j = (size_t)y * s->width + (size_t)k;
+                ism__v3 d;
+                float weight;
+                if (!(c->lum[j] > 0.0f)) continue;
+                d = ism__v3_sub(ism__v3_load(ism__at(s->positions, s->position_stride, j)), q);
+                weight = ism__v3_dot(n, ism__v3_load(ism__at(s->normals, s->normal_stride, j)));
+                if (weight <= 0.5f || fabsf(ism__v3_dot(n, d)) > 0.3f * ism__v3_length(d)) continue;
+                sum += weight * c->effect[j];
+                weights += weight;
+            }
+        c->out[i] = sqrtf(weights > 0.0f ? sum / weights : c->effect[i]);
+    }
+}
+
+/* Box of the receivers; its diagonal. */
+static float ism__extent(const ism__view *view)
+{
+    ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), p, n;
+    size_t i, count = view->points->count, step = count / 65536u + 1u;
+    for (i = 0; i < count; i += step)
+        if (ism__receiver(view, i, &p, &n)) {
+            lo = ism__v3_min(lo, p);
+            hi = ism__v3_max(hi, p);
+        }
+    return lo.x <= hi.x ? ism__v3_length(ism__v3_sub(hi, lo)) : 0.0f;
+}
+
+/* Fluxes of one source into c->lum, and what a unit of it does to the picture into c->out. */
+static ism_result ism__weigh_source(ism__choice *c, const ism_source *s, double *flux)
+{
+    ism_maps *m = c->m;
+    size_t count = (size_t)s->width * s->height, i;
+    const char *wrong = NULL;
+    float share = c->to - c->from;
+    uint32_t radius;
+    int bad;
+    *flux = 0.0;
+    for (i = 0; i < count; i++) {
+        c->lum[i] = ism__pvpl_luminance(s, i, &bad, &wrong);
+        if (wrong) return ism__not_unit(&c->job->log, s, c->source, i, wrong);
+        m->stats.bad_pvpls += (uint64_t)bad;
+        *flux += (double)c->lum[i];
+        if (s->kind != ISM_SOURCE_DIRECTIONS && c->lum[i] > 0.0f) {
+            const float *f = ism__at(s->fluxes, s->flux_stride, i);
+            int k;
+            for (k = 0; k < 3; k++) m->stats.flux[k] += (double)f[k];
+        }
+    }
+    for (i = 0; i < count; i++) c->out[i] = 0.0f;
+    if (m->desc.importance == ISM_IMPORTANCE_FLUX || !(*flux > 0.0)) return ISM_OK;
+    if (!ism__run(m, &c->job->part, c->from, c->from + 0.8f * share, s->height, ism__estimate_task, c))
+        return ISM_ERR_CANCELLED;
+    radius = m->desc.blur_radius > 0 ? (uint32_t)m->desc.blur_radius : 0;
+    if (!m->desc.blur_radius) {
+        radius = (uint32_t)(0.05f * (float)(s->width < s->height ? s->width : s->height));
+        radius = radius < 6u ? radius : 6u;
+    }
+    c->blur_radius = (float)radius;
+    if (s->scattered || s->kind == ISM_SOURCE_DIRECTIONS || !radius)
+        for (i = 0; i < count; i++) c->out[i] = sqrtf(c->effect[i]);
+    else if (!ism__run(m, &c->job->part, c->from + 0.8f * share, c->to, s->height, ism__blur_task, c))
+        return ISM_ERR_CANCELLED;
+    return ISM_OK;
+}
+
+/* Importance into c->out: flux x (effect + a share of flux alone, so that no weight is 0). The share is of
+   all sources together: of each by itself it would leave nothing to those that one with a few great effects
+   stands beside. Fluxes of directions are irradiances and have a share of their own. */
+static void ism__add_shares(ism__choice *c, const ism__source_of *of)
+{
+    const ism_frame *f = c->job->frame;
+    double share = (double)c->m->desc.flux_share, flux[2] = { 0.0, 0.0 }, total = 0.0, kinds, least[2];
+    size_t s, i = 0, end;
+    for (s = 0; s < f->source_count; s++) {
+        flux[f->sources[s].kind == ISM_SOURCE_DIRECTIONS] += of[s].flux;
+        for (end = i + (size_t)f->sources[s].width * f->sources[s].height; i < end; i++)
+            total += (double)(c->lum[i] * c->out[i]);
+    }
+    kinds = flux[0] > 0.0 && flux[1] > 0.0 ? 2.0 : 1.0;
+    for (s = 0; s < 2; s++)
+        least[s] =
+            total > 0.0 && flux[s] > 0.0 ? total / kinds / flux[s] * share / (1.0 - 0.999 * share) : 1.0;
+    for (s = i = 0; s < f->source_count; s++) {
+        float lowest = (float)least[f->sources[s].kind == ISM_SOURCE_DIRECTIONS];
+        for (end = i + (size_t)f->sources[s].width * f->sources[s].height; i < end; i++)
+            c->out[i] = c->lum[i] * (c->out[i] + lowest);
+    }
+}
+
+/* ==== src/ism/vpls.h ==== */
+
+/* ---- vpls: drawn from the importances, between texels (paper 4.1, 6.5) ---- */
+
+/* Sample (x + fx, y + fy) of a grid, mixed from the four texels about it where they lie on one surface (paper
+   6.5). Where that is curved the chord may run behind it, from where a sheet's back would be lit: the farther
+   out of the chord and of the four tangent planes' mean holds. Returns the distance to the farthest of the
+   texels. */
+static float ism__inter_texel(const ism__view *view, const ism_source *s, const ism__cdf2_sample *at,
+                              ism__v3 *p, ism__v3 *n)
+{
+    size_t i0 = (size_t)at->y * s->width + at->x;
+    ism__v3 p0 = ism__v3_load(ism__at(s->positions, s->position_stride, i0)),
+            n0 = ism__v3_load(ism__at(s->normals, s->normal_stride, i0));
+    ism__v3 sum = ism__v3_make(0, 0, 0), normal = sum, offsets[4], normals[4];
+    float sx = at->fx - 0.5f, sy = at->fy - 0.5f, weights = 0.0f, spacing = 0.0f, x0, y0, xk, yk, share[4],
+          behind = 0.0f;
+    int k, used = 0, known = ism__to_pixel(view, p0, &x0, &y0);
+    for (k = 0; k < 4; k++) {
+        int64_t x = (int64_t)at->x + (k & 1 ? (sx < 0.0f ? -1 : 1) : 0),
+                y = (int64_t)at->y + (k & 2 ? (sy < 0.0f ? -1 : 1) : 0);
+        float w = (k & 1 ? fabsf(sx) : 1.0f - fabsf(sx)) * (k & 2 ? fabsf(sy) : 1.0f - fabsf(sy)), length;
+        size_t i = (size_t)y * s->width + (size_t)x;
+        ism__v3 q, nq, d;
+        if (x < 0 || y < 0 || x >= (int64_t)s->width || y >= (int64_t)s->height) continue;
+        if (!ism__flux_ok(ism__at(s->fluxes, s->flux_stride, i)) ||
+            !(ism__luminance(ism__at(s->fluxes, s->flux_stride, i)) > 0.0f))
+            continue;
+        q = ism__v3_load(ism__at(s->positions, s->position_stride, i));
+        nq = ism__v3_load(ism__at(s->normals, s->normal_stride, i));
+        d = ism__v3_sub(q, p0);
+        length = ism__v3_length(d);
+        if (k && (!ism__v3_finite(nq) || !(ism__v3_dot(n0, nq) > 0.9f) ||
+                  !(fabsf(ism__v3_dot(n0, d)) <= 0.1f * length))) continue;
+        if (k && known && ism__to_pixel(view, q, &xk, &yk)) {      /* Gaussian of variance 0.01 in clip
+                                                                      space */
+            float ex = 2.0f * (xk - x0) / (float)view->width, ey = 2.0f * (yk - y0) / (float)view->height;
+            w *= ism__exp(-50.0f * (ex * ex + ey * ey));
+        }
+        sum = ism__v3_madd(sum, d, w);
+        normal = ism__v3_madd(normal, nq, w);
+        weights += w;
+        offsets[used] = d;
+        normals[used] = nq;
+        share[used++] = w;
+        if (length > spacing) spacing = length;
+    }
+    *p = p0;
+    *n = n0;
+    if (!(weights > 0.0f)) return spacing;
+    *n = ism__v3_normalize(normal);
+    sum = ism__v3_scale(sum, 1.0f / weights);
+    for (k = 0; k < used; k++)
+        behind += share[k] / weights * ism__v3_dot(normals[k], ism__v3_sub(offsets[k], sum)) *
+                  ism__v3_dot(normals[k], *n);
+    *p = ism__v3_add(p0, behind > 0.0f ? ism__v3_madd(sum, *n, behind) : sum);
+    return spacing;
+}
+
+/* One of `count` samples. */
+static void ism__make_vpl(const ism_maps *m, const ism__job *job, size_t source, const ism__cdf2_sample *at,
+                          double probability, uint32_t count, ism_vpl *v)
+{
+    const ism_source *s = &job->frame->sources[source];
+    size_t i = (size_t)at->y * s->width + at->x;
+    const float *flux = ism__at(s->fluxes, s->flux_stride, i);
+    ism__v3 p = ism__v3_load(ism__at(s->positions, s->position_stride, i)), n;
+    float scale = (float)(1.0 / ((double)count * probability)), spacing = 0.0f;
+    int k;
+    memset(v, 0, sizeof *v);
+    v->source = (uint32_t)source;
+    v->texel = (uint32_t)i;
+    v->directional = s->kind == ISM_SOURCE_DIRECTIONS;
+    if (v->directional) {
+        p = ism__v3_normalize(p);
+        n = ism__v3_scale(p, -1.0f);
+    } else if (s->scattered || m->desc.no_inter_texel) {
+        n = ism__v3_normalize(ism__v3_load(ism__at(s->normals, s->normal_stride, i)));
+    } else {
+        spacing = ism__inter_texel(&job->view, s, at, &p, &n);
+    }
+    ism__v3_store(v->position, p);
+    ism__v3_store(v->normal, n);
+    ism__v3_store(v->axis, n);
+    v->exponent = 1.0f;
+    if (s->lobes && !v->directional) {
+        ism__v3_store(v->axis, ism__v3_normalize(ism__v3_load(ism__lobe(s, i))));
+        v->exponent = ism__lobe(s, i)[3];
+    }
+    for (k = 0; k < 3; k++) v->flux[k] = flux[k] * scale;
+    if (s->areas && !v->directional)
+        v->area = *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, i) * scale;
+    if (!(v->area >= 0.0f) || !ism__finite(v->area)) v->area = 0.0f;
+    v->side = spacing;              /* read by ism__flag_jumps, then replaced */
+}
+
+/* Which VPLs did not glide: another source, or farther than a texel from where they were. */
+static void ism__flag_jumps(ism_maps *m)
+{
+    const ism_vpl *old = (const ism_vpl *)m->previous.data;
+    uint32_t i;
+    m->stats.jumped = 0;
+    for (i = 0; i < m->vpl_count; i++) {
+        ism_vpl *v = &m->vpls[i];
+        float limit = v->side;
+        ism__v3 d;
+        if (i >= m->previous_count) continue;
+        d = ism__v3_sub(ism__v3_load(v->position), ism__v3_load(old[i].position));
+        v->jumped = v->source != old[i].source || ism__v3_dot(d, d) > limit * limit;
+        m->stats.jumped += (uint32_t)v->jumped;
+    }
+}
+
+/* The square that a VPL becomes near by: its area, but no farther than its neighbours are. VPLs at one place,
+   of a texel chosen twice, share a square of their areas' sum: two of one's area would be twice as bright as
+   the surface. */
+static void ism__side_task(void *context, size_t index)
+{
+    ism_maps *m = (ism_maps *)context;
+    ism_vpl *v = &m->vpls[index];
+    ism__v3 p = ism__v3_load(v->position), n = ism__v3_load(v->normal);
+    float near2[4] = { 1e30f, 1e30f, 1e30f, 1e30f }, most, area = v->area;
+    uint32_t i, k;
+    v->side = 0.0f;
+    if (v->directional || v->exponent != 1.0f) return;
+    for (i = 0; i < m->vpl_count; i++) {
+        const ism_vpl *o = &m->vpls[i];
+        ism__v3 d = ism__v3_sub(ism__v3_load(o->position), p);
+        float d2 = ism__v3_dot(d, d);
+        if (i == index || d2 >= near2[3] || o->directional) continue;
+        if (ism__v3_dot(n, ism__v3_load(o->normal)) < 0.5f) continue;
+        if (!(d2 > 0.0f)) {
+            area += o->area;
+            continue;
+        }
+        for (k = 3; k > 0 && near2[k - 1u] > d2; k--) near2[k] = near2[k - 1u];
+        near2[k] = d2;
+    }
+    most = near2[3] < 1e30f ? ISM__PI * near2[3] : 0.0f;
+    area = area > 0.0f ? (most > 0.0f && area > 2.0f * most ? 2.0f * most : area) : 0.25f * most;
+    v->side = sqrtf(area);
+}
+
+static ism_result ism__finish_vpls(ism_maps *m, const ism__part *part, float from, float to)
+{
+    uint32_t i;
+    for (i = 0; i < m->vpl_count; i++) m->vpls[i].reach = 0.0f;
+    m->near_count = m->stats.near_points = 0;
+    if (!ism__run(m, part, from, to, m->vpl_count, ism__side_task, m))
+        return m->chosen = 0, ISM_ERR_CANCELLED;
+    m->stats.vpls = m->vpl_count;
+    m->chosen = 1;
+    return ISM_OK;
+}
+
+/* Sample i of count at ((i + 0.5) / count, golden ratio sequence): the first number picks source and row, the
+   second the column. 0 where there is none. */
+static int ism__draw(const ism_maps *m, const ism__job *job, double total, uint32_t i, uint32_t count,
+                     uint32_t stream, ism_vpl *v)
+{
+    const ism__source_of *of = (const ism__source_of *)m->sources.data;
+    const ism_frame *f = job->frame;
+    uint32_t key = m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed;
+    uint32_t shift_u = ism__hash_combine(key, stream), shift_v = ism__hash_combine(key, stream + 1u);
+    double u = ((double)i + 0.5) / (double)count + (m->desc.unstable ? (double)ism__to_unit(shift_u) : 0.0),
+           rest;
+    ism__cdf2_sample at;
+    ism__cdf2 cdf;
+    size_t s = 0, last = 0, k;
+    u = (u - floor(u)) * total;
+    for (k = 0; k < f->source_count; k++)
+        if (of[k].total > 0.0) last = k;
+    rest = u;
+    for (s = 0; s < last && !(rest < of[s].total); s++) rest -= of[s].total;
+    cdf.rows = (const double *)m->cdf.data + of[s].cdf_first;
+    cdf.sums = cdf.rows + f->sources[s].height + 1u;
+    cdf.width = f->sources[s].width;
+    cdf.height = f->sources[s].height;
+    at = ism__cdf2_sample_at(&cdf, ism__to_unit(i * 2654435769u + shift_v), (float)(rest / of[s].total));
+    if (!(at.probability > 0.0f)) return 0;
+    ism__make_vpl(m, job, s, &at, (double)at.probability * of[s].total / total, count, v);
+    return 1;
+}
+
+static void ism__draw_vpls(ism_maps *m, const ism__job *job, double total)
+{
+    uint32_t n = m->desc.vpl_count, i;
+    m->vpl_count = 0;
+    for (i = 0; i < n && total > 0.0; i++)
+        m->vpl_count += (uint32_t)ism__draw(m, job, total, i, n, 11u, &m->vpls[m->vpl_count]);
+}
+
+/* ==== src/ism/near_points.h ==== */
+
+/* ---- near points: in place of the VPLs that are near a receiver ---- */
+
+/* A VPL's light is right on the mean over all of them, but not beside one of them: in a corner a spot of it
+   stands for what a wide surface would have spread. There a second choice of more samples takes over, each as
+   far as its reach: a function of the place, that sums of one list give way to those of the other without
+   loss. */
+typedef struct ism__near_work {
+    ism_maps        *m;
+    const ism__job  *job;
+    double           total;
+    const uint64_t  *sorted;        /* low halves: VPLs of surfaces without lobes, along their box's longest
+                                       side */
+    uint32_t         sorted_count, drawn, axis;
+    ism_near_point  *out;           /* in the order of the draw; vpl < 0: none */
+} ism__near_work;
+
+/* Those that near points may stand for. */
+static int ism__has_near(const ism_vpl *v) { return !v->directional && v->exponent == 1.0f; }
+
+static const ism_vpl *ism__sorted_vpl(const ism__near_work *w, uint32_t i)
+{
+    return &w->m->vpls[(uint32_t)w->sorted[i]];
+}
+
+/* Reach of a place, and the VPL nearest to it (a turned one counts as farther). Both ways from its x through
+   the sorted VPLs, until x alone is too far. */
+static float ism__reach_of(const ism__near_work *w, ism__v3 p, ism__v3 n, uint32_t *nearest)
+{
+    float near2[ISM__NEAR_RANK], best = 1e30f;
+    uint32_t lo = 0, hi = w->sorted_count, left, right, k;
+    float x = w->axis == 0 ? p.x : w->axis == 1u ? p.y : p.z;
+    for (k = 0; k < ISM__NEAR_RANK; k++) near2[k] = 1e30f;
+    while (lo < hi) {
+        uint32_t mid = lo + (hi - lo) / 2u;
+        if (ism__sorted_vpl(w, mid)->position[w->axis] < x) lo = mid + 1u;
+        else hi = mid;
+    }
+    for (left = right = lo; left > 0 || right < w->sorted_count;) {
+        float before = left > 0 ? x - ism__sorted_vpl(w, left - 1u)->position[w->axis] : 1e30f, d2, cosine;
+        float behind = right < w->sorted_count ? ism__sorted_vpl(w, right)->position[w->axis] - x : 1e30f;
+        int leftwards = right == w->sorted_count || (left > 0 && before < behind);
+        float step = leftwards ? before : behind;
+        uint32_t i = (uint32_t)w->sorted[leftwards ? --left : right++];
+        const ism_vpl *v = &w->m->vpls[i];
+        ism__v3 d = ism__v3_sub(ism__v3_load(v->position), p);
+        if (step * step > near2[ISM__NEAR_RANK - 1u] && step * step > best) break;
+        d2 = ism__v3_dot(d, d);
+        for (k = ISM__NEAR_RANK - 1u; k > 0 && near2[k - 1u] > d2; k--) near2[k] = near2[k - 1u];
+        if (near2[k] > d2) near2[k] = d2;
+        cosine = ism__v3_dot(n, ism__v3_load(v->normal));
+        d2 *= cosine > 0.5f ? 1.0f : cosine > 0.0f ? 4.0f : 16.0f;
+        if (d2 < best) {
+            best = d2;
+            *nearest = i;
+        }
+    }
+    return 2.0f * sqrtf(near2[ISM__NEAR_RANK - 1u]);
+}
+
+static void ism__reach_task(void *context, size_t index)
+{
+    const ism__near_work *w = (const ism__near_work *)context;
+    ism_vpl *v = &w->m->vpls[index];
+    uint32_t nearest = 0;
+    if (ism__has_near(v))
+        v->reach = ism__reach_of(w, ism__v3_load(v->position), ism__v3_load(v->normal), &nearest);
+}
+
+/* 64 points of the draw. The square is that of the texel, or of what the point stands for where that is more,
+   but not of more than a few VPLs' surface; without areas, that of near points as dense as the VPLs are
+   here. */
+static void ism__near_task(void *context, size_t index)
+{
+    const ism__near_work *w = (const ism__near_work *)context;
+    uint32_t i, k;
+    for (i = (uint32_t)index * ISM__NEAR_BLOCK; i < w->drawn && i < (uint32_t)(index + 1u) * ISM__NEAR_BLOCK;
+         i++) {
+        ism_near_point *to = &w->out[i];
+        const ism_source *s;
+        uint32_t nearest = 0;
+        float area, most;
+        ism_vpl v;
+        to->vpl = -1.0f;
+        if (!ism__draw(w->m, w->job, w->total, i, w->drawn, 13u, &v) || !ism__has_near(&v)) continue;
+        s = &w->job->frame->sources[v.source];
+        for (k = 0; k < 3u; k++) {
+            to->position[k] = v.position[k];
+            to->normal[k] = v.normal[k];
+            to->flux[k] = v.flux[k];
+        }
+        to->reach = ism__reach_of(w, ism__v3_load(v.position), ism__v3_load(v.normal), &nearest);
+        area = s->areas ? *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, v.texel)
+                        : ISM__PI * 0.25f * to->reach * to->reach /
+                              (float)(ISM__NEAR_RANK * (uint32_t)w->m->desc.near_point_count);
+        if (!(area >= v.area) || !ism__finite(area)) area = v.area;
+        most = 0.125f * ISM__PI * to->reach * to->reach;
+        to->side = sqrtf(area < most ? area : most);
+        to->vpl = (float)nearest;
+    }
+}
+
+/* Every third bit of 30 from 10. */
+static uint32_t ism__spread_bits(uint32_t x)
+{
+    x = (x | x << 16) & 0x030000ffu;
+    x = (x | x << 8) & 0x0300f00fu;
+    x = (x | x << 4) & 0x030c30c3u;
+    return (x | x << 2) & 0x09249249u;
+}
+
+/* Keys along Morton's curve through the box of the points that there are, into keys[0 .. count): key and
+   number. */
+static uint32_t ism__near_keys(const ism__near_work *w, uint64_t *keys)
+{
+    ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), size;
+    uint32_t i, count = 0;
+    float most;
+    for (i = 0; i < w->drawn; i++)
+        if (w->out[i].vpl >= 0.0f) {
+            lo = ism__v3_min(lo, ism__v3_load(w->out[i].position));
+            hi = ism__v3_max(hi, ism__v3_load(w->out[i].position));
+        }
+    size = ism__v3_sub(hi, lo);
+    most = size.x > size.y ? size.x : size.y;
+    most = most > size.z ? most : size.z;
+    for (i = 0; i < w->drawn; i++)
+        if (w->out[i].vpl >= 0.0f) {
+            ism__v3 p = ism__v3_sub(ism__v3_load(w->out[i].position), lo);
+            uint32_t key;
+            if (most > 0.0f) p = ism__v3_scale(p, 1.0f / most);
+            p = ism__v3_max(p, ism__v3_make(0.0f, 0.0f, 0.0f));     /* 0 too where the box is wider than a
+                                                                       float */
+            key = ism__spread_bits(ism__texel_of(p.x, 1024u)) |
+                  ism__spread_bits(ism__texel_of(p.y, 1024u)) << 1 |
+                  ism__spread_bits(ism__texel_of(p.z, 1024u)) << 2;
+            keys[count++] = (uint64_t)key << 32 | i;
+        }
+    return count;
+}
+
+/* By the upper half, in four turns of 8 bits; the result lies where the keys were. */
+static void ism__sort_keys(uint64_t *keys, uint64_t *other, uint32_t count)
+{
+    uint32_t shift, i;
+    for (shift = 32u; shift < 64u; shift += 8u) {
+        uint32_t starts[257] = { 0 };
+        uint64_t *swap = keys;
+        for (i = 0; i < count; i++) starts[(keys[i] >> shift & 255u) + 1u]++;
+        for (i = 0; i < 256u; i++) starts[i + 1u] += starts[i];
+        for (i = 0; i < count; i++) other[starts[keys[i] >> shift & 255u]++] = keys[i];
+        keys = other;
+        other = swap;
+    }
+}
+
+/* x, y, z and radius of the sphere beyond which no point of the block reaches. */
+static void ism__near_sphere(const ism_near_point *points, uint32_t count, float sphere[4])
+{
+    ism__v3 lo = ism__v3_load(points->position), hi = lo, c;
+    float most = 0.0f;
+    uint32_t i;
+    for (i = 1; i < count; i++) {
+        lo = ism__v3_min(lo, ism__v3_load(points[i].position));
+        hi = ism__v3_max(hi, ism__v3_load(points[i].position));
+    }
+    c = ism__v3_scale(ism__v3_add(lo, hi), 0.5f);
+    for (i = 0; i < count; i++) {
+        float d = ism__v3_length(ism__v3_sub(ism__v3_load(points[i].position), c)) + points[i].reach;
+        most = d > most ? d : most;
+    }
+    ism__v3_store(sphere, c);
+    sphere[3] = most;
+}
+
+static int ism__grow_near(ism_maps *m)
+{
+    size_t n = m->desc.vpl_count, drawn = n * (size_t)m->desc.near_point_count;
+    return !drawn ||
+           (ism__grow(m, &m->near_points, drawn, sizeof(ism_near_point)) &&
+            ism__grow(m, &m->near_drawn, drawn, sizeof(ism_near_point)) &&
+            ism__grow(m, &m->near_keys, 2u * drawn, sizeof(uint64_t)) &&
+            ism__grow(m, &m->near_blocks, drawn / ISM__NEAR_BLOCK + 1u, 4u * sizeof(float)));
+}
+
+/* VPLs that near points may stand for, along the longest side of their box: keys lie there until points have
+   theirs. */
+static void ism__sort_by_x(ism__near_work *w, uint64_t *keys)
+{
+    const ism_maps *m = w->m;
+    float lo[3] = { 1e30f, 1e30f, 1e30f }, hi[3] = { -1e30f, -1e30f, -1e30f };
+    uint32_t i, k, bits;
+    for (i = 0; i < m->vpl_count; i++)
+        for (k = 0; k < 3u && ism__has_near(&m->vpls[i]); k++) {
+            lo[k] = m->vpls[i].position[k] < lo[k] ? m->vpls[i].position[k] : lo[k];
+            hi[k] = m->vpls[i].position[k] > hi[k] ? m->vpls[i].position[k] : hi[k];
+        }
+    for (k = 1; k < 3u; k++)
+        if (hi[k] - lo[k] > hi[w->axis] - lo[w->axis]) w->axis = k;
+    for (i = 0; i < m->vpl_count; i++)
+        if (ism__has_near(&m->vpls[i])) {
+            bits = ism__to_bits(m->vpls[i].position[w->axis] + 0.0f);       /* in the order of floats, no
+                                                                               -0 */
+            bits = bits >> 31 ? ~bits : bits | 0x80000000u;
+            keys[w->sorted_count++] = (uint64_t)bits << 32 | i;
+        }
+    ism__sort_keys(keys, keys + w->drawn, w->sorted_count);
+    w->sorted = keys;
+}
+
+static ism_result ism__draw_near(ism_maps *m, const ism__job *job, double total, float from, float to)
+{
+    uint32_t n = m->vpl_count, i, drawn = m->desc.vpl_count * (uint32_t)m->desc.near_point_count;
+    ism__near_work w = { m, job, total, NULL, 0, drawn, 0, NULL };
+    ism_near_point *points = (ism_near_point *)m->near_points.data;
+    uint64_t *keys = (uint64_t *)m->near_keys.data;
+    if (!drawn || !(total > 0.0)) return ISM_OK;
+    ism__sort_by_x(&w, keys);
+    if (w.sorted_count <= ISM__NEAR_RANK) return ISM_OK;
+    w.out = (ism_near_point *)m->near_drawn.data;
+    if (!ism__run(m, &job->part, from, 0.5f * (from + to), n, ism__reach_task, &w) ||
+        !ism__run(m, &job->part, 0.5f * (from + to), to, (drawn + ISM__NEAR_BLOCK - 1u) / ISM__NEAR_BLOCK,
+                  ism__near_task, &w))
+        return m->chosen = 0, ISM_ERR_CANCELLED;
+    m->near_count = m->stats.near_points = ism__near_keys(&w, keys);
+    ism__sort_keys(keys, keys + drawn, m->near_count);
+    for (i = 0; i < m->near_count; i++) points[i] = w.out[(uint32_t)keys[i]];
+    for (i = 0; i < m->near_count; i += ISM__NEAR_BLOCK)
+        ism__near_sphere(points + i,
+                         m->near_count - i < ISM__NEAR_BLOCK ? m->near_count - i : ISM__NEAR_BLOCK,
+                         (float *)m->near_blocks.data + i / ISM__NEAR_BLOCK * 4u);
+    return ISM_OK;
+}
+
+/* ==== src/ism/choose.h ==== */
+
+/* ---- choose: the stage of section 4, and what it leaves ---- */
+
+/* Memory for the importances and near points of sources with this many texels. */
+static int ism__grow_choice(ism_maps *m, size_t sources, size_t cells, size_t doubles)
+{
+    return ism__grow(m, &m->sources, sources, sizeof(ism__source_of)) &&
+           ism__grow(m, &m->importance, cells, sizeof(float)) &&
+           ism__grow(m, &m->blurred, 2u * cells, sizeof(float)) &&
+           ism__grow(m, &m->cdf, doubles, sizeof(double)) && ism__grow_near(m);
+}
+
+/* Importances of all sources; their progress ends at 0.7 of the call's. */
+static ism_result ism__weigh_sources(ism_maps *m, const ism__job *job, size_t cells, ism__source_of *of)
+{
+    const ism_frame *f = job->frame;
+    uint32_t seed = m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed;
+    size_t s, first = 0, cdf_first = 0;
+    ism__choice c;
+    memset(&c, 0, sizeof c);
+    c.m = m;
+    c.job = job;
+    c.extent = ism__extent(&job->view);
+    m->stats.bad_pvpls = 0;
+    m->stats.flux[0] = m->stats.flux[1] = m->stats.flux[2] = 0.0;
+    for (s = 0; s < f->source_count; s++) {
+        const ism_source *src = &f->sources[s];
+        size_t texels = (size_t)src->width * src->height;
+        ism_result result;
+        c.source = s;
+        c.seed = ism__hash_combine(seed, (uint32_t)s);
+        c.out = (float *)m->importance.data + first;
+        c.lum = (float *)m->blurred.data + first;
+        c.effect = c.lum + cells;
+        c.from = 0.7f * (float)first / (float)cells;
+        c.to = 0.7f * (float)(first + texels) / (float)cells;
+        of[s].first = first;
+        of[s].cdf_first = cdf_first;
+        result = ism__weigh_source(&c, src, &of[s].flux);
+        if (result != ISM_OK) return result;
+        first += texels;
+        cdf_first += ism__cdf2_doubles(src->width, src->height);
+    }
+    c.out = (float *)m->importance.data;
+    c.lum = (float *)m->blurred.data;
+    ism__add_shares(&c, of);
+    return ISM_OK;
+}
+
+/* Prefix sums of the importances; returns the sum of all. */
+static double ism__sum_importances(ism_maps *m, const ism_frame *f, ism__source_of *of)
+{
+    double total = 0.0;
+    size_t s;
+    for (s = 0; s < f->source_count; s++) {
+        const ism_source *src = &f->sources[s];
+        ism__cdf2 cdf;
+        ism__cdf2_build(&cdf, (double *)m->cdf.data + of[s].cdf_first,
+                        (float *)m->importance.data + of[s].first, NULL, src->width, src->height);
+        of[s].total = ism__cdf2_total(&cdf);
+        total += of[s].total;
+    }
+    return total;
+}
+
+static ism_result ism__choose(ism_maps *m, const ism__job *job)
+{
+    const ism_frame *f = job->frame;
+    ism__source_of *of;
+    size_t cells, doubles;
+    double total;
+    ism_result result = ism__check_sources(&job->log, f, &cells, &doubles);
+    if (result != ISM_OK) return result;
+    m->source_count = 0;
+    if (!ism__grow_choice(m, f->source_count, cells, doubles)) return ism__no_memory(&job->log);
+    of = (ism__source_of *)m->sources.data;
+    result = ism__weigh_sources(m, job, cells, of);
+    if (result != ISM_OK) return m->chosen = 0, result;
+    m->source_count = f->source_count;
+    m->cells = cells;
+    total = ism__sum_importances(m, f, of);
+    m->previous_count = m->chosen ? m->vpl_count : 0;
+    memcpy(m->previous.data, m->vpls, m->previous_count * sizeof *m->vpls);
+    ism__draw_vpls(m, job, total);
+    ism__flag_jumps(m);
+    m->built = 0;
+    result = ism__finish_vpls(m, &job->part, 0.7f, 0.8f);
+    return result == ISM_OK ? ism__draw_near(m, job, total, 0.8f, 1.0f) : result;
+}
+
+/* What a call with a frame begins with: job, and the frame's receivers. */
+static ism_result ism__open_frame(const ism_maps *m, const ism_frame *f, const char *function, ism__job *job)
+{
+    if (!m) return ISM_ERR_ARGUMENT;
+    ism__begin_job(&m->desc.system, function, f, job);
+    if (!f) return ism__is_null(&job->log, "frame");
+    return ism__open_view(&job->log, f->points, &job->view);
+}
+
+ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
+{
+    ism__job job;
+    ism_result result = ism__open_frame(m, f, "ism_choose", &job);
+    return result == ISM_OK ? ism__choose(m, &job) : result;
+}
+
+/* "vpls[INDEX].FIELD must be WANTED" */
+static ism_result ism__bad_vpl(const ism__logger *log, size_t index, const char *field, const char *wanted)
+{
+    ism__message name;
+    name.used = 0;
+    ism__message_text(&name, "vpls[");
+    ism__message_count(&name, index);
+    ism__message_text(&name, "].");
+    ism__message_text(&name, field);
+    ism__log_text(log, name.text, wanted);
+    return ISM_ERR_INPUT;
+}
+
+static ism_result ism__check_vpl(const ism__logger *log, const ism_vpl *v, size_t i)
+{
+    static const char unit[] = "must be unit (0.97..1.03 long)";
+    if (!ism__v3_finite(ism__v3_load(v->position))) return ism__bad_vpl(log, i, "position", "must be finite");
+    if (!ism__flux_ok(v->flux)) return ism__bad_vpl(log, i, "flux", "must be 0..1e30");
+    if (ism__unit_kind(ism__v3_load(v->normal)) <= 0) return ism__bad_vpl(log, i, "normal", unit);
+    if (ism__unit_kind(ism__v3_load(v->axis)) <= 0) return ism__bad_vpl(log, i, "axis", unit);
+    if (!(v->exponent >= 0.0f && v->exponent <= 1e5f))
+        return ism__bad_vpl(log, i, "exponent", "must be 0..1e5");
+    if (!(v->area >= 0.0f && ism__finite(v->area)))
+        return ism__bad_vpl(log, i, "area", "must be finite and not negative");
+    return ISM_OK;
+}
+
+ISM_DEF ism_result ism_set_vpls(ism_maps *m, const ism_vpl *vpls, size_t count)
+{
+    ism__job job;
+    size_t i;
+    if (!m) return ISM_ERR_ARGUMENT;
+    ism__begin_job(&m->desc.system, "ism_set_vpls", NULL, &job);
+    if (!vpls && count) return ism__is_null(&job.log, "vpls");
+    if (count > m->desc.vpl_count) {
+        ism__log_value(&job.log, "count", (double)count, "desc.vpl_count at most");
+        return ISM_ERR_LIMIT;
+    }
+    for (i = 0; i < count; i++) {
+        ism_result result = ism__check_vpl(&job.log, &vpls[i], i);
+        if (result != ISM_OK) return result;
+    }
+    if (count) memcpy(m->vpls, vpls, count * sizeof *vpls);
+    m->vpl_count = (uint32_t)count;
+    m->stats.jumped = 0;
+    m->built = 0;
+    return ism__finish_vpls(m, &job.part, 0.0f, 1.0f);
+}
+
+ISM_DEF const ism_vpl *ism_vpls(const ism_maps *m, size_t *count)
+{
+    if (count) *count = m ? m->vpl_count : 0;
+    return m ? m->vpls : NULL;
+}
+
+ISM_DEF const ism_near_point *ism_near_points(const ism_maps *m, size_t *count)
+{
+    if (count) *count = m ? m->near_count : 0;
+    return m && m->near_count ? (const ism_near_point *)m->near_points.data : NULL;
+}
+
+ISM_DEF const float *ism_importances(const ism_maps *m, size_t source, size_t *count)
+{
+    const ism__source_of *of;
+    if (!m || !m->chosen || source >= m->source_count) return NULL;
+    of = (const ism__source_of *)m->sources.data;
+    if (count) *count = (source + 1u < m->source_count ? of[source + 1u].first : m->cells) -
+                        of[source].first;
+    return (const float *)m->importance.data + of[source].first;
+}
+
+/* ==== src/ism/windows.h ==== */
+
+/* ---- windows: of a tile, most texels to what the picture shows ---- */
 
 /* cut: 64ths below and above the window. Its ends lie between texels, so that none is bent. */
 static void ism__set_axis(uint32_t below, uint32_t above, uint32_t size, uint32_t rim, ism__axis *out)
@@ -1420,7 +2990,8 @@ static float ism__from_tile(const ism__axis *w, float x)
 }
 
 /* Texels of the tile whose places in the square are within `reach` of u. */
-static void ism__span(const ism__axis *w, float u, float reach, uint32_t size, uint32_t *first, uint32_t *last)
+static void ism__span(const ism__axis *w, float u, float reach, uint32_t size, uint32_t *first,
+                      uint32_t *last)
 {
     float most = (float)size, x0, x1;
     if (w->on) {
@@ -1434,24 +3005,25 @@ static void ism__span(const ism__axis *w, float u, float reach, uint32_t size, u
     *last = x1 < most ? (uint32_t)x1 : size - 1u;
 }
 
-ISM_DEF void ism_zoom(uint32_t window, uint32_t tile_size, uint32_t rim, const float uv[2], float tile[2])
+ISM_DEF void ism_zoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float uv[2], float tile[2])
 {
     ism__window w;
-    ism__set_window(window, tile_size, rim, &w);
+    ism__set_window(window, tile_side, rim, &w);
     tile[0] = ism__to_tile(&w.u, uv[0] > 0.0f ? uv[0] < 1.0f ? uv[0] : 1.0f : 0.0f);
     tile[1] = ism__to_tile(&w.v, uv[1] > 0.0f ? uv[1] < 1.0f ? uv[1] : 1.0f : 0.0f);
 }
 
-ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_size, uint32_t rim, const float tile[2], float uv[2])
+ISM_DEF void ism_unzoom(uint32_t window, uint32_t tile_side, uint32_t rim, const float tile[2], float uv[2])
 {
     ism__window w;
-    ism__set_window(window, tile_size, rim, &w);
+    ism__set_window(window, tile_side, rim, &w);
     uv[0] = ism__from_tile(&w.u, tile[0] > 0.0f ? tile[0] < 1.0f ? tile[0] : 1.0f : 0.0f);
     uv[1] = ism__from_tile(&w.v, tile[1] > 0.0f ? tile[1] < 1.0f ? tile[1] : 1.0f : 0.0f);
 }
 
 /* Where a place lies in the VPL's square; 0: not in front of it, or outside of a sky's map. */
-static int ism__square_of(const ism_maps *m, const ism_vpl *v, const ism__frame_of *f, ism__v3 p, float uv[2])
+static int ism__square_of(const ism_maps *m, const ism_vpl *v, const ism__orientation *f, ism__v3 p,
+                          float uv[2])
 {
     ism__v3 l = ism__to_local(f, ism__v3_sub(p, ism__v3_load(v->directional ? m->center : v->position)));
     float d, direction[3];
@@ -1468,17 +3040,18 @@ static int ism__square_of(const ism_maps *m, const ism_vpl *v, const ism__frame_
 
 typedef struct ism__window_work {
     ism_maps       *m;
-    const ism_view *view;
+    const ism__view *view;
     uint32_t        rows, columns, count, seen[8u * ISM__SIGHTS];
 } ism__window_work;
 
-/* The receivers of one block that lie farthest in eight directions, of a wall its corners: what encloses them encloses
-   the others, nearly. UINT32_MAX for each that there already is. */
+/* The receivers of one block that lie farthest in eight directions, of a wall its corners: what encloses them
+   encloses the others, nearly. UINT32_MAX for each that there already is. */
 static void ism__sight_task(void *context, size_t index)
 {
     ism__window_work *w = (ism__window_work *)context;
-    const ism_view *view = w->view;
-    uint32_t row = (uint32_t)index / w->columns, column = (uint32_t)index % w->columns, *best = w->seen + 8u * index;
+    const ism__view *view = w->view;
+    uint32_t row = (uint32_t)index / w->columns, column = (uint32_t)index % w->columns,
+             *best = w->seen + 8u * index;
     uint32_t k, j;
     size_t x, y, x1 = (size_t)view->width * (column + 1u) / w->columns,
                  y1 = (size_t)view->height * (row + 1u) / w->rows;
@@ -1490,7 +3063,8 @@ static void ism__sight_task(void *context, size_t index)
             size_t i = y * view->width + x;
             if (!ism__receiver(view, i, &p, &n)) continue;
             for (k = 0; k < 8u; k++) {      /* no two as long, so that none of a grid's points are as far */
-                float at = (k & 1u ? p.x : -p.x) + 0.9f * (k & 2u ? p.y : -p.y) + 1.1f * (k & 4u ? p.z : -p.z);
+                float at =
+                    (k & 1u ? p.x : -p.x) + 0.9f * (k & 2u ? p.y : -p.y) + 1.1f * (k & 4u ? p.z : -p.z);
                 if (best[k] != UINT32_MAX && !(at > most[k])) continue;
                 most[k] = at;
                 best[k] = (uint32_t)i;
@@ -1501,8 +3075,8 @@ static void ism__sight_task(void *context, size_t index)
             if (best[j] == best[k]) best[k] = UINT32_MAX;
 }
 
-/* A side of the new window: where it is needed; or where it was in the frame before, if that will do, so that little of
-   what moves makes a window jump. */
+/* A side of the new window: where it is needed; or where it was in the frame before, if that will do, so that
+   little of what moves makes a window jump. */
 static uint32_t ism__cut_at(uint32_t need, uint32_t was, int known)
 {
     return known && was <= need && was + ISM__SLACK >= need ? was : need;
@@ -1518,13 +3092,13 @@ static void ism__window_task(void *context, size_t index)
     uint32_t i, k;
     int known = index < m->window_count && !v->jumped && !m->desc.unstable;
     ism__window *out = (ism__window *)m->windows.data + index;
-    ism__frame_of f = ism__vpl_frame(m, v);
+    ism__orientation f = ism__vpl_frame(m, v);
     v->window = 0;
     for (i = 0; i < w->count; i++) {
         ism__v3 p, n;
         float uv[2];
         if (w->seen[i] == UINT32_MAX || !ism__receiver(w->view, w->seen[i], &p, &n)) continue;
-        if (w->view->geometric) n = ism__v3_load(ism__at(w->view->geometric, w->view->stride, w->seen[i]));
+        n = ism__geometric_normal(w->view, w->seen[i], n);
         if (!(ism__v3_dot(n, v->directional ? f.z : ism__v3_sub(p, ism__v3_load(v->position))) < 0.0f) ||
             !ism__square_of(m, v, &f, p, uv))
             continue;
@@ -1542,873 +3116,38 @@ static void ism__window_task(void *context, size_t index)
             v->window |= ism__cut_at(high, *was >> (6u * k + 12u) & 63u, known) << (6u * k + 12u);
         }
     *was = v->window;
-    ism__set_window(v->window, m->desc.tile_size, m->desc.window_rim, out);
+    ism__set_window(v->window, m->desc.tile_side, (uint32_t)m->desc.window_rim, out);
     if (!out->u.on && !out->v.on) v->window = 0;
 }
 
 /* All that bounces on counts, seen or not: maps that ism_bounce needs are even. */
-static int ism__make_windows(ism_maps *m, const ism_view *view)
+static int ism__make_windows(ism_maps *m, const ism__view *view, const ism__part *part)
 {
     ism__window_work w;
     w.m = m;
     w.view = view;
     w.rows = view->height < 8u ? 1u : 8u;
     w.columns = ISM__SIGHTS / w.rows;
-    w.count = m->desc.no_windows || m->desc.keep_hits ? 0 : 8u * ISM__SIGHTS;
-    if ((w.count && !ism__run(&m->desc, ISM__SIGHTS, ism__sight_task, &w)) ||
-        !ism__run(&m->desc, m->vpl_count, ism__window_task, &w))
+    w.count = !m->desc.window_rim || m->desc.keep_hits ? 0 : 8u * ISM__SIGHTS;
+    if ((w.count && !ism__run(m, part, 0.0f, 0.05f, ISM__SIGHTS, ism__sight_task, &w)) ||
+        !ism__run(m, part, 0.05f, 0.1f, m->vpl_count, ism__window_task, &w))
         return 0;
     m->window_count = m->vpl_count;
     return 1;
 }
 
-/* ---- >>formulas ---- */
+/* ==== src/ism/triangles.h ==== */
 
-/* tan(omega / 2) = a . (b x c) / (abc + (a . b) c + (a . c) b + (b . c) a), which is exact for triangles of
-   any size. */
-ISM_DEF float ism_solid_angle(const float pa[3], const float pb[3], const float pc[3])
-{
-    ism__v3 a = ism__v3_load(pa), b = ism__v3_load(pb), c = ism__v3_load(pc);
-    float la = ism__v3_length(a), lb = ism__v3_length(b), lc = ism__v3_length(c);
-    float top = fabsf(ism__v3_dot(a, ism__v3_cross(b, c))), omega;
-    float below = la * lb * lc + ism__v3_dot(a, b) * lc + ism__v3_dot(a, c) * lb + ism__v3_dot(b, c) * la;
-    if (!(top > 0.0f) || !ism__finite(top) || !ism__finite(below)) return 0.0f;
-    omega = 2.0f * ism__atan2(top, below);
-    return omega > 0.0f ? omega : 0.0f;
-}
+/* ---- triangles: which of them get points, by the view (paper 5.1, 5.2) and by each VPL ---- */
 
-/* Lambert's sum over the edges of the part above the horizon: F = 1 / 2 pi sum angle(a, b) n . (b x a) / |b x a|;
-   *share is the part of the area that is left. */
-static float ism__form_factor(ism__v3 n, const ism__v3 *corner, uint32_t count, float *share)
-{
-    ism__v3 p[8];
-    float sum = 0.0f, cut = 0.0f, whole = 0.0f;
-    uint32_t i, k = 0;
-    for (i = 0; i < count; i++) {
-        ism__v3 a = corner[i], b = corner[(i + 1u) % count];
-        float ha = ism__v3_dot(n, a), hb = ism__v3_dot(n, b);
-        if (ha > 0.0f) p[k++] = a;
-        if ((ha > 0.0f) != (hb > 0.0f)) p[k++] = ism__v3_madd(a, ism__v3_sub(b, a), ha / (ha - hb));
-    }
-    if (share) {
-        ism__v3 s = ism__v3_make(0, 0, 0), t = s;
-        for (i = 1; i + 1u < k; i++)
-            s = ism__v3_add(s, ism__v3_cross(ism__v3_sub(p[i], p[0]), ism__v3_sub(p[i + 1u], p[0])));
-        for (i = 1; i + 1u < count; i++)
-            t = ism__v3_add(t,
-                            ism__v3_cross(ism__v3_sub(corner[i], corner[0]), ism__v3_sub(corner[i + 1u], corner[0])));
-        cut = ism__v3_length(s);
-        whole = ism__v3_length(t);
-        *share = whole > 0.0f ? cut / whole : 1.0f;
-    }
-    for (i = 0; i < k; i++) {
-        ism__v3 a = p[i], b = p[(i + 1u) % k], c = ism__v3_cross(b, a);
-        float length = ism__v3_length(c);
-        if (length > 0.0f) sum += ism__atan2(length, ism__v3_dot(a, b)) * (ism__v3_dot(n, c) / length);
-    }
-    return sum * 0.159154943f;
-}
-
-ISM_DEF float ism_form_factor(const float normal[3], const float corners[12])
-{
-    ism__v3 c[4];
-    float f;
-    int k;
-    for (k = 0; k < 4; k++) c[k] = ism__v3_load(corners + 3 * k);
-    f = ism__form_factor(ism__v3_load(normal), c, 4, NULL);
-    return f > 0.0f ? f : 0.0f;
-}
-
-ISM_DEF int ism_dither(uint32_t x, uint32_t y, float opacity)
-{
-    static const float threshold[4] = { 0.125f, 0.625f, 0.875f, 0.375f };   /* Bayer's 2 x 2 */
-    return opacity > threshold[(y & 1u) * 2u + (x & 1u)];
-}
-
-/* ---- >>choose: from pVPLs to VPLs (paper 4) ---- */
-
-typedef struct ism__choice {
-    ism_maps         *m;
-    const ism_frame  *frame;
-    const uint32_t   *valid;        /* pixels that are no background */
-    uint32_t          valid_count;
-    float             extent;       /* diagonal of the receivers' box */
-    size_t            source;
-    float *lum, *effect, *out; /* of this source: flux, mean square effect on the picture, its blurred root */
-    uint32_t          seed;
-    float             blur_radius;
-} ism__choice;
-
-static float ism__luminance(const float *f) { return (f[0] + f[1] + f[2]) * (1.0f / 3.0f); }
-
-static int ism__flux_ok(const float *f)
-{
-    return f[0] >= 0.0f && f[1] >= 0.0f && f[2] >= 0.0f && f[0] <= 1e30f && f[1] <= 1e30f && f[2] <= 1e30f;
-}
-
-/* Flux of a pVPL, 0 where it cannot be used; *bad where that is an error in the data. */
-static float ism__pvpl_luminance(const ism_source *s, size_t i, int *bad)
-{
-    const float *f = ism__at(s->fluxes, s->stride, i);
-    ism__v3 p = ism__v3_load(ism__at(s->positions, s->stride, i)), n = p;
-    *bad = 0;
-    if (!ism__flux_ok(f)) return *bad = 1, 0.0f;
-    if (!(ism__luminance(f) > 0.0f)) return 0.0f;
-    if (s->kind == ISM_SOURCE_SURFACE) n = ism__v3_load(ism__at(s->normals, s->stride, i));
-    *bad = !ism__v3_finite(p) || !ism__v3_finite(n) || fabsf(ism__v3_dot(n, n) - 1.0f) > 0.01f;
-    if (s->lobes && s->kind == ISM_SOURCE_SURFACE) {
-        ism__v3 a = ism__v3_load(s->lobes + 4u * i);
-        float e = s->lobes[4u * i + 3u];
-        if (!ism__v3_finite(a) || fabsf(ism__v3_dot(a, a) - 1.0f) > 0.01f || !(e >= 0.0f && e <= 1e5f)) *bad = 1;
-    }
-    return *bad ? 0.0f : ism__luminance(f);
-}
-
-/* cos cos / d^2 bounded at distances below a hundredth of the picture's extent; for a sky the cosine. Lobes count as
-   diffuse here: an importance need only be near. */
-static float ism__effect(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, ism__v3 pn, float extent)
-{
-    ism__v3 d;
-    float d2, a, b;
-    if (s->kind == ISM_SOURCE_DIRECTIONS) {
-        a = ism__v3_dot(pn, q);
-        return a > 0.0f ? a : 0.0f;
-    }
-    d = ism__v3_sub(q, p);
-    d2 = ism__v3_dot(d, d) + 1e-4f * extent * extent + 1e-30f;
-    a = ism__v3_dot(pn, d);
-    b = s->lobes ? sqrtf(d2) : -ism__v3_dot(n, d);
-    return a > 0.0f && b > 0.0f ? a * b / (d2 * d2) : 0.0f;
-}
-
-/* Place of a world position in pixels; 0 where that is at infinity or unknown. Behind the camera counts as paper 4.2
-   has it: the mirrored place. */
-static int ism__to_pixel(const ism_view *view, ism__v3 p, float *x, float *y)
-{
-    const float *m = view->matrix;
-    float cx = m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12], cy = m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13];
-    float w = m[3] * p.x + m[7] * p.y + m[11] * p.z + m[15];
-    float lx, ly;
-    if (!(fabsf(w) > 1e-20f)) return 0;
-    lx = cx / w;
-    ly = cy / w;
-    if (!(fabsf(lx) < 8.0f && fabsf(ly) < 8.0f)) return 0;
-    *x = (0.5f * lx + 0.5f) * (float)view->width;
-    *y = (view->clip_top_first ? 0.5f - 0.5f * ly : 0.5f * ly + 0.5f) * (float)view->height;
-    return 1;
-}
-
-/* Samples of one pVPL: a jittered grid over the picture, of which every other one, as on a chessboard, is guided: it
-   has a density of min(1, (r0 / r)^2) about the pVPL's own place. They share the estimate with the grid by the balance
-   heuristic, so that no place is forgotten. Rows and columns of an even grid have as many of either kind, so that
-   guided ones take their numbers from their cells; of an odd one they have their own, in steps of radius and of the
-   golden ratio. */
-static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
-{
-    const ism_view *view = c->frame->view;
-    uint32_t grid = c->m->desc.view_grid, k, count = grid * grid, w = view->width, h = view->height;
-    ism__v3 q = ism__v3_load(ism__at(s->positions, s->stride, i)), n = q, p, pn;
-    float cx = 0.0f, cy = 0.0f, r0 = 0.05f * (float)(w > h ? w : h), reach = (float)w + (float)h, sum = 0.0f;
-    uint32_t turn = ism__hash_combine(c->seed, (uint32_t)i * 256u + 255u), rank = 0;
-    float inner, norm, uniform = 1.0f / ((float)w * (float)h), share = (float)(count / 2u) / (float)count;
-    int guided = c->m->desc.importance == ISM_IMPORTANCE_GUIDED && s->kind == ISM_SOURCE_SURFACE && h > 1u;
-    guided = guided && count > 1u && r0 >= 1.0f && ism__to_pixel(view, q, &cx, &cy) && reach > r0;
-    inner = 1.0f / (1.0f + 2.0f * ism__log(reach / r0));    /* share of the disc r < r0 */
-    norm = inner / (ISM__PI * r0 * r0);                     /* density inside it */
-    if (s->kind == ISM_SOURCE_SURFACE) n = ism__v3_load(ism__at(s->normals, s->stride, i));
-    for (k = 0; k < count; k++) {
-        uint32_t hash = ism__hash_combine(c->seed, (uint32_t)i * 256u + k);
-        float u = ((float)(k % grid) + ism__to_unit(hash)) / (float)grid;
-        float v = ((float)(k / grid) + ism__to_unit(ism__hash32(hash))) / (float)grid;
-        float x = u * (float)w, y = v * (float)h, density = uniform;
-        if (guided && ((k % grid + k / grid) & 1u)) {
-            float r, sine, cosine;
-            if (grid & 1u) {
-                u = ((float)rank + ism__to_unit(hash)) / (float)(count / 2u);
-                v = ism__to_unit(turn + rank++ * 2654435769u);
-            }
-            r = u < inner ? r0 * sqrtf(u / inner) : r0 * ism__pow(reach / r0, (u - inner) / (1.0f - inner));
-            ism__sincos(6.28318531f * v, &sine, &cosine);
-            x = cx + r * cosine;
-            y = cy + r * sine;
-        }
-        if (!(x >= 0.0f && y >= 0.0f && x < (float)w && y < (float)h)) continue;
-        if (guided) {
-            float r2 = (x - cx) * (x - cx) + (y - cy) * (y - cy);
-            density = (1.0f - share) * uniform + share * norm * (r2 > r0 * r0 ? r0 * r0 / r2 : 1.0f);
-        }
-        if (ism__receiver(view, (size_t)ism__texel_of(y / (float)h, h) * w + ism__texel_of(x / (float)w, w), &p, &pn)) {
-            float e = ism__effect(s, q, n, p, pn, c->extent);
-            sum += e * e * (uniform / density);
-        }
-    }
-    /* The mean square, whose root is taken after the blur: what is to be small is the squared error of the picture, and
-       its least variance is reached by choosing VPLs in proportion to the root of it. */
-    return sum / (float)count;
-}
-
-static void ism__estimate_task(void *context, size_t row)
-{
-    ism__choice *c = (ism__choice *)context;
-    const ism_source *s = &c->frame->sources[c->source];
-    size_t x;
-    for (x = 0; x < s->width; x++) {
-        size_t i = row * s->width + x;
-        c->effect[i] = c->lum[i] > 0.0f ? ism__estimate(c, s, i) : 0.0f;
-    }
-}
-
-/* Geometry-aware blur of the effects alone: fluxes stay as sharp as they are. */
-static void ism__blur_task(void *context, size_t row)
-{
-    ism__choice *c = (ism__choice *)context;
-    const ism_source *s = &c->frame->sources[c->source];
-    int radius = (int)c->blur_radius, x, y, w = (int)s->width, h = (int)s->height;
-    for (x = 0; x < w; x++) {
-        size_t i = row * s->width + (size_t)x;
-        ism__v3 q = ism__v3_load(ism__at(s->positions, s->stride, i));
-        ism__v3 n = ism__v3_load(ism__at(s->normals, s->stride, i));
-        float sum = 0.0f, weights = 0.0f;
-        int y0 = (int)row - radius, y1 = (int)row + radius, x0 = x - radius, x1 = x + radius, k;
-        c->out[i] = 0.0f;
-        if (!(c->lum[i] > 0.0f)) continue;
-        for (y = y0 > 0 ? y0 : 0; y <= y1 && y < h; y++)
-            for (k = x0 > 0 ? x0 : 0; k <= x1 && k < w; k++) {
-                size_t j = (size_t)y * s->width + (size_t)k;
-                ism__v3 d;
-                float weight;
-                if (!(c->lum[j] > 0.0f)) continue;
-                d = ism__v3_sub(ism__v3_load(ism__at(s->positions, s->stride, j)), q);
-                weight = ism__v3_dot(n, ism__v3_load(ism__at(s->normals, s->stride, j)));
-                if (weight <= 0.5f || fabsf(ism__v3_dot(n, d)) > 0.3f * ism__v3_length(d)) continue;
-                sum += weight * c->effect[j];
-                weights += weight;
-            }
-        c->out[i] = sqrtf(weights > 0.0f ? sum / weights : c->effect[i]);
-    }
-}
-
-/* Box of the receivers; its diagonal. */
-static float ism__extent(const ism_view *view)
-{
-    ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), p, n;
-    size_t i, count = (size_t)view->width * view->height, step = count / 65536u + 1u;
-    for (i = 0; i < count; i += step)
-        if (ism__receiver(view, i, &p, &n)) {
-            lo = ism__v3_min(lo, p);
-            hi = ism__v3_max(hi, p);
-        }
-    return lo.x <= hi.x ? ism__v3_length(ism__v3_sub(hi, lo)) : 0.0f;
-}
-
-static ism_result ism__check_sources(const ism_frame *f, size_t *total, size_t *doubles)
-{
-    size_t s, cells;
-    *total = *doubles = 0;
-    if (f->source_count && !f->sources) return ISM_ERR_ARGUMENT;
-    for (s = 0; s < f->source_count; s++) {
-        const ism_source *src = &f->sources[s];
-        if (!src->width || !src->height || !src->positions || !src->fluxes || !ism__stride_valid(src->stride, 12) ||
-            (src->kind != ISM_SOURCE_SURFACE && src->kind != ISM_SOURCE_DIRECTIONS) ||
-            (src->kind == ISM_SOURCE_SURFACE && !src->normals) || src->area_stride % 4u != 0)
-            return ISM_ERR_INPUT;
-        if (!ism__mul_size(src->width, src->height, &cells) || cells > 1u << 26 || *total > (1u << 26) - cells)
-            return ISM_ERR_LIMIT;
-        *total += cells;
-        *doubles += ism__cdf2_doubles(src->width, src->height);
-    }
-    return ISM_OK;
-}
-
-/* Fluxes of one source into c->lum, and what a unit of it does to the picture into c->out. */
-static ism_result ism__weigh_source(ism__choice *c, const ism_source *s, double *flux)
-{
-    ism_maps *m = c->m;
-    size_t count = (size_t)s->width * s->height, i;
-    uint32_t radius = m->desc.brsm_blur;
-    int bad;
-    *flux = 0.0;
-    for (i = 0; i < count; i++) {
-        c->lum[i] = ism__pvpl_luminance(s, i, &bad);
-        m->stats.bad_pvpls += (uint64_t)bad;
-        *flux += (double)c->lum[i];
-        if (s->kind == ISM_SOURCE_SURFACE && c->lum[i] > 0.0f) {
-            const float *f = ism__at(s->fluxes, s->stride, i);
-            int k;
-            for (k = 0; k < 3; k++) m->stats.flux[k] += (double)f[k];
-        }
-    }
-    for (i = 0; i < count; i++) c->out[i] = 0.0f;
-    if (m->desc.importance == ISM_IMPORTANCE_FLUX || !(*flux > 0.0)) return ISM_OK;
-    if (!ism__run(&m->desc, s->height, ism__estimate_task, c)) return ISM_ERR_CANCELLED;
-    if (!radius) {
-        radius = (uint32_t)(0.05f * (float)(s->width < s->height ? s->width : s->height));
-        radius = radius < 6u ? radius : 6u;
-    }
-    c->blur_radius = (float)radius;
-    if (s->scattered || s->kind == ISM_SOURCE_DIRECTIONS || !radius || m->desc.no_brsm_blur)
-        for (i = 0; i < count; i++) c->out[i] = sqrtf(c->effect[i]);
-    else if (!ism__run(&m->desc, s->height, ism__blur_task, c))
-        return ISM_ERR_CANCELLED;
-    return ISM_OK;
-}
-
-/* Importance into c->out: flux x (effect + a share of flux alone, so that no weight is 0). The share is of all sources
-   together: of each by itself it would leave nothing to those that one with a few great effects stands beside. Fluxes
-   of directions are irradiances and have a share of their own. */
-static void ism__add_shares(ism__choice *c, const ism__source_of *of)
-{
-    const ism_frame *f = c->frame;
-    double share = (double)c->m->desc.flux_share, flux[2] = { 0.0, 0.0 }, total = 0.0, kinds, least[2];
-    size_t s, i = 0, end;
-    for (s = 0; s < f->source_count; s++) {
-        flux[f->sources[s].kind == ISM_SOURCE_DIRECTIONS] += of[s].flux;
-        for (end = i + (size_t)f->sources[s].width * f->sources[s].height; i < end; i++)
-            total += (double)(c->lum[i] * c->out[i]);
-    }
-    kinds = flux[0] > 0.0 && flux[1] > 0.0 ? 2.0 : 1.0;
-    for (s = 0; s < 2; s++)
-        least[s] = total > 0.0 && flux[s] > 0.0 ? total / kinds / flux[s] * share / (1.0 - 0.999 * share) : 1.0;
-    for (s = i = 0; s < f->source_count; s++) {
-        float lowest = (float)least[f->sources[s].kind == ISM_SOURCE_DIRECTIONS];
-        for (end = i + (size_t)f->sources[s].width * f->sources[s].height; i < end; i++)
-            c->out[i] = c->lum[i] * (c->out[i] + lowest);
-    }
-}
-
-/* Sample (x + fx, y + fy) of a grid, mixed from the four texels about it where they lie on one surface (paper 6.5).
-   Where that is curved the chord may run behind it, from where a sheet's back would be lit: the farther out of the
-   chord and of the four tangent planes' mean holds. Returns the distance to the farthest of the texels. */
-static float ism__inter_texel(const ism_view *view, const ism_source *s, const ism__cdf2_sample *at, ism__v3 *p,
-                              ism__v3 *n)
-{
-    size_t i0 = (size_t)at->y * s->width + at->x;
-    ism__v3 p0 = ism__v3_load(ism__at(s->positions, s->stride, i0)),
-            n0 = ism__v3_load(ism__at(s->normals, s->stride, i0));
-    ism__v3 sum = ism__v3_make(0, 0, 0), normal = sum, offsets[4], normals[4];
-    float sx = at->fx - 0.5f, sy = at->fy - 0.5f, weights = 0.0f, spacing = 0.0f, x0, y0, xk, yk, share[4],
-          behind = 0.0f;
-    int k, used = 0, known = ism__to_pixel(view, p0, &x0, &y0);
-    for (k = 0; k < 4; k++) {
-        int64_t x = (int64_t)at->x + (k & 1 ? (sx < 0.0f ? -1 : 1) : 0),
-                y = (int64_t)at->y + (k & 2 ? (sy < 0.0f ? -1 : 1) : 0);
-        float w = (k & 1 ? fabsf(sx) : 1.0f - fabsf(sx)) * (k & 2 ? fabsf(sy) : 1.0f - fabsf(sy)), length;
-        size_t i = (size_t)y * s->width + (size_t)x;
-        ism__v3 q, nq, d;
-        if (x < 0 || y < 0 || x >= (int64_t)s->width || y >= (int64_t)s->height) continue;
-        if (!ism__flux_ok(ism__at(s->fluxes, s->stride, i)) ||
-            !(ism__luminance(ism__at(s->fluxes, s->stride, i)) > 0.0f))
-            continue;
-        q = ism__v3_load(ism__at(s->positions, s->stride, i));
-        nq = ism__v3_load(ism__at(s->normals, s->stride, i));
-        d = ism__v3_sub(q, p0);
-        length = ism__v3_length(d);
-        if (k && (!ism__v3_finite(nq) || !(ism__v3_dot(n0, nq) > 0.9f) ||
-                  !(fabsf(ism__v3_dot(n0, d)) <= 0.1f * length))) continue;
-        if (k && known && ism__to_pixel(view, q, &xk, &yk)) {      /* Gaussian of variance 0.01 in clip space */
-            float ex = 2.0f * (xk - x0) / (float)view->width, ey = 2.0f * (yk - y0) / (float)view->height;
-            w *= ism__exp(-50.0f * (ex * ex + ey * ey));
-        }
-        sum = ism__v3_madd(sum, d, w);
-        normal = ism__v3_madd(normal, nq, w);
-        weights += w;
-        offsets[used] = d;
-        normals[used] = nq;
-        share[used++] = w;
-        if (length > spacing) spacing = length;
-    }
-    *p = p0;
-    *n = n0;
-    if (!(weights > 0.0f)) return spacing;
-    *n = ism__v3_normalize(normal);
-    sum = ism__v3_scale(sum, 1.0f / weights);
-    for (k = 0; k < used; k++)
-        behind +=
-            share[k] / weights * ism__v3_dot(normals[k], ism__v3_sub(offsets[k], sum)) * ism__v3_dot(normals[k], *n);
-    *p = ism__v3_add(p0, behind > 0.0f ? ism__v3_madd(sum, *n, behind) : sum);
-    return spacing;
-}
-
-/* One of `count` samples. */
-static void ism__make_vpl(const ism_maps *m, const ism_frame *f, size_t source, const ism__cdf2_sample *at,
-                          double probability, uint32_t count, ism_vpl *v)
-{
-    const ism_source *s = &f->sources[source];
-    size_t i = (size_t)at->y * s->width + at->x;
-    const float *flux = ism__at(s->fluxes, s->stride, i);
-    ism__v3 p = ism__v3_load(ism__at(s->positions, s->stride, i)), n;
-    float scale = (float)(1.0 / ((double)count * probability)), spacing = 0.0f;
-    int k;
-    memset(v, 0, sizeof *v);
-    v->source = (uint32_t)source;
-    v->texel = (uint32_t)i;
-    v->directional = s->kind == ISM_SOURCE_DIRECTIONS;
-    if (v->directional) {
-        p = ism__v3_normalize(p);
-        n = ism__v3_scale(p, -1.0f);
-    } else if (s->scattered || m->desc.no_inter_texel) {
-        n = ism__v3_normalize(ism__v3_load(ism__at(s->normals, s->stride, i)));
-    } else {
-        spacing = ism__inter_texel(f->view, s, at, &p, &n);
-    }
-    ism__v3_store(v->position, p);
-    ism__v3_store(v->normal, n);
-    ism__v3_store(v->axis, n);
-    v->exponent = 1.0f;
-    if (s->lobes && !v->directional) {
-        ism__v3_store(v->axis, ism__v3_normalize(ism__v3_load(s->lobes + 4u * i)));
-        v->exponent = s->lobes[4u * i + 3u];
-    }
-    for (k = 0; k < 3; k++) v->flux[k] = flux[k] * scale;
-    if (s->areas && !v->directional)
-        v->area = *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, i) * scale;
-    if (!(v->area >= 0.0f) || !ism__finite(v->area)) v->area = 0.0f;
-    v->side = spacing;              /* read by ism__flag_jumps, then replaced */
-}
-
-/* Which VPLs did not glide: another source, or farther than a texel from where they were. */
-static void ism__flag_jumps(ism_maps *m)
-{
-    const ism_vpl *old = (const ism_vpl *)m->previous.data;
-    uint32_t i;
-    m->stats.jumped = 0;
-    for (i = 0; i < m->vpl_count; i++) {
-        ism_vpl *v = &m->vpls[i];
-        float limit = v->side;
-        ism__v3 d;
-        if (i >= m->previous_count) continue;
-        d = ism__v3_sub(ism__v3_load(v->position), ism__v3_load(old[i].position));
-        v->jumped = v->source != old[i].source || ism__v3_dot(d, d) > limit * limit;
-        m->stats.jumped += (uint32_t)v->jumped;
-    }
-}
-
-/* The square that a VPL becomes near by: its area, but no farther than its neighbours are. VPLs at one place, of a
-   texel chosen twice, share a square of their areas' sum: two of one's area would be twice as bright as the surface. */
-static void ism__side_task(void *context, size_t index)
-{
-    ism_maps *m = (ism_maps *)context;
-    ism_vpl *v = &m->vpls[index];
-    ism__v3 p = ism__v3_load(v->position), n = ism__v3_load(v->normal);
-    float near2[4] = { 1e30f, 1e30f, 1e30f, 1e30f }, most, area = v->area;
-    uint32_t i, k;
-    v->side = 0.0f;
-    if (v->directional || v->exponent != 1.0f) return;
-    for (i = 0; i < m->vpl_count; i++) {
-        const ism_vpl *o = &m->vpls[i];
-        ism__v3 d = ism__v3_sub(ism__v3_load(o->position), p);
-        float d2 = ism__v3_dot(d, d);
-        if (i == index || d2 >= near2[3] || o->directional) continue;
-        if (ism__v3_dot(n, ism__v3_load(o->normal)) < 0.5f) continue;
-        if (!(d2 > 0.0f)) {
-            area += o->area;
-            continue;
-        }
-        for (k = 3; k > 0 && near2[k - 1u] > d2; k--) near2[k] = near2[k - 1u];
-        near2[k] = d2;
-    }
-    most = near2[3] < 1e30f ? ISM__PI * near2[3] : 0.0f;
-    area = area > 0.0f ? (most > 0.0f && area > 2.0f * most ? 2.0f * most : area) : 0.25f * most;
-    v->side = sqrtf(area);
-}
-
-static ism_result ism__finish_vpls(ism_maps *m)
-{
-    uint32_t i;
-    for (i = 0; i < m->vpl_count; i++) m->vpls[i].reach = 0.0f;
-    m->near_count = m->stats.near_points = 0;
-    if (!ism__run(&m->desc, m->vpl_count, ism__side_task, m)) return m->chosen = 0, ISM_ERR_CANCELLED;
-    m->stats.vpls = m->vpl_count;
-    m->chosen = 1;
-    return ISM_OK;
-}
-
-/* Sample i of count at ((i + 0.5) / count, golden ratio sequence): the first number picks source and row, the second
-   the column. 0 where there is none. */
-static int ism__draw(const ism_maps *m, const ism_frame *f, double total, uint32_t i, uint32_t count, uint32_t stream,
-                     ism_vpl *v)
-{
-    const ism__source_of *of = (const ism__source_of *)m->sources.data;
-    uint32_t key = m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed;
-    uint32_t shift_u = ism__hash_combine(key, stream), shift_v = ism__hash_combine(key, stream + 1u);
-    double u = ((double)i + 0.5) / (double)count + (m->desc.unstable ? (double)ism__to_unit(shift_u) : 0.0), rest;
-    ism__cdf2_sample at;
-    ism__cdf2 cdf;
-    size_t s = 0, last = 0, k;
-    u = (u - floor(u)) * total;
-    for (k = 0; k < f->source_count; k++)
-        if (of[k].total > 0.0) last = k;
-    rest = u;
-    for (s = 0; s < last && !(rest < of[s].total); s++) rest -= of[s].total;
-    cdf.rows = (const double *)m->cdf.data + of[s].cdf_first;
-    cdf.sums = cdf.rows + f->sources[s].height + 1u;
-    cdf.width = f->sources[s].width;
-    cdf.height = f->sources[s].height;
-    at = ism__cdf2_sample_at(&cdf, ism__to_unit(i * 2654435769u + shift_v), (float)(rest / of[s].total));
-    if (!(at.probability > 0.0f)) return 0;
-    ism__make_vpl(m, f, s, &at, (double)at.probability * of[s].total / total, count, v);
-    return 1;
-}
-
-static void ism__draw_vpls(ism_maps *m, const ism_frame *f, double total)
-{
-    uint32_t n = m->desc.vpl_count, i;
-    m->vpl_count = 0;
-    for (i = 0; i < n && total > 0.0; i++)
-        m->vpl_count += (uint32_t)ism__draw(m, f, total, i, n, 11u, &m->vpls[m->vpl_count]);
-}
-
-/* ---- >>near: points in place of the VPLs that are near a receiver ---- */
-
-/* A VPL's light is right on the mean over all of them, but not beside one of them: in a corner a spot of it stands for
-   what a wide surface would have spread. There a second choice of more samples takes over, each as far as its reach: a
-   function of the place, that sums of one list give way to those of the other without loss. */
-typedef struct ism__near_work {
-    ism_maps        *m;
-    const ism_frame *frame;
-    double           total;
-    const uint64_t  *sorted;        /* low halves: VPLs of surfaces without lobes, along their box's longest side */
-    uint32_t         sorted_count, drawn, axis;
-    ism_near_point  *out;           /* in the order of the draw; vpl < 0: none */
-} ism__near_work;
-
-/* Those that near points may stand for. */
-static int ism__has_near(const ism_vpl *v) { return !v->directional && v->exponent == 1.0f; }
-
-static const ism_vpl *ism__sorted_vpl(const ism__near_work *w, uint32_t i)
-{
-    return &w->m->vpls[(uint32_t)w->sorted[i]];
-}
-
-/* Reach of a place, and the VPL nearest to it (a turned one counts as farther). Both ways from its x through the sorted
-   VPLs, until x alone is too far. */
-static float ism__reach_of(const ism__near_work *w, ism__v3 p, ism__v3 n, uint32_t *nearest)
-{
-    float near2[ISM__NEAR_RANK], best = 1e30f;
-    uint32_t lo = 0, hi = w->sorted_count, left, right, k;
-    float x = w->axis == 0 ? p.x : w->axis == 1u ? p.y : p.z;
-    for (k = 0; k < ISM__NEAR_RANK; k++) near2[k] = 1e30f;
-    while (lo < hi) {
-        uint32_t mid = lo + (hi - lo) / 2u;
-        if (ism__sorted_vpl(w, mid)->position[w->axis] < x) lo = mid + 1u;
-        else hi = mid;
-    }
-    for (left = right = lo; left > 0 || right < w->sorted_count;) {
-        float before = left > 0 ? x - ism__sorted_vpl(w, left - 1u)->position[w->axis] : 1e30f, d2, cosine;
-        float behind = right < w->sorted_count ? ism__sorted_vpl(w, right)->position[w->axis] - x : 1e30f;
-        int leftwards = right == w->sorted_count || (left > 0 && before < behind);
-        float step = leftwards ? before : behind;
-        uint32_t i = (uint32_t)w->sorted[leftwards ? --left : right++];
-        const ism_vpl *v = &w->m->vpls[i];
-        ism__v3 d = ism__v3_sub(ism__v3_load(v->position), p);
-        if (step * step > near2[ISM__NEAR_RANK - 1u] && step * step > best) break;
-        d2 = ism__v3_dot(d, d);
-        for (k = ISM__NEAR_RANK - 1u; k > 0 && near2[k - 1u] > d2; k--) near2[k] = near2[k - 1u];
-        if (near2[k] > d2) near2[k] = d2;
-        cosine = ism__v3_dot(n, ism__v3_load(v->normal));
-        d2 *= cosine > 0.5f ? 1.0f : cosine > 0.0f ? 4.0f : 16.0f;
-        if (d2 < best) {
-            best = d2;
-            *nearest = i;
-        }
-    }
-    return 2.0f * sqrtf(near2[ISM__NEAR_RANK - 1u]);
-}
-
-static void ism__reach_task(void *context, size_t index)
-{
-    const ism__near_work *w = (const ism__near_work *)context;
-    ism_vpl *v = &w->m->vpls[index];
-    uint32_t nearest = 0;
-    if (ism__has_near(v))
-        v->reach = ism__reach_of(w, ism__v3_load(v->position), ism__v3_load(v->normal), &nearest);
-}
-
-/* 64 points of the draw. The square is that of the texel, or of what the point stands for where that is more, but not
-   of more than a few VPLs' surface; without areas, that of near points as dense as the VPLs are here. */
-static void ism__near_task(void *context, size_t index)
-{
-    const ism__near_work *w = (const ism__near_work *)context;
-    uint32_t i, k;
-    for (i = (uint32_t)index * ISM__NEAR_BLOCK; i < w->drawn && i < (uint32_t)(index + 1u) * ISM__NEAR_BLOCK; i++) {
-        ism_near_point *to = &w->out[i];
-        const ism_source *s;
-        uint32_t nearest = 0;
-        float area, most;
-        ism_vpl v;
-        to->vpl = -1.0f;
-        if (!ism__draw(w->m, w->frame, w->total, i, w->drawn, 13u, &v) || !ism__has_near(&v)) continue;
-        s = &w->frame->sources[v.source];
-        for (k = 0; k < 3u; k++) {
-            to->position[k] = v.position[k];
-            to->normal[k] = v.normal[k];
-            to->flux[k] = v.flux[k];
-        }
-        to->reach = ism__reach_of(w, ism__v3_load(v.position), ism__v3_load(v.normal), &nearest);
-        area = s->areas ? *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, v.texel)
-                        : ISM__PI * 0.25f * to->reach * to->reach / (float)(ISM__NEAR_RANK * w->m->desc.near_points);
-        if (!(area >= v.area) || !ism__finite(area)) area = v.area;
-        most = 0.125f * ISM__PI * to->reach * to->reach;
-        to->side = sqrtf(area < most ? area : most);
-        to->vpl = (float)nearest;
-    }
-}
-
-/* Every third bit of 30 from 10. */
-static uint32_t ism__spread_bits(uint32_t x)
-{
-    x = (x | x << 16) & 0x030000ffu;
-    x = (x | x << 8) & 0x0300f00fu;
-    x = (x | x << 4) & 0x030c30c3u;
-    return (x | x << 2) & 0x09249249u;
-}
-
-/* Keys along Morton's curve through the box of the points that there are, into keys[0 .. count): key and number. */
-static uint32_t ism__near_keys(const ism__near_work *w, uint64_t *keys)
-{
-    ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), size;
-    uint32_t i, count = 0;
-    float most;
-    for (i = 0; i < w->drawn; i++)
-        if (w->out[i].vpl >= 0.0f) {
-            lo = ism__v3_min(lo, ism__v3_load(w->out[i].position));
-            hi = ism__v3_max(hi, ism__v3_load(w->out[i].position));
-        }
-    size = ism__v3_sub(hi, lo);
-    most = size.x > size.y ? size.x : size.y;
-    most = most > size.z ? most : size.z;
-    for (i = 0; i < w->drawn; i++)
-        if (w->out[i].vpl >= 0.0f) {
-            ism__v3 p = ism__v3_sub(ism__v3_load(w->out[i].position), lo);
-            uint32_t key;
-            if (most > 0.0f) p = ism__v3_scale(p, 1.0f / most);
-            p = ism__v3_max(p, ism__v3_make(0.0f, 0.0f, 0.0f));     /* 0 too where the box is wider than a float */
-            key = ism__spread_bits(ism__texel_of(p.x, 1024u)) | ism__spread_bits(ism__texel_of(p.y, 1024u)) << 1 |
-                  ism__spread_bits(ism__texel_of(p.z, 1024u)) << 2;
-            keys[count++] = (uint64_t)key << 32 | i;
-        }
-    return count;
-}
-
-/* By the upper half, in four turns of 8 bits; the result lies where the keys were. */
-static void ism__sort_keys(uint64_t *keys, uint64_t *other, uint32_t count)
-{
-    uint32_t shift, i;
-    for (shift = 32u; shift < 64u; shift += 8u) {
-        uint32_t starts[257] = { 0 };
-        uint64_t *swap = keys;
-        for (i = 0; i < count; i++) starts[(keys[i] >> shift & 255u) + 1u]++;
-        for (i = 0; i < 256u; i++) starts[i + 1u] += starts[i];
-        for (i = 0; i < count; i++) other[starts[keys[i] >> shift & 255u]++] = keys[i];
-        keys = other;
-        other = swap;
-    }
-}
-
-/* x, y, z and radius of the sphere beyond which no point of the block reaches. */
-static void ism__near_sphere(const ism_near_point *points, uint32_t count, float sphere[4])
-{
-    ism__v3 lo = ism__v3_load(points->position), hi = lo, c;
-    float most = 0.0f;
-    uint32_t i;
-    for (i = 1; i < count; i++) {
-        lo = ism__v3_min(lo, ism__v3_load(points[i].position));
-        hi = ism__v3_max(hi, ism__v3_load(points[i].position));
-    }
-    c = ism__v3_scale(ism__v3_add(lo, hi), 0.5f);
-    for (i = 0; i < count; i++) {
-        float d = ism__v3_length(ism__v3_sub(ism__v3_load(points[i].position), c)) + points[i].reach;
-        most = d > most ? d : most;
-    }
-    ism__v3_store(sphere, c);
-    sphere[3] = most;
-}
-
-static int ism__grow_near(ism_maps *m)
-{
-    size_t n = m->desc.vpl_count, drawn = n * m->desc.near_points;
-    return m->desc.no_near_points ||
-           (ism__grow(m, &m->near_points, drawn, sizeof(ism_near_point)) &&
-            ism__grow(m, &m->near_drawn, drawn, sizeof(ism_near_point)) &&
-            ism__grow(m, &m->near_keys, 2u * drawn, sizeof(uint64_t)) &&
-            ism__grow(m, &m->near_blocks, drawn / ISM__NEAR_BLOCK + 1u, 4u * sizeof(float)));
-}
-
-/* VPLs that near points may stand for, along the longest side of their box: keys lie there until points have theirs. */
-static void ism__sort_by_x(ism__near_work *w, uint64_t *keys)
-{
-    const ism_maps *m = w->m;
-    float lo[3] = { 1e30f, 1e30f, 1e30f }, hi[3] = { -1e30f, -1e30f, -1e30f };
-    uint32_t i, k, bits;
-    for (i = 0; i < m->vpl_count; i++)
-        for (k = 0; k < 3u && ism__has_near(&m->vpls[i]); k++) {
-            lo[k] = m->vpls[i].position[k] < lo[k] ? m->vpls[i].position[k] : lo[k];
-            hi[k] = m->vpls[i].position[k] > hi[k] ? m->vpls[i].position[k] : hi[k];
-        }
-    for (k = 1; k < 3u; k++)
-        if (hi[k] - lo[k] > hi[w->axis] - lo[w->axis]) w->axis = k;
-    for (i = 0; i < m->vpl_count; i++)
-        if (ism__has_near(&m->vpls[i])) {
-            bits = ism__to_bits(m->vpls[i].position[w->axis] + 0.0f);       /* in the order of floats, no -0 */
-            bits = bits >> 31 ? ~bits : bits | 0x80000000u;
-            keys[w->sorted_count++] = (uint64_t)bits << 32 | i;
-        }
-    ism__sort_keys(keys, keys + w->drawn, w->sorted_count);
-    w->sorted = keys;
-}
-
-static ism_result ism__draw_near(ism_maps *m, const ism_frame *f, double total)
-{
-    uint32_t n = m->vpl_count, i, drawn = m->desc.vpl_count * m->desc.near_points;
-    ism__near_work w = { m, f, total, NULL, 0, drawn, 0, NULL };
-    ism_near_point *points = (ism_near_point *)m->near_points.data;
-    uint64_t *keys = (uint64_t *)m->near_keys.data;
-    if (m->desc.no_near_points || !(total > 0.0)) return ISM_OK;
-    ism__sort_by_x(&w, keys);
-    if (w.sorted_count <= ISM__NEAR_RANK) return ISM_OK;
-    w.out = (ism_near_point *)m->near_drawn.data;
-    if (!ism__run(&m->desc, n, ism__reach_task, &w) ||
-        !ism__run(&m->desc, (drawn + ISM__NEAR_BLOCK - 1u) / ISM__NEAR_BLOCK, ism__near_task, &w))
-        return m->chosen = 0, ISM_ERR_CANCELLED;
-    m->near_count = m->stats.near_points = ism__near_keys(&w, keys);
-    ism__sort_keys(keys, keys + drawn, m->near_count);
-    for (i = 0; i < m->near_count; i++) points[i] = w.out[(uint32_t)keys[i]];
-    for (i = 0; i < m->near_count; i += ISM__NEAR_BLOCK)
-        ism__near_sphere(points + i, m->near_count - i < ISM__NEAR_BLOCK ? m->near_count - i : ISM__NEAR_BLOCK,
-                         (float *)m->near_blocks.data + i / ISM__NEAR_BLOCK * 4u);
-    return ISM_OK;
-}
-
-ISM_DEF ism_result ism_choose(ism_maps *m, const ism_frame *f)
-{
-    ism__choice c;
-    ism__source_of *of;
-    size_t cells, doubles, s, first = 0, cdf_first = 0;
-    double total = 0.0;
-    ism_result result;
-    if (!m || !f || !ism__view_ok(f->view)) return ISM_ERR_ARGUMENT;
-    result = ism__check_sources(f, &cells, &doubles);
-    if (result != ISM_OK) return result;
-    m->source_count = 0;
-    if (!ism__grow(m, &m->sources, f->source_count, sizeof *of) ||
-        !ism__grow(m, &m->importance, cells, sizeof(float)) || !ism__grow(m, &m->blurred, 2u * cells, sizeof(float)) ||
-        !ism__grow(m, &m->cdf, doubles, sizeof(double)) || !ism__grow_near(m))
-        return ISM_ERR_ALLOC;
-    of = (ism__source_of *)m->sources.data;
-    memset(&c, 0, sizeof c);
-    c.m = m;
-    c.frame = f;
-    c.extent = ism__extent(f->view);
-    m->stats.bad_pvpls = 0;
-    m->stats.flux[0] = m->stats.flux[1] = m->stats.flux[2] = 0.0;
-    for (s = 0; s < f->source_count; s++) {
-        const ism_source *src = &f->sources[s];
-        c.source = s;
-        c.seed =
-            ism__hash_combine(m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed, (uint32_t)s);
-        c.out = (float *)m->importance.data + first;
-        c.lum = (float *)m->blurred.data + first;
-        c.effect = c.lum + cells;
-        of[s].first = first;
-        of[s].cdf_first = cdf_first;
-        result = ism__weigh_source(&c, src, &of[s].flux);
-        if (result != ISM_OK) return m->chosen = 0, result;
-        first += (size_t)src->width * src->height;
-        cdf_first += ism__cdf2_doubles(src->width, src->height);
-    }
-    c.out = (float *)m->importance.data;
-    c.lum = (float *)m->blurred.data;
-    ism__add_shares(&c, of);
-    m->source_count = f->source_count;
-    m->cells = cells;
-    for (s = 0; s < f->source_count; s++) {
-        const ism_source *src = &f->sources[s];
-        ism__cdf2 cdf;
-        ism__cdf2_build(&cdf, (double *)m->cdf.data + of[s].cdf_first, c.out + of[s].first, NULL, src->width,
-                        src->height);
-        of[s].total = ism__cdf2_total(&cdf);
-        total += of[s].total;
-    }
-    m->previous_count = m->chosen ? m->vpl_count : 0;
-    memcpy(m->previous.data, m->vpls, m->previous_count * sizeof *m->vpls);
-    ism__draw_vpls(m, f, total);
-    ism__flag_jumps(m);
-    m->built = 0;
-    result = ism__finish_vpls(m);
-    return result == ISM_OK ? ism__draw_near(m, f, total) : result;
-}
-
-ISM_DEF ism_result ism_set_vpls(ism_maps *m, const ism_vpl *vpls, size_t count)
-{
-    size_t i;
-    if (!m || (!vpls && count)) return ISM_ERR_ARGUMENT;
-    if (count > m->desc.vpl_count) return ISM_ERR_LIMIT;
-    for (i = 0; i < count; i++) {
-        ism__v3 n = ism__v3_load(vpls[i].normal), a = ism__v3_load(vpls[i].axis);
-        if (!ism__v3_finite(ism__v3_load(vpls[i].position)) || !ism__v3_finite(n) || !ism__v3_finite(a) ||
-            !ism__flux_ok(vpls[i].flux) || fabsf(ism__v3_dot(n, n) - 1.0f) > 0.01f ||
-            fabsf(ism__v3_dot(a, a) - 1.0f) > 0.01f || !(vpls[i].exponent >= 0.0f && vpls[i].exponent <= 1e5f) ||
-            !(vpls[i].area >= 0.0f && ism__finite(vpls[i].area)))
-            return ISM_ERR_ARGUMENT;
-    }
-    if (count) memcpy(m->vpls, vpls, count * sizeof *vpls);
-    m->vpl_count = (uint32_t)count;
-    m->stats.jumped = 0;
-    m->built = 0;
-    return ism__finish_vpls(m);
-}
-
-ISM_DEF const ism_vpl *ism_vpls(const ism_maps *m, size_t *count)
-{
-    if (count) *count = m ? m->vpl_count : 0;
-    return m ? m->vpls : NULL;
-}
-
-ISM_DEF const ism_near_point *ism_near_points(const ism_maps *m, size_t *count)
-{
-    if (count) *count = m ? m->near_count : 0;
-    return m && m->near_count ? (const ism_near_point *)m->near_points.data : NULL;
-}
-
-ISM_DEF const float *ism_importances(const ism_maps *m, size_t source, size_t *count)
-{
-    const ism__source_of *of;
-    if (!m || !m->chosen || source >= m->source_count) return NULL;
-    of = (const ism__source_of *)m->sources.data;
-    if (count) *count = (source + 1u < m->source_count ? of[source + 1u].first : m->cells) -
-                        of[source].first;
-    return (const float *)m->importance.data + of[source].first;
-}
-
-/* Functions that do nothing but prefetch are inlined: to gcc they have no effect, and their calls are left out. */
-#if defined(__GNUC__) && !defined(__TINYC__)
-#define ISM__PREFETCH(p) __builtin_prefetch(p)
-#define ISM__INLINE static inline __attribute__((always_inline))
-#elif defined(_MSC_VER)
-#define ISM__PREFETCH(p) (void)(p)
-#define ISM__INLINE static __forceinline
-#else
-#define ISM__PREFETCH(p) (void)(p)
-#define ISM__INLINE static inline
-#endif
-
-/* Loops over eight of something become vectors. */
-#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__)
-#define ISM__HOT __attribute__((optimize("O3")))
-#else
-#define ISM__HOT
-#endif
-
-/* ---- >>points: surfels on all triangles (paper 5) ---- */
-
-/* Successive triangles as one, for what a VPL sees of them: centroid, mean squared distance from it, area, and the mean
-   of n n^T, which gives |n . direction| exactly where there is one normal. */
+/* Successive triangles as one, for what a VPL sees of them: centroid, mean squared distance from it, area,
+   and the mean of n n^T, which gives |n . direction| exactly where there is one normal. */
 typedef struct ism__cluster { ism__v3 at; float radius2, area, n[6]; } ism__cluster;
 
 typedef struct ism__spread_work {
     ism_maps        *m;
     const ism_mesh  *mesh;
-    const ism_view  *view;
+    const ism__view  *view;
     const uint32_t  *valid;         /* pixels that are no background */
     uint32_t         valid_count;
     float           *area, *solid;  /* of each triangle */
@@ -2425,7 +3164,8 @@ enum { ISM__AHEAD = 16,             /* points whose memory is fetched before it 
        ISM__TRIANGLES = 4096,       /* a task's */
        ISM__CLUSTERS = 32768 };      /* at most */
 
-/* Mean solid angle from the view samples of this triangle. Small ones by area cos / d^2: off by area / d^2 at most. */
+/* Mean solid angle from the view samples of this triangle. Small ones by area cos / d^2: off by area / d^2 at
+   most. */
 static float ism__triangle_effect(const ism__spread_work *w, size_t t, const ism__v3 p[3], ism__v3 normal2)
 {
     uint32_t count = w->m->desc.spread == ISM_SPREAD_VIEW_1 ? 1u : 8u, k;
@@ -2433,7 +3173,9 @@ static float ism__triangle_effect(const ism__spread_work *w, size_t t, const ism
     float sum = 0.0f, area2 = ism__v3_length(normal2);
     for (k = 0; k < count; k++) {
         uint32_t i = (uint32_t)((uint64_t)ism__hash_combine(key, k) * w->valid_count >> 32);
-        ism__v3 v = ism__v3_load(ism__at(w->view->positions, w->view->stride, w->valid[i])), a = ism__v3_sub(p[0], v);
+        ism__v3 v = ism__v3_load(
+                    ism__at(w->view->points->positions, w->view->points->position_stride, w->valid[i])),
+                a = ism__v3_sub(p[0], v);
         float d2 = ism__v3_dot(a, a);
         if (area2 < 0.01f * d2) {
             sum += 0.5f * fabsf(ism__v3_dot(normal2, a)) / (d2 * sqrtf(d2));
@@ -2451,14 +3193,15 @@ static float ism__triangle_effect(const ism__spread_work *w, size_t t, const ism
 static void ism__spread_task(void *context, size_t index)
 {
     ism__spread_work *w = (ism__spread_work *)context;
-    size_t t = index * ISM__TRIANGLES, end = t + ISM__TRIANGLES < w->triangles ? t + ISM__TRIANGLES : w->triangles;
+    size_t t = index * ISM__TRIANGLES,
+           end = t + ISM__TRIANGLES < w->triangles ? t + ISM__TRIANGLES : w->triangles;
     int adaptive = w->m->desc.spread != ISM_SPREAD_AREA && w->valid_count > 0;
     for (; t < end; t++) {
         ism__v3 p[3], n;
         float area, solid = 0.0f;
-        if (w->mesh->indices && (w->mesh->indices[3u * t] >= w->mesh->vertex_count ||
-                                 w->mesh->indices[3u * t + 1u] >= w->mesh->vertex_count ||
-                                 w->mesh->indices[3u * t + 2u] >= w->mesh->vertex_count)) {
+        if (ism__index(w->mesh, 3u * t) >= w->mesh->vertex_count ||
+            ism__index(w->mesh, 3u * t + 1u) >= w->mesh->vertex_count ||
+            ism__index(w->mesh, 3u * t + 2u) >= w->mesh->vertex_count) {
             w->area[t] = -1.0f;     /* an error, found by the thread that called us */
             continue;
         }
@@ -2472,25 +3215,41 @@ static void ism__spread_task(void *context, size_t index)
     }
 }
 
-/* Uniform in the triangle: Heitz, "A low-distortion map between triangle and square", 2019; folds nothing, so that
-   low-discrepancy points stay so. */
-static void ism__triangle_map(float u, float v, float *b1, float *b2)
+static ism_result ism__valid_pixels(ism_maps *m, const ism__view *view, uint32_t *count)
 {
-    if (v > u) {
-        u *= 0.5f;
-        v -= u;
-    } else {
-        v *= 0.5f;
-        u -= v;
+    size_t pixels = (size_t)view->width * view->height, i;
+    uint32_t *valid;
+    ism__v3 p, n;
+    if (!ism__grow(m, &m->pixels, pixels, sizeof *valid)) return ISM_ERR_ALLOC;
+    valid = (uint32_t *)m->pixels.data;
+    for (*count = 0, i = 0; i < pixels; i++)
+        if (ism__receiver(view, i, &p, &n)) valid[(*count)++] = (uint32_t)i;
+    return ISM_OK;
+}
+
+/* Weight of a triangle: solid angle and, in the share that keeps edge-on triangles in, area. */
+static void ism__make_cdf(ism__spread_work *w, double area_sum, double solid_sum)
+{
+    ism_maps *m = w->m;
+    double a = solid_sum > 0.0 ? (double)m->desc.area_share / area_sum : 1.0 / area_sum;
+    double s = solid_sum > 0.0 ? (1.0 - (double)m->desc.area_share) / solid_sum : 0.0,
+           *sums = (double *)m->sums.data;
+    double sum = 0.0;
+    size_t t;
+    for (t = 0; t < w->triangles; t++) {
+        sums[t] = sum;
+        if (w->area[t] > 0.0f) sum += a * (double)w->area[t] + s * (double)w->solid[t];
     }
-    *b1 = u;
-    *b2 = v;
+    sums[w->triangles] = sum;
+    w->cdf.sums = sums;
+    w->cdf.count = (uint32_t)w->triangles;
 }
 
 static void ism__cluster_task(void *context, size_t c)
 {
     const ism__spread_work *w = (const ism__spread_work *)context;
-    size_t t = c * w->cluster_size, end = t + w->cluster_size < w->triangles ? t + w->cluster_size : w->triangles;
+    size_t t = c * w->cluster_size,
+           end = t + w->cluster_size < w->triangles ? t + w->cluster_size : w->triangles;
     ism__v3 p[3], from;
     double at[3] = { 0.0, 0.0, 0.0 }, square = 0.0, sum = 0.0, nn[6] = { 0.0, 0.0, 0.0, 0.0, 0.0, 0.0 };
     ism__cluster *out = &w->clusters[c];
@@ -2510,8 +3269,9 @@ static void ism__cluster_task(void *context, size_t c)
         at[0] += (double)(area * g.x);
         at[1] += (double)(area * g.y);
         at[2] += (double)(area * g.z);
-        square += (double)(area * (9.0f * ism__v3_dot(g, g) + ism__v3_dot(p[0], p[0]) + ism__v3_dot(p[1], p[1]) +
-                                   ism__v3_dot(p[2], p[2]))) / 12.0;
+        square += (double)(area * (9.0f * ism__v3_dot(g, g) + ism__v3_dot(p[0], p[0]) +
+                                   ism__v3_dot(p[1], p[1]) + ism__v3_dot(p[2], p[2]))) /
+                  12.0;
         nn[0] += (double)(area * n.x * n.x);
         nn[1] += (double)(area * n.y * n.y);
         nn[2] += (double)(area * n.z * n.z);
@@ -2528,11 +3288,14 @@ static void ism__cluster_task(void *context, size_t c)
     out->area = (float)sum;
 }
 
-/* Share of the VPL's map that a cluster fills, about: cosine-weighted solid angle, of a sky's map projected area. */
+/* Share of the VPL's map that a cluster fills, about: cosine-weighted solid angle, of a sky's map projected
+   area. */
 static float ism__cluster_effect(const ism__cluster *c, const ism_vpl *v)
 {
-    ism__v3 n = ism__v3_load(v->normal), l = v->directional ? n : ism__v3_sub(c->at, ism__v3_load(v->position));
-    float away2 = ism__v3_dot(l, l), d2 = away2 + c->radius2 + 0.16f * c->area, along = ism__v3_dot(l, n), facing2;
+    ism__v3 n = ism__v3_load(v->normal),
+            l = v->directional ? n : ism__v3_sub(c->at, ism__v3_load(v->position));
+    float away2 = ism__v3_dot(l, l), d2 = away2 + c->radius2 + 0.16f * c->area, along = ism__v3_dot(l, n),
+          facing2;
     if (!(away2 > 0.0f) || !(c->area > 0.0f)) return c->area > 0.0f ? 1.0f : 0.0f;
     facing2 = c->n[0] * l.x * l.x + c->n[1] * l.y * l.y + c->n[2] * l.z * l.z +
               2.0f * (c->n[3] * l.y * l.z + c->n[4] * l.z * l.x + c->n[5] * l.x * l.y);
@@ -2543,9 +3306,10 @@ static float ism__cluster_effect(const ism__cluster *c, const ism_vpl *v)
     return along > 0.0f ? c->area * sqrtf(facing2) * (along / (d2 * d2)) : 0.0f;
 }
 
-/* How many times the texels that it would have in an even map of the square a cluster has, about: the mean over a box
-   of its size. Behind the horizon, where it may have a part in front, as on it. */
-static float ism__cluster_zoom(const ism_maps *m, const ism__cluster *c, const ism_vpl *v, const ism__frame_of *f)
+/* How many times the texels that it would have in an even map of the square a cluster has, about: the mean
+   over a box of its size. Behind the horizon, where it may have a part in front, as on it. */
+static float ism__cluster_zoom(const ism_maps *m, const ism__cluster *c, const ism_vpl *v,
+                               const ism__orientation *f)
 {
     const ism__window *w = (const ism__window *)m->windows.data + (v - m->vpls);
     ism__v3 from = ism__v3_load(v->directional ? m->center : v->position), at = ism__v3_sub(c->at, from);
@@ -2564,12 +3328,12 @@ static float ism__cluster_zoom(const ism_maps *m, const ism__cluster *c, const i
            ((ism__to_tile(&w->v, v1) - ism__to_tile(&w->v, v0)) / (v1 - v0));
 }
 
-/* The clusters' shares of a VPL's points, summed: by the geometric mean of what the view and the VPL see of them, and a
-   little by each, so that none is forgotten. */
+/* The clusters' shares of a VPL's points, summed: by the geometric mean of what the view and the VPL see of
+   them, and a little by each, so that none is forgotten. */
 static void ism__share_clusters(const ism__spread_work *w, const ism_vpl *v, float *effect, double *sums)
 {
     double seen = 0.0, sum = 0.0;
-    ism__frame_of f;
+    ism__orientation f;
     uint32_t c;
     memset(&f, 0, sizeof f);
     if (v) f = ism__vpl_frame(w->m, v);
@@ -2588,8 +3352,27 @@ static void ism__share_clusters(const ism__spread_work *w, const ism_vpl *v, flo
     sums[c] = sum;
 }
 
-/* The cell with sums[i] <= x < sums[i + 1] among first <= i < end; cells of no width are passed over. From `from` on,
-   by steps that double, if it is not behind x: successive points lie in successive cells. */
+/* ==== src/ism/points.h ==== */
+
+/* ---- points: surfels on all triangles (paper 5) ---- */
+
+/* Uniform in the triangle: Heitz, "A low-distortion map between triangle and square", 2019; folds nothing, so
+   that low-discrepancy points stay so. */
+static void ism__triangle_map(float u, float v, float *b1, float *b2)
+{
+    if (v > u) {
+        u *= 0.5f;
+        v -= u;
+    } else {
+        v *= 0.5f;
+        u -= v;
+    }
+    *b1 = u;
+    *b2 = v;
+}
+
+/* The cell with sums[i] <= x < sums[i + 1] among first <= i < end; cells of no width are passed over. From
+   `from` on, by steps that double, if it is not behind x: successive points lie in successive cells. */
 static size_t ism__find(const double *sums, size_t first, size_t end, size_t from, double x)
 {
     size_t lo = first, hi = end, step = 1;
@@ -2621,14 +3404,14 @@ static double ism__draw_triangle(const ism__spread_work *w, const double *shares
     return share / shares[w->cluster_count] * ((sums[t + 1u] - sums[t]) / width);
 }
 
-/* Points of a VPL's tile: its own stratified numbers (j + r) / n, the same in every frame, so that a static scene stays
-   as it is; the `lazy`-th part of them is looked up anew. First the cluster, then one of its triangles, whose sums are
-   fetched meanwhile: no cache holds those of a large mesh. */
+/* Points of a VPL's tile: its own stratified numbers (j + r) / n, the same in every frame, so that a static
+   scene stays as it is; one in lazy_frames of them is looked up anew. First the cluster, then one of its
+   triangles, whose sums are fetched meanwhile: no cache holds those of a large mesh. */
 static void ism__points_of(const ism__spread_work *w, size_t v, const double *shares)
 {
     ism_maps *m = w->m;
     const uint32_t *counts = (const uint32_t *)m->counts.data;
-    ism__point *points = (ism__point *)m->points.data + v * m->desc.points;
+    ism__surfel *points = (ism__surfel *)m->surfels.data + v * m->desc.surfel_count;
     uint32_t n = counts[2u * v], j, key = m->desc.seed, used, k, step, clusters[ISM__AHEAD];
     int fresh = w->fresh || n != counts[2u * v + 1u];
     double x[ISM__AHEAD];
@@ -2647,7 +3430,7 @@ static void ism__points_of(const ism__spread_work *w, size_t v, const double *sh
         }
         for (k = 0; k < used; k++) {
             uint32_t at = j + k * step, r = key + at * 3242174889u, s = ism__hash32(key) + at * 2447445413u;
-            ism__point *to = &points[at];
+            ism__surfel *to = &points[at];
             double probability = ism__draw_triangle(w, shares, clusters[k], x[k], &to->triangle);
             float b1, b2;
             ism__triangle_map(ism__to_unit(r), ism__to_unit(s), &b1, &b2);
@@ -2673,7 +3456,8 @@ static void ism__points_task(void *context, size_t lane)
     int pair = m->desc.spread == ISM_SPREAD_PAIR && w->valid_count > 0;
     size_t v;
     for (v = lane; v < m->desc.vpl_count; v += ISM__LANES) {
-        if (v == lane || pair) ism__share_clusters(w, pair && v < m->vpl_count ? &m->vpls[v] : NULL, effect, shares);
+        if (v == lane || pair)
+            ism__share_clusters(w, pair && v < m->vpl_count ? &m->vpls[v] : NULL, effect, shares);
         ism__points_of(w, v, shares);
     }
 }
@@ -2687,8 +3471,8 @@ static void ism__count_points(ism_maps *m, int fresh)
     mean = m->vpl_count ? sum / (double)m->vpl_count : 0.0;
     for (i = 0; i < m->desc.vpl_count; i++) {
         double f = i < m->vpl_count ? (double)ism__luminance(m->vpls[i].flux) : mean;
-        uint32_t n = m->desc.points;
-        if (m->desc.vary_points && f < 0.5 * mean) n = f < 0.25 * mean ? n / 4u : n / 2u;
+        uint32_t n = m->desc.surfel_count;
+        if (m->desc.vary_surfels && f < 0.5 * mean) n = f < 0.25 * mean ? n / 4u : n / 2u;
         counts[2u * i + 1u] = fresh ? 0 : counts[2u * i];
         counts[2u * i] = n;
     }
@@ -2710,37 +3494,9 @@ static void ism__bounding_sphere(ism_maps *m, const ism_mesh *mesh)
     m->radius = 0.5f * ism__v3_length(ism__v3_sub(hi, lo)) * 1.001f + 1e-20f;
 }
 
-static ism_result ism__valid_pixels(ism_maps *m, const ism_view *view, uint32_t *count)
+static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
 {
-    size_t pixels = (size_t)view->width * view->height, i;
-    uint32_t *valid;
-    ism__v3 p, n;
-    if (!ism__grow(m, &m->pixels, pixels, sizeof *valid)) return ISM_ERR_ALLOC;
-    valid = (uint32_t *)m->pixels.data;
-    for (*count = 0, i = 0; i < pixels; i++)
-        if (ism__receiver(view, i, &p, &n)) valid[(*count)++] = (uint32_t)i;
-    return ISM_OK;
-}
-
-/* Weight of a triangle: solid angle and, in the share that keeps edge-on triangles in, area. */
-static void ism__make_cdf(ism__spread_work *w, double area_sum, double solid_sum)
-{
-    ism_maps *m = w->m;
-    double a = solid_sum > 0.0 ? (double)m->desc.area_share / area_sum : 1.0 / area_sum;
-    double s = solid_sum > 0.0 ? (1.0 - (double)m->desc.area_share) / solid_sum : 0.0, *sums = (double *)m->sums.data;
-    double sum = 0.0;
-    size_t t;
-    for (t = 0; t < w->triangles; t++) {
-        sums[t] = sum;
-        if (w->area[t] > 0.0f) sum += a * (double)w->area[t] + s * (double)w->solid[t];
-    }
-    sums[w->triangles] = sum;
-    w->cdf.sums = sums;
-    w->cdf.count = (uint32_t)w->triangles;
-}
-
-static ism_result ism__renew_points(ism_maps *m, const ism_frame *f)
-{
+    const ism_frame *f = job->frame;
     ism__spread_work w;
     double area = 0.0, solid = 0.0;
     size_t t, i;
@@ -2748,61 +3504,98 @@ static ism_result ism__renew_points(ism_maps *m, const ism_frame *f)
     memset(&w, 0, sizeof w);
     w.m = m;
     w.mesh = f->mesh;
-    w.view = f->view;
+    w.view = &job->view;
     w.triangles = ism__mesh_triangles(f->mesh);
     w.frame = f->index;
-    w.period = m->desc.unstable ? 1u : m->desc.lazy;
+    w.period = m->desc.unstable ? 1u : m->desc.lazy_frames;
     w.fresh = w.triangles != m->triangles;
-    if (w.triangles >= 1u << 31) return ISM_ERR_LIMIT;
+    if (w.triangles >= 1u << 31) {
+        ism__log_value(&job->log, "the mesh's count of triangles", (double)w.triangles, "below 2^31");
+        return ISM_ERR_LIMIT;
+    }
     w.cluster_size = (uint32_t)(w.triangles / ISM__CLUSTERS) + 1u;
     w.cluster_count = (uint32_t)((w.triangles + w.cluster_size - 1u) / w.cluster_size);
-    result = ism__valid_pixels(m, f->view, &w.valid_count);
+    result = ism__valid_pixels(m, &job->view, &w.valid_count);
+    if (result == ISM_ERR_ALLOC) return ism__no_memory(&job->log);
     if (result != ISM_OK) return result;
     if (!ism__grow(m, &m->weights, w.triangles, 2u * sizeof(float)) ||
         !ism__grow(m, &m->clusters, w.cluster_count, sizeof(ism__cluster) + sizeof(double)) ||
         !ism__grow(m, &m->shares, ISM__LANES * ism__lane_shares(&w), sizeof(double)) ||
         !ism__grow(m, &m->sums, w.triangles + 1u, sizeof(double)) ||
-        !ism__grow(m, &m->points, (size_t)m->desc.vpl_count * m->desc.points, sizeof(ism__point)) ||
+        !ism__grow(m, &m->surfels, (size_t)m->desc.vpl_count * m->desc.surfel_count, sizeof(ism__surfel)) ||
         !ism__grow(m, &m->counts, (size_t)m->desc.vpl_count * 2u, sizeof(uint32_t)))
-        return ISM_ERR_ALLOC;
+        return ism__no_memory(&job->log);
     w.valid = (const uint32_t *)m->pixels.data;
     w.area = (float *)m->weights.data;
     w.solid = w.area + w.triangles;
     w.seen = (double *)m->clusters.data;
     w.clusters = (ism__cluster *)(void *)(w.seen + w.cluster_count);
-    if (!ism__run(&m->desc, (w.triangles + ISM__TRIANGLES - 1u) / ISM__TRIANGLES, ism__spread_task, &w))
+    if (!ism__run(m, &job->part, 0.1f, 0.4f, (w.triangles + ISM__TRIANGLES - 1u) / ISM__TRIANGLES,
+                  ism__spread_task, &w))
         return ISM_ERR_CANCELLED;
     m->stats.skipped_triangles = 0;
     for (t = 0; t < w.triangles; t++) {
-        if (w.area[t] < 0.0f) return ISM_ERR_INPUT;
+        if (w.area[t] < 0.0f) return ism__check_indices(&job->log, f->mesh);
         m->stats.skipped_triangles += w.area[t] > 0.0f ? 0u : 1u;
         area += (double)w.area[t];
         solid += (double)w.solid[t];
     }
     m->stats.surface_area = area;
-    m->stats.points = m->stats.renewed = 0;
+    m->stats.surfels = m->stats.renewed = 0;
     if (!(area > 0.0)) {
         m->triangles = 0;
         return ISM_OK;
     }
     ism__make_cdf(&w, area, solid);
-    if (!ism__run(&m->desc, w.cluster_count, ism__cluster_task, &w)) return ISM_ERR_CANCELLED;
+    if (!ism__run(m, &job->part, 0.4f, 0.5f, w.cluster_count, ism__cluster_task, &w))
+        return ISM_ERR_CANCELLED;
     ism__count_points(m, w.fresh);
     m->triangles = 0;               /* until all are there: a cancelled renewal begins anew */
-    if (!ism__run(&m->desc, ISM__LANES, ism__points_task, &w)) return ISM_ERR_CANCELLED;
+    if (!ism__run(m, &job->part, 0.5f, 1.0f, ISM__LANES, ism__points_task, &w)) return ISM_ERR_CANCELLED;
     m->triangles = w.triangles;
     for (i = 0; i < m->desc.vpl_count; i++) {
         const uint32_t *n = (const uint32_t *)m->counts.data + 2u * i;
         uint32_t first = w.frame % w.period;
-        m->stats.points += n[0];
-        m->stats.renewed += w.fresh || n[0] != n[1] ? n[0] : n[0] > first ? (n[0] - first - 1u) / w.period + 1u : 0;
+        m->stats.surfels += n[0];
+        m->stats.renewed += w.fresh || n[0] != n[1] ? n[0]
+                            : n[0] > first          ? (n[0] - first - 1u) / w.period + 1u
+                                                    : 0;
     }
     return ISM_OK;
 }
 
-static ism_point ism__point_of(const ism__point *p)
+/* Surfels and windows, without maps. */
+static ism_result ism__scatter(ism_maps *m, const ism__job *job)
 {
-    ism_point out;
+    const ism_frame *f = job->frame;
+    ism_result result = f->mesh ? ism__check_mesh(&job->log, f->mesh) : ISM_OK;
+    if (result != ISM_OK) return result;
+    m->built = 0;
+    if (!ism__grow(m, &m->windows, m->desc.vpl_count, sizeof(ism__window) + sizeof(uint32_t)))
+        return ism__no_memory(&job->log);
+    ism__bounding_sphere(m, f->mesh);
+    return ism__make_windows(m, &job->view, &job->part) ? ism__renew_points(m, job) : ISM_ERR_CANCELLED;
+}
+
+/* VPLs must have been chosen. */
+static ism_result ism__too_early(const ism__logger *log, const char *name, const char *needs)
+{
+    ism__log_text(log, name, needs);
+    return ISM_ERR_ORDER;
+}
+
+ISM_DEF ism_result ism_scatter(ism_maps *m, const ism_frame *f)
+{
+    ism__job job;
+    ism_result result = ism__open_frame(m, f, "ism_scatter", &job);
+    if (result != ISM_OK) return result;
+    return m->chosen ? ism__scatter(m, &job)
+                     : ism__too_early(&job.log, "maps", "have no VPLs: call ism_choose before");
+}
+
+static ism_surfel ism__unpack_surfel(const ism__surfel *p)
+{
+    ism_surfel out;
     out.triangle = p->triangle;
     out.barycentric[0] = (float)p->b1 * (1.0f / 65535.0f);
     out.barycentric[1] = (float)p->b2 * (1.0f / 65535.0f);
@@ -2810,74 +3603,85 @@ static ism_point ism__point_of(const ism__point *p)
     return out;
 }
 
-ISM_DEF ism_result ism_points(const ism_maps *m, uint32_t vpl, ism_point *out, size_t capacity, size_t *count)
+ISM_DEF ism_result ism_surfels(const ism_maps *m, uint32_t vpl, ism_surfel *out, size_t capacity,
+                               size_t *count)
 {
-    const ism__point *points;
+    const ism__surfel *points;
     uint32_t n, j;
-    if (!m || !count || vpl >= m->desc.vpl_count || (!out && capacity)) return ISM_ERR_ARGUMENT;
+    ism__job job;
+    if (!m) return ISM_ERR_ARGUMENT;
+    ism__begin_job(&m->desc.system, "ism_surfels", NULL, &job);
+    if (ism__check_list(&job.log, out, capacity, count) != ISM_OK) return ISM_ERR_ARGUMENT;
+    if (vpl >= m->desc.vpl_count) {
+        ism__log_value(&job.log, "vpl", (double)vpl, "below desc.vpl_count");
+        return ISM_ERR_ARGUMENT;
+    }
     if (!m->triangles) return ISM_ERR_ORDER;
-    points = (const ism__point *)m->points.data + (size_t)vpl * m->desc.points;
+    points = (const ism__surfel *)m->surfels.data + (size_t)vpl * m->desc.surfel_count;
     n = ((const uint32_t *)m->counts.data)[2u * vpl];
-    for (j = 0; j < n && j < capacity; j++) out[j] = ism__point_of(&points[j]);
+    for (j = 0; j < n && j < capacity; j++) out[j] = ism__unpack_surfel(&points[j]);
     *count = n;
     return ISM_OK;
 }
 
-ISM_DEF ism_result ism_phase_points(const ism_maps *m, uint32_t phase, ism_point *out, size_t capacity, size_t *count)
+ISM_DEF ism_result ism_phase_surfels(const ism_maps *m, uint32_t phase, ism_surfel *out, size_t capacity,
+                                     size_t *count)
 {
     uint32_t each, v, j;
     size_t k = 0;
-    if (!m || !count || phase >= m->desc.lazy || (!out && capacity)) return ISM_ERR_ARGUMENT;
+    ism__job job;
+    if (!m) return ISM_ERR_ARGUMENT;
+    ism__begin_job(&m->desc.system, "ism_phase_surfels", NULL, &job);
+    if (ism__check_list(&job.log, out, capacity, count) != ISM_OK) return ISM_ERR_ARGUMENT;
+    if (phase >= m->desc.lazy_frames) {
+        ism__log_value(&job.log, "phase", (double)phase, "below desc.lazy_frames");
+        return ISM_ERR_ARGUMENT;
+    }
     if (!m->triangles) return ISM_ERR_ORDER;
-    each = (m->desc.points + m->desc.lazy - 1u) / m->desc.lazy;
+    each = (m->desc.surfel_count + m->desc.lazy_frames - 1u) / m->desc.lazy_frames;
     *count = (size_t)m->desc.vpl_count * each;
     for (v = 0; v < m->desc.vpl_count; v++) {
-        const ism__point *points = (const ism__point *)m->points.data + (size_t)v * m->desc.points;
+        const ism__surfel *points = (const ism__surfel *)m->surfels.data + (size_t)v * m->desc.surfel_count;
         uint32_t n = ((const uint32_t *)m->counts.data)[2u * v];
         for (j = 0; j < each && k < capacity; j++, k++) {
-            uint32_t i = phase + j * m->desc.lazy;
+            uint32_t i = phase + j * m->desc.lazy_frames;
             memset(&out[k], 0, sizeof *out);
-            if (i < n) out[k] = ism__point_of(&points[i]);
+            if (i < n) out[k] = ism__unpack_surfel(&points[i]);
         }
     }
     return ISM_OK;
 }
 
-ISM_DEF void ism_bounds(const ism_maps *m, float center[3], float *radius)
-{
-    if (!m || !center || !radius) return;
-    memcpy(center, m->center, sizeof m->center);
-    *radius = m->radius;
-}
+/* ==== src/ism/splat.h ==== */
 
-/* ---- >>splat: discs into one tile ---- */
+/* ---- splat: discs into one tile (paper 3.3) ---- */
 
-struct ism__surfel;
+struct ism__disc;
 
 typedef struct ism__tile {          /* one VPL's map while it is drawn */
     const ism_maps *m;
     const ism_mesh *mesh;
     const ism_vpl  *vpl;
-    ism__frame_of   frame;
+    ism__orientation   frame;
     ism_projection  projection;
     uint32_t        size;
     const ism__window *window;      /* NULL: the whole square */
-    const float    *x, *y, *z;      /* directions of texel centres, in the tile's frame; x, y, 1 of sky maps in units
-                                       of radius */
+    const float    *x, *y, *z;      /* directions of texel centres, in the tile's frame; x, y, 1 of sky maps
+                                       in units of radius */
     float          *depth;          /* at texel centres; ISM_FAR = empty */
     ism__texel     *texels;
-    void          (*draw)(struct ism__tile *tile, const struct ism__surfel *s, const uint32_t box[4]);
+    void          (*draw)(struct ism__tile *tile, const struct ism__disc *s, const uint32_t box[4]);
     uint64_t        splats, wide, filled;
 } ism__tile;
 
-typedef struct ism__surfel {
+typedef struct ism__disc {
     ism__v3  at, g;
     float    radius2, depth, u, v;
     uint32_t triangle;
     int      capped, cut;           /* cut: off at the triangle's edges */
     float    b1, b2;                /* barycentric at `at`; in the disc's plane they grow by d1, d2 */
     ism__v3  d1, d2;
-} ism__surfel;
+} ism__disc;
 
 /* Depth of the surfel's plane at a texel; 0 where the texel's ray does not meet it. */
 static float ism__plane_depth(const ism__tile *tile, const float g[3], size_t i)
@@ -2887,9 +3691,9 @@ static float ism__plane_depth(const ism__tile *tile, const float g[3], size_t i)
     return s > 1e-20f ? 1.0f / s : 0.0f;
 }
 
-/* A disc that stands for its triangle's neighbours too is about as far off their surface as it is wide, and would hide
-   that surface from the VPL: it is drawn a radius farther away, as large as before for the VPL. */
-static void ism__move_away(ism__surfel *s)
+/* A disc that stands for its triangle's neighbours too is about as far off their surface as it is wide, and
+   would hide that surface from the VPL: it is drawn a radius farther away, as large as before for the VPL. */
+static void ism__move_away(ism__disc *s)
 {
     float away = 1.0f + sqrtf(s->radius2) / s->depth;
     s->at = ism__v3_scale(s->at, away);
@@ -2899,7 +3703,7 @@ static void ism__move_away(ism__surfel *s)
 }
 
 /* Where the point lies in the tile; 0 if it is not seen from the VPL's front. */
-static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, float area, ism__surfel *s)
+static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, float area, ism__disc *s)
 {
     const ism_maps *m = tile->m;
     s->radius2 = area * (1.0f / ISM__PI);
@@ -2921,10 +3725,11 @@ static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, f
         if (!(d2 > 1e-30f) || !(l.z > 1e-3f * s->depth)) return 0;
         /* The surface that the VPL lies on is no occluder in a lobe's tilted map either. */
         if (tile->projection == ISM_PROJECTION_LOBE &&
-            !(fabsf(ism__v3_dot(ism__to_world(&tile->frame, l), ism__v3_load(tile->vpl->normal))) > 1e-3f * s->depth))
+            !(fabsf(ism__v3_dot(ism__to_world(&tile->frame, l), ism__v3_load(tile->vpl->normal))) >
+              1e-3f * s->depth))
             return 0;
-        /* Seen from behind, a near disc most likely juts out over the edge of something thin on the surface that the
-           VPL lies on: the front of a skirting board must not hide the wall that it hangs on. */
+        /* Seen from behind, a near disc most likely juts out over the edge of something thin on the surface
+           that the VPL lies on: the front of a skirting board must not hide the wall that it hangs on. */
         if (s->radius2 > (along > 0.0f && !s->cut ? ISM__WIDEST_BACK : ISM__WIDEST) * d2) {
             s->radius2 = (along > 0.0f && !s->cut ? ISM__WIDEST_BACK : ISM__WIDEST) * d2;
             s->capped = 1;
@@ -2941,16 +3746,19 @@ static int ism__place_surfel(const ism__tile *tile, ism__v3 p, ism__v3 normal, f
     }
 }
 
-/* Writes the texels of columns box[0] to box[1] and rows box[2] to box[3] whose rays meet the disc, and nothing nearer.
-   No disc is widened to a whole texel: where many small ones share it, the chance that one holds the centre is the
-   share of the texel that they cover, so that over many VPLs thin things throw thin shadows. Eight texels at a time,
-   for the compiler to vectorise; a row's last eight may begin before column box[0]. */
-ISM__INLINE void ism__draw_disc(ism__tile *tile, const ism__surfel *s, const uint32_t box[4], int sky)
+/* Writes the texels of columns box[0] to box[1] and rows box[2] to box[3] whose rays meet the disc, and
+   nothing nearer. No disc is widened to a whole texel: where many small ones share it, the chance that one
+   holds the centre is the share of the texel that they cover, so that over many VPLs thin things throw thin
+   shadows. Eight texels at a time, for the compiler to vectorise; a row's last eight may begin before column
+   box[0]. */
+ISM__INLINE void ism__draw_disc(ism__tile *tile, const ism__disc *s, const uint32_t box[4], int sky)
 {
     uint32_t x, y, size = tile->size, k;
-    float g0 = s->g.x, g1 = s->g.y, g2 = s->g.z, ax = s->at.x, ay = s->at.y, az = s->at.z, radius2 = s->radius2;
+    float g0 = s->g.x, g1 = s->g.y, g2 = s->g.z, ax = s->at.x, ay = s->at.y, az = s->at.z,
+          radius2 = s->radius2;
     float b1 = s->b1, b1x = s->d1.x, b1y = s->d1.y, b1z = s->d1.z, r = tile->m->radius;
-    float b2 = s->b2, b2x = s->d2.x, b2y = s->d2.y, b2z = s->d2.z;      /* all 0 where nothing is cut: passes */
+    float b2 = s->b2, b2x = s->d2.x, b2y = s->d2.y, b2z = s->d2.z;      /* all 0 where nothing is cut:
+                                                                           passes */
     for (y = box[2]; y <= box[3]; y++)
         for (x = box[0]; x <= box[1]; x += ISM__TEXELS) {
             uint32_t column = x < size - ISM__TEXELS ? x : size - ISM__TEXELS, any = 0, hit[ISM__TEXELS];
@@ -2971,8 +3779,8 @@ ISM__INLINE void ism__draw_disc(ism__tile *tile, const ism__surfel *s, const uin
                 t[k] = depth;
                 hit[k] = (uint32_t)(meets & (depth > 0.0f) & (depth < nearest[k]) &
                                     (dx * dx + dy * dy + dz * dz <= radius2) & (at1 >= -ISM__EDGE) &
-                                    (at2 >= -ISM__EDGE) & (at1 + at2 <= 1.0f + ISM__EDGE) & ((int32_t)k >= first) &
-                                    ((int32_t)k <= last));
+                                    (at2 >= -ISM__EDGE) & (at1 + at2 <= 1.0f + ISM__EDGE) &
+                                    ((int32_t)k >= first) & ((int32_t)k <= last));
             }
             for (k = 0; k < ISM__TEXELS; k++) any |= hit[k];
             for (k = 0; any && k < ISM__TEXELS; k++)
@@ -2986,11 +3794,11 @@ ISM__INLINE void ism__draw_disc(ism__tile *tile, const ism__surfel *s, const uin
 }
 
 #define ISM__DRAWS(name, target)                                                                             \
-    target ISM__HOT static void name(ism__tile *tile, const ism__surfel *s, const uint32_t box[4])           \
+    target ISM__HOT static void name(ism__tile *tile, const ism__disc *s, const uint32_t box[4])           \
     {                                                                                                        \
         ism__draw_disc(tile, s, box, 0);                                                                     \
     }                                                                                                        \
-    target ISM__HOT static void name##_sky(ism__tile *tile, const ism__surfel *s, const uint32_t box[4])     \
+    target ISM__HOT static void name##_sky(ism__tile *tile, const ism__disc *s, const uint32_t box[4])     \
     {                                                                                                        \
         ism__draw_disc(tile, s, box, 1);                                                                     \
     }
@@ -3015,11 +3823,12 @@ static float ism__texels_per_unit(const ism__tile *tile)
     float size = (float)tile->size;
     if (tile->vpl->directional) return 0.5f * size / tile->m->radius;
     if (tile->projection == ISM_PROJECTION_PARABOLOID) return 0.5f * size;
-    if (tile->projection == ISM_PROJECTION_LOBE) return 0.9f * size * sqrtf(0.5f * (tile->vpl->exponent + 1.0f));
+    if (tile->projection == ISM_PROJECTION_LOBE)
+        return 0.9f * size * sqrtf(0.5f * (tile->vpl->exponent + 1.0f));
     return 0.9f * size;
 }
 
-static void ism__splat(ism__tile *tile, const ism__surfel *s)
+static void ism__splat(ism__tile *tile, const ism__disc *s)
 {
     float reach = sqrtf(s->radius2) * ism__texels_per_unit(tile) / (tile->vpl->directional ? 1.0f : s->depth);
     float most = (float)tile->size;
@@ -3034,9 +3843,11 @@ static void ism__splat(ism__tile *tile, const ism__surfel *s)
     tile->draw(tile, s, box);
 }
 
-/* A point that stands for less than its triangle is cut off at the triangle's edges, and may be large: a wall has
-   neither gaps nor discs that jut out over its end. One that stands for its neighbours too remains a disc. */
-static void ism__cut(const ism__tile *tile, ism__v3 e1, ism__v3 e2, ism__v3 n, float b1, float b2, ism__surfel *s)
+/* A point that stands for less than its triangle is cut off at the triangle's edges, and may be large: a wall
+   has neither gaps nor discs that jut out over its end. One that stands for its neighbours too remains a
+   disc. */
+static void ism__cut(const ism__tile *tile, ism__v3 e1, ism__v3 e2, ism__v3 n, float b1, float b2,
+                     ism__disc *s)
 {
     float inverse = 1.0f / ism__v3_dot(n, n);
     s->cut = 1;
@@ -3047,33 +3858,36 @@ static void ism__cut(const ism__tile *tile, ism__v3 e1, ism__v3 e2, ism__v3 n, f
 }
 
 /* What point j + 1 block and j + 2 blocks are read from. Points lie in a mesh's order, but far apart. */
-ISM__INLINE void ism__read_ahead(const ism_mesh *mesh, const ism__point *points, uint32_t count, uint32_t j)
+ISM__INLINE void ism__read_ahead(const ism_mesh *mesh, const ism__surfel *points, uint32_t count, uint32_t j)
 {
     uint32_t k;
     if (mesh->indices && j + 2u * ISM__AHEAD < count) {
         const uint32_t *at = mesh->indices + 3u * (size_t)points[j + 2u * ISM__AHEAD].triangle;
         ISM__PREFETCH(at);
         ISM__PREFETCH(at + 2);
+    } else if (mesh->indices16 && j + 2u * ISM__AHEAD < count) {
+        ISM__PREFETCH(mesh->indices16 + 3u * (size_t)points[j + 2u * ISM__AHEAD].triangle);
     }
     if (j + ISM__AHEAD >= count) return;
     for (k = 0; k < 3u; k++) {
         size_t i = 3u * (size_t)points[j + ISM__AHEAD].triangle + k;
-        const float *at = ism__at(mesh->positions, mesh->vertex_stride, mesh->indices ? mesh->indices[i] : i);
+        const float *at = ism__at(mesh->positions, mesh->vertex_stride, ism__index(mesh, i));
         ISM__PREFETCH(at);
         ISM__PREFETCH(at + 2);
     }
 }
 
-static void ism__draw_points(ism__tile *tile, const ism__point *points, uint32_t count, uint32_t number)
+static void ism__draw_points(ism__tile *tile, const ism__surfel *points, uint32_t count, uint32_t number)
 {
     const ism_mesh *mesh = tile->mesh;
     float scale = tile->m->desc.splat_scale;
     uint32_t j, column = number % tile->m->tiles, row = number / tile->m->tiles;
     for (j = 0; j < count; j++) {
         uint32_t t = points[j].triangle;
-        float b1 = (float)points[j].b1 * (1.0f / 65535.0f), b2 = (float)points[j].b2 * (1.0f / 65535.0f), length, area;
+        float b1 = (float)points[j].b1 * (1.0f / 65535.0f), b2 = (float)points[j].b2 * (1.0f / 65535.0f),
+              length, area;
         ism__v3 p[3], e1, e2, n;
-        ism__surfel s;
+        ism__disc s;
         ism__read_ahead(mesh, points, count, j);
         /* dithered over 2 x 2 tiles, not texels: pull and push would close the gaps that dithering leaves */
         if (mesh->opacities && !ism_dither(column, row, mesh->opacities[t])) continue;
@@ -3096,7 +3910,9 @@ static void ism__draw_points(ism__tile *tile, const ism__point *points, uint32_t
     }
 }
 
-/* ---- >>fill: pull and push (paper 3.3), after Marroquim et al. 2007 ---- */
+/* ==== src/ism/fill.h ==== */
+
+/* ---- fill: pull and push (paper 3.3), after Marroquim et al. 2007 ---- */
 
 /* Which of the four quadrants about a texel something at (dx, dy) lies in; each owns one half axis. */
 static uint32_t ism__quadrant(int dx, int dy)
@@ -3113,11 +3929,14 @@ static uint32_t ism__sector(int dx, int dy)
     return dx > 0 ? (dy > 0 ? 2u : 128u) : dy > 0 ? 8u : 32u;
 }
 
-static uint32_t ism__turn(uint32_t sectors, uint32_t by) { return (sectors << by | sectors >> (8u - by)) & 255u; }
+static uint32_t ism__turn(uint32_t sectors, uint32_t by)
+{
+    return (sectors << by | sectors >> (8u - by)) & 255u;
+}
 
-/* Is a texel with something in these sectors about it surrounded? All that lies on one side of a line touches five of
-   them at most. Those beyond the tile's border count where the border has something on both sides of the texel: in the
-   sector along it or, of what is close, the next one. */
+/* Is a texel with something in these sectors about it surrounded? All that lies on one side of a line touches
+   five of them at most. Those beyond the tile's border count where the border has something on both sides of
+   the texel: in the sector along it or, of what is close, the next one. */
 static int ism__surrounded(uint32_t found, uint32_t close, uint32_t beyond)
 {
     uint32_t along = (ism__turn(beyond, 1) | ism__turn(beyond, 7)) & ~beyond, open;
@@ -3126,9 +3945,9 @@ static int ism__surrounded(uint32_t found, uint32_t close, uint32_t beyond)
     return (open & ism__turn(open, 1) & ism__turn(open, 2)) == 0;
 }
 
-/* A texel with nearer surfels in all four quadrants about it, whose planes pass before it, is a hole between them
-   through which something hidden is seen: it is emptied, for pull and push to close. Marked by UINT32_MAX first, so
-   that no hole depends on another. */
+/* A texel with nearer surfels in all four quadrants about it, whose planes pass before it, is a hole between
+   them through which something hidden is seen: it is emptied, for pull and push to close. Marked by
+   UINT32_MAX first, so that no hole depends on another. */
 static void ism__open_holes(ism__tile *tile)
 {
     int size = (int)tile->size, x, y, dx, dy;
@@ -3157,7 +3976,8 @@ static void ism__open_holes(ism__tile *tile)
         if (tile->texels[i].triangle == UINT32_MAX) tile->depth[i] = ISM_FAR;
 }
 
-/* Pull: each cell of a coarser level keeps 1 + the index of one texel of its four cells, the nearest to its middle. */
+/* Pull: each cell of a coarser level keeps 1 + the index of one texel of its four cells, the nearest to its
+   middle. */
 static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
 {
     uint32_t size = tile->size, level, x, y, k;
@@ -3166,10 +3986,12 @@ static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
         uint32_t half = size >> level;
         for (y = 0; y < half; y++)
             for (x = 0; x < half; x++) {
-                uint32_t best = 0, least = UINT32_MAX, mx = (2u * x + 1u) << level, my = (2u * y + 1u) << level;
+                uint32_t best = 0, least = UINT32_MAX, mx = (2u * x + 1u) << level,
+                         my = (2u * y + 1u) << level;
                 for (k = 0; k < 4u; k++) {
                     uint32_t cx = 2u * x + (k & 1u), cy = 2u * y + (k >> 1), at, px, py, d;
-                    if (level == 1) at = tile->depth[(size_t)cy * size + cx] < ISM_FAR ? cy * size + cx + 1u : 0;
+                    if (level == 1)
+                        at = tile->depth[(size_t)cy * size + cx] < ISM_FAR ? cy * size + cx + 1u : 0;
                     else at = pyramid[below + (size_t)cy * 2u * half + cx];
                     if (!at) continue;
                     px = 2u * ((at - 1u) % size) + 1u;
@@ -3187,8 +4009,9 @@ static void ism__pull(const ism__tile *tile, uint32_t *pyramid, uint32_t levels)
     }
 }
 
-/* The depth that an empty texel takes from the two surfels nearest to it: the first one's depth, or its plane's at this
-   texel, whichever would have foretold the second one better. No depth is ever mixed with another. */
+/* The depth that an empty texel takes from the two surfels nearest to it: the first one's depth, or its
+   plane's at this texel, whichever would have foretold the second one better. No depth is ever mixed with
+   another. */
 static float ism__push(const ism__tile *tile, size_t i, size_t first, size_t second)
 {
     const float *g = tile->texels[first].g;
@@ -3198,8 +4021,52 @@ static float ism__push(const ism__tile *tile, size_t i, size_t first, size_t sec
     return t > 0.5f * own && t < 2.0f * own ? t : own;
 }
 
-/* Push: an empty texel looks at the 3 x 3 cells about it, level by level, and takes the nearest surfel once it is
-   surrounded: outside of a silhouette the far side is empty, and stays so. Nothing leaves the tile. */
+/* What is known of an empty texel's surroundings while coarser and coarser levels are read. */
+typedef struct ism__search {
+    ism__texel *first, *second;     /* the two nearest surfels' texels, or NULL */
+    int         least, next;        /* their squared distances in texels */
+    uint32_t    found, beyond;      /* sectors in which something lies, and those beyond the tile's border */
+} ism__search;
+
+static void ism__keep_nearest(ism__search *s, ism__texel *texel, int d)
+{
+    if (!s->first || d < s->least) {
+        if (s->first && s->first != texel) {
+            s->second = s->first;
+            s->next = s->least;
+        }
+        s->first = texel;
+        s->least = d;
+    } else if (s->first != texel && (!s->second || d < s->next)) {
+        s->second = texel;
+        s->next = d;
+    }
+}
+
+/* Reads the 3 x 3 cells of one level of the pyramid about texel tx, ty. */
+static void ism__search_level(const ism__tile *tile, const uint32_t *cells, uint32_t level, int tx, int ty,
+                              ism__search *s)
+{
+    int half = (int)(tile->size >> level), cx = tx >> level, cy = ty >> level, x, y;
+    for (y = cy - 1; y <= cy + 1; y++)
+        for (x = cx - 1; x <= cx + 1; x++) {
+            uint32_t at;
+            int dx, dy;
+            if (x < 0 || y < 0 || x >= half || y >= half) {
+                s->beyond |= ism__sector(x - cx, y - cy);
+                continue;
+            }
+            at = cells[y * half + x];
+            if (!at) continue;
+            dx = (int)((at - 1u) % tile->size) - tx;
+            dy = (int)((at - 1u) / tile->size) - ty;
+            s->found |= ism__sector(dx, dy);
+            ism__keep_nearest(s, &tile->texels[at - 1u], dx * dx + dy * dy);
+        }
+}
+
+/* Push: an empty texel looks at the 3 x 3 cells about it, level by level, and takes the nearest surfel once
+   it is surrounded: outside of a silhouette the far side is empty, and stays so. Nothing leaves the tile. */
 static void ism__fill(ism__tile *tile, uint32_t *pyramid)
 {
     uint32_t size = tile->size, level, levels = 3u;
@@ -3208,53 +4075,29 @@ static void ism__fill(ism__tile *tile, uint32_t *pyramid)
     while (size >> levels < 2u) levels--;
     ism__pull(tile, pyramid, levels);
     for (i = 0; i < texels; i++) {
-        ism__texel *to = &tile->texels[i], *first = NULL, *second = NULL;
-        int tx = (int)(i % size), ty = (int)(i / size), least = 0, next = 0, x, y;
-        uint32_t found = 0, close = 0, beyond = 0;
+        ism__texel *to = &tile->texels[i];
+        ism__search s = { NULL, NULL, 0, 0, 0, 0 };
+        uint32_t close = 0;
         size_t offset = 0;
         if (tile->depth[i] < ISM_FAR) continue;
         to->filled = 0;
         for (level = 1; level <= levels; level++) {
-            int half = (int)(size >> level), cx = tx >> level, cy = ty >> level;
-            if (second && ism__surrounded(found, close, beyond)) break;
-            for (y = cy - 1; y <= cy + 1; y++)
-                for (x = cx - 1; x <= cx + 1; x++) {
-                    uint32_t at;
-                    int dx, dy, d;
-                    if (x < 0 || y < 0 || x >= half || y >= half) {
-                        beyond |= ism__sector(x - cx, y - cy);
-                        continue;
-                    }
-                    at = pyramid[offset + (size_t)(y * half + x)];
-                    if (!at) continue;
-                    dx = (int)((at - 1u) % size) - tx;
-                    dy = (int)((at - 1u) / size) - ty;
-                    d = dx * dx + dy * dy;
-                    found |= ism__sector(dx, dy);
-                    if (!first || d < least) {
-                        if (first && first != &tile->texels[at - 1u]) {
-                            second = first;
-                            next = least;
-                        }
-                        first = &tile->texels[at - 1u];
-                        least = d;
-                    } else if (first != &tile->texels[at - 1u] && (!second || d < next)) {
-                        second = &tile->texels[at - 1u];
-                        next = d;
-                    }
-                }
-            offset += (size_t)half * (size_t)half;
-            if (level == 1) close = found;
+            if (s.second && ism__surrounded(s.found, close, s.beyond)) break;
+            ism__search_level(tile, pyramid + offset, level, (int)(i % size), (int)(i / size), &s);
+            offset += (size_t)(size >> level) * (size >> level);
+            if (level == 1) close = s.found;
         }
-        if (!second || !ism__surrounded(found, close, beyond)) continue;
-        to->g[0] = ism__push(tile, i, (size_t)(first - tile->texels), (size_t)(second - tile->texels));
-        to->triangle = first->triangle;
-        to->filled = 1;     /* aside: the depth marks what is empty */
+        if (!s.second || !ism__surrounded(s.found, close, s.beyond)) continue;
+        to->g[0] = ism__push(tile, i, (size_t)(s.first - tile->texels), (size_t)(s.second - tile->texels));
+        to->triangle = s.first->triangle;
+        to->filled = 1;     /* set aside: a finite depth would say that the texel is not empty */
         tile->filled++;
     }
 }
 
-/* ---- >>atlas ---- */
+/* ==== src/ism/atlas.h ==== */
+
+/* ---- atlas: the tiles of all VPLs ---- */
 
 typedef struct ism__atlas_work { ism_maps *m; const ism_mesh *mesh; uint32_t lanes; } ism__atlas_work;
 
@@ -3292,7 +4135,7 @@ static void ism__tile_directions(const ism__tile *tile, float *out)
 static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t v, char *scratch)
 {
     ism_maps *m = w->m;
-    size_t texels = (size_t)m->desc.tile_size * m->desc.tile_size, i;
+    size_t texels = (size_t)m->desc.tile_side * m->desc.tile_side, i;
     const float *directions = (const float *)m->directions.data;
     float *own;
     memset(tile, 0, sizeof *tile);
@@ -3301,12 +4144,13 @@ static void ism__begin_tile(ism__tile *tile, const ism__atlas_work *w, uint32_t 
     tile->vpl = &m->vpls[v];
     tile->frame = ism__vpl_frame(m, tile->vpl);
     tile->projection = ism__projection_of(m, tile->vpl);
-    tile->size = m->desc.tile_size;
+    tile->size = m->desc.tile_side;
     tile->window = (const ism__window *)m->windows.data + v;
     tile->texels = (ism__texel *)(void *)scratch;
     tile->depth = (float *)(void *)(scratch + texels * sizeof(ism__texel));
     own = tile->depth + texels;
-    if (tile->window->u.on || tile->window->v.on || tile->vpl->directional || tile->projection == ISM_PROJECTION_LOBE) {
+    if (tile->window->u.on || tile->window->v.on || tile->vpl->directional ||
+        tile->projection == ISM_PROJECTION_LOBE) {
         ism__tile_directions(tile, own);
         directions = own;
     }
@@ -3337,7 +4181,7 @@ static void ism__end_tile(const ism__tile *tile, ism_maps *m, uint32_t v)
 /* Tiles that no VPL has, as far as VPLs of the frame before, or the allocator, left something there. */
 static void ism__blank_tiles(ism_maps *m)
 {
-    size_t v, size = m->desc.tile_size, x, y;
+    size_t v, size = m->desc.tile_side, x, y;
     for (v = m->vpl_count; v < m->blank_from; v++)
         for (y = 0; y < size; y++)
             for (x = 0; x < size; x++) {
@@ -3352,19 +4196,20 @@ static void ism__lane_task(void *context, size_t lane)
 {
     const ism__atlas_work *w = (const ism__atlas_work *)context;
     ism_maps *m = w->m;
-    size_t texels = (size_t)m->desc.tile_size * m->desc.tile_size;
-    char *scratch = (char *)m->scratch.data + lane * ism__lane_bytes(m->desc.tile_size);
-    uint64_t *stats = (uint64_t *)(void *)(scratch + ism__lane_bytes(m->desc.tile_size) - 64u);
+    size_t texels = (size_t)m->desc.tile_side * m->desc.tile_side;
+    char *scratch = (char *)m->scratch.data + lane * ism__lane_bytes(m->desc.tile_side);
+    uint64_t *stats = (uint64_t *)(void *)(scratch + ism__lane_bytes(m->desc.tile_side) - 64u);
     size_t v;
     stats[0] = stats[1] = stats[2] = 0;
     for (v = lane; v < m->vpl_count; v += w->lanes) {
         ism__tile tile;
         ism__begin_tile(&tile, w, (uint32_t)v, scratch);
         if (m->triangles)
-            ism__draw_points(&tile, (const ism__point *)m->points.data + v * m->desc.points,
+            ism__draw_points(&tile, (const ism__surfel *)m->surfels.data + v * m->desc.surfel_count,
                              ((const uint32_t *)m->counts.data)[2u * v], (uint32_t)v);
         if (!m->desc.no_fill)
-            ism__fill(&tile, (uint32_t *)(void *)(scratch + texels * (sizeof(ism__texel) + 4u * sizeof(float))));
+            ism__fill(&tile,
+                      (uint32_t *)(void *)(scratch + texels * (sizeof(ism__texel) + 4u * sizeof(float))));
         ism__end_tile(&tile, m, (uint32_t)v);
         stats[0] += tile.splats;
         stats[1] += tile.wide;
@@ -3372,39 +4217,29 @@ static void ism__lane_task(void *context, size_t lane)
     }
 }
 
-ISM_DEF ism_result ism_scatter(ism_maps *m, const ism_frame *f)
-{
-    if (!m || !f || !ism__view_ok(f->view)) return ISM_ERR_ARGUMENT;
-    if (!m->chosen) return ISM_ERR_ORDER;
-    if (f->mesh && !ism__mesh_ok(f->mesh)) return ISM_ERR_INPUT;
-    m->built = 0;
-    if (!ism__grow(m, &m->windows, m->desc.vpl_count, sizeof(ism__window) + sizeof(uint32_t))) return ISM_ERR_ALLOC;
-    ism__bounding_sphere(m, f->mesh);
-    return ism__make_windows(m, f->view) ? ism__renew_points(m, f) : ISM_ERR_CANCELLED;
-}
-
-ISM_DEF ism_result ism_build(ism_maps *m, const ism_frame *f)
+static ism_result ism__build(ism_maps *m, const ism__job *job)
 {
     ism__atlas_work w;
+    ism__job first = *job;
     size_t texels, i;
     ism_result result;
-    if (!m || !f || !ism__view_ok(f->view)) return ISM_ERR_ARGUMENT;
-    if (!m->chosen) return ISM_ERR_ORDER;
     w.m = m;
-    w.mesh = f->mesh;
+    w.mesh = job->frame->mesh;
     w.lanes = m->vpl_count < ISM__LANES ? m->vpl_count : ISM__LANES;
     texels = (size_t)m->side * m->side;
     if (!ism__grow(m, &m->atlas, texels, sizeof(float)) ||
         (m->desc.keep_hits && !ism__grow(m, &m->hits, texels, sizeof(uint32_t))) ||
-        !ism__grow(m, &m->scratch, ISM__LANES, ism__lane_bytes(m->desc.tile_size)))
-        return ISM_ERR_ALLOC;
-    result = ism_scatter(m, f);
+        !ism__grow(m, &m->scratch, ISM__LANES, ism__lane_bytes(m->desc.tile_side)))
+        return ism__no_memory(&job->log);
+    first.part = ism__part_of(&job->part, 0.0f, 0.5f);
+    result = ism__scatter(m, &first);
     if (result != ISM_OK) return result;
     ism__blank_tiles(m);
-    if (w.lanes && !ism__run(&m->desc, w.lanes, ism__lane_task, &w)) return ISM_ERR_CANCELLED;
+    if (w.lanes && !ism__run(m, &job->part, 0.5f, 1.0f, w.lanes, ism__lane_task, &w))
+        return ISM_ERR_CANCELLED;
     m->stats.splats = m->stats.wide_splats = m->stats.filled = 0;
     for (i = 0; i < w.lanes; i++) {
-        const char *end = (const char *)m->scratch.data + (i + 1u) * ism__lane_bytes(m->desc.tile_size);
+        const char *end = (const char *)m->scratch.data + (i + 1u) * ism__lane_bytes(m->desc.tile_side);
         const uint64_t *stats = (const uint64_t *)(const void *)(end - 64u);
         m->stats.splats += stats[0];
         m->stats.wide_splats += stats[1];
@@ -3414,20 +4249,194 @@ ISM_DEF ism_result ism_build(ism_maps *m, const ism_frame *f)
     return ISM_OK;
 }
 
-ISM_DEF const float *ism_atlas(const ism_maps *m, uint32_t *side, uint32_t *tiles_a_side)
+ISM_DEF ism_result ism_build(ism_maps *m, const ism_frame *f)
+{
+    ism__job job;
+    ism_result result = ism__open_frame(m, f, "ism_build", &job);
+    if (result != ISM_OK) return result;
+    return m->chosen ? ism__build(m, &job)
+                     : ism__too_early(&job.log, "maps", "have no VPLs: call ism_choose before");
+}
+
+ISM_DEF const float *ism_atlas(const ism_maps *m, uint32_t *side, uint32_t *tiles_across)
 {
     if (!m || !m->built) return NULL;
     if (side) *side = m->side;
-    if (tiles_a_side) *tiles_a_side = m->tiles;
+    if (tiles_across) *tiles_across = m->tiles;
     return (const float *)m->atlas.data;
 }
 
-/* ---- >>visibility ---- */
+/* ==== src/ism/kernels.h ==== */
+
+/* ---- kernels: light from one VPL or near point to a receiver, unshadowed ---- */
+
+typedef struct ism__shade_work {
+    const ism_maps    *m;
+    const ism__view    *view;
+    ism_shading        s;
+    uint32_t           pattern, blocks_x;
+    const uint32_t    *order;       /* VPLs, those of a class together */
+    const uint32_t    *class_first; /* pattern^2 + 1 */
+    const float       *fields;      /* ISM__FIELDS arrays of vpl_count, in `order` */
+    const ism__orientation *frames;    /* in `order` */
+    float             *light;       /* irradiance, 3 a pixel */
+    float             *blurred;
+    double            *lost;        /* of each block: what clamping took, what there was; pairs culled,
+                                       pairs */
+} ism__shade_work;
+
+typedef struct ism__pixel { ism__v3 p, n, ng; } ism__pixel;
+
+/* A square of the VPL's area about it, as far as the receiver's horizon leaves it: a surface does not go on
+   behind the one it meets, so the whole flux comes from the part that is left. Of a receiver that faces the
+   square (fully from 120 degrees between their normals) no more than from a point, which grazing light leaves
+   dark: close above a lit surface lies the back of a bent sheet, to which the square reaches out, and depths
+   cannot tell the two apart. *square: without that. */
+static float ism__patch_kernel(const ism__orientation *f, ism__v3 d, ism__v3 n, float side, float point,
+                               float *square)
+{
+    ism__v3 c[4], x = ism__v3_scale(f->x, 0.5f * side), y = ism__v3_scale(f->y, 0.5f * side);
+    float share, form, facing = -2.0f * ism__v3_dot(n, f->z);
+    c[0] = ism__v3_sub(ism__v3_sub(d, x), y);
+    c[1] = ism__v3_sub(ism__v3_add(d, x), y);
+    c[2] = ism__v3_add(ism__v3_add(d, x), y);
+    c[3] = ism__v3_add(ism__v3_sub(d, x), y);
+    form = ism__form_factor(n, c, 4, &share);
+    *square = form = form > 0.0f && share > 0.0f ? form * ISM__PI / (side * side * share) : 0.0f;
+    if (!(facing > 0.0f) || !(form > point)) return form;
+    return form + (facing < 1.0f ? facing : 1.0f) * (point - form);
+}
+
+/* Hasan et al., "Virtual spherical lights for many-light rendering of glossy scenes", 2009: the mean over the
+   cone that the sphere fills, its radius that of a disc of the VPL's area. */
+static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float side)
+{
+    float r2 = side * side * (1.0f / ISM__PI), d2 = ism__v3_dot(d, d), least, sum = 0.0f;
+    ism__v3 z = ism__v3_normalize(d), x, y;
+    uint32_t k;
+    least = d2 > r2 ? sqrtf(1.0f - r2 / d2) : -1.0f;
+    ism__v3_basis(z, &x, &y);
+    for (k = 0; k < 16u; k++) {
+        float cosine = 1.0f - (1.0f - least) * ((float)k + 0.5f) * (1.0f / 16.0f),
+              sine = sqrtf(1.0f - cosine * cosine);
+        float s, c, a, b;
+        ism__v3 w;
+        ism__sincos(2.39996323f * (float)k, &s, &c);
+        w = ism__v3_madd(ism__v3_madd(ism__v3_scale(z, cosine), x, sine * c), y, sine * s);
+        a = ism__v3_dot(n, w);
+        b = -ism__v3_dot(normal, w);
+        if (a > 0.0f && b > 0.0f) sum += a * b;
+    }
+    return sum * (1.0f / 16.0f) * 2.0f * (1.0f - least) / r2;      /* / (pi r^2) x solid angle */
+}
+
+/* How far near points stand for what is at this distance: fully within 0.7 reach, not at all beyond it. */
+static float ism__nearness(float d2, float reach)
+{
+    float r2 = reach * reach, h = 2.0f * (r2 - d2);
+    return !(h > 0.0f) ? 0.0f : h < r2 ? h / r2 : 1.0f;
+}
+
+/* cos cos / d^2 of one VPL (cosine alone of a sky), with lobe and near-field rule; *plain without what the
+   latter takes off. */
+static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__orientation *f,
+                         const ism__pixel *px, float plain_kernel, float *plain)
+{
+    ism__v3 d = ism__v3_sub(ism__v3_load(v->position), px->p);
+    float d2 = ism__v3_dot(d, d), k = plain_kernel, a2 = v->side * v->side, share;
+    if (v->directional) {
+        k = ism__v3_dot(ism__v3_load(v->position), px->n) * ISM__PI;    /* light is divided by pi
+                                                                           afterwards */
+        return *plain = k > 0.0f ? k : 0.0f;
+    }
+    if (v->exponent != 1.0f) {
+        float length = sqrtf(d2), c = -ism__v3_dot(ism__v3_load(v->axis), d) / length,
+              b = ism__v3_dot(px->n, d) / length;
+        k = c > 0.0f && b > 0.0f ? 0.5f * (v->exponent + 1.0f) * ism__pow(c, v->exponent) * b / d2 : 0.0f;
+    }
+    *plain = k;
+    switch (w->s.near_mode) {
+    case ISM_NEAR_CLAMP: return k < w->s.clamp ? k : w->s.clamp;
+    case ISM_NEAR_SPHERE:
+        return a2 > 0.0f && v->exponent == 1.0f && d2 < 16.0f * a2
+             ? ism__sphere_kernel(d, ism__v3_load(v->normal), px->n, v->side) : k;
+    case ISM_NEAR_PATCH:
+        return a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2
+             ? ism__patch_kernel(f, d, px->n, v->side, k, plain) : k;
+    case ISM_NEAR_GATHER:
+        share = 1.0f - ism__nearness(d2, v->reach);
+        if (!(share > 0.0f)) return *plain = 0.0f;
+        if (a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2)
+            k = ism__patch_kernel(f, d, px->n, v->side, k, plain);
+        *plain *= share;
+        return k * share;
+    default: return k;
+    }
+}
+
+/* cos cos / d^2 of consecutive VPLs, negative or 0 where one faces away: plain arrays, for the compiler
+   to vectorise. */
+static void ism__kernels(const ism__shade_work *w, const ism__pixel *px, uint32_t first, uint32_t count,
+                         float *out)
+{
+    size_t n = w->m->vpl_count;
+    const float *x = w->fields + first, *y = x + n, *z = y + n, *nx = z + n, *ny = nx + n, *nz = ny + n;
+    float px0 = px->p.x, py0 = px->p.y, pz0 = px->p.z, ax = px->n.x, ay = px->n.y, az = px->n.z;
+    uint32_t i;
+    for (i = 0; i < count; i++) {
+        float dx = x[i] - px0, dy = y[i] - py0, dz = z[i] - pz0, d2 = dx * dx + dy * dy + dz * dz;
+        float a = ax * dx + ay * dy + az * dz, b = -(nx[i] * dx + ny[i] * dy + nz[i] * dz);
+        a = a > 0.0f ? a : 0.0f;
+        b = b > 0.0f ? b : 0.0f;
+        out[i] = a * b / (d2 * d2 + 1e-37f);
+    }
+}
+
+/* Mean over all VPLs of a class of their light here, unshadowed: what CLAMP_MEAN compares with. */
+static float ism__mean_light(const ism__shade_work *w, const ism__pixel *px, uint32_t first, uint32_t end)
+{
+    float kernels[ISM__CHUNK], sum = 0.0f, plain;
+    uint32_t at, i;
+    for (at = first; at < end; at += ISM__CHUNK) {
+        uint32_t count = end - at < ISM__CHUNK ? end - at : ISM__CHUNK;
+        ism__kernels(w, px, at, count, kernels);
+        for (i = 0; i < count; i++) {
+            const ism_vpl *v = &w->m->vpls[w->order[at + i]];
+            sum += ism__kernel(w, v, &w->frames[at + i], px, kernels[i], &plain) * ism__luminance(v->flux);
+        }
+    }
+    return end > first ? sum / (float)(end - first) : 0.0f;
+}
+
+/* A near point's kernel, by how far it stands here for VPLs; *plain without what the square's rule takes
+   off. */
+static float ism__near_kernel(const ism_near_point *at, const ism__pixel *px, float *plain)
+{
+    ism__v3 d = ism__v3_sub(ism__v3_load(at->position), px->p), normal = ism__v3_load(at->normal);
+    float d2 = ism__v3_dot(d, d), h = ism__nearness(d2, at->reach), a, b, k;
+    if (!(h > 0.0f)) return 0.0f;
+    a = ism__v3_dot(px->n, d);
+    b = -ism__v3_dot(normal, d);
+    if (!(a > 0.0f && b > 0.0f)) return 0.0f;
+    *plain = k = a * b / (d2 * d2 + 1e-37f);
+    if (d2 < 9.0f * at->side * at->side) {
+        ism__orientation f;
+        f.z = normal;
+        ism__v3_basis(f.z, &f.x, &f.y);
+        k = ism__patch_kernel(&f, d, px->n, at->side, k, plain);
+    }
+    *plain *= h;
+    return k * h;
+}
+
+/* ==== src/ism/visibility.h ==== */
+
+/* ---- visibility: depths of the tiles compared ---- */
 
 static const float *ism__tile_of(const ism_maps *m, uint32_t v)
 {
     size_t column = v % m->tiles, row = v / m->tiles;
-    return (const float *)m->atlas.data + row * m->desc.tile_size * m->side + column * m->desc.tile_size;
+    return (const float *)m->atlas.data + row * m->desc.tile_side * m->side + column * m->desc.tile_side;
 }
 
 /* A receiver from a VPL: what is known of it before the map is read, which no cache holds. */
@@ -3439,12 +4448,12 @@ typedef struct ism__look {
     int          lit;
 } ism__look;
 
-/* What lies behind the receiver's tangent plane is hidden by its own surface, which a thin sheet's depth cannot tell
-   from the receiver. */
-static void ism__look_at(const ism_maps *m, uint32_t number, const ism__frame_of *f, ism__v3 p, ism__v3 ng,
+/* What lies behind the receiver's tangent plane is hidden by its own surface, which a thin sheet's depth
+   cannot tell from the receiver. */
+static void ism__look_at(const ism_maps *m, uint32_t number, const ism__orientation *f, ism__v3 p, ism__v3 ng,
                          ism__look *look)
 {
-    uint32_t size = m->desc.tile_size;
+    uint32_t size = m->desc.tile_side;
     const ism_vpl *v = &m->vpls[number];
     const ism__window *w = (const ism__window *)m->windows.data + number;
     float uv[2], direction[3];
@@ -3474,10 +4483,11 @@ static void ism__look_at(const ism_maps *m, uint32_t number, const ism__frame_of
     ISM__PREFETCH(look->at);
 }
 
-/* Compares depths on the receiver's own tangent plane, at the centre of the texel: no acne where light grazes. */
+/* Compares depths on the receiver's own tangent plane, at the centre of the texel: no acne where light
+   grazes. */
 static int ism__is_lit(const ism_maps *m, uint32_t number, const ism__look *look, float bias)
 {
-    uint32_t size = m->desc.tile_size;
+    uint32_t size = m->desc.tile_side;
     const ism_vpl *v = &m->vpls[number];
     const ism__window *w = (const ism__window *)m->windows.data + number;
     ism__v3 l = look->l, n = look->n;
@@ -3508,150 +4518,49 @@ static int ism__is_lit(const ism_maps *m, uint32_t number, const ism__look *look
     return d * (1.0f - bias) <= t;
 }
 
-static int ism__lit(const ism_maps *m, uint32_t number, const ism__frame_of *f, ism__v3 p, ism__v3 ng, float bias)
+static int ism__lit(const ism_maps *m, uint32_t number, const ism__orientation *f, ism__v3 p, ism__v3 ng,
+                    float bias)
 {
     ism__look look;
     ism__look_at(m, number, f, p, ng, &look);
     return ism__is_lit(m, number, &look, bias);
 }
 
-ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const float *positions, const float *geometric,
-                               size_t stride, size_t count, float bias, float *visible)
+/* Bias as it is used: 0 is the default, what is negative none. */
+static float ism__bias_of(float bias) { return bias > 0.0f ? bias : bias < 0.0f ? 0.0f : 0.02f; }
+
+ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const ism_points *points, float bias,
+                               float *visible)
 {
-    ism__frame_of frame;
+    ism__orientation frame;
+    ism__job job;
+    ism_result result;
     size_t i;
-    if (!m || vpl >= m->vpl_count || !ism__stride_valid(stride, 12) ||
-        (count && (!positions || !geometric || !visible)) || !(bias >= 0.0f && bias < 1.0f))
+    if (!m) return ISM_ERR_ARGUMENT;
+    ism__begin_job(&m->desc.system, "ism_visible", NULL, &job);
+    if (!visible) return ism__is_null(&job.log, "visible");
+    if (vpl >= m->vpl_count || !(bias < 1.0f)) {
+        if (vpl >= m->vpl_count) ism__log_value(&job.log, "vpl", (double)vpl, "less than there are VPLs");
+        else ism__log_value(&job.log, "bias", (double)bias, "less than 1");
         return ISM_ERR_ARGUMENT;
-    if (!m->built) return ISM_ERR_ORDER;
+    }
+    if (!m->built) return ism__too_early(&job.log, "maps", "are not drawn: call ism_build before");
+    result = ism__open_view(&job.log, points, &job.view);
+    if (result != ISM_OK) return result;
     frame = ism__vpl_frame(m, &m->vpls[vpl]);
-    for (i = 0; i < count; i++)
-        visible[i] = (float)ism__lit(m, vpl, &frame, ism__v3_load(ism__at(positions, stride, i)),
-                                     ism__v3_load(ism__at(geometric, stride, i)), bias);
+    for (i = 0; i < points->count; i++) {
+        ism__v3 p, n;
+        visible[i] = 0.0f;
+        if (!ism__receiver(&job.view, i, &p, &n)) continue;
+        n = ism__geometric_normal(&job.view, i, n);
+        visible[i] = (float)ism__lit(m, vpl, &frame, p, n, ism__bias_of(bias));
+    }
     return ISM_OK;
 }
 
-/* ---- >>shade (paper 6.2) ---- */
-
-typedef struct ism__shade_work {
-    const ism_maps    *m;
-    const ism_view    *view;
-    ism_shading        s;
-    uint32_t           pattern, blocks_x;
-    const uint32_t    *order;       /* VPLs, those of a class together */
-    const uint32_t    *class_first; /* pattern^2 + 1 */
-    const float       *fields;      /* ISM__FIELDS arrays of vpl_count, in `order` */
-    const ism__frame_of *frames;    /* in `order` */
-    float             *light;       /* irradiance, 3 a pixel */
-    float             *blurred;
-    double            *lost;        /* of each block: what clamping took, what there was; pairs culled, pairs */
-} ism__shade_work;
-
-typedef struct ism__pixel { ism__v3 p, n, ng; } ism__pixel;
-
-/* A square of the VPL's area about it, as far as the receiver's horizon leaves it: a surface does not go on behind
-   the one it meets, so the whole flux comes from the part that is left. Of a receiver that faces the square (fully from
-   120 degrees between their normals) no more than from a point, which grazing light leaves dark: close above a lit
-   surface lies the back of a bent sheet, to which the square reaches out, and depths cannot tell the two apart.
-   *square: without that. */
-static float ism__patch_kernel(const ism__frame_of *f, ism__v3 d, ism__v3 n, float side, float point, float *square)
-{
-    ism__v3 c[4], x = ism__v3_scale(f->x, 0.5f * side), y = ism__v3_scale(f->y, 0.5f * side);
-    float share, form, facing = -2.0f * ism__v3_dot(n, f->z);
-    c[0] = ism__v3_sub(ism__v3_sub(d, x), y);
-    c[1] = ism__v3_sub(ism__v3_add(d, x), y);
-    c[2] = ism__v3_add(ism__v3_add(d, x), y);
-    c[3] = ism__v3_add(ism__v3_sub(d, x), y);
-    form = ism__form_factor(n, c, 4, &share);
-    *square = form = form > 0.0f && share > 0.0f ? form * ISM__PI / (side * side * share) : 0.0f;
-    if (!(facing > 0.0f) || !(form > point)) return form;
-    return form + (facing < 1.0f ? facing : 1.0f) * (point - form);
-}
-
-/* Hasan et al., "Virtual spherical lights for many-light rendering of glossy scenes", 2009: the mean over the cone that
-   the sphere fills, its radius that of a disc of the VPL's area. */
-static float ism__sphere_kernel(ism__v3 d, ism__v3 normal, ism__v3 n, float side)
-{
-    float r2 = side * side * (1.0f / ISM__PI), d2 = ism__v3_dot(d, d), least, sum = 0.0f;
-    ism__v3 z = ism__v3_normalize(d), x, y;
-    uint32_t k;
-    least = d2 > r2 ? sqrtf(1.0f - r2 / d2) : -1.0f;
-    ism__v3_basis(z, &x, &y);
-    for (k = 0; k < 16u; k++) {
-        float cosine = 1.0f - (1.0f - least) * ((float)k + 0.5f) * (1.0f / 16.0f), sine = sqrtf(1.0f - cosine * cosine);
-        float s, c, a, b;
-        ism__v3 w;
-        ism__sincos(2.39996323f * (float)k, &s, &c);
-        w = ism__v3_madd(ism__v3_madd(ism__v3_scale(z, cosine), x, sine * c), y, sine * s);
-        a = ism__v3_dot(n, w);
-        b = -ism__v3_dot(normal, w);
-        if (a > 0.0f && b > 0.0f) sum += a * b;
-    }
-    return sum * (1.0f / 16.0f) * 2.0f * (1.0f - least) / r2;      /* / (pi r^2) x solid angle */
-}
-
-/* How far near points stand for what is at this distance: fully within 0.7 reach, not at all beyond it. */
-static float ism__nearness(float d2, float reach)
-{
-    float r2 = reach * reach, h = 2.0f * (r2 - d2);
-    return !(h > 0.0f) ? 0.0f : h < r2 ? h / r2 : 1.0f;
-}
-
-/* cos cos / d^2 of one VPL (cosine alone of a sky), with lobe and near-field rule; *plain without what the latter
-   takes off. */
-static float ism__kernel(const ism__shade_work *w, const ism_vpl *v, const ism__frame_of *f, const ism__pixel *px,
-                         float plain_kernel, float *plain)
-{
-    ism__v3 d = ism__v3_sub(ism__v3_load(v->position), px->p);
-    float d2 = ism__v3_dot(d, d), k = plain_kernel, a2 = v->side * v->side, share;
-    if (v->directional) {
-        k = ism__v3_dot(ism__v3_load(v->position), px->n) * ISM__PI;    /* light is divided by pi afterwards */
-        return *plain = k > 0.0f ? k : 0.0f;
-    }
-    if (v->exponent != 1.0f) {
-        float length = sqrtf(d2), c = -ism__v3_dot(ism__v3_load(v->axis), d) / length,
-              b = ism__v3_dot(px->n, d) / length;
-        k = c > 0.0f && b > 0.0f ? 0.5f * (v->exponent + 1.0f) * ism__pow(c, v->exponent) * b / d2 : 0.0f;
-    }
-    *plain = k;
-    switch (w->s.near_mode) {
-    case ISM_NEAR_CLAMP: return k < w->s.clamp ? k : w->s.clamp;
-    case ISM_NEAR_SPHERE:
-        return a2 > 0.0f && v->exponent == 1.0f && d2 < 16.0f * a2
-             ? ism__sphere_kernel(d, ism__v3_load(v->normal), px->n, v->side) : k;
-    case ISM_NEAR_PATCH:
-        return a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2
-             ? ism__patch_kernel(f, d, px->n, v->side, k, plain) : k;
-    case ISM_NEAR_GATHER:
-        share = 1.0f - ism__nearness(d2, v->reach);
-        if (!(share > 0.0f)) return *plain = 0.0f;
-        if (a2 > 0.0f && v->exponent == 1.0f && d2 < 9.0f * a2) k = ism__patch_kernel(f, d, px->n, v->side, k, plain);
-        *plain *= share;
-        return k * share;
-    default: return k;
-    }
-}
-
-/* cos cos / d^2 of consecutive VPLs, negative or 0 where one faces away: plain arrays, for the compiler
-   to vectorise. */
-static void ism__kernels(const ism__shade_work *w, const ism__pixel *px, uint32_t first, uint32_t count, float *out)
-{
-    size_t n = w->m->vpl_count;
-    const float *x = w->fields + first, *y = x + n, *z = y + n, *nx = z + n, *ny = nx + n, *nz = ny + n;
-    float px0 = px->p.x, py0 = px->p.y, pz0 = px->p.z, ax = px->n.x, ay = px->n.y, az = px->n.z;
-    uint32_t i;
-    for (i = 0; i < count; i++) {
-        float dx = x[i] - px0, dy = y[i] - py0, dz = z[i] - pz0, d2 = dx * dx + dy * dy + dz * dz;
-        float a = ax * dx + ay * dy + az * dz, b = -(nx[i] * dx + ny[i] * dy + nz[i] * dz);
-        a = a > 0.0f ? a : 0.0f;
-        b = b > 0.0f ? b : 0.0f;
-        out[i] = a * b / (d2 * d2 + 1e-37f);
-    }
-}
-
 /* Visibility of `count` VPLs of the list, which are numbers in `order`. */
-static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, const uint32_t *list, uint32_t count,
-                              float *visible)
+static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, const uint32_t *list,
+                              uint32_t count, float *visible)
 {
     uint32_t i, numbers[ISM__CHUNK];
     ism__look looks[ISM__CHUNK];    /* of all, so that the maps' texels are fetched meanwhile */
@@ -3669,38 +4578,23 @@ static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, co
         visible[i] = w->s.no_maps ? 1.0f : (float)ism__is_lit(w->m, w->order[list[i]], &looks[i], w->s.bias);
 }
 
-/* Mean over all VPLs of a class of their light here, unshadowed: what CLAMP_MEAN compares with. */
-static float ism__mean_light(const ism__shade_work *w, const ism__pixel *px, uint32_t first, uint32_t end)
-{
-    float kernels[ISM__CHUNK], sum = 0.0f, plain;
-    uint32_t at, i;
-    for (at = first; at < end; at += ISM__CHUNK) {
-        uint32_t count = end - at < ISM__CHUNK ? end - at : ISM__CHUNK;
-        ism__kernels(w, px, at, count, kernels);
-        for (i = 0; i < count; i++) {
-            const ism_vpl *v = &w->m->vpls[w->order[at + i]];
-            sum += ism__kernel(w, v, &w->frames[at + i], px, kernels[i], &plain) * ism__luminance(v->flux);
-        }
-    }
-    return end > first ? sum / (float)(end - first) : 0.0f;
-}
-
-static const ism__frame_of *ism__near_frame(const ism__shade_work *w, uint32_t v)
+static const ism__orientation *ism__near_frame(const ism__shade_work *w, uint32_t v)
 {
     uint32_t classes = w->pattern * w->pattern;
     return &w->frames[w->class_first[v % classes] + v / classes];
 }
 
-/* By the map of the VPL that it belongs to. What that hides is lit all the same where the point is nearer than that VPL
-   and the map, moved to the point, hides nothing: surfaces beside it are much as beside the VPL. A receiver behind the
-   VPL is where the map ends, and lit. Neither holds for one that faces the point, as the backs of bent sheets do. */
+/* By the map of the VPL that it belongs to. What that hides is lit all the same where the point is nearer
+   than that VPL and the map, moved to the point, hides nothing: surfaces beside it are much as beside the
+   VPL. A receiver behind the VPL is where the map ends, and lit. Neither holds for one that faces the point,
+   as the backs of bent sheets do. */
 static float ism__near_lit(const ism__shade_work *w, const ism_near_point *at, const ism__pixel *px,
                            const ism__look *look)
 {
     const ism_maps *m = w->m;
     uint32_t v = (uint32_t)at->vpl;
     const ism_vpl *l = &m->vpls[v];
-    const ism__frame_of *f = ism__near_frame(w, v);
+    const ism__orientation *f = ism__near_frame(w, v);
     ism__v3 way = ism__v3_sub(ism__v3_load(l->position), ism__v3_load(at->position));
     ism__v3 d = ism__v3_sub(px->p, ism__v3_load(at->position));
     float facing = -2.0f * ism__v3_dot(px->n, ism__v3_load(at->normal));
@@ -3712,19 +4606,21 @@ static float ism__near_lit(const ism__shade_work *w, const ism_near_point *at, c
 }
 
 /* Visibility of `count` near points of the list. */
-static void ism__near_visibilities(const ism__shade_work *w, const ism__pixel *px, const uint32_t *list, uint32_t count,
-                                   float *visible)
+static void ism__near_visibilities(const ism__shade_work *w, const ism__pixel *px, const uint32_t *list,
+                                   uint32_t count, float *visible)
 {
     const ism_near_point *points = (const ism_near_point *)w->m->near_points.data;
-    ism_visibility_fn fn = w->s.near_visible_fn ? w->s.near_visible_fn : w->s.visible_fn;
+    ism_visible_fn fn = w->s.near_visible_fn ? w->s.near_visible_fn : w->s.visible_fn;
     uint32_t i, numbers[ISM__CHUNK];
     ism__look looks[ISM__CHUNK];
     if (fn) {
         float position[3], geometric[3];
-        for (i = 0; i < count; i++) numbers[i] = w->s.near_visible_fn ? list[i] : (uint32_t)points[list[i]].vpl;
+        for (i = 0; i < count; i++)
+            numbers[i] = w->s.near_visible_fn ? list[i] : (uint32_t)points[list[i]].vpl;
         ism__v3_store(position, px->p);
         ism__v3_store(geometric, px->ng);
-        fn(w->s.visible_user, position, geometric, numbers, count, visible);
+        fn(w->s.near_visible_fn ? w->s.near_visible_user : w->s.visible_user, position, geometric, numbers,
+           count, visible);
         return;
     }
     for (i = 0; i < count && !w->s.no_maps; i++) {
@@ -3735,29 +4631,14 @@ static void ism__near_visibilities(const ism__shade_work *w, const ism__pixel *p
         visible[i] = w->s.no_maps ? 1.0f : ism__near_lit(w, &points[list[i]], px, &looks[i]);
 }
 
-/* A near point's kernel, by how far it stands here for VPLs; *plain without what the square's rule takes off. */
-static float ism__near_kernel(const ism_near_point *at, const ism__pixel *px, float *plain)
-{
-    ism__v3 d = ism__v3_sub(ism__v3_load(at->position), px->p), normal = ism__v3_load(at->normal);
-    float d2 = ism__v3_dot(d, d), h = ism__nearness(d2, at->reach), a, b, k;
-    if (!(h > 0.0f)) return 0.0f;
-    a = ism__v3_dot(px->n, d);
-    b = -ism__v3_dot(normal, d);
-    if (!(a > 0.0f && b > 0.0f)) return 0.0f;
-    *plain = k = a * b / (d2 * d2 + 1e-37f);
-    if (d2 < 9.0f * at->side * at->side) {
-        ism__frame_of f;
-        f.z = normal;
-        ism__v3_basis(f.z, &f.x, &f.y);
-        k = ism__patch_kernel(&f, d, px->n, at->side, k, plain);
-    }
-    *plain *= h;
-    return k * h;
-}
+/* ==== src/ism/shade.h ==== */
 
-/* Light of the near points of the pixel's class: every pattern^2-th of them, scaled up as VPLs are; times pi. */
-static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index, float out[3],
-                            double lost[2])
+/* ---- shade: all lights at all receivers, and the blur (paper 6.2) ---- */
+
+/* Light of the near points of the pixel's class: every pattern^2-th of them, scaled up as VPLs are; times
+   pi. */
+static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index,
+                            float out[3], double lost[2])
 {
     const ism_near_point *points = (const ism_near_point *)w->m->near_points.data;
     const float *sphere = (const float *)w->m->near_blocks.data;
@@ -3786,10 +4667,10 @@ static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint
     for (k = 0; k < 3u; k++) out[k] += sum[k] * (float)step;
 }
 
-/* Irradiance of one pixel by the VPLs of its class, times as many as there are classes: their mean is the sum of all
-   VPLs, however few of them there are. skip: a flag for each place in `order`, or NULL. */
-static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index, const uint8_t *skip,
-                             float out[3], double lost[2])
+/* Irradiance of one pixel by the VPLs of its class, times as many as there are classes: their mean is the sum
+   of all VPLs, however few of them there are. skip: a flag for each place in `order`, or NULL. */
+static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index,
+                             const uint8_t *skip, float out[3], double lost[2])
 {
     uint32_t first = w->class_first[class_index], end = w->class_first[class_index + 1u], at, i, k;
     float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f };
@@ -3827,8 +4708,8 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
     for (k = 0; k < 3u; k++) out[k] = sum[k] * (1.0f / ISM__PI);
 }
 
-/* Flags the VPLs that none of the block's pixels can see: all eight corners of its box behind the VPL (T56). The flags
-   lie in front of the pixels: one for each place in `order`. */
+/* Flags the VPLs that none of the block's pixels can see: all eight corners of its box behind the VPL (T56).
+   The flags lie in front of the pixels: one for each place in `order`. */
 static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_t *skip, double counts[2])
 {
     const ism_maps *m = w->m;
@@ -3842,8 +4723,10 @@ static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_
             }
     for (i = 0; i < m->vpl_count; i++) {
         const ism_vpl *v = &m->vpls[w->order[i]];
-        ism__v3 at = ism__v3_load(v->position), normal = ism__v3_load(v->exponent == 1.0f ? v->normal : v->axis);
-        float most = -1e30f, size = ism__v3_length(ism__v3_sub(hi, lo)) + fabsf(at.x) + fabsf(at.y) + fabsf(at.z);
+        ism__v3 at = ism__v3_load(v->position),
+                normal = ism__v3_load(v->exponent == 1.0f ? v->normal : v->axis);
+        float most = -1e30f,
+              size = ism__v3_length(ism__v3_sub(hi, lo)) + fabsf(at.x) + fabsf(at.y) + fabsf(at.z);
         for (k = 0; k < 8u; k++) {
             ism__v3 c = ism__v3_make(k & 1u ? hi.x : lo.x, k & 2u ? hi.y : lo.y, k & 4u ? hi.z : lo.z);
             float d = ism__v3_dot(normal, ism__v3_sub(c, at));
@@ -3859,8 +4742,9 @@ static void ism__cull(const ism__shade_work *w, uint32_t bx, uint32_t by, uint8_
 static void ism__shade_task(void *context, size_t index)
 {
     const ism__shade_work *w = (const ism__shade_work *)context;
-    const ism_view *view = w->view;
-    uint32_t bx = (uint32_t)(index % w->blocks_x) * ISM__BLOCK, by = (uint32_t)(index / w->blocks_x) * ISM__BLOCK, x, y;
+    const ism__view *view = w->view;
+    uint32_t bx = (uint32_t)(index % w->blocks_x) * ISM__BLOCK,
+             by = (uint32_t)(index / w->blocks_x) * ISM__BLOCK, x, y;
     uint8_t skip[16384];
     double *lost = w->lost + 4u * index;
     lost[0] = lost[1] = lost[2] = lost[3] = 0.0;
@@ -3872,18 +4756,18 @@ static void ism__shade_task(void *context, size_t index)
             ism__pixel px;
             out[0] = out[1] = out[2] = 0.0f;
             if (!ism__receiver(view, i, &px.p, &px.n)) continue;
-            px.ng = view->geometric ? ism__v3_load(ism__at(view->geometric, view->stride, i)) : px.n;
-            if (!ism__v3_finite(px.ng)) px.ng = px.n;
-            ism__shade_pixel(w, &px, (y % w->pattern) * w->pattern + x % w->pattern, w->s.cull ? skip : NULL, out,
-                             lost);
+            px.ng = ism__geometric_normal(view, i, px.n);
+            ism__shade_pixel(w, &px, (y % w->pattern) * w->pattern + x % w->pattern, w->s.cull ? skip : NULL,
+                             out, lost);
         }
 }
 
-/* Every pixel the mean over a window that holds each class of VPLs once (the outer ones half on either side), of
-   neighbours on the same smooth surface. Not too strict: where few are left, so are few VPLs, and spots stay. */
+/* Every pixel the mean over a window that holds each class of VPLs once (the outer ones half on either side),
+   of neighbours on the same smooth surface. Not too strict: where few are left, so are few VPLs, and spots
+   stay. */
 static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[3])
 {
-    const ism_view *view = w->view;
+    const ism__view *view = w->view;
     int r = (int)w->pattern / 2, i, j, k, width = (int)view->width, height = (int)view->height;
     float weights = 0.0f, sum[3] = { 0.0f, 0.0f, 0.0f };
     ism__v3 p, n, q, nq;
@@ -3896,7 +4780,8 @@ static void ism__smooth_pixel(const ism__shade_work *w, int x, int y, float out[
             size_t at = (size_t)(y + j) * view->width + (size_t)(x + i);
             float weight = (i == -r || i == r ? 0.5f : 1.0f) * (j == -r || j == r ? 0.5f : 1.0f), facing, off;
             ism__v3 d;
-            if (x + i < 0 || y + j < 0 || x + i >= width || y + j >= height || !ism__receiver(view, at, &q, &nq))
+            if (x + i < 0 || y + j < 0 || x + i >= width || y + j >= height ||
+                !ism__receiver(view, at, &q, &nq))
                 continue;
             d = ism__v3_sub(q, p);
             facing = ism__v3_dot(n, nq);
@@ -3931,29 +4816,45 @@ static void ism__sort_classes(const ism_maps *m, uint32_t classes, uint32_t *ord
     class_first[classes] = k;
 }
 
-ISM_DEF ism_shading ism_shading_default(void)
+/* One field of a desc is out of range. */
+static ism_result ism__bad_field(const ism__logger *log, const char *name, double value, const char *wanted)
 {
-    ism_shading s;
-    memset(&s, 0, sizeof s);
-    s.bias = 0.02f;
-    s.clamp = 1.0f;
-    return s;
+    ism__log_value(log, name, value, wanted);
+    return ISM_ERR_DESC;
 }
 
-static ism_result ism__check_shading(const ism_maps *m, const ism_view *view, const ism_shading *s)
+static ism_result ism__check_shading(const ism_maps *m, const ism__job *job, const ism_shading *s)
 {
-    if (s->pattern > 8u || s->pattern == 3u || (s->pattern > 4u && s->pattern < 8u) ||
-        s->near_mode < ISM_NEAR_DEFAULT || s->near_mode >= ISM_NEAR_COUNT || !(s->bias >= 0.0f && s->bias < 1.0f) ||
-        !(s->clamp >= 0.0f) || !ism__finite(s->clamp))
-        return ISM_ERR_DESC;
-    if ((s->near_mode == ISM_NEAR_CLAMP || s->near_mode == ISM_NEAR_CLAMP_MEAN) && !(s->clamp > 0.0f))
-        return ISM_ERR_DESC;
-    if (s->pattern > 1u && view->height == 1u) return ISM_ERR_DESC;
-    if (!m->chosen || (!m->built && !s->no_maps && !s->visible_fn && m->vpl_count)) return ISM_ERR_ORDER;
+    const ism__logger *log = &job->log;
+    if (s->pattern > 8u || s->pattern == 3u || (s->pattern > 4u && s->pattern < 8u))
+        return ism__bad_field(log, "shading.pattern", (double)s->pattern, "0, 1, 2, 4 or 8");
+    if (s->pattern > 1u && job->view.height == 1u)
+        return ism__bad_field(log, "shading.pattern", (double)s->pattern,
+                              "0 or 1 where receivers are a list");
+    if (s->near_mode < ISM_NEAR_DEFAULT || s->near_mode >= ISM_NEAR_COUNT)
+        return ism__bad_field(log, "shading.near_mode", (double)s->near_mode, "a value of ism_near");
+    if (!(s->bias < 1.0f)) return ism__bad_field(log, "shading.bias", (double)s->bias, "below 1");
+    if (!(s->clamp >= 0.0f) || !ism__finite(s->clamp))
+        return ism__bad_field(log, "shading.clamp", (double)s->clamp, "0 or above 0");
+    if (!m->chosen) return ism__too_early(log, "maps", "have no VPLs: call ism_choose before");
+    if (!m->built && !s->no_maps && !s->visible_fn && m->vpl_count)
+        return ism__too_early(log, "maps", "are not drawn: call ism_build before");
     return ISM_OK;
 }
 
-static void ism__fill_fields(const ism_maps *m, const uint32_t *order, float *fields, ism__frame_of *frames)
+/* Settings with defaults in place of zeros. */
+static ism_shading ism__resolve_shading(const ism_shading *s)
+{
+    ism_shading out = *s;
+    if (out.near_mode == ISM_NEAR_DEFAULT) out.near_mode = ISM_NEAR_GATHER;
+    if (!(out.clamp > 0.0f)) out.clamp = 1.0f;
+    if (!out.pattern) out.pattern = 1u;
+    out.bias = ism__bias_of(out.bias);
+    return out;
+}
+
+static void ism__fill_fields(const ism_maps *m, const uint32_t *order, float *fields,
+                             ism__orientation *frames)
 {
     size_t n = m->vpl_count, i;
     for (i = 0; i < n; i++) {
@@ -3968,14 +4869,14 @@ static void ism__fill_fields(const ism_maps *m, const uint32_t *order, float *fi
 }
 
 /* albedo / pi, where the view has albedos. */
-static void ism__reflect(const ism_view *view, const float *light, float *out)
+static void ism__reflect(const ism__view *view, const float *light, float *out)
 {
-    size_t i, count = (size_t)view->width * view->height, k;
+    size_t i, count = view->points->count, k;
     for (i = 0; i < count; i++)
         for (k = 0; k < 3u; k++) {
             float e = light[3u * i + k];
-            if (view->albedos) {
-                float a = ism__at(view->albedos, view->stride, i)[k];
+            if (view->points->albedos) {
+                float a = ism__at(view->points->albedos, view->points->albedo_stride, i)[k];
                 e = ism__finite(a) && a > 0.0f ? e * a * (1.0f / ISM__PI) : 0.0f;
             }
             out[3u * i + k] = e;
@@ -3996,55 +4897,61 @@ static void ism__sum_lost(const ism__shade_work *w, size_t blocks, ism_stats *st
     stats->culled = pairs > 0.0 ? culled / pairs : 0.0;
 }
 
-ISM_DEF ism_result ism_shade(const ism_maps *m, const ism_view *view, const ism_shading *shading, float *out,
+/* Where the arrays lie in the memory of one call: those of doubles first, then those that need less
+   alignment. */
+static void ism__lay_out_shading(ism__shade_work *w, char *memory, size_t pixels, size_t blocks)
+{
+    const ism_maps *m = w->m;
+    size_t n = m->vpl_count;
+    double *lost = (double *)(void *)memory;
+    ism__orientation *frames = (ism__orientation *)(void *)(lost + 4u * blocks);
+    float *fields = (float *)(void *)(frames + n), *light = fields + n * ISM__FIELDS;
+    uint32_t *order = (uint32_t *)(void *)(light + pixels * 3u * (w->pattern > 1u ? 2u : 1u));
+    ism__sort_classes(m, w->pattern * w->pattern, order, order + n);
+    ism__fill_fields(m, order, fields, frames);
+    w->lost = lost;
+    w->frames = frames;
+    w->fields = fields;
+    w->light = light;
+    w->blurred = light + pixels * 3u;
+    w->order = order;
+    w->class_first = order + n;
+}
+
+static ism_result ism__shade(const ism_maps *m, const ism__job *job, const ism_shading *shading, float *out,
                              ism_stats *stats)
 {
+    const ism__view *view = &job->view;
     ism__shade_work w;
-    size_t pixels, blocks, n, floats, size;
+    size_t pixels = view->points->count, blocks, n = m->vpl_count, floats, size;
     char *memory;
-    ism_result result;
-    if (!m || !out || !ism__view_ok(view)) return ISM_ERR_ARGUMENT;
+    ism_result result = ism__check_shading(m, job, shading);
+    if (result != ISM_OK) return result;
     memset(&w, 0, sizeof w);
     w.m = m;
     w.view = view;
-    w.s = shading ? *shading : ism_shading_default();
-    result = ism__check_shading(m, view, &w.s);
-    if (result != ISM_OK) return result;
-    if (w.s.near_mode == ISM_NEAR_DEFAULT) w.s.near_mode = ISM_NEAR_GATHER;
-    w.pattern = w.s.pattern ? w.s.pattern : 1u;
-    pixels = (size_t)view->width * view->height;
+    w.s = ism__resolve_shading(shading);
+    w.pattern = w.s.pattern;
     w.blocks_x = (view->width + ISM__BLOCK - 1u) / ISM__BLOCK;
     blocks = (size_t)w.blocks_x * ((view->height + ISM__BLOCK - 1u) / ISM__BLOCK);
-    n = m->vpl_count;
     floats = pixels * 3u * (w.pattern > 1u ? 2u : 1u) + n * ISM__FIELDS;
     size = blocks * 4u * sizeof(double) + (n + 65u) * sizeof(uint32_t);
-    if (!ism__mul_size(floats, sizeof(float), &floats) || !ism__add_size(size, floats, &size)) return ISM_ERR_LIMIT;
-    size += n * sizeof(ism__frame_of);
-    memory = (char *)ism__alloc(&m->memory, size);
-    if (!memory) return ISM_ERR_ALLOC;
-    {
-        double *lost = (double *)(void *)memory;
-        ism__frame_of *frames = (ism__frame_of *)(void *)(lost + 4u * blocks);
-        float *fields = (float *)(void *)(frames + n), *light = fields + n * ISM__FIELDS;
-        uint32_t *order = (uint32_t *)(void *)(light + pixels * 3u * (w.pattern > 1u ? 2u : 1u));
-        ism__sort_classes(m, w.pattern * w.pattern, order, order + n);
-        ism__fill_fields(m, order, fields, frames);
-        w.lost = lost;
-        w.frames = frames;
-        w.fields = fields;
-        w.light = light;
-        w.blurred = light + pixels * 3u;
-        w.order = order;
-        w.class_first = order + n;
+    if (!ism__mul_size(floats, sizeof(float), &floats) || !ism__add_size(size, floats, &size)) {
+        ism__log_value(&job->log, "points.count", (double)pixels, "less: its memory does not fit a size_t");
+        return ISM_ERR_LIMIT;
     }
-    if (!ism__run(&m->desc, blocks, ism__shade_task, &w) ||
-        (w.pattern > 1u && !ism__run(&m->desc, view->height, ism__smooth_task, &w))) {
+    size += n * sizeof(ism__orientation);
+    memory = (char *)ism__alloc(&m->memory, size);
+    if (!memory) return ism__no_memory(&job->log);
+    ism__lay_out_shading(&w, memory, pixels, blocks);
+    if (!ism__run(m, &job->part, 0.0f, w.pattern > 1u ? 0.9f : 1.0f, blocks, ism__shade_task, &w) ||
+        (w.pattern > 1u && !ism__run(m, &job->part, 0.9f, 1.0f, view->height, ism__smooth_task, &w))) {
         ism__free(&m->memory, memory);
         return ISM_ERR_CANCELLED;
     }
     ism__reflect(view, w.pattern > 1u ? w.blurred : w.light, out);
     if (stats) {
-        ism_get_stats(m, stats);
+        *stats = m->stats;
         ism__sum_lost(&w, blocks, stats);
         if (stats->bytes + size > stats->peak_bytes) stats->peak_bytes = stats->bytes + size;
     }
@@ -4052,50 +4959,66 @@ ISM_DEF ism_result ism_shade(const ism_maps *m, const ism_view *view, const ism_
     return ISM_OK;
 }
 
-/* ---- >>bounce: imperfect reflective shadow maps ---- */
-
-static int ism__indices_ok(const ism_mesh *mesh)
+ISM_DEF ism_result ism_shade(const ism_maps *m, const ism_points *points, const ism_shading *shading,
+                             float *out, ism_stats *stats)
 {
-    size_t i, count = mesh->indices ? 3u * ism__mesh_triangles(mesh) : 0;
-    for (i = 0; i < count; i++)
-        if (mesh->indices[i] >= mesh->vertex_count) return 0;
-    return 1;
+    ism__job job;
+    ism_shading none;
+    ism_result result;
+    if (!m) return ISM_ERR_ARGUMENT;
+    ism__begin_job(&m->desc.system, "ism_shade", NULL, &job);
+    if (!out) return ism__is_null(&job.log, "out");
+    result = ism__open_view(&job.log, points, &job.view);
+    memset(&none, 0, sizeof none);
+    return result == ISM_OK ? ism__shade(m, &job, shading ? shading : &none, out, stats) : result;
 }
 
-/* One texel of a tile as a pVPL of the next bounce; share: of the VPL's flux that leaves through it. */
-static void ism__bounce_texel(const ism_maps *m, const ism_mesh *mesh, uint32_t v, const ism__frame_of *f, uint32_t x,
-                              uint32_t y, float share, float *position, float *normal, float *flux)
+/* ==== src/ism/bounce.h ==== */
+
+/* ---- bounce: imperfect reflective shadow maps ---- */
+
+/* Where the source of the next bounce is written. */
+typedef struct ism__bounce_out { float *positions, *normals, *fluxes; } ism__bounce_out;
+
+/* Writes one texel of a tile as pVPL i of the next bounce; share: of the VPL's flux that leaves
+   through it. */
+static void ism__bounce_texel(const ism_maps *m, const ism_mesh *mesh, uint32_t v, const uint32_t texel[2],
+                              float share, const ism__bounce_out *out, size_t i)
 {
-    size_t column = v % m->tiles, row = v / m->tiles, size = m->desc.tile_size;
-    size_t at = (row * size + y) * m->side + column * size + x;
+    size_t column = v % m->tiles, row = v / m->tiles, size = m->desc.tile_side;
+    size_t at = (row * size + texel[1]) * m->side + column * size + texel[0];
     uint32_t t = ((const uint32_t *)m->hits.data)[at], k;
     const ism_vpl *vpl = &m->vpls[v];
+    ism__orientation f = ism__vpl_frame(m, vpl);
     float uv[2], direction[3], length;
-    ism__v3 p[3], n, d;
-    position[0] = position[1] = position[2] = flux[0] = flux[1] = flux[2] = normal[0] = normal[2] = 0.0f;
-    normal[1] = 1.0f;
+    ism__v3 p[3], n, d, none = ism__v3_make(0.0f, 0.0f, 0.0f);
+    ism__v3_store(out->positions + 3u * i, none);
+    ism__v3_store(out->normals + 3u * i, ism__v3_make(0.0f, 1.0f, 0.0f));
+    ism__v3_store(out->fluxes + 3u * i, none);
     if (t == UINT32_MAX || vpl->directional) return;
-    uv[0] = ((float)x + 0.5f) / (float)size;
-    uv[1] = ((float)y + 0.5f) / (float)size;
+    uv[0] = ((float)texel[0] + 0.5f) / (float)size;
+    uv[1] = ((float)texel[1] + 0.5f) / (float)size;
     ism_map_direction(ism__projection_of(m, vpl), vpl->exponent, uv, direction);
     if (!(direction[2] > 0.0f)) return;
     ism__corners(mesh, t, p);
     n = ism__v3_cross(ism__v3_sub(p[1], p[0]), ism__v3_sub(p[2], p[0]));
     length = ism__v3_length(n);
     if (!(length > 0.0f) || !ism__finite(length)) return;
-    d = ism__to_world(f, ism__v3_load(direction));
+    d = ism__to_world(&f, ism__v3_load(direction));
     n = ism__v3_scale(n, (ism__v3_dot(n, d) > 0.0f ? -1.0f : 1.0f) / length);
-    ism__v3_store(position, ism__v3_madd(ism__v3_load(vpl->position), d, ((const float *)m->atlas.data)[at]));
-    ism__v3_store(normal, n);
-    for (k = 0; k < 3u; k++) flux[k] = vpl->flux[k] * share * (mesh->albedos ? mesh->albedos[3u * t + k] : 0.5f);
+    ism__v3_store(out->positions + 3u * i,
+                  ism__v3_madd(ism__v3_load(vpl->position), d, ((const float *)m->atlas.data)[at]));
+    ism__v3_store(out->normals + 3u * i, n);
+    for (k = 0; k < 3u; k++)
+        out->fluxes[3u * i + k] = vpl->flux[k] * share * (mesh->albedos ? mesh->albedos[3u * t + k] : 0.5f);
 }
 
-/* Share of a diffuse VPL's light in each cell of side x side, by cos x solid angle at the chosen texel's centre; equal
-   in COSINE and LOBE maps. */
+/* Share of a diffuse VPL's light in each cell of side x side, by cos x solid angle at the chosen texel's
+   centre; equal in COSINE and LOBE maps. */
 static float ism__cell_weight(const ism_maps *m, const ism_vpl *v, uint32_t x, uint32_t y)
 {
     ism_projection projection = ism__projection_of(m, v);
-    float size = (float)m->desc.tile_size, e = 0.25f / size, uv[2], d[4][3];
+    float size = (float)m->desc.tile_side, e = 0.25f / size, uv[2], d[4][3];
     int k;
     ism__v3 n;
     if (projection == ISM_PROJECTION_COSINE || projection == ISM_PROJECTION_LOBE) return 1.0f;
@@ -4110,45 +5033,73 @@ static float ism__cell_weight(const ism_maps *m, const ism_vpl *v, uint32_t x, u
     return ism__v3_length(n) * (v->exponent == 1.0f ? d[0][2] : ism__pow(d[0][2], v->exponent));
 }
 
-ISM_DEF ism_result ism_bounce(const ism_maps *m, const ism_mesh *mesh, uint32_t side, float *positions, float *normals,
-                              float *fluxes)
+/* Writes the side * side pVPLs of one VPL's tile: zeros if there is no such VPL. */
+static void ism__bounce_vpl(const ism_maps *m, const ism_mesh *mesh, uint32_t v, uint32_t side,
+                            const ism__bounce_out *out)
 {
-    uint32_t v, x, y, step;
-    if (!m || !mesh || !positions || !normals || !fluxes || !side || (side & (side - 1u)) || side > m->desc.tile_size)
-        return ISM_ERR_ARGUMENT;
-    if (!m->built || !m->hits.data) return ISM_ERR_ORDER;
-    if (!ism__mesh_ok(mesh) || (m->triangles && ism__mesh_triangles(mesh) != m->triangles)) return ISM_ERR_INPUT;
-    if (!ism__indices_ok(mesh)) return ISM_ERR_INPUT;
-    step = m->desc.tile_size / side;
-    for (v = 0; v < m->desc.vpl_count; v++) {
-        size_t first = 3u * (size_t)v * side * side;
-        float sum = 0.0f;
-        ism__frame_of f;
-        if (v >= m->vpl_count) {
-            memset(positions + first, 0, 3u * (size_t)side * side * sizeof(float));
-            memset(normals + first, 0, 3u * (size_t)side * side * sizeof(float));
-            memset(fluxes + first, 0, 3u * (size_t)side * side * sizeof(float));
-            continue;
-        }
-        f = ism__vpl_frame(m, &m->vpls[v]);
-        for (y = 0; y < side; y++)
-            for (x = 0; x < side; x++)
-                sum += ism__cell_weight(m, &m->vpls[v], x * step + step / 2u, y * step + step / 2u);
-        for (y = 0; y < side; y++)
-            for (x = 0; x < side; x++) {
-                size_t i = first + 3u * ((size_t)y * side + x);
-                float share = ism__cell_weight(m, &m->vpls[v], x * step + step / 2u, y * step + step / 2u) / sum;
-                ism__bounce_texel(m, mesh, v, &f, x * step + step / 2u, y * step + step / 2u, share, positions + i,
-                                  normals + i, fluxes + i);
-            }
+    size_t cells = (size_t)side * side, first = v * cells, c;
+    uint32_t step = m->desc.tile_side / side, texel[2];
+    float sum = 0.0f;
+    if (v >= m->vpl_count) {
+        memset(out->positions + 3u * first, 0, 3u * cells * sizeof(float));
+        memset(out->normals + 3u * first, 0, 3u * cells * sizeof(float));
+        memset(out->fluxes + 3u * first, 0, 3u * cells * sizeof(float));
+        return;
     }
+    for (c = 0; c < cells; c++)
+        sum += ism__cell_weight(m, &m->vpls[v], (uint32_t)(c % side) * step + step / 2u,
+                                (uint32_t)(c / side) * step + step / 2u);
+    for (c = 0; c < cells; c++) {
+        texel[0] = (uint32_t)(c % side) * step + step / 2u;
+        texel[1] = (uint32_t)(c / side) * step + step / 2u;
+        ism__bounce_texel(m, mesh, v, texel, ism__cell_weight(m, &m->vpls[v], texel[0], texel[1]) / sum, out,
+                          first + c);
+    }
+}
+
+ISM_DEF ism_result ism_bounce(const ism_maps *m, const ism_mesh *mesh, uint32_t side, float *positions,
+                              float *normals, float *fluxes)
+{
+    uint32_t v;
+    ism__bounce_out out;
+    ism__job job;
+    ism_result result;
+    if (!m) return ISM_ERR_ARGUMENT;
+    ism__begin_job(&m->desc.system, "ism_bounce", NULL, &job);
+    if (!mesh || !positions || !normals || !fluxes)
+        return ism__is_null(&job.log, !mesh        ? "mesh"
+                                      : !positions ? "positions"
+                                      : !normals   ? "normals"
+                                                   : "fluxes");
+    if (!side || (side & (side - 1u)) || side > m->desc.tile_side) {
+        ism__log_value(&job.log, "side", (double)side, "a power of two, desc.tile_side at most");
+        return ISM_ERR_ARGUMENT;
+    }
+    if (!m->built || !m->hits.data)
+        return ism__too_early(&job.log, "maps", m->built ? "have no hits: set desc.keep_hits"
+                                                         : "are not drawn: call ism_build before");
+    result = ism__check_mesh(&job.log, mesh);
+    if (result == ISM_OK && m->triangles && ism__mesh_triangles(mesh) != m->triangles) {
+        ism__log_value(&job.log, "the mesh's count of triangles", (double)ism__mesh_triangles(mesh),
+                       "that of the last ism_build");
+        result = ISM_ERR_MISMATCH;
+    }
+    if (result == ISM_OK) result = ism__check_indices(&job.log, mesh);
+    if (result != ISM_OK) return result;
+    out.positions = positions;
+    out.normals = normals;
+    out.fluxes = fluxes;
+    for (v = 0; v < m->desc.vpl_count; v++) ism__bounce_vpl(m, mesh, v, side, &out);
     return ISM_OK;
 }
 
-/* ---- >>sources ---- */
+/* ==== src/ism/sources.h ==== */
 
-ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radiances, uint32_t count, uint32_t seed,
-                                      const ism_allocator *allocator, float *positions, float *normals, float *fluxes)
+/* ---- sources: points on lamps, directions of a sky ---- */
+
+ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radiances, uint32_t count,
+                                      uint32_t seed, const ism_system *system, float *positions,
+                                      float *normals, float *fluxes)
 {
     ism__allocator memory;
     ism__cdf cdf;
@@ -4156,18 +5107,32 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
     float *weights;
     double *sums;
     uint32_t i;
-    if (!mesh || !radiances || !count || !positions || !normals || !fluxes) return ISM_ERR_ARGUMENT;
-    if (allocator && !ism__allocator_valid(allocator->alloc_fn, allocator->free_fn)) return ISM_ERR_ARGUMENT;
-    if (!ism__mesh_ok(mesh) || !triangles || triangles >= 1u << 31) return ISM_ERR_INPUT;
-    memory = ism__allocator_make(allocator ? allocator->alloc_fn : NULL, allocator ? allocator->free_fn : NULL,
-                                 allocator ? allocator->user : NULL);
-    if (!ism__indices_ok(mesh)) return ISM_ERR_INPUT;
+    ism_system zero = { { NULL, NULL, NULL }, NULL, NULL, NULL, NULL };
+    ism__job job;
+    ism_result result;
+    if (system) zero = *system;
+    ism__begin_job(&zero, "ism_emitter_points", NULL, &job);
+    if (!mesh || !radiances || !positions || !normals || !fluxes)
+        return ism__is_null(&job.log, !mesh ? "mesh" : !radiances ? "radiances" : "an output");
+    if (!count || !ism__allocator_valid(zero.allocator.alloc_fn, zero.allocator.free_fn)) {
+        if (!count) ism__log_value(&job.log, "count", 0.0, "above 0");
+        else ism__log_text(&job.log, "system.allocator", "has one function of two");
+        return ISM_ERR_ARGUMENT;
+    }
+    result = ism__check_mesh(&job.log, mesh);
+    if (result == ISM_OK) result = ism__check_indices(&job.log, mesh);
+    if (result != ISM_OK) return result;
+    if (!triangles || triangles >= 1u << 31) {
+        ism__log_value(&job.log, "the mesh's count of triangles", (double)triangles, "1..2^31 - 1");
+        return triangles ? ISM_ERR_LIMIT : ISM_ERR_INPUT;
+    }
+    memory = ism__allocator_make(zero.allocator.alloc_fn, zero.allocator.free_fn, zero.allocator.user);
     weights = (float *)ism__alloc_array(&memory, triangles, sizeof *weights);
     sums = (double *)ism__alloc_array(&memory, triangles + 1u, sizeof *sums);
     if (!weights || !sums) {
         ism__free(&memory, sums);
         ism__free(&memory, weights);
-        return ISM_ERR_ALLOC;
+        return ism__no_memory(&job.log);
     }
     for (t = 0; t < triangles; t++) {
         ism__v3 p[3];
@@ -4183,8 +5148,8 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
         ism__v3 p[3], n;
         float b1, b2, area;
         uint32_t key = ism__hash_combine(seed, 21u);
-        ism__triangle_map(ism__to_unit(key + i * 3242174889u), ism__to_unit(ism__hash32(key) + i * 2447445413u), &b1,
-                          &b2);
+        ism__triangle_map(ism__to_unit(key + i * 3242174889u),
+                          ism__to_unit(ism__hash32(key) + i * 2447445413u), &b1, &b2);
         ism__corners(mesh, s.index, p);
         p[1] = ism__v3_sub(p[1], p[0]);
         p[2] = ism__v3_sub(p[2], p[0]);
@@ -4199,7 +5164,9 @@ ISM_DEF ism_result ism_emitter_points(const ism_mesh *mesh, const float *radianc
     t = ism__cdf_total(&cdf) > 0.0;
     ism__free(&memory, sums);
     ism__free(&memory, weights);
-    return t ? ISM_OK : ISM_ERR_INPUT;
+    if (t) return ISM_OK;
+    ism__log_text(&job.log, "radiances", "are all 0: no triangle emits");
+    return ISM_ERR_INPUT;
 }
 
 ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint32_t height, float rotation,
@@ -4209,12 +5176,14 @@ ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint3
     uint64_t bad = 0;
     double turns = (double)rotation * 0.15915494309189535;
     float half, unused;
-    if (!texels || !width || !height || !directions || !fluxes || !ism__finite(rotation)) return ISM_ERR_ARGUMENT;
+    if (!texels || !width || !height || !directions || !fluxes || !ism__finite(rotation))
+        return ISM_ERR_ARGUMENT;
     if (fabs(turns) < 1e15) rotation = (float)((double)rotation - 6.283185307179586 * (double)(int64_t)turns);
     else rotation = 0.0f;                        /* floats there are more than a turn apart */
     ism__sincos(0.5f * ISM__PI / (float)height, &half, &unused);
     for (y = 0; y < height; y++) {
-        /* From the nearer pole, where angles are exact; and no difference of cosines, of which no digit would be. */
+        /* From the nearer pole, where angles are exact; and no difference of cosines, of which no digit would
+           be. */
         uint32_t from = y < height / 2u ? y : height - 1u - y;
         float theta = ISM__PI * ((float)from + 0.5f) / (float)height, st, ct, solid;
         ism__sincos(theta, &st, &ct);
@@ -4241,7 +5210,9 @@ ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint3
     return ISM_OK;
 }
 
-/* ---- >>life ---- */
+/* ==== src/ism/life.h ==== */
+
+/* ---- life: create, free, a frame in one call ---- */
 
 ISM_DEF const char *ism_result_text(ism_result result)
 {
@@ -4253,34 +5224,64 @@ ISM_DEF const char *ism_result_text(ism_result result)
     return (int)result >= 0 && (int)result < (int)ISM_RESULT_COUNT ? texts[result] : "unknown result";
 }
 
-static int ism__is_share(float x) { return x >= 0.0f && x <= 1.0f; }
+/* A field of ism_desc and where it must lie; out of it is ISM_ERR_DESC. Zero always passes. */
+typedef struct ism__range { const char *name; double value, least, most; const char *wanted; } ism__range;
 
-static int ism__resolve(ism_desc *d)
+static int ism__power_of_two(uint32_t x) { return (x & (x - 1u)) == 0; }
+
+static ism_result ism__check_desc(const ism__logger *log, const ism_desc *d)
 {
-    if (d->vpl_count > 16384u || (d->points && d->points < 8u) || d->points > 65536u ||
-        (d->tile_size && (d->tile_size < 8u || d->tile_size > 256u || (d->tile_size & (d->tile_size - 1u)))) ||
-        d->importance < ISM_IMPORTANCE_DEFAULT || d->importance >= ISM_IMPORTANCE_COUNT ||
-        d->spread < ISM_SPREAD_DEFAULT || d->spread >= ISM_SPREAD_COUNT || d->projection < ISM_PROJECTION_DEFAULT ||
-        d->projection >= ISM_PROJECTION_COUNT || d->view_grid > 16u || d->brsm_blur > 16u || d->lazy > 64u ||
-        d->near_points > 64u || d->window_rim == 1u || d->window_rim > (d->tile_size ? d->tile_size : 64u) / 2u ||
-        !ism__is_share(d->flux_share) || !ism__is_share(d->area_share) ||
-        !(d->splat_scale >= 0.0f && d->splat_scale <= 16.0f) ||
-        !ism__allocator_valid(d->allocator.alloc_fn, d->allocator.free_fn))
-        return 0;
+    double side = d->tile_side ? (double)d->tile_side : 64.0;
+    const ism__range ranges[] = {
+        { "desc.vpl_count", (double)d->vpl_count, 1, 16384, "0 or 1..16384" },
+        { "desc.surfel_count", (double)d->surfel_count, 8, 65536, "0 or 8..65536" },
+        { "desc.tile_side", ism__power_of_two(d->tile_side) ? side : -1, 8, 256,
+          "0 or a power of two, 8..256" },
+        { "desc.importance", (double)d->importance, 0, ISM_IMPORTANCE_COUNT - 1,
+          "a value of ism_importance" },
+        { "desc.spread", (double)d->spread, 0, ISM_SPREAD_COUNT - 1, "a value of ism_spread" },
+        { "desc.projection", (double)d->projection, 0, ISM_PROJECTION_COUNT - 1,
+          "a value of ism_projection" },
+        { "desc.view_grid_side", (double)d->view_grid_side, 1, 16, "0 or 1..16" },
+        { "desc.blur_radius", (double)d->blur_radius, -2147483648.0, 16, "16 at most" },
+        { "desc.lazy_frames", (double)d->lazy_frames, 1, 64, "0 or 1..64" },
+        { "desc.flux_share", (double)d->flux_share, 0, 1, "0..1" },
+        { "desc.area_share", (double)d->area_share, 0, 1, "0..1" },
+        { "desc.splat_scale", (double)d->splat_scale, 0, 16, "0..16" },
+        { "desc.near_point_count", (double)d->near_point_count, -2147483648.0, 64, "64 at most" },
+        { "desc.window_rim", d->window_rim < 0 ? 0.0 : (double)d->window_rim, 2, 0.5 * side,
+          "negative, 0 or 2..tile_side / 2" }
+    };
+    size_t i;
+    for (i = 0; i < sizeof ranges / sizeof ranges[0]; i++) {
+        const ism__range *r = &ranges[i];
+        if (r->value >= r->least && r->value <= r->most) continue;
+        if (r->value >= 0.0 && r->value <= 0.0) continue;
+        return ism__bad_field(log, r->name, i == 2u ? (double)d->tile_side : r->value, r->wanted);
+    }
+    if (ism__allocator_valid(d->system.allocator.alloc_fn, d->system.allocator.free_fn)) return ISM_OK;
+    ism__log_text(log, "desc.system.allocator", "has one function of two");
+    return ISM_ERR_DESC;
+}
+
+/* Puts defaults in place of zeros, and 0 in place of what is negative for none. */
+static void ism__resolve(ism_desc *d)
+{
     if (!d->vpl_count) d->vpl_count = 1024u;
-    if (!d->points) d->points = 8192u;
-    if (!d->tile_size) d->tile_size = 64u;
+    if (!d->surfel_count) d->surfel_count = 8192u;
+    if (!d->tile_side) d->tile_side = 64u;
     if (d->importance == ISM_IMPORTANCE_DEFAULT) d->importance = ISM_IMPORTANCE_GUIDED;
     if (d->spread == ISM_SPREAD_DEFAULT) d->spread = ISM_SPREAD_PAIR;
     if (d->projection == ISM_PROJECTION_DEFAULT) d->projection = ISM_PROJECTION_COSINE;
-    if (!d->view_grid) d->view_grid = 4u;
-    if (!d->lazy) d->lazy = 8u;
-    if (!d->near_points) d->near_points = 16u;
-    if (!d->window_rim) d->window_rim = d->tile_size >= 16u ? d->tile_size / 8u : 2u;
+    if (!d->view_grid_side) d->view_grid_side = 4u;
+    if (!d->lazy_frames) d->lazy_frames = 8u;
+    if (!d->near_point_count) d->near_point_count = 16;
+    if (!d->window_rim) d->window_rim = d->tile_side >= 16u ? (int32_t)(d->tile_side / 8u) : 2;
+    if (d->near_point_count < 0) d->near_point_count = 0;
+    if (d->window_rim < 0) d->window_rim = 0;
     if (!(d->flux_share > 0.0f)) d->flux_share = 0.1f;
     if (!(d->area_share > 0.0f)) d->area_share = 0.2f;
     if (!(d->splat_scale > 0.0f)) d->splat_scale = 1.0f;
-    return 1;
 }
 
 ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out)
@@ -4290,32 +5291,38 @@ ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out)
     ism_maps *m;
     ism__tile tile;
     ism_vpl none;
+    ism__job job;
     size_t texels;
-    if (!out) return ISM_ERR_ARGUMENT;
+    ism_result result;
     memset(&d, 0, sizeof d);
     if (desc) d = *desc;
-    if (!ism__resolve(&d)) return ISM_ERR_DESC;
-    memory = ism__allocator_make(d.allocator.alloc_fn, d.allocator.free_fn, d.allocator.user);
+    ism__begin_job(&d.system, "ism_create", NULL, &job);
+    if (!out) return ism__is_null(&job.log, "out");
+    result = ism__check_desc(&job.log, &d);
+    if (result != ISM_OK) return result;
+    ism__resolve(&d);
+    memory =
+        ism__allocator_make(d.system.allocator.alloc_fn, d.system.allocator.free_fn, d.system.allocator.user);
     m = (ism_maps *)ism__alloc(&memory, sizeof *m);
-    if (!m) return ISM_ERR_ALLOC;
+    if (!m) return ism__no_memory(&job.log);
     memset(m, 0, sizeof *m);
     m->desc = d;
     m->memory = memory;
     m->stats.bytes = m->stats.peak_bytes = sizeof *m + d.vpl_count * sizeof *m->vpls;
     for (m->tiles = 1; m->tiles * m->tiles < d.vpl_count; m->tiles++) {}
-    m->side = m->tiles * d.tile_size;
+    m->side = m->tiles * d.tile_side;
     m->blank_from = m->tiles * m->tiles;
-    texels = (size_t)d.tile_size * d.tile_size;
+    texels = (size_t)d.tile_side * d.tile_side;
     m->vpls = (ism_vpl *)ism__alloc_array(&memory, d.vpl_count, sizeof *m->vpls);
     if (!m->vpls || !ism__grow(m, &m->previous, d.vpl_count, sizeof *m->vpls) ||
         !ism__grow(m, &m->directions, texels, 3u * sizeof(float))) {
         ism_free(m);
-        return ISM_ERR_ALLOC;
+        return ism__no_memory(&job.log);
     }
     memset(&none, 0, sizeof none);
     memset(&tile, 0, sizeof tile);
     tile.vpl = &none;
-    tile.size = d.tile_size;
+    tile.size = d.tile_side;
     tile.projection = d.projection == ISM_PROJECTION_LOBE ? ISM_PROJECTION_COSINE : d.projection;
     ism__tile_directions(&tile, (float *)m->directions.data);
     *out = m;
@@ -4330,7 +5337,7 @@ ISM_DEF void ism_free(ism_maps *m)
     ism__release(m, &m->previous);
     ism__release(m, &m->atlas);
     ism__release(m, &m->hits);
-    ism__release(m, &m->points);
+    ism__release(m, &m->surfels);
     ism__release(m, &m->counts);
     ism__release(m, &m->directions);
     ism__release(m, &m->scratch);
@@ -4352,29 +5359,47 @@ ISM_DEF void ism_free(ism_maps *m)
     ism__free(&memory, m);
 }
 
-ISM_DEF void ism_get_stats(const ism_maps *m, ism_stats *out)
+ISM_DEF void ism_get_info(const ism_maps *m, ism_info *out)
 {
-    if (m && out) *out = m->stats;
+    if (!m || !out) return;
+    out->vpl_count = m->vpl_count;
+    out->near_point_count = m->near_count;
+    out->surfel_count = m->desc.surfel_count;
+    out->tile_side = m->desc.tile_side;
+    out->lazy_frames = m->desc.lazy_frames;
+    memcpy(out->center, m->center, sizeof m->center);
+    out->radius = m->radius;
+    out->stats = m->stats;
 }
 
 ISM_DEF ism_result ism_render(ism_maps *m, const ism_frame *frame, const ism_shading *shading, float *out,
                               ism_stats *stats)
 {
-    ism_result result;
-    if (!m || !frame || !out) return ISM_ERR_ARGUMENT;
-    result = ism_choose(m, frame);
-    if (result == ISM_OK && !(shading && (shading->no_maps || shading->visible_fn))) result = ism_build(m, frame);
-    return result == ISM_OK ? ism_shade(m, frame->view, shading, out, stats) : result;
+    ism__job job, part;
+    ism_shading none;
+    ism_result result = ism__open_frame(m, frame, "ism_render", &job);
+    if (result == ISM_OK && !out) result = ism__is_null(&job.log, "out");
+    if (result != ISM_OK) return result;
+    memset(&none, 0, sizeof none);
+    if (!shading) shading = &none;
+    part = job;
+    part.part = ism__part_of(&job.part, 0.0f, 0.2f);
+    result = ism__choose(m, &part);
+    part.part = ism__part_of(&job.part, 0.2f, 0.5f);
+    if (result == ISM_OK && !shading->no_maps && !shading->visible_fn) result = ism__build(m, &part);
+    part.part = ism__part_of(&job.part, 0.5f, 1.0f);
+    return result == ISM_OK ? ism__shade(m, &part, shading, out, stats) : result;
 }
 
-/* >>> shared fp_end: written by tools/stamp from src/shared, edit there */
+/* ==== src/shared/fp_end.h ==== */
+
 
 /* unit fp_end: the user's options again. clang and MSVC keep contraction off to the end of the file. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)
 #pragma GCC pop_options
 #endif
 
-/* <<< shared */
+/* ==== src/ism/end.h ==== */
 
 #endif /* ISM_IMPLEMENTATION */
 
@@ -4425,5 +5450,5 @@ AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN
 ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION
 WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
 
-For more information, please refer to <https://unlicense.org/>
-*/
+For more information, please refer to
+<https://unlicense.org/> */

@@ -31,7 +31,7 @@ static const char *order_name(cohsm_order order)
 
 static void print(const bn_options *options, const bn_model *model, const row *r)
 {
-    double pixels = (double)r->info.map_size * r->info.map_size, cubes = r->info.positional ? 6 : 1;
+    double pixels = (double)r->info.map_side * r->info.map_side, cubes = r->info.positional ? 6 : 1;
     double raw = r->info.ratio * (double)r->info.bytes;
     bn_begin(options, "csm_compression", options->threads, bn_simd());
     bn_text("model", model->name);
@@ -91,7 +91,7 @@ static int measure(const bn_options *options, const bn_model *model, const char 
     else if (strcmp(domain, "octahedral") == 0)
         desc.domain.kind = COHSM_DOMAIN_OCTAHEDRAL;
     desc.domain.side[0] = desc.domain.side[1] = side;
-    desc.map_size = m;
+    desc.map_side = m;
     desc.layers = layers;
     desc.order = order;
     r->seconds = ex_seconds();
@@ -101,10 +101,10 @@ static int measure(const bn_options *options, const bn_model *model, const char 
     if (result != COHSM_OK)
         return bn_failed(model->name, cohsm_result_text(result));
     cohsm_get_info(maps, &r->info);
-    result = cohsm_verify(maps, &desc, &mesh, &report);
+    result = cohsm_verify(maps, &desc.system, &mesh, &report);
     r->verified = result == COHSM_OK && report.wrong == 0;
     if (result == COHSM_OK)
-        result = cohsm_pack(maps, &desc, &packed, &packed_size);
+        result = cohsm_pack(maps, &desc.system, &packed, &packed_size);
     ex_progress(NULL, 1);
     r->packed_bytes = (double)packed_size;
     free(packed);

@@ -1,7 +1,7 @@
 /* csm_query.c - queries a second and their errors beside Embree's occlusion rays, on the same points and directions in
-   the same run: area-weighted random points, 1e-4 of the bounding radius off the
-   surface; random is one direction of the hemisphere for each; coherent is points in Morton order, of which 1024
-   neighbours share a direction and those that face away from it are left out. */
+   the same run: area-weighted random points, 1e-4 of the bounding radius off the surface. "random" is one direction of
+   the hemisphere for each point; "coherent" is points in Morton order, of which 1024 neighbours share a direction and
+   those that face away from it are left out. */
 #include "bench.h"
 
 #include <math.h>
@@ -206,14 +206,14 @@ typedef struct work {
 
 static void query(work *w, size_t first, size_t count, int one_light)
 {
-    cohsm_query q = cohsm_query_default();
+    cohsm_query q = { 0 };
     cohsm_result result;
-    q.points = w->rays->points + 3 * first;
+    q.positions = w->rays->points + 3 * first;
     q.lights = w->rays->directions + 3 * first;
     q.count = count;
     q.one_light = one_light;
     q.filter = w->filter;
-    q.bias = w->bias;
+    q.bias = w->bias > 0 ? w->bias : -1;
     q.seed = (uint32_t)first;
     result = w->scalar ? bn_scalar_visible(w->scalar, &q, w->lit + first)
                        : cohsm_visible(w->maps, &q, w->lit + first, NULL);
@@ -289,7 +289,7 @@ static int table_build(table *t, const bn_options *options, const bn_model *mode
     const void *data;
     memset(t, 0, sizeof *t);
     desc.domain.side[0] = desc.domain.side[1] = SIDE;
-    desc.map_size = m;
+    desc.map_side = m;
     result = cohsm_build(&desc, &mesh, &t->maps, NULL);
     ex_progress(NULL, 1);
     if (result == COHSM_OK) {
@@ -343,7 +343,7 @@ static int print_row(const subject *s, const table *t, int coherent, int threads
     bn_text("mode", coherent ? "coherent" : "random");
     bn_text("filter", filters[filter]);
     bn_integer("n", t->info.map_count);
-    bn_integer("m", t->info.map_size);
+    bn_integer("m", t->info.map_side);
     bn_number("bias", (double)bias);
 #if defined(__AVX2__)
     bn_text("flags", "above the baseline of the architecture");

@@ -2,7 +2,7 @@
 #ifndef COHSM_NO_SIMD                  /* config=scalar defines it too */
 #define COHSM_NO_SIMD
 #endif
-#define CSM_STATIC
+#define COHSM_STATIC
 #define CSM_IMPLEMENTATION
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunused-function"     /* static, and only queries are wanted */

@@ -2,7 +2,7 @@
    on 128 normals against the sum over all texels. The others are pictures by `render --technique envshadow` beside the
    reference, the programs being run as users would. */
 #define _POSIX_C_SOURCE 200809L
-#include "envshadow.h"
+#include "envlights.h"
 #include "bench.h"
 
 #include <math.h>
@@ -41,12 +41,13 @@ static void probe_map(probe *p, const ex_sky *sky)
         p->normal[i][2] = r * sin(a);
     }
     for (uint32_t y = 0; y < sky->height; y++) {
-        double omega = envsh_texel_solid_angle(ENVSH_MAP_LATLONG, sky->width, sky->height, 0, y);
+        double omega = envlt_texel_solid_angle(ENVLT_PROJECTION_LATLONG, sky->width, sky->height, 0, y);
         for (uint32_t x = 0; x < sky->width; x++) {
             const float *rgb = sky->rgb + 3 * ((size_t)y * sky->width + x);
             float f[3];
             double d[3];
-            envsh_texel_direction(ENVSH_MAP_LATLONG, sky->width, sky->height, 0, (float)x + 0.5f, (float)y + 0.5f, f);
+            envlt_texel_direction(ENVLT_PROJECTION_LATLONG, sky->width, sky->height, 0,
+                                  (float)x + 0.5f, (float)y + 0.5f, f);
             for (int c = 0; c < 3; c++) {
                 d[c] = (double)f[c];
                 p->energy[c] += omega * (double)rgb[c];
@@ -57,7 +58,7 @@ static void probe_map(probe *p, const ex_sky *sky)
     }
 }
 
-static double probe_error(const probe *p, const envsh_light *lights, uint32_t count)
+static double probe_error(const probe *p, const envlt_light *lights, uint32_t count)
 {
     double square = 0, mean = 0;
     for (int i = 0; i < NORMALS; i++) {
@@ -76,23 +77,23 @@ static double probe_error(const probe *p, const envsh_light *lights, uint32_t co
 static int build_row(const bn_options *options, const char *map_name, const ex_sky *sky, const probe *p, int method,
                      uint32_t k)
 {
-    envsh_map map = { ENVSH_MAP_LATLONG, sky->width, sky->height, sky->rgb, 0 };
-    envsh_desc desc;
+    envlt_map map = { ENVLT_PROJECTION_LATLONG, sky->width, sky->height, sky->rgb, 0 };
+    envlt_desc desc;
     double best = HUGE_VAL, energy = 0;
     memset(&desc, 0, sizeof desc);
     desc.light_count = k;
-    desc.method = (envsh_method)(ENVSH_METHOD_STRUCTURED + method);
+    desc.method = (envlt_method)(ENVLT_METHOD_STRUCTURED + method);
     for (int run = 0; run < 5; run++) {
-        envsh_lights *lights;
-        envsh_stats stats;
+        envlt_lights *lights;
+        envlt_stats stats;
         uint32_t count;
-        const envsh_light *list;
+        const envlt_light *list;
         double start = ex_seconds(), ms;
-        if (envsh_lights_build(&desc, &map, &lights, &stats) != ENVSH_OK)
+        if (envlt_create(&desc, &map, &lights, &stats) != ENVLT_OK)
             return bn_failed("envshadow_lights", "out of memory");
         ms = 1000 * (ex_seconds() - start);
         best = ms < best ? ms : best;
-        list = envsh_lights_get(lights, &count);
+        list = envlt_get_lights(lights, &count);
         if (run == 4) {
             for (int c = 0; c < 3; c++)
                 energy = fmax(energy, fabs(stats.energy[c] / p->energy[c] - 1));
@@ -109,7 +110,7 @@ static int build_row(const bn_options *options, const char *map_name, const ex_s
             bn_number("ssim", HUGE_VAL);
             bn_end(options);
         }
-        envsh_lights_free(lights);
+        envlt_free(lights);
     }
     return 0;
 }

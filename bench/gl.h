@@ -4,10 +4,10 @@
 
 #include "gl_timer.h"
 
-typedef struct bn_gl { ex_gl *context; glbk_context gl; ex_gl_timer timer; char log[400]; } bn_gl;  /* zeroed = none */
+typedef struct bn_gl { ex_gl *context; glbk_context gl; ex_gl_timer timer; } bn_gl;  /* zeroed = none */
 
 int  bn_gl_open(bn_gl *g, int core_only);       /* 0, or the line is said */
 void bn_gl_close(bn_gl *g);
-int  bn_gl_failed(const bn_gl *g, glbk_result result);
+int  bn_gl_failed(glbk_result result);
 
 #endif

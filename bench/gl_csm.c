@@ -4,6 +4,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "bench.h"
 #include "gl.h"
+#include "../gl_backend/gl_csm.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -42,7 +43,7 @@ static cohsm_maps *build_maps(const bn_options *options, const bn_model *model, 
     cohsm_mesh mesh = bn_model_mesh(model);
     cohsm_maps *maps = NULL;
     desc.domain.side[0] = desc.domain.side[1] = side;
-    desc.map_size = m;
+    desc.map_side = m;
     if (cohsm_build(&desc, &mesh, &maps, NULL) != COHSM_OK)
         bn_failed(model->name, "building failed");
     return maps;
@@ -53,11 +54,11 @@ static int upload(bn_gl *r, const cohsm_maps *maps, glbk_csm_maps *out)
     glbk_csm_block block;
     glbk_csm_instance one = { 0, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, 0 };
     glbk_result result;
-    block.data = cohsm_data(maps, &block.size);
+    block.data = cohsm_data(maps, &block.bytes);
     result = glbk_csm_maps_create(&r->gl, &block, 1, 1, &one.start, out);
     if (result == GLBK_OK)
         result = glbk_csm_maps_place(&r->gl, out, &one, 1);
-    return result == GLBK_OK ? 0 : bn_gl_failed(r, result);
+    return result == GLBK_OK ? 0 : bn_gl_failed(result);
 }
 
 /* ---- queries ---- */
@@ -65,14 +66,14 @@ static int upload(bn_gl *r, const cohsm_maps *maps, glbk_csm_maps *out)
 enum { WIDTH = 1024, HEIGHT = 256, QUERIES = WIDTH * HEIGHT };     /* a picture with one sample a pixel */
 
 /* Points on the surface, a little off it; directions at random, or one for all. */
-static void make_questions(const bn_model *model, int coherent, uint32_t *items)
+static void make_questions(const bn_model *model, int coherent, float *items)
 {
     uint64_t seed = 1;
     float common[3];
     random_direction(&seed, common);
     for (size_t i = 0; i < QUERIES; i++) {
         const uint32_t *t = model->indices + 3 * (size_t)(random_word(&seed) % (uint32_t)model->triangles);
-        float a = random_in(&seed, 0, 1), b = random_in(&seed, 0, 1), q[8];
+        float a = random_in(&seed, 0, 1), b = random_in(&seed, 0, 1), *q = items + 6 * i;
         if (a + b > 1) {
             a = 1 - a;
             b = 1 - b;
@@ -80,12 +81,9 @@ static void make_questions(const bn_model *model, int coherent, uint32_t *items)
         for (size_t k = 0; k < 3; k++)
             q[k] = model->positions[3 * (size_t)t[0] + k] * (1 - a - b) + model->positions[3 * (size_t)t[1] + k] * a +
                    model->positions[3 * (size_t)t[2] + k] * b;
-        random_direction(&seed, q + 4);
+        random_direction(&seed, q + 3);
         if (coherent)
-            memcpy(q + 4, common, sizeof common);
-        memcpy(items + 8 * i, q, sizeof q);
-        items[8 * i + 3] = 0;
-        items[8 * i + 7] = (uint32_t)i;
+            memcpy(q + 3, common, sizeof common);
     }
 }
 
@@ -106,19 +104,32 @@ static double time_queries(bn_gl *r, glbk_csm_asker *asker, const glbk_csm_maps 
 static int measure_queries(const bn_options *options, bn_gl *r, const bn_model *model, const cohsm_maps *built)
 {
     static const char *const filters[] = { "nearest", "pcf", "roulette" };
-    uint32_t *items = malloc(8 * QUERIES * sizeof *items);
+    float *items = malloc(6 * QUERIES * sizeof *items);
+    uint32_t *entities = malloc(QUERIES * sizeof *entities);
     glbk_csm_asker asker;
     glbk_csm_maps maps;
     cohsm_info info;
     glbk_result result;
-    if (!items)
+    if (!items || !entities) {
+        free(items);
+        free(entities);
         return bn_failed("gl_csm_query", "out of memory");
+    }
+    for (size_t i = 0; i < QUERIES; i++)
+        entities[i] = 1;
     cohsm_get_info(built, &info);
     result = upload(r, built, &maps) == 0 ? glbk_csm_asker_create(&r->gl, QUERIES, &asker) : GLBK_ERR_GL;
     for (int i = 0; i < 6 && result == GLBK_OK; i++) {
-        glbk_csm_questions q = { GLBK_CSM_ASK_DIRECTION, GLBK_CSM_FILTER_NEAREST, 1, 1, items, QUERIES };
+        cohsm_query q;
         double seconds;
-        q.filter = (glbk_csm_filter)(i / 2);
+        memset(&q, 0, sizeof q);
+        q.count = QUERIES;
+        q.positions = items;
+        q.lights = items + 3;
+        q.position_stride = q.light_stride = 6 * sizeof *items;
+        q.entities = entities;
+        q.seed = 1;
+        q.filter = (cohsm_filter)(i / 2);
         make_questions(model, i % 2, items);
         result = glbk_csm_ask_upload(&r->gl, &asker, &q);
         seconds = time_queries(r, &asker, &maps, &result);
@@ -129,7 +140,7 @@ static int measure_queries(const bn_options *options, bn_gl *r, const bn_model *
         bn_text("mode", i % 2 ? "coherent" : "random");
         bn_text("filter", filters[i / 2]);
         bn_integer("n", info.map_count);
-        bn_integer("m", info.map_size);
+        bn_integer("m", info.map_side);
         bn_integer("width", WIDTH);
         bn_integer("height", HEIGHT);
         bn_integer("samples", 1);
@@ -138,38 +149,40 @@ static int measure_queries(const bn_options *options, bn_gl *r, const bn_model *
         bn_end(options);
     }
     if (result != GLBK_OK)
-        bn_gl_failed(r, result);
-    glbk_csm_asker_destroy(&r->gl, &asker);
-    glbk_csm_maps_destroy(&r->gl, &maps);
+        bn_gl_failed(result);
+    glbk_csm_asker_free(&r->gl, &asker);
+    glbk_csm_maps_free(&r->gl, &maps);
     free(items);
+    free(entities);
     return result == GLBK_OK ? 0 : -1;
 }
 
 /* ---- pictures: random points and normals for pixels, so that no cache is flattered ---- */
 
-static int fill_gbuffer(bn_gl *r, glbk_csm_renderer *renderer, const bn_model *model)
+static int fill_gbuffer(bn_gl *r, glbk_gbuffer *seen, const bn_model *model)
 {
-    glbk_csm_pixel *row = calloc(renderer->width, sizeof *row);
+    glbk_pixel *row = calloc(seen->width, sizeof *row);
     glbk_result result = row ? GLBK_OK : GLBK_ERR_ALLOC;
     uint64_t seed = 2;
-    for (uint32_t y = 0; y < renderer->height && result == GLBK_OK; y++) {
-        for (uint32_t x = 0; x < renderer->width; x++) {
-            glbk_csm_pixel *p = &row[x];
+    for (uint32_t y = 0; y < seen->height && result == GLBK_OK; y++) {
+        for (uint32_t x = 0; x < seen->width; x++) {
+            glbk_pixel *p = &row[x];
             const uint32_t *t = model->indices + 3 * (size_t)(random_word(&seed) % (uint32_t)model->triangles);
-            p->surface.brdf = GLBK_CSM_BRDF_PHONG;
-            p->surface.exponent = 20;
+            p->material.kind = LSAMP_MATERIAL_PHONG;
+            p->entity = 1;
+            p->material.exponent = 20;
             for (size_t k = 0; k < 3; k++) {
                 p->position[k] = model->positions[3 * (size_t)t[0] + k];
-                p->surface.diffuse[k] = 0.8f;
-                p->surface.specular[k] = 0.2f;
+                p->material.diffuse[k] = 0.8f;
+                p->material.specular[k] = 0.2f;
             }
             random_direction(&seed, p->normal);
             memcpy(p->geometric, p->normal, sizeof p->normal);
         }
-        result = glbk_csm_gbuffer_upload(&r->gl, renderer, y, 1, row);
+        result = glbk_gbuffer_upload(&r->gl, seen, y, 1, row);
     }
     free(row);
-    return result == GLBK_OK ? 0 : bn_gl_failed(r, result);
+    return result == GLBK_OK ? 0 : bn_gl_failed(result);
 }
 
 static int measure_render(const bn_options *options, bn_gl *r, const bn_model *model, const cohsm_maps *built)
@@ -179,35 +192,39 @@ static int measure_render(const bn_options *options, bn_gl *r, const bn_model *m
     char error[EX_ERROR_SIZE];
     glbk_csm_maps maps;
     glbk_csm_lights lights;
-    glbk_csm_light_desc light;
+    lsamp_light_desc light;
     glbk_csm_lights_desc all;
     glbk_csm_renderer renderer;
     glbk_csm_renderer_desc desc;
+    glbk_gbuffer seen;
+    glbk_gbuffer_desc sizes;
     cohsm_info info;
     glbk_result result = GLBK_OK;
     memset(&light, 0, sizeof light);
     memset(&all, 0, sizeof all);
     memset(&desc, 0, sizeof desc);
+    memset(&sizes, 0, sizeof sizes);
+    memset(&seen, 0, sizeof seen);
     if (ex_sky_builtin(&sky, "sky", error) != 0)
         return bn_failed("builtin:sky", error);
-    light.shape = GLBK_CSM_SHAPE_ENVIRONMENT;
+    light.kind = LSAMP_LIGHT_ENVIRONMENT;
     light.radiance[0] = light.radiance[1] = light.radiance[2] = 1;
     light.texels = sky.rgb;
     light.width = sky.width;
     light.height = sky.height;
     all.lights = &light;
     all.light_count = 1;
-    desc.width = wide;
-    desc.height = high;
+    desc.width = sizes.width = wide;
+    desc.height = sizes.height = high;
     cohsm_get_info(built, &info);
     memset(&lights, 0, sizeof lights);
     memset(&renderer, 0, sizeof renderer);
     if (upload(r, built, &maps) != 0 || (result = glbk_csm_lights_create(&r->gl, &all, &start, &lights)) != GLBK_OK ||
         (result = glbk_csm_renderer_create(&r->gl, &desc, &renderer)) != GLBK_OK ||
-        fill_gbuffer(r, &renderer, model) != 0)
+        (result = glbk_gbuffer_create(&r->gl, &sizes, &seen)) != GLBK_OK || fill_gbuffer(r, &seen, model) != 0)
         result = GLBK_ERR_GL;
     for (int i = 0; i < 2 && result == GLBK_OK; i++) {
-        glbk_csm_use use = { 0, GLBK_CSM_SHAPE_ENVIRONMENT, NULL, GLBK_CSM_ASK_DIRECTION, 0, 0 };
+        glbk_csm_use use = { 0, LSAMP_LIGHT_ENVIRONMENT, NULL, COHSM_LIGHT_DIRECTION, 0, 0 };
         glbk_csm_frame_desc frame;
         double best = HUGE_VAL;
         memset(&frame, 0, sizeof frame);
@@ -221,9 +238,9 @@ static int measure_render(const bn_options *options, bn_gl *r, const bn_model *m
         frame.bias = 1;
         for (uint32_t run = 0; run < 4 && result == GLBK_OK; run++) {
             double t;
-            frame.number = run;
+            frame.frame = run;
             ex_gl_timer_start(&r->timer);
-            result = glbk_csm_render(&r->gl, &renderer, &frame);
+            result = glbk_csm_render(&r->gl, &renderer, &seen, &frame);
             t = ex_gl_timer_stop(&r->timer);
             if (run > 0 && t < best)
                 best = t;
@@ -236,16 +253,17 @@ static int measure_render(const bn_options *options, bn_gl *r, const bn_model *m
         bn_integer("height", high);
         bn_integer("samples", samples[i]);
         bn_integer("n", info.map_count);
-        bn_integer("m", info.map_size);
+        bn_integer("m", info.map_side);
         bn_number("frame_ms", 1e3 * best);
         bn_number("msamples_s", (double)wide * high * samples[i] / best * 1e-6);
         bn_end(options);
     }
     if (result != GLBK_OK)
-        bn_gl_failed(r, result);
-    glbk_csm_renderer_destroy(&r->gl, &renderer);
-    glbk_csm_lights_destroy(&r->gl, &lights);
-    glbk_csm_maps_destroy(&r->gl, &maps);
+        bn_gl_failed(result);
+    glbk_csm_renderer_free(&r->gl, &renderer);
+    glbk_gbuffer_free(&r->gl, &seen);
+    glbk_csm_lights_free(&r->gl, &lights);
+    glbk_csm_maps_free(&r->gl, &maps);
     ex_sky_free(&sky);
     return result == GLBK_OK ? 0 : -1;
 }
@@ -254,12 +272,9 @@ static int measure_render(const bn_options *options, bn_gl *r, const bn_model *m
 
 typedef struct object { cohsm_builder *views; uint32_t vertex_array, buffers[2]; int32_t indices; } object;
 
-static void view_of(void *user, uint32_t index, glbk_csm_view *out)
+static void view_of(void *user, uint32_t index, cohsm_view *out)
 {
-    cohsm_view v;
-    cohsm_builder_view(((object *)user)->views, index, &v);
-    memcpy(out->matrix, v.matrix, sizeof out->matrix);
-    out->depth_scale = v.depth_scale;
+    cohsm_builder_view(((object *)user)->views, index, out);
 }
 
 static void draw(void *user, glbk_context *gl)
@@ -313,12 +328,12 @@ static int measure_build(const bn_options *options, bn_gl *r, const bn_model *mo
     d.radius = 0.5f * sqrtf(square);
     d.domain.side[0] = d.domain.side[1] = side;
     d.order = COHSM_ORDER_ZIGZAG_THETA;
-    d.map_size = m;
+    d.map_side = m;
     if (cohsm_builder_create(&d, &views) != COHSM_OK)
         return bn_failed("gl_csm_build", "out of memory");
     o.views = views;
     upload_object(&r->gl, model, &o);
-    desc.map_size = m;
+    desc.map_side = m;
     desc.view_fn = view_of;
     desc.draw_fn = draw;
     desc.user = &o;
@@ -352,8 +367,8 @@ static int measure_build(const bn_options *options, bn_gl *r, const bn_model *mo
         bn_integer("bytes", info.bytes);
         bn_end(options);
     } else
-        bn_gl_failed(r, result);
-    glbk_csm_builder_destroy(&r->gl, &b);
+        bn_gl_failed(result);
+    glbk_csm_builder_free(&r->gl, &b);
     r->gl.gl.DeleteVertexArrays(1, &o.vertex_array);
     r->gl.gl.DeleteBuffers(2, o.buffers);
     cohsm_free(maps);

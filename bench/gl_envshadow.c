@@ -2,9 +2,11 @@
    compute and by fragments, and what the cost model makes of such times. The model stands in the built-in sky, drawn at
    the paper's 421 x 711 pixels. */
 #define _POSIX_C_SOURCE 200809L
+#include "envlights.h"
 #include "envshadow.h"
 #include "bench.h"
 #include "gl.h"
+#include "../gl_backend/gl_envshadow.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,6 +17,7 @@ enum { MAP_SIZE = 256, MOST_LIGHTS = 192 };
 typedef struct rig {
     bn_gl               g;
     glbk_envsh_renderer renderer;
+    glbk_gbuffer seen;
     envsh_maps         *layout;
     const envsh_view   *views;
     uint32_t            count, vertex_array, buffers[2];
@@ -27,7 +30,8 @@ typedef struct times { double shadow_ms, light_ms; } times;
 static void close_rig(rig *r)
 {
     if (r->g.gl.renderer) {
-        glbk_envsh_renderer_destroy(&r->g.gl, &r->renderer);
+        glbk_envsh_renderer_free(&r->g.gl, &r->renderer);
+        glbk_gbuffer_free(&r->g.gl, &r->seen);
         r->g.gl.gl.DeleteVertexArrays(1, &r->vertex_array);
         r->g.gl.gl.DeleteBuffers(2, r->buffers);
     }
@@ -41,12 +45,14 @@ static int make_views(rig *r, uint32_t k)
 {
     ex_sky sky = { 0, 0, NULL, 0 };
     char error[EX_ERROR_SIZE];
-    envsh_map map;
-    envsh_desc desc;
+    envlt_map map;
+    envlt_desc desc;
     envsh_maps_desc layout;
-    envsh_lights *lights = NULL;
-    const envsh_light *list;
+    envlt_lights *lights = NULL;
+    const envlt_light *list;
+    envsh_lights all;
     envsh_bounds bounds;
+    envlt_result made;
     envsh_result result;
     if (ex_sky_builtin(&sky, "sky", error) != 0)
         return bn_failed("builtin:sky", error);
@@ -57,23 +63,29 @@ static int make_views(rig *r, uint32_t k)
     map.height = sky.height;
     map.rgb = sky.rgb;
     desc.light_count = k;
-    layout.map_size = MAP_SIZE;
+    layout.map_side = MAP_SIZE;
     layout.no_depth = 1;
     memcpy(bounds.low, r->low, sizeof bounds.low);
     memcpy(bounds.high, r->high, sizeof bounds.high);
     envsh_maps_free(r->layout);
     r->layout = NULL;
-    result = envsh_lights_build(&desc, &map, &lights, NULL);
-    if (result == ENVSH_OK) {
-        list = envsh_lights_get(lights, &r->count);
-        result = envsh_maps_create(&layout, r->count, &r->layout);
-        if (result == ENVSH_OK)
-            result = envsh_maps_begin(r->layout, list, r->count, bounds);
-        r->views = envsh_maps_views(r->layout, NULL);
-    }
-    envsh_lights_free(lights);
+    made = envlt_create(&desc, &map, &lights, NULL);
     ex_sky_free(&sky);
-    return result == ENVSH_OK ? 0 : bn_failed("lights", envsh_result_text(result));
+    if (made != ENVLT_OK)
+        return bn_failed("lights", envlt_result_text(made));
+    list = envlt_get_lights(lights, &all.count);
+    all.directions = list->direction;
+    all.irradiances = list->irradiance;
+    all.axes_u = list->axis_u;
+    all.axes_v = list->axis_v;
+    all.stride = sizeof *list;
+    r->count = all.count;
+    result = envsh_maps_create(&layout, r->count, &r->layout);
+    if (result == ENVSH_OK)
+        result = envsh_maps_begin(r->layout, &all, bounds);
+    r->views = envsh_get_views(r->layout, NULL);
+    envlt_free(lights);
+    return result == ENVSH_OK ? 0 : bn_failed("shadow maps", envsh_result_text(result));
 }
 
 static void upload_model(rig *r)
@@ -104,23 +116,23 @@ static glbk_result draw_gbuffer(rig *r)
 {
     const float *low = r->low, *high = r->high;
     float aspect = (float)r->renderer.width / (float)r->renderer.height, half;
-    glbk_envsh_surface s;
+    glbk_surface s;
     glbk_result result;
+    float clip[16] = { 0 }, eye[3] = { 0 };
     memset(&s, 0, sizeof s);
     half = 0.5f * fmaxf(high[1] - low[1], (high[0] - low[0]) / aspect);
-    s.world[0] = s.world[5] = s.world[10] = s.world[15] = 1;
-    s.clip[0] = 1 / (half * aspect);
-    s.clip[5] = 1 / half;
-    s.clip[10] = -2 / (high[2] - low[2] + half);
-    s.clip[12] = -s.clip[0] * 0.5f * (low[0] + high[0]);
-    s.clip[13] = -s.clip[5] * 0.5f * (low[1] + high[1]);
-    s.clip[14] = -s.clip[10] * 0.5f * (low[2] + high[2]);
-    s.clip[15] = 1;
-    s.eye[2] = high[2] + 1000 * half;
-    s.albedo[0] = s.albedo[1] = s.albedo[2] = s.albedo[3] = 1;
-    result = glbk_envsh_gbuffer_begin(&r->g.gl, &r->renderer);
+    clip[0] = 1 / (half * aspect);
+    clip[5] = 1 / half;
+    clip[10] = -2 / (high[2] - low[2] + half);
+    clip[12] = -clip[0] * 0.5f * (low[0] + high[0]);
+    clip[13] = -clip[5] * 0.5f * (low[1] + high[1]);
+    clip[14] = -clip[10] * 0.5f * (low[2] + high[2]);
+    clip[15] = 1;
+    eye[2] = high[2] + 1000 * half;
+    s.material.diffuse[0] = s.material.diffuse[1] = s.material.diffuse[2] = 1;
+    result = glbk_gbuffer_begin(&r->g.gl, &r->seen, clip, eye);
     if (result == GLBK_OK)
-        result = glbk_envsh_gbuffer_object(&r->g.gl, &r->renderer, &s);
+        result = glbk_gbuffer_object(&r->g.gl, &r->seen, &s);
     r->g.gl.gl.BindVertexArray(r->vertex_array);
     r->g.gl.gl.DrawElements(GLBK_GL_TRIANGLES, (int32_t)(3 * r->model->triangles), GLBK_GL_UNSIGNED_INT, NULL);
     return result;
@@ -138,18 +150,20 @@ static glbk_result draw_model(void *user, glbk_context *gl, glbk_envsh_maps *map
 
 /* ---- a frame in clusters of c ---- */
 
-static glbk_result run_frame(rig *r, glbk_envsh_maps *maps, const glbk_envsh_question *question, times *out)
+static glbk_result run_frame(rig *r, glbk_envsh_maps *maps, const envsh_query *query, times *out)
 {
     glbk_result result = GLBK_OK;
+    envsh_query q = *query;
     out->shadow_ms = out->light_ms = 0;
     for (uint32_t first = 0; first < r->count && result == GLBK_OK; first += maps->capacity) {
         uint32_t n = r->count - first < maps->capacity ? r->count - first : maps->capacity;
         double start = ex_seconds(), middle;
-        result = glbk_envsh_maps_render(&r->g.gl, maps, r->views + first, sizeof *r->views, n, draw_model, r);
+        result = glbk_envsh_maps_render(&r->g.gl, maps, r->views + first, n, draw_model, r);
         r->g.gl.gl.Finish();
         middle = ex_seconds();
+        q.add = first != 0;
         if (result == GLBK_OK)
-            result = glbk_envsh_shade(&r->g.gl, &r->renderer, maps, question, 0, first != 0);
+            result = glbk_envsh_shade(&r->g.gl, &r->renderer, &r->seen, maps, &q, 0);
         r->g.gl.gl.Finish();
         out->shadow_ms += 1e3 * (middle - start);
         out->light_ms += 1e3 * (ex_seconds() - middle);
@@ -162,23 +176,23 @@ typedef struct setting { uint32_t c; int filter; times best; } setting;
 static glbk_result try_setting(rig *r, setting *s, int is_first)
 {
     static const float radii[] = { 0, 2, 2, 12 };
-    glbk_envsh_question question = { (glbk_envsh_filter)s->filter, 16, 1, radii[s->filter], 1, 1 };
+    const envsh_query query = { (envsh_filter)(ENVSH_FILTER_PLAIN + s->filter), 16, radii[s->filter], 1, 1, 1, 0 };
     glbk_envsh_maps_desc desc;
     glbk_envsh_maps maps;
     glbk_result result;
     memset(&desc, 0, sizeof desc);
     desc.capacity = s->c;
-    desc.map_size = MAP_SIZE;
+    desc.map_side = MAP_SIZE;
     result = glbk_envsh_maps_create(&r->g.gl, &desc, &maps);
     for (int run = 0; run < 2 && result == GLBK_OK; run++) {    /* the first one warms up */
         times now;
-        result = run_frame(r, &maps, &question, &now);
+        result = run_frame(r, &maps, &query, &now);
         if (run == 0 || result != GLBK_OK)
             continue;
         if (is_first || now.shadow_ms + now.light_ms < s->best.shadow_ms + s->best.light_ms)
             s->best = now;
     }
-    glbk_envsh_maps_destroy(&r->g.gl, &maps);
+    glbk_envsh_maps_free(&r->g.gl, &maps);
     return result;
 }
 
@@ -215,7 +229,7 @@ static int measure(const bn_options *options, rig *r, setting *settings, int cou
     for (int i = 0; i < rounds * count && result == GLBK_OK; i++)
         result = try_setting(r, &settings[i % count], i < count);
     if (result != GLBK_OK)
-        return bn_gl_failed(&r->g, result);
+        return bn_gl_failed(result);
     for (int i = 0; i < count; i++)
         write_row(options, r, &settings[i]);
     return 0;
@@ -243,7 +257,7 @@ static int measure_cost(const bn_options *options, rig *r)
     }
     if (!envsh_cost_fit(r->count, sizes, ms, SIZES, &cost))
         return bn_failed("gl_envshadow", "the times do not fit the model");
-    chosen = envsh_cluster_size(&cost, r->count, 64);
+    chosen = envsh_cost_cluster(&cost, r->count, 64);
     pair[0] = pair[1] = settings[best];
     pair[1].c = chosen;
     if (chosen != pair[0].c && measure(options, r, pair, 2) != 0)
@@ -268,20 +282,25 @@ static int measure_model(const bn_options *options, const bn_model *model, int w
     /* The paper's Fig. 7: 64 lights, 8 a pass; 64 smoothed, 4 a pass; 192, 8 a pass. Then all of them at once. */
     setting few[] = { { 8, 0, { 0, 0 } }, { 4, 1, { 0, 0 } }, { 64, 3, { 0, 0 } } };
     setting many[] = { { 8, 0, { 0, 0 } }, { MOST_LIGHTS, 3, { 0, 0 } } };
+    glbk_gbuffer_desc size;
     glbk_result result;
     rig r;
     int status;
     memset(&r, 0, sizeof r);
+    memset(&size, 0, sizeof size);
     status = bn_gl_open(&r.g, core_only);
     *computes = status == 0 && r.g.gl.compute;
     r.model = model;
     if (status == 0) {
         upload_model(&r);
-        result =
-            glbk_envsh_renderer_create(&r.g.gl, options->full ? 1920 : 421, options->full ? 1080 : 711, &r.renderer);
+        size.width = options->full ? 1920 : 421;
+        size.height = options->full ? 1080 : 711;
+        result = glbk_gbuffer_create(&r.g.gl, &size, &r.seen);
+        if (result == GLBK_OK)
+            result = glbk_envsh_renderer_create(&r.g.gl, size.width, size.height, &r.renderer);
         if (result == GLBK_OK)
             result = draw_gbuffer(&r);
-        status = result == GLBK_OK ? make_views(&r, 64) : bn_gl_failed(&r.g, result);
+        status = result == GLBK_OK ? make_views(&r, 64) : bn_gl_failed(result);
     }
     if (status == 0)
         status = measure(options, &r, few, 3);

@@ -5,6 +5,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "ism_scene.h"
 #include "gl.h"
+#include "../gl_backend/gl_ism.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -39,7 +40,7 @@ static void close_setup(setup *u)
     }
     free(u->cpu);
     ism_free(u->maps);
-    glbk_destroy(&u->core);
+    glbk_free(&u->core);
 }
 
 static int open_setup(setup *u, uint32_t points)
@@ -48,19 +49,21 @@ static int open_setup(setup *u, uint32_t points)
     char error[EX_ERROR_SIZE];
     glbk_desc gl;
     memset(&gl, 0, sizeof gl);
-    gl.get_proc = ex_gl_get_proc;
+    gl.get_proc_fn = ex_gl_get_proc;
     gl.user = u->gl->context;
     gl.core_only = 1;
     u->paths = u->gl->gl.compute ? 2 : 1;
     u->desc.vpl_count = 1024;
-    u->desc.points = points;
-    u->desc.tile_size = 64;
+    u->desc.surfel_count = points;
+    u->desc.tile_side = 64;
     u->desc.projection = ISM_PROJECTION_COSINE;
-    u->desc.lazy = 8;
+    u->desc.lazy_frames = 8;
     u->desc.splat_scale = 1.0f;
-    u->desc.parallel_for = ex_pool_run;
-    u->desc.parallel_user = u->options->pool;
-    u->shading = ism_shading_default();
+    u->desc.system.parallel_for = ex_pool_run;
+    u->desc.system.user = u->options->pool;
+    memset(&u->shading, 0, sizeof u->shading);
+    u->shading.clamp = 1;
+    u->shading.bias = 0.02f;
     u->shading.pattern = 4;
     u->cpu = malloc(size);
     if (!u->cpu || ism_create(&u->desc, &u->maps) != ISM_OK || glbk_init(&u->core, &gl) != GLBK_OK)
@@ -130,7 +133,7 @@ static int run_passes(setup *u)
         if (k < u->paths || ms[1] < u->t[i].light)
             u->t[i].light = ms[1];
     }
-    return result == GLBK_OK ? 0 : bn_gl_failed(u->gl, result);
+    return result == GLBK_OK ? 0 : bn_gl_failed(result);
 }
 
 /* Relative RMSE of the GL's light against ism.h's maps and shading of the same VPLs and points. */
@@ -165,7 +168,7 @@ static void write_row(setup *u, int path)
     bn_integer("width", s->gbuffer.width);
     bn_integer("height", s->gbuffer.height);
     bn_integer("vpls", u->desc.vpl_count);
-    bn_integer("points", u->desc.points);
+    bn_integer("points", u->desc.surfel_count);
     bn_integer("pattern", u->shading.pattern);
     bn_number("rsm_ms", s->rsm_ms);
     bn_number("choose_ms", u->choose);

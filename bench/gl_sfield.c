@@ -5,12 +5,15 @@
 #define _POSIX_C_SOURCE 200809L
 #include "sfield_scene.h"
 #include "gl.h"
-#include "gl_backend.h"
+#include "gl_backend/gl_shadowfield.h"
 #include "sfield_gpu.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* An entity of no fields that stands at the origin, not tinted. */
+static const sfield_entity upright = { NULL, NULL, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, { 1, 1, 1 }, 0 };
 
 enum {
     PIECES = 32,
@@ -31,12 +34,9 @@ typedef struct board {
     sfield_algebra   *algebra;
     sfield_scene     *cpu;
     sfield_entity     entity[ENTITIES];
-    sfield_rotation   rotation[ENTITIES];
-    uint32_t         *terms, term_count;
-    float            *factors, *rgb, *light;
+    float            *rgb, *light;
     double            cpu_ms;
-    glbk_sfield_world world;
-    glbk_sfield_field gl_field[FIELDS];
+    glbk_sfield_scene gl;
 } board;
 
 static int build(board *b, const bn_options *options)
@@ -51,7 +51,7 @@ static int build(board *b, const bn_options *options)
     for (uint32_t i = 0; i < MESHES; i++) {
         const ex_mesh *mesh = &b->scene.meshes[1 + i];
         const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices,
-                                3 * (size_t)mesh->triangle_count };
+                                3 * (size_t)mesh->triangle_count, NULL };
         if (sfield_build(&d, &m, &b->field[i], NULL) != SFIELD_OK)
             return -1;
     }
@@ -59,14 +59,10 @@ static int build(board *b, const bn_options *options)
         sfield_algebra_create(BANDS, NULL, &b->algebra) != SFIELD_OK ||
         bn_points_spread(&b->points, &b->scene.meshes[0], 30000) != 0)
         return -1;
-    b->term_count = (uint32_t)sfield_sh_terms(b->algebra, NULL, NULL);
-    b->terms = malloc(b->term_count * sizeof *b->terms);
-    b->factors = malloc(b->term_count * sizeof *b->factors);
     b->rgb = malloc(3 * b->points.count * sizeof *b->rgb);
     b->light = malloc(4 * (b->points.count + BLOCK) * sizeof *b->light);
-    if (!b->terms || !b->factors || !b->rgb || !b->light)
+    if (!b->rgb || !b->light)
         return -1;
-    (void)sfield_sh_terms(b->algebra, b->terms, b->factors);
     return 0;
 }
 
@@ -78,11 +74,11 @@ static int shade_cpu(board *b, const bn_options *options)
     double start;
     memset(&d, 0, sizeof d);
     memset(&set, 0, sizeof set);
-    d.parallel_for = ex_pool_run;
-    d.parallel_user = options->pool;
+    d.system.parallel_for = ex_pool_run;
+    d.system.user = options->pool;
     for (int i = 0; i < ENTITIES; i++) {
         sfield_entity *e = &b->entity[i];
-        *e = sfield_entity_default();
+        *e = upright;
         if (i < PIECES) {
             e->occlusion = b->field[b->scene.objects[1 + i].mesh - 1];
             memcpy(e->transform, b->scene.objects[1 + i].transform, sizeof e->transform);
@@ -92,13 +88,11 @@ static int shade_cpu(board *b, const bn_options *options)
             e->transform[13] = 0.25f;
             e->transform[14] = 0.26f * sinf(1.6f * (float)i);
         }
-        if (sfield_sh_rotation(b->algebra, e->transform, &b->rotation[i]) != SFIELD_OK)
-            return -1;
     }
     set.count = b->points.count;
     set.positions = b->points.positions;
     set.normals = b->points.normals;
-    set.entity = SFIELD_NONE;
+    set.entity = 0;
     set.rgb = b->rgb;
     if (sfield_scene_create(&d, &b->cpu) != SFIELD_OK ||
         sfield_scene_entities(b->cpu, b->entity, ENTITIES) != SFIELD_OK ||
@@ -113,29 +107,8 @@ static int shade_cpu(board *b, const bn_options *options)
 
 static glbk_result upload_fields(board *b, glbk_context *gl)
 {
-    glbk_sfield_file files[FIELDS];
-    void *memory[FIELDS];
-    glbk_sfield_desc d;
-    glbk_result result = GLBK_OK;
-    memset(&d, 0, sizeof d);
-    for (int i = 0; i < FIELDS; i++) {
-        files[i].size = sfield_size(b->field[i]);
-        files[i].data = memory[i] = malloc(files[i].size);
-        if (!memory[i] || sfield_write(b->field[i], memory[i], files[i].size) != SFIELD_OK)
-            result = GLBK_ERR_ALLOC;
-    }
-    d.bands = BANDS;
-    d.files = files;
-    d.file_count = FIELDS;
-    d.terms = b->terms;
-    d.factors = b->factors;
-    d.term_count = b->term_count;
-    d.capacity = ENTITIES;
-    if (result == GLBK_OK)
-        result = glbk_sfield_create(gl, &d, b->gl_field, &b->world);
-    for (int i = 0; i < FIELDS; i++)
-        free(memory[i]);
-    return result;
+    const glbk_sfield_scene_desc d = { b->algebra, (const sfield_field *const *)b->field, FIELDS, ENTITIES, 0 };
+    return glbk_sfield_scene_create(gl, &d, &b->gl);
 }
 
 /* Where point i stands: 64 in a row fill 8 x 8 pixels, which the compute path treats together. */
@@ -144,41 +117,25 @@ static size_t pixel_of(size_t i)
     return i / BLOCK * BLOCK + i / 8 % 8 * WIDTH + i % BLOCK / 64 * 8 + i % 8;
 }
 
-static glbk_result upload_points(const board *b, glbk_context *gl, glbk_sfield_renderer *r)
+static glbk_result upload_points(const board *b, glbk_context *gl, glbk_gbuffer *g)
 {
-    glbk_sfield_pixel *pixels = calloc((size_t)WIDTH * r->height, sizeof *pixels);
+    glbk_pixel *pixels = calloc((size_t)WIDTH * g->height, sizeof *pixels);
     glbk_result result = GLBK_ERR_ALLOC;
     for (size_t i = 0; pixels && i < b->points.count; i++) {
-        glbk_sfield_pixel *p = &pixels[pixel_of(i)];
+        glbk_pixel *p = &pixels[pixel_of(i)];
         memcpy(p->position, b->points.positions + 3 * i, sizeof p->position);
         memcpy(p->normal, b->points.normals + 3 * i, sizeof p->normal);
-        p->entity = GLBK_SFIELD_NONE;
     }
     if (pixels)
-        result = glbk_sfield_upload(gl, r, 0, r->height, pixels);
+        result = glbk_gbuffer_upload(gl, g, 0, g->height, pixels);
     free(pixels);
     return result;
 }
 
-static glbk_result place(board *b, glbk_context *gl)
-{
-    glbk_sfield_entity e[ENTITIES];
-    memset(e, 0, sizeof e);
-    for (int i = 0; i < ENTITIES; i++) {
-        if (i < PIECES)
-            e[i].occlusion = &b->gl_field[b->scene.objects[1 + i].mesh - 1];
-        else
-            e[i].source = &b->gl_field[MESHES];
-        memcpy(e[i].transform, b->entity[i].transform, sizeof e[i].transform);
-        memcpy(e[i].tint, b->entity[i].tint, sizeof e[i].tint);
-        if (!b->rotation[i].identity)
-            e[i].rotation = b->rotation[i].block;
-    }
-    return glbk_sfield_place(gl, &b->world, e, ENTITIES);
-}
-
 static glbk_result measure(board *b, const bn_options *options, glbk_context *gl, int unrolled)
 {
+    glbk_gbuffer g;
+    glbk_gbuffer_desc of;
     glbk_sfield_renderer r;
     glbk_sfield_renderer_desc d;
     bn_error error = { 0, 0, 0 };
@@ -186,22 +143,21 @@ static glbk_result measure(board *b, const bn_options *options, glbk_context *gl
     glbk_result result;
     memset(&d, 0, sizeof d);
     memset(&r, 0, sizeof r);
-    d.width = WIDTH;
-    d.height = (uint32_t)((b->points.count + BLOCK - 1) / BLOCK * 8);
-    d.bands = BANDS;
-    if (unrolled) {
-        d.terms = b->terms;
-        d.factors = b->factors;
-        d.term_count = b->term_count;
-    }
-    result = glbk_sfield_renderer_create(gl, &d, &r);
+    memset(&of, 0, sizeof of);
+    of.width = d.width = WIDTH;
+    of.height = d.height = (uint32_t)((b->points.count + BLOCK - 1) / BLOCK * 8);
+    d.algebra = b->algebra;
+    d.product_in_table = !unrolled;
+    result = glbk_gbuffer_create(gl, &of, &g);
     if (result == GLBK_OK)
-        result = upload_points(b, gl, &r);
+        result = glbk_sfield_renderer_create(gl, &d, &r);
+    if (result == GLBK_OK)
+        result = upload_points(b, gl, &g);
     for (int frame = 0; frame < FRAMES && result == GLBK_OK; frame++) {
         double start = ex_seconds();
-        result = place(b, gl);
+        result = glbk_sfield_scene_entities(gl, &b->gl, b->entity, ENTITIES);
         if (result == GLBK_OK)
-            result = glbk_sfield_shade(gl, &r, &b->world, NULL, 0);
+            result = glbk_sfield_shade(gl, &r, &g, &b->gl, NULL, 0);
         gl->gl.Finish();
         if (frame)
             best = fmin(best, ex_seconds() - start);
@@ -227,7 +183,8 @@ static glbk_result measure(board *b, const bn_options *options, glbk_context *gl
         bn_number("rmse_vs_cpu", bn_error_relative(&error));
         bn_end(options);
     }
-    glbk_sfield_renderer_destroy(gl, &r);
+    glbk_sfield_renderer_free(gl, &r);
+    glbk_gbuffer_free(gl, &g);
     return result;
 }
 
@@ -235,7 +192,8 @@ static glbk_result measure(board *b, const bn_options *options, glbk_context *gl
 static sfield_result measure_build(const board *b, const bn_options *options, glbk_context *gl)
 {
     const ex_mesh *mesh = &b->scene.meshes[4];
-    const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count };
+    const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices,
+                           3 * (size_t)mesh->triangle_count, NULL };
     sfield_desc d = bn_sfield_desc(options);
     double ms[2] = { 0, 0 };
     sfield_result result = SFIELD_OK;
@@ -284,10 +242,10 @@ static int run(board *b, const bn_options *options, int core_only)
     if (result == GLBK_OK)
         built = measure_build(b, options, &g.gl);
     if (result != GLBK_OK)
-        bn_gl_failed(&g, result);
+        bn_gl_failed(result);
     else if (built != SFIELD_OK)
         bn_failed("gl_sfield", sfield_result_text(built));
-    glbk_sfield_destroy(&g.gl, &b->world);
+    glbk_sfield_scene_free(&g.gl, &b->gl);
     bn_gl_close(&g);
     return result == GLBK_OK && built == SFIELD_OK ? 0 : -1;
 }
@@ -309,8 +267,6 @@ int bn_gl_sfield(const bn_options *options)
     sfield_algebra_free(b.algebra);
     bn_points_free(&b.points);
     ex_scene_free(&b.scene);
-    free(b.terms);
-    free(b.factors);
     free(b.rgb);
     free(b.light);
     return result;

@@ -132,9 +132,9 @@ static ism_desc base_desc(const bn_options *options, uint32_t vpls, uint32_t poi
     ism_desc d;
     memset(&d, 0, sizeof d);
     d.vpl_count = vpls;
-    d.points = points;
-    d.parallel_for = ex_pool_run;
-    d.parallel_user = options->pool;
+    d.surfel_count = points;
+    d.system.parallel_for = ex_pool_run;
+    d.system.user = options->pool;
     return d;
 }
 
@@ -154,6 +154,8 @@ static int measure_visibility(const bn_scene *s, const ism_maps *maps, float bia
     const ism_vpl *vpls = ism_vpls(maps, &count);
     double wrong = 0, weight = 0, wrong_weight = 0, dark = 0, lit = 0;
     exact e = { s, vpls, 2e-5f * s->job.radius, NULL };
+    ism_points one = { 0 };
+    one.count = 1;
     for (size_t i = 0; i < pixels; i += 7) {
         const ex_pixel *px = &s->gbuffer.pixels[i];
         if (px->object == UINT32_MAX)
@@ -170,7 +172,9 @@ static int measure_visibility(const bn_scene *s, const ism_maps *maps, float bia
             if (!(a > 0 && b > 0 && d2 > 0))
                 continue;
             exact_visibility(&e, px->position, px->geometric, &v, 1, &truth);
-            if (ism_visible(maps, v, px->position, px->geometric, 0, 1, bias, &guess) != ISM_OK)
+            one.positions = px->position;
+            one.normals = px->geometric;
+            if (ism_visible(maps, v, &one, bias, &guess) != ISM_OK)
                 return bn_failed(s->name, "ism_visible");
             carried = (double)(a * b) / ((double)d2 * (double)d2 + 1e-4) * (double)vpls[v].flux[1];
             weight += carried;
@@ -226,7 +230,7 @@ static int visibility_of(const bn_options *options, const char *path, const char
         ism_maps *maps;
         int result;
         d.spread = spreads[i].spread;
-        d.no_windows = !spreads[i].windows;
+        d.window_rim = spreads[i].windows ? 0 : -1;
         if (build_maps(&s, &d, &maps) != 0) {
             bn_ism_close(&s);
             return -1;
@@ -398,7 +402,7 @@ static int shade_cause(const bn_scene *s, const bn_options *options, const cause
 {
     ism_frame frame = base_frame(s);
     ism_desc d = base_desc(options, c->vpls, c->visibility == BY_MAPS ? 8192 : 8);
-    ism_shading shading = ism_shading_default();
+    ism_shading shading = { 0 };
     exact e = { s, NULL, 2e-5f * s->job.radius, NULL };
     ism_maps *maps;
     ism_result result = ism_create(&d, &maps);
@@ -412,7 +416,7 @@ static int shade_cause(const bn_scene *s, const bn_options *options, const cause
         e.near_points = ism_near_points(maps, NULL);
         shading.visible_fn = exact_visibility;
         shading.near_visible_fn = exact_near;
-        shading.visible_user = &e;
+        shading.visible_user = shading.near_visible_user = &e;
     } else if (result == ISM_OK && c->visibility == BY_MAPS) {
         result = ism_build(maps, &frame);
     }
@@ -528,11 +532,11 @@ int bn_ism_causes(const bn_options *options) { return pictures(options, causes_o
 static int shade_exactly(const bn_scene *s, ism_maps *maps, float *out)
 {
     exact e = { s, ism_vpls(maps, NULL), 2e-5f * s->job.radius, ism_near_points(maps, NULL) };
-    ism_shading shading = ism_shading_default();
+    ism_shading shading = { 0 };
     ism_result result;
     shading.visible_fn = exact_visibility;
     shading.near_visible_fn = exact_near;
-    shading.visible_user = &e;
+    shading.visible_user = shading.near_visible_user = &e;
     result = ism_shade(maps, &s->view, &shading, out, NULL);
     return result == ISM_OK ? 0 : bn_failed(s->name, ism_result_text(result));
 }
@@ -545,7 +549,7 @@ static int chosen_picture(const bn_scene *s, const bn_options *options, uint32_t
     ism_maps *maps;
     int result;
     d.importance = importance;
-    d.view_grid = grid;
+    d.view_grid_side = grid;
     d.unstable = 1;
     d.seed = seed;
     if (ism_create(&d, &maps) != ISM_OK)
@@ -601,7 +605,7 @@ int bn_ism_vpls(const bn_options *options)
 /* Mean absolute difference of successive frames over their mean, the scene's lights moving 2 mm a frame. */
 static int flicker_of(bn_scene *s, const bn_options *options, int unstable, double *flicker)
 {
-    size_t values = 3 * (size_t)s->view.width * s->view.height;
+    size_t values = 3 * s->view.count;
     float *now = calloc(2 * values, sizeof *now), *before = now ? now + values : NULL;
     ism_desc d = base_desc(options, 512, 2048);
     ism_maps *maps = NULL;

@@ -13,7 +13,7 @@ typedef struct bn_scene {        /* one scene, its picture, its lit surfaces */
     rd_job      job;
     im_rsms     rsms;
     im_mesh     mesh;
-    ism_view    view;
+    ism_points    view;
     bn_rays    *rays;
     bn_model    flat;
     double      rsm_ms;

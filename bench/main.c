@@ -164,19 +164,18 @@ const char *bn_simd(void)
 
 cohsm_mesh bn_model_mesh(const bn_model *m)
 {
-    cohsm_mesh mesh = { m->positions, m->vertices, 0, m->indices, 3 * m->triangles };
+    cohsm_mesh mesh = { m->positions, m->vertices, 0, m->indices, 3 * m->triangles, NULL };
     return mesh;
 }
 
 cohsm_desc bn_desc(const bn_options *options)
 {
-    static char label[] = "build";
     cohsm_desc desc;
+    ex_pool_label(options->pool, "build");
     memset(&desc, 0, sizeof desc);
-    desc.parallel_for = ex_pool_run;
-    desc.parallel_user = options->pool;
-    desc.progress = ex_progress;
-    desc.progress_user = label;
+    desc.system.parallel_for = ex_pool_run;
+    desc.system.progress = ex_pool_progress;
+    desc.system.user = options->pool;
     return desc;
 }
 

@@ -1,15 +1,22 @@
 /* sfield_accuracy.c - the shadow of a sphere above a plane, and of a chess piece on it, against rays under the same
-   sky, and where the error comes from, each part as RMSE by the mean of what rays say: projection   visibility by rays,
-   but in the basis (harmonics: cut to 4 bands, under a sky cut alike; wavelets: texels) sampling     visibility of an
-   uncompressed field instead: interpolated between its samples (harmonics: and 8 bits) compression  wavelets: of the
-   field with few of them instead products     sfield_shade instead: with harmonics each product is cut to 4 bands The
-   sky has one lobe, cos^4 for harmonics and cos^64 for wavelets. Points under the middle of the occluder are
+   sky, and where the error comes from, each part as RMSE by the mean of what rays say:
+
+   projection   visibility by rays, but in the basis (harmonics: cut to 4 bands, under a sky cut alike; wavelets:
+                texels)
+   sampling     visibility of an uncompressed field instead: interpolated between its samples (harmonics: and 8 bits)
+   compression  wavelets: of the field with few of them instead
+   products     sfield_shade instead: with harmonics each product is cut to 4 bands
+
+   The sky has one lobe, cos^4 for harmonics and cos^64 for wavelets. Points under the middle of the occluder are
    left out. */
 #include "sfield_scene.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* An entity of no fields that stands at the origin, not tinted. */
+static const sfield_entity upright = { NULL, NULL, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, { 1, 1, 1 }, 0 };
 
 enum { ACROSS = 20, SIDE = 32, TEXELS = 6 * SIDE * SIDE, COEFS = 16, SKY = 128 };
 
@@ -54,7 +61,7 @@ static int open_plane(plane *s, const bn_options *options, double *seconds)
 {
     sfield_desc d = bn_sfield_desc(options);
     sfield_scene_desc scene;
-    sfield_entity e = sfield_entity_default();
+    sfield_entity e = upright;
     sfield_info info;
     double start = ex_seconds();
     memset(&scene, 0, sizeof scene);
@@ -172,7 +179,7 @@ static int check_point(const plane *s, const float p[3], split *out)
     set.count = 1;
     set.positions = p;
     set.normals = up;
-    set.entity = SFIELD_NONE;
+    set.entity = 0;
     set.rgb = rgb;
     if (sfield_shade(s->scene, &set, 1, NULL) != SFIELD_OK)
         return -1;
@@ -193,7 +200,7 @@ static void report(const plane *s, const bn_options *options, const char *occlud
     bn_text("basis", s->haar ? "wavelets" : "harmonics");
     bn_integer("points", e->total.count);
     bn_integer("rays", (uint64_t)s->rays);
-    bn_integer("memory_bytes", sfield_size(s->haar ? s->field : s->whole));
+    bn_integer("memory_bytes", sfield_bytes(s->haar ? s->field : s->whole));
     bn_number("build_seconds", seconds);
     bn_number("deepest", e->least / e->most);
     bn_number("rmse", bn_error_relative(&e->total));
@@ -263,7 +270,7 @@ int bn_sfield_accuracy(const bn_options *options)
 {
     static float positions[3 * 65 * 33];
     static uint32_t indices[6 * 64 * 32];
-    const sfield_mesh sphere = { positions, 65 * 33, 0, indices, 6 * 64 * 32 };
+    const sfield_mesh sphere = { positions, 65 * 33, 0, indices, 6 * 64 * 32, NULL };
     char error[EX_ERROR_SIZE];
     ex_scene chess;
     int result = 0;
@@ -272,7 +279,8 @@ int bn_sfield_accuracy(const bn_options *options)
     make_sphere(positions, indices);
     for (int haar = 0; haar < 2 && result == 0; haar++) {
         const ex_mesh *m = &chess.meshes[3];
-        const sfield_mesh knight = { m->positions, m->vertex_count, 0, m->indices, 3 * (size_t)m->triangle_count };
+        const sfield_mesh knight = { m->positions, m->vertex_count, 0, m->indices,
+                                    3 * (size_t)m->triangle_count, NULL };
         result =
             measure(options, "sphere", &sphere, haar) != 0 || measure(options, "knight", &knight, haar) != 0 ? -1 : 0;
     }

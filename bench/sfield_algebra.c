@@ -1,7 +1,7 @@
 /* sfield_algebra.c - products, rotations and dot products of spherical harmonics a second, on one core, beside plain
    loops in the same run: one vector at a time over the non-zero tensor (i >= j, both halves of the symmetry used) and
    over the blocks of a rotation. 256 vectors, so that everything stays in the first cache levels. */
-#define SHADOWFIELD_STATIC
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "sfield_scene.h"

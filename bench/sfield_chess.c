@@ -12,6 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* An entity of no fields that stands at the origin, not tinted. */
+static const sfield_entity upright = { NULL, NULL, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, { 1, 1, 1 }, 0 };
+
 enum { OBJECTS = 33, MESHES = 7, LAMPS = 4, COLORS = 3, BOARD = 6000, PIECE = 750 };
 
 static const float lamp_radius = 0.03f, lift = 2e-4f;
@@ -35,13 +38,19 @@ static int build_mesh(chess *c, const sfield_desc *d, uint32_t m)
 {
     const ex_mesh *mesh = &c->scene.meshes[m];
     const sfield_mesh input = { mesh->positions, mesh->vertex_count, 0, mesh->indices,
-                                3 * (size_t)mesh->triangle_count };
+                                3 * (size_t)mesh->triangle_count, NULL };
     bn_points *p = &c->points[m];
-    if (bn_points_spread(p, mesh, m ? PIECE : BOARD) != 0 ||
-        sfield_build(d, &input, &c->occlusion[m], NULL) != SFIELD_OK ||
-        sfield_build_self(d, &input, p->positions, p->normals, p->count, lift, &c->self[m], NULL) != SFIELD_OK)
+    sfield_points receivers;
+    if (bn_points_spread(p, mesh, m ? PIECE : BOARD) != 0)
         return -1;
-    c->bytes += sfield_size(c->occlusion[m]) + sfield_size(c->self[m]);
+    memset(&receivers, 0, sizeof receivers);
+    receivers.count = p->count;
+    receivers.positions = p->positions;
+    receivers.normals = p->normals;
+    if (sfield_build(d, &input, &c->occlusion[m], NULL) != SFIELD_OK ||
+        sfield_build_self(d, &input, &receivers, lift, &c->self[m], NULL) != SFIELD_OK)
+        return -1;
+    c->bytes += sfield_bytes(c->occlusion[m]) + sfield_bytes(c->self[m]);
     return 0;
 }
 
@@ -63,7 +72,7 @@ static int build(chess *c, const bn_options *options)
         memcpy(e.radiance, colors[i], sizeof e.radiance);
         if (sfield_build_emitter(&d, &e, &c->source[i], NULL) != SFIELD_OK)
             return -1;
-        c->bytes += sfield_size(c->source[i]);
+        c->bytes += sfield_bytes(c->source[i]);
     }
     c->build_seconds = ex_seconds() - start;
     return 0;
@@ -75,14 +84,14 @@ static int place(chess *c, float pieces, float lamps)
     if (ex_scene_set_time(&c->scene, pieces, error) != 0)
         return -1;
     for (uint32_t i = 0; i < OBJECTS; i++) {
-        c->entities[i] = sfield_entity_default();
+        c->entities[i] = upright;
         c->entities[i].occlusion = c->occlusion[c->scene.objects[i].mesh];
         memcpy(c->entities[i].transform, c->scene.objects[i].transform, sizeof c->entities[i].transform);
     }
     for (int i = 0; i < LAMPS; i++) {
         sfield_entity *e = &c->entities[OBJECTS + i];
         float angle = 0.7f * lamps + 1.5707963f * (float)i;
-        *e = sfield_entity_default();
+        *e = upright;
         e->source = c->source[i % COLORS];
         e->transform[12] = 0.26f * cosf(angle);
         e->transform[13] = 0.22f + 0.02f * (float)i;
@@ -96,8 +105,8 @@ static int open_scene(chess *c, const bn_options *options, float reach)
 {
     sfield_scene_desc d;
     memset(&d, 0, sizeof d);
-    d.parallel_for = ex_pool_run;
-    d.parallel_user = options->pool;
+    d.system.parallel_for = ex_pool_run;
+    d.system.user = options->pool;
     d.reach = c->reach = reach;
     if (sfield_scene_create(&d, &c->field_scene) != SFIELD_OK)
         return -1;
@@ -126,7 +135,7 @@ static int make_sets(chess *c)
         p->count = c->points[m].count;
         p->positions = c->points[m].positions;
         p->normals = c->points[m].normals;
-        p->entity = i;
+        p->entity = i + 1;
         p->self = c->self[m];
         p->rgb = c->rgb + 3 * c->vertices;
         c->vertices += p->count;

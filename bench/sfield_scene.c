@@ -139,7 +139,7 @@ sfield_desc bn_sfield_desc(const bn_options *options)
 {
     sfield_desc d;
     memset(&d, 0, sizeof d);
-    d.parallel_for = ex_pool_run;
-    d.parallel_user = options->pool;
+    d.system.parallel_for = ex_pool_run;
+    d.system.user = options->pool;
     return d;
 }

@@ -8,6 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* An entity of no fields that stands at the origin, not tinted. */
+static const sfield_entity upright = { NULL, NULL, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, { 1, 1, 1 }, 0 };
+
 enum { VERTICES = 73000, ROBOT_VERTICES = 8000, ROBOT_PARTS = 9, SHIPS = 2, SETS = 2, BUDGETS = 4 };
 
 /* Share of the 6 x 32 x 32 coefficients that is kept; the first is the truth. */
@@ -29,7 +32,7 @@ typedef struct ships {
 
 static sfield_mesh mesh_of(const ex_mesh *m)
 {
-    sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * (size_t)m->triangle_count };
+    sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * (size_t)m->triangle_count, NULL };
     return mesh;
 }
 
@@ -66,6 +69,7 @@ static void free_fields(ships *s)
 static int build(ships *s, const bn_options *options, float keep)
 {
     sfield_desc d = bn_sfield_desc(options);
+    sfield_points receivers;
     sfield_mesh ship = mesh_of(&s->scene.meshes[s->scene.objects[ROBOT_PARTS].mesh]), robots;
     sfield_emitter lamp;
     double start = ex_seconds();
@@ -83,13 +87,16 @@ static int build(ships *s, const bn_options *options, float keep)
     d.shells = options->full ? 32 : 8;
     d.position_side = options->full ? 32 : 5;
     d.keep = keep;
+    memset(&receivers, 0, sizeof receivers);
+    receivers.count = s->points[0].count;
+    receivers.positions = s->points[0].positions;
+    receivers.normals = s->points[0].normals;
     free_fields(s);
     if (sfield_build(&d, &ship, &s->ship, NULL) != SFIELD_OK ||
         sfield_build_emitter(&d, &lamp, &s->lamp, NULL) != SFIELD_OK ||
-        sfield_build_self(&d, &robots, s->points[0].positions, s->points[0].normals, s->points[0].count, 2e-3f,
-                          &s->self, NULL) != SFIELD_OK)
+        sfield_build_self(&d, &robots, &receivers, 2e-3f, &s->self, NULL) != SFIELD_OK)
         return -1;
-    s->bytes = sfield_size(s->ship) + sfield_size(s->lamp) + sfield_size(s->self);
+    s->bytes = sfield_bytes(s->ship) + sfield_bytes(s->lamp) + sfield_bytes(s->self);
     s->seconds = ex_seconds() - start;
     return 0;
 }
@@ -111,8 +118,8 @@ static int open_scene(ships *s, const bn_options *options, sfield_product_mode p
     memset(&d, 0, sizeof d);
     d.basis = SFIELD_BASIS_HAAR;
     d.product = product;
-    d.parallel_for = ex_pool_run;
-    d.parallel_user = options->pool;
+    d.system.parallel_for = ex_pool_run;
+    d.system.user = options->pool;
     close_scene(s);
     if (sfield_scene_create(&d, &s->field_scene) != SFIELD_OK ||
         sfield_scene_environment(s->field_scene, s->sky.rgb, s->sky.width, s->sky.height, NULL) != SFIELD_OK)
@@ -123,7 +130,7 @@ static int open_scene(ships *s, const bn_options *options, sfield_product_mode p
         p->count = s->points[i].count;
         p->positions = s->points[i].positions;
         p->normals = s->points[i].normals;
-        p->entity = SFIELD_NONE;
+        p->entity = 0;
         p->self = i == 0 ? s->self : NULL;
         p->rgb = s->rgb + 3 * first;
         first += p->count;
@@ -142,14 +149,14 @@ static int shade(ships *s, float ship_time, float lamp_time, sfield_scene_stats 
         return -1;
     for (int i = 0; i < SHIPS; i++) {
         const float *m = s->scene.objects[ROBOT_PARTS + i].transform;
-        e[i] = sfield_entity_default();
+        e[i] = upright;
         e[i].occlusion = s->ship;
         for (int k = 0; k < 3; k++) {
             e[i].transform[5 * k] = sqrtf(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
             e[i].transform[12 + k] = m[12 + k];
         }
     }
-    e[SHIPS] = sfield_entity_default();
+    e[SHIPS] = upright;
     e[SHIPS].source = s->lamp;
     e[SHIPS].transform[12] = 3 * cosf(0.4f * lamp_time);
     e[SHIPS].transform[13] = 6;

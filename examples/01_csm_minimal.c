@@ -22,7 +22,7 @@ static uint32_t indices[RINGS * SIDES * 6];
 
 static cohsm_mesh make_torus(void)
 {
-    cohsm_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6 };
+    cohsm_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6, NULL };
     uint32_t i, j, k = 0;
     for (i = 0; i < RINGS; i++)
         for (j = 0; j < SIDES; j++) {
@@ -93,11 +93,11 @@ static void make_light(float *directions)
 static float shade(const cohsm_maps *maps, const float *p, const float *n, const float *directions)
 {
     float points[3 * SAMPLES], visible[SAMPLES], sum = 0;
-    cohsm_query query = cohsm_query_default();
+    cohsm_query query = { 0 };
     int i, k;
     for (i = 0; i < SAMPLES; i++)
         for (k = 0; k < 3; k++) points[3 * i + k] = p[k] + 0.01f * n[k];
-    query.points = points;
+    query.positions = points;
     query.count = SAMPLES;
     query.lights = directions;
     if (cohsm_visible(maps, &query, visible, NULL) != COHSM_OK) return 0;

@@ -13,6 +13,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* An entity of no fields that stands at the origin, not tinted. */
+static const sfield_entity upright = { NULL, NULL, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, { 1, 1, 1 }, 0 };
+
 enum { SIZE = 256, RINGS = 40, SIDES = 20 };
 
 static const float pi = 3.14159265f;
@@ -22,7 +25,7 @@ static uint32_t indices[RINGS * SIDES * 6];
 
 static sfield_mesh make_torus(void)
 {
-    sfield_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6 };
+    sfield_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6, NULL };
     uint32_t i, j, k = 0;
     for (i = 0; i < RINGS; i++)
         for (j = 0; j < SIDES; j++) {
@@ -40,7 +43,7 @@ static sfield_mesh make_torus(void)
 /* An instance: turned about the x axis, scaled, moved. */
 static sfield_entity place(const sfield_field *occlusion, float angle, float scale, float x, float y, float z)
 {
-    sfield_entity e = sfield_entity_default();
+    sfield_entity e = upright;
     e.occlusion = occlusion;
     e.transform[0] = scale;
     e.transform[5] = e.transform[10] = scale * cosf(angle);
@@ -95,7 +98,7 @@ int main(int count, char **values)
     points.count = SIZE * SIZE;
     points.positions = floor_points;
     points.normals = normals;
-    points.entity = SFIELD_NONE;
+    points.entity = 0;
     points.rgb = rgb;
     if ((result = sfield_shade(scene, &points, 1, NULL)) != SFIELD_OK) return fail("shade", result);
 

@@ -1,9 +1,12 @@
-/* 03_envshadow_minimal.c - a sky's shadows on a scene that nothing is known of beforehand, with envshadow.h alone.
+/* 03_envshadow_minimal.c - a sky's shadows on a scene that nothing is known of beforehand, with envlights.h and
+   envshadow.h.
 
    cc -O2 03_envshadow_minimal.c -lm -o minimal && ./minimal sky.ppm
 
    A waving ribbon of triangles above a floor, under a sky with a sun. The sky becomes 200 directional lights; each gets
    a shadow map, rendered by the header; then all pixels ask all lights at once. */
+#define ENVLIGHTS_IMPLEMENTATION
+#include "envlights.h"
 #define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"
 
@@ -23,7 +26,8 @@ static void make_sky(void)
     for (uint32_t y = 0; y < SKY_HEIGHT; y++)
         for (uint32_t x = 0; x < SKY_WIDTH; x++) {
             float d[3], *rgb = sky + 3 * (y * SKY_WIDTH + x), glow;
-            envsh_texel_direction(ENVSH_MAP_LATLONG, SKY_WIDTH, SKY_HEIGHT, 0, (float)x + 0.5f, (float)y + 0.5f, d);
+            envlt_texel_direction(ENVLT_PROJECTION_LATLONG, SKY_WIDTH, SKY_HEIGHT, 0,
+                                  (float)x + 0.5f, (float)y + 0.5f, d);
             glow = d[0] * sun[0] + d[1] * sun[1] + d[2] * sun[2];
             glow = glow > 0.995f ? 150.0f : 0.0f;
             rgb[0] = d[1] < 0 ? 0.1f : 0.25f + glow;
@@ -41,7 +45,7 @@ static float ribbon_height(float x, float z, float time) { return 1.0f + 0.35f *
 
 static envsh_mesh make_ribbon(float time)
 {
-    envsh_mesh mesh = { positions, (ALONG + 1) * (ACROSS + 1), 0, indices, 6 * ALONG * ACROSS };
+    envsh_mesh mesh = { positions, (ALONG + 1) * (ACROSS + 1), 0, indices, 6 * ALONG * ACROSS, NULL };
     uint32_t i, j, n = 0;
     for (i = 0; i <= ALONG; i++)
         for (j = 0; j <= ACROSS; j++) {
@@ -90,33 +94,38 @@ int main(int count, char **values)
 {
     static float points[3 * WIDTH * HEIGHT], normals[3 * WIDTH * HEIGHT], light[3 * WIDTH * HEIGHT];
     static int pixel[WIDTH * HEIGHT];           /* which point a pixel shows, plus 1 */
-    envsh_map map = { ENVSH_MAP_LATLONG, SKY_WIDTH, SKY_HEIGHT, sky, 0 };
+    envlt_map map = { ENVLT_PROJECTION_LATLONG, SKY_WIDTH, SKY_HEIGHT, sky, 0 };
     envsh_mesh mesh = make_ribbon(0);
-    envsh_query query = envsh_query_default();
-    envsh_desc desc = { 0 };
-    envsh_lights *lights;
+    envsh_points receivers = { 0 };
+    envlt_desc desc = { 0 };
+    envlt_lights *lights;
     envsh_maps *maps;
-    const envsh_light *list;
-    uint32_t lights_made;
+    const envlt_light *list;
+    envsh_lights all;
     FILE *file = fopen(count > 1 ? values[1] : "sky.ppm", "wb");
 
     if (!file) return fprintf(stderr, "cannot write the picture\n"), 1;
     make_sky();
     desc.light_count = 200;
-    if (envsh_lights_build(&desc, &map, &lights, NULL) != ENVSH_OK) return fprintf(stderr, "no lights\n"), 1;
-    list = envsh_lights_get(lights, &lights_made);
-    if (envsh_maps_create(NULL, lights_made, &maps) != ENVSH_OK) return fprintf(stderr, "no maps\n"), 1;
+    if (envlt_create(&desc, &map, &lights, NULL) != ENVLT_OK) return fprintf(stderr, "no lights\n"), 1;
+    list = envlt_get_lights(lights, &all.count);
+    all.directions = list->direction;
+    all.irradiances = list->irradiance;
+    all.axes_u = list->axis_u;
+    all.axes_v = list->axis_v;
+    all.stride = sizeof *list;
+    if (envsh_maps_create(NULL, all.count, &maps) != ENVSH_OK) return fprintf(stderr, "no maps\n"), 1;
 
     /* What follows is a frame. */
-    envsh_maps_begin(maps, list, lights_made, envsh_bounds_of(&mesh, 1, NULL));
+    envsh_maps_begin(maps, &all, envsh_bounds_of(&mesh, 1, NULL));
     envsh_maps_draw(maps, &mesh, NULL);
     envsh_maps_end(maps);
     for (int i = 0; i < WIDTH * HEIGHT; i++)
-        if (find_surface(i % WIDTH, i / WIDTH, 0, points + 3 * query.count, normals + 3 * query.count))
-            pixel[i] = (int)++query.count;
-    query.points = points;
-    query.normals = normals;
-    if (envsh_shade(maps, &query, light) != ENVSH_OK) return fprintf(stderr, "no light\n"), 1;
+        if (find_surface(i % WIDTH, i / WIDTH, 0, points + 3 * receivers.count, normals + 3 * receivers.count))
+            pixel[i] = (int)++receivers.count;
+    receivers.positions = points;
+    receivers.normals = normals;
+    if (envsh_shade(maps, NULL, &receivers, light) != ENVSH_OK) return fprintf(stderr, "no light\n"), 1;
 
     fprintf(file, "P6 %d %d 255\n", WIDTH, HEIGHT);
     for (int i = 0; i < WIDTH * HEIGHT; i++)
@@ -124,8 +133,8 @@ int main(int count, char **values)
             float L = pixel[i] ? light[3 * (pixel[i] - 1) + c] * 0.6f / 3.14159265f : 0.25f;
             fputc((int)(255 * powf(L < 1 ? L : 1, 1 / 2.2f) + 0.5f), file);
         }
-    printf("%u lights, %u points\n", (unsigned)lights_made, (unsigned)query.count);
+    printf("%u lights, %u points\n", (unsigned)all.count, (unsigned)receivers.count);
     envsh_maps_free(maps);
-    envsh_lights_free(lights);
+    envlt_free(lights);
     return fclose(file) != 0;
 }

@@ -108,7 +108,6 @@ static rsm_map *make_map(void)
 
 int main(int count, char **values)
 {
-    rsm_direct_desc direct = rsm_direct_default();
     rsm_gather_desc gather = { 0 };
     rsm_points points = { 0 };
     rsm_map *map = make_map();
@@ -122,7 +121,7 @@ int main(int count, char **values)
     points.normals = normals;
     gather.samples = 256;
     gather.near_limit = 0.3f;                                /* no bright spots in corners */
-    if (rsm_direct(map, &direct, &points, light) != RSM_OK) return 1;
+    if (rsm_direct(map, NULL, &points, light) != RSM_OK) return 1;
     if (rsm_gather((const rsm_map *const *)&map, 1, &gather, &points, bounce, NULL) != RSM_OK) return 1;
     fprintf(file, "P6 %d %d 255\n", WIDTH, HEIGHT);
     for (i = 0; i < 3 * PIXELS; i++) {

@@ -25,7 +25,7 @@ static ism_mesh make_mesh(void)
 {
     static const uint32_t faces[36] = { 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
                                         2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5 };
-    ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL };
+    ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL, NULL };
     uint32_t b, i, k;
     for (b = 0; b < 2; b++) {
         for (i = 0; i < 8; i++)
@@ -65,10 +65,10 @@ int main(int count, char **values)
     static float positions[3 * WIDTH * HEIGHT], normals[3 * WIDTH * HEIGHT], light[3 * WIDTH * HEIGHT];
     const float eye[3] = { 0, 1.6f, 2.9f }, sun[3] = { 0.1f, -1, -0.05f }, texel = 5.0f * 5.0f / (RSM * RSM);
     ism_mesh mesh = make_mesh();
-    ism_source source = { ISM_SOURCE_SURFACE, RSM, RSM, at, normal, flux, NULL, area, 0, 0, 0 };
-    ism_view view = { positions, normals, NULL, NULL, 0, WIDTH, HEIGHT, { 0 }, 0 };
+    ism_source source = { ISM_SOURCE_SURFACE, RSM, RSM, 0, at, 0, normal, 0, flux, 0, area, 0, NULL, 0 };
+    ism_points view = { 0 };
     ism_frame frame = { &mesh, &source, 1, &view, 0 };
-    ism_shading shading = ism_shading_default();
+    ism_shading shading = { 0 };
     ism_desc desc = { 0 };
     ism_stats stats;
     ism_maps *maps;
@@ -92,13 +92,17 @@ int main(int count, char **values)
             float d[3] = { ((float)x + 0.5f - WIDTH / 2) / HEIGHT, (HEIGHT / 2 - (float)y - 0.5f) / HEIGHT, -0.7f };
             trace(eye, d, positions + 3 * (y * WIDTH + x), normals + 3 * (y * WIDTH + x));
         }
+    view.count = WIDTH * HEIGHT;
+    view.positions = positions;
+    view.normals = normals;
+    view.width = WIDTH;
     desc.vpl_count = 256;
-    desc.points = 4096;
+    desc.surfel_count = 4096;
     shading.pattern = 4;                    /* 16 VPLs a pixel, then a blur over 4 x 4 */
     result = ism_create(&desc, &maps);
     if (result == ISM_OK) result = ism_render(maps, &frame, &shading, light, &stats);
     if (result != ISM_OK) return fprintf(stderr, "%s\n", ism_result_text(result)), 1;
-    printf("%u VPLs, %.0f points, %.1f MB\n", (unsigned)stats.vpls, (double)stats.points,
+    printf("%u VPLs, %.0f points, %.1f MB\n", (unsigned)stats.vpls, (double)stats.surfels,
            (double)stats.peak_bytes * 1e-6);
     file = fopen(count > 1 ? values[1] : "bounce.ppm", "wb");
     if (!file) return fprintf(stderr, "cannot write the picture\n"), 1;

@@ -15,19 +15,26 @@
      rsm          the sun: its bounced light, times the ambient occlusion of the shadow fields; and its direct light
      ism          the spot: rsm.h draws what it sees, ism.h makes 256 virtual lights of that list and shadows for them
 
-   One G-buffer is read by five short shaders, each around one function of gl_backend.h. They share one trick: a pixel
-   takes a 16th of a technique's samples, which 16th depends on its place in a 4 x 4 square, and one filter puts the
-   squares together again. Shadow fields need no samples: they are asked at a quarter of the places. */
+   One G-buffer is read by five short shaders, each around one function of a header of gl_backend/. They share a trick:
+   a pixel takes a 16th of a technique's samples, which 16th depends on its place in a 4 x 4 square, and one filter puts
+   the squares together again. Shadow fields need no samples: they are asked at a quarter of the places. */
 #define CSM_IMPLEMENTATION
 #include "../csm.h"
 #define SHADOWFIELD_IMPLEMENTATION
 #include "../shadowfield.h"
+#define ENVLIGHTS_IMPLEMENTATION
 #define ENVSHADOW_IMPLEMENTATION
+#include "../envlights.h"
 #include "../envshadow.h"
 #define RSM_IMPLEMENTATION
 #include "../rsm.h"
 #define ISM_IMPLEMENTATION
 #include "../ism.h"
+#include "../gl_backend/gl_csm.h"
+#include "../gl_backend/gl_shadowfield.h"
+#include "../gl_backend/gl_envshadow.h"
+#include "../gl_backend/gl_rsm.h"
+#include "../gl_backend/gl_ism.h"
 
 #include "common/common.h"
 #include "common/gl_context.h"
@@ -52,9 +59,14 @@ enum { UNIT = 16 };             /* ours; the techniques' textures are at 0 to 15
 static const char *const names[TECHNIQUES] = { "csm", "shadowfield", "envshadow", "rsm", "ism", "direct" };
 static const float ball_radius = 0.12f, ball_light[3] = { 50, 26, 9 };
 static const float lamp_light[4] = { 170, 150, 120, 0.1f };      /* radiance; radius */
-static const rsm_desc spot = { { RSM_LIGHT_SPOT, { -1.5f, 2.2f, 1.2f }, { 0.8f, -0.48f, -0.36f }, { 0 },
-                                 { 40, 37, 31 }, 0, 0.9f, 0.1f, 8 },
-                               SPOT_SIDE, 0, 0, 0, { { NULL, NULL, NULL }, NULL, NULL, NULL, NULL } };
+static const rsm_desc spot = { .light = { .kind = RSM_LIGHT_SPOT,
+                                          .position = { -1.5f, 2.2f, 1.2f },
+                                          .direction = { 0.8f, -0.48f, -0.36f },
+                                          .value = { 40, 37, 31 },
+                                          .cone_half_angle = 0.45f,
+                                          .near_depth = 0.1f,
+                                          .far_depth = 8 },
+                               .side = SPOT_SIDE };
 static const rsm_light sun = { RSM_LIGHT_SUN, { 0, 1.2f, 0 }, { 0.5f, 0.6f, 0.6245f }, { 0 },
                                { 3.6f, 3.3f, 2.9f }, 3.4f, 0, 0, 0 };
 
@@ -83,12 +95,10 @@ typedef struct app {
     glbk_csm_maps       csm;
     uint32_t            csm_start[KINDS];
     sfield_algebra     *algebra;
-    uint32_t           *terms, term_count;          /* of its product */
-    float              *factors;
-    glbk_sfield_world   world;
-    glbk_sfield_field   field[KINDS + 1];
+    sfield_field       *field[KINDS + 1];           /* the last shines */
+    glbk_sfield_scene   fields_scene;
     /* envshadow */
-    envsh_lights       *sky;
+    envlt_lights       *sky;
     envsh_maps         *sky_fit;
     glbk_envsh_maps     sky_maps;
     /* rsm, ism */
@@ -96,21 +106,24 @@ typedef struct app {
     glbk_rsm_map        sun_map, spot_map;
     void               *spot_memory;                /* of rsm.h's map */
     ism_maps           *ism;
-    ism_point          *points;
+    ism_surfel         *points;
     glbk_ism_maps       ism_maps;
 } app;
 
 static int failed(const char *what, const char *why)
 {
-    return fprintf(stderr, "05_all_in_a_renderer: %s: %s\n", what, why), -1;
+    char error[EX_ERROR_SIZE];
+    snprintf(error, sizeof error, "%s: %s", what, why);
+    ex_complain("05_all_in_a_renderer", error);
+    return -1;
 }
 
-static int gl_ok(app *a, glbk_result result, const char *what)
+static int gl_ok(glbk_result result, const char *what)
 {
-    return result == GLBK_OK ? 0 : failed(what, a->gl.log && a->gl.log[0] ? a->gl.log : glbk_result_text(result));
+    return result == GLBK_OK ? 0 : failed(what, glbk_result_text(result));
 }
 #define TRY(call) do { if ((call) != 0) return -1; } while (0)
-#define GL(call) TRY(gl_ok(a, (call), #call))
+#define GL(call) TRY(gl_ok((call), #call))
 
 /* ---- the scene: king and pawns on a lathe, a block, a cloth, a room of five walls ---- */
 
@@ -202,7 +215,7 @@ static int move(app *a, float time)
         for (uint32_t k = 0; k < 3 * m->triangle_count; k++) a->indices[n++] = v + m->indices[k];
         for (uint32_t k = 0; k < m->vertex_count; k++, v++) {
             v3_store(a->positions + 3 * v, ex_transform_point(o[i].transform, v3_load(m->positions + 3 * k)));
-            v3_store(a->normals + 3 * v, ex_transform_vector(o[i].transform, v3_load(m->normals + 3 * k)));
+            v3_store(a->normals + 3 * v, v3_unit(ex_transform_vector(o[i].transform, v3_load(m->normals + 3 * k))));
         }
     }
     GL(glbk_buffer_update(&a->gl, &a->buffers[0], 0, 12 * v, a->positions));
@@ -277,10 +290,10 @@ static const char geometry_fragment[] =
     "    out_color = vec4(color.rgb, 1.0);\n"
     "}\n";
 
-typedef struct recipe { const char *uses, *vertex, *fragment; } recipe;
+typedef struct recipe { const glbk_part *(*part)(void); const char *uses, *vertex, *fragment; } recipe;
 static const recipe recipes[PROGRAMS] = {
-    [GBUFFER] = { NULL, geometry_vertex, geometry_fragment },
-    [CSM] = { "csm_visible", NULL, HEAD
+    [GBUFFER] = { NULL, NULL, geometry_vertex, geometry_fragment },
+    [CSM] = { glbk_csm_part, "csm_visible", NULL, HEAD
         "uniform vec4 lamp, lamp_light;                          // place; radiance and radius\n"
         "void main()                                             // 32 points of a disc for the sphere, 2 each\n"
         "{\n"
@@ -294,7 +307,7 @@ static const recipe recipes[PROGRAMS] = {
         "    float sine = min(lamp_light.w / distance(lamp.xyz, p), 0.99);\n"
         "    float size = lamp_light.w * sqrt(1.0 - sine * sine);\n"
         "    vec3 centre = lamp.xyz - lamp_light.w * sine * d;\n"
-        "    uint self = s.object < RIGID ? s.object : COHSM_NO_SELF;\n"
+        "    uint self = s.object < RIGID ? s.object + 1u : 0u;         // instances count from 1\n"
         "    for (uint k = 0u; k < 2u; k++) {\n"
         "        float i = float(16u * k + s.set), r = size * sqrt((i + 0.5) / 32.0), angle = 2.39996323 * i;\n"
         "        vec3 from = centre + r * (cos(angle) * u + sin(angle) * v), l = from - p;\n"
@@ -304,7 +317,7 @@ static const recipe recipes[PROGRAMS] = {
         "    }\n"
         "    result = vec4(lamp_light.rgb * result.x * (3.14159265 * size * size / 2.0), 0.0);\n"
         "}\n" },
-    [SHADOWFIELD] = { "sfield_access sfield_field", NULL, HEAD
+    [SHADOWFIELD] = { glbk_sfield_part, "sfield_access sfield_field", NULL, HEAD
         "void main()                                             // smooth already: asked at a quarter of the places\n"
         "{\n"
         "    surface s;\n"
@@ -313,10 +326,10 @@ static const recipe recipes[PROGRAMS] = {
         "    if (!see(ivec2(gl_FragCoord.xy) * 2 * STEP, s)) return;\n"
         "    sfield_cosine(s.n, t);\n"
         "    for (int k = 0; k < SFIELD_COEFS; k++) none[k] = 0.0;\n"
-        "    sfield_sums sums = sfield_shade(s.p, s.n, s.object < RIGID ? s.object : SFIELD_NONE, t, none);\n"
+        "    sfield_sums sums = sfield_shade(s.p, s.n, s.object < RIGID ? s.object + 1u : 0u, t, none);\n"
         "    result = vec4(max(sums.light, vec3(0.0)), clamp(sums.open / (SFIELD_PI * SFIELD_Y00), 0.0, 1.0));\n"
         "}\n" },
-    [ENVSHADOW] = { "envsh_light", NULL, HEAD
+    [ENVSHADOW] = { glbk_envsh_part, "envsh_light", NULL, HEAD
         "void main()                                             // each 16th light\n"
         "{\n"
         "    surface s;\n"
@@ -327,7 +340,7 @@ static const recipe recipes[PROGRAMS] = {
         "    for (uint i = s.set; i < glbk_envsh_scene.range.x; i += 16u)\n"
         "        result.rgb += 16.0 * envsh_irradiance(q, i, i + 1u, s.p, s.n, s.flat_n, number);\n"
         "}\n" },
-    [RSM] = { "rsm_gather", NULL, HEAD
+    [RSM] = { glbk_rsm_part, "rsm_gather", NULL, HEAD
         "void main()                                             // 16 of 256 texels of the sun's map; times openness\n"
         "{\n"
         "    surface s;\n"
@@ -337,14 +350,14 @@ static const recipe recipes[PROGRAMS] = {
         "        result.rgb += rsm_gather_list(rsm_bound(), s.p, s.n, i, i + 1u, false, 0.0);\n"
         "    result.rgb *= 16.0 / RSM_PI * spread(fields_map, 2 * STEP, ivec2(gl_FragCoord.xy) * STEP, s).w;\n"
         "}\n" },
-    [ISM] = { "ism_light", NULL, HEAD
+    [ISM] = { glbk_ism_part, "ism_light", NULL, HEAD
         "void main()\n"
         "{\n"
         "    surface s;\n"
         "    result = vec4(0.0);\n"
         "    if (see_here(s)) result.rgb = ism_light(s.p, s.n, s.flat_n, s.set, 16u).rgb;\n"
         "}\n" },
-    [DIRECT] = { "rsm_direct", NULL, HEAD
+    [DIRECT] = { glbk_rsm_part, "rsm_direct", NULL, HEAD
         "void main()                                             // of every pixel; the bound map's light itself\n"
         "{\n"
         "    surface s;\n"
@@ -353,7 +366,7 @@ static const recipe recipes[PROGRAMS] = {
         "    vec3 color = texelFetch(seen_color, at, 0).rgb / RSM_PI;\n"
         "    if (see(at, s)) result.rgb = color * rsm_direct(rsm_bound(), s.p, s.n, 3, 0.5, 1.0);\n"
         "}\n" },
-    [SMOOTH] = { NULL, NULL, HEAD
+    [SMOOTH] = { NULL, NULL, NULL, HEAD
         "void main()                                             // a window that holds each set once\n"
         "{\n"
         "    ivec2 at = ivec2(gl_FragCoord.xy), size = textureSize(light_map, 0);\n"
@@ -369,7 +382,7 @@ static const recipe recipes[PROGRAMS] = {
         "        }\n"
         "    result = vec4(result.rgb / max(result.w, 1e-6) + spread(fields_map, 2 * STEP, at * STEP, s).rgb, 1.0);\n"
         "}\n" },
-    [COMPOSE] = { NULL, NULL, HEAD
+    [COMPOSE] = { NULL, NULL, NULL, HEAD
         "void main()                                             // to all pixels, with their own colours\n"
         "{\n"
         "    ivec2 at = ivec2(gl_FragCoord.xy);\n"
@@ -378,7 +391,7 @@ static const recipe recipes[PROGRAMS] = {
         "    result = vec4(color, 1.0);                          // lamps, and what lies behind the room\n"
         "    if (see(at, s)) result.rgb *= spread(light_map, STEP, at, s).rgb / 3.14159265;\n"
         "}\n" },
-    [TONE] = { NULL, NULL, HEAD
+    [TONE] = { NULL, NULL, NULL, HEAD
         "void main()\n"
         "{\n"
         "    vec3 light = texelFetch(light_map, ivec2(gl_FragCoord.xy), 0).rgb;\n"
@@ -391,28 +404,22 @@ static const recipe recipes[PROGRAMS] = {
 /* Our shader behind the library's, whose product has its numbers written out: several times as fast as from a table. */
 static char *unroll(const app *a, const char *fragment)
 {
-    const glbk_file *file = glbk_find_file("lib/sfield_shade.glsl");
-    size_t product = glbk_sfield_write_product(a->bands, a->terms, a->factors, a->term_count, NULL, 0);
+    const glbk_file *file = glbk_find_file(glbk_sfield_part(), "lib/sfield_shade.glsl");
+    size_t product = glbk_sfield_write_product(a->algebra, NULL, 0);
     size_t size = product + strlen(fragment);
     char *text;
-    for (uint32_t i = 0; i < file->line_count; i++) size += strlen(file->lines[i]);
+    for (uint32_t i = 0; i < file->text_count; i++) size += strlen(file->texts[i]);
     text = malloc(size);
     if (!text) return NULL;
-    glbk_sfield_write_product(a->bands, a->terms, a->factors, a->term_count, text, product);
-    for (uint32_t i = 0; i < file->line_count; i++) strcat(text, file->lines[i]);
+    glbk_sfield_write_product(a->algebra, text, product);
+    for (uint32_t i = 0; i < file->text_count; i++) strcat(text, file->texts[i]);
     return strcat(text, fragment);
 }
 
-static int make_product(app *a)
+static int make_algebra(app *a)
 {
-    if (sfield_algebra_create(a->bands, NULL, &a->algebra) == SFIELD_OK) {
-        a->term_count = (uint32_t)sfield_sh_terms(a->algebra, NULL, NULL);
-        a->terms = malloc(a->term_count * sizeof *a->terms);
-        a->factors = malloc(a->term_count * sizeof *a->factors);
-    }
-    if (!a->terms || !a->factors) return failed("shadow fields", "out of memory");
-    sfield_sh_terms(a->algebra, a->terms, a->factors);
-    return 0;
+    const sfield_result result = sfield_algebra_create(a->bands, NULL, &a->algebra);
+    return result == SFIELD_OK ? 0 : failed("shadow fields", sfield_result_text(result));
 }
 
 static int make_programs(app *a)
@@ -423,11 +430,12 @@ static int make_programs(app *a)
     char defines[200];
     snprintf(defines, sizeof defines, "STEP=%u RIGID=%uu CASTERS=%uu SFIELD_UNROLLED SFIELD_BANDS=%u ENVSH_FILTER=%d "
              "ENVSH_RGBA=0 ISM_NEAR=3", (unsigned)a->step, (unsigned)RIGID, (unsigned)CASTERS, (unsigned)a->bands,
-             (int)GLBK_ENVSH_FILTER_PENUMBRA);
+             (int)ENVSH_FILTER_PENUMBRA);
     for (int i = 0; i < PROGRAMS; i++) {
         char *unrolled = i == SHADOWFIELD ? unroll(a, recipes[i].fragment) : NULL;
         const recipe *r = &recipes[i];
-        glbk_source source = { r->vertex, unrolled ? unrolled : r->fragment, NULL, r->uses, defines, NULL };
+        glbk_source source = { r->vertex, unrolled ? unrolled : r->fragment, NULL, r->uses, defines, NULL,
+                               { r->part ? r->part() : NULL }, { { 0, 0 } } };
         glbk_result result = glbk_program_compile(&a->gl, &source, &a->programs[i]);
         free(unrolled);
         GL(result);
@@ -509,19 +517,19 @@ static int make_csm(app *a, ex_pool *pool)
     cohsm_result result = COHSM_OK;
     int status = 0;
     desc.domain.side[0] = desc.domain.side[1] = 48;
-    desc.map_size = 64;
+    desc.map_side = 64;
     desc.order = COHSM_ORDER_HILBERT;
-    desc.frame = COHSM_FRAME_POLAR;
-    desc.parallel_for = ex_pool_run;
-    desc.parallel_user = pool;
+    desc.orientation = COHSM_ORIENTATION_POLAR;
+    desc.system.parallel_for = ex_pool_run;
+    desc.system.user = pool;
     for (int i = 0; i < KINDS && result == COHSM_OK; i++) {
         const ex_mesh *m = &a->scene.meshes[a->scene.objects[first_of[i]].mesh];
-        cohsm_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * m->triangle_count };
+        cohsm_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * m->triangle_count, NULL };
         result = cohsm_build(&desc, &mesh, &maps[i], NULL);
-        if (result == COHSM_OK) blocks[i].data = cohsm_data(maps[i], &blocks[i].size);
+        if (result == COHSM_OK) blocks[i].data = cohsm_data(maps[i], &blocks[i].bytes);
     }
     if (result != COHSM_OK) status = failed("csm", cohsm_result_text(result));
-    else status = gl_ok(a, glbk_csm_maps_create(&a->gl, blocks, KINDS, RIGID, a->csm_start, &a->csm), "csm");
+    else status = gl_ok(glbk_csm_maps_create(&a->gl, blocks, KINDS, RIGID, a->csm_start, &a->csm), "csm");
     for (int i = 0; i < KINDS; i++) cohsm_free(maps[i]);
     return status;
 }
@@ -536,11 +544,12 @@ static sfield_result make_fields(app *a, ex_pool *pool, sfield_field **fields)
     desc.cube_side = 8;
     desc.inner = 0.4f;
     desc.outer = 4;
-    desc.parallel_for = ex_pool_run;
-    desc.parallel_user = pool;
+    desc.system.parallel_for = ex_pool_run;
+    desc.system.log = ex_pool_log;
+    desc.system.user = pool;
     for (int i = 0; i < KINDS && result == SFIELD_OK; i++) {
         const ex_mesh *m = &a->scene.meshes[a->scene.objects[first_of[i]].mesh];
-        sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * m->triangle_count };
+        sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * m->triangle_count, NULL };
         result = sfield_build(&desc, &mesh, &fields[i], NULL);
     }
     ball.radius = ball_radius;
@@ -556,48 +565,30 @@ static sfield_result make_fields(app *a, ex_pool *pool, sfield_field **fields)
 static int make_world(app *a, ex_pool *pool)
 {
     static const float dark[3 * SFIELD_MAX_COEFS];       /* a sky: then its open share comes out, too */
-    sfield_field *fields[KINDS + 1] = { NULL };
-    glbk_sfield_file files[KINDS + 1] = { { NULL, 0 } };
-    void *bytes[KINDS + 1] = { NULL };
-    glbk_sfield_desc desc = { 0 };
-    sfield_result result = make_fields(a, pool, fields);
-    int status;
-    for (int i = 0; i < KINDS + 1 && result == SFIELD_OK; i++) {
-        files[i].size = sfield_size(fields[i]);
-        files[i].data = bytes[i] = malloc(files[i].size);
-        result = bytes[i] ? sfield_write(fields[i], bytes[i], files[i].size) : SFIELD_ERR_ALLOC;
-    }
-    if (result == SFIELD_OK) {
-        desc.bands = a->bands;
-        desc.files = files;
-        desc.file_count = KINDS + 1;
-        desc.term_count = a->term_count;
-        desc.terms = a->terms;
-        desc.factors = a->factors;
-        desc.capacity = RIGID + 1;
-        status = gl_ok(a, glbk_sfield_create(&a->gl, &desc, a->field, &a->world), "shadow fields");
-        if (status == 0) status = gl_ok(a, glbk_sfield_sky(&a->gl, &a->world, dark), "shadow fields");
-    } else {
-        status = failed("shadow fields", sfield_result_text(result));
-    }
-    for (int i = 0; i < KINDS + 1; i++) {
-        free(bytes[i]);
-        sfield_free(fields[i]);
-    }
-    return status;
+    const sfield_result result = make_fields(a, pool, a->field);
+    glbk_sfield_scene_desc desc = { 0 };
+    if (result != SFIELD_OK) return failed("shadow fields", sfield_result_text(result));
+    desc.algebra = a->algebra;
+    desc.fields = (const sfield_field *const *)a->field;
+    desc.field_count = KINDS + 1;
+    desc.entity_capacity = RIGID + 1;
+    GL(glbk_sfield_scene_create(&a->gl, &desc, &a->fields_scene));
+    GL(glbk_sfield_scene_sky(&a->gl, &a->fields_scene, dark));
+    return 0;
 }
 
 static int make_sky(app *a)
 {
     static float rgb[3 * 64 * 32];
-    envsh_map map = { ENVSH_MAP_LATLONG, 64, 32, rgb, 0 };
-    envsh_desc desc = { 0 };
+    envlt_map map = { ENVLT_PROJECTION_LATLONG, 64, 32, rgb, 0 };
+    envlt_desc desc = { 0 };
     envsh_maps_desc fit = { 0 };
     glbk_envsh_maps_desc maps = { 0 };
-    envsh_result result;
+    envlt_result result;
+    envsh_result maps_made;
     for (uint32_t i = 0; i < 64 * 32; i++) {                    /* black where no light can come in from */
         float d[3], up;
-        envsh_texel_direction(ENVSH_MAP_LATLONG, 64, 32, 0, (float)(i % 64) + 0.5f, (float)(i / 64) + 0.5f, d);
+        envlt_texel_direction(ENVLT_PROJECTION_LATLONG, 64, 32, 0, (float)(i % 64) + 0.5f, (float)(i / 64) + 0.5f, d);
         up = d[1] > 0 ? 1 - d[1] : 0;
         for (int k = 0; k < 3 && d[2] > 0; k++) {               /* dark ground, pale horizon, blue above */
             float high = 0.3f + 0.25f * (float)k, pale = 0.9f - 0.2f * (float)k;
@@ -606,50 +597,41 @@ static int make_sky(app *a)
     }
     desc.light_count = SKY_LIGHTS;
     fit.no_depth = 1;
-    fit.map_size = maps.map_size = 128;
+    fit.map_side = maps.map_side = 128;
     maps.capacity = SKY_LIGHTS;
-    result = envsh_lights_build(&desc, &map, &a->sky, NULL);
-    if (result == ENVSH_OK) result = envsh_maps_create(&fit, SKY_LIGHTS, &a->sky_fit);
-    if (result != ENVSH_OK) return failed("envshadow", envsh_result_text(result));
+    result = envlt_create(&desc, &map, &a->sky, NULL);
+    if (result != ENVLT_OK) return failed("envlights", envlt_result_text(result));
+    maps_made = envsh_maps_create(&fit, SKY_LIGHTS, &a->sky_fit);
+    if (maps_made != ENVSH_OK) return failed("envshadow", envsh_result_text(maps_made));
     GL(glbk_envsh_maps_create(&a->gl, &maps, &a->sky_maps));
     return 0;
 }
 
-static glbk_rsm_lamp lamp_of(const rsm_light *l)
-{
-    glbk_rsm_lamp to = { (glbk_rsm_kind)l->kind, { 0 }, { 0 }, { 0 }, { 0 }, l->radius, l->cone_angle, l->near_depth,
-                         l->far_depth };
-    memcpy(to.position, l->position, sizeof to.position);
-    memcpy(to.direction, l->direction, sizeof to.direction);
-    memcpy(to.value, l->value, sizeof to.value);
-    return to;
-}
-
 static int make_bounces(app *a)
 {
-    const glbk_rsm_lamp sun_lamp = lamp_of(&sun), spot_lamp = lamp_of(&spot.light);
-    const glbk_rsm_renderer_desc desc = { 4, 4, 0, 0 };         /* its pictures are not used, only its list of lights */
+    const glbk_rsm_renderer_desc desc = { 1, 1, 0, 0, 0 };      /* its pictures are not used, only its list of lights */
     glbk_ism_desc maps = { 0 };
     ism_desc choose = { 0 };
     GL(glbk_rsm_renderer_create(&a->gl, &desc, &a->rsm));
-    GL(glbk_rsm_map_create(&a->gl, &sun_lamp, 512, &a->sun_map));
-    GL(glbk_rsm_map_create(&a->gl, &spot_lamp, SPOT_SIDE, &a->spot_map));
+    GL(glbk_rsm_map_create(&a->gl, &sun, 512, &a->sun_map));
+    GL(glbk_rsm_map_create(&a->gl, &spot.light, SPOT_SIDE, &a->spot_map));
+    choose.system.log = ex_pool_log;                            /* says which value it was, if a call fails */
     choose.vpl_count = maps.vpl_count = VPLS;
-    choose.points = maps.points = 512;
-    choose.tile_size = maps.tile_size = 32;
-    choose.lazy = maps.lazy = 4;
+    choose.surfel_count = maps.points = 512;
+    choose.tile_side = maps.tile_size = 32;
+    choose.lazy_frames = maps.lazy = 4;
     choose.importance = ISM_IMPORTANCE_FLUX;
     choose.spread = ISM_SPREAD_AREA;
     GL(glbk_ism_maps_create(&a->gl, &maps, &a->ism_maps));
     a->points = malloc(VPLS * a->ism_maps.each * sizeof *a->points);
-    a->spot_memory = malloc(rsm_map_size(&spot));
+    a->spot_memory = malloc(rsm_map_bytes(&spot));
     return a->points && a->spot_memory && ism_create(&choose, &a->ism) == ISM_OK ? 0 : failed("ism", "out of memory");
 }
 
 static int make_all(app *a)
 {
     ex_pool *pool = ex_pool_create(0);
-    int bad = !pool || make_scene(a) != 0 || make_product(a) != 0 || make_programs(a) != 0 ||
+    int bad = !pool || make_scene(a) != 0 || make_algebra(a) != 0 || make_programs(a) != 0 ||
               make_pictures(a) != 0 || make_geometry(a) != 0 || make_csm(a, pool) != 0 || make_world(a, pool) != 0 ||
               make_sky(a) != 0 || make_bounces(a) != 0;
     ex_pool_free(pool);
@@ -658,14 +640,14 @@ static int make_all(app *a)
 
 static void free_all(app *a)                    /* objects of GL go with its context */
 {
-    glbk_destroy(&a->gl);
+    glbk_sfield_scene_free(&a->gl, &a->fields_scene);   /* has memory of ours, too */
+    glbk_free(&a->gl);
+    for (int i = 0; i < KINDS + 1; i++) sfield_free(a->field[i]);
     sfield_algebra_free(a->algebra);
     envsh_maps_free(a->sky_fit);
-    envsh_lights_free(a->sky);
+    envlt_free(a->sky);
     ism_free(a->ism);
     free(a->spot_memory);
-    free(a->terms);
-    free(a->factors);
     free(a->points);
     free(a->positions);
     free(a->normals);
@@ -694,11 +676,11 @@ static void draw_range(glbk_context *gl, const range *r)
 static void draw_for_rsm(void *user, glbk_context *gl, glbk_rsm_renderer *rsm)
 {
     const app *a = user;
-    glbk_rsm_surface surface = { { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, { 0 }, 0, NULL, 0 };
+    glbk_surface surface = { 0 };
     gl->gl.BindVertexArray(a->geometry);
     for (uint32_t i = 0; i < a->cast_ranges; i++) {
-        memcpy(surface.albedo, a->ranges[i].color, sizeof surface.albedo);
-        glbk_rsm_object(gl, rsm, &surface);                     /* an error of it comes back from glbk_rsm_map_draw */
+        memcpy(surface.material.diffuse, a->ranges[i].color, sizeof surface.material.diffuse);
+        glbk_rsm_object(gl, rsm, &surface, 0);                  /* an error of it comes back from glbk_rsm_map_draw */
         draw_range(gl, &a->ranges[i]);
     }
 }
@@ -715,37 +697,38 @@ static glbk_result draw_for_sky(void *user, glbk_context *gl, glbk_envsh_maps *m
 
 static int see_from_sun(app *a)
 {
-    static const glbk_rsm_gather_desc by_flux = { GLBK_RSM_PATTERN_FLUX, 256, 0, 0.12f, 0, 0.25f, 0, 0, 0, 0 };
+    static const rsm_gather_desc by_flux = { .samples = 256, .offset = 0.12f, .near_limit = 0.25f };
     glbk_rsm_map *map = &a->sun_map;
     GL(glbk_rsm_map_draw(&a->gl, &a->rsm, map, draw_for_rsm, a));
-    GL(glbk_rsm_gather(&a->gl, &a->rsm, &map, 1, &by_flux, NULL));      /* leaves 256 lights for our shader */
+    GL(glbk_rsm_gather(&a->gl, &a->rsm, NULL, &map, 1, &by_flux));    /* leaves 256 lights for our shader */
     return 0;
 }
 
 static int see_from_sky(app *a)
 {
-    envsh_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices };
+    envsh_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL };
     uint32_t count;
-    const envsh_light *lights = envsh_lights_get(a->sky, &count);
+    const envlt_light *sky = envlt_get_lights(a->sky, &count);
+    envsh_lights lights = { count, sky->direction, sky->irradiance, sky->axis_u, sky->axis_v, sizeof *sky };
     const envsh_view *views;
-    envsh_result result = envsh_maps_begin(a->sky_fit, lights, count, envsh_bounds_of(&mesh, 1, NULL));
+    envsh_result result = envsh_maps_begin(a->sky_fit, &lights, envsh_bounds_of(&mesh, 1, NULL));
     if (result != ENVSH_OK) return failed("envshadow", envsh_result_text(result));
-    views = envsh_maps_views(a->sky_fit, &count);
-    GL(glbk_envsh_maps_render(&a->gl, &a->sky_maps, views, sizeof *views, count, draw_for_sky, a));
+    views = envsh_get_views(a->sky_fit, &count);
+    GL(glbk_envsh_maps_render(&a->gl, &a->sky_maps, views, count, draw_for_sky, a));
     return 0;
 }
 
 /* rsm.h draws the spot's view on the CPU, for ism.h picks lights from it there; their maps are drawn on the GPU. */
 static int see_from_spot(app *a)
 {
-    ism_source source = { ISM_SOURCE_SURFACE, SPOT_SIDE, SPOT_SIDE, NULL, NULL, NULL, NULL, NULL, 0, 0, 0 };
-    ism_view view = { a->positions, a->normals, NULL, NULL, 0, a->vertex_count, 1, { 0 }, 0 };
-    ism_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL, NULL };
+    ism_source source = { ISM_SOURCE_SURFACE, SPOT_SIDE, SPOT_SIDE, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0 };
+    ism_points view = { 0 };
+    ism_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL, NULL, NULL };
     ism_frame frame = { &mesh, &source, 1, &view, a->frame };
     const rsm_texel *texels;
     rsm_map *map;
     rsm_mesh meshes[16];
-    rsm_result seen = rsm_map_init(&spot, a->spot_memory, rsm_map_size(&spot), &map);
+    rsm_result seen = rsm_map_init(&spot, a->spot_memory, rsm_map_bytes(&spot), &map);
     ism_result chosen = ISM_OK;
     memset(meshes, 0, sizeof meshes);
     for (uint32_t i = 0; i < a->cast_ranges; i++) {
@@ -764,7 +747,10 @@ static int see_from_spot(app *a)
     source.normals = texels->normal;
     source.fluxes = texels->flux;
     source.areas = &texels->area;
-    source.stride = source.area_stride = sizeof *texels;
+    source.position_stride = source.normal_stride = source.flux_stride = source.area_stride = sizeof *texels;
+    view.count = a->vertex_count;
+    view.positions = a->positions;
+    view.normals = a->normals;
     chosen = ism_choose(a->ism, &frame);
     if (chosen == ISM_OK) chosen = ism_scatter(a->ism, &frame);
     return chosen == ISM_OK ? 0 : failed("ism", ism_result_text(chosen));
@@ -772,26 +758,15 @@ static int see_from_spot(app *a)
 
 static int send_to_ism(app *a)
 {
-    glbk_ism_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL };
-    glbk_ism_vpl vpls[VPLS];
+    ism_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL, NULL, NULL };
     size_t count;
     const ism_vpl *from = ism_vpls(a->ism, &count);
-    for (size_t i = 0; i < count; i++) {
-        memset(&vpls[i], 0, sizeof vpls[i]);
-        memcpy(vpls[i].position, from[i].position, sizeof vpls[i].position);
-        memcpy(vpls[i].normal, from[i].normal, sizeof vpls[i].normal);
-        memcpy(vpls[i].flux, from[i].flux, sizeof vpls[i].flux);
-        memcpy(vpls[i].axis, from[i].axis, sizeof vpls[i].axis);
-        vpls[i].exponent = from[i].exponent;
-        vpls[i].side = from[i].side;        /* no reach: this program's shader clamps */
-        vpls[i].window = from[i].window;
-    }
-    GL(glbk_ism_vpls_upload(&a->gl, &a->ism_maps, vpls, (uint32_t)count, NULL, 0));
+    GL(glbk_ism_vpls_upload(&a->gl, &a->ism_maps, from, (uint32_t)count, NULL, 0));   /* without near points */
     if (a->frame == 0) GL(glbk_ism_mesh_upload(&a->gl, &a->ism_maps, &mesh));
     else GL(glbk_ism_mesh_move(&a->gl, &a->ism_maps, a->positions, 0));
     for (uint32_t phase = 0; phase < a->ism_maps.desc.lazy; phase++) {  /* a frame renews one phase, the first all */
         if (a->frame != 0 && phase != a->frame % a->ism_maps.desc.lazy) continue;
-        if (ism_phase_points(a->ism, phase, a->points, VPLS * a->ism_maps.each, &count) != ISM_OK)
+        if (ism_phase_surfels(a->ism, phase, a->points, VPLS * a->ism_maps.each, &count) != ISM_OK)
             return failed("ism", "no points");
         GL(glbk_ism_phase(&a->gl, &a->ism_maps, phase, a->points));
     }
@@ -804,8 +779,7 @@ static int place(app *a)
 {
     static const float none[3] = { 1, 1, 1 };
     glbk_csm_instance instances[RIGID];
-    glbk_sfield_entity entities[RIGID + 1];
-    sfield_rotation rotation[RIGID];
+    sfield_entity entities[RIGID + 1];
     memset(entities, 0, sizeof entities);
     for (int i = 0; i <= RIGID; i++) {
         const float *transform = a->scene.objects[i < RIGID ? i : BALL].transform;
@@ -815,14 +789,11 @@ static int place(app *a)
         memcpy(instances[i].transform, transform, sizeof instances[i].transform);
         instances[i].start = a->csm_start[kind_of[i]];
         instances[i].offset = 0;
-        entities[i].occlusion = &a->field[kind_of[i]];
-        if (sfield_sh_rotation(a->algebra, transform, &rotation[i]) != SFIELD_OK)
-            return failed("shadow fields", "a transform");
-        entities[i].rotation = rotation[i].identity ? NULL : rotation[i].block;
+        entities[i].occlusion = a->field[kind_of[i]];
     }
-    entities[RIGID].source = &a->field[KINDS];
+    entities[RIGID].source = a->field[KINDS];
     GL(glbk_csm_maps_place(&a->gl, &a->csm, instances, RIGID));
-    GL(glbk_sfield_place(&a->gl, &a->world, entities, RIGID + 1));
+    GL(glbk_sfield_scene_entities(&a->gl, &a->fields_scene, entities, RIGID + 1));
     return 0;
 }
 
@@ -880,19 +851,19 @@ static int begin(app *a, int program, const glbk_target *to, glbk_blend blend, c
 
 static void bind_technique(app *a, int technique)
 {
-    const glbk_envsh_question question = { GLBK_ENVSH_FILTER_PENUMBRA, 8, 1, 32, 1, 1 };
+    const envsh_query query = { ENVSH_FILTER_PENUMBRA, 8, 32, 1, 1, 1, 0 };
     const glbk_ism_shading shading = { 4, 0, 20, 0.02f, 0, 1, 0 };
     switch (technique) {
     case CSM:
-        glbk_csm_bind(&a->gl, &a->csm);
+        glbk_csm_bind(&a->gl, &a->csm, NULL);
         a->gl.gl.Uniform4fv(uniform(a, CSM, "lamp"), 1, a->scene.objects[LAMP].transform + 12);
         a->gl.gl.Uniform4fv(uniform(a, CSM, "lamp_light"), 1, lamp_light);
         break;
-    case SHADOWFIELD: glbk_sfield_bind(&a->gl, &a->world); break;
-    case ENVSHADOW: glbk_envsh_bind(&a->gl, &a->sky_maps, &question); break;
-    case RSM: glbk_rsm_bind(&a->gl, &a->rsm, &a->sun_map); break;
+    case SHADOWFIELD: glbk_sfield_bind(&a->gl, &a->fields_scene, NULL); break;
+    case ENVSHADOW: glbk_envsh_bind(&a->gl, &a->sky_maps, &query, NULL); break;
+    case RSM: glbk_rsm_bind(&a->gl, &a->rsm, &a->sun_map, NULL); break;
     default:
-        glbk_ism_bind(&a->gl, &a->ism_maps, &shading);
+        glbk_ism_bind(&a->gl, &a->ism_maps, &shading, NULL);
     }
 }
 
@@ -921,7 +892,7 @@ static int light_up(app *a)
     stamp(a, TECHNIQUES + 1);
     for (int i = 0; i < 2 && a->on[DIRECT]; i++) {
         TRY(begin(a, DIRECT, &a->picture_target, GLBK_BLEND_ADD, &a->smooth, &a->fields));
-        glbk_rsm_bind(&a->gl, NULL, maps[i]);
+        glbk_rsm_bind(&a->gl, NULL, maps[i], NULL);
         glbk_draw_screen(&a->gl);
     }
     stamp(a, DIRECT);
@@ -944,7 +915,7 @@ static int draw_frame(app *a, float time)
     stamp(a, ISM);
     TRY(light_up(a));
     a->frame++;
-    return gl_ok(a, glbk_check(&a->gl), "frame");
+    return gl_ok(glbk_check(&a->gl), "frame");
 }
 
 static void print_times(const app *a)
@@ -988,7 +959,7 @@ static int write_picture(app *a, const char *path)
     float *rgba = malloc(16 * (size_t)a->width * a->height);
     int status = rgba && ex_image_alloc(&image, a->width, a->height) == 0 ? 0 : failed(path, "out of memory");
     if (status == 0) {
-        status = gl_ok(a, glbk_target_read(&a->gl, &a->picture_target, 0, 0, 0, a->width, a->height, rgba), path);
+        status = gl_ok(glbk_target_read(&a->gl, &a->picture_target, 0, 0, 0, a->width, a->height, rgba), path);
         for (size_t i = 0; i < (size_t)a->width * a->height; i++) {
             size_t x = i % a->width, y = a->height - 1 - i / a->width;     /* GL's rows go up */
             memcpy(image.rgb + 3 * (y * a->width + x), rgba + 4 * i, 12);
@@ -1047,7 +1018,6 @@ static int run_window(app *a, GLFWwindow *window, float time)
 int main(int count, char **values)
 {
     static app a;
-    static char log[4000];
     char error[EX_ERROR_SIZE];
     options o = { NULL, 1280, 720, 3, 5, -1, 0.8f };
     ex_gl_options context = { 0 };
@@ -1064,17 +1034,16 @@ int main(int count, char **values)
     context.title = "Dapple: all in a renderer";
     gl = o.picture ? ex_gl_create(&context, error) : ex_gl_create_window(&context, error);
     if (!gl) return failed("OpenGL", error), 1;
-    desc.get_proc = ex_gl_get_proc;
+    desc.get_proc_fn = ex_gl_get_proc;
     desc.user = gl;
-    desc.log = log;
-    desc.log_size = sizeof log;
+    desc.system.log = ex_gl_log;
     made = glbk_init(&a.gl, &desc);
     if (made == GLBK_OK && ex_gl_is_software(a.gl.renderer)) {
-        glbk_destroy(&a.gl);        /* which run groups of compute one invocation after the other: ism waits for it */
+        glbk_free(&a.gl);        /* which run groups of compute one invocation after the other: ism waits for it */
         desc.core_only = 1;
         made = glbk_init(&a.gl, &desc);
     }
-    status = made == GLBK_OK ? make_all(&a) : failed("OpenGL", log);
+    status = made == GLBK_OK ? make_all(&a) : failed("OpenGL", glbk_result_text(made));
 #if DAPPLE_HAVE_GLFW
     if (status == 0 && !o.picture) status = run_window(&a, ex_gl_window(gl), o.time);
 #endif

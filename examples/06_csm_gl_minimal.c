@@ -1,13 +1,14 @@
-/* 06_csm_gl_minimal.c - soft shadows in a shader of your own: csm.h builds the maps, gl_backend.h brings them to the
+/* 06_csm_gl_minimal.c - soft shadows in a shader of your own: csm.h builds the maps, gl_csm.h brings them to the
    GPU, and the fragment shader below calls csm_visible() of the library for each of its light samples.
 
    cc -O2 06_csm_gl_minimal.c -lglfw -lm -o csm_gl_minimal && ./csm_gl_minimal           Escape ends it
-   ./csm_gl_minimal picture.ppm                             one picture, no visible window; without a display: xvfb-run
-   -a */
+   ./csm_gl_minimal picture.ppm                  one picture, no visible window; without a display: xvfb-run -a */
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 #define GL_BACKEND_IMPLEMENTATION
-#include "gl_backend.h"
+#define GL_GBUFFER_IMPLEMENTATION
+#define GL_CSM_IMPLEMENTATION
+#include "gl_backend/gl_csm.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -23,7 +24,7 @@ static uint32_t indices[RINGS * SIDES * 6];
 
 static cohsm_mesh make_torus(void)
 {
-    cohsm_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6 };
+    cohsm_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6, NULL };
     uint32_t i, j, k = 0;
     for (i = 0; i < RINGS; i++)
         for (j = 0; j < SIDES; j++) {
@@ -64,16 +65,27 @@ static const char fragment[] =
     "        float r = 0.35 * sqrt((float(i) + 0.5) / 64.0), a = 2.39996323 * float(i) + turn;\n"
     "        vec3 l = normalize(vec3(0.8 * cos(turn) + r * cos(a), 0.9, 0.8 * sin(turn) + r * sin(a)));\n"
     "        float facing = max(dot(n, l), 0.0);\n"
-    "        if (facing > 0.0)                            // instance 0 is the torus\n"
-    "            light += facing * csm_visible(is_torus ? 0u : COHSM_NO_SELF, ask, p + 0.01 * n, l);\n"
+    "        if (facing > 0.0)                            // instance 1 is the torus, 0 none\n"
+    "            light += facing * csm_visible(is_torus ? 1u : 0u, ask, p + 0.01 * n, l);\n"
     "    }\n"
     "    vec3 albedo = is_torus ? vec3(0.9, 0.6, 0.4) : vec3(0.8);\n"
     "    color.rgb = pow(albedo * (0.08 + 0.9 * light / 64.0), vec3(1.0 / 2.2));\n"
     "}\n";
 
-static glbk_proc get_proc(const char *name, void *user) { return (void)user, (glbk_proc)glfwGetProcAddress(name); }
+static glbk_proc_fn get_proc(const char *name, void *user)
+{
+    (void)user;
+    return (glbk_proc_fn)glfwGetProcAddress(name);
+}
 
 static int fail(const char *what, const char *why) { return fprintf(stderr, "%s: %s\n", what, why), 1; }
+
+/* The library says here why a call of it failed. */
+static void say(void *user, const char *message)
+{
+    (void)user;
+    fprintf(stderr, "%s\n", message);
+}
 
 /* A picture is drawn to a target: what a window holds that is not shown is undefined. */
 static glbk_result make_target(glbk_context *gl, glbk_texture *texture, glbk_target *target)
@@ -117,7 +129,6 @@ int main(int count, char **values)
     glbk_target target = { 0 };
     GLFWwindow *window;
     int32_t turn;
-    static char log[2000];
 
     if (!glfwInit()) return fail("GLFW", "there is no display");
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
@@ -134,21 +145,21 @@ int main(int count, char **values)
     glfwMakeContextCurrent(window);
     glfwSwapInterval(1);
 
-    gl_desc.get_proc = get_proc;
-    gl_desc.log = log;
-    gl_desc.log_size = sizeof log;
-    if (glbk_init(&gl, &gl_desc) != GLBK_OK) return fail("OpenGL", log);
+    gl_desc.get_proc_fn = get_proc;
+    gl_desc.system.log = say;
+    if (glbk_init(&gl, &gl_desc) != GLBK_OK) return fail("OpenGL", "it does not work");
     desc.domain.side[0] = desc.domain.side[1] = 64;
     if (cohsm_build(&desc, &mesh, &maps, NULL) != COHSM_OK) return fail("csm", "the maps cannot be built");
-    block.data = cohsm_data(maps, &block.size);
+    block.data = cohsm_data(maps, &block.bytes);
     source.fragment = fragment;
+    source.parts[0] = glbk_csm_part();
     source.uses = "csm_visible";
     source.defines = uploaded.defines;      /* for these maps alone; the first call below writes it */
     if (glbk_csm_maps_create(&gl, &block, 1, 1, &torus.start, &uploaded) != GLBK_OK ||
         glbk_csm_maps_place(&gl, &uploaded, &torus, 1) != GLBK_OK ||
         glbk_program_compile(&gl, &source, &program) != GLBK_OK ||
         (count > 1 && make_target(&gl, &texture, &target) != GLBK_OK))
-        return fail("OpenGL", log);
+        return fail("OpenGL", "it does not work");
     cohsm_free(maps);
 
     turn = gl.gl.GetUniformLocation(program.name, "turn");
@@ -156,19 +167,19 @@ int main(int count, char **values)
     pass.viewport[2] = WIDTH;
     pass.viewport[3] = HEIGHT;
     while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
-        if (glbk_begin(&gl, &pass, &program) != GLBK_OK) return fail("OpenGL", log);
-        glbk_csm_bind(&gl, &uploaded);
+        if (glbk_begin(&gl, &pass, &program) != GLBK_OK) return fail("OpenGL", "it does not work");
+        glbk_csm_bind(&gl, &uploaded, NULL);
         gl.gl.Uniform1f(turn, count > 1 ? 0.6f : (float)glfwGetTime() * 0.5f);
         glbk_draw_screen(&gl);
         if (count > 1) return save(&gl, &target, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }
-    glbk_csm_maps_destroy(&gl, &uploaded);
-    glbk_program_destroy(&gl, &program);
-    glbk_target_destroy(&gl, &target);
-    glbk_texture_destroy(&gl, &texture);
-    glbk_destroy(&gl);
+    glbk_csm_maps_free(&gl, &uploaded);
+    glbk_program_free(&gl, &program);
+    glbk_target_free(&gl, &target);
+    glbk_texture_free(&gl, &texture);
+    glbk_free(&gl);
     glfwTerminate();
     return 0;
 }

@@ -1,11 +1,13 @@
 /* 07_rsm_gl_minimal.c - bounced light on the GPU: a spot turns in a coloured room. Per frame its reflective shadow map
    and the picture's G-buffer are drawn by one function, then direct and bounced light are added by passes of
-   gl_backend.h, whose sum is linear radiance: a short shader makes colours of it.
+   gl_rsm.h, whose sum is linear radiance: a short shader makes colours of it.
 
    cc -O2 07_rsm_gl_minimal.c -lglfw -lm -o rsm_gl_minimal && ./rsm_gl_minimal       Escape ends it
    ./rsm_gl_minimal picture.ppm                                            one picture, no visible window */
 #define GL_BACKEND_IMPLEMENTATION
-#include "gl_backend.h"
+#define GL_GBUFFER_IMPLEMENTATION
+#define GL_RSM_IMPLEMENTATION
+#include "gl_backend/gl_rsm.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -46,16 +48,16 @@ static void make_room(glbk_context *gl)
     gl->gl.VertexAttribPointer(0, 3, GLBK_GL_FLOAT, 0, 0, NULL);
 }
 
-/* Called for the light's view and for ours. */
+/* What the light sees is drawn with a renderer, what we see, into a G-buffer, without. */
 static void draw_room(void *user, glbk_context *gl, glbk_rsm_renderer *r)
 {
     int q, c;
-    (void)user;
     gl->gl.BindVertexArray(room);
     for (q = 0; q < QUADS; q++) {
-        glbk_rsm_surface s = { { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, { 0, 0, 0 }, 0, NULL, 0 };
-        for (c = 0; c < 3; c++) s.albedo[c] = quads[q][9 + c];
-        glbk_rsm_object(gl, r, &s);
+        glbk_surface s = { 0 };
+        for (c = 0; c < 3; c++) s.material.diffuse[c] = quads[q][9 + c];
+        if (r) glbk_rsm_object(gl, r, &s, 0);
+        else glbk_gbuffer_object(gl, user, &s);
         gl->gl.DrawArrays(GLBK_GL_TRIANGLE_STRIP, 4 * q, 4);
     }
 }
@@ -96,7 +98,18 @@ static glbk_result show(glbk_context *gl, glbk_program *program, const canvas *l
 }
 
 static int fail(const char *what, const char *why) { return fprintf(stderr, "%s: %s\n", what, why), 1; }
-static glbk_proc get_proc(const char *name, void *user) { return (void)user, (glbk_proc)glfwGetProcAddress(name); }
+
+/* The library says here why a call of it failed. */
+static void say(void *user, const char *message)
+{
+    (void)user;
+    fprintf(stderr, "%s\n", message);
+}
+static glbk_proc_fn get_proc(const char *name, void *user)
+{
+    (void)user;
+    return (glbk_proc_fn)glfwGetProcAddress(name);
+}
 
 static int save(glbk_context *gl, const glbk_target *target, const char *path)
 {
@@ -113,43 +126,48 @@ static int save(glbk_context *gl, const glbk_target *target, const char *path)
     return fclose(file) != 0;
 }
 
-static glbk_result frame(glbk_context *gl, glbk_rsm_renderer *r, glbk_rsm_map *map, glbk_rsm_lamp *lamp, float angle,
-                         const canvas *light)
+static glbk_result frame(glbk_context *gl, glbk_rsm_renderer *r, glbk_gbuffer *seen, glbk_rsm_map *map,
+                         rsm_light *lamp, float angle, const canvas *light)
 {
     static const float eye[3] = { 0, 1, 4.4f },
                        view[16] = { 2, 0, 0, 0, 0, 2.667f, 0, 0, 0, 0, -1.02f, -1, 0, -2.667f, 4.286f, 4.4f };
-    const glbk_rsm_direct_desc direct = { 3, 0.5f, 1 };
-    const glbk_rsm_gather_desc gather = { GLBK_RSM_PATTERN_FLUX, 400, 0, 0, 0, 0.3f, 0, 1, 0, 0 };
-    const glbk_rsm_grid grid = { 0, 0, 0, 0, 0, 0, 0 };        /* all defaults */
+    rsm_direct_desc direct = { 0 };
+    rsm_gather_desc gather = { 0 };             /* by flux */
     const glbk_pass to_light = {
         &light->target, { 0, 0, 0, 0 }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
     };
     const glbk_rsm_map *lit = map;
     glbk_result result;
+    direct.taps = 3;
+    gather.samples = 400;
+    gather.near_limit = 0.3f;
     lamp->direction[0] = 0.8f * sinf(angle);
     lamp->direction[1] = -0.6f;
     lamp->direction[2] = -0.8f * cosf(angle);
     result = glbk_rsm_map_place(gl, map, lamp);
     if (result == GLBK_OK) result = glbk_rsm_map_draw(gl, r, map, draw_room, NULL);
-    if (result == GLBK_OK) result = glbk_rsm_gbuffer_draw(gl, r, view, eye, draw_room, NULL);
-    if (result == GLBK_OK) result = glbk_rsm_direct(gl, r, &lit, 1, &direct);
-    if (result == GLBK_OK) result = glbk_rsm_gather(gl, r, &map, 1, &gather, &grid);
-    return result == GLBK_OK ? glbk_rsm_resolve(gl, r, &to_light, 1, 1) : result;
+    if (result == GLBK_OK) result = glbk_gbuffer_begin(gl, seen, view, eye);
+    if (result != GLBK_OK) return result;
+    draw_room(seen, gl, NULL);
+    result = glbk_rsm_direct(gl, r, seen, &lit, 1, &direct);
+    if (result == GLBK_OK) result = glbk_rsm_interpolate(gl, r, seen, &map, 1, &gather, NULL);
+    return result == GLBK_OK ? glbk_rsm_resolve(gl, r, seen, &to_light, NULL, 1, 1) : result;
 }
 
 int main(int count, char **values)
 {
-    glbk_rsm_lamp lamp = { GLBK_RSM_SPOT, { 0, 1.9f, 0.9f }, { 0, -1, 0 }, { 0, 0, 0 }, { 9, 9, 9 }, 0, 1, 0.05f, 10 };
-    glbk_rsm_renderer_desc size = { WIDTH, HEIGHT, 1, 0 };
+    rsm_light lamp = { RSM_LIGHT_SPOT, { 0, 1.9f, 0.9f }, { 0, -1, 0 }, { 0, 0, 0 }, { 9, 9, 9 }, 0, 0.5f, 0.05f, 10 };
+    glbk_rsm_renderer_desc size = { WIDTH, HEIGHT, 1, 0, 0 };
     glbk_desc desc = { 0 };
     glbk_context gl;
     glbk_rsm_renderer renderer;
+    glbk_gbuffer_desc view = { WIDTH, HEIGHT, { 0, 0, 0, 0 }, NULL };
+    glbk_gbuffer seen;
     glbk_rsm_map map;
-    glbk_source source = { NULL, tone, NULL, "base_bindings", NULL, NULL };
+    glbk_source source = { NULL, tone, NULL, "base_bindings", NULL, NULL, { NULL }, { { 0, 0 } } };
     glbk_program program;
     canvas light, picture;
     GLFWwindow *window;
-    static char log[2000];
 
     if (!glfwInit()) return fail("GLFW", "there is no display");
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
@@ -165,32 +183,34 @@ int main(int count, char **values)
     if (!window) return fail("GLFW", "no OpenGL 3.3");
     glfwMakeContextCurrent(window);
     glfwSwapInterval(1);
-    desc.get_proc = get_proc;
-    desc.log = log;
-    desc.log_size = sizeof log;
+    desc.get_proc_fn = get_proc;
+    desc.system.log = say;
     if (glbk_init(&gl, &desc) != GLBK_OK || glbk_rsm_renderer_create(&gl, &size, &renderer) != GLBK_OK ||
+        glbk_gbuffer_create(&gl, &view, &seen) != GLBK_OK ||
         glbk_rsm_map_create(&gl, &lamp, 256, &map) != GLBK_OK ||
         glbk_program_compile(&gl, &source, &program) != GLBK_OK ||
         make_canvas(&gl, GLBK_FORMAT_COLOR, &light) != GLBK_OK ||
         make_canvas(&gl, GLBK_FORMAT_RGBA8, &picture) != GLBK_OK)
-        return fail("OpenGL", log);
+        return fail("OpenGL", "it does not work");
     make_room(&gl);
     while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
-        if (frame(&gl, &renderer, &map, &lamp, count > 1 ? -0.6f : sinf((float)glfwGetTime()), &light) != GLBK_OK ||
+        const float angle = count > 1 ? -0.6f : sinf((float)glfwGetTime());
+        if (frame(&gl, &renderer, &seen, &map, &lamp, angle, &light) != GLBK_OK ||
             show(&gl, &program, &light, count > 1 ? &picture.target : NULL) != GLBK_OK)
-            return fail("OpenGL", log);
+            return fail("OpenGL", "it does not work");
         if (count > 1) return save(&gl, &picture.target, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }
-    glbk_target_destroy(&gl, &picture.target);
-    glbk_texture_destroy(&gl, &picture.texture);
-    glbk_target_destroy(&gl, &light.target);
-    glbk_texture_destroy(&gl, &light.texture);
-    glbk_program_destroy(&gl, &program);
-    glbk_rsm_map_destroy(&gl, &map);
-    glbk_rsm_renderer_destroy(&gl, &renderer);
-    glbk_destroy(&gl);
+    glbk_target_free(&gl, &picture.target);
+    glbk_texture_free(&gl, &picture.texture);
+    glbk_target_free(&gl, &light.target);
+    glbk_texture_free(&gl, &light.texture);
+    glbk_program_free(&gl, &program);
+    glbk_rsm_map_free(&gl, &map);
+    glbk_rsm_renderer_free(&gl, &renderer);
+    glbk_gbuffer_free(&gl, &seen);
+    glbk_free(&gl);
     glfwTerminate();
     return 0;
 }

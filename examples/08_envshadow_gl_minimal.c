@@ -1,12 +1,17 @@
-/* 08_envshadow_gl_minimal.c - the shadows of a whole sky in a shader of your own: envshadow.h turns the sky into 100
-   lights, gl_backend.h draws a shadow map for each, and the fragment shader below asks all of them by envsh_light().
+/* 08_envshadow_gl_minimal.c - the shadows of a whole sky in a shader of your own: envlights.h turns the sky into 100
+   lights, envshadow.h fits a map to each, gl_envshadow.h draws the maps, and the fragment shader below asks all of them
+   by envsh_light().
 
    cc -O2 08_envshadow_gl_minimal.c -lglfw -lm -o envshadow_gl_minimal && ./envshadow_gl_minimal     Escape ends it
    ./envshadow_gl_minimal picture.ppm               one picture, no visible window; without a display: xvfb-run -a */
+#define ENVLIGHTS_IMPLEMENTATION
+#include "envlights.h"
 #define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"
 #define GL_BACKEND_IMPLEMENTATION
-#include "gl_backend.h"
+#define GL_ENVSHADOW_IMPLEMENTATION
+#define GL_GBUFFER_IMPLEMENTATION
+#include "gl_backend/gl_envshadow.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -23,7 +28,7 @@ static float positions[CORNERS * 3];
 static envsh_mesh make_torus(void)
 {
     static const int at[6][2] = { { 0, 0 }, { 0, 1 }, { 1, 1 }, { 0, 0 }, { 1, 1 }, { 1, 0 } };
-    envsh_mesh mesh = { positions, CORNERS, 0, NULL, 0 };
+    envsh_mesh mesh = { positions, CORNERS, 0, NULL, 0, NULL };
     float *p = positions;
     int i, j, k;
     for (i = 0; i < RINGS; i++)
@@ -39,22 +44,23 @@ static envsh_mesh make_torus(void)
 
 /* ---- the sky: blue, with a low sun ---- */
 
-static envsh_lights *make_lights(void)
+static envlt_lights *make_lights(void)
 {
     static float sky[3 * 128 * 64];
-    envsh_map map = { ENVSH_MAP_LATLONG, 128, 64, sky, 0 };
-    envsh_desc desc = { 0 };
-    envsh_lights *lights = NULL;
+    envlt_map map = { ENVLT_PROJECTION_LATLONG, 128, 64, sky, 0 };
+    envlt_desc desc = { 0 };
+    envlt_lights *lights = NULL;
     for (uint32_t i = 0; i < 128 * 64; i++) {
         float d[3], *rgb = sky + 3 * i, glow;
-        envsh_texel_direction(ENVSH_MAP_LATLONG, 128, 64, 0, (float)(i % 128) + 0.5f, (float)(i / 128) + 0.5f, d);
+        envlt_texel_direction(ENVLT_PROJECTION_LATLONG, 128, 64, 0,
+                              (float)(i % 128) + 0.5f, (float)(i / 128) + 0.5f, d);
         glow = 0.55f * d[0] + 0.62f * d[1] + 0.56f * d[2] > 0.995f ? 60.0f : 0.0f;
         rgb[0] = d[1] < 0 ? 0.1f : 0.3f + glow;
         rgb[1] = d[1] < 0 ? 0.1f : 0.4f + 0.9f * glow;
         rgb[2] = d[1] < 0 ? 0.1f : 0.6f + 0.7f * glow;
     }
     desc.light_count = LIGHTS;
-    envsh_lights_build(&desc, &map, &lights, NULL);
+    envlt_create(&desc, &map, &lights, NULL);
     return lights;
 }
 
@@ -99,34 +105,45 @@ static glbk_result draw(void *user, glbk_context *gl, glbk_envsh_maps *maps, uin
 }
 
 static glbk_result frame(glbk_context *gl, envsh_maps *layout, glbk_envsh_maps *maps, glbk_program *program,
-                         const envsh_mesh *mesh, const envsh_lights *lights, float angle, const glbk_target *target)
+                         const envsh_mesh *mesh, const envlt_lights *lights, float angle, const glbk_target *target)
 {
-    const glbk_envsh_question question = { GLBK_ENVSH_FILTER_PENUMBRA, 16, 0, 12, 1, 1 };
+    const envsh_query query = { ENVSH_FILTER_PENUMBRA, 0, 0, 0, 0, 0, 0 };
     const glbk_pass screen = {
         target, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
     };
-    const envsh_light *list;
     const envsh_view *views;
     uint32_t count;
+    const envlt_light *list = envlt_get_lights(lights, &count);
+    envsh_lights all = { count, list->direction, list->irradiance, list->axis_u, list->axis_v, sizeof *list };
     glbk_result result;
     world[5] = world[10] = cosf(angle);
     world[6] = sinf(angle);
     world[9] = -world[6];
-    list = envsh_lights_get(lights, &count);
-    envsh_maps_begin(layout, list, count, envsh_bounds_of(mesh, 1, world));
-    views = envsh_maps_views(layout, &count);
-    result = glbk_envsh_maps_render(gl, maps, views, sizeof *views, count, draw, NULL);
+    envsh_maps_begin(layout, &all, envsh_bounds_of(mesh, 1, world));
+    views = envsh_get_views(layout, &count);
+    result = glbk_envsh_maps_render(gl, maps, views, count, draw, NULL);
     gl->gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, 0);         /* the window: the maps have bound others */
     if (result == GLBK_OK) result = glbk_begin(gl, &screen, program);
-    if (result == GLBK_OK) result = glbk_envsh_bind(gl, maps, &question);
+    if (result == GLBK_OK) result = glbk_envsh_bind(gl, maps, &query, NULL);
     if (result != GLBK_OK) return result;
     gl->gl.Uniform1f(turn, angle);
     glbk_draw_screen(gl);
     return GLBK_OK;
 }
 
-static glbk_proc get_proc(const char *name, void *user) { return (void)user, (glbk_proc)glfwGetProcAddress(name); }
+static glbk_proc_fn get_proc(const char *name, void *user)
+{
+    (void)user;
+    return (glbk_proc_fn)glfwGetProcAddress(name);
+}
 static int fail(const char *what, const char *why) { return fprintf(stderr, "%s: %s\n", what, why), 1; }
+
+/* The library says here why a call of it failed. */
+static void say(void *user, const char *message)
+{
+    (void)user;
+    fprintf(stderr, "%s\n", message);
+}
 
 /* A picture is drawn to a target: what a window holds that is not shown is undefined. */
 static glbk_result make_target(glbk_context *gl, glbk_texture *texture, glbk_target *target)
@@ -156,22 +173,22 @@ static int save(glbk_context *gl, const glbk_target *target, const char *path)
 int main(int count, char **values)
 {
     envsh_mesh mesh = make_torus();
-    envsh_lights *lights = make_lights();
+    envlt_lights *lights = make_lights();
     envsh_maps_desc layout_desc = { 0 };
     envsh_maps *layout;
     glbk_envsh_maps_desc maps_desc = { LIGHTS, MAP, 0, 0, NULL, NULL };
     glbk_envsh_maps maps;
     glbk_desc desc = { 0 };
     glbk_context gl;
-    glbk_source source = { NULL, fragment, NULL, "envsh_light", "ENVSH_FILTER=3 ENVSH_RGBA=0", NULL };
+    glbk_source source = { NULL, fragment, NULL, "envsh_light", "ENVSH_FILTER=4 ENVSH_RGBA=0", NULL,
+                           { glbk_envsh_part() }, { { 0, 0 } } };
     glbk_program program;
     glbk_buffer buffer;
     glbk_texture texture = { 0 };
     glbk_target target = { 0 };
     GLFWwindow *window;
-    static char log[2000];
 
-    layout_desc.map_size = MAP;
+    layout_desc.map_side = MAP;
     layout_desc.no_depth = 1;           /* the GPU has it */
     if (!lights || envsh_maps_create(&layout_desc, LIGHTS, &layout) != ENVSH_OK) return fail("envshadow", "no lights");
     if (!glfwInit()) return fail("GLFW", "there is no display");
@@ -188,14 +205,13 @@ int main(int count, char **values)
     if (!window) return fail("GLFW", "no OpenGL 3.3");
     glfwMakeContextCurrent(window);
     glfwSwapInterval(1);
-    desc.get_proc = get_proc;
-    desc.log = log;
-    desc.log_size = sizeof log;
+    desc.get_proc_fn = get_proc;
+    desc.system.log = say;
     if (glbk_init(&gl, &desc) != GLBK_OK || glbk_envsh_maps_create(&gl, &maps_desc, &maps) != GLBK_OK ||
         glbk_program_compile(&gl, &source, &program) != GLBK_OK ||
         glbk_buffer_create(&gl, sizeof positions, positions, &buffer) != GLBK_OK ||
         (count > 1 && make_target(&gl, &texture, &target) != GLBK_OK))
-        return fail("OpenGL", log);
+        return fail("OpenGL", "it does not work");
     turn = gl.gl.GetUniformLocation(program.name, "turn");
     gl.gl.GenVertexArrays(1, &vertex_array);
     gl.gl.BindVertexArray(vertex_array);
@@ -206,19 +222,19 @@ int main(int count, char **values)
     while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
         if (frame(&gl, layout, &maps, &program, &mesh, lights, count > 1 ? 0.9f : (float)glfwGetTime(),
                   count > 1 ? &target : NULL) != GLBK_OK)
-            return fail("OpenGL", log);
+            return fail("OpenGL", "it does not work");
         if (count > 1) return save(&gl, &target, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }
-    glbk_buffer_destroy(&gl, &buffer);
-    glbk_program_destroy(&gl, &program);
-    glbk_target_destroy(&gl, &target);
-    glbk_texture_destroy(&gl, &texture);
-    glbk_envsh_maps_destroy(&gl, &maps);
-    glbk_destroy(&gl);
+    glbk_buffer_free(&gl, &buffer);
+    glbk_program_free(&gl, &program);
+    glbk_target_free(&gl, &target);
+    glbk_texture_free(&gl, &texture);
+    glbk_envsh_maps_free(&gl, &maps);
+    glbk_free(&gl);
     envsh_maps_free(layout);
-    envsh_lights_free(lights);
+    envlt_free(lights);
     glfwTerminate();
     return 0;
 }

@@ -1,13 +1,15 @@
 /* 09_shadowfield_gl_minimal.c - soft shadows of moving objects from a moving lamp in a shader of your own:
-   shadowfield.h computes a field of the object and one of the lamp, once; gl_backend.h brings both to the GPU, and the
-   fragment shader below asks for light by sfield_shade().
+   shadowfield.h computes a field of the object and one of the lamp, once; gl_shadowfield.h brings both to the GPU, and
+   the fragment shader below asks for light by sfield_shade().
 
    cc -O2 09_shadowfield_gl_minimal.c -lglfw -lm -o shadowfield_gl_minimal && ./shadowfield_gl_minimal   Escape ends it
    ./shadowfield_gl_minimal picture.ppm             one picture, no visible window; without a display: xvfb-run -a */
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #define GL_BACKEND_IMPLEMENTATION
-#include "gl_backend.h"
+#define GL_GBUFFER_IMPLEMENTATION
+#define GL_SHADOWFIELD_IMPLEMENTATION
+#include "gl_backend/gl_shadowfield.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -24,7 +26,7 @@ static sfield_field *make_torus(void)
 {
     static float    positions[RINGS * SIDES * 3];
     static uint32_t indices[RINGS * SIDES * 6];
-    sfield_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6 };
+    sfield_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6, NULL };
     sfield_desc desc;
     sfield_field *field = NULL;
     uint32_t i, j, k = 0;
@@ -53,27 +55,6 @@ static sfield_field *make_lamp(void)
     return field;
 }
 
-/* The GPU takes a field as the bytes of its file, and the product of two functions as a list of terms. */
-static glbk_result upload(glbk_context *gl, sfield_field **fields, const sfield_algebra *algebra,
-                          glbk_sfield_field *named, glbk_sfield_world *world)
-{
-    static uint32_t terms[1000];
-    static float    factors[1000];
-    glbk_sfield_file files[2];
-    glbk_sfield_desc desc = { BANDS, files, 2, terms, factors, 0, TORI + 1, 0 };
-    glbk_result result;
-    int i;
-    desc.term_count = (uint32_t)sfield_sh_terms(algebra, terms, factors);   /* 163 of 4 bands */
-    for (i = 0; i < 2; i++) {
-        files[i].size = sfield_size(fields[i]);
-        files[i].data = malloc(files[i].size);
-        if (files[i].data) sfield_write(fields[i], (void *)(size_t)files[i].data, files[i].size);
-    }
-    result = files[0].data && files[1].data ? glbk_sfield_create(gl, &desc, named, world) : GLBK_ERR_ALLOC;
-    for (i = 0; i < 2; i++) free((void *)(size_t)files[i].data);
-    return result;
-}
-
 /* ---- a renderer of our own: it marches along the ray of a pixel ---- */
 
 static const char fragment[] =
@@ -86,41 +67,40 @@ static const char fragment[] =
     "    vec3 ray = normalize(vec3((gl_FragCoord.x - 320.0) / 400.0, gl_FragCoord.y / 400.0 - 1.05, -1.2));\n"
     "    vec3 p = vec3(0.0, 4.5, 8.0), n = vec3(0.0, 1.0, 0.0), q;\n"
     "    float d = 1.0, t[SFIELD_COEFS];\n"
-    "    uint entity = 0xffffffffu;                      // GLBK_SFIELD_NONE: the floor\n"
+    "    uint entity = 0u;                               // that is hit, from 1; 0: the floor\n"
     "    for (int i = 0; i < 200 && d > 1e-3; i++) {\n"
     "        d = p.y;\n"
-    "        entity = 0xffffffffu;\n"
+    "        entity = 0u;\n"
     "        for (uint k = 0u; k < 3u; k++) {\n"
     "            float near = torus(about_x(p - tori[k].xyz, -tori[k].w));\n"
-    "            if (near < d) entity = k;\n"
+    "            if (near < d) entity = k + 1u;\n"
     "            d = min(d, near);\n"
     "        }\n"
     "        p += d * ray;\n"
     "    }\n"
     "    color = vec4(0.02, 0.03, 0.05, 1.0);\n"
     "    if (d > 1e-3) return;\n"
-    "    if (entity < 3u) {\n"
-    "        q = about_x(p - tori[entity].xyz, -tori[entity].w);\n"
-    "        n = about_x(normalize(q - vec3(normalize(q.xz), 0.0).xzy), tori[entity].w);\n"
+    "    if (entity > 0u) {\n"
+    "        q = about_x(p - tori[entity - 1u].xyz, -tori[entity - 1u].w);\n"
+    "        n = about_x(normalize(q - vec3(normalize(q.xz), 0.0).xzy), tori[entity - 1u].w);\n"
     "    }\n"
     "    sfield_cosine(n, t);                            // sfield_self has visibility by the object itself, too\n"
     "    sfield_sums sums = sfield_shade(p, n, entity, t, t);\n"
     "    vec3 light = max(sums.light, 0.0) / 3.14159 + 0.02;\n"
-    "    color.rgb = pow((entity < 3u ? vec3(0.9, 0.6, 0.4) : vec3(0.8)) * light, vec3(1.0 / 2.2));\n"
+    "    color.rgb = pow((entity > 0u ? vec3(0.9, 0.6, 0.4) : vec3(0.8)) * light, vec3(1.0 / 2.2));\n"
     "}\n";
 
 static int32_t tori_at;                         /* location of the uniform */
 
 /* Three tori that tumble, and the lamp that circles over them. */
-static glbk_result frame(glbk_context *gl, const glbk_sfield_field *named, const sfield_algebra *algebra,
-                         glbk_sfield_world *world, glbk_program *program, float time, const glbk_target *target)
+static glbk_result frame(glbk_context *gl, sfield_field *const *fields, glbk_sfield_scene *scene,
+                         glbk_program *program, float time, const glbk_target *target)
 {
     static const float places[TORI][3] = { { -2.2f, 1.6f, 0.4f }, { 1.8f, 1.7f, -1.5f }, { 0.8f, 1.5f, 2 } };
     const glbk_pass screen = {
         target, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
     };
-    static sfield_rotation rotations[TORI];
-    glbk_sfield_entity entities[TORI + 1];
+    sfield_entity entities[TORI + 1];
     float tori[TORI][4];
     glbk_result result;
     int i;
@@ -134,26 +114,35 @@ static glbk_result frame(glbk_context *gl, const glbk_sfield_field *named, const
         m[9] = -sinf(a);
         memcpy(m + 12, i < TORI ? places[i] : (float[3]) { 4 * cosf(time), 5, 4 * sinf(time) }, 3 * sizeof *m);
         entities[i].tint[0] = entities[i].tint[1] = entities[i].tint[2] = 1;
-        if (i == TORI) entities[i].source = &named[1];
+        if (i == TORI) entities[i].source = fields[1];
         else {
             memcpy(tori[i], places[i], sizeof places[i]);
             tori[i][3] = a;
-            sfield_sh_rotation(algebra, m, &rotations[i]);
-            entities[i].occlusion = &named[0];
-            entities[i].rotation = rotations[i].block;
+            entities[i].occlusion = fields[0];
         }
     }
-    result = glbk_sfield_place(gl, world, entities, TORI + 1);
+    result = glbk_sfield_scene_entities(gl, scene, entities, TORI + 1);
     if (result == GLBK_OK) result = glbk_begin(gl, &screen, program);
     if (result != GLBK_OK) return result;
-    glbk_sfield_bind(gl, world);
+    glbk_sfield_bind(gl, scene, NULL);
     gl->gl.Uniform4fv(tori_at, TORI, tori[0]);
     glbk_draw_screen(gl);
     return GLBK_OK;
 }
 
-static glbk_proc get_proc(const char *name, void *user) { return (void)user, (glbk_proc)glfwGetProcAddress(name); }
+static glbk_proc_fn get_proc(const char *name, void *user)
+{
+    (void)user;
+    return (glbk_proc_fn)glfwGetProcAddress(name);
+}
 static int fail(const char *what, const char *why) { return fprintf(stderr, "%s: %s\n", what, why), 1; }
+
+/* The library says here why a call of it failed. */
+static void say(void *user, const char *message)
+{
+    (void)user;
+    fprintf(stderr, "%s\n", message);
+}
 
 /* A picture is drawn to a target: what a window holds that is not shown is undefined. */
 static glbk_result make_target(glbk_context *gl, glbk_texture *texture, glbk_target *target)
@@ -186,17 +175,18 @@ int main(int count, char **values)
     sfield_algebra *algebra;
     glbk_desc desc = { 0 };
     glbk_context gl;
-    glbk_sfield_field named[2];
-    glbk_sfield_world world;
-    glbk_source source = { NULL, fragment, NULL, "sfield_shade", "SFIELD_BANDS=4", NULL };
+    glbk_sfield_scene_desc up = { NULL, (const sfield_field *const *)fields, 2, TORI + 1, 0 };
+    glbk_sfield_scene scene;
+    glbk_source source = { NULL, fragment, NULL, "sfield_shade", "SFIELD_BANDS=4", NULL, { glbk_sfield_part() },
+                           { { 0, 0 } } };
     glbk_program program;
     glbk_texture texture = { 0 };
     glbk_target target = { 0 };
     GLFWwindow *window;
-    static char log[2000];
 
     if (!fields[0] || !fields[1] || sfield_algebra_create(BANDS, NULL, &algebra) != SFIELD_OK)
         return fail("shadowfield", "a field cannot be built");
+    up.algebra = algebra;                       /* tables that the GPU's product is made from, and rotations */
     if (!glfwInit()) return fail("GLFW", "there is no display");
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
@@ -211,31 +201,30 @@ int main(int count, char **values)
     if (!window) return fail("GLFW", "no OpenGL 3.3");
     glfwMakeContextCurrent(window);
     glfwSwapInterval(1);
-    desc.get_proc = get_proc;
-    desc.log = log;
-    desc.log_size = sizeof log;
-    if (glbk_init(&gl, &desc) != GLBK_OK || upload(&gl, fields, algebra, named, &world) != GLBK_OK ||
+    desc.get_proc_fn = get_proc;
+    desc.system.log = say;
+    if (glbk_init(&gl, &desc) != GLBK_OK || glbk_sfield_scene_create(&gl, &up, &scene) != GLBK_OK ||
         glbk_program_compile(&gl, &source, &program) != GLBK_OK ||
         (count > 1 && make_target(&gl, &texture, &target) != GLBK_OK))
-        return fail("OpenGL", log);
+        return fail("OpenGL", "it does not work");
     tori_at = gl.gl.GetUniformLocation(program.name, "tori");
-    sfield_free(fields[0]);
-    sfield_free(fields[1]);
 
     while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
-        if (frame(&gl, named, algebra, &world, &program, count > 1 ? 0.7f : (float)glfwGetTime(),
+        if (frame(&gl, fields, &scene, &program, count > 1 ? 0.7f : (float)glfwGetTime(),
                   count > 1 ? &target : NULL) != GLBK_OK)
-            return fail("OpenGL", log);
+            return fail("OpenGL", "it does not work");
         if (count > 1) return save(&gl, &target, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }
+    glbk_sfield_scene_free(&gl, &scene);
     sfield_algebra_free(algebra);
-    glbk_sfield_destroy(&gl, &world);
-    glbk_program_destroy(&gl, &program);
-    glbk_target_destroy(&gl, &target);
-    glbk_texture_destroy(&gl, &texture);
-    glbk_destroy(&gl);
+    sfield_free(fields[0]);
+    sfield_free(fields[1]);
+    glbk_program_free(&gl, &program);
+    glbk_target_free(&gl, &target);
+    glbk_texture_free(&gl, &texture);
+    glbk_free(&gl);
     glfwTerminate();
     return 0;
 }

@@ -1,5 +1,5 @@
 /* 10_ism_gl_minimal.c - bounced light with moving shadows in a shader of your own: ism.h chooses 256 virtual point
-   lights and the points of their shadow maps, gl_backend.h draws these maps, and the fragment shader below sums all
+   lights and the points of their shadow maps, gl_ism.h draws these maps, and the fragment shader below sums all
    lights by ism_light().
 
    cc -O2 10_ism_gl_minimal.c -lglfw -lm -o ism_gl_minimal && ./ism_gl_minimal                     Escape ends it
@@ -7,7 +7,8 @@
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 #define GL_BACKEND_IMPLEMENTATION
-#include "gl_backend.h"
+#define GL_ISM_IMPLEMENTATION
+#include "gl_backend/gl_ism.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -27,7 +28,7 @@ static ism_mesh make_mesh(float time)
 {
     static const uint32_t faces[36] = { 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
                                         2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5 };
-    ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL };
+    ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL, NULL };
     uint32_t b, i, k;
     boxes[1][0][0] = -0.8f + sinf(time);
     boxes[1][1][0] = 0.8f + sinf(time);
@@ -86,34 +87,22 @@ static const char fragment[] =
 
 static int prepare(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, const ism_frame *frame)
 {
-    static ism_point    points[VPLS * (POINTS / LAZY)];
-    static glbk_ism_vpl vpls[VPLS];
+    static ism_surfel points[VPLS * (POINTS / LAZY)];
     const ism_near_point *near_points;
     const ism_vpl *chosen;
-    float center[3], radius;
-    size_t n, i, near_count;
+    ism_info info;
+    size_t n, near_count;
     uint32_t phase;
     if (ism_choose(ism, frame) != ISM_OK || ism_scatter(ism, frame) != ISM_OK) return 0;
     for (phase = 0; phase < LAZY; phase++) {        /* all at first, then one a frame */
         if (frame->index && phase != frame->index % LAZY) continue;
-        if (ism_phase_points(ism, phase, points, VPLS * (POINTS / LAZY), &n) != ISM_OK) return 0;
+        if (ism_phase_surfels(ism, phase, points, VPLS * (POINTS / LAZY), &n) != ISM_OK) return 0;
         if (glbk_ism_phase(gl, maps, phase, points) != GLBK_OK) return 0;
     }
     chosen = ism_vpls(ism, &n);
-    for (i = 0; i < n; i++) {
-        memcpy(vpls[i].position, chosen[i].position, sizeof vpls[i].position);
-        memcpy(vpls[i].normal, chosen[i].normal, sizeof vpls[i].normal);
-        memcpy(vpls[i].flux, chosen[i].flux, sizeof vpls[i].flux);
-        memcpy(vpls[i].axis, chosen[i].axis, sizeof vpls[i].axis);
-        vpls[i].exponent = chosen[i].exponent;
-        vpls[i].side = chosen[i].side;
-        vpls[i].directional = chosen[i].directional;
-        vpls[i].reach = chosen[i].reach;
-        vpls[i].window = chosen[i].window;
-    }
     near_points = ism_near_points(ism, &near_count);
-    ism_bounds(ism, center, &radius);
-    return glbk_ism_vpls_upload(gl, maps, vpls, (uint32_t)n, center, radius) == GLBK_OK &&
+    ism_get_info(ism, &info);
+    return glbk_ism_vpls_upload(gl, maps, chosen, (uint32_t)n, info.center, info.radius) == GLBK_OK &&
            glbk_ism_near_upload(gl, maps, near_points, (uint32_t)near_count) == GLBK_OK &&
            glbk_ism_mesh_move(gl, maps, corners, 0) == GLBK_OK && glbk_ism_draw(gl, maps) == GLBK_OK;
 }
@@ -125,8 +114,8 @@ static int light(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, float tim
     static float seen[3 * SEEN_W * SEEN_H], seen_normal[3 * SEEN_W * SEEN_H];
     const float eye[3] = { 0, 1.6f, 2.9f }, sun[3] = { 0.1f, -1, -0.05f }, texel = 5.0f * 5.0f / (RSM * RSM);
     ism_mesh mesh = make_mesh(time);
-    ism_source source = { ISM_SOURCE_SURFACE, RSM, RSM, at, normal, flux, NULL, area, 0, 0, 0 };
-    ism_view view = { seen, seen_normal, NULL, NULL, 0, SEEN_W, SEEN_H, { 0 }, 0 };
+    ism_source source = { ISM_SOURCE_SURFACE, RSM, RSM, 0, at, 0, normal, 0, flux, 0, area, 0, NULL, 0 };
+    ism_points view = { 0 };
     ism_frame frame = { &mesh, &source, 1, &view, index };
     int i, k;
     for (i = 0; i < RSM * RSM; i++) {
@@ -143,11 +132,26 @@ static int light(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, float tim
                        (SEEN_H / 2 - (float)(i / SEEN_W) - 0.5f) / SEEN_H, -0.7f };
         trace(eye, d, seen + 3 * i, seen_normal + 3 * i);
     }
+    view.count = SEEN_W * SEEN_H;
+    view.positions = seen;
+    view.normals = seen_normal;
+    view.width = SEEN_W;
     return prepare(gl, ism, maps, &frame);
 }
 
-static glbk_proc get_proc(const char *name, void *user) { return (void)user, (glbk_proc)glfwGetProcAddress(name); }
+static glbk_proc_fn get_proc(const char *name, void *user)
+{
+    (void)user;
+    return (glbk_proc_fn)glfwGetProcAddress(name);
+}
 static int fail(const char *what, const char *why) { return fprintf(stderr, "%s: %s\n", what, why), 1; }
+
+/* The library says here why a call of it failed. */
+static void say(void *user, const char *message)
+{
+    (void)user;
+    fprintf(stderr, "%s\n", message);
+}
 
 /* A picture is drawn to a target: what a window holds that is not shown is undefined. */
 static glbk_result make_target(glbk_context *gl, glbk_texture *texture, glbk_target *target)
@@ -203,8 +207,9 @@ int main(int count, char **values)
     };
     ism_desc ism_sizes = { 0 };
     glbk_ism_desc sizes = { VPLS, POINTS, 0, 0, LAZY, 0, 0, 0, 0, 0 };    /* equal to those of ism.h */
-    glbk_source source = { NULL, fragment, NULL, "ism_light", "ISM_NEAR=6 ISM_PROJECTION=1", NULL };
-    glbk_ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL };
+    glbk_source source = { NULL, fragment, NULL, "ism_light", "ISM_NEAR=6 ISM_PROJECTION=1", NULL,
+                           { glbk_ism_part() }, { { 0, 0 } } };
+    ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL, NULL };
     glbk_desc desc = { 0 };
     glbk_context gl;
     glbk_ism_maps maps;
@@ -213,39 +218,37 @@ int main(int count, char **values)
     GLFWwindow *window = open_window(count < 2);
     uint32_t index;
     int32_t swing;
-    static char log[2000];
 
     if (!window) return fail("GLFW", "there is no display, or no OpenGL 3.3");
     ism_sizes.vpl_count = VPLS;
-    ism_sizes.points = POINTS;
-    ism_sizes.lazy = LAZY;
+    ism_sizes.surfel_count = POINTS;
+    ism_sizes.lazy_frames = LAZY;
     if (ism_create(&ism_sizes, &ism) != ISM_OK) return fail("ism", "no memory");
-    desc.get_proc = get_proc;
-    desc.log = log;
-    desc.log_size = sizeof log;
+    desc.get_proc_fn = get_proc;
+    desc.system.log = say;
     make_mesh(0);
     if (glbk_init(&gl, &desc) != GLBK_OK || glbk_ism_maps_create(&gl, &sizes, &maps) != GLBK_OK ||
         glbk_ism_mesh_upload(&gl, &maps, &mesh) != GLBK_OK || glbk_program_compile(&gl, &source, &program) != GLBK_OK ||
         (count > 1 && make_target(&gl, &texture, &target) != GLBK_OK))
-        return fail("OpenGL", log);
+        return fail("OpenGL", "it does not work");
     swing = gl.gl.GetUniformLocation(program.name, "swing");
     for (index = 0; !glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS; index++) {
         float time = count > 1 ? 0 : (float)glfwGetTime();
-        if (!light(&gl, ism, &maps, time, index)) return fail("light", log);
+        if (!light(&gl, ism, &maps, time, index)) return fail("light", "it does not work");
         gl.gl.BindFramebuffer(GLBK_GL_FRAMEBUFFER, 0);      /* the window: the maps have bound others */
-        if (glbk_begin(&gl, &screen, &program) != GLBK_OK || glbk_ism_bind(&gl, &maps, NULL) != GLBK_OK)
-            return fail("OpenGL", log);
+        if (glbk_begin(&gl, &screen, &program) != GLBK_OK || glbk_ism_bind(&gl, &maps, NULL, NULL) != GLBK_OK)
+            return fail("OpenGL", "it does not work");
         gl.gl.Uniform1f(swing, sinf(time));
         glbk_draw_screen(&gl);
         if (count > 1) return save(&gl, &target, values[1]) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }
-    glbk_ism_maps_destroy(&gl, &maps);
-    glbk_program_destroy(&gl, &program);
-    glbk_target_destroy(&gl, &target);
-    glbk_texture_destroy(&gl, &texture);
-    glbk_destroy(&gl);
+    glbk_ism_maps_free(&gl, &maps);
+    glbk_program_free(&gl, &program);
+    glbk_target_free(&gl, &target);
+    glbk_texture_free(&gl, &texture);
+    glbk_free(&gl);
     ism_free(ism);
     glfwTerminate();
     return 0;

@@ -4,8 +4,20 @@
 
    glsl FOLDER */
 
+#define SHADOWFIELD_IMPLEMENTATION      /* gl_shadowfield.h calls it */
 #define GL_BACKEND_IMPLEMENTATION
-#include "../gl_backend.h"
+#define GL_CSM_IMPLEMENTATION
+#define GL_SHADOWFIELD_IMPLEMENTATION
+#define GL_ENVSHADOW_IMPLEMENTATION
+#define GL_GBUFFER_IMPLEMENTATION
+#define GL_RSM_IMPLEMENTATION
+#define GL_ISM_IMPLEMENTATION
+#include "../gl_backend/gl_csm.h"
+#include "../gl_backend/gl_envshadow.h"
+#include "../gl_backend/gl_gbuffer.h"
+#include "../gl_backend/gl_ism.h"
+#include "../gl_backend/gl_rsm.h"
+#include "../gl_backend/gl_shadowfield.h"
 
 #include <stdio.h>
 
@@ -36,18 +48,23 @@ static int write_text(const char *path, const char *text)
         members(MEMBER)                         \
         ok = ok && offset == sizeof(name);      \
     }
-#define PART(part, PART) GLBK_##PART##_BLOCKS(BLOCK)
 
 static int write_layout(const char *path)
 {
     FILE *f = fopen(path, "wb");
     int ok = f != NULL;
     if (!f) return 0;
-    GLBK_PARTS(PART)
+    GLBK_BASE_BLOCKS(BLOCK)
+    GLBK_GBUFFER_BLOCKS(BLOCK)
+    GLBK_CSM_BLOCKS(BLOCK)
+    GLBK_SFIELD_BLOCKS(BLOCK)
+    GLBK_ENVSH_BLOCKS(BLOCK)
+    GLBK_RSM_BLOCKS(BLOCK)
+    GLBK_ISM_BLOCKS(BLOCK)
     return fclose(f) == 0 && ok;
 }
 
-static int write_set(const char *folder, const glbk_file *file, const char *defines, int set)
+static int write_set(const char *folder, const glbk_part *part, const glbk_file *file, const char *defines, int set)
 {
     static char text[1 << 20];
     char path[1024];
@@ -59,8 +76,8 @@ static int write_set(const char *folder, const glbk_file *file, const char *defi
         if (is_compute && dialects[i].dialect != GLBK_GLSL_430) continue;
         /* Targets that hold bits are for ES alone. */
         for (bits = 0; bits <= (dialects[i].dialect == GLBK_GLSL_300_ES); bits++) {
-            size_t size =
-                glbk_write_glsl(dialects[i].dialect, bits, NULL, defines, file->name, NULL, text, sizeof text);
+            glbk_shader shader = { NULL, defines, file->name, NULL, { part, glbk_gbuffer_part() } };
+            size_t size = glbk_write_glsl(dialects[i].dialect, bits, &shader, text, sizeof text);
             if (size == 0 || size > sizeof text) {
                 fprintf(stderr, "glsl: %s: an unknown file in uses, or bad defines: %s\n", file->name, defines);
                 return 0;
@@ -73,26 +90,34 @@ static int write_set(const char *folder, const glbk_file *file, const char *defi
     return 1;
 }
 
-int main(int argc, char **argv)
+static int write_part(const char *folder, const glbk_part *part)
 {
-    const glbk_file *files;
-    uint32_t count, i;
-    char path[1024];
-
-    if (argc != 2) return fprintf(stderr, "usage: glsl FOLDER\n"), 2;
-    files = glbk_files(&count);
-    for (i = 0; i < count; i++) {
-        const char *s = files[i].sets;
+    uint32_t i;
+    for (i = 0; i < part->file_count; i++) {
+        const char *s = part->files[i].sets;
         int set = 0;
-        if (strncmp(files[i].name, "prog/", 5) != 0) continue;
+        if (strncmp(part->files[i].name, "prog/", 5) != 0) continue;
         do {
             char defines[256];
             const char *bar = strstr(s, "|");
             snprintf(defines, sizeof defines, "%.*s", (int)(bar ? bar - s : (ptrdiff_t)strlen(s)), s);
-            if (!write_set(argv[1], &files[i], defines, set++)) return 1;
+            if (!write_set(folder, part, &part->files[i], defines, set++)) return 0;
             s = bar ? bar + 1 : NULL;
         } while (s);
     }
+    return 1;
+}
+
+int main(int argc, char **argv)
+{
+    const glbk_part *const parts[] = { glbk_base_part(), glbk_gbuffer_part(), glbk_csm_part(), glbk_sfield_part(),
+                                       glbk_envsh_part(), glbk_rsm_part(), glbk_ism_part() };
+    char path[1024];
+    size_t i;
+
+    if (argc != 2) return fprintf(stderr, "usage: glsl FOLDER\n"), 2;
+    for (i = 0; i < sizeof parts / sizeof parts[0]; i++)
+        if (!write_part(argv[1], parts[i])) return 1;
     snprintf(path, sizeof path, "%s/layout", argv[1]);
     return write_layout(path) ? 0 : 1;
 }

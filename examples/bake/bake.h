@@ -33,6 +33,8 @@ typedef struct bk_work { double *unit, *row, overhang; uint32_t units, row_units
 typedef struct bk_technique {
     const char   *name;
     const rd_key *keys;
+    int (*settle)(rd_settings *settings, const bk_mesh *mesh, ex_pool *pool, char *error);
+    /* writes into the settings what depends on the object; may be NULL */
     int (*plan)(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error);
     /* units: of the whole; seconds: about how long all of them take on one core */
     void        (*weigh)(const rd_settings *settings, const bk_mesh *mesh, bk_work *work);

@@ -14,6 +14,8 @@ static const rd_key keys[] = {
     { "order", RD_WORD, "auto|scanline|zigzag|zigzag_theta|hilbert", 0, 0, "hilbert",
       "auto: by trial, in every shard" },
     { "packed", RD_WORD, "0|1", 0, 0, "0", "1: entropy-coded file, about half as large; shards are never" },
+    { "budget", RD_NUMBER, NULL, 0, 1e6, "0",
+      "MB in memory: takes the side and m, below it, of the least expected error; 0: as given" },
     { NULL, RD_WORD, NULL, 0, 0, NULL, NULL }
 };
 
@@ -36,8 +38,8 @@ static cohsm_desc services(char *label)
 {
     cohsm_desc d;
     memset(&d, 0, sizeof d);
-    d.progress = ex_progress;
-    d.progress_user = label;
+    d.system.progress = ex_progress;
+    d.system.user = label;
     return d;
 }
 
@@ -48,20 +50,44 @@ static cohsm_desc desc_of(const rd_settings *settings, ex_pool *pool)
     static char label[] = "csm maps";
     cohsm_desc d = services(label);
     d.domain.side[0] = d.domain.side[1] = (uint32_t)rd_setting_integer(settings, "side");
-    d.map_size = (uint32_t)rd_setting_integer(settings, "m");
+    d.map_side = (uint32_t)rd_setting_integer(settings, "m");
     d.order = (cohsm_order)word(settings, "order", orders);
     d.layers = (cohsm_layers)word(settings, "layers", layers);
     if (d.order != COHSM_ORDER_DEFAULT)
-        d.frame = COHSM_FRAME_POLAR;
-    d.parallel_for = ex_pool_run;
-    d.parallel_user = pool;
+        d.orientation = COHSM_ORIENTATION_POLAR;
+    ex_pool_label(pool, label);
+    d.system.parallel_for = ex_pool_run;
+    d.system.progress = ex_pool_progress;
+    d.system.user = pool;
     return d;
 }
 
 static cohsm_mesh mesh_of(const bk_mesh *m)
 {
-    cohsm_mesh mesh = { m->positions, m->vertices, 0, m->indices, 3 * m->triangles };
+    cohsm_mesh mesh = { m->positions, m->vertices, 0, m->indices, 3 * m->triangles, NULL };
     return mesh;
+}
+
+/* With a budget, side and m are those that cohsm_budget finds; all shards find the same. */
+static int settle(rd_settings *settings, const bk_mesh *mesh, ex_pool *pool, char *error)
+{
+    const double budget = rd_setting_number(settings, "budget");
+    char pair[32];
+    cohsm_desc d = desc_of(settings, pool);
+    cohsm_mesh m = mesh_of(mesh);
+    uint32_t side, map_side;
+    cohsm_result result;
+    if (budget == 0)
+        return 0;
+    result = cohsm_budget(&d, &m, (size_t)(budget * 1e6), &side, &map_side);
+    ex_progress(NULL, 1);
+    if (result != COHSM_OK)
+        return failed(result == COHSM_ERR_LIMIT ? "budget below what side 8 and m 16 take" : "budget", result, error);
+    snprintf(pair, sizeof pair, "side=%u", (unsigned)side);
+    if (rd_settings_add(settings, pair, error) != 0)
+        return -1;
+    snprintf(pair, sizeof pair, "m=%u", (unsigned)map_side);
+    return rd_settings_add(settings, pair, error);
 }
 
 /* About 10 ns a triangle and 15 ns a pixel of each view. */
@@ -143,7 +169,7 @@ static int bytes_of(cohsm_maps *maps, int packed, void **data, size_t *size, cha
     cohsm_desc d = services(label);
     cohsm_result result;
     if (packed) {
-        result = cohsm_pack(maps, &d, data, size);
+        result = cohsm_pack(maps, &d.system, data, size);
         ex_progress(NULL, 1);
     } else {
         cohsm_data(maps, size);
@@ -167,7 +193,7 @@ static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from,
     ex_progress(NULL, 1);
     if (result != COHSM_OK)
         return failed("build", result, error);
-    return bytes_of(maps, to - from == d.map_size * d.map_size && rd_setting_is(settings, "packed", "1"), data, size,
+    return bytes_of(maps, to - from == d.map_side * d.map_side && rd_setting_is(settings, "packed", "1"), data, size,
                     error);
 }
 
@@ -181,7 +207,7 @@ static int merge(const void *const *parts, const size_t *sizes, size_t count, in
     for (size_t i = 0; i < count && result == COHSM_OK; i++)
         result = cohsm_open(parts[i], sizes[i], NULL, &maps[i]);
     if (result == COHSM_OK)
-        result = cohsm_merge((const cohsm_maps *const *)maps, count, &d, &whole);
+        result = cohsm_merge((const cohsm_maps *const *)maps, count, &d.system, &whole);
     ex_progress(NULL, 1);
     for (size_t i = 0; i < count && maps; i++)
         cohsm_free(maps[i]);
@@ -197,7 +223,7 @@ static int info(const void *data, size_t size, char *line, size_t room, char *er
     cohsm_desc d = services(label);
     cohsm_maps *maps;
     cohsm_info i;
-    cohsm_result result = cohsm_open(data, size, &d, &maps);
+    cohsm_result result = cohsm_open(data, size, &d.system, &maps);
     ex_progress(NULL, 1);
     if (result != COHSM_OK)
         return failed("file", result, error);
@@ -209,7 +235,7 @@ static int info(const void *data, size_t size, char *line, size_t room, char *er
              "\"pixel_end\": %u, "
              "\"center\": [%.9g, %.9g, %.9g], \"radius\": %.9g}",
              (unsigned long)size, (unsigned long)i.bytes, (unsigned)i.side[0], (unsigned)i.map_count,
-             (unsigned)i.map_size, layers[i.layers], orders[i.order], (unsigned long long)i.segments, i.ratio,
+             (unsigned)i.map_side, layers[i.layers], orders[i.order], (unsigned long long)i.segments, i.ratio,
              (unsigned)i.pixel_begin, (unsigned)i.pixel_end, (double)i.center[0], (double)i.center[1],
              (double)i.center[2], (double)i.radius);
     return 0;
@@ -222,10 +248,10 @@ static int verify(const rd_settings *settings, const void *data, size_t size, co
     cohsm_mesh m = mesh_of(mesh);
     cohsm_maps *maps;
     cohsm_report report;
-    cohsm_result result = cohsm_open(data, size, &d, &maps);
+    cohsm_result result = cohsm_open(data, size, &d.system, &maps);
     if (result != COHSM_OK)
         return failed("file", result, error);
-    result = cohsm_verify(maps, &d, &m, &report);
+    result = cohsm_verify(maps, &d.system, &m, &report);
     ex_progress(NULL, 1);
     cohsm_free(maps);
     if (result != COHSM_OK)
@@ -235,4 +261,4 @@ static int verify(const rd_settings *settings, const void *data, size_t size, co
     return report.wrong != 0;
 }
 
-const bk_technique bk_csm = { "csm", keys, plan, weigh, bake, merge, info, verify };
+const bk_technique bk_csm = { "csm", keys, settle, plan, weigh, bake, merge, info, verify };

@@ -42,6 +42,7 @@ static void print_help(void)
          "       bake [COMMAND] --help | --version\n"
          "\n"
          "  SCENE is FILE.glb, FILE.gltf or builtin:NAME: one rigid object, unless --set node=NAME\n"
+         "  --limit-memory MB  what reading the scene may take, nearly; 1000\n"
          "  --shard i/n    only the i-th of n shards, 1 <= i <= n; merge joins all n, in order\n"
          "  verify         csm: every stored depth against the object; shadowfield: built again, same settings");
     for (size_t t = 0; t < sizeof techniques / sizeof *techniques + 1; t++) {
@@ -79,7 +80,7 @@ static int take_shard(bk_args *args, const char *value)
 
 static int take_option(bk_args *args, const char *name, const char *value, char *error)
 {
-    double threads;
+    double threads, limit;
     if (strcmp(name, "-o") == 0) args->out = value;
     else if (strcmp(name, "--set") == 0) {
         if (strncmp(value, "node=", 5) == 0) {          /* any text: not a value of a list */
@@ -96,6 +97,10 @@ static int take_option(bk_args *args, const char *name, const char *value, char 
         if (rd_parse_number(value, &threads) != 0 || !(threads >= 0 && threads <= 1024))
             return fail(error, "bad --threads: ", value);
         args->threads = (int)threads;
+    } else if (strcmp(name, "--limit-memory") == 0) {
+        if (rd_parse_number(value, &limit) != 0 || !(limit >= 1 && limit <= 1e6))
+            return fail(error, "bad --limit-memory: ", value);
+        ex_memory_limit = (size_t)(limit * 1e6);
     } else return fail(error, "unknown option: ", name);
     return 0;
 }
@@ -294,6 +299,7 @@ static int bake_range(const bk_args *args, const bk_mesh *mesh, ex_pool *pool, u
 
 static int run_bake(const bk_args *args, char *error)
 {
+    bk_args settled = *args;
     bk_mesh mesh;
     uint32_t units;
     double seconds;
@@ -304,10 +310,12 @@ static int run_bake(const bk_args *args, char *error)
     pool = ex_pool_create(args->threads);
     if (!pool)
         result = fail(error, "no threads", "");
-    else if (args->technique->plan(&args->settings, &mesh, &units, &seconds, error) != 0)
+    else if (args->technique->settle && args->technique->settle(&settled.settings, &mesh, pool, error) != 0)
+        result = -1;
+    else if (args->technique->plan(&settled.settings, &mesh, &units, &seconds, error) != 0)
         result = -1;
     else
-        result = bake_range(args, &mesh, pool, units, seconds, error);
+        result = bake_range(&settled, &mesh, pool, units, seconds, error);
     ex_pool_free(pool);
     bk_object_free(&mesh);
     return result;
@@ -459,11 +467,11 @@ int main(int count, char **values)
             c = NULL;
     }
     if (!c) {
-        fprintf(stderr, "bake: %s\n", error);
+        ex_complain("bake", error);
         return BAD_ARGUMENTS;
     }
     if (c->run(&args, error) != 0) {
-        fprintf(stderr, "bake: %s\n", error);
+        ex_complain("bake", error);
         return FAILED;
     }
     return DONE;

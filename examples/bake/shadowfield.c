@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const kinds[] = { "occlusion", "source", "self" };
+static const char *const kinds[] = { "none", "occlusion", "source", "self" };
 
 static const rd_key keys[] = {
     { "kind", RD_WORD, "occlusion|source|self", 0, 0, "occlusion",
@@ -33,20 +33,20 @@ static int failed(const char *what, sfield_result result, char *error)
     return -1;
 }
 
-/* For calls that build nothing. */
-static sfield_desc services(char *label)
+/* For calls that build nothing: this thread alone, with progress under a label. */
+static sfield_system services(char *label)
 {
-    sfield_desc d;
-    memset(&d, 0, sizeof d);
-    d.progress = ex_progress;
-    d.progress_user = label;
-    return d;
+    sfield_system system;
+    memset(&system, 0, sizeof system);
+    system.progress = ex_progress;
+    system.user = label;
+    return system;
 }
 
 static sfield_desc desc_of(const rd_settings *settings, ex_pool *pool)
 {
-    static char label[] = "shadow field";
-    sfield_desc d = services(label);
+    sfield_desc d;
+    memset(&d, 0, sizeof d);
     d.basis = rd_setting_is(settings, "basis", "haar") ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH;
     d.bands = (uint32_t)rd_setting_integer(settings, "bands");
     d.shells = (uint32_t)rd_setting_integer(settings, "shells");
@@ -60,8 +60,11 @@ static sfield_desc desc_of(const rd_settings *settings, ex_pool *pool)
     d.logarithm = rd_setting_is(settings, "logarithm", "1");
     if (!(d.keep > 0) && rd_setting_is(settings, "kind", "self"))
         d.keep = 0.06f;                         /* one cube a point, not thousands an object */
-    d.parallel_for = ex_pool_run;
-    d.parallel_user = pool;
+    ex_pool_label(pool, "shadow field");
+    d.system.parallel_for = ex_pool_run;
+    d.system.progress = ex_pool_progress;
+    d.system.log = ex_pool_log;
+    d.system.user = pool;
     return d;
 }
 
@@ -107,7 +110,7 @@ static void weigh(const rd_settings *settings, const bk_mesh *mesh, bk_work *wor
 
 static int bytes_of(sfield_field *field, void **data, size_t *size, char *error)
 {
-    *size = sfield_size(field);
+    *size = sfield_bytes(field);
     *data = malloc(*size);
     if (*data)
         sfield_write(field, *data, *size);
@@ -118,12 +121,14 @@ static int bytes_of(sfield_field *field, void **data, size_t *size, char *error)
 static sfield_result build_self(const rd_settings *settings, const bk_mesh *mesh, const sfield_desc *d,
                                 sfield_field **field, char *error)
 {
-    const sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles };
+    const sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles, NULL };
     sfield_result result;
     bk_points p;
     if (bk_points_of(&p, mesh, (float)rd_setting_number(settings, "point_spacing"), error) != 0)
         return SFIELD_ERR_ALLOC;
-    result = sfield_build_self(d, &m, p.positions, p.normals, p.count, p.offset, field, NULL);
+    result = sfield_build_self(d, &m, &(const sfield_points){ .count = p.count, .positions = p.positions,
+                                                             .normals = p.normals },
+                               p.offset, field, NULL);
     bk_points_free(&p);
     return result;
 }
@@ -132,8 +137,8 @@ static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from,
                 void **data, size_t *size, char *error)
 {
     sfield_desc d = desc_of(settings, pool);
-    const sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles };
-    const sfield_mesh lit = { mesh->positions, mesh->vertices, 0, mesh->lit, 3 * mesh->lit_count };
+    const sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles, NULL };
+    const sfield_mesh lit = { mesh->positions, mesh->vertices, 0, mesh->lit, 3 * mesh->lit_count, NULL };
     sfield_field *field;
     sfield_result result;
     if (from != 0 || to != units_of(settings)) {
@@ -154,14 +159,14 @@ static int merge(const void *const *parts, const size_t *sizes, size_t count, in
                  char *error)
 {
     static char label[] = "merging";
-    sfield_desc d = services(label);
+    sfield_system system = services(label);
     sfield_field **fields = calloc(count, sizeof(sfield_field *)), *whole = NULL;
     sfield_result result = fields ? SFIELD_OK : SFIELD_ERR_ALLOC;
     (void)packed;
     for (size_t i = 0; i < count && result == SFIELD_OK; i++)
         result = sfield_open(parts[i], sizes[i], NULL, &fields[i]);
     if (result == SFIELD_OK)
-        result = sfield_merge((const sfield_field *const *)fields, count, &d, &whole);
+        result = sfield_merge((const sfield_field *const *)fields, count, &system, &whole);
     ex_progress(NULL, 1);
     for (size_t i = 0; i < count && fields; i++)
         sfield_free(fields[i]);
@@ -172,10 +177,10 @@ static int merge(const void *const *parts, const size_t *sizes, size_t count, in
 static int info(const void *data, size_t size, char *line, size_t room, char *error)
 {
     static char label[] = "reading";
-    sfield_desc d = services(label);
+    sfield_system system = services(label);
     sfield_field *field;
     sfield_info i;
-    sfield_result result = sfield_open(data, size, &d, &field);
+    sfield_result result = sfield_open(data, size, &system, &field);
     ex_progress(NULL, 1);
     if (result != SFIELD_OK)
         return failed("file", result, error);
@@ -207,8 +212,8 @@ static int verify(const rd_settings *settings, const void *data, size_t size, co
     size_t again_size, wrong = 0;
     uint32_t units;
     double seconds;
-    sfield_desc d = services(label);
-    sfield_result result = sfield_open(data, size, &d, &field);
+    sfield_system system = services(label);
+    sfield_result result = sfield_open(data, size, &system, &field);
     ex_progress(NULL, 1);
     if (result != SFIELD_OK)
         return failed("file", result, error);
@@ -228,4 +233,4 @@ static int verify(const rd_settings *settings, const void *data, size_t size, co
     return wrong != 0;
 }
 
-const bk_technique bk_shadowfield = { "shadowfield", keys, plan, weigh, bake, merge, info, verify };
+const bk_technique bk_shadowfield = { "shadowfield", keys, NULL, plan, weigh, bake, merge, info, verify };

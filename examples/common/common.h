@@ -49,6 +49,8 @@ int  ex_gbuffer_render_clusters(ex_gbuffer *out, const ex_scene *scene, const ex
 
 /* ---- files ---- */
 
+/* Bytes that reading one scene or sky may take, nearly: --limit-memory sets it. 1 GB at first. */
+extern size_t ex_memory_limit;
 void *ex_file_read(const char *path, size_t *size, char *error);      /* all of it, for free(); NULL: error filled in */
 
 /* ---- threads, time, progress ---- */
@@ -57,8 +59,14 @@ typedef void (*ex_task)(void *context, size_t index);
 typedef struct ex_pool ex_pool;                       /* workers on pthreads, dynamic scheduling */
 ex_pool *ex_pool_create(int threads);                 /* 0 = all cores; the caller is one of them */
 void     ex_pool_run(void *pool, size_t count, ex_task task, void *context);   /* signature of the headers' callback */
+void     ex_pool_label(ex_pool *pool, const char *label);   /* kept: what ex_pool_progress calls the work */
+int      ex_pool_progress(void *pool, float fraction);      /* as ex_progress; systems have one user, the pool */
+void     ex_pool_log(void *pool, const char *message);      /* kept for ex_complain: the headers' callback */
 int      ex_pool_threads(const ex_pool *pool);
 void     ex_pool_free(ex_pool *pool);
+
+/* One line on stderr: "program: error", and in brackets what a header has logged of it. */
+void     ex_complain(const char *program, const char *error);
 
 double   ex_seconds(void);                            /* monotonic */
 int      ex_terminal(void);                           /* whether progress would be seen: its steps cost a little */

@@ -71,7 +71,7 @@ static void listen(ex_gl *gl)
     void(GLBK_CALL *callback)(debug_proc, const void *);
     void(GLBK_CALL *enable)(uint32_t);
     const uint8_t *(GLBK_CALL *get_string)(uint32_t);
-    glbk_proc proc = gl->way->get_proc("glGetString");
+    glbk_proc_fn proc = gl->way->get_proc("glGetString");
     const char *version;
     if (!proc)
         return;
@@ -174,7 +174,7 @@ ex_gl *ex_gl_create(const ex_gl_options *options, char *error)
 static void note_pending(ex_gl *gl)
 {
     uint32_t(GLBK_CALL *get_error)(void);
-    glbk_proc proc = gl->way->get_proc("glGetError");
+    glbk_proc_fn proc = gl->way->get_proc("glGetError");
     if (!proc)
         return;
     memcpy(&get_error, &proc, sizeof proc);
@@ -206,10 +206,16 @@ int ex_gl_make_current(ex_gl *gl, int on)
     return gl->way->make_current(gl->self, on);
 }
 
-glbk_proc ex_gl_get_proc(const char *name, void *user)
+void ex_gl_log(void *user, const char *message)
+{
+    (void)user;
+    fprintf(stderr, "%s\n", message);
+}
+
+glbk_proc_fn ex_gl_get_proc(const char *name, void *user)
 {
     ex_gl *gl = user;
-    glbk_proc proc = gl->way->get_proc(name);
+    glbk_proc_fn proc = gl->way->get_proc(name);
     return gl->watched ? ex_gl_watch(name, proc, gl->way->get_proc) : proc;
 }
 

@@ -3,7 +3,7 @@
 #ifndef EX_GL_CONTEXT_H
 #define EX_GL_CONTEXT_H
 
-#include "../../gl_backend.h"
+#include "../../gl_backend/gl_backend.h"
 #include "scene.h"
 
 typedef enum ex_gl_api {
@@ -30,7 +30,8 @@ ex_gl    *ex_gl_create(const ex_gl_options *options, char *error);
 ex_gl    *ex_gl_create_window(const ex_gl_options *options, char *error);       /* by GLFW */
 void      ex_gl_free(ex_gl *gl);                               /* accepts NULL */
 int       ex_gl_make_current(ex_gl *gl, int on);               /* off: no context is current; 0, or -1 */
-glbk_proc ex_gl_get_proc(const char *name, void *gl);          /* for glbk_desc: get_proc, and gl as its user */
+glbk_proc_fn ex_gl_get_proc(const char *name, void *gl);          /* for glbk_desc: get_proc_fn, and gl as its user */
+void      ex_gl_log(void *user, const char *message);          /* for glbk_desc: system.log, to stderr */
 void     *ex_gl_window(ex_gl *gl);                             /* GLFWwindow of ex_gl_create_window */
 unsigned  ex_gl_errors(const ex_gl *gl, const char **last);    /* messages of type error since ex_gl_create */
 

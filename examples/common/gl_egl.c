@@ -121,7 +121,7 @@ static int make_current(void *self, int on)
     return eglMakeCurrent(c->display, EGL_NO_SURFACE, EGL_NO_SURFACE, on ? c->context : EGL_NO_CONTEXT) ? 0 : -1;
 }
 
-static glbk_proc get_proc(const char *name) { return (glbk_proc)eglGetProcAddress(name); }
+static glbk_proc_fn get_proc(const char *name) { return (glbk_proc_fn)eglGetProcAddress(name); }
 
 const ex_gl_way ex_gl_way_egl = { create, destroy, make_current, get_proc };
 

@@ -50,7 +50,7 @@ static int create(void **self, const ex_gl_options *o, char *error)
     return 0;
 }
 
-static glbk_proc get_proc(const char *name) { return (glbk_proc)OSMesaGetProcAddress(name); }
+static glbk_proc_fn get_proc(const char *name) { return (glbk_proc_fn)OSMesaGetProcAddress(name); }
 
 const ex_gl_way ex_gl_way_osmesa = { create, destroy, make_current, get_proc };
 

@@ -19,11 +19,11 @@ int ex_gl_is_software(const char *renderer)
 }
 
 /* The five functions of queries, which gl_backend.h does without; 0: one is missing. */
-static int load(ex_gl_timer *t, glbk_get_proc get_proc, void *user)
+static int load(ex_gl_timer *t, glbk_get_proc_fn get_proc, void *user)
 {
     static const char *const names[5] = { "glGenQueries", "glDeleteQueries", "glBeginQuery", "glEndQuery",
                                           "glGetQueryObjectui64v" };
-    glbk_proc procs[5];
+    glbk_proc_fn procs[5];
     for (int i = 0; i < 5; i++)
         if (!(procs[i] = get_proc(names[i], user)))
             return 0;
@@ -35,7 +35,7 @@ static int load(ex_gl_timer *t, glbk_get_proc get_proc, void *user)
     return 1;
 }
 
-void ex_gl_timer_open(ex_gl_timer *t, const glbk_context *gl, glbk_get_proc get_proc, void *user)
+void ex_gl_timer_open(ex_gl_timer *t, const glbk_context *gl, glbk_get_proc_fn get_proc, void *user)
 {
     memset(t, 0, sizeof *t);
     t->gl = gl;

@@ -18,7 +18,7 @@ typedef struct ex_gl_timer {
 } ex_gl_timer;
 
 int    ex_gl_is_software(const char *renderer);         /* by GL's name of it, as in glbk_context */
-void   ex_gl_timer_open(ex_gl_timer *timer, const glbk_context *gl, glbk_get_proc get_proc, void *user);
+void   ex_gl_timer_open(ex_gl_timer *timer, const glbk_context *gl, glbk_get_proc_fn get_proc, void *user);
 void   ex_gl_timer_start(ex_gl_timer *timer);
 double ex_gl_timer_stop(ex_gl_timer *timer);            /* seconds since the start; waits for the GPU */
 void   ex_gl_timer_close(ex_gl_timer *timer);           /* while its context is current */

@@ -333,23 +333,23 @@ static void GLBK_CALL dispatch_indirect(ptrdiff_t offset)
     memcpy(&real.name, &other, sizeof other);
 
 /* The function of that name, or one that looks first and then calls it. */
-glbk_proc ex_gl_watch(const char *name, glbk_proc proc, glbk_proc (*get)(const char *))
+glbk_proc_fn ex_gl_watch(const char *name, glbk_proc_fn proc, glbk_proc_fn (*get)(const char *))
 {
-    static const struct { const char *name; void *real; glbk_proc watched; } calls[] = {
-        { "glDrawArrays", &real.DrawArrays, (glbk_proc)draw_arrays },
-        { "glDrawElements", &real.DrawElements, (glbk_proc)draw_elements },
-        { "glDrawArraysInstanced", &real.DrawArraysInstanced, (glbk_proc)draw_arrays_instanced },
-        { "glDrawElementsInstanced", &real.DrawElementsInstanced, (glbk_proc)draw_elements_instanced },
-        { "glDispatchCompute", &real.DispatchCompute, (glbk_proc)dispatch },
-        { "glDispatchComputeIndirect", &real.DispatchComputeIndirect, (glbk_proc)dispatch_indirect },
-        { "glTexImage2D", &real.TexImage2D, (glbk_proc)tex_image_2d },
-        { "glTexImage3D", &real.TexImage3D, (glbk_proc)tex_image_3d },
-        { "glTexStorage2D", &real.TexStorage2D, (glbk_proc)tex_storage_2d },
-        { "glTexStorage3D", &real.TexStorage3D, (glbk_proc)tex_storage_3d },
-        { "glDeleteTextures", &real.DeleteTextures, (glbk_proc)delete_textures }
+    static const struct { const char *name; void *real; glbk_proc_fn watched; } calls[] = {
+        { "glDrawArrays", &real.DrawArrays, (glbk_proc_fn)draw_arrays },
+        { "glDrawElements", &real.DrawElements, (glbk_proc_fn)draw_elements },
+        { "glDrawArraysInstanced", &real.DrawArraysInstanced, (glbk_proc_fn)draw_arrays_instanced },
+        { "glDrawElementsInstanced", &real.DrawElementsInstanced, (glbk_proc_fn)draw_elements_instanced },
+        { "glDispatchCompute", &real.DispatchCompute, (glbk_proc_fn)dispatch },
+        { "glDispatchComputeIndirect", &real.DispatchComputeIndirect, (glbk_proc_fn)dispatch_indirect },
+        { "glTexImage2D", &real.TexImage2D, (glbk_proc_fn)tex_image_2d },
+        { "glTexImage3D", &real.TexImage3D, (glbk_proc_fn)tex_image_3d },
+        { "glTexStorage2D", &real.TexStorage2D, (glbk_proc_fn)tex_storage_2d },
+        { "glTexStorage3D", &real.TexStorage3D, (glbk_proc_fn)tex_storage_3d },
+        { "glDeleteTextures", &real.DeleteTextures, (glbk_proc_fn)delete_textures }
     };
     for (size_t i = 0; proc && i < sizeof calls / sizeof calls[0]; i++) {
-        glbk_proc other;
+        glbk_proc_fn other;
         if (strcmp(name, calls[i].name) != 0)
             continue;
         LOAD(GetIntegerv)

@@ -47,7 +47,7 @@ static int make_current(void *self, int on)
     return 0;
 }
 
-static glbk_proc get_proc(const char *name) { return (glbk_proc)glfwGetProcAddress(name); }
+static glbk_proc_fn get_proc(const char *name) { return (glbk_proc_fn)glfwGetProcAddress(name); }
 
 static const ex_gl_way way = { create, destroy, make_current, get_proc };
 

@@ -18,6 +18,9 @@ int ex_gltf_load(ex_scene *scene, const char *path, char *error)
 
 #define HUGE_COORDINATE 1e9f         /* beyond it squared areas leave the range of floats */
 #define MOST_TRIANGLES  100000000u   /* of all meshes, and of all nodes: small files can name one array often */
+#define MOST_OBJECTS    100000u      /* nodes with a mesh: techniques spend a millisecond and more on each */
+
+typedef struct image_means { double srgb[3], plain[3]; int has[2]; } image_means;
 
 typedef struct loader {
     const gltf_file *file;
@@ -26,6 +29,7 @@ typedef struct loader {
     const char      *path;
     char            *error;
     uint64_t         placed;     /* triangles of the nodes so far */
+    image_means     *means;      /* of each image */
 } loader;
 
 /* ---- accessors ---- */
@@ -283,26 +287,30 @@ static int load_texture(const loader *l, const gltf_image *from, ex_texture *to)
     return 0;
 }
 
-/* Mean of an image's channels as they are stored, or made linear. No such image: 1. */
-static int image_mean(const loader *l, int image, int is_srgb, double mean[3])
+/* Mean of an image's channels as they are stored, or made linear, found once. No such image: 1. */
+static int image_mean(loader *l, int image, int is_srgb, double mean[3])
 {
     ex_texture texture;
     mean[0] = mean[1] = mean[2] = 1;
     if (image < 0 || (size_t)image >= l->file->image_count) return 0;
-    if (load_texture(l, &l->file->images[image], &texture) != 0) return -1;
-    size_t count = (size_t)texture.width * texture.height;
-    mean[0] = mean[1] = mean[2] = 0;
-    for (size_t t = 0; t < 4 * count; t++) {
-        float value = (float)texture.rgba[t] / 255;
-        if (t % 4 < 3) mean[t % 4] += (double)(is_srgb ? ex_srgb_to_linear(value) : value) / (double)count;
+    double *kept = is_srgb ? l->means[image].srgb : l->means[image].plain;
+    if (!l->means[image].has[is_srgb]) {
+        if (load_texture(l, &l->file->images[image], &texture) != 0) return -1;
+        size_t count = (size_t)texture.width * texture.height;
+        for (size_t t = 0; t < 4 * count; t++) {
+            float value = (float)texture.rgba[t] / 255;
+            if (t % 4 < 3) kept[t % 4] += (double)(is_srgb ? ex_srgb_to_linear(value) : value) / (double)count;
+        }
+        free(texture.rgba);
+        l->means[image].has[is_srgb] = 1;
     }
-    free(texture.rgba);
+    memcpy(mean, kept, 3 * sizeof *mean);
     return 0;
 }
 
 /* A lamp's texture enters as its mean, which keeps the energy: light sources here have one radiance a triangle. Glass
    is there or not there as a whole, and its texture's red enters as its mean too. */
-static int load_with_means(const loader *l, const gltf_material *from, ex_material *to)
+static int load_with_means(loader *l, const gltf_material *from, ex_material *to)
 {
     double mean[3] = {1, 1, 1};
     if (from->transmission > 0 && image_mean(l, from->transmission_image, 0, mean) != 0) return -1;
@@ -319,14 +327,16 @@ static int load_materials(loader *l)
     const gltf_file *f = l->file;
     for (size_t i = 0; i <= f->material_count; i++) ex_build_material(&l->builder, 1, 1, 1);
     if (l->builder.failed) return ex_fail(l->error, "%s: out of memory", l->path);
-    for (size_t i = 0; i < f->material_count; i++)
-        if (load_with_means(l, &f->materials[i], &l->scene->materials[i]) != 0) return -1;
-    for (size_t i = 0; i < f->image_count; i++) {
-        int used = 0;
-        for (size_t k = 0; k < f->material_count; k++) used |= l->scene->materials[k].base_texture == (int)i;
+    l->means = (image_means *)calloc(f->image_count + 1, sizeof *l->means);
+    if (!l->means) return ex_fail(l->error, "%s: out of memory", l->path);
+    for (size_t i = 0; i < f->image_count; i++)
         if (ex_grow(&l->scene->textures, &l->scene->texture_count, sizeof(ex_texture)) != 0)
             return ex_fail(l->error, "%s: out of memory", l->path);
-        if (used && load_texture(l, &f->images[i], &l->scene->textures[i]) != 0) return -1;
+    for (size_t i = 0; i < f->material_count; i++) {
+        ex_material *to = &l->scene->materials[i];
+        if (load_with_means(l, &f->materials[i], to) != 0) return -1;
+        if (to->base_texture < 0 || l->scene->textures[to->base_texture].rgba) continue;
+        if (load_texture(l, &f->images[to->base_texture], &l->scene->textures[to->base_texture]) != 0) return -1;
     }
     return 0;
 }
@@ -417,6 +427,8 @@ static int load_node(loader *l, const gltf_node *node, const float m[16])
             l->placed += l->scene->meshes[node->mesh].triangle_count;
             if (l->placed > MOST_TRIANGLES)
                 return ex_fail(l->error, "%s: its nodes place more than %u triangles", l->path, MOST_TRIANGLES);
+            if (l->scene->object_count >= MOST_OBJECTS)
+                return ex_fail(l->error, "%s: more than %u of its nodes have meshes", l->path, MOST_OBJECTS);
             ex_object *object = ex_build_object(&l->builder, node->name ? node->name : "", (uint32_t)node->mesh);
             if (!object) return ex_fail(l->error, "%s: out of memory", l->path);
             memcpy(object->transform, m, sizeof object->transform);
@@ -493,7 +505,9 @@ int ex_gltf_load(ex_scene *scene, const char *path, char *error)
     l.scene = scene;
     l.builder.scene = scene;
     l.path = path;
-    int result = ex_gltf_parse(path, load_file, &l, error, EX_ERROR_SIZE);
+    int result = ex_gltf_check(path, error);
+    if (result == 0) result = ex_gltf_parse(path, load_file, &l, error, EX_ERROR_SIZE);
+    free(l.means);
     ex_mesh_free(&l.builder.mesh);
     return result;
 }

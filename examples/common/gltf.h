@@ -33,6 +33,7 @@ typedef struct gltf_material {
     int    double_sided, base_image, emissive_image, transmission_image, uv_set; /* images: -1 = none; uv_set: base */
 } gltf_material;
 
+/* Only those that a material names as base colour, emission or transmission have pixels. */
 typedef struct gltf_image { const uint8_t *pixels; size_t bytes; int width, height, channels, bits; } gltf_image;
 
 typedef struct gltf_light { int kind; double color[3], intensity, outer_angle; } gltf_light;  /* 0 sun 1 point 2 spot */
@@ -58,6 +59,16 @@ typedef struct gltf_file {
     size_t mesh_count;
     const char *unsupported;          /* a required extension that the parser does not know, or NULL */
 } gltf_file;
+
+/* Whether the JSON of the file can be given to a parser: its depth, and what its values may take of ex_memory_limit.
+   0, or -1 with one line in error. */
+int ex_gltf_check(const char *path, char *error);
+
+/* Ends a text at its first line and replaces control characters. */
+void ex_one_line(char *error);
+
+/* Bytes of a PNG's or JPEG's pixels with four channels; 0: neither, or built without stb. */
+double ex_picture_bytes(const void *data, size_t size);
 
 typedef int (*gltf_visitor)(void *context, const gltf_file *file, char *error);
 

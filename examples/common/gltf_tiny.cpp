@@ -18,11 +18,72 @@
 #endif
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <exception>
+#include <stdexcept>
 #include <string>
 #include <vector>
+#include <sys/stat.h>
+
+extern "C" size_t ex_memory_limit;
 
 namespace {
+
+/* What a file names: other files, read within a limit, and pictures, kept as they are until it is known which are used
+   and how large they get. */
+struct Sources {
+    double left;                                        /* of ex_memory_limit */
+    std::vector<std::vector<unsigned char> > pictures;  /* by number */
+};
+
+bool is_file(const std::string &name, void *)
+{
+    struct stat status;
+    return stat(name.c_str(), &status) == 0 && S_ISREG(status.st_mode);
+}
+
+bool read_file(std::vector<unsigned char> *out, std::string *problem, const std::string &name, void *user)
+{
+    Sources *sources = static_cast<Sources *>(user);
+    struct stat status;
+    if (stat(name.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) {
+        if (problem) *problem += "not a file: " + name;
+        return false;
+    }
+    sources->left -= static_cast<double>(status.st_size);
+    if (sources->left < 0) throw std::runtime_error("the files that it names are too large: --limit-memory");
+    std::ifstream file(name.c_str(), std::ios::binary);
+    out->resize(static_cast<size_t>(status.st_size));
+    if (out->empty() || file.read(reinterpret_cast<char *>(&(*out)[0]), status.st_size)) return true;
+    if (problem) *problem += "cannot read " + name;
+    return false;
+}
+
+/* Later versions ask for a file's size by a callback of its own. */
+template <typename T> auto set_size_callback(T &files, int) -> decltype(files.GetFileSizeInBytes, void())
+{
+    files.GetFileSizeInBytes = [](size_t *out, std::string *, const std::string &name, void *) {
+        struct stat status;
+        if (stat(name.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return false;
+        *out = static_cast<size_t>(status.st_size);
+        return true;
+    };
+}
+template <typename T> void set_size_callback(T &, long) {}
+
+bool keep_picture(tinygltf::Image *, const int number, std::string *, std::string *, int, int,
+                  const unsigned char *bytes, int size, void *user)
+{
+    Sources *sources = static_cast<Sources *>(user);
+    const size_t at = static_cast<size_t>(number);
+    if (number < 0 || size <= 0) return false;
+    sources->left -= size;
+    if (sources->left < 0) throw std::runtime_error("its pictures are too large: --limit-memory");
+    if (sources->pictures.size() <= at) sources->pictures.resize(at + 1);
+    sources->pictures[at].assign(bytes, bytes + size);
+    return true;
+}
+
 
 struct Arrays {
     std::vector<gltf_accessor> accessors;
@@ -197,9 +258,39 @@ void find_unsupported(const tinygltf::Model &model, Arrays &out)
     }
 }
 
-int show(const tinygltf::Model &model, gltf_visitor visit, void *context, char *error)
+/* Decodes the pictures that materials use, once all of them are known to fit. Two copies of the pixels are kept. */
+void decode_pictures(tinygltf::Model &model, Sources &sources, const Arrays &a)
+{
+    std::vector<char> used(model.images.size(), 0);
+    for (size_t i = 0; i < a.materials.size(); i++) {
+        const gltf_material &m = a.materials[i];
+        const int names[3] = {m.base_image, m.emissive_image, m.transmission_image};
+        for (int k = 0; k < 3; k++)
+            if (valid(names[k], used)) used[static_cast<size_t>(names[k])] = 1;
+    }
+    sources.pictures.resize(model.images.size());
+    for (size_t i = 0; i < used.size(); i++) {
+        if (!used[i]) continue;
+        const double bytes = sources.pictures[i].empty() ? 0 : ex_picture_bytes(&sources.pictures[i][0],
+                                                                                sources.pictures[i].size());
+        if (!(bytes > 0)) throw std::runtime_error("a picture is neither PNG nor JPEG, or this was built without stb");
+        sources.left -= 2 * bytes;
+        if (sources.left < 0) throw std::runtime_error("its pictures take too much memory: --limit-memory");
+    }
+    for (size_t i = 0; i < used.size(); i++) {
+        std::string problem, warning;
+        if (used[i] && !tinygltf::LoadImageData(&model.images[i], static_cast<int>(i), &problem, &warning, 0, 0,
+                                                &sources.pictures[i][0], static_cast<int>(sources.pictures[i].size()),
+                                                nullptr))
+            throw std::runtime_error(problem);
+    }
+}
+
+int show(tinygltf::Model &model, Sources &sources, gltf_visitor visit, void *context, char *error)
 {
     Arrays a;
+    convert_materials(model, a);
+    decode_pictures(model, sources, a);
     for (size_t i = 0; i < model.accessors.size(); i++)
         a.accessors.push_back(convert_accessor(model, model.accessors[i]));
     for (size_t i = 0; i < model.images.size(); i++) {
@@ -209,7 +300,6 @@ int show(const tinygltf::Model &model, gltf_visitor visit, void *context, char *
     }
     for (size_t i = 0; i < model.cameras.size(); i++)
         a.yfovs.push_back(model.cameras[i].type == "perspective" ? model.cameras[i].perspective.yfov : 0);
-    convert_materials(model, a);
     convert_meshes(model, a);
     convert_lights(model, a);
     convert_nodes(model, a);
@@ -236,11 +326,21 @@ extern "C" int ex_gltf_parse(const char *path, gltf_visitor visit, void *context
     try {
         tinygltf::TinyGLTF loader;
         tinygltf::Model model;
+        Sources sources = {static_cast<double>(ex_memory_limit), std::vector<std::vector<unsigned char> >()};
+        tinygltf::FsCallbacks files = tinygltf::FsCallbacks();
+        files.FileExists = is_file;
+        files.ExpandFilePath = tinygltf::ExpandFilePath;
+        files.ReadWholeFile = read_file;
+        files.WriteWholeFile = tinygltf::WriteWholeFile;
+        files.user_data = &sources;
+        set_size_callback(files, 0);
+        loader.SetFsCallbacks(files);
+        loader.SetImageLoader(keep_picture, &sources);
         std::string problem, warning, name(path);
         bool binary = name.size() > 4 && name.compare(name.size() - 4, 4, ".glb") == 0;
         bool ok = binary ? loader.LoadBinaryFromFile(&model, &problem, &warning, name)
                          : loader.LoadASCIIFromFile(&model, &problem, &warning, name);
-        if (ok) return show(model, visit, context, error);
+        if (ok) return show(model, sources, visit, context, error);
         Arrays a;                            /* what an unknown extension describes cannot be parsed either */
         find_unsupported(model, a);
         if (!a.unsupported.empty())
@@ -249,7 +349,7 @@ extern "C" int ex_gltf_parse(const char *path, gltf_visitor visit, void *context
     } catch (const std::exception &e) {      /* out of memory, or the JSON parser's own */
         std::snprintf(error, error_size, "%s: %s", path, e.what());
     }
-    error[std::strcspn(error, "\r\n")] = 0;
+    ex_one_line(error);
     return -1;
 }
 

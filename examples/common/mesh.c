@@ -1,5 +1,6 @@
 /* mesh.c - the mesh builder and the few matrices that scenes need. */
 #include "internal.h"
+#include "gltf.h"
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -57,6 +58,13 @@ void ex_place(float m[16], v3 position, float yaw, float scale)
 
 /* ---- errors and arrays ---- */
 
+void ex_one_line(char *error)
+{
+    error[strcspn(error, "\r\n")] = 0;          /* of a parser's many lines the first says what is wrong */
+    for (; *error; error++)                     /* names in files must not talk to a terminal */
+        if ((unsigned char)*error < 32 || *error == 127) *error = '?';
+}
+
 int ex_fail(char *error, const char *format, ...)
 {
     if (error) {
@@ -64,7 +72,7 @@ int ex_fail(char *error, const char *format, ...)
         va_start(arguments, format);
         vsnprintf(error, EX_ERROR_SIZE, format, arguments);
         va_end(arguments);
-        error[strcspn(error, "\r\n")] = 0;      /* of a parser's many lines the first says what is wrong */
+        ex_one_line(error);
     }
     return -1;
 }

@@ -1,6 +1,7 @@
 /* png.c - 8-bit RGB PNG: compressed by stb_image_write where it was found, else in stored blocks by the few lines here,
    so that a machine with nothing but a compiler still gets pictures out of `make demo`. Only .hdr input needs stb:
    there this file says so. */
+#include "gltf.h"
 #include "internal.h"
 #include <stdlib.h>
 #include <string.h>
@@ -22,6 +23,8 @@
 #define STB_IMAGE_STATIC
 #define STB_IMAGE_IMPLEMENTATION
 #define STBI_ONLY_HDR
+#define STBI_ONLY_PNG
+#define STBI_ONLY_JPEG
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #if defined(__has_include)
@@ -50,12 +53,22 @@ int ex_stb_read_hdr(const char *path, uint32_t *width, uint32_t *height, float *
 {
     int w = 0, h = 0, channels = 0;
     if (!stbi_is_hdr(path)) return ex_fail(error, "%s: cannot open, or not a Radiance .hdr picture", path);
+    if (stbi_info(path, &w, &h, &channels) && 24.0 * w * h > (double)ex_memory_limit)      /* it and its copy */
+        return ex_fail(error, "%s: %d x %d pixels take more than %.0f MB: --limit-memory", path, w, h,
+                       (double)ex_memory_limit * 1e-6);
     float *pixels = stbi_loadf(path, &w, &h, &channels, 3);
     if (!pixels) return ex_fail(error, "%s: %s", path, stbi_failure_reason());
     *width = (uint32_t)w;
     *height = (uint32_t)h;
     *rgb = pixels;                       /* stb allocates with malloc */
     return 0;
+}
+
+double ex_picture_bytes(const void *data, size_t size)
+{
+    int w = 0, h = 0, channels = 0, bytes = (int)(size < 0x7fffffff ? size : 0x7fffffff);
+    if (!stbi_info_from_memory((const stbi_uc *)data, bytes, &w, &h, &channels)) return 0;
+    return (stbi_is_16_bit_from_memory((const stbi_uc *)data, bytes) ? 8.0 : 4.0) * w * h;
 }
 
 #else

@@ -18,6 +18,7 @@ struct ex_pool {
     ex_task         task;
     void           *context;
     size_t          next, count, batch;
+    const char     *label;           /* of ex_pool_progress */
 };
 
 /* Takes indices a batch at a time, so that uneven tasks balance and tiny ones do not fight for the lock. */
@@ -96,6 +97,32 @@ void ex_pool_run(void *opaque, size_t count, ex_task task, void *context)
     while (pool->busy > 0) pthread_cond_wait(&pool->finished, &pool->lock);
     pthread_mutex_unlock(&pool->lock);
     pthread_mutex_unlock(&pool->run_lock);
+}
+
+void ex_pool_label(ex_pool *pool, const char *label)
+{
+    if (pool) pool->label = label;
+}
+
+int ex_pool_progress(void *opaque, float fraction)
+{
+    const ex_pool *pool = (const ex_pool *)opaque;
+    return ex_progress((void *)(size_t)(pool ? pool->label : NULL), fraction);
+}
+
+static char said[EX_ERROR_SIZE];            /* what a header's failing call has said last */
+
+void ex_pool_log(void *opaque, const char *message)
+{
+    (void)opaque;
+    snprintf(said, sizeof said, "%s", message);
+}
+
+void ex_complain(const char *program, const char *error)
+{
+    if (*said) fprintf(stderr, "%s: %s (%s)\n", program, error, said);
+    else fprintf(stderr, "%s: %s\n", program, error);
+    *said = 0;
 }
 
 int ex_pool_threads(const ex_pool *pool) { return pool ? pool->worker_count + 1 : 1; }

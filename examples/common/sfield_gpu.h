@@ -1,9 +1,8 @@
-/* sfield_gpu.h - fields of shadowfield.h whose cubes gl_backend.h draws and projects. */
+/* sfield_gpu.h - fields of shadowfield.h whose cubes gl_shadowfield.h draws and projects. */
 #ifndef EX_SFIELD_GPU_H
 #define EX_SFIELD_GPU_H
 
-#include "gl_backend.h"
-#include "shadowfield.h"
+#include "gl_backend/gl_shadowfield.h"
 
 typedef struct ex_sfield_gpu { glbk_context *gl; glbk_result result; } ex_sfield_gpu;
 

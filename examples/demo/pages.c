@@ -212,9 +212,12 @@ static const char *const choices[] = {
     "rigid objects that may move, turn and scale evenly; any light | their shadows at a steady cost | csm.h",
     "a tool that asks very many visibility questions | answers from a few megabytes, batched | csm.h",
     "many rigid objects and local lights that move, soft shadows | all of it in a few milliseconds | shadowfield.h",
-    "anything that deforms, under a sky | its shadows, nothing precomputed | envshadow.h",
+    "anything that deforms, under a sky | its shadows, nothing precomputed | envlights.h, envshadow.h",
     "scenes, lights and cameras that move | bounced light without its shadows, fast | rsm.h",
     "the same | bounced light with its shadows | ism.h",
+    "a renderer of any kind with directional lights | a sky as such lights | envlights.h",
+    "answers about visibility, by csm.h or rays | direct light of lamps and skies by sampling | lightsampling.h",
+    "few samples a pixel | a smooth picture, over frames and over neighbours | gifilter.h",
     "a need for answers exact to the last ray | | a ray tracer",
     NULL
 };
@@ -297,7 +300,7 @@ static int write_which(gallery *g, const char *name, char *error)
     for (int i = 0; choices[i]; i++) table_line(&p, choices[i], i == 0);
     table_end(&p);
     paragraph(&p, "The headers work together: csm.h, envshadow.h or shadowfield.h for direct light, rsm.h or ism.h for "
-                  "what bounces. gl_backend.h has the GPU's half of each of them, for OpenGL 3.3, ES 3.0 and WebGL 2.");
+                  "what bounces. gl_backend/ has the GPU's half of each of them, for OpenGL 3.3, ES 3.0 and WebGL 2.");
     say_what_figures_mean(&p, g);
     for (size_t i = 0; i < sizeof techniques / sizeof techniques[0]; i++) describe(&p, g, &techniques[i]);
     return close_page(&p, name, error);

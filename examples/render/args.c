@@ -157,9 +157,9 @@ int rd_light_parse(rd_light_arg *out, const char *text, char *error)
     out->has_value = extra > 0 || (kinds[i].kind != EX_LIGHT_SPOT && kinds[i].kind != EX_LIGHT_POINT);
     for (int k = 0; k < 3; k++) {
         const double *given = n + kinds[i].numbers + (extra == 3 ? k : 0);
+        if (extra && !(*given >= 0 && *given <= 1e12))      /* what comes of it must stay a float */
+            return fail(error, "--light %.80s: the value must be 0 to 1e12, not negative", text);
         out->light.value[k] = extra ? (float)*given : default_value(out->light.kind);
-        if (!(out->light.value[k] >= 0))
-            return fail(error, "--light %.80s: the value must not be negative", text);
     }
     return 0;
 }
@@ -301,6 +301,15 @@ static int set_threads(rd_args *args, const char *value, char *error)
     return result;
 }
 
+static int set_limit_memory(rd_args *args, const char *value, char *error)
+{
+    uint64_t n = 0;
+    int result = set_number("--limit-memory", value, 1, 1000000, &n, error);
+    (void)args;
+    ex_memory_limit = (size_t)n * 1000000;
+    return result;
+}
+
 static int set_out(rd_args *args, const char *value, char *error)
 {
     args->out = value;
@@ -325,7 +334,7 @@ static const struct { const char *name; int (*set)(rd_args *args, const char *va
     { "--technique", set_technique }, { "--backend", set_backend }, { "--scene", set_scene }, { "--env", set_env },
     { "--light", set_light }, { "--baked", set_baked }, { "--camera", set_camera }, { "--size", set_size },
     { "--samples", keep_for_later }, { "--frames", set_frames }, { "--seed", set_seed }, { "--threads", set_threads },
-    { "--set", keep_for_later }, { "--out", set_out }, { "--json", set_json },
+    { "--set", keep_for_later }, { "--out", set_out }, { "--json", set_json }, { "--limit-memory", set_limit_memory },
 };
 
 static int apply(rd_args *args, const char *option, const char *value, char *error)

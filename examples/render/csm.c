@@ -1,4 +1,5 @@
-/* csm.c - the technique "csm": direct light by Monte Carlo whose visibility comes from coherent shadow maps alone.
+/* csm.c - the technique "csm": direct light by Monte Carlo whose visibility comes from coherent shadow maps alone:
+   csm.h answers, lightsampling.h draws samples of lights and materials and adds them up.
 
    Sky        maps of all directions, one block of them for each distinct mesh, instanced
    Sun        one map of its direction for each mesh (sun=exact), or the sky's maps (sun=shared: the nearest direction
@@ -17,13 +18,13 @@
 
 typedef struct scratch {         /* of one worker */
     float    *position, *normal, *view, *radiance;      /* 3 a pixel */
-    cohsm_material *material;
+    lsamp_material *material;
     uint32_t *pixel;
     float    *direction, *distance, *coords, *weight;   /* of all samples of a batch */
     float    *visible;
     float    *asked_point, *asked_light, *answer;       /* of those samples that matter */
     cs_near   near;
-    uint32_t *asked_self, *asked_sample;
+    uint32_t *asked_entity, *asked_sample;
     void     *memory;
     uint64_t  queries, refused;
     cohsm_result result;
@@ -64,8 +65,8 @@ static int alloc_scratch(scratch *s, size_t pixels, size_t samples)
     s->near.light = at, at += 3 * samples;
     s->near.answer = at, at += samples;
     s->pixel = (uint32_t *)(void *)at;
-    s->asked_self = s->pixel + pixels;
-    s->asked_sample = s->asked_self + samples;
+    s->asked_entity = s->pixel + pixels;
+    s->asked_sample = s->asked_entity + samples;
     s->near.sample = s->asked_sample + samples;
     return 0;
 }
@@ -79,13 +80,13 @@ static void gather_pixels(const frame_work *w, scratch *s, const uint32_t *pixel
 {
     for (size_t i = 0; i < count; i++) {
         const ex_pixel *p = &w->job->gbuffer->pixels[pixels[i]];
-        cohsm_material *m = &s->material[i];
+        lsamp_material *m = &s->material[i];
         memcpy(s->position + 3 * i, p->position, sizeof p->position);
         memcpy(s->normal + 3 * i, p->normal, sizeof p->normal);
         memcpy(s->view + 3 * i, p->view, sizeof p->view);
         memset(s->radiance + 3 * i, 0, 3 * sizeof *s->radiance);
         memset(m, 0, sizeof *m);
-        m->type = w->state->full ? COHSM_BRDF_METAL_ROUGH : COHSM_BRDF_LAMBERT;
+        m->kind = w->state->full ? LSAMP_MATERIAL_METAL_ROUGH : LSAMP_MATERIAL_LAMBERT;
         for (int k = 0; k < 3; k++)
             m->diffuse[k] = fminf(p->albedo[k], 1);
         m->metallic = p->metallic;
@@ -113,11 +114,11 @@ static int is_behind_plane(const cs_state *state, const ex_pixel *p, const float
 }
 
 /* How far along its geometric normal a receiver moves, so that it clears the pixels of the map that it is in. */
-static float offset_of(const cs_state *state, const cs_light *light, uint32_t self, float distance)
+static float offset_of(const cs_state *state, const cs_light *light, uint32_t entity, float distance)
 {
     if (light->ask == COHSM_LIGHT_PARAMETER || (light->ask == COHSM_LIGHT_INDEX && !light->at_infinity))
-        return state->options.offset * 2 * distance / (float)light->map_size;
-    return self == COHSM_NO_SELF ? 0 : light->casters->offsets[self];
+        return state->options.offset * 2 * distance / (float)light->map_side;
+    return entity ? light->casters->offsets[entity - 1] : 0;
 }
 
 /* Only samples that carry light and leave on the outer side of the surface need an answer. */
@@ -127,7 +128,7 @@ static size_t gather_questions(const frame_work *w, scratch *s, const cs_light *
     size_t asked = 0;
     for (size_t i = 0; i < count; i++) {
         const ex_pixel *p = &w->job->gbuffer->pixels[pixels[i]];
-        uint32_t self = light->casters->self[p->object];
+        uint32_t entity = light->casters->entity[p->object];
         for (size_t k = i * samples; k < (i + 1) * samples; k++) {
             const float *weight = s->weight + 3 * k, *d = s->direction + 3 * k;
             float move;
@@ -135,7 +136,7 @@ static size_t gather_questions(const frame_work *w, scratch *s, const cs_light *
             if (!(weight[0] > 0 || weight[1] > 0 || weight[2] > 0) || dot(d, p->geometric) <= 0 ||
                 is_cut_off(light, d) || is_behind_plane(w->state, p, d, s->distance[k]))
                 continue;
-            move = offset_of(w->state, light, self, s->distance[k]);
+            move = offset_of(w->state, light, entity, s->distance[k]);
             for (int c = 0; c < 3; c++) {
                 s->asked_point[3 * asked + (size_t)c] = p->position[c] + move * p->geometric[c];
                 s->asked_light[3 * asked + (size_t)c] =
@@ -143,7 +144,7 @@ static size_t gather_questions(const frame_work *w, scratch *s, const cs_light *
                     : light->ask == COHSM_LIGHT_POSITION ? p->position[c] + s->distance[k] * d[c]
                                                          : s->coords[3 * k + (size_t)c];
             }
-            s->asked_self[asked] = self;
+            s->asked_entity[asked] = entity;
             s->asked_sample[asked++] = (uint32_t)k;
         }
     }
@@ -153,18 +154,18 @@ static size_t gather_questions(const frame_work *w, scratch *s, const cs_light *
 static cohsm_result ask(const frame_work *w, scratch *s, const cs_light *light, size_t asked, uint32_t seed)
 {
     static const uint32_t first = 0;
-    cohsm_query query = cohsm_query_default();
+    cohsm_query query = { 0 };
     cohsm_result result;
     size_t refused = 0;
-    query.points = s->asked_point;
+    query.positions = s->asked_point;
     query.count = asked;
     query.lights = s->asked_light;
     query.light_stride = 12;
-    query.light = light->ask;
+    query.light_kind = light->ask;
     query.filter = w->state->options.filter;
-    query.bias = w->state->options.bias;
+    query.bias = w->state->options.bias > 0 ? w->state->options.bias : -1;
     query.seed = seed;
-    query.self = s->asked_self;
+    query.entities = s->asked_entity;
     if (light->ask == COHSM_LIGHT_INDEX) {
         query.lights = &first;
         query.one_light = 1;
@@ -184,9 +185,9 @@ static cohsm_result shade_light(const frame_work *w, scratch *s, uint32_t number
                                 size_t count)
 {
     const cs_light *light = &w->state->lights[number];
-    cohsm_sample_desc desc;
-    cohsm_points points;
-    cohsm_samples out = { s->direction, s->distance, s->coords, s->weight };
+    lsamp_sample_desc desc;
+    lsamp_points points;
+    lsamp_samples out = { s->direction, s->distance, s->coords, s->weight };
     cohsm_result result;
     size_t asked;
     memset(&desc, 0, sizeof desc);
@@ -202,12 +203,14 @@ static cohsm_result shade_light(const frame_work *w, scratch *s, uint32_t number
     points.materials = s->material;
     points.material_stride = sizeof *s->material;
     points.pixels = s->pixel;
-    result = cohsm_sample(&desc, light->emitter, &points, &out, NULL);
+    result = (cohsm_result)lsamp_sample(&desc, light->emitter, &points, &out, NULL);     /* the same numbers */
     if (result != COHSM_OK)
         return result;
     asked = gather_questions(w, s, light, pixels, count, desc.samples);
     result = ask(w, s, light, asked, (uint32_t)batch * 0x9e3779b9u + w->job->seed * 0x85ebca6bu + number);
-    return result == COHSM_OK ? cohsm_accumulate(count, desc.samples, s->weight, s->visible, s->radiance, 0) : result;
+    if (result != COHSM_OK)
+        return result;
+    return (cohsm_result)lsamp_accumulate(count, desc.samples, s->weight, s->visible, s->radiance, 0);
 }
 
 /* Worker i takes batches i, i + workers, ...: what is in a batch does not depend on the number of workers. */
@@ -296,7 +299,7 @@ static int place_of(const char *words, const char *word)
 static void read_options(cs_options *o, const rd_settings *settings)
 {
     o->side = (uint32_t)rd_setting_integer(settings, "side");
-    o->map_size = (uint32_t)rd_setting_integer(settings, "m");
+    o->map_side = (uint32_t)rd_setting_integer(settings, "m");
     o->light_side = (uint32_t)rd_setting_integer(settings, "light_side");
     o->light_map_size = (uint32_t)rd_setting_integer(settings, "light_m");
     o->hard_size = (uint32_t)rd_setting_integer(settings, "hard_m");
@@ -326,7 +329,7 @@ static int build_maps(cs_state *state, cs_light *light, const rd_job *job, char 
     }
     light->ask = light->is_delta ? COHSM_LIGHT_INDEX : COHSM_LIGHT_PARAMETER;
     light->casters = &light->own;
-    light->map_size = light->is_delta ? state->options.hard_size : state->options.light_map_size;
+    light->map_side = light->is_delta ? state->options.hard_size : state->options.light_map_size;
     if (light->at_infinity)
         return cs_casters_build(&light->own, state, job, light->sun, error);
     if (cs_light_domain(light, &state->options, &domain, error) != 0)
@@ -438,7 +441,7 @@ static void report_csm(const void *opaque, rd_report *report)
     report->memory_bytes = state->memory.now + own;
     report->peak_bytes = state->memory.peak;
     rd_json_integer(report->json, "side", state->options.side);
-    rd_json_integer(report->json, "m", state->options.map_size);
+    rd_json_integer(report->json, "m", state->options.map_side);
     rd_json_integer(report->json, "blocks", t.blocks);
     rd_json_integer(report->json, "maps", t.maps);
     rd_json_integer(report->json, "segments", t.segments);

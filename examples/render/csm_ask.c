@@ -28,13 +28,13 @@ static size_t gather_near(const cs_casters *c, uint32_t o, int own, const cohsm_
 {
     size_t n = 0;
     for (size_t i = 0; i < query->count; i++) {
-        const float *p = query->points + 3 * i;
+        const float *p = query->positions + 3 * i;
         const float *light = (const float *)query->lights + (query->one_light ? 0 : 3 * i);
         float to_light[3];
-        if ((query->self[i] == o) != own || !(visible[i] > 0))
+        if ((query->entities[i] == o + 1) != own || !(visible[i] > 0))
             continue;
         for (int k = 0; k < 3; k++)
-            to_light[k] = query->light == COHSM_LIGHT_POSITION ? light[k] - p[k] : light[k];
+            to_light[k] = query->light_kind == COHSM_LIGHT_POSITION ? light[k] - p[k] : light[k];
         if (!is_near(&c->reach[o], p, to_light))
             continue;
         memcpy(near->point + 3 * n, p, 3 * sizeof *p);
@@ -47,9 +47,9 @@ static size_t gather_near(const cs_casters *c, uint32_t o, int own, const cohsm_
 cohsm_result cs_visible(const cs_casters *c, const cohsm_query *query, cs_near *near, float *visible, size_t *refused)
 {
     cohsm_query some = *query;
-    if (c->count < 2 || (query->light != COHSM_LIGHT_DIRECTION && query->light != COHSM_LIGHT_POSITION))
+    if (c->count < 2 || (query->light_kind != COHSM_LIGHT_DIRECTION && query->light_kind != COHSM_LIGHT_POSITION))
         return cohsm_visible_scene(c->instances, c->count, query, visible, refused);
-    some.self = NULL;
+    some.entities = NULL;
     *refused = 0;
     for (size_t i = 0; i < query->count; i++)
         visible[i] = 1;
@@ -60,7 +60,7 @@ cohsm_result cs_visible(const cs_casters *c, const cohsm_query *query, cs_near *
             some.count = gather_near(c, o, own, query, near, visible);
             if (!some.count)
                 continue;
-            some.points = near->point;
+            some.positions = near->point;
             some.lights = query->one_light ? query->lights : near->light;
             some.seed = query->seed + o * 0x9e3779b9u;
             result = cohsm_visible_scene(c->instances + o, 1, &some, near->answer, &here);

@@ -1,4 +1,4 @@
-/* csm_lights.c - the scene's lights as emitters of csm.h, and the places on them that maps are made of.
+/* csm_lights.c - the scene's lights as those of lightsampling.h, and the places on them that maps are made of.
 
    Sun, sky, spot, point and the area lights have shapes of their own there. Emissive triangles are gathered by object
    and material: a flat parallelogram becomes a rectangle, the rest a mesh with a place for each map. */
@@ -24,22 +24,22 @@ static cs_light *add_light(cs_state *state, char *error)
     return &grown[state->light_count++];
 }
 
-static int make_emitter(cs_state *state, cs_light *light, const cohsm_emitter_desc *desc, char *error)
+static int make_emitter(cs_state *state, cs_light *light, const lsamp_light_desc *desc, char *error)
 {
-    cohsm_result result;
+    lsamp_result result;
     light->desc = *desc;
-    light->bytes = cohsm_emitter_size(desc);
+    light->bytes = lsamp_light_bytes(desc);
     if (!light->bytes)
         return cs_failed("a light", COHSM_ERR_DESC, error);
     light->memory = malloc(light->bytes);
     if (!light->memory)
         return cs_out_of_memory(error);
-    result = cohsm_emitter_build(desc, light->memory, light->bytes, &light->emitter, NULL);
-    if (result != COHSM_OK)
-        return cs_failed("a light", result, error);
-    light->is_delta = desc->shape == COHSM_SHAPE_SUN || desc->shape == COHSM_SHAPE_SPOT ||
-                      desc->shape == COHSM_SHAPE_POINT;
-    light->at_infinity = desc->shape == COHSM_SHAPE_SUN || desc->shape == COHSM_SHAPE_ENVIRONMENT;
+    result = lsamp_light_init(desc, light->memory, light->bytes, &light->emitter, NULL);
+    if (result != LSAMP_OK)
+        return cs_failed("a light", (cohsm_result)result, error);
+    light->is_delta = desc->kind == LSAMP_LIGHT_SUN || desc->kind == LSAMP_LIGHT_SPOT ||
+                      desc->kind == LSAMP_LIGHT_POINT;
+    light->at_infinity = desc->kind == LSAMP_LIGHT_SUN || desc->kind == LSAMP_LIGHT_ENVIRONMENT;
     state->area_count += !light->is_delta;
     return 0;
 }
@@ -51,11 +51,11 @@ static void copy3(float *to, const float *from)
 
 static int add_listed(cs_state *state, const ex_light *source, char *error)
 {
-    static const cohsm_shape shapes[] = {
-        COHSM_SHAPE_SUN, COHSM_SHAPE_SPOT, COHSM_SHAPE_POINT, COHSM_SHAPE_SPHERE, COHSM_SHAPE_RECTANGLE,
-        COHSM_SHAPE_DISC, COHSM_SHAPE_LINE
+    static const lsamp_light_kind shapes[] = {
+        LSAMP_LIGHT_SUN, LSAMP_LIGHT_SPOT, LSAMP_LIGHT_POINT, LSAMP_LIGHT_SPHERE, LSAMP_LIGHT_RECTANGLE,
+        LSAMP_LIGHT_DISC, LSAMP_LIGHT_LINE
     };
-    cohsm_emitter_desc desc;
+    lsamp_light_desc desc;
     cs_light *light;
     if (!(source->value[0] > 0 || source->value[1] > 0 || source->value[2] > 0))
         return 0;
@@ -63,7 +63,7 @@ static int add_listed(cs_state *state, const ex_light *source, char *error)
     if (!light)
         return -1;
     memset(&desc, 0, sizeof desc);
-    desc.shape = shapes[source->kind];
+    desc.kind = shapes[source->kind];
     copy3(desc.position, source->position);
     copy3(desc.direction, source->direction);
     copy3(light->sun, source->direction);
@@ -72,9 +72,9 @@ static int add_listed(cs_state *state, const ex_light *source, char *error)
     desc.radius = source->radius;
     copy3(desc.radiance, source->value);
     if (source->kind == EX_LIGHT_SPOT && source->cos_half_angle > 1e-3f) {
-        desc.cone_angle = 2 * acosf(source->cos_half_angle);
+        desc.cone_half_angle = acosf(source->cos_half_angle);
     } else if (source->kind == EX_LIGHT_SPOT) {
-        desc.shape = COHSM_SHAPE_POINT;
+        desc.kind = LSAMP_LIGHT_POINT;
         light->wide_spot = source;
     }
     return make_emitter(state, light, &desc, error);
@@ -82,12 +82,12 @@ static int add_listed(cs_state *state, const ex_light *source, char *error)
 
 static int add_sky(cs_state *state, const ex_sky *sky, char *error)
 {
-    cohsm_emitter_desc desc;
+    lsamp_light_desc desc;
     cs_light *light = add_light(state, error);
     if (!light)
         return -1;
     memset(&desc, 0, sizeof desc);
-    desc.shape = COHSM_SHAPE_ENVIRONMENT;
+    desc.kind = LSAMP_LIGHT_ENVIRONMENT;
     desc.radiance[0] = desc.radiance[1] = desc.radiance[2] = 1;
     desc.texels = sky->rgb;
     desc.width = sky->width;
@@ -111,7 +111,7 @@ static void oriented(const rd_emitter *e, int back, float v[9])
 }
 
 /* Two triangles that share an edge and make a flat parallelogram: corner, u and v with u x v along their normal. */
-static int is_parallelogram(const float *a, const float *b, float area, cohsm_emitter_desc *desc)
+static int is_parallelogram(const float *a, const float *b, float area, lsamp_light_desc *desc)
 {
     float size = sqrtf(area);
     for (int i = 0; i < 3; i++)
@@ -138,8 +138,8 @@ static int is_parallelogram(const float *a, const float *b, float area, cohsm_em
 static int add_emissive(cs_state *state, const rd_job *job, const rd_emitter *group, size_t count, int back,
                         char *error)
 {
-    cohsm_emitter_desc desc;
-    cohsm_mesh mesh;
+    lsamp_light_desc desc;
+    lsamp_mesh mesh;
     cs_light *light = add_light(state, error);
     float *corners = light ? malloc(9 * count * sizeof *corners) : NULL;
     int result;
@@ -154,12 +154,12 @@ static int add_emissive(cs_state *state, const rd_job *job, const rd_emitter *gr
     memset(&desc, 0, sizeof desc);
     copy3(desc.radiance, job->scene->materials[group->material].emission);
     if (count == 2 && is_parallelogram(corners, corners + 9, group->area, &desc)) {
-        desc.shape = COHSM_SHAPE_RECTANGLE;
+        desc.kind = LSAMP_LIGHT_RECTANGLE;
         for (int k = 0; k < 3; k++)
             desc.position[k] += clearance(job) * (back ? -group->normal[k] : group->normal[k]);
     } else {
         light->is_mesh = 1;
-        desc.shape = COHSM_SHAPE_MESH;
+        desc.kind = LSAMP_LIGHT_MESH;
         desc.mesh = &mesh;
         desc.places = state->options.light_side * state->options.light_side;
         desc.radius = clearance(job);
@@ -217,9 +217,18 @@ int cs_lights_build(cs_state *state, const rd_job *job, char *error)
 int cs_light_domain(const cs_light *light, const cs_options *options, cohsm_domain *out, char *error)
 {
     uint32_t n = options->light_side * options->light_side;
-    cohsm_result result = cohsm_emitter_domain(light->emitter, out);
-    if (result != COHSM_OK)
-        return cs_failed("a light", result, error);
+    lsamp_domain domain;
+    lsamp_result result = lsamp_light_domain(light->emitter, &domain);
+    if (result != LSAMP_OK)
+        return cs_failed("a light", (cohsm_result)result, error);
+    memset(out, 0, sizeof *out);
+    out->kind = (cohsm_domain_kind)domain.kind;
+    memcpy(out->side, domain.side, sizeof out->side);
+    copy3(out->origin, domain.origin);
+    copy3(out->u, domain.u);
+    copy3(out->v, domain.v);
+    out->locations = domain.locations;
+    out->location_count = domain.location_count;
     if (light->is_mesh)                          /* a place for each map already */
         return 0;
     out->side[0] = out->side[1] = options->light_side;

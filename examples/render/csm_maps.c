@@ -138,21 +138,21 @@ static int whole_scene(cs_soup *s, const ex_scene *scene, uint32_t dark, char *e
 
 static char progress_label[] = "csm maps";
 
-static int build(cohsm_maps **out, cs_state *state, const rd_job *job, const cohsm_domain *domain, uint32_t map_size,
+static int build(cohsm_maps **out, cs_state *state, const rd_job *job, const cohsm_domain *domain, uint32_t map_side,
                  const cohsm_mesh *mesh, const char *name, char *error)
 {
     cohsm_desc desc;
     cohsm_result result;
     memset(&desc, 0, sizeof desc);
     desc.domain = *domain;
-    desc.map_size = map_size;
+    desc.map_side = map_side;
     desc.layers = state->options.layers;
     desc.order = state->options.order;
-    desc.allocator = cs_memory_allocator(&state->memory);
-    desc.parallel_for = ex_pool_run;
-    desc.parallel_user = job->pool;
-    desc.progress = ex_progress;
-    desc.progress_user = progress_label;
+    desc.system.allocator = cs_memory_allocator(&state->memory);
+    ex_pool_label(job->pool, progress_label);
+    desc.system.parallel_for = ex_pool_run;
+    desc.system.progress = ex_pool_progress;
+    desc.system.user = job->pool;
     result = cohsm_build(&desc, mesh, out, NULL);
     ex_progress(NULL, 1);
     return result == COHSM_OK ? 0 : cs_failed(name, result, error);
@@ -160,13 +160,13 @@ static int build(cohsm_maps **out, cs_state *state, const rd_job *job, const coh
 
 static cohsm_mesh mesh_of(const ex_mesh *mesh)
 {
-    cohsm_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count };
+    cohsm_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count, NULL };
     return m;
 }
 
 static cohsm_mesh mesh_of_soup(const cs_soup *s)
 {
-    cohsm_mesh m = { s->positions, s->vertices, 0, s->indices, 3 * s->triangles };
+    cohsm_mesh m = { s->positions, s->vertices, 0, s->indices, 3 * s->triangles, NULL };
     return m;
 }
 
@@ -178,11 +178,9 @@ static int allocate(cs_casters *c, const ex_scene *scene, char *error)
     c->offsets = calloc(n, sizeof *c->offsets);
     c->reach = calloc(n, sizeof *c->reach);
     c->maps = calloc(n, sizeof(cohsm_maps *));
-    c->self = malloc(n * sizeof *c->self);
-    if (!c->instances || !c->offsets || !c->reach || !c->maps || !c->self)
+    c->entity = calloc(n, sizeof *c->entity);
+    if (!c->instances || !c->offsets || !c->reach || !c->maps || !c->entity)
         return cs_out_of_memory(error);
-    for (size_t i = 0; i < n; i++)
-        c->self[i] = COHSM_NO_SELF;
     return 0;
 }
 
@@ -196,11 +194,11 @@ static void place_instance(cs_casters *c, size_t number, const float *m, float s
     float angle;
     cohsm_get_info(instance->maps, &info);
     memcpy(instance->transform, m, sizeof instance->transform);
-    c->offsets[number] = info.positional ? 0 : options->offset * scale * 2 * info.radius / (float)info.map_size;
+    c->offsets[number] = info.positional ? 0 : options->offset * scale * 2 * info.radius / (float)info.map_side;
     for (int k = 0; k < 3; k++)
         reach->center[k] = m[k] * info.center[0] + m[4 + k] * info.center[1] + m[8 + k] * info.center[2] + m[12 + k];
     angle = info.domain == COHSM_DOMAIN_LIST ? 0 : 7.1f / (float)info.side[0];
-    reach->radius = scale * info.radius * (1 + 4 / (float)info.map_size);
+    reach->radius = scale * info.radius * (1 + 4 / (float)info.map_side);
     reach->slack = (angle < 1.5f ? sinf(angle) : 1) + 1e-4f;
 }
 
@@ -218,11 +216,11 @@ static void add_whole(cs_casters *c, const ex_scene *scene, cohsm_maps *maps, co
     add_instance(c, maps, identity, 1, options);
     for (uint32_t i = 0; i < scene->object_count; i++)
         if (!scene->objects[i].receiver_only)
-            c->self[i] = 0;
+            c->entity[i] = 1;
 }
 
 static int build_whole(cs_casters *c, cs_state *state, const rd_job *job, const cohsm_domain *domain,
-                       uint32_t map_size, uint32_t dark, char *error)
+                       uint32_t map_side, uint32_t dark, char *error)
 {
     cohsm_mesh mesh;
     cohsm_maps *maps;
@@ -231,7 +229,7 @@ static int build_whole(cs_casters *c, cs_state *state, const rd_job *job, const 
     if (whole_scene(&s, job->scene, dark, error) != 0)
         return -1;
     mesh = mesh_of_soup(&s);
-    result = s.triangles ? build(&maps, state, job, domain, map_size, &mesh, job->scene->name, error) : 0;
+    result = s.triangles ? build(&maps, state, job, domain, map_side, &mesh, job->scene->name, error) : 0;
     if (result == 0 && s.triangles)
         add_whole(c, job->scene, maps, &state->options);
     soup_free(&s);
@@ -255,12 +253,12 @@ static const cohsm_maps *find_maps(const cs_casters *c, const ex_scene *scene, u
     for (uint32_t i = 0; i < object; i++) {
         const cohsm_maps *maps;
         float scale, d[4];
-        if (scene->objects[i].mesh != scene->objects[object].mesh || c->self[i] == COHSM_NO_SELF ||
+        if (scene->objects[i].mesh != scene->objects[object].mesh || !c->entity[i] ||
             (scene->objects[i].material != scene->objects[object].material &&
              (cs_has_holes(scene, &scene->objects[i]) || cs_has_holes(scene, &scene->objects[object]))) ||
             !is_similarity(scene->objects[i].transform, &scale))
             continue;
-        maps = c->instances[c->self[i]].maps;
+        maps = c->instances[c->entity[i] - 1].maps;
         if (!location || (cohsm_location(maps, 0, d) == COHSM_OK &&
                           fabsf(d[0] - location[0]) + fabsf(d[1] - location[1]) + fabsf(d[2] - location[2]) < 1e-6f))
             return maps;
@@ -300,15 +298,15 @@ static int build_object(cs_casters *c, cs_state *state, const rd_job *job, uint3
             cs_soup_add(&moved, scene, o, similar ? identity : o->transform, 0);
             mesh = mesh_of_soup(&moved);
         }
-        result = build(&made, state, job, &domain, direction ? state->options.hard_size : state->options.map_size,
+        result = build(&made, state, job, &domain, direction ? state->options.hard_size : state->options.map_side,
                        &mesh, o->name, error);
         soup_free(&moved);
         if (result != 0)
             return -1;
         maps = c->maps[c->map_count++] = made;
     }
-    c->self[object] = (uint32_t)c->count;
     add_instance(c, maps, similar ? o->transform : identity, similar ? scale : 1, &state->options);
+    c->entity[object] = (uint32_t)c->count;
     c->movable &= similar && !source->deforms;
     return 0;
 }
@@ -329,7 +327,7 @@ int cs_casters_build(cs_casters *c, cs_state *state, const rd_job *job, const fl
             domain.locations = location;
             domain.location_count = 1;
         }
-        return build_whole(c, state, job, &domain, direction ? state->options.hard_size : state->options.map_size,
+        return build_whole(c, state, job, &domain, direction ? state->options.hard_size : state->options.map_side,
                            NO_OBJECT, error);
     }
     c->movable = !direction;
@@ -344,10 +342,10 @@ int cs_casters_move(cs_casters *c, const cs_state *state, const ex_scene *scene)
 {
     float scale;
     for (uint32_t i = 0; c->movable && i < scene->object_count; i++)
-        if (c->self[i] != COHSM_NO_SELF) {
+        if (c->entity[i]) {
             c->movable = is_similarity(scene->objects[i].transform, &scale);
             if (c->movable)
-                place_instance(c, c->self[i], scene->objects[i].transform, scale, &state->options);
+                place_instance(c, c->entity[i] - 1, scene->objects[i].transform, scale, &state->options);
         }
     return c->movable;
 }
@@ -358,7 +356,7 @@ int cs_casters_build_local(cs_casters *c, cs_state *state, const rd_job *job, co
     uint32_t dark = light->is_mesh && !state->options.emitters_cast ? light->object : NO_OBJECT;
     if (allocate(c, job->scene, error) != 0)
         return -1;
-    return build_whole(c, state, job, domain, light->map_size, dark, error);
+    return build_whole(c, state, job, domain, light->map_side, dark, error);
 }
 
 /* ---- receivers ---- */
@@ -434,10 +432,10 @@ int cs_casters_open(cs_casters *c, cs_state *state, const rd_job *job, char *err
     if (allocate(c, job->scene, error) != 0 || !(data = ex_file_read(job->baked[0], &size, error)))
         return -1;
     memset(&services, 0, sizeof services);
-    services.allocator = cs_memory_allocator(&state->memory);
-    services.progress = ex_progress;
-    services.progress_user = progress_label;
-    result = cohsm_open(data, size, &services, &maps);
+    services.system.allocator = cs_memory_allocator(&state->memory);
+    services.system.progress = ex_progress;
+    services.system.user = progress_label;
+    result = cohsm_open(data, size, &services.system, &maps);
     ex_progress(NULL, 1);
     free(data);
     if (result != COHSM_OK)
@@ -459,6 +457,6 @@ void cs_casters_free(cs_casters *c)
     free(c->offsets);
     free(c->reach);
     free(c->maps);
-    free(c->self);
+    free(c->entity);
     memset(c, 0, sizeof *c);
 }

@@ -4,6 +4,7 @@
 
 #include "technique.h"
 #include "csm.h"
+#include "lightsampling.h"
 
 #include <pthread.h>
 
@@ -11,7 +12,7 @@
 typedef struct cs_memory { size_t now, peak; pthread_mutex_t lock; } cs_memory;
 
 typedef struct cs_options {      /* --set, resolved */
-    uint32_t     side, map_size;             /* of the maps of directions */
+    uint32_t     side, map_side;             /* of the maps of directions */
     uint32_t     light_side, light_map_size; /* of the maps of places on lights */
     uint32_t     hard_size;                  /* pixels a side of the map of a light without size */
     cohsm_layers layers;
@@ -34,7 +35,7 @@ typedef struct cs_casters {
     int             movable;     /* rigid objects, each with maps of its own space: cs_casters_move may do */
     cohsm_maps    **maps;        /* distinct ones; instances share them */
     size_t          map_count;
-    uint32_t       *self;        /* by object of the scene; COHSM_NO_SELF for receivers */
+    uint32_t       *entity;      /* by object of the scene, counted from 1; 0 for receivers */
 } cs_casters;
 
 /* A flat object that only receives (the ground) has no maps: it counts as an infinite plane, and a sample on its other
@@ -42,18 +43,18 @@ typedef struct cs_casters {
 typedef struct cs_plane { float normal[3], distance; uint32_t object; } cs_plane;
 
 typedef struct cs_light {
-    cohsm_emitter    *emitter;
-    cohsm_emitter_desc desc;     /* that it was made from */
+    lsamp_light    *emitter;
+    lsamp_light_desc desc;     /* that it was made from */
     void             *memory;    /* of the emitter */
     size_t            bytes;
     int               is_mesh;   /* emissive triangles */
     int               is_delta;  /* sun, spot, point: one sample is enough */
     int               at_infinity;
     const ex_light   *wide_spot; /* a cone above 180 degrees, treated as a point light and cut here */
-    uint32_t          map_size;  /* of its own maps */
+    uint32_t          map_side;  /* of its own maps */
     uint32_t          object;    /* in scene->objects, of an emissive mesh */
     float             sun[3];    /* direction, where is_delta and at_infinity */
-    cohsm_light       ask;
+    cohsm_light_kind       ask;
     const cs_casters *casters;
     cs_casters        own;       /* maps for this light alone */
 } cs_light;
@@ -104,12 +105,12 @@ int  cs_has_holes(const ex_scene *scene, const ex_object *object);
 void cs_soup_count(const ex_scene *scene, const ex_object *object, size_t *vertices, size_t *triangles);
 void cs_soup_add(cs_soup *soup, const ex_scene *scene, const ex_object *object, const float *transform, int dark);
 
-/* csm_ask.c: query->points, lights and self are packed arrays */
+/* csm_ask.c: query->positions, lights and entities are packed arrays */
 cohsm_result cs_visible(const cs_casters *casters, const cohsm_query *query, cs_near *near, float *visible,
                         size_t *refused);
 
 /* csm_lights.c */
-int  cs_lights_build(cs_state *state, const rd_job *job, char *error);       /* emitters alone, no maps yet */
+int  cs_lights_build(cs_state *state, const rd_job *job, char *error);       /* lights alone, no maps yet */
 int  cs_light_domain(const cs_light *light, const cs_options *options, cohsm_domain *out, char *error);
 void cs_light_free(cs_light *light);
 

@@ -1,15 +1,15 @@
-/* envshadow.c - the technique "envshadow": the sky as k directional lights, each with a shadow map of its own, rendered
-   anew for every frame by the header's software rasteriser. Suns are further lights. Light that has a place (spots,
-   points, area lights, emissive meshes) is not what it does. */
+/* envshadow.c - the technique "envshadow": the sky as k directional lights (envlights.h), each with a shadow map of its
+   own, rendered anew for every frame by the software rasteriser of envshadow.h. Suns are further lights. Light that
+   has a place (spots, points, area lights, emissive meshes) is not what it does. */
 #include "envshadow_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-int es_failed(const char *what, envsh_result result, char *error)
+int es_failed(const char *what, const char *why, char *error)
 {
-    snprintf(error, EX_ERROR_SIZE, "envshadow: %.120s: %s", what, envsh_result_text(result));
+    snprintf(error, EX_ERROR_SIZE, "envshadow: %.120s: %s", what, why);
     return -1;
 }
 
@@ -87,11 +87,11 @@ static void add_suns(es_state *s, const ex_scene *scene)
 {
     s->count = s->sky_count;
     for (uint32_t i = 0; i < scene->light_count; i++) {
-        envsh_light *light = &s->lights[s->count++];
+        envlt_light *light = &s->lights[s->count++];
         memset(light, 0, sizeof *light);
         memcpy(light->direction, scene->lights[i].direction, sizeof light->direction);
         memcpy(light->irradiance, scene->lights[i].value, sizeof light->irradiance);
-        light->flags = ENVSH_LIGHT_SUN;
+        light->flags = ENVLT_LIGHT_SUN;
         light->id = UINT32_MAX - 1 - i;
     }
 }
@@ -99,29 +99,29 @@ static void add_suns(es_state *s, const ex_scene *scene)
 static int build_lights(es_state *s, const rd_job *job, char *error)
 {
     const ex_sky *sky = &job->scene->sky;
-    envsh_map map = { ENVSH_MAP_LATLONG, sky->width, sky->height, sky->rgb, 0 };
-    envsh_desc desc;
-    envsh_result result;
+    envlt_map map = { ENVLT_PROJECTION_LATLONG, sky->width, sky->height, sky->rgb, 0 };
+    envlt_desc desc;
+    envlt_result result;
     memset(&desc, 0, sizeof desc);
     desc.light_count = (uint32_t)rd_setting_integer(job->settings, "lights");
-    desc.method = (envsh_method)(ENVSH_METHOD_STRUCTURED +
+    desc.method = (envlt_method)(ENVLT_METHOD_STRUCTURED +
                                  place_of(method_words, rd_setting_text(job->settings, "method")));
     desc.split_sun = rd_setting_integer(job->settings, "sun");
     desc.hemisphere = rd_setting_integer(job->settings, "hemisphere");
-    desc.allocator.alloc_fn = counted_alloc;
-    desc.allocator.free_fn = counted_free;
-    desc.allocator.user = &s->memory;
+    desc.system.allocator.alloc_fn = counted_alloc;
+    desc.system.allocator.free_fn = counted_free;
+    desc.system.allocator.user = &s->memory;
     if (sky->width) {
         double start = ex_seconds();
-        result = envsh_lights_build(&desc, &map, &s->sky, &s->stats);
-        if (result != ENVSH_OK)
-            return es_failed("lights", result, error);
-        envsh_lights_get(s->sky, &s->sky_count);
+        result = envlt_create(&desc, &map, &s->sky, &s->stats);
+        if (result != ENVLT_OK)
+            return es_failed("lights", envlt_result_text(result), error);
+        envlt_get_lights(s->sky, &s->sky_count);
         s->lights_ms = 1000 * (ex_seconds() - start);
         if (rd_setting_integer(job->settings, "residual")) {
-            result = envsh_lights_residual_sh(s->sky, &map, s->residual);
-            if (result != ENVSH_OK)
-                return es_failed("residual", result, error);
+            result = envlt_residual_sh(s->sky, &map, s->residual);
+            if (result != ENVLT_OK)
+                return es_failed("residual", envlt_result_text(result), error);
             s->has_residual = 1;
         }
     }
@@ -132,16 +132,25 @@ static int build_lights(es_state *s, const rd_job *job, char *error)
 static int take_lights(es_state *s, const rd_job *job, char *error)
 {
     float rotation[16];
-    envsh_result result = ENVSH_OK;
+    envlt_result result = ENVLT_OK;
     if (s->sky && rd_setting_integer(job->settings, "jitter"))
-        result = envsh_lights_jitter(s->sky, job->seed, 0, s->lights);
+        result = envlt_jitter(s->sky, job->seed, 0, s->lights);
     else if (s->sky_count)
-        memcpy(s->lights, envsh_lights_get(s->sky, NULL), s->sky_count * sizeof *s->lights);
+        memcpy(s->lights, envlt_get_lights(s->sky, NULL), s->sky_count * sizeof *s->lights);
     make_rotation(job->scene->sky.rotation, rotation);
-    if (result == ENVSH_OK)
-        result = envsh_rotate(s->lights, s->sky_count, rotation);
+    if (result == ENVLT_OK)
+        result = envlt_rotate(s->lights, s->sky_count, rotation);
     add_suns(s, job->scene);
-    return result == ENVSH_OK ? 0 : es_failed("lights", result, error);
+    return result == ENVLT_OK ? 0 : es_failed("lights", envlt_result_text(result), error);
+}
+
+/* As envshadow.h takes them. */
+static envsh_lights all_lights(const es_state *s)
+{
+    const envlt_light *first = s->lights;
+    envsh_lights lights = { s->count, first->direction, first->irradiance, first->axis_u, first->axis_v,
+                            sizeof *first };
+    return lights;
 }
 
 /* ---- shading ---- */
@@ -162,10 +171,10 @@ static int allocate_pixels(es_state *s, const rd_job *job, char *error)
     s->normals = s->points + 3 * pixels;
     s->geometric = s->normals + 3 * pixels;
     s->irradiance = s->geometric + 3 * pixels;
-    s->query.points = s->points;
-    s->query.normals = s->normals;
-    s->query.geometric = s->geometric;
-    s->query.count = pixels;
+    s->receivers.positions = s->points;
+    s->receivers.normals = s->normals;
+    s->receivers.geometric_normals = s->geometric;
+    s->receivers.count = pixels;
     if (rd_setting_integer(job->settings, "jitter") && !job->scene->animated) {
         s->sum = calloc(3 * pixels + 1, sizeof *s->sum);
         if (!s->sum)
@@ -193,13 +202,13 @@ static void add_residual(const es_state *s, const float *normal, float *e)
 {
     float open[3] = { 0, 0, 0 }, rest[3], n[3], shade[3];
     for (uint32_t i = 0; i < s->sky_count; i++) {
-        const envsh_light *l = &s->lights[i];
+        const envlt_light *l = &s->lights[i];
         float cosine = normal[0] * l->direction[0] + normal[1] * l->direction[1] + normal[2] * l->direction[2];
         for (int k = 0; k < 3 && cosine > 0; k++)
             open[k] += cosine * l->irradiance[k];
     }
     memcpy(n, normal, sizeof n);
-    envsh_sh_irradiance(s->residual, n, rest);
+    envlt_sh_irradiance(s->residual, n, rest);
     for (int k = 0; k < 3; k++) {
         shade[k] = open[k] > 0 ? fminf(e[k] / open[k], 1) : 0;
         e[k] = fmaxf(e[k] + shade[k] * rest[k], 0);
@@ -240,10 +249,11 @@ static int shade_on_cpu(es_state *s, char *error)
 {
     draw_context context = { s, 0 };
     double start = ex_seconds();
-    envsh_result result = envsh_illuminate(s->maps, s->lights, s->count, es_casters_bounds(s), draw_casters, &context,
-                                           &s->query, s->irradiance);
+    envsh_lights lights = all_lights(s);
+    envsh_result result = envsh_illuminate(s->maps, &lights, es_casters_bounds(s), draw_casters, &context, &s->query,
+                                           &s->receivers, s->irradiance);
     if (result != ENVSH_OK)
-        return es_failed("shading", result, error);
+        return es_failed("shading", envsh_result_text(result), error);
     s->maps_ms = context.ms;
     s->shade_ms = 1000 * (ex_seconds() - start) - context.ms;
     return 0;
@@ -251,8 +261,10 @@ static int shade_on_cpu(es_state *s, char *error)
 
 static int shade_on_gl(es_state *s, const rd_job *job, char *error)
 {
-    envsh_result result = envsh_maps_begin(s->maps, s->lights, s->count, es_casters_bounds(s));
-    return result == ENVSH_OK ? es_gl_frame(s, job, error) : es_failed("matrices", result, error);
+    envsh_lights lights = all_lights(s);
+    envsh_result result = envsh_maps_begin(s->maps, &lights, es_casters_bounds(s));
+    return result == ENVSH_OK ? es_gl_frame(s, job, error)
+                              : es_failed("matrices", envsh_result_text(result), error);
 }
 
 static int frame_envshadow(void *opaque, const rd_job *job, ex_image *out, char *error)
@@ -273,15 +285,20 @@ static int frame_envshadow(void *opaque, const rd_job *job, ex_image *out, char 
 static void read_query(es_state *s, const rd_job *job)
 {
     int filter = place_of(filter_words, rd_setting_text(job->settings, "filter"));
-    s->query = envsh_query_default();
+    memset(&s->query, 0, sizeof s->query);
+    s->query.extent_scale = 1;
     s->query.taps = job->samples;
     s->query.filter = filter ? (envsh_filter)(ENVSH_FILTER_PLAIN + filter - 1)
                              : job->samples > 1 ? ENVSH_FILTER_PENUMBRA : ENVSH_FILTER_PLAIN;
     if (!rd_setting_is(job->settings, "radius", "auto"))
         s->query.radius = (float)rd_setting_number(job->settings, "radius");
     else
-        s->query.radius = s->query.filter == ENVSH_FILTER_PENUMBRA ? s->query.radius : 2;
+        s->query.radius = s->query.filter == ENVSH_FILTER_PENUMBRA ? 12 : 2;
     s->query.bias = (float)rd_setting_number(job->settings, "bias");
+    if (s->query.radius <= 0)            /* 0 would be the header's default */
+        s->query.radius = -1;
+    if (s->query.bias <= 0)
+        s->query.bias = -1;
 }
 
 static int create_maps(es_state *s, const rd_job *job, char *error)
@@ -293,20 +310,22 @@ static int create_maps(es_state *s, const rd_job *job, char *error)
     s->cluster = s->cluster && s->cluster < all ? s->cluster : all;
     s->rgba = (uint32_t)rd_setting_integer(job->settings, "rgba");
     memset(&desc, 0, sizeof desc);
-    desc.map_size = (uint32_t)rd_setting_integer(job->settings, "m");
+    desc.map_side = (uint32_t)rd_setting_integer(job->settings, "m");
     desc.rgba = (int)s->rgba;
     desc.no_depth = job->gl != NULL;
-    desc.allocator.alloc_fn = counted_alloc;
-    desc.allocator.free_fn = counted_free;
-    desc.allocator.user = &s->memory;
-    desc.parallel_for = ex_pool_run;
-    desc.parallel_user = job->pool;
-    desc.progress = ex_terminal() ? ex_progress : NULL;
-    desc.progress_user = (void *)(size_t)"envshadow";
+    desc.system.allocator.alloc_fn = counted_alloc;
+    desc.system.allocator.free_fn = counted_free;
+    desc.system.allocator.user = &s->memory;
+    desc.system.parallel_for = ex_pool_run;
+    desc.system.progress = job->pool && ex_terminal() ? ex_pool_progress : NULL;
+    desc.system.log = ex_pool_log;
+    desc.system.user = job->pool;
+    if (job->pool)
+        ex_pool_label(job->pool, "envshadow");
     result = envsh_maps_create(&desc, job->gl ? all : s->cluster, &s->maps);
     if (result != ENVSH_OK)
-        return es_failed("atlas", result, error);
-    envsh_maps_atlas(s->maps, &s->atlas);
+        return es_failed("atlas", envsh_result_text(result), error);
+    envsh_get_info(s->maps, &s->atlas);
     return 0;
 }
 
@@ -318,7 +337,7 @@ static void close_envshadow(void *opaque)
     es_gl_close(s);
     es_casters_free(s);
     envsh_maps_free(s->maps);
-    envsh_lights_free(s->sky);
+    envlt_free(s->sky);
     free(s->lights);
     free(s->points);
     free(s->sum);
@@ -363,9 +382,9 @@ static void report_envshadow(const void *opaque, rd_report *report)
     if (s->gl)
         es_gl_report(s, report);
     rd_json_integer(report->json, "lights", s->count);
-    rd_json_integer(report->json, "m", s->atlas.map_size);
+    rd_json_integer(report->json, "m", s->atlas.map_side);
     rd_json_integer(report->json, "cluster", s->cluster);
-    rd_json_text(report->json, "filter", filters[s->query.filter]);
+    rd_json_text(report->json, "filter", filters[s->query.filter - ENVSH_FILTER_PLAIN]);
     rd_json_integer(report->json, "atlas_width", s->atlas.width);
     rd_json_integer(report->json, "atlas_height", s->atlas.height);
     rd_json_integer(report->json, "atlas_pages", s->atlas.pages);

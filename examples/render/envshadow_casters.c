@@ -46,7 +46,8 @@ int es_casters_build(es_state *s, const ex_scene *scene, char *error)
         const ex_object *object = &scene->objects[i];
         const ex_mesh *mesh = &scene->meshes[object->mesh];
         es_caster *c = &s->casters[i];
-        envsh_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count };
+        envsh_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count,
+                         NULL };
         c->mesh = m;
         c->transform = object->transform;
         c->moves = mesh->deforms;

@@ -1,6 +1,7 @@
-/* envshadow_gl.c - the technique envshadow on OpenGL: lights and matrices of envshadow.h, maps and shading by
-   gl_backend.h, for the G-buffer that the CPU rendered. */
+/* envshadow_gl.c - the technique envshadow on OpenGL: lights of envlights.h, matrices of envshadow.h, maps and
+   shading by gl_envshadow.h, for the G-buffer that the CPU rendered. */
 #include "envshadow_parts.h"
+#include "../../gl_backend/gl_envshadow.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -11,6 +12,7 @@ typedef struct caster { uint32_t vertex_array, buffers[2], same_as; int32_t indi
 struct es_gl {
     glbk_context       *gl;
     glbk_envsh_maps     maps;
+    glbk_gbuffer        seen;
     glbk_envsh_renderer renderer;
     caster             *casters;
     uint32_t            count;
@@ -18,9 +20,9 @@ struct es_gl {
     float              *picture;     /* rgba */
 };
 
-static int gl_failed(const es_gl *g, glbk_result result, char *error)
+static int gl_failed(glbk_result result, char *error)
 {
-    snprintf(error, EX_ERROR_SIZE, "envshadow on GL: %s %.120s", glbk_result_text(result), g->gl->log);
+    snprintf(error, EX_ERROR_SIZE, "envshadow on GL: %s", glbk_result_text(result));
     return -1;
 }
 
@@ -82,6 +84,8 @@ static glbk_result draw(void *user, glbk_context *gl, glbk_envsh_maps *maps, uin
 /* The viewer's size changes. */
 static glbk_result fit_renderer(es_gl *g, const ex_gbuffer *b)
 {
+    glbk_gbuffer_desc desc;
+    glbk_result result;
     float *picture;
     if (g->renderer.width == b->width && g->renderer.height == b->height)
         return GLBK_OK;
@@ -89,24 +93,31 @@ static glbk_result fit_renderer(es_gl *g, const ex_gbuffer *b)
     if (!picture)
         return GLBK_ERR_ALLOC;
     g->picture = picture;
-    glbk_envsh_renderer_destroy(g->gl, &g->renderer);
-    return glbk_envsh_renderer_create(g->gl, b->width, b->height, &g->renderer);
+    memset(&desc, 0, sizeof desc);
+    desc.width = b->width;
+    desc.height = b->height;
+    glbk_envsh_renderer_free(g->gl, &g->renderer);
+    glbk_gbuffer_free(g->gl, &g->seen);
+    result = glbk_gbuffer_create(g->gl, &desc, &g->seen);
+    return result == GLBK_OK ? glbk_envsh_renderer_create(g->gl, b->width, b->height, &g->renderer) : result;
 }
 
 static glbk_result upload_pixels(es_gl *g, const ex_gbuffer *b)
 {
-    glbk_envsh_pixel *row = calloc(b->width, sizeof *row);
+    glbk_pixel *row = calloc(b->width, sizeof *row);
     glbk_result result = row ? fit_renderer(g, b) : GLBK_ERR_ALLOC;
     for (uint32_t y = 0; y < b->height && result == GLBK_OK; y++) {
         for (uint32_t x = 0; x < b->width; x++) {
             const ex_pixel *from = &b->pixels[(size_t)y * b->width + x];
-            glbk_envsh_pixel *to = &row[x];
-            to->seen = from->object != UINT32_MAX;
+            glbk_pixel *to = &row[x];
+            memset(to, 0, sizeof *to);
+            if (from->object == UINT32_MAX)
+                continue;
             memcpy(to->position, from->position, sizeof to->position);
             memcpy(to->normal, from->normal, sizeof to->normal);
             memcpy(to->geometric, from->geometric, sizeof to->geometric);
         }
-        result = glbk_envsh_gbuffer_upload(g->gl, &g->renderer, y, 1, row);
+        result = glbk_gbuffer_upload(g->gl, &g->seen, y, 1, row);
     }
     free(row);
     return result;
@@ -129,11 +140,11 @@ int es_gl_open(es_state *s, const rd_job *job, char *error)
     g->count = s->caster_count;
     memset(&desc, 0, sizeof desc);
     desc.capacity = s->cluster ? s->cluster : 1;
-    desc.map_size = s->atlas.map_size;
+    desc.map_side = s->atlas.map_side;
     desc.guard = s->atlas.guard;
     desc.rgba = (int)s->rgba;
     result = glbk_envsh_maps_create(g->gl, &desc, &g->maps);
-    return result == GLBK_OK ? upload_all(s, 0, error) : gl_failed(g, result, error);
+    return result == GLBK_OK ? upload_all(s, 0, error) : gl_failed(result, error);
 }
 
 /* glbk_envsh_illuminate, with clocks in between. */
@@ -141,22 +152,20 @@ int es_gl_frame(es_state *s, const rd_job *job, char *error)
 {
     es_gl *g = s->gl;
     uint32_t count;
-    const envsh_view *views = envsh_maps_views(s->maps, &count);
-    const envsh_query *q = &s->query;
-    glbk_envsh_question question = {
-        (glbk_envsh_filter)q->filter, q->taps, q->seed, q->radius, q->bias, q->extent_scale
-    };
+    const envsh_view *views = envsh_get_views(s->maps, &count);
+    envsh_query query = s->query;
     glbk_result result = upload_pixels(g, job->gbuffer);
     g->renderer.begun = 0;
     s->maps_ms = s->shade_ms = 0;
     for (uint32_t first = 0; first < count && result == GLBK_OK; first += s->cluster) {
         uint32_t n = count - first < s->cluster ? count - first : s->cluster;
         double start = ex_seconds(), middle;
-        result = glbk_envsh_maps_render(g->gl, &g->maps, views + first, sizeof *views, n, draw, g);
+        result = glbk_envsh_maps_render(g->gl, &g->maps, views + first, n, draw, g);
         g->gl->gl.Finish();
         middle = ex_seconds();
+        query.add = first != 0;
         if (result == GLBK_OK)
-            result = glbk_envsh_shade(g->gl, &g->renderer, &g->maps, &question, 0, first != 0);
+            result = glbk_envsh_shade(g->gl, &g->renderer, &g->seen, &g->maps, &query, 0);
         g->gl->gl.Finish();
         s->maps_ms += 1000 * (middle - start);
         s->shade_ms += 1000 * (ex_seconds() - middle);
@@ -164,7 +173,7 @@ int es_gl_frame(es_state *s, const rd_job *job, char *error)
     if (result == GLBK_OK)
         result = glbk_envsh_read(g->gl, &g->renderer, g->picture);
     if (result != GLBK_OK)
-        return gl_failed(g, result, error);
+        return gl_failed(result, error);
     for (size_t i = 0; i < s->pixels; i++)
         memcpy(s->irradiance + 3 * i, g->picture + 4 * i, 3 * sizeof(float));
     return 0;
@@ -188,8 +197,9 @@ void es_gl_close(es_state *s)
             g->gl->gl.DeleteVertexArrays(1, &g->casters[i].vertex_array);
             g->gl->gl.DeleteBuffers(2, g->casters[i].buffers);
         }
-    glbk_envsh_maps_destroy(g->gl, &g->maps);
-    glbk_envsh_renderer_destroy(g->gl, &g->renderer);
+    glbk_envsh_maps_free(g->gl, &g->maps);
+    glbk_envsh_renderer_free(g->gl, &g->renderer);
+    glbk_gbuffer_free(g->gl, &g->seen);
     free(g->casters);
     free(g->picture);
     free(g);

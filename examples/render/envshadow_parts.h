@@ -3,6 +3,7 @@
 #ifndef RD_ENVSHADOW_PARTS_H
 #define RD_ENVSHADOW_PARTS_H
 
+#include "envlights.h"
 #include "envshadow.h"
 #include "technique.h"
 
@@ -22,27 +23,28 @@ typedef struct es_gl es_gl;
 
 typedef struct es_state {
     es_memory     memory;
-    envsh_lights *sky;           /* NULL: no sky */
-    envsh_light  *lights;        /* of the frame: the sky's, turned, then the suns */
+    envlt_lights *sky;           /* NULL: no sky */
+    envlt_light  *lights;        /* of the frame: the sky's, turned, then the suns */
     uint32_t      sky_count, count;
     envsh_maps   *maps;          /* with GL: layout and matrices only, of all lights */
     uint32_t      cluster, rgba;
     es_caster    *casters;       /* one an object */
     uint32_t      caster_count;
     envsh_query   query;
+    envsh_points  receivers;     /* all pixels */
     float *points, *normals, *geometric, *irradiance; /* of all pixels; where nothing is seen, normals are 0 */
     double       *sum;           /* jitter=1: of the frames so far */
     size_t        pixels;
     float         residual[27];
     int           has_residual;
-    envsh_stats   stats;
-    envsh_atlas   atlas;
+    envlt_stats   stats;
+    envsh_info   atlas;
     double        lights_ms, maps_ms, shade_ms;
     es_gl        *gl;            /* --backend gl, else NULL */
 } es_state;
 
 /* Both return -1. */
-int es_failed(const char *what, envsh_result result, char *error);
+int es_failed(const char *what, const char *why, char *error);
 int es_refuse(const char *why, char *error);
 
 /* envshadow_casters.c */

@@ -56,34 +56,34 @@ static ism_desc make_desc(const rd_job *job, int level, int keep_hits)
     ism_desc d;
     memset(&d, 0, sizeof d);
     d.vpl_count = vpls_of(job, level);
-    d.points = (uint32_t)rd_setting_integer(job->settings, "points");
-    d.tile_size = (uint32_t)rd_setting_integer(job->settings, "tile");
+    d.surfel_count = (uint32_t)rd_setting_integer(job->settings, "points");
+    d.tile_side = (uint32_t)rd_setting_integer(job->settings, "tile");
     d.importance = (ism_importance)(ISM_IMPORTANCE_FLUX + word_index(job, "importance", importances));
     d.spread = (ism_spread)(ISM_SPREAD_AREA + word_index(job, "spread", spreads));
     d.projection = (ism_projection)(ISM_PROJECTION_COSINE + word_index(job, "projection", projections));
-    d.view_grid = (uint32_t)rd_setting_integer(job->settings, "view_grid");
+    d.view_grid_side = (uint32_t)rd_setting_integer(job->settings, "view_grid");
     d.splat_scale = (float)rd_setting_number(job->settings, "splat");
-    d.lazy = (uint32_t)rd_setting_integer(job->settings, "lazy");
+    d.lazy_frames = (uint32_t)rd_setting_integer(job->settings, "lazy");
     d.unstable = !rd_setting_integer(job->settings, "stable");
     d.no_inter_texel = !rd_setting_integer(job->settings, "inter_texel");
     d.no_fill = !rd_setting_integer(job->settings, "fill");
-    d.vary_points = rd_setting_integer(job->settings, "vary_points");
+    d.vary_surfels = rd_setting_integer(job->settings, "vary_points");
     d.keep_hits = keep_hits;
-    d.near_points = (uint32_t)rd_setting_integer(job->settings, "near_points");
-    d.no_near_points = !rd_setting_is(job->settings, "near", "gather");
-    d.no_windows = !rd_setting_integer(job->settings, "windows");
-    d.window_rim = (uint32_t)rd_setting_integer(job->settings, "rim") * d.tile_size / 64u;
-    d.window_rim = d.window_rim < 2u ? 2u : d.window_rim;
+    d.near_point_count = rd_setting_is(job->settings, "near", "gather")
+                       ? (int32_t)rd_setting_integer(job->settings, "near_points") : -1;
+    d.window_rim = (int32_t)((uint32_t)rd_setting_integer(job->settings, "rim") * d.tile_side / 64u);
+    d.window_rim = !rd_setting_integer(job->settings, "windows") ? -1 : d.window_rim < 2 ? 2 : d.window_rim;
     d.seed = d.unstable ? job->seed : job->seed - job->frame;     /* stable: one seed for all frames */
-    d.parallel_for = ex_pool_run;
-    d.parallel_user = job->pool;
-    d.progress = ex_terminal() ? ex_progress : NULL;
-    d.progress_user = (void *)(size_t)"ism";
+    d.system.parallel_for = ex_pool_run;
+    d.system.user = job->pool;
+    d.system.progress = ex_terminal() ? ex_pool_progress : NULL;
+    d.system.log = ex_pool_log;
+    ex_pool_label(job->pool, "ism");
     return d;
 }
 
 /* Pixels a side that share the VPLs: 1, 2, 4 or 8, so that about job->samples remain for each; 4 if not said, which
-   costs less than the maps do by far, where 8 would leave spots (docs/ism.md, section 4). */
+   costs less than the maps do by far, where 8 would leave spots (docs/measured/ism.md). */
 static uint32_t pattern_of(const rd_job *job, uint32_t vpls)
 {
     uint32_t pattern = 1;
@@ -97,10 +97,11 @@ static uint32_t pattern_of(const rd_job *job, uint32_t vpls)
 static ism_shading make_shading(const rd_job *job)
 {
     static const char *const rules[] = { "patch", "sphere", "clamp", "mean", "none", "gather", NULL };
-    ism_shading s = ism_shading_default();
+    ism_shading s = { 0 };
     s.near_mode = (ism_near)(ISM_NEAR_PATCH + word_index(job, "near", rules));
     s.clamp = (float)rd_setting_number(job->settings, "clamp");
     s.bias = (float)rd_setting_number(job->settings, "bias");
+    s.bias = s.bias > 0 ? s.bias : -1;       /* 0 is none here, the default there */
     s.cull = rd_setting_integer(job->settings, "cull");
     s.no_maps = !rd_setting_integer(job->settings, "visibility");
     s.pattern = pattern_of(job, (uint32_t)rd_setting_integer(job->settings, "vpls"));
@@ -180,10 +181,12 @@ static int light_level(ism_state *s, const ism_desc *desc, int level, const ism_
         double lost;
         if (im_gl_shade(s->gl, level, &s->shading, light, &lost, error) != 0)
             return -1;
-        ism_get_stats(maps, stats);
+        ism_info info;
+        ism_get_info(maps, &info);
+        *stats = info.stats;
         stats->lost_energy = lost;
     } else if (result == ISM_OK && shade) {
-        result = ism_shade(maps, frame->view, &s->shading, light, stats);
+        result = ism_shade(maps, frame->points, &s->shading, light, stats);
     }
     s->build_ms = 1000 * (built - start);
     s->shade_ms = 1000 * (ex_seconds() - built);
@@ -197,7 +200,7 @@ static int add_level(ism_state *s, const rd_job *job, int level, const ism_sourc
     size_t floats = 3 * (size_t)job->gbuffer->width * job->gbuffer->height;
     float *light = malloc(floats * sizeof *light);
     ism_desc desc = make_desc(job, level, (level == GROUND ? 1 : level) < s->bounces);
-    ism_view view;
+    ism_points view;
     const int sky = count > 0 && sources[count - 1].kind == ISM_SOURCE_DIRECTIONS;
     ism_frame frame = { sky ? &s->mesh.casters : &s->mesh.mesh, sources, count, &view, job->frame };
     ism_stats stats;
@@ -323,7 +326,7 @@ static int frame_ism(void *state, const rd_job *job, ex_image *out, char *error)
     double start = ex_seconds();
     int result = im_lamps_build(&rsms, job, s->light_points, s->light_rsm, error), any;
     if (result == 0 && s->gl) {
-        ism_view view;
+        ism_points view;
         im_view(&view, job);
         result = im_gl_view(s->gl, &view, error);
     }
@@ -349,15 +352,15 @@ static void report_ism(const void *state, rd_report *report)
     report->memory_bytes += s->direct_bytes;
     report->peak_bytes += s->direct_bytes;
     for (int i = 0; i < LEVELS; i++) {
-        ism_stats stats;
+        ism_info info;
         if (!s->maps[i])
             continue;
-        ism_get_stats(s->maps[i], &stats);
-        report->memory_bytes += stats.bytes;
-        report->peak_bytes += stats.peak_bytes > s->peaks[i] ? stats.peak_bytes : s->peaks[i];
+        ism_get_info(s->maps[i], &info);
+        report->memory_bytes += info.stats.bytes;
+        report->peak_bytes += info.stats.peak_bytes > s->peaks[i] ? info.stats.peak_bytes : s->peaks[i];
     }
     rd_json_integer(json, "vpls", s->stats.vpls);
-    rd_json_integer(json, "points", s->stats.points);
+    rd_json_integer(json, "points", s->stats.surfels);
     rd_json_integer(json, "pattern", s->shading.pattern);
     rd_json_integer(json, "bounces", (uint64_t)(s->indirect ? s->bounces : 0));
     rd_json_integer(json, "renewed", s->stats.renewed);

@@ -1,4 +1,4 @@
-/* ism_gl.c - the technique ism on OpenGL: VPLs and points that ism.h chose go to gl_backend.h, which draws the maps and
+/* ism_gl.c - the technique ism on OpenGL: VPLs and surfels that ism.h chose go to gl_ism.h, which draws the maps and
    shades the G-buffer. */
 #include "ism_parts.h"
 
@@ -11,13 +11,12 @@ struct im_gl {
     glbk_ism_maps     *maps;             /* one a level */
     int               *stale;            /* 1: the mesh has moved since */
     int                count;
-    ism_point         *points;           /* of one phase */
-    glbk_ism_vpl      *vpls;
+    ism_surfel        *points;           /* of one phase */
 };
 
-static int failed(im_gl *g, const char *what, glbk_result result, char *error)
+static int failed(const char *what, glbk_result result, char *error)
 {
-    snprintf(error, EX_ERROR_SIZE, "ism on GL: %s: %s %.120s", what, glbk_result_text(result), g->gl->log);
+    snprintf(error, EX_ERROR_SIZE, "ism on GL: %s: %s", what, glbk_result_text(result));
     return -1;
 }
 
@@ -29,12 +28,11 @@ void im_gl_close(im_gl *g)
     if (!g)
         return;
     for (int i = 0; g->maps && i < g->count; i++)
-        glbk_ism_maps_destroy(g->gl, &g->maps[i]);
-    glbk_ism_renderer_destroy(g->gl, &g->renderer);
+        glbk_ism_maps_free(g->gl, &g->maps[i]);
+    glbk_ism_renderer_free(g->gl, &g->renderer);
     free(g->maps);
     free(g->stale);
     free(g->points);
-    free(g->vpls);
     free(g);
 }
 
@@ -56,7 +54,7 @@ im_gl *im_gl_open(const rd_job *job, int levels, char *error)
     result = glbk_ism_renderer_create(g->gl, job->gbuffer->width, job->gbuffer->height, &g->renderer);
     if (result == GLBK_OK)
         return g;
-    failed(g, "G-buffer", result, error);
+    failed("G-buffer", result, error);
     im_gl_close(g);
     return NULL;
 }
@@ -67,11 +65,12 @@ void im_gl_moved(im_gl *g)
         g->stale[i] = 1;
 }
 
-int im_gl_view(im_gl *g, const ism_view *view, char *error)
+int im_gl_view(im_gl *g, const ism_points *view, char *error)
 {
-    glbk_ism_receivers r = { view->positions, view->normals, view->geometric, view->albedos, view->stride };
+    glbk_ism_receivers r = { view->positions, view->normals, view->geometric_normals, view->albedos,
+                             view->position_stride };
     glbk_result result = glbk_ism_gbuffer_upload(g->gl, &g->renderer, &r);
-    return result == GLBK_OK ? 0 : failed(g, "G-buffer", result, error);
+    return result == GLBK_OK ? 0 : failed("G-buffer", result, error);
 }
 
 /* ---- maps ---- */
@@ -79,12 +78,10 @@ int im_gl_view(im_gl *g, const ism_view *view, char *error)
 static glbk_result send_mesh(im_gl *g, int level, const ism_mesh *mesh, int fresh)
 {
     glbk_ism_maps *m = &g->maps[level];
-    glbk_ism_mesh to = { mesh->positions, mesh->vertex_count, mesh->vertex_stride, mesh->indices, mesh->index_count,
-                         mesh->opacities };
     int moved = g->stale[level];
     g->stale[level] = 0;
     if (fresh || m->vertices != mesh->vertex_count || 3 * (size_t)m->triangles != mesh->index_count)
-        return glbk_ism_mesh_upload(g->gl, m, &to);
+        return glbk_ism_mesh_upload(g->gl, m, mesh);
     return moved && m->triangles ? glbk_ism_mesh_move(g->gl, m, mesh->positions, mesh->vertex_stride) : GLBK_OK;
 }
 
@@ -94,13 +91,13 @@ static glbk_result send_points(im_gl *g, int level, const ism_maps *maps, uint32
     glbk_ism_maps *m = &g->maps[level];
     uint64_t all = m->desc.lazy == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy) - 1;
     glbk_result result = GLBK_OK;
-    ism_stats stats;
-    ism_get_stats(maps, &stats);
+    ism_info info;
+    ism_get_info(maps, &info);
     for (uint32_t phase = 0; phase < m->desc.lazy && result == GLBK_OK; phase++) {
         size_t count = (size_t)m->desc.vpl_count * m->each;
-        if (m->phases == all && stats.renewed < stats.points && phase != index % m->desc.lazy)
+        if (m->phases == all && info.stats.renewed < info.stats.surfels && phase != index % m->desc.lazy)
             continue;
-        if (ism_phase_points(maps, phase, g->points, count, &count) != ISM_OK)
+        if (ism_phase_surfels(maps, phase, g->points, count, &count) != ISM_OK)
             return GLBK_ERR_ARGUMENT;
         result = glbk_ism_phase(g->gl, m, phase, g->points);
     }
@@ -109,25 +106,14 @@ static glbk_result send_points(im_gl *g, int level, const ism_maps *maps, uint32
 
 static glbk_result send_vpls(im_gl *g, int level, const ism_maps *maps)
 {
-    size_t count, i;
+    size_t count;
     const ism_vpl *from = ism_vpls(maps, &count);
     const ism_near_point *points;
-    float center[3], radius;
+    ism_info info;
     glbk_result result;
-    for (i = 0; i < count; i++) {
-        glbk_ism_vpl *to = &g->vpls[i];
-        memcpy(to->position, from[i].position, sizeof to->position);
-        memcpy(to->normal, from[i].normal, sizeof to->normal);
-        memcpy(to->flux, from[i].flux, sizeof to->flux);
-        memcpy(to->axis, from[i].axis, sizeof to->axis);
-        to->exponent = from[i].exponent;
-        to->side = from[i].side;
-        to->directional = from[i].directional;
-        to->reach = from[i].reach;
-        to->window = from[i].window;
-    }
-    ism_bounds(maps, center, &radius);
-    result = glbk_ism_vpls_upload(g->gl, &g->maps[level], g->vpls, (uint32_t)count, center, radius > 0 ? radius : 1);
+    ism_get_info(maps, &info);
+    result = glbk_ism_vpls_upload(g->gl, &g->maps[level], from, (uint32_t)count, info.center,
+                                  info.radius > 0 ? info.radius : 1);
     if (result != GLBK_OK)
         return result;
     points = ism_near_points(maps, &count);
@@ -140,19 +126,18 @@ static glbk_result open_level(im_gl *g, int level, const ism_desc *d)
     glbk_ism_desc to;
     memset(&to, 0, sizeof to);
     to.vpl_count = d->vpl_count;
-    to.points = d->points;
-    to.tile_size = d->tile_size;
+    to.points = d->surfel_count;
+    to.tile_size = d->tile_side;
     to.projection = (uint32_t)d->projection;
-    to.lazy = d->lazy;
+    to.lazy = d->lazy_frames;
     to.splat_scale = d->splat_scale;
     to.no_fill = d->no_fill;
-    to.near_points = d->near_points;
-    to.window_rim = d->window_rim;
-    if (!g->vpls)
-        g->vpls = malloc(d->vpl_count * sizeof *g->vpls);
+    to.near_points = d->near_point_count > 0 ? (uint32_t)d->near_point_count : 1;
+    to.window_rim = d->window_rim > 0 ? (uint32_t)d->window_rim : 0;
     if (!g->points)
-        g->points = malloc(d->vpl_count * (size_t)((d->points + d->lazy - 1) / d->lazy) * sizeof *g->points);
-    if (!g->vpls || !g->points)
+        g->points = malloc(d->vpl_count * (size_t)((d->surfel_count + d->lazy_frames - 1) / d->lazy_frames) *
+                           sizeof *g->points);
+    if (!g->points)
         return GLBK_ERR_ALLOC;
     return glbk_ism_maps_create(g->gl, &to, &g->maps[level]);
 }
@@ -161,22 +146,22 @@ int im_gl_draw(im_gl *g, int level, const ism_desc *desc, const ism_maps *maps, 
                char *error)
 {
     int fresh = !g->maps[level].points.name;
-    ism_stats stats;
+    ism_info info;
     glbk_result result = fresh ? open_level(g, level, desc) : GLBK_OK;
-    ism_get_stats(maps, &stats);
+    ism_get_info(maps, &info);
     if (result == GLBK_OK)
         result = send_vpls(g, level, maps);
     if (result == GLBK_OK && !no_maps) {
         result = send_mesh(g, level, frame->mesh, fresh);
-        if (result == GLBK_OK && stats.points)
+        if (result == GLBK_OK && info.stats.surfels)
             result = send_points(g, level, maps, frame->index);
-        if (result == GLBK_OK && !stats.points)
+        if (result == GLBK_OK && !info.stats.surfels)
             result = glbk_ism_mesh_upload(g->gl, &g->maps[level], NULL);
         if (result == GLBK_OK)
             result = glbk_ism_draw(g->gl, &g->maps[level]);
         g->gl->gl.Finish();
     }
-    return result == GLBK_OK ? 0 : failed(g, "maps", result, error);
+    return result == GLBK_OK ? 0 : failed("maps", result, error);
 }
 
 /* Share of the light that the rule near by took off, as ism_shade sums it: before the blur, by the fourth channel. */
@@ -207,12 +192,12 @@ int im_gl_shade(im_gl *g, int level, const ism_shading *shading, float *light, d
     s.pattern = shading->pattern;
     s.near_mode = (uint32_t)shading->near_mode;
     s.clamp = shading->clamp;
-    s.bias = shading->bias;
+    s.bias = shading->bias > 0 ? shading->bias : 0;
     s.no_maps = shading->no_maps;
     result = glbk_ism_shade(g->gl, &g->renderer, &g->maps[level], &s);
     if (result == GLBK_OK)
         result = glbk_ism_read_light(g->gl, &g->renderer, light);
     if (result == GLBK_OK && shading->near_mode != ISM_NEAR_NONE)
         result = read_lost(g, lost);
-    return result == GLBK_OK ? 0 : failed(g, "shading", result, error);
+    return result == GLBK_OK ? 0 : failed("shading", result, error);
 }

@@ -132,7 +132,7 @@ static int add_emitters(area_points *p, const rd_job *job, uint32_t count, char 
     size_t triangles = 0;
     float *corners = malloc((18 * job->emitter_count + 1) * sizeof *corners);
     float *radiances = malloc((6 * job->emitter_count + 1) * sizeof *radiances);
-    ism_mesh mesh = { NULL, 0, 0, NULL, 0, NULL, NULL };
+    ism_mesh mesh = { NULL, 0, 0, NULL, 0, NULL, NULL, NULL };
     ism_result result = ISM_ERR_ALLOC;
     if (corners && radiances && grow_points(p, count) == 0) {
         for (size_t i = 0; i < job->emitter_count; i++) {
@@ -194,9 +194,9 @@ static int add_sky(im_rsms *r, const rd_job *job, uint32_t count, char *error)
 {
     const float at[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
     float *directions = NULL, *fluxes = NULL;
-    ism_view view = { at, up, NULL, NULL, 0, 1, 1, { 0 }, 0 };
-    ism_source source = { ISM_SOURCE_DIRECTIONS, job->scene->sky.width, job->scene->sky.height, NULL, NULL, NULL, NULL,
-                          NULL, 0, 0, 0 };
+    ism_points view = { 1, at, 0, up, 0, NULL, 0, NULL, 0, 0, { 0 }, ISM_ROWS_BOTTOM_FIRST };
+    ism_source source = { ISM_SOURCE_DIRECTIONS, job->scene->sky.width, job->scene->sky.height, 0, NULL, 0, NULL, 0,
+                          NULL, 0, NULL, 0, NULL, 0 };
     ism_frame frame = { NULL, &source, 1, &view, 0 };
     ism_desc desc = { 0 };
     ism_maps *maps = NULL;

@@ -153,17 +153,17 @@ static void camera_matrix(float m[16], const ex_scene *scene, double aspect)
     m[14] = m[15] - 0.01f;
 }
 
-void im_view(ism_view *out, const rd_job *job)
+void im_view(ism_points *out, const rd_job *job)
 {
     const ex_pixel *first = job->gbuffer->pixels;
     memset(out, 0, sizeof *out);
     out->positions = first->position;
     out->normals = first->normal;
-    out->geometric = first->geometric;
+    out->geometric_normals = first->geometric;
     out->albedos = first->albedo;
-    out->stride = sizeof *first;
+    out->position_stride = out->normal_stride = out->geometric_stride = out->albedo_stride = sizeof *first;
     out->width = job->gbuffer->width;
-    out->height = job->gbuffer->height;
-    camera_matrix(out->matrix, job->scene, (double)out->width / out->height);
-    out->clip_top_first = 1;
+    out->count = (size_t)job->gbuffer->width * job->gbuffer->height;
+    camera_matrix(out->matrix, job->scene, (double)job->gbuffer->width / job->gbuffer->height);
+    out->rows = ISM_ROWS_TOP_FIRST;
 }

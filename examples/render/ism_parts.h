@@ -3,6 +3,7 @@
 #define RD_ISM_PARTS_H
 
 #include "technique.h"
+#include "../../gl_backend/gl_ism.h"
 #include "ism.h"
 
 /* One place or direction that light comes from: a whole sun, spot or point light, or a sample of an area light, of an
@@ -58,7 +59,7 @@ typedef struct im_gl im_gl;
 
 im_gl *im_gl_open(const rd_job *job, int levels, char *error);
 void   im_gl_moved(im_gl *gl);
-int    im_gl_view(im_gl *gl, const ism_view *view, char *error);
+int    im_gl_view(im_gl *gl, const ism_points *view, char *error);
 int    im_gl_draw(im_gl *gl, int level, const ism_desc *desc, const ism_maps *maps, const ism_frame *frame, int no_maps,
                   char *error);
 int    im_gl_shade(im_gl *gl, int level, const ism_shading *shading, float *light, double *lost,
@@ -69,7 +70,7 @@ void   im_gl_close(im_gl *gl);
 glbk_ism_maps     *im_gl_maps(im_gl *gl, int level);
 glbk_ism_renderer *im_gl_renderer(im_gl *gl);
 
-void im_view(ism_view *out, const rd_job *job);
+void im_view(ism_points *out, const rd_job *job);
 int  im_failed(const char *what, ism_result result, char *error);    /* both return -1 */
 int  im_out_of_memory(char *error);
 

@@ -35,6 +35,7 @@ static void print_help(void)
          "  --frames N            frame i has seed + i and shows the time i / 30 s\n"
          "  --seed N              default 0\n"
          "  --threads N           default 0: all cores; the result does not depend on it\n"
+         "  --limit-memory MB     what reading a scene or sky may take, nearly; default 1000\n"
          "  --set key=value       may be repeated; see --list\n"
          "  --json FILE           figures of the run; - is stdout\n"
          "\n"
@@ -92,7 +93,6 @@ typedef struct run {
     double         precompute_ms, *frame_ms;
     ex_gl         *context;            /* --backend gl, else NULL */
     glbk_context   gl;
-    char           gl_log[200];
 } run;
 
 /* A context of its own for the technique, and gl_backend.h on it. */
@@ -107,20 +107,19 @@ static int open_gl(run *r, char *error)
     if (!r->context)
         return -1;
     memset(&desc, 0, sizeof desc);
-    desc.get_proc = ex_gl_get_proc;
+    desc.get_proc_fn = ex_gl_get_proc;
     desc.user = r->context;
-    desc.log = r->gl_log;
-    desc.log_size = sizeof r->gl_log;
+    desc.system.log = ex_gl_log;
     desc.core_only = rd_setting_is(&r->args->settings, "compute", "0");
     result = glbk_init(&r->gl, &desc);
     if (result == GLBK_OK && rd_setting_is(&r->args->settings, "compute", "auto") &&
         ex_gl_is_software(r->gl.renderer)) {
-        glbk_destroy(&r->gl);       /* which run groups of compute one invocation after the other: slower but for csm */
+        glbk_free(&r->gl);       /* which run groups of compute one invocation after the other: slower but for csm */
         desc.core_only = 1;
         result = glbk_init(&r->gl, &desc);
     }
     if (result != GLBK_OK) {
-        snprintf(error, EX_ERROR_SIZE, "--backend gl: %s (%.150s)", glbk_result_text(result), r->gl_log);
+        snprintf(error, EX_ERROR_SIZE, "--backend gl: %s", glbk_result_text(result));
         return -1;
     }
     r->job.gl = &r->gl;
@@ -365,7 +364,7 @@ static void release(run *r)
 {
     if (r->state)
         close_technique(r);
-    glbk_destroy(&r->gl);
+    glbk_free(&r->gl);
     ex_gl_free(r->context);
     ex_pool_free(r->job.pool);
     ex_image_free(&r->picture);
@@ -379,7 +378,7 @@ static void release(run *r)
 
 static int complain(const char *error)
 {
-    fprintf(stderr, "render: %s\n", error);
+    ex_complain("render", error);
     return -1;
 }
 

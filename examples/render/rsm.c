@@ -1,4 +1,5 @@
-/* rsm.c - the technique "rsm": direct light by shadow maps and one bounce by reflective shadow maps, through rsm.h.
+/* rsm.c - the technique "rsm": direct light by shadow maps and one bounce by reflective shadow maps, through rsm.h;
+   gifilter.h makes few samples smooth (mode=denoised).
 
    Each frame: lights of the scene become lights of rsm.h (rsm_lights.c: one for a sun, spot or point, several for an
    area light, an emissive mesh or a sky), a map of each is rasterised, then all pixels are shaded. */
@@ -57,7 +58,7 @@ static void close_rsm(void *opaque)
         return;
     rs_gl_close(state);
     free_maps(state);
-    rsm_filter_free(state->filter);
+    gifilt_free(state->filter);
     free(state->positions);
     free(state->normals);
     free(state->light);
@@ -111,7 +112,7 @@ static rsm_mesh *convert_scene(const ex_scene *scene, surface **surfaces)
 uint32_t rs_map_side(const rs_state *state, const rsm_light *light)
 {
     uint32_t side = light->kind == RSM_LIGHT_PATCH ? state->size / 4
-                    : light->kind == RSM_LIGHT_POINT || (light->kind == RSM_LIGHT_SPOT && light->cone_angle > 2)
+                    : light->kind == RSM_LIGHT_POINT || (light->kind == RSM_LIGHT_SPOT && light->cone_half_angle > 1)
                         ? state->size / 2
                         : state->size;
     return side < 4 ? 4 : side;
@@ -124,7 +125,7 @@ static int build_map(rs_state *state, const rsm_light *light, const rsm_mesh *me
     rsm_result result;
     memset(&desc, 0, sizeof desc);
     desc.light = *light;
-    desc.size = rs_map_side(state, light);
+    desc.side = rs_map_side(state, light);
     desc.system = state->system;
     result = rsm_map_create(&desc, &state->maps[state->map_count]);
     if (result != RSM_OK)
@@ -233,11 +234,40 @@ void rs_view_projection(const ex_camera *c, float aspect, float m[16])
     m[15] = m[14];
 }
 
+/* The frames so far and neighbours, of what a frame has gathered from few samples. Memory is all that may fail. */
+static gifilt_result filter(rs_state *state, const rd_job *job, const rsm_points *points)
+{
+    gifilt_points pixels = { 0 };
+    gifilt_desc size = { 0 };
+    gifilt_frame frame = { 0 };
+    gifilt_result result = GIFILT_OK;
+    float matrix[16];
+    size.system.allocator.alloc_fn = state->system.allocator.alloc_fn;
+    size.system.allocator.free_fn = state->system.allocator.free_fn;
+    size.system.allocator.user = state->system.allocator.user;
+    size.system.parallel_for = state->system.parallel_for;
+    size.system.log = state->system.log;
+    size.system.user = state->system.user;
+    size.width = job->gbuffer->width;
+    size.height = job->gbuffer->height;
+    rs_view_projection(&job->scene->camera, (float)job->gbuffer->width / (float)job->gbuffer->height, matrix);
+    frame.view_projection = matrix;
+    frame.rows = GIFILT_ROWS_TOP_FIRST;
+    frame.passes = state->passes ? (int)state->passes : -1;
+    frame.history = state->history;
+    pixels.count = points->count;
+    pixels.positions = points->positions;
+    pixels.position_stride = points->position_stride;
+    pixels.normals = points->normals;
+    pixels.normal_stride = points->normal_stride;
+    if (!state->filter)
+        result = gifilt_create(&size, &state->filter);
+    return result == GIFILT_OK ? gifilt_apply(state->filter, &frame, &pixels, state->bounce, state->bounce) : result;
+}
+
 static rsm_result bounce(rs_state *state, const rd_job *job, const rsm_points *points)
 {
     const rsm_map *const *maps = (const rsm_map *const *)state->maps;
-    rsm_filter_desc filter;
-    float matrix[16];
     rsm_result result;
     if (state->mode == RS_INTERPOLATED)
         return rsm_interpolate(maps, state->map_count, &state->gather, &state->interpolation, points, state->bounce,
@@ -245,15 +275,7 @@ static rsm_result bounce(rs_state *state, const rd_job *job, const rsm_points *p
     result = rsm_gather(maps, state->map_count, &state->gather, points, state->bounce, &state->stats);
     if (result != RSM_OK || state->mode == RS_FULL)
         return result;
-    memset(&filter, 0, sizeof filter);
-    rs_view_projection(&job->scene->camera, (float)job->gbuffer->width / (float)job->gbuffer->height, matrix);
-    filter.view_projection = matrix;
-    filter.top_first = 1;
-    filter.passes = state->passes;
-    filter.history = state->history;
-    if (!state->filter)
-        result = rsm_filter_create(job->gbuffer->width, job->gbuffer->height, &state->system, &state->filter);
-    return result == RSM_OK ? rsm_filter_apply(state->filter, &filter, points, state->bounce, state->bounce) : result;
+    return filter(state, job, points) == GIFILT_OK ? RSM_OK : RSM_ERR_ALLOC;
 }
 
 static void write_pixels(const rs_state *state, const rd_job *job, ex_image *out)
@@ -270,7 +292,7 @@ static int frame_rsm(void *opaque, const rd_job *job, ex_image *out, char *error
     rsm_points points;
     rsm_result result = RSM_OK;
     double start = ex_seconds(), maps_done, direct_done;
-    state->system.parallel_user = job->pool;
+    state->system.user = job->pool;
     state->gather.system = state->shadow.system = state->system;
     state->gather.samples = job->samples;
     state->gather.seed = job->seed;
@@ -330,6 +352,9 @@ static int place_of(const char *words, const char *word)
     return place;
 }
 
+/* Of a bias, where the header means its default by 0. */
+static float none_of_zero(double value) { return value > 0 ? (float)value : -1; }
+
 static void read_settings(rs_state *state, const rd_job *job)
 {
     const rd_settings *s = job->settings;
@@ -354,10 +379,9 @@ static void read_settings(rs_state *state, const rd_job *job)
         g->noise = state->noise;
         g->noise_side = 64;
     }
-    state->shadow = rsm_direct_default();
     state->shadow.taps = (uint32_t)rd_setting_integer(s, "pcf");
-    state->shadow.bias = (float)rd_setting_number(s, "bias");
-    state->shadow.slope_bias = (float)rd_setting_number(s, "slope_bias");
+    state->shadow.bias = none_of_zero(rd_setting_number(s, "bias"));
+    state->shadow.slope_bias = none_of_zero(rd_setting_number(s, "slope_bias"));
     state->interpolation.step = (uint32_t)rd_setting_integer(s, "step");
     state->interpolation.levels = (uint32_t)rd_setting_integer(s, "levels");
     state->interpolation.contrast = (float)rd_setting_number(s, "contrast");
@@ -383,9 +407,10 @@ static int open_rsm(void **out, const rd_job *job, char *error)
     state->system.allocator.free_fn = give;
     state->system.allocator.user = &state->memory;
     state->system.parallel_for = ex_pool_run;
-    state->system.parallel_user = job->pool;
-    state->system.progress = ex_terminal() ? ex_progress : NULL;
-    state->system.progress_user = (void *)(size_t)"rsm";
+    state->system.progress = ex_terminal() ? ex_pool_progress : NULL;
+    state->system.log = ex_pool_log;
+    state->system.user = job->pool;
+    ex_pool_label(job->pool, "rsm");
     read_settings(state, job);
     if (state->mode == RS_INTERPOLATED && (state->gather.noise || state->gather.interleave > 1)) {
         close_rsm(state);

@@ -1,8 +1,8 @@
 /* rsm_gl.c - the technique "rsm" on OpenGL: the scene's meshes as vertex arrays, its textures with mipmaps; maps are
    drawn, light is gathered on the GPU, and the two pictures of irradiance are read back. */
 #include "rsm_parts.h"
+#include "../../gl_backend/gl_rsm.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,6 +18,7 @@ typedef struct shape {
 typedef struct rs_gl {
     glbk_context     *gl;
     glbk_rsm_renderer renderer;
+    glbk_gbuffer      seen;
     shape            *shapes;           /* one a mesh */
     uint32_t          shape_count;
     glbk_texture     *textures;
@@ -30,9 +31,9 @@ typedef struct rs_gl {
     uint32_t          frame;
 } rs_gl;
 
-static int gl_failed(rs_gl *g, const char *what, glbk_result result, char *error)
+static int gl_failed(const char *what, glbk_result result, char *error)
 {
-    snprintf(error, EX_ERROR_SIZE, "rsm on GL: %s: %s %.120s", what, glbk_result_text(result), g->gl->log);
+    snprintf(error, EX_ERROR_SIZE, "rsm on GL: %s: %s", what, glbk_result_text(result));
     return -1;
 }
 
@@ -48,9 +49,9 @@ static void free_shape(rs_gl *g, shape *s)
 {
     if (s->array)
         g->gl->gl.DeleteVertexArrays(1, &s->array);
-    glbk_buffer_destroy(g->gl, &s->positions);
-    glbk_buffer_destroy(g->gl, &s->uvs);
-    glbk_buffer_destroy(g->gl, &s->indices);
+    glbk_buffer_free(g->gl, &s->positions);
+    glbk_buffer_free(g->gl, &s->uvs);
+    glbk_buffer_free(g->gl, &s->indices);
     free(s->runs);
     memset(s, 0, sizeof *s);
 }
@@ -99,7 +100,7 @@ static int upload_shape(rs_gl *g, const ex_scene *scene, const ex_mesh *mesh, sh
     if (!sorted_ok)
         return no_memory(error);
     if (result != GLBK_OK)
-        return gl_failed(g, "a mesh", result, error);
+        return gl_failed("a mesh", result, error);
     if (!mesh->triangle_count)
         return 0;
     gl->GenVertexArrays(1, &s->array);
@@ -144,7 +145,7 @@ static int upload_textures(rs_gl *g, const ex_scene *scene, char *error)
         d.data = scene->textures[i].rgba;
         result = glbk_texture_create(g->gl, &d, &g->textures[i]);
         if (result != GLBK_OK)
-            return gl_failed(g, "a texture", result, error);
+            return gl_failed("a texture", result, error);
     }
     return 0;
 }
@@ -154,15 +155,15 @@ static int upload_textures(rs_gl *g, const ex_scene *scene, char *error)
 static void draw_run(rs_gl *g, const ex_object *object, const shape *s, const run *r)
 {
     const ex_material *m = &g->scene->materials[object->material ? object->material - 1 : r->material];
-    glbk_rsm_surface surface;
+    glbk_surface surface;
     memset(&surface, 0, sizeof surface);
-    memcpy(surface.transform, object->transform, sizeof surface.transform);
-    memcpy(surface.albedo, m->base_color, sizeof surface.albedo);
+    memcpy(surface.world, object->transform, sizeof surface.world);
+    memcpy(surface.material.diffuse, m->base_color, sizeof surface.material.diffuse);
     if (m->base_texture >= 0 && s->uvs.name) {
-        surface.albedo_map = &g->textures[m->base_texture];
+        surface.color_map = &g->textures[m->base_texture];
         surface.alpha_cutoff = m->alpha_cutoff;
     }
-    if (glbk_rsm_object(g->gl, &g->renderer, &surface) != GLBK_OK)      /* glbk_rsm_map_draw says so */
+    if (glbk_rsm_object(g->gl, &g->renderer, &surface, 0) != GLBK_OK)      /* glbk_rsm_map_draw says so */
         return;
     g->gl->gl.DrawElements(GLBK_GL_TRIANGLES, (int32_t)r->count, GLBK_GL_UNSIGNED_INT,
                            (const void *)(4 * (uintptr_t)r->first));
@@ -184,7 +185,7 @@ static void draw_scene(void *user, glbk_context *ctx, glbk_rsm_renderer *rendere
 static void free_maps(rs_gl *g)
 {
     for (size_t i = 0; i < g->map_count; i++)
-        glbk_rsm_map_destroy(g->gl, &g->maps[i]);
+        glbk_rsm_map_free(g->gl, &g->maps[i]);
     free(g->maps);
     free(g->pointers);
     g->maps = NULL;
@@ -192,31 +193,13 @@ static void free_maps(rs_gl *g)
     g->map_count = 0;
 }
 
-static glbk_rsm_lamp lamp_of(const rsm_light *l)
-{
-    glbk_rsm_lamp out;
-    memset(&out, 0, sizeof out);
-    out.kind = (glbk_rsm_kind)l->kind;
-    memcpy(out.position, l->position, sizeof out.position);
-    memcpy(out.direction, l->direction, sizeof out.direction);
-    memcpy(out.up, l->up, sizeof out.up);
-    memcpy(out.value, l->value, sizeof out.value);
-    out.radius = l->radius;
-    out.cone_angle = l->cone_angle;
-    out.near_depth = l->near_depth;
-    out.far_depth = l->far_depth;
-    return out;
-}
-
 /* Maps stay from frame to frame while the lights stay as many and of a kind. The last ones are of rings. */
 static int make_maps(rs_state *state, const rsm_light *lights, size_t count, size_t rings, char *error)
 {
     rs_gl *g = state->gl;
     glbk_result result = count == g->map_count && count - rings == g->lamp_count ? GLBK_OK : GLBK_ERR_ARGUMENT;
-    for (size_t i = 0; i < count && result == GLBK_OK; i++) {
-        glbk_rsm_lamp lamp = lamp_of(&lights[i]);
-        result = glbk_rsm_map_place(g->gl, &g->maps[i], &lamp);
-    }
+    for (size_t i = 0; i < count && result == GLBK_OK; i++)
+        result = glbk_rsm_map_place(g->gl, &g->maps[i], &lights[i]);
     if (result == GLBK_OK)
         return 0;
     free_maps(g);
@@ -224,17 +207,16 @@ static int make_maps(rs_state *state, const rsm_light *lights, size_t count, siz
     g->pointers = calloc(count + 1, sizeof(glbk_rsm_map *));
     if (!g->maps || !g->pointers)
         return no_memory(error);
-    state->gl_bytes = (state->mode == RS_INTERPOLATED ? 113u : state->mode == RS_DENOISED ? 180u : 100u) *
+    state->gl_bytes = (state->mode == RS_INTERPOLATED ? 129u : state->mode == RS_DENOISED ? 212u : 116u) *
                           (uint64_t)state->pixels + (4u << 20);
     for (result = GLBK_OK; g->map_count < count && result == GLBK_OK; g->map_count++) {
         glbk_rsm_map *map = g->pointers[g->map_count] = &g->maps[g->map_count];
-        glbk_rsm_lamp lamp = lamp_of(&lights[g->map_count]);
         uint32_t side = g->map_count < count - rings ? rs_map_side(state, &lights[g->map_count]) : RD_RING_SIDE;
-        result = glbk_rsm_map_create(g->gl, &lamp, side, map);
-        state->gl_bytes += 60 * (uint64_t)map->size * map->size * map->faces;
+        result = glbk_rsm_map_create(g->gl, &lights[g->map_count], side, map);
+        state->gl_bytes += 60 * (uint64_t)map->side * map->side * map->face_count;
     }
     g->lamp_count = count - rings;
-    return result == GLBK_OK ? 0 : gl_failed(g, "a map", result, error);
+    return result == GLBK_OK ? 0 : gl_failed("a map", result, error);
 }
 
 static int upload_ring(rs_state *state, const rd_ring *ring, glbk_rsm_map *to, char *error)
@@ -245,7 +227,7 @@ static int upload_ring(rs_state *state, const rd_ring *ring, glbk_rsm_map *to, c
         return -1;
     result = glbk_rsm_map_upload(state->gl->gl, to, rsm_map_texels(map));
     rsm_map_free(map);
-    return result == GLBK_OK ? 0 : gl_failed(state->gl, "a map of the ground", result, error);
+    return result == GLBK_OK ? 0 : gl_failed("a map of the ground", result, error);
 }
 
 /* Lights, then rings as lights: what the maps are of. */
@@ -280,7 +262,7 @@ static int draw_maps(rs_state *state, const rd_job *job, char *error)
     free(lights);
     for (size_t i = 0; i < g->lamp_count && !failed; i++) {
         glbk_result result = glbk_rsm_map_draw(g->gl, &g->renderer, &g->maps[i], draw_scene, g);
-        failed = result != GLBK_OK && gl_failed(g, "drawing a map", result, error) != 0;
+        failed = result != GLBK_OK && gl_failed("drawing a map", result, error) != 0;
     }
     return failed ? -1 : 0;
 }
@@ -291,7 +273,7 @@ static int upload_pixels(rs_state *state, const rd_job *job, char *error)
 {
     rs_gl *g = state->gl;
     uint32_t width = job->gbuffer->width;
-    glbk_rsm_pixel *row = calloc(width, sizeof *row);
+    glbk_pixel *row = calloc(width, sizeof *row);
     glbk_result result = GLBK_OK;
     if (!row)
         return no_memory(error);
@@ -300,85 +282,68 @@ static int upload_pixels(rs_state *state, const rd_job *job, char *error)
             size_t at = (size_t)y * width + x;
             memcpy(row[x].position, state->positions + 3 * at, sizeof row[x].position);
             memcpy(row[x].normal, state->normals + 3 * at, sizeof row[x].normal);
-            memcpy(row[x].albedo, job->gbuffer->pixels[at].albedo, sizeof row[x].albedo);
-            row[x].occlusion = 1;
+            memcpy(row[x].material.diffuse, job->gbuffer->pixels[at].albedo, sizeof row[x].material.diffuse);
         }
-        result = glbk_rsm_gbuffer_upload(g->gl, &g->renderer, y, 1, row);
+        result = glbk_gbuffer_upload(g->gl, &g->seen, y, 1, row);
     }
     free(row);
-    return result == GLBK_OK ? 0 : gl_failed(g, "G-buffer", result, error);
+    return result == GLBK_OK ? 0 : gl_failed("G-buffer", result, error);
+}
+
+/* What rsm_gather is given, without its threads: they are of the CPU alone. */
+static rsm_gather_desc gather_desc(const rs_state *state)
+{
+    rsm_gather_desc d = state->gather;
+    memset(&d.system, 0, sizeof d.system);
+    return d;
 }
 
 /* The pattern of this frame's seed, as rsm_gather makes it. */
 static int upload_tables(rs_state *state, char *error)
 {
-    const rsm_gather_desc *d = &state->gather;
-    uint32_t sets = d->interleave ? d->interleave * d->interleave : 1;
-    uint32_t n = d->pattern == RSM_PATTERN_FLUX ? 0 : d->pattern == RSM_PATTERN_MIXED ? 3 * d->samples / 5 : d->samples;
+    const rsm_gather_desc d = gather_desc(state);
+    const uint32_t n = glbk_rsm_point_count(&d);
     float *points = NULL;
-    glbk_rsm_tables tables;
     glbk_result uploaded;
-    memset(&tables, 0, sizeof tables);
-    n = (n + sets - 1) / sets * sets;
     if (n) {
-        int mixed = d->pattern == RSM_PATTERN_MIXED;
+        int mixed = d.pattern == RSM_PATTERN_MIXED;
         rsm_result result;
         points = malloc(3 * sizeof *points * n);
         if (!points)
             return no_memory(error);
-        result = rsm_pattern_build(mixed ? RSM_PATTERN_LOG_RADIAL : d->pattern, n, mixed ? 1.0f / 192 : d->r_min,
-                                   d->paper_weights, d->seed, points);
+        result = rsm_pattern_build(mixed ? RSM_PATTERN_LOG_RADIAL : d.pattern, n, mixed ? 1.0f / 192 : d.r_min,
+                                   d.paper_weights, d.seed, points);
         if (result != RSM_OK) {
             free(points);
             return rs_fail(error, "the pattern", result);
         }
     }
-    tables.points = points;
-    tables.point_count = n;
-    tables.noise = d->noise;
-    tables.noise_side = d->noise ? d->noise_side : 0;
-    uploaded = glbk_rsm_tables_upload(state->gl->gl, &state->gl->renderer, &tables);
+    uploaded = glbk_rsm_tables_upload(state->gl->gl, &state->gl->renderer, &d, points);
     free(points);
-    return uploaded == GLBK_OK ? 0 : gl_failed(state->gl, "the pattern", uploaded, error);
+    return uploaded == GLBK_OK ? 0 : gl_failed("the pattern", uploaded, error);
 }
 
 static glbk_result gather(rs_state *state)
 {
     rs_gl *g = state->gl;
-    glbk_rsm_gather_desc d;
-    glbk_rsm_grid grid;
-    memset(&d, 0, sizeof d);
-    memset(&grid, 0, sizeof grid);
-    d.pattern = state->gather.pattern == RSM_PATTERN_FLUX    ? GLBK_RSM_PATTERN_FLUX
-                : state->gather.pattern == RSM_PATTERN_MIXED ? GLBK_RSM_PATTERN_MIXED
-                                                             : GLBK_RSM_PATTERN_ABOUT;
-    d.samples = state->gather.samples;
-    d.r_max = state->gather.r_max;
-    d.offset = state->gather.offset;
-    d.clamp = state->gather.clamp;
-    d.near_limit = state->gather.near_limit;
-    d.near_field = state->gather.near_field;
-    d.seed = state->gather.seed;
-    d.interleave = state->gather.interleave;
-    grid.step = state->interpolation.step;
-    grid.levels = state->interpolation.levels;
-    grid.contrast = state->interpolation.contrast;
-    grid.reach = state->interpolation.reach;
-    return glbk_rsm_gather(g->gl, &g->renderer, g->pointers, (uint32_t)g->map_count, &d,
-                           state->mode == RS_INTERPOLATED ? &grid : NULL);
+    const rsm_gather_desc d = gather_desc(state);
+    if (state->mode != RS_INTERPOLATED)
+        return glbk_rsm_gather(g->gl, &g->renderer, &g->seen, g->pointers, (uint32_t)g->map_count, &d);
+    return glbk_rsm_interpolate(g->gl, &g->renderer, &g->seen, g->pointers, (uint32_t)g->map_count, &d,
+                                &state->interpolation);
 }
 
 static glbk_result denoise(rs_state *state, const rd_job *job)
 {
-    glbk_rsm_denoise_desc d;
+    gifilt_frame d;
     float matrix[16];
     memset(&d, 0, sizeof d);
     rs_view_projection(&job->scene->camera, (float)job->gbuffer->width / (float)job->gbuffer->height, matrix);
     d.view_projection = matrix;
-    d.top_first = 1;
-    d.passes = state->passes;
+    d.rows = GIFILT_ROWS_TOP_FIRST;
+    d.passes = state->passes ? (int)state->passes : -1;
     d.history = state->history;
-    return glbk_rsm_denoise(state->gl->gl, &state->gl->renderer, &d);
+    return glbk_rsm_denoise(state->gl->gl, &state->gl->renderer, &state->gl->seen, &d, NULL);
 }
 
 static glbk_result read_light(rs_state *state, int bounced, float *to)
@@ -400,7 +365,7 @@ static glbk_result read_light(rs_state *state, int bounced, float *to)
 int rs_gl_frame(rs_state *state, const rd_job *job, char *error)
 {
     rs_gl *g = state->gl;
-    glbk_rsm_direct_desc shadow;
+    rsm_direct_desc shadow = state->shadow;
     glbk_result result = GLBK_OK;
     double times[4];
     if (upload_shapes(g, job->scene, error) != 0 || upload_pixels(state, job, error) != 0 ||
@@ -412,12 +377,11 @@ int rs_gl_frame(rs_state *state, const rd_job *job, char *error)
         return -1;
     g->gl->gl.Finish();
     times[1] = ex_seconds();
-    shadow.taps = state->shadow.taps;
-    shadow.bias = state->shadow.bias;
-    shadow.slope_bias = state->shadow.slope_bias;
+    memset(&shadow.system, 0, sizeof shadow.system);
+    shadow.add = 0;
     if (state->direct && g->lamp_count) {
-        result = glbk_rsm_direct(g->gl, &g->renderer, (const glbk_rsm_map *const *)g->pointers, (uint32_t)g->lamp_count,
-                                 &shadow);
+        result = glbk_rsm_direct(g->gl, &g->renderer, &g->seen, (const glbk_rsm_map *const *)g->pointers,
+                                 (uint32_t)g->lamp_count, &shadow);
         if (result == GLBK_OK)
             result = read_light(state, 0, state->light);
     }
@@ -433,7 +397,7 @@ int rs_gl_frame(rs_state *state, const rd_job *job, char *error)
             result = read_light(state, 1, state->bounce);
     }
     if (result != GLBK_OK)
-        return gl_failed(g, "shading", result, error);
+        return gl_failed("shading", result, error);
     state->maps_ms = 1000 * (times[1] - times[0]);
     state->direct_ms = 1000 * (times[2] - times[1]);
     return 0;
@@ -445,6 +409,7 @@ int rs_gl_open(rs_state *state, const rd_job *job, char *error)
 {
     rs_gl *g = state->gl = calloc(1, sizeof *g);
     glbk_rsm_renderer_desc desc;
+    glbk_gbuffer_desc size;
     glbk_result result;
     if (!g)
         return no_memory(error);
@@ -454,9 +419,14 @@ int rs_gl_open(rs_state *state, const rd_job *job, char *error)
     desc.height = job->gbuffer->height;
     desc.interpolate = state->mode == RS_INTERPOLATED;
     desc.denoise = state->mode == RS_DENOISED;
+    memset(&size, 0, sizeof size);
+    size.width = desc.width;
+    size.height = desc.height;
     result = glbk_rsm_renderer_create(g->gl, &desc, &g->renderer);
+    if (result == GLBK_OK)
+        result = glbk_gbuffer_create(g->gl, &size, &g->seen);
     if (result != GLBK_OK)
-        return gl_failed(g, "renderer", result, error);
+        return gl_failed("renderer", result, error);
     g->shapes = calloc(job->scene->mesh_count + (size_t)1, sizeof *g->shapes);
     g->textures = calloc(job->scene->texture_count + (size_t)1, sizeof *g->textures);
     g->picture = malloc(4 * sizeof *g->picture * desc.width * desc.height);
@@ -478,8 +448,9 @@ void rs_gl_close(rs_state *state)
     for (uint32_t i = 0; i < g->shape_count; i++)
         free_shape(g, &g->shapes[i]);
     for (uint32_t i = 0; i < g->texture_count; i++)
-        glbk_texture_destroy(g->gl, &g->textures[i]);
-    glbk_rsm_renderer_destroy(g->gl, &g->renderer);
+        glbk_texture_free(g->gl, &g->textures[i]);
+    glbk_rsm_renderer_free(g->gl, &g->renderer);
+    glbk_gbuffer_free(g->gl, &g->seen);
     free(g->shapes);
     free(g->textures);
     free(g->picture);

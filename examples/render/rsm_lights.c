@@ -46,7 +46,7 @@ static void add_hard(list *l, const ex_light *light)
     memcpy(to->direction, light->direction, sizeof to->direction);
     memcpy(to->value, light->value, sizeof to->value);
     if (light->kind == EX_LIGHT_SPOT)
-        to->cone_angle = 2 * acosf(light->cos_half_angle);
+        to->cone_half_angle = acosf(light->cos_half_angle);
 }
 
 /* ---- area lights and emissive triangles ---- */
@@ -318,7 +318,7 @@ int rs_ring_map(const rd_ring *ring, const rsm_system *system, rsm_map **map, ch
     memset(&desc, 0, sizeof desc);
     memset(&buffers, 0, sizeof buffers);
     desc.light = rs_ring_light(ring);
-    desc.size = RD_RING_SIDE;
+    desc.side = RD_RING_SIDE;
     desc.system = *system;
     buffers.positions = ring->positions;
     buffers.normals = ring->normals;

@@ -4,6 +4,7 @@
 
 #include "ground.h"
 #include "technique.h"
+#include "../../gifilter.h"
 #include "../../rsm.h"
 
 typedef struct rs_memory { uint64_t now, peak; } rs_memory;
@@ -15,7 +16,7 @@ typedef struct rs_state {
     rsm_system   system;
     rsm_map    **maps;
     size_t       map_count, lamp_count;                     /* the rest are rings of the ground: no direct light */
-    rsm_filter  *filter;
+    gifilt_filter *filter;
     rs_mode      mode;
     int          direct, indirect;
     uint32_t     size, points;

@@ -12,6 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* An entity of no fields that stands at the origin, not tinted. */
+static const sfield_entity upright = { NULL, NULL, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, { 1, 1, 1 }, 0 };
+
 typedef struct sf_state {
     sfield_scene   *scene;
     sfield_basis    basis;
@@ -67,10 +70,11 @@ static sfield_desc desc_of(const rd_job *job, sfield_basis basis)
     d.position_side = (uint32_t)side;
     d.shells = (uint32_t)shells;
     d.keep = (float)rd_setting_number(job->settings, "keep");
-    d.parallel_for = ex_pool_run;
-    d.parallel_user = job->pool;
-    d.progress = ex_progress;
-    d.progress_user = (void *)(size_t)"shadowfield";
+    ex_pool_label(job->pool, "shadowfield");
+    d.system.parallel_for = ex_pool_run;
+    d.system.progress = ex_pool_progress;
+    d.system.log = ex_pool_log;
+    d.system.user = job->pool;
     return d;
 }
 
@@ -94,7 +98,7 @@ static int build_field(const rd_job *job, const sfield_desc *d, const sfield_mes
 
 static sfield_mesh mesh_of(const ex_mesh *m)
 {
-    sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * (size_t)m->triangle_count };
+    sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * (size_t)m->triangle_count, NULL };
     return mesh;
 }
 
@@ -126,19 +130,28 @@ static int field_of(sf_state *s, const rd_job *job, const ex_mesh *mesh, sfield_
     return 0;
 }
 
+static void fill_set(sfield_points *set, size_t count, const float *positions, const float *normals)
+{
+    memset(set, 0, sizeof *set);
+    set->count = count;
+    set->positions = positions;
+    set->normals = normals;
+}
+
 /* What hides a mesh from its own points: baked, or built now. */
 static int self_of(sf_state *s, const rd_job *job, const ex_mesh *mesh, sf_surface *surface, float offset, char *error)
 {
     sfield_desc d = desc_of(job, s->basis);
     sfield_mesh input = mesh_of(mesh);
     sfield_stats stats;
+    sfield_points points;
     sfield_result r;
     d.keep = 0.06f;                              /* of wavelets: one cube a point, not thousands an object */
     surface->self = sf_baked_self(&s->baked, &d, mesh, surface, offset);
     if (surface->self)
         return 0;
-    r = sfield_build_self(&d, &input, surface->chosen_positions, surface->chosen_normals, surface->chosen_count, offset,
-                          &surface->self, &stats);
+    fill_set(&points, surface->chosen_count, surface->chosen_positions, surface->chosen_normals);
+    r = sfield_build_self(&d, &input, &points, offset, &surface->self, &stats);
     if (r != SFIELD_OK)
         return failed("visibility of an object's points", r, error);
     s->peak = stats.peak_bytes > s->peak ? stats.peak_bytes : s->peak;
@@ -194,7 +207,7 @@ static int build_lamp(sf_state *s, const rd_job *job, size_t j, char *error)
     switch (l->kind) {
     case EX_LIGHT_SPOT:
         memcpy(e.normal, l->direction, sizeof e.normal);
-        e.cosine = l->cos_half_angle;
+        e.cone_half_angle = acosf(l->cos_half_angle);
         /* fall through */
     case EX_LIGHT_POINT:
         e.radius = s->lamp;
@@ -260,7 +273,7 @@ static int build_glow(sf_state *s, const rd_job *job, size_t j, sf_glow *glow, c
     const int side = rd_setting_integer(job->settings, "source_side");
     const int shells = rd_setting_integer(job->settings, "source_shells");
     sfield_desc d = desc_of(job, s->basis);
-    sfield_mesh mesh = { m->positions, m->vertex_count, 0, glow->indices, 3 * (size_t)glow->count };
+    sfield_mesh mesh = { m->positions, m->vertex_count, 0, glow->indices, 3 * (size_t)glow->count, NULL };
     sfield_field *field;
     d.position_side = side ? (uint32_t)side : d.position_side;
     d.shells = shells ? (uint32_t)shells : d.shells;
@@ -464,7 +477,7 @@ static int place(sf_state *s, const rd_job *job, char *error)
     for (uint32_t i = 0; i < scene->object_count; i++) {
         const ex_object *o = &scene->objects[i];
         sfield_entity *e = &s->entities[i];
-        *e = sfield_entity_default();
+        *e = upright;
         s->surface_of[i] = o->receiver_only || !s->surface[o->mesh].point_count ? NULL : &s->surface[o->mesh];
         if (!s->surface_of[i])
             continue;
@@ -476,7 +489,7 @@ static int place(sf_state *s, const rd_job *job, char *error)
         if (s->light_object[i] != UINT32_MAX) {
             memcpy(e->transform, scene->objects[s->light_object[i]].transform, sizeof e->transform);
         } else {
-            *e = sfield_entity_default();
+            *e = upright;
             place_lamp(s, &scene->lights[s->light_of[i]], &s->built[i], e);
         }
         e->source = s->light[i];
@@ -598,21 +611,12 @@ static void lay_pixels(const sf_state *s, const rd_job *job, const flat *f, ex_i
     }
 }
 
-static void fill_set(sfield_points *set, size_t count, const float *positions, const float *normals)
-{
-    memset(set, 0, sizeof *set);
-    set->count = count;
-    set->positions = positions;
-    set->normals = normals;
-    set->entity = SFIELD_NONE;
-}
-
 /* The next pixels of flat receivers as a set. */
 static void add_flat(sf_state *s, const rd_job *job, flat *f, uint32_t entity, sfield_points *set)
 {
     const size_t at = f->count, count = gather_pixels(f, s, job, entity);
     fill_set(set, count, f->positions + 3 * at, f->normals + 3 * at);
-    set->entity = entity == UINT32_MAX ? SFIELD_NONE : entity;
+    set->entity = entity == UINT32_MAX ? 0 : entity + 1;
     set->rgb = f->rgb + 3 * at;
     set->gloss = s->full ? f->gloss + 3 * at : NULL;
     set->views = f->views + 3 * at;
@@ -629,7 +633,7 @@ static sfield_result keep_caches(sf_state *s, uint32_t objects, sfield_points *s
     const size_t bytes = 3 * f->count * sizeof(float);
     const int moved = s->flat_count != f->count || (bytes && memcmp(s->flat_positions, f->positions, bytes) != 0);
     for (size_t i = 0; i < count; i++) {
-        sfield_cache **cache = &s->cache[sets[i].entity == SFIELD_NONE ? objects : sets[i].entity];
+        sfield_cache **cache = &s->cache[sets[i].entity ? sets[i].entity - 1 : objects];
         sfield_result r;
         if (i >= flat_from && moved) {
             sfield_cache_free(*cache);
@@ -672,7 +676,7 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
         views[i] = s->full ? views_of(surface, &scene->objects[i], &scene->camera) : NULL;
         good = s->rgb[i] && s->gloss[i] && (views[i] || !s->full);
         fill_set(set, surface->chosen_count, surface->chosen_positions, surface->chosen_normals);
-        set->entity = i;
+        set->entity = i + 1;
         set->self = surface->self;
         set->rgb = s->rgb[i];
         set->gloss = s->full ? s->gloss[i] : NULL;
@@ -831,8 +835,9 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     d.basis = s->basis;
     d.bands = (uint32_t)rd_setting_integer(job->settings, "bands");
     d.reach = (float)rd_setting_number(job->settings, "reach");
-    d.parallel_for = ex_pool_run;
-    d.parallel_user = job->pool;
+    d.system.parallel_for = ex_pool_run;
+    d.system.log = ex_pool_log;
+    d.system.user = job->pool;
     s->light = calloc(lights, sizeof *s->light);
     s->light_object = calloc(lights, sizeof *s->light_object);
     s->light_of = calloc(lights, sizeof *s->light_of);
@@ -878,15 +883,15 @@ static void report_shadowfield(const void *opaque, rd_report *report)
     const sf_state *s = opaque;
     uint64_t fields = 0, self = 0, sources = 0, count = 0, caches = 0;
     for (uint32_t i = 0; i < s->mesh_count; i++) {
-        fields += sfield_size(s->occlusion[i]);
-        self += sfield_size(s->surface[i].self);
+        fields += sfield_bytes(s->occlusion[i]);
+        self += sfield_bytes(s->surface[i].self);
         count += s->occlusion[i] != NULL;
     }
     for (size_t i = 0; i < s->light_count; i++) {
         size_t first = 0;
         while (s->light[first] != s->light[i])          /* baked ones are shared */
             first++;
-        sources += first == i ? sfield_size(s->light[i]) : 0;
+        sources += first == i ? sfield_bytes(s->light[i]) : 0;
     }
     for (size_t i = 0; s->cache && i <= s->object_count; i++)
         caches += sfield_cache_bytes(s->cache[i]);

@@ -16,7 +16,7 @@ static int failed(const char *path, const char *why, char *error)
 static int open_file(const char *path, const rd_job *job, sfield_basis basis, sfield_field **out, char *error)
 {
     sfield_info info;
-    sfield_desc services;
+    sfield_system services;
     sfield_result r;
     size_t size;
     void *data = ex_file_read(path, &size, error);
@@ -24,7 +24,7 @@ static int open_file(const char *path, const rd_job *job, sfield_basis basis, sf
         return -1;
     memset(&services, 0, sizeof services);
     services.progress = ex_progress;
-    services.progress_user = (void *)(size_t)"shadowfield";
+    services.user = (void *)(size_t)"shadowfield";
     r = sfield_open(data, size, &services, out);
     free(data);
     if (r != SFIELD_OK)
@@ -116,7 +116,7 @@ static int alike(const sfield_info *info, const float *a, const float *b, size_t
 /* Does it shine as the object does now? Asked from the corners of its last shell; the corners alone are built here. */
 static int shines_so(const sfield_field *field, const sfield_info *info, const ex_mesh *mesh, const sf_glow *glow)
 {
-    const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, glow->indices, 3 * (size_t)glow->count };
+    const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, glow->indices, 3 * (size_t)glow->count, NULL };
     const size_t vector =
         info->basis == SFIELD_BASIS_SH ? info->bands * info->bands : 6u * info->cube_side * info->cube_side;
     const float d = info->outer * info->radius / sqrtf(3.0f);
@@ -167,8 +167,9 @@ static int sees_so(const sfield_field *field, const sfield_info *info, const sfi
         memcpy(n + 3 * i, s->chosen_normals + 3 * at, 3 * sizeof *n);
         sfield_self(field, at, 1, values + i * vector);
     }
-    d.progress = NULL;
-    if (values && sfield_build_self(&d, mesh, p, n, ASKED, offset, &some, NULL) == SFIELD_OK &&
+    d.system.progress = NULL;
+    if (values && sfield_build_self(&d, mesh, &(const sfield_points){ .count = ASKED, .positions = p, .normals = n },
+                                    offset, &some, NULL) == SFIELD_OK &&
         sfield_self(some, 0, ASKED, values + ASKED * vector) == SFIELD_OK)
         same = alike(info, values, values + ASKED * vector, ASKED);
     sfield_free(some);
@@ -205,7 +206,8 @@ sfield_field *sf_baked_source(sf_baked *b, const ex_mesh *mesh, const sf_glow *g
 sfield_field *sf_baked_self(sf_baked *b, const sfield_desc *desc, const ex_mesh *mesh, const sf_surface *surface,
                             float offset)
 {
-    const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count };
+    const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices,
+                           3 * (size_t)mesh->triangle_count, NULL };
     for (size_t i = 0; i < b->count; i++) {
         sfield_info info;
         sfield_get_info(b->field[i], &info);

@@ -69,8 +69,8 @@ static int choose(sf_surface *s, float spacing)
     s->sources = malloc(3 * n * sizeof *s->sources);
     s->weights = malloc(3 * n * sizeof *s->weights);
     if (!s->chosen || !s->sources || !s->weights ||
-        sfield_sparse(s->positions, s->normals, n, spacing, NULL, s->chosen, &s->chosen_count, s->sources,
-                      s->weights) != SFIELD_OK)
+        sfield_sparse(&(const sfield_points){ .count = n, .positions = s->positions, .normals = s->normals },
+                      spacing, NULL, s->chosen, &s->chosen_count, s->sources, s->weights) != SFIELD_OK)
         return -1;
     s->chosen_positions = malloc(3 * s->chosen_count * sizeof *s->chosen_positions);
     s->chosen_normals = malloc(3 * s->chosen_count * sizeof *s->chosen_normals);

@@ -70,9 +70,10 @@ struct vw_draw {
 
 vw_draw *vw_draw_create(glbk_context *gl, char *error)
 {
-    const glbk_source sources[3] = { { mesh_vertex, mesh_fragment, NULL, NULL, NULL, NULL },
-                                     { NULL, picture_fragment, NULL, "base_bindings", NULL, NULL },
-                                     { NULL, panel_fragment, NULL, NULL, NULL, NULL } };
+    const glbk_source sources[3] = { { mesh_vertex, mesh_fragment, NULL, NULL, NULL, NULL, { NULL }, { { 0, 0 } } },
+                                     { NULL, picture_fragment, NULL, "base_bindings", NULL, NULL, { NULL },
+                                       { { 0, 0 } } },
+                                     { NULL, panel_fragment, NULL, NULL, NULL, NULL, { NULL }, { { 0, 0 } } } };
     vw_draw *d = calloc(1, sizeof *d);
     glbk_program *programs[3];
     if (!d) {
@@ -98,7 +99,7 @@ static void free_meshes(vw_draw *d)
 {
     for (uint32_t i = 0; i < d->mesh_count; i++) {
         d->gl->gl.DeleteVertexArrays(1, &d->meshes[i].vertex_array);
-        glbk_buffer_destroy(d->gl, &d->meshes[i].vertices);
+        glbk_buffer_free(d->gl, &d->meshes[i].vertices);
     }
     free(d->meshes);
     d->meshes = NULL;
@@ -110,11 +111,11 @@ void vw_draw_free(vw_draw *d)
     if (!d)
         return;
     free_meshes(d);
-    glbk_texture_destroy(d->gl, &d->picture_texture);
-    glbk_texture_destroy(d->gl, &d->panel_texture);
-    glbk_program_destroy(d->gl, &d->mesh);
-    glbk_program_destroy(d->gl, &d->picture);
-    glbk_program_destroy(d->gl, &d->panel);
+    glbk_texture_free(d->gl, &d->picture_texture);
+    glbk_texture_free(d->gl, &d->panel_texture);
+    glbk_program_free(d->gl, &d->mesh);
+    glbk_program_free(d->gl, &d->picture);
+    glbk_program_free(d->gl, &d->panel);
     free(d->texels);
     free(d);
 }
@@ -206,7 +207,7 @@ static int keep_texture(vw_draw *d, glbk_texture *texture, glbk_format format, u
     glbk_texture_desc desc;
     if (texture->name && texture->width == width && texture->height == height)
         return 0;
-    glbk_texture_destroy(d->gl, texture);
+    glbk_texture_free(d->gl, texture);
     memset(&desc, 0, sizeof desc);
     desc.format = format;
     desc.width = width;

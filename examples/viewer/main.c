@@ -16,7 +16,6 @@ typedef struct program {
     viewer        v;
     ex_gl        *context;
     glbk_context  gl;
-    char          log[500];
     vw_draw      *draw;
     GLFWwindow   *window;
     double        x, y, last_move;     /* of the mouse; seconds */
@@ -163,17 +162,18 @@ static int start(program *p, int width, int height, char *error)
 {
     ex_gl_options options = { EX_GL_HEADLESS, 0, 0, 0, 0, width, height, 0, 0, "Dapple" };
     glbk_desc desc;
+    glbk_result result;
     p->context = ex_gl_create_window(&options, error);
     if (!p->context)
         return -1;
     p->window = ex_gl_window(p->context);
     memset(&desc, 0, sizeof desc);
-    desc.get_proc = ex_gl_get_proc;
+    desc.get_proc_fn = ex_gl_get_proc;
     desc.user = p->context;
-    desc.log = p->log;
-    desc.log_size = sizeof p->log;
-    if (glbk_init(&p->gl, &desc) != GLBK_OK) {
-        snprintf(error, EX_ERROR_SIZE, "OpenGL: %.200s", p->log);
+    desc.system.log = ex_gl_log;
+    result = glbk_init(&p->gl, &desc);
+    if (result != GLBK_OK) {
+        snprintf(error, EX_ERROR_SIZE, "OpenGL: %s", glbk_result_text(result));
         return -1;
     }
     p->draw = vw_draw_create(&p->gl, error);
@@ -220,11 +220,11 @@ int main(int count, char **values)
         run(&p);
         status = 0;
     } else {
-        fprintf(stderr, "viewer: %s\n", error);
+        ex_complain("viewer", error);
     }
     vw_show_free(&p.v.show);           /* techniques may hold GL objects */
     vw_draw_free(p.draw);
-    glbk_destroy(&p.gl);
+    glbk_free(&p.gl);
     ex_gl_free(p.context);
     free(p.v.panel.rgba);
     return status;

@@ -3,7 +3,7 @@
 /* Only + - * / and sqrt, which IEEE 754 rounds the same everywhere as long as nothing is contracted (unit fp_begin).
    Coefficients are minimax fits of our own. The float functions are free of branches and calls, so that loops over
    them vectorise at SSE2 level. Errors named below are the largest against the double functions, all float arguments or
-   a dense set tried (tests/unit/shared_test.c). Out of range or NaN is clamped into the range, so that nothing here is
+   a dense set tried (tests/shared/units_test.c). Out of range or NaN is clamped into the range, so that nothing here is
    undefined or returns NaN. */
 
 static inline float P_from_bits(uint32_t bits)

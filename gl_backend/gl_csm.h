@@ -1,0 +1,3909 @@
+/* gl_csm.h - v0.9.0 - coherent shadow maps on OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+
+   What it does
+
+   Brings the blocks that csm.h built onto the GPU: csm_visible() answers queries in shaders of your own; a complete
+   Monte Carlo renderer of direct light; many questions at once; and blocks built from layers that the GPU draws.
+
+   What it does not do
+
+   - It needs gl_gbuffer.h beside it, which holds what the renderer shades, and gl_backend.h, which makes the context
+     object, programs, textures and targets, and whose conventions, errors and rules about GL's state hold here.
+   - It has no blocks, lights or materials of its own: csm.h builds the blocks, or reads them from files, and lights and
+     materials are those of lightsampling.h. Both headers are included; their implementations are not needed.
+
+   Quick start
+
+       #define GL_BACKEND_IMPLEMENTATION
+       #define GL_GBUFFER_IMPLEMENTATION
+       #define GL_CSM_IMPLEMENTATION
+       #include "gl_backend/gl_csm.h"
+       #include <stdio.h>
+       #include <string.h>
+
+       // With GLFW: return glfwGetProcAddress(name);  with EGL: return eglGetProcAddress(name);
+       static glbk_proc_fn get_proc(const char *name, void *user)
+       {
+           (void)name; (void)user;
+           return NULL;                                     // no GL here: init says so below
+       }
+
+       int main(void)
+       {
+           static const char fragment[] =                   // a shader of yours that calls a function of the library
+               "out vec4 color;\n"
+               "void main()\n"
+               "{\n"
+               "    vec3 place = vec3(gl_FragCoord.xy, 0.0), up = vec3(0.0, 1.0, 0.0);\n"
+               "    cohsm_query query = cohsm_ask(COHSM_LIGHT_POSITION, COHSM_FILTER_NEAREST, 1.0);\n"
+               "    color = vec4(csm_visible(0u, query, place, vec3(0.0, 3.0, 0.0)));\n"
+               "}\n";
+           glbk_context gl;
+           glbk_program program;
+           glbk_desc desc;
+           glbk_source source;
+           glbk_result result;
+
+           memset(&desc, 0, sizeof desc);
+           desc.get_proc_fn = get_proc;                        // a context is current
+           result = glbk_init(&gl, &desc);
+           if (result != GLBK_OK) {
+               printf("no GL: %s\n", glbk_result_text(result));
+               return result != GLBK_ERR_FUNCTION;
+           }
+           memset(&source, 0, sizeof source);
+           source.parts[0] = glbk_csm_part();               // the GLSL of this header
+           source.uses = "csm_visible";
+           source.defines = NULL;
+           source.fragment = fragment;
+           result = glbk_program_compile(&gl, &source, &program);
+           printf("%s\n", glbk_result_text(result));
+           glbk_program_free(&gl, &program);
+           glbk_free(&gl);
+           return result != GLBK_OK;
+       }
+
+   The whole frame, with a window: examples/06_csm_gl_minimal.c.
+
+   Configuration
+
+     GL_CSM_IMPLEMENTATION   in one source file: compiles the code; another file may have those of gl_backend.h and
+                             gl_gbuffer.h
+
+   Layouts: docs/gpu-layouts.md.   The technique: docs/csm.md.   State: docs/gl-state.md.   Licence: end of file. */
+/* Not inside the guard: their implementations may be wanted at the second time. The two lie above this folder. */
+#include "gl_backend.h"
+#include "gl_gbuffer.h"
+#include "../csm.h"
+#include "../lightsampling.h"
+
+#ifndef GL_CSM_H
+#define GL_CSM_H
+
+#if GLBK_VERSION != 900
+#error "gl_csm.h and gl_backend.h are of different versions"
+#endif
+#if defined(GLBK_STATIC) && !defined(GL_CSM_IMPLEMENTATION)
+#error "GLBK_STATIC makes all functions private: GL_CSM_IMPLEMENTATION belongs into the same file"
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ==== src/gl_csm/api.h ==== */
+
+/* ---- csm: coherent shadow maps, after csm.h ----
+
+   Blocks of csm.h are uploaded as they are (cohsm_data), all of a scene into one table; up to 16 instances are in a
+   uniform block, more in a table of their own, so that moving them leaves the blocks alone. docs/gpu-layouts.md has all
+   layouts, for those who bring their own API. Then the complete renderer of the paper's section 5, whose lights,
+   materials and samples are those of lightsampling.h. For shaders of your own, lib/csm_visible.glsl with glbk_csm_bind:
+
+       cohsm_query cohsm_ask(int light, int filtering, float bias);       // COHSM_LIGHT_*, COHSM_FILTER_*; map pixels
+       float csm_visible(uint entity, cohsm_query query, vec3 point, vec3 light);
+
+   entity: the instance that the point lies on, counted from 1, or 0 for none, as in cohsm_query.entities; point:
+   world; light: by COHSM_LIGHT_DIRECTION the unit direction to it, _POSITION a place, _PARAMETER coordinates in 0..1,
+   _INDEX uintBitsToFloat(cell) in x. Result: 1 lit, 0 dark, between with PCF, -1 refused. Roulette: set query.seed, and
+   query.id anew for each sample. */
+
+#define GLBK_CSM_TEXTURES(X)                                                                        \
+    X(usampler2DArray, glbk_csm_blocks, 0)                                                          \
+    X(usampler2DArray, glbk_csm_lights, 1)      /* lights, lobes, patterns */                       \
+    X(usampler2D, glbk_csm_place, 2)            /* of the G-buffer, for pictures */                 \
+    X(usampler2D, glbk_csm_normal, 3)                                                               \
+    X(glbk_color_sampler, glbk_csm_sum, 6)                                                          \
+    X(usampler2DArray, glbk_csm_instances, 7)   /* where there are many; 8 to 11 are the G-buffer's */  \
+    X(usampler2DArray, glbk_csm_questions, 5)                                                       \
+    X(usampler2D, glbk_csm_layer0, 2)           /* building: depth layers of a batch of views */    \
+    X(usampler2D, glbk_csm_layer1, 3)                                                               \
+    X(usampler2D, glbk_csm_layer2, 4)                                                               \
+    X(usampler2D, glbk_csm_opened, 5)           /* building: the open segment of each pixel */
+
+#define GLBK_CSM_SCENE_MEMBERS(X)                                                                   \
+    X(uvec4, table, 1)          /* 0; count; 1: they are in the block; 0 */                         \
+    X(uvec4, instances, 176)    /* up to 16: the record, then texels 1 to 7 of the block */
+
+#define GLBK_CSM_FRAME_MEMBERS(X)                                                                   \
+    X(uvec4, light, 1)          /* texel of the light; 0; instances; ask */                         \
+    X(uvec4, sampling, 1)       /* S, seed, frame, sampling */                                      \
+    X(uvec4, range, 1)          /* samples from, to (resolving: corner); filter; seed of roulette */ \
+    X(uvec4, tables, 1)         /* texel of the patterns; planes; width, height */                  \
+    X(vec4, query, 1)           /* bias; offset; 1 / frames; 0 = the sum begins here */             \
+    X(vec4, eye, 1)                                                                                 \
+    X(vec4, planes, 8)
+
+#define GLBK_CSM_PEEL_MEMBERS(X)                                                                    \
+    X(mat4, view, 1)            /* object to pixels of the tile, depth or w */                      \
+    X(vec4, values, 1)          /* 2 / size; depth of w = 1, or 0; open thickness */                \
+    X(uvec4, tiles, 1)          /* size of a tile, tiles in a row, views */                         \
+    X(uvec4, how, 1)            /* top of the grid; far; positional; self_only */
+
+#define GLBK_CSM_BLOCKS(X)                              \
+    X(glbk_csm_scene, 0, GLBK_CSM_SCENE_MEMBERS)        \
+    X(glbk_csm_frame, 1, GLBK_CSM_FRAME_MEMBERS)        \
+    X(glbk_csm_peel, 3, GLBK_CSM_PEEL_MEMBERS)
+
+#define GLBK_CSM_STORAGE(X)                             \
+    X(readonly, uvec4, glbk_csm_asked, 1)               \
+    X(writeonly, float, glbk_csm_answers, 2)            \
+    X(restrict, uvec4, glbk_csm_records, 3)
+
+#define GLBK_CSM_IMAGES(X)      X(restrict, rgba32f, image2D, glbk_csm_total, 0)     /* the sum, by compute */
+
+GLBK__PART(CSM)
+
+GLBK_DEF const glbk_part *glbk_csm_part(void);
+/* The GLSL of this header, for programs of your own that use its library files: glbk_source.parts. */
+
+#define GLBK_CSM_MAX_PLANES 8u
+
+typedef struct glbk_csm_block { const void *data; size_t bytes; } glbk_csm_block;    /* what cohsm_data returns */
+
+typedef struct glbk_csm_instance {
+    uint32_t start;             /* of its block: what glbk_csm_maps_create returned */
+    float    transform[16];     /* object to world: rotation, one scale > 0, translation */
+    float    offset;            /* world units that receivers on it move along their geometric normal, in the
+                                   renderer */
+} glbk_csm_instance;
+
+typedef struct glbk_csm_maps {  /* read only; zeroed = none. Blocks and instances of one scene */
+    glbk_texture blocks;
+    glbk_buffer  scene;
+    uint32_t     texels, capacity, count;       /* texels: of all blocks */
+    char         defines[80];   /* what all blocks have in common, for glbk_csm_bind */
+    uint32_t     key, near_count, starts[16], heads[16][28];
+    glbk_texture instances;     /* none where they fit in the uniform block */
+} glbk_csm_maps;
+
+GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
+                                          uint32_t capacity, uint32_t *starts, glbk_csm_maps *out);
+/* Uploads blocks, bytes as they are. No more than 4 GB and ctx->max_layers layers of 16 MB; 256 are guaranteed.
+   capacity   instances there is room for
+   starts     receives for each block where it begins, for glbk_csm_instance
+   Errors     GLBK_ERR_ARGUMENT, GLBK_ERR_FORMAT (not a block of csm.h), GLBK_ERR_VERSION, GLBK_ERR_LIMIT */
+
+GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps, const glbk_csm_instance *instances,
+                                         uint32_t count);
+/* All instances of the scene, each time that one moves: one upload.
+   Errors   GLBK_ERR_ARGUMENT, where a transform shears, mirrors or scales unevenly, too; GLBK_ERR_ALLOC, of many */
+
+GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const glbk_offset *offset);
+/* For a program of yours with csm_visible among its library files, which is bound: textures and uniform block, moved by
+   the offset that csm has in the program; NULL = none. One compiled with maps->defines among its own is much faster
+   (one domain, one order, one orientation, no table of instances), but is for maps with the same defines only. */
+
+GLBK_DEF void glbk_csm_maps_free(glbk_context *ctx, glbk_csm_maps *maps);
+
+/* Answers in bulk, as cohsm_visible_scene gives them. */
+#define GLBK_CSM_MAX_PROGRAMS 64u       /* combinations of ask, filter, kind of maps (and shape) that are kept
+                                           compiled; then the one that was not used for longest makes room */
+
+typedef struct glbk_csm_programs {
+    glbk_program list[GLBK_CSM_MAX_PROGRAMS];
+    uint32_t     keys[GLBK_CSM_MAX_PROGRAMS], count;
+    uint32_t     used[GLBK_CSM_MAX_PROGRAMS], frame;    /* private: in which frame each was asked for last */
+} glbk_csm_programs;
+
+typedef struct glbk_csm_asker { /* read only; zeroed = none */
+    glbk_csm_programs programs;
+    uint32_t     question;      /* 1 + 3 light_kind + filter of those uploaded; 0: none */
+    glbk_texture questions, answers;
+    glbk_target  target;
+    glbk_buffer  frame, asked, answered;    /* the latter two: compute path */
+    uint32_t     capacity;
+} glbk_csm_asker;
+
+GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out);
+GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *asker, const cohsm_query *query);
+GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
+                                      uint32_t count);
+GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count, float *visible);
+GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker);
+/* create    capacity: the most questions that are uploaded at once, 1 .. 2^20
+   upload    puts the points and lights of a query on the GPU; 1 .. capacity of them. With COHSM_LIGHT_PARAMETER
+             light_stride must be 12 or more, and three floats are read, since the maps' dimensions are not known yet
+   run       answers the first count of them; may be repeated. Compiles a program for the first maps with their defines,
+             light_kind and filter. Maps that cannot answer this kind of light give what is in them: ask cohsm_visible
+             once, which refuses. Errors: GLBK_ERR_ORDER without an upload, those of glbk_program_create
+   read      waits and copies count floats: 1 lit, 0 dark, between with PCF, -1 refused
+   Where ctx->compute, the compute path is taken, unless storage buffers may not be as large as 32 bytes a question. */
+
+/* ---- csm: lights ---- */
+
+/* A light is a lsamp_light_desc, and is refused where lsamp_light_init refuses it; GPUs cannot call functions, so
+   LSAMP_LIGHT_CALLBACK and emission_fn are refused, too. Differences:
+   - cone_half_angle of a spot may reach pi.
+   - A mesh is sampled triangle by triangle, in their order, by area; lightsampling.h cuts it first. Samples and their
+     coordinates are those of lsamp_sample if the mesh is made of lsamp_light_triangles, without indices. Give it those
+     where the light's maps are asked by COHSM_LIGHT_PARAMETER. places and radius do not matter here. */
+
+GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
+/* Texels (of 16 bytes) that a light takes in a table; 0: the desc is refused, and glbk_csm_light_write says why. Needs
+   no context. */
+GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t *words);
+/* Writes 4 words a texel: the light as it is at desc->time. Texels of L that are not finite or negative count as 0.
+   Errors   GLBK_ERR_ARGUMENT (NULL); GLBK_ERR_DESC, named in desc->system.log; GLBK_ERR_INPUT (a mesh without area) */
+
+typedef struct glbk_csm_lights_desc {
+    const lsamp_light_desc *lights;
+    uint32_t          light_count;
+    const lsamp_lobe *lobes;            /* of all Lafortune materials, or NULL */
+    uint32_t          lobe_count;
+    const float      *patterns;         /* lsamp_patterns_build, or NULL = a scrambled (0, 2)-sequence */
+    uint32_t          pattern_length;   /* S; then every light must be used with S samples */
+} glbk_csm_lights_desc;
+
+typedef struct glbk_csm_lights {        /* read only; zeroed = none */
+    glbk_texture texels;
+    uint32_t     lobe_count, patterns_at, pattern_length;
+} glbk_csm_lights;
+
+GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_lights_desc *desc, uint32_t *starts,
+                                            glbk_csm_lights *out);
+/* starts   receives for each light where it begins
+   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_INPUT (a mesh without area), GLBK_ERR_LIMIT, GLBK_ERR_ALLOC (all
+            texels are put together in memory once). What is refused is named in the context's log */
+GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *lights, uint32_t start,
+                                            const lsamp_light_desc *desc);
+/* A light that moved or changed, or whose desc->time went on: its glbk_csm_light_texels stayed the same. */
+GLBK_DEF void glbk_csm_lights_free(glbk_context *ctx, glbk_csm_lights *lights);
+
+/* ---- csm: the Monte Carlo renderer of direct light ----
+
+   Once glbk_csm_maps_create, glbk_csm_lights_create, glbk_csm_renderer_create. A frame:
+
+       glbk_csm_maps_place(gl, &maps, instances, n);              // where something moved, and then:
+       glbk_csm_reset(&r);                                        // frames are averaged until here; camera, lights, too
+       glbk_gbuffer_begin(gl, &seen, clip, eye);                  // or glbk_gbuffer_import, glbk_gbuffer_upload
+       glbk_gbuffer_object(gl, &seen, &surface);                  // of each object, and your draw
+       glbk_csm_render(gl, &r, &seen, &frame);
+       glbk_csm_resolve(gl, &r, &seen, &pass, NULL);
+
+   Of the G-buffer (gl_gbuffer.h) entity is the instance that a pixel lies on, plane the one of
+   glbk_csm_frame_desc.planes, both counted from 1; first_lobe counts in glbk_csm_lights_desc.lobes. Occlusion is of
+   bounced light and plays no part. */
+
+typedef struct glbk_csm_renderer_desc {
+    uint32_t width, height;     /* of the picture, and of its G-buffers */
+    uint32_t lobes;             /* most lobes of a material: 1..8; 0 = 1 */
+    int      patterns;          /* not 0: the lights have patterns */
+} glbk_csm_renderer_desc;
+
+typedef struct glbk_csm_renderer {      /* read only; zeroed = none */
+    glbk_csm_programs shade;
+    glbk_program resolve;
+    uint32_t     lobes, patterns;
+    glbk_texture sums[2];
+    glbk_target  targets[2];
+    glbk_buffer  frame;
+    uint32_t     width, height, frames, passes, now;
+    int          compute;
+} glbk_csm_renderer;
+
+GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *desc,
+                                              glbk_csm_renderer *out);
+GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *renderer);
+
+typedef struct glbk_csm_use {           /* a light in a frame */
+    uint32_t             start;         /* from glbk_csm_lights_create */
+    lsamp_light_kind     kind;          /* of that light */
+    const glbk_csm_maps *maps;          /* what its samples ask */
+    cohsm_light_kind     ask;           /* and by what */
+    uint32_t             samples;       /* S, 1..65536 */
+    uint32_t             seed;          /* another for each light */
+} glbk_csm_use;
+
+typedef struct glbk_csm_frame_desc {
+    const glbk_csm_lights *lights;
+    const glbk_csm_use    *uses;
+    uint32_t               use_count;
+    float                  eye[3];
+    float                  planes[GLBK_CSM_MAX_PLANES][4];  /* receivers without maps: unit normal, distance */
+    uint32_t               plane_count;
+    lsamp_sampling         sampling;
+    cohsm_filter           filter;
+    float                  bias;                /* as in cohsm_query: 0 = 1 pixel of a map, negative = none */
+    float                  offset;              /* map pixels that receivers move, local lights; else see instances */
+    uint32_t               frame;               /* of progressive rendering: other random numbers */
+    uint32_t               samples_per_pass;    /* 0 = 64: a pass must not take longer than the driver's patience */
+} glbk_csm_frame_desc;
+
+GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_gbuffer *gbuffer,
+                                     const glbk_csm_frame_desc *desc);
+/* Adds one frame of what the G-buffer holds to the sum. The first use of a combination of kind, ask, filter and kind of
+   maps compiles a program;
+   see glbk_csm_prepare. After an error some lights of the frame may be in the sum: glbk_csm_reset.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC; GLBK_ERR_MISMATCH (samples that are not the patterns' length, a
+            G-buffer of another size); GLBK_ERR_LIMIT: more than GLBK_CSM_MAX_PROGRAMS combinations in one frame;
+            those of glbk_program_create and glbk_buffer_update */
+
+GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_csm_frame_desc *desc);
+/* Compiles what such a frame needs, so that the first one does not stutter. Errors: as glbk_csm_render */
+
+GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *renderer);
+/* Forgets all frames. */
+
+GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *renderer, const glbk_gbuffer *gbuffer,
+                                      const glbk_pass *pass, const glbk_picture *picture);
+/* Draws the mean of the frames, linear radiance, to the pass's target; viewports: see glbk_pass.
+   picture   or NULL, see glbk_picture
+   gbuffer   that was rendered; it may be NULL where picture does not ask what is seen, or is NULL
+   Errors    GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: picture asks, and there is no G-buffer, or one of another size */
+
+GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *renderer, float *rgba);
+/* The mean: 4 floats a pixel; a is the mean number of samples that were refused. Waits for the GPU.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER before the first frame */
+
+/* ---- csm: building on the GPU ----
+
+   Draws the layers of a builder's views by depth peeling and finds their segments (equation 1). csm.h then writes the
+   block: its cohsm_builder is given, for each view, layers that keep exactly the segments found here, so that the bytes
+   are those which it would have built from the layers that were drawn. For views 0 .. view_count - 1, batch by batch:
+
+       while (from < views) { glbk_csm_builder_draw(gl, &b, from, n); glbk_csm_builder_compress(gl, &b); from += n; }
+       glbk_csm_builder_replay(gl, &b, add, user);              // calls cohsm_builder_add for all views
+
+   glbk_csm_builder_layers reads what was drawn instead, for a builder that compresses on the CPU. */
+
+typedef void (*glbk_csm_view_fn)(void *user, uint32_t index, cohsm_view *out);
+/* Writes the camera of a view: cohsm_builder_view. Of its fields matrix and depth_scale are read. */
+typedef void (*glbk_csm_draw_fn)(void *user, glbk_context *ctx);
+/* Draws your object: bind its vertex array, attribute 0 the position in object space, and draw; program and state are
+   ours. */
+typedef int (*glbk_csm_add_fn)(void *user, uint32_t index, const float *z1, const float *z2, const float *z3);
+/* Takes the layers of a view: cohsm_builder_add. Not 0 ends the replay. */
+
+typedef struct glbk_csm_builder_desc {
+    uint32_t         map_side;          /* M, 4..1024 */
+    cohsm_layers     layers;            /* COHSM_LAYERS_Z1Z3_SPHERE is refused: it is built on the CPU only */
+    uint32_t         depth_bits;        /* as in cohsm_desc; 0 = 8 */
+    float            open_thickness;    /* as in cohsm_desc; 0 = 8 */
+    int              positional, self_only;
+    glbk_csm_view_fn view_fn;
+    glbk_csm_draw_fn draw_fn;
+    void            *user;              /* given to both */
+} glbk_csm_builder_desc;
+
+typedef struct glbk_csm_segment { uint32_t first, pixel, value; } glbk_csm_segment; /* private */
+
+typedef struct glbk_csm_builder {       /* batch: most views that are drawn at once. The rest is private */
+    uint32_t              batch, tiles, drawn, drawn_from, next_view, passes;
+    glbk_csm_builder_desc desc;
+    glbk_program          first_layer, next_layer, compress;
+    glbk_texture          layers[3], depth, opened[2], records[3];
+    glbk_target           layer_targets[3], targets[2];
+    glbk_buffer           block, storage;
+    int                   now, compute;
+    uint32_t             *words;        /* what was read back */
+    uint32_t             *firsts;       /* of the open segment of each pixel */
+    glbk_csm_segment     *segments;
+    size_t                segment_count, segment_room;
+} glbk_csm_builder;
+
+GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *desc,
+                                             glbk_csm_builder *out);
+GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *builder, uint32_t from, uint32_t count);
+GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder *builder, uint32_t view,
+                                             uint32_t layer, float *depths);
+GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *builder);
+GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *builder,
+                                             glbk_csm_add_fn add_fn, void *user);
+GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder);
+/* draw      count <= builder->batch views from view `from` on
+   layers    layer 0, 1 (2 with Z1Z3) of a view from the last draw: map_side^2 depths, above 1 where there is no hit
+   compress  the views drawn last, which must follow those compressed before
+   replay    after the last view: add_fn for each in turn; its not 0 ends with GLBK_ERR_INPUT. Stored segments are
+             those of the layers; cohsm_stats of it counts no open, empty entries
+   Memory    16 map_side^2 words, 12 bytes a segment (twice in replay)
+   Errors    GLBK_ERR_ARGUMENT, GLBK_ERR_DESC, GLBK_ERR_ORDER (views that were not drawn), GLBK_ERR_ALLOC */
+
+/* ==== src/gl_csm/begin.h ==== */
+
+/* ---- end of the declarations ---- */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* GL_CSM_H */
+
+/* ==== implementation ============================================================================================== */
+
+#if defined(GL_CSM_IMPLEMENTATION) && !defined(GL_CSM_IMPLEMENTED)
+#define GL_CSM_IMPLEMENTED
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ==== src/shared/mem.h ==== */
+
+
+/* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
+
+typedef struct glbk_csm__allocator {
+    void *(*alloc_fn)(size_t size, void *user);
+    void (*free_fn)(void *memory, void *user);
+    void *user;
+} glbk_csm__allocator;
+
+static inline void *glbk_csm__default_alloc(size_t size, void *user)
+{
+    (void)user;
+    return malloc(size);
+}
+
+static inline void glbk_csm__default_free(void *memory, void *user)
+{
+    (void)user;
+    free(memory);
+}
+
+/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+static inline int glbk_csm__mul_size(size_t a, size_t b, size_t *out)
+{
+    if (b != 0 && a > SIZE_MAX / b) return 0;
+    *out = a * b;
+    return 1;
+}
+
+static inline glbk_csm__allocator glbk_csm__allocator_make(void *(*alloc_fn)(size_t, void *),
+                                           void (*free_fn)(void *, void *), void *user)
+{
+    glbk_csm__allocator a;
+    a.alloc_fn = alloc_fn && free_fn ? alloc_fn : glbk_csm__default_alloc;
+    a.free_fn = alloc_fn && free_fn ? free_fn : glbk_csm__default_free;
+    a.user = user;
+    return a;
+}
+
+/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+static inline void *glbk_csm__alloc(const glbk_csm__allocator *a, size_t size)
+{
+    return size ? a->alloc_fn(size, a->user) : NULL;
+}
+
+static inline void *glbk_csm__alloc_array(const glbk_csm__allocator *a, size_t count, size_t item_size)
+{
+    size_t size;
+    return glbk_csm__mul_size(count, item_size, &size) ? glbk_csm__alloc(a, size) : NULL;
+}
+
+static inline void glbk_csm__free(const glbk_csm__allocator *a, void *memory)
+{
+    if (memory) a->free_fn(memory, a->user);
+}
+
+/* ==== src/shared/v3.h ==== */
+
+
+/* unit v3: three floats */
+
+/* tcc 0.9.27 stores a returned struct of 12 bytes as 16, over the caller's next variable. */
+typedef struct glbk_csm__v3 {
+    float x, y, z;
+#ifdef __TINYC__
+    float unused;
+#endif
+} glbk_csm__v3;
+
+static inline glbk_csm__v3 glbk_csm__v3_make(float x, float y, float z)
+{
+    glbk_csm__v3 v;
+    v.x = x;
+    v.y = y;
+    v.z = z;
+    return v;
+}
+
+static inline glbk_csm__v3 glbk_csm__v3_load(const float *p) { return glbk_csm__v3_make(p[0], p[1], p[2]); }
+static inline void glbk_csm__v3_store(float *p, glbk_csm__v3 v) { p[0] = v.x; p[1] = v.y; p[2] = v.z; }
+
+static inline glbk_csm__v3 glbk_csm__v3_sub(glbk_csm__v3 a, glbk_csm__v3 b)
+{
+    return glbk_csm__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+static inline glbk_csm__v3 glbk_csm__v3_scale(glbk_csm__v3 a, float s)
+{
+    return glbk_csm__v3_make(a.x * s, a.y * s, a.z * s);
+}
+
+static inline float glbk_csm__v3_dot(glbk_csm__v3 a, glbk_csm__v3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline float glbk_csm__v3_length(glbk_csm__v3 a)
+{
+    return sqrtf(glbk_csm__v3_dot(a, a));
+}
+
+static inline glbk_csm__v3 glbk_csm__v3_cross(glbk_csm__v3 a, glbk_csm__v3 b)
+{
+    return glbk_csm__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+/* Scaled by the largest component first, so that neither tiny nor huge vectors leave the float range.
+   The zero vector stays zero. */
+static inline glbk_csm__v3 glbk_csm__v3_normalize(glbk_csm__v3 a)
+{
+    float x = fabsf(a.x), y = fabsf(a.y), z = fabsf(a.z), m = x > y ? x : y;
+    m = m > z ? m : z;
+    if (!(m > 0.0f)) return glbk_csm__v3_make(0.0f, 0.0f, 0.0f);
+    if (m < 1e-30f) {
+        a = glbk_csm__v3_scale(a, 1e30f);
+        m *= 1e30f;
+    }
+    a = glbk_csm__v3_make(a.x / m, a.y / m, a.z / m);
+    m = glbk_csm__v3_length(a);
+    return glbk_csm__v3_make(a.x / m, a.y / m, a.z / m);
+}
+
+/* By the exponent bits, because compilers may take isfinite() for always true under -ffast-math. */
+static inline int glbk_csm__finite(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (bits & 0x7f800000u) != 0x7f800000u;
+}
+
+/* b1, b2, n right-handed and orthonormal for a unit n. Duff et al., "Building an orthonormal basis, revisited",
+   JCGT 6(1), 2017; n.z = -0 and n.z = -1 included. */
+static inline void glbk_csm__v3_basis(glbk_csm__v3 n, glbk_csm__v3 *b1, glbk_csm__v3 *b2)
+{
+    float s = n.z >= 0.0f ? 1.0f : -1.0f;
+    float a = -1.0f / (s + n.z), b = n.x * n.y * a;
+    *b1 = glbk_csm__v3_make(1.0f + s * n.x * n.x * a, s * b, -s * n.x);
+    *b2 = glbk_csm__v3_make(b, s + n.y * n.y * a, -n.y);
+}
+
+/* ==== src/shared/m4.h ==== */
+
+
+/* unit m4, needs v3: column-major 4 x 4 matrices, float[16], affine */
+
+/* Finite, with 0 0 0 1 as its last row. */
+static inline int glbk_csm__m4_is_affine(const float *m)
+{
+    int i;
+    for (i = 0; i < 16; i++)
+        if (!glbk_csm__finite(m[i])) return 0;
+    return m[3] == 0.0f && m[7] == 0.0f && m[11] == 0.0f && m[15] == 1.0f;
+}
+
+/* out = m^-1 and 1; 0 and out untouched where m is singular to float precision: the determinant against the product
+   of the column lengths, so that the test is free of scale. In double: the inverse of a badly scaled matrix is used
+   on points. out may be m. */
+static inline int glbk_csm__m4_affine_inverse(float *out, const float *m)
+{
+    double a = (double)m[0], b = (double)m[4], c = (double)m[8];
+    double d = (double)m[1], e = (double)m[5], f = (double)m[9];
+    double g = (double)m[2], h = (double)m[6], k = (double)m[10];
+    double tx = (double)m[12], ty = (double)m[13], tz = (double)m[14];
+    double ca = e * k - f * h, cb = f * g - d * k, cc = d * h - e * g;
+    double det = a * ca + b * cb + c * cc;
+    double size = sqrt((a * a + d * d + g * g) * (b * b + e * e + h * h)) * sqrt(c * c + f * f + k * k);
+    double r[12];
+    int i;
+
+    if (!(det > 1e-7 * size || det < -1e-7 * size)) return 0;
+    r[0] = ca / det;
+    r[1] = cb / det;
+    r[2] = cc / det;
+    r[3] = (c * h - b * k) / det;
+    r[4] = (a * k - c * g) / det;
+    r[5] = (b * g - a * h) / det;
+    r[6] = (b * f - c * e) / det;
+    r[7] = (c * d - a * f) / det;
+    r[8] = (a * e - b * d) / det;
+    for (i = 0; i < 3; i++) r[9 + i] = -(r[i] * tx + r[3 + i] * ty + r[6 + i] * tz);
+    for (i = 0; i < 12; i++)
+        if (!glbk_csm__finite((float)r[i])) return 0;
+    for (i = 0; i < 4; i++) {
+        out[4 * i] = (float)r[3 * i];
+        out[4 * i + 1] = (float)r[3 * i + 1];
+        out[4 * i + 2] = (float)r[3 * i + 2];
+        out[4 * i + 3] = i == 3 ? 1.0f : 0.0f;
+    }
+    return 1;
+}
+
+/* 1 and *scale where m is a rotation times one scale > 0 (no mirroring) plus a translation: columns of equal length
+   and at right angles within 1e-4, which is what products of float rotations reach. */
+static inline int glbk_csm__m4_is_rigid_uniform(const float *m, float *scale)
+{
+    glbk_csm__v3 x = glbk_csm__v3_load(m), y = glbk_csm__v3_load(m + 4), z = glbk_csm__v3_load(m + 8);
+    float s, lx, ly, lz, tolerance;
+
+    if (!glbk_csm__m4_is_affine(m)) return 0;
+    lx = glbk_csm__v3_length(x);
+    ly = glbk_csm__v3_length(y);
+    lz = glbk_csm__v3_length(z);
+    if (!(lx > 0.0f && ly > 0.0f && lz > 0.0f) || !glbk_csm__finite(lx + ly + lz)) return 0;
+    s = (lx + ly + lz) / 3.0f;
+    tolerance = 1e-4f * s;
+    if (fabsf(lx - s) > tolerance || fabsf(ly - s) > tolerance || fabsf(lz - s) > tolerance) return 0;
+    x = glbk_csm__v3_scale(x, 1.0f / lx);
+    y = glbk_csm__v3_scale(y, 1.0f / ly);
+    z = glbk_csm__v3_scale(z, 1.0f / lz);
+    if (fabsf(glbk_csm__v3_dot(x, y)) > 1e-4f || fabsf(glbk_csm__v3_dot(x, z)) > 1e-4f) return 0;
+    if (fabsf(glbk_csm__v3_dot(y, z)) > 1e-4f || glbk_csm__v3_dot(glbk_csm__v3_cross(x, y), z) < 0.0f) return 0;
+    *scale = s;
+    return 1;
+}
+
+/* ==== src/shared/gl_memory.h ==== */
+
+
+/* unit gl_memory, needs mem: the allocator of a glbk_context (gl_backend.h) */
+
+static inline glbk_csm__allocator glbk_csm__memory(const glbk_context *ctx)
+{
+    const glbk_allocator *a = &ctx->system.allocator;
+    return glbk_csm__allocator_make(a->alloc_fn, a->free_fn, a->user);
+}
+
+/* ==== GLSL of src/gl_csm ==== */
+
+
+static const char *const glbk__glsl_lib_cohsm_brdf_glsl[] = {
+    "\n\n\n\n\n\n#ifndef COHSM_LOBES\n"
+    "#error \"cohsm_brdf.glsl needs COHSM_LOBES, 1..8\"\n"
+    "#endif\n"
+    "#ifndef COHSM_LOBE\n"
+    "#error \"cohsm_brdf.glsl needs COHSM_LOBE(i), the uvec4 at texel i of the lobes\"\n"
+    "#endif\n"
+    "\n#define COHSM_BRDF_LAMBERT 1u\n"
+    "#define COHSM_BRDF_PHONG 2u\n"
+    "#define COHSM_BRDF_LAFORTUNE 3u\n"
+    "#define COHSM_BRDF_METAL_ROUGH 4u\n"
+    "\nstruct cohsm_material{\n"
+    "uint type;\n"
+    "vec3 diffuse;\n"
+    "vec3 specular;\n"
+    "float exponent;\n"
+    "float metallic,roughness;\n"
+    "uint lobe,lobe_count;\n"
+    "};\n"
+    "\nstruct cohsm_surface{\n"
+    "vec3 t,b,n,wo,diffuse,f0;\n"
+    "float alpha;\n"
+    "int lobe_count;\n"
+    "vec4 lobes[COHSM_LOBES];\n"
+    "vec4 scales[COHSM_LOBES];\n"
+    "float diffuse_share,peak;\n"
+    "bool black;\n"
+    "};\n"
+    "\nstruct cohsm_response{vec3 diffuse,specular;float diffuse_pdf,specular_pdf;};\n"
+    "\nfloat cohsm_mean(vec3 c){return(c.x+c.y+c.z)*(1.0/3.0);}\n"
+    "vec3 cohsm_to_frame(cohsm_surface s,vec3 w){return vec3(dot(w,s.t),dot(w,s.b),dot(w,s.n));}\n"
+    "vec3 cohsm_from_frame(cohsm_surface s,vec3 w){return s.t*w.x+s.b*w.y+s.n*w.z;}\n"
+    "\nvec3 cohsm_schlick(vec3 f0,float cosine)\n"
+    "{\n"
+    "float x=1.0-cosine,f=x*x*(x*x)*x;\n"
+    "return f0*(1.0-f)+f;\n"
+    "}\n"
+    "\nfloat cohsm_add_lobe(inout cohsm_surface s,vec3 c,float exponent,vec3 scale)\n"
+    "{\n"
+    "vec3 a=c*s.wo;\n"
+    "float size=sqrt(dot(a,a));\n"
+    "if(!(size>0.0)||s.lobe_count>=COHSM_LOBES)return 0.0;\n"
+    "a/=size;\n"
+    "if(exponent>0.0)scale*=cohsm_pow(size,exponent);\n"
+    "float albedo=cohsm_mean(scale)*2.0*COHSM_PI/(exponent+2.0)*max(a.z,0.1);\n"
+    "if(!(albedo>0.0)|| !cohsm_finite3(scale))return 0.0;\n"
+    "s.lobes[s.lobe_count]=vec4(a,exponent);\n"
+    "s.scales[s.lobe_count]=vec4(scale,albedo);\n"
+    "s.lobe_count++;\n"
+    "return albedo;\n"
+    "}\n"
+    "\nfloat cohsm_specular_init(inout cohsm_surface s,cohsm_material m)\n"
+    "{\n"
+    "if(m.type==COHSM_BRDF_METAL_ROUGH){\n"
+    "s.alpha=max(m.roughness*m.roughness,0.002);\n"
+    "s.f0=vec3(0.04)*(1.0-m.metallic)+m.diffuse*m.metallic;\n"
+    "s.diffuse=m.diffuse*(1.0-m.metallic);\n"
+    "s.lobe_count=1;\n"
+    "float share=cohsm_mean(cohsm_schlick(s.f0,s.wo.z));\n"
+    "s.scales[0]=vec4(0.0,0.0,0.0,share);\n"
+    "return share;\n"
+    "}\n"
+    "if(m.type==COHSM_BRDF_PHONG)\n"
+    "return cohsm_add_lobe(s,vec3(-1.0,-1.0,1.0),m.exponent,\n"
+    "m.specular*((m.exponent+2.0)/(2.0*COHSM_PI)));\n"
+    "float sum=0.0;\n"
+    "if(m.type==COHSM_BRDF_LAFORTUNE)\n"
+    "for(uint i=0u;i<m.lobe_count;i++){\n"
+    "vec4 axis=uintBitsToFloat(COHSM_LOBE(2u*(m.lobe+i)));\n"
+    "sum+=cohsm_add_lobe(s,axis.xyz,axis.w,uintBitsToFloat(COHSM_LOBE(2u*(m.lobe+i)+1u)).xyz);\n"
+    "}\n"
+    "return sum;\n"
+    "}\n"
+    "\n\ncohsm_surface cohsm_surface_at(cohsm_material m,vec3 normal,vec3 tangent,vec3 wo)\n"
+    "{\n"
+    "cohsm_surface s;\n"
+    "s.n=cohsm_normalize(normal);\n"
+    "vec3 t=tangent-s.n*dot(tangent,s.n);\n"
+    "if(dot(t,t)>1e-6){\n"
+    "s.t=cohsm_normalize(t);\n"
+    "s.b=cross(s.n,s.t);\n"
+    "}else\n"
+    "cohsm_basis(s.n,s.t,s.b);\n"
+    "s.wo=cohsm_to_frame(s,cohsm_normalize(wo));\n"
+    "if(s.wo.z<1e-3)s.wo=cohsm_normalize(vec3(s.wo.xy,1e-3));\n"
+    "s.wo.z=min(s.wo.z,1.0);\n"
+    "s.diffuse=m.diffuse;\n"
+    "s.f0=vec3(0.0);\n"
+    "s.alpha=0.0;\n"
+    "s.lobe_count=0;\n"
+    "for(int i=0;i<COHSM_LOBES;i++){\n"
+    "s.lobes[i]=vec4(0.0);\n"
+    "s.scales[i]=vec4(0.0);\n"
+    "}\n"
+    "float specular=cohsm_specular_init(s,m),diffuse=cohsm_mean(s.diffuse);\n"
+    "s.black= !(diffuse+specular>0.0);\n"
+    "s.diffuse_share=s.black?1.0:diffuse/(diffuse+specular);\n"
+    "s.peak=s.diffuse_share*(1.0/COHSM_PI);\n"
+    "for(int i=0;i<s.lobe_count;i++){\n"
+    "s.scales[i].w/=specular;\n"
+    "float lobe=s.alpha>0.0?0.25/(COHSM_PI*s.alpha*s.alpha):(s.lobes[i].w+1.0)/(2.0*COHSM_PI);\n"
+    "s.peak+=(1.0-s.diffuse_share)*s.scales[i].w*lobe;\n"
+    "}\n"
+    "return s;\n"
+    "}\n"
+    "\n\nvoid cohsm_ggx(cohsm_surface s,vec3 wi,inout cohsm_response r)\n"
+    "{\n"
+    "vec3 h=cohsm_normalize(s.wo+wi);\n"
+    "float a2=s.alpha*s.alpha,q=h.x*h.x+h.y*h.y+a2*h.z*h.z,d=a2/(COHSM_PI*q*q);\n"
+    "float go=sqrt(a2+(1.0-a2)*s.wo.z*s.wo.z),gi=sqrt(a2+(1.0-a2)*wi.z*wi.z);\n"
+    "vec3 f=cohsm_schlick(s.f0,clamp(dot(s.wo,h),0.0,1.0));\n"
+    "r.specular=f*(0.5*d/(wi.z*go+s.wo.z*gi));\n"
+    "r.diffuse*=1.0-f;\n"
+    "r.specular_pdf=0.5*d/(s.wo.z+go);\n"
+    "}\n"
+    "\n\ncohsm_response cohsm_respond(cohsm_surface s,vec3 wi)\n"
+    "{\n"
+    "cohsm_response r=cohsm_response(vec3(0.0),vec3(0.0),0.0,0.0);\n"
+    "if(!(wi.z>0.0))return r;\n"
+    "r.diffuse=s.diffuse*(1.0/COHSM_PI);\n"
+    "r.diffuse_pdf=wi.z*(1.0/COHSM_PI);\n"
+    "if(s.lobe_count>0&&s.alpha>0.0){\n"
+    "cohsm_ggx(s,wi,r);\n"
+    "return r;\n"
+    "}\n"
+    "for(int i=0;i<s.lobe_count;i++){\n"
+    "float c=dot(s.lobes[i].xyz,wi);\n"
+    "if(!(c>0.0))continue;\n"
+    "c=cohsm_pow(c,s.lobes[i].w);\n",
+    "r.specular+=s.scales[i].xyz*c;\n"
+    "r.specular_pdf+=s.scales[i].w*c*(s.lobes[i].w+1.0)/(2.0*COHSM_PI);\n"
+    "}\n"
+    "return r;\n"
+    "}\n"
+    "\nfloat cohsm_brdf_pdf(cohsm_surface s,cohsm_response r)\n"
+    "{\n"
+    "return s.diffuse_share*r.diffuse_pdf+(1.0-s.diffuse_share)*r.specular_pdf;\n"
+    "}\n"
+    "\n\nvec3 cohsm_ggx_draw(cohsm_surface s,vec2 u)\n"
+    "{\n"
+    "vec3 o=cohsm_normalize(vec3(s.wo.xy*s.alpha,s.wo.z));\n"
+    "float z=(1.0-u.x)*(1.0+o.z)-o.z,r=cohsm_safe_sqrt(1.0-z*z);\n"
+    "vec2 sc=cohsm_sincos(2.0*COHSM_PI*u.y);\n"
+    "vec3 h=vec3(r*sc.y,r*sc.x,z)+o;\n"
+    "h=cohsm_normalize(vec3(h.xy*s.alpha,h.z));\n"
+    "return cohsm_normalize(h*(2.0*dot(s.wo,h))-s.wo);\n"
+    "}\n"
+    "\nvec3 cohsm_lobe_draw(vec4 lobe,vec2 u)\n"
+    "{\n"
+    "vec3 t,b;\n"
+    "float c=cohsm_pow(1.0-u.x,1.0/(lobe.w+1.0)),r=cohsm_safe_sqrt(1.0-c*c);\n"
+    "vec2 sc=cohsm_sincos(2.0*COHSM_PI*u.y);\n"
+    "cohsm_basis(lobe.xyz,t,b);\n"
+    "return t*(r*sc.y)+b*(r*sc.x)+lobe.xyz*c;\n"
+    "}\n"
+    "\n\nvec3 cohsm_brdf_draw(cohsm_surface s,float diffuse_share,vec2 u)\n"
+    "{\n"
+    "if(u.x<diffuse_share||s.lobe_count==0){\n"
+    "vec2 p=cohsm_concentric(vec2(diffuse_share>0.0?cohsm_clamp_unit(u.x/diffuse_share):u.x,u.y));\n"
+    "return vec3(p,cohsm_safe_sqrt(1.0-p.x*p.x-p.y*p.y));\n"
+    "}\n"
+    "u.x=(u.x-diffuse_share)/(1.0-diffuse_share);\n"
+    "if(s.alpha>0.0)return cohsm_ggx_draw(s,vec2(cohsm_clamp_unit(u.x),u.y));\n"
+    "int i=0;\n"
+    "for(;i+1<s.lobe_count&&u.x>=s.scales[i].w;i++)u.x-=s.scales[i].w;\n"
+    "return cohsm_lobe_draw(s.lobes[i],vec2(cohsm_clamp_unit(u.x/s.scales[i].w),u.y));\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_cohsm_estimate_glsl[] = {
+    "\n\n\n\n\n\n\n#define COHSM_SAMPLING_BOTH 0\n"
+    "#define COHSM_SAMPLING_LIGHT 1\n"
+    "#define COHSM_SAMPLING_BRDF 2\n"
+    "#define COHSM_SAMPLING_PAPER 3\n"
+    "\nstruct cohsm_estimator{\n"
+    "uint samples,seed,frame;\n"
+    "cohsm_surface surface;\n"
+    "cohsm_light light;\n"
+    "cohsm_aim aim;\n"
+    "bool reachable,split;\n"
+    "float light_share;\n"
+    "};\n"
+    "\nvec3 cohsm_numbers(cohsm_estimator e,uint pixel,uint k)\n"
+    "{\n"
+    "uint key=cohsm_hash_combine(e.seed,pixel),index=e.frame*e.samples+k;\n"
+    "vec3 u;\n"
+    "#ifdef COHSM_PATTERN\n"
+    "u.xy=COHSM_PATTERN((key+e.frame*159u)&255u,k);\n"
+    "if(e.frame>255u){\n"
+    "u.xy+=vec2(cohsm_random(key,e.frame>>8,0u),cohsm_random(key,e.frame>>8,1u));\n"
+    "u.xy-=floor(u.xy);\n"
+    "u.xy=vec2(cohsm_clamp_unit(u.x),cohsm_clamp_unit(u.y));\n"
+    "}\n"
+    "#else\n"
+    "u.xy=cohsm_sobol2(index,key);\n"
+    "#endif\n"
+    "u.z=e.light.shape==COHSM_SHAPE_MESH?cohsm_random(key,0x9e3779b9u,index):0.0;\n"
+    "return u;\n"
+    "}\n"
+    "\n\ncohsm_estimator cohsm_estimator_at(cohsm_surface surface,cohsm_light light,vec3 position,int sampling,uint samples,\n"
+    "uint seed,uint frame)\n"
+    "{\n"
+    "cohsm_estimator e;\n"
+    "e.samples=samples;\n"
+    "e.seed=seed;\n"
+    "e.frame=frame;\n"
+    "e.surface=surface;\n"
+    "e.light=light;\n"
+    "e.reachable=cohsm_aim_at(light,position,e.aim)&& !surface.black;\n"
+    "bool unseen=cohsm_light_is_delta(light)||light.shape==COHSM_SHAPE_MESH;\n"
+    "bool distant=light.shape==COHSM_SHAPE_ENVIRONMENT;\n"
+    "e.split=distant&&sampling==COHSM_SAMPLING_PAPER;\n"
+    "e.light_share=1.0;\n"
+    "if(unseen||sampling==COHSM_SAMPLING_LIGHT|| !e.reachable)return e;\n"
+    "if(sampling==COHSM_SAMPLING_BRDF)e.light_share=0.0;\n"
+    "else if(sampling==COHSM_SAMPLING_PAPER)e.light_share=distant?surface.diffuse_share:1.0;\n"
+    "else if(distant)e.light_share=0.5;\n"
+    "else{\n"
+    "float q=e.aim.solid*surface.peak;\n"
+    "e.light_share=8.0/(8.0+q*q*q);\n"
+    "e.light_share=floor(e.light_share*float(samples)+0.5)/float(samples);\n"
+    "}\n"
+    "return e;\n"
+    "}\n"
+    "\n\nvec3 cohsm_estimate(cohsm_estimator e,vec3 u,out cohsm_emission found)\n"
+    "{\n"
+    "float c=e.light_share;\n"
+    "bool by_light=u.x<c,hit;\n"
+    "vec3 wi;\n"
+    "u.x=cohsm_clamp_unit(by_light?u.x/c:(u.x-c)/(1.0-c));\n"
+    "if(by_light)\n"
+    "hit=cohsm_light_draw(e.light,e.aim,u,found);\n"
+    "else{\n"
+    "wi=cohsm_brdf_draw(e.surface,e.split?0.0:e.surface.diffuse_share,u.xy);\n"
+    "hit=cohsm_light_hit(e.light,e.aim,cohsm_from_frame(e.surface,wi),found)&&wi.z>0.0;\n"
+    "}\n"
+    "if(!hit){\n"
+    "found=cohsm_emission(e.surface.n,COHSM_INFINITY,vec3(0.0),vec3(0.0),0.0);\n"
+    "return vec3(0.0);\n"
+    "}\n"
+    "wi=cohsm_to_frame(e.surface,found.direction);\n"
+    "cohsm_response r=cohsm_respond(e.surface,wi);\n"
+    "vec3 f=e.split?(by_light?r.diffuse:r.specular):r.diffuse+r.specular;\n"
+    "float pdf=e.split?(by_light?c*found.pdf:(1.0-c)*r.specular_pdf)\n"
+    ":c*found.pdf+(1.0-c)*cohsm_brdf_pdf(e.surface,r);\n"
+    "if(!(wi.z>0.0)|| !(pdf>0.0))return vec3(0.0);\n"
+    "f=f*found.radiance*(wi.z/pdf);\n"
+    "return cohsm_finite3(f)?f:vec3(0.0);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_cohsm_light_glsl[] = {
+    "\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
+    "#error \"cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights\"\n"
+    "#endif\n"
+    "\n#define COHSM_SHAPE_ENVIRONMENT 1u\n"
+    "#define COHSM_SHAPE_SUN 2u\n"
+    "#define COHSM_SHAPE_POINT 3u\n"
+    "#define COHSM_SHAPE_SPOT 4u\n"
+    "#define COHSM_SHAPE_LINE 5u\n"
+    "#define COHSM_SHAPE_RECTANGLE 6u\n"
+    "#define COHSM_SHAPE_DISC 7u\n"
+    "#define COHSM_SHAPE_SPHERE 8u\n"
+    "#define COHSM_SHAPE_MESH 10u\n"
+    "#define COHSM_INFINITY 3.402823466e38\n"
+    "\nstruct cohsm_light{\n"
+    "uint base,shape,width,height,flags,texels_at,sums_at,triangles_at,triangle_count;\n"
+    "vec3 origin,n,ex,ey,u,v,radiance,tint;\n"
+    "float radius,lx,ly,area,cos_cone,turn,cosine_power;\n"
+    "};\n"
+    "\nstruct cohsm_aim{\n"
+    "vec3 p,axis;\n"
+    "float range,spread,solid_pdf,solid;\n"
+    "vec4 edges;\n"
+    "vec4 cap;\n"
+    "};\n"
+    "\nstruct cohsm_emission{\n"
+    "vec3 direction;\n"
+    "float range;\n"
+    "vec3 coords,radiance;\n"
+    "float pdf;\n"
+    "};\n"
+    "\ncohsm_light cohsm_light_open(uint base)\n"
+    "{\n"
+    "cohsm_light l;\n"
+    "uvec4 a=COHSM_LIGHT_TEXEL(base),b=COHSM_LIGHT_TEXEL(base+1u);\n"
+    "vec4 c=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+2u)),d=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+3u));\n"
+    "vec4 e=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+4u)),f=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+5u));\n"
+    "vec4 g=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+6u)),h=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+7u));\n"
+    "l.base=base;\n"
+    "l.shape=a.x;\n"
+    "l.width=a.y;\n"
+    "l.height=a.z;\n"
+    "l.flags=a.w;\n"
+    "l.texels_at=base+b.x;\n"
+    "l.sums_at=base+b.y;\n"
+    "l.triangles_at=base+b.z;\n"
+    "l.triangle_count=b.w;\n"
+    "l.origin=c.xyz;\n"
+    "l.radius=c.w;\n"
+    "l.n=d.xyz;\n"
+    "l.lx=d.w;\n"
+    "l.ex=e.xyz;\n"
+    "l.ly=e.w;\n"
+    "l.ey=f.xyz;\n"
+    "l.area=f.w;\n"
+    "l.radiance=g.xyz;\n"
+    "l.cos_cone=g.w;\n"
+    "l.tint=h.xyz;\n"
+    "l.turn=h.w;\n"
+    "c=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+8u));\n"
+    "l.u=c.xyz;\n"
+    "l.cosine_power=c.w;\n"
+    "l.v=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+9u)).xyz;\n"
+    "return l;\n"
+    "}\n"
+    "\nbool cohsm_light_textured(cohsm_light l){return(l.flags&1u)!=0u;}\n"
+    "bool cohsm_light_is_delta(cohsm_light l){return l.shape>=COHSM_SHAPE_SUN&&l.shape<=COHSM_SHAPE_SPOT;}\n"
+    "\nuint cohsm_index(float x,uint count){return min(uint(x*float(count)),count-1u);}\n"
+    "\nvec3 cohsm_light_texel(cohsm_light l,uint x,uint y)\n"
+    "{\n"
+    "return cohsm_light_textured(l)?uintBitsToFloat(COHSM_LIGHT_TEXEL(l.texels_at+y*l.width+x)).xyz:vec3(1.0);\n"
+    "}\n"
+    "\nvec3 cohsm_texel_at(cohsm_light l,vec2 x)\n"
+    "{\n"
+    "return cohsm_light_texel(l,cohsm_index(x.x,l.width),cohsm_index(x.y,l.height));\n"
+    "}\n"
+    "\nfloat cohsm_density(cohsm_light l,vec2 x){return cohsm_light_textured(l)?dot(cohsm_texel_at(l,x),l.tint):1.0;}\n"
+    "\n\n\nuint cohsm_invert(uint at,uint count,float u,out float fraction)\n"
+    "{\n"
+    "uvec4 t=COHSM_LIGHT_TEXEL(at+cohsm_index(u,count));\n"
+    "uint lo=t.z,hi=t.w;\n"
+    "while(hi-lo>1u){\n"
+    "uint middle=lo+(hi-lo)/2u;\n"
+    "if(uintBitsToFloat(COHSM_LIGHT_TEXEL(at+middle).x)<=u)lo=middle;\n"
+    "else hi=middle;\n"
+    "}\n"
+    "vec2 sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+lo).xy);\n"
+    "while(lo+1u<count&&sums.y<=u)sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+ ++lo).xy);\n"
+    "while(lo>0u&&(sums.x>u|| !(sums.y>sums.x)))sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+ --lo).xy);\n"
+    "fraction=cohsm_clamp_unit((u-sums.x)/(sums.y-sums.x));\n"
+    "return lo;\n"
+    "}\n"
+    "\n\nuvec2 cohsm_pick_cell(cohsm_light l,vec2 u,out vec2 inside)\n"
+    "{\n"
+    "uint y=cohsm_invert(l.sums_at,l.height,u.y,inside.y);\n"
+    "uint x=cohsm_invert(l.sums_at+l.height+y*l.width,l.width,u.x,inside.x);\n"
+    "return uvec2(x,y);\n"
+    "}\n"
+    "\nvec2 cohsm_pick_coords(cohsm_light l,vec2 u)\n"
+    "{\n"
+    "if(!cohsm_light_textured(l))return u;\n"
+    "vec2 inside;\n"
+    "uvec2 cell=cohsm_pick_cell(l,u,inside);\n"
+    "return vec2(cohsm_clamp_unit((float(cell.x)+inside.x)/float(l.width)),\n"
+    "cohsm_clamp_unit((float(cell.y)+inside.y)/float(l.height)));\n"
+    "}\n"
+    "\nbool cohsm_emit(cohsm_light l,vec3 texel,float cosine,inout cohsm_emission e)\n"
+    "{\n"
+    "e.radiance=l.radiance*texel;\n"
+    "if(l.cosine_power>0.0)e.radiance*=cohsm_pow(cosine,l.cosine_power);\n"
+    "return cohsm_finite3(e.radiance)&&e.radiance.x+e.radiance.y+e.radiance.z>0.0;\n"
+    "}\n"
+    "\n\nbool cohsm_emit_area(cohsm_light l,cohsm_aim a,vec3 q,vec3 n,vec2 x,float area_pdf,inout cohsm_emission e)\n"
+    "{\n"
+    "vec3 d=q-a.p;\n"
+    "float square=dot(d,d),range=sqrt(square);\n"
+    "if(!(range>0.0)|| !cohsm_finite(square))return false;\n"
+    "vec3 w=d*(1.0/range);\n"
+    "float cosine= -dot(n,w);\n"
+    "if(!(cosine>1e-7))return false;\n"
+    "cosine=min(cosine,1.0);\n",
+    "e.coords.xy=vec2(cohsm_clamp_unit(x.x),cohsm_clamp_unit(x.y));\n"
+    "e.range=range;\n"
+    "e.pdf=a.solid_pdf>0.0?a.solid_pdf:area_pdf*square/cosine;\n"
+    "e.direction=w;\n"
+    "return cohsm_emit(l,cohsm_texel_at(l,x),cosine,e);\n"
+    "}\n"
+    "\n\n\nbool cohsm_environment_found(cohsm_light l,uvec2 cell,vec2 x,vec3 w,inout cohsm_emission e)\n"
+    "{\n"
+    "vec3 texel=cohsm_light_texel(l,cell.x,cell.y);\n"
+    "x.x-=l.turn;\n"
+    "e.coords.xy=vec2(cohsm_clamp_unit(x.x-floor(x.x)),cohsm_clamp_unit(x.y));\n"
+    "e.range=COHSM_INFINITY;\n"
+    "e.pdf=dot(texel,l.tint);\n"
+    "e.direction=w;\n"
+    "return cohsm_emit(l,texel,1.0,e)&&e.pdf>0.0;\n"
+    "}\n"
+    "\n\nfloat cohsm_row_edge(uint y,uint h)\n"
+    "{\n"
+    "uint m=min(y,h-y);\n"
+    "float s=cohsm_sincos(1.57079633*float(m)/float(h)).x;\n"
+    "s=1.0-2.0*s*s;\n"
+    "return m==y?s: -s;\n"
+    "}\n"
+    "\nbool cohsm_environment_draw(cohsm_light l,vec2 u,inout cohsm_emission e)\n"
+    "{\n"
+    "vec2 inside;\n"
+    "uvec2 cell=cohsm_pick_cell(l,u,inside);\n"
+    "float x=(float(cell.x)+inside.x)/float(l.width),top=cohsm_row_edge(cell.y,l.height);\n"
+    "float y=top+(cohsm_row_edge(cell.y+1u,l.height)-top)*inside.y;\n"
+    "float r=cohsm_safe_sqrt((1.0-y)*(1.0+y));\n"
+    "vec2 sc=cohsm_sincos(2.0*COHSM_PI*(x-l.turn-0.5));\n"
+    "return cohsm_environment_found(l,cell,vec2(x,cohsm_acos(y)/COHSM_PI),vec3(r*sc.y,y,r*sc.x),e);\n"
+    "}\n"
+    "\nbool cohsm_environment_hit(cohsm_light l,vec3 w,inout cohsm_emission e)\n"
+    "{\n"
+    "vec2 x=vec2(0.5+cohsm_atan2(w.z,w.x)/(2.0*COHSM_PI)+l.turn,cohsm_acos(w.y)/COHSM_PI);\n"
+    "x.x-=floor(x.x);\n"
+    "return cohsm_environment_found(l,uvec2(cohsm_index(x.x,l.width),cohsm_index(x.y,l.height)),x,w,e);\n"
+    "}\n"
+    "\n\n\n\nvoid cohsm_rectangle_aim(cohsm_light l,inout cohsm_aim a)\n"
+    "{\n"
+    "vec3 d=l.origin-a.p;\n"
+    "float x0=dot(d,l.ex)*l.lx,y0=dot(d,l.ey)*l.ly,x1=x0+l.lx,y1=y0+l.ly,z=dot(d,l.n);\n"
+    "float z2=z*z;\n"
+    "float n0= -y0/sqrt(z2+y0*y0),n1=x1/sqrt(z2+x1*x1);\n"
+    "float n2=y1/sqrt(z2+y1*y1),n3= -x0/sqrt(z2+x0*x0);\n"
+    "float k=2.0*COHSM_PI-cohsm_acos(-n2*n3)-cohsm_acos(-n3*n0);\n"
+    "a.edges=vec4(x0,x1,y0,y1);\n"
+    "a.cap=vec4(z,n0,n2,k);\n"
+    "a.solid=cohsm_acos(-n0*n1)+cohsm_acos(-n1*n2)-k;\n"
+    "if(a.solid>0.05&&cohsm_finite(a.solid))a.solid_pdf=1.0/a.solid;\n"
+    "}\n"
+    "\nfloat cohsm_flat_solid(vec3 n,vec3 d,float area)\n"
+    "{\n"
+    "float d2=dot(d,d),cosine=abs(dot(n,d))/sqrt(d2>0.0?d2:1.0),near2=area*(1.0/(2.0*COHSM_PI));\n"
+    "return area*(cosine*d2+near2)/((d2+near2)*(d2+near2));\n"
+    "}\n"
+    "\nvec2 cohsm_rectangle_pick(cohsm_aim a,vec2 u)\n"
+    "{\n"
+    "float z=a.cap.x,b0=a.cap.y;\n"
+    "vec2 sc=cohsm_sincos(u.x*a.solid+a.cap.w);\n"
+    "float f=(sc.y*b0-a.cap.z)/sc.x,c=1.0/sqrt(f*f+b0*b0);\n"
+    "c=clamp(f>0.0?c: -c,-1.0,1.0);\n"
+    "float x=clamp(-(c*z)/sqrt(max(1.0-c*c,1e-12)),a.edges.x,a.edges.y);\n"
+    "float d=sqrt(x*x+z*z),h0=a.edges.z/sqrt(d*d+a.edges.z*a.edges.z);\n"
+    "float h1=a.edges.w/sqrt(d*d+a.edges.w*a.edges.w),h=h0+u.y*(h1-h0);\n"
+    "float y=h*h<1.0-1e-6?h*d/sqrt(1.0-h*h):a.edges.w;\n"
+    "return(vec2(x,y)-a.edges.xz)/(a.edges.yw-a.edges.xz);\n"
+    "}\n"
+    "\n\nbool cohsm_aim_at(cohsm_light l,vec3 p,out cohsm_aim a)\n"
+    "{\n"
+    "vec3 d=l.origin-p;\n"
+    "float r=l.radius;\n"
+    "a=cohsm_aim(p,vec3(0.0),0.0,0.0,0.0,0.0,vec4(0.0),vec4(0.0));\n"
+    "if(l.shape==COHSM_SHAPE_RECTANGLE){\n"
+    "if(!(dot(l.n,d)<0.0))return false;\n"
+    "if((l.flags&2u)!=0u&& !cohsm_light_textured(l))cohsm_rectangle_aim(l,a);\n"
+    "if(!(a.solid_pdf>0.0))a.solid=cohsm_flat_solid(l.n,d+(l.u+l.v)*0.5,l.area);\n"
+    "return true;\n"
+    "}\n"
+    "if(l.shape==COHSM_SHAPE_DISC){\n"
+    "a.solid=cohsm_flat_solid(l.n,d,l.area);\n"
+    "return dot(l.n,d)<0.0;\n"
+    "}\n"
+    "if(l.shape==COHSM_SHAPE_SPHERE){\n"
+    "a.range=sqrt(dot(d,d));\n"
+    "if(!(a.range>r))return false;\n"
+    "a.axis=d*(1.0/a.range);\n"
+    "float s=(r/a.range)*(r/a.range);\n"
+    "a.spread=s/(1.0+sqrt(1.0-s));\n"
+    "a.solid=2.0*COHSM_PI*a.spread;\n"
+    "if(!cohsm_light_textured(l)&&a.spread>0.0)a.solid_pdf=1.0/a.solid;\n"
+    "return true;\n"
+    "}\n"
+    "if(l.shape==COHSM_SHAPE_LINE){\n"
+    "float s=dot(d,l.n);\n"
+    "d=l.n*s-d;\n"
+    "a.range=sqrt(dot(d,d));\n"
+    "if(!(a.range>r))return false;\n"
+    "a.axis=d*(1.0/a.range);\n"
+    "a.spread=cohsm_safe_sqrt(1.0-(r/a.range)*(r/a.range));\n"
+    "vec2 ends=vec2(s,s+l.lx);\n"
+    "ends/=sqrt(a.range*a.range+ends*ends);\n"
+    "a.solid=2.0*r/a.range*(ends.y-ends.x);\n"
+    "}\n"
+    "return true;\n"
+    "}\n"
+    "\n\n\nbool cohsm_line_at(cohsm_light l,cohsm_aim a,float x,float sine,inout cohsm_emission e)\n"
+    "{\n"
+    "float cosine=cohsm_safe_sqrt(1.0-sine*sine);\n"
+    "vec3 n=a.axis*cosine+cross(l.n,a.axis)*sine;\n"
+    "vec3 q=(l.origin+l.n*(x*l.lx))+n*l.radius;\n",
+    "return cohsm_emit_area(l,a,q,n,vec2(x,0.0),\n"
+    "cohsm_density(l,vec2(x,0.0))*cosine/(2.0*a.spread*l.radius*l.lx),e);\n"
+    "}\n"
+    "\nbool cohsm_sphere_at(cohsm_light l,cohsm_aim a,vec3 n,inout cohsm_emission e)\n"
+    "{\n"
+    "vec2 x=vec2(cohsm_clamp_unit(0.5+cohsm_atan2(n.z,n.x)/(2.0*COHSM_PI)),\n"
+    "cohsm_clamp_unit(0.5*(1.0-n.y)));\n"
+    "return cohsm_emit_area(l,a,l.origin+n*l.radius,n,x,cohsm_density(l,x)/l.area,e);\n"
+    "}\n"
+    "\nbool cohsm_sphere_draw(cohsm_light l,cohsm_aim a,vec2 u,inout cohsm_emission e)\n"
+    "{\n"
+    "if(!(a.solid_pdf>0.0)){\n"
+    "vec2 x=cohsm_pick_coords(l,u);\n"
+    "float y=1.0-2.0*x.y,ring=cohsm_safe_sqrt(1.0-y*y);\n"
+    "vec2 sc=cohsm_sincos(2.0*COHSM_PI*(x.x-0.5));\n"
+    "return cohsm_sphere_at(l,a,cohsm_normalize(vec3(ring*sc.y,y,ring*sc.x)*l.radius),e);\n"
+    "}\n"
+    "\nfloat r=l.radius,c=u.x*a.spread,s2=c*(2.0-c);\n"
+    "c=1.0-c;\n"
+    "float reach=cohsm_safe_sqrt(r*r-a.range*a.range*s2),along=a.range*s2+c*reach;\n"
+    "float x=cohsm_safe_sqrt(s2)*(a.range*c-reach)/r;\n"
+    "vec2 sc=cohsm_sincos(2.0*COHSM_PI*u.y);\n"
+    "vec3 t,b;\n"
+    "cohsm_basis(a.axis,t,b);\n"
+    "return cohsm_sphere_at(l,a,cohsm_normalize(t*(x*sc.y)+b*(x*sc.x)+a.axis*(-along/r)),e);\n"
+    "}\n"
+    "\nbool cohsm_delta_draw(cohsm_light l,cohsm_aim a,inout cohsm_emission e)\n"
+    "{\n"
+    "float scale=1.0;\n"
+    "e.pdf=1.0;\n"
+    "e.range=COHSM_INFINITY;\n"
+    "e.direction=l.n;\n"
+    "if(l.shape!=COHSM_SHAPE_SUN){\n"
+    "vec3 d=l.origin-a.p;\n"
+    "float range=sqrt(dot(d,d));\n"
+    "if(!(range>0.0)|| !cohsm_finite(range))return false;\n"
+    "e.direction=d*(1.0/range);\n"
+    "if(l.shape==COHSM_SHAPE_SPOT&& -dot(e.direction,l.n)<l.cos_cone)return false;\n"
+    "scale=1.0/(range*range);\n"
+    "e.range=range;\n"
+    "}\n"
+    "return cohsm_emit(l,vec3(scale),1.0,e);\n"
+    "}\n"
+    "\n\nbool cohsm_mesh_draw(cohsm_light l,cohsm_aim a,vec3 u,inout cohsm_emission e)\n"
+    "{\n"
+    "uint lo=0u,hi=l.triangle_count-1u;\n"
+    "while(lo<hi){\n"
+    "uint middle=(lo+hi)/2u;\n"
+    "if(uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*middle).w)<=u.x)lo=middle+1u;\n"
+    "else hi=middle;\n"
+    "}\n"
+    "vec3 v0=uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*lo).xyz);\n"
+    "vec3 v1=uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*lo+1u).xyz);\n"
+    "vec3 v2=uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*lo+2u).xyz);\n"
+    "float root=sqrt(u.y),c=root*u.z;\n"
+    "vec3 q=v0*(1.0-root)+v1*(root*(1.0-u.z))+v2*c;\n"
+    "e.coords.z=u.z;\n"
+    "return cohsm_emit_area(l,a,q,cohsm_normalize(cross(v1-v0,v2-v0)),u.xy,1.0/l.area,e);\n"
+    "}\n"
+    "\n\nbool cohsm_light_draw(cohsm_light l,cohsm_aim a,vec3 u,out cohsm_emission e)\n"
+    "{\n"
+    "e=cohsm_emission(vec3(0.0),0.0,vec3(0.0),vec3(0.0),0.0);\n"
+    "if(l.shape==COHSM_SHAPE_ENVIRONMENT)return cohsm_environment_draw(l,u.xy,e);\n"
+    "if(cohsm_light_is_delta(l))return cohsm_delta_draw(l,a,e);\n"
+    "if(l.shape==COHSM_SHAPE_SPHERE)return cohsm_sphere_draw(l,a,u.xy,e);\n"
+    "if(l.shape==COHSM_SHAPE_MESH)return cohsm_mesh_draw(l,a,u,e);\n"
+    "vec2 x=a.solid_pdf>0.0?cohsm_rectangle_pick(a,u.xy):cohsm_pick_coords(l,u.xy);\n"
+    "if(l.shape==COHSM_SHAPE_LINE)return cohsm_line_at(l,a,x.x,(2.0*u.y-1.0)*a.spread,e);\n"
+    "vec3 q;\n"
+    "if(l.shape==COHSM_SHAPE_DISC){\n"
+    "vec2 p=cohsm_concentric(x);\n"
+    "q=l.origin+(l.ex*p.x+l.ey*p.y)*l.radius;\n"
+    "}else\n"
+    "q=l.origin+(l.u*x.x+l.v*x.y);\n"
+    "return cohsm_emit_area(l,a,q,l.n,x,cohsm_density(l,x)/l.area,e);\n"
+    "}\n"
+    "\nbool cohsm_plane_hit(cohsm_light l,cohsm_aim a,vec3 w,inout cohsm_emission e)\n"
+    "{\n"
+    "vec3 d=a.p-l.origin;\n"
+    "float slope= -dot(l.n,w),height=dot(l.n,d);\n"
+    "if(!(slope>1e-7)|| !(height>0.0))return false;\n"
+    "d+=w*(height/slope);\n"
+    "vec2 x=vec2(dot(d,l.ex),dot(d,l.ey));\n"
+    "if(l.shape==COHSM_SHAPE_DISC){\n"
+    "x/=l.radius;\n"
+    "if(!(x.x*x.x+x.y*x.y<1.0))return false;\n"
+    "x=cohsm_disc_square(x);\n"
+    "}else if(!(x.x>=0.0&&x.x<1.0&&x.y>=0.0&&x.y<1.0))\n"
+    "return false;\n"
+    "return cohsm_emit_area(l,a,l.origin+d,l.n,x,cohsm_density(l,x)/l.area,e);\n"
+    "}\n"
+    "\n\nbool cohsm_round_hit(cohsm_light l,cohsm_aim a,vec3 w,inout cohsm_emission e)\n"
+    "{\n"
+    "bool line=l.shape==COHSM_SHAPE_LINE;\n"
+    "vec3 d=line?a.axis* -a.range:l.origin-a.p,v=line?w-l.n*dot(w,l.n):w;\n"
+    "float square=dot(v,v);\n"
+    "if(!(square>1e-14))return false;\n"
+    "float along=dot(d,v)/square;\n"
+    "vec3 n=v*along-d;\n"
+    "float s=l.radius*l.radius-dot(n,n);\n"
+    "if(!(along>0.0)|| !(s>0.0))return false;\n"
+    "s=sqrt(s/square);\n"
+    "n=(n-v*s)*(1.0/l.radius);\n"
+    "if(!line)return cohsm_sphere_at(l,a,cohsm_normalize(n),e);\n"
+    "float x=dot((a.p-l.origin)+w*(along-s),l.n)/l.lx;\n",
+    "if(!(x>=0.0&&x<1.0))return false;\n"
+    "return cohsm_line_at(l,a,x,dot(n,cross(l.n,a.axis)),e);\n"
+    "}\n"
+    "\n\nbool cohsm_light_hit(cohsm_light l,cohsm_aim a,vec3 w,out cohsm_emission e)\n"
+    "{\n"
+    "e=cohsm_emission(vec3(0.0),0.0,vec3(0.0),vec3(0.0),0.0);\n"
+    "if(l.shape==COHSM_SHAPE_ENVIRONMENT)return cohsm_environment_hit(l,w,e);\n"
+    "if(l.shape==COHSM_SHAPE_RECTANGLE||l.shape==COHSM_SHAPE_DISC)return cohsm_plane_hit(l,a,w,e);\n"
+    "if(l.shape==COHSM_SHAPE_SPHERE||l.shape==COHSM_SHAPE_LINE)return cohsm_round_hit(l,a,w,e);\n"
+    "return false;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_cohsm_lookup_glsl[] = {
+    "\n\n\n\n\n\n#ifndef COHSM_TEXEL\n"
+    "#error \"cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks\"\n"
+    "#endif\n"
+    "\n#define COHSM_DOMAIN_LATLONG 1u\n"
+    "#define COHSM_DOMAIN_OCTAHEDRAL 2u\n"
+    "#define COHSM_DOMAIN_DISC 5u\n"
+    "#define COHSM_DOMAIN_SPHERE 6u\n"
+    "#define COHSM_DOMAIN_TABLE 8u\n"
+    "#define COHSM_DOMAIN_LIST 9u\n"
+    "#define COHSM_ORDER_ZIGZAG 2u\n"
+    "#define COHSM_ORDER_ZIGZAG_THETA 3u\n"
+    "#define COHSM_ORDER_HILBERT 4u\n"
+    "#define COHSM_FRAME_POLAR 1u\n"
+    "#define COHSM_FRAME_MINIMAL 2u\n"
+    "\nstruct cohsm_maps{\n"
+    "uint base;\n"
+    "uint domain,order,frame;\n"
+    "uvec3 side;\n"
+    "uint map_count,map_size,depth_top,dimensions;\n"
+    "bool positional;\n"
+    "uint pixel_begin,pixel_end;\n"
+    "uint order_at,locations_at,lookup_at,directories_at,lines_at;\n"
+    "vec3 center;\n"
+    "float radius,depth_far;\n"
+    "};\n"
+    "\n\ncohsm_maps cohsm_unpack(uint base,uvec4 kinds,uvec4 sides,uvec4 sizes,uvec4 range,uvec4 lengths,uvec4 rest,\n"
+    "uvec4 sphere)\n"
+    "{\n"
+    "cohsm_maps m;\n"
+    "m.base=base;\n"
+    "m.domain=kinds.x;\n"
+    "m.order=kinds.z;\n"
+    "m.frame=kinds.w;\n"
+    "m.side=sides.xyz;\n"
+    "m.map_count=sides.w;\n"
+    "m.map_size=sizes.y;\n"
+    "m.depth_top=(1u<<sizes.z)-1u;\n"
+    "m.dimensions=sizes.w;\n"
+    "m.positional=range.x!=0u;\n"
+    "m.pixel_begin=range.z;\n"
+    "m.pixel_end=range.w;\n"
+    "m.order_at=96u;\n"
+    "m.locations_at=m.order_at+lengths.x;\n"
+    "m.lookup_at=m.locations_at+lengths.y;\n"
+    "m.directories_at=m.lookup_at+lengths.z;\n"
+    "m.lines_at=m.directories_at+lengths.w;\n"
+    "m.center=vec3(uintBitsToFloat(rest.w),uintBitsToFloat(sphere.xy));\n"
+    "m.radius=uintBitsToFloat(sphere.z);\n"
+    "m.depth_far=uintBitsToFloat(sphere.w);\n"
+    "#ifdef COHSM_ONE_DOMAIN\n"
+    "m.domain=uint(COHSM_ONE_DOMAIN);\n"
+    "#if COHSM_ONE_DOMAIN < 8\n"
+    "m.positional=COHSM_ONE_DOMAIN>2;\n"
+    "m.dimensions=COHSM_ONE_DOMAIN==3?1u:COHSM_ONE_DOMAIN==7?3u:2u;\n"
+    "#endif\n"
+    "#endif\n"
+    "#ifdef COHSM_ONE_ORDER\n"
+    "m.order=uint(COHSM_ONE_ORDER);\n"
+    "#endif\n"
+    "#ifdef COHSM_ONE_FRAME\n"
+    "m.frame=uint(COHSM_ONE_FRAME);\n"
+    "#endif\n"
+    "return m;\n"
+    "}\n"
+    "\ncohsm_maps cohsm_open(uint base)\n"
+    "{\n"
+    "return cohsm_unpack(base,COHSM_TEXEL(base+1u),COHSM_TEXEL(base+2u),COHSM_TEXEL(base+3u),\n"
+    "COHSM_TEXEL(base+4u),COHSM_TEXEL(base+5u),COHSM_TEXEL(base+6u),\n"
+    "COHSM_TEXEL(base+7u));\n"
+    "}\n"
+    "\nuint cohsm_pick(uvec4 t,uint i)\n"
+    "{\n"
+    "return(i&2u)!=0u?((i&1u)!=0u?t.w:t.z):((i&1u)!=0u?t.y:t.x);\n"
+    "}\n"
+    "\nuint cohsm_word(cohsm_maps m,uint i){return cohsm_pick(COHSM_TEXEL(m.base+(i>>2)),i);}\n"
+    "vec3 cohsm_floats(cohsm_maps m,uint i)\n"
+    "{\n"
+    "return uintBitsToFloat(uvec3(cohsm_word(m,i),cohsm_word(m,i+1u),cohsm_word(m,i+2u)));\n"
+    "}\n"
+    "\n\nuint cohsm_half_word(cohsm_maps m,uint i,uint h)\n"
+    "{\n"
+    "return(cohsm_word(m,i+(h>>1))>>(16u*(h&1u)))&0xffffu;\n"
+    "}\n"
+    "\nuint cohsm_popcount(uint x)\n"
+    "{\n"
+    "x-=(x>>1)&0x55555555u;\n"
+    "x=(x&0x33333333u)+((x>>2)&0x33333333u);\n"
+    "x=(x+(x>>4))&0x0f0f0f0fu;\n"
+    "return(x*0x01010101u)>>24;\n"
+    "}\n"
+    "\n\nuint cohsm_select(uint x,uint number)\n"
+    "{\n"
+    "uint two=x-((x>>1)&0x55555555u);\n"
+    "uint four=(two&0x33333333u)+((two>>2)&0x33333333u);\n"
+    "uint eight=(four+(four>>4))&0x0f0f0f0fu;\n"
+    "uint at=0u,n=(eight+(eight>>8))&0xffu;\n"
+    "if(number>=n){number-=n;at=16u;}\n"
+    "n=(eight>>at)&15u;\n"
+    "if(number>=n){number-=n;at+=8u;}\n"
+    "n=(four>>at)&7u;\n"
+    "if(number>=n){number-=n;at+=4u;}\n"
+    "n=(two>>at)&3u;\n"
+    "if(number>=n){number-=n;at+=2u;}\n"
+    "n=(x>>at)&1u;\n"
+    "return number>=n?at+1u:at;\n"
+    "}\n"
+    "\n\nuvec2 cohsm_marks(uint w0,uint w1,uint w2){return uvec2((w0>>16)|(w1<<16),(w1>>16)|(w2<<16));}\n"
+    "\n\nuint cohsm_after_zero(uvec2 marks,uint number)\n"
+    "{\n"
+    "uvec2 zeros= ~marks;\n"
+    "uint low=cohsm_popcount(zeros.x);\n"
+    "if(number<low)return cohsm_select(zeros.x,number)+1u;\n"
+    "return cohsm_select(zeros.y,number-low)+33u;\n"
+    "}\n"
+    "\n\nuint cohsm_grid_depth(cohsm_maps m,uint g){return g>=m.depth_top?65535u:g*65535u/m.depth_top;}\n"
+    "\n\n\nstruct cohsm_line{\n"
+    "uvec4 a,b,c,d;\n"
+    "uint bit;\n"
+    "};\n"
+    "\ncohsm_line cohsm_fetch_line(cohsm_maps m,uint word)\n"
+    "{\n"
+    "uint i=m.base+(word>>4<<2);\n"
+    "return cohsm_line(COHSM_TEXEL(i),COHSM_TEXEL(i+1u),COHSM_TEXEL(i+2u),COHSM_TEXEL(i+3u),\n"
+    "(word&15u)<<5);\n"
+    "}\n"
+    "\nuint cohsm_line_word(cohsm_line l,uint i)\n"
+    "{\n"
+    "return cohsm_pick((i&8u)!=0u?((i&4u)!=0u?l.d:l.c):((i&4u)!=0u?l.b:l.a),i);\n"
+    "}\n"
+    "\n\nuint cohsm_bits(cohsm_line l,uint bit,uint count)\n"
+    "{\n"
+    "bit+=l.bit;\n"
+    "uint at=bit>>5,shift=bit&31u,x=cohsm_line_word(l,at)>>shift;\n"
+    "if(shift+count>32u)x|=cohsm_line_word(l,at+1u)<<(32u-shift);\n"
+    "return count>0u?x&(0xffffffffu>>(32u-count)):0u;\n"
+    "}\n",
+    "\n\nuint cohsm_segment(cohsm_line l,uint head,uvec2 marks,uint view)\n"
+    "{\n"
+    "uint k=(head>>8)&15u,bucket=view>>k,low=view&((1u<<k)-1u);\n"
+    "uint at=bucket>0u?cohsm_after_zero(marks,bucket-1u):0u,j=at-bucket;\n"
+    "while(at<64u&&(((at<32u?marks.x:marks.y)>>(at&31u))&1u)!=0u&&\n"
+    "cohsm_bits(l,80u+j*k,k)<=low){\n"
+    "at++;\n"
+    "j++;\n"
+    "}\n"
+    "return j-1u;\n"
+    "}\n"
+    "\n\n\nuint cohsm_escapes(cohsm_line l,uint codes,uint bits,uint count)\n"
+    "{\n"
+    "uint step=32u/bits,one=(0xffffffffu>>(32u-step*bits))/((1u<<bits)-1u),high=one<<(bits-1u);\n"
+    "uint rank=0u;\n"
+    "for(uint i=0u;i<count;i+=step){\n"
+    "uint x=cohsm_bits(l,codes+i*bits,min(step,count-i)*bits);\n"
+    "rank+=cohsm_popcount(((x& ~high)+one)&x&high);\n"
+    "}\n"
+    "return rank;\n"
+    "}\n"
+    "\n\nuint cohsm_segment_depth(cohsm_maps m,cohsm_line l,uint head,uvec2 marks,uint j)\n"
+    "{\n"
+    "uint n=cohsm_popcount(marks.x)+cohsm_popcount(marks.y),k=(head>>8)&15u,bits=(head>>12)&15u;\n"
+    "uint base=head&255u,codes=80u+n*k;\n"
+    "bool palette=bits>9u;\n"
+    "if(palette)bits-=9u;\n"
+    "uint code=cohsm_bits(l,codes+j*bits,bits),ones=(1u<<bits)-1u;\n"
+    "if(code==ones){\n"
+    "uint rank=cohsm_escapes(l,codes,max(bits,1u),min(j,64u));\n"
+    "return cohsm_bits(l,codes+n*bits+(palette?8u*base:0u)+16u*rank,16u);\n"
+    "}\n"
+    "if(palette)return cohsm_grid_depth(m,cohsm_bits(l,codes+n*bits+8u*code,8u));\n"
+    "return code+1u==ones?65535u:cohsm_grid_depth(m,base+code);\n"
+    "}\n"
+    "\n\nuvec2 cohsm_find_block(cohsm_maps m,uint list,uint count,uint view)\n"
+    "{\n"
+    "uint from=2u*list+4u,low=from>>3,high=(from+count+6u)>>3;\n"
+    "uvec2 found=uvec2(0u);\n"
+    "while(low<high){\n"
+    "uint middle=(low+high)>>1,i=8u*middle-from;\n"
+    "uvec4 t=COHSM_TEXEL(m.base+middle),even=t&0xffffu,odd=t>>16;\n"
+    "uvec4 number=i+uvec4(0u,2u,4u,6u),top=uvec4(count-1u),asked=uvec4(view);\n"
+    "even=(even+1u)*uvec4(lessThan(number,top))*uvec4(lessThanEqual(even,asked));\n"
+    "odd=(odd+1u)*uvec4(lessThan(number+1u,top))*uvec4(lessThanEqual(odd,asked));\n"
+    "uvec4 last=max(even,odd),ones=min(even,1u)+min(odd,1u);\n"
+    "uint first=max(max(last.x,last.y),max(last.z,last.w));\n"
+    "if(first>0u){\n"
+    "found=uvec2((8u*middle<from?0u:i)+ones.x+ones.y+ones.z+ones.w,first-1u);\n"
+    "low=middle+1u;\n"
+    "}else\n"
+    "high=middle;\n"
+    "}\n"
+    "return found;\n"
+    "}\n"
+    "\n\n\nuint cohsm_stored_depth(cohsm_maps m,uint pixel,uint place)\n"
+    "{\n"
+    "uint entry=cohsm_word(m,m.lookup_at+(place>>16)*(m.pixel_end-m.pixel_begin)+pixel);\n"
+    "if((entry&0x80000000u)!=0u)return entry&0xffffu;\n"
+    "uint list=m.directories_at+entry,view=place&0xffffu;\n"
+    "uvec4 t=COHSM_TEXEL(m.base+(list>>2));\n"
+    "uint first=cohsm_pick(t,list);\n"
+    "uint count=(list&3u)==3u?COHSM_TEXEL(m.base+(list>>2)+1u).x:cohsm_pick(t,list+1u);\n"
+    "uint tail=count>>16;\n"
+    "count&=0xffffu;\n"
+    "uvec2 block=cohsm_find_block(m,list,count,view);\n"
+    "uint line=block.x+1u<count?16u*(first+block.x):16u*(first-(tail>>4))+(tail&15u);\n"
+    "cohsm_line l=cohsm_fetch_line(m,m.lines_at+line);\n"
+    "uint at=l.bit>>5,head=cohsm_line_word(l,at);\n"
+    "uvec2 marks=cohsm_marks(head,cohsm_line_word(l,at+1u),cohsm_line_word(l,at+2u));\n"
+    "return cohsm_segment_depth(m,l,head,marks,cohsm_segment(l,head,marks,view-block.y));\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_cohsm_visible_glsl[] = {
+    "\n\n\n\n\n\n\n\n#define COHSM_LIGHT_DIRECTION 0\n"
+    "#define COHSM_LIGHT_POSITION 1\n"
+    "#define COHSM_LIGHT_PARAMETER 2\n"
+    "#define COHSM_LIGHT_INDEX 3\n"
+    "#define COHSM_FILTER_NEAREST 0\n"
+    "#define COHSM_FILTER_PCF 1\n"
+    "#define COHSM_FILTER_ROULETTE 2\n"
+    "#define COHSM_REFUSED (-1.0)\n"
+    "#define COHSM_NO_PIXEL 0xffffffffu\n"
+    "\nstruct cohsm_query{\n"
+    "int light,filtering;\n"
+    "float bias;\n"
+    "uint seed,id;\n"
+    "};\n"
+    "\ncohsm_query cohsm_ask(int light,int filtering,float bias){return cohsm_query(light,filtering,bias,0u,0u);}\n"
+    "\n\n\nvec3 cohsm_affine(cohsm_maps m,float s,float t,float r)\n"
+    "{\n"
+    "return((cohsm_floats(m,33u)+cohsm_floats(m,36u)*s)+cohsm_floats(m,39u)*t)+cohsm_floats(m,42u)*r;\n"
+    "}\n"
+    "\n\nvec3 cohsm_map_parameter(cohsm_maps m,vec3 s)\n"
+    "{\n"
+    "if(m.domain==COHSM_DOMAIN_OCTAHEDRAL)return cohsm_octa_direction(s.xy);\n"
+    "if(m.domain==COHSM_DOMAIN_LATLONG||m.domain==COHSM_DOMAIN_SPHERE){\n"
+    "vec2 around=cohsm_sincos((s.x-0.5)*6.28318531);\n"
+    "if(m.domain==COHSM_DOMAIN_LATLONG){\n"
+    "vec2 down=cohsm_sincos(s.y*3.14159265);\n"
+    "return vec3(down.x*around.y,down.y,down.x*around.x);\n"
+    "}\n"
+    "float y=1.0-2.0*s.y,ring=y>=1.0||y<= -1.0?0.0:sqrt(1.0-y*y);\n"
+    "vec3 u=cohsm_floats(m,36u);\n"
+    "return cohsm_floats(m,33u)+vec3(ring*around.y,y,ring*around.x)*sqrt(dot(u,u));\n"
+    "}\n"
+    "if(m.domain==COHSM_DOMAIN_DISC){\n"
+    "vec2 p=cohsm_concentric(s.xy);\n"
+    "return cohsm_affine(m,p.x,p.y,0.0);\n"
+    "}\n"
+    "return cohsm_affine(m,s.x,s.y,s.z);\n"
+    "}\n"
+    "\nuint cohsm_cell(cohsm_maps m,uvec3 c){return c.x+m.side.x*(c.y+m.side.y*c.z);}\n"
+    "\nuvec3 cohsm_cell_split(cohsm_maps m,uint cell)\n"
+    "{\n"
+    "return uvec3(cell%m.side.x,cell/m.side.x%m.side.y,cell/(m.side.x*m.side.y));\n"
+    "}\n"
+    "\nvec3 cohsm_cell_location(cohsm_maps m,uvec3 c)\n"
+    "{\n"
+    "if(m.domain>=COHSM_DOMAIN_TABLE)return cohsm_floats(m,m.locations_at+4u*cohsm_cell(m,c));\n"
+    "return cohsm_map_parameter(m,(vec3(c)+0.5)/vec3(m.side));\n"
+    "}\n"
+    "\n\nvoid cohsm_frame(cohsm_maps m,uvec3 c,out vec3 right,out vec3 up,out vec3 back)\n"
+    "{\n"
+    "back=cohsm_cell_location(m,c);\n"
+    "if(m.frame==COHSM_FRAME_POLAR&&m.domain==COHSM_DOMAIN_LATLONG){\n"
+    "vec2 around=cohsm_sincos(((float(c.x)+0.5)/float(m.side.x)-0.5)*6.28318531);\n"
+    "vec2 down=cohsm_sincos((float(c.y)+0.5)/float(m.side.y)*3.14159265);\n"
+    "right=vec3(-around.x,0.0,around.y);\n"
+    "up=vec3(-down.y*around.y,down.x,-down.y*around.x);\n"
+    "return;\n"
+    "}\n"
+    "if(m.frame==COHSM_FRAME_POLAR){\n"
+    "float h=sqrt(back.x*back.x+back.z*back.z);\n"
+    "right=h>1e-6?vec3(-back.z/h,0.0,back.x/h):vec3(0.0,0.0,1.0);\n"
+    "up=cross(right,back);\n"
+    "return;\n"
+    "}\n"
+    "float s=m.frame==COHSM_FRAME_MINIMAL||back.y>=0.0?1.0: -1.0;\n"
+    "if(abs(s+back.y)<1e-6){\n"
+    "right=vec3(1.0,0.0,0.0);\n"
+    "up=vec3(0.0,0.0,1.0);\n"
+    "return;\n"
+    "}\n"
+    "float a= -1.0/(s+back.y);\n"
+    "right=vec3(1.0+s*back.x*back.x*a,-s*back.x,s*back.x*back.z*a);\n"
+    "up=vec3(back.x*back.z*a,-back.z,s+back.z*back.z*a);\n"
+    "}\n"
+    "\n\nvec3 cohsm_domain_position(cohsm_maps m,vec3 light,int kind)\n"
+    "{\n"
+    "vec3 u=light,top=vec3(m.side);\n"
+    "if(kind==COHSM_LIGHT_DIRECTION||kind==COHSM_LIGHT_POSITION){\n"
+    "if(m.domain==COHSM_DOMAIN_LATLONG){\n"
+    "u.x=0.5+cohsm_atan2(light.z,light.x)*0.159154943;\n"
+    "u.y=cohsm_acos(light.y/sqrt(dot(light,light)))*0.318309886;\n"
+    "}else\n"
+    "u.xy=cohsm_octa_square(cohsm_normalize(light));\n"
+    "}\n"
+    "u=clamp(u*top,vec3(0.0),top);\n"
+    "return vec3(m.dimensions>0u?u.x:0.0,m.dimensions>1u?u.y:0.0,m.dimensions>2u?u.z:0.0)-0.5;\n"
+    "}\n"
+    "\n\nuvec3 cohsm_wrap(cohsm_maps m,ivec3 c)\n"
+    "{\n"
+    "ivec3 n=ivec3(m.side);\n"
+    "if(m.domain==COHSM_DOMAIN_LATLONG||m.domain==COHSM_DOMAIN_SPHERE){\n"
+    "if(c.y<0||c.y>=n.y)c.x+=n.x/2;\n"
+    "if(c.x<0)c.x+=n.x;\n"
+    "if(c.x>=n.x)c.x-=n.x;\n"
+    "if(c.x>=n.x)c.x-=n.x;\n"
+    "}else if(m.domain==COHSM_DOMAIN_OCTAHEDRAL){\n"
+    "if(c.x<0||c.x>=n.x)c.y=n.y-1-c.y;\n"
+    "else if(c.y<0||c.y>=n.y)c.x=n.x-1-c.x;\n"
+    "}\n"
+    "return uvec3(clamp(c,ivec3(0),n-1));\n"
+    "}\n"
+    "\n\nuint cohsm_place(cohsm_maps m,uvec3 c)\n"
+    "{\n"
+    "if(m.order==COHSM_ORDER_ZIGZAG){\n"
+    "uint line=((c.z&1u)!=0u?m.side.y-1u-c.y:c.y)+m.side.y*c.z;\n"
+    "return line*m.side.x+((line&1u)!=0u?m.side.x-1u-c.x:c.x);\n"
+    "}\n"
+    "if(m.order==COHSM_ORDER_ZIGZAG_THETA){\n"
+    "uint line=((c.z&1u)!=0u?m.side.x-1u-c.x:c.x)+m.side.x*c.z;\n"
+    "return line*m.side.y+((line&1u)!=0u?m.side.y-1u-c.y:c.y);\n"
+    "}\n"
+    "uint cell=cohsm_cell(m,c);\n"
+    "if(m.order!=COHSM_ORDER_HILBERT)return cell;\n"
+    "return m.map_count<=65536u?cohsm_half_word(m,m.order_at,cell):cohsm_word(m,m.order_at+cell);\n"
+    "}\n",
+    "\n\n\n\nvec3 cohsm_face_coordinates(vec3 q,out uint face)\n"
+    "{\n"
+    "vec3 a=abs(q);\n"
+    "if(a.x>=a.y&&a.x>=a.z){\n"
+    "face=q.x<0.0?1u:0u;\n"
+    "return vec3(a.x,q.y,q.z);\n"
+    "}\n"
+    "if(a.y>=a.z){\n"
+    "face=q.y<0.0?3u:2u;\n"
+    "return vec3(a.y,q.z,q.x);\n"
+    "}\n"
+    "face=q.z<0.0?5u:4u;\n"
+    "return vec3(a.z,q.x,q.y);\n"
+    "}\n"
+    "\n\nvec3 cohsm_see(cohsm_maps m,uvec3 c,vec3 p,float bias,out uint face)\n"
+    "{\n"
+    "float size=float(m.map_size),middle=0.5*size;\n"
+    "face=0u;\n"
+    "if(!m.positional){\n"
+    "vec3 right,up,back;\n"
+    "cohsm_frame(m,c,right,up,back);\n"
+    "return vec3(dot(p,right)*middle+middle,dot(p,up)*middle+middle,\n"
+    "(0.5-0.5*dot(p,back)-bias/size)*65533.0);\n"
+    "}\n"
+    "vec3 q=p-(cohsm_cell_location(m,c)-m.center)*(1.0/m.radius);\n"
+    "vec3 f=cohsm_face_coordinates(q,face);\n"
+    "return vec3(f.yz/f.x*middle+middle,f.x*(1.0-2.0*bias/size)*(m.radius/m.depth_far)*65533.0);\n"
+    "}\n"
+    "\nint cohsm_compared_depth(float depth)\n"
+    "{\n"
+    "if(!(depth>=0.0))return-1;\n"
+    "return depth<65535.0?int(depth):65535;\n"
+    "}\n"
+    "\nuint cohsm_pixel(cohsm_maps m,vec2 at)\n"
+    "{\n"
+    "float top=float(m.map_size);\n"
+    "if(m.positional){\n"
+    "at.x=at.x<0.0?0.0:at.x>=top?top-0.5:at.x;\n"
+    "at.y=at.y<0.0?0.0:at.y>=top?top-0.5:at.y;\n"
+    "}\n"
+    "if(!(at.x>=0.0&&at.x<top&&at.y>=0.0&&at.y<top))return COHSM_NO_PIXEL;\n"
+    "uint p=uint(at.y)*m.map_size+uint(at.x);\n"
+    "return p>=m.pixel_begin&&p<m.pixel_end?p-m.pixel_begin:COHSM_NO_PIXEL;\n"
+    "}\n"
+    "\nfloat cohsm_lit(cohsm_maps m,vec2 at,uint place,int depth)\n"
+    "{\n"
+    "if(depth<0)return 1.0;\n"
+    "uint pixel=cohsm_pixel(m,at);\n"
+    "if(pixel==COHSM_NO_PIXEL)return 1.0;\n"
+    "return depth>int(cohsm_stored_depth(m,pixel,place))?0.0:1.0;\n"
+    "}\n"
+    "\n\n\nfloat cohsm_pcf_map(cohsm_maps m,uvec3 c,vec3 p,float bias)\n"
+    "{\n"
+    "uint face;\n"
+    "vec3 seen=cohsm_see(m,c,p,bias,face);\n"
+    "if(!(abs(seen.x)<1e6&&abs(seen.y)<1e6))return 0.0;\n"
+    "uint place=cohsm_place(m,c)+face*m.map_count;\n"
+    "int depth=cohsm_compared_depth(seen.z);\n"
+    "vec2 low=floor(seen.xy-0.5),f=seen.xy-0.5-low;\n"
+    "float dark=0.0;\n"
+    "for(int i=0;i<4;i++){\n"
+    "vec2 corner=vec2(float(i&1),float(i>>1));\n"
+    "float weight=(corner.x>0.0?f.x:1.0-f.x)*(corner.y>0.0?f.y:1.0-f.y);\n"
+    "if(weight>0.0)dark+=weight*(1.0-cohsm_lit(m,low+corner+0.5,place,depth));\n"
+    "}\n"
+    "return dark;\n"
+    "}\n"
+    "\nfloat cohsm_pcf(cohsm_maps m,vec3 at,vec3 p,float bias)\n"
+    "{\n"
+    "int corners=1<<int(m.dimensions);\n"
+    "vec3 low=floor(at),f=at-low;\n"
+    "float dark=0.0;\n"
+    "for(int i=0;i<corners;i++){\n"
+    "ivec3 step=ivec3(i&1,(i>>1)&1,i>>2);\n"
+    "float weight=step.x!=0?f.x:1.0-f.x;\n"
+    "ivec3 c=ivec3(low)+step;\n"
+    "if(m.dimensions>1u)weight*=step.y!=0?f.y:1.0-f.y;\n"
+    "else c.y=0;\n"
+    "if(m.dimensions>2u)weight*=step.z!=0?f.z:1.0-f.z;\n"
+    "else c.z=0;\n"
+    "if(weight>0.0)dark+=weight*cohsm_pcf_map(m,cohsm_wrap(m,c),p,bias);\n"
+    "}\n"
+    "return dark;\n"
+    "}\n"
+    "\n\n\nvec3 cohsm_dop_axis(int i)\n"
+    "{\n"
+    "if(i<3)return vec3(i==0,i==1,i==2);\n"
+    "if(i<9){\n"
+    "float s=(i&1)!=0?1.0: -1.0;\n"
+    "return i<5?vec3(1.0,s,0.0):i<7?vec3(1.0,0.0,s):vec3(0.0,1.0,s);\n"
+    "}\n"
+    "return i==9?vec3(1.0):i==10?vec3(1.0,1.0,-1.0):i==11?vec3(1.0,-1.0,1.0):vec3(-1.0,1.0,1.0);\n"
+    "}\n"
+    "\n\nvec2 cohsm_dop(cohsm_maps m,int i,vec3 axis)\n"
+    "{\n"
+    "uint at=45u+2u*uint(i);\n"
+    "return(uintBitsToFloat(uvec2(cohsm_word(m,at),cohsm_word(m,at+1u)))-dot(axis,m.center))/m.radius;\n"
+    "}\n"
+    "\n\nint cohsm_hull(cohsm_maps m,vec3 p,vec3 light)\n"
+    "{\n"
+    "float enter=0.0,leave=1.0;\n"
+    "bool inside=true,between=true;\n"
+    "for(int i=0;i<13;i++){\n"
+    "vec3 a=cohsm_dop_axis(i);\n"
+    "vec2 extent=cohsm_dop(m,i,a);\n"
+    "float to=dot(a,light),from=dot(a,p),step=to-from;\n"
+    "inside=inside&&to>=extent.x&&to<=extent.y;\n"
+    "if(step==0.0){\n"
+    "between=between&&from>=extent.x&&from<=extent.y;\n"
+    "continue;\n"
+    "}\n"
+    "vec2 t=(extent-from)/step;\n"
+    "enter=max(enter,min(t.x,t.y));\n"
+    "leave=min(leave,max(t.x,t.y));\n"
+    "}\n"
+    "return inside?2:between&&enter<=leave?1:0;\n"
+    "}\n"
+    "\n\n\nbool cohsm_usable(vec3 light)\n"
+    "{\n"
+    "float square=dot(light,light);\n"
+    "return square>0.0&&square<COHSM_HUGE;\n"
+    "}\n"
+    "\nfloat cohsm_jitter(cohsm_query q,uint dimension)\n"
+    "{\n"
+    "return q.filtering==COHSM_FILTER_ROULETTE?cohsm_random(q.seed,q.id,dimension):0.5;\n"
+    "}\n"
+    "\n\nfloat cohsm_visible_unit(cohsm_maps m,cohsm_query q,vec3 p,vec3 light)\n"
+    "{\n"
+    "bool by_index=q.light==COHSM_LIGHT_INDEX;\n"
+    "if(q.light==COHSM_LIGHT_PARAMETER)\n"
+    "light=vec3(light.x,m.dimensions>1u?light.y:0.0,m.dimensions>2u?light.z:0.0);\n"
+    "if(!by_index&& !cohsm_finite3(light))return 1.0;\n"
+    "if(q.light==COHSM_LIGHT_POSITION){\n"
+    "int hull=cohsm_hull(m,p,light);\n",
+    "if(hull!=1)return hull==2?COHSM_REFUSED:1.0;\n"
+    "light-=p;\n"
+    "}\n"
+    "if(!cohsm_finite3(p))return 1.0;\n"
+    "if(q.light<COHSM_LIGHT_PARAMETER&& !cohsm_usable(light))return 1.0;\n"
+    "vec3 at=by_index?vec3(0.0):cohsm_domain_position(m,light,q.light);\n"
+    "uvec3 c;\n"
+    "if(by_index){\n"
+    "if(floatBitsToUint(light.x)>=m.map_count)return 1.0;\n"
+    "c=cohsm_cell_split(m,floatBitsToUint(light.x));\n"
+    "}else{\n"
+    "vec3 moved=at+vec3(m.dimensions>0u?cohsm_jitter(q,0u):0.5,\n"
+    "m.dimensions>1u?cohsm_jitter(q,1u):0.5,\n"
+    "m.dimensions>2u?cohsm_jitter(q,2u):0.5);\n"
+    "c=cohsm_wrap(m,ivec3(floor(moved)));\n"
+    "}\n"
+    "if(q.filtering==COHSM_FILTER_PCF){\n"
+    "float dark=by_index?cohsm_pcf_map(m,c,p,q.bias):cohsm_pcf(m,at,p,q.bias);\n"
+    "return dark>=0.999999?0.0:1.0-dark;\n"
+    "}\n"
+    "uint face;\n"
+    "vec3 seen=cohsm_see(m,c,p,q.bias,face);\n"
+    "if(q.filtering==COHSM_FILTER_ROULETTE)\n"
+    "seen.xy+=vec2(cohsm_jitter(q,3u)-0.5,cohsm_jitter(q,4u)-0.5);\n"
+    "int depth=cohsm_compared_depth(seen.z);\n"
+    "uint pixel=depth<0?COHSM_NO_PIXEL:cohsm_pixel(m,seen.xy);\n"
+    "if(pixel==COHSM_NO_PIXEL)return 1.0;\n"
+    "return depth>int(cohsm_stored_depth(m,pixel,cohsm_place(m,c)+face*m.map_count))?0.0:1.0;\n"
+    "}\n"
+    "\n\nfloat cohsm_visible(cohsm_maps m,cohsm_query q,vec3 point,vec3 light)\n"
+    "{\n"
+    "float scale=1.0/m.radius;\n"
+    "if(q.light==COHSM_LIGHT_POSITION)light=(light-m.center)*scale;\n"
+    "return cohsm_visible_unit(m,q,(point-m.center)*scale,light);\n"
+    "}\n"
+    "\n\n\n\n\n\n#ifndef COHSM_INSTANCE\n"
+    "#define COHSM_INSTANCE(table, i, k) COHSM_TEXEL((table) + 4u * (i) + (k))\n"
+    "#endif\n"
+    "\ncohsm_maps cohsm_instance_maps(uint table,uint i)\n"
+    "{\n"
+    "uint base=COHSM_INSTANCE(table,i,3u).x;\n"
+    "#ifdef COHSM_HEADER\n"
+    "return cohsm_unpack(base,COHSM_HEADER(i,1u),COHSM_HEADER(i,2u),COHSM_HEADER(i,3u),COHSM_HEADER(i,4u),\n"
+    "COHSM_HEADER(i,5u),COHSM_HEADER(i,6u),COHSM_HEADER(i,7u));\n"
+    "#else\n"
+    "return cohsm_open(base);\n"
+    "#endif\n"
+    "}\n"
+    "\nfloat cohsm_visible_instance(uint table,uint i,cohsm_query q,vec3 point,vec3 light)\n"
+    "{\n"
+    "vec4 x=uintBitsToFloat(COHSM_INSTANCE(table,i,0u)),y=uintBitsToFloat(COHSM_INSTANCE(table,i,1u));\n"
+    "vec4 z=uintBitsToFloat(COHSM_INSTANCE(table,i,2u));\n"
+    "cohsm_maps m=cohsm_instance_maps(table,i);\n"
+    "q.seed+=0x9e3779b9u*i;\n"
+    "point=vec3(dot(x.xyz,point)+x.w,dot(y.xyz,point)+y.w,dot(z.xyz,point)+z.w);\n"
+    "if(q.light<COHSM_LIGHT_PARAMETER){\n"
+    "light=vec3(dot(x.xyz,light),dot(y.xyz,light),dot(z.xyz,light));\n"
+    "if(q.light==COHSM_LIGHT_POSITION)light+=vec3(x.w,y.w,z.w);\n"
+    "}\n"
+    "return cohsm_visible(m,q,point,light);\n"
+    "}\n"
+    "\nfloat cohsm_instance_note(uint table,uint i){return uintBitsToFloat(COHSM_INSTANCE(table,i,3u).y);}\n"
+    "\n\n\nfloat cohsm_visible_scene(uint table,uint count,uint entity,cohsm_query q,vec3 point,vec3 light)\n"
+    "{\n"
+    "float visible=1.0;\n"
+    "uint self=entity-1u;\n"
+    "for(uint i=0u;i<count&&visible>0.0;i++){\n"
+    "uint instance=self>=count||i>self?i:i==0u?self:i-1u;\n"
+    "float one=cohsm_visible_instance(table,instance,q,point,light);\n"
+    "visible=one<0.0?COHSM_REFUSED:visible*one;\n"
+    "}\n"
+    "return visible;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_csm_access_glsl[] = {
+    "\n\n#define COHSM_TEXEL(i) texelFetch(glbk_csm_blocks, glbk_table_at(i), 0)\n"
+    "#define COHSM_LIGHT_TEXEL(i) texelFetch(glbk_csm_lights, glbk_table_at(i), 0)\n"
+    "#define COHSM_LOBE(i) COHSM_LIGHT_TEXEL(i)\n"
+    "#ifndef COHSM_LOBES\n"
+    "#define COHSM_LOBES 1\n"
+    "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_csm_bindings_glsl[] = {
+    "\nuniform usampler2DArray glbk_csm_blocks;\n"
+    "uniform usampler2DArray glbk_csm_lights;\n"
+    "uniform usampler2D glbk_csm_place;\n"
+    "uniform usampler2D glbk_csm_normal;\n"
+    "uniform glbk_color_sampler glbk_csm_sum;\n"
+    "uniform usampler2DArray glbk_csm_instances;\n"
+    "uniform usampler2DArray glbk_csm_questions;\n"
+    "uniform usampler2D glbk_csm_layer0;\n"
+    "uniform usampler2D glbk_csm_layer1;\n"
+    "uniform usampler2D glbk_csm_layer2;\n"
+    "uniform usampler2D glbk_csm_opened;\n"
+    "#if __VERSION__ >= 430\n"
+    "layout(std430,binding=1)readonly buffer glbk_csm_asked_storage{uvec4 glbk_csm_asked[];};\n"
+    "#endif\n"
+    "#if __VERSION__ >= 430\n"
+    "layout(std430,binding=2)writeonly buffer glbk_csm_answers_storage{float glbk_csm_answers[];};\n"
+    "#endif\n"
+    "#if __VERSION__ >= 430\n"
+    "layout(std430,binding=3)restrict buffer glbk_csm_records_storage{uvec4 glbk_csm_records[];};\n"
+    "#endif\n"
+    "#if __VERSION__ >= 430\n"
+    "layout(rgba32f,binding=0)restrict uniform image2D glbk_csm_total;\n"
+    "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_csm_compress_glsl[] = {
+    "\n\n\n\nstruct csm_open{uint lo,hi;bool fresh;uint next;};\n"
+    "\n\n\nstruct csm_ended{uint count;uvec4 records[3];};\n"
+    "\nvoid csm_end(inout csm_ended ended,uint record)\n"
+    "{\n"
+    "uint i=ended.count&3u;\n"
+    "uvec4 r=uvec4(i==0u?record:0u,i==1u?record:0u,i==2u?record:0u,i==3u?record:0u);\n"
+    "if(ended.count<4u)ended.records[0]+=r;\n"
+    "else if(ended.count<8u)ended.records[1]+=r;\n"
+    "else ended.records[2]+=r;\n"
+    "ended.count++;\n"
+    "}\n"
+    "\nuint csm_depth16(uint bits)\n"
+    "{\n"
+    "float z=uintBitsToFloat(bits);\n"
+    "return z<=1.0?uint(clamp(z*65533.0,0.0,65533.0)):65535u;\n"
+    "}\n"
+    "\n\nuvec2 csm_interval(ivec2 at)\n"
+    "{\n"
+    "uint z1=csm_depth16(texelFetch(glbk_csm_layer0,at,0).x),upper;\n"
+    "uvec4 how=glbk_csm_peel.how;\n"
+    "if(z1==65535u)return uvec2(how.w!=0u?0u:65535u,65535u);\n"
+    "if(how.y!=0u){\n"
+    "upper=csm_depth16(texelFetch(glbk_csm_layer2,at,0).x);\n"
+    "if(upper==65535u)return uvec2(z1,65535u);\n"
+    "}else{\n"
+    "upper=csm_depth16(texelFetch(glbk_csm_layer1,at,0).x);\n"
+    "float thickness=glbk_csm_peel.values.z;\n"
+    "if(upper==65535u)upper=z1+1u+uint(how.z!=0u?thickness*float(z1):thickness);\n"
+    "}\n"
+    "return uvec2(z1,upper>z1?min(upper-1u,65534u):z1);\n"
+    "}\n"
+    "\ncsm_ended csm_compress(ivec2 pixel,inout csm_open o)\n"
+    "{\n"
+    "uint size=glbk_csm_peel.tiles.x,across=glbk_csm_peel.tiles.y,views=glbk_csm_peel.tiles.z;\n"
+    "uint top=glbk_csm_peel.how.x;\n"
+    "csm_ended ended=csm_ended(0u,uvec4[3](uvec4(0u),uvec4(0u),uvec4(0u)));\n"
+    "for(;o.next<views&&ended.count<11u;o.next++){\n"
+    "uvec2 z=csm_interval(pixel+ivec2(uvec2(o.next%across,o.next/across)*size));\n"
+    "uint lo=(z.x*top+65534u)/65535u,hi=((z.y+1u)*top-1u)/65535u;\n"
+    "uint both_lo=max(o.lo,lo),both_hi=min(o.hi,hi);\n"
+    "bool fresh=false;\n"
+    "if(both_lo>both_hi){\n"
+    "if(!o.fresh)csm_end(ended,o.lo|(o.hi<<8)|(o.next<<17));\n"
+    "both_lo=lo;\n"
+    "both_hi=hi;\n"
+    "if(lo>hi){\n"
+    "csm_end(ended,((z.x+z.y)/2u)|(1u<<16)|((o.next+1u)<<17));\n"
+    "both_lo=0u;\n"
+    "both_hi=top;\n"
+    "fresh=true;\n"
+    "}\n"
+    "}\n"
+    "o.lo=both_lo;\n"
+    "o.hi=both_hi;\n"
+    "o.fresh=fresh;\n"
+    "}\n"
+    "return ended;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_csm_frame_glsl[] = {
+    "\nlayout(std140)uniform glbk_csm_frame_block{\n"
+    "uvec4 light;\n"
+    "uvec4 sampling;\n"
+    "uvec4 range;\n"
+    "uvec4 tables;\n"
+    "vec4 query;\n"
+    "vec4 eye;\n"
+    "vec4 planes[8];\n"
+    "}glbk_csm_frame;\n"
+};
+
+static const char *const glbk__glsl_lib_csm_instances_glsl[] = {
+    "\n\n#ifdef CSM_INSTANCES\n"
+    "#define COHSM_INSTANCE(table, i, k) glbk_csm_scene.instances[11u * min(i, uint(CSM_INSTANCES) - 1u) + k]\n"
+    "#define COHSM_HEADER(i, k) COHSM_INSTANCE(0u, i, 3u + k)\n"
+    "#else\n"
+    "uvec4 csm_instance(uint i,uint k)\n"
+    "{\n"
+    "if(glbk_csm_scene.table.z!=0u)return glbk_csm_scene.instances[11u*min(i,15u)+k];\n"
+    "return texelFetch(glbk_csm_instances,glbk_table_at(4u*i+k),0);\n"
+    "}\n"
+    "#define COHSM_INSTANCE(table, i, k) csm_instance(i, k)\n"
+    "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_csm_pattern_glsl[] = {
+    "\n\n\n#ifdef CSM_PATTERNS\n"
+    "vec2 csm_pattern(uint at)\n"
+    "{\n"
+    "uvec4 t=COHSM_LIGHT_TEXEL(glbk_csm_frame.tables.x+(at>>1));\n"
+    "return uintBitsToFloat((at&1u)!=0u?t.zw:t.xy);\n"
+    "}\n"
+    "#define COHSM_PATTERN(j, k) csm_pattern((j) * glbk_csm_frame.sampling.x + (k))\n"
+    "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_csm_peel_glsl[] = {
+    "\nlayout(std140)uniform glbk_csm_peel_block{\n"
+    "mat4 view;\n"
+    "vec4 values;\n"
+    "uvec4 tiles;\n"
+    "uvec4 how;\n"
+    "}glbk_csm_peel;\n"
+};
+
+static const char *const glbk__glsl_lib_csm_scene_glsl[] = {
+    "\nlayout(std140)uniform glbk_csm_scene_block{\n"
+    "uvec4 table;\n"
+    "uvec4 instances[176];\n"
+    "}glbk_csm_scene;\n"
+};
+
+static const char *const glbk__glsl_lib_csm_shade_glsl[] = {
+    "\n\n\n\n\n\n#if !defined(CSM_SHAPE) || !defined(CSM_ASK) || !defined(CSM_FILTER)\n"
+    "#error \"csm_shade.glsl needs CSM_SHAPE, CSM_ASK and CSM_FILTER\"\n"
+    "#endif\n"
+    "\n\nbool csm_behind(glbk_point p,vec3 direction,float range)\n"
+    "{\n"
+    "for(uint i=0u;i<glbk_csm_frame.tables.y;i++){\n"
+    "vec4 plane=glbk_csm_frame.planes[i];\n"
+    "float height=dot(plane.xyz,p.position)-plane.w,end=height+range*dot(plane.xyz,direction);\n"
+    "if(i+1u!=p.plane&&(height>0.0?end<0.0:end>0.0))return true;\n"
+    "}\n"
+    "return false;\n"
+    "}\n"
+    "\n\nvec4 csm_shade(glbk_point p,uint pixel)\n"
+    "{\n"
+    "uvec4 sampling=glbk_csm_frame.sampling,range=glbk_csm_frame.range;\n"
+    "const uint table=0u;\n"
+    "uint count=glbk_csm_frame.light.z;\n"
+    "const int ask=CSM_ASK;\n"
+    "cohsm_light light=cohsm_light_open(glbk_csm_frame.light.x);\n"
+    "light.shape=uint(CSM_SHAPE);\n"
+    "cohsm_material material=cohsm_material(p.kind,p.diffuse,p.specular,p.exponent,p.metallic,p.roughness,p.lobe,\n"
+    "p.lobe_count);\n"
+    "vec3 view=cohsm_normalize(glbk_csm_frame.eye.xyz-p.position);\n"
+    "cohsm_surface surface=cohsm_surface_at(material,p.normal,p.tangent,view);\n"
+    "cohsm_estimator e=cohsm_estimator_at(surface,light,p.position,int(sampling.w),sampling.x,sampling.y,\n"
+    "sampling.z);\n"
+    "vec4 sum=vec4(0.0);\n"
+    "if(!e.reachable)return sum;\n"
+    "\nbool local=ask==COHSM_LIGHT_PARAMETER||(ask==COHSM_LIGHT_INDEX&&light.shape>COHSM_SHAPE_SUN);\n"
+    "float moved=0.0;\n"
+    "if(local&&count>0u)\n"
+    "moved=glbk_csm_frame.query.y*2.0/float(cohsm_instance_maps(table,0u).map_size);\n"
+    "else if(p.entity-1u<count)\n"
+    "moved=cohsm_instance_note(table,p.entity-1u);\n"
+    "for(uint k=range.x;k<range.y;k++){\n"
+    "cohsm_emission found;\n"
+    "vec3 weight=cohsm_estimate(e,cohsm_numbers(e,pixel,k),found);\n"
+    "if(!(weight.x>0.0||weight.y>0.0||weight.z>0.0)|| !(dot(found.direction,p.geometric)>0.0)||\n"
+    "csm_behind(p,found.direction,found.range))\n"
+    "continue;\n"
+    "vec3 from=p.position+p.geometric*(local?moved*found.range:moved);\n"
+    "vec3 to=ask==COHSM_LIGHT_DIRECTION?found.direction\n"
+    ":ask==COHSM_LIGHT_POSITION?p.position+found.direction*found.range\n"
+    ":ask==COHSM_LIGHT_PARAMETER?found.coords:vec3(0.0);\n"
+    "cohsm_query q=cohsm_query(ask,CSM_FILTER,glbk_csm_frame.query.x,range.w,pixel*sampling.x+k);\n"
+    "float visible=cohsm_visible_scene(table,count,p.entity,q,from,to);\n"
+    "if(visible<0.0)sum.a+=1.0;\n"
+    "else sum.rgb+=weight*visible;\n"
+    "}\n"
+    "return vec4(sum.rgb*(1.0/float(sampling.x)),sum.a);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_csm_visible_glsl[] = {
+    "\n\n\n\nfloat csm_visible(uint entity,cohsm_query query,vec3 point,vec3 light)\n"
+    "{\n"
+    "return cohsm_visible_scene(0u,glbk_csm_scene.table.y,entity,query,point,light);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_compress_comp[] = {
+    "\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_GlobalInvocationID.xy);\n"
+    "uint size=glbk_csm_peel.tiles.x,i=4u*(uint(at.y)*size+uint(at.x));\n"
+    "if(uint(at.x)>=size||uint(at.y)>=size)return;\n"
+    "uvec4 s=glbk_csm_records[i];\n"
+    "csm_open o=csm_open(s.x&255u,(s.x>>8)&255u,(s.x>>16)!=0u,s.y);\n"
+    "csm_ended ended=csm_compress(at,o);\n"
+    "glbk_csm_records[i]=uvec4(o.lo|(o.hi<<8)|(o.fresh?1u<<16:0u),o.next,ended.count,0u);\n"
+    "glbk_csm_records[i+1u]=ended.records[0];\n"
+    "glbk_csm_records[i+2u]=ended.records[1];\n"
+    "glbk_csm_records[i+3u]=ended.records[2];\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_compress_frag[] = {
+    "\n\n\nlayout(location=0)out uvec4 open_now;\n"
+    "layout(location=1)out uvec4 records0;\n"
+    "layout(location=2)out uvec4 records1;\n"
+    "layout(location=3)out uvec4 records2;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "uvec4 s=texelFetch(glbk_csm_opened,at,0);\n"
+    "csm_open o=csm_open(s.x&255u,(s.x>>8)&255u,(s.x>>16)!=0u,s.y);\n"
+    "csm_ended ended=csm_compress(at,o);\n"
+    "open_now=uvec4(o.lo|(o.hi<<8)|(o.fresh?1u<<16:0u),o.next,ended.count,0u);\n"
+    "records0=ended.records[0];\n"
+    "records1=ended.records[1];\n"
+    "records2=ended.records[2];\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_peel_frag[] = {
+    "\n\n\n\n#ifndef CSM_FIRST\n"
+    "#define CSM_FIRST 1\n"
+    "#endif\n"
+    "#if !defined(GL_ES) && __VERSION__ < 420\n"
+    "invariant\n"
+    "#endif\n"
+    "in float csm_depth;\n"
+    "layout(location=0)out uint result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "float depth=clamp(csm_depth,0.0,1.0);\n"
+    "#if CSM_FIRST == 0\n"
+    "if(depth<=uintBitsToFloat(texelFetch(glbk_csm_layer1,ivec2(gl_FragCoord.xy),0).x))discard;\n"
+    "#endif\n"
+    "result=floatBitsToUint(depth);\n"
+    "gl_FragDepth=depth;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_peel_vert[] = {
+    "\n\n\nlayout(location=0)in vec3 position;\n"
+    "invariant gl_Position;\n"
+    "invariant out float csm_depth;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "vec4 p=glbk_csm_peel.view*vec4(position,1.0);\n"
+    "float w=glbk_csm_peel.values.y>0.0?p.w:1.0;\n"
+    "csm_depth=glbk_csm_peel.values.y>0.0?w*glbk_csm_peel.values.y:p.z;\n"
+    "gl_Position=vec4(p.xy*glbk_csm_peel.values.x-w,0.0,w);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_query_comp[] = {
+    "\n\n\nlayout(local_size_x=64)in;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint i=gl_GlobalInvocationID.y*65536u+gl_GlobalInvocationID.x;\n"
+    "if(i>=glbk_csm_frame.range.x)return;\n"
+    "uvec4 point=glbk_csm_asked[2u*i],light=glbk_csm_asked[2u*i+1u],range=glbk_csm_frame.range;\n"
+    "cohsm_query q=cohsm_query(CSM_ASK,CSM_FILTER,glbk_csm_frame.query.x,range.w,light.w);\n"
+    "glbk_csm_answers[i]=csm_visible(point.w,q,uintBitsToFloat(point.xyz),uintBitsToFloat(light.xyz));\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_query_frag[] = {
+    "\n\n\n\nlayout(location=0)out uvec4 result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint i=uint(gl_FragCoord.y)*1024u+uint(gl_FragCoord.x);\n"
+    "result=uvec4(0u);\n"
+    "if(i>=glbk_csm_frame.range.x)return;\n"
+    "uvec4 point=texelFetch(glbk_csm_questions,glbk_table_at(2u*i),0);\n"
+    "uvec4 light=texelFetch(glbk_csm_questions,glbk_table_at(2u*i+1u),0);\n"
+    "uvec4 range=glbk_csm_frame.range;\n"
+    "cohsm_query q=cohsm_query(CSM_ASK,CSM_FILTER,glbk_csm_frame.query.x,range.w,light.w);\n"
+    "result=uvec4(floatBitsToUint(csm_visible(point.w,q,uintBitsToFloat(point.xyz),uintBitsToFloat(light.xyz))),\n"
+    "0u,0u,0u);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_resolve_frag[] = {
+    "\n\n\nlayout(location=0)out vec4 result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=glbk_picture_at();\n"
+    "vec4 sum=glbk_unpack(texelFetch(glbk_csm_sum,at,0));\n"
+    "vec3 p=vec3(0.0);\n"
+    "bool seen=true;\n"
+    "if(glbk_picture_asks()){\n"
+    "p=uintBitsToFloat(texelFetch(glbk_csm_place,at,0).xyz);\n"
+    "seen=(texelFetch(glbk_csm_normal,at,0).w&0xffu)!=0u;\n"
+    "}\n"
+    "glbk_picture_show(seen,p);\n"
+    "result=vec4(glbk_csm_frame.query.z>0.0?sum.rgb*glbk_csm_frame.query.z:vec3(0.0),1.0);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_shade_comp[] = {
+    "\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_GlobalInvocationID.xy);\n"
+    "uint i=uint(at.y)*glbk_csm_frame.tables.z+uint(at.x);\n"
+    "glbk_point p;\n"
+    "if(uint(at.x)>=glbk_csm_frame.tables.z||uint(at.y)>=glbk_csm_frame.tables.w)return;\n"
+    "vec4 sum=glbk_csm_frame.query.w>0.0?imageLoad(glbk_csm_total,at):vec4(0.0);\n"
+    "if(glbk_read_point(at,p))sum+=csm_shade(p,i);\n"
+    "imageStore(glbk_csm_total,at,sum);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_csm_shade_frag[] = {
+    "\n\n\n\nlayout(location=0)out glbk_color result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "vec4 sum=glbk_csm_frame.query.w>0.0?glbk_unpack(texelFetch(glbk_csm_sum,at,0)):vec4(0.0);\n"
+    "glbk_point p;\n"
+    "if(glbk_read_point(at,p))sum+=csm_shade(p,uint(at.y)*glbk_csm_frame.tables.z+uint(at.x));\n"
+    "result=glbk_pack(sum);\n"
+    "}\n"
+};
+
+static const glbk_file glbk__csm_files[] = {
+    { "lib/cohsm_brdf.glsl", glbk__glsl_lib_cohsm_brdf_glsl, 2, "cohsm_math", "",
+      "", "" },
+    { "lib/cohsm_estimate.glsl", glbk__glsl_lib_cohsm_estimate_glsl, 1, "cohsm_brdf cohsm_light", "",
+      "", "" },
+    { "lib/cohsm_light.glsl", glbk__glsl_lib_cohsm_light_glsl, 4, "cohsm_math", "",
+      "", "" },
+    { "lib/cohsm_lookup.glsl", glbk__glsl_lib_cohsm_lookup_glsl, 2, "", "",
+      "", "" },
+    { "lib/cohsm_visible.glsl", glbk__glsl_lib_cohsm_visible_glsl, 3, "cohsm_math cohsm_lookup", "",
+      "", "" },
+    { "lib/csm_access.glsl", glbk__glsl_lib_csm_access_glsl, 1, "table csm_bindings", "",
+      "", "" },
+    { "lib/csm_bindings.glsl", glbk__glsl_lib_csm_bindings_glsl, 1, "", "",
+      "", "" },
+    { "lib/csm_compress.glsl", glbk__glsl_lib_csm_compress_glsl, 1, "csm_bindings csm_peel", "",
+      "", "" },
+    { "lib/csm_frame.glsl", glbk__glsl_lib_csm_frame_glsl, 1, "", "",
+      "", "glbk_csm_frame" },
+    { "lib/csm_instances.glsl", glbk__glsl_lib_csm_instances_glsl, 1, "csm_access csm_scene", "",
+      "", "" },
+    { "lib/csm_pattern.glsl", glbk__glsl_lib_csm_pattern_glsl, 1, "csm_access csm_frame", "",
+      "", "" },
+    { "lib/csm_peel.glsl", glbk__glsl_lib_csm_peel_glsl, 1, "", "",
+      "", "glbk_csm_peel" },
+    { "lib/csm_scene.glsl", glbk__glsl_lib_csm_scene_glsl, 1, "", "",
+      "", "glbk_csm_scene" },
+    { "lib/csm_shade.glsl", glbk__glsl_lib_csm_shade_glsl, 1, "csm_pattern csm_instances cohsm_visible cohsm_estimate gbuffer csm_frame", "",
+      "", "" },
+    { "lib/csm_visible.glsl", glbk__glsl_lib_csm_visible_glsl, 1, "csm_instances cohsm_visible csm_scene", "",
+      "", "" },
+    { "prog/csm_compress.comp", glbk__glsl_prog_csm_compress_comp, 1, "csm_compress csm_peel", "",
+      "", "" },
+    { "prog/csm_compress.frag", glbk__glsl_prog_csm_compress_frag, 1, "csm_compress", "screen.vert",
+      "", "" },
+    { "prog/csm_peel.frag", glbk__glsl_prog_csm_peel_frag, 1, "csm_bindings", "csm_peel.vert",
+      "CSM_FIRST=1 | CSM_FIRST=0", "" },
+    { "prog/csm_peel.vert", glbk__glsl_prog_csm_peel_vert, 1, "csm_bindings csm_peel", "",
+      "", "" },
+    { "prog/csm_query.comp", glbk__glsl_prog_csm_query_comp, 1, "csm_visible csm_frame", "",
+      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1", "" },
+    { "prog/csm_query.frag", glbk__glsl_prog_csm_query_frag, 1, "csm_visible csm_frame", "screen.vert",
+      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1", "" },
+    { "prog/csm_resolve.frag", glbk__glsl_prog_csm_resolve_frag, 1, "csm_bindings picture csm_frame", "screen.vert",
+      "", "" },
+    { "prog/csm_shade.comp", glbk__glsl_prog_csm_shade_comp, 1, "csm_shade csm_frame", "",
+      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1", "" },
+    { "prog/csm_shade.frag", glbk__glsl_prog_csm_shade_frag, 1, "csm_shade csm_frame", "screen.vert",
+      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1", "" }
+};
+
+
+/* ==== src/gl_csm/part.h ==== */
+
+/* ---- csm: this header's GLSL, textures and blocks, by which programs find them ---- */
+
+GLBK__PART_CODE(csm, CSM)
+
+/* ==== src/gl_csm/blocks.h ==== */
+
+/* ---- csm: blocks and instances ---- */
+
+enum { GLBK__CSM_RECORD = 4, GLBK__CSM_MAGIC = 0x4d534344 };
+
+/* Magic, format and length, as docs/csm-format.md has them; in the host's byte order, which is what GL takes. */
+static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm_block *b)
+{
+    static const char function[] = "glbk_csm_maps_create";
+    uint32_t head[3];
+    if (!b->data) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "a block's data", "are NULL");
+    if (b->bytes < 400 || b->bytes % 16)
+        return glbk__bad_value(ctx, GLBK_ERR_FORMAT, function, "a block's bytes", (double)b->bytes,
+                               "cohsm_data's");
+    memcpy(head, b->data, sizeof head);
+    if (head[0] != GLBK__CSM_MAGIC || head[2] != b->bytes / 4)
+        return glbk__bad(ctx, GLBK_ERR_FORMAT, function, "a block", "is none of csm.h, or is damaged");
+    if (head[1] != 1)
+        return glbk__bad_value(ctx, GLBK_ERR_VERSION, function, "a block's format", (double)head[1], "1");
+    return GLBK_OK;
+}
+
+enum { GLBK__CSM_NEAR = 16, GLBK__CSM_NEAR_TEXELS = 11, GLBK__CSM_HEAD = 28 /* words: texels 1 to 7 of a block */ };
+
+static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
+{
+    char digit = (char)('0' + value % 10);
+    if (!value) return;
+    glbk__put_text(sink, name);
+    if (value > 9) glbk__put_text(sink, "1");
+    glbk__put(sink, &digit, 1);
+}
+
+/* What programs for these blocks alone can be compiled with, and a number for it: domain, order and frame, 0 where
+   blocks differ; instances and headers in the uniform block where they fit. */
+static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, glbk_csm_maps *out)
+{
+    static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };     /* of the header's texel 1 */
+    uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], k;
+    glbk__sink sink = { NULL, 0, 0 };
+    size_t i;
+    for (i = 0; i < count; i++) {
+        memcpy(head, (const char *)blocks[i].data + 16, sizeof head);
+        if (i < GLBK__CSM_NEAR) memcpy(out->heads[i], head, sizeof head);
+        for (k = 0; k < 3; k++)
+            kind[k] = head[word[k]] <= most[k] && (i == 0 || kind[k] == head[word[k]]) ? head[word[k]] : 0;
+    }
+    if (count <= GLBK__CSM_NEAR && out->capacity <= GLBK__CSM_NEAR)
+        out->near_count = out->capacity <= 1 ? 1 : GLBK__CSM_NEAR;
+    sink.out = out->defines;
+    sink.bytes = sizeof out->defines;
+    glbk__csm_define(&sink, " COHSM_ONE_DOMAIN=", kind[0]);
+    glbk__csm_define(&sink, " COHSM_ONE_ORDER=", kind[1]);
+    glbk__csm_define(&sink, " COHSM_ONE_FRAME=", kind[2]);
+    glbk__csm_define(&sink, " CSM_INSTANCES=", out->near_count);
+    out->key = ((kind[0] * 8 + kind[1]) * 4 + kind[2]) * 4 + (out->near_count > 1 ? 2 : out->near_count);
+}
+
+GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
+                                          uint32_t capacity, uint32_t *starts, glbk_csm_maps *out)
+{
+    size_t texels = 0, i;
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (count && (!blocks || !starts))
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "blocks or starts", "is NULL");
+    for (i = 0; i < count; i++) {
+        result = glbk__csm_check_block(ctx, &blocks[i]);
+        if (result != GLBK_OK) return result;
+        if (blocks[i].bytes / 16 > ((size_t)1 << 28) - texels)
+            return glbk__bad(ctx, GLBK_ERR_LIMIT, __func__, "blocks", "have more than 4 GB");
+        starts[i] = (uint32_t)texels;
+        if (i < GLBK__CSM_NEAR) out->starts[i] = starts[i];
+        texels += blocks[i].bytes / 16;
+        texels += (size_t)-(ptrdiff_t)texels & 3u;      /* lines of 64 bytes do not straddle rows then */
+    }
+    if (capacity > ((uint32_t)1 << 28) / GLBK__CSM_RECORD)
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0,
+                               (double)(((uint32_t)1 << 28) / GLBK__CSM_RECORD));
+    out->texels = (uint32_t)texels;
+    out->capacity = capacity;
+    glbk__csm_write_defines(blocks, count, out);
+    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
+    if (result == GLBK_OK && !out->near_count)
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__CSM_RECORD * (size_t)capacity + 1,
+                                   &out->instances);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_scene), NULL, &out->scene);
+    for (i = 0; i < count && result == GLBK_OK; i++)
+        result = glbk_table_update(ctx, &out->blocks, starts[i], blocks[i].bytes / 16, blocks[i].data);
+    if (result == GLBK_OK) result = glbk__made(ctx, glbk_csm_maps_place(ctx, out, NULL, 0));
+    if (result != GLBK_OK) glbk_csm_maps_free(ctx, out);
+    return result;
+}
+
+/* Four texels: the way into the object's space, its block. */
+static void glbk__csm_record(const glbk_csm_instance *instance, uint32_t *words)
+{
+    float inverse[16], row[4];
+    uint32_t r, c;
+    glbk_csm__m4_affine_inverse(inverse, instance->transform);
+    for (r = 0; r < 3; r++) {
+        for (c = 0; c < 4; c++) row[c] = inverse[4 * c + r];
+        memcpy(words + 4 * r, row, sizeof row);
+    }
+    words[12] = instance->start;
+    memcpy(words + 13, &instance->offset, 4);
+    words[14] = words[15] = 0;
+}
+
+/* Instances and the headers of their blocks into the uniform block. */
+static void glbk__csm_place_near(const glbk_csm_maps *maps, const glbk_csm_instance *instances, uint32_t count,
+                                 glbk_csm_scene *scene)
+{
+    uint32_t i, block;
+    for (i = 0; i < count; i++) {
+        uint32_t *to = scene->instances + 4 * GLBK__CSM_NEAR_TEXELS * i;
+        glbk__csm_record(&instances[i], to);
+        for (block = 0; block + 1 < GLBK__CSM_NEAR && maps->starts[block] != instances[i].start;) block++;
+        memcpy(to + 4 * GLBK__CSM_RECORD, maps->heads[block], sizeof maps->heads[block]);
+    }
+}
+
+/* All of them into their table at once. */
+static glbk_result glbk__csm_place_many(glbk_context *ctx, const glbk_csm_maps *maps,
+                                        const glbk_csm_instance *instances, uint32_t count)
+{
+    glbk_csm__allocator memory = glbk_csm__memory(ctx);
+    uint32_t *words = (uint32_t *)glbk_csm__alloc_array(&memory, count, 4 * 4 * GLBK__CSM_RECORD), i;
+    glbk_result result;
+    if (!words) return GLBK_ERR_ALLOC;
+    for (i = 0; i < count; i++) glbk__csm_record(&instances[i], words + 4 * GLBK__CSM_RECORD * (size_t)i);
+    result = glbk_table_update(ctx, &maps->instances, 0, GLBK__CSM_RECORD * (size_t)count, words);
+    glbk_csm__free(&memory, words);
+    return result;
+}
+
+static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk_csm_maps *maps,
+                                             const glbk_csm_instance *instances, uint32_t count)
+{
+    static const char function[] = "glbk_csm_maps_place";
+    const glbk_result bad = GLBK_ERR_ARGUMENT;
+    float inverse[16], scale;
+    uint32_t i;
+
+    if (!maps->blocks.name) return glbk__bad(ctx, bad, function, "maps", "were not created");
+    if (count > maps->capacity) return glbk__bad_range(ctx, bad, function, "count", count, 0, maps->capacity);
+    if (count && !instances) return glbk__bad(ctx, bad, function, "instances", "is NULL");
+    for (i = 0; i < count; i++) {
+        if (instances[i].start >= maps->texels)
+            return glbk__bad_value(ctx, bad, function, "an instance's start", instances[i].start,
+                                   "one it wrote");
+        if (!glbk_csm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
+            !glbk_csm__m4_affine_inverse(inverse, instances[i].transform))
+            return glbk__bad_value(ctx, bad, function, "the instance with a bad transform", i,
+                                   "turned, evenly scaled, moved");
+    }
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps, const glbk_csm_instance *instances,
+                                         uint32_t count)
+{
+    glbk_csm_scene scene;
+    glbk_result result;
+
+    if (!ctx || !maps) return GLBK_ERR_ARGUMENT;
+    result = glbk__csm_check_instances(ctx, maps, instances, count);
+    if (result != GLBK_OK) return result;
+    memset(&scene, 0, sizeof scene);
+    if (maps->near_count) glbk__csm_place_near(maps, instances, count, &scene);
+    else if (count) result = glbk__csm_place_many(ctx, maps, instances, count);
+    if (result != GLBK_OK) return result;
+    maps->count = count;
+    scene.table[1] = count;
+    scene.table[2] = maps->near_count != 0;
+    return glbk_buffer_update(ctx, &maps->scene, 0, sizeof scene, &scene);
+}
+
+GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const glbk_offset *offset)
+{
+    const glbk_offset at = glbk__offset(offset);
+    if (!maps) return;
+    glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_csm_blocks, &maps->blocks);
+    glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_csm_instances,
+                      maps->instances.name ? &maps->instances : &maps->blocks);
+    glbk_bind_block(ctx, at.block + GLBK_SLOT_glbk_csm_scene, &maps->scene);
+}
+
+GLBK_DEF void glbk_csm_maps_free(glbk_context *ctx, glbk_csm_maps *maps)
+{
+    if (!maps) return;
+    glbk_texture_free(ctx, &maps->blocks);
+    glbk_texture_free(ctx, &maps->instances);
+    glbk_buffer_free(ctx, &maps->scene);
+    memset(maps, 0, sizeof *maps);
+}
+
+/* ==== src/gl_csm/programs.h ==== */
+
+/* ---- csm: programs that are kept ---- */
+
+/* The place of a key: where it is kept, else a free one, else the one that was used longest ago; NULL where all are of
+   this frame, which would compile the same programs again and again. */
+static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key, uint32_t *at)
+{
+    uint32_t i, oldest = 0;
+    for (i = 0; i < cache->count && cache->keys[i] != key; i++)
+        if (cache->frame - cache->used[i] > cache->frame - cache->used[oldest]) oldest = i;
+    if (i == GLBK_CSM_MAX_PROGRAMS) {
+        if (cache->used[oldest] == cache->frame) return NULL;
+        i = oldest;
+        glbk_program_free(ctx, &cache->list[i]);
+        cache->keys[i] = UINT32_MAX;        /* of none, should its successor not compile */
+    }
+    *at = i;
+    return &cache->list[i];
+}
+
+/* defines: of this use; those of the maps follow. shades: it reads the G-buffer. */
+static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key, const char *name,
+                                     int shades, const char *defines, const glbk_csm_maps *maps, glbk_program **out)
+{
+    char all[160] = { 0 };
+    glbk__sink sink = { NULL, 0, 0 };
+    glbk_result result;
+    uint32_t i;
+
+    key = key << 11 | maps->key;
+    *out = glbk__csm_keep_program(ctx, cache, key, &i);
+    if (!*out) return GLBK_ERR_LIMIT;
+    cache->used[i] = cache->frame;
+    if ((*out)->name) return GLBK_OK;
+    sink.out = all;
+    sink.bytes = sizeof all;
+    glbk__put_text(&sink, defines);
+    glbk__put_text(&sink, maps->defines);
+    result = shades ? glbk__gbuffer_program(ctx, glbk_csm_part(), name, all, *out)
+                    : glbk_program_create(ctx, glbk_csm_part(), name, all, *out);
+    if (result != GLBK_OK) return result;
+    cache->keys[i] = key;
+    if (i == cache->count) cache->count++;
+    return GLBK_OK;
+}
+
+static void glbk__csm_programs_free(glbk_context *ctx, glbk_csm_programs *cache)
+{
+    uint32_t i;
+    for (i = 0; i < cache->count; i++) glbk_program_free(ctx, &cache->list[i]);
+    cache->count = 0;
+}
+
+/* ==== src/gl_csm/questions.h ==== */
+
+/* ---- csm: questions in bulk ---- */
+
+static glbk_result glbk__csm_ask_program(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
+                                         glbk_program **out)
+{
+    char defines[] = "CSM_ASK=0 CSM_FILTER=0";
+    uint32_t question = asker->question - 1;
+    asker->programs.frame++;
+    defines[8] = (char)('0' + question / 3);
+    defines[21] = (char)('0' + question % 3);
+    return glbk__csm_program(ctx, &asker->programs, question, asker->asked.name ? "csm_query.comp" : "csm_query.frag",
+                             0, defines, maps, out);
+}
+
+GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!capacity || capacity > (uint32_t)1 << 20)
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "capacity", capacity, 1, 1048576);
+    memset(&texture, 0, sizeof texture);
+    memset(&target, 0, sizeof target);
+    out->capacity = capacity;
+    result = glbk_buffer_create(ctx, sizeof(glbk_csm_frame), NULL, &out->frame);
+    if (result == GLBK_OK && ctx->compute && 32 * (size_t)capacity <= ctx->max_storage) {
+        result = glbk_buffer_create(ctx, 32 * (size_t)capacity, NULL, &out->asked);
+        if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * (size_t)capacity, NULL, &out->answered);
+    } else if (result == GLBK_OK) {
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, 2 * (size_t)capacity, &out->questions);
+        texture.format = GLBK_FORMAT_R32UI;
+        texture.width = 1024;
+        texture.height = (capacity + 1023) / 1024;
+        if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &out->answers);
+        target.color[0] = &out->answers;
+        if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &out->target);
+    }
+    if (result != GLBK_OK) glbk_csm_asker_free(ctx, out);
+    return result;
+}
+
+static glbk_result glbk__csm_check_query(const glbk_context *ctx, const glbk_csm_asker *asker, const cohsm_query *q)
+{
+    static const char function[] = "glbk_csm_ask_upload";
+    const glbk_result bad = GLBK_ERR_ARGUMENT;
+    const size_t least = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12, stride = q->light_stride;
+    if (!asker->capacity) return glbk__bad(ctx, bad, function, "asker", "was not created");
+    if (!q->positions || !q->lights) return glbk__bad(ctx, bad, function, "query.positions or query.lights", "is NULL");
+    if (!q->count || q->count > asker->capacity)
+        return glbk__bad_range(ctx, bad, function, "query.count", (double)q->count, 1, asker->capacity);
+    if (q->position_stride % 4 || (q->position_stride && q->position_stride < 12))
+        return glbk__bad_value(ctx, bad, function, "query.position_stride", (double)q->position_stride,
+                               "0 or a multiple of 4, >= 12");
+    if ((unsigned)q->light_kind >= COHSM_LIGHT_COUNT)
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.light_kind", (double)q->light_kind,
+                               "a COHSM_LIGHT_...");
+    if (stride % 4 || (stride && stride < least) || (!stride && q->light_kind == COHSM_LIGHT_PARAMETER))
+        return glbk__bad_value(ctx, bad, function, "query.light_stride", (double)stride,
+                               q->light_kind == COHSM_LIGHT_PARAMETER
+                                   ? "a multiple of 4, >= 12"
+                                   : "0 or a multiple of 4, >= a light");
+    if ((unsigned)q->filter >= COHSM_FILTER_COUNT)
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "query.filter", (double)q->filter, "a COHSM_FILTER_...");
+    if (!glbk_csm__finite(q->bias)) return glbk__bad(ctx, GLBK_ERR_DESC, function, "query.bias", "is not finite");
+    return GLBK_OK;
+}
+
+/* As csm.h takes it: 0 is a pixel, negative none. */
+static float glbk__csm_bias(float bias) { return bias > 0 ? bias : bias < 0 ? 0.0f : 1.0f; }
+
+/* Eight words for each question: point as 3 floats, instance; light as 3 floats or a cell, number for roulette. */
+static void glbk__csm_write_questions(const cohsm_query *q, uint32_t *words)
+{
+    const size_t bytes = q->light_kind == COHSM_LIGHT_INDEX ? 4 : 12, step = q->light_stride ? q->light_stride : bytes;
+    const size_t stride = q->position_stride ? q->position_stride : 12;
+    size_t i;
+    memset(words, 0, 32 * q->count);
+    for (i = 0; i < q->count; i++, words += 8) {
+        memcpy(words, (const char *)q->positions + i * stride, 12);
+        words[3] = q->entities ? q->entities[i] : 0;
+        memcpy(words + 4, (const char *)q->lights + (q->one_light ? 0 : i * step), bytes);
+        words[7] = (uint32_t)i;
+    }
+}
+
+GLBK_DEF glbk_result glbk_csm_ask_upload(glbk_context *ctx, glbk_csm_asker *asker, const cohsm_query *q)
+{
+    glbk_csm__allocator memory;
+    glbk_csm_frame frame;
+    glbk_result result;
+    uint32_t *words;
+
+    if (!ctx || !asker || !q) return GLBK_ERR_ARGUMENT;
+    result = glbk__csm_check_query(ctx, asker, q);
+    if (result != GLBK_OK) return result;
+    memory = glbk_csm__memory(ctx);
+    words = (uint32_t *)glbk_csm__alloc_array(&memory, q->count, 32);
+    if (!words) return GLBK_ERR_ALLOC;
+    glbk__csm_write_questions(q, words);
+    asker->question = 1 + 3 * (uint32_t)q->light_kind + (uint32_t)q->filter;
+    memset(&frame, 0, sizeof frame);
+    frame.range[0] = (uint32_t)q->count;
+    frame.range[3] = q->seed;
+    frame.query[0] = glbk__csm_bias(q->bias);
+    result = glbk_buffer_update(ctx, &asker->frame, 0, sizeof frame, &frame);
+    if (result == GLBK_OK)
+        result = asker->asked.name ? glbk_buffer_update(ctx, &asker->asked, 0, 32 * q->count, words)
+                                   : glbk_table_update(ctx, &asker->questions, 0, 2 * q->count, words);
+    glbk_csm__free(&memory, words);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_csm_ask_run(glbk_context *ctx, glbk_csm_asker *asker, const glbk_csm_maps *maps,
+                                      uint32_t count)
+{
+    glbk_pass pass;
+    glbk_program *program;
+    glbk_result result;
+    uint32_t groups = (count + 63) / 64;
+
+    if (!ctx || !asker || !maps) return GLBK_ERR_ARGUMENT;
+    if (!count || count > asker->capacity)
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
+    if (!asker->question) return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "asker", "has no questions yet");
+    result = glbk__csm_ask_program(ctx, asker, maps, &program);
+    if (result != GLBK_OK) return result;
+    memset(&pass, 0, sizeof pass);
+    if (!asker->asked.name) {
+        pass.target = &asker->target;
+        pass.viewport[2] = 1024;
+        pass.viewport[3] = (int32_t)((count + 1023) / 1024);
+        result = glbk_begin(ctx, &pass, program);
+        if (result != GLBK_OK) return result;
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_questions, &asker->questions);
+    }
+    glbk_csm_bind(ctx, maps, NULL);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_frame, &asker->frame);
+    if (!asker->asked.name) {
+        glbk_draw_screen(ctx);
+        return GLBK_OK;
+    }
+    glbk_bind_storage(ctx, GLBK_SLOT_glbk_csm_asked, &asker->asked);
+    glbk_bind_storage(ctx, GLBK_SLOT_glbk_csm_answers, &asker->answered);
+    return glbk_dispatch(ctx, program, groups < 1024 ? groups : 1024, (groups + 1023) / 1024, 1);
+}
+
+GLBK_DEF glbk_result glbk_csm_ask_read(glbk_context *ctx, glbk_csm_asker *asker, uint32_t count, float *visible)
+{
+    uint32_t row[4 * 1024], done, n, i;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !asker || !visible) return GLBK_ERR_ARGUMENT;
+    if (!count || count > asker->capacity)
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, asker->capacity);
+    if (asker->asked.name) return glbk_buffer_read(ctx, &asker->answered, 0, 4 * (size_t)count, visible);
+    for (done = 0; done < count && result == GLBK_OK; done += n) {
+        n = count - done < 1024 ? count - done : 1024;
+        result = glbk_target_read(ctx, &asker->target, 0, 0, done / 1024, n, 1, row);
+        for (i = 0; i < n && result == GLBK_OK; i++) memcpy(visible + done + i, row + 4 * i, 4);
+    }
+    return result;
+}
+
+GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker)
+{
+    if (!asker) return;
+    glbk__csm_programs_free(ctx, &asker->programs);
+    glbk_target_free(ctx, &asker->target);
+    glbk_texture_free(ctx, &asker->questions);
+    glbk_texture_free(ctx, &asker->answers);
+    glbk_buffer_free(ctx, &asker->frame);
+    glbk_buffer_free(ctx, &asker->asked);
+    glbk_buffer_free(ctx, &asker->answered);
+    memset(asker, 0, sizeof *asker);
+}
+
+/* ==== src/gl_csm/lights.h ==== */
+
+/* ---- csm: lights ---- */
+
+/* A light in a table (docs/gpu-layouts.md): ten texels, then its texels of L, running sums, triangles. */
+enum { GLBK__CSM_LIGHT_HEAD = 10, GLBK__CSM_TEXTURED = 1, GLBK__CSM_ORTHOGONAL = 2 };
+
+#define GLBK__PI 3.14159265358979324
+
+static int glbk__csm_is_sky(const lsamp_light_desc *d)
+{
+    return d->kind == LSAMP_LIGHT_DEFAULT || d->kind == LSAMP_LIGHT_ENVIRONMENT;
+}
+
+/* Who is told why a light is refused: the context of a call, or one that has nothing but a light's own log. */
+typedef struct glbk__csm_logger { const glbk_context *ctx; const char *function; } glbk__csm_logger;
+
+static glbk__csm_logger glbk__csm_logger_make(const glbk_context *ctx, const char *function)
+{
+    glbk__csm_logger log;
+    log.ctx = ctx;
+    log.function = function;
+    return log;
+}
+
+/* Logs, and returns 0. */
+static int glbk__csm_refuse(const glbk__csm_logger *log, const char *field, const char *text)
+{
+    return glbk__bad(log->ctx, GLBK_ERR_DESC, log->function, field, text) == GLBK_OK;
+}
+
+static int glbk__csm_field_in(const glbk__csm_logger *log, const char *field, float value, float low, float high,
+                              const char *wanted)
+{
+    if (value >= low && value <= high) return 1;
+    return glbk__bad_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)value, wanted) == GLBK_OK;
+}
+
+static int glbk__csm_field3_in(const glbk__csm_logger *log, const char *field, const float *v, float low, float high,
+                               const char *wanted)
+{
+    return glbk__csm_field_in(log, field, v[0], low, high, wanted) &&
+           glbk__csm_field_in(log, field, v[1], low, high, wanted) &&
+           glbk__csm_field_in(log, field, v[2], low, high, wanted);
+}
+
+/* Lengths from 0.97 to 1.03 count as 1. */
+static int glbk__csm_field_is_unit(const glbk__csm_logger *log, const char *field, const float *v)
+{
+    float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (square >= 0.97f * 0.97f && square <= 1.03f * 1.03f) return 1;
+    return glbk__csm_refuse(log, field, "is not unit (0.97..1.03)");
+}
+
+static int glbk__csm_kind_valid(const glbk__csm_logger *log, const char *field, lsamp_light_kind kind)
+{
+    if (kind == LSAMP_LIGHT_CALLBACK)
+        return glbk__csm_refuse(log, field, "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
+    if ((unsigned)kind < LSAMP_LIGHT_COUNT) return 1;
+    return glbk__bad_value(log->ctx, GLBK_ERR_DESC, log->function, field, (double)kind, "a LSAMP_LIGHT_...") == GLBK_OK;
+}
+
+/* ---- csm: meshes that emit ---- */
+
+static size_t glbk__csm_corner_count(const lsamp_mesh *m)
+{
+    return m->indices || m->indices16 ? m->index_count : m->vertex_count;
+}
+
+static uint32_t glbk__csm_corner_index(const lsamp_mesh *m, size_t i)
+{
+    return m->indices ? m->indices[i] : m->indices16 ? m->indices16[i] : (uint32_t)i;
+}
+
+static glbk_csm__v3 glbk__csm_corner(const lsamp_mesh *m, size_t i)
+{
+    float p[3];
+    memcpy(p, (const char *)m->positions + (m->vertex_stride ? m->vertex_stride : 12) * glbk__csm_corner_index(m, i),
+           sizeof p);
+    return glbk_csm__v3_load(p);
+}
+
+static int glbk__csm_mesh_valid(const glbk__csm_logger *log, const lsamp_mesh *m)
+{
+    size_t i, count;
+    if (!m || !m->positions || !m->vertex_count)
+        return glbk__csm_refuse(log, "desc.mesh", "has no vertices");
+    if (m->indices && m->indices16) return glbk__csm_refuse(log, "desc.mesh", "has two kinds of indices");
+    if (m->vertex_stride % 4 || (m->vertex_stride && m->vertex_stride < 12))
+        return glbk__csm_refuse(log, "desc.mesh->vertex_stride", "is not 0, nor a multiple of 4 >= 12");
+    count = glbk__csm_corner_count(m);
+    if (!count || count % 3 || count / 3 >= (size_t)1 << 26)
+        return glbk__csm_refuse(log, "desc.mesh", "has no multiple of 3 corners");
+    for (i = 0; (m->indices || m->indices16) && i < count; i++) {
+        if (glbk__csm_corner_index(m, i) < m->vertex_count) continue;
+        return glbk__bad_index(log->ctx, GLBK_ERR_DESC, log->function, "desc.mesh", i, glbk__csm_corner_index(m, i),
+                               m->vertex_count) == GLBK_OK;
+    }
+    return 1;
+}
+
+/* ---- csm: what a light may be ---- */
+
+static int glbk__csm_texels_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
+{
+    const int hard = d->kind == LSAMP_LIGHT_SUN || d->kind == LSAMP_LIGHT_POINT || d->kind == LSAMP_LIGHT_SPOT ||
+                     d->kind == LSAMP_LIGHT_MESH;
+    if (!d->texels && (d->width || d->height || d->frames > 1))
+        return glbk__csm_refuse(log, "desc.texels", "is NULL, but has a size or frames");
+    if (!d->texels) return 1;
+    if (hard) return glbk__csm_refuse(log, "desc.texels", "is not for this kind");
+    if (!d->width || d->width > 65536 || !d->height || d->height > 65536)
+        return glbk__csm_refuse(log, "desc.width or desc.height", "is not in 1..65536");
+    if (d->kind == LSAMP_LIGHT_LINE && d->height != 1)
+        return glbk__csm_refuse(log, "desc.height", "is not 1");
+    if (d->frames > (uint32_t)1 << 24) return glbk__csm_refuse(log, "desc.frames", "is more than 2^24");
+    if ((size_t)d->width * d->height <= (size_t)1 << 27) return 1;
+    return glbk__csm_refuse(log, "desc.texels", "are more than 2^27");
+}
+
+static int glbk__csm_shape_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
+{
+    static const char lengths[] = "1e-18..1e18", places[] = "-1e18..1e18";
+    const float big = 1e18f;
+    float area;
+
+    switch (d->kind) {
+    case LSAMP_LIGHT_SUN: return glbk__csm_field_is_unit(log, "desc.direction", d->direction);
+    case LSAMP_LIGHT_POINT: return 1;
+    case LSAMP_LIGHT_SPOT:
+        return glbk__csm_field_is_unit(log, "desc.direction", d->direction) &&
+               glbk__csm_field_in(log, "desc.cone_half_angle", d->cone_half_angle, 5e-7f, 3.14159274f, "5e-7..pi");
+    case LSAMP_LIGHT_LINE:
+        if (d->u[0] == 0 && d->u[1] == 0 && d->u[2] == 0) return glbk__csm_refuse(log, "desc.u", "is 0 0 0");
+        return glbk__csm_field3_in(log, "desc.u", d->u, -big, big, places) &&
+               glbk__csm_field_in(log, "desc.radius", d->radius, 1e-18f, big, lengths);
+    case LSAMP_LIGHT_RECTANGLE:
+        if (!glbk__csm_field3_in(log, "desc.u", d->u, -big, big, places) ||
+            !glbk__csm_field3_in(log, "desc.v", d->v, -big, big, places))
+            return 0;
+        area = glbk_csm__v3_length(glbk_csm__v3_cross(glbk_csm__v3_load(d->u), glbk_csm__v3_load(d->v)));
+        return (area > 0 && glbk_csm__finite(area)) ||
+               glbk__csm_refuse(log, "desc.u and desc.v", "span no area");
+    case LSAMP_LIGHT_DISC:
+        return glbk__csm_field_is_unit(log, "desc.direction", d->direction) &&
+               glbk__csm_field_in(log, "desc.radius", d->radius, 1e-18f, big, lengths);
+    case LSAMP_LIGHT_SPHERE: return glbk__csm_field_in(log, "desc.radius", d->radius, 1e-18f, big, lengths);
+    case LSAMP_LIGHT_MESH: return glbk__csm_mesh_valid(log, d->mesh);
+    default:
+        return d->cosine_power == 0 || glbk__csm_refuse(log, "desc.cosine_power", "is not 0");
+    }
+}
+
+static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
+{
+    const float big = 1e18f;
+    if (d->emission_fn)
+        return glbk__csm_refuse(log, "desc.emission_fn", "is set: GPUs call no functions");
+    return glbk__csm_kind_valid(log, "desc.kind", d->kind) &&
+           glbk__csm_field3_in(log, "desc.radiance", d->radiance, 0, 3e38f, "0..3e38") &&
+           glbk__csm_field_in(log, "desc.cosine_power", d->cosine_power, 0, 1e5f, "0..100000") &&
+           glbk__csm_field_in(log, "desc.rotation", d->rotation, -1000, 1000, "-1000..1000") &&
+           glbk__csm_field_in(log, "desc.time", d->time, -1e9f, 1e9f, "-1e9..1e9") &&
+           glbk__csm_field_in(log, "desc.frames_per_second", d->frames_per_second, 0, 1e6f, "0..1e6") &&
+           glbk__csm_field3_in(log, "desc.position", d->position, -big, big, "-1e18..1e18") &&
+           glbk__csm_texels_valid(log, d) && glbk__csm_shape_valid(log, d);
+}
+
+/* Texels of a light, 0 where it is refused. */
+static size_t glbk__csm_texel_count(const glbk__csm_logger *log, const lsamp_light_desc *d)
+{
+    if (!glbk__csm_light_valid(log, d)) return 0;
+    if (d->kind == LSAMP_LIGHT_MESH) return GLBK__CSM_LIGHT_HEAD + glbk__csm_corner_count(d->mesh);
+    if (!d->texels) return glbk__csm_is_sky(d) ? GLBK__CSM_LIGHT_HEAD + 3 : GLBK__CSM_LIGHT_HEAD;
+    return GLBK__CSM_LIGHT_HEAD + 2 * (size_t)d->width * d->height + d->height;
+}
+
+GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *d)
+{
+    glbk_context silent;
+    glbk__csm_logger log;
+    memset(&silent, 0, sizeof silent);
+    log = glbk__csm_logger_make(&silent, __func__);
+    return d ? glbk__csm_texel_count(&log, d) : 0;
+}
+
+static void glbk__csm_put(uint32_t *words, uint32_t texel, glbk_csm__v3 v, float w)
+{
+    float f[4];
+    glbk_csm__v3_store(f, v);
+    f[3] = w;
+    memcpy(words + 4 * (size_t)texel, f, sizeof f);
+}
+
+/* Running sums, divided by the total, of `count` weights that stand in w of the texels at `sums`; then for each
+   fraction i / count of the total where a search for it begins and ends. Returns the total. */
+static double glbk__csm_sums(uint32_t *sums, uint32_t count, double total)
+{
+    double sum = 0;
+    float before, after = 0, weight;
+    uint32_t i, lo = 0;
+
+    for (i = 0; i < count; i++) {
+        memcpy(&weight, sums + 4 * (size_t)i + 3, 4);
+        sum += (double)weight;
+        before = after;
+        after = total > 0 ? i + 1 < count ? (float)(sum / total) : 1.0f : 0.0f;
+        memcpy(sums + 4 * (size_t)i, &before, 4);
+        memcpy(sums + 4 * (size_t)i + 1, &after, 4);
+    }
+    for (i = 0; i < count; i++) {
+        memcpy(&after, sums + 4 * (size_t)lo + 1, 4);
+        while (lo + 1 < count && (double)after <= (double)i / count) {
+            lo++;
+            memcpy(&after, sums + 4 * (size_t)lo + 1, 4);
+        }
+        sums[4 * (size_t)i + 2] = lo;
+        sums[4 * (size_t)i + 3] = count;
+        if (i) sums[4 * (size_t)i - 1] = lo + 1;
+    }
+    return sum;
+}
+
+/* The two frames of a video between which desc->time lies, and the share of the second, as lightsampling.h has them. */
+typedef struct glbk__csm_film { const float *first, *second; float blend; } glbk__csm_film;
+
+static glbk__csm_film glbk__csm_film_of(const lsamp_light_desc *d)
+{
+    const uint32_t frames = d->frames ? d->frames : 1;
+    const size_t count = 3 * (size_t)d->width * d->height;
+    double t = (double)d->time * (d->frames_per_second > 0 ? (double)d->frames_per_second : 30.0);
+    glbk__csm_film film;
+    uint32_t at;
+
+    if (d->loop) t -= floor(t / frames) * frames;
+    t = t > 0 ? t : 0;
+    if (!d->loop && t > frames - 1.0) t = frames - 1.0;
+    at = t < frames ? (uint32_t)t : 0;
+    film.blend = t < frames ? (float)(t - at) : 0;
+    film.first = d->texels + at * count;
+    film.second = d->texels + (at + 1) % frames * count;
+    return film;
+}
+
+static float glbk__csm_film_at(const glbk__csm_film *film, size_t i)
+{
+    float a = film->first[i], b = film->blend > 0 ? film->second[i] : 0;
+    a = glbk_csm__finite(a) && a > 0 ? a : 0;
+    b = glbk_csm__finite(b) && b > 0 ? b : 0;
+    return a * (1 - film->blend) + b * film->blend;
+}
+
+/* Texels of L, the sums of each row and of the rows; returns what turns a texel into its density. */
+static glbk_csm__v3 glbk__csm_texture(const lsamp_light_desc *d, uint32_t *words, uint32_t w, uint32_t h)
+{
+    const glbk__csm_film none = { NULL, NULL, 0 }, film = d->texels ? glbk__csm_film_of(d) : none;
+    uint32_t *texels = words + 4 * GLBK__CSM_LIGHT_HEAD, *rows = texels + 4 * (size_t)w * h, *row, x, y, c;
+    float top = d->radiance[0] > d->radiance[1] ? d->radiance[0] : d->radiance[1], rgb[4] = { 0, 0, 0, 0 };
+    glbk_csm__v3 tint = glbk_csm__v3_make(1, 1, 1);
+    double total = 0, sum, weight;
+
+    top = top > d->radiance[2] ? top : d->radiance[2];
+    if (top > 0) tint = glbk_csm__v3_make(d->radiance[0] / top, d->radiance[1] / top, d->radiance[2] / top);
+    tint = glbk_csm__v3_scale(tint, 1.0f / 3.0f);
+    for (y = 0; y < h; y++) {
+        row = rows + 4 * ((size_t)h + (size_t)y * w);
+        sum = 0;
+        for (x = 0; x < w; x++) {
+            float density;
+            for (c = 0; c < 3; c++)
+                rgb[c] = d->texels ? glbk__csm_film_at(&film, 3 * ((size_t)y * w + x) + c) : 1;
+            density = glbk_csm__v3_dot(glbk_csm__v3_load(rgb), tint);
+            memcpy(texels + 4 * ((size_t)y * w + x), rgb, sizeof rgb);
+            memcpy(row + 4 * (size_t)x + 3, &density, 4);
+            sum += (double)density;
+        }
+        glbk__csm_sums(row, w, sum);
+        /* of the sky: solid angle of the row, cos a - cos b, without loss of digits */
+        weight = glbk__csm_is_sky(d) ? 2 * sin(GLBK__PI * (2.0 * y + 1) / (2.0 * h)) * sin(GLBK__PI / (2.0 * h)) : 1;
+        rgb[3] = (float)(sum * weight);
+        memcpy(rows + 4 * (size_t)y + 3, &rgb[3], 4);
+        total += (double)rgb[3];
+        rgb[3] = 0;
+    }
+    glbk__csm_sums(rows, h, total);
+    if (!(total > 0)) return glbk_csm__v3_make(0, 0, 0);
+    return glbk_csm__v3_scale(tint, (float)(glbk__csm_is_sky(d) ? w / (2 * GLBK__PI * total) : (double)w * h / total));
+}
+
+/* Corners, and the share of all area up to the end of each triangle. Returns the area. Triangles that are not finite
+   or have no area have no share. */
+static float glbk__csm_triangles(const lsamp_mesh *m, uint32_t *texels)
+{
+    const uint32_t count = (uint32_t)(glbk__csm_corner_count(m) / 3);
+    double total = 0, sum = 0;
+    uint32_t i, pass;
+
+    for (pass = 0; pass < 2; pass++)
+        for (i = 0; i < count; i++) {
+            glbk_csm__v3 a = glbk__csm_corner(m, 3 * (size_t)i), b = glbk__csm_corner(m, 3 * (size_t)i + 1);
+            glbk_csm__v3 c = glbk__csm_corner(m, 3 * (size_t)i + 2);
+            glbk_csm__v3 twice = glbk_csm__v3_cross(glbk_csm__v3_sub(b, a), glbk_csm__v3_sub(c, a));
+            double area = 0.5 * (double)glbk_csm__v3_length(twice);
+            if (!(area > 0 && area < 1e30)) area = 0;
+            if (!pass) {
+                total += area;
+                continue;
+            }
+            sum += area;
+            glbk__csm_put(texels, 3 * i, a, (float)(sum / total));
+            glbk__csm_put(texels, 3 * i + 1, b, 0);
+            glbk__csm_put(texels, 3 * i + 2, c, 0);
+        }
+    return (float)total;
+}
+
+typedef struct glbk__csm_geometry { glbk_csm__v3 n, ex, ey; float lx, ly, area; uint32_t flags; } glbk__csm_geometry;
+
+static glbk__csm_geometry glbk__csm_geometry_of(const lsamp_light_desc *d)
+{
+    glbk__csm_geometry g;
+    glbk_csm__v3 u = glbk_csm__v3_load(d->u), v = glbk_csm__v3_load(d->v);
+
+    memset(&g, 0, sizeof g);
+    g.n = glbk_csm__v3_normalize(glbk_csm__v3_load(d->direction));
+    g.area = 1;
+    if (d->kind == LSAMP_LIGHT_LINE) {
+        g.n = glbk_csm__v3_normalize(u);
+        g.lx = glbk_csm__v3_length(u);
+    } else if (d->kind == LSAMP_LIGHT_DISC) {
+        glbk_csm__v3_basis(g.n, &g.ex, &g.ey);
+        g.area = (float)GLBK__PI * d->radius * d->radius;
+    } else if (d->kind == LSAMP_LIGHT_SPHERE) {
+        g.area = 4 * (float)GLBK__PI * d->radius * d->radius;
+    } else if (d->kind == LSAMP_LIGHT_RECTANGLE) {
+        glbk_csm__v3 n = glbk_csm__v3_cross(u, v);
+        float uv = glbk_csm__v3_dot(u, v);
+        g.area = glbk_csm__v3_length(n);
+        g.n = glbk_csm__v3_normalize(n);
+        g.lx = glbk_csm__v3_length(u);
+        g.ly = glbk_csm__v3_length(v);
+        g.ex = glbk_csm__v3_scale(glbk_csm__v3_cross(v, g.n), 1.0f / g.area);
+        g.ey = glbk_csm__v3_scale(glbk_csm__v3_cross(g.n, u), 1.0f / g.area);
+        if ((uv < 0 ? -uv : uv) <= 1e-5f * g.area) g.flags |= GLBK__CSM_ORTHOGONAL;
+    }
+    return g;
+}
+
+static glbk_result glbk__csm_light_write(const glbk__csm_logger *log, const lsamp_light_desc *d, uint32_t *words)
+{
+    glbk__csm_geometry g;
+    uint32_t w, h;
+    glbk_csm__v3 tint = glbk_csm__v3_make(0, 0, 0);
+
+    g = glbk__csm_geometry_of(d);
+    w = d->texels ? d->width : 1;
+    h = d->texels ? d->height : 1;
+    memset(words, 0, 16 * GLBK__CSM_LIGHT_HEAD);
+    if (d->texels || glbk__csm_is_sky(d)) {
+        g.flags |= GLBK__CSM_TEXTURED;
+        tint = glbk__csm_texture(d, words, w, h);
+    }
+    if (d->kind == LSAMP_LIGHT_MESH) g.area = glbk__csm_triangles(d->mesh, words + 4 * GLBK__CSM_LIGHT_HEAD);
+    if (!(g.area > 0)) {
+        (void)glbk__csm_refuse(log, "desc.mesh", "has no area");
+        return GLBK_ERR_INPUT;
+    }
+    words[0] = glbk__csm_is_sky(d) ? (uint32_t)LSAMP_LIGHT_ENVIRONMENT : (uint32_t)d->kind;
+    words[1] = w;
+    words[2] = h;
+    words[3] = g.flags;
+    words[4] = GLBK__CSM_LIGHT_HEAD;
+    words[5] = GLBK__CSM_LIGHT_HEAD + w * h;
+    words[6] = GLBK__CSM_LIGHT_HEAD;
+    words[7] = d->kind == LSAMP_LIGHT_MESH ? (uint32_t)(glbk__csm_corner_count(d->mesh) / 3) : 0;
+    glbk__csm_put(words, 2, glbk_csm__v3_load(d->position), d->radius);
+    glbk__csm_put(words, 3, g.n, g.lx);
+    glbk__csm_put(words, 4, g.ex, g.ly);
+    glbk__csm_put(words, 5, g.ey, g.area);
+    glbk__csm_put(words, 6, glbk_csm__v3_load(d->radiance), (float)cos((double)d->cone_half_angle));
+    glbk__csm_put(words, 7, tint, (float)((double)d->rotation / (2 * GLBK__PI)));
+    glbk__csm_put(words, 8, glbk_csm__v3_load(d->u), d->cosine_power);
+    glbk__csm_put(words, 9, glbk_csm__v3_load(d->v), 0);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *d, uint32_t *words)
+{
+    glbk_context none;
+    glbk__csm_logger log;
+    if (!d || !words) return GLBK_ERR_ARGUMENT;
+    memset(&none, 0, sizeof none);
+    none.system.log = d->system.log;
+    none.system.user = d->system.user;
+    log = glbk__csm_logger_make(&none, __func__);
+    return glbk__csm_texel_count(&log, d) ? glbk__csm_light_write(&log, d, words) : GLBK_ERR_DESC;
+}
+
+static void glbk__csm_write_lobes(const glbk_csm_lights_desc *d, uint32_t *words)
+{
+    uint32_t i;
+    for (i = 0; i < d->lobe_count; i++) {
+        glbk__csm_put(words, 2 * i, glbk_csm__v3_load(d->lobes[i].axis), d->lobes[i].exponent);
+        glbk__csm_put(words, 2 * i + 1, glbk_csm__v3_load(d->lobes[i].scale), 0);
+    }
+}
+
+static glbk_result glbk__csm_check_lights(const glbk_context *ctx, const glbk_csm_lights_desc *d,
+                                          const uint32_t *starts)
+{
+    static const char function[] = "glbk_csm_lights_create";
+    if (d->light_count && (!d->lights || !starts))
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, d->lights ? "starts" : "desc.lights", "is NULL");
+    if ((d->lobe_count && !d->lobes) || d->lobe_count > (uint32_t)1 << 20)
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.lobes", "is NULL, or too many");
+    if ((d->patterns != NULL) != (d->pattern_length != 0) || d->pattern_length > 65536)
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.pattern_length", d->pattern_length,
+                               "1..65536 with patterns, 0 without");
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_lights_desc *d, uint32_t *starts,
+                                            glbk_csm_lights *out)
+{
+    glbk_csm__allocator memory;
+    glbk__csm_logger log;
+    size_t texels, one, patterns;
+    uint32_t i, *words;
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d) return GLBK_ERR_ARGUMENT;
+    result = glbk__csm_check_lights(ctx, d, starts);
+    if (result != GLBK_OK) return result;
+    log = glbk__csm_logger_make(ctx, __func__);
+    texels = 2 * (size_t)d->lobe_count;
+    patterns = 128 * (size_t)d->pattern_length;
+    for (i = 0; i < d->light_count; i++) {
+        one = glbk__csm_texel_count(&log, &d->lights[i]);
+        if (!one) return GLBK_ERR_DESC;
+        starts[i] = (uint32_t)texels;
+        texels += one;
+        if (texels > (size_t)1 << 28)
+            return glbk__bad(ctx, GLBK_ERR_LIMIT, __func__, "desc.lights", "have more than 2^28 texels");
+    }
+    out->lobe_count = d->lobe_count;
+    out->patterns_at = (uint32_t)texels;
+    out->pattern_length = d->pattern_length;
+    texels += patterns + 1;
+    memory = glbk_csm__memory(ctx);
+    words = (uint32_t *)glbk_csm__alloc_array(&memory, texels, 16);
+    if (!words) result = GLBK_ERR_ALLOC;
+    else {
+        memset(words, 0, texels * 16);
+        glbk__csm_write_lobes(d, words);
+        for (i = 0; i < d->light_count && result == GLBK_OK; i++)
+            result = glbk__csm_light_write(&log, &d->lights[i], words + 4 * (size_t)starts[i]);
+        if (patterns) memcpy(words + 4 * (size_t)out->patterns_at, d->patterns, patterns * 16);
+    }
+    if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, words, texels, &out->texels);
+    glbk_csm__free(&memory, words);
+    if (result != GLBK_OK) memset(out, 0, sizeof *out);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *lights, uint32_t start,
+                                            const lsamp_light_desc *desc)
+{
+    glbk_csm__allocator memory;
+    glbk__csm_logger log;
+    size_t texels;
+    uint32_t *words;
+    glbk_result result;
+
+    if (!ctx || !lights || !desc) return GLBK_ERR_ARGUMENT;
+    if (!lights->texels.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "lights", "were not created");
+    log = glbk__csm_logger_make(ctx, __func__);
+    texels = glbk__csm_texel_count(&log, desc);
+    if (!texels) return GLBK_ERR_DESC;
+    if (start < 2 * lights->lobe_count || start > lights->patterns_at || texels > lights->patterns_at - start)
+        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, __func__, "start", start,
+                               "that of a light with as many texels");
+    memory = glbk_csm__memory(ctx);
+    words = (uint32_t *)glbk_csm__alloc_array(&memory, texels, 16);
+    if (!words) return GLBK_ERR_ALLOC;
+    result = glbk__csm_light_write(&log, desc, words);
+    if (result == GLBK_OK) result = glbk_table_update(ctx, &lights->texels, start, texels, words);
+    glbk_csm__free(&memory, words);
+    return result;
+}
+
+GLBK_DEF void glbk_csm_lights_free(glbk_context *ctx, glbk_csm_lights *lights)
+{
+    if (!lights) return;
+    glbk_texture_free(ctx, &lights->texels);
+    memset(lights, 0, sizeof *lights);
+}
+
+/* ==== src/gl_csm/renderer.h ==== */
+
+/* ---- csm: the renderer ---- */
+
+/* The program for one combination of shape, ask and filter; compiled when it is first asked for. */
+static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
+{
+    return u->kind == LSAMP_LIGHT_DEFAULT ? (uint32_t)LSAMP_LIGHT_ENVIRONMENT : (uint32_t)u->kind;
+}
+
+static glbk_result glbk__csm_shade_program(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_use *use,
+                                           uint32_t filter, glbk_program **out)
+{
+    char defines[] = "CSM_ASK=0 CSM_FILTER=0 COHSM_LOBES=1 CSM_SHAPE=10 CSM_PATTERNS";
+    uint32_t shape = glbk__csm_shape_of(use), ask = (uint32_t)use->ask;
+    defines[8] = (char)('0' + ask);
+    defines[21] = (char)('0' + filter);
+    defines[35] = (char)('0' + r->lobes);
+    if (shape < 10) {
+        defines[47] = (char)('0' + shape);
+        defines[48] = ' ';
+    }
+    if (!r->patterns) defines[49] = 0;
+    return glbk__csm_program(ctx, &r->shade, shape * 16 + ask * 4 + filter,
+                             r->compute ? "csm_shade.comp" : "csm_shade.frag", 1, defines, use->maps, out);
+}
+
+static glbk_result glbk__csm_create_sums(glbk_context *ctx, glbk_csm_renderer *r)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result = GLBK_OK;
+    int i;
+
+    memset(&texture, 0, sizeof texture);
+    texture.format = GLBK_FORMAT_COLOR;
+    texture.width = r->width;
+    texture.height = r->height;
+    for (i = 0; i < (r->compute ? 1 : 2) && result == GLBK_OK; i++) {
+        memset(&target, 0, sizeof target);
+        result = glbk_texture_create(ctx, &texture, &r->sums[i]);
+        target.color[0] = &r->sums[i];
+        if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &r->targets[i]);
+    }
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *d,
+                                              glbk_csm_renderer *out)
+{
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d) return GLBK_ERR_ARGUMENT;
+    if (!d->width || !d->height)
+        return glbk__bad(ctx, GLBK_ERR_DESC, __func__, d->width ? "desc.height" : "desc.width", "is 0");
+    if (d->lobes > LSAMP_MAX_LOBES)
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.lobes", d->lobes, 0, LSAMP_MAX_LOBES);
+    out->width = d->width;
+    out->height = d->height;
+    out->compute = ctx->compute;
+    out->lobes = d->lobes ? d->lobes : 1;
+    out->patterns = d->patterns != 0;
+    result = glbk_program_create(ctx, glbk_csm_part(), "csm_resolve.frag", NULL, &out->resolve);
+    if (result == GLBK_OK) result = glbk__csm_create_sums(ctx, out);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_frame), NULL, &out->frame);
+    if (result != GLBK_OK) glbk_csm_renderer_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *r)
+{
+    uint32_t i;
+    if (!r) return;
+    glbk__csm_programs_free(ctx, &r->shade);
+    glbk_program_free(ctx, &r->resolve);
+    for (i = 0; i < 2; i++) {
+        glbk_target_free(ctx, &r->targets[i]);
+        glbk_texture_free(ctx, &r->sums[i]);
+    }
+    glbk_buffer_free(ctx, &r->frame);
+    memset(r, 0, sizeof *r);
+}
+
+static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *function, const glbk_csm_renderer *r,
+                                       const glbk_csm_lights *lights, const glbk_csm_use *u)
+{
+    const glbk__csm_logger log = glbk__csm_logger_make(ctx, function);
+    const glbk_result bad = GLBK_ERR_DESC;
+    if (!u->maps || !u->maps->blocks.name) return glbk__bad(ctx, bad, function, "use.maps", "were not created");
+    if ((unsigned)u->ask >= COHSM_LIGHT_COUNT)
+        return glbk__bad_value(ctx, bad, function, "use.ask", (double)u->ask, "a COHSM_LIGHT_...");
+    if (!glbk__csm_kind_valid(&log, "use.kind", u->kind)) return bad;
+    if (!u->samples || u->samples > 65536)
+        return glbk__bad_range(ctx, bad, function, "use.samples", u->samples, 1, 65536);
+    if (u->start < 2 * lights->lobe_count || u->start >= lights->patterns_at)
+        return glbk__bad_value(ctx, bad, function, "use.start", u->start, "that of a light");
+    if (r->patterns && u->samples != lights->pattern_length)
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "use.samples", u->samples, "the patterns' length");
+    return GLBK_OK;
+}
+
+static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *function, const glbk_csm_renderer *r,
+                                         const glbk_csm_frame_desc *d)
+{
+    glbk_result bad = GLBK_ERR_DESC;
+    uint32_t i;
+    if (!ctx || !r || !r->targets[0].name || !d) return GLBK_ERR_ARGUMENT;
+    if (!d->lights || !d->lights->texels.name) return glbk__bad(ctx, bad, function, "desc.lights", "were not created");
+    if (d->use_count && !d->uses) return glbk__bad(ctx, bad, function, "desc.uses", "is NULL");
+    if (d->plane_count > GLBK_CSM_MAX_PLANES)
+        return glbk__bad_range(ctx, bad, function, "desc.plane_count", d->plane_count, 0, GLBK_CSM_MAX_PLANES);
+    if ((unsigned)d->sampling >= LSAMP_SAMPLING_COUNT)
+        return glbk__bad_value(ctx, bad, function, "desc.sampling", (double)d->sampling, "a LSAMP_SAMPLING_...");
+    if ((unsigned)d->filter >= COHSM_FILTER_COUNT)
+        return glbk__bad_value(ctx, bad, function, "desc.filter", (double)d->filter, "a COHSM_FILTER_...");
+    if (!glbk_csm__finite(d->bias)) return glbk__bad(ctx, bad, function, "desc.bias", "is not finite");
+    if (!(d->offset >= 0)) return glbk__bad_value(ctx, bad, function, "desc.offset", (double)d->offset, "0 or more");
+    if (r->frames == UINT32_MAX) return glbk__bad(ctx, GLBK_ERR_LIMIT, function, "renderer", "has 2^32 - 1 frames");
+    for (i = 0, bad = GLBK_OK; i < d->use_count && bad == GLBK_OK; i++)
+        bad = glbk__csm_check_use(ctx, function, r, d->lights, &d->uses[i]);
+    return bad;
+}
+
+/* Samples from .. to of one light. */
+static glbk_result glbk__csm_shade_pass(glbk_context *ctx, glbk_csm_renderer *r, const glbk_gbuffer *gbuffer,
+                                        const glbk_csm_use *use, const glbk_csm_lights *lights,
+                                        const glbk_csm_frame *frame, glbk_program *program)
+{
+    glbk_pass pass;
+    glbk_result result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame, frame);
+
+    if (result != GLBK_OK) return result;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &r->targets[!r->now];
+    if (!r->compute) result = glbk_begin(ctx, &pass, program);
+    if (result != GLBK_OK) return result;
+    glbk_csm_bind(ctx, use->maps, NULL);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_lights, &lights->texels);
+    result = glbk_gbuffer_bind(ctx, gbuffer, NULL);
+    if (result != GLBK_OK) return result;
+    r->passes = 1;
+    if (r->compute) {
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_csm_total, &r->sums[0]);
+        return glbk_dispatch(ctx, program, (r->width + 7) / 8, (r->height + 7) / 8, 1);
+    }
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_sum, &r->sums[r->now]);
+    glbk_draw_screen(ctx);
+    r->now = !r->now;
+    return GLBK_OK;
+}
+
+static glbk_result glbk__csm_prepare(glbk_context *ctx, const char *function, glbk_csm_renderer *r,
+                                     const glbk_csm_frame_desc *d)
+{
+    glbk_result result = glbk__csm_check_frame(ctx, function, r, d);
+    glbk_program *program;
+    uint32_t i;
+
+    if (result != GLBK_OK) return result;
+    r->shade.frame++;
+    for (i = 0; i < d->use_count && result == GLBK_OK; i++)
+        result = glbk__csm_shade_program(ctx, r, &d->uses[i], (uint32_t)d->filter, &program);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_csm_prepare(glbk_context *ctx, glbk_csm_renderer *r, const glbk_csm_frame_desc *d)
+{
+    return glbk__csm_prepare(ctx, __func__, r, d);
+}
+
+static glbk_result glbk__csm_check_gbuffer(const glbk_context *ctx, const char *function, const glbk_csm_renderer *r,
+                                           const glbk_gbuffer *g)
+{
+    if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name) return GLBK_ERR_ARGUMENT;
+    if (g->width == r->width && g->height == r->height) return GLBK_OK;
+    return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer.width or height",
+                           g->width == r->width ? g->height : g->width, "that of the renderer");
+}
+
+GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, const glbk_gbuffer *gbuffer,
+                                     const glbk_csm_frame_desc *d)
+{
+    glbk_csm_frame frame;
+    glbk_program *program;
+    glbk_result result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
+    uint32_t i, from, step;
+
+    if (result == GLBK_OK) result = glbk__csm_prepare(ctx, __func__, r, d);
+    if (result != GLBK_OK) return result;
+    memset(&frame, 0, sizeof frame);
+    step = d->samples_per_pass ? d->samples_per_pass : 64;
+    memcpy(frame.eye, d->eye, sizeof d->eye);
+    memcpy(frame.planes, d->planes, sizeof d->planes);
+    frame.query[0] = glbk__csm_bias(d->bias);
+    frame.query[1] = d->offset;
+    frame.tables[0] = d->lights->patterns_at;
+    frame.tables[1] = d->plane_count;
+    frame.tables[2] = r->width;
+    frame.tables[3] = r->height;
+    for (i = 0; i < d->use_count && result == GLBK_OK; i++) {
+        const glbk_csm_use *u = &d->uses[i];
+        result = glbk__csm_shade_program(ctx, r, u, (uint32_t)d->filter, &program);
+        frame.light[0] = u->start;
+        frame.light[2] = u->maps->count;
+        frame.light[3] = (uint32_t)u->ask;
+        frame.sampling[0] = u->samples;
+        frame.sampling[1] = u->seed;
+        frame.sampling[2] = d->frame;
+        frame.sampling[3] = (uint32_t)d->sampling;
+        frame.range[2] = (uint32_t)d->filter;
+        frame.range[3] = u->seed * 0x9e3779b9u + d->frame * 0x85ebca6bu;
+        for (from = 0; from < u->samples && result == GLBK_OK; from = frame.range[1]) {
+            frame.range[0] = from;
+            frame.range[1] = u->samples - from < step ? u->samples : from + step;
+            frame.query[3] = r->passes ? 1.0f : 0.0f;
+            result = glbk__csm_shade_pass(ctx, r, gbuffer, u, d->lights, &frame, program);
+        }
+    }
+    if (result == GLBK_OK) r->frames++;
+    return result;
+}
+
+GLBK_DEF void glbk_csm_reset(glbk_csm_renderer *r)
+{
+    if (r) r->frames = r->passes = 0;
+}
+
+GLBK_DEF glbk_result glbk_csm_resolve(glbk_context *ctx, glbk_csm_renderer *r, const glbk_gbuffer *gbuffer,
+                                      const glbk_pass *pass, const glbk_picture *picture)
+{
+    const int asks = picture && (picture->keep_empty || picture->world_to_clip);
+    glbk_csm_frame frame;
+    glbk_result result = GLBK_OK;
+    uint32_t i;
+
+    if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
+    if (asks && !gbuffer)
+        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "picture", "asks what is seen, but gbuffer is NULL");
+    if (gbuffer) result = glbk__csm_check_gbuffer(ctx, __func__, r, gbuffer);
+    if (result != GLBK_OK) return result;
+    memset(&frame, 0, sizeof frame);
+    frame.query[2] = r->passes ? 1.0f / (float)r->frames : 0.0f;
+    result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
+    if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_frame, &r->frame, &frame);
+    if (result != GLBK_OK) return result;
+    for (i = 0; i < 2; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_place + i, asks ? &gbuffer->words[i] : NULL);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_sum, &r->sums[r->now]);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, float *rgba)
+{
+    glbk_result result;
+    size_t i, count;
+    float scale;
+
+    if (!ctx || !r || !r->targets[0].name || !rgba) return GLBK_ERR_ARGUMENT;
+    if (!r->frames) return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "renderer", "has no frame yet");
+    count = 4 * (size_t)r->width * r->height;
+    if (!r->passes) {
+        memset(rgba, 0, count * sizeof *rgba);
+        return GLBK_OK;
+    }
+    result = glbk_target_read(ctx, &r->targets[r->now], 0, 0, 0, r->width, r->height, rgba);
+    scale = 1.0f / (float)r->frames;
+    for (i = 0; i < count && result == GLBK_OK; i++) rgba[i] *= scale;
+    return result;
+}
+
+/* ==== src/gl_csm/building.h ==== */
+
+/* ---- csm: building ---- */
+
+enum { GLBK__CSM_ATLAS = 1024, GLBK__CSM_CHUNK = 65536, GLBK__CSM_EXACT = 65536 };
+#define GLBK__CSM_NONE 2.0f     /* a depth above 1: no hit */
+
+static uint32_t glbk__csm_top(const glbk_csm_builder *b)
+{
+    return (1u << (b->desc.depth_bits ? b->desc.depth_bits : 8)) - 1u;
+}
+
+static uint32_t glbk__csm_layer_count(const glbk_csm_builder *b)
+{
+    return b->desc.layers == COHSM_LAYERS_Z1Z3_FAR ? 3 : 2;
+}
+
+static glbk_result glbk__csm_create_layers(glbk_context *ctx, glbk_csm_builder *b)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result;
+    uint32_t i;
+
+    memset(&texture, 0, sizeof texture);
+    texture.format = GLBK_FORMAT_DEPTH32F;
+    texture.width = texture.height = b->tiles * b->desc.map_side;
+    result = glbk_texture_create(ctx, &texture, &b->depth);
+    texture.format = GLBK_FORMAT_R32UI;
+    for (i = 0; i < glbk__csm_layer_count(b) && result == GLBK_OK; i++) {
+        memset(&target, 0, sizeof target);
+        result = glbk_texture_create(ctx, &texture, &b->layers[i]);
+        target.color[0] = &b->layers[i];
+        target.depth = &b->depth;
+        if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &b->layer_targets[i]);
+    }
+    return result;
+}
+
+/* Where open segments and records go: two states to ping-pong between, or a buffer. */
+static glbk_result glbk__csm_create_records(glbk_context *ctx, glbk_csm_builder *b)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result = GLBK_OK;
+    size_t pixels = (size_t)b->desc.map_side * b->desc.map_side;
+    int i, k;
+
+    if (b->compute) return glbk_buffer_create(ctx, 64 * pixels, NULL, &b->storage);
+    memset(&texture, 0, sizeof texture);
+    texture.format = GLBK_FORMAT_RGBA32UI;
+    texture.width = texture.height = b->desc.map_side;
+    for (i = 0; i < 3 && result == GLBK_OK; i++) result = glbk_texture_create(ctx, &texture, &b->records[i]);
+    for (i = 0; i < 2 && result == GLBK_OK; i++) {
+        memset(&target, 0, sizeof target);
+        result = glbk_texture_create(ctx, &texture, &b->opened[i]);
+        target.color[0] = &b->opened[i];
+        for (k = 0; k < 3; k++) target.color[k + 1] = &b->records[k];
+        if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &b->targets[i]);
+    }
+    return result;
+}
+
+/* Every pixel begins anew: all values possible, no view yet. Only the first words of the state are read back later. */
+static void glbk__csm_open_all(glbk_csm_builder *b)
+{
+    size_t pixels = (size_t)b->desc.map_side * b->desc.map_side, i;
+    memset(b->words, 0, 64 * pixels);
+    for (i = 0; i < pixels; i++) {
+        b->words[16 * i] = glbk__csm_top(b) << 8 | 65536u;
+        b->firsts[i] = b->next_view;
+    }
+}
+
+/* State to the GPU, with the cursors at the batch's first view. words: 16 a pixel, of which 4 are the state. */
+static glbk_result glbk__csm_write_state(glbk_context *ctx, glbk_csm_builder *b)
+{
+    size_t pixels = (size_t)b->desc.map_side * b->desc.map_side, i;
+    for (i = 0; i < pixels; i++) b->words[16 * i + 1] = b->words[16 * i + 2] = 0;
+    if (b->compute) return glbk_buffer_update(ctx, &b->storage, 0, 64 * pixels, b->words);
+    for (i = 1; i < pixels; i++) memmove(b->words + 4 * i, b->words + 16 * i, 16);
+    return glbk_texture_update(ctx, &b->opened[b->now], 0, 0, 0, 0, b->desc.map_side, b->desc.map_side, 1, b->words);
+}
+
+/* State and records from the GPU, 16 words a pixel in either path. */
+static glbk_result glbk__csm_read_state(glbk_context *ctx, glbk_csm_builder *b)
+{
+    uint32_t m = b->desc.map_side, k;
+    size_t pixels = (size_t)m * m, i;
+    uint32_t *planes = b->words + 16 * pixels;
+    glbk_result result = GLBK_OK;
+
+    if (b->compute) return glbk_buffer_read(ctx, &b->storage, 0, 64 * pixels, b->words);
+    for (k = 0; k < 4 && result == GLBK_OK; k++) {
+        result = glbk_target_read(ctx, &b->targets[b->now], k, 0, 0, m, m, planes);
+        for (i = 0; i < pixels && result == GLBK_OK; i++) memcpy(b->words + 16 * i + 4 * k, planes + 4 * i, 16);
+    }
+    return result;
+}
+
+static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel, uint32_t record, uint32_t end)
+{
+    glbk_csm_segment *s;
+    if (b->segment_count == b->segment_room) {
+        glbk_csm__allocator memory = glbk_csm__memory(ctx);
+        size_t room = 2 * b->segment_room + 65536;
+        s = (glbk_csm_segment *)glbk_csm__alloc_array(&memory, room, sizeof *s);
+        if (!s) return 0;
+        if (b->segment_count) memcpy(s, b->segments, b->segment_count * sizeof *s);
+        glbk_csm__free(&memory, b->segments);
+        b->segments = s;
+        b->segment_room = room;
+    }
+    s = &b->segments[b->segment_count++];
+    s->first = b->firsts[pixel];
+    s->pixel = pixel;
+    s->value = record & 0x1ffffu;
+    b->firsts[pixel] = end;
+    return 1;
+}
+
+static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_csm_builder_desc *d)
+{
+    static const char function[] = "glbk_csm_builder_create";
+    const glbk_result bad = GLBK_ERR_DESC;
+    if (d->map_side < 4 || d->map_side > 1024)
+        return glbk__bad_range(ctx, bad, function, "desc.map_side", d->map_side, 4, 1024);
+    if (d->layers == COHSM_LAYERS_Z1Z3_SPHERE)
+        return glbk__bad(ctx, bad, function, "desc.layers",
+                         "is COHSM_LAYERS_Z1Z3_SPHERE, for CPUs only");
+    if ((unsigned)d->layers >= COHSM_LAYERS_COUNT)
+        return glbk__bad_value(ctx, bad, function, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
+    if (d->depth_bits && (d->depth_bits < 4 || d->depth_bits > 8))
+        return glbk__bad_value(ctx, bad, function, "desc.depth_bits", d->depth_bits, "0 or 4..8");
+    if (!(d->open_thickness >= 0) || !glbk_csm__finite(d->open_thickness))
+        return glbk__bad_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness, "0 or more");
+    if (!d->view_fn || !d->draw_fn)
+        return glbk__bad(ctx, bad, function, d->view_fn ? "desc.draw_fn" : "desc.view_fn", "is NULL");
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *d, glbk_csm_builder *out)
+{
+    glbk_csm__allocator memory;
+    size_t pixels;
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d) return GLBK_ERR_ARGUMENT;
+    result = glbk__csm_check_builder(ctx, d);
+    if (result != GLBK_OK) return result;
+    out->desc = *d;
+    pixels = (size_t)d->map_side * d->map_side;
+    out->compute = ctx->compute && 64 * pixels <= ctx->max_storage;
+    for (out->tiles = 8; out->tiles * d->map_side > GLBK__CSM_ATLAS; out->tiles /= 2) {}
+    out->batch = out->tiles * out->tiles;       /* a power of two: batches end where csm.h's lists begin anew */
+    memory = glbk_csm__memory(ctx);
+    out->words = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 80);
+    out->firsts = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 4);
+    result = out->words && out->firsts ? GLBK_OK : GLBK_ERR_ALLOC;
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=1", &out->first_layer);
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=0", &out->next_layer);
+    if (result == GLBK_OK)
+        result =
+            glbk_program_create(ctx, glbk_csm_part(),
+                                out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL, &out->compress);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_peel), NULL, &out->block);
+    if (result == GLBK_OK) result = glbk__csm_create_layers(ctx, out);
+    if (result == GLBK_OK) result = glbk__csm_create_records(ctx, out);
+    if (result == GLBK_OK) glbk__csm_open_all(out);
+    else glbk_csm_builder_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *b)
+{
+    int i;
+    if (!b) return;
+    glbk_program_free(ctx, &b->first_layer);
+    glbk_program_free(ctx, &b->next_layer);
+    glbk_program_free(ctx, &b->compress);
+    for (i = 0; i < 3; i++) {
+        glbk_target_free(ctx, &b->layer_targets[i]);
+        glbk_texture_free(ctx, &b->layers[i]);
+        glbk_texture_free(ctx, &b->records[i]);
+    }
+    for (i = 0; i < 2; i++) {
+        glbk_target_free(ctx, &b->targets[i]);
+        glbk_texture_free(ctx, &b->opened[i]);
+    }
+    glbk_texture_free(ctx, &b->depth);
+    glbk_buffer_free(ctx, &b->block);
+    glbk_buffer_free(ctx, &b->storage);
+    if (ctx) {
+        glbk_csm__allocator memory = glbk_csm__memory(ctx);
+        glbk_csm__free(&memory, b->words);
+        glbk_csm__free(&memory, b->firsts);
+        glbk_csm__free(&memory, b->segments);
+    }
+    memset(b, 0, sizeof *b);
+}
+
+static void glbk__csm_fill_block(const glbk_csm_builder *b, uint32_t views, glbk_csm_peel *out)
+{
+    float thickness = b->desc.open_thickness > 0 ? b->desc.open_thickness : 8.0f, m = (float)b->desc.map_side;
+    memset(out, 0, sizeof *out);
+    out->values[0] = 2.0f / m;
+    out->values[2] = thickness * (b->desc.positional ? 2.0f : 65536.0f) / m;
+    out->tiles[0] = b->desc.map_side;
+    out->tiles[1] = b->tiles;
+    out->tiles[2] = views;
+    out->how[0] = glbk__csm_top(b);
+    out->how[1] = b->desc.layers == COHSM_LAYERS_Z1Z3_FAR;
+    out->how[2] = b->desc.positional != 0;
+    out->how[3] = b->desc.self_only != 0;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *b, uint32_t from, uint32_t count)
+{
+    static const float none[4] = { 1073741824.0f, 0, 0, 0 };    /* the bits of 2.0 as a number */
+    glbk_csm_peel block;
+    glbk_pass pass;
+    cohsm_view view;
+    glbk_result result = GLBK_OK;
+    uint32_t layer, i, m;
+
+    if (!ctx || !b || !b->block.name) return GLBK_ERR_ARGUMENT;
+    if (!count || count > b->batch)
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, b->batch);
+    m = b->desc.map_side;
+    glbk__csm_fill_block(b, count, &block);
+    memset(&pass, 0, sizeof pass);
+    pass.depth = GLBK_DEPTH_LESS;
+    for (layer = 0; layer < glbk__csm_layer_count(b); layer++) {
+        pass.target = &b->layer_targets[layer];
+        for (i = 0; i < count; i++) {
+            b->desc.view_fn(b->desc.user, from + i, &view);
+            memcpy(block.view, view.matrix, sizeof block.view);
+            block.values[1] = view.depth_scale;
+            result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block, &block);
+            if (result != GLBK_OK) return result;
+            pass.viewport[0] = (int32_t)(i % b->tiles * m);
+            pass.viewport[1] = (int32_t)(i / b->tiles * m);
+            pass.viewport[2] = pass.viewport[3] = (int32_t)m;
+            result = glbk_begin(ctx, &pass, layer ? &b->next_layer : &b->first_layer);
+            if (result != GLBK_OK) return result;
+            if (!i) {
+                glbk_clear(ctx, pass.target, 0, none);
+                glbk_clear_depth(ctx, 1);
+            }
+            if (layer) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_layer1, &b->layers[layer - 1]);
+            b->desc.draw_fn(b->desc.user, ctx);
+        }
+    }
+    b->drawn = count;
+    b->drawn_from = from;
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder *b, uint32_t view, uint32_t layer,
+                                             float *depths)
+{
+    uint32_t row[4 * 1024], m, x, y, at;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !b || !depths) return GLBK_ERR_ARGUMENT;
+    if (view < b->drawn_from || view - b->drawn_from >= b->drawn)
+        return glbk__bad_value(ctx, GLBK_ERR_ORDER, __func__, "view", view, "of those drawn last");
+    if (layer >= glbk__csm_layer_count(b))
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "layer", layer, 0, glbk__csm_layer_count(b) - 1.0);
+    m = b->desc.map_side;
+    at = view - b->drawn_from;
+    for (y = 0; y < m && result == GLBK_OK; y++) {
+        result =
+            glbk_target_read(ctx, &b->layer_targets[layer], 0, at % b->tiles * m, at / b->tiles * m + y, m, 1, row);
+        for (x = 0; x < m; x++) memcpy(depths + (size_t)y * m + x, row + 4 * x, 4);
+    }
+    return result;
+}
+
+/* One run of the shader, which goes on until each pixel is through or has no room for more records. */
+static glbk_result glbk__csm_run_compress(glbk_context *ctx, glbk_csm_builder *b)
+{
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t i, groups = (b->desc.map_side + 7) / 8;
+
+    memset(&pass, 0, sizeof pass);
+    pass.target = &b->targets[!b->now];
+    if (!b->compute) {
+        result = glbk_begin(ctx, &pass, &b->compress);
+        if (result != GLBK_OK) return result;
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_opened, &b->opened[b->now]);
+    }
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block);
+    for (i = 0; i < 3; i++)         /* of two layers the third is not read */
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_layer0 + i, &b->layers[i]);
+    b->passes++;
+    if (b->compute) {
+        glbk_bind_storage(ctx, GLBK_SLOT_glbk_csm_records, &b->storage);
+        return glbk_dispatch(ctx, &b->compress, groups, groups, 1);
+    }
+    glbk_draw_screen(ctx);
+    b->now = !b->now;
+    return GLBK_OK;
+}
+
+/* Takes the records that a run left. *left: pixels that are not through. */
+static glbk_result glbk__csm_take_records(glbk_context *ctx, glbk_csm_builder *b, size_t *left)
+{
+    uint32_t pixels = b->desc.map_side * b->desc.map_side, p, i;
+    glbk_result result = glbk__csm_read_state(ctx, b);
+
+    *left = 0;
+    for (p = 0; p < pixels && result == GLBK_OK; p++) {
+        const uint32_t *w = b->words + 16 * (size_t)p;
+        for (i = 0; i < w[2] && i < 12; i++)
+            if (!glbk__csm_keep(ctx, b, p, w[4 + i], b->next_view + (w[4 + i] >> 17))) return GLBK_ERR_ALLOC;
+        *left += w[1] < b->drawn;
+    }
+    return result;
+}
+
+/* Lists of csm.h begin anew after 65,536 views: what is open ends there. */
+static glbk_result glbk__csm_end_all(glbk_context *ctx, glbk_csm_builder *b)
+{
+    uint32_t pixels = b->desc.map_side * b->desc.map_side, p;
+    for (p = 0; p < pixels; p++)
+        if (b->firsts[p] != b->next_view &&
+            !glbk__csm_keep(ctx, b, p, b->words[16 * (size_t)p] & 0xffffu, b->next_view))
+            return GLBK_ERR_ALLOC;
+    glbk__csm_open_all(b);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *b)
+{
+    glbk_csm_peel block;
+    glbk_result result;
+    size_t left = 1;
+
+    if (!ctx || !b) return GLBK_ERR_ARGUMENT;
+    if (!b->drawn || b->drawn_from != b->next_view)
+        return glbk__bad_value(ctx, GLBK_ERR_ORDER, __func__, "the first view drawn", b->drawn_from,
+                               "the next to compress");
+    if (b->next_view % GLBK__CSM_CHUNK + b->drawn > GLBK__CSM_CHUNK)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "a batch", "crosses a multiple of 65536");
+    glbk__csm_fill_block(b, b->drawn, &block);
+    result = glbk_buffer_update(ctx, &b->block, 0, sizeof block, &block);
+    if (result == GLBK_OK) result = glbk__csm_write_state(ctx, b);
+    while (left && result == GLBK_OK) {
+        result = glbk__csm_run_compress(ctx, b);
+        if (result == GLBK_OK) result = glbk__csm_take_records(ctx, b, &left);
+    }
+    if (result != GLBK_OK) return result;
+    b->next_view += b->drawn;
+    b->drawn = 0;
+    return b->next_view % GLBK__CSM_CHUNK == 0 ? glbk__csm_end_all(ctx, b) : GLBK_OK;
+}
+
+/* A depth of the builder's layers whose 16 bits are d <= 65533. */
+static float glbk__csm_layer_depth(uint32_t d) { return d < 65533 ? ((float)d + 0.5f) / 65533.0f : 1.0f; }
+
+/* Layers whose interval is just the values that the segment may have (lo .. hi on the grid, or one exact depth). */
+static void glbk__csm_show(const glbk_csm_builder *b, uint32_t value, float *z1, float *z2, float *z3)
+{
+    uint32_t top = glbk__csm_top(b), lo = value & 255u, hi = value >> 8 & 255u;
+    int far_layers = b->desc.layers == COHSM_LAYERS_Z1Z3_FAR;
+
+    *z1 = *z2 = *z3 = GLBK__CSM_NONE;
+    if (value & GLBK__CSM_EXACT) {              /* both layers in one place: an interval of that depth alone */
+        *z1 = *z2 = *z3 = glbk__csm_layer_depth(value & 0xffffu);
+        return;
+    }
+    if (lo == top || (b->desc.self_only && !lo && hi == top)) return;       /* nothing hit */
+    *z1 = *z2 = glbk__csm_layer_depth(lo * 65535u / top);
+    if (hi == top) return;                      /* FAR: no end */
+    *(far_layers ? z3 : z2) = glbk__csm_layer_depth(hi * 65535u / top + 1u);
+}
+
+/* Segments in the order of their first views. */
+static glbk_csm_segment *glbk__csm_by_view(const glbk_csm__allocator *memory, const glbk_csm_builder *b, size_t *ends)
+{
+    glbk_csm_segment *sorted = (glbk_csm_segment *)glbk_csm__alloc_array(memory, b->segment_count, sizeof *sorted);
+    size_t i, sum = 0, n;
+    if (!sorted) return NULL;
+    memset(ends, 0, (size_t)b->next_view * sizeof *ends);
+    for (i = 0; i < b->segment_count; i++) ends[b->segments[i].first]++;
+    for (i = 0; i < b->next_view; i++) {
+        n = ends[i];
+        ends[i] = sum;
+        sum += n;
+    }
+    for (i = 0; i < b->segment_count; i++) sorted[ends[b->segments[i].first]++] = b->segments[i];
+    return sorted;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *b,
+                                             glbk_csm_add_fn add_fn, void *user)
+{
+    glbk_csm__allocator memory;
+    glbk_csm_segment *sorted = NULL;
+    size_t *ends, at = 0, pixels;
+    float *z;
+    uint32_t view;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !b || !add_fn) return GLBK_ERR_ARGUMENT;
+    if (!b->next_view) return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
+    result = glbk__csm_end_all(ctx, b);
+    if (result != GLBK_OK) return result;
+    memory = glbk_csm__memory(ctx);
+    pixels = (size_t)b->desc.map_side * b->desc.map_side;
+    z = (float *)glbk_csm__alloc_array(&memory, 3 * pixels, sizeof *z);
+    ends = (size_t *)glbk_csm__alloc_array(&memory, b->next_view, sizeof *ends);
+    if (z && ends) sorted = glbk__csm_by_view(&memory, b, ends);
+    if (!sorted) result = GLBK_ERR_ALLOC;
+    for (view = 0; view < b->next_view && result == GLBK_OK; view++) {
+        for (; at < ends[view]; at++) {
+            const glbk_csm_segment *s = &sorted[at];
+            glbk__csm_show(b, s->value, z + s->pixel, z + pixels + s->pixel, z + 2 * pixels + s->pixel);
+        }
+        if (add_fn(user, view, z, z + pixels, z + 2 * pixels) != 0)
+            result = glbk__bad(ctx, GLBK_ERR_INPUT, __func__, "add_fn", "refused a view");
+    }
+    glbk_csm__free(&memory, sorted);
+    glbk_csm__free(&memory, ends);
+    glbk_csm__free(&memory, z);
+    return result;
+}
+
+/* ==== src/gl_csm/end.h ==== */
+
+#endif /* GL_CSM_IMPLEMENTATION */
+
+/*
+Dapple is available under either of the two licences below, at your choice:
+MIT-0 OR Unlicense.
+
+------------------------------------------------------------------------------
+MIT No Attribution
+
+Copyright 2026 The Dapple authors
+
+Permission is hereby granted, free of charge, to any person obtaining a copy
+of this software and associated documentation files (the "Software"), to deal
+in the Software without restriction, including without limitation the rights
+to use, copy, modify, merge, publish, distribute, sublicense, and/or sell
+copies of the Software, and to permit persons to whom the Software is
+furnished to do so.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
+OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE
+SOFTWARE.
+
+------------------------------------------------------------------------------
+The Unlicense
+
+This is free and unencumbered software released into the public domain.
+
+Anyone is free to copy, modify, publish, use, compile, sell, or distribute
+this software, either in source code form or as a compiled binary, for any
+purpose, commercial or non-commercial, and by any means.
+
+In jurisdictions that recognize copyright laws, the author or authors of this
+software dedicate any and all copyright interest in the software to the public
+domain. We make this dedication for the benefit of the public at large and to
+the detriment of our heirs and successors. We intend this dedication to be an
+overt act of relinquishment in perpetuity of all present and future rights to
+this software under copyright law.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN
+ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION
+WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+
+For more information, please refer to <https://unlicense.org/>
+*/

@@ -1,0 +1,2459 @@
+/* gl_ism.h - v0.9.0 - imperfect shadow maps on OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+
+   What it does
+
+   Draws the imperfect shadow maps of all VPLs from points, fills their holes, and sums the VPLs' light with visibility:
+   ism_light() in shaders of your own, or a complete pass with interleaved sampling and its blur.
+
+   What it does not do
+
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
+     conventions, errors and rules about GL's state hold here.
+   - It chooses no VPLs and scatters no points: ism.h does.
+
+   Quick start
+
+       #define GL_BACKEND_IMPLEMENTATION
+       #define GL_ISM_IMPLEMENTATION
+       #include "gl_backend/gl_ism.h"
+       #include <stdio.h>
+       #include <string.h>
+
+       // With GLFW: return glfwGetProcAddress(name);  with EGL: return eglGetProcAddress(name);
+       static glbk_proc_fn get_proc(const char *name, void *user)
+       {
+           (void)name; (void)user;
+           return NULL;                                     // no GL here: init says so below
+       }
+
+       int main(void)
+       {
+           static const char fragment[] =                   // a shader of yours that calls a function of the library
+               "out vec4 color;\n"
+               "void main()\n"
+               "{\n"
+               "    vec3 place = vec3(gl_FragCoord.xy, 0.0), up = vec3(0.0, 1.0, 0.0);\n"
+               "    color = ism_light(place, up, up, 0u, 1u);\n"
+               "}\n";
+           glbk_context gl;
+           glbk_program program;
+           glbk_desc desc;
+           glbk_source source;
+           glbk_result result;
+
+           memset(&desc, 0, sizeof desc);
+           desc.get_proc_fn = get_proc;                        // a context is current
+           result = glbk_init(&gl, &desc);
+           if (result != GLBK_OK) {
+               printf("no GL: %s\n", glbk_result_text(result));
+               return result != GLBK_ERR_FUNCTION;
+           }
+           memset(&source, 0, sizeof source);
+           source.parts[0] = glbk_ism_part();               // the GLSL of this header
+           source.uses = "ism_light";
+           source.defines = "ISM_PROJECTION=1";
+           source.fragment = fragment;
+           result = glbk_program_compile(&gl, &source, &program);
+           printf("%s\n", glbk_result_text(result));
+           glbk_program_free(&gl, &program);
+           glbk_free(&gl);
+           return result != GLBK_OK;
+       }
+
+   The whole frame, with a window: examples/10_ism_gl_minimal.c.
+
+   Configuration
+
+     GL_ISM_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
+
+   Layouts: docs/gpu-layouts.md.   The technique: docs/ism.md.   State: docs/gl-state.md.   Licence: end of file. */
+/* Not inside the guard: their implementations may be wanted at the second time. ism.h lies above this folder. */
+#include "gl_backend.h"
+#include "../ism.h"
+
+#ifndef GL_ISM_H
+#define GL_ISM_H
+
+#if GLBK_VERSION != 900
+#error "gl_ism.h and gl_backend.h are of different versions"
+#endif
+#if defined(GLBK_STATIC) && !defined(GL_ISM_IMPLEMENTATION)
+#error "GLBK_STATIC makes all functions private: GL_ISM_IMPLEMENTATION belongs into the same file"
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ==== src/gl_ism/api.h ==== */
+
+/* ---- ism: imperfect shadow maps, after ism.h ----
+
+   ism.h chooses VPLs (ism_choose) and scatters points over the mesh (ism_scatter); from plain arrays of both the maps
+   are drawn and pixels shaded here: points as discs by the depth test, pull and push, light of all VPLs with
+   visibility, interleaved sampling and its blur. Where ctx->compute, each of these is one dispatch that works in shared
+   memory, to the same numbers. Points are triangles and barycentric coordinates, the mesh two tables of indices
+   and positions: moving geometry is new positions alone. The numbers are those of ism.h to float rounding.
+   In every frame: glbk_ism_phase, glbk_ism_vpls_upload, glbk_ism_draw, glbk_ism_shade. For shaders of your own,
+   lib/ism_light.glsl with glbk_ism_bind:
+
+       vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern);
+       float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias);     // 1 lit, 0 not; l: ism_read_vpl(v)
+
+   World space; n, ng: unit, for shading and the surface's own. VPLs first, first + pattern, ... (0u, 1u: all), times
+   pattern. Result: rgb irradiance, W/m^2; a: what the rule near by took off, mean of the channels. */
+
+#define GLBK_ISM_TEXTURES(X)                                                                        \
+    X(sampler2DArray, glbk_ism_vpls, 0)         /* 4 texels each; spheres of near points; these, 3 each */  \
+    X(usampler2DArray, glbk_ism_points, 1)                                                          \
+    X(usampler2DArray, glbk_ism_triangles, 2)   /* three indices, opacity */                        \
+    X(sampler2DArray, glbk_ism_positions, 3)                                                        \
+    X(glbk_color_sampler, glbk_ism_surfels, 5)  /* plane and depth */                               \
+    X(usampler2D, glbk_ism_below, 6)            /* texels that are kept, or the level below */      \
+    X(usampler2D, glbk_ism_pull1, 7)                                                                \
+    X(usampler2D, glbk_ism_pull2, 8)                                                                \
+    X(usampler2D, glbk_ism_pull3, 9)                                                                \
+    X(usampler2D, glbk_ism_atlas, 10)           /* depths, floats as bits */                        \
+    X(glbk_color_sampler, glbk_ism_place, 11)   /* G-buffer */                                      \
+    X(glbk_color_sampler, glbk_ism_normal, 12)                                                      \
+    X(glbk_color_sampler, glbk_ism_geometric, 13)                                                   \
+    X(glbk_color_sampler, glbk_ism_albedo, 14)                                                      \
+    X(glbk_color_sampler, glbk_ism_light, 15)   /* before the blur */
+
+#define GLBK_ISM_FRAME_MEMBERS(X)                                                                   \
+    X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side, points of a VPL in all phases */     \
+    X(uvec4, points, 1)     /* VPLs at most, points of one in a phase, levels of the fill, triangles */  \
+    X(vec4, sphere, 1)      /* about the mesh: centre, radius */                                    \
+    X(vec4, values, 1)      /* area of a disc over its point's; texels a tile's side outside of windows */  \
+    X(uvec4, near_points, 1) /* how many; where their spheres and they themselves begin in glbk_ism_vpls; first point
+                               of a draw of rectangles */
+#define GLBK_ISM_VIEW_MEMBERS(X)                                                                    \
+    X(uvec4, size, 1)       /* width, height (resolving: corner), pattern; 1: no maps, 2: times albedo */ \
+    X(vec4, values, 1)      /* bias, clamp, first row of a dispatch */
+#define GLBK_ISM_BLOCKS(X)                          \
+    X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)    \
+    X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
+#define GLBK_ISM_STORAGE(X)
+#define GLBK_ISM_IMAGES(X)                                              \
+    X(writeonly, rgba32f, image2D, glbk_ism_surfels_out, 0)             \
+    X(writeonly, r32ui, uimage2D, glbk_ism_atlas_out, 1)                \
+    X(writeonly, rgba32f, image2D, glbk_ism_light_out, 2)       /* before the blur, or after it */
+
+GLBK__PART(ISM)
+
+GLBK_DEF const glbk_part *glbk_ism_part(void);
+/* The GLSL of this header, for programs of your own that use its library files: glbk_source.parts. */
+
+typedef struct glbk_ism_desc {      /* the sizes of ism_desc: points is surfel_count there, tile_size tile_side, lazy
+                                       lazy_frames, near_points near_point_count */
+    uint32_t vpl_count;             /* at most, 1..16384; 0 = 1024 */
+    uint32_t points;                /* of each VPL, 8..65536; 0 = 8192 */
+    uint32_t tile_size;             /* texels a side, power of two, 8..256; 0 = 64 */
+    uint32_t projection;            /* ism_projection; 0 = cosine */
+    uint32_t lazy;                  /* frames until all points are renewed, 1..64; 0 = 8 */
+    float    splat_scale;           /* above 0, <= 16; 0 = 1 */
+    int      no_fill;               /* not 0: no pull and push */
+    uint32_t near_points;           /* of each VPL, at most 64; 0 = 16 */
+    uint32_t window_rim;            /* 2..tile_size / 2; 0 = tile_size / 8, at least 2 */
+    uint32_t points_per_pass;       /* of the core path; 0 = 2^20: a draw must not outlast the driver's patience */
+} glbk_ism_desc;
+
+#define GLBK_ISM_LEVELS 3u
+
+typedef struct glbk_ism_maps {      /* read only; zeroed = none */
+    glbk_ism_desc desc;             /* defaults resolved */
+    uint32_t      side, tiles;      /* of the atlas, in texels and tiles */
+    uint32_t      each;             /* points of a VPL in a phase */
+    uint32_t      count;            /* VPLs in use */
+    uint32_t      vertices, triangles;
+    uint64_t      phases;           /* bits: those that were given */
+    float         sphere[4];
+    glbk_texture  vpls, points, triangle_table, positions, surfels, depth, kept, pull[GLBK_ISM_LEVELS], atlas;
+    glbk_target   surfel_target, kept_target, pull_target[GLBK_ISM_LEVELS], atlas_target;
+    glbk_buffer   frame, view;      /* view: of glbk_ism_bind */
+    int           quads;            /* rectangles in place of points */
+    glbk_program  splat, holes, pull_program[GLBK_ISM_LEVELS], push;
+    int           compute;          /* the compute path: no depth, kept and pull */
+    glbk_program  fill;
+    uint32_t      near_count;       /* near points in use */
+    glbk_texture  phase_points[64]; /* the core path's in place of points, so that those drawn with are left alone */
+} glbk_ism_maps;
+
+GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out);
+/* desc     NULL = all defaults
+   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_LIMIT where the atlas is wider than ctx->max_side; GLBK_ERR_COMPILE and so on
+   Where ctx->compute, out->compute: the compute path, unless points rounded up to lazy phases are more than 65,536 a
+   VPL. Memory on the GPU: 26 bytes a texel of the atlas, by compute 20, and 16 a point: 1024 VPLs of 64 x 64 texels and
+   8192 points 109 (84) + 134 MB */
+GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *maps);
+
+GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_mesh *mesh);
+/* What throws shadows. Where the number of triangles changes all points must be given anew.
+   mesh     NULL = nothing; its albedos are not looked at
+   Errors   GLBK_ERR_ARGUMENT: sizes, or an index beyond vertex_count; GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
+GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, const float *positions, size_t stride);
+/* New places of the same vertices. Or render them into layers of maps->positions, an RGBA32F table, yourself; points
+   are then scattered by ism.h over the places that you give it. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+
+GLBK_DEF glbk_result glbk_ism_phase(glbk_context *ctx, glbk_ism_maps *maps, uint32_t phase, const void *points);
+/* The points of one phase, 16 bytes each, of all VPLs, as ism_phase_surfels writes them: vpl_count
+   * maps->each.
+   phase    below lazy; a frame changes phase index % lazy alone, the first frame needs all
+   Errors   GLBK_ERR_ARGUMENT */
+
+GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_vpl *vpls,
+                                          uint32_t count, const float center[3], float radius);
+/* vpls     as ism_vpls has them: position, normal, flux, axis, exponent, side, directional, reach and window count
+   count    <= vpl_count; 0 is no light
+   center   and radius: of ism_get_info, for directional VPLs; NULL without
+   There are no near points afterwards, until glbk_ism_near_upload.
+   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
+GLBK_DEF glbk_result glbk_ism_near_upload(glbk_context *ctx, glbk_ism_maps *maps, const void *points, uint32_t count);
+/* After glbk_ism_vpls_upload, for near_mode 6.
+   points   count times 48 bytes, as ism_near_points has them
+   count    <= vpl_count * near_points; 0 is none: near_mode 6 then is 1
+   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
+
+GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *maps);
+/* Draws all maps: a draw for each phase or points_per_pass of it, then 1 + 3 + 1 passes, or by compute two dispatches.
+   Where ctx->max_point_side is below tile_size, the core path has rectangles instead of points.
+   Errors   GLBK_ERR_ARGUMENT: a phase was not given yet; GLBK_ERR_LOST */
+GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *maps, float *atlas);
+/* side * side depths as ism_atlas has them. Waits for the GPU. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+
+typedef struct glbk_ism_renderer {  /* read only; zeroed = none */
+    uint32_t     width, height;
+    glbk_texture gbuffer[4], depth; /* places, normals, face normals, albedos: GLBK_FORMAT_COLOR */
+    glbk_target  gbuffer_target;    /* to draw them yourself: four outputs of type glbk_color, a cleared normal is
+                                       background */
+    glbk_texture light, result;     /* result is what was asked for: GLBK_FORMAT_COLOR, for your own passes */
+    glbk_target  light_target, result_target;
+    glbk_buffer  view;
+    glbk_program shade[4][6], blur, resolve;        /* shade: by projection and near_mode */
+    int          compute;
+} glbk_ism_renderer;
+
+GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
+                                              glbk_ism_renderer *out);
+GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *renderer);
+
+typedef struct glbk_ism_receivers { /* as ism_points has them: width * height of each, row 0, the lowest, first */
+    const float *positions, *normals;
+    const float *geometric;         /* NULL = normals */
+    const float *albedos;           /* NULL = 1 */
+    size_t       stride;            /* bytes, of all four; 0 = 12 */
+} glbk_ism_receivers;
+
+GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_renderer *renderer,
+                                             const glbk_ism_receivers *receivers);
+/* Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
+
+typedef struct glbk_ism_shading {   /* fields as in ism_shading. NULL for one: all 0 but bias 0.02 and clamp 1; in one a
+                                       bias of 0 is 0 */
+    uint32_t pattern;               /* 1, 2, 4, 8; 0 = 1 */
+    uint32_t near_mode;             /* ism_near; 0 = 6, gather */
+    float    clamp, bias;
+    int      no_maps;
+    int      irradiance;            /* not 0: not times albedo / pi */
+    uint32_t pairs_per_pass;        /* of a pixel and a VPL; 0 = 2^28: likewise */
+} glbk_ism_shading;
+
+GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps, const glbk_ism_shading *shading,
+                                   const glbk_offset *offset);
+/* For ism_light() and ism_visible() of lib/ism_light.glsl in a program of your own, which is bound (glbk_begin) and
+   compiled with ISM_NEAR=near_mode and ISM_PROJECTION=maps->desc.projection among its defines.
+   shading  bias, clamp and no_maps count; may be NULL, see glbk_ism_shading
+   offset   that ism has in the program; NULL = none
+   Errors   GLBK_ERR_ARGUMENT */
+
+GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_ism_maps *maps,
+                                    const glbk_ism_shading *shading);
+/* shading  may be NULL, see glbk_ism_shading
+   Errors   GLBK_ERR_ARGUMENT; those of glbk_program_create at a near_mode's first use */
+GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_pass *pass,
+                                      const glbk_picture *picture);
+/* Draws the result, linear, to the pass's target; its blending adds it to what is there. Viewports: see glbk_pass.
+   picture   or NULL, see glbk_picture
+   Errors GLBK_ERR_ARGUMENT; those of glbk_buffer_update */
+GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgb);
+/* width * height * 3 floats, row 0, the lowest, first. Waits for the GPU. result's fourth channel is the irradiance,
+   mean of the three channels, that clamping or spheres took off. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+
+/* ==== src/gl_ism/begin.h ==== */
+
+/* ---- end of the declarations ---- */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* GL_ISM_H */
+
+/* ==== implementation ============================================================================================== */
+
+#if defined(GL_ISM_IMPLEMENTATION) && !defined(GL_ISM_IMPLEMENTED)
+#define GL_ISM_IMPLEMENTED
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ==== src/shared/mem.h ==== */
+
+
+/* unit mem: checked sizes, and the caller's allocator with malloc and free as its default */
+
+typedef struct glbk_ism__allocator {
+    void *(*alloc_fn)(size_t size, void *user);
+    void (*free_fn)(void *memory, void *user);
+    void *user;
+} glbk_ism__allocator;
+
+static inline void *glbk_ism__default_alloc(size_t size, void *user)
+{
+    (void)user;
+    return malloc(size);
+}
+
+static inline void glbk_ism__default_free(void *memory, void *user)
+{
+    (void)user;
+    free(memory);
+}
+
+/* *out = a * b and 1, or 0 and *out untouched where the product does not fit. */
+static inline int glbk_ism__mul_size(size_t a, size_t b, size_t *out)
+{
+    if (b != 0 && a > SIZE_MAX / b) return 0;
+    *out = a * b;
+    return 1;
+}
+
+/* Bytes between elements of floats that are `standard` large: 0 stands for that; else they do not overlap. */
+static inline int glbk_ism__stride_valid(size_t stride, size_t standard)
+{
+    return stride == 0 || (stride >= standard && stride % 4 == 0);
+}
+
+static inline glbk_ism__allocator glbk_ism__allocator_make(void *(*alloc_fn)(size_t, void *),
+                                           void (*free_fn)(void *, void *), void *user)
+{
+    glbk_ism__allocator a;
+    a.alloc_fn = alloc_fn && free_fn ? alloc_fn : glbk_ism__default_alloc;
+    a.free_fn = alloc_fn && free_fn ? free_fn : glbk_ism__default_free;
+    a.user = user;
+    return a;
+}
+
+/* NULL where the size is 0 or overflows, so that a caller has one thing to test. */
+static inline void *glbk_ism__alloc(const glbk_ism__allocator *a, size_t size)
+{
+    return size ? a->alloc_fn(size, a->user) : NULL;
+}
+
+static inline void *glbk_ism__alloc_array(const glbk_ism__allocator *a, size_t count, size_t item_size)
+{
+    size_t size;
+    return glbk_ism__mul_size(count, item_size, &size) ? glbk_ism__alloc(a, size) : NULL;
+}
+
+static inline void glbk_ism__free(const glbk_ism__allocator *a, void *memory)
+{
+    if (memory) a->free_fn(memory, a->user);
+}
+
+/* ==== src/shared/gl_memory.h ==== */
+
+
+/* unit gl_memory, needs mem: the allocator of a glbk_context (gl_backend.h) */
+
+static inline glbk_ism__allocator glbk_ism__memory(const glbk_context *ctx)
+{
+    const glbk_allocator *a = &ctx->system.allocator;
+    return glbk_ism__allocator_make(a->alloc_fn, a->free_fn, a->user);
+}
+
+/* ==== GLSL of src/gl_ism ==== */
+
+
+static const char *const glbk__glsl_lib_ism_access_glsl[] = {
+    "\n\nstruct ism_grid{\n"
+    "float exponent;\n"
+    "vec4 across,down;\n"
+    "};\n"
+    "\nstruct ism_vpl{\n"
+    "vec3 position,normal,flux,axis;\n"
+    "float exponent,side;\n"
+    "float reach;\n"
+    "bool sky;\n"
+    "uint window;\n"
+    "ism_grid grid;\n"
+    "mat3 frame;\n"
+    "};\n"
+    "\nism_grid ism_grid_of(float exponent,uint window)\n"
+    "{\n"
+    "ism_grid g;\n"
+    "g.exponent=exponent;\n"
+    "ism_axes(window,glbk_ism_frame.maps.y,uint(glbk_ism_frame.values.y),g.across,g.down);\n"
+    "return g;\n"
+    "}\n"
+    "\nism_vpl ism_read_vpl(uint v)\n"
+    "{\n"
+    "ism_vpl l;\n"
+    "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(4u*v),0);\n"
+    "vec4 b=texelFetch(glbk_ism_vpls,glbk_table_at(4u*v+1u),0);\n"
+    "vec4 c=texelFetch(glbk_ism_vpls,glbk_table_at(4u*v+2u),0);\n"
+    "vec4 d=texelFetch(glbk_ism_vpls,glbk_table_at(4u*v+3u),0);\n"
+    "l.position=a.xyz;\n"
+    "l.sky=a.w<0.0;\n"
+    "l.exponent=l.sky?1.0:a.w;\n"
+    "l.normal=b.xyz;\n"
+    "l.side=b.w;\n"
+    "l.flux=c.xyz;\n"
+    "l.reach=glbk_ism_frame.near_points.x>0u?c.w:0.0;\n"
+    "l.axis=l.exponent!=1.0?d.xyz:l.normal;\n"
+    "l.window=uint(d.w);\n"
+    "l.grid=ism_grid_of(a.w,l.window);\n"
+    "l.frame=ism_frame_of(ism_projection_of(l.exponent)==ISM_PROJECTION_LOBE&& !l.sky?l.axis:l.normal);\n"
+    "return l;\n"
+    "}\n"
+    "\n\nivec2 ism_tile_at(uint v)\n"
+    "{\n"
+    "uint tiles=glbk_ism_frame.maps.z,row=uint((float(v)+0.5)/float(tiles));\n"
+    "return ivec2(v-row*tiles,row)*int(glbk_ism_frame.maps.y);\n"
+    "}\n"
+    "\nuint ism_tile_of(ivec2 at)\n"
+    "{\n"
+    "ivec2 tile=at/int(glbk_ism_frame.maps.y);\n"
+    "return uint(tile.y)*glbk_ism_frame.maps.z+uint(tile.x);\n"
+    "}\n"
+    "\n\nvec2 ism_to_tile(ism_grid g,vec2 uv)\n"
+    "{\n"
+    "float size=float(glbk_ism_frame.maps.y),rim=glbk_ism_frame.values.y;\n"
+    "return vec2(ism_zoom_axis(g.across,size,rim,uv.x),ism_zoom_axis(g.down,size,rim,uv.y));\n"
+    "}\n"
+    "\nvec2 ism_from_tile(ism_grid g,vec2 at)\n"
+    "{\n"
+    "float size=float(glbk_ism_frame.maps.y),rim=glbk_ism_frame.values.y;\n"
+    "return vec2(ism_unzoom_axis(g.across,size,rim,at.x),ism_unzoom_axis(g.down,size,rim,at.y));\n"
+    "}\n"
+    "\nism_grid ism_read_grid(uint v)\n"
+    "{\n"
+    "return ism_grid_of(texelFetch(glbk_ism_vpls,glbk_table_at(4u*v),0).w,\n"
+    "uint(texelFetch(glbk_ism_vpls,glbk_table_at(4u*v+3u),0).w));\n"
+    "}\n"
+    "\n\nvec3 ism_texel_direction(ism_grid g,ivec2 texel)\n"
+    "{\n"
+    "vec2 uv=ism_from_tile(g,vec2(texel)+0.5);\n"
+    "if(g.exponent<0.0)return vec3(2.0*uv-1.0,1.0);\n"
+    "return ism_map_direction(ism_projection_of(g.exponent),g.exponent,uv);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
+    "\nuniform sampler2DArray glbk_ism_vpls;\n"
+    "uniform usampler2DArray glbk_ism_points;\n"
+    "uniform usampler2DArray glbk_ism_triangles;\n"
+    "uniform sampler2DArray glbk_ism_positions;\n"
+    "uniform glbk_color_sampler glbk_ism_surfels;\n"
+    "uniform usampler2D glbk_ism_below;\n"
+    "uniform usampler2D glbk_ism_pull1;\n"
+    "uniform usampler2D glbk_ism_pull2;\n"
+    "uniform usampler2D glbk_ism_pull3;\n"
+    "uniform usampler2D glbk_ism_atlas;\n"
+    "uniform glbk_color_sampler glbk_ism_place;\n"
+    "uniform glbk_color_sampler glbk_ism_normal;\n"
+    "uniform glbk_color_sampler glbk_ism_geometric;\n"
+    "uniform glbk_color_sampler glbk_ism_albedo;\n"
+    "uniform glbk_color_sampler glbk_ism_light;\n"
+    "#if __VERSION__ >= 430\n"
+    "layout(rgba32f,binding=0)writeonly uniform image2D glbk_ism_surfels_out;\n"
+    "#endif\n"
+    "#if __VERSION__ >= 430\n"
+    "layout(r32ui,binding=1)writeonly uniform uimage2D glbk_ism_atlas_out;\n"
+    "#endif\n"
+    "#if __VERSION__ >= 430\n"
+    "layout(rgba32f,binding=2)writeonly uniform image2D glbk_ism_light_out;\n"
+    "#endif\n"
+};
+
+static const char *const glbk__glsl_lib_ism_blur_glsl[] = {
+    "\n\n\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light);\n"
+    "\nvec4 ism_smooth(ivec2 at,ism_receiver c)\n"
+    "{\n"
+    "int r=int(glbk_ism_view.size.z)/2;\n"
+    "vec4 sum=vec4(0.0);\n"
+    "float weights=0.0;\n"
+    "for(int j= -r;j<=r;j++)\n"
+    "for(int i= -r;i<=r;i++){\n"
+    "ism_receiver o;\n"
+    "vec4 light;\n"
+    "if(!ism_neighbour(at+ivec2(i,j),o,light))continue;\n"
+    "vec3 d=o.p-c.p;\n"
+    "float facing=max(dot(c.n,o.n),0.0),off=abs(dot(c.n,d))+abs(dot(o.n,d));\n"
+    "float weight=(abs(i)==r?0.5:1.0)*(abs(j)==r?0.5:1.0)*facing*facing;\n"
+    "if(off>0.0)weight*=max(1.0-off/sqrt(dot(d,d)),0.0);\n"
+    "sum+=weight*light;\n"
+    "weights+=weight;\n"
+    "}\n"
+    "return weights>0.0?sum/weights:sum;\n"
+    "}\n"
+    "\n\nvec4 ism_finished(ivec2 at,ism_receiver c)\n"
+    "{\n"
+    "vec4 light=glbk_ism_view.size.z>1u?ism_smooth(at,c):glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
+    "if((glbk_ism_view.size.w&2u)!=0u){\n"
+    "vec3 albedo=glbk_unpack(texelFetch(glbk_ism_albedo,at,0)).xyz;\n"
+    "bvec3 good=bvec3(cohsm_finite(albedo.x),cohsm_finite(albedo.y),cohsm_finite(albedo.z));\n"
+    "light.xyz*=vec3(good.x?max(albedo.x,0.0):0.0,good.y?max(albedo.y,0.0):0.0,\n"
+    "good.z?max(albedo.z,0.0):0.0)*(1.0/COHSM_PI);\n"
+    "}\n"
+    "return light;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
+    "\n\n#define ISM_DEEPEST 1.84467429e19\n"
+    "\nstruct ism_surfel{\n"
+    "vec3 at,g;\n"
+    "float radius2,depth;\n"
+    "vec2 uv;\n"
+    "vec4 cut1,cut2;\n"
+    "ivec4 box;\n"
+    "};\n"
+    "\n\nbool ism_place_surfel(ism_vpl l,vec3 p,vec3 normal,float area,inout ism_surfel s)\n"
+    "{\n"
+    "mat3 frame=l.frame;\n"
+    "vec3 n=normal*frame;\n"
+    "s.radius2=area*(1.0/COHSM_PI);\n"
+    "if(l.sky){\n"
+    "vec3 o=(p-glbk_ism_frame.sphere.xyz)*frame;\n"
+    "float r=glbk_ism_frame.sphere.w,slope=abs(n.z)>0.05?1.0/n.z:0.0;\n"
+    "s.depth=o.z+r;\n"
+    "s.uv=0.5*o.xy/r+0.5;\n"
+    "s.at=vec3(o.xy,s.depth);\n"
+    "s.g=vec3(-n.xy*slope*r,s.depth+dot(n.xy,o.xy)*slope);\n"
+    "return all(greaterThanEqual(s.uv,vec2(0.0)))&&all(lessThan(s.uv,vec2(1.0)));\n"
+    "}\n"
+    "vec3 o=(p-l.position)*frame;\n"
+    "float d2=dot(o,o),along=dot(n,o);\n"
+    "s.depth=sqrt(d2);\n"
+    "s.at=o;\n"
+    "s.g=o/d2;\n"
+    "if(!(d2>1e-30)|| !(o.z>1e-3*s.depth))return false;\n"
+    "\nbool lobe=ism_projection_of(l.exponent)==ISM_PROJECTION_LOBE;\n"
+    "if(lobe&& !(abs(dot(frame*o,l.normal))>1e-3*s.depth))return false;\n"
+    "s.radius2=min(s.radius2,(along>0.0&&s.cut1.w< -1.0?0.04:1.0)*d2);\n"
+    "if(abs(along)>1e-3*s.depth)s.g=n/along;\n"
+    "if(!ism_map_coordinates(ism_projection_of(l.exponent),l.exponent,o/s.depth,s.uv))return false;\n"
+    "\nif(s.cut1.w< -1.0){\n"
+    "float away=1.0+sqrt(s.radius2)/s.depth;\n"
+    "s.at*=away;\n"
+    "s.g/=away;\n"
+    "s.radius2*=away*away;\n"
+    "s.depth*=away;\n"
+    "}\n"
+    "return true;\n"
+    "}\n"
+    "\n\nfloat ism_texels_per_unit(ism_vpl l)\n"
+    "{\n"
+    "float size=float(glbk_ism_frame.maps.y);\n"
+    "uint p=ism_projection_of(l.exponent);\n"
+    "if(l.sky)return 0.5*size/glbk_ism_frame.sphere.w;\n"
+    "if(p==ISM_PROJECTION_PARABOLOID)return 0.5*size;\n"
+    "return 0.9*size*(p==ISM_PROJECTION_LOBE?sqrt(0.5*(l.exponent+1.0)):1.0);\n"
+    "}\n"
+    "\n\nbool ism_dither(uvec2 tile,float opacity)\n"
+    "{\n"
+    "uint i=(tile.y&1u)*2u+(tile.x&1u);\n"
+    "return opacity>(i==0u?0.125:i==1u?0.625:i==2u?0.875:0.375);\n"
+    "}\n"
+    "\nvec3 ism_corner(uint vertex){return texelFetch(glbk_ism_positions,glbk_table_at(vertex),0).xyz;}\n"
+    "\n\nbool ism_box_surfel(ism_vpl l,inout ism_surfel s)\n"
+    "{\n"
+    "int size=int(glbk_ism_frame.maps.y);\n"
+    "float most=float(size),reach=sqrt(s.radius2)*ism_texels_per_unit(l)/(l.sky?1.0:s.depth);\n"
+    "if(!(reach>0.0))return false;\n"
+    "reach=min(reach,most);\n"
+    "if(l.window==0u){\n"
+    "s.box=ivec4(max(s.uv*most-reach,0.0),min(ivec2(s.uv*most+reach),size-1));\n"
+    "}else{\n"
+    "vec2 first=ism_to_tile(l.grid,s.uv-reach/most),last=ism_to_tile(l.grid,s.uv+reach/most);\n"
+    "s.box=ivec4(max(first,0.0),min(ivec2(last),size-1));\n"
+    "}\n"
+    "return true;\n"
+    "}\n"
+    "\n\nbool ism_surfel_of(uint index,uint v,ism_vpl l,out ism_surfel s)\n"
+    "{\n"
+    "uvec4 point=texelFetch(glbk_ism_points,glbk_table_at(index),0);\n"
+    "float share=uintBitsToFloat(point.w);\n"
+    "if(!(share>0.0)||point.x>=glbk_ism_frame.points.w)return false;\n"
+    "uvec4 t=texelFetch(glbk_ism_triangles,glbk_table_at(point.x),0);\n"
+    "if(!ism_dither(uvec2(v%glbk_ism_frame.maps.z,v/glbk_ism_frame.maps.z),uintBitsToFloat(t.w)))return false;\n"
+    "vec3 p=ism_corner(t.x),e1=ism_corner(t.y)-p,e2=ism_corner(t.z)-p,n=cross(e1,e2);\n"
+    "float length2=dot(n,n),size=sqrt(length2);\n"
+    "if(!(length2>0.0)|| !cohsm_finite(length2))return false;\n"
+    "vec2 b=uintBitsToFloat(point.yz);\n"
+    "float area=glbk_ism_frame.values.x*share*0.5*size;\n"
+    "p+=e1*b.x+e2*b.y;\n"
+    "s.cut1=s.cut2=vec4(-2.0);\n"
+    "if(share<1.0){\n"
+    "s.cut1=vec4((cross(e2,n)/length2)*l.frame,b.x);\n"
+    "s.cut2=vec4((cross(n,e1)/length2)*l.frame,b.y);\n"
+    "area*=6.0;\n"
+    "}\n"
+    "return ism_place_surfel(l,p,n/size,area,s)&&ism_box_surfel(l,s);\n"
+    "}\n"
+    "\n\n\nfloat ism_meet(bool sky,ism_surfel s,vec3 w,float limit)\n"
+    "{\n"
+    "float t=ism_plane_depth(sky,s.g,w);\n"
+    "if(!(t>0.0&&t<=min(limit,ISM_DEEPEST)))return ISM_FAR;\n"
+    "vec3 d=(sky?vec3(w.xy*glbk_ism_frame.sphere.w,t):w*t)-s.at;\n"
+    "if(!(dot(d,d)<=s.radius2))return ISM_FAR;\n"
+    "vec2 b=vec2(s.cut1.w+dot(d,s.cut1.xyz),s.cut2.w+dot(d,s.cut2.xyz));\n"
+    "return s.cut1.w> -1.0&& !(min(b.x,b.y)>= -1e-4&&b.x+b.y<=1.0001)?ISM_FAR:t;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
+    "\n\n#define ISM_HOLE 2\n"
+    "#define ISM_LEVELS 3\n"
+    "\nvec4 ism_surfel_at(ivec2 at){return glbk_unpack(texelFetch(glbk_ism_surfels,at,0));}\n"
+    "\n\nuint ism_quadrant(ivec2 d)\n"
+    "{\n"
+    "return d.x>0&&d.y>=0?1u:d.x<=0&&d.y>0?2u:d.x<0?4u:8u;\n"
+    "}\n"
+    "\n\nuint ism_sector(ivec2 d)\n"
+    "{\n"
+    "ivec2 a=abs(d);\n"
+    "if(12*a.y<5*a.x)return d.x>0?1u:16u;\n"
+    "if(12*a.x<5*a.y)return d.y>0?4u:64u;\n"
+    "return d.x>0?(d.y>0?2u:128u):d.y>0?8u:32u;\n"
+    "}\n"
+    "\nuint ism_turn(uint sectors,int by){return(sectors<<by|sectors>>(8-by))&255u;}\n"
+    "\n\n\n\nbool ism_surrounded(uint found,uint close,uint beyond)\n"
+    "{\n"
+    "uint along=(ism_turn(beyond,1)|ism_turn(beyond,7))& ~beyond;\n"
+    "if(((found|ism_turn(close,1)|ism_turn(close,7))&along)==along)found|=beyond;\n"
+    "uint open= ~found&255u;\n"
+    "return(open&ism_turn(open,1)&ism_turn(open,2))==0u;\n"
+    "}\n"
+    "\n\n\nuint ism_pull(int level,ivec2 cell,uvec4 parts)\n"
+    "{\n"
+    "int size=int(glbk_ism_frame.maps.y),least=0x7fffffff;\n"
+    "ivec2 middle=(2*cell+1)<<level;\n"
+    "uint result=0u;\n"
+    "for(int k=0;k<4;k++){\n"
+    "ivec2 texel=2*cell+ivec2(k&1,k>>1);\n"
+    "int at=int(parts[k]);\n"
+    "if(at==0)continue;\n"
+    "if(level==1)at=texel.y*size+texel.x+1;\n"
+    "ivec2 d=2*ivec2((at-1)%size,(at-1)/size)+1-middle;\n"
+    "if(d.x*d.x+d.y*d.y<least){\n"
+    "least=d.x*d.x+d.y*d.y;\n"
+    "result=uint(at);\n"
+    "}\n"
+    "}\n"
+    "return result;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_frame_glsl[] = {
+    "\nlayout(std140)uniform glbk_ism_frame_block{\n"
+    "uvec4 maps;\n"
+    "uvec4 points;\n"
+    "vec4 sphere;\n"
+    "vec4 values;\n"
+    "uvec4 near_points;\n"
+    "}glbk_ism_frame;\n"
+};
+
+static const char *const glbk__glsl_lib_ism_gbuffer_glsl[] = {
+    "\n\nstruct ism_receiver{vec3 p,n,ng;};\n"
+    "\n\nbool ism_read_receiver(ivec2 at,out ism_receiver r)\n"
+    "{\n"
+    "r.p=glbk_unpack(texelFetch(glbk_ism_place,at,0)).xyz;\n"
+    "r.n=glbk_unpack(texelFetch(glbk_ism_normal,at,0)).xyz;\n"
+    "r.ng=glbk_unpack(texelFetch(glbk_ism_geometric,at,0)).xyz;\n"
+    "if(!cohsm_finite3(r.ng))r.ng=r.n;\n"
+    "float n2=dot(r.n,r.n);\n"
+    "return cohsm_finite3(r.p)&&cohsm_finite3(r.n)&&n2>0.25&&n2<4.0;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_holes_glsl[] = {
+    "\n\nfloat ism_depth(ivec2 at);\n"
+    "\n\nbool ism_hole(ism_grid grid,ivec2 at,float c)\n"
+    "{\n"
+    "int size=int(glbk_ism_frame.maps.y);\n"
+    "ivec2 local=at&(size-1);\n"
+    "vec3 w=ism_texel_direction(grid,local);\n"
+    "uint found=0u;\n"
+    "for(int dy= -ISM_HOLE;dy<=ISM_HOLE;dy++)\n"
+    "for(int dx= -ISM_HOLE;dx<=ISM_HOLE;dx++){\n"
+    "ivec2 d=ivec2(dx,dy),there=local+d;\n"
+    "if(any(lessThan(there,ivec2(0)))||any(greaterThanEqual(there,ivec2(size)))){\n"
+    "found|=ism_quadrant(d);\n"
+    "continue;\n"
+    "}\n"
+    "float depth=ism_depth(at+d);\n"
+    "if(!(depth<0.9*c))continue;\n"
+    "float t=ism_plane_depth(grid.exponent<0.0,ism_surfel_at(at+d).xyz,w);\n"
+    "if(t>0.5*depth&&t<0.95*c)found|=ism_quadrant(d);\n"
+    "}\n"
+    "return found==15u;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_light_glsl[] = {
+    "\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
+    "#define ISM_NEAR 6\n"
+    "#endif\n"
+    "#define ISM_GRAZING 1e-4\n"
+    "\nfloat ism_luminance(vec3 f){return(f.x+f.y+f.z)*(1.0/3.0);}\n"
+    "\n\nfloat ism_visible(uint v,ism_vpl l,vec3 p,vec3 ng,float bias)\n"
+    "{\n"
+    "mat3 frame=l.frame;\n"
+    "int size=int(glbk_ism_frame.maps.y);\n"
+    "ivec2 tile=ism_tile_at(v),texel;\n"
+    "vec3 n=ng*frame;\n"
+    "if(l.sky){\n"
+    "vec3 o=(p-glbk_ism_frame.sphere.xyz)*frame;\n"
+    "float r=glbk_ism_frame.sphere.w,depth=o.z+r;\n"
+    "vec2 uv=0.5*o.xy/r+0.5;\n"
+    "if(!(n.z< -ISM_GRAZING))return 0.0;\n"
+    "if(any(lessThan(uv,vec2(0.0)))||any(greaterThanEqual(uv,vec2(1.0))))return 1.0;\n"
+    "texel=min(ivec2(ism_to_tile(l.grid,uv)),size-1);\n"
+    "vec2 d=(2.0*ism_from_tile(l.grid,vec2(texel)+0.5)-1.0)*r-o.xy;\n"
+    "if(abs(n.z)>0.1)depth-=dot(n.xy,d)/n.z;\n"
+    "return depth-bias*r<=uintBitsToFloat(texelFetch(glbk_ism_atlas,tile+texel,0).x)?1.0:0.0;\n"
+    "}\n"
+    "vec3 o=(p-l.position)*frame;\n"
+    "float d=sqrt(dot(o,o));\n"
+    "vec2 uv;\n"
+    "if(!(o.z>0.0)|| !(d>0.0))return 1.0;\n"
+    "if(!(dot(n,o)< -ISM_GRAZING*d))return 0.0;\n"
+    "if(!ism_map_coordinates(ism_projection_of(l.exponent),l.exponent,o/d,uv))return 1.0;\n"
+    "texel=min(ivec2(ism_to_tile(l.grid,uv)),size-1);\n"
+    "float t=uintBitsToFloat(texelFetch(glbk_ism_atlas,tile+texel,0).x);\n"
+    "if(d*(1.0-bias)<=t&&t>=2.0*d)return 1.0;\n"
+    "float along=dot(n,ism_texel_direction(l.grid,texel));\n"
+    "along=along!=0.0?dot(n,o)/along:d;\n"
+    "if(along>0.5*d&&along<2.0*d)d=along;\n"
+    "return d*(1.0-bias)<=t?1.0:0.0;\n"
+    "}\n"
+    "\n\nfloat ism_edge(vec3 n,vec3 a,vec3 b)\n"
+    "{\n"
+    "vec3 c=cross(b,a);\n"
+    "float size=sqrt(dot(c,c));\n"
+    "return size>0.0?cohsm_atan2(size,dot(a,b))*(dot(n,c)/size):0.0;\n"
+    "}\n"
+    "\n\n\nfloat ism_form_factor(vec3 n,vec3 d,vec3 x,vec3 y,out float share)\n"
+    "{\n"
+    "vec3 leave=d,come=d,area=vec3(0.0);\n"
+    "float sum=0.0;\n"
+    "bool cut=false;\n"
+    "for(int i=0;i<4;i++){\n"
+    "vec3 a=d+(i==0||i==3? -x:x)+(i<2? -y:y);\n"
+    "vec3 b=d+(i<2?x: -x)+(i==0||i==3? -y:y);\n"
+    "float ha=dot(n,a),hb=dot(n,b);\n"
+    "if(!(ha>0.0)&& !(hb>0.0))continue;\n"
+    "if((ha>0.0)!=(hb>0.0)){\n"
+    "vec3 at=a+(b-a)*(ha/(ha-hb));\n"
+    "cut=true;\n"
+    "if(ha>0.0)b=leave=at;\n"
+    "else a=come=at;\n"
+    "}\n"
+    "sum+=ism_edge(n,a,b);\n"
+    "area+=cross(a-d,b-d);\n"
+    "}\n"
+    "if(cut){\n"
+    "sum+=ism_edge(n,leave,come);\n"
+    "area+=cross(leave-d,come-d);\n"
+    "}\n"
+    "share=sqrt(dot(area,area))/(8.0*sqrt(dot(x,x)*dot(y,y)));\n"
+    "return sum*0.159154943;\n"
+    "}\n"
+    "\n\nfloat ism_patch_kernel(mat3 frame,float side,vec3 d,vec3 n,float point,out float square)\n"
+    "{\n"
+    "float share,form=ism_form_factor(n,d,frame[0]*(0.5*side),frame[1]*(0.5*side),share);\n"
+    "float facing= -2.0*dot(n,frame[2]);\n"
+    "square=form=form>0.0&&share>0.0?form*COHSM_PI/(side*side*share):0.0;\n"
+    "if(!(facing>0.0)|| !(form>point))return form;\n"
+    "return form+min(facing,1.0)*(point-form);\n"
+    "}\n"
+    "\nfloat ism_sphere_kernel(vec3 d,vec3 normal,vec3 n,float side)\n"
+    "{\n"
+    "float r2=side*side*(1.0/COHSM_PI),d2=dot(d,d),sum=0.0;\n"
+    "float least=d2>r2?sqrt(1.0-r2/d2): -1.0;\n"
+    "mat3 frame=ism_frame_of(cohsm_normalize(d));\n"
+    "for(int k=0;k<16;k++){\n"
+    "float cosine=1.0-(1.0-least)*(float(k)+0.5)*(1.0/16.0),sine=sqrt(1.0-cosine*cosine);\n"
+    "vec2 sc=cohsm_sincos(2.39996323*float(k));\n"
+    "vec3 w=frame*vec3(sine*sc.y,sine*sc.x,cosine);\n"
+    "float a=dot(n,w),b= -dot(normal,w);\n"
+    "if(a>0.0&&b>0.0)sum+=a*b;\n"
+    "}\n"
+    "return sum*(1.0/16.0)*2.0*(1.0-least)/r2;\n"
+    "}\n"
+    "\n\nfloat ism_nearness(float d2,float reach)\n"
+    "{\n"
+    "float r2=reach*reach,h=2.0*(r2-d2);\n"
+    "return!(h>0.0)?0.0:h<r2?h/r2:1.0;\n"
+    "}\n"
+    "\n\nfloat ism_kernel(ism_vpl l,vec3 p,vec3 n,float most,out float plain)\n"
+    "{\n"
+    "if(l.sky)return plain=max(dot(l.position,n)*COHSM_PI,0.0);\n"
+    "vec3 d=l.position-p;\n"
+    "float d2=dot(d,d),a=dot(n,d),b= -dot(l.normal,d),area=l.side*l.side;\n"
+    "plain=a>0.0&&b>0.0?a*b/(d2*d2+1e-37):0.0;\n"
+    "if(l.exponent!=1.0){\n"
+    "float c= -dot(l.axis,d)/sqrt(d2);\n"
+    "plain=c>0.0&&a>0.0?0.5*(l.exponent+1.0)*cohsm_pow(c,l.exponent)*a/(sqrt(d2)*d2):0.0;\n"
+    "area=0.0;\n"
+    "}\n"
+    "if(!(plain>0.0))return 0.0;\n"
+    "#if ISM_NEAR == 1\n"
+    "if(!(area>0.0&&d2<9.0*area))return plain;\n"
+    "float point=plain;\n"
+    "return ism_patch_kernel(l.frame,l.side,d,n,point,plain);\n"
+    "#elif ISM_NEAR == 6\n"
+    "float share=1.0-ism_nearness(d2,l.reach),k=plain,point=plain;\n"
+    "if(!(share>0.0))return plain=0.0;\n"
+    "if(area>0.0&&d2<9.0*area)k=ism_patch_kernel(l.frame,l.side,d,n,point,plain);\n"
+    "plain*=share;\n"
+    "return k*share;\n"
+    "#elif ISM_NEAR == 2\n",
+    "return area>0.0&&d2<16.0*area?ism_sphere_kernel(d,l.normal,n,l.side):plain;\n"
+    "#elif ISM_NEAR == 3\n"
+    "return min(plain,most);\n"
+    "#else\n"
+    "return plain;\n"
+    "#endif\n"
+    "}\n"
+    "\n\nvoid ism_add(inout vec4 sum,uint v,ism_vpl l,vec3 p,vec3 n,vec3 ng,float most)\n"
+    "{\n"
+    "float plain,k=ism_kernel(l,p,n,most,plain),power=ism_luminance(l.flux);\n"
+    "#if ISM_NEAR == 4\n"
+    "if(k*power>most)k=most/power;\n"
+    "#endif\n"
+    "if(!(k>0.0))return;\n"
+    "if((glbk_ism_view.size.w&1u)==0u)k*=ism_visible(v,l,p,ng,glbk_ism_view.values.x);\n"
+    "sum.xyz+=k*l.flux;\n"
+    "if(k>0.0)sum.w+=max(plain-k,0.0)*power;\n"
+    "}\n"
+    "\n\nfloat ism_unshadowed(ism_vpl l,vec3 p,vec3 n)\n"
+    "{\n"
+    "float plain;\n"
+    "return ism_kernel(l,p,n,0.0,plain)*ism_luminance(l.flux);\n"
+    "}\n"
+    "\n\n\nuint ism_used(uint first,uint pattern)\n"
+    "{\n"
+    "uint count=glbk_ism_frame.maps.x;\n"
+    "return first<count?(count-first-1u)/pattern+1u:0u;\n"
+    "}\n"
+    "\nvec4 ism_scaled(vec4 sum,uint pattern){return sum*(float(pattern)/COHSM_PI);}\n"
+    "\n\n\nstruct ism_near_point{\n"
+    "vec3 position,normal,flux;\n"
+    "float side,reach;\n"
+    "uint vpl;\n"
+    "};\n"
+    "\nism_near_point ism_read_near(uint i)\n"
+    "{\n"
+    "uint at=glbk_ism_frame.near_points.z+3u*i;\n"
+    "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(at),0),b=texelFetch(glbk_ism_vpls,glbk_table_at(at+1u),0);\n"
+    "vec4 c=texelFetch(glbk_ism_vpls,glbk_table_at(at+2u),0);\n"
+    "ism_near_point q;\n"
+    "q.position=a.xyz;\n"
+    "q.side=a.w;\n"
+    "q.normal=b.xyz;\n"
+    "q.reach=b.w;\n"
+    "q.flux=c.xyz;\n"
+    "q.vpl=uint(c.w);\n"
+    "return q;\n"
+    "}\n"
+    "\n\n\nfloat ism_near_visible(ism_near_point q,vec3 p,vec3 n,vec3 ng,float bias)\n"
+    "{\n"
+    "ism_vpl l=ism_read_vpl(q.vpl);\n"
+    "vec3 way=l.position-q.position,d=p-q.position,at=p;\n"
+    "float open=1.0-clamp(-2.0*dot(n,q.normal),0.0,1.0),lit=1.0;\n"
+    "if(!(dot(l.frame[2],p-l.position)>0.0))return open;\n"
+    "bool movable=open>0.0&&dot(d,d)<dot(way,way)&&dot(l.frame[2],d)>0.0;\n"
+    "\nwhile(!(ism_visible(q.vpl,l,at,ng,bias)>0.0)){\n"
+    "if(!movable)return 0.0;\n"
+    "movable=false;\n"
+    "at=p+way;\n"
+    "lit=open;\n"
+    "}\n"
+    "return lit;\n"
+    "}\n"
+    "\n\nfloat ism_near_weight(vec3 position,float reach,vec3 normal,vec3 p,vec3 n)\n"
+    "{\n"
+    "vec3 d=position-p;\n"
+    "return dot(n,d)>0.0&&dot(normal,d)<0.0?ism_nearness(dot(d,d),reach):0.0;\n"
+    "}\n"
+    "\n\nfloat ism_near_kernel(ism_near_point q,vec3 p,vec3 n,out float plain)\n"
+    "{\n"
+    "vec3 d=q.position-p;\n"
+    "float d2=dot(d,d),h=ism_near_weight(q.position,q.reach,q.normal,p,n);\n"
+    "plain=0.0;\n"
+    "if(!(h>0.0))return 0.0;\n"
+    "float point=dot(n,d)* -dot(q.normal,d)/(d2*d2+1e-37),k=point;\n"
+    "plain=point;\n"
+    "if(d2<9.0*q.side*q.side)k=ism_patch_kernel(ism_frame_of(q.normal),q.side,d,n,point,plain);\n"
+    "plain*=h;\n"
+    "return k*h;\n"
+    "}\n"
+    "\n\nbool ism_near_counts(uint i,vec3 p,vec3 n)\n"
+    "{\n"
+    "uint at=glbk_ism_frame.near_points.z+3u*i;\n"
+    "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(at),0),b=texelFetch(glbk_ism_vpls,glbk_table_at(at+1u),0);\n"
+    "return ism_near_weight(a.xyz,b.w,b.xyz,p,n)>0.0;\n"
+    "}\n"
+    "\n\n\nuint ism_near_block(uint i,uint count,vec3 p)\n"
+    "{\n"
+    "for(;i<count;i+=64u){\n"
+    "vec4 sphere=texelFetch(glbk_ism_vpls,glbk_table_at(glbk_ism_frame.near_points.y+i/64u),0);\n"
+    "vec3 d=sphere.xyz-p;\n"
+    "if(dot(d,d)<sphere.w*sphere.w)break;\n"
+    "}\n"
+    "return i;\n"
+    "}\n"
+    "\n\n\n\nvec4 ism_gather(vec3 p,vec3 n,vec3 ng,uint first,uint pattern)\n"
+    "{\n"
+    "uint count=glbk_ism_frame.near_points.x,i=ism_near_block(first,count,p);\n"
+    "vec4 sum=vec4(0.0);\n"
+    "while(i<count){\n"
+    "uvec4 found=uvec4(0u);\n"
+    "uint have=0u;\n"
+    "while(i<count&&have<4u){\n"
+    "if(ism_near_counts(i,p,n))found[have++]=i;\n"
+    "i+=pattern;\n"
+    "if((i&63u)<pattern)i=ism_near_block(i,count,p);\n"
+    "}\n"
+    "for(uint k=0u;k<have;k++){\n"
+    "ism_near_point q=ism_read_near(found[k]);\n"
+    "float plain,bright=ism_near_kernel(q,p,n,plain);\n"
+    "if(!(bright>0.0))continue;\n"
+    "float lit=(glbk_ism_view.size.w&1u)!=0u?1.0:ism_near_visible(q,p,n,ng,glbk_ism_view.values.x);\n"
+    "sum+=lit*vec4(bright*q.flux,max(plain-bright,0.0)*ism_luminance(q.flux));\n"
+    "}\n"
+    "}\n"
+    "return ism_scaled(sum,pattern);\n"
+    "}\n"
+    "\n\nvec4 ism_light(vec3 p,vec3 n,vec3 ng,uint first,uint pattern)\n"
+    "{\n"
+    "uint count=glbk_ism_frame.maps.x;\n"
+    "float most=glbk_ism_view.values.y;\n"
+    "vec4 sum=vec4(0.0);\n"
+    "#if ISM_NEAR == 4\n"
+    "uint used=ism_used(first,pattern);\n"
+    "float all=0.0;\n"
+    "for(uint v=first;v<count;v+=pattern)all+=ism_unshadowed(ism_read_vpl(v),p,n);\n"
+    "most*=used>0u?all/float(used):0.0;\n"
+    "#endif\n"
+    "for(uint v=first;v<count;v+=pattern)ism_add(sum,v,ism_read_vpl(v),p,n,ng,most);\n"
+    "#if ISM_NEAR == 6\n",
+    "return ism_scaled(sum,pattern)+ism_gather(p,n,ng,first,pattern);\n"
+    "#else\n"
+    "return ism_scaled(sum,pattern);\n"
+    "#endif\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_map_glsl[] = {
+    "\n\n#define ISM_PROJECTION_COSINE 1u\n"
+    "#define ISM_PROJECTION_PARABOLOID 2u\n"
+    "#define ISM_PROJECTION_OCTAHEDRAL 3u\n"
+    "#define ISM_PROJECTION_LOBE 4u\n"
+    "#define ISM_FAR 1e30\n"
+    "\n#ifndef ISM_PROJECTION\n"
+    "#define ISM_PROJECTION 1\n"
+    "#endif\n"
+    "\nuint ism_projection_of(float exponent)\n"
+    "{\n"
+    "#if ISM_PROJECTION == 4\n"
+    "return exponent==1.0?ISM_PROJECTION_COSINE:ISM_PROJECTION_LOBE;\n"
+    "#else\n"
+    "return uint(ISM_PROJECTION);\n"
+    "#endif\n"
+    "}\n"
+    "\n\nfloat ism_power_gap(float x,float y)\n"
+    "{\n"
+    "if(!(x>1.18e-38))return 1.0;\n"
+    "float t=y*cohsm_log(min(x,1.0));\n"
+    "if(t< -0.35)return 1.0-cohsm_exp(t);\n"
+    "return-t*(1.0+t*(0.5+t*(0.166666667+t*(0.0416666667+t*(0.00833333333+t*(0.00138888889+\n"
+    "t*0.000198412698))))));\n"
+    "}\n"
+    "\nvec3 ism_map_direction(uint projection,float exponent,vec2 uv)\n"
+    "{\n"
+    "vec2 ab=2.0*uv-1.0;\n"
+    "if(projection==ISM_PROJECTION_PARABOLOID){\n"
+    "float r2=dot(ab,ab);\n"
+    "return vec3(2.0*ab,1.0-r2)/(1.0+r2);\n"
+    "}\n"
+    "if(projection==ISM_PROJECTION_OCTAHEDRAL){\n"
+    "vec2 p=0.5*vec2(ab.x+ab.y,ab.x-ab.y);\n"
+    "return cohsm_normalize(vec3(p,1.0-abs(p.x)-abs(p.y)));\n"
+    "}\n"
+    "float e=projection==ISM_PROJECTION_LOBE?exponent:1.0,r=max(abs(ab.x),abs(ab.y));\n"
+    "float s=max(1.0-r*r,0.0),z=e==1.0?sqrt(s):cohsm_pow(s,1.0/(e+1.0));\n"
+    "float sine=e==1.0?r:sqrt(ism_power_gap(s,2.0/(e+1.0)));\n"
+    "return vec3(cohsm_concentric(uv)*(r>1e-12?sine/r:1.0),z);\n"
+    "}\n"
+    "\n\nbool ism_map_coordinates(uint projection,float exponent,vec3 w,out vec2 uv)\n"
+    "{\n"
+    "vec2 ab;\n"
+    "uv=vec2(0.0);\n"
+    "if(!(w.z>0.0))return false;\n"
+    "if(projection==ISM_PROJECTION_PARABOLOID){\n"
+    "ab=w.xy/(1.0+w.z);\n"
+    "}else if(projection==ISM_PROJECTION_OCTAHEDRAL){\n"
+    "ab=vec2(w.x+w.y,w.x-w.y)/(abs(w.x)+abs(w.y)+w.z);\n"
+    "}else{\n"
+    "float e=projection==ISM_PROJECTION_LOBE?exponent:1.0;\n"
+    "if(e!=1.0){\n"
+    "float sine=sqrt(dot(w.xy,w.xy));\n"
+    "w.xy*=sine>1e-12?sqrt(ism_power_gap(w.z,e+1.0))/sine:1.0;\n"
+    "}\n"
+    "uv=cohsm_disc_square(w.xy);\n"
+    "return true;\n"
+    "}\n"
+    "uv=clamp(0.5*ab+0.5,0.0,1.0);\n"
+    "return true;\n"
+    "}\n"
+    "\n\n\n\nvec4 ism_axis(uvec2 cut,uint size,uint rim)\n"
+    "{\n"
+    "uint rest=cut.x+cut.y;\n"
+    "if(!(rest*size>rim*64u)||rest>=64u)return vec4(float(size),1.0/float(size),1.0,1.0);\n"
+    "\nfloat a=floor((float(2u*rim*cut.x+rest)+0.5)/float(2u*rest)),most=float(rim);\n"
+    "if(cut.x!=0u&&a==0.0)a=1.0;\n"
+    "if(cut.y!=0u&&a==most)a=most-1.0;\n"
+    "vec3 share=vec3(cut.x,64u-rest,cut.y)/(64.0*max(vec3(a,float(size-rim),most-a),1.0));\n"
+    "return vec4(a,a>0.0?share.x:1.0,share.y,a<most?share.z:1.0);\n"
+    "}\n"
+    "\n\nfloat ism_zoom_axis(vec4 axis,float size,float rim,float u)\n"
+    "{\n"
+    "float low=axis.x*axis.y,high=1.0-(rim-axis.x)*axis.w;\n"
+    "vec3 part=u<low?vec3(0.0,u,axis.y):u<high?vec3(axis.x,u-low,axis.z):vec3(size,u-1.0,axis.w);\n"
+    "return clamp(part.x+part.y/part.z,0.0,size);\n"
+    "}\n"
+    "\nfloat ism_unzoom_axis(vec4 axis,float size,float rim,float x)\n"
+    "{\n"
+    "float u=x<axis.x?x*axis.y:x<axis.x+size-rim?axis.x*axis.y+(x-axis.x)*axis.z\n"
+    ":1.0-(size-x)*axis.w;\n"
+    "return clamp(u,0.0,1.0);\n"
+    "}\n"
+    "\n\nvoid ism_axes(uint window,uint size,uint rim,out vec4 across,out vec4 down)\n"
+    "{\n"
+    "uvec4 cut=uvec4(window,window>>6,window>>12,window>>18)&63u;\n"
+    "across=ism_axis(cut.xz,size,rim);\n"
+    "down=ism_axis(cut.yw,size,rim);\n"
+    "}\n"
+    "\nvec2 ism_zoom(uint window,uint size,uint rim,vec2 uv)\n"
+    "{\n"
+    "vec4 across,down;\n"
+    "ism_axes(window,size,rim,across,down);\n"
+    "vec2 s=vec2(size,rim);\n"
+    "return vec2(ism_zoom_axis(across,s.x,s.y,uv.x),ism_zoom_axis(down,s.x,s.y,uv.y));\n"
+    "}\n"
+    "\nvec2 ism_unzoom(uint window,uint size,uint rim,vec2 at)\n"
+    "{\n"
+    "vec4 across,down;\n"
+    "ism_axes(window,size,rim,across,down);\n"
+    "vec2 s=vec2(size,rim);\n"
+    "return vec2(ism_unzoom_axis(across,s.x,s.y,at.x),ism_unzoom_axis(down,s.x,s.y,at.y));\n"
+    "}\n"
+    "\n\nmat3 ism_frame_of(vec3 z)\n"
+    "{\n"
+    "vec3 x,y;\n"
+    "cohsm_basis(z,x,y);\n"
+    "return mat3(x,y,z);\n"
+    "}\n"
+    "\n\nfloat ism_plane_depth(bool sky,vec3 g,vec3 w)\n"
+    "{\n"
+    "float s=dot(g,w);\n"
+    "if(sky)return max(s,0.0);\n"
+    "return s>1e-20?1.0/s:0.0;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_push_glsl[] = {
+    "\n\nint ism_pulled(int level,ivec2 cell);\n"
+    "\n\nstruct ism_near{int first,second,least,next;uint found,close,beyond;};\n"
+    "\n\nvoid ism_look(int level,ivec2 at,inout ism_near n)\n"
+    "{\n"
+    "int size=int(glbk_ism_frame.maps.y),half_size=size>>level;\n"
+    "ivec2 local=at&(size-1),cell=local>>level,origin=(at>>level)-cell;\n"
+    "for(int y=cell.y-1;y<=cell.y+1;y++)\n"
+    "for(int x=cell.x-1;x<=cell.x+1;x++){\n"
+    "if(x<0||y<0||x>=half_size||y>=half_size){\n"
+    "n.beyond|=ism_sector(ivec2(x,y)-cell);\n"
+    "continue;\n"
+    "}\n"
+    "int there=ism_pulled(level,origin+ivec2(x,y));\n"
+    "if(there==0)continue;\n"
+    "ivec2 d=ivec2((there-1)%size,(there-1)/size)-local;\n"
+    "int d2=d.x*d.x+d.y*d.y;\n"
+    "n.found|=ism_sector(d);\n"
+    "if(n.first==0||d2<n.least){\n"
+    "if(n.first!=0&&n.first!=there){\n"
+    "n.second=n.first;\n"
+    "n.next=n.least;\n"
+    "}\n"
+    "n.first=there;\n"
+    "n.least=d2;\n"
+    "}else if(n.first!=there&&(n.second==0||d2<n.next)){\n"
+    "n.second=there;\n"
+    "n.next=d2;\n"
+    "}\n"
+    "}\n"
+    "if(level==1)n.close=n.found;\n"
+    "}\n"
+    "\n\nfloat ism_push(ism_grid grid,ivec2 local,ivec2 first,ivec2 second,ivec2 origin)\n"
+    "{\n"
+    "vec4 a=ism_surfel_at(origin+first),b=ism_surfel_at(origin+second);\n"
+    "float t=ism_plane_depth(grid.exponent<0.0,a.xyz,ism_texel_direction(grid,local));\n"
+    "float there=ism_plane_depth(grid.exponent<0.0,a.xyz,ism_texel_direction(grid,second));\n"
+    "if(abs(a.w-b.w)<=abs(there-b.w))return a.w;\n"
+    "return t>0.5*a.w&&t<2.0*a.w?t:a.w;\n"
+    "}\n"
+    "\n\n\nfloat ism_filled(ism_grid grid,ivec2 at)\n"
+    "{\n"
+    "int size=int(glbk_ism_frame.maps.y);\n"
+    "ivec2 local=at&(size-1);\n"
+    "ism_near n=ism_near(0,0,0,0,0u,0u,0u);\n"
+    "for(int level=1;level<=int(glbk_ism_frame.points.z);level++){\n"
+    "if(n.second!=0&&ism_surrounded(n.found,n.close,n.beyond))break;\n"
+    "ism_look(level,at,n);\n"
+    "}\n"
+    "if(n.second==0|| !ism_surrounded(n.found,n.close,n.beyond))return ISM_FAR;\n"
+    "return ism_push(grid,local,ivec2((n.first-1)%size,(n.first-1)/size),\n"
+    "ivec2((n.second-1)%size,(n.second-1)/size),at-local);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_lib_ism_view_glsl[] = {
+    "\nlayout(std140)uniform glbk_ism_view_block{\n"
+    "uvec4 size;\n"
+    "vec4 values;\n"
+    "}glbk_ism_view;\n"
+};
+
+static const char *const glbk__glsl_prog_ism_blur_comp[] = {
+    "\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
+    "#define ISM_TILE 24\n"
+    "\nshared vec3 ism_places[ISM_TILE*ISM_TILE],ism_normals[ISM_TILE*ISM_TILE];\n"
+    "shared vec4 ism_lights[ISM_TILE*ISM_TILE];\n"
+    "\nivec2 ism_corner(){return ivec2(gl_WorkGroupID.xy)*16-int(glbk_ism_view.size.z)/2;}\n"
+    "\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light)\n"
+    "{\n"
+    "ivec2 texel=at-ism_corner();\n"
+    "int i=texel.y*ISM_TILE+texel.x;\n"
+    "r.p=ism_places[i];\n"
+    "r.n=r.ng=ism_normals[i];\n"
+    "light=ism_lights[i];\n"
+    "return r.n!=vec3(0.0);\n"
+    "}\n"
+    "\nvoid ism_load(int wide)\n"
+    "{\n"
+    "for(int i=int(gl_LocalInvocationIndex);i<wide*wide;i+=256){\n"
+    "ivec2 texel=ivec2(i%wide,i/wide),at=ism_corner()+texel;\n"
+    "int to=texel.y*ISM_TILE+texel.x;\n"
+    "ism_receiver r;\n"
+    "ism_normals[to]=vec3(0.0);\n"
+    "if(any(lessThan(at,ivec2(0)))||any(greaterThanEqual(at,ivec2(glbk_ism_view.size.xy))))continue;\n"
+    "if(!ism_read_receiver(at,r))continue;\n"
+    "ism_places[to]=r.p;\n"
+    "ism_normals[to]=r.n;\n"
+    "ism_lights[to]=texelFetch(glbk_ism_light,at,0);\n"
+    "}\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_GlobalInvocationID.xy);\n"
+    "int side=int(glbk_ism_view.size.z);\n"
+    "ism_receiver c;\n"
+    "if(side>1)ism_load(16+side/2*2);\n"
+    "barrier();\n"
+    "if(any(greaterThanEqual(at,ivec2(glbk_ism_view.size.xy))))return;\n"
+    "imageStore(glbk_ism_light_out,at,ism_read_receiver(at,c)?ism_finished(at,c):vec4(0.0));\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_blur_frag[] = {
+    "\n\n\nlayout(location=0)out glbk_color result;\n"
+    "\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light)\n"
+    "{\n"
+    "bool inside=all(greaterThanEqual(at,ivec2(0)))&&all(lessThan(at,ivec2(glbk_ism_view.size.xy)));\n"
+    "if(!inside|| !ism_read_receiver(at,r))return false;\n"
+    "light=glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
+    "return true;\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "ism_receiver c;\n"
+    "result=glbk_pack(ism_read_receiver(at,c)?ism_finished(at,c):vec4(0.0));\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_fill_comp[] = {
+    "\n\n\n\nlayout(local_size_x=256)in;\n"
+    "#define ISM_SIDE 64\n"
+    "\nshared float ism_depths[ISM_SIDE*ISM_SIDE];\n"
+    "shared uint ism_cells[1024+256+64];\n"
+    "ivec2 ism_origin;\n"
+    "\nuint ism_cell(int level,ivec2 cell)\n"
+    "{\n"
+    "uint wide=uint(ISM_SIDE>>level),first=level==1?0u:level==2?1024u:1280u;\n"
+    "return first+uint(cell.y)*wide+uint(cell.x);\n"
+    "}\n"
+    "\nivec2 ism_texel(uint i){return ivec2(i%uint(ISM_SIDE),i/uint(ISM_SIDE));}\n"
+    "\nfloat ism_depth(ivec2 at)\n"
+    "{\n"
+    "ivec2 texel=at-ism_origin;\n"
+    "return ism_depths[texel.y*ISM_SIDE+texel.x];\n"
+    "}\n"
+    "\nint ism_pulled(int level,ivec2 cell){return int(ism_cells[ism_cell(level,cell-(ism_origin>>level))]);}\n"
+    "\n\nuint ism_part(int level,ivec2 cell)\n"
+    "{\n"
+    "if(level==0)return ism_depths[cell.y*ISM_SIDE+cell.x]<ISM_FAR?1u:0u;\n"
+    "return ism_cells[ism_cell(level,cell)];\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "int size=int(glbk_ism_frame.maps.y),levels=int(glbk_ism_frame.points.z);\n"
+    "int block=size>ISM_SIDE?32:size,margin=size>ISM_SIDE?16:0;\n"
+    "ivec2 begin=ivec2(gl_WorkGroupID.xy)*block,tile=begin-(begin&(size-1));\n"
+    "uint v=ism_tile_of(begin),holes=0u;\n"
+    "bool used=v<glbk_ism_frame.maps.x;\n"
+    "ism_grid grid=ism_read_grid(used?v:0u);\n"
+    "ism_origin=begin-margin;\n"
+    "for(uint i=gl_LocalInvocationIndex;i<uint(ISM_SIDE*ISM_SIDE);i+=256u){\n"
+    "ivec2 at=ism_origin+ism_texel(i),local=at-tile;\n"
+    "bool inside=used&&all(greaterThanEqual(local,ivec2(0)))&&all(lessThan(local,ivec2(size)));\n"
+    "ism_depths[i]=inside?ism_surfel_at(at).w:ISM_FAR;\n"
+    "}\n"
+    "barrier();\n"
+    "for(uint k=0u;k<16u&&levels!=0;k++){\n"
+    "ivec2 texel=ism_texel(gl_LocalInvocationIndex+256u*k);\n"
+    "float depth=ism_depth(ism_origin+texel);\n"
+    "bool near_by=all(greaterThanEqual(texel,ivec2(margin/2)))&&all(lessThan(texel,ivec2(ISM_SIDE-margin/2)));\n"
+    "if(near_by&&depth<ISM_FAR&&ism_hole(grid,ism_origin+texel,depth))holes|=1u<<k;\n"
+    "}\n"
+    "barrier();\n"
+    "for(uint k=0u;k<16u;k++)\n"
+    "if((holes>>k&1u)!=0u)ism_depths[gl_LocalInvocationIndex+256u*k]=ISM_FAR;\n"
+    "for(int level=1;level<=levels;level++){\n"
+    "int wide=ISM_SIDE>>level;\n"
+    "barrier();\n"
+    "for(int i=int(gl_LocalInvocationIndex);i<wide*wide;i+=256){\n"
+    "ivec2 cell=ivec2(i%wide,i/wide);\n"
+    "uvec4 parts;\n"
+    "for(int k=0;k<4;k++)parts[k]=ism_part(level-1,2*cell+ivec2(k&1,k>>1));\n"
+    "ism_cells[ism_cell(level,cell)]=ism_pull(level,cell+((ism_origin-tile)>>level),parts);\n"
+    "}\n"
+    "}\n"
+    "barrier();\n"
+    "for(uint i=gl_LocalInvocationIndex;i<uint(block*block);i+=256u){\n"
+    "ivec2 at=begin+ivec2(i%uint(block),i/uint(block));\n"
+    "float depth=ism_depth(at);\n"
+    "if(used&&levels!=0&& !(depth<ISM_FAR))depth=ism_filled(grid,at);\n"
+    "imageStore(glbk_ism_atlas_out,at,uvec4(floatBitsToUint(depth),0u,0u,0u));\n"
+    "}\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_holes_frag[] = {
+    "\n\n\n\nlayout(location=0)out uint result;\n"
+    "\nfloat ism_depth(ivec2 at){return ism_surfel_at(at).w;}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "uint v=ism_tile_of(at);\n"
+    "float depth=ism_depth(at);\n"
+    "result=0u;\n"
+    "if(!(depth<ISM_FAR)||v>=glbk_ism_frame.maps.x)return;\n"
+    "result=glbk_ism_frame.points.z!=0u&&ism_hole(ism_read_grid(v),at,depth)?0u:1u;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_pull_frag[] = {
+    "\n\n\n\n#ifndef ISM_LEVEL\n"
+    "#define ISM_LEVEL 1\n"
+    "#endif\n"
+    "layout(location=0)out uint result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 cell=ivec2(gl_FragCoord.xy);\n"
+    "uvec4 parts;\n"
+    "for(int k=0;k<4;k++)parts[k]=texelFetch(glbk_ism_below,2*cell+ivec2(k&1,k>>1),0).x;\n"
+    "result=ism_pull(ISM_LEVEL,cell&((int(glbk_ism_frame.maps.y)>>ISM_LEVEL)-1),parts);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_push_frag[] = {
+    "\n\n\n\nlayout(location=0)out uint result;\n"
+    "\nint ism_pulled(int level,ivec2 cell)\n"
+    "{\n"
+    "uint at=level==1?texelFetch(glbk_ism_pull1,cell,0).x:level==2?texelFetch(glbk_ism_pull2,cell,0).x\n"
+    ":texelFetch(glbk_ism_pull3,cell,0).x;\n"
+    "return int(at);\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "uint v=ism_tile_of(at);\n"
+    "float depth=ISM_FAR;\n"
+    "if(texelFetch(glbk_ism_below,at,0).x!=0u)depth=ism_surfel_at(at).w;\n"
+    "else if(glbk_ism_frame.points.z!=0u&&v<glbk_ism_frame.maps.x)depth=ism_filled(ism_read_grid(v),at);\n"
+    "result=floatBitsToUint(depth);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_resolve_frag[] = {
+    "\n\n\nlayout(location=0)out vec4 result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=glbk_picture_at();\n"
+    "ism_receiver r=ism_receiver(vec3(0.0),vec3(0.0),vec3(0.0));\n"
+    "bool seen= !glbk_picture_asks()||ism_read_receiver(at,r);\n"
+    "glbk_picture_show(seen,r.p);\n"
+    "result=glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_shade_comp[] = {
+    "\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
+    "#define ISM_ROUND 64u\n"
+    "\nshared ism_vpl ism_read[ISM_ROUND];\n"
+    "\n\nuint ism_round(uint first,uint pattern,uint used,uint from)\n"
+    "{\n"
+    "uint k=gl_LocalInvocationIndex,count=min(used-from,ISM_ROUND);\n"
+    "barrier();\n"
+    "if(k<count)ism_read[k]=ism_read_vpl(first+(from+k)*pattern);\n"
+    "barrier();\n"
+    "return count;\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint side=glbk_ism_view.size.z,pattern=side*side,first=gl_WorkGroupID.z,used=ism_used(first,pattern);\n"
+    "ivec2 at=ivec2(gl_GlobalInvocationID.xy*side+uvec2(first%side,first/side));\n"
+    "at.y+=int(glbk_ism_view.values.z);\n"
+    "bool inside=all(lessThan(at,ivec2(glbk_ism_view.size.xy)));\n"
+    "float most=glbk_ism_view.values.y;\n"
+    "vec4 sum=vec4(0.0);\n"
+    "ism_receiver r;\n"
+    "bool lit=inside&&ism_read_receiver(at,r);\n"
+    "#if ISM_NEAR == 4\n"
+    "float all_of_them=0.0;\n"
+    "for(uint from=0u;from<used;from+=ISM_ROUND){\n"
+    "uint count=ism_round(first,pattern,used,from);\n"
+    "for(uint k=0u;k<count&&lit;k++)all_of_them+=ism_unshadowed(ism_read[k],r.p,r.n);\n"
+    "}\n"
+    "most*=used>0u?all_of_them/float(used):0.0;\n"
+    "#endif\n"
+    "for(uint from=0u;from<used;from+=ISM_ROUND){\n"
+    "uint count=ism_round(first,pattern,used,from);\n"
+    "for(uint k=0u;k<count&&lit;k++)\n"
+    "ism_add(sum,first+(from+k)*pattern,ism_read[k],r.p,r.n,r.ng,most);\n"
+    "}\n"
+    "sum=ism_scaled(sum,pattern);\n"
+    "#if ISM_NEAR == 6\n"
+    "if(lit)sum+=ism_gather(r.p,r.n,r.ng,first,pattern);\n"
+    "#endif\n"
+    "if(inside)imageStore(glbk_ism_light_out,at,sum);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_shade_frag[] = {
+    "\n\n\n\nlayout(location=0)out glbk_color result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "uint side=glbk_ism_view.size.z;\n"
+    "uvec2 place=uvec2(at)%side;\n"
+    "ism_receiver r;\n"
+    "vec4 light=vec4(0.0);\n"
+    "if(ism_read_receiver(at,r))light=ism_light(r.p,r.n,r.ng,place.y*side+place.x,side*side);\n"
+    "result=glbk_pack(light);\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_splat_comp[] = {
+    "\n\n\n\n\nlayout(local_size_x=512)in;\n"
+    "#define ISM_THREADS 512u\n"
+    "#define ISM_SIDE 64\n"
+    "#define ISM_WIDE 64\n"
+    "#define ISM_LIST 112u\n"
+    "#define ISM_HOPE 0x80000000u\n"
+    "\nshared uint ism_depths[ISM_SIDE*ISM_SIDE];\n"
+    "shared uint ism_owners[ISM_SIDE*ISM_SIDE/2];\n"
+    "shared vec4 ism_list[4u*ISM_LIST];\n"
+    "shared uint ism_numbers[ISM_LIST],ism_listed;\n"
+    "shared uint ism_boxes[ISM_LIST];\n"
+    "\nuint ism_v;\n"
+    "ism_vpl ism_l;\n"
+    "ivec4 ism_part;\n"
+    "uint ism_hopes[4];\n"
+    "\n\nbool ism_find(uint i,out ism_surfel s)\n"
+    "{\n"
+    "uint each=glbk_ism_frame.points.y;\n"
+    "if(!ism_surfel_of((i/each*glbk_ism_frame.points.x+ism_v)*each+i%each,ism_v,ism_l,s))return false;\n"
+    "s.box=ivec4(max(s.box.xy,ism_part.xy),min(s.box.zw,ism_part.zw));\n"
+    "return s.box.x<=s.box.z&&s.box.y<=s.box.w;\n"
+    "}\n"
+    "\nuint ism_owner(uint texel){return ism_owners[texel>>1]>>(16u*(texel&1u))&0xffffu;}\n"
+    "\n\nvoid ism_own(uint texel,uint point)\n"
+    "{\n"
+    "uint shift=16u*(texel&1u),was=ism_owners[texel>>1];\n"
+    "while((was>>shift&0xffffu)>point){\n"
+    "uint now=atomicCompSwap(ism_owners[texel>>1],was,(was& ~(0xffffu<<shift))|point<<shift);\n"
+    "if(now==was)break;\n"
+    "was=now;\n"
+    "}\n"
+    "}\n"
+    "\n\n\nbool ism_draw(int turn,uint i,ism_surfel s,ivec2 from,ivec2 pace)\n"
+    "{\n"
+    "ivec2 at=s.box.xy+from;\n"
+    "bool nearest=false;\n"
+    "while(at.x<=s.box.z&&at.y<=s.box.w){\n"
+    "uint texel=uint((at.y-ism_part.y)*ISM_SIDE+at.x-ism_part.x),depth=ism_depths[texel];\n"
+    "float t=ism_meet(ism_l.sky,s,ism_texel_direction(ism_l.grid,at),uintBitsToFloat(depth));\n"
+    "if(t<ISM_FAR){\n"
+    "if(turn==0)nearest=atomicMin(ism_depths[texel],floatBitsToUint(t))>=floatBitsToUint(t)||nearest;\n"
+    "else if(depth==floatBitsToUint(t))ism_own(texel,i);\n"
+    "}\n"
+    "at.x+=pace.x;\n"
+    "if(at.x>s.box.z)at=ivec2(s.box.x+from.x,at.y+pace.y);\n"
+    "}\n"
+    "return nearest;\n"
+    "}\n"
+    "\nuint ism_pack(ivec4 box)\n"
+    "{\n"
+    "uvec4 b=uvec4(box-ism_part.xyxy);\n"
+    "return b.x|b.y<<8|b.z<<16|b.w<<24;\n"
+    "}\n"
+    "\nism_surfel ism_unlist(uint k)\n"
+    "{\n"
+    "vec4 a=ism_list[4u*k],b=ism_list[4u*k+1u];\n"
+    "uint box=ism_boxes[k];\n"
+    "ivec4 texels=ivec4(box&63u,box>>8&63u,box>>16&63u,box>>24&63u)+ism_part.xyxy;\n"
+    "return ism_surfel(a.xyz,b.xyz,a.w,0.0,vec2(0.0),ism_list[4u*k+2u],ism_list[4u*k+3u],texels);\n"
+    "}\n"
+    "\n\n\nbool ism_draw_list(int turn,uint i,ism_surfel s,bool waits)\n"
+    "{\n"
+    "uint thread=gl_LocalInvocationIndex,count;\n"
+    "bool nearest=false;\n"
+    "do{\n"
+    "uint k=waits?atomicAdd(ism_listed,1u):ISM_LIST;\n"
+    "bool listed=k<ISM_LIST;\n"
+    "if(listed){\n"
+    "ism_list[4u*k]=vec4(s.at,s.radius2);\n"
+    "ism_list[4u*k+1u]=vec4(s.g,0.0);\n"
+    "ism_list[4u*k+2u]=s.cut1;\n"
+    "ism_list[4u*k+3u]=s.cut2;\n"
+    "ism_boxes[k]=ism_pack(s.box);\n"
+    "ism_numbers[k]=i;\n"
+    "}\n"
+    "waits=waits&& !listed;\n"
+    "barrier();\n"
+    "count=ism_listed;\n"
+    "for(uint d=thread/32u;d<min(count,ISM_LIST);d+=ISM_THREADS/32u)\n"
+    "if(ism_draw(turn,ism_numbers[d],ism_unlist(d),ivec2(thread&7u,thread/8u&3u),ivec2(8,4)))\n"
+    "atomicOr(ism_boxes[d],ISM_HOPE);\n"
+    "barrier();\n"
+    "if(thread==0u)ism_listed=0u;\n"
+    "if(listed&&(ism_boxes[k]&ISM_HOPE)!=0u)nearest=true;\n"
+    "barrier();\n"
+    "}while(count>ISM_LIST);\n"
+    "return nearest;\n"
+    "}\n"
+    "\n\nvoid ism_draw_all(int turn,uint count)\n"
+    "{\n"
+    "for(uint start=0u;start<count;start+=ISM_THREADS){\n"
+    "uint i=start+gl_LocalInvocationIndex,word=start/ISM_THREADS>>5,bit=1u<<(start/ISM_THREADS&31u);\n"
+    "ism_surfel s;\n"
+    "bool there=i<count&&(turn==0||(ism_hopes[word]&bit)!=0u)&&ism_find(i,s);\n"
+    "ivec2 wide=there?s.box.zw-s.box.xy+1:ivec2(0);\n"
+    "bool waits=wide.x*wide.y>ISM_WIDE;\n"
+    "bool nearest=there&& !waits&&ism_draw(turn,i,s,ivec2(0),ivec2(1));\n"
+    "if(ism_draw_list(turn,i,s,waits)||nearest)ism_hopes[word]|=bit;\n"
+    "}\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint thread=gl_LocalInvocationIndex,count;\n"
+    "int side=min(int(glbk_ism_frame.maps.y),ISM_SIDE);\n"
+    "ivec2 begin=ivec2(gl_WorkGroupID.xy)*side;\n"
+    "ism_surfel s;\n"
+    "ism_hopes=uint[4](0u,0u,0u,0u);\n"
+    "ism_v=ism_tile_of(begin);\n"
+    "ism_part=(begin-ism_tile_at(ism_v)).xyxy+ivec4(0,0,side-1,side-1);\n"
+    "count=ism_v<glbk_ism_frame.maps.x&&glbk_ism_frame.points.w!=0u?glbk_ism_frame.maps.w:0u;\n"
+    "ism_l=ism_read_vpl(min(ism_v,glbk_ism_frame.points.x-1u));\n"
+    "for(uint i=thread;i<uint(ISM_SIDE*ISM_SIDE);i+=ISM_THREADS){\n"
+    "ism_depths[i]=floatBitsToUint(ISM_FAR);\n"
+    "ism_owners[i>>1]=0xffffffffu;\n"
+    "}\n"
+    "if(thread==0u)ism_listed=0u;\n"
+    "barrier();\n"
+    "for(int turn=0;turn<2;turn++)ism_draw_all(turn,count);\n"
+    "for(uint i=thread;i<uint(ISM_SIDE*ISM_SIDE);i+=ISM_THREADS){\n",
+    "ivec2 texel=ivec2(i%uint(ISM_SIDE),i/uint(ISM_SIDE));\n"
+    "vec4 surfel=vec4(0.0,0.0,0.0,ISM_FAR);\n"
+    "if(max(texel.x,texel.y)>=side)continue;\n"
+    "if(ism_depths[i]!=floatBitsToUint(ISM_FAR)&&ism_find(ism_owner(i),s))\n"
+    "surfel=vec4(s.g,uintBitsToFloat(ism_depths[i]));\n"
+    "imageStore(glbk_ism_surfels_out,begin+texel,surfel);\n"
+    "}\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_splat_frag[] = {
+    "\n\n\n\nflat in vec4 ism_at;\n"
+    "flat in vec4 ism_plane;\n"
+    "flat in vec4 ism_across;\n"
+    "flat in vec4 ism_down;\n"
+    "flat in ivec4 ism_box;\n"
+    "flat in vec4 ism_cut1;\n"
+    "flat in vec4 ism_cut2;\n"
+    "layout(location=0)out glbk_color result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "if(any(lessThan(at,ism_box.xy))||any(greaterThan(at,ism_box.zw)))discard;\n"
+    "ism_surfel s=ism_surfel(ism_at.xyz,ism_plane.xyz,ism_at.w,0.0,vec2(0.0),ism_cut1,ism_cut2,ism_box);\n"
+    "vec3 w=ism_texel_direction(ism_grid(ism_plane.w,ism_across,ism_down),at&(int(glbk_ism_frame.maps.y)-1));\n"
+    "float t=ism_meet(ism_plane.w<0.0,s,w,ISM_FAR);\n"
+    "if(!(t<ISM_FAR))discard;\n"
+    "result=glbk_pack(vec4(ism_plane.xyz,t));\n"
+    "gl_FragDepth=t*5.421010862427522e-20;\n"
+    "}\n"
+};
+
+static const char *const glbk__glsl_prog_ism_splat_vert[] = {
+    "\n\n\n#ifndef ISM_QUADS\n"
+    "#define ISM_QUADS 0\n"
+    "#endif\n"
+    "flat out vec4 ism_at;\n"
+    "flat out vec4 ism_plane;\n"
+    "flat out vec4 ism_across;\n"
+    "flat out vec4 ism_down;\n"
+    "flat out ivec4 ism_box;\n"
+    "flat out vec4 ism_cut1;\n"
+    "flat out vec4 ism_cut2;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "#if ISM_QUADS\n"
+    "uint index=uint(gl_InstanceID)+glbk_ism_frame.near_points.w;\n"
+    "#else\n"
+    "uint index=uint(gl_VertexID);\n"
+    "gl_PointSize=1.0;\n"
+    "#endif\n"
+    "uint v=index/glbk_ism_frame.points.y;\n"
+    "ism_surfel s;\n"
+    "gl_Position=vec4(2.0,2.0,2.0,1.0);\n"
+    "ism_at=vec4(0.0);\n"
+    "ism_plane=vec4(0.0);\n"
+    "ism_across=ism_down=vec4(0.0);\n"
+    "ism_box=ivec4(0);\n"
+    "ism_cut1=ism_cut2=vec4(0.0);\n"
+    "if(v>=glbk_ism_frame.maps.x)return;\n"
+    "ism_vpl l=ism_read_vpl(v);\n"
+    "if(!ism_surfel_of(index,v,l,s))return;\n"
+    "ism_at=vec4(s.at,s.radius2);\n"
+    "ism_plane=vec4(s.g,l.grid.exponent);\n"
+    "ism_across=l.grid.across;\n"
+    "ism_down=l.grid.down;\n"
+    "ism_cut1=s.cut1;\n"
+    "ism_cut2=s.cut2;\n"
+    "ism_box=s.box+ism_tile_at(v).xyxy;\n"
+    "#if ISM_QUADS\n"
+    "vec2 at=vec2((gl_VertexID&1)!=0?ism_box.z+1:ism_box.x,(gl_VertexID&2)!=0?ism_box.w+1:ism_box.y);\n"
+    "#else\n"
+    "vec2 at=0.5*vec2(ism_box.xy+ism_box.zw+1);\n"
+    "ivec2 wide=s.box.zw-s.box.xy;\n"
+    "gl_PointSize=float(max(wide.x,wide.y)+1);\n"
+    "#endif\n"
+    "gl_Position=vec4(at/float(glbk_ism_frame.maps.y*glbk_ism_frame.maps.z)*2.0-1.0,0.0,1.0);\n"
+    "}\n"
+};
+
+static const glbk_file glbk__ism_files[] = {
+    { "lib/ism_access.glsl", glbk__glsl_lib_ism_access_glsl, 1, "table ism_map ism_bindings ism_frame", "",
+      "", "" },
+    { "lib/ism_bindings.glsl", glbk__glsl_lib_ism_bindings_glsl, 1, "", "",
+      "", "" },
+    { "lib/ism_blur.glsl", glbk__glsl_lib_ism_blur_glsl, 1, "ism_gbuffer ism_view", "",
+      "", "" },
+    { "lib/ism_disc.glsl", glbk__glsl_lib_ism_disc_glsl, 1, "ism_access ism_frame", "",
+      "", "" },
+    { "lib/ism_fill.glsl", glbk__glsl_lib_ism_fill_glsl, 1, "ism_access ism_frame", "",
+      "", "" },
+    { "lib/ism_frame.glsl", glbk__glsl_lib_ism_frame_glsl, 1, "", "",
+      "", "glbk_ism_frame" },
+    { "lib/ism_gbuffer.glsl", glbk__glsl_lib_ism_gbuffer_glsl, 1, "cohsm_math ism_bindings", "",
+      "", "" },
+    { "lib/ism_holes.glsl", glbk__glsl_lib_ism_holes_glsl, 1, "ism_fill ism_frame", "",
+      "", "" },
+    { "lib/ism_light.glsl", glbk__glsl_lib_ism_light_glsl, 3, "ism_access ism_frame ism_view", "",
+      "", "" },
+    { "lib/ism_map.glsl", glbk__glsl_lib_ism_map_glsl, 1, "cohsm_math", "",
+      "", "" },
+    { "lib/ism_push.glsl", glbk__glsl_lib_ism_push_glsl, 1, "ism_fill ism_frame", "",
+      "", "" },
+    { "lib/ism_view.glsl", glbk__glsl_lib_ism_view_glsl, 1, "", "",
+      "", "glbk_ism_view" },
+    { "prog/ism_blur.comp", glbk__glsl_prog_ism_blur_comp, 1, "ism_blur ism_view", "",
+      "", "" },
+    { "prog/ism_blur.frag", glbk__glsl_prog_ism_blur_frag, 1, "ism_blur ism_view", "screen.vert",
+      "", "" },
+    { "prog/ism_fill.comp", glbk__glsl_prog_ism_fill_comp, 1, "ism_holes ism_push ism_frame", "",
+      "ISM_PROJECTION=1 | ISM_PROJECTION=4", "" },
+    { "prog/ism_holes.frag", glbk__glsl_prog_ism_holes_frag, 1, "ism_holes ism_frame", "screen.vert",
+      "ISM_PROJECTION=1 | ISM_PROJECTION=4", "" },
+    { "prog/ism_pull.frag", glbk__glsl_prog_ism_pull_frag, 1, "ism_fill ism_frame", "screen.vert",
+      "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3", "" },
+    { "prog/ism_push.frag", glbk__glsl_prog_ism_push_frag, 1, "ism_push ism_frame", "screen.vert",
+      "ISM_PROJECTION=1 | ISM_PROJECTION=4", "" },
+    { "prog/ism_resolve.frag", glbk__glsl_prog_ism_resolve_frag, 1, "ism_gbuffer picture", "screen.vert",
+      "", "" },
+    { "prog/ism_shade.comp", glbk__glsl_prog_ism_shade_comp, 1, "ism_gbuffer ism_light ism_view", "",
+      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6", "" },
+    { "prog/ism_shade.frag", glbk__glsl_prog_ism_shade_frag, 1, "ism_gbuffer ism_light ism_view", "screen.vert",
+      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6", "" },
+    { "prog/ism_splat.comp", glbk__glsl_prog_ism_splat_comp, 2, "ism_disc ism_frame", "",
+      "ISM_PROJECTION=1 | ISM_PROJECTION=4", "" },
+    { "prog/ism_splat.frag", glbk__glsl_prog_ism_splat_frag, 1, "ism_disc ism_frame", "ism_splat.vert",
+      "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1", "" },
+    { "prog/ism_splat.vert", glbk__glsl_prog_ism_splat_vert, 1, "ism_disc ism_frame", "",
+      "", "" }
+};
+
+
+/* ==== src/gl_ism/part.h ==== */
+
+/* ---- ism: this header's GLSL, textures and blocks, by which programs find them ---- */
+
+GLBK__PART_CODE(ism, ISM)
+
+/* ==== src/gl_ism/maps.h ==== */
+
+/* ---- ism: maps, meshes and VPLs ---- */
+
+static int glbk__ism_resolve(glbk_ism_desc *d)
+{
+    if (d->vpl_count > 16384 || (d->points && d->points < 8) || d->points > 65536 || d->projection > 4 ||
+        d->lazy > 64 || d->near_points > 64 ||
+        (d->tile_size && (d->tile_size < 8 || d->tile_size > 256 || (d->tile_size & (d->tile_size - 1)))) ||
+        !(d->splat_scale >= 0 && d->splat_scale <= 16) || d->window_rim == 1 ||
+        d->window_rim > (d->tile_size ? d->tile_size : 64) / 2)
+        return 0;
+    if (!d->vpl_count) d->vpl_count = 1024;
+    if (!d->points) d->points = 8192;
+    if (!d->tile_size) d->tile_size = 64;
+    if (!d->window_rim) d->window_rim = d->tile_size < 16 ? 2 : d->tile_size / 8;
+    if (!d->projection) d->projection = 1;
+    if (!d->lazy) d->lazy = 8;
+    if (!d->near_points) d->near_points = 16;
+    if (!(d->splat_scale > 0)) d->splat_scale = 1.0f;
+    if (!d->points_per_pass) d->points_per_pass = 1u << 20;
+    return 1;
+}
+
+/* What both paths draw: surfels, the atlas. */
+static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m)
+{
+    const glbk_texture *depth = NULL;
+    glbk_texture_desc d;
+    glbk_result result = GLBK_OK;
+    memset(&d, 0, sizeof d);
+    d.format = GLBK_FORMAT_DEPTH32F;
+    d.width = d.height = m->side;
+    if (!m->compute) {
+        result = glbk_texture_create(ctx, &d, &m->depth);
+        depth = &m->depth;
+    }
+    if (result == GLBK_OK)
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, m->side, m->side, depth, &m->surfels, &m->surfel_target);
+    return result == GLBK_OK ? glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target)
+                             : result;
+}
+
+/* What the core path needs from surfels to the atlas. */
+static glbk_result glbk__ism_create_fill(glbk_context *ctx, glbk_ism_maps *m, const char *projection)
+{
+    char defines[] = "ISM_LEVEL=1";
+    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R8UI, m->side, m->side, NULL, &m->kept, &m->kept_target);
+    uint32_t i;
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, glbk_ism_part(), "ism_holes.frag", projection, &m->holes);
+    for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++) {
+        result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side >> (i + 1), m->side >> (i + 1), NULL, &m->pull[i],
+                              &m->pull_target[i]);
+        defines[10] = (char)('1' + (int)i);
+        if (result == GLBK_OK)
+            result = glbk_program_create(ctx, glbk_ism_part(), "ism_pull.frag", defines, &m->pull_program[i]);
+    }
+    return result == GLBK_OK ? glbk_program_create(ctx, glbk_ism_part(),
+                                                   "ism_push.frag", projection, &m->push) : result;
+}
+
+static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m)
+{
+    char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0";
+    glbk_result result;
+    m->quads = !m->compute && ctx->max_point_side < (float)m->desc.tile_size;
+    defines[15] = (char)('0' + (int)m->desc.projection);
+    defines[27] = m->quads ? '1' : '0';
+    result = glbk_program_create(ctx, glbk_ism_part(),
+                                 m->compute ? "ism_splat.comp" : "ism_splat.frag", defines, &m->splat);
+    if (result != GLBK_OK) return result;
+    if (!m->compute) return glbk__ism_create_fill(ctx, m, defines);
+    return glbk_program_create(ctx, glbk_ism_part(), "ism_fill.comp", defines, &m->fill);
+}
+
+/* Levels of pull and push: the coarsest has two cells a side of a tile at least. */
+static uint32_t glbk__ism_levels(const glbk_ism_maps *m)
+{
+    uint32_t levels = m->desc.no_fill ? 0 : GLBK_ISM_LEVELS;
+    while (levels && m->desc.tile_size >> levels < 2) levels--;
+    return levels;
+}
+
+/* Texels of the table of VPLs before the near points' spheres, and of these. */
+static uint32_t glbk__ism_vpl_texels(const glbk_ism_maps *m) { return 4 * m->desc.vpl_count; }
+static uint32_t glbk__ism_spheres(const glbk_ism_maps *m)
+{
+    return (m->desc.vpl_count * m->desc.near_points + 63) / 64;
+}
+
+static glbk_ism_frame glbk__ism_frame_of(const glbk_ism_maps *m)
+{
+    glbk_ism_frame f;
+    memset(&f, 0, sizeof f);
+    f.maps[0] = m->count;
+    f.maps[1] = m->desc.tile_size;
+    f.maps[2] = m->tiles;
+    f.maps[3] = m->each * m->desc.lazy;
+    f.points[0] = m->desc.vpl_count;
+    f.points[1] = m->each;
+    f.points[2] = glbk__ism_levels(m);
+    f.points[3] = m->triangles;
+    memcpy(f.sphere, m->sphere, sizeof f.sphere);
+    f.values[0] = m->desc.splat_scale;
+    f.values[1] = (float)m->desc.window_rim;
+    f.near_points[0] = m->near_count;
+    f.near_points[1] = glbk__ism_vpl_texels(m);
+    f.near_points[2] = f.near_points[1] + glbk__ism_spheres(m);
+    return f;
+}
+
+static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps *m)
+{
+    const glbk_ism_frame f = glbk__ism_frame_of(m);
+    return glbk_buffer_update(ctx, &m->frame, 0, sizeof f, &f);
+}
+
+/* By compute one table, since a dispatch reads all phases. Else one for each: it is written while the frame before may
+   still be drawn, and GPUs that keep frames in flight copy the whole of a texture that is. */
+static glbk_result glbk__ism_create_points(glbk_context *ctx, glbk_ism_maps *m, size_t points)
+{
+    glbk_result result = GLBK_OK;
+    uint32_t i;
+    if (m->compute) return glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, points, &m->points);
+    for (i = 0; i < m->desc.lazy && result == GLBK_OK; i++)
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, points / m->desc.lazy, &m->phase_points[i]);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out)
+{
+    static const uint32_t nothing[4] = { 0, 0, 0, 0 };
+    size_t points;
+    glbk_result result;
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (desc) out->desc = *desc;
+    if (!glbk__ism_resolve(&out->desc)) return memset(out, 0, sizeof *out), GLBK_ERR_ARGUMENT;
+    for (out->tiles = 1; out->tiles * out->tiles < out->desc.vpl_count; out->tiles++) {}
+    out->side = out->tiles * out->desc.tile_size;
+    out->each = (out->desc.points + out->desc.lazy - 1) / out->desc.lazy;
+    points = (size_t)out->each * out->desc.lazy * out->desc.vpl_count;
+    if (out->side > ctx->max_side || points > 0x7fffffff) return memset(out, 0, sizeof *out), GLBK_ERR_LIMIT;
+    out->compute = ctx->compute && out->each * out->desc.lazy <= 65536;     /* ism_splat.comp counts them in 16 bits */
+    result = glbk__ism_create_points(ctx, out, points);
+    if (result == GLBK_OK)
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, NULL,
+                                   glbk__ism_vpl_texels(out) + glbk__ism_spheres(out) +
+                                       3 * (size_t)out->desc.vpl_count * out->desc.near_points, &out->vpls);
+    if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, nothing, 1, &out->triangle_table);
+    if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, nothing, 1, &out->positions);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_frame), NULL, &out->frame);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &out->view);
+    if (result == GLBK_OK) result = glbk__ism_create_canvases(ctx, out);
+    if (result == GLBK_OK) result = glbk__ism_create_programs(ctx, out);
+    if (result == GLBK_OK) result = glbk__made(ctx, glbk__ism_write_frame(ctx, out));
+    if (result != GLBK_OK) glbk_ism_maps_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *m)
+{
+    uint32_t i;
+    if (!m) return;
+    for (i = 0; i < GLBK_ISM_LEVELS; i++) {
+        glbk_program_free(ctx, &m->pull_program[i]);
+        glbk_target_free(ctx, &m->pull_target[i]);
+        glbk_texture_free(ctx, &m->pull[i]);
+    }
+    glbk_program_free(ctx, &m->splat);
+    glbk_program_free(ctx, &m->holes);
+    glbk_program_free(ctx, &m->push);
+    glbk_program_free(ctx, &m->fill);
+    glbk_target_free(ctx, &m->surfel_target);
+    glbk_target_free(ctx, &m->kept_target);
+    glbk_target_free(ctx, &m->atlas_target);
+    glbk_texture_free(ctx, &m->vpls);
+    glbk_texture_free(ctx, &m->points);
+    for (i = 0; i < 64; i++) glbk_texture_free(ctx, &m->phase_points[i]);
+    glbk_texture_free(ctx, &m->triangle_table);
+    glbk_texture_free(ctx, &m->positions);
+    glbk_texture_free(ctx, &m->surfels);
+    glbk_texture_free(ctx, &m->depth);
+    glbk_texture_free(ctx, &m->kept);
+    glbk_texture_free(ctx, &m->atlas);
+    glbk_buffer_free(ctx, &m->frame);
+    glbk_buffer_free(ctx, &m->view);
+    memset(m, 0, sizeof *m);
+}
+
+
+/* count strided triples into a table of four floats each, at least one texel; the table is made anew where it is too
+ * small. */
+static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from,
+                                    size_t count, size_t stride)
+{
+    glbk_ism__allocator memory = glbk_ism__memory(ctx);
+    float *texels = (float *)glbk_ism__alloc_array(&memory, count ? count : 1, 16);
+    glbk_texture made;
+    glbk_result result;
+    size_t i;
+    if (!texels) return GLBK_ERR_ALLOC;
+    memset(texels, 0, 16 * (count ? count : 1));
+    for (i = 0; i < count; i++) memcpy(texels + 4 * i, (const char *)from + (stride ? stride : 12) * i, 12);
+    if (table->name && count == had && count) {
+        result = glbk_table_update(ctx, table, 0, count, texels);
+    } else {
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, texels, count ? count : 1, &made);
+        if (result == GLBK_OK) {
+            glbk_texture_free(ctx, table);
+            *table = made;
+        }
+    }
+    glbk_ism__free(&memory, texels);
+    return result;
+}
+
+/* Three indices and the bits of the opacity, or NULL where memory (result) or an index (its error) fails. */
+static uint32_t *glbk__ism_triangles(const glbk_ism__allocator *memory, const ism_mesh *mesh, size_t count,
+                                     glbk_result *result)
+{
+    uint32_t *words = (uint32_t *)glbk_ism__alloc_array(memory, count, 16);
+    float opacity = 1;
+    size_t i, k;
+    *result = words ? GLBK_OK : GLBK_ERR_ALLOC;
+    for (i = 0; i < count && *result == GLBK_OK; i++) {
+        for (k = 0; k < 3; k++) {
+            words[4 * i + k] = mesh->indices     ? mesh->indices[3 * i + k]
+                               : mesh->indices16 ? mesh->indices16[3 * i + k]
+                                                 : (uint32_t)(3 * i + k);
+            if (words[4 * i + k] >= mesh->vertex_count) *result = GLBK_ERR_ARGUMENT;
+        }
+        if (mesh->opacities) opacity = mesh->opacities[i];
+        memcpy(words + 4 * i + 3, &opacity, 4);
+    }
+    if (words && *result != GLBK_OK) {
+        glbk_ism__free(memory, words);
+        words = NULL;
+    }
+    return words;
+}
+
+GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_mesh *mesh)
+{
+    glbk_ism__allocator memory;
+    uint32_t *words;
+    const int indexed = mesh && (mesh->indices || mesh->indices16);
+    size_t corners = mesh ? (indexed ? mesh->index_count : mesh->vertex_count) : 0, count = corners / 3;
+    glbk_texture made;
+    glbk_result result;
+    if (!ctx || !m || !m->vpls.name || (mesh && !glbk_ism__stride_valid(mesh->vertex_stride, 12)) || corners % 3 ||
+        (corners && !mesh->positions) || (indexed && mesh->indices && mesh->indices16))
+        return GLBK_ERR_ARGUMENT;
+    if (corners > 0x7fffffff || (mesh && mesh->vertex_count > 0x7fffffff)) return GLBK_ERR_LIMIT;
+    if (count) {
+        memory = glbk_ism__memory(ctx);
+        words = glbk__ism_triangles(&memory, mesh, count, &result);
+        if (!words) return result;
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made);
+        glbk_ism__free(&memory, words);
+        if (result == GLBK_OK) {
+            result = glbk__ism_upload(ctx, &m->positions, m->vertices, mesh->positions, mesh->vertex_count,
+                                      mesh->vertex_stride);
+            if (result != GLBK_OK) glbk_texture_free(ctx, &made);
+        }
+        if (result != GLBK_OK) return result;
+        glbk_texture_free(ctx, &m->triangle_table);
+        m->triangle_table = made;
+        m->vertices = (uint32_t)mesh->vertex_count;
+    }
+    if (count != m->triangles) m->phases = 0;
+    m->triangles = (uint32_t)count;
+    return glbk__made(ctx, glbk__ism_write_frame(ctx, m));
+}
+
+GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, const float *positions, size_t stride)
+{
+    if (!ctx || !m || !m->triangles || !positions || !glbk_ism__stride_valid(stride, 12)) return GLBK_ERR_ARGUMENT;
+    return glbk__ism_upload(ctx, &m->positions, m->vertices, positions, m->vertices, stride);
+}
+
+GLBK_DEF glbk_result glbk_ism_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase, const void *points)
+{
+    size_t count;
+    glbk_result result;
+    if (!ctx || !m || !m->vpls.name || !points || phase >= m->desc.lazy) return GLBK_ERR_ARGUMENT;
+    count = (size_t)m->desc.vpl_count * m->each;
+    result = m->compute ? glbk_table_update(ctx, &m->points, count * phase, count, points)
+                        : glbk_table_update(ctx, &m->phase_points[phase], 0, count, points);
+    if (result == GLBK_OK) m->phases |= (uint64_t)1 << phase;
+    return result;
+}
+
+static int glbk__ism_vpl_ok(const ism_vpl *v)
+{
+    float sum = v->exponent + v->side + v->reach;
+    int k;
+    for (k = 0; k < 3; k++) sum += v->position[k] * 0 + v->normal[k] * 0 + v->flux[k] * 0 + v->axis[k] * 0;
+    for (k = 0; k < 2; k++)         /* something is left of each side */
+        if ((v->window >> 6 * k & 63) + (v->window >> (6 * k + 12) & 63) > 63) return 0;
+    return sum >= 0 && v->exponent >= 0 && v->exponent <= 1e5f && v->side >= 0 && v->reach >= 0 &&
+           sum < 3e38f && v->window < 1u << 24;
+}
+
+GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_vpl *vpls, uint32_t count,
+                                          const float center[3], float radius)
+{
+    glbk_ism__allocator memory;
+    glbk_result result = GLBK_OK;
+    float *texels;
+    uint32_t i;
+    if (!ctx || !m || !m->vpls.name || (count && !vpls) || count > m->desc.vpl_count || (center && !(radius > 0)))
+        return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < count; i++)
+        if (!glbk__ism_vpl_ok(&vpls[i]) || (vpls[i].directional && !center)) return GLBK_ERR_ARGUMENT;
+    if (count) {
+        memory = glbk_ism__memory(ctx);
+        texels = (float *)glbk_ism__alloc_array(&memory, count, 64);
+        if (!texels) return GLBK_ERR_ALLOC;
+        for (i = 0; i < count; i++) {
+            float *to = texels + 16 * (size_t)i;
+            memcpy(to, vpls[i].position, 12);
+            to[3] = vpls[i].directional ? -1 : vpls[i].exponent;
+            memcpy(to + 4, vpls[i].normal, 12);
+            to[7] = vpls[i].side;
+            memcpy(to + 8, vpls[i].flux, 12);
+            to[11] = vpls[i].reach;
+            memcpy(to + 12, vpls[i].axis, 12);
+            to[15] = (float)vpls[i].window;
+        }
+        result = glbk_table_update(ctx, &m->vpls, 0, 4 * (size_t)count, texels);
+        glbk_ism__free(&memory, texels);
+    }
+    if (result != GLBK_OK) return result;
+    m->count = count;
+    m->near_count = 0;
+    memset(m->sphere, 0, sizeof m->sphere);
+    if (center) memcpy(m->sphere, center, 3 * sizeof(float));
+    m->sphere[3] = center ? radius : 1;
+    return glbk__ism_write_frame(ctx, m);
+}
+
+/* x, y, z and radius of the sphere beyond which none of them reaches, as ism.h has it. */
+static void glbk__ism_near_sphere(const float *points, uint32_t count, float sphere[4])
+{
+    float lo[3], hi[3], d2, reach;
+    uint32_t i, k;
+    for (k = 0; k < 3; k++) lo[k] = hi[k] = points[k];
+    for (i = 1; i < count; i++)
+        for (k = 0; k < 3; k++) {
+            lo[k] = points[12 * i + k] < lo[k] ? points[12 * i + k] : lo[k];
+            hi[k] = points[12 * i + k] > hi[k] ? points[12 * i + k] : hi[k];
+        }
+    for (k = 0; k < 3; k++) sphere[k] = 0.5f * (lo[k] + hi[k]);
+    sphere[3] = 0;
+    for (i = 0; i < count; i++) {
+        for (k = 0, d2 = 0; k < 3; k++) d2 += (points[12 * i + k] - sphere[k]) * (points[12 * i + k] - sphere[k]);
+        reach = sqrtf(d2) + points[12 * i + 7];
+        if (reach > sphere[3]) sphere[3] = reach;
+    }
+}
+
+GLBK_DEF glbk_result glbk_ism_near_upload(glbk_context *ctx, glbk_ism_maps *m, const void *points, uint32_t count)
+{
+    const float *values = (const float *)points;
+    glbk_ism__allocator memory;
+    glbk_result result;
+    float *spheres;
+    uint32_t i, k;
+    if (!ctx || !m || !m->vpls.name || (count && !points) || count > m->desc.vpl_count * m->desc.near_points)
+        return GLBK_ERR_ARGUMENT;
+    for (i = 0; i < count; i++) {
+        const float *p = values + 12 * (size_t)i;
+        float sum = 0;
+        for (k = 0; k < 12; k++) sum += p[k] * 0;
+        if (!(sum >= 0 && p[3] >= 0 && p[7] >= 0 && p[11] >= 0 && p[11] < (float)m->count)) return GLBK_ERR_ARGUMENT;
+    }
+    m->near_count = count;
+    if (!count) return glbk__ism_write_frame(ctx, m);
+    memory = glbk_ism__memory(ctx);
+    spheres = (float *)glbk_ism__alloc_array(&memory, (count + 63) / 64, 16);
+    if (!spheres) return m->near_count = 0, GLBK_ERR_ALLOC;
+    for (i = 0; i < count; i += 64)
+        glbk__ism_near_sphere(values + 12 * (size_t)i, count - i < 64 ? count - i : 64, spheres + i / 16);
+    result = glbk_table_update(ctx, &m->vpls, glbk__ism_vpl_texels(m), (count + 63) / 64, spheres);
+    glbk_ism__free(&memory, spheres);
+    if (result == GLBK_OK)
+        result = glbk_table_update(ctx, &m->vpls, (size_t)glbk__ism_vpl_texels(m) + glbk__ism_spheres(m),
+                                   3 * (size_t)count, points);
+    if (result != GLBK_OK) m->near_count = 0;
+    return result == GLBK_OK ? glbk__ism_write_frame(ctx, m) : result;
+}
+
+/* ==== src/gl_ism/drawing.h ==== */
+
+/* ---- ism: drawing the maps ---- */
+
+static void glbk__ism_bind_points(glbk_context *ctx, const glbk_ism_maps *m)
+{
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
+    if (m->compute) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->points);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+}
+
+/* A group of ism_splat.comp and of ism_fill.comp for each tile, or for each of the squares that it is cut into. */
+static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m, glbk_program *program, uint32_t square)
+{
+    uint32_t groups = m->side / (m->desc.tile_size <= 64 ? m->desc.tile_size : square);
+    return glbk_dispatch(ctx, program, groups, groups, 1);
+}
+
+/* The points of a phase, as many in a draw as may be. */
+static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase)
+{
+    const uint32_t all = m->each * m->desc.vpl_count, most = m->desc.points_per_pass;
+    glbk_ism_frame f = glbk__ism_frame_of(m);
+    glbk_result result = GLBK_OK;
+    uint32_t first, count;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->phase_points[phase]);
+    for (first = 0; first < all && result == GLBK_OK; first += count) {
+        count = all - first < most ? all - first : most;
+        if (!m->quads) {
+            ctx->gl.DrawArrays(GLBK_GL_POINTS, (int32_t)first, (int32_t)count);
+            continue;
+        }
+        f.near_points[3] = first;               /* instances begin at 0 everywhere */
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame, &f);
+        if (result == GLBK_OK) ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLE_STRIP, 0, 4, (int32_t)count);
+    }
+    return result;
+}
+
+/* All points, cleared before. */
+static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
+{
+    static const float empty[4] = { 0, 0, 0, 1e30f };
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t phase;
+    if (m->compute) {
+        glbk__ism_bind_points(ctx, m);
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_surfels_out, &m->surfels);
+        return glbk__ism_dispatch(ctx, m, &m->splat, 64);
+    }
+    memset(&pass, 0, sizeof pass);
+    pass.target = &m->surfel_target;
+    pass.depth = GLBK_DEPTH_LESS;
+    result = glbk_begin(ctx, &pass, &m->splat);
+    if (result != GLBK_OK) return result;
+    glbk_clear(ctx, &m->surfel_target, 0, empty);
+    glbk_clear_depth(ctx, 1);
+    if (!m->triangles || !m->count) return GLBK_OK;
+    glbk__ism_bind_points(ctx, m);
+    for (phase = 0; phase < m->desc.lazy && result == GLBK_OK; phase++) result = glbk__ism_draw_phase(ctx, m, phase);
+    return result;
+}
+
+static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
+{
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_surfels, &m->surfels);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+}
+
+/* A pass over a whole target that reads the maps and, in the slot "below", one texture. */
+static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, const glbk_target *target,
+                                  glbk_program *program, const glbk_texture *below)
+{
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t i;
+    memset(&pass, 0, sizeof pass);
+    pass.target = target;
+    result = glbk_begin(ctx, &pass, program);
+    if (result != GLBK_OK) return result;
+    if (below) {
+        glbk__ism_bind_surfels(ctx, m);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_below, below);
+    }
+    for (i = 0; target == &m->atlas_target && i < GLBK_ISM_LEVELS; i++)
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_pull1 + i, &m->pull[i]);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+/* From surfels to the atlas: holes, pull, push. */
+static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
+{
+    uint32_t i, levels = glbk__ism_levels(m);
+    glbk_result result;
+    if (m->compute) {
+        glbk__ism_bind_surfels(ctx, m);
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_atlas_out, &m->atlas);
+        return glbk__ism_dispatch(ctx, m, &m->fill, 32);
+    }
+    result = glbk__ism_pass(ctx, m, &m->kept_target, &m->holes, &m->surfels);
+    for (i = 0; i < levels && result == GLBK_OK; i++)
+        result = glbk__ism_pass(ctx, m, &m->pull_target[i], &m->pull_program[i], i ? &m->pull[i - 1] : &m->kept);
+    return result == GLBK_OK ? glbk__ism_pass(ctx, m, &m->atlas_target, &m->push, &m->kept) : result;
+}
+
+GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m)
+{
+    uint64_t all;
+    glbk_result result;
+    if (!ctx || !m || !m->vpls.name) return GLBK_ERR_ARGUMENT;
+    all = m->desc.lazy == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy) - 1;
+    if (m->triangles && m->phases != all) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_splat(ctx, m);
+    return result == GLBK_OK ? glbk__ism_fill(ctx, m) : result;
+}
+
+GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *m, float *atlas)
+{
+    glbk_ism__allocator memory;
+    uint32_t *words, y, x;
+    glbk_result result = GLBK_OK;
+    if (!ctx || !m || !m->vpls.name || !atlas) return GLBK_ERR_ARGUMENT;
+    memory = glbk_ism__memory(ctx);
+    words = (uint32_t *)glbk_ism__alloc_array(&memory, m->side, 16);
+    if (!words) return GLBK_ERR_ALLOC;
+    for (y = 0; y < m->side && result == GLBK_OK; y++) {
+        result = glbk_target_read(ctx, &m->atlas_target, 0, 0, y, m->side, 1, words);
+        for (x = 0; x < m->side && result == GLBK_OK; x++)
+            memcpy(atlas + (size_t)y * m->side + x, words + 4 * (size_t)x, 4);
+    }
+    glbk_ism__free(&memory, words);
+    return result;
+}
+
+/* ==== src/gl_ism/renderer.h ==== */
+
+/* ---- ism: the renderer ---- */
+
+/* The shading with its defaults, and what shaders read of it. */
+static glbk_result glbk__ism_view_of(const glbk_ism_maps *m, const glbk_ism_shading *shading, glbk_ism_shading *s,
+                                     glbk_ism_view *view)
+{
+    memset(s, 0, sizeof *s);
+    s->bias = 0.02f;
+    s->clamp = 1;
+    if (shading) *s = *shading;
+    if (!m || !m->vpls.name || s->near_mode > 6 || s->pattern > 8 || (s->pattern & (s->pattern - 1)) ||
+        !(s->bias >= 0 && s->bias < 1) ||
+        ((s->near_mode == 3 || s->near_mode == 4) && !(s->clamp > 0 && s->clamp < 3e38f)))
+        return GLBK_ERR_ARGUMENT;
+    if (!s->near_mode) s->near_mode = 6;
+    if (!s->pairs_per_pass) s->pairs_per_pass = 1u << 28;
+    memset(view, 0, sizeof *view);
+    view->size[2] = s->pattern ? s->pattern : 1;
+    view->size[3] = (s->no_maps ? 1u : 0u) | (s->irradiance ? 0u : 2u);
+    view->values[0] = s->bias;
+    view->values[1] = s->clamp;
+    return GLBK_OK;
+}
+
+static void glbk__ism_bind_maps(glbk_context *ctx, const glbk_ism_maps *m, const glbk_offset *offset)
+{
+    const glbk_offset at = glbk__offset(offset);
+    glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_ism_vpls, &m->vpls);
+    glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_ism_atlas, &m->atlas);
+    glbk_bind_block(ctx, at.block + GLBK_SLOT_glbk_ism_frame, &m->frame);
+}
+
+GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m, const glbk_ism_shading *shading,
+                                   const glbk_offset *offset)
+{
+    glbk_ism_shading s;
+    glbk_ism_view view;
+    glbk_result result = ctx ? glbk__ism_view_of(m, shading, &s, &view) : GLBK_ERR_ARGUMENT;
+    if (result == GLBK_OK)
+        result = glbk__put_block(ctx, glbk__offset(offset).block + GLBK_SLOT_glbk_ism_view, &m->view, &view);
+    if (result == GLBK_OK) glbk__ism_bind_maps(ctx, m, offset);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
+                                              glbk_ism_renderer *out)
+{
+    glbk_texture_desc d;
+    glbk_target_desc t;
+    glbk_result result = GLBK_OK;
+    int i;
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!width || !height) return GLBK_ERR_ARGUMENT;
+    memset(&d, 0, sizeof d);
+    memset(&t, 0, sizeof t);
+    out->width = d.width = width;
+    out->height = d.height = height;
+    d.format = GLBK_FORMAT_COLOR;
+    for (i = 0; i < 4 && result == GLBK_OK; i++) {
+        result = glbk_texture_create(ctx, &d, &out->gbuffer[i]);
+        t.color[i] = &out->gbuffer[i];
+    }
+    d.format = GLBK_FORMAT_DEPTH32F;
+    t.depth = &out->depth;
+    if (result == GLBK_OK) result = glbk_texture_create(ctx, &d, &out->depth);
+    if (result == GLBK_OK) result = glbk__target_create(ctx, &t, &out->gbuffer_target);
+    if (result == GLBK_OK)
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->light, &out->light_target);
+    if (result == GLBK_OK)
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->result, &out->result_target);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &out->view);
+    out->compute = ctx->compute;
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, glbk_ism_part(),
+                                     out->compute ? "ism_blur.comp" : "ism_blur.frag", NULL, &out->blur);
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, glbk_ism_part(), "ism_resolve.frag", NULL, &out->resolve);
+    if (result != GLBK_OK) glbk_ism_renderer_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
+{
+    int i;
+    if (!r) return;
+    glbk_target_free(ctx, &r->gbuffer_target);
+    glbk_target_free(ctx, &r->light_target);
+    glbk_target_free(ctx, &r->result_target);
+    for (i = 0; i < 4; i++) glbk_texture_free(ctx, &r->gbuffer[i]);
+    glbk_texture_free(ctx, &r->depth);
+    glbk_texture_free(ctx, &r->light);
+    glbk_texture_free(ctx, &r->result);
+    glbk_buffer_free(ctx, &r->view);
+    for (i = 0; i < 24; i++) glbk_program_free(ctx, &r->shade[i / 6][i % 6]);
+    glbk_program_free(ctx, &r->blur);
+    glbk_program_free(ctx, &r->resolve);
+    memset(r, 0, sizeof *r);
+}
+
+GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_renderer *r, const glbk_ism_receivers *from)
+{
+    const float *arrays[4];
+    glbk_ism__allocator memory;
+    glbk_result result = GLBK_OK;
+    size_t count, i, stride;
+    float *texels;
+    int k;
+    if (!ctx || !r || !r->view.name || !from || !from->positions || !from->normals ||
+        !glbk_ism__stride_valid(from->stride, 12))
+        return GLBK_ERR_ARGUMENT;
+    arrays[0] = from->positions;
+    arrays[1] = from->normals;
+    arrays[2] = from->geometric ? from->geometric : from->normals;
+    arrays[3] = from->albedos;
+    stride = from->stride ? from->stride : 12;
+    count = (size_t)r->width * r->height;
+    memory = glbk_ism__memory(ctx);
+    texels = (float *)glbk_ism__alloc_array(&memory, count, 16);
+    if (!texels) return GLBK_ERR_ALLOC;
+    for (k = 0; k < 4 && result == GLBK_OK; k++) {
+        for (i = 0; i < count; i++) {
+            texels[4 * i] = texels[4 * i + 1] = texels[4 * i + 2] = texels[4 * i + 3] = 1;
+            if (arrays[k]) memcpy(texels + 4 * i, (const char *)arrays[k] + stride * i, 12);
+        }
+        result = glbk_texture_update(ctx, &r->gbuffer[k], 0, 0, 0, 0, r->width, r->height, 1, texels);
+    }
+    glbk_ism__free(&memory, texels);
+    return result;
+}
+
+/* Rows of pixels from one on by one program, which reads the G-buffer, the maps and, for the blur, the light: by
+ * 16 x 16 of each class of pixels, `side` apart, in groups of the compute path. */
+static glbk_result glbk__ism_shade_pass(glbk_context *ctx, const glbk_ism_renderer *r, const glbk_ism_maps *m,
+                                        glbk_program *program, int blur, uint32_t side, uint32_t from, uint32_t rows)
+{
+    glbk_pass pass;
+    glbk_result result = GLBK_OK;
+    uint32_t i, square = 16 * side;
+    memset(&pass, 0, sizeof pass);
+    pass.target = blur ? &r->result_target : &r->light_target;
+    pass.viewport[1] = (int32_t)from;
+    pass.viewport[2] = (int32_t)r->width;
+    pass.viewport[3] = (int32_t)rows;
+    if (!r->compute) result = glbk_begin(ctx, &pass, program);
+    if (result != GLBK_OK) return result;
+    for (i = 0; i < 4; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_place + i, &r->gbuffer[i]);
+    if (blur) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
+    else glbk__ism_bind_maps(ctx, m, NULL);
+    if (!r->compute) {
+        glbk_draw_screen(ctx);
+        return GLBK_OK;
+    }
+    glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_light_out, blur ? &r->result : &r->light);
+    return glbk_dispatch(ctx, program, (r->width + square - 1) / square, (rows + square - 1) / square, side * side);
+}
+
+/* All pixels in the light of all VPLs, so many rows at a time as have `pairs` of them; whole squares of the compute
+   path. */
+static glbk_result glbk__ism_shade_all(glbk_context *ctx, const glbk_ism_renderer *r, const glbk_ism_maps *m,
+                                       glbk_program *program, glbk_ism_view *view, uint32_t pairs)
+{
+    const uint32_t side = view->size[2], square = 16 * side;
+    const uint64_t row = (uint64_t)r->width * (m->count / (side * side) + 1);
+    uint64_t step = pairs / row / square * square;
+    glbk_result result = GLBK_OK;
+    uint32_t from = 0, rows;
+    if (step < square) step = square;
+    for (; from < r->height && result == GLBK_OK; from += rows) {
+        rows = r->height - from < step ? r->height - from : (uint32_t)step;
+        view->values[2] = (float)from;
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view, view);
+        if (result == GLBK_OK) result = glbk__ism_shade_pass(ctx, r, m, program, 0, side, from, rows);
+    }
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, const glbk_ism_maps *m,
+                                    const glbk_ism_shading *shading)
+{
+    char defines[] = "ISM_PROJECTION=1 ISM_NEAR=1";
+    glbk_program *program;
+    glbk_ism_shading s;
+    glbk_ism_view view;
+    glbk_result result = glbk__ism_view_of(m, shading, &s, &view);
+    if (result != GLBK_OK || !ctx || !r || !r->view.name) return GLBK_ERR_ARGUMENT;
+    defines[15] = (char)('0' + (int)m->desc.projection);
+    defines[26] = (char)('0' + (int)s.near_mode);
+    program = &r->shade[m->desc.projection - 1][s.near_mode - 1];
+    if (!program->name)
+        result = glbk_program_create(ctx, glbk_ism_part(),
+                                     r->compute ? "ism_shade.comp" : "ism_shade.frag", defines, program);
+    view.size[0] = r->width;
+    view.size[1] = r->height;
+    if (result == GLBK_OK) result = glbk__ism_shade_all(ctx, r, m, program, &view, s.pairs_per_pass);
+    return result == GLBK_OK ? glbk__ism_shade_pass(ctx, r, m, &r->blur, 1, 1, 0, r->height) : result;
+}
+
+GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, const glbk_pass *pass,
+                                      const glbk_picture *picture)
+{
+    glbk_result result;
+    int i;
+    if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
+    result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
+    if (result != GLBK_OK) return result;
+    for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_place + (uint32_t)i, &r->gbuffer[i]);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->result);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *r, float *rgb)
+{
+    glbk_ism__allocator memory;
+    float *texels;
+    size_t i, count;
+    glbk_result result;
+    if (!ctx || !r || !r->view.name || !rgb) return GLBK_ERR_ARGUMENT;
+    count = (size_t)r->width * r->height;
+    memory = glbk_ism__memory(ctx);
+    texels = (float *)glbk_ism__alloc_array(&memory, count, 16);
+    if (!texels) return GLBK_ERR_ALLOC;
+    result = glbk_target_read(ctx, &r->result_target, 0, 0, 0, r->width, r->height, texels);
+    for (i = 0; i < count && result == GLBK_OK; i++) memcpy(rgb + 3 * i, texels + 4 * i, 12);
+    glbk_ism__free(&memory, texels);
+    return result;
+}
+
+/* ==== src/gl_ism/end.h ==== */
+
+#endif /* GL_ISM_IMPLEMENTATION */
+
+/*
+Dapple is available under either of the two licences below, at your choice:
+MIT-0 OR Unlicense.
+
+------------------------------------------------------------------------------
+MIT No Attribution
+
+Copyright 2026 The Dapple authors
+
+Permission is hereby granted, free of charge, to any person obtaining a copy
+of this software and associated documentation files (the "Software"), to deal
+in the Software without restriction, including without limitation the rights
+to use, copy, modify, merge, publish, distribute, sublicense, and/or sell
+copies of the Software, and to permit persons to whom the Software is
+furnished to do so.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
+OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE
+SOFTWARE.
+
+------------------------------------------------------------------------------
+The Unlicense
+
+This is free and unencumbered software released into the public domain.
+
+Anyone is free to copy, modify, publish, use, compile, sell, or distribute
+this software, either in source code form or as a compiled binary, for any
+purpose, commercial or non-commercial, and by any means.
+
+In jurisdictions that recognize copyright laws, the author or authors of this
+software dedicate any and all copyright interest in the software to the public
+domain. We make this dedication for the benefit of the public at large and to
+the detriment of our heirs and successors. We intend this dedication to be an
+overt act of relinquishment in perpetuity of all present and future rights to
+this software under copyright law.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN
+ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION
+WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+
+For more information, please refer to <https://unlicense.org/>
+*/

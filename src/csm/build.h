@@ -1,0 +1,260 @@
+/* ---- build: from a mesh ---- */
+
+typedef struct cohsm__job { cohsm_builder *builder; const cohsm__soup *soup; int simd; } cohsm__job;
+
+static void cohsm__raster_task(void *context, size_t index)
+{
+    const cohsm__job *job = (const cohsm__job *)context;
+    const cohsm_builder *b = job->builder;
+    uint32_t view = b->batch_begin + (uint32_t)index, m = b->head.map_side, p;
+    cohsm__camera cam = cohsm__camera_of(&b->head, b->locations, b->angles,
+                                         b->cells[view % b->head.map_count], view / b->head.map_count);
+    cohsm__target target;
+
+    target.z = b->batch + index * b->batch_size;
+    target.keep = b->keep;
+    target.size = (int)m;
+    target.row_begin = (int)(b->desc.pixel_begin / m);
+    target.row_end = (int)((b->desc.pixel_end + m - 1u) / m);
+    cohsm__raster(&target, &cam, job->soup, job->simd);
+    if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
+        for (p = b->desc.pixel_begin; p < b->desc.pixel_end; p++)
+            target.z[4 * (size_t)p + 3] = cohsm__leave_depth(&cam, m, p);
+}
+
+static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup)
+{
+    cohsm__job job;
+    cohsm_result result = COHSM_OK;
+
+    job.builder = b;
+    job.soup = soup;
+    job.simd = cohsm__simd();
+    while (result == COHSM_OK && b->next_view < b->head.view_count) {
+        if (b->desc.system.progress &&
+            b->desc.system.progress(b->desc.system.user, (float)b->next_view / (float)b->head.view_count))
+            return COHSM_ERR_CANCELLED;
+        b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->next_view);
+        cohsm__run(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
+        result = cohsm__close_batch(b);
+    }
+    return result;
+}
+
+/* A mesh made ready: sphere, k-DOP and soup; desc gets the sphere. */
+typedef struct cohsm__model { cohsm__soup soup; float dop[2 * COHSM__DOP_AXES]; } cohsm__model;
+
+static cohsm_result cohsm__model_bound(cohsm__model *model, cohsm_desc *d, const cohsm__points *points,
+                                       const cohsm__logger *log)
+{
+    if (!(d->radius > 0.0f)) cohsm__fit_sphere(points, d->center, &d->radius);
+    else if (!cohsm__sphere_holds(points, d->center, d->radius))
+        return cohsm__wrong(log, "desc.radius", (double)d->radius,
+                            "so large that the sphere about center holds the mesh");
+    if (!cohsm__radius_usable(d->radius)) {
+        cohsm__log_value(log, "the radius of mesh", (double)d->radius, "above 1e-18, below 1e18");
+        return COHSM_ERR_INPUT;
+    }
+    cohsm__dop_of_points(model->dop, points);
+    return COHSM_OK;
+}
+
+static cohsm_result cohsm__model_make(cohsm__model *model, cohsm_desc *d, const cohsm_mesh *mesh,
+                                      cohsm__heap *heap, cohsm_stats *stats, const cohsm__logger *log)
+{
+    size_t count;
+    uint8_t *used;
+    cohsm__points points;
+    cohsm_result result = cohsm__check_mesh(mesh, log);
+
+    if (result != COHSM_OK) return result;
+    count = cohsm__triangle_count(mesh);
+    used = (uint8_t *)cohsm__take(heap, count, 1);
+    if (!used) return cohsm__ended(log, COHSM_ERR_ALLOC);
+    result = cohsm__select(mesh, used, heap, stats);
+    if (result == COHSM_ERR_INPUT) cohsm__log_text(log, "mesh", "has no triangle that can be used");
+    if (result == COHSM_OK) {
+        result = COHSM_ERR_ALLOC;
+        if (cohsm__points_make(&points, mesh, used, stats->triangles, heap))
+            result = cohsm__model_bound(model, d, &points, log);
+        cohsm__points_free(&points, heap);
+    }
+    if (result == COHSM_OK &&
+        !cohsm__soup_make(&model->soup, mesh, used, stats->triangles, d->center, d->radius, heap))
+        result = COHSM_ERR_ALLOC;
+    cohsm__give(heap, used, count, 1);
+    return cohsm__ended(log, result);
+}
+
+static cohsm_result cohsm__build_model(const cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap,
+                                       cohsm_maps **out, cohsm_stats *stats)
+{
+    cohsm_builder *b;
+    cohsm_result result = cohsm__builder_make(d, heap, &b);
+
+    if (result != COHSM_OK) return result;
+    memcpy(b->head.dop, model->dop, sizeof model->dop);
+    result = cohsm__build_views(b, &model->soup);
+    if (result == COHSM_OK) result = cohsm__finish(b, out, stats);
+    cohsm__drop_builder(b, heap);
+    return result;
+}
+
+/* Segments of a build with sides divided by shrink and half the map size. */
+static cohsm_result cohsm__try_small(const cohsm_desc *d, const cohsm__model *model, uint32_t shrink,
+                                     cohsm__heap *heap, double *segments)
+{
+    cohsm_desc trial = *d;
+    cohsm__step_system step;
+    cohsm_maps *maps;
+    cohsm_stats stats;
+    cohsm_result result;
+    int i;
+
+    memset(&stats, 0, sizeof stats);
+    cohsm__system_for_step(&trial.system, &step, 0.0f, 0.0f);
+    for (i = 0; i < 3; i++) trial.domain.side[i] = (d->domain.side[i] + shrink - 1u) / shrink;
+    trial.map_side = cohsm__max_u32(d->map_side / 2, 8);
+    trial.pixel_begin = 0;
+    trial.pixel_end = trial.map_side * trial.map_side;
+    result = cohsm__build_model(&trial, model, heap, &maps, &stats);
+    if (result != COHSM_OK) return result;
+    cohsm_free(maps);
+    *segments = (double)stats.segments;
+    return COHSM_OK;
+}
+
+/* Order and frame, where the desc leaves them open: tried at a quarter and an eighth of each side and
+   continued by that growth for two more doublings, since zig-zag is ahead of Hilbert on few maps and falls
+   behind on many. Below 8 maps a side such growth says little, so that small domains are tried at a half, or
+   whole. */
+static cohsm_result cohsm__choose_sequence(cohsm_desc *d, const cohsm__model *model, cohsm__heap *heap)
+{
+    static const cohsm_order orders[2] = { COHSM_ORDER_HILBERT, COHSM_ORDER_ZIGZAG_THETA };
+    static const cohsm_orientation orientations[2] = { COHSM_ORIENTATION_POLAR, COHSM_ORIENTATION_TWO_POLES };
+    int tabled = cohsm__has_table((uint32_t)d->domain.kind), o, f;
+    int any_order = d->order == COHSM_ORDER_DEFAULT && !tabled;
+    int any_orientation =
+        d->orientation == COHSM_ORIENTATION_DEFAULT && !tabled && !cohsm__is_positional(&d->domain);
+    uint32_t shrink = d->domain.side[0] >= 32 ? 4 : d->domain.side[0] >= 16 ? 2 : 1, k;
+    double least = 0.0, segments = 0.0, growth;
+    cohsm_desc trial = *d;
+    cohsm_result result;
+
+    if (d->order == COHSM_ORDER_DEFAULT) d->order = COHSM_ORDER_HILBERT;
+    if (d->orientation == COHSM_ORIENTATION_DEFAULT) d->orientation = COHSM_ORIENTATION_POLAR;
+    if (!any_order && !any_orientation) return COHSM_OK;
+    for (o = 0; o < (any_order ? 2 : 1); o++)
+        for (f = 0; f < (any_orientation ? 2 : 1); f++) {
+            trial.order = any_order ? orders[o] : d->order;
+            trial.orientation = any_orientation ? orientations[f] : d->orientation;
+            result = cohsm__try_small(&trial, model, shrink, heap, &segments);
+            growth = segments;
+            if (result == COHSM_OK && shrink > 1)
+                result = cohsm__try_small(&trial, model, 2 * shrink, heap, &growth);
+            if (result != COHSM_OK) return result;
+            growth = segments / growth;                              /* by one doubling */
+            for (k = shrink; k > 1; k /= 2) segments *= growth;
+            if (least == 0.0 || segments < least) {
+                least = segments;
+                d->order = any_order ? orders[o] : d->order;
+                d->orientation = any_orientation ? orientations[f] : d->orientation;
+            }
+        }
+    return COHSM_OK;
+}
+
+/* Bytes a pixel, and the cells' own, of a build with this side; from, to: of the progress. */
+static cohsm_result cohsm__try_side(cohsm_desc d, const cohsm_mesh *mesh, uint32_t side, float from, float to,
+                                    double *per_pixel)
+{
+    cohsm__step_system step;
+    cohsm_maps *maps;
+    cohsm_result result;
+
+    cohsm__system_for_step(&d.system, &step, from, to);
+    d.domain.side[0] = d.domain.side[1] = side;
+    d.map_side = 64;
+    d.pixel_begin = d.pixel_end = 0;
+    result = cohsm_build(&d, mesh, &maps, NULL);
+    if (result != COHSM_OK) return result;
+    *per_pixel = (double)(maps->head.lookup_words + maps->head.directory_words + maps->head.line_words) *
+                 4.0 / (64 * 64);
+    cohsm_free(maps);
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *mesh, size_t bytes,
+                                    uint32_t *side, uint32_t *map_side)
+{
+    cohsm_desc d;
+    double coarse, fine, pixel, error, least = 0.0, growth;
+    uint32_t n, m, step, maps;
+    cohsm_result result;
+    cohsm__logger log;
+
+    memset(&d, 0, sizeof d);
+    if (desc) d = *desc;
+    log = cohsm__logger_of(&d.system, "cohsm_budget");
+    if (!mesh) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "mesh", "is NULL");
+    if (!side) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "side", "is NULL");
+    if (!map_side) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "map_side", "is NULL");
+    if (d.domain.kind != COHSM_DOMAIN_DEFAULT && d.domain.kind != COHSM_DOMAIN_LATLONG &&
+        d.domain.kind != COHSM_DOMAIN_OCTAHEDRAL)
+        return COHSM_ERR_MISMATCH;
+    if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
+    result = cohsm__try_side(d, mesh, 16, 0.0f, 0.2f, &coarse);
+    if (result == COHSM_OK) result = cohsm__try_side(d, mesh, 32, 0.2f, 1.0f, &fine);
+    if (result != COHSM_OK) return result;
+    growth = fine / coarse > 1.0 ? fine / coarse : 1.0;
+    /* N, and 1.5 n half a doubling on. */
+    for (n = 8, pixel = coarse / growth; n <= 2048; n *= 2, pixel *= growth)
+        for (step = 2; step <= 3; step++)
+            for (m = 16, maps = (n * step / 2u) * (n * step / 2u); m <= 1024; m += 16) {
+                double size = pixel * (step == 3 ? 0.5 * (1.0 + growth) : 1.0) * m * m;
+                size += 4.0 * (double)COHSM__HEADER_WORDS + (maps > 65536u ? 4.0 : 2.0) * maps;
+                /* Lookup of every chunk but the first, in pixel. */
+                size += 4.0 * m * m * ((maps - 1u) / 65536u);
+                if (size > 0.9 * (double)bytes) break;
+                error = 0.0055 * 128.0 / (n * step / 2u) + 0.0185 * sqrt(128.0 / m);
+                if (least > 0.0 && error >= least) continue;
+                least = error;
+                *side = n * step / 2u;
+                *map_side = m;
+            }
+    if (least > 0.0) return COHSM_OK;
+    cohsm__log_value(&log, "bytes", (double)bytes, "more: not even 64 maps of 16 x 16 pixels fit");
+    return COHSM_ERR_LIMIT;
+}
+
+COHSM_DEF cohsm_result cohsm_build(const cohsm_desc *desc, const cohsm_mesh *mesh, cohsm_maps **out,
+                                   cohsm_stats *stats)
+{
+    cohsm_desc d;
+    cohsm_stats s;
+    cohsm__heap heap;
+    cohsm__model model;
+    cohsm__logger log;
+    cohsm_result result;
+
+    memset(&d, 0, sizeof d);
+    memset(&s, 0, sizeof s);
+    memset(&heap, 0, sizeof heap);
+    memset(&model, 0, sizeof model);
+    if (desc) d = *desc;
+    log = cohsm__logger_of(&d.system, "cohsm_build");
+    if (!mesh) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "mesh", "is NULL");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    result = cohsm__check_desc(&d, &log);
+    if (result != COHSM_OK) return result;
+    heap.allocator = cohsm__allocator_of(&d.system);
+    result = cohsm__model_make(&model, &d, mesh, &heap, &s, &log);
+    if (result == COHSM_OK) {
+        result = cohsm__choose_sequence(&d, &model, &heap);
+        if (result == COHSM_OK) result = cohsm__build_model(&d, &model, &heap, out, &s);
+        (void)cohsm__built(&log, &d, result);
+    }
+    cohsm__soup_free(&model.soup, &heap);
+    if (result == COHSM_OK && stats) *stats = s;
+    return result;
+}

@@ -1,0 +1,301 @@
+/* ---- builder: layers to segments, one view at a time ---- */
+
+enum { COHSM__RANGES = 16, COHSM__BATCH = 32 };
+
+typedef struct cohsm__record {          /* a closed segment on its way to a list */
+    uint32_t pixel;                     /* within the range; top bit: exact, its depth in lo | hi << 8 */
+    uint16_t first;
+    uint8_t  lo, hi;
+} cohsm__record;
+#define COHSM__EXACT 0x80000000u
+
+typedef struct cohsm__page {
+    struct cohsm__page *next;
+    uint32_t count;
+    cohsm__record records[1];
+} cohsm__page;
+
+typedef struct cohsm__range {           /* neighbouring pixels, compressed by one task */
+    uint32_t     begin, end;            /* pixels of the shard */
+    cohsm__page *first, *last, *spare;  /* log of the chunk; spare: taken from the allocator between tasks */
+    uint32_t     next_view;             /* of the batch */
+    int          starved;               /* stopped for want of a page */
+    uint64_t     segments, exact, empty, open;
+} cohsm__range;
+
+typedef struct cohsm__words { struct cohsm__words *next; size_t count; uint32_t data[1]; } cohsm__words;
+
+struct cohsm_builder {
+    cohsm__heap       heap;
+    cohsm_desc        desc;             /* defaults filled in */
+    cohsm__header     head;
+    uint32_t         *cells;            /* place in the sequence -> cell */
+    float            *locations, *angles;
+    uint16_t         *leave;            /* Z1Z3_SPHERE, directions: depth where each pixel's ray leaves the
+                                           sphere */
+    uint8_t          *lo, *hi;          /* the open segment of each pixel of the shard: what grid values it
+                                           can have */
+    uint32_t         *first;            /* its first view within the chunk */
+    uint16_t         *batch;            /* COHSM__BATCH views: keep values a pixel, z1 z2 z3 and the depth
+                                           where the ray leaves the sphere (Z1Z3_SPHERE only) */
+    uint32_t          keep, batch_size, batch_begin, batch_count;
+    uint32_t          next_view, range_pixels, page_records;
+    cohsm__grid       grid;
+    float             thickness;        /* desc.open_thickness in 16-bit depths; of the depth, for
+                                           positions */
+    cohsm__range      ranges[COHSM__RANGES];
+    cohsm__words     *lists, *lists_last;
+    uint32_t         *lookup;           /* words from the beginning of its piece of lists, until finish */
+    size_t            list_words;
+    int               finished;         /* or failed: it can only be destroyed */
+};
+
+/* Grid value i stands for the depth floor(i 65535 / grid): the least i whose depth is at least d, and the
+   greatest whose depth is at most d. */
+static uint32_t cohsm__grid_above(uint32_t d, uint32_t grid) { return (d * grid + 65534u) / 65535u; }
+static uint32_t cohsm__grid_below(uint32_t d, uint32_t grid) { return ((d + 1u) * grid - 1u) / 65535u; }
+
+/* flag 0: the depth is on the grid. Right before the second layer it would let that layer be lit under a bias
+   of one pixel, so it stays two pixels away from it where more than four are left for the first. */
+static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel, uint32_t flag,
+                                 uint32_t lo, uint32_t hi)
+{
+    cohsm__record *c = &r->last->records[r->last->count++];
+    uint32_t clear = b->head.positional ? 4u * hi / b->head.map_side + 1u : b->grid.margin;
+    if (!flag && hi < b->grid.top)
+        hi = hi > lo + 3u * clear ? hi - clear : cohsm__min_u32(hi, lo + 2u * clear);
+    c->pixel = (pixel - r->begin) | flag;
+    c->first = (uint16_t)b->first[pixel];
+    c->lo = (uint8_t)lo;
+    c->hi = (uint8_t)hi;
+    r->segments++;
+}
+
+/* A page with room for what one view can close: two segments a pixel, one before and one of an exact
+   depth. */
+static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
+{
+    cohsm__page *p = r->last;
+    if (p && p->count + 2 * (r->end - r->begin) <= b->page_records) return 1;
+    if (!r->spare) return 0;
+    p = r->spare;
+    r->spare = NULL;
+    p->next = NULL;
+    p->count = 0;
+    if (r->last) r->last->next = p;
+    else r->first = p;
+    r->last = p;
+    return 1;
+}
+
+/* The interval [lo, hi] that a stored depth must lie in: from the first hit to just before the layer that
+   bounds it. 1 where that layer lies at the first hit: then z = z1, and the query's bias is trusted. */
+static int cohsm__interval(const cohsm_builder *b, const uint16_t *z, uint32_t *lo, uint32_t *hi)
+{
+    uint32_t z2 = z[1], upper;
+
+    *lo = z[0];
+    *hi = COHSM__INFINITE;
+    if (z[0] == COHSM__INFINITE) {
+        if (b->desc.self_only) *lo = 0;
+        return 0;
+    }
+    if (b->desc.layers == COHSM_LAYERS_Z1Z2) {
+        upper = z2;
+        if (z2 == COHSM__INFINITE)
+            upper = z[0] + 1u + (uint32_t)(b->head.positional ? b->thickness * (float)z[0] : b->thickness);
+    } else if (z[2] != COHSM__INFINITE) upper = z[2];
+    else if (b->desc.layers == COHSM_LAYERS_Z1Z3_FAR) return 0;
+    else upper = cohsm__max_u32(z[3], z2 == COHSM__INFINITE ? z[0] : z2) + 1u;
+    *hi = upper > z[0] ? cohsm__min_u32(upper - 1u, COHSM__OPEN) : z[0];
+    return upper <= z[0];
+}
+
+/* Greedy: a segment goes on as long as one grid value separates the layers of all its views (equation 1). No
+   sequence of segments is shorter: any part of a segment that can be stored can be stored too, so by
+   induction the greedy segments end no earlier than those of any other sequence. A view that no grid value
+   separates is a segment of its own, and stored exactly, in every sequence. */
+static void cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const uint16_t *z, uint32_t view)
+{
+    uint32_t p, lo, hi, glo, ghi, nlo, nhi, depth;
+
+    for (p = r->begin, z += (size_t)p * b->keep; p < r->end; p++, z += b->keep) {
+        r->empty += (uint64_t)cohsm__interval(b, z, &lo, &hi);
+        glo = cohsm__grid_above(lo, b->grid.top);
+        ghi = cohsm__grid_below(hi, b->grid.top);
+        nlo = cohsm__max_u32(b->lo[p], glo);
+        nhi = cohsm__min_u32(b->hi[p], ghi);
+        r->open += z[0] != COHSM__INFINITE && z[1] == COHSM__INFINITE;
+        if (nlo > nhi) {
+            if (b->first[p] != view) cohsm__close_segment(b, r, p, 0, b->lo[p], b->hi[p]);
+            b->first[p] = view;
+            nlo = glo;
+            nhi = ghi;
+            if (glo > ghi) {
+                depth = (lo + hi) / 2u;
+                cohsm__close_segment(b, r, p, COHSM__EXACT, depth & 255u, depth >> 8);
+                r->exact++;
+                b->first[p] = view + 1u;
+                nlo = 0;
+                nhi = b->grid.top;
+            }
+        }
+        b->lo[p] = (uint8_t)nlo;
+        b->hi[p] = (uint8_t)nhi;
+    }
+}
+
+static void cohsm__compress_task(void *context, size_t index)
+{
+    cohsm_builder *b = (cohsm_builder *)context;
+    cohsm__range *r = &b->ranges[index];
+    uint32_t chunk_begin = b->batch_begin & ~(COHSM__CHUNK - 1u);
+
+    if (r->begin == r->end) return;                 /* fewer pixels than ranges */
+    for (; r->next_view < b->batch_count; r->next_view++) {
+        r->starved = !cohsm__page_ready(b, r);
+        if (r->starved) return;
+        cohsm__compress_view(
+            b, r, b->batch + (size_t)r->next_view * b->batch_size + (size_t)b->desc.pixel_begin * b->keep,
+            b->batch_begin + r->next_view - chunk_begin);
+    }
+}
+
+static size_t cohsm__page_size(const cohsm_builder *b)
+{
+    return sizeof(cohsm__page) + (size_t)b->page_records * sizeof(cohsm__record);
+}
+
+/* A spare page for each range. Allocation happens here, between tasks, since the caller's allocator need not
+   be safe to call from several threads. */
+static cohsm_result cohsm__take_spares(cohsm_builder *b)
+{
+    int i;
+    for (i = 0; i < COHSM__RANGES; i++) {
+        cohsm__range *r = &b->ranges[i];
+        if (r->spare || r->begin == r->end) continue;
+        r->spare = (cohsm__page *)cohsm__take(&b->heap, 1, cohsm__page_size(b));
+        if (!r->spare) return COHSM_ERR_ALLOC;
+        r->spare->next = NULL;
+    }
+    return COHSM_OK;
+}
+
+static cohsm_result cohsm__compress_batch(cohsm_builder *b)
+{
+    int i, starved;
+
+    for (i = 0; i < COHSM__RANGES; i++) b->ranges[i].next_view = 0;
+    do {
+        if (cohsm__take_spares(b) != COHSM_OK) return COHSM_ERR_ALLOC;
+        cohsm__run(&b->desc.system, COHSM__RANGES, cohsm__compress_task, b);
+        for (i = 0, starved = 0; i < COHSM__RANGES; i++) starved |= b->ranges[i].starved;
+    } while (starved);
+    return COHSM_OK;
+}
+
+static void cohsm__free_pages(cohsm_builder *b, cohsm__page *p)
+{
+    while (p) {
+        cohsm__page *next = p->next;
+        cohsm__give(&b->heap, p, 1, cohsm__page_size(b));
+        p = next;
+    }
+}
+
+static cohsm__segment cohsm__segment_of(const cohsm__record *c)
+{
+    cohsm__segment s;
+    s.exact = (c->pixel & COHSM__EXACT) != 0;
+    s.first = c->first;
+    s.lo = s.exact ? (uint16_t)((uint32_t)c->lo | (uint32_t)c->hi << 8) : (uint16_t)c->lo;
+    s.hi = c->hi;
+    return s;
+}
+
+static uint32_t cohsm__constant(const cohsm__segment *s, const cohsm__grid *grid)
+{
+    uint32_t value = grid->top;
+    if (s->exact) return COHSM__CONSTANT | s->lo;
+    if (s->lo < grid->top) value = cohsm__choose(grid, s->lo, cohsm__min_u32(s->hi, grid->top - 1u));
+    return COHSM__CONSTANT | value * 65535u / grid->top;
+}
+
+/* Lists of one range: its log sorted by pixel (views are in order already), then written one after the
+   other. */
+static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32_t *lookup, uint32_t views)
+{
+    uint32_t pixels = r->end - r->begin, p, i;
+    size_t total = 0, bound = 0, used = 0, n;
+    size_t *at = (size_t *)cohsm__take(&b->heap, (size_t)pixels + 1, sizeof *at);
+    cohsm__segment *segments = NULL;
+    cohsm__words *words = NULL, *exact;
+    cohsm__page *page;
+
+    if (!at) return COHSM_ERR_ALLOC;
+    memset(at, 0, ((size_t)pixels + 1) * sizeof *at);
+    for (page = r->first; page; page = page->next)
+        for (i = 0; i < page->count; i++) at[page->records[i].pixel & ~COHSM__EXACT]++;
+    for (p = 0; p < pixels; p++) {                  /* from counts to ends, walked down to beginnings below */
+        bound += at[p] > 1 ? cohsm__list_bound(at[p]) : 0;
+        total += at[p];
+        at[p] = total - at[p];
+    }
+    at[pixels] = total;
+    segments = (cohsm__segment *)cohsm__take(&b->heap, total, sizeof *segments);
+    words = (cohsm__words *)cohsm__take(&b->heap, 1, sizeof *words + 4 * bound);
+    if (segments && words) {
+        for (page = r->first; page; page = page->next)
+            for (i = 0; i < page->count; i++)
+                segments[at[page->records[i].pixel & ~COHSM__EXACT]++] = cohsm__segment_of(&page->records[i]);
+        memset(words->data, 0, 4 * bound);
+        for (p = 0, n = 0; p < pixels; n = at[p++]) {   /* at[p] is the end of list p by now */
+            if (at[p] - n == 1) {
+                lookup[p] = cohsm__constant(segments + n, &b->grid);
+                continue;
+            }
+            lookup[p] = (uint32_t)used;
+            used += cohsm__write_list(words->data + used, segments + n, at[p] - n, &b->grid, views);
+        }
+        exact = (cohsm__words *)cohsm__take(&b->heap, 1, sizeof *exact + 4 * used);
+        if (exact) {
+            exact->next = NULL;
+            exact->count = used;
+            memcpy(exact->data, words->data, 4 * used);
+            if (b->lists_last) b->lists_last->next = exact;
+            else b->lists = exact;
+            b->lists_last = exact;
+            b->list_words += used;
+        }
+    } else exact = NULL;
+    cohsm__give(&b->heap, words, 1, sizeof *words + 4 * bound);
+    cohsm__give(&b->heap, segments, total, sizeof *segments);
+    cohsm__give(&b->heap, at, (size_t)pixels + 1, sizeof *at);
+    return exact ? COHSM_OK : COHSM_ERR_ALLOC;
+}
+
+/* A chunk of views is complete: closes every segment and turns the log into lists. */
+static cohsm_result cohsm__close_chunk(cohsm_builder *b)
+{
+    uint32_t chunk = (b->next_view - 1u) >> COHSM__CHUNK_BITS,
+             views = ((b->next_view - 1u) & (COHSM__CHUNK - 1u)) + 1u;
+    uint32_t *lookup = b->lookup + (size_t)chunk * b->range_pixels, p;
+    cohsm_result result = cohsm__take_spares(b);
+    int i;
+
+    for (i = 0; i < COHSM__RANGES && result == COHSM_OK; i++) {
+        cohsm__range *r = &b->ranges[i];
+        if (r->begin == r->end) continue;
+        cohsm__page_ready(b, r);
+        for (p = r->begin; p < r->end; p++) {
+            if (b->first[p] != views) cohsm__close_segment(b, r, p, 0, b->lo[p], b->hi[p]);
+            b->first[p] = 0;
+            b->lo[p] = 0;
+            b->hi[p] = (uint8_t)b->grid.top;
+        }
+        result = cohsm__write_range(b, r, lookup + r->begin, views);
+        cohsm__free_pages(b, r->first);
+        r->first = r->last = NULL;
+    }
+    return result;
+}

@@ -1,0 +1,40 @@
+/* ---- kernels: which to call ---- */
+
+typedef struct cohsm__kernels {
+    void (*address)(cohsm__tile *t, uint32_t corner, float (*weight)[COHSM__TILE]);
+    void (*search)(cohsm__tile *t);
+    size_t (*load_vectors)(const cohsm__tile *t, const float *packed, cohsm__v3 center, float scale,
+                           float (*out)[COHSM__TILE]);
+    void (*one_light)(cohsm__stream *s, float *visible);
+    void (*find)(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup, uint32_t begin, uint32_t end,
+                 cohsm__sight *sight);
+    void (*enqueue)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
+                    const cohsm__sight *sight, cohsm__queue *q);
+    void (*draw_all)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q);
+} cohsm__kernels;
+
+static cohsm__kernels cohsm__choose_kernels(int simd)
+{
+    cohsm__kernels k;
+    k.address = cohsm__address_latlong_plain;
+    k.search = cohsm__search_plain;
+    k.load_vectors = cohsm__load_vectors_plain;
+    k.one_light = cohsm__one_light_plain;
+    k.find = cohsm__find_plain;
+    k.enqueue = cohsm__enqueue_plain;
+    k.draw_all = cohsm__draw_all_plain;
+#if COHSM__SETS
+    if (simd) {
+        k.address = cohsm__address_latlong_avx2;
+        k.search = cohsm__search_avx2;
+        k.load_vectors = cohsm__load_vectors_avx2;
+        k.one_light = simd == 2 ? cohsm__one_light_avx512 : cohsm__one_light_avx2;
+        k.find = cohsm__find_avx2;
+        k.enqueue = simd == 2 ? cohsm__enqueue_avx512 : cohsm__enqueue_avx2;
+        k.draw_all = simd == 2 ? cohsm__draw_all_avx512 : cohsm__draw_all_avx2;
+    }
+#else
+    (void)simd;
+#endif
+    return k;
+}

@@ -1,0 +1,194 @@
+/* ---- kernels of query: directions to latitude-longitude maps, in steps ---- */
+
+#if COHSM__LANE_COUNT == 8
+
+/* sqrtf may set errno, so that compilers do not vectorise it. */
+static inline COHSM__IN_KERNEL void cohsm__step_roots(float *x)
+{
+    int k;
+    for (k = 0; k < COHSM__STEP; k += COHSM__LANE_COUNT)
+        cohsm__lanes_store(x + k, cohsm__lanes_sqrt(cohsm__lanes_load(x + k)));
+}
+
+static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohsm__tile *t, size_t first)
+{
+    const cohsm_maps *m = t->maps;
+    const float *x = t->light[0] + first, *y = t->light[1] + first, *z = t->light[2] + first;
+    int32_t n0 = (int32_t)m->head.side[0], n1 = (int32_t)m->head.side[1], c0, c1;
+    float top0 = (float)n0, top1 = (float)n1, u, v, height[COHSM__STEP], root[COHSM__STEP];
+    int k;
+
+    for (k = 0; k < COHSM__STEP; k++) root[k] = x[k] * x[k] + y[k] * y[k] + z[k] * z[k];
+    cohsm__step_roots(root);
+    for (k = 0; k < COHSM__STEP; k++) {
+        s->valid[k] = (root[k] > 0.0f) & (root[k] < 3.4e38f);
+        height[k] = y[k] / root[k];
+        root[k] = cohsm__acos_square(height[k]);
+    }
+    cohsm__step_roots(root);
+    for (k = 0; k < COHSM__STEP; k++) {
+        u = (0.5f + cohsm__atan2(z[k], x[k]) * 0.159154943f) * top0;
+        v = cohsm__acos_rooted(height[k], root[k]) * 0.318309886f * top1;
+        u = cohsm__either(u >= 0.0f, u, 0.0f);
+        v = cohsm__either(v >= 0.0f, v, 0.0f);
+        u = cohsm__either(u > top0, top0, u) - 0.5f + s->jitter[0][k];
+        v = cohsm__either(v > top1, top1, v) - 0.5f + s->jitter[1][k];
+        s->at[0][k] = u;
+        s->at[1][k] = v;
+        c0 = (int32_t)u;
+        c1 = (int32_t)v;
+        c0 -= (float)c0 > u;
+        c1 -= (float)c1 > v;
+        c0 += n0 / 2 & (0 - ((c1 < 0) | (c1 >= n1)));                       /* cohsm__wrap */
+        c0 += n0 & (0 - (c0 < 0));
+        c0 -= n0 & (0 - (c0 >= n0));
+        s->cell[0][k] = c0;
+        s->cell[1][k] = c1 + (c1 < 0) - (c1 >= n1);
+    }
+}
+
+/* cohsm__cell_frame */
+static inline COHSM__IN_KERNEL void cohsm__step_frames(cohsm__step *s, const cohsm_maps *m)
+{
+    const float *columns = m->angles, *rows = m->angles + 2 * m->head.side[0];
+    int k, two_poles = m->head.orientation == COHSM_ORIENTATION_TWO_POLES;
+
+    for (k = 0; k < COHSM__STEP; k++) {
+        s->angle[0][k] = columns[2 * s->cell[0][k]];
+        s->angle[1][k] = columns[2 * s->cell[0][k] + 1];
+        s->angle[2][k] = rows[2 * s->cell[1][k]];
+        s->angle[3][k] = rows[2 * s->cell[1][k] + 1];
+    }
+    for (k = 0; k < COHSM__STEP; k++) {
+        float cp = s->angle[0][k], sp = s->angle[1][k], ct = s->angle[2][k], st = s->angle[3][k];
+        s->right[0][k] = -sp;
+        s->right[1][k] = 0.0f;
+        s->right[2][k] = cp;
+        s->up[0][k] = -ct * cp;
+        s->up[1][k] = st;
+        s->up[2][k] = -ct * sp;
+        s->back[0][k] = st * cp;
+        s->back[1][k] = ct;
+        s->back[2][k] = st * sp;
+    }
+    if (m->head.orientation == COHSM_ORIENTATION_POLAR) return;
+    for (k = 0; k < COHSM__STEP; k++) {
+        float x = s->back[0][k], y = s->back[1][k], z = s->back[2][k], a, g, odd;
+        g = cohsm__either(!two_poles | (y >= 0.0f), 1.0f, -1.0f);
+        odd = fabsf(g + y) < 1e-6f ? 1.0f : 0.0f;
+        a = -1.0f / (g + y + odd);
+        a = odd > 0.0f ? 0.0f : a;
+        s->right[0][k] = 1.0f + g * x * x * a;
+        s->right[1][k] = odd > 0.0f ? 0.0f : -g * x;
+        s->right[2][k] = g * x * z * a;
+        s->up[0][k] = x * z * a;
+        s->up[1][k] = odd > 0.0f ? 0.0f : -z;
+        s->up[2][k] = g + z * z * a;
+    }
+}
+
+/* cohsm__see, cohsm__pixel and cohsm__compared_depth. Points outside the map, in front of it or not finite get
+   COHSM__NO_PIXEL. */
+static inline COHSM__IN_KERNEL void cohsm__step_see(cohsm__step *s, cohsm__tile *t, size_t first)
+{
+    const cohsm_maps *m = t->maps;
+    const float *px = t->point[0] + first, *py = t->point[1] + first, *pz = t->point[2] + first;
+    float top = (float)m->head.map_side, half = 0.5f * top, bias = t->query->bias / top, x, y, d;
+    int32_t side = (int32_t)m->head.map_side, begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range;
+    int32_t in, p;
+    int k;
+
+    for (k = 0; k < COHSM__STEP; k++) {
+        x = (px[k] * s->right[0][k] + py[k] * s->right[1][k] + pz[k] * s->right[2][k]) * half + half;
+        y = (px[k] * s->up[0][k] + py[k] * s->up[1][k] + pz[k] * s->up[2][k]) * half + half;
+        d = px[k] * s->back[0][k] + py[k] * s->back[1][k] + pz[k] * s->back[2][k];
+        d = (0.5f - 0.5f * d - bias) * (float)COHSM__HIT_MAX;
+        x += s->jitter[3][k] - 0.5f;
+        y += s->jitter[4][k] - 0.5f;
+        s->at[2][k] = x;
+        s->at[3][k] = y;
+        in = s->valid[k] & (x >= 0.0f) & (x < top) & (y >= 0.0f) & (y < top) & (d >= 0.0f);
+        x = in ? x : 0.0f;
+        y = in ? y : 0.0f;
+        d = in ? d : 0.0f;
+        p = (int32_t)y * side + (int32_t)x;
+        in &= (p >= begin) & (p < end);
+        t->pixel[first + (size_t)k] = in ? (uint32_t)(p - begin) : COHSM__NO_PIXEL;
+        t->depth[first + (size_t)k] = (int32_t)(d < 65535.0f ? d : 65535.0f);
+    }
+}
+
+static inline COHSM__IN_KERNEL void cohsm__step_places(const cohsm__step *s, cohsm__tile *t, size_t first)
+{
+    const cohsm_maps *m = t->maps;
+    uint32_t *place = t->place + first, n0 = m->head.side[0], n1 = m->head.side[1], c0, c1;
+    int k;
+
+    if (m->head.order == COHSM_ORDER_HILBERT)
+        for (k = 0; k < COHSM__STEP; k++)
+            place[k] = cohsm__place(m, (uint32_t)s->cell[0][k], (uint32_t)s->cell[1][k], 0);
+    else if (m->head.order == COHSM_ORDER_ZIGZAG_THETA)
+        for (k = 0; k < COHSM__STEP; k++) {
+            c0 = (uint32_t)s->cell[0][k];
+            c1 = (uint32_t)s->cell[1][k];
+            place[k] = c0 * n1 + (c0 & 1u ? n1 - 1u - c1 : c1);
+        }
+    else {
+        uint32_t zigzag = m->head.order == COHSM_ORDER_ZIGZAG;
+        for (k = 0; k < COHSM__STEP; k++) {
+            c0 = (uint32_t)s->cell[0][k];
+            c1 = (uint32_t)s->cell[1][k];
+            place[k] = c1 * n0 + (c1 & zigzag ? n0 - 1u - c0 : c0);
+        }
+    }
+}
+
+/* NEAREST takes the cell and pixel round a sample; ROULETTE those round it moved at random by up to a half; PCF all
+   sixteen round it, one for each corner: bits 0 and 1 in the domain, 2 and 3 in the map. */
+static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t first,
+                                                       uint32_t corner)
+{
+    static const uint32_t dimension[4] = { 0, 1, 3, 4 };
+    cohsm_filter filter = t->query->filter;
+    float same;
+    uint32_t i, d;
+    int k;
+
+    for (i = 0; i < 4; i++) {
+        d = dimension[i];
+        same = filter != COHSM_FILTER_PCF ? 0.5f : corner >> i & 1u ? 1.0f : 0.0f;
+        if (filter == COHSM_FILTER_ROULETTE)
+            for (k = 0; k < COHSM__STEP; k++)
+                s->jitter[d][k] = cohsm__random(t->seed, (uint32_t)t->id[first + (size_t)k], d);
+        else for (k = 0; k < COHSM__STEP; k++) s->jitter[d][k] = same;
+    }
+}
+
+/* weight: where not NULL, by what share each sample lies towards the next cell or pixel, in the dimensions of which the
+   corner is the lower one */
+COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, uint32_t corner,
+                                                                float (*weight)[COHSM__TILE])
+{
+    cohsm__step s;
+    size_t first;
+    float x, low;
+    int k, i;
+
+    for (first = 0; first < t->count; first += COHSM__STEP) {
+        cohsm__step_jitter(&s, t, first, corner);
+        cohsm__step_cells(&s, t, first);
+        cohsm__step_frames(&s, t->maps);
+        cohsm__step_see(&s, t, first);
+        cohsm__step_places(&s, t, first);
+        for (i = 0; weight && i < 4; i++) {
+            if (corner >> i & 1u) continue;
+            for (k = 0; k < COHSM__STEP; k++) {
+                x = cohsm__either(fabsf(s.at[i][k]) < 1e6f, s.at[i][k], 0.0f);
+                low = (float)(int32_t)x;
+                weight[i][first + (size_t)k] = x - (low - cohsm__either(low > x, 1.0f, 0.0f));
+            }
+        }
+    }
+}
+
+#endif

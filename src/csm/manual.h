@@ -1,0 +1,161 @@
+/* csm.h - v1.0.0 - coherent shadow maps: visibility of rigid objects, precomputed without loss - MIT-0 OR Unlicense
+
+   What it does
+
+   Renders an object's depth from thousands of directions (or light positions) once, compresses all those
+   shadow maps into one small block, and answers "is this point lit from there?" with one cache line a query.
+   After Ritschel, Grosch, Kautz and Mueller, "Interactive Illumination with Coherent Shadow Maps", EGSR 2007.
+   lightsampling.h has what a Monte Carlo renderer of direct light needs around visibility: lights, materials,
+   sampling.
+
+   What it does not do
+
+   - Objects are rigid; they may move, turn and scale evenly. Nothing deforms.
+   - Answers are exact for the maps, not for the scene: directions snap to N maps and points to M x M pixels.
+     Shadows of details finer than a pixel (1/128 of the object) are lost or widened; docs/csm.md has pictures
+     and figures.
+   - No bounced light, no rendering, no file access, no threads of its own.
+
+   Quick start
+
+   In exactly one source file write the define; everywhere else include the header alone.
+
+       #define CSM_IMPLEMENTATION
+       #include "csm.h"
+       #include <stdio.h>
+
+       int main(void)
+       {
+           static const float corners[] = { -1, 0, -1,  1, 0, -1,  1, 0, 1,  -1, 0, 1 };    // a square
+           static const uint32_t triangles[] = { 0, 2, 1,  0, 3, 2 };
+           const float point[3] = { 0.0f, -0.5f, 0.0f }, sideways[3] = { 1, 0, 0 }, up[3] = { 0, 1, 0 };
+           cohsm_mesh mesh = { corners, 4, 0, triangles, 6, NULL };
+           static cohsm_query query;                                 // static: all zero, the defaults
+           cohsm_maps *maps;
+           float lit[2];
+
+           if (cohsm_build(NULL, &mesh, &maps, NULL) != COHSM_OK) return 1;     // 128 x 128 directions
+           query.positions = point;
+           query.count = 1;
+           query.lights = up;                                                   // towards the light
+           cohsm_visible(maps, &query, &lit[0], NULL);
+           query.lights = sideways;
+           cohsm_visible(maps, &query, &lit[1], NULL);
+           printf("below the square: light from above %g, from the side %g\n", (double)lit[0],
+                  (double)lit[1]);
+           cohsm_free(maps);
+           return !(lit[0] == 0.0f && lit[1] == 1.0f);
+       }
+
+   Real programs ask for thousands of points at once: the searches of a batch overlap, and one light for all
+   points (query.one_light) is several times faster still.
+
+   Conventions
+
+   Right-handed; matrices are column-major float[16]; directions point from the surface to the light;
+   distances in the mesh's units, angles in radians. Latitude-longitude maps have their poles at +Y and -Y: a
+   scene with Z up is turned before it comes here.
+
+     map        the depth of the object along one direction (orthographic) or around one position (six faces
+                of a cube)
+     domain     the set of those directions or positions: a mapping D of d parameters in 0..1
+     cell       one of the N samples of the domain; its map is what is precomputed
+     view       one rendered image: a map, or one face of it; views are stored in a sequence chosen for
+                coherence
+     layers     z1, z2, z3: depths of the first hits of a pixel's ray
+     segment    a run of views for which one stored depth separates z1 from the layer behind it
+     receiver   the point that is asked about
+     semi-local a light at a position outside the object's convex hull, answered by the maps of directions
+
+   How it works
+
+   A pixel's depth z may be stored as any value in [z1, z2): the comparison with a receiver on a surface comes
+   out the same. For each pixel, the builder walks through the views and goes on with one value as long as it
+   fits; that is the least number of segments. What it then writes is 14 to 16 bits a segment:
+
+     lookup        4 bytes a pixel          directory     2 bytes a block of about 30 segments
+     blocks        64 bytes: where each segment begins (Elias-Fano), and its depth (8-bit grid, range or
+                   palette)
+
+   Memory is about M^2 s 1.9 bytes for s segments a pixel; s grows with about N^0.55 and with the object's
+   detail (bunny 345, dragon 530 at N = 128^2, M = 128). The knobs, and what each trades:
+
+     side          fewer directions: banding in penumbrae, shadows that jump as a light moves
+     map_side      fewer pixels: jagged and widened contact shadows; leaks through things thinner than a
+                   pixel. From places on a light M pixels are 90 degrees: a small thing far from it wants maps
+                   of directions
+     layers        Z1Z2 right everywhere; Z1Z3_SPHERE and Z1Z3_FAR halve and third the block, for closed
+                   objects, and leak light onto receivers between the second and third surface, and with FAR
+                   behind the object
+     bias          too little: acne at grazing light; too much: light leaks in corners. 1 pixel suits most
+     filter        NEAREST is fastest and jagged; PCF smooth and slow; ROULETTE a search as NEAREST, noise for
+                   jags
+
+   From the paper to the code
+
+     section 3.1, figure 3  a depth in [z1, z2) answers as z1    cohsm__interval                      T59, T71
+     eq. (1), figure 4      segments: one depth for many maps    cohsm__compress_view, cohsm_verify   T59, T60
+     section 3.1            third layer, spherical far plane     cohsm_layers, cohsm__leave_depth     T62
+     section 3.2, figure 6  project, find segment, compare       cohsm__see, cohsm__lit               T61, T66
+     section 3.2            the search for a segment             cohsm__list_block, cohsm__block_find T59
+     section 3.3, figure 5  six faces of a cube in one list      cohsm__face_of, cohsm__address       T70
+     section 4              D, where the maps look from          cohsm_domain, cohsm__map_parameter   T73
+     section 4.1            from a direction to its map          cohsm__domain_position               T64, T72
+     section 4.2            lights at fixed positions            cohsm_light_kind, cohsm__address     T70, T73
+     section 4.3, figure 7  lights outside the convex hull       cohsm__light_refused,
+                                                                 cohsm__hull_between                  T67, T68
+     section 4.4, figure 8  scan-line, zig-zag, Hilbert          cohsm__order_cells, cohsm__place     T65
+     section 4.5, figure 9  filtering, Russian roulette          cohsm__pcf, cohsm__jitter            T69
+     section 4.6, figure 10 several objects, D times T^-1        cohsm_visible_scene,
+                                                                 cohsm__load_tile                     T62, T66
+     section 5, visibility  lookup texture and lists             cohsm__lay_list, cohsm__search       T59
+     section 5, the rest    the estimator: lightsampling.h
+     section 6, quality     the bias                             cohsm_query                          T71
+     table 1                compression rates                    cohsm_get_info                       T63
+
+   docs/csm.md says where the code departs from the paper, and why.
+
+   Configuration
+
+     CSM_IMPLEMENTATION   in one source file: compiles the code
+     COHSM_STATIC         beside it: a private copy for this file, all functions static
+     COHSM_DEF            everywhere: your own linkage instead
+     COHSM_NO_SIMD        with the implementation: portable code only (results are the same)
+     COHSM_FILE           with the implementation: this file's name, if it is not "csm.h". The file includes
+                          itself for AVX2 and AVX-512; where it cannot, it does without them
+
+   Memory, errors, threads, determinism
+
+   All memory comes from the system's allocator, called from the thread that called us. Every function that
+   can fail returns a cohsm_result; where it is not COHSM_OK, outputs are untouched and nothing leaks. There
+   are no globals: const maps may be queried from any number of threads; a builder belongs to one at a time.
+   Blocks built from the same input have the same bytes on every compiler, processor, byte order and thread
+   count (not with x87 arithmetic, nor with clang's -ffast-math).
+
+   Cost: docs/csm.md and build/bench csm_query.   History: CHANGELOG.md.   Licence: end of this file. */
+#ifndef CSM_H
+#define CSM_H
+
+#define COHSM_VERSION 10000 /* major * 10000 + minor * 100 + patch */
+
+#if !defined(__cplusplus) && !defined(_MSC_VER) && (!defined(__STDC_VERSION__) || __STDC_VERSION__ < 199901L)
+#error "csm.h needs C99 or C++11"
+#endif
+#if defined(COHSM_STATIC) && !defined(CSM_IMPLEMENTATION)
+#error "COHSM_STATIC makes all functions private: CSM_IMPLEMENTATION belongs into the same file"
+#endif
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef COHSM_DEF
+#ifdef COHSM_STATIC
+#define COHSM_DEF static inline
+#else
+#define COHSM_DEF extern
+#endif
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif

@@ -1,0 +1,130 @@
+/* ---- pack: the entropy-coded file ---- */
+
+/* The packed file:
+
+     "DCSP", format, size of the file, the most segments in one list           4 words
+     header of the plain block, then its locations, as they are
+     lists, coded (most segments 0: the rest of the plain block as it is)
+
+   The order table is derived. A list is coded as the first views of its segments, their depths, and how many go into
+   each block; everything else in it follows, because blocks are written in one way only (see cohsm__plan_block). Every
+   decision is a bit, coded with the adaptive probability of its context, and contexts come from the lists of the pixels
+   to the left, above, and above to either side. Range coder after Martin, "Range encoding", 1979, on bits. */
+
+enum {
+    COHSM__PACK_MAGIC = 0x50534344,     /* "DCSP" */
+    COHSM__PACK_FORMAT = 1,
+    COHSM__PACK_HEADER = 16,            /* bytes */
+    COHSM__PACK_MULTIPLE = 64           /* of the file's size: the most memory that opening asks for */
+};
+
+typedef uint16_t cohsm__prob;           /* of a 1, in 1/65536 */
+
+/* Both directions in one: each step takes a bit to code and returns the bit coded, so that encoder and
+   decoder are the same lines of code and cannot differ. */
+typedef struct cohsm__coder {
+    uint8_t       *out;                 /* NULL: decoding */
+    const uint8_t *in;
+    size_t         at, size;
+    uint32_t       low, range, code;
+    int            full;                /* the encoder ran out of room */
+} cohsm__coder;
+
+static void cohsm__coder_byte(cohsm__coder *c)
+{
+    if (c->out) {
+        if (c->at < c->size) c->out[c->at++] = (uint8_t)(c->low >> 24);
+        else c->full = 1;
+        c->low <<= 8;
+    } else c->code = c->code << 8 | (c->at < c->size ? c->in[c->at++] : 0u);    /* zeros beyond the end */
+    c->range <<= 8;
+}
+
+static void cohsm__coder_start(cohsm__coder *c, uint8_t *out, const uint8_t *in, size_t size)
+{
+    int i;
+    memset(c, 0, sizeof *c);
+    c->out = out;
+    c->in = in;
+    c->size = size;
+    for (i = 0; !out && i < 4; i++) cohsm__coder_byte(c);
+    c->range = 0xffffffffu;
+}
+
+/* A 1 is the upper part of the range, a 0 the part below it. */
+static void cohsm__coder_one(cohsm__coder *c, uint32_t zero)
+{
+    size_t i = c->at;
+    c->range -= zero;
+    if (!c->out) {
+        c->code -= zero;
+        return;
+    }
+    c->low += zero;
+    if (c->low < zero)
+        while (i && ++c->out[--i] == 0) {}          /* carry */
+}
+
+/* Probabilities stay within 31..65505 of 65536, so that neither part is ever empty. */
+static inline uint32_t cohsm__code_bit(cohsm__coder *c, cohsm__prob *p, uint32_t bit)
+{
+    uint32_t zero = (c->range >> 12) * (4096u - (*p >> 4));
+    if (!c->out) bit = c->code >= zero;
+    if (bit) {
+        cohsm__coder_one(c, zero);
+        *p = (cohsm__prob)(*p + ((65536u - *p) >> 5));
+    } else {
+        c->range = zero;
+        *p = (cohsm__prob)(*p - (*p >> 5));
+    }
+    while (c->range < 1u << 24) cohsm__coder_byte(c);
+    return bit;
+}
+
+/* A number of this many bits, high bits first; each prefix has a probability of its own. */
+static uint32_t cohsm__code_tree(cohsm__coder *c, cohsm__prob *p, uint32_t bits, uint32_t value)
+{
+    uint32_t node = 1;
+    while (bits--) node = node << 1 | cohsm__code_bit(c, p + node, value >> bits & 1u);
+    for (bits = 1; bits <= node >> 1; bits <<= 1) {}
+    return node - bits;
+}
+
+/* Bits without a model. */
+static uint32_t cohsm__code_raw(cohsm__coder *c, uint32_t bits, uint32_t value)
+{
+    uint32_t out = 0, bit;
+    while (bits--) {
+        c->range >>= 1;
+        bit = c->out ? value >> bits & 1u : c->code >= c->range;
+        if (bit) {
+            c->range <<= 1;
+            cohsm__coder_one(c, c->range >> 1);
+        }
+        while (c->range < 1u << 24) cohsm__coder_byte(c);
+        out = out << 1 | bit;
+    }
+    return out;
+}
+
+/* Bits of x: 0 for 0, 1 for 1, 2 for 2 and 3, 3 for 4 to 7, ... */
+static uint32_t cohsm__length(uint32_t x)
+{
+    x |= x >> 1;
+    x |= x >> 2;
+    x |= x >> 4;
+    x |= x >> 8;
+    return cohsm__popcount(x | x >> 16);
+}
+
+/* A number below 2^31: its length, then the bits below the leading one, of which the first is modelled. */
+enum { COHSM__NUMBER = 64 };                    /* probabilities that one takes */
+
+static uint32_t cohsm__code_number(cohsm__coder *c, cohsm__prob *p, uint32_t value)
+{
+    uint32_t bits = cohsm__code_tree(c, p, 5, cohsm__length(value)), low;
+    if (bits < 2) return bits;
+    low = cohsm__code_bit(c, p + 32 + bits, value >> (bits - 2u) & 1u) << (bits - 2u);
+    if (bits > 2) low |= cohsm__code_raw(c, bits - 2u, value);
+    return 1u << (bits - 1u) | low;
+}

@@ -1,0 +1,96 @@
+/* ---- query: one tile through the way that suits it ---- */
+
+/* Looks up one corner of every sample. */
+static void cohsm__run_corner(cohsm__tile *t, const cohsm__kernels *kernels, uint32_t corner,
+                              float (*weight)[COHSM__TILE])
+{
+    size_t i;
+    for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
+    kernels->address(t, corner, weight);
+    kernels->search(t);
+}
+
+/* One light for all: each pixel is decoded once. */
+static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
+{
+    cohsm__stream s;
+    cohsm__stream_make(&s, t->maps, cohsm__tile_light(t, 0), t->query->bias, &t->kept);
+    s.count = t->count;
+    s.x = t->point[0];
+    s.y = t->point[1];
+    s.z = t->point[2];
+    kernels->one_light(&s, t->visible);
+}
+
+/* cohsm__pcf for the whole tile: sums in the same order. */
+static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
+{
+    float weight[4][COHSM__TILE], dark[COHSM__TILE], map[COHSM__TILE], w;
+    uint32_t corner, d;
+    size_t i;
+
+    memset(dark, 0, sizeof dark);
+    for (corner = 0; corner < 16; corner++) {       /* pixels fastest: turned, the low two bits are the
+                                                       pixel's */
+        uint32_t turned = corner >> 2 | (corner & 3u) << 2;
+        cohsm__run_corner(t, kernels, turned, weight);
+        for (i = 0; i < t->count; i++) {
+            w = 1.0f;
+            for (d = 2; d < 4; d++) w *= turned >> d & 1u ? weight[d][i] : 1.0f - weight[d][i];
+            map[i] = (corner & 3u ? map[i] : 0.0f) + w * (1.0f - t->visible[i]);
+            if ((corner & 3u) < 3) continue;
+            w = 1.0f;
+            for (d = 0; d < 2; d++) w *= turned >> d & 1u ? weight[d][i] : 1.0f - weight[d][i];
+            dark[i] += w * map[i];
+        }
+    }
+    for (i = 0; i < t->count; i++) t->visible[i] = cohsm__lit_of(dark[i]);
+}
+
+/* 0 where the samples are of a kind that is treated one by one. */
+static int cohsm__run_steps(cohsm__tile *t, const cohsm__kernels *kernels)
+{
+    const cohsm_maps *m = t->maps;
+    int shared = t->one_light && t->query->filter == COHSM_FILTER_NEAREST;
+    size_t i;
+
+    if (t->query->light_kind != COHSM_LIGHT_DIRECTION) return 0;
+    if (shared ? !cohsm__usable(cohsm__tile_light(t, 0)) : m->head.domain != COHSM_DOMAIN_LATLONG) return 0;
+    for (i = t->count; i % COHSM__STEP; i++) {      /* what the last step has too much */
+        t->point[0][i] = t->point[1][i] = t->point[2][i] = 0.0f;
+        t->id[i] = 0;
+    }
+    for (i = t->one_light ? 0 : t->count; !shared && (i < t->count || i % COHSM__STEP); i++) {
+        t->light[0][i] = t->light[0][0];
+        t->light[1][i] = t->light[1][0];
+        t->light[2][i] = t->light[2][0];
+    }
+    if (t->query->filter == COHSM_FILTER_PCF) cohsm__run_pcf(t, kernels);
+    else if (shared) cohsm__run_one_light(t, kernels);
+    else cohsm__run_corner(t, kernels, 0, NULL);
+    return 1;
+}
+
+static void cohsm__run_tile(cohsm__tile *t)
+{
+    const cohsm__kernels kernels = cohsm__choose_kernels(t->maps->simd);
+    size_t i;
+    for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
+    if (cohsm__run_steps(t, &kernels)) return;
+    for (i = 0; i < t->count; i++) {
+        t->pixel[i] = COHSM__NO_PIXEL;
+        t->place[i] = 0;
+        t->depth[i] = 0;
+        if (t->query->light_kind == COHSM_LIGHT_POSITION) {
+            cohsm__v3 l = cohsm__tile_light(t, i);
+            if (!cohsm__v3_finite(l)) continue;
+            if (cohsm__light_refused(t->maps, l)) {
+                t->visible[i] = COHSM_REFUSED;
+                continue;
+            }
+            if (!cohsm__hull_between(t->maps, cohsm__tile_point(t, i), l)) continue;
+        }
+        cohsm__address(t, i);
+    }
+    if (t->query->filter != COHSM_FILTER_PCF) kernels.search(t);
+}

@@ -1,0 +1,190 @@
+/* ---- raster: the first layers of a triangle mesh ---- */
+
+/* Samples lie at pixel centres; corners are rounded to 1/256 pixel, so that triangles of a shared edge see the same
+   corners, and the fill rule gives every sample of that edge to one of them: no sample is counted twice or missed.
+   Every bit of the result follows from + - * / and integers; the order of triangles does not matter. */
+
+enum { COHSM__CLUSTER = 16, COHSM__SUBPIXEL = 256 };
+
+typedef struct cohsm__soup {            /* corners in units of the bounding sphere, clusters of 16 triangles */
+    float   *v;                         /* per cluster x0[16] y0[16] z0[16] x1[16] ... z2[16]; the last cluster is
+                                           filled up with triangles of no area */
+    float   *bounds;                    /* boxes of the clusters, 8 at a time: the middles' x of all eight, y, z, then
+                                           half sides; then likewise boxes of each 8 clusters */
+    uint32_t clusters, triangles;
+} cohsm__soup;
+
+typedef struct cohsm__camera {
+    int          perspective;
+    cohsm__frame frame;                 /* orthographic */
+    cohsm__v3    eye;                   /* perspective, in units of the bounding sphere about its centre */
+    uint32_t     face;
+    float        depth_scale;           /* perspective: w (in radii) to depth 0..1 */
+} cohsm__camera;
+
+typedef struct cohsm__target {
+    uint16_t *z;                        /* keep values a pixel, nearest first; COHSM__INFINITE = no hit */
+    uint32_t  keep;                     /* 2 or 4 (the fourth is unused) */
+    int       size, row_begin, row_end; /* M, and the rows that are wanted */
+} cohsm__target;
+
+static void cohsm__insert(uint16_t *z, uint32_t keep, uint16_t depth)
+{
+    uint16_t t;
+    if (keep == 2) {
+        if (depth >= z[1]) return;
+        if (depth < z[0]) {
+            z[1] = z[0];
+            z[0] = depth;
+        } else z[1] = depth;
+        return;
+    }
+    if (depth >= z[2]) return;
+    z[2] = depth;
+    if (z[2] < z[1]) {
+        t = z[1];
+        z[1] = z[2];
+        z[2] = t;
+    }
+    if (z[1] < z[0]) {
+        t = z[0];
+        z[0] = z[1];
+        z[1] = t;
+    }
+}
+
+static uint16_t cohsm__depth16(float z)
+{
+    float s = z * (float)COHSM__HIT_MAX;
+    return (uint16_t)(s > 0.0f ? s < (float)COHSM__HIT_MAX ? (int)s : COHSM__HIT_MAX : 0);
+}
+
+/* A corner on the image plane: fixed-point position, and depth or 1/w. */
+typedef struct cohsm__corner { int32_t x, y; float z; } cohsm__corner;
+
+/* The edge from a to b takes the samples exactly on it or leaves them to the neighbour, who sees it from b to a. */
+static int cohsm__edge_loses(const cohsm__corner *a, const cohsm__corner *b)
+{
+    return !(b->y > a->y || (b->y == a->y && b->x > a->x));
+}
+
+static int64_t cohsm__edge(const cohsm__corner *a, const cohsm__corner *b, int32_t x, int32_t y)
+{
+    return (int64_t)(b->x - a->x) * (y - a->y) - (int64_t)(b->y - a->y) * (x - a->x);
+}
+
+static void cohsm__fill(const cohsm__target *t, const cohsm__camera *cam, const cohsm__corner *p0,
+                        const cohsm__corner *p1, const cohsm__corner *p2)
+{
+    int64_t area = (int64_t)(p1->x - p0->x) * (p2->y - p0->y) - (int64_t)(p1->y - p0->y) * (p2->x - p0->x);
+    int64_t w0, w1, w2, s0, s1, s2;
+    int e0, e1, e2;
+    int32_t lx, hx, ly, hy, x0, x1, y0, y1, x, y;
+    const cohsm__corner *swap;
+    float scale, z;
+
+    if (area == 0) return;
+    if (area < 0) {
+        swap = p1;
+        p1 = p2;
+        p2 = swap;
+        area = -area;
+    }
+    lx = p0->x < p1->x ? p0->x : p1->x;
+    hx = p0->x > p1->x ? p0->x : p1->x;
+    ly = p0->y < p1->y ? p0->y : p1->y;
+    hy = p0->y > p1->y ? p0->y : p1->y;
+    if (p2->x < lx) lx = p2->x;
+    if (p2->x > hx) hx = p2->x;
+    if (p2->y < ly) ly = p2->y;
+    if (p2->y > hy) hy = p2->y;
+    /* the samples x * 256 + 128 within lx..hx; clamped first, since shifts of negative numbers are not portable */
+    x0 = lx <= 128 ? 0 : (lx + 127) >> 8;
+    y0 = ly <= 128 + 256 * t->row_begin ? t->row_begin : (ly + 127) >> 8;
+    x1 = hx < 128 ? -1 : (hx - 128) >> 8;
+    y1 = hy < 128 ? -1 : (hy - 128) >> 8;
+    if (x1 >= t->size) x1 = t->size - 1;
+    if (y1 >= t->row_end) y1 = t->row_end - 1;
+    if (x0 > x1 || y0 > y1) return;
+
+    s0 = cohsm__edge(p1, p2, x0 * 256 + 128, y0 * 256 + 128);
+    s1 = cohsm__edge(p2, p0, x0 * 256 + 128, y0 * 256 + 128);
+    s2 = cohsm__edge(p0, p1, x0 * 256 + 128, y0 * 256 + 128);
+    e0 = cohsm__edge_loses(p1, p2);
+    e1 = cohsm__edge_loses(p2, p0);
+    e2 = cohsm__edge_loses(p0, p1);
+    scale = 1.0f / (float)area;
+    for (y = y0; y <= y1; y++) {
+        w0 = s0;
+        w1 = s1;
+        w2 = s2;
+        for (x = x0; x <= x1; x++) {
+            if (w0 >= e0 && w1 >= e1 && w2 >= e2) {
+                z = ((float)w0 * p0->z + (float)w1 * p1->z + (float)w2 * p2->z) * scale;
+                if (cam->perspective) z = cam->depth_scale / z;
+                cohsm__insert(t->z + (size_t)t->keep * (size_t)(y * t->size + x), t->keep, cohsm__depth16(z));
+            }
+            w0 -= (int64_t)(p2->y - p1->y) * 256;
+            w1 -= (int64_t)(p0->y - p2->y) * 256;
+            w2 -= (int64_t)(p1->y - p0->y) * 256;
+        }
+        s0 += (int64_t)(p2->x - p1->x) * 256;
+        s1 += (int64_t)(p0->x - p2->x) * 256;
+        s2 += (int64_t)(p1->x - p0->x) * 256;
+    }
+}
+
+static const float *cohsm__cluster(const cohsm__soup *soup, uint32_t i)
+{
+    return soup->v + (size_t)i * 9 * COHSM__CLUSTER;
+}
+
+/* 8 boxes at a time: of clusters, and of 8 clusters each. */
+static uint32_t cohsm__eights(uint32_t count) { return (count + 7u) / 8u; }
+static size_t cohsm__bound_count(const cohsm__soup *soup)
+{
+    return (size_t)cohsm__eights(soup->clusters) + cohsm__eights(cohsm__eights(soup->clusters));
+}
+static float *cohsm__wide_bounds(const cohsm__soup *soup)
+{
+    return soup->bounds + 48 * (size_t)cohsm__eights(soup->clusters);
+}
+
+/* Which of 8 clusters may cover samples of the wanted rows of a perspective view, one bit each. */
+static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *cam, const float *box)
+{
+    float half = 0.5f * (float)t->size, low = ((float)t->row_begin + 0.49f) / half - 1.0f;
+    float high = ((float)t->row_end - 0.49f) / half - 1.0f, x, y, w, ex, ey, ew;
+    unsigned mask = 0;
+    int i;
+
+    for (i = 0; i < 8; i++) {
+        cohsm__v3 c = cohsm__v3_make(box[i], box[8 + i], box[16 + i]);
+        cohsm__face_coordinates(cam->face, cohsm__v3_sub(c, cam->eye), &x, &y, &w);
+        cohsm__face_coordinates(cam->face, cohsm__v3_make(box[24 + i], box[32 + i], box[40 + i]), &ex, &ey, &ew);
+        ex = fabsf(ex);
+        ey = fabsf(ey);
+        ew = fabsf(ew);
+        if (w + ew > 0.0f && fabsf(x) - w <= ex + ew && y - low * w >= -ey - fabsf(low) * ew &&
+            y - high * w <= ey + fabsf(high) * ew)
+            mask |= 1u << i;
+    }
+    return mask;
+}
+
+/* Triangles whose boxes hold samples wait here until there are many; then as many as there are lanes are drawn
+   together. One in five does on a fine mesh, and no branch predictor knows which: a branch after each costs more than
+   its set-up. */
+enum { COHSM__MANY = 128, COHSM__QUEUE = COHSM__MANY + 32 };
+typedef struct cohsm__queue {
+    int32_t  x[3][COHSM__QUEUE], y[3][COHSM__QUEUE];
+    float    z[3][COHSM__QUEUE];
+    uint32_t count;
+} cohsm__queue;
+
+/* Those in sight of COHSM__STRETCH clusters that are neighbours; lists are written eight at a time. */
+enum { COHSM__STRETCH = 512 };
+typedef struct cohsm__sight { uint32_t cluster[COHSM__STRETCH + 8], count; } cohsm__sight;
+
+/* Of 8 bits those that stand for one of count. */
+static unsigned cohsm__first8(uint32_t count) { return count < 8 ? (1u << count) - 1u : 255u; }

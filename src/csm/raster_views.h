@@ -1,0 +1,160 @@
+/* ---- raster: whole views, clipped where they are perspective ---- */
+
+/* Perspective: triangles are cut to |x|, |y| <= 2 w, so that fixed-point positions stay small, and to w >= near. */
+typedef struct cohsm__clip { float x, y, w; } cohsm__clip;
+
+static float cohsm__clip_distance(const cohsm__clip *c, int plane)
+{
+    switch (plane) {
+    case 0: return c->w - 1e-5f;
+    case 1: return 2.0f * c->w - c->x;
+    case 2: return 2.0f * c->w + c->x;
+    case 3: return 2.0f * c->w - c->y;
+    default: return 2.0f * c->w + c->y;
+    }
+}
+
+/* The cut is computed from the inner end, whichever way the edge runs: both its triangles get the same corner. */
+static cohsm__clip cohsm__clip_cut(const cohsm__clip *in, const cohsm__clip *out, float din, float dout)
+{
+    cohsm__clip c;
+    float t = din / (din - dout);
+    c.x = in->x + (out->x - in->x) * t;
+    c.y = in->y + (out->y - in->y) * t;
+    c.w = in->w + (out->w - in->w) * t;
+    return c;
+}
+
+static int cohsm__clip_polygon(cohsm__clip *p, int count)
+{
+    cohsm__clip q[10];
+    int plane, i, n;
+
+    for (plane = 0; plane < 5; plane++) {
+        for (i = 0, n = 0; i < count; i++) {
+            const cohsm__clip *a = p + i, *b = p + (i + 1 == count ? 0 : i + 1);
+            float da = cohsm__clip_distance(a, plane), db = cohsm__clip_distance(b, plane);
+            if (da >= 0.0f) q[n++] = *a;
+            if (da >= 0.0f && db < 0.0f) q[n++] = cohsm__clip_cut(a, b, da, db);
+            if (da < 0.0f && db >= 0.0f) q[n++] = cohsm__clip_cut(b, a, db, da);
+        }
+        count = n;
+        if (count < 3) return 0;
+        memcpy(p, q, sizeof *p * (size_t)count);
+    }
+    return count;
+}
+
+static cohsm__corner cohsm__project(const cohsm__clip *c, int size)
+{
+    cohsm__corner p;
+    float scale = (float)(size * (COHSM__SUBPIXEL / 2)), inverse = 1.0f / c->w, offset = scale * 3.0f + 0.5f;
+    /* offset by one image first: conversion to int then truncates downwards everywhere */
+    p.x = (int32_t)(c->x * inverse * scale + offset) - size * COHSM__SUBPIXEL;
+    p.y = (int32_t)(c->y * inverse * scale + offset) - size * COHSM__SUBPIXEL;
+    p.z = inverse;
+    return p;
+}
+
+static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam, const float *v, uint32_t lane)
+{
+    cohsm__clip p[10];
+    cohsm__corner c0, c1, c2;
+    int k, n = 3, behind = 0, left = 0, right = 0, below = 0, above = 0, inside = 0;
+
+    for (k = 0; k < 3; k++, v += 3 * COHSM__CLUSTER) {
+        cohsm__v3 q = cohsm__v3_sub(cohsm__v3_make(v[lane], v[16 + lane], v[32 + lane]), cam->eye);
+        cohsm__face_coordinates(cam->face, q, &p[k].x, &p[k].y, &p[k].w);
+        behind += p[k].w < 1e-5f;
+        left += p[k].x < -p[k].w;
+        right += p[k].x > p[k].w;
+        below += p[k].y < -p[k].w;
+        above += p[k].y > p[k].w;
+        inside += p[k].w >= 1e-5f && fabsf(p[k].x) <= 2.0f * p[k].w && fabsf(p[k].y) <= 2.0f * p[k].w;
+    }
+    if (behind == 3 || left == 3 || right == 3 || below == 3 || above == 3) return;
+    if (inside < 3) n = cohsm__clip_polygon(p, 3);
+    if (n < 3) return;
+    c0 = cohsm__project(p, t->size);
+    c1 = cohsm__project(p + 1, t->size);
+    for (k = 2; k < n; k++) {
+        c2 = cohsm__project(p + k, t->size);
+        cohsm__fill(t, cam, &c0, &c1, &c2);
+        c1 = c2;
+    }
+}
+
+/* Can the unit sphere be seen in this face at all? */
+static int cohsm__face_sees_sphere(const cohsm__camera *cam)
+{
+    cohsm__v3 q = cohsm__v3_scale(cam->eye, -1.0f);
+    float x, y, w;
+    cohsm__face_coordinates(cam->face, q, &x, &y, &w);
+    return w > -1.001f && fabsf(x) - w < 1.4157f && fabsf(y) - w < 1.4157f;
+}
+
+static uint32_t cohsm__append(uint32_t *list, uint32_t count, unsigned mask, uint32_t first)
+{
+    for (; mask; mask >>= 1, first++)
+        if (mask & 1u) list[count++] = first;
+    return count;
+}
+
+/* Of the clusters begin .. end - 1, no more than a stretch, those that may be in sight of a perspective view: by the
+   boxes of eight first. */
+static void cohsm__find_in_face(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
+                                uint32_t begin, uint32_t end, cohsm__sight *sight)
+{
+    const float *wide = cohsm__wide_bounds(soup);
+    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__eights(end), count = 0, i;
+    unsigned mask;
+
+    for (i = begin / 8; i < eights; i += 8) {
+        mask = cohsm__face_sees8(t, cam, wide + 6 * (size_t)i) & cohsm__first8(eights - i);
+        count = cohsm__append(eight, count, mask, i);
+    }
+    for (i = 0, sight->count = 0; i < count; i++) {
+        mask = cohsm__face_sees8(t, cam, soup->bounds + 48 * (size_t)eight[i]) & cohsm__first8(end - 8 * eight[i]);
+        sight->count = cohsm__append(sight->cluster, sight->count, mask, 8 * eight[i]);
+    }
+}
+
+static void cohsm__raster_face(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup)
+{
+    cohsm__sight sight;
+    uint32_t begin, end, i, k;
+
+    if (!cohsm__face_sees_sphere(cam)) return;
+    for (begin = 0; begin < soup->clusters; begin = end) {
+        end = cohsm__min_u32(begin + COHSM__STRETCH, soup->clusters);
+        cohsm__find_in_face(t, cam, soup, begin, end, &sight);
+        for (i = 0; i < sight.count; i++)
+            for (k = 0; k < COHSM__CLUSTER; k++)
+                cohsm__raster_perspective(t, cam, cohsm__cluster(soup, sight.cluster[i]), k);
+    }
+}
+
+static void cohsm__raster(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup, int simd)
+{
+    size_t first = (size_t)(t->row_begin * t->size) * t->keep, last = (size_t)(t->row_end * t->size) * t->keep;
+    int all = t->row_begin == 0 && t->row_end == t->size;
+    cohsm__kernels kernels = cohsm__choose_kernels(simd);
+    uint32_t begin, end, i;
+    cohsm__sight sight;
+    cohsm__queue q;
+
+    memset(t->z + first, 0xff, (last - first) * sizeof *t->z);
+    if (cam->perspective) {
+        cohsm__raster_face(t, cam, soup);
+        return;
+    }
+    memset(&q, 0, sizeof q);
+    for (begin = 0; begin < soup->clusters; begin = end) {
+        end = cohsm__min_u32(begin + COHSM__STRETCH, soup->clusters);
+        for (i = begin; all && i < end; i++) sight.cluster[i - begin] = i;
+        sight.count = end - begin;
+        if (!all) kernels.find(t, cam->frame.up, soup, begin, end, &sight);
+        kernels.enqueue(t, cam, soup, &sight, &q);
+    }
+    kernels.draw_all(t, cam, &q);
+}

@@ -1,0 +1,209 @@
+/* ---- scene: samples to the objects' spaces and back ---- */
+
+static size_t cohsm__light_size(const cohsm_maps *m, cohsm_light_kind kind)
+{
+    if (kind == COHSM_LIGHT_INDEX) return 4;
+    return kind == COHSM_LIGHT_PARAMETER ? 4 * (size_t)m->head.dimensions : 12;
+}
+
+/* Lights of the samples in id[], or the one for all, to the object's space. */
+static void cohsm__load_lights(cohsm__tile *t, const float *inverse)
+{
+    const cohsm_query *q = t->query;
+    const cohsm__header *h = &t->maps->head;
+    size_t size = cohsm__light_size(t->maps, q->light_kind),
+           stride = q->light_stride ? q->light_stride : size, i;
+    size_t count = t->one_light ? (t->count ? 1 : 0) : t->count;
+    cohsm__v3 c = cohsm__v3_load(h->center), l;
+    float per_radius = 1.0f / h->radius, v[3] = { 0, 0, 0 };
+
+    i = 0;
+    if (q->light_kind == COHSM_LIGHT_DIRECTION && !inverse && stride == 12 && !t->one_light)
+        i = cohsm__choose_kernels(t->maps->simd)
+                .load_vectors(t, (const float *)q->lights, cohsm__v3_make(0, 0, 0), 1.0f, t->light);
+    for (; i < count; i++) {
+        const char *from = (const char *)q->lights + stride * (t->one_light ? 0 : t->id[i]);
+        if (q->light_kind == COHSM_LIGHT_INDEX) {
+            memcpy(&t->cell[i], from, 4);
+            continue;
+        }
+        if (q->light_kind == COHSM_LIGHT_PARAMETER) memcpy(v, from, size);
+        else memcpy(v, from, sizeof v);
+        l = cohsm__v3_load(v);
+        if (q->light_kind == COHSM_LIGHT_DIRECTION && inverse) l = cohsm__m4_direction(inverse, l);
+        if (q->light_kind == COHSM_LIGHT_POSITION && inverse) l = cohsm__m4_point(inverse, l);
+        if (q->light_kind == COHSM_LIGHT_POSITION) l = cohsm__v3_scale(cohsm__v3_sub(l, c), per_radius);
+        t->light[0][i] = l.x;
+        t->light[1][i] = l.y;
+        t->light[2][i] = l.z;
+    }
+}
+
+static void cohsm__load_tile(cohsm__tile *t, const float *inverse)
+{
+    const cohsm_query *q = t->query;
+    size_t stride = q->position_stride ? q->position_stride : 12, i = 0;
+    cohsm__v3 c = cohsm__v3_load(t->maps->head.center), p;
+    float per_radius = 1.0f / t->maps->head.radius, v[3];
+
+    if (!inverse && stride == 12)
+        i = cohsm__choose_kernels(t->maps->simd)
+                .load_vectors(t, (const float *)(const void *)q->positions, c, per_radius, t->point);
+    for (; i < t->count; i++) {
+        memcpy(v, (const char *)q->positions + stride * t->id[i], sizeof v);
+        p = cohsm__v3_load(v);
+        if (inverse) p = cohsm__m4_point(inverse, p);
+        p = cohsm__v3_scale(cohsm__v3_sub(p, c), per_radius);
+        t->point[0][i] = p.x;
+        t->point[1][i] = p.y;
+        t->point[2][i] = p.z;
+    }
+    cohsm__load_lights(t, inverse);
+}
+
+/* The whole batch at once, where all of it has one light; 0 where it is of a kind that is treated in tiles. */
+static int cohsm__run_stream(const cohsm_maps *m, const cohsm_query *q, float *visible)
+{
+    const cohsm__kernels kernels = cohsm__choose_kernels(m->simd);
+    cohsm__stream s;
+    cohsm__kept kept;
+    float v[3];
+    size_t first;
+
+    if (!q->count || !q->one_light || q->filter != COHSM_FILTER_NEAREST || q->light_kind != COHSM_LIGHT_DIRECTION ||
+        (q->position_stride && q->position_stride != 12))
+        return 0;
+    memcpy(v, q->lights, sizeof v);
+    if (!cohsm__usable(cohsm__v3_load(v))) return 0;
+    cohsm__keep_nothing(&kept);
+    cohsm__stream_make(&s, m, cohsm__v3_load(v), q->bias, &kept);
+    for (first = 0; first < q->count; first += s.count) {
+        s.count = q->count - first < COHSM__STREAM ? q->count - first : (size_t)COHSM__STREAM;
+        s.packed = q->positions + 3 * first;
+        kernels.one_light(&s, visible + first);
+    }
+    return 1;
+}
+
+static cohsm_result cohsm__check_query(const cohsm_maps *m, const cohsm_query *q)
+{
+    if (!q->positions || !q->lights) return COHSM_ERR_ARGUMENT;
+    if ((unsigned)q->light_kind >= COHSM_LIGHT_COUNT || (unsigned)q->filter >= COHSM_FILTER_COUNT ||
+        !cohsm__finite(q->bias))
+        return COHSM_ERR_DESC;
+    if ((q->position_stride && q->position_stride < 12) || q->position_stride % 4 || q->light_stride % 4 ||
+        (q->light_stride && q->light_stride < cohsm__light_size(m, q->light_kind)))
+        return COHSM_ERR_ARGUMENT;
+    if (q->light_kind == COHSM_LIGHT_INDEX) return COHSM_OK;
+    if (q->light_kind == COHSM_LIGHT_PARAMETER) return m->head.dimensions ? COHSM_OK : COHSM_ERR_MISMATCH;
+    return m->head.domain == COHSM_DOMAIN_LATLONG || m->head.domain == COHSM_DOMAIN_OCTAHEDRAL
+               ? COHSM_OK
+               : COHSM_ERR_MISMATCH;
+}
+
+static size_t cohsm__count_refused(const float *visible, size_t count)
+{
+    size_t i, n = 0;
+    for (i = 0; i < count; i++) n += visible[i] == COHSM_REFUSED;
+    return n;
+}
+
+static void cohsm__run_tiles(const cohsm_maps *maps, const cohsm_query *query, float *visible)
+{
+    cohsm__tile t;
+    size_t begin, i;
+
+    cohsm__tile_start(&t, query, maps, 0);
+    for (begin = 0; begin < query->count; begin += t.count) {
+        t.count = query->count - begin < COHSM__TILE ? query->count - begin : (size_t)COHSM__TILE;
+        for (i = 0; i < t.count; i++) t.id[i] = begin + i;
+        cohsm__load_tile(&t, NULL);
+        cohsm__run_tile(&t);
+        memcpy(visible + begin, t.visible, t.count * sizeof *visible);
+    }
+}
+
+/* The query with its default filled in: a bias of 0 is one pixel, a negative one none. */
+static cohsm_query cohsm__complete_query(const cohsm_query *query)
+{
+    cohsm_query q = *query;
+    if (q.bias == 0.0f) q.bias = 1.0f;
+    if (q.bias < 0.0f) q.bias = 0.0f;
+    return q;
+}
+
+COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const cohsm_query *query, float *visible,
+                                     size_t *refused)
+{
+    cohsm_query q;
+    cohsm_result result;
+
+    if (!maps || !query || (query->count && !visible)) return COHSM_ERR_ARGUMENT;
+    if (query->count) {
+        result = cohsm__check_query(maps, query);
+        if (result != COHSM_OK) return result;
+    }
+    q = cohsm__complete_query(query);
+    if (!cohsm__run_stream(maps, &q, visible)) cohsm__run_tiles(maps, &q, visible);
+    if (refused) *refused = cohsm__count_refused(visible, query->count);
+    return COHSM_OK;
+}
+
+static void cohsm__flush_tile(cohsm__tile *t, const float *inverse, float *visible)
+{
+    size_t i;
+    cohsm__load_tile(t, inverse);
+    cohsm__run_tile(t);
+    for (i = 0; i < t->count; i++) {
+        float *v = visible + t->id[i];
+        if (t->visible[i] == COHSM_REFUSED) *v = COHSM_REFUSED;
+        else *v *= t->visible[i];
+    }
+    t->count = 0;
+}
+
+/* own = 1: samples that lie on this instance, counted from 1; 0: all others that still see some light. */
+static void cohsm__visit(cohsm__tile *t, const cohsm_query *q, uint32_t entity, int own, const float *inverse,
+                         float *visible)
+{
+    size_t i;
+    t->count = 0;
+    for (i = 0; i < q->count; i++) {
+        if ((q->entities && q->entities[i] == entity) != own || !(visible[i] > 0.0f)) continue;
+        t->id[t->count++] = i;
+        if (t->count == COHSM__TILE) cohsm__flush_tile(t, inverse, visible);
+    }
+    if (t->count) cohsm__flush_tile(t, inverse, visible);
+}
+
+COHSM_DEF cohsm_result cohsm_visible_scene(const cohsm_instance *instances, size_t instance_count,
+                                           const cohsm_query *query, float *visible, size_t *refused)
+{
+    cohsm__tile t;
+    cohsm_query q;
+    float inverse[16], scale;
+    size_t i;
+    int own;
+    cohsm_result result;
+
+    if (!query || (instance_count && !instances) || (query->count && !visible) ||
+        instance_count >= UINT32_MAX)
+        return COHSM_ERR_ARGUMENT;
+    for (i = 0; i < instance_count; i++) {
+        if (!instances[i].maps || !cohsm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
+            !cohsm__m4_affine_inverse(inverse, instances[i].transform))
+            return COHSM_ERR_ARGUMENT;
+        result = query->count ? cohsm__check_query(instances[i].maps, query) : COHSM_OK;
+        if (result != COHSM_OK) return result;
+    }
+    q = cohsm__complete_query(query);
+    for (i = 0; i < q.count; i++) visible[i] = 1.0f;
+    for (own = q.entities != NULL; own >= 0; own--)
+        for (i = 0; i < instance_count; i++) {
+            cohsm__tile_start(&t, &q, instances[i].maps, (uint32_t)i);
+            cohsm__m4_affine_inverse(inverse, instances[i].transform);
+            cohsm__visit(&t, &q, (uint32_t)i + 1u, own, inverse, visible);
+        }
+    if (refused) *refused = cohsm__count_refused(visible, query->count);
+    return COHSM_OK;
+}

@@ -1,0 +1,122 @@
+/* ---- page one: a filter, and a frame through it ---- */
+
+#define GIFILT_RESULTS(X)                                                                                    \
+    X(GIFILT_OK, "ok")                                                                                       \
+    X(GIFILT_ERR_ARGUMENT, "a pointer is NULL, or a count or stride is out of range")                        \
+    X(GIFILT_ERR_DESC, "a field of a desc is out of range")                                                  \
+    X(GIFILT_ERR_INPUT, "the data cannot be used")                                                           \
+    X(GIFILT_ERR_ALLOC, "the allocator returned no memory")                                                  \
+    X(GIFILT_ERR_MEMORY, "the caller's memory is too small or misaligned")                                   \
+    X(GIFILT_ERR_LIMIT, "a size overflows or passes a limit")                                                \
+    X(GIFILT_ERR_CANCELLED, "cancelled by the progress callback")                                            \
+    X(GIFILT_ERR_ORDER, "this call comes too early, too late or twice")                                      \
+    X(GIFILT_ERR_FORMAT, "not a file of this kind, or a damaged one")                                        \
+    X(GIFILT_ERR_VERSION, "a file of an unknown version")                                                    \
+    X(GIFILT_ERR_MISMATCH, "what was given does not belong together")
+
+typedef enum gifilt_result {
+#define GIFILT__ENUM(name, text) name,
+    GIFILT_RESULTS(GIFILT__ENUM)
+#undef GIFILT__ENUM
+    GIFILT_RESULT_COUNT
+} gifilt_result;
+
+typedef struct gifilt_filter gifilt_filter; /* what the frames so far knew of each pixel */
+struct gifilt_desc;                 /* the size of the pictures */
+struct gifilt_points;               /* what each pixel shows */
+struct gifilt_frame;                /* the camera and the settings of one frame */
+
+GIFILT_DEF gifilt_result gifilt_create(const struct gifilt_desc *desc, gifilt_filter **out);
+/* Makes a filter for pictures of one size, which gifilt_free takes back.
+   out      written on GIFILT_OK only
+   Errors   GIFILT_ERR_ARGUMENT (NULL), GIFILT_ERR_DESC, GIFILT_ERR_LIMIT, GIFILT_ERR_ALLOC */
+
+GIFILT_DEF gifilt_result gifilt_apply(gifilt_filter *filter, const struct gifilt_frame *frame,
+                                      const struct gifilt_points *points, const float *light, float *out);
+/* Filters the light of one frame, and remembers it for the next.
+   frame    NULL = all defaults; the frame then starts anew, since no camera is known
+   points   the picture: width x height of them, row by row
+   light    3 floats a pixel: irradiance, noisy
+   out      3 floats a pixel: the same, smooth. May be light. 0 where a pixel shows nothing
+   Errors   GIFILT_ERR_ARGUMENT, GIFILT_ERR_DESC, GIFILT_ERR_INPUT (a normal that is not unit). The filter and
+            out are then as they were
+   Cost     no memory; a thread takes some 20 ns a pixel with two passes */
+
+GIFILT_DEF void gifilt_reset(gifilt_filter *filter);
+/* Forgets the frames so far, for a cut to another scene. Accepts NULL. */
+
+GIFILT_DEF void gifilt_free(gifilt_filter *filter);
+/* Takes back a filter and its memory. Accepts NULL. */
+
+GIFILT_DEF const char *gifilt_result_text(gifilt_result result);
+/* Returns a constant string for any value, "unknown result" beyond the list. */
+
+typedef enum gifilt_rows {          /* which row of a picture in memory comes first */
+    GIFILT_ROWS_DEFAULT,            /* = GIFILT_ROWS_BOTTOM_FIRST */
+    GIFILT_ROWS_BOTTOM_FIRST,       /* the row at clip y = -1, as in OpenGL and Vulkan */
+    GIFILT_ROWS_TOP_FIRST,          /* the row at clip y = +1, as in Direct3D and Metal, and in Vulkan with
+                                       a viewport of negative height */
+    GIFILT_ROWS_COUNT
+} gifilt_rows;
+
+typedef struct gifilt_frame {
+    const float *view_projection;   /* the camera's matrix of this frame, world to clip, 16 floats,
+                                       column-major. The next frame finds its surfaces in this one by it.
+                                       NULL: nothing is known of the camera, and neither this frame nor the
+                                       next finds what was before */
+    const float *motion;            /* where the surface of each pixel was: x, y in pixels of the last frame,
+                                       centres at 0.5, rows counted as they lie in memory. NULL: by
+                                       view_projection alone */
+    gifilt_rows  rows;              /* of the pictures */
+    uint32_t     history;           /* frames that count at most, 1..1000: of a static light the noise's
+                                       variance falls to 1 / history, a moving light lags by as many. 0 = 8;
+                                       1 = this frame alone */
+    int          passes;            /* of the a-trous filter over neighbours, steps of 1, 2, 4, .. pixels, at
+                                       most 6; 0 = 2, negative = none */
+    float        normal_cosine;     /* neighbours whose normals have a smaller cosine do not count, below 1;
+                                       0 = 0.9 */
+    float        plane_slope;       /* neighbours that lie off the pixel's plane by more than this times their
+                                       distance do not count; 0 = 0.1 */
+} gifilt_frame;
+
+typedef struct gifilt_points {      /* what the pixels show, row by row */
+    size_t       count;             /* width x height */
+    const float *positions;         /* x, y, z of each, world */
+    size_t       position_stride;   /* bytes, a multiple of 4, >= 12; 0 = 12 */
+    const float *normals;           /* unit; 0 0 0: the pixel shows nothing, its result is 0 */
+    size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
+} gifilt_points;
+
+/* ---- memory, threads, progress, log: the caller's ---- */
+
+typedef struct gifilt_allocator {   /* all zero: malloc and free; else both functions */
+    void *(*alloc_fn)(size_t bytes, void *user);    /* aligned like malloc's (8 bytes suffice), or NULL */
+    void (*free_fn)(void *memory, void *user);
+    void *user;
+} gifilt_allocator;
+
+typedef void (*gifilt_task)(void *context, size_t index);
+
+typedef struct gifilt_system {      /* all zero: malloc and free, this thread alone, no progress, no log */
+    gifilt_allocator allocator;     /* called from the thread that called us */
+    void (*parallel_for)(void *user, size_t count, gifilt_task task, void *context);
+    /* Must call task(context, i) once for each i < count, in any order and on any threads, and return when
+       all are done. What is computed does not depend on the threads. */
+    int (*progress)(void *user, float fraction);
+    /* Called from the thread that called us, fraction 0..1 never falling within a call; not 0 cancels. */
+    void (*log)(void *user, const char *message);
+    /* Called at most once by a call that fails, from the thread that called us, before it returns: one line
+       without a line end that names the function, the field or element, its value and its range. */
+    void *user;                     /* given to parallel_for, progress and log */
+} gifilt_system;
+
+typedef struct gifilt_desc {
+    gifilt_system system;           /* kept: frames run on its threads */
+    uint32_t   width, height;       /* of the pictures, 1..65536 */
+} gifilt_desc;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* GIFILTER_H */

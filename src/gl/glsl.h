@@ -1,0 +1,193 @@
+/* ---- glsl: the text of a program ---- */
+
+enum { GLBK__MAX_FILES = 32 };
+
+/* "lib/" + "table" + ".glsl" = "lib/table.glsl"; length counts the middle. */
+static int glbk__is_named(const char *name, const char *before, const char *middle, size_t length, const char *after)
+{
+    size_t n = strlen(before);
+    return strncmp(name, before, n) == 0 && strncmp(name + n, middle, length) == 0 &&
+           strcmp(name + n + length, after) == 0;
+}
+
+static const glbk_file *glbk__find_in(const glbk_part *part, const char *before, const char *middle, size_t length,
+                                      const char *after)
+{
+    uint32_t i;
+    for (i = 0; i < part->file_count; i++)
+        if (glbk__is_named(part->files[i].name, before, middle, length, after)) return &part->files[i];
+    return NULL;
+}
+
+GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name)
+{
+    const glbk_file *file = part && name ? glbk__find_in(part, "", name, strlen(name), "") : NULL;
+    return file || !name ? file : glbk__find_in(glbk_base_part(), "", name, strlen(name), "");
+}
+
+/* Library files in the order in which they are compiled, and where they are looked for: the shader's parts, then the
+   base. */
+typedef struct glbk__list {
+    const glbk_file *file[GLBK__MAX_FILES];
+    uint32_t         count;
+    const glbk_part *parts[GLBK_MAX_PARTS + 1];
+} glbk__list;
+
+static const glbk_file *glbk__find(const glbk__list *list, const char *before, const char *middle, size_t length,
+                                   const char *after)
+{
+    const glbk_file *file = NULL;
+    uint32_t i;
+    for (i = 0; i <= GLBK_MAX_PARTS && !file; i++)
+        if (list->parts[i]) file = glbk__find_in(list->parts[i], before, middle, length, after);
+    return file;
+}
+
+/* Next word of a list separated by blanks; its length, 0 at the end. */
+static size_t glbk__word(const char **s)
+{
+    size_t length = 0;
+    while (**s == ' ') (*s)++;
+    while ((*s)[length] && (*s)[length] != ' ') length++;
+    return length;
+}
+
+static int glbk__is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+static int glbk__is_name(char c) { return glbk__is_letter(c) || (c >= '0' && c <= '9'); }
+
+static int glbk__gather(glbk__list *list, const char *names);
+
+/* Adds a library file after what it uses itself, unless it is there. The depth is that of the embedded files, which
+   tests/gl_backend/backend_test.c walks. */
+static int glbk__gather_file(glbk__list *list, const glbk_file *file)
+{
+    uint32_t i;
+    if (!file || !glbk__gather(list, file->uses)) return 0;
+    for (i = 0; i < list->count && list->file[i] != file; i++) {}
+    if (i < list->count) return 1;
+    if (list->count == GLBK__MAX_FILES) return 0;
+    list->file[list->count++] = file;
+    return 1;
+}
+
+/* The library files named; 0 where one is unknown. */
+static int glbk__gather(glbk__list *list, const char *names)
+{
+    size_t length;
+    for (; (length = glbk__word(&names)) != 0; names += length)
+        if (!glbk__gather_file(list, glbk__find(list, "lib/", names, length, ".glsl"))) return 0;
+    return 1;
+}
+
+/* Uniform blocks that a text names. No others are declared, since
+   what is declared needs a buffer whether it is read or not (std140; WebGL 2 refuses to draw). */
+static int glbk__gather_blocks(glbk__list *list, const glbk_part *part, const char *text)
+{
+    uint32_t i;
+    for (i = 0; i < part->file_count; i++) {
+        const char *name = part->files[i].block, *at = text;
+        size_t length = strlen(name);
+        if (!length) continue;
+        while ((at = strstr(at, "glbk_")) != NULL && (strncmp(at, name, length) != 0 || glbk__is_name(at[length])))
+            at++;
+        if (at && !glbk__gather_file(list, &part->files[i])) return 0;
+    }
+    return 1;
+}
+
+/* The files before a shader's own text. Its main file, or NULL where it has none; 0 where a name is unknown. */
+static int glbk__gather_all(glbk__list *list, const glbk_shader *shader, const glbk_file **main_file)
+{
+    uint32_t i;
+    int known;
+    list->count = 0;
+    memcpy(list->parts, shader->parts, sizeof shader->parts);
+    list->parts[GLBK_MAX_PARTS] = glbk_base_part();
+    *main_file = shader->name ? glbk__find(list, "", shader->name, strlen(shader->name), "") : NULL;
+    known = (!shader->name || *main_file) && glbk__gather(list, "prelude") &&
+            glbk__gather(list, shader->uses ? shader->uses : "") &&
+            glbk__gather(list, *main_file ? (*main_file)->uses : "");
+    for (i = 0; i <= GLBK_MAX_PARTS && known && shader->text; i++)
+        if (list->parts[i]) known = glbk__gather_blocks(list, list->parts[i], shader->text);
+    return known;
+}
+
+GLBK_DEF void glbk__put(glbk__sink *sink, const char *text, size_t length)
+{
+    size_t room = sink->bytes > sink->used + 1 ? sink->bytes - 1 - sink->used : 0;
+    if (room > length) room = length;
+    if (room) memcpy(sink->out + sink->used, text, room);
+    sink->used += length;
+}
+
+GLBK_DEF void glbk__put_text(glbk__sink *sink, const char *text) { glbk__put(sink, text, strlen(text)); }
+
+/* "#line n001 n": line 4 of file 3 is 3004 in the driver's messages. Mesa forgets the file number, hence
+   the thousands. */
+static void glbk__put_line(glbk__sink *sink, uint32_t n)
+{
+    char digits[] = { (char)('0' + n / 10), (char)('0' + n % 10), 0 };
+    const char *number = n < 10 ? digits + 1 : digits;
+    glbk__put_text(sink, "#line ");
+    glbk__put_text(sink, number);
+    glbk__put_text(sink, "001 ");
+    glbk__put_text(sink, number);
+    glbk__put_text(sink, "\n");
+}
+
+GLBK_DEF void glbk__put_file(glbk__sink *sink, const glbk_file *file)
+{
+    uint32_t i;
+    for (i = 0; i < file->text_count; i++) glbk__put_text(sink, file->texts[i]);
+}
+
+static int glbk__is_value(char c) { return glbk__is_name(c) || c == '.' || c == '-'; }
+
+/* "A=1 B" becomes "#define A 1", "#define B 1". */
+static int glbk__put_defines(glbk__sink *sink, const char *defines)
+{
+    size_t length;
+    for (; (length = glbk__word(&defines)) != 0; defines += length) {
+        size_t name = 0, i;
+        while (name < length && defines[name] != '=') name++;
+        if (!name || !glbk__is_letter(defines[0])) return 0;
+        for (i = 0; i < length; i++)
+            if (i != name && !glbk__is_value(defines[i])) return 0;
+        glbk__put_text(sink, "#define ");
+        glbk__put(sink, defines, name);
+        glbk__put_text(sink, " ");
+        if (name < length) glbk__put(sink, defines + name + 1, length - name - 1);
+        else glbk__put_text(sink, "1");
+        glbk__put_text(sink, "\n");
+    }
+    return 1;
+}
+
+GLBK_DEF size_t glbk_write_glsl(glbk_dialect dialect, int float_bits, const glbk_shader *shader, char *out,
+                                size_t bytes)
+{
+    static const char *const versions[] = { "#version 330 core\n", "#version 330 core\n", "#version 300 es\n",
+                                            "#version 430 core\n" };
+    const glbk_file *main_file;
+    glbk__list list;
+    glbk__sink sink;
+    uint32_t i;
+
+    if ((unsigned)dialect >= GLBK_GLSL_COUNT || !shader || (!out && bytes)) return 0;
+    if (!glbk__gather_all(&list, shader, &main_file)) return 0;
+    sink.out = out;
+    sink.bytes = bytes;
+    sink.used = 0;
+    glbk__put_text(&sink, versions[dialect]);
+    glbk__put_text(&sink, float_bits ? "#define GLBK_FLOAT_BITS 1\n" : "#define GLBK_FLOAT_BITS 0\n");
+    if (!glbk__put_defines(&sink, shader->defines ? shader->defines : "")) return 0;
+    for (i = 0; i < list.count; i++) {
+        glbk__put_line(&sink, i + 1);
+        glbk__put_file(&sink, list.file[i]);
+    }
+    glbk__put_line(&sink, list.count + 1);
+    if (main_file) glbk__put_file(&sink, main_file);
+    if (shader->text) glbk__put_text(&sink, shader->text);
+    if (bytes) out[sink.used < bytes ? sink.used : bytes - 1] = 0;
+    return sink.used + 1;
+}

@@ -1,0 +1,226 @@
+/* ---- passes ---- */
+
+static void glbk__set_depth(const glbk_context *ctx, glbk_depth depth)
+{
+    static const uint32_t functions[] = { 0x0207, 0x0201, 0x0203, 0x0202, 0x0204 };
+    glbk__set_cap(ctx, 0x0B71, depth != GLBK_DEPTH_OFF);
+    ctx->gl.DepthMask(depth != GLBK_DEPTH_OFF && depth != GLBK_DEPTH_EQUAL);
+    ctx->gl.DepthFunc(functions[depth]);
+}
+
+static void glbk__set_blend(const glbk_context *ctx, glbk_blend blend)
+{
+    static const uint32_t equations[] = { 0x8006, 0x8006, 0x8007, 0x8008, 0x8006 };
+    if (blend == GLBK_BLEND_OFF) return;
+    ctx->gl.Enable(GLBK__BLEND);
+    ctx->gl.BlendEquationSeparate(equations[blend], equations[blend]);
+    if (blend == GLBK_BLEND_OVER) ctx->gl.BlendFuncSeparate(0x0302, 0x0303, 1, 0x0303);
+    else ctx->gl.BlendFuncSeparate(1, 1, 1, 1);
+}
+
+static void glbk__set_cull(const glbk_context *ctx, glbk_cull cull)
+{
+    ctx->gl.FrontFace(0x0901 /* CCW */);
+    if (cull == GLBK_CULL_OFF) return;
+    ctx->gl.Enable(0x0B44);
+    ctx->gl.CullFace(cull == GLBK_CULL_BACK ? 0x0405u : 0x0404u);
+}
+
+static int glbk__has_srgb(const glbk_target *target)
+{
+    uint32_t i;
+    for (i = 0; target && i < target->count; i++)
+        if (target->format[i] == GLBK_FORMAT_SRGB8_A8) return 1;
+    return 0;
+}
+
+static glbk_result glbk__check_pass(const glbk_context *ctx, const glbk_pass *pass)
+{
+    static const char function[] = "glbk_begin";
+    const int32_t *v = pass->viewport;
+    if ((unsigned)pass->depth >= GLBK_DEPTH_COUNT)
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.depth", (double)pass->depth, "a glbk_depth");
+    if ((unsigned)pass->blend >= GLBK_BLEND_COUNT)
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.blend", (double)pass->blend, "a glbk_blend");
+    if ((unsigned)pass->cull >= GLBK_CULL_COUNT)
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "pass.cull", (double)pass->cull, "a glbk_cull");
+    if (pass->target && !pass->target->name)
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "pass.target", "was not created");
+    if (v[2] < 0 || v[3] < 0)
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, v[2] < 0 ? "pass.viewport[2]" : "pass.viewport[3]",
+                               v[2] < 0 ? v[2] : v[3], "0 or more");
+    if (!pass->target && (!v[2] || !v[3]))
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "pass.viewport", "is empty, and there is no pass.target");
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_begin(glbk_context *ctx, const glbk_pass *pass, glbk_program *program)
+{
+    const int32_t *v;
+    glbk_result result;
+    uint8_t color;
+    int i;
+
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
+    result = glbk__check_pass(ctx, pass);
+    if (result != GLBK_OK) return result;
+    if (ctx->lost) return GLBK_ERR_LOST;
+    v = pass->viewport;
+
+    for (i = 0; i < GLBK__CAP_COUNT; i++)
+        if (glbk__has_cap(ctx, i) && (glbk__caps[i].group != GLBK__CAP_SRGB || glbk__has_srgb(pass->target)))
+            glbk__set_cap(ctx, glbk__caps[i].name, glbk__caps[i].value);
+    if (pass->target) {
+        ctx->gl.BindFramebuffer(GLBK_GL_DRAW_FRAMEBUFFER, pass->target->name);
+        ctx->inner = pass->target->inner ? pass->target->name : 0;
+    }
+    if (v[2] || v[3]) ctx->gl.Viewport(v[0], v[1], v[2], v[3]);
+    else ctx->gl.Viewport(0, 0, (int32_t)pass->target->width, (int32_t)pass->target->height);
+    glbk__set_depth(ctx, pass->depth);
+    glbk__set_blend(ctx, pass->blend);
+    glbk__set_cull(ctx, pass->cull);
+    color = !pass->no_color;
+    ctx->gl.ColorMask(color, color, color, color);
+    glbk__depth_range(ctx, 0, 1);
+    if (pass->offset[0] != 0 || pass->offset[1] != 0) {
+        ctx->gl.Enable(0x8037);
+        ctx->gl.PolygonOffset(pass->offset[0], pass->offset[1]);
+    }
+    if (!ctx->es) ctx->gl.PolygonMode(0x0408, 0x1B02 /* FILL */);
+    if (ctx->clip_control) ctx->gl.ClipControl(0x8CA1 /* LOWER_LEFT */, 0x935E /* NEGATIVE_ONE_TO_ONE */);
+    ctx->gl.BindVertexArray(ctx->vertex_array);
+    glbk_program_use(ctx, program);
+    return GLBK_OK;
+}
+
+GLBK_DEF void glbk_clear(glbk_context *ctx, const glbk_target *target, uint32_t attachment, const float rgba[4])
+{
+    if (!ctx || ctx->lost || !target || attachment >= target->count || !rgba) return;
+    if (glbk__is_integer(target->format[attachment])) {
+        uint32_t words[4];
+        int i;
+        if (target->format[attachment] == GLBK_FORMAT_RGBA32UI && !ctx->float_targets) {
+            memcpy(words, rgba, sizeof words);      /* floats by their bits */
+        } else {
+            for (i = 0; i < 4; i++)
+                words[i] = rgba[i] > 0 ? (uint32_t)(rgba[i] < 4294967296.0f ? (double)rgba[i] + 0.5 : 4294967295.0) : 0;
+        }
+        ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, (int32_t)attachment, words);
+    } else {
+        ctx->gl.ClearBufferfv(GLBK_GL_COLOR, (int32_t)attachment, rgba);
+    }
+}
+
+GLBK_DEF void glbk_clear_depth(glbk_context *ctx, float depth)
+{
+    if (ctx && !ctx->lost) ctx->gl.ClearBufferfv(GLBK_GL_DEPTH, 0, &depth);
+}
+
+GLBK_DEF void glbk_bind_texture(glbk_context *ctx, uint32_t slot, const glbk_texture *texture)
+{
+    if (!ctx || ctx->lost || slot >= ctx->unit_count) return;
+    ctx->gl.ActiveTexture(GLBK_GL_TEXTURE0 + ctx->first_unit + slot);
+    if (texture && texture->name) {
+        ctx->gl.BindTexture(texture->gl_target, texture->name);
+    } else {
+        ctx->gl.BindTexture(GLBK_GL_TEXTURE_2D, 0);
+        ctx->gl.BindTexture(GLBK_GL_TEXTURE_2D_ARRAY, 0);
+    }
+    ctx->gl.BindSampler(ctx->first_unit + slot, 0);
+}
+
+GLBK_DEF void glbk_bind_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer)
+{
+    if (!ctx || ctx->lost || !buffer || slot >= ctx->block_count) return;
+    ctx->gl.BindBufferBase(GLBK_GL_UNIFORM_BUFFER, ctx->first_block + slot, buffer->name);
+}
+
+GLBK_DEF void glbk_bind_storage(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer)
+{
+    if (!ctx || ctx->lost || !ctx->compute || !buffer || slot >= GLBK_BLOCKS) return;
+    ctx->gl.BindBufferBase(GLBK_GL_SHADER_STORAGE_BUFFER, slot, buffer->name);
+}
+
+GLBK_DEF void glbk_bind_image(glbk_context *ctx, uint32_t slot, const glbk_texture *texture)
+{
+    if (!ctx || ctx->lost || !ctx->compute || !texture || !texture->name || slot >= GLBK_IMAGES) return;
+    ctx->gl.BindImageTexture(slot, texture->name, 0, texture->layers != 0, 0, 0x88BA /* READ_WRITE */,
+                             (uint32_t)glbk__formats[texture->format].internal);
+}
+
+GLBK_DEF void glbk_draw_screen(glbk_context *ctx)
+{
+    if (ctx && !ctx->lost) ctx->gl.DrawArrays(GLBK_GL_TRIANGLES, 0, 3);
+}
+
+static glbk_result glbk__before_dispatch(glbk_context *ctx, glbk_program *program)
+{
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!program || !program->name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, "glbk_dispatch", "program", "was not created");
+    if (ctx->lost) return GLBK_ERR_LOST;
+    if (!ctx->compute) return GLBK_ERR_FEATURE;
+    glbk_program_use(ctx, program);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uint32_t x, uint32_t y, uint32_t z)
+{
+    glbk_result result = glbk__before_dispatch(ctx, program);
+    if (result != GLBK_OK) return result;
+    ctx->gl.DispatchCompute(x, y, z);
+    ctx->gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_dispatch_indirect(glbk_context *ctx, glbk_program *program, const glbk_buffer *groups,
+                                            size_t offset)
+{
+    glbk_result result = glbk__before_dispatch(ctx, program);
+    if (result != GLBK_OK) return result;
+    if (!groups || !groups->name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "groups", "was not created");
+    if (offset % 4 || groups->bytes < 12 || offset > groups->bytes - 12)
+        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, __func__, "offset", (double)offset,
+                               "a multiple of 4 with 12 bytes of the buffer behind it");
+    ctx->gl.BindBuffer(GLBK__GROUPS, groups->name);
+    ctx->gl.DispatchComputeIndirect((ptrdiff_t)offset);
+    ctx->gl.Barrier(GLBK_GL_ALL_BARRIER_BITS);
+    return GLBK_OK;
+}
+
+/* Where a resolve draws its picture: the corner of the viewport, ints by their bits. See glbk_pass. */
+static glbk_result glbk__corner(const glbk_context *ctx, const glbk_pass *pass, uint32_t width, uint32_t height,
+                                uint32_t corner[2])
+{
+    const int32_t *v = pass->viewport;
+    const int whole = pass->target && !v[2] && !v[3];
+    const uint32_t wide = whole ? pass->target->width : (uint32_t)v[2];
+    const uint32_t high = whole ? pass->target->height : (uint32_t)v[3];
+
+    corner[0] = whole ? 0u : (uint32_t)v[0];
+    corner[1] = whole ? 0u : (uint32_t)v[1];
+    if (wide <= width && high <= height) return GLBK_OK;
+    if (wide > width)
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, "a picture", "the width to draw to", wide, 0, width);
+    return glbk__bad_range(ctx, GLBK_ERR_DESC, "a picture", "the height to draw to", high, 0, height);
+}
+
+GLBK_DEF glbk_result glbk__begin_picture(glbk_context *ctx, const glbk_pass *pass, const glbk_picture *picture,
+                                         uint32_t width, uint32_t height, glbk_program *program)
+{
+    glbk_shown shown;
+    glbk_buffer buffer;
+    glbk_result result;
+    memset(&shown, 0, sizeof shown);
+    result = pass->target ? GLBK_OK : glbk__check_bound(ctx, "a picture");
+    if (result == GLBK_OK) result = glbk__corner(ctx, pass, width, height, shown.how);
+    if (result == GLBK_OK) result = glbk_begin(ctx, pass, program);
+    if (result != GLBK_OK) return result;
+    shown.how[2] = picture && picture->keep_empty;
+    shown.how[3] = picture && picture->world_to_clip;
+    if (shown.how[3]) memcpy(shown.to_clip, picture->world_to_clip, sizeof shown.to_clip);
+    buffer.name = ctx->shown;
+    buffer.bytes = sizeof shown;
+    return glbk__put_block(ctx, GLBK_SLOT_glbk_shown, &buffer, &shown);
+}

@@ -1,0 +1,243 @@
+/* ---- programs ---- */
+
+enum { GLBK__FRAGMENT = 0x8B30, GLBK__VERTEX = 0x8B31, GLBK__COMPUTE = 0x91B9 };
+
+/* What a stage is made of. */
+typedef struct glbk__stage {
+    uint32_t    type;
+    glbk_shader shader;             /* name or text, one of them */
+} glbk__stage;
+
+static void glbk__put_number(glbk__sink *sink, uint32_t value)
+{
+    glbk__message m;
+    m.used = 0;
+    glbk__message_count(&m, value);
+    glbk__put(sink, m.text, m.used);
+}
+
+/* Which number of the driver's messages is which file. */
+static void glbk__put_files(glbk__sink *sink, const glbk_shader *shader)
+{
+    const glbk_file *main_file;
+    glbk__list list;
+    uint32_t i;
+
+    (void)glbk__gather_all(&list, shader, &main_file);      /* all are there: the text was compiled */
+    glbk__put_text(sink, "files: 0 defines");
+    for (i = 0; i <= list.count; i++) {
+        glbk__put_text(sink, ", ");
+        glbk__put_number(sink, i + 1);
+        glbk__put_text(sink, " ");
+        glbk__put_text(sink, i < list.count ? list.file[i]->name : shader->name ? shader->name : "your text");
+    }
+    glbk__put_text(sink, "\n");
+}
+
+/* The driver's words on a shader, behind the list of its files, or on a program: shader is NULL then. */
+static void glbk__log_driver(const glbk_context *ctx, uint32_t object, const glbk_shader *shader)
+{
+    glbk__allocator memory = glbk__memory(ctx);
+    glbk__sink sink = { NULL, 0, 0 };
+    int32_t length = 0;
+
+    if (!ctx->system.log) return;
+    if (shader) ctx->gl.GetShaderiv(object, 0x8B84 /* INFO_LOG_LENGTH */, &length);
+    else ctx->gl.GetProgramiv(object, 0x8B84, &length);
+    if (length < 0) length = 0;
+    if (shader) glbk__put_files(&sink, shader);
+    sink.bytes = sink.used + (size_t)length + 2;
+    sink.out = (char *)glbk__alloc(&memory, sink.bytes);
+    if (!sink.out) {
+        glbk__log(ctx, "no memory for the driver's words");
+        return;
+    }
+    sink.used = 0;
+    if (shader) glbk__put_files(&sink, shader);
+    memset(sink.out + sink.used, 0, sink.bytes - sink.used);
+    if (shader) ctx->gl.GetShaderInfoLog(object, length + 1, NULL, sink.out + sink.used);
+    else ctx->gl.GetProgramInfoLog(object, length + 1, NULL, sink.out + sink.used);
+    sink.used = strlen(sink.out);
+    while (sink.used && sink.out[sink.used - 1] == '\n') sink.out[--sink.used] = 0;
+    glbk__log(ctx, sink.used ? sink.out : "the driver says nothing");
+    glbk__free(&memory, sink.out);
+}
+
+/* Compiles one stage and attaches it. */
+static glbk_result glbk__add_stage(glbk_context *ctx, uint32_t program, const glbk__stage *stage)
+{
+    glbk_dialect dialect = ctx->es ? GLBK_GLSL_300_ES : stage->type == GLBK__COMPUTE ? GLBK_GLSL_430 : GLBK_GLSL_330;
+    glbk__allocator memory = glbk__memory(ctx);
+    int bits = !ctx->float_targets;
+    size_t bytes = glbk_write_glsl(dialect, bits, &stage->shader, NULL, 0);
+    char *text;
+    uint32_t shader;
+    int32_t compiled = 0;
+
+    if (!bytes)
+        return glbk__fail(ctx, GLBK_ERR_NAME, "an unknown library file, or bad defines: ", stage->shader.uses);
+    if (bytes > INT32_MAX)
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, "a shader", "its text's length", (double)bytes, 1, INT32_MAX);
+    text = (char *)glbk__alloc(&memory, bytes);
+    if (!text) return GLBK_ERR_ALLOC;
+    glbk_write_glsl(dialect, bits, &stage->shader, text, bytes);
+    shader = ctx->gl.CreateShader(stage->type);
+    if (shader) {
+        const char *const texts[1] = { text };
+        ctx->gl.ShaderSource(shader, 1, texts, NULL);
+        ctx->gl.CompileShader(shader);
+        ctx->gl.GetShaderiv(shader, 0x8B81 /* COMPILE_STATUS */, &compiled);
+        if (compiled) {
+            ctx->gl.AttachShader(program, shader);
+        } else {
+            glbk__log_driver(ctx, shader, &stage->shader);
+        }
+        ctx->gl.DeleteShader(shader);       /* lives on as long as it is attached */
+    }
+    glbk__free(&memory, text);
+    return compiled ? GLBK_OK : shader ? GLBK_ERR_COMPILE : GLBK_ERR_GL;
+}
+
+/* Names of transform feedback, which GL wants as an array. */
+static glbk_result glbk__set_outputs(const glbk_context *ctx, uint32_t program, const char *outputs)
+{
+    char text[512];
+    const char *names[16];
+    int32_t count = 0;
+    size_t length, used = 0;
+
+    for (; (length = glbk__word(&outputs)) != 0; outputs += length) {
+        if (count == 16 || length + 1 > sizeof text - used)
+            return glbk__bad(ctx, GLBK_ERR_DESC, "glbk_program_compile", "source.outputs",
+                             "has more than 16 names or 511 characters");
+        names[count++] = text + used;
+        memcpy(text + used, outputs, length);
+        text[used + length] = 0;
+        used += length + 1;
+    }
+    if (count) ctx->gl.TransformFeedbackVaryings(program, count, names, GLBK_GL_INTERLEAVED_ATTRIBS);
+    return GLBK_OK;
+}
+
+static glbk_result glbk__link(glbk_context *ctx, const glbk__stage *stages, int count, const char *outputs,
+                              glbk_program *out)
+{
+    glbk_result result = GLBK_OK, errors;
+    int32_t linked = 0;
+    int i;
+
+    memcpy(out->parts, stages[0].shader.parts, sizeof out->parts);
+    out->name = ctx->gl.CreateProgram();
+    if (!out->name) result = GLBK_ERR_GL;
+    for (i = 0; i < count && result == GLBK_OK; i++)
+        result = glbk__add_stage(ctx, out->name, &stages[i]);
+    if (result == GLBK_OK) result = glbk__set_outputs(ctx, out->name, outputs);
+    if (result == GLBK_OK) {
+        ctx->gl.LinkProgram(out->name);
+        ctx->gl.GetProgramiv(out->name, 0x8B82 /* LINK_STATUS */, &linked);
+        if (!linked) {
+            glbk__log_driver(ctx, out->name, NULL);
+            result = GLBK_ERR_LINK;
+        }
+    }
+    errors = glbk__leave(ctx);
+    if (errors != GLBK_OK) result = errors;
+    if (result != GLBK_OK) glbk_program_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
+                                            const char *name, const char *defines, glbk_program *out)
+{
+    glbk__stage stages[2];
+    const glbk_file *file, *vertex;
+    char path[64] = "prog/";
+    size_t length;
+    glbk_result result;
+
+    if (!out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    result = glbk__enter(ctx);
+    if (result != GLBK_OK) return result;
+    if (!name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, "glbk_program_create", "name", "is NULL");
+    length = strlen(name);
+    if (length < sizeof path - 5) memcpy(path + 5, name, length + 1);
+    file = glbk_find_file(part, path);
+    if (!file) return glbk__fail(ctx, GLBK_ERR_NAME, "no file prog/", name);
+    memset(stages, 0, sizeof stages);
+    stages[0].shader.parts[0] = part;
+    stages[0].shader.parts[1] = other;
+    stages[0].shader.uses = "";
+    stages[0].shader.defines = defines;
+    stages[1].shader = stages[0].shader;
+    stages[0].shader.name = file->name;
+    if (length > 5 && strcmp(name + length - 5, ".comp") == 0) {
+        if (!ctx->compute) return GLBK_ERR_FEATURE;
+        stages[0].type = GLBK__COMPUTE;
+        return glbk__link(ctx, stages, 1, "", out);
+    }
+    strcpy(path + 5, file->with);
+    vertex = glbk_find_file(part, path);
+    if (!vertex) return glbk__fail(ctx, GLBK_ERR_NAME, "no program: ", name);
+    stages[0].type = GLBK__FRAGMENT;
+    stages[1].type = GLBK__VERTEX;
+    stages[1].shader.name = vertex->name;
+    return glbk__link(ctx, stages, 2, "", out);
+}
+
+GLBK_DEF glbk_result glbk_program_create(glbk_context *ctx, const glbk_part *part, const char *name,
+                                         const char *defines, glbk_program *out)
+{
+    return glbk__program_of_parts(ctx, part, NULL, name, defines, out);
+}
+
+/* The program of a user's text: linked as others, then its parts must not meet. */
+static glbk_result glbk__link_source(glbk_context *ctx, const glbk__stage *stages, int count, const glbk_source *s,
+                                     glbk_program *out)
+{
+    glbk_result result = glbk__link(ctx, stages, count, s->outputs && count == 2 ? s->outputs : "", out);
+    if (result != GLBK_OK) return result;
+    memcpy(out->offsets, s->offsets, sizeof out->offsets);
+    result = glbk__check_places(ctx, "glbk_program_compile", out);
+    if (result != GLBK_OK) glbk_program_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_program_compile(glbk_context *ctx, const glbk_source *s, glbk_program *out)
+{
+    glbk__stage stages[2];
+    glbk_result result;
+
+    if (!out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    result = glbk__enter(ctx);
+    if (result != GLBK_OK) return result;
+    if (!s) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "source", "is NULL");
+    if ((s->fragment != NULL) == (s->compute != NULL))
+        return glbk__bad(ctx, GLBK_ERR_DESC, __func__, "source", "must have one of fragment and compute");
+    memset(stages, 0, sizeof stages);
+    memcpy(stages[0].shader.parts, s->parts, sizeof s->parts);
+    stages[0].shader.uses = s->uses ? s->uses : "";
+    stages[0].shader.defines = s->defines;
+    stages[1].shader = stages[0].shader;
+    if (s->compute) {
+        if (!ctx->compute) return GLBK_ERR_FEATURE;
+        stages[0].type = GLBK__COMPUTE;
+        stages[0].shader.text = s->compute;
+        return glbk__link_source(ctx, stages, 1, s, out);
+    }
+    stages[0].type = GLBK__FRAGMENT;
+    stages[0].shader.text = s->fragment;
+    stages[1].type = GLBK__VERTEX;
+    stages[1].shader.name = s->vertex ? NULL : "prog/screen.vert";
+    if (!s->vertex) stages[1].shader.uses = "";     /* a library file may speak of gl_FragCoord */
+    stages[1].shader.text = s->vertex;
+    return glbk__link_source(ctx, stages, 2, s, out);
+}
+
+GLBK_DEF void glbk_program_free(glbk_context *ctx, glbk_program *program)
+{
+    if (!program) return;
+    if (ctx && !ctx->lost && program->name) ctx->gl.DeleteProgram(program->name);
+    memset(program, 0, sizeof *program);
+}

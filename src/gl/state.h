@@ -1,0 +1,253 @@
+/* ---- state: what passes touch ----
+
+   X(group, GL's name, value that a pass needs): BOTH, or DESK for OpenGL alone. PROGRAM_POINT_SIZE and MULTISAMPLE are
+   on because ES has no switch for them and behaves so; the rest must not interfere. SRGB: only of targets that have
+   such a format, which ES encodes, too. In the user's framebuffer it is a matter of the user's. */
+
+#define GLBK__CAPS(X)                                                   \
+    X(BOTH, 0x0BE2, 0) /* BLEND */                                      \
+    X(BOTH, 0x0B71, 0) /* DEPTH_TEST */                                 \
+    X(BOTH, 0x0B44, 0) /* CULL_FACE */                                  \
+    X(BOTH, 0x8037, 0) /* POLYGON_OFFSET_FILL */                        \
+    X(BOTH, 0x0C11, 0) /* SCISSOR_TEST */                               \
+    X(BOTH, 0x0B90, 0) /* STENCIL_TEST */                               \
+    X(BOTH, 0x0BD0, 0) /* DITHER */                                     \
+    X(BOTH, 0x809E, 0) /* SAMPLE_ALPHA_TO_COVERAGE */                   \
+    X(BOTH, 0x80A0, 0) /* SAMPLE_COVERAGE */                            \
+    X(BOTH, 0x8C89, 0) /* RASTERIZER_DISCARD */                         \
+    X(RESTART, 0x8D69, 0) /* PRIMITIVE_RESTART_FIXED_INDEX */           \
+    X(DESK, 0x8F9D, 0) /* PRIMITIVE_RESTART */                          \
+    X(DESK, 0x0BF2, 0) /* COLOR_LOGIC_OP */                             \
+    X(DESK, 0x864F, 0) /* DEPTH_CLAMP */                                \
+    X(DESK, 0x809F, 0) /* SAMPLE_ALPHA_TO_ONE */                        \
+    X(DESK, 0x8E51, 0) /* SAMPLE_MASK */                                \
+    X(DESK, 0x0B41, 0) /* POLYGON_SMOOTH */                             \
+    X(DESK, 0x0B20, 0) /* LINE_SMOOTH */                                \
+    X(DESK, 0x2A02, 0) /* POLYGON_OFFSET_LINE */                        \
+    X(DESK, 0x2A01, 0) /* POLYGON_OFFSET_POINT */                       \
+    X(DESK, 0x8642, 1) /* PROGRAM_POINT_SIZE */                         \
+    X(DESK, 0x809D, 1) /* MULTISAMPLE */                                \
+    X(SRGB, 0x8DB9, 1) /* FRAMEBUFFER_SRGB */                           \
+    X(DESK, 0x884F, 1) /* TEXTURE_CUBE_MAP_SEAMLESS */                  \
+    X(DESK, 0x3000, 0) X(DESK, 0x3001, 0) X(DESK, 0x3002, 0) X(DESK, 0x3003, 0) /* CLIP_DISTANCE */  \
+    X(DESK, 0x3004, 0) X(DESK, 0x3005, 0) X(DESK, 0x3006, 0) X(DESK, 0x3007, 0)
+
+enum { GLBK__CAP_BOTH, GLBK__CAP_DESK, GLBK__CAP_RESTART, GLBK__CAP_SRGB };
+
+static const struct { uint32_t name; int group, value; } glbk__caps[] = {
+#define GLBK__ENTRY(group, name, value) { name, GLBK__CAP_##group, value },
+    GLBK__CAPS(GLBK__ENTRY)
+#undef GLBK__ENTRY
+};
+enum { GLBK__CAP_COUNT = sizeof glbk__caps / sizeof glbk__caps[0] };
+
+static int glbk__has_cap(const glbk_context *ctx, int i)
+{
+    if (glbk__caps[i].group == GLBK__CAP_RESTART) return ctx->es ? !ctx->webgl : ctx->version >= 430;    /* WebGL: on */
+    return glbk__caps[i].group == GLBK__CAP_BOTH || !ctx->es;
+}
+
+GLBK_DEF void glbk__set_cap(const glbk_context *ctx, uint32_t name, int on)
+{
+    if (on) ctx->gl.Enable(name);
+    else ctx->gl.Disable(name);
+}
+
+#define GLBK__WORDS(X)                                              \
+    X(PROGRAM, 0x8B8D) X(VERTEX_ARRAY, 0x85B5) X(TARGET, 0x8CA6)    \
+    X(UNIT, 0x84E0) X(BLOCK, 0x8A28) X(DEPTH_FUNC, 0x0B74)          \
+    X(CULL_MODE, 0x0B45) X(FRONT, 0x0B46)                           \
+    X(SOURCE_RGB, 0x80C9) X(DEST_RGB, 0x80C8) X(SOURCE_ALPHA, 0x80CB) X(DEST_ALPHA, 0x80CA)     \
+    X(EQUATION_RGB, 0x8009) X(EQUATION_ALPHA, 0x883D)
+
+enum {
+#define GLBK__ENTRY(name, gl) GLBK__W_##name,
+    GLBK__WORDS(GLBK__ENTRY)
+#undef GLBK__ENTRY
+    GLBK__WORD_COUNT,
+    GLBK__W_STORAGE = GLBK__WORD_COUNT, GLBK__W_GROUPS, GLBK__W_ORIGIN, GLBK__W_CLIP_DEPTH, GLBK__W_POLYGON,
+    GLBK__W_POLYGON_2
+};
+
+static const uint32_t glbk__word_names[] = {
+#define GLBK__ENTRY(name, gl) gl,
+    GLBK__WORDS(GLBK__ENTRY)
+#undef GLBK__ENTRY
+};
+
+enum { GLBK__BLEND = 0x0BE2, GLBK__COLOR_MASK = 0x0C23 };
+
+/* Words from SOURCE_RGB to EQUATION_ALPHA. */
+enum { GLBK__BLEND_WORDS = 6 };
+
+static void glbk__save_indexed(glbk_context *ctx, glbk_state *s)
+{
+    uint32_t i, k;
+    if (!ctx->each_target) {
+        ctx->gl.GetBooleanv(GLBK__COLOR_MASK, s->color_mask[0]);
+        return;
+    }
+    for (i = 0; i < ctx->max_targets; i++) {
+        s->blend[i] = ctx->gl.IsEnabledi(GLBK__BLEND, i);
+        ctx->gl.GetBooleani_v(GLBK__COLOR_MASK, i, s->color_mask[i]);
+        for (k = 0; k < GLBK__BLEND_WORDS && ctx->each_blend; k++)
+            ctx->gl.GetIntegeri_v(glbk__word_names[GLBK__W_SOURCE_RGB + k], i, &s->blends[i][k]);
+    }
+}
+
+enum { GLBK__GROUPS = 0x90EE /* DISPATCH_INDIRECT_BUFFER */ };
+
+/* IMAGE_BINDING_NAME, _LEVEL, _LAYERED, _LAYER, _ACCESS, _FORMAT. */
+static const uint32_t glbk__image_names[6] = { 0x8F3A, 0x8F3B, 0x8F3C, 0x8F3D, 0x8F3E, 0x906E };
+
+static void glbk__save_images(glbk_context *ctx, glbk_state *s)
+{
+    uint32_t i, k;
+    for (i = 0; i < GLBK_IMAGES; i++)
+        for (k = 0; k < 6; k++) ctx->gl.GetIntegeri_v(glbk__image_names[k], i, &s->images[i][k]);
+}
+
+static void glbk__restore_images(glbk_context *ctx, const glbk_state *s)
+{
+    uint32_t i;
+    for (i = 0; i < GLBK_IMAGES; i++) {
+        const int32_t *m = s->images[i];
+        ctx->gl.BindImageTexture(i, (uint32_t)m[0], m[1], (uint8_t)(m[2] != 0), m[3], (uint32_t)m[4], (uint32_t)m[5]);
+    }
+}
+
+static void glbk__save_bindings(glbk_context *ctx, glbk_state *s)
+{
+    uint32_t i;
+    for (i = 0; i < ctx->unit_count; i++) {
+        ctx->gl.ActiveTexture(GLBK_GL_TEXTURE0 + ctx->first_unit + i);
+        ctx->gl.GetIntegerv(0x8069 /* TEXTURE_BINDING_2D */, &s->units[i][0]);
+        ctx->gl.GetIntegerv(0x8C1D /* TEXTURE_BINDING_2D_ARRAY */, &s->units[i][1]);
+        ctx->gl.GetIntegerv(0x8919 /* SAMPLER_BINDING */, &s->units[i][2]);
+    }
+    ctx->gl.ActiveTexture((uint32_t)s->words[GLBK__W_UNIT]);
+    for (i = 0; i < ctx->block_count; i++) {
+        ctx->gl.GetIntegeri_v(0x8A28, ctx->first_block + i, &s->blocks[i]);
+        ctx->gl.GetInteger64i_v(0x8A29, ctx->first_block + i, &s->ranges[i][0]);
+        ctx->gl.GetInteger64i_v(0x8A2A, ctx->first_block + i, &s->ranges[i][1]);
+    }
+    for (i = 0; i < GLBK_BLOCKS && ctx->compute; i++) {
+        ctx->gl.GetIntegeri_v(0x90D3, i, &s->storage[i]);
+        ctx->gl.GetInteger64i_v(0x90D4, i, &s->storage_ranges[i][0]);
+        ctx->gl.GetInteger64i_v(0x90D5, i, &s->storage_ranges[i][1]);
+    }
+}
+
+GLBK_DEF void glbk_state_save(glbk_context *ctx, glbk_state *out)
+{
+    int i;
+    if (!out) return;
+    memset(out, 0, sizeof *out);
+    if (!ctx || ctx->lost) return;
+    for (i = 0; i < GLBK__CAP_COUNT; i++)
+        if (glbk__has_cap(ctx, i)) out->caps[i] = ctx->gl.IsEnabled(glbk__caps[i].name);
+    for (i = 0; i < GLBK__WORD_COUNT; i++) ctx->gl.GetIntegerv(glbk__word_names[i], &out->words[i]);
+    if (ctx->compute) {
+        ctx->gl.GetIntegerv(0x90D3, &out->words[GLBK__W_STORAGE]);
+        ctx->gl.GetIntegerv(0x90EF, &out->words[GLBK__W_GROUPS]);
+        glbk__save_images(ctx, out);
+    }
+    if (ctx->clip_control) {
+        ctx->gl.GetIntegerv(0x935C, &out->words[GLBK__W_ORIGIN]);
+        ctx->gl.GetIntegerv(0x935D, &out->words[GLBK__W_CLIP_DEPTH]);
+    }
+    if (!ctx->es) ctx->gl.GetIntegerv(0x0B40, &out->words[GLBK__W_POLYGON]);    /* writes two */
+    ctx->gl.GetIntegerv(0x0BA2, out->viewport);
+    ctx->gl.GetBooleanv(0x0B72, &out->depth_mask);
+    ctx->gl.GetFloatv(0x0B70 /* DEPTH_RANGE */, out->floats);
+    ctx->gl.GetFloatv(0x8038 /* POLYGON_OFFSET_FACTOR */, out->floats + 2);
+    ctx->gl.GetFloatv(0x2A00 /* POLYGON_OFFSET_UNITS */, out->floats + 3);
+    if (ctx->offset_clamp) ctx->gl.GetFloatv(0x8E1B /* POLYGON_OFFSET_CLAMP */, &out->offset_clamp);
+    glbk__save_indexed(ctx, out);
+    glbk__save_bindings(ctx, out);
+}
+
+static void glbk__restore_indexed(glbk_context *ctx, const glbk_state *s)
+{
+    const uint8_t(*mask)[4] = s->color_mask;
+    uint32_t i;
+    if (!ctx->each_target) {
+        ctx->gl.ColorMask(mask[0][0], mask[0][1], mask[0][2], mask[0][3]);
+        return;
+    }
+    for (i = 0; i < ctx->max_targets; i++) {
+        const int32_t *b = s->blends[i];
+        if (s->blend[i]) ctx->gl.Enablei(GLBK__BLEND, i);
+        else ctx->gl.Disablei(GLBK__BLEND, i);
+        ctx->gl.ColorMaski(i, mask[i][0], mask[i][1], mask[i][2], mask[i][3]);
+        if (!ctx->each_blend) continue;
+        ctx->gl.BlendFuncSeparatei(i, (uint32_t)b[0], (uint32_t)b[1], (uint32_t)b[2], (uint32_t)b[3]);
+        ctx->gl.BlendEquationSeparatei(i, (uint32_t)b[4], (uint32_t)b[5]);
+    }
+}
+
+static void glbk__restore_range(glbk_context *ctx, uint32_t target, uint32_t index, int32_t name,
+                                const int64_t range[2])
+{
+    if (name && range[1])
+        ctx->gl.BindBufferRange(target, index, (uint32_t)name, (ptrdiff_t)range[0], (ptrdiff_t)range[1]);
+    else ctx->gl.BindBufferBase(target, index, (uint32_t)name);
+}
+
+static void glbk__restore_bindings(glbk_context *ctx, const glbk_state *s)
+{
+    uint32_t i;
+    for (i = 0; i < ctx->unit_count; i++) {
+        ctx->gl.ActiveTexture(GLBK_GL_TEXTURE0 + ctx->first_unit + i);
+        ctx->gl.BindTexture(GLBK_GL_TEXTURE_2D, (uint32_t)s->units[i][0]);
+        ctx->gl.BindTexture(GLBK_GL_TEXTURE_2D_ARRAY, (uint32_t)s->units[i][1]);
+        ctx->gl.BindSampler(ctx->first_unit + i, (uint32_t)s->units[i][2]);
+    }
+    ctx->gl.ActiveTexture((uint32_t)s->words[GLBK__W_UNIT]);
+    for (i = 0; i < ctx->block_count; i++)
+        glbk__restore_range(ctx, GLBK_GL_UNIFORM_BUFFER, ctx->first_block + i, s->blocks[i], s->ranges[i]);
+    for (i = 0; i < GLBK_BLOCKS && ctx->compute; i++)
+        glbk__restore_range(ctx, GLBK_GL_SHADER_STORAGE_BUFFER, i, s->storage[i], s->storage_ranges[i]);
+    ctx->gl.BindBuffer(GLBK_GL_UNIFORM_BUFFER, (uint32_t)s->words[GLBK__W_BLOCK]);
+    if (!ctx->compute) return;
+    ctx->gl.BindBuffer(GLBK_GL_SHADER_STORAGE_BUFFER, (uint32_t)s->words[GLBK__W_STORAGE]);
+    ctx->gl.BindBuffer(GLBK__GROUPS, (uint32_t)s->words[GLBK__W_GROUPS]);
+    glbk__restore_images(ctx, s);
+}
+
+static void glbk__depth_range(const glbk_context *ctx, float from, float to)
+{
+    if (ctx->es) ctx->gl.DepthRangef(from, to);
+    else ctx->gl.DepthRange((double)from, (double)to);
+}
+
+GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state)
+{
+    const int32_t *w;
+    int i;
+    if (!ctx || ctx->lost || !state) return;
+    w = state->words;
+    for (i = 0; i < GLBK__CAP_COUNT; i++)
+        if (glbk__has_cap(ctx, i)) glbk__set_cap(ctx, glbk__caps[i].name, state->caps[i]);
+    /* A program that its owner deleted while it was in use went away with the first glUseProgram. */
+    ctx->gl.UseProgram(ctx->gl.IsProgram((uint32_t)w[GLBK__W_PROGRAM]) ? (uint32_t)w[GLBK__W_PROGRAM] : 0);
+    ctx->gl.BindVertexArray((uint32_t)w[GLBK__W_VERTEX_ARRAY]);
+    ctx->gl.BindFramebuffer(GLBK_GL_DRAW_FRAMEBUFFER, (uint32_t)w[GLBK__W_TARGET]);
+    ctx->gl.DepthFunc((uint32_t)w[GLBK__W_DEPTH_FUNC]);
+    ctx->gl.CullFace((uint32_t)w[GLBK__W_CULL_MODE]);
+    ctx->gl.FrontFace((uint32_t)w[GLBK__W_FRONT]);
+    ctx->gl.BlendFuncSeparate((uint32_t)w[GLBK__W_SOURCE_RGB], (uint32_t)w[GLBK__W_DEST_RGB],
+                              (uint32_t)w[GLBK__W_SOURCE_ALPHA], (uint32_t)w[GLBK__W_DEST_ALPHA]);
+    ctx->gl.BlendEquationSeparate((uint32_t)w[GLBK__W_EQUATION_RGB], (uint32_t)w[GLBK__W_EQUATION_ALPHA]);
+    if (ctx->clip_control) ctx->gl.ClipControl((uint32_t)w[GLBK__W_ORIGIN], (uint32_t)w[GLBK__W_CLIP_DEPTH]);
+    if (!ctx->es) ctx->gl.PolygonMode(0x0408, (uint32_t)w[GLBK__W_POLYGON]);
+    ctx->gl.Viewport(state->viewport[0], state->viewport[1], state->viewport[2], state->viewport[3]);
+    ctx->gl.DepthMask(state->depth_mask);
+    glbk__depth_range(ctx, state->floats[0], state->floats[1]);
+    if (ctx->offset_clamp)
+        ctx->gl.PolygonOffsetClamp(state->floats[2], state->floats[3], state->offset_clamp);
+    else
+        ctx->gl.PolygonOffset(state->floats[2], state->floats[3]);
+    glbk__restore_indexed(ctx, state);
+    glbk__restore_bindings(ctx, state);
+}

@@ -1,0 +1,279 @@
+/* ---- textures ---- */
+
+typedef struct glbk__format_info {
+    int32_t  internal;
+    uint32_t format, type, bytes, components;
+} glbk__format_info;
+
+static const glbk__format_info glbk__formats[] = {
+#define GLBK__ENTRY(name, internal, format, type, bytes, components) { internal, format, type, bytes, components },
+    GLBK_FORMATS(GLBK__ENTRY)
+#undef GLBK__ENTRY
+};
+
+static int glbk__is_depth(glbk_format f) { return f == GLBK_FORMAT_DEPTH24 || f == GLBK_FORMAT_DEPTH32F; }
+
+static int glbk__is_integer(glbk_format f)
+{
+    uint32_t format = glbk__formats[f].format;     /* RED_INTEGER, RG_INTEGER, RGBA_INTEGER */
+    return format == 0x8D94 || format == 0x8228 || format == 0x8D99;
+}
+
+static int glbk__is_float(glbk_format f)
+{
+    return !glbk__is_depth(f) &&
+           (glbk__formats[f].type == GLBK_GL_FLOAT || glbk__formats[f].type == GLBK_GL_HALF_FLOAT);
+}
+
+/* Row lengths, offsets, byte order and pixel buffers that a user left behind would change what GL reads or writes. */
+enum { GLBK__UNPACK, GLBK__PACK, GLBK__STORE_COUNT = 8 };
+
+typedef struct glbk__store {
+    int32_t value[GLBK__STORE_COUNT], buffer;
+} glbk__store;
+
+static const uint32_t glbk__store_names[2][GLBK__STORE_COUNT] = {
+    /* alignment, row length, skip rows, skip pixels; then image height, skip images; then swap bytes, LSB first */
+    { 0x0CF5, 0x0CF2, 0x0CF3, 0x0CF4, 0x806E, 0x806D, 0x0CF0, 0x0CF1 },
+    { 0x0D05, 0x0D02, 0x0D03, 0x0D04, 0x806C, 0x806B, 0x0D00, 0x0D01 }
+};
+static const uint32_t glbk__store_buffer[2][2] = { { 0x88EC, 0x88EF }, { 0x88EB, 0x88ED } };
+
+/* ES knows the first six for unpacking and the first four for packing. */
+static int glbk__store_count(const glbk_context *ctx, int way)
+{
+    return !ctx->es ? GLBK__STORE_COUNT : way == GLBK__UNPACK ? 6 : 4;
+}
+
+static void glbk__store_begin(const glbk_context *ctx, int way, glbk__store *old)
+{
+    int i;
+    for (i = 0; i < glbk__store_count(ctx, way); i++) {
+        ctx->gl.GetIntegerv(glbk__store_names[way][i], &old->value[i]);
+        ctx->gl.PixelStorei(glbk__store_names[way][i], i == 0);
+    }
+    ctx->gl.GetIntegerv(glbk__store_buffer[way][1], &old->buffer);
+    ctx->gl.BindBuffer(glbk__store_buffer[way][0], 0);
+}
+
+static void glbk__store_end(const glbk_context *ctx, int way, const glbk__store *old)
+{
+    int i;
+    for (i = 0; i < glbk__store_count(ctx, way); i++) ctx->gl.PixelStorei(glbk__store_names[way][i], old->value[i]);
+    ctx->gl.BindBuffer(glbk__store_buffer[way][0], (uint32_t)old->buffer);
+}
+
+static uint32_t glbk__binding_of(uint32_t gl_target) { return gl_target == GLBK_GL_TEXTURE_2D ? 0x8069u : 0x8C1Du; }
+
+static uint32_t glbk__all_levels(uint32_t width, uint32_t height)
+{
+    uint32_t side = width > height ? width : height, levels = 1;
+    while (side > 1) side /= 2, levels++;
+    return levels;
+}
+
+/* What a format allows of the sampling; of its own values the desc is right. */
+static glbk_result glbk__check_sampling(const glbk_context *ctx, const char *function, const glbk_texture_desc *d)
+{
+    const glbk_result bad = GLBK_ERR_DESC;
+    if (d->sampling == GLBK_SAMPLING_COMPARE)
+        return glbk__is_depth(d->format) ? GLBK_OK : glbk__bad(ctx, bad, function, "desc.sampling",
+                                                               "is COMPARE, which only depth formats have");
+    if (d->sampling != GLBK_SAMPLING_LINEAR && d->sampling != GLBK_SAMPLING_MIPMAPS) return GLBK_OK;
+    if (glbk__is_integer(d->format) || glbk__is_depth(d->format))
+        return glbk__bad(ctx, bad, function, "desc.sampling",
+                         "is LINEAR or MIPMAPS, which formats of integers and depth do not have");
+    if (glbk__formats[d->format].type == GLBK_GL_FLOAT && !ctx->float_linear)
+        return glbk__bad(ctx, bad, function, "desc.sampling",
+                         "is LINEAR or MIPMAPS, which this context does not have for 32-bit floats");
+    if (d->sampling == GLBK_SAMPLING_MIPMAPS && d->data && glbk__is_float(d->format) && !ctx->float_targets)
+        return GLBK_ERR_FLOAT_TARGET;           /* glGenerateMipmap is for what can be rendered to */
+    return GLBK_OK;
+}
+
+/* A size: 0 is a mistake of the desc's where there must be some, more than the context has is beyond its limit. */
+static glbk_result glbk__check_extent(const glbk_context *ctx, const char *function, const char *field, uint32_t value,
+                                      uint32_t low, uint32_t high)
+{
+    if (value >= low && value <= high) return GLBK_OK;
+    return glbk__bad_range(ctx, value > high ? GLBK_ERR_LIMIT : GLBK_ERR_DESC, function, field, value, low, high);
+}
+
+/* Checks a desc and resolves its defaults in place. */
+static glbk_result glbk__check_texture(const glbk_context *ctx, const char *function, glbk_texture_desc *d)
+{
+    uint32_t most;
+    glbk_result result;
+    if (d->format <= GLBK_FORMAT_NONE || d->format >= GLBK_FORMAT_COUNT)
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.format", (double)d->format,
+                               "a glbk_format, not NONE");
+    if ((unsigned)d->sampling >= GLBK_SAMPLING_COUNT)
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.sampling", (double)d->sampling, "a glbk_sampling");
+    if (d->format == GLBK_FORMAT_COLOR) d->format = ctx->float_targets ? GLBK_FORMAT_RGBA32F : GLBK_FORMAT_RGBA32UI;
+    result = glbk__check_extent(ctx, function, "desc.width", d->width, 1, ctx->max_side);
+    if (result == GLBK_OK) result = glbk__check_extent(ctx, function, "desc.height", d->height, 1, ctx->max_side);
+    if (result == GLBK_OK) result = glbk__check_extent(ctx, function, "desc.layers", d->layers, 0, ctx->max_layers);
+    if (result != GLBK_OK) return result;
+    most = glbk__all_levels(d->width, d->height);
+    if (!d->levels) d->levels = d->sampling == GLBK_SAMPLING_MIPMAPS ? most : 1;
+    if (d->levels > most)
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.levels", d->levels, 0, most);
+    return glbk__check_sampling(ctx, function, d);
+}
+
+static uint32_t glbk__half(uint32_t size, uint32_t level) { return size >> level ? size >> level : 1; }
+
+/* ES and WebGL: storage that is allotted once. Of other textures no level may be drawn to while only those below it are
+   seen (BASE_LEVEL, MAX_LEVEL), as is done where a pyramid is made. */
+static void glbk__store_texture(const glbk_context *ctx, const glbk_texture_desc *d, uint32_t target)
+{
+    const glbk__format_info *f = &glbk__formats[d->format];
+    const int32_t levels = (int32_t)d->levels, width = (int32_t)d->width, height = (int32_t)d->height;
+    const int32_t layers = (int32_t)d->layers;
+    if (layers) ctx->gl.TexStorage3D(target, levels, (uint32_t)f->internal, width, height, layers);
+    else ctx->gl.TexStorage2D(target, levels, (uint32_t)f->internal, width, height);
+    if (!d->data) return;
+    if (layers) ctx->gl.TexSubImage3D(target, 0, 0, 0, 0, width, height, layers, f->format, f->type, d->data);
+    else ctx->gl.TexSubImage2D(target, 0, 0, 0, width, height, f->format, f->type, d->data);
+    if (d->sampling == GLBK_SAMPLING_MIPMAPS) ctx->gl.GenerateMipmap(target);
+}
+
+/* Storage and parameters of the texture that is bound to target. */
+static void glbk__fill_texture(const glbk_context *ctx, const glbk_texture_desc *d, uint32_t target)
+{
+    const glbk__format_info *f = &glbk__formats[d->format];
+    int linear = d->sampling == GLBK_SAMPLING_LINEAR || d->sampling == GLBK_SAMPLING_COMPARE;
+    int mipmaps = d->sampling == GLBK_SAMPLING_MIPMAPS, wrap = d->repeat ? 0x2901 : 0x812F;
+    uint32_t level;
+
+    /* Parameters first: Mesa allots levels by them, and else forgets some of small arrays of integers. */
+    ctx->gl.TexParameteri(target, 0x813D /* MAX_LEVEL */, (int32_t)d->levels - 1);
+    ctx->gl.TexParameteri(target, 0x2801 /* MIN_FILTER */, mipmaps ? 0x2703 : linear ? 0x2601 : d->levels > 1 ? 0x2700
+                                                                                                             : 0x2600);
+    ctx->gl.TexParameteri(target, 0x2800 /* MAG_FILTER */, mipmaps || linear ? 0x2601 : 0x2600);
+    ctx->gl.TexParameteri(target, 0x2802 /* WRAP_S */, wrap);
+    ctx->gl.TexParameteri(target, 0x2803 /* WRAP_T */, wrap);
+    if (d->sampling == GLBK_SAMPLING_COMPARE) {
+        ctx->gl.TexParameteri(target, 0x884C /* COMPARE_MODE */, 0x884E /* COMPARE_REF_TO_TEXTURE */);
+        ctx->gl.TexParameteri(target, 0x884D /* COMPARE_FUNC */, 0x0203 /* LEQUAL */);
+    }
+    if (ctx->es) {
+        glbk__store_texture(ctx, d, target);
+        return;
+    }
+    for (level = 0; level < d->levels; level++) {
+        int32_t width = (int32_t)glbk__half(d->width, level), height = (int32_t)glbk__half(d->height, level);
+        const void *data = level == 0 ? d->data : NULL;
+        if (d->layers)
+            ctx->gl.TexImage3D(target, (int32_t)level, f->internal, width, height, (int32_t)d->layers, 0, f->format,
+                               f->type, data);
+        else
+            ctx->gl.TexImage2D(target, (int32_t)level, f->internal, width, height, 0, f->format, f->type, data);
+    }
+    if (mipmaps && d->data) ctx->gl.GenerateMipmap(target);
+}
+
+GLBK_DEF glbk_result glbk_texture_create(glbk_context *ctx, const glbk_texture_desc *desc, glbk_texture *out)
+{
+    glbk_texture_desc d;
+    glbk__store store;
+    int32_t bound = 0;
+    glbk_result result;
+
+    if (!out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    result = glbk__enter(ctx);
+    if (result != GLBK_OK) return result;
+    if (!desc) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    d = *desc;
+    result = glbk__check_texture(ctx, __func__, &d);
+    if (result != GLBK_OK) return result;
+    out->gl_target = d.layers ? GLBK_GL_TEXTURE_2D_ARRAY : GLBK_GL_TEXTURE_2D;
+    out->format = d.format;
+    out->width = d.width;
+    out->height = d.height;
+    out->layers = d.layers;
+    out->levels = d.levels;
+
+    ctx->gl.GetIntegerv(glbk__binding_of(out->gl_target), &bound);
+    glbk__store_begin(ctx, GLBK__UNPACK, &store);
+    ctx->gl.GenTextures(1, &out->name);
+    ctx->gl.BindTexture(out->gl_target, out->name);
+    glbk__fill_texture(ctx, &d, out->gl_target);
+    ctx->gl.BindTexture(out->gl_target, (uint32_t)bound);
+    glbk__store_end(ctx, GLBK__UNPACK, &store);
+    result = glbk__leave(ctx);
+    if (result != GLBK_OK) glbk_texture_free(ctx, out);
+    return result;
+}
+
+/* What is bound in a texture's place while texels go into it. */
+typedef struct glbk__upload {
+    glbk__store store;
+    int32_t     bound;
+} glbk__upload;
+
+static void glbk__upload_begin(const glbk_context *ctx, const glbk_texture *t, glbk__upload *old)
+{
+    old->bound = 0;
+    ctx->gl.GetIntegerv(glbk__binding_of(t->gl_target), &old->bound);
+    glbk__store_begin(ctx, GLBK__UNPACK, &old->store);
+    ctx->gl.BindTexture(t->gl_target, t->name);
+}
+
+static void glbk__upload_end(const glbk_context *ctx, const glbk_texture *t, const glbk__upload *old)
+{
+    ctx->gl.BindTexture(t->gl_target, (uint32_t)old->bound);
+    glbk__store_end(ctx, GLBK__UNPACK, &old->store);
+}
+
+static void glbk__upload_box(const glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x, uint32_t y,
+                             uint32_t layer, uint32_t width, uint32_t height, uint32_t layers, const void *data)
+{
+    const glbk__format_info *f = &glbk__formats[t->format];
+    if (t->layers)
+        ctx->gl.TexSubImage3D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)layer, (int32_t)width,
+                              (int32_t)height, (int32_t)layers, f->format, f->type, data);
+    else
+        ctx->gl.TexSubImage2D(t->gl_target, (int32_t)level, (int32_t)x, (int32_t)y, (int32_t)width, (int32_t)height,
+                              f->format, f->type, data);
+}
+
+/* Where a run of texels or layers ends. */
+static glbk_result glbk__check_span(const glbk_context *ctx, const char *function, const char *field, uint64_t end,
+                                    uint64_t most)
+{
+    return end <= most ? GLBK_OK
+                       : glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, function, field, (double)end, 0, (double)most);
+}
+
+GLBK_DEF glbk_result glbk_texture_update(glbk_context *ctx, const glbk_texture *t, uint32_t level, uint32_t x,
+                                         uint32_t y, uint32_t layer, uint32_t width, uint32_t height,
+                                         uint32_t layers, const void *data)
+{
+    glbk__upload old;
+    glbk_result result = glbk__enter_frame(ctx);
+
+    if (result != GLBK_OK) return result;
+    if (!t || !t->name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "texture", "was not created");
+    if (!data) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "data", "is NULL");
+    if (level >= t->levels)
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "level", level, 0, (double)t->levels - 1);
+    result = glbk__check_span(ctx, __func__, "x + width", (uint64_t)x + width, glbk__half(t->width, level));
+    if (result == GLBK_OK)
+        result = glbk__check_span(ctx, __func__, "y + height", (uint64_t)y + height, glbk__half(t->height, level));
+    if (result == GLBK_OK)
+        result = glbk__check_span(ctx, __func__, "layer + layers", (uint64_t)layer + layers, t->layers ? t->layers : 1);
+    if (result != GLBK_OK) return result;
+    glbk__upload_begin(ctx, t, &old);
+    glbk__upload_box(ctx, t, level, x, y, layer, width, height, layers, data);
+    glbk__upload_end(ctx, t, &old);
+    return glbk__leave_frame(ctx);
+}
+
+GLBK_DEF void glbk_texture_free(glbk_context *ctx, glbk_texture *texture)
+{
+    if (!texture) return;
+    if (ctx && !ctx->lost && texture->name) ctx->gl.DeleteTextures(1, &texture->name);
+    memset(texture, 0, sizeof *texture);
+}

@@ -1,0 +1,197 @@
+/* ---- csm: blocks and instances ---- */
+
+enum { GLBK__CSM_RECORD = 4, GLBK__CSM_MAGIC = 0x4d534344 };
+
+/* Magic, format and length, as docs/csm-format.md has them; in the host's byte order, which is what GL takes. */
+static glbk_result glbk__csm_check_block(const glbk_context *ctx, const glbk_csm_block *b)
+{
+    static const char function[] = "glbk_csm_maps_create";
+    uint32_t head[3];
+    if (!b->data) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "a block's data", "are NULL");
+    if (b->bytes < 400 || b->bytes % 16)
+        return glbk__bad_value(ctx, GLBK_ERR_FORMAT, function, "a block's bytes", (double)b->bytes,
+                               "cohsm_data's");
+    memcpy(head, b->data, sizeof head);
+    if (head[0] != GLBK__CSM_MAGIC || head[2] != b->bytes / 4)
+        return glbk__bad(ctx, GLBK_ERR_FORMAT, function, "a block", "is none of csm.h, or is damaged");
+    if (head[1] != 1)
+        return glbk__bad_value(ctx, GLBK_ERR_VERSION, function, "a block's format", (double)head[1], "1");
+    return GLBK_OK;
+}
+
+enum { GLBK__CSM_NEAR = 16, GLBK__CSM_NEAR_TEXELS = 11, GLBK__CSM_HEAD = 28 /* words: texels 1 to 7 of a block */ };
+
+static void glbk__csm_define(glbk__sink *sink, const char *name, uint32_t value)
+{
+    char digit = (char)('0' + value % 10);
+    if (!value) return;
+    glbk__put_text(sink, name);
+    if (value > 9) glbk__put_text(sink, "1");
+    glbk__put(sink, &digit, 1);
+}
+
+/* What programs for these blocks alone can be compiled with, and a number for it: domain, order and frame, 0 where
+   blocks differ; instances and headers in the uniform block where they fit. */
+static void glbk__csm_write_defines(const glbk_csm_block *blocks, size_t count, glbk_csm_maps *out)
+{
+    static const uint32_t word[3] = { 0, 2, 3 }, most[3] = { 9, 4, 3 };     /* of the header's texel 1 */
+    uint32_t kind[3] = { 0, 0, 0 }, head[GLBK__CSM_HEAD], k;
+    glbk__sink sink = { NULL, 0, 0 };
+    size_t i;
+    for (i = 0; i < count; i++) {
+        memcpy(head, (const char *)blocks[i].data + 16, sizeof head);
+        if (i < GLBK__CSM_NEAR) memcpy(out->heads[i], head, sizeof head);
+        for (k = 0; k < 3; k++)
+            kind[k] = head[word[k]] <= most[k] && (i == 0 || kind[k] == head[word[k]]) ? head[word[k]] : 0;
+    }
+    if (count <= GLBK__CSM_NEAR && out->capacity <= GLBK__CSM_NEAR)
+        out->near_count = out->capacity <= 1 ? 1 : GLBK__CSM_NEAR;
+    sink.out = out->defines;
+    sink.bytes = sizeof out->defines;
+    glbk__csm_define(&sink, " COHSM_ONE_DOMAIN=", kind[0]);
+    glbk__csm_define(&sink, " COHSM_ONE_ORDER=", kind[1]);
+    glbk__csm_define(&sink, " COHSM_ONE_FRAME=", kind[2]);
+    glbk__csm_define(&sink, " CSM_INSTANCES=", out->near_count);
+    out->key = ((kind[0] * 8 + kind[1]) * 4 + kind[2]) * 4 + (out->near_count > 1 ? 2 : out->near_count);
+}
+
+GLBK_DEF glbk_result glbk_csm_maps_create(glbk_context *ctx, const glbk_csm_block *blocks, size_t count,
+                                          uint32_t capacity, uint32_t *starts, glbk_csm_maps *out)
+{
+    size_t texels = 0, i;
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (count && (!blocks || !starts))
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "blocks or starts", "is NULL");
+    for (i = 0; i < count; i++) {
+        result = glbk__csm_check_block(ctx, &blocks[i]);
+        if (result != GLBK_OK) return result;
+        if (blocks[i].bytes / 16 > ((size_t)1 << 28) - texels)
+            return glbk__bad(ctx, GLBK_ERR_LIMIT, __func__, "blocks", "have more than 4 GB");
+        starts[i] = (uint32_t)texels;
+        if (i < GLBK__CSM_NEAR) out->starts[i] = starts[i];
+        texels += blocks[i].bytes / 16;
+        texels += (size_t)-(ptrdiff_t)texels & 3u;      /* lines of 64 bytes do not straddle rows then */
+    }
+    if (capacity > ((uint32_t)1 << 28) / GLBK__CSM_RECORD)
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, __func__, "capacity", capacity, 0,
+                               (double)(((uint32_t)1 << 28) / GLBK__CSM_RECORD));
+    out->texels = (uint32_t)texels;
+    out->capacity = capacity;
+    glbk__csm_write_defines(blocks, count, out);
+    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, texels + 1, &out->blocks);
+    if (result == GLBK_OK && !out->near_count)
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__CSM_RECORD * (size_t)capacity + 1,
+                                   &out->instances);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_scene), NULL, &out->scene);
+    for (i = 0; i < count && result == GLBK_OK; i++)
+        result = glbk_table_update(ctx, &out->blocks, starts[i], blocks[i].bytes / 16, blocks[i].data);
+    if (result == GLBK_OK) result = glbk__made(ctx, glbk_csm_maps_place(ctx, out, NULL, 0));
+    if (result != GLBK_OK) glbk_csm_maps_free(ctx, out);
+    return result;
+}
+
+/* Four texels: the way into the object's space, its block. */
+static void glbk__csm_record(const glbk_csm_instance *instance, uint32_t *words)
+{
+    float inverse[16], row[4];
+    uint32_t r, c;
+    glbk_csm__m4_affine_inverse(inverse, instance->transform);
+    for (r = 0; r < 3; r++) {
+        for (c = 0; c < 4; c++) row[c] = inverse[4 * c + r];
+        memcpy(words + 4 * r, row, sizeof row);
+    }
+    words[12] = instance->start;
+    memcpy(words + 13, &instance->offset, 4);
+    words[14] = words[15] = 0;
+}
+
+/* Instances and the headers of their blocks into the uniform block. */
+static void glbk__csm_place_near(const glbk_csm_maps *maps, const glbk_csm_instance *instances, uint32_t count,
+                                 glbk_csm_scene *scene)
+{
+    uint32_t i, block;
+    for (i = 0; i < count; i++) {
+        uint32_t *to = scene->instances + 4 * GLBK__CSM_NEAR_TEXELS * i;
+        glbk__csm_record(&instances[i], to);
+        for (block = 0; block + 1 < GLBK__CSM_NEAR && maps->starts[block] != instances[i].start;) block++;
+        memcpy(to + 4 * GLBK__CSM_RECORD, maps->heads[block], sizeof maps->heads[block]);
+    }
+}
+
+/* All of them into their table at once. */
+static glbk_result glbk__csm_place_many(glbk_context *ctx, const glbk_csm_maps *maps,
+                                        const glbk_csm_instance *instances, uint32_t count)
+{
+    glbk_csm__allocator memory = glbk_csm__memory(ctx);
+    uint32_t *words = (uint32_t *)glbk_csm__alloc_array(&memory, count, 4 * 4 * GLBK__CSM_RECORD), i;
+    glbk_result result;
+    if (!words) return GLBK_ERR_ALLOC;
+    for (i = 0; i < count; i++) glbk__csm_record(&instances[i], words + 4 * GLBK__CSM_RECORD * (size_t)i);
+    result = glbk_table_update(ctx, &maps->instances, 0, GLBK__CSM_RECORD * (size_t)count, words);
+    glbk_csm__free(&memory, words);
+    return result;
+}
+
+static glbk_result glbk__csm_check_instances(const glbk_context *ctx, const glbk_csm_maps *maps,
+                                             const glbk_csm_instance *instances, uint32_t count)
+{
+    static const char function[] = "glbk_csm_maps_place";
+    const glbk_result bad = GLBK_ERR_ARGUMENT;
+    float inverse[16], scale;
+    uint32_t i;
+
+    if (!maps->blocks.name) return glbk__bad(ctx, bad, function, "maps", "were not created");
+    if (count > maps->capacity) return glbk__bad_range(ctx, bad, function, "count", count, 0, maps->capacity);
+    if (count && !instances) return glbk__bad(ctx, bad, function, "instances", "is NULL");
+    for (i = 0; i < count; i++) {
+        if (instances[i].start >= maps->texels)
+            return glbk__bad_value(ctx, bad, function, "an instance's start", instances[i].start,
+                                   "one it wrote");
+        if (!glbk_csm__m4_is_rigid_uniform(instances[i].transform, &scale) ||
+            !glbk_csm__m4_affine_inverse(inverse, instances[i].transform))
+            return glbk__bad_value(ctx, bad, function, "the instance with a bad transform", i,
+                                   "turned, evenly scaled, moved");
+    }
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_maps_place(glbk_context *ctx, glbk_csm_maps *maps, const glbk_csm_instance *instances,
+                                         uint32_t count)
+{
+    glbk_csm_scene scene;
+    glbk_result result;
+
+    if (!ctx || !maps) return GLBK_ERR_ARGUMENT;
+    result = glbk__csm_check_instances(ctx, maps, instances, count);
+    if (result != GLBK_OK) return result;
+    memset(&scene, 0, sizeof scene);
+    if (maps->near_count) glbk__csm_place_near(maps, instances, count, &scene);
+    else if (count) result = glbk__csm_place_many(ctx, maps, instances, count);
+    if (result != GLBK_OK) return result;
+    maps->count = count;
+    scene.table[1] = count;
+    scene.table[2] = maps->near_count != 0;
+    return glbk_buffer_update(ctx, &maps->scene, 0, sizeof scene, &scene);
+}
+
+GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const glbk_offset *offset)
+{
+    const glbk_offset at = glbk__offset(offset);
+    if (!maps) return;
+    glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_csm_blocks, &maps->blocks);
+    glbk_bind_texture(ctx, at.unit + GLBK_SLOT_glbk_csm_instances,
+                      maps->instances.name ? &maps->instances : &maps->blocks);
+    glbk_bind_block(ctx, at.block + GLBK_SLOT_glbk_csm_scene, &maps->scene);
+}
+
+GLBK_DEF void glbk_csm_maps_free(glbk_context *ctx, glbk_csm_maps *maps)
+{
+    if (!maps) return;
+    glbk_texture_free(ctx, &maps->blocks);
+    glbk_texture_free(ctx, &maps->instances);
+    glbk_buffer_free(ctx, &maps->scene);
+    memset(maps, 0, sizeof *maps);
+}

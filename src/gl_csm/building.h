@@ -1,0 +1,431 @@
+/* ---- csm: building ---- */
+
+enum { GLBK__CSM_ATLAS = 1024, GLBK__CSM_CHUNK = 65536, GLBK__CSM_EXACT = 65536 };
+#define GLBK__CSM_NONE 2.0f     /* a depth above 1: no hit */
+
+static uint32_t glbk__csm_top(const glbk_csm_builder *b)
+{
+    return (1u << (b->desc.depth_bits ? b->desc.depth_bits : 8)) - 1u;
+}
+
+static uint32_t glbk__csm_layer_count(const glbk_csm_builder *b)
+{
+    return b->desc.layers == COHSM_LAYERS_Z1Z3_FAR ? 3 : 2;
+}
+
+static glbk_result glbk__csm_create_layers(glbk_context *ctx, glbk_csm_builder *b)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result;
+    uint32_t i;
+
+    memset(&texture, 0, sizeof texture);
+    texture.format = GLBK_FORMAT_DEPTH32F;
+    texture.width = texture.height = b->tiles * b->desc.map_side;
+    result = glbk_texture_create(ctx, &texture, &b->depth);
+    texture.format = GLBK_FORMAT_R32UI;
+    for (i = 0; i < glbk__csm_layer_count(b) && result == GLBK_OK; i++) {
+        memset(&target, 0, sizeof target);
+        result = glbk_texture_create(ctx, &texture, &b->layers[i]);
+        target.color[0] = &b->layers[i];
+        target.depth = &b->depth;
+        if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &b->layer_targets[i]);
+    }
+    return result;
+}
+
+/* Where open segments and records go: two states to ping-pong between, or a buffer. */
+static glbk_result glbk__csm_create_records(glbk_context *ctx, glbk_csm_builder *b)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result = GLBK_OK;
+    size_t pixels = (size_t)b->desc.map_side * b->desc.map_side;
+    int i, k;
+
+    if (b->compute) return glbk_buffer_create(ctx, 64 * pixels, NULL, &b->storage);
+    memset(&texture, 0, sizeof texture);
+    texture.format = GLBK_FORMAT_RGBA32UI;
+    texture.width = texture.height = b->desc.map_side;
+    for (i = 0; i < 3 && result == GLBK_OK; i++) result = glbk_texture_create(ctx, &texture, &b->records[i]);
+    for (i = 0; i < 2 && result == GLBK_OK; i++) {
+        memset(&target, 0, sizeof target);
+        result = glbk_texture_create(ctx, &texture, &b->opened[i]);
+        target.color[0] = &b->opened[i];
+        for (k = 0; k < 3; k++) target.color[k + 1] = &b->records[k];
+        if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &b->targets[i]);
+    }
+    return result;
+}
+
+/* Every pixel begins anew: all values possible, no view yet. Only the first words of the state are read back later. */
+static void glbk__csm_open_all(glbk_csm_builder *b)
+{
+    size_t pixels = (size_t)b->desc.map_side * b->desc.map_side, i;
+    memset(b->words, 0, 64 * pixels);
+    for (i = 0; i < pixels; i++) {
+        b->words[16 * i] = glbk__csm_top(b) << 8 | 65536u;
+        b->firsts[i] = b->next_view;
+    }
+}
+
+/* State to the GPU, with the cursors at the batch's first view. words: 16 a pixel, of which 4 are the state. */
+static glbk_result glbk__csm_write_state(glbk_context *ctx, glbk_csm_builder *b)
+{
+    size_t pixels = (size_t)b->desc.map_side * b->desc.map_side, i;
+    for (i = 0; i < pixels; i++) b->words[16 * i + 1] = b->words[16 * i + 2] = 0;
+    if (b->compute) return glbk_buffer_update(ctx, &b->storage, 0, 64 * pixels, b->words);
+    for (i = 1; i < pixels; i++) memmove(b->words + 4 * i, b->words + 16 * i, 16);
+    return glbk_texture_update(ctx, &b->opened[b->now], 0, 0, 0, 0, b->desc.map_side, b->desc.map_side, 1, b->words);
+}
+
+/* State and records from the GPU, 16 words a pixel in either path. */
+static glbk_result glbk__csm_read_state(glbk_context *ctx, glbk_csm_builder *b)
+{
+    uint32_t m = b->desc.map_side, k;
+    size_t pixels = (size_t)m * m, i;
+    uint32_t *planes = b->words + 16 * pixels;
+    glbk_result result = GLBK_OK;
+
+    if (b->compute) return glbk_buffer_read(ctx, &b->storage, 0, 64 * pixels, b->words);
+    for (k = 0; k < 4 && result == GLBK_OK; k++) {
+        result = glbk_target_read(ctx, &b->targets[b->now], k, 0, 0, m, m, planes);
+        for (i = 0; i < pixels && result == GLBK_OK; i++) memcpy(b->words + 16 * i + 4 * k, planes + 4 * i, 16);
+    }
+    return result;
+}
+
+static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel, uint32_t record, uint32_t end)
+{
+    glbk_csm_segment *s;
+    if (b->segment_count == b->segment_room) {
+        glbk_csm__allocator memory = glbk_csm__memory(ctx);
+        size_t room = 2 * b->segment_room + 65536;
+        s = (glbk_csm_segment *)glbk_csm__alloc_array(&memory, room, sizeof *s);
+        if (!s) return 0;
+        if (b->segment_count) memcpy(s, b->segments, b->segment_count * sizeof *s);
+        glbk_csm__free(&memory, b->segments);
+        b->segments = s;
+        b->segment_room = room;
+    }
+    s = &b->segments[b->segment_count++];
+    s->first = b->firsts[pixel];
+    s->pixel = pixel;
+    s->value = record & 0x1ffffu;
+    b->firsts[pixel] = end;
+    return 1;
+}
+
+static glbk_result glbk__csm_check_builder(const glbk_context *ctx, const glbk_csm_builder_desc *d)
+{
+    static const char function[] = "glbk_csm_builder_create";
+    const glbk_result bad = GLBK_ERR_DESC;
+    if (d->map_side < 4 || d->map_side > 1024)
+        return glbk__bad_range(ctx, bad, function, "desc.map_side", d->map_side, 4, 1024);
+    if (d->layers == COHSM_LAYERS_Z1Z3_SPHERE)
+        return glbk__bad(ctx, bad, function, "desc.layers",
+                         "is COHSM_LAYERS_Z1Z3_SPHERE, for CPUs only");
+    if ((unsigned)d->layers >= COHSM_LAYERS_COUNT)
+        return glbk__bad_value(ctx, bad, function, "desc.layers", (double)d->layers, "a COHSM_LAYERS_...");
+    if (d->depth_bits && (d->depth_bits < 4 || d->depth_bits > 8))
+        return glbk__bad_value(ctx, bad, function, "desc.depth_bits", d->depth_bits, "0 or 4..8");
+    if (!(d->open_thickness >= 0) || !glbk_csm__finite(d->open_thickness))
+        return glbk__bad_value(ctx, bad, function, "desc.open_thickness", (double)d->open_thickness, "0 or more");
+    if (!d->view_fn || !d->draw_fn)
+        return glbk__bad(ctx, bad, function, d->view_fn ? "desc.draw_fn" : "desc.view_fn", "is NULL");
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *d, glbk_csm_builder *out)
+{
+    glbk_csm__allocator memory;
+    size_t pixels;
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d) return GLBK_ERR_ARGUMENT;
+    result = glbk__csm_check_builder(ctx, d);
+    if (result != GLBK_OK) return result;
+    out->desc = *d;
+    pixels = (size_t)d->map_side * d->map_side;
+    out->compute = ctx->compute && 64 * pixels <= ctx->max_storage;
+    for (out->tiles = 8; out->tiles * d->map_side > GLBK__CSM_ATLAS; out->tiles /= 2) {}
+    out->batch = out->tiles * out->tiles;       /* a power of two: batches end where csm.h's lists begin anew */
+    memory = glbk_csm__memory(ctx);
+    out->words = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 80);
+    out->firsts = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 4);
+    result = out->words && out->firsts ? GLBK_OK : GLBK_ERR_ALLOC;
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=1", &out->first_layer);
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, glbk_csm_part(), "csm_peel.frag", "CSM_FIRST=0", &out->next_layer);
+    if (result == GLBK_OK)
+        result =
+            glbk_program_create(ctx, glbk_csm_part(),
+                                out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL, &out->compress);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_peel), NULL, &out->block);
+    if (result == GLBK_OK) result = glbk__csm_create_layers(ctx, out);
+    if (result == GLBK_OK) result = glbk__csm_create_records(ctx, out);
+    if (result == GLBK_OK) glbk__csm_open_all(out);
+    else glbk_csm_builder_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *b)
+{
+    int i;
+    if (!b) return;
+    glbk_program_free(ctx, &b->first_layer);
+    glbk_program_free(ctx, &b->next_layer);
+    glbk_program_free(ctx, &b->compress);
+    for (i = 0; i < 3; i++) {
+        glbk_target_free(ctx, &b->layer_targets[i]);
+        glbk_texture_free(ctx, &b->layers[i]);
+        glbk_texture_free(ctx, &b->records[i]);
+    }
+    for (i = 0; i < 2; i++) {
+        glbk_target_free(ctx, &b->targets[i]);
+        glbk_texture_free(ctx, &b->opened[i]);
+    }
+    glbk_texture_free(ctx, &b->depth);
+    glbk_buffer_free(ctx, &b->block);
+    glbk_buffer_free(ctx, &b->storage);
+    if (ctx) {
+        glbk_csm__allocator memory = glbk_csm__memory(ctx);
+        glbk_csm__free(&memory, b->words);
+        glbk_csm__free(&memory, b->firsts);
+        glbk_csm__free(&memory, b->segments);
+    }
+    memset(b, 0, sizeof *b);
+}
+
+static void glbk__csm_fill_block(const glbk_csm_builder *b, uint32_t views, glbk_csm_peel *out)
+{
+    float thickness = b->desc.open_thickness > 0 ? b->desc.open_thickness : 8.0f, m = (float)b->desc.map_side;
+    memset(out, 0, sizeof *out);
+    out->values[0] = 2.0f / m;
+    out->values[2] = thickness * (b->desc.positional ? 2.0f : 65536.0f) / m;
+    out->tiles[0] = b->desc.map_side;
+    out->tiles[1] = b->tiles;
+    out->tiles[2] = views;
+    out->how[0] = glbk__csm_top(b);
+    out->how[1] = b->desc.layers == COHSM_LAYERS_Z1Z3_FAR;
+    out->how[2] = b->desc.positional != 0;
+    out->how[3] = b->desc.self_only != 0;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *b, uint32_t from, uint32_t count)
+{
+    static const float none[4] = { 1073741824.0f, 0, 0, 0 };    /* the bits of 2.0 as a number */
+    glbk_csm_peel block;
+    glbk_pass pass;
+    cohsm_view view;
+    glbk_result result = GLBK_OK;
+    uint32_t layer, i, m;
+
+    if (!ctx || !b || !b->block.name) return GLBK_ERR_ARGUMENT;
+    if (!count || count > b->batch)
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 1, b->batch);
+    m = b->desc.map_side;
+    glbk__csm_fill_block(b, count, &block);
+    memset(&pass, 0, sizeof pass);
+    pass.depth = GLBK_DEPTH_LESS;
+    for (layer = 0; layer < glbk__csm_layer_count(b); layer++) {
+        pass.target = &b->layer_targets[layer];
+        for (i = 0; i < count; i++) {
+            b->desc.view_fn(b->desc.user, from + i, &view);
+            memcpy(block.view, view.matrix, sizeof block.view);
+            block.values[1] = view.depth_scale;
+            result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block, &block);
+            if (result != GLBK_OK) return result;
+            pass.viewport[0] = (int32_t)(i % b->tiles * m);
+            pass.viewport[1] = (int32_t)(i / b->tiles * m);
+            pass.viewport[2] = pass.viewport[3] = (int32_t)m;
+            result = glbk_begin(ctx, &pass, layer ? &b->next_layer : &b->first_layer);
+            if (result != GLBK_OK) return result;
+            if (!i) {
+                glbk_clear(ctx, pass.target, 0, none);
+                glbk_clear_depth(ctx, 1);
+            }
+            if (layer) glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_layer1, &b->layers[layer - 1]);
+            b->desc.draw_fn(b->desc.user, ctx);
+        }
+    }
+    b->drawn = count;
+    b->drawn_from = from;
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_layers(glbk_context *ctx, glbk_csm_builder *b, uint32_t view, uint32_t layer,
+                                             float *depths)
+{
+    uint32_t row[4 * 1024], m, x, y, at;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !b || !depths) return GLBK_ERR_ARGUMENT;
+    if (view < b->drawn_from || view - b->drawn_from >= b->drawn)
+        return glbk__bad_value(ctx, GLBK_ERR_ORDER, __func__, "view", view, "of those drawn last");
+    if (layer >= glbk__csm_layer_count(b))
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "layer", layer, 0, glbk__csm_layer_count(b) - 1.0);
+    m = b->desc.map_side;
+    at = view - b->drawn_from;
+    for (y = 0; y < m && result == GLBK_OK; y++) {
+        result =
+            glbk_target_read(ctx, &b->layer_targets[layer], 0, at % b->tiles * m, at / b->tiles * m + y, m, 1, row);
+        for (x = 0; x < m; x++) memcpy(depths + (size_t)y * m + x, row + 4 * x, 4);
+    }
+    return result;
+}
+
+/* One run of the shader, which goes on until each pixel is through or has no room for more records. */
+static glbk_result glbk__csm_run_compress(glbk_context *ctx, glbk_csm_builder *b)
+{
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t i, groups = (b->desc.map_side + 7) / 8;
+
+    memset(&pass, 0, sizeof pass);
+    pass.target = &b->targets[!b->now];
+    if (!b->compute) {
+        result = glbk_begin(ctx, &pass, &b->compress);
+        if (result != GLBK_OK) return result;
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_opened, &b->opened[b->now]);
+    }
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block);
+    for (i = 0; i < 3; i++)         /* of two layers the third is not read */
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_csm_layer0 + i, &b->layers[i]);
+    b->passes++;
+    if (b->compute) {
+        glbk_bind_storage(ctx, GLBK_SLOT_glbk_csm_records, &b->storage);
+        return glbk_dispatch(ctx, &b->compress, groups, groups, 1);
+    }
+    glbk_draw_screen(ctx);
+    b->now = !b->now;
+    return GLBK_OK;
+}
+
+/* Takes the records that a run left. *left: pixels that are not through. */
+static glbk_result glbk__csm_take_records(glbk_context *ctx, glbk_csm_builder *b, size_t *left)
+{
+    uint32_t pixels = b->desc.map_side * b->desc.map_side, p, i;
+    glbk_result result = glbk__csm_read_state(ctx, b);
+
+    *left = 0;
+    for (p = 0; p < pixels && result == GLBK_OK; p++) {
+        const uint32_t *w = b->words + 16 * (size_t)p;
+        for (i = 0; i < w[2] && i < 12; i++)
+            if (!glbk__csm_keep(ctx, b, p, w[4 + i], b->next_view + (w[4 + i] >> 17))) return GLBK_ERR_ALLOC;
+        *left += w[1] < b->drawn;
+    }
+    return result;
+}
+
+/* Lists of csm.h begin anew after 65,536 views: what is open ends there. */
+static glbk_result glbk__csm_end_all(glbk_context *ctx, glbk_csm_builder *b)
+{
+    uint32_t pixels = b->desc.map_side * b->desc.map_side, p;
+    for (p = 0; p < pixels; p++)
+        if (b->firsts[p] != b->next_view &&
+            !glbk__csm_keep(ctx, b, p, b->words[16 * (size_t)p] & 0xffffu, b->next_view))
+            return GLBK_ERR_ALLOC;
+    glbk__csm_open_all(b);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_builder *b)
+{
+    glbk_csm_peel block;
+    glbk_result result;
+    size_t left = 1;
+
+    if (!ctx || !b) return GLBK_ERR_ARGUMENT;
+    if (!b->drawn || b->drawn_from != b->next_view)
+        return glbk__bad_value(ctx, GLBK_ERR_ORDER, __func__, "the first view drawn", b->drawn_from,
+                               "the next to compress");
+    if (b->next_view % GLBK__CSM_CHUNK + b->drawn > GLBK__CSM_CHUNK)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "a batch", "crosses a multiple of 65536");
+    glbk__csm_fill_block(b, b->drawn, &block);
+    result = glbk_buffer_update(ctx, &b->block, 0, sizeof block, &block);
+    if (result == GLBK_OK) result = glbk__csm_write_state(ctx, b);
+    while (left && result == GLBK_OK) {
+        result = glbk__csm_run_compress(ctx, b);
+        if (result == GLBK_OK) result = glbk__csm_take_records(ctx, b, &left);
+    }
+    if (result != GLBK_OK) return result;
+    b->next_view += b->drawn;
+    b->drawn = 0;
+    return b->next_view % GLBK__CSM_CHUNK == 0 ? glbk__csm_end_all(ctx, b) : GLBK_OK;
+}
+
+/* A depth of the builder's layers whose 16 bits are d <= 65533. */
+static float glbk__csm_layer_depth(uint32_t d) { return d < 65533 ? ((float)d + 0.5f) / 65533.0f : 1.0f; }
+
+/* Layers whose interval is just the values that the segment may have (lo .. hi on the grid, or one exact depth). */
+static void glbk__csm_show(const glbk_csm_builder *b, uint32_t value, float *z1, float *z2, float *z3)
+{
+    uint32_t top = glbk__csm_top(b), lo = value & 255u, hi = value >> 8 & 255u;
+    int far_layers = b->desc.layers == COHSM_LAYERS_Z1Z3_FAR;
+
+    *z1 = *z2 = *z3 = GLBK__CSM_NONE;
+    if (value & GLBK__CSM_EXACT) {              /* both layers in one place: an interval of that depth alone */
+        *z1 = *z2 = *z3 = glbk__csm_layer_depth(value & 0xffffu);
+        return;
+    }
+    if (lo == top || (b->desc.self_only && !lo && hi == top)) return;       /* nothing hit */
+    *z1 = *z2 = glbk__csm_layer_depth(lo * 65535u / top);
+    if (hi == top) return;                      /* FAR: no end */
+    *(far_layers ? z3 : z2) = glbk__csm_layer_depth(hi * 65535u / top + 1u);
+}
+
+/* Segments in the order of their first views. */
+static glbk_csm_segment *glbk__csm_by_view(const glbk_csm__allocator *memory, const glbk_csm_builder *b, size_t *ends)
+{
+    glbk_csm_segment *sorted = (glbk_csm_segment *)glbk_csm__alloc_array(memory, b->segment_count, sizeof *sorted);
+    size_t i, sum = 0, n;
+    if (!sorted) return NULL;
+    memset(ends, 0, (size_t)b->next_view * sizeof *ends);
+    for (i = 0; i < b->segment_count; i++) ends[b->segments[i].first]++;
+    for (i = 0; i < b->next_view; i++) {
+        n = ends[i];
+        ends[i] = sum;
+        sum += n;
+    }
+    for (i = 0; i < b->segment_count; i++) sorted[ends[b->segments[i].first]++] = b->segments[i];
+    return sorted;
+}
+
+GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *b,
+                                             glbk_csm_add_fn add_fn, void *user)
+{
+    glbk_csm__allocator memory;
+    glbk_csm_segment *sorted = NULL;
+    size_t *ends, at = 0, pixels;
+    float *z;
+    uint32_t view;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !b || !add_fn) return GLBK_ERR_ARGUMENT;
+    if (!b->next_view) return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
+    result = glbk__csm_end_all(ctx, b);
+    if (result != GLBK_OK) return result;
+    memory = glbk_csm__memory(ctx);
+    pixels = (size_t)b->desc.map_side * b->desc.map_side;
+    z = (float *)glbk_csm__alloc_array(&memory, 3 * pixels, sizeof *z);
+    ends = (size_t *)glbk_csm__alloc_array(&memory, b->next_view, sizeof *ends);
+    if (z && ends) sorted = glbk__csm_by_view(&memory, b, ends);
+    if (!sorted) result = GLBK_ERR_ALLOC;
+    for (view = 0; view < b->next_view && result == GLBK_OK; view++) {
+        for (; at < ends[view]; at++) {
+            const glbk_csm_segment *s = &sorted[at];
+            glbk__csm_show(b, s->value, z + s->pixel, z + pixels + s->pixel, z + 2 * pixels + s->pixel);
+        }
+        if (add_fn(user, view, z, z + pixels, z + 2 * pixels) != 0)
+            result = glbk__bad(ctx, GLBK_ERR_INPUT, __func__, "add_fn", "refused a view");
+    }
+    glbk_csm__free(&memory, sorted);
+    glbk_csm__free(&memory, ends);
+    glbk_csm__free(&memory, z);
+    return result;
+}

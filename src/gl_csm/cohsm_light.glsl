@@ -1,0 +1,404 @@
+// cohsm_light - light functions A (what emits) and L (how much): samples of a light and hits of its surface.
+// C twins: lsamp_light_sample and lsamp_light_hit of lightsampling.h. D, the place of maps, is in the blocks.
+//
+// COHSM_LIGHT_TEXEL(i): uvec4 texel i of the lights' texture, made by glbk_csm_light_write
+// (layout: docs/gpu-layouts.md).
+// uses: cohsm_math
+#ifndef COHSM_LIGHT_TEXEL
+#error "cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights"
+#endif
+
+#define COHSM_SHAPE_ENVIRONMENT 1u
+#define COHSM_SHAPE_SUN 2u
+#define COHSM_SHAPE_POINT 3u
+#define COHSM_SHAPE_SPOT 4u
+#define COHSM_SHAPE_LINE 5u
+#define COHSM_SHAPE_RECTANGLE 6u
+#define COHSM_SHAPE_DISC 7u
+#define COHSM_SHAPE_SPHERE 8u
+#define COHSM_SHAPE_MESH 10u    // a table of triangles: x picks one by area, y and z a point in it
+#define COHSM_INFINITY 3.402823466e38
+
+struct cohsm_light {
+    uint  base, shape, width, height, flags, texels_at, sums_at, triangles_at, triangle_count;
+    vec3  origin, n, ex, ey, u, v, radiance, tint;
+    float radius, lx, ly, area, cos_cone, turn, cosine_power;
+};
+
+struct cohsm_aim {              // a light as one point sees it
+    vec3  p, axis;
+    float range, spread, solid_pdf, solid;
+    vec4  edges;                // rectangle: x0 x1 y0 y1
+    vec4  cap;                  // rectangle: z b0 b1 k
+};
+
+struct cohsm_emission {
+    vec3  direction;
+    float range;                // COHSM_INFINITY for sky and sun
+    vec3  coords, radiance;
+    float pdf;
+};
+
+cohsm_light cohsm_light_open(uint base)
+{
+    cohsm_light l;
+    uvec4 a = COHSM_LIGHT_TEXEL(base), b = COHSM_LIGHT_TEXEL(base + 1u);
+    vec4 c = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 2u)), d = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 3u));
+    vec4 e = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 4u)), f = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 5u));
+    vec4 g = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 6u)), h = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 7u));
+    l.base = base;
+    l.shape = a.x;
+    l.width = a.y;
+    l.height = a.z;
+    l.flags = a.w;
+    l.texels_at = base + b.x;
+    l.sums_at = base + b.y;
+    l.triangles_at = base + b.z;
+    l.triangle_count = b.w;
+    l.origin = c.xyz;
+    l.radius = c.w;
+    l.n = d.xyz;
+    l.lx = d.w;
+    l.ex = e.xyz;
+    l.ly = e.w;
+    l.ey = f.xyz;
+    l.area = f.w;
+    l.radiance = g.xyz;
+    l.cos_cone = g.w;
+    l.tint = h.xyz;
+    l.turn = h.w;
+    c = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 8u));
+    l.u = c.xyz;
+    l.cosine_power = c.w;
+    l.v = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 9u)).xyz;
+    return l;
+}
+
+bool cohsm_light_textured(cohsm_light l) { return (l.flags & 1u) != 0u; }
+bool cohsm_light_is_delta(cohsm_light l) { return l.shape >= COHSM_SHAPE_SUN && l.shape <= COHSM_SHAPE_SPOT; }
+
+uint cohsm_index(float x, uint count) { return min(uint(x * float(count)), count - 1u); }
+
+vec3 cohsm_light_texel(cohsm_light l, uint x, uint y)
+{
+    return cohsm_light_textured(l) ? uintBitsToFloat(COHSM_LIGHT_TEXEL(l.texels_at + y * l.width + x)).xyz : vec3(1.0);
+}
+
+vec3 cohsm_texel_at(cohsm_light l, vec2 x)
+{
+    return cohsm_light_texel(l, cohsm_index(x.x, l.width), cohsm_index(x.y, l.height));
+}
+
+float cohsm_density(cohsm_light l, vec2 x) { return cohsm_light_textured(l) ? dot(cohsm_texel_at(l, x), l.tint) : 1.0; }
+
+// Inversion of the running sums at texel `at`: each holds the sum before its cell, the sum after it, and where
+// (as integers) the search begins and ends for numbers that fall into that fraction of 0..1.
+uint cohsm_invert(uint at, uint count, float u, out float fraction)
+{
+    uvec4 t = COHSM_LIGHT_TEXEL(at + cohsm_index(u, count));
+    uint lo = t.z, hi = t.w;
+    while (hi - lo > 1u) {
+        uint middle = lo + (hi - lo) / 2u;
+        if (uintBitsToFloat(COHSM_LIGHT_TEXEL(at + middle).x) <= u) lo = middle;
+        else hi = middle;
+    }
+    vec2 sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + lo).xy);
+    while (lo + 1u < count && sums.y <= u) sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + ++lo).xy);
+    while (lo > 0u && (sums.x > u || !(sums.y > sums.x))) sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + --lo).xy);
+    fraction = cohsm_clamp_unit((u - sums.x) / (sums.y - sums.x));
+    return lo;
+}
+
+// The texel that u picks, and where inside.
+uvec2 cohsm_pick_cell(cohsm_light l, vec2 u, out vec2 inside)
+{
+    uint y = cohsm_invert(l.sums_at, l.height, u.y, inside.y);
+    uint x = cohsm_invert(l.sums_at + l.height + y * l.width, l.width, u.x, inside.x);
+    return uvec2(x, y);
+}
+
+vec2 cohsm_pick_coords(cohsm_light l, vec2 u)
+{
+    if (!cohsm_light_textured(l)) return u;
+    vec2 inside;
+    uvec2 cell = cohsm_pick_cell(l, u, inside);
+    return vec2(cohsm_clamp_unit((float(cell.x) + inside.x) / float(l.width)),
+                cohsm_clamp_unit((float(cell.y) + inside.y) / float(l.height)));
+}
+
+bool cohsm_emit(cohsm_light l, vec3 texel, float cosine, inout cohsm_emission e)
+{
+    e.radiance = l.radiance * texel;
+    if (l.cosine_power > 0.0) e.radiance *= cohsm_pow(cosine, l.cosine_power);
+    return cohsm_finite3(e.radiance) && e.radiance.x + e.radiance.y + e.radiance.z > 0.0;
+}
+
+// From the point q of the surface to what a.p sees of it.
+bool cohsm_emit_area(cohsm_light l, cohsm_aim a, vec3 q, vec3 n, vec2 x, float area_pdf, inout cohsm_emission e)
+{
+    vec3 d = q - a.p;
+    float square = dot(d, d), range = sqrt(square);
+    if (!(range > 0.0) || !cohsm_finite(square)) return false;
+    vec3 w = d * (1.0 / range);
+    float cosine = -dot(n, w);
+    if (!(cosine > 1e-7)) return false;
+    cosine = min(cosine, 1.0);
+    e.coords.xy = vec2(cohsm_clamp_unit(x.x), cohsm_clamp_unit(x.y));
+    e.range = range;
+    e.pdf = a.solid_pdf > 0.0 ? a.solid_pdf : area_pdf * square / cosine;
+    e.direction = w;
+    return cohsm_emit(l, cohsm_texel_at(l, x), cosine, e);
+}
+
+// ---- environment ----
+
+bool cohsm_environment_found(cohsm_light l, uvec2 cell, vec2 x, vec3 w, inout cohsm_emission e)
+{
+    vec3 texel = cohsm_light_texel(l, cell.x, cell.y);
+    x.x -= l.turn;
+    e.coords.xy = vec2(cohsm_clamp_unit(x.x - floor(x.x)), cohsm_clamp_unit(x.y));
+    e.range = COHSM_INFINITY;
+    e.pdf = dot(texel, l.tint);
+    e.direction = w;
+    return cohsm_emit(l, texel, 1.0, e) && e.pdf > 0.0;
+}
+
+// cos(pi y / h) to the last digits near the poles too.
+float cohsm_row_edge(uint y, uint h)
+{
+    uint m = min(y, h - y);
+    float s = cohsm_sincos(1.57079633 * float(m) / float(h)).x;
+    s = 1.0 - 2.0 * s * s;
+    return m == y ? s : -s;
+}
+
+bool cohsm_environment_draw(cohsm_light l, vec2 u, inout cohsm_emission e)
+{
+    vec2 inside;
+    uvec2 cell = cohsm_pick_cell(l, u, inside);
+    float x = (float(cell.x) + inside.x) / float(l.width), top = cohsm_row_edge(cell.y, l.height);
+    float y = top + (cohsm_row_edge(cell.y + 1u, l.height) - top) * inside.y;
+    float r = cohsm_safe_sqrt((1.0 - y) * (1.0 + y));
+    vec2 sc = cohsm_sincos(2.0 * COHSM_PI * (x - l.turn - 0.5));
+    return cohsm_environment_found(l, cell, vec2(x, cohsm_acos(y) / COHSM_PI), vec3(r * sc.y, y, r * sc.x), e);
+}
+
+bool cohsm_environment_hit(cohsm_light l, vec3 w, inout cohsm_emission e)
+{
+    vec2 x = vec2(0.5 + cohsm_atan2(w.z, w.x) / (2.0 * COHSM_PI) + l.turn, cohsm_acos(w.y) / COHSM_PI);
+    x.x -= floor(x.x);
+    return cohsm_environment_found(l, uvec2(cohsm_index(x.x, l.width), cohsm_index(x.y, l.height)), x, w, e);
+}
+
+// ---- what depends on the point alone ----
+
+// Rectangle by solid angle: Urena, Fajardo and King 2013, where the angle is not small.
+void cohsm_rectangle_aim(cohsm_light l, inout cohsm_aim a)
+{
+    vec3 d = l.origin - a.p;
+    float x0 = dot(d, l.ex) * l.lx, y0 = dot(d, l.ey) * l.ly, x1 = x0 + l.lx, y1 = y0 + l.ly, z = dot(d, l.n);
+    float z2 = z * z;
+    float n0 = -y0 / sqrt(z2 + y0 * y0), n1 = x1 / sqrt(z2 + x1 * x1);
+    float n2 = y1 / sqrt(z2 + y1 * y1), n3 = -x0 / sqrt(z2 + x0 * x0);
+    float k = 2.0 * COHSM_PI - cohsm_acos(-n2 * n3) - cohsm_acos(-n3 * n0);
+    a.edges = vec4(x0, x1, y0, y1);
+    a.cap = vec4(z, n0, n2, k);
+    a.solid = cohsm_acos(-n0 * n1) + cohsm_acos(-n1 * n2) - k;
+    if (a.solid > 0.05 && cohsm_finite(a.solid)) a.solid_pdf = 1.0 / a.solid;
+}
+
+float cohsm_flat_solid(vec3 n, vec3 d, float area)
+{
+    float d2 = dot(d, d), cosine = abs(dot(n, d)) / sqrt(d2 > 0.0 ? d2 : 1.0), near2 = area * (1.0 / (2.0 * COHSM_PI));
+    return area * (cosine * d2 + near2) / ((d2 + near2) * (d2 + near2));
+}
+
+vec2 cohsm_rectangle_pick(cohsm_aim a, vec2 u)
+{
+    float z = a.cap.x, b0 = a.cap.y;
+    vec2 sc = cohsm_sincos(u.x * a.solid + a.cap.w);
+    float f = (sc.y * b0 - a.cap.z) / sc.x, c = 1.0 / sqrt(f * f + b0 * b0);
+    c = clamp(f > 0.0 ? c : -c, -1.0, 1.0);
+    float x = clamp(-(c * z) / sqrt(max(1.0 - c * c, 1e-12)), a.edges.x, a.edges.y);
+    float d = sqrt(x * x + z * z), h0 = a.edges.z / sqrt(d * d + a.edges.z * a.edges.z);
+    float h1 = a.edges.w / sqrt(d * d + a.edges.w * a.edges.w), h = h0 + u.y * (h1 - h0);
+    float y = h * h < 1.0 - 1e-6 ? h * d / sqrt(1.0 - h * h) : a.edges.w;
+    return (vec2(x, y) - a.edges.xz) / (a.edges.yw - a.edges.xz);
+}
+
+// false: the light does not reach p.
+bool cohsm_aim_at(cohsm_light l, vec3 p, out cohsm_aim a)
+{
+    vec3 d = l.origin - p;
+    float r = l.radius;
+    a = cohsm_aim(p, vec3(0.0), 0.0, 0.0, 0.0, 0.0, vec4(0.0), vec4(0.0));
+    if (l.shape == COHSM_SHAPE_RECTANGLE) {
+        if (!(dot(l.n, d) < 0.0)) return false;
+        if ((l.flags & 2u) != 0u && !cohsm_light_textured(l)) cohsm_rectangle_aim(l, a);
+        if (!(a.solid_pdf > 0.0)) a.solid = cohsm_flat_solid(l.n, d + (l.u + l.v) * 0.5, l.area);
+        return true;
+    }
+    if (l.shape == COHSM_SHAPE_DISC) {
+        a.solid = cohsm_flat_solid(l.n, d, l.area);
+        return dot(l.n, d) < 0.0;
+    }
+    if (l.shape == COHSM_SHAPE_SPHERE) {
+        a.range = sqrt(dot(d, d));
+        if (!(a.range > r)) return false;
+        a.axis = d * (1.0 / a.range);
+        float s = (r / a.range) * (r / a.range);
+        a.spread = s / (1.0 + sqrt(1.0 - s));
+        a.solid = 2.0 * COHSM_PI * a.spread;
+        if (!cohsm_light_textured(l) && a.spread > 0.0) a.solid_pdf = 1.0 / a.solid;
+        return true;
+    }
+    if (l.shape == COHSM_SHAPE_LINE) {
+        float s = dot(d, l.n);
+        d = l.n * s - d;
+        a.range = sqrt(dot(d, d));
+        if (!(a.range > r)) return false;
+        a.axis = d * (1.0 / a.range);
+        a.spread = cohsm_safe_sqrt(1.0 - (r / a.range) * (r / a.range));
+        vec2 ends = vec2(s, s + l.lx);
+        ends /= sqrt(a.range * a.range + ends * ends);
+        a.solid = 2.0 * r / a.range * (ends.y - ends.x);
+    }
+    return true;
+}
+
+// ---- shapes ----
+
+bool cohsm_line_at(cohsm_light l, cohsm_aim a, float x, float sine, inout cohsm_emission e)
+{
+    float cosine = cohsm_safe_sqrt(1.0 - sine * sine);
+    vec3 n = a.axis * cosine + cross(l.n, a.axis) * sine;
+    vec3 q = (l.origin + l.n * (x * l.lx)) + n * l.radius;
+    return cohsm_emit_area(l, a, q, n, vec2(x, 0.0),
+                           cohsm_density(l, vec2(x, 0.0)) * cosine / (2.0 * a.spread * l.radius * l.lx), e);
+}
+
+bool cohsm_sphere_at(cohsm_light l, cohsm_aim a, vec3 n, inout cohsm_emission e)
+{
+    vec2 x = vec2(cohsm_clamp_unit(0.5 + cohsm_atan2(n.z, n.x) / (2.0 * COHSM_PI)),
+                  cohsm_clamp_unit(0.5 * (1.0 - n.y)));
+    return cohsm_emit_area(l, a, l.origin + n * l.radius, n, x, cohsm_density(l, x) / l.area, e);
+}
+
+bool cohsm_sphere_draw(cohsm_light l, cohsm_aim a, vec2 u, inout cohsm_emission e)
+{
+    if (!(a.solid_pdf > 0.0)) {
+        vec2 x = cohsm_pick_coords(l, u);
+        float y = 1.0 - 2.0 * x.y, ring = cohsm_safe_sqrt(1.0 - y * y);
+        vec2 sc = cohsm_sincos(2.0 * COHSM_PI * (x.x - 0.5));
+        return cohsm_sphere_at(l, a, cohsm_normalize(vec3(ring * sc.y, y, ring * sc.x) * l.radius), e);
+    }
+    // A cone about the axis; the normal where the ray meets the sphere follows from the law of sines.
+    float r = l.radius, c = u.x * a.spread, s2 = c * (2.0 - c);
+    c = 1.0 - c;
+    float reach = cohsm_safe_sqrt(r * r - a.range * a.range * s2), along = a.range * s2 + c * reach;
+    float x = cohsm_safe_sqrt(s2) * (a.range * c - reach) / r;
+    vec2 sc = cohsm_sincos(2.0 * COHSM_PI * u.y);
+    vec3 t, b;
+    cohsm_basis(a.axis, t, b);
+    return cohsm_sphere_at(l, a, cohsm_normalize(t * (x * sc.y) + b * (x * sc.x) + a.axis * (-along / r)), e);
+}
+
+bool cohsm_delta_draw(cohsm_light l, cohsm_aim a, inout cohsm_emission e)
+{
+    float scale = 1.0;
+    e.pdf = 1.0;
+    e.range = COHSM_INFINITY;
+    e.direction = l.n;
+    if (l.shape != COHSM_SHAPE_SUN) {
+        vec3 d = l.origin - a.p;
+        float range = sqrt(dot(d, d));
+        if (!(range > 0.0) || !cohsm_finite(range)) return false;
+        e.direction = d * (1.0 / range);
+        if (l.shape == COHSM_SHAPE_SPOT && -dot(e.direction, l.n) < l.cos_cone) return false;
+        scale = 1.0 / (range * range);
+        e.range = range;
+    }
+    return cohsm_emit(l, vec3(scale), 1.0, e);
+}
+
+// Triangles are three texels each: a corner and, in the first one's w, the share of all area up to the end of it.
+bool cohsm_mesh_draw(cohsm_light l, cohsm_aim a, vec3 u, inout cohsm_emission e)
+{
+    uint lo = 0u, hi = l.triangle_count - 1u;
+    while (lo < hi) {
+        uint middle = (lo + hi) / 2u;
+        if (uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * middle).w) <= u.x) lo = middle + 1u;
+        else hi = middle;
+    }
+    vec3 v0 = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * lo).xyz);
+    vec3 v1 = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * lo + 1u).xyz);
+    vec3 v2 = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * lo + 2u).xyz);
+    float root = sqrt(u.y), c = root * u.z;
+    vec3 q = v0 * (1.0 - root) + v1 * (root * (1.0 - u.z)) + v2 * c;
+    e.coords.z = u.z;
+    return cohsm_emit_area(l, a, q, cohsm_normalize(cross(v1 - v0, v2 - v0)), u.xy, 1.0 / l.area, e);
+}
+
+// P_L: a point of the light in proportion to its texture. u in [0, 1); z serves meshes.
+bool cohsm_light_draw(cohsm_light l, cohsm_aim a, vec3 u, out cohsm_emission e)
+{
+    e = cohsm_emission(vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0);
+    if (l.shape == COHSM_SHAPE_ENVIRONMENT) return cohsm_environment_draw(l, u.xy, e);
+    if (cohsm_light_is_delta(l)) return cohsm_delta_draw(l, a, e);
+    if (l.shape == COHSM_SHAPE_SPHERE) return cohsm_sphere_draw(l, a, u.xy, e);
+    if (l.shape == COHSM_SHAPE_MESH) return cohsm_mesh_draw(l, a, u, e);
+    vec2 x = a.solid_pdf > 0.0 ? cohsm_rectangle_pick(a, u.xy) : cohsm_pick_coords(l, u.xy);
+    if (l.shape == COHSM_SHAPE_LINE) return cohsm_line_at(l, a, x.x, (2.0 * u.y - 1.0) * a.spread, e);
+    vec3 q;
+    if (l.shape == COHSM_SHAPE_DISC) {
+        vec2 p = cohsm_concentric(x);
+        q = l.origin + (l.ex * p.x + l.ey * p.y) * l.radius;
+    } else
+        q = l.origin + (l.u * x.x + l.v * x.y);
+    return cohsm_emit_area(l, a, q, l.n, x, cohsm_density(l, x) / l.area, e);
+}
+
+bool cohsm_plane_hit(cohsm_light l, cohsm_aim a, vec3 w, inout cohsm_emission e)
+{
+    vec3 d = a.p - l.origin;
+    float slope = -dot(l.n, w), height = dot(l.n, d);
+    if (!(slope > 1e-7) || !(height > 0.0)) return false;
+    d += w * (height / slope);
+    vec2 x = vec2(dot(d, l.ex), dot(d, l.ey));
+    if (l.shape == COHSM_SHAPE_DISC) {
+        x /= l.radius;
+        if (!(x.x * x.x + x.y * x.y < 1.0)) return false;
+        x = cohsm_disc_square(x);
+    } else if (!(x.x >= 0.0 && x.x < 1.0 && x.y >= 0.0 && x.y < 1.0))
+        return false;
+    return cohsm_emit_area(l, a, l.origin + d, l.n, x, cohsm_density(l, x) / l.area, e);
+}
+
+// Sphere and line: the nearer root, measured from the foot of the perpendicular.
+bool cohsm_round_hit(cohsm_light l, cohsm_aim a, vec3 w, inout cohsm_emission e)
+{
+    bool line = l.shape == COHSM_SHAPE_LINE;
+    vec3 d = line ? a.axis * -a.range : l.origin - a.p, v = line ? w - l.n * dot(w, l.n) : w;
+    float square = dot(v, v);
+    if (!(square > 1e-14)) return false;
+    float along = dot(d, v) / square;
+    vec3 n = v * along - d;
+    float s = l.radius * l.radius - dot(n, n);
+    if (!(along > 0.0) || !(s > 0.0)) return false;
+    s = sqrt(s / square);
+    n = (n - v * s) * (1.0 / l.radius);
+    if (!line) return cohsm_sphere_at(l, a, cohsm_normalize(n), e);
+    float x = dot((a.p - l.origin) + w * (along - s), l.n) / l.lx;
+    if (!(x >= 0.0 && x < 1.0)) return false;
+    return cohsm_line_at(l, a, x, dot(n, cross(l.n, a.axis)), e);
+}
+
+// What a ray from the aim's point sees of the light alone.
+bool cohsm_light_hit(cohsm_light l, cohsm_aim a, vec3 w, out cohsm_emission e)
+{
+    e = cohsm_emission(vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0);
+    if (l.shape == COHSM_SHAPE_ENVIRONMENT) return cohsm_environment_hit(l, w, e);
+    if (l.shape == COHSM_SHAPE_RECTANGLE || l.shape == COHSM_SHAPE_DISC) return cohsm_plane_hit(l, a, w, e);
+    if (l.shape == COHSM_SHAPE_SPHERE || l.shape == COHSM_SHAPE_LINE) return cohsm_round_hit(l, a, w, e);
+    return false;
+}

@@ -1,0 +1,92 @@
+/* gl_csm.h - v0.9.0 - coherent shadow maps on OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+
+   What it does
+
+   Brings the blocks that csm.h built onto the GPU: csm_visible() answers queries in shaders of your own; a complete
+   Monte Carlo renderer of direct light; many questions at once; and blocks built from layers that the GPU draws.
+
+   What it does not do
+
+   - It needs gl_gbuffer.h beside it, which holds what the renderer shades, and gl_backend.h, which makes the context
+     object, programs, textures and targets, and whose conventions, errors and rules about GL's state hold here.
+   - It has no blocks, lights or materials of its own: csm.h builds the blocks, or reads them from files, and lights and
+     materials are those of lightsampling.h. Both headers are included; their implementations are not needed.
+
+   Quick start
+
+       #define GL_BACKEND_IMPLEMENTATION
+       #define GL_GBUFFER_IMPLEMENTATION
+       #define GL_CSM_IMPLEMENTATION
+       #include "gl_backend/gl_csm.h"
+       #include <stdio.h>
+       #include <string.h>
+
+       // With GLFW: return glfwGetProcAddress(name);  with EGL: return eglGetProcAddress(name);
+       static glbk_proc_fn get_proc(const char *name, void *user)
+       {
+           (void)name; (void)user;
+           return NULL;                                     // no GL here: init says so below
+       }
+
+       int main(void)
+       {
+           static const char fragment[] =                   // a shader of yours that calls a function of the library
+               "out vec4 color;\n"
+               "void main()\n"
+               "{\n"
+               "    vec3 place = vec3(gl_FragCoord.xy, 0.0), up = vec3(0.0, 1.0, 0.0);\n"
+               "    cohsm_query query = cohsm_ask(COHSM_LIGHT_POSITION, COHSM_FILTER_NEAREST, 1.0);\n"
+               "    color = vec4(csm_visible(0u, query, place, vec3(0.0, 3.0, 0.0)));\n"
+               "}\n";
+           glbk_context gl;
+           glbk_program program;
+           glbk_desc desc;
+           glbk_source source;
+           glbk_result result;
+
+           memset(&desc, 0, sizeof desc);
+           desc.get_proc_fn = get_proc;                        // a context is current
+           result = glbk_init(&gl, &desc);
+           if (result != GLBK_OK) {
+               printf("no GL: %s\n", glbk_result_text(result));
+               return result != GLBK_ERR_FUNCTION;
+           }
+           memset(&source, 0, sizeof source);
+           source.parts[0] = glbk_csm_part();               // the GLSL of this header
+           source.uses = "csm_visible";
+           source.defines = NULL;
+           source.fragment = fragment;
+           result = glbk_program_compile(&gl, &source, &program);
+           printf("%s\n", glbk_result_text(result));
+           glbk_program_free(&gl, &program);
+           glbk_free(&gl);
+           return result != GLBK_OK;
+       }
+
+   The whole frame, with a window: examples/06_csm_gl_minimal.c.
+
+   Configuration
+
+     GL_CSM_IMPLEMENTATION   in one source file: compiles the code; another file may have those of gl_backend.h and
+                             gl_gbuffer.h
+
+   Layouts: docs/gpu-layouts.md.   The technique: docs/csm.md.   State: docs/gl-state.md.   Licence: end of file. */
+/* Not inside the guard: their implementations may be wanted at the second time. The two lie above this folder. */
+#include "gl_backend.h"
+#include "gl_gbuffer.h"
+#include "../csm.h"
+#include "../lightsampling.h"
+
+#ifndef GL_CSM_H
+#define GL_CSM_H
+
+#if GLBK_VERSION != 900
+#error "gl_csm.h and gl_backend.h are of different versions"
+#endif
+#if defined(GLBK_STATIC) && !defined(GL_CSM_IMPLEMENTATION)
+#error "GLBK_STATIC makes all functions private: GL_CSM_IMPLEMENTATION belongs into the same file"
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif

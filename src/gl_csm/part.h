@@ -1,0 +1,3 @@
+/* ---- csm: this header's GLSL, textures and blocks, by which programs find them ---- */
+
+GLBK__PART_CODE(csm, CSM)

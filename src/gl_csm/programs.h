@@ -1,0 +1,51 @@
+/* ---- csm: programs that are kept ---- */
+
+/* The place of a key: where it is kept, else a free one, else the one that was used longest ago; NULL where all are of
+   this frame, which would compile the same programs again and again. */
+static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key, uint32_t *at)
+{
+    uint32_t i, oldest = 0;
+    for (i = 0; i < cache->count && cache->keys[i] != key; i++)
+        if (cache->frame - cache->used[i] > cache->frame - cache->used[oldest]) oldest = i;
+    if (i == GLBK_CSM_MAX_PROGRAMS) {
+        if (cache->used[oldest] == cache->frame) return NULL;
+        i = oldest;
+        glbk_program_free(ctx, &cache->list[i]);
+        cache->keys[i] = UINT32_MAX;        /* of none, should its successor not compile */
+    }
+    *at = i;
+    return &cache->list[i];
+}
+
+/* defines: of this use; those of the maps follow. shades: it reads the G-buffer. */
+static glbk_result glbk__csm_program(glbk_context *ctx, glbk_csm_programs *cache, uint32_t key, const char *name,
+                                     int shades, const char *defines, const glbk_csm_maps *maps, glbk_program **out)
+{
+    char all[160] = { 0 };
+    glbk__sink sink = { NULL, 0, 0 };
+    glbk_result result;
+    uint32_t i;
+
+    key = key << 11 | maps->key;
+    *out = glbk__csm_keep_program(ctx, cache, key, &i);
+    if (!*out) return GLBK_ERR_LIMIT;
+    cache->used[i] = cache->frame;
+    if ((*out)->name) return GLBK_OK;
+    sink.out = all;
+    sink.bytes = sizeof all;
+    glbk__put_text(&sink, defines);
+    glbk__put_text(&sink, maps->defines);
+    result = shades ? glbk__gbuffer_program(ctx, glbk_csm_part(), name, all, *out)
+                    : glbk_program_create(ctx, glbk_csm_part(), name, all, *out);
+    if (result != GLBK_OK) return result;
+    cache->keys[i] = key;
+    if (i == cache->count) cache->count++;
+    return GLBK_OK;
+}
+
+static void glbk__csm_programs_free(glbk_context *ctx, glbk_csm_programs *cache)
+{
+    uint32_t i;
+    for (i = 0; i < cache->count; i++) glbk_program_free(ctx, &cache->list[i]);
+    cache->count = 0;
+}

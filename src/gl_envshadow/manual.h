@@ -1,0 +1,88 @@
+/* gl_envshadow.h - v0.9.0 - environment-map shadows on OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+
+   What it does
+
+   Draws the shadow maps of a sky's lights through a callback of yours, all in one atlas: envsh_light() in shaders of
+   your own, or complete passes that light a G-buffer with all of them, or with clusters of lights one after the other.
+
+   What it does not do
+
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
+     conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, for the complete passes.
+   - It chooses no lights: envlights.h does, or you; envshadow.h lays out their maps.
+
+   Quick start
+
+       #define GL_BACKEND_IMPLEMENTATION
+       #define GL_GBUFFER_IMPLEMENTATION
+       #define GL_ENVSHADOW_IMPLEMENTATION
+       #include "gl_backend/gl_envshadow.h"
+       #include <stdio.h>
+       #include <string.h>
+
+       // With GLFW: return glfwGetProcAddress(name);  with EGL: return eglGetProcAddress(name);
+       static glbk_proc_fn get_proc(const char *name, void *user)
+       {
+           (void)name; (void)user;
+           return NULL;                                     // no GL here: init says so below
+       }
+
+       int main(void)
+       {
+           static const char fragment[] =                   // a shader of yours that calls a function of the library
+               "out vec4 color;\n"
+               "void main()\n"
+               "{\n"
+               "    vec3 place = vec3(gl_FragCoord.xy, 0.0), up = vec3(0.0, 1.0, 0.0);\n"
+               "    color = vec4(envsh_light(place, up, up, 0u), 1.0);\n"
+               "}\n";
+           glbk_context gl;
+           glbk_program program;
+           glbk_desc desc;
+           glbk_source source;
+           glbk_result result;
+
+           memset(&desc, 0, sizeof desc);
+           desc.get_proc_fn = get_proc;                        // a context is current
+           result = glbk_init(&gl, &desc);
+           if (result != GLBK_OK) {
+               printf("no GL: %s\n", glbk_result_text(result));
+               return result != GLBK_ERR_FUNCTION;
+           }
+           memset(&source, 0, sizeof source);
+           source.parts[0] = glbk_envsh_part();               // the GLSL of this header
+           source.uses = "envsh_light";
+           source.defines = "ENVSH_FILTER=3 ENVSH_RGBA=0";
+           source.fragment = fragment;
+           result = glbk_program_compile(&gl, &source, &program);
+           printf("%s\n", glbk_result_text(result));
+           glbk_program_free(&gl, &program);
+           glbk_free(&gl);
+           return result != GLBK_OK;
+       }
+
+   The whole frame, with a window: examples/08_envshadow_gl_minimal.c.
+
+   Configuration
+
+     GL_ENVSHADOW_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
+
+   Layouts: docs/gpu-layouts.md.   The technique: docs/envshadow.md.   State: docs/gl-state.md.
+   Licence: end of file. */
+/* Not inside the guard: their implementations may be wanted at the second time. envshadow.h lies above this folder. */
+#include "gl_gbuffer.h"
+#include "../envshadow.h"
+
+#ifndef GL_ENVSHADOW_H
+#define GL_ENVSHADOW_H
+
+#if GLBK_VERSION != 900
+#error "gl_envshadow.h and gl_backend.h are of different versions"
+#endif
+#if defined(GLBK_STATIC) && !defined(GL_ENVSHADOW_IMPLEMENTATION)
+#error "GLBK_STATIC makes all functions private: GL_ENVSHADOW_IMPLEMENTATION belongs into the same file"
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif

@@ -1,0 +1,303 @@
+/* ---- envsh: shadow maps ---- */
+
+enum { GLBK__ENVSH_RECORD = 8, GLBK__ENVSH_CELL = 8, GLBK__ENVSH_MAX_SIDE = 8192 };
+
+/* As square as may be, then pages. */
+static void glbk__envsh_lay_out(const glbk_context *ctx, glbk_envsh_maps *m)
+{
+    uint32_t side = ctx->max_side < GLBK__ENVSH_MAX_SIDE ? ctx->max_side : (uint32_t)GLBK__ENVSH_MAX_SIDE;
+    uint32_t slots = (m->capacity + m->channels - 1) / m->channels, most = side / m->map_side;
+    for (side = 1; side < most && side * side < slots;) side++;
+    m->across = slots < side ? slots : side;
+    m->down = (slots + m->across - 1) / m->across;
+    m->down = m->down < most ? m->down : most;
+    m->pages = m->down ? (slots + m->across * m->down - 1) / (m->across * m->down) : 0;
+    for (m->cells_wide = 1, m->levels = 1; m->cells_wide * GLBK__ENVSH_CELL < m->map_side; m->levels++)
+        m->cells_wide *= 2;
+}
+
+static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_maps *m)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result;
+
+    memset(&texture, 0, sizeof texture);
+    memset(&target, 0, sizeof target);
+    texture.format = m->channels == 4 ? GLBK_FORMAT_RGBA32UI : GLBK_FORMAT_DEPTH32F;
+    texture.width = m->across * m->map_side;
+    texture.height = m->down * m->map_side;
+    texture.layers = m->pages;
+    result = glbk_texture_create(ctx, &texture, &m->atlas);
+    target.depth = &m->atlas;
+    if (m->channels == 4 && result == GLBK_OK) {
+        texture.format = GLBK_FORMAT_DEPTH32F;
+        texture.layers = 0;
+        result = glbk_texture_create(ctx, &texture, &m->depth);
+        target.color[0] = &m->atlas;
+        target.depth = &m->depth;
+    }
+    if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &m->atlas_target);
+    texture.format = GLBK_FORMAT_RG32UI;
+    texture.width = m->across * m->cells_wide;
+    texture.height = m->down * m->cells_wide;
+    texture.layers = m->pages * m->channels;
+    texture.levels = m->levels;
+    if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &m->cells);
+    memset(&target, 0, sizeof target);
+    target.color[0] = &m->cells;
+    if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &m->cell_target);
+    if (result == GLBK_OK)
+        result =
+            glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, GLBK__ENVSH_RECORD * (size_t)m->capacity, &m->views);
+    return result;
+}
+
+static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_envsh_maps_desc *d, glbk_envsh_maps *m)
+{
+    const char *defines = m->channels == 4 ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0";
+    glbk_result result;
+    if (d->vertex) {
+        glbk_source source;
+        memset(&source, 0, sizeof source);
+        source.parts[0] = glbk_envsh_part();
+        source.vertex = d->vertex;
+        source.fragment = d->fragment;
+        source.uses = "envsh_cast";
+        source.defines = defines;
+        result = glbk_program_compile(ctx, &source, &m->cast);
+    } else {
+        result = glbk_program_create(ctx, glbk_envsh_part(), "envsh_cast.frag", defines, &m->cast);
+    }
+    if (result == GLBK_OK)
+        result = glbk_program_create(ctx, glbk_envsh_part(), "envsh_cells.frag", defines, &m->make_cells);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const glbk_envsh_maps_desc *d, glbk_envsh_maps *out)
+{
+    glbk_result result;
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    if (!d->capacity || d->capacity > ENVSH_MAX_LIGHTS)
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.capacity", d->capacity, 1, ENVSH_MAX_LIGHTS);
+    if ((d->vertex != NULL) != (d->fragment != NULL))
+        return glbk__bad(ctx, GLBK_ERR_DESC, __func__, "desc", "has one of vertex and fragment");
+    out->capacity = d->capacity;
+    out->map_side = d->map_side ? d->map_side : 256;
+    out->guard = d->guard ? d->guard : 4;
+    out->channels = d->rgba ? 4 : 1;
+    if (out->map_side < 16 || out->map_side > 4096)
+        result = glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.map_side", out->map_side, 16, 4096);
+    else if (out->guard > out->map_side / 4)
+        result = glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "desc.guard", out->guard, 1, out->map_side / 4);
+    else {
+        glbk__envsh_lay_out(ctx, out);
+        result = out->pages && out->pages <= 1024 ? glbk__envsh_create_textures(ctx, out) : GLBK_ERR_LIMIT;
+    }
+    if (result == GLBK_OK) result = glbk__envsh_create_programs(ctx, d, out);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_scene), NULL, &out->scene);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_query), NULL, &out->query);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_object), NULL, &out->object);
+    if (result == GLBK_OK) return GLBK_OK;
+    glbk_envsh_maps_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_envsh_maps_free(glbk_context *ctx, glbk_envsh_maps *m)
+{
+    if (!m) return;
+    glbk_program_free(ctx, &m->cast);
+    glbk_program_free(ctx, &m->make_cells);
+    glbk_target_free(ctx, &m->atlas_target);
+    glbk_target_free(ctx, &m->cell_target);
+    glbk_texture_free(ctx, &m->atlas);
+    glbk_texture_free(ctx, &m->depth);
+    glbk_texture_free(ctx, &m->cells);
+    glbk_texture_free(ctx, &m->views);
+    glbk_buffer_free(ctx, &m->scene);
+    glbk_buffer_free(ctx, &m->query);
+    glbk_buffer_free(ctx, &m->object);
+    memset(m, 0, sizeof *m);
+}
+
+/* Whether the first view was made for tiles of this size: clip space is 2 / map_side of texels. A view of zeros says
+   nothing. */
+static int glbk__envsh_views_fit(const glbk_envsh_maps *m, const envsh_view *view)
+{
+    const float *lookup = view->lookup;
+    int c, best = 0;
+    for (c = 1; c < 3; c++)
+        if (fabsf(lookup[c]) > fabsf(lookup[best])) best = c;
+    return fabsf(view->clip[4 * best] * (float)m->map_side - 2 * lookup[best]) <= 1e-3f * fabsf(lookup[best]);
+}
+
+/* A light's eight texels. */
+static void glbk__envsh_record(const glbk_envsh_maps *m, const envsh_view *v, uint32_t light, uint32_t *words)
+{
+    uint32_t slot = light / m->channels, place;
+    float f[4 * GLBK__ENVSH_RECORD];
+    place = slot % m->across | slot / m->across % m->down << 11 | slot / (m->across * m->down) << 22;
+    memcpy(f, v->lookup, sizeof v->lookup);
+    memcpy(f + 12, v->right, sizeof v->right);
+    f[15] = v->texel[0];
+    memcpy(f + 16, v->up, sizeof v->up);
+    f[19] = v->texel[1];
+    memcpy(f + 20, v->direction, sizeof v->direction);
+    f[23] = v->depth_range;
+    memcpy(f + 24, v->irradiance, sizeof v->irradiance);
+    memcpy(f + 27, &place, sizeof place);
+    memcpy(f + 28, v->spread, sizeof v->spread);
+    memcpy(words, f, sizeof f);
+}
+
+static glbk_result glbk__envsh_upload(glbk_context *ctx, glbk_envsh_maps *m, const envsh_view *views,
+                                      uint32_t count)
+{
+    glbk_envsh__allocator memory = glbk_envsh__memory(ctx);
+    uint32_t *words = (uint32_t *)glbk_envsh__alloc_array(&memory, (size_t)count + 1, 4 * 4 * GLBK__ENVSH_RECORD), i;
+    glbk_envsh_scene scene;
+    glbk_result result = GLBK_OK;
+
+    if (!words) return GLBK_ERR_ALLOC;
+    for (i = 0; i < count; i++) glbk__envsh_record(m, &views[i], i, words + 4 * GLBK__ENVSH_RECORD * (size_t)i);
+    if (count) result = glbk_table_update(ctx, &m->views, 0, GLBK__ENVSH_RECORD * (size_t)count, words);
+    glbk_envsh__free(&memory, words);
+    if (result != GLBK_OK) return result;
+    memset(&scene, 0, sizeof scene);
+    scene.tiles[0] = m->map_side;
+    scene.tiles[1] = m->guard;
+    scene.tiles[2] = m->channels;
+    scene.tiles[3] = m->cells_wide;
+    scene.range[0] = m->count = count;
+    scene.range[1] = m->levels;
+    scene.page[0] = 2.0f / (float)(m->across * m->map_side);
+    scene.page[1] = 2.0f / (float)(m->down * m->map_side);
+    scene.page[2] = 2.0f / (float)(m->map_side - 2 * m->guard);
+    return glbk_buffer_update(ctx, &m->scene, 0, sizeof scene, &scene);
+}
+
+GLBK_DEF glbk_result glbk_envsh_cast(glbk_context *ctx, glbk_envsh_maps *m, const float world[16])
+{
+    glbk_envsh_object object;
+    int i;
+    if (!ctx || !m || !m->object.name) return GLBK_ERR_ARGUMENT;
+    memset(&object, 0, sizeof object);
+    if (world) memcpy(object.world, world, sizeof object.world);
+    else
+        for (i = 0; i < 4; i++) object.world[5 * i] = 1.0f;
+    object.lights[0] = m->first;
+    object.lights[1] = m->step;
+    m->casts++;
+    return glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &m->object, &object);
+}
+
+/* Clip distances 0 to 3, and depth clamped: on OpenGL, while casting. */
+static void glbk__envsh_clip(const glbk_context *ctx, int on)
+{
+    uint32_t i;
+    for (i = 0; !ctx->es && i < 4; i++) glbk__set_cap(ctx, 0x3000 + i, on);
+    if (!ctx->es) glbk__set_cap(ctx, 0x864F, on);
+}
+
+/* One call of draw: lights first, first + step, ... of a page, a channel and, on ES, a column of tiles. */
+static glbk_result glbk__envsh_cast_round(glbk_context *ctx, glbk_envsh_maps *m, uint32_t page, uint32_t channel,
+                                          uint32_t column, glbk_envsh_draw_fn draw_fn, void *user)
+{
+    static const uint32_t far_bits[4] = { 0x3f800000, 0x3f800000, 0x3f800000, 0x3f800000 };
+    uint32_t tiles = m->across * m->down, first = (page * tiles + column) * m->channels + channel, i;
+    uint32_t step = (ctx->es ? m->across : 1) * m->channels, end = (page + 1) * tiles * m->channels;
+    glbk_pass pass;
+    glbk_result result;
+
+    end = end < m->count ? end : m->count;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &m->atlas_target;
+    pass.depth = GLBK_DEPTH_LESS;
+    result = glbk_begin(ctx, &pass, &m->cast);
+    if (result != GLBK_OK) return result;
+    i = m->channels == 4;
+    glbk__attach(ctx, i ? GLBK_GL_COLOR_ATTACHMENT0 : (uint32_t)GLBK_GL_DEPTH_ATTACHMENT, &m->atlas, 0, page);
+    if (!column) glbk_clear_depth(ctx, 1);
+    if (i && !column && !channel) ctx->gl.ClearBufferuiv(GLBK_GL_COLOR, 0, far_bits);
+    if (first >= end) return GLBK_OK;
+    if (i) ctx->gl.ColorMask(channel == 0, channel == 1, channel == 2, channel == 3);
+    if (ctx->es)
+        ctx->gl.Viewport((int32_t)(column * m->map_side + m->guard), 0, (int32_t)(m->map_side - 2 * m->guard),
+                         (int32_t)m->atlas_target.height);
+    glbk__envsh_clip(ctx, 1);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_views, &m->views);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_scene, &m->scene);
+    m->first = first;
+    m->step = step;
+    m->casts = 0;
+    result = draw_fn(user, ctx, m, (end - first + step - 1) / step);
+    if (!ctx->lost) glbk__envsh_clip(ctx, 0);
+    if (ctx->check && result == GLBK_OK && !m->casts)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn", "never called glbk_envsh_cast");
+    return result;
+}
+
+/* The levels of cells of one layer. Each reads the one below, which is made the texture's only one meanwhile. */
+static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m, uint32_t layer)
+{
+    glbk_envsh_object object;
+    glbk_pass pass;
+    glbk_result result = GLBK_OK;
+    uint32_t level;
+
+    memset(&object, 0, sizeof object);
+    memset(&pass, 0, sizeof pass);
+    pass.target = &m->cell_target;
+    object.lights[1] = layer;
+    object.lights[2] = m->channels;
+    for (level = 0; level < m->levels && result == GLBK_OK; level++) {
+        const int32_t below = level ? (int32_t)level - 1 : 0;     /* never the level that is drawn to */
+        object.lights[0] = level;
+        pass.viewport[2] = (int32_t)(m->cells.width >> level);
+        pass.viewport[3] = (int32_t)(m->cells.height >> level);
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &m->object, &object);
+        if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &m->make_cells);
+        if (result != GLBK_OK) break;
+        glbk__attach(ctx, GLBK_GL_COLOR_ATTACHMENT0, &m->cells, level, layer);
+        glbk_bind_texture(ctx, m->channels == 4 ? GLBK_SLOT_glbk_envsh_depth4 : GLBK_SLOT_glbk_envsh_depth, &m->atlas);
+        glbk_bind_block(ctx, GLBK_SLOT_glbk_envsh_scene, &m->scene);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
+        ctx->gl.TexParameteri(m->cells.gl_target, 0x813C /* BASE_LEVEL */, below);
+        ctx->gl.TexParameteri(m->cells.gl_target, 0x813D /* MAX_LEVEL */, below);
+        if (!level) glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, NULL);      /* reads none */
+        glbk_draw_screen(ctx);
+    }
+    if (ctx->lost) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_cells, &m->cells);
+    ctx->gl.TexParameteri(m->cells.gl_target, 0x813C, 0);
+    ctx->gl.TexParameteri(m->cells.gl_target, 0x813D, (int32_t)m->levels - 1);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *m, const envsh_view *views,
+                                            uint32_t count, glbk_envsh_draw_fn draw_fn, void *user)
+{
+    uint32_t pages, page, channel, column, layer;
+    glbk_result result;
+
+    if (!ctx || !m || !m->views.name || (count && !views) || !draw_fn)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, views or draw_fn", "is NULL or was not created");
+    if (count > m->capacity)
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "count", count, 0, m->capacity);
+    if (count && !glbk__envsh_views_fit(m, views))
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.map_side", m->map_side,
+                               "the map_side of the envsh_maps_desc that made the views");
+    m->count = 0;
+    result = glbk__envsh_upload(ctx, m, views, count);
+    pages = (count + m->across * m->down * m->channels - 1) / (m->across * m->down * m->channels);
+    for (page = 0; page < pages; page++)
+        for (channel = 0; channel < m->channels; channel++)
+            for (column = 0; column < (ctx->es ? m->across : 1) && result == GLBK_OK; column++)
+                result = glbk__envsh_cast_round(ctx, m, page, channel, column, draw_fn, user);
+    for (layer = 0; layer < pages * m->channels && result == GLBK_OK; layer++)
+        result = glbk__envsh_cell_layer(ctx, m, layer);
+    if (result != GLBK_OK) m->count = 0;
+    return result;
+}

@@ -1,0 +1,3 @@
+/* ---- envsh: this header's GLSL, textures and blocks, by which programs find them ---- */
+
+GLBK__PART_CODE(envsh, ENVSH)

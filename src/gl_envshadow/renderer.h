@@ -1,0 +1,174 @@
+/* ---- envsh: the renderer ---- */
+
+GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
+                                                glbk_envsh_renderer *out)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result = GLBK_OK;
+    int i;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    memset(&texture, 0, sizeof texture);
+    memset(&target, 0, sizeof target);
+    texture.width = out->width = width;
+    texture.height = out->height = height;
+    texture.format = GLBK_FORMAT_COLOR;
+    out->compute = ctx->compute;
+    for (i = 0; i < (out->compute ? 1 : 2) && result == GLBK_OK; i++) {
+        memset(&target, 0, sizeof target);
+        result = glbk_texture_create(ctx, &texture, &out->sums[i]);
+        target.color[0] = &out->sums[i];
+        if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &out->targets[i]);
+    }
+    if (result == GLBK_OK)
+        result = glbk__gbuffer_program(ctx, glbk_envsh_part(), "envsh_resolve.frag", NULL, &out->resolve);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_object), NULL, &out->object);
+    if (result != GLBK_OK) glbk_envsh_renderer_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_envsh_renderer_free(glbk_context *ctx, glbk_envsh_renderer *r)
+{
+    uint32_t i;
+    if (!r) return;
+    for (i = 0; i < 2 * ENVSH_FILTER_COUNT; i++) glbk_program_free(ctx, &r->shade[i]);
+    glbk_program_free(ctx, &r->resolve);
+    for (i = 0; i < 2; i++) {
+        glbk_target_free(ctx, &r->targets[i]);
+        glbk_texture_free(ctx, &r->sums[i]);
+    }
+    glbk_buffer_free(ctx, &r->object);
+    memset(r, 0, sizeof *r);
+}
+
+/* Whether a G-buffer is there, and of the renderer's size. */
+static glbk_result glbk__envsh_fits(const glbk_context *ctx, const char *function, const glbk_envsh_renderer *r,
+                                    const glbk_gbuffer *g)
+{
+    if (!ctx || !r || !r->targets[0].name || !g || !g->colors.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer or gbuffer", "is NULL or was not created");
+    if (r->width == g->width && r->height == g->height) return GLBK_OK;
+    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
+}
+
+static glbk_result glbk__envsh_shade_program(glbk_context *ctx, glbk_envsh_renderer *r, uint32_t filter, uint32_t rgba,
+                                             glbk_program **out)
+{
+    char defines[] = "ENVSH_FILTER=0 ENVSH_RGBA=0";
+    *out = &r->shade[2 * filter + rgba];
+    if ((*out)->name) return GLBK_OK;
+    defines[13] = (char)('0' + filter);
+    defines[26] = (char)('0' + rgba);
+    return glbk__gbuffer_program(ctx, glbk_envsh_part(), r->compute ? "envsh_shade.comp" : "envsh_shade.frag", defines,
+                                 *out);
+}
+
+/* The lights of m->query's range. */
+static glbk_result glbk__envsh_shade_pass(glbk_context *ctx, glbk_envsh_renderer *r, const glbk_gbuffer *g,
+                                          const glbk_envsh_maps *m, glbk_program *program)
+{
+    glbk_result result;
+    glbk_pass pass;
+
+    memset(&pass, 0, sizeof pass);
+    pass.target = &r->targets[!r->now];
+    result = r->compute ? GLBK_OK : glbk_begin(ctx, &pass, program);
+    if (result != GLBK_OK) return result;
+    glbk__envsh_bind_all(ctx, m, NULL);
+    (void)glbk_gbuffer_bind(ctx, g, NULL);
+    if (r->compute) {
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_envsh_total, &r->sums[0]);
+        result = glbk_dispatch(ctx, program, (r->width + 7) / 8, (r->height + 7) / 8, 1);
+    } else {
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_sum, &r->sums[r->now]);
+        glbk_draw_screen(ctx);
+        r->now = !r->now;
+    }
+    if (result == GLBK_OK) r->begun = 1;
+    return result;
+}
+
+/* The light of all maps by a query without defaults. */
+static glbk_result glbk__envsh_shade_all(glbk_context *ctx, glbk_envsh_renderer *r, const glbk_gbuffer *g,
+                                         glbk_envsh_maps *m, const envsh_query *q, uint32_t lights_per_pass)
+{
+    glbk_envsh_query values;
+    glbk_program *program;
+    glbk_result result = glbk__envsh_shade_program(ctx, r, (uint32_t)q->filter, m->channels == 4, &program);
+    uint32_t from = 0;
+
+    if (result != GLBK_OK) return result;
+    if (!q->add) r->begun = 0;
+    if (!lights_per_pass) lights_per_pass = ENVSH_MAX_LIGHTS;
+    glbk__envsh_fill_query(q, &values);
+    for (; from < m->count && result == GLBK_OK; from = values.range[1]) {
+        values.range[0] = from;
+        values.range[1] = m->count - from < lights_per_pass ? m->count : from + lights_per_pass;
+        values.range[2] = r->width;
+        values.range[3] = r->begun != 0;
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_query, &m->query, &values);
+        if (result == GLBK_OK) result = glbk__envsh_shade_pass(ctx, r, g, m, program);
+    }
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_envsh_shade(glbk_context *ctx, glbk_envsh_renderer *r, const glbk_gbuffer *g,
+                                      glbk_envsh_maps *m, const envsh_query *query, uint32_t lights_per_pass)
+{
+    envsh_query q;
+    glbk_result result = glbk__envsh_fits(ctx, __func__, r, g);
+    if (result == GLBK_OK && (!m || !m->query.name))
+        result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps", "is NULL or was not created");
+    if (result == GLBK_OK) result = glbk__envsh_query_of(ctx, __func__, query, &q);
+    return result == GLBK_OK ? glbk__envsh_shade_all(ctx, r, g, m, &q, lights_per_pass) : result;
+}
+
+GLBK_DEF glbk_result glbk_envsh_illuminate(glbk_context *ctx, glbk_envsh_renderer *r, const glbk_gbuffer *g,
+                                           glbk_envsh_maps *m, const glbk_envsh_frame *f)
+{
+    envsh_query q;
+    uint32_t first = 0, n;
+    glbk_result result = glbk__envsh_fits(ctx, __func__, r, g);
+    if (result == GLBK_OK && (!m || !m->capacity || !f || (!f->views && f->view_count) || !f->draw_fn))
+        result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "maps, frame, frame.views or frame.draw_fn",
+                           "is NULL or was not created");
+    if (result == GLBK_OK) result = glbk__envsh_query_of(ctx, __func__, f->query, &q);
+    if (result != GLBK_OK) return result;
+    do {
+        n = f->view_count - first < m->capacity ? f->view_count - first : m->capacity;
+        q.add = first != 0;
+        result = glbk_envsh_maps_render(ctx, m, n ? f->views + first : NULL, n, f->draw_fn, f->user);
+        if (result == GLBK_OK) result = glbk__envsh_shade_all(ctx, r, g, m, &q, 0);
+        first += n;
+    } while (first < f->view_count && result == GLBK_OK);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_envsh_resolve(glbk_context *ctx, glbk_envsh_renderer *r, const glbk_gbuffer *g,
+                                        const glbk_pass *pass, const glbk_picture *picture)
+{
+    glbk_envsh_object object;
+    glbk_result result = glbk__envsh_fits(ctx, __func__, r, g);
+
+    if (result != GLBK_OK) return result;
+    if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
+    memset(&object, 0, sizeof object);
+    object.lights[3] = r->begun != 0;
+    result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
+    if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_envsh_object, &r->object, &object);
+    if (result != GLBK_OK) return result;
+    (void)glbk_gbuffer_bind(ctx, g, NULL);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_envsh_sum, &r->sums[r->now]);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *r, float *rgba)
+{
+    if (!ctx || !r || !r->targets[0].name || !rgba) return GLBK_ERR_ARGUMENT;
+    if (r->begun) return glbk_target_read(ctx, &r->targets[r->now], 0, 0, 0, r->width, r->height, rgba);
+    memset(rgba, 0, 16 * (size_t)r->width * r->height);
+    return GLBK_OK;
+}

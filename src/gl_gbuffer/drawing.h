@@ -1,0 +1,98 @@
+/* ---- gbuffer: drawing ---- */
+
+static glbk_result glbk__gbuffer_draw_program(glbk_context *ctx, glbk_gbuffer *g)
+{
+    static const char *const names[4] = { "GBUFFER_POSITION=", " GBUFFER_NORMAL=", " GBUFFER_UV=",
+                                          " GBUFFER_TANGENT=" };
+    int32_t at[4];
+    char defines[100];
+    size_t used = 0;
+    int i;
+
+    if (g->draw.name) return GLBK_OK;
+    at[0] = g->attributes.position;
+    at[1] = g->attributes.normal;
+    at[2] = g->attributes.uv;
+    at[3] = g->attributes.tangent;
+    for (i = 0; i < 4; i++) {
+        memcpy(defines + used, names[i], strlen(names[i]));
+        used += strlen(names[i]);
+        if (at[i] < 0) defines[used++] = '-';
+        if (at[i] > 9) defines[used++] = '1';
+        defines[used++] = at[i] < 0 ? '1' : (char)('0' + at[i] % 10);
+    }
+    defines[used] = 0;
+    return glbk_program_create(ctx, glbk_gbuffer_part(), "gbuffer_draw.frag", defines, &g->draw);
+}
+
+/* Binds and clears the target: an attachment is cleared by 0 whether the context draws floats or not. */
+static glbk_result glbk__gbuffer_start(glbk_context *ctx, const glbk_target *target, glbk_depth depth,
+                                       glbk_program *program)
+{
+    static const float zero[4] = { 0, 0, 0, 0 };
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t i;
+
+    memset(&pass, 0, sizeof pass);
+    pass.target = target;
+    pass.depth = depth;
+    result = glbk_begin(ctx, &pass, program);
+    if (result != GLBK_OK) return result;
+    for (i = 0; i < 4; i++) glbk_clear(ctx, target, i, zero);
+    if (depth != GLBK_DEPTH_OFF) glbk_clear_depth(ctx, 1);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_gbuffer_begin(glbk_context *ctx, glbk_gbuffer *g, const float world_to_clip[16],
+                                        const float eye[3])
+{
+    glbk_result result;
+    uint32_t i;
+
+    if (!ctx || !g || !g->target.name || !world_to_clip || !eye)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer, world_to_clip or eye",
+                         "is NULL or was not created");
+    result = glbk__gbuffer_draw_program(ctx, g);
+    if (result == GLBK_OK) result = glbk__gbuffer_start(ctx, &g->target, GLBK_DEPTH_LESS, &g->draw);
+    if (result != GLBK_OK) return result;
+    /* Until an object has a map. */
+    for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_gbuffer_color_map + i, NULL);
+    memcpy(g->clip, world_to_clip, sizeof g->clip);
+    memcpy(g->eye, eye, sizeof g->eye);
+    g->has_depth = g->has_clip = 1;
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_gbuffer_object(glbk_context *ctx, glbk_gbuffer *g, const glbk_surface *s)
+{
+    glbk_gbuffer_drawn drawn;
+    glbk_result result;
+
+    if (!ctx || !g || !g->target.name || !s)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer or surface", "is NULL or was not created");
+    if (!g->draw.name || !g->has_clip)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "gbuffer", "was not begun: glbk_gbuffer_begin");
+    if (!glbk__gbuffer_material_valid(ctx, __func__, &s->material, s->plane, s->occlusion)) return GLBK_ERR_DESC;
+    memset(&drawn, 0, sizeof drawn);
+    glbk__gbuffer_matrix(s->world, drawn.world);
+    memcpy(drawn.clip, g->clip, sizeof drawn.clip);
+    memcpy(drawn.eye, g->eye, sizeof g->eye);
+    memcpy(drawn.diffuse, s->material.diffuse, sizeof s->material.diffuse);
+    drawn.diffuse[3] = s->alpha > 0 ? s->alpha : 1.0f;
+    drawn.values[0] = s->alpha_cutoff;
+    drawn.values[1] = s->occlusion;
+    drawn.numbers[0] = glbk__gbuffer_kind(&s->material);
+    drawn.numbers[1] = s->entity;
+    drawn.numbers[2] = s->plane;
+    drawn.numbers[3] = (s->color_map ? 1u : 0u) | (s->gloss_map ? 2u : 0u) | (s->normal_map ? 4u : 0u);
+    drawn.lobes[0] = s->first_lobe;
+    drawn.lobes[1] = s->material.lobe_count;
+    glbk__gbuffer_gloss(&s->material, drawn.gloss);
+    result = glbk__put_block(ctx, GLBK_SLOT_glbk_gbuffer_drawn, &g->drawn, &drawn);
+    if (result != GLBK_OK) return result;
+    if (s->color_map) glbk_bind_texture(ctx, GLBK_SLOT_glbk_gbuffer_color_map, s->color_map);
+    if (s->gloss_map) glbk_bind_texture(ctx, GLBK_SLOT_glbk_gbuffer_gloss_map, s->gloss_map);
+    if (s->normal_map) glbk_bind_texture(ctx, GLBK_SLOT_glbk_gbuffer_normal_map, s->normal_map);
+    return GLBK_OK;
+}

@@ -1,0 +1,314 @@
+/* ---- gbuffer: creating, uploading, reading ---- */
+
+static glbk_result glbk__gbuffer_bad(const glbk_context *ctx, const char *function, const char *field, const char *text)
+{
+    return glbk__bad(ctx, GLBK_ERR_DESC, function, field, text);
+}
+
+/* 1 where a number is within its range; else it is logged. */
+static int glbk__gbuffer_within(const glbk_context *ctx, const char *function, const char *field, double value,
+                                double low, double high)
+{
+    if (value >= low && value <= high) return 1;
+    (void)glbk__bad_range(ctx, GLBK_ERR_DESC, function, field, value, low, high);
+    return 0;
+}
+
+static int glbk__gbuffer_material_valid(const glbk_context *ctx, const char *function, const lsamp_material *m,
+                                        uint32_t plane, float occlusion)
+{
+    return glbk__gbuffer_within(ctx, function, "material.kind", m->kind, 0, LSAMP_MATERIAL_COUNT - 1) &&
+           glbk__gbuffer_within(ctx, function, "material.lobe_count", m->lobe_count, 0, LSAMP_MAX_LOBES) &&
+           glbk__gbuffer_within(ctx, function, "plane", plane, 0, 255) &&
+           glbk__gbuffer_within(ctx, function, "occlusion", (double)occlusion, 0, 1);
+}
+
+static uint32_t glbk__gbuffer_kind(const lsamp_material *m)
+{
+    return m->kind == LSAMP_MATERIAL_DEFAULT ? (uint32_t)LSAMP_MATERIAL_LAMBERT : (uint32_t)m->kind;
+}
+
+/* The four words that a material keeps besides its diffuse colour and its lobes. */
+static void glbk__gbuffer_gloss(const lsamp_material *m, float gloss[4])
+{
+    memset(gloss, 0, 4 * sizeof *gloss);
+    if (m->kind == LSAMP_MATERIAL_PHONG) {
+        memcpy(gloss, m->specular, sizeof m->specular);
+        gloss[3] = m->exponent;
+    } else if (m->kind == LSAMP_MATERIAL_METAL_ROUGH) {
+        gloss[0] = m->metallic;
+        gloss[1] = m->roughness;
+    }
+}
+
+static int glbk__gbuffer_is_zero(const float *v, int count)
+{
+    int i;
+    for (i = 0; i < count && v[i] == 0; i++) {}
+    return i == count;
+}
+
+static void glbk__gbuffer_matrix(const float *from, float to[16])
+{
+    memcpy(to, from, 16 * sizeof *to);
+    if (glbk__gbuffer_is_zero(from, 16)) to[0] = to[5] = to[10] = to[15] = 1;
+}
+
+/* Locations with their default, each within 0..15 and there once. */
+static glbk_result glbk__gbuffer_attributes(const glbk_context *ctx, const glbk_attributes *from, glbk_attributes *to)
+{
+    int32_t at[4];
+    int i, k;
+    *to = *from;
+    if (!from->position && !from->normal && !from->uv && !from->tangent) to->normal = 1, to->uv = 2, to->tangent = 3;
+    at[0] = to->position;
+    at[1] = to->normal;
+    at[2] = to->uv;
+    at[3] = to->tangent;
+    if (at[0] < 0) return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes.position", "is below 0");
+    for (i = 0; i < 4; i++) {
+        if (at[i] > 15) return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes", "has one above 15");
+        for (k = 0; k < i; k++)
+            if (at[i] >= 0 && at[i] == at[k])
+                return glbk__gbuffer_bad(ctx, "glbk_gbuffer_create", "desc.attributes", "has one location twice");
+    }
+    return GLBK_OK;
+}
+
+static glbk_result glbk__gbuffer_make(glbk_context *ctx, const glbk_gbuffer_desc *d, glbk_gbuffer *out)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result = GLBK_OK;
+    int i;
+
+    memset(&texture, 0, sizeof texture);
+    memset(&target, 0, sizeof target);
+    texture.width = out->width;
+    texture.height = out->height;
+    texture.format = GLBK_FORMAT_RGBA32UI;
+    for (i = 0; i < 4 && result == GLBK_OK; i++) {
+        result = glbk_texture_create(ctx, &texture, &out->words[i]);
+        target.color[i] = &out->words[i];
+    }
+    if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &out->colors);
+    texture.format = GLBK_FORMAT_DEPTH32F;
+    out->own_depth = !d->depth;
+    if (d->depth) out->depth = *d->depth;
+    else if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &out->depth);
+    target.depth = &out->depth;
+    if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &out->target);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_gbuffer_drawn), NULL, &out->drawn);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_gbuffer_imported), NULL, &out->imported);
+    return result;
+}
+
+/* Words of 0: nothing is seen. */
+static glbk_result glbk__gbuffer_clear_words(glbk_context *ctx, glbk_gbuffer *g)
+{
+    glbk_gbuf__allocator memory = glbk_gbuf__memory(ctx);
+    const size_t count = 4 * (size_t)g->width;
+    uint32_t *row = (uint32_t *)glbk_gbuf__alloc_array(&memory, count, sizeof *row), y;
+    glbk_result result = row ? GLBK_OK : GLBK_ERR_ALLOC;
+    int i;
+    if (row) memset(row, 0, count * sizeof *row);
+    for (i = 0; i < 4; i++)
+        for (y = 0; y < g->height && result == GLBK_OK; y++)
+            result = glbk_texture_update(ctx, &g->words[i], 0, 0, y, 0, g->width, 1, 1, row);
+    glbk_gbuf__free(&memory, row);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const glbk_gbuffer_desc *d, glbk_gbuffer *out)
+{
+    glbk_result result;
+    if (!out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!ctx || !d) return GLBK_ERR_ARGUMENT;
+    if (!d->width || !d->height) return glbk__gbuffer_bad(ctx, __func__, "desc.width or height", "is 0");
+    if (d->depth && (d->depth->width != d->width || d->depth->height != d->height))
+        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "desc.depth", "is of another size");
+    result = glbk__gbuffer_attributes(ctx, &d->attributes, &out->attributes);
+    if (result == GLBK_OK) {
+        out->width = d->width;
+        out->height = d->height;
+        result = glbk__gbuffer_make(ctx, d, out);
+    }
+    if (result == GLBK_OK) result = glbk__gbuffer_clear_words(ctx, out);
+    result = glbk__made(ctx, result);
+    if (result != GLBK_OK) glbk_gbuffer_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *g)
+{
+    int i;
+    if (!g) return;
+    glbk_program_free(ctx, &g->draw);
+    glbk_program_free(ctx, &g->take);
+    glbk_target_free(ctx, &g->target);
+    glbk_target_free(ctx, &g->colors);
+    for (i = 0; i < 4; i++) glbk_texture_free(ctx, &g->words[i]);
+    if (g->own_depth) glbk_texture_free(ctx, &g->depth);
+    glbk_buffer_free(ctx, &g->drawn);
+    glbk_buffer_free(ctx, &g->imported);
+    memset(g, 0, sizeof *g);
+}
+
+/* A unit vector in 32 bits, octahedral, as glbk_unpack_unit of lib/gbuffer_pack.glsl reads it; ~0 for zero. */
+static uint32_t glbk__gbuffer_pack_unit(const float *v)
+{
+    float ax = v[0] < 0 ? -v[0] : v[0], ay = v[1] < 0 ? -v[1] : v[1], az = v[2] < 0 ? -v[2] : v[2];
+    float sum = ax + ay + az, x, y;
+
+    if (!(sum > 0)) return 0xffffffffu;
+    x = v[0] / sum;
+    y = v[1] / sum;
+    if (v[2] < 0) {
+        x = (1 - ay / sum) * (v[0] < 0 ? -1.0f : 1.0f);
+        y = (1 - ax / sum) * (v[1] < 0 ? -1.0f : 1.0f);
+    }
+    x = (x * 0.5f + 0.5f) * 65534.0f + 0.5f;
+    y = (y * 0.5f + 0.5f) * 65534.0f + 0.5f;
+    return (uint32_t)(x > 0 ? x : 0) | (uint32_t)(y > 0 ? y : 0) << 16;
+}
+
+static void glbk__gbuffer_unpack_unit(uint32_t bits, float *v)
+{
+    float x = (float)(bits & 0xffffu) * (2.0f / 65534.0f) - 1, y = (float)(bits >> 16) * (2.0f / 65534.0f) - 1;
+    float ax = x < 0 ? -x : x, ay = y < 0 ? -y : y, z = 1 - ax - ay, t = z < 0 ? -z : 0, size;
+
+    memset(v, 0, 3 * sizeof *v);
+    if (bits == 0xffffffffu) return;
+    x += x < 0 ? t : -t;
+    y += y < 0 ? t : -t;
+    size = sqrtf(x * x + y * y + z * z);
+    v[0] = x / size;
+    v[1] = y / size;
+    v[2] = z / size;
+}
+
+/* Four words of each of the four textures. A normal that is 0 or not finite leaves the pixel empty. */
+static void glbk__gbuffer_words(const glbk_pixel *p, uint32_t words[4][4])
+{
+    const lsamp_material *m = &p->material;
+    const float *n = p->normal;
+    const float d = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    const float shade = p->occlusion > 0 ? p->occlusion < 1 ? p->occlusion : 1.0f : 0.0f;
+    float gloss[4];
+
+    memset(words, 0, 16 * sizeof words[0][0]);
+    if (!(d > 0 && d < 3e38f)) return;
+    memcpy(words[0], p->position, 12);
+    words[0][3] = p->entity;
+    memcpy(words[1], n, 12);
+    words[1][3] = glbk__gbuffer_kind(m) | (p->plane & 255u) << 8 | (uint32_t)(shade * 65535.0f + 0.5f) << 16;
+    memcpy(words[2], m->diffuse, 12);
+    words[2][3] = glbk__gbuffer_pack_unit(glbk__gbuffer_is_zero(p->geometric, 3) ? n : p->geometric);
+    glbk__gbuffer_gloss(m, gloss);
+    memcpy(words[3], gloss, sizeof gloss);
+    if (m->kind != LSAMP_MATERIAL_LAFORTUNE) return;
+    words[3][0] = p->first_lobe;
+    words[3][1] = m->lobe_count;
+    words[3][2] = glbk__gbuffer_pack_unit(p->tangent);
+}
+
+static void glbk__gbuffer_pixel(uint32_t words[4][4], glbk_pixel *p)
+{
+    lsamp_material *m = &p->material;
+    float gloss[4];
+
+    memset(p, 0, sizeof *p);
+    if (!(words[1][3] & 255u)) return;
+    memcpy(p->position, words[0], 12);
+    p->entity = words[0][3];
+    memcpy(p->normal, words[1], 12);
+    m->kind = (lsamp_material_kind)(words[1][3] & 255u);
+    p->plane = words[1][3] >> 8 & 255u;
+    p->occlusion = (float)(words[1][3] >> 16) / 65535.0f;
+    memcpy(m->diffuse, words[2], 12);
+    glbk__gbuffer_unpack_unit(words[2][3], p->geometric);
+    memcpy(gloss, words[3], sizeof gloss);
+    if (m->kind == LSAMP_MATERIAL_PHONG) {
+        memcpy(m->specular, gloss, sizeof m->specular);
+        m->exponent = gloss[3];
+    } else if (m->kind == LSAMP_MATERIAL_METAL_ROUGH) {
+        m->metallic = gloss[0];
+        m->roughness = gloss[1];
+    } else if (m->kind == LSAMP_MATERIAL_LAFORTUNE) {
+        p->first_lobe = words[3][0];
+        m->lobe_count = words[3][1];
+        glbk__gbuffer_unpack_unit(words[3][2], p->tangent);
+    }
+}
+
+static int glbk__gbuffer_has_rows(const glbk_gbuffer *g, uint32_t row, uint32_t rows)
+{
+    return g && g->colors.name && rows && row < g->height && rows <= g->height - row;
+}
+
+GLBK_DEF glbk_result glbk_gbuffer_upload(glbk_context *ctx, glbk_gbuffer *g, uint32_t row, uint32_t rows,
+                                         const glbk_pixel *pixels)
+{
+    glbk_gbuf__allocator memory;
+    size_t count, i;
+    uint32_t *words, pixel[4][4];
+    glbk_result result = GLBK_OK;
+    int k;
+
+    if (!ctx || !pixels || !glbk__gbuffer_has_rows(g, row, rows))
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "row, rows, pixels or gbuffer", "is NULL or out of range");
+    memory = glbk_gbuf__memory(ctx);
+    count = (size_t)g->width * rows;
+    words = (uint32_t *)glbk_gbuf__alloc_array(&memory, count, 64);
+    if (!words) return GLBK_ERR_ALLOC;
+    for (i = 0; i < count; i++) {
+        glbk__gbuffer_words(&pixels[i], pixel);
+        for (k = 0; k < 4; k++) memcpy(words + 4 * ((size_t)k * count + i), pixel[k], sizeof pixel[k]);
+    }
+    for (k = 0; k < 4 && result == GLBK_OK; k++)
+        result = glbk_texture_update(ctx, &g->words[k], 0, 0, row, 0, g->width, rows, 1, words + 4 * (size_t)k * count);
+    glbk_gbuf__free(&memory, words);
+    g->has_depth = g->has_clip = 0;
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_gbuffer_read(glbk_context *ctx, const glbk_gbuffer *g, uint32_t row, uint32_t rows,
+                                       glbk_pixel *pixels)
+{
+    glbk_gbuf__allocator memory;
+    size_t count, i;
+    uint32_t *words, pixel[4][4], k;
+    glbk_result result = GLBK_OK;
+
+    if (!ctx || !pixels || !glbk__gbuffer_has_rows(g, row, rows))
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "row, rows, pixels or gbuffer", "is NULL or out of range");
+    memory = glbk_gbuf__memory(ctx);
+    count = (size_t)g->width * rows;
+    words = (uint32_t *)glbk_gbuf__alloc_array(&memory, count, 64);
+    if (!words) return GLBK_ERR_ALLOC;
+    for (k = 0; k < 4 && result == GLBK_OK; k++)
+        result = glbk_target_read(ctx, &g->colors, k, 0, row, g->width, rows, words + 4 * (size_t)k * count);
+    for (i = 0; i < count && result == GLBK_OK; i++) {
+        for (k = 0; k < 4; k++) memcpy(pixel[k], words + 4 * ((size_t)k * count + i), sizeof pixel[k]);
+        glbk__gbuffer_pixel(pixel, &pixels[i]);
+    }
+    glbk_gbuf__free(&memory, words);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *g, const glbk_offset *offset)
+{
+    const uint32_t first = GLBK_SLOT_glbk_gbuffer_place + glbk__offset(offset).unit;
+    uint32_t i;
+    if (!ctx || !g || !g->colors.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "gbuffer", "is NULL or was not created");
+    for (i = 0; i < 4; i++) glbk_bind_texture(ctx, first + i, &g->words[i]);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
+                                           const char *defines, glbk_program *out)
+{
+    return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, out);
+}

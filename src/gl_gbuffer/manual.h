@@ -1,0 +1,94 @@
+/* gl_gbuffer.h - v0.9.0 - one G-buffer for all techniques on OpenGL 3.3, ES 3.0 and WebGL 2 - MIT-0 OR Unlicense
+
+   What it does
+
+   Holds what a camera sees: places, normals, materials, entities, for each pixel. gl_csm.h, gl_shadowfield.h,
+   gl_envshadow.h and gl_rsm.h light it (gl_ism.h has one of its own). It is drawn from your vertex arrays,
+   whatever the locations of their attributes; or uploaded; or made by one pass from textures that your
+   renderer has anyway (glbk_gbuffer_import): depth or places, normals in four packings, colours, gloss,
+   entities. Shaders of your own read it by glbk_read_point() of lib/gbuffer.glsl.
+
+   What it does not do
+
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
+     conventions, errors and rules about GL's state hold here. Kinds of materials are those of lightsampling.h, whose
+     implementation it does not need.
+   - One sample and one surface a pixel: no transparency, no multisampling.
+
+   Quick start
+
+       #define GL_BACKEND_IMPLEMENTATION
+       #define GL_GBUFFER_IMPLEMENTATION
+       #include "gl_backend/gl_gbuffer.h"
+       #include <stdio.h>
+       #include <string.h>
+
+       // With GLFW: return glfwGetProcAddress(name);  with EGL: return eglGetProcAddress(name);
+       static glbk_proc_fn get_proc(const char *name, void *user)
+       {
+           (void)name; (void)user;
+           return NULL;                                     // no GL here: init says so below
+       }
+
+       int main(void)
+       {
+           glbk_context gl;
+           glbk_gbuffer seen;
+           glbk_desc desc;
+           glbk_gbuffer_desc sizes;
+           glbk_import mine;
+           glbk_texture depth, normals;
+           glbk_result result;
+
+           memset(&desc, 0, sizeof desc);
+           memset(&sizes, 0, sizeof sizes);
+           memset(&mine, 0, sizeof mine);
+           memset(&depth, 0, sizeof depth);
+           memset(&normals, 0, sizeof normals);
+           desc.get_proc_fn = get_proc;                     // a context is current
+           result = glbk_init(&gl, &desc);
+           if (result != GLBK_OK) {
+               printf("no GL: %s\n", glbk_result_text(result));
+               return result != GLBK_ERR_FUNCTION;
+           }
+           sizes.width = depth.width = normals.width = 640;
+           sizes.height = depth.height = normals.height = 360;
+           result = glbk_gbuffer_create(&gl, &sizes, &seen);
+           depth.name = 1;                                  // of your renderer: what glGenTextures gave it
+           normals.name = 2;
+           mine.depth = &depth;                             // with the matrix by which it was drawn
+           mine.normals = &normals;
+           mine.normal_packing = GLBK_NORMAL_PACKING_UNIT;  // RGBA8: 0..1 for -1..1
+           mine.world_to_clip[0] = mine.world_to_clip[5] = mine.world_to_clip[10] = mine.world_to_clip[15] = 1;
+           mine.material.diffuse[0] = mine.material.diffuse[1] = mine.material.diffuse[2] = 0.5f;
+           if (result == GLBK_OK) result = glbk_gbuffer_import(&gl, &seen, &mine);
+           printf("%s\n", glbk_result_text(result));
+           glbk_gbuffer_free(&gl, &seen);
+           glbk_free(&gl);
+           return result != GLBK_OK;
+       }
+
+   Configuration
+
+     GL_GBUFFER_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
+
+   Layouts: docs/gpu-layouts.md.   How to bring your own: docs/gbuffer.md.   State: docs/gl-state.md.
+   Licence: end of file. */
+/* Not inside the guard: their implementations may be wanted at the second time. lightsampling.h lies above this
+   folder. */
+#include "gl_backend.h"
+#include "../lightsampling.h"
+
+#ifndef GL_GBUFFER_H
+#define GL_GBUFFER_H
+
+#if GLBK_VERSION != 900
+#error "gl_gbuffer.h and gl_backend.h are of different versions"
+#endif
+#if defined(GLBK_STATIC) && !defined(GL_GBUFFER_IMPLEMENTATION)
+#error "GLBK_STATIC makes all functions private: GL_GBUFFER_IMPLEMENTATION belongs into the same file"
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif

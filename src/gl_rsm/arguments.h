@@ -1,0 +1,309 @@
+/* ---- rsm: arguments ---- */
+
+enum {
+    GLBK__RSM_LIST = 1024 * 64, /* pixel lights that the list has room for */
+    GLBK__RSM_TABLE = 1024,     /* values a row of a table; materials, sides of the noise */
+    GLBK__RSM_NONE = 9          /* no picture */
+};
+
+typedef struct glbk__rsm_range {    /* a field, its value and what it may be */
+    const char *field;
+    double      value, low, high;
+} glbk__rsm_range;
+
+/* Logs the first field that is out of its range; what is not a number is out of any. */
+static glbk_result glbk__rsm_in_range(const glbk_context *ctx, const char *function, const glbk__rsm_range *fields,
+                                      size_t count)
+{
+    size_t i;
+    for (i = 0; i < count; i++) {
+        const glbk__rsm_range *f = &fields[i];
+        if (f->value >= f->low && f->value <= f->high) continue;
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, f->field, f->value, f->low, f->high);
+    }
+    return GLBK_OK;
+}
+
+/* GL's calls take memory and say why they fail by the context's system. */
+static glbk_result glbk__rsm_no_system(const glbk_context *ctx, const char *function, const rsm_system *s)
+{
+    if (!s->allocator.alloc_fn && !s->allocator.free_fn && !s->allocator.user && !s->parallel_for && !s->progress &&
+        !s->log && !s->user)
+        return GLBK_OK;
+    return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.system", "is not zero: on GL the context's counts");
+}
+
+static int glbk__rsm_small(const float *v, float most)        /* three floats; false for what is not a number */
+{
+    return fabsf(v[0]) <= most && fabsf(v[1]) <= most && fabsf(v[2]) <= most;
+}
+
+static glbk_result glbk__rsm_shape_check(const glbk_context *ctx, const char *function, const rsm_light *l)
+{
+    const glbk_result bad = GLBK_ERR_DESC;
+    const float angle = l->cone_half_angle, most = l->kind == RSM_LIGHT_SPOT ? 3.14f : 1.0f;
+    const int spot = l->kind == RSM_LIGHT_SPOT || l->kind == RSM_LIGHT_SQUARE_SPOT;
+    const float d2 = l->direction[0] * l->direction[0] + l->direction[1] * l->direction[1] +
+                     l->direction[2] * l->direction[2];
+    if (l->kind != RSM_LIGHT_POINT && !(d2 > 1e-30f && d2 <= 1e30f))
+        return glbk__bad(ctx, bad, function, "light.direction", "has no length, or too much of it");
+    if (l->kind == RSM_LIGHT_SUN && !(l->radius > 0.0f && l->radius <= 1e9f))
+        return glbk__bad_value(ctx, bad, function, "light.radius", (double)l->radius, "above 0, at most 1e9");
+    if (spot && !(angle > 0.5e-3f && angle <= most))
+        return glbk__bad_value(ctx, bad, function, "light.cone_half_angle", (double)angle,
+                               l->kind == RSM_LIGHT_SPOT ? "above 0.0005, at most 3.14" : "above 0.0005, at most 1");
+    return GLBK_OK;
+}
+
+/* What rsm.h's check of a light refuses, and its defaults. */
+static glbk_result glbk__rsm_light_check(const glbk_context *ctx, const char *function, const rsm_light *light,
+                                         rsm_light *l)
+{
+    const glbk_result bad = GLBK_ERR_DESC;
+    glbk_result result;
+    int i;
+    if (!light) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "light", "is NULL");
+    *l = *light;
+    if (l->kind == RSM_LIGHT_DEFAULT) l->kind = RSM_LIGHT_SUN;
+    if ((unsigned)l->kind >= RSM_LIGHT_KIND_COUNT)
+        return glbk__bad_value(ctx, bad, function, "light.kind", (double)l->kind, "one of rsm_light_kind");
+    if (!glbk__rsm_small(l->position, 1e9f) || !glbk__rsm_small(l->up, 1e9f))
+        return glbk__bad(ctx, bad, function, glbk__rsm_small(l->position, 1e9f) ? "light.up" : "light.position",
+                         "is not finite or beyond 1e9");
+    for (i = 0; i < 3; i++)
+        if (!(l->value[i] >= 0.0f && l->value[i] <= 1e12f))
+            return glbk__bad_range(ctx, bad, function, "light.value", (double)l->value[i], 0, 1e12);
+    result = glbk__rsm_shape_check(ctx, function, l);
+    if (result != GLBK_OK) return result;
+    if (!(fabsf(l->near_depth) > 0.0f) && !(fabsf(l->far_depth) > 0.0f)) {
+        l->near_depth = l->kind == RSM_LIGHT_SUN ? -l->radius : 1e-3f;
+        l->far_depth = l->kind == RSM_LIGHT_SUN ? l->radius : 1e3f;
+    }
+    if (!(fabsf(l->near_depth) <= 1e9f) || (l->kind != RSM_LIGHT_SUN && !(l->near_depth > 0.0f)))
+        return glbk__bad_value(ctx, bad, function, "light.near_depth", (double)l->near_depth,
+                               l->kind == RSM_LIGHT_SUN ? "-1e9..1e9" : "above 0, at most 1e9");
+    if (l->far_depth > l->near_depth && l->far_depth <= 1e9f) return GLBK_OK;
+    return glbk__bad_value(ctx, bad, function, "light.far_depth", (double)l->far_depth,
+                           "above near_depth, at most 1e9");
+}
+
+/* ---- maps and renderers that a call was given ---- */
+
+static glbk_result glbk__rsm_map_check(const glbk_context *ctx, const char *function, const glbk_rsm_map *map)
+{
+    if (map && map->texels.name) return GLBK_OK;
+    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "map", map ? "was not created" : "is NULL");
+}
+
+static glbk_result glbk__rsm_renderer_check(const glbk_context *ctx, const char *function, const glbk_rsm_renderer *r)
+{
+    if (r && r->frame.name) return GLBK_OK;
+    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
+}
+
+/* Whether a renderer and a G-buffer were made, for pictures of one size. */
+static glbk_result glbk__rsm_seen_check(const glbk_context *ctx, const char *function, const glbk_rsm_renderer *r,
+                                        const glbk_gbuffer *seen)
+{
+    const glbk_result result = glbk__rsm_renderer_check(ctx, function, r);
+    if (result != GLBK_OK) return result;
+    if (!seen || !seen->colors.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "seen", seen ? "was not created" : "is NULL");
+    if (seen->width == r->width && seen->height == r->height) return GLBK_OK;
+    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "seen", "is not of the renderer's size");
+}
+
+static glbk_result glbk__rsm_maps_check(const glbk_context *ctx, const char *function, const glbk_rsm_renderer *r,
+                                        const glbk_rsm_map *const *maps, uint32_t count)
+{
+    glbk_result result = glbk__rsm_renderer_check(ctx, function, r);
+    uint32_t i;
+    if (result != GLBK_OK) return result;
+    if (!maps) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "maps", "is NULL");
+    if (!count) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "map_count", "is 0");
+    for (i = 0; i < count && result == GLBK_OK; i++) result = glbk__rsm_map_check(ctx, function, maps[i]);
+    return result;
+}
+
+/* ---- rsm.h's descs: what they say, with their defaults ---- */
+
+static glbk_result glbk__rsm_direct_check(const glbk_context *ctx, const rsm_direct_desc *desc, rsm_direct_desc *out)
+{
+    static const char function[] = "glbk_rsm_direct";
+    glbk_result result;
+    memset(out, 0, sizeof *out);
+    if (desc) *out = *desc;
+    {
+        const glbk__rsm_range fields[] = { { "desc.taps", (double)out->taps, 0, 15 },
+                                           { "desc.bias", (double)out->bias, -1e6, 1e6 },
+                                           { "desc.slope_bias", (double)out->slope_bias, -1e6, 1e6 } };
+        result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
+    }
+    if (result == GLBK_OK) result = glbk__rsm_no_system(ctx, function, &out->system);
+    if (result != GLBK_OK) return result;
+    if (out->add)
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
+    if (!out->taps) out->taps = 2;
+    if (!(fabsf(out->bias) > 0.0f)) out->bias = 0.5f;
+    if (!(fabsf(out->slope_bias) > 0.0f)) out->slope_bias = 1.0f;
+    if (out->bias < 0.0f) out->bias = 0.0f;
+    if (out->slope_bias < 0.0f) out->slope_bias = 0.0f;
+    return GLBK_OK;
+}
+
+static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *function, const rsm_gather_desc *desc,
+                                          rsm_gather_desc *out)
+{
+    const uint32_t k = desc ? desc->interleave : 0;
+    glbk_result result;
+    memset(out, 0, sizeof *out);
+    if (desc) *out = *desc;
+    {
+        const glbk__rsm_range fields[] = {
+            { "desc.pattern", (double)out->pattern, 0, RSM_PATTERN_COUNT - 1 },
+            { "desc.samples", (double)out->samples, 0, out->pattern == RSM_PATTERN_POISSON ? 4096.0 : 1048576.0 },
+            { "desc.r_max", (double)out->r_max, 0, 1e3 },
+            { "desc.r_min", (double)out->r_min, 0, 0.99999994 },
+            { "desc.offset", (double)out->offset, 0, 1e9 },
+            { "desc.clamp", (double)out->clamp, 0, (double)1e18f },
+            { "desc.near_limit", (double)out->near_limit, 0, 1e6 },
+            { "desc.near_field", (double)out->near_field, 0, 32 }
+        };
+        result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
+    }
+    if (result == GLBK_OK) result = glbk__rsm_no_system(ctx, function, &out->system);
+    if (result != GLBK_OK) return result;
+    if (k > 8 || (k & (k - 1)))
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.interleave", k, "0, 1, 2, 4 or 8");
+    if (out->add) return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.add", "is not 0: give all maps to one call");
+    if (!out->materials && out->material_count)
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "desc.materials", "is NULL, and material_count is not 0");
+    if (out->noise && !out->noise_side)
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.noise_side", 0, 1, GLBK__RSM_TABLE);
+    if (!k) out->interleave = 1;
+    if (out->pattern == RSM_PATTERN_DEFAULT) out->pattern = RSM_PATTERN_FLUX;
+    if (!(out->r_min > 0.0f)) out->r_min = 1.0f / 32.0f;
+    return GLBK_OK;
+}
+
+static glbk_result glbk__rsm_interpolation_check(const glbk_context *ctx, const rsm_interpolation *how,
+                                                 rsm_interpolation *out)
+{
+    static const char function[] = "glbk_rsm_interpolate";
+    memset(out, 0, sizeof *out);
+    if (how) *out = *how;
+    if (!out->step) out->step = 8;
+    if (out->step < 2 || out->step > 64 || (out->step & (out->step - 1)))
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "interpolation.step", out->step,
+                               "0 or a power of two, 2..64");
+    {
+        const glbk__rsm_range fields[] = {
+            { "interpolation.levels", (double)out->levels, 0, 6 },
+            { "interpolation.normal_cosine", (double)out->normal_cosine, -1, 1 },
+            { "interpolation.plane_slope", (double)out->plane_slope, 0, 1e6 },
+            { "interpolation.distance", (double)out->distance, 0, 1e9 },
+            { "interpolation.contrast", (double)out->contrast, -1e6, 1e6 },
+            { "interpolation.reach", (double)out->reach, -1e6, 1e6 }
+        };
+        const glbk_result result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
+        if (result != GLBK_OK) return result;
+    }
+    if (out->mask)
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "interpolation.mask",
+                         "is not NULL: alpha of glbk_rsm_read says what each pixel is");
+    if (!out->levels) out->levels = 6;
+    if (!(fabsf(out->normal_cosine) > 0.0f)) out->normal_cosine = 0.95f;
+    if (!(out->plane_slope > 0.0f)) out->plane_slope = 0.05f;
+    if (!(fabsf(out->contrast) > 0.0f)) out->contrast = 0.25f;
+    if (!(fabsf(out->reach) > 0.0f)) out->reach = 0.25f;
+    return GLBK_OK;
+}
+
+static glbk_result glbk__rsm_frame_check(const glbk_context *ctx, const gifilt_frame *frame, gifilt_frame *out)
+{
+    static const char function[] = "glbk_rsm_denoise";
+    int i;
+    memset(out, 0, sizeof *out);
+    if (frame) *out = *frame;
+    {
+        const glbk__rsm_range fields[] = {
+            { "frame.rows", (double)out->rows, 0, GIFILT_ROWS_COUNT - 1 },
+            { "frame.history", (double)out->history, 0, 1000 },
+            { "frame.passes", (double)out->passes, -1e9, 6 },
+            { "frame.normal_cosine", (double)out->normal_cosine, 0, 0.99999994 },
+            { "frame.plane_slope", (double)out->plane_slope, 0, 1e6 }
+        };
+        const glbk_result result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
+        if (result != GLBK_OK) return result;
+    }
+    for (i = 0; i < 16 && out->view_projection; i++)
+        if (!(fabsf(out->view_projection[i]) <= 3.0e38f))
+            return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "frame.view_projection",
+                                   (double)out->view_projection[i], "finite");
+    if (out->motion)
+        return glbk__bad(ctx, GLBK_ERR_DESC, function, "frame.motion", "is not NULL: on GL motion is a texture");
+    if (!out->history) out->history = 8;
+    if (!out->passes) out->passes = 2;
+    if (out->passes < 0) out->passes = 0;
+    if (!(out->normal_cosine > 0.0f)) out->normal_cosine = 0.9f;
+    if (!(out->plane_slope > 0.0f)) out->plane_slope = 0.1f;
+    return GLBK_OK;
+}
+
+/* ---- tables ---- */
+
+GLBK_DEF uint32_t glbk_rsm_point_count(const rsm_gather_desc *d)
+{
+    uint32_t samples, sets;
+    if (!d || !d->samples || d->pattern == RSM_PATTERN_DEFAULT || d->pattern == RSM_PATTERN_FLUX) return 0;
+    sets = d->interleave ? d->interleave * d->interleave : 1;
+    samples = d->pattern == RSM_PATTERN_MIXED ? 3 * d->samples / 5 : d->samples;
+    return (samples + sets - 1) / sets * sets;
+}
+
+/* Whether the values that a table is made of are those that rsm_gather takes. */
+static glbk_result glbk__rsm_values_check(const glbk_context *ctx, const rsm_gather_desc *d)
+{
+    static const char function[] = "glbk_rsm_tables_upload";
+    const uint32_t count = d->materials ? d->material_count : 0, side = d->noise ? d->noise_side : 0;
+    uint32_t i;
+    if (side > GLBK__RSM_TABLE)
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "desc.noise_side", side, 1, GLBK__RSM_TABLE);
+    if (count > GLBK__RSM_TABLE)
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "desc.material_count", count, 0, GLBK__RSM_TABLE);
+    for (i = 0; i < side * side; i++)
+        if (!(d->noise[i] >= 0.0f && d->noise[i] <= 1.0f))
+            return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.noise", (double)d->noise[i], 0, 1);
+    for (i = 0; i < count; i++) {
+        const rsm_material *m = &d->materials[i];
+        const glbk__rsm_range fields[] = { { "desc.materials.exponent", (double)m->exponent, 0, 1e4 },
+                                           { "desc.materials.specular", (double)m->specular[0], 0, 1 },
+                                           { "desc.materials.specular", (double)m->specular[1], 0, 1 },
+                                           { "desc.materials.specular", (double)m->specular[2], 0, 1 } };
+        const glbk_result result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
+        if (result != GLBK_OK) return result;
+    }
+    return GLBK_OK;
+}
+
+/* Whether the tables on the GPU are those of a checked desc, as far as it needs some. */
+static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *function, const glbk_rsm_renderer *r,
+                                          const rsm_gather_desc *d)
+{
+    const rsm_gather_desc *t = &r->tables;
+    const char *field = NULL;
+    if (glbk_rsm_point_count(d)) {
+        if (d->pattern != t->pattern) field = "desc.pattern";
+        else if (d->samples != t->samples) field = "desc.samples";
+        else if (d->interleave != t->interleave) field = "desc.interleave";
+        else if (d->seed != t->seed) field = "desc.seed";
+        else if (d->pattern == RSM_PATTERN_EQUATION3 && !d->paper_weights != !t->paper_weights)
+            field = "desc.paper_weights";
+        else if (d->pattern == RSM_PATTERN_LOG_RADIAL && !(d->r_min >= t->r_min && d->r_min <= t->r_min))
+            field = "desc.r_min";
+        else if (d->noise && d->noise_side != r->noise_side) field = "desc.noise";
+    }
+    if (!field && d->materials && d->material_count != r->material_count) field = "desc.materials";
+    if (!field) return GLBK_OK;
+    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, field, "is not what glbk_rsm_tables_upload was given last");
+}

@@ -1,0 +1,111 @@
+// rsm_map - a light and its map: frames of faces, projection, light through a texel, as rsm.h has them.
+const int RSM_SUN = 1, RSM_SPOT = 2, RSM_SQUARE_SPOT = 3, RSM_POINT = 4, RSM_PATCH = 5;
+const float RSM_PI = 3.14159265;
+
+struct rsm_light {
+    vec3 position, right, up, axis;     // frame of face 0; light travels along axis
+    vec3 value;
+    float extent, cos_half, side;       // half a side (sun) or its tangent; of half the cone; texels a side
+    int faces, kind;
+};
+
+vec3 rsm_normalize(vec3 v)
+{
+    float d = dot(v, v);
+    return d > 0.0 ? v / sqrt(d) : vec3(0.0);
+}
+
+void rsm_face_frame(rsm_light l, int face, out vec3 r, out vec3 u, out vec3 a)
+{
+    r = l.right;
+    u = l.up;
+    a = l.axis;
+    if (face == 1) { r = -l.axis; a = l.right; }
+    else if (face == 2) { r = l.axis; a = -l.right; }
+    else if (face == 3) { u = -l.axis; a = l.up; }
+    else if (face == 4) { u = l.axis; a = -l.up; }
+    else if (face == 5) { r = -l.right; a = -l.axis; }
+}
+
+// In a face's frame: x and y in units of its half side, z the depth.
+vec3 rsm_to_face(rsm_light l, int face, vec3 p)
+{
+    vec3 r, u, a, q = p - l.position;
+    rsm_face_frame(l, face, r, u, a);
+    float z = dot(q, a);
+    return vec3(vec2(dot(q, r), dot(q, u)) / (l.kind == RSM_SUN ? l.extent : l.extent * z), z);
+}
+
+int rsm_cube_face(vec3 d)               // d in the light's frame
+{
+    vec3 a = abs(d);
+    if (a.z >= a.x && a.z >= a.y) return d.z >= 0.0 ? 0 : 5;
+    if (a.x >= a.y) return d.x >= 0.0 ? 1 : 2;
+    return d.y >= 0.0 ? 3 : 4;
+}
+
+int rsm_face_of_direction(rsm_light l, vec3 d)
+{
+    return l.faces == 1 ? 0 : rsm_cube_face(vec3(dot(d, l.right), dot(d, l.up), dot(d, l.axis)));
+}
+
+float rsm_texel_centre(rsm_light l, int i) { return (float(i) + 0.5) * 2.0 / l.side - 1.0; }
+
+vec3 rsm_to_light(rsm_light l, vec3 p) { return l.kind == RSM_SUN ? -l.axis : rsm_normalize(l.position - p); }
+
+// Light of value 1 through the part q +- h of a face, in its plane at distance 1: cos^3 integrated by Gauss points.
+float rsm_solid_angle(rsm_light l, vec3 r, vec3 u, vec3 a, vec2 q, float h)
+{
+    float sum = 0.0;
+    int n = h < 0.05 ? 2 : 4;
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < n; i++) {
+            ivec2 k = ivec2(i, j);
+            vec2 sign = vec2(greaterThanEqual(k * 2, ivec2(n))) * 2.0 - 1.0;
+            bvec2 outer = equal(k % 3, ivec2(0));
+            vec2 node = n == 2 ? vec2(0.577350269) : mix(vec2(0.339981044), vec2(0.861136312), vec2(outer));
+            vec2 weight = n == 2 ? vec2(0.5) : mix(vec2(0.326072577), vec2(0.173927423), vec2(outer));
+            vec2 s = q + h * sign * node;
+            float c = 1.0 / (1.0 + dot(s, s)), f = c * sqrt(c);
+            if (l.kind == RSM_PATCH) f *= max(dot(l.axis, a + r * s.x + u * s.y) * sqrt(c), 0.0);
+            sum += f * weight.x * weight.y;
+        }
+    return sum * 4.0 * h * h;
+}
+
+bool rsm_in_cone(rsm_light l, vec3 r, vec3 u, vec3 a, vec2 q)
+{
+    vec3 d = a + r * q.x + u * q.y;
+    return dot(l.axis, d) >= l.cos_half * length(d);
+}
+
+// Light of value 1 through texel (i, j) of a face, as much of it as lies in the cone.
+float rsm_incident(rsm_light l, int face, ivec2 t)
+{
+    float h = l.extent / l.side;
+    if (l.kind == RSM_SUN) return 4.0 * h * h;
+    vec3 r, u, a;
+    rsm_face_frame(l, face, r, u, a);
+    vec2 q = vec2(rsm_texel_centre(l, t.x), rsm_texel_centre(l, t.y)) * l.extent;
+    float flux = rsm_solid_angle(l, r, u, a, q, h);
+    if (l.kind != RSM_SPOT) return flux;
+    int corners = 0, covered = 0;
+    for (int k = 0; k < 4; k++)
+        corners += int(rsm_in_cone(l, r, u, a, q + h * vec2((k & 1) != 0 ? 1.0 : -1.0, (k & 2) != 0 ? 1.0 : -1.0)));
+    if (corners == 4) return flux;
+    if (corners == 0 && !rsm_in_cone(l, r, u, a, q)) return 0.0;
+    for (int k = 0; k < 64; k++)
+        covered += int(rsm_in_cone(l, r, u, a, q + h * (vec2(float(k & 7), float(k >> 3)) - 3.5) * 0.25));
+    return flux * float(covered) * (1.0 / 64.0);
+}
+
+// Surface that a texel stands for: the cross section of its beam over the cosine, grazing ones bounded.
+float rsm_area(rsm_light l, int face, vec3 p, vec3 n)
+{
+    vec3 r, u, a, to = rsm_to_light(l, p);
+    rsm_face_frame(l, face, r, u, a);
+    float side = 2.0 * l.extent / l.side * (l.kind == RSM_SUN ? 1.0 : dot(p - l.position, a));
+    return side * side * (l.kind == RSM_SUN ? 1.0 : abs(dot(a, to))) / max(abs(dot(n, to)), 0.05);
+}
+
+float rsm_mean3(vec3 v) { return (v.x + v.y + v.z) * (1.0 / 3.0); }

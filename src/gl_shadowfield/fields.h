@@ -1,0 +1,357 @@
+/* ---- sfield: fields ---- */
+
+enum {
+    GLBK__SFIELD_HEADER = 32,
+    GLBK__SFIELD_STAGE = 1024,          /* texels that go up together */
+    GLBK__SFIELD_ENTITY = 7             /* texels of an entity */
+};
+
+static const uint32_t glbk__sfield_none = 0xffffffffu;  /* SFIELD_NONE of the GLSL */
+
+/* What the log says of the member `array[index]` of a call's arguments. */
+static glbk_result glbk__sfield_bad(const glbk_context *ctx, glbk_result result, const char *function,
+                                    const char *array, size_t index, const char *text)
+{
+    glbk_sfield__message field;
+    field.text[0] = 0;
+    field.used = 0;
+    glbk_sfield__message_text(&field, array);
+    glbk_sfield__message_text(&field, "[");
+    glbk_sfield__message_count(&field, index);
+    glbk_sfield__message_text(&field, "]");
+    return glbk__bad(ctx, result, function, field.text, text);
+}
+
+static void glbk__sfield_number(glbk__sink *sink, uint32_t n)
+{
+    char digits[12];
+    size_t at = sizeof digits;
+    do digits[--at] = (char)('0' + n % 10);
+    while ((n /= 10) != 0);
+    glbk__put(sink, digits + at, sizeof digits - at);
+}
+
+/* The bands that the tables are of, 0 where there are none. */
+static uint32_t glbk__sfield_bands(const sfield_algebra *algebra)
+{
+    static const float upright[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+    sfield_rotation rotation;
+    return sfield_sh_rotation(algebra, upright, &rotation) == SFIELD_OK ? rotation.bands : 0;
+}
+
+/* What a file of sfield_write says of where things are in it, and what it becomes in the table. */
+typedef struct glbk__sfield_view {
+    const uint8_t *bytes;
+    uint32_t kind, bands, shells, side, spacing, frames, loop, channels, samples, stride, cells;
+    size_t   scales, first;                     /* where they begin, bytes */
+    uint64_t texels;
+} glbk__sfield_view;
+
+/* Texels of a rotation: rows of the blocks from the second band on, each filled up to a multiple of four. */
+static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
+{
+    uint32_t l, n = 0;
+    for (l = 1; l < bands; l++) n += (2 * l + 1) * ((2 * l + 4) / 4);
+    return n;
+}
+
+static uint32_t glbk__sfield_entity_texels(uint32_t bands)
+{
+    return GLBK__SFIELD_ENTITY + glbk__sfield_rotation_texels(bands);
+}
+
+/* Texels on their way into a table. */
+typedef struct glbk__sfield_stage {
+    glbk_context *ctx;
+    const glbk_texture *table;
+    uint32_t *words;
+    size_t    at, count, room;
+    glbk_result result;
+} glbk__sfield_stage;
+
+static uint32_t glbk__sfield_word(const uint8_t *p)
+{
+    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+}
+
+static float glbk__sfield_float(const uint8_t *p)
+{
+    const uint32_t word = glbk__sfield_word(p);
+    float x;
+    memcpy(&x, &word, 4);
+    return x;
+}
+
+/* Texels of a field: its head, its shells, for each channel of a shell and frame scales and biases, then samples. */
+static uint64_t glbk__sfield_texels_of(const sfield_info *info)
+{
+    const uint32_t channels = info->kind == SFIELD_KIND_SOURCE ? 3 : 1, cells = (info->bands * info->bands + 15) / 16;
+    const uint64_t groups = (uint64_t)info->frames * info->shells;
+    return 3 + info->shells + (groups * 8 + info->samples) * channels * cells;
+}
+
+static void glbk__sfield_read(const uint8_t *bytes, glbk__sfield_view *v)
+{
+    size_t groups;
+    v->bytes = bytes;
+    v->kind = glbk__sfield_word(bytes + 16);
+    v->bands = glbk__sfield_word(bytes + 28);
+    v->shells = glbk__sfield_word(bytes + 36);
+    v->side = glbk__sfield_word(bytes + 40);
+    v->spacing = glbk__sfield_word(bytes + 44);
+    v->frames = glbk__sfield_word(bytes + 48);
+    v->loop = glbk__sfield_word(bytes + 52);
+    v->channels = glbk__sfield_word(bytes + 56);
+    v->samples = glbk__sfield_word(bytes + 60);
+    v->stride = glbk__sfield_word(bytes + 64);
+    v->cells = (v->bands * v->bands + 15) / 16;
+    groups = (size_t)v->frames * v->shells;
+    v->scales = 4 * (GLBK__SFIELD_HEADER + (size_t)v->shells);
+    v->first = v->scales + 8 * groups * v->stride;
+}
+
+static void glbk__sfield_flush(glbk__sfield_stage *s)
+{
+    if (s->count && s->result == GLBK_OK) s->result = glbk_table_update(s->ctx, s->table, s->at, s->count, s->words);
+    s->at += s->count;
+    s->count = 0;
+}
+
+static uint32_t *glbk__sfield_texel(glbk__sfield_stage *s)
+{
+    if (s->count == s->room) glbk__sfield_flush(s);
+    return (uint32_t *)memset(s->words + 4 * s->count++, 0, 16);
+}
+
+/* The numbers of one channel and group: scale, or bias. */
+static void glbk__sfield_put_floats(glbk__sfield_stage *s, const glbk__sfield_view *v, const uint8_t *from)
+{
+    uint32_t k, *texel = NULL;
+    for (k = 0; k < 16 * v->cells; k++) {
+        if (k % 4 == 0) texel = glbk__sfield_texel(s);
+        if (k < v->bands * v->bands) texel[k % 4] = glbk__sfield_word(from + 4 * (size_t)k);
+    }
+}
+
+/* lib/sfield_field.glsl's sfield_measure. */
+static float glbk__sfield_measure(float d2, int source, int uniform)
+{
+    float inverse = 1 / d2, u = inverse < 1 ? inverse : 1;
+    if (uniform) return -sqrtf(d2);
+    return source || d2 < 1 ? inverse : u / (1 + sqrtf(1 - u));
+}
+
+static void glbk__sfield_put(glbk__sfield_stage *s, const glbk__sfield_view *v)
+{
+    const uint32_t step = v->stride / v->channels, groups = v->frames * v->shells;
+    uint32_t *texel = glbk__sfield_texel(s), i, c, k;
+    float pair[2];
+    texel[0] = (v->kind ? 1u : 0u) | (v->spacing == SFIELD_SPACING_UNIFORM ? 2u : 0u) | (v->loop ? 4u : 0u);
+    texel[1] = v->frames;
+    texel[2] = v->shells;
+    texel[3] = v->side;
+    texel = glbk__sfield_texel(s);
+    texel[0] = v->channels;
+    texel[1] = 3 + v->shells;
+    texel[2] = texel[1] + groups * v->channels * v->cells * 8;
+    texel = glbk__sfield_texel(s);
+    texel[0] = glbk__sfield_word(v->bytes + 92);
+    for (i = 0; i < v->shells; i++) {
+        pair[0] = glbk__sfield_float(v->bytes + 4 * (GLBK__SFIELD_HEADER + (size_t)i));
+        pair[0] *= pair[0];
+        pair[1] = glbk__sfield_measure(pair[0], v->kind == 1, v->spacing == SFIELD_SPACING_UNIFORM);
+        memcpy(glbk__sfield_texel(s), pair, sizeof pair);
+    }
+    for (i = 0; i < groups; i++)
+        for (c = 0; c < v->channels; c++)
+            for (k = 0; k < 2; k++)
+                glbk__sfield_put_floats(s, v,
+                                        v->bytes + v->scales + 4 * (((size_t)k * groups + i) * v->stride + c * step));
+    for (i = 0; i < v->samples; i++)
+        for (c = 0; c < v->channels; c++) {
+            const uint8_t *from = v->bytes + v->first + (size_t)i * v->stride + c * step;
+            for (k = 0; k < 16 * v->cells; k++) {
+                if (k % 16 == 0) texel = glbk__sfield_texel(s);
+                if (k < v->bands * v->bands) texel[k / 4 % 4] |= (uint32_t)from[k] << k % 4 * 8;
+            }
+        }
+}
+
+/* Room for the terms of the product, and they in it: sfield_sh_terms. */
+static uint32_t *glbk__sfield_terms(const glbk_sfield__allocator *memory, const sfield_algebra *algebra,
+                                    uint32_t *count)
+{
+    const size_t terms = sfield_sh_terms(algebra, NULL, NULL);
+    uint32_t *out = (uint32_t *)glbk_sfield__alloc_array(memory, terms + 1, 8);
+    if (out) (void)sfield_sh_terms(algebra, out, (float *)(void *)(out + terms));
+    *count = (uint32_t)terms;
+    return out;
+}
+
+static void glbk__sfield_put_terms(glbk__sfield_stage *s, const uint32_t *terms, uint32_t count)
+{
+    uint32_t i, *texel = NULL;
+    for (i = 0; i < count; i++) {
+        float c;
+        memcpy(&c, terms + count + i, 4);
+        if ((terms[i] & 255u) == (terms[i] >> 8 & 255u)) c *= 0.5f;     /* a_i b_j + a_j b_i counts it twice */
+        if (i % 2 == 0) texel = glbk__sfield_texel(s);
+        texel[i % 2 * 2] = terms[i];
+        memcpy(texel + i % 2 * 2 + 1, &c, 4);
+    }
+    for (i = (i + 1) / 2; i % 4; i++) (void)glbk__sfield_texel(s);      /* factor 0, to a multiple of 4 */
+}
+
+/* Why the GPU cannot have a field of this kind; NULL where it can. */
+static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
+{
+    if (info->kind != SFIELD_KIND_OCCLUSION && info->kind != SFIELD_KIND_SOURCE)
+        return "is neither an occlusion nor a source field";
+    if (info->basis != SFIELD_BASIS_SH) return "is one of wavelets: OpenGL has those of harmonics alone";
+    if (info->bands != bands) return "has other bands than desc.algebra";
+    if (info->logarithm) return "is one of logarithms, which OpenGL does not have";
+    return info->shard_end ? "is a shard: sfield_merge first" : NULL;
+}
+
+static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *function,
+                                      const glbk_sfield_scene_desc *d, uint32_t bands)
+{
+    size_t i;
+    if (!d->algebra) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
+    if (d->field_count && !d->fields) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.fields", "is NULL");
+    if (!d->entity_capacity || d->entity_capacity > 65535)
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1, 65535);
+    if (!(d->reach >= 0 && d->reach <= 1e6f))
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.reach", (double)d->reach, 0, 1e6);
+    for (i = 0; i < d->field_count; i++) {
+        sfield_info info;
+        const char *why = "is NULL";
+        if (d->fields[i]) {
+            sfield_get_info(d->fields[i], &info);
+            why = glbk__sfield_refuse(&info, bands);
+        }
+        if (why)
+            return glbk__sfield_bad(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_ARGUMENT, function, "desc.fields",
+                                    i, why);
+    }
+    return GLBK_OK;
+}
+
+static int glbk__sfield_by_pointer(const void *a, const void *b)
+{
+    const uintptr_t x = (uintptr_t)((const glbk_sfield_field *)a)->field;
+    const uintptr_t y = (uintptr_t)((const glbk_sfield_field *)b)->field;
+    return (x > y) - (x < y);
+}
+
+/* Where each field begins, by its pointer; bytes of the longest file. Returns the texels of all. */
+static uint64_t glbk__sfield_lay_out(const glbk_sfield_scene_desc *d, uint64_t texels, glbk_sfield_field *fields,
+                                     size_t *most_bytes)
+{
+    size_t i;
+    for (i = 0; i < d->field_count && texels <= (uint64_t)1 << 28; i++) {
+        sfield_info info;
+        sfield_get_info(d->fields[i], &info);
+        fields[i].field = d->fields[i];
+        fields[i].start = (uint32_t)texels;
+        fields[i].source = info.kind == SFIELD_KIND_SOURCE;
+        memcpy(fields[i].center, info.center, sizeof info.center);
+        fields[i].radius = info.radius;
+        fields[i].inscribed = info.inscribed;
+        fields[i].outer = info.outer;
+        texels += glbk__sfield_texels_of(&info);
+        if (info.bytes > *most_bytes) *most_bytes = info.bytes;
+    }
+    return texels;
+}
+
+/* Terms and fields into the table, by way of the bytes of each field's file. */
+static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, const glbk_sfield__allocator *memory,
+                                     size_t most_bytes, glbk__sfield_stage *s)
+{
+    uint32_t count, *terms = glbk__sfield_terms(memory, d->algebra, &count);
+    uint8_t *bytes = (uint8_t *)glbk_sfield__alloc(memory, most_bytes + 1);
+    glbk__sfield_view v;
+    size_t i;
+    s->words = (uint32_t *)glbk_sfield__alloc(memory, 16 * GLBK__SFIELD_STAGE);
+    s->room = GLBK__SFIELD_STAGE;
+    if (!terms || !bytes || !s->words) s->result = GLBK_ERR_ALLOC;
+    else {
+        glbk__sfield_put_terms(s, terms, count);
+        for (i = 0; i < d->field_count && s->result == GLBK_OK; i++) {
+            (void)sfield_write(d->fields[i], bytes, most_bytes);
+            glbk__sfield_read(bytes, &v);
+            glbk__sfield_put(s, &v);
+        }
+        glbk__sfield_flush(s);
+    }
+    glbk_sfield__free(memory, s->words);
+    glbk_sfield__free(memory, bytes);
+    glbk_sfield__free(memory, terms);
+    return s->result;
+}
+
+static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function, const glbk_sfield_scene_desc *d,
+                                       glbk_sfield_scene *out)
+{
+    const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
+    const uint64_t most = (uint64_t)1 << 28;
+    uint64_t texels, moving;
+    size_t most_bytes = 0;
+    glbk__sfield_stage s;
+
+    out->terms = ((uint32_t)sfield_sh_terms(d->algebra, NULL, NULL) + 7) / 8 * 4;
+    out->entities_at = out->bands * out->bands;
+    moving = out->entities_at + (uint64_t)d->entity_capacity * glbk__sfield_entity_texels(out->bands);
+    out->fields = (glbk_sfield_field *)glbk_sfield__alloc_array(&memory, d->field_count + 1, sizeof *out->fields);
+    if (!out->fields) return GLBK_ERR_ALLOC;
+    out->field_count = d->field_count;
+    texels = glbk__sfield_lay_out(d, out->terms, out->fields, &most_bytes);
+    if (texels > most || moving > most)
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function,
+                               texels > most ? "the number of texels of desc.fields"
+                                             : "the number of texels of desc.entity_capacity",
+                               (double)(texels > most ? texels : moving), 0, (double)most);
+    qsort(out->fields, d->field_count, sizeof *out->fields, glbk__sfield_by_pointer);
+    out->texels = (uint32_t)texels;
+    memset(&s, 0, sizeof s);
+    s.ctx = ctx;
+    s.table = &out->table;
+    s.result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, out->texels + (size_t)1, &out->table);
+    if (s.result == GLBK_OK)
+        s.result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, (size_t)moving, &out->moving);
+    if (s.result == GLBK_OK) s.result = glbk_buffer_create(ctx, sizeof(glbk_sfield_contents), NULL, &out->contents);
+    if (s.result == GLBK_OK) s.result = glbk__sfield_fill(d, &memory, most_bytes, &s);
+    return s.result == GLBK_OK ? glbk__made(ctx, glbk_sfield_scene_sky(ctx, out, NULL)) : s.result;
+}
+
+GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const glbk_sfield_scene_desc *d,
+                                              glbk_sfield_scene *out)
+{
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
+    out->bands = glbk__sfield_bands(d->algebra);
+    result = glbk__sfield_check(ctx, __func__, d, out->bands);
+    out->algebra = d->algebra;
+    out->entity_capacity = d->entity_capacity;
+    out->reach = d->reach;
+    if (result == GLBK_OK) result = glbk__sfield_create(ctx, __func__, d, out);
+    if (result != GLBK_OK) glbk_sfield_scene_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_sfield_scene_free(glbk_context *ctx, glbk_sfield_scene *s)
+{
+    if (!s) return;
+    glbk_texture_free(ctx, &s->table);
+    glbk_texture_free(ctx, &s->moving);
+    glbk_buffer_free(ctx, &s->contents);
+    if (ctx) {
+        const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
+        glbk_sfield__free(&memory, s->fields);
+    }
+    memset(s, 0, sizeof *s);
+}

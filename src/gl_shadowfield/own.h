@@ -1,0 +1,163 @@
+/* ---- sfield: own visibility ---- */
+
+/* All rows without any. */
+static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_renderer *r)
+{
+    const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
+    void *zeros = glbk_sfield__alloc_array(&memory, r->width, 16);
+    glbk_texture_desc texture;
+    glbk_result result;
+    uint32_t y;
+
+    if (!zeros) return GLBK_ERR_ALLOC;
+    memset(zeros, 0, (size_t)r->width * 16);
+    memset(&texture, 0, sizeof texture);
+    texture.format = GLBK_FORMAT_RGBA32UI;
+    texture.width = r->width;
+    texture.height = r->height;
+    texture.layers = (r->bands * r->bands + 7) / 8;
+    if (texture.layers < 2) texture.layers = 2;         /* what drawing writes */
+    result = glbk_texture_create(ctx, &texture, &r->self);
+    for (y = 0; y < r->height && result == GLBK_OK; y++)
+        result = glbk_texture_update(ctx, &r->self, 0, 0, y, 0, r->width, 1, 1, zeros);
+    glbk_sfield__free(&memory, zeros);
+    return result;
+}
+
+/* Signed 16 bits, 32767 for 1.5: the norm of what is at most a cosine is 1.45. */
+static uint32_t glbk__sfield_short(float x)
+{
+    x = x * (1 / 1.5f);
+    x = x > -1 ? (x < 1 ? x : 1) : -1;
+    return (uint32_t)(int32_t)(x * 32767 + (x < 0 ? -0.5f : 0.5f)) & 0xffffu;
+}
+
+static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *function, const glbk_sfield_renderer *r)
+{
+    if (!r || !r->shade.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", "was not created");
+    if (!r->self.name) return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "renderer", "was created without desc.self");
+    return GLBK_OK;
+}
+
+static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const char *function,
+                                              const glbk_sfield_renderer *r, const glbk_gbuffer *g)
+{
+    if (!g || !g->words[0].name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", "was not created");
+    if (g->width != r->width)
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width, "that of the renderer");
+    if (g->height != r->height)
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", g->height, "that of the renderer");
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_renderer *r, uint32_t row,
+                                             uint32_t row_count, const float *const *self)
+{
+    glbk_sfield__allocator memory;
+    uint32_t *words, layer, k, n;
+    size_t count, i;
+    glbk_result result;
+
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__sfield_check_self(ctx, __func__, r);
+    if (result != GLBK_OK) return result;
+    if (!self) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "self", "is NULL");
+    if (row >= r->height)
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row", row, 0, r->height - 1);
+    if (!row_count || row_count > r->height - row)
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row_count", row_count, 1, r->height - row);
+    memory = glbk_sfield__memory(ctx);
+    count = (size_t)r->width * row_count;
+    n = r->bands * r->bands;
+    words = (uint32_t *)glbk_sfield__alloc_array(&memory, count, 16);
+    if (!words) return GLBK_ERR_ALLOC;
+    for (layer = 0; 8 * layer < n && result == GLBK_OK; layer++) {
+        memset(words, 0, 16 * count);
+        for (i = 0; i < count; i++) {
+            for (k = 0; k < 8 && 8 * layer + k < n && self[i]; k++)
+                words[4 * i + k / 2] |= glbk__sfield_short(self[i][8 * layer + k]) << k % 2 * 16;
+            if (!layer && self[i] && !(words[4 * i] & 0xffffu)) words[4 * i] |= 1;      /* 0 would be: not given */
+        }
+        result = glbk_texture_update(ctx, &r->self, 0, 0, row, layer, r->width, row_count, 1, words);
+    }
+    glbk_sfield__free(&memory, words);
+    return result;
+}
+
+/* The program for a mesh whose position is at that location. */
+static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *r, int32_t position)
+{
+    static const char *const names[4] = { " SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=", " SFIELD_SELF3=" };
+    char defines[100];
+    glbk__sink sink;
+    uint32_t i;
+
+    if (r->record.name && r->position_attribute == position) return GLBK_OK;
+    glbk_program_free(ctx, &r->record);
+    r->position_attribute = position;
+    sink.out = defines;
+    sink.bytes = sizeof defines;
+    sink.used = 0;
+    glbk__put_text(&sink, "SFIELD_POSITION=");
+    glbk__sfield_number(&sink, (uint32_t)position);
+    for (i = 0; i < 4; i++) {
+        glbk__put_text(&sink, names[i]);
+        glbk__sfield_number(&sink, r->self_attribute + i);
+    }
+    defines[sink.used] = 0;
+    return glbk_program_create(ctx, glbk_sfield_part(), "sfield_self.frag", defines, &r->record);
+}
+
+GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_gbuffer *g)
+{
+    static const float zero[4] = { 0, 0, 0, 0 };
+    glbk_target_desc target;
+    glbk_result result;
+    glbk_pass pass;
+    uint32_t i;
+
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__sfield_check_self(ctx, __func__, r);
+    if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
+    if (result != GLBK_OK) return result;
+    if (!g->has_depth || !g->has_clip)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "gbuffer", "was not drawn: its depth or matrix is not known");
+    if (r->bands > 4)
+        return glbk__bad_value(ctx, GLBK_ERR_LIMIT, __func__, "the number of bands", r->bands, "1..4 to be drawn");
+    if (g->attributes.position >= (int32_t)r->self_attribute && g->attributes.position < (int32_t)r->self_attribute + 4)
+        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute", "is where the position is");
+    result = glbk__sfield_record(ctx, r, g->attributes.position);
+    memset(&target, 0, sizeof target);
+    target.color[0] = target.color[1] = &r->self;
+    target.layer[1] = 1;
+    target.depth = &g->depth;
+    if (result == GLBK_OK && !r->self_target.name) result = glbk__target_create(ctx, &target, &r->self_target);
+    memset(&pass, 0, sizeof pass);
+    pass.target = &r->self_target;
+    pass.depth = GLBK_DEPTH_EQUAL;
+    if (result == GLBK_OK) result = glbk_begin(ctx, &pass, &r->record);
+    if (result == GLBK_OK) glbk__attach(ctx, 0x8D00 /* DEPTH_ATTACHMENT */, &g->depth, 0, 0);      /* may be another */
+    for (i = 0; i < 2 && result == GLBK_OK; i++) glbk_clear(ctx, &r->self_target, i, zero);
+    memcpy(r->clip, g->clip, sizeof r->clip);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_renderer *r, const float world[16])
+{
+    glbk_sfield_object object;
+    glbk_result result;
+    int i, given = 0;
+
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__sfield_check_self(ctx, __func__, r);
+    if (result != GLBK_OK) return result;
+    if (!world) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "world", "is NULL");
+    if (!r->self_target.name)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "renderer", "was not begun: glbk_sfield_self_begin");
+    memset(&object, 0, sizeof object);
+    memcpy(object.world, world, sizeof object.world);
+    for (i = 0; i < 16; i++) given = given || world[i] != 0;
+    for (i = 0; i < 16 && !given; i += 5) object.world[i] = 1;
+    memcpy(object.clip, r->clip, sizeof object.clip);
+    return glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_object, &r->object, &object);
+}

@@ -1,0 +1,3 @@
+/* ---- sfield: this header's GLSL, textures and blocks, by which programs find them ---- */
+
+GLBK__PART_CODE(sfield, SFIELD)

@@ -1,0 +1,228 @@
+/* ---- sfield: the renderer ---- */
+
+enum { GLBK__SFIELD_TERMS = 200 };      /* room for the 163 of 4 bands */
+
+static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer *r, int gloss)
+{
+    glbk_texture_desc texture;
+    glbk_target_desc target;
+    glbk_result result;
+
+    memset(&texture, 0, sizeof texture);
+    memset(&target, 0, sizeof target);
+    texture.width = r->width;
+    texture.height = r->height;
+    texture.format = GLBK_FORMAT_COLOR;
+    result = glbk_texture_create(ctx, &texture, &r->light);
+    target.color[0] = &r->light;
+    if (gloss && result == GLBK_OK) {
+        result = glbk_texture_create(ctx, &texture, &r->gloss);
+        target.color[1] = &r->gloss;
+    }
+    return result == GLBK_OK ? glbk__target_create(ctx, &target, &r->target) : result;
+}
+
+static void glbk__sfield_index(glbk__sink *sink, const char *array, uint32_t n)
+{
+    glbk__put_text(sink, array);
+    glbk__put_text(sink, "[");
+    glbk__sfield_number(sink, n);
+    glbk__put_text(sink, "]");
+}
+
+static void glbk__sfield_pair(glbk__sink *sink, uint32_t i, uint32_t j)
+{
+    glbk__sfield_index(sink, "(a", i);
+    glbk__sfield_index(sink, "*b", j);
+    if (i != j) {
+        glbk__sfield_index(sink, "+a", j);
+        glbk__sfield_index(sink, "*b", i);
+    }
+    glbk__put_text(sink, ")");
+}
+
+GLBK_DEF size_t glbk_sfield_write_product(const sfield_algebra *algebra, char *out, size_t out_bytes)
+{
+    static const char head[] = "void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], "
+                               "out float r[SFIELD_COEFS])\n{\nfloat s=0.0;\n";
+    const uint32_t bands = algebra ? glbk__sfield_bands(algebra) : 0;
+    uint32_t terms[GLBK__SFIELD_TERMS], k, e, count;
+    float factors[GLBK__SFIELD_TERMS];
+    glbk__sink sink;
+
+    if (bands < 1 || bands > 4) return 0;
+    count = (uint32_t)sfield_sh_terms(algebra, terms, factors);
+    sink.out = out;
+    sink.bytes = out ? out_bytes : 0;
+    sink.used = 0;
+    glbk__put_text(&sink, head);
+    for (k = 0; k < bands * bands; k++) {
+        glbk__sfield_index(&sink, "s+=a", k);
+        glbk__sfield_index(&sink, "*b", k);
+        glbk__put_text(&sink, ";\n");
+        if (!k) continue;
+        glbk__sfield_index(&sink, "r", k);
+        glbk__put_text(&sink, "=SFIELD_Y00*");
+        glbk__sfield_pair(&sink, 0, k);
+        for (e = 0; e < count; e++) {
+            uint32_t bits;
+            if (terms[e] >> 16 != k) continue;
+            memcpy(&bits, &factors[e], 4);      /* the float itself, whatever the locale */
+            glbk__put_text(&sink, "\n+uintBitsToFloat(");
+            glbk__sfield_number(&sink, bits);
+            glbk__put_text(&sink, "u)*");
+            glbk__sfield_pair(&sink, terms[e] & 255u, terms[e] >> 8 & 255u);
+        }
+        glbk__put_text(&sink, ";\n");
+    }
+    glbk__put_text(&sink, "r[0]=SFIELD_Y00*s;\n}\n");
+    if (sink.bytes) out[sink.used < sink.bytes ? sink.used : sink.bytes - 1] = 0;
+    return sink.used + 1;
+}
+
+/* The pass's program with the product written out: it goes behind sfield_field and before what calls it. */
+static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra *algebra, const char *defines,
+                                        int compute, glbk_program *out)
+{
+    const char *const names[] = { "lib/sfield_shade.glsl", "lib/sfield_point.glsl",
+                                  compute ? "prog/sfield_shade.comp" : "prog/sfield_shade.frag" };
+    glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
+    size_t product = glbk_sfield_write_product(algebra, NULL, 0);
+    glbk_source source;
+    glbk__sink sink;
+    glbk_result result;
+    uint32_t i, k;
+
+    for (i = 0, sink.bytes = product; i < 3; i++)
+        for (k = 0; k < glbk_find_file(glbk_sfield_part(), names[i])->text_count; k++)
+            sink.bytes += strlen(glbk_find_file(glbk_sfield_part(), names[i])->texts[k]);
+    sink.out = (char *)glbk_sfield__alloc(&memory, sink.bytes);
+    if (!sink.out) return GLBK_ERR_ALLOC;
+    glbk_sfield_write_product(algebra, sink.out, sink.bytes);
+    sink.used = product - 1;
+    for (i = 0; i < 3; i++) glbk__put_file(&sink, glbk_find_file(glbk_sfield_part(), names[i]));
+    sink.out[sink.used] = 0;
+    memset(&source, 0, sizeof source);
+    source.parts[0] = glbk_sfield_part();
+    source.parts[1] = glbk_gbuffer_part();
+    *(compute ? &source.compute : &source.fragment) = sink.out;
+    source.uses = compute ? "sfield_list sfield_field gbuffer" : "sfield_access sfield_field gbuffer";
+    source.defines = defines;
+    result = glbk_program_compile(ctx, &source, out);
+    glbk_sfield__free(&memory, sink.out);
+    return result;
+}
+
+static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const char *function,
+                                               const glbk_sfield_renderer_desc *d)
+{
+    if (!d) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
+    if (!d->algebra) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "desc.algebra", "is NULL");
+    if (!d->width) return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.width", 0, 1, ctx->max_side);
+    if (d->self_attribute > 12)
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.self_attribute", d->self_attribute, 0, 12);
+    if (!d->height) return glbk__bad_range(ctx, GLBK_ERR_DESC, function, "desc.height", 0, 1, ctx->max_side);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_sfield_renderer_desc *d,
+                                                 glbk_sfield_renderer *out)
+{
+    char defines[] = "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=0 SFIELD_UNROLLED";
+    int unrolled;
+    glbk_result result;
+
+    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    result = glbk__sfield_check_renderer(ctx, __func__, d);
+    if (result != GLBK_OK) return result;
+    out->width = d->width;
+    out->height = d->height;
+    out->bands = glbk__sfield_bands(d->algebra);
+    out->compute = ctx->compute;
+    unrolled = !d->product_in_table && out->bands < 5;
+    if (!unrolled) defines[43] = 0;
+    defines[13] = (char)('0' + out->bands);
+    defines[28] = d->gloss ? '1' : '0';
+    defines[42] = d->self ? '1' : '0';
+    out->self_attribute = d->self_attribute ? d->self_attribute : 4;
+    result = glbk__sfield_textures(ctx, out, d->gloss);
+    if (result == GLBK_OK && d->self) result = glbk__sfield_self_create(ctx, out);
+    if (result == GLBK_OK)
+        result = unrolled ? glbk__sfield_compile(ctx, d->algebra, defines, out->compute, &out->shade)
+                          : glbk__gbuffer_program(ctx, glbk_sfield_part(),
+                                                  out->compute ? "sfield_shade.comp" : "sfield_shade.frag", defines,
+                                                  &out->shade);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_frame), NULL, &out->frame);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_object), NULL, &out->object);
+    if (result != GLBK_OK) glbk_sfield_renderer_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_sfield_renderer_free(glbk_context *ctx, glbk_sfield_renderer *r)
+{
+    if (!r) return;
+    glbk_program_free(ctx, &r->shade);
+    glbk_program_free(ctx, &r->record);
+    glbk_target_free(ctx, &r->target);
+    glbk_target_free(ctx, &r->self_target);
+    glbk_texture_free(ctx, &r->light);
+    glbk_texture_free(ctx, &r->gloss);
+    glbk_texture_free(ctx, &r->self);
+    glbk_buffer_free(ctx, &r->frame);
+    glbk_buffer_free(ctx, &r->object);
+    memset(r, 0, sizeof *r);
+}
+
+GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_gbuffer *g,
+                                       const glbk_sfield_scene *s, const float eye[3], int open)
+{
+    glbk_sfield_frame frame;
+    glbk_sfield_contents contents;
+    glbk_pass pass;
+    glbk_result result;
+
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!r || !r->shade.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
+    if (!s || !s->table.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "scene", "was not created");
+    result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
+    if (result != GLBK_OK) return result;
+    if (!eye && g->has_clip) eye = g->eye;
+    if (r->gloss.name && !eye)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "eye", "is NULL: lobes need it, and the G-buffer has none");
+    if (s->bands != r->bands)
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "scene->bands", s->bands, "that of the renderer");
+    memset(&frame, 0, sizeof frame);
+    memset(&pass, 0, sizeof pass);
+    if (eye) memcpy(frame.eye, eye, 12);
+    contents = glbk__sfield_contents_of(s, s->sky || open);
+    result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_frame, &r->frame, &frame);
+    if (result == GLBK_OK)
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_contents, &s->contents, &contents);
+    pass.target = &r->target;
+    if (result == GLBK_OK && !r->compute) result = glbk_begin(ctx, &pass, &r->shade);
+    if (result != GLBK_OK) return result;
+    glbk_sfield_bind(ctx, s, NULL);
+    result = glbk_gbuffer_bind(ctx, g, NULL);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_self, &r->self);
+    if (r->compute) {
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_light_image, &r->light);
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_gloss_image, &r->gloss);
+        return glbk_dispatch(ctx, &r->shade, (r->width + 7) / 8, (r->height + 7) / 8, 1);
+    }
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r, float *light, float *gloss)
+{
+    glbk_result result = GLBK_OK;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!r || !r->target.name) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", "was not created");
+    if (gloss && !r->gloss.name)
+        return glbk__bad(ctx, GLBK_ERR_MISMATCH, __func__, "gloss", "is asked of a renderer without desc.gloss");
+    if (light) result = glbk_target_read(ctx, &r->target, 0, 0, 0, r->width, r->height, light);
+    if (gloss && result == GLBK_OK) result = glbk_target_read(ctx, &r->target, 1, 0, 0, r->width, r->height, gloss);
+    return result;
+}

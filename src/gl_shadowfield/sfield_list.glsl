@@ -1,0 +1,135 @@
+// sfield_list - the entities that a work group needs, found by it together: what hides anything of its points and all
+// that shines, nearest first, with their texels and rotations in shared memory. Compute shaders, before sfield_shade.
+// uses: sfield_access
+#ifndef SFIELD_GROUP
+#define SFIELD_GROUP 64u            // invocations of a work group, a power of two
+#endif
+#define SFIELD_ENTITY 7u
+#define SFIELD_LISTED 128u          // entities; where more are needed, all are gone through, in the table
+#define SFIELD_STAGED 768u          // texels of rotations: 28 of 4 bands, 3 of 8; others are read from the table
+#define SFIELD_TURNED 0x80000000u   // a rotation that is in shared memory
+
+shared uvec4 sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + SFIELD_STAGED];
+shared uint sfield_numbers[SFIELD_LISTED], sfield_turns[SFIELD_LISTED], sfield_listed, sfield_turned;
+shared vec2 sfield_spans[SFIELD_LISTED];
+
+// A name: the number in the table, and the place in the list or, of more than it holds, 255.
+bool sfield_all() { return sfield_listed > SFIELD_LISTED; }
+uint sfield_name(uint i) { return sfield_all() ? i << 8 | 255u : sfield_numbers[i] << 8 | i; }
+
+uvec4 sfield_record(uint name, uint k)
+{
+    if ((name & 255u) == 255u) return SFIELD_MOVING(glbk_sfield_contents.table.x + (name >> 8) * SFIELD_ENTITY + k);
+    return sfield_texels[(name & 255u) * SFIELD_ENTITY + k];
+}
+
+uvec4 sfield_rotation_texel(uint i)
+{
+    if (i < SFIELD_TURNED) return SFIELD_MOVING(i);
+    return sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + (i & ~SFIELD_TURNED)];
+}
+
+#define SFIELD_COUNT (sfield_all() ? glbk_sfield_contents.table.y : sfield_listed)
+#define SFIELD_NAME(i) sfield_name(i)
+#define SFIELD_NUMBER(name) (name >> 8)
+#define SFIELD_RECORD(name, k) sfield_record(name, k)
+#define SFIELD_NEAR(i) (sfield_all() ? 0.0 : sfield_spans[i].x)
+#define SFIELD_FAR(i) (sfield_all() ? 3e38 : sfield_spans[i].y)
+#define SFIELD_ROTATION(i) sfield_rotation_texel(i)
+
+void sfield_wait()
+{
+    memoryBarrierShared();
+    barrier();
+}
+
+// Boxes round the points and round their normals.
+struct sfield_box { vec3 low, high, normal_low, normal_high; };
+
+sfield_box sfield_bound(vec3 position, vec3 normal, bool seen)
+{
+    uint me = gl_LocalInvocationIndex;
+    bool counts = seen && all(lessThan(abs(position), vec3(1e18)));
+    vec3 least[4] = vec3[4](position, -position, normal, -normal);
+    for (uint k = 0u; k < 4u; k++)
+        sfield_texels[k * SFIELD_GROUP + me] = floatBitsToUint(vec4(counts ? least[k] : vec3(3e38), 0.0));
+    for (uint rest = SFIELD_GROUP / 2u; rest > 0u; rest >>= 1u) {
+        sfield_wait();
+        for (uint k = 0u; k < 4u && me < rest; k++) {
+            uint at = k * SFIELD_GROUP + me;
+            vec4 a = uintBitsToFloat(sfield_texels[at]), b = uintBitsToFloat(sfield_texels[at + rest]);
+            sfield_texels[at] = floatBitsToUint(min(a, b));
+        }
+    }
+    sfield_wait();
+    for (uint k = 0u; k < 4u; k++) least[k] = uintBitsToFloat(sfield_texels[k * SFIELD_GROUP].xyz);
+    sfield_wait();                  // before others write there
+    return sfield_box(least[0], -least[1], least[2], -least[3]);
+}
+
+// Least and greatest square of the distance of a point from the box; a little more room than rounding takes.
+vec2 sfield_span(sfield_box b, vec3 p)
+{
+    vec3 near = max(max(b.low - p, p - b.high), 0.0), far = max(abs(b.low - p), abs(b.high - p));
+    return vec2(0.99999 * dot(near, near), 1.00001 * dot(far, far));
+}
+
+// Is any of a sphere above the horizon of any point? Rather yes.
+bool sfield_above(sfield_box b, vec3 p, float radius)
+{
+    vec3 from = p - b.high, to = p - b.low;
+    vec3 most = max(max(from * b.normal_low, from * b.normal_high), max(to * b.normal_low, to * b.normal_high));
+    vec3 room = 1e-6 * max(abs(from), abs(to));
+    return most.x + most.y + most.z + room.x + room.y + room.z > -radius;
+}
+
+// Called once by all invocations; seen: false = no point of its own.
+void sfield_list(vec3 position, vec3 normal, bool seen)
+{
+    const uint rotation_texels[8] = uint[8](1u, 3u, 13u, 27u, 54u, 87u, 139u, 199u);
+    const uint turn = rotation_texels[SFIELD_BANDS - 1], turns = min(SFIELD_STAGED / turn, SFIELD_LISTED);
+    uint me = gl_LocalInvocationIndex;
+    sfield_listed = sfield_turned = 0u;         // before the first wait
+    sfield_box box = sfield_bound(position, normal, seen);
+    if (box.low.x > box.high.x) return;
+    for (uint e = me; e < glbk_sfield_contents.table.y; e += SFIELD_GROUP) {
+        uint at = glbk_sfield_contents.table.x + e * SFIELD_ENTITY;
+        vec4 occluder = uintBitsToFloat(SFIELD_MOVING(at)), source = uintBitsToFloat(SFIELD_MOVING(at + 1u));
+        vec2 span = sfield_span(box, occluder.xyz), light = source.w > 0.0 ? sfield_span(box, source.xyz) : vec2(0.0);
+        bool hides = span.x < occluder.w && sfield_above(box, occluder.xyz, uintBitsToFloat(SFIELD_MOVING(at + 3u).w));
+        if (!hides && !(source.w > 0.0)) continue;
+        span = vec2(source.w > 0.0 ? light.x : span.x, hides ? max(span.y, light.y) : light.y);
+        uint slot = atomicAdd(sfield_listed, 1u);
+        if (slot < SFIELD_LISTED) sfield_texels[slot] = uvec4(e, floatBitsToUint(span), 0u);
+    }
+    sfield_wait();
+    uint listed = sfield_listed;
+    if (listed > SFIELD_LISTED) return;
+    for (uint i = me; i < listed; i += SFIELD_GROUP) {          // the bits of spans sort as they are not negative
+        uvec4 mine = sfield_texels[i];
+        uint rank = 0u;
+        for (uint k = 0u; k < listed; k++) {
+            uvec4 other = sfield_texels[k];
+            if (other.y < mine.y || (other.y == mine.y && other.x < mine.x)) rank++;
+        }
+        sfield_numbers[rank] = mine.x;
+        sfield_spans[rank] = uintBitsToFloat(mine.yz);
+    }
+    sfield_wait();
+    for (uint i = me; i < listed * SFIELD_ENTITY; i += SFIELD_GROUP)
+        sfield_texels[i] = SFIELD_MOVING(glbk_sfield_contents.table.x +
+                                         sfield_numbers[i / SFIELD_ENTITY] * SFIELD_ENTITY + i % SFIELD_ENTITY);
+    sfield_wait();
+    for (uint i = me; i < listed; i += SFIELD_GROUP) {
+        uint at = i * SFIELD_ENTITY + 5u, rotation = sfield_texels[at].z;
+        if (rotation == 0xffffffffu) continue;
+        uint slot = atomicAdd(sfield_turned, 1u);
+        if (slot >= turns) continue;
+        sfield_turns[slot] = rotation;
+        sfield_texels[at].z = SFIELD_TURNED | slot * turn;
+    }
+    sfield_wait();
+    for (uint i = me; i < min(sfield_turned, turns) * turn; i += SFIELD_GROUP)
+        sfield_texels[SFIELD_LISTED * SFIELD_ENTITY + i] = SFIELD_MOVING(sfield_turns[i / turn] + i % turn);
+    sfield_wait();
+}

@@ -1,0 +1,44 @@
+// sfield_point - light at a pixel of the G-buffer (docs/gpu-layouts.md).
+// uses: gbuffer sfield_shade
+#ifndef SFIELD_SELF
+#define SFIELD_SELF 0
+#endif
+
+// Own visibility x cosine, in the world: what was recorded, two numbers a word in 1/32767 of 1.5; else the cosine. The
+// first coefficient is 0 where nothing was.
+void sfield_start(ivec2 at, glbk_point p, out float t[SFIELD_COEFS])
+{
+    sfield_cosine(p.normal, t);
+#if SFIELD_SELF
+    if ((texelFetch(glbk_sfield_self, ivec3(at, 0), 0).x & 0xffffu) == 0u) return;
+    for (int layer = 0; 8 * layer < SFIELD_COEFS; layer++) {
+        uvec4 words = texelFetch(glbk_sfield_self, ivec3(at, layer), 0);
+        for (int k = 0; k < 8; k++) {
+            int bits = int((k & 1) != 0 ? words[k >> 1] : words[k >> 1] << 16) >> 16;
+            if (8 * layer + k < SFIELD_COEFS) t[8 * layer + k] = float(bits) * (1.5 / 32767.0);
+        }
+    }
+    if (p.entity - 1u < glbk_sfield_contents.table.y) {     // entities count from 1; 0 - 1 is none
+        uint rotation = SFIELD_MOVING(sfield_at(p.entity - 1u) + 5u).z;
+        if (rotation != SFIELD_NONE) sfield_rotate(rotation, false, t);
+    }
+#endif
+}
+
+// Light, gloss and what is open, as the textures of the renderer hold them.
+sfield_sums sfield_shade_point(ivec2 at, glbk_point p)
+{
+    float t[SFIELD_COEFS], g[SFIELD_COEFS];
+    sfield_start(at, p, t);
+    for (int k = 0; k < SFIELD_COEFS; k++) g[k] = 0.0;
+#if SFIELD_GLOSS
+    vec3 view = glbk_sfield_frame.eye.xyz - p.position;
+    float r[SFIELD_COEFS];
+    if (p.exponent > 0.0 && dot(view, view) > 0.0) {
+        sfield_lobe(reflect(-normalize(view), p.normal), clamp(p.exponent, 1.0, 1000.0), r);
+        sfield_product(glbk_sfield_contents.parts.xy, t, r, g);
+    }
+#endif
+    sfield_sums sums = sfield_shade(p.position, p.normal, p.entity, t, g);
+    return sfield_sums(sums.light * (1.0 / SFIELD_PI), sums.gloss, sums.open / (SFIELD_PI * SFIELD_Y00));
+}

@@ -1,0 +1,208 @@
+// sfield_shade - light at a point in the scene that glbk_sfield_bind bound, near to far (paper, figure 5).
+// uses: sfield_access sfield_field
+
+// Entities of the table, SFIELD_ENTITY texels each: occluder's centre and the square of its reach (0 hides nothing),
+// source's centre and radius (0 does not shine), three rows of the turn into field space (w: inscribed radius, radius
+// of the occluder, time), (occluder, source, rotation, 0), tint. World units.
+#ifndef SFIELD_ENTITY
+#define SFIELD_ENTITY 7u
+#endif
+#define SFIELD_BATCH 8              // entities found at a time
+#define SFIELD_BLOCKERS 4           // inscribed spheres that are remembered
+
+struct sfield_sums { vec3 light, gloss; float open; };      // without 1 / pi; T(0) after all
+
+// The first texel of entity i, counted from 0; points name the entity that they lie on from 1, 0 = none.
+uint sfield_at(uint i) { return glbk_sfield_contents.table.x + i * SFIELD_ENTITY; }
+
+// The entities that are gone through: all of the table, or what sfield_list found. Number i has a name, which rises
+// with its number in the table and leads to its texels; NEAR and FAR bound its distances from the points, squared.
+#ifndef SFIELD_NAME
+#define SFIELD_COUNT glbk_sfield_contents.table.y
+#define SFIELD_NAME(i) i
+#define SFIELD_NUMBER(name) name
+#define SFIELD_RECORD(name, k) SFIELD_MOVING(sfield_at(name) + k)
+#define SFIELD_NEAR(i) 0.0
+#define SFIELD_FAR(i) 3e38
+#endif
+#define SFIELD_HIDES 0x80000000u
+
+vec3 sfield_turn(uint entity, vec3 v)
+{
+    return vec3(dot(uintBitsToFloat(SFIELD_RECORD(entity, 2u).xyz), v),
+                dot(uintBitsToFloat(SFIELD_RECORD(entity, 3u).xyz), v),
+                dot(uintBitsToFloat(SFIELD_RECORD(entity, 4u).xyz), v));
+}
+
+// The next SFIELD_BATCH in distance after (d2, id): a light has its entity's name as id, an occluder SFIELD_HIDES more;
+// of the same distance lights come first. An entity does not hide itself from its own light: it follows then; it
+// neither hides nor lights its own points. SFIELD_NONE ends them. Entities before `first` have been gone through.
+void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, out float key[SFIELD_BATCH],
+                 out uint name[SFIELD_BATCH])
+{
+    uint count = SFIELD_COUNT;
+    while (first < count && SFIELD_FAR(first) < d2) first++;
+    for (int i = 0; i < SFIELD_BATCH; i++) {
+        key[i] = 3e38;
+        name[i] = SFIELD_NONE;
+    }
+    for (uint at = first; at < count && SFIELD_NEAR(at) <= key[SFIELD_BATCH - 1]; at++) {
+        uint e = SFIELD_NAME(at);
+        if (SFIELD_NUMBER(e) + 1u == own) continue;
+        vec4 occluder = uintBitsToFloat(SFIELD_RECORD(e, 0u)), source = uintBitsToFloat(SFIELD_RECORD(e, 1u));
+        vec3 v = occluder.xyz - position, w = source.xyz - position;
+        float far = dot(v, v), light = source.w > 0.0 ? dot(w, w) : 0.0;
+        for (int what = 0; what < 2; what++) {
+            float k = what == 0 ? light : max(far, light);
+            uint n = what == 0 ? e : e | SFIELD_HIDES;
+            bool there = what == 0 ? source.w > 0.0 : far < occluder.w;
+            if (!there || !(k > d2 || (k == d2 && (id == SFIELD_NONE || n > id)))) continue;
+            for (int i = 0; i < SFIELD_BATCH; i++)
+                if (k < key[i] || (k == key[i] && n < name[i])) {
+                    float a = key[i];
+                    uint b = name[i];
+                    key[i] = k;
+                    name[i] = n;
+                    k = a;
+                    n = b;
+                }
+        }
+    }
+}
+
+// Inscribed spheres of what was met, as cones: axis, cosine of the half angle.
+struct sfield_blockers { vec4 cone[SFIELD_BLOCKERS]; int count; };
+
+// Is a bounding sphere, in direction v at distance d with that sine, inside one of them?
+bool sfield_hidden(sfield_blockers b, vec3 v, float sin_a)
+{
+    float cos_a = sqrt(max(1.0 - sin_a * sin_a, 0.0));
+    bool hidden = false;
+    for (int i = 0; i < SFIELD_BLOCKERS; i++) {
+        float cos_b = b.cone[i].w, sin_b = sqrt(max(1.0 - cos_b * cos_b, 0.0));
+        hidden = hidden || (i < b.count && sin_a < sin_b && dot(v, b.cone[i].xyz) >= cos_a * cos_b + sin_a * sin_b);
+    }
+    return hidden;
+}
+
+vec3 sfield_local(uint entity, vec4 sphere, vec3 position)
+{
+    return sfield_turn(entity, position - sphere.xyz) / sphere.w;
+}
+
+// Alpha of an occluder, in the world; false: nothing of it counts. It fades over the last quarter of its reach, and
+// hides nothing below the horizon or behind an inscribed sphere.
+bool sfield_occlusion(uint entity, vec3 position, vec3 normal, inout sfield_blockers met, out float o[SFIELD_COEFS])
+{
+    uvec4 what = SFIELD_RECORD(entity, 5u);
+    vec4 place = uintBitsToFloat(SFIELD_RECORD(entity, 0u));
+    float radius = uintBitsToFloat(SFIELD_RECORD(entity, 3u).w);
+    float inscribed = uintBitsToFloat(SFIELD_RECORD(entity, 2u).w);
+    vec3 v = place.xyz - position;
+    float d = length(v), factor = clamp(4.0 * (1.0 - d * inversesqrt(place.w)), 0.0, 1.0);
+    if (!(factor > 0.0) || !(dot(v, normal) > -radius)) return false;
+    if (radius < d && sfield_hidden(met, v / d, radius / d)) return false;
+    if (inscribed > 0.0 && inscribed < d && factor >= 1.0 && met.count < SFIELD_BLOCKERS) {
+        for (int i = 0; i < SFIELD_BLOCKERS; i++)
+            if (i == met.count) met.cone[i] = vec4(v / d, sqrt(1.0 - inscribed * inscribed / (d * d)));
+        met.count++;
+    }
+    for (int k = 0; k < SFIELD_COEFS; k++) o[k] = 0.0;
+    sfield_fetch(what.x, sfield_locate(what.x, sfield_local(entity, vec4(place.xyz, radius), position)), 0u, 0.0,
+                 factor, o);
+    if (what.z != SFIELD_NONE) sfield_rotate(what.z, false, o);
+    return true;
+}
+
+// A sum into channel c; a source of one channel has three equal ones.
+vec3 sfield_channel(vec3 rgb, uint c, float sum)
+{
+    return c == 0u ? vec3(sum) : c == 1u ? vec3(rgb.x, sum, sum) : vec3(rgb.xy, sum);
+}
+
+// T . radiance of a light, and the same of g; both are turned into its space.
+void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFIELD_COEFS], inout sfield_sums sums)
+{
+    uvec4 what = SFIELD_RECORD(entity, 5u);
+    vec4 sphere = uintBitsToFloat(SFIELD_RECORD(entity, 1u));
+    sfield_place place = sfield_locate(what.y, sfield_local(entity, sphere, position));
+    float time = uintBitsToFloat(SFIELD_RECORD(entity, 4u).w), v[SFIELD_COEFS];
+    vec3 light = vec3(0.0), gloss = vec3(0.0), tint = uintBitsToFloat(SFIELD_RECORD(entity, 6u).xyz);
+    if (what.z != SFIELD_NONE) {
+        sfield_rotate(what.z, true, t);
+#if SFIELD_GLOSS
+        sfield_rotate(what.z, true, g);
+#endif
+    }
+    for (uint c = 0u; c < SFIELD_TEXEL(what.y + 1u).x; c++) {    // 3 channels
+        sfield_fetch(what.y, place, c, time, 1.0, v);
+        light = sfield_channel(light, c, sfield_dot(v, t));
+#if SFIELD_GLOSS
+        gloss = sfield_channel(gloss, c, sfield_dot(v, g));
+#endif
+    }
+    sums.light += light * tint;
+    sums.gloss += gloss * tint;
+}
+
+vec3 sfield_sky(float t[SFIELD_COEFS])
+{
+    uint at = glbk_sfield_contents.parts.z;
+    vec3 rgb = vec3(0.0);
+    for (int k = 0; k < SFIELD_COEFS; k++) rgb += t[k] * uintBitsToFloat(SFIELD_MOVING(at + uint(k)).xyz);
+    return rgb;
+}
+
+void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
+{
+    float r[SFIELD_COEFS];
+    sfield_product(glbk_sfield_contents.parts.xy, t, o, r);
+    for (int k = 0; k < SFIELD_COEFS; k++) t[k] -= r[k];
+}
+
+// own: the entity that the point lies on, counted from 1, which neither hides it (its start does) nor lights it; 0 =
+// none.
+// t: own visibility x cosine, in the world (sfield_cosine, or what was recorded, turned); g: the same x Phong's lobe,
+// used where SFIELD_GLOSS is 1.
+sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])
+{
+    sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);
+    uint count = glbk_sfield_contents.table.y, left = glbk_sfield_contents.table.z, id = SFIELD_NONE, first = 0u;
+    uint name[SFIELD_BATCH];
+    if (own - 1u < count && uintBitsToFloat(SFIELD_MOVING(sfield_at(own - 1u) + 1u).w) > 0.0) left--;
+    bool sky = glbk_sfield_contents.table.w != 0u, more = left > 0u || sky;
+    float d2 = 0.0, o[SFIELD_COEFS], key[SFIELD_BATCH];
+    sfield_blockers met;
+    met.count = 0;
+    for (int i = 0; i < SFIELD_BLOCKERS; i++) met.cone[i] = vec4(0.0);
+    while (more) {
+        sfield_find(position, own, d2, id, first, key, name);
+        for (uint i = 0u; i < min(uint(SFIELD_BATCH), 2u * count + 1u) && more; i++) {
+            for (int k = 0; k < SFIELD_BATCH; k++)
+                if (uint(k) == i) {
+                    d2 = key[k];
+                    id = name[k];
+                }
+            if (id == SFIELD_NONE) {
+                more = false;
+            } else if (id < SFIELD_HIDES) {
+                sfield_light(id, position, t, g, sums);
+                left--;
+                more = left > 0u || sky;
+            } else if (sfield_occlusion(id & ~SFIELD_HIDES, position, normal, met, o)) {
+                sfield_apply(o, t);
+#if SFIELD_GLOSS
+                sfield_apply(o, g);
+#endif
+            }
+        }
+    }
+    if (sky) {
+        sums.light += sfield_sky(t);
+#if SFIELD_GLOSS
+        sums.gloss += sfield_sky(g);
+#endif
+    }
+    sums.open = t[0];
+    return sums;
+}

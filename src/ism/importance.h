@@ -1,0 +1,216 @@
+/* ---- importance: what a pVPL does to the picture (paper 4.1, 4.2) ---- */
+
+typedef struct ism__choice {
+    ism_maps         *m;
+    const ism__job   *job;
+    const uint32_t   *valid;        /* pixels that are no background */
+    uint32_t          valid_count;
+    float             extent;       /* diagonal of the receivers' box */
+    size_t            source;
+    float *lum, *effect, *out; /* of this source: flux, mean square effect on the picture, its blurred root */
+    uint32_t          seed;
+    float             blur_radius;
+    float             from, to;     /* of the call's progress: this source's */
+} ism__choice;
+
+/* cos cos / d^2 bounded at distances below a hundredth of the picture's extent; for a sky the cosine. Lobes
+   count as diffuse here: an importance need only be near. */
+static float ism__effect(const ism_source *s, ism__v3 q, ism__v3 n, ism__v3 p, ism__v3 pn, float extent)
+{
+    ism__v3 d;
+    float d2, a, b;
+    if (s->kind == ISM_SOURCE_DIRECTIONS) {
+        a = ism__v3_dot(pn, q);
+        return a > 0.0f ? a : 0.0f;
+    }
+    d = ism__v3_sub(q, p);
+    d2 = ism__v3_dot(d, d) + 1e-4f * extent * extent + 1e-30f;
+    a = ism__v3_dot(pn, d);
+    b = s->lobes ? sqrtf(d2) : -ism__v3_dot(n, d);
+    return a > 0.0f && b > 0.0f ? a * b / (d2 * d2) : 0.0f;
+}
+
+/* Place of a world position in pixels; 0 where that is at infinity or unknown. Behind the camera counts as
+   paper 4.2 has it: the mirrored place. */
+static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
+{
+    const float *m = view->points->matrix;
+    float cx = m[0] * p.x + m[4] * p.y + m[8] * p.z + m[12],
+          cy = m[1] * p.x + m[5] * p.y + m[9] * p.z + m[13];
+    float w = m[3] * p.x + m[7] * p.y + m[11] * p.z + m[15];
+    float lx, ly;
+    if (!(fabsf(w) > 1e-20f)) return 0;
+    lx = cx / w;
+    ly = cy / w;
+    if (!(fabsf(lx) < 8.0f && fabsf(ly) < 8.0f)) return 0;
+    *x = (0.5f * lx + 0.5f) * (float)view->width;
+    *y = (view->points->rows == ISM_ROWS_TOP_FIRST ? 0.5f - 0.5f * ly : 0.5f * ly + 0.5f) *
+         (float)view->height;
+    return 1;
+}
+
+/* Samples of one pVPL: a jittered grid over the picture, of which every other one, as on a chessboard, is
+   guided: it has a density of min(1, (r0 / r)^2) about the pVPL's own place. They share the estimate with the
+   grid by the balance heuristic, so that no place is forgotten. Rows and columns of an even grid have as many
+   of either kind, so that guided ones take their numbers from their cells; of an odd one they have their own,
+   in steps of radius and of the golden ratio. */
+static float ism__estimate(const ism__choice *c, const ism_source *s, size_t i)
+{
+    const ism__view *view = &c->job->view;
+    uint32_t grid = c->m->desc.view_grid_side, k, count = grid * grid, w = view->width, h = view->height;
+    ism__v3 q = ism__v3_load(ism__at(s->positions, s->position_stride, i)), n = q, p, pn;
+    float cx = 0.0f, cy = 0.0f, r0 = 0.05f * (float)(w > h ? w : h), reach = (float)w + (float)h, sum = 0.0f;
+    uint32_t turn = ism__hash_combine(c->seed, (uint32_t)i * 256u + 255u), rank = 0;
+    float inner, norm, uniform = 1.0f / ((float)w * (float)h), share = (float)(count / 2u) / (float)count;
+    int guided = c->m->desc.importance == ISM_IMPORTANCE_GUIDED && s->kind != ISM_SOURCE_DIRECTIONS && h > 1u;
+    guided = guided && count > 1u && r0 >= 1.0f && ism__to_pixel(view, q, &cx, &cy) && reach > r0;
+    inner = 1.0f / (1.0f + 2.0f * ism__log(reach / r0));    /* share of the disc r < r0 */
+    norm = inner / (ISM__PI * r0 * r0);                     /* density inside it */
+    if (s->kind != ISM_SOURCE_DIRECTIONS) n = ism__v3_load(ism__at(s->normals, s->normal_stride, i));
+    for (k = 0; k < count; k++) {
+        uint32_t hash = ism__hash_combine(c->seed, (uint32_t)i * 256u + k);
+        float u = ((float)(k % grid) + ism__to_unit(hash)) / (float)grid;
+        float v = ((float)(k / grid) + ism__to_unit(ism__hash32(hash))) / (float)grid;
+        float x = u * (float)w, y = v * (float)h, density = uniform;
+        if (guided && ((k % grid + k / grid) & 1u)) {
+            float r, sine, cosine;
+            if (grid & 1u) {
+                u = ((float)rank + ism__to_unit(hash)) / (float)(count / 2u);
+                v = ism__to_unit(turn + rank++ * 2654435769u);
+            }
+            r = u < inner ? r0 * sqrtf(u / inner) : r0 * ism__pow(reach / r0, (u - inner) / (1.0f - inner));
+            ism__sincos(6.28318531f * v, &sine, &cosine);
+            x = cx + r * cosine;
+            y = cy + r * sine;
+        }
+        if (!(x >= 0.0f && y >= 0.0f && x < (float)w && y < (float)h)) continue;
+        if (guided) {
+            float r2 = (x - cx) * (x - cx) + (y - cy) * (y - cy);
+            density = (1.0f - share) * uniform + share * norm * (r2 > r0 * r0 ? r0 * r0 / r2 : 1.0f);
+        }
+        if (ism__receiver(view, (size_t)ism__texel_of(y / (float)h, h) * w + ism__texel_of(x / (float)w, w),
+                          &p, &pn)) {
+            float e = ism__effect(s, q, n, p, pn, c->extent);
+            sum += e * e * (uniform / density);
+        }
+    }
+    /* The mean square, whose root is taken after the blur: what is to be small is the squared error of the
+       picture, and its least variance is reached by choosing VPLs in proportion to the root of it. */
+    return sum / (float)count;
+}
+
+static void ism__estimate_task(void *context, size_t row)
+{
+    ism__choice *c = (ism__choice *)context;
+    const ism_source *s = &c->job->frame->sources[c->source];
+    size_t x;
+    for (x = 0; x < s->width; x++) {
+        size_t i = row * s->width + x;
+        c->effect[i] = c->lum[i] > 0.0f ? ism__estimate(c, s, i) : 0.0f;
+    }
+}
+
+/* Geometry-aware blur of the effects alone: fluxes stay as sharp as they are. */
+static void ism__blur_task(void *context, size_t row)
+{
+    ism__choice *c = (ism__choice *)context;
+    const ism_source *s = &c->job->frame->sources[c->source];
+    int radius = (int)c->blur_radius, x, y, w = (int)s->width, h = (int)s->height;
+    for (x = 0; x < w; x++) {
+        size_t i = row * s->width + (size_t)x;
+        ism__v3 q = ism__v3_load(ism__at(s->positions, s->position_stride, i));
+        ism__v3 n = ism__v3_load(ism__at(s->normals, s->normal_stride, i));
+        float sum = 0.0f, weights = 0.0f;
+        int y0 = (int)row - radius, y1 = (int)row + radius, x0 = x - radius, x1 = x + radius, k;
+        c->out[i] = 0.0f;
+        if (!(c->lum[i] > 0.0f)) continue;
+        for (y = y0 > 0 ? y0 : 0; y <= y1 && y < h; y++)
+            for (k = x0 > 0 ? x0 : 0; k <= x1 && k < w; k++) {
+                size_t j = (size_t)y * s->width + (size_t)k;
+                ism__v3 d;
+                float weight;
+                if (!(c->lum[j] > 0.0f)) continue;
+                d = ism__v3_sub(ism__v3_load(ism__at(s->positions, s->position_stride, j)), q);
+                weight = ism__v3_dot(n, ism__v3_load(ism__at(s->normals, s->normal_stride, j)));
+                if (weight <= 0.5f || fabsf(ism__v3_dot(n, d)) > 0.3f * ism__v3_length(d)) continue;
+                sum += weight * c->effect[j];
+                weights += weight;
+            }
+        c->out[i] = sqrtf(weights > 0.0f ? sum / weights : c->effect[i]);
+    }
+}
+
+/* Box of the receivers; its diagonal. */
+static float ism__extent(const ism__view *view)
+{
+    ism__v3 lo = ism__v3_make(1e30f, 1e30f, 1e30f), hi = ism__v3_make(-1e30f, -1e30f, -1e30f), p, n;
+    size_t i, count = view->points->count, step = count / 65536u + 1u;
+    for (i = 0; i < count; i += step)
+        if (ism__receiver(view, i, &p, &n)) {
+            lo = ism__v3_min(lo, p);
+            hi = ism__v3_max(hi, p);
+        }
+    return lo.x <= hi.x ? ism__v3_length(ism__v3_sub(hi, lo)) : 0.0f;
+}
+
+/* Fluxes of one source into c->lum, and what a unit of it does to the picture into c->out. */
+static ism_result ism__weigh_source(ism__choice *c, const ism_source *s, double *flux)
+{
+    ism_maps *m = c->m;
+    size_t count = (size_t)s->width * s->height, i;
+    const char *wrong = NULL;
+    float share = c->to - c->from;
+    uint32_t radius;
+    int bad;
+    *flux = 0.0;
+    for (i = 0; i < count; i++) {
+        c->lum[i] = ism__pvpl_luminance(s, i, &bad, &wrong);
+        if (wrong) return ism__not_unit(&c->job->log, s, c->source, i, wrong);
+        m->stats.bad_pvpls += (uint64_t)bad;
+        *flux += (double)c->lum[i];
+        if (s->kind != ISM_SOURCE_DIRECTIONS && c->lum[i] > 0.0f) {
+            const float *f = ism__at(s->fluxes, s->flux_stride, i);
+            int k;
+            for (k = 0; k < 3; k++) m->stats.flux[k] += (double)f[k];
+        }
+    }
+    for (i = 0; i < count; i++) c->out[i] = 0.0f;
+    if (m->desc.importance == ISM_IMPORTANCE_FLUX || !(*flux > 0.0)) return ISM_OK;
+    if (!ism__run(m, &c->job->part, c->from, c->from + 0.8f * share, s->height, ism__estimate_task, c))
+        return ISM_ERR_CANCELLED;
+    radius = m->desc.blur_radius > 0 ? (uint32_t)m->desc.blur_radius : 0;
+    if (!m->desc.blur_radius) {
+        radius = (uint32_t)(0.05f * (float)(s->width < s->height ? s->width : s->height));
+        radius = radius < 6u ? radius : 6u;
+    }
+    c->blur_radius = (float)radius;
+    if (s->scattered || s->kind == ISM_SOURCE_DIRECTIONS || !radius)
+        for (i = 0; i < count; i++) c->out[i] = sqrtf(c->effect[i]);
+    else if (!ism__run(m, &c->job->part, c->from + 0.8f * share, c->to, s->height, ism__blur_task, c))
+        return ISM_ERR_CANCELLED;
+    return ISM_OK;
+}
+
+/* Importance into c->out: flux x (effect + a share of flux alone, so that no weight is 0). The share is of
+   all sources together: of each by itself it would leave nothing to those that one with a few great effects
+   stands beside. Fluxes of directions are irradiances and have a share of their own. */
+static void ism__add_shares(ism__choice *c, const ism__source_of *of)
+{
+    const ism_frame *f = c->job->frame;
+    double share = (double)c->m->desc.flux_share, flux[2] = { 0.0, 0.0 }, total = 0.0, kinds, least[2];
+    size_t s, i = 0, end;
+    for (s = 0; s < f->source_count; s++) {
+        flux[f->sources[s].kind == ISM_SOURCE_DIRECTIONS] += of[s].flux;
+        for (end = i + (size_t)f->sources[s].width * f->sources[s].height; i < end; i++)
+            total += (double)(c->lum[i] * c->out[i]);
+    }
+    kinds = flux[0] > 0.0 && flux[1] > 0.0 ? 2.0 : 1.0;
+    for (s = 0; s < 2; s++)
+        least[s] =
+            total > 0.0 && flux[s] > 0.0 ? total / kinds / flux[s] * share / (1.0 - 0.999 * share) : 1.0;
+    for (s = i = 0; s < f->source_count; s++) {
+        float lowest = (float)least[f->sources[s].kind == ISM_SOURCE_DIRECTIONS];
+        for (end = i + (size_t)f->sources[s].width * f->sources[s].height; i < end; i++)
+            c->out[i] = c->lum[i] * (c->out[i] + lowest);
+    }
+}

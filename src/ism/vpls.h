@@ -1,0 +1,189 @@
+/* ---- vpls: drawn from the importances, between texels (paper 4.1, 6.5) ---- */
+
+/* Sample (x + fx, y + fy) of a grid, mixed from the four texels about it where they lie on one surface (paper
+   6.5). Where that is curved the chord may run behind it, from where a sheet's back would be lit: the farther
+   out of the chord and of the four tangent planes' mean holds. Returns the distance to the farthest of the
+   texels. */
+static float ism__inter_texel(const ism__view *view, const ism_source *s, const ism__cdf2_sample *at,
+                              ism__v3 *p, ism__v3 *n)
+{
+    size_t i0 = (size_t)at->y * s->width + at->x;
+    ism__v3 p0 = ism__v3_load(ism__at(s->positions, s->position_stride, i0)),
+            n0 = ism__v3_load(ism__at(s->normals, s->normal_stride, i0));
+    ism__v3 sum = ism__v3_make(0, 0, 0), normal = sum, offsets[4], normals[4];
+    float sx = at->fx - 0.5f, sy = at->fy - 0.5f, weights = 0.0f, spacing = 0.0f, x0, y0, xk, yk, share[4],
+          behind = 0.0f;
+    int k, used = 0, known = ism__to_pixel(view, p0, &x0, &y0);
+    for (k = 0; k < 4; k++) {
+        int64_t x = (int64_t)at->x + (k & 1 ? (sx < 0.0f ? -1 : 1) : 0),
+                y = (int64_t)at->y + (k & 2 ? (sy < 0.0f ? -1 : 1) : 0);
+        float w = (k & 1 ? fabsf(sx) : 1.0f - fabsf(sx)) * (k & 2 ? fabsf(sy) : 1.0f - fabsf(sy)), length;
+        size_t i = (size_t)y * s->width + (size_t)x;
+        ism__v3 q, nq, d;
+        if (x < 0 || y < 0 || x >= (int64_t)s->width || y >= (int64_t)s->height) continue;
+        if (!ism__flux_ok(ism__at(s->fluxes, s->flux_stride, i)) ||
+            !(ism__luminance(ism__at(s->fluxes, s->flux_stride, i)) > 0.0f))
+            continue;
+        q = ism__v3_load(ism__at(s->positions, s->position_stride, i));
+        nq = ism__v3_load(ism__at(s->normals, s->normal_stride, i));
+        d = ism__v3_sub(q, p0);
+        length = ism__v3_length(d);
+        if (k && (!ism__v3_finite(nq) || !(ism__v3_dot(n0, nq) > 0.9f) ||
+                  !(fabsf(ism__v3_dot(n0, d)) <= 0.1f * length))) continue;
+        if (k && known && ism__to_pixel(view, q, &xk, &yk)) {      /* Gaussian of variance 0.01 in clip
+                                                                      space */
+            float ex = 2.0f * (xk - x0) / (float)view->width, ey = 2.0f * (yk - y0) / (float)view->height;
+            w *= ism__exp(-50.0f * (ex * ex + ey * ey));
+        }
+        sum = ism__v3_madd(sum, d, w);
+        normal = ism__v3_madd(normal, nq, w);
+        weights += w;
+        offsets[used] = d;
+        normals[used] = nq;
+        share[used++] = w;
+        if (length > spacing) spacing = length;
+    }
+    *p = p0;
+    *n = n0;
+    if (!(weights > 0.0f)) return spacing;
+    *n = ism__v3_normalize(normal);
+    sum = ism__v3_scale(sum, 1.0f / weights);
+    for (k = 0; k < used; k++)
+        behind += share[k] / weights * ism__v3_dot(normals[k], ism__v3_sub(offsets[k], sum)) *
+                  ism__v3_dot(normals[k], *n);
+    *p = ism__v3_add(p0, behind > 0.0f ? ism__v3_madd(sum, *n, behind) : sum);
+    return spacing;
+}
+
+/* One of `count` samples. */
+static void ism__make_vpl(const ism_maps *m, const ism__job *job, size_t source, const ism__cdf2_sample *at,
+                          double probability, uint32_t count, ism_vpl *v)
+{
+    const ism_source *s = &job->frame->sources[source];
+    size_t i = (size_t)at->y * s->width + at->x;
+    const float *flux = ism__at(s->fluxes, s->flux_stride, i);
+    ism__v3 p = ism__v3_load(ism__at(s->positions, s->position_stride, i)), n;
+    float scale = (float)(1.0 / ((double)count * probability)), spacing = 0.0f;
+    int k;
+    memset(v, 0, sizeof *v);
+    v->source = (uint32_t)source;
+    v->texel = (uint32_t)i;
+    v->directional = s->kind == ISM_SOURCE_DIRECTIONS;
+    if (v->directional) {
+        p = ism__v3_normalize(p);
+        n = ism__v3_scale(p, -1.0f);
+    } else if (s->scattered || m->desc.no_inter_texel) {
+        n = ism__v3_normalize(ism__v3_load(ism__at(s->normals, s->normal_stride, i)));
+    } else {
+        spacing = ism__inter_texel(&job->view, s, at, &p, &n);
+    }
+    ism__v3_store(v->position, p);
+    ism__v3_store(v->normal, n);
+    ism__v3_store(v->axis, n);
+    v->exponent = 1.0f;
+    if (s->lobes && !v->directional) {
+        ism__v3_store(v->axis, ism__v3_normalize(ism__v3_load(ism__lobe(s, i))));
+        v->exponent = ism__lobe(s, i)[3];
+    }
+    for (k = 0; k < 3; k++) v->flux[k] = flux[k] * scale;
+    if (s->areas && !v->directional)
+        v->area = *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, i) * scale;
+    if (!(v->area >= 0.0f) || !ism__finite(v->area)) v->area = 0.0f;
+    v->side = spacing;              /* read by ism__flag_jumps, then replaced */
+}
+
+/* Which VPLs did not glide: another source, or farther than a texel from where they were. */
+static void ism__flag_jumps(ism_maps *m)
+{
+    const ism_vpl *old = (const ism_vpl *)m->previous.data;
+    uint32_t i;
+    m->stats.jumped = 0;
+    for (i = 0; i < m->vpl_count; i++) {
+        ism_vpl *v = &m->vpls[i];
+        float limit = v->side;
+        ism__v3 d;
+        if (i >= m->previous_count) continue;
+        d = ism__v3_sub(ism__v3_load(v->position), ism__v3_load(old[i].position));
+        v->jumped = v->source != old[i].source || ism__v3_dot(d, d) > limit * limit;
+        m->stats.jumped += (uint32_t)v->jumped;
+    }
+}
+
+/* The square that a VPL becomes near by: its area, but no farther than its neighbours are. VPLs at one place,
+   of a texel chosen twice, share a square of their areas' sum: two of one's area would be twice as bright as
+   the surface. */
+static void ism__side_task(void *context, size_t index)
+{
+    ism_maps *m = (ism_maps *)context;
+    ism_vpl *v = &m->vpls[index];
+    ism__v3 p = ism__v3_load(v->position), n = ism__v3_load(v->normal);
+    float near2[4] = { 1e30f, 1e30f, 1e30f, 1e30f }, most, area = v->area;
+    uint32_t i, k;
+    v->side = 0.0f;
+    if (v->directional || v->exponent != 1.0f) return;
+    for (i = 0; i < m->vpl_count; i++) {
+        const ism_vpl *o = &m->vpls[i];
+        ism__v3 d = ism__v3_sub(ism__v3_load(o->position), p);
+        float d2 = ism__v3_dot(d, d);
+        if (i == index || d2 >= near2[3] || o->directional) continue;
+        if (ism__v3_dot(n, ism__v3_load(o->normal)) < 0.5f) continue;
+        if (!(d2 > 0.0f)) {
+            area += o->area;
+            continue;
+        }
+        for (k = 3; k > 0 && near2[k - 1u] > d2; k--) near2[k] = near2[k - 1u];
+        near2[k] = d2;
+    }
+    most = near2[3] < 1e30f ? ISM__PI * near2[3] : 0.0f;
+    area = area > 0.0f ? (most > 0.0f && area > 2.0f * most ? 2.0f * most : area) : 0.25f * most;
+    v->side = sqrtf(area);
+}
+
+static ism_result ism__finish_vpls(ism_maps *m, const ism__part *part, float from, float to)
+{
+    uint32_t i;
+    for (i = 0; i < m->vpl_count; i++) m->vpls[i].reach = 0.0f;
+    m->near_count = m->stats.near_points = 0;
+    if (!ism__run(m, part, from, to, m->vpl_count, ism__side_task, m))
+        return m->chosen = 0, ISM_ERR_CANCELLED;
+    m->stats.vpls = m->vpl_count;
+    m->chosen = 1;
+    return ISM_OK;
+}
+
+/* Sample i of count at ((i + 0.5) / count, golden ratio sequence): the first number picks source and row, the
+   second the column. 0 where there is none. */
+static int ism__draw(const ism_maps *m, const ism__job *job, double total, uint32_t i, uint32_t count,
+                     uint32_t stream, ism_vpl *v)
+{
+    const ism__source_of *of = (const ism__source_of *)m->sources.data;
+    const ism_frame *f = job->frame;
+    uint32_t key = m->desc.unstable ? ism__hash_combine(m->desc.seed, f->index) : m->desc.seed;
+    uint32_t shift_u = ism__hash_combine(key, stream), shift_v = ism__hash_combine(key, stream + 1u);
+    double u = ((double)i + 0.5) / (double)count + (m->desc.unstable ? (double)ism__to_unit(shift_u) : 0.0),
+           rest;
+    ism__cdf2_sample at;
+    ism__cdf2 cdf;
+    size_t s = 0, last = 0, k;
+    u = (u - floor(u)) * total;
+    for (k = 0; k < f->source_count; k++)
+        if (of[k].total > 0.0) last = k;
+    rest = u;
+    for (s = 0; s < last && !(rest < of[s].total); s++) rest -= of[s].total;
+    cdf.rows = (const double *)m->cdf.data + of[s].cdf_first;
+    cdf.sums = cdf.rows + f->sources[s].height + 1u;
+    cdf.width = f->sources[s].width;
+    cdf.height = f->sources[s].height;
+    at = ism__cdf2_sample_at(&cdf, ism__to_unit(i * 2654435769u + shift_v), (float)(rest / of[s].total));
+    if (!(at.probability > 0.0f)) return 0;
+    ism__make_vpl(m, job, s, &at, (double)at.probability * of[s].total / total, count, v);
+    return 1;
+}
+
+static void ism__draw_vpls(ism_maps *m, const ism__job *job, double total)
+{
+    uint32_t n = m->desc.vpl_count, i;
+    m->vpl_count = 0;
+    for (i = 0; i < n && total > 0.0; i++)
+        m->vpl_count += (uint32_t)ism__draw(m, job, total, i, n, 11u, &m->vpls[m->vpl_count]);
+}

@@ -1,0 +1,249 @@
+/* ---- page one: a light, samples towards it, and their sum ---- */
+
+#define LSAMP_RESULTS(X)                                                                                    \
+    X(LSAMP_OK, "ok")                                                                                       \
+    X(LSAMP_ERR_ARGUMENT, "a pointer is NULL, or a count or stride is out of range")                        \
+    X(LSAMP_ERR_DESC, "a field of a desc is out of range")                                                  \
+    X(LSAMP_ERR_INPUT, "the data cannot be used")                                                           \
+    X(LSAMP_ERR_ALLOC, "the allocator returned no memory")                                                  \
+    X(LSAMP_ERR_MEMORY, "the caller's memory is too small or misaligned")                                   \
+    X(LSAMP_ERR_LIMIT, "a size overflows or passes a limit")                                                \
+    X(LSAMP_ERR_CANCELLED, "cancelled by the progress callback")                                            \
+    X(LSAMP_ERR_ORDER, "this call comes too early, too late or twice")                                      \
+    X(LSAMP_ERR_FORMAT, "not a file of this kind, or a damaged one")                                        \
+    X(LSAMP_ERR_VERSION, "a file of an unknown version")                                                    \
+    X(LSAMP_ERR_MISMATCH, "what was given does not belong together")
+
+typedef enum lsamp_result {
+#define LSAMP__ENUM(name, text) name,
+    LSAMP_RESULTS(LSAMP__ENUM)
+#undef LSAMP__ENUM
+    LSAMP_RESULT_COUNT
+} lsamp_result;
+
+typedef struct lsamp_light lsamp_light; /* a light, ready to be sampled, in memory that you own */
+struct lsamp_light_desc;            /* its shape and what it emits */
+struct lsamp_points;                /* the points to be lit, with their materials */
+struct lsamp_sample_desc;           /* how many samples, drawn how */
+struct lsamp_samples;               /* arrays that receive the samples */
+
+LSAMP_DEF size_t lsamp_light_bytes(const struct lsamp_light_desc *desc);
+/* Returns the bytes that lsamp_light_init needs: at most 512 + 22 a texel + 26 a row + 4 a column; for a
+   mesh 64 a triangle and 272 a place. Returns 0 if the desc is refused: the log of lsamp_light_init
+   says why. */
+
+LSAMP_DEF lsamp_result lsamp_light_init(const struct lsamp_light_desc *desc, void *memory,
+                                        size_t memory_bytes, lsamp_light **out, uint64_t *bad_texels);
+/* Makes a light in your memory. A light that moves or changes is made again, for each frame if need be, in
+   time that grows with its texels.
+   memory      lsamp_light_bytes(desc) bytes, 8-byte aligned; must outlive the light, which needs no
+               other end
+   bad_texels  may be NULL; receives the number of texels, of the frames in use, that have a channel which is
+               negative or not finite: the channel counts as 0
+   Errors      LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_DESC, LSAMP_ERR_MEMORY, LSAMP_ERR_INPUT (a mesh without
+               area) */
+
+LSAMP_DEF lsamp_result lsamp_sample(const struct lsamp_sample_desc *desc, const lsamp_light *light,
+                                    const struct lsamp_points *points, const struct lsamp_samples *out,
+                                    size_t *useful);
+/* Draws directions from each point towards the light, and weighs each of them with material and light.
+   useful  may be NULL; receives the number of samples whose weight is not 0: only these need visibility
+   Errors  LSAMP_ERR_ARGUMENT (NULL, stride), LSAMP_ERR_DESC, LSAMP_ERR_INPUT (a vector that is not unit or
+           not finite, a material out of range). Nothing is written then
+   Cost    time grows with points x samples. A point's samples depend on its own inputs and pixel only, so
+           that batches may be cut anywhere */
+
+LSAMP_DEF lsamp_result lsamp_accumulate(size_t count, uint32_t samples, const float *weights,
+                                        const float *visibility, float *radiance, size_t radiance_stride);
+/* Adds weight x visibility of each point's samples to its radiance.
+   count       of points; samples is the number of samples of each
+   weights     those of lsamp_sample
+   visibility  one float for each sample, 0..1; NULL: all are lit. Values below 0, such as COHSM_REFUSED,
+               count as 0
+   radiance    3 floats for each point, radiance_stride bytes apart (0 = 12); set them to 0 before the first
+               light
+   Errors      LSAMP_ERR_ARGUMENT */
+
+LSAMP_DEF const char *lsamp_result_text(lsamp_result result);
+/* Returns a constant string for any value, "unknown result" beyond the list. */
+
+/* ---- the caller's services: of these only log is called here, since nothing allocates ---- */
+
+typedef struct lsamp_allocator {    /* all zero: malloc and free; else both functions */
+    void *(*alloc_fn)(size_t bytes, void *user);    /* aligned like malloc's (8 bytes suffice), or NULL */
+    void (*free_fn)(void *memory, void *user);
+    void *user;
+} lsamp_allocator;
+
+typedef void (*lsamp_task)(void *context, size_t index);
+
+typedef struct lsamp_system {       /* all zero: malloc and free, this thread alone, no progress, no log */
+    lsamp_allocator allocator;      /* called from the thread that called us */
+    void (*parallel_for)(void *user, size_t count, lsamp_task task, void *context);
+    /* Must call task(context, i) once for each i < count, in any order and on any threads, and return when
+       all are done. What is computed does not depend on the threads. */
+    int (*progress)(void *user, float fraction);
+    /* Called from the thread that called us, fraction 0..1 never falling within a call; not 0 cancels. */
+    void (*log)(void *user, const char *message);
+    /* Called at most once by a call that fails, from the thread that called us, before it returns: one line
+       without a line end that names the function, the field or element, its value and its range. */
+    void *user;                     /* given to parallel_for, progress and log */
+} lsamp_system;
+
+/* ---- structs of page one ---- */
+
+typedef struct lsamp_mesh {
+    const float    *positions;      /* x, y, z of each vertex */
+    size_t          vertex_count;
+    size_t          vertex_stride;  /* bytes from one vertex to the next, a multiple of 4, >= 12; 0 = 12 */
+    const uint32_t *indices;        /* three to a triangle; NULL = indices16, or else 0, 1, 2, ... */
+    size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
+    const uint16_t *indices16;      /* in place of indices; not both */
+} lsamp_mesh;
+
+typedef enum lsamp_light_kind {     /* what emits, and its coordinates x, y in [0, 1)^d, all of equal area */
+    LSAMP_LIGHT_DEFAULT,            /* = LSAMP_LIGHT_ENVIRONMENT */
+    LSAMP_LIGHT_ENVIRONMENT,        /* the sky: x = 0.5 + atan2(z, x) / (2 pi), y = acos(y) / pi of a
+                                       direction, so that row 0 is +Y and the centre +X */
+    LSAMP_LIGHT_SUN,                /* one direction; no coordinates */
+    LSAMP_LIGHT_POINT,              /* one position; no coordinates */
+    LSAMP_LIGHT_SPOT,               /* a round cone with a hard edge; no coordinates */
+    LSAMP_LIGHT_LINE,               /* a cylinder without caps; x runs along it */
+    LSAMP_LIGHT_RECTANGLE,          /* position + x u + y v; emits along u x v */
+    LSAMP_LIGHT_DISC,               /* Shirley and Chiu's concentric map of the square; emits along
+                                       direction */
+    LSAMP_LIGHT_SPHERE,             /* x as in the environment, y = (1 - cos of the angle from +Y) / 2; emits
+                                       outwards */
+    LSAMP_LIGHT_CALLBACK,           /* points of your own, by shape_fn */
+    LSAMP_LIGHT_MESH,               /* triangles that emit to where they turn counter-clockwise: x runs along
+                                       a curve through them, in proportion to area; y and z lie in the piece
+                                       that x names */
+    LSAMP_LIGHT_COUNT
+} lsamp_light_kind;
+
+typedef void (*lsamp_shape_fn)(void *user, float time, const float x[3], float position[3], float normal[3],
+                               float *area);
+/* Writes the point of the surface at x in [0, 1)^3, the normal of the side that emits (0, 0, 0: a volume,
+   which emits without a cosine), and the Jacobian d area / dx there, whose mean over all x is the area (or
+   volume). */
+
+typedef void (*lsamp_emission_fn)(void *user, float time, const float x[3], const float direction[3],
+                                  float rgb[3]);
+/* Writes a factor of the radiance that leaves the point x along the unit direction. For environments the
+   direction points from the surface to the sky. Values that are negative or not finite count as 0. */
+
+typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light has */
+    lsamp_system      system;       /* its log says why a desc is refused */
+    lsamp_light_kind  kind;
+    float             position[3];  /* centre of a point, spot, disc or sphere; corner of a rectangle; start
+                                       of a line */
+    float             direction[3]; /* unit; sun: towards it; spot: out of the lamp; disc: its normal */
+    float             u[3], v[3];   /* edges of a rectangle; u of a line: end - start */
+    float             radius;       /* of a disc, sphere or line, > 0; of a mesh: so far off it are the
+                                       places of maps, >= 0 */
+    float             cone_half_angle; /* of a spot: from its axis to its edge, 5e-7..pi / 2 */
+    float             radiance[3];  /* >= 0. Radiance L, W/(sr m^2); point and spot: intensity, W/sr; sun:
+                                       irradiance of a surface that faces it, W/m^2 */
+    float             cosine_power; /* of areas: L(theta) = radiance cos^power(theta); 0 is a Lambertian
+                                       emitter */
+    float             rotation;     /* of an environment: radians about +Y */
+    const float      *texels;       /* L over [0, 1)^2 as factors of radiance (set that to 1 1 1: with 0 all
+                                       is black): height rows of width rgb texels, each constant; frames
+                                       follow one another. lsamp_light_init copies them. NULL: 1 */
+    uint32_t          width, height;     /* a line has height 1; 0 without texels */
+    uint32_t          frames;            /* 0 = 1 */
+    float             frames_per_second; /* linear between frames; 0 = 30 */
+    int               loop;              /* not 0: the frame after the last is the first; 0: the last stays */
+    float             time;              /* seconds: the light is made as it is at this time */
+    lsamp_shape_fn    shape_fn;          /* of LSAMP_LIGHT_CALLBACK */
+    lsamp_emission_fn emission_fn;       /* NULL: 1; not for sun, point and spot */
+    void             *user;              /* given to shape_fn and emission_fn */
+    const lsamp_mesh *mesh;              /* of LSAMP_LIGHT_MESH: in world space, no texels; copied. Triangles
+                                            that are not finite or have no area do not emit */
+    uint32_t          places;            /* of maps for a mesh, 1..2^24; 0 = 1024. The mesh is cut into twice
+                                            as many pieces, or more */
+} lsamp_light_desc;
+
+typedef enum lsamp_material_kind {
+    LSAMP_MATERIAL_DEFAULT,         /* = LSAMP_MATERIAL_LAMBERT */
+    LSAMP_MATERIAL_LAMBERT,         /* diffuse / pi */
+    LSAMP_MATERIAL_PHONG,           /* Lambert + specular (n + 2) / (2 pi) cos^n(angle between w and the
+                                       mirrored wo) */
+    LSAMP_MATERIAL_LAFORTUNE,       /* Lambert + the sum over lobes of scale max(0, w . C wo)^n (Lafortune et
+                                       al. 1997) */
+    LSAMP_MATERIAL_METAL_ROUGH,     /* as in glTF: diffuse (1 - metallic) (1 - F) / pi + GGX, with F0 from
+                                       0.04 to diffuse by metallic */
+    LSAMP_MATERIAL_COUNT
+} lsamp_material_kind;
+
+#define LSAMP_MAX_LOBES 8u
+
+typedef struct lsamp_lobe {         /* of Lafortune's model; axes are tangent, bitangent, normal */
+    float axis[3];                  /* Cx, Cy, Cz: -1, -1, 1 mirrors; Cx != Cy needs a tangent */
+    float exponent;                 /* 0..1e5 */
+    float scale[3];                 /* >= 0, 1/sr */
+} lsamp_lobe;
+
+typedef struct lsamp_material {
+    lsamp_material_kind kind;
+    float             diffuse[3];   /* albedo 0..1 (energy is conserved if diffuse + specular <= 1);
+                                       METAL_ROUGH: the base colour */
+    float             specular[3];  /* PHONG: albedo of the lobe seen along the normal, which is its largest;
+                                       0..1 */
+    float             exponent;     /* PHONG: n, 0..1e5 */
+    float             metallic;     /* METAL_ROUGH: 0..1 */
+    float             roughness;    /* METAL_ROUGH: 0..1; alpha = roughness^2, not below 0.002 */
+    const lsamp_lobe *lobes;        /* LAFORTUNE */
+    uint32_t          lobe_count;   /* LAFORTUNE: 0..LSAMP_MAX_LOBES */
+} lsamp_material;
+
+typedef struct lsamp_points {       /* receivers; strides are bytes, multiples of 4, and 0 = 12 */
+    size_t                count;
+    const float          *positions;        /* x, y, z of each, world space */
+    size_t                position_stride;
+    const float          *normals;          /* unit shading normals; 0 0 0: no receiver, its weights are 0 */
+    size_t                normal_stride;
+    const float          *views;            /* unit directions to the eye; NULL = normals */
+    size_t                view_stride;
+    const float          *tangents;         /* unit; NULL = any */
+    size_t                tangent_stride;
+    const lsamp_material *materials;        /* one for each, or one for all */
+    size_t                material_stride;  /* 0: one material for all; else sizeof(lsamp_material) or above,
+                                               a multiple of sizeof(void *) */
+    const uint32_t       *pixels;           /* y * width + x of each, which picks its random numbers; NULL:
+                                               0, 1, ... */
+} lsamp_points;
+
+typedef enum lsamp_sampling {       /* from which density directions are drawn */
+    LSAMP_SAMPLING_DEFAULT,         /* from that of the light and that of the material, weighted by the
+                                       balance heuristic (Veach and Guibas 1995), and shared out by the solid
+                                       angle of the light and the width of the lobe */
+    LSAMP_SAMPLING_LIGHT,           /* from the light's, P_L */
+    LSAMP_SAMPLING_BRDF,            /* from the material's, P_f; sun, point, spot, callback and mesh by P_L
+                                       all the same */
+    LSAMP_SAMPLING_PAPER,           /* environment: the diffuse part by P_L, the specular one by P_f, with
+                                       roulette between them by k_d, the diffuse share of the albedo; every
+                                       other light by P_L */
+    LSAMP_SAMPLING_COUNT
+} lsamp_sampling;
+
+typedef struct lsamp_sample_desc {
+    lsamp_system   system;          /* its log says what was refused */
+    uint32_t       samples;         /* S, the samples of each point, 1..65536 */
+    lsamp_sampling sampling;
+    uint32_t       seed;            /* another seed makes other noise: use one for each light */
+    uint32_t       frame;           /* of progressive rendering: frame i goes on where frame i - 1 stopped */
+    const float   *patterns;        /* from lsamp_patterns_build with length S; NULL: each pixel has a
+                                       scrambled (0, 2)-sequence, which converges faster over many frames */
+} lsamp_sample_desc;
+
+typedef struct lsamp_samples {      /* room for count * S each; sample k of point i is number i S + k */
+    float *directions;              /* 3 floats, unit; the normal where the weight is 0 and no direction was
+                                       found */
+    float *distances;               /* how far the light is; LSAMP_INFINITY for sky and sun. The light's own
+                                       point is position + distance direction */
+    float *coords;                  /* 3 floats, the light's coordinates; NULL: not wanted */
+    float *weights;                 /* 3 floats: f L cos / (pdf S) */
+} lsamp_samples;
+
+#define LSAMP_INFINITY 340282346638528859811704183484516925440.0f   /* the largest float */

@@ -1,0 +1,152 @@
+/* ---- emitter: a light, its texels, and what leaves a point of it ---- */
+
+struct lsamp_light {
+    lsamp_light_desc desc;       /* texels: the sanitised frame at desc.time, or NULL */
+    const double *edges;         /* environment: cos of the height + 1 row edges */
+    lsamp__cdf2   cdf;           /* over the texels; unused without */
+    const uint16_t *guide;       /* for the rows, then for the texels of each row */
+    lsamp__v3     origin, n;     /* n: emission side; line: axis; sun: to it; spot: out of the lamp */
+    lsamp__v3     ex, ey;        /* rectangle: dual edges; disc: frame */
+    lsamp__v3     radiance, tint; /* tint . texel: its density relative to uniform coordinates; sky: per solid
+                                     angle */
+    float         lx, ly, area;  /* lengths of the edges */
+    float         cos_cone, turn; /* turn: rotation / (2 pi) */
+    int           orthogonal;
+    float         location[4];   /* D of point and spot */
+    const lsamp__curve *curve;   /* mesh: of shape CALLBACK from here on */
+};
+
+typedef struct lsamp__aim {      /* a light as one point sees it: what all its samples share */
+    const lsamp_light *light;
+    lsamp__v3 p, axis;           /* sphere: to the centre; line: unit, from the line to p */
+    float distance;              /* sphere: to the centre; line: to its axis */
+    float spread;                /* sphere: 1 - cos of the cone; line: largest sin(phi) that p sees */
+    float solid_pdf;             /* above 0: sampled uniformly by solid angle */
+    float solid;                 /* solid angle of what p sees: roughly, but for spheres and large
+                                    rectangles */
+    float x0, x1, y0, y1, z, b0, b1, k; /* rectangle: Urena et al. 2013 */
+} lsamp__aim;
+
+static int lsamp__is_delta(const lsamp_light *l)
+{
+    return l->desc.kind == LSAMP_LIGHT_SUN || l->desc.kind == LSAMP_LIGHT_POINT ||
+           l->desc.kind == LSAMP_LIGHT_SPOT;
+}
+
+static lsamp__v3 lsamp__texel(const lsamp_light *l, uint32_t x, uint32_t y)
+{
+    const float *t = l->desc.texels;
+    return t ? lsamp__v3_load(t + 3u * ((size_t)y * l->desc.width + x)) : lsamp__v3_make(1.0f, 1.0f, 1.0f);
+}
+
+static uint32_t lsamp__cell(float x, uint32_t count)
+{
+    uint32_t i = (uint32_t)((double)x * count);
+    return i < count ? i : count - 1u;
+}
+
+static lsamp__v3 lsamp__texel_at(const lsamp_light *l, float x, float y)
+{
+    return lsamp__texel(l, lsamp__cell(x, l->desc.width), lsamp__cell(y, l->desc.height));
+}
+
+/* Of what lsamp__pick returns, relative to uniform coordinates. */
+static float lsamp__density(const lsamp_light *l, float x, float y)
+{
+    return l->desc.texels ? lsamp__v3_dot(lsamp__texel_at(l, x, y), l->tint) : 1.0f;
+}
+
+/* Inversion of a cdf: guide[b] is the cell where b / count of the total falls, so that the search begins a
+   step or two from its end, in the same cache line. The last loops mend what rounding at the ends of a bucket
+   may have done, and leave cells of weight 0. */
+static uint32_t lsamp__invert(const double *sums, const uint16_t *guide, uint32_t count, float u,
+                              float *fraction)
+{
+    double x = (double)u * sums[count], f;
+    uint32_t bucket = lsamp__cell(u, count), lo = guide[bucket],
+             hi = bucket + 1u < count ? guide[bucket + 1u] + 1u : count;
+    while (hi - lo > 1u) {
+        uint32_t mid = lo + (hi - lo) / 2u;
+        if (sums[mid] <= x) lo = mid;
+        else hi = mid;
+    }
+    while (lo + 1u < count && sums[lo + 1u] <= x) lo++;
+    while (lo > 0 && (sums[lo] > x || !(sums[lo + 1u] > sums[lo]))) lo--;
+    f = (x - sums[lo]) / (sums[lo + 1u] - sums[lo]);
+    *fraction = lsamp__clamp_unit((float)f);
+    return lo;
+}
+
+static void lsamp__guide_build(const double *sums, uint16_t *guide, uint32_t count)
+{
+    uint32_t b, i = 0;
+    for (b = 0; b < count; b++) {
+        double x = sums[count] * b / count;
+        while (i + 1u < count && sums[i + 1u] <= x) i++;
+        guide[b] = (uint16_t)i;
+    }
+}
+
+/* The texel that u picks and where inside. 0 if all are black. */
+static int lsamp__pick_cell(const lsamp_light *l, const float *u, uint32_t *x, uint32_t *y, float *fx,
+                            float *fy)
+{
+    uint32_t w = l->desc.width;
+    if (!(lsamp__cdf2_total(&l->cdf) > 0.0)) return 0;
+    *y = lsamp__invert(l->cdf.rows, l->guide, l->desc.height, u[1], fy);
+    *x = lsamp__invert(l->cdf.sums + (size_t)*y * (w + 1u), l->guide + l->desc.height + (size_t)*y * w, w,
+                       u[0], fx);
+    return 1;
+}
+
+/* Coordinates in proportion to the texels. */
+static void lsamp__pick(const lsamp_light *l, const float *u, float *x, float *y)
+{
+    uint32_t i, j;
+    *x = u[0];
+    *y = u[1];
+    if (!l->desc.texels || !lsamp__pick_cell(l, u, &i, &j, x, y)) return;
+    *x = lsamp__clamp_unit(((float)i + *x) / (float)l->desc.width);
+    *y = lsamp__clamp_unit(((float)j + *y) / (float)l->desc.height);
+}
+
+/* L at out->coords along away, times texel and the angular factors; 0 if it is black. */
+static int lsamp__emit(const lsamp_light *l, lsamp__v3 texel, float cosine, lsamp__v3 away,
+                       lsamp_emission *out)
+{
+    lsamp__v3 c = lsamp__v3_mul(l->radiance, texel);
+    if (l->desc.cosine_power > 0.0f) c = lsamp__v3_scale(c, lsamp__pow(cosine, l->desc.cosine_power));
+    if (l->desc.emission_fn) {
+        float w[3], rgb[3] = { 0.0f, 0.0f, 0.0f };
+        int i;
+        lsamp__v3_store(w, away);
+        l->desc.emission_fn(l->desc.user, l->desc.time, out->coords, w, rgb);
+        for (i = 0; i < 3; i++)
+            if (!lsamp__finite(rgb[i]) || rgb[i] < 0.0f) rgb[i] = 0.0f;
+        c = lsamp__v3_mul(c, lsamp__v3_load(rgb));
+    }
+    lsamp__v3_store(out->radiance, c);
+    return lsamp__v3_finite(c) && c.x + c.y + c.z > 0.0f;
+}
+
+/* From a point of the surface to what p sees of it. The density is solid_pdf, or where that is 0 area_pdf
+   turned into solid angle. n = 0: a volume. */
+static int lsamp__emit_area(const lsamp__aim *a, lsamp__v3 q, lsamp__v3 n, float x, float y, float area_pdf,
+                            lsamp_emission *out)
+{
+    const lsamp_light *l = a->light;
+    lsamp__v3 d = lsamp__v3_sub(q, a->p), w;
+    float d2 = lsamp__v3_dot(d, d), distance = sqrtf(d2), cosine;
+
+    if (!(distance > 0.0f) || !lsamp__finite(d2)) return 0;
+    w = lsamp__v3_scale(d, 1.0f / distance);
+    cosine = n.x != 0.0f || n.y != 0.0f || n.z != 0.0f ? -lsamp__v3_dot(n, w) : 1.0f;
+    if (!(cosine > 1e-7f)) return 0;
+    if (cosine > 1.0f) cosine = 1.0f;
+    out->coords[0] = lsamp__clamp_unit(x);
+    out->coords[1] = lsamp__clamp_unit(y);
+    out->distance = distance;
+    out->pdf = a->solid_pdf > 0.0f ? a->solid_pdf : area_pdf * d2 / cosine;
+    lsamp__v3_store(out->direction, w);
+    return lsamp__emit(l, lsamp__texel_at(l, x, y), cosine, lsamp__v3_scale(w, -1.0f), out);
+}

@@ -1,0 +1,107 @@
+/* ---- maps ---- */
+
+typedef struct rsm_info {
+    uint32_t side;                  /* texels a side of each face */
+    uint32_t face_count;            /* 1, 5 (patch) or 6 (point, wide spot) */
+    size_t   texel_count;           /* side x side x face_count */
+    int      finished;              /* not 0: rsm_finish has been called */
+} rsm_info;
+
+RSM_DEF rsm_result rsm_get_info(const rsm_map *map, rsm_info *out);
+/* Writes what a map is like. Errors: RSM_ERR_ARGUMENT (NULL). */
+
+#define RSM_FAR 3.0e38f
+
+typedef struct rsm_texel {          /* what the light sees through one pixel; also a pixel light: 48 bytes */
+    float    position[3];           /* of the surface at the texel's centre */
+    float    depth;                 /* along the face's axis, of a sun from its position; RSM_FAR: nothing
+                                       there */
+    float    normal[3];             /* unit */
+    uint32_t material;              /* number of its Phong lobe in rsm_gather_desc.materials, from 1;
+                                       0 = none */
+    float    flux[3];               /* W that leave the surface: light through the texel x albedo */
+    float    area;                  /* of surface that the texel stands for; 0 = unknown */
+} rsm_texel;
+
+RSM_DEF const rsm_texel *rsm_map_texels(const rsm_map *map);
+/* Returns the map's texels, face by face and row by row, row 0 at the bottom (v = 0), as they are at this
+   moment. NULL for NULL. */
+
+RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light);
+/* Empties a map for the next frame, in the memory that it has.
+   light    NULL = as it was. A map keeps its side, and at most the faces that it was made with: a spot may
+            widen to a cube in a cube's map alone
+   Errors   RSM_ERR_ARGUMENT (NULL), RSM_ERR_DESC, RSM_ERR_MEMORY (more faces than the map was made with); the
+            map is then as it was */
+
+RSM_DEF size_t rsm_map_bytes(const rsm_desc *desc);
+/* Returns the bytes of memory that rsm_map_init needs: 56 a texel, 8 a row and 1 KB at most. 0: the desc is
+   refused. */
+
+RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t memory_bytes, rsm_map **out);
+/* Makes an empty map inside memory of yours: rsm_map_bytes(desc) of them, 8-byte aligned, which must outlive
+   *out. Nothing is allocated.
+   Errors   RSM_ERR_DESC, RSM_ERR_ARGUMENT (NULL), RSM_ERR_MEMORY */
+
+/* ---- maps from your renderer ---- */
+
+RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world_to_clip[16]);
+/* Writes the matrix to render a face with. The faces of a cube look forward, right, left, up, down and back
+   in the orientation of the light's direction and up. */
+
+RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uint32_t *face, float uv[2],
+                                   float *depth);
+/* Writes where the light sees a point.
+   uv       in 0..1 where the point lies inside the face
+   depth    as in rsm_texel. Of a perspective map, depth <= 0 says that the point lies behind the light; face
+            is then 0 and uv the middle */
+
+typedef struct rsm_buffers {        /* one face as your renderer drew it: side rows of side pixels, nothing
+                                       between */
+    const float    *positions;      /* world; NULL: computed from depth */
+    size_t          position_stride; /* bytes from one pixel to the next, a multiple of 4; 0 = 12 */
+    const float    *depth;          /* of a depth buffer, as clip_depth says. Beside positions it only marks
+                                       the background (the far value), and may be NULL */
+    size_t          depth_stride;   /* bytes; 0 = 4 */
+    const float    *normals;        /* world, any length. 0 0 0 marks the background */
+    size_t          normal_stride;  /* bytes; 0 = 12 */
+    const float    *albedo;         /* linear reflectance, 0..1: more is not refused */
+    size_t          albedo_stride;  /* bytes; 0 = 12 */
+    const uint8_t  *albedo_srgb;    /* or 8-bit sRGB. If both are NULL the albedo is 1 */
+    size_t          albedo_srgb_stride; /* bytes; 0 = 4 */
+    const uint32_t *materials;      /* numbers of Phong lobes; NULL: none */
+    size_t          material_stride; /* bytes; 0 = 4 */
+} rsm_buffers;
+
+RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buffers);
+/* Fills one face from your renderer's buffers. Pixels with a value that is not finite or a negative albedo
+   become empty and are counted.
+   Errors   RSM_ERR_ARGUMENT (NULL, face, stride, neither positions nor depth), RSM_ERR_ORDER (finished),
+            RSM_ERR_CANCELLED: the face is then empty */
+
+typedef struct rsm_stats {          /* of rsm_finish */
+    uint64_t lit_texels;            /* with flux */
+    uint64_t bad_texels;            /* not finite, negative or above 1e18: empty */
+    uint64_t skipped_triangles;
+    double   incident[3];           /* W that fall on texels with a surface */
+    double   reflected[3];          /* sum of flux */
+} rsm_stats;
+
+/* ---- direct light by the same map ---- */
+
+typedef struct rsm_direct_desc {
+    rsm_system system;
+    uint32_t   taps;                /* percentage-closer filter of taps x taps texels, 1..15; 0 = 2,
+                                       bilinear */
+    float      bias;                /* texels, towards the light; 0 = 0.5, negative = none */
+    float      slope_bias;          /* times what a plane of this slope, up to 10, needs to clear all taps;
+                                       0 = 1, negative = none */
+    int        add;                 /* not 0: results are added to what is there */
+} rsm_direct_desc;
+
+RSM_DEF rsm_result rsm_direct(const rsm_map *map, const rsm_direct_desc *desc, const rsm_points *points,
+                              float *irradiance);
+/* Writes the irradiance of the light itself, shadowed by the map: 3 floats for each point. A point that lies
+   outside the map is lit by a sun, dark otherwise. occlusion is not used.
+   desc     NULL = all defaults
+   Errors   as rsm_gather */

@@ -1,0 +1,205 @@
+/* ---- arguments: results, strides, systems, points ---- */
+
+#define RSM__PI 3.14159265f
+#define RSM__MAX_FLOAT 3.40282347e38f
+
+enum {
+    RSM__LANES = 8,          /* pixel lights that the kernel takes at once */
+    RSM__WIDE = 16,          /* lanes of the widest vectors */
+    RSM__BLOCK = 64,         /* of them in one block of arrays */
+    RSM__RUN = 1024,         /* of them in one sum */
+    RSM__BATCH = 32,         /* receivers of a task */
+    RSM__FEW = 128,          /* pixel lights, at most, that go one by one to RSM__LANES receivers */
+    RSM__MAX_SIDE = 4096,
+    RSM__MAX_SAMPLES = 1 << 20,
+    RSM__MAX_POISSON = 4096
+};
+
+RSM_DEF const char *rsm_result_text(rsm_result result)
+{
+    switch (result) {
+#define RSM__TEXT(name, text) case name: return text;
+    RSM_RESULTS(RSM__TEXT)
+#undef RSM__TEXT
+    case RSM_RESULT_COUNT: break;
+    }
+    return "unknown result";
+}
+
+static inline size_t rsm__stride(size_t stride, size_t standard) { return stride ? stride : standard; }
+
+static inline const float *rsm__at(const float *base, size_t stride, size_t i)
+{
+    return (const float *)(const void *)((const char *)(const void *)base + i * stride);
+}
+
+/* Whether a position is finite and small enough for squares and fourth powers of floats. */
+static inline int rsm__usable(rsm__v3 v)
+{
+    return fabsf(v.x) <= 1e9f && fabsf(v.y) <= 1e9f && fabsf(v.z) <= 1e9f;      /* false for NaN */
+}
+
+/* Where a call says why it fails. system may be NULL. */
+static inline rsm__logger rsm__logger_of(const rsm_system *system, const char *function)
+{
+    rsm__logger log;
+    log.log = system ? system->log : NULL;
+    log.user = system ? system->user : NULL;
+    log.function = function;
+    return log;
+}
+
+/* Logs "FIELD TEXT" and returns the result, for a call that returns it too. */
+static inline rsm_result rsm__refuse(const rsm__logger *log, rsm_result result, const char *field,
+                                     const char *text)
+{
+    rsm__log_text(log, field, text);
+    return result;
+}
+
+/* Whether a value lies within low..high; logs it otherwise. Not a number does not. */
+static inline int rsm__within(const rsm__logger *log, const char *field, double value, double low,
+                              double high, const char *wanted)
+{
+    if (value >= low && value <= high) return 1;
+    rsm__log_value(log, field, value, wanted);
+    return 0;
+}
+
+static inline int rsm__system_valid(const rsm__logger *log, const rsm_system *s)
+{
+    if (rsm__allocator_valid(s->allocator.alloc_fn, s->allocator.free_fn)) return 1;
+    rsm__log_text(log, "system.allocator", "has one of its two functions");
+    return 0;
+}
+
+static inline rsm__allocator rsm__allocator_of(const rsm_system *s)
+{
+    return rsm__allocator_make(s->allocator.alloc_fn, s->allocator.free_fn, s->allocator.user);
+}
+
+static inline void rsm__run(const rsm_system *s, size_t count, rsm_task task, void *context)
+{
+    size_t i;
+    if (s->parallel_for) s->parallel_for(s->user, count, task, context);
+    else
+        for (i = 0; i < count; i++) task(context, i);
+}
+
+static inline int rsm__cancelled(const rsm_system *s, float fraction)
+{
+    return s->progress && s->progress(s->user, fraction) != 0;
+}
+
+/* As rsm__run in steps, between which the caller may cancel. begin..end is the share of the whole call that
+   this is. Returns 0 if the caller cancelled. */
+static inline int rsm__run_steps(const rsm_system *s, size_t count, rsm_task task, void *context, float begin,
+                                 float end)
+{
+    size_t step, steps = s->progress ? 16 : 1;
+    rsm__batch batch;
+    batch.task = task;
+    batch.context = context;
+    batch.first = 0;
+    for (step = 0; step < steps; step++) {
+        size_t next = count / steps * (step + 1) + count % steps * (step + 1) / steps;
+        if (rsm__cancelled(s, begin + (end - begin) * (float)step / (float)steps)) return 0;
+        rsm__run(s, next - batch.first, rsm__batch_task, &batch);
+        batch.first = next;
+    }
+    return 1;
+}
+
+static inline int rsm__stride_checked(const rsm__logger *log, const char *field, size_t stride,
+                                      size_t standard)
+{
+    if (rsm__stride_valid(stride, standard)) return 1;
+    rsm__log_value(log, field, (double)stride,
+                   standard == 12 ? "0 or a multiple of 4 from 12 on" : "0 or a multiple of 4 from 4 on");
+    return 0;
+}
+
+/* Whether a vector is unit by the rule of all headers: a length of 0.97 to 1.03, or none, or not finite. */
+static inline int rsm__unit_or_none(const float n[3])
+{
+    const float length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    if (length2 >= 0.97f * 0.97f && length2 <= 1.03f * 1.03f) return 1;
+    return (n[0] == 0.0f && n[1] == 0.0f && n[2] == 0.0f) || !(length2 <= RSM__MAX_FLOAT);
+}
+
+/* Normal i is not unit. */
+static inline rsm_result rsm__refuse_normal(const rsm__logger *log, const char *array, size_t i, rsm__v3 n)
+{
+    rsm__log_element(log, array, i, "has the length", (double)rsm__v3_length(n), "1 (0.97..1.03), or 0");
+    return RSM_ERR_INPUT;
+}
+
+/* Whether all of `count` normals, `stride` floats apart, are unit, as most are. 0 says that each has to be
+   asked: none and not finite are allowed too. Least and largest of four lengths at a time: one after the
+   other would wait. */
+static inline int rsm__all_unit(const float *n, size_t stride, size_t count)
+{
+    float low[4] = { 1, 1, 1, 1 }, high[4] = { 1, 1, 1, 1 };
+    size_t i, l;
+    for (i = 0; i + 4 <= count; i += 4)
+        for (l = 0; l < 4; l++, n += stride) {
+            float length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+            low[l] = length2 < low[l] ? length2 : low[l];
+            high[l] = length2 > high[l] ? length2 : high[l];
+        }
+    for (l = 0; l < 4; l++)
+        if (low[l] < 0.97f * 0.97f || high[l] > 1.03f * 1.03f) return 0;
+    return i == count;
+}
+
+/* Logs the first receiver whose normal is not unit. */
+static inline rsm_result rsm__normals_check(const rsm__logger *log, const rsm_points *p)
+{
+    const size_t stride = rsm__stride(p->normal_stride, 12) / 4, block = 64;
+    size_t i, k, count = p->indices ? p->index_count : p->count;
+    for (i = 0; i < count; i += block) {
+        const size_t end = count - i < block ? count : i + block;
+        if (!p->indices && rsm__all_unit(p->normals + i * stride, stride, end - i)) continue;
+        for (k = i; k < end; k++) {
+            const size_t at = p->indices ? p->indices[k] : k;
+            const float *n = p->normals + at * stride;
+            if (!rsm__unit_or_none(n)) return rsm__refuse_normal(log, "points.normals", at, rsm__v3_load(n));
+        }
+    }
+    return RSM_OK;
+}
+
+/* Pointers, strides and indices of receivers, then the lengths of their normals. */
+static inline rsm_result rsm__points_check(const rsm__logger *log, const rsm_points *p, const float *out)
+{
+    const rsm_result bad = RSM_ERR_ARGUMENT;
+    size_t i, bytes;
+    if (!p) return rsm__refuse(log, bad, "points", "is NULL");
+    if (p->count && !p->positions) return rsm__refuse(log, bad, "points.positions", "is NULL");
+    if (p->count && !p->normals) return rsm__refuse(log, bad, "points.normals", "is NULL");
+    if (p->count && !out) return rsm__refuse(log, bad, "irradiance", "is NULL");
+    if (!rsm__stride_checked(log, "points.position_stride", p->position_stride, 12)) return bad;
+    if (!rsm__stride_checked(log, "points.normal_stride", p->normal_stride, 12)) return bad;
+    if (!rsm__stride_checked(log, "points.occlusion_stride", p->occlusion_stride, 4)) return bad;
+    if (!rsm__mul_size(p->count, 12, &bytes)) return rsm__refuse(log, bad, "points.count", "is too large");
+    for (i = 0; p->indices && i < p->index_count; i++)
+        if (p->indices[i] >= p->count) {
+            rsm__log_element(log, "points.indices", i, "is", p->indices[i], "below points.count");
+            return bad;
+        }
+    return p->count ? rsm__normals_check(log, p) : RSM_OK;
+}
+
+/* Loads receiver i; returns 0 where there is none. *bad counts those that are not finite. */
+static inline int rsm__receiver(const rsm_points *p, size_t i, rsm__v3 *x, rsm__v3 *n, uint64_t *bad)
+{
+    *x = rsm__v3_load(rsm__at(p->positions, rsm__stride(p->position_stride, 12), i));
+    *n = rsm__v3_load(rsm__at(p->normals, rsm__stride(p->normal_stride, 12), i));
+    if (n->x == 0.0f && n->y == 0.0f && n->z == 0.0f) return 0;
+    if (rsm__usable(*x) && rsm__usable(*n)) return 1;
+    ++*bad;
+    return 0;
+}
+
+static inline float rsm__mean3(const float *rgb) { return (rgb[0] + rgb[1] + rgb[2]) * (1.0f / 3.0f); }
+static inline float rsm__fraction(float x) { return x - floorf(x); }

@@ -1,0 +1,44 @@
+/* ---- kernels: one text, compiled for every instruction set ---- */
+
+/* Open pixels of one cell in arrays, so that the tests of section 4 run in vectors: cells of 8 and 4 fill them, the
+   three of a cell of 2 fill three of four lanes. */
+enum { RSM__TILE = 128 };
+
+typedef struct rsm__tile {
+    float    px[RSM__TILE], py[RSM__TILE], pz[RSM__TILE], nx[RSM__TILE], ny[RSM__TILE], nz[RSM__TILE];
+    int32_t  good[RSM__TILE];      /* bits of the samples that suit */
+    uint32_t x[RSM__TILE], y[RSM__TILE];
+} rsm__tile;
+
+/* Marks which of a tile's pixels a sample suits. s: its position and normal; limits: of the cosine, slope^2 and
+   distance^2. */
+typedef void (*rsm__suit)(rsm__tile *t, size_t count, const float s[6], const float limits[3], int32_t bit);
+
+/* Names that every instruction set has of its own, see unit simd. */
+#define rsm__lights RSM__NAME_IN_SET(rsm__lights, RSM__SET)
+#define rsm__receivers RSM__NAME_IN_SET(rsm__receivers, RSM__SET)
+#define rsm__lights_load RSM__NAME_IN_SET(rsm__lights_load, RSM__SET)
+#define rsm__light_in_all RSM__NAME_IN_SET(rsm__light_in_all, RSM__SET)
+#define rsm__forms RSM__NAME_IN_SET(rsm__forms, RSM__SET)
+#define rsm__forms_make RSM__NAME_IN_SET(rsm__forms_make, RSM__SET)
+#define rsm__lane_sums RSM__NAME_IN_SET(rsm__lane_sums, RSM__SET)
+#define rsm__sums_zero RSM__NAME_IN_SET(rsm__sums_zero, RSM__SET)
+#define rsm__sums_add RSM__NAME_IN_SET(rsm__sums_add, RSM__SET)
+#define rsm__sums_give RSM__NAME_IN_SET(rsm__sums_give, RSM__SET)
+#define rsm__sum_some RSM__NAME_IN_SET(rsm__sum_some, RSM__SET)
+#define rsm__sum_lights RSM__NAME_IN_SET(rsm__sum_lights, RSM__SET)
+#define rsm__sum_lights_lossy RSM__NAME_IN_SET(rsm__sum_lights_lossy, RSM__SET)
+#define rsm__sum_lights_near RSM__NAME_IN_SET(rsm__sum_lights_near, RSM__SET)
+#define rsm__sum_lights_near_lossy RSM__NAME_IN_SET(rsm__sum_lights_near_lossy, RSM__SET)
+#define rsm__light_some RSM__NAME_IN_SET(rsm__light_some, RSM__SET)
+#define rsm__light_crowd RSM__NAME_IN_SET(rsm__light_crowd, RSM__SET)
+#define rsm__light_crowd_lossy RSM__NAME_IN_SET(rsm__light_crowd_lossy, RSM__SET)
+#define rsm__suit_tile RSM__NAME_IN_SET(rsm__suit_tile, RSM__SET)
+
+#define RSM__SET plain
+#define RSM__WIDTH RSM__SIMD_WIDTH
+#define RSM__LANE_COUNT 8
+
+#endif /* !RSM_IMPLEMENTED */
+
+#ifdef RSM__SET

@@ -1,0 +1,28 @@
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* SHADOWFIELD_H */
+
+/* ==== implementation ============================================================================================== */
+
+#if defined(SHADOWFIELD_IMPLEMENTATION) && !defined(SHADOWFIELD_IMPLEMENTED)
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifndef SFIELD_ASSERT
+#include <assert.h>
+#define SFIELD_ASSERT(condition) assert(condition)
+#endif
+
+/* The name of this file, by which it includes itself (see kernels_begin.h). Define SFIELD_FILE if you renamed it. */
+#ifndef SFIELD_FILE
+#define SFIELD_FILE "shadowfield.h"
+#endif
+#define SFIELD__FILE SFIELD_FILE
+
+#ifdef SFIELD_NO_SIMD
+#define SFIELD__NO_SIMD
+#endif

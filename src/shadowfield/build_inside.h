@@ -1,0 +1,128 @@
+/* ---- building: sample points inside a mesh ---- */
+
+/* Fields are interpolated: a position inside the mesh, which sees nothing, would darken receivers between it
+   and the next one outside. It takes the view from the surface instead, that of a receiver there. */
+
+enum { SFIELD__WAYS = 27, SFIELD__CROSSINGS = 32 };
+static const float sfield__outside = 1e-3f;     /* over the surface, in r; gaps below twice that are none */
+
+typedef struct sfield__way {        /* a ray from the eye */
+    float d[3];
+    uint32_t face;                  /* of the cube about the eye that it goes through */
+    float at[SFIELD__CROSSINGS];    /* where it meets the mesh, rising; < 0: goes in at that distance, > 0:
+                                       comes out */
+    int   count;                    /* of them; those beyond the last are left out */
+    int   winding;                  /* times that it comes out, less times that it goes in */
+} sfield__way;
+
+/* Aims the rays: outwards, and to faces, edges and corners of a cube. All are turned a little, so that none
+   runs along the edges of a mesh. */
+static void sfield__aim_ways(const float *eye, sfield__way *way)
+{
+    int i;
+    for (i = 0; i < SFIELD__WAYS; i++) {
+        sfield__v3 d = sfield__v3_make((float)(i % 3 - 1), (float)(i / 3 % 3 - 1), (float)(i / 9 - 1));
+        if (i == SFIELD__WAYS / 2) d = sfield__v3_load(eye);
+        d = sfield__v3_add(sfield__v3_normalize(d), sfield__v3_make(0.0131f, -0.0079f, 0.0107f));
+        sfield__v3_store(way[i].d, sfield__v3_normalize(d));
+        way[i].face = sfield__face_of(way[i].d);
+        way[i].count = way[i].winding = 0;
+    }
+}
+
+static void sfield__add_crossing(sfield__way *way, float t, int out)
+{
+    int i = way->count < SFIELD__CROSSINGS ? way->count++ : SFIELD__CROSSINGS;
+    way->winding += out ? 1 : -1;
+    for (; i > 0 && fabsf(way->at[i - 1]) > t; i--)
+        if (i < SFIELD__CROSSINGS) way->at[i] = way->at[i - 1];
+    if (i < SFIELD__CROSSINGS) way->at[i] = out ? t : -t;
+}
+
+/* Finds where all rays meet the mesh, by the cone test of sfield__edges_of. Corners are relative to the
+   eye. */
+static void sfield__find_crossings(const sfield__build *b, const sfield__view *v, sfield__way *way)
+{
+    size_t t;
+    int i, k;
+    for (t = 0; t < b->triangles; t++) {
+        const uint32_t *index = b->index + 3 * t, face = v->face[index[0]];
+        const int one_face = face != 255 && face == v->face[index[1]] && face == v->face[index[2]];
+        sfield__v3 p[3], n[3], all;
+        float det;
+        for (k = 0; k < 3; k++) p[k] = sfield__v3_load(v->corner + 5 * (size_t)index[k]);
+        for (k = 0; k < 3; k++) n[k] = sfield__v3_cross(p[k], p[(k + 1) % 3]);
+        det = sfield__v3_dot(n[0], p[2]);
+        if (!(det > 0 || det < 0)) continue;
+        for (k = 0; k < 3 && det < 0; k++) n[k] = sfield__v3_scale(n[k], -1);
+        all = sfield__v3_add(sfield__v3_add(n[0], n[1]), n[2]);
+        for (i = 0; i < SFIELD__WAYS; i++) {
+            sfield__v3 d = sfield__v3_load(way[i].d);
+            if (one_face && face != way[i].face) continue;
+            if (!(sfield__v3_dot(n[0], d) > 0 && sfield__v3_dot(n[1], d) > 0 && sfield__v3_dot(n[2], d) > 0))
+                continue;
+            sfield__add_crossing(&way[i], fabsf(det) / sfield__v3_dot(all, d), det > 0);
+        }
+    }
+}
+
+/* Returns the distance at which a ray that starts inside is out of everything; 0 if there is none. */
+static float sfield__find_way_out(const sfield__way *way)
+{
+    int i, inside = way->winding;
+    for (i = 0; i < way->count && inside > 0; i++) {
+        inside += way->at[i] < 0 ? 1 : -1;
+        if (inside <= 0 && i + 1 < SFIELD__CROSSINGS &&
+            (i + 1 == way->count || fabsf(way->at[i + 1]) > way->at[i] + 2 * sfield__outside))
+            return way->at[i];
+    }
+    return 0;
+}
+
+static float sfield__share_hidden(const sfield__build *b, const float *texel)
+{
+    float sum = 0;
+    uint32_t c;
+    for (c = 0; c < b->cells; c++) sum += texel[c];
+    return sum / (float)b->cells;
+}
+
+/* Moves the eye, where sfield__project_vertices was asked for, out of the mesh: 0 if it is not inside. Inside
+   is where nearly all is hidden and most rays come out of the mesh once more than they go in, its triangles
+   being counter-clockwise from outside: not behind a single sheet, not in a room, not in a cup. */
+static int sfield__move_out(const sfield__build *b, const sfield__view *v, float hidden, float *eye)
+{
+    sfield__way way[SFIELD__WAYS];
+    float nearest = 0;
+    int i, k, inside = 0, best = 0;
+    if (hidden < 0.99f) return 0;
+    sfield__aim_ways(eye, way);
+    sfield__find_crossings(b, v, way);
+    for (i = 0; i < SFIELD__WAYS; i++) {
+        float t = sfield__find_way_out(&way[i]);
+        inside += way[i].winding > 0;
+        if (!(t > 0 && t < 1000) || (nearest > 0 && t >= nearest)) continue;
+        nearest = t;
+        best = i;
+    }
+    if (2 * inside <= SFIELD__WAYS || !(nearest > 0)) return 0;
+    for (k = 0; k < 3; k++) eye[k] += (nearest + sfield__outside) * way[best].d[k];
+    return 1;
+}
+
+/* Finds the eyes that are inside the mesh, by what was seen from them, and moves them out. */
+static void sfield__find_inside_task(void *context, size_t piece)
+{
+    const sfield__build *b = (const sfield__build *)context;
+    sfield__view *v = &b->view[piece];
+    size_t i;
+    for (i = piece; i < b->to - b->from; i += b->pieces) {
+        const float *seen = b->seen + i * b->seen_size;
+        float hidden = b->h.basis == SFIELD_BASIS_SH ? seen[0] / 3.54490770f : sfield__share_hidden(b, seen);
+        b->moved[i] = 0;
+        if (!(hidden >= 0.99f)) continue;
+        sfield__project_vertices(b, v, b->eyes + 3 * i);
+        b->moved[i] = (uint8_t)sfield__move_out(b, v, hidden, b->eyes + 3 * i);
+        v->moved += b->moved[i];
+    }
+}

@@ -1,0 +1,194 @@
+/* ---- scenes: distant light ---- */
+
+/* What a map leaves in a texel of the cube: sums by solid angle, and the least of each channel. */
+typedef struct sfield__gathered { double rgb[3], angle; float least[3]; } sfield__gathered;
+
+static void sfield__gather_cell(sfield__gathered *g, const float *rgb, double angle)
+{
+    uint32_t k;
+    for (k = 0; k < 3; k++) {
+        const float good = sfield__finite(rgb[k]) && rgb[k] > 0 ? (rgb[k] < 1e18f ? rgb[k] : 1e18f) : 0.0f;
+        g->rgb[k] += angle * (double)good;
+        if (g->angle == 0 || good < g->least[k]) g->least[k] = good;
+    }
+    g->angle += angle;
+}
+
+/* A texel of the map has one radiance and its exact solid angle. It counts where its middle lies in the cube,
+   in parts where the map is coarser: no sun falls between samples, none counts twice (T11, T12). */
+static void sfield__gather_map(const sfield_scene *s, const float *rgb, uint32_t width, uint32_t height,
+                               sfield__gathered *g)
+{
+    const uint32_t across = (32 * s->side + width - 1) / width, down = (16 * s->side + height - 1) / height;
+    const uint32_t wide = width * across, high = height * down;
+    const double step = 2 * sfield__pi / wide;
+    double first[2], turn[2], half, unused, sine, cosine;
+    uint32_t x, y;
+    sfield__sincos_d(0.5 * step - sfield__pi, &first[1], &first[0]);
+    sfield__sincos_d(step, &turn[1], &turn[0]);
+    sfield__sincos_d(0.5 * sfield__pi / high, &half, &unused);
+    for (y = 0; y < high; y++) {
+        const float *row = rgb + 3 * (size_t)(y / down) * width;
+        double c = first[0], n = first[1], old, angle;
+        sfield__sincos_d(sfield__pi * (y + 0.5) / high, &sine, &cosine);
+        angle = step * 2 * sine * half;         /* cos of the upper edge less cos of the lower */
+        for (x = 0; x < wide; x++) {
+            float direction[3];
+            direction[0] = (float)(sine * c);
+            direction[1] = (float)cosine;
+            direction[2] = (float)(sine * n);
+            sfield__gather_cell(g + sfield_cube_find(s->side, direction), row + 3 * (size_t)(x / across),
+                                angle);
+            old = c;
+            c = c * turn[0] - n * turn[1];
+            n = n * turn[0] + old * turn[1];
+        }
+    }
+}
+
+/* The sky as a cube of texels. What falls into one fills its solid angle but for its edges: what all of it
+   has at least counts for the whole texel, and what is brighter by the energy there is; the rest of that
+   error is scaled away. 0: no memory. */
+static int sfield__take_map(sfield_scene *s, const float *rgb, uint32_t width, uint32_t height)
+{
+    const float *angle = s->texel + 3 * (size_t)s->cells;
+    sfield__gathered *g = (sfield__gathered *)sfield__alloc_array(&s->allocator, s->cells, sizeof *g);
+    uint32_t i, k;
+    if (!g) return 0;
+    memset(g, 0, s->cells * sizeof *g);
+    sfield__gather_map(s, rgb, width, height, g);
+    for (k = 0; k < 3; k++) {
+        float *sky = s->sky + (size_t)k * s->cells;
+        double all = 0, sum = 0;
+        for (i = 0; i < s->cells; i++) {
+            const double least = (double)g[i].least[k], more = g[i].rgb[k] - least * g[i].angle;
+            sky[i] = (float)(least + more / (double)angle[i]);
+            all += g[i].rgb[k];
+            sum += (double)sky[i] * (double)angle[i];
+        }
+        for (i = 0; i < s->cells && sum > 0; i++) sky[i] = (float)((double)sky[i] * (all / sum));
+    }
+    sfield__free(&s->allocator, g);
+    return 1;
+}
+
+/* Turns the sky into the world. Harmonics turn their coefficients; wavelets resample the cube map, once. */
+static void sfield__turn_sky(sfield_scene *s)
+{
+    uint32_t c, k;
+    s->sky_version++;
+    if (s->algebra) {
+        sfield_rotation r;
+        float tile[SFIELD_MAX_COEFS * SFIELD__LANES] = { 0 };
+        for (c = 0; c < 3; c++) {
+            float *now = s->sky_now + c * s->planes;
+            memcpy(now, s->sky_still + c * s->planes, s->coefs * sizeof *now);
+            if (sfield_sh_rotation(s->algebra, s->sky_turn, &r) == SFIELD_OK) {
+                sfield__load_tile(s->coefs, 1, now, 1, tile);
+                sfield__rotate16(&r, tile, tile, SFIELD__LANES, 0, s->simd);
+                sfield__store_tile(s->coefs, 1, tile, now, 1);
+            }
+            for (k = 0; k < s->coefs; k++) now[k] += s->sun[c * s->planes + k];
+        }
+        return;
+    }
+#ifndef SFIELD_WITHOUT_WAVELETS
+    sfield__turn_cube(s);
+#endif
+}
+
+static int sfield__rotation_good(const float *m)
+{
+    float scale;
+    return !m || sfield__m4_is_zero(m) || sfield__m4_is_rigid_uniform(m, &scale);
+}
+
+static void sfield__set_turn(sfield_scene *s, const float *rotation)
+{
+    uint32_t i;
+    float scale = 1;
+    sfield__m4_set_identity(s->sky_turn);
+    if (rotation && sfield__m4_is_rigid_uniform(rotation, &scale))
+        for (i = 0; i < 12; i++) s->sky_turn[i] = i % 4 == 3 ? 0 : rotation[i] / scale;
+    sfield__turn_sky(s);
+}
+
+SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *s, const float *rgb, uint32_t width,
+                                                  uint32_t height, const float rotation[16])
+{
+    uint32_t c;
+    sfield__logger log;
+    if (!s) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_of(&s->desc.system, "sfield_scene_environment");
+    if (!sfield__rotation_good(rotation))
+        return sfield__fail(&log, SFIELD_ERR_INPUT, "rotation", "is no rotation");
+    if (rgb && (width < 1 || height < 1 || width > 65536 || height > 65536))
+        return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "width or height", "is not 1..65536");
+    if (rgb && !sfield__take_map(s, rgb, width, height)) return SFIELD_ERR_ALLOC;
+    if (!rgb) memset(s->sky, 0, 3 * (size_t)s->cells * sizeof *s->sky);
+    memset(s->sun, 0, 3 * (size_t)s->planes * sizeof *s->sun);
+    s->has_sky = rgb != NULL;
+    s->has_sun = 0;
+    for (c = 0; c < 3 && s->algebra; c++)
+        (void)sfield_sh_project(s->desc.bands, s->side, s->sky + c * s->cells, 1,
+                                s->sky_still + c * s->planes);
+    sfield__set_turn(s, rotation);
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *s, const float rotation[16])
+{
+    sfield__logger log;
+    if (!s || !rotation) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_of(&s->desc.system, "sfield_scene_turn");
+    if (!sfield__rotation_good(rotation))
+        return sfield__fail(&log, SFIELD_ERR_INPUT, "rotation", "is no rotation");
+    sfield__set_turn(s, rotation);
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *s, const float direction[3],
+                                          const float irradiance[3])
+{
+    double d[3], y[SFIELD_MAX_COEFS];
+    uint32_t c, k;
+    sfield__logger log;
+    if (!s) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_of(&s->desc.system, "sfield_scene_sun");
+    if (direction && !irradiance) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "irradiance", "is NULL");
+    if (!direction) {
+        memset(s->sun, 0, 3 * (size_t)s->planes * sizeof *s->sun);
+        s->has_sun = 0;
+        sfield__turn_sky(s);
+        return SFIELD_OK;
+    }
+    if (sfield__unit_vector(direction) != 1)
+        return sfield__fail(&log, SFIELD_ERR_INPUT, "direction", "is not unit");
+    for (k = 0; k < 3; k++) {
+        if (!sfield__in(irradiance[k], 0, 1e18f))
+            return sfield__fail(&log, SFIELD_ERR_INPUT, "irradiance", "is not 0..1e18");
+        d[k] = (double)direction[k];
+    }
+    if (s->algebra) {
+        sfield_sh_basis(s->desc.bands, d, y);
+        for (c = 0; c < 3; c++)
+            for (k = 0; k < s->coefs; k++) s->sun[c * s->planes + k] += irradiance[c] * (float)y[k];
+    } else {
+        uint32_t at = sfield_cube_find(s->side, direction);
+        for (c = 0; c < 3; c++) s->sun[c * s->cells + at] += irradiance[c] / s->texel[3 * s->cells + at];
+    }
+    if (!s->has_sky && !s->has_sun) sfield__set_turn(s, NULL);
+    else sfield__turn_sky(s);
+    s->has_sun = 1;
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_scene_sky(const sfield_scene *s, float *coefs)
+{
+    uint32_t c;
+    if (!s || !coefs) return SFIELD_ERR_ARGUMENT;
+    if (!s->algebra) return SFIELD_ERR_MISMATCH;
+    for (c = 0; c < 3; c++)
+        memcpy(coefs + c * s->coefs, s->sky_now + c * s->planes, s->coefs * sizeof *coefs);
+    return SFIELD_OK;
+}

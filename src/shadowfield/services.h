@@ -1,0 +1,117 @@
+/* ---- services: the caller's allocator and log ---- */
+
+static sfield__allocator sfield__allocator_of(const sfield_system *system)
+{
+    const sfield_allocator *a = system ? &system->allocator : NULL;
+    return a ? sfield__allocator_make(a->alloc_fn, a->free_fn, a->user)
+             : sfield__allocator_make(NULL, NULL, NULL);
+}
+
+/* Has an allocator both functions, or none? */
+static int sfield__system_good(const sfield_system *system)
+{
+    return !system || sfield__allocator_valid(system->allocator.alloc_fn, system->allocator.free_fn);
+}
+
+static sfield__logger sfield__logger_of(const sfield_system *system, const char *function)
+{
+    sfield__logger log;
+    log.log = system ? system->log : NULL;
+    log.user = system ? system->user : NULL;
+    log.function = function;
+    return log;
+}
+
+/* Returns the result with which a call fails, once its line is written. */
+static SFIELD__COLD sfield_result sfield__fail(const sfield__logger *log, sfield_result result, const char *field,
+                                  const char *text)
+{
+    sfield__log_text(log, field, text);
+    return result;
+}
+
+static SFIELD__COLD sfield_result sfield__fail_allocator(const sfield__logger *log)
+{
+    return sfield__fail(log, SFIELD_ERR_DESC, "system.allocator",
+                        "has one of its functions without the other");
+}
+
+/* "FUNCTION: ARRAY[INDEX] TEXT" */
+static SFIELD__COLD sfield_result sfield__fail_at(const sfield__logger *log, sfield_result result, const char *array,
+                                     uint64_t index, const char *text)
+{
+    sfield__message m;
+    if (!log->log) return result;
+    sfield__message_begin(&m, log, array);
+    sfield__message_text(&m, "[");
+    sfield__message_count(&m, index);
+    sfield__message_text(&m, "] ");
+    sfield__message_text(&m, text);
+    log->log(log->user, m.text);
+    return result;
+}
+
+/* Is a setting in its range? A line says so where it is not. */
+static int sfield__check_value(const sfield__logger *log, int good, const char *field, double value,
+                        const char *wanted)
+{
+    if (!good) sfield__log_value(log, field, value, wanted);
+    return good;
+}
+
+/* Returns what a vector of an array is: 1 unit, 0 left out (zero, or not finite), -1 of another length, which
+   is an error. */
+static int sfield__unit_vector(const float *v)
+{
+    const float nn = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (nn >= 0.9409f && nn <= 1.0609f) return 1;           /* 0.97..1.03 squared */
+    return sfield__finite(nn) && nn > 0 ? -1 : 0;
+}
+
+/* Fails with the first vector of an array that has another length. */
+static sfield_result sfield__check_units(const sfield__logger *log, const char *array, const float *vectors,
+                                         size_t stride, size_t count)
+{
+    const char *at = (const char *)(const void *)vectors;
+    size_t i;
+    for (i = 0; i < count; i++, at += stride ? stride : 12) {
+        const float *v = (const float *)(const void *)at;
+        if (sfield__unit_vector(v) >= 0) continue;
+        sfield__log_element(log, array, i, "has the length",
+                            sqrt((double)(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])), "1 (0.97..1.03), or 0");
+        return SFIELD_ERR_INPUT;
+    }
+    return SFIELD_OK;
+}
+
+/* Returns row i of an array of three floats; a stride of 0 is 12. */
+static const float *sfield__row(const float *base, size_t stride, size_t i)
+{
+    return (const float *)(const void *)((const char *)(const void *)base + i * (stride ? stride : 12));
+}
+
+/* Are there positions and normals, and are their strides good? A line says what is not. */
+static int sfield__points_good(const sfield__logger *log, const sfield_points *p)
+{
+    if (!p->positions || !p->normals) {
+        sfield__log_text(log, p->positions ? "points->normals" : "points->positions", "is NULL");
+        return 0;
+    }
+    return sfield__check_value(log, sfield__stride_valid(p->position_stride, 12), "points->position_stride",
+                        (double)p->position_stride, "0, or a multiple of 4 of at least 12") &&
+           sfield__check_value(log, sfield__stride_valid(p->normal_stride, 12), "points->normal_stride",
+                        (double)p->normal_stride, "0, or a multiple of 4 of at least 12");
+}
+
+static int sfield__m4_is_zero(const float *m)
+{
+    int i;
+    for (i = 0; i < 16 && m[i] == 0; i++) { }
+    return i == 16;
+}
+
+static void sfield__m4_set_identity(float *m)
+{
+    memset(m, 0, 16 * sizeof *m);
+    m[0] = m[5] = m[10] = m[15] = 1;
+}

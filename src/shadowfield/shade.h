@@ -1,0 +1,163 @@
+/* ---- shading: the public calls ---- */
+
+static void sfield__shade_set_sh(const sfield__job *job, const sfield_points *set, size_t piece,
+                                 uint8_t *memory, sfield_scene_stats *stats)
+{
+    const sfield_scene *s = job->s;
+    sfield__tile t;
+    size_t i;
+    memset(&t, 0, sizeof t);
+    t.s = s;
+    t.set = set;
+    t.lights = s->light_count;
+    t.sky = s->has_sky || s->has_sun || set->ambient;
+    t.chains = set->gloss && set->exponents ? 2 : 1;
+    t.all_round = job->incident != NULL;
+    t.stand = sfield__hash_stand(s, set);
+    t.stats = *stats;
+    (void)sfield__carve_tile(&t, memory, s->occluder_count, t.lights, s->coefs, (uint32_t)t.chains);
+    for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
+        t.first = i;
+        t.lanes = set->count - i < SFIELD__LANES ? (uint32_t)(set->count - i) : (uint32_t)SFIELD__LANES;
+        if (job->incident) sfield__shade_incident(&t, job->incident);
+        else sfield__shade_tile(&t);
+    }
+    *stats = t.stats;
+}
+
+static void sfield__shade_task(void *context, size_t piece)
+{
+    sfield__job *job = (sfield__job *)context;
+    uint8_t *memory = job->s->scratch + piece * job->scratch;
+    size_t i;
+    memory += (64 - ((uintptr_t)memory & 63)) & 63;
+    for (i = 0; i < job->set_count; i++)
+#ifndef SFIELD_WITHOUT_WAVELETS
+        if (!job->s->algebra) sfield__shade_set_haar(job, &job->sets[i], piece, memory, &job->stats[piece]);
+        else
+#endif
+            sfield__shade_set_sh(job, &job->sets[i], piece, memory, &job->stats[piece]);
+}
+
+/* Checks pointers, strides and the entity of a set. */
+static sfield_result sfield__check_arrays(const sfield__logger *log, const sfield_scene *s,
+                                          const sfield_points *p)
+{
+    if (!sfield__points_good(log, p) ||
+        !sfield__check_value(log, p->count <= 0x7fffffffu, "points->count", (double)p->count, "below 2^31") ||
+        !sfield__check_value(
+            log, p->view_stride % 4 == 0 && (!p->views || sfield__stride_valid(p->view_stride, 12)),
+            "points->view_stride", (double)p->view_stride, "0, or a multiple of 4 of at least 12") ||
+        !sfield__check_value(log, p->exponent_stride % 4 == 0, "points->exponent_stride",
+                             (double)p->exponent_stride, "a multiple of 4") ||
+        !sfield__check_value(log, p->entity <= s->item_count, "points->entity", p->entity,
+                             "0, or 1 for the first entity, ..."))
+        return SFIELD_ERR_ARGUMENT;
+    if (p->gloss && p->exponents && !p->views)
+        return sfield__fail(log, SFIELD_ERR_ARGUMENT, "points->views",
+                            "is NULL, but gloss and exponents are there");
+    return SFIELD_OK;
+}
+
+static sfield_result sfield__check_set(const sfield__logger *log, const sfield_scene *s,
+                                       const sfield_points *p)
+{
+    sfield_result result;
+    if (p->count == 0) return SFIELD_OK;
+    result = sfield__check_arrays(log, s, p);
+    if (result != SFIELD_OK) return result;
+    if (p->gloss && !s->algebra)
+        return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->gloss", "is not made by wavelets");
+    if (p->self && (!sfield__field_fits(s, p->self, SFIELD__KIND_SELF) || p->self->h.samples != p->count))
+        return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->self",
+                            "is not of this basis, these bands and this count");
+#ifndef SFIELD_WITHOUT_WAVELETS
+    if (s->desc.product == SFIELD_PRODUCT_SPARSE && sfield__find_unmapped(s, p))
+        return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->self",
+                            "is on a rotated entity, which SFIELD_PRODUCT_SPARSE does not do");
+#endif
+    if (p->cache &&
+        (p->cache->points != p->count || p->cache->coefs != s->coefs || !p->cache->cells != !!s->algebra))
+        return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->cache", "is not of this basis and this count");
+    result = sfield__check_units(log, "points->normals", p->normals, p->normal_stride, p->count);
+    if (result == SFIELD_OK && p->views && p->gloss && p->exponents)
+        result = sfield__check_units(log, "points->views", p->views, p->view_stride, p->count);
+    return result;
+}
+
+static sfield_result sfield__shade_all(sfield__job *job, sfield_scene_stats *stats)
+{
+    sfield_scene *s = job->s;
+    const uint64_t *from;
+    uint64_t *to;
+    uint64_t bytes = 64;
+    size_t i, k;
+#ifndef SFIELD_WITHOUT_WAVELETS
+    if (!s->algebra) bytes += sfield__scratch_haar(s);
+    else
+#endif
+        bytes += sfield__carve_tile(NULL, NULL, s->occluder_count, s->light_count, s->coefs, 2);
+    job->pieces = s->desc.system.parallel_for ? (uint32_t)SFIELD__PIECES : 1u;
+    if (bytes > SIZE_MAX / job->pieces) return SFIELD_ERR_ALLOC;
+    job->scratch = (size_t)bytes;
+    if (job->scratch * job->pieces > s->scratch_bytes) {
+        uint8_t *grown = (uint8_t *)sfield__alloc(&s->allocator, job->scratch * job->pieces);
+        if (!grown) return SFIELD_ERR_ALLOC;
+        sfield__free(&s->allocator, s->scratch);
+        s->scratch = grown;
+        s->scratch_bytes = job->scratch * job->pieces;
+    }
+    memset(job->stats, 0, sizeof job->stats);
+    if (s->desc.system.parallel_for)
+        s->desc.system.parallel_for(s->desc.system.user, job->pieces, sfield__shade_task, job);
+    else sfield__shade_task(job, 0);
+    if (!stats) return SFIELD_OK;
+    memset(stats, 0, sizeof *stats);
+    to = &stats->points;
+    for (i = 0; i < job->pieces; i++)           /* eight counters of 64 bits, then the overlaps */
+        for (k = 0, from = &job->stats[i].points; k < 8; k++) to[k] += from[k];
+    stats->overlaps = s->overlaps;
+    return SFIELD_OK;
+}
+
+SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const sfield_points *sets, size_t set_count,
+                                      sfield_scene_stats *stats)
+{
+    sfield__job job;
+    size_t i;
+    sfield__logger log;
+    if (!scene) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_of(&scene->desc.system, "sfield_shade");
+    if (!sets && set_count) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "sets", "is NULL");
+    for (i = 0; i < set_count; i++) {
+        sfield_result result = sfield__check_set(&log, scene, &sets[i]);
+        if (result != SFIELD_OK) return result;
+    }
+#ifndef SFIELD_WITHOUT_WAVELETS
+    if (sfield__map_receivers(scene, sets, set_count) != SFIELD_OK) return SFIELD_ERR_ALLOC;
+#endif
+    job.s = scene;
+    job.sets = sets;
+    job.set_count = set_count;
+    job.incident = NULL;
+    return sfield__shade_all(&job, stats);
+}
+
+SFIELD_DEF sfield_result sfield_incident(sfield_scene *scene, const sfield_points *set, float *coefs)
+{
+    sfield__job job;
+    sfield_result result;
+    sfield__logger log;
+    if (!scene) return SFIELD_ERR_ARGUMENT;
+    log = sfield__logger_of(&scene->desc.system, "sfield_incident");
+    if (!set || !coefs) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, set ? "coefs" : "set", "is NULL");
+    result = sfield__check_set(&log, scene, set);
+    if (result != SFIELD_OK) return result;
+    if (!scene->algebra || scene->desc.product == SFIELD_PRODUCT_EXP)
+        return sfield__fail(&log, SFIELD_ERR_MISMATCH, "scene", "has no products of harmonics");
+    job.s = scene;
+    job.sets = set;
+    job.set_count = 1;
+    job.incident = coefs;
+    return sfield__shade_all(&job, NULL);
+}

@@ -1,0 +1,119 @@
+/* ---- shading: which occluders count for which points ---- */
+
+/* Finds the occluders that count for any lane, in reach (third rule) and, but for incident radiance, not
+   below the horizon (first), from near to far by the middle of the tile. */
+static void sfield__find_candidates(sfield__tile *t)
+{
+    const sfield_scene *s = t->s;
+    uint32_t i, j;
+    t->count = 0;
+    sfield__bound_lanes(t);
+    for (i = 0; i < s->occluder_count; i++) {
+        const sfield__item *it = &s->item[s->occluder[i]];
+        float *d2 = t->d2 + (size_t)t->count * SFIELD__LANES;
+        const float *c = it->center[0], x = c[0] - t->middle[0], y = c[1] - t->middle[1],
+                    z = c[2] - t->middle[2];
+        const float mean = sqrtf(x * x + y * y + z * z), least = mean - t->extent;
+        uint32_t near_by = 0, used = 0;
+        if (s->occluder[i] + 1 == t->set->entity) continue;
+        if (least < it->reach) {
+            used = sfield__look_at16(t->p, t->n, c, it->reach * it->reach, -it->radius[0], d2, s->simd);
+            near_by = used & t->active;
+            used = t->all_round ? near_by : near_by & used >> 16;
+        }
+        t->stats.pairs += t->lanes;
+        t->stats.culled_far += sfield__count_lanes(t->active & ~near_by);
+        t->stats.culled_horizon += sfield__count_lanes(near_by & ~used);
+        if (!used) continue;
+        t->farthest[t->count] = mean + t->extent;
+        t->widest[t->count] = least > it->inscribed ? it->inscribed / least : 1;
+        t->used[t->count] = used;
+        t->item[t->count] = s->occluder[i];
+        t->mean[t->count] = mean;
+        t->state[t->count] = 0;
+        for (j = t->count; j > 0 && t->mean[t->order[j - 1]] > mean; j--) t->order[j] = t->order[j - 1];
+        t->order[j] = t->count++;
+    }
+}
+
+/* Computes what is left of each candidate for each lane. */
+static void sfield__fade_candidates(sfield__tile *t)
+{
+    uint32_t i;
+    for (i = 0; i < t->count; i++) {
+        const size_t at = (size_t)i * SFIELD__LANES;
+        const float reach = t->s->item[t->item[i]].reach;
+        sfield__fade16(t->d2 + at, t->farthest[i] > 0.75f * reach ? 1 / reach : 0, t->used[i], t->factor + at,
+                       t->s->simd);
+    }
+}
+
+/* Finds, for each light, the lanes for which each occluder counts and is nearer than the light. */
+static void sfield__find_masks(sfield__tile *t)
+{
+    const sfield_scene *s = t->s;
+    const int cached = t->set->cache != NULL;
+    uint32_t j, i;
+    t->way = t->stand;
+    for (i = 0; i < t->count && cached; i++)
+        t->way = sfield__hash(t->way, (uint64_t)t->item[t->order[i]] << 16 | t->used[t->order[i]]);
+    t->way |= 1;
+    for (j = 0; j < t->lights + (uint32_t)t->sky; j++) {
+        uint16_t *mask = t->mask + (size_t)j * (s->occluder_count ? s->occluder_count : 1);
+        float *light = t->light_d2 + (size_t)j * SFIELD__LANES;
+        uint32_t own = j < t->lights ? s->light[j] : SFIELD__NONE, prefix = 0;
+        if (sfield__is_own(t, j)) continue;
+        if (j < t->lights) sfield__measure_distances(t->p, s->item[own].center[1], light);
+        t->hash[j] = t->stand;
+        for (i = 0; i < t->count; i++) {
+            const uint32_t o = t->order[i], used = t->used[o];
+            uint32_t bits = used;
+            if (j < t->lights)
+                bits = t->item[o] == own
+                           ? 0
+                           : used & sfield__nearer16(t->d2 + (size_t)o * SFIELD__LANES, light, s->simd);
+            mask[i] = (uint16_t)bits;
+            prefix += prefix == i && bits == used;
+            if (bits && cached) t->hash[j] = sfield__hash(t->hash[j], (uint64_t)t->item[o] << 16 | bits);
+        }
+        t->hash[j] |= 1;
+        t->prefix[j] = prefix;
+    }
+}
+
+/* Is no line from a lane to the middle of a in the inscribed sphere of b? Those lines are nowhere farther
+   from that of the tile's middle than the lanes are. */
+static int sfield__is_aside(const sfield__tile *t, const sfield__item *a, const sfield__item *b)
+{
+    const sfield__v3 m = sfield__v3_load(t->middle), v = sfield__v3_sub(sfield__v3_load(a->center[0]), m);
+    const sfield__v3 c = sfield__v3_cross(v, sfield__v3_sub(sfield__v3_load(b->center[0]), m));
+    const float most = 1.001f * (b->inscribed + t->extent);
+    return sfield__v3_dot(c, c) > most * most * sfield__v3_dot(v, v);
+}
+
+/* Applies the second rule: returns the lanes of a mask for which the bounding sphere of occluder i is inside
+   the cone of a nearer inscribed one. */
+static uint32_t sfield__find_hidden(const sfield__tile *t, uint32_t i, uint32_t lanes)
+{
+    const sfield__item *a = &t->s->item[t->item[i]];
+    const float a2 = a->radius[0] * a->radius[0], *near_i = t->d2 + i * SFIELD__LANES;
+    uint32_t j, l, k, hidden = 0;
+    for (j = 0; j < t->count; j++) {
+        const sfield__item *b = &t->s->item[t->item[j]];
+        const float b2 = b->inscribed * b->inscribed, *near_j = t->d2 + j * SFIELD__LANES;
+        if (!(t->widest[j] * t->farthest[i] > a->radius[0]) || j == i) continue;      /* for no lane */
+        if (sfield__is_aside(t, a, b)) continue;
+        for (l = 0; l < SFIELD__LANES; l++) {
+            float d2 = near_i[l], e2 = near_j[l], dot = 0, sines, cosines;
+            if (!((lanes & ~hidden) >> l & 1) || e2 >= d2 || a2 >= d2 || b2 >= e2 || b2 * d2 <= a2 * e2)
+                continue;
+            if (t->factor[j * SFIELD__LANES + l] < 1) continue;
+            for (k = 0; k < 3; k++)
+                dot += (a->center[0][k] - t->p[16 * k + l]) * (b->center[0][k] - t->p[16 * k + l]);
+            sines = a->radius[0] * b->inscribed;
+            cosines = sqrtf((d2 - a2) * (e2 - b2));
+            if (dot >= cosines + sines) hidden |= 1u << l;
+        }
+    }
+    return hidden;
+}

@@ -1,0 +1,163 @@
+/* ---- shading: the factors of the triple product ---- */
+
+/* Evaluates the basis at 16 directions in planes, in float. */
+static void sfield__evaluate_basis16(uint32_t bands, const float *d, float *out)
+{
+    float cm[16], sm[16], older[16], now[16], diagonal = sfield__y00;
+    uint32_t l, m, i;
+    for (i = 0; i < 16; i++) {
+        cm[i] = 1;
+        sm[i] = 0;
+    }
+    for (m = 0; m < bands; m++) {
+        float two = m ? 1.41421356f * diagonal : diagonal;
+        for (i = 0; i < 16; i++) {
+            older[i] = 0;
+            now[i] = two;
+        }
+        for (l = m; l < bands; l++) {
+            float fl = (float)l, fm = (float)m, back = sqrtf((fl * fl - fm * fm) / (4 * fl * fl - 1));
+            float a = sqrtf((4 * (fl + 1) * (fl + 1) - 1) / ((fl + 1) * (fl + 1) - fm * fm));
+            float *plus = out + (l * l + l + m) * 16, *minus = out + (l * l + l - m) * 16;
+            if (l == 0) back = 0;
+            for (i = 0; i < 16; i++) {
+                float next = a * (d[32 + i] * now[i] - back * older[i]);
+                minus[i] = now[i] * sm[i];
+                plus[i] = now[i] * cm[i];
+                older[i] = now[i];
+                now[i] = next;
+            }
+        }
+        diagonal *= sqrtf((2 * (float)m + 3) / (2 * (float)m + 2));
+        for (i = 0; i < 16; i++) {
+            float c = cm[i] * d[i] - sm[i] * d[16 + i];
+            sm[i] = cm[i] * d[16 + i] + sm[i] * d[i];
+            cm[i] = c;
+        }
+    }
+}
+
+/* Computes the lobe cos^n about the mirrored view, times (n + 2) / 2 pi. Its moments over x = cos are
+   1/(n+1), 1/(n+2) and then I_l = I_(l-2) (n - l + 2) / (n + l + 1). */
+static void sfield__fill_lobe(const sfield__tile *t, float *out)
+{
+    const sfield_points *set = t->set;
+    uint32_t bands = t->s->desc.bands, i, l, k;
+    float d[48], before[16], now[16], n[16];
+    for (i = 0; i < 16; i++) {
+        size_t at = t->first + (i < t->lanes ? i : 0);
+        float dot = 0;
+        for (k = 0; k < 3; k++) dot += t->n[16 * k + i] * t->view[16 * k + i];
+        for (k = 0; k < 3; k++) d[16 * k + i] = 2 * dot * t->n[16 * k + i] - t->view[16 * k + i];
+        n[i] = *(const float *)(const void *)((const char *)(const void *)set->exponents +
+                                              at * set->exponent_stride);
+        n[i] = n[i] > 1 ? (n[i] < 1000 ? n[i] : 1000) : 1;
+        before[i] = (n[i] + 2) / (n[i] + 1);
+        now[i] = 1;
+    }
+    sfield__evaluate_basis16(bands, d, out);
+    for (l = 0; l < bands; l++) {
+        for (k = l * l; k < (l + 1) * (l + 1); k++)
+            for (i = 0; i < 16; i++) out[k * 16 + i] *= l == 0 ? before[i] : now[i];
+        for (i = 0; i < 16 && l >= 1; i++) {
+            float next = before[i] * (n[i] - (float)l + 1) / (n[i] + (float)l + 2);
+            before[i] = now[i];
+            now[i] = next;
+        }
+    }
+}
+
+/* Computes T before any other entity: the visibility of the own object times the cosine, and that times the
+   lobe. */
+static void sfield__start_tile(sfield__tile *t)
+{
+    const sfield_scene *s = t->s;
+    const sfield_field *self = t->set->self;
+    uint32_t k, l, i, n = s->coefs * SFIELD__LANES;
+    if (self) {
+        for (i = 0; i < SFIELD__LANES; i++) {
+            const uint8_t *q = self->sample + (t->first + (i < t->lanes ? i : 0)) * self->h.stride;
+            for (k = 0; k < s->coefs; k++)
+                t->start[k * SFIELD__LANES + i] = self->scale[k] * (float)q[k] + self->bias[k];
+        }
+        if (t->set->entity && !s->item[t->set->entity - 1].identity)
+            sfield__rotate16(&s->rotation[t->set->entity - 1], t->start, t->start, SFIELD__LANES, 0, s->simd);
+    } else {
+        float factor[SFIELD_MAX_BANDS];
+        sfield_sh_cosine(s->desc.bands, factor);
+        sfield__evaluate_basis16(s->desc.bands, t->n, t->start);
+        for (l = 0, k = 0; l < s->desc.bands; l++)
+            for (; k < (l + 1) * (l + 1) * SFIELD__LANES; k++) t->start[k] *= factor[l];
+    }
+    if (t->chains == 2) {
+        sfield__fill_lobe(t, t->start + n);
+        sfield__product16(s->algebra, t->start, t->start + n, t->start + n, SFIELD__LANES, 0);
+    }
+}
+
+/* Interpolates some lanes of a field at their places, times a factor, in planes; the others are 0. */
+static void sfield__fetch_lanes(const sfield_field *f, const sfield__place *at, uint32_t lanes,
+                            const float *factor, float *rows, float *planes, int simd)
+{
+    const uint32_t n = f->planes;
+    uint32_t group[SFIELD__LANES], count = sfield__group_lanes(at, lanes, group, simd), i, l;
+    for (i = 0; i < count; i++) {
+        sfield__eight e;
+        float own[SFIELD__LANES];
+        for (l = 0; !(group[i] >> l & 1);) l++;
+        sfield__load_eight(f, (size_t)at->base[l], (size_t)at->shell[l], 0, n, &e, simd);
+        sfield__select16(factor, SFIELD__LANES, group[i], own, simd);
+        sfield__mix_eight(&e, at, own, i > 0, planes, simd);
+    }
+    if (count) return;
+    for (l = 0; l < SFIELD__LANES; l++, rows += n) {
+        sfield__between b;
+        if (!(lanes >> l & 1)) {
+            memset(rows, 0, n * sizeof *rows);
+            continue;
+        }
+        b = sfield__find_between(at, (int)l, factor[l]);
+        sfield__mix_samples(f, &b, n, rows, simd);
+    }
+    sfield__transpose16(rows - SFIELD__LANES * n, n, planes, simd);
+}
+
+/* Fetches alpha (or log visibility) of occluder i for all lanes, in planes, in the world. */
+static void sfield__fetch_occluder(sfield__tile *t, uint32_t i)
+{
+    const sfield_scene *s = t->s;
+    const sfield__item *it = &s->item[t->item[i]];
+    float local[48], *planes = it->identity && s->planes == s->coefs ? NULL : t->planes;
+    float *out = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
+    sfield__place at;
+    uint32_t hidden;
+    if (t->state[i]) return;
+    hidden = sfield__find_hidden(t, i, t->used[i]);
+    t->stats.culled_hidden += sfield__count_lanes(hidden);
+    t->shown[i] = t->used[i] & ~hidden;
+    t->state[i] = t->shown[i] ? 1 : 2;
+    if (!t->shown[i]) return;
+    sfield__move_to_local(it, 0, t->p, local, s->simd);
+    sfield__locate16(it->e.occlusion, local, &at, s->simd);
+    sfield__fetch_lanes(it->e.occlusion, &at, t->shown[i], t->factor + (size_t)i * SFIELD__LANES, t->rows,
+                    planes ? planes : out, s->simd);
+    if (!planes) return;
+    if (it->identity) memcpy(out, planes, s->coefs * SFIELD__LANES * sizeof *out);
+    else sfield__rotate16(&s->rotation[t->item[i]], planes, out, SFIELD__LANES, 0, s->simd);
+}
+
+/* Multiplies t by the visibility of occluder i, for the lanes of a mask. */
+static void sfield__apply_occluder(sfield__tile *t, uint32_t i, uint32_t mask, float *chain)
+{
+    const sfield_scene *s = t->s;
+    const float *o = t->occlusion + (size_t)i * s->coefs * SFIELD__LANES;
+    int c;
+    if (t->state[i] == 2 || !mask) return;
+    if (mask != t->used[i]) {
+        sfield__select16(o, s->coefs * SFIELD__LANES, mask, t->turned, s->simd);
+        o = t->turned;
+    }
+    t->stats.products += sfield__count_lanes(mask);
+    for (c = 0; c < t->chains; c++, chain += s->coefs * SFIELD__LANES)
+        sfield__product16(s->algebra, chain, o, chain, SFIELD__LANES, 1);
+}

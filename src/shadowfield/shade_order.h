@@ -1,0 +1,212 @@
+/* ---- shading: from near to far, and for incident radiance from far to near ---- */
+
+/* Figure 5 of the paper for 16 points: occluders from near to far; a light takes the T of the moment.
+   Occluders commute up to truncation and are ordered for the tile; which of them are nearer than a light is
+   decided lane by lane. */
+static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
+{
+    const sfield_scene *s = t->s;
+    const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES, tile = t->first / SFIELD__LANES;
+    const uint32_t n = t->count, slots = t->lights + (uint32_t)t->sky;
+    uint32_t step = n + 1, from = 0, last = 0, least = n, i, j, a, b;
+    float *now = t->start;
+    for (j = 0; j < slots; j++) {
+        if (!t->needed[j]) continue;
+        least = t->prefix[j] < least ? t->prefix[j] : least;
+        for (i = n; i-- > last;)
+            if (t->mask[(size_t)j * s->occluder_count + i]) last = i + 1;
+    }
+    if (cache) {
+        step = n / ((cache->lights < 255 ? cache->lights : 255) + 1) + 1;
+        if (cache->lit[tile] != t->way) cache->marks[tile] = 0;
+        cache->lit[tile] = t->way;
+        from = least / step < cache->marks[tile] ? least / step : cache->marks[tile];
+        if (from) sfield__recall_tile(cache, sfield__mark_slot(cache, tile, from), now, s->simd);
+        from *= step;
+    }
+    if (!from) sfield__start_tile(t);
+    for (i = from; i < last; i++) sfield__fetch_occluder(t, t->order[i]);
+    for (i = from; i <= last; i++) {
+        /* rounded always, so that a later start from here is the same */
+        if (i > from && i % step == 0) {
+            const size_t slot = sfield__mark_slot(cache, tile, i / step);
+            sfield__keep_tile(cache, slot, now);
+            sfield__recall_tile(cache, slot, now, s->simd);
+            if (cache->marks[tile] < i / step) cache->marks[tile] = (uint8_t)(i / step);
+        }
+        for (j = 0; j < slots; j++) {
+            const uint16_t *mask = t->mask + (size_t)j * s->occluder_count;
+            float *light = t->t + j * size;
+            if (!t->needed[j]) continue;
+            a = t->prefix[j] < last ? t->prefix[j] : last;
+            if (a != i) continue;
+            for (b = last; b > a && !mask[b - 1]; b--) { }
+            memcpy(light, now, size * sizeof *light);
+            for (; a < b; a++) sfield__apply_occluder(t, t->order[a], mask[a], light);
+        }
+        if (i < last) sfield__apply_occluder(t, t->order[i], t->used[t->order[i]], now);
+    }
+}
+
+/* Does the same by logarithms: their sum, one exp and one product for each light. */
+static void sfield__chain_logarithms(sfield__tile *t)
+{
+    const sfield_scene *s = t->s;
+    uint32_t n = s->coefs * SFIELD__LANES, slots = t->lights + (uint32_t)t->sky, i, j, k, l;
+    size_t size = (size_t)t->chains * n;
+    float *sum = t->turned;
+    int c;
+    sfield__start_tile(t);
+    for (i = 0; i < t->count; i++) sfield__fetch_occluder(t, t->order[i]);
+    for (j = 0; j < slots; j++) {
+        if (!t->needed[j]) continue;
+        memset(sum, 0, n * sizeof *sum);
+        for (i = 0; i < t->count; i++) {
+            uint32_t mask = t->mask[(size_t)j * s->occluder_count + i];
+            const float *o = t->occlusion + (size_t)t->order[i] * n;
+            if (t->state[t->order[i]] == 2 || !mask) continue;
+            for (k = 0; k < n; k += SFIELD__LANES)
+                for (l = 0; l < SFIELD__LANES; l++) sum[k + l] += mask >> l & 1 ? o[k + l] : 0.0f;
+        }
+        sfield__exponentiate16(s->algebra, sum, sum);
+        t->stats.products += sfield__count_lanes(t->active);
+        for (c = 0; c < t->chains; c++)
+            sfield__product16(s->algebra, t->start + (size_t)c * n, sum, t->t + j * size + (size_t)c * n,
+                              SFIELD__LANES, 0);
+    }
+}
+
+static void sfield__shade_tile(sfield__tile *t)
+{
+    const sfield_scene *s = t->s;
+    const uint32_t slots = t->lights + (uint32_t)t->sky;
+    const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
+    sfield_cache *cache = t->chains == 1 ? t->set->cache : NULL;
+    uint32_t j, needed = 0;
+    sfield__load_lanes(t);
+    if (!t->visible) {
+        memset(t->t, 0, (size_t)(t->lights + 1) * size * sizeof *t->t);
+        sfield__write_outputs(t);
+        return;
+    }
+#if SFIELD__SIMD
+    if (cache) {                                /* on its way while occluders are looked through */
+        const char *kept = (const char *)(cache->value + t->first * cache->lights * s->coefs);
+        const size_t bytes = 2 * SFIELD__LANES * (size_t)cache->lights * s->coefs;
+        size_t i;
+        for (i = 0; i < bytes && i < 8192; i += 64) _mm_prefetch(kept + i, _MM_HINT_T0);
+    }
+#endif
+    t->stats.points += sfield__count_lanes(t->visible);
+    t->stats.lights += (uint64_t)sfield__count_lanes(t->visible) * sfield__lights_of(s, t->set, t->sky);
+    sfield__find_candidates(t);
+    sfield__find_masks(t);
+    for (j = 0; j < slots; j++) {
+        size_t slot = t->first / SFIELD__LANES * (cache ? cache->lights : 0) + j;
+        t->needed[j] = 0;
+        if (sfield__is_own(t, j)) continue;
+        t->needed[j] = !cache || j >= cache->lights || cache->hash[slot] != t->hash[j];
+        needed += t->needed[j];
+        if (!t->needed[j]) t->stats.reused += sfield__count_lanes(t->visible);
+    }
+    if (needed) {
+        sfield__fade_candidates(t);
+        if (s->desc.product == SFIELD_PRODUCT_EXP) sfield__chain_logarithms(t);
+        else sfield__chain_products(t, cache);
+    }
+    /* fresh ones too, so that both are equal */
+    for (j = 0; cache && j < slots && j < cache->lights; j++) {
+        size_t slot = t->first / SFIELD__LANES * cache->lights + j;
+        if (sfield__is_own(t, j)) continue;
+        if (t->needed[j]) {
+            sfield__keep_tile(cache, slot, t->t + j * size);
+            cache->hash[slot] = t->hash[j];
+        }
+        sfield__recall_tile(cache, slot, t->t + j * size, s->simd);
+    }
+    sfield__write_outputs(t);
+}
+
+/* Returns the lanes for which light j lies just before occluder i - 1 of the order, or, of i = 0, before
+   all. */
+static uint32_t sfield__find_lanes_behind(const sfield__tile *t, uint32_t j, uint32_t i)
+{
+    const uint16_t *mask = t->mask + (size_t)j * t->s->occluder_count;
+    uint32_t lanes = 0, l, k;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        for (k = t->count; k > 0 && !(mask[k - 1] >> l & 1); k--) { }
+        lanes |= (uint32_t)(k == i) << l;
+    }
+    return lanes;
+}
+
+/* Adds the radiance of light j to sum, for some lanes, three channels of planes. */
+static void sfield__add_radiance(const sfield__tile *t, uint32_t j, uint32_t lanes, float *sum)
+{
+    const sfield_scene *s = t->s;
+    const sfield__item *it = &s->item[s->light[j]];
+    const sfield_field *f = it->e.source;
+    const uint32_t n = s->coefs * SFIELD__LANES;
+    float *planes = t->planes, *rows = t->rows, local[48];
+    uint32_t c, k, l;
+    sfield__place at;
+    sfield__move_to_local(it, 1, t->p, local, s->simd);
+    sfield__locate16(f, local, &at, s->simd);
+    for (l = 0; l < SFIELD__LANES; l++)
+        sfield__fetch_lane(f, &at, (int)l, it->e.time, f->h.stride, rows + l * f->h.stride, s->simd);
+    for (c = 0; c < 3; c++) {
+        for (k = 0; k < n; k++) {
+            l = k % SFIELD__LANES;
+            planes[k] = lanes >> l & 1
+                            ? it->e.tint[c] * rows[l * f->h.stride + c * s->planes + k / SFIELD__LANES]
+                            : 0.0f;
+        }
+        if (!it->identity)
+            sfield__rotate16(&s->rotation[s->light[j]], planes, planes, SFIELD__LANES, 0, s->simd);
+        for (k = 0; k < n; k++) sum[c * n + k] += planes[k];
+    }
+}
+
+/* Far to near (section 3.2 of the paper): each occluder on the way hides the radiance so far, and each light
+   joins it. Three channels, 16 points. Lanes may disagree about the order of a light and an occluder, so the
+   order is made lane by lane. */
+static void sfield__shade_incident(sfield__tile *t, float *out)
+{
+    const sfield_scene *s = t->s;
+    const uint32_t n = s->coefs * SFIELD__LANES;
+    float *sum = t->t;
+    uint32_t i, j, k, l, c;
+    sfield__load_lanes(t);
+    sfield__find_candidates(t);
+    sfield__find_masks(t);
+    sfield__fade_candidates(t);
+    for (i = 0; i < t->count; i++) sfield__fetch_occluder(t, t->order[i]);
+    for (c = 0; c < 3; c++)
+        for (k = 0; k < n; k++)
+            sum[c * n + k] = s->has_sky || s->has_sun ? s->sky_now[c * s->planes + k / SFIELD__LANES] : 0.0f;
+    for (i = t->count + 1; i-- > 0;) {
+        for (j = 0; j < t->lights; j++) {
+            const uint32_t lanes = sfield__is_own(t, j) ? 0 : sfield__find_lanes_behind(t, j, i);
+            if (lanes & t->active) sfield__add_radiance(t, j, lanes, sum);
+        }
+        if (i == 0 || t->state[t->order[i - 1]] == 2) continue;
+        t->stats.products += 3 * sfield__count_lanes(t->active);
+        for (c = 0; c < 3; c++)
+            sfield__product16(s->algebra, sum + c * n, t->occlusion + (size_t)t->order[i - 1] * n,
+                              sum + c * n, SFIELD__LANES, 1);
+    }
+    for (l = 0; l < t->lanes; l++)
+        for (k = 0; k < 3 * s->coefs; k++)
+            out[(t->first + l) * 3 * s->coefs + k] =
+                t->visible >> l & 1 ? sum[k * SFIELD__LANES + l] : 0.0f;
+}
+
+typedef struct sfield__job {
+    sfield_scene        *s;
+    const sfield_points *sets;
+    size_t               set_count;
+    size_t               scratch;               /* bytes a task */
+    uint32_t             pieces;
+    float               *incident;
+    sfield_scene_stats   stats[SFIELD__PIECES];
+} sfield__job;

@@ -1,0 +1,155 @@
+/* ---- shading: a tile of sixteen points ---- */
+
+typedef struct sfield__tile {
+    const sfield_scene *s;
+    const sfield_points *set;
+    size_t    first;
+    uint32_t  lanes, active, visible;           /* how many, which can be shaded, which are wanted; bits */
+    float     p[48], n[48], view[48];           /* planes, world */
+    float     middle[3], extent;                /* a sphere about all lanes */
+    uint32_t  count;                            /* occluders that count for some lane */
+    uint32_t *item, *order, *used, *shown;      /* used: lanes for which it counts; shown: and is not
+                                                   hidden */
+    float *mean, *widest, *farthest; /* d of the middle; of all lanes: greatest sine of the inscribed sphere,
+                                        d */
+    float    *d2, *factor, *occlusion;          /* 16, 16, 16 n^2 floats each */
+    uint8_t  *state;                            /* 0 not looked at, 1 hides something, 2 nothing */
+    uint32_t  lights;                           /* and the environment, if it is wanted, behind them */
+    int       sky, chains, all_round;           /* chains: 2 with a lobe; all_round: below the horizon too */
+    float    *light_d2;                         /* 16 each */
+    uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
+    uint64_t  stand;                            /* sfield__hash_stand */
+    uint64_t *hash, way;                        /* of what each light sees, and of all occluders; with a
+                                                   cache */
+    uint8_t  *needed;
+    uint32_t *prefix;                           /* of the order: how many are nearer than it for all their
+                                                   lanes */
+    float    *t;                                /* [light][chain] 16 n^2 */
+    float    *start;                            /* [chain] */
+    float    *rows, *planes, *turned;           /* for one entity: 16 rows of 3 channels; planes twice */
+    sfield_scene_stats stats;
+} sfield__tile;
+
+/* Carves the scratch of one task out of memory, or (NULL) measures it: of 65,535 entities no more than 2^34
+   bytes, which a size_t may not hold. */
+static uint64_t sfield__carve_tile(sfield__tile *t, uint8_t *memory, uint32_t occluders, uint32_t lights,
+                              uint32_t coefs, uint32_t chains)
+{
+    uint64_t at = 0, c = coefs * SFIELD__LANES, n = occluders ? occluders : 1, slots = (uint64_t)lights + 1;
+#define SFIELD__CARVE(member, type, number)                                \
+    do {                                                                   \
+        if (memory) t->member = (type *)(void *)(memory + (size_t)at);     \
+        at += ((number) * sizeof(type) + 63) / 64 * 64;                    \
+    } while (0)
+    SFIELD__CARVE(occlusion, float, n * c);
+    SFIELD__CARVE(t, float, (slots * chains > 3 ? slots * chains : 3) * c);
+    SFIELD__CARVE(start, float, 2 * c);
+    /* coefficients of a row: a multiple of 8 */
+    SFIELD__CARVE(rows, float, 3 * (c + 7 * SFIELD__LANES));
+    SFIELD__CARVE(planes, float, c + 7 * SFIELD__LANES);
+    SFIELD__CARVE(turned, float, c);
+    SFIELD__CARVE(d2, float, n * SFIELD__LANES);
+    SFIELD__CARVE(factor, float, n * SFIELD__LANES);
+    SFIELD__CARVE(light_d2, float, slots * SFIELD__LANES);
+    SFIELD__CARVE(mean, float, n);
+    SFIELD__CARVE(widest, float, n);
+    SFIELD__CARVE(farthest, float, n);
+    SFIELD__CARVE(prefix, uint32_t, slots);
+    SFIELD__CARVE(item, uint32_t, n);
+    SFIELD__CARVE(order, uint32_t, n);
+    SFIELD__CARVE(used, uint32_t, n);
+    SFIELD__CARVE(shown, uint32_t, n);
+    SFIELD__CARVE(hash, uint64_t, slots);
+    SFIELD__CARVE(mask, uint16_t, slots * n);
+    SFIELD__CARVE(state, uint8_t, n);
+    SFIELD__CARVE(needed, uint8_t, slots);
+#undef SFIELD__CARVE
+    return at;
+}
+
+static void sfield__load_lanes(sfield__tile *t)
+{
+    const sfield_points *set = t->set;
+    const float *m = !set->entity ? NULL : t->s->item[set->entity - 1].e.transform;
+    const float *turn = m ? t->s->item[set->entity - 1].turn : NULL;
+    uint32_t l, k;
+    t->active = t->visible = 0;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        size_t i = t->first + (l < t->lanes ? l : 0);
+        sfield__v3 p = sfield__v3_load(sfield__row(set->positions, set->position_stride, i));
+        sfield__v3 n = sfield__v3_load(sfield__row(set->normals, set->normal_stride, i)), v = n;
+        if (m) {
+            p = sfield__m4_point(m, p);
+            n = sfield__v3_make(turn[0] * n.x + turn[3] * n.y + turn[6] * n.z,
+                                turn[1] * n.x + turn[4] * n.y + turn[7] * n.z,
+                                turn[2] * n.x + turn[5] * n.y + turn[8] * n.z);
+        }
+        if (set->views && set->gloss && set->exponents)
+            v = sfield__v3_load(sfield__row(set->views, set->view_stride, i));
+        if (l < t->lanes && sfield__finite(sfield__v3_dot(p, p)) && sfield__v3_dot(n, n) < 1.1f &&
+            sfield__v3_dot(v, v) < 1.1f && sfield__v3_dot(n, n) > 0.9f && sfield__v3_dot(v, v) > 0.9f) {
+            t->active |= 1u << l;
+            if (!set->visible || set->visible[i]) t->visible |= 1u << l;
+        } else {
+            p = sfield__v3_make(0, 0, 0);
+            n = v = sfield__v3_make(0, 1, 0);
+        }
+        for (k = 0; k < 3; k++) {
+            t->p[16 * k + l] = k == 0 ? p.x : k == 1 ? p.y : p.z;
+            t->n[16 * k + l] = k == 0 ? n.x : k == 1 ? n.y : n.z;
+            t->view[16 * k + l] = k == 0 ? v.x : k == 1 ? v.y : v.z;
+        }
+    }
+}
+
+/* Finds a sphere about the lanes that can be shaded, from the middle of their box. */
+static void sfield__bound_lanes(sfield__tile *t)
+{
+    float most = 0;
+    uint32_t k, l;
+    for (k = 0; k < 3; k++) {
+        float low = 3e38f, high = -3e38f;
+        for (l = 0; l < SFIELD__LANES; l++) {
+            float x = t->p[16 * k + l];
+            if (!(t->active >> l & 1)) continue;
+            low = x < low ? x : low;
+            high = x > high ? x : high;
+        }
+        t->middle[k] = t->active ? 0.5f * low + 0.5f * high : 0;
+        most += t->active ? (high - low) * (high - low) : 0;
+    }
+    t->extent = 0.5f * sqrtf(most);
+}
+
+static uint32_t sfield__count_lanes(uint32_t mask)
+{
+    return sfield__popcount(mask);
+}
+
+static void sfield__measure_distances(const float *p, const float *c, float *d2)
+{
+    int l;
+    for (l = 0; l < SFIELD__LANES; l++) {
+        float x = c[0] - p[l], y = c[1] - p[16 + l], z = c[2] - p[32 + l];
+        d2[l] = x * x + y * y + z * z;
+    }
+}
+
+/* Computes where the lanes are in a field of an entity: planes, about its center, in r. */
+static void sfield__move_to_local(const sfield__item *it, int which, const float *p, float *local, int simd)
+{
+    sfield__to_local16(it->turn, it->center[which], it->inverse[which], p, local, simd);
+}
+
+/* Is light j the entity that the points lie on? All of its light comes from below their horizon, or is hidden
+   by their own visibility: what would be added is ringing, of the strongest light there is. */
+static int sfield__is_own(const sfield__tile *t, uint32_t j)
+{
+    return j < t->lights && t->s->light[j] + 1 == t->set->entity;
+}
+
+/* Counts the lights of a set, with the environment if there is one. */
+static uint32_t sfield__lights_of(const sfield_scene *s, const sfield_points *set, int sky)
+{
+    return s->light_count + (uint32_t)sky - (set->entity && s->item[set->entity - 1].e.source ? 1u : 0u);
+}

@@ -1,0 +1,28 @@
+/* ---- vectors: sixteen floats at a time ---- */
+
+#if SFIELD__X86 && (defined(__x86_64__) || defined(_M_X64))
+#define SFIELD__SIMD 1
+#include <immintrin.h>
+#else
+#define SFIELD__SIMD 0
+#endif
+
+#if defined(__GNUC__) || defined(__clang__)
+#define SFIELD__INLINE static inline __attribute__((always_inline))
+#else
+#define SFIELD__INLINE static inline
+#endif
+
+enum { SFIELD__LANES = 16, SFIELD__STAGED = 300, SFIELD__STAGED_COEFS = 25, SFIELD__PIECES = 16,    /* of 5 bands */
+       SFIELD__SHARED = 3 };        /* lanes that the same eight samples must serve, on average */
+
+static int sfield__simd(void) { return sfield__simd_level(); }
+
+/* What the kernels do, by the best instruction set there is; kernels_end.h chooses. All of sixteen lanes. */
+
+/* out = a b, or with occlude a - a b. */
+static void sfield__product16(const sfield_algebra *t, const float *a, const float *b, float *out, size_t stride,
+                              int occlude);
+
+static void sfield__rotate16(const sfield_rotation *r, const float *in, float *out, size_t stride, int inverse,
+                             int simd);

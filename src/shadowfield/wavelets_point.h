@@ -1,0 +1,371 @@
+/* ---- wavelets: one point, from near to far ---- */
+
+static void sfield__find_lists_of(const sfield__item *it, int which, const float *x, float time, int simd,
+                             sfield__lists *lists)
+{
+    const sfield_field *f = which ? it->e.source : it->e.occlusion;
+    float p[48] = { 0 }, local[48];
+    sfield__place at;
+    uint32_t k;
+    for (k = 0; k < 3; k++) p[16 * k] = x[k];
+    sfield__move_to_local(it, which, p, local, simd);
+    sfield__locate16(f, local, &at, simd);
+    sfield__find_lists(f, &at, 0, time, lists);
+}
+
+/* Finds the entities of a point from near to far: occluders in reach and above the horizon, and lights. */
+static uint32_t sfield__find_rays(sfield__point *p, const float *x, const float *n)
+{
+    const sfield_scene *s = p->s;
+    uint32_t i, j, count = 0, lights = 0;
+    for (i = 0; i < s->item_count; i++) {
+        const sfield__item *it = &s->item[i];
+        int which;
+        for (which = 1; which >= 0; which--) {
+            const float *c = it->center[which];
+            float d[3], d2;
+            int light = which ? (int)lights : -1;
+            if (which ? !it->e.source : !it->e.occlusion) continue;
+            lights += (uint32_t)which;
+            if (i + 1 == p->set->entity) continue;          /* neither hides nor lights its own points */
+            d[0] = c[0] - x[0];
+            d[1] = c[1] - x[1];
+            d[2] = c[2] - x[2];
+            d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            if (!which) {
+                p->stats.pairs++;
+                if (!(d2 < it->reach * it->reach)) {
+                    p->stats.culled_far++;
+                    continue;
+                }
+                if (d[0] * n[0] + d[1] * n[1] + d[2] * n[2] <= -it->radius[0]) {
+                    p->stats.culled_horizon++;
+                    continue;
+                }
+            }
+            for (j = count++; j > 0 && p->ray[j - 1].d2 > d2; j--) p->ray[j] = p->ray[j - 1];
+            p->ray[j].d2 = d2;
+            p->ray[j].item = i;
+            p->ray[j].light = light;
+        }
+    }
+    return count;
+}
+
+/* Applies the second rule, as for tiles: rays [0, i) are nearer. */
+static int sfield__is_hidden(const sfield__point *p, uint32_t i, const float *x)
+{
+    const sfield__item *a = &p->s->item[p->ray[i].item];
+    const int which = p->ray[i].light >= 0;
+    float d2 = p->ray[i].d2, sin_a = a->radius[which] / sqrtf(d2), cos_a;
+    uint32_t j, k;
+    if (!(sin_a < 1)) return 0;
+    cos_a = sqrtf(1 - sin_a * sin_a);
+    for (j = 0; j < i; j++) {
+        const sfield__item *b = &p->s->item[p->ray[j].item];
+        float e2 = p->ray[j].d2, sin_b, dot = 0;
+        if (p->ray[j].light >= 0 || !(b->inscribed > 0) || b->inscribed * b->inscribed >= e2 || b == a)
+            continue;
+        if (e2 > 0.5625f * b->reach * b->reach) continue;
+        sin_b = b->inscribed / sqrtf(e2);
+        if (sin_b <= sin_a) continue;
+        for (k = 0; k < 3; k++) dot += (a->center[which][k] - x[k]) * (b->center[0][k] - x[k]);
+        if (dot >= (cos_a * sqrtf(1 - sin_b * sin_b) + sin_a * sin_b) * sqrtf(d2 * e2)) return 1;
+    }
+    return 0;
+}
+
+#if SFIELD__SIMD
+SFIELD__TARGET_AVX2 static void sfield__fill_cosines_avx2(const float *texel, uint32_t cells, const float *n,
+                                                     float *t)
+{
+    const __m256 a = _mm256_set1_ps(n[0]), b = _mm256_set1_ps(n[1]), c = _mm256_set1_ps(n[2]);
+    uint32_t i;
+    for (i = 0; i < cells; i += 8, texel += 8) {
+        __m256 d = _mm256_mul_ps(a, _mm256_loadu_ps(texel));
+        d = _mm256_add_ps(d, _mm256_mul_ps(b, _mm256_loadu_ps(texel + cells)));
+        d = _mm256_add_ps(d, _mm256_mul_ps(c, _mm256_loadu_ps(texel + 2 * (size_t)cells)));
+        d = _mm256_max_ps(d, _mm256_setzero_ps());
+        _mm256_storeu_ps(t + i, _mm256_mul_ps(d, _mm256_loadu_ps(texel + 3 * (size_t)cells)));
+    }
+}
+
+/* Adds dot products over every eighth texel, of three planes, to sum[k]. */
+SFIELD__TARGET_AVX2 static void sfield__add_dots_avx2(const float *sky, const float *t, uint32_t cells,
+                                                  float *sum)
+{
+    __m256 a = _mm256_setzero_ps(), b = a, c = a;
+    uint32_t i;
+    for (i = 0; i < cells; i += 8, sky += 8) {
+        __m256 x = _mm256_loadu_ps(t + i);
+        a = _mm256_fmadd_ps(x, _mm256_loadu_ps(sky), a);
+        b = _mm256_fmadd_ps(x, _mm256_loadu_ps(sky + cells), b);
+        c = _mm256_fmadd_ps(x, _mm256_loadu_ps(sky + 2 * (size_t)cells), c);
+    }
+    _mm256_storeu_ps(sum, a);
+    _mm256_storeu_ps(sum + 8, b);
+    _mm256_storeu_ps(sum + 16, c);
+}
+#endif
+
+static void sfield__fill_cosines(const sfield_scene *s, const float *n, float *t)
+{
+    const float *x = s->texel, *y = x + s->cells, *z = y + s->cells, *w = z + s->cells;
+    uint32_t i;
+#if SFIELD__SIMD
+    if (s->simd) {
+        sfield__fill_cosines_avx2(s->texel, s->cells, n, t);
+        return;
+    }
+#endif
+    for (i = 0; i < s->cells; i++) {
+        float c = n[0] * x[i] + n[1] * y[i] + n[2] * z[i];
+        t[i] = (c > 0 ? c : 0.0f) * w[i];
+    }
+}
+
+/* Computes T = max(0, cos) x solid angle x visibility of the own object, on texels. */
+static void sfield__start_texels(sfield__point *p, size_t index, const float *n)
+{
+    const sfield_scene *s = p->s;
+    sfield__fill_cosines(s, n, p->t);
+    if (p->set->self) {
+        sfield__lists own;
+        const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
+        uint32_t map = p->set->entity ? s->item[p->set->entity - 1].map : 0;
+        own.count = 1;
+        own.sample[0] = index;
+        own.weight[0] = 1;
+        if (sparse) (void)sfield_haar_forward(s->side, p->t, p->haar);
+        sfield__add_lists(p, p->set->self, &own, 1);
+        sfield__hide_texels(p, map);
+        sfield__clear_lists(p);
+    } else if (s->desc.product == SFIELD_PRODUCT_SPARSE) (void)sfield_haar_forward(s->side, p->t, p->haar);
+}
+
+/* Adds what a light's lists make of T in wavelets (of rotated lights: of T on texels). */
+static void sfield__add_light(sfield__point *p, const sfield__item *it, const float *x, const float *haar)
+{
+    const sfield_scene *s = p->s;
+    const sfield_field *f = it->e.source;
+    const uint32_t cells = s->cells;
+    sfield__lists lists;
+    float rgb[3] = { 0, 0, 0 };
+    uint32_t i, k, c;
+    sfield__find_lists_of(it, 1, x, it->e.time, s->simd, &lists);
+    if (!it->map) {
+        for (i = 0; i < lists.count; i++) {
+            float w = lists.weight[i] * f->sample_scale[lists.sample[i]];
+            for (k = f->offset[lists.sample[i]]; k < f->offset[lists.sample[i] + 1]; k++) {
+                const uint32_t *e = f->entry + 2 * (size_t)k;
+                float t = w * haar[e[0] >> 16];
+                rgb[0] += t * sfield__half(e[0]);
+                rgb[1] += t * sfield__half(e[1] >> 16);
+                rgb[2] += t * sfield__half(e[1]);
+            }
+        }
+    } else {
+        const sfield__taps *taps = s->taps + (size_t)(it->map - 1) * cells;
+        for (i = 0; i < lists.count; i++) sfield__scatter_list(f, lists.sample[i], lists.weight[i], p->coefs);
+        for (c = 0; c < 3; c++) {
+            sfield__haar_texels(s->side, p->coefs + c * cells, p->work);
+            for (i = 0; i < cells; i++)
+                for (k = 0; k < 4 && p->t[i] != 0; k++)
+                    rgb[c] += p->t[i] * taps[i].weight[k] * p->work[taps[i].texel[k]];
+        }
+        memset(p->coefs, 0, 3 * (size_t)cells * sizeof *p->coefs);
+    }
+    for (c = 0; c < 3; c++) p->rgb[c] += it->e.tint[c] * rgb[c];
+}
+
+/* Keeps the largest wavelets of T in the cache, by the measure that fields are cut with. */
+static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot)
+{
+    const uint32_t cells = p->s->cells, side = p->s->side;
+    uint16_t *index = c->index + slot * SFIELD__CACHED;
+    int16_t *value = c->value + slot * SFIELD__CACHED;
+    float threshold = 0, most = 0, inverse, weight = 0;
+    uint32_t i, n = 0, used = 0, next = 0, face = side * side;
+    float *key = p->work, *sorted = p->coefs;   /* clean again below */
+    for (i = 0; i < cells; i++) {
+        uint32_t in_face = i & (face - 1);
+        if (in_face == 0 || in_face == next) {      /* the next finer level */
+            weight = in_face ? 0.5f * weight : (float)side;
+            next = in_face ? 4 * next : 4;
+        }
+        key[i] = fabsf(p->haar[i]) * weight;
+        if (key[i] > 0) sorted[used++] = key[i];
+    }
+    if (used > SFIELD__CACHED) threshold = sfield__select_rank(sorted, used, SFIELD__CACHED - 1);
+    memset(sorted, 0, used * sizeof *sorted);
+    for (i = 0; i < cells && n < SFIELD__CACHED; i++)
+        if (key[i] > 0 && key[i] >= threshold) {
+            index[n++] = (uint16_t)i;
+            most = fabsf(p->haar[i]) > most ? fabsf(p->haar[i]) : most;
+        }
+    c->scale[slot] = most / 32767;
+    inverse = most > SFIELD__LEAST_T ? 32767 / most : 0;
+    for (i = 0; i < SFIELD__CACHED; i++) {
+        float q = i < n ? p->haar[index[i]] * inverse : 0;
+        value[i] = (int16_t)(q + (q < 0 ? -0.5f : 0.5f));
+        if (i >= n) index[i] = 0;
+    }
+}
+
+/* Adds light from the cache: a few wavelets of T times the sky's, once for each T and sky, or unpacked for
+   the lists of lights. */
+static void sfield__light_from_cache(sfield__point *p, const sfield_cache *c, size_t slot,
+                                     const sfield__item *it, const float *x)
+{
+    const uint16_t *index = c->index + slot * SFIELD__CACHED;
+    const int16_t *value = c->value + slot * SFIELD__CACHED;
+    const uint32_t cells = p->s->cells;
+    uint32_t i, k;
+    if (!it) {
+        const uint64_t now = sfield__hash(c->hash[slot], p->s->sky_version) | 1;
+        uint64_t *lit = &c->lit[slot / c->lights];
+        float *rgb = c->sky + 3 * (slot / c->lights);
+        for (k = 0; k < 3 && *lit != now; k++) {
+            const float *sky = p->s->sky_now + (3 + k) * cells;
+            rgb[k] = 0;
+            for (i = 0; i < SFIELD__CACHED; i++) rgb[k] += (float)value[i] * sky[index[i]];
+            rgb[k] *= c->scale[slot];
+        }
+        *lit = now;
+        for (k = 0; k < 3; k++) p->rgb[k] += rgb[k];
+        return;
+    }
+    if (it->map) {
+        memset(p->haar, 0, cells * sizeof *p->haar);
+        for (i = 0; i < SFIELD__CACHED; i++) p->haar[index[i]] += (float)value[i] * c->scale[slot];
+        sfield__haar_texels(p->s->side, p->haar, p->t);
+        sfield__add_light(p, it, x, NULL);
+        return;
+    }
+    for (i = 0; i < SFIELD__CACHED; i++) p->coefs[index[i]] += (float)value[i] * c->scale[slot];
+    sfield__add_light(p, it, x, p->coefs);
+    for (i = 0; i < SFIELD__CACHED; i++) p->coefs[index[i]] = 0;
+}
+
+static void sfield__add_sky(sfield__point *p)
+{
+    const sfield_scene *s = p->s;
+    const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
+    const float *sky = s->sky_now + (sparse ? 3u : 0u) * s->cells, *t = sparse ? p->haar : p->t;
+    float sum[24] = { 0 };
+    uint32_t c, i, k;
+#if SFIELD__SIMD
+    if (s->simd) sfield__add_dots_avx2(sky, t, s->cells, sum);
+    else
+#endif
+        for (c = 0; c < 3; c++)
+            for (i = 0; i < s->cells; i += 8)
+                for (k = 0; k < 8; k++) sum[8 * c + k] += sky[c * s->cells + i + k] * t[i + k];
+    for (c = 0; c < 3; c++)
+        for (k = 0; k < 8; k++) p->rgb[c] += sum[8 * c + k];
+}
+
+/* Goes through figure 5 on texels (or on coefficients). With a cache, it only fills the cache; those lights
+   are added from what was kept. */
+static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, const float *n, uint32_t count,
+                         sfield_cache *cache, const uint64_t *hash, float *ambient)
+{
+    const sfield_scene *s = p->s;
+    const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
+    uint32_t i, k;
+    int fresh = 0;                              /* p->haar is that of p->t */
+    sfield__start_texels(p, index, n);
+    for (i = 0; i <= count; i++) {
+        const sfield__item *it = i < count ? &s->item[p->ray[i].item] : NULL;
+        uint32_t slot = it ? (uint32_t)p->ray[i].light : s->light_count;
+        int keep;
+        if (it && p->ray[i].light < 0) {
+            sfield__lists lists;
+            float fade = 4 * (1 - sqrtf(p->ray[i].d2) / it->reach);
+            if (sfield__is_hidden(p, i, x)) {
+                p->stats.culled_hidden++;
+                continue;
+            }
+            sfield__find_lists_of(it, 0, x, 0, s->simd, &lists);
+            sfield__add_lists(p, it->e.occlusion, &lists, fade < 1 ? fade : 1);
+            sfield__hide_texels(p, it->map);
+            sfield__clear_lists(p);
+            p->stats.products++;
+            fresh = 0;
+            continue;
+        }
+        keep = cache && slot < cache->lights;
+        if (!fresh && !sparse && (keep || (it && !it->map))) {
+            (void)sfield_haar_forward(s->side, p->t, p->haar);
+            fresh = 1;
+        }
+        if (keep) {
+            size_t at = index * cache->lights + slot;
+            if (cache->hash[at] != hash[slot]) sfield__keep_wavelets(p, cache, at);
+            cache->hash[at] = hash[slot];
+        } else if (it) sfield__add_light(p, it, x, p->haar);
+        else if (s->has_sky || s->has_sun) sfield__add_sky(p);
+    }
+    if (ambient) {
+        float sum = 0;
+        if (sparse) sfield__haar_texels(s->side, p->haar, p->t);
+        for (k = 0; k < s->cells; k++) sum += p->t[k];
+        *ambient = sum * 0.318309886f;
+    }
+}
+
+static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
+{
+    const sfield_scene *s = p->s;
+    const sfield_points *set = p->set;
+    sfield_cache *cache = set->cache;
+    sfield__tile one;                           /* for its way of loading */
+    float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
+    uint32_t count, i, j, k, slots = s->light_count + 1, stale = !cache || cache->lights < slots;
+    const uint32_t lights = sfield__lights_of(s, set, s->has_sky || s->has_sun);
+    memset(&one, 0, sizeof one);
+    one.s = s;
+    one.set = set;
+    one.first = index;
+    one.lanes = 1;
+    sfield__load_lanes(&one);
+    p->rgb = rgb;
+    if (one.visible) {
+        for (k = 0; k < 3; k++) {
+            x[k] = one.p[16 * k];
+            n[k] = one.n[16 * k];
+        }
+        p->stats.points++;
+        p->stats.lights += lights;
+        count = sfield__find_rays(p, x, n);
+        for (j = 0; j < slots; j++) hash[j] = 0;
+        for (i = 0; i <= count; i++) {          /* the occluders before each light */
+            uint64_t h = p->stand;
+            uint32_t slot = i < count ? (uint32_t)p->ray[i].light : slots - 1;
+            if (i < count && p->ray[i].light < 0) continue;
+            for (k = 0; k < i; k++)
+                if (p->ray[k].light < 0) h = sfield__hash(h, p->ray[k].item);
+            hash[slot] = h | 1;
+            if (cache && slot < cache->lights && cache->hash[index * cache->lights + slot] != hash[slot])
+                stale = 1;
+        }
+        if (stale) sfield__walk_rays(p, index, x, n, count, cache, hash, set->ambient ? &ambient : NULL);
+        else p->stats.reused += lights;
+        for (j = 0; cache && j < slots && j < cache->lights; j++)
+            if (!hash[j]) continue;             /* the own entity's */
+            else if (j < s->light_count)
+                sfield__light_from_cache(p, cache, index * cache->lights + j, &s->item[s->light[j]], x);
+            else if (s->has_sky || s->has_sun)
+                sfield__light_from_cache(p, cache, index * cache->lights + j, NULL, x);
+        if (set->ambient && !stale) {
+            size_t at = (index * cache->lights + slots - 1) * SFIELD__CACHED;
+            for (i = 0; i < SFIELD__CACHED; i++)
+                if (cache->index[at + i] % (s->side * s->side) == 0)
+                    ambient += (float)cache->value[at + i] * cache->scale[at / SFIELD__CACHED] *
+                               (float)s->side * 0.318309886f;
+        }
+    }
+    p->rgb = NULL;
+    for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * index + k] = rgb[k] * 0.318309886f;
+    if (set->ambient) set->ambient[index] = ambient;
+}

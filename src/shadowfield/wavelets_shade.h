@@ -1,0 +1,68 @@
+/* ---- wavelets: shading a set of points ---- */
+
+static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *set, size_t piece,
+                                   uint8_t *memory, sfield_scene_stats *stats)
+{
+    const sfield_scene *s = job->s;
+    uint64_t *hash = (uint64_t *)(void *)memory;
+    const uint32_t rays = s->occluder_count + s->light_count;
+    const int bundles = sfield__can_bundle(s, set);
+    sfield__point p;
+    sfield__bundle b;
+    size_t i, k;
+    memset(&p, 0, sizeof p);
+    memset(&b, 0, sizeof b);
+    p.s = b.s = s;
+    p.set = set;
+    p.stand = sfield__hash_stand(s, set);
+    p.stats = *stats;
+    memory += ((size_t)s->light_count + 8) / 8 * 64;
+    memory += sfield__carve_point(&p, memory, rays, s->cells);
+    (void)sfield__carve_bundle(&b, memory, rays, s->side);
+    for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
+        const size_t end = i + SFIELD__LANES < set->count ? i + SFIELD__LANES : set->count;
+        if (bundles) sfield__shade_bundle(&p, &b, i, (uint32_t)(end - i), hash);
+        for (k = i; k < end && !bundles; k++) sfield__shade_point(&p, k, hash);
+    }
+    *stats = p.stats;
+}
+
+/* Counts the bytes that a task of the above needs. */
+static uint64_t sfield__scratch_haar(const sfield_scene *s)
+{
+    const uint32_t rays = s->occluder_count + s->light_count;
+    return sfield__carve_point(NULL, NULL, rays, s->cells) +
+           (uint64_t)sfield__carve_bundle(NULL, NULL, rays, s->side) + ((size_t)s->light_count + 8) / 8 * 64;
+}
+
+/* Returns the entity of a set if it is rotated and only receives, so has no table for a resampling, and the
+   set's own visibility, in wavelets, needs one; else NULL. */
+static sfield__item *sfield__find_unmapped(const sfield_scene *s, const sfield_points *p)
+{
+    sfield__item *it = !p->entity || !p->count || !p->self || s->algebra ? NULL : &s->item[p->entity - 1];
+    return it && !it->identity && !it->map ? it : NULL;
+}
+
+/* Makes tables for these entities, which are few, so that other receivers need none. */
+static sfield_result sfield__map_receivers(sfield_scene *s, const sfield_points *sets, size_t count)
+{
+    const size_t cells = s->cells;
+    sfield__taps *grown;
+    uint32_t more = 0;
+    size_t i;
+    for (i = 0; i < count; i++) more += sfield__find_unmapped(s, &sets[i]) != NULL;
+    if (!more) return SFIELD_OK;
+    grown =
+        (sfield__taps *)sfield__alloc_array(&s->allocator, ((size_t)s->maps + more) * cells, sizeof *grown);
+    if (!grown) return SFIELD_ERR_ALLOC;
+    if (s->maps) memcpy(grown, s->taps, s->maps * cells * sizeof *grown);
+    sfield__free(&s->allocator, s->taps);
+    s->taps = grown;
+    for (i = 0; i < count; i++) {
+        sfield__item *it = sfield__find_unmapped(s, &sets[i]);
+        if (!it) continue;
+        sfield__make_taps(s, it->turn, s->taps + s->maps * cells);
+        it->map = ++s->maps;
+    }
+    return SFIELD_OK;
+}

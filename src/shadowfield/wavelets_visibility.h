@@ -1,0 +1,155 @@
+/* ---- wavelets: the texels of a point times the visibility of an occluder ---- */
+
+typedef struct sfield__ray {
+    float d2;
+    uint32_t item;
+    int light;
+} sfield__ray; /* light: its number, -1 an occluder */
+
+typedef struct sfield__point {
+    const sfield_scene *s;
+    const sfield_points *set;
+    float       *t, *haar, *coefs, *work;       /* 6 N^2, 6 N^2, 3 x 6 N^2, 6 N^2 */
+    uint8_t     *marks;                         /* six faces of SFIELD__MARKS */
+    sfield__ray *ray;
+    float       *rgb;                           /* of one point */
+    uint64_t     stand;                         /* sfield__hash_stand */
+    sfield_scene_stats stats;
+} sfield__point;
+
+static size_t sfield__carve_point(sfield__point *p, uint8_t *memory, uint32_t rays, uint32_t cells)
+{
+    size_t floats = 6 * (size_t)cells;
+    if (memory) {
+        p->t = (float *)(void *)memory;
+        p->haar = p->t + cells;
+        p->coefs = p->haar + cells;
+        p->work = p->coefs + 3 * (size_t)cells;
+        p->ray = (sfield__ray *)(void *)(p->t + floats);
+        p->marks = (uint8_t *)(p->ray + rays + 1);
+        memset(p->coefs, 0, 3 * (size_t)cells * sizeof *p->coefs);
+        memset(p->marks, 0, 6 * SFIELD__MARKS);
+    }
+    return (floats * sizeof(float) + (rays + 1) * sizeof(sfield__ray) + 6 * SFIELD__MARKS + 63) / 64 * 64;
+}
+
+/* Multiplies the texels of a square by 1 - the function below it. */
+static void sfield__shade_square(const float *coefs, const uint8_t *marks, uint32_t leaves, float mean,
+                                 uint32_t squares, uint32_t i, float scale, float *t)
+{
+    uint32_t k, n = 4 * leaves / squares;
+    const float *w = coefs + squares + 3 * i;
+    if (!marks[sfield__mark_base(squares) + i]) {
+        float keep = 1 - mean;
+        for (k = 0; mean != 0 && k < n; k++) t[n * i + k] *= keep;
+        return;
+    }
+    for (k = 0; k < 4; k++) {
+        float x = k & 1 ? -scale : scale, y = k & 2 ? -scale : scale, z = k == 0 || k == 3 ? scale : -scale;
+        float m = mean + x * w[0] + y * w[1] + z * w[2];
+        if (squares == leaves) t[4 * i + k] *= 1 - m;
+        else sfield__shade_square(coefs, marks, leaves, m, 4 * squares, 4 * i + k, 2 * scale, t);
+    }
+}
+
+#if SFIELD__SIMD
+/* Does the same for a square that is marked, four quarters at a time. */
+SFIELD__TARGET_AVX2 static void sfield__shade_square_avx2(const float *coefs, const uint8_t *marks,
+                                                          uint32_t leaves, float mean, uint32_t squares,
+                                                          uint32_t i, float scale, float *t)
+{
+    const __m128 sx = _mm_setr_ps(0, -0.0f, 0, -0.0f), sy = _mm_setr_ps(0, 0, -0.0f, -0.0f),
+                 one = _mm_set1_ps(1);
+    const float *w = coefs + squares + 3 * i;
+    const uint8_t *below = marks + sfield__mark_base(4 * squares) + 4 * i;
+    uint32_t k, j, n = leaves / squares;
+    __m128 m = _mm_add_ps(_mm_set1_ps(mean), _mm_xor_ps(_mm_set1_ps(scale * w[0]), sx));
+    float means[4];
+    m = _mm_add_ps(m, _mm_xor_ps(_mm_set1_ps(scale * w[1]), sy));
+    m = _mm_add_ps(m, _mm_xor_ps(_mm_set1_ps(scale * w[2]), _mm_xor_ps(sx, sy)));
+    if (n == 1) {
+        _mm_storeu_ps(t + 4 * i, _mm_mul_ps(_mm_loadu_ps(t + 4 * i), _mm_sub_ps(one, m)));
+        return;
+    }
+    _mm_storeu_ps(means, m);
+    for (k = 0; k < 4; k++) {
+        float *quarter = t + (4 * i + k) * (size_t)n;
+        if (below[k])
+            sfield__shade_square_avx2(coefs, marks, leaves, means[k], 4 * squares, 4 * i + k, 2 * scale, t);
+        else if (means[k] != 0)
+            for (j = 0; j < n; j += 4)
+                _mm_storeu_ps(quarter + j, _mm_mul_ps(_mm_loadu_ps(quarter + j), _mm_set1_ps(1 - means[k])));
+    }
+}
+#endif
+
+static void sfield__shade_faces(const sfield__point *p)
+{
+    const uint32_t side = p->s->side, n = side * side;
+    uint32_t face;
+    for (face = 0; face < 6; face++) {
+        const float *coefs = p->coefs + face * n, mean = coefs[0] / (float)side;
+        const uint8_t *marks = p->marks + face * SFIELD__MARKS;
+#if SFIELD__SIMD
+        if (p->s->simd && marks[0]) {
+            sfield__shade_square_avx2(coefs, marks, n / 4, mean, 1, 0, 1 / (float)side, p->t + face * n);
+            continue;
+        }
+#endif
+        sfield__shade_square(coefs, marks, n / 4, mean, 1, 0, 1 / (float)side, p->t + face * n);
+    }
+}
+
+/* Lists of an occluder added up in p->coefs (clean before), the squares that they use and all above marked:
+   square k of all levels in turn lies in square (k - 1) / 4. sfield__clear_lists cleans up. */
+static void sfield__add_lists(sfield__point *p, const sfield_field *f, const sfield__lists *lists,
+                              float factor)
+{
+    uint32_t i, bits = 0;
+    while (1u << bits < p->s->side * p->s->side) bits++;
+    for (i = 0; i < lists->count; i++) {
+        const float weight = lists->weight[i] * factor * f->sample_scale[lists->sample[i]];
+        const uint32_t *e = f->entry + f->offset[lists->sample[i]],
+                       *end = f->entry + f->offset[lists->sample[i] + 1];
+        for (; e < end; e++) {
+            const uint32_t index = *e >> 16, in_face = index & ((1u << bits) - 1);
+            uint8_t *marks = p->marks + (index >> bits) * SFIELD__MARKS;
+            uint32_t square = (in_face - 1) / 3;
+            p->coefs[index] += weight * sfield__half(*e);
+            if (!in_face) continue;
+            for (; !marks[square]; square = (square - 1) / 4) {
+                marks[square] = 1;
+                if (!square) break;
+            }
+        }
+    }
+}
+
+static void sfield__clear_lists(sfield__point *p)
+{
+    const uint32_t used = sfield__mark_base(p->s->side * p->s->side);
+    uint32_t face;
+    memset(p->coefs, 0, p->s->cells * sizeof *p->coefs);
+    for (face = 0; face < 6; face++) memset(p->marks + face * SFIELD__MARKS, 0, used);
+}
+
+/* Multiplies T by the visibility in p->coefs: expanded only where it has detail; rotated entities texel by
+   texel. */
+static void sfield__hide_texels(sfield__point *p, uint32_t map)
+{
+    const sfield_scene *s = p->s;
+    uint32_t i;
+    if (map) {
+        const sfield__taps *taps = s->taps + (size_t)(map - 1) * s->cells;
+        sfield__haar_texels(s->side, p->coefs, p->work);
+        for (i = 0; i < s->cells; i++) {
+            const sfield__taps *q = taps + i;
+            p->t[i] *= 1 - (q->weight[0] * p->work[q->texel[0]] + q->weight[1] * p->work[q->texel[1]] +
+                            q->weight[2] * p->work[q->texel[2]] + q->weight[3] * p->work[q->texel[3]]);
+        }
+    } else if (s->desc.product == SFIELD_PRODUCT_SPARSE) {
+        sfield__haar_multiply(s->side, p->haar, p->coefs, p->work);
+        for (i = 0; i < s->cells; i++) p->haar[i] -= p->work[i];
+    } else
+        sfield__shade_faces(p);
+}

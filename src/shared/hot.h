@@ -1,0 +1,23 @@
+/* unit hot, needs fp_begin: what compilers are told of hot code */
+
+/* Not under -ffast-math: gcc's -O3 for single functions forgets that unit fp_begin took it back. */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__) && defined(__OPTIMIZE__) && !P_FINITE_MATH
+#define P_HOT __attribute__((optimize("O3")))
+#else
+#define P_HOT
+#endif
+
+/* Into kernels of several targets. */
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define P_INLINE static inline __attribute__((always_inline))
+#elif defined(_MSC_VER)
+#define P_INLINE static __forceinline
+#else
+#define P_INLINE static inline
+#endif
+
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define P_PREFETCH(p) __builtin_prefetch(p)
+#else
+#define P_PREFETCH(p) (void)(p)
+#endif

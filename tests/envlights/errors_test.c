@@ -1,0 +1,335 @@
+/* errors_test - bad input: a specific error with outputs untouched, or finite
+   results. */
+
+#define ENVLIGHTS_IMPLEMENTATION
+#include "envlights.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <cmocka.h>
+#include "util.h"
+
+#define NOT_A_NUMBER envlt__from_bits(0x7fc00000u)
+#define INF envlt__from_bits(0x7f800000u)
+
+static char untouched;
+#define UNTOUCHED ((void *)&untouched)
+static sky day;
+static envlt_lights *good;
+static const envlt_light *list;
+static uint32_t count;
+
+static int setup(void **state)
+{
+    (void)state;
+    day = sky_alloc(ENVLT_PROJECTION_LATLONG, 32, 16);
+    sky_fill(&day, sunny);
+    if (envlt_create(NULL, &day.map, &good, NULL) != ENVLT_OK) return -1;
+    list = envlt_get_lights(good, &count);
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    envlt_free(good);
+    sky_free(&day);
+    return 0;
+}
+
+static void expect_build(envlt_result expected, const envlt_desc *d, const envlt_map *map)
+{
+    envlt_lights *l = (envlt_lights *)UNTOUCHED;
+    envlt_stats stats, before;
+    memset(&stats, 0x31, sizeof stats);
+    before = stats;
+    assert_int_equal(envlt_create(d, map, &l, &stats), expected);
+    if (expected == ENVLT_OK) {
+        for (int c = 0; c < 3; c++) assert_true(stats.energy[c] >= 0 && stats.energy[c] < 1e32);
+        envlt_free(l);
+        return;
+    }
+    assert_ptr_equal(l, UNTOUCHED);
+    assert_memory_equal(&stats, &before, sizeof stats);
+}
+
+static void maps_are_checked(void **state)
+{
+    envlt_map m = day.map;
+    envlt_desc d = desc_of(ENVLT_METHOD_DEFAULT, 0);
+    (void)state;
+    assert_int_equal(envlt_create(NULL, &m, NULL, NULL), ENVLT_ERR_ARGUMENT);
+    expect_build(ENVLT_ERR_ARGUMENT, NULL, NULL);
+    expect_build(ENVLT_OK, NULL, &m);
+    m.rgb = NULL;
+    expect_build(ENVLT_ERR_ARGUMENT, NULL, &m);
+    m = day.map;
+    m.width = 0;
+    expect_build(ENVLT_ERR_ARGUMENT, NULL, &m);
+    m = day.map;
+    m.projection = (envlt_projection)9;
+    expect_build(ENVLT_ERR_INPUT, NULL, &m);
+    m.projection = ENVLT_PROJECTION_CUBE;
+    expect_build(ENVLT_ERR_INPUT, NULL, &m);          /* 32 x 16 is no cube's face */
+    m = day.map;
+    m.texel_stride = 8;
+    expect_build(ENVLT_ERR_ARGUMENT, NULL, &m);
+    m.texel_stride = 14;
+    expect_build(ENVLT_ERR_ARGUMENT, NULL, &m);
+    m.texel_stride = SIZE_MAX & ~(size_t)3;
+    expect_build(ENVLT_ERR_LIMIT, NULL, &m);
+    m = day.map;
+    m.height = 0;
+    expect_build(ENVLT_ERR_ARGUMENT, NULL, &m);
+    m.height = (1u << 27) + 1;
+    m.width = 1;
+    expect_build(ENVLT_ERR_LIMIT, NULL, &m);
+    m = day.map;
+    m.width = m.height = 65536;
+    expect_build(ENVLT_ERR_LIMIT, NULL, &m);
+    m.width = UINT32_MAX;
+    expect_build(ENVLT_ERR_LIMIT, NULL, &m);
+    d.light_count = ENVLT_MAX_LIGHTS + 1;
+    expect_build(ENVLT_ERR_DESC, &d, &day.map);
+    d = desc_of((envlt_method)17, 5);
+    expect_build(ENVLT_ERR_DESC, &d, &day.map);
+    d = desc_of(ENVLT_METHOD_DEFAULT, 5);
+    d.system.allocator.alloc_fn = ledger_alloc;
+    expect_build(ENVLT_ERR_DESC, &d, &day.map);
+}
+
+/* Sizes and contents that are odd but allowed. */
+static void odd_maps_work(void **state)
+{
+    static const uint32_t sizes[][2] = { { 1, 1 }, { 1, 9 }, { 9, 1 }, { 2, 2 }, { 3, 7 }, { 37, 5 } };
+    (void)state;
+    for (int m = 1; m < ENVLT_METHOD_COUNT; m++)
+        for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++)
+            for (int content = 0; content < 5; content++)
+                for (uint32_t k = 1; k < 40; k += 13) {
+                    int cube = sizes[i][0] == sizes[i][1];
+                    sky s = sky_alloc(cube ? ENVLT_PROJECTION_CUBE : ENVLT_PROJECTION_LATLONG, sizes[i][0],
+                                      sizes[i][1]);
+                    envlt_desc d = desc_of((envlt_method)m, k);
+                    envlt_lights *l;
+                    const envlt_light *out;
+                    uint32_t n;
+                    d.split_sun = content & 1;
+                    d.hemisphere = content == 2;
+                    for (size_t t = 0; t < 3 * s.texels; t++)
+                        s.rgb[t] = content == 0 ? 0 : content == 1 ? 1e30f : content == 2 ? 1 : content == 3 ? 1e-38f
+                                                                                            : NOT_A_NUMBER;
+                    assert_int_equal(envlt_create(&d, &s.map, &l, NULL), ENVLT_OK);
+                    out = envlt_get_lights(l, &n);
+                    assert_in_range(n, content == 0 || content == 4 ? 0 : 1, content == 0 || content == 4 ? 0 : k);
+                    for (uint32_t j = 0; j < n; j++) assert_true(light_is_finite(&out[j]));
+                    assert_int_equal(envlt_follow(l, &s.map, k + 1, NULL), ENVLT_OK);
+                    envlt_free(l);
+                    sky_free(&s);
+                }
+}
+
+static void lights_are_checked(void **state)
+{
+    envlt_light copy[128];
+    envlt_map other = day.map;
+    float m[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, sh[27], *rest;
+    uint32_t n = 7;
+    size_t texels = 7;
+    char text[8];
+    /* No rotation: projective, not finite, flat, of several scales, sheared, mirrored. */
+    const struct { int at; float value; } wrong[] = {
+        { 3, 1 }, { 7, 1 }, { 11, 1 }, { 15, 2 }, { 0, NOT_A_NUMBER }, { 14, INF }, { 0, 1e30f }, { 0, 0 }, { 5, 0 },
+        { 10, 0 }, { 0, 2 }, { 5, 2 }, { 10, 2 }, { 4, 0.01f }, { 8, 0.01f }, { 9, 0.01f }, { 0, -1 }
+    };
+    (void)state;
+    memcpy(copy, list, count * sizeof *copy);
+    assert_null(envlt_get_lights(NULL, &n));
+    assert_int_equal(n, 0);
+    assert_null(envlt_get_strata(NULL, &texels));
+    assert_int_equal(texels, 0);
+    envlt_free(NULL);
+    assert_int_equal(envlt_jitter(NULL, 0, 0, copy), ENVLT_ERR_ARGUMENT);
+    assert_int_equal(envlt_jitter(good, 0, 0, NULL), ENVLT_ERR_ARGUMENT);
+    assert_int_equal(envlt_follow(NULL, &day.map, 0, NULL), ENVLT_ERR_ARGUMENT);
+    assert_int_equal(envlt_follow(good, NULL, 0, NULL), ENVLT_ERR_ARGUMENT);
+    assert_int_equal(envlt_follow(good, &day.map, ENVLT_MAX_LIGHTS + 1, NULL), ENVLT_ERR_ARGUMENT);
+    other.width = 16;
+    assert_int_equal(envlt_follow(good, &other, 0, NULL), ENVLT_ERR_MISMATCH);
+    assert_int_equal(envlt_residual_sh(good, &other, sh), ENVLT_ERR_MISMATCH);
+    other = day.map;
+    other.height = 8;
+    assert_int_equal(envlt_follow(good, &other, 0, NULL), ENVLT_ERR_MISMATCH);
+    assert_int_equal(envlt_residual_sh(good, &other, sh), ENVLT_ERR_MISMATCH);
+    other = day.map;
+    other.projection = ENVLT_PROJECTION_CUBE;
+    other.height = 32;                              /* as wide, but six faces */
+    assert_int_equal(envlt_follow(good, &other, 0, NULL), ENVLT_ERR_MISMATCH);
+    assert_int_equal(envlt_residual_sh(good, &other, sh), ENVLT_ERR_MISMATCH);
+    other.rgb = NULL;
+    assert_int_equal(envlt_follow(good, &other, 0, NULL), ENVLT_ERR_ARGUMENT);
+    assert_int_equal(envlt_match(NULL, 1, copy, count), ENVLT_ERR_ARGUMENT);
+    assert_int_equal(envlt_match(list, count, NULL, 1), ENVLT_ERR_ARGUMENT);
+    assert_int_equal(envlt_match(NULL, 0, copy, count), ENVLT_OK);
+    assert_int_equal(envlt_rotate(copy, count, NULL), ENVLT_ERR_ARGUMENT);
+    m[0] = 2;
+    assert_int_equal(envlt_rotate(copy, count, m), ENVLT_ERR_INPUT);
+    m[0] = m[5] = m[10] = 2;                        /* even, but no rotation */
+    assert_int_equal(envlt_rotate(copy, count, m), ENVLT_ERR_INPUT);
+    assert_int_equal(envlt_rotate(NULL, 1, m), ENVLT_ERR_ARGUMENT);
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        memset(m, 0, sizeof m);
+        m[0] = m[5] = m[10] = m[15] = 1;
+        assert_int_equal(envlt_rotate(copy, count, m), ENVLT_OK);
+        m[wrong[i].at] = wrong[i].value;
+        assert_int_equal(envlt_rotate(copy, count, m), ENVLT_ERR_INPUT);
+    }
+    memset(text, 'x', sizeof text);
+    assert_int_equal(envlt_gltf_bytes(NULL, 0), 0);
+    assert_int_equal(envlt_gltf_write(NULL, 0, text, sizeof text), ENVLT_ERR_ARGUMENT);
+    assert_int_equal(envlt_gltf_write(list, 1, NULL, 9), ENVLT_ERR_ARGUMENT);
+    assert_true(envlt_gltf_bytes(list, 0) > 8);
+    assert_int_equal(envlt_gltf_write(list, 0, text, sizeof text), ENVLT_ERR_MEMORY);
+    assert_int_equal(text[0], 'x');
+    rest = (float *)malloc(3 * day.texels * sizeof *rest);
+    assert_non_null(rest);
+    assert_int_equal(envlt_residual(good, &day.map, NULL), ENVLT_ERR_ARGUMENT);
+    assert_int_equal(envlt_residual(NULL, &day.map, rest), ENVLT_ERR_ARGUMENT);
+    assert_int_equal(envlt_residual_sh(good, &day.map, NULL), ENVLT_ERR_ARGUMENT);
+    assert_int_equal(envlt_residual_sh(good, NULL, sh), ENVLT_ERR_ARGUMENT);
+    other = day.map;
+    other.rgb = NULL;
+    assert_int_equal(envlt_residual_sh(good, &other, sh), ENVLT_ERR_ARGUMENT);
+    assert_int_equal(envlt_match(NULL, 0, NULL, 0), ENVLT_OK);
+    assert_int_equal(envlt_rotate(NULL, 0, (const float[16]){ 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }),
+                     ENVLT_OK);
+    assert_null(envlt_get_lights(NULL, NULL));
+    assert_ptr_equal(envlt_get_lights(good, NULL), list);
+    assert_null(envlt_get_strata(NULL, NULL));
+    assert_non_null(envlt_get_strata(good, NULL));
+    free(rest);
+    assert_string_equal(envlt_result_text((envlt_result)99), "unknown result");
+    assert_string_equal(envlt_result_text(ENVLT_OK), "ok");
+    assert_true(envlt_texel_solid_angle(ENVLT_PROJECTION_LATLONG, 4, 4, 4, 0) <= 0);
+    assert_true(envlt_texel_solid_angle(ENVLT_PROJECTION_LATLONG, 4, 4, 0, 4) <= 0);
+}
+
+/* A light that shines down -Z has no shortest turn from +Z; colours of black are white times nothing; large numbers. */
+static double dot3(const float *a, const float *b)
+{
+    return (double)a[0] * (double)b[0] + (double)a[1] * (double)b[1] + (double)a[2] * (double)b[2];
+}
+
+static void odd_lights_are_exported(void **state)
+{
+    envlt_light l[2];
+    char text[1000];
+    (void)state;
+    memset(l, 0, sizeof l);
+    l[0].direction[2] = -1;
+    l[0].irradiance[0] = l[0].irradiance[1] = 2.5e20f;
+    l[0].irradiance[2] = 5e20f;
+    l[1].direction[2] = 1;
+    assert_int_equal(envlt_gltf_write(l, 2, text, sizeof text), ENVLT_OK);
+    assert_non_null(strstr(text, "\"color\":[5.00000000e-1,5.00000000e-1,1.00000000e0],"
+                                 "\"intensity\":5.00000010e20}"));          /* what 5e20f is */
+    assert_non_null(strstr(text, "\"color\":[1.00000000e0,1.00000000e0,1.00000000e0],\"intensity\":0}"));
+    assert_non_null(strstr(text, "{\"rotation\":[1.00000000e0,0,0,0]"));
+    assert_non_null(strstr(text, "0,0,1.00000000e0]"));
+    l[0].irradiance[1] = INF;                       /* JSON has no word for these, and no end of their digits came */
+    l[0].irradiance[2] = NOT_A_NUMBER;
+    l[1].irradiance[0] = -INF;
+    l[1].direction[0] = INF;
+    assert_int_equal(envlt_gltf_write(l, 2, text, sizeof text), ENVLT_OK);
+    assert_non_null(strstr(text, "\"color\":[0,0,0],\"intensity\":0}"));
+    assert_null(strstr(text, "-0"));
+}
+
+/* Points far from the map, or at none, have directions all the same. */
+static void any_point_has_a_direction(void **state)
+{
+    const float odd[] = { 1e20f, -1e20f, 3e9f, INF, -INF, NOT_A_NUMBER, 1e4f, 0 };
+    float d[3], turned[3];
+    (void)state;
+    for (int cube = 0; cube < 2; cube++)
+        for (size_t i = 0; i < 64; i++) {
+            envlt_projection p = cube ? ENVLT_PROJECTION_CUBE : ENVLT_PROJECTION_LATLONG;
+            envlt_texel_direction(p, 8, 8, 4, odd[i / 8], odd[i % 8], d);
+            CLOSE(d[0] * d[0] + d[1] * d[1] + d[2] * d[2], 1, 1e-6);
+        }
+    for (int turn = -2; turn <= 2; turn++) {            /* whole turns of the azimuth are none */
+        envlt_texel_direction(ENVLT_PROJECTION_LATLONG, 16, 8, 0, 3.25f, 2.5f, d);
+        envlt_texel_direction(ENVLT_PROJECTION_LATLONG, 16, 8, 0, 3.25f + 16 * (float)turn, 2.5f, turned);
+        for (int c = 0; c < 3; c++) CLOSE(d[c], turned[c], 1e-6);
+    }
+}
+
+/* A rotation that is a thousandth too long is allowed; done every frame, it must not blow lights up. */
+static void turning_often_keeps_extents(void **state)
+{
+    const float s = 1.0009f, m[16] = { 0, 0, -s, 0, 0, s, 0, 0, s, 0, 0, 0, 0, 0, 0, 1 };
+    envlt_light l = list[0];
+    (void)state;
+    for (int i = 0; i < 4000; i++) assert_int_equal(envlt_rotate(&l, 1, m), ENVLT_OK);
+    for (int c = 0; c < 3; c++) {
+        CLOSE(l.direction[c], list[0].direction[c], 1e-4);
+        CLOSE(l.axis_u[c], list[0].axis_u[c], 1e-3 * sqrt(dot3(list[0].axis_u, list[0].axis_u)));
+        CLOSE(l.axis_v[c], list[0].axis_v[c], 1e-3 * sqrt(dot3(list[0].axis_u, list[0].axis_u)));
+    }
+}
+
+static char logged[300];
+
+static void keep(void *user, const char *message)
+{
+    snprintf((char *)user, sizeof logged, "%s", message);
+}
+
+/* One line that names function, field, value and range. */
+static void failed_calls_say_why(void **state)
+{
+    envlt_desc d = desc_of(ENVLT_METHOD_DEFAULT, ENVLT_MAX_LIGHTS + 1);
+    envlt_map m = day.map;
+    envlt_lights *l;
+    float rest[3];                                  /* nothing is written */
+    (void)state;
+    d.system.log = keep;
+    d.system.user = logged;
+    assert_int_equal(envlt_create(&d, &m, &l, NULL), ENVLT_ERR_DESC);
+    assert_string_equal(logged, "envlt_create: desc.light_count is 8193; it must be 0 (= 128) or 1..8192");
+    d.light_count = 10;
+    m.texel_stride = 14;
+    assert_int_equal(envlt_create(&d, &m, &l, NULL), ENVLT_ERR_ARGUMENT);
+    assert_string_equal(logged, "envlt_create: map.texel_stride is 14; it must be 0, or a multiple of 4 from 12 on");
+    assert_int_equal(envlt_create(&d, &day.map, &l, NULL), ENVLT_OK);
+    m = day.map;
+    m.width = 8;
+    assert_int_equal(envlt_follow(l, &m, 0, NULL), ENVLT_ERR_MISMATCH);
+    assert_string_equal(logged, "envlt_follow: map.width is 8; it must be that of the map before");
+    m.width = 0;
+    assert_int_equal(envlt_residual(l, &m, rest), ENVLT_ERR_ARGUMENT);
+    assert_string_equal(logged, "envlt_residual: map.width or map.height is 0");
+    envlt_free(l);
+    m = day.map;
+    m.width = 16;                                   /* a square, which might be a cube's face */
+    assert_int_equal(envlt_create(&d, &m, &l, NULL), ENVLT_OK);
+    m.projection = ENVLT_PROJECTION_CUBE;
+    m.height = m.width = 16;
+    assert_int_equal(envlt_follow(l, &m, 0, NULL), ENVLT_ERR_MISMATCH);
+    assert_string_equal(logged, "envlt_follow: map.projection is not that of the map before");
+    envlt_free(l);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(maps_are_checked),
+        cmocka_unit_test(odd_maps_work),
+        cmocka_unit_test(lights_are_checked),
+        cmocka_unit_test(odd_lights_are_exported),
+        cmocka_unit_test(any_point_has_a_direction),
+        cmocka_unit_test(turning_often_keeps_extents),
+        cmocka_unit_test(failed_calls_say_why),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}

@@ -1,0 +1,108 @@
+/* fuzz_builder - libFuzzer target: bytes choose a desc, a map and a video of it; lights must be finite and hold the
+   map's energy, wherever jitter moves them. */
+
+#define ENVLIGHTS_IMPLEMENTATION
+#include "envlights.h"
+#include "util.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+typedef struct input { const uint8_t *data; size_t size, at; } input;
+
+static uint32_t take(input *in) { return in->at < in->size ? in->data[in->at++] : 0u; }
+
+/* Mostly in -1..1, seldom any bits at all. */
+static float take_float(input *in)
+{
+    uint32_t a = take(in), b = take(in);
+    if (a == 255) {
+        uint32_t bits = b << 24 | take(in) << 16 | take(in) << 8 | take(in);
+        float f;
+        memcpy(&f, &bits, sizeof f);
+        return f;
+    }
+    return (float)((int)(a << 8 | b) - 32640) / 32640.0f;
+}
+
+static void take_map(input *in, sky *s)
+{
+    uint32_t kind = take(in);
+    for (size_t t = 0; t < 3 * s->texels; t++) {
+        float f = take_float(in);
+        s->rgb[t] = kind & 1 ? f : f * f * (float)(take(in) & 1 ? 1 : 1000);
+    }
+}
+
+static void check_lights(const envlt_lights *l, const sky *s, int hemisphere)
+{
+    uint32_t count;
+    const envlt_light *list = envlt_get_lights(l, &count);
+    size_t texels;
+    const uint32_t *strata = envlt_get_strata(l, &texels);
+    double sum = 0, exact = 0, omega = 0;
+    if (texels != s->texels) abort();
+    for (uint32_t i = 0; i < count; i++) {
+        if (!light_is_finite(&list[i])) abort();
+        sum += (double)list[i].irradiance[0];
+        omega += (double)list[i].solid_angle;
+    }
+    for (size_t t = 0; t < texels; t++) {
+        double d[3], o;
+        float f = s->rgb[3 * t];
+        if (strata[t] != ENVLT_NO_LIGHT && strata[t] >= count) abort();
+        sky_texel(s, t, d, &o);
+        if (f > 0 && f <= 1e30f) exact += o * (double)f;
+    }
+    if (!hemisphere && fabs(sum - exact) > 1e-5 * exact + 1e-37) abort();      /* denormal floats round */
+    if (count && fabs(omega - (hemisphere ? 2 : 4) * PI) > 1e-4) abort();
+}
+
+static void jitter(input *in, const envlt_lights *l)
+{
+    envlt_light moved[64];
+    uint32_t count;
+    envlt_get_lights(l, &count);
+    if (envlt_jitter(l, take(in), 1, moved) != ENVLT_OK) abort();
+    for (uint32_t i = 0; i < count; i++)
+        if (!light_is_finite(&moved[i])) abort();
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    input in;
+    envlt_desc d;
+    envlt_lights *l;
+    uint32_t cube, frames;
+    sky s;
+
+    in.data = data;
+    in.size = size;
+    in.at = 0;
+    cube = take(&in) & 1;
+    s = sky_alloc(cube ? ENVLT_PROJECTION_CUBE : ENVLT_PROJECTION_LATLONG, 1 + take(&in) % 12, 1);
+    if (!cube) {
+        uint32_t wide = s.map.width;
+        sky_free(&s);
+        s = sky_alloc(ENVLT_PROJECTION_LATLONG, wide, 1 + take(&in) % 12);
+    } else {
+        uint32_t side = 1 + s.map.width % 6;
+        sky_free(&s);
+        s = sky_alloc(ENVLT_PROJECTION_CUBE, side, side);
+    }
+    d = desc_of((envlt_method)(take(&in) % (ENVLT_METHOD_COUNT + 1)), take(&in) % 65);
+    d.hemisphere = (int)(take(&in) & 1);
+    d.split_sun = (int)(take(&in) & 1);
+    if (!d.light_count) d.light_count = 1;
+    take_map(&in, &s);
+    if (envlt_create(&d, &s.map, &l, NULL) == ENVLT_OK) {
+        check_lights(l, &s, d.hemisphere);
+        jitter(&in, l);
+        for (frames = take(&in) % 4; frames > 0; frames--) {
+            take_map(&in, &s);
+            if (envlt_follow(l, &s.map, take(&in) % 65, NULL) == ENVLT_OK) check_lights(l, &s, d.hemisphere);
+        }
+        envlt_free(l);
+    }
+    sky_free(&s);
+    return 0;
+}

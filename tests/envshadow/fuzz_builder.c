@@ -1,0 +1,116 @@
+/* fuzz_builder - libFuzzer target: bytes choose a sky, a mesh and a query; shading must be finite and not brighter than
+   all lights together. */
+
+#define ENVLIGHTS_IMPLEMENTATION
+#include "envlights.h"
+#define ENVSHADOW_IMPLEMENTATION
+#include "envshadow.h"
+#include "util.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+typedef struct input { const uint8_t *data; size_t size, at; } input;
+
+static uint32_t take(input *in) { return in->at < in->size ? in->data[in->at++] : 0u; }
+
+/* Mostly in -1..1, seldom any bits at all. */
+static float take_float(input *in)
+{
+    uint32_t a = take(in), b = take(in);
+    if (a == 255) {
+        uint32_t bits = b << 24 | take(in) << 16 | take(in) << 8 | take(in);
+        float f;
+        memcpy(&f, &bits, sizeof f);
+        return f;
+    }
+    return (float)((int)(a << 8 | b) - 32640) / 32640.0f;
+}
+
+static void take_map(input *in, sky *s)
+{
+    uint32_t kind = take(in);
+    for (size_t t = 0; t < 3 * s->texels; t++) {
+        float f = take_float(in);
+        s->rgb[t] = kind & 1 ? f : f * f * (float)(take(in) & 1 ? 1 : 1000);
+    }
+}
+
+static void shade(input *in, const envlt_lights *l)
+{
+    float p[3 * 30], points[3 * 8], normals[3 * 8], out[3 * 8], most = 0;
+    uint32_t indices[30], count;
+    const envlt_light *list = envlt_get_lights(l, &count);
+    envlt_light moved[64];
+    envsh_maps_desc d;
+    envsh_query q = { 0 };
+    envsh_points r = { 0 };
+    envsh_mesh mesh = { p, 30, 0, indices, 30, NULL };
+    envsh_maps *maps;
+    uint64_t seed = take(in);
+    memset(&d, 0, sizeof d);
+    d.map_side = 16 + take(in) % 20;
+    d.rgba = (int)(take(in) & 1);
+    d.max_side = d.map_side + take(in);
+    for (int i = 0; i < 90; i++) p[i] = take_float(in);
+    for (int i = 0; i < 30; i++) indices[i] = take(in) % 31;
+    if (envlt_jitter(l, take(in), 1, moved) == ENVLT_OK) list = moved;
+    for (uint32_t i = 0; i < count; i++) most += list[i].irradiance[1];
+    for (int i = 0; i < 24; i++) points[i] = take_float(in);
+    for (size_t i = 0; i < 8; i++) {
+        double n[3];
+        rnd_direction(&seed, n);
+        for (size_t c = 0; c < 3; c++) normals[3 * i + c] = (float)n[c];
+    }
+    r.positions = points;
+    r.normals = normals;
+    r.count = 8;
+    q.filter = (envsh_filter)(take(in) % (ENVSH_FILTER_COUNT + 1));
+    q.taps = take(in) % 70;
+    q.radius = 8 * take_float(in);
+    q.bias = take_float(in);
+    q.extent_scale = take_float(in);
+    if (envsh_maps_create(&d, 1 + take(in) % 64, &maps) != ENVSH_OK) return;
+    if (envsh_maps_begin(maps, AS_LIGHTS(list, count), envsh_bounds_of(&mesh, 1, NULL)) == ENVSH_OK) {
+        envsh_maps_draw(maps, &mesh, NULL);
+        envsh_maps_end(maps);
+        if (envsh_shade(maps, &q, &r, out) == ENVSH_OK)
+            for (int i = 0; i < 24; i++)
+                if (!envsh__finite(out[i]) || out[i] < 0 || (i % 3 == 1 && out[i] > 1.001f * most)) abort();
+    }
+    envsh_maps_free(maps);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    input in;
+    envlt_desc d;
+    envlt_lights *l;
+    uint32_t cube;
+    sky s;
+
+    in.data = data;
+    in.size = size;
+    in.at = 0;
+    cube = take(&in) & 1;
+    s = sky_alloc(cube ? ENVLT_PROJECTION_CUBE : ENVLT_PROJECTION_LATLONG, 1 + take(&in) % 12, 1);
+    if (!cube) {
+        uint32_t wide = s.map.width;
+        sky_free(&s);
+        s = sky_alloc(ENVLT_PROJECTION_LATLONG, wide, 1 + take(&in) % 12);
+    } else {
+        uint32_t side = 1 + s.map.width % 6;
+        sky_free(&s);
+        s = sky_alloc(ENVLT_PROJECTION_CUBE, side, side);
+    }
+    d = desc_of((envlt_method)(take(&in) % (ENVLT_METHOD_COUNT + 1)), take(&in) % 65);
+    d.hemisphere = (int)(take(&in) & 1);
+    d.split_sun = (int)(take(&in) & 1);
+    if (!d.light_count) d.light_count = 1;
+    take_map(&in, &s);
+    if (envlt_create(&d, &s.map, &l, NULL) == ENVLT_OK) {
+        shade(&in, l);
+        envlt_free(l);
+    }
+    sky_free(&s);
+    return 0;
+}

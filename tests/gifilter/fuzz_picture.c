@@ -1,0 +1,99 @@
+/* fuzz_picture - libFuzzer target: frames of any places, normals and light through gifilter.h. What comes out is finite
+   where a pixel shows something, and 0 where it shows nothing. */
+
+#define GIFILTER_IMPLEMENTATION
+#include "gifilter.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+enum { MOST = 24 };
+
+typedef struct input { const uint8_t *data; size_t size, at; } input;
+
+static uint32_t take(input *in) { return in->at < in->size ? in->data[in->at++] : 0; }
+
+/* Mostly small numbers; now and then any bits at all. */
+static float take_float(input *in)
+{
+    uint32_t kind = take(in), bits = 0, k;
+    float x;
+    if (kind < 240) return (float)(int32_t)(kind - 120u) / 16.0f;
+    for (k = 0; k < 4; k++) bits |= take(in) << 8 * k;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static void take_all(input *in, float *values, size_t count)
+{
+    size_t i;
+    for (i = 0; i < count; i++) values[i] = take_float(in);
+}
+
+/* Unit where it can be: others are refused, of which one in a picture is enough. */
+static void make_unit(float *normals, size_t count)
+{
+    size_t i, k;
+    for (i = 0; i < count; i++) {
+        float *n = normals + 3 * i, length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        for (k = 0; k < 3 && length > 1e-3f && length < 1e9f; k++) n[k] /= length;
+    }
+}
+
+static void check(const float *normals, const float *out, size_t count)
+{
+    size_t i, k;
+    for (i = 0; i < count; i++) {
+        const float *n = normals + 3 * i;
+        for (k = 0; k < 3; k++) {
+            if (!(fabsf(out[3 * i + k]) <= 3.402823466e38f)) abort();
+            if (n[0] == 0 && n[1] == 0 && n[2] == 0 && out[3 * i + k] != 0) abort();
+        }
+    }
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    float positions[3 * MOST * MOST], normals[3 * MOST * MOST], light[3 * MOST * MOST], motion[2 * MOST * MOST];
+    float matrix[16];
+    input in;
+    gifilt_desc size_of;
+    gifilt_filter *filter;
+    gifilt_points points;
+    uint32_t width, height, frame, i;
+    in.data = data;
+    in.size = size;
+    in.at = 0;
+    width = 1 + take(&in) % MOST;
+    height = 1 + take(&in) % MOST;
+    memset(&points, 0, sizeof points);
+    points.count = width * height;
+    points.positions = positions;
+    points.normals = normals;
+    memset(&size_of, 0, sizeof size_of);
+    size_of.width = width;
+    size_of.height = height;
+    if (gifilt_create(&size_of, &filter) != GIFILT_OK) return 0;
+    for (frame = 0; frame < 3; frame++) {
+        uint32_t what = take(&in);
+        gifilt_frame d;
+        memset(&d, 0, sizeof d);
+        d.passes = (int)(take(&in) % 9u) - 1;    /* 7 is refused */
+        d.history = take(&in) % 12u;
+        d.normal_cosine = fabsf(take_float(&in));
+        d.plane_slope = fabsf(take_float(&in));
+        take_all(&in, matrix, 16);
+        take_all(&in, positions, 3 * points.count);
+        take_all(&in, normals, 3 * points.count);
+        if (!(what & 8u)) make_unit(normals, points.count);
+        take_all(&in, light, 3 * points.count);
+        take_all(&in, motion, 2 * points.count);
+        for (i = 0; i < 3 * points.count; i++)
+            if (!(fabsf(light[i]) <= 1e18f)) light[i] = 1;        /* sums of larger ones may overflow */
+        if (what & 1u) d.view_projection = matrix;
+        if (what & 2u) d.motion = motion;
+        if (what & 4u) gifilt_reset(filter);
+        if (gifilt_apply(filter, &d, &points, light, light) == GIFILT_OK) check(normals, light, points.count);
+    }
+    gifilt_free(filter);
+    return 0;
+}

@@ -1,0 +1,247 @@
+/* gl_fault_test - ism on a GL that fails and in a GL whose state is hostile: every error that GL may report comes out
+   as a result and leaves no object behind; uploads and reads leave state as it was; pictures do not depend on it. */
+#define _POSIX_C_SOURCE 200809L
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "gl_backend/gl_ism.h"
+
+#include "gl_test.h"
+#include "gl_fake.h"
+#include "gl_state.h"
+
+enum { SIDE = 8, POINTS = 64 };
+
+/* A lamp at the ceiling, a table below it, and a floor. */
+typedef struct scene {
+    glbk_ism_maps      maps;
+    glbk_ism_renderer  renderer;
+    uint32_t           points[4 * POINTS];
+    float              places[3 * SIDE * SIDE], normals[3 * SIDE * SIDE], light[3 * SIDE * SIDE];
+    float              atlas[64 * 64];
+} scene;
+
+static const float table[12] = { -0.5f, 1, -0.5f, 0.5f, 1, -0.5f, -0.5f, 1, 0.5f, 0.5f, 1, 0.5f };
+static const uint32_t triangles[6] = { 0, 1, 2, 1, 3, 2 };
+static const ism_vpl lamp = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 2, 3 }, { 0, -1, 0 }, 1, 0, 0.1f, 0, 0, 0, 0, 1, 0 };
+static const float near_point[12] = { 0.1f, 2, 0, 0.1f, 0, -1, 0, 1, 1, 2, 3, 0 };
+static const float center[3] = { 0, 1, 0 };
+
+static void prepare(scene *s)
+{
+    int i;
+    memset(s, 0, sizeof *s);
+    for (i = 0; i < POINTS; i++) {
+        float b[3] = { 0, 0, 2.0f / POINTS };
+        b[0] = 0.1f + 0.8f * (float)(i % 8) / 8;
+        b[1] = (1 - b[0]) * (0.1f + 0.8f * (float)(i / 8) / 8);
+        s->points[4 * i] = (uint32_t)i % 2;
+        memcpy(s->points + 4 * i + 1, b, 12);
+    }
+    for (i = 0; i < SIDE * SIDE; i++) {
+        s->places[3 * i] = 0.5f * (float)(i % SIDE) - 1.75f;
+        s->places[3 * i + 2] = 0.5f * (float)(i / SIDE) - 1.75f;
+        s->normals[3 * i + 1] = 1;
+    }
+}
+
+static glbk_result make(gl_test *t, scene *s)
+{
+    glbk_ism_desc d = { 1, POINTS, 64, 1, 1, 0, 0, 1, 0, 0 };
+    ism_mesh mesh = { table, 4, 0, triangles, 6, NULL, NULL, NULL };
+    glbk_ism_receivers from = { s->places, s->normals, NULL, NULL, 0 };
+    glbk_result result = GLBK_OK;
+    GL_THEN_SAME(t, result, glbk_ism_maps_create(&t->gl, &d, &s->maps));
+    GL_THEN_SAME(t, result, glbk_ism_renderer_create(&t->gl, SIDE, SIDE, &s->renderer));
+    GL_THEN_SAME(t, result, glbk_ism_mesh_upload(&t->gl, &s->maps, &mesh));
+    GL_THEN_SAME(t, result, glbk_ism_mesh_move(&t->gl, &s->maps, table, 0));
+    GL_THEN_SAME(t, result, glbk_ism_phase(&t->gl, &s->maps, 0, s->points));
+    GL_THEN_SAME(t, result, glbk_ism_vpls_upload(&t->gl, &s->maps, &lamp, 1, center, 2));
+    GL_THEN_SAME(t, result, glbk_ism_near_upload(&t->gl, &s->maps, near_point, 1));
+    GL_THEN_SAME(t, result, glbk_ism_gbuffer_upload(&t->gl, &s->renderer, &from));
+    return result;
+}
+
+static glbk_result draw(gl_test *t, scene *s)
+{
+    glbk_result result = GLBK_OK;
+    GL_THEN_SAVED(t, result, glbk_ism_draw(&t->gl, &s->maps));
+    GL_THEN_SAVED(t, result, glbk_ism_shade(&t->gl, &s->renderer, &s->maps, NULL));
+    return result;
+}
+
+static glbk_result look(gl_test *t, scene *s)
+{
+    glbk_result result = GLBK_OK;
+    GL_THEN_SAME(t, result, glbk_ism_read(&t->gl, &s->maps, s->atlas));
+    GL_THEN_SAME(t, result, glbk_ism_read_light(&t->gl, &s->renderer, s->light));
+    return result;
+}
+
+static void destroy(gl_test *t, scene *s)
+{
+    GL_SAME(t, glbk_ism_renderer_free(&t->gl, &s->renderer));
+    GL_SAME(t, glbk_ism_maps_free(&t->gl, &s->maps));
+}
+
+/* ---- errors put into GL's mouth ---- */
+
+static void every_error_comes_out(void **state)
+{
+    GL_TEST(t, state)
+    static scene s;
+    glbk_result result = GLBK_ERR_GL;
+    int failures = 0;
+    t->gl.check = 1;
+    fake_begin(t, 0x0505);
+    for (fake.at = 1; result != GLBK_OK; fake.at++) {
+        prepare(&s);
+        fake.calls = 0;
+        result = make(t, &s);
+        if (result == GLBK_OK) result = draw(t, &s);
+        if (result == GLBK_OK) result = look(t, &s);
+        destroy(t, &s);
+        assert_int_equal(fake.live, 0);
+        if (result == GLBK_OK) break;
+        assert_true(result == GLBK_ERR_GL_MEMORY || result == GLBK_ERR_PENDING);
+        failures++;
+        assert_true(fake.at < 400);
+    }
+    t->gl.gl = fake.real;
+    assert_true(failures > 60);
+}
+
+/* The mesh by 16-bit indices: the same maps and the same light; and an index beyond its vertices is an error. */
+static void indices_of_16_bits_are_taken(void **state)
+{
+    GL_TEST(t, state)
+    static const uint16_t short_triangles[6] = { 0, 1, 2, 1, 3, 2 }, wrong[6] = { 0, 1, 2, 1, 4, 2 };
+    static scene s[2];
+    ism_mesh mesh = { table, 4, 0, NULL, 6, short_triangles, NULL, NULL };
+    double sum = 0;
+    int i;
+    for (i = 0; i < 2; i++) {
+        prepare(&s[i]);
+        assert_glbk(t, make(t, &s[i]));
+        if (i) assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &s[i].maps, NULL));
+        if (i) assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &s[i].maps, &mesh));
+        if (i) assert_glbk(t, glbk_ism_phase(&t->gl, &s[i].maps, 0, s[i].points));
+        assert_glbk(t, draw(t, &s[i]));
+        assert_glbk(t, look(t, &s[i]));
+    }
+    assert_memory_equal(s[0].atlas, s[1].atlas, sizeof s[0].atlas);
+    assert_memory_equal(s[0].light, s[1].light, sizeof s[0].light);
+    for (i = 0; i < 3 * SIDE * SIDE; i++) sum += (double)s[1].light[i];
+    assert_true(sum > 0);
+    mesh.indices16 = wrong;
+    assert_int_equal(glbk_ism_mesh_upload(&t->gl, &s[1].maps, &mesh), GLBK_ERR_ARGUMENT);
+    for (i = 0; i < 2; i++) destroy(t, &s[i]);
+}
+
+/* Passes do not make a driver or a browser answer. */
+static void a_frame_asks_nothing(void **state)
+{
+    GL_TEST(t, state)
+    static scene s;
+    prepare(&s);
+    assert_glbk(t, make(t, &s));
+    assert_glbk(t, draw(t, &s));            /* compiles */
+    gl_count_begin(&t->gl);
+    assert_glbk(t, draw(t, &s));
+    gl_count_end(&t->gl);
+    destroy(t, &s);
+}
+
+static void memory_runs_out(void **state)
+{
+    GL_TEST(t, state)
+    static scene s;
+    glbk_result result = GLBK_ERR_ALLOC;
+    int given;
+    t->gl.system.allocator.alloc_fn = fake_alloc;
+    t->gl.system.allocator.free_fn = fake_free;
+    fake_begin(t, 0);
+    for (given = 0; result != GLBK_OK; given++) {
+        prepare(&s);
+        fake_memory.left = given;
+        result = make(t, &s);
+        if (result == GLBK_OK) result = draw(t, &s);
+        if (result == GLBK_OK) result = look(t, &s);
+        destroy(t, &s);
+        assert_int_equal(fake.live, 0);
+        assert_int_equal(fake_memory.live, 0);
+        assert_true(result == GLBK_OK || result == GLBK_ERR_ALLOC);
+    }
+    t->gl.gl = fake.real;
+    assert_true(given > 10);
+}
+
+static void a_lost_context(void **state)
+{
+    GL_TEST(t, state)
+    static scene s;
+    static glbk_functions none;
+    glbk_context ctx;
+    prepare(&s);
+    assert_glbk(t, make(t, &s));
+    ctx = t->gl;
+    t->gl.gl = none;                    /* from here on a call of GL would crash */
+    glbk_abandon(&t->gl);
+    assert_int_equal(draw(t, &s), GLBK_ERR_LOST);
+    assert_int_equal(look(t, &s), GLBK_ERR_LOST);
+    assert_int_equal(glbk_ism_bind(&t->gl, &s.maps, NULL, NULL), GLBK_ERR_LOST);
+    {
+        scene copy = s;
+        assert_int_equal(make(t, &copy), GLBK_ERR_LOST);
+    }
+    {
+        scene copy = s;
+        destroy(t, &copy);
+    }
+    t->gl = ctx;
+    destroy(t, &s);
+}
+
+/* ---- state ---- */
+
+static void hostile_state(void **state)
+{
+    GL_TEST(t, state)
+    static scene clean, odd;
+    gl_hostile h;
+    size_t i, dark = 0;
+    prepare(&clean);
+    prepare(&odd);
+    gl_state_watch(t, 1);
+    assert_glbk(t, make(t, &clean));
+    assert_glbk(t, draw(t, &clean));
+    assert_glbk(t, look(t, &clean));
+    for (i = 0; i < SIDE * SIDE; i++) dark += clean.light[3 * i] == 0;
+    assert_true(dark > 8 && dark < SIDE * SIDE / 2);        /* the table's shadow */
+    gl_hostile_make(t, &h);
+    gl_hostile_set(t, &h);
+    assert_glbk(t, make(t, &odd));
+    assert_glbk(t, draw(t, &odd));
+    assert_glbk(t, look(t, &odd));
+    GL_SAVED(t, assert_glbk(t, glbk_ism_bind(&t->gl, &odd.maps, NULL, NULL)));
+    assert_memory_equal(clean.atlas, odd.atlas, sizeof odd.atlas);
+    assert_memory_equal(clean.light, odd.light, sizeof odd.light);
+    destroy(t, &clean);
+    destroy(t, &odd);
+    gl_hostile_free(t, &h);
+}
+
+int main(int count, char **values)
+{
+    struct CMUnitTest tests[] = { gl_unit_test(hostile_state), gl_unit_test(a_lost_context),
+                                  gl_unit_test(memory_runs_out), gl_unit_test(a_frame_asks_nothing),
+                                  gl_unit_test(every_error_comes_out), gl_unit_test(indices_of_16_bits_are_taken) };
+    (void)count;
+    GL_TEST_MAIN(values, tests, GL_CORE45 | GL_CORE33 | GL_ES30_BARE);
+}

@@ -1,0 +1,557 @@
+/* gl_twin_test - the GLSL of ism_*.glsl against ism.h: whole atlases, empty and filled, of every projection and of
+   skies and lobes; light by every rule near by, by lists and by interleaved pictures; moving meshes and
+   renewed points. */
+#define _POSIX_C_SOURCE 200809L
+#define ISM_IMPLEMENTATION
+#include "ism.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "gl_backend/gl_ism.h"
+
+#include "gl_test.h"
+#include "util.h"
+
+enum { VPLS = 40, POINTS = 600, TILE = 32, WIDTH = 40, HEIGHT = 30, PIXELS = WIDTH * HEIGHT };
+
+/* A room with an octahedron, a few lamps in it and a picture of its floor and one wall. */
+typedef struct stage {
+    soup      mesh;
+    ism_mesh  ism;
+    ism_vpl   vpls[VPLS];
+    grid      picture;
+    float     albedos[3 * PIXELS];
+    ism_points view;
+    ism_frame frame;
+    ism_maps *maps;
+    ism_desc  desc;
+} stage;
+
+static stage stage_now;     /* large */
+
+static stage *stage_open(const ism_desc *desc, int kinds)
+{
+    static const float lo[3] = { -2, 0, -2 }, hi[3] = { 2, 3, 2 }, up[3] = { 0, 1, 0 }, a[3] = { -2, 0, -2 };
+    static const float u[3] = { 4, 0, 0 }, v[3] = { 0, 0, 4 };
+    stage *s = &stage_now;
+    uint32_t seed = 3, i, k;
+    memset(s, 0, sizeof *s);
+    soup_box(&s->mesh, lo, hi, -1, 6);
+    soup_octahedron(&s->mesh, 0.7f);
+    for (i = 0; i < 8 * 3; i++) s->mesh.p[9 * (s->mesh.triangles - 8) + 3 * i + 1] += 1.0f;
+    s->ism = soup_mesh(&s->mesh);
+    grid_fill(&s->picture, WIDTH, HEIGHT, a, u, v, up, 1);
+    for (i = 0; i < PIXELS; i++) {
+        if (i % 3 == 0) {               /* a wall */
+            s->picture.p[3 * i + 1] = 0.1f + 2.8f * util_unit(&seed);
+            s->picture.p[3 * i + 2] = -2;
+            s->picture.n[3 * i + 1] = 0;
+            s->picture.n[3 * i + 2] = 1;
+        }
+        if (i % 101 == 0) s->picture.n[3 * i] = s->picture.n[3 * i + 1] = s->picture.n[3 * i + 2] = 0;
+        for (k = 0; k < 3; k++) s->albedos[3 * i + k] = 0.2f + 0.6f * util_unit(&seed);
+    }
+    s->view = grid_view(&s->picture);
+    s->view.albedos = s->albedos;
+    for (i = 0; i < VPLS; i++) {
+        ism_vpl *l = &s->vpls[i];
+        int axis = (int)(i % 3), far = (int)(i / 3 % 2);
+        float n[3] = { 0, 0, 0 };
+        n[axis] = far ? -1.0f : 1.0f;
+        *l = util_vpl(0, 0, 0, n[0], n[1], n[2], 0.5f + util_unit(&seed));
+        for (k = 0; k < 3; k++) l->position[k] = lo[k] + (hi[k] - lo[k]) * (0.1f + 0.8f * util_unit(&seed));
+        l->position[axis] = (far ? hi : lo)[axis];
+        l->area = 0.1f;
+        if (kinds && i % 4 == 1) {      /* a lobe about another axis */
+            l->exponent = 1 + 20 * util_unit(&seed);
+            l->axis[(axis + 1) % 3] = 0.5f;
+            for (k = 0; k < 3; k++) l->axis[k] *= (float)(1 / sqrt(1.25));
+        }
+        if (kinds && i % 4 == 2) {      /* a direction of a sky */
+            ism__v3 w = ism__v3_normalize(ism__v3_make(util_unit(&seed) - 0.5f, 0.6f, util_unit(&seed) - 0.5f));
+            l->directional = 1;
+            ism__v3_store(l->position, w);
+            ism__v3_store(l->normal, ism__v3_scale(w, -1));
+            ism__v3_store(l->axis, ism__v3_scale(w, -1));
+        }
+    }
+    s->frame.mesh = &s->ism;
+    s->frame.points = &s->view;
+    s->desc = *desc;
+    s->desc.vpl_count = VPLS;
+    s->desc.surfel_count = POINTS;
+    if (!s->desc.tile_side) s->desc.tile_side = TILE;
+    if (!s->desc.lazy_frames) s->desc.lazy_frames = 8;
+    assert_int_equal(ism_create(&s->desc, &s->maps), ISM_OK);
+    assert_int_equal(ism_set_vpls(s->maps, s->vpls, VPLS), ISM_OK);
+    return s;
+}
+
+static void stage_close(stage *s) { ism_free(s->maps); }
+
+/* ---- what a renderer does ---- */
+
+static size_t windows_sent;
+
+static void send_vpls(gl_test *t, const stage *s, glbk_ism_maps *m)
+{
+    size_t count, i;
+    const ism_vpl *from = ism_vpls(s->maps, &count);
+    float center[3], radius;
+    for (i = 0; i < count; i++) windows_sent += from[i].window != 0;
+    util_bounds(s->maps, center, &radius);
+    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, m, from, (uint32_t)count, center, radius));
+}
+
+static void send_phase(gl_test *t, const stage *s, glbk_ism_maps *m, uint32_t phase)
+{
+    static ism_surfel points[VPLS * POINTS];
+    size_t count;
+    assert_int_equal(ism_phase_surfels(s->maps, phase, points, VPLS * POINTS, &count), ISM_OK);
+    assert_int_equal(count, VPLS * m->each);
+    assert_glbk(t, glbk_ism_phase(&t->gl, m, phase, points));
+}
+
+static void open_maps(gl_test *t, const stage *s, glbk_ism_maps *m)
+{
+    glbk_ism_desc d;
+    ism_mesh mesh = { s->ism.positions, s->ism.vertex_count, s->ism.vertex_stride,
+                           s->ism.indices,   s->ism.index_count, NULL, s->ism.opacities, NULL };
+    uint32_t phase;
+    memset(&d, 0, sizeof d);
+    d.vpl_count = VPLS;
+    d.points = POINTS;
+    d.tile_size = s->desc.tile_side;
+    d.projection = (uint32_t)s->desc.projection;
+    d.lazy = s->desc.lazy_frames;
+    d.no_fill = s->desc.no_fill;
+    assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, m));
+    send_vpls(t, s, m);
+    assert_glbk(t, glbk_ism_mesh_upload(&t->gl, m, &mesh));
+    assert_int_equal(glbk_ism_draw(&t->gl, m), GLBK_ERR_ARGUMENT);      /* no points yet */
+    for (phase = 0; phase < s->desc.lazy_frames; phase++) send_phase(t, s, m, phase);
+}
+
+/* Texels whose depths differ by more than 1e-4: rays through the rim of a disc, where floats decide. */
+static double atlas_difference(gl_test *t, const stage *s, glbk_ism_maps *m, const char *what)
+{
+    uint32_t side, tiles;
+    const float *cpu = ism_atlas(s->maps, &side, &tiles);
+    float *gl = (float *)malloc((size_t)side * side * sizeof *gl);
+    size_t i, full = 0, used = 0, off = 0;
+    assert_non_null(gl);
+    assert_int_equal(side, m->side);
+    assert_glbk(t, glbk_ism_draw(&t->gl, m));
+    assert_glbk(t, glbk_ism_read(&t->gl, m, gl));
+    for (i = 0; i < (size_t)side * side; i++) {
+        size_t tile = i / side / s->desc.tile_side * tiles + i % side / s->desc.tile_side;
+        if (tile >= VPLS) continue;
+        used++;
+        full += cpu[i] < ISM_FAR;
+        off += !(fabsf(gl[i] - cpu[i]) <= 1e-4f * cpu[i]);
+    }
+    free(gl);
+    printf("%s: %zu texels, %zu with a surface, %zu differ\n", what, used, full, off);
+    assert_true(full > used / 3);               /* or this compares nothing */
+    return (double)off / (double)used;
+}
+
+static void atlases_agree(void **state)
+{
+    GL_TEST(t, state)
+    static const char *const names[] = { "default", "cosine", "paraboloid", "octahedral", "lobe" };
+    int projection, fill;
+    windows_sent = 0;
+    for (projection = 1; projection < 5; projection++)
+        for (fill = 0; fill < 2; fill++) {
+            ism_desc d;
+            glbk_ism_maps m;
+            char what[64];
+            stage *s;
+            memset(&d, 0, sizeof d);
+            d.projection = (ism_projection)projection;
+            d.no_fill = !fill;
+            s = stage_open(&d, 1);
+            assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+            open_maps(t, s, &m);
+            snprintf(what, sizeof what, "%s %s", names[projection], fill ? "filled" : "with holes");
+            assert_true(atlas_difference(t, s, &m, what) < 1e-3);
+            glbk_ism_maps_free(&t->gl, &m);
+            stage_close(s);
+        }
+    assert_true(windows_sent > 2 * VPLS);
+}
+
+/* ---- light ---- */
+
+/* Receivers where a depth comparison fell out the other way are counted: a share of at most `flips` of them. The
+   others' largest difference over the mean. */
+static double difference(const float *a, const float *b, size_t count, double flips)
+{
+    double mean = 0, worst = 0;
+    size_t i, k, flipped = 0;
+    for (i = 0; i < 3 * count; i++) mean += (double)b[i] / (3 * (double)count);
+    assert_true(mean > 0);
+    for (i = 0; i < count; i++) {
+        double off = 0;
+        for (k = 0; k < 3; k++) off = fmax(off, fabs((double)a[3 * i + k] - (double)b[3 * i + k]) / mean);
+        if (off > 1e-4) flipped++;
+        else worst = fmax(worst, off);
+    }
+    printf("    light: %zu of %zu receivers flipped, the others differ by %.1e of the mean\n", flipped, count, worst);
+    assert_true((double)flipped <= flips * (double)count);
+    return worst;
+}
+
+static void send_picture(gl_test *t, const stage *s, glbk_ism_renderer *r)
+{
+    glbk_ism_receivers from = { s->picture.p, s->picture.n, NULL, s->albedos, 0 };
+    assert_glbk(t, glbk_ism_renderer_create(&t->gl, WIDTH, HEIGHT, r));
+    assert_glbk(t, glbk_ism_gbuffer_upload(&t->gl, r, &from));
+}
+
+static double light_difference(gl_test *t, stage *s, const glbk_ism_maps *m, glbk_ism_renderer *r,
+                               const ism_shading *shading, double *lost)
+{
+    static float cpu[3 * PIXELS], gl[3 * PIXELS], raw[4 * PIXELS];
+    glbk_ism_shading to;
+    ism_stats stats;
+    double all = 0;
+    size_t i;
+    memset(&to, 0, sizeof to);
+    to.pattern = shading->pattern;
+    to.near_mode = (uint32_t)shading->near_mode;
+    to.clamp = shading->clamp > 0 ? shading->clamp : 1;
+    to.bias = shading->bias > 0 ? shading->bias : 0.02f;
+    to.no_maps = shading->no_maps;
+    to.irradiance = s->view.albedos == NULL;
+    assert_int_equal(ism_shade(s->maps, &s->view, shading, cpu, &stats), ISM_OK);
+    assert_glbk(t, glbk_ism_shade(&t->gl, r, m, &to));
+    assert_glbk(t, glbk_ism_read_light(&t->gl, r, gl));
+    assert_glbk(t, glbk_target_read(&t->gl, &r->result_target, 0, 0, 0, WIDTH, HEIGHT, raw));
+    *lost = 0;
+    for (i = 0; i < PIXELS; i++) {
+        *lost += (double)raw[4 * i + 3];
+        all += (double)(raw[4 * i] + raw[4 * i + 1] + raw[4 * i + 2]) / 3 + (double)raw[4 * i + 3];
+        if (i % 101 == 0) assert_true(gl[3 * i] == 0);      /* background */
+    }
+    *lost = fabs(*lost / all - stats.lost_energy);
+    return difference(gl, cpu, PIXELS, shading->pattern > 1 ? 0.02 : 0.005);
+}
+
+/* What glbk_ism_read_light says, in 8 bits of a target. */
+static void resolves(gl_test *t, glbk_ism_renderer *r)
+{
+    static float light[3 * PIXELS], picture[4 * PIXELS];
+    gl_canvas canvas = gl_canvas_make(t, GLBK_FORMAT_RGBA8, WIDTH, HEIGHT, 0);
+    glbk_pass pass;
+    double sum = 0;
+    size_t i;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &canvas.target;
+    assert_glbk(t, glbk_ism_resolve(&t->gl, r, &pass, NULL));
+    assert_glbk(t, glbk_ism_read_light(&t->gl, r, light));
+    assert_glbk(t, glbk_target_read(&t->gl, &canvas.target, 0, 0, 0, WIDTH, HEIGHT, picture));
+    for (i = 0; i < 3 * PIXELS; i++) {
+        double wanted = light[i] < 1 ? (double)light[i] : 1;
+        sum += wanted;
+        assert_true(fabs((double)picture[4 * (i / 3) + i % 3] - wanted) < 1 / 255.0);
+    }
+    assert_true(sum > 1);
+    gl_canvas_free(t, &canvas);
+}
+
+static void light_agrees(void **state)
+{
+    GL_TEST(t, state)
+    double worst = 0, worst_lost = 0;
+    int projection, near_mode, k;
+    for (projection = 1; projection < 5; projection += 3) {
+        ism_desc d;
+        glbk_ism_maps m;
+        glbk_ism_renderer r;
+        stage *s;
+        memset(&d, 0, sizeof d);
+        d.projection = (ism_projection)projection;
+        s = stage_open(&d, 1);
+        assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+        open_maps(t, s, &m);
+        assert_glbk(t, glbk_ism_draw(&t->gl, &m));
+        send_picture(t, s, &r);
+        for (near_mode = 1; near_mode < 7; near_mode++)          /* the last without near points: as the first */
+            for (k = 0; k < 3; k++) {
+                ism_shading shading = { 0 };
+                double lost, off;
+                if (projection == 4 && near_mode > 1) continue;
+                shading.near_mode = (ism_near)near_mode;
+                shading.clamp = near_mode == ISM_NEAR_CLAMP_MEAN ? 2.0f : 0.05f;
+                shading.pattern = k == 1 ? 2 : 1;
+                shading.no_maps = k == 2;
+                s->view.albedos = k == 0 ? NULL : s->albedos;
+                off = light_difference(t, s, &m, &r, &shading, &lost);
+                if (off > worst) worst = off;
+                /* blurred, or weighed by albedos, the loss is another number */
+                if (k == 0 && lost > worst_lost) worst_lost = lost;
+            }
+        resolves(t, &r);
+        glbk_ism_renderer_free(&t->gl, &r);
+        glbk_ism_maps_free(&t->gl, &m);
+        stage_close(s);
+    }
+    assert_true(worst < 2e-5 && worst_lost < 1e-4);
+}
+
+/* With near points, which ism_choose draws: a lit floor and wall of the room, and the same two seen. */
+static void near_points_agree(void **state)
+{
+    GL_TEST(t, state)
+    static const float up[3] = { 0, 1, 0 }, right[3] = { 1, 0, 0 }, a[3] = { -2, 0, -2 }, u[3] = { 4, 0, 0 };
+    static const float v[3] = { 0, 0, 4 }, w[3] = { 0, 3, 0 };
+    static grid lit[2];
+    double worst = 0, worst_lost = 0, lost, off;
+    const ism_near_point *points;
+    ism_source sources[2];
+    ism_desc d;
+    glbk_ism_maps m;
+    glbk_ism_renderer r;
+    stage *s;
+    size_t count;
+    int k;
+    memset(&d, 0, sizeof d);
+    s = stage_open(&d, 0);
+    grid_fill(&lit[0], 32, 32, a, u, v, up, 0.01f);
+    grid_fill(&lit[1], 32, 32, a, v, w, right, 0.02f);
+    for (k = 0; k < 2; k++) sources[k] = grid_source(&lit[k]);
+    s->frame.sources = sources;
+    s->frame.source_count = 2;
+    assert_int_equal(ism_choose(s->maps, &s->frame), ISM_OK);
+    assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+    points = ism_near_points(s->maps, &count);
+    assert_int_equal(count, 16 * VPLS);
+    open_maps(t, s, &m);
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m));
+    send_picture(t, s, &r);
+    for (k = 0; k < 4; k++) {
+        ism_shading shading = { 0 };
+        assert_glbk(t, glbk_ism_near_upload(&t->gl, &m, points, (uint32_t)count));
+        shading.near_mode = k == 3 ? ISM_NEAR_DEFAULT : ISM_NEAR_GATHER;
+        shading.pattern = k == 1 ? 4 : 1;
+        shading.no_maps = k == 2;
+        s->view.albedos = k == 0 ? NULL : s->albedos;
+        off = light_difference(t, s, &m, &r, &shading, &lost);
+        if (off > worst) worst = off;
+        if (k == 0 && lost > worst_lost) worst_lost = lost;
+    }
+    assert_true(worst < 2e-5 && worst_lost < 1e-4);
+    glbk_ism_renderer_free(&t->gl, &r);
+    glbk_ism_maps_free(&t->gl, &m);
+    stage_close(s);
+}
+
+/* Triangles that move keep their points; a frame sends one phase; both splats draw the same. */
+static void frames_follow(void **state)
+{
+    GL_TEST(t, state)
+    ism_desc d;
+    glbk_ism_maps m, quads;
+    stage *s;
+    size_t i;
+    float range = t->gl.max_point_side, opacity[1024];
+    memset(&d, 0, sizeof d);
+    d.lazy_frames = 3;
+    s = stage_open(&d, 1);
+    for (i = 0; i < 1024; i++) opacity[i] = i % 5 == 0 ? 0.5f : 1.0f;
+    s->ism.opacities = opacity;
+    assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+    open_maps(t, s, &m);
+    t->gl.max_point_side = 1;
+    open_maps(t, s, &quads);
+    t->gl.max_point_side = range;
+    for (s->frame.index = 1; s->frame.index < 5; s->frame.index++) {
+        for (i = s->mesh.triangles - 8; i < s->mesh.triangles; i++)
+            for (int k = 0; k < 3; k++) s->mesh.p[9 * i + 3 * (size_t)k] += 0.2f;
+        assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+        assert_glbk(t, glbk_ism_mesh_move(&t->gl, &m, s->mesh.p, 0));
+        send_phase(t, s, &m, s->frame.index % 3);
+        send_vpls(t, s, &m);
+    }
+    assert_true(atlas_difference(t, s, &m, "moved, by points") < 1e-3);
+    assert_glbk(t, glbk_ism_mesh_move(&t->gl, &quads, s->mesh.p, 0));
+    for (i = 0; i < 3; i++) send_phase(t, s, &quads, (uint32_t)i);
+    send_vpls(t, s, &quads);
+    assert_true(atlas_difference(t, s, &quads, "moved, by rectangles") < 1e-3);
+    assert_true(m.compute == t->gl.compute && m.quads == 0 && quads.quads == !t->gl.compute);
+    glbk_ism_maps_free(&t->gl, &m);
+    glbk_ism_maps_free(&t->gl, &quads);
+    stage_close(s);
+}
+
+/* ---- your own program ---- */
+
+static void functions_to_paste(void **state)
+{
+    GL_TEST(t, state)
+    static const char text[] =
+        "layout(location = 0) out glbk_color result;\n"
+        "void main()\n"
+        "{\n"
+        "    vec3 p = vec3(gl_FragCoord.x * 0.2 - 1.6, 0.0, gl_FragCoord.y * 0.2 - 1.6);\n"
+        "    vec3 n = vec3(0.0, 1.0, 0.0);\n"
+        "    result = glbk_pack(vec4(ism_light(p, n, n, 0u, 1u).xyz, ism_visible(0u, ism_read_vpl(0u), p, n, 0.02)));\n"
+        "}\n";
+    enum { SIDE = 16 };
+    glbk_source source;
+    glbk_program program;
+    glbk_pass pass;
+    gl_canvas canvas = gl_canvas_make(t, GLBK_FORMAT_COLOR, SIDE, SIDE, 0);
+    float p[3 * SIDE * SIDE], n[3 * SIDE * SIDE], light[3 * SIDE * SIDE], visible[SIDE * SIDE], gl[4 * SIDE * SIDE];
+    float got[3 * SIDE * SIDE];
+    ism_points list;
+    ism_desc d;
+    glbk_ism_maps m;
+    stage *s;
+    size_t i, wrong;
+    int way;
+
+    memset(&d, 0, sizeof d);
+    s = stage_open(&d, 0);
+    assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+    open_maps(t, s, &m);
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m));
+    memset(&source, 0, sizeof source);
+    source.fragment = text;
+    source.parts[0] = glbk_ism_part();
+    source.uses = "ism_light";
+    source.defines = "ISM_NEAR=1 ISM_PROJECTION=1";
+    assert_glbk(t, glbk_program_compile(&t->gl, &source, &program));
+    memset(&pass, 0, sizeof pass);
+    pass.target = &canvas.target;
+    for (i = 0; i < SIDE * SIDE; i++) {
+        p[3 * i] = ((float)(i % SIDE) + 0.5f) * 0.2f - 1.6f;
+        p[3 * i + 1] = 0;
+        p[3 * i + 2] = ((float)(i / SIDE) + 0.5f) * 0.2f - 1.6f;
+        n[3 * i] = n[3 * i + 2] = 0;
+        n[3 * i + 1] = 1;
+    }
+    memset(&list, 0, sizeof list);
+    list.positions = p;
+    list.normals = n;
+    list.count = SIDE * SIDE;
+    assert_int_equal(util_visible(s->maps, 0, p, n, SIDE * SIDE, 0.02f, visible), ISM_OK);
+    for (way = 0; way < 3; way++) {         /* as glbk_ism_shade has it; another bias; nothing throws shadows */
+        ism_shading shading = { 0 };
+        glbk_ism_shading own = { 0, 0, 1, 0.02f, 0, 0, 0 };
+        shading.bias = own.bias = way == 1 ? 0.2f : 0.02f;
+        shading.no_maps = own.no_maps = way == 2;
+        assert_glbk(t, glbk_begin(&t->gl, &pass, &program));
+        assert_glbk(t, glbk_ism_bind(&t->gl, &m, way ? &own : NULL, NULL));
+        glbk_draw_screen(&t->gl);
+        assert_glbk(t, glbk_target_read(&t->gl, &canvas.target, 0, 0, 0, SIDE, SIDE, gl));
+        for (i = wrong = 0; i < SIDE * SIDE; i++) {
+            wrong += visible[i] != gl[4 * i + 3];
+            memcpy(got + 3 * i, gl + 4 * i, 12);
+        }
+        assert_true(wrong <= 1);
+        assert_int_equal(ism_shade(s->maps, &list, &shading, light, NULL), ISM_OK);
+        assert_true(difference(got, light, SIDE * SIDE, 0.005) < 2e-5);
+    }
+    glbk_program_free(&t->gl, &program);
+    glbk_ism_maps_free(&t->gl, &m);
+    gl_canvas_free(t, &canvas);
+    stage_close(s);
+}
+
+/* ---- nothing, and too much ---- */
+
+static void empty_and_wrong_input(void **state)
+{
+    GL_TEST(t, state)
+    static const float triangle[9] = { 0, 0, 0, 1, 0, 0, 0, 1, 0 };
+    static const uint32_t bad[3] = { 0, 1, 3 };
+    static float atlas[64 * 64], rgb[3 * 16];
+    static const ism_surfel points[64];
+    ism_mesh mesh = { triangle, 3, 0, NULL, 0, NULL, NULL, NULL };
+    ism_vpl vpl = { { 0, 0, 1 }, { 0, 0, -1 }, { 1, 1, 1 }, { 0, 0, -1 }, 1, 0, 0, 0, 0, 0, 0, 0, 0 };
+    glbk_ism_shading shading;
+    glbk_ism_desc d;
+    glbk_ism_maps m;
+    glbk_ism_renderer r;
+    glbk_ism_receivers from = { rgb, rgb, NULL, NULL, 0 };
+    size_t i;
+
+    memset(&d, 0, sizeof d);
+    d.tile_size = 12;
+    assert_int_equal(glbk_ism_maps_create(&t->gl, &d, &m), GLBK_ERR_ARGUMENT);
+    assert_int_equal(m.points.name, 0);
+    d.tile_size = 256;
+    d.vpl_count = 16384;
+    d.points = 8;
+    if (t->gl.max_side < 32768) assert_int_equal(glbk_ism_maps_create(&t->gl, &d, &m), GLBK_ERR_LIMIT);
+    assert_int_equal(glbk_ism_draw(&t->gl, &m), GLBK_ERR_ARGUMENT);
+    d.vpl_count = 1;
+    d.tile_size = 64;
+    d.lazy = 1;
+    assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
+    assert_glbk(t, glbk_ism_renderer_create(&t->gl, 4, 4, &r));
+    assert_int_equal(glbk_ism_renderer_create(&t->gl, 4, 0, &(glbk_ism_renderer){ 0 }), GLBK_ERR_ARGUMENT);
+    assert_glbk(t, glbk_ism_gbuffer_upload(&t->gl, &r, &from));
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m));                                  /* no mesh, no VPLs: all far */
+    assert_glbk(t, glbk_ism_read(&t->gl, &m, atlas));
+    for (i = 0; i < 64 * 64; i++) assert_true(atlas[i] == ISM_FAR);
+    assert_glbk(t, glbk_ism_shade(&t->gl, &r, &m, NULL));
+    assert_glbk(t, glbk_ism_read_light(&t->gl, &r, rgb));
+    for (i = 0; i < 48; i++) assert_true(rgb[i] == 0);
+    assert_int_equal(glbk_ism_mesh_move(&t->gl, &m, triangle, 0), GLBK_ERR_ARGUMENT);
+    mesh.indices = bad;
+    mesh.index_count = 3;
+    assert_int_equal(glbk_ism_mesh_upload(&t->gl, &m, &mesh), GLBK_ERR_ARGUMENT);
+    mesh.index_count = 2;
+    assert_int_equal(glbk_ism_mesh_upload(&t->gl, &m, &mesh), GLBK_ERR_ARGUMENT);
+    mesh.indices = NULL;
+    mesh.vertex_stride = 10;
+    assert_int_equal(glbk_ism_mesh_upload(&t->gl, &m, &mesh), GLBK_ERR_ARGUMENT);
+    mesh.vertex_stride = 0;
+    assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &m, &mesh));
+    assert_int_equal(glbk_ism_draw(&t->gl, &m), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_ism_phase(&t->gl, &m, 1, points), GLBK_ERR_ARGUMENT);
+    assert_glbk(t, glbk_ism_phase(&t->gl, &m, 0, points));                      /* all of area 0 */
+    assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0));
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m));
+    assert_glbk(t, glbk_ism_read(&t->gl, &m, atlas));
+    for (i = 0; i < 64 * 64; i++) assert_true(atlas[i] == ISM_FAR);
+    assert_int_equal(glbk_ism_vpls_upload(&t->gl, &m, &vpl, 2, NULL, 0), GLBK_ERR_ARGUMENT);
+    vpl.directional = 1;
+    assert_int_equal(glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0), GLBK_ERR_ARGUMENT);   /* needs the sphere */
+    vpl.directional = 0;
+    vpl.position[1] = HUGE_VALF;
+    assert_int_equal(glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0), GLBK_ERR_ARGUMENT);
+    memset(&shading, 0, sizeof shading);
+    shading.pattern = 3;
+    assert_int_equal(glbk_ism_shade(&t->gl, &r, &m, &shading), GLBK_ERR_ARGUMENT);
+    shading.pattern = 1;
+    shading.near_mode = 3;
+    assert_int_equal(glbk_ism_shade(&t->gl, &r, &m, &shading), GLBK_ERR_ARGUMENT);
+    glbk_ism_renderer_free(&t->gl, &r);
+    glbk_ism_renderer_free(&t->gl, &r);
+    glbk_ism_maps_free(&t->gl, &m);
+    glbk_ism_maps_free(&t->gl, &m);
+    glbk_ism_maps_free(&t->gl, NULL);
+    assert_int_equal(glbk_ism_bind(&t->gl, NULL, NULL, NULL), GLBK_ERR_ARGUMENT);
+}
+
+int main(int count, char **values)
+{
+    struct CMUnitTest tests[] = { gl_unit_test(empty_and_wrong_input), gl_unit_test(functions_to_paste),
+                                  gl_unit_test(light_agrees), gl_unit_test(near_points_agree),
+                                  gl_unit_test(frames_follow),
+                                  gl_unit_test(atlases_agree) };
+    (void)count;
+    GL_TEST_MAIN(values, tests, GL_USUAL);
+}

@@ -1,0 +1,264 @@
+/* common_gltf_hostile_test.c - 700 glTF files that ask for too much: each is loaded or refused by one line that a
+   terminal can show, within 2 seconds of processor time and 1 GB of memory. */
+#define _DEFAULT_SOURCE
+#define _POSIX_C_SOURCE 200809L
+#include <ctype.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include "common.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#if defined(__SANITIZE_ADDRESS__)
+#define SANITIZED 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define SANITIZED 1
+#endif
+#endif
+#ifndef SANITIZED
+#define SANITIZED 0
+#endif
+
+/* With sanitizers a tenth of them, a hundredth as large: reading takes twenty times as long there. */
+enum { EACH = SANITIZED ? 10 : 100, LINE_FAILED = 3 };
+
+static char folder[] = "/tmp/dapple-hostile-XXXXXX", file_name[64];
+
+#define TRIANGLE                                                                                                     \
+    "\"buffers\":[{\"byteLength\":36,\"uri\":\"data:application/octet-stream;base64,"                              \
+    "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],"       \
+    "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"min\":[0,0,0],"         \
+    "\"max\":[1,1,0]}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}]"
+#define NODE "\"nodes\":[{\"mesh\":0}],\"scenes\":[{\"nodes\":[0]}]"
+
+static void repeat(FILE *file, const char *text, long count)
+{
+    while (count-- > 0) fputs(text, file);
+}
+
+/* From 1 to most, most of them small: big files take their time even where nothing is wrong. */
+static long grown(int i, double most)
+{
+    return (long)pow(SANITIZED ? most / 100 : most, (double)i / (EACH - 1));
+}
+
+/* ---- the kinds ---- */
+
+static void deep_arrays(FILE *file, int i)
+{
+    long n = grown(i, 4e6);
+    fprintf(file, TRIANGLE "," NODE ",\"extras\":");
+    repeat(file, "[", n);
+    repeat(file, "]", i % 3 ? n : n / 2);
+}
+
+static void deep_objects(FILE *file, int i)
+{
+    long n = grown(i, 1.5e6);
+    fprintf(file, TRIANGLE ",\"nodes\":[{\"mesh\":0,\"extensions\":");
+    repeat(file, "{\"a\":", n);
+    fputs("1", file);
+    repeat(file, "}", n);
+    fputs("}],\"scenes\":[{\"nodes\":[0]}]", file);
+}
+
+static void names_of_files(FILE *file, int i)
+{
+    static const char *const names[] = { "/tmp", ".", "", "/dev/zero", "/dev/null", "a.gltf", "\\u001b[31m.bin",
+                                         "%00", "../../../../etc", "data:application/octet-stream;base64,????" };
+    long n = grown(i, 1e5), k;
+    fputs("\"buffers\":[", file);
+    for (k = 0; k < n; k++)
+        fprintf(file, "%s{\"byteLength\":%ld,\"uri\":\"%s\"}", k ? "," : "", k % 7, names[(i + k) % 10]);
+    fputs("]," NODE, file);
+}
+
+/* PNGs that begin as such of up to 65,535 x 65,535 pixels with 1 to 4 channels of 8 or 16 bits, and hold nothing. */
+static void large_pictures(FILE *file, int i)
+{
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    static const uint8_t colors[4] = { 0, 4, 2, 6 };
+    uint8_t head[33] = { 0x89, 'P', 'N', 'G', 13, 10, 26, 10, 0, 0, 0, 13, 'I', 'H', 'D', 'R' };
+    long side = grown(i, 65535), n = 1 + i % 20, k;
+    size_t b;
+    head[18] = head[22] = (uint8_t)(side >> 8);
+    head[19] = head[23] = (uint8_t)side;
+    head[24] = i % 2 ? 8 : 16;
+    head[25] = colors[i % 4];
+    fprintf(file, TRIANGLE "," NODE ",\"images\":[");
+    for (k = 0; k < n; k++) {
+        fprintf(file, "%s{\"uri\":\"data:image/png;base64,", k ? "," : "");
+        for (b = 0; b < sizeof head; b += 3) {
+            uint32_t v = (uint32_t)head[b] << 16 | (uint32_t)head[b + 1] << 8 | head[b + 2];
+            fprintf(file, "%c%c%c%c", digits[v >> 18], digits[v >> 12 & 63], digits[v >> 6 & 63], digits[v & 63]);
+        }
+        fputs("\"}", file);
+    }
+    fputs("],\"textures\":[", file);
+    for (k = 0; k < n; k++) fprintf(file, "%s{\"source\":%ld}", k ? "," : "", k);
+    fputs("],\"materials\":[", file);
+    for (k = 0; k < n; k++)
+        fprintf(file, "%s{\"emissiveFactor\":[1,1,1],\"emissiveTexture\":{\"index\":%ld}}", k ? "," : "", k);
+    fputs("]", file);
+}
+
+/* A chain, or one parent of all, or roots; every node with a mesh. */
+static void trees_of_nodes(FILE *file, int i)
+{
+    long n = grown(i, 2e5), k;
+    fprintf(file, TRIANGLE ",\"nodes\":[");
+    for (k = 0; k < n; k++)
+        if (i % 3 == 0 && k + 1 < n) fprintf(file, "%s{\"mesh\":0,\"children\":[%ld]}", k ? "," : "", k + 1);
+        else fprintf(file, "%s{\"mesh\":0}", k ? "," : "");
+    if (i % 3 == 1) {
+        fputs(",{\"children\":[0", file);
+        for (k = 1; k < n; k++) fprintf(file, ",%ld", k);
+        fputs("]}", file);
+    }
+    fputs("],\"scenes\":[{\"nodes\":[", file);
+    if (i % 3 == 2)
+        for (k = 0; k < n; k++) fprintf(file, "%s%ld", k ? "," : "", k);
+    else fprintf(file, "%ld", i % 3 == 1 ? n : 0);
+    fputs("]}]", file);
+}
+
+static void many_values(FILE *file, int i)
+{
+    static const char *const lists[] = { "accessors", "nodes", "meshes", "materials", "images", "extras", "textures",
+                                         "extensionsUsed", "bufferViews", "animations" };
+    static const char *const items[] = { "{},", "0,", "[],", "\"a\"," };
+    fprintf(file, "\"%s\":[", lists[i % 10]);
+    repeat(file, items[i % 4], grown(i, 3e6));
+    fputs("{}]", file);
+}
+
+/* Materials that all want the mean of the same pictures, and names that a terminal would obey. */
+static void repeated_names(FILE *file, int i)
+{
+    long n = grown(i, 2e4), k;
+    fprintf(file, TRIANGLE ",\"extensionsRequired\":[\"\\u001b[2J\\u0007%s\"]", i % 2 ? "KHR_materials_unlit" : "");
+    fprintf(file, ",\"nodes\":[{\"mesh\":%d,\"name\":\"\\u009b\\n\"}]", i % 5);
+    fputs(",\"images\":[", file);
+    for (k = 0; k < n; k++)
+        fprintf(file, "%s{\"uri\":\"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR42mNk"
+                      "AAAABAABJzQnCgAAAABJRU5ErkJggg==\"}", k ? "," : "");
+    fputs("],\"textures\":[", file);
+    for (k = 0; k < n; k++) fprintf(file, "%s{\"source\":%ld}", k ? "," : "", k);
+    fputs("],\"materials\":[", file);
+    for (k = 0; k < n; k++)
+        fprintf(file, "%s{\"emissiveFactor\":[1,1,1],\"emissiveTexture\":{\"index\":%ld}}", k ? "," : "", k / 2);
+    fputs("]", file);
+}
+
+/* ---- each in a process of its own ---- */
+
+/* Loads the file; the exit status is 0 (loaded), 1 (refused as it should be) or LINE_FAILED. */
+static void load_and_exit(void)
+{
+    char error[EX_ERROR_SIZE] = "";
+    ex_scene scene;
+    const char *c;
+    if (ex_scene_load(&scene, file_name, error) == 0) {
+        ex_scene_free(&scene);
+        _exit(0);
+    }
+    if (!*error) _exit(LINE_FAILED);
+    for (c = error; *c; c++)
+        if (iscntrl((unsigned char)*c)) _exit(LINE_FAILED);
+    _exit(1);
+}
+
+static void check(void (*kind)(FILE *file, int i), int i)
+{
+    const double most_seconds = SANITIZED ? 40 : 2, most_bytes = SANITIZED ? 1e11 : 1e9;
+    struct rusage used;
+    double seconds;
+    int status = 0;
+    pid_t child;
+    FILE *file = fopen(file_name, "wb");
+    assert_non_null(file);
+    fputs("{\"asset\":{\"version\":\"2.0\"},", file);
+    kind(file, i);
+    fputs("}", file);
+    assert_int_equal(fclose(file), 0);
+    child = fork();
+    if (child == 0) load_and_exit();
+    assert_true(child > 0 && wait4(child, &status, 0, &used) == child);
+    seconds = (double)used.ru_utime.tv_sec + 1e-6 * (double)used.ru_utime.tv_usec + (double)used.ru_stime.tv_sec +
+              1e-6 * (double)used.ru_stime.tv_usec;
+    if (!WIFEXITED(status) || WEXITSTATUS(status) > 1)
+        fail_msg("file %d: status %d, signal %d", i, WEXITSTATUS(status), WIFSIGNALED(status) ? WTERMSIG(status) : 0);
+    if (seconds > most_seconds) fail_msg("file %d: %.1f s", i, seconds);
+    if ((double)used.ru_maxrss * 1024 > most_bytes) fail_msg("file %d: %.0f MB", i, (double)used.ru_maxrss / 1024);
+}
+
+static void all_of(void (*kind)(FILE *file, int i))
+{
+    int i;
+    for (i = 0; i < EACH; i++) check(kind, i);
+}
+
+static void arrays_in_arrays(void **state) { (void)state; all_of(deep_arrays); }
+static void objects_in_objects(void **state) { (void)state; all_of(deep_objects); }
+static void names_that_are_no_files(void **state) { (void)state; all_of(names_of_files); }
+static void pictures_larger_than_memory(void **state) { (void)state; all_of(large_pictures); }
+static void trees_deep_and_wide(void **state) { (void)state; all_of(trees_of_nodes); }
+static void lists_of_millions(void **state) { (void)state; all_of(many_values); }
+static void names_a_terminal_obeys(void **state) { (void)state; all_of(repeated_names); }
+
+/* The limit is the user's: what is refused under a small one is loaded under a larger one. */
+static void the_limit_is_the_users(void **state)
+{
+    char error[EX_ERROR_SIZE];
+    ex_scene scene;
+    size_t before = ex_memory_limit;
+    FILE *file = fopen(file_name, "wb");
+    (void)state;
+    assert_non_null(file);
+    fputs("{\"asset\":{\"version\":\"2.0\"}," TRIANGLE "," NODE ",\"extras\":[0", file);
+    repeat(file, ",0", 10000);
+    fputs("]}", file);
+    assert_int_equal(fclose(file), 0);
+    ex_memory_limit = 1000000;
+    assert_int_equal(ex_scene_load(&scene, file_name, error), -1);
+    assert_non_null(strstr(error, "--limit-memory"));
+    ex_memory_limit = before;
+    if (ex_scene_load(&scene, file_name, error) == 0) ex_scene_free(&scene);
+    else if (!strstr(error, "libtinygltf-dev")) fail_msg("%s", error);
+}
+
+static int open_all(void **state)
+{
+    (void)state;
+    if (!mkdtemp(folder)) return -1;
+    snprintf(file_name, sizeof file_name, "%s/a.gltf", folder);
+    return 0;
+}
+
+static int close_all(void **state)
+{
+    (void)state;
+    unlink(file_name);
+    return rmdir(folder);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(arrays_in_arrays),       cmocka_unit_test(objects_in_objects),
+        cmocka_unit_test(names_that_are_no_files), cmocka_unit_test(pictures_larger_than_memory),
+        cmocka_unit_test(trees_deep_and_wide),    cmocka_unit_test(lists_of_millions),
+        cmocka_unit_test(names_a_terminal_obeys), cmocka_unit_test(the_limit_is_the_users)
+    };
+    return cmocka_run_group_tests(tests, open_all, close_all);
+}

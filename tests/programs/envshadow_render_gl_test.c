@@ -1,0 +1,62 @@
+/* envshadow_render_gl_test - `render --technique envshadow --backend gl` as a user calls it: the picture of --backend
+   cpu within 1 % relative RMSE, for instances, motion, holes of alpha masks, clusters, channels, a sun and every
+   filter. */
+#define _POSIX_C_SOURCE 200809L
+#include "program.h"
+#include "masked.h"
+#include "room.h"
+
+static void agree(const char *scene)
+{
+    compare_back_ends("envshadow --size 64x48", 0.01, scene);
+}
+
+static void instances_by_the_penumbra_filter(void **state)
+{
+    (void)state;
+    agree("--scene builtin:chess --set lights=16 --set m=128");
+}
+
+static void cloth_in_motion_in_clusters(void **state)
+{
+    (void)state;
+    agree("--scene builtin:cloth --frames 3 --set lights=30 --set cluster=7 --set filter=smooth");
+}
+
+static void an_explosion_under_a_sun_in_channels(void **state)
+{
+    (void)state;
+    agree("--scene builtin:explosion --frames 3 --light sun:1,1,0.4,2 --env builtin:studio "
+                      "--set emitters=0 --set lights=14 --set rgba=1 --set m=200 --samples 1");
+}
+
+static void single_leaves(void **state)
+{
+    (void)state;
+    agree("--scene builtin:plant --set lights=40 --set filter=pcf --env builtin:sky --set env_rotation=70");
+}
+
+static void a_board_with_holes(void **state)
+{
+    (void)state;
+    need_masked();
+    agree("--scene " MASKED " --set lights=40 --set filter=pcf --env builtin:sky --light sun:0.3,0.9,0.2");
+}
+
+static void a_sky_through_a_window(void **state)
+{
+    (void)state;
+    room_need();
+    room_write("\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":1}}");
+    agree("--scene room.gltf --env builtin:uniform --light sun:0.25,0.6,-0.75,2 --set lights=100 --set m=128");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = { cmocka_unit_test(instances_by_the_penumbra_filter),
+                                        cmocka_unit_test(cloth_in_motion_in_clusters),
+                                        cmocka_unit_test(an_explosion_under_a_sun_in_channels),
+                                        cmocka_unit_test(single_leaves), cmocka_unit_test(a_board_with_holes),
+                                        cmocka_unit_test(a_sky_through_a_window) };
+    return cmocka_run_group_tests(tests, open_folder, close_folder);
+}

@@ -1,0 +1,76 @@
+/* The examples that need no GL, as a reader runs them: each ends well, and its picture is the one that was looked at
+   when its line was written, by size and mean colour. */
+#define _POSIX_C_SOURCE 200809L
+#include <math.h>
+
+#include "program.h"
+
+typedef struct example {
+    const char *program;
+    int         width, height;
+    double      mean[3];            /* of the picture's bytes */
+} example;
+
+static const example examples[] = {
+    { "01_csm_minimal", 320, 200, { 195.56, 195.56, 195.56 } },
+    { "01b_lightsampling_minimal", 320, 200, { 81.72, 86.21, 96.21 } },
+    { "01c_lightsampling_path_tracer", 240, 150, { 88.00, 91.53, 100.18 } },
+    { "01d_csm_own_views", 320, 200, { 181.35, 181.35, 181.35 } },
+    { "02_shadowfield_minimal", 256, 256, { 148.16, 146.64, 143.47 } },
+    { "03_envshadow_minimal", 320, 200, { 188.60, 189.54, 194.12 } },
+    { "03b_envlights_minimal", 256, 128, { 98.84, 103.10, 99.46 } },
+    { "03c_envshadow_own_maps", 320, 200, { 123.05, 113.91, 112.70 } },
+    { "04a_rsm_minimal", 320, 200, { 101.65, 83.66, 75.48 } },
+    { "04b_ism_minimal", 320, 200, { 104.13, 66.35, 66.35 } },
+    { "04c_gifilter_minimal", 320, 200, { 176.57, 176.57, 176.57 } },
+    { "04d_ism_stages", 768, 192, { 103.29, 100.01, 96.70 } },
+    { "04e_rsm_own_renderer", 640, 120, { 106.32, 101.72, 91.10 } }
+};
+
+static void look(const example *e)
+{
+    char path[64];
+    double sum[3] = { 0, 0, 0 };
+    int width = 0, height = 0, byte, most = 0, k;
+    FILE *file;
+    if (run(e->program, "picture.ppm") != 0) fail_msg("%s: %s", e->program, output);
+    snprintf(path, sizeof path, "%s/picture.ppm", folder);
+    file = fopen(path, "rb");
+    assert_non_null(file);
+    assert_int_equal(fscanf(file, "P6 %d %d %d", &width, &height, &most), 3);
+    assert_int_equal(fgetc(file), '\n');
+    if (width != e->width || height != e->height || most != 255)
+        fail_msg("%s: %d x %d", e->program, width, height);
+    for (k = 0; k < 3 * width * height; k++) {
+        byte = fgetc(file);
+        assert_true(byte != EOF);
+        sum[k % 3] += byte;
+    }
+    fclose(file);
+    remove(path);
+    for (k = 0; k < 3; k++)         /* half a step of 255: another math library rounds a few pixels otherwise */
+        if (fabs(sum[k] / (width * height) - e->mean[k]) > 0.5)
+            fail_msg("%s: channel %d is %.2f, was %.2f", e->program, k, sum[k] / (width * height), e->mean[k]);
+}
+
+static void examples_draw_what_was_looked_at(void **state)
+{
+    size_t i;
+    (void)state;
+    for (i = 0; i < sizeof examples / sizeof *examples; i++) look(&examples[i]);
+}
+
+static void probes_print_what_was_looked_at(void **state)
+{
+    (void)state;
+    assert_int_equal(run("02b_shadowfield_probes", ""), 0);
+    assert_non_null(strstr(output, "probe 0: 85 % of all directions open, 1.88 W/m^2 from above"));
+    assert_non_null(strstr(output, "three walls leave 0.3308 of all directions: wavelets 0.3308"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = { cmocka_unit_test(examples_draw_what_was_looked_at),
+                                        cmocka_unit_test(probes_print_what_was_looked_at) };
+    return cmocka_run_group_tests(tests, open_folder, close_folder);
+}

@@ -1,0 +1,449 @@
+/* The program viewer and the minimal GL example under Xvfb: keys are pressed from outside (xdotool), screenshots are
+   compared with one another and with what render writes for the same scene, technique and seeds. */
+#define _POSIX_C_SOURCE 200809L
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "common.h"
+
+#if DAPPLE_HAVE_X11
+#include <X11/Xlib.h>
+enum { HAS_X11 = 1 };
+#else
+enum { HAS_X11 = 0 };
+#endif
+
+static const char *self;       /* this program, which drops files when the script calls it */
+static char folder[] = "/tmp/dapple-viewer-XXXXXX";
+
+static const char *build_folder(void)
+{
+    const char *build = getenv("BUILD");
+    return build && *build ? build : "build";
+}
+
+/* The programs that the script needs; with CI=true none may be missing. */
+static void need(void)
+{
+    static const char *const tools[] = { "xvfb-run", "xdotool" };
+    const char *ci = getenv("CI");
+    char text[300];
+    size_t i;
+    for (i = 0; i < 3; i++) {
+        if (i < 2) snprintf(text, sizeof text, "command -v %s >/dev/null 2>&1", tools[i]);
+        else snprintf(text, sizeof text, "test -x %s/viewer -a -x %s/render", build_folder(), build_folder());
+        if (system(text) == 0) continue;
+        printf("skip: %s\n", i < 2 ? tools[i] : "the viewer is not built (no GLFW)");
+        assert_false(ci && strcmp(ci, "true") == 0);
+        skip();
+    }
+}
+
+static void write_script(const char *name, const char *body)
+{
+    char path[256];
+    FILE *f;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    f = fopen(path, "w");
+    assert_non_null(f);
+    assert_true(fputs(body, f) >= 0 && fclose(f) == 0);
+}
+
+/* Runs the script with the viewer's path, in the scratch folder. Each of its commands must succeed. */
+static void run_viewer(const char *arguments, const char *keys)
+{
+    static char body[4000];
+    char command[1200], here[512];
+    int status;
+    snprintf(body, sizeof body,
+             "set -e\n"
+             "export DAPPLE_GL_DEBUG=1\n"               /* GL errors are exit statuses */
+             "export ASAN_OPTIONS=detect_leaks=0\n"     /* X and Mesa keep what they had at the end */
+             "cd %s && rm -f viewer-* out\n"
+             "$VIEWER %s > out 2>&1 &\n"
+             "viewer=$!\n"
+             "trap 'kill $viewer 2>/dev/null || true' EXIT\n"
+             "window=$(timeout 60 xdotool search --sync --onlyvisible --name Dapple | head -n 1)\n"
+             "xdotool windowfocus --sync $window\n"
+             "key() { xdotool key \"$@\"; }\n"
+             /* S or F, and until the line about it stands in out */
+             "lines() { wc -l < out; }\n"
+             "shot() { n=$(lines); key $1; i=0\n"
+             "while [ $(lines) = $n ] && [ $i -lt 600 ]; do sleep 0.1; i=$((i+1)); done; }\n"
+             "%s\n"
+             "key q\n"
+             "wait $viewer\n"
+             "trap - EXIT\n",
+             folder, arguments, keys);
+    write_script("script", body);
+    assert_non_null(getcwd(here, sizeof here));
+    snprintf(command, sizeof command,
+             "SELF='%s' VIEWER=%s%s%s/viewer "
+             "timeout 240 xvfb-run -a -s '-screen 0 800x600x24' sh -e %s/script > %s/log 2>&1",
+             self, build_folder()[0] == '/' ? "" : here, build_folder()[0] == '/' ? "" : "/", build_folder(),
+             folder, folder);
+    status = system(command);
+    if (status != 0) {
+        snprintf(command, sizeof command, "cat %s/log %s/out", folder, folder);
+        (void)(system(command) + 1);
+    }
+    assert_int_equal(status, 0);
+}
+
+static size_t read_file(const char *name, unsigned char *to, size_t room)
+{
+    char path[256];
+    size_t size;
+    FILE *f;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    f = fopen(path, "rb");
+    if (!f) fail_msg("no %s", path);
+    size = fread(to, 1, room, f);
+    fclose(f);
+    return size;
+}
+
+static int same_file(const char *a, const char *b)
+{
+    static unsigned char data[2][1 << 20];
+    size_t n[2];
+    n[0] = read_file(a, data[0], sizeof data[0]);
+    n[1] = read_file(b, data[1], sizeof data[1]);
+    assert_true(n[0] > 500 && n[1] > 500);
+    return n[0] == n[1] && memcmp(data[0], data[1], n[0]) == 0;
+}
+
+static void keys_change_what_is_shown(void **state)
+{
+    (void)state;
+    need();
+    run_viewer("--size 320x240 builtin:knot",
+               "shot s\nkey h\nshot s\nkey h\nshot s\n"                /* 1, 2, 3: help on and off */
+               "key p\nshot s\n"                                       /* 4: without the panel */
+               "xdotool mousemove --window $window 100 100\n"
+               "xdotool mousedown 1 mousemove_relative 40 10 mousemove_relative 40 10 mouseup 1\n"
+               "sleep 1\nshot s\n"                                     /* 5: turned */
+               "key r\nsleep 1\nshot s\n"                              /* 6: as 4 again */
+               "key Down\nkey Right\nsleep 1\nshot s\n");              /* 7: the next scene */
+    assert_false(same_file("viewer-001.png", "viewer-002.png"));
+    assert_false(same_file("viewer-002.png", "viewer-004.png"));
+    assert_false(same_file("viewer-004.png", "viewer-005.png"));
+    assert_true(same_file("viewer-004.png", "viewer-006.png"));
+    assert_false(same_file("viewer-006.png", "viewer-007.png"));
+}
+
+/* Mean of the squared difference over the mean of b, both squared. */
+static double relative_rmse(const char *a, const char *b)
+{
+    char path[256], error[EX_ERROR_SIZE] = "";
+    ex_image x, y;
+    double sum = 0, squares = 0;
+    size_t i, n;
+    snprintf(path, sizeof path, "%s/%s", folder, a);
+    if (ex_image_read_pfm(&x, path, error) != 0) fail_msg("%s", error);
+    snprintf(path, sizeof path, "%s/%s", folder, b);
+    if (ex_image_read_pfm(&y, path, error) != 0) fail_msg("%s", error);
+    assert_int_equal(x.width, y.width);
+    assert_int_equal(x.height, y.height);
+    n = 3 * (size_t)x.width * x.height;
+    for (i = 0; i < n; i++) {
+        double d = (double)x.rgb[i] - (double)y.rgb[i];
+        squares += d * d;
+        sum += (double)y.rgb[i];
+    }
+    ex_image_free(&x);
+    ex_image_free(&y);
+    assert_true(sum > 0);
+    return sqrt(squares / (double)n) / (sum / (double)n);
+}
+
+/* Time passes while it plays and stands while it does not, in the preview and in a technique. */
+static void space_plays_and_pauses(void **state)
+{
+    (void)state;
+    need();
+    run_viewer("--size 160x120 builtin:knot",
+               "key p\nshot s\n"                                       /* 1 */
+               "key space\nsleep 1\nkey space\nsleep 1\nshot s\n"     /* 2: another time */
+               "sleep 1\nshot s\n"                                     /* 3: the same */
+               "key t\ni=0\n"
+               "while ! grep -q 'pfm, ' out && [ $i -lt 100 ]; do sleep 0.3; shot f; i=$((i+1)); done\n"       /* 4 */
+               "key space\nsleep 3\nkey space\nsleep 1\nshot f\n");    /* 5: another time */
+    assert_false(same_file("viewer-001.png", "viewer-002.png"));
+    assert_true(same_file("viewer-002.png", "viewer-003.png"));
+    assert_true(relative_rmse("viewer-004.pfm", "viewer-005.pfm") > 0.02);
+}
+
+/* Frame i of the viewer has the samples of frame i of render, so that the means of a static scene agree but for
+ * rounding. */
+static void shows_what_render_writes(void **state)
+{
+    char text[4000], command[600];
+    char *line;
+    unsigned frames = 0;
+    (void)state;
+    need();
+    run_viewer("--size 160x120 builtin:uroom", "key t\ni=0\n"
+               "while ! grep -q 'pfm, ' out && [ $i -lt 100 ]; do sleep 0.3; shot f; i=$((i+1)); done\n"
+               "shot s\nkey p\nshot s\n");
+    text[read_file("out", (unsigned char *)text, sizeof text - 1)] = 0;
+    line = strstr(text, "viewer-001.pfm");
+    if (!line || sscanf(line, "viewer-001.pfm, %u frames", &frames) != 1 || frames == 0) fail_msg("out: %s", text);
+    snprintf(command, sizeof command,
+             "%s/render --technique csm --scene builtin:uroom --size 160x120 --samples 16 --frames %u --set side=64 "
+             "--set m=64 --set order=hilbert --out %s/render.pfm",
+             build_folder(), frames, folder);
+    assert_int_equal(system(command), 0);
+    assert_true(relative_rmse("viewer-001.pfm", "render.pfm") < 1e-3);
+    assert_false(same_file("viewer-002.png", "viewer-003.png"));
+}
+
+/* The floor is lit far away and dark under the torus on the side that the light does not come from. */
+static void minimal_example_draws(void **state)
+{
+    enum { W = 640, H = 400, HEAD = 15 };
+    static unsigned char picture[HEAD + 3 * W * H + 1];
+    char command[600];
+    const unsigned char *lit = picture + HEAD + 3 * (50 * W + 320), *dark = picture + HEAD + 3 * (290 * W + 195);
+    const unsigned char *torus = picture + HEAD + 3 * (240 * W + 320);
+    (void)state;
+    need();
+    snprintf(command, sizeof command,
+             "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/06_csm_gl_minimal %s/minimal.ppm", build_folder(),
+             folder);
+    assert_int_equal(system(command), 0);
+    assert_int_equal(read_file("minimal.ppm", picture, sizeof picture), HEAD + 3 * W * H);
+    assert_in_range(lit[0], 200, 250);
+    assert_true(lit[0] == lit[1] && dark[0] == dark[1]);        /* the floor is grey */
+    assert_in_range(dark[0], 60, 170);
+    assert_true(torus[0] > torus[2] + 20);
+}
+
+/* No light goes up: what is seen on the ceiling came by way of the red wall and the floor. */
+static void bounced_light_example_draws(void **state)
+{
+    enum { W = 640, H = 480, HEAD = 15 };
+    static unsigned char picture[HEAD + 3 * W * H + 1];
+    char command[600];
+    const unsigned char *spot = picture + HEAD + 3 * (300 * W + 180), *ceiling = picture + HEAD + 3 * (80 * W + 250);
+    (void)state;
+    need();
+    snprintf(command, sizeof command,
+             "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/07_rsm_gl_minimal %s/rsm.ppm", build_folder(),
+             folder);
+    assert_int_equal(system(command), 0);
+    assert_int_equal(read_file("rsm.ppm", picture, sizeof picture), HEAD + 3 * W * H);
+    assert_true(spot[0] > 150 && spot[0] > spot[2] + 50);       /* direct light on the red wall */
+    assert_in_range(ceiling[0], 40, 200);                       /* which colours the white ceiling */
+    assert_true(ceiling[0] > ceiling[2] + 10);
+}
+
+/* A picture of a minimal example, RGB, rows from the top. */
+static const unsigned char *example_picture(const char *name, size_t width, size_t height)
+{
+    static unsigned char picture[15 + 3 * 640 * 480 + 1];
+    char command[600];
+    need();
+    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/%s_gl_minimal %s/own.ppm",
+             build_folder(), name, folder);
+    assert_int_equal(system(command), 0);
+    assert_int_equal(read_file("own.ppm", picture, sizeof picture), 15 + 3 * width * height);
+    return picture + 15;
+}
+
+/* Shadows of the sun are blue, since the sky still lights them. */
+static void sky_example_draws(void **state)
+{
+    const unsigned char *p = example_picture("08_envshadow", 640, 400);
+    const unsigned char *lit = p + 3 * (380 * 640 + 600), *dark = p + 3 * (250 * 640 + 150);
+    const unsigned char *torus = p + 3 * (230 * 640 + 230);
+    (void)state;
+    assert_in_range(lit[0], 180, 255);
+    assert_true(dark[0] + 30 < lit[0] && dark[2] > dark[0] + 10);
+    assert_true(torus[0] > torus[2] + 10);
+}
+
+static void fields_example_draws(void **state)
+{
+    const unsigned char *p = example_picture("09_shadowfield", 640, 400);
+    const unsigned char *lit = p + 3 * (380 * 640 + 620), *dark = p + 3 * (375 * 640 + 390);
+    const unsigned char *torus = p + 3 * (230 * 640 + 300);
+    (void)state;
+    assert_in_range(lit[0], 200, 255);
+    assert_true(dark[0] + 40 < lit[0] && dark[0] > 20);
+    assert_true(torus[0] > torus[2] + 10);
+}
+
+/* The red floor lights the ceiling, gets none of its own light, and the block is darker towards it than the ceiling. */
+static void vpls_example_draws(void **state)
+{
+    const unsigned char *p = example_picture("10_ism", 480, 300);
+    const unsigned char *ceiling = p + 3 * (60 * 480 + 240), *ground = p + 3 * (260 * 480 + 240);
+    (void)state;
+    assert_true(ceiling[0] > 150 && ceiling[0] > ceiling[2] + 5);
+    assert_true(ground[0] < 10);
+}
+
+/* The block's side away from the sun: the sky alone would make it blue, the sun's light from the red wall makes it red.
+   Its shadow on the ground is the sky's work. */
+static void sky_and_bounce_example_draws(void **state)
+{
+    const unsigned char *p = example_picture("11_sky_bounce", 640, 400);
+    const unsigned char *side = p + 3 * (240 * 640 + 217), *shadow = p + 3 * (265 * 640 + 185);
+    const unsigned char *lit = p + 3 * (350 * 640 + 420);
+    (void)state;
+    assert_in_range(lit[0], 180, 255);
+    assert_true(shadow[0] + 40 < lit[0] && shadow[0] > 20);
+    assert_true(side[0] > side[2] + 20 && side[0] > side[1] + 10);
+}
+
+/* ---- drag and drop ---- */
+
+#if DAPPLE_HAVE_X11
+
+/* One message of the protocol XDND, version 5. */
+static void send_message(Display *d, Window from, Window to, const char *type, const long data[4])
+{
+    XEvent e;
+    memset(&e, 0, sizeof e);
+    e.xclient.type = ClientMessage;
+    e.xclient.window = to;
+    e.xclient.message_type = XInternAtom(d, type, False);
+    e.xclient.format = 32;
+    e.xclient.data.l[0] = (long)from;
+    memcpy(e.xclient.data.l + 1, data, 4 * sizeof *data);
+    XSendEvent(d, to, False, 0, &e);
+}
+
+/* The window asks for what is being dropped. */
+static void answer(Display *d, const XSelectionRequestEvent *asked, const char *text)
+{
+    XEvent e;
+    memset(&e, 0, sizeof e);
+    XChangeProperty(d, asked->requestor, asked->property, asked->target, 8, PropModeReplace,
+                    (const unsigned char *)text, (int)strlen(text));
+    e.xselection.type = SelectionNotify;
+    e.xselection.requestor = asked->requestor;
+    e.xselection.selection = asked->selection;
+    e.xselection.target = asked->target;
+    e.xselection.property = asked->property;
+    e.xselection.time = asked->time;
+    XSendEvent(d, asked->requestor, False, 0, &e);
+}
+
+/* What a file manager does when the user lets go of a file over the window. 0: the window has taken it. */
+static int drop(const char *window, const char *path)
+{
+    Display *d = XOpenDisplay(NULL);
+    Window to = (Window)strtoul(window, NULL, 0), from;
+    char text[600];
+    long enter[4] = { 5L << 24, 0, 0, 0 }, over[4] = { 0, 100L << 16 | 100, CurrentTime, 0 };
+    const long let_go[4] = { 0, 0, 0, 0 };
+    if (!d) return 1;
+    alarm(60);                 /* no answer: this process ends */
+    snprintf(text, sizeof text, "file://%s\r\n", path);
+    from = XCreateSimpleWindow(d, DefaultRootWindow(d), 0, 0, 1, 1, 0, 0, 0);
+    XSetSelectionOwner(d, XInternAtom(d, "XdndSelection", False), from, CurrentTime);
+    enter[1] = (long)XInternAtom(d, "text/uri-list", False);
+    over[3] = (long)XInternAtom(d, "XdndActionCopy", False);
+    send_message(d, from, to, "XdndEnter", enter);
+    send_message(d, from, to, "XdndPosition", over);
+    for (;;) {
+        XEvent e;
+        XNextEvent(d, &e);
+        if (e.type == SelectionRequest) {
+            answer(d, &e.xselectionrequest, text);
+        } else if (e.type == ClientMessage && e.xclient.message_type == XInternAtom(d, "XdndStatus", False)) {
+            if (!(e.xclient.data.l[1] & 1)) return 2;
+            send_message(d, from, to, "XdndDrop", let_go);
+        } else if (e.type == ClientMessage && e.xclient.message_type == XInternAtom(d, "XdndFinished", False)) {
+            XCloseDisplay(d);
+            return e.xclient.data.l[1] ? 0 : 3;        /* GLFW writes how many bytes it took, not the one bit */
+        }
+    }
+}
+
+#else
+
+static int drop(const char *window, const char *path) { return (void)window, (void)path, 1; }
+
+#endif
+
+static void dropped_files_are_shown(void **state)
+{
+    static const char triangle[] =
+        "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":36,"
+        "\"uri\":\"data:application/octet-stream;base64,"
+        "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],"
+        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],"
+        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],\"nodes\":[{\"mesh\":0}]}";
+    char keys[2000];
+    (void)state;
+    need();
+    if (!HAS_X11) {
+        printf("skip: no headers of X11\n");
+        skip();
+    }
+    write_script("triangle.gltf", triangle);
+    write_script("broken.glb", "not a model");
+    write_script("sky.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\nabc\201def\201");
+    snprintf(keys, sizeof keys,
+             "drop() { \"$SELF\" --drop $window %s/$1; sleep 1; }\n"
+             "key p\nshot s\n"                         /* 1: the scene of the command line */
+             "drop triangle.gltf\nshot s\n"            /* 2: another one */
+             "drop broken.glb\nshot s\n"               /* 3: the same and a line that says why */
+             "key r\nsleep 1\nshot s\n"               /* 4: without the line */
+             "key p\nshot s\n"                         /* 5: the panel */
+             "drop sky.hdr\nshot s\n"                  /* 6: names the sky */
+             "key p\nshot s\n", folder);              /* 7: which does not show in the preview */
+    run_viewer("--size 320x240 builtin:knot", keys);
+    assert_false(same_file("viewer-001.png", "viewer-002.png"));
+    assert_false(same_file("viewer-002.png", "viewer-003.png"));
+    assert_true(same_file("viewer-002.png", "viewer-004.png"));
+    assert_false(same_file("viewer-005.png", "viewer-006.png"));
+    assert_true(same_file("viewer-004.png", "viewer-007.png"));
+}
+
+static int make_folder(void **state)
+{
+    (void)state;
+    return mkdtemp(folder) ? 0 : -1;
+}
+
+static int remove_folder(void **state)
+{
+    char command[200];
+    (void)state;
+    snprintf(command, sizeof command, "rm -rf %s", folder);
+    return system(command);
+}
+
+int main(int count, char **values)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(keys_change_what_is_shown),
+        cmocka_unit_test(space_plays_and_pauses),
+        cmocka_unit_test(shows_what_render_writes),
+        cmocka_unit_test(dropped_files_are_shown),
+        cmocka_unit_test(minimal_example_draws),
+        cmocka_unit_test(bounced_light_example_draws), cmocka_unit_test(sky_example_draws),
+        cmocka_unit_test(fields_example_draws), cmocka_unit_test(vpls_example_draws),
+        cmocka_unit_test(sky_and_bounce_example_draws),
+    };
+    char path[600], here[512];
+    if (count == 4 && strcmp(values[1], "--drop") == 0) return drop(values[2], values[3]);
+    if (!getcwd(here, sizeof here)) return 1;
+    snprintf(path, sizeof path, "%s%s%s", values[0][0] == '/' ? "" : here, values[0][0] == '/' ? "" : "/", values[0]);
+    self = path;
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}

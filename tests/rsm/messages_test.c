@@ -1,0 +1,241 @@
+/* messages_test - a call of rsm.h that fails says why in the caller's log: the function, the field or element, its
+   value and its range, in one line; one that succeeds says nothing. Normals that are not unit, indices beyond the
+   vertices, 16-bit indices. */
+
+#include "rsm.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+#include "util.h"
+
+static int lines;
+static char last[300];
+
+static void keep(void *user, const char *message)
+{
+    assert_ptr_equal(user, &lines);
+    assert_null(strchr(message, '\n'));
+    assert_true(strlen(message) < sizeof last);
+    lines++;
+    strcpy(last, message);
+}
+
+static rsm_system listening(void)
+{
+    rsm_system s;
+    memset(&s, 0, sizeof s);
+    s.log = keep;
+    s.user = &lines;
+    lines = 0;
+    last[0] = 0;
+    return s;
+}
+
+#define SAYS(call, expected, text)                                                                           \
+    do {                                                                                                     \
+        lines = 0;                                                                                           \
+        assert_int_equal(call, expected);                                                                    \
+        assert_int_equal(lines, 1);                                                                          \
+        assert_string_equal(last, text);                                                                     \
+    } while (0)
+
+static void a_desc_names_field_value_and_range(void **state)
+{
+    rsm_desc d = sun_desc(1, 1, 8), good;
+    rsm_map *map = NULL;
+    float matrix[16];
+    (void)state;
+    d.system = listening();
+    good = d;
+    d.side = 3;
+    SAYS(rsm_map_create(&d, &map), RSM_ERR_DESC, "rsm_map_create: side is 3; it must be 0 or 4..4096");
+    d = good;
+    d.light.value[1] = -2.5f;
+    SAYS(rsm_map_create(&d, &map), RSM_ERR_DESC, "rsm_map_create: light.value is -2.5; it must be 0..1e12");
+    d = good;
+    d.light.kind = RSM_LIGHT_SPOT;
+    d.light.cone_half_angle = 4;
+    SAYS(rsm_map_create(&d, &map), RSM_ERR_DESC,
+         "rsm_map_create: light.cone_half_angle is 4; it must be above 0.0005, at most 3.14");
+    d = good;
+    set3(d.light.direction, 0, 0, 0);
+    SAYS(rsm_map_create(&d, &map), RSM_ERR_DESC,
+         "rsm_map_create: the length of light.direction is 0; it must be above 0");
+    SAYS(rsm_map_init(&good, NULL, 0, &map), RSM_ERR_ARGUMENT, "rsm_map_init: memory is NULL");
+    SAYS(rsm_map_init(&good, &d, 8, &map), RSM_ERR_MEMORY,
+         "rsm_map_init: memory_bytes is 8; it must be at least rsm_map_bytes(desc)");
+    assert_null(map);
+    lines = 0;
+    assert_int_equal(rsm_map_create(&good, &map), RSM_OK);
+    assert_int_equal(lines, 0);
+    SAYS(rsm_map_matrix(map, 1, matrix), RSM_ERR_ARGUMENT,
+         "rsm_map_matrix: face is 1; it must be below face_count");
+    rsm_map_free(map);
+}
+
+static void a_bad_mesh_names_index_and_triangle(void **state)
+{
+    static const float corners[] = { 0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 0, 1 };
+    uint32_t wide[6] = { 0, 1, 2, 0, 4, 3 };
+    uint16_t narrow[6] = { 0, 1, 2, 0, 2, 70 };
+    rsm_desc d = sun_desc(1, 1, 8);
+    rsm_mesh mesh;
+    rsm_map *map;
+    (void)state;
+    d.system = listening();
+    assert_int_equal(rsm_map_create(&d, &map), RSM_OK);
+    memset(&mesh, 0, sizeof mesh);
+    mesh.positions = corners;
+    mesh.vertex_count = 4;
+    mesh.indices = wide;
+    mesh.index_count = 6;
+    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_INPUT,
+         "rsm_rasterize: mesh: index 1 of triangle 1 is 4, but the mesh has 4 vertices");
+    mesh.indices16 = narrow;
+    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_INPUT, "rsm_rasterize: mesh.indices16 is set beside indices");
+    mesh.indices = NULL;
+    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_INPUT,
+         "rsm_rasterize: mesh: index 2 of triangle 1 is 70, but the mesh has 4 vertices");
+    mesh.index_count = 5;
+    SAYS(rsm_rasterize(map, &mesh, 1), RSM_ERR_INPUT, "rsm_rasterize: mesh.index_count is no multiple of 3");
+    assert_int_equal(rsm_finish(map, NULL), RSM_OK);
+    SAYS(rsm_finish(map, NULL), RSM_ERR_ORDER, "rsm_finish: map is finished already");
+    rsm_map_free(map);
+}
+
+static void indices_of_16_bits_draw_the_same(void **state)
+{
+    static const float corners[] = { -1, 0, -1, 1, 0, -1, 1, 0, 1, -1, 0, 1 };
+    static const uint32_t wide[6] = { 0, 2, 1, 0, 3, 2 };
+    static const uint16_t narrow[6] = { 0, 2, 1, 0, 3, 2 };
+    rsm_desc d = sun_desc(1, 1.5, 16);
+    rsm_stats stats[2];
+    rsm_mesh mesh;
+    rsm_map *map[2];
+    int k;
+    (void)state;
+    for (k = 0; k < 2; k++) {
+        memset(&mesh, 0, sizeof mesh);
+        mesh.positions = corners;
+        mesh.vertex_count = 4;
+        mesh.indices = k ? NULL : wide;
+        mesh.indices16 = k ? narrow : NULL;
+        mesh.index_count = 6;
+        set3(mesh.albedo, 0.5, 0.5, 0.5);
+        map[k] = map_of(&d, &mesh, 1, &stats[k]);
+        assert_non_null(map[k]);
+    }
+    assert_true(stats[0].lit_texels > 50);
+    assert_memory_equal(rsm_map_texels(map[0]), rsm_map_texels(map[1]), 256 * sizeof(rsm_texel));
+    rsm_map_free(map[0]);
+    rsm_map_free(map[1]);
+}
+
+static void normals_are_unit_or_none(void **state)
+{
+    static const float lengths[8] = { 1, 0.971f, 1.029f, 0, NAN, 0.969f, 1.031f, 0.5f };
+    float positions[24] = { 0 }, normals[24] = { 0 }, e[24], kept[24];
+    model disc = model_disc(16, 1);
+    rsm_mesh mesh = mesh_of(&disc, 0.5);
+    rsm_desc d = sun_desc(1, 1, 8);
+    rsm_map *map = map_of(&d, &mesh, 1, NULL);
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+    rsm_direct_desc direct = direct_desc();
+    rsm_points points = points_of(positions, normals, 5, 0);
+    rsm_texel light;
+    int i;
+    (void)state;
+    assert_non_null(map);
+    for (i = 0; i < 8; i++) {
+        positions[3 * i + 1] = 1;
+        normals[3 * i + 1] = -lengths[i];
+    }
+    g.system = direct.system = listening();
+    assert_int_equal(rsm_gather((const rsm_map *const *)&map, 1, &g, &points, e, NULL), RSM_OK);
+    assert_true(e[0] > 0 && e[3] > 0 && e[6] > 0 && e[9] == 0 && e[12] == 0);
+    assert_int_equal(rsm_direct(map, &direct, &points, e), RSM_OK);
+    assert_int_equal(lines, 0);
+    points.positions = positions + 15;
+    points.normals = normals + 15;
+    points.count = 1;
+    memset(e, 0x5a, sizeof e);
+    memcpy(kept, e, sizeof e);
+    SAYS(rsm_gather((const rsm_map *const *)&map, 1, &g, &points, e, NULL), RSM_ERR_INPUT,
+         "rsm_gather: points.normals[0] has the length 0.969; it must be 1 (0.97..1.03), or 0");
+    SAYS(rsm_direct(map, &direct, &points, e), RSM_ERR_INPUT,
+         "rsm_direct: points.normals[0] has the length 0.969; it must be 1 (0.97..1.03), or 0");
+    points.positions = positions;
+    points.normals = normals;
+    points.count = 8;
+    normals[16] = -1;
+    SAYS(rsm_gather((const rsm_map *const *)&map, 1, &g, &points, e, NULL), RSM_ERR_INPUT,
+         "rsm_gather: points.normals[6] has the length 1.031; it must be 1 (0.97..1.03), or 0");
+    assert_memory_equal(e, kept, sizeof e);
+    memset(&light, 0, sizeof light);
+    light.normal[0] = 2;
+    SAYS(rsm_gather_list(&light, 1, &g, &points, e, NULL), RSM_ERR_INPUT,
+         "rsm_gather_list: lights.normal[0] has the length 2; it must be 1 (0.97..1.03), or 0");
+    rsm_map_free(map);
+    model_free(&disc);
+}
+
+static void receivers_and_settings_are_named(void **state)
+{
+    static const float p[6] = { 0, 1, 0, 0, 1, 1 }, n[6] = { 0, -1, 0, 0, -1, 0 };
+    static const uint32_t far_index[1] = { 2 };
+    float e[6];
+    model disc = model_disc(16, 1);
+    rsm_mesh mesh = mesh_of(&disc, 0.5);
+    rsm_desc d = sun_desc(1, 1, 8);
+    rsm_map *map = map_of(&d, &mesh, 1, NULL);
+    const rsm_map *const *maps = (const rsm_map *const *)&map;
+    rsm_gather_desc g = gather_desc(RSM_PATTERN_FLUX, 0);
+    rsm_points points = points_of(p, n, 2, 0);
+    rsm_interpolation in;
+    (void)state;
+    assert_non_null(map);
+    g.system = listening();
+    points.indices = far_index;
+    points.index_count = 1;
+    SAYS(rsm_gather(maps, 1, &g, &points, e, NULL), RSM_ERR_ARGUMENT,
+         "rsm_gather: points.indices[0] is 2; it must be below points.count");
+    points.indices = NULL;
+    SAYS(rsm_gather(NULL, 1, &g, &points, e, NULL), RSM_ERR_ARGUMENT, "rsm_gather: maps is NULL");
+    SAYS(rsm_gather(maps, 1, &g, &points, NULL, NULL), RSM_ERR_ARGUMENT, "rsm_gather: irradiance is NULL");
+    g.near_field = 33;
+    SAYS(rsm_gather(maps, 1, &g, &points, e, NULL), RSM_ERR_DESC, "rsm_gather: near_field is 33; it must be 0..32");
+    g.near_field = 0;
+    g.interleave = 2;
+    SAYS(rsm_gather(maps, 1, &g, &points, e, NULL), RSM_ERR_DESC,
+         "rsm_gather: interleave is above 1, and points.width is 0: one row is no picture");
+    g.interleave = 3;
+    SAYS(rsm_gather(maps, 1, &g, &points, e, NULL), RSM_ERR_DESC,
+         "rsm_gather: interleave is 3; it must be 0, 1, 2, 4 or 8");
+    g.interleave = 0;
+    memset(&in, 0, sizeof in);
+    SAYS(rsm_interpolate(maps, 1, &g, &in, &points, e, NULL), RSM_ERR_ARGUMENT,
+         "rsm_interpolate: points.width is 0; it must be the pixels in a row, of which points.count is a multiple");
+    points.width = 2;
+    in.step = 5;
+    SAYS(rsm_interpolate(maps, 1, &g, &in, &points, e, NULL), RSM_ERR_DESC,
+         "rsm_interpolate: interpolation.step is 5; it must be 0 or a power of two, 2..64");
+    SAYS(rsm_blue_noise(3, 1, &g.system, e), RSM_ERR_ARGUMENT, "rsm_blue_noise: side is 3; it must be 4..64");
+    rsm_map_free(map);
+    model_free(&disc);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_desc_names_field_value_and_range),
+        cmocka_unit_test(a_bad_mesh_names_index_and_triangle),
+        cmocka_unit_test(indices_of_16_bits_draw_the_same),
+        cmocka_unit_test(normals_are_unit_or_none),
+        cmocka_unit_test(receivers_and_settings_are_named),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,46 @@
+#!/bin/sh
+# size HEADER... - what a program carries that needs only one technique on the GPU: it calls every public function of one
+# gl_*.h and of gl_backend.h, their GLSL included, is linked with the implementations of all headers by -Os and
+# --gc-sections, and stripped. The difference to an empty program must stay below 150,000 bytes, with what the header calls
+# of its technique's.
+CC=${CC:-gcc}
+limit=150000
+dir=$(mktemp -d) || exit 1
+trap 'rm -rf "$dir"' EXIT
+flags='-std=c99 -Os -ffunction-sections -fdata-sections -I.'
+failed=0 objects=
+
+if ! echo 'int main(void) { return 0; }' | $CC -x c - -Wl,--gc-sections -o "$dir/empty" 2>/dev/null; then
+    echo "check-size: skipped: the linker of $CC has no --gc-sections"
+    exit 0
+fi
+strip "$dir/empty"
+empty=$(wc -c < "$dir/empty")
+for header in "$@"; do
+    name=$(basename "$header" .h)
+    printf '#define %s_IMPLEMENTATION\n#include "%s"\n' "$(echo "$name" | tr a-z A-Z)" "$header" > "$dir/$name.c"
+    # shellcheck disable=SC2086
+    $CC $flags -c "$dir/$name.c" -o "$dir/$name.o" || exit 1
+    objects="$objects $dir/$name.o"
+done
+for header in "$@"; do
+    case $header in gl_backend/gl_backend.h) continue ;; gl_backend/*) ;; *) continue ;; esac
+    {
+        printf '#include "%s"\ntypedef void (*call)(void);\nstatic const call calls[] = {\n' "$header"
+        sed -n 's/^GLBK_DEF [^(]*[ *]\(glbk_[a-z0-9_]*\)(.*/\1/p' gl_backend/gl_backend.h "$header" | grep -v __ | sort -u |
+            sed 's/.*/    (call)&,/'
+        printf '};\nint main(int argc, char **argv)\n{\n    (void)argv;\n    calls[argc]();\n    return 0;\n}\n'
+    } > "$dir/program.c"
+    # shellcheck disable=SC2086
+    $CC $flags "$dir/program.c" $objects -Wl,--gc-sections -lm -o "$dir/program" || exit 1
+    # Of other techniques nothing is left: no symbol, no GLSL.
+    wanted=$(sed -n 's/^units //p' $(grep -lx "header $header" src/*/parts.txt))
+    strange=$(nm "$dir/program" | sed -n 's/.* \(glbk__\{0,1\}[a-z]*_\).*/\1/p' | sort -u |
+        grep -x 'glbk__\{0,1\}\(csm\|sfield\|envsh\|rsm\|ism\)_' | grep -vx "glbk__\{0,1\}${wanted#glbk_}_")
+    strip "$dir/program"
+    bytes=$(($(wc -c < "$dir/program") - empty))
+    echo "check-size: $header: $bytes bytes"
+    [ -z "$strange" ] || { echo "check-size: FAILED: $header links" $strange; failed=1; }
+    [ "$bytes" -lt $limit ] || { echo "check-size: FAILED: $header: more than $limit bytes"; failed=1; }
+done
+exit $failed

@@ -1,0 +1,354 @@
+#define _POSIX_C_SOURCE 200809L
+#include "glsl.h"
+
+#include <ctype.h>
+#include <dirent.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MAX_FILES 256
+#define MAX_ARGUMENTS 8
+
+typedef struct file {
+    char name[2 * MAX_NAME];    /* lib/NAME.glsl is for other files and for users, prog/NAME.frag is a program */
+    text body;
+    char block[MAX_NAME];       /* the uniform block that it declares, or empty */
+} file;
+
+typedef struct files { file at[MAX_FILES]; int count; } files;
+
+static file *add_file(files *all, const char *kind, const char *name)
+{
+    file *f = &all->at[all->count];
+    if (all->count == MAX_FILES) fail(name, "is one file too many");
+    all->count++;
+    memset(f, 0, sizeof *f);
+    print_to(f->name, sizeof f->name, "%s%s", kind, name);
+    return f;
+}
+
+/* ---- the lists of bindings, read from the text of the parts ---- */
+
+typedef char arguments[MAX_ARGUMENTS][MAX_NAME];
+
+/* The text behind "#define NAME(X)", without its line ends and comments. */
+static void find_list(text *out, const text *own, const char *name)
+{
+    char begin[MAX_NAME + 16];
+    const char *s;
+
+    print_to(begin, sizeof begin, "#define %s(X)", name);
+    s = strstr(own->data, begin);
+    if (!s) fail(name, "is not defined in any part");
+    append(out, "", 0);
+    for (s += strlen(begin); *s && *s != '\n'; s++) {
+        if (*s == '\\' && s[1] == '\n') s++;
+        else if (strncmp(s, "/*", 2) == 0) s = strstr(s, "*/") + 1;
+        else append(out, s, 1);
+    }
+}
+
+/* The next X(a, b, c) of a list; 0 at its end. */
+static int next_entry(const char **s, arguments out)
+{
+    int i = 0;
+    size_t n = 0;
+
+    *s = strstr(*s, "X(");
+    if (!*s) return 0;
+    memset(out, 0, sizeof(arguments));
+    for (*s += 2; **s != ')'; (*s)++) {
+        if (!**s || n + 1 == MAX_NAME || i == MAX_ARGUMENTS) fail("a list of bindings", "has an entry that is broken");
+        if (**s == ',') i++, n = 0;
+        else if (n || **s != ' ') out[i][n++] = **s;
+    }
+    return i + 1;
+}
+
+/* A file of its own for each block, for those who name it: all members of a std140 block are active whether a program
+   reads them or not, and WebGL 2 refuses to draw with an active block without a buffer (ES 3.0 leaves it undefined). */
+static void add_blocks(files *all, const text *own, const char *list)
+{
+    text members = { NULL, 0, 0 };
+    const char *s = list, *m;
+    char name[MAX_NAME + 8];
+    arguments block, member;
+    file *f;
+
+    while (next_entry(&s, block)) {
+        print_to(name, sizeof name, "%s.glsl", block[0] + strlen("glbk_"));
+        f = add_file(all, "lib/", name);
+        strcpy(f->block, block[0]);
+        put_format(&f->body, "// %s, uniform block\n", block[0]);
+        put_format(&f->body, "layout(std140) uniform %s_block {\n", block[0]);
+        find_list(&members, own, block[2]);
+        for (m = members.data; next_entry(&m, member);) {
+            const char *form = strcmp(member[2], "1") == 0 ? "    %s %s;\n" : "    %s %s[%s];\n";
+            put_format(&f->body, form, member[0], member[1], member[2]);
+        }
+        put_format(&f->body, "} %s;\n", block[0], "", "", "");
+        free_text(&members);
+    }
+}
+
+static void add_part(files *all, const text *own, const char *part)
+{
+    text list = { NULL, 0, 0 };
+    char name[MAX_NAME + 32], lower[MAX_NAME];
+    const char *s;
+    arguments a;
+    file *f;
+    size_t i;
+
+    for (i = 0; part[i]; i++) lower[i] = (char)tolower((unsigned char)part[i]);
+    lower[i] = 0;
+    print_to(name, sizeof name, "%s_bindings.glsl", lower);
+    f = add_file(all, "lib/", name);
+    put_format(&f->body, "// %s_bindings - from the lists GLBK_%s_* of the header.\n", lower, part);
+    print_to(name, sizeof name, "GLBK_%s_TEXTURES", part);
+    find_list(&list, own, name);
+    for (s = list.data; next_entry(&s, a);) put_format(&f->body, "uniform %s %s;\n", a[0], a[1], "", "");
+    free_text(&list);
+    print_to(name, sizeof name, "GLBK_%s_STORAGE", part);
+    find_list(&list, own, name);
+    for (s = list.data; next_entry(&s, a);) {
+        put_format(&f->body, "#if __VERSION__ >= 430\nlayout(std430, binding = %s) %s buffer ", a[3], a[0]);
+        put_format(&f->body, "%s_storage { %s %s[]; };\n#endif\n", a[2], a[1], a[2], "");
+    }
+    free_text(&list);
+    print_to(name, sizeof name, "GLBK_%s_IMAGES", part);
+    find_list(&list, own, name);
+    for (s = list.data; next_entry(&s, a);) {
+        put_format(&f->body, "#if __VERSION__ >= 430\nlayout(%s, binding = %s) ", a[1], a[4]);
+        put_format(&f->body, "%s uniform %s %s;\n#endif\n", a[0], a[2], a[3], "");
+    }
+    free_text(&list);
+    print_to(name, sizeof name, "GLBK_%s_BLOCKS", part);
+    find_list(&list, own, name);
+    add_blocks(all, own, list.data);
+    free_text(&list);
+}
+
+/* Every part with a list of textures, which may be empty. */
+static void add_parts(files *all, const text *own)
+{
+    const char *s = own->data, *end;
+    char part[MAX_NAME];
+
+    while ((s = strstr(s, "#define GLBK_")) != NULL) {
+        s += strlen("#define GLBK_");
+        for (end = s; isupper((unsigned char)*end); end++) {}
+        if (strncmp(end, "_TEXTURES(X)", 12) != 0 || end - s >= MAX_NAME) continue;
+        memcpy(part, s, (size_t)(end - s));
+        part[end - s] = 0;
+        add_part(all, own, part);
+    }
+}
+
+/* ---- the files ---- */
+
+static int ends_with(const char *s, const char *end)
+{
+    size_t n = strlen(s), m = strlen(end);
+    return n > m && strcmp(s + n - m, end) == 0;
+}
+
+static void add_folder(files *all, const char *folder)
+{
+    char path[1024];
+    DIR *dir = opendir(folder);
+    struct dirent *entry;
+
+    if (!dir) fail(folder, "is no folder");
+    while ((entry = readdir(dir)) != NULL) {
+        const char *name = entry->d_name;
+        int is_library = ends_with(name, ".glsl");
+        int is_program = ends_with(name, ".vert") || ends_with(name, ".frag") || ends_with(name, ".comp");
+        file *f;
+        if (!is_library && !is_program) continue;
+        f = add_file(all, is_library ? "lib/" : "prog/", name);
+        print_to(path, sizeof path, "%s/%s", folder, name);
+        if (!read_file(path, &f->body)) fail(path, "cannot be read");
+        if (!f->body.size || f->body.data[f->body.size - 1] != '\n') fail(path, "does not end with a new line");
+    }
+    closedir(dir);
+}
+
+static int compare_names(const void *a, const void *b)
+{
+    return strcmp(((const file *)a)->name, ((const file *)b)->name);
+}
+
+/* ---- as C ---- */
+
+/* The value of a comment "// key: value", as a C string; of uses with the blocks that the file names. */
+static void put_value(text *out, const files *all, const file *f, const char *key)
+{
+    const char *s = f->body.data;
+    size_t length = strlen(key), before;
+    int i;
+
+    put(out, "\"");
+    before = out->size;
+    while (s && *s) {
+        if (strncmp(s, "// ", 3) == 0 && strncmp(s + 3, key, length) == 0 && s[3 + length] == ':') {
+            s += 4 + length;
+            while (*s == ' ') s++;
+            append(out, s, strcspn(s, "\n"));
+            break;
+        }
+        s = strchr(s, '\n');
+        if (s) s++;
+    }
+    for (i = 0; i < all->count && strcmp(key, "uses") == 0; i++) {
+        const file *other = &all->at[i];
+        const char *name = other->name + strlen("lib/");
+        if (!other->block[0] || other == f || !find_word(f->body.data, other->block)) continue;
+        if (out->size > before) put(out, " ");
+        append(out, name, strcspn(name, "."));
+    }
+    put(out, "\"");
+}
+
+static void put_identifier(text *out, const char *name)
+{
+    put(out, "glbk__glsl_");
+    for (; *name; name++) {
+        char c = *name;
+        if (!is_word(c)) c = '_';
+        append(out, &c, 1);
+    }
+}
+
+static unsigned long count_lines(const char *s)
+{
+    unsigned long count = 0;
+    for (; *s; s++) count += *s == '\n';
+    return count;
+}
+
+static void put_escaped(text *out, const char *name, const char *s, size_t size)
+{
+    for (; size; s++, size--) {
+        if (*s != '\n' && ((unsigned char)*s < 32 || (unsigned char)*s > 126))
+            fail(name, "has a character beyond ASCII");
+        if (*s == '\n') put(out, "\\n");
+        else {
+            if (*s == '"' || *s == '\\') put(out, "\\");
+            append(out, s, 1);
+        }
+    }
+}
+
+/* Whether tokens change if the blank between these two goes: words would become one, and so might operators. */
+static int divides(char before, char after)
+{
+    return (is_word(before) && is_word(after)) ||
+           (!is_word(before) && !is_word(after) && !strchr("(){}[],;", before) && !strchr("(){}[],;", after));
+}
+
+/* The text without comments and without blanks that divide nothing, of which a quarter of it is made. Lines stay lines,
+   so that a driver's message names the right one; those of the preprocessor stay whole. */
+static void strip(text *out, const char *s)
+{
+    int whole = 0, begins = 1;
+
+    append(out, "", 0);
+    while (*s) {
+        if (begins) {
+            s += strspn(s, " ");
+            whole = *s == '#' || (whole && out->size > 1 && out->data[out->size - 2] == '\\');
+            begins = 0;
+        }
+        if (strncmp(s, "//", 2) == 0) s += strcspn(s, "\n");
+        else if (strncmp(s, "/*", 2) == 0) {
+            for (; *s && strncmp(s, "*/", 2) != 0; s++)
+                if (*s == '\n') append(out, s, 1);
+            if (*s) s += 2;
+            append(out, " ", 1);
+        } else if (*s == '\n') {
+            while (out->size && out->data[out->size - 1] == ' ') out->data[--out->size] = 0;
+            append(out, s++, 1);
+            begins = 1;
+        } else if (*s == ' ' && !whole && (s[1] == ' ' || (out->size && !divides(out->data[out->size - 1], s[1])))) s++;
+        else append(out, s++, 1);
+    }
+}
+
+/* C strings of up to LONGEST characters, since a compiler for C99 need not take more than 4,095; a piece of one in each
+   line of the header, with the empty lines before it. Returns how many strings. */
+static unsigned long put_strings(text *out, const file *f)
+{
+    enum { LONGEST = 4000 };
+    text plain = { NULL, 0, 0 };
+    const char *s;
+    size_t length = 0, line;
+    unsigned long count = 1;
+
+    strip(&plain, f->body.data);
+    put(out, "\nstatic const char *const ");
+    put_identifier(out, f->name);
+    put(out, "[] = {\n    \"");
+    for (s = plain.data; *s; s += line) {
+        if (length) {
+            line = strspn(s, "\n");
+            line += strcspn(s + line, "\n") + 1;
+            if (length + line > LONGEST) count++, length = 0, put(out, "\",\n    \"");
+            else put(out, "\"\n    \"");
+        }
+        line = strspn(s, "\n");
+        line += s[line] ? strcspn(s + line, "\n") + 1 : 0;
+        length += line;
+        put_escaped(out, f->name, s, line);
+    }
+    put(out, "\"\n};\n");
+    free_text(&plain);
+    return count;
+}
+
+static void put_table(text *out, const files *all, const char *table, const unsigned long *strings)
+{
+    int i;
+    put(out, "\nstatic const glbk_file ");
+    put(out, table);
+    put(out, "[] = {\n");
+    for (i = 0; i < all->count; i++) {
+        const file *f = &all->at[i];
+        put(out, "    { \"");
+        put(out, f->name);
+        put(out, "\", ");
+        put_identifier(out, f->name);
+        put(out, ", ");
+        put_number(out, strings[i]);
+        put(out, ", ");
+        put_value(out, all, f, "uses");
+        put(out, ", ");
+        put_value(out, all, f, "with");
+        put(out, ",\n      ");
+        put_value(out, all, f, "sets");
+        put(out, ", \"");
+        put(out, f->block);
+        put(out, "\"");
+        put(out, i + 1 < all->count ? " },\n" : " }\n};\n\n");
+    }
+}
+
+void put_glsl(text *out, const char *folder, const text *own, const char *table)
+{
+    static files all;
+    static unsigned long strings[MAX_FILES];
+    int i;
+
+    all.count = 0;
+    add_parts(&all, own);
+    add_folder(&all, folder);
+    qsort(all.at, (size_t)all.count, sizeof all.at[0], compare_names);
+    for (i = 0; i < all.count; i++) {
+        strings[i] = put_strings(out, &all.at[i]);
+        if (count_lines(all.at[i].body.data) > 999)
+            fail(all.at[i].name, "has more than 999 lines, which the messages of drivers could not tell apart");
+    }
+    put_table(out, &all, table, strings);
+    for (i = 0; i < all.count; i++) free_text(&all.at[i].body);
+}
