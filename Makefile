@@ -113,7 +113,7 @@ PROGRAMS := $(filter-out $(BUILD)/viewer,$(PROGRAMS))
 endif
 EXAMPLES := $(patsubst examples/%.c,$(BUILD)/%,$(wildcard examples/[0-9][0-9]*_*.c))
 ifneq ($(HAVE_GLFW),1)
-EXAMPLES := $(filter-out $(BUILD)/%_gl_minimal,$(EXAMPLES))
+EXAMPLES := $(filter-out $(BUILD)/%_gl_minimal $(BUILD)/%_deferred_gl,$(EXAMPLES))
 endif
 ifneq ($(HAVE_RAYLIB),1)
 EXAMPLES := $(filter-out $(BUILD)/12_raylib,$(EXAMPLES))

@@ -248,13 +248,13 @@ static void bounced_light_example_draws(void **state)
     assert_true(ceiling[0] > ceiling[2] + 10);
 }
 
-/* A picture of a minimal example, RGB, rows from the top. */
+/* A picture of an example, RGB, rows from the top. */
 static const unsigned char *example_picture(const char *name, size_t width, size_t height)
 {
     static unsigned char picture[15 + 3 * 640 * 480 + 1];
     char command[600];
     need();
-    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/%s_gl_minimal %s/own.ppm",
+    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/%s %s/own.ppm",
              build_folder(), name, folder);
     assert_int_equal(system(command), 0);
     assert_int_equal(read_file("own.ppm", picture, sizeof picture), 15 + 3 * width * height);
@@ -264,7 +264,7 @@ static const unsigned char *example_picture(const char *name, size_t width, size
 /* Shadows of the sun are blue, since the sky still lights them. */
 static void sky_example_draws(void **state)
 {
-    const unsigned char *p = example_picture("08_envshadow", 640, 400);
+    const unsigned char *p = example_picture("08_envshadow_gl_minimal", 640, 400);
     const unsigned char *lit = p + 3 * (380 * 640 + 600), *dark = p + 3 * (250 * 640 + 150);
     const unsigned char *torus = p + 3 * (230 * 640 + 230);
     (void)state;
@@ -275,7 +275,7 @@ static void sky_example_draws(void **state)
 
 static void fields_example_draws(void **state)
 {
-    const unsigned char *p = example_picture("09_shadowfield", 640, 400);
+    const unsigned char *p = example_picture("09_shadowfield_gl_minimal", 640, 400);
     const unsigned char *lit = p + 3 * (380 * 640 + 620), *dark = p + 3 * (375 * 640 + 390);
     const unsigned char *torus = p + 3 * (230 * 640 + 300);
     (void)state;
@@ -287,7 +287,7 @@ static void fields_example_draws(void **state)
 /* The red floor lights the ceiling, gets none of its own light, and the block is darker towards it than the ceiling. */
 static void vpls_example_draws(void **state)
 {
-    const unsigned char *p = example_picture("10_ism", 480, 300);
+    const unsigned char *p = example_picture("10_ism_gl_minimal", 480, 300);
     const unsigned char *ceiling = p + 3 * (60 * 480 + 240), *ground = p + 3 * (260 * 480 + 240);
     (void)state;
     assert_true(ceiling[0] > 150 && ceiling[0] > ceiling[2] + 5);
@@ -298,13 +298,30 @@ static void vpls_example_draws(void **state)
    Its shadow on the ground is the sky's work. */
 static void sky_and_bounce_example_draws(void **state)
 {
-    const unsigned char *p = example_picture("11_sky_bounce", 640, 400);
+    const unsigned char *p = example_picture("11_sky_bounce_gl_minimal", 640, 400);
     const unsigned char *side = p + 3 * (240 * 640 + 217), *shadow = p + 3 * (265 * 640 + 185);
     const unsigned char *lit = p + 3 * (350 * 640 + 420);
     (void)state;
     assert_in_range(lit[0], 180, 255);
     assert_true(shadow[0] + 40 < lit[0] && shadow[0] > 20);
     assert_true(side[0] > side[2] + 20 && side[0] > side[1] + 10);
+}
+
+/* The background is the renderer's own to the last digit; of its nine beads those before the ring stay whole, and those
+   behind it are covered. The ring is warm by the lamp, and its shadow lies on the ground. */
+static void deferred_example_draws(void **state)
+{
+    const unsigned char *p = example_picture("13_deferred_gl", 640, 400);
+    const unsigned char *ring = p + 3 * (80 * 640 + 215), *behind = p + 3 * (20 * 640 + 600);
+    const unsigned char *lit = p + 3 * (350 * 640 + 100), *dark = p + 3 * (310 * 640 + 330);
+    int beads = 0, i;
+    (void)state;
+    for (i = 0; i < 640 * 400; i++) beads += p[3 * i + 1] > 200 && p[3 * i + 1] > p[3 * i] + 60;
+    assert_in_range(beads, 1800, 1900);
+    assert_in_range(behind[0], 101, 103);
+    assert_in_range(behind[2], 185, 187);
+    assert_true(ring[0] > 240 && ring[0] > ring[2] + 60);
+    assert_true(dark[0] + 40 < lit[0] && dark[0] > 60);
 }
 
 /* ---- drag and drop ---- */
@@ -438,7 +455,7 @@ int main(int count, char **values)
         cmocka_unit_test(minimal_example_draws),
         cmocka_unit_test(bounced_light_example_draws), cmocka_unit_test(sky_example_draws),
         cmocka_unit_test(fields_example_draws), cmocka_unit_test(vpls_example_draws),
-        cmocka_unit_test(sky_and_bounce_example_draws),
+        cmocka_unit_test(sky_and_bounce_example_draws), cmocka_unit_test(deferred_example_draws),
     };
     char path[600], here[512];
     if (count == 4 && strcmp(values[1], "--drop") == 0) return drop(values[2], values[3]);
