@@ -375,6 +375,7 @@ typedef struct envsh_view {         /* one light's shadow map: what your rendere
     float    spread[4];             /* extent: axis_u's x, y and axis_v's x, y, in texels for a blocker depth
                                        1 away */
     uint32_t x, y, page, channel;   /* of the tile in the atlas: texels of its corner */
+    uint32_t guard;                 /* texels on each side of the tile that have to stay empty */
 } envsh_view;
 
 typedef struct envsh_info {         /* the atlas */
@@ -1319,6 +1320,7 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *m, const envsh_lights *light
         v->x = slot % m->across * m->map_side;
         v->y = slot / m->across % m->down * m->map_side;
         v->page = slot / (m->across * m->down);
+        v->guard = m->guard;
         envsh__v3_store(v->direction, l.direction);
         envsh__v3_store(v->irradiance, l.irradiance);
         envsh__fit_view(m, &l, &bounds, v);

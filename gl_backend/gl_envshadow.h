@@ -178,8 +178,9 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
 /* The shadow maps of a frame.
    views   of envsh_get_views, at most the capacity; where their tiles lie is not looked at. envsh_maps_desc had
            the map_side of desc as its map_side, and the same guard
-   Errors  GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: views for tiles of another size; with desc.check GLBK_ERR_ORDER:
-           draw_fn never called glbk_envsh_cast; what draw_fn returned */
+   Errors  GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: views for tiles of another size or guard; with desc.check, which
+           reads the maps back, GLBK_ERR_ORDER: draw_fn never called glbk_envsh_cast, or did not draw as many instances
+           as it was given; what draw_fn returned */
 
 GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *maps, const envsh_query *query,
                                      const glbk_offset *offset);
@@ -1193,6 +1194,30 @@ static glbk_result glbk__envsh_cell_layer(glbk_context *ctx, glbk_envsh_maps *m,
     return result;
 }
 
+/* Whether draw_fn drew all instances, after glbk__envsh_cell_layer, which has left the uppermost level of the layer in
+   cell_target: a cell a tile. All views hold all casters, so where those of the first instance have something in them,
+   not all others can be empty. */
+static glbk_result glbk__envsh_check_instances(glbk_context *ctx, glbk_envsh_maps *m, uint32_t layer)
+{
+    const uint32_t tiles = m->across * m->down, base = layer / m->channels * tiles;
+    const uint32_t slots = (m->count - layer % m->channels + m->channels - 1) / m->channels;
+    const uint32_t count = slots < base + tiles ? slots - base : tiles, firsts = ctx->es ? m->across : 1;
+    const uint32_t far_bits = 0x3f800000;
+    glbk_envsh__allocator memory = glbk_envsh__memory(ctx);
+    uint32_t *cells, i, drawn = 0, others = 0;
+    glbk_result result;
+    if (slots <= base || count <= firsts) return GLBK_OK;
+    cells = (uint32_t *)glbk_envsh__alloc_array(&memory, tiles, 16);
+    if (!cells) return GLBK_ERR_ALLOC;
+    result = glbk_target_read(ctx, &m->cell_target, 0, 0, 0, m->across, m->down, cells);
+    for (i = 0; i < count && result == GLBK_OK; i++)
+        if (cells[4 * i] < far_bits) *(i < firsts ? &drawn : &others) += 1;
+    glbk_envsh__free(&memory, cells);
+    if (drawn && !others && result == GLBK_OK)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, "glbk_envsh_maps_render", "draw_fn", "drew one instance, not all");
+    return result;
+}
+
 GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *m, const envsh_view *views,
                                             uint32_t count, glbk_envsh_draw_fn draw_fn, void *user)
 {
@@ -1206,6 +1231,9 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
     if (count && !glbk__envsh_views_fit(m, views))
         return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.map_side", m->map_side,
                                "the map_side of the envsh_maps_desc that made the views");
+    if (count && views->guard && views->guard != m->guard)
+        return glbk__bad_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.guard", m->guard,
+                               "the guard of the envsh_maps_desc that made the views");
     m->count = 0;
     result = glbk__envsh_upload(ctx, m, views, count);
     pages = (count + m->across * m->down * m->channels - 1) / (m->across * m->down * m->channels);
@@ -1213,8 +1241,10 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
         for (channel = 0; channel < m->channels; channel++)
             for (column = 0; column < (ctx->es ? m->across : 1) && result == GLBK_OK; column++)
                 result = glbk__envsh_cast_round(ctx, m, page, channel, column, draw_fn, user);
-    for (layer = 0; layer < pages * m->channels && result == GLBK_OK; layer++)
+    for (layer = 0; layer < pages * m->channels && result == GLBK_OK; layer++) {
         result = glbk__envsh_cell_layer(ctx, m, layer);
+        if (ctx->check && result == GLBK_OK) result = glbk__envsh_check_instances(ctx, m, layer);
+    }
     if (result != GLBK_OK) m->count = 0;
     return result;
 }

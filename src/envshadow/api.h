@@ -229,6 +229,7 @@ typedef struct envsh_view {         /* one light's shadow map: what your rendere
     float    spread[4];             /* extent: axis_u's x, y and axis_v's x, y, in texels for a blocker depth
                                        1 away */
     uint32_t x, y, page, channel;   /* of the tile in the atlas: texels of its corner */
+    uint32_t guard;                 /* texels on each side of the tile that have to stay empty */
 } envsh_view;
 
 typedef struct envsh_info {         /* the atlas */

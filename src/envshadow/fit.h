@@ -177,6 +177,7 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *m, const envsh_lights *light
         v->x = slot % m->across * m->map_side;
         v->y = slot / m->across % m->down * m->map_side;
         v->page = slot / (m->across * m->down);
+        v->guard = m->guard;
         envsh__v3_store(v->direction, l.direction);
         envsh__v3_store(v->irradiance, l.irradiance);
         envsh__fit_view(m, &l, &bounds, v);

@@ -87,8 +87,9 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
 /* The shadow maps of a frame.
    views   of envsh_get_views, at most the capacity; where their tiles lie is not looked at. envsh_maps_desc had
            the map_side of desc as its map_side, and the same guard
-   Errors  GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: views for tiles of another size; with desc.check GLBK_ERR_ORDER:
-           draw_fn never called glbk_envsh_cast; what draw_fn returned */
+   Errors  GLBK_ERR_ARGUMENT; GLBK_ERR_MISMATCH: views for tiles of another size or guard; with desc.check, which
+           reads the maps back, GLBK_ERR_ORDER: draw_fn never called glbk_envsh_cast, or did not draw as many instances
+           as it was given; what draw_fn returned */
 
 GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *maps, const envsh_query *query,
                                      const glbk_offset *offset);

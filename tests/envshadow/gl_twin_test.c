@@ -954,6 +954,15 @@ static void bad_arguments_are_named(void **state)
     assert_int_equal(glbk_envsh_maps_render(&t->gl, &large, r.views, 3, draw_things, &r), GLBK_ERR_MISMATCH);
     assert_non_null(strstr(t->log, "map_side is 128"));
     glbk_envsh_maps_free(&t->gl, &large);
+    memset(&d, 0, sizeof d);
+    d.capacity = 3;
+    d.map_side = 64;
+    d.guard = 8;                                            /* they are of maps with a guard of 4 */
+    assert_glbk(t, glbk_envsh_maps_create(&t->gl, &d, &large));
+    assert_int_equal(glbk_envsh_maps_render(&t->gl, &large, r.views, 3, draw_things, &r), GLBK_ERR_MISMATCH);
+    assert_string_equal(t->log, "glbk_envsh_maps_render: desc.guard is 8; it must be the guard of the envsh_maps_desc "
+                                "that made the views");
+    glbk_envsh_maps_free(&t->gl, &large);
     t->gl.check = 1;
     assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, 3, cast_nothing, &r), GLBK_ERR_ORDER);
     assert_non_null(strstr(t->log, "glbk_envsh_cast"));
@@ -965,6 +974,45 @@ static void bad_arguments_are_named(void **state)
     free_view(&t->gl, &to);
     glbk_envsh_renderer_free(NULL, &to.r);
     assert_int_equal(glbk_envsh_shade(&t->gl, &to.r, &to.seen, &m, &soft, 0), GLBK_ERR_ARGUMENT);
+    free_rig(t, &r);
+}
+
+static glbk_result draw_once(void *user, glbk_context *ctx, glbk_envsh_maps *maps, uint32_t instances)
+{
+    const rig *r = (const rig *)user;
+    glbk_result result = glbk_envsh_cast(ctx, maps, NULL);
+    ctx->gl.BindVertexArray(r->vertex_array);
+    ctx->gl.DrawArrays(GLBK_GL_TRIANGLES, 0, (int32_t)things.vertices);
+    (void)instances;
+    return result;
+}
+
+/* It would light as if most lights had no shadows, which looks right enough. Said with desc.check alone, for one map a
+   texel and four, where the first of all tiles is full and where it is the first of each column (ES). */
+static void a_draw_without_instances_is_an_error(void **state)
+{
+    GL_TEST(t, state)
+    static const uint32_t counts[] = { 1, 4, 9, 30 };
+    uint32_t k;
+    int rgba;
+    rig r = make_rig(t, even, 30, 64);
+    for (rgba = 0; rgba < 2; rgba++)
+        for (k = 0; k < 4; k++) {
+            glbk_envsh_maps m = make_maps(t, 30, 64, rgba);
+            const uint32_t tiles = (counts[k] + 3 * (uint32_t)rgba) / (rgba ? 4 : 1);
+            const int can_tell = tiles > (t->gl.es ? m.across : 1);
+            t->gl.check = 0;
+            assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, r.views, counts[k], draw_once, &r));
+            t->gl.check = 1;
+            t->log[0] = 0;
+            assert_int_equal(glbk_envsh_maps_render(&t->gl, &m, r.views, counts[k], draw_once, &r),
+                             can_tell ? GLBK_ERR_ORDER : GLBK_OK);
+            assert_string_equal(t->log, can_tell ? "glbk_envsh_maps_render: draw_fn drew one instance, not all" : "");
+            assert_int_equal(m.count, can_tell ? 0 : counts[k]);
+            assert_glbk(t, glbk_envsh_maps_render(&t->gl, &m, r.views, counts[k], draw_things, &r));
+            glbk_envsh_maps_free(&t->gl, &m);
+        }
+    t->gl.check = 0;
     free_rig(t, &r);
 }
 
@@ -1165,7 +1213,8 @@ int main(int count, char **values)
         gl_unit_test(sealed_box_is_dark),                gl_unit_test(tiles_do_not_bleed),
         gl_unit_test(compute_is_the_core_path),  gl_unit_test(groups_know_what_their_pixels_see),
         gl_unit_test(masks_of_the_users_and_a_drawn_picture), gl_unit_test(bad_arguments_are_named),
-        gl_unit_test(failures_leave_nothing),            gl_unit_test(a_lost_context),
+        gl_unit_test(a_draw_without_instances_is_an_error), gl_unit_test(failures_leave_nothing),
+        gl_unit_test(a_lost_context),
         gl_unit_test(cells_are_whole_after_a_failure),
         gl_unit_test(from_a_hostile_state),
     };
