@@ -344,9 +344,8 @@ check-docs: $(BUILD)/render
 	@BUILD=$(BUILD) CC='$(CC)' sh tests/scripts/docs.sh $(HEADERS)
 check-leaks:
 	@CC='$(CC)' sh tools/check-leaks $(HEADERS)
-# Not yet the headers of gl_backend/, whose names still follow an older table.
 check-vocabulary:
-	@sh tools/check-vocabulary $(filter-out gl_backend/%,$(HEADERS)) gl_backend/gl_backend.h
+	@sh tools/check-vocabulary $(HEADERS)
 check-papers:
 	@sh tools/check-papers $(HEADERS)
 check-named:

@@ -95,7 +95,7 @@ static int run_frame(setup *u, const ism_frame *frame)
     for (int i = 0; i < u->paths; i++) {
         im_gl *gl = u->engines[i];
         start = ex_seconds();
-        if (im_gl_view(gl, &u->scene->view, error) != 0 ||
+        if (im_gl_view(gl, &u->scene->gbuffer, error) != 0 ||
             im_gl_draw(gl, 0, &u->desc, u->maps, frame, 0, error) != 0)
             return bn_failed(u->scene->name, error);
         u->t[i].draw = 1000 * (ex_seconds() - start);
@@ -110,23 +110,18 @@ static int run_frame(setup *u, const ism_frame *frame)
 /* The passes of a frame alone, the paths by turns: the best of five. */
 static int run_passes(setup *u)
 {
-    glbk_ism_shading s;
     glbk_result result = GLBK_OK;
-    memset(&s, 0, sizeof s);
-    s.pattern = u->shading.pattern;
-    s.near_mode = (uint32_t)u->shading.near_mode;
-    s.clamp = u->shading.clamp;
-    s.bias = u->shading.bias;
     for (int k = 0; k < ROUNDS * u->paths && result == GLBK_OK; k++) {
         int i = k % u->paths;
         glbk_context *gl = context_of(u, i);
         double ms[2];
         ex_gl_timer_start(&u->gl->timer);
-        result = glbk_ism_draw(gl, im_gl_maps(u->engines[i], 0));
+        result = glbk_ism_draw(gl, im_gl_maps(u->engines[i], 0), 0);
         ms[0] = 1000 * ex_gl_timer_stop(&u->gl->timer);
         ex_gl_timer_start(&u->gl->timer);
         if (result == GLBK_OK)
-            result = glbk_ism_shade(gl, im_gl_renderer(u->engines[i]), im_gl_maps(u->engines[i], 0), &s);
+            result = glbk_ism_shade(gl, im_gl_renderer(u->engines[i]), im_gl_gbuffer(u->engines[i]),
+                                    im_gl_maps(u->engines[i], 0), &u->shading, 0);
         ms[1] = 1000 * ex_gl_timer_stop(&u->gl->timer);
         if (k < u->paths || ms[0] < u->t[i].maps)
             u->t[i].maps = ms[0];

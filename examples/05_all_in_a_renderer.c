@@ -106,7 +106,7 @@ typedef struct app {
     glbk_rsm_map        sun_map, spot_map;
     void               *spot_memory;                /* of rsm.h's map */
     ism_maps           *ism;
-    ism_surfel         *points;
+    ism_surfel         *surfels;
     glbk_ism_maps       ism_maps;
 } app;
 
@@ -610,22 +610,21 @@ static int make_sky(app *a)
 static int make_bounces(app *a)
 {
     const glbk_rsm_renderer_desc desc = { 1, 1, 0, 0, 0 };      /* its pictures are not used, only its list of lights */
-    glbk_ism_desc maps = { 0 };
-    ism_desc choose = { 0 };
+    ism_desc sizes = { 0 };
     GL(glbk_rsm_renderer_create(&a->gl, &desc, &a->rsm));
     GL(glbk_rsm_map_create(&a->gl, &sun, 512, &a->sun_map));
     GL(glbk_rsm_map_create(&a->gl, &spot.light, SPOT_SIDE, &a->spot_map));
-    choose.system.log = ex_pool_log;                            /* says which value it was, if a call fails */
-    choose.vpl_count = maps.vpl_count = VPLS;
-    choose.surfel_count = maps.points = 512;
-    choose.tile_side = maps.tile_size = 32;
-    choose.lazy_frames = maps.lazy = 4;
-    choose.importance = ISM_IMPORTANCE_FLUX;
-    choose.spread = ISM_SPREAD_AREA;
-    GL(glbk_ism_maps_create(&a->gl, &maps, &a->ism_maps));
-    a->points = malloc(VPLS * a->ism_maps.each * sizeof *a->points);
+    sizes.system.log = ex_pool_log;                             /* says which value it was, if a call fails */
+    sizes.vpl_count = VPLS;
+    sizes.surfel_count = 512;
+    sizes.tile_side = 32;
+    sizes.lazy_frames = 4;
+    sizes.importance = ISM_IMPORTANCE_FLUX;
+    sizes.spread = ISM_SPREAD_AREA;
+    GL(glbk_ism_maps_create(&a->gl, &sizes, &a->ism_maps));
+    a->surfels = malloc(VPLS * a->ism_maps.phase_surfel_count * sizeof *a->surfels);
     a->spot_memory = malloc(rsm_map_bytes(&spot));
-    return a->points && a->spot_memory && ism_create(&choose, &a->ism) == ISM_OK ? 0 : failed("ism", "out of memory");
+    return a->surfels && a->spot_memory && ism_create(&sizes, &a->ism) == ISM_OK ? 0 : failed("ism", "out of memory");
 }
 
 static int make_all(app *a)
@@ -648,7 +647,7 @@ static void free_all(app *a)                    /* objects of GL go with its con
     envlt_free(a->sky);
     ism_free(a->ism);
     free(a->spot_memory);
-    free(a->points);
+    free(a->surfels);
     free(a->positions);
     free(a->normals);
     free(a->indices);
@@ -759,18 +758,19 @@ static int see_from_spot(app *a)
 static int send_to_ism(app *a)
 {
     ism_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL, NULL, NULL };
+    const uint32_t phases = a->ism_maps.desc.lazy_frames;
     size_t count;
     const ism_vpl *from = ism_vpls(a->ism, &count);
     GL(glbk_ism_vpls_upload(&a->gl, &a->ism_maps, from, (uint32_t)count, NULL, 0));   /* without near points */
     if (a->frame == 0) GL(glbk_ism_mesh_upload(&a->gl, &a->ism_maps, &mesh));
     else GL(glbk_ism_mesh_move(&a->gl, &a->ism_maps, a->positions, 0));
-    for (uint32_t phase = 0; phase < a->ism_maps.desc.lazy; phase++) {  /* a frame renews one phase, the first all */
-        if (a->frame != 0 && phase != a->frame % a->ism_maps.desc.lazy) continue;
-        if (ism_phase_surfels(a->ism, phase, a->points, VPLS * a->ism_maps.each, &count) != ISM_OK)
-            return failed("ism", "no points");
-        GL(glbk_ism_phase(&a->gl, &a->ism_maps, phase, a->points));
+    for (uint32_t phase = 0; phase < phases; phase++) {         /* a frame renews one phase, the first all */
+        if (a->frame != 0 && phase != a->frame % phases) continue;
+        if (ism_phase_surfels(a->ism, phase, a->surfels, VPLS * a->ism_maps.phase_surfel_count, &count) != ISM_OK)
+            return failed("ism", "no surfels");
+        GL(glbk_ism_surfels_upload(&a->gl, &a->ism_maps, phase, a->surfels));
     }
-    GL(glbk_ism_draw(&a->gl, &a->ism_maps));
+    GL(glbk_ism_draw(&a->gl, &a->ism_maps, 0));
     return 0;
 }
 
@@ -852,7 +852,6 @@ static int begin(app *a, int program, const glbk_target *to, glbk_blend blend, c
 static void bind_technique(app *a, int technique)
 {
     const envsh_query query = { ENVSH_FILTER_PENUMBRA, 8, 32, 1, 1, 1, 0 };
-    const glbk_ism_shading shading = { 4, 0, 20, 0.02f, 0, 1, 0 };
     switch (technique) {
     case CSM:
         glbk_csm_bind(&a->gl, &a->csm, NULL);
@@ -862,8 +861,7 @@ static void bind_technique(app *a, int technique)
     case SHADOWFIELD: glbk_sfield_bind(&a->gl, &a->fields_scene, NULL); break;
     case ENVSHADOW: glbk_envsh_bind(&a->gl, &a->sky_maps, &query, NULL); break;
     case RSM: glbk_rsm_bind(&a->gl, &a->rsm, &a->sun_map, NULL); break;
-    default:
-        glbk_ism_bind(&a->gl, &a->ism_maps, &shading, NULL);
+    default: glbk_ism_bind(&a->gl, &a->ism_maps, NULL, NULL);
     }
 }
 

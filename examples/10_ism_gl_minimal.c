@@ -1,5 +1,5 @@
 /* 10_ism_gl_minimal.c - bounced light with moving shadows in a shader of your own: ism.h chooses 256 virtual point
-   lights and the points of their shadow maps, gl_ism.h draws these maps, and the fragment shader below sums all
+   lights and the surfels of their shadow maps, gl_ism.h draws these maps, and the fragment shader below sums all
    lights by ism_light().
 
    cc -O2 10_ism_gl_minimal.c -lglfw -lm -o ism_gl_minimal && ./ism_gl_minimal                     Escape ends it
@@ -7,6 +7,7 @@
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 #define GL_BACKEND_IMPLEMENTATION
+#define GL_GBUFFER_IMPLEMENTATION
 #define GL_ISM_IMPLEMENTATION
 #include "gl_backend/gl_ism.h"
 
@@ -16,7 +17,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { WIDTH = 480, HEIGHT = 300, RSM = 64, SEEN_W = 64, SEEN_H = 40, VPLS = 256, POINTS = 4096, LAZY = 8 };
+enum { WIDTH = 480, HEIGHT = 300, RSM = 64, SEEN_W = 64, SEEN_H = 40, VPLS = 256, SURFELS = 4096, LAZY = 8 };
 
 /* ---- the scene: a room lit by the sun through its open roof, and a block that swings in it ---- */
 
@@ -83,11 +84,11 @@ static const char fragment[] =
     "    color = vec4(pow(0.08 * light.rgb, vec3(1.0 / 2.2)), 1.0);\n"
     "}\n";
 
-/* ---- a frame's work on the CPU: lights and points, and their upload ---- */
+/* ---- a frame's work on the CPU: lights and surfels, and their upload ---- */
 
 static int prepare(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, const ism_frame *frame)
 {
-    static ism_surfel points[VPLS * (POINTS / LAZY)];
+    static ism_surfel surfels[VPLS * (SURFELS / LAZY)];
     const ism_near_point *near_points;
     const ism_vpl *chosen;
     ism_info info;
@@ -96,15 +97,15 @@ static int prepare(glbk_context *gl, ism_maps *ism, glbk_ism_maps *maps, const i
     if (ism_choose(ism, frame) != ISM_OK || ism_scatter(ism, frame) != ISM_OK) return 0;
     for (phase = 0; phase < LAZY; phase++) {        /* all at first, then one a frame */
         if (frame->index && phase != frame->index % LAZY) continue;
-        if (ism_phase_surfels(ism, phase, points, VPLS * (POINTS / LAZY), &n) != ISM_OK) return 0;
-        if (glbk_ism_phase(gl, maps, phase, points) != GLBK_OK) return 0;
+        if (ism_phase_surfels(ism, phase, surfels, VPLS * (SURFELS / LAZY), &n) != ISM_OK) return 0;
+        if (glbk_ism_surfels_upload(gl, maps, phase, surfels) != GLBK_OK) return 0;
     }
     chosen = ism_vpls(ism, &n);
     near_points = ism_near_points(ism, &near_count);
     ism_get_info(ism, &info);
     return glbk_ism_vpls_upload(gl, maps, chosen, (uint32_t)n, info.center, info.radius) == GLBK_OK &&
-           glbk_ism_near_upload(gl, maps, near_points, (uint32_t)near_count) == GLBK_OK &&
-           glbk_ism_mesh_move(gl, maps, corners, 0) == GLBK_OK && glbk_ism_draw(gl, maps) == GLBK_OK;
+           glbk_ism_near_points_upload(gl, maps, near_points, (uint32_t)near_count) == GLBK_OK &&
+           glbk_ism_mesh_move(gl, maps, corners, 0) == GLBK_OK && glbk_ism_draw(gl, maps, 0) == GLBK_OK;
 }
 
 /* What the sun sees (a reflective shadow map), what the eye sees in large pixels, to choose lights by, and the maps. */
@@ -205,8 +206,7 @@ int main(int count, char **values)
     const glbk_pass screen = {
         count > 1 ? &target : NULL, { 0, 0, WIDTH, HEIGHT }, GLBK_DEPTH_OFF, GLBK_BLEND_OFF, GLBK_CULL_OFF, 0, { 0, 0 }
     };
-    ism_desc ism_sizes = { 0 };
-    glbk_ism_desc sizes = { VPLS, POINTS, 0, 0, LAZY, 0, 0, 0, 0, 0 };    /* equal to those of ism.h */
+    ism_desc sizes = { 0 };
     glbk_source source = { NULL, fragment, NULL, "ism_light", "ISM_NEAR=6 ISM_PROJECTION=1", NULL,
                            { glbk_ism_part() }, { { 0, 0 } } };
     ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL, NULL };
@@ -220,10 +220,10 @@ int main(int count, char **values)
     int32_t swing;
 
     if (!window) return fail("GLFW", "there is no display, or no OpenGL 3.3");
-    ism_sizes.vpl_count = VPLS;
-    ism_sizes.surfel_count = POINTS;
-    ism_sizes.lazy_frames = LAZY;
-    if (ism_create(&ism_sizes, &ism) != ISM_OK) return fail("ism", "no memory");
+    sizes.vpl_count = VPLS;
+    sizes.surfel_count = SURFELS;
+    sizes.lazy_frames = LAZY;
+    if (ism_create(&sizes, &ism) != ISM_OK) return fail("ism", "no memory");
     desc.get_proc_fn = get_proc;
     desc.system.log = say;
     make_mesh(0);

@@ -2,18 +2,21 @@
 
    What it does
 
-   Draws the imperfect shadow maps of all VPLs from points, fills their holes, and sums the VPLs' light with visibility:
-   ism_light() in shaders of your own, or a complete pass with interleaved sampling and its blur.
+   Draws the imperfect shadow maps of all VPLs from surfels, fills their holes, and sums the VPLs' light with
+   visibility: ism_light() in shaders of your own, or complete passes that light a G-buffer, with interleaved
+   sampling and its blur. Descs, settings and lists are the structs of ism.h, of which this header needs the
+   declarations alone.
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
-     conventions, errors and rules about GL's state hold here.
-   - It chooses no VPLs and scatters no points: ism.h does.
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
+     whose conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, whose G-buffer is lit.
+   - It chooses no VPLs and scatters no surfels: ism.h does.
 
    Quick start
 
        #define GL_BACKEND_IMPLEMENTATION
+       #define GL_GBUFFER_IMPLEMENTATION
        #define GL_ISM_IMPLEMENTATION
        #include "gl_backend/gl_ism.h"
        #include <stdio.h>
@@ -28,7 +31,7 @@
 
        int main(void)
        {
-           static const char fragment[] =                   // a shader of yours that calls a function of the library
+           static const char fragment[] =                   // a shader of yours that calls the library's
                "out vec4 color;\n"
                "void main()\n"
                "{\n"
@@ -65,10 +68,14 @@
    Configuration
 
      GL_ISM_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
+                             and gl_gbuffer.h's
 
-   Layouts: docs/gpu-layouts.md.   The technique: docs/ism.md.   State: docs/gl-state.md.   Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. ism.h lies above this folder. */
+   Layouts: docs/gpu-layouts.md.   The technique: docs/ism.md.   State: docs/gl-state.md.
+   Licence: end of file. */
+/* Not inside the guard: their implementations may be wanted at the second time. ism.h lies above this folder;
+   its implementation is not needed. */
 #include "gl_backend.h"
+#include "gl_gbuffer.h"
 #include "../ism.h"
 
 #ifndef GL_ISM_H
@@ -89,53 +96,61 @@ extern "C" {
 
 /* ---- ism: imperfect shadow maps, after ism.h ----
 
-   ism.h chooses VPLs (ism_choose) and scatters points over the mesh (ism_scatter); from plain arrays of both the maps
-   are drawn and pixels shaded here: points as discs by the depth test, pull and push, light of all VPLs with
-   visibility, interleaved sampling and its blur. Where ctx->compute, each of these is one dispatch that works in shared
-   memory, to the same numbers. Points are triangles and barycentric coordinates, the mesh two tables of indices
-   and positions: moving geometry is new positions alone. The numbers are those of ism.h to float rounding.
-   In every frame: glbk_ism_phase, glbk_ism_vpls_upload, glbk_ism_draw, glbk_ism_shade. For shaders of your own,
-   lib/ism_light.glsl with glbk_ism_bind:
+   ism.h chooses VPLs (ism_choose) and scatters surfels over the mesh (ism_scatter); from these lists the maps
+   are drawn and the pixels of a G-buffer lit here: surfels as discs by the depth test, pull and push, light
+   of all VPLs with visibility, interleaved sampling and its blur. Where ctx->compute, each of these is one
+   dispatch that works in shared memory, to the same numbers. Descs, settings and lists are ism.h's, with the
+   same defaults, and the numbers are those of ism.h to float rounding. A surfel is a triangle and its
+   barycentric coordinates there, so moving geometry is new positions alone. A frame, after ism_choose and
+   ism_scatter:
+
+       glbk_ism_surfels_upload(gl, &maps, phase, surfels);          // of ism_phase_surfels; first all phases
+       glbk_ism_vpls_upload(gl, &maps, vpls, n, center, radius);    // of ism_vpls and ism_get_info
+       glbk_ism_near_points_upload(gl, &maps, points, count);       // of ism_near_points
+       glbk_ism_mesh_move(gl, &maps, positions, 0);                 // where something moved
+       glbk_ism_draw(gl, &maps, 0);
+       glbk_gbuffer_begin(gl, &seen, world_to_clip, eye); ...       // what the camera sees: gl_gbuffer.h
+       glbk_ism_shade(gl, &renderer, &seen, &maps, NULL, 0);
+       glbk_ism_resolve(gl, &renderer, &seen, &pass, NULL);
+
+   For shaders of your own, lib/ism_light.glsl with glbk_ism_bind:
 
        vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern);
-       float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias);     // 1 lit, 0 not; l: ism_read_vpl(v)
+       float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias);     // 1 lit, 0 not
 
-   World space; n, ng: unit, for shading and the surface's own. VPLs first, first + pattern, ... (0u, 1u: all), times
-   pattern. Result: rgb irradiance, W/m^2; a: what the rule near by took off, mean of the channels. */
+   World space; n, ng: unit, for shading and the surface's own; l: ism_read_vpl(v). ism_light takes the VPLs
+   first, first + pattern, ... (0u, 1u: all), times pattern. Result: rgb irradiance, W/m^2; a: what the rule
+   near by took off, mean of the channels. */
 
 #define GLBK_ISM_TEXTURES(X)                                                                        \
-    X(sampler2DArray, glbk_ism_vpls, 0)         /* 4 texels each; spheres of near points; these, 3 each */  \
-    X(usampler2DArray, glbk_ism_points, 1)                                                          \
+    X(sampler2DArray, glbk_ism_vpls, 0)         /* 4 texels each; then near points: docs/gpu-layouts.md */  \
+    X(usampler2DArray, glbk_ism_surfels, 1)                                                          \
     X(usampler2DArray, glbk_ism_triangles, 2)   /* three indices, opacity */                        \
     X(sampler2DArray, glbk_ism_positions, 3)                                                        \
-    X(glbk_color_sampler, glbk_ism_surfels, 5)  /* plane and depth */                               \
+    X(usampler2D, glbk_ism_atlas, 4)            /* depths, floats as bits */                        \
+    X(glbk_color_sampler, glbk_ism_planes, 5)   /* plane and depth of a texel's nearest surfel */   \
     X(usampler2D, glbk_ism_below, 6)            /* texels that are kept, or the level below */      \
-    X(usampler2D, glbk_ism_pull1, 7)                                                                \
-    X(usampler2D, glbk_ism_pull2, 8)                                                                \
-    X(usampler2D, glbk_ism_pull3, 9)                                                                \
-    X(usampler2D, glbk_ism_atlas, 10)           /* depths, floats as bits */                        \
-    X(glbk_color_sampler, glbk_ism_place, 11)   /* G-buffer */                                      \
-    X(glbk_color_sampler, glbk_ism_normal, 12)                                                      \
-    X(glbk_color_sampler, glbk_ism_geometric, 13)                                                   \
-    X(glbk_color_sampler, glbk_ism_albedo, 14)                                                      \
-    X(glbk_color_sampler, glbk_ism_light, 15)   /* before the blur */
+    X(glbk_color_sampler, glbk_ism_light, 7)    /* before the blur, or after it; 8 to 11: the G-buffer */ \
+    X(usampler2D, glbk_ism_pull1, 12)           /* these three follow each other */                 \
+    X(usampler2D, glbk_ism_pull2, 13)                                                               \
+    X(usampler2D, glbk_ism_pull3, 14)
 
 #define GLBK_ISM_FRAME_MEMBERS(X)                                                                   \
-    X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side, points of a VPL in all phases */     \
-    X(uvec4, points, 1)     /* VPLs at most, points of one in a phase, levels of the fill, triangles */  \
+    X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side, surfels of a VPL */ \
+    X(uvec4, surfels, 1)    /* VPLs at most, surfels of one in a phase, levels of the fill, triangles */ \
     X(vec4, sphere, 1)      /* about the mesh: centre, radius */                                    \
-    X(vec4, values, 1)      /* area of a disc over its point's; texels a tile's side outside of windows */  \
-    X(uvec4, near_points, 1) /* how many; where their spheres and they themselves begin in glbk_ism_vpls; first point
-                               of a draw of rectangles */
+    X(vec4, values, 1)      /* area of a disc over its surfel's; texels a tile's side outside of windows */ \
+    X(uvec4, near_points, 1) /* how many; where in glbk_ism_vpls their spheres begin, and they themselves;
+                                first surfel of a draw of rectangles */
 #define GLBK_ISM_VIEW_MEMBERS(X)                                                                    \
-    X(uvec4, size, 1)       /* width, height (resolving: corner), pattern; 1: no maps, 2: times albedo */ \
+    X(uvec4, size, 1)       /* width, height, pattern, not 0: no maps */                            \
     X(vec4, values, 1)      /* bias, clamp, first row of a dispatch */
 #define GLBK_ISM_BLOCKS(X)                          \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)    \
     X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
 #define GLBK_ISM_STORAGE(X)
 #define GLBK_ISM_IMAGES(X)                                              \
-    X(writeonly, rgba32f, image2D, glbk_ism_surfels_out, 0)             \
+    X(writeonly, rgba32f, image2D, glbk_ism_planes_out, 0)             \
     X(writeonly, r32ui, uimage2D, glbk_ism_atlas_out, 1)                \
     X(writeonly, rgba32f, image2D, glbk_ism_light_out, 2)       /* before the blur, or after it */
 
@@ -144,140 +159,129 @@ GLBK__PART(ISM)
 GLBK_DEF const glbk_part *glbk_ism_part(void);
 /* The GLSL of this header, for programs of your own that use its library files: glbk_source.parts. */
 
-typedef struct glbk_ism_desc {      /* the sizes of ism_desc: points is surfel_count there, tile_size tile_side, lazy
-                                       lazy_frames, near_points near_point_count */
-    uint32_t vpl_count;             /* at most, 1..16384; 0 = 1024 */
-    uint32_t points;                /* of each VPL, 8..65536; 0 = 8192 */
-    uint32_t tile_size;             /* texels a side, power of two, 8..256; 0 = 64 */
-    uint32_t projection;            /* ism_projection; 0 = cosine */
-    uint32_t lazy;                  /* frames until all points are renewed, 1..64; 0 = 8 */
-    float    splat_scale;           /* above 0, <= 16; 0 = 1 */
-    int      no_fill;               /* not 0: no pull and push */
-    uint32_t near_points;           /* of each VPL, at most 64; 0 = 16 */
-    uint32_t window_rim;            /* 2..tile_size / 2; 0 = tile_size / 8, at least 2 */
-    uint32_t points_per_pass;       /* of the core path; 0 = 2^20: a draw must not outlast the driver's patience */
-} glbk_ism_desc;
-
 #define GLBK_ISM_LEVELS 3u
 
-typedef struct glbk_ism_maps {      /* read only; zeroed = none */
-    glbk_ism_desc desc;             /* defaults resolved */
-    uint32_t      side, tiles;      /* of the atlas, in texels and tiles */
-    uint32_t      each;             /* points of a VPL in a phase */
-    uint32_t      count;            /* VPLs in use */
-    uint32_t      vertices, triangles;
-    uint64_t      phases;           /* bits: those that were given */
-    float         sphere[4];
-    glbk_texture  vpls, points, triangle_table, positions, surfels, depth, kept, pull[GLBK_ISM_LEVELS], atlas;
-    glbk_target   surfel_target, kept_target, pull_target[GLBK_ISM_LEVELS], atlas_target;
-    glbk_buffer   frame, view;      /* view: of glbk_ism_bind */
-    int           quads;            /* rectangles in place of points */
-    glbk_program  splat, holes, pull_program[GLBK_ISM_LEVELS], push;
-    int           compute;          /* the compute path: no depth, kept and pull */
-    glbk_program  fill;
-    uint32_t      near_count;       /* near points in use */
-    glbk_texture  phase_points[64]; /* the core path's in place of points, so that those drawn with are left alone */
+typedef struct glbk_ism_maps {          /* read only; zeroed = none */
+    ism_desc     desc;                  /* defaults resolved; 0 near points, 0 window_rim: none; no system */
+    uint32_t     side, tiles_across;    /* of the atlas, in texels and tiles: as ism_atlas has them */
+    uint32_t     phase_surfel_count;    /* of a VPL in a phase: surfel_count / lazy_frames, rounded up */
+    uint32_t     vpl_count, near_point_count;       /* in use */
+    uint32_t     vertex_count, triangle_count;
+    uint64_t     phases;                /* bits: those that were given */
+    int          drawn;                 /* by glbk_ism_draw */
+    float        sphere[4];             /* about the mesh: centre, radius */
+    glbk_texture vpls, surfels, triangle_table, positions;
+    glbk_texture planes, depth, kept, pull[GLBK_ISM_LEVELS], atlas;
+    glbk_target  plane_target, kept_target, pull_target[GLBK_ISM_LEVELS], atlas_target;
+    glbk_buffer  frame, view;           /* view: of glbk_ism_bind */
+    int          quads;                 /* rectangles are drawn in place of points */
+    glbk_program splat, holes, pull_program[GLBK_ISM_LEVELS], push;
+    int          compute;               /* the compute path: no depth, kept and pull */
+    glbk_program fill;
+    glbk_texture phase_surfels[64];     /* the core path's surfels: those drawn with are left alone */
 } glbk_ism_maps;
 
-GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out);
-/* desc     NULL = all defaults
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_LIMIT where the atlas is wider than ctx->max_side; GLBK_ERR_COMPILE and so on
-   Where ctx->compute, out->compute: the compute path, unless points rounded up to lazy phases are more than 65,536 a
-   VPL. Memory on the GPU: 26 bytes a texel of the atlas, by compute 20, and 16 a point: 1024 VPLs of 64 x 64 texels and
-   8192 points 109 (84) + 134 MB */
+GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *desc, glbk_ism_maps *out);
+/* desc     that of the ism_create whose lists are drawn; NULL = all defaults. vpl_count, surfel_count,
+            tile_side, projection, lazy_frames, splat_scale, near_point_count, window_rim and no_fill are
+            looked at. What else it says, its system too, is about the choice of these lists by ism.h
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field out of range; GLBK_ERR_LIMIT where the atlas is wider
+            than ctx->max_side; those of programs, textures and targets
+   Where ctx->compute, out->compute: the compute path, unless surfels rounded up to lazy_frames phases are
+   more than 65,536 a VPL. Memory on the GPU: 26 bytes a texel of the atlas, by compute 20, and 16 a surfel:
+   of 1024 VPLs with 64 x 64 texels and 8192 surfels 109 (84) + 134 MB */
 GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *maps);
 
 GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_mesh *mesh);
-/* What throws shadows. Where the number of triangles changes all points must be given anew.
+/* What throws shadows. Where the number of triangles changes, the surfels of all phases must be given anew.
    mesh     NULL = nothing; its albedos are not looked at
-   Errors   GLBK_ERR_ARGUMENT: sizes, or an index beyond vertex_count; GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
-GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, const float *positions, size_t stride);
-/* New places of the same vertices. Or render them into layers of maps->positions, an RGBA32F table, yourself; points
-   are then scattered by ism.h over the places that you give it. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+   Errors   GLBK_ERR_ARGUMENT, arrays, counts or strides; GLBK_ERR_INPUT, an index beyond vertex_count;
+            GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
+GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, const float *positions,
+                                        size_t stride);
+/* New places of the same vertices. Or render them into layers of maps->positions, an RGBA32F table, yourself;
+   surfels are then scattered by ism.h over the places that you give it.
+   stride   bytes, a multiple of 4, >= 12; 0 = 12
+   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ORDER (there is no mesh), GLBK_ERR_ALLOC */
 
-GLBK_DEF glbk_result glbk_ism_phase(glbk_context *ctx, glbk_ism_maps *maps, uint32_t phase, const void *points);
-/* The points of one phase, 16 bytes each, of all VPLs, as ism_phase_surfels writes them: vpl_count
-   * maps->each.
-   phase    below lazy; a frame changes phase index % lazy alone, the first frame needs all
+GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *maps, uint32_t phase,
+                                             const ism_surfel *surfels);
+/* The surfels of one phase, of all VPLs, as ism_phase_surfels writes them.
+   phase    below lazy_frames; a frame changes phase index % lazy_frames alone, the first frame needs all
+   surfels  vpl_count * maps->phase_surfel_count
    Errors   GLBK_ERR_ARGUMENT */
 
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_vpl *vpls,
                                           uint32_t count, const float center[3], float radius);
-/* vpls     as ism_vpls has them: position, normal, flux, axis, exponent, side, directional, reach and window count
-   count    <= vpl_count; 0 is no light
+/* vpls     as ism_vpls has them; area, source, texel and jumped are not looked at
+   count    0 is no light
    center   and radius: of ism_get_info, for directional VPLs; NULL without
-   There are no near points afterwards, until glbk_ism_near_upload.
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
-GLBK_DEF glbk_result glbk_ism_near_upload(glbk_context *ctx, glbk_ism_maps *maps, const void *points, uint32_t count);
-/* After glbk_ism_vpls_upload, for near_mode 6.
-   points   count times 48 bytes, as ism_near_points has them
-   count    <= vpl_count * near_points; 0 is none: near_mode 6 then is 1
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
+   There are no near points afterwards, until glbk_ism_near_points_upload.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_INPUT, what ism_set_vpls refuses, a negative side or reach, a window
+            that leaves nothing; GLBK_ERR_LIMIT, more than desc.vpl_count; GLBK_ERR_ALLOC */
+GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_maps *maps,
+                                                 const ism_near_point *points, uint32_t count);
+/* After glbk_ism_vpls_upload, for ISM_NEAR_GATHER, the default.
+   points   as ism_near_points has them
+   count    0 is none: ISM_NEAR_GATHER then is ISM_NEAR_PATCH
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_INPUT, what is not finite or negative, or the number of no VPL;
+            GLBK_ERR_LIMIT, more than desc.vpl_count * desc.near_point_count; GLBK_ERR_ALLOC */
 
-GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *maps);
-/* Draws all maps: a draw for each phase or points_per_pass of it, then 1 + 3 + 1 passes, or by compute two dispatches.
-   Where ctx->max_point_side is below tile_size, the core path has rectangles instead of points.
-   Errors   GLBK_ERR_ARGUMENT: a phase was not given yet; GLBK_ERR_LOST */
-GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *maps, float *atlas);
+GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *maps, uint32_t surfels_per_pass);
+/* Draws all maps: a draw for each phase or surfels_per_pass of it, then 1 + 3 + 1 passes; or by compute two
+   dispatches. Where ctx->max_point_side is below tile_side, the core path has rectangles instead of points.
+   surfels_per_pass   of the core path; 0 = 2^20: a draw must not outlast the driver's patience
+   Errors             GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: a phase was not given yet; GLBK_ERR_LOST */
+GLBK_DEF glbk_result glbk_ism_maps_read(glbk_context *ctx, const glbk_ism_maps *maps, float *atlas);
 /* side * side depths as ism_atlas has them. Waits for the GPU. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
 
-typedef struct glbk_ism_renderer {  /* read only; zeroed = none */
+GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps, const ism_shading *shading,
+                                   const glbk_offset *offset);
+/* For ism_light() and ism_visible() of lib/ism_light.glsl in a program of your own, which is bound
+   (glbk_begin) and has ISM_NEAR, the number of a near_mode (0 and 6 are ISM_NEAR_GATHER), and ISM_PROJECTION,
+   that of maps->desc.projection, among its defines.
+   shading  bias, clamp and no_maps count; NULL = all defaults
+   offset   that ism has in the program; NULL = none
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field out of range */
+
+/* ---- ism: complete passes ---- */
+
+typedef struct glbk_ism_renderer {      /* read only; zeroed = none */
     uint32_t     width, height;
-    glbk_texture gbuffer[4], depth; /* places, normals, face normals, albedos: GLBK_FORMAT_COLOR */
-    glbk_target  gbuffer_target;    /* to draw them yourself: four outputs of type glbk_color, a cleared normal is
-                                       background */
-    glbk_texture light, result;     /* result is what was asked for: GLBK_FORMAT_COLOR, for your own passes */
+    glbk_texture light, result;         /* irradiance before the blur and after it: GLBK_FORMAT_COLOR */
     glbk_target  light_target, result_target;
     glbk_buffer  view;
-    glbk_program shade[4][6], blur, resolve;        /* shade: by projection and near_mode */
+    glbk_program shade[ISM_PROJECTION_COUNT][ISM_NEAR_COUNT], blur, resolve;
     int          compute;
 } glbk_ism_renderer;
 
 GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
                                               glbk_ism_renderer *out);
+/* Memory on the GPU: 32 bytes a pixel. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_DESC (a size of 0, or more than
+   ctx->max_side), those of programs, textures and targets */
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *renderer);
 
-typedef struct glbk_ism_receivers { /* as ism_points has them: width * height of each, row 0, the lowest, first */
-    const float *positions, *normals;
-    const float *geometric;         /* NULL = normals */
-    const float *albedos;           /* NULL = 1 */
-    size_t       stride;            /* bytes, of all four; 0 = 12 */
-} glbk_ism_receivers;
-
-GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_renderer *renderer,
-                                             const glbk_ism_receivers *receivers);
-/* Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
-
-typedef struct glbk_ism_shading {   /* fields as in ism_shading. NULL for one: all 0 but bias 0.02 and clamp 1; in one a
-                                       bias of 0 is 0 */
-    uint32_t pattern;               /* 1, 2, 4, 8; 0 = 1 */
-    uint32_t near_mode;             /* ism_near; 0 = 6, gather */
-    float    clamp, bias;
-    int      no_maps;
-    int      irradiance;            /* not 0: not times albedo / pi */
-    uint32_t pairs_per_pass;        /* of a pixel and a VPL; 0 = 2^28: likewise */
-} glbk_ism_shading;
-
-GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps, const glbk_ism_shading *shading,
-                                   const glbk_offset *offset);
-/* For ism_light() and ism_visible() of lib/ism_light.glsl in a program of your own, which is bound (glbk_begin) and
-   compiled with ISM_NEAR=near_mode and ISM_PROJECTION=maps->desc.projection among its defines.
-   shading  bias, clamp and no_maps count; may be NULL, see glbk_ism_shading
-   offset   that ism has in the program; NULL = none
-   Errors   GLBK_ERR_ARGUMENT */
-
-GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_ism_maps *maps,
-                                    const glbk_ism_shading *shading);
-/* shading  may be NULL, see glbk_ism_shading
-   Errors   GLBK_ERR_ARGUMENT; those of glbk_program_create at a near_mode's first use */
-GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_pass *pass,
+GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer,
+                                    const glbk_gbuffer *gbuffer, const glbk_ism_maps *maps,
+                                    const ism_shading *shading, uint32_t pairs_per_pass);
+/* Lights every pixel by all VPLs, as ism_shade does without albedos. The first use of a near_mode compiles a
+   program.
+   gbuffer          of the renderer's size
+   shading          NULL = all defaults. visible_fn and near_visible_fn must be NULL; cull makes no difference
+   pairs_per_pass   of a pixel and a VPL; 0 = 2^28: a pass must not outlast the driver's patience
+   Errors           GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field of the shading; GLBK_ERR_MISMATCH, another size;
+                    GLBK_ERR_ORDER, maps that were never drawn, without no_maps; those of
+                    glbk_program_create */
+GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *renderer,
+                                      const glbk_gbuffer *gbuffer, const glbk_pass *pass,
                                       const glbk_picture *picture);
-/* Draws the result, linear, to the pass's target; its blending adds it to what is there. Viewports: see glbk_pass.
-   picture   or NULL, see glbk_picture
-   Errors GLBK_ERR_ARGUMENT; those of glbk_buffer_update */
-GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgb);
-/* width * height * 3 floats, row 0, the lowest, first. Waits for the GPU. result's fourth channel is the irradiance,
-   mean of the three channels, that clamping or spheres took off. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+/* Draws irradiance x albedo / pi, linear radiance, to the pass's target; viewports: see glbk_pass. Of
+   metal-rough surfaces the albedo is that of what is no metal.
+   picture  or NULL, see glbk_picture
+   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_MISMATCH; those of glbk_begin */
+GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgba);
+/* The irradiance: 4 floats a pixel. a: the irradiance, mean of the three channels, that clamping or spheres
+   took off. Waits for the GPU. Errors: GLBK_ERR_ARGUMENT. */
 
 /* ==== src/gl_ism/begin.h ==== */
 
@@ -362,6 +366,37 @@ static inline void glbk_ism__free(const glbk_ism__allocator *a, void *memory)
     if (memory) a->free_fn(memory, a->user);
 }
 
+/* ==== src/shared/message.h ==== */
+
+
+/* unit message: one line for the caller's log that says why a call failed */
+
+/* Before functions that only calls that fail need: compilers make them small, and what leads to them unlikely. */
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define GLBK_ISM__COLD __attribute__((cold))
+#else
+#define GLBK_ISM__COLD
+#endif
+
+typedef struct glbk_ism__message { char text[256]; size_t used; } glbk_ism__message;
+
+/* What does not fit is cut off. */
+static inline GLBK_ISM__COLD void glbk_ism__message_text(glbk_ism__message *m, const char *s)
+{
+    while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
+    m->text[m->used] = 0;
+}
+
+static inline GLBK_ISM__COLD void glbk_ism__message_count(glbk_ism__message *m, uint64_t value)
+{
+    char digits[24];
+    size_t at = sizeof digits - 1;
+    digits[at] = 0;
+    do digits[--at] = (char)('0' + (int)(value % 10));
+    while ((value /= 10) != 0);
+    glbk_ism__message_text(m, digits + at);
+}
+
 /* ==== src/shared/gl_memory.h ==== */
 
 
@@ -414,15 +449,17 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "l.axis=l.exponent!=1.0?d.xyz:l.normal;\n"
     "l.window=uint(d.w);\n"
     "l.grid=ism_grid_of(a.w,l.window);\n"
-    "l.frame=ism_frame_of(ism_projection_of(l.exponent)==ISM_PROJECTION_LOBE&& !l.sky?l.axis:l.normal);\n"
+    "bool about_axis=ism_projection_of(l.exponent)==ISM_PROJECTION_LOBE&& !l.sky;\n"
+    "l.frame=ism_frame_of(about_axis?l.axis:l.normal);\n"
     "return l;\n"
     "}\n"
     "\n\nivec2 ism_tile_at(uint v)\n"
     "{\n"
-    "uint tiles=glbk_ism_frame.maps.z,row=uint((float(v)+0.5)/float(tiles));\n"
+    "uint tiles=glbk_ism_frame.maps.z;\n"
+    "uint row=uint((float(v)+0.5)/float(tiles));\n"
     "return ivec2(v-row*tiles,row)*int(glbk_ism_frame.maps.y);\n"
     "}\n"
-    "\nuint ism_tile_of(ivec2 at)\n"
+    "\n\nuint ism_tile_of(ivec2 at)\n"
     "{\n"
     "ivec2 tile=at/int(glbk_ism_frame.maps.y);\n"
     "return uint(tile.y)*glbk_ism_frame.maps.z+uint(tile.x);\n"
@@ -437,7 +474,7 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
     "float size=float(glbk_ism_frame.maps.y),rim=glbk_ism_frame.values.y;\n"
     "return vec2(ism_unzoom_axis(g.across,size,rim,at.x),ism_unzoom_axis(g.down,size,rim,at.y));\n"
     "}\n"
-    "\nism_grid ism_read_grid(uint v)\n"
+    "\n\nism_grid ism_read_grid(uint v)\n"
     "{\n"
     "return ism_grid_of(texelFetch(glbk_ism_vpls,glbk_table_at(4u*v),0).w,\n"
     "uint(texelFetch(glbk_ism_vpls,glbk_table_at(4u*v+3u),0).w));\n"
@@ -452,22 +489,18 @@ static const char *const glbk__glsl_lib_ism_access_glsl[] = {
 
 static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
     "\nuniform sampler2DArray glbk_ism_vpls;\n"
-    "uniform usampler2DArray glbk_ism_points;\n"
+    "uniform usampler2DArray glbk_ism_surfels;\n"
     "uniform usampler2DArray glbk_ism_triangles;\n"
     "uniform sampler2DArray glbk_ism_positions;\n"
-    "uniform glbk_color_sampler glbk_ism_surfels;\n"
+    "uniform usampler2D glbk_ism_atlas;\n"
+    "uniform glbk_color_sampler glbk_ism_planes;\n"
     "uniform usampler2D glbk_ism_below;\n"
+    "uniform glbk_color_sampler glbk_ism_light;\n"
     "uniform usampler2D glbk_ism_pull1;\n"
     "uniform usampler2D glbk_ism_pull2;\n"
     "uniform usampler2D glbk_ism_pull3;\n"
-    "uniform usampler2D glbk_ism_atlas;\n"
-    "uniform glbk_color_sampler glbk_ism_place;\n"
-    "uniform glbk_color_sampler glbk_ism_normal;\n"
-    "uniform glbk_color_sampler glbk_ism_geometric;\n"
-    "uniform glbk_color_sampler glbk_ism_albedo;\n"
-    "uniform glbk_color_sampler glbk_ism_light;\n"
     "#if __VERSION__ >= 430\n"
-    "layout(rgba32f,binding=0)writeonly uniform image2D glbk_ism_surfels_out;\n"
+    "layout(rgba32f,binding=0)writeonly uniform image2D glbk_ism_planes_out;\n"
     "#endif\n"
     "#if __VERSION__ >= 430\n"
     "layout(r32ui,binding=1)writeonly uniform uimage2D glbk_ism_atlas_out;\n"
@@ -478,7 +511,7 @@ static const char *const glbk__glsl_lib_ism_bindings_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_ism_blur_glsl[] = {
-    "\n\n\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light);\n"
+    "\n\n\n\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light);\n"
     "\nvec4 ism_smooth(ivec2 at,ism_receiver c)\n"
     "{\n"
     "int r=int(glbk_ism_view.size.z)/2;\n"
@@ -500,14 +533,7 @@ static const char *const glbk__glsl_lib_ism_blur_glsl[] = {
     "}\n"
     "\n\nvec4 ism_finished(ivec2 at,ism_receiver c)\n"
     "{\n"
-    "vec4 light=glbk_ism_view.size.z>1u?ism_smooth(at,c):glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
-    "if((glbk_ism_view.size.w&2u)!=0u){\n"
-    "vec3 albedo=glbk_unpack(texelFetch(glbk_ism_albedo,at,0)).xyz;\n"
-    "bvec3 good=bvec3(cohsm_finite(albedo.x),cohsm_finite(albedo.y),cohsm_finite(albedo.z));\n"
-    "light.xyz*=vec3(good.x?max(albedo.x,0.0):0.0,good.y?max(albedo.y,0.0):0.0,\n"
-    "good.z?max(albedo.z,0.0):0.0)*(1.0/COHSM_PI);\n"
-    "}\n"
-    "return light;\n"
+    "return glbk_ism_view.size.z>1u?ism_smooth(at,c):glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
     "}\n"
 };
 
@@ -518,7 +544,7 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "float radius2,depth;\n"
     "vec2 uv;\n"
     "vec4 cut1,cut2;\n"
-    "ivec4 box;\n"
+    "\nivec4 box;\n"
     "};\n"
     "\n\nbool ism_place_surfel(ism_vpl l,vec3 p,vec3 normal,float area,inout ism_surfel s)\n"
     "{\n"
@@ -545,7 +571,7 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "s.radius2=min(s.radius2,(along>0.0&&s.cut1.w< -1.0?0.04:1.0)*d2);\n"
     "if(abs(along)>1e-3*s.depth)s.g=n/along;\n"
     "if(!ism_map_coordinates(ism_projection_of(l.exponent),l.exponent,o/s.depth,s.uv))return false;\n"
-    "\nif(s.cut1.w< -1.0){\n"
+    "\n\nif(s.cut1.w< -1.0){\n"
     "float away=1.0+sqrt(s.radius2)/s.depth;\n"
     "s.at*=away;\n"
     "s.g/=away;\n"
@@ -577,22 +603,24 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
     "if(l.window==0u){\n"
     "s.box=ivec4(max(s.uv*most-reach,0.0),min(ivec2(s.uv*most+reach),size-1));\n"
     "}else{\n"
-    "vec2 first=ism_to_tile(l.grid,s.uv-reach/most),last=ism_to_tile(l.grid,s.uv+reach/most);\n"
+    "vec2 first=ism_to_tile(l.grid,s.uv-reach/most);\n"
+    "vec2 last=ism_to_tile(l.grid,s.uv+reach/most);\n"
     "s.box=ivec4(max(first,0.0),min(ivec2(last),size-1));\n"
     "}\n"
     "return true;\n"
     "}\n"
     "\n\nbool ism_surfel_of(uint index,uint v,ism_vpl l,out ism_surfel s)\n"
     "{\n"
-    "uvec4 point=texelFetch(glbk_ism_points,glbk_table_at(index),0);\n"
-    "float share=uintBitsToFloat(point.w);\n"
-    "if(!(share>0.0)||point.x>=glbk_ism_frame.points.w)return false;\n"
-    "uvec4 t=texelFetch(glbk_ism_triangles,glbk_table_at(point.x),0);\n"
-    "if(!ism_dither(uvec2(v%glbk_ism_frame.maps.z,v/glbk_ism_frame.maps.z),uintBitsToFloat(t.w)))return false;\n"
+    "uvec4 surfel=texelFetch(glbk_ism_surfels,glbk_table_at(index),0);\n"
+    "float share=uintBitsToFloat(surfel.w);\n"
+    "if(!(share>0.0)||surfel.x>=glbk_ism_frame.surfels.w)return false;\n"
+    "uvec4 t=texelFetch(glbk_ism_triangles,glbk_table_at(surfel.x),0);\n"
+    "uvec2 tile=uvec2(v%glbk_ism_frame.maps.z,v/glbk_ism_frame.maps.z);\n"
+    "if(!ism_dither(tile,uintBitsToFloat(t.w)))return false;\n"
     "vec3 p=ism_corner(t.x),e1=ism_corner(t.y)-p,e2=ism_corner(t.z)-p,n=cross(e1,e2);\n"
     "float length2=dot(n,n),size=sqrt(length2);\n"
     "if(!(length2>0.0)|| !cohsm_finite(length2))return false;\n"
-    "vec2 b=uintBitsToFloat(point.yz);\n"
+    "vec2 b=uintBitsToFloat(surfel.yz);\n"
     "float area=glbk_ism_frame.values.x*share*0.5*size;\n"
     "p+=e1*b.x+e2*b.y;\n"
     "s.cut1=s.cut2=vec4(-2.0);\n"
@@ -617,7 +645,7 @@ static const char *const glbk__glsl_lib_ism_disc_glsl[] = {
 static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
     "\n\n#define ISM_HOLE 2\n"
     "#define ISM_LEVELS 3\n"
-    "\nvec4 ism_surfel_at(ivec2 at){return glbk_unpack(texelFetch(glbk_ism_surfels,at,0));}\n"
+    "\nvec4 ism_plane_at(ivec2 at){return glbk_unpack(texelFetch(glbk_ism_planes,at,0));}\n"
     "\n\nuint ism_quadrant(ivec2 d)\n"
     "{\n"
     "return d.x>0&&d.y>=0?1u:d.x<=0&&d.y>0?2u:d.x<0?4u:8u;\n"
@@ -637,7 +665,7 @@ static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
     "uint open= ~found&255u;\n"
     "return(open&ism_turn(open,1)&ism_turn(open,2))==0u;\n"
     "}\n"
-    "\n\n\nuint ism_pull(int level,ivec2 cell,uvec4 parts)\n"
+    "\n\n\n\nuint ism_pull(int level,ivec2 cell,uvec4 parts)\n"
     "{\n"
     "int size=int(glbk_ism_frame.maps.y),least=0x7fffffff;\n"
     "ivec2 middle=(2*cell+1)<<level;\n"
@@ -660,7 +688,7 @@ static const char *const glbk__glsl_lib_ism_fill_glsl[] = {
 static const char *const glbk__glsl_lib_ism_frame_glsl[] = {
     "\nlayout(std140)uniform glbk_ism_frame_block{\n"
     "uvec4 maps;\n"
-    "uvec4 points;\n"
+    "uvec4 surfels;\n"
     "vec4 sphere;\n"
     "vec4 values;\n"
     "uvec4 near_points;\n"
@@ -671,12 +699,12 @@ static const char *const glbk__glsl_lib_ism_gbuffer_glsl[] = {
     "\n\nstruct ism_receiver{vec3 p,n,ng;};\n"
     "\n\nbool ism_read_receiver(ivec2 at,out ism_receiver r)\n"
     "{\n"
-    "r.p=glbk_unpack(texelFetch(glbk_ism_place,at,0)).xyz;\n"
-    "r.n=glbk_unpack(texelFetch(glbk_ism_normal,at,0)).xyz;\n"
-    "r.ng=glbk_unpack(texelFetch(glbk_ism_geometric,at,0)).xyz;\n"
-    "if(!cohsm_finite3(r.ng))r.ng=r.n;\n"
-    "float n2=dot(r.n,r.n);\n"
-    "return cohsm_finite3(r.p)&&cohsm_finite3(r.n)&&n2>0.25&&n2<4.0;\n"
+    "glbk_point p;\n"
+    "bool seen=glbk_read_point(at,p);\n"
+    "r.p=p.position;\n"
+    "r.n=p.normal;\n"
+    "r.ng=p.geometric;\n"
+    "return seen&&cohsm_finite3(r.p);\n"
     "}\n"
 };
 
@@ -697,7 +725,7 @@ static const char *const glbk__glsl_lib_ism_holes_glsl[] = {
     "}\n"
     "float depth=ism_depth(at+d);\n"
     "if(!(depth<0.9*c))continue;\n"
-    "float t=ism_plane_depth(grid.exponent<0.0,ism_surfel_at(at+d).xyz,w);\n"
+    "float t=ism_plane_depth(grid.exponent<0.0,ism_plane_at(at+d).xyz,w);\n"
     "if(t>0.5*depth&&t<0.95*c)found|=ism_quadrant(d);\n"
     "}\n"
     "return found==15u;\n"
@@ -705,7 +733,10 @@ static const char *const glbk__glsl_lib_ism_holes_glsl[] = {
 };
 
 static const char *const glbk__glsl_lib_ism_light_glsl[] = {
-    "\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
+    "\n\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
+    "#define ISM_NEAR 6\n"
+    "#elif ISM_NEAR == 0\n"
+    "#undef ISM_NEAR\n"
     "#define ISM_NEAR 6\n"
     "#endif\n"
     "#define ISM_GRAZING 1e-4\n"
@@ -773,7 +804,7 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "share=sqrt(dot(area,area))/(8.0*sqrt(dot(x,x)*dot(y,y)));\n"
     "return sum*0.159154943;\n"
     "}\n"
-    "\n\nfloat ism_patch_kernel(mat3 frame,float side,vec3 d,vec3 n,float point,out float square)\n"
+    "\n\n\nfloat ism_patch_kernel(mat3 frame,float side,vec3 d,vec3 n,float point,out float square)\n"
     "{\n"
     "float share,form=ism_form_factor(n,d,frame[0]*(0.5*side),frame[1]*(0.5*side),share);\n"
     "float facing= -2.0*dot(n,frame[2]);\n"
@@ -787,7 +818,8 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "float least=d2>r2?sqrt(1.0-r2/d2): -1.0;\n"
     "mat3 frame=ism_frame_of(cohsm_normalize(d));\n"
     "for(int k=0;k<16;k++){\n"
-    "float cosine=1.0-(1.0-least)*(float(k)+0.5)*(1.0/16.0),sine=sqrt(1.0-cosine*cosine);\n"
+    "float cosine=1.0-(1.0-least)*(float(k)+0.5)*(1.0/16.0);\n"
+    "float sine=sqrt(1.0-cosine*cosine);\n"
     "vec2 sc=cohsm_sincos(2.39996323*float(k));\n"
     "vec3 w=frame*vec3(sine*sc.y,sine*sc.x,cosine);\n"
     "float a=dot(n,w),b= -dot(normal,w);\n"
@@ -800,7 +832,7 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "float r2=reach*reach,h=2.0*(r2-d2);\n"
     "return!(h>0.0)?0.0:h<r2?h/r2:1.0;\n"
     "}\n"
-    "\n\nfloat ism_kernel(ism_vpl l,vec3 p,vec3 n,float most,out float plain)\n"
+    "\n\n\nfloat ism_kernel(ism_vpl l,vec3 p,vec3 n,float most,out float plain)\n"
     "{\n"
     "if(l.sky)return plain=max(dot(l.position,n)*COHSM_PI,0.0);\n"
     "vec3 d=l.position-p;\n"
@@ -808,7 +840,9 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "plain=a>0.0&&b>0.0?a*b/(d2*d2+1e-37):0.0;\n"
     "if(l.exponent!=1.0){\n"
     "float c= -dot(l.axis,d)/sqrt(d2);\n"
-    "plain=c>0.0&&a>0.0?0.5*(l.exponent+1.0)*cohsm_pow(c,l.exponent)*a/(sqrt(d2)*d2):0.0;\n"
+    "plain=0.0;\n"
+    "if(c>0.0&&a>0.0)\n"
+    "plain=0.5*(l.exponent+1.0)*cohsm_pow(c,l.exponent)*a/(sqrt(d2)*d2);\n"
     "area=0.0;\n"
     "}\n"
     "if(!(plain>0.0))return 0.0;\n"
@@ -821,8 +855,8 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "if(!(share>0.0))return plain=0.0;\n"
     "if(area>0.0&&d2<9.0*area)k=ism_patch_kernel(l.frame,l.side,d,n,point,plain);\n"
     "plain*=share;\n"
-    "return k*share;\n"
-    "#elif ISM_NEAR == 2\n",
+    "return k*share;\n",
+    "#elif ISM_NEAR == 2\n"
     "return area>0.0&&d2<16.0*area?ism_sphere_kernel(d,l.normal,n,l.side):plain;\n"
     "#elif ISM_NEAR == 3\n"
     "return min(plain,most);\n"
@@ -830,14 +864,14 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "return plain;\n"
     "#endif\n"
     "}\n"
-    "\n\nvoid ism_add(inout vec4 sum,uint v,ism_vpl l,vec3 p,vec3 n,vec3 ng,float most)\n"
+    "\n\n\nvoid ism_add(inout vec4 sum,uint v,ism_vpl l,vec3 p,vec3 n,vec3 ng,float most)\n"
     "{\n"
     "float plain,k=ism_kernel(l,p,n,most,plain),power=ism_luminance(l.flux);\n"
     "#if ISM_NEAR == 4\n"
     "if(k*power>most)k=most/power;\n"
     "#endif\n"
     "if(!(k>0.0))return;\n"
-    "if((glbk_ism_view.size.w&1u)==0u)k*=ism_visible(v,l,p,ng,glbk_ism_view.values.x);\n"
+    "if(glbk_ism_view.size.w==0u)k*=ism_visible(v,l,p,ng,glbk_ism_view.values.x);\n"
     "sum.xyz+=k*l.flux;\n"
     "if(k>0.0)sum.w+=max(plain-k,0.0)*power;\n"
     "}\n"
@@ -860,7 +894,8 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "\nism_near_point ism_read_near(uint i)\n"
     "{\n"
     "uint at=glbk_ism_frame.near_points.z+3u*i;\n"
-    "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(at),0),b=texelFetch(glbk_ism_vpls,glbk_table_at(at+1u),0);\n"
+    "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(at),0);\n"
+    "vec4 b=texelFetch(glbk_ism_vpls,glbk_table_at(at+1u),0);\n"
     "vec4 c=texelFetch(glbk_ism_vpls,glbk_table_at(at+2u),0);\n"
     "ism_near_point q;\n"
     "q.position=a.xyz;\n"
@@ -906,7 +941,8 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "\n\nbool ism_near_counts(uint i,vec3 p,vec3 n)\n"
     "{\n"
     "uint at=glbk_ism_frame.near_points.z+3u*i;\n"
-    "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(at),0),b=texelFetch(glbk_ism_vpls,glbk_table_at(at+1u),0);\n"
+    "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(at),0);\n"
+    "vec4 b=texelFetch(glbk_ism_vpls,glbk_table_at(at+1u),0);\n"
     "return ism_near_weight(a.xyz,b.w,b.xyz,p,n)>0.0;\n"
     "}\n"
     "\n\n\nuint ism_near_block(uint i,uint count,vec3 p)\n"
@@ -934,7 +970,8 @@ static const char *const glbk__glsl_lib_ism_light_glsl[] = {
     "ism_near_point q=ism_read_near(found[k]);\n"
     "float plain,bright=ism_near_kernel(q,p,n,plain);\n"
     "if(!(bright>0.0))continue;\n"
-    "float lit=(glbk_ism_view.size.w&1u)!=0u?1.0:ism_near_visible(q,p,n,ng,glbk_ism_view.values.x);\n"
+    "float lit=1.0;\n"
+    "if(glbk_ism_view.size.w==0u)lit=ism_near_visible(q,p,n,ng,glbk_ism_view.values.x);\n"
     "sum+=lit*vec4(bright*q.flux,max(plain-bright,0.0)*ism_luminance(q.flux));\n"
     "}\n"
     "}\n"
@@ -968,6 +1005,9 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "#define ISM_FAR 1e30\n"
     "\n#ifndef ISM_PROJECTION\n"
     "#define ISM_PROJECTION 1\n"
+    "#elif ISM_PROJECTION == 0\n"
+    "#undef ISM_PROJECTION\n"
+    "#define ISM_PROJECTION 1\n"
     "#endif\n"
     "\nuint ism_projection_of(float exponent)\n"
     "{\n"
@@ -982,8 +1022,8 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "if(!(x>1.18e-38))return 1.0;\n"
     "float t=y*cohsm_log(min(x,1.0));\n"
     "if(t< -0.35)return 1.0-cohsm_exp(t);\n"
-    "return-t*(1.0+t*(0.5+t*(0.166666667+t*(0.0416666667+t*(0.00833333333+t*(0.00138888889+\n"
-    "t*0.000198412698))))));\n"
+    "return-t*(1.0+t*(0.5+t*(0.166666667+t*(0.0416666667+t*(0.00833333333+\n"
+    "t*(0.00138888889+t*0.000198412698))))));\n"
     "}\n"
     "\nvec3 ism_map_direction(uint projection,float exponent,vec2 uv)\n"
     "{\n"
@@ -1026,7 +1066,7 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "{\n"
     "uint rest=cut.x+cut.y;\n"
     "if(!(rest*size>rim*64u)||rest>=64u)return vec4(float(size),1.0/float(size),1.0,1.0);\n"
-    "\nfloat a=floor((float(2u*rim*cut.x+rest)+0.5)/float(2u*rest)),most=float(rim);\n"
+    "\n\nfloat a=floor((float(2u*rim*cut.x+rest)+0.5)/float(2u*rest)),most=float(rim);\n"
     "if(cut.x!=0u&&a==0.0)a=1.0;\n"
     "if(cut.y!=0u&&a==most)a=most-1.0;\n"
     "vec3 share=vec3(cut.x,64u-rest,cut.y)/(64.0*max(vec3(a,float(size-rim),most-a),1.0));\n"
@@ -1035,7 +1075,8 @@ static const char *const glbk__glsl_lib_ism_map_glsl[] = {
     "\n\nfloat ism_zoom_axis(vec4 axis,float size,float rim,float u)\n"
     "{\n"
     "float low=axis.x*axis.y,high=1.0-(rim-axis.x)*axis.w;\n"
-    "vec3 part=u<low?vec3(0.0,u,axis.y):u<high?vec3(axis.x,u-low,axis.z):vec3(size,u-1.0,axis.w);\n"
+    "vec3 part=u<low?vec3(0.0,u,axis.y):vec3(axis.x,u-low,axis.z);\n"
+    "if(!(u<low)&& !(u<high))part=vec3(size,u-1.0,axis.w);\n"
     "return clamp(part.x+part.y/part.z,0.0,size);\n"
     "}\n"
     "\nfloat ism_unzoom_axis(vec4 axis,float size,float rim,float x)\n"
@@ -1110,9 +1151,9 @@ static const char *const glbk__glsl_lib_ism_push_glsl[] = {
     "}\n"
     "if(level==1)n.close=n.found;\n"
     "}\n"
-    "\n\nfloat ism_push(ism_grid grid,ivec2 local,ivec2 first,ivec2 second,ivec2 origin)\n"
+    "\n\n\nfloat ism_push(ism_grid grid,ivec2 local,ivec2 first,ivec2 second,ivec2 origin)\n"
     "{\n"
-    "vec4 a=ism_surfel_at(origin+first),b=ism_surfel_at(origin+second);\n"
+    "vec4 a=ism_plane_at(origin+first),b=ism_plane_at(origin+second);\n"
     "float t=ism_plane_depth(grid.exponent<0.0,a.xyz,ism_texel_direction(grid,local));\n"
     "float there=ism_plane_depth(grid.exponent<0.0,a.xyz,ism_texel_direction(grid,second));\n"
     "if(abs(a.w-b.w)<=abs(there-b.w))return a.w;\n"
@@ -1123,7 +1164,7 @@ static const char *const glbk__glsl_lib_ism_push_glsl[] = {
     "int size=int(glbk_ism_frame.maps.y);\n"
     "ivec2 local=at&(size-1);\n"
     "ism_near n=ism_near(0,0,0,0,0u,0u,0u);\n"
-    "for(int level=1;level<=int(glbk_ism_frame.points.z);level++){\n"
+    "for(int level=1;level<=int(glbk_ism_frame.surfels.z);level++){\n"
     "if(n.second!=0&&ism_surrounded(n.found,n.close,n.beyond))break;\n"
     "ism_look(level,at,n);\n"
     "}\n"
@@ -1199,7 +1240,7 @@ static const char *const glbk__glsl_prog_ism_blur_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_ism_fill_comp[] = {
-    "\n\n\n\nlayout(local_size_x=256)in;\n"
+    "\n\n\n\n\nlayout(local_size_x=256)in;\n"
     "#define ISM_SIDE 64\n"
     "\nshared float ism_depths[ISM_SIDE*ISM_SIDE];\n"
     "shared uint ism_cells[1024+256+64];\n"
@@ -1215,7 +1256,10 @@ static const char *const glbk__glsl_prog_ism_fill_comp[] = {
     "ivec2 texel=at-ism_origin;\n"
     "return ism_depths[texel.y*ISM_SIDE+texel.x];\n"
     "}\n"
-    "\nint ism_pulled(int level,ivec2 cell){return int(ism_cells[ism_cell(level,cell-(ism_origin>>level))]);}\n"
+    "\nint ism_pulled(int level,ivec2 cell)\n"
+    "{\n"
+    "return int(ism_cells[ism_cell(level,cell-(ism_origin>>level))]);\n"
+    "}\n"
     "\n\nuint ism_part(int level,ivec2 cell)\n"
     "{\n"
     "if(level==0)return ism_depths[cell.y*ISM_SIDE+cell.x]<ISM_FAR?1u:0u;\n"
@@ -1223,7 +1267,7 @@ static const char *const glbk__glsl_prog_ism_fill_comp[] = {
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "int size=int(glbk_ism_frame.maps.y),levels=int(glbk_ism_frame.points.z);\n"
+    "int size=int(glbk_ism_frame.maps.y),levels=int(glbk_ism_frame.surfels.z);\n"
     "int block=size>ISM_SIDE?32:size,margin=size>ISM_SIDE?16:0;\n"
     "ivec2 begin=ivec2(gl_WorkGroupID.xy)*block,tile=begin-(begin&(size-1));\n"
     "uint v=ism_tile_of(begin),holes=0u;\n"
@@ -1233,13 +1277,14 @@ static const char *const glbk__glsl_prog_ism_fill_comp[] = {
     "for(uint i=gl_LocalInvocationIndex;i<uint(ISM_SIDE*ISM_SIDE);i+=256u){\n"
     "ivec2 at=ism_origin+ism_texel(i),local=at-tile;\n"
     "bool inside=used&&all(greaterThanEqual(local,ivec2(0)))&&all(lessThan(local,ivec2(size)));\n"
-    "ism_depths[i]=inside?ism_surfel_at(at).w:ISM_FAR;\n"
+    "ism_depths[i]=inside?ism_plane_at(at).w:ISM_FAR;\n"
     "}\n"
     "barrier();\n"
     "for(uint k=0u;k<16u&&levels!=0;k++){\n"
     "ivec2 texel=ism_texel(gl_LocalInvocationIndex+256u*k);\n"
     "float depth=ism_depth(ism_origin+texel);\n"
-    "bool near_by=all(greaterThanEqual(texel,ivec2(margin/2)))&&all(lessThan(texel,ivec2(ISM_SIDE-margin/2)));\n"
+    "bool near_by=all(greaterThanEqual(texel,ivec2(margin/2)))&&\n"
+    "all(lessThan(texel,ivec2(ISM_SIDE-margin/2)));\n"
     "if(near_by&&depth<ISM_FAR&&ism_hole(grid,ism_origin+texel,depth))holes|=1u<<k;\n"
     "}\n"
     "barrier();\n"
@@ -1267,7 +1312,7 @@ static const char *const glbk__glsl_prog_ism_fill_comp[] = {
 
 static const char *const glbk__glsl_prog_ism_holes_frag[] = {
     "\n\n\n\nlayout(location=0)out uint result;\n"
-    "\nfloat ism_depth(ivec2 at){return ism_surfel_at(at).w;}\n"
+    "\nfloat ism_depth(ivec2 at){return ism_plane_at(at).w;}\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
@@ -1275,7 +1320,7 @@ static const char *const glbk__glsl_prog_ism_holes_frag[] = {
     "float depth=ism_depth(at);\n"
     "result=0u;\n"
     "if(!(depth<ISM_FAR)||v>=glbk_ism_frame.maps.x)return;\n"
-    "result=glbk_ism_frame.points.z!=0u&&ism_hole(ism_read_grid(v),at,depth)?0u:1u;\n"
+    "result=glbk_ism_frame.surfels.z!=0u&&ism_hole(ism_read_grid(v),at,depth)?0u:1u;\n"
     "}\n"
 };
 
@@ -1297,17 +1342,18 @@ static const char *const glbk__glsl_prog_ism_push_frag[] = {
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nint ism_pulled(int level,ivec2 cell)\n"
     "{\n"
-    "uint at=level==1?texelFetch(glbk_ism_pull1,cell,0).x:level==2?texelFetch(glbk_ism_pull2,cell,0).x\n"
-    ":texelFetch(glbk_ism_pull3,cell,0).x;\n"
-    "return int(at);\n"
+    "if(level==1)return int(texelFetch(glbk_ism_pull1,cell,0).x);\n"
+    "if(level==2)return int(texelFetch(glbk_ism_pull2,cell,0).x);\n"
+    "return int(texelFetch(glbk_ism_pull3,cell,0).x);\n"
     "}\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "uint v=ism_tile_of(at);\n"
     "float depth=ISM_FAR;\n"
-    "if(texelFetch(glbk_ism_below,at,0).x!=0u)depth=ism_surfel_at(at).w;\n"
-    "else if(glbk_ism_frame.points.z!=0u&&v<glbk_ism_frame.maps.x)depth=ism_filled(ism_read_grid(v),at);\n"
+    "bool fills=glbk_ism_frame.surfels.z!=0u&&v<glbk_ism_frame.maps.x;\n"
+    "if(texelFetch(glbk_ism_below,at,0).x!=0u)depth=ism_plane_at(at).w;\n"
+    "else if(fills)depth=ism_filled(ism_read_grid(v),at);\n"
     "result=floatBitsToUint(depth);\n"
     "}\n"
 };
@@ -1317,10 +1363,11 @@ static const char *const glbk__glsl_prog_ism_resolve_frag[] = {
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=glbk_picture_at();\n"
-    "ism_receiver r=ism_receiver(vec3(0.0),vec3(0.0),vec3(0.0));\n"
-    "bool seen= !glbk_picture_asks()||ism_read_receiver(at,r);\n"
-    "glbk_picture_show(seen,r.p);\n"
-    "result=glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
+    "glbk_point p;\n"
+    "bool seen=glbk_read_point(at,p);\n"
+    "glbk_picture_show(seen,p.position);\n"
+    "vec3 albedo=seen?p.diffuse*(1.0-p.metallic):vec3(0.0);\n"
+    "result=vec4(glbk_unpack(texelFetch(glbk_ism_light,at,0)).xyz*albedo*0.318309886,1.0);\n"
     "}\n"
 };
 
@@ -1338,7 +1385,8 @@ static const char *const glbk__glsl_prog_ism_shade_comp[] = {
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint side=glbk_ism_view.size.z,pattern=side*side,first=gl_WorkGroupID.z,used=ism_used(first,pattern);\n"
+    "uint side=glbk_ism_view.size.z,pattern=side*side,first=gl_WorkGroupID.z;\n"
+    "uint used=ism_used(first,pattern);\n"
     "ivec2 at=ivec2(gl_GlobalInvocationID.xy*side+uvec2(first%side,first/side));\n"
     "at.y+=int(glbk_ism_view.values.z);\n"
     "bool inside=all(lessThan(at,ivec2(glbk_ism_view.size.xy)));\n"
@@ -1382,7 +1430,7 @@ static const char *const glbk__glsl_prog_ism_shade_frag[] = {
 };
 
 static const char *const glbk__glsl_prog_ism_splat_comp[] = {
-    "\n\n\n\n\nlayout(local_size_x=512)in;\n"
+    "\n\n\n\n\n\nlayout(local_size_x=512)in;\n"
     "#define ISM_THREADS 512u\n"
     "#define ISM_SIDE 64\n"
     "#define ISM_WIDE 64\n"
@@ -1399,17 +1447,18 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "uint ism_hopes[4];\n"
     "\n\nbool ism_find(uint i,out ism_surfel s)\n"
     "{\n"
-    "uint each=glbk_ism_frame.points.y;\n"
-    "if(!ism_surfel_of((i/each*glbk_ism_frame.points.x+ism_v)*each+i%each,ism_v,ism_l,s))return false;\n"
+    "uint each=glbk_ism_frame.surfels.y;\n"
+    "uint index=(i/each*glbk_ism_frame.surfels.x+ism_v)*each+i%each;\n"
+    "if(!ism_surfel_of(index,ism_v,ism_l,s))return false;\n"
     "s.box=ivec4(max(s.box.xy,ism_part.xy),min(s.box.zw,ism_part.zw));\n"
     "return s.box.x<=s.box.z&&s.box.y<=s.box.w;\n"
     "}\n"
     "\nuint ism_owner(uint texel){return ism_owners[texel>>1]>>(16u*(texel&1u))&0xffffu;}\n"
-    "\n\nvoid ism_own(uint texel,uint point)\n"
+    "\n\nvoid ism_own(uint texel,uint surfel)\n"
     "{\n"
     "uint shift=16u*(texel&1u),was=ism_owners[texel>>1];\n"
-    "while((was>>shift&0xffffu)>point){\n"
-    "uint now=atomicCompSwap(ism_owners[texel>>1],was,(was& ~(0xffffu<<shift))|point<<shift);\n"
+    "while((was>>shift&0xffffu)>surfel){\n"
+    "uint now=atomicCompSwap(ism_owners[texel>>1],was,(was& ~(0xffffu<<shift))|surfel<<shift);\n"
     "if(now==was)break;\n"
     "was=now;\n"
     "}\n"
@@ -1422,8 +1471,9 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "uint texel=uint((at.y-ism_part.y)*ISM_SIDE+at.x-ism_part.x),depth=ism_depths[texel];\n"
     "float t=ism_meet(ism_l.sky,s,ism_texel_direction(ism_l.grid,at),uintBitsToFloat(depth));\n"
     "if(t<ISM_FAR){\n"
-    "if(turn==0)nearest=atomicMin(ism_depths[texel],floatBitsToUint(t))>=floatBitsToUint(t)||nearest;\n"
-    "else if(depth==floatBitsToUint(t))ism_own(texel,i);\n"
+    "uint bits=floatBitsToUint(t);\n"
+    "if(turn==0)nearest=atomicMin(ism_depths[texel],bits)>=bits||nearest;\n"
+    "else if(depth==bits)ism_own(texel,i);\n"
     "}\n"
     "at.x+=pace.x;\n"
     "if(at.x>s.box.z)at=ivec2(s.box.x+from.x,at.y+pace.y);\n"
@@ -1440,11 +1490,13 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "vec4 a=ism_list[4u*k],b=ism_list[4u*k+1u];\n"
     "uint box=ism_boxes[k];\n"
     "ivec4 texels=ivec4(box&63u,box>>8&63u,box>>16&63u,box>>24&63u)+ism_part.xyxy;\n"
-    "return ism_surfel(a.xyz,b.xyz,a.w,0.0,vec2(0.0),ism_list[4u*k+2u],ism_list[4u*k+3u],texels);\n"
+    "return ism_surfel(a.xyz,b.xyz,a.w,0.0,vec2(0.0),ism_list[4u*k+2u],ism_list[4u*k+3u],\n"
+    "texels);\n"
     "}\n"
     "\n\n\nbool ism_draw_list(int turn,uint i,ism_surfel s,bool waits)\n"
     "{\n"
     "uint thread=gl_LocalInvocationIndex,count;\n"
+    "ivec2 mine=ivec2(thread&7u,thread/8u&3u);\n"
     "bool nearest=false;\n"
     "do{\n"
     "uint k=waits?atomicAdd(ism_listed,1u):ISM_LIST;\n"
@@ -1461,7 +1513,7 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "barrier();\n"
     "count=ism_listed;\n"
     "for(uint d=thread/32u;d<min(count,ISM_LIST);d+=ISM_THREADS/32u)\n"
-    "if(ism_draw(turn,ism_numbers[d],ism_unlist(d),ivec2(thread&7u,thread/8u&3u),ivec2(8,4)))\n"
+    "if(ism_draw(turn,ism_numbers[d],ism_unlist(d),mine,ivec2(8,4)))\n"
     "atomicOr(ism_boxes[d],ISM_HOPE);\n"
     "barrier();\n"
     "if(thread==0u)ism_listed=0u;\n"
@@ -1473,7 +1525,8 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "\n\nvoid ism_draw_all(int turn,uint count)\n"
     "{\n"
     "for(uint start=0u;start<count;start+=ISM_THREADS){\n"
-    "uint i=start+gl_LocalInvocationIndex,word=start/ISM_THREADS>>5,bit=1u<<(start/ISM_THREADS&31u);\n"
+    "uint i=start+gl_LocalInvocationIndex,lap=start/ISM_THREADS;\n"
+    "uint word=lap>>5,bit=1u<<(lap&31u);\n"
     "ism_surfel s;\n"
     "bool there=i<count&&(turn==0||(ism_hopes[word]&bit)!=0u)&&ism_find(i,s);\n"
     "ivec2 wide=there?s.box.zw-s.box.xy+1:ivec2(0);\n"
@@ -1491,22 +1544,22 @@ static const char *const glbk__glsl_prog_ism_splat_comp[] = {
     "ism_hopes=uint[4](0u,0u,0u,0u);\n"
     "ism_v=ism_tile_of(begin);\n"
     "ism_part=(begin-ism_tile_at(ism_v)).xyxy+ivec4(0,0,side-1,side-1);\n"
-    "count=ism_v<glbk_ism_frame.maps.x&&glbk_ism_frame.points.w!=0u?glbk_ism_frame.maps.w:0u;\n"
-    "ism_l=ism_read_vpl(min(ism_v,glbk_ism_frame.points.x-1u));\n"
+    "count=ism_v<glbk_ism_frame.maps.x&&glbk_ism_frame.surfels.w!=0u?glbk_ism_frame.maps.w:0u;\n"
+    "ism_l=ism_read_vpl(min(ism_v,glbk_ism_frame.surfels.x-1u));\n"
     "for(uint i=thread;i<uint(ISM_SIDE*ISM_SIDE);i+=ISM_THREADS){\n"
     "ism_depths[i]=floatBitsToUint(ISM_FAR);\n"
     "ism_owners[i>>1]=0xffffffffu;\n"
     "}\n"
     "if(thread==0u)ism_listed=0u;\n"
     "barrier();\n"
-    "for(int turn=0;turn<2;turn++)ism_draw_all(turn,count);\n"
-    "for(uint i=thread;i<uint(ISM_SIDE*ISM_SIDE);i+=ISM_THREADS){\n",
+    "for(int turn=0;turn<2;turn++)ism_draw_all(turn,count);\n",
+    "for(uint i=thread;i<uint(ISM_SIDE*ISM_SIDE);i+=ISM_THREADS){\n"
     "ivec2 texel=ivec2(i%uint(ISM_SIDE),i/uint(ISM_SIDE));\n"
     "vec4 surfel=vec4(0.0,0.0,0.0,ISM_FAR);\n"
     "if(max(texel.x,texel.y)>=side)continue;\n"
     "if(ism_depths[i]!=floatBitsToUint(ISM_FAR)&&ism_find(ism_owner(i),s))\n"
     "surfel=vec4(s.g,uintBitsToFloat(ism_depths[i]));\n"
-    "imageStore(glbk_ism_surfels_out,begin+texel,surfel);\n"
+    "imageStore(glbk_ism_planes_out,begin+texel,surfel);\n"
     "}\n"
     "}\n"
 };
@@ -1524,8 +1577,10 @@ static const char *const glbk__glsl_prog_ism_splat_frag[] = {
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "if(any(lessThan(at,ism_box.xy))||any(greaterThan(at,ism_box.zw)))discard;\n"
-    "ism_surfel s=ism_surfel(ism_at.xyz,ism_plane.xyz,ism_at.w,0.0,vec2(0.0),ism_cut1,ism_cut2,ism_box);\n"
-    "vec3 w=ism_texel_direction(ism_grid(ism_plane.w,ism_across,ism_down),at&(int(glbk_ism_frame.maps.y)-1));\n"
+    "ism_surfel s=ism_surfel(ism_at.xyz,ism_plane.xyz,ism_at.w,0.0,vec2(0.0),ism_cut1,ism_cut2,\n"
+    "ism_box);\n"
+    "ism_grid grid=ism_grid(ism_plane.w,ism_across,ism_down);\n"
+    "vec3 w=ism_texel_direction(grid,at&(int(glbk_ism_frame.maps.y)-1));\n"
     "float t=ism_meet(ism_plane.w<0.0,s,w,ISM_FAR);\n"
     "if(!(t<ISM_FAR))discard;\n"
     "result=glbk_pack(vec4(ism_plane.xyz,t));\n"
@@ -1552,7 +1607,7 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "uint index=uint(gl_VertexID);\n"
     "gl_PointSize=1.0;\n"
     "#endif\n"
-    "uint v=index/glbk_ism_frame.points.y;\n"
+    "uint v=index/glbk_ism_frame.surfels.y;\n"
     "ism_surfel s;\n"
     "gl_Position=vec4(2.0,2.0,2.0,1.0);\n"
     "ism_at=vec4(0.0);\n"
@@ -1571,7 +1626,8 @@ static const char *const glbk__glsl_prog_ism_splat_vert[] = {
     "ism_cut2=s.cut2;\n"
     "ism_box=s.box+ism_tile_at(v).xyxy;\n"
     "#if ISM_QUADS\n"
-    "vec2 at=vec2((gl_VertexID&1)!=0?ism_box.z+1:ism_box.x,(gl_VertexID&2)!=0?ism_box.w+1:ism_box.y);\n"
+    "vec2 at=vec2((gl_VertexID&1)!=0?ism_box.z+1:ism_box.x,\n"
+    "(gl_VertexID&2)!=0?ism_box.w+1:ism_box.y);\n"
     "#else\n"
     "vec2 at=0.5*vec2(ism_box.xy+ism_box.zw+1);\n"
     "ivec2 wide=s.box.zw-s.box.xy;\n"
@@ -1594,7 +1650,7 @@ static const glbk_file glbk__ism_files[] = {
       "", "" },
     { "lib/ism_frame.glsl", glbk__glsl_lib_ism_frame_glsl, 1, "", "",
       "", "glbk_ism_frame" },
-    { "lib/ism_gbuffer.glsl", glbk__glsl_lib_ism_gbuffer_glsl, 1, "cohsm_math ism_bindings", "",
+    { "lib/ism_gbuffer.glsl", glbk__glsl_lib_ism_gbuffer_glsl, 1, "cohsm_math ism_bindings gbuffer", "",
       "", "" },
     { "lib/ism_holes.glsl", glbk__glsl_lib_ism_holes_glsl, 1, "ism_fill ism_frame", "",
       "", "" },
@@ -1618,7 +1674,7 @@ static const glbk_file glbk__ism_files[] = {
       "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3", "" },
     { "prog/ism_push.frag", glbk__glsl_prog_ism_push_frag, 1, "ism_push ism_frame", "screen.vert",
       "ISM_PROJECTION=1 | ISM_PROJECTION=4", "" },
-    { "prog/ism_resolve.frag", glbk__glsl_prog_ism_resolve_frag, 1, "ism_gbuffer picture", "screen.vert",
+    { "prog/ism_resolve.frag", glbk__glsl_prog_ism_resolve_frag, 1, "ism_bindings gbuffer picture", "screen.vert",
       "", "" },
     { "prog/ism_shade.comp", glbk__glsl_prog_ism_shade_comp, 1, "ism_gbuffer ism_light ism_view", "",
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6", "" },
@@ -1639,31 +1695,218 @@ static const glbk_file glbk__ism_files[] = {
 
 GLBK__PART_CODE(ism, ISM)
 
-/* ==== src/gl_ism/maps.h ==== */
+/* ==== src/gl_ism/arguments.h ==== */
 
-/* ---- ism: maps, meshes and VPLs ---- */
+/* ---- ism: arguments ---- */
 
-static int glbk__ism_resolve(glbk_ism_desc *d)
+typedef struct glbk__ism_range {    /* a field, its value, and what it must be where it is not 0 */
+    const char *field;
+    double      value, low, high;
+    const char *wanted;
+} glbk__ism_range;
+
+static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *function,
+                                      const glbk__ism_range *ranges, size_t count)
 {
-    if (d->vpl_count > 16384 || (d->points && d->points < 8) || d->points > 65536 || d->projection > 4 ||
-        d->lazy > 64 || d->near_points > 64 ||
-        (d->tile_size && (d->tile_size < 8 || d->tile_size > 256 || (d->tile_size & (d->tile_size - 1)))) ||
-        !(d->splat_scale >= 0 && d->splat_scale <= 16) || d->window_rim == 1 ||
-        d->window_rim > (d->tile_size ? d->tile_size : 64) / 2)
-        return 0;
-    if (!d->vpl_count) d->vpl_count = 1024;
-    if (!d->points) d->points = 8192;
-    if (!d->tile_size) d->tile_size = 64;
-    if (!d->window_rim) d->window_rim = d->tile_size < 16 ? 2 : d->tile_size / 8;
-    if (!d->projection) d->projection = 1;
-    if (!d->lazy) d->lazy = 8;
-    if (!d->near_points) d->near_points = 16;
-    if (!(d->splat_scale > 0)) d->splat_scale = 1.0f;
-    if (!d->points_per_pass) d->points_per_pass = 1u << 20;
-    return 1;
+    size_t i;
+    for (i = 0; i < count; i++) {
+        const glbk__ism_range *r = &ranges[i];
+        if ((r->value >= r->low && r->value <= r->high) || (r->value >= 0 && r->value <= 0)) continue;
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, r->field, r->value, r->wanted);
+    }
+    return GLBK_OK;
 }
 
-/* What both paths draw: surfels, the atlas. */
+static int glbk__ism_power_of_two(uint32_t x) { return (x & (x - 1)) == 0; }
+
+/* The ranges of ism_create, of the fields that are looked at here. */
+static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *function, const ism_desc *d)
+{
+    const glbk__ism_range ranges[] = {
+        { "desc.vpl_count", (double)d->vpl_count, 1, 16384, "0 or 1..16384" },
+        { "desc.surfel_count", (double)d->surfel_count, 8, 65536, "0 or 8..65536" },
+        { "desc.tile_side", (double)d->tile_side, 8, 256, "0 or a power of two, 8..256" },
+        { "desc.projection", (double)d->projection, 0, ISM_PROJECTION_COUNT - 1,
+          "a value of ism_projection" },
+        { "desc.lazy_frames", (double)d->lazy_frames, 1, 64, "0 or 1..64" },
+        { "desc.splat_scale", (double)d->splat_scale, 0, 16, "0..16" },
+        { "desc.near_point_count", (double)d->near_point_count, -2147483648.0, 64, "64 at most" },
+        { "desc.window_rim", d->window_rim < 0 ? 0.0 : (double)d->window_rim, 2,
+          0.5 * (double)(d->tile_side ? d->tile_side : 64), "negative, 0 or 2..tile_side / 2" }
+    };
+    if (!glbk__ism_power_of_two(d->tile_side))
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "desc.tile_side", (double)d->tile_side,
+                               "0 or a power of two, 8..256");
+    return glbk__ism_in_range(ctx, function, ranges, sizeof ranges / sizeof ranges[0]);
+}
+
+/* A desc with defaults in place of zeros, 0 in place of what is negative for none, and without its system. */
+static ism_desc glbk__ism_resolved(const ism_desc *desc)
+{
+    ism_desc d = *desc;
+    memset(&d.system, 0, sizeof d.system);
+    if (!d.vpl_count) d.vpl_count = 1024;
+    if (!d.surfel_count) d.surfel_count = 8192;
+    if (!d.tile_side) d.tile_side = 64;
+    if (d.projection == ISM_PROJECTION_DEFAULT) d.projection = ISM_PROJECTION_COSINE;
+    if (!d.lazy_frames) d.lazy_frames = 8;
+    if (!d.near_point_count) d.near_point_count = 16;
+    if (d.near_point_count < 0) d.near_point_count = 0;
+    if (!d.window_rim) d.window_rim = d.tile_side < 16 ? 2 : (int32_t)(d.tile_side / 8);
+    if (d.window_rim < 0) d.window_rim = 0;
+    if (!(d.splat_scale > 0)) d.splat_scale = 1.0f;
+    return d;
+}
+
+/* Settings with their defaults: *out is what ism_shade would take for the same. */
+static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *function,
+                                           const ism_shading *shading, ism_shading *out)
+{
+    memset(out, 0, sizeof *out);
+    if (shading) *out = *shading;
+    if (out->pattern > 8 || !glbk__ism_power_of_two(out->pattern))
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "shading.pattern", out->pattern,
+                               "0, 1, 2, 4 or 8");
+    if ((unsigned)out->near_mode >= ISM_NEAR_COUNT)
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "shading.near_mode", (double)out->near_mode,
+                               "a value of ism_near");
+    if (!(out->bias < 1))
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "shading.bias", (double)out->bias, "below 1");
+    if (!(out->clamp >= 0 && out->clamp < 3e38f))
+        return glbk__bad_value(ctx, GLBK_ERR_DESC, function, "shading.clamp", (double)out->clamp,
+                               "0 or above 0");
+    if (out->visible_fn || out->near_visible_fn)
+        return glbk__bad(ctx, GLBK_ERR_DESC, function,
+                         out->visible_fn ? "shading.visible_fn" : "shading.near_visible_fn",
+                         "is not NULL: on GL the maps say what is seen");
+    if (!out->pattern) out->pattern = 1;
+    if (out->near_mode == ISM_NEAR_DEFAULT) out->near_mode = ISM_NEAR_GATHER;
+    if (!(out->clamp > 0)) out->clamp = 1.0f;
+    if (!(out->bias > 0)) out->bias = out->bias < 0 ? 0.0f : 0.02f;
+    return GLBK_OK;
+}
+
+static glbk_result glbk__ism_check_maps(const glbk_context *ctx, const char *function, const glbk_ism_maps *m)
+{
+    if (m && m->vpls.name) return GLBK_OK;
+    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "maps", m ? "were not created" : "is NULL");
+}
+
+static glbk_result glbk__ism_check_renderer(const glbk_context *ctx, const char *function,
+                                            const glbk_ism_renderer *r)
+{
+    if (r && r->view.name) return GLBK_OK;
+    return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
+}
+
+/* Whether a renderer and a G-buffer were made, for pictures of one size. */
+static glbk_result glbk__ism_check_gbuffer(const glbk_context *ctx, const char *function,
+                                           const glbk_ism_renderer *r, const glbk_gbuffer *g)
+{
+    const glbk_result result = glbk__ism_check_renderer(ctx, function, r);
+    if (result != GLBK_OK) return result;
+    if (!g || !g->colors.name)
+        return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", g ? "was not created" : "is NULL");
+    if (r->width == g->width && r->height == g->height) return GLBK_OK;
+    return glbk__bad(ctx, GLBK_ERR_MISMATCH, function, "gbuffer", "is of another size than the renderer");
+}
+
+/* ---- lists ---- */
+
+/* Logs what is wrong with a field of element i of a list. */
+static glbk_result glbk__ism_bad_element(const glbk_context *ctx, const char *function, const char *list,
+                                         size_t i, const char *field, const char *text)
+{
+    glbk_ism__message name;
+    name.used = 0;
+    glbk_ism__message_text(&name, list);
+    glbk_ism__message_text(&name, "[");
+    glbk_ism__message_count(&name, i);
+    glbk_ism__message_text(&name, "].");
+    glbk_ism__message_text(&name, field);
+    return glbk__bad(ctx, GLBK_ERR_INPUT, function, name.text, text);
+}
+
+static int glbk__ism_finite(const float *v)
+{
+    float sum = v[0] * 0 + v[1] * 0 + v[2] * 0;
+    return sum >= 0 && sum <= 0;
+}
+
+static int glbk__ism_unit(const float *v)           /* 0.97..1.03 long; false for what is not a number */
+{
+    float length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    return length2 >= 0.9409f && length2 <= 1.0609f;
+}
+
+static int glbk__ism_flux(const float *v)
+{
+    return v[0] >= 0 && v[0] <= 1e30f && v[1] >= 0 && v[1] <= 1e30f && v[2] >= 0 && v[2] <= 1e30f;
+}
+
+/* Whether a window leaves something of each side. */
+static int glbk__ism_window(uint32_t window)
+{
+    return window < 1u << 24 && (window & 63) + (window >> 12 & 63) <= 63 &&
+           (window >> 6 & 63) + (window >> 18 & 63) <= 63;
+}
+
+static glbk_result glbk__ism_check_vpl(const glbk_context *ctx, const ism_vpl *v, size_t i)
+{
+    const char *field = NULL, *text = "must be finite and not negative";
+    if (!glbk__ism_finite(v->position)) field = "position", text = "must be finite";
+    else if (!glbk__ism_flux(v->flux)) field = "flux", text = "must be 0..1e30";
+    else if (!glbk__ism_unit(v->normal)) field = "normal", text = "must be unit (0.97..1.03 long)";
+    else if (!glbk__ism_unit(v->axis)) field = "axis", text = "must be unit (0.97..1.03 long)";
+    else if (!(v->exponent >= 0 && v->exponent <= 1e5f)) field = "exponent", text = "must be 0..1e5";
+    else if (!(v->side >= 0 && v->side < 3e38f)) field = "side";
+    else if (!(v->reach >= 0 && v->reach < 3e38f)) field = "reach";
+    else if (!glbk__ism_window(v->window)) field = "window", text = "leaves nothing of a side";
+    return field ? glbk__ism_bad_element(ctx, "glbk_ism_vpls_upload", "vpls", i, field, text) : GLBK_OK;
+}
+
+static glbk_result glbk__ism_check_near_point(const glbk_context *ctx, const ism_near_point *p, size_t i,
+                                              uint32_t vpl_count)
+{
+    const char *field = NULL, *text = "must be finite";
+    if (!glbk__ism_finite(p->position)) field = "position";
+    else if (!glbk__ism_finite(p->normal)) field = "normal";
+    else if (!glbk__ism_flux(p->flux)) field = "flux", text = "must be 0..1e30";
+    else if (!(p->side >= 0 && p->side < 3e38f)) field = "side", text = "must be finite and not negative";
+    else if (!(p->reach >= 0 && p->reach < 3e38f)) field = "reach", text = "must be finite and not negative";
+    else if (!(p->vpl >= 0 && p->vpl < (float)vpl_count)) field = "vpl", text = "is the number of no VPL";
+    if (!field) return GLBK_OK;
+    return glbk__ism_bad_element(ctx, "glbk_ism_near_points_upload", "points", i, field, text);
+}
+
+/* A mesh, but for what its indices say, which is seen while they are read. */
+static glbk_result glbk__ism_check_mesh(const glbk_context *ctx, const char *function, const ism_mesh *mesh)
+{
+    const int indexed = mesh->indices || mesh->indices16;
+    const size_t corners = indexed ? mesh->index_count : mesh->vertex_count;
+    const glbk_result bad = GLBK_ERR_ARGUMENT;
+    if (mesh->indices && mesh->indices16)
+        return glbk__bad(ctx, bad, function, "mesh.indices", "and mesh.indices16 are both given");
+    if (corners % 3)
+        return glbk__bad_value(ctx, bad, function, indexed ? "mesh.index_count" : "mesh.vertex_count",
+                               (double)corners, "a multiple of 3");
+    if (corners && !mesh->positions) return glbk__bad(ctx, bad, function, "mesh.positions", "is NULL");
+    if (!glbk_ism__stride_valid(mesh->vertex_stride, 12))
+        return glbk__bad_value(ctx, bad, function, "mesh.vertex_stride", (double)mesh->vertex_stride,
+                               "0 or a multiple of 4, at least 12");
+    if (corners > 0x7fffffff)
+        return glbk__bad_value(ctx, GLBK_ERR_LIMIT, function, "the number of corners", (double)corners,
+                               "2147483647 at most");
+    if (mesh->vertex_count <= 0x7fffffff) return GLBK_OK;
+    return glbk__bad_value(ctx, GLBK_ERR_LIMIT, function, "mesh.vertex_count", (double)mesh->vertex_count,
+                           "2147483647 at most");
+}
+
+/* ==== src/gl_ism/maps.h ==== */
+
+/* ---- ism: maps ---- */
+
+/* What both paths draw to: the planes of surfels, and the atlas. */
 static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m)
 {
     const glbk_texture *depth = NULL;
@@ -1677,21 +1920,22 @@ static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m
         depth = &m->depth;
     }
     if (result == GLBK_OK)
-        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, m->side, m->side, depth, &m->surfels, &m->surfel_target);
-    return result == GLBK_OK ? glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target)
-                             : result;
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, m->side, m->side, depth, &m->planes, &m->plane_target);
+    if (result != GLBK_OK) return result;
+    return glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target);
 }
 
 /* What the core path needs from surfels to the atlas. */
 static glbk_result glbk__ism_create_fill(glbk_context *ctx, glbk_ism_maps *m, const char *projection)
 {
     char defines[] = "ISM_LEVEL=1";
-    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R8UI, m->side, m->side, NULL, &m->kept, &m->kept_target);
+    const uint32_t side = m->side;
+    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
     uint32_t i;
     if (result == GLBK_OK)
         result = glbk_program_create(ctx, glbk_ism_part(), "ism_holes.frag", projection, &m->holes);
     for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++) {
-        result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side >> (i + 1), m->side >> (i + 1), NULL, &m->pull[i],
+        result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, side >> (i + 1), side >> (i + 1), NULL, &m->pull[i],
                               &m->pull_target[i]);
         defines[10] = (char)('1' + (int)i);
         if (result == GLBK_OK)
@@ -1705,7 +1949,7 @@ static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m
 {
     char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0";
     glbk_result result;
-    m->quads = !m->compute && ctx->max_point_side < (float)m->desc.tile_size;
+    m->quads = !m->compute && ctx->max_point_side < (float)m->desc.tile_side;
     defines[15] = (char)('0' + (int)m->desc.projection);
     defines[27] = m->quads ? '1' : '0';
     result = glbk_program_create(ctx, glbk_ism_part(),
@@ -1719,33 +1963,34 @@ static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m
 static uint32_t glbk__ism_levels(const glbk_ism_maps *m)
 {
     uint32_t levels = m->desc.no_fill ? 0 : GLBK_ISM_LEVELS;
-    while (levels && m->desc.tile_size >> levels < 2) levels--;
+    while (levels && m->desc.tile_side >> levels < 2) levels--;
     return levels;
 }
 
-/* Texels of the table of VPLs before the near points' spheres, and of these. */
+/* How many texels of the table of VPLs lie before the spheres of the near points, and how many the spheres
+ * have. */
 static uint32_t glbk__ism_vpl_texels(const glbk_ism_maps *m) { return 4 * m->desc.vpl_count; }
 static uint32_t glbk__ism_spheres(const glbk_ism_maps *m)
 {
-    return (m->desc.vpl_count * m->desc.near_points + 63) / 64;
+    return (m->desc.vpl_count * (uint32_t)m->desc.near_point_count + 63) / 64;
 }
 
 static glbk_ism_frame glbk__ism_frame_of(const glbk_ism_maps *m)
 {
     glbk_ism_frame f;
     memset(&f, 0, sizeof f);
-    f.maps[0] = m->count;
-    f.maps[1] = m->desc.tile_size;
-    f.maps[2] = m->tiles;
-    f.maps[3] = m->each * m->desc.lazy;
-    f.points[0] = m->desc.vpl_count;
-    f.points[1] = m->each;
-    f.points[2] = glbk__ism_levels(m);
-    f.points[3] = m->triangles;
+    f.maps[0] = m->vpl_count;
+    f.maps[1] = m->desc.tile_side;
+    f.maps[2] = m->tiles_across;
+    f.maps[3] = m->phase_surfel_count * m->desc.lazy_frames;
+    f.surfels[0] = m->desc.vpl_count;
+    f.surfels[1] = m->phase_surfel_count;
+    f.surfels[2] = glbk__ism_levels(m);
+    f.surfels[3] = m->triangle_count;
     memcpy(f.sphere, m->sphere, sizeof f.sphere);
     f.values[0] = m->desc.splat_scale;
     f.values[1] = (float)m->desc.window_rim;
-    f.near_points[0] = m->near_count;
+    f.near_points[0] = m->near_point_count;
     f.near_points[1] = glbk__ism_vpl_texels(m);
     f.near_points[2] = f.near_points[1] + glbk__ism_spheres(m);
     return f;
@@ -1757,45 +2002,71 @@ static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps 
     return glbk_buffer_update(ctx, &m->frame, 0, sizeof f, &f);
 }
 
-/* By compute one table, since a dispatch reads all phases. Else one for each: it is written while the frame before may
-   still be drawn, and GPUs that keep frames in flight copy the whole of a texture that is. */
-static glbk_result glbk__ism_create_points(glbk_context *ctx, glbk_ism_maps *m, size_t points)
+/* By compute there is one table, since a dispatch reads all phases. Else each phase has its own: it is
+ * written while the frame before may still be drawn, and GPUs that keep frames in flight copy the whole of a
+ * texture that is. */
+static glbk_result glbk__ism_create_surfels(glbk_context *ctx, glbk_ism_maps *m)
 {
+    const size_t count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
+    const uint32_t phases = m->desc.lazy_frames;
     glbk_result result = GLBK_OK;
     uint32_t i;
-    if (m->compute) return glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, points, &m->points);
-    for (i = 0; i < m->desc.lazy && result == GLBK_OK; i++)
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, points / m->desc.lazy, &m->phase_points[i]);
+    if (m->compute) return glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count * phases, &m->surfels);
+    for (i = 0; i < phases && result == GLBK_OK; i++)
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count, &m->phase_surfels[i]);
     return result;
 }
 
-GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out)
+/* How large the atlas is and how many surfels a phase has. GLBK_ERR_LIMIT where that is too much. */
+static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *function, glbk_ism_maps *m)
+{
+    const ism_desc *d = &m->desc;
+    for (m->tiles_across = 1; m->tiles_across * m->tiles_across < d->vpl_count; m->tiles_across++) {}
+    m->side = m->tiles_across * d->tile_side;
+    m->phase_surfel_count = (d->surfel_count + d->lazy_frames - 1) / d->lazy_frames;
+    /* ism_splat.comp counts the surfels of a VPL in 16 bits. */
+    m->compute = ctx->compute && m->phase_surfel_count * d->lazy_frames <= 65536;
+    if (m->side > ctx->max_side)
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "the atlas's side, of all VPLs' tiles,",
+                               m->side, 8, ctx->max_side);
+    if ((uint64_t)m->phase_surfel_count * d->lazy_frames * d->vpl_count <= 0x7fffffff) return GLBK_OK;
+    return glbk__bad(ctx, GLBK_ERR_LIMIT, function, "desc.vpl_count times desc.surfel_count",
+                     "is above 2147483647");
+}
+
+static glbk_result glbk__ism_create_all(glbk_context *ctx, glbk_ism_maps *m)
 {
     static const uint32_t nothing[4] = { 0, 0, 0, 0 };
-    size_t points;
-    glbk_result result;
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
-    memset(out, 0, sizeof *out);
-    if (desc) out->desc = *desc;
-    if (!glbk__ism_resolve(&out->desc)) return memset(out, 0, sizeof *out), GLBK_ERR_ARGUMENT;
-    for (out->tiles = 1; out->tiles * out->tiles < out->desc.vpl_count; out->tiles++) {}
-    out->side = out->tiles * out->desc.tile_size;
-    out->each = (out->desc.points + out->desc.lazy - 1) / out->desc.lazy;
-    points = (size_t)out->each * out->desc.lazy * out->desc.vpl_count;
-    if (out->side > ctx->max_side || points > 0x7fffffff) return memset(out, 0, sizeof *out), GLBK_ERR_LIMIT;
-    out->compute = ctx->compute && out->each * out->desc.lazy <= 65536;     /* ism_splat.comp counts them in 16 bits */
-    result = glbk__ism_create_points(ctx, out, points);
+    const size_t vpls = m->desc.vpl_count;
+    glbk_result result = glbk__ism_create_surfels(ctx, m);
     if (result == GLBK_OK)
         result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, NULL,
-                                   glbk__ism_vpl_texels(out) + glbk__ism_spheres(out) +
-                                       3 * (size_t)out->desc.vpl_count * out->desc.near_points, &out->vpls);
-    if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, nothing, 1, &out->triangle_table);
-    if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, nothing, 1, &out->positions);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_frame), NULL, &out->frame);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &out->view);
-    if (result == GLBK_OK) result = glbk__ism_create_canvases(ctx, out);
-    if (result == GLBK_OK) result = glbk__ism_create_programs(ctx, out);
-    if (result == GLBK_OK) result = glbk__made(ctx, glbk__ism_write_frame(ctx, out));
+                                   glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) +
+                                       3 * vpls * (size_t)m->desc.near_point_count, &m->vpls);
+    if (result == GLBK_OK)
+        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, nothing, 1, &m->triangle_table);
+    if (result == GLBK_OK) result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32F, nothing, 1, &m->positions);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_frame), NULL, &m->frame);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &m->view);
+    if (result == GLBK_OK) result = glbk__ism_create_canvases(ctx, m);
+    if (result == GLBK_OK) result = glbk__ism_create_programs(ctx, m);
+    return result == GLBK_OK ? glbk__made(ctx, glbk__ism_write_frame(ctx, m)) : result;
+}
+
+GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *desc, glbk_ism_maps *out)
+{
+    ism_desc given;
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!out) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    memset(out, 0, sizeof *out);
+    memset(&given, 0, sizeof given);
+    if (desc) given = *desc;
+    result = glbk__ism_check_desc(ctx, __func__, &given);
+    if (result != GLBK_OK) return result;
+    out->desc = glbk__ism_resolved(&given);
+    result = glbk__ism_lay_out(ctx, __func__, out);
+    if (result == GLBK_OK) result = glbk__ism_create_all(ctx, out);
     if (result != GLBK_OK) glbk_ism_maps_free(ctx, out);
     return result;
 }
@@ -1813,15 +2084,15 @@ GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *m)
     glbk_program_free(ctx, &m->holes);
     glbk_program_free(ctx, &m->push);
     glbk_program_free(ctx, &m->fill);
-    glbk_target_free(ctx, &m->surfel_target);
+    glbk_target_free(ctx, &m->plane_target);
     glbk_target_free(ctx, &m->kept_target);
     glbk_target_free(ctx, &m->atlas_target);
     glbk_texture_free(ctx, &m->vpls);
-    glbk_texture_free(ctx, &m->points);
-    for (i = 0; i < 64; i++) glbk_texture_free(ctx, &m->phase_points[i]);
+    glbk_texture_free(ctx, &m->surfels);
+    for (i = 0; i < 64; i++) glbk_texture_free(ctx, &m->phase_surfels[i]);
     glbk_texture_free(ctx, &m->triangle_table);
     glbk_texture_free(ctx, &m->positions);
-    glbk_texture_free(ctx, &m->surfels);
+    glbk_texture_free(ctx, &m->planes);
     glbk_texture_free(ctx, &m->depth);
     glbk_texture_free(ctx, &m->kept);
     glbk_texture_free(ctx, &m->atlas);
@@ -1830,9 +2101,12 @@ GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *m)
     memset(m, 0, sizeof *m);
 }
 
+/* ==== src/gl_ism/uploads.h ==== */
 
-/* count strided triples into a table of four floats each, at least one texel; the table is made anew where it is too
- * small. */
+/* ---- ism: meshes, surfels, VPLs and near points from the CPU ---- */
+
+/* count strided triples into a table of four floats each, at least one texel. had: how many it holds; the
+ * table is made anew for another number. */
 static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from,
                                     size_t count, size_t stride)
 {
@@ -1857,21 +2131,25 @@ static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint
     return result;
 }
 
-/* Three indices and the bits of the opacity, or NULL where memory (result) or an index (its error) fails. */
-static uint32_t *glbk__ism_triangles(const glbk_ism__allocator *memory, const ism_mesh *mesh, size_t count,
-                                     glbk_result *result)
+/* Returns three indices and the bits of the opacity of each triangle; NULL where there is no memory, or an
+ * index is beyond the vertices: *result says which. */
+static uint32_t *glbk__ism_triangles(const glbk_context *ctx, const glbk_ism__allocator *memory,
+                                     const ism_mesh *mesh, size_t count, glbk_result *result)
 {
     uint32_t *words = (uint32_t *)glbk_ism__alloc_array(memory, count, 16);
     float opacity = 1;
-    size_t i, k;
+    size_t i, corner;
     *result = words ? GLBK_OK : GLBK_ERR_ALLOC;
+    for (corner = 0; corner < 3 * count && *result == GLBK_OK; corner++) {
+        const uint32_t index = mesh->indices     ? mesh->indices[corner]
+                               : mesh->indices16 ? mesh->indices16[corner]
+                                                 : (uint32_t)corner;
+        words[corner / 3 * 4 + corner % 3] = index;
+        if (index >= mesh->vertex_count)
+            *result = glbk__bad_index(ctx, GLBK_ERR_INPUT, "glbk_ism_mesh_upload", "mesh", corner, index,
+                                      mesh->vertex_count);
+    }
     for (i = 0; i < count && *result == GLBK_OK; i++) {
-        for (k = 0; k < 3; k++) {
-            words[4 * i + k] = mesh->indices     ? mesh->indices[3 * i + k]
-                               : mesh->indices16 ? mesh->indices16[3 * i + k]
-                                                 : (uint32_t)(3 * i + k);
-            if (words[4 * i + k] >= mesh->vertex_count) *result = GLBK_ERR_ARGUMENT;
-        }
         if (mesh->opacities) opacity = mesh->opacities[i];
         memcpy(words + 4 * i + 3, &opacity, 4);
     }
@@ -1882,154 +2160,199 @@ static uint32_t *glbk__ism_triangles(const glbk_ism__allocator *memory, const is
     return words;
 }
 
-GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_mesh *mesh)
+/* Triangles and places of a mesh that has some, in place of those before. */
+static glbk_result glbk__ism_replace_mesh(glbk_context *ctx, glbk_ism_maps *m, const ism_mesh *mesh,
+                                          size_t count)
 {
-    glbk_ism__allocator memory;
-    uint32_t *words;
-    const int indexed = mesh && (mesh->indices || mesh->indices16);
-    size_t corners = mesh ? (indexed ? mesh->index_count : mesh->vertex_count) : 0, count = corners / 3;
+    const glbk_ism__allocator memory = glbk_ism__memory(ctx);
     glbk_texture made;
     glbk_result result;
-    if (!ctx || !m || !m->vpls.name || (mesh && !glbk_ism__stride_valid(mesh->vertex_stride, 12)) || corners % 3 ||
-        (corners && !mesh->positions) || (indexed && mesh->indices && mesh->indices16))
-        return GLBK_ERR_ARGUMENT;
-    if (corners > 0x7fffffff || (mesh && mesh->vertex_count > 0x7fffffff)) return GLBK_ERR_LIMIT;
-    if (count) {
-        memory = glbk_ism__memory(ctx);
-        words = glbk__ism_triangles(&memory, mesh, count, &result);
-        if (!words) return result;
-        result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made);
-        glbk_ism__free(&memory, words);
-        if (result == GLBK_OK) {
-            result = glbk__ism_upload(ctx, &m->positions, m->vertices, mesh->positions, mesh->vertex_count,
-                                      mesh->vertex_stride);
-            if (result != GLBK_OK) glbk_texture_free(ctx, &made);
-        }
-        if (result != GLBK_OK) return result;
-        glbk_texture_free(ctx, &m->triangle_table);
-        m->triangle_table = made;
-        m->vertices = (uint32_t)mesh->vertex_count;
+    uint32_t *words = glbk__ism_triangles(ctx, &memory, mesh, count, &result);
+    if (!words) return result;
+    result = glbk_table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made);
+    glbk_ism__free(&memory, words);
+    if (result != GLBK_OK) return result;
+    result = glbk__ism_upload(ctx, &m->positions, m->vertex_count, mesh->positions, mesh->vertex_count,
+                              mesh->vertex_stride);
+    if (result != GLBK_OK) {
+        glbk_texture_free(ctx, &made);
+        return result;
     }
-    if (count != m->triangles) m->phases = 0;
-    m->triangles = (uint32_t)count;
+    glbk_texture_free(ctx, &m->triangle_table);
+    m->triangle_table = made;
+    m->vertex_count = (uint32_t)mesh->vertex_count;
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_mesh *mesh)
+{
+    size_t count = 0;
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result == GLBK_OK && mesh) {
+        result = glbk__ism_check_mesh(ctx, __func__, mesh);
+        count = (mesh->indices || mesh->indices16 ? mesh->index_count : mesh->vertex_count) / 3;
+    }
+    if (result == GLBK_OK && count) result = glbk__ism_replace_mesh(ctx, m, mesh, count);
+    if (result != GLBK_OK) return result;
+    if (count != m->triangle_count) m->phases = 0;
+    m->triangle_count = (uint32_t)count;
     return glbk__made(ctx, glbk__ism_write_frame(ctx, m));
 }
 
-GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, const float *positions, size_t stride)
+GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, const float *positions,
+                                        size_t stride)
 {
-    if (!ctx || !m || !m->triangles || !positions || !glbk_ism__stride_valid(stride, 12)) return GLBK_ERR_ARGUMENT;
-    return glbk__ism_upload(ctx, &m->positions, m->vertices, positions, m->vertices, stride);
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result != GLBK_OK) return result;
+    if (!positions) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "positions", "is NULL");
+    if (!glbk_ism__stride_valid(stride, 12))
+        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, __func__, "stride", (double)stride,
+                               "0 or a multiple of 4, at least 12");
+    if (!m->triangle_count)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "maps", "have no mesh: glbk_ism_mesh_upload");
+    return glbk__ism_upload(ctx, &m->positions, m->vertex_count, positions, m->vertex_count, stride);
 }
 
-GLBK_DEF glbk_result glbk_ism_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase, const void *points)
+GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase,
+                                             const ism_surfel *surfels)
 {
     size_t count;
     glbk_result result;
-    if (!ctx || !m || !m->vpls.name || !points || phase >= m->desc.lazy) return GLBK_ERR_ARGUMENT;
-    count = (size_t)m->desc.vpl_count * m->each;
-    result = m->compute ? glbk_table_update(ctx, &m->points, count * phase, count, points)
-                        : glbk_table_update(ctx, &m->phase_points[phase], 0, count, points);
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result != GLBK_OK) return result;
+    if (!surfels) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "surfels", "is NULL");
+    if (phase >= m->desc.lazy_frames)
+        return glbk__bad_range(ctx, GLBK_ERR_ARGUMENT, __func__, "phase", phase, 0,
+                               m->desc.lazy_frames - 1.0);
+    count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
+    result = m->compute ? glbk_table_update(ctx, &m->surfels, count * phase, count, surfels)
+                        : glbk_table_update(ctx, &m->phase_surfels[phase], 0, count, surfels);
     if (result == GLBK_OK) m->phases |= (uint64_t)1 << phase;
     return result;
 }
 
-static int glbk__ism_vpl_ok(const ism_vpl *v)
+/* Four texels of the table of VPLs: docs/gpu-layouts.md. Maps without a rim show no windows. */
+static void glbk__ism_pack_vpl(const glbk_ism_maps *m, const ism_vpl *v, float *to)
 {
-    float sum = v->exponent + v->side + v->reach;
-    int k;
-    for (k = 0; k < 3; k++) sum += v->position[k] * 0 + v->normal[k] * 0 + v->flux[k] * 0 + v->axis[k] * 0;
-    for (k = 0; k < 2; k++)         /* something is left of each side */
-        if ((v->window >> 6 * k & 63) + (v->window >> (6 * k + 12) & 63) > 63) return 0;
-    return sum >= 0 && v->exponent >= 0 && v->exponent <= 1e5f && v->side >= 0 && v->reach >= 0 &&
-           sum < 3e38f && v->window < 1u << 24;
+    memcpy(to, v->position, 12);
+    to[3] = v->directional ? -1 : v->exponent;
+    memcpy(to + 4, v->normal, 12);
+    to[7] = v->side;
+    memcpy(to + 8, v->flux, 12);
+    to[11] = v->reach;
+    memcpy(to + 12, v->axis, 12);
+    to[15] = m->desc.window_rim ? (float)v->window : 0.0f;
 }
 
-GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_vpl *vpls, uint32_t count,
-                                          const float center[3], float radius)
+static glbk_result glbk__ism_check_vpls(const glbk_context *ctx, const char *function, const glbk_ism_maps *m,
+                                        const ism_vpl *vpls, uint32_t count, const float *center,
+                                        float radius)
 {
-    glbk_ism__allocator memory;
-    glbk_result result = GLBK_OK;
-    float *texels;
+    glbk_result result = glbk__ism_check_maps(ctx, function, m);
     uint32_t i;
-    if (!ctx || !m || !m->vpls.name || (count && !vpls) || count > m->desc.vpl_count || (center && !(radius > 0)))
-        return GLBK_ERR_ARGUMENT;
-    for (i = 0; i < count; i++)
-        if (!glbk__ism_vpl_ok(&vpls[i]) || (vpls[i].directional && !center)) return GLBK_ERR_ARGUMENT;
-    if (count) {
-        memory = glbk_ism__memory(ctx);
-        texels = (float *)glbk_ism__alloc_array(&memory, count, 64);
+    if (result != GLBK_OK) return result;
+    if (count && !vpls) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "vpls", "is NULL");
+    if (count > m->desc.vpl_count)
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, function, "count", count, 0, m->desc.vpl_count);
+    if (center && !(radius > 0 && radius < 3e38f))
+        return glbk__bad_value(ctx, GLBK_ERR_ARGUMENT, function, "radius", (double)radius, "above 0");
+    for (i = 0; i < count && result == GLBK_OK; i++) {
+        result = glbk__ism_check_vpl(ctx, &vpls[i], i);
+        if (result == GLBK_OK && vpls[i].directional && !center)
+            result = glbk__bad(ctx, GLBK_ERR_ARGUMENT, function, "center",
+                               "is NULL, and there is a directional VPL");
+    }
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_vpl *vpls,
+                                          uint32_t count, const float center[3], float radius)
+{
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_vpls(ctx, __func__, m, vpls, count, center, radius);
+    if (result == GLBK_OK && count) {
+        const glbk_ism__allocator memory = glbk_ism__memory(ctx);
+        float *texels = (float *)glbk_ism__alloc_array(&memory, count, 64);
+        uint32_t i;
         if (!texels) return GLBK_ERR_ALLOC;
-        for (i = 0; i < count; i++) {
-            float *to = texels + 16 * (size_t)i;
-            memcpy(to, vpls[i].position, 12);
-            to[3] = vpls[i].directional ? -1 : vpls[i].exponent;
-            memcpy(to + 4, vpls[i].normal, 12);
-            to[7] = vpls[i].side;
-            memcpy(to + 8, vpls[i].flux, 12);
-            to[11] = vpls[i].reach;
-            memcpy(to + 12, vpls[i].axis, 12);
-            to[15] = (float)vpls[i].window;
-        }
+        for (i = 0; i < count; i++) glbk__ism_pack_vpl(m, &vpls[i], texels + 16 * (size_t)i);
         result = glbk_table_update(ctx, &m->vpls, 0, 4 * (size_t)count, texels);
         glbk_ism__free(&memory, texels);
     }
     if (result != GLBK_OK) return result;
-    m->count = count;
-    m->near_count = 0;
+    m->vpl_count = count;
+    m->near_point_count = 0;
     memset(m->sphere, 0, sizeof m->sphere);
     if (center) memcpy(m->sphere, center, 3 * sizeof(float));
     m->sphere[3] = center ? radius : 1;
     return glbk__ism_write_frame(ctx, m);
 }
 
-/* x, y, z and radius of the sphere beyond which none of them reaches, as ism.h has it. */
-static void glbk__ism_near_sphere(const float *points, uint32_t count, float sphere[4])
+/* x, y, z and radius of the sphere beyond which none of the near points reaches, as ism.h has it. */
+static void glbk__ism_near_sphere(const ism_near_point *points, uint32_t count, float sphere[4])
 {
-    float lo[3], hi[3], d2, reach;
+    float low[3], high[3], d2, reach;
     uint32_t i, k;
-    for (k = 0; k < 3; k++) lo[k] = hi[k] = points[k];
+    memcpy(low, points[0].position, sizeof low);
+    memcpy(high, points[0].position, sizeof high);
     for (i = 1; i < count; i++)
         for (k = 0; k < 3; k++) {
-            lo[k] = points[12 * i + k] < lo[k] ? points[12 * i + k] : lo[k];
-            hi[k] = points[12 * i + k] > hi[k] ? points[12 * i + k] : hi[k];
+            const float x = points[i].position[k];
+            low[k] = x < low[k] ? x : low[k];
+            high[k] = x > high[k] ? x : high[k];
         }
-    for (k = 0; k < 3; k++) sphere[k] = 0.5f * (lo[k] + hi[k]);
+    for (k = 0; k < 3; k++) sphere[k] = 0.5f * (low[k] + high[k]);
     sphere[3] = 0;
     for (i = 0; i < count; i++) {
-        for (k = 0, d2 = 0; k < 3; k++) d2 += (points[12 * i + k] - sphere[k]) * (points[12 * i + k] - sphere[k]);
-        reach = sqrtf(d2) + points[12 * i + 7];
+        const float *p = points[i].position;
+        for (k = 0, d2 = 0; k < 3; k++) d2 += (p[k] - sphere[k]) * (p[k] - sphere[k]);
+        reach = sqrtf(d2) + points[i].reach;
         if (reach > sphere[3]) sphere[3] = reach;
     }
 }
 
-GLBK_DEF glbk_result glbk_ism_near_upload(glbk_context *ctx, glbk_ism_maps *m, const void *points, uint32_t count)
+/* Near points as they are, and a sphere about each 64 of them. */
+static glbk_result glbk__ism_send_near_points(glbk_context *ctx, glbk_ism_maps *m,
+                                              const ism_near_point *points, uint32_t count)
 {
-    const float *values = (const float *)points;
-    glbk_ism__allocator memory;
+    const glbk_ism__allocator memory = glbk_ism__memory(ctx);
+    const size_t behind = (size_t)glbk__ism_vpl_texels(m) + glbk__ism_spheres(m);
+    const uint32_t blocks = (count + 63) / 64;
+    float *spheres = (float *)glbk_ism__alloc_array(&memory, blocks, 16);
     glbk_result result;
-    float *spheres;
-    uint32_t i, k;
-    if (!ctx || !m || !m->vpls.name || (count && !points) || count > m->desc.vpl_count * m->desc.near_points)
-        return GLBK_ERR_ARGUMENT;
-    for (i = 0; i < count; i++) {
-        const float *p = values + 12 * (size_t)i;
-        float sum = 0;
-        for (k = 0; k < 12; k++) sum += p[k] * 0;
-        if (!(sum >= 0 && p[3] >= 0 && p[7] >= 0 && p[11] >= 0 && p[11] < (float)m->count)) return GLBK_ERR_ARGUMENT;
-    }
-    m->near_count = count;
-    if (!count) return glbk__ism_write_frame(ctx, m);
-    memory = glbk_ism__memory(ctx);
-    spheres = (float *)glbk_ism__alloc_array(&memory, (count + 63) / 64, 16);
-    if (!spheres) return m->near_count = 0, GLBK_ERR_ALLOC;
+    uint32_t i;
+    if (!spheres) return GLBK_ERR_ALLOC;
     for (i = 0; i < count; i += 64)
-        glbk__ism_near_sphere(values + 12 * (size_t)i, count - i < 64 ? count - i : 64, spheres + i / 16);
-    result = glbk_table_update(ctx, &m->vpls, glbk__ism_vpl_texels(m), (count + 63) / 64, spheres);
+        glbk__ism_near_sphere(points + i, count - i < 64 ? count - i : 64, spheres + i / 16);
+    result = glbk_table_update(ctx, &m->vpls, glbk__ism_vpl_texels(m), blocks, spheres);
     glbk_ism__free(&memory, spheres);
-    if (result == GLBK_OK)
-        result = glbk_table_update(ctx, &m->vpls, (size_t)glbk__ism_vpl_texels(m) + glbk__ism_spheres(m),
-                                   3 * (size_t)count, points);
-    if (result != GLBK_OK) m->near_count = 0;
+    if (result != GLBK_OK) return result;
+    return glbk_table_update(ctx, &m->vpls, behind, 3 * (size_t)count, points);
+}
+
+GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_maps *m,
+                                                 const ism_near_point *points, uint32_t count)
+{
+    glbk_result result;
+    uint32_t i;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result != GLBK_OK) return result;
+    if (count && !points) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is NULL");
+    if (count > m->desc.vpl_count * (uint32_t)m->desc.near_point_count)
+        return glbk__bad_range(ctx, GLBK_ERR_LIMIT, __func__, "count", count, 0,
+                               (double)m->desc.vpl_count * (double)m->desc.near_point_count);
+    for (i = 0; i < count && result == GLBK_OK; i++)
+        result = glbk__ism_check_near_point(ctx, &points[i], i, m->vpl_count);
+    if (result != GLBK_OK) return result;
+    if (count) result = glbk__ism_send_near_points(ctx, m, points, count);
+    m->near_point_count = result == GLBK_OK ? count : 0;
     return result == GLBK_OK ? glbk__ism_write_frame(ctx, m) : result;
 }
 
@@ -2037,30 +2360,32 @@ GLBK_DEF glbk_result glbk_ism_near_upload(glbk_context *ctx, glbk_ism_maps *m, c
 
 /* ---- ism: drawing the maps ---- */
 
-static void glbk__ism_bind_points(glbk_context *ctx, const glbk_ism_maps *m)
+static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-    if (m->compute) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->points);
+    if (m->compute) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_surfels, &m->surfels);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
 
-/* A group of ism_splat.comp and of ism_fill.comp for each tile, or for each of the squares that it is cut into. */
-static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m, glbk_program *program, uint32_t square)
+/* A group of ism_splat.comp or of ism_fill.comp for each tile, or for each of the squares that a large tile
+ * is cut into. */
+static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m, glbk_program *program,
+                                      uint32_t square)
 {
-    uint32_t groups = m->side / (m->desc.tile_size <= 64 ? m->desc.tile_size : square);
+    uint32_t groups = m->side / (m->desc.tile_side <= 64 ? m->desc.tile_side : square);
     return glbk_dispatch(ctx, program, groups, groups, 1);
 }
 
-/* The points of a phase, as many in a draw as may be. */
-static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase)
+/* The surfels of a phase, at most so many in a draw. */
+static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase, uint32_t most)
 {
-    const uint32_t all = m->each * m->desc.vpl_count, most = m->desc.points_per_pass;
+    const uint32_t all = m->phase_surfel_count * m->desc.vpl_count;
     glbk_ism_frame f = glbk__ism_frame_of(m);
     glbk_result result = GLBK_OK;
     uint32_t first, count;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->phase_points[phase]);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_surfels, &m->phase_surfels[phase]);
     for (first = 0; first < all && result == GLBK_OK; first += count) {
         count = all - first < most ? all - first : most;
         if (!m->quads) {
@@ -2074,35 +2399,36 @@ static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uin
     return result;
 }
 
-/* All points, cleared before. */
-static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
+/* Clears the planes and draws the surfels of all phases. */
+static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m, uint32_t surfels_per_pass)
 {
     static const float empty[4] = { 0, 0, 0, 1e30f };
     glbk_pass pass;
     glbk_result result;
     uint32_t phase;
     if (m->compute) {
-        glbk__ism_bind_points(ctx, m);
-        glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_surfels_out, &m->surfels);
+        glbk__ism_bind_surfels(ctx, m);
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_planes_out, &m->planes);
         return glbk__ism_dispatch(ctx, m, &m->splat, 64);
     }
     memset(&pass, 0, sizeof pass);
-    pass.target = &m->surfel_target;
+    pass.target = &m->plane_target;
     pass.depth = GLBK_DEPTH_LESS;
     result = glbk_begin(ctx, &pass, &m->splat);
     if (result != GLBK_OK) return result;
-    glbk_clear(ctx, &m->surfel_target, 0, empty);
+    glbk_clear(ctx, &m->plane_target, 0, empty);
     glbk_clear_depth(ctx, 1);
-    if (!m->triangles || !m->count) return GLBK_OK;
-    glbk__ism_bind_points(ctx, m);
-    for (phase = 0; phase < m->desc.lazy && result == GLBK_OK; phase++) result = glbk__ism_draw_phase(ctx, m, phase);
+    if (!m->triangle_count || !m->vpl_count) return GLBK_OK;
+    glbk__ism_bind_surfels(ctx, m);
+    for (phase = 0; phase < m->desc.lazy_frames && result == GLBK_OK; phase++)
+        result = glbk__ism_draw_phase(ctx, m, phase, surfels_per_pass ? surfels_per_pass : 1u << 20);
     return result;
 }
 
-static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
+static void glbk__ism_bind_planes(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_surfels, &m->surfels);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_planes, &m->planes);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
 
@@ -2118,7 +2444,7 @@ static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, con
     result = glbk_begin(ctx, &pass, program);
     if (result != GLBK_OK) return result;
     if (below) {
-        glbk__ism_bind_surfels(ctx, m);
+        glbk__ism_bind_planes(ctx, m);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_below, below);
     }
     for (i = 0; target == &m->atlas_target && i < GLBK_ISM_LEVELS; i++)
@@ -2134,33 +2460,43 @@ static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
     uint32_t i, levels = glbk__ism_levels(m);
     glbk_result result;
     if (m->compute) {
-        glbk__ism_bind_surfels(ctx, m);
+        glbk__ism_bind_planes(ctx, m);
         glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_atlas_out, &m->atlas);
         return glbk__ism_dispatch(ctx, m, &m->fill, 32);
     }
-    result = glbk__ism_pass(ctx, m, &m->kept_target, &m->holes, &m->surfels);
+    result = glbk__ism_pass(ctx, m, &m->kept_target, &m->holes, &m->planes);
     for (i = 0; i < levels && result == GLBK_OK; i++)
-        result = glbk__ism_pass(ctx, m, &m->pull_target[i], &m->pull_program[i], i ? &m->pull[i - 1] : &m->kept);
+        result = glbk__ism_pass(ctx, m, &m->pull_target[i], &m->pull_program[i],
+                                i ? &m->pull[i - 1] : &m->kept);
     return result == GLBK_OK ? glbk__ism_pass(ctx, m, &m->atlas_target, &m->push, &m->kept) : result;
 }
 
-GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m)
+GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t surfels_per_pass)
 {
     uint64_t all;
     glbk_result result;
-    if (!ctx || !m || !m->vpls.name) return GLBK_ERR_ARGUMENT;
-    all = m->desc.lazy == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy) - 1;
-    if (m->triangles && m->phases != all) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_splat(ctx, m);
-    return result == GLBK_OK ? glbk__ism_fill(ctx, m) : result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result != GLBK_OK) return result;
+    all = m->desc.lazy_frames == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy_frames) - 1;
+    if (m->triangle_count && m->phases != all)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "the surfels of a phase",
+                         "were not given since the mesh has its triangles: glbk_ism_surfels_upload");
+    result = glbk__ism_splat(ctx, m, surfels_per_pass);
+    if (result == GLBK_OK) result = glbk__ism_fill(ctx, m);
+    if (result == GLBK_OK) m->drawn = 1;
+    return result;
 }
 
-GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *m, float *atlas)
+GLBK_DEF glbk_result glbk_ism_maps_read(glbk_context *ctx, const glbk_ism_maps *m, float *atlas)
 {
     glbk_ism__allocator memory;
     uint32_t *words, y, x;
-    glbk_result result = GLBK_OK;
-    if (!ctx || !m || !m->vpls.name || !atlas) return GLBK_ERR_ARGUMENT;
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result != GLBK_OK) return result;
+    if (!atlas) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "atlas", "is NULL");
     memory = glbk_ism__memory(ctx);
     words = (uint32_t *)glbk_ism__alloc_array(&memory, m->side, 16);
     if (!words) return GLBK_ERR_ALLOC;
@@ -2177,26 +2513,16 @@ GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *m, fl
 
 /* ---- ism: the renderer ---- */
 
-/* The shading with its defaults, and what shaders read of it. */
-static glbk_result glbk__ism_view_of(const glbk_ism_maps *m, const glbk_ism_shading *shading, glbk_ism_shading *s,
-                                     glbk_ism_view *view)
+/* What shaders read of a shading that has its defaults. */
+static glbk_ism_view glbk__ism_view_of(const ism_shading *s)
 {
-    memset(s, 0, sizeof *s);
-    s->bias = 0.02f;
-    s->clamp = 1;
-    if (shading) *s = *shading;
-    if (!m || !m->vpls.name || s->near_mode > 6 || s->pattern > 8 || (s->pattern & (s->pattern - 1)) ||
-        !(s->bias >= 0 && s->bias < 1) ||
-        ((s->near_mode == 3 || s->near_mode == 4) && !(s->clamp > 0 && s->clamp < 3e38f)))
-        return GLBK_ERR_ARGUMENT;
-    if (!s->near_mode) s->near_mode = 6;
-    if (!s->pairs_per_pass) s->pairs_per_pass = 1u << 28;
-    memset(view, 0, sizeof *view);
-    view->size[2] = s->pattern ? s->pattern : 1;
-    view->size[3] = (s->no_maps ? 1u : 0u) | (s->irradiance ? 0u : 2u);
-    view->values[0] = s->bias;
-    view->values[1] = s->clamp;
-    return GLBK_OK;
+    glbk_ism_view view;
+    memset(&view, 0, sizeof view);
+    view.size[2] = s->pattern;
+    view.size[3] = s->no_maps != 0;
+    view.values[0] = s->bias;
+    view.values[1] = s->clamp;
+    return view;
 }
 
 static void glbk__ism_bind_maps(glbk_context *ctx, const glbk_ism_maps *m, const glbk_offset *offset)
@@ -2207,14 +2533,18 @@ static void glbk__ism_bind_maps(glbk_context *ctx, const glbk_ism_maps *m, const
     glbk_bind_block(ctx, at.block + GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
 
-GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m, const glbk_ism_shading *shading,
+GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m, const ism_shading *shading,
                                    const glbk_offset *offset)
 {
-    glbk_ism_shading s;
+    ism_shading s;
     glbk_ism_view view;
-    glbk_result result = ctx ? glbk__ism_view_of(m, shading, &s, &view) : GLBK_ERR_ARGUMENT;
-    if (result == GLBK_OK)
-        result = glbk__put_block(ctx, glbk__offset(offset).block + GLBK_SLOT_glbk_ism_view, &m->view, &view);
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result == GLBK_OK) result = glbk__ism_check_shading(ctx, __func__, shading, &s);
+    if (result != GLBK_OK) return result;
+    view = glbk__ism_view_of(&s);
+    result = glbk__put_block(ctx, glbk__offset(offset).block + GLBK_SLOT_glbk_ism_view, &m->view, &view);
     if (result == GLBK_OK) glbk__ism_bind_maps(ctx, m, offset);
     return result;
 }
@@ -2222,186 +2552,169 @@ GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m, co
 GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
                                               glbk_ism_renderer *out)
 {
-    glbk_texture_desc d;
-    glbk_target_desc t;
-    glbk_result result = GLBK_OK;
-    int i;
-    if (!ctx || !out) return GLBK_ERR_ARGUMENT;
+    const char *blur;
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!out) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
     memset(out, 0, sizeof *out);
-    if (!width || !height) return GLBK_ERR_ARGUMENT;
-    memset(&d, 0, sizeof d);
-    memset(&t, 0, sizeof t);
-    out->width = d.width = width;
-    out->height = d.height = height;
-    d.format = GLBK_FORMAT_COLOR;
-    for (i = 0; i < 4 && result == GLBK_OK; i++) {
-        result = glbk_texture_create(ctx, &d, &out->gbuffer[i]);
-        t.color[i] = &out->gbuffer[i];
-    }
-    d.format = GLBK_FORMAT_DEPTH32F;
-    t.depth = &out->depth;
-    if (result == GLBK_OK) result = glbk_texture_create(ctx, &d, &out->depth);
-    if (result == GLBK_OK) result = glbk__target_create(ctx, &t, &out->gbuffer_target);
-    if (result == GLBK_OK)
-        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->light, &out->light_target);
+    if (!width || width > ctx->max_side)
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "width", width, 1, ctx->max_side);
+    if (!height || height > ctx->max_side)
+        return glbk__bad_range(ctx, GLBK_ERR_DESC, __func__, "height", height, 1, ctx->max_side);
+    result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->light, &out->light_target);
     if (result == GLBK_OK)
         result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &out->result, &out->result_target);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &out->view);
     out->compute = ctx->compute;
+    blur = out->compute ? "ism_blur.comp" : "ism_blur.frag";
+    if (result == GLBK_OK) result = glbk__gbuffer_program(ctx, glbk_ism_part(), blur, NULL, &out->blur);
     if (result == GLBK_OK)
-        result = glbk_program_create(ctx, glbk_ism_part(),
-                                     out->compute ? "ism_blur.comp" : "ism_blur.frag", NULL, &out->blur);
-    if (result == GLBK_OK)
-        result = glbk_program_create(ctx, glbk_ism_part(), "ism_resolve.frag", NULL, &out->resolve);
+        result = glbk__gbuffer_program(ctx, glbk_ism_part(), "ism_resolve.frag", NULL, &out->resolve);
+    out->width = width;
+    out->height = height;
     if (result != GLBK_OK) glbk_ism_renderer_free(ctx, out);
     return result;
 }
 
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
 {
-    int i;
+    int projection, near_mode;
     if (!r) return;
-    glbk_target_free(ctx, &r->gbuffer_target);
     glbk_target_free(ctx, &r->light_target);
     glbk_target_free(ctx, &r->result_target);
-    for (i = 0; i < 4; i++) glbk_texture_free(ctx, &r->gbuffer[i]);
-    glbk_texture_free(ctx, &r->depth);
     glbk_texture_free(ctx, &r->light);
     glbk_texture_free(ctx, &r->result);
     glbk_buffer_free(ctx, &r->view);
-    for (i = 0; i < 24; i++) glbk_program_free(ctx, &r->shade[i / 6][i % 6]);
+    for (projection = 0; projection < ISM_PROJECTION_COUNT; projection++)
+        for (near_mode = 0; near_mode < ISM_NEAR_COUNT; near_mode++)
+            glbk_program_free(ctx, &r->shade[projection][near_mode]);
     glbk_program_free(ctx, &r->blur);
     glbk_program_free(ctx, &r->resolve);
     memset(r, 0, sizeof *r);
 }
 
-GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_renderer *r, const glbk_ism_receivers *from)
+/* What the passes of a call read and write. */
+typedef struct glbk__ism_job {
+    const glbk_ism_renderer *renderer;
+    const glbk_gbuffer      *gbuffer;
+    const glbk_ism_maps     *maps;
+    glbk_program            *program;
+    glbk_ism_view            view;
+} glbk__ism_job;
+
+/* The program of the maps' projection and of a rule near by, compiled when it is first asked for. */
+static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer *r, ism_projection projection,
+                                           ism_near near_mode, glbk_program **out)
 {
-    const float *arrays[4];
-    glbk_ism__allocator memory;
-    glbk_result result = GLBK_OK;
-    size_t count, i, stride;
-    float *texels;
-    int k;
-    if (!ctx || !r || !r->view.name || !from || !from->positions || !from->normals ||
-        !glbk_ism__stride_valid(from->stride, 12))
-        return GLBK_ERR_ARGUMENT;
-    arrays[0] = from->positions;
-    arrays[1] = from->normals;
-    arrays[2] = from->geometric ? from->geometric : from->normals;
-    arrays[3] = from->albedos;
-    stride = from->stride ? from->stride : 12;
-    count = (size_t)r->width * r->height;
-    memory = glbk_ism__memory(ctx);
-    texels = (float *)glbk_ism__alloc_array(&memory, count, 16);
-    if (!texels) return GLBK_ERR_ALLOC;
-    for (k = 0; k < 4 && result == GLBK_OK; k++) {
-        for (i = 0; i < count; i++) {
-            texels[4 * i] = texels[4 * i + 1] = texels[4 * i + 2] = texels[4 * i + 3] = 1;
-            if (arrays[k]) memcpy(texels + 4 * i, (const char *)arrays[k] + stride * i, 12);
-        }
-        result = glbk_texture_update(ctx, &r->gbuffer[k], 0, 0, 0, 0, r->width, r->height, 1, texels);
-    }
-    glbk_ism__free(&memory, texels);
-    return result;
+    const char *name = r->compute ? "ism_shade.comp" : "ism_shade.frag";
+    char defines[] = "ISM_PROJECTION=1 ISM_NEAR=1";
+    *out = &r->shade[projection][near_mode];
+    if ((*out)->name) return GLBK_OK;
+    defines[15] = (char)('0' + (int)projection);
+    defines[26] = (char)('0' + (int)near_mode);
+    return glbk__gbuffer_program(ctx, glbk_ism_part(), name, defines, *out);
 }
 
-/* Rows of pixels from one on by one program, which reads the G-buffer, the maps and, for the blur, the light: by
- * 16 x 16 of each class of pixels, `side` apart, in groups of the compute path. */
-static glbk_result glbk__ism_shade_pass(glbk_context *ctx, const glbk_ism_renderer *r, const glbk_ism_maps *m,
-                                        glbk_program *program, int blur, uint32_t side, uint32_t from, uint32_t rows)
+/* Rows of pixels from `first` on by the job's program, which reads the G-buffer and the maps; or, blurring,
+ * the G-buffer and the light. side: a group of the compute path has 16 x 16 pixels that lie so far apart, of
+ * one class. */
+static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job *job, int blur, uint32_t side,
+                                         uint32_t first, uint32_t rows)
 {
+    const glbk_ism_renderer *r = job->renderer;
+    const uint32_t square = 16 * side;
     glbk_pass pass;
     glbk_result result = GLBK_OK;
-    uint32_t i, square = 16 * side;
     memset(&pass, 0, sizeof pass);
     pass.target = blur ? &r->result_target : &r->light_target;
-    pass.viewport[1] = (int32_t)from;
+    pass.viewport[1] = (int32_t)first;
     pass.viewport[2] = (int32_t)r->width;
     pass.viewport[3] = (int32_t)rows;
-    if (!r->compute) result = glbk_begin(ctx, &pass, program);
+    if (!r->compute) result = glbk_begin(ctx, &pass, job->program);
     if (result != GLBK_OK) return result;
-    for (i = 0; i < 4; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_place + i, &r->gbuffer[i]);
+    (void)glbk_gbuffer_bind(ctx, job->gbuffer, NULL);       /* which was checked */
     if (blur) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
-    else glbk__ism_bind_maps(ctx, m, NULL);
+    else glbk__ism_bind_maps(ctx, job->maps, NULL);
     if (!r->compute) {
         glbk_draw_screen(ctx);
         return GLBK_OK;
     }
     glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_light_out, blur ? &r->result : &r->light);
-    return glbk_dispatch(ctx, program, (r->width + square - 1) / square, (rows + square - 1) / square, side * side);
+    return glbk_dispatch(ctx, job->program, (r->width + square - 1) / square, (rows + square - 1) / square,
+                         side * side);
 }
 
-/* All pixels in the light of all VPLs, so many rows at a time as have `pairs` of them; whole squares of the compute
-   path. */
-static glbk_result glbk__ism_shade_all(glbk_context *ctx, const glbk_ism_renderer *r, const glbk_ism_maps *m,
-                                       glbk_program *program, glbk_ism_view *view, uint32_t pairs)
+/* All pixels in the light of all VPLs, so many rows at a time as have `pairs` of a pixel and a VPL, but whole
+ * squares of the compute path. */
+static glbk_result glbk__ism_shade_all(glbk_context *ctx, glbk__ism_job *job, uint32_t pairs)
 {
-    const uint32_t side = view->size[2], square = 16 * side;
-    const uint64_t row = (uint64_t)r->width * (m->count / (side * side) + 1);
-    uint64_t step = pairs / row / square * square;
+    const glbk_ism_renderer *r = job->renderer;
+    const uint32_t side = job->view.size[2], square = 16 * side;
+    const uint64_t row = (uint64_t)r->width * (job->maps->vpl_count / (side * side) + 1);
+    uint64_t step = (pairs ? pairs : 1u << 28) / row / square * square;
     glbk_result result = GLBK_OK;
-    uint32_t from = 0, rows;
+    uint32_t first = 0, rows;
     if (step < square) step = square;
-    for (; from < r->height && result == GLBK_OK; from += rows) {
-        rows = r->height - from < step ? r->height - from : (uint32_t)step;
-        view->values[2] = (float)from;
-        result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view, view);
-        if (result == GLBK_OK) result = glbk__ism_shade_pass(ctx, r, m, program, 0, side, from, rows);
+    for (; first < r->height && result == GLBK_OK; first += rows) {
+        rows = r->height - first < step ? r->height - first : (uint32_t)step;
+        job->view.values[2] = (float)first;
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_view, &r->view, &job->view);
+        if (result == GLBK_OK) result = glbk__ism_pixels_pass(ctx, job, 0, side, first, rows);
     }
     return result;
 }
 
-GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, const glbk_ism_maps *m,
-                                    const glbk_ism_shading *shading)
+GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, const glbk_gbuffer *g,
+                                    const glbk_ism_maps *m, const ism_shading *shading,
+                                    uint32_t pairs_per_pass)
 {
-    char defines[] = "ISM_PROJECTION=1 ISM_NEAR=1";
-    glbk_program *program;
-    glbk_ism_shading s;
-    glbk_ism_view view;
-    glbk_result result = glbk__ism_view_of(m, shading, &s, &view);
-    if (result != GLBK_OK || !ctx || !r || !r->view.name) return GLBK_ERR_ARGUMENT;
-    defines[15] = (char)('0' + (int)m->desc.projection);
-    defines[26] = (char)('0' + (int)s.near_mode);
-    program = &r->shade[m->desc.projection - 1][s.near_mode - 1];
-    if (!program->name)
-        result = glbk_program_create(ctx, glbk_ism_part(),
-                                     r->compute ? "ism_shade.comp" : "ism_shade.frag", defines, program);
-    view.size[0] = r->width;
-    view.size[1] = r->height;
-    if (result == GLBK_OK) result = glbk__ism_shade_all(ctx, r, m, program, &view, s.pairs_per_pass);
-    return result == GLBK_OK ? glbk__ism_shade_pass(ctx, r, m, &r->blur, 1, 1, 0, r->height) : result;
+    glbk__ism_job job;
+    ism_shading s;
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
+    if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result == GLBK_OK) result = glbk__ism_check_shading(ctx, __func__, shading, &s);
+    if (result != GLBK_OK) return result;
+    if (m->vpl_count && !m->drawn && !s.no_maps)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
+    job.renderer = r;
+    job.gbuffer = g;
+    job.maps = m;
+    job.view = glbk__ism_view_of(&s);
+    job.view.size[0] = r->width;
+    job.view.size[1] = r->height;
+    result = glbk__ism_shade_program(ctx, r, m->desc.projection, s.near_mode, &job.program);
+    if (result == GLBK_OK) result = glbk__ism_shade_all(ctx, &job, pairs_per_pass);
+    if (result != GLBK_OK) return result;
+    job.program = &r->blur;
+    return glbk__ism_pixels_pass(ctx, &job, 1, 1, 0, r->height);
 }
 
-GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, const glbk_pass *pass,
-                                      const glbk_picture *picture)
+GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, const glbk_gbuffer *g,
+                                      const glbk_pass *pass, const glbk_picture *picture)
 {
     glbk_result result;
-    int i;
-    if (!ctx || !r || !r->resolve.name || !pass) return GLBK_ERR_ARGUMENT;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
+    if (result != GLBK_OK) return result;
+    if (!pass) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     result = glbk__begin_picture(ctx, pass, picture, r->width, r->height, &r->resolve);
     if (result != GLBK_OK) return result;
-    for (i = 0; i < 3; i++) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_place + (uint32_t)i, &r->gbuffer[i]);
+    (void)glbk_gbuffer_bind(ctx, g, NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->result);
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
 
-GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *r, float *rgb)
+GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *r, float *rgba)
 {
-    glbk_ism__allocator memory;
-    float *texels;
-    size_t i, count;
     glbk_result result;
-    if (!ctx || !r || !r->view.name || !rgb) return GLBK_ERR_ARGUMENT;
-    count = (size_t)r->width * r->height;
-    memory = glbk_ism__memory(ctx);
-    texels = (float *)glbk_ism__alloc_array(&memory, count, 16);
-    if (!texels) return GLBK_ERR_ALLOC;
-    result = glbk_target_read(ctx, &r->result_target, 0, 0, 0, r->width, r->height, texels);
-    for (i = 0; i < count && result == GLBK_OK; i++) memcpy(rgb + 3 * i, texels + 4 * i, 12);
-    glbk_ism__free(&memory, texels);
-    return result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_renderer(ctx, __func__, r);
+    if (result != GLBK_OK) return result;
+    if (!rgba) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
+    return glbk_target_read(ctx, &r->result_target, 0, 0, 0, r->width, r->height, rgba);
 }
 
 /* ==== src/gl_ism/end.h ==== */

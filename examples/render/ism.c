@@ -325,11 +325,8 @@ static int frame_ism(void *state, const rd_job *job, ex_image *out, char *error)
     im_rsms rsms;
     double start = ex_seconds();
     int result = im_lamps_build(&rsms, job, s->light_points, s->light_rsm, error), any;
-    if (result == 0 && s->gl) {
-        ism_points view;
-        im_view(&view, job);
-        result = im_gl_view(s->gl, &view, error);
-    }
+    if (result == 0 && s->gl)
+        result = im_gl_view(s->gl, job->gbuffer, error);
     if (result == 0 && s->indirect)
         result = add_first(s, job, &rsms, out, error);
     start = ex_seconds();

@@ -54,12 +54,12 @@ int  im_mesh_build(im_mesh *out, const rd_job *job, char *error);
 void im_mesh_free(im_mesh *mesh);
 
 /* On OpenGL: the maps of a level drawn and its VPLs' light on the picture. view and, after the mesh was built anew,
-   moved come before. All return 0 or -1. */
+   moved come before; the pixels must stay until the light is read. All return 0 or -1. */
 typedef struct im_gl im_gl;
 
 im_gl *im_gl_open(const rd_job *job, int levels, char *error);
 void   im_gl_moved(im_gl *gl);
-int    im_gl_view(im_gl *gl, const ism_points *view, char *error);
+int    im_gl_view(im_gl *gl, const ex_gbuffer *pixels, char *error);
 int    im_gl_draw(im_gl *gl, int level, const ism_desc *desc, const ism_maps *maps, const ism_frame *frame, int no_maps,
                   char *error);
 int    im_gl_shade(im_gl *gl, int level, const ism_shading *shading, float *light, double *lost,
@@ -69,6 +69,7 @@ void   im_gl_close(im_gl *gl);
 /* What it draws and shades with, to do so again. */
 glbk_ism_maps     *im_gl_maps(im_gl *gl, int level);
 glbk_ism_renderer *im_gl_renderer(im_gl *gl);
+glbk_gbuffer      *im_gl_gbuffer(im_gl *gl);
 
 void im_view(ism_points *out, const rd_job *job);
 int  im_failed(const char *what, ism_result result, char *error);    /* both return -1 */

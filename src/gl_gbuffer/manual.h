@@ -3,7 +3,7 @@
    What it does
 
    Holds what a camera sees: places, normals, materials, entities, for each pixel. gl_csm.h, gl_shadowfield.h,
-   gl_envshadow.h and gl_rsm.h light it (gl_ism.h has one of its own). It is drawn from your vertex arrays,
+   gl_envshadow.h, gl_rsm.h and gl_ism.h light it. It is drawn from your vertex arrays,
    whatever the locations of their attributes; or uploaded; or made by one pass from textures that your
    renderer has anyway (glbk_gbuffer_import): depth or places, normals in four packings, colours, gloss,
    entities. Shaders of your own read it by glbk_read_point() of lib/gbuffer.glsl.

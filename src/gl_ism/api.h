@@ -1,52 +1,60 @@
 /* ---- ism: imperfect shadow maps, after ism.h ----
 
-   ism.h chooses VPLs (ism_choose) and scatters points over the mesh (ism_scatter); from plain arrays of both the maps
-   are drawn and pixels shaded here: points as discs by the depth test, pull and push, light of all VPLs with
-   visibility, interleaved sampling and its blur. Where ctx->compute, each of these is one dispatch that works in shared
-   memory, to the same numbers. Points are triangles and barycentric coordinates, the mesh two tables of indices
-   and positions: moving geometry is new positions alone. The numbers are those of ism.h to float rounding.
-   In every frame: glbk_ism_phase, glbk_ism_vpls_upload, glbk_ism_draw, glbk_ism_shade. For shaders of your own,
-   lib/ism_light.glsl with glbk_ism_bind:
+   ism.h chooses VPLs (ism_choose) and scatters surfels over the mesh (ism_scatter); from these lists the maps
+   are drawn and the pixels of a G-buffer lit here: surfels as discs by the depth test, pull and push, light
+   of all VPLs with visibility, interleaved sampling and its blur. Where ctx->compute, each of these is one
+   dispatch that works in shared memory, to the same numbers. Descs, settings and lists are ism.h's, with the
+   same defaults, and the numbers are those of ism.h to float rounding. A surfel is a triangle and its
+   barycentric coordinates there, so moving geometry is new positions alone. A frame, after ism_choose and
+   ism_scatter:
+
+       glbk_ism_surfels_upload(gl, &maps, phase, surfels);          // of ism_phase_surfels; first all phases
+       glbk_ism_vpls_upload(gl, &maps, vpls, n, center, radius);    // of ism_vpls and ism_get_info
+       glbk_ism_near_points_upload(gl, &maps, points, count);       // of ism_near_points
+       glbk_ism_mesh_move(gl, &maps, positions, 0);                 // where something moved
+       glbk_ism_draw(gl, &maps, 0);
+       glbk_gbuffer_begin(gl, &seen, world_to_clip, eye); ...       // what the camera sees: gl_gbuffer.h
+       glbk_ism_shade(gl, &renderer, &seen, &maps, NULL, 0);
+       glbk_ism_resolve(gl, &renderer, &seen, &pass, NULL);
+
+   For shaders of your own, lib/ism_light.glsl with glbk_ism_bind:
 
        vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint pattern);
-       float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias);     // 1 lit, 0 not; l: ism_read_vpl(v)
+       float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias);     // 1 lit, 0 not
 
-   World space; n, ng: unit, for shading and the surface's own. VPLs first, first + pattern, ... (0u, 1u: all), times
-   pattern. Result: rgb irradiance, W/m^2; a: what the rule near by took off, mean of the channels. */
+   World space; n, ng: unit, for shading and the surface's own; l: ism_read_vpl(v). ism_light takes the VPLs
+   first, first + pattern, ... (0u, 1u: all), times pattern. Result: rgb irradiance, W/m^2; a: what the rule
+   near by took off, mean of the channels. */
 
 #define GLBK_ISM_TEXTURES(X)                                                                        \
-    X(sampler2DArray, glbk_ism_vpls, 0)         /* 4 texels each; spheres of near points; these, 3 each */  \
-    X(usampler2DArray, glbk_ism_points, 1)                                                          \
+    X(sampler2DArray, glbk_ism_vpls, 0)         /* 4 texels each; then near points: docs/gpu-layouts.md */  \
+    X(usampler2DArray, glbk_ism_surfels, 1)                                                          \
     X(usampler2DArray, glbk_ism_triangles, 2)   /* three indices, opacity */                        \
     X(sampler2DArray, glbk_ism_positions, 3)                                                        \
-    X(glbk_color_sampler, glbk_ism_surfels, 5)  /* plane and depth */                               \
+    X(usampler2D, glbk_ism_atlas, 4)            /* depths, floats as bits */                        \
+    X(glbk_color_sampler, glbk_ism_planes, 5)   /* plane and depth of a texel's nearest surfel */   \
     X(usampler2D, glbk_ism_below, 6)            /* texels that are kept, or the level below */      \
-    X(usampler2D, glbk_ism_pull1, 7)                                                                \
-    X(usampler2D, glbk_ism_pull2, 8)                                                                \
-    X(usampler2D, glbk_ism_pull3, 9)                                                                \
-    X(usampler2D, glbk_ism_atlas, 10)           /* depths, floats as bits */                        \
-    X(glbk_color_sampler, glbk_ism_place, 11)   /* G-buffer */                                      \
-    X(glbk_color_sampler, glbk_ism_normal, 12)                                                      \
-    X(glbk_color_sampler, glbk_ism_geometric, 13)                                                   \
-    X(glbk_color_sampler, glbk_ism_albedo, 14)                                                      \
-    X(glbk_color_sampler, glbk_ism_light, 15)   /* before the blur */
+    X(glbk_color_sampler, glbk_ism_light, 7)    /* before the blur, or after it; 8 to 11: the G-buffer */ \
+    X(usampler2D, glbk_ism_pull1, 12)           /* these three follow each other */                 \
+    X(usampler2D, glbk_ism_pull2, 13)                                                               \
+    X(usampler2D, glbk_ism_pull3, 14)
 
 #define GLBK_ISM_FRAME_MEMBERS(X)                                                                   \
-    X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side, points of a VPL in all phases */     \
-    X(uvec4, points, 1)     /* VPLs at most, points of one in a phase, levels of the fill, triangles */  \
+    X(uvec4, maps, 1)       /* VPLs in use, texels a tile's side, tiles a side, surfels of a VPL */ \
+    X(uvec4, surfels, 1)    /* VPLs at most, surfels of one in a phase, levels of the fill, triangles */ \
     X(vec4, sphere, 1)      /* about the mesh: centre, radius */                                    \
-    X(vec4, values, 1)      /* area of a disc over its point's; texels a tile's side outside of windows */  \
-    X(uvec4, near_points, 1) /* how many; where their spheres and they themselves begin in glbk_ism_vpls; first point
-                               of a draw of rectangles */
+    X(vec4, values, 1)      /* area of a disc over its surfel's; texels a tile's side outside of windows */ \
+    X(uvec4, near_points, 1) /* how many; where in glbk_ism_vpls their spheres begin, and they themselves;
+                                first surfel of a draw of rectangles */
 #define GLBK_ISM_VIEW_MEMBERS(X)                                                                    \
-    X(uvec4, size, 1)       /* width, height (resolving: corner), pattern; 1: no maps, 2: times albedo */ \
+    X(uvec4, size, 1)       /* width, height, pattern, not 0: no maps */                            \
     X(vec4, values, 1)      /* bias, clamp, first row of a dispatch */
 #define GLBK_ISM_BLOCKS(X)                          \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)    \
     X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
 #define GLBK_ISM_STORAGE(X)
 #define GLBK_ISM_IMAGES(X)                                              \
-    X(writeonly, rgba32f, image2D, glbk_ism_surfels_out, 0)             \
+    X(writeonly, rgba32f, image2D, glbk_ism_planes_out, 0)             \
     X(writeonly, r32ui, uimage2D, glbk_ism_atlas_out, 1)                \
     X(writeonly, rgba32f, image2D, glbk_ism_light_out, 2)       /* before the blur, or after it */
 
@@ -55,137 +63,126 @@ GLBK__PART(ISM)
 GLBK_DEF const glbk_part *glbk_ism_part(void);
 /* The GLSL of this header, for programs of your own that use its library files: glbk_source.parts. */
 
-typedef struct glbk_ism_desc {      /* the sizes of ism_desc: points is surfel_count there, tile_size tile_side, lazy
-                                       lazy_frames, near_points near_point_count */
-    uint32_t vpl_count;             /* at most, 1..16384; 0 = 1024 */
-    uint32_t points;                /* of each VPL, 8..65536; 0 = 8192 */
-    uint32_t tile_size;             /* texels a side, power of two, 8..256; 0 = 64 */
-    uint32_t projection;            /* ism_projection; 0 = cosine */
-    uint32_t lazy;                  /* frames until all points are renewed, 1..64; 0 = 8 */
-    float    splat_scale;           /* above 0, <= 16; 0 = 1 */
-    int      no_fill;               /* not 0: no pull and push */
-    uint32_t near_points;           /* of each VPL, at most 64; 0 = 16 */
-    uint32_t window_rim;            /* 2..tile_size / 2; 0 = tile_size / 8, at least 2 */
-    uint32_t points_per_pass;       /* of the core path; 0 = 2^20: a draw must not outlast the driver's patience */
-} glbk_ism_desc;
-
 #define GLBK_ISM_LEVELS 3u
 
-typedef struct glbk_ism_maps {      /* read only; zeroed = none */
-    glbk_ism_desc desc;             /* defaults resolved */
-    uint32_t      side, tiles;      /* of the atlas, in texels and tiles */
-    uint32_t      each;             /* points of a VPL in a phase */
-    uint32_t      count;            /* VPLs in use */
-    uint32_t      vertices, triangles;
-    uint64_t      phases;           /* bits: those that were given */
-    float         sphere[4];
-    glbk_texture  vpls, points, triangle_table, positions, surfels, depth, kept, pull[GLBK_ISM_LEVELS], atlas;
-    glbk_target   surfel_target, kept_target, pull_target[GLBK_ISM_LEVELS], atlas_target;
-    glbk_buffer   frame, view;      /* view: of glbk_ism_bind */
-    int           quads;            /* rectangles in place of points */
-    glbk_program  splat, holes, pull_program[GLBK_ISM_LEVELS], push;
-    int           compute;          /* the compute path: no depth, kept and pull */
-    glbk_program  fill;
-    uint32_t      near_count;       /* near points in use */
-    glbk_texture  phase_points[64]; /* the core path's in place of points, so that those drawn with are left alone */
+typedef struct glbk_ism_maps {          /* read only; zeroed = none */
+    ism_desc     desc;                  /* defaults resolved; 0 near points, 0 window_rim: none; no system */
+    uint32_t     side, tiles_across;    /* of the atlas, in texels and tiles: as ism_atlas has them */
+    uint32_t     phase_surfel_count;    /* of a VPL in a phase: surfel_count / lazy_frames, rounded up */
+    uint32_t     vpl_count, near_point_count;       /* in use */
+    uint32_t     vertex_count, triangle_count;
+    uint64_t     phases;                /* bits: those that were given */
+    int          drawn;                 /* by glbk_ism_draw */
+    float        sphere[4];             /* about the mesh: centre, radius */
+    glbk_texture vpls, surfels, triangle_table, positions;
+    glbk_texture planes, depth, kept, pull[GLBK_ISM_LEVELS], atlas;
+    glbk_target  plane_target, kept_target, pull_target[GLBK_ISM_LEVELS], atlas_target;
+    glbk_buffer  frame, view;           /* view: of glbk_ism_bind */
+    int          quads;                 /* rectangles are drawn in place of points */
+    glbk_program splat, holes, pull_program[GLBK_ISM_LEVELS], push;
+    int          compute;               /* the compute path: no depth, kept and pull */
+    glbk_program fill;
+    glbk_texture phase_surfels[64];     /* the core path's surfels: those drawn with are left alone */
 } glbk_ism_maps;
 
-GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const glbk_ism_desc *desc, glbk_ism_maps *out);
-/* desc     NULL = all defaults
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_LIMIT where the atlas is wider than ctx->max_side; GLBK_ERR_COMPILE and so on
-   Where ctx->compute, out->compute: the compute path, unless points rounded up to lazy phases are more than 65,536 a
-   VPL. Memory on the GPU: 26 bytes a texel of the atlas, by compute 20, and 16 a point: 1024 VPLs of 64 x 64 texels and
-   8192 points 109 (84) + 134 MB */
+GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *desc, glbk_ism_maps *out);
+/* desc     that of the ism_create whose lists are drawn; NULL = all defaults. vpl_count, surfel_count,
+            tile_side, projection, lazy_frames, splat_scale, near_point_count, window_rim and no_fill are
+            looked at. What else it says, its system too, is about the choice of these lists by ism.h
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field out of range; GLBK_ERR_LIMIT where the atlas is wider
+            than ctx->max_side; those of programs, textures and targets
+   Where ctx->compute, out->compute: the compute path, unless surfels rounded up to lazy_frames phases are
+   more than 65,536 a VPL. Memory on the GPU: 26 bytes a texel of the atlas, by compute 20, and 16 a surfel:
+   of 1024 VPLs with 64 x 64 texels and 8192 surfels 109 (84) + 134 MB */
 GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *maps);
 
 GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_mesh *mesh);
-/* What throws shadows. Where the number of triangles changes all points must be given anew.
+/* What throws shadows. Where the number of triangles changes, the surfels of all phases must be given anew.
    mesh     NULL = nothing; its albedos are not looked at
-   Errors   GLBK_ERR_ARGUMENT: sizes, or an index beyond vertex_count; GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
-GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, const float *positions, size_t stride);
-/* New places of the same vertices. Or render them into layers of maps->positions, an RGBA32F table, yourself; points
-   are then scattered by ism.h over the places that you give it. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+   Errors   GLBK_ERR_ARGUMENT, arrays, counts or strides; GLBK_ERR_INPUT, an index beyond vertex_count;
+            GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
+GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, const float *positions,
+                                        size_t stride);
+/* New places of the same vertices. Or render them into layers of maps->positions, an RGBA32F table, yourself;
+   surfels are then scattered by ism.h over the places that you give it.
+   stride   bytes, a multiple of 4, >= 12; 0 = 12
+   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ORDER (there is no mesh), GLBK_ERR_ALLOC */
 
-GLBK_DEF glbk_result glbk_ism_phase(glbk_context *ctx, glbk_ism_maps *maps, uint32_t phase, const void *points);
-/* The points of one phase, 16 bytes each, of all VPLs, as ism_phase_surfels writes them: vpl_count
-   * maps->each.
-   phase    below lazy; a frame changes phase index % lazy alone, the first frame needs all
+GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *maps, uint32_t phase,
+                                             const ism_surfel *surfels);
+/* The surfels of one phase, of all VPLs, as ism_phase_surfels writes them.
+   phase    below lazy_frames; a frame changes phase index % lazy_frames alone, the first frame needs all
+   surfels  vpl_count * maps->phase_surfel_count
    Errors   GLBK_ERR_ARGUMENT */
 
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_vpl *vpls,
                                           uint32_t count, const float center[3], float radius);
-/* vpls     as ism_vpls has them: position, normal, flux, axis, exponent, side, directional, reach and window count
-   count    <= vpl_count; 0 is no light
+/* vpls     as ism_vpls has them; area, source, texel and jumped are not looked at
+   count    0 is no light
    center   and radius: of ism_get_info, for directional VPLs; NULL without
-   There are no near points afterwards, until glbk_ism_near_upload.
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
-GLBK_DEF glbk_result glbk_ism_near_upload(glbk_context *ctx, glbk_ism_maps *maps, const void *points, uint32_t count);
-/* After glbk_ism_vpls_upload, for near_mode 6.
-   points   count times 48 bytes, as ism_near_points has them
-   count    <= vpl_count * near_points; 0 is none: near_mode 6 then is 1
-   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
+   There are no near points afterwards, until glbk_ism_near_points_upload.
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_INPUT, what ism_set_vpls refuses, a negative side or reach, a window
+            that leaves nothing; GLBK_ERR_LIMIT, more than desc.vpl_count; GLBK_ERR_ALLOC */
+GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_maps *maps,
+                                                 const ism_near_point *points, uint32_t count);
+/* After glbk_ism_vpls_upload, for ISM_NEAR_GATHER, the default.
+   points   as ism_near_points has them
+   count    0 is none: ISM_NEAR_GATHER then is ISM_NEAR_PATCH
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_INPUT, what is not finite or negative, or the number of no VPL;
+            GLBK_ERR_LIMIT, more than desc.vpl_count * desc.near_point_count; GLBK_ERR_ALLOC */
 
-GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *maps);
-/* Draws all maps: a draw for each phase or points_per_pass of it, then 1 + 3 + 1 passes, or by compute two dispatches.
-   Where ctx->max_point_side is below tile_size, the core path has rectangles instead of points.
-   Errors   GLBK_ERR_ARGUMENT: a phase was not given yet; GLBK_ERR_LOST */
-GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *maps, float *atlas);
+GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *maps, uint32_t surfels_per_pass);
+/* Draws all maps: a draw for each phase or surfels_per_pass of it, then 1 + 3 + 1 passes; or by compute two
+   dispatches. Where ctx->max_point_side is below tile_side, the core path has rectangles instead of points.
+   surfels_per_pass   of the core path; 0 = 2^20: a draw must not outlast the driver's patience
+   Errors             GLBK_ERR_ARGUMENT; GLBK_ERR_ORDER: a phase was not given yet; GLBK_ERR_LOST */
+GLBK_DEF glbk_result glbk_ism_maps_read(glbk_context *ctx, const glbk_ism_maps *maps, float *atlas);
 /* side * side depths as ism_atlas has them. Waits for the GPU. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
 
-typedef struct glbk_ism_renderer {  /* read only; zeroed = none */
+GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps, const ism_shading *shading,
+                                   const glbk_offset *offset);
+/* For ism_light() and ism_visible() of lib/ism_light.glsl in a program of your own, which is bound
+   (glbk_begin) and has ISM_NEAR, the number of a near_mode (0 and 6 are ISM_NEAR_GATHER), and ISM_PROJECTION,
+   that of maps->desc.projection, among its defines.
+   shading  bias, clamp and no_maps count; NULL = all defaults
+   offset   that ism has in the program; NULL = none
+   Errors   GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field out of range */
+
+/* ---- ism: complete passes ---- */
+
+typedef struct glbk_ism_renderer {      /* read only; zeroed = none */
     uint32_t     width, height;
-    glbk_texture gbuffer[4], depth; /* places, normals, face normals, albedos: GLBK_FORMAT_COLOR */
-    glbk_target  gbuffer_target;    /* to draw them yourself: four outputs of type glbk_color, a cleared normal is
-                                       background */
-    glbk_texture light, result;     /* result is what was asked for: GLBK_FORMAT_COLOR, for your own passes */
+    glbk_texture light, result;         /* irradiance before the blur and after it: GLBK_FORMAT_COLOR */
     glbk_target  light_target, result_target;
     glbk_buffer  view;
-    glbk_program shade[4][6], blur, resolve;        /* shade: by projection and near_mode */
+    glbk_program shade[ISM_PROJECTION_COUNT][ISM_NEAR_COUNT], blur, resolve;
     int          compute;
 } glbk_ism_renderer;
 
 GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, uint32_t width, uint32_t height,
                                               glbk_ism_renderer *out);
+/* Memory on the GPU: 32 bytes a pixel. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_DESC (a size of 0, or more than
+   ctx->max_side), those of programs, textures and targets */
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *renderer);
 
-typedef struct glbk_ism_receivers { /* as ism_points has them: width * height of each, row 0, the lowest, first */
-    const float *positions, *normals;
-    const float *geometric;         /* NULL = normals */
-    const float *albedos;           /* NULL = 1 */
-    size_t       stride;            /* bytes, of all four; 0 = 12 */
-} glbk_ism_receivers;
-
-GLBK_DEF glbk_result glbk_ism_gbuffer_upload(glbk_context *ctx, glbk_ism_renderer *renderer,
-                                             const glbk_ism_receivers *receivers);
-/* Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC */
-
-typedef struct glbk_ism_shading {   /* fields as in ism_shading. NULL for one: all 0 but bias 0.02 and clamp 1; in one a
-                                       bias of 0 is 0 */
-    uint32_t pattern;               /* 1, 2, 4, 8; 0 = 1 */
-    uint32_t near_mode;             /* ism_near; 0 = 6, gather */
-    float    clamp, bias;
-    int      no_maps;
-    int      irradiance;            /* not 0: not times albedo / pi */
-    uint32_t pairs_per_pass;        /* of a pixel and a VPL; 0 = 2^28: likewise */
-} glbk_ism_shading;
-
-GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps, const glbk_ism_shading *shading,
-                                   const glbk_offset *offset);
-/* For ism_light() and ism_visible() of lib/ism_light.glsl in a program of your own, which is bound (glbk_begin) and
-   compiled with ISM_NEAR=near_mode and ISM_PROJECTION=maps->desc.projection among its defines.
-   shading  bias, clamp and no_maps count; may be NULL, see glbk_ism_shading
-   offset   that ism has in the program; NULL = none
-   Errors   GLBK_ERR_ARGUMENT */
-
-GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_ism_maps *maps,
-                                    const glbk_ism_shading *shading);
-/* shading  may be NULL, see glbk_ism_shading
-   Errors   GLBK_ERR_ARGUMENT; those of glbk_program_create at a near_mode's first use */
-GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *renderer, const glbk_pass *pass,
+GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer,
+                                    const glbk_gbuffer *gbuffer, const glbk_ism_maps *maps,
+                                    const ism_shading *shading, uint32_t pairs_per_pass);
+/* Lights every pixel by all VPLs, as ism_shade does without albedos. The first use of a near_mode compiles a
+   program.
+   gbuffer          of the renderer's size
+   shading          NULL = all defaults. visible_fn and near_visible_fn must be NULL; cull makes no difference
+   pairs_per_pass   of a pixel and a VPL; 0 = 2^28: a pass must not outlast the driver's patience
+   Errors           GLBK_ERR_ARGUMENT; GLBK_ERR_DESC, a field of the shading; GLBK_ERR_MISMATCH, another size;
+                    GLBK_ERR_ORDER, maps that were never drawn, without no_maps; those of
+                    glbk_program_create */
+GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *renderer,
+                                      const glbk_gbuffer *gbuffer, const glbk_pass *pass,
                                       const glbk_picture *picture);
-/* Draws the result, linear, to the pass's target; its blending adds it to what is there. Viewports: see glbk_pass.
-   picture   or NULL, see glbk_picture
-   Errors GLBK_ERR_ARGUMENT; those of glbk_buffer_update */
-GLBK_DEF glbk_result glbk_ism_read_light(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgb);
-/* width * height * 3 floats, row 0, the lowest, first. Waits for the GPU. result's fourth channel is the irradiance,
-   mean of the three channels, that clamping or spheres took off. Errors: GLBK_ERR_ARGUMENT, GLBK_ERR_ALLOC. */
+/* Draws irradiance x albedo / pi, linear radiance, to the pass's target; viewports: see glbk_pass. Of
+   metal-rough surfaces the albedo is that of what is no metal.
+   picture  or NULL, see glbk_picture
+   Errors   GLBK_ERR_ARGUMENT, GLBK_ERR_MISMATCH; those of glbk_begin */
+GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *renderer, float *rgba);
+/* The irradiance: 4 floats a pixel. a: the irradiance, mean of the three channels, that clamping or spheres
+   took off. Waits for the GPU. Errors: GLBK_ERR_ARGUMENT. */

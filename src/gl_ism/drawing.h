@@ -1,29 +1,31 @@
 /* ---- ism: drawing the maps ---- */
 
-static void glbk__ism_bind_points(glbk_context *ctx, const glbk_ism_maps *m)
+static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-    if (m->compute) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->points);
+    if (m->compute) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_surfels, &m->surfels);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
 
-/* A group of ism_splat.comp and of ism_fill.comp for each tile, or for each of the squares that it is cut into. */
-static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m, glbk_program *program, uint32_t square)
+/* A group of ism_splat.comp or of ism_fill.comp for each tile, or for each of the squares that a large tile
+ * is cut into. */
+static glbk_result glbk__ism_dispatch(glbk_context *ctx, const glbk_ism_maps *m, glbk_program *program,
+                                      uint32_t square)
 {
-    uint32_t groups = m->side / (m->desc.tile_size <= 64 ? m->desc.tile_size : square);
+    uint32_t groups = m->side / (m->desc.tile_side <= 64 ? m->desc.tile_side : square);
     return glbk_dispatch(ctx, program, groups, groups, 1);
 }
 
-/* The points of a phase, as many in a draw as may be. */
-static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase)
+/* The surfels of a phase, at most so many in a draw. */
+static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase, uint32_t most)
 {
-    const uint32_t all = m->each * m->desc.vpl_count, most = m->desc.points_per_pass;
+    const uint32_t all = m->phase_surfel_count * m->desc.vpl_count;
     glbk_ism_frame f = glbk__ism_frame_of(m);
     glbk_result result = GLBK_OK;
     uint32_t first, count;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_points, &m->phase_points[phase]);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_surfels, &m->phase_surfels[phase]);
     for (first = 0; first < all && result == GLBK_OK; first += count) {
         count = all - first < most ? all - first : most;
         if (!m->quads) {
@@ -37,35 +39,36 @@ static glbk_result glbk__ism_draw_phase(glbk_context *ctx, glbk_ism_maps *m, uin
     return result;
 }
 
-/* All points, cleared before. */
-static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m)
+/* Clears the planes and draws the surfels of all phases. */
+static glbk_result glbk__ism_splat(glbk_context *ctx, glbk_ism_maps *m, uint32_t surfels_per_pass)
 {
     static const float empty[4] = { 0, 0, 0, 1e30f };
     glbk_pass pass;
     glbk_result result;
     uint32_t phase;
     if (m->compute) {
-        glbk__ism_bind_points(ctx, m);
-        glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_surfels_out, &m->surfels);
+        glbk__ism_bind_surfels(ctx, m);
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_planes_out, &m->planes);
         return glbk__ism_dispatch(ctx, m, &m->splat, 64);
     }
     memset(&pass, 0, sizeof pass);
-    pass.target = &m->surfel_target;
+    pass.target = &m->plane_target;
     pass.depth = GLBK_DEPTH_LESS;
     result = glbk_begin(ctx, &pass, &m->splat);
     if (result != GLBK_OK) return result;
-    glbk_clear(ctx, &m->surfel_target, 0, empty);
+    glbk_clear(ctx, &m->plane_target, 0, empty);
     glbk_clear_depth(ctx, 1);
-    if (!m->triangles || !m->count) return GLBK_OK;
-    glbk__ism_bind_points(ctx, m);
-    for (phase = 0; phase < m->desc.lazy && result == GLBK_OK; phase++) result = glbk__ism_draw_phase(ctx, m, phase);
+    if (!m->triangle_count || !m->vpl_count) return GLBK_OK;
+    glbk__ism_bind_surfels(ctx, m);
+    for (phase = 0; phase < m->desc.lazy_frames && result == GLBK_OK; phase++)
+        result = glbk__ism_draw_phase(ctx, m, phase, surfels_per_pass ? surfels_per_pass : 1u << 20);
     return result;
 }
 
-static void glbk__ism_bind_surfels(glbk_context *ctx, const glbk_ism_maps *m)
+static void glbk__ism_bind_planes(glbk_context *ctx, const glbk_ism_maps *m)
 {
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_surfels, &m->surfels);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_planes, &m->planes);
     glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
 }
 
@@ -81,7 +84,7 @@ static glbk_result glbk__ism_pass(glbk_context *ctx, const glbk_ism_maps *m, con
     result = glbk_begin(ctx, &pass, program);
     if (result != GLBK_OK) return result;
     if (below) {
-        glbk__ism_bind_surfels(ctx, m);
+        glbk__ism_bind_planes(ctx, m);
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_below, below);
     }
     for (i = 0; target == &m->atlas_target && i < GLBK_ISM_LEVELS; i++)
@@ -97,33 +100,43 @@ static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
     uint32_t i, levels = glbk__ism_levels(m);
     glbk_result result;
     if (m->compute) {
-        glbk__ism_bind_surfels(ctx, m);
+        glbk__ism_bind_planes(ctx, m);
         glbk_bind_image(ctx, GLBK_SLOT_glbk_ism_atlas_out, &m->atlas);
         return glbk__ism_dispatch(ctx, m, &m->fill, 32);
     }
-    result = glbk__ism_pass(ctx, m, &m->kept_target, &m->holes, &m->surfels);
+    result = glbk__ism_pass(ctx, m, &m->kept_target, &m->holes, &m->planes);
     for (i = 0; i < levels && result == GLBK_OK; i++)
-        result = glbk__ism_pass(ctx, m, &m->pull_target[i], &m->pull_program[i], i ? &m->pull[i - 1] : &m->kept);
+        result = glbk__ism_pass(ctx, m, &m->pull_target[i], &m->pull_program[i],
+                                i ? &m->pull[i - 1] : &m->kept);
     return result == GLBK_OK ? glbk__ism_pass(ctx, m, &m->atlas_target, &m->push, &m->kept) : result;
 }
 
-GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m)
+GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t surfels_per_pass)
 {
     uint64_t all;
     glbk_result result;
-    if (!ctx || !m || !m->vpls.name) return GLBK_ERR_ARGUMENT;
-    all = m->desc.lazy == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy) - 1;
-    if (m->triangles && m->phases != all) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_splat(ctx, m);
-    return result == GLBK_OK ? glbk__ism_fill(ctx, m) : result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result != GLBK_OK) return result;
+    all = m->desc.lazy_frames == 64 ? ~(uint64_t)0 : ((uint64_t)1 << m->desc.lazy_frames) - 1;
+    if (m->triangle_count && m->phases != all)
+        return glbk__bad(ctx, GLBK_ERR_ORDER, __func__, "the surfels of a phase",
+                         "were not given since the mesh has its triangles: glbk_ism_surfels_upload");
+    result = glbk__ism_splat(ctx, m, surfels_per_pass);
+    if (result == GLBK_OK) result = glbk__ism_fill(ctx, m);
+    if (result == GLBK_OK) m->drawn = 1;
+    return result;
 }
 
-GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_maps *m, float *atlas)
+GLBK_DEF glbk_result glbk_ism_maps_read(glbk_context *ctx, const glbk_ism_maps *m, float *atlas)
 {
     glbk_ism__allocator memory;
     uint32_t *words, y, x;
-    glbk_result result = GLBK_OK;
-    if (!ctx || !m || !m->vpls.name || !atlas) return GLBK_ERR_ARGUMENT;
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result != GLBK_OK) return result;
+    if (!atlas) return glbk__bad(ctx, GLBK_ERR_ARGUMENT, __func__, "atlas", "is NULL");
     memory = glbk_ism__memory(ctx);
     words = (uint32_t *)glbk_ism__alloc_array(&memory, m->side, 16);
     if (!words) return GLBK_ERR_ALLOC;

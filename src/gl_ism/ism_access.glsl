@@ -40,24 +40,27 @@ ism_vpl ism_read_vpl(uint v)
     l.axis = l.exponent != 1.0 ? d.xyz : l.normal;
     l.window = uint(d.w);
     l.grid = ism_grid_of(a.w, l.window);
-    l.frame = ism_frame_of(ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky ? l.axis : l.normal);
+    bool about_axis = ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE && !l.sky;
+    l.frame = ism_frame_of(about_axis ? l.axis : l.normal);
     return l;
 }
 
-// Where a tile begins in the atlas, and its number.
+// The texel at which the tile of a VPL begins in the atlas.
 ivec2 ism_tile_at(uint v)
 {
-    uint tiles = glbk_ism_frame.maps.z, row = uint((float(v) + 0.5) / float(tiles));    // divided as in ism_axis
+    uint tiles = glbk_ism_frame.maps.z;
+    uint row = uint((float(v) + 0.5) / float(tiles));       // whole numbers divided as floats: see ism_axis
     return ivec2(v - row * tiles, row) * int(glbk_ism_frame.maps.y);
 }
 
+// The number of the VPL in whose tile a texel of the atlas lies.
 uint ism_tile_of(ivec2 at)
 {
     ivec2 tile = at / int(glbk_ism_frame.maps.y);
     return uint(tile.y) * glbk_ism_frame.maps.z + uint(tile.x);
 }
 
-// Places of the square in texels of a tile, and back.
+// From places of the square to texels of a tile, and back.
 vec2 ism_to_tile(ism_grid g, vec2 uv)
 {
     float size = float(glbk_ism_frame.maps.y), rim = glbk_ism_frame.values.y;
@@ -70,13 +73,14 @@ vec2 ism_from_tile(ism_grid g, vec2 at)
     return vec2(ism_unzoom_axis(g.across, size, rim, at.x), ism_unzoom_axis(g.down, size, rim, at.y));
 }
 
+// What the texels of a VPL's tile depend on, without the rest of the VPL.
 ism_grid ism_read_grid(uint v)
 {
     return ism_grid_of(texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0).w,
                        uint(texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).w));
 }
 
-// Direction of a texel's centre in the tile's frame, of a sky its place.
+// The direction of a texel's centre in the tile's frame; in the map of a sky its place on the square -1..1.
 vec3 ism_texel_direction(ism_grid g, ivec2 texel)
 {
     vec2 uv = ism_from_tile(g, vec2(texel) + 0.5);

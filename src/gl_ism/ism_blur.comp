@@ -1,5 +1,5 @@
-// ism_blur.frag as a compute shader: what a group of 16 x 16 pixels looks at, up to four more at each side, is in
-// shared memory.
+// ism_blur.frag as a compute shader: what a group of 16 x 16 pixels looks at, up to four more at each side,
+// is in shared memory.
 // uses: ism_blur
 layout(local_size_x = 16, local_size_y = 16) in;
 #define ISM_TILE 24

@@ -1,4 +1,4 @@
-// The blur over the classes of pixels, and the albedo.
+// The blur over the classes of pixels.
 // uses: ism_blur
 // with: screen.vert
 layout(location = 0) out glbk_color result;

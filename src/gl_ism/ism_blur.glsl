@@ -1,5 +1,6 @@
-// ism_blur - the mean over a window that holds each class once, of neighbours on the same smooth surface; then the
-// albedo. The program has ism_neighbour: what lies at a pixel, and its light; false: nothing, or beyond the picture.
+// ism_blur - the mean over a window that holds each class of pixels once, of neighbours on the same smooth
+// surface. The program has ism_neighbour: what lies at a pixel, and its light; false: nothing, or beyond the
+// picture.
 // uses: ism_gbuffer
 bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light);
 
@@ -23,15 +24,8 @@ vec4 ism_smooth(ivec2 at, ism_receiver c)
     return weights > 0.0 ? sum / weights : sum;
 }
 
-// What is asked for of a receiver.
+// The light of a receiver as it is read: blurred where there is more than one class of pixels.
 vec4 ism_finished(ivec2 at, ism_receiver c)
 {
-    vec4 light = glbk_ism_view.size.z > 1u ? ism_smooth(at, c) : glbk_unpack(texelFetch(glbk_ism_light, at, 0));
-    if ((glbk_ism_view.size.w & 2u) != 0u) {
-        vec3 albedo = glbk_unpack(texelFetch(glbk_ism_albedo, at, 0)).xyz;
-        bvec3 good = bvec3(cohsm_finite(albedo.x), cohsm_finite(albedo.y), cohsm_finite(albedo.z));
-        light.xyz *= vec3(good.x ? max(albedo.x, 0.0) : 0.0, good.y ? max(albedo.y, 0.0) : 0.0,
-                          good.z ? max(albedo.z, 0.0) : 0.0) * (1.0 / COHSM_PI);
-    }
-    return light;
+    return glbk_ism_view.size.z > 1u ? ism_smooth(at, c) : glbk_unpack(texelFetch(glbk_ism_light, at, 0));
 }

@@ -1,16 +1,17 @@
-// ism_disc - points as discs in the tiles of their VPLs.
+// ism_disc - surfels as discs in the tiles of their VPLs.
 // uses: ism_access
 #define ISM_DEEPEST 1.84467429e19      // below 2^64, which the depth buffer does not hold
 
 struct ism_surfel {
     vec3  at, g;                // middle and plane, in the tile's frame
-    float radius2, depth;
-    vec2  uv;
-    vec4  cut1, cut2;           // barycentric coordinates grow so along the disc, and are so much at its middle
-    ivec4 box;                  // first and last texel, of the tile
-};                              // cut1.w < -1: not cut off at its triangle's edges
+    float radius2, depth;       // squared radius; distance of the middle
+    vec2  uv;                   // the middle's place on the square
+    vec4  cut1, cut2;           // xyz: how two barycentric coordinates grow along the disc; w: what they are
+                                // at its middle. cut1.w < -1: it is not cut off at its triangle's edges
+    ivec4 box;                  // first and last texel of the tile that it may touch
+};
 
-// false: not seen from the VPL's front.
+// Places a disc of an area about p in the map of VPL l. false: it is not seen from the VPL's front.
 bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surfel s)
 {
     mat3 frame = l.frame;
@@ -31,13 +32,14 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surf
     s.at = o;
     s.g = o / d2;
     if (!(d2 > 1e-30) || !(o.z > 1e-3 * s.depth)) return false;
-    // the surface that the VPL lies on is no occluder in a lobe's tilted map either
+    // The surface that the VPL lies on is no occluder; in a lobe's map, which is tilted, it could be one.
     bool lobe = ism_projection_of(l.exponent) == ISM_PROJECTION_LOBE;
     if (lobe && !(abs(dot(frame * o, l.normal)) > 1e-3 * s.depth)) return false;
     s.radius2 = min(s.radius2, (along > 0.0 && s.cut1.w < -1.0 ? 0.04 : 1.0) * d2);
     if (abs(along) > 1e-3 * s.depth) s.g = n / along;
     if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / s.depth, s.uv)) return false;
-    // it stands for its neighbours too, off their surface by about its radius: so much farther away it hides none
+    // The disc stands for neighbours of its surfel too, which may lie off its plane by about its radius: so
+    // much farther away it hides none of them.
     if (s.cut1.w < -1.0) {
         float away = 1.0 + sqrt(s.radius2) / s.depth;
         s.at *= away;
@@ -48,7 +50,7 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surf
     return true;
 }
 
-// Texels a unit of angle, or of a sky's space, at most, without a window.
+// How many texels a radian has, or a unit of space in the map of a sky: at most, and without a window.
 float ism_texels_per_unit(ism_vpl l)
 {
     float size = float(glbk_ism_frame.maps.y);
@@ -58,7 +60,7 @@ float ism_texels_per_unit(ism_vpl l)
     return 0.9 * size * (p == ISM_PROJECTION_LOBE ? sqrt(0.5 * (l.exponent + 1.0)) : 1.0);
 }
 
-// 2 x 2 tiles show 4 levels of opacity (paper 6.4).
+// Whether the tile shows what has this opacity: 2 x 2 tiles show 4 levels of it (paper, section 6.4).
 bool ism_dither(uvec2 tile, float opacity)
 {
     uint i = (tile.y & 1u) * 2u + (tile.x & 1u);
@@ -67,7 +69,7 @@ bool ism_dither(uvec2 tile, float opacity)
 
 vec3 ism_corner(uint vertex) { return texelFetch(glbk_ism_positions, glbk_table_at(vertex), 0).xyz; }
 
-// The texels that it may touch.
+// Finds the texels that the disc may touch. false: there are none.
 bool ism_box_surfel(ism_vpl l, inout ism_surfel s)
 {
     int size = int(glbk_ism_frame.maps.y);
@@ -77,24 +79,26 @@ bool ism_box_surfel(ism_vpl l, inout ism_surfel s)
     if (l.window == 0u) {
         s.box = ivec4(max(s.uv * most - reach, 0.0), min(ivec2(s.uv * most + reach), size - 1));
     } else {
-        vec2 first = ism_to_tile(l.grid, s.uv - reach / most), last = ism_to_tile(l.grid, s.uv + reach / most);
+        vec2 first = ism_to_tile(l.grid, s.uv - reach / most);
+        vec2 last = ism_to_tile(l.grid, s.uv + reach / most);
         s.box = ivec4(max(first, 0.0), min(ivec2(last), size - 1));
     }
     return true;
 }
 
-// Point `index` of the table in the map of VPL v; false: not there.
+// Surfel `index` of the table in the map of VPL v. false: the map does not show it.
 bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
 {
-    uvec4 point = texelFetch(glbk_ism_points, glbk_table_at(index), 0);
-    float share = uintBitsToFloat(point.w);
-    if (!(share > 0.0) || point.x >= glbk_ism_frame.points.w) return false;
-    uvec4 t = texelFetch(glbk_ism_triangles, glbk_table_at(point.x), 0);
-    if (!ism_dither(uvec2(v % glbk_ism_frame.maps.z, v / glbk_ism_frame.maps.z), uintBitsToFloat(t.w))) return false;
+    uvec4 surfel = texelFetch(glbk_ism_surfels, glbk_table_at(index), 0);
+    float share = uintBitsToFloat(surfel.w);
+    if (!(share > 0.0) || surfel.x >= glbk_ism_frame.surfels.w) return false;
+    uvec4 t = texelFetch(glbk_ism_triangles, glbk_table_at(surfel.x), 0);
+    uvec2 tile = uvec2(v % glbk_ism_frame.maps.z, v / glbk_ism_frame.maps.z);
+    if (!ism_dither(tile, uintBitsToFloat(t.w))) return false;
     vec3 p = ism_corner(t.x), e1 = ism_corner(t.y) - p, e2 = ism_corner(t.z) - p, n = cross(e1, e2);
     float length2 = dot(n, n), size = sqrt(length2);
     if (!(length2 > 0.0) || !cohsm_finite(length2)) return false;
-    vec2 b = uintBitsToFloat(point.yz);
+    vec2 b = uintBitsToFloat(surfel.yz);
     float area = glbk_ism_frame.values.x * share * 0.5 * size;
     p += e1 * b.x + e2 * b.y;
     s.cut1 = s.cut2 = vec4(-2.0);
@@ -106,8 +110,8 @@ bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
     return ism_place_surfel(l, p, n / size, area, s) && ism_box_surfel(l, s);
 }
 
-// Where the ray through a texel of the tile, in direction w, meets the disc, or ISM_FAR where it does not, or beyond
-// the limit. No disc is widened to a whole texel.
+// The depth at which the ray through a texel of the tile, in direction w, meets the disc; ISM_FAR if it does
+// not, or only beyond the limit. No disc is widened to a whole texel.
 float ism_meet(bool sky, ism_surfel s, vec3 w, float limit)
 {
     float t = ism_plane_depth(sky, s.g, w);

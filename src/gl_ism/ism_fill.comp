@@ -1,5 +1,6 @@
-// Holes, all levels of pull, and push, in one pass: a group has a whole tile in shared memory, or of larger tiles 32 x 32
-// texels and 16 more at each side, of which eight may keep surfels. An invocation has 16 of these 64 x 64 texels.
+// Holes, all levels of pull, and push, in one pass: a group has a whole tile in shared memory, or of larger
+// tiles 32 x 32 texels and 16 more at each side, of which eight may keep surfels. An invocation has 16 of
+// these 64 x 64 texels.
 // uses: ism_holes ism_push
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=4
 layout(local_size_x = 256) in;
@@ -23,7 +24,10 @@ float ism_depth(ivec2 at)
     return ism_depths[texel.y * ISM_SIDE + texel.x];
 }
 
-int ism_pulled(int level, ivec2 cell) { return int(ism_cells[ism_cell(level, cell - (ism_origin >> level))]); }
+int ism_pulled(int level, ivec2 cell)
+{
+    return int(ism_cells[ism_cell(level, cell - (ism_origin >> level))]);
+}
 
 // 1 or the number of a part's texel: level 0 are the texels that are kept.
 uint ism_part(int level, ivec2 cell)
@@ -34,7 +38,7 @@ uint ism_part(int level, ivec2 cell)
 
 void main()
 {
-    int size = int(glbk_ism_frame.maps.y), levels = int(glbk_ism_frame.points.z);
+    int size = int(glbk_ism_frame.maps.y), levels = int(glbk_ism_frame.surfels.z);
     int block = size > ISM_SIDE ? 32 : size, margin = size > ISM_SIDE ? 16 : 0;
     ivec2 begin = ivec2(gl_WorkGroupID.xy) * block, tile = begin - (begin & (size - 1));
     uint v = ism_tile_of(begin), holes = 0u;
@@ -44,13 +48,14 @@ void main()
     for (uint i = gl_LocalInvocationIndex; i < uint(ISM_SIDE * ISM_SIDE); i += 256u) {
         ivec2 at = ism_origin + ism_texel(i), local = at - tile;
         bool inside = used && all(greaterThanEqual(local, ivec2(0))) && all(lessThan(local, ivec2(size)));
-        ism_depths[i] = inside ? ism_surfel_at(at).w : ISM_FAR;
+        ism_depths[i] = inside ? ism_plane_at(at).w : ISM_FAR;
     }
     barrier();
     for (uint k = 0u; k < 16u && levels != 0; k++) {
         ivec2 texel = ism_texel(gl_LocalInvocationIndex + 256u * k);
         float depth = ism_depth(ism_origin + texel);
-        bool near_by = all(greaterThanEqual(texel, ivec2(margin / 2))) && all(lessThan(texel, ivec2(ISM_SIDE - margin / 2)));
+        bool near_by = all(greaterThanEqual(texel, ivec2(margin / 2))) &&
+                       all(lessThan(texel, ivec2(ISM_SIDE - margin / 2)));
         if (near_by && depth < ISM_FAR && ism_hole(grid, ism_origin + texel, depth)) holes |= 1u << k;
     }
     barrier();

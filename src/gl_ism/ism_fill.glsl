@@ -3,7 +3,7 @@
 #define ISM_HOLE 2
 #define ISM_LEVELS 3
 
-vec4 ism_surfel_at(ivec2 at) { return glbk_unpack(texelFetch(glbk_ism_surfels, at, 0)); }
+vec4 ism_plane_at(ivec2 at) { return glbk_unpack(texelFetch(glbk_ism_planes, at, 0)); }
 
 // Which of the four quadrants about a texel something lies in; each owns one half axis.
 uint ism_quadrant(ivec2 d)
@@ -22,9 +22,9 @@ uint ism_sector(ivec2 d)
 
 uint ism_turn(uint sectors, int by) { return (sectors << by | sectors >> (8 - by)) & 255u; }
 
-// Is a texel with something in these sectors about it surrounded? All that lies on one side of a line touches five of
-// them at most. Those beyond the tile's border count where the border has something on both sides of the texel: in the
-// sector along it or, of what is close, the next one.
+// Is a texel with something in these sectors about it surrounded? All that lies on one side of a line touches
+// five of them at most. Those beyond the tile's border count where the border has something on both sides of
+// the texel: in the sector along it or, of what is close, the next one.
 bool ism_surrounded(uint found, uint close, uint beyond)
 {
     uint along = (ism_turn(beyond, 1) | ism_turn(beyond, 7)) & ~beyond;
@@ -33,8 +33,9 @@ bool ism_surrounded(uint found, uint close, uint beyond)
     return (open & ism_turn(open, 1) & ism_turn(open, 2)) == 0u;
 }
 
-// Of a cell of 2^level texels a side, by its place in the tile, and 1 + the indices of one texel of each of its four
-// parts (0: none): the nearest to its middle. A part of level 1 is a texel, and not 0 where it keeps its surfel.
+// Of a cell of 2^level texels a side, by its place in the tile, and 1 + the indices of one texel of each of
+// its four parts (0: none): the nearest to its middle. A part of level 1 is a texel, and not 0 where it keeps
+// its surfel.
 uint ism_pull(int level, ivec2 cell, uvec4 parts)
 {
     int size = int(glbk_ism_frame.maps.y), least = 0x7fffffff;

@@ -4,7 +4,7 @@
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=4
 layout(location = 0) out uint result;
 
-float ism_depth(ivec2 at) { return ism_surfel_at(at).w; }
+float ism_depth(ivec2 at) { return ism_plane_at(at).w; }
 
 void main()
 {
@@ -13,5 +13,5 @@ void main()
     float depth = ism_depth(at);
     result = 0u;
     if (!(depth < ISM_FAR) || v >= glbk_ism_frame.maps.x) return;
-    result = glbk_ism_frame.points.z != 0u && ism_hole(ism_read_grid(v), at, depth) ? 0u : 1u;
+    result = glbk_ism_frame.surfels.z != 0u && ism_hole(ism_read_grid(v), at, depth) ? 0u : 1u;
 }

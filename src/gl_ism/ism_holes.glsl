@@ -18,7 +18,7 @@ bool ism_hole(ism_grid grid, ivec2 at, float c)
             }
             float depth = ism_depth(at + d);
             if (!(depth < 0.9 * c)) continue;
-            float t = ism_plane_depth(grid.exponent < 0.0, ism_surfel_at(at + d).xyz, w);
+            float t = ism_plane_depth(grid.exponent < 0.0, ism_plane_at(at + d).xyz, w);
             if (t > 0.5 * depth && t < 0.95 * c) found |= ism_quadrant(d);
         }
     return found == 15u;

@@ -1,14 +1,19 @@
 // ism_light - light of VPLs, by the maps of glbk_ism_draw. For your own shader: glbk_ism_bind, then
 //
-//     vec4 e = ism_light(position, normal, geometric, 0u, 1u);     // irradiance, W/m^2; lost by the rule near by
+//     vec4 e = ism_light(position, normal, geometric, 0u, 1u);     // rgb: irradiance, W/m^2
 //
-// Defines: ISM_NEAR=1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none, 6 gather; ISM_PROJECTION, the maps'
-// desc.projection.
+// a: what the rule near by took off.
+//
+// Defines: ISM_NEAR, an ism_near: 1 patch, 2 sphere, 3 clamp, 4 clamp to the mean, 5 none, 6 or 0 gather;
+// ISM_PROJECTION, the maps' desc.projection, an ism_projection.
 // uses: ism_access
 #ifndef ISM_NEAR
 #define ISM_NEAR 6
+#elif ISM_NEAR == 0
+#undef ISM_NEAR
+#define ISM_NEAR 6
 #endif
-#define ISM_GRAZING 1e-4     // cosine, by the receiver's plane, below which a VPL counts as behind it: rounding
+#define ISM_GRAZING 1e-4     // a VPL of smaller cosine counts as behind the receiver's plane: rounding
 
 float ism_luminance(vec3 f) { return (f.x + f.y + f.z) * (1.0 / 3.0); }
 
@@ -53,8 +58,8 @@ float ism_edge(vec3 n, vec3 a, vec3 b)
     return size > 0.0 ? cohsm_atan2(size, dot(a, b)) * (dot(n, c) / size) : 0.0;
 }
 
-// Form factor of the square d +- x +- y, clipped at the horizon of n; share: of its area that is left. Convex, so the
-// horizon cuts it once at most: where it leaves and where it comes back are joined.
+// Form factor of the square d +- x +- y, clipped at the horizon of n; share: of its area that is left.
+// Convex, so the horizon cuts it once at most: where it leaves and where it comes back are joined.
 float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)
 {
     vec3 leave = d, come = d, area = vec3(0.0);
@@ -82,7 +87,8 @@ float ism_form_factor(vec3 n, vec3 d, vec3 x, vec3 y, out float share)
     return sum * 0.159154943;
 }
 
-// To receivers that face the square no brighter than the point: the backs of bent sheets do. square: without that.
+// To receivers that face the square no brighter than the point: the backs of bent sheets do. square: without
+// that.
 float ism_patch_kernel(mat3 frame, float side, vec3 d, vec3 n, float point, out float square)
 {
     float share, form = ism_form_factor(n, d, frame[0] * (0.5 * side), frame[1] * (0.5 * side), share);
@@ -98,7 +104,8 @@ float ism_sphere_kernel(vec3 d, vec3 normal, vec3 n, float side)
     float least = d2 > r2 ? sqrt(1.0 - r2 / d2) : -1.0;
     mat3 frame = ism_frame_of(cohsm_normalize(d));
     for (int k = 0; k < 16; k++) {
-        float cosine = 1.0 - (1.0 - least) * (float(k) + 0.5) * (1.0 / 16.0), sine = sqrt(1.0 - cosine * cosine);
+        float cosine = 1.0 - (1.0 - least) * (float(k) + 0.5) * (1.0 / 16.0);
+        float sine = sqrt(1.0 - cosine * cosine);
         vec2 sc = cohsm_sincos(2.39996323 * float(k));
         vec3 w = frame * vec3(sine * sc.y, sine * sc.x, cosine);
         float a = dot(n, w), b = -dot(normal, w);
@@ -114,7 +121,8 @@ float ism_nearness(float d2, float reach)
     return !(h > 0.0) ? 0.0 : h < r2 ? h / r2 : 1.0;
 }
 
-// cos cos / d^2 (cosine alone of a sky) with the lobe and the rule near by; plain without what that takes off.
+// cos cos / d^2 (cosine alone of a sky) with the lobe and the rule near by; plain without what that takes
+// off.
 float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 {
     if (l.sky) return plain = max(dot(l.position, n) * COHSM_PI, 0.0);
@@ -123,7 +131,9 @@ float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
     plain = a > 0.0 && b > 0.0 ? a * b / (d2 * d2 + 1e-37) : 0.0;
     if (l.exponent != 1.0) {
         float c = -dot(l.axis, d) / sqrt(d2);
-        plain = c > 0.0 && a > 0.0 ? 0.5 * (l.exponent + 1.0) * cohsm_pow(c, l.exponent) * a / (sqrt(d2) * d2) : 0.0;
+        plain = 0.0;
+        if (c > 0.0 && a > 0.0)
+            plain = 0.5 * (l.exponent + 1.0) * cohsm_pow(c, l.exponent) * a / (sqrt(d2) * d2);
         area = 0.0;
     }
     if (!(plain > 0.0)) return 0.0;
@@ -146,7 +156,8 @@ float ism_kernel(ism_vpl l, vec3 p, vec3 n, float most, out float plain)
 #endif
 }
 
-// What VPL v adds to sum: irradiance times pi, and in w what the rule near by took off. most: of one VPL, clamped.
+// What VPL v adds to sum: irradiance times pi, and in w what the rule near by took off. most: of one VPL,
+// clamped.
 void ism_add(inout vec4 sum, uint v, ism_vpl l, vec3 p, vec3 n, vec3 ng, float most)
 {
     float plain, k = ism_kernel(l, p, n, most, plain), power = ism_luminance(l.flux);
@@ -154,7 +165,7 @@ void ism_add(inout vec4 sum, uint v, ism_vpl l, vec3 p, vec3 n, vec3 ng, float m
     if (k * power > most) k = most / power;
 #endif
     if (!(k > 0.0)) return;
-    if ((glbk_ism_view.size.w & 1u) == 0u) k *= ism_visible(v, l, p, ng, glbk_ism_view.values.x);
+    if (glbk_ism_view.size.w == 0u) k *= ism_visible(v, l, p, ng, glbk_ism_view.values.x);
     sum.xyz += k * l.flux;
     if (k > 0.0) sum.w += max(plain - k, 0.0) * power;
 }
@@ -166,8 +177,8 @@ float ism_unshadowed(ism_vpl l, vec3 p, vec3 n)
     return ism_kernel(l, p, n, 0.0, plain) * ism_luminance(l.flux);
 }
 
-// VPLs first, first + pattern, ...: how many there are, and a sum over them times as many as there are such classes:
-// the mean over all classes is then the sum of all VPLs, however few there are.
+// VPLs first, first + pattern, ...: how many there are, and a sum over them times as many as there are such
+// classes: the mean over all classes is then the sum of all VPLs, however few there are.
 uint ism_used(uint first, uint pattern)
 {
     uint count = glbk_ism_frame.maps.x;
@@ -187,7 +198,8 @@ struct ism_near_point {
 ism_near_point ism_read_near(uint i)
 {
     uint at = glbk_ism_frame.near_points.z + 3u * i;
-    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(at), 0), b = texelFetch(glbk_ism_vpls, glbk_table_at(at + 1u), 0);
+    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(at), 0);
+    vec4 b = texelFetch(glbk_ism_vpls, glbk_table_at(at + 1u), 0);
     vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(at + 2u), 0);
     ism_near_point q;
     q.position = a.xyz;
@@ -199,8 +211,8 @@ ism_near_point ism_read_near(uint i)
     return q;
 }
 
-// By its VPL's map; where that hides, and the point is nearer than the VPL, by the map moved to the point. Lit behind
-// the VPL. Neither for what faces the point: the backs of bent sheets do.
+// By its VPL's map; where that hides, and the point is nearer than the VPL, by the map moved to the point.
+// Lit behind the VPL. Neither for what faces the point: the backs of bent sheets do.
 float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
 {
     ism_vpl l = ism_read_vpl(q.vpl);
@@ -208,7 +220,7 @@ float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
     float open = 1.0 - clamp(-2.0 * dot(n, q.normal), 0.0, 1.0), lit = 1.0;
     if (!(dot(l.frame[2], p - l.position) > 0.0)) return open;
     bool movable = open > 0.0 && dot(d, d) < dot(way, way) && dot(l.frame[2], d) > 0.0;
-    // a loop, because what is written twice is waited for twice where neighbours differ
+    // A loop: a question that stands here twice would be waited for twice where neighbours differ.
     while (!(ism_visible(q.vpl, l, at, ng, bias) > 0.0)) {
         if (!movable) return 0.0;
         movable = false;
@@ -243,12 +255,13 @@ float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
 bool ism_near_counts(uint i, vec3 p, vec3 n)
 {
     uint at = glbk_ism_frame.near_points.z + 3u * i;
-    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(at), 0), b = texelFetch(glbk_ism_vpls, glbk_table_at(at + 1u), 0);
+    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(at), 0);
+    vec4 b = texelFetch(glbk_ism_vpls, glbk_table_at(at + 1u), 0);
     return ism_near_weight(a.xyz, b.w, b.xyz, p, n) > 0.0;
 }
 
-// The first of this class from i on in a block of 64 that reaches as far as p: beyond its sphere none does, and 64 is
-// a whole number of patterns.
+// The first of this class from i on in a block of 64 that reaches as far as p: beyond its sphere none does,
+// and 64 is a whole number of patterns.
 uint ism_near_block(uint i, uint count, vec3 p)
 {
     for (; i < count; i += 64u) {
@@ -260,8 +273,8 @@ uint ism_near_block(uint i, uint count, vec3 p)
 }
 
 // What the near points first, first + pattern, ... give, scaled up as VPLs are by ism_scaled. They are looked
-// for four at a time, and what one costs comes in a loop of its own, because neighbours wait for each other: it is paid
-// where they have some too, not at every point of any.
+// for four at a time, and what one costs comes in a loop of its own, because neighbours wait for each other:
+// it is paid where they have some too, not at every point of any.
 vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
 {
     uint count = glbk_ism_frame.near_points.x, i = ism_near_block(first, count, p);
@@ -278,7 +291,8 @@ vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint pattern)
             ism_near_point q = ism_read_near(found[k]);
             float plain, bright = ism_near_kernel(q, p, n, plain);
             if (!(bright > 0.0)) continue;
-            float lit = (glbk_ism_view.size.w & 1u) != 0u ? 1.0 : ism_near_visible(q, p, n, ng, glbk_ism_view.values.x);
+            float lit = 1.0;
+            if (glbk_ism_view.size.w == 0u) lit = ism_near_visible(q, p, n, ng, glbk_ism_view.values.x);
             sum += lit * vec4(bright * q.flux, max(plain - bright, 0.0) * ism_luminance(q.flux));
         }
     }

@@ -8,6 +8,9 @@
 // Of all VPLs, so that no program holds the code of the others; lobes of exponent 1 have the cosine's.
 #ifndef ISM_PROJECTION
 #define ISM_PROJECTION 1
+#elif ISM_PROJECTION == 0
+#undef ISM_PROJECTION
+#define ISM_PROJECTION 1
 #endif
 
 uint ism_projection_of(float exponent)
@@ -25,8 +28,8 @@ float ism_power_gap(float x, float y)
     if (!(x > 1.18e-38)) return 1.0;
     float t = y * cohsm_log(min(x, 1.0));
     if (t < -0.35) return 1.0 - cohsm_exp(t);
-    return -t * (1.0 + t * (0.5 + t * (0.166666667 + t * (0.0416666667 + t * (0.00833333333 + t * (0.00138888889 +
-           t * 0.000198412698))))));
+    return -t * (1.0 + t * (0.5 + t * (0.166666667 + t * (0.0416666667 + t * (0.00833333333 +
+           t * (0.00138888889 + t * 0.000198412698))))));
 }
 
 vec3 ism_map_direction(uint projection, float exponent, vec2 uv)
@@ -69,14 +72,15 @@ bool ism_map_coordinates(uint projection, float exponent, vec3 w, out vec2 uv)
     return true;
 }
 
-// An axis of a tile of `size` texels a side, `rim` of them outside of its window: how many lie below it (all where it
-// is not worth its rim), and what share of the square a texel has below, in and above it. cut: 64ths of the square
-// below and above.
+// An axis of a tile of `size` texels a side, `rim` of them outside of its window: how many lie below it (all
+// where it is not worth its rim), and what share of the square a texel has below, in and above it. cut: 64ths
+// of the square below and above.
 vec4 ism_axis(uvec2 cut, uint size, uint rim)
 {
     uint rest = cut.x + cut.y;
     if (!(rest * size > rim * 64u) || rest >= 64u) return vec4(float(size), 1.0 / float(size), 1.0, 1.0);
-    // whole numbers divided as floats, which lanes do side by side: with the half no quotient is near a whole number
+    // whole numbers divided as floats, which lanes do side by side: with the half no quotient is near a whole
+    // number
     float a = floor((float(2u * rim * cut.x + rest) + 0.5) / float(2u * rest)), most = float(rim);
     if (cut.x != 0u && a == 0.0) a = 1.0;
     if (cut.y != 0u && a == most) a = most - 1.0;
@@ -88,7 +92,8 @@ vec4 ism_axis(uvec2 cut, uint size, uint rim)
 float ism_zoom_axis(vec4 axis, float size, float rim, float u)
 {
     float low = axis.x * axis.y, high = 1.0 - (rim - axis.x) * axis.w;
-    vec3 part = u < low ? vec3(0.0, u, axis.y) : u < high ? vec3(axis.x, u - low, axis.z) : vec3(size, u - 1.0, axis.w);
+    vec3 part = u < low ? vec3(0.0, u, axis.y) : vec3(axis.x, u - low, axis.z);
+    if (!(u < low) && !(u < high)) part = vec3(size, u - 1.0, axis.w);
     return clamp(part.x + part.y / part.z, 0.0, size);
 }
 

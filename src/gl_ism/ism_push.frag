@@ -6,9 +6,9 @@ layout(location = 0) out uint result;
 
 int ism_pulled(int level, ivec2 cell)
 {
-    uint at = level == 1 ? texelFetch(glbk_ism_pull1, cell, 0).x : level == 2 ? texelFetch(glbk_ism_pull2, cell, 0).x
-                                                                              : texelFetch(glbk_ism_pull3, cell, 0).x;
-    return int(at);
+    if (level == 1) return int(texelFetch(glbk_ism_pull1, cell, 0).x);
+    if (level == 2) return int(texelFetch(glbk_ism_pull2, cell, 0).x);
+    return int(texelFetch(glbk_ism_pull3, cell, 0).x);
 }
 
 void main()
@@ -16,7 +16,8 @@ void main()
     ivec2 at = ivec2(gl_FragCoord.xy);
     uint v = ism_tile_of(at);
     float depth = ISM_FAR;
-    if (texelFetch(glbk_ism_below, at, 0).x != 0u) depth = ism_surfel_at(at).w;
-    else if (glbk_ism_frame.points.z != 0u && v < glbk_ism_frame.maps.x) depth = ism_filled(ism_read_grid(v), at);
+    bool fills = glbk_ism_frame.surfels.z != 0u && v < glbk_ism_frame.maps.x;
+    if (texelFetch(glbk_ism_below, at, 0).x != 0u) depth = ism_plane_at(at).w;
+    else if (fills) depth = ism_filled(ism_read_grid(v), at);
     result = floatBitsToUint(depth);
 }

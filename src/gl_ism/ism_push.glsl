@@ -36,24 +36,25 @@ void ism_look(int level, ivec2 at, inout ism_near n)
     if (level == 1) n.close = n.found;
 }
 
-// The first one's depth, or its plane's here, whichever would have foretold the second better. No depths are mixed.
+// The first one's depth, or its plane's here, whichever would have foretold the second better. No depths are
+// mixed.
 float ism_push(ism_grid grid, ivec2 local, ivec2 first, ivec2 second, ivec2 origin)
 {
-    vec4 a = ism_surfel_at(origin + first), b = ism_surfel_at(origin + second);
+    vec4 a = ism_plane_at(origin + first), b = ism_plane_at(origin + second);
     float t = ism_plane_depth(grid.exponent < 0.0, a.xyz, ism_texel_direction(grid, local));
     float there = ism_plane_depth(grid.exponent < 0.0, a.xyz, ism_texel_direction(grid, second));
     if (abs(a.w - b.w) <= abs(there - b.w)) return a.w;
     return t > 0.5 * a.w && t < 2.0 * a.w ? t : a.w;
 }
 
-// The depth of texel `at` of the atlas, in a tile of that kind, from the nearest two that keep their surfels once it is
-// surrounded; or ISM_FAR.
+// The depth of texel `at` of the atlas, in a tile of that kind, from the nearest two that keep their surfels
+// once it is surrounded; or ISM_FAR.
 float ism_filled(ism_grid grid, ivec2 at)
 {
     int size = int(glbk_ism_frame.maps.y);
     ivec2 local = at & (size - 1);
     ism_near n = ism_near(0, 0, 0, 0, 0u, 0u, 0u);
-    for (int level = 1; level <= int(glbk_ism_frame.points.z); level++) {
+    for (int level = 1; level <= int(glbk_ism_frame.surfels.z); level++) {
         if (n.second != 0 && ism_surrounded(n.found, n.close, n.beyond)) break;
         ism_look(level, at, n);
     }

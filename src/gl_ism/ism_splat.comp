@@ -1,6 +1,7 @@
-// ism_splat.vert and .frag as a compute shader: a group draws all points of a VPL into up to 64 x 64 texels of its tile
-// in shared memory, twice: first the depths alone, then which point it is that has them, the first one of several, as
-// the depth test has it. Discs of many texels go to a list that 32 invocations a disc draw, so that no 31 wait for one.
+// ism_splat.vert and .frag as a compute shader: a group draws all surfels of a VPL into up to 64 x 64 texels
+// of its tile in shared memory, twice: first the depths alone, then which surfel it is that has them, the
+// first one of several, as the depth test has it. Discs of many texels go to a list that 32 invocations a
+// disc draw, so that no 31 wait for one.
 // uses: ism_disc
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=4
 layout(local_size_x = 512) in;
@@ -8,24 +9,25 @@ layout(local_size_x = 512) in;
 #define ISM_SIDE 64
 #define ISM_WIDE 64         // texels: discs of more go to the list
 #define ISM_LIST 112u       // discs: what 32 KiB leave
-#define ISM_HOPE 0x80000000u
+#define ISM_HOPE 0x80000000u    // the disc was the nearest in a texel once
 
 shared uint ism_depths[ISM_SIDE * ISM_SIDE];            // as bits, which are in the order of positive floats
-shared uint ism_owners[ISM_SIDE * ISM_SIDE / 2];        // 16 bits each: maps of more points are not drawn by compute
+shared uint ism_owners[ISM_SIDE * ISM_SIDE / 2];        // 16 bits each, as many as numbers of surfels need
 shared vec4 ism_list[4u * ISM_LIST];                    // at, radius2; g; cut1; cut2
 shared uint ism_numbers[ISM_LIST], ism_listed;
-shared uint ism_boxes[ISM_LIST];                        // four bytes; the highest bit: it was the nearest once
+shared uint ism_boxes[ISM_LIST];                        // four bytes each, and ISM_HOPE
 
 uint ism_v;             // the VPL
 ism_vpl ism_l;
 ivec4 ism_part;         // first and last texel, of its tile
-uint ism_hopes[4];      // bits: which of this invocation's points had a texel once
+uint ism_hopes[4];      // bits: which of this invocation's surfels had a texel once
 
-// Point number i of the VPL, phase after phase, with its texels in this part; false: it has none.
+// Surfel number i of the VPL, phase after phase, with its texels in this part; false: it has none.
 bool ism_find(uint i, out ism_surfel s)
 {
-    uint each = glbk_ism_frame.points.y;
-    if (!ism_surfel_of((i / each * glbk_ism_frame.points.x + ism_v) * each + i % each, ism_v, ism_l, s)) return false;
+    uint each = glbk_ism_frame.surfels.y;
+    uint index = (i / each * glbk_ism_frame.surfels.x + ism_v) * each + i % each;
+    if (!ism_surfel_of(index, ism_v, ism_l, s)) return false;
     s.box = ivec4(max(s.box.xy, ism_part.xy), min(s.box.zw, ism_part.zw));
     return s.box.x <= s.box.z && s.box.y <= s.box.w;
 }
@@ -33,18 +35,18 @@ bool ism_find(uint i, out ism_surfel s)
 uint ism_owner(uint texel) { return ism_owners[texel >> 1] >> (16u * (texel & 1u)) & 0xffffu; }
 
 // The atomic minimum of 16 bits.
-void ism_own(uint texel, uint point)
+void ism_own(uint texel, uint surfel)
 {
     uint shift = 16u * (texel & 1u), was = ism_owners[texel >> 1];
-    while ((was >> shift & 0xffffu) > point) {
-        uint now = atomicCompSwap(ism_owners[texel >> 1], was, (was & ~(0xffffu << shift)) | point << shift);
+    while ((was >> shift & 0xffffu) > surfel) {
+        uint now = atomicCompSwap(ism_owners[texel >> 1], was, (was & ~(0xffffu << shift)) | surfel << shift);
         if (now == was) break;
         was = now;
     }
 }
 
-// Its texels from the one at `from` on, every `pace`th; one loop, which those who draw beside it leave together. true: it
-// was the nearest in one of them.
+// Its texels from the one at `from` on, every `pace`th; one loop, which those who draw beside it leave
+// together. true: it was the nearest in one of them.
 bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)
 {
     ivec2 at = s.box.xy + from;
@@ -53,8 +55,9 @@ bool ism_draw(int turn, uint i, ism_surfel s, ivec2 from, ivec2 pace)
         uint texel = uint((at.y - ism_part.y) * ISM_SIDE + at.x - ism_part.x), depth = ism_depths[texel];
         float t = ism_meet(ism_l.sky, s, ism_texel_direction(ism_l.grid, at), uintBitsToFloat(depth));
         if (t < ISM_FAR) {
-            if (turn == 0) nearest = atomicMin(ism_depths[texel], floatBitsToUint(t)) >= floatBitsToUint(t) || nearest;
-            else if (depth == floatBitsToUint(t)) ism_own(texel, i);
+            uint bits = floatBitsToUint(t);
+            if (turn == 0) nearest = atomicMin(ism_depths[texel], bits) >= bits || nearest;
+            else if (depth == bits) ism_own(texel, i);
         }
         at.x += pace.x;
         if (at.x > s.box.z) at = ivec2(s.box.x + from.x, at.y + pace.y);
@@ -73,14 +76,16 @@ ism_surfel ism_unlist(uint k)
     vec4 a = ism_list[4u * k], b = ism_list[4u * k + 1u];
     uint box = ism_boxes[k];
     ivec4 texels = ivec4(box & 63u, box >> 8 & 63u, box >> 16 & 63u, box >> 24 & 63u) + ism_part.xyxy;
-    return ism_surfel(a.xyz, b.xyz, a.w, 0.0, vec2(0.0), ism_list[4u * k + 2u], ism_list[4u * k + 3u], texels);
+    return ism_surfel(a.xyz, b.xyz, a.w, 0.0, vec2(0.0), ism_list[4u * k + 2u], ism_list[4u * k + 3u],
+                      texels);
 }
 
-// The discs that invocations have for the list, as many at a time as it holds. true: this one's was the nearest in a
-// texel. All invocations come here.
+// The discs that invocations have for the list, as many at a time as it holds. true: this one's was the
+// nearest in a texel. All invocations come here.
 bool ism_draw_list(int turn, uint i, ism_surfel s, bool waits)
 {
     uint thread = gl_LocalInvocationIndex, count;
+    ivec2 mine = ivec2(thread & 7u, thread / 8u & 3u);      // of 8 x 4 that 32 invocations draw at a time
     bool nearest = false;
     do {
         uint k = waits ? atomicAdd(ism_listed, 1u) : ISM_LIST;
@@ -97,7 +102,7 @@ bool ism_draw_list(int turn, uint i, ism_surfel s, bool waits)
         barrier();
         count = ism_listed;
         for (uint d = thread / 32u; d < min(count, ISM_LIST); d += ISM_THREADS / 32u)
-            if (ism_draw(turn, ism_numbers[d], ism_unlist(d), ivec2(thread & 7u, thread / 8u & 3u), ivec2(8, 4)))
+            if (ism_draw(turn, ism_numbers[d], ism_unlist(d), mine, ivec2(8, 4)))
                 atomicOr(ism_boxes[d], ISM_HOPE);
         barrier();
         if (thread == 0u) ism_listed = 0u;
@@ -107,11 +112,12 @@ bool ism_draw_list(int turn, uint i, ism_surfel s, bool waits)
     return nearest;
 }
 
-// Of each invocation a point at a time. The second turn passes by those that had no texel in the first.
+// Each invocation takes a surfel at a time. The second turn passes by those that had no texel in the first.
 void ism_draw_all(int turn, uint count)
 {
     for (uint start = 0u; start < count; start += ISM_THREADS) {
-        uint i = start + gl_LocalInvocationIndex, word = start / ISM_THREADS >> 5, bit = 1u << (start / ISM_THREADS & 31u);
+        uint i = start + gl_LocalInvocationIndex, lap = start / ISM_THREADS;
+        uint word = lap >> 5, bit = 1u << (lap & 31u);
         ism_surfel s;
         bool there = i < count && (turn == 0 || (ism_hopes[word] & bit) != 0u) && ism_find(i, s);
         ivec2 wide = there ? s.box.zw - s.box.xy + 1 : ivec2(0);
@@ -130,8 +136,8 @@ void main()
     ism_hopes = uint[4](0u, 0u, 0u, 0u);
     ism_v = ism_tile_of(begin);
     ism_part = (begin - ism_tile_at(ism_v)).xyxy + ivec4(0, 0, side - 1, side - 1);
-    count = ism_v < glbk_ism_frame.maps.x && glbk_ism_frame.points.w != 0u ? glbk_ism_frame.maps.w : 0u;
-    ism_l = ism_read_vpl(min(ism_v, glbk_ism_frame.points.x - 1u));
+    count = ism_v < glbk_ism_frame.maps.x && glbk_ism_frame.surfels.w != 0u ? glbk_ism_frame.maps.w : 0u;
+    ism_l = ism_read_vpl(min(ism_v, glbk_ism_frame.surfels.x - 1u));
     for (uint i = thread; i < uint(ISM_SIDE * ISM_SIDE); i += ISM_THREADS) {
         ism_depths[i] = floatBitsToUint(ISM_FAR);
         ism_owners[i >> 1] = 0xffffffffu;
@@ -145,6 +151,6 @@ void main()
         if (max(texel.x, texel.y) >= side) continue;
         if (ism_depths[i] != floatBitsToUint(ISM_FAR) && ism_find(ism_owner(i), s))
             surfel = vec4(s.g, uintBitsToFloat(ism_depths[i]));
-        imageStore(glbk_ism_surfels_out, begin + texel, surfel);
+        imageStore(glbk_ism_planes_out, begin + texel, surfel);
     }
 }

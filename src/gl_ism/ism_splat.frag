@@ -15,8 +15,10 @@ void main()
 {
     ivec2 at = ivec2(gl_FragCoord.xy);
     if (any(lessThan(at, ism_box.xy)) || any(greaterThan(at, ism_box.zw))) discard;
-    ism_surfel s = ism_surfel(ism_at.xyz, ism_plane.xyz, ism_at.w, 0.0, vec2(0.0), ism_cut1, ism_cut2, ism_box);
-    vec3 w = ism_texel_direction(ism_grid(ism_plane.w, ism_across, ism_down), at & (int(glbk_ism_frame.maps.y) - 1));
+    ism_surfel s = ism_surfel(ism_at.xyz, ism_plane.xyz, ism_at.w, 0.0, vec2(0.0), ism_cut1, ism_cut2,
+                              ism_box);
+    ism_grid grid = ism_grid(ism_plane.w, ism_across, ism_down);
+    vec3 w = ism_texel_direction(grid, at & (int(glbk_ism_frame.maps.y) - 1));
     float t = ism_meet(ism_plane.w < 0.0, s, w, ISM_FAR);
     if (!(t < ISM_FAR)) discard;
     result = glbk_pack(vec4(ism_plane.xyz, t));

@@ -1,5 +1,5 @@
-// One point as a disc in the tile of its VPL: a point as large as the texels that it may touch, or with ISM_QUADS a
-// rectangle of them, one instance a point.
+// One surfel as a disc in the tile of its VPL: a point as large as the texels that it may touch, or with
+// ISM_QUADS a rectangle of them, one instance a surfel.
 // uses: ism_disc
 #ifndef ISM_QUADS
 #define ISM_QUADS 0
@@ -20,7 +20,7 @@ void main()
     uint index = uint(gl_VertexID);
     gl_PointSize = 1.0;
 #endif
-    uint v = index / glbk_ism_frame.points.y;       // the points of one phase are bound
+    uint v = index / glbk_ism_frame.surfels.y;       // the surfels of one phase are bound
     ism_surfel s;
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     ism_at = vec4(0.0);
@@ -39,7 +39,8 @@ void main()
     ism_cut2 = s.cut2;
     ism_box = s.box + ism_tile_at(v).xyxy;
 #if ISM_QUADS
-    vec2 at = vec2((gl_VertexID & 1) != 0 ? ism_box.z + 1 : ism_box.x, (gl_VertexID & 2) != 0 ? ism_box.w + 1 : ism_box.y);
+    vec2 at = vec2((gl_VertexID & 1) != 0 ? ism_box.z + 1 : ism_box.x,
+                   (gl_VertexID & 2) != 0 ? ism_box.w + 1 : ism_box.y);
 #else
     vec2 at = 0.5 * vec2(ism_box.xy + ism_box.zw + 1);
     ivec2 wide = s.box.zw - s.box.xy;

@@ -2,18 +2,21 @@
 
    What it does
 
-   Draws the imperfect shadow maps of all VPLs from points, fills their holes, and sums the VPLs' light with visibility:
-   ism_light() in shaders of your own, or a complete pass with interleaved sampling and its blur.
+   Draws the imperfect shadow maps of all VPLs from surfels, fills their holes, and sums the VPLs' light with
+   visibility: ism_light() in shaders of your own, or complete passes that light a G-buffer, with interleaved
+   sampling and its blur. Descs, settings and lists are the structs of ism.h, of which this header needs the
+   declarations alone.
 
    What it does not do
 
-   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and whose
-     conventions, errors and rules about GL's state hold here.
-   - It chooses no VPLs and scatters no points: ism.h does.
+   - It needs gl_backend.h beside it, which makes the context object, programs, textures and targets, and
+     whose conventions, errors and rules about GL's state hold here; and gl_gbuffer.h, whose G-buffer is lit.
+   - It chooses no VPLs and scatters no surfels: ism.h does.
 
    Quick start
 
        #define GL_BACKEND_IMPLEMENTATION
+       #define GL_GBUFFER_IMPLEMENTATION
        #define GL_ISM_IMPLEMENTATION
        #include "gl_backend/gl_ism.h"
        #include <stdio.h>
@@ -28,7 +31,7 @@
 
        int main(void)
        {
-           static const char fragment[] =                   // a shader of yours that calls a function of the library
+           static const char fragment[] =                   // a shader of yours that calls the library's
                "out vec4 color;\n"
                "void main()\n"
                "{\n"
@@ -65,10 +68,14 @@
    Configuration
 
      GL_ISM_IMPLEMENTATION   in one source file: compiles the code; another file may have gl_backend.h's
+                             and gl_gbuffer.h's
 
-   Layouts: docs/gpu-layouts.md.   The technique: docs/ism.md.   State: docs/gl-state.md.   Licence: end of file. */
-/* Not inside the guard: their implementations may be wanted at the second time. ism.h lies above this folder. */
+   Layouts: docs/gpu-layouts.md.   The technique: docs/ism.md.   State: docs/gl-state.md.
+   Licence: end of file. */
+/* Not inside the guard: their implementations may be wanted at the second time. ism.h lies above this folder;
+   its implementation is not needed. */
 #include "gl_backend.h"
+#include "gl_gbuffer.h"
 #include "../ism.h"
 
 #ifndef GL_ISM_H

@@ -1279,51 +1279,69 @@ static void rsm_illumination(void **state)
 
 /* ---- ism ---- */
 
-static void ism_maps_and_pixels(void **state)
+static const float ism_corners[12] = { -1, 1, -1, 1, 1, -1, -1, 1, 1, 1, 1, 1 };
+static const uint32_t ism_indices[6] = { 0, 1, 2, 1, 3, 2 };
+static const float ism_center[3] = { 0, 1, 0 };
+
+/* One VPL of eight by eight texels and eight surfels, one near point. */
+static ism_desc ism_sizes(void)
+{
+    ism_desc d;
+    memset(&d, 0, sizeof d);
+    d.vpl_count = d.lazy_frames = 1;
+    d.surfel_count = d.tile_side = 8;
+    d.near_point_count = 1;
+    d.window_rim = 2;
+    return d;
+}
+
+/* The ranges are those of ism_create; none and zero, the defaults, are taken. */
+static void ism_maps_of_descs(void **state)
 {
     GL_TEST(t, state)
-    static const float corners[12] = { -1, 1, -1, 1, 1, -1, -1, 1, 1, 1, 1, 1 };
-    static const uint32_t indices[6] = { 0, 1, 2, 1, 3, 2 };
-    static uint32_t points[4 * 8];
-    static float floats[3 * SIDE * SIDE], atlas[64 * 64];
     glbk_context *gl = &t->gl;
-    const float center[3] = { 0, 1, 0 };
-    glbk_ism_desc d = { 1, 8, 8, 1, 1, 1, 0, 1, 2, 0 };
-    ism_mesh mesh = { corners, 4, 12, indices, 6, NULL, NULL, NULL };
-    ism_vpl v = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 1, 1 }, { 0, -1, 0 }, 1, 0, 0.1f, 1, 0, 0, 0, 0, 0 };
-    float near_point[24] = { 0, 2, 0, 0.1f, 0, -1, 0, 1, 1, 1, 1, 0 };
-    glbk_ism_receivers from = { floats, floats, NULL, NULL, 0 };
-    glbk_ism_shading s = { 2, 3, 1, 0.1f, 0, 0, 0 };
-    glbk_ism_maps m, none;
-    glbk_ism_renderer r, no_r;
-    glbk_pass screen;
-    int k;
-
-    memset(&screen, 0, sizeof screen);
-    memset(&none, 0, sizeof none);
-    memset(&no_r, 0, sizeof no_r);
+    ism_desc d = ism_sizes();
+    glbk_ism_maps m;
     REFUSED(glbk_ism_maps_create(NULL, &d, &m));
     REFUSED(glbk_ism_maps_create(gl, &d, NULL));
-    WRONG(m, d.vpl_count, 16385, glbk_ism_maps_create(gl, &d, &m));
-    WRONG(m, d.points, 7, glbk_ism_maps_create(gl, &d, &m));
-    WRONG(m, d.points, 65537, glbk_ism_maps_create(gl, &d, &m));
-    WRONG(m, d.projection, 5, glbk_ism_maps_create(gl, &d, &m));
-    WRONG(m, d.lazy, 65, glbk_ism_maps_create(gl, &d, &m));
-    WRONG(m, d.tile_size, 4, glbk_ism_maps_create(gl, &d, &m));
-    WRONG(m, d.tile_size, 512, glbk_ism_maps_create(gl, &d, &m));
-    WRONG(m, d.tile_size, 24, glbk_ism_maps_create(gl, &d, &m));
-    WRONG(m, d.splat_scale, -1, glbk_ism_maps_create(gl, &d, &m));
-    WRONG(m, d.splat_scale, 17, glbk_ism_maps_create(gl, &d, &m));
-    WRONG(m, d.near_points, 65, glbk_ism_maps_create(gl, &d, &m));
-    WRONG(m, d.window_rim, 1, glbk_ism_maps_create(gl, &d, &m));
-    WRONG(m, d.window_rim, 5, glbk_ism_maps_create(gl, &d, &m));        /* more than half of eight texels */
+    DESC_WRONG(m, d.vpl_count, 16385, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.surfel_count, 7, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.surfel_count, 65537, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.projection, ISM_PROJECTION_COUNT, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.lazy_frames, 65, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.tile_side, 4, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.tile_side, 512, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.tile_side, 24, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.splat_scale, -1, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.splat_scale, 17, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.splat_scale, NAN, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.near_point_count, 65, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.window_rim, 1, glbk_ism_maps_create(gl, &d, &m));
+    DESC_WRONG(m, d.window_rim, 5, glbk_ism_maps_create(gl, &d, &m));       /* more than half of eight texels */
     {
         uint32_t side = gl->max_side;
         gl->max_side = 4;
-        assert_int_equal(glbk_ism_maps_create(gl, &d, &m), GLBK_ERR_LIMIT);
+        MAKES_IS(GLBK_ERR_LIMIT, m, glbk_ism_maps_create(gl, &d, &m));
         gl->max_side = side;
     }
+    d.near_point_count = d.window_rim = -1;
     assert_glbk(t, glbk_ism_maps_create(gl, &d, &m));
+    assert_true(m.desc.near_point_count == 0 && m.desc.window_rim == 0);
+    glbk_ism_maps_free(gl, NULL);
+    glbk_ism_maps_free(gl, &m);
+}
+
+static void ism_meshes_and_surfels(void **state)
+{
+    GL_TEST(t, state)
+    static const ism_surfel surfels[8];
+    glbk_context *gl = &t->gl;
+    const ism_desc d = ism_sizes();
+    ism_mesh mesh = { ism_corners, 4, 12, ism_indices, 6, NULL, NULL, NULL };
+    glbk_ism_maps m, none;
+    memset(&none, 0, sizeof none);
+    assert_glbk(t, glbk_ism_maps_create(gl, &d, &m));
+    assert_int_equal(glbk_ism_mesh_move(gl, &m, ism_corners, 0), GLBK_ERR_ORDER);       /* of what? */
     assert_glbk(t, glbk_ism_mesh_upload(gl, &m, &mesh));
     REFUSED(glbk_ism_mesh_upload(NULL, &m, &mesh));
     REFUSED(glbk_ism_mesh_upload(gl, NULL, &mesh));
@@ -1332,7 +1350,7 @@ static void ism_maps_and_pixels(void **state)
     BAD(mesh.vertex_stride, 14, glbk_ism_mesh_upload(gl, &m, &mesh));
     BAD(mesh.index_count, 5, glbk_ism_mesh_upload(gl, &m, &mesh));
     BAD(mesh.positions, NULL, glbk_ism_mesh_upload(gl, &m, &mesh));
-    BAD(mesh.vertex_count, 3, glbk_ism_mesh_upload(gl, &m, &mesh));     /* an index beyond it */
+    BAD_IS(GLBK_ERR_INPUT, mesh.vertex_count, 3, glbk_ism_mesh_upload(gl, &m, &mesh));  /* an index beyond it */
     BAD(mesh.indices, NULL, glbk_ism_mesh_upload(gl, &m, &mesh));       /* four corners are no triangles */
     {
         static const uint16_t both[6] = { 0, 1, 2, 1, 3, 2 };
@@ -1340,108 +1358,185 @@ static void ism_maps_and_pixels(void **state)
     }
     BAD_IS(GLBK_ERR_LIMIT, mesh.index_count, 3 * (size_t)0x40000000, glbk_ism_mesh_upload(gl, &m, &mesh));
     BAD_IS(GLBK_ERR_LIMIT, mesh.vertex_count, 0x80000000u, glbk_ism_mesh_upload(gl, &m, &mesh));
-    assert_glbk(t, glbk_ism_mesh_move(gl, &m, corners, 0));
-    REFUSED(glbk_ism_mesh_move(NULL, &m, corners, 0));
-    REFUSED(glbk_ism_mesh_move(gl, NULL, corners, 0));
-    REFUSED(glbk_ism_mesh_move(gl, &none, corners, 0));
+    assert_glbk(t, glbk_ism_mesh_move(gl, &m, ism_corners, 0));
+    REFUSED(glbk_ism_mesh_move(NULL, &m, ism_corners, 0));
+    REFUSED(glbk_ism_mesh_move(gl, NULL, ism_corners, 0));
+    REFUSED(glbk_ism_mesh_move(gl, &none, ism_corners, 0));
     REFUSED(glbk_ism_mesh_move(gl, &m, NULL, 0));
-    REFUSED(glbk_ism_mesh_move(gl, &m, corners, 8));
-    REFUSED(glbk_ism_draw(gl, &m));                                     /* no points yet */
-    assert_glbk(t, glbk_ism_phase(gl, &m, 0, points));
-    REFUSED(glbk_ism_phase(NULL, &m, 0, points));
-    REFUSED(glbk_ism_phase(gl, NULL, 0, points));
-    REFUSED(glbk_ism_phase(gl, &none, 0, points));
-    REFUSED(glbk_ism_phase(gl, &m, 0, NULL));
-    REFUSED(glbk_ism_phase(gl, &m, 1, points));
-    assert_glbk(t, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
-    REFUSED(glbk_ism_vpls_upload(NULL, &m, &v, 1, center, 2));
-    REFUSED(glbk_ism_vpls_upload(gl, NULL, &v, 1, center, 2));
-    REFUSED(glbk_ism_vpls_upload(gl, &none, &v, 1, center, 2));
-    REFUSED(glbk_ism_vpls_upload(gl, &m, NULL, 1, center, 2));
-    REFUSED(glbk_ism_vpls_upload(gl, &m, &v, 2, center, 2));
-    REFUSED(glbk_ism_vpls_upload(gl, &m, &v, 1, center, 0));
+    REFUSED(glbk_ism_mesh_move(gl, &m, ism_corners, 8));
+    assert_int_equal(glbk_ism_draw(gl, &m, 0), GLBK_ERR_ORDER);         /* no surfels yet */
+    assert_glbk(t, glbk_ism_surfels_upload(gl, &m, 0, surfels));
+    REFUSED(glbk_ism_surfels_upload(NULL, &m, 0, surfels));
+    REFUSED(glbk_ism_surfels_upload(gl, NULL, 0, surfels));
+    REFUSED(glbk_ism_surfels_upload(gl, &none, 0, surfels));
+    REFUSED(glbk_ism_surfels_upload(gl, &m, 0, NULL));
+    REFUSED(glbk_ism_surfels_upload(gl, &m, 1, surfels));
+    assert_glbk(t, glbk_ism_draw(gl, &m, 0));
+    glbk_ism_maps_free(gl, &m);
+}
+
+static void ism_vpls_and_near_points(void **state)
+{
+    GL_TEST(t, state)
+    glbk_context *gl = &t->gl;
+    const ism_desc d = ism_sizes();
+    const glbk_result bad = GLBK_ERR_INPUT;
+    ism_vpl v = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 1, 1 }, { 0, -1, 0 }, 1, 0, 0.1f, 1, 0, 0, 0, 0, 0 };
+    ism_near_point p = { { 0, 2, 0 }, 0.1f, { 0, -1, 0 }, 1, { 1, 1, 1 }, 0 };
+    glbk_ism_maps m, none;
+    int k;
+    memset(&none, 0, sizeof none);
+    assert_glbk(t, glbk_ism_maps_create(gl, &d, &m));
+    assert_glbk(t, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    REFUSED(glbk_ism_vpls_upload(NULL, &m, &v, 1, ism_center, 2));
+    REFUSED(glbk_ism_vpls_upload(gl, NULL, &v, 1, ism_center, 2));
+    REFUSED(glbk_ism_vpls_upload(gl, &none, &v, 1, ism_center, 2));
+    REFUSED(glbk_ism_vpls_upload(gl, &m, NULL, 1, ism_center, 2));
+    assert_int_equal(glbk_ism_vpls_upload(gl, &m, &v, 2, ism_center, 2), GLBK_ERR_LIMIT);
+    REFUSED(glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 0));
     REFUSED(glbk_ism_vpls_upload(gl, &m, &v, 1, NULL, 2));              /* directional: from where? */
-    BAD(v.exponent, -1, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
-    BAD(v.exponent, 2e5f, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
-    BAD(v.side, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
-    BAD(v.side, INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
-    BAD(v.reach, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
-    BAD(v.reach, NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
-    BAD(v.window, 1u << 24, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
-    BAD(v.window, 32u | 32u << 12, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));     /* nothing is left of a side */
-    BAD(v.window, 63u << 6 | 1u << 18, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
-    assert_glbk(t, glbk_ism_near_upload(gl, &m, near_point, 1));
-    REFUSED(glbk_ism_near_upload(NULL, &m, near_point, 1));
-    REFUSED(glbk_ism_near_upload(gl, NULL, near_point, 1));
-    REFUSED(glbk_ism_near_upload(gl, &none, near_point, 1));
-    REFUSED(glbk_ism_near_upload(gl, &m, NULL, 1));
-    REFUSED(glbk_ism_near_upload(gl, &m, near_point, 2));               /* one VPL has one */
-    for (k = 0; k < 12; k++) BAD(near_point[k], NAN, glbk_ism_near_upload(gl, &m, near_point, 1));
-    BAD(near_point[3], -1, glbk_ism_near_upload(gl, &m, near_point, 1));
-    BAD(near_point[7], -1, glbk_ism_near_upload(gl, &m, near_point, 1));
-    BAD(near_point[11], 1, glbk_ism_near_upload(gl, &m, near_point, 1));     /* there is one VPL */
-    BAD(near_point[11], -1, glbk_ism_near_upload(gl, &m, near_point, 1));
-    assert_glbk(t, glbk_ism_near_upload(gl, &m, NULL, 0));
     for (k = 0; k < 3; k++) {
-        BAD(v.position[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
-        BAD(v.normal[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
-        BAD(v.flux[k], INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
-        BAD(v.axis[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, center, 2));
+        BAD_IS(bad, v.position[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+        BAD_IS(bad, v.normal[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+        BAD_IS(bad, v.flux[k], INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+        BAD_IS(bad, v.flux[k], -1, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+        BAD_IS(bad, v.axis[k], NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
     }
-    assert_glbk(t, glbk_ism_draw(gl, &m));
-    REFUSED(glbk_ism_draw(NULL, &m));
-    REFUSED(glbk_ism_draw(gl, NULL));
-    REFUSED(glbk_ism_draw(gl, &none));
-    assert_true(m.side <= 64);
-    assert_glbk(t, glbk_ism_read(gl, &m, atlas));
-    REFUSED(glbk_ism_read(NULL, &m, atlas));
-    REFUSED(glbk_ism_read(gl, NULL, atlas));
-    REFUSED(glbk_ism_read(gl, &none, atlas));
-    REFUSED(glbk_ism_read(gl, &m, NULL));
+    BAD_IS(bad, v.normal[1], -1.1f, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));        /* not unit */
+    BAD_IS(bad, v.axis[1], 0, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    BAD_IS(bad, v.exponent, -1, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    BAD_IS(bad, v.exponent, 2e5f, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    BAD_IS(bad, v.side, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    BAD_IS(bad, v.side, INFINITY, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    BAD_IS(bad, v.reach, -0.5f, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    BAD_IS(bad, v.reach, NAN, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    BAD_IS(bad, v.window, 1u << 24, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    /* nothing is left of a side */
+    BAD_IS(bad, v.window, 32u | 32u << 12, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    BAD_IS(bad, v.window, 63u << 6 | 1u << 18, glbk_ism_vpls_upload(gl, &m, &v, 1, ism_center, 2));
+    assert_non_null(strstr(t->log, "vpls[0].window"));
+    assert_glbk(t, glbk_ism_near_points_upload(gl, &m, &p, 1));
+    REFUSED(glbk_ism_near_points_upload(NULL, &m, &p, 1));
+    REFUSED(glbk_ism_near_points_upload(gl, NULL, &p, 1));
+    REFUSED(glbk_ism_near_points_upload(gl, &none, &p, 1));
+    REFUSED(glbk_ism_near_points_upload(gl, &m, NULL, 1));
+    assert_int_equal(glbk_ism_near_points_upload(gl, &m, &p, 2), GLBK_ERR_LIMIT);       /* one VPL has one */
+    for (k = 0; k < 3; k++) {
+        BAD_IS(bad, p.position[k], NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
+        BAD_IS(bad, p.normal[k], NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
+        BAD_IS(bad, p.flux[k], NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
+    }
+    BAD_IS(bad, p.side, NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
+    BAD_IS(bad, p.side, -1, glbk_ism_near_points_upload(gl, &m, &p, 1));
+    BAD_IS(bad, p.reach, NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
+    BAD_IS(bad, p.reach, -1, glbk_ism_near_points_upload(gl, &m, &p, 1));
+    BAD_IS(bad, p.vpl, NAN, glbk_ism_near_points_upload(gl, &m, &p, 1));
+    BAD_IS(bad, p.vpl, 1, glbk_ism_near_points_upload(gl, &m, &p, 1));  /* there is one VPL */
+    BAD_IS(bad, p.vpl, -1, glbk_ism_near_points_upload(gl, &m, &p, 1));
+    assert_glbk(t, glbk_ism_near_points_upload(gl, &m, NULL, 0));
+    glbk_ism_maps_free(gl, &m);
+}
+
+/* The visibility that ism_shading may have of the CPU. */
+static void ism_sees_nothing(void *user, const float position[3], const float geometric_normal[3],
+                             const uint32_t *numbers, size_t count, float *visible)
+{
+    (void)user;
+    (void)position;
+    (void)geometric_normal;
+    (void)numbers;
+    memset(visible, 0, count * sizeof *visible);
+}
+
+static void ism_settings(glbk_context *gl, glbk_ism_renderer *r, const glbk_gbuffer *seen, const glbk_ism_maps *m)
+{
+    const glbk_result bad = GLBK_ERR_DESC;
+    ism_shading s;
+    memset(&s, 0, sizeof s);
+    s.pattern = 2;
+    BAD_IS(bad, s.near_mode, ISM_NEAR_COUNT, glbk_ism_shade(gl, r, seen, m, &s, 0));
+    BAD_IS(bad, s.pattern, 16, glbk_ism_shade(gl, r, seen, m, &s, 0));
+    BAD_IS(bad, s.pattern, 3, glbk_ism_shade(gl, r, seen, m, &s, 0));
+    BAD_IS(bad, s.bias, 1, glbk_ism_shade(gl, r, seen, m, &s, 0));
+    BAD_IS(bad, s.bias, NAN, glbk_ism_shade(gl, r, seen, m, &s, 0));
+    BAD_IS(bad, s.clamp, -1, glbk_ism_shade(gl, r, seen, m, &s, 0));
+    BAD_IS(bad, s.clamp, INFINITY, glbk_ism_shade(gl, r, seen, m, &s, 0));
+    BAD_IS(bad, s.visible_fn, ism_sees_nothing, glbk_ism_shade(gl, r, seen, m, &s, 0));
+    BAD_IS(bad, s.near_visible_fn, ism_sees_nothing, glbk_ism_shade(gl, r, seen, m, &s, 0));
+    BAD_IS(bad, s.bias, 1, glbk_ism_bind(gl, m, &s, NULL));
+}
+
+static void ism_pixels(void **state)
+{
+    GL_TEST(t, state)
+    static float atlas[8 * 8], rgba[4 * SIDE * SIDE];
+    glbk_context *gl = &t->gl;
+    const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc half = { SIDE, SIDE / 2, { 0, 0, 0, 0 }, NULL };
+    const ism_vpl v = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 1, 1 }, { 0, -1, 0 }, 1, 0, 0.1f, 0, 0, 0, 0, 0, 0 };
+    const ism_desc d = ism_sizes();
+    glbk_ism_maps m, none;
+    glbk_ism_renderer r, no_r;
+    glbk_gbuffer seen, small, nothing;
+    ism_shading open;
+    glbk_pass screen;
+
+    memset(&screen, 0, sizeof screen);
+    memset(&none, 0, sizeof none);
+    memset(&no_r, 0, sizeof no_r);
+    memset(&nothing, 0, sizeof nothing);
+    memset(&open, 0, sizeof open);
+    open.no_maps = 1;
+    REFUSED(glbk_ism_renderer_create(NULL, SIDE, SIDE, &r));
+    REFUSED(glbk_ism_renderer_create(gl, SIDE, SIDE, NULL));
+    MAKES_IS(GLBK_ERR_DESC, r, glbk_ism_renderer_create(gl, 0, SIDE, &r));
+    MAKES_IS(GLBK_ERR_DESC, r, glbk_ism_renderer_create(gl, SIDE, 0, &r));
+    MAKES_IS(GLBK_ERR_DESC, r, glbk_ism_renderer_create(gl, SIDE, gl->max_side + 1, &r));
+    assert_glbk(t, glbk_ism_maps_create(gl, &d, &m));
+    assert_glbk(t, glbk_ism_vpls_upload(gl, &m, &v, 1, NULL, 0));
+    assert_glbk(t, glbk_ism_renderer_create(gl, SIDE, SIDE, &r));
+    assert_glbk(t, glbk_gbuffer_create(gl, &size, &seen));
+    assert_glbk(t, glbk_gbuffer_create(gl, &half, &small));
+    assert_int_equal(glbk_ism_shade(gl, &r, &seen, &m, NULL, 0), GLBK_ERR_ORDER);       /* the maps hold nothing yet */
+    assert_glbk(t, glbk_ism_shade(gl, &r, &seen, &m, &open, 0));
+    assert_glbk(t, glbk_ism_draw(gl, &m, 0));
+    REFUSED(glbk_ism_draw(NULL, &m, 0));
+    REFUSED(glbk_ism_draw(gl, NULL, 0));
+    REFUSED(glbk_ism_draw(gl, &none, 0));
+    assert_true(m.side == 8);
+    assert_glbk(t, glbk_ism_maps_read(gl, &m, atlas));
+    REFUSED(glbk_ism_maps_read(NULL, &m, atlas));
+    REFUSED(glbk_ism_maps_read(gl, NULL, atlas));
+    REFUSED(glbk_ism_maps_read(gl, &none, atlas));
+    REFUSED(glbk_ism_maps_read(gl, &m, NULL));
     REFUSED(glbk_ism_bind(NULL, &m, NULL, NULL));
     REFUSED(glbk_ism_bind(gl, NULL, NULL, NULL));
     REFUSED(glbk_ism_bind(gl, &none, NULL, NULL));
-
-    REFUSED(glbk_ism_renderer_create(NULL, SIDE, SIDE, &r));
-    REFUSED(glbk_ism_renderer_create(gl, SIDE, SIDE, NULL));
-    MAKES(r, glbk_ism_renderer_create(gl, 0, SIDE, &r));
-    assert_glbk(t, glbk_ism_renderer_create(gl, SIDE, SIDE, &r));
-    assert_glbk(t, glbk_ism_gbuffer_upload(gl, &r, &from));
-    REFUSED(glbk_ism_gbuffer_upload(NULL, &r, &from));
-    REFUSED(glbk_ism_gbuffer_upload(gl, NULL, &from));
-    REFUSED(glbk_ism_gbuffer_upload(gl, &no_r, &from));
-    REFUSED(glbk_ism_gbuffer_upload(gl, &r, NULL));
-    BAD(from.positions, NULL, glbk_ism_gbuffer_upload(gl, &r, &from));
-    BAD(from.normals, NULL, glbk_ism_gbuffer_upload(gl, &r, &from));
-    BAD(from.stride, 10, glbk_ism_gbuffer_upload(gl, &r, &from));
-    assert_glbk(t, glbk_ism_shade(gl, &r, &m, &s));
-    REFUSED(glbk_ism_shade(NULL, &r, &m, &s));
-    REFUSED(glbk_ism_shade(gl, NULL, &m, &s));
-    REFUSED(glbk_ism_shade(gl, &no_r, &m, &s));
-    REFUSED(glbk_ism_shade(gl, &r, NULL, &s));
-    REFUSED(glbk_ism_shade(gl, &r, &none, &s));
-    BAD(s.near_mode, 7, glbk_ism_shade(gl, &r, &m, &s));
-    BAD(s.pattern, 16, glbk_ism_shade(gl, &r, &m, &s));
-    BAD(s.pattern, 3, glbk_ism_shade(gl, &r, &m, &s));
-    BAD(s.bias, -0.1f, glbk_ism_shade(gl, &r, &m, &s));
-    BAD(s.bias, 1, glbk_ism_shade(gl, &r, &m, &s));
-    for (k = 3; k < 5; k++) {                                           /* the two modes that clamp */
-        s.near_mode = (uint32_t)k;
-        BAD(s.clamp, 0, glbk_ism_shade(gl, &r, &m, &s));
-        BAD(s.clamp, INFINITY, glbk_ism_shade(gl, &r, &m, &s));
-    }
-    REFUSED(glbk_ism_resolve(NULL, &r, &screen, NULL));
-    REFUSED(glbk_ism_resolve(gl, NULL, &screen, NULL));
-    REFUSED(glbk_ism_resolve(gl, &no_r, &screen, NULL));
-    REFUSED(glbk_ism_resolve(gl, &r, NULL, NULL));
-    assert_glbk(t, glbk_ism_read_light(gl, &r, floats));
-    REFUSED(glbk_ism_read_light(NULL, &r, floats));
-    REFUSED(glbk_ism_read_light(gl, NULL, floats));
-    REFUSED(glbk_ism_read_light(gl, &no_r, floats));
-    REFUSED(glbk_ism_read_light(gl, &r, NULL));
+    assert_glbk(t, glbk_ism_shade(gl, &r, &seen, &m, NULL, 0));
+    REFUSED(glbk_ism_shade(NULL, &r, &seen, &m, NULL, 0));
+    REFUSED(glbk_ism_shade(gl, NULL, &seen, &m, NULL, 0));
+    REFUSED(glbk_ism_shade(gl, &no_r, &seen, &m, NULL, 0));
+    REFUSED(glbk_ism_shade(gl, &r, NULL, &m, NULL, 0));
+    REFUSED(glbk_ism_shade(gl, &r, &nothing, &m, NULL, 0));
+    assert_int_equal(glbk_ism_shade(gl, &r, &small, &m, NULL, 0), GLBK_ERR_MISMATCH);
+    REFUSED(glbk_ism_shade(gl, &r, &seen, NULL, NULL, 0));
+    REFUSED(glbk_ism_shade(gl, &r, &seen, &none, NULL, 0));
+    ism_settings(gl, &r, &seen, &m);
+    REFUSED(glbk_ism_resolve(NULL, &r, &seen, &screen, NULL));
+    REFUSED(glbk_ism_resolve(gl, NULL, &seen, &screen, NULL));
+    REFUSED(glbk_ism_resolve(gl, &no_r, &seen, &screen, NULL));
+    REFUSED(glbk_ism_resolve(gl, &r, NULL, &screen, NULL));
+    assert_int_equal(glbk_ism_resolve(gl, &r, &small, &screen, NULL), GLBK_ERR_MISMATCH);
+    REFUSED(glbk_ism_resolve(gl, &r, &seen, NULL, NULL));
+    assert_glbk(t, glbk_ism_read(gl, &r, rgba));
+    REFUSED(glbk_ism_read(NULL, &r, rgba));
+    REFUSED(glbk_ism_read(gl, NULL, rgba));
+    REFUSED(glbk_ism_read(gl, &no_r, rgba));
+    REFUSED(glbk_ism_read(gl, &r, NULL));
     glbk_ism_renderer_free(gl, NULL);
     glbk_ism_renderer_free(gl, &r);
-    glbk_ism_maps_free(gl, NULL);
+    glbk_gbuffer_free(gl, &seen);
+    glbk_gbuffer_free(gl, &small);
     glbk_ism_maps_free(gl, &m);
 }
 
@@ -1452,7 +1547,8 @@ int main(int count, char **values)
         gl_unit_test(csm_blocks_and_instances), gl_unit_test(csm_questions),    gl_unit_test(csm_lights),
         gl_unit_test(csm_light_tables),      gl_unit_test(csm_frames),          gl_unit_test(csm_builders),
         gl_unit_test(envsh_maps_and_frames), gl_unit_test(rsm_lights),          gl_unit_test(rsm_renderers_and_tables),
-        gl_unit_test(rsm_illumination),      gl_unit_test(ism_maps_and_pixels),
+        gl_unit_test(rsm_illumination),      gl_unit_test(ism_maps_of_descs), gl_unit_test(ism_meshes_and_surfels),
+        gl_unit_test(ism_vpls_and_near_points), gl_unit_test(ism_pixels),
     };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE45 | GL_ES30_BARE);

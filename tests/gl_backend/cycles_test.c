@@ -193,11 +193,14 @@ static struct { glbk_ism_maps maps; glbk_ism_renderer renderer; } ism;
 
 static glbk_result make_ism(gl_test *t)
 {
-    static const glbk_ism_desc maps = { 1, 8, 8, 0, 1, 0, 0, 0, 0, 0 };
     static const uint32_t indices[3] = { 0, 1, 2 };
     const ism_mesh mesh = { zeros, 3, 0, indices, 3, NULL, NULL, NULL };
+    ism_desc maps;
     glbk_result result;
     memset(&ism, 0, sizeof ism);
+    memset(&maps, 0, sizeof maps);
+    maps.vpl_count = maps.lazy_frames = 1;
+    maps.surfel_count = maps.tile_side = 8;
     result = glbk_ism_maps_create(&t->gl, &maps, &ism.maps);
     if (result == GLBK_OK) result = glbk_ism_mesh_upload(&t->gl, &ism.maps, &mesh);
     if (result == GLBK_OK) result = glbk_ism_renderer_create(&t->gl, 4, 4, &ism.renderer);

@@ -46,7 +46,7 @@ static struct {
     struct { envlt_lights *lights; envsh_maps *layout; glbk_envsh_maps maps; glbk_envsh_renderer renderer;
         glbk_gbuffer seen; } envsh;
     struct { glbk_rsm_map map; glbk_rsm_renderer renderer; glbk_gbuffer seen; } rsm;
-    struct { glbk_ism_maps maps; glbk_ism_renderer renderer; } ism;
+    struct { glbk_ism_maps maps; glbk_gbuffer seen; glbk_ism_renderer renderer; } ism;
     glbk_program own[2][TECHNIQUES];    /* the second with an offset */
 } x;
 
@@ -354,43 +354,52 @@ static void make_ism(gl_test *t)
     static const uint32_t triangles[6] = { 0, 1, 2, 1, 3, 2 };
     static const ism_vpl lamp = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 2, 3 }, { 0, -1, 0 }, 1, 0, 0.1f, 0, 0, 0, 0, 1, 0 };
     static const float center[3] = { 0, 1, 0 };
-    const glbk_ism_desc d = { 1, POINTS, 64, 1, 1, 0, 0, 1, 0, 0 };
     const ism_mesh mesh = { table, 4, 0, triangles, 6, NULL, NULL, NULL };
-    float places[3 * PIXELS] = { 0 }, normals[3 * PIXELS] = { 0 };
-    const glbk_ism_receivers from = { places, normals, NULL, NULL, 0 };
-    uint32_t points[4 * POINTS], i;
+    const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
+    static glbk_pixel pixels[PIXELS];
+    ism_surfel surfels[POINTS];
+    ism_desc d;
+    uint32_t i, k;
     for (i = 0; i < POINTS; i++) {
-        float b[3] = { 0.1f + 0.1f * (float)(i % 8), 0, 2.0f / POINTS };
-        b[1] = (1 - b[0]) * (0.1f + 0.1f * (float)(i / 8));
-        points[4 * i] = i % 2;
-        memcpy(points + 4 * i + 1, b, sizeof b);
+        surfels[i].triangle = i % 2;
+        surfels[i].barycentric[0] = 0.1f + 0.1f * (float)(i % 8);
+        surfels[i].barycentric[1] = (1 - surfels[i].barycentric[0]) * (0.1f + 0.1f * (float)(i / 8));
+        surfels[i].area = 2.0f / POINTS;
     }
+    memset(pixels, 0, sizeof pixels);
     for (i = 0; i < PIXELS; i++) {
-        places[3 * i] = 0.5f * (float)(i % SIDE) - 1.75f;
-        places[3 * i + 2] = 0.5f * (float)(i / SIDE) - 1.75f;
-        normals[3 * i + 1] = 1;
+        pixels[i].position[0] = 0.5f * (float)(i % SIDE) - 1.75f;
+        pixels[i].position[2] = 0.5f * (float)(i / SIDE) - 1.75f;
+        pixels[i].normal[1] = 1;
+        for (k = 0; k < 3; k++) pixels[i].material.diffuse[k] = 0.5f;
     }
+    memset(&d, 0, sizeof d);
+    d.vpl_count = d.lazy_frames = 1;
+    d.surfel_count = POINTS;
+    d.near_point_count = 1;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &x.ism.maps));
     assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &x.ism.maps, &mesh));
-    assert_glbk(t, glbk_ism_phase(&t->gl, &x.ism.maps, 0, points));
+    assert_glbk(t, glbk_ism_surfels_upload(&t->gl, &x.ism.maps, 0, surfels));
     assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &x.ism.maps, &lamp, 1, center, 2));
     assert_glbk(t, glbk_ism_renderer_create(&t->gl, SIDE, SIDE, &x.ism.renderer));
-    assert_glbk(t, glbk_ism_gbuffer_upload(&t->gl, &x.ism.renderer, &from));
+    assert_glbk(t, glbk_gbuffer_create(&t->gl, &size, &x.ism.seen));
+    assert_glbk(t, glbk_gbuffer_upload(&t->gl, &x.ism.seen, 0, SIDE, pixels));
 }
 
 static void run_ism(gl_test *t, turn *out)
 {
     const glbk_pass pass = to_screen();
-    assert_glbk(t, glbk_ism_draw(&t->gl, &x.ism.maps));
-    assert_glbk(t, glbk_ism_shade(&t->gl, &x.ism.renderer, &x.ism.maps, NULL));
-    assert_glbk(t, glbk_ism_resolve(&t->gl, &x.ism.renderer, &pass, NULL));
+    assert_glbk(t, glbk_ism_draw(&t->gl, &x.ism.maps, 0));
+    assert_glbk(t, glbk_ism_shade(&t->gl, &x.ism.renderer, &x.ism.seen, &x.ism.maps, NULL, 0));
+    assert_glbk(t, glbk_ism_resolve(&t->gl, &x.ism.renderer, &x.ism.seen, &pass, NULL));
     read_screen(t, out->resolved[ISM]);
-    assert_glbk(t, glbk_ism_read_light(&t->gl, &x.ism.renderer, out->light[ISM]));
+    assert_glbk(t, glbk_ism_read(&t->gl, &x.ism.renderer, out->light[ISM]));
 }
 
 static void destroy_ism(glbk_context *gl)
 {
     glbk_ism_renderer_free(gl, &x.ism.renderer);
+    glbk_gbuffer_free(gl, &x.ism.seen);
     glbk_ism_maps_free(gl, &x.ism.maps);
 }
 
@@ -491,7 +500,7 @@ static void one_after_the_other_twice(void **state)
         }
     assert_memory_equal(&turns[0], &turns[1], sizeof turns[0]);
     for (i = first; i < TECHNIQUES; i++) {
-        is_lit(names[i], turns[0].light[i], i == ISM ? 3 : 4);
+        is_lit(names[i], turns[0].light[i], 4);
         if (i != SFIELD) is_lit(names[i], turns[0].resolved[i], 4);
         is_lit(names[i], turns[0].own[i], 4);
     }

@@ -107,18 +107,11 @@ static void make_rsm(gl_test *t, glbk_rsm_renderer *r, glbk_gbuffer *seen)
     r->direct = 0;
 }
 
+/* It lights the G-buffer of envsh. */
 static void make_ism(gl_test *t, glbk_ism_renderer *r)
 {
-    static float places[3 * TEXELS], normals[3 * TEXELS];
-    const glbk_ism_receivers from = { places, normals, NULL, NULL, 0 };
-    int i;
-    for (i = 0; i < TEXELS; i++) {
-        normals[3 * i + 2] = is_seen(i) ? 1.0f : 0.0f;
-        places[3 * i + 2] = place_z(i);
-    }
     assert_glbk(t, glbk_ism_renderer_create(&t->gl, WIDE, HIGH, r));
-    assert_glbk(t, glbk_ism_gbuffer_upload(&t->gl, r, &from));
-    put_light(t, &r->result, light);
+    put_light(t, &r->result, light / (0.5f * 0.318309886f));
 }
 
 enum { CSM, ENVSH, RSM, ISM, COUNT };
@@ -130,7 +123,7 @@ static glbk_result resolve(gl_test *t, techniques *x, int which, const glbk_pass
     case CSM: return glbk_csm_resolve(&t->gl, &x->csm, &x->csm_seen, pass, picture);
     case ENVSH: return glbk_envsh_resolve(&t->gl, &x->envsh, &x->seen, pass, picture);
     case RSM: return glbk_rsm_resolve(&t->gl, &x->rsm, &x->seen_by_rsm, pass, picture, 1, 0);
-    default: return glbk_ism_resolve(&t->gl, &x->ism, pass, picture);
+    default: return glbk_ism_resolve(&t->gl, &x->ism, &x->seen, pass, picture);
     }
 }
 
@@ -214,10 +207,10 @@ static int texel_at(int i)
     return at >= 0 && at < WIDE && up >= 0 && up < HIGH ? up * WIDE + at : -1;
 }
 
-/* The colour of a texel: the G-buffer of all techniques holds no albedo where nothing is seen. */
+/* The colour of a texel: the G-buffer holds no albedo where nothing is seen; csm's sums are radiances. */
 static float shown(int which, int texel)
 {
-    return (which == ENVSH || which == RSM) && !is_seen(texel) ? 0.0f : light;
+    return which != CSM && !is_seen(texel) ? 0.0f : light;
 }
 
 static void check(int which, int i, const seen *s, float color, float depth)

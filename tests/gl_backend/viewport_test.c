@@ -146,7 +146,7 @@ static void envsh(void **state)
     glbk_envsh_renderer_free(&t->gl, &v.r);
 }
 
-static glbk_gbuffer seen;       /* by the renderer of rsm */
+static glbk_gbuffer seen;       /* by the renderers of rsm and ism */
 
 static glbk_result resolve_rsm(glbk_context *gl, void *renderer, const glbk_pass *pass)
 {
@@ -175,16 +175,24 @@ static void rsm(void **state)
 
 static glbk_result resolve_ism(glbk_context *gl, void *renderer, const glbk_pass *pass)
 {
-    return glbk_ism_resolve(gl, (glbk_ism_renderer *)renderer, pass, NULL);
+    return glbk_ism_resolve(gl, (glbk_ism_renderer *)renderer, &seen, pass, NULL);
 }
 
 static void ism(void **state)
 {
     GL_TEST(t, state)
+    static glbk_pixel pixels[TEXELS];
+    const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0 }, NULL };
     glbk_ism_renderer r;
+    int i, k;
+    for (i = 0; i < TEXELS; i++)
+        for (k = 0; k < 3; k++) pixels[i].normal[2] = 1, pixels[i].material.diffuse[k] = 0.5f;
     assert_glbk(t, glbk_ism_renderer_create(&t->gl, WIDE, HIGH, &r));
-    put(t, &r.result, 1);
+    assert_glbk(t, glbk_gbuffer_create(&t->gl, &size, &seen));
+    assert_glbk(t, glbk_gbuffer_upload(&t->gl, &seen, 0, HIGH, pixels));
+    put(t, &r.result, 0.5 * 0.318309886);
     check_views(t, resolve_ism, &r);
+    glbk_gbuffer_free(&t->gl, &seen);
     glbk_ism_renderer_free(&t->gl, &r);
 }
 

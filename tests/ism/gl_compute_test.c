@@ -20,6 +20,7 @@
 
 #include "gl_test.h"
 #include "gl_count.h"
+#include "gl_util.h"
 
 enum { TRIANGLES = 300 };
 
@@ -81,23 +82,37 @@ static void send_mesh(gl_test *t, pair *p)
     for (int i = 0; i < 2; i++) assert_glbk(t, glbk_ism_mesh_upload(&p->gl[i], &p->maps[i], &mesh));
 }
 
-/* All phases; one of 16 points stands for its whole triangle. */
-static void send_points(gl_test *t, pair *p, uint32_t points)
+/* Of the maps that are made; what is 0 is ism.h's default. */
+static ism_desc sizes(uint32_t vpls, uint32_t surfels, uint32_t side, ism_projection projection, uint32_t phases)
+{
+    ism_desc d;
+    memset(&d, 0, sizeof d);
+    d.vpl_count = vpls;
+    d.surfel_count = surfels;
+    d.tile_side = side;
+    d.projection = projection;
+    d.lazy_frames = phases;
+    return d;
+}
+
+/* All phases; one of 16 surfels stands for its whole triangle. */
+static void send_surfels(gl_test *t, pair *p, uint32_t surfels)
 {
     const glbk_ism_maps *m = &p->maps[0];
-    const size_t count = (size_t)m->desc.vpl_count * m->each;
-    uint32_t *words = (uint32_t *)malloc(16 * count);
-    assert_non_null(words);
-    for (uint32_t phase = 0; phase < m->desc.lazy; phase++) {
+    const size_t count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
+    ism_surfel *list = (ism_surfel *)malloc(count * sizeof *list);
+    assert_non_null(list);
+    for (uint32_t phase = 0; phase < m->desc.lazy_frames; phase++) {
         for (size_t i = 0; i < count; i++) {
-            float b[3] = { unit(), 0, i % 16 ? between(0.1f, 1) * TRIANGLES / (float)points : 1.0f };
-            b[1] = (1 - b[0]) * unit();
-            words[4 * i] = (uint32_t)(unit() * TRIANGLES);
-            memcpy(words + 4 * i + 1, b, 12);
+            ism_surfel *s = &list[i];
+            s->barycentric[0] = unit();
+            s->area = i % 16 ? between(0.1f, 1) * TRIANGLES / (float)surfels : 1.0f;
+            s->barycentric[1] = (1 - s->barycentric[0]) * unit();
+            s->triangle = (uint32_t)(unit() * TRIANGLES);
         }
-        for (int i = 0; i < 2; i++) assert_glbk(t, glbk_ism_phase(&p->gl[i], &p->maps[i], phase, words));
+        for (int i = 0; i < 2; i++) assert_glbk(t, glbk_ism_surfels_upload(&p->gl[i], &p->maps[i], phase, list));
     }
-    free(words);
+    free(list);
 }
 
 /* In the room; of four one is a lobe, where the maps have lobes, and one a sky's. */
@@ -133,25 +148,27 @@ static void send_vpls(gl_test *t, pair *p, uint32_t count)
 /* Any number, so that the last sphere has few. */
 static void send_near(gl_test *t, pair *p, uint32_t vpls, uint32_t count)
 {
-    static float points[12 * 3000];
+    static ism_near_point points[3000];
     assert_true(count <= 3000);
     for (uint32_t i = 0; i < count; i++) {
-        float *to = points + 12 * i, length = 0;
+        ism_near_point *to = &points[i];
+        float length = 0;
         for (int k = 0; k < 3; k++) {
-            to[k] = (float)(i / 64 % 4) - 2 + between(0, 1);
-            to[4 + k] = between(-1, 1);
-            length += to[4 + k] * to[4 + k];
-            to[8 + k] = between(0.01f, 0.1f);
+            to->position[k] = (float)(i / 64 % 4) - 2 + between(0, 1);
+            to->normal[k] = between(-1, 1);
+            length += to->normal[k] * to->normal[k];
+            to->flux[k] = between(0.01f, 0.1f);
         }
-        for (int k = 4; k < 7; k++) to[k] /= sqrtf(length);
-        to[3] = i % 3 ? 0.1f : 0;
-        to[7] = between(0.8f, 1.6f);
-        to[11] = (float)(i % vpls);
+        for (int k = 0; k < 3; k++) to->normal[k] /= sqrtf(length);
+        to->side = i % 3 ? 0.1f : 0;
+        to->reach = between(0.8f, 1.6f);
+        to->vpl = (float)(i % vpls);
     }
-    for (int i = 0; i < 2; i++) assert_glbk(t, glbk_ism_near_upload(&p->gl[i], &p->maps[i], points, count));
+    for (int i = 0; i < 2; i++)
+        assert_glbk(t, glbk_ism_near_points_upload(&p->gl[i], &p->maps[i], points, count));
 }
 
-static void make_maps(gl_test *t, pair *p, const glbk_ism_desc *d, uint32_t vpls)
+static void make_maps(gl_test *t, pair *p, const ism_desc *d, uint32_t vpls)
 {
     for (int i = 0; i < 2; i++) {
         glbk_ism_maps_free(&p->gl[i], &p->maps[i]);
@@ -159,7 +176,7 @@ static void make_maps(gl_test *t, pair *p, const glbk_ism_desc *d, uint32_t vpls
         assert_int_equal(p->maps[i].compute, i);
     }
     send_mesh(t, p);
-    send_points(t, p, d->points);
+    send_surfels(t, p, d->surfel_count);
     send_vpls(t, p, vpls);
 }
 
@@ -184,9 +201,9 @@ static size_t compare_maps(gl_test *t, pair *p, const char *what)
         atlas[i] = (float *)malloc(4 * texels);
         assert_non_null(surfels[i]);
         assert_non_null(atlas[i]);
-        assert_glbk(t, glbk_ism_draw(&p->gl[i], &p->maps[i]));
-        assert_glbk(t, glbk_target_read(&p->gl[i], &p->maps[i].surfel_target, 0, 0, 0, side, side, surfels[i]));
-        assert_glbk(t, glbk_ism_read(&p->gl[i], &p->maps[i], atlas[i]));
+        assert_glbk(t, glbk_ism_draw(&p->gl[i], &p->maps[i], 0));
+        assert_glbk(t, glbk_target_read(&p->gl[i], &p->maps[i].plane_target, 0, 0, 0, side, side, surfels[i]));
+        assert_glbk(t, glbk_ism_maps_read(&p->gl[i], &p->maps[i], atlas[i]));
     }
     for (size_t i = 0; i < texels; i++) surfaces += atlas[1][i] < 1e30f;
     off[0] = differences(surfels[0], surfels[1], 4 * texels);
@@ -207,11 +224,9 @@ static void tiles_of_every_size(void **state)
     pair p;
     pair_open(t, &p);
     for (uint32_t size = 8, projection = 1; size <= 256; size *= 2, projection = projection % 4 + 1) {
-        glbk_ism_desc d = { 5, 700, 0, 0, 3, 0, 0, 0, 0, 0 };
+        ism_desc d = sizes(5, 700, size, (ism_projection)projection, 3);
         char what[32];
         size_t surfaces;
-        d.tile_size = size;
-        d.projection = projection;
         make_maps(t, &p, &d, 4);
         snprintf(what, sizeof what, "%u, projection %u", size, projection);
         surfaces = compare_maps(t, &p, what);
@@ -230,7 +245,7 @@ static void fill_of_noise(void **state)
     GL_TEST(t, state)
     enum { SIZE = 256 };
     static float surfels[4 * SIZE * SIZE], atlas[2][SIZE * SIZE];
-    const glbk_ism_desc d = { 1, 64, SIZE, 1, 1, 0, 0, 0, 0, 0 };
+    const ism_desc d = sizes(1, 64, SIZE, ISM_PROJECTION_COSINE, 1);
     size_t i, kept = 0, dropped = 0, filled = 0;
     pair p;
     pair_open(t, &p);
@@ -245,9 +260,9 @@ static void fill_of_noise(void **state)
         surfels[4 * i + 3] = unit() < share ? depth : 1e30f;
     }
     for (int way = 0; way < 2; way++) {
-        assert_glbk(t, glbk_texture_update(&p.gl[way], &p.maps[way].surfels, 0, 0, 0, 0, SIZE, SIZE, 1, surfels));
+        assert_glbk(t, glbk_texture_update(&p.gl[way], &p.maps[way].planes, 0, 0, 0, 0, SIZE, SIZE, 1, surfels));
         assert_glbk(t, glbk__ism_fill(&p.gl[way], &p.maps[way]));
-        assert_glbk(t, glbk_ism_read(&p.gl[way], &p.maps[way], atlas[way]));
+        assert_glbk(t, glbk_ism_maps_read(&p.gl[way], &p.maps[way], atlas[way]));
     }
     for (i = 0; i < SIZE * SIZE; i++) {
         const float had = surfels[4 * i + 3], has = atlas[1][i];
@@ -265,7 +280,8 @@ static void wide_discs(void **state)
 {
     GL_TEST(t, state)
     pair p;
-    glbk_ism_desc d = { 2, 8000, 64, 1, 1, 16, 0, 0, 0, 0 };
+    ism_desc d = sizes(2, 8000, 64, ISM_PROJECTION_COSINE, 1);
+    d.splat_scale = 16;
     pair_open(t, &p);
     make_maps(t, &p, &d, 2);
     assert_true(compare_maps(t, &p, "wide") > 6000);
@@ -276,7 +292,7 @@ static void nothing_to_draw(void **state)
 {
     GL_TEST(t, state)
     pair p;
-    glbk_ism_desc d = { 3, 64, 16, 1, 1, 0, 0, 0, 0, 0 };
+    const ism_desc d = sizes(3, 64, 16, ISM_PROJECTION_COSINE, 1);
     pair_open(t, &p);
     make_maps(t, &p, &d, 3);
     assert_true(compare_maps(t, &p, "some") > 100);
@@ -292,12 +308,12 @@ static void nothing_to_draw(void **state)
 static void too_many_points(void **state)
 {
     GL_TEST(t, state)
-    glbk_ism_desc d = { 1, 65536, 8, 1, 64, 0, 0, 0, 0, 0 };
+    ism_desc d = sizes(1, 65536, 8, ISM_PROJECTION_COSINE, 64);
     glbk_ism_maps m;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
     assert_int_equal(m.compute, 1);
     glbk_ism_maps_free(&t->gl, &m);
-    d.lazy = 63;
+    d.lazy_frames = 63;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
     assert_int_equal(m.compute, 0);
     glbk_ism_maps_free(&t->gl, &m);
@@ -307,36 +323,45 @@ static void too_many_points(void **state)
 
 enum { WIDTH = 75, HEIGHT = 37, PIXELS = WIDTH * HEIGHT };
 
+typedef struct pictures { glbk_gbuffer seen[2]; glbk_ism_renderer renderer[2]; } pictures;
+
 /* A floor with bumps; every 29th pixel is background. */
-static void make_pictures(gl_test *t, pair *p, glbk_ism_renderer *r)
+static void make_pictures(gl_test *t, pair *p, pictures *made)
 {
-    static float places[3 * PIXELS], normals[3 * PIXELS], albedos[3 * PIXELS];
-    const glbk_ism_receivers from = { places, normals, NULL, albedos, 0 };
+    static float places[3 * PIXELS], normals[3 * PIXELS];
     for (int i = 0; i < PIXELS; i++) {
         places[3 * i] = 4 * (float)(i % WIDTH) / WIDTH - 2;
         places[3 * i + 1] = between(-0.02f, 0) - 1;
         places[3 * i + 2] = 4 * (float)(i / WIDTH) / HEIGHT - 2;
         normals[3 * i + 1] = i % 29 ? 1.0f : 0.0f;
-        for (int k = 0; k < 3; k++) albedos[3 * i + k] = unit();
     }
     for (int i = 0; i < 2; i++) {
-        assert_glbk(t, glbk_ism_renderer_create(&p->gl[i], WIDTH, HEIGHT, &r[i]));
-        assert_glbk(t, glbk_ism_gbuffer_upload(&p->gl[i], &r[i], &from));
-        assert_int_equal(r[i].compute, i);
+        assert_glbk(t, glbk_ism_renderer_create(&p->gl[i], WIDTH, HEIGHT, &made->renderer[i]));
+        gl_see(&p->gl[i], WIDTH, HEIGHT, places, normals, NULL, &made->seen[i]);
+        assert_int_equal(made->renderer[i].compute, i);
+    }
+}
+
+static void free_pictures(pair *p, pictures *made)
+{
+    for (int i = 0; i < 2; i++) {
+        glbk_ism_renderer_free(&p->gl[i], &made->renderer[i]);
+        glbk_gbuffer_free(&p->gl[i], &made->seen[i]);
     }
 }
 
 /* By the maps of the other path, which are the same. Sums are made in the same order: the pictures differ by nothing.
    Light before the blur and after it. */
-static void compare_light(gl_test *t, pair *p, glbk_ism_renderer *r, const glbk_ism_shading *shading)
+static void compare_light(gl_test *t, pair *p, pictures *of, const ism_shading *shading)
 {
     static float light[2][2][4 * PIXELS];
     const size_t words = 4 * PIXELS;
     size_t lit = 0, dark = 0, off[2];
     for (int i = 0; i < 2; i++) {
-        assert_glbk(t, glbk_ism_shade(&p->gl[i], &r[i], &p->maps[!i], shading));
-        assert_glbk(t, glbk_target_read(&p->gl[i], &r[i].light_target, 0, 0, 0, WIDTH, HEIGHT, light[i][0]));
-        assert_glbk(t, glbk_target_read(&p->gl[i], &r[i].result_target, 0, 0, 0, WIDTH, HEIGHT, light[i][1]));
+        glbk_ism_renderer *r = &of->renderer[i];
+        assert_glbk(t, glbk_ism_shade(&p->gl[i], r, &of->seen[i], &p->maps[!i], shading, 0));
+        assert_glbk(t, glbk_target_read(&p->gl[i], &r->light_target, 0, 0, 0, WIDTH, HEIGHT, light[i][0]));
+        assert_glbk(t, glbk_target_read(&p->gl[i], &r->result_target, 0, 0, 0, WIDTH, HEIGHT, light[i][1]));
     }
     for (int k = 0; k < 2; k++)
         off[k] = differences((const uint32_t *)(const void *)light[0][k], (const uint32_t *)(const void *)light[1][k],
@@ -346,7 +371,7 @@ static void compare_light(gl_test *t, pair *p, glbk_ism_renderer *r, const glbk_
         else dark += light[1][1][4 * i] == 0;
     }
     printf("pattern %u, rule %u: %zu pixels lit; words of the light that differ: %zu, blurred: %zu\n", shading->pattern,
-           shading->near_mode, lit, off[0], off[1]);
+           (unsigned)shading->near_mode, lit, off[0], off[1]);
     assert_int_equal(off[0] + off[1], 0);
     assert_true(lit > PIXELS / 2 && dark == (PIXELS + 28) / 29);
 }
@@ -355,25 +380,25 @@ static void light_is_the_same(void **state)
 {
     GL_TEST(t, state)
     pair p;
-    glbk_ism_renderer r[2];
+    pictures of;
     pair_open(t, &p);
     for (uint32_t projection = 1; projection < 5; projection += 3) {
-        glbk_ism_desc d = { 400, 64, 8, 0, 1, 0, 0, 0, 0, 0 };
-        d.projection = projection;
+        const ism_desc d = sizes(400, 64, 8, (ism_projection)projection, 1);
         make_maps(t, &p, &d, 397);
         compare_maps(t, &p, "maps for light");
         send_near(t, &p, 397, 2999);
-        make_pictures(t, &p, r);
+        make_pictures(t, &p, &of);
         for (uint32_t pattern = 1; pattern <= 8; pattern *= 2)
             for (uint32_t near_mode = 1; near_mode < 7; near_mode++) {
-                glbk_ism_shading s = { 0, 0, 0.5f, 0.02f, 0, 0, 0 };
+                ism_shading s;
+                memset(&s, 0, sizeof s);
                 s.pattern = pattern;
-                s.near_mode = near_mode;
+                s.near_mode = (ism_near)near_mode;
+                s.clamp = 0.5f;
                 s.no_maps = near_mode == 5;
-                s.irradiance = pattern == 2;
-                if (projection == 1 || pattern == near_mode || near_mode == 6) compare_light(t, &p, r, &s);
+                if (projection == 1 || pattern == near_mode || near_mode == 6) compare_light(t, &p, &of, &s);
             }
-        for (int i = 0; i < 2; i++) glbk_ism_renderer_free(&p.gl[i], &r[i]);
+        free_pictures(&p, &of);
     }
     pair_close(&p);
 }
@@ -382,34 +407,35 @@ static void light_is_the_same(void **state)
 static void classes_without_vpls(void **state)
 {
     GL_TEST(t, state)
-    const glbk_ism_shading s = { 8, 1, 0, 0.02f, 1, 1, 0 };
-    const glbk_ism_desc d = { 8, 64, 8, 1, 1, 0, 0, 0, 0, 0 };
+    const ism_desc d = sizes(8, 64, 8, ISM_PROJECTION_COSINE, 1);
     static float light[4 * PIXELS];
+    ism_shading s;
     pair p;
-    glbk_ism_renderer r[2];
+    pictures of;
     size_t wrong = 0;
+    memset(&s, 0, sizeof s);
+    s.pattern = 8;
+    s.near_mode = ISM_NEAR_PATCH;
+    s.no_maps = 1;
     pair_open(t, &p);
     make_maps(t, &p, &d, 5);
-    make_pictures(t, &p, r);
-    compare_light(t, &p, r, &s);
-    assert_glbk(t, glbk_target_read(&p.gl[1], &r[1].light_target, 0, 0, 0, WIDTH, HEIGHT, light));
+    make_pictures(t, &p, &of);
+    compare_light(t, &p, &of, &s);
+    assert_glbk(t, glbk_target_read(&p.gl[1], &of.renderer[1].light_target, 0, 0, 0, WIDTH, HEIGHT, light));
     for (size_t i = 0; i < PIXELS; i++)
         wrong += (i / WIDTH % 8 * 8 + i % WIDTH % 8 >= 5) && light[4 * i] > 0;
     assert_int_equal(wrong, 0);
-    for (int i = 0; i < 2; i++) glbk_ism_renderer_free(&p.gl[i], &r[i]);
+    free_pictures(&p, &of);
     pair_close(&p);
 }
 
-/* Draws of a few points, and of a few rows of pixels: more of them, and the same maps and light. */
-static void bounded_draws_make_the_same(void **state)
+/* Draws of a few surfels: more of them, and the same maps. */
+static void bounded_draws_make_the_same_maps(void **state)
 {
     GL_TEST(t, state)
-    const glbk_ism_desc d = { 40, 60, 8, 1, 3, 0, 0, 0, 0, 0 };         /* 800 points a phase */
-    glbk_ism_shading s = { 1, 1, 0, 0.02f, 0, 0, 0 };
-    static float light[2][4 * PIXELS];
+    const ism_desc d = sizes(40, 60, 8, ISM_PROJECTION_COSINE, 3);      /* 800 surfels a phase */
     static uint32_t surfels[2][4 * 56 * 56];
     const float range = t->gl.max_point_side;
-    glbk_ism_renderer r[2];
     pair p;
     int i, quads;
     pair_open(t, &p);
@@ -420,30 +446,47 @@ static void bounded_draws_make_the_same(void **state)
         assert_true(p.maps[0].side == 56);
         compare_maps(t, &p, "maps in one draw a phase");
         for (i = 0; i < 2; i++) {
-            p.maps[0].desc.points_per_pass = i ? 300 : 800;
             gl_count_begin(&p.gl[0]);
-            assert_glbk(t, glbk_ism_draw(&p.gl[0], &p.maps[0]));
+            assert_glbk(t, glbk_ism_draw(&p.gl[0], &p.maps[0], i ? 300 : 800));
             assert_int_equal(gl_counted.draws, (i ? 9 : 3) + 4);        /* and holes, pull twice, push */
             gl_count_end(&p.gl[0]);
-            assert_glbk(t, glbk_target_read(&p.gl[0], &p.maps[0].surfel_target, 0, 0, 0, 56, 56, surfels[i]));
+            assert_glbk(t, glbk_target_read(&p.gl[0], &p.maps[0].plane_target, 0, 0, 0, 56, 56, surfels[i]));
         }
         assert_memory_equal(surfels[0], surfels[1], sizeof surfels[0]);
     }
-    make_pictures(t, &p, r);
+    pair_close(&p);
+}
+
+/* Passes of a few rows of pixels: more of them, and the same light. */
+static void bounded_passes_make_the_same_light(void **state)
+{
+    GL_TEST(t, state)
+    const ism_desc d = sizes(40, 60, 8, ISM_PROJECTION_COSINE, 3);
+    static float light[2][4 * PIXELS];
+    ism_shading s;
+    pictures of;
+    pair p;
+    int i, k;
+    memset(&s, 0, sizeof s);
+    s.near_mode = ISM_NEAR_PATCH;
+    pair_open(t, &p);
+    make_maps(t, &p, &d, 37);
+    compare_maps(t, &p, "maps");
+    make_pictures(t, &p, &of);
     for (s.pattern = 1; s.pattern < 4; s.pattern *= 2)
         for (i = 0; i < 2; i++) {
-            s.pairs_per_pass = 0;
-            assert_glbk(t, glbk_ism_shade(&p.gl[i], &r[i], &p.maps[i], &s));
-            assert_glbk(t, glbk_target_read(&p.gl[i], &r[i].result_target, 0, 0, 0, WIDTH, HEIGHT, light[0]));
-            s.pairs_per_pass = 1;
-            gl_count_begin(&p.gl[i]);
-            assert_glbk(t, glbk_ism_shade(&p.gl[i], &r[i], &p.maps[i], &s));
-            assert_int_equal(gl_counted.draws, (HEIGHT + 16 * s.pattern - 1) / (16 * s.pattern) + 1);   /* blur */
-            gl_count_end(&p.gl[i]);
-            assert_glbk(t, glbk_target_read(&p.gl[i], &r[i].result_target, 0, 0, 0, WIDTH, HEIGHT, light[1]));
+            glbk_ism_renderer *r = &of.renderer[i];
+            for (k = 0; k < 2; k++) {
+                gl_count_begin(&p.gl[i]);
+                assert_glbk(t, glbk_ism_shade(&p.gl[i], r, &of.seen[i], &p.maps[i], &s, k ? 1 : 0));
+                if (k)                                                  /* and the blur */
+                    assert_int_equal(gl_counted.draws, (HEIGHT + 16 * s.pattern - 1) / (16 * s.pattern) + 1);
+                gl_count_end(&p.gl[i]);
+                assert_glbk(t, glbk_ism_read(&p.gl[i], r, light[k]));
+            }
             assert_memory_equal(light[0], light[1], sizeof light[0]);
         }
-    for (i = 0; i < 2; i++) glbk_ism_renderer_free(&p.gl[i], &r[i]);
+    free_pictures(&p, &of);
     pair_close(&p);
 }
 
@@ -453,7 +496,8 @@ int main(int count, char **values)
                                   gl_unit_test(fill_of_noise),
                                   gl_unit_test(nothing_to_draw),     gl_unit_test(too_many_points),
                                   gl_unit_test(light_is_the_same),   gl_unit_test(classes_without_vpls),
-                                  gl_unit_test(bounded_draws_make_the_same) };
+                                  gl_unit_test(bounded_draws_make_the_same_maps),
+                                  gl_unit_test(bounded_passes_make_the_same_light) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE45);
 }

@@ -21,16 +21,18 @@ enum { SIDE = 8, POINTS = 64 };
 /* A lamp at the ceiling, a table below it, and a floor. */
 typedef struct scene {
     glbk_ism_maps      maps;
+    glbk_gbuffer       seen;
     glbk_ism_renderer  renderer;
-    uint32_t           points[4 * POINTS];
-    float              places[3 * SIDE * SIDE], normals[3 * SIDE * SIDE], light[3 * SIDE * SIDE];
+    ism_surfel         surfels[POINTS];
+    glbk_pixel         pixels[SIDE * SIDE];
+    float              light[4 * SIDE * SIDE];
     float              atlas[64 * 64];
 } scene;
 
 static const float table[12] = { -0.5f, 1, -0.5f, 0.5f, 1, -0.5f, -0.5f, 1, 0.5f, 0.5f, 1, 0.5f };
 static const uint32_t triangles[6] = { 0, 1, 2, 1, 3, 2 };
 static const ism_vpl lamp = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 2, 3 }, { 0, -1, 0 }, 1, 0, 0.1f, 0, 0, 0, 0, 1, 0 };
-static const float near_point[12] = { 0.1f, 2, 0, 0.1f, 0, -1, 0, 1, 1, 2, 3, 0 };
+static const ism_near_point near_point = { { 0.1f, 2, 0 }, 0.1f, { 0, -1, 0 }, 1, { 1, 2, 3 }, 0 };
 static const float center[3] = { 0, 1, 0 };
 
 static void prepare(scene *s)
@@ -38,55 +40,61 @@ static void prepare(scene *s)
     int i;
     memset(s, 0, sizeof *s);
     for (i = 0; i < POINTS; i++) {
-        float b[3] = { 0, 0, 2.0f / POINTS };
-        b[0] = 0.1f + 0.8f * (float)(i % 8) / 8;
-        b[1] = (1 - b[0]) * (0.1f + 0.8f * (float)(i / 8) / 8);
-        s->points[4 * i] = (uint32_t)i % 2;
-        memcpy(s->points + 4 * i + 1, b, 12);
+        ism_surfel *p = &s->surfels[i];
+        p->triangle = (uint32_t)i % 2;
+        p->barycentric[0] = 0.1f + 0.8f * (float)(i % 8) / 8;
+        p->barycentric[1] = (1 - p->barycentric[0]) * (0.1f + 0.8f * (float)(i / 8) / 8);
+        p->area = 2.0f / POINTS;
     }
     for (i = 0; i < SIDE * SIDE; i++) {
-        s->places[3 * i] = 0.5f * (float)(i % SIDE) - 1.75f;
-        s->places[3 * i + 2] = 0.5f * (float)(i / SIDE) - 1.75f;
-        s->normals[3 * i + 1] = 1;
+        s->pixels[i].position[0] = 0.5f * (float)(i % SIDE) - 1.75f;
+        s->pixels[i].position[2] = 0.5f * (float)(i / SIDE) - 1.75f;
+        s->pixels[i].normal[1] = 1;
     }
 }
 
 static glbk_result make(gl_test *t, scene *s)
 {
-    glbk_ism_desc d = { 1, POINTS, 64, 1, 1, 0, 0, 1, 0, 0 };
     ism_mesh mesh = { table, 4, 0, triangles, 6, NULL, NULL, NULL };
-    glbk_ism_receivers from = { s->places, s->normals, NULL, NULL, 0 };
+    const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
+    ism_desc d;
     glbk_result result = GLBK_OK;
+    memset(&d, 0, sizeof d);
+    d.vpl_count = d.lazy_frames = 1;
+    d.surfel_count = POINTS;
+    d.near_point_count = 1;
     GL_THEN_SAME(t, result, glbk_ism_maps_create(&t->gl, &d, &s->maps));
     GL_THEN_SAME(t, result, glbk_ism_renderer_create(&t->gl, SIDE, SIDE, &s->renderer));
     GL_THEN_SAME(t, result, glbk_ism_mesh_upload(&t->gl, &s->maps, &mesh));
     GL_THEN_SAME(t, result, glbk_ism_mesh_move(&t->gl, &s->maps, table, 0));
-    GL_THEN_SAME(t, result, glbk_ism_phase(&t->gl, &s->maps, 0, s->points));
+    GL_THEN_SAME(t, result, glbk_ism_surfels_upload(&t->gl, &s->maps, 0, s->surfels));
     GL_THEN_SAME(t, result, glbk_ism_vpls_upload(&t->gl, &s->maps, &lamp, 1, center, 2));
-    GL_THEN_SAME(t, result, glbk_ism_near_upload(&t->gl, &s->maps, near_point, 1));
-    GL_THEN_SAME(t, result, glbk_ism_gbuffer_upload(&t->gl, &s->renderer, &from));
+    GL_THEN_SAME(t, result, glbk_ism_near_points_upload(&t->gl, &s->maps, &near_point, 1));
+    GL_THEN_SAME(t, result, glbk_gbuffer_create(&t->gl, &size, &s->seen));
+    GL_THEN_SAME(t, result, glbk_gbuffer_upload(&t->gl, &s->seen, 0, SIDE, s->pixels));
     return result;
 }
 
 static glbk_result draw(gl_test *t, scene *s)
 {
     glbk_result result = GLBK_OK;
-    GL_THEN_SAVED(t, result, glbk_ism_draw(&t->gl, &s->maps));
-    GL_THEN_SAVED(t, result, glbk_ism_shade(&t->gl, &s->renderer, &s->maps, NULL));
+    GL_THEN_SAVED(t, result, glbk_ism_draw(&t->gl, &s->maps, 0));
+    GL_THEN_SAVED(t, result, glbk_ism_shade(&t->gl, &s->renderer, &s->seen, &s->maps, NULL, 0));
     return result;
 }
 
 static glbk_result look(gl_test *t, scene *s)
 {
     glbk_result result = GLBK_OK;
-    GL_THEN_SAME(t, result, glbk_ism_read(&t->gl, &s->maps, s->atlas));
-    GL_THEN_SAME(t, result, glbk_ism_read_light(&t->gl, &s->renderer, s->light));
+    GL_THEN_SAME(t, result, glbk_ism_maps_read(&t->gl, &s->maps, s->atlas));
+    GL_THEN_SAME(t, result, glbk_ism_read(&t->gl, &s->renderer, s->light));
     return result;
 }
 
 static void destroy(gl_test *t, scene *s)
 {
     GL_SAME(t, glbk_ism_renderer_free(&t->gl, &s->renderer));
+    GL_SAME(t, glbk_gbuffer_free(&t->gl, &s->seen));
     GL_SAME(t, glbk_ism_maps_free(&t->gl, &s->maps));
 }
 
@@ -131,16 +139,17 @@ static void indices_of_16_bits_are_taken(void **state)
         assert_glbk(t, make(t, &s[i]));
         if (i) assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &s[i].maps, NULL));
         if (i) assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &s[i].maps, &mesh));
-        if (i) assert_glbk(t, glbk_ism_phase(&t->gl, &s[i].maps, 0, s[i].points));
+        if (i) assert_glbk(t, glbk_ism_surfels_upload(&t->gl, &s[i].maps, 0, s[i].surfels));
         assert_glbk(t, draw(t, &s[i]));
         assert_glbk(t, look(t, &s[i]));
     }
     assert_memory_equal(s[0].atlas, s[1].atlas, sizeof s[0].atlas);
     assert_memory_equal(s[0].light, s[1].light, sizeof s[0].light);
-    for (i = 0; i < 3 * SIDE * SIDE; i++) sum += (double)s[1].light[i];
+    for (i = 0; i < 4 * SIDE * SIDE; i++) sum += (double)s[1].light[i];
     assert_true(sum > 0);
     mesh.indices16 = wrong;
-    assert_int_equal(glbk_ism_mesh_upload(&t->gl, &s[1].maps, &mesh), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_ism_mesh_upload(&t->gl, &s[1].maps, &mesh), GLBK_ERR_INPUT);
+    assert_non_null(strstr(t->log, "index 1 of triangle 1"));
     for (i = 0; i < 2; i++) destroy(t, &s[i]);
 }
 
@@ -222,7 +231,7 @@ static void hostile_state(void **state)
     assert_glbk(t, make(t, &clean));
     assert_glbk(t, draw(t, &clean));
     assert_glbk(t, look(t, &clean));
-    for (i = 0; i < SIDE * SIDE; i++) dark += clean.light[3 * i] == 0;
+    for (i = 0; i < SIDE * SIDE; i++) dark += clean.light[4 * i] == 0;
     assert_true(dark > 8 && dark < SIDE * SIDE / 2);        /* the table's shadow */
     gl_hostile_make(t, &h);
     gl_hostile_set(t, &h);

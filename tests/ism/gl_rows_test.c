@@ -19,6 +19,7 @@
 #include "gl_test.h"
 #include "gl_ask.h"
 #include "util.h"
+#include "gl_util.h"
 
 static gl_test *now;                /* of the test that runs */
 
@@ -98,31 +99,26 @@ static void row_form_factors(const float normal[3], const float *corners, size_t
 
 /* ---- a frame: VPLs and points of ism.h, maps and light by GL ---- */
 
-struct engine { ism_maps *cpu; glbk_ism_maps maps; glbk_ism_renderer renderer; ism_points view; };
+struct engine { ism_maps *cpu; glbk_ism_maps maps; glbk_gbuffer seen; glbk_ism_renderer renderer; ism_points view; };
 
 static uint32_t height_of(const ism_points *view) { return (uint32_t)view->count / view->width; }
 
 static engine *engine_open(const ism_desc *desc, const ism_points *view)
 {
     engine *e = (engine *)calloc(1, sizeof *e);
-    glbk_ism_receivers from = { view->positions, view->normals, NULL, NULL, 0 };
-    glbk_ism_desc d;
     assert_non_null(e);
-    memset(&d, 0, sizeof d);
-    d.vpl_count = desc->vpl_count;
-    d.points = desc->surfel_count;
-    d.tile_size = desc->tile_side;
     e->view = *view;
     assert_int_equal(ism_create(desc, &e->cpu), ISM_OK);
-    assert_glbk(now, glbk_ism_maps_create(&now->gl, &d, &e->maps));
+    assert_glbk(now, glbk_ism_maps_create(&now->gl, desc, &e->maps));
     assert_glbk(now, glbk_ism_renderer_create(&now->gl, view->width, height_of(view), &e->renderer));
-    assert_glbk(now, glbk_ism_gbuffer_upload(&now->gl, &e->renderer, &from));
+    gl_see(&now->gl, view->width, height_of(view), view->positions, view->normals, NULL, &e->seen);
     return e;
 }
 
 static void engine_close(engine *e)
 {
     glbk_ism_renderer_free(&now->gl, &e->renderer);
+    glbk_gbuffer_free(&now->gl, &e->seen);
     glbk_ism_maps_free(&now->gl, &e->maps);
     ism_free(e->cpu);
     free(e);
@@ -147,12 +143,12 @@ static void send_vpls(engine *e)
 
 static void engine_draw(engine *e, const ism_frame *frame)
 {
-    const size_t room = (size_t)e->maps.desc.vpl_count * e->maps.each;
-    ism_surfel *points = (ism_surfel *)malloc(room * sizeof *points);
+    const size_t room = (size_t)e->maps.desc.vpl_count * e->maps.phase_surfel_count;
+    ism_surfel *surfels = (ism_surfel *)malloc(room * sizeof *surfels);
     ism_mesh m;
     size_t count;
     uint32_t phase;
-    assert_non_null(points);
+    assert_non_null(surfels);
     memset(&m, 0, sizeof m);
     m.positions = frame->mesh->positions;
     m.vertex_count = frame->mesh->vertex_count;
@@ -160,51 +156,29 @@ static void engine_draw(engine *e, const ism_frame *frame)
     assert_int_equal(ism_scatter(e->cpu, frame), ISM_OK);
     send_vpls(e);
     assert_glbk(now, glbk_ism_mesh_upload(&now->gl, &e->maps, &m));
-    for (phase = 0; phase < e->maps.desc.lazy; phase++) {
-        assert_int_equal(ism_phase_surfels(e->cpu, phase, points, room, &count), ISM_OK);
+    for (phase = 0; phase < e->maps.desc.lazy_frames; phase++) {
+        assert_int_equal(ism_phase_surfels(e->cpu, phase, surfels, room, &count), ISM_OK);
         assert_int_equal(count, room);
-        assert_glbk(now, glbk_ism_phase(&now->gl, &e->maps, phase, points));
+        assert_glbk(now, glbk_ism_surfels_upload(&now->gl, &e->maps, phase, surfels));
     }
-    free(points);
-    assert_glbk(now, glbk_ism_draw(&now->gl, &e->maps));
+    free(surfels);
+    assert_glbk(now, glbk_ism_draw(&now->gl, &e->maps, 0));
 }
 
 static float *engine_atlas(engine *e, uint32_t *side)
 {
     float *atlas = (float *)malloc((size_t)e->maps.side * e->maps.side * sizeof *atlas);
     assert_non_null(atlas);
-    assert_glbk(now, glbk_ism_read(&now->gl, &e->maps, atlas));
+    assert_glbk(now, glbk_ism_maps_read(&now->gl, &e->maps, atlas));
     *side = e->maps.side;
     return atlas;
 }
 
 static void engine_shade(engine *e, const ism_shading *shading, float *light, double *lost)
 {
-    const size_t pixels = e->view.count;
-    glbk_ism_shading s;
-    float *raw = (float *)malloc(4 * pixels * sizeof *raw);
-    double off = 0, all = 0;
-    size_t i;
-    assert_non_null(raw);
-    memset(&s, 0, sizeof s);
-    s.pattern = shading->pattern;
-    s.near_mode = (uint32_t)shading->near_mode;
-    s.clamp = shading->clamp > 0 ? shading->clamp : 1;
-    s.bias = shading->bias > 0 ? shading->bias : shading->bias < 0 ? 0 : 0.02f;
-    s.no_maps = shading->no_maps;
-    s.irradiance = 1;
     send_vpls(e);
-    assert_glbk(now, glbk_ism_shade(&now->gl, &e->renderer, &e->maps, &s));
-    assert_glbk(now, glbk_ism_read_light(&now->gl, &e->renderer, light));
-    assert_glbk(now,
-                glbk_target_read(&now->gl, &e->renderer.result_target, 0, 0, 0, e->view.width, height_of(&e->view),
-                                 raw));
-    for (i = 0; i < pixels; i++) {
-        off += (double)raw[4 * i + 3];
-        all += (double)(raw[4 * i] + raw[4 * i + 1] + raw[4 * i + 2]) / 3 + (double)raw[4 * i + 3];
-    }
-    if (lost) *lost = off / all;
-    free(raw);
+    assert_glbk(now, glbk_ism_shade(&now->gl, &e->renderer, &e->seen, &e->maps, shading, 0));
+    gl_light_of(&now->gl, &e->renderer, NULL, light, lost);
 }
 
 /* What VPLs hit is kept by ism.h alone, whose maps are the same. */
@@ -305,17 +279,20 @@ static void pull_and_push(void **state)
 {
     GL_TEST(t, state)
     static float directions[4 * 4096], surfels[4 * 4096], depth[4096];
-    glbk_ism_desc d = { 1, 8, 64, 1, 1, 0, 0, 0, 0, 0 };
+    ism_desc d;
     ism_vpl vpl = { { 0, 0, 0 }, { 0, 0, 1 }, { 1, 1, 1 }, { 0, 0, 1 }, 1, 0, 0, 0, 0, 0, 0, 0, 0 };
     glbk_ism_maps m;
     uint32_t seed = 3, trial;
     size_t i;
     int k;
     double constant = 0, plane = 0, between = 0, filled = 0, empty = 0, holes = 0, inner = 0;
+    memset(&d, 0, sizeof d);
+    d.vpl_count = d.lazy_frames = 1;
+    d.surfel_count = 8;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
     assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0));
-    assert_glbk(t, glbk_ism_draw(&t->gl, &m));
-    assert_glbk(t, glbk_ism_read(&t->gl, &m, depth));
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
+    assert_glbk(t, glbk_ism_maps_read(&t->gl, &m, depth));
     for (i = 0; i < 4096; i++) empty += depth[i] < ISM_FAR;
     for (i = 0; i < 4096; i++) {
         const float uv[2] = { ((float)(i % 64) + 0.5f) / 64, ((float)(i / 64) + 0.5f) / 64 };
@@ -333,9 +310,9 @@ static void pull_and_push(void **state)
                 g[3] = 1 / (g[0] * w[0] + g[1] * w[1] + g[2] * w[2]);
             memcpy(surfels + 4 * i, g, sizeof g);
         }
-        assert_glbk(t, glbk_texture_update(&t->gl, &m.surfels, 0, 0, 0, 0, 64, 64, 1, surfels));
+        assert_glbk(t, glbk_texture_update(&t->gl, &m.planes, 0, 0, 0, 0, 64, 64, 1, surfels));
         assert_glbk(t, glbk__ism_fill(&t->gl, &m));
-        assert_glbk(t, glbk_ism_read(&t->gl, &m, depth));
+        assert_glbk(t, glbk_ism_maps_read(&t->gl, &m, depth));
         for (i = 0; i < 4096; i++) {
             const float *w = directions + 4 * i;
             double truth = 1 / (0.3 * (double)w[0] - 0.2 * (double)w[1] + 0.5 * (double)w[2]);
@@ -369,16 +346,19 @@ static void silhouettes_and_borders(void **state)
 {
     GL_TEST(t, state)
     static float surfels[4 * 4096], depth[4096];
-    glbk_ism_desc d = { 1, 8, 64, 1, 1, 0, 0, 0, 0, 0 };
+    ism_desc d;
     ism_vpl vpl = { { 0, 0, 0 }, { 0, 0, 1 }, { 1, 1, 1 }, { 0, 0, 1 }, 1, 0, 0, 0, 0, 0, 0, 0, 0 };
     glbk_ism_maps m;
     double grown[2] = { 0, 0 }, open = 0, count = 0;
     uint32_t seed = 5;
     size_t i;
     int trial, k;
+    memset(&d, 0, sizeof d);
+    d.vpl_count = d.lazy_frames = 1;
+    d.surfel_count = 8;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
     assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0));
-    assert_glbk(t, glbk_ism_draw(&t->gl, &m));
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
     for (trial = 0; trial < 148; trial++) {     /* the last twenty: borders */
         const double a = 6.283185307179586 * (trial / 2) / 64, c = cos(a), s = sin(a), shift = trial % 7 * 4 - 12;
         const double radius = 6 + trial % 5 * 4;
@@ -392,9 +372,9 @@ static void silhouettes_and_borders(void **state)
             for (k = 0; k < 3; k++) surfels[4 * i + (size_t)k] = 0.5f * w[k];
             surfels[4 * i + 3] = full ? 2 : ISM_FAR;
         }
-        assert_glbk(t, glbk_texture_update(&t->gl, &m.surfels, 0, 0, 0, 0, 64, 64, 1, surfels));
+        assert_glbk(t, glbk_texture_update(&t->gl, &m.planes, 0, 0, 0, 0, 64, 64, 1, surfels));
         assert_glbk(t, glbk__ism_fill(&t->gl, &m));
-        assert_glbk(t, glbk_ism_read(&t->gl, &m, depth));
+        assert_glbk(t, glbk_ism_maps_read(&t->gl, &m, depth));
         for (i = 0; i < 4096; i++) {
             const int x = (int)(i % 64), y = (int)(i / 64), inside = x > 7 && y > 7 && x < 56 && y < 56;
             if (trial < 128) grown[trial % 2] += inside && !(surfels[4 * i + 3] < ISM_FAR) && depth[i] < ISM_FAR;

@@ -18,8 +18,9 @@
 
 #include "gl_test.h"
 #include "util.h"
+#include "gl_util.h"
 
-enum { VPLS = 40, POINTS = 600, TILE = 32, WIDTH = 40, HEIGHT = 30, PIXELS = WIDTH * HEIGHT };
+enum { VPLS = 40, SURFELS = 600, TILE = 32, WIDTH = 40, HEIGHT = 30, PIXELS = WIDTH * HEIGHT };
 
 /* A room with an octahedron, a few lamps in it and a picture of its floor and one wall. */
 typedef struct stage {
@@ -86,7 +87,7 @@ static stage *stage_open(const ism_desc *desc, int kinds)
     s->frame.points = &s->view;
     s->desc = *desc;
     s->desc.vpl_count = VPLS;
-    s->desc.surfel_count = POINTS;
+    s->desc.surfel_count = SURFELS;
     if (!s->desc.tile_side) s->desc.tile_side = TILE;
     if (!s->desc.lazy_frames) s->desc.lazy_frames = 8;
     assert_int_equal(ism_create(&s->desc, &s->maps), ISM_OK);
@@ -112,30 +113,20 @@ static void send_vpls(gl_test *t, const stage *s, glbk_ism_maps *m)
 
 static void send_phase(gl_test *t, const stage *s, glbk_ism_maps *m, uint32_t phase)
 {
-    static ism_surfel points[VPLS * POINTS];
+    static ism_surfel surfels[VPLS * SURFELS];
     size_t count;
-    assert_int_equal(ism_phase_surfels(s->maps, phase, points, VPLS * POINTS, &count), ISM_OK);
-    assert_int_equal(count, VPLS * m->each);
-    assert_glbk(t, glbk_ism_phase(&t->gl, m, phase, points));
+    assert_int_equal(ism_phase_surfels(s->maps, phase, surfels, VPLS * SURFELS, &count), ISM_OK);
+    assert_int_equal(count, VPLS * m->phase_surfel_count);
+    assert_glbk(t, glbk_ism_surfels_upload(&t->gl, m, phase, surfels));
 }
 
 static void open_maps(gl_test *t, const stage *s, glbk_ism_maps *m)
 {
-    glbk_ism_desc d;
-    ism_mesh mesh = { s->ism.positions, s->ism.vertex_count, s->ism.vertex_stride,
-                           s->ism.indices,   s->ism.index_count, NULL, s->ism.opacities, NULL };
     uint32_t phase;
-    memset(&d, 0, sizeof d);
-    d.vpl_count = VPLS;
-    d.points = POINTS;
-    d.tile_size = s->desc.tile_side;
-    d.projection = (uint32_t)s->desc.projection;
-    d.lazy = s->desc.lazy_frames;
-    d.no_fill = s->desc.no_fill;
-    assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, m));
+    assert_glbk(t, glbk_ism_maps_create(&t->gl, &s->desc, m));
     send_vpls(t, s, m);
-    assert_glbk(t, glbk_ism_mesh_upload(&t->gl, m, &mesh));
-    assert_int_equal(glbk_ism_draw(&t->gl, m), GLBK_ERR_ARGUMENT);      /* no points yet */
+    assert_glbk(t, glbk_ism_mesh_upload(&t->gl, m, &s->ism));
+    assert_int_equal(glbk_ism_draw(&t->gl, m, 0), GLBK_ERR_ORDER);      /* no surfels yet */
     for (phase = 0; phase < s->desc.lazy_frames; phase++) send_phase(t, s, m, phase);
 }
 
@@ -148,8 +139,8 @@ static double atlas_difference(gl_test *t, const stage *s, glbk_ism_maps *m, con
     size_t i, full = 0, used = 0, off = 0;
     assert_non_null(gl);
     assert_int_equal(side, m->side);
-    assert_glbk(t, glbk_ism_draw(&t->gl, m));
-    assert_glbk(t, glbk_ism_read(&t->gl, m, gl));
+    assert_glbk(t, glbk_ism_draw(&t->gl, m, 0));
+    assert_glbk(t, glbk_ism_maps_read(&t->gl, m, gl));
     for (i = 0; i < (size_t)side * side; i++) {
         size_t tile = i / side / s->desc.tile_side * tiles + i % side / s->desc.tile_side;
         if (tile >= VPLS) continue;
@@ -210,44 +201,28 @@ static double difference(const float *a, const float *b, size_t count, double fl
     return worst;
 }
 
-static void send_picture(gl_test *t, const stage *s, glbk_ism_renderer *r)
+static void send_picture(gl_test *t, const stage *s, glbk_gbuffer *seen, glbk_ism_renderer *r)
 {
-    glbk_ism_receivers from = { s->picture.p, s->picture.n, NULL, s->albedos, 0 };
     assert_glbk(t, glbk_ism_renderer_create(&t->gl, WIDTH, HEIGHT, r));
-    assert_glbk(t, glbk_ism_gbuffer_upload(&t->gl, r, &from));
+    gl_see(&t->gl, WIDTH, HEIGHT, s->picture.p, s->picture.n, s->albedos, seen);
 }
 
-static double light_difference(gl_test *t, stage *s, const glbk_ism_maps *m, glbk_ism_renderer *r,
-                               const ism_shading *shading, double *lost)
+static double light_difference(gl_test *t, stage *s, const glbk_ism_maps *m, const glbk_gbuffer *seen,
+                               glbk_ism_renderer *r, const ism_shading *shading, double *lost)
 {
-    static float cpu[3 * PIXELS], gl[3 * PIXELS], raw[4 * PIXELS];
-    glbk_ism_shading to;
+    static float cpu[3 * PIXELS], gl[3 * PIXELS];
     ism_stats stats;
-    double all = 0;
     size_t i;
-    memset(&to, 0, sizeof to);
-    to.pattern = shading->pattern;
-    to.near_mode = (uint32_t)shading->near_mode;
-    to.clamp = shading->clamp > 0 ? shading->clamp : 1;
-    to.bias = shading->bias > 0 ? shading->bias : 0.02f;
-    to.no_maps = shading->no_maps;
-    to.irradiance = s->view.albedos == NULL;
     assert_int_equal(ism_shade(s->maps, &s->view, shading, cpu, &stats), ISM_OK);
-    assert_glbk(t, glbk_ism_shade(&t->gl, r, m, &to));
-    assert_glbk(t, glbk_ism_read_light(&t->gl, r, gl));
-    assert_glbk(t, glbk_target_read(&t->gl, &r->result_target, 0, 0, 0, WIDTH, HEIGHT, raw));
-    *lost = 0;
-    for (i = 0; i < PIXELS; i++) {
-        *lost += (double)raw[4 * i + 3];
-        all += (double)(raw[4 * i] + raw[4 * i + 1] + raw[4 * i + 2]) / 3 + (double)raw[4 * i + 3];
-        if (i % 101 == 0) assert_true(gl[3 * i] == 0);      /* background */
-    }
-    *lost = fabs(*lost / all - stats.lost_energy);
+    assert_glbk(t, glbk_ism_shade(&t->gl, r, seen, m, shading, 0));
+    gl_light_of(&t->gl, r, s->view.albedos, gl, lost);
+    for (i = 0; i < PIXELS; i += 101) assert_true(gl[3 * i] == 0);      /* background */
+    *lost = fabs(*lost - stats.lost_energy);
     return difference(gl, cpu, PIXELS, shading->pattern > 1 ? 0.02 : 0.005);
 }
 
-/* What glbk_ism_read_light says, in 8 bits of a target. */
-static void resolves(gl_test *t, glbk_ism_renderer *r)
+/* What glbk_ism_read says times albedo / pi, in 8 bits of a target. */
+static void resolves(gl_test *t, const stage *s, const glbk_gbuffer *seen, glbk_ism_renderer *r)
 {
     static float light[3 * PIXELS], picture[4 * PIXELS];
     gl_canvas canvas = gl_canvas_make(t, GLBK_FORMAT_RGBA8, WIDTH, HEIGHT, 0);
@@ -256,8 +231,8 @@ static void resolves(gl_test *t, glbk_ism_renderer *r)
     size_t i;
     memset(&pass, 0, sizeof pass);
     pass.target = &canvas.target;
-    assert_glbk(t, glbk_ism_resolve(&t->gl, r, &pass, NULL));
-    assert_glbk(t, glbk_ism_read_light(&t->gl, r, light));
+    assert_glbk(t, glbk_ism_resolve(&t->gl, r, seen, &pass, NULL));
+    gl_light_of(&t->gl, r, s->albedos, light, NULL);
     assert_glbk(t, glbk_target_read(&t->gl, &canvas.target, 0, 0, 0, WIDTH, HEIGHT, picture));
     for (i = 0; i < 3 * PIXELS; i++) {
         double wanted = light[i] < 1 ? (double)light[i] : 1;
@@ -276,6 +251,7 @@ static void light_agrees(void **state)
     for (projection = 1; projection < 5; projection += 3) {
         ism_desc d;
         glbk_ism_maps m;
+        glbk_gbuffer seen;
         glbk_ism_renderer r;
         stage *s;
         memset(&d, 0, sizeof d);
@@ -283,8 +259,8 @@ static void light_agrees(void **state)
         s = stage_open(&d, 1);
         assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
         open_maps(t, s, &m);
-        assert_glbk(t, glbk_ism_draw(&t->gl, &m));
-        send_picture(t, s, &r);
+        assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
+        send_picture(t, s, &seen, &r);
         for (near_mode = 1; near_mode < 7; near_mode++)          /* the last without near points: as the first */
             for (k = 0; k < 3; k++) {
                 ism_shading shading = { 0 };
@@ -295,13 +271,14 @@ static void light_agrees(void **state)
                 shading.pattern = k == 1 ? 2 : 1;
                 shading.no_maps = k == 2;
                 s->view.albedos = k == 0 ? NULL : s->albedos;
-                off = light_difference(t, s, &m, &r, &shading, &lost);
+                off = light_difference(t, s, &m, &seen, &r, &shading, &lost);
                 if (off > worst) worst = off;
                 /* blurred, or weighed by albedos, the loss is another number */
                 if (k == 0 && lost > worst_lost) worst_lost = lost;
             }
-        resolves(t, &r);
+        resolves(t, s, &seen, &r);
         glbk_ism_renderer_free(&t->gl, &r);
+        glbk_gbuffer_free(&t->gl, &seen);
         glbk_ism_maps_free(&t->gl, &m);
         stage_close(s);
     }
@@ -320,6 +297,7 @@ static void near_points_agree(void **state)
     ism_source sources[2];
     ism_desc d;
     glbk_ism_maps m;
+    glbk_gbuffer seen;
     glbk_ism_renderer r;
     stage *s;
     size_t count;
@@ -336,21 +314,22 @@ static void near_points_agree(void **state)
     points = ism_near_points(s->maps, &count);
     assert_int_equal(count, 16 * VPLS);
     open_maps(t, s, &m);
-    assert_glbk(t, glbk_ism_draw(&t->gl, &m));
-    send_picture(t, s, &r);
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
+    send_picture(t, s, &seen, &r);
     for (k = 0; k < 4; k++) {
         ism_shading shading = { 0 };
-        assert_glbk(t, glbk_ism_near_upload(&t->gl, &m, points, (uint32_t)count));
+        assert_glbk(t, glbk_ism_near_points_upload(&t->gl, &m, points, (uint32_t)count));
         shading.near_mode = k == 3 ? ISM_NEAR_DEFAULT : ISM_NEAR_GATHER;
         shading.pattern = k == 1 ? 4 : 1;
         shading.no_maps = k == 2;
         s->view.albedos = k == 0 ? NULL : s->albedos;
-        off = light_difference(t, s, &m, &r, &shading, &lost);
+        off = light_difference(t, s, &m, &seen, &r, &shading, &lost);
         if (off > worst) worst = off;
         if (k == 0 && lost > worst_lost) worst_lost = lost;
     }
     assert_true(worst < 2e-5 && worst_lost < 1e-4);
     glbk_ism_renderer_free(&t->gl, &r);
+    glbk_gbuffer_free(&t->gl, &seen);
     glbk_ism_maps_free(&t->gl, &m);
     stage_close(s);
 }
@@ -424,7 +403,7 @@ static void functions_to_paste(void **state)
     s = stage_open(&d, 0);
     assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
     open_maps(t, s, &m);
-    assert_glbk(t, glbk_ism_draw(&t->gl, &m));
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
     memset(&source, 0, sizeof source);
     source.fragment = text;
     source.parts[0] = glbk_ism_part();
@@ -447,11 +426,10 @@ static void functions_to_paste(void **state)
     assert_int_equal(util_visible(s->maps, 0, p, n, SIDE * SIDE, 0.02f, visible), ISM_OK);
     for (way = 0; way < 3; way++) {         /* as glbk_ism_shade has it; another bias; nothing throws shadows */
         ism_shading shading = { 0 };
-        glbk_ism_shading own = { 0, 0, 1, 0.02f, 0, 0, 0 };
-        shading.bias = own.bias = way == 1 ? 0.2f : 0.02f;
-        shading.no_maps = own.no_maps = way == 2;
+        shading.bias = way == 1 ? 0.2f : 0;
+        shading.no_maps = way == 2;
         assert_glbk(t, glbk_begin(&t->gl, &pass, &program));
-        assert_glbk(t, glbk_ism_bind(&t->gl, &m, way ? &own : NULL, NULL));
+        assert_glbk(t, glbk_ism_bind(&t->gl, &m, way ? &shading : NULL, NULL));
         glbk_draw_screen(&t->gl);
         assert_glbk(t, glbk_target_read(&t->gl, &canvas.target, 0, 0, 0, SIDE, SIDE, gl));
         for (i = wrong = 0; i < SIDE * SIDE; i++) {
@@ -474,76 +452,46 @@ static void empty_and_wrong_input(void **state)
 {
     GL_TEST(t, state)
     static const float triangle[9] = { 0, 0, 0, 1, 0, 0, 0, 1, 0 };
-    static const uint32_t bad[3] = { 0, 1, 3 };
-    static float atlas[64 * 64], rgb[3 * 16];
-    static const ism_surfel points[64];
-    ism_mesh mesh = { triangle, 3, 0, NULL, 0, NULL, NULL, NULL };
-    ism_vpl vpl = { { 0, 0, 1 }, { 0, 0, -1 }, { 1, 1, 1 }, { 0, 0, -1 }, 1, 0, 0, 0, 0, 0, 0, 0, 0 };
-    glbk_ism_shading shading;
-    glbk_ism_desc d;
+    static float atlas[64 * 64], nothing[3 * 16], rgba[4 * 16];
+    static const ism_surfel surfels[64];
+    const ism_mesh mesh = { triangle, 3, 0, NULL, 0, NULL, NULL, NULL };
+    const ism_vpl vpl = { { 0, 0, 1 }, { 0, 0, -1 }, { 1, 1, 1 }, { 0, 0, -1 }, 1, 0, 0, 0, 0, 0, 0, 0, 0 };
+    ism_desc d;
     glbk_ism_maps m;
+    glbk_gbuffer seen;
     glbk_ism_renderer r;
-    glbk_ism_receivers from = { rgb, rgb, NULL, NULL, 0 };
     size_t i;
 
     memset(&d, 0, sizeof d);
-    d.tile_size = 12;
-    assert_int_equal(glbk_ism_maps_create(&t->gl, &d, &m), GLBK_ERR_ARGUMENT);
-    assert_int_equal(m.points.name, 0);
-    d.tile_size = 256;
+    d.tile_side = 256;
     d.vpl_count = 16384;
-    d.points = 8;
+    d.surfel_count = 8;
     if (t->gl.max_side < 32768) assert_int_equal(glbk_ism_maps_create(&t->gl, &d, &m), GLBK_ERR_LIMIT);
-    assert_int_equal(glbk_ism_draw(&t->gl, &m), GLBK_ERR_ARGUMENT);
     d.vpl_count = 1;
-    d.tile_size = 64;
-    d.lazy = 1;
+    d.tile_side = 64;
+    d.lazy_frames = 1;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &m));
     assert_glbk(t, glbk_ism_renderer_create(&t->gl, 4, 4, &r));
-    assert_int_equal(glbk_ism_renderer_create(&t->gl, 4, 0, &(glbk_ism_renderer){ 0 }), GLBK_ERR_ARGUMENT);
-    assert_glbk(t, glbk_ism_gbuffer_upload(&t->gl, &r, &from));
-    assert_glbk(t, glbk_ism_draw(&t->gl, &m));                                  /* no mesh, no VPLs: all far */
-    assert_glbk(t, glbk_ism_read(&t->gl, &m, atlas));
+    gl_see(&t->gl, 4, 4, nothing, nothing, NULL, &seen);
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));                               /* no mesh, no VPLs: all far */
+    assert_glbk(t, glbk_ism_maps_read(&t->gl, &m, atlas));
     for (i = 0; i < 64 * 64; i++) assert_true(atlas[i] == ISM_FAR);
-    assert_glbk(t, glbk_ism_shade(&t->gl, &r, &m, NULL));
-    assert_glbk(t, glbk_ism_read_light(&t->gl, &r, rgb));
-    for (i = 0; i < 48; i++) assert_true(rgb[i] == 0);
-    assert_int_equal(glbk_ism_mesh_move(&t->gl, &m, triangle, 0), GLBK_ERR_ARGUMENT);
-    mesh.indices = bad;
-    mesh.index_count = 3;
-    assert_int_equal(glbk_ism_mesh_upload(&t->gl, &m, &mesh), GLBK_ERR_ARGUMENT);
-    mesh.index_count = 2;
-    assert_int_equal(glbk_ism_mesh_upload(&t->gl, &m, &mesh), GLBK_ERR_ARGUMENT);
-    mesh.indices = NULL;
-    mesh.vertex_stride = 10;
-    assert_int_equal(glbk_ism_mesh_upload(&t->gl, &m, &mesh), GLBK_ERR_ARGUMENT);
-    mesh.vertex_stride = 0;
+    assert_glbk(t, glbk_ism_shade(&t->gl, &r, &seen, &m, NULL, 0));
+    assert_glbk(t, glbk_ism_read(&t->gl, &r, rgba));
+    for (i = 0; i < 64; i++) assert_true(rgba[i] == 0);
     assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &m, &mesh));
-    assert_int_equal(glbk_ism_draw(&t->gl, &m), GLBK_ERR_ARGUMENT);
-    assert_int_equal(glbk_ism_phase(&t->gl, &m, 1, points), GLBK_ERR_ARGUMENT);
-    assert_glbk(t, glbk_ism_phase(&t->gl, &m, 0, points));                      /* all of area 0 */
+    assert_int_equal(glbk_ism_draw(&t->gl, &m, 0), GLBK_ERR_ORDER);
+    assert_glbk(t, glbk_ism_surfels_upload(&t->gl, &m, 0, surfels));            /* all of area 0 */
     assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0));
-    assert_glbk(t, glbk_ism_draw(&t->gl, &m));
-    assert_glbk(t, glbk_ism_read(&t->gl, &m, atlas));
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
+    assert_glbk(t, glbk_ism_maps_read(&t->gl, &m, atlas));
     for (i = 0; i < 64 * 64; i++) assert_true(atlas[i] == ISM_FAR);
-    assert_int_equal(glbk_ism_vpls_upload(&t->gl, &m, &vpl, 2, NULL, 0), GLBK_ERR_ARGUMENT);
-    vpl.directional = 1;
-    assert_int_equal(glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0), GLBK_ERR_ARGUMENT);   /* needs the sphere */
-    vpl.directional = 0;
-    vpl.position[1] = HUGE_VALF;
-    assert_int_equal(glbk_ism_vpls_upload(&t->gl, &m, &vpl, 1, NULL, 0), GLBK_ERR_ARGUMENT);
-    memset(&shading, 0, sizeof shading);
-    shading.pattern = 3;
-    assert_int_equal(glbk_ism_shade(&t->gl, &r, &m, &shading), GLBK_ERR_ARGUMENT);
-    shading.pattern = 1;
-    shading.near_mode = 3;
-    assert_int_equal(glbk_ism_shade(&t->gl, &r, &m, &shading), GLBK_ERR_ARGUMENT);
     glbk_ism_renderer_free(&t->gl, &r);
     glbk_ism_renderer_free(&t->gl, &r);
+    glbk_gbuffer_free(&t->gl, &seen);
     glbk_ism_maps_free(&t->gl, &m);
     glbk_ism_maps_free(&t->gl, &m);
     glbk_ism_maps_free(&t->gl, NULL);
-    assert_int_equal(glbk_ism_bind(&t->gl, NULL, NULL, NULL), GLBK_ERR_ARGUMENT);
 }
 
 int main(int count, char **values)
