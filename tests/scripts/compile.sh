@@ -23,7 +23,7 @@ call() {
 # techniques that of gl_gbuffer.h, and gl_shadowfield.h that of shadowfield.h.
 under() {
     case $1 in gl_backend/gl_backend) ;; gl_backend/*) echo gl_backend/gl_backend ;; esac
-    case $1 in gl_backend/gl_csm | gl_backend/gl_envshadow | gl_backend/gl_rsm) echo gl_backend/gl_gbuffer ;; esac
+    case $1 in gl_backend/gl_csm | gl_backend/gl_envshadow | gl_backend/gl_rsm | gl_backend/gl_ism) echo gl_backend/gl_gbuffer ;; esac
     case $1 in gl_backend/gl_shadowfield) echo gl_backend/gl_gbuffer shadowfield ;; esac
 }
 implement() { for u in $(under "$1") "$1"; do printf '#define %s_IMPLEMENTATION\n' "$(macro "$u")"; done; }
